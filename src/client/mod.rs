@@ -1,0 +1,5 @@
+//! The client: point samples become a picture (paper §4.2, §4.3).
+
+pub mod settings;
+
+pub use settings::*;

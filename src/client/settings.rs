@@ -1,0 +1,114 @@
+//! What the user may change at any time without restarting the server (paper §4.2).
+
+use crate::color::Profile;
+
+/// How a sample is spread over texels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum SplatFilter {
+    /// Windowed Gaussian of 5×5 texels, interpolated: the paper's, 6 texels of support.
+    #[default]
+    Gaussian,
+    /// Tent of radius 1 texel.
+    Tent,
+    /// Exactly one texel, for comparison with other renderers.
+    Box,
+}
+
+/// How the float images become a picture (the paper's Figure 2).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Reconstruction {
+    /// Windowed Gaussian on two mip levels, interpolated.
+    #[default]
+    Gaussian,
+    /// Catmull–Rom spline on two mip levels, interpolated.
+    CatmullRom,
+    /// Hardware trilinear.
+    Mipmap,
+    /// The texel as it is.
+    None,
+}
+
+/// The form of the running variance.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum VarianceForm {
+    /// `Σ f (Y − Ȳ_old)(Y − Ȳ_new)`: equals Chan's merge exactly for batches of any size.
+    #[default]
+    Product,
+    /// The paper's `Σ f (Y − Ȳ_new)²`, biased low; kept to show the difference.
+    Paper,
+}
+
+/// What a film is made of; changing any of these starts it anew.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct FilmSpec {
+    /// Width of the picture in pixels, without padding.
+    pub width: u32,
+    /// Height of the picture in pixels, without padding.
+    pub height: u32,
+    /// Splat filter.
+    pub filter: SplatFilter,
+    /// Form of the running variance.
+    pub variance: VarianceForm,
+}
+
+/// Display controls.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Reconstruction.
+    pub reconstruction: Reconstruction,
+    /// Noise masking strength `Vm`: mip levels of extra blur per factor 4 of excess variance; 0 is off.
+    pub vm: f32,
+    /// Brightness `B` of the tone curve.
+    pub exposure: f32,
+    /// Contrast `C` of the tone curve.
+    pub contrast: f32,
+    /// Display gamma `G`.
+    pub gamma: f32,
+    /// Primaries and white of the display: the matrix `P`.
+    pub profile: Profile,
+}
+
+/// What a film has received since it was cleared.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FilmCounts {
+    /// Samples of the camera stream.
+    pub camera_samples: u64,
+    /// Samples of the light stream.
+    pub light_samples: u64,
+    /// Paths started at the camera.
+    pub camera_paths: u64,
+    /// Paths started at lights: the divisor `Lw`.
+    pub light_paths: u64,
+}
+
+/// The raw accumulators of a film, cropped to the picture, `[height][width]`, row 0 at the top.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FilmData {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// Sums `[X, Y, Z, W]` of the camera stream; empty when it had no samples.
+    pub camera: Vec<[f32; 4]>,
+    /// Sums `[X, Y, Z, W]` of the light stream; empty when it had no samples.
+    pub light: Vec<[f32; 4]>,
+    /// `Σ f (Y − Ȳ)²` of the camera stream in units of `luminance_scale²`; empty like `camera`.
+    pub camera_variance: Vec<f32>,
+    /// The same for the light stream.
+    pub light_variance: Vec<f32>,
+    /// Power of two by which luminance is divided in the variance images, so that no exposure overflows.
+    pub luminance_scale: f32,
+    /// What the sums were made of.
+    pub counts: FilmCounts,
+}
+
+/// The displayed picture: 8 bits per channel, encoded, `[height][width]`, row 0 at the top.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DisplayImage {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// Encoded R, G, B.
+    pub rgb: Vec<[u8; 3]>,
+}

@@ -1,0 +1,3 @@
+//! The `pointillist` command.
+
+fn main() {}

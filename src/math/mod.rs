@@ -1,0 +1,1 @@
+//! Mathematics that knows nothing of rendering: frames, warps, distributions, float bounds.

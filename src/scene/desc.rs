@@ -1,0 +1,253 @@
+//! The scene as plain data: what the file says after names, units and defaults are resolved.
+//!
+//! Everything the tracer needs and nothing it computes. Spectra are resolved here because only the
+//! reader knows whether a colour is a reflectance or an emission.
+
+use std::path::PathBuf;
+
+use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
+
+use crate::spectrum::{Spectrum, dispersion::Ior};
+
+/// A whole scene.
+#[derive(Clone, Debug)]
+pub struct SceneDesc {
+    /// Files the scene was read from; [`Place::file`] points here, the first is the one named by the user.
+    pub files: Vec<PathBuf>,
+    /// The camera.
+    pub camera: CameraDesc,
+    /// Picture size and reconstruction filter.
+    pub film: FilmDesc,
+    /// Light transport method and depth.
+    pub integrator: IntegratorDesc,
+    /// Sample count the file asks for, per pixel.
+    pub samples_per_pixel: Option<u64>,
+    /// Materials; [`BsdfId`] indexes here.
+    pub bsdfs: Vec<BsdfDesc>,
+    /// Meshes in object space; [`MeshId`] indexes here.
+    pub meshes: Vec<Mesh>,
+    /// Shapes, each with its transform, material and emission.
+    pub shapes: Vec<ShapeDesc>,
+    /// Lights that are not shapes.
+    pub lights: Vec<LightDesc>,
+}
+
+/// Index into [`SceneDesc::bsdfs`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct BsdfId(pub u32);
+
+/// Index into [`SceneDesc::meshes`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct MeshId(pub u32);
+
+/// Where in the source something was said; lines and columns count from 1.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Place {
+    /// Index into [`SceneDesc::files`].
+    pub file: u32,
+    /// Line.
+    pub line: u32,
+    /// Column, in characters.
+    pub column: u32,
+}
+
+/// A perspective camera, Mitsuba's `perspective`: looks along +z of its own space, +y up, **+x to the left**.
+#[derive(Clone, Debug)]
+pub struct CameraDesc {
+    /// Camera space to world space.
+    pub to_world: DAffine3,
+    /// Full field of view along [`CameraDesc::fov_axis`], in degrees.
+    pub fov: f64,
+    /// What `fov` is measured along.
+    pub fov_axis: FovAxis,
+    /// Offset of the principal point, as a fraction of the film size.
+    pub principal_point_offset: DVec2,
+    /// Near clip distance along z.
+    pub near_clip: f64,
+    /// Far clip distance along z.
+    pub far_clip: f64,
+    /// Where it stands in the file.
+    pub place: Place,
+}
+
+/// The direction along which a field of view is given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FovAxis {
+    /// Horizontal.
+    X,
+    /// Vertical.
+    Y,
+    /// Corner to corner.
+    Diagonal,
+    /// The shorter side.
+    Smaller,
+    /// The longer side.
+    Larger,
+}
+
+/// The picture.
+#[derive(Clone, Debug)]
+pub struct FilmDesc {
+    /// Width of the full film in pixels.
+    pub width: u32,
+    /// Height of the full film in pixels.
+    pub height: u32,
+    /// The part of the film to render; `None` is all of it.
+    pub crop: Option<Crop>,
+    /// The filter the file asks for.
+    pub rfilter: Option<ReconstructionFilter>,
+}
+
+/// A rectangle of pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Crop {
+    /// Left edge.
+    pub x: u32,
+    /// Top edge.
+    pub y: u32,
+    /// Width.
+    pub width: u32,
+    /// Height.
+    pub height: u32,
+}
+
+/// A filter the client knows how to splat.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ReconstructionFilter {
+    /// Exactly one texel.
+    Box,
+    /// A tent of radius 1.
+    Tent,
+    /// A windowed Gaussian.
+    Gaussian,
+}
+
+/// Light transport.
+#[derive(Clone, Debug)]
+pub struct IntegratorDesc {
+    /// Which method.
+    pub kind: IntegratorKind,
+    /// Longest path in segments (1 = only what is emitted towards the camera, 2 = direct light); `None` is unlimited.
+    pub max_depth: Option<u32>,
+    /// Path depth from which Russian roulette may end a path.
+    pub rr_depth: u32,
+    /// Lights are not seen directly by the camera.
+    pub hide_emitters: bool,
+}
+
+/// The methods the program has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum IntegratorKind {
+    /// Path tracing from the camera with next-event estimation.
+    Path,
+}
+
+/// A material.
+#[derive(Clone, Debug)]
+pub enum BsdfDesc {
+    /// Lambert.
+    Diffuse {
+        /// Albedo.
+        reflectance: Spectrum,
+    },
+    /// Smooth interface between two transparent media.
+    Dielectric {
+        /// Index on the side the normal points away from.
+        int_ior: Ior,
+        /// Index on the side the normal points to.
+        ext_ior: Ior,
+        /// Factor on reflection, 1 in nature.
+        specular_reflectance: Spectrum,
+        /// Factor on transmission, 1 in nature.
+        specular_transmittance: Spectrum,
+    },
+    /// Smooth metal.
+    Conductor {
+        /// Real part of the index of refraction.
+        eta: Spectrum,
+        /// Imaginary part; η = 0 with k = 1 reflects everything (`material="none"`).
+        k: Spectrum,
+        /// Factor on reflection, 1 in nature.
+        specular_reflectance: Spectrum,
+    },
+    /// Makes a one-sided material two-sided.
+    TwoSided {
+        /// Seen from the side of the normal.
+        front: BsdfId,
+        /// Seen from the other side.
+        back: BsdfId,
+    },
+}
+
+/// A surface in the scene.
+#[derive(Clone, Debug)]
+pub struct ShapeDesc {
+    /// `id` of the element, for messages.
+    pub id: Option<String>,
+    /// Where it stands in the file.
+    pub place: Place,
+    /// Geometry in object space.
+    pub kind: ShapeKind,
+    /// Object space to world space.
+    pub to_world: DAffine3,
+    /// Turn normals (and with them the emitting side) around.
+    pub flip_normals: bool,
+    /// Its material.
+    pub bsdf: BsdfId,
+    /// Emitted radiance, from the side of the normal only (as Mitsuba's `area`).
+    pub emission: Option<Spectrum>,
+}
+
+/// Geometry of a shape, in object space, as Mitsuba defines the plugin of the same name.
+#[derive(Clone, Debug)]
+pub enum ShapeKind {
+    /// Triangles.
+    Mesh(MeshId),
+    /// Sphere.
+    Sphere {
+        /// Centre.
+        center: DVec3,
+        /// Radius.
+        radius: f64,
+    },
+    /// Unit disk in z = 0, normal +z.
+    Disk,
+    /// [−1, 1]² in z = 0, normal +z.
+    Rectangle,
+    /// [−1, 1]³, normals outwards.
+    Cube,
+}
+
+/// An indexed triangle mesh; already checked: indices in range, vertices finite, no triangle without area.
+#[derive(Clone, Debug, Default)]
+pub struct Mesh {
+    /// Positions, object space.
+    pub positions: Vec<Vec3>,
+    /// Shading normals per vertex; empty for a faceted mesh.
+    pub normals: Vec<Vec3>,
+    /// Texture coordinates per vertex; may be empty.
+    pub uvs: Vec<Vec2>,
+    /// Vertex indices.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// A light that is not a shape.
+#[derive(Clone, Debug)]
+pub enum LightDesc {
+    /// The same radiance from everywhere (Mitsuba's `constant`).
+    Constant {
+        /// Radiance.
+        radiance: Spectrum,
+        /// Where it stands in the file.
+        place: Place,
+    },
+    /// A point (Mitsuba's `point`).
+    Point {
+        /// Position in world space.
+        position: DVec3,
+        /// Radiant intensity.
+        intensity: Spectrum,
+        /// Where it stands in the file.
+        place: Place,
+    },
+}

@@ -1,0 +1,20 @@
+//! Spectra: what a path carries ([`SampledSpectrum`] at [`SampledWavelengths`]) and what a scene
+//! holds ([`Spectrum`], [`dispersion::Ior`], named metals).
+
+pub mod dispersion;
+mod sampled;
+mod spectrum;
+mod wavelengths;
+
+pub use sampled::SampledSpectrum;
+pub use spectrum::Spectrum;
+pub use wavelengths::SampledWavelengths;
+
+/// Wavelengths carried by one path: one hero and three companions (Wilkie et al. 2014).
+pub const LANES: usize = 4;
+
+/// Shortest wavelength simulated, in nm (as Mitsuba 3).
+pub const LAMBDA_MIN: f32 = 360.0;
+
+/// Longest wavelength simulated, in nm (as Mitsuba 3).
+pub const LAMBDA_MAX: f32 = 830.0;

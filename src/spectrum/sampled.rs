@@ -1,0 +1,87 @@
+//! Values at the wavelengths of one path.
+
+use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Sub};
+
+use glam::Vec4;
+
+/// Radiance, reflectance or throughput at the four wavelengths of one path, in lane order.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SampledSpectrum(pub Vec4);
+
+impl SampledSpectrum {
+    /// Zero at every wavelength.
+    pub const ZERO: Self = Self(Vec4::ZERO);
+    /// One at every wavelength.
+    pub const ONE: Self = Self(Vec4::ONE);
+
+    /// The same value at every wavelength.
+    pub fn splat(v: f32) -> Self {
+        Self(Vec4::splat(v))
+    }
+
+    /// True when every lane is exactly zero.
+    pub fn is_black(self) -> bool {
+        self.0 == Vec4::ZERO
+    }
+
+    /// The largest lane.
+    pub fn max_element(self) -> f32 {
+        self.0.max_element()
+    }
+
+    /// The mean of the lanes.
+    pub fn mean(self) -> f32 {
+        self.0.element_sum() * 0.25
+    }
+
+    /// True when every lane is finite.
+    pub fn is_finite(self) -> bool {
+        self.0.is_finite()
+    }
+}
+
+impl Add for SampledSpectrum {
+    type Output = Self;
+    fn add(self, o: Self) -> Self {
+        Self(self.0 + o.0)
+    }
+}
+impl AddAssign for SampledSpectrum {
+    fn add_assign(&mut self, o: Self) {
+        self.0 += o.0;
+    }
+}
+impl Sub for SampledSpectrum {
+    type Output = Self;
+    fn sub(self, o: Self) -> Self {
+        Self(self.0 - o.0)
+    }
+}
+impl Mul for SampledSpectrum {
+    type Output = Self;
+    fn mul(self, o: Self) -> Self {
+        Self(self.0 * o.0)
+    }
+}
+impl MulAssign for SampledSpectrum {
+    fn mul_assign(&mut self, o: Self) {
+        self.0 *= o.0;
+    }
+}
+impl Mul<f32> for SampledSpectrum {
+    type Output = Self;
+    fn mul(self, s: f32) -> Self {
+        Self(self.0 * s)
+    }
+}
+impl MulAssign<f32> for SampledSpectrum {
+    fn mul_assign(&mut self, s: f32) {
+        self.0 *= s;
+    }
+}
+impl Div<f32> for SampledSpectrum {
+    type Output = Self;
+    fn div(self, s: f32) -> Self {
+        Self(self.0 / s)
+    }
+}
