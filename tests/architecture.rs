@@ -1,0 +1,168 @@
+//! Holds the layout: which module may name which, how long a file may grow, where `unsafe` may stand.
+//!
+//! One crate has no crate boundary to hold its directions, so this test reads the sources. It reports every
+//! breach with file and line.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Every module and the modules of ours it may name in a `crate::` path.
+const MAY_IMPORT: &[(&str, &[&str])] = &[
+    ("math", &[]),
+    ("color", &["math"]),
+    ("spectrum", &["math", "color"]),
+    ("image", &["math", "color"]),
+    ("stream", &["math", "color"]),
+    ("scene", &["math", "color", "spectrum", "image"]),
+    ("tracer", &["math", "color", "spectrum", "scene", "stream"]),
+    ("server", &["math", "tracer", "scene", "stream"]),
+    ("gpu", &[]),
+    ("client", &["gpu", "stream", "color", "image", "math"]),
+    ("app", &["client", "color", "gpu", "image", "math", "scene", "server", "spectrum", "stream", "tracer"]),
+];
+
+/// External crates that a module must not touch.
+const FORBIDDEN: &[(&str, &[&str])] = &[
+    ("math", &["ash::", "rayon::", "std::thread", "std::fs"]),
+    ("color", &["ash::", "rayon::", "std::thread", "std::fs"]),
+    ("spectrum", &["ash::", "rayon::", "std::thread", "std::fs"]),
+    ("stream", &["ash::", "rayon::"]),
+    ("scene", &["ash::", "obvhs::"]),
+    ("tracer", &["ash::", "std::thread", "std::time", "std::fs"]),
+    ("server", &["ash::", "winit::"]),
+];
+
+/// Longest file, in lines.
+const LONGEST: usize = 400;
+
+/// Files that may be longer, each with its reason.
+const LONGER: &[(&str, &str)] = &[];
+
+/// Where `unsafe` may stand.
+const UNSAFE: &[&str] = &["src/stream/ring.rs", "src/gpu/"];
+
+fn rust_files(dir: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    let mut folders = vec![dir.to_path_buf()];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(&folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display())) {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|e| e == "rs") {
+                found.push(path);
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn relative(path: &Path) -> String {
+    path.strip_prefix(root()).unwrap().display().to_string()
+}
+
+/// The code of a line: what stands before a `//` comment.
+fn code(line: &str) -> &str {
+    line.split("//").next().unwrap_or("")
+}
+
+/// Calls `visit` for every line of code of a file, with its number, and fails with what it returned.
+fn check(files: &[PathBuf], visit: impl Fn(&str, &str) -> Option<String>) {
+    assert!(!files.is_empty(), "no source files were found");
+    let mut breaches = Vec::new();
+    for file in files {
+        let name = relative(file);
+        for (number, line) in fs::read_to_string(file).unwrap().lines().enumerate() {
+            if let Some(what) = visit(&name, code(line)) {
+                breaches.push(format!("{name}:{}: {what}", number + 1));
+            }
+        }
+    }
+    assert!(breaches.is_empty(), "{}", breaches.join("\n"));
+}
+
+#[test]
+fn modules_import_only_downwards() {
+    for (module, allowed) in MAY_IMPORT {
+        check(&rust_files(&root().join("src").join(module)), |_, line| {
+            line.split("crate::").skip(1).find_map(|path| {
+                let end = path.find(|c: char| !c.is_alphanumeric() && c != '_');
+                let named = &path[..end.unwrap_or(path.len())];
+                let fine = named == *module || allowed.contains(&named);
+                (!fine).then(|| format!("{module} must not import {named:?}"))
+            })
+        });
+    }
+}
+
+#[test]
+fn every_module_is_in_the_table() {
+    let text = fs::read_to_string(root().join("src/lib.rs")).unwrap();
+    for line in text.lines() {
+        if let Some(name) = line.strip_prefix("pub mod ").and_then(|l| l.strip_suffix(';')) {
+            assert!(
+                MAY_IMPORT.iter().any(|(m, _)| *m == name),
+                "src/lib.rs: module {name} is not in the table"
+            );
+        }
+    }
+}
+
+#[test]
+fn paths_cannot_dodge_the_table() {
+    check(&rust_files(&root().join("src")), |name, line| {
+        let dodge =
+            line.contains("super::super") || line.contains("use crate::{") || line.contains("pointillist::");
+        (dodge && name != "src/main.rs").then(|| "write the path as crate::module::…".to_string())
+    });
+}
+
+#[test]
+fn modules_leave_foreign_ground_alone() {
+    for (module, forbidden) in FORBIDDEN {
+        check(&rust_files(&root().join("src").join(module)), |_, line| {
+            let named = forbidden.iter().find(|f| line.contains(**f))?;
+            // Files are the scene reader's business only in its loaders; tests may do what they like.
+            Some(format!("{module} must not use {named}"))
+        });
+    }
+}
+
+#[test]
+fn files_stay_small() {
+    let mut files = rust_files(&root().join("src"));
+    files.extend(rust_files(&root().join("tests")));
+    files.extend(rust_files(&root().join("tools")));
+    for file in files {
+        let name = relative(&file);
+        let lines = fs::read_to_string(&file).unwrap().lines().count();
+        let excepted = LONGER.iter().any(|(n, _)| *n == name);
+        assert!(lines <= LONGEST || excepted, "{name}: {lines} lines, the cap is {LONGEST}");
+        assert!(!file.ends_with("mod.rs") || lines <= 150, "{name}: {lines} lines, a mod.rs has at most 150");
+    }
+}
+
+#[test]
+fn unsafe_stays_in_its_place() {
+    check(&rust_files(&root().join("src")), |name, line| {
+        let word = line.split(|c: char| !c.is_alphanumeric() && c != '_').any(|w| w == "unsafe");
+        let allowed = UNSAFE.iter().any(|place| name.starts_with(place));
+        (word && !allowed).then(|| format!("unsafe stands only in {}", UNSAFE.join(", ")))
+    });
+}
+
+#[test]
+fn the_top_level_is_what_the_readme_says() {
+    let known =
+        ["Cargo.toml", "Cargo.lock", "src", "glsl", "scenes", "tests", "tools", "README.md", "target"];
+    for entry in fs::read_dir(root()).unwrap() {
+        let name = entry.unwrap().file_name().into_string().unwrap();
+        let fine = known.contains(&name.as_str()) || name.starts_with('.') || name.starts_with("LICENSE");
+        assert!(fine, "{name} does not belong at the top level");
+    }
+}
