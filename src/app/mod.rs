@@ -1,1 +1,27 @@
-//! To be written.
+//! The program: the only module that knows both server and client. One file per subcommand.
+
+mod args;
+mod device;
+mod drive;
+mod interrupt;
+mod outputs;
+mod progress;
+mod render;
+mod report;
+mod usage;
+
+pub use args::{Cli, Command};
+
+use miette::Result;
+
+/// Runs what the command line asks for.
+///
+/// # Errors
+///
+/// Everything that stops the run, ready to be printed: with file, line and column where a scene is at fault.
+pub fn run(cli: Cli) -> Result<()> {
+    match cli.command {
+        Command::Render(args) => render::render(&args),
+        Command::Devices => device::list(),
+    }
+}

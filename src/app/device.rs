@@ -1,0 +1,74 @@
+//! Where the picture is rasterised: a Vulkan device, or the CPU twins.
+
+use miette::{IntoDiagnostic, Result};
+
+use crate::client::film::VulkanFilm;
+use crate::client::reference::ReferenceFilm;
+use crate::client::{Client, FilmSpec};
+use crate::gpu::{self, DeviceChoice, Gpu};
+
+/// The name of the device that needs no driver.
+pub const CPU: &str = "cpu";
+
+/// An opened device.
+pub enum Device {
+    /// Through Vulkan.
+    Vulkan(std::sync::Arc<Gpu>),
+    /// Through the twins.
+    Cpu,
+}
+
+impl Device {
+    /// Opens the device asked for; without a wish the best Vulkan device, or the CPU where there is none.
+    ///
+    /// # Errors
+    ///
+    /// When a device was asked for and is not there or lacks something; the message says what.
+    pub fn open(choice: Option<&str>) -> Result<Self> {
+        match choice {
+            Some(CPU) => Ok(Device::Cpu),
+            Some(text) => Gpu::new(&DeviceChoice::parse(text)).map(Device::Vulkan).into_diagnostic(),
+            None => Ok(Gpu::new(&DeviceChoice::Best).map(Device::Vulkan).unwrap_or_else(|error| {
+                tracing::warn!("no Vulkan device, rendering with --device cpu: {error}");
+                Device::Cpu
+            })),
+        }
+    }
+
+    /// The device's name.
+    pub fn name(&self) -> String {
+        match self {
+            Device::Vulkan(gpu) => gpu.name().to_string(),
+            Device::Cpu => CPU.to_string(),
+        }
+    }
+
+    /// Makes a film on it; `threads` is for the CPU twins.
+    ///
+    /// # Errors
+    ///
+    /// When the film does not fit into the device.
+    pub fn client(&self, spec: FilmSpec, threads: usize) -> Result<Client> {
+        Ok(match self {
+            Device::Vulkan(gpu) => Client::Vulkan(Box::new(VulkanFilm::new(gpu.clone(), spec).into_diagnostic()?)),
+            Device::Cpu => Client::Reference(ReferenceFilm::new(spec, threads).into_diagnostic()?),
+        })
+    }
+}
+
+/// `pointillist devices`: one line per device, and what is missing where one cannot be used.
+pub fn list() -> Result<()> {
+    match gpu::devices() {
+        Ok(found) => {
+            for (index, device) in found.iter().enumerate() {
+                println!("{index}  {}: {}", device.describe(), device.suitability());
+            }
+            if found.is_empty() {
+                println!("(no Vulkan device; on Debian: apt-get install mesa-vulkan-drivers)");
+            }
+        }
+        Err(error) => println!("(no Vulkan: {error})"),
+    }
+    println!("{CPU}  the same passes in plain Rust, on all cores: always there");
+    Ok(())
+}

@@ -1,0 +1,114 @@
+//! Moves samples from the lanes to the client until a render is done: the client's main loop without a window.
+
+use std::time::{Duration, Instant};
+
+use miette::{IntoDiagnostic, Result, miette};
+
+use super::interrupt;
+use super::progress::Progress;
+use crate::client::{Client, ClientError};
+use crate::server::Server;
+use crate::stream::block::Block;
+use crate::stream::control::{Epoch, Event, Finish};
+use crate::stream::ordered::Cursor;
+use crate::stream::{Drained, Lanes};
+
+/// Samples taken from the lanes before looking at the clock, Ctrl-C and the progress bar again.
+const BUDGET: usize = 1 << 16;
+
+/// How to drain one render.
+#[derive(Clone, Copy, Debug)]
+pub struct Drive {
+    /// The render.
+    pub epoch: Epoch,
+    /// Rasterise in index order, so that the picture does not depend on the number of threads.
+    pub deterministic: bool,
+    /// Stop after this long.
+    pub time: Option<Duration>,
+    /// Texels of the film, to show samples per pixel.
+    pub texels: f64,
+}
+
+/// What came of it.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Driven {
+    /// Wall time from start to the last sample on the film.
+    pub wall: Duration,
+    /// Part of it spent in the client.
+    pub rasterise: Duration,
+    /// Ctrl-C ended it.
+    pub interrupted: bool,
+}
+
+/// Drains until the server reports that the render has finished and the lanes are empty, then rasterises the rest.
+///
+/// # Errors
+///
+/// The client's first error (the render is aborted then), or the panic of a path, with its index.
+pub fn drive(drive: Drive, server: &Server, lanes: &mut Lanes, client: &mut Client, bar: &Progress) -> Result<Driven> {
+    let start = Instant::now();
+    let mut driven = Driven::default();
+    let mut cursor = Cursor::new(drive.epoch, 0);
+    let mut finished = None;
+    let mut aborted = false;
+    loop {
+        // The event is read before the lanes are drained: every block was committed before it.
+        while let Some(Event::Finished { epoch, why }) = server.event() {
+            finished = (epoch == drive.epoch).then_some(why).or(finished);
+        }
+        let rasterise = Instant::now();
+        let drained = take(drive, &mut cursor, lanes, client).into_diagnostic()?;
+        driven.rasterise += rasterise.elapsed();
+        bar.update(client.counts().camera_paths, drive.texels, start.elapsed());
+        if drained.blocks == 0 {
+            match finished.take() {
+                Some(Finish::Panicked { index, message }) => {
+                    return Err(miette!("path {index} panicked: {message}; please report it with the scene and this index"));
+                }
+                Some(_) => break,
+                None => wait(drive, &cursor, lanes),
+            }
+        }
+        let late = drive.time.is_some_and(|limit| start.elapsed() >= limit);
+        driven.interrupted |= interrupt::asked();
+        if !aborted && (late || driven.interrupted) {
+            server.abort();
+            aborted = true;
+        }
+    }
+    let rasterise = Instant::now();
+    client.flush().into_diagnostic()?;
+    driven.rasterise += rasterise.elapsed();
+    driven.wall = start.elapsed();
+    Ok(driven)
+}
+
+fn take(
+    drive: Drive,
+    cursor: &mut Cursor,
+    lanes: &mut Lanes,
+    client: &mut Client,
+) -> std::result::Result<Drained, ClientError> {
+    let mut failed = None;
+    let give = |block: &Block| {
+        if failed.is_none() {
+            client.count_paths(block.header.paths);
+            failed = client.add(block.samples()).err();
+        }
+    };
+    let drained = if drive.deterministic {
+        lanes.drain_ordered(cursor, BUDGET, give)
+    } else {
+        lanes.drain(drive.epoch, BUDGET, give)
+    };
+    failed.map_or(Ok(drained), Err)
+}
+
+fn wait(drive: Drive, cursor: &Cursor, lanes: &mut Lanes) {
+    let timeout = Duration::from_millis(20);
+    if drive.deterministic {
+        lanes.wait_ordered(cursor, timeout);
+    } else {
+        lanes.wait(timeout);
+    }
+}

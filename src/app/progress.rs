@@ -1,0 +1,53 @@
+//! The progress bar: share done, rate, remaining time.
+
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use super::report::human;
+
+/// How far a run is to go.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Goal {
+    /// This many camera paths.
+    Paths(u64),
+    /// This much time.
+    Time(Duration),
+}
+
+/// Draws on standard error; draws nothing when asked to be quiet or where there is no terminal.
+pub struct Progress {
+    bar: ProgressBar,
+    goal: Goal,
+}
+
+impl Progress {
+    /// Starts at zero.
+    pub fn new(goal: Goal, quiet: bool) -> Self {
+        let length = match goal {
+            Goal::Paths(n) => n,
+            Goal::Time(t) => t.as_millis() as u64,
+        };
+        let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr_with_hz(8) };
+        let bar = ProgressBar::with_draw_target(Some(length), target);
+        let style = ProgressStyle::with_template("{bar:32} {percent:>3} %  {msg}  {elapsed} gone, {eta} left");
+        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+        Self { bar, goal }
+    }
+
+    /// Shows where the run stands.
+    pub fn update(&self, paths: u64, pixels: f64, elapsed: Duration) {
+        self.bar.set_position(match self.goal {
+            Goal::Paths(_) => paths,
+            Goal::Time(_) => elapsed.as_millis() as u64,
+        });
+        let seconds = elapsed.as_secs_f64().max(1e-9);
+        let spp = paths as f64 / pixels;
+        self.bar.set_message(format!("{spp:.1} spp  {} paths/s", human(paths as f64 / seconds)));
+    }
+
+    /// Takes the bar away.
+    pub fn finish(&self) {
+        self.bar.finish_and_clear();
+    }
+}

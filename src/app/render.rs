@@ -1,0 +1,209 @@
+//! `pointillist render`: a scene file becomes pictures.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use miette::{IntoDiagnostic, Result};
+
+use super::args::RenderArgs;
+use super::device::Device;
+use super::drive::{Drive, Driven, drive};
+use super::outputs::{Outputs, RunFacts};
+use super::progress::{Goal, Progress};
+use super::report::{Rejected, RejectedExample, Report, Seconds};
+use super::{interrupt, usage};
+use crate::client::{Client, FilmSpec, Settings, SplatFilter, VarianceForm};
+use crate::scene::desc::{IntegratorKind, ReconstructionFilter};
+use crate::scene::{self, Loaded};
+use crate::server::{RenderJob, Server, Stats};
+use crate::stream::Lanes;
+use crate::stream::control::Epoch;
+use crate::tracer::integrator::PathTracer;
+use crate::tracer::{PrepareOptions, Scene};
+
+/// Samples per pixel where neither the command line nor the scene says.
+const DEFAULT_SPP: u64 = 16;
+
+/// Runs the subcommand.
+///
+/// # Errors
+///
+/// Whatever stops the run. Outputs are checked before anything is rendered, and replaced only when complete.
+pub fn render(args: &RenderArgs) -> Result<()> {
+    let start = Instant::now();
+    let outputs = Outputs::plan(args)?;
+    interrupt::listen();
+    let mut seconds = Seconds::default();
+    let (loaded, scene, device) = prepare(args, &mut seconds)?;
+    for warning in &loaded.warnings {
+        eprintln!("{:?}", miette::Report::new(warning.clone()));
+    }
+    let mut facts = facts(args, &loaded, device.name());
+    let threads = threads(args);
+    let mut client = device.client(facts.spec, threads)?;
+    let (server, mut lanes) = Server::start(threads).into_diagnostic()?;
+    let driven = trace(args, &mut facts, scene, (&server, &mut lanes, &mut client))?;
+    let stats = server.stats();
+    drop(server);
+
+    let mut report = report(&facts, &client, &stats, driven);
+    seconds.render = driven.wall.as_secs_f64();
+    seconds.rasterise = driven.rasterise.as_secs_f64();
+    seconds.trace = tracing_time(&stats).as_secs_f64();
+    outputs.write(&mut client, &facts, &settings(args), &mut seconds)?;
+    seconds.total = start.elapsed().as_secs_f64();
+    report.seconds = seconds;
+    report.warnings = loaded.warnings.iter().map(ToString::to_string).collect();
+    report.threads = threads;
+    report.outputs = outputs.files().to_vec();
+    report.peak_memory_bytes = usage::peak_memory_bytes();
+    if let Some(path) = &args.json {
+        report.write_json(path).map_err(|e| miette::miette!("cannot write {}: {e}", path.display()))?;
+    }
+    if !args.quiet {
+        eprintln!("{}", report.summary());
+    }
+    Ok(())
+}
+
+/// Loads and prepares the scene while the device is opened.
+fn prepare(args: &RenderArgs, seconds: &mut Seconds) -> Result<(Loaded, Scene, Device)> {
+    std::thread::scope(|scope| {
+        let device = scope.spawn(|| {
+            let start = Instant::now();
+            (Device::open(args.device.as_deref()), start.elapsed())
+        });
+        let start = Instant::now();
+        let mut loaded = scene::load(&args.scene, &args.defines)?;
+        if let Some((width, height)) = args.size {
+            (loaded.desc.film.width, loaded.desc.film.height) = (width, height);
+            loaded.desc.film.crop = None;
+        }
+        seconds.load = start.elapsed().as_secs_f64();
+        let start = Instant::now();
+        let scene = Scene::prepare(&loaded.desc, PrepareOptions::default()).into_diagnostic()?;
+        seconds.prepare = start.elapsed().as_secs_f64();
+        let (device, opening) = device.join().map_err(|_| miette::miette!("opening the device panicked"))?;
+        seconds.open_device = opening.as_secs_f64();
+        Ok((loaded, scene, device?))
+    })
+}
+
+fn threads(args: &RenderArgs) -> usize {
+    let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+    args.threads.map_or_else(cores, usize::from)
+}
+
+fn facts(args: &RenderArgs, loaded: &Loaded, device: String) -> RunFacts {
+    let film = &loaded.desc.film;
+    let (width, height) = film.crop.map_or((film.width, film.height), |c| (c.width, c.height));
+    let from_file = || match film.rfilter {
+        Some(ReconstructionFilter::Box) => SplatFilter::Box,
+        Some(ReconstructionFilter::Tent) => SplatFilter::Tent,
+        Some(ReconstructionFilter::Gaussian) | None => SplatFilter::Gaussian,
+    };
+    let filter = args.filter.map_or_else(from_file, SplatFilter::from);
+    let integrator = &loaded.desc.integrator;
+    RunFacts {
+        scene: args.scene.clone(),
+        defines: args.defines.clone(),
+        spec: FilmSpec { width, height, filter, variance: VarianceForm::Product },
+        max_depth: args.max_depth.map_or(integrator.max_depth, |d| d.0),
+        rr_depth: integrator.rr_depth,
+        hide_emitters: integrator.hide_emitters,
+        integrator: integrator.kind,
+        spp: args.spp.or(loaded.desc.samples_per_pixel).unwrap_or(DEFAULT_SPP),
+        seed: args.seed,
+        deterministic: args.deterministic,
+        device,
+    }
+}
+
+fn settings(args: &RenderArgs) -> Settings {
+    Settings {
+        reconstruction: args.reconstruct.into(),
+        vm: args.vm,
+        exposure: args.exposure,
+        contrast: args.contrast,
+        gamma: args.gamma,
+        profile: args.profile.clone(),
+    }
+}
+
+/// Renders until the sample count, the time or Ctrl-C.
+fn trace(
+    args: &RenderArgs,
+    facts: &mut RunFacts,
+    scene: Scene,
+    (server, lanes, client): (&Server, &mut Lanes, &mut Client),
+) -> Result<Driven> {
+    let [pw, ph] = facts.spec.padded_extent().map(u64::from);
+    let wanted = args.samples.unwrap_or_else(|| facts.spp.saturating_mul(pw * ph));
+    let time = args.time.map(Duration::from_secs_f64);
+    let (range, goal) = match time {
+        Some(limit) => (0..u64::MAX, Goal::Time(limit)),
+        None => (0..wanted, Goal::Paths(wanted)),
+    };
+    let integrator = match facts.integrator {
+        IntegratorKind::Path => PathTracer {
+            scene: Arc::new(scene),
+            seed: facts.seed,
+            window: facts.spec.window(),
+            max_depth: facts.max_depth,
+            rr_depth: facts.rr_depth,
+            hide_emitters: facts.hide_emitters,
+        },
+    };
+    let epoch = Epoch(1);
+    let mut job = RenderJob::new(Arc::new(integrator), range);
+    job.window = facts.spec.window();
+    if facts.deterministic {
+        job.deadline = None;
+    }
+    server.render(job, epoch).into_diagnostic()?;
+    let bar = Progress::new(goal, args.quiet);
+    let plan = Drive { epoch, deterministic: facts.deterministic, time, texels: (pw * ph) as f64 };
+    let driven = drive(plan, server, lanes, client, &bar);
+    bar.finish();
+    driven
+}
+
+fn tracing_time(stats: &Stats) -> Duration {
+    let total = stats.total();
+    total.cpu.unwrap_or(total.busy)
+}
+
+fn report(facts: &RunFacts, client: &Client, stats: &Stats, driven: Driven) -> Report {
+    let counts = client.counts();
+    let [pw, ph] = facts.spec.padded_extent().map(f64::from);
+    let total = stats.total();
+    let rejections = total.rejections;
+    let example = |&(index, cause): &(u64, crate::stream::rejected::Cause)| RejectedExample {
+        index,
+        cause: cause.describe().to_string(),
+    };
+    let per = |n: u64, time: Duration| n as f64 / time.as_secs_f64().max(1e-9);
+    Report {
+        version: env!("CARGO_PKG_VERSION"),
+        scene: facts.scene.clone(),
+        width: facts.spec.width,
+        height: facts.spec.height,
+        camera_samples: counts.camera_samples,
+        light_samples: counts.light_samples,
+        camera_paths: counts.camera_paths,
+        light_paths: counts.light_paths,
+        samples_per_pixel: counts.camera_samples as f64 / (pw * ph),
+        samples_per_second: per(counts.camera_paths, driven.wall),
+        paths_per_trace_second: per(total.paths, tracing_time(stats)),
+        rejected: Rejected {
+            total: rejections.total(),
+            by_cause: rejections.by_cause().map(|(c, n)| (c.describe().to_string(), n)).collect(),
+            examples: rejections.examples().iter().map(example).collect(),
+        },
+        device: facts.device.clone(),
+        seed: facts.seed,
+        deterministic: facts.deterministic,
+        interrupted: driven.interrupted,
+        ..Report::default()
+    }
+}

@@ -1,0 +1,145 @@
+//! The figures of a run, for people and for `--json`.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+/// Everything that is said about a finished run. Field names are the JSON keys.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Report {
+    /// Version of the program.
+    pub version: &'static str,
+    /// The scene file.
+    pub scene: PathBuf,
+    /// Picture width in pixels.
+    pub width: u32,
+    /// Picture height in pixels.
+    pub height: u32,
+    /// Samples of the camera stream that reached the film.
+    pub camera_samples: u64,
+    /// Samples of the light stream that reached the film.
+    pub light_samples: u64,
+    /// Paths started at the camera.
+    pub camera_paths: u64,
+    /// Paths started at lights.
+    pub light_paths: u64,
+    /// Camera samples per texel of the film, overscan included.
+    pub samples_per_pixel: f64,
+    /// Camera samples per second of rendering.
+    pub samples_per_second: f64,
+    /// Camera paths per second that one tracer thread spent tracing.
+    pub paths_per_trace_second: f64,
+    /// Seconds by stage.
+    pub seconds: Seconds,
+    /// Samples that were not finite, by cause.
+    pub rejected: Rejected,
+    /// Where the picture was rasterised.
+    pub device: String,
+    /// Tracer threads.
+    pub threads: usize,
+    /// Seed of the sequence.
+    pub seed: u32,
+    /// Samples were rasterised in index order.
+    pub deterministic: bool,
+    /// Ctrl-C ended the run early.
+    pub interrupted: bool,
+    /// Largest resident memory in bytes, where the system tells.
+    pub peak_memory_bytes: Option<u64>,
+    /// Warnings about the scene.
+    pub warnings: Vec<String>,
+    /// Files written.
+    pub outputs: Vec<PathBuf>,
+}
+
+/// Seconds by stage; wall clock, except `trace`.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Seconds {
+    /// Reading the scene.
+    pub load: f64,
+    /// Building the acceleration structure and tables.
+    pub prepare: f64,
+    /// Opening the device; runs beside `load` and `prepare`.
+    pub open_device: f64,
+    /// From the render command to the last sample on the film.
+    pub render: f64,
+    /// Time the tracer threads spent tracing, added up.
+    pub trace: f64,
+    /// Time the client spent taking samples and rasterising, part of `render`.
+    pub rasterise: f64,
+    /// Mips, reconstruction and tone mapping of the picture.
+    pub display: f64,
+    /// Reading back and writing files.
+    pub write: f64,
+    /// From the start of the program.
+    pub total: f64,
+}
+
+/// Samples that were rejected at the sink.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Rejected {
+    /// All of them.
+    pub total: u64,
+    /// Count per cause.
+    pub by_cause: std::collections::BTreeMap<String, u64>,
+    /// The first few, so that each can be replayed.
+    pub examples: Vec<RejectedExample>,
+}
+
+/// One rejected sample.
+#[derive(Clone, Debug, Serialize)]
+pub struct RejectedExample {
+    /// Index of its path in the sequence.
+    pub index: u64,
+    /// What was wrong with it.
+    pub cause: String,
+}
+
+impl Report {
+    /// Writes the report as JSON to `path`, or to standard output if it is `-`.
+    ///
+    /// # Errors
+    ///
+    /// Whatever the file system says; a file is replaced only once the new one is complete.
+    pub fn write_json(&self, path: &Path) -> std::io::Result<()> {
+        let text = serde_json::to_string_pretty(self)? + "\n";
+        if path == Path::new("-") {
+            return std::io::stdout().write_all(text.as_bytes());
+        }
+        let mut temporary = path.as_os_str().to_owned();
+        temporary.push(".part");
+        std::fs::write(&temporary, text)?;
+        std::fs::rename(&temporary, path)
+    }
+
+    /// One line for a person.
+    pub fn summary(&self) -> String {
+        let mut line = format!(
+            "{}×{}, {:.1} samples per pixel in {:.1} s ({} camera paths/s; {} per tracing second), {}",
+            self.width,
+            self.height,
+            self.samples_per_pixel,
+            self.seconds.render,
+            human(self.samples_per_second),
+            human(self.paths_per_trace_second),
+            self.device
+        );
+        if self.interrupted {
+            line.push_str("; stopped by Ctrl-C, the picture holds what was there");
+        }
+        if self.rejected.total > 0 {
+            line.push_str(&format!("; {} samples rejected (--json tells why)", self.rejected.total));
+        }
+        line
+    }
+}
+
+/// A rate or count with three digits and a decimal suffix.
+pub fn human(value: f64) -> String {
+    match value {
+        v if v >= 1e9 => format!("{:.2} G", v / 1e9),
+        v if v >= 1e6 => format!("{:.2} M", v / 1e6),
+        v if v >= 1e3 => format!("{:.1} k", v / 1e3),
+        v => format!("{v:.0}"),
+    }
+}

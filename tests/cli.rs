@@ -1,0 +1,156 @@
+//! The program as a user meets it: files in, files out, messages, exit codes.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::time::Duration;
+
+/// A folder of this test's own, empty at the start.
+fn folder(name: &str) -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cli").join(name);
+    let _ = fs::remove_dir_all(&path);
+    fs::create_dir_all(&path).unwrap();
+    path
+}
+
+fn program() -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_pointillist"));
+    command.current_dir(env!("CARGO_MANIFEST_DIR")).env("POINTILLIST_VALIDATION", "1");
+    command
+}
+
+fn run(args: &[&str]) -> Output {
+    program().args(args).output().unwrap()
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+#[track_caller]
+fn succeed(args: &[&str]) -> Output {
+    let output = run(args);
+    assert!(output.status.success(), "{args:?} failed:\n{}", stderr(&output));
+    assert!(!stderr(&output).contains("Validation"), "{}", stderr(&output));
+    output
+}
+
+/// The bytes of a deterministic picture of the Cornell box with spheres.
+fn picture(dir: &Path, device: &str, threads: &str, extra: &[&str]) -> Vec<u8> {
+    let out = dir.join(format!("{device}-{threads}.exr"));
+    let file = out.to_str().unwrap();
+    let mut args = vec!["render", "scenes/cornell_spheres.xml", "-o", file, "--size", "61x47", "--samples", "150k"];
+    args.extend(["--deterministic", "--quiet", "--device", device, "--threads", threads]);
+    args.extend(extra);
+    succeed(&args);
+    fs::read(out).unwrap()
+}
+
+#[test]
+fn deterministic_pictures_have_the_same_bytes_for_any_thread_count() {
+    let dir = folder("deterministic");
+    // "0" is the first Vulkan device, lavapipe where there is no GPU.
+    for device in ["cpu", "0"] {
+        let one = picture(&dir, device, "1", &[]);
+        for threads in ["1", "2", "7"] {
+            assert!(one == picture(&dir, device, threads, &[]), "{device}: {threads} threads differ from 1");
+        }
+        // The comparison can tell pictures apart.
+        assert!(one != picture(&dir, device, "1", &["--seed", "1"]), "{device}: the seed changes nothing");
+    }
+}
+
+#[test]
+fn json_says_what_was_done() {
+    let dir = folder("json");
+    let png = dir.join("a.png");
+    let output = succeed(&[
+        "render", "scenes/furnace.xml", "-o", png.to_str().unwrap(), "--size", "32x32", "--spp", "4", "--json", "-",
+        "--quiet", "--device", "cpu", "--threads", "2",
+    ]);
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(json["width"], 32);
+    // 4 per texel of the film, which is padded by 3 texels for the Gaussian filter unless the file says box.
+    let paths = json["camera_paths"].as_u64().unwrap();
+    assert!((4 * 32 * 32..=4 * 38 * 38).contains(&paths), "{paths}");
+    assert_eq!(json["camera_samples"].as_u64().unwrap() + json["rejected"]["total"].as_u64().unwrap(), paths);
+    assert_eq!(json["rejected"]["total"], 0);
+    assert_eq!(json["light_paths"], 0);
+    assert!(json["seconds"]["total"].as_f64().unwrap() > 0.0);
+    assert!(json["peak_memory_bytes"].as_u64().unwrap() > 1 << 20);
+    assert!(png.exists());
+}
+
+#[test]
+fn bad_arguments_are_answered_before_any_work() {
+    let dir = folder("arguments");
+    let nowhere = dir.join("no/such/folder/a.png");
+    let scene = "scenes/furnace.xml";
+    let cases: &[(&[&str], &str)] = &[
+        (&["render", "no-such-scene.xml", "-o", "a.png"], "no-such-scene.xml"),
+        (&["render", scene, "-o", nowhere.to_str().unwrap()], "no/such/folder"),
+        (&["render", scene, "-o", "picture.jpeg"], "picture.jpeg"),
+        (&["render", scene, "--spp", "0"], "--spp"),
+        (&["render", scene, "--spp", "4", "--time", "3"], "--time"),
+        (&["render", scene, "--profile", "srbg"], "srbg"),
+        (&["render", scene, "--device", "no such device"], "no such device"),
+        (&["render", scene, "--json", nowhere.to_str().unwrap()], "no/such/folder"),
+        (&["render", scene, "-D", "nothing"], "NAME=VALUE"),
+    ];
+    for (args, expected) in cases {
+        let output = run(args);
+        let text = stderr(&output);
+        assert!(!output.status.success(), "{args:?} succeeded");
+        // miette folds long lines: compare without white space.
+        let squeeze = |s: &str| s.chars().filter(|c| !c.is_whitespace() && *c != '│').collect::<String>();
+        assert!(squeeze(&text).contains(&squeeze(expected)), "{args:?} does not mention {expected:?}:\n{text}");
+        assert!(!text.contains("panicked"), "{text}");
+    }
+}
+
+#[test]
+fn ctrl_c_writes_what_is_there() {
+    let dir = folder("interrupt");
+    let (exr, json) = (dir.join("a.exr"), dir.join("a.json"));
+    let child = program()
+        .args(["render", "scenes/cornell.xml", "-o", exr.to_str().unwrap(), "--json", json.to_str().unwrap()])
+        .args(["--size", "32x32", "--time", "300", "--device", "cpu"])
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(Duration::from_secs(2));
+    let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(kill.success());
+    let output = child.wait_with_output().unwrap();
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(stderr(&output).contains("Ctrl-C"), "{}", stderr(&output));
+    assert!(exr.exists());
+    let report: serde_json::Value = serde_json::from_slice(&fs::read(json).unwrap()).unwrap();
+    assert_eq!(report["interrupted"], true);
+    assert!(report["camera_samples"].as_u64().unwrap() > 0);
+    let left: Vec<_> = fs::read_dir(&dir).unwrap().map(|e| e.unwrap().file_name()).collect();
+    assert_eq!(left.len(), 2, "temporary files were left behind: {left:?}");
+}
+
+#[test]
+fn an_old_picture_survives_a_failed_run() {
+    let dir = folder("survive");
+    let out = dir.join("old.png");
+    fs::write(&out, b"old").unwrap();
+    let scene = dir.join("broken.xml");
+    fs::write(&scene, "<scene version=\"3.0.0\">\n  <shape type=\"no-such-shape\"/>\n</scene>\n").unwrap();
+    let output = run(&["render", scene.to_str().unwrap(), "-o", out.to_str().unwrap()]);
+    let text = stderr(&output);
+    assert!(!output.status.success());
+    assert!(text.contains("broken.xml:2:"), "no place in:\n{text}");
+    assert!(text.contains("no-such-shape"), "{text}");
+    assert_eq!(fs::read(&out).unwrap(), b"old");
+}
+
+#[test]
+fn devices_are_listed() {
+    let output = succeed(&["devices"]);
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(text.contains("cpu"), "{text}");
+    assert!(text.lines().count() >= 2, "no Vulkan device is listed:\n{text}");
+}
