@@ -3,7 +3,10 @@
 
 pub mod dispersion;
 mod sampled;
+pub mod sigmoid;
 mod spectrum;
+pub mod table;
+mod upsample;
 mod wavelengths;
 
 pub use sampled::SampledSpectrum;
