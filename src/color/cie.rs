@@ -85,9 +85,9 @@ pub fn d65_white() -> DVec3 {
 
 /// XYZ of the spectrum `f(λ in nm, row)`, on the scale where D65 has Y = 1.
 pub fn integrate(mut f: impl FnMut(f32, Vec4) -> f64) -> DVec3 {
-    Rows::get().iter().fold(DVec3::ZERO, |sum, (lambda, row)| {
-        sum + row.truncate().as_dvec3() * f(lambda, row)
-    })
+    Rows::get()
+        .iter()
+        .fold(DVec3::ZERO, |sum, (lambda, row)| sum + row.truncate().as_dvec3() * f(lambda, row))
 }
 
 #[cfg(test)]
@@ -119,7 +119,8 @@ mod tests {
 
     #[test]
     fn nothing_is_seen_outside_the_tables() {
-        for lambda in [f32::NEG_INFINITY, -1.0, 0.0, 360.0, 379.4, 780.6, 830.0, 1e9, f32::INFINITY, f32::NAN] {
+        for lambda in [f32::NEG_INFINITY, -1.0, 0.0, 360.0, 379.4, 780.6, 830.0, 1e9, f32::INFINITY, f32::NAN]
+        {
             assert_eq!(Rows::get().at(lambda), Vec4::ZERO, "{lambda}");
         }
         assert_ne!(Rows::get().at(379.6).x, 0.0);

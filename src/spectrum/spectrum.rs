@@ -64,8 +64,7 @@ impl Spectrum {
     ///
     /// Takes up to a millisecond: for scene loading, not for the hot loop.
     pub fn reflectance_rgb(rgb: [f32; 3]) -> Self {
-        // `max` and `min` also take NaN to 0.
-        let rgb = rgb.map(|v| v.max(0.0).min(1.0));
+        let rgb = rgb.map(|v| clean(v, 1.0));
         if let [r, g, b] = rgb
             && r == g
             && g == b
@@ -90,7 +89,7 @@ impl Spectrum {
     /// The brightest component lies at half of the smooth spectrum's range, where it is smoothest
     /// (pbrt-v4 §4.6.6, Mitsuba 3 `d65` with a colour).
     pub fn unbounded_rgb(rgb: [f32; 3]) -> Self {
-        let rgb = rgb.map(|v| v.max(0.0).min(BRIGHTEST));
+        let rgb = rgb.map(|v| clean(v, BRIGHTEST));
         let [r, g, b] = rgb;
         if r == g && g == b {
             return Spectrum::Constant(r);
@@ -153,6 +152,11 @@ impl Spectrum {
     }
 }
 
+/// `v` cut to [0, max]; NaN, unlike with `clamp`, is 0.
+fn clean(v: f32, max: f32) -> f32 {
+    if v > 0.0 { v.min(max) } else { 0.0 }
+}
+
 /// D65 with Y = 1 at four wavelengths in nm.
 #[inline]
 fn d65(lambda: Vec4) -> Vec4 {
@@ -193,7 +197,9 @@ mod tests {
     fn max_bounds_and_luminance_is_y() {
         let table = Spectrum::table(&[(400.0, 1.0), (600.0, 3.0), (700.0, 0.5)]).expect("valid points");
         let orange = [0.9, 0.3, 0.05];
-        for s in [Spectrum::reflectance_rgb(orange), Spectrum::emission_rgb(orange), Spectrum::d65(2.0), table] {
+        for s in
+            [Spectrum::reflectance_rgb(orange), Spectrum::emission_rgb(orange), Spectrum::d65(2.0), table]
+        {
             let bound = s.max() * (1.0 + 1e-6);
             for l in 360..=830 {
                 assert!(s.eval(Vec4::splat(l as f32)).x <= bound, "{l} {s:?}");

@@ -56,10 +56,10 @@ impl Table {
             return 0.0;
         }
         let cell = ((lambda - LAMBDA_MIN) as usize).min(CELLS);
-        let (low, high) = if lambda < LAMBDA_MIN || lambda > LAMBDA_MAX {
-            (0, self.knots.len() - 1)
-        } else {
+        let (low, high) = if (LAMBDA_MIN..=LAMBDA_MAX).contains(&lambda) {
             (self.guide[cell] as usize, self.guide[cell + 1] as usize)
+        } else {
+            (0, self.knots.len() - 1)
         };
         // Knots in (low, high] lie within this cell: mostly none or one.
         let within = self.knots[low + 1..=high.max(low)].partition_point(|k| k.lambda <= lambda);

@@ -108,7 +108,8 @@ impl SampledWavelengths {
         let weight = Vec4::select(carried, l.0 * 0.25 / self.pdf, Vec4::ZERO);
         let rows = cie::Rows::get();
         let [a, b, c, d] = self.lambda.to_array();
-        let sum = rows.at(a) * weight.x + rows.at(b) * weight.y + rows.at(c) * weight.z + rows.at(d) * weight.w;
+        let sum =
+            rows.at(a) * weight.x + rows.at(b) * weight.y + rows.at(c) * weight.z + rows.at(d) * weight.w;
         let Vec3 { x, y, z } = sum.truncate();
         Xyz::new(x, y, z)
     }
