@@ -211,7 +211,7 @@ mod tests {
             ("Cu", 650.0, 0.966),
         ];
         let tolerance = 0.05;
-        for (name, lambda, measured, tolerance) in published {
+        for (name, lambda, measured) in published {
             let got = reflectance(name, lambda);
             println!("{name} {lambda} nm: {got:.3}, published {measured}");
             assert!(
