@@ -1,1 +1,3 @@
 //! Mathematics that knows nothing of rendering: frames, warps, distributions, float bounds.
+
+pub mod distribution;
