@@ -43,13 +43,15 @@ pub fn ring<T>(capacity: usize, fill: impl FnMut() -> T) -> (Producer<T>, Consum
         tail: Padded(AtomicUsize::new(0)),
         slots: slots.collect(),
     });
-    (Producer { ring: ring.clone() }, Consumer { ring })
+    (Producer { ring: ring.clone(), tail: 0 }, Consumer { ring, head: 0 })
 }
 
 /// The writing end.
 #[derive(Debug)]
 pub struct Producer<T> {
     ring: Arc<Ring<T>>,
+    /// Its own copy of `ring.tail`, which nobody else writes.
+    tail: usize,
 }
 
 impl<T> Producer<T> {
@@ -57,16 +59,13 @@ impl<T> Producer<T> {
     ///
     /// The slot holds whatever was left there; only [`WriteGrant::commit`] sends.
     pub fn grant(&mut self) -> Option<WriteGrant<'_, T>> {
-        let tail = self.ring.tail.0.load(Ordering::Relaxed); // only this side writes it
-        let head = self.ring.head.0.load(Ordering::Acquire); // pairs with ReadGrant::release
-        let free = tail.wrapping_sub(head) < self.ring.slots.len();
-        free.then_some(WriteGrant { ring: &self.ring, tail })
+        (!self.is_full()).then_some(WriteGrant { ring: &self.ring, tail: &mut self.tail })
     }
 
     /// True when [`Producer::grant`] would lend nothing.
     pub fn is_full(&self) -> bool {
-        let tail = self.ring.tail.0.load(Ordering::Relaxed);
-        tail.wrapping_sub(self.ring.head.0.load(Ordering::Acquire)) == self.ring.slots.len()
+        let head = self.ring.head.0.load(Ordering::Acquire); // pairs with ReadGrant::release
+        self.tail.wrapping_sub(head) == self.ring.slots.len()
     }
 }
 
@@ -75,13 +74,14 @@ impl<T> Producer<T> {
 #[derive(Debug)]
 pub struct WriteGrant<'a, T> {
     ring: &'a Ring<T>,
-    tail: usize,
+    tail: &'a mut usize,
 }
 
 impl<T> WriteGrant<'_, T> {
     /// Publishes the slot.
     pub fn commit(self) {
-        self.ring.tail.0.store(self.tail.wrapping_add(1), Ordering::Release);
+        *self.tail = self.tail.wrapping_add(1);
+        self.ring.tail.0.store(*self.tail, Ordering::Release);
     }
 }
 
@@ -91,14 +91,14 @@ impl<T> Deref for WriteGrant<'_, T> {
     fn deref(&self) -> &T {
         // SAFETY: the slot is at `tail`, unpublished: the consumer does not look at it, and the grant borrows the
         // only producer.
-        self.ring.slot(self.tail).with(|slot| unsafe { &*slot })
+        self.ring.slot(*self.tail).with(|slot| unsafe { &*slot })
     }
 }
 
 impl<T> DerefMut for WriteGrant<'_, T> {
     fn deref_mut(&mut self) -> &mut T {
         // SAFETY: as in `deref`, and `&mut self` makes this the only reference.
-        self.ring.slot(self.tail).with_mut(|slot| unsafe { &mut *slot })
+        self.ring.slot(*self.tail).with_mut(|slot| unsafe { &mut *slot })
     }
 }
 
@@ -106,20 +106,20 @@ impl<T> DerefMut for WriteGrant<'_, T> {
 #[derive(Debug)]
 pub struct Consumer<T> {
     ring: Arc<Ring<T>>,
+    /// Its own copy of `ring.head`, which nobody else writes.
+    head: usize,
 }
 
 impl<T> Consumer<T> {
     /// Borrows the oldest published slot, or `None` when there is nothing new. Never blocks.
     pub fn read(&mut self) -> Option<ReadGrant<'_, T>> {
-        let head = self.ring.head.0.load(Ordering::Relaxed); // only this side writes it
-        let tail = self.ring.tail.0.load(Ordering::Acquire); // pairs with WriteGrant::commit
-        (head != tail).then_some(ReadGrant { ring: &self.ring, head })
+        (!self.is_empty()).then_some(ReadGrant { ring: &self.ring, head: &mut self.head })
     }
 
     /// Published slots not yet released; may grow at any moment.
     pub fn len(&self) -> usize {
-        let head = self.ring.head.0.load(Ordering::Relaxed);
-        self.ring.tail.0.load(Ordering::Acquire).wrapping_sub(head)
+        let tail = self.ring.tail.0.load(Ordering::Acquire); // pairs with WriteGrant::commit
+        tail.wrapping_sub(self.head)
     }
 
     /// True when there is nothing to read at this moment.
@@ -138,13 +138,14 @@ impl<T> Consumer<T> {
 #[derive(Debug)]
 pub struct ReadGrant<'a, T> {
     ring: &'a Ring<T>,
-    head: usize,
+    head: &'a mut usize,
 }
 
 impl<T> ReadGrant<'_, T> {
     /// Returns the slot to the producer.
     pub fn release(self) {
-        self.ring.head.0.store(self.head.wrapping_add(1), Ordering::Release);
+        *self.head = self.head.wrapping_add(1);
+        self.ring.head.0.store(*self.head, Ordering::Release);
     }
 }
 
@@ -154,7 +155,7 @@ impl<T> Deref for ReadGrant<'_, T> {
     fn deref(&self) -> &T {
         // SAFETY: head < tail: the producer published this slot and does not touch it before `head` has moved past
         // it, which takes `release` and with it this borrow.
-        self.ring.slot(self.head).with(|slot| unsafe { &*slot })
+        self.ring.slot(*self.head).with(|slot| unsafe { &*slot })
     }
 }
 
