@@ -1,1 +1,6 @@
 //! Mathematics that knows nothing of rendering: frames, warps, distributions, float bounds.
+
+pub mod float;
+pub mod frame;
+pub mod pdf;
+pub mod warp;
