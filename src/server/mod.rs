@@ -1,1 +1,50 @@
-//! To be written.
+//! The server (paper §4.1): threads that trace without pause and answer to three commands.
+//!
+//! ```text
+//! Server::start(threads) ─▶ Server (commands, events, statistics) and Lanes (the samples, for the client)
+//!   wrapper thread: term | abort | render ─▶ one assignment per worker ─▶ finish event when the last one is done
+//!   worker i: claim a chunk of 1024 indices ─▶ trace ─▶ block ─▶ lane i
+//! ```
+//!
+//! - *render* and *abort* take effect at once: workers look at one atomic epoch between paths.
+//! - The *finish* event is asynchronous; draining the lanes is the paper's synchronous query.
+//! - A path that panics ends its render with an event that names the index; the threads live on.
+//!
+//! ```
+//! # use std::{sync::Arc, time::Duration};
+//! # use pointillist::{color::Xyz, server::*, stream::*, tracer::Integrator};
+//! # struct White;
+//! # impl Integrator for White {
+//! #     type Scratch = ();
+//! #     fn trace(&self, _: u64, _: &mut (), out: &mut impl SampleSink) {
+//! #         out.camera([0.5; 2], Xyz::new(1.0, 1.0, 1.0), 1.0);
+//! #     }
+//! #     fn paths_per_index(&self) -> PathCounts { PathCounts { camera: 1, light: 0 } }
+//! # }
+//! let (server, mut lanes) = Server::start(2)?;
+//! let epoch = Epoch(1);
+//! server.render(RenderJob::new(Arc::new(White), 0..5000), epoch)?;
+//! let mut samples = 0;
+//! let why = loop {
+//!     let event = server.event(); // before draining: all its blocks are in the lanes
+//!     while lanes.drain(epoch, 64 * 1024, |block| samples += block.samples().len()).blocks > 0 {}
+//!     if let Some(Event::Finished { why, .. }) = event {
+//!         break why;
+//!     }
+//!     lanes.wait(Duration::from_millis(100));
+//! };
+//! assert_eq!((why, samples), (Finish::Complete, 5000));
+//! # Ok::<(), ServerError>(())
+//! ```
+
+pub mod error;
+pub mod handle;
+pub mod job;
+pub mod stats;
+mod worker;
+mod wrapper;
+
+pub use error::ServerError;
+pub use handle::Server;
+pub use job::{CHUNK, DEADLINE, RenderJob};
+pub use stats::{Stats, WorkerStats};

@@ -1,16 +1,42 @@
-//! Numbers for one path: fixed dimension slots per path vertex, `../shared/qmc.md`.
+//! Numbers for one path: the sequence NX8 with a fixed slot for every number a path can ask for.
+//!
+//! The sequence comes in blocks of eight dimensions that are low-discrepancy *together*; what interacts most shares a
+//! block. Slots (dimension in block; pairs (0, 1), (2, 3), (4, 5) are the best ones, 6 and 7 the weakest):
+//!
+//! | block | 0, 1 | 2, 3 | 4, 5 | 6 | 7 |
+//! |---|---|---|---|---|---|
+//! | 0 | screen | light, vertex 0 | bsdf, vertex 0 | wavelength | time |
+//! | 1 | lens | – | light choice, lobe of vertex 0 | roulette of vertex 0 | – |
+//! | 1 + d, vertex d ≥ 1 | light | bsdf | light choice, lobe | roulette | – |
+//!
+//! A slot is never "the next free dimension": which branch a path takes does not change what a number means.
+//! Block 0 uses the index itself, so that every aligned chunk of 4^k indices covers the whole screen evenly; later
+//! blocks use a shuffled index (`scramble`). Every dimension is Owen-scrambled with its own seed. Blocks from 2^16 on
+//! are left free for light subpaths.
+
+pub mod nx8;
+pub mod scramble;
+pub mod tables;
+
+use scramble::BlockKey;
+use tables::Lanes;
 
 /// The numbers of one path. Every number has a fixed slot: a dimension always means the same thing.
+///
+/// A pure function of (index, seed) and cheap to copy. The first 2^64 screen positions of a seed are all different.
 #[derive(Clone, Copy, Debug)]
 pub struct Sampler {
-    index: u64,
+    /// The index as bit-reversed halves.
+    index: [u32; 2],
     seed: u32,
+    first: Lanes,
+    second: Lanes,
 }
 
 /// Numbers for the start of a camera path; all in [0, 1).
 #[derive(Clone, Copy, Debug)]
 pub struct CameraNumbers {
-    /// Position over the whole window, 32 bits of precision kept until the splat.
+    /// Position over the whole window, 32 bits of precision kept until the splat; never exactly 0.
     pub screen: [f64; 2],
     /// Position on the lens.
     pub lens: [f32; 2],
@@ -37,38 +63,60 @@ pub struct VertexNumbers {
 
 impl Sampler {
     /// The numbers of path `index` under `seed`.
+    #[inline]
     pub fn at(index: u64, seed: u32) -> Self {
-        Self { index, seed }
+        let index = tables::reversed_halves(index);
+        Self {
+            index,
+            seed,
+            first: tables::first_block(index, &BlockKey::new(seed, 0)),
+            second: tables::padded_block(index, &BlockKey::new(seed, 1)),
+        }
     }
 
     /// Numbers for the camera.
+    #[inline]
     pub fn camera(&self) -> CameraNumbers {
+        let (a, b) = (&self.first, &self.second);
         CameraNumbers {
-            screen: [f64::from(self.hash(0)), f64::from(self.hash(1))],
-            lens: [self.hash(2), self.hash(3)],
-            wavelength: self.hash(4),
-            time: self.hash(5),
+            screen: [unit_f64(a[0]), unit_f64(a[1])],
+            lens: [unit_f32(b[0]), unit_f32(b[1])],
+            wavelength: unit_f32(a[6]),
+            time: unit_f32(a[7]),
         }
     }
 
     /// Numbers for vertex `depth`; 0 is the first surface point after the camera.
+    #[inline]
     pub fn vertex(&self, depth: u32) -> VertexNumbers {
-        let d = 16 + depth * 8;
-        VertexNumbers {
-            light: [self.hash(d), self.hash(d + 1)],
-            bsdf: [self.hash(d + 2), self.hash(d + 3)],
-            light_choice: self.hash(d + 4),
-            lobe: self.hash(d + 5),
-            roulette: self.hash(d + 6),
+        if depth == 0 {
+            let a = &self.first;
+            return vertex_numbers([a[2], a[3]], [a[4], a[5]], &self.second);
         }
+        let b = tables::padded_block(self.index, &BlockKey::new(self.seed, 1 + depth));
+        vertex_numbers([b[0], b[1]], [b[2], b[3]], &b)
     }
+}
 
-    /// PLACEHOLDER (splitmix64); helper `stream` replaces the whole file by NX8.
-    fn hash(&self, dim: u32) -> f32 {
-        let mut z =
-            self.index.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ (u64::from(dim) << 32 | u64::from(self.seed));
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 40) as f32 / 16_777_216.0
+#[inline(always)]
+fn vertex_numbers(light: [u32; 2], bsdf: [u32; 2], single: &Lanes) -> VertexNumbers {
+    VertexNumbers {
+        light: light.map(unit_f32),
+        bsdf: bsdf.map(unit_f32),
+        light_choice: unit_f32(single[4]),
+        lobe: unit_f32(single[5]),
+        roulette: unit_f32(single[6]),
     }
+}
+
+/// A 32-bit fraction as `f32` in [0, 1): shifted before conversion, which would otherwise round up to 1.
+#[inline(always)]
+pub fn unit_f32(x: u32) -> f32 {
+    (x >> 8) as f32 * (1.0 / 16_777_216.0)
+}
+
+/// A 32-bit fraction as `f64` in (0, 1), at the middle of its cell; exact.
+#[inline(always)]
+pub fn unit_f64(x: u32) -> f64 {
+    (f64::from(x) + 0.5) * (1.0 / 4_294_967_296.0)
 }

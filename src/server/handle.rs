@@ -1,0 +1,153 @@
+//! The caller's handle to the tracing threads.
+
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex, MutexGuard};
+use std::thread::{Builder, JoinHandle};
+use std::time::Duration;
+
+use crate::server::error::ServerError;
+use crate::server::job::{RenderJob, Task};
+use crate::server::stats::{Stats, StatsCell};
+use crate::server::worker::{self, Work, Worker, trace_chunks};
+use crate::server::wrapper::{Message, WorkerHandle, Wrapper};
+use crate::stream::{BlockSink, Command, Epoch, Event, Hub, LANE_BLOCKS, LaneWriter, Lanes, lanes};
+use crate::tracer::Integrator;
+
+/// A handle to the tracing threads. All methods may be called from any thread; dropping it is [`Server::term`].
+pub struct Server {
+    messages: Sender<Message>,
+    events: Mutex<Receiver<Event>>,
+    hub: Arc<Hub>,
+    /// The render commanded last.
+    latest: Mutex<Option<Arc<Task>>>,
+    threads: usize,
+    wrapper: Mutex<Option<JoinHandle<()>>>,
+}
+
+impl Server {
+    /// Starts `threads` tracing threads and the wrapper; they sleep until the first render.
+    ///
+    /// # Errors
+    ///
+    /// [`ServerError::NoThreads`] for 0, [`ServerError::Spawn`] when the system refuses a thread.
+    pub fn start(threads: usize) -> Result<(Server, Lanes), ServerError> {
+        if threads == 0 {
+            return Err(ServerError::NoThreads);
+        }
+        let (writers, lanes) = lanes(threads, LANE_BLOCKS);
+        let (messages, inbox) = channel();
+        let (events_out, events) = channel();
+        let spawn_error = |number| move |source| ServerError::Spawn { number, threads, source };
+        let mut workers = Vec::with_capacity(threads);
+        for (number, writer) in writers.into_iter().enumerate() {
+            workers.push(spawn_worker(number, writer, messages.clone()).map_err(spawn_error(number))?);
+        }
+        let hub = lanes.hub().clone();
+        let wrapper = Wrapper { workers, hub: hub.clone(), events: events_out };
+        let wrapper = Builder::new()
+            .name("server".to_owned())
+            .spawn(move || wrapper.run(inbox))
+            .map_err(spawn_error(threads))?;
+        let server = Server {
+            messages,
+            events: Mutex::new(events),
+            hub,
+            latest: Mutex::new(None),
+            threads,
+            wrapper: Mutex::new(Some(wrapper)),
+        };
+        Ok((server, lanes))
+    }
+
+    /// Command *render*: workers leave the render in progress after their current path and begin this one. Returns at
+    /// once; [`Event::Finished`] follows when the range is done or the render is stopped.
+    ///
+    /// # Errors
+    ///
+    /// [`ServerError::StaleEpoch`] unless `epoch` is newer than every one before; [`ServerError::Terminated`].
+    pub fn render<I: Integrator>(&self, job: RenderJob<I>, epoch: Epoch) -> Result<(), ServerError> {
+        let task = Arc::new(Task::new(&job, epoch, self.threads));
+        let integrator = job.integrator;
+        let work: Work =
+            Arc::new(move |worker: &mut Worker, task: &Task| trace_chunks(integrator.as_ref(), worker, task));
+        // Held to the end, so that epochs, tasks and commands stay in the same order.
+        let mut latest = unpoisoned(&self.latest);
+        if let Some(last) = latest.as_ref().map(|task| task.epoch).filter(|last| *last >= epoch) {
+            return Err(ServerError::StaleEpoch { new: epoch, last });
+        }
+        if unpoisoned(&self.wrapper).is_none() {
+            return Err(ServerError::Terminated);
+        }
+        self.hub.run(Some(epoch));
+        *latest = Some(task.clone());
+        let command = Command::Render { job: (task, work), epoch };
+        self.messages.send(Message::Command(command)).map_err(|_| ServerError::Terminated)
+    }
+
+    /// Command *abort*: stops the render in progress after at most one path per worker. Blocks sent so far, and the
+    /// begun ones that still fit into their lanes, remain valid: the picture so far can be finished from them.
+    pub fn abort(&self) {
+        self.hub.run(None);
+        let _ = self.messages.send(Message::Command(Command::Abort));
+    }
+
+    /// Command *term*: stops the render in progress and ends all threads; returns when they have ended, after at most
+    /// one path per worker, whether or not anybody drains the lanes.
+    pub fn term(&self) {
+        let _latest = unpoisoned(&self.latest);
+        self.hub.run(None);
+        let _ = self.messages.send(Message::Command(Command::Term));
+        if let Some(wrapper) = unpoisoned(&self.wrapper).take() {
+            // It panics nowhere; and if it did there would be nothing left to do here.
+            let _ = wrapper.join();
+        }
+    }
+
+    /// The oldest event not yet taken. [`Lanes::wait`] wakes up for events too.
+    pub fn event(&self) -> Option<Event> {
+        unpoisoned(&self.events).try_recv().ok()
+    }
+
+    /// As [`Server::event`], but waits for one. The lanes must be drained by another thread meanwhile, or a render
+    /// that fills them cannot finish.
+    pub fn wait_event(&self, timeout: Duration) -> Option<Event> {
+        match unpoisoned(&self.events).recv_timeout(timeout) {
+            Ok(event) => Some(event),
+            Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => None,
+        }
+    }
+
+    /// What the workers have done for the render commanded last; exact once it has finished, a moment old before.
+    pub fn stats(&self) -> Stats {
+        unpoisoned(&self.latest).as_ref().map_or_else(Stats::default, |task| Stats {
+            epoch: task.epoch,
+            workers: task.stats.iter().map(StatsCell::read).collect(),
+        })
+    }
+
+    /// Tracing threads.
+    pub fn threads(&self) -> usize {
+        self.threads
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        self.term();
+    }
+}
+
+fn spawn_worker(number: usize, writer: LaneWriter, done: Sender<Message>) -> std::io::Result<WorkerHandle> {
+    let (assign, assignments) = channel();
+    let worker = Worker { number, sink: BlockSink::new(writer) };
+    let thread = Builder::new()
+        .name(format!("tracer {number}"))
+        .stack_size(8 << 20)
+        .spawn(move || worker::run(worker, assignments, done))?;
+    Ok(WorkerHandle { assign, thread })
+}
+
+/// The state behind these locks is whole at every moment: a panic elsewhere does not spoil it.
+fn unpoisoned<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+}

@@ -1,0 +1,97 @@
+//! What to render, and how its indices are handed out.
+
+use std::ops::Range;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
+
+use crate::server::stats::StatsCell;
+use crate::stream::{Epoch, UvWindow};
+use crate::tracer::Integrator;
+
+/// Indices a worker claims at once: a power of 4, so that every chunk alone covers the whole screen evenly.
+pub const CHUNK: u64 = 1024;
+
+/// Blocks are sent at this age even when they are not full.
+pub const DEADLINE: Duration = Duration::from_millis(2);
+
+/// A range of the sample sequence to be traced.
+#[derive(Debug)]
+pub struct RenderJob<I> {
+    /// What traces one index.
+    pub integrator: Arc<I>,
+    /// Indices; `0..u64::MAX` goes on until aborted.
+    pub range: Range<u64>,
+    /// Where samples may lie; the same window as the integrator's.
+    pub window: UvWindow,
+    /// Age at which an unfinished block is sent. `None`: full blocks (and ends of chunks) only, which makes the
+    /// blocks themselves, not only their samples, independent of time and threads.
+    pub deadline: Option<Duration>,
+}
+
+impl<I: Integrator> RenderJob<I> {
+    /// A job over the picture's window with the usual deadline.
+    pub fn new(integrator: Arc<I>, range: Range<u64>) -> Self {
+        Self { integrator, range, window: UvWindow::PICTURE, deadline: Some(DEADLINE) }
+    }
+}
+
+/// One render as the workers share it.
+#[derive(Debug)]
+pub(super) struct Task {
+    pub(super) epoch: Epoch,
+    pub(super) window: UvWindow,
+    pub(super) deadline: Option<Duration>,
+    pub(super) stats: Vec<StatsCell>,
+    range: Range<u64>,
+    /// Chunks handed out.
+    claimed: AtomicU64,
+}
+
+impl Task {
+    pub(super) fn new<I>(job: &RenderJob<I>, epoch: Epoch, threads: usize) -> Self {
+        Self {
+            epoch,
+            window: job.window,
+            deadline: job.deadline,
+            stats: std::iter::repeat_with(StatsCell::default).take(threads).collect(),
+            range: job.range.clone(),
+            claimed: AtomicU64::new(0),
+        }
+    }
+
+    /// The next chunk: contiguous, aligned to [`CHUNK`], cut at the ends of the range. Ascending over all workers.
+    pub(super) fn claim(&self) -> Option<Range<u64>> {
+        let Range { start, end } = self.range;
+        let chunk = (start / CHUNK).checked_add(self.claimed.fetch_add(1, Ordering::Relaxed))?;
+        let first = chunk.checked_mul(CHUNK)?;
+        let range = first.max(start)..first.saturating_add(CHUNK).min(end);
+        (!range.is_empty()).then_some(range)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn chunks(range: Range<u64>) -> Vec<Range<u64>> {
+        let task = Task {
+            epoch: Epoch(0),
+            window: UvWindow::PICTURE,
+            deadline: None,
+            stats: Vec::new(),
+            range,
+            claimed: AtomicU64::new(0),
+        };
+        std::iter::from_fn(|| task.claim()).collect()
+    }
+
+    #[test]
+    fn chunks_are_aligned_and_cover_the_range_to_its_very_end() {
+        assert_eq!(chunks(1000..3000), [1000..1024, 1024..2048, 2048..3000]);
+        assert_eq!(chunks(5..6), [5..6]);
+        assert_eq!(chunks(7..7), []);
+        let top = u64::MAX - 1500;
+        assert_eq!(chunks(top..u64::MAX), [top..u64::MAX - 1023, u64::MAX - 1023..u64::MAX]);
+    }
+}

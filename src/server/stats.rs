@@ -1,0 +1,155 @@
+//! What the workers have done, readable at any time.
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use crate::stream::{Epoch, Rejections, Totals};
+
+/// One worker's share of a render.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct WorkerStats {
+    /// Time in the render without the time parked on a full lane.
+    pub busy: Duration,
+    /// Time on a processor, where the system tells (Linux): unlike `busy` not lengthened by other programs.
+    pub cpu: Option<Duration>,
+    /// Time parked on a full lane.
+    pub parked: Duration,
+    /// Indices traced.
+    pub paths: u64,
+    /// Samples sent.
+    pub samples: u64,
+    /// Samples discarded because the render was stopped while the lane was full.
+    pub discarded: u64,
+    /// Samples kept out of the stream.
+    pub rejections: Rejections,
+}
+
+/// A snapshot of the last render.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Stats {
+    /// Which render; `Epoch(0)` before the first.
+    pub epoch: Epoch,
+    /// One entry per worker.
+    pub workers: Vec<WorkerStats>,
+}
+
+impl Stats {
+    /// The sum over all workers. `busy` (or `cpu`) is then the number of *tracing seconds*; `cpu` is `None` when one
+    /// worker does not know it.
+    pub fn total(&self) -> WorkerStats {
+        let zero = WorkerStats { cpu: Some(Duration::ZERO), ..WorkerStats::default() };
+        self.workers.iter().fold(zero, |mut sum, worker| {
+            sum.busy += worker.busy;
+            sum.cpu = sum.cpu.zip(worker.cpu).map(|(a, b)| a + b);
+            sum.parked += worker.parked;
+            sum.paths += worker.paths;
+            sum.samples += worker.samples;
+            sum.discarded += worker.discarded;
+            sum.rejections.merge(&worker.rejections);
+            sum
+        })
+    }
+}
+
+/// Where one worker publishes its numbers; on cache lines of its own.
+#[derive(Debug, Default)]
+#[repr(align(128))]
+pub(super) struct StatsCell {
+    busy: AtomicU64,
+    /// 0 means unknown.
+    cpu: AtomicU64,
+    parked: AtomicU64,
+    paths: AtomicU64,
+    samples: AtomicU64,
+    discarded: AtomicU64,
+    rejections: Mutex<Rejections>,
+}
+
+impl StatsCell {
+    pub(super) fn times(&self, busy: Duration, parked: Duration) {
+        self.busy.store(nanoseconds(busy), Ordering::Relaxed);
+        self.parked.store(nanoseconds(parked), Ordering::Relaxed);
+    }
+
+    pub(super) fn cpu(&self, cpu: Duration) {
+        self.cpu.store(nanoseconds(cpu), Ordering::Relaxed);
+    }
+
+    pub(super) fn totals(&self, totals: &Totals) {
+        self.paths.store(totals.indices, Ordering::Relaxed);
+        self.samples.store(totals.samples, Ordering::Relaxed);
+        self.discarded.store(totals.discarded, Ordering::Relaxed);
+        if totals.rejections.total() != 0
+            && let Ok(mut rejections) = self.rejections.lock()
+        {
+            *rejections = totals.rejections;
+        }
+    }
+
+    pub(super) fn read(&self) -> WorkerStats {
+        let load = |cell: &AtomicU64| cell.load(Ordering::Relaxed);
+        let cpu = load(&self.cpu);
+        WorkerStats {
+            busy: Duration::from_nanos(load(&self.busy)),
+            cpu: (cpu != 0).then(|| Duration::from_nanos(cpu)),
+            parked: Duration::from_nanos(load(&self.parked)),
+            paths: load(&self.paths),
+            samples: load(&self.samples),
+            discarded: load(&self.discarded),
+            rejections: self.rejections.lock().map(|r| *r).unwrap_or_default(),
+        }
+    }
+}
+
+fn nanoseconds(time: Duration) -> u64 {
+    u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
+}
+
+/// Time this thread has spent on a processor; `None` where the system does not tell. Linux: the first number of
+/// `schedstat` (nanoseconds, at most one scheduler tick old); a few microseconds to read.
+pub(super) fn thread_cpu_time() -> Option<Duration> {
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
+    let nanoseconds = text.split_whitespace().next()?.parse().ok()?;
+    (nanoseconds != 0).then(|| Duration::from_nanos(nanoseconds))
+}
+
+/// Measures a worker's times over one render.
+#[derive(Debug)]
+pub(super) struct Stopwatch<'a> {
+    cell: &'a StatsCell,
+    start: Instant,
+    parked_before: Duration,
+    cpu_before: Option<Duration>,
+    cpu_read: Instant,
+}
+
+impl<'a> Stopwatch<'a> {
+    /// `parked`: what the lane's writer says at this moment.
+    pub(super) fn start(cell: &'a StatsCell, parked: Duration) -> Self {
+        let now = Instant::now();
+        Self { cell, start: now, parked_before: parked, cpu_before: thread_cpu_time(), cpu_read: now }
+    }
+
+    /// Publishes wall times, and processor time now and then.
+    pub(super) fn lap(&mut self, now: Instant, parked: Duration) {
+        let parked = parked.saturating_sub(self.parked_before);
+        self.cell.times((now - self.start).saturating_sub(parked), parked);
+        if now - self.cpu_read >= Duration::from_millis(100) {
+            self.cpu_read = now;
+            self.publish_cpu();
+        }
+    }
+
+    /// Publishes everything.
+    pub(super) fn finish(mut self, parked: Duration) {
+        self.lap(Instant::now(), parked);
+        self.publish_cpu();
+    }
+
+    fn publish_cpu(&self) {
+        if let Some((now, before)) = thread_cpu_time().zip(self.cpu_before) {
+            self.cell.cpu(now.saturating_sub(before));
+        }
+    }
+}

@@ -1,0 +1,200 @@
+//! The sink of a worker: checks each sample, fills blocks, sends them.
+
+use crate::color::Xyz;
+use crate::stream::block::Block;
+use crate::stream::control::Epoch;
+use crate::stream::rejected::{Cause, Rejections};
+use crate::stream::sample::Sample;
+use crate::stream::sink::{PathCounts, SampleSink, UvWindow};
+use crate::stream::writer::LaneWriter;
+
+/// Share of the window's extent by which a position may lie outside: rounding of `min + u · extent`.
+const WINDOW_SLACK: f32 = 1e-6;
+
+/// Running totals of a [`BlockSink`] since [`BlockSink::start`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Totals {
+    /// Indices traced to the end.
+    pub indices: u64,
+    /// Samples sent.
+    pub samples: u64,
+    /// Samples thrown away because the render was stopped while the lane was full.
+    pub discarded: u64,
+    /// Samples kept out of the stream.
+    pub rejections: Rejections,
+}
+
+/// Turns the samples of one path after another into blocks. See [`SampleSink`] for what enters the stream.
+#[derive(Debug)]
+pub struct BlockSink {
+    writer: LaneWriter,
+    block: Box<Block>,
+    window: UvWindow,
+    epoch: Epoch,
+    /// The path being traced, and the samples in the block before it.
+    index: u64,
+    path_start: usize,
+    /// Part of the path was discarded: the rest must not be sent, nor the path counted.
+    broken: bool,
+    totals: Totals,
+    blocks_sent: u64,
+}
+
+impl BlockSink {
+    /// A sink on `writer`; call [`BlockSink::start`] before use.
+    pub fn new(writer: LaneWriter) -> Self {
+        Self {
+            writer,
+            block: Box::default(),
+            window: UvWindow::PICTURE,
+            epoch: Epoch::default(),
+            index: 0,
+            path_start: 0,
+            broken: false,
+            totals: Totals::default(),
+            blocks_sent: 0,
+        }
+    }
+
+    /// Begins a render: forgets what was not sent, sets totals to zero.
+    pub fn start(&mut self, epoch: Epoch, window: UvWindow) {
+        let slack = |axis: usize| WINDOW_SLACK * (window.max[axis] - window.min[axis]);
+        self.window = UvWindow {
+            min: [window.min[0] - slack(0), window.min[1] - slack(1)],
+            max: [window.max[0] + slack(0), window.max[1] + slack(1)],
+        };
+        self.epoch = epoch;
+        self.totals = Totals::default();
+        self.begin_chunk(0);
+    }
+
+    /// Begins a contiguous range of indices; the block must have been flushed.
+    pub fn begin_chunk(&mut self, first_index: u64) {
+        self.block.restart(self.epoch, first_index);
+        self.path_start = 0;
+    }
+
+    /// Begins path `index`, the one after the path before it in this chunk.
+    #[inline]
+    pub fn begin_path(&mut self, index: u64) {
+        self.index = index;
+        self.path_start = self.block.samples().len();
+        self.broken = false;
+    }
+
+    /// Ends the path begun last and counts it.
+    #[inline]
+    pub fn end_path(&mut self, paths: PathCounts) {
+        if self.broken {
+            return self.abandon_path();
+        }
+        let header = &mut self.block.header;
+        header.index_count += 1;
+        header.paths.camera += paths.camera;
+        header.paths.light += paths.light;
+    }
+
+    /// Forgets the samples of the unfinished path that have not been sent yet.
+    pub fn abandon_path(&mut self) {
+        self.block.truncate(self.path_start);
+    }
+
+    /// Sends what has been gathered, if anything. Sleeps on a full lane while the epoch may run; when it may not any
+    /// more and the lane is full, the block is discarded together with its counts. `false` means discarded.
+    pub fn flush(&mut self) -> bool {
+        let mut sent = true;
+        if !self.block.is_empty() {
+            let (header, samples) = (self.block.header, self.block.samples().len() as u64);
+            sent = self.writer.send(&mut self.block);
+            self.totals.indices += header.index_count;
+            self.totals.rejections.merge(&header.rejections);
+            self.totals.samples += if sent { samples } else { 0 };
+            self.totals.discarded += if sent { 0 } else { samples };
+            self.blocks_sent += 1;
+            self.begin_chunk(header.first_index + header.index_count);
+        }
+        sent
+    }
+
+    /// The path begun last.
+    pub fn index(&self) -> u64 {
+        self.index
+    }
+
+    /// Totals of everything flushed.
+    pub fn totals(&self) -> &Totals {
+        &self.totals
+    }
+
+    /// Calls of [`BlockSink::flush`] that had something to send; tells whether one happened since the last look.
+    #[inline]
+    pub fn flushes(&self) -> u64 {
+        self.blocks_sent
+    }
+
+    /// The lane.
+    pub fn writer(&self) -> &LaneWriter {
+        &self.writer
+    }
+
+    #[inline]
+    fn push(&mut self, sample: Sample) {
+        if !self.block.push(sample) {
+            self.overflow(sample);
+        }
+    }
+
+    #[cold]
+    fn overflow(&mut self, sample: Sample) {
+        if self.broken || !self.flush() {
+            self.broken = true;
+            self.abandon_path();
+        } else {
+            self.block.push(sample);
+        }
+    }
+
+    #[cold]
+    fn reject(&mut self, uv: [f32; 2], color: Xyz, weight: f32) {
+        let inside = self.contains(uv);
+        let cause = match () {
+            () if !(uv[0].is_finite() && uv[1].is_finite()) => Cause::PositionNotFinite,
+            () if !weight.is_finite() => Cause::WeightNotFinite,
+            () if weight <= 0.0 => Cause::WeightNotPositive,
+            () if !inside => Cause::OutsideWindow,
+            () => {
+                debug_assert!(!color.is_finite());
+                Cause::ColorNotFinite
+            }
+        };
+        self.block.header.rejections.add(self.index, cause);
+    }
+
+    /// False for NaN.
+    #[inline]
+    fn contains(&self, uv: [f32; 2]) -> bool {
+        let UvWindow { min, max } = self.window;
+        uv[0] >= min[0] && uv[0] <= max[0] && uv[1] >= min[1] && uv[1] <= max[1]
+    }
+}
+
+impl SampleSink for BlockSink {
+    #[inline]
+    fn camera(&mut self, uv: [f32; 2], value: Xyz, weight: f32) {
+        let xyz = value * weight;
+        if weight > 0.0 && weight < f32::INFINITY && xyz.is_finite() && self.contains(uv) {
+            self.push(Sample { uv, xyz, w: weight });
+        } else {
+            self.reject(uv, xyz, weight);
+        }
+    }
+
+    #[inline]
+    fn light(&mut self, uv: [f32; 2], value: Xyz) {
+        if value.is_finite() && self.contains(uv) {
+            self.push(Sample { uv, xyz: value, w: -1.0 });
+        } else {
+            self.reject(uv, value, 1.0);
+        }
+    }
+}

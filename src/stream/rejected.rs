@@ -1,0 +1,129 @@
+//! Samples that may not enter the stream, counted by cause and remembered for replay.
+
+/// Why a sample was rejected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[repr(u8)]
+pub enum Cause {
+    /// u or v is NaN or infinite.
+    PositionNotFinite,
+    /// The position lies outside the window that samples must cover.
+    OutsideWindow,
+    /// X, Y or Z, or its product with the weight, is NaN or infinite.
+    ColorNotFinite,
+    /// The weight of a camera sample is NaN or infinite.
+    WeightNotFinite,
+    /// The weight of a camera sample is zero or negative: on the wire it would mean the light stream.
+    WeightNotPositive,
+}
+
+impl Cause {
+    /// All causes, in the order of [`Rejections::counts`].
+    pub const ALL: [Cause; 5] = [
+        Cause::PositionNotFinite,
+        Cause::OutsideWindow,
+        Cause::ColorNotFinite,
+        Cause::WeightNotFinite,
+        Cause::WeightNotPositive,
+    ];
+
+    /// A few words for a report.
+    pub fn describe(self) -> &'static str {
+        match self {
+            Cause::PositionNotFinite => "position not finite",
+            Cause::OutsideWindow => "position outside the window",
+            Cause::ColorNotFinite => "color not finite",
+            Cause::WeightNotFinite => "weight not finite",
+            Cause::WeightNotPositive => "weight not positive",
+        }
+    }
+}
+
+/// Examples kept.
+pub const EXAMPLES: usize = 8;
+
+/// Rejected samples: how many for each cause, and the first few by path index, so that each can be replayed with
+/// `--seed` and its index.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Rejections {
+    counts: [u64; Cause::ALL.len()],
+    /// Ascending; `len` of them are valid.
+    examples: [(u64, Cause); EXAMPLES],
+    len: u8,
+}
+
+impl Default for Rejections {
+    fn default() -> Self {
+        Self { counts: [0; 5], examples: [(0, Cause::PositionNotFinite); EXAMPLES], len: 0 }
+    }
+}
+
+impl Rejections {
+    /// Notes one sample of path `index`.
+    #[cold]
+    pub fn add(&mut self, index: u64, cause: Cause) {
+        self.counts[cause as usize] += 1;
+        self.keep((index, cause));
+    }
+
+    /// Adds the counts of `other` and keeps the smallest indices of both: the result does not depend on the order of
+    /// merging, hence not on threads.
+    pub fn merge(&mut self, other: &Rejections) {
+        if other.total() == 0 {
+            return;
+        }
+        for (sum, count) in self.counts.iter_mut().zip(other.counts) {
+            *sum += count;
+        }
+        other.examples().iter().for_each(|&example| self.keep(example));
+    }
+
+    /// Rejected samples of one cause.
+    pub fn count(&self, cause: Cause) -> u64 {
+        self.counts[cause as usize]
+    }
+
+    /// Rejected samples of all causes.
+    pub fn total(&self) -> u64 {
+        self.counts.iter().sum()
+    }
+
+    /// (path index, cause) of the smallest indices, ascending; at most [`EXAMPLES`].
+    pub fn examples(&self) -> &[(u64, Cause)] {
+        &self.examples[..usize::from(self.len)]
+    }
+
+    fn keep(&mut self, example: (u64, Cause)) {
+        let len = usize::from(self.len);
+        let at = self.examples[..len].partition_point(|kept| *kept < example);
+        if at == EXAMPLES || self.examples[..len].get(at) == Some(&example) {
+            return;
+        }
+        let last = len.min(EXAMPLES - 1);
+        self.examples.copy_within(at..last, at + 1);
+        self.examples[at] = example;
+        self.len = (last + 1) as u8;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn merging_in_any_order_keeps_the_same_examples() {
+        let parts: Vec<Rejections> = (0..5u64)
+            .map(|part| {
+                let mut r = Rejections::default();
+                (0..4).for_each(|i| r.add(i * 7 + part, Cause::ALL[((i + part) % 5) as usize]));
+                r
+            })
+            .collect();
+        let (mut forward, mut backward) = (Rejections::default(), Rejections::default());
+        parts.iter().for_each(|p| forward.merge(p));
+        parts.iter().rev().for_each(|p| backward.merge(p));
+        assert_eq!(forward, backward);
+        assert_eq!(forward.total(), 20);
+        let indices: Vec<u64> = forward.examples().iter().map(|e| e.0).collect();
+        assert_eq!(indices, [0, 1, 2, 3, 4, 7, 8, 9]);
+    }
+}

@@ -1,0 +1,57 @@
+//! A worker's end of its lane: sends whole blocks, parks when the lane is full.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use crate::stream::block::Block;
+use crate::stream::lanes::Hub;
+use crate::stream::ring::Producer;
+
+/// Sends one worker's blocks.
+#[derive(Debug)]
+pub struct LaneWriter {
+    producer: Producer<Box<Block>>,
+    hub: Arc<Hub>,
+    parked: Duration,
+}
+
+impl LaneWriter {
+    pub(super) fn new(producer: Producer<Box<Block>>, hub: Arc<Hub>) -> Self {
+        Self { producer, hub, parked: Duration::ZERO }
+    }
+
+    /// Sends `block` and leaves an old one with arbitrary content in its place: the boxes are swapped, no sample is
+    /// copied.
+    ///
+    /// Sleeps while the lane is full and the block's epoch may run. `false` means that it was not sent: the epoch
+    /// has been stopped while the lane was full, or a newer one runs.
+    pub fn send(&mut self, block: &mut Box<Block>) -> bool {
+        let epoch = block.header.epoch;
+        let running = &self.hub.running;
+        if self.producer.is_full() && running.is(epoch) {
+            let start = Instant::now();
+            self.hub.space.wait(None, || !self.producer.is_full() || !running.is(epoch));
+            self.parked += start.elapsed();
+        }
+        if !running.is(epoch) && !running.is_none() {
+            return false;
+        }
+        let Some(mut slot) = self.producer.grant() else {
+            return false;
+        };
+        std::mem::swap(&mut *slot, block);
+        slot.commit();
+        self.hub.data.ring();
+        true
+    }
+
+    /// Time spent asleep on a full lane since the start.
+    pub fn parked(&self) -> Duration {
+        self.parked
+    }
+
+    /// What both ends share.
+    pub fn hub(&self) -> &Arc<Hub> {
+        &self.hub
+    }
+}
