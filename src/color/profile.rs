@@ -1,6 +1,15 @@
-//! Display profiles: primaries, white and the matrix `P` from XYZ to linear RGB.
+//! Display profiles: primaries, white and the matrix `P` from XYZ to linear RGB (paper §4.3).
+//!
+//! All matrices are computed in double precision from the chromaticities of the primaries and one white: the XYZ
+//! of D65 as the tables of [`cie`] sum it. A surface or light of RGB (1, 1, 1) is
+//! therefore exactly neutral on every display (the rounded white of the standards, x = 0.3127, y = 0.3290, differs
+//! from it by less than 5e-4).
 
-use glam::Mat3;
+use std::sync::LazyLock;
+
+use glam::{DMat3, DVec2, DVec3, Mat3};
+
+use crate::color::cie;
 
 /// A matrix display profile.
 #[derive(Clone, Debug, PartialEq)]
@@ -11,14 +20,101 @@ pub struct Profile {
     pub from_xyz: Mat3,
 }
 
+/// A name and the CIE xy chromaticities of red, green and blue; the white is D65.
+type Primaries = (&'static str, [DVec2; 3]);
+
+/// IEC 61966-2-1 (sRGB), the same primaries as ITU-R BT.709.
+const SRGB: Primaries = ("srgb", [DVec2::new(0.64, 0.33), DVec2::new(0.30, 0.60), DVec2::new(0.15, 0.06)]);
+
+/// Display P3: primaries of SMPTE RP 431-2 with a D65 white (SMPTE EG 432-1).
+const DISPLAY_P3: Primaries =
+    ("display-p3", [DVec2::new(0.680, 0.320), DVec2::new(0.265, 0.690), DVec2::new(0.150, 0.060)]);
+
+/// ITU-R BT.2020.
+const REC2020: Primaries =
+    ("rec2020", [DVec2::new(0.708, 0.292), DVec2::new(0.170, 0.797), DVec2::new(0.131, 0.046)]);
+
+const ALL: [Primaries; 3] = [SRGB, DISPLAY_P3, REC2020];
+
+static REC709: LazyLock<DMat3> = LazyLock::new(|| xyz_from_rgb(SRGB.1));
+
 impl Profile {
     /// sRGB primaries, D65 white.
     pub fn srgb() -> Self {
-        Profile { name: "srgb", from_xyz: Mat3::IDENTITY }
+        Self::new(SRGB)
     }
 
-    /// The profile of this name, or `None`.
+    /// The profile of this name, or `None`; [`Profile::names`] lists them.
     pub fn named(name: &str) -> Option<Self> {
-        (name == "srgb").then(Self::srgb)
+        ALL.into_iter().find(|p| p.0 == name).map(Self::new)
+    }
+
+    /// The names that [`Profile::named`] knows.
+    pub fn names() -> [&'static str; ALL.len()] {
+        ALL.map(|p| p.0)
+    }
+
+    fn new((name, primaries): Primaries) -> Self {
+        Profile { name, from_xyz: xyz_from_rgb(primaries).inverse().as_mat3() }
+    }
+}
+
+/// XYZ to scene-linear Rec.709 RGB, the colours of an EXR without a chromaticities attribute.
+pub fn rec709_from_xyz() -> Mat3 {
+    REC709.inverse().as_mat3()
+}
+
+/// Scene-linear Rec.709 RGB to XYZ, in the precision that fitting spectra needs.
+pub fn xyz_from_rec709() -> DMat3 {
+    *REC709
+}
+
+/// Linear RGB to XYZ from the chromaticities of the primaries: each primary is scaled such that the three sum to
+/// the white (SMPTE RP 177).
+fn xyz_from_rgb(primaries: [DVec2; 3]) -> DMat3 {
+    let [r, g, b] = primaries.map(|p| DVec3::new(p.x / p.y, 1.0, (1.0 - p.x - p.y) / p.y));
+    let unscaled = DMat3::from_cols(r, g, b);
+    let scale = unscaled.inverse() * cie::d65_white();
+    unscaled * DMat3::from_diagonal(scale)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn white_is_d65_on_every_display() {
+        let white = cie::d65_white().as_vec3();
+        for name in Profile::names() {
+            let profile = Profile::named(name).expect("a listed name");
+            assert_eq!(profile.name, name);
+            let rgb = profile.from_xyz * white;
+            assert!((rgb - 1.0).abs().max_element() < 2e-6, "{name} {rgb}");
+        }
+        assert_eq!(Profile::named("srgb"), Some(Profile::srgb()));
+        assert_eq!(Profile::named("nonsense"), None);
+    }
+
+    #[test]
+    fn matrices_are_the_published_ones() {
+        // IEC 61966-2-1 Annex F and ITU-R BT.2020-2 (both with the rounded white, hence 1e-3), rows of XYZ to RGB.
+        let srgb = Mat3::from_cols_array(&[
+            3.2406, -1.5372, -0.4986, -0.9689, 1.8758, 0.0415, 0.0557, -0.2040, 1.0570,
+        ])
+        .transpose();
+        assert!(Profile::srgb().from_xyz.abs_diff_eq(srgb, 2e-3), "{}", Profile::srgb().from_xyz);
+        let rec2020 = Mat3::from_cols_array(&[
+            1.7167, -0.3557, -0.2534, -0.6667, 1.6165, 0.0158, 0.0176, -0.0428, 0.9421,
+        ])
+        .transpose();
+        let ours = Profile::named("rec2020").expect("a listed name").from_xyz;
+        assert!(ours.abs_diff_eq(rec2020, 2e-3), "{ours}");
+    }
+
+    #[test]
+    fn rec709_goes_both_ways() {
+        let there_and_back = rec709_from_xyz().as_dmat3() * xyz_from_rec709();
+        assert!(there_and_back.abs_diff_eq(DMat3::IDENTITY, 1e-6), "{there_and_back}");
+        assert_eq!(rec709_from_xyz(), Profile::srgb().from_xyz);
     }
 }

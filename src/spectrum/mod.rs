@@ -2,8 +2,13 @@
 //! holds ([`Spectrum`], [`dispersion::Ior`], named metals).
 
 pub mod dispersion;
+pub mod metals;
 mod sampled;
+pub mod sigmoid;
+#[allow(clippy::module_inception, reason = "the file is named after its type")]
 mod spectrum;
+pub mod table;
+mod upsample;
 mod wavelengths;
 
 pub use sampled::SampledSpectrum;

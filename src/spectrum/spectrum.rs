@@ -1,48 +1,117 @@
 //! Spectra that scenes are made of.
 
-use super::{SampledSpectrum, SampledWavelengths};
+use std::sync::Arc;
+
+use glam::{DVec3, Vec4};
+
+use super::sigmoid::Sigmoid;
+use super::table::Table;
+use super::{LAMBDA_MAX, LAMBDA_MIN, SampledSpectrum, SampledWavelengths, upsample};
+use crate::color::cie;
 
 /// A function of wavelength, ready to be evaluated in the hot loop. Cheap to clone.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Spectrum {
     /// The same value at every wavelength.
     Constant(f32),
+    /// CIE D65, scaled to Y = 1, times a factor.
+    D65(f32),
+    /// A smooth reflectance.
+    Sigmoid(Sigmoid),
+    /// A smooth reflectance times a factor.
+    Scaled {
+        /// The factor.
+        scale: f32,
+        /// What it is applied to.
+        shape: Sigmoid,
+    },
+    /// A smooth reflectance lit by D65, times a factor: the light of a coloured lamp.
+    Emission {
+        /// The factor.
+        scale: f32,
+        /// Filter before a D65 lamp.
+        shape: Sigmoid,
+    },
+    /// Measured points.
+    Table(Arc<Table>),
 }
+
+/// Larger components are cut: sums over a picture must stay finite in single precision.
+const BRIGHTEST: f32 = 1e30;
 
 impl Spectrum {
     /// The values at the wavelengths of a path.
-    pub fn sample(&self, _lambda: &SampledWavelengths) -> SampledSpectrum {
+    #[inline]
+    pub fn sample(&self, lambda: &SampledWavelengths) -> SampledSpectrum {
+        SampledSpectrum(self.eval(lambda.lambda()))
+    }
+
+    /// The values at any four wavelengths, in nm.
+    #[inline]
+    pub fn eval(&self, lambda: Vec4) -> Vec4 {
         match self {
-            Spectrum::Constant(v) => SampledSpectrum::splat(*v),
+            Spectrum::Constant(v) => Vec4::splat(*v),
+            Spectrum::D65(scale) => d65(lambda) * *scale,
+            Spectrum::Sigmoid(shape) => shape.eval(lambda),
+            Spectrum::Scaled { scale, shape } => shape.eval(lambda) * *scale,
+            Spectrum::Emission { scale, shape } => shape.eval(lambda) * d65(lambda) * *scale,
+            Spectrum::Table(table) => Vec4::from_array(lambda.to_array().map(|l| table.at(l))),
         }
     }
 
     /// A reflectance that looks like linear Rec.709 `rgb` (each in [0, 1], clamped) under D65:
-    /// Jakob and Hanika 2019.
+    /// Jakob and Hanika 2019. Greys are exactly constant.
+    ///
+    /// Takes up to a millisecond: for scene loading, not for the hot loop.
     pub fn reflectance_rgb(rgb: [f32; 3]) -> Self {
-        Spectrum::Constant(rgb[1])
+        let rgb = rgb.map(|v| clean(v, 1.0));
+        if let [r, g, b] = rgb
+            && r == g
+            && g == b
+        {
+            return Spectrum::Constant(r);
+        }
+        Spectrum::Sigmoid(upsample::reflectance(DVec3::from_array(rgb.map(f64::from))))
     }
 
     /// The emission of a light of colour `rgb` (linear Rec.709, unbounded): a smooth spectrum times D65,
-    /// as Mitsuba's spectral mode makes it.
+    /// as Mitsuba's spectral mode makes it. RGB (1, 1, 1) is D65 with Y = 1.
     pub fn emission_rgb(rgb: [f32; 3]) -> Self {
-        Spectrum::Constant(rgb[1])
+        match Self::unbounded_rgb(rgb) {
+            Spectrum::Constant(v) => Spectrum::D65(v),
+            Spectrum::Scaled { scale, shape } => Spectrum::Emission { scale, shape },
+            other => other,
+        }
     }
 
     /// Any non-negative `rgb` that is neither reflectance nor emission: scaled smooth spectrum.
+    ///
+    /// The brightest component lies at half of the smooth spectrum's range, where it is smoothest
+    /// (pbrt-v4 §4.6.6, Mitsuba 3 `d65` with a colour).
     pub fn unbounded_rgb(rgb: [f32; 3]) -> Self {
-        Spectrum::Constant(rgb[1])
+        let rgb = rgb.map(|v| clean(v, BRIGHTEST));
+        let [r, g, b] = rgb;
+        if r == g && g == b {
+            return Spectrum::Constant(r);
+        }
+        let scale = 2.0 * r.max(g).max(b);
+        match Self::reflectance_rgb(rgb.map(|v| v / scale)) {
+            Spectrum::Sigmoid(shape) => Spectrum::Scaled { scale, shape },
+            // Components so close, or so small, that their quotients are equal.
+            _ => Spectrum::Constant(0.5 * scale),
+        }
     }
 
     /// CIE D65 times `scale`, normalised as Mitsuba's `d65` plugin: scale 1 gives Y = 1.
     pub fn d65(scale: f32) -> Self {
-        Spectrum::Constant(scale)
+        Spectrum::D65(scale)
     }
 
     /// Linear interpolation between `(wavelength nm, value)` pairs in ascending order, zero outside
-    /// (as Mitsuba's `irregular`). `None` if empty, unordered, or not finite.
+    /// (as Mitsuba's `irregular`). `None` if there are fewer than two, if wavelengths are not strictly
+    /// ascending, or if a figure is negative or not finite.
     pub fn table(points: &[(f32, f32)]) -> Option<Self> {
-        points.first().map(|p| Spectrum::Constant(p.1))
+        Table::new(points).map(|t| Spectrum::Table(Arc::new(t)))
     }
 
     /// True when the value does not depend on wavelength.
@@ -52,18 +121,93 @@ impl Spectrum {
 
     /// True when the value is zero at every wavelength.
     pub fn is_black(&self) -> bool {
-        matches!(self, Spectrum::Constant(v) if *v == 0.0)
+        match self {
+            Spectrum::Constant(v) | Spectrum::D65(v) => *v == 0.0,
+            Spectrum::Sigmoid(_) => false,
+            Spectrum::Scaled { scale, .. } | Spectrum::Emission { scale, .. } => *scale == 0.0,
+            Spectrum::Table(table) => table.max() == 0.0,
+        }
     }
 
     /// The largest value over the simulated range (an upper bound is enough).
     pub fn max(&self) -> f32 {
         match self {
             Spectrum::Constant(v) => *v,
+            Spectrum::D65(scale) => scale * brightest_d65(),
+            Spectrum::Sigmoid(shape) => shape.max(LAMBDA_MIN, LAMBDA_MAX),
+            Spectrum::Scaled { scale, shape } => scale * shape.max(LAMBDA_MIN, LAMBDA_MAX),
+            Spectrum::Emission { scale, shape } => {
+                scale * shape.max(LAMBDA_MIN, LAMBDA_MAX) * brightest_d65()
+            }
+            Spectrum::Table(table) => table.max(),
         }
     }
 
     /// The luminance Y of the spectrum taken as radiance (for choosing lights by power).
     pub fn luminance(&self) -> f32 {
-        self.max()
+        match self {
+            Spectrum::Constant(v) | Spectrum::D65(v) => *v,
+            _ => cie::integrate(|lambda, _| f64::from(self.eval(Vec4::splat(lambda)).x)).y as f32,
+        }
+    }
+}
+
+/// `v` cut to [0, max]; NaN, unlike with `clamp`, is 0.
+fn clean(v: f32, max: f32) -> f32 {
+    if v > 0.0 { v.min(max) } else { 0.0 }
+}
+
+/// D65 with Y = 1 at four wavelengths in nm.
+#[inline]
+fn d65(lambda: Vec4) -> Vec4 {
+    let rows = cie::Rows::get();
+    let [a, b, c, d] = lambda.to_array();
+    Vec4::new(rows.at(a).w, rows.at(b).w, rows.at(c).w, rows.at(d).w)
+}
+
+fn brightest_d65() -> f32 {
+    cie::Rows::get().iter().map(|(_, row)| row.w).fold(0.0, f32::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn greys_are_exact() {
+        for v in [0.0, 1e-6, 0.18, 0.5, 1.0] {
+            assert_eq!(Spectrum::reflectance_rgb([v; 3]), Spectrum::Constant(v));
+            assert_eq!(Spectrum::emission_rgb([v * 40.0; 3]), Spectrum::D65(v * 40.0));
+        }
+        assert!(Spectrum::emission_rgb([0.0; 3]).is_black());
+    }
+
+    #[test]
+    fn nonsense_is_clamped() {
+        assert_eq!(Spectrum::reflectance_rgb([f32::NAN, -1.0, -0.0]), Spectrum::Constant(0.0));
+        assert_eq!(Spectrum::reflectance_rgb([2.0, f32::INFINITY, 1.0]), Spectrum::Constant(1.0));
+        for rgb in [[f32::INFINITY, 0.0, f32::NAN], [f32::MIN_POSITIVE, 0.0, 0.0], [1e-44, 0.0, 1e-45]] {
+            let s = Spectrum::emission_rgb(rgb);
+            assert!(s.eval(Vec4::new(400.0, 500.0, 600.0, 700.0)).is_finite(), "{rgb:?} {s:?}");
+            assert!(s.max().is_finite() && s.luminance().is_finite(), "{rgb:?} {s:?}");
+        }
+    }
+
+    #[test]
+    fn max_bounds_and_luminance_is_y() {
+        let table = Spectrum::table(&[(400.0, 1.0), (600.0, 3.0), (700.0, 0.5)]).expect("valid points");
+        let orange = [0.9, 0.3, 0.05];
+        for s in
+            [Spectrum::reflectance_rgb(orange), Spectrum::emission_rgb(orange), Spectrum::d65(2.0), table]
+        {
+            let bound = s.max() * (1.0 + 1e-6);
+            for l in 360..=830 {
+                assert!(s.eval(Vec4::splat(l as f32)).x <= bound, "{l} {s:?}");
+            }
+        }
+        // Rec.709 luminance of the light's colour.
+        let y = Spectrum::emission_rgb(orange).luminance();
+        assert!((y - (0.2126 * 0.9 + 0.7152 * 0.3 + 0.0722 * 0.05)).abs() < 1e-3, "{y}");
+        assert!((Spectrum::d65(3.0).luminance() - 3.0).abs() < 1e-6);
     }
 }
