@@ -1,9 +1,32 @@
 //! The tracer: one path at a time, a pure function of (scene, integrator, seed, index).
 //!
 //! Knows no thread, no clock, no file and no resolution.
+//!
+//! ```text
+//! SceneDesc ─ prepare ─▶ Scene { camera, accel, shapes, materials, lights }   immutable, shared by Arc
+//!   integrator::path: Sampler → Camera::ray → Scene::closest → SurfaceInteraction
+//!     Material at the wavelengths of the path → Bsdf: eval, pdf, sample
+//!     Lights: sample, pdf → Scene::visible → mis
+//! ```
+//!
+//! A material is one file in `bsdf/` and one line in each of its enums; so is a light in `light/`, a shape in `shape/`.
 
+pub mod accel;
+pub mod bsdf;
+pub mod camera;
 pub mod integrator;
+pub mod interaction;
+pub mod light;
+pub mod material;
+pub mod mis;
+mod prepare;
 pub mod sampler;
+pub mod scene;
+pub mod shape;
 
-pub use integrator::Integrator;
+pub use camera::Camera;
+pub use integrator::{Integrator, PathTracer};
+pub use interaction::SurfaceInteraction;
+pub use prepare::{PrepareError, PrepareOptions};
 pub use sampler::Sampler;
+pub use scene::Scene;

@@ -1,5 +1,9 @@
 //! Integrators: each turns one point of the sample sequence into samples on the stream.
 
+mod path;
+
+pub use path::PathTracer;
+
 use crate::stream::{PathCounts, SampleSink};
 
 /// Turns one point of the sample sequence into samples on the stream.

@@ -1,0 +1,82 @@
+//! Rounding: error bounds, and ray origins that cannot hit the surface they leave.
+//!
+//! Nothing here depends on the size of a scene: every bound is relative to the numbers that were rounded.
+
+use glam::Vec3;
+
+/// Unit roundoff of `f32`, 2⁻²⁴: the largest relative error of one rounded operation.
+pub const UNIT_ROUNDOFF: f32 = f32::EPSILON * 0.5;
+
+/// Bound γₙ on the relative error of `n` rounded operations in a row, `n·u / (1 − n·u)`
+/// (Higham, *Accuracy and Stability of Numerical Algorithms*, lemma 3.1).
+pub const fn gamma(n: u32) -> f32 {
+    let nu = n as f32 * UNIT_ROUNDOFF;
+    nu / (1.0 - nu)
+}
+
+/// Longest shadow ray towards a point at parameter 1: the direction and the distance are both rounded,
+/// so that a surface through the target itself may come out this much early.
+pub const SHADOW_T_MAX: f32 = 1.0 - gamma(16);
+
+/// An origin for a ray that leaves the surface point `p` in direction `d`, outside the error box of `p`.
+///
+/// `error` bounds the distance of `p` to the true surface along each axis, `n` is the unit geometric normal
+/// (either side). The origin moves along the normal to the side `d` points to by just so much that the
+/// whole error box lies behind it, and every coordinate is then rounded away from the surface
+/// (Pharr, Jakob, Humphreys, *Physically Based Rendering*, 4th ed., §6.8.6).
+pub fn safe_origin(p: Vec3, error: Vec3, n: Vec3, d: Vec3) -> Vec3 {
+    let reach = n.abs().dot(error);
+    let offset = if d.dot(n) < 0.0 { n * -reach } else { n * reach };
+    let o = p + offset;
+    Vec3::new(step_along(o.x, offset.x), step_along(o.y, offset.y), step_along(o.z, offset.z))
+}
+
+/// The neighbour of `x` in the direction of the sign of `by`; `x` itself where `by` is zero.
+fn step_along(x: f32, by: f32) -> f32 {
+    // One ulp of |x|, or the smallest normal number near zero: cheaper than an exact neighbour, and never less.
+    let ulp = (x.abs() * f32::EPSILON).max(f32::MIN_POSITIVE);
+    if by > 0.0 {
+        x + ulp
+    } else if by < 0.0 {
+        x - ulp
+    } else {
+        x
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gamma_bounds_a_chain_of_roundings() {
+        // 100 multiplications by numbers near 1, against f64.
+        let (mut single, mut double) = (1.0f32, 1.0f64);
+        for i in 0..100 {
+            let f = 1.0 + 0.01 * (i as f32 * 0.7).sin();
+            single *= f;
+            double *= f64::from(f);
+        }
+        let error = ((f64::from(single) - double) / double).abs();
+        assert!(error > 0.0, "the case is too easy");
+        assert!(error <= f64::from(gamma(100)));
+    }
+
+    #[test]
+    fn origins_leave_the_error_box_at_every_scale() {
+        for k in -20..=20 {
+            let s = 2f32.powi(k);
+            let p = Vec3::new(1.3, -0.7, 2.9) * s;
+            let n = Vec3::new(0.36, 0.48, 0.8);
+            let error = p.abs() * gamma(3);
+            for d in [n, -n, Vec3::new(0.8, 0.0, -0.35), Vec3::new(-0.8, 0.0, 0.37)] {
+                let o = safe_origin(p, error, n, d);
+                let side = d.dot(n).signum();
+                let moved = (o.as_dvec3() - p.as_dvec3()).dot(n.as_dvec3()) * f64::from(side);
+                let reach = n.abs().dot(error);
+                assert!(moved > f64::from(reach) * 0.999, "scale 2^{k}: moved {moved}, error {reach}");
+                assert!(moved < f64::from(reach) * 4.0 + 4e-7 * f64::from(s), "moved too far: {moved}");
+            }
+        }
+    }
+}

@@ -1,0 +1,122 @@
+//! The two questions a tracer asks of geometry: what is hit first, and is anything in between.
+//!
+//! Built by obvhs as a binary tree, collapsed to four children per node (`collapse`), walked here (`traverse`):
+//! obvhs's own walk drops hits nearer than 1e-4 and its triangle test is not watertight. Triangles stand in
+//! blocks of four (`block`); spheres and disks are leaves of their own.
+//!
+//! Primitive ids: `0 .. triangles` are triangles, then disks, then spheres, each in the caller's order.
+
+mod block;
+mod build;
+mod collapse;
+mod traverse;
+
+use glam::Vec3;
+
+use crate::tracer::shape::{Disk, Sphere};
+
+use block::TriBlock;
+use collapse::WideNode;
+
+/// A ray: the points `origin + t · direction`, `0 < t < t_max`. The direction need not have unit length.
+#[derive(Clone, Copy, Debug)]
+pub struct Ray {
+    /// Start, world space.
+    pub origin: Vec3,
+    /// Direction, world space.
+    pub direction: Vec3,
+    /// End, in units of `direction`; may be infinite.
+    pub t_max: f32,
+}
+
+impl Ray {
+    /// A ray without end.
+    #[inline]
+    pub fn new(origin: Vec3, direction: Vec3) -> Self {
+        Self { origin, direction, t_max: f32::INFINITY }
+    }
+}
+
+/// A range of primitive ids.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PrimRange {
+    /// First id.
+    pub first: u32,
+    /// One past the last id.
+    pub end: u32,
+}
+
+impl PrimRange {
+    /// No primitive.
+    pub const NONE: PrimRange = PrimRange { first: 0, end: 0 };
+
+    /// True when `id` is in the range.
+    #[inline]
+    pub fn contains(self, id: u32) -> bool {
+        id >= self.first && id < self.end
+    }
+}
+
+/// The nearest intersection of a ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Ray parameter.
+    pub t: f32,
+    /// Primitive id.
+    pub prim: u32,
+    /// Barycentric weights of the second and third vertex; zero for spheres and disks.
+    pub uv: [f32; 2],
+}
+
+/// Geometry prepared for the two questions.
+#[derive(Debug, Default)]
+pub struct Accel {
+    nodes: Vec<WideNode>,
+    blocks: Vec<TriBlock>,
+    disks: Vec<Disk>,
+    spheres: Vec<Sphere>,
+    triangle_count: u32,
+    /// The whole scene.
+    bounds: (Vec3, Vec3),
+    /// What the walk starts with: a node or a leaf.
+    root: u32,
+    /// Most entries the walk can have on its stack.
+    stack: usize,
+}
+
+impl Accel {
+    /// Builds the tree. Every coordinate must be finite and below 1e12 in magnitude, and every triangle must
+    /// have an area; [`Scene::prepare`] drops the others.
+    ///
+    /// [`Scene::prepare`]: crate::tracer::Scene::prepare
+    pub fn new(triangles: &[[Vec3; 3]], disks: Vec<Disk>, spheres: Vec<Sphere>) -> Self {
+        build::build(triangles, disks, spheres)
+    }
+
+    /// Corners of the box around everything; both zero for an empty scene.
+    pub fn bounds(&self) -> (Vec3, Vec3) {
+        self.bounds
+    }
+
+    /// The nearest hit with `0 < t < ray.t_max`, or `None`.
+    #[inline]
+    pub fn closest(&self, ray: &Ray) -> Option<Hit> {
+        match self.stack {
+            0 => None,
+            1..=16 => traverse::closest::<16>(self, ray),
+            17..=64 => traverse::closest::<64>(self, ray),
+            _ => traverse::closest::<256>(self, ray),
+        }
+    }
+
+    /// True when anything but the primitives of `skip` is hit with `0 < t < ray.t_max`.
+    #[inline]
+    pub fn occluded(&self, ray: &Ray, skip: PrimRange) -> bool {
+        match self.stack {
+            0 => false,
+            1..=16 => traverse::occluded::<16>(self, ray, skip),
+            17..=64 => traverse::occluded::<64>(self, ray, skip),
+            _ => traverse::occluded::<256>(self, ray, skip),
+        }
+    }
+}

@@ -1,0 +1,80 @@
+//! Scattering at a surface point, at the wavelengths of one path.
+//!
+//! Conventions: directions are unit vectors in the local shading space, z the front; `wo` points to where the
+//! path came from, `wi` to where it goes on, both away from the surface. Values **include the cosine** of `wi`:
+//! [`Bsdf::eval`] is f·|cos θᵢ|, the weight of a sample is f·|cos θᵢ| / pdf. Radiance is carried from light to
+//! eye, so that transmission scales by (nₒ/nᵢ)². Delta materials evaluate to nothing and can only be sampled.
+//! `None` means that sampling failed; the path ends there.
+
+mod conductor;
+mod dielectric;
+mod diffuse;
+pub mod fresnel;
+mod twosided;
+
+use glam::Vec3;
+
+use crate::math::pdf::PdfW;
+use crate::spectrum::SampledSpectrum;
+
+pub use conductor::Conductor;
+pub use dielectric::Dielectric;
+pub use diffuse::Diffuse;
+pub use twosided::Sides;
+
+/// A material at one point and at the wavelengths of one path.
+#[derive(Clone, Copy, Debug)]
+pub enum Bsdf {
+    /// Lambert.
+    Diffuse(Diffuse),
+    /// Smooth interface.
+    Dielectric(Dielectric),
+    /// Smooth metal.
+    Conductor(Conductor),
+}
+
+/// A direction chosen by a material.
+#[derive(Clone, Copy, Debug)]
+pub struct BsdfSample {
+    /// The direction, local.
+    pub wi: Vec3,
+    /// f·|cos θᵢ| / pdf per lane.
+    pub weight: SampledSpectrum,
+    /// Density of the choice; meaningless when `delta`.
+    pub pdf: PdfW,
+    /// The direction was the only possible one.
+    pub delta: bool,
+    /// The direction went through the surface.
+    pub transmitted: bool,
+    /// The direction is right for the hero wavelength only.
+    pub hero_only: bool,
+    /// (nᵢ/nₒ)² for transmission, else 1: undoes the radiance scaling where roulette looks at throughput.
+    pub eta2: f32,
+}
+
+impl Bsdf {
+    /// f·|cos θᵢ| and the density with which [`Bsdf::sample`] chooses `wi`; `None` where that is zero.
+    #[inline]
+    pub fn eval(&self, wo: Vec3, wi: Vec3) -> Option<(SampledSpectrum, PdfW)> {
+        match self {
+            Bsdf::Diffuse(b) => b.eval(wo, wi),
+            Bsdf::Dielectric(_) | Bsdf::Conductor(_) => None,
+        }
+    }
+
+    /// Chooses a direction with the numbers `u` (direction) and `lobe`.
+    #[inline]
+    pub fn sample(&self, wo: Vec3, u: [f32; 2], lobe: f32) -> Option<BsdfSample> {
+        match self {
+            Bsdf::Diffuse(b) => b.sample(wo, u),
+            Bsdf::Dielectric(b) => b.sample(wo, lobe),
+            Bsdf::Conductor(b) => b.sample(wo),
+        }
+    }
+
+    /// True when [`Bsdf::eval`] is always nothing: no light needs to be sampled.
+    #[inline]
+    pub fn is_delta(&self) -> bool {
+        !matches!(self, Bsdf::Diffuse(_))
+    }
+}

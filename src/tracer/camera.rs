@@ -1,0 +1,121 @@
+//! The camera: maps uv ↔ rays, both directions.
+
+use glam::{DMat3, DVec2, DVec3, Vec3};
+
+use crate::scene::desc::{CameraDesc, FilmDesc, FovAxis};
+
+use super::accel::Ray;
+use super::prepare::{PrepareError, PrepareOptions};
+
+/// A perspective camera with Mitsuba's conventions: looks along +z of its own space, +y up, +x to the left.
+///
+/// uv is (0, 0) at the top left corner of the picture (the crop window, if there is one) and (1, 1) at its
+/// bottom right; values outside are overscan and as valid.
+#[derive(Clone, Debug)]
+pub struct Camera {
+    position: DVec3,
+    /// World-space images of the camera's axes, unit length.
+    axes: DMat3,
+    /// uv to the plane z = 1 of camera space: `x = offset + scale · uv`.
+    scale: DVec2,
+    offset: DVec2,
+    near: f64,
+    far: f64,
+}
+
+impl Camera {
+    /// The camera for a film of `options.width × options.height` pixels (only their ratio matters); the crop
+    /// window is taken from `film` as a fraction of its size.
+    ///
+    /// # Errors
+    ///
+    /// [`PrepareError::Camera`] when a number is not finite, the transform is singular, or a field of view or
+    /// clip distance is out of range.
+    pub fn new(desc: &CameraDesc, film: &FilmDesc, options: &PrepareOptions) -> Result<Self, PrepareError> {
+        let bad = |what: &str| Err(PrepareError::Camera { place: desc.place, what: what.to_owned() });
+        if options.width == 0 || options.height == 0 || film.width == 0 || film.height == 0 {
+            return bad("the film has no pixels; give it a width and a height above 0");
+        }
+        let to_world = desc.to_world;
+        let matrix = to_world.matrix3;
+        let columns = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(DVec3::normalize_or_zero);
+        let axes = DMat3::from_cols(columns[0], columns[1], columns[2]);
+        if !to_world.is_finite() || !(axes.determinant().abs() > 1e-6) {
+            return bad("to_world is singular or not finite");
+        }
+        if !(desc.fov > 0.0 && desc.fov < 180.0) {
+            return bad("the field of view must lie between 0 and 180 degrees");
+        }
+        if !(desc.near_clip >= 0.0 && desc.near_clip < desc.far_clip)
+            || !desc.principal_point_offset.is_finite()
+        {
+            return bad("near_clip must be below far_clip, and the principal point finite");
+        }
+        let size = DVec2::new(f64::from(options.width), f64::from(options.height));
+        let aspect = size.x / size.y;
+        let half = half_extent(desc, aspect);
+        // Film position s in [0, 1]² (y down) to the plane: x = (1 − 2 s.x) half.x, likewise y. The principal
+        // point is added to s. The crop window then replaces s by corner + uv · part.
+        let full = DVec2::new(f64::from(film.width), f64::from(film.height));
+        let (corner, part) = film.crop.map_or((DVec2::ZERO, DVec2::ONE), |c| {
+            let corner = DVec2::new(f64::from(c.x), f64::from(c.y));
+            (corner / full, DVec2::new(f64::from(c.width), f64::from(c.height)) / full)
+        });
+        if part.min_element() <= 0.0 {
+            return bad("the crop window is empty");
+        }
+        Ok(Self {
+            position: to_world.translation,
+            axes,
+            scale: part * half * -2.0,
+            offset: (1.0 - 2.0 * (corner + desc.principal_point_offset)) * half,
+            near: desc.near_clip,
+            far: desc.far_clip,
+        })
+    }
+
+    /// The ray through `uv`, from the near to the far clip plane; unit direction.
+    #[inline]
+    pub fn ray(&self, uv: [f64; 2]) -> Ray {
+        let xy = self.offset + self.scale * DVec2::from_array(uv);
+        let length = (xy.length_squared() + 1.0).sqrt();
+        let d = self.axes.mul_vec3(xy.extend(1.0)) * (1.0 / length);
+        // Along the unit direction, the planes z = near and z = far are `length` times as far.
+        let origin = self.position + d * (self.near * length);
+        Ray {
+            origin: origin.as_vec3(),
+            direction: d.as_vec3(),
+            t_max: ((self.far - self.near) * length) as f32,
+        }
+    }
+
+    /// Where the world-space point `p` is seen: uv and the distance along z, or `None` when it lies before the
+    /// near or behind the far clip plane. uv may lie outside the picture.
+    pub fn project(&self, p: Vec3) -> Option<([f64; 2], f64)> {
+        let local = self.axes.inverse() * (p.as_dvec3() - self.position);
+        let seen = local.z > 0.0 && local.z >= self.near && local.z <= self.far;
+        let uv = (local.truncate() / local.z - self.offset) / self.scale;
+        seen.then_some((uv.to_array(), local.z))
+    }
+
+    /// World-space position.
+    pub fn position(&self) -> Vec3 {
+        self.position.as_vec3()
+    }
+}
+
+/// Half of the film's extent in the plane z = 1: tan of half the field of view, per axis.
+fn half_extent(desc: &CameraDesc, aspect: f64) -> DVec2 {
+    let tan = (0.5 * desc.fov.to_radians()).tan();
+    let along_x = match desc.fov_axis {
+        FovAxis::X => true,
+        FovAxis::Y => false,
+        FovAxis::Smaller => aspect <= 1.0,
+        FovAxis::Larger => aspect > 1.0,
+        FovAxis::Diagonal => {
+            let x = tan / (1.0 + 1.0 / (aspect * aspect)).sqrt();
+            return DVec2::new(x, x / aspect);
+        }
+    };
+    if along_x { DVec2::new(tan, tan / aspect) } else { DVec2::new(tan * aspect, tan) }
+}

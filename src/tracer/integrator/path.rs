@@ -1,0 +1,245 @@
+//! Path tracing from the camera with next-event estimation.
+
+use std::sync::Arc;
+
+use crate::color::Xyz;
+use crate::math::pdf::PdfW;
+use crate::scene::desc::IntegratorDesc;
+use crate::spectrum::{SampledSpectrum, SampledWavelengths};
+use crate::stream::{PathCounts, SampleSink, UvWindow};
+use crate::tracer::accel::Ray;
+use crate::tracer::bsdf::Bsdf;
+use crate::tracer::interaction::SurfaceInteraction;
+use crate::tracer::light::LitPoint;
+use crate::tracer::sampler::VertexNumbers;
+use crate::tracer::{Sampler, Scene, mis};
+
+use super::Integrator;
+
+/// Traces paths from the camera; each vertex also samples a light, and both ways of finding a light are
+/// combined by multiple importance sampling.
+///
+/// Depth counts as in Mitsuba: `max_depth` segments at most, so 1 shows lights only and 2 direct light.
+#[derive(Clone, Debug)]
+pub struct PathTracer {
+    /// The scene.
+    pub scene: Arc<Scene>,
+    /// Which randomisation of the sequence.
+    pub seed: u32,
+    /// The part of the screen to cover.
+    pub window: UvWindow,
+    /// Longest path in segments; `None` is unlimited.
+    pub max_depth: Option<u32>,
+    /// Number of segments from which roulette may end a path.
+    pub rr_depth: u32,
+    /// The camera looks through lights.
+    pub hide_emitters: bool,
+}
+
+/// Roulette never lets a path live for certain: two mirrors must not hold it for ever.
+const MAX_SURVIVAL: f32 = 0.95;
+
+/// What a path carries from vertex to vertex.
+struct Walk {
+    lambda: SampledWavelengths,
+    /// Product of the weights so far.
+    throughput: SampledSpectrum,
+    /// Radiance found so far at the present wavelengths.
+    radiance: SampledSpectrum,
+    /// What was found before the companions were dropped.
+    banked: Xyz,
+    /// Undoes the radiance scaling of refraction for roulette.
+    eta2: f32,
+    /// How the last direction was chosen; `None` by a delta.
+    last: Option<(LitPoint, PdfW)>,
+    /// Emission at the wavelengths of the path: light, value.
+    emission: Option<(u32, SampledSpectrum)>,
+}
+
+impl PathTracer {
+    /// A path tracer with the settings of a scene file.
+    pub fn new(scene: Arc<Scene>, desc: &IntegratorDesc, seed: u32, window: UvWindow) -> Self {
+        let IntegratorDesc { max_depth, rr_depth, hide_emitters, .. } = *desc;
+        Self { scene, seed, window, max_depth, rr_depth, hide_emitters }
+    }
+
+    /// The CIE XYZ radiance along a ray.
+    #[inline]
+    fn radiance(&self, ray: Ray, sampler: &Sampler, wavelength: f32) -> Xyz {
+        let mut walk = Walk {
+            lambda: SampledWavelengths::sample(wavelength),
+            throughput: SampledSpectrum::ONE,
+            radiance: SampledSpectrum::ZERO,
+            banked: Xyz::BLACK,
+            eta2: 1.0,
+            last: None,
+            emission: None,
+        };
+        self.walk(&mut walk, ray, sampler);
+        walk.banked + walk.lambda.to_xyz(walk.radiance)
+    }
+
+    #[inline]
+    fn walk(&self, walk: &mut Walk, mut ray: Ray, sampler: &Sampler) {
+        let max_depth = self.max_depth.unwrap_or(u32::MAX);
+        for depth in 0..max_depth {
+            let hidden = depth == 0 && self.hide_emitters;
+            let hit = if hidden { self.closest_unlit(ray) } else { self.scene.closest(&ray) };
+            let Some(hit) = hit else {
+                if !hidden && let Some(light) = self.scene.lights.environment() {
+                    let pdf = |at| self.scene.lights.pdf(light, at, (ray.direction, None));
+                    walk.meet(self, light, pdf);
+                }
+                return;
+            };
+            if let Some(light) = hit.light
+                && hit.wo.dot(hit.point.ng) > 0.0
+            {
+                let pdf = |at| self.scene.lights.pdf(light, at, (ray.direction, Some(&hit.point)));
+                walk.meet(self, light, pdf);
+            }
+            if depth + 1 == max_depth {
+                return;
+            }
+            match self.scatter(walk, &hit, &sampler.vertex(depth), depth) {
+                Some(next) => ray = next,
+                None => return,
+            }
+        }
+    }
+
+    /// Samples a light and the material at `hit`; the ray to go on with.
+    #[inline]
+    fn scatter(
+        &self,
+        walk: &mut Walk,
+        hit: &SurfaceInteraction,
+        u: &VertexNumbers,
+        depth: u32,
+    ) -> Option<Ray> {
+        let (material, frame) = self.scene.material(hit);
+        let bsdf = material.bsdf(&walk.lambda);
+        let wo = frame.to_local(hit.wo);
+        let lit = LitPoint { p: hit.point.p, n: if wo.z < 0.0 { -frame.n } else { frame.n } };
+        if !bsdf.is_delta() {
+            self.direct(walk, (hit, lit), (&bsdf, wo), u);
+        }
+        let s = bsdf.sample(wo, u.bsdf, u.lobe)?;
+        let wi = frame.to_world(s.wi);
+        if !hit.sides_agree(wi, s.transmitted) {
+            return None;
+        }
+        walk.throughput *= s.weight;
+        walk.eta2 *= s.eta2;
+        walk.last = (!s.delta).then_some((lit, s.pdf));
+        if s.hero_only {
+            walk.drop_companions();
+        }
+        let alive = walk.roulette(depth + 1 >= self.rr_depth, u.roulette);
+        alive.then(|| hit.spawn(wi))
+    }
+
+    /// Light that arrives straight from a sampled light.
+    #[inline]
+    fn direct(
+        &self,
+        walk: &mut Walk,
+        (hit, lit): (&SurfaceInteraction, LitPoint),
+        (bsdf, wo): (&Bsdf, glam::Vec3),
+        u: &VertexNumbers,
+    ) {
+        let Some((light, sample)) = self.scene.lights.sample(lit, u.light_choice, u.light) else { return };
+        let frame = self.scene.material(hit).1;
+        let Some((f, pdf)) = bsdf.eval(wo, frame.to_local(sample.wi)) else { return };
+        if !hit.sides_agree(sample.wi, false) {
+            return;
+        }
+        let weight = if sample.delta { 1.0 } else { mis::power(sample.pdf, pdf) };
+        let emission = walk.emission(self, light);
+        let value = walk.throughput * f * emission * (sample.scale * weight / sample.pdf.0);
+        // The shadow ray is the costly part: ask only if the path carries light.
+        if !value.is_black() && self.scene.visible(hit, light, &sample) {
+            walk.radiance += value;
+        }
+    }
+
+    /// What a camera ray meets first that is not a light.
+    fn closest_unlit(&self, mut ray: Ray) -> Option<SurfaceInteraction> {
+        loop {
+            let hit = self.scene.closest(&ray)?;
+            if hit.light.is_none() {
+                return Some(hit);
+            }
+            ray = Ray { t_max: f32::INFINITY, ..hit.spawn(ray.direction) };
+        }
+    }
+}
+
+impl Walk {
+    /// The spectrum of `light`, remembered: most paths meet one light again and again.
+    #[inline]
+    fn emission(&mut self, tracer: &PathTracer, light: u32) -> SampledSpectrum {
+        match self.emission {
+            Some((known, value)) if known == light => value,
+            _ => {
+                let value = tracer.scene.lights.spectrum(light, &self.lambda);
+                self.emission = Some((light, value));
+                value
+            }
+        }
+    }
+
+    /// Adds the emission of a light met by chance; `pdf` is its density for light sampling from a lit point.
+    #[inline]
+    fn meet(&mut self, tracer: &PathTracer, light: u32, pdf: impl FnOnce(LitPoint) -> PdfW) {
+        let weight = self.last.map_or(1.0, |(at, chosen)| mis::power(chosen, pdf(at)));
+        let emission = self.emission(tracer, light);
+        self.radiance += self.throughput * emission * weight;
+    }
+
+    /// From here on only the hero wavelength is right. What was found so far was right for all and stays so.
+    #[cold]
+    fn drop_companions(&mut self) {
+        self.banked += self.lambda.to_xyz(self.radiance);
+        self.radiance = SampledSpectrum::ZERO;
+        self.lambda.terminate_companions();
+        self.throughput = SampledSpectrum(self.throughput.0 * glam::Vec4::X);
+    }
+
+    /// Ends paths that carry little, in proportion, once `armed`. False when this one ends.
+    #[inline]
+    fn roulette(&mut self, armed: bool, u: f32) -> bool {
+        let carried = self.throughput.max_element() * self.eta2;
+        if !armed {
+            return carried > 0.0;
+        }
+        let survival = carried.min(MAX_SURVIVAL);
+        // NaN does not survive either.
+        if u < survival {
+            self.throughput *= 1.0 / survival;
+            true
+        } else {
+            false
+        }
+    }
+}
+
+impl Integrator for PathTracer {
+    type Scratch = ();
+
+    fn trace(&self, index: u64, _: &mut (), out: &mut impl SampleSink) {
+        let sampler = Sampler::at(index, self.seed);
+        let numbers = sampler.camera();
+        let UvWindow { min, max } = self.window;
+        let uv = [0, 1].map(|i| {
+            let (lo, hi) = (f64::from(min[i]), f64::from(max[i]));
+            lo + (hi - lo) * numbers.screen[i]
+        });
+        let value = self.radiance(self.scene.camera.ray(uv), &sampler, numbers.wavelength);
+        out.camera(uv.map(|c| c as f32), value, 1.0);
+    }
+
+    fn paths_per_index(&self) -> PathCounts {
+        PathCounts { camera: 1, light: 0 }
+    }
+}

@@ -1,0 +1,186 @@
+//! Everything that emits.
+//!
+//! Conventions: `wi` points from the lit point to the light, unit length, world space. A density is per
+//! steradian at the lit point and includes the probability of choosing the light; sample and pdf are pairs:
+//! [`Lights::pdf`] returns for a direction exactly what [`Lights::sample`] would have reported for it, and 0
+//! where it would never have chosen it. A delta light has the probability of its choice as density and
+//! [`LightSample::delta`] set. `None` means that sampling failed: no light from there.
+
+mod area;
+mod choice;
+mod constant;
+mod point;
+mod sphere;
+
+use glam::Vec3;
+
+use crate::math::pdf::PdfW;
+use crate::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
+
+use super::accel::PrimRange;
+use super::shape::SurfacePoint;
+
+pub use area::{DiskLight, ParallelogramLight, TriangleLight};
+pub use choice::Choice;
+pub use constant::ConstantLight;
+pub use point::PointLight;
+pub use sphere::SphereLight;
+
+/// The point that is to be lit.
+#[derive(Clone, Copy, Debug)]
+pub struct LitPoint {
+    /// Position, world space.
+    pub p: Vec3,
+    /// Unit shading normal on the side that is seen.
+    pub n: Vec3,
+}
+
+/// A direction towards a light.
+#[derive(Clone, Copy, Debug)]
+pub struct LightSample {
+    /// Unit direction to the light.
+    pub wi: Vec3,
+    /// The point on the light; `None` is infinitely far.
+    pub target: Option<Vec3>,
+    /// Factor on the light's spectrum: 1, or 1/r² for a point.
+    pub scale: f32,
+    /// Density, including the choice of the light once it comes out of [`Lights::sample`].
+    pub pdf: PdfW,
+    /// Cannot be met by chance.
+    pub delta: bool,
+}
+
+/// The geometry of a light.
+#[derive(Clone, Debug)]
+pub enum LightShape {
+    /// One triangle of a mesh.
+    Triangle(TriangleLight),
+    /// A rectangle under an affine map.
+    Parallelogram(ParallelogramLight),
+    /// A disk.
+    Disk(DiskLight),
+    /// A sphere.
+    Sphere(SphereLight),
+    /// A point.
+    Point(PointLight),
+    /// The environment.
+    Constant(ConstantLight),
+}
+
+/// Anything that emits.
+#[derive(Clone, Debug)]
+pub struct Light {
+    /// Where it emits from.
+    pub shape: LightShape,
+    /// Index into the spectra of [`Lights`].
+    pub spectrum: u32,
+    /// Its own primitives, which never shadow it.
+    pub prims: PrimRange,
+}
+
+impl Light {
+    #[inline]
+    fn sample(&self, at: LitPoint, u: [f32; 2]) -> Option<LightSample> {
+        match &self.shape {
+            LightShape::Triangle(l) => l.sample(at, u),
+            LightShape::Parallelogram(l) => l.sample(at, u),
+            LightShape::Disk(l) => l.sample(at, u),
+            LightShape::Sphere(l) => l.sample(at, u),
+            LightShape::Point(l) => l.sample(at),
+            LightShape::Constant(l) => l.sample(at, u),
+        }
+    }
+
+    #[inline]
+    fn pdf(&self, at: LitPoint, wi: Vec3, hit: Option<&SurfacePoint>) -> PdfW {
+        match (&self.shape, hit) {
+            (LightShape::Triangle(l), Some(hit)) => l.pdf(at, hit),
+            (LightShape::Parallelogram(l), Some(hit)) => l.pdf(at, hit),
+            (LightShape::Disk(l), Some(hit)) => l.pdf(at, hit),
+            (LightShape::Sphere(l), Some(_)) => l.pdf(at),
+            (LightShape::Constant(l), None) => l.pdf(at, wi),
+            _ => PdfW::ZERO,
+        }
+    }
+
+    /// Power over π, up to the spectrum: area for a surface, 4 for a point, and so on.
+    fn extent(&self, scene_radius: f32) -> f32 {
+        match &self.shape {
+            LightShape::Triangle(l) => l.area(),
+            LightShape::Parallelogram(l) => l.area(),
+            LightShape::Disk(l) => l.area(),
+            LightShape::Sphere(l) => l.area(),
+            LightShape::Point(_) => 4.0,
+            LightShape::Constant(_) => 4.0 * std::f32::consts::PI * scene_radius * scene_radius,
+        }
+    }
+}
+
+/// All lights of a scene and how one is chosen: by power.
+#[derive(Clone, Debug, Default)]
+pub struct Lights {
+    lights: Vec<Light>,
+    spectra: Vec<Spectrum>,
+    choice: Choice,
+    /// The environment, if there is one.
+    environment: Option<u32>,
+}
+
+impl Lights {
+    /// All lights, their spectra, and the radius of the scene (for the power of an environment).
+    pub fn new(lights: Vec<Light>, spectra: Vec<Spectrum>, scene_radius: f32) -> Self {
+        // Colours that the eye hardly sees must still be sampled.
+        let brightness = |s: &Spectrum| s.luminance().max(1e-3 * s.max());
+        let weights: Vec<f64> = lights
+            .iter()
+            .map(|l| f64::from(l.extent(scene_radius)) * f64::from(brightness(&spectra[l.spectrum as usize])))
+            .collect();
+        let environment =
+            lights.iter().position(|l| matches!(l.shape, LightShape::Constant(_))).map(|i| i as u32);
+        Self { choice: Choice::new(&weights), lights, spectra, environment }
+    }
+
+    /// The environment's index, if there is one.
+    #[inline]
+    pub fn environment(&self) -> Option<u32> {
+        self.environment
+    }
+
+    /// How many lights there are.
+    pub fn len(&self) -> usize {
+        self.lights.len()
+    }
+
+    /// True when nothing emits.
+    pub fn is_empty(&self) -> bool {
+        self.lights.is_empty()
+    }
+
+    /// Chooses a light by `choice` and a direction towards it by `u`; returns the light's index with it.
+    #[inline]
+    pub fn sample(&self, at: LitPoint, choice: f32, u: [f32; 2]) -> Option<(u32, LightSample)> {
+        let (index, probability) = self.choice.sample(choice)?;
+        let mut sample = self.lights[index].sample(at, u)?;
+        sample.pdf.0 *= probability;
+        Some((index as u32, sample))
+    }
+
+    /// The density of `wi` towards `light`, where it was met at `hit` (nowhere, for the environment).
+    #[inline]
+    pub fn pdf(&self, light: u32, at: LitPoint, to: (Vec3, Option<&SurfacePoint>)) -> PdfW {
+        let pdf = self.lights[light as usize].pdf(at, to.0, to.1);
+        PdfW(pdf.0 * self.choice.probability(light as usize))
+    }
+
+    /// The light's spectrum at the wavelengths of a path: radiance, or intensity for a point.
+    #[inline]
+    pub fn spectrum(&self, light: u32, lambda: &SampledWavelengths) -> SampledSpectrum {
+        self.spectra[self.lights[light as usize].spectrum as usize].sample(lambda)
+    }
+
+    /// The primitives that never shadow `light`.
+    #[inline]
+    pub fn prims(&self, light: u32) -> PrimRange {
+        self.lights[light as usize].prims
+    }
+}

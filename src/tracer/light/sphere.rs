@@ -1,0 +1,127 @@
+//! Spheres that emit: outside, sampled by the cone they fill; inside (inward normals), by all directions.
+
+use std::f32::consts::FRAC_1_PI;
+
+use glam::Vec3;
+
+use crate::math::frame::Frame;
+use crate::math::pdf::PdfW;
+use crate::math::warp;
+use crate::tracer::shape::Sphere;
+
+use super::{LightSample, LitPoint};
+
+/// A sphere that emits from its front.
+#[derive(Clone, Debug)]
+pub struct SphereLight {
+    sphere: Sphere,
+}
+
+/// The sphere as one point sees it.
+struct View {
+    to_center: Vec3,
+    distance2: f32,
+    /// 1 − cos of the half angle of the cone.
+    one_minus_cos: f32,
+}
+
+impl SphereLight {
+    /// The light on `sphere`.
+    pub fn new(sphere: Sphere) -> Self {
+        Self { sphere }
+    }
+
+    pub(super) fn area(&self) -> f32 {
+        self.sphere.area()
+    }
+
+    /// `None` from the inside. 1 − cos is taken as sin² / (1 + cos), and cos from (d − r)(d + r): neither a far
+    /// sphere nor a touching one cancels.
+    #[inline]
+    fn view(&self, p: Vec3) -> Option<View> {
+        let to_center = self.sphere.center - p;
+        let (distance2, r) = (to_center.length_squared(), self.sphere.radius);
+        let d = distance2.sqrt();
+        if d <= r {
+            return None;
+        }
+        let cos = ((d - r) * (d + r)).sqrt() / d;
+        let sin = r / d;
+        Some(View { to_center, distance2, one_minus_cos: sin * sin / (1.0 + cos) })
+    }
+
+    #[inline]
+    pub(super) fn sample(&self, at: LitPoint, u: [f32; 2]) -> Option<LightSample> {
+        let Sphere { center, radius, inward } = self.sphere;
+        let view = self.view(at.p);
+        if view.is_some() == inward {
+            // From the dark side: an inward sphere from outside, or an outward one from within.
+            return None;
+        }
+        let Some(View { to_center, distance2, one_minus_cos }) = view else {
+            let wi = warp::sphere(u);
+            let b = wi.dot(center - at.p);
+            let inside = radius * radius - (center - at.p).length_squared();
+            let distance = b + (b * b + inside).max(0.0).sqrt();
+            let target = at.p + wi * distance;
+            let pdf = PdfW(0.25 * FRAC_1_PI);
+            return Some(LightSample { wi, target: Some(target), scale: 1.0, pdf, delta: false });
+        };
+        let local = warp::cone(u, one_minus_cos);
+        let d = distance2.sqrt();
+        let wi = Frame::new(to_center * (1.0 / d)).to_world(local);
+        // The near intersection, from the angle to the axis.
+        let sin2 = local.x * local.x + local.y * local.y;
+        let distance = d * local.z - (radius * radius - distance2 * sin2).max(0.0).sqrt();
+        let pdf = PdfW(warp::cone_pdf(one_minus_cos));
+        Some(LightSample { wi, target: Some(at.p + wi * distance), scale: 1.0, pdf, delta: false })
+    }
+
+    /// The density of any direction that meets the sphere.
+    #[inline]
+    pub(super) fn pdf(&self, at: LitPoint) -> PdfW {
+        match (self.view(at.p), self.sphere.inward) {
+            (Some(view), false) => PdfW(warp::cone_pdf(view.one_minus_cos)),
+            (None, true) => PdfW(0.25 * FRAC_1_PI),
+            _ => PdfW::ZERO,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Case N11. Irradiance of a point that faces the centre of a unit-radiance sphere is π (r/d)², and from
+    /// within, straight "up" into the sphere, π; the cone computed by the textbook 1 − √(1 − sin²) fails.
+    #[test]
+    fn irradiance_of_small_far_near_and_surrounding_spheres() {
+        let naive = |ratio: f32| 1.0 - (1.0 - ratio * ratio).sqrt();
+        assert_eq!(naive(1e-5), 0.0, "the case is too easy");
+        for ratio in [1e-8f32, 1e-6, 1e-4, 1e-2, 0.1, 0.5, 0.9, 0.99, 0.999] {
+            let sphere = Sphere { center: Vec3::new(0.0, 0.0, 1.0), radius: ratio, inward: false };
+            let e = irradiance(sphere);
+            let exact = std::f64::consts::PI * f64::from(ratio).powi(2);
+            assert!((e / exact - 1.0).abs() < 1e-4, "r/d = {ratio}: {e} instead of {exact}");
+        }
+        let e = irradiance(Sphere { center: Vec3::new(0.3, 0.2, -0.1), radius: 1.0, inward: true });
+        assert!((e / std::f64::consts::PI - 1.0).abs() < 1e-4, "inside: {e}");
+        let dark = Sphere { center: Vec3::ZERO, radius: 1.0, inward: false };
+        assert_eq!(irradiance(dark), 0.0);
+    }
+
+    fn irradiance(sphere: Sphere) -> f64 {
+        let (light, at) = (SphereLight::new(sphere), LitPoint { p: Vec3::ZERO, n: Vec3::Z });
+        let n = 512;
+        let mut sum = 0.0;
+        for i in 0..n * n {
+            let u = [((i % n) as f32 + 0.5) / n as f32, ((i / n) as f32 + 0.5) / n as f32];
+            if let Some(s) = light.sample(at, u) {
+                assert_eq!(s.pdf, light.pdf(at));
+                assert!((s.wi.length() - 1.0).abs() < 1e-5);
+                sum += f64::from(s.wi.z.max(0.0)) / f64::from(s.pdf.0);
+            }
+        }
+        sum / (n * n) as f64
+    }
+}

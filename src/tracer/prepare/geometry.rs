@@ -1,0 +1,257 @@
+//! Shapes to primitives in world space, with Mitsuba's sense of front and back.
+//!
+//! Orientation: the front of a rectangle or disk is where its transformed +z normal points (a mirroring
+//! transform does not turn it), of a mesh where the right-hand rule on the transformed corners says, of a cube
+//! outwards, of a sphere outwards unless the transform mirrors. `flip_normals` turns all of them. A triangle's
+//! corners are stored in the order that gives it its front, so nothing else has to remember a sign.
+
+use glam::{DAffine3, DVec3, Vec3};
+
+use crate::scene::SceneDesc;
+use crate::scene::desc::{Mesh, ShapeDesc, ShapeKind};
+use crate::spectrum::Spectrum;
+use crate::tracer::accel::PrimRange;
+use crate::tracer::bsdf::Sides;
+use crate::tracer::light::{DiskLight, Light, LightShape, ParallelogramLight, SphereLight, TriangleLight};
+use crate::tracer::scene::{NONE, PrimRecord, Surface};
+use crate::tracer::shape::{Disk, Sphere, Triangle};
+
+use super::PrepareError;
+
+/// Largest magnitude of a coordinate: its square and its product with an extent stay finite.
+const MAX_COORDINATE: f32 = 1e12;
+
+/// Everything that comes from shapes.
+#[derive(Default)]
+pub(super) struct Geometry {
+    pub(super) corners: Vec<[Vec3; 3]>,
+    pub(super) triangles: Vec<Triangle>,
+    pub(super) disks: Vec<Disk>,
+    pub(super) spheres: Vec<Sphere>,
+    /// Records of the triangles; those of disks and spheres follow in [`Geometry::finish`].
+    pub(super) prims: Vec<PrimRecord>,
+    disk_prims: Vec<PrimRecord>,
+    sphere_prims: Vec<PrimRecord>,
+    pub(super) normals: Vec<[Vec3; 3]>,
+    pub(super) surfaces: Vec<Surface>,
+    pub(super) lights: Vec<Light>,
+    pub(super) spectra: Vec<Spectrum>,
+    pub(super) notices: Vec<String>,
+}
+
+/// A shape on its way in.
+struct Adding<'a> {
+    shape: &'a ShapeDesc,
+    surface: u32,
+    /// Index of its spectrum, if it emits.
+    spectrum: Option<u32>,
+    /// Primitives without area or with unusable coordinates.
+    dropped: usize,
+}
+
+impl Geometry {
+    /// Adds one shape.
+    pub(super) fn add(
+        &mut self,
+        desc: &SceneDesc,
+        shape: &ShapeDesc,
+        sides: &[Sides],
+    ) -> Result<(), PrepareError> {
+        let id = shape.bsdf;
+        let sides = *sides.get(id.0 as usize).ok_or(PrepareError::UnknownMaterial { id })?;
+        let surface = self.surfaces.len() as u32;
+        self.surfaces.push(Surface { sides });
+        let spectrum = shape.emission.as_ref().filter(|s| !s.is_black()).map(|s| {
+            self.spectra.push(s.clone());
+            self.spectra.len() as u32 - 1
+        });
+        let mut adding = Adding { shape, surface, spectrum, dropped: 0 };
+        match &shape.kind {
+            ShapeKind::Mesh(id) => {
+                let unknown = PrepareError::UnknownMesh { id: *id, place: shape.place };
+                self.add_mesh(desc.meshes.get(id.0 as usize).ok_or(unknown)?, &mut adding);
+            }
+            ShapeKind::Sphere { center, radius } => self.add_sphere(*center, *radius, &mut adding),
+            ShapeKind::Disk => self.add_disk(&mut adding),
+            ShapeKind::Rectangle => self.add_rectangle(&mut adding),
+            ShapeKind::Cube => self.add_cube(&mut adding),
+        }
+        if adding.dropped > 0 {
+            let name = shape.id.as_deref().unwrap_or("without id");
+            self.notices.push(format!(
+                "shape {name} (line {}): {} primitives have no area or coordinates beyond 1e12 and were dropped",
+                shape.place.line, adding.dropped
+            ));
+        }
+        Ok(())
+    }
+
+    /// Joins the lists by kind into one numbering: triangles, disks, spheres.
+    pub(super) fn finish(mut self) -> Self {
+        let triangles = self.triangles.len() as u32;
+        let first_sphere = triangles + self.disks.len() as u32;
+        self.prims.append(&mut self.disk_prims);
+        self.prims.append(&mut self.sphere_prims);
+        for light in &mut self.lights {
+            let shift = match light.shape {
+                LightShape::Disk(_) => triangles,
+                LightShape::Sphere(_) => first_sphere,
+                _ => 0,
+            };
+            light.prims = PrimRange { first: light.prims.first + shift, end: light.prims.end + shift };
+        }
+        self
+    }
+
+    /// Registers a light over primitives `first..end` of its kind; [`NONE`] when the shape does not emit.
+    fn light(&mut self, adding: &Adding, range: (usize, usize), shape: impl FnOnce() -> LightShape) -> u32 {
+        let Some(spectrum) = adding.spectrum else { return NONE };
+        let prims = PrimRange { first: range.0 as u32, end: range.1 as u32 };
+        self.lights.push(Light { shape: shape(), spectrum, prims });
+        self.lights.len() as u32 - 1
+    }
+
+    /// Adds a triangle with front e1 × e2, or counts it as dropped.
+    fn push_triangle(&mut self, corners: [Vec3; 3], adding: &mut Adding, normals: Option<[Vec3; 3]>) -> bool {
+        let usable = corners.iter().all(|p| p.is_finite() && p.abs().max_element() <= MAX_COORDINATE);
+        let Some(triangle) = Triangle::new(corners).filter(|t| usable && t.area() > 0.0) else {
+            adding.dropped += 1;
+            return false;
+        };
+        self.corners.push(corners);
+        self.triangles.push(triangle);
+        let normals = normals.map_or(NONE, |n| {
+            self.normals.push(n);
+            self.normals.len() as u32 - 1
+        });
+        self.prims.push(PrimRecord { surface: adding.surface, light: NONE, normals });
+        true
+    }
+
+    fn add_mesh(&mut self, mesh: &Mesh, adding: &mut Adding) {
+        let to_world = adding.shape.to_world;
+        let to_normal = to_world.matrix3.inverse().transpose();
+        let at = |i: u32| {
+            mesh.positions.get(i as usize).map(|p| to_world.transform_point3(p.as_dvec3()).as_vec3())
+        };
+        let flip = adding.shape.flip_normals;
+        let normal = |i: u32| {
+            let n = (to_normal * mesh.normals.get(i as usize)?.as_dvec3()).try_normalize()?.as_vec3();
+            Some(if flip { -n } else { n })
+        };
+        for &[i, j, k] in &mesh.triangles {
+            let (j, k) = if flip { (k, j) } else { (j, k) };
+            let (Some(a), Some(b), Some(c)) = (at(i), at(j), at(k)) else {
+                adding.dropped += 1;
+                continue;
+            };
+            let normals = normal(i).zip(normal(j)).zip(normal(k)).map(|((x, y), z)| [x, y, z]);
+            self.push_mesh_triangle([a, b, c], normals, adding);
+        }
+    }
+
+    /// Vertex normals, where given, say which side is the front; equal ones on a flat face are not kept.
+    fn push_mesh_triangle(&mut self, corners: [Vec3; 3], normals: Option<[Vec3; 3]>, adding: &mut Adding) {
+        let [a, b, c] = corners;
+        let (mut corners, mut normals) = (corners, normals);
+        if let (Some([x, y, z]), Some(face)) = (normals, Triangle::new(corners)) {
+            if face.n.dot(x + y + z) < 0.0 {
+                (corners, normals) = ([a, c, b], Some([x, z, y]));
+            }
+            let flat = [x, y, z].iter().all(|n| n.dot(face.n).abs() > 1.0 - 1e-6);
+            normals = normals.filter(|_| !flat);
+        }
+        let first = self.triangles.len();
+        if self.push_triangle(corners, adding, normals) {
+            let triangle = self.triangles[first];
+            self.prims[first].light =
+                self.light(adding, (first, first + 1), || LightShape::Triangle(TriangleLight::new(triangle)));
+        }
+    }
+
+    fn add_rectangle(&mut self, adding: &mut Adding) {
+        let m = adding.shape.to_world;
+        let corner = |x: f64, y: f64| m.transform_point3(DVec3::new(x, y, 0.0)).as_vec3();
+        // e1 × e2 is the front; a mirroring transform turns the product but not the transformed normal.
+        let mirrored = m.matrix3.determinant() < 0.0;
+        let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+        let [a, b, c, d] = corners;
+        let [a, b, c, d] = if mirrored != adding.shape.flip_normals { [a, d, c, b] } else { [a, b, c, d] };
+        let first = self.triangles.len();
+        let both = self.push_triangle([a, b, c], adding, None) && self.push_triangle([a, c, d], adding, None);
+        if both {
+            let n = self.triangles[first].n;
+            let light = self.light(adding, (first, first + 2), || {
+                LightShape::Parallelogram(ParallelogramLight::new(a, b - a, d - a, n))
+            });
+            self.prims[first].light = light;
+            self.prims[first + 1].light = light;
+        }
+    }
+
+    fn add_cube(&mut self, adding: &mut Adding) {
+        let m = adding.shape.to_world;
+        // Outwards stays outwards under a mirroring transform.
+        let turned = (m.matrix3.determinant() < 0.0) != adding.shape.flip_normals;
+        for axis in 0..3 {
+            for sign in [-1.0, 1.0] {
+                let corner = |x: f64, y: f64| {
+                    let mut p = DVec3::ZERO;
+                    (p[axis], p[(axis + 1) % 3], p[(axis + 2) % 3]) = (sign, x * sign, y);
+                    m.transform_point3(p).as_vec3()
+                };
+                let [a, b, c, d] =
+                    [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+                for [p, q, r] in [[a, b, c], [a, c, d]] {
+                    let corners = if turned { [p, r, q] } else { [p, q, r] };
+                    self.push_mesh_triangle(corners, None, adding);
+                }
+            }
+        }
+    }
+
+    fn add_disk(&mut self, adding: &mut Adding) {
+        let m = adding.shape.to_world;
+        let axis = |v: DVec3| m.transform_vector3(v);
+        let mirrored = m.matrix3.determinant() < 0.0;
+        let sign = if mirrored != adding.shape.flip_normals { -1.0 } else { 1.0 };
+        let front = axis(DVec3::X).cross(axis(DVec3::Y)) * sign;
+        let (center, a, b) = (m.translation.as_vec3(), axis(DVec3::X).as_vec3(), axis(DVec3::Y).as_vec3());
+        let usable =
+            center.abs().max(a.abs()).max(b.abs()).max_element() <= MAX_COORDINATE && center.is_finite();
+        let Some(disk) = Disk::new(center, a, b, front).filter(|d| usable && d.area() > 0.0) else {
+            adding.dropped += 1;
+            return;
+        };
+        let i = self.disks.len();
+        let light = self.light(adding, (i, i + 1), || LightShape::Disk(DiskLight::new(disk)));
+        self.disks.push(disk);
+        self.disk_prims.push(PrimRecord { surface: adding.surface, light, normals: NONE });
+    }
+
+    fn add_sphere(&mut self, center: DVec3, radius: f64, adding: &mut Adding) {
+        let m: DAffine3 = adding.shape.to_world;
+        let determinant = m.matrix3.determinant();
+        let scale = determinant.abs().cbrt();
+        let columns = [m.matrix3.x_axis, m.matrix3.y_axis, m.matrix3.z_axis];
+        if columns.iter().any(|c| (c.length() - scale).abs() > 1e-4 * scale) {
+            self.notices.push(format!(
+                "shape at line {}: a sphere stays a sphere; its transform stretches, the mean scale is used",
+                adding.shape.place.line
+            ));
+        }
+        let center = m.transform_point3(center).as_vec3();
+        let radius = (radius.abs() * scale) as f32;
+        let usable = center.is_finite() && center.abs().max_element() + radius <= MAX_COORDINATE;
+        if !(usable && radius > 0.0) {
+            adding.dropped += 1;
+            return;
+        }
+        let inward = (determinant < 0.0) != adding.shape.flip_normals;
+        let sphere = Sphere { center, radius, inward };
+        let i = self.spheres.len();
+        let light = self.light(adding, (i, i + 1), || LightShape::Sphere(SphereLight::new(sphere)));
+        self.spheres.push(sphere);
+        self.sphere_prims.push(PrimRecord { surface: adding.surface, light, normals: NONE });
+    }
+}

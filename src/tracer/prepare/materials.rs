@@ -1,0 +1,80 @@
+//! Materials: one list of one-sided ones, and what each description shows to either side.
+
+use crate::scene::desc::{BsdfDesc, BsdfId};
+use crate::tracer::bsdf::Sides;
+use crate::tracer::material::Material;
+
+use super::PrepareError;
+
+/// The one-sided materials, and for every description (by id) which of them it shows.
+///
+/// The back of a two-sided material is lit as its front would be, so that a two-sided one nested in another
+/// counts with its own front.
+pub(super) fn prepare(descs: &[BsdfDesc]) -> Result<(Vec<Material>, Vec<Sides>), PrepareError> {
+    let mut materials = Vec::new();
+    let own: Vec<Option<u32>> = descs
+        .iter()
+        .map(|desc| {
+            one_sided(desc).map(|material| {
+                materials.push(material);
+                materials.len() as u32 - 1
+            })
+        })
+        .collect();
+    let front_of = |mut id: BsdfId| {
+        for _ in 0..=descs.len() {
+            match descs.get(id.0 as usize) {
+                None => return Err(PrepareError::UnknownMaterial { id }),
+                Some(BsdfDesc::TwoSided { front, .. }) => id = *front,
+                Some(_) => return own[id.0 as usize].ok_or(PrepareError::UnknownMaterial { id }),
+            }
+        }
+        Err(PrepareError::NestedTwoSided { id })
+    };
+    let sides = descs
+        .iter()
+        .enumerate()
+        .map(|(i, desc)| match desc {
+            BsdfDesc::TwoSided { front, back } => {
+                Ok(Sides::Two { front: front_of(*front)?, back: front_of(*back)? })
+            }
+            _ => front_of(BsdfId(i as u32)).map(Sides::Single),
+        })
+        .collect::<Result<_, _>>()?;
+    Ok((materials, sides))
+}
+
+/// The material of a description, `None` for a two-sided pair.
+fn one_sided(desc: &BsdfDesc) -> Option<Material> {
+    Some(match desc.clone() {
+        BsdfDesc::Diffuse { reflectance } => Material::Diffuse { reflectance },
+        BsdfDesc::Dielectric { int_ior, ext_ior, specular_reflectance, specular_transmittance } => {
+            Material::Dielectric { int_ior, ext_ior, factors: [specular_reflectance, specular_transmittance] }
+        }
+        BsdfDesc::Conductor { eta, k, specular_reflectance } => {
+            Material::Conductor { eta, k, reflectance: specular_reflectance }
+        }
+        BsdfDesc::TwoSided { .. } => return None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::spectrum::Spectrum;
+
+    fn two(front: u32, back: u32) -> BsdfDesc {
+        BsdfDesc::TwoSided { front: BsdfId(front), back: BsdfId(back) }
+    }
+
+    #[test]
+    fn nested_and_circular_pairs() {
+        let diffuse = || BsdfDesc::Diffuse { reflectance: Spectrum::Constant(0.5) };
+        let (materials, sides) = prepare(&[two(2, 1), diffuse(), two(3, 1), diffuse()]).expect("valid");
+        assert_eq!(materials.len(), 2);
+        assert_eq!(sides[0], Sides::Two { front: 1, back: 0 });
+        assert_eq!(sides[1], Sides::Single(0));
+        assert!(matches!(prepare(&[two(0, 0)]), Err(PrepareError::NestedTwoSided { .. })));
+        assert!(matches!(prepare(&[two(7, 0)]), Err(PrepareError::UnknownMaterial { .. })));
+    }
+}

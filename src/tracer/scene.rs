@@ -1,0 +1,151 @@
+//! The prepared scene: what a path asks of it.
+
+use glam::Vec3;
+
+use crate::math::frame::Frame;
+use crate::scene::SceneDesc;
+
+use super::accel::{Accel, Hit, PrimRange, Ray};
+use super::bsdf::Sides;
+use super::camera::Camera;
+use super::interaction::SurfaceInteraction;
+use super::light::{LightSample, Lights};
+use super::material::Material;
+use super::prepare::{PrepareError, PrepareOptions, prepare};
+use super::shape::{Disk, Sphere, SurfacePoint, Triangle};
+
+/// Marks the absence of a light or of normals in a record.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// What a surface is, shared by the primitives of one shape.
+#[derive(Clone, Copy, Debug)]
+pub struct Surface {
+    /// Materials by side.
+    pub sides: Sides,
+}
+
+/// A primitive's own record.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PrimRecord {
+    /// Index into the surfaces.
+    pub(super) surface: u32,
+    /// Index into the lights, or [`NONE`].
+    pub(super) light: u32,
+    /// Index into the vertex normals, or [`NONE`].
+    pub(super) normals: u32,
+}
+
+/// A scene ready for tracing: immutable, shared by all workers.
+#[derive(Debug)]
+pub struct Scene {
+    pub(super) camera: Camera,
+    pub(super) accel: Accel,
+    pub(super) triangles: Vec<Triangle>,
+    pub(super) disks: Vec<Disk>,
+    pub(super) spheres: Vec<Sphere>,
+    /// By primitive id.
+    pub(super) prims: Vec<PrimRecord>,
+    /// Shading normals of the smooth triangles.
+    pub(super) normals: Vec<[Vec3; 3]>,
+    pub(super) surfaces: Vec<Surface>,
+    pub(super) materials: Vec<Material>,
+    pub(super) lights: Lights,
+    pub(super) notices: Vec<String>,
+}
+
+impl Scene {
+    /// Makes `desc` ready for tracing: world space, tree, lights, materials.
+    ///
+    /// What cannot be traced but does no harm (triangles without area, coordinates that are not finite or beyond
+    /// 1e12) is dropped, counted and told in [`Scene::notices`].
+    ///
+    /// # Errors
+    ///
+    /// [`PrepareError`] when the camera cannot be used, an id points nowhere, or materials form a circle.
+    pub fn prepare(desc: &SceneDesc, options: PrepareOptions) -> Result<Scene, PrepareError> {
+        prepare(desc, options)
+    }
+
+    /// What the user should know about the scene, one sentence each.
+    pub fn notices(&self) -> &[String] {
+        &self.notices
+    }
+
+    /// The camera.
+    pub fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    /// The lights.
+    pub fn lights(&self) -> &Lights {
+        &self.lights
+    }
+
+    /// The geometry.
+    pub fn accel(&self) -> &Accel {
+        &self.accel
+    }
+
+    /// How many triangles, disks and spheres there are.
+    pub fn primitive_counts(&self) -> (usize, usize, usize) {
+        (self.triangles.len(), self.disks.len(), self.spheres.len())
+    }
+
+    /// What `ray` (of unit direction) meets first.
+    #[inline]
+    pub fn closest(&self, ray: &Ray) -> Option<SurfaceInteraction> {
+        self.accel.closest(ray).map(|hit| self.interaction(ray, &hit))
+    }
+
+    /// True when nothing stands between `from` and the light of `sample`.
+    #[inline]
+    pub fn visible(&self, from: &SurfaceInteraction, light: u32, sample: &LightSample) -> bool {
+        match sample.target {
+            Some(target) => !self.accel.occluded(&from.spawn_to(target, sample.wi), self.lights.prims(light)),
+            None => !self.accel.occluded(&from.spawn(sample.wi), PrimRange::NONE),
+        }
+    }
+
+    /// The material of a hit and the frame it is evaluated in.
+    #[inline]
+    pub fn material(&self, hit: &SurfaceInteraction) -> (&Material, Frame) {
+        let (material, frame) = self.surfaces[hit.surface as usize].sides.facing(hit.frame, hit.wo);
+        (&self.materials[material as usize], frame)
+    }
+
+    #[inline]
+    fn interaction(&self, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
+        let record = self.prims[hit.prim as usize];
+        let id = hit.prim as usize;
+        let point = match self.triangles.get(id) {
+            Some(triangle) => triangle.point(hit.uv),
+            None => self.analytic_point(ray, hit),
+        };
+        let smooth = record.normals != NONE;
+        let n =
+            if smooth { self.shading_normal(record.normals, hit.uv).unwrap_or(point.ng) } else { point.ng };
+        SurfaceInteraction {
+            point,
+            frame: Frame::new(n),
+            wo: -ray.direction,
+            surface: record.surface,
+            light: (record.light != NONE).then_some(record.light),
+            smooth,
+        }
+    }
+
+    #[inline(never)]
+    fn analytic_point(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        let i = hit.prim as usize - self.triangles.len();
+        match self.disks.get(i) {
+            Some(disk) => disk.point(ray, hit.t),
+            None => self.spheres[i - self.disks.len()].point(ray, hit.t),
+        }
+    }
+
+    #[inline]
+    fn shading_normal(&self, normals: u32, uv: [f32; 2]) -> Option<Vec3> {
+        let [a, b, c] = self.normals[normals as usize];
+        (a * (1.0 - uv[0] - uv[1]) + b * uv[0] + c * uv[1]).try_normalize()
+    }
+}
