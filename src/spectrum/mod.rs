@@ -2,6 +2,7 @@
 //! holds ([`Spectrum`], [`dispersion::Ior`], named metals).
 
 pub mod dispersion;
+pub mod metals;
 mod sampled;
 mod spectrum;
 mod wavelengths;
