@@ -1,5 +1,24 @@
 //! What is in a scene file, as plain data with ids.
+//!
+//! [`load`] reads Mitsuba 3 XML and everything it names (includes, meshes, spectra) into a
+//! [`SceneDesc`]. Three rules hold here:
+//!
+//! - **Nothing is ignored in silence.** What the reader does not know is an error or a
+//!   [`SceneWarning`], both with file, line, column and the source line under a caret.
+//! - **No input may hurt.** Sizes, depths and counts are bounded by [`limits`]; numbers are finite
+//!   or refused; no file can make the reader panic or hang (`tests/scene_corrupt.rs`).
+//! - **One plugin, one function, one line.** Each group of plugins has its file in [`mitsuba`] with a
+//!   table of names at its top.
+//!
+//! This module knows nothing of rendering.
 
 pub mod desc;
+mod diagnostic;
+mod files;
+pub mod limits;
+pub mod mesh;
+pub mod mitsuba;
 
 pub use desc::SceneDesc;
+pub use diagnostic::{FindingKind, SceneError, SceneWarning};
+pub use mitsuba::{Loaded, load, load_str};

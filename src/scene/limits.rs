@@ -1,0 +1,47 @@
+//! How large an input may be. A file beyond a limit is refused with a message that names the limit.
+
+/// Bytes of one XML file.
+pub const XML_BYTES: u64 = 64 << 20;
+
+/// Bytes of all XML files of a scene together, counting a file each time it is included, and of all
+/// text made by `$name` substitution.
+pub const TOTAL_XML_BYTES: u64 = 256 << 20;
+
+/// Includes within includes.
+pub const INCLUDE_DEPTH: usize = 32;
+
+/// Includes of a whole scene.
+pub const INCLUDES: usize = 4096;
+
+/// Elements within elements, counted through includes.
+pub const NESTING: usize = 64;
+
+/// Elements of a whole scene.
+pub const ELEMENTS: usize = 1 << 20;
+
+/// Attributes of one element.
+pub const ATTRIBUTES: usize = 32;
+
+/// Bytes of one attribute after `$name` substitution.
+pub const SUBSTITUTED_BYTES: usize = 1 << 20;
+
+/// References followed from one material to the next.
+pub const REFERENCE_DEPTH: usize = 16;
+
+/// Bytes of one spectrum file.
+pub const SPECTRUM_BYTES: u64 = 4 << 20;
+
+/// Bytes of one mesh file.
+pub const MESH_BYTES: u64 = 1 << 30;
+
+/// Faces of one mesh file, after polygons are cut into triangles.
+pub const MESH_TRIANGLES: usize = 1 << 25;
+
+/// Width or height of the film in pixels.
+pub const FILM_SIDE: i64 = 1 << 16;
+
+/// Pixels of the film (width times height).
+pub const FILM_PIXELS: i64 = 1 << 28;
+
+/// Warnings kept; what comes after is only counted.
+pub const WARNINGS: usize = 200;

@@ -1,0 +1,118 @@
+//! Faults of a mesh that only its numbers show: vertices that are not numbers, triangles without area.
+
+use glam::{DVec3, Vec2, Vec3};
+
+use super::clean::Count;
+use crate::scene::desc::Mesh;
+
+/// What was dropped or mended.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Repairs {
+    /// Triangles with a vertex that is not finite.
+    pub(super) not_finite: Count,
+    /// Triangles without area.
+    pub(super) flat: Count,
+    /// Texture coordinates that are not finite, set to 0.
+    pub(super) bad_uvs: usize,
+}
+
+/// Drops triangles that cannot be traced and vertices that nothing uses. `line_of` gives the line of
+/// a triangle by its index in the file.
+pub(super) fn repair(mesh: &mut Mesh, line_of: impl Fn(usize) -> usize) -> Repairs {
+    let mut repairs = Repairs::default();
+    let mut kept = Vec::with_capacity(mesh.triangles.len());
+    for (i, triangle) in mesh.triangles.iter().enumerate() {
+        let corners = triangle.map(|v| mesh.positions[v as usize]);
+        if !corners.iter().all(|p| p.is_finite()) {
+            repairs.not_finite.add(line_of(i));
+        } else if is_flat(corners) {
+            repairs.flat.add(line_of(i));
+        } else {
+            kept.push(*triangle);
+        }
+    }
+    mesh.triangles = kept;
+    compact(mesh);
+    for uv in mesh.uvs.iter_mut().filter(|uv| !uv.is_finite()) {
+        *uv = Vec2::ZERO;
+        repairs.bad_uvs += 1;
+    }
+    repairs
+}
+
+/// True when twice the area is no normal number of single precision: nothing can be divided by it.
+fn is_flat(corners: [Vec3; 3]) -> bool {
+    let [a, b, c] = corners.map(|p| p.as_dvec3());
+    let twice_area = cross(b - a, c - a).length();
+    !(twice_area as f32).is_normal()
+}
+
+fn cross(a: DVec3, b: DVec3) -> DVec3 {
+    a.cross(b)
+}
+
+/// Removes vertices that no triangle uses.
+fn compact(mesh: &mut Mesh) {
+    const UNUSED: u32 = u32::MAX;
+    let mut new_index = vec![UNUSED; mesh.positions.len()];
+    let mut order: Vec<u32> = Vec::with_capacity(mesh.positions.len());
+    for v in mesh.triangles.iter_mut().flatten() {
+        let slot = &mut new_index[*v as usize];
+        if *slot == UNUSED {
+            *slot = order.len() as u32;
+            order.push(*v);
+        }
+        *v = *slot;
+    }
+    mesh.positions = gather(&mesh.positions, &order);
+    mesh.normals = gather(&mesh.normals, &order);
+    mesh.uvs = gather(&mesh.uvs, &order);
+}
+
+/// `values[order[i]]`; stays empty if it is.
+fn gather<T: Copy>(values: &[T], order: &[u32]) -> Vec<T> {
+    if values.is_empty() { Vec::new() } else { order.iter().map(|&i| values[i as usize]).collect() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bad_triangles_and_their_vertices_go() {
+        let p = |x: f32, y: f32| Vec3::new(x, y, 0.0);
+        let mut mesh = Mesh {
+            positions: vec![
+                p(f32::NAN, 0.0),
+                p(0.0, 0.0),
+                p(1.0, 0.0),
+                p(0.0, 1.0),
+                p(2.0, 0.0),
+                p(1e-30, 0.0),
+                p(0.0, 1e-30),
+            ],
+            uvs: vec![Vec2::NAN; 7],
+            triangles: vec![[0, 1, 2], [1, 2, 4], [1, 2, 3], [1, 1, 2], [1, 5, 6]],
+            ..Mesh::default()
+        };
+        let repairs = repair(&mut mesh, |i| 10 + i);
+        assert_eq!(repairs.not_finite, Count { times: 1, first_line: 10 });
+        assert_eq!(repairs.flat, Count { times: 3, first_line: 11 });
+        assert_eq!(mesh.triangles, [[0, 1, 2]]);
+        assert_eq!(mesh.positions, [p(0.0, 0.0), p(1.0, 0.0), p(0.0, 1.0)]);
+        assert_eq!((mesh.uvs, repairs.bad_uvs), (vec![Vec2::ZERO; 3], 3));
+    }
+
+    #[test]
+    fn small_and_large_triangles_stay() {
+        for scale in [1e-18_f32, 1e-6, 1.0, 1e6, 1e18] {
+            let mut mesh = Mesh {
+                positions: vec![Vec3::ZERO, Vec3::X * scale, Vec3::Y * scale],
+                triangles: vec![[0, 1, 2]],
+                ..Mesh::default()
+            };
+            repair(&mut mesh, |_| 1);
+            assert_eq!(mesh.triangles.len(), 1, "{scale}");
+        }
+    }
+}

@@ -1,0 +1,88 @@
+//! A scene as a flat list of elements, after includes and `$names` are resolved.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use super::source::{Sources, Span};
+use super::tags::Tag;
+use crate::scene::diagnostic::{Finding, FindingKind};
+
+/// Index of an [`Element`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct ElementId(pub(crate) u32);
+
+/// One attribute, its value after substitution.
+#[derive(Debug)]
+pub(crate) struct Attribute {
+    /// As written.
+    pub(crate) name: &'static str,
+    /// After substitution.
+    pub(crate) value: String,
+    /// The value in the file.
+    pub(crate) span: Span,
+}
+
+/// One element.
+#[derive(Debug)]
+pub(crate) struct Element {
+    /// What it is.
+    pub(crate) tag: &'static Tag,
+    /// Its opening `<tag`.
+    pub(crate) span: Span,
+    /// In the order of the file.
+    pub(crate) attributes: Vec<Attribute>,
+    /// In the order of the file.
+    pub(crate) children: Vec<ElementId>,
+}
+
+impl Element {
+    /// The attribute of this name.
+    pub(crate) fn attribute(&self, name: &str) -> Option<&Attribute> {
+        self.attributes.iter().find(|a| a.name == name)
+    }
+
+    /// The value of an attribute, or nothing.
+    pub(crate) fn value(&self, name: &str) -> Option<&str> {
+        self.attribute(name).map(|a| a.value.as_str())
+    }
+
+    /// Where an attribute stands, or the element itself.
+    pub(crate) fn span_of(&self, name: &str) -> Span {
+        self.attribute(name).map_or(self.span, |a| a.span)
+    }
+}
+
+/// A scene file and all it includes. Element 0 is the root.
+#[derive(Debug, Default)]
+pub(crate) struct Document {
+    /// The texts.
+    pub(crate) sources: Sources,
+    /// All elements; children come after their parents.
+    pub(crate) elements: Vec<Element>,
+    /// Elements with an `id`, and their aliases.
+    pub(crate) ids: BTreeMap<String, ElementId>,
+    /// Folders named by `path`.
+    pub(crate) search: Vec<PathBuf>,
+}
+
+impl Document {
+    /// An element.
+    pub(crate) fn element(&self, id: ElementId) -> &Element {
+        &self.elements[id.0 as usize]
+    }
+
+    /// A finding about a span.
+    pub(crate) fn finding(&self, kind: FindingKind, span: Span, message: impl Into<String>) -> Finding {
+        self.sources.finding(kind, span, message)
+    }
+
+    /// A file named in the scene: as seen from the file that names it, then from each `path`.
+    /// What does not exist anywhere is returned as seen from the file.
+    pub(crate) fn resolve(&self, name: &str, from: Span) -> PathBuf {
+        let here = self.sources.path(from.file).parent().unwrap_or(Path::new("")).join(name);
+        if here.exists() {
+            return here;
+        }
+        self.search.iter().map(|p| p.join(name)).find(|p| p.exists()).unwrap_or(here)
+    }
+}

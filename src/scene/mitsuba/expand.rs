@@ -1,0 +1,386 @@
+//! From text to [`Document`]: XML, `default` and `$name`, `include`, `path`, `alias`.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use roxmltree::{Node, ParsingOptions};
+
+use super::document::{Attribute, Document, Element, ElementId};
+use super::prescan;
+use super::source::Span;
+use super::suggest;
+use super::tags::{self, TAGS, Tag, TagKind};
+use crate::scene::diagnostic::{Finding, FindingKind, LineAt, SceneError, SceneWarning};
+use crate::scene::files::{ReadError, read_bytes};
+use crate::scene::limits;
+
+/// A `$name`.
+struct Variable {
+    value: String,
+    /// Set on the command line, not by a `default`.
+    fixed: bool,
+    used: bool,
+}
+
+/// Reads texts into a [`Document`].
+pub(crate) struct Expander {
+    document: Document,
+    warnings: Vec<SceneWarning>,
+    variables: BTreeMap<String, Variable>,
+    /// Files being read, outermost first, to see cycles.
+    open: Vec<PathBuf>,
+    includes: usize,
+    bytes: u64,
+}
+
+/// What [`Expander::finish`] hands over.
+pub(crate) type Expanded = (Document, Vec<SceneWarning>);
+
+impl Expander {
+    /// A reader with the `-D name=value` of the command line; the last of two with one name counts.
+    pub(crate) fn new(overrides: &[(String, String)]) -> Self {
+        let fixed =
+            |(n, v): &(String, String)| (n.clone(), Variable { value: v.clone(), fixed: true, used: false });
+        Self {
+            document: Document::default(),
+            warnings: Vec::new(),
+            variables: overrides.iter().map(fixed).collect(),
+            open: Vec::new(),
+            includes: 0,
+            bytes: 0,
+        }
+    }
+
+    /// Reads the scene file itself.
+    pub(crate) fn file(mut self, path: &Path) -> Result<Expanded, SceneError> {
+        let bytes = read_bytes(path, limits::XML_BYTES).map_err(|e| unreadable(path, &e).error())?;
+        self.open.push(canonical(path));
+        self.text(path.to_owned(), &bytes, None, 0)?;
+        self.finish()
+    }
+
+    /// Reads a text in place of a file called `name`.
+    pub(crate) fn string(mut self, name: &Path, text: &str) -> Result<Expanded, SceneError> {
+        self.open.push(canonical(name));
+        self.text(name.to_owned(), text.as_bytes(), None, 0)?;
+        self.finish()
+    }
+
+    fn finish(mut self) -> Result<Expanded, SceneError> {
+        for (name, v) in &self.variables {
+            if v.fixed && !v.used {
+                let text = format!("-D {name}={}", v.value);
+                let range = (3, 3 + name.len());
+                let at = LineAt { file: "command line", text: &text, line: 1, range };
+                let message = format!("the scene does not use `${name}`");
+                self.warnings
+                    .push(Finding::new(FindingKind::Reference, at, message).help(self.known()).warning());
+            }
+        }
+        Ok((self.document, self.warnings))
+    }
+
+    /// The names that can be set.
+    fn known(&self) -> String {
+        let names: Vec<&str> =
+            self.variables.iter().filter(|(_, v)| v.used).map(|(n, _)| n.as_str()).collect();
+        if names.is_empty() {
+            "the scene uses no names at all".into()
+        } else {
+            format!("it uses: {}", names.join(", "))
+        }
+    }
+
+    /// Reads one text: the root of the scene, or what an `include` names.
+    fn text(
+        &mut self,
+        path: PathBuf,
+        bytes: &[u8],
+        parent: Option<ElementId>,
+        depth: usize,
+    ) -> Result<(), SceneError> {
+        let text = String::from_utf8_lossy(bytes);
+        let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+        let file = self.document.sources.add(path, text);
+        if let Err(e) = std::str::from_utf8(bytes) {
+            let at = text.find('\u{fffd}').unwrap_or(e.valid_up_to());
+            let found =
+                self.document.finding(FindingKind::Syntax, Span::new(file, at..at + 3), "this is not UTF-8");
+            return Err(found.help("save the file as UTF-8 text").error());
+        }
+        self.account(text.len(), Span::new(file, 0..1))?;
+        if let Err(e) = prescan::check(text) {
+            let found = self.document.finding(FindingKind::Limit, Span::new(file, e.at), e.message);
+            return Err(found.help("write the scene without it").error());
+        }
+        let options = ParsingOptions { nodes_limit: 4 * limits::ELEMENTS as u32, ..Default::default() };
+        let xml = match roxmltree::Document::parse_with_options(text, options) {
+            Ok(xml) => xml,
+            Err(e) => return Err(self.syntax(file, text, &e)),
+        };
+        let root = xml.root_element();
+        match parent {
+            None if root.tag_name().name() != "scene" => {
+                let message = format!("a scene starts with <scene>, not with <{}>", root.tag_name().name());
+                Err(self.document.finding(FindingKind::Syntax, name_span(file, root), message).error())
+            }
+            Some(parent) if root.tag_name().name() == "scene" => self.children(file, root, parent, depth),
+            parent => self.node(file, root, parent, depth),
+        }
+    }
+
+    /// Counts text against the limit for a whole scene.
+    fn account(&mut self, bytes: usize, at: Span) -> Result<(), SceneError> {
+        self.bytes += bytes as u64;
+        if self.bytes > limits::TOTAL_XML_BYTES {
+            let message = format!("the scene has more than {} bytes of text", limits::TOTAL_XML_BYTES);
+            let found = self.document.finding(FindingKind::Limit, at, message);
+            return Err(found.help("includes and `$names` count each time they are used").error());
+        }
+        Ok(())
+    }
+
+    fn syntax(&self, file: u32, text: &str, error: &roxmltree::Error) -> SceneError {
+        use roxmltree::Error::{NoRootNode, UnclosedRootNode, UnexpectedEndOfStream};
+        let at = match error {
+            NoRootNode | UnclosedRootNode | UnexpectedEndOfStream => text.trim_end().len().saturating_sub(1),
+            _ => self.document.sources.offset(file, error.pos().row as usize, error.pos().col as usize),
+        };
+        let mut message = error.to_string();
+        if let Some(cut) = message.rfind(" at ") {
+            message.truncate(cut); // the place stands beside it
+        }
+        let found = self.document.finding(FindingKind::Syntax, Span::new(file, at..at + 1), message);
+        found.help("the XML is not well-formed; is something cut off, or not closed?").error()
+    }
+
+    /// Reads what stands between the tags of `node` into `parent`.
+    fn children(
+        &mut self,
+        file: u32,
+        node: Node<'_, '_>,
+        parent: ElementId,
+        depth: usize,
+    ) -> Result<(), SceneError> {
+        for child in node.children() {
+            if child.is_element() {
+                self.node(file, child, Some(parent), depth + 1)?;
+            } else if child.is_text() && child.text().is_some_and(|t| !t.trim().is_empty()) {
+                let skip = child.text().map_or(0, |t| t.len() - t.trim_start().len());
+                let start = child.range().start;
+                let span = Span::new(file, (start + skip).min(child.range().end)..child.range().end);
+                let found =
+                    self.document.finding(FindingKind::Unknown, span, "text between elements is not used");
+                self.warn(found.help("put values into attributes, or this into a comment"));
+            }
+        }
+        Ok(())
+    }
+
+    fn warn(&mut self, finding: Finding) {
+        if self.warnings.len() < limits::WARNINGS {
+            self.warnings.push(finding.warning());
+        }
+    }
+
+    fn node(
+        &mut self,
+        file: u32,
+        node: Node<'_, '_>,
+        parent: Option<ElementId>,
+        depth: usize,
+    ) -> Result<(), SceneError> {
+        let span = name_span(file, node);
+        let name = node.tag_name().name();
+        let Some(tag) = tags::find(name) else {
+            let all: Vec<&str> = TAGS.iter().map(|t| t.name).collect();
+            let found =
+                self.document.finding(FindingKind::Unknown, span, format!("unknown element <{name}>"));
+            return Err(found.help(suggest::hint(name, &all)).error());
+        };
+        if depth > limits::NESTING || self.document.elements.len() >= limits::ELEMENTS {
+            let message = format!(
+                "more than {} elements, or deeper than {}, counted through includes",
+                limits::ELEMENTS,
+                limits::NESTING
+            );
+            return Err(self.document.finding(FindingKind::Limit, span, message).error());
+        }
+        if tag.kind == TagKind::Scene && parent.is_some() {
+            return Err(self
+                .document
+                .finding(FindingKind::Syntax, span, "a scene cannot stand inside a scene")
+                .error());
+        }
+        let element =
+            Element { tag, span, attributes: self.attributes(file, node, tag)?, children: Vec::new() };
+        match (tag.kind, parent) {
+            (TagKind::Directive, Some(parent)) => self.directive(&element, parent, depth),
+            (TagKind::Directive, None) => Ok(()),
+            _ => {
+                let id = self.push(element, parent)?;
+                self.children(file, node, id, depth)
+            }
+        }
+    }
+
+    fn push(&mut self, element: Element, parent: Option<ElementId>) -> Result<ElementId, SceneError> {
+        let id = ElementId(self.document.elements.len() as u32);
+        if let (TagKind::Object | TagKind::Value, Some(name)) = (element.tag.kind, element.attribute("id")) {
+            self.register(&name.value, id, name.span)?;
+        }
+        self.document.elements.push(element);
+        if let Some(parent) = parent {
+            self.document.elements[parent.0 as usize].children.push(id);
+        }
+        Ok(id)
+    }
+
+    fn register(&mut self, name: &str, id: ElementId, span: Span) -> Result<(), SceneError> {
+        if self.document.ids.insert(name.to_owned(), id).is_some() {
+            let found =
+                self.document.finding(FindingKind::Reference, span, format!("the id `{name}` is used twice"));
+            return Err(found.help("give each element an id of its own").error());
+        }
+        Ok(())
+    }
+
+    fn attributes(
+        &mut self,
+        file: u32,
+        node: Node<'_, '_>,
+        tag: &'static Tag,
+    ) -> Result<Vec<Attribute>, SceneError> {
+        let mut attributes = Vec::with_capacity(node.attributes().len());
+        for a in node.attributes() {
+            let Some(name) = tag.attributes.iter().find(|n| **n == a.name()) else {
+                let span = Span::new(file, a.range());
+                let message = format!("<{}> has no attribute `{}`", tag.name, a.name());
+                let found = self.document.finding(FindingKind::Unknown, span, message);
+                return Err(found.help(suggest::hint(a.name(), tag.attributes)).error());
+            };
+            let span = Span::new(file, a.range_value());
+            let value = self.substitute(a.value(), span)?;
+            attributes.push(Attribute { name, value, span });
+        }
+        for required in tag.required {
+            if !attributes.iter().any(|a| a.name == *required) {
+                let message = format!("<{}> needs the attribute `{required}`", tag.name);
+                return Err(self
+                    .document
+                    .finding(FindingKind::Missing, name_span(file, node), message)
+                    .error());
+            }
+        }
+        Ok(attributes)
+    }
+
+    /// Replaces each `$name`; the longest known name counts, as `$width` before `$w`.
+    fn substitute(&mut self, value: &str, span: Span) -> Result<String, SceneError> {
+        let mut out = String::with_capacity(value.len());
+        let mut rest = value;
+        while let Some(at) = rest.find('$') {
+            out.push_str(&rest[..at]);
+            rest = &rest[at + 1..];
+            let word_end = rest.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(rest.len());
+            let word = &rest[..word_end];
+            let ends = word.char_indices().map(|(i, c)| i + c.len_utf8()).take(256);
+            let known = ends.filter(|&e| self.variables.contains_key(&word[..e])).max();
+            let Some(variable) = known.and_then(|e| self.variables.get_mut(&word[..e])) else {
+                let shown: String = word.chars().take(64).collect();
+                let found =
+                    self.document.finding(FindingKind::Reference, span, format!("`${shown}` has no value"));
+                let help = format!("add <default name=\"{shown}\" value=\"…\"/> before it, or -D {shown}=…");
+                return Err(found.help(help).error());
+            };
+            variable.used = true;
+            out.push_str(&variable.value);
+            rest = &rest[known.unwrap_or(0)..];
+            if out.len() > limits::SUBSTITUTED_BYTES {
+                let message = format!("a value grows beyond {} bytes", limits::SUBSTITUTED_BYTES);
+                return Err(self.document.finding(FindingKind::Limit, span, message).error());
+            }
+        }
+        if out.is_empty() {
+            return Ok(rest.to_owned());
+        }
+        out.push_str(rest);
+        self.account(out.len(), span)?;
+        Ok(out)
+    }
+
+    fn directive(&mut self, element: &Element, parent: ElementId, depth: usize) -> Result<(), SceneError> {
+        let value = |name| element.value(name).unwrap_or_default();
+        match element.tag.name {
+            "default" => {
+                let variable = Variable { value: value("value").to_owned(), fixed: false, used: false };
+                self.variables.entry(value("name").to_owned()).or_insert(variable);
+                Ok(())
+            }
+            "path" => {
+                let folder = self.document.resolve(value("value"), element.span);
+                if !folder.is_dir() {
+                    let message = format!("there is no folder {}", folder.display());
+                    let found = self.document.finding(FindingKind::File, element.span_of("value"), message);
+                    self.warn(found.help("paths are relative to the file that names them"));
+                }
+                self.document.search.push(folder);
+                Ok(())
+            }
+            "alias" => {
+                let Some(&target) = self.document.ids.get(value("id")) else {
+                    let message = format!("there is no `{}` above this alias", value("id"));
+                    let found = self.document.finding(FindingKind::Reference, element.span_of("id"), message);
+                    return Err(found.help("an alias stands after what it renames").error());
+                };
+                self.register(value("as"), target, element.span_of("as"))
+            }
+            _ => self.include(element, parent, depth),
+        }
+    }
+
+    fn include(&mut self, element: &Element, parent: ElementId, depth: usize) -> Result<(), SceneError> {
+        let span = element.span_of("filename");
+        let refuse = |d: &Document, kind, message: String| Err(d.finding(kind, span, message).error());
+        let path = self.document.resolve(element.value("filename").unwrap_or_default(), span);
+        let real = canonical(&path);
+        if self.open.contains(&real) {
+            return refuse(
+                &self.document,
+                FindingKind::Reference,
+                format!("{} includes itself", path.display()),
+            );
+        }
+        self.includes += 1;
+        if self.open.len() > limits::INCLUDE_DEPTH || self.includes > limits::INCLUDES {
+            let (depth, count) = (limits::INCLUDE_DEPTH, limits::INCLUDES);
+            let message = format!("more than {count} includes, or more than {depth} within each other");
+            return refuse(&self.document, FindingKind::Limit, message);
+        }
+        let bytes = match read_bytes(&path, limits::XML_BYTES) {
+            Ok(bytes) => bytes,
+            Err(e) => return refuse(&self.document, e.kind(), e.to_string()),
+        };
+        self.open.push(real);
+        self.text(path, &bytes, Some(parent), depth)?;
+        self.open.pop();
+        Ok(())
+    }
+}
+
+/// A path that is the same however a file is named.
+fn canonical(path: &Path) -> PathBuf {
+    path.canonicalize().unwrap_or_else(|_| path.to_owned())
+}
+
+/// The opening `<tag` of a node.
+fn name_span(file: u32, node: Node<'_, '_>) -> Span {
+    let start = node.range().start;
+    Span::new(file, start..start + 1 + node.tag_name().name().len())
+}
+
+fn unreadable(path: &Path, error: &ReadError) -> Finding {
+    let file = path.to_string_lossy();
+    let at = LineAt { file: &file, text: "", line: 1, range: (0, 0) };
+    Finding::new(error.kind(), at, error.to_string()).help("give the path of a scene file")
+}

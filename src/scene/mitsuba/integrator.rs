@@ -1,0 +1,73 @@
+//! Integrators and samplers: read for depths and counts.
+
+use super::document::ElementId;
+use super::params::Params;
+use super::reader::Reader;
+use super::suggest;
+use crate::scene::desc::{IntegratorDesc, IntegratorKind};
+use crate::scene::diagnostic::{FindingKind, SceneError};
+
+/// Every integrator; anything else is rendered by path tracing, with a warning.
+const KINDS: &[(&str, IntegratorKind)] = &[("path", IntegratorKind::Path)];
+
+/// Samplers of Mitsuba. The program has a sequence of its own and takes only the count.
+const SAMPLERS: &[&str] = &["independent", "stratified", "multijitter", "orthogonal", "ldsampler"];
+
+/// What a scene without an integrator gets, as Mitsuba.
+pub(crate) fn default() -> IntegratorDesc {
+    IntegratorDesc { kind: IntegratorKind::Path, max_depth: None, rr_depth: 5, hide_emitters: false }
+}
+
+/// Reads an integrator.
+pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<IntegratorDesc, SceneError> {
+    let params = Params::new(reader.document, id)?;
+    params.without_effect(&["samples_per_pass", "block_size", "timeout"]);
+    let kind = match KINDS.iter().find(|(name, _)| *name == params.plugin()) {
+        Some((_, kind)) => *kind,
+        None => {
+            let shown: String = params.plugin().chars().take(64).collect();
+            let message = format!("there is no integrator `{shown}`: path tracing is used");
+            let found =
+                reader.document.finding(FindingKind::Plugin, params.element().span_of("type"), message);
+            let names: Vec<&str> = KINDS.iter().map(|k| k.0).collect();
+            params.note(found.help(suggest::hint(params.plugin(), &names)).warning());
+            IntegratorKind::Path
+        }
+    };
+    let max_depth =
+        match params.integer("max_depth")? {
+            None | Some(-1) => None,
+            Some(n) => Some(u32::try_from(n).map_err(|_| {
+                params.error("max_depth", "a depth is -1 (unlimited) or not negative").error()
+            })?),
+        };
+    let rr_depth = params.integer("rr_depth")?.unwrap_or(i64::from(default().rr_depth));
+    let rr_depth = u32::try_from(rr_depth).ok().filter(|d| *d > 0).ok_or_else(|| {
+        params.error("rr_depth", "the depth at which roulette starts is above zero").error()
+    })?;
+    let hide_emitters = params.boolean("hide_emitters", false)?;
+    reader.finish(params);
+    Ok(IntegratorDesc { kind, max_depth, rr_depth, hide_emitters })
+}
+
+/// The sample count of a sampler of any type.
+pub(crate) fn sampler(reader: &mut Reader<'_>, id: ElementId) -> Result<Option<u64>, SceneError> {
+    let params = Params::new(reader.document, id)?;
+    params.without_effect(&["seed", "jitter", "strength"]);
+    if !SAMPLERS.contains(&params.plugin()) {
+        let shown: String = params.plugin().chars().take(64).collect();
+        let span = params.element().span_of("type");
+        let found =
+            reader.document.finding(FindingKind::Plugin, span, format!("the sampler `{shown}` is not known"));
+        params.note(found.help("only its sample_count is used").warning());
+    }
+    let count = params.integer("sample_count")?;
+    let count = count.map(|n| {
+        u64::try_from(n).ok().filter(|n| (1..=1 << 40).contains(n)).ok_or_else(|| {
+            params.error("sample_count", "a sample count is above 0 and not above 2^40").error()
+        })
+    });
+    let count = count.transpose()?;
+    reader.finish(params);
+    Ok(count)
+}

@@ -1,0 +1,69 @@
+//! Mitsuba 3 XML to [`SceneDesc`].
+//!
+//! Two steps. [`expand`] turns texts into one flat list of elements: XML, includes, `$names`, ids.
+//! [`reader`] walks that list and hands each plugin to the function its group's table names:
+//!
+//! | group | file | plugins |
+//! |---|---|---|
+//! | shape | `shape.rs` | obj, rectangle, cube, sphere, disk |
+//! | bsdf | `bsdf.rs` | diffuse, dielectric, conductor, twosided |
+//! | emitter | `emitter.rs` | area, constant, point |
+//! | sensor, film, rfilter | `sensor.rs`, `film.rs` | perspective; films and filters |
+//! | integrator, sampler | `integrator.rs` | path; any sampler |
+//! | spectrum | `spectrum.rs` | uniform, d65, regular, irregular |
+//!
+//! Adding a plugin is one function and one line in its group's table. A reader asks [`params`] for
+//! each parameter it knows; what nobody asked for is reported.
+
+mod bsdf;
+mod document;
+mod emitter;
+mod expand;
+mod film;
+mod integrator;
+mod params;
+mod prescan;
+mod reader;
+mod sensor;
+mod shape;
+mod source;
+mod spectrum;
+mod suggest;
+mod tags;
+mod transform;
+mod value;
+
+use std::path::Path;
+
+use crate::scene::desc::SceneDesc;
+use crate::scene::diagnostic::{SceneError, SceneWarning};
+
+/// A scene as read, with what the user should know about it.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// The scene.
+    pub desc: SceneDesc,
+    /// Warnings and remarks, in the order they were found.
+    pub warnings: Vec<SceneWarning>,
+}
+
+/// Reads the scene file at `path` and every file it names.
+///
+/// `overrides` are the `-D name=value` of the command line: they win over `default`, and one the
+/// scene does not use is a warning.
+///
+/// # Errors
+///
+/// [`SceneError`] with file, line, column and source line, at the first thing that prevents a picture.
+pub fn load(path: &Path, overrides: &[(String, String)]) -> Result<Loaded, SceneError> {
+    reader::read(expand::Expander::new(overrides).file(path)?)
+}
+
+/// Reads a scene from `text`; messages call it `name`, and files it names are looked for beside `name`.
+///
+/// # Errors
+///
+/// As [`load`].
+pub fn load_str(name: &str, text: &str, overrides: &[(String, String)]) -> Result<Loaded, SceneError> {
+    reader::read(expand::Expander::new(overrides).string(Path::new(name), text)?)
+}

@@ -1,0 +1,230 @@
+//! The parameters of one plugin. Every one is asked for by the plugin's reader, or reported.
+
+use std::cell::{Cell, RefCell};
+
+use glam::{DAffine3, DVec3};
+
+use super::document::{Document, Element, ElementId};
+use super::source::Span;
+use super::tags::TagKind;
+use super::{suggest, transform, value};
+use crate::scene::diagnostic::{Finding, FindingKind, SceneError, SceneWarning};
+
+/// One child of a plugin, with references followed.
+struct Entry<'d> {
+    name: Option<&'d str>,
+    element: ElementId,
+    /// Where the child itself stands (for a `ref`, not its target).
+    span: Span,
+    used: Cell<bool>,
+}
+
+/// A plugin and its parameters.
+pub(crate) struct Params<'d> {
+    document: &'d Document,
+    /// The plugin's element.
+    pub(crate) id: ElementId,
+    entries: Vec<Entry<'d>>,
+    asked: RefCell<Vec<&'static str>>,
+    notes: RefCell<Vec<SceneWarning>>,
+}
+
+impl<'d> Params<'d> {
+    /// Lists the children of a plugin; refuses elements that cannot stand there, names given twice and
+    /// references to nothing.
+    pub(crate) fn new(document: &'d Document, id: ElementId) -> Result<Self, SceneError> {
+        let plugin = document.element(id);
+        let mut entries: Vec<Entry<'d>> = Vec::with_capacity(plugin.children.len());
+        let mut names = std::collections::BTreeSet::new();
+        for &child in &plugin.children {
+            let element = document.element(child);
+            let target = match element.tag.kind {
+                TagKind::Ref => follow(document, element)?,
+                TagKind::Object | TagKind::Value | TagKind::Transform => child,
+                _ => {
+                    let message = format!("<{}> cannot stand in <{}>", element.tag.name, plugin.tag.name);
+                    let found = document.finding(FindingKind::Unknown, element.span, message);
+                    return Err(found
+                        .help("steps of a transform stand in <transform name=\"to_world\">")
+                        .error());
+                }
+            };
+            let name = element.value("name");
+            if let Some(name) = name.filter(|n| !names.insert(*n)) {
+                let message = format!("`{name}` is given twice");
+                return Err(document
+                    .finding(FindingKind::Parameter, element.span_of("name"), message)
+                    .error());
+            }
+            entries.push(Entry { name, element: target, span: element.span, used: Cell::new(false) });
+        }
+        Ok(Self { document, id, entries, asked: RefCell::default(), notes: RefCell::default() })
+    }
+
+    /// The plugin's element.
+    pub(crate) fn element(&self) -> &'d Element {
+        self.document.element(self.id)
+    }
+
+    /// The plugin's `type`.
+    pub(crate) fn plugin(&self) -> &'d str {
+        self.element().value("type").unwrap_or_default()
+    }
+
+    /// Where the plugin stands.
+    pub(crate) fn span(&self) -> Span {
+        self.element().span
+    }
+
+    /// The child of this name, now counted as used.
+    pub(crate) fn get(&self, name: &'static str) -> Option<&'d Element> {
+        self.find(name).map(|e| self.document.element(e.element))
+    }
+
+    /// The id of the child of this name, now counted as used.
+    pub(crate) fn get_id(&self, name: &'static str) -> Option<ElementId> {
+        self.find(name).map(|e| e.element)
+    }
+
+    fn find(&self, name: &'static str) -> Option<&Entry<'d>> {
+        self.asked.borrow_mut().push(name);
+        let found = self.entries.iter().find(|e| e.name == Some(name));
+        found.inspect(|e| e.used.set(true))
+    }
+
+    /// True when the parameter stands in the file; counts as asking for it.
+    pub(crate) fn has(&self, name: &'static str) -> bool {
+        self.find(name).is_some()
+    }
+
+    /// An error at a parameter's value, or at the plugin if the parameter is not there.
+    pub(crate) fn error(&self, name: &'static str, message: impl Into<String>) -> Finding {
+        let entry = self.entries.iter().find(|e| e.name == Some(name));
+        let span = entry.map_or(self.span(), |e| self.document.element(e.element).span_of("value"));
+        self.document.finding(FindingKind::Value, span, message)
+    }
+
+    /// Keeps a warning or a remark until [`Params::finish`].
+    pub(crate) fn note(&self, warning: SceneWarning) {
+        self.notes.borrow_mut().push(warning);
+    }
+
+    fn typed<T>(
+        &self,
+        name: &'static str,
+        tags: &[&str],
+        parse: impl Fn(&Element) -> Result<T, (Span, String)>,
+    ) -> Result<Option<T>, SceneError> {
+        let Some(element) = self.get(name) else { return Ok(None) };
+        if !tags.contains(&element.tag.name) {
+            let message = format!("`{name}` is a <{}>, not a <{}>", tags.join("> or <"), element.tag.name);
+            return Err(self.document.finding(FindingKind::Parameter, element.span, message).error());
+        }
+        let at = |(span, message)| self.document.finding(FindingKind::Value, span, message).error();
+        parse(element).map(Some).map_err(at)
+    }
+
+    /// A number.
+    pub(crate) fn float(&self, name: &'static str) -> Result<Option<f64>, SceneError> {
+        self.typed(name, &["float", "integer"], |e| plain(e, value::number))
+    }
+
+    /// An integer.
+    pub(crate) fn integer(&self, name: &'static str) -> Result<Option<i64>, SceneError> {
+        self.typed(name, &["integer"], |e| plain(e, value::integer))
+    }
+
+    /// A truth value.
+    pub(crate) fn boolean(&self, name: &'static str, default: bool) -> Result<bool, SceneError> {
+        Ok(self.typed(name, &["boolean"], |e| plain(e, value::boolean))?.unwrap_or(default))
+    }
+
+    /// A text.
+    pub(crate) fn string(&self, name: &'static str) -> Result<Option<String>, SceneError> {
+        self.typed(name, &["string"], |e| Ok(e.value("value").unwrap_or_default().to_owned()))
+    }
+
+    /// A point or a vector.
+    pub(crate) fn point(&self, name: &'static str) -> Result<Option<DVec3>, SceneError> {
+        self.typed(name, &["point", "vector"], |e| transform::components(e, None))
+    }
+
+    /// `to_world`: the identity unless given; invertible.
+    pub(crate) fn to_world(&self) -> Result<DAffine3, SceneError> {
+        let matrix = self.typed("to_world", &["transform"], |e| transform::parse(self.document, e))?;
+        Ok(matrix.unwrap_or(DAffine3::IDENTITY))
+    }
+
+    /// All children with this tag (references followed), now counted as used.
+    pub(crate) fn objects(&self, tag: &'static str) -> Vec<(ElementId, Span)> {
+        let of_tag = self.entries.iter().filter(|e| self.document.element(e.element).tag.name == tag);
+        of_tag.inspect(|e| e.used.set(true)).map(|e| (e.element, e.span)).collect()
+    }
+
+    /// The only child with this tag, if there is one. A second is an error.
+    pub(crate) fn object(&self, tag: &'static str) -> Result<Option<ElementId>, SceneError> {
+        match self.objects(tag).as_slice() {
+            [] => Ok(None),
+            [(id, _)] => Ok(Some(*id)),
+            [_, (_, span), ..] => {
+                let message =
+                    format!("a second <{tag}>; only one can stand in a <{}>", self.element().tag.name);
+                Err(self.document.finding(FindingKind::Parameter, *span, message).error())
+            }
+        }
+    }
+
+    /// Parameters that exist in Mitsuba but change nothing here: remarks, not warnings.
+    pub(crate) fn without_effect(&self, names: &[&'static str]) {
+        for name in names {
+            if let Some(entry) = self.find(name) {
+                let message = format!("`{name}` has no effect in this program");
+                self.note(self.document.finding(FindingKind::Parameter, entry.span, message).advice());
+            }
+        }
+    }
+
+    /// Warns about every child nobody asked for and returns all warnings of this plugin.
+    pub(crate) fn finish(self) -> Vec<SceneWarning> {
+        let asked = self.asked.into_inner();
+        let mut notes = self.notes.into_inner();
+        let plugin = self.document.element(self.id);
+        for e in self.entries.iter().filter(|e| !e.used.get()) {
+            let what = self.document.element(e.element).tag.name;
+            let message = match e.name {
+                Some(name) => format!("the {} `{}` has no `{name}`", plugin.tag.name, kind_of(plugin)),
+                None => format!("this {what} has no use in the {} `{}`", plugin.tag.name, kind_of(plugin)),
+            };
+            let found = self.document.finding(FindingKind::Parameter, e.span, message);
+            let help = match e.name {
+                Some(name) if !asked.is_empty() => suggest::hint(name, &asked),
+                _ => "it is not used: remove it".into(),
+            };
+            notes.push(found.help(help).label("not used").warning());
+        }
+        notes
+    }
+}
+
+fn kind_of(plugin: &Element) -> &str {
+    plugin.value("type").unwrap_or_default()
+}
+
+fn plain<T>(element: &Element, parse: fn(&str) -> Result<T, String>) -> Result<T, (Span, String)> {
+    parse(element.value("value").unwrap_or_default()).map_err(|message| (element.span_of("value"), message))
+}
+
+/// The element a `ref` names.
+pub(crate) fn follow(document: &Document, reference: &Element) -> Result<ElementId, SceneError> {
+    let id = reference.value("id").unwrap_or_default();
+    document.ids.get(id).copied().ok_or_else(|| {
+        let names: Vec<&str> = document.ids.keys().map(String::as_str).take(1000).collect();
+        let message =
+            format!("there is no element with the id `{}`", id.chars().take(64).collect::<String>());
+        let found = document.finding(FindingKind::Reference, reference.span_of("id"), message);
+        match suggest::nearest(id, names) {
+            Some(near) => found.help(format!("did you mean `{near}`?")).error(),
+            None => found.help("give the element meant an id").error(),
+        }
+    })
+}

@@ -1,0 +1,193 @@
+//! The walk over a scene's elements, and what all groups of plugins share.
+
+use std::collections::BTreeMap;
+
+use super::document::{Document, ElementId};
+use super::expand::Expanded;
+use super::params::Params;
+use super::shape::MeshKey;
+use super::source::Span;
+use super::tags::TagKind;
+use super::{Loaded, bsdf, emitter, integrator, sensor, shape, suggest};
+use crate::scene::desc::{
+    BsdfDesc, BsdfId, IntegratorDesc, LightDesc, Mesh, MeshId, Place, SceneDesc, ShapeDesc,
+};
+use crate::scene::diagnostic::{FindingKind, SceneError, SceneWarning};
+use crate::scene::limits;
+
+/// What has been read so far.
+pub(crate) struct Reader<'d> {
+    /// The elements.
+    pub(crate) document: &'d Document,
+    /// Materials.
+    pub(crate) bsdfs: Vec<BsdfDesc>,
+    /// Materials by the element they come from, so that references share them.
+    pub(crate) known_bsdfs: BTreeMap<ElementId, BsdfId>,
+    /// Materials of shapes that name none: those that do not emit, those that do.
+    pub(crate) default_bsdfs: [Option<BsdfId>; 2],
+    /// Materials being read, to see cycles.
+    pub(crate) open_bsdfs: Vec<ElementId>,
+    /// Meshes.
+    pub(crate) meshes: Vec<Mesh>,
+    /// Meshes by file and options, so that each file is read once.
+    pub(crate) known_meshes: BTreeMap<MeshKey, MeshId>,
+    /// Shapes.
+    pub(crate) shapes: Vec<ShapeDesc>,
+    /// Lights that are not shapes.
+    pub(crate) lights: Vec<LightDesc>,
+    sensor: Option<sensor::Sensor>,
+    integrator: Option<IntegratorDesc>,
+    samples: Option<u64>,
+    warnings: Vec<SceneWarning>,
+    unheard: usize,
+}
+
+/// The scene that an expanded document describes.
+pub(crate) fn read((document, warnings): Expanded) -> Result<Loaded, SceneError> {
+    let mut reader = Reader {
+        document: &document,
+        bsdfs: Vec::new(),
+        known_bsdfs: BTreeMap::new(),
+        default_bsdfs: [None; 2],
+        open_bsdfs: Vec::new(),
+        meshes: Vec::new(),
+        known_meshes: BTreeMap::new(),
+        shapes: Vec::new(),
+        lights: Vec::new(),
+        sensor: None,
+        integrator: None,
+        samples: None,
+        warnings,
+        unheard: 0,
+    };
+    reader.version();
+    for &id in &document.element(ElementId(0)).children {
+        reader.top_level(id)?;
+    }
+    reader.done()
+}
+
+impl Reader<'_> {
+    /// Keeps a warning.
+    pub(crate) fn warn(&mut self, warning: SceneWarning) {
+        if self.warnings.len() < limits::WARNINGS {
+            self.warnings.push(warning);
+        } else {
+            self.unheard += 1;
+        }
+    }
+
+    /// Closes a plugin: takes its warnings, with one for each parameter nobody asked for.
+    pub(crate) fn finish(&mut self, params: Params<'_>) {
+        for warning in params.finish() {
+            self.warn(warning);
+        }
+    }
+
+    /// Line and column of a span.
+    pub(crate) fn place(&self, span: Span) -> Place {
+        self.document.sources.place(span)
+    }
+
+    /// An error: no plugin of this name.
+    pub(crate) fn unknown_plugin(&self, params: &Params<'_>, known: &[&str]) -> SceneError {
+        let (tag, name) = (params.element().tag.name, params.plugin());
+        let shown: String = name.chars().take(64).collect();
+        let span = params.element().span_of("type");
+        let found = self.document.finding(FindingKind::Plugin, span, format!("there is no {tag} `{shown}`"));
+        found.help(suggest::hint(name, known)).error()
+    }
+
+    /// The format is that of Mitsuba 2 and 3; older files use other names.
+    fn version(&mut self) {
+        let root = self.document.element(ElementId(0));
+        let (span, message) = match root.attribute("version") {
+            None => {
+                (root.span, "the scene does not say which version of the format it is written in".to_owned())
+            }
+            Some(a) if matches!(a.value.split('.').next(), Some("2" | "3")) => return,
+            Some(a) => {
+                (a.span, format!("version `{}` is not known", a.value.chars().take(32).collect::<String>()))
+            }
+        };
+        let found = self.document.finding(FindingKind::Value, span, message);
+        self.warn(found.help("this reader knows versions 2 and 3: <scene version=\"3.0.0\">").warning());
+    }
+
+    fn top_level(&mut self, id: ElementId) -> Result<(), SceneError> {
+        let element = self.document.element(id);
+        match (element.tag.kind, element.tag.name) {
+            (TagKind::Object, "shape") => shape::read(self, id),
+            (TagKind::Object, "bsdf") => bsdf::read(self, id).map(|_| ()),
+            (TagKind::Object, "emitter") => emitter::read(self, id),
+            (TagKind::Object, "sensor") => self.sensor(id),
+            (TagKind::Object, "integrator") => {
+                let read = integrator::read(self, id)?;
+                if self.integrator.replace(read).is_some() {
+                    self.second(element.span, "integrator", "the last one counts");
+                }
+                Ok(())
+            }
+            // A spectrum with an id is read where it is referred to.
+            (TagKind::Value, "spectrum") if element.attribute("id").is_some() => Ok(()),
+            (TagKind::Ref, _) => {
+                super::params::follow(self.document, element)?;
+                self.second(element.span, "reference", "a reference outside of a plugin does nothing");
+                Ok(())
+            }
+            (_, name) => {
+                let message = format!("<{name}> is not supported at this place");
+                let found = self.document.finding(FindingKind::Plugin, element.span, message);
+                Err(found.help("a scene holds shapes, bsdfs, emitters, a sensor and an integrator").error())
+            }
+        }
+    }
+
+    fn sensor(&mut self, id: ElementId) -> Result<(), SceneError> {
+        let span = self.document.element(id).span;
+        if self.sensor.is_some() {
+            self.second(span, "sensor", "the first one counts");
+            return Ok(());
+        }
+        let read = sensor::read(self, id)?;
+        self.samples = read.samples;
+        self.sensor = Some(read);
+        Ok(())
+    }
+
+    fn second(&mut self, span: Span, what: &str, help: &str) {
+        let found = self.document.finding(FindingKind::Parameter, span, format!("another {what}"));
+        self.warn(found.help(help).warning());
+    }
+
+    fn done(mut self) -> Result<Loaded, SceneError> {
+        let root = self.document.element(ElementId(0)).span;
+        let Some(sensor) = self.sensor.take() else {
+            let found = self.document.finding(FindingKind::Missing, root, "the scene has no sensor");
+            return Err(found.help("add <sensor type=\"perspective\">").error());
+        };
+        if self.lights.is_empty() && self.shapes.iter().all(|s| s.emission.is_none()) {
+            let found =
+                self.document.finding(FindingKind::Missing, root, "the scene has no light: it will be black");
+            self.warn(
+                found.help("add <emitter type=\"constant\"/>, or an area emitter in a shape").warning(),
+            );
+        }
+        if self.unheard > 0 {
+            let message = format!("{} more warnings are not shown", self.unheard);
+            self.warnings.push(self.document.finding(FindingKind::Limit, root, message).warning());
+        }
+        let desc = SceneDesc {
+            files: self.document.sources.paths(),
+            camera: sensor.camera,
+            film: sensor.film,
+            integrator: self.integrator.unwrap_or_else(integrator::default),
+            samples_per_pixel: self.samples,
+            bsdfs: self.bsdfs,
+            meshes: self.meshes,
+            shapes: self.shapes,
+            lights: self.lights,
+        };
+        Ok(Loaded { desc, warnings: self.warnings })
+    }
+}

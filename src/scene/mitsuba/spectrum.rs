@@ -1,0 +1,192 @@
+//! Colours and spectra: `rgb`, `spectrum`, `float`, according to what they are for.
+//!
+//! As Mitsuba 3.9.1 in its spectral mode: an `rgb` or a `float` of a light multiplies D65; a
+//! `spectrum` is taken as it stands, also in a light, where 1 at every wavelength is the
+//! equal-energy white of Y = 1.
+
+use super::document::Element;
+use super::params::Params;
+use super::reader::Reader;
+use super::source::Span;
+use super::{suggest, value};
+use crate::scene::diagnostic::Finding;
+use crate::scene::diagnostic::{FindingKind, LineAt, SceneError};
+use crate::scene::files::read_bytes;
+use crate::scene::limits;
+use crate::spectrum::Spectrum;
+
+/// What a spectrum is for; decides what an RGB colour means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Role {
+    /// A share of light in [0, 1].
+    Reflectance,
+    /// Radiance or intensity.
+    Emission,
+    /// Anything else that is not negative, such as an index of refraction.
+    Unbounded,
+}
+
+/// Reader of one spectrum plugin.
+type Plugin = fn(&mut Reader<'_>, &Params<'_>) -> Result<Spectrum, SceneError>;
+
+/// Every `<spectrum type="…">`.
+const PLUGINS: &[(&str, Plugin)] =
+    &[("uniform", uniform), ("d65", d65), ("regular", regular), ("irregular", irregular)];
+
+/// The parameter `name` as a spectrum, or nothing if it is not given.
+pub(crate) fn read(
+    reader: &mut Reader<'_>,
+    params: &Params<'_>,
+    name: &'static str,
+    role: Role,
+) -> Result<Option<Spectrum>, SceneError> {
+    let Some(id) = params.get_id(name) else { return Ok(None) };
+    let element = reader.document.element(id);
+    let span = element.span_of("value");
+    let fault = |reader: &Reader<'_>, m: String| reader.document.finding(FindingKind::Value, span, m).error();
+    let text = element.value("value").unwrap_or_default();
+    let spectrum = match element.tag.name {
+        "rgb" => {
+            let rgb = value::rgb(text).map_err(|e| fault(reader, e))?;
+            if text.trim_start().starts_with('#') {
+                let m = "a hexadecimal colour is read as sRGB and decoded; Mitsuba 3.9 refuses it";
+                params.note(reader.document.finding(FindingKind::Value, span, m).advice());
+            }
+            from_rgb(rgb, role).map_err(|e| fault(reader, e))?
+        }
+        "float" | "integer" => {
+            let v = non_negative(value::number(text).map_err(|e| fault(reader, e))?)
+                .map_err(|e| fault(reader, e))?;
+            if role == Role::Emission { Spectrum::d65(v) } else { Spectrum::Constant(v) }
+        }
+        "spectrum" if element.attribute("type").is_some() => return plugin(reader, id).map(Some),
+        "spectrum" => values(reader, element)?,
+        other => {
+            let m = format!("`{name}` is an <rgb>, <spectrum> or <float>; a <{other}> is not supported here");
+            return Err(reader.document.finding(FindingKind::Plugin, element.span, m).error());
+        }
+    };
+    if role == Role::Reflectance && spectrum.max() > 1.0 + 1e-5 {
+        let m = format!("`{name}` is above 1: this surface makes energy");
+        params.note(
+            reader.document.finding(FindingKind::Value, span, m).help("a reflectance is in [0, 1]").warning(),
+        );
+    }
+    Ok(Some(spectrum))
+}
+
+fn non_negative(v: f64) -> Result<f32, String> {
+    if v < 0.0 { Err(format!("{v} is negative, which no amount of light can be")) } else { Ok(v as f32) }
+}
+
+fn from_rgb(rgb: [f64; 3], role: Role) -> Result<Spectrum, String> {
+    let mut color = [0.0; 3];
+    for (c, v) in color.iter_mut().zip(rgb) {
+        *c = non_negative(v)?;
+    }
+    match role {
+        Role::Reflectance if color.iter().any(|v| *v > 1.0) => Err("a reflectance is in [0, 1]".into()),
+        Role::Reflectance => Ok(Spectrum::reflectance_rgb(color)),
+        Role::Emission => Ok(Spectrum::emission_rgb(color)),
+        Role::Unbounded => Ok(Spectrum::unbounded_rgb(color)),
+    }
+}
+
+/// `<spectrum>` without a type: a constant, a list, or a file.
+fn values(reader: &mut Reader<'_>, element: &Element) -> Result<Spectrum, SceneError> {
+    let span = element.span_of(if element.attribute("value").is_some() { "value" } else { "filename" });
+    let fault = |reader: &Reader<'_>, m: String| reader.document.finding(FindingKind::Value, span, m).error();
+    match (element.value("value"), element.value("filename")) {
+        (Some(text), None) if text.contains(':') => {
+            let points = value::wavelength_list(text).map_err(|e| fault(reader, e))?;
+            table(&points).map_err(|e| fault(reader, e))
+        }
+        (Some(text), None) => {
+            let v = value::number(text).and_then(non_negative).map_err(|e| fault(reader, e))?;
+            Ok(Spectrum::Constant(v))
+        }
+        (None, Some(name)) => file(reader, name, span),
+        _ => Err(fault(reader, "a spectrum has either a `value` or a `filename`".into())),
+    }
+}
+
+fn file(reader: &mut Reader<'_>, name: &str, span: Span) -> Result<Spectrum, SceneError> {
+    let path = reader.document.resolve(name, span);
+    let at = |reader: &Reader<'_>, kind, m: String| reader.document.finding(kind, span, m).error();
+    let bytes = read_bytes(&path, limits::SPECTRUM_BYTES).map_err(|e| at(reader, e.kind(), e.to_string()))?;
+    let text = String::from_utf8_lossy(&bytes);
+    let points = value::wavelength_table(&text).map_err(|(line, message)| {
+        let file = path.to_string_lossy();
+        let shown = text.lines().nth(line - 1).unwrap_or_default();
+        Finding::new(
+            FindingKind::Value,
+            LineAt { file: &file, text: shown, line, range: (0, shown.len()) },
+            message,
+        )
+        .error()
+    })?;
+    table(&points).map_err(|e| at(reader, FindingKind::Value, format!("{}: {e}", path.display())))
+}
+
+/// A table with one value is not a curve; wavelengths must rise and values must not be negative.
+fn table(points: &[(f64, f64)]) -> Result<Spectrum, String> {
+    if points.len() < 2 {
+        return Err("a spectrum has at least two wavelengths".into());
+    }
+    if let Some(w) = points.windows(2).find(|w| w[1].0 as f32 <= w[0].0 as f32) {
+        return Err(format!("wavelengths must rise: {} follows {}", w[1].0, w[0].0));
+    }
+    let points: Result<Vec<(f32, f32)>, String> =
+        points.iter().map(|&(l, v)| Ok((l as f32, non_negative(v)?))).collect();
+    Spectrum::table(&points?).ok_or_else(|| "this table is not a spectrum".into())
+}
+
+/// `<spectrum type="…">`.
+fn plugin(reader: &mut Reader<'_>, id: super::document::ElementId) -> Result<Spectrum, SceneError> {
+    let params = Params::new(reader.document, id)?;
+    let Some((_, read)) = PLUGINS.iter().find(|(name, _)| *name == params.plugin()) else {
+        let names: Vec<&str> = PLUGINS.iter().map(|p| p.0).collect();
+        let m = format!("there is no spectrum `{}`", params.plugin());
+        let found = reader.document.finding(FindingKind::Plugin, params.element().span_of("type"), m);
+        return Err(found.help(suggest::hint(params.plugin(), &names)).error());
+    };
+    let spectrum = read(reader, &params)?;
+    reader.finish(params);
+    Ok(spectrum)
+}
+
+fn uniform(_: &mut Reader<'_>, params: &Params<'_>) -> Result<Spectrum, SceneError> {
+    let v = params.float("value")?.unwrap_or(1.0);
+    non_negative(v).map(Spectrum::Constant).map_err(|e| params.error("value", e).error())
+}
+
+fn d65(_: &mut Reader<'_>, params: &Params<'_>) -> Result<Spectrum, SceneError> {
+    let v = params.float("scale")?.unwrap_or(1.0);
+    non_negative(v).map(Spectrum::d65).map_err(|e| params.error("scale", e).error())
+}
+
+/// Values at equal steps from `wavelength_min` to `wavelength_max`.
+fn regular(_: &mut Reader<'_>, params: &Params<'_>) -> Result<Spectrum, SceneError> {
+    let missing = |n| params.error(n, format!("a regular spectrum needs `{n}`")).error();
+    let low = params.float("wavelength_min")?.ok_or_else(|| missing("wavelength_min"))?;
+    let high = params.float("wavelength_max")?.ok_or_else(|| missing("wavelength_max"))?;
+    let values = list(params, "values")?;
+    let step = (high - low) / (values.len().max(2) - 1) as f64;
+    let points: Vec<(f64, f64)> =
+        values.iter().enumerate().map(|(i, v)| (low + step * i as f64, *v)).collect();
+    table(&points).map_err(|e| params.error("values", e).error())
+}
+
+fn irregular(_: &mut Reader<'_>, params: &Params<'_>) -> Result<Spectrum, SceneError> {
+    let (wavelengths, values) = (list(params, "wavelengths")?, list(params, "values")?);
+    if wavelengths.len() != values.len() {
+        let m = format!("{} wavelengths and {} values", wavelengths.len(), values.len());
+        return Err(params.error("values", m).error());
+    }
+    let points: Vec<(f64, f64)> = wavelengths.into_iter().zip(values).collect();
+    table(&points).map_err(|e| params.error("values", e).error())
+}
+
+fn list(params: &Params<'_>, name: &'static str) -> Result<Vec<f64>, SceneError> {
+    value::numbers(&params.string(name)?.unwrap_or_default()).map_err(|e| params.error(name, e).error())
+}

@@ -1,0 +1,95 @@
+//! The elements of the format and their attributes.
+
+/// What an element is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum TagKind {
+    /// The root.
+    Scene,
+    /// Acts on the reading itself and leaves no element.
+    Directive,
+    /// A plugin.
+    Object,
+    /// Another element by its id.
+    Ref,
+    /// A named value.
+    Value,
+    /// A named transform.
+    Transform,
+    /// A step of a transform.
+    Step,
+}
+
+/// An element of the format.
+#[derive(Debug)]
+pub(crate) struct Tag {
+    /// As written.
+    pub(crate) name: &'static str,
+    /// What it is.
+    pub(crate) kind: TagKind,
+    /// Attributes it may have.
+    pub(crate) attributes: &'static [&'static str],
+    /// Attributes it must have.
+    pub(crate) required: &'static [&'static str],
+}
+
+const PLUGIN: &[&str] = &["type", "id", "name"];
+const NAMED: &[&str] = &["name", "value"];
+const XYZ: &[&str] = &["name", "value", "x", "y", "z"];
+
+const fn tag(
+    name: &'static str,
+    kind: TagKind,
+    attributes: &'static [&'static str],
+    required: &'static [&'static str],
+) -> Tag {
+    Tag { name, kind, attributes, required }
+}
+
+const fn plugin(name: &'static str) -> Tag {
+    tag(name, TagKind::Object, PLUGIN, &["type"])
+}
+
+const fn value(name: &'static str) -> Tag {
+    tag(name, TagKind::Value, NAMED, NAMED)
+}
+
+/// Every element of the format. An element that is not here is an error.
+pub(crate) const TAGS: &[Tag] = &[
+    tag("scene", TagKind::Scene, &["version"], &[]),
+    tag("default", TagKind::Directive, NAMED, NAMED),
+    tag("include", TagKind::Directive, &["filename"], &["filename"]),
+    tag("path", TagKind::Directive, &["value"], &["value"]),
+    tag("alias", TagKind::Directive, &["id", "as"], &["id", "as"]),
+    tag("ref", TagKind::Ref, &["id", "name"], &["id"]),
+    plugin("shape"),
+    plugin("bsdf"),
+    plugin("emitter"),
+    plugin("sensor"),
+    plugin("film"),
+    plugin("rfilter"),
+    plugin("integrator"),
+    plugin("sampler"),
+    plugin("texture"),
+    plugin("medium"),
+    plugin("phase"),
+    plugin("volume"),
+    value("float"),
+    value("integer"),
+    value("boolean"),
+    value("string"),
+    value("rgb"),
+    tag("spectrum", TagKind::Value, &["name", "value", "filename", "type", "id"], &[]),
+    tag("point", TagKind::Value, XYZ, &["name"]),
+    tag("vector", TagKind::Value, XYZ, &["name"]),
+    tag("transform", TagKind::Transform, &["name"], &["name"]),
+    tag("translate", TagKind::Step, &["value", "x", "y", "z"], &[]),
+    tag("scale", TagKind::Step, &["value", "x", "y", "z"], &[]),
+    tag("rotate", TagKind::Step, &["value", "x", "y", "z", "angle"], &["angle"]),
+    tag("lookat", TagKind::Step, &["origin", "target", "up"], &["origin", "target"]),
+    tag("matrix", TagKind::Step, &["value"], &["value"]),
+];
+
+/// The element of this name.
+pub(crate) fn find(name: &str) -> Option<&'static Tag> {
+    TAGS.iter().find(|t| t.name == name)
+}
