@@ -2,6 +2,9 @@
 
 use crate::color::Profile;
 
+/// Samples that a batch holds: it is splatted and folded when full, or on `flush`.
+pub const BATCH_CAPACITY: usize = 65_536;
+
 /// How a sample is spread over texels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum SplatFilter {
@@ -111,4 +114,15 @@ pub struct DisplayImage {
     pub height: u32,
     /// Encoded R, G, B.
     pub rgb: Vec<[u8; 3]>,
+}
+
+impl FilmCounts {
+    /// What sums of the light stream are multiplied by: texels of the picture per light path
+    /// (values are densities over uv); 0 without light paths.
+    pub fn light_scale(&self, spec: &FilmSpec) -> f32 {
+        if self.light_paths == 0 {
+            return 0.0;
+        }
+        (f64::from(spec.width) * f64::from(spec.height) / self.light_paths as f64) as f32
+    }
 }

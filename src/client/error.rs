@@ -1,0 +1,36 @@
+//! What can go wrong in the client, each with what to do about it.
+
+/// An error of the client.
+#[derive(Debug, thiserror::Error)]
+pub enum ClientError {
+    /// The film has no texel or more than a device can hold.
+    #[error(
+        "a film of {width}×{height} pixels is not possible: both sides must be 1 to {max}; choose another --size"
+    )]
+    Extent {
+        /// Width asked for, in pixels.
+        width: u32,
+        /// Height asked for, in pixels.
+        height: u32,
+        /// Largest side in pixels for this filter.
+        max: u32,
+    },
+
+    /// The images of the film do not fit into memory.
+    #[error("no memory for {what} ({bytes} bytes): choose a smaller --size or close other programs")]
+    Memory {
+        /// Which images.
+        what: &'static str,
+        /// Bytes asked for.
+        bytes: u64,
+    },
+
+    /// The threads of the CPU client could not be started.
+    #[error("cannot start {threads} threads for the CPU client: {reason}; ask for fewer with --threads")]
+    Threads {
+        /// Threads asked for.
+        threads: usize,
+        /// What the system said.
+        reason: String,
+    },
+}

@@ -1,0 +1,219 @@
+//! The splat filter: how far a sample reaches and with which weights (paper §4.2).
+//!
+//! Every figure that the Vulkan passes and their CPU twins must share about filters stands here or in
+//! [`lod`](crate::client::lod). Weights are computed with arithmetic, never with hardware bilinear
+//! filtering, whose fractions have 8 bits on common devices.
+
+use crate::client::settings::{FilmSpec, SplatFilter};
+use crate::stream::UvWindow;
+
+/// The paper's 5-texel filter row at distances 0, 1, 2 and the zero border at 3, in texels.
+///
+/// `g_i ∝ exp(−i²)·(1 − smoothstep(0, 3, |i|)^8)`, normalised so that `g₀ + 2g₁ + 2g₂ = 1`.
+/// Between these distances the weight is linear: exactly the bilinear fetch of the paper's texture.
+pub const GAUSSIAN_TAPS: [f32; 4] = [0.565_273_6, 0.207_948_3, 0.009_414_898, 0.0];
+
+/// Most texels that one sample reaches along one axis: the 5-tap row read bilinearly spans 6.
+pub const MAX_TAPS: usize = 6;
+
+/// Truncation radius `R` of the reconstruction Gaussian, in texels of the mip level (paper §4.3).
+pub const RECONSTRUCTION_RADIUS: f32 = 2.5;
+
+/// Exponent `E` of the reconstruction window `1 − smoothstep(0, R, d)^E` (paper §4.3).
+pub const RECONSTRUCTION_EXPONENT: i32 = 8;
+
+/// Threshold `t` of the reconstruction: the smallest `σ` summed on a level before the next is used (paper §4.3).
+pub const RECONSTRUCTION_THRESHOLD: f32 = 1.0;
+
+/// Largest film extent along one axis, in texels with padding: what every Vulkan 1.3 desktop driver offers.
+pub const MAX_EXTENT: u32 = 16_384;
+
+/// The texels of one axis that a sample reaches, and the weight in each.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Taps {
+    /// First texel; may be negative or reach past the last texel, the caller clips.
+    pub first: i32,
+    /// Weights of texels `first ..`; unused places are 0.
+    pub weights: [f32; MAX_TAPS],
+}
+
+impl SplatFilter {
+    /// Texels of padding on every side that keep every texel of the picture fully fed.
+    pub const fn pad(self) -> u32 {
+        match self {
+            SplatFilter::Gaussian => 3,
+            SplatFilter::Tent => 1,
+            SplatFilter::Box => 0,
+        }
+    }
+
+    /// Texels that a sample reaches along one axis.
+    pub const fn taps_per_axis(self) -> usize {
+        match self {
+            SplatFilter::Gaussian => 6,
+            SplatFilter::Tent => 2,
+            SplatFilter::Box => 1,
+        }
+    }
+
+    /// One-dimensional weight at signed distance `d` (texel centre minus sample) in texels.
+    ///
+    /// The weight of texel `t` is the product of both axes. For `Box` the half-open interval
+    /// `−0.5 < d ≤ 0.5` belongs to the texel, which is `floor` of the position.
+    pub fn weight(self, d: f32) -> f32 {
+        let a = d.abs();
+        match self {
+            SplatFilter::Gaussian if a < 3.0 => {
+                let i = a as usize;
+                let t = a - i as f32;
+                GAUSSIAN_TAPS[i] + t * (GAUSSIAN_TAPS[i + 1] - GAUSSIAN_TAPS[i])
+            }
+            SplatFilter::Gaussian => 0.0,
+            SplatFilter::Tent => (1.0 - a).max(0.0),
+            SplatFilter::Box => f32::from(d > -0.5 && d <= 0.5),
+        }
+    }
+
+    /// Texels and weights along one axis for a sample at `p ≥ 0` (padded texels).
+    ///
+    /// The weights are linear in the sub-texel position and sum to 1 for every `p` within rounding.
+    #[inline]
+    pub fn taps(self, p: f32) -> Taps {
+        let texel = p as i32;
+        let inside = p - texel as f32; // exact
+        if self == SplatFilter::Box {
+            return Taps { first: texel, weights: [1.0, 0.0, 0.0, 0.0, 0.0, 0.0] };
+        }
+        // `base` is the last texel whose centre is not right of the sample, `t` the distance to its centre.
+        let (base, t) = if inside >= 0.5 { (texel, inside - 0.5) } else { (texel - 1, inside + 0.5) };
+        if self == SplatFilter::Tent {
+            return Taps { first: base, weights: [1.0 - t, t, 0.0, 0.0, 0.0, 0.0] };
+        }
+        let [g0, g1, g2, _] = GAUSSIAN_TAPS;
+        let weights = [
+            g2 - t * g2,
+            g1 + t * (g2 - g1),
+            g0 + t * (g1 - g0),
+            g1 + t * (g0 - g1),
+            g2 + t * (g1 - g2),
+            t * g2,
+        ];
+        Taps { first: base - 2, weights }
+    }
+
+    /// `c`: mean over sub-texel positions of `Σ f²` over texels in two dimensions; `W/c` is the effective
+    /// number of samples in a texel. 1 for `Box`.
+    pub fn energy(self) -> f32 {
+        let per_axis = match self {
+            SplatFilter::Gaussian => {
+                // The mean square of a line from u to v is (u² + uv + v²)/3; both flanks are alike.
+                let line = |u: f32, v: f32| (u * u + u * v + v * v) / 3.0;
+                2.0 * GAUSSIAN_TAPS.windows(2).map(|g| line(g[0], g[1])).sum::<f32>()
+            }
+            SplatFilter::Tent => 2.0 / 3.0,
+            SplatFilter::Box => 1.0,
+        };
+        per_axis * per_axis
+    }
+}
+
+impl FilmSpec {
+    /// Texels of padding on every side of the picture.
+    pub const fn pad(&self) -> u32 {
+        self.filter.pad()
+    }
+
+    /// Width and height of the padded targets in texels.
+    pub const fn padded_extent(&self) -> [u32; 2] {
+        [self.width + 2 * self.pad(), self.height + 2 * self.pad()]
+    }
+
+    /// Position in padded texels of a screen position; texel (i, j) has its centre at (i + 0.5, j + 0.5).
+    #[inline]
+    pub fn texel_position(&self, uv: [f32; 2]) -> [f32; 2] {
+        let pad = self.pad() as f32;
+        [uv[0] * self.width as f32 + pad, uv[1] * self.height as f32 + pad]
+    }
+
+    /// The part of the screen that samples must cover so that no padded texel lacks any (paper §3.1).
+    pub fn window(&self) -> UvWindow {
+        let (u, v) = (self.pad() as f32 / self.width as f32, self.pad() as f32 / self.height as f32);
+        UvWindow { min: [-u, -v], max: [1.0 + u, 1.0 + v] }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ALL: [SplatFilter; 3] = [SplatFilter::Gaussian, SplatFilter::Tent, SplatFilter::Box];
+
+    #[test]
+    fn taps_follow_the_formula() {
+        let smoothstep = |t: f64| t * t * (3.0 - 2.0 * t);
+        let raw: Vec<f64> = (0..3)
+            .map(|i| (-f64::from(i * i)).exp() * (1.0 - smoothstep(f64::from(i) / 3.0).powi(8)))
+            .collect();
+        let sum = raw[0] + 2.0 * raw[1] + 2.0 * raw[2];
+        for i in 0..3 {
+            assert!((f64::from(GAUSSIAN_TAPS[i]) - raw[i] / sum).abs() < 3e-8, "g{i}");
+        }
+        let [g0, g1, g2, _] = GAUSSIAN_TAPS.map(f64::from);
+        assert!((g0 + 2.0 * g1 + 2.0 * g2 - 1.0).abs() < 3e-8);
+    }
+
+    /// One sprite adds 1 in all wherever it lies, and a sprite of 5 texels would not (gpu.md's 2 %).
+    #[test]
+    fn one_sprite_sums_to_one() {
+        let mut worst_of_five = 0.0f32;
+        for filter in ALL {
+            for i in 0..40_000 {
+                let p = 3.0 + i as f32 * (517.0 / 40_000.0);
+                let taps = filter.taps(p);
+                let sum: f32 = taps.weights.iter().sum();
+                assert!((sum - 1.0).abs() < 3e-7, "{filter:?} at {p}: {sum}");
+                assert!(taps.weights.iter().all(|&w| w >= 0.0));
+                if filter == SplatFilter::Gaussian {
+                    worst_of_five = worst_of_five.max(1.0 - taps.weights[..5].iter().sum::<f32>());
+                }
+            }
+        }
+        assert!(worst_of_five > 5e-3);
+    }
+
+    #[test]
+    fn taps_equal_the_weight_function() {
+        for filter in ALL {
+            for i in 0..5_000 {
+                let p = i as f32 * 0.003_7;
+                let taps = filter.taps(p);
+                for (k, &w) in taps.weights.iter().enumerate().take(filter.taps_per_axis()) {
+                    let d = (taps.first + k as i32) as f32 + 0.5 - p;
+                    assert!((filter.weight(d) - w).abs() < 2e-6, "{filter:?} p {p} tap {k}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn energy_is_the_mean_square() {
+        for filter in ALL {
+            let n = 10_000;
+            let mean = (0..n)
+                .map(|i| filter.taps(10.0 + (i as f32 + 0.5) / n as f32))
+                .map(|t| t.weights.iter().map(|&w| f64::from(w * w)).sum::<f64>())
+                .sum::<f64>()
+                / f64::from(n);
+            assert!((mean * mean - f64::from(filter.energy())).abs() < 1e-6, "{filter:?}");
+        }
+    }
+
+    #[test]
+    fn window_reaches_the_padding() {
+        let spec =
+            FilmSpec { width: 64, height: 32, filter: SplatFilter::Gaussian, variance: Default::default() };
+        assert_eq!(spec.padded_extent(), [70, 38]);
+        assert_eq!(spec.texel_position(spec.window().min), [0.0, 0.0]);
+        assert_eq!(spec.texel_position(spec.window().max), [70.0, 38.0]);
+    }
+}

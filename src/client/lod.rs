@@ -1,0 +1,158 @@
+//! How far a stream is blurred: from the number of its samples, then from their variance (paper §4.2).
+//!
+//! The paper's `LoD' = LoD + Vm·log₄(Var)` takes the absolute variance, so its blur would depend on the
+//! exposure and would be −∞ where variance is 0. Here the *relative variance of the mean* steers it, with
+//! a prior of two pseudo-samples: scaling every light by a power of two leaves the map bit-identical.
+
+/// Lowest LoD: the texel is taken as it is.
+pub const MIN_LOD: f32 = -1.0;
+
+/// `r₀`: relative variance of the mean (5 % error, squared) above which noise masking sets in.
+pub const TARGET_RELATIVE_VARIANCE: f32 = 0.05 * 0.05;
+
+/// Levels added to the raw LoD where variance and mean are read: an average over 8 samples or more.
+pub const VARIANCE_LEVEL_BIAS: f32 = 1.5;
+
+/// Floor of the mean luminance in units of the luminance scale: the error is relative to at least this.
+pub const LUMINANCE_FLOOR: f32 = 0.02;
+
+/// Sum of the pseudo-samples' relative variances in the prior `v' = (n·v + 2)/(n + 1)`.
+pub const PRIOR_VARIANCE: f32 = 2.0;
+
+/// Weight of the prior in the denominator: two pseudo-samples less Bessel's one.
+pub const PRIOR_COUNT: f32 = 1.0;
+
+/// `log₄(x)`.
+#[inline]
+pub fn log4(x: f32) -> f32 {
+    0.5 * x.log2()
+}
+
+/// What one stream's blur depends on, the same for the whole picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StreamLod {
+    /// `log₄(P/S)`, unclamped.
+    pub raw: f32,
+    /// The basic level: `raw` clamped to `[−1, max_level]`.
+    pub base: f32,
+    /// Level where variance and mean are read.
+    pub variance: f32,
+    /// Last mip level, 1×1 texels.
+    pub max_level: f32,
+}
+
+impl StreamLod {
+    /// The LoD of a stream with `samples` samples on a film of `texels` padded texels; `None` without samples.
+    pub fn new(texels: u64, samples: u64, levels: usize) -> Option<Self> {
+        if samples == 0 {
+            return None;
+        }
+        // In f64: counts above 2^24 stay exact, and the twin and the GPU get the same number.
+        let raw = (0.5 * (texels as f64 / samples as f64).log2()) as f32;
+        let max_level = levels.saturating_sub(1) as f32;
+        Some(Self {
+            raw,
+            base: raw.clamp(MIN_LOD, max_level),
+            variance: (raw + VARIANCE_LEVEL_BIAS).clamp(0.0, max_level),
+            max_level,
+        })
+    }
+
+    /// `LoD'`: the basic level raised by `vm` per factor 4 of excess relative variance `r` of the mean.
+    #[inline]
+    pub fn masked(&self, r: f32, vm: f32) -> f32 {
+        let excess = log4(r / TARGET_RELATIVE_VARIANCE);
+        // Written so that a NaN in `r` or `vm` leaves the basic level.
+        let extra = if excess > 0.0 { vm * excess } else { 0.0 };
+        if extra > 0.0 { (self.base + extra).min(self.max_level) } else { self.base }
+    }
+
+    /// `r`: relative variance of the mean after the basic blur, of one place of one stream.
+    ///
+    /// `luminance` and `weight` are the sums ΣfY and Σf read at level [`variance`](Self::variance),
+    /// `variance` is the sum of squared deviations in units of `scale²` at the same level, `scale` the
+    /// film's luminance scale, `energy` the splat filter's. Without samples there the answer is 1.
+    #[inline]
+    pub fn relative_variance(&self, place: &Place, scale: f32, energy: f32) -> f32 {
+        if !(place.weight > 0.0) {
+            return 1.0;
+        }
+        let mean = place.luminance / place.weight / scale;
+        let v = (place.variance / place.weight) / (mean * mean + LUMINANCE_FLOOR * LUMINANCE_FLOOR);
+        let n1 = place.weight / energy;
+        let n = n1 * (2.0 * self.variance).exp2();
+        let v = (n * v + PRIOR_VARIANCE) / (n + PRIOR_COUNT);
+        let r = v / (n1 * (2.0 * self.base.max(0.0)).exp2());
+        if r.is_nan() { 1.0 } else { r.max(0.0) }
+    }
+}
+
+/// Mip averages around one place of one stream, all at the same level.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// `Σ f Y·w`.
+    pub luminance: f32,
+    /// `Σ f w`.
+    pub weight: f32,
+    /// `Σ f (Y − Ȳ)²` in units of the squared luminance scale.
+    pub variance: f32,
+}
+
+/// `2^floor(log₂ x)` for `x > 0`, exact, its exponent held in ±126 so that the inverse is a normal number;
+/// 1 when `x` is not positive and finite.
+pub fn power_of_two_below(x: f64) -> f32 {
+    if !(x > 0.0 && x.is_finite()) {
+        return 1.0;
+    }
+    let exponent = ((x.to_bits() >> 52) as i32 - 1023).clamp(-126, 126);
+    f32::from_bits(((exponent + 127) as u32) << 23)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lod_counts_samples() {
+        assert_eq!(StreamLod::new(1024, 0, 6), None);
+        let one = StreamLod::new(1024, 1, 6).expect("has a sample");
+        assert_eq!((one.raw, one.base, one.variance), (5.0, 5.0, 5.0));
+        let many = StreamLod::new(1024, u64::MAX, 6).expect("has samples");
+        assert_eq!((many.base, many.variance), (-1.0, 0.0));
+        assert!(many.raw < -26.0 && many.raw.is_finite());
+        assert_eq!(StreamLod::new(1, 1, 1).expect("has a sample").base, 0.0);
+    }
+
+    #[test]
+    fn masking_is_gated() {
+        let lod = StreamLod::new(1024, 1024, 6).expect("has samples");
+        assert_eq!(lod.masked(TARGET_RELATIVE_VARIANCE, 1.0), 0.0);
+        assert!((lod.masked(TARGET_RELATIVE_VARIANCE * 16.0, 0.5) - 1.0).abs() < 1e-6);
+        assert_eq!(lod.masked(f32::INFINITY, 1.0), 5.0);
+        assert_eq!(lod.masked(f32::NAN, 1.0), 0.0);
+        assert_eq!(lod.masked(f32::INFINITY, 0.0), 0.0);
+        assert_eq!(lod.masked(0.0, 1.0), 0.0);
+    }
+
+    #[test]
+    fn one_sample_is_not_clean() {
+        // The naive V/(n−1) is 0/0 here; the paper's V alone says "perfectly clean".
+        let lod = StreamLod::new(1024, 1024, 6).expect("has samples");
+        let r = lod.relative_variance(&Place { luminance: 1.0, weight: 1.0, variance: 0.0 }, 1.0, 1.0);
+        assert!(r > 50.0 * TARGET_RELATIVE_VARIANCE, "{r}");
+        assert_eq!(
+            lod.relative_variance(&Place { luminance: 0.0, weight: 0.0, variance: 0.0 }, 1.0, 1.0),
+            1.0
+        );
+    }
+
+    #[test]
+    fn scale_is_the_power_below() {
+        assert_eq!(power_of_two_below(1.0), 1.0);
+        assert_eq!(power_of_two_below(0.75), 0.5);
+        assert_eq!(power_of_two_below(7.9), 4.0);
+        assert_eq!(power_of_two_below(1e-300), f32::MIN_POSITIVE);
+        assert_eq!(power_of_two_below(f64::NAN), 1.0);
+        assert_eq!(power_of_two_below(0.0), 1.0);
+    }
+}

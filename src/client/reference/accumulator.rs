@@ -1,0 +1,117 @@
+//! The four images of one stream (paper §4.2), each as two floats, and the passes that feed them.
+//!
+//! A band goes through splat, fold, variance splat and variance fold while its texels are in the cache;
+//! texels depend on nothing outside their band, so the result is that of whole-image passes.
+
+use glam::Vec4;
+use rayon::prelude::*;
+
+use crate::client::error::ClientError;
+use crate::client::reference::fold::{fold_color, fold_variance};
+use crate::client::reference::splat::{BAND_ROWS, Band, Bins, splat_color};
+use crate::client::reference::variance::{Means, VarianceParameters, splat_variance};
+use crate::client::settings::FilmSpec;
+use crate::image::Grid;
+
+/// Sums of one stream over the padded film.
+pub struct Accumulator {
+    width: usize,
+    hi: Vec<Vec4>,
+    lo: Vec<Vec4>,
+    variance_hi: Vec<f32>,
+    variance_lo: Vec<f32>,
+}
+
+/// What one thread reuses from band to band.
+#[derive(Default)]
+struct Scratch {
+    color: Vec<Vec4>,
+    variance: Vec<f32>,
+    means: Means,
+}
+
+impl Accumulator {
+    /// Images of zeros.
+    ///
+    /// # Errors
+    /// [`ClientError::Memory`] when they do not fit.
+    pub fn new(spec: &FilmSpec) -> Result<Self, ClientError> {
+        let [width, height] = spec.padded_extent().map(|n| n as usize);
+        let no_memory = || Self::out_of_memory("the film", spec);
+        let colors =
+            || Grid::try_filled(width, height, Vec4::ZERO).map(Grid::into_pixels).ok_or_else(no_memory);
+        let floats = || Grid::try_filled(width, height, 0.0).map(Grid::into_pixels).ok_or_else(no_memory);
+        Ok(Self { width, hi: colors()?, lo: colors()?, variance_hi: floats()?, variance_lo: floats()? })
+    }
+
+    /// The error for images of this film's size that did not fit.
+    pub fn out_of_memory(what: &'static str, spec: &FilmSpec) -> ClientError {
+        let [width, height] = spec.padded_extent().map(u64::from);
+        let bytes_per_texel = 2 * (size_of::<Vec4>() + size_of::<f32>()) as u64;
+        ClientError::Memory { what, bytes: width * height * bytes_per_texel }
+    }
+
+    /// Adds one batch; runs in the current thread pool.
+    pub fn add_batch(&mut self, p: VarianceParameters, bins: &Bins) {
+        let (width, texels) = (self.width, self.width * BAND_ROWS);
+        let color = self.hi.par_chunks_mut(texels).zip(self.lo.par_chunks_mut(texels));
+        let variance = self.variance_hi.par_chunks_mut(texels).zip(self.variance_lo.par_chunks_mut(texels));
+        color.zip(variance).enumerate().for_each_init(
+            Scratch::default,
+            |scratch, (i, ((hi, lo), (variance_hi, variance_lo)))| {
+                let sprites = bins.band(i);
+                if sprites.is_empty() {
+                    return;
+                }
+                let band = Band { first_row: i * BAND_ROWS, rows: hi.len() / width, width };
+                reset(&mut scratch.color, hi.len(), Vec4::ZERO);
+                splat_color(p.filter, band, sprites, &mut scratch.color);
+                scratch.means.set_old(hi, lo);
+                fold_color(hi, lo, &scratch.color);
+                scratch.means.set_new(hi, lo);
+                reset(&mut scratch.variance, hi.len(), 0.0);
+                splat_variance(p, band, sprites, &scratch.means, &mut scratch.variance);
+                fold_variance(variance_hi, variance_lo, &scratch.variance);
+            },
+        );
+    }
+
+    /// A copy of the rounded sums, level 0 of the mips; `None` without memory.
+    pub fn color(&self, spec: &FilmSpec) -> Option<Grid<Vec4>> {
+        copy(&self.hi, spec)
+    }
+
+    /// A copy of the rounded variance sums; `None` without memory.
+    pub fn variance(&self, spec: &FilmSpec) -> Option<Grid<f32>> {
+        copy(&self.variance_hi, spec)
+    }
+
+    /// The rounded sums without padding, row by row.
+    pub fn crop_color(&self, spec: &FilmSpec) -> Vec<[f32; 4]> {
+        crop(&self.hi, spec).map(|v| v.to_array()).collect()
+    }
+
+    /// The rounded variance sums without padding, row by row.
+    pub fn crop_variance(&self, spec: &FilmSpec) -> Vec<f32> {
+        crop(&self.variance_hi, spec).collect()
+    }
+}
+
+fn reset<T: Clone>(texels: &mut Vec<T>, len: usize, zero: T) {
+    texels.clear();
+    texels.resize(len, zero);
+}
+
+fn copy<T: Copy>(from: &[T], spec: &FilmSpec) -> Option<Grid<T>> {
+    let [width, height] = spec.padded_extent().map(|n| n as usize);
+    let mut texels = Vec::new();
+    texels.try_reserve_exact(from.len()).ok()?;
+    texels.extend_from_slice(from);
+    Grid::from_rows(width, height, texels)
+}
+
+fn crop<'a, T: Copy>(from: &'a [T], spec: &FilmSpec) -> impl Iterator<Item = T> + 'a {
+    let (pad, width, height) = (spec.pad() as usize, spec.width as usize, spec.height as usize);
+    let stride = width + 2 * pad;
+    from.chunks(stride).skip(pad).take(height).flat_map(move |row| row[pad..pad + width].iter().copied())
+}

@@ -1,0 +1,82 @@
+//! Twin of `fold`: adds a batch image to the two-float accumulators.
+//!
+//! A plain `f32` sum of unit weights stops at 2^24, and a filter tap of weight f is lost once W > f·2^24
+//! (paper §4.2 blends into one texture). Each batch is summed on its own and added by TwoSum
+//! (Knuth, TAOCP 2, §4.2.2), so `hi + lo` carries 48 bits. After each fold `hi` is `hi + lo` rounded.
+
+use std::ops::{Add, Sub};
+
+use glam::Vec4;
+
+/// `(hi, lo) + batch`, renormalised: `hi` is the rounded sum, `lo` what it leaves out.
+///
+/// Six operations of TwoSum, then FastTwoSum; the order is part of the definition.
+#[inline]
+pub fn two_float_add<T>((hi, lo): (T, T), batch: T) -> (T, T)
+where
+    T: Copy + Add<Output = T> + Sub<Output = T>,
+{
+    let sum = hi + batch;
+    let part = sum - hi;
+    let error = (hi - (sum - part)) + (batch - part);
+    let low = lo + error;
+    let new_hi = sum + low;
+    (new_hi, low - (new_hi - sum))
+}
+
+/// Folds the colour batch of one band into its accumulators.
+pub fn fold_color(hi: &mut [Vec4], lo: &mut [Vec4], batch: &[Vec4]) {
+    for ((hi, lo), &batch) in hi.iter_mut().zip(lo).zip(batch) {
+        (*hi, *lo) = two_float_add((*hi, *lo), batch);
+    }
+}
+
+/// Folds the variance batch of one band into its accumulators.
+pub fn fold_variance(hi: &mut [f32], lo: &mut [f32], batch: &[f32]) {
+    for ((hi, lo), &batch) in hi.iter_mut().zip(lo).zip(batch) {
+        (*hi, *lo) = two_float_add((*hi, *lo), batch);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// P6, N16: 10^8 equal adds as batches, and one by one where plain f32 stands still.
+    #[test]
+    fn sums_stay_exact_where_f32_stands_still() {
+        let mut pair = (16_777_216.0f32, 0.0f32);
+        let mut naive = 16_777_216.0f32;
+        for _ in 0..1_000_001 {
+            pair = two_float_add(pair, 1.0);
+            naive += 1.0;
+        }
+        assert_eq!(naive, 16_777_216.0);
+        assert_eq!(f64::from(pair.0) + f64::from(pair.1), 17_777_217.0);
+
+        // 10^8 adds of 0.1 in batches of 65,536, each batch summed as blending sums it.
+        let batch = (0..65_536).fold(0.0f32, |sum, _| sum + 0.1);
+        let (mut pair, mut naive, mut exact) = ((0.0f32, 0.0f32), 0.0f32, 0.0f64);
+        for _ in 0..1_526 {
+            pair = two_float_add(pair, batch);
+            naive += batch;
+            exact += f64::from(batch);
+        }
+        let error = |x: f64| (x / exact - 1.0).abs();
+        assert!(error(f64::from(pair.0) + f64::from(pair.1)) < 1e-12);
+        assert!(error(f64::from(naive)) > 1e-6, "{}", error(f64::from(naive)));
+    }
+
+    /// N16: small parts survive beside a sum 10^7 times as large.
+    #[test]
+    fn mixture_of_sizes() {
+        let (mut pair, mut naive) = ((1e7f32, 0.0f32), 1e7f32);
+        for _ in 0..10_000 {
+            pair = two_float_add(pair, 0.4);
+            naive += 0.4;
+        }
+        let exact = 1e7 + 10_000.0 * f64::from(0.4f32);
+        assert!((f64::from(pair.0) + f64::from(pair.1) - exact).abs() < 1e-3);
+        assert!((f64::from(naive) - exact).abs() > 1_000.0);
+    }
+}

@@ -1,0 +1,149 @@
+//! The windowed Gaussian of the reconstruction on one mip level (paper §4.3).
+//!
+//! `exp(−σd²)·(1 − smoothstep(0, R, d)^E)` over the 5×5 texels within R = 2.5 per axis. The exponential
+//! is separable and comes from a polynomial, so that a row of weights is computed in lanes.
+
+use std::ops::Range;
+
+use glam::Vec4;
+
+use crate::client::filter::RECONSTRUCTION_RADIUS;
+use crate::image::Grid;
+
+/// Taps along one axis: texel centres within `R` on both sides.
+pub const TAPS: usize = 5;
+
+/// Taps rounded up to whole vector registers.
+const LANES: usize = 8;
+
+/// `Σ g T / Σ g` of one level at `p`, in texels of that level; texels outside do not count.
+pub fn gaussian(level: &Grid<Vec4>, p: [f32; 2], sigma: f32) -> Vec4 {
+    let (x0, y0) = (first_tap(p[0]), first_tap(p[1]));
+    let (dx2, dy2) = (squared_distances(x0, p[0]), squared_distances(y0, p[1]));
+    let (gx, gy) = (exponentials(&dx2, sigma), exponentials(&dy2, sigma));
+    let (columns, rows) = (inside(x0, level.width()), inside(y0, level.height()));
+
+    let (mut sum, mut total) = (Vec4::ZERO, 0.0);
+    for k in rows {
+        let weights = row_weights(&dx2, dy2[k], &gx, gy[k]);
+        let row = level.row((y0 + k as i32) as usize);
+        if columns.len() == TAPS {
+            let taps = &row[x0 as usize..][..TAPS];
+            for i in 0..TAPS {
+                sum += taps[i] * weights[i];
+                total += weights[i];
+            }
+        } else {
+            for i in columns.clone() {
+                sum += row[(x0 + i as i32) as usize] * weights[i];
+                total += weights[i];
+            }
+        }
+    }
+    sum * total.recip()
+}
+
+/// First texel whose centre is within `R` of `p`: `ceil(p − R − 0.5)`.
+#[inline]
+fn first_tap(p: f32) -> i32 {
+    let q = p - (RECONSTRUCTION_RADIUS + 0.5);
+    let i = q as i32;
+    i + i32::from((i as f32) < q)
+}
+
+/// The taps `first ..` that lie within `0..size`.
+#[inline]
+fn inside(first: i32, size: usize) -> Range<usize> {
+    let skip = (-first).clamp(0, TAPS as i32);
+    let keep = (size as i64 - i64::from(first)).clamp(i64::from(skip), TAPS as i64);
+    skip as usize..keep as usize
+}
+
+#[inline]
+fn squared_distances(first: i32, p: f32) -> [f32; LANES] {
+    std::array::from_fn(|k| {
+        let d = (first + k as i32) as f32 + 0.5 - p;
+        d * d
+    })
+}
+
+/// `exp(−σ d²)` in every lane.
+#[inline]
+fn exponentials(d2: &[f32; LANES], sigma: f32) -> [f32; LANES] {
+    let scale = -sigma * std::f32::consts::LOG2_E;
+    std::array::from_fn(|k| exp2(d2[k] * scale))
+}
+
+/// One row of weights at squared row distance `dy2`.
+#[inline]
+fn row_weights(dx2: &[f32; LANES], dy2: f32, gx: &[f32; LANES], gy: f32) -> [f32; LANES] {
+    const INVERSE_R2: f32 = 1.0 / (RECONSTRUCTION_RADIUS * RECONSTRUCTION_RADIUS);
+    std::array::from_fn(|k| {
+        let u = (dx2[k] + dy2) * INVERSE_R2;
+        let u = if u < 1.0 { u } else { 1.0 };
+        let step = u * (3.0 - 2.0 * u.sqrt()); // smoothstep of √u
+        let s2 = step * step;
+        let s4 = s2 * s2;
+        (1.0 - s4 * s4) * (gx[k] * gy)
+    })
+}
+
+/// `2^x` for `x ≤ 0`, relative error below 3e-7; 0 is reached as 2^−126.
+#[inline]
+fn exp2(x: f32) -> f32 {
+    // Adding 1.5·2^23 rounds to an integer that stands in the low bits.
+    const ROUND: f32 = 12_582_912.0;
+    let x = if x > -126.0 { x } else { -126.0 };
+    let rounded = x + ROUND;
+    let f = x - (rounded - ROUND);
+    // Taylor series of 2^f for |f| ≤ 1/2.
+    let p = 1.0
+        + f * (0.693_147_18
+            + f * (0.240_226_5
+                + f * (0.055_504_11 + f * (0.009_618_129 + f * (0.001_333_355_8 + f * 1.540_353e-4)))));
+    f32::from_bits(p.to_bits().wrapping_add(rounded.to_bits() << 23))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::client::filter::RECONSTRUCTION_EXPONENT;
+
+    fn exact(d2: f64, sigma: f64) -> f64 {
+        let t = (d2.sqrt() / f64::from(RECONSTRUCTION_RADIUS)).min(1.0);
+        (-sigma * d2).exp() * (1.0 - (t * t * (3.0 - 2.0 * t)).powi(RECONSTRUCTION_EXPONENT))
+    }
+
+    #[test]
+    fn weights_follow_the_formula() {
+        for step in 0..200 {
+            let (px, py) = (7.0 + step as f32 * 0.017, 9.0 + step as f32 * 0.041);
+            for sigma in [1.0f32, 2.3, 4.0, 16.0] {
+                let (x0, y0) = (first_tap(px), first_tap(py));
+                let (dx2, dy2) = (squared_distances(x0, px), squared_distances(y0, py));
+                let (gx, gy) = (exponentials(&dx2, sigma), exponentials(&dy2, sigma));
+                for j in 0..TAPS {
+                    let row = row_weights(&dx2, dy2[j], &gx, gy[j]);
+                    for i in 0..TAPS {
+                        let wanted = exact(f64::from(dx2[i]) + f64::from(dy2[j]), f64::from(sigma));
+                        assert!((f64::from(row[i]) - wanted).abs() < 1e-6, "σ {sigma} tap {i},{j}");
+                    }
+                }
+                // No texel within R is missed.
+                assert!((x0 as f32 - 0.5 - px) < -2.5 && (x0 as f32 + 5.5 - px) >= 2.5);
+            }
+        }
+    }
+
+    #[test]
+    fn constant_stays_constant_to_the_corner() {
+        for (w, h) in [(1, 1), (3, 2), (9, 9)] {
+            let level = Grid::try_filled(w, h, Vec4::splat(0.7)).expect("memory");
+            for i in 0..50 {
+                let t = i as f32 / 49.0;
+                let mean = gaussian(&level, [t * w as f32, t * t * h as f32], 4.0);
+                assert!((mean - Vec4::splat(0.7)).abs().max_element() < 2e-7, "{w}×{h} at {t}: {mean}");
+            }
+        }
+    }
+}

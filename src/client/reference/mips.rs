@@ -1,0 +1,138 @@
+//! Twin of `downsample`: the chain of averages down to one texel.
+//!
+//! Odd sizes take three inputs with polyphase weights, so that every level has the same mean; a plain
+//! 2×2 average would drop the last row and column.
+
+use std::ops::{Add, Mul};
+
+use rayon::prelude::*;
+
+use crate::image::Grid;
+
+/// Levels of a film: level 0 is the full resolution, the last is 1×1.
+pub type Pyramid<T> = Vec<Grid<T>>;
+
+/// Number of levels of a `width × height` film: each halves both sides, rounded down, to at least 1.
+pub fn level_count(width: usize, height: usize) -> usize {
+    width.max(height).max(1).ilog2() as usize + 1
+}
+
+/// Inputs of output `i` along one axis of `size` inputs: the first, and the weights of up to three.
+///
+/// Size 2n: two halves. Size 2n+1: `(n−i, n, i+1)/(2n+1)`. Size 1: itself.
+pub fn polyphase(size: usize, i: usize) -> (usize, [f32; 3]) {
+    let n = size / 2;
+    if size == 1 {
+        (0, [1.0, 0.0, 0.0])
+    } else if size % 2 == 0 {
+        (2 * i, [0.5, 0.5, 0.0])
+    } else {
+        let total = size as f32;
+        (2 * i, [(n - i) as f32 / total, n as f32 / total, (i + 1) as f32 / total])
+    }
+}
+
+/// All levels of `base`, which becomes level 0; `None` when the memory is not to be had.
+pub fn pyramid<T>(base: Grid<T>) -> Option<Pyramid<T>>
+where
+    T: Copy + Default + Send + Sync + Add<Output = T> + Mul<f32, Output = T>,
+{
+    let mut levels = vec![base];
+    loop {
+        let last = levels.last().expect("starts with one level");
+        if last.width() == 1 && last.height() == 1 {
+            return Some(levels);
+        }
+        levels.push(downsample(last)?);
+    }
+}
+
+/// The next level: weighted averages of 2×2 texels, 3 along odd sides.
+pub fn downsample<T>(from: &Grid<T>) -> Option<Grid<T>>
+where
+    T: Copy + Default + Send + Sync + Add<Output = T> + Mul<f32, Output = T>,
+{
+    let (width, height) = ((from.width() / 2).max(1), (from.height() / 2).max(1));
+    let mut to = Grid::try_filled(width, height, T::default())?;
+    to.pixels_mut().par_chunks_mut(width).enumerate().for_each(|(y, row)| {
+        let (y0, wy) = polyphase(from.height(), y);
+        for (x, out) in row.iter_mut().enumerate() {
+            let (x0, wx) = polyphase(from.width(), x);
+            let mut sum = T::default();
+            for (dy, &wy) in wy.iter().enumerate().filter(|(_, w)| **w > 0.0) {
+                for (dx, &wx) in wx.iter().enumerate().filter(|(_, w)| **w > 0.0) {
+                    sum = sum + from.at(x0 + dx, y0 + dy) * (wx * wy);
+                }
+            }
+            *out = sum;
+        }
+    });
+    Some(to)
+}
+
+/// Twin of a hardware trilinear read of a pyramid: `uv` in 0…1 over the padded film, clamped to the edge.
+pub fn trilinear<T>(levels: &[Grid<T>], uv: [f32; 2], lod: f32) -> T
+where
+    T: Copy + Add<Output = T> + Mul<f32, Output = T>,
+{
+    let lod = lod.clamp(0.0, (levels.len() - 1) as f32);
+    let level = lod as usize;
+    let f = lod - level as f32;
+    let near = bilinear(&levels[level], uv);
+    if f > 0.0 { near * (1.0 - f) + bilinear(&levels[level + 1], uv) * f } else { near }
+}
+
+/// Twin of a hardware bilinear read with clamping to the edge.
+pub fn bilinear<T>(grid: &Grid<T>, uv: [f32; 2]) -> T
+where
+    T: Copy + Add<Output = T> + Mul<f32, Output = T>,
+{
+    let axis = |u: f32, size: usize| {
+        let p = (u * size as f32 - 0.5).clamp(0.0, (size - 1) as f32);
+        let i = p as usize;
+        (i, (i + 1).min(size - 1), p - i as f32)
+    };
+    let (x0, x1, fx) = axis(uv[0], grid.width());
+    let (y0, y1, fy) = axis(uv[1], grid.height());
+    let (top, bottom) = (grid.row(y0), grid.row(y1));
+    let across = |row: &[T]| row[x0] * (1.0 - fx) + row[x1] * fx;
+    across(top) * (1.0 - fy) + across(bottom) * fy
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Totals stay at odd sizes, where the plain 2×2 average loses the last row and column.
+    #[test]
+    fn every_level_has_the_mean() {
+        for (w, h) in [(1, 1), (7, 5), (13, 1), (1, 9), (518, 518), (33, 64)] {
+            let data: Vec<f32> =
+                (0..w * h).map(|i| if i == w * h - 1 { 1000.0 } else { (i % 7) as f32 }).collect();
+            let mean = data.iter().sum::<f32>() / data.len() as f32;
+            let levels = pyramid(Grid::from_rows(w, h, data).expect("w·h pixels")).expect("memory");
+            assert_eq!(levels.len(), level_count(w, h));
+            for level in &levels {
+                let m = level.pixels().iter().sum::<f32>() / level.pixels().len() as f32;
+                assert!((m / mean - 1.0).abs() < 1e-4, "{w}×{h} level {}×{}", level.width(), level.height());
+            }
+            if w % 2 == 1 && w > 1 && h > 1 {
+                let (base, half) = (&levels[0], &levels[1]);
+                let naive: f32 = (0..half.width() * half.height())
+                    .map(|i| (2 * (i % half.width()), 2 * (i / half.width())))
+                    .map(|(x, y)| 0.25 * (base.at(x, y) + base.at(x + 1, y) + base.at(x, y + 1)))
+                    .sum();
+                assert!((naive / half.pixels().len() as f32 / mean - 1.0).abs() > 0.05);
+            }
+        }
+    }
+
+    #[test]
+    fn trilinear_of_a_ramp_is_the_ramp() {
+        let data = (0..64 * 64).map(|i| (i % 64) as f32 + 0.5).collect();
+        let levels = pyramid(Grid::from_rows(64, 64, data).expect("4096 pixels")).expect("memory");
+        for lod in [0.0, 0.3, 1.0, 2.7] {
+            assert!((trilinear(&levels, [0.5, 0.25], lod) - 32.0).abs() < 1e-4);
+        }
+    }
+}

@@ -1,0 +1,28 @@
+//! The CPU twins of the Vulkan passes, under the same names.
+//!
+//! They are the definition that the shaders are tested against, and the whole client where there is no
+//! Vulkan driver (`--device cpu`).
+//!
+//! | file | pass | paper |
+//! |---|---|---|
+//! | [`splat`] | samples → batch image, filter-shaped sprites, additive | §4.2 steps 1, 2 |
+//! | [`fold`] | batch image → two-float sums | (answers the stagnation of step 2) |
+//! | [`variance`] | samples again → batch of squared deviations | §4.2 step 5 |
+//! | [`mips`] | averages down to 1×1, bilinear and trilinear reads | §4.2 steps 3, 6 |
+//! | [`reconstruct`], [`kernel`] | blur by count and variance, normalise, sum the streams | §4.2, §4.3 |
+//! | [`tonemap`] | tone curve, matrix, desaturation, gamma, 8 bits | §4.2 |
+//!
+//! [`accumulator`] holds the images of a stream, [`film`] the batches and the order of the passes.
+//! All sums run in `f32` in sample order, as additive blending does; threads only split rows.
+
+pub mod accumulator;
+pub mod film;
+pub mod fold;
+pub mod kernel;
+pub mod mips;
+pub mod reconstruct;
+pub mod splat;
+pub mod tonemap;
+pub mod variance;
+
+pub use film::ReferenceFilm;

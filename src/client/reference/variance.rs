@@ -1,0 +1,103 @@
+//! Twin of `splat_variance`: adds squared deviations of luminance to the variance batch.
+//!
+//! The paper adds `(Y − Ȳ_new)²`, which is biased low: the first sample of a texel gives 0, "perfectly
+//! clean" where least is known. The product `(Y − Ȳ_old)(Y − Ȳ_new)` equals the merge of Chan, Golub and
+//! LeVeque (1979) for weighted batches of any size. Luminance is divided by a power of two first.
+
+use glam::Vec4;
+
+use crate::client::reference::splat::{Band, Sprite, draw};
+use crate::client::settings::{SplatFilter, VarianceForm};
+
+/// Mean luminance of every texel of a band before and after a fold, each as two floats.
+///
+/// The second float keeps deviations right where the mean is 10^6 times the deviation (N15).
+#[derive(Debug, Default)]
+pub struct Means {
+    old: Vec<f32>,
+    old_rest: Vec<f32>,
+    new: Vec<f32>,
+    new_rest: Vec<f32>,
+}
+
+/// `(sum, weight)` as two floats each → the mean as two floats; `None` without weight.
+#[inline]
+pub fn two_float_mean(hi: Vec4, lo: Vec4) -> Option<(f32, f32)> {
+    if !(hi.w > 0.0) {
+        return None;
+    }
+    let mean = hi.y / hi.w;
+    // What `mean · weight` leaves of the sum, exact in f64 as a fused multiply-add would be.
+    let left = f64::from(hi.y) - f64::from(mean) * f64::from(hi.w);
+    Some((mean, (left as f32 + (lo.y - mean * lo.w)) / hi.w))
+}
+
+impl Means {
+    /// Keeps the means of the accumulators as they are before the fold.
+    pub fn set_old(&mut self, hi: &[Vec4], lo: &[Vec4]) {
+        fill(&mut self.old, &mut self.old_rest, hi, lo);
+    }
+
+    /// Keeps the means after the fold. Where there was nothing before, the old mean is the new one; where
+    /// there is nothing yet, both are 0: taps of weight 0 meet such texels and must add 0.
+    pub fn set_new(&mut self, hi: &[Vec4], lo: &[Vec4]) {
+        fill(&mut self.new, &mut self.new_rest, hi, lo);
+        for i in 0..self.old.len() {
+            if self.new[i].is_nan() {
+                self.new[i] = 0.0;
+            }
+            if self.old[i].is_nan() {
+                self.old[i] = self.new[i];
+                self.old_rest[i] = self.new_rest[i];
+            }
+        }
+    }
+}
+
+/// Means of a band; NaN where there is no weight.
+fn fill(mean: &mut Vec<f32>, rest: &mut Vec<f32>, hi: &[Vec4], lo: &[Vec4]) {
+    mean.clear();
+    rest.clear();
+    for (&hi, &lo) in hi.iter().zip(lo) {
+        let (m, r) = two_float_mean(hi, lo).unwrap_or((f32::NAN, 0.0));
+        mean.push(m);
+        rest.push(r);
+    }
+}
+
+/// What the variance pass is specialised for.
+#[derive(Clone, Copy, Debug)]
+pub struct VarianceParameters {
+    /// Splat filter.
+    pub filter: SplatFilter,
+    /// Product or the paper's form.
+    pub form: VarianceForm,
+    /// `1/s`, a power of two.
+    pub inverse_scale: f32,
+}
+
+/// Adds `f·((Y − m₀)/s)·((Y − m₁)/s)` of every sprite (or `f·((Y − m₁)/s)²`) to the band's texels.
+pub fn splat_variance(
+    p: VarianceParameters,
+    band: Band,
+    sprites: &[Sprite],
+    means: &Means,
+    texels: &mut [f32],
+) {
+    let (first, first_rest) = match p.form {
+        VarianceForm::Product => (&means.old, &means.old_rest),
+        VarianceForm::Paper => (&means.new, &means.new_rest),
+    };
+    draw(p.filter, band, sprites, |sprite, at, f| {
+        let n = f.len();
+        let (m0, r0) = (&first[at..][..n], &first_rest[at..][..n]);
+        let (m1, r1) = (&means.new[at..][..n], &means.new_rest[at..][..n]);
+        let texels = &mut texels[at..][..n];
+        let y = sprite.value.y / sprite.value.w;
+        for i in 0..n {
+            let d0 = ((y - m0[i]) - r0[i]) * p.inverse_scale;
+            let d1 = ((y - m1[i]) - r1[i]) * p.inverse_scale;
+            texels[i] += f[i] * d0 * d1;
+        }
+    });
+}
