@@ -1,0 +1,50 @@
+// Every block a shader reads from the host; twin of src/client/layout.rs, member by member.
+// tests/gpu_shaders.rs walks the compiled offsets and compares them with the Rust structs.
+// A shader defines the name of the block it wants before including this file.
+
+#ifdef SPLAT_PUSH
+layout(push_constant) uniform SplatPush {
+    vec2 picture;         // width and height of the picture, texels per unit of uv
+    vec2 target;          // width and height of the padded target, texels
+    vec2 ndc_scale;       // 2 / target
+    float pad;            // texels of overscan on every side
+    float inverse_scale;  // 1 / luminance scale, a power of two
+} push;
+#endif
+
+#ifdef FOLD_PUSH
+layout(push_constant) uniform FoldPush {
+    float inverse_scale;  // 1 / luminance scale, a power of two
+} push;
+#endif
+
+#ifdef DOWNSAMPLE_PUSH
+layout(push_constant) uniform DownsamplePush {
+    ivec2 source;         // extent of the finer level, texels
+} push;
+#endif
+
+#ifdef RECONSTRUCT_PUSH
+layout(push_constant) uniform ReconstructPush {
+    vec2 lod;             // level of detail by sample count: camera, light
+    vec2 variance_lod;    // level at which colour and variance are read for noise masking
+    vec2 inverse_target;  // 1 / extent of the padded target
+    float pad;            // texels of overscan on every side
+    float light_scale;    // texels of the picture / light paths; 0 while there are none
+    float noise_masking;  // Vm: levels per factor 4 of excess relative variance
+    float max_level;      // coarsest level
+    float energy;         // mean sum of squared weights of one splat
+    float inverse_scale;  // 1 / luminance scale
+} push;
+#endif
+
+#ifdef TONEMAP_PUSH
+layout(push_constant) uniform TonemapPush {
+    vec4 red;             // rows of P, XYZ to linear RGB; w unused
+    vec4 green;
+    vec4 blue;
+    float exposure;       // B
+    float contrast;       // C
+    float inverse_gamma;  // 1 / G
+} push;
+#endif

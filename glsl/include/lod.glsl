@@ -1,0 +1,25 @@
+// Noise masking: the level of detail at which the relative error of the mean is acceptable (paper §4.3, made
+// relative and dimensionless, see stability.md P4). Twin of src/client/lod.rs.
+
+// The relative variance that needs no further blur: 5 % standard error.
+const float ACCEPTED = 0.05 * 0.05;
+// Luminance below this share of the scale counts as dark: its relative error is of no interest.
+const float DARK = 0.02;
+
+// `variance_lod` is the level at which variance and colour are read; the result is clamped to [-1, max_level].
+float masked_lod(sampler2D color, sampler2D variance, vec2 uv, float lod, float variance_lod) {
+    float v = textureLod(variance, uv, variance_lod).r;
+    vec2 yw = textureLod(color, uv, variance_lod).yw;
+    float relative = 1.0;
+    if (yw.y > 0.0) {
+        float n1 = yw.y / push.energy;  // effective samples in a texel of level 0
+        float n = n1 * exp2(2.0 * variance_lod);
+        float y = yw.x / yw.y * push.inverse_scale;
+        float sample_variance = v / yw.y / (y * y + DARK * DARK);
+        // Two pseudo-samples of relative variance 1: with few samples a small variance proves nothing.
+        float prior = (n * sample_variance + 2.0) / (n + 1.0);
+        relative = prior / (n1 * exp2(2.0 * max(lod, 0.0)));
+    }
+    float excess = max(0.5 * log2(relative / ACCEPTED), 0.0);
+    return clamp(lod + push.noise_masking * excess, -1.0, push.max_level);
+}

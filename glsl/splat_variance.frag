@@ -1,0 +1,22 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+
+// f · (Y - m0)(Y - m1), in units of the squared luminance scale, added to the batch image by the blender.
+// m0 and m1 are the texel's mean before and after this batch (stability.md P2); the paper's own form has m1 twice.
+
+#include "include/filter.glsl"
+
+layout(constant_id = 1) const bool PAPER_FORM = false;
+
+layout(set = 0, binding = 0) uniform sampler2D means;
+
+layout(location = 0) flat in vec2 position;
+layout(location = 1) flat in vec4 value;
+layout(location = 0) out float sum;
+
+void main() {
+    vec2 mean = texelFetch(means, ivec2(gl_FragCoord.xy), 0).rg;
+    float after = value.x - mean.y;
+    float before = PAPER_FORM ? after : value.x - mean.x;
+    sum = splat_weight(gl_FragCoord.xy - position) * (before * after);
+}

@@ -1,0 +1,106 @@
+//! What can go wrong with Vulkan, in sentences that say what to do.
+
+use ash::vk;
+
+/// Why a Vulkan operation did not succeed.
+#[derive(Debug, thiserror::Error)]
+pub enum GpuError {
+    /// There is no Vulkan loader on this machine.
+    #[error(
+        "no Vulkan loader was found ({0}): install it (Debian: libvulkan1 and mesa-vulkan-drivers), \
+         or render with --device cpu"
+    )]
+    NoLoader(String),
+    /// The loader is there, but no driver.
+    #[error(
+        "Vulkan is installed but no driver offers a device: install one (Debian: mesa-vulkan-drivers), \
+         or render with --device cpu"
+    )]
+    NoDevice,
+    /// Validation was asked for, but its layer is not installed.
+    #[error(
+        "validation was asked for, but the layer VK_LAYER_KHRONOS_validation is not installed: install it \
+         (Debian: vulkan-validationlayers), or unset POINTILLIST_VALIDATION"
+    )]
+    NoValidationLayer,
+    /// No device matches the choice.
+    #[error("no Vulkan device matches \"{wanted}\"; there are: {available}")]
+    NoMatch {
+        /// What was asked for.
+        wanted: String,
+        /// Index and name of every device.
+        available: String,
+    },
+    /// The device lacks something this program needs.
+    #[error("{device} cannot be used: {}", missing.join(" "))]
+    Unsuitable {
+        /// Name of the device.
+        device: String,
+        /// One sentence for each thing that is missing.
+        missing: Vec<String>,
+    },
+    /// A Vulkan call failed.
+    #[error("{call} failed: {result}{}", hint(*result))]
+    Call {
+        /// The Vulkan function and, where it helps, the object.
+        call: String,
+        /// What it answered.
+        result: vk::Result,
+    },
+    /// Memory could not be allocated.
+    #[error("no GPU memory for {name}: {source}")]
+    Memory {
+        /// Debug name of the resource.
+        name: String,
+        /// What the allocator says.
+        source: gpu_allocator::AllocationError,
+    },
+    /// An image is larger than the device allows.
+    #[error(
+        "{name} of {width}×{height} texels is larger than this device's limit of {limit}: render a smaller picture"
+    )]
+    TooLarge {
+        /// Debug name of the image.
+        name: String,
+        /// Width in texels.
+        width: u32,
+        /// Height in texels.
+        height: u32,
+        /// Largest extent of a 2-D image, texels.
+        limit: u32,
+    },
+    /// Embedded code is missing or damaged: the build is broken.
+    #[error("shader {0} is not embedded in this program or is damaged: build it anew")]
+    Shader(String),
+    /// A resource was written past its end or before the GPU was done: a mistake in this program.
+    #[error("{0}")]
+    Misuse(String),
+}
+
+/// What the reader can do about a result.
+fn hint(result: vk::Result) -> &'static str {
+    match result {
+        vk::Result::ERROR_DEVICE_LOST => {
+            " (the device was lost: restart the program; the system log may tell why)"
+        }
+        vk::Result::ERROR_OUT_OF_DEVICE_MEMORY | vk::Result::ERROR_OUT_OF_HOST_MEMORY => {
+            " (out of memory: render a smaller picture)"
+        }
+        vk::Result::ERROR_INITIALIZATION_FAILED => {
+            " (is the driver installed properly? `vulkaninfo` may tell)"
+        }
+        _ => "",
+    }
+}
+
+/// Names the call that a `VkResult` comes from.
+pub(in crate::gpu) trait Named<T> {
+    /// Turns the result into a [`GpuError::Call`] of this name.
+    fn named(self, call: &str) -> Result<T, GpuError>;
+}
+
+impl<T> Named<T> for Result<T, vk::Result> {
+    fn named(self, call: &str) -> Result<T, GpuError> {
+        self.map_err(|result| GpuError::Call { call: call.to_owned(), result })
+    }
+}

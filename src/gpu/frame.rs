@@ -1,0 +1,158 @@
+//! Frames: two may be in flight, numbered by one timeline semaphore.
+
+use std::sync::MutexGuard;
+use std::sync::atomic::Ordering;
+
+use ash::vk;
+
+use super::cmd::Cmd;
+use super::device::Gpu;
+use super::error::{GpuError, Named};
+use super::timing::{ScopeTime, Timers};
+
+/// How many frames may be in flight.
+const IN_FLIGHT: usize = 2;
+
+/// The number of a submitted frame, to wait for it; numbers only grow.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct FrameNumber(pub(in crate::gpu) u64);
+
+/// What one frame in flight needs.
+struct Slot {
+    pool: vk::CommandPool,
+    commands: vk::CommandBuffer,
+    timers: Timers,
+    /// Number of the frame submitted last from this slot.
+    number: u64,
+}
+
+/// The slots, used in turn.
+pub(in crate::gpu) struct FrameRing {
+    slots: Vec<Slot>,
+    /// Sums of the scopes of frames that have completed.
+    totals: Vec<ScopeTime>,
+}
+
+impl FrameRing {
+    /// `tick` is the duration of a timestamp step in nanoseconds; 0 where the queue has no timestamps.
+    pub fn new(device: &ash::Device, family: u32, tick: f32) -> Result<Self, GpuError> {
+        let mut slots = Vec::with_capacity(IN_FLIGHT);
+        for _ in 0..IN_FLIGHT {
+            let info = vk::CommandPoolCreateInfo::default()
+                .flags(vk::CommandPoolCreateFlags::TRANSIENT)
+                .queue_family_index(family);
+            // SAFETY: the family exists.
+            let pool = unsafe { device.create_command_pool(&info, None) }.named("vkCreateCommandPool")?;
+            let info = vk::CommandBufferAllocateInfo::default().command_pool(pool).command_buffer_count(1);
+            // SAFETY: the pool was made above.
+            let made = unsafe { device.allocate_command_buffers(&info) }.named("vkAllocateCommandBuffers")?;
+            let commands = made.first().copied().unwrap_or_default();
+            slots.push(Slot { pool, commands, timers: Timers::new(device, tick)?, number: 0 });
+        }
+        Ok(Self { slots, totals: Vec::new() })
+    }
+
+    /// Names the slots' objects.
+    pub fn name(&self, gpu: &Gpu) {
+        for (i, slot) in self.slots.iter().enumerate() {
+            gpu.name(slot.pool, &format!("frame {i} pool"));
+            gpu.name(slot.commands, &format!("frame {i} commands"));
+            slot.timers.name(gpu, i);
+        }
+    }
+
+    /// Sums since the last call.
+    pub fn take_timings(&mut self, device: &ash::Device, completed: u64) -> Vec<ScopeTime> {
+        for slot in &mut self.slots {
+            if slot.number <= completed {
+                slot.timers.read(device, &mut self.totals);
+            }
+        }
+        std::mem::take(&mut self.totals)
+    }
+
+    /// Destroys the slots.
+    ///
+    /// # Safety
+    ///
+    /// The device is idle, and the ring is not used afterwards.
+    pub unsafe fn destroy(&mut self, device: &ash::Device) {
+        for slot in self.slots.drain(..) {
+            // SAFETY: the caller promises that nothing is pending.
+            unsafe {
+                slot.timers.destroy(device);
+                device.destroy_command_pool(slot.pool, None);
+            }
+        }
+    }
+}
+
+/// A frame that is being recorded. Dropping it discards the commands; only [`submit`](Self::submit) runs them.
+#[must_use = "commands run only by submit()"]
+pub struct Frame<'g> {
+    gpu: &'g Gpu,
+    ring: MutexGuard<'g, FrameRing>,
+    number: u64,
+}
+
+impl Gpu {
+    /// Begins a frame, as soon as the frame before the last has completed. Other threads wait until it is submitted.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError::Call`] when the device was lost or memory is exhausted.
+    pub fn begin(&self) -> Result<Frame<'_>, GpuError> {
+        let mut ring = self.frames.lock().unwrap_or_else(|e| e.into_inner());
+        let number = self.begun.fetch_add(1, Ordering::AcqRel) + 1;
+        let FrameRing { slots, totals } = &mut *ring;
+        let slot = &mut slots[number as usize % IN_FLIGHT];
+        self.wait(FrameNumber(slot.number))?;
+        slot.timers.read(&self.device, totals);
+        self.collect_retired(self.completed()?);
+        slot.timers.restart(&self.device, self.timing.load(Ordering::Relaxed));
+        let info = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        // SAFETY: the slot's last frame has completed, and the lock keeps others from recording.
+        unsafe {
+            self.device
+                .reset_command_pool(slot.pool, vk::CommandPoolResetFlags::empty())
+                .named("vkResetCommandPool")?;
+            self.device.begin_command_buffer(slot.commands, &info).named("vkBeginCommandBuffer")?;
+        }
+        Ok(Frame { gpu: self, ring, number })
+    }
+}
+
+impl Frame<'_> {
+    /// The recorder.
+    pub fn cmd(&mut self) -> Cmd<'_> {
+        let slot = &mut self.ring.slots[self.number as usize % IN_FLIGHT];
+        Cmd { gpu: self.gpu, raw: slot.commands, timers: &mut slot.timers }
+    }
+
+    /// Hands the commands to the GPU.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError::Call`] when the device was lost or memory is exhausted.
+    pub fn submit(mut self) -> Result<FrameNumber, GpuError> {
+        let slot = &mut self.ring.slots[self.number as usize % IN_FLIGHT];
+        let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(slot.commands)];
+        let signals = [vk::SemaphoreSubmitInfo::default()
+            .semaphore(self.gpu.timeline)
+            .value(self.number)
+            .stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)];
+        let submits =
+            [vk::SubmitInfo2::default().command_buffer_infos(&commands).signal_semaphore_infos(&signals)];
+        // SAFETY: the buffer was begun by `Gpu::begin`; the lock that this frame holds protects queue and buffer;
+        // objects that it uses are kept by `retire` until this number has completed.
+        unsafe {
+            self.gpu.device.end_command_buffer(slot.commands).named("vkEndCommandBuffer")?;
+            self.gpu
+                .device
+                .queue_submit2(self.gpu.queue, &submits, vk::Fence::null())
+                .named("vkQueueSubmit2")?;
+        }
+        slot.number = self.number;
+        Ok(FrameNumber(self.number))
+    }
+}

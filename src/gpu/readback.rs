@@ -1,0 +1,75 @@
+//! From images back to the host.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::buffer::{Buffer, BufferUse};
+use super::cmd::Cmd;
+use super::device::Gpu;
+use super::error::GpuError;
+use super::image::Image;
+use super::sync::Access;
+
+/// A rectangle of level 0, texels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Region {
+    /// Left and top texel.
+    pub origin: [u32; 2],
+    /// Width and height.
+    pub extent: [u32; 2],
+}
+
+impl Region {
+    /// Size in bytes of the copy, rows without gaps.
+    pub fn bytes(&self, image: &Image) -> usize {
+        self.extent[0] as usize * self.extent[1] as usize * image.format().bytes()
+    }
+}
+
+impl Cmd<'_> {
+    /// Copies a rectangle of level 0 to the start of `buffer`, row by row without gaps. The host may read it once the
+    /// frame has completed.
+    pub fn copy_to_buffer(&mut self, image: &mut Image, region: Region, buffer: &Buffer) {
+        let [width, height] = region.extent;
+        let [x, y] = region.origin;
+        let extent = image.extent(0);
+        assert!(x + width <= extent[0] && y + height <= extent[1], "region beyond the image");
+        assert!(region.bytes(image) <= buffer.bytes(), "readback buffer too small");
+        self.access_levels(image, 0..1, Access::TransferRead);
+        self.copies_in_turn();
+        let copy = vk::BufferImageCopy::default()
+            .image_subresource(vk::ImageSubresourceLayers {
+                aspect_mask: vk::ImageAspectFlags::COLOR,
+                mip_level: 0,
+                base_array_layer: 0,
+                layer_count: 1,
+            })
+            .image_offset(vk::Offset3D { x: x as i32, y: y as i32, z: 0 })
+            .image_extent(vk::Extent3D { width, height, depth: 1 });
+        // SAFETY: the rectangle lies within the image and the bytes within the buffer, as asserted above.
+        unsafe {
+            self.gpu.device.cmd_copy_image_to_buffer(
+                self.raw,
+                image.raw,
+                Access::TransferRead.layout(),
+                buffer.raw,
+                &[copy],
+            );
+        }
+        self.copies_to_host();
+    }
+}
+
+/// Reads a rectangle of level 0, row by row without gaps; waits for the GPU.
+///
+/// # Errors
+///
+/// [`GpuError::Memory`] or [`GpuError::Call`].
+pub fn read_image(gpu: &Arc<Gpu>, image: &mut Image, region: Region) -> Result<Vec<u8>, GpuError> {
+    let buffer = Buffer::new(gpu, "readback", BufferUse::Readback, region.bytes(image))?;
+    let mut frame = gpu.begin()?;
+    frame.cmd().scope("readback").copy_to_buffer(image, region, &buffer);
+    gpu.wait(frame.submit()?)?;
+    Ok(buffer.mapped().to_vec())
+}

@@ -1,0 +1,126 @@
+//! The only place that knows stages, access masks and layouts.
+//!
+//! Every image remembers, level by level, how it was used last; saying how it is used next yields the barrier.
+
+use std::ops::Range;
+
+use ash::vk;
+
+use super::cmd::Cmd;
+use super::image::Image;
+
+/// How a level of an image is used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Access {
+    /// Never used; the contents are undefined.
+    Undefined,
+    /// Drawn into from scratch: what was there is discarded.
+    ColorWrite,
+    /// Drawn into on top of what is there.
+    ColorBlend,
+    /// Read by a fragment shader.
+    Sampled,
+    /// Copied from.
+    TransferRead,
+}
+
+/// Stage, access mask and layout of a use.
+struct Use {
+    stage: vk::PipelineStageFlags2,
+    mask: vk::AccessFlags2,
+    layout: vk::ImageLayout,
+}
+
+impl Access {
+    fn describe(self) -> Use {
+        use vk::{AccessFlags2 as A, ImageLayout as L, PipelineStageFlags2 as S};
+        let (stage, mask, layout) = match self {
+            Access::Undefined => (S::NONE, A::NONE, L::UNDEFINED),
+            Access::ColorWrite | Access::ColorBlend => (
+                S::COLOR_ATTACHMENT_OUTPUT,
+                A::COLOR_ATTACHMENT_READ | A::COLOR_ATTACHMENT_WRITE,
+                L::COLOR_ATTACHMENT_OPTIMAL,
+            ),
+            Access::Sampled => (S::FRAGMENT_SHADER, A::SHADER_SAMPLED_READ, L::SHADER_READ_ONLY_OPTIMAL),
+            Access::TransferRead => (S::COPY, A::TRANSFER_READ, L::TRANSFER_SRC_OPTIMAL),
+        };
+        Use { stage, mask, layout }
+    }
+
+    fn reads_only(self) -> bool {
+        matches!(self, Access::Sampled | Access::TransferRead)
+    }
+
+    /// The layout an image is in while used like this.
+    pub(in crate::gpu) fn layout(self) -> vk::ImageLayout {
+        self.describe().layout
+    }
+}
+
+impl Cmd<'_> {
+    /// Makes all levels of `image` ready for this use, after everything that used them before.
+    pub fn access(&mut self, image: &mut Image, access: Access) {
+        let levels = 0..image.levels();
+        self.access_levels(image, levels, access);
+    }
+
+    /// Makes some levels of `image` ready for this use.
+    pub fn access_levels(&mut self, image: &mut Image, levels: Range<u32>, access: Access) {
+        let mut barriers = Vec::new();
+        for level in levels {
+            let before = std::mem::replace(&mut image.access[level as usize], access);
+            if before == access && access.reads_only() {
+                continue;
+            }
+            let (old, new) = (before.describe(), access.describe());
+            let discard = access == Access::ColorWrite;
+            barriers.push(
+                vk::ImageMemoryBarrier2::default()
+                    .image(image.raw)
+                    .src_stage_mask(old.stage)
+                    .src_access_mask(if before.reads_only() { vk::AccessFlags2::NONE } else { old.mask })
+                    .dst_stage_mask(new.stage)
+                    .dst_access_mask(new.mask)
+                    .old_layout(if discard { vk::ImageLayout::UNDEFINED } else { old.layout })
+                    .new_layout(new.layout)
+                    .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+                    .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+                    .subresource_range(vk::ImageSubresourceRange {
+                        aspect_mask: vk::ImageAspectFlags::COLOR,
+                        base_mip_level: level,
+                        level_count: 1,
+                        base_array_layer: 0,
+                        layer_count: 1,
+                    }),
+            );
+        }
+        if !barriers.is_empty() {
+            self.barrier(&vk::DependencyInfo::default().image_memory_barriers(&barriers));
+        }
+    }
+
+    /// Makes copies into buffers visible to the host once the frame has completed.
+    pub(in crate::gpu) fn copies_to_host(&mut self) {
+        let barriers = [vk::MemoryBarrier2::default()
+            .src_stage_mask(vk::PipelineStageFlags2::COPY)
+            .src_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
+            .dst_stage_mask(vk::PipelineStageFlags2::HOST)
+            .dst_access_mask(vk::AccessFlags2::HOST_READ)];
+        self.barrier(&vk::DependencyInfo::default().memory_barriers(&barriers));
+    }
+
+    /// Orders a copy into a buffer after earlier copies into it.
+    pub(in crate::gpu) fn copies_in_turn(&mut self) {
+        let barriers = [vk::MemoryBarrier2::default()
+            .src_stage_mask(vk::PipelineStageFlags2::COPY)
+            .src_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
+            .dst_stage_mask(vk::PipelineStageFlags2::COPY)
+            .dst_access_mask(vk::AccessFlags2::TRANSFER_WRITE)];
+        self.barrier(&vk::DependencyInfo::default().memory_barriers(&barriers));
+    }
+
+    fn barrier(&mut self, info: &vk::DependencyInfo<'_>) {
+        // SAFETY: the command buffer is recording outside of a rendering; images live at least as long as the frame.
+        unsafe { self.gpu.device.cmd_pipeline_barrier2(self.raw, info) };
+    }
+}
