@@ -13,18 +13,27 @@ layout(set = 0, binding = 2) uniform sampler2D batch;
 
 layout(location = 0) out vec4 new_hi;
 layout(location = 1) out vec4 new_lo;
-layout(location = 2) out vec2 means;
+// Mean luminance in units of the scale, as two floats each: before (xy) and after (zw). The second float keeps
+// deviations right where the mean is 10^6 times the deviation (stability.md N15).
+layout(location = 2) out vec4 means;
+
+// x, y: sum / weight as two floats.
+vec2 two_float_mean(vec4 hi, vec4 lo) {
+    float mean = hi.y / hi.w;
+    float rest = product_error(hi.y, mean, hi.w) + (lo.y - mean * lo.w);
+    return vec2(mean, rest / hi.w) * push.inverse_scale;
+}
 
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
     vec4 hi = texelFetch(old_hi, at, 0);
     vec4 lo = texelFetch(old_lo, at, 0);
-    vec2 before = hi.yw;
+    bool was_empty = !(hi.w > 0.0);
+    vec2 before = two_float_mean(hi, lo);
     two_float_add(hi, lo, texelFetch(batch, at, 0));
     new_hi = hi;
     new_lo = lo;
-    float mean = hi.w > 0.0 ? hi.y / hi.w * push.inverse_scale : 0.0;
+    vec2 after = hi.w > 0.0 ? two_float_mean(hi, lo) : vec2(0.0);
     // Without earlier samples the sum of squares starts at the new mean.
-    float mean_before = before.y > 0.0 ? before.x / before.y * push.inverse_scale : mean;
-    means = vec2(mean_before, mean);
+    means = vec4(was_empty ? after : before, after);
 }

@@ -48,12 +48,17 @@ vec4 gaussian(sampler2D image, vec2 uv, float lod, const uint extent, const int 
     return mix(a, b, g);
 }
 
+// Smallest weight, as a part of the bilinear one, at which the cubic is taken.
+const float CATMULL_ROM_MIN_WEIGHT = 0.05;
+
 vec4 cubic(sampler2D image, vec2 uv, float lod) {
     float above = max(lod, 0.0);
     int level = int(above);
     int coarse = min(level + 1, int(push.max_level));
     vec4 sums = mix(catmull_rom(image, uv, level), catmull_rom(image, uv, coarse), above - float(level));
-    return sums.w > 0.0 ? sums : textureLod(image, uv, above);
+    // Negative lobes beside an empty region would otherwise divide by nearly nothing.
+    vec4 linear = textureLod(image, uv, above);
+    return sums.w > CATMULL_ROM_MIN_WEIGHT * linear.w ? sums : linear;
 }
 
 vec4 sums_at(sampler2D image, vec2 uv, float lod, const uint extent, const int radius) {

@@ -15,8 +15,8 @@ layout(location = 1) flat in vec4 value;
 layout(location = 0) out float sum;
 
 void main() {
-    vec2 mean = texelFetch(means, ivec2(gl_FragCoord.xy), 0).rg;
-    float after = value.x - mean.y;
-    float before = PAPER_FORM ? after : value.x - mean.x;
-    sum = splat_weight(gl_FragCoord.xy - position) * (before * after);
+    vec4 mean = texelFetch(means, ivec2(gl_FragCoord.xy), 0);
+    precise float after = (value.x - mean.z) - mean.w;
+    precise float before = (value.x - mean.x) - mean.y;
+    sum = splat_weight(gl_FragCoord.xy - position) * (PAPER_FORM ? after : before) * after;
 }

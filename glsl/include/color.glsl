@@ -26,16 +26,19 @@ vec3 desaturate(vec3 rgb, float y) {
     return clamp(y + (rgb - y) * keep, 0.0, 1.0);
 }
 
+// Largest X/Y and Z/Y used: no real stimulus comes near, and infinity has no hue.
+const float MAX_RATIO = 1e4;
+
 // Encoded R, G, B in [0, 1].
 vec3 encode(vec3 xyz) {
-    float y = xyz.y;
-    // Also false for NaN. Below the smallest normal number the quotient X/Y means nothing.
-    if (!(y >= 1.17549435e-38)) {
+    float t = pow(push.exposure * xyz.y, push.contrast);
+    // Also false for NaN.
+    if (!(xyz.y > 0.0 && t > 0.0)) {
         return vec3(0.0);
     }
-    // Both chromatic ratios first: nothing overflows where Y is tiny or huge.
-    vec2 ratio = xyz.xz / y;
-    float tone = one_minus_exp(pow(push.exposure * y, push.contrast));
+    float tone = one_minus_exp(t);
+    // X/Y first: Y'/Y overflows where Y is tiny.
+    vec2 ratio = clamp(xyz.xz / xyz.y, 0.0, MAX_RATIO);
     vec3 toned = vec3(ratio.x, 1.0, ratio.y) * tone;
     vec3 rgb = vec3(dot(push.red.xyz, toned), dot(push.green.xyz, toned), dot(push.blue.xyz, toned));
     return pow(desaturate(rgb, tone), vec3(push.inverse_gamma));

@@ -51,7 +51,7 @@ vec4 catmull_rom_weights(float t) {
     return 0.5 * vec4(-t3 + 2.0 * t2 - t, 3.0 * t3 - 5.0 * t2 + 2.0, -3.0 * t3 + 4.0 * t2 + t, t3 - t2);
 }
 
-// 4×4 Catmull-Rom, clamped to the edge. Its negative lobes can bring W to nothing: then bilinear.
+// 4×4 Catmull-Rom, clamped to the edge; the weights sum to 1.
 vec4 catmull_rom(sampler2D image, vec2 uv, int level) {
     ivec2 size = textureSize(image, level);
     vec2 p = uv * vec2(size) - 0.5;
@@ -60,7 +60,6 @@ vec4 catmull_rom(sampler2D image, vec2 uv, int level) {
     vec4 wy = catmull_rom_weights(p.y - base.y);
     ivec2 last = size - 1;
     vec4 sum = vec4(0.0);
-    vec4 smallest = vec4(0.0);
     for (int y = 0; y < 4; ++y) {
         vec4 row = vec4(0.0);
         for (int x = 0; x < 4; ++x) {

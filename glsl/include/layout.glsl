@@ -46,5 +46,6 @@ layout(push_constant) uniform TonemapPush {
     float exposure;       // B
     float contrast;       // C
     float inverse_gamma;  // 1 / G
+    float padding;
 } push;
 #endif

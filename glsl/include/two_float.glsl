@@ -23,3 +23,18 @@ void two_float_add(inout float hi, inout float lo, float b) {
     hi = h;
     lo = l;
 }
+
+// sum - a b without the rounding of the product (Dekker's product with Veltkamp's splitting).
+float product_error(float sum, float a, float b) {
+    precise float ca = a * 4097.0;
+    precise float a_hi = ca - (ca - a);
+    precise float a_lo = a - a_hi;
+    precise float cb = b * 4097.0;
+    precise float b_hi = cb - (cb - b);
+    precise float b_lo = b - b_hi;
+    precise float p = a * b;
+    precise float e = ((a_hi * b_hi - p) + a_hi * b_lo + a_lo * b_hi) + a_lo * b_lo;
+    // p is within a rounding of the sum, so the difference is exact.
+    precise float left = (sum - p) - e;
+    return left;
+}

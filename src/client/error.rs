@@ -33,4 +33,8 @@ pub enum ClientError {
         /// What the system said.
         reason: String,
     },
+
+    /// Vulkan failed.
+    #[error(transparent)]
+    Gpu(#[from] crate::gpu::GpuError),
 }

@@ -19,14 +19,19 @@
 
 pub mod develop;
 pub mod error;
+pub mod film;
 pub mod filter;
+pub mod layout;
 pub mod lod;
+pub mod pass;
 pub mod reference;
 pub mod settings;
+pub mod upload;
 
 pub use error::ClientError;
 pub use settings::*;
 
+use crate::client::film::VulkanFilm;
 use crate::client::reference::ReferenceFilm;
 use crate::stream::{PathCounts, Sample};
 
@@ -36,6 +41,8 @@ use crate::stream::{PathCounts, Sample};
 pub enum Client {
     /// The CPU twins.
     Reference(ReferenceFilm),
+    /// A Vulkan device.
+    Vulkan(Box<VulkanFilm>),
 }
 
 /// Calls the same method on whichever film it is.
@@ -43,6 +50,7 @@ macro_rules! each {
     ($client:expr, $film:ident => $call:expr) => {
         match $client {
             Client::Reference($film) => $call,
+            Client::Vulkan($film) => $call,
         }
     };
 }

@@ -87,7 +87,6 @@ fn formats(instance: &Instance, device: vk::PhysicalDevice, missing: &mut Vec<St
     let wanted = [
         (Format::Rgba32F, accumulate | F::TRANSFER_SRC),
         (Format::R32F, accumulate | F::TRANSFER_SRC),
-        (Format::Rg32F, F::COLOR_ATTACHMENT | F::SAMPLED_IMAGE),
         (Format::Rgba8, F::COLOR_ATTACHMENT | F::TRANSFER_SRC),
     ];
     for (format, needs) in wanted {

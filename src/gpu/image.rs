@@ -16,8 +16,6 @@ use super::sync::Access;
 pub enum Format {
     /// Four floats.
     Rgba32F,
-    /// Two floats; cannot be read back.
-    Rg32F,
     /// One float.
     R32F,
     /// Four bytes, 0 … 255 stands for 0 … 1.
@@ -29,7 +27,6 @@ impl Format {
     pub fn bytes(self) -> usize {
         match self {
             Format::Rgba32F => 16,
-            Format::Rg32F => 8,
             Format::R32F | Format::Rgba8 => 4,
         }
     }
@@ -37,7 +34,6 @@ impl Format {
     pub(in crate::gpu) fn raw(self) -> vk::Format {
         match self {
             Format::Rgba32F => vk::Format::R32G32B32A32_SFLOAT,
-            Format::Rg32F => vk::Format::R32G32_SFLOAT,
             Format::R32F => vk::Format::R32_SFLOAT,
             Format::Rgba8 => vk::Format::R8G8B8A8_UNORM,
         }
@@ -82,10 +78,9 @@ impl Image {
             return Err(GpuError::TooLarge { name: desc.name.into(), width, height, limit: gpu.max_extent });
         }
         let levels = if desc.mips { width.max(height).ilog2() + 1 } else { 1 };
-        let mut usage = vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::SAMPLED;
-        if desc.format != Format::Rg32F {
-            usage |= vk::ImageUsageFlags::TRANSFER_SRC;
-        }
+        let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT
+            | vk::ImageUsageFlags::SAMPLED
+            | vk::ImageUsageFlags::TRANSFER_SRC;
         let info = vk::ImageCreateInfo::default()
             .image_type(vk::ImageType::TYPE_2D)
             .format(desc.format.raw())

@@ -1,0 +1,366 @@
+//! The film on a Vulkan device: accumulators, batches and the order of the passes.
+
+use std::sync::Arc;
+
+use crate::client::error::ClientError;
+use crate::client::filter::MAX_EXTENT;
+use crate::client::layout::{FoldPush, ReconstructPush};
+use crate::client::lod::{StreamLod, power_of_two_below};
+use crate::client::pass::fold::FoldPass;
+use crate::client::pass::images::{BatchImages, MipState, PictureImages, StreamImages};
+use crate::client::pass::mips::MipsPass;
+use crate::client::pass::reconstruct::{ReconstructPass, StreamInput, levels_needed};
+use crate::client::pass::splat::{SplatPass, Sprites, splat_push};
+use crate::client::pass::tonemap::{TonemapPass, tonemap_push};
+use crate::client::pass::variance::VariancePass;
+use crate::client::settings::{DisplayImage, FilmCounts, FilmData, FilmSpec, Settings};
+use crate::client::upload::{Batch, VertexBuffers};
+use crate::gpu::{Access, Buffer, BufferUse, Cmd, Gpu, Load, Region, Target, read_image};
+use crate::stream::{PathCounts, Sample};
+
+/// A film on a Vulkan device; the twin of [`ReferenceFilm`](crate::client::reference::ReferenceFilm).
+///
+/// The same samples in the same order give the same bits on the same device, however they are split into calls.
+pub struct VulkanFilm {
+    gpu: Arc<Gpu>,
+    spec: FilmSpec,
+    batch: Batch,
+    vertices: VertexBuffers,
+    passes: Passes,
+    /// Made with the first batch.
+    targets: Option<BatchImages>,
+    /// Camera and light; made with the stream's first sample.
+    streams: [Option<StreamImages>; 2],
+    picture: Option<(PictureImages, Buffer)>,
+    /// Sum and count of the positive luminances in the batch, in sample order, until the scale is known.
+    luminance: (f64, u64),
+    luminance_scale: Option<f32>,
+    counts: FilmCounts,
+}
+
+/// The passes, each made when it is needed first.
+#[derive(Default)]
+struct Passes {
+    raster: Option<(SplatPass, FoldPass, VariancePass)>,
+    mips: MipsPass,
+    reconstruct: ReconstructPass,
+    tonemap: Option<TonemapPass>,
+}
+
+/// What a stream's images are called.
+const STREAM_NAMES: [&str; 2] = ["camera", "light"];
+
+impl VulkanFilm {
+    /// An empty film.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Extent`] for a side of 0 or too large, [`ClientError::Gpu`] when there is no memory.
+    pub fn new(gpu: Arc<Gpu>, spec: FilmSpec) -> Result<Self, ClientError> {
+        let max = MAX_EXTENT - 2 * spec.pad();
+        if !(1..=max).contains(&spec.width) || !(1..=max).contains(&spec.height) {
+            return Err(ClientError::Extent { width: spec.width, height: spec.height, max });
+        }
+        Ok(Self {
+            vertices: VertexBuffers::new(&gpu)?,
+            gpu,
+            spec,
+            batch: Batch::default(),
+            passes: Passes::default(),
+            targets: None,
+            streams: [None, None],
+            picture: None,
+            luminance: (0.0, 0),
+            luminance_scale: None,
+            counts: FilmCounts::default(),
+        })
+    }
+
+    /// What the film is made of.
+    pub fn spec(&self) -> &FilmSpec {
+        &self.spec
+    }
+
+    /// Copies samples to the batch; a full batch is rasterised at once, without waiting for it.
+    ///
+    /// Samples with a non-finite number or a weight of 0 are dropped (the stream never carries them).
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Gpu`] when there is no memory for a stream's images or the device was lost.
+    pub fn add(&mut self, samples: &[Sample]) -> Result<(), ClientError> {
+        for sample in samples.iter().filter(|s| is_valid(s)) {
+            if self.luminance_scale.is_none() && sample.xyz.y > 0.0 {
+                self.luminance.0 += f64::from(sample.xyz.y) / f64::from(sample.w.abs());
+                self.luminance.1 += 1;
+            }
+            if sample.w > 0.0 {
+                self.counts.camera_samples += 1;
+            } else {
+                self.counts.light_samples += 1;
+            }
+            if self.batch.push(*sample) {
+                self.flush()?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Counts paths that were started, whether or not they gave samples.
+    pub fn count_paths(&mut self, paths: PathCounts) {
+        self.counts.camera_paths += paths.camera;
+        self.counts.light_paths += paths.light;
+    }
+
+    /// Rasterises what the batch holds: splat, fold, variance. Does not wait for the GPU.
+    ///
+    /// # Errors
+    ///
+    /// As [`add`](Self::add).
+    pub fn flush(&mut self) -> Result<(), ClientError> {
+        if self.batch.is_empty() {
+            return Ok(());
+        }
+        // Black batches leave the scale open: their deviations are 0 in every unit.
+        if self.luminance_scale.is_none() && self.luminance.1 > 0 {
+            self.luminance_scale = Some(power_of_two_below(self.luminance.0 / self.luminance.1 as f64));
+        }
+        self.make_images()?;
+        let inverse_scale = self.scale().recip();
+        let (Some((splat, fold, variance)), Some(targets)) = (&self.passes.raster, &mut self.targets) else {
+            return Ok(()); // made above
+        };
+        let (vertices, parts) = self.vertices.upload(&mut self.batch, &self.spec)?;
+        let push = splat_push(&self.spec, inverse_scale);
+        let mut frame = self.gpu.begin()?;
+        let cmd = &mut frame.cmd();
+        for (stream, range) in self.streams.iter_mut().zip([parts.camera, parts.light]) {
+            let Some(stream) = stream else {
+                continue;
+            };
+            // Also for a stream whose samples all lie outside: what is displayed must be defined.
+            stream.define(cmd);
+            if range.is_empty() {
+                continue;
+            }
+            stream.mips = MipState { color: 1, variance: 1 };
+            let sprites = Sprites { vertices, range };
+            splat.record(cmd, &sprites, &push, &mut targets.color);
+            fold.record(cmd, &mut stream.color, targets, &FoldPush { inverse_scale });
+            variance.record(cmd, &sprites, &push, targets, &mut stream.variance);
+        }
+        let number = frame.submit()?;
+        self.vertices.submitted(number);
+        Ok(())
+    }
+
+    /// Forgets everything: a new epoch. The images stay for the next one.
+    ///
+    /// # Errors
+    ///
+    /// None today; kept for the twins' common shape.
+    pub fn clear(&mut self) -> Result<(), ClientError> {
+        self.batch.clear();
+        self.streams.iter_mut().flatten().for_each(StreamImages::forget);
+        self.luminance = (0.0, 0);
+        self.luminance_scale = None;
+        self.counts = FilmCounts::default();
+        Ok(())
+    }
+
+    /// What was received since the last [`clear`](Self::clear).
+    pub fn counts(&self) -> FilmCounts {
+        self.counts
+    }
+
+    /// Which streams, camera and light, have images: those that ever had a sample.
+    pub fn allocated_streams(&self) -> [bool; 2] {
+        [self.streams[0].is_some(), self.streams[1].is_some()]
+    }
+
+    /// The picture as a viewer shows it; rasterises the batch first and waits for the GPU.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Gpu`] when there is no memory or the device was lost.
+    pub fn display(&mut self, settings: &Settings) -> Result<DisplayImage, ClientError> {
+        self.flush()?;
+        self.make_picture()?;
+        let (gpu, push) = (self.gpu.clone(), tonemap_push(settings));
+        let mut frame = gpu.begin()?;
+        self.record_reconstruct(&mut frame.cmd(), settings)?;
+        if let (Some((picture, readback)), Some(tonemap)) = (&mut self.picture, &self.passes.tonemap) {
+            let region = Region { origin: [0, 0], extent: [self.spec.width, self.spec.height] };
+            tonemap.record(&mut frame.cmd(), picture, &push);
+            frame.cmd().scope("readback").copy_to_buffer(&mut picture.encoded, region, readback);
+        }
+        gpu.wait(frame.submit()?)?;
+        let bytes = self.picture.as_ref().map_or(&[][..], |(_, readback)| readback.mapped());
+        let rgb = bytes.chunks_exact(4).map(|c| [c[0], c[1], c[2]]).collect();
+        Ok(DisplayImage { width: self.spec.width, height: self.spec.height, rgb })
+    }
+
+    /// The reconstructed picture before the tone curve: scene-linear `[X, Y, Z]`, `[height][width]`; waits for the GPU.
+    ///
+    /// # Errors
+    ///
+    /// As [`display`](Self::display).
+    pub fn reconstruct(&mut self, settings: &Settings) -> Result<Vec<[f32; 3]>, ClientError> {
+        self.flush()?;
+        self.make_picture()?;
+        let gpu = self.gpu.clone();
+        let mut frame = gpu.begin()?;
+        self.record_reconstruct(&mut frame.cmd(), settings)?;
+        frame.submit()?;
+        let Some((picture, _)) = &mut self.picture else {
+            return Ok(Vec::new()); // made above
+        };
+        let region = Region { origin: [0, 0], extent: [self.spec.width, self.spec.height] };
+        let bytes = read_image(&gpu, &mut picture.xyz, region)?;
+        Ok(floats(&bytes).chunks_exact(4).map(|c| [c[0], c[1], c[2]]).collect())
+    }
+
+    /// The sums, cropped to the picture; rasterises the batch first and waits for the GPU.
+    ///
+    /// # Errors
+    ///
+    /// As [`display`](Self::display).
+    pub fn develop(&mut self) -> Result<FilmData, ClientError> {
+        let pad = self.spec.pad();
+        let extent = [self.spec.width, self.spec.height];
+        self.develop_region(Region { origin: [pad, pad], extent })
+    }
+
+    /// The sums with the overscan around the picture, `width` and `height` being those of the padded target.
+    ///
+    /// # Errors
+    ///
+    /// As [`display`](Self::display).
+    pub fn develop_padded(&mut self) -> Result<FilmData, ClientError> {
+        self.develop_region(Region { origin: [0, 0], extent: self.spec.padded_extent() })
+    }
+
+    fn develop_region(&mut self, region: Region) -> Result<FilmData, ClientError> {
+        self.flush()?;
+        let mut data = FilmData {
+            width: region.extent[0],
+            height: region.extent[1],
+            luminance_scale: self.scale(),
+            counts: self.counts,
+            ..FilmData::default()
+        };
+        let samples = self.samples();
+        for (i, stream) in self.streams.iter_mut().enumerate() {
+            let Some(stream) = stream.as_mut().filter(|_| samples[i] > 0) else {
+                continue;
+            };
+            // hi is the rounded sum: lo adds nothing to an f32.
+            let color = read_image(&self.gpu, stream.color.sums_mut(), region)?;
+            let color = floats(&color).chunks_exact(4).map(|c| [c[0], c[1], c[2], c[3]]).collect();
+            let variance = floats(&read_image(&self.gpu, stream.variance.sums_mut(), region)?);
+            if i == 0 {
+                (data.camera, data.camera_variance) = (color, variance);
+            } else {
+                (data.light, data.light_variance) = (color, variance);
+            }
+        }
+        Ok(data)
+    }
+
+    /// Mips and reconstruction of what is there; black without samples.
+    fn record_reconstruct(&mut self, cmd: &mut Cmd<'_>, settings: &Settings) -> Result<(), ClientError> {
+        let masking = settings.vm > 0.0;
+        let lods = self.lods();
+        for (stream, lod) in self.streams.iter_mut().zip(&lods) {
+            if let (Some(stream), Some(lod)) = (stream, lod) {
+                let levels = levels_needed(settings.reconstruction, masking, lod);
+                self.passes.mips.record(&self.gpu, cmd, stream, levels, masking)?;
+            }
+        }
+        let Some((picture, _)) = &mut self.picture else {
+            return Ok(()); // made by the caller
+        };
+        if lods.iter().all(Option::is_none) {
+            cmd.access(&mut picture.xyz, Access::ColorWrite);
+            cmd.rendering(&[Target { image: &picture.xyz, level: 0, load: Load::Clear }], |_| ());
+            return Ok(());
+        }
+        let push = ReconstructPush {
+            inverse_target: self.spec.padded_extent().map(|n| 1.0 / n as f32),
+            pad: self.spec.pad() as f32,
+            light_scale: self.counts.light_scale(&self.spec),
+            noise_masking: settings.vm,
+            max_level: lods.iter().flatten().next().map_or(0.0, |lod| lod.max_level),
+            energy: self.spec.filter.energy(),
+            inverse_scale: self.luminance_scale.unwrap_or(1.0).recip(),
+            ..ReconstructPush::default()
+        };
+        let input = |i: usize| {
+            let (images, lod) = (self.streams[i].as_ref()?, lods[i]?);
+            Some(StreamInput { images, lod })
+        };
+        let how = (settings.reconstruction, push);
+        let streams = [input(0), input(1)];
+        self.passes.reconstruct.record(&self.gpu, cmd, streams, how, &mut picture.xyz)?;
+        Ok(())
+    }
+
+    /// Level of detail of each stream; `None` where it has no samples.
+    fn lods(&self) -> [Option<StreamLod>; 2] {
+        let [width, height] = self.spec.padded_extent();
+        let levels = width.max(height).ilog2() as usize + 1;
+        self.samples().map(|samples| StreamLod::new(u64::from(width) * u64::from(height), samples, levels))
+    }
+
+    fn samples(&self) -> [u64; 2] {
+        [self.counts.camera_samples, self.counts.light_samples]
+    }
+
+    /// Makes what a batch needs: passes and targets with the first, a stream's images with its first sample.
+    fn make_images(&mut self) -> Result<(), ClientError> {
+        let (gpu, extent) = (&self.gpu, self.spec.padded_extent());
+        if self.passes.raster.is_none() {
+            let splat = SplatPass::new(gpu, &self.spec)?;
+            self.passes.raster = Some((splat, FoldPass::new(gpu)?, VariancePass::new(gpu, &self.spec)?));
+        }
+        if self.targets.is_none() {
+            self.targets = Some(BatchImages::new(gpu, extent)?);
+        }
+        let samples = self.samples();
+        for (i, stream) in self.streams.iter_mut().enumerate() {
+            if samples[i] > 0 && stream.is_none() {
+                *stream = Some(StreamImages::new(gpu, STREAM_NAMES[i], extent)?);
+            }
+        }
+        Ok(())
+    }
+
+    /// Makes what a repaint needs.
+    fn make_picture(&mut self) -> Result<(), ClientError> {
+        if self.picture.is_none() {
+            let extent = [self.spec.width, self.spec.height];
+            let images = PictureImages::new(&self.gpu, extent)?;
+            let bytes = Region { origin: [0, 0], extent }.bytes(&images.encoded);
+            let readback = Buffer::new(&self.gpu, "picture readback", BufferUse::Readback, bytes)?;
+            self.picture = Some((images, readback));
+        }
+        if self.passes.tonemap.is_none() {
+            self.passes.tonemap = Some(TonemapPass::new(&self.gpu)?);
+        }
+        Ok(())
+    }
+
+    /// The luminance scale, a power of two; 1 until a sample had luminance.
+    fn scale(&self) -> f32 {
+        self.luminance_scale.unwrap_or(1.0)
+    }
+}
+
+/// True for samples that the stream may carry: all numbers finite and a weight that names a stream.
+fn is_valid(s: &Sample) -> bool {
+    s.uv[0].is_finite() && s.uv[1].is_finite() && s.xyz.is_finite() && s.w.is_finite() && s.w != 0.0
+}
+
+fn floats(bytes: &[u8]) -> Vec<f32> {
+    bytes.chunks_exact(4).map(|b| f32::from_ne_bytes([b[0], b[1], b[2], b[3]])).collect()
+}

@@ -1,0 +1,117 @@
+//! Every block that a shader reads from the host; twin of `glsl/include/layout.glsl`, member by member.
+//!
+//! Offsets follow std430: scalars at multiples of 4, `vec2` of 8, `vec4` of 16. `tests/gpu_shaders.rs` walks the
+//! compiled shaders and compares every member with [`BLOCKS`]. Vertices are [`Sample`](crate::stream::Sample)s.
+
+/// Largest block: the push range that every Vulkan device has.
+pub const MAX_PUSH_BYTES: usize = 128;
+
+/// A member's name and offset in bytes.
+pub type Member = (&'static str, usize);
+
+/// Declares a block and lists its members.
+macro_rules! block {
+    ($(#[$doc:meta])* $name:ident, $bytes:literal { $($(#[$member_doc:meta])* $member:ident: $kind:ty,)* }) => {
+        $(#[$doc])*
+        #[repr(C)]
+        #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+        pub struct $name {
+            $($(#[$member_doc])* pub $member: $kind,)*
+        }
+
+        impl $name {
+            /// Name and offset of every member.
+            pub const MEMBERS: &[Member] = &[$((stringify!($member), std::mem::offset_of!($name, $member)),)*];
+        }
+
+        const _: () = {
+            assert!(size_of::<$name>() == $bytes);
+            assert!(size_of::<$name>() <= MAX_PUSH_BYTES);
+        };
+    };
+}
+
+block! {
+    /// Constants of `splat.vert`.
+    SplatPush, 32 {
+        /// Width and height of the picture: texels per unit of uv.
+        picture: [f32; 2],
+        /// Width and height of the padded target, texels.
+        target: [f32; 2],
+        /// `2 / target`.
+        ndc_scale: [f32; 2],
+        /// Texels of overscan on every side.
+        pad: f32,
+        /// 1 / luminance scale, a power of two.
+        inverse_scale: f32,
+    }
+}
+
+block! {
+    /// Constants of `fold.frag`.
+    FoldPush, 4 {
+        /// 1 / luminance scale, a power of two.
+        inverse_scale: f32,
+    }
+}
+
+block! {
+    /// Constants of `downsample.frag`.
+    DownsamplePush, 8 {
+        /// Extent of the finer level, texels.
+        source: [i32; 2],
+    }
+}
+
+block! {
+    /// Constants of `reconstruct.frag`; pairs are camera, light.
+    ReconstructPush, 48 {
+        /// Level of detail by sample count.
+        lod: [f32; 2],
+        /// Level at which colour and variance are read for noise masking.
+        variance_lod: [f32; 2],
+        /// 1 / extent of the padded target.
+        inverse_target: [f32; 2],
+        /// Texels of overscan on every side.
+        pad: f32,
+        /// Texels of the picture / light paths; 0 while there are none.
+        light_scale: f32,
+        /// `Vm`: levels per factor 4 of excess relative variance.
+        noise_masking: f32,
+        /// Coarsest level.
+        max_level: f32,
+        /// Mean sum of squared weights of one splat.
+        energy: f32,
+        /// 1 / luminance scale, a power of two.
+        inverse_scale: f32,
+    }
+}
+
+block! {
+    /// Constants of `tonemap.frag`.
+    TonemapPush, 64 {
+        /// First row of `P`, XYZ to linear RGB; the fourth number is not used.
+        red: [f32; 4],
+        /// Second row.
+        green: [f32; 4],
+        /// Third row.
+        blue: [f32; 4],
+        /// `B`.
+        exposure: f32,
+        /// `C`.
+        contrast: f32,
+        /// `1 / G`.
+        inverse_gamma: f32,
+        /// Fills the last 16 bytes.
+        padding: f32,
+    }
+}
+
+/// Name, size in bytes and members of every block.
+pub const BLOCKS: &[(&str, usize, &[Member])] = &[
+    ("SplatPush", size_of::<SplatPush>(), SplatPush::MEMBERS),
+    ("FoldPush", size_of::<FoldPush>(), FoldPush::MEMBERS),
+    ("DownsamplePush", size_of::<DownsamplePush>(), DownsamplePush::MEMBERS),
+    ("ReconstructPush", size_of::<ReconstructPush>(), ReconstructPush::MEMBERS),
+    ("TonemapPush", size_of::<TonemapPush>(), TonemapPush::MEMBERS),
+];

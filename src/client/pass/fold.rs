@@ -1,0 +1,54 @@
+//! Adds a batch image to the two-float accumulator (stability.md P6): fp32 blending alone stands still at 2^24.
+
+use std::sync::Arc;
+
+use crate::client::layout::FoldPush;
+use crate::client::pass::images::{Accumulator, BatchImages};
+use crate::client::pass::{fullscreen, texels};
+use crate::gpu::{Access, Cmd, Format, Gpu, GpuError, Load, Pipeline, Target};
+
+/// Folds the colour of a batch.
+///
+/// Reads: old hi and lo, `batch.color`. Writes: new hi and lo, `batch.means`.
+pub struct FoldPass {
+    pipeline: Pipeline,
+}
+
+impl FoldPass {
+    /// Compiles the pass.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError::Call`] naming the pipeline.
+    pub fn new(gpu: &Arc<Gpu>) -> Result<Self, GpuError> {
+        let pipeline = fullscreen(gpu, ("fold.frag", &[]), size_of::<FoldPush>(), 3, &[Format::Rgba32F; 3])?;
+        Ok(Self { pipeline })
+    }
+
+    /// Adds `batch.color` to `sums`; both the old and the new sums are there afterwards.
+    pub fn record(
+        &self,
+        cmd: &mut Cmd<'_>,
+        sums: &mut Accumulator,
+        batch: &mut BatchImages,
+        push: &FoldPush,
+    ) {
+        let cmd = &mut cmd.scope("fold");
+        let mut images = sums.flip();
+        for image in &mut images.old {
+            cmd.access_levels(image, 0..1, Access::Sampled);
+        }
+        for image in &mut images.new {
+            cmd.access_levels(image, 0..1, Access::ColorWrite);
+        }
+        cmd.access(&mut batch.color, Access::Sampled);
+        cmd.access(&mut batch.means, Access::ColorWrite);
+        let target = |image| Target { image, level: 0, load: Load::Discard };
+        let targets = [target(&*images.new[0]), target(&*images.new[1]), target(&batch.means)];
+        cmd.rendering(&targets, |cmd| {
+            let read = [texels(images.old[0]), texels(images.old[1]), texels(&batch.color)];
+            cmd.bind(&self.pipeline, bytemuck::bytes_of(push), &read);
+            cmd.draw_fullscreen();
+        });
+    }
+}

@@ -1,0 +1,89 @@
+//! Averages of the sums down to 1×1 (paper §4.2, steps 3 and 6).
+
+use std::sync::Arc;
+
+use crate::client::layout::DownsamplePush;
+use crate::client::pass::images::StreamImages;
+use crate::client::pass::{Variants, fullscreen};
+use crate::gpu::{Access, Cmd, Format, Gpu, GpuError, Image, Load, Pipeline, Sampler, Target, Texture};
+
+/// Builds mip levels of a stream's sums, with the variance where noise is masked.
+///
+/// Reads and writes: the levels of `stream.color`, and of `stream.variance` if asked for.
+#[derive(Default)]
+pub struct MipsPass {
+    /// By: both extents even; with variance.
+    pipelines: Variants<(bool, bool)>,
+}
+
+impl MipsPass {
+    /// Makes levels `0 .. levels` of the colour readable, and of the variance too if `variance`.
+    ///
+    /// Levels that are up to date are not built again.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError::Call`] naming the pipeline.
+    pub fn record(
+        &mut self,
+        gpu: &Arc<Gpu>,
+        cmd: &mut Cmd<'_>,
+        stream: &mut StreamImages,
+        levels: u32,
+        variance: bool,
+    ) -> Result<(), GpuError> {
+        let cmd = &mut cmd.scope("mips");
+        let first = if variance { stream.mips.color.min(stream.mips.variance) } else { stream.mips.color };
+        for level in first..levels {
+            let source = stream.color.sums().extent(level - 1);
+            let even = source.iter().all(|n| n % 2 == 0);
+            let pipeline = self.pipelines.get((even, variance), || make(gpu, even, variance))?;
+            let push = DownsamplePush { source: source.map(|n| n as i32) };
+            let mut images = vec![stream.color.sums_mut()];
+            if variance {
+                images.push(stream.variance.sums_mut());
+            }
+            record_level(cmd, pipeline, &mut images, level, push);
+        }
+        let done = levels.max(first);
+        stream.mips.color = stream.mips.color.max(done);
+        cmd.access(stream.color.sums_mut(), Access::Sampled);
+        if variance {
+            stream.mips.variance = stream.mips.variance.max(done);
+            cmd.access(stream.variance.sums_mut(), Access::Sampled);
+        }
+        Ok(())
+    }
+}
+
+/// Draws one level of every image from the level before.
+fn record_level(
+    cmd: &mut Cmd<'_>,
+    pipeline: &Pipeline,
+    images: &mut [&mut Image],
+    level: u32,
+    push: DownsamplePush,
+) {
+    for image in images.iter_mut() {
+        cmd.access_levels(image, level - 1..level, Access::Sampled);
+        cmd.access_levels(image, level..level + 1, Access::ColorWrite);
+    }
+    let targets: Vec<_> = images.iter().map(|image| Target { image, level, load: Load::Discard }).collect();
+    // Without variance its binding repeats the colour: every binding must hold an image.
+    let source = |i: usize| Texture {
+        image: &*images[i.min(images.len() - 1)],
+        level: Some(level - 1),
+        sampler: Sampler::Nearest,
+    };
+    cmd.rendering(&targets, |cmd| {
+        cmd.bind(pipeline, bytemuck::bytes_of(&push), &[source(0), source(1)]);
+        cmd.draw_fullscreen();
+    });
+}
+
+fn make(gpu: &Arc<Gpu>, even: bool, variance: bool) -> Result<Pipeline, GpuError> {
+    let constants = [u32::from(even), u32::from(variance)];
+    let targets = [Format::Rgba32F, Format::R32F];
+    let targets = if variance { &targets[..] } else { &targets[..1] };
+    fullscreen(gpu, ("downsample.frag", &constants), size_of::<DownsamplePush>(), 2, targets)
+}

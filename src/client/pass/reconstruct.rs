@@ -1,0 +1,148 @@
+//! From sums to radiance: blur by sample count and variance, normalise, add the streams (paper §4.2, §4.3).
+
+use std::sync::Arc;
+
+use crate::client::layout::ReconstructPush;
+use crate::client::lod::{MIN_LOD, StreamLod};
+use crate::client::pass::images::StreamImages;
+use crate::client::pass::{Variants, fullscreen};
+use crate::client::settings::Reconstruction;
+use crate::gpu::{Access, Cmd, Format, Gpu, GpuError, Image, Load, Pipeline, Sampler, Target, Texture};
+
+/// From this sharpness on, taps two texels away weigh less than 1e-5 of the middle: 1.5² σ − 0.5² σ = 2 σ > 12.
+const NARROW_SIGMA: f32 = 6.0;
+
+/// How much of the kernel one stream needs; see `reconstruct.frag`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Extent {
+    Absent = 0,
+    Texel = 1,
+    OneLevel = 2,
+    TwoLevels = 3,
+}
+
+/// The specialization constants of the shader, in their order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Key {
+    kind: u32,
+    masking: bool,
+    camera: Extent,
+    light: Extent,
+    camera_radius: u32,
+    light_radius: u32,
+}
+
+impl Key {
+    fn constants(self) -> [u32; 6] {
+        let (camera, light) = (self.camera as u32, self.light as u32);
+        [self.kind, u32::from(self.masking), camera, light, self.camera_radius, self.light_radius]
+    }
+}
+
+/// One stream as the pass reads it.
+pub struct StreamInput<'a> {
+    /// Its sums, with the levels that [`levels_needed`] names.
+    pub images: &'a StreamImages,
+    /// Its level of detail.
+    pub lod: StreamLod,
+}
+
+/// Blurs both streams and writes scene-linear XYZ.
+///
+/// Reads: all levels of `color` (and `variance` where noise is masked) of the streams that have samples.
+/// Writes: `picture.xyz`.
+#[derive(Default)]
+pub struct ReconstructPass {
+    pipelines: Variants<Key>,
+}
+
+impl ReconstructPass {
+    /// Draws the picture; at least one stream must be there.
+    ///
+    /// `push.lod` and `push.variance_lod` are filled in here.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError::Call`] naming the pipeline.
+    pub fn record(
+        &mut self,
+        gpu: &Arc<Gpu>,
+        cmd: &mut Cmd<'_>,
+        streams: [Option<StreamInput<'_>>; 2],
+        (kind, mut push): (Reconstruction, ReconstructPush),
+        target: &mut Image,
+    ) -> Result<(), GpuError> {
+        let masking = push.noise_masking > 0.0;
+        let plans = [0, 1].map(|i| plan(kind, masking, streams[i].as_ref().map(|s| &s.lod)));
+        let [(camera, camera_radius), (light, light_radius)] = plans;
+        let key = Key { kind: kind_constant(kind), masking, camera, light, camera_radius, light_radius };
+        let pipeline = self.pipelines.get(key, || make(gpu, key))?;
+        for (i, stream) in streams.iter().enumerate() {
+            if let Some(stream) = stream {
+                push.lod[i] = stream.lod.base;
+                push.variance_lod[i] = stream.lod.variance;
+            }
+        }
+        // A binding that is not read holds an image that is: every binding must hold one.
+        let Some(any) = streams.iter().flatten().next() else {
+            return Ok(());
+        };
+        let of = |i: usize| streams[i].as_ref().unwrap_or(any).images;
+        let texture = |image| Texture { image, level: None, sampler: Sampler::Trilinear };
+        let variance = |i: usize| if masking { &of(i).variance } else { &of(i).color };
+        let read =
+            [of(0).color.sums(), variance(0).sums(), of(1).color.sums(), variance(1).sums()].map(texture);
+
+        let cmd = &mut cmd.scope("reconstruct");
+        cmd.access(target, Access::ColorWrite);
+        cmd.rendering(&[Target { image: target, level: 0, load: Load::Discard }], |cmd| {
+            cmd.bind(pipeline, bytemuck::bytes_of(&push), &read);
+            cmd.draw_fullscreen();
+        });
+        Ok(())
+    }
+}
+
+/// Mip levels, level 0 included, that will be read of a stream.
+pub fn levels_needed(kind: Reconstruction, masking: bool, lod: &StreamLod) -> u32 {
+    let all = lod.max_level as u32 + 1;
+    match kind {
+        _ if masking => all,
+        Reconstruction::None => 1,
+        _ if lod.base < 0.0 => 1,
+        _ => (lod.base as u32 + 2).min(all),
+    }
+}
+
+/// What to compile in for one stream: how much of the kernel, and the radius at the coarser (or only) level.
+fn plan(kind: Reconstruction, masking: bool, lod: Option<&StreamLod>) -> (Extent, u32) {
+    let Some(lod) = lod else {
+        return (Extent::Absent, 2);
+    };
+    if kind != Reconstruction::Gaussian || masking {
+        return (Extent::TwoLevels, 2);
+    }
+    let radius = |sigma_exponent: f32| if (2.0 * sigma_exponent).exp2() > NARROW_SIGMA { 1 } else { 2 };
+    if lod.base <= MIN_LOD {
+        (Extent::Texel, 2)
+    } else if lod.base < 0.0 {
+        (Extent::OneLevel, radius(1.0 - lod.base))
+    } else {
+        (Extent::TwoLevels, radius(2.0 - lod.base.fract()))
+    }
+}
+
+/// The reconstruction as the shader numbers it.
+fn kind_constant(kind: Reconstruction) -> u32 {
+    match kind {
+        Reconstruction::Gaussian => 0,
+        Reconstruction::CatmullRom => 1,
+        Reconstruction::Mipmap => 2,
+        Reconstruction::None => 3,
+    }
+}
+
+fn make(gpu: &Arc<Gpu>, key: Key) -> Result<Pipeline, GpuError> {
+    let frag = ("reconstruct.frag", &key.constants()[..]);
+    fullscreen(gpu, frag, size_of::<ReconstructPush>(), 4, &[Format::Rgba32F])
+}
