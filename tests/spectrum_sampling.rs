@@ -113,7 +113,7 @@ fn one_wavelength_has_more_noise_than_four_of_equal_steps() {
 
 #[test]
 fn two_lobes_leave_less_noise_in_z_than_one() {
-    // pbrt-v4 §4.5.4, eqs. 4.19–4.22: the single lobe about 538 nm that the density here replaces.
+    // pbrt-v4 (`SampleVisibleWavelengths`): the single lobe about 538 nm that the density here replaces.
     let one_lobe = |u: f64| {
         let lambda = 538.0 - 138.888_889 * (0.856_910_62 - 1.827_501_97 * u).atanh();
         (lambda, 0.003_939_804_2 / (0.0072 * (lambda - 538.0)).cosh().powi(2))
