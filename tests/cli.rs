@@ -39,7 +39,8 @@ fn succeed(args: &[&str]) -> Output {
 fn picture(dir: &Path, device: &str, threads: &str, extra: &[&str]) -> Vec<u8> {
     let out = dir.join(format!("{device}-{threads}.exr"));
     let file = out.to_str().unwrap();
-    let mut args = vec!["render", "scenes/cornell_spheres.xml", "-o", file, "--size", "61x47", "--samples", "150k"];
+    let mut args =
+        vec!["render", "scenes/cornell_spheres.xml", "-o", file, "--size", "61x47", "--samples", "150k"];
     args.extend(["--deterministic", "--quiet", "--device", device, "--threads", threads]);
     args.extend(extra);
     succeed(&args);
@@ -65,8 +66,21 @@ fn json_says_what_was_done() {
     let dir = folder("json");
     let png = dir.join("a.png");
     let output = succeed(&[
-        "render", "scenes/furnace.xml", "-o", png.to_str().unwrap(), "--size", "32x32", "--spp", "4", "--json", "-",
-        "--quiet", "--device", "cpu", "--threads", "2",
+        "render",
+        "scenes/furnace.xml",
+        "-o",
+        png.to_str().unwrap(),
+        "--size",
+        "32x32",
+        "--spp",
+        "4",
+        "--json",
+        "-",
+        "--quiet",
+        "--device",
+        "cpu",
+        "--threads",
+        "2",
     ]);
     let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(json["width"], 32);
@@ -103,7 +117,10 @@ fn bad_arguments_are_answered_before_any_work() {
         assert!(!output.status.success(), "{args:?} succeeded");
         // miette folds long lines: compare without white space.
         let squeeze = |s: &str| s.chars().filter(|c| !c.is_whitespace() && *c != '│').collect::<String>();
-        assert!(squeeze(&text).contains(&squeeze(expected)), "{args:?} does not mention {expected:?}:\n{text}");
+        assert!(
+            squeeze(&text).contains(&squeeze(expected)),
+            "{args:?} does not mention {expected:?}:\n{text}"
+        );
         assert!(!text.contains("panicked"), "{text}");
     }
 }

@@ -38,7 +38,7 @@ impl Device {
     /// The device's name.
     pub fn name(&self) -> String {
         match self {
-            Device::Vulkan(gpu) => gpu.name().to_string(),
+            Device::Vulkan(gpu) => gpu.info().name.clone(),
             Device::Cpu => CPU.to_string(),
         }
     }
@@ -50,7 +50,9 @@ impl Device {
     /// When the film does not fit into the device.
     pub fn client(&self, spec: FilmSpec, threads: usize) -> Result<Client> {
         Ok(match self {
-            Device::Vulkan(gpu) => Client::Vulkan(Box::new(VulkanFilm::new(gpu.clone(), spec).into_diagnostic()?)),
+            Device::Vulkan(gpu) => {
+                Client::Vulkan(Box::new(VulkanFilm::new(gpu.clone(), spec).into_diagnostic()?))
+            }
             Device::Cpu => Client::Reference(ReferenceFilm::new(spec, threads).into_diagnostic()?),
         })
     }
@@ -61,7 +63,14 @@ pub fn list() -> Result<()> {
     match gpu::devices() {
         Ok(found) => {
             for (index, device) in found.iter().enumerate() {
-                println!("{index}  {}: {}", device.describe(), device.suitability());
+                println!(
+                    "{index}  {} ({:?}, Vulkan {}, {}): {}",
+                    device.name,
+                    device.kind,
+                    device.api,
+                    device.driver,
+                    device.suitability()
+                );
             }
             if found.is_empty() {
                 println!("(no Vulkan device; on Debian: apt-get install mesa-vulkan-drivers)");

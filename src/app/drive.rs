@@ -45,7 +45,13 @@ pub struct Driven {
 /// # Errors
 ///
 /// The client's first error (the render is aborted then), or the panic of a path, with its index.
-pub fn drive(drive: Drive, server: &Server, lanes: &mut Lanes, client: &mut Client, bar: &Progress) -> Result<Driven> {
+pub fn drive(
+    drive: Drive,
+    server: &Server,
+    lanes: &mut Lanes,
+    client: &mut Client,
+    bar: &Progress,
+) -> Result<Driven> {
     let start = Instant::now();
     let mut driven = Driven::default();
     let mut cursor = Cursor::new(drive.epoch, 0);
@@ -63,7 +69,9 @@ pub fn drive(drive: Drive, server: &Server, lanes: &mut Lanes, client: &mut Clie
         if drained.blocks == 0 {
             match finished.take() {
                 Some(Finish::Panicked { index, message }) => {
-                    return Err(miette!("path {index} panicked: {message}; please report it with the scene and this index"));
+                    return Err(miette!(
+                        "path {index} panicked: {message}; please report it with the scene and this index"
+                    ));
                 }
                 Some(_) => break,
                 None => wait(drive, &cursor, lanes),

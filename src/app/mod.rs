@@ -3,6 +3,7 @@
 mod args;
 mod device;
 mod drive;
+mod facts;
 mod interrupt;
 mod outputs;
 mod progress;

@@ -1,38 +1,98 @@
 //! The files a run leaves behind, checked before the run and replaced only when complete.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
-use miette::{IntoDiagnostic, Result, miette};
+use miette::{IntoDiagnostic, Result, WrapErr};
 
 use super::args::RenderArgs;
+use super::facts::{RunFacts, display_options};
 use super::report::Seconds;
-use crate::client::{Client, FilmSpec, Settings};
-use crate::scene::desc::IntegratorKind;
+use crate::client::{Client, FilmData, Settings, develop};
+use crate::color::Profile;
+use crate::image::png::{Picture, Transfer};
+use crate::image::write::{Format, check_target};
+use crate::image::{Attribute, exr, png};
 
-/// What a run is made of: with these a picture can be made again, so they stand in its file.
-#[derive(Clone, Debug)]
-pub struct RunFacts {
-    /// The scene file.
-    pub scene: PathBuf,
-    /// `-D` values.
-    pub defines: Vec<(String, String)>,
-    /// Size, filter, variance form.
-    pub spec: FilmSpec,
-    /// Longest path.
-    pub max_depth: Option<u32>,
-    /// Where roulette begins.
-    pub rr_depth: u32,
-    /// Lights are not seen directly.
-    pub hide_emitters: bool,
-    /// Light transport method.
-    pub integrator: IntegratorKind,
-    /// Samples per pixel where neither a count nor a time is given.
-    pub spp: u64,
-    /// Seed.
-    pub seed: u32,
-    /// In index order.
-    pub deterministic: bool,
-    /// Where it was rasterised.
-    pub device: String,
+/// Where the pictures of a run go.
+pub struct Outputs {
+    files: Vec<(PathBuf, Format)>,
+}
+
+impl Outputs {
+    /// Takes the files from the command line, or names one after the scene, and makes sure that each can be written.
+    ///
+    /// # Errors
+    ///
+    /// When an ending is neither `.exr` nor `.png` or a folder cannot be written to.
+    pub fn plan(args: &RenderArgs) -> Result<Self> {
+        let mut paths = args.outputs.clone();
+        if paths.is_empty() {
+            let stem = args.scene.file_stem().unwrap_or("picture".as_ref());
+            paths.push(PathBuf::from(stem).with_extension("png"));
+        }
+        let check = |path: PathBuf| Ok((path.clone(), check_target(&path).into_diagnostic()?));
+        let files = paths.into_iter().map(check).collect::<Result<_>>()?;
+        if let Some(json) = args.json.as_ref().filter(|p| p.as_os_str() != "-") {
+            let folder = json.parent().filter(|p| !p.as_os_str().is_empty());
+            if folder.is_some_and(|f| !f.is_dir()) || json.is_dir() {
+                return Err(miette::miette!(
+                    "cannot write {}: its folder does not exist, or it is one; choose another --json",
+                    json.display()
+                ));
+            }
+        }
+        Ok(Self { files })
+    }
+
+    /// The files.
+    pub fn files(&self) -> impl Iterator<Item = &PathBuf> {
+        self.files.iter().map(|(path, _)| path)
+    }
+
+    /// Takes the picture from the client and writes every file.
+    ///
+    /// # Errors
+    ///
+    /// The first file that cannot be written; the others are written all the same.
+    pub fn write(
+        &self,
+        client: &mut Client,
+        facts: &RunFacts,
+        settings: &Settings,
+        seconds: &mut Seconds,
+    ) -> Result<()> {
+        let mut first_error = Ok(());
+        let wants = |format| self.files.iter().any(|(_, f)| *f == format);
+        let start = Instant::now();
+        let shown = wants(Format::Png).then(|| client.display(settings)).transpose().into_diagnostic()?;
+        seconds.display = start.elapsed().as_secs_f64();
+        let start = Instant::now();
+        let data = wants(Format::Exr).then(|| client.develop()).transpose().into_diagnostic()?;
+        for (path, format) in &self.files {
+            let written = match (format, &shown, &data) {
+                (Format::Png, Some(shown), _) => {
+                    let picture = Picture {
+                        width: shown.width,
+                        height: shown.height,
+                        rgb: &shown.rgb,
+                        transfer: Transfer::Gamma(settings.gamma),
+                    };
+                    let mut attributes = facts.attributes(client.counts().camera_paths);
+                    attributes.push(("display".to_string(), Attribute::Text(display_options(settings))));
+                    png::write(path, picture, &attributes)
+                }
+                (Format::Exr, _, Some(data)) => exr::write(path, &layers(facts, data)),
+                _ => continue,
+            };
+            first_error = first_error.and(written);
+        }
+        seconds.write = start.elapsed().as_secs_f64();
+        first_error.into_diagnostic().wrap_err("a picture was rendered but could not be saved")
+    }
+}
+
+fn layers(facts: &RunFacts, data: &FilmData) -> exr::Layers {
+    let attributes = facts.attributes(data.counts.camera_paths);
+    develop::layers(data, &Profile::srgb(), facts.spec.filter.energy(), &attributes)
 }

@@ -8,7 +8,8 @@ use miette::{IntoDiagnostic, Result};
 use super::args::RenderArgs;
 use super::device::Device;
 use super::drive::{Drive, Driven, drive};
-use super::outputs::{Outputs, RunFacts};
+use super::facts::RunFacts;
+use super::outputs::Outputs;
 use super::progress::{Goal, Progress};
 use super::report::{Rejected, RejectedExample, Report, Seconds};
 use super::{interrupt, usage};
@@ -18,6 +19,7 @@ use crate::scene::{self, Loaded};
 use crate::server::{RenderJob, Server, Stats};
 use crate::stream::Lanes;
 use crate::stream::control::Epoch;
+use crate::stream::rejected::Cause;
 use crate::tracer::integrator::PathTracer;
 use crate::tracer::{PrepareOptions, Scene};
 
@@ -55,7 +57,7 @@ pub fn render(args: &RenderArgs) -> Result<()> {
     report.seconds = seconds;
     report.warnings = loaded.warnings.iter().map(ToString::to_string).collect();
     report.threads = threads;
-    report.outputs = outputs.files().to_vec();
+    report.outputs = outputs.files().cloned().collect();
     report.peak_memory_bytes = usage::peak_memory_bytes();
     if let Some(path) = &args.json {
         report.write_json(path).map_err(|e| miette::miette!("cannot write {}: {e}", path.display()))?;
@@ -81,7 +83,8 @@ fn prepare(args: &RenderArgs, seconds: &mut Seconds) -> Result<(Loaded, Scene, D
         }
         seconds.load = start.elapsed().as_secs_f64();
         let start = Instant::now();
-        let scene = Scene::prepare(&loaded.desc, PrepareOptions::default()).into_diagnostic()?;
+        let scene =
+            Scene::prepare(&loaded.desc, PrepareOptions::from_film(&loaded.desc.film)).into_diagnostic()?;
         seconds.prepare = start.elapsed().as_secs_f64();
         let (device, opening) = device.join().map_err(|_| miette::miette!("opening the device panicked"))?;
         seconds.open_device = opening.as_secs_f64();
@@ -178,10 +181,8 @@ fn report(facts: &RunFacts, client: &Client, stats: &Stats, driven: Driven) -> R
     let [pw, ph] = facts.spec.padded_extent().map(f64::from);
     let total = stats.total();
     let rejections = total.rejections;
-    let example = |&(index, cause): &(u64, crate::stream::rejected::Cause)| RejectedExample {
-        index,
-        cause: cause.describe().to_string(),
-    };
+    let example =
+        |&(index, cause): &(u64, Cause)| RejectedExample { index, cause: cause.describe().to_string() };
     let per = |n: u64, time: Duration| n as f64 / time.as_secs_f64().max(1e-9);
     Report {
         version: env!("CARGO_PKG_VERSION"),
@@ -197,7 +198,7 @@ fn report(facts: &RunFacts, client: &Client, stats: &Stats, driven: Driven) -> R
         paths_per_trace_second: per(total.paths, tracing_time(stats)),
         rejected: Rejected {
             total: rejections.total(),
-            by_cause: rejections.by_cause().map(|(c, n)| (c.describe().to_string(), n)).collect(),
+            by_cause: Cause::ALL.iter().map(|&c| (c.describe().to_string(), rejections.count(c))).collect(),
             examples: rejections.examples().iter().map(example).collect(),
         },
         device: facts.device.clone(),
