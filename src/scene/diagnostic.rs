@@ -15,6 +15,9 @@ const CONTEXT: usize = 100;
 /// Characters underlined at most.
 const UNDERLINED: usize = 60;
 
+/// Characters of a message at most.
+const LONGEST: usize = 600;
+
 /// What a finding is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FindingKind {
@@ -102,7 +105,7 @@ impl Finding {
         Self {
             kind,
             severity: Severity::Error,
-            message: message.into(),
+            message: tidy(message.into()),
             label: "here".into(),
             help: None,
             excerpt: Excerpt::new(at),
@@ -111,7 +114,7 @@ impl Finding {
 
     /// Says what to do about it.
     pub(crate) fn help(mut self, help: impl Into<String>) -> Self {
-        self.help = Some(help.into());
+        self.help = Some(tidy(help.into()));
         self
     }
 
@@ -165,11 +168,23 @@ impl Excerpt {
     }
 }
 
+/// A text of a readable length, whatever a file calls its things.
+fn tidy(text: String) -> String {
+    if text.len() <= LONGEST && !text.contains(char::is_control) {
+        return text;
+    }
+    let mut short: String = text.chars().take(LONGEST).map(printable).collect();
+    if short.len() < text.len() {
+        short.push('…');
+    }
+    short
+}
+
 /// A character that cannot disturb a terminal.
 fn printable(c: char) -> char {
     if c == '\t' {
         ' '
-    } else if c.is_control() || c == '\u{feff}' {
+    } else if c.is_control() || matches!(c, '\u{feff}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}') {
         '\u{fffd}'
     } else {
         c
