@@ -1,74 +1,9 @@
 //! A thousand broken scene files and a thousand broken meshes: each is read, or refused with a place.
-//!
-//! The guard can fail: a counting allocator bounds what the reader holds at any time, and a watchdog
-//! ends the test when one file takes longer than any of them may.
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, PoisonError, mpsc};
-use std::time::Duration;
+#[path = "support/scene_guard.rs"]
+mod guard;
 
-use miette::{GraphicalReportHandler, GraphicalTheme};
-use pointillist::scene::{SceneError, load, load_str};
-
-/// What one small broken file may make the reader hold, in bytes. Inputs here are below 2 MB.
-const MEMORY: usize = 256 << 20;
-
-/// What one file may take. Hundreds of times what the slowest needs, so that a busy machine does not
-/// matter, but an endless loop does.
-const TIME: Duration = Duration::from_secs(60);
-
-/// Counts the bytes held, and the most ever held.
-struct Counting;
-
-static HELD: AtomicUsize = AtomicUsize::new(0);
-static PEAK: AtomicUsize = AtomicUsize::new(0);
-
-// SAFETY: every call is passed on to the system's allocator unchanged.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        let held = HELD.fetch_add(layout.size(), Ordering::Relaxed) + layout.size();
-        PEAK.fetch_max(held, Ordering::Relaxed);
-        // SAFETY: the caller keeps the contract of `alloc`.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        HELD.fetch_sub(layout.size(), Ordering::Relaxed);
-        // SAFETY: the caller keeps the contract of `dealloc`.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-/// One at a time, so that what is counted is the reader's alone.
-static ALONE: Mutex<()> = Mutex::new(());
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
-
-/// Runs `work` on a thread with a small stack and fails if it panics, takes too long or too much.
-fn guarded<T: Send + 'static>(what: &str, work: impl FnOnce() -> T + Send + 'static) -> T {
-    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
-    let (done, wait) = mpsc::channel();
-    PEAK.store(HELD.load(Ordering::Relaxed), Ordering::Relaxed);
-    let before = HELD.load(Ordering::Relaxed);
-    let thread = std::thread::Builder::new().stack_size(1 << 20);
-    let handle = thread
-        .spawn(move || {
-            let result = work();
-            let _ = done.send(()); // nobody listens any more if it took too long
-            result
-        })
-        .expect("a thread");
-    if wait.recv_timeout(TIME) == Err(mpsc::RecvTimeoutError::Timeout) {
-        panic!("{what}: still not done after {TIME:?}");
-    }
-    let result = handle.join().unwrap_or_else(|_| panic!("{what}: the reader panicked"));
-    let peak = PEAK.load(Ordering::Relaxed).saturating_sub(before);
-    assert!(peak < MEMORY, "{what}: held {peak} bytes");
-    result
-}
+use guard::{assert_has_place, folder, outcome, write};
 
 /// Numbers that are the same each time: xorshift64* (Vigna 2016).
 struct Random(u64);
@@ -219,34 +154,6 @@ fn number(bytes: &mut Vec<u8>, at: usize, new: &str) {
     }
 }
 
-fn render(d: &dyn miette::Diagnostic) -> String {
-    let mut out = String::new();
-    let handler = GraphicalReportHandler::new_themed(GraphicalTheme::unicode_nocolor());
-    handler.render_report(&mut out, d).expect("a string never fails");
-    out
-}
-
-/// The message shows `file:line:column` of one of the files, and is of a readable size.
-fn assert_has_place(what: &str, shown: &str, names: &[&str]) {
-    let numbered = |rest: &str| {
-        let mut parts = rest.split(|c: char| !c.is_ascii_digit());
-        parts.next().is_some_and(|line| line.parse::<u32>().is_ok_and(|l| l > 0))
-    };
-    let places = |name: &str| {
-        shown.match_indices(name).any(|(i, n)| shown[i + n.len()..].strip_prefix(':').is_some_and(numbered))
-    };
-    assert!(names.iter().any(|n| places(n)), "{what}: no place in\n{shown}");
-    assert!(shown.len() < 20_000, "{what}: {} bytes of message", shown.len());
-}
-
-/// An empty folder for this test's files.
-fn folder(name: &str) -> PathBuf {
-    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-    let _ = std::fs::remove_dir_all(&path); // not there the first time
-    std::fs::create_dir_all(&path).expect("a writable target folder");
-    path
-}
-
 const SCENE: &str = r#"<?xml version="1.0" encoding="utf-8"?>
 <!-- A scene with a little of everything. -->
 <scene version="3.0.0">
@@ -301,25 +208,6 @@ fn mesh() -> String {
     text
 }
 
-fn write(folder: &Path, name: &str, bytes: &[u8]) {
-    std::fs::write(folder.join(name), bytes).expect("a writable folder");
-}
-
-/// Loads `scene.xml` of a folder under guard; the rendered message if it is refused.
-fn outcome(folder: &Path, what: &str) -> Result<(), String> {
-    let path = folder.join("scene.xml");
-    guarded(what, move || match load(&path, &[]) {
-        Ok(loaded) => {
-            for w in &loaded.warnings {
-                let shown = render(w);
-                assert_has_place("a warning", &shown, &[".xml", ".obj"]);
-            }
-            Ok(())
-        }
-        Err(e) => Err(render(&e)),
-    })
-}
-
 #[test]
 fn a_thousand_broken_scenes() {
     let folder = folder("broken_scenes");
@@ -367,82 +255,4 @@ fn a_thousand_broken_meshes() {
         }
     }
     assert!(refused > 50 && read > 50, "{refused} refused, {read} read");
-}
-
-fn refused(what: &str, text: String) {
-    let shown = guarded(what, move || {
-        load_str("big.xml", &text, &[]).map(|_| ()).map_err(|e: SceneError| render(&e))
-    });
-    assert_has_place(what, &shown.expect_err(what), &["big.xml"]);
-}
-
-#[test]
-fn too_much_of_anything_is_refused_in_time() {
-    refused("deep", "<scene>".to_owned() + &"<shape type='a'>".repeat(100_000));
-    refused("deep and closed", "<a>".repeat(100_000) + &"</a>".repeat(100_000));
-    let attributes: String = (0..100_000).map(|i| format!("a{i}='>' ")).collect();
-    refused("attributes", format!("<scene {attributes}/>"));
-    let names: String = (0..20_000).map(|i| format!("<shape xmlns:a{i}='b'>")).collect();
-    refused("namespaces", format!("<scene>{names}"));
-    refused("a long line", format!("<scene version='3.0.0'>{}<oops/></scene>", " ".repeat(1 << 20)));
-    refused("a long name", format!("<scene version='3.0.0'><{}/></scene>", "é".repeat(1 << 19)));
-    refused("a long type", format!("<scene version='3.0.0'><shape type='{}'/></scene>", "x".repeat(1 << 20)));
-    let doubling: String =
-        (1..60).map(|i| format!("<default name='v{i}_' value='$v{}_$v{}_'/>", i - 1, i - 1)).collect();
-    refused(
-        "doubling",
-        format!("<scene version='3.0.0'><default name='v0_' value='xxxxxxxxxx'/>{doubling}</scene>"),
-    );
-    let laughs = "<!DOCTYPE a [<!ENTITY b 'ha'><!ENTITY c '&b;&b;'>]><scene/>";
-    refused("entities", laughs.into());
-    let chain: String =
-        (0..5000).map(|i| format!("<bsdf type='twosided' id='a{i}'><ref id='a{}'/></bsdf>", i + 1)).collect();
-    refused(
-        "a chain of references",
-        format!("<scene version='3.0.0'>{chain}<bsdf type='diffuse' id='a5000'/></scene>"),
-    );
-}
-
-#[test]
-fn includes_are_bounded() {
-    let folder = folder("includes");
-    let include = |name: &str| format!("<include filename=\"{name}\"/>");
-    let scene = |body: &str| format!("<scene version=\"3.0.0\">\n{body}</scene>");
-    let expect = |what: &str, words: &str| {
-        let shown = outcome(&folder, what).expect_err(what);
-        assert_has_place(what, &shown, &[".xml"]);
-        assert!(shown.contains(words), "{what}: {shown}");
-    };
-    write(&folder, "scene.xml", scene(&include("./scene.xml")).as_bytes());
-    expect("itself", "includes itself");
-    write(&folder, "scene.xml", scene(&include("a.xml")).as_bytes());
-    write(&folder, "a.xml", scene(&include("b.xml")).as_bytes());
-    write(&folder, "b.xml", scene(&include("../includes/a.xml")).as_bytes());
-    expect("a circle", "includes itself");
-    for i in 0..60 {
-        write(&folder, &format!("d{i}.xml"), scene(&include(&format!("d{}.xml", i + 1))).as_bytes());
-    }
-    write(&folder, "scene.xml", scene(&include("d0.xml")).as_bytes());
-    expect("deep", "32 within each other");
-    for i in 0..20 {
-        let twice = include(&format!("t{}.xml", i + 1)).repeat(2);
-        write(&folder, &format!("t{i}.xml"), scene(&twice).as_bytes());
-    }
-    write(&folder, "t20.xml", scene("").as_bytes());
-    write(&folder, "scene.xml", scene(&include("t0.xml")).as_bytes());
-    expect("two to the twentieth", "4096 includes");
-    for missing in ["nothing.xml", ".", "/dev/zero", ""] {
-        write(&folder, "scene.xml", scene(&include(missing)).as_bytes());
-        expect("not a file", "scene.xml:2");
-    }
-}
-
-#[test]
-fn the_guard_can_fail() {
-    let caught = std::panic::catch_unwind(|| {
-        guarded("too much", || drop(std::hint::black_box(vec![1_u8; MEMORY + 1])))
-    });
-    assert!(caught.is_err(), "the allocator must notice");
-    let caught = std::panic::catch_unwind(|| guarded("a panic", || panic!("on purpose")));
-    assert!(caught.is_err());
 }
