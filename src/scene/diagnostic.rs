@@ -1,19 +1,13 @@
 //! Errors and warnings with their place: file, line, column and the source line under a caret.
-//!
-//! A finding keeps only the line it is about, cut to a readable width, so that a message about a
-//! file of one line and 60 MB is still a message.
 
 use std::fmt;
 
-use miette::{
-    Diagnostic, LabeledSpan, MietteError, MietteSpanContents, Severity, SourceCode, SourceSpan, SpanContents,
-};
+use miette::{Diagnostic, LabeledSpan, Severity, SourceCode};
 
-/// Characters of the source line shown on each side of the caret.
-const CONTEXT: usize = 100;
+use super::excerpt::{Excerpt, LineAt, printable};
 
-/// Characters underlined at most.
-const UNDERLINED: usize = 60;
+/// Characters of a message at most.
+const LONGEST: usize = 600;
 
 /// What a finding is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,39 +34,6 @@ pub enum FindingKind {
     Mesh,
 }
 
-/// One line of a source, as much of it as is worth showing.
-#[derive(Clone, Debug)]
-struct Excerpt {
-    /// Name of the file.
-    name: String,
-    /// The shown part of the line.
-    text: String,
-    /// The underlined part, in bytes of `text`.
-    label: (usize, usize),
-    /// Line, from 1.
-    line: usize,
-    /// Column in characters, from 1.
-    column: usize,
-}
-
-impl SourceCode for Excerpt {
-    fn read_span<'a>(
-        &'a self,
-        _span: &SourceSpan,
-        _before: usize,
-        _after: usize,
-    ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
-        Ok(Box::new(MietteSpanContents::new_named(
-            self.name.clone(),
-            self.text.as_bytes(),
-            (0, self.text.len()).into(),
-            self.line - 1,
-            self.column - 1,
-            1,
-        )))
-    }
-}
-
 /// What errors and warnings have in common.
 #[derive(Clone, Debug)]
 pub(crate) struct Finding {
@@ -84,25 +45,13 @@ pub(crate) struct Finding {
     excerpt: Excerpt,
 }
 
-/// A line of a file, as a finding needs it.
-pub(crate) struct LineAt<'a> {
-    /// Name of the file.
-    pub(crate) file: &'a str,
-    /// The whole line without its end.
-    pub(crate) text: &'a str,
-    /// Line number, from 1.
-    pub(crate) line: usize,
-    /// The part meant, in bytes of `text`; cut to the line and to character boundaries.
-    pub(crate) range: (usize, usize),
-}
-
 impl Finding {
     /// An error about `at`.
     pub(crate) fn new(kind: FindingKind, at: LineAt<'_>, message: impl Into<String>) -> Self {
         Self {
             kind,
             severity: Severity::Error,
-            message: message.into(),
+            message: tidy(message.into()),
             label: "here".into(),
             help: None,
             excerpt: Excerpt::new(at),
@@ -111,7 +60,7 @@ impl Finding {
 
     /// Says what to do about it.
     pub(crate) fn help(mut self, help: impl Into<String>) -> Self {
-        self.help = Some(help.into());
+        self.help = Some(tidy(help.into()));
         self
     }
 
@@ -139,50 +88,16 @@ impl Finding {
     }
 }
 
-impl Excerpt {
-    fn new(at: LineAt<'_>) -> Self {
-        let text = at.text;
-        let start = floor_boundary(text, at.range.0);
-        let end = floor_boundary(text, at.range.1).max(start);
-        let before: Vec<char> = text[..start].chars().rev().take(CONTEXT).collect();
-        let column = 1 + text[..start].chars().count();
-        let mut shown: String = before.into_iter().rev().map(printable).collect();
-        let label_start = shown.len();
-        let meant: String = text[start..end].chars().take(UNDERLINED).map(printable).collect();
-        shown.push_str(&meant);
-        let label_len = meant.len();
-        shown.extend(text[end..].chars().take(CONTEXT).map(printable));
-        if label_len == 0 {
-            shown.push(' ');
-        }
-        Excerpt {
-            name: at.file.to_owned(),
-            text: shown,
-            label: (label_start, label_len.max(1)),
-            line: at.line,
-            column,
-        }
+/// A text of a readable length, whatever a file calls its things.
+fn tidy(text: String) -> String {
+    if text.len() <= LONGEST && !text.contains(char::is_control) {
+        return text;
     }
-}
-
-/// A character that cannot disturb a terminal.
-fn printable(c: char) -> char {
-    if c == '\t' {
-        ' '
-    } else if c.is_control() || c == '\u{feff}' {
-        '\u{fffd}'
-    } else {
-        c
+    let mut short: String = text.chars().take(LONGEST).map(printable).collect();
+    if short.len() < text.len() {
+        short.push('…');
     }
-}
-
-/// The last character boundary at or before `i`.
-fn floor_boundary(text: &str, i: usize) -> usize {
-    let mut i = i.min(text.len());
-    while !text.is_char_boundary(i) {
-        i -= 1;
-    }
-    i
+    short
 }
 
 /// Why a scene could not be read. Shown by `miette` with the source line and a caret.

@@ -14,6 +14,7 @@
 
 pub mod desc;
 mod diagnostic;
+mod excerpt;
 mod files;
 pub mod limits;
 pub mod mesh;

@@ -152,7 +152,7 @@ fn exp2(x: f32) -> f32 {
     let f = x - (rounded - ROUND);
     // Taylor series of 2^f for |f| ≤ 1/2.
     let p = 1.0
-        + f * (0.693_147_18
+        + f * (std::f32::consts::LN_2
             + f * (0.240_226_5
                 + f * (0.055_504_11 + f * (0.009_618_129 + f * (0.001_333_355_8 + f * 1.540_353e-4)))));
     f32::from_bits(p.to_bits().wrapping_add(rounded.to_bits() << 23))

@@ -1,6 +1,5 @@
 //! From text to [`Document`]: XML, `default` and `$name`, `include`, `path`, `alias`.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use roxmltree::{Node, ParsingOptions};
@@ -10,23 +9,17 @@ use super::prescan;
 use super::source::Span;
 use super::suggest;
 use super::tags::{self, TAGS, Tag, TagKind};
-use crate::scene::diagnostic::{Finding, FindingKind, LineAt, SceneError, SceneWarning};
+use super::variables::{Unresolved, Variables};
+use crate::scene::diagnostic::{Finding, FindingKind, SceneError, SceneWarning};
+use crate::scene::excerpt::LineAt;
 use crate::scene::files::{ReadError, read_bytes};
 use crate::scene::limits;
-
-/// A `$name`.
-struct Variable {
-    value: String,
-    /// Set on the command line, not by a `default`.
-    fixed: bool,
-    used: bool,
-}
 
 /// Reads texts into a [`Document`].
 pub(crate) struct Expander {
     document: Document,
     warnings: Vec<SceneWarning>,
-    variables: BTreeMap<String, Variable>,
+    variables: Variables,
     /// Files being read, outermost first, to see cycles.
     open: Vec<PathBuf>,
     includes: usize,
@@ -39,12 +32,10 @@ pub(crate) type Expanded = (Document, Vec<SceneWarning>);
 impl Expander {
     /// A reader with the `-D name=value` of the command line; the last of two with one name counts.
     pub(crate) fn new(overrides: &[(String, String)]) -> Self {
-        let fixed =
-            |(n, v): &(String, String)| (n.clone(), Variable { value: v.clone(), fixed: true, used: false });
         Self {
             document: Document::default(),
             warnings: Vec::new(),
-            variables: overrides.iter().map(fixed).collect(),
+            variables: Variables::new(overrides),
             open: Vec::new(),
             includes: 0,
             bytes: 0,
@@ -67,28 +58,8 @@ impl Expander {
     }
 
     fn finish(mut self) -> Result<Expanded, SceneError> {
-        for (name, v) in &self.variables {
-            if v.fixed && !v.used {
-                let text = format!("-D {name}={}", v.value);
-                let range = (3, 3 + name.len());
-                let at = LineAt { file: "command line", text: &text, line: 1, range };
-                let message = format!("the scene does not use `${name}`");
-                self.warnings
-                    .push(Finding::new(FindingKind::Reference, at, message).help(self.known()).warning());
-            }
-        }
+        self.warnings.extend(self.variables.unused());
         Ok((self.document, self.warnings))
-    }
-
-    /// The names that can be set.
-    fn known(&self) -> String {
-        let names: Vec<&str> =
-            self.variables.iter().filter(|(_, v)| v.used).map(|(n, _)| n.as_str()).collect();
-        if names.is_empty() {
-            "the scene uses no names at all".into()
-        } else {
-            format!("it uses: {}", names.join(", "))
-        }
     }
 
     /// Reads one text: the root of the scene, or what an `include` names.
@@ -275,46 +246,31 @@ impl Expander {
         Ok(attributes)
     }
 
-    /// Replaces each `$name`; the longest known name counts, as `$width` before `$w`.
+    /// The value of an attribute with its `$names` replaced.
     fn substitute(&mut self, value: &str, span: Span) -> Result<String, SceneError> {
-        let mut out = String::with_capacity(value.len());
-        let mut rest = value;
-        while let Some(at) = rest.find('$') {
-            out.push_str(&rest[..at]);
-            rest = &rest[at + 1..];
-            let word_end = rest.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(rest.len());
-            let word = &rest[..word_end];
-            let ends = word.char_indices().map(|(i, c)| i + c.len_utf8()).take(256);
-            let known = ends.filter(|&e| self.variables.contains_key(&word[..e])).max();
-            let Some(variable) = known.and_then(|e| self.variables.get_mut(&word[..e])) else {
-                let shown: String = word.chars().take(64).collect();
-                let found =
-                    self.document.finding(FindingKind::Reference, span, format!("`${shown}` has no value"));
-                let help = format!("add <default name=\"{shown}\" value=\"…\"/> before it, or -D {shown}=…");
-                return Err(found.help(help).error());
-            };
-            variable.used = true;
-            out.push_str(&variable.value);
-            rest = &rest[known.unwrap_or(0)..];
-            if out.len() > limits::SUBSTITUTED_BYTES {
+        if !value.contains('$') {
+            return Ok(value.to_owned());
+        }
+        match self.variables.substitute(value) {
+            Ok(value) => self.account(value.len(), span).map(|()| value),
+            Err(Unresolved::TooLong) => {
                 let message = format!("a value grows beyond {} bytes", limits::SUBSTITUTED_BYTES);
-                return Err(self.document.finding(FindingKind::Limit, span, message).error());
+                Err(self.document.finding(FindingKind::Limit, span, message).error())
+            }
+            Err(Unresolved::Unknown(name)) => {
+                let found =
+                    self.document.finding(FindingKind::Reference, span, format!("`${name}` has no value"));
+                let help = format!("add <default name=\"{name}\" value=\"…\"/> before it, or -D {name}=…");
+                Err(found.help(help).error())
             }
         }
-        if out.is_empty() {
-            return Ok(rest.to_owned());
-        }
-        out.push_str(rest);
-        self.account(out.len(), span)?;
-        Ok(out)
     }
 
     fn directive(&mut self, element: &Element, parent: ElementId, depth: usize) -> Result<(), SceneError> {
         let value = |name| element.value(name).unwrap_or_default();
         match element.tag.name {
             "default" => {
-                let variable = Variable { value: value("value").to_owned(), fixed: false, used: false };
-                self.variables.entry(value("name").to_owned()).or_insert(variable);
+                self.variables.set_default(value("name"), value("value"));
                 Ok(())
             }
             "path" => {

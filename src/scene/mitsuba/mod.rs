@@ -32,6 +32,7 @@ mod suggest;
 mod tags;
 mod transform;
 mod value;
+mod variables;
 
 use std::path::Path;
 

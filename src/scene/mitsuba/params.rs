@@ -126,7 +126,11 @@ impl<'d> Params<'d> {
 
     /// A number.
     pub(crate) fn float(&self, name: &'static str) -> Result<Option<f64>, SceneError> {
-        self.typed(name, &["float", "integer"], |e| plain(e, value::number))
+        let exact = |text: &str| value::integer(text).map(|n| n as f64);
+        self.typed(name, &["float", "integer"], |e| match e.tag.name {
+            "integer" => plain(e, exact),
+            _ => plain(e, value::number),
+        })
     }
 
     /// An integer.
@@ -210,7 +214,7 @@ fn kind_of(plugin: &Element) -> &str {
     plugin.value("type").unwrap_or_default()
 }
 
-fn plain<T>(element: &Element, parse: fn(&str) -> Result<T, String>) -> Result<T, (Span, String)> {
+fn plain<T>(element: &Element, parse: impl Fn(&str) -> Result<T, String>) -> Result<T, (Span, String)> {
     parse(element.value("value").unwrap_or_default()).map_err(|message| (element.span_of("value"), message))
 }
 

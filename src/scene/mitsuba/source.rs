@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use crate::scene::desc::Place;
-use crate::scene::diagnostic::{Finding, FindingKind, LineAt};
+use crate::scene::diagnostic::{Finding, FindingKind};
+use crate::scene::excerpt::LineAt;
 
 /// A piece of a file, in bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -19,20 +19,26 @@ pub(crate) fn hint(name: &str, candidates: &[&str]) -> String {
     }
 }
 
-/// Edits (insert, delete, replace; case is free) from `a` to `b`: Wagner and Fischer 1974.
+/// Edits (insert, delete, replace, swap neighbours; case is free) from `a` to `b`: Damerau 1964, each
+/// letter touched once.
 fn distance(a: &[char], b: &str) -> usize {
     let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, ca) in a.iter().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, cb) in b.iter().enumerate() {
-            let same = usize::from(!ca.eq_ignore_ascii_case(cb));
-            let here = (diagonal + same).min(row[j] + 1).min(row[j + 1] + 1);
-            diagonal = std::mem::replace(&mut row[j + 1], here);
+    let same = |i: usize, j: usize| a[i].eq_ignore_ascii_case(&b[j]);
+    let mut before: Vec<usize> = Vec::new();
+    let mut last: Vec<usize> = (0..=b.len()).collect();
+    for i in 0..a.len() {
+        let mut row = vec![i + 1];
+        for j in 0..b.len() {
+            let replaced = last[j] + usize::from(!same(i, j));
+            let mut best = replaced.min(row[j] + 1).min(last[j + 1] + 1);
+            if i > 0 && j > 0 && same(i, j - 1) && same(i - 1, j) {
+                best = best.min(before[j - 1] + 1);
+            }
+            row.push(best);
         }
+        before = std::mem::replace(&mut last, row);
     }
-    row[b.len()]
+    last[b.len()]
 }
 
 #[cfg(test)]
@@ -43,6 +49,7 @@ mod tests {
     fn finds_slips_only() {
         assert_eq!(nearest("reflectence", ["radiance", "reflectance"]), Some("reflectance"));
         assert_eq!(nearest("Fov", ["fov", "foo"]), Some("fov"));
+        assert_eq!(nearest("shpae", ["scene", "shape"]), Some("shape"));
         assert_eq!(nearest("zzz", ["fov", "near_clip"]), None);
         assert_eq!(nearest("", ["fov"]), None);
     }
