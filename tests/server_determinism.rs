@@ -114,3 +114,24 @@ fn a_path_longer_than_a_block_arrives_whole() {
         }
     }
 }
+
+/// A range leased out in pieces, one of them twice because its first holder was stopped, gives the same samples.
+#[test]
+fn leases_and_a_lease_issued_again_give_the_same_samples() {
+    let render = |range| render_all(2, RenderJob::new(synthetic(sampled), range)).0;
+    let whole = render(0..8192).multiset();
+    let (server, lanes) = Server::start(2).expect("threads");
+    server.render(RenderJob::new(synthetic(sampled), 4096..8192), Epoch(1)).expect("first epoch");
+    drop((lanes, server)); // the holder dies
+    let mut pieces = [render(4096..8192).multiset(), render(0..4096).multiset()].concat();
+    pieces.sort_unstable();
+    assert!(pieces == whole);
+}
+
+/// One sample at the sequence's screen position.
+fn sampled(index: u64, out: &mut dyn Out) {
+    let sampler = pointillist::tracer::Sampler::at(index, 3);
+    let vertex = sampler.vertex(2);
+    let uv = sampler.camera().screen.map(|u| u as f32);
+    out.camera(uv, Xyz::new(vertex.light[0], vertex.bsdf[0], vertex.roulette), 1.0);
+}
