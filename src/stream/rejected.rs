@@ -17,7 +17,7 @@ pub enum Cause {
 }
 
 impl Cause {
-    /// All causes, in the order of [`Rejections::counts`].
+    /// All causes, in the order of their discriminants.
     pub const ALL: [Cause; 5] = [
         Cause::PositionNotFinite,
         Cause::OutsideWindow,
