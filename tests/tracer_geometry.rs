@@ -183,9 +183,9 @@ fn a_near_second_surface_is_hit() {
         let point = lower.point([random.next() as f32 * 0.3 + 0.2, random.next() as f32 * 0.3 + 0.1]);
         let d = random.direction().as_vec3();
         let d = Vec3::new(d.x, d.y, d.z.abs() + 0.1).normalize();
-        let o = pointillist::math::float::safe_origin(point.p, point.error, point.ng, d);
-        assert_eq!(both.closest(&Ray::new(o, d)).map(|h| h.prim), Some(1));
-        assert_eq!(both.closest(&Ray::new(o, Vec3::new(d.x, d.y, -d.z))), None, "the lower one is behind");
+        let spawn = |d| Ray::new(pointillist::math::float::safe_origin(point.p, point.error, point.ng, d), d);
+        assert_eq!(both.closest(&spawn(d)).map(|h| h.prim), Some(1));
+        assert_eq!(both.closest(&spawn(-d)), None, "both are behind");
     }
 }
 
