@@ -1,11 +1,11 @@
 //! Building: bounds, obvhs, and a balanced tree where obvhs's would be too deep.
 
-use std::time::Duration;
-
 use glam::{Vec3, Vec3A};
 use obvhs::aabb::Aabb;
+use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::node::Bvh2Node;
-use obvhs::bvh2::{Bvh2, builder::build_bvh2};
+use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
+use obvhs::ploc::PlocBuilder;
 use obvhs::{Boundable, BvhBuildParams};
 
 use crate::tracer::shape::{Disk, Sphere};
@@ -15,6 +15,9 @@ use super::collapse::{Wide, collapse};
 
 /// The largest stack the walk has.
 const MAX_STACK: usize = 256;
+
+/// Share of the nodes that reinsertion looks at.
+const REINSERTION: f32 = 0.05;
 
 #[derive(Clone, Copy)]
 struct Bounded(Aabb);
@@ -51,16 +54,47 @@ fn stack_for(wide: &Wide) -> usize {
 }
 
 fn wide_tree(boxes: &[Bounded], triangles: &[[Vec3; 3]]) -> Wide {
-    if boxes.len() > 2 {
-        let mut params = BvhBuildParams::medium_build();
-        (params.max_prims_per_leaf, params.pre_split) = (1, false);
-        let wide = collapse(&build_bvh2(boxes, params, &mut Duration::default()), triangles);
+    if boxes.len() > 2
+        && let Some(binary) = optimized(boxes)
+    {
+        let wide = collapse(&binary, triangles);
         if stack_for(&wide) <= MAX_STACK {
             return wide;
         }
     }
     // Coincident primitives make a tree as deep as there are primitives; halving never does.
     collapse(&balanced(boxes), triangles)
+}
+
+/// obvhs's tree with one primitive per leaf: PLOC, then reinsertion. `None` when it is hopelessly deep. Not by
+/// `build_bvh2`, whose own check of the tree recurses as deep as the tree.
+fn optimized(boxes: &[Bounded]) -> Option<Bvh2> {
+    let BvhBuildParams { ploc_search_distance, sort_precision, search_depth_threshold, .. } =
+        BvhBuildParams::medium_build();
+    let mut bvh = PlocBuilder::with_capacity(boxes.len()).build(
+        ploc_search_distance,
+        boxes,
+        (0..boxes.len() as u32).collect(),
+        sort_precision,
+        search_depth_threshold,
+    );
+    if depth(&bvh) > MAX_STACK {
+        return None;
+    }
+    ReinsertionOptimizer::default().run(&mut bvh, REINSERTION, None);
+    Some(bvh)
+}
+
+fn depth(bvh: &Bvh2) -> usize {
+    let (mut deepest, mut todo) = (0, vec![(0usize, 1usize)]);
+    while let Some((n, level)) = todo.pop() {
+        deepest = deepest.max(level);
+        if !bvh.nodes[n].is_leaf() {
+            let first = bvh.nodes[n].first_index as usize;
+            todo.extend([(first, level + 1), (first + 1, level + 1)]);
+        }
+    }
+    deepest
 }
 
 /// A binary tree that halves the primitives by the middle of their longest spread, depth ⌈log₂ n⌉.

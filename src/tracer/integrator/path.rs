@@ -2,7 +2,10 @@
 
 use std::sync::Arc;
 
+use glam::{Vec3, Vec4};
+
 use crate::color::Xyz;
+use crate::math::frame::Frame;
 use crate::math::pdf::PdfW;
 use crate::scene::desc::IntegratorDesc;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
@@ -118,20 +121,18 @@ impl PathTracer {
         depth: u32,
     ) -> Option<Ray> {
         let (material, frame) = self.scene.material(hit);
-        let bsdf = material.bsdf(&walk.lambda);
-        let wo = frame.to_local(hit.wo);
-        let lit = LitPoint { p: hit.point.p, n: if wo.z < 0.0 { -frame.n } else { frame.n } };
-        if !bsdf.is_delta() {
-            self.direct(walk, (hit, lit), (&bsdf, wo), u);
+        let vertex = Vertex { hit, frame, bsdf: material.bsdf(&walk.lambda), wo: frame.to_local(hit.wo) };
+        if !vertex.bsdf.is_delta() {
+            self.direct(walk, &vertex, u);
         }
-        let s = bsdf.sample(wo, u.bsdf, u.lobe)?;
+        let s = vertex.bsdf.sample(vertex.wo, u.bsdf, u.lobe)?;
         let wi = frame.to_world(s.wi);
         if !hit.sides_agree(wi, s.transmitted) {
             return None;
         }
         walk.throughput *= s.weight;
         walk.eta2 *= s.eta2;
-        walk.last = (!s.delta).then_some((lit, s.pdf));
+        walk.last = (!s.delta).then(|| (vertex.lit_point(), s.pdf));
         if s.hero_only {
             walk.drop_companions();
         }
@@ -141,24 +142,18 @@ impl PathTracer {
 
     /// Light that arrives straight from a sampled light.
     #[inline]
-    fn direct(
-        &self,
-        walk: &mut Walk,
-        (hit, lit): (&SurfaceInteraction, LitPoint),
-        (bsdf, wo): (&Bsdf, glam::Vec3),
-        u: &VertexNumbers,
-    ) {
-        let Some((light, sample)) = self.scene.lights.sample(lit, u.light_choice, u.light) else { return };
-        let frame = self.scene.material(hit).1;
-        let Some((f, pdf)) = bsdf.eval(wo, frame.to_local(sample.wi)) else { return };
-        if !hit.sides_agree(sample.wi, false) {
+    fn direct(&self, walk: &mut Walk, vertex: &Vertex, u: &VertexNumbers) {
+        let sampled = self.scene.lights.sample(vertex.lit_point(), u.light_choice, u.light);
+        let Some((light, sample)) = sampled else { return };
+        let Some((f, pdf)) = vertex.bsdf.eval(vertex.wo, vertex.frame.to_local(sample.wi)) else { return };
+        if !vertex.hit.sides_agree(sample.wi, false) {
             return;
         }
         let weight = if sample.delta { 1.0 } else { mis::power(sample.pdf, pdf) };
         let emission = walk.emission(self, light);
         let value = walk.throughput * f * emission * (sample.scale * weight / sample.pdf.0);
         // The shadow ray is the costly part: ask only if the path carries light.
-        if !value.is_black() && self.scene.visible(hit, light, &sample) {
+        if !value.is_black() && self.scene.visible(vertex.hit, light, &sample) {
             walk.radiance += value;
         }
     }
@@ -172,6 +167,23 @@ impl PathTracer {
             }
             ray = Ray { t_max: f32::INFINITY, ..hit.spawn(ray.direction) };
         }
+    }
+}
+
+/// A hit with its material at the wavelengths of the path.
+struct Vertex<'a> {
+    hit: &'a SurfaceInteraction,
+    /// The frame `wo` and the material are in.
+    frame: Frame,
+    bsdf: Bsdf,
+    wo: Vec3,
+}
+
+impl Vertex<'_> {
+    #[inline]
+    fn lit_point(&self) -> LitPoint {
+        let n = if self.wo.z < 0.0 { -self.frame.n } else { self.frame.n };
+        LitPoint { p: self.hit.point.p, n }
     }
 }
 
@@ -203,7 +215,7 @@ impl Walk {
         self.banked += self.lambda.to_xyz(self.radiance);
         self.radiance = SampledSpectrum::ZERO;
         self.lambda.terminate_companions();
-        self.throughput = SampledSpectrum(self.throughput.0 * glam::Vec4::X);
+        self.throughput = SampledSpectrum(self.throughput.0 * Vec4::X);
     }
 
     /// Ends paths that carry little, in proportion, once `armed`. False when this one ends.

@@ -7,13 +7,13 @@
 //! [`LightSample::delta`] set. `None` means that sampling failed: no light from there.
 
 mod area;
-mod choice;
 mod constant;
 mod point;
 mod sphere;
 
 use glam::Vec3;
 
+use crate::math::distribution::Distribution;
 use crate::math::pdf::PdfW;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
 
@@ -21,7 +21,6 @@ use super::accel::PrimRange;
 use super::shape::SurfacePoint;
 
 pub use area::{DiskLight, ParallelogramLight, TriangleLight};
-pub use choice::Choice;
 pub use constant::ConstantLight;
 pub use point::PointLight;
 pub use sphere::SphereLight;
@@ -121,7 +120,8 @@ impl Light {
 pub struct Lights {
     lights: Vec<Light>,
     spectra: Vec<Spectrum>,
-    choice: Choice,
+    /// By power; `None` when there is nothing to choose.
+    choice: Option<Distribution>,
     /// The environment, if there is one.
     environment: Option<u32>,
 }
@@ -131,13 +131,13 @@ impl Lights {
     pub fn new(lights: Vec<Light>, spectra: Vec<Spectrum>, scene_radius: f32) -> Self {
         // Colours that the eye hardly sees must still be sampled.
         let brightness = |s: &Spectrum| s.luminance().max(1e-3 * s.max());
-        let weights: Vec<f64> = lights
-            .iter()
-            .map(|l| f64::from(l.extent(scene_radius)) * f64::from(brightness(&spectra[l.spectrum as usize])))
-            .collect();
+        let power = |l: &Light| l.extent(scene_radius) * brightness(&spectra[l.spectrum as usize]);
+        let weights: Vec<f32> = lights.iter().map(power).collect();
+        // Powers that cannot be compared (overflow, underflow) leave every light the same chance.
+        let choice = Distribution::new(&weights).or_else(|| Distribution::new(&vec![1.0; lights.len()]));
         let environment =
             lights.iter().position(|l| matches!(l.shape, LightShape::Constant(_))).map(|i| i as u32);
-        Self { choice: Choice::new(&weights), lights, spectra, environment }
+        Self { choice, lights, spectra, environment }
     }
 
     /// The environment's index, if there is one.
@@ -159,17 +159,17 @@ impl Lights {
     /// Chooses a light by `choice` and a direction towards it by `u`; returns the light's index with it.
     #[inline]
     pub fn sample(&self, at: LitPoint, choice: f32, u: [f32; 2]) -> Option<(u32, LightSample)> {
-        let (index, probability) = self.choice.sample(choice)?;
-        let mut sample = self.lights[index].sample(at, u)?;
-        sample.pdf.0 *= probability;
-        Some((index as u32, sample))
+        let chosen = self.choice.as_ref()?.sample(choice);
+        let mut sample = self.lights[chosen.index].sample(at, u)?;
+        sample.pdf.0 *= chosen.probability;
+        Some((chosen.index as u32, sample))
     }
 
     /// The density of `wi` towards `light`, where it was met at `hit` (nowhere, for the environment).
     #[inline]
     pub fn pdf(&self, light: u32, at: LitPoint, to: (Vec3, Option<&SurfacePoint>)) -> PdfW {
         let pdf = self.lights[light as usize].pdf(at, to.0, to.1);
-        PdfW(pdf.0 * self.choice.probability(light as usize))
+        PdfW(pdf.0 * self.choice.as_ref().map_or(0.0, |c| c.probability(light as usize)))
     }
 
     /// The light's spectrum at the wavelengths of a path: radiance, or intensity for a point.
