@@ -98,7 +98,7 @@ def main_layer(mi, path):
     """R, G, B of the main layer of an EXR file, as (y, x, channel)."""
     bitmap = mi.Bitmap(path)
     names = [field.name for field in bitmap.struct_()]
-    pixels = np.array(bitmap.convert(component_format=mi.Struct.Type.Float32), copy=False)
+    pixels = np.array(bitmap)
     try:
         return pixels[..., [names.index(c) for c in "RGB"]].astype(np.float64)
     except ValueError:

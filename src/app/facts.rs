@@ -38,7 +38,7 @@ impl RunFacts {
     pub fn attributes(&self, camera_paths: u64) -> Vec<(String, Attribute)> {
         let text = |name: &str, value: String| (name.to_string(), Attribute::Text(value));
         vec![
-            text("software", format!("pointillist {}", env!("CARGO_PKG_VERSION"))),
+            text("renderer", format!("pointillist {}", env!("CARGO_PKG_VERSION"))),
             text("scene", self.scene.display().to_string()),
             text("device", self.device.clone()),
             text(
