@@ -220,7 +220,8 @@ fn misuse_is_answered_with_a_sentence() {
     fn sent<T: Send>(_: &T) {}
     assert!(matches!(Server::start(0).map(|_| ()), Err(ServerError::NoThreads)));
     let (server, mut lanes) = Server::start(1).expect("threads");
-    (shared(&server), sent(&lanes));
+    shared(&server);
+    sent(&lanes);
     server.render(RenderJob::new(synthetic(flat(1.0)), 0..10), Epoch(5)).expect("first epoch");
     let again = server.render(RenderJob::new(synthetic(flat(1.0)), 0..10), Epoch(5));
     assert!(matches!(&again, Err(ServerError::StaleEpoch { .. })), "{again:?}");
