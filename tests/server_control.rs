@@ -158,6 +158,9 @@ fn a_client_that_never_drains_delays_neither_abort_nor_term_nor_the_next_render(
     until_full(&lanes);
     drop(lanes);
     assert_eq!(finish_of(&server, Epoch(1)), Finish::Aborted);
+    // Without a client there is nothing to trace for.
+    server.render(endless(), Epoch(2)).expect("newer");
+    assert_eq!(finish_of(&server, Epoch(2)), Finish::Aborted);
 }
 
 #[test]
@@ -212,8 +215,13 @@ fn a_thousand_restarts_leave_nothing_behind() {
 
 #[test]
 fn misuse_is_answered_with_a_sentence() {
+    // A Ctrl-C handler shares the server; the client's thread may own the lanes.
+    fn shared<T: Send + Sync>(_: &T) {}
+    fn sent<T: Send>(_: &T) {}
     assert!(matches!(Server::start(0).map(|_| ()), Err(ServerError::NoThreads)));
     let (server, mut lanes) = Server::start(1).expect("threads");
+    shared(&server);
+    sent(&lanes);
     server.render(RenderJob::new(synthetic(flat(1.0)), 0..10), Epoch(5)).expect("first epoch");
     let again = server.render(RenderJob::new(synthetic(flat(1.0)), 0..10), Epoch(5));
     assert!(matches!(&again, Err(ServerError::StaleEpoch { .. })), "{again:?}");

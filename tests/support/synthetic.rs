@@ -3,7 +3,7 @@
 #![allow(dead_code, reason = "each test file uses its own part")]
 
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use pointillist::color::Xyz;
 use pointillist::server::{RenderJob, Server};
@@ -119,12 +119,13 @@ fn bits(s: &Sample) -> [u32; 6] {
 const BUDGET: usize = 64 * 1024;
 const STEP: Duration = Duration::from_millis(50);
 /// Far beyond anything that happens unless something hangs.
-const STEPS: usize = 1200;
+const HANG: Duration = Duration::from_secs(120);
 
 /// Drains until the render of `epoch` has finished.
 pub fn gather(server: &Server, lanes: &mut Lanes, epoch: Epoch) -> (Gathered, Finish) {
     let mut gathered = Gathered::default();
-    for _ in 0..STEPS {
+    let start = Instant::now();
+    while start.elapsed() < HANG {
         let event = server.event();
         while lanes.drain(epoch, BUDGET, |block| gathered.take(block)).blocks > 0 {}
         match event {
@@ -139,7 +140,8 @@ pub fn gather(server: &Server, lanes: &mut Lanes, epoch: Epoch) -> (Gathered, Fi
 /// The same in order of index.
 pub fn gather_ordered(server: &Server, lanes: &mut Lanes, cursor: &mut Cursor) -> (Gathered, Finish) {
     let mut gathered = Gathered::default();
-    for _ in 0..STEPS {
+    let start = Instant::now();
+    while start.elapsed() < HANG {
         let event = server.event();
         while lanes.drain_ordered(cursor, BUDGET, |block| gathered.take(block)).blocks > 0 {}
         match event {
@@ -152,7 +154,8 @@ pub fn gather_ordered(server: &Server, lanes: &mut Lanes, cursor: &mut Cursor) -
 
 /// Waits for the finish event without draining.
 pub fn finish_of(server: &Server, epoch: Epoch) -> Finish {
-    for _ in 0..STEPS {
+    let start = Instant::now();
+    while start.elapsed() < HANG {
         if let Some(Event::Finished { epoch: ended, why }) = server.wait_event(STEP)
             && ended == epoch
         {
