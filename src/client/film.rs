@@ -7,7 +7,7 @@ use crate::client::filter::MAX_EXTENT;
 use crate::client::layout::{FoldPush, ReconstructPush};
 use crate::client::lod::{StreamLod, power_of_two_below};
 use crate::client::pass::fold::FoldPass;
-use crate::client::pass::images::{BatchImages, MipState, PictureImages, StreamImages};
+use crate::client::pass::images::{BatchImages, PictureImages, StreamImages};
 use crate::client::pass::mips::MipsPass;
 use crate::client::pass::reconstruct::{ReconstructPass, StreamInput, levels_needed};
 use crate::client::pass::splat::{SplatPass, Sprites, splat_push};
@@ -143,7 +143,7 @@ impl VulkanFilm {
             if range.is_empty() {
                 continue;
             }
-            stream.mips = MipState { color: 1, variance: 1 };
+            stream.changed();
             let sprites = Sprites { vertices, range };
             splat.record(cmd, &sprites, &push, &mut targets.color);
             fold.record(cmd, &mut stream.color, targets, &FoldPush { inverse_scale });
@@ -275,6 +275,9 @@ impl VulkanFilm {
             if let (Some(stream), Some(lod)) = (stream, lod) {
                 let levels = levels_needed(settings.reconstruction, masking, lod);
                 self.passes.mips.record(&self.gpu, cmd, stream, levels, masking)?;
+                if masking {
+                    stream.fill_atlas(&self.gpu, cmd)?;
+                }
             }
         }
         let Some((picture, _)) = &mut self.picture else {

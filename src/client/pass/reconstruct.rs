@@ -87,11 +87,8 @@ impl ReconstructPass {
         let Some(any) = streams.iter().flatten().next() else {
             return Ok(());
         };
-        let of = |i: usize| streams[i].as_ref().unwrap_or(any).images;
-        let texture = |image| Texture { image, level: None, sampler: Sampler::Trilinear };
-        let variance = |i: usize| if masking { &of(i).variance } else { &of(i).color };
-        let read =
-            [of(0).color.sums(), variance(0).sums(), of(1).color.sums(), variance(1).sums()].map(texture);
+        let read = [0, 1].map(|i| textures(streams[i].as_ref().unwrap_or(any), masking));
+        let read: Vec<_> = read.into_iter().flatten().collect();
 
         let cmd = &mut cmd.scope("reconstruct");
         cmd.access(target, Access::ColorWrite);
@@ -101,6 +98,22 @@ impl ReconstructPass {
         });
         Ok(())
     }
+}
+
+/// What the shader binds for one stream: all levels of colour and variance, and the two levels around its level of detail
+/// (twice the atlas where noise is masked).
+fn textures<'a>(stream: &StreamInput<'a>, masking: bool) -> [Texture<'a>; 4] {
+    let color = stream.images.color.sums();
+    let all = |image| Texture { image, level: None, sampler: Sampler::Trilinear };
+    let one = |image, level| Texture { image, level: Some(level), sampler: Sampler::Nearest };
+    if let Some(atlas) = stream.images.atlas().filter(|_| masking) {
+        let variance = stream.images.variance.sums();
+        return [all(color), all(variance), one(atlas, 0), one(atlas, 0)];
+    }
+    let near = stream.lod.base.max(0.0) as u32;
+    let far = (near + 1).min(color.levels() - 1);
+    // The variance is not read: its binding repeats the colour.
+    [all(color), all(color), one(color, near), one(color, far)]
 }
 
 /// Mip levels, level 0 included, that will be read of a stream.
@@ -144,5 +157,5 @@ fn kind_constant(kind: Reconstruction) -> u32 {
 
 fn make(gpu: &Arc<Gpu>, key: Key) -> Result<Pipeline, GpuError> {
     let frag = ("reconstruct.frag", &key.constants()[..]);
-    fullscreen(gpu, frag, size_of::<ReconstructPush>(), 4, &[Format::Rgba32F])
+    fullscreen(gpu, frag, size_of::<ReconstructPush>(), 8, &[Format::Rgba32F])
 }
