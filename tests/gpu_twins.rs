@@ -137,7 +137,10 @@ fn pictures_equal_the_twin() {
                     let got = film.reconstruct(&settings).expect("reconstruct");
                     let wanted = twin_picture(&data, spec, &settings);
                     let worst = difference(&got, &wanted);
-                    assert!(worst < 2e-5, "{filter:?} {kind:?} Vm {vm}, {added} samples: {worst}");
+                    // Negative lobes divide by as little as a twentieth of the weight.
+                    let bound = if kind == Reconstruction::CatmullRom { 4e-4 } else { 2e-5 };
+                    println!("{filter:?} {kind:?} Vm {vm}, {added} samples: {worst}");
+                    assert!(worst < bound, "{filter:?} {kind:?} Vm {vm}, {added} samples: {worst}");
                 }
             }
         }
