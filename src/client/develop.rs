@@ -4,18 +4,15 @@ use glam::Vec3;
 
 use crate::client::settings::{FilmData, FilmSpec};
 use crate::color::Profile;
+use crate::image::Attribute;
+use crate::image::compare::Measured;
+use crate::image::exr::Layers;
 
 /// CIE XYZ `[height][width]`: camera sums over their weight plus light sums times texels per light path.
 ///
 /// A pixel that no camera sample reached has the light stream only; without either it is 0.
 pub fn linear_xyz(data: &FilmData) -> Vec<[f32; 3]> {
-    let spec = FilmSpec {
-        width: data.width,
-        height: data.height,
-        filter: Default::default(),
-        variance: Default::default(),
-    };
-    let light_scale = data.counts.light_scale(&spec);
+    let light_scale = data.counts.light_scale(&spec_of(data));
     let mut picture = vec![[0.0f32; 3]; data.width as usize * data.height as usize];
     for (out, sum) in picture.iter_mut().zip(&data.camera) {
         if sum[3] > 0.0 {
@@ -37,15 +34,70 @@ pub fn linear_rgb(data: &FilmData, profile: &Profile) -> Vec<[f32; 3]> {
 
 /// Variance of the mean luminance in every pixel, `[height][width]`, in units of luminance².
 ///
-/// From the deviations within the texel: right for independent samples, too large for a QMC sequence.
-/// `energy` is the splat filter's ([`SplatFilter::energy`](crate::client::SplatFilter::energy)). Infinite
-/// where fewer than two effective samples fell.
+/// Camera stream: `V/(n − 1)/W` with `n = W/energy` effective samples; infinite for `n ≤ 1`. Light stream:
+/// `energy · Σ f Y²`, the variance of a sum with a random number of terms, times the light scale squared.
+/// Right for independent samples, too large for those of a low-discrepancy sequence. `energy` is the splat
+/// filter's ([`SplatFilter::energy`](crate::client::SplatFilter::energy)).
 pub fn mean_variance(data: &FilmData, energy: f32) -> Vec<f32> {
-    let scale2 = f64::from(data.luminance_scale) * f64::from(data.luminance_scale);
-    let of_mean = |sum: f32, weight: f32| {
-        let n = f64::from(weight / energy);
-        // V/W is biased by (n − 1)/n; the mean has 1/n of the samples' variance.
-        if n > 1.0 { f64::from(sum) / f64::from(weight) * scale2 / (n - 1.0) } else { f64::INFINITY }
+    let energy = f64::from(energy);
+    let scale2 = f64::from(data.luminance_scale).powi(2);
+    let light_scale2 = f64::from(data.counts.light_scale(&spec_of(data))).powi(2);
+    let mut variances = vec![0.0f64; data.width as usize * data.height as usize];
+    for ((out, sum), &v) in variances.iter_mut().zip(&data.camera).zip(&data.camera_variance) {
+        let (v, w) = (f64::from(v), f64::from(sum[3]));
+        let n = w / energy;
+        *out = if n > 1.0 { v * scale2 / (w * (n - 1.0)) } else { f64::INFINITY };
+    }
+    for ((out, sum), &v) in variances.iter_mut().zip(&data.light).zip(&data.light_variance) {
+        let (y, w) = (f64::from(sum[1]), f64::from(sum[3]));
+        let squares = f64::from(v) * scale2 + if w > 0.0 { y * y / w } else { 0.0 };
+        *out += energy * squares * light_scale2;
+    }
+    variances.into_iter().map(|v| v as f32).collect()
+}
+
+/// A spec of the same size; the filter does not matter where it is used.
+fn spec_of(data: &FilmData) -> FilmSpec {
+    FilmSpec {
+        width: data.width,
+        height: data.height,
+        filter: Default::default(),
+        variance: Default::default(),
+    }
+}
+
+/// The picture with everything needed to go on from it, for [`exr::write`](crate::image::exr::write):
+/// R, G, B; `camera.XYZW` and `light.XYZW` sums; `variance.camera` and `variance.light` sums; `variance.Y`,
+/// the variance of the mean. Counts and the luminance scale are added to the attributes.
+pub fn layers(data: &FilmData, profile: &Profile, energy: f32, attributes: &[(String, Attribute)]) -> Layers {
+    let mut layers = Layers {
+        width: data.width as usize,
+        height: data.height as usize,
+        channels: Vec::new(),
+        attributes: attributes.to_vec(),
     };
-    data.camera.iter().zip(&data.camera_variance).map(|(c, &v)| of_mean(v, c[3]) as f32).collect()
+    let rgb = linear_rgb(data, profile);
+    for (i, name) in ["R", "G", "B"].into_iter().enumerate() {
+        layers.push(name, rgb.iter().map(|c| c[i]));
+    }
+    let streams =
+        [("camera", &data.camera, &data.camera_variance), ("light", &data.light, &data.light_variance)];
+    for (stream, color, variance) in streams.into_iter().filter(|(_, color, _)| !color.is_empty()) {
+        for (i, axis) in ["X", "Y", "Z", "W"].into_iter().enumerate() {
+            layers.push(&format!("{stream}.{axis}"), color.iter().map(|c| c[i]));
+        }
+        layers.push(&format!("variance.{stream}"), variance.iter().copied());
+    }
+    layers.push(Measured::VARIANCE_CHANNEL, mean_variance(data, energy));
+    let counts = data.counts;
+    for (name, value) in [
+        ("luminanceScale", f64::from(data.luminance_scale)),
+        ("cameraSamples", counts.camera_samples as f64),
+        ("lightSamples", counts.light_samples as f64),
+        ("cameraPaths", counts.camera_paths as f64),
+        ("lightPaths", counts.light_paths as f64),
+    ] {
+        layers.attributes.push((name.to_owned(), Attribute::Number(value)));
+    }
+    layers
 }

@@ -74,7 +74,7 @@ impl StreamLod {
     /// film's luminance scale, `energy` the splat filter's. Without samples there the answer is 1.
     #[inline]
     pub fn relative_variance(&self, place: &Place, scale: f32, energy: f32) -> f32 {
-        if !(place.weight > 0.0) {
+        if place.weight.is_nan() || place.weight <= 0.0 {
             return 1.0;
         }
         let mean = place.luminance / place.weight / scale;

@@ -1,7 +1,23 @@
 //! Pictures as plain data: pixel grids, EXR and PNG files, comparison of pictures.
 //!
-//! A leaf: knows colour and mathematics, and nothing of tracers, films or devices.
+//! A leaf: knows colour and mathematics, and nothing of tracers, films or devices. Files are written to
+//! a temporary name in the same folder and renamed, so that a name never holds half a picture.
 
+pub mod compare;
+pub mod error;
+pub mod exr;
 pub mod grid;
+pub mod png;
+pub mod write;
 
+pub use error::ImageError;
 pub use grid::Grid;
+
+/// What a file tells about how it was made.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Attribute {
+    /// Text in UTF-8.
+    Text(String),
+    /// A number.
+    Number(f64),
+}

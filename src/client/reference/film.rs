@@ -3,7 +3,7 @@
 use glam::Vec4;
 
 use crate::client::error::ClientError;
-use crate::client::filter::MAX_EXTENT;
+use crate::client::filter::{MAX_EXTENT, accepts};
 use crate::client::lod::{StreamLod, power_of_two_below};
 use crate::client::reference::accumulator::Accumulator;
 use crate::client::reference::mips::{Pyramid, pyramid};
@@ -70,12 +70,12 @@ impl ReferenceFilm {
 
     /// Copies samples to the batch; a full batch is rasterised at once.
     ///
-    /// Samples with a non-finite number or a weight of 0 are dropped (the stream never carries them).
+    /// Samples that [`accepts`] refuses are dropped; the stream should not carry them.
     ///
     /// # Errors
     /// [`ClientError::Memory`] when a stream's first sample finds no memory for its images.
     pub fn add(&mut self, samples: &[Sample]) -> Result<(), ClientError> {
-        for sample in samples.iter().filter(|s| is_valid(s)) {
+        for sample in samples.iter().filter(|s| accepts(s)) {
             if self.luminance_scale.is_none() && sample.xyz.y > 0.0 {
                 self.luminance.0 += f64::from(sample.xyz.y) / f64::from(sample.w.abs());
                 self.luminance.1 += 1;
@@ -225,9 +225,4 @@ impl Levels {
         let lod = StreamLod::new(texels, samples, self.color.len())?;
         Some(StreamView { color: &self.color, variance: self.variance.as_deref(), lod })
     }
-}
-
-/// True for samples that the stream may carry: all numbers finite and a weight that names a stream.
-fn is_valid(s: &Sample) -> bool {
-    s.uv[0].is_finite() && s.uv[1].is_finite() && s.xyz.is_finite() && s.w.is_finite() && s.w != 0.0
 }

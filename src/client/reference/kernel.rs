@@ -1,7 +1,9 @@
 //! The windowed Gaussian of the reconstruction on one mip level (paper §4.3).
 //!
 //! `exp(−σd²)·(1 − smoothstep(0, R, d)^E)` over the 5×5 texels within R = 2.5 per axis. The exponential
-//! is separable and comes from a polynomial, so that a row of weights is computed in lanes.
+//! is separable and comes from a polynomial, so that a row of weights is computed in lanes. From σ = 4 on
+//! (the coarser of two levels, and level 0 below LoD 0) neither the window nor texels beyond 2 matter:
+//! 4×4 texels with separable weights differ by 4e-6 of the peak, a texel's share of the mean by 4e-5.
 
 use std::ops::Range;
 
@@ -16,62 +18,114 @@ pub const TAPS: usize = 5;
 /// Taps rounded up to whole vector registers.
 const LANES: usize = 8;
 
-/// `Σ g T / Σ g` of one level at `p`, in texels of that level; texels outside do not count.
-pub fn gaussian(level: &Grid<Vec4>, p: [f32; 2], sigma: f32) -> Vec4 {
-    let (x0, y0) = (first_tap(p[0]), first_tap(p[1]));
-    let (dx2, dy2) = (squared_distances(x0, p[0]), squared_distances(y0, p[1]));
-    let (gx, gy) = (exponentials(&dx2, sigma), exponentials(&dy2, sigma));
-    let (columns, rows) = (inside(x0, level.width()), inside(y0, level.height()));
+/// From this `σ` on the narrow kernel is used.
+pub const NARROW_SIGMA: f32 = 4.0;
 
-    let (mut sum, mut total) = (Vec4::ZERO, 0.0);
+/// Taps along one axis of the narrow kernel.
+pub const NARROW_TAPS: usize = 4;
+
+/// `Σ g T / Σ g` of one level at `p`, in texels of that level; texels outside do not count.
+#[inline]
+pub fn gaussian(level: &Grid<Vec4>, p: [f32; 2], sigma: f32) -> Vec4 {
+    if sigma >= NARROW_SIGMA { narrow(level, p, sigma) } else { wide(level, p, sigma) }
+}
+
+/// The separable kernel over the 4×4 nearest texels, for σ ≥ 4.
+fn narrow(level: &Grid<Vec4>, p: [f32; 2], sigma: f32) -> Vec4 {
+    let (x0, y0) = (first_tap(p[0], 2.0), first_tap(p[1], 2.0));
+    let (columns, rows) = (inside(x0, level.width(), NARROW_TAPS), inside(y0, level.height(), NARROW_TAPS));
+    let mut gx = exponentials(&squared_distances::<NARROW_TAPS>(x0, p[0]), sigma);
+    let mut gy = exponentials(&squared_distances::<NARROW_TAPS>(y0, p[1]), sigma);
+    gx[..columns.start].fill(0.0);
+    gx[columns.end..].fill(0.0);
+    gy[..rows.start].fill(0.0);
+    gy[rows.end..].fill(0.0);
+
+    let mut sum = Vec4::ZERO;
+    for k in rows {
+        let row = level.row((y0 + k as i32) as usize);
+        let mut across = Vec4::ZERO;
+        if columns.len() == NARROW_TAPS {
+            let taps = &row[x0 as usize..][..NARROW_TAPS];
+            across += (taps[0] * gx[0] + taps[1] * gx[1]) + (taps[2] * gx[2] + taps[3] * gx[3]);
+        } else {
+            for i in columns.clone() {
+                across += row[(x0 + i as i32) as usize] * gx[i];
+            }
+        }
+        sum += across * gy[k];
+    }
+    let total = |g: [f32; NARROW_TAPS]| (g[0] + g[1]) + (g[2] + g[3]);
+    sum * (total(gx) * total(gy)).recip()
+}
+
+/// The windowed kernel over 5×5 texels.
+fn wide(level: &Grid<Vec4>, p: [f32; 2], sigma: f32) -> Vec4 {
+    let (x0, y0) = (first_tap(p[0], RECONSTRUCTION_RADIUS), first_tap(p[1], RECONSTRUCTION_RADIUS));
+    let (columns, rows) = (inside(x0, level.width(), TAPS), inside(y0, level.height(), TAPS));
+    let (dx2, dy2) = (squared_distances::<LANES>(x0, p[0]), squared_distances::<LANES>(y0, p[1]));
+    let (mut gx, gy) = (exponentials(&dx2, sigma), exponentials(&dy2, sigma));
+    gx[..columns.start].fill(0.0);
+    gx[columns.end..].fill(0.0);
+
+    // Sums of even and odd columns and of each lane: short chains of additions, the same on every machine.
+    let (mut even, mut odd, mut totals) = (Vec4::ZERO, Vec4::ZERO, [0.0; LANES]);
     for k in rows {
         let weights = row_weights(&dx2, dy2[k], &gx, gy[k]);
+        for (total, weight) in totals.iter_mut().zip(&weights) {
+            *total += weight;
+        }
         let row = level.row((y0 + k as i32) as usize);
         if columns.len() == TAPS {
             let taps = &row[x0 as usize..][..TAPS];
-            for i in 0..TAPS {
-                sum += taps[i] * weights[i];
-                total += weights[i];
-            }
+            even += taps[0] * weights[0] + taps[2] * weights[2] + taps[4] * weights[4];
+            odd += taps[1] * weights[1] + taps[3] * weights[3];
         } else {
             for i in columns.clone() {
-                sum += row[(x0 + i as i32) as usize] * weights[i];
-                total += weights[i];
+                even += row[(x0 + i as i32) as usize] * weights[i];
             }
         }
     }
-    sum * total.recip()
+    let total: f32 = totals[..TAPS].iter().sum();
+    (even + odd) * total.recip()
 }
 
-/// First texel whose centre is within `R` of `p`: `ceil(p − R − 0.5)`.
+/// First texel whose centre is within `radius` of `p`: `ceil(p − radius − 0.5)`.
 #[inline]
-fn first_tap(p: f32) -> i32 {
-    let q = p - (RECONSTRUCTION_RADIUS + 0.5);
+fn first_tap(p: f32, radius: f32) -> i32 {
+    let q = p - (radius + 0.5);
     let i = q as i32;
     i + i32::from((i as f32) < q)
 }
 
-/// The taps `first ..` that lie within `0..size`.
+/// Those of `taps` texels from `first` on that lie within `0..size`.
 #[inline]
-fn inside(first: i32, size: usize) -> Range<usize> {
-    let skip = (-first).clamp(0, TAPS as i32);
-    let keep = (size as i64 - i64::from(first)).clamp(i64::from(skip), TAPS as i64);
+fn inside(first: i32, size: usize, taps: usize) -> Range<usize> {
+    let skip = (-first).clamp(0, taps as i32);
+    let keep = (size as i64 - i64::from(first)).clamp(i64::from(skip), taps as i64);
     skip as usize..keep as usize
 }
 
 #[inline]
-fn squared_distances(first: i32, p: f32) -> [f32; LANES] {
-    std::array::from_fn(|k| {
+fn squared_distances<const N: usize>(first: i32, p: f32) -> [f32; N] {
+    // Plain loops: the compiler makes vectors of them, which it does not always of `array::from_fn`.
+    let mut d2 = [0.0; N];
+    for (k, d2) in d2.iter_mut().enumerate() {
         let d = (first + k as i32) as f32 + 0.5 - p;
-        d * d
-    })
+        *d2 = d * d;
+    }
+    d2
 }
 
 /// `exp(−σ d²)` in every lane.
 #[inline]
-fn exponentials(d2: &[f32; LANES], sigma: f32) -> [f32; LANES] {
+fn exponentials<const N: usize>(d2: &[f32; N], sigma: f32) -> [f32; N] {
     let scale = -sigma * std::f32::consts::LOG2_E;
-    std::array::from_fn(|k| exp2(d2[k] * scale))
+    let mut g = [0.0; N];
+    for (g, d2) in g.iter_mut().zip(d2) {
+        *g = exp2(d2 * scale);
+    }
+    g
 }
 
 /// One row of weights at squared row distance `dy2`.
@@ -98,7 +152,7 @@ fn exp2(x: f32) -> f32 {
     let f = x - (rounded - ROUND);
     // Taylor series of 2^f for |f| ≤ 1/2.
     let p = 1.0
-        + f * (0.693_147_18
+        + f * (std::f32::consts::LN_2
             + f * (0.240_226_5
                 + f * (0.055_504_11 + f * (0.009_618_129 + f * (0.001_333_355_8 + f * 1.540_353e-4)))));
     f32::from_bits(p.to_bits().wrapping_add(rounded.to_bits() << 23))
@@ -118,9 +172,9 @@ mod tests {
     fn weights_follow_the_formula() {
         for step in 0..200 {
             let (px, py) = (7.0 + step as f32 * 0.017, 9.0 + step as f32 * 0.041);
-            for sigma in [1.0f32, 2.3, 4.0, 16.0] {
-                let (x0, y0) = (first_tap(px), first_tap(py));
-                let (dx2, dy2) = (squared_distances(x0, px), squared_distances(y0, py));
+            for sigma in [1.0f32, 2.3, 3.99] {
+                let (x0, y0) = (first_tap(px, 2.5), first_tap(py, 2.5));
+                let (dx2, dy2) = (squared_distances::<LANES>(x0, px), squared_distances::<LANES>(y0, py));
                 let (gx, gy) = (exponentials(&dx2, sigma), exponentials(&dy2, sigma));
                 for j in 0..TAPS {
                     let row = row_weights(&dx2, dy2[j], &gx, gy[j]);
@@ -131,6 +185,27 @@ mod tests {
                 }
                 // No texel within R is missed.
                 assert!((x0 as f32 - 0.5 - px) < -2.5 && (x0 as f32 + 5.5 - px) >= 2.5);
+            }
+        }
+    }
+
+    /// The mean over a level with one bright texel is that texel's normalised weight: both kernels
+    /// are within 4e-5 of the exact one, at every place around it.
+    #[test]
+    fn both_kernels_are_the_exact_kernel() {
+        let (size, centre) = (11, 5);
+        let mut level = Grid::try_filled(size, size, Vec4::ZERO).expect("memory");
+        level.pixels_mut()[centre * size + centre] = Vec4::ONE;
+        for sigma in [1.0f32, 1.7, 3.9, 4.0, 9.0, 16.0] {
+            for step in 0..900 {
+                let p = [3.0 + (step % 30) as f32 * 0.167, 3.0 + (step / 30) as f32 * 0.167];
+                let weight = |x: usize, y: usize| {
+                    let d = |p: f32, i: usize| f64::from(i as f32 + 0.5 - p);
+                    exact(d(p[0], x).powi(2) + d(p[1], y).powi(2), f64::from(sigma))
+                };
+                let all: f64 = (0..size * size).map(|i| weight(i % size, i / size)).sum();
+                let error = f64::from(gaussian(&level, p, sigma).x) - weight(centre, centre) / all;
+                assert!(error.abs() < 4e-5, "σ {sigma} at {p:?}: {error:e}");
             }
         }
     }

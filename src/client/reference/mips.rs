@@ -24,7 +24,7 @@ pub fn polyphase(size: usize, i: usize) -> (usize, [f32; 3]) {
     let n = size / 2;
     if size == 1 {
         (0, [1.0, 0.0, 0.0])
-    } else if size % 2 == 0 {
+    } else if size.is_multiple_of(2) {
         (2 * i, [0.5, 0.5, 0.0])
     } else {
         let total = size as f32;

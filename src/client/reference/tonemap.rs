@@ -67,7 +67,7 @@ pub fn tone_curve(y: f32, exposure: f32, contrast: f32) -> f32 {
 #[inline]
 pub fn display_linear(xyz: Vec3, p: &ToneParameters) -> Vec3 {
     let luminance = tone_curve(xyz.y, p.exposure, p.contrast);
-    if !(luminance > 0.0) {
+    if luminance == 0.0 {
         return Vec3::ZERO;
     }
     // X/Y first: Y'/Y overflows where Y is tiny.

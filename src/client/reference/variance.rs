@@ -23,7 +23,7 @@ pub struct Means {
 /// `(sum, weight)` as two floats each → the mean as two floats; `None` without weight.
 #[inline]
 pub fn two_float_mean(hi: Vec4, lo: Vec4) -> Option<(f32, f32)> {
-    if !(hi.w > 0.0) {
+    if hi.w.is_nan() || hi.w <= 0.0 {
         return None;
     }
     let mean = hi.y / hi.w;

@@ -1,0 +1,204 @@
+//! OpenEXR files: one part, layers by the channels' dotted names, lossless ZIP.
+//!
+//! One part rather than one per layer, because more programs read it; `R`, `G`, `B` stand without a layer
+//! name and are what viewers show. The same picture gives the same bytes: the library keeps attributes
+//! in a hash map, so they are sorted after it has written them.
+
+use std::io::{BufReader, Cursor};
+use std::path::Path;
+
+use exr::meta::attribute::Chromaticities;
+use exr::prelude::{
+    AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples, Image,
+    ImageAttributes, IntegerBounds, Layer, LayerAttributes, LineOrder, ReadChannels, ReadLayers, Text, Vec2,
+    WritableImage,
+};
+
+use crate::image::error::ImageError;
+use crate::image::grid::Grid;
+use crate::image::{Attribute, write};
+
+/// Pixels in named channels, `[height][width]` each, with what the file tells about itself.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Layers {
+    /// Width in pixels.
+    pub width: usize,
+    /// Height in pixels.
+    pub height: usize,
+    /// Name (`R`, `camera.X`) and values of every channel.
+    pub channels: Vec<(String, Vec<f32>)>,
+    /// Name and value of every attribute.
+    pub attributes: Vec<(String, Attribute)>,
+}
+
+impl Layers {
+    /// Adds one channel of `width · height` values.
+    pub fn push(&mut self, name: &str, values: impl IntoIterator<Item = f32>) {
+        self.channels.push((name.to_owned(), values.into_iter().collect()));
+    }
+
+    /// The values of a channel.
+    pub fn channel(&self, name: &str) -> Option<&[f32]> {
+        self.channels.iter().find(|(n, _)| n == name).map(|(_, v)| v.as_slice())
+    }
+
+    /// The value of an attribute.
+    pub fn attribute(&self, name: &str) -> Option<&Attribute> {
+        self.attributes.iter().find(|(n, _)| n == name).map(|(_, v)| v)
+    }
+}
+
+/// Writes a picture; the name holds the old file or the whole new one.
+///
+/// # Errors
+/// [`ImageError::Encode`] for channels of the wrong length, doubled or empty names, and names of over 255
+/// bytes; [`ImageError::Write`] when the system refuses.
+pub fn write(path: &Path, layers: &Layers) -> Result<(), ImageError> {
+    write::atomically(path, &encode(path, layers)?)
+}
+
+/// The bytes of the file; `path` only names it in errors.
+fn encode(path: &Path, layers: &Layers) -> Result<Vec<u8>, ImageError> {
+    let refuse = |reason: String| ImageError::Encode { path: path.to_path_buf(), reason };
+    let mut channels = Vec::new();
+    for (name, values) in &layers.channels {
+        if values.len() != layers.width * layers.height || name.is_empty() {
+            let (n, w, h) = (values.len(), layers.width, layers.height);
+            return Err(refuse(format!("channel “{name}” has {n} values for {w}×{h} pixels")));
+        }
+        channels.push(AnyChannel::new(text(name), FlatSamples::F32(values.clone())));
+    }
+    let size = Vec2(layers.width, layers.height);
+    let mut own = LayerAttributes::default();
+    for (name, value) in &layers.attributes {
+        let value = match value {
+            Attribute::Text(value) => AttributeValue::Text(text(value)),
+            Attribute::Number(value) => AttributeValue::F64(*value),
+        };
+        if own.other.insert(text(name), value).is_some() {
+            return Err(refuse(format!("attribute “{name}” is given twice")));
+        }
+    }
+    let mut shared = ImageAttributes::new(IntegerBounds::from_dimensions(size));
+    shared.chromaticities = Some(REC_709);
+    let encoding = Encoding {
+        compression: Compression::ZIP16,
+        blocks: Blocks::ScanLines,
+        line_order: LineOrder::Increasing,
+    };
+    let layer = Layer::new(size, own, encoding, AnyChannels::sort(channels.into()));
+    let mut bytes = Cursor::new(Vec::new());
+    let image = Image::empty(shared).with_layer(layer);
+    image.write().to_buffered(&mut bytes).map_err(|e| refuse(e.to_string()))?;
+    let mut bytes = bytes.into_inner();
+    sort_attributes(&mut bytes).ok_or_else(|| refuse("its header is not as expected".to_owned()))?;
+    Ok(bytes)
+}
+
+/// Primaries and white of the main layer.
+const REC_709: Chromaticities = Chromaticities {
+    red: Vec2(0.64, 0.33),
+    green: Vec2(0.30, 0.60),
+    blue: Vec2(0.15, 0.06),
+    white: Vec2(0.312_7, 0.329_0),
+};
+
+/// OpenEXR strings are bytes; UTF-8 is what current programs expect.
+fn text(s: &str) -> Text {
+    Text::from_slice_unchecked(s.as_bytes())
+}
+
+/// Sorts the attributes of a one-part file by name, in place; `None` if the header is not one.
+///
+/// Layout: magic and version, 4 bytes each; then `name\0 type\0 size:i32 value` each; then `\0`.
+fn sort_attributes(file: &mut [u8]) -> Option<()> {
+    let mut at = 8;
+    let mut attributes: Vec<Vec<u8>> = Vec::new();
+    while *file.get(at)? != 0 {
+        let start = at;
+        for _ in 0..2 {
+            at += file.get(at..)?.iter().position(|&b| b == 0)? + 1;
+        }
+        let size = i32::from_le_bytes(file.get(at..at + 4)?.try_into().ok()?);
+        at += 4 + usize::try_from(size).ok()?;
+        attributes.push(file.get(start..at)?.to_vec());
+    }
+    attributes.sort();
+    file.get_mut(8..at)?.copy_from_slice(&attributes.concat());
+    Some(())
+}
+
+/// Reads all channels and attributes of a file; of several parts those of every part, with the part's name
+/// before the channel's.
+///
+/// # Errors
+/// [`ImageError::Read`] when the system refuses, [`ImageError::Decode`] for anything that is no flat EXR
+/// file or whose parts differ in size.
+pub fn read(path: &Path) -> Result<Layers, ImageError> {
+    let file =
+        std::fs::File::open(path).map_err(|source| ImageError::Read { path: path.to_path_buf(), source })?;
+    let refuse = |reason: String| ImageError::Decode { path: path.to_path_buf(), reason };
+    let image = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .all_layers()
+        .all_attributes()
+        .from_buffered(BufReader::new(file))
+        .map_err(|e| refuse(e.to_string()))?;
+    let mut layers = Layers::default();
+    for (i, layer) in image.layer_data.iter().enumerate() {
+        if i == 0 {
+            (layers.width, layers.height) = (layer.size.0, layer.size.1);
+        } else if (layers.width, layers.height) != (layer.size.0, layer.size.1) {
+            return Err(refuse("its parts differ in size".to_owned()));
+        }
+        let part = layer.attributes.layer_name.as_ref().map(|n| format!("{n}.")).unwrap_or_default();
+        for channel in &layer.channel_data.list {
+            layers.push(&format!("{part}{}", channel.name), channel.sample_data.values_as_f32());
+        }
+        for (name, value) in &layer.attributes.other {
+            let value = match value {
+                AttributeValue::Text(t) => Attribute::Text(decode(t)),
+                AttributeValue::F64(x) => Attribute::Number(*x),
+                AttributeValue::F32(x) => Attribute::Number(f64::from(*x)),
+                AttributeValue::I32(x) => Attribute::Number(f64::from(*x)),
+                _ => continue,
+            };
+            layers.attributes.push((decode(name), value));
+        }
+    }
+    layers.attributes.sort_by(|a, b| a.0.cmp(&b.0));
+    Ok(layers)
+}
+
+fn decode(text: &Text) -> String {
+    String::from_utf8_lossy(text.as_slice()).into_owned()
+}
+
+/// Reads the main layer: linear R, G, B.
+///
+/// # Errors
+/// As [`read`], and [`ImageError::Channel`] without these three channels.
+pub fn read_rgb(path: &Path) -> Result<Grid<[f32; 3]>, ImageError> {
+    let layers = read(path)?;
+    let [r, g, b] =
+        [channel(path, &layers, "R")?, channel(path, &layers, "G")?, channel(path, &layers, "B")?];
+    let pixels = r.iter().zip(g).zip(b).map(|((&r, &g), &b)| [r, g, b]).collect();
+    Grid::from_rows(layers.width, layers.height, pixels).ok_or_else(|| ImageError::Decode {
+        path: path.to_path_buf(),
+        reason: "a channel is cut short".to_owned(),
+    })
+}
+
+/// A channel that must be there.
+///
+/// # Errors
+/// [`ImageError::Channel`] with the names of those that are.
+pub fn channel<'a>(path: &Path, layers: &'a Layers, name: &str) -> Result<&'a [f32], ImageError> {
+    layers.channel(name).ok_or_else(|| ImageError::Channel {
+        path: path.to_path_buf(),
+        channel: name.to_owned(),
+        found: layers.channels.iter().map(|(n, _)| n.as_str()).collect::<Vec<_>>().join(", "),
+    })
+}

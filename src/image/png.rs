@@ -1,0 +1,91 @@
+//! PNG files: the displayed picture, 8 bits per channel, with how it was made as text.
+
+use std::path::Path;
+
+use crate::image::error::ImageError;
+use crate::image::{Attribute, write};
+
+/// How the 8-bit values are encoded; stored so that viewers show them right.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Transfer {
+    /// As sRGB (chunks sRGB and gAMA).
+    Srgb,
+    /// A plain power with this display gamma (chunk gAMA).
+    Gamma(f32),
+}
+
+/// A picture to be written.
+#[derive(Clone, Copy, Debug)]
+pub struct Picture<'a> {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// Encoded R, G, B in rows from the top.
+    pub rgb: &'a [[u8; 3]],
+    /// Encoding of the values.
+    pub transfer: Transfer,
+}
+
+/// Writes a picture with its attributes as text; the name holds the old file or the whole new one.
+///
+/// # Errors
+/// [`ImageError::Encode`] for a wrong number of pixels or an attribute name that PNG does not take
+/// (1 to 79 Latin letters); [`ImageError::Write`] when the system refuses.
+pub fn write(
+    path: &Path,
+    picture: Picture<'_>,
+    attributes: &[(String, Attribute)],
+) -> Result<(), ImageError> {
+    let bytes = encode(picture, attributes)
+        .map_err(|e| ImageError::Encode { path: path.to_path_buf(), reason: e.to_string() })?;
+    write::atomically(path, &bytes)
+}
+
+fn encode(picture: Picture<'_>, attributes: &[(String, Attribute)]) -> Result<Vec<u8>, png::EncodingError> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, picture.width, picture.height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_compression(png::Compression::Fast);
+    match picture.transfer {
+        Transfer::Srgb => {
+            // gAMA beside sRGB, for programs that do not know the latter (PNG specification 11.3.2.5).
+            encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+            encoder.set_source_gamma(png::ScaledFloat::from_scaled(45_455));
+        }
+        Transfer::Gamma(gamma) => encoder.set_source_gamma(png::ScaledFloat::new(1.0 / gamma)),
+    }
+    for (name, value) in attributes {
+        let text = match value {
+            Attribute::Text(text) => text.clone(),
+            Attribute::Number(number) => number.to_string(),
+        };
+        encoder.add_itxt_chunk(name.clone(), text)?;
+    }
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(picture.rgb.as_flattened())?;
+    writer.finish()?;
+    Ok(bytes)
+}
+
+/// Reads an 8-bit RGB picture: width, height and pixels.
+///
+/// # Errors
+/// [`ImageError::Read`] when the system refuses, [`ImageError::Decode`] for anything but 8-bit RGB.
+pub fn read(path: &Path) -> Result<(u32, u32, Vec<[u8; 3]>), ImageError> {
+    let file =
+        std::fs::File::open(path).map_err(|source| ImageError::Read { path: path.to_path_buf(), source })?;
+    let refuse = |reason: String| ImageError::Decode { path: path.to_path_buf(), reason };
+    let mut reader =
+        png::Decoder::new(std::io::BufReader::new(file)).read_info().map_err(|e| refuse(e.to_string()))?;
+    let info = reader.info();
+    if (info.color_type, info.bit_depth) != (png::ColorType::Rgb, png::BitDepth::Eight) {
+        return Err(refuse("only 8-bit RGB is read here".to_owned()));
+    }
+    let (width, height) = (info.width, info.height);
+    let size = reader.output_buffer_size().ok_or_else(|| refuse("it is too large".to_owned()))?;
+    let mut bytes = vec![0; size];
+    reader.next_frame(&mut bytes).map_err(|e| refuse(e.to_string()))?;
+    Ok((width, height, bytes.as_chunks().0.to_vec()))
+}

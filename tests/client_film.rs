@@ -1,0 +1,279 @@
+//! The CPU film as a whole: threads and batches leave no trace, fields are flat, sprites sum to one, the
+//! light stream has the right brightness, and nothing a stream can carry breaks the picture.
+
+use pointillist::client::reference::ReferenceFilm;
+use pointillist::client::{
+    BATCH_CAPACITY, ClientError, FilmSpec, Reconstruction, Settings, SplatFilter, VarianceForm, develop,
+};
+use pointillist::color::{Profile, Xyz};
+use pointillist::stream::{PathCounts, Sample};
+
+const FILTERS: [SplatFilter; 3] = [SplatFilter::Gaussian, SplatFilter::Tent, SplatFilter::Box];
+const METHODS: [Reconstruction; 4] =
+    [Reconstruction::Gaussian, Reconstruction::CatmullRom, Reconstruction::Mipmap, Reconstruction::None];
+
+fn spec(width: u32, height: u32, filter: SplatFilter) -> FilmSpec {
+    FilmSpec { width, height, filter, variance: VarianceForm::Product }
+}
+
+fn film(spec: FilmSpec) -> ReferenceFilm {
+    ReferenceFilm::new(spec, 2).expect("film")
+}
+
+fn settings(reconstruction: Reconstruction, vm: f32) -> Settings {
+    Settings { reconstruction, vm, exposure: 1.0, contrast: 1.0, gamma: 2.2, profile: Profile::srgb() }
+}
+
+/// Numbers in 0…1 from a fixed congruential sequence.
+struct Numbers(u64);
+
+impl Numbers {
+    fn next(&mut self) -> f32 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 40) as f32 / 16_777_216.0
+    }
+}
+
+/// Samples over the whole window, every fourth on the light stream.
+fn mixed(spec: &FilmSpec, n: usize) -> Vec<Sample> {
+    let (mut numbers, window) = (Numbers(11), spec.window());
+    let mut at = |i: usize| window.min[i] + (window.max[i] - window.min[i]) * numbers.next();
+    let positions: Vec<[f32; 2]> = (0..n).map(|_| [at(0), at(1)]).collect();
+    let mut numbers = Numbers(12);
+    positions
+        .into_iter()
+        .enumerate()
+        .map(|(i, uv)| Sample {
+            uv,
+            xyz: Xyz::new(numbers.next(), numbers.next() * 3.0, numbers.next()),
+            w: if i % 4 == 3 { -1.0 } else { 1.0 },
+        })
+        .collect()
+}
+
+/// A regular lattice of `per_texel²` samples in every padded texel, off the texel borders.
+fn lattice(spec: &FilmSpec, per_texel: u32, xyz: Xyz, w: f32) -> Vec<Sample> {
+    let ([pw, ph], pad) = (spec.padded_extent(), spec.pad() as f32);
+    let place = |i: u32, size: u32| ((i as f32 + 0.5) / per_texel as f32 - pad) / size as f32;
+    let mut samples = Vec::new();
+    for y in 0..ph * per_texel {
+        for x in 0..pw * per_texel {
+            samples.push(Sample { uv: [place(x, spec.width), place(y, spec.height)], xyz, w });
+        }
+    }
+    samples
+}
+
+#[test]
+fn threads_leave_no_trace() {
+    let spec = spec(75, 141, SplatFilter::Gaussian);
+    let samples = mixed(&spec, 150_000);
+    let results: Vec<_> = [1, 2, 7]
+        .map(|threads| {
+            let mut film = ReferenceFilm::new(spec, threads).expect("film");
+            film.add(&samples).expect("add");
+            film.count_paths(PathCounts { camera: 100_000, light: 40_000 });
+            let pictures = METHODS.map(|m| film.display(&settings(m, 0.5)).expect("display"));
+            (film.develop().expect("develop"), pictures)
+        })
+        .into();
+    assert!(results.iter().all(|r| *r == results[0]));
+    assert_eq!(results[0].0.counts.camera_samples + results[0].0.counts.light_samples, 150_000);
+}
+
+/// How the samples are cut into calls does not matter: a batch is full at exactly its capacity.
+#[test]
+fn calls_leave_no_trace() {
+    let spec = spec(33, 20, SplatFilter::Gaussian);
+    let samples = mixed(&spec, 2 * BATCH_CAPACITY + 777);
+    let mut one_call = film(spec);
+    one_call.add(&samples).expect("add");
+    let mut many = film(spec);
+    for part in samples.chunks(4_999) {
+        many.add(part).expect("add");
+    }
+    assert_eq!(one_call.develop().expect("develop"), many.develop().expect("develop"));
+
+    many.clear().expect("clear");
+    assert!(many.develop().expect("develop").camera.is_empty());
+    many.add(&samples).expect("add");
+    assert_eq!(one_call.develop().expect("develop"), many.develop().expect("develop"));
+}
+
+/// P7: uniform samples give the same value in every texel, corners included. Without the overscan the
+/// border has less weight, and sums (the light stream) would be dark there.
+#[test]
+fn a_flat_field_is_flat() {
+    for filter in FILTERS {
+        let spec = spec(24, 17, filter);
+        let value = Xyz::new(0.3, 0.7, 1.1);
+        let mut film = film(spec);
+        // Batches as in a real picture: few samples per texel, so that f32 sums within a batch are exact
+        // enough (a batch of 64 per texel rounds 2304 times and is off by 3e-6).
+        for _ in 0..16 {
+            film.add(&lattice(&spec, 2, value, 1.0)).expect("add");
+            film.add(&lattice(&spec, 2, value, -1.0)).expect("add");
+            film.flush().expect("flush");
+        }
+        let data = film.develop().expect("develop");
+        for (camera, light) in data.camera.iter().zip(&data.light) {
+            for (k, wanted) in [value.x, value.y, value.z].into_iter().enumerate() {
+                assert!((camera[k] / camera[3] / wanted - 1.0).abs() < 1e-6, "{filter:?} {camera:?}");
+                assert!((light[k] / 64.0 / wanted - 1.0).abs() < 1e-6, "{filter:?} {light:?}");
+            }
+            assert!((camera[3] / 64.0 - 1.0).abs() < 1e-6, "{filter:?} weight {}", camera[3]);
+        }
+        if filter != SplatFilter::Box {
+            let inside = |s: &Sample| s.uv.iter().all(|&u| (0.0..1.0).contains(&u));
+            let naive: Vec<Sample> = lattice(&spec, 8, value, 1.0).into_iter().filter(inside).collect();
+            film.clear().expect("clear");
+            film.add(&naive).expect("add");
+            let corner = film.develop().expect("develop").camera[0][3];
+            assert!(corner / 64.0 < 0.9, "without overscan the corner has weight {corner}");
+        }
+    }
+}
+
+#[test]
+fn flat_fields_are_displayed_flat() {
+    for filter in FILTERS {
+        let spec = spec(21, 12, filter);
+        for (per_texel, vm) in [(1, 0.0), (1, 1.0), (4, 0.5)] {
+            let mut film = film(spec);
+            film.add(&lattice(&spec, per_texel, Xyz::new(0.5, 0.5, 0.5), 1.0)).expect("add");
+            for method in METHODS {
+                let rgb = film.display(&settings(method, vm)).expect("display").rgb;
+                assert!(rgb.iter().all(|c| *c == rgb[0]), "{filter:?} {method:?} Vm {vm}");
+                assert!(rgb[0][1] > 0);
+            }
+        }
+    }
+}
+
+/// One sprite adds its whole value to the sums, wherever it lies in the picture.
+#[test]
+fn one_sprite_sums_to_one() {
+    for filter in FILTERS {
+        // A picture wide enough that the whole sprite is within the cropped sums.
+        let spec = spec(16, 16, filter);
+        let mut film = film(spec);
+        let mut numbers = Numbers(5);
+        for _ in 0..300 {
+            let uv = [0.25 + 0.5 * numbers.next(), 0.25 + 0.5 * numbers.next()];
+            film.clear().expect("clear");
+            film.add(&[Sample { uv, xyz: Xyz::new(1.0, 2.0, 4.0), w: 1.0 }]).expect("add");
+            let data = film.develop().expect("develop");
+            for (k, wanted) in [1.0, 2.0, 4.0, 1.0].into_iter().enumerate() {
+                let sum: f64 = data.camera.iter().map(|c| f64::from(c[k])).sum();
+                assert!((sum / wanted - 1.0).abs() < 1e-6, "{filter:?} at {uv:?}: {sum}");
+            }
+        }
+    }
+}
+
+/// Light samples of density `value` per uv² over N paths, each one sample in the unit square: the picture
+/// has radiance `value` everywhere, at every film size.
+#[test]
+fn light_samples_have_the_right_brightness() {
+    for (width, height) in [(8, 8), (31, 17), (64, 40)] {
+        for filter in FILTERS {
+            let spec = spec(width, height, filter);
+            let window = spec.window();
+            let area = (window.max[0] - window.min[0]) * (window.max[1] - window.min[1]);
+            let mut film = film(spec);
+            // Uniform over the window with density 1/area: the value carries the area.
+            let samples = lattice(&spec, 4, Xyz::new(0.2, 0.4, 0.6) * area, -1.0);
+            film.add(&samples).expect("add");
+            film.count_paths(PathCounts { camera: 0, light: samples.len() as u64 });
+            for xyz in develop::linear_xyz(&film.develop().expect("develop")) {
+                for (v, wanted) in xyz.into_iter().zip([0.2, 0.4, 0.6]) {
+                    assert!((v / wanted - 1.0).abs() < 1e-5, "{width}×{height} {filter:?}: {xyz:?}");
+                }
+            }
+            // The same through the display: Y' = 1 − e^−0.4, identity or real matrix alike for its luminance.
+            let both = film.display(&settings(Reconstruction::None, 0.0)).expect("display");
+            film.add(&lattice(&spec, 2, Xyz::BLACK, 1.0)).expect("add");
+            assert_eq!(film.display(&settings(Reconstruction::None, 0.0)).expect("display"), both);
+        }
+    }
+}
+
+#[test]
+fn streams_without_samples_have_no_image() {
+    let spec = spec(4, 4, SplatFilter::Gaussian);
+    let mut film = film(spec);
+    let black = film.display(&settings(Reconstruction::Gaussian, 1.0)).expect("display");
+    assert!(black.rgb.iter().all(|c| *c == [0; 3]));
+    film.add(&lattice(&spec, 1, Xyz::new(1.0, 1.0, 1.0), 1.0)).expect("add");
+    let data = film.develop().expect("develop");
+    assert_eq!((data.camera.len(), data.light.len(), data.light_variance.len()), (16, 0, 0));
+}
+
+/// N23: one sample in the whole picture, W = 0 texels, tiny and odd films, unusable samples.
+#[test]
+fn hard_films_stay_finite() {
+    for (width, height) in [(1, 1), (1, 7), (5, 1), (3, 3), (37, 11)] {
+        for filter in FILTERS {
+            let spec = spec(width, height, filter);
+            let mut film = film(spec);
+            let one = Sample { uv: [0.5, 0.5], xyz: Xyz::new(2.0, 2.0, 2.0), w: 1.0 };
+            let bad = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY].map(|x| {
+                [
+                    Sample { uv: [x, 0.5], ..one },
+                    Sample { xyz: Xyz::new(x, 1.0, 1.0), ..one },
+                    Sample { w: x, ..one },
+                ]
+            });
+            film.add(bad.as_flattened()).expect("add");
+            film.add(&[Sample { w: 0.0, ..one }, Sample { w: -0.0, ..one }]).expect("add");
+            assert_eq!(film.counts().camera_samples + film.counts().light_samples, 0);
+            film.add(&[Sample { uv: [1e30, -1e30], ..one }, Sample { uv: [9.0, 0.5], ..one }]).expect("add");
+            for samples in [&[][..], &[one][..], &[Sample { w: -1.0, ..one }][..]] {
+                film.add(samples).expect("add");
+                film.count_paths(PathCounts { camera: 1, light: 1 });
+                for (method, vm) in METHODS.into_iter().zip([0.0, 0.5, 1.0, f32::MAX]) {
+                    let picture = film.display(&settings(method, vm)).expect("display");
+                    assert_eq!(picture.rgb.len(), (width * height) as usize);
+                }
+            }
+            let data = film.develop().expect("develop");
+            assert!(develop::linear_xyz(&data).iter().flatten().all(|v| v.is_finite()));
+            assert!(data.camera_variance.iter().all(|v| v.is_finite()));
+            // Three camera samples of which two lie outside: LoD ≤ 1×1 level, and the blur fills the film.
+            let picture = film.display(&settings(Reconstruction::Gaussian, 0.0)).expect("display");
+            assert!(picture.rgb.iter().all(|c| *c != [0; 3]), "{width}×{height} {filter:?}");
+        }
+    }
+}
+
+/// Sums at the end of the range: no NaN, and 8-bit output for any brightness.
+#[test]
+fn extreme_values_do_not_spread() {
+    let spec = spec(9, 9, SplatFilter::Gaussian);
+    for value in [1e-45, 1e-38, 1e30] {
+        let huge = Sample { uv: [0.5, 0.5], xyz: Xyz::new(f32::MAX, f32::MAX, f32::MAX), w: 1.0 };
+        let mut film = film(spec);
+        let samples = lattice(&spec, 2, Xyz::new(value, value, value), 1.0);
+        // Two of these would be infinite, and the blur would carry that to every pixel.
+        assert_eq!(huge.xyz.x + huge.xyz.x, f32::INFINITY);
+        film.add(&[huge, huge]).expect("add");
+        for _ in 0..3 {
+            film.add(&samples).expect("add");
+            film.flush().expect("flush");
+        }
+        for method in METHODS {
+            let rgb = film.display(&settings(method, 0.5)).expect("display").rgb;
+            let wanted = if value > 1.0 { 200..=255 } else { 0..=1 };
+            assert!(rgb.iter().flatten().all(|c| wanted.contains(c)), "{value:e} {method:?} {:?}", rgb[40]);
+        }
+    }
+}
+
+#[test]
+fn impossible_films_are_refused() {
+    for (width, height) in [(0, 1), (1, 0), (u32::MAX, 1), (16_384, 1)] {
+        let error = ReferenceFilm::new(spec(width, height, SplatFilter::Gaussian), 1).err().expect("refused");
+        assert!(matches!(error, ClientError::Extent { .. }) && error.to_string().contains("--size"));
+    }
+    assert!(ReferenceFilm::new(spec(16_384, 1, SplatFilter::Box), 0).is_ok());
+}
