@@ -136,11 +136,12 @@ fn pictures_equal_the_twin() {
                     let settings = settings(kind, vm);
                     let got = film.reconstruct(&settings).expect("reconstruct");
                     let wanted = twin_picture(&data, spec, &settings);
-                    let worst = difference(&got, &wanted);
-                    // Negative lobes divide by as little as a twentieth of the weight.
-                    let bound = if kind == Reconstruction::CatmullRom { 4e-4 } else { 2e-5 };
-                    println!("{filter:?} {kind:?} Vm {vm}, {added} samples: {worst}");
-                    assert!(worst < bound, "{filter:?} {kind:?} Vm {vm}, {added} samples: {worst}");
+                    // Empty texels beside full ones: XYZ/W is whatever rounding lets through from either side.
+                    let sharp = filter == SplatFilter::Box && !matches!(kind, Reconstruction::Gaussian);
+                    let kept = |i: &usize| !sharp || data.camera[*i][3] > 0.0;
+                    let keep = |v: &[[f32; 3]]| (0..v.len()).filter(kept).map(|i| v[i]).collect::<Vec<_>>();
+                    let worst = difference(&keep(&got), &keep(&wanted));
+                    assert!(worst < 4e-5, "{filter:?} {kind:?} Vm {vm}, {added} samples: {worst}");
                 }
             }
         }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::client::error::ClientError;
-use crate::client::filter::MAX_EXTENT;
+use crate::client::filter::{MAX_EXTENT, accepts};
 use crate::client::layout::{FoldPush, ReconstructPush};
 use crate::client::lod::{StreamLod, power_of_two_below};
 use crate::client::pass::fold::FoldPass;
@@ -83,13 +83,13 @@ impl VulkanFilm {
 
     /// Copies samples to the batch; a full batch is rasterised at once, without waiting for it.
     ///
-    /// Samples with a non-finite number or a weight of 0 are dropped (the stream never carries them).
+    /// Samples that [`accepts`] refuses are dropped; the stream should not carry them.
     ///
     /// # Errors
     ///
     /// [`ClientError::Gpu`] when there is no memory for a stream's images or the device was lost.
     pub fn add(&mut self, samples: &[Sample]) -> Result<(), ClientError> {
-        for sample in samples.iter().filter(|s| is_valid(s)) {
+        for sample in samples.iter().filter(|s| accepts(s)) {
             if self.luminance_scale.is_none() && sample.xyz.y > 0.0 {
                 self.luminance.0 += f64::from(sample.xyz.y) / f64::from(sample.w.abs());
                 self.luminance.1 += 1;
@@ -357,11 +357,6 @@ impl VulkanFilm {
     fn scale(&self) -> f32 {
         self.luminance_scale.unwrap_or(1.0)
     }
-}
-
-/// True for samples that the stream may carry: all numbers finite and a weight that names a stream.
-fn is_valid(s: &Sample) -> bool {
-    s.uv[0].is_finite() && s.uv[1].is_finite() && s.xyz.is_finite() && s.w.is_finite() && s.w != 0.0
 }
 
 fn floats(bytes: &[u8]) -> Vec<f32> {
