@@ -24,59 +24,89 @@ layout(constant_id = 0) const uint KIND = GAUSSIAN;
 layout(constant_id = 1) const bool MASKING = false;
 layout(constant_id = 2) const uint CAMERA = TWO_LEVELS;
 layout(constant_id = 3) const uint LIGHT = ABSENT;
-// Taps on either side of the middle one, at the coarser (or only) level: 1 where the others weigh below 1e-5.
-layout(constant_id = 4) const int CAMERA_RADIUS = 2;
-layout(constant_id = 5) const int LIGHT_RADIUS = 2;
 
+// All levels.
 layout(set = 0, binding = 0) uniform sampler2D camera;
 layout(set = 0, binding = 1) uniform sampler2D camera_variance;
-layout(set = 0, binding = 2) uniform sampler2D light;
-layout(set = 0, binding = 3) uniform sampler2D light_variance;
+// The two levels that are read, or the atlas twice where noise is masked.
+layout(set = 0, binding = 2) uniform sampler2D camera_near;
+layout(set = 0, binding = 3) uniform sampler2D camera_far;
+layout(set = 0, binding = 4) uniform sampler2D light;
+layout(set = 0, binding = 5) uniform sampler2D light_variance;
+layout(set = 0, binding = 6) uniform sampler2D light_near;
+layout(set = 0, binding = 7) uniform sampler2D light_far;
 
 layout(location = 0) out vec4 xyz;
 
-vec4 gaussian(sampler2D image, vec2 uv, float lod, const uint extent, const int radius) {
+// The two levels around a level of detail, the places in them, and how far the second counts.
+struct Levels {
+    Level near;
+    Level far;
+    vec2 p_near;
+    vec2 p_far;
+    float f;  // negative below level 0: the kernel narrows
+};
+
+Levels levels_at(sampler2D image, sampler2D near, sampler2D far, float lod) {
+    Levels at;
     int level = int(max(floor(lod), 0.0));
-    float f = lod - float(level);  // negative below level 0: the kernel narrows
-    if (extent == ONE_LEVEL) {
-        return windowed_gaussian(image, uv, 0, exp2(2.0 * (1.0 - f)), radius);
+    ivec2 full = textureSize(image, 0);
+    if (MASKING) {
+        at.near = atlas_level(full, level);
+        at.far = atlas_level(full, min(level + 1, int(push.max_level)));
+    } else {
+        at.near = Level(ivec2(0), textureSize(near, 0));
+        at.far = Level(ivec2(0), textureSize(far, 0));
     }
-    float g = max(f, 0.0);
-    int coarse = min(level + 1, int(push.max_level));
-    vec4 a = windowed_gaussian(image, uv, level, exp2(2.0 * (1.0 - f)), 2);
-    vec4 b = windowed_gaussian(image, uv, coarse, exp2(2.0 * (2.0 - g)), radius);
+    vec2 texel = gl_FragCoord.xy + push.pad;
+    at.p_near = position(texel, at.near, full);
+    at.p_far = position(texel, at.far, full);
+    at.f = lod - float(level);
+    return at;
+}
+
+vec4 gaussian(sampler2D near, sampler2D far, Levels at, const uint extent) {
+    float sigma = exp2(2.0 * (1.0 - at.f));
+    if (extent == ONE_LEVEL) {
+        return narrow_gaussian(near, at.p_near, at.near, sigma);
+    }
+    float g = max(at.f, 0.0);
+    vec4 a = windowed_gaussian(near, at.p_near, at.near, sigma);
+    vec4 b = narrow_gaussian(far, at.p_far, at.far, exp2(2.0 * (2.0 - g)));
     return mix(a, b, g);
 }
 
-// Smallest weight, as a part of the bilinear one, at which the cubic is taken.
-const float CATMULL_ROM_MIN_WEIGHT = 0.05;
-
-vec4 cubic(sampler2D image, vec2 uv, float lod) {
-    float above = max(lod, 0.0);
-    int level = int(above);
-    int coarse = min(level + 1, int(push.max_level));
-    vec4 sums = mix(catmull_rom(image, uv, level), catmull_rom(image, uv, coarse), above - float(level));
-    // Negative lobes beside an empty region would otherwise divide by nearly nothing.
-    vec4 linear = textureLod(image, uv, above);
-    return sums.w > CATMULL_ROM_MIN_WEIGHT * linear.w ? sums : linear;
+// Trilinear: by hardware, but from the atlas where the level differs from pixel to pixel.
+vec4 trilinear(sampler2D image, sampler2D near, vec2 uv, float lod, Levels at) {
+    if (MASKING) {
+        return mix(bilinear(near, at.p_near, at.near), bilinear(near, at.p_far, at.far), max(at.f, 0.0));
+    }
+    return textureLod(image, uv, max(lod, 0.0));
 }
 
-vec4 sums_at(sampler2D image, vec2 uv, float lod, const uint extent, const int radius) {
+// Smallest weight, as a part of the bilinear one, at which the cubic is taken: negative lobes beside an empty region
+// would otherwise divide by nearly nothing.
+const float CATMULL_ROM_MIN_WEIGHT = 0.05;
+
+vec4 sums_at(sampler2D image, sampler2D near, sampler2D far, vec2 uv, float lod, const uint extent) {
     ivec2 texel = ivec2(gl_FragCoord.xy + push.pad);
     if (KIND == NONE || extent == TEXEL) {
         return texelFetch(image, texel, 0);
     }
+    Levels at = levels_at(image, near, far, lod);
+    if (KIND == GAUSSIAN) {
+        vec4 sums = gaussian(near, far, at, extent);
+        if (MASKING) {
+            sums = lod <= -1.0 ? texelFetch(image, texel, 0) : sums;
+        }
+        return sums;
+    }
+    vec4 linear = trilinear(image, near, uv, lod, at);
     if (KIND == MIPMAP) {
-        return textureLod(image, uv, max(lod, 0.0));
+        return linear;
     }
-    if (KIND == CATMULL_ROM) {
-        return cubic(image, uv, lod);
-    }
-    vec4 sums = gaussian(image, uv, lod, extent, radius);
-    if (MASKING) {
-        sums = lod <= -1.0 ? texelFetch(image, texel, 0) : sums;
-    }
-    return sums;
+    vec4 sums = mix(catmull_rom(near, at.p_near, at.near), catmull_rom(far, at.p_far, at.far), max(at.f, 0.0));
+    return sums.w > CATMULL_ROM_MIN_WEIGHT * linear.w ? sums : linear;
 }
 
 void main() {
@@ -87,7 +117,7 @@ void main() {
         if (MASKING) {
             lod = masked_lod(camera, camera_variance, uv, lod, push.variance_lod.x);
         }
-        vec4 sums = sums_at(camera, uv, lod, CAMERA, CAMERA_RADIUS);
+        vec4 sums = sums_at(camera, camera_near, camera_far, uv, lod, CAMERA);
         total += sums.w > 0.0 ? sums.xyz / sums.w : vec3(0.0);
     }
     if (LIGHT != ABSENT) {
@@ -95,7 +125,7 @@ void main() {
         if (MASKING) {
             lod = masked_lod(light, light_variance, uv, lod, push.variance_lod.y);
         }
-        total += sums_at(light, uv, lod, LIGHT, LIGHT_RADIUS).xyz * push.light_scale;
+        total += sums_at(light, light_near, light_far, uv, lod, LIGHT).xyz * push.light_scale;
     }
     xyz = vec4(total, 1.0);
 }

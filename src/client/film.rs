@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use crate::client::error::ClientError;
-use crate::client::filter::MAX_EXTENT;
+use crate::client::filter::{MAX_EXTENT, accepts};
 use crate::client::layout::{FoldPush, ReconstructPush};
 use crate::client::lod::{StreamLod, power_of_two_below};
 use crate::client::pass::fold::FoldPass;
-use crate::client::pass::images::{BatchImages, MipState, PictureImages, StreamImages};
+use crate::client::pass::images::{BatchImages, PictureImages, StreamImages};
 use crate::client::pass::mips::MipsPass;
 use crate::client::pass::reconstruct::{ReconstructPass, StreamInput, levels_needed};
 use crate::client::pass::splat::{SplatPass, Sprites, splat_push};
@@ -83,13 +83,13 @@ impl VulkanFilm {
 
     /// Copies samples to the batch; a full batch is rasterised at once, without waiting for it.
     ///
-    /// Samples with a non-finite number or a weight of 0 are dropped (the stream never carries them).
+    /// Samples that [`accepts`] refuses are dropped; the stream should not carry them.
     ///
     /// # Errors
     ///
     /// [`ClientError::Gpu`] when there is no memory for a stream's images or the device was lost.
     pub fn add(&mut self, samples: &[Sample]) -> Result<(), ClientError> {
-        for sample in samples.iter().filter(|s| is_valid(s)) {
+        for sample in samples.iter().filter(|s| accepts(s)) {
             if self.luminance_scale.is_none() && sample.xyz.y > 0.0 {
                 self.luminance.0 += f64::from(sample.xyz.y) / f64::from(sample.w.abs());
                 self.luminance.1 += 1;
@@ -143,7 +143,7 @@ impl VulkanFilm {
             if range.is_empty() {
                 continue;
             }
-            stream.mips = MipState { color: 1, variance: 1 };
+            stream.changed();
             let sprites = Sprites { vertices, range };
             splat.record(cmd, &sprites, &push, &mut targets.color);
             fold.record(cmd, &mut stream.color, targets, &FoldPush { inverse_scale });
@@ -275,6 +275,9 @@ impl VulkanFilm {
             if let (Some(stream), Some(lod)) = (stream, lod) {
                 let levels = levels_needed(settings.reconstruction, masking, lod);
                 self.passes.mips.record(&self.gpu, cmd, stream, levels, masking)?;
+                if masking {
+                    stream.fill_atlas(&self.gpu, cmd)?;
+                }
             }
         }
         let Some((picture, _)) = &mut self.picture else {
@@ -354,11 +357,6 @@ impl VulkanFilm {
     fn scale(&self) -> f32 {
         self.luminance_scale.unwrap_or(1.0)
     }
-}
-
-/// True for samples that the stream may carry: all numbers finite and a weight that names a stream.
-fn is_valid(s: &Sample) -> bool {
-    s.uv[0].is_finite() && s.uv[1].is_finite() && s.xyz.is_finite() && s.w.is_finite() && s.w != 0.0
 }
 
 fn floats(bytes: &[u8]) -> Vec<f32> {

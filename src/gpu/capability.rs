@@ -85,9 +85,9 @@ fn formats(instance: &Instance, device: vk::PhysicalDevice, missing: &mut Vec<St
     let accumulate =
         F::COLOR_ATTACHMENT | F::COLOR_ATTACHMENT_BLEND | F::SAMPLED_IMAGE | F::SAMPLED_IMAGE_FILTER_LINEAR;
     let wanted = [
-        (Format::Rgba32F, accumulate | F::TRANSFER_SRC),
-        (Format::R32F, accumulate | F::TRANSFER_SRC),
-        (Format::Rgba8, F::COLOR_ATTACHMENT | F::TRANSFER_SRC),
+        (Format::Rgba32F, accumulate | F::TRANSFER_SRC | F::TRANSFER_DST),
+        (Format::R32F, accumulate | F::TRANSFER_SRC | F::TRANSFER_DST),
+        (Format::Rgba8, F::COLOR_ATTACHMENT | F::SAMPLED_IMAGE | F::TRANSFER_SRC | F::TRANSFER_DST),
     ];
     for (format, needs) in wanted {
         // SAFETY: plain query.
@@ -99,6 +99,7 @@ fn formats(instance: &Instance, device: vk::PhysicalDevice, missing: &mut Vec<St
             (F::SAMPLED_IMAGE, "be read by a shader"),
             (F::SAMPLED_IMAGE_FILTER_LINEAR, "be read with linear filtering"),
             (F::TRANSFER_SRC, "be copied from"),
+            (F::TRANSFER_DST, "be copied to"),
         ] {
             if lacks.contains(flag) {
                 missing.push(format!("Images of format {:?} cannot {sentence}.", format.raw()));

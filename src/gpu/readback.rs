@@ -1,4 +1,4 @@
-//! From images back to the host.
+//! Copies: from images back to the host, and between images.
 
 use std::sync::Arc;
 
@@ -39,12 +39,7 @@ impl Cmd<'_> {
         self.access_levels(image, 0..1, Access::TransferRead);
         self.copies_in_turn();
         let copy = vk::BufferImageCopy::default()
-            .image_subresource(vk::ImageSubresourceLayers {
-                aspect_mask: vk::ImageAspectFlags::COLOR,
-                mip_level: 0,
-                base_array_layer: 0,
-                layer_count: 1,
-            })
+            .image_subresource(layers(0))
             .image_offset(vk::Offset3D { x: x as i32, y: y as i32, z: 0 })
             .image_extent(vk::Extent3D { width, height, depth: 1 });
         // SAFETY: the rectangle lies within the image and the bytes within the buffer, as asserted above.
@@ -58,6 +53,42 @@ impl Cmd<'_> {
             );
         }
         self.copies_to_host();
+    }
+}
+
+impl Cmd<'_> {
+    /// Copies level `i` of `source` to level 0 of `target`, its left top texel at `origins[i]`.
+    pub fn copy_levels(&mut self, source: &mut Image, target: &mut Image, origins: &[[u32; 2]]) {
+        self.access_levels(source, 0..origins.len() as u32, Access::TransferRead);
+        self.access(target, Access::TransferWrite);
+        let regions: Vec<_> = (0..)
+            .zip(origins)
+            .map(|(level, [x, y])| {
+                let [width, height] = source.extent(level);
+                let room = target.extent(0);
+                assert!(x + width <= room[0] && y + height <= room[1], "level beyond the target");
+                vk::ImageCopy::default()
+                    .src_subresource(layers(level))
+                    .dst_subresource(layers(0))
+                    .dst_offset(vk::Offset3D { x: *x as i32, y: *y as i32, z: 0 })
+                    .extent(vk::Extent3D { width, height, depth: 1 })
+            })
+            .collect();
+        let (from, to) = (Access::TransferRead.layout(), Access::TransferWrite.layout());
+        // SAFETY: levels exist (the accesses above index them) and lie within the target, as asserted.
+        unsafe {
+            self.gpu.device.cmd_copy_image(self.raw, source.raw, from, target.raw, to, &regions);
+        }
+    }
+}
+
+/// One level of the only layer.
+fn layers(mip_level: u32) -> vk::ImageSubresourceLayers {
+    vk::ImageSubresourceLayers {
+        aspect_mask: vk::ImageAspectFlags::COLOR,
+        mip_level,
+        base_array_layer: 0,
+        layer_count: 1,
     }
 }
 

@@ -22,6 +22,8 @@ pub enum Access {
     Sampled,
     /// Copied from.
     TransferRead,
+    /// Copied to; what was there is discarded.
+    TransferWrite,
 }
 
 /// Stage, access mask and layout of a use.
@@ -42,6 +44,7 @@ impl Access {
                 L::COLOR_ATTACHMENT_OPTIMAL,
             ),
             Access::Sampled => (S::FRAGMENT_SHADER, A::SHADER_SAMPLED_READ, L::SHADER_READ_ONLY_OPTIMAL),
+            Access::TransferWrite => (S::COPY, A::TRANSFER_WRITE, L::TRANSFER_DST_OPTIMAL),
             Access::TransferRead => (S::COPY, A::TRANSFER_READ, L::TRANSFER_SRC_OPTIMAL),
         };
         Use { stage, mask, layout }
@@ -73,7 +76,7 @@ impl Cmd<'_> {
                 continue;
             }
             let (old, new) = (before.describe(), access.describe());
-            let discard = access == Access::ColorWrite;
+            let discard = matches!(access, Access::ColorWrite | Access::TransferWrite);
             barriers.push(
                 vk::ImageMemoryBarrier2::default()
                     .image(image.raw)

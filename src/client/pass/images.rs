@@ -74,6 +74,10 @@ pub struct StreamImages {
     pub variance: Accumulator,
     /// Mip levels that can be read.
     pub mips: MipState,
+    /// All levels of the colour side by side; made when noise is masked first.
+    atlas: Option<Image>,
+    /// The atlas holds the current sums.
+    atlas_done: bool,
     /// The sums hold nothing yet, not even zeros.
     undefined: bool,
 }
@@ -89,6 +93,8 @@ impl StreamImages {
             color: Accumulator::new(gpu, &format!("{name} color"), Format::Rgba32F, extent)?,
             variance: Accumulator::new(gpu, &format!("{name} variance"), Format::R32F, extent)?,
             mips: MipState::default(),
+            atlas: None,
+            atlas_done: false,
             undefined: true,
         })
     }
@@ -97,6 +103,44 @@ impl StreamImages {
     pub fn forget(&mut self) {
         self.undefined = true;
         self.mips = MipState::default();
+        self.atlas_done = false;
+    }
+
+    /// Notes that the sums have changed: what was made of them is out of date.
+    pub fn changed(&mut self) {
+        self.mips = MipState { color: 1, variance: 1 };
+        self.atlas_done = false;
+    }
+
+    /// Copies all levels of the colour into the atlas, unless that was done since the last change.
+    ///
+    /// # Errors
+    ///
+    /// As [`Image::new`].
+    pub fn fill_atlas(&mut self, gpu: &Arc<Gpu>, cmd: &mut Cmd<'_>) -> Result<(), GpuError> {
+        let sums = self.color.sums_mut();
+        let full = sums.extent(0);
+        let mut atlas = match self.atlas.take() {
+            Some(atlas) => atlas,
+            None => {
+                let extent = atlas_extent(full, sums.levels());
+                let desc = ImageDesc { name: "atlas", format: Format::Rgba32F, extent, mips: false };
+                Image::new(gpu, desc)?
+            }
+        };
+        if !std::mem::replace(&mut self.atlas_done, true) {
+            let origins: Vec<_> = (0..sums.levels()).map(|level| atlas_origin(full, level)).collect();
+            cmd.scope("atlas").copy_levels(sums, &mut atlas, &origins);
+        }
+        cmd.access(sums, Access::Sampled);
+        cmd.access(&mut atlas, Access::Sampled);
+        self.atlas = Some(atlas);
+        Ok(())
+    }
+
+    /// The atlas of the last [`fill_atlas`](Self::fill_atlas).
+    pub fn atlas(&self) -> Option<&Image> {
+        self.atlas.as_ref()
     }
 
     /// Clears the sums to zero where they were never written or were forgotten.
@@ -104,7 +148,7 @@ impl StreamImages {
         if !std::mem::take(&mut self.undefined) {
             return;
         }
-        self.mips = MipState { color: 1, variance: 1 };
+        self.changed();
         let cmd = &mut cmd.scope("clear");
         for sums in [&mut self.color, &mut self.variance] {
             let (hi, lo) = (&mut sums.hi[sums.current], &mut sums.lo[sums.current]);
@@ -115,6 +159,19 @@ impl StreamImages {
             cmd.rendering(&[target(hi), target(lo)], |_| ());
         }
     }
+}
+
+/// Left top texel of a level in the atlas: level 0 at the left, the others below each other at its right. Twin of
+/// `atlas_level` in `glsl/include/gather.glsl`.
+fn atlas_origin(full: [u32; 2], level: u32) -> [u32; 2] {
+    let high = full[1].next_power_of_two();
+    if level == 0 { [0, 0] } else { [full[0], high - (high >> (level - 1)) + level] }
+}
+
+/// Extent of the atlas that holds all levels.
+fn atlas_extent(full: [u32; 2], levels: u32) -> [u32; 2] {
+    let last = atlas_origin(full, levels - 1)[1];
+    [full[0] + (full[0] / 2).max(1), full[1].max(last + 1)]
 }
 
 /// What one batch is drawn into; both streams use it in turn.

@@ -9,9 +9,6 @@ use crate::client::pass::{Variants, fullscreen};
 use crate::client::settings::Reconstruction;
 use crate::gpu::{Access, Cmd, Format, Gpu, GpuError, Image, Load, Pipeline, Sampler, Target, Texture};
 
-/// From this sharpness on, taps two texels away weigh less than 1e-5 of the middle: 1.5² σ − 0.5² σ = 2 σ > 12.
-const NARROW_SIGMA: f32 = 6.0;
-
 /// How much of the kernel one stream needs; see `reconstruct.frag`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Extent {
@@ -28,14 +25,11 @@ struct Key {
     masking: bool,
     camera: Extent,
     light: Extent,
-    camera_radius: u32,
-    light_radius: u32,
 }
 
 impl Key {
-    fn constants(self) -> [u32; 6] {
-        let (camera, light) = (self.camera as u32, self.light as u32);
-        [self.kind, u32::from(self.masking), camera, light, self.camera_radius, self.light_radius]
+    fn constants(self) -> [u32; 4] {
+        [self.kind, u32::from(self.masking), self.camera as u32, self.light as u32]
     }
 }
 
@@ -73,9 +67,8 @@ impl ReconstructPass {
         target: &mut Image,
     ) -> Result<(), GpuError> {
         let masking = push.noise_masking > 0.0;
-        let plans = [0, 1].map(|i| plan(kind, masking, streams[i].as_ref().map(|s| &s.lod)));
-        let [(camera, camera_radius), (light, light_radius)] = plans;
-        let key = Key { kind: kind_constant(kind), masking, camera, light, camera_radius, light_radius };
+        let [camera, light] = [0, 1].map(|i| extent(kind, masking, streams[i].as_ref().map(|s| &s.lod)));
+        let key = Key { kind: kind_constant(kind), masking, camera, light };
         let pipeline = self.pipelines.get(key, || make(gpu, key))?;
         for (i, stream) in streams.iter().enumerate() {
             if let Some(stream) = stream {
@@ -87,11 +80,8 @@ impl ReconstructPass {
         let Some(any) = streams.iter().flatten().next() else {
             return Ok(());
         };
-        let of = |i: usize| streams[i].as_ref().unwrap_or(any).images;
-        let texture = |image| Texture { image, level: None, sampler: Sampler::Trilinear };
-        let variance = |i: usize| if masking { &of(i).variance } else { &of(i).color };
-        let read =
-            [of(0).color.sums(), variance(0).sums(), of(1).color.sums(), variance(1).sums()].map(texture);
+        let read = [0, 1].map(|i| textures(streams[i].as_ref().unwrap_or(any), masking));
+        let read: Vec<_> = read.into_iter().flatten().collect();
 
         let cmd = &mut cmd.scope("reconstruct");
         cmd.access(target, Access::ColorWrite);
@@ -101,6 +91,22 @@ impl ReconstructPass {
         });
         Ok(())
     }
+}
+
+/// What the shader binds for one stream: all levels of colour and variance, and the two levels around its level of detail
+/// (twice the atlas where noise is masked).
+fn textures<'a>(stream: &StreamInput<'a>, masking: bool) -> [Texture<'a>; 4] {
+    let color = stream.images.color.sums();
+    let all = |image| Texture { image, level: None, sampler: Sampler::Trilinear };
+    let one = |image, level| Texture { image, level: Some(level), sampler: Sampler::Nearest };
+    if let Some(atlas) = stream.images.atlas().filter(|_| masking) {
+        let variance = stream.images.variance.sums();
+        return [all(color), all(variance), one(atlas, 0), one(atlas, 0)];
+    }
+    let near = stream.lod.base.max(0.0) as u32;
+    let far = (near + 1).min(color.levels() - 1);
+    // The variance is not read: its binding repeats the colour.
+    [all(color), all(color), one(color, near), one(color, far)]
 }
 
 /// Mip levels, level 0 included, that will be read of a stream.
@@ -114,21 +120,14 @@ pub fn levels_needed(kind: Reconstruction, masking: bool, lod: &StreamLod) -> u3
     }
 }
 
-/// What to compile in for one stream: how much of the kernel, and the radius at the coarser (or only) level.
-fn plan(kind: Reconstruction, masking: bool, lod: Option<&StreamLod>) -> (Extent, u32) {
-    let Some(lod) = lod else {
-        return (Extent::Absent, 2);
-    };
-    if kind != Reconstruction::Gaussian || masking {
-        return (Extent::TwoLevels, 2);
-    }
-    let radius = |sigma_exponent: f32| if (2.0 * sigma_exponent).exp2() > NARROW_SIGMA { 1 } else { 2 };
-    if lod.base <= MIN_LOD {
-        (Extent::Texel, 2)
-    } else if lod.base < 0.0 {
-        (Extent::OneLevel, radius(1.0 - lod.base))
-    } else {
-        (Extent::TwoLevels, radius(2.0 - lod.base.fract()))
+/// How much of the kernel to compile in for one stream.
+fn extent(kind: Reconstruction, masking: bool, lod: Option<&StreamLod>) -> Extent {
+    match lod {
+        None => Extent::Absent,
+        Some(_) if kind != Reconstruction::Gaussian || masking => Extent::TwoLevels,
+        Some(lod) if lod.base <= MIN_LOD => Extent::Texel,
+        Some(lod) if lod.base < 0.0 => Extent::OneLevel,
+        Some(_) => Extent::TwoLevels,
     }
 }
 
@@ -144,5 +143,5 @@ fn kind_constant(kind: Reconstruction) -> u32 {
 
 fn make(gpu: &Arc<Gpu>, key: Key) -> Result<Pipeline, GpuError> {
     let frag = ("reconstruct.frag", &key.constants()[..]);
-    fullscreen(gpu, frag, size_of::<ReconstructPush>(), 4, &[Format::Rgba32F])
+    fullscreen(gpu, frag, size_of::<ReconstructPush>(), 8, &[Format::Rgba32F])
 }

@@ -1,0 +1,190 @@
+//! Times of the Vulkan client's passes and of their CPU twins, as a table.
+//!
+//! ```sh
+//! cargo run --release --example bench_client -- [SIZE] [DEVICE]
+//! ```
+//!
+//! SIZE is the side of a square picture (512). GPU times are timestamps; on lavapipe they leave out clears of targets.
+//! Samples are uniform over the window, in batches of 65,536. "CPU" columns are the process's CPU time, all threads.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use pointillist::client::film::VulkanFilm;
+use pointillist::client::reference::ReferenceFilm;
+use pointillist::client::{FilmSpec, Reconstruction, Settings, SplatFilter};
+use pointillist::color::{Profile, Xyz};
+use pointillist::gpu::{DeviceChoice, Gpu};
+use pointillist::stream::Sample;
+
+type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
+
+const BATCH: usize = 65_536;
+const BATCHES: usize = 16;
+
+fn main() -> Outcome<()> {
+    let mut arguments = std::env::args().skip(1);
+    let size: u32 = arguments.next().map_or(Ok(512), |a| a.parse())?;
+    let choice = DeviceChoice::parse(&arguments.next().unwrap_or_default());
+    let start = Instant::now();
+    let gpu = Gpu::new(&choice)?;
+    let opened = start.elapsed().as_secs_f64() * 1e3;
+    let info = gpu.info();
+    println!("device   {} ({}, {}, Vulkan {})", info.name, info.kind, info.driver, info.api);
+    println!("picture  {size}×{size}, batches of {BATCH} samples");
+    let spec =
+        FilmSpec { width: size, height: size, filter: SplatFilter::Gaussian, variance: Default::default() };
+    let samples = uniform(&spec, BATCH);
+    first_picture(&gpu, spec, &samples, opened)?;
+    for filter in [SplatFilter::Gaussian, SplatFilter::Tent, SplatFilter::Box] {
+        raster(&gpu, FilmSpec { filter, ..spec }, &samples)?;
+    }
+    for count in [1, 4, 16] {
+        for (kind, vm) in [
+            (Reconstruction::Gaussian, 0.0),
+            (Reconstruction::Gaussian, 0.5),
+            (Reconstruction::CatmullRom, 0.0),
+            (Reconstruction::Mipmap, 0.0),
+            (Reconstruction::None, 0.0),
+        ] {
+            display(&gpu, spec, &samples, count, (kind, vm))?;
+        }
+    }
+    Ok(())
+}
+
+/// From nothing to the first picture: what a user waits for.
+fn first_picture(gpu: &Arc<Gpu>, spec: FilmSpec, samples: &[Sample], opened: f64) -> Outcome<()> {
+    let start = Instant::now();
+    let mut film = VulkanFilm::new(gpu.clone(), spec)?;
+    film.add(&samples[..1024])?;
+    film.flush()?;
+    let flushed = start.elapsed().as_secs_f64() * 1e3;
+    film.display(&settings(Reconstruction::Gaussian, 0.0))?;
+    let shown = start.elapsed().as_secs_f64() * 1e3;
+    println!(
+        "start    device {opened:.0} ms, film and first batch recorded {flushed:.0} ms, first picture {shown:.0} ms"
+    );
+    Ok(())
+}
+
+/// Splat, fold and variance of one stream.
+fn raster(gpu: &Arc<Gpu>, spec: FilmSpec, samples: &[Sample]) -> Outcome<()> {
+    let mut film = VulkanFilm::new(gpu.clone(), spec)?;
+    film.add(samples)?;
+    film.develop()?;
+    gpu.take_timings();
+    gpu.set_timing(true);
+    let (start, cpu) = (Instant::now(), cpu_seconds());
+    for _ in 0..BATCHES {
+        film.add(samples)?;
+    }
+    film.flush()?;
+    wait(gpu)?;
+    let (seconds, cpu) = (start.elapsed().as_secs_f64(), cpu_seconds() - cpu);
+    gpu.set_timing(false);
+    let total = (BATCH * BATCHES) as f64;
+    println!("\n{:?}: {:.2} Msamples/s in all, {:.2} s CPU", spec.filter, total / seconds / 1e6, cpu);
+    for scope in gpu.take_timings() {
+        let each = scope.milliseconds / scope.count as f64;
+        println!("  {:<14} {each:8.2} ms {:8.2} Msamples/s", scope.name, BATCH as f64 / each / 1e3);
+    }
+    let mut twin = ReferenceFilm::new(spec, 0)?;
+    twin.add(samples)?;
+    let start = Instant::now();
+    for _ in 0..BATCHES {
+        twin.add(samples)?;
+    }
+    println!("  twin, all passes: {:.2} Msamples/s", total / start.elapsed().as_secs_f64() / 1e6);
+    Ok(())
+}
+
+/// One way of display, with `count` batches in the film.
+fn display(
+    gpu: &Arc<Gpu>,
+    spec: FilmSpec,
+    samples: &[Sample],
+    count: usize,
+    (kind, vm): (Reconstruction, f32),
+) -> Outcome<()> {
+    const REPEATS: usize = 4;
+    let settings = settings(kind, vm);
+    let mut film = VulkanFilm::new(gpu.clone(), spec)?;
+    let mut twin = ReferenceFilm::new(spec, 0)?;
+    for _ in 0..count {
+        film.add(samples)?;
+        twin.add(samples)?;
+    }
+    film.display(&settings)?;
+    twin.display(&settings)?;
+    gpu.take_timings();
+    let (mut gpu_cpu, mut gpu_wall) = (0.0, 0.0);
+    gpu.set_timing(true);
+    for _ in 0..REPEATS {
+        film.add(&samples[..1])?;
+        film.flush()?;
+        wait(gpu)?;
+        let (cpu, start) = (cpu_seconds(), Instant::now());
+        film.display(&settings)?;
+        gpu_cpu += cpu_seconds() - cpu;
+        gpu_wall += start.elapsed().as_secs_f64();
+    }
+    gpu.set_timing(false);
+    let cpu = cpu_seconds();
+    for _ in 0..REPEATS {
+        twin.display(&settings)?;
+    }
+    let twin_cpu = cpu_seconds() - cpu;
+    let per_pixel = |s: f64| s * 1e9 / (REPEATS as f64 * f64::from(spec.width) * f64::from(spec.height));
+    println!(
+        "\n{kind:?}, Vm {vm}, {:.2} samples/texel: {:.1} ms; CPU {:.0} ns/pixel, twin {:.0}, ratio {:.2}",
+        (count * BATCH) as f64 / (f64::from(spec.width) * f64::from(spec.height)),
+        gpu_wall * 1e3 / REPEATS as f64,
+        per_pixel(gpu_cpu),
+        per_pixel(twin_cpu),
+        gpu_cpu / twin_cpu
+    );
+    let shown = ["mips", "atlas", "reconstruct", "tonemap", "readback"];
+    for scope in gpu.take_timings().iter().filter(|s| shown.contains(&s.name)) {
+        println!("  {:<14} {:8.2} ms", scope.name, scope.milliseconds / scope.count as f64);
+    }
+    Ok(())
+}
+
+/// Waits until the GPU has done everything.
+fn wait(gpu: &Arc<Gpu>) -> Outcome<()> {
+    Ok(gpu.wait(gpu.begin()?.submit()?)?)
+}
+
+fn settings(reconstruction: Reconstruction, vm: f32) -> Settings {
+    Settings { reconstruction, vm, exposure: 1.0, contrast: 1.0, gamma: 2.2, profile: Profile::srgb() }
+}
+
+/// Samples over the whole window (a linear congruential generator; Knuth's constants).
+fn uniform(spec: &FilmSpec, count: usize) -> Vec<Sample> {
+    let mut state = 1_u64;
+    let mut next = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 40) as f32 / 16_777_216.0
+    };
+    let window = spec.window();
+    (0..count)
+        .map(|_| {
+            let t = [next(), next()];
+            let uv = [0, 1].map(|k| window.min[k] + t[k] * (window.max[k] - window.min[k]));
+            Sample { uv, xyz: Xyz::new(next(), next(), next()), w: 1.0 }
+        })
+        .collect()
+}
+
+/// CPU time of this process, all threads, seconds; wall time where the system does not tell.
+fn cpu_seconds() -> f64 {
+    let ticks = std::fs::read_to_string("/proc/self/stat").ok().and_then(|text| {
+        // Fields 14 and 15, user and system, counted after the name in parentheses; in hundredths of a second.
+        let rest = text.rsplit(')').next()?.to_owned();
+        let fields: Vec<&str> = rest.split_whitespace().collect();
+        Some(fields.get(11)?.parse::<f64>().ok()? + fields.get(12)?.parse::<f64>().ok()?)
+    });
+    static START: std::sync::OnceLock<Instant> = std::sync::OnceLock::new();
+    ticks.map_or_else(|| START.get_or_init(Instant::now).elapsed().as_secs_f64(), |t| t / 100.0)
+}
