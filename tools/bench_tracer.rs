@@ -39,7 +39,49 @@ fn main() {
         }
         println!("{name}: {:.3} M paths/s, mean Y {:.5}", best / 1e6, sum.0 / sum.1 as f64);
         rays(&tracer.scene);
+        noise(&tracer, 16);
     }
+}
+
+/// A picture of 512 × 512 sums, box filter.
+struct Picture(Vec<Xyz>);
+
+const SIZE: usize = 512;
+
+impl SampleSink for Picture {
+    fn camera(&mut self, uv: [f32; 2], value: Xyz, _: f32) {
+        let [x, y] = uv.map(|c| ((c * SIZE as f32) as usize).min(SIZE - 1));
+        self.0[y * SIZE + x] += value;
+    }
+    fn light(&mut self, _: [f32; 2], _: Xyz) {}
+}
+
+/// relMSE = mean((x − ref)² / (ref_Y² + 0.01)) of linear RGB from the difference of two randomisations, whose
+/// errors are independent: half the mean square difference, with their mean for the reference.
+fn noise(tracer: &PathTracer, per_pixel: u64) {
+    let start = Instant::now();
+    let [a, b] = [11, 12].map(|seed| {
+        let tracer = PathTracer { seed, ..tracer.clone() };
+        let mut picture = Picture(vec![Xyz::BLACK; SIZE * SIZE]);
+        let n = per_pixel * (SIZE * SIZE) as u64;
+        (0..n).for_each(|i| tracer.trace(i, &mut (), &mut picture));
+        picture.0
+    });
+    let seconds = start.elapsed().as_secs_f64() / 2.0;
+    let rgb = pointillist::color::Profile::srgb().from_xyz;
+    let (mut sum, mut luminance) = (0.0, 0.0);
+    for (a, b) in a.iter().zip(&b) {
+        let [a, b] = [a, b].map(|c| glam::Vec3::new(c.x, c.y, c.z) / per_pixel as f32);
+        let y = 0.5 * (a.y + b.y);
+        let d = rgb * (a - b);
+        sum += f64::from(d.length_squared() / 3.0 * 0.5 / (y * y + 0.01));
+        luminance += f64::from((a.y - b.y).powi(2) * 0.5 / (y * y + 0.01));
+    }
+    let [relative, luminance] = [sum, luminance].map(|s| s / (SIZE * SIZE) as f64);
+    println!(
+        "  {per_pixel} per pixel: relMSE {relative:.5} (of Y {luminance:.5}), times seconds {:.4}",
+        relative * seconds
+    );
 }
 
 fn paths_per_second(tracer: &PathTracer, seconds: f64, sum: &mut Sum) -> f64 {
