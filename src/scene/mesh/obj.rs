@@ -74,7 +74,7 @@ pub fn parse(name: &str, bytes: &[u8], options: &MeshOptions) -> Result<MeshRead
             );
         }
     }
-    Ok(MeshRead { mesh, warnings })
+    Ok(MeshRead { bytes: bytes.len(), mesh, warnings })
 }
 
 /// The mesh as this program keeps it.
@@ -126,7 +126,7 @@ impl ObjFile<'_> {
         let text = text.trim_end();
         Finding::new(
             kind,
-            LineAt { file: self.name, text, line: line.max(1), range: (0, text.len()) },
+            LineAt { file: self.name, text, line: line.max(1), column: 1, range: (0, text.len()) },
             message,
         )
     }
