@@ -66,7 +66,8 @@ pub(crate) fn read(
             return Err(reader.document.finding(FindingKind::Plugin, element.span, m).error());
         }
     };
-    if role == Role::Reflectance && spectrum.max() > 1.0 + 1e-5 {
+    // Colours are in range already, and their bound may lie a little above them.
+    if role == Role::Reflectance && element.tag.name != "rgb" && spectrum.max() > 1.0 + 1e-5 {
         let m = format!("`{name}` is above 1: this surface makes energy");
         params.note(
             reader.document.finding(FindingKind::Value, span, m).help("a reflectance is in [0, 1]").warning(),
