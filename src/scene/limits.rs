@@ -40,6 +40,9 @@ pub const TOTAL_SPECTRUM_BYTES: usize = 64 << 20;
 /// Bytes of one mesh file.
 pub const MESH_BYTES: u64 = 1 << 30;
 
+/// Bytes of one line of a mesh file.
+pub const MESH_LINE_BYTES: usize = 1 << 20;
+
 /// Faces of one mesh file, after polygons are cut into triangles.
 pub const MESH_TRIANGLES: usize = 1 << 25;
 
