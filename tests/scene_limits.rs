@@ -83,3 +83,34 @@ fn the_guard_can_fail() {
     let caught = std::panic::catch_unwind(|| guarded("a panic", || panic!("on purpose")));
     assert!(caught.is_err());
 }
+
+/// Counting the columns of each shape from the start of the line would take minutes here.
+#[test]
+fn one_line_with_thousands_of_shapes_is_read_in_time() {
+    let count = 20_000;
+    let shapes = "<shape type='disk'><float name='oops' value='1'/></shape>".repeat(count);
+    let text = format!(
+        "<scene version='3.0.0'><sensor type='perspective'/><emitter type='constant'/>{shapes}</scene>"
+    );
+    let (shapes, warnings) = guarded("one line", move || {
+        let loaded = load_str("line.xml", &text, &[]).unwrap_or_else(|e| panic!("{e:?}"));
+        (loaded.desc.shapes.len(), loaded.warnings)
+    });
+    assert_eq!(shapes, count);
+    assert!(warnings.len() < 300 && warnings.last().is_some_and(|w| w.to_string().contains("more warnings")));
+}
+
+/// A list of wavelengths is worked out once, not once for each of its references.
+#[test]
+fn a_spectrum_with_many_references_is_read_in_time() {
+    let list: String = (0..20_000).map(|i| format!("{}:1 ", 300.0 + f64::from(i) * 0.02)).collect();
+    let uses = "<bsdf type='diffuse'><ref id='s' name='reflectance'/></bsdf>".repeat(10_000);
+    let text = format!(
+        "<scene version='3.0.0'><sensor type='perspective'/><emitter type='constant'/>\
+         <spectrum id='s' name='s' value='{list}'/>{uses}</scene>"
+    );
+    let bsdfs = guarded("many references", move || {
+        load_str("uses.xml", &text, &[]).unwrap_or_else(|e| panic!("{e:?}")).desc.bsdfs.len()
+    });
+    assert_eq!(bsdfs, 10_000);
+}

@@ -178,7 +178,8 @@ mod tests {
 
     #[test]
     fn shows_place_line_and_caret() {
-        let at = LineAt { file: "a.xml", text: "  <shape type=\"blob\"/>", line: 7, range: (9, 20) };
+        let at =
+            LineAt { file: "a.xml", text: "  <shape type=\"blob\"/>", line: 7, column: 10, range: (9, 20) };
         let e = Finding::new(FindingKind::Plugin, at, "unknown shape").help("write sphere").error();
         let text = render(&e);
         assert!(text.contains("a.xml:7:10"), "{text}");
@@ -190,11 +191,11 @@ mod tests {
     fn a_huge_line_is_cut_and_odd_ranges_do_not_panic() {
         let long = "é".repeat(1_000_000);
         for range in [(0, 2_000_000), (999_999, 5), (3, usize::MAX), (2_000_000, 2_000_001)] {
-            let at = LineAt { file: "a.xml", text: &long, line: 1, range };
+            let at = LineAt { file: "a.xml", text: &long, line: 1, column: 1, range };
             let text = render(&Finding::new(FindingKind::Value, at, "m").error());
             assert!(text.len() < 3000 && text.contains("a.xml:1:"), "{}", text.len());
         }
-        let at = LineAt { file: "empty.xml", text: "", line: 1, range: (0, 0) };
+        let at = LineAt { file: "empty.xml", text: "", line: 1, column: 1, range: (0, 0) };
         let text = render(&Finding::new(FindingKind::Value, at, "m").error());
         assert!(text.contains("empty.xml:1:1"), "{text}");
     }

@@ -19,6 +19,8 @@ pub(crate) struct LineAt<'a> {
     pub(crate) text: &'a str,
     /// Line number, from 1.
     pub(crate) line: usize,
+    /// Column of the start of `range`, in characters, from 1.
+    pub(crate) column: usize,
     /// The part meant, in bytes of `text`; cut to the line and to character boundaries.
     pub(crate) range: (usize, usize),
 }
@@ -63,7 +65,6 @@ impl Excerpt {
         let start = floor_boundary(text, at.range.0);
         let end = floor_boundary(text, at.range.1).max(start);
         let before: Vec<char> = text[..start].chars().rev().take(CONTEXT).collect();
-        let column = 1 + text[..start].chars().count();
         let mut shown: String = before.into_iter().rev().map(printable).collect();
         let label_start = shown.len();
         let meant: String = text[start..end].chars().take(UNDERLINED).map(printable).collect();
@@ -78,7 +79,7 @@ impl Excerpt {
             text: shown,
             label: (label_start, label_len.max(1)),
             line: at.line,
-            column,
+            column: at.column,
         }
     }
 }

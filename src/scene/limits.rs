@@ -28,14 +28,29 @@ pub const SUBSTITUTED_BYTES: usize = 1 << 20;
 /// References followed from one material to the next.
 pub const REFERENCE_DEPTH: usize = 16;
 
+/// Folders named by `path`.
+pub const SEARCH_PATHS: usize = 16;
+
 /// Bytes of one spectrum file.
-pub const SPECTRUM_BYTES: u64 = 4 << 20;
+pub const SPECTRUM_BYTES: u64 = 1 << 20;
+
+/// Bytes of all spectrum files of a scene together.
+pub const TOTAL_SPECTRUM_BYTES: usize = 64 << 20;
 
 /// Bytes of one mesh file.
 pub const MESH_BYTES: u64 = 1 << 30;
 
+/// Bytes of one line of a mesh file.
+pub const MESH_LINE_BYTES: usize = 1 << 20;
+
 /// Faces of one mesh file, after polygons are cut into triangles.
 pub const MESH_TRIANGLES: usize = 1 << 25;
+
+/// Triangles of all meshes of a scene together, each file counted once for each way it is read.
+pub const SCENE_TRIANGLES: usize = 1 << 26;
+
+/// Bytes of all mesh files of a scene together, counted in the same way.
+pub const TOTAL_MESH_BYTES: u64 = 4 << 30;
 
 /// Width or height of the film in pixels.
 pub const FILM_SIDE: i64 = 1 << 16;

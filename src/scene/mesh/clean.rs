@@ -67,6 +67,8 @@ pub(super) struct CleanLines<'a> {
     /// First triangle and line of each face.
     pub(super) faces: Vec<(u32, u32)>,
     pub(super) faults: Faults,
+    /// Set when the reading stopped because something is too large.
+    pub(super) excess: Option<String>,
 }
 
 impl<'a> CleanLines<'a> {
@@ -89,6 +91,7 @@ impl<'a> CleanLines<'a> {
             triangles: 0,
             faces: Vec::new(),
             faults: Faults::default(),
+            excess: None,
         }
     }
 
@@ -101,9 +104,19 @@ impl<'a> CleanLines<'a> {
             let (line, rest) = self.rest.split_at(end.map_or(self.rest.len(), |e| e + 1));
             self.rest = rest;
             self.number += 1;
+            if line.len() > limits::MESH_LINE_BYTES {
+                let message = format!("this line has more than {} bytes", limits::MESH_LINE_BYTES);
+                return self.refuse(message).map(|()| false);
+            }
             self.clean(line.trim_ascii())?;
         }
         Ok(!self.line.is_empty())
+    }
+
+    /// Stops the reading and keeps the reason, which would not survive the library's error.
+    fn refuse(&mut self, message: String) -> io::Result<()> {
+        self.excess = Some(message);
+        Err(io::Error::other("too much"))
     }
 
     fn clean(&mut self, line: &[u8]) -> io::Result<()> {
@@ -170,7 +183,7 @@ impl<'a> CleanLines<'a> {
         self.faces.push((self.triangles as u32, self.number as u32));
         self.triangles += corners - 2;
         if self.triangles > limits::MESH_TRIANGLES {
-            return Err(io::Error::other(format!("more than {} triangles", limits::MESH_TRIANGLES)));
+            return self.refuse(format!("the mesh has more than {} triangles", limits::MESH_TRIANGLES));
         }
         Ok(())
     }

@@ -23,6 +23,8 @@ pub struct MeshOptions {
 /// A mesh, with what was wrong with its file.
 #[derive(Clone, Debug)]
 pub struct MeshRead {
+    /// Size of the file.
+    pub bytes: usize,
     /// The mesh; at least one triangle.
     pub mesh: Mesh,
     /// What was dropped and mended: one warning for each kind of fault, at its first place.

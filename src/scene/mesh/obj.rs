@@ -74,7 +74,7 @@ pub fn parse(name: &str, bytes: &[u8], options: &MeshOptions) -> Result<MeshRead
             );
         }
     }
-    Ok(MeshRead { mesh, warnings })
+    Ok(MeshRead { bytes: bytes.len(), mesh, warnings })
 }
 
 /// The mesh as this program keeps it.
@@ -110,7 +110,10 @@ impl ObjFile<'_> {
                 Ok((mesh, lines.faults, lines.faces))
             }
             Err(e) => {
-                let (kind, message) = describe(e);
+                let (kind, message) = match lines.excess {
+                    Some(message) => (FindingKind::Limit, message),
+                    None => (FindingKind::Mesh, describe(e)),
+                };
                 Err(self.finding_of(kind, lines.number, message).error())
             }
         }
@@ -126,7 +129,7 @@ impl ObjFile<'_> {
         let text = text.trim_end();
         Finding::new(
             kind,
-            LineAt { file: self.name, text, line: line.max(1), range: (0, text.len()) },
+            LineAt { file: self.name, text, line: line.max(1), column: 1, range: (0, text.len()) },
             message,
         )
     }
@@ -158,20 +161,13 @@ impl ObjFile<'_> {
 }
 
 /// The library's errors in words.
-fn describe(error: LoadError) -> (FindingKind, String) {
-    let what = match error {
-        LoadError::PositionParseError => "a position has three numbers",
-        LoadError::NormalParseError => "a normal has three numbers",
-        LoadError::TexcoordParseError => "a texture coordinate has two numbers",
-        LoadError::ReadError => {
-            return (
-                FindingKind::Limit,
-                format!("the mesh has more than {} triangles", limits::MESH_TRIANGLES),
-            );
-        }
-        other => return (FindingKind::Mesh, format!("this cannot be read: {other}")),
-    };
-    (FindingKind::Mesh, what.into())
+fn describe(error: LoadError) -> String {
+    match error {
+        LoadError::PositionParseError => "a position has three numbers".into(),
+        LoadError::NormalParseError => "a normal has three numbers".into(),
+        LoadError::TexcoordParseError => "a texture coordinate has two numbers".into(),
+        other => format!("this cannot be read: {other}"),
+    }
 }
 
 #[cfg(test)]
@@ -218,5 +214,8 @@ mod tests {
             let e = parse("a.obj", text.as_bytes(), &options).expect_err(text);
             assert_eq!(e.location().1, line, "{text}: {e:?}");
         }
+        let long = format!("v 0 0 0\nf{}\n", " 1".repeat(limits::MESH_LINE_BYTES));
+        let e = parse("a.obj", long.as_bytes(), &options).expect_err("too long");
+        assert_eq!((e.kind(), e.location().1), (FindingKind::Limit, 2));
     }
 }

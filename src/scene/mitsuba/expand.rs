@@ -280,6 +280,10 @@ impl Expander {
                     let found = self.document.finding(FindingKind::File, element.span_of("value"), message);
                     self.warn(found.help("paths are relative to the file that names them"));
                 }
+                if self.document.search.len() >= limits::SEARCH_PATHS {
+                    let message = format!("more than {} search paths", limits::SEARCH_PATHS);
+                    return Err(self.document.finding(FindingKind::Limit, element.span, message).error());
+                }
                 self.document.search.push(folder);
                 Ok(())
             }
@@ -337,6 +341,6 @@ fn name_span(file: u32, node: Node<'_, '_>) -> Span {
 
 fn unreadable(path: &Path, error: &ReadError) -> Finding {
     let file = path.to_string_lossy();
-    let at = LineAt { file: &file, text: "", line: 1, range: (0, 0) };
+    let at = LineAt { file: &file, text: "", line: 1, column: 1, range: (0, 0) };
     Finding::new(error.kind(), at, error.to_string()).help("give the path of a scene file")
 }

@@ -1,7 +1,7 @@
 //! Mitsuba 3 XML to [`SceneDesc`].
 //!
-//! Two steps. [`expand`] turns texts into one flat list of elements: XML, includes, `$names`, ids.
-//! [`reader`] walks that list and hands each plugin to the function its group's table names:
+//! Two steps. `expand.rs` turns texts into one flat list of elements: XML, includes, `$names`, ids.
+//! `reader.rs` walks that list and hands each plugin to the function its group's table names:
 //!
 //! | group | file | plugins |
 //! |---|---|---|
@@ -12,7 +12,7 @@
 //! | integrator, sampler | `integrator.rs` | path; any sampler |
 //! | spectrum | `spectrum.rs` | uniform, d65, regular, irregular |
 //!
-//! Adding a plugin is one function and one line in its group's table. A reader asks [`params`] for
+//! Adding a plugin is one function and one line in its group's table. A reader asks `params.rs` for
 //! each parameter it knows; what nobody asked for is reported.
 
 mod bsdf;

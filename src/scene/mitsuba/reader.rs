@@ -7,6 +7,7 @@ use super::expand::Expanded;
 use super::params::Params;
 use super::shape::MeshKey;
 use super::source::Span;
+use super::spectrum::Role;
 use super::tags::TagKind;
 use super::{Loaded, bsdf, emitter, integrator, sensor, shape, suggest};
 use crate::scene::desc::{
@@ -14,6 +15,7 @@ use crate::scene::desc::{
 };
 use crate::scene::diagnostic::{FindingKind, SceneError, SceneWarning};
 use crate::scene::limits;
+use crate::spectrum::Spectrum;
 
 /// What has been read so far.
 pub(crate) struct Reader<'d> {
@@ -31,6 +33,14 @@ pub(crate) struct Reader<'d> {
     pub(crate) meshes: Vec<Mesh>,
     /// Meshes by file and options, so that each file is read once.
     pub(crate) known_meshes: BTreeMap<MeshKey, MeshId>,
+    /// Triangles of all meshes.
+    pub(crate) mesh_triangles: usize,
+    /// Bytes of all mesh files read.
+    pub(crate) mesh_bytes: u64,
+    /// Spectra by the element they come from, so that references share them.
+    pub(crate) known_spectra: BTreeMap<(ElementId, Role), Spectrum>,
+    /// Bytes of spectrum files read so far.
+    pub(crate) spectrum_bytes: usize,
     /// Shapes.
     pub(crate) shapes: Vec<ShapeDesc>,
     /// Lights that are not shapes.
@@ -52,6 +62,10 @@ pub(crate) fn read((document, warnings): Expanded) -> Result<Loaded, SceneError>
         open_bsdfs: Vec::new(),
         meshes: Vec::new(),
         known_meshes: BTreeMap::new(),
+        mesh_triangles: 0,
+        mesh_bytes: 0,
+        known_spectra: BTreeMap::new(),
+        spectrum_bytes: 0,
         shapes: Vec::new(),
         lights: Vec::new(),
         sensor: None,

@@ -10,6 +10,7 @@ use super::reader::Reader;
 use super::{bsdf, emitter};
 use crate::scene::desc::{MeshId, ShapeDesc, ShapeKind};
 use crate::scene::diagnostic::{FindingKind, SceneError};
+use crate::scene::limits;
 use crate::scene::mesh::{self, MeshOptions};
 
 /// Reader of one shape's geometry, given its `to_world`.
@@ -109,6 +110,14 @@ fn obj(reader: &mut Reader<'_>, params: &Params<'_>, to_world: &DAffine3) -> Res
     })?;
     for warning in read.warnings {
         reader.warn(warning);
+    }
+    reader.mesh_triangles += read.mesh.triangles.len();
+    reader.mesh_bytes += read.bytes as u64;
+    if reader.mesh_triangles > limits::SCENE_TRIANGLES || reader.mesh_bytes > limits::TOTAL_MESH_BYTES {
+        let (triangles, bytes) = (limits::SCENE_TRIANGLES, limits::TOTAL_MESH_BYTES);
+        let message =
+            format!("the meshes of this scene have more than {triangles} triangles or {bytes} bytes");
+        return Err(reader.document.finding(FindingKind::Limit, params.span(), message).error());
     }
     reader.meshes.push(read.mesh);
     let new = MeshId(reader.meshes.len() as u32 - 1);

@@ -25,6 +25,9 @@ impl Span {
     }
 }
 
+/// Bytes between counts of characters.
+const STRIDE: usize = 1024;
+
 /// One file, or a text that stands for one.
 #[derive(Debug)]
 struct Source {
@@ -32,6 +35,9 @@ struct Source {
     text: String,
     /// Byte at which each line starts.
     lines: Vec<u32>,
+    /// Characters before each multiple of [`STRIDE`] bytes, so that a column is found without reading a
+    /// long line from its start.
+    characters: Vec<u32>,
 }
 
 /// All texts of a scene.
@@ -43,7 +49,13 @@ impl Sources {
     pub(crate) fn add(&mut self, path: PathBuf, text: &str) -> u32 {
         let starts = text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(i, _)| i as u32 + 1);
         let lines = std::iter::once(0).chain(starts).collect();
-        self.0.push(Source { path, text: text.into(), lines });
+        let mut count = 0;
+        let mut characters = Vec::with_capacity(text.len() / STRIDE + 1);
+        for chunk in text.as_bytes().chunks(STRIDE) {
+            characters.push(count);
+            count += starts_of_characters(chunk);
+        }
+        self.0.push(Source { path, text: text.into(), lines, characters });
         self.0.len() as u32 - 1
     }
 
@@ -69,11 +81,11 @@ impl Sources {
 
     /// Line and column of the start of a span.
     pub(crate) fn place(&self, span: Span) -> Place {
-        let (line, start, _) = self.line(span);
-        let text = &self.0[span.file as usize].text;
+        let (line, start, end) = self.line(span);
+        let source = &self.0[span.file as usize];
         let column =
-            1 + text[start..].char_indices().take_while(|(i, _)| start + i < span.start as usize).count();
-        Place { file: span.file, line: line as u32, column: column as u32 }
+            1 + source.characters_before((span.start as usize).min(end)) - source.characters_before(start);
+        Place { file: span.file, line: line as u32, column }
     }
 
     /// A finding about a span.
@@ -82,7 +94,8 @@ impl Sources {
         let (line, start, end) = self.line(span);
         let range = ((span.start as usize).saturating_sub(start), (span.end as usize).saturating_sub(start));
         let file = source.path.to_string_lossy();
-        let at = LineAt { file: &file, text: &source.text[start..end], line, range };
+        let column = self.place(span).column as usize;
+        let at = LineAt { file: &file, text: &source.text[start..end], line, column, range };
         Finding::new(kind, at, message)
     }
 
@@ -93,9 +106,27 @@ impl Sources {
         let line = source.lines.partition_point(|&s| s <= at);
         let start = source.lines[line - 1] as usize;
         let end = source.lines.get(line).map_or(source.text.len(), |&s| s as usize);
-        let len = source.text[start..end].trim_end_matches(['\r', '\n']).len();
-        (line, start, start + len)
+        let text = &source.text[start..end];
+        let text = text.strip_suffix('\n').unwrap_or(text);
+        (line, start, start + text.strip_suffix('\r').unwrap_or(text).len())
     }
+}
+
+impl Source {
+    /// Characters that start before a byte.
+    fn characters_before(&self, byte: usize) -> u32 {
+        let Some(&count) = self.characters.get(byte / STRIDE) else {
+            return self.characters.len().checked_sub(1).map_or(0, |last| {
+                self.characters[last] + starts_of_characters(&self.text.as_bytes()[last * STRIDE..])
+            });
+        };
+        count + starts_of_characters(&self.text.as_bytes()[byte / STRIDE * STRIDE..byte])
+    }
+}
+
+/// Bytes that are the first of a character.
+fn starts_of_characters(bytes: &[u8]) -> u32 {
+    bytes.iter().filter(|b| **b & 0xc0 != 0x80).count() as u32
 }
 
 #[cfg(test)]
@@ -112,6 +143,17 @@ mod tests {
         assert_eq!((at(11).line, at(11).column), (2, 5));
         assert_eq!((at(13).line, at(13).column), (3, 1));
         assert_eq!((at(900).line, at(900).column), (3, 1));
+        let long = "ä".repeat(3 * STRIDE);
+        let f = s.add("y".into(), &long);
+        for column in [1, 2, 700, STRIDE, 3 * STRIDE] {
+            let start = 2 * (column as u32 - 1);
+            assert_eq!(s.place(Span { file: f, start, end: start }).column, column as u32);
+        }
+        assert_eq!(
+            s.place(Span { file: f, start: 6 * STRIDE as u32, end: 0 }).column as usize,
+            3 * STRIDE + 1
+        );
+        let f = 0;
         assert_eq!(s.offset(f, 2, 5), 11);
         assert_eq!(s.offset(f, 99, 5), 13);
     }

@@ -4,7 +4,7 @@
 //! `spectrum` is taken as it stands, also in a light, where 1 at every wavelength is the
 //! equal-energy white of Y = 1.
 
-use super::document::Element;
+use super::document::{Element, ElementId};
 use super::params::Params;
 use super::reader::Reader;
 use super::source::Span;
@@ -17,7 +17,7 @@ use crate::scene::limits;
 use crate::spectrum::Spectrum;
 
 /// What a spectrum is for; decides what an RGB colour means.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Role {
     /// A share of light in [0, 1].
     Reflectance,
@@ -60,20 +60,36 @@ pub(crate) fn read(
                 .map_err(|e| fault(reader, e))?;
             if role == Role::Emission { Spectrum::d65(v) } else { Spectrum::Constant(v) }
         }
-        "spectrum" if element.attribute("type").is_some() => return plugin(reader, id).map(Some),
-        "spectrum" => values(reader, element)?,
+        "spectrum" => shared(reader, id, role)?,
         other => {
             let m = format!("`{name}` is an <rgb>, <spectrum> or <float>; a <{other}> is not supported here");
             return Err(reader.document.finding(FindingKind::Plugin, element.span, m).error());
         }
     };
-    if role == Role::Reflectance && spectrum.max() > 1.0 + 1e-5 {
+    // Colours are in range already, and their bound may lie a little above them.
+    if role == Role::Reflectance && element.tag.name != "rgb" && spectrum.max() > 1.0 + 1e-5 {
         let m = format!("`{name}` is above 1: this surface makes energy");
         params.note(
             reader.document.finding(FindingKind::Value, span, m).help("a reflectance is in [0, 1]").warning(),
         );
     }
     Ok(Some(spectrum))
+}
+
+/// A `spectrum`, worked out once however often it is referred to.
+fn shared(reader: &mut Reader<'_>, id: ElementId, role: Role) -> Result<Spectrum, SceneError> {
+    if let Some(known) = reader.known_spectra.get(&(id, role)) {
+        return Ok(known.clone());
+    }
+    let element = reader.document.element(id);
+    let spectrum = match element.attribute("type") {
+        Some(_) => plugin(reader, id)?,
+        None => values(reader, element)?,
+    };
+    if element.attribute("id").is_some() {
+        reader.known_spectra.insert((id, role), spectrum.clone());
+    }
+    Ok(spectrum)
 }
 
 fn non_negative(v: f64) -> Result<f32, String> {
@@ -115,13 +131,19 @@ fn file(reader: &mut Reader<'_>, name: &str, span: Span) -> Result<Spectrum, Sce
     let path = reader.document.resolve(name, span);
     let at = |reader: &Reader<'_>, kind, m: String| reader.document.finding(kind, span, m).error();
     let bytes = read_bytes(&path, limits::SPECTRUM_BYTES).map_err(|e| at(reader, e.kind(), e.to_string()))?;
+    reader.spectrum_bytes += bytes.len();
+    if reader.spectrum_bytes > limits::TOTAL_SPECTRUM_BYTES {
+        let m =
+            format!("the spectrum files of this scene have more than {} bytes", limits::TOTAL_SPECTRUM_BYTES);
+        return Err(at(reader, FindingKind::Limit, m));
+    }
     let text = String::from_utf8_lossy(&bytes);
     let points = value::wavelength_table(&text).map_err(|(line, message)| {
         let file = path.to_string_lossy();
         let shown = text.lines().nth(line - 1).unwrap_or_default();
         Finding::new(
             FindingKind::Value,
-            LineAt { file: &file, text: shown, line, range: (0, shown.len()) },
+            LineAt { file: &file, text: shown, line, column: 1, range: (0, shown.len()) },
             message,
         )
         .error()
@@ -143,7 +165,7 @@ fn table(points: &[(f64, f64)]) -> Result<Spectrum, String> {
 }
 
 /// `<spectrum type="…">`.
-fn plugin(reader: &mut Reader<'_>, id: super::document::ElementId) -> Result<Spectrum, SceneError> {
+fn plugin(reader: &mut Reader<'_>, id: ElementId) -> Result<Spectrum, SceneError> {
     let params = Params::new(reader.document, id)?;
     let Some((_, read)) = PLUGINS.iter().find(|(name, _)| *name == params.plugin()) else {
         let names: Vec<&str> = PLUGINS.iter().map(|p| p.0).collect();

@@ -75,7 +75,8 @@ impl Variables {
         let mut warnings = Vec::new();
         for (name, v) in self.0.iter().filter(|(_, v)| v.fixed && !v.used) {
             let text = format!("-D {name}={}", v.value);
-            let at = LineAt { file: "command line", text: &text, line: 1, range: (3, 3 + name.len()) };
+            let at =
+                LineAt { file: "command line", text: &text, line: 1, column: 4, range: (3, 3 + name.len()) };
             let found = Finding::new(FindingKind::Reference, at, format!("the scene does not use `${name}`"));
             warnings.push(found.help(known.clone()).warning());
         }
