@@ -42,7 +42,7 @@ pub enum Client {
     /// The CPU twins.
     Reference(ReferenceFilm),
     /// A Vulkan device.
-    Vulkan(Box<VulkanFilm>),
+    Vulkan(VulkanFilm),
 }
 
 /// Calls the same method on whichever film it is.
