@@ -20,8 +20,10 @@ layout(location = 2) out vec4 means;
 // x, y: sum / weight as two floats.
 vec2 two_float_mean(vec4 hi, vec4 lo) {
     float mean = hi.y / hi.w;
-    float rest = product_error(hi.y, mean, hi.w) + (lo.y - mean * lo.w);
-    return vec2(mean, rest / hi.w) * push.inverse_scale;
+    float rest = (product_error(hi.y, mean, hi.w) + (lo.y - mean * lo.w)) / hi.w;
+    // False for NaN: near the largest float the product cannot be split.
+    rest = abs(rest) <= abs(mean) ? rest : 0.0;
+    return vec2(mean, rest) * push.inverse_scale;
 }
 
 void main() {

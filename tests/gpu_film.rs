@@ -4,7 +4,7 @@ mod gpu_support;
 
 use gpu_support::{FILTERS, RECONSTRUCTIONS, Uniform, assert_silent, film, gpu, open, scene, settings, spec};
 use pointillist::client::film::VulkanFilm;
-use pointillist::client::{FilmData, FilmSpec, Reconstruction, SplatFilter, VarianceForm};
+use pointillist::client::{FilmData, FilmSpec, Reconstruction, Settings, SplatFilter, VarianceForm};
 use pointillist::color::Xyz;
 use pointillist::stream::{PathCounts, Sample};
 
@@ -257,6 +257,57 @@ fn masking_does_not_depend_on_exposure() {
         for (a, b) in base.iter().zip(&picture(k)) {
             assert_eq!(a.map(|v| v * scale), *b, "k = {k}");
         }
+    }
+    assert_silent(gpu());
+}
+
+/// Films dropped while the GPU still draws into them: their images wait for the frame, and are gone afterwards.
+#[test]
+fn dropped_films_are_retired() {
+    let spec = spec(200, 200, SplatFilter::Gaussian);
+    let samples = scene(&spec, 70_000, 8, 2);
+    for _ in 0..12 {
+        let mut film = film(spec);
+        film.add(&samples).expect("add");
+        film.flush().expect("flush");
+    }
+    assert_silent(gpu());
+}
+
+/// Values that no slider should give, but a command line can: a picture, whatever it shows, and no message.
+#[test]
+fn odd_settings_do_no_harm() {
+    let spec = spec(33, 21, SplatFilter::Gaussian);
+    let mut film = film(spec);
+    film.add(&scene(&spec, 3_000, 4, 3)).expect("add");
+    let huge = Sample { uv: [0.3, 0.3], xyz: Xyz::new(1e30, 1e30, 1e30), w: 1e30 };
+    film.add(&[huge, Sample { w: -1.0, ..huge }, Sample { w: 1e-30, ..huge }]).expect("add");
+    film.count_paths(PathCounts { camera: u64::MAX, light: u64::MAX });
+    for bad in [0.0, -1.0, f32::NAN, f32::INFINITY, f32::MIN_POSITIVE, 1e30] {
+        for kind in RECONSTRUCTIONS {
+            let good = settings(kind, 0.5);
+            let all = [
+                Settings { vm: bad, ..good.clone() },
+                Settings { exposure: bad, ..good.clone() },
+                Settings { contrast: bad, ..good.clone() },
+                Settings { gamma: bad, ..good.clone() },
+            ];
+            for settings in all {
+                let shown = film.display(&settings).expect("display");
+                assert_eq!(shown.rgb.len(), 33 * 21);
+            }
+        }
+    }
+    assert_silent(gpu());
+}
+
+/// A film that no device can hold is an error with a sentence, not a crash.
+#[test]
+fn impossible_films_are_refused() {
+    for (width, height) in [(0, 5), (5, 0), (1 << 20, 4), (u32::MAX, u32::MAX)] {
+        let error = VulkanFilm::new(gpu().clone(), spec(width, height, SplatFilter::Gaussian)).err();
+        let text = error.map(|e| e.to_string()).unwrap_or_default();
+        assert!(text.contains("not possible"), "{width}×{height}: {text}");
     }
     assert_silent(gpu());
 }

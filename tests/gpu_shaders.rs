@@ -68,6 +68,7 @@ fn push_block(code: &[u8]) -> Option<Block> {
                 blocks.entry(w[0]).or_default().members.entry(w[1]).or_default().1 = w[3] as usize;
             }
             21 | 22 => drop(sizes.insert(w[0], w[1] as usize / 8)),
+            20 => drop(sizes.insert(w[0], 4)),
             23 => drop(sizes.insert(w[0], sizes[&w[1]] * w[2] as usize)),
             30 => drop(structs.insert(w[0], w[1..].to_vec())),
             32 if w[1] == 9 => drop(pointers.insert(w[0], w[2])),

@@ -18,8 +18,11 @@ float masked_lod(sampler2D color, sampler2D variance, vec2 uv, float lod, float 
         float sample_variance = v / yw.y / (y * y + DARK * DARK);
         // Two pseudo-samples of relative variance 1: with few samples a small variance proves nothing.
         float prior = (n * sample_variance + 2.0) / (n + 1.0);
-        relative = prior / (n1 * exp2(2.0 * max(lod, 0.0)));
+        float of_mean = prior / (n1 * exp2(2.0 * max(lod, 0.0)));
+        // False for NaN: deviations that overflowed.
+        relative = of_mean >= 0.0 ? of_mean : 1.0;
     }
-    float excess = max(0.5 * log2(relative / ACCEPTED), 0.0);
-    return clamp(lod + push.noise_masking * excess, -1.0, push.max_level);
+    float excess = 0.5 * log2(relative / ACCEPTED);
+    float extra = excess > 0.0 ? push.noise_masking * excess : 0.0;
+    return clamp(lod + extra, -1.0, push.max_level);
 }

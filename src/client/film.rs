@@ -4,18 +4,16 @@ use std::sync::Arc;
 
 use crate::client::error::ClientError;
 use crate::client::filter::{MAX_EXTENT, accepts};
-use crate::client::layout::{FoldPush, ReconstructPush};
+use crate::client::layout::FoldPush;
 use crate::client::lod::{StreamLod, power_of_two_below};
 use crate::client::pass::fold::FoldPass;
-use crate::client::pass::images::{BatchImages, PictureImages, StreamImages};
-use crate::client::pass::mips::MipsPass;
-use crate::client::pass::reconstruct::{ReconstructPass, StreamInput, levels_needed};
+use crate::client::pass::images::{BatchImages, StreamImages};
+use crate::client::pass::repaint::{Repaint, Sums, floats};
 use crate::client::pass::splat::{SplatPass, Sprites, splat_push};
-use crate::client::pass::tonemap::{TonemapPass, tonemap_push};
 use crate::client::pass::variance::VariancePass;
 use crate::client::settings::{DisplayImage, FilmCounts, FilmData, FilmSpec, Settings};
 use crate::client::upload::{Batch, VertexBuffers};
-use crate::gpu::{Access, Buffer, BufferUse, Cmd, Gpu, Load, Region, Target, read_image};
+use crate::gpu::{Gpu, Region, read_image};
 use crate::stream::{PathCounts, Sample};
 
 /// A film on a Vulkan device; the twin of [`ReferenceFilm`](crate::client::reference::ReferenceFilm).
@@ -26,25 +24,24 @@ pub struct VulkanFilm {
     spec: FilmSpec,
     batch: Batch,
     vertices: VertexBuffers,
-    passes: Passes,
     /// Made with the first batch.
-    targets: Option<BatchImages>,
+    passes: Option<Passes>,
     /// Camera and light; made with the stream's first sample.
     streams: [Option<StreamImages>; 2],
-    picture: Option<(PictureImages, Buffer)>,
+    /// Made with the first repaint.
+    repaint: Option<Repaint>,
     /// Sum and count of the positive luminances in the batch, in sample order, until the scale is known.
     luminance: (f64, u64),
     luminance_scale: Option<f32>,
     counts: FilmCounts,
 }
 
-/// The passes, each made when it is needed first.
-#[derive(Default)]
+/// The passes of a batch and what they draw into.
 struct Passes {
-    raster: Option<(SplatPass, FoldPass, VariancePass)>,
-    mips: MipsPass,
-    reconstruct: ReconstructPass,
-    tonemap: Option<TonemapPass>,
+    splat: SplatPass,
+    fold: FoldPass,
+    variance: VariancePass,
+    targets: BatchImages,
 }
 
 /// What a stream's images are called.
@@ -66,10 +63,9 @@ impl VulkanFilm {
             gpu,
             spec,
             batch: Batch::default(),
-            passes: Passes::default(),
-            targets: None,
+            passes: None,
             streams: [None, None],
-            picture: None,
+            repaint: None,
             luminance: (0.0, 0),
             luminance_scale: None,
             counts: FilmCounts::default(),
@@ -127,7 +123,7 @@ impl VulkanFilm {
         }
         self.make_images()?;
         let inverse_scale = self.scale().recip();
-        let (Some((splat, fold, variance)), Some(targets)) = (&self.passes.raster, &mut self.targets) else {
+        let Some(passes) = &mut self.passes else {
             return Ok(()); // made above
         };
         let (vertices, parts) = self.vertices.upload(&mut self.batch, &self.spec)?;
@@ -145,9 +141,10 @@ impl VulkanFilm {
             }
             stream.changed();
             let sprites = Sprites { vertices, range };
-            splat.record(cmd, &sprites, &push, &mut targets.color);
-            fold.record(cmd, &mut stream.color, targets, &FoldPush { inverse_scale });
-            variance.record(cmd, &sprites, &push, targets, &mut stream.variance);
+            let targets = &mut passes.targets;
+            passes.splat.record(cmd, &sprites, &push, &mut targets.color);
+            passes.fold.record(cmd, &mut stream.color, targets, &FoldPush { inverse_scale });
+            passes.variance.record(cmd, &sprites, &push, targets, &mut stream.variance);
         }
         let number = frame.submit()?;
         self.vertices.submitted(number);
@@ -184,20 +181,8 @@ impl VulkanFilm {
     ///
     /// [`ClientError::Gpu`] when there is no memory or the device was lost.
     pub fn display(&mut self, settings: &Settings) -> Result<DisplayImage, ClientError> {
-        self.flush()?;
-        self.make_picture()?;
-        let (gpu, push) = (self.gpu.clone(), tonemap_push(settings));
-        let mut frame = gpu.begin()?;
-        self.record_reconstruct(&mut frame.cmd(), settings)?;
-        if let (Some((picture, readback)), Some(tonemap)) = (&mut self.picture, &self.passes.tonemap) {
-            let region = Region { origin: [0, 0], extent: [self.spec.width, self.spec.height] };
-            tonemap.record(&mut frame.cmd(), picture, &push);
-            frame.cmd().scope("readback").copy_to_buffer(&mut picture.encoded, region, readback);
-        }
-        gpu.wait(frame.submit()?)?;
-        let bytes = self.picture.as_ref().map_or(&[][..], |(_, readback)| readback.mapped());
-        let rgb = bytes.chunks_exact(4).map(|c| [c[0], c[1], c[2]]).collect();
-        Ok(DisplayImage { width: self.spec.width, height: self.spec.height, rgb })
+        let (repaint, sums) = self.repaint()?;
+        repaint.display(sums, settings)
     }
 
     /// The reconstructed picture before the tone curve: scene-linear `[X, Y, Z]`, `[height][width]`; waits for the GPU.
@@ -206,18 +191,8 @@ impl VulkanFilm {
     ///
     /// As [`display`](Self::display).
     pub fn reconstruct(&mut self, settings: &Settings) -> Result<Vec<[f32; 3]>, ClientError> {
-        self.flush()?;
-        self.make_picture()?;
-        let gpu = self.gpu.clone();
-        let mut frame = gpu.begin()?;
-        self.record_reconstruct(&mut frame.cmd(), settings)?;
-        frame.submit()?;
-        let Some((picture, _)) = &mut self.picture else {
-            return Ok(Vec::new()); // made above
-        };
-        let region = Region { origin: [0, 0], extent: [self.spec.width, self.spec.height] };
-        let bytes = read_image(&gpu, &mut picture.xyz, region)?;
-        Ok(floats(&bytes).chunks_exact(4).map(|c| [c[0], c[1], c[2]]).collect())
+        let (repaint, sums) = self.repaint()?;
+        repaint.reconstruct(sums, settings)
     }
 
     /// The sums, cropped to the picture; rasterises the batch first and waits for the GPU.
@@ -267,45 +242,18 @@ impl VulkanFilm {
         Ok(data)
     }
 
-    /// Mips and reconstruction of what is there; black without samples.
-    fn record_reconstruct(&mut self, cmd: &mut Cmd<'_>, settings: &Settings) -> Result<(), ClientError> {
-        let masking = settings.vm > 0.0;
+    /// Rasterises the batch, and hands out what shows the sums together with them.
+    fn repaint(&mut self) -> Result<(&mut Repaint, Sums<'_>), ClientError> {
+        self.flush()?;
         let lods = self.lods();
-        for (stream, lod) in self.streams.iter_mut().zip(&lods) {
-            if let (Some(stream), Some(lod)) = (stream, lod) {
-                let levels = levels_needed(settings.reconstruction, masking, lod);
-                self.passes.mips.record(&self.gpu, cmd, stream, levels, masking)?;
-                if masking {
-                    stream.fill_atlas(&self.gpu, cmd)?;
-                }
-            }
-        }
-        let Some((picture, _)) = &mut self.picture else {
-            return Ok(()); // made by the caller
+        let (light_scale, inverse_scale) = (self.counts.light_scale(&self.spec), self.scale().recip());
+        let repaint = match &mut self.repaint {
+            Some(repaint) => repaint,
+            empty => empty.insert(Repaint::new(&self.gpu, self.spec)?),
         };
-        if lods.iter().all(Option::is_none) {
-            cmd.access(&mut picture.xyz, Access::ColorWrite);
-            cmd.rendering(&[Target { image: &picture.xyz, level: 0, load: Load::Clear }], |_| ());
-            return Ok(());
-        }
-        let push = ReconstructPush {
-            inverse_target: self.spec.padded_extent().map(|n| 1.0 / n as f32),
-            pad: self.spec.pad() as f32,
-            light_scale: self.counts.light_scale(&self.spec),
-            noise_masking: settings.vm,
-            max_level: lods.iter().flatten().next().map_or(0.0, |lod| lod.max_level),
-            energy: self.spec.filter.energy(),
-            inverse_scale: self.luminance_scale.unwrap_or(1.0).recip(),
-            ..ReconstructPush::default()
-        };
-        let input = |i: usize| {
-            let (images, lod) = (self.streams[i].as_ref()?, lods[i]?);
-            Some(StreamInput { images, lod })
-        };
-        let how = (settings.reconstruction, push);
-        let streams = [input(0), input(1)];
-        self.passes.reconstruct.record(&self.gpu, cmd, streams, how, &mut picture.xyz)?;
-        Ok(())
+        let [camera, light] = &mut self.streams;
+        let streams = [camera.as_mut().zip(lods[0]), light.as_mut().zip(lods[1])];
+        Ok((repaint, Sums { streams, light_scale, inverse_scale }))
     }
 
     /// Level of detail of each stream; `None` where it has no samples.
@@ -322,12 +270,13 @@ impl VulkanFilm {
     /// Makes what a batch needs: passes and targets with the first, a stream's images with its first sample.
     fn make_images(&mut self) -> Result<(), ClientError> {
         let (gpu, extent) = (&self.gpu, self.spec.padded_extent());
-        if self.passes.raster.is_none() {
-            let splat = SplatPass::new(gpu, &self.spec)?;
-            self.passes.raster = Some((splat, FoldPass::new(gpu)?, VariancePass::new(gpu, &self.spec)?));
-        }
-        if self.targets.is_none() {
-            self.targets = Some(BatchImages::new(gpu, extent)?);
+        if self.passes.is_none() {
+            self.passes = Some(Passes {
+                splat: SplatPass::new(gpu, &self.spec)?,
+                fold: FoldPass::new(gpu)?,
+                variance: VariancePass::new(gpu, &self.spec)?,
+                targets: BatchImages::new(gpu, extent)?,
+            });
         }
         let samples = self.samples();
         for (i, stream) in self.streams.iter_mut().enumerate() {
@@ -338,27 +287,8 @@ impl VulkanFilm {
         Ok(())
     }
 
-    /// Makes what a repaint needs.
-    fn make_picture(&mut self) -> Result<(), ClientError> {
-        if self.picture.is_none() {
-            let extent = [self.spec.width, self.spec.height];
-            let images = PictureImages::new(&self.gpu, extent)?;
-            let bytes = Region { origin: [0, 0], extent }.bytes(&images.encoded);
-            let readback = Buffer::new(&self.gpu, "picture readback", BufferUse::Readback, bytes)?;
-            self.picture = Some((images, readback));
-        }
-        if self.passes.tonemap.is_none() {
-            self.passes.tonemap = Some(TonemapPass::new(&self.gpu)?);
-        }
-        Ok(())
-    }
-
     /// The luminance scale, a power of two; 1 until a sample had luminance.
     fn scale(&self) -> f32 {
         self.luminance_scale.unwrap_or(1.0)
     }
-}
-
-fn floats(bytes: &[u8]) -> Vec<f32> {
-    bytes.chunks_exact(4).map(|b| f32::from_ne_bytes([b[0], b[1], b[2], b[3]])).collect()
 }

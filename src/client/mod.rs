@@ -15,7 +15,8 @@
 //! scene-linear picture of them. Values of [`Settings`] may change from one display to the next; what
 //! [`FilmSpec`] holds may not.
 //!
-//! Every pass exists as plain Rust in [`reference`]. What twins must share stands in [`filter`] and [`lod`].
+//! The Vulkan film is [`film`] with its passes in [`pass`]; every pass exists as plain Rust in [`reference`]. What twins
+//! must share stands in [`filter`] and [`lod`].
 
 pub mod develop;
 pub mod error;
@@ -38,11 +39,12 @@ use crate::stream::{PathCounts, Sample};
 /// A film and the passes that fill and show it, on one device.
 ///
 /// The closed set of back ends; the choice is made once, where the film is made.
+#[expect(clippy::large_enum_variant, reason = "a program has one client, and it stays where it is")]
 pub enum Client {
     /// The CPU twins.
     Reference(ReferenceFilm),
     /// A Vulkan device.
-    Vulkan(Box<VulkanFilm>),
+    Vulkan(VulkanFilm),
 }
 
 /// Calls the same method on whichever film it is.

@@ -154,7 +154,7 @@ mod tests {
         let sample = |i: u32| Sample {
             uv: [(i * 37 % 101) as f32 / 100.0, (i * 53 % 97) as f32 / 80.0],
             xyz: Xyz::new(i as f32, 1.0, 1.0),
-            w: if i % 3 == 0 { -1.0 } else { 1.0 },
+            w: if i.is_multiple_of(3) { -1.0 } else { 1.0 },
         };
         (0..300).for_each(|i| assert!(!batch.push(sample(i))));
         let mut vertices = vec![Sample::default(); 512];

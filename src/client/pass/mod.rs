@@ -9,13 +9,14 @@
 //! | [`reconstruct`] | blur by count and variance, normalise, sum the streams | `reconstruct`, `kernel` |
 //! | [`tonemap`] | tone curve, matrix, desaturation, gamma | `tonemap` |
 //!
-//! [`images`] holds what they read and write. Pipelines are made on first use and specialised: what a film or a
+//! [`repaint`] puts the last three in order, the film itself the others; [`images`] holds what they read and write. Pipelines are made on first use and specialised: what a film or a
 //! repaint does not need is not in the code that runs.
 
 pub mod fold;
 pub mod images;
 pub mod mips;
 pub mod reconstruct;
+pub mod repaint;
 pub mod splat;
 pub mod tonemap;
 pub mod variance;
