@@ -51,7 +51,7 @@ fn icosphere(levels: u32) -> (Vec<DVec3>, Vec<[usize; 3]>) {
 }
 
 fn accel(triangles: &[[Vec3; 3]]) -> Accel {
-    Accel::new(triangles, Vec::new(), Vec::new())
+    Accel::new(triangles, &[], Vec::new(), Vec::new())
 }
 
 /// Möller and Trumbore 1997, the naive test.
@@ -145,8 +145,8 @@ fn spawned_rays_leave_spheres_disks_and_squares() {
             let (a, b) = (Vec3::new(1.0, 0.2, 0.1) * scale, Vec3::new(-0.3, 1.0, 0.2) * scale);
             let sphere = Sphere { center, radius: scale, inward: false };
             let disk = Disk::new(center, a, b, DVec3::Z).expect("has an area");
-            let spheres = Accel::new(&[], Vec::new(), vec![sphere]);
-            let disks = Accel::new(&[], vec![disk], Vec::new());
+            let spheres = Accel::new(&[], &[], Vec::new(), vec![sphere]);
+            let disks = Accel::new(&[], &[], vec![disk], Vec::new());
             let [p, q, r, s] = [center, center + a, center + a + b, center + b];
             let halves = [[p, q, r], [p, r, s]];
             let square = accel(&halves);
@@ -205,10 +205,10 @@ fn the_tree_is_brute_force() {
             (0..count / 5).filter_map(|_| Disk::new(point(10.0), point(1.0), point(1.0), DVec3::Z)).collect();
         let spheres: Vec<Sphere> =
             (0..count / 5).map(|_| Sphere { center: point(10.0), radius: 0.4, inward: false }).collect();
-        let tree = Accel::new(&triangles, disks.clone(), spheres.clone());
+        let tree = Accel::new(&triangles, &[], disks.clone(), spheres.clone());
         let mut singles: Vec<Accel> = triangles.iter().map(|&t| accel(&[t])).collect();
-        singles.extend(disks.iter().map(|&d| Accel::new(&[], vec![d], Vec::new())));
-        singles.extend(spheres.iter().map(|&s| Accel::new(&[], Vec::new(), vec![s])));
+        singles.extend(disks.iter().map(|&d| Accel::new(&[], &[], vec![d], Vec::new())));
+        singles.extend(spheres.iter().map(|&s| Accel::new(&[], &[], Vec::new(), vec![s])));
         let mut hits = 0;
         for _ in 0..2000 {
             let o = point(12.0);

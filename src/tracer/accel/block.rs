@@ -1,23 +1,27 @@
-//! Four triangles at a time, watertight.
+//! Four triangles, or four parallelograms, at a time, watertight.
 //!
 //! Woop, Benthin and Wald, *Watertight Ray/Triangle Intersection*, JCGT 2(1), 2013: the vertices are sheared
 //! into a space where the ray is the z axis, so that a shared vertex rounds the same for every triangle around
 //! it, and the three edge functions are products and differences with separate rounding. Rounding is
 //! monotone: a sign is right or zero, and an edge walked the other way gives the exact negation. Zero counts
-//! as inside on both sides, so no fallback to double precision is needed to decide.
+//! as inside on both sides, so no fallback to double precision is needed to decide. A parallelogram has a fourth
+//! edge and is otherwise the same: boxes and rectangles cost half of what their triangles would.
 
 use glam::{BVec4A, DVec3, Vec3, Vec4};
 
-/// Marks a lane without a triangle.
-pub(super) const NO_TRIANGLE: u32 = u32::MAX;
-
-/// Four triangles, coordinates by vertex and axis. The fourth "axis" of the first vertex holds the ids, so
-/// that the block is three cache lines and an axis can be masked instead of checked.
+/// Four polygons of `N` corners, coordinates by vertex and axis. The fourth "axis" of the first vertex holds the
+/// ids, so that an axis can be masked instead of checked.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
-pub(super) struct TriBlock {
-    v: [[Vec4; 4]; 3],
+pub(super) struct Block<const N: usize> {
+    v: [[Vec4; 4]; N],
 }
+
+/// Four triangles.
+pub(super) type TriBlock = Block<3>;
+
+/// Four parallelograms, corners in order around them.
+pub(super) type QuadBlock = Block<4>;
 
 /// A ray in the terms of the triangle test.
 #[derive(Clone, Copy)]
@@ -58,11 +62,10 @@ pub(super) struct BlockHits {
     /// Bit i is set when lane i was hit.
     pub(super) mask: u32,
     pub(super) t: Vec4,
-    /// Edge functions opposite the second and third vertex, over their sum.
+    /// Weights of the second and third corner (and none of the fourth: the plane is that of the first three).
+    u: Vec4,
     v: Vec4,
-    w: Vec4,
-    inverse_det: Vec4,
-    /// Distance along z of the farthest vertex and of the hit: a hit much nearer than the triangle is large
+    /// Distance along z of the farthest vertex and of the hit: a hit much nearer than the polygon is large
     /// has to be looked at again.
     reach: Vec4,
     tz: Vec4,
@@ -72,22 +75,37 @@ impl BlockHits {
     /// Barycentric weights of the second and third vertex in `lane`.
     #[inline]
     pub(super) fn uv(&self, lane: usize) -> [f32; 2] {
-        [(self.v * self.inverse_det).to_array()[lane & 3], (self.w * self.inverse_det).to_array()[lane & 3]]
+        [self.u.to_array()[lane & 3], self.v.to_array()[lane & 3]]
     }
 
-    /// True when the distance in `lane` is so small beside the triangle that its sign may be rounding.
+    /// True when the distance in `lane` is so small beside the polygon that its sign may be rounding.
     #[inline]
     pub(super) fn is_doubtful(&self, lane: usize) -> bool {
         self.tz.to_array()[lane & 3].abs() < self.reach.to_array()[lane & 3] * (1.0 / 4096.0)
     }
 }
 
-impl TriBlock {
-    /// A block of up to four triangles and their ids; the other lanes are never hit.
-    pub(super) fn new(triangles: &[([Vec3; 3], u32)]) -> Self {
-        let mut lanes = [[[0f32; 4]; 4]; 3];
-        lanes[0][3] = [f32::from_bits(NO_TRIANGLE); 4];
-        for (lane, (corners, id)) in triangles.iter().take(4).enumerate() {
+/// What the walk asks of a block.
+pub(super) trait Polygons {
+    /// Tests all four for hits with `0 < t < t_max`. An empty lane is a point, its determinant is zero.
+    fn intersect(&self, ray: &ShearedRay, t_max: f32) -> BlockHits;
+
+    /// The id in `lane`.
+    fn id(&self, lane: usize) -> u32;
+
+    /// The sign question again in double precision: is the plane of `lane` truly in front of the origin?
+    ///
+    /// A spawned ray starts outside the error box of its surface, so this says no for that surface and for
+    /// whatever lies in the same plane, and yes for a second surface a few ulps on.
+    fn is_in_front(&self, lane: usize, ray: (Vec3, Vec3)) -> bool;
+}
+
+impl<const N: usize> Block<N> {
+    /// A block of up to four polygons and their ids; the other lanes are never hit.
+    pub(super) fn new(polygons: &[([Vec3; N], u32)]) -> Self {
+        let mut lanes = [[[0f32; 4]; 4]; N];
+        lanes[0][3] = [f32::from_bits(u32::MAX); 4];
+        for (lane, (corners, id)) in polygons.iter().take(4).enumerate() {
             for (vertex, corner) in corners.iter().enumerate() {
                 for axis in 0..3 {
                     lanes[vertex][axis][lane] = corner[axis];
@@ -98,45 +116,13 @@ impl TriBlock {
         Self { v: lanes.map(|axes| axes.map(Vec4::from_array)) }
     }
 
-    /// The id in `lane`.
-    #[inline]
-    pub(super) fn id(&self, lane: usize) -> u32 {
+    #[inline(always)]
+    fn lane_id(&self, lane: usize) -> u32 {
         self.v[0][3].to_array()[lane & 3].to_bits()
     }
 
-    /// Tests all four triangles for hits with `0 < t < t_max`. An empty lane is a point, its determinant is zero.
-    #[inline(always)]
-    pub(super) fn intersect(&self, ray: &ShearedRay, t_max: f32) -> BlockHits {
-        let [kx, ky, kz] = ray.k;
-        let shear = |vertex: &[Vec4; 4]| {
-            let z = vertex[kz & 3] - ray.origin[2];
-            let x = (vertex[kx & 3] - ray.origin[0]) - ray.shear[0] * z;
-            let y = (vertex[ky & 3] - ray.origin[1]) - ray.shear[1] * z;
-            (x, y, z)
-        };
-        let (ax, ay, az) = shear(&self.v[0]);
-        let (bx, by, bz) = shear(&self.v[1]);
-        let (cx, cy, cz) = shear(&self.v[2]);
-        let u = cx * by - cy * bx;
-        let v = ax * cy - ay * cx;
-        let w = bx * ay - by * ax;
-        let inside = u.min(v).min(w).cmpge(Vec4::ZERO) | u.max(v).max(w).cmple(Vec4::ZERO);
-        let det = u + v + w;
-        let inverse_det = 1.0 / det;
-        let tz = (u * az + v * bz + w * cz) * inverse_det;
-        let t = tz * ray.scale_z;
-        // NaN (a determinant of zero) fails both comparisons.
-        let hit: BVec4A = inside & t.cmpgt(Vec4::ZERO) & t.cmplt(Vec4::splat(t_max));
-        let reach = az.abs().max(bz.abs()).max(cz.abs());
-        BlockHits { mask: hit.bitmask(), t, v, w, inverse_det, reach, tz }
-    }
-
-    /// The sign question again in double precision: is the plane of `lane` truly in front of the origin?
-    ///
-    /// A spawned ray starts outside the error box of its surface, so this says no for that surface and for
-    /// whatever lies in the same plane, and yes for a second surface a few ulps on.
     #[cold]
-    pub(super) fn is_in_front(&self, lane: usize, ray: (Vec3, Vec3)) -> bool {
+    fn plane_is_in_front(&self, lane: usize, ray: (Vec3, Vec3)) -> bool {
         let corner = |i: usize| {
             let [x, y, z, _] = self.v[i].map(|axis| axis.to_array()[lane & 3]);
             DVec3::new(f64::from(x), f64::from(y), f64::from(z))
@@ -144,5 +130,75 @@ impl TriBlock {
         let (a, o, d) = (corner(0), ray.0.as_dvec3(), ray.1.as_dvec3());
         let n = (corner(1) - a).cross(corner(2) - a);
         (a - o).dot(n) * d.dot(n) > 0.0
+    }
+}
+
+impl ShearedRay {
+    /// A vertex in the sheared space.
+    #[inline(always)]
+    fn shear(&self, vertex: &[Vec4; 4]) -> (Vec4, Vec4, Vec4) {
+        let [kx, ky, kz] = self.k;
+        let z = vertex[kz & 3] - self.origin[2];
+        let x = (vertex[kx & 3] - self.origin[0]) - self.shear[0] * z;
+        let y = (vertex[ky & 3] - self.origin[1]) - self.shear[1] * z;
+        (x, y, z)
+    }
+}
+
+/// Twice the signed area between the ray and the edge from a to b.
+#[inline(always)]
+fn edge(a: (Vec4, Vec4, Vec4), b: (Vec4, Vec4, Vec4)) -> Vec4 {
+    b.0 * a.1 - b.1 * a.0
+}
+
+impl Polygons for TriBlock {
+    #[inline(always)]
+    fn intersect(&self, ray: &ShearedRay, t_max: f32) -> BlockHits {
+        let [a, b, c] = [ray.shear(&self.v[0]), ray.shear(&self.v[1]), ray.shear(&self.v[2])];
+        let (u, v, w) = (edge(b, c), edge(c, a), edge(a, b));
+        let inside = u.min(v).min(w).cmpge(Vec4::ZERO) | u.max(v).max(w).cmple(Vec4::ZERO);
+        let inverse = 1.0 / (u + v + w);
+        let tz = (u * a.2 + v * b.2 + w * c.2) * inverse;
+        let t = tz * ray.scale_z;
+        // NaN (a determinant of zero) fails both comparisons.
+        let hit: BVec4A = inside & t.cmpgt(Vec4::ZERO) & t.cmplt(Vec4::splat(t_max));
+        let reach = a.2.abs().max(b.2.abs()).max(c.2.abs());
+        BlockHits { mask: hit.bitmask(), t, u: v * inverse, v: w * inverse, reach, tz }
+    }
+
+    #[inline(always)]
+    fn id(&self, lane: usize) -> u32 {
+        self.lane_id(lane)
+    }
+
+    fn is_in_front(&self, lane: usize, ray: (Vec3, Vec3)) -> bool {
+        self.plane_is_in_front(lane, ray)
+    }
+}
+
+impl Polygons for QuadBlock {
+    #[inline(always)]
+    fn intersect(&self, ray: &ShearedRay, t_max: f32) -> BlockHits {
+        let [a, b, c, d] = [0, 1, 2, 3].map(|i| ray.shear(&self.v[i]));
+        let (ab, bc, cd, da) = (edge(a, b), edge(b, c), edge(c, d), edge(d, a));
+        let inside =
+            ab.min(bc).min(cd.min(da)).cmpge(Vec4::ZERO) | ab.max(bc).max(cd.max(da)).cmple(Vec4::ZERO);
+        // Opposite edge functions add up to the area: x along ab, y along ad, both in [0, 1].
+        let (x, y) = (da / (da + bc), ab / (ab + cd));
+        let tz = a.2 + (x * (b.2 - a.2) + y * (d.2 - a.2));
+        let t = tz * ray.scale_z;
+        let hit: BVec4A = inside & t.cmpgt(Vec4::ZERO) & t.cmplt(Vec4::splat(t_max));
+        let reach = a.2.abs().max(b.2.abs()).max(c.2.abs()).max(d.2.abs());
+        // a + x·ab + y·ad, in terms of the triangle abc: ad = ac − ab.
+        BlockHits { mask: hit.bitmask(), t, u: x - y, v: y, reach, tz }
+    }
+
+    #[inline(always)]
+    fn id(&self, lane: usize) -> u32 {
+        self.lane_id(lane)
+    }
+
+    fn is_in_front(&self, lane: usize, ray: (Vec3, Vec3)) -> bool {
+        self.plane_is_in_front(lane, ray)
     }
 }

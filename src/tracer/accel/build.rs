@@ -11,7 +11,7 @@ use obvhs::{Boundable, BvhBuildParams};
 use crate::tracer::shape::{Disk, Sphere};
 
 use super::Accel;
-use super::collapse::{Wide, collapse};
+use super::collapse::{Item, Wide, collapse};
 
 /// The largest stack the walk has.
 const MAX_STACK: usize = 256;
@@ -28,24 +28,46 @@ impl Boundable for Bounded {
     }
 }
 
-pub(super) fn build(triangles: &[[Vec3; 3]], disks: Vec<Disk>, spheres: Vec<Sphere>) -> Accel {
+pub(super) fn build(
+    (triangles, quads): (&[[Vec3; 3]], &[u32]),
+    disks: Vec<Disk>,
+    spheres: Vec<Sphere>,
+) -> Accel {
     let corners = |t: &[Vec3; 3]| (t[0].min(t[1]).min(t[2]), t[0].max(t[1]).max(t[2]));
-    let boxes: Vec<Bounded> = triangles
-        .iter()
-        .map(corners)
-        .chain(disks.iter().map(Disk::bounds))
-        .chain(spheres.iter().map(Sphere::bounds))
-        .map(|(lo, hi)| Bounded(Aabb { min: Vec3A::from(lo), max: Vec3A::from(hi) }))
-        .collect();
+    let mut items = Vec::with_capacity(triangles.len() + disks.len() + spheres.len());
+    let mut boxes = Vec::with_capacity(items.capacity());
+    let (mut id, mut quads) = (0, quads.iter().copied().peekable());
+    while id < triangles.len() {
+        let (mut lo, mut hi) = corners(&triangles[id]);
+        if quads.next_if_eq(&(id as u32)).is_some() && id + 1 < triangles.len() {
+            let (lo2, hi2) = corners(&triangles[id + 1]);
+            (lo, hi) = (lo.min(lo2), hi.max(hi2));
+            items.push(Item::Quad(id as u32));
+            id += 1;
+        } else {
+            items.push(Item::Triangle(id as u32));
+        }
+        boxes.push(bounded((lo, hi)));
+        id += 1;
+    }
+    for bounds in disks.iter().map(Disk::bounds).chain(spheres.iter().map(Sphere::bounds)) {
+        items.push(Item::Analytic(id as u32));
+        boxes.push(bounded(bounds));
+        id += 1;
+    }
     let mut accel = Accel { disks, spheres, triangle_count: triangles.len() as u32, ..Accel::default() };
     let Some(bounds) = boxes.iter().map(|b| b.0).reduce(|a, b| a.union(&b)) else {
         return accel;
     };
     accel.bounds = (Vec3::from(bounds.min), Vec3::from(bounds.max));
-    let wide = wide_tree(&boxes, triangles);
+    let wide = wide_tree(&boxes, &items, triangles);
     accel.stack = stack_for(&wide);
-    (accel.nodes, accel.blocks, accel.root) = (wide.nodes, wide.blocks, wide.root.0);
+    (accel.nodes, accel.blocks, accel.quads, accel.root) = (wide.nodes, wide.blocks, wide.quads, wide.root.0);
     accel
+}
+
+fn bounded((lo, hi): (Vec3, Vec3)) -> Bounded {
+    Bounded(Aabb { min: Vec3A::from(lo), max: Vec3A::from(hi) })
 }
 
 /// Every level leaves at most three children behind and opens one.
@@ -53,17 +75,17 @@ fn stack_for(wide: &Wide) -> usize {
     3 * wide.depth + 1
 }
 
-fn wide_tree(boxes: &[Bounded], triangles: &[[Vec3; 3]]) -> Wide {
+fn wide_tree(boxes: &[Bounded], items: &[Item], triangles: &[[Vec3; 3]]) -> Wide {
     if boxes.len() > 2
         && let Some(binary) = optimized(boxes)
     {
-        let wide = collapse(&binary, triangles);
+        let wide = collapse(&binary, items, triangles);
         if stack_for(&wide) <= MAX_STACK {
             return wide;
         }
     }
     // Coincident primitives make a tree as deep as there are primitives; halving never does.
-    collapse(&balanced(boxes), triangles)
+    collapse(&balanced(boxes), items, triangles)
 }
 
 /// obvhs's tree with one primitive per leaf: PLOC, then reinsertion. `None` when it is hopelessly deep. Not by

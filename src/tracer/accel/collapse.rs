@@ -6,7 +6,7 @@
 use glam::{Vec3, Vec4};
 use obvhs::bvh2::Bvh2;
 
-use super::block::TriBlock;
+use super::block::{QuadBlock, TriBlock};
 
 /// Price of four box tests; the unit.
 const NODE_COST: f32 = 1.0;
@@ -14,17 +14,39 @@ const NODE_COST: f32 = 1.0;
 const BLOCK_COST: f32 = 1.0;
 /// Price of a disk or sphere.
 const ANALYTIC_COST: f32 = 1.0;
-/// Most triangles in a leaf.
+/// Most triangles or parallelograms in a leaf.
 const MAX_LEAF: u32 = 8;
 const WIDTH: usize = 4;
 
-/// A node or leaf: bit 31 marks a leaf, bit 30 a leaf with one disk or sphere (its id in the rest); a leaf of
-/// triangles holds its first block in the bits above the lowest, and in the lowest whether there is a second.
+/// A primitive as the tree sees it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Item {
+    /// A triangle, by id.
+    Triangle(u32),
+    /// A parallelogram, by the id of its first triangle.
+    Quad(u32),
+    /// A disk or sphere, by id.
+    Analytic(u32),
+}
+
+/// A node or leaf: bit 31 marks a leaf, bits 30 and 29 its kind. A disk or sphere has its id in the rest, a leaf of
+/// blocks its first block in the bits above the lowest, and in the lowest whether there is a second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Child(pub(super) u32);
 
 const LEAF: u32 = 1 << 31;
 const ANALYTIC: u32 = 1 << 30;
+const QUADS: u32 = 1 << 29;
+
+/// What a leaf holds.
+pub(super) enum Leaf {
+    /// Blocks of triangles.
+    Triangles(std::ops::Range<usize>),
+    /// Blocks of parallelograms.
+    Quads(std::ops::Range<usize>),
+    /// One disk or sphere.
+    Analytic(u32),
+}
 
 impl Child {
     #[inline(always)]
@@ -32,16 +54,18 @@ impl Child {
         (self.0 & LEAF == 0).then_some(self.0 as usize)
     }
 
-    /// Blocks of a triangle leaf, `None` for a disk or sphere.
     #[inline(always)]
-    pub(super) fn blocks(self) -> Option<std::ops::Range<usize>> {
-        let first = ((self.0 & !LEAF) >> 1) as usize;
-        (self.0 & ANALYTIC == 0).then_some(first..first + 1 + (self.0 & 1) as usize)
-    }
-
-    #[inline(always)]
-    pub(super) fn analytic(self) -> u32 {
-        self.0 & !(LEAF | ANALYTIC)
+    pub(super) fn leaf(self) -> Leaf {
+        let rest = self.0 & !(LEAF | ANALYTIC | QUADS);
+        let first = (rest >> 1) as usize;
+        let blocks = first..first + 1 + (rest & 1) as usize;
+        if self.0 & QUADS != 0 {
+            Leaf::Quads(blocks)
+        } else if self.0 & ANALYTIC == 0 {
+            Leaf::Triangles(blocks)
+        } else {
+            Leaf::Analytic(rest)
+        }
     }
 }
 
@@ -91,20 +115,23 @@ struct Plan {
     /// Children really used when i + 1 are allowed.
     used: [u8; WIDTH],
     leaf: bool,
-    triangles: u32,
+    /// How many primitives there are below, and of these triangles and parallelograms.
     primitives: u32,
+    triangles: u32,
+    quads: u32,
 }
 
 /// The finished tree.
 pub(super) struct Wide {
     pub(super) nodes: Vec<WideNode>,
     pub(super) blocks: Vec<TriBlock>,
+    pub(super) quads: Vec<QuadBlock>,
     pub(super) root: Child,
     pub(super) depth: usize,
 }
 
-/// Collapses `bvh` (one primitive per leaf) over `triangles`; ids from `triangles.len()` on are disks and spheres.
-pub(super) fn collapse(bvh: &Bvh2, triangles: &[[Vec3; 3]]) -> Wide {
+/// Collapses `bvh` (one of `items` per leaf) over `triangles`.
+pub(super) fn collapse(bvh: &Bvh2, items: &[Item], triangles: &[[Vec3; 3]]) -> Wide {
     let mut order = Vec::with_capacity(bvh.nodes.len());
     let mut stack = vec![0usize];
     while let Some(n) = stack.pop() {
@@ -115,27 +142,39 @@ pub(super) fn collapse(bvh: &Bvh2, triangles: &[[Vec3; 3]]) -> Wide {
     }
     let mut plans = vec![Plan::default(); bvh.nodes.len()];
     for &n in order.iter().rev() {
-        plans[n] = plan(bvh, &plans, n, triangles.len());
+        plans[n] = plan(bvh, &plans, n, items);
     }
-    let mut out = Emitter { bvh, triangles, plans, nodes: Vec::new(), blocks: Vec::new() };
+    let (nodes, blocks, quads) = (Vec::new(), Vec::new(), Vec::new());
+    let mut out = Emitter { bvh, items, triangles, plans, nodes, blocks, quads };
     let (root, depth) = out.emit();
-    Wide { nodes: out.nodes, blocks: out.blocks, root, depth }
+    Wide { nodes: out.nodes, blocks: out.blocks, quads: out.quads, root, depth }
 }
 
-fn plan(bvh: &Bvh2, plans: &[Plan], n: usize, triangle_count: usize) -> Plan {
+fn plan(bvh: &Bvh2, plans: &[Plan], n: usize, items: &[Item]) -> Plan {
     let node = &bvh.nodes[n];
     let area = node.aabb().half_area();
     let mut p = Plan::default();
     if node.is_leaf() {
-        let is_triangle = (bvh.primitive_indices[node.first_index as usize] as usize) < triangle_count;
-        (p.primitives, p.triangles, p.leaf) = (1, u32::from(is_triangle), true);
-        p.cost = [area * if is_triangle { BLOCK_COST } else { ANALYTIC_COST }; WIDTH];
+        (p.primitives, p.leaf) = (1, true);
+        let cost = match items[bvh.primitive_indices[node.first_index as usize] as usize] {
+            Item::Triangle(_) => {
+                p.triangles = 1;
+                BLOCK_COST
+            }
+            Item::Quad(_) => {
+                p.quads = 1;
+                BLOCK_COST
+            }
+            Item::Analytic(_) => ANALYTIC_COST,
+        };
+        p.cost = [area * cost; WIDTH];
         p.used = [1; WIDTH];
         return p;
     }
     let (left, right) = (&plans[node.first_index as usize], &plans[node.first_index as usize + 1]);
     p.primitives = left.primitives + right.primitives;
     p.triangles = left.triangles + right.triangles;
+    p.quads = left.quads + right.quads;
     let mut spread = [f32::INFINITY; WIDTH];
     for j in 2..=WIDTH {
         for k in 1..j {
@@ -146,8 +185,8 @@ fn plan(bvh: &Bvh2, plans: &[Plan], n: usize, triangle_count: usize) -> Plan {
         }
     }
     let inner = area * NODE_COST + spread[WIDTH - 1];
-    let fits = p.triangles == p.primitives && p.triangles <= MAX_LEAF;
-    let leaf = if fits { area * BLOCK_COST * p.triangles.div_ceil(4) as f32 } else { f32::INFINITY };
+    let fits = p.triangles.max(p.quads) == p.primitives && p.primitives <= MAX_LEAF;
+    let leaf = if fits { area * BLOCK_COST * p.primitives.div_ceil(4) as f32 } else { f32::INFINITY };
     p.leaf = leaf <= inner;
     (p.cost[0], p.used[0]) = (leaf.min(inner), 1);
     for i in 1..WIDTH {
@@ -159,10 +198,12 @@ fn plan(bvh: &Bvh2, plans: &[Plan], n: usize, triangle_count: usize) -> Plan {
 
 struct Emitter<'a> {
     bvh: &'a Bvh2,
+    items: &'a [Item],
     triangles: &'a [[Vec3; 3]],
     plans: Vec<Plan>,
     nodes: Vec<WideNode>,
     blocks: Vec<TriBlock>,
+    quads: Vec<QuadBlock>,
 }
 
 impl Emitter<'_> {
@@ -212,24 +253,34 @@ impl Emitter<'_> {
     }
 
     fn leaf(&mut self, n: usize) -> Child {
-        let mut ids = Vec::new();
+        let (mut triangles, mut quads) = (Vec::new(), Vec::new());
         let mut todo = vec![n];
         while let Some(n) = todo.pop() {
             let node = &self.bvh.nodes[n];
-            if node.is_leaf() {
-                ids.push(self.bvh.primitive_indices[node.first_index as usize]);
-            } else {
+            if !node.is_leaf() {
                 todo.extend([node.first_index as usize + 1, node.first_index as usize]);
+                continue;
+            }
+            match self.items[self.bvh.primitive_indices[node.first_index as usize] as usize] {
+                Item::Triangle(id) => triangles.push((self.triangles[id as usize], id)),
+                Item::Quad(id) => {
+                    let ([a, b, c], [_, _, d]) =
+                        (self.triangles[id as usize], self.triangles[id as usize + 1]);
+                    quads.push(([a, b, c, d], id));
+                }
+                // Always alone.
+                Item::Analytic(id) => return Child(LEAF | ANALYTIC | id),
             }
         }
-        if ids[0] as usize >= self.triangles.len() {
-            return Child(LEAF | ANALYTIC | ids[0]);
+        let two = u32::from(triangles.len().max(quads.len()) > 4);
+        if quads.is_empty() {
+            let first = self.blocks.len() as u32;
+            self.blocks.extend(triangles.chunks(4).map(TriBlock::new));
+            Child(LEAF | first << 1 | two)
+        } else {
+            let first = self.quads.len() as u32;
+            self.quads.extend(quads.chunks(4).map(QuadBlock::new));
+            Child(LEAF | QUADS | first << 1 | two)
         }
-        let first = self.blocks.len() as u32;
-        for four in ids.chunks(4) {
-            let lanes: Vec<_> = four.iter().map(|&id| (self.triangles[id as usize], id)).collect();
-            self.blocks.push(TriBlock::new(&lanes));
-        }
-        Child(LEAF | first << 1 | u32::from(ids.len() > 4))
     }
 }

@@ -1,8 +1,8 @@
 //! The two questions a tracer asks of geometry: what is hit first, and is anything in between.
 //!
 //! Built by obvhs as a binary tree, collapsed to four children per node (`collapse`), walked here (`traverse`):
-//! obvhs's own walk drops hits nearer than 1e-4 and its triangle test is not watertight. Triangles stand in
-//! blocks of four (`block`); spheres and disks are leaves of their own.
+//! obvhs's own walk drops hits nearer than 1e-4 and its triangle test is not watertight. Triangles and
+//! parallelograms stand in blocks of four (`block`); spheres and disks are leaves of their own.
 //!
 //! Primitive ids: `0 .. triangles` are triangles, then disks, then spheres, each in the caller's order.
 
@@ -15,7 +15,7 @@ use glam::Vec3;
 
 use crate::tracer::shape::{Disk, Sphere};
 
-use block::TriBlock;
+use block::{QuadBlock, TriBlock};
 use collapse::WideNode;
 
 /// A ray: the points `origin + t · direction`, `0 < t < t_max`. The direction need not have unit length.
@@ -64,7 +64,8 @@ pub struct Hit {
     pub t: f32,
     /// Primitive id.
     pub prim: u32,
-    /// Barycentric weights of the second and third vertex; zero for spheres and disks.
+    /// Barycentric weights of the second and third vertex (outside [0, 1] for the second half of a parallelogram);
+    /// zero for spheres and disks.
     pub uv: [f32; 2],
 }
 
@@ -73,6 +74,7 @@ pub struct Hit {
 pub struct Accel {
     nodes: Vec<WideNode>,
     blocks: Vec<TriBlock>,
+    quads: Vec<QuadBlock>,
     disks: Vec<Disk>,
     spheres: Vec<Sphere>,
     triangle_count: u32,
@@ -88,9 +90,12 @@ impl Accel {
     /// Builds the tree. Every coordinate must be finite and below 1e12 in magnitude, and every triangle must
     /// have an area; [`Scene::prepare`] drops the others.
     ///
+    /// `quads` names, in ascending order, each triangle `abc` whose successor `acd` makes a parallelogram of it: the
+    /// two are tested as one, and a hit on either is reported for the first, with weights in its plane.
+    ///
     /// [`Scene::prepare`]: crate::tracer::Scene::prepare
-    pub fn new(triangles: &[[Vec3; 3]], disks: Vec<Disk>, spheres: Vec<Sphere>) -> Self {
-        build::build(triangles, disks, spheres)
+    pub fn new(triangles: &[[Vec3; 3]], quads: &[u32], disks: Vec<Disk>, spheres: Vec<Sphere>) -> Self {
+        build::build((triangles, quads), disks, spheres)
     }
 
     /// Corners of the box around everything; both zero for an empty scene.

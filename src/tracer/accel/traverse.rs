@@ -2,8 +2,8 @@
 
 use glam::{Vec3, Vec4};
 
-use super::block::{ShearedRay, TriBlock};
-use super::collapse::{Child, WideNode};
+use super::block::{Polygons, ShearedRay};
+use super::collapse::{Child, Leaf, WideNode};
 use super::{Accel, Hit, PrimRange, Ray};
 
 /// Share of the scene by which boxes are widened, 25 unit roundoffs: about three times what the shear of the
@@ -106,29 +106,36 @@ pub(super) fn closest<const STACK: usize>(accel: &Accel, ray: &Ray) -> Option<Hi
 
 #[inline(always)]
 fn closest_in_leaf(accel: &Accel, leaf: Child, ray: (&Ray, &ShearedRay), best: &mut Hit) {
-    let Some(blocks) = leaf.blocks() else {
-        let prim = leaf.analytic();
-        if let Some(t) = analytic(accel, prim, ray.0, best.t) {
-            *best = Hit { t, prim, uv: [0.0; 2] };
+    match leaf.leaf() {
+        Leaf::Quads(blocks) => closest_in_blocks(&accel.quads[blocks], ray, best),
+        Leaf::Triangles(blocks) => closest_in_blocks(&accel.blocks[blocks], ray, best),
+        Leaf::Analytic(prim) => {
+            if let Some(t) = analytic(accel, prim, ray.0, best.t) {
+                *best = Hit { t, prim, uv: [0.0; 2] };
+            }
         }
-        return;
-    };
-    for block in &accel.blocks[blocks] {
+    }
+}
+
+#[inline(always)]
+fn closest_in_blocks(blocks: &[impl Polygons], ray: (&Ray, &ShearedRay), best: &mut Hit) {
+    for block in blocks {
         let hits = block.intersect(ray.1, best.t);
         let mut mask = hits.mask;
         while mask != 0 {
             let lane = mask.trailing_zeros() as usize;
             mask &= mask - 1;
             let t = hits.t.to_array()[lane & 3];
-            if t < best.t && (!hits.is_doubtful(lane) || in_front(block, lane, ray.0)) {
+            if t < best.t && (!hits.is_doubtful(lane) || block.is_in_front(lane, ends(ray.0))) {
                 *best = Hit { t, prim: block.id(lane), uv: hits.uv(lane) };
             }
         }
     }
 }
 
-fn in_front(block: &TriBlock, lane: usize, ray: &Ray) -> bool {
-    block.is_in_front(lane, (ray.origin, ray.direction))
+#[inline(always)]
+fn ends(ray: &Ray) -> (Vec3, Vec3) {
+    (ray.origin, ray.direction)
 }
 
 /// True when anything is hit.
@@ -159,17 +166,23 @@ pub(super) fn occluded<const STACK: usize>(accel: &Accel, ray: &Ray, skip: PrimR
 
 #[inline(always)]
 fn occluded_in_leaf(accel: &Accel, leaf: Child, ray: (&Ray, &ShearedRay), skip: PrimRange) -> bool {
-    let Some(blocks) = leaf.blocks() else {
-        let prim = leaf.analytic();
-        return !skip.contains(prim) && analytic(accel, prim, ray.0, ray.0.t_max).is_some();
-    };
-    for block in &accel.blocks[blocks] {
+    match leaf.leaf() {
+        Leaf::Quads(blocks) => occluded_in_blocks(&accel.quads[blocks], ray, skip),
+        Leaf::Triangles(blocks) => occluded_in_blocks(&accel.blocks[blocks], ray, skip),
+        Leaf::Analytic(prim) => !skip.contains(prim) && analytic(accel, prim, ray.0, ray.0.t_max).is_some(),
+    }
+}
+
+#[inline(always)]
+fn occluded_in_blocks(blocks: &[impl Polygons], ray: (&Ray, &ShearedRay), skip: PrimRange) -> bool {
+    for block in blocks {
         let hits = block.intersect(ray.1, ray.0.t_max);
         let mut mask = hits.mask;
         while mask != 0 {
             let lane = mask.trailing_zeros() as usize;
             mask &= mask - 1;
-            if !skip.contains(block.id(lane)) && (!hits.is_doubtful(lane) || in_front(block, lane, ray.0)) {
+            let counts = !hits.is_doubtful(lane) || block.is_in_front(lane, ends(ray.0));
+            if counts && !skip.contains(block.id(lane)) {
                 return true;
             }
         }

@@ -26,6 +26,8 @@ const MAX_COORDINATE: f32 = 1e12;
 pub(super) struct Geometry {
     pub(super) corners: Vec<[Vec3; 3]>,
     pub(super) triangles: Vec<Triangle>,
+    /// First triangles of parallelograms.
+    pub(super) quads: Vec<u32>,
     pub(super) disks: Vec<Disk>,
     pub(super) spheres: Vec<Sphere>,
     /// Records of the triangles; those of disks and spheres follow in [`Geometry::finish`].
@@ -169,6 +171,17 @@ impl Geometry {
         }
     }
 
+    /// Adds both halves of a parallelogram, corners in order, front by the right-hand rule. False when it is
+    /// degenerate; then none or one of the halves was added.
+    fn push_parallelogram(&mut self, [a, b, c, d]: [Vec3; 4], adding: &mut Adding) -> bool {
+        let first = self.triangles.len() as u32;
+        let both = self.push_triangle([a, b, c], adding, None) && self.push_triangle([a, c, d], adding, None);
+        if both {
+            self.quads.push(first);
+        }
+        both
+    }
+
     fn add_rectangle(&mut self, adding: &mut Adding) {
         let m = adding.shape.to_world;
         let corner = |x: f64, y: f64| m.transform_point3(DVec3::new(x, y, 0.0)).as_vec3();
@@ -178,15 +191,19 @@ impl Geometry {
         let [a, b, c, d] = corners;
         let [a, b, c, d] = if mirrored != adding.shape.flip_normals { [a, d, c, b] } else { [a, b, c, d] };
         let first = self.triangles.len();
-        let both = self.push_triangle([a, b, c], adding, None) && self.push_triangle([a, c, d], adding, None);
-        if both {
-            let n = self.triangles[first].n;
-            let light = self.light(adding, (first, first + 2), || {
-                LightShape::Parallelogram(ParallelogramLight::new(a, b - a, d - a, n))
-            });
-            self.prims[first].light = light;
-            self.prims[first + 1].light = light;
+        if self.push_parallelogram([a, b, c, d], adding) {
+            self.light_parallelogram([a, b, d], first, adding);
         }
+    }
+
+    /// Makes a light of the parallelogram at triangles `first` and `first + 1`, if the shape emits.
+    fn light_parallelogram(&mut self, [a, b, d]: [Vec3; 3], first: usize, adding: &Adding) {
+        let n = self.triangles[first].n;
+        let light = self.light(adding, (first, first + 2), || {
+            LightShape::Parallelogram(ParallelogramLight::new(a, b - a, d - a, n))
+        });
+        self.prims[first].light = light;
+        self.prims[first + 1].light = light;
     }
 
     fn add_cube(&mut self, adding: &mut Adding) {
@@ -202,9 +219,10 @@ impl Geometry {
                 };
                 let [a, b, c, d] =
                     [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
-                for [p, q, r] in [[a, b, c], [a, c, d]] {
-                    let corners = if turned { [p, r, q] } else { [p, q, r] };
-                    self.push_mesh_triangle(corners, None, adding);
+                let [b, d] = if turned { [d, b] } else { [b, d] };
+                let first = self.triangles.len();
+                if self.push_parallelogram([a, b, c, d], adding) {
+                    self.light_parallelogram([a, b, d], first, adding);
                 }
             }
         }

@@ -85,7 +85,8 @@ pub(super) fn prepare(desc: &SceneDesc, options: PrepareOptions) -> Result<Scene
     if count > MAX_PRIMITIVES {
         return Err(PrepareError::TooManyPrimitives { count });
     }
-    let accel = Accel::new(&geometry.corners, geometry.disks.clone(), geometry.spheres.clone());
+    let accel =
+        Accel::new(&geometry.corners, &geometry.quads, geometry.disks.clone(), geometry.spheres.clone());
     let (mut lights, mut spectra) = (geometry.lights, geometry.spectra);
     let mut notices = geometry.notices;
     for light in &desc.lights {
