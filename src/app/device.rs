@@ -50,9 +50,7 @@ impl Device {
     /// When the film does not fit into the device.
     pub fn client(&self, spec: FilmSpec, threads: usize) -> Result<Client> {
         Ok(match self {
-            Device::Vulkan(gpu) => {
-                Client::Vulkan(Box::new(VulkanFilm::new(gpu.clone(), spec).into_diagnostic()?))
-            }
+            Device::Vulkan(gpu) => Client::Vulkan(VulkanFilm::new(gpu.clone(), spec).into_diagnostic()?),
             Device::Cpu => Client::Reference(ReferenceFilm::new(spec, threads).into_diagnostic()?),
         })
     }
