@@ -269,6 +269,45 @@ fn extreme_values_do_not_spread() {
     }
 }
 
+/// Any bits as samples, any size, any settings: no panic, every pixel finite.
+#[test]
+fn any_bits_are_survived() {
+    let mut state = Numbers(21);
+    let mut bits = || (state.next().to_bits() << 9) ^ (state.next() * 16_777_216.0) as u32;
+    for round in 0..150 {
+        let filter = FILTERS[round % 3];
+        let spec = spec(1 + bits() % 40, 1 + bits() % 40, filter);
+        let mut film = film(spec);
+        for _ in 0..3 {
+            let samples: Vec<Sample> = (0..bits() % 300)
+                .map(|i| {
+                    let mut any = || f32::from_bits(bits());
+                    let mut s = Sample { uv: [any(), any()], xyz: Xyz::new(any(), any(), any()), w: any() };
+                    // Most of them where they hit the film.
+                    if i % 4 > 0 {
+                        s.uv = [any().rem_euclid(1.0), any().rem_euclid(1.0)];
+                    }
+                    s
+                })
+                .collect();
+            film.add(&samples).expect("add");
+            film.count_paths(PathCounts { camera: u64::MAX, light: u64::from(bits()) << 31 });
+            let vm = f32::from_bits(bits());
+            let settings = Settings {
+                vm: if round % 2 == 0 { vm } else { 0.5 },
+                exposure: f32::from_bits(bits()),
+                contrast: f32::from_bits(bits()),
+                gamma: f32::from_bits(bits()),
+                ..settings(METHODS[round % 4], 0.0)
+            };
+            let picture = film.display(&settings).expect("display");
+            assert_eq!(picture.rgb.len(), (spec.width * spec.height) as usize);
+        }
+        let data = film.develop().expect("develop");
+        assert!(data.camera.iter().flatten().chain(data.light.iter().flatten()).all(|v| v.is_finite()));
+    }
+}
+
 #[test]
 fn impossible_films_are_refused() {
     for (width, height) in [(0, 1), (1, 0), (u32::MAX, 1), (16_384, 1)] {

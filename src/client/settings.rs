@@ -71,6 +71,20 @@ pub struct Settings {
     pub profile: Profile,
 }
 
+impl Default for Settings {
+    /// Windowed Gaussian, no noise masking, the plain curve `1 − exp(−Y)`, an sRGB display.
+    fn default() -> Self {
+        Self {
+            reconstruction: Reconstruction::default(),
+            vm: 0.0,
+            exposure: 1.0,
+            contrast: 1.0,
+            gamma: 2.2,
+            profile: Profile::srgb(),
+        }
+    }
+}
+
 /// What a film has received since it was cleared.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FilmCounts {

@@ -96,8 +96,8 @@ impl ReferenceFilm {
 
     /// Counts paths that were started, whether or not they gave samples.
     pub fn count_paths(&mut self, paths: PathCounts) {
-        self.counts.camera_paths += paths.camera;
-        self.counts.light_paths += paths.light;
+        self.counts.camera_paths = self.counts.camera_paths.saturating_add(paths.camera);
+        self.counts.light_paths = self.counts.light_paths.saturating_add(paths.light);
     }
 
     /// Rasterises what the batch holds: splat, fold, variance.

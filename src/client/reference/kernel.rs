@@ -2,8 +2,8 @@
 //!
 //! `exp(−σd²)·(1 − smoothstep(0, R, d)^E)` over the 5×5 texels within R = 2.5 per axis. The exponential
 //! is separable and comes from a polynomial, so that a row of weights is computed in lanes. From σ = 4 on
-//! (the coarser of two levels, and level 0 below LoD 0) neither the window nor texels beyond 2 matter:
-//! 4×4 texels with separable weights differ by 4e-6 of the peak, a texel's share of the mean by 4e-5.
+//! (the coarser of two levels, and level 0 below LoD 0) the window does not matter, and is left out: weights
+//! differ by 4e-6 of the peak at most, a texel's share of the mean by 4e-5.
 
 use std::ops::Range;
 
@@ -21,49 +21,46 @@ const LANES: usize = 8;
 /// From this `σ` on the narrow kernel is used.
 pub const NARROW_SIGMA: f32 = 4.0;
 
-/// Taps along one axis of the narrow kernel.
-pub const NARROW_TAPS: usize = 4;
-
 /// `Σ g T / Σ g` of one level at `p`, in texels of that level; texels outside do not count.
 #[inline]
 pub fn gaussian(level: &Grid<Vec4>, p: [f32; 2], sigma: f32) -> Vec4 {
     if sigma >= NARROW_SIGMA { narrow(level, p, sigma) } else { wide(level, p, sigma) }
 }
 
-/// The separable kernel over the 4×4 nearest texels, for σ ≥ 4.
+/// The kernel without its window, separable, for σ ≥ 4.
 fn narrow(level: &Grid<Vec4>, p: [f32; 2], sigma: f32) -> Vec4 {
-    let (x0, y0) = (first_tap(p[0], 2.0), first_tap(p[1], 2.0));
-    let (columns, rows) = (inside(x0, level.width(), NARROW_TAPS), inside(y0, level.height(), NARROW_TAPS));
-    let mut gx = exponentials(&squared_distances::<NARROW_TAPS>(x0, p[0]), sigma);
-    let mut gy = exponentials(&squared_distances::<NARROW_TAPS>(y0, p[1]), sigma);
+    let (x0, y0) = (first_tap(p[0]), first_tap(p[1]));
+    let (columns, rows) = (inside(x0, level.width()), inside(y0, level.height()));
+    let mut gx = exponentials(&squared_distances(x0, p[0]), sigma);
+    let gy = exponentials(&squared_distances(y0, p[1]), sigma);
     gx[..columns.start].fill(0.0);
     gx[columns.end..].fill(0.0);
-    gy[..rows.start].fill(0.0);
-    gy[rows.end..].fill(0.0);
 
-    let mut sum = Vec4::ZERO;
+    let (mut sum, mut down) = (Vec4::ZERO, 0.0);
     for k in rows {
         let row = level.row((y0 + k as i32) as usize);
         let mut across = Vec4::ZERO;
-        if columns.len() == NARROW_TAPS {
-            let taps = &row[x0 as usize..][..NARROW_TAPS];
-            across += (taps[0] * gx[0] + taps[1] * gx[1]) + (taps[2] * gx[2] + taps[3] * gx[3]);
+        if columns.len() == TAPS {
+            let taps = &row[x0 as usize..][..TAPS];
+            across +=
+                (taps[0] * gx[0] + taps[1] * gx[1]) + (taps[2] * gx[2] + taps[3] * gx[3]) + taps[4] * gx[4];
         } else {
             for i in columns.clone() {
                 across += row[(x0 + i as i32) as usize] * gx[i];
             }
         }
         sum += across * gy[k];
+        down += gy[k];
     }
-    let total = |g: [f32; NARROW_TAPS]| (g[0] + g[1]) + (g[2] + g[3]);
-    sum * (total(gx) * total(gy)).recip()
+    let across = (gx[0] + gx[1]) + (gx[2] + gx[3]) + gx[4];
+    sum * (across * down).recip()
 }
 
 /// The windowed kernel over 5×5 texels.
 fn wide(level: &Grid<Vec4>, p: [f32; 2], sigma: f32) -> Vec4 {
-    let (x0, y0) = (first_tap(p[0], RECONSTRUCTION_RADIUS), first_tap(p[1], RECONSTRUCTION_RADIUS));
-    let (columns, rows) = (inside(x0, level.width(), TAPS), inside(y0, level.height(), TAPS));
-    let (dx2, dy2) = (squared_distances::<LANES>(x0, p[0]), squared_distances::<LANES>(y0, p[1]));
+    let (x0, y0) = (first_tap(p[0]), first_tap(p[1]));
+    let (columns, rows) = (inside(x0, level.width()), inside(y0, level.height()));
+    let (dx2, dy2) = (squared_distances(x0, p[0]), squared_distances(y0, p[1]));
     let (mut gx, gy) = (exponentials(&dx2, sigma), exponentials(&dy2, sigma));
     gx[..columns.start].fill(0.0);
     gx[columns.end..].fill(0.0);
@@ -90,26 +87,26 @@ fn wide(level: &Grid<Vec4>, p: [f32; 2], sigma: f32) -> Vec4 {
     (even + odd) * total.recip()
 }
 
-/// First texel whose centre is within `radius` of `p`: `ceil(p − radius − 0.5)`.
+/// First texel whose centre is within `R` of `p`: `ceil(p − R − 0.5)`.
 #[inline]
-fn first_tap(p: f32, radius: f32) -> i32 {
-    let q = p - (radius + 0.5);
+fn first_tap(p: f32) -> i32 {
+    let q = p - (RECONSTRUCTION_RADIUS + 0.5);
     let i = q as i32;
     i + i32::from((i as f32) < q)
 }
 
-/// Those of `taps` texels from `first` on that lie within `0..size`.
+/// The taps `first ..` that lie within `0..size`.
 #[inline]
-fn inside(first: i32, size: usize, taps: usize) -> Range<usize> {
-    let skip = (-first).clamp(0, taps as i32);
-    let keep = (size as i64 - i64::from(first)).clamp(i64::from(skip), taps as i64);
+fn inside(first: i32, size: usize) -> Range<usize> {
+    let skip = (-first).clamp(0, TAPS as i32);
+    let keep = (size as i64 - i64::from(first)).clamp(i64::from(skip), TAPS as i64);
     skip as usize..keep as usize
 }
 
 #[inline]
-fn squared_distances<const N: usize>(first: i32, p: f32) -> [f32; N] {
+fn squared_distances(first: i32, p: f32) -> [f32; LANES] {
     // Plain loops: the compiler makes vectors of them, which it does not always of `array::from_fn`.
-    let mut d2 = [0.0; N];
+    let mut d2 = [0.0; LANES];
     for (k, d2) in d2.iter_mut().enumerate() {
         let d = (first + k as i32) as f32 + 0.5 - p;
         *d2 = d * d;
@@ -119,9 +116,9 @@ fn squared_distances<const N: usize>(first: i32, p: f32) -> [f32; N] {
 
 /// `exp(−σ d²)` in every lane.
 #[inline]
-fn exponentials<const N: usize>(d2: &[f32; N], sigma: f32) -> [f32; N] {
+fn exponentials(d2: &[f32; LANES], sigma: f32) -> [f32; LANES] {
     let scale = -sigma * std::f32::consts::LOG2_E;
-    let mut g = [0.0; N];
+    let mut g = [0.0; LANES];
     for (g, d2) in g.iter_mut().zip(d2) {
         *g = exp2(d2 * scale);
     }
@@ -173,8 +170,8 @@ mod tests {
         for step in 0..200 {
             let (px, py) = (7.0 + step as f32 * 0.017, 9.0 + step as f32 * 0.041);
             for sigma in [1.0f32, 2.3, 3.99] {
-                let (x0, y0) = (first_tap(px, 2.5), first_tap(py, 2.5));
-                let (dx2, dy2) = (squared_distances::<LANES>(x0, px), squared_distances::<LANES>(y0, py));
+                let (x0, y0) = (first_tap(px), first_tap(py));
+                let (dx2, dy2) = (squared_distances(x0, px), squared_distances(y0, py));
                 let (gx, gy) = (exponentials(&dx2, sigma), exponentials(&dy2, sigma));
                 for j in 0..TAPS {
                     let row = row_weights(&dx2, dy2[j], &gx, gy[j]);
