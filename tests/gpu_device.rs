@@ -2,7 +2,11 @@
 
 mod gpu_support;
 
+use std::sync::{Arc, Mutex};
+
 use gpu_support::{assert_silent, gpu};
+use pointillist::client::film::VulkanFilm;
+use pointillist::client::{Reconstruction, SplatFilter};
 use pointillist::gpu::{
     Access, Blend, DeviceChoice, Format, Gpu, GpuError, GraphicsDesc, Image, ImageDesc, Load, Pipeline,
     Sampler, Target, Texture, Topology, VertexLayout, devices,
@@ -111,4 +115,42 @@ fn scopes_are_timed() {
     frame(1000); // more scopes than there are timestamps: the rest is not measured
     assert!(own.take_timings().iter().all(|t| t.count <= 1000));
     assert_silent(&own);
+}
+
+/// Where the log goes while a test listens.
+#[derive(Clone, Default)]
+struct Log(Arc<Mutex<Vec<u8>>>);
+
+impl std::io::Write for Log {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0.lock().expect("not poisoned").extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+/// Everything that was made is destroyed before the device: the layer would report what is left, in the log.
+#[test]
+fn nothing_is_left_behind() {
+    let log = Log::default();
+    let writer = log.clone();
+    let subscriber = tracing_subscriber::fmt().with_ansi(false).with_writer(move || writer.clone()).finish();
+    tracing::subscriber::with_default(subscriber, || {
+        let own = gpu_support::open(false);
+        let spec = gpu_support::spec(50, 40, SplatFilter::Gaussian);
+        let mut film = VulkanFilm::new(own.clone(), spec).expect("a film");
+        film.add(&gpu_support::scene(&spec, 80_000, 2, 2)).expect("add");
+        film.display(&gpu_support::settings(Reconstruction::Gaussian, 0.5)).expect("display");
+        film.develop().expect("develop");
+        assert_silent(&own);
+        drop(own);
+        drop(film); // the last owner of the device
+        tracing::warn!("the log listens");
+    });
+    let text = String::from_utf8(log.0.lock().expect("not poisoned").clone()).expect("text");
+    assert!(text.contains("the log listens"), "{text}");
+    assert_eq!(text.lines().count(), 1, "{text}");
 }

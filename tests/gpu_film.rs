@@ -322,3 +322,40 @@ fn impossible_films_are_refused() {
     }
     assert_silent(gpu());
 }
+
+/// Run by [`bits_do_not_depend_on_threads`] in processes of its own: prints a hash of sums and picture.
+#[test]
+#[ignore = "a part of another test"]
+fn print_hash() {
+    let spec = spec(150, 90, SplatFilter::Gaussian);
+    let mut film = film(spec);
+    film.add(&scene(&spec, 150_000, 13, 3)).expect("add");
+    let data = film.develop_padded().expect("develop");
+    let shown = film.display(&settings(Reconstruction::Gaussian, 0.5)).expect("display");
+    let sums = data.camera.iter().chain(&data.light).flatten();
+    let sums = sums.chain(&data.camera_variance).chain(&data.light_variance).flat_map(|v| v.to_ne_bytes());
+    let bytes = sums.chain(shown.rgb.into_iter().flatten());
+    let hash =
+        bytes.fold(0xcbf2_9ce4_8422_2325_u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
+    println!("hash {hash:016x}");
+}
+
+/// lavapipe takes the number of its threads from the environment; other drivers ignore it.
+#[test]
+fn bits_do_not_depend_on_threads() {
+    let hashes: Vec<String> = ["0", "1", "2", "7"]
+        .iter()
+        .map(|threads| {
+            let program = std::env::current_exe().expect("this program");
+            let output = std::process::Command::new(program)
+                .args(["--exact", "print_hash", "--ignored", "--nocapture"])
+                .env("LP_NUM_THREADS", threads)
+                .output()
+                .expect("this program again");
+            let text = String::from_utf8_lossy(&output.stdout).into_owned();
+            let at = text.find("hash ").unwrap_or_else(|| panic!("{threads} threads: {text}"));
+            text[at..at + 21].to_owned()
+        })
+        .collect();
+    assert!(hashes.iter().all(|h| *h == hashes[0]), "{hashes:?}");
+}
