@@ -6,6 +6,7 @@ use gpu_support::{FILTERS, RECONSTRUCTIONS, Uniform, assert_silent, film, gpu, o
 use pointillist::client::film::VulkanFilm;
 use pointillist::client::{FilmData, FilmSpec, Reconstruction, Settings, SplatFilter, VarianceForm};
 use pointillist::color::Xyz;
+use pointillist::gpu::DeviceKind;
 use pointillist::stream::{PathCounts, Sample};
 
 fn develop(spec: FilmSpec, samples: &[Sample]) -> FilmData {
@@ -309,5 +310,52 @@ fn impossible_films_are_refused() {
         let text = error.map(|e| e.to_string()).unwrap_or_default();
         assert!(text.contains("not possible"), "{width}×{height}: {text}");
     }
+    // Possible by its sides, but one image is larger than lavapipe allocates (2 GiB); a larger device may take it.
+    if gpu().info().kind == DeviceKind::Cpu {
+        let huge = spec(16_000, 16_000, SplatFilter::Gaussian);
+        let mut film = VulkanFilm::new(gpu().clone(), huge).expect("nothing is made yet");
+        film.add(&scene(&huge, 1, 1, 0)).expect("add");
+        let text = film.flush().expect_err("too large").to_string();
+        assert!(text.contains("smaller picture"), "{text}");
+        // The film stays usable: it refuses every batch, and does not grow.
+        assert!(film.add(&scene(&huge, 70_000, 1, 0)).is_err());
+    }
     assert_silent(gpu());
+}
+
+/// Run by [`bits_do_not_depend_on_threads`] in processes of its own: prints a hash of sums and picture.
+#[test]
+#[ignore = "a part of another test"]
+fn print_hash() {
+    let spec = spec(150, 90, SplatFilter::Gaussian);
+    let mut film = film(spec);
+    film.add(&scene(&spec, 150_000, 13, 3)).expect("add");
+    let data = film.develop_padded().expect("develop");
+    let shown = film.display(&settings(Reconstruction::Gaussian, 0.5)).expect("display");
+    let sums = data.camera.iter().chain(&data.light).flatten();
+    let sums = sums.chain(&data.camera_variance).chain(&data.light_variance).flat_map(|v| v.to_ne_bytes());
+    let bytes = sums.chain(shown.rgb.into_iter().flatten());
+    let hash =
+        bytes.fold(0xcbf2_9ce4_8422_2325_u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
+    println!("hash {hash:016x}");
+}
+
+/// lavapipe takes the number of its threads from the environment; other drivers ignore it.
+#[test]
+fn bits_do_not_depend_on_threads() {
+    let hashes: Vec<String> = ["0", "1", "2", "7"]
+        .iter()
+        .map(|threads| {
+            let program = std::env::current_exe().expect("this program");
+            let output = std::process::Command::new(program)
+                .args(["--exact", "print_hash", "--ignored", "--nocapture"])
+                .env("LP_NUM_THREADS", threads)
+                .output()
+                .expect("this program again");
+            let text = String::from_utf8_lossy(&output.stdout).into_owned();
+            let at = text.find("hash ").unwrap_or_else(|| panic!("{threads} threads: {text}"));
+            text[at..at + 21].to_owned()
+        })
+        .collect();
+    assert!(hashes.iter().all(|h| *h == hashes[0]), "{hashes:?}");
 }

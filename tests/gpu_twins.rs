@@ -170,3 +170,34 @@ fn tone_map_equals_the_twin() {
     }
     assert_silent(gpu());
 }
+
+/// From samples to the encoded picture, both ways on their own: at most one step of 255 apart.
+#[test]
+fn displays_equal_the_twin() {
+    let spec = spec(90, 61, SplatFilter::Gaussian);
+    let mut film = film(spec);
+    let mut twin = ReferenceFilm::new(spec, 2).expect("a film");
+    for (count, every_light) in [(50, 0), (2_000, 3), (90_000, 4)] {
+        let samples = scene(&spec, count, count as u64, every_light);
+        let paths = PathCounts { camera: count as u64, light: count as u64 };
+        film.add(&samples).expect("add");
+        twin.add(&samples).expect("add");
+        film.count_paths(paths);
+        twin.count_paths(paths);
+        for kind in RECONSTRUCTIONS {
+            for vm in [0.0, 0.5] {
+                let settings = settings(kind, vm);
+                let got = film.display(&settings).expect("display");
+                let wanted = twin.display(&settings).expect("display");
+                let pairs = || got.rgb.iter().flatten().zip(wanted.rgb.iter().flatten());
+                let off = pairs().filter(|(a, b)| a != b).count();
+                assert!(pairs().all(|(a, b)| a.abs_diff(*b) <= 1), "{kind:?} Vm {vm}, {count} samples");
+                assert!(
+                    off * 100 < got.rgb.len() * 3,
+                    "{kind:?} Vm {vm}, {count} samples: {off} channels differ"
+                );
+            }
+        }
+    }
+    assert_silent(gpu());
+}

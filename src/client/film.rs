@@ -117,6 +117,14 @@ impl VulkanFilm {
         if self.batch.is_empty() {
             return Ok(());
         }
+        let outcome = self.raster();
+        // After an error the samples are lost: kept, they would outgrow the vertex buffer.
+        self.batch.clear();
+        outcome
+    }
+
+    /// Uploads the batch and records its passes.
+    fn raster(&mut self) -> Result<(), ClientError> {
         // Black batches leave the scale open: their deviations are 0 in every unit.
         if self.luminance_scale.is_none() && self.luminance.1 > 0 {
             self.luminance_scale = Some(power_of_two_below(self.luminance.0 / self.luminance.1 as f64));

@@ -15,7 +15,7 @@
 //! scene-linear picture of them. Values of [`Settings`] may change from one display to the next; what
 //! [`FilmSpec`] holds may not.
 //!
-//! The Vulkan film is [`film`] with its passes in [`pass`]; every pass exists as plain Rust in [`reference`]. What twins
+//! The Vulkan film is [`film`] with its passes in [`pass`]; every pass exists as plain Rust in [`mod@reference`]. What twins
 //! must share stands in [`filter`] and [`lod`].
 
 pub mod develop;

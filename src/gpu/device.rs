@@ -48,7 +48,10 @@ pub struct Gpu {
     /// Number of the frame begun last.
     pub(in crate::gpu) begun: AtomicU64,
     pub(in crate::gpu) timing: AtomicBool,
+    /// Largest side of an image, texels.
     pub(in crate::gpu) max_extent: u32,
+    /// Largest allocation, bytes.
+    pub(in crate::gpu) max_allocation: u64,
     retired: Mutex<RetireQueue>,
     samplers: [vk::Sampler; 2],
     info: DeviceInfo,
@@ -78,8 +81,11 @@ impl Gpu {
         let (physical, info) = pick(enumerate(&instance)?, choice)?;
         let capability = capability::check(&instance, physical);
         let device = open(&instance, physical, &capability)?;
-        // SAFETY: plain query.
-        let limits = unsafe { instance.raw.get_physical_device_properties(physical) }.limits;
+        let mut v11 = vk::PhysicalDeviceVulkan11Properties::default();
+        let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut v11);
+        // SAFETY: plain query of a device that knows Vulkan 1.3, as checked by `pick`.
+        unsafe { instance.raw.get_physical_device_properties2(physical, &mut properties) };
+        let limits = properties.properties.limits;
         let tick = if capability.timestamp_bits > 0 { limits.timestamp_period } else { 0.0 };
         let family = capability.queue_family;
         // From here on everything is destroyed by `Gpu::drop`; what fails in between leaks with the process's device.
@@ -95,6 +101,7 @@ impl Gpu {
             begun: AtomicU64::new(0),
             timing: AtomicBool::new(false),
             max_extent: limits.max_image_dimension2_d,
+            max_allocation: v11.max_memory_allocation_size,
             retired: Mutex::default(),
             samplers: [sampler(&device, vk::Filter::NEAREST)?, sampler(&device, vk::Filter::LINEAR)?],
             large_points: capability.large_points && !options.quads,

@@ -72,9 +72,6 @@ pub enum GpuError {
     /// Embedded code is missing or damaged: the build is broken.
     #[error("shader {0} is not embedded in this program or is damaged: build it anew")]
     Shader(String),
-    /// A resource was written past its end or before the GPU was done: a mistake in this program.
-    #[error("{0}")]
-    Misuse(String),
 }
 
 /// What the reader can do about a result.

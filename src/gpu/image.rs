@@ -116,6 +116,10 @@ impl Image {
     fn bind(&mut self, name: &str) -> Result<(), GpuError> {
         // SAFETY: the image was just made and has no memory yet.
         let needs = unsafe { self.gpu.device.get_image_memory_requirements(self.raw) };
+        if needs.size > self.gpu.max_allocation {
+            let call = format!("vkAllocateMemory({name}, {} bytes)", needs.size);
+            return Err(GpuError::Call { call, result: vk::Result::ERROR_OUT_OF_DEVICE_MEMORY });
+        }
         let memory = self.gpu.memory.allocate(name, needs, MemoryLocation::GpuOnly, false)?;
         // SAFETY: the allocation fits the requirements and is used by this image alone.
         let bound = unsafe { self.gpu.device.bind_image_memory(self.raw, memory.memory(), memory.offset()) };
