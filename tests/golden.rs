@@ -12,12 +12,18 @@ use pointillist::image::compare::{Measured, ZTest, z_test};
 mod replicates;
 
 /// Seeds that the golden pictures do not use.
-const PLAN: replicates::Plan = replicates::Plan { side: 64, samples_per_pixel: 16, seeds: 1000..1032 };
+const SEEDS: std::ops::Range<u32> = 1000..1032;
+
+/// Paths of one replicate, over the whole picture.
+const SAMPLES: u32 = 1 << 17;
 
 fn compare(name: &str) -> (Measured, Measured, ZTest) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let golden = Measured::read(&root.join(format!("tests/golden/{name}.exr"))).unwrap();
-    let now = replicates::measure(&root.join(format!("scenes/{name}.xml")), &PLAN);
+    let side = golden.width as u32;
+    let samples_per_pixel = u64::from(SAMPLES / (side * side));
+    let plan = replicates::Plan { side, samples_per_pixel, seeds: SEEDS };
+    let now = replicates::measure(&root.join(format!("scenes/{name}.xml")), &plan);
     let test = z_test(&now, &golden, 0.01).unwrap();
     println!("{name}: {test:?}");
     (now, golden, test)
