@@ -112,6 +112,34 @@ fn one_wavelength_has_more_noise_than_four_of_equal_steps() {
 }
 
 #[test]
+fn two_lobes_leave_less_noise_in_z_than_one() {
+    // pbrt-v4 (`SampleVisibleWavelengths`): the single lobe about 538 nm that the density here replaces.
+    let one_lobe = |u: f64| {
+        let lambda = 538.0 - 138.888_889 * (0.856_910_62 - 1.827_501_97 * u).atanh();
+        (lambda, 0.003_939_804_2 / (0.0072 * (lambda - 538.0)).cosh().powi(2))
+    };
+    let mut random = Random(5);
+    let numbers: Vec<f32> = std::iter::repeat_with(|| random.next()).take(1 << 16).collect();
+    let (mut sum, mut squares) = (0.0, 0.0);
+    for u in &numbers {
+        let z: f64 = (0..4)
+            .map(|i| one_lobe((f64::from(*u) + f64::from(i) * 0.25).fract()))
+            .map(|(lambda, pdf)| {
+                let row = cie::Rows::get().at(lambda as f32);
+                f64::from(row.z * row.w) / pdf / 4.0
+            })
+            .sum();
+        (sum, squares) = (sum + z, squares + z * z);
+    }
+    let n = numbers.len() as f64;
+    let theirs = ((squares / n - (sum / n).powi(2)) / n).sqrt();
+    assert!((sum / n - cie::d65_white().z).abs() < 5.0 * theirs, "the other estimator is right, too");
+    let (_, ours) = estimate(&Spectrum::d65(1.0), false, numbers.into_iter());
+    println!("standard error of Z: {:.2e}, with one lobe {theirs:.2e}", ours.z);
+    assert!(ours.z < theirs / 4.0, "{} {theirs}", ours.z);
+}
+
+#[test]
 fn a_prism_gives_each_lane_its_own_index() {
     let lambda = SampledWavelengths::sample(0.4);
     let n = Ior::named("sf10").expect("a known glass").sample(&lambda).0.to_array();

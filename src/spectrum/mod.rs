@@ -1,6 +1,7 @@
 //! Spectra: what a path carries ([`SampledSpectrum`] at [`SampledWavelengths`]) and what a scene
 //! holds ([`Spectrum`], [`dispersion::Ior`], named metals).
 
+pub mod blackbody;
 pub mod dispersion;
 pub mod metals;
 mod sampled;

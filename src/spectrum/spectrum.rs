@@ -87,7 +87,7 @@ impl Spectrum {
     /// Any non-negative `rgb` that is neither reflectance nor emission: scaled smooth spectrum.
     ///
     /// The brightest component lies at half of the smooth spectrum's range, where it is smoothest
-    /// (pbrt-v4 §4.6.6, Mitsuba 3 `d65` with a colour).
+    /// (as pbrt-v4 `RGBUnboundedSpectrum` and Mitsuba 3 `d65` with a colour).
     pub fn unbounded_rgb(rgb: [f32; 3]) -> Self {
         let rgb = rgb.map(|v| clean(v, BRIGHTEST));
         let [r, g, b] = rgb;

@@ -61,8 +61,12 @@ impl Table {
         } else {
             (0, self.knots.len() - 1)
         };
-        // Knots in (low, high] lie within this cell: mostly none or one.
-        let within = self.knots[low + 1..=high.max(low)].partition_point(|k| k.lambda <= lambda);
+        // Knots in (low, high] lie within this cell: mostly none or one, so one comparison decides.
+        let within = match high.saturating_sub(low) {
+            0 => 0,
+            1 => usize::from(self.knots[high].lambda <= lambda),
+            _ => self.knots[low + 1..=high].partition_point(|k| k.lambda <= lambda),
+        };
         let knot = self.knots[low + within];
         (knot.value + (lambda - knot.lambda) * knot.slope).max(0.0)
     }

@@ -1,8 +1,8 @@
 //! From RGB to a smooth spectrum: finds the [`Sigmoid`] that looks like a colour under D65.
 //!
 //! The optimisation of Jakob and Hanika 2019, §3.2, run for each colour of the scene instead of once for a table of
-//! all colours: Levenberg–Marquardt in CIELAB, where an error counts as much as it is seen. A few dozen steps of
-//! about 2 µs each.
+//! all colours: Levenberg–Marquardt in CIELAB, where an error counts as much as it is seen. Some ten steps
+//! of about 2 µs each.
 
 use std::sync::LazyLock;
 
@@ -14,7 +14,7 @@ use crate::color::{cie, profile};
 /// Colour difference (ΔE*ab) at which the fit is as good as its result in single precision.
 const GOOD: f64 = 1e-4;
 
-/// Most steps of one fit. Most colours need 5–15, the corners of the RGB cube 30.
+/// Most steps of one fit. Most colours need 4–10, the corners of the RGB cube up to 44.
 const STEPS: usize = 60;
 
 /// For each sample of the observer: the variable `t`, and D65 · observer relative to the XYZ of D65.

@@ -99,7 +99,7 @@ impl SampledWavelengths {
     }
 
     /// Estimates the CIE XYZ of radiance `l`: mean over the lanes of `l · observer / pdf`, divided by ∫ȳ dλ
-    /// so that radiance 1 at all wavelengths has Y = 1 (pbrt-v4 §4.6.2).
+    /// so that radiance 1 at all wavelengths has Y = 1 (as pbrt-v4 `SampledSpectrum::ToXYZ`).
     ///
     /// A terminated lane counts nothing, whatever `l` holds there.
     #[inline]

@@ -1,0 +1,267 @@
+"""Does a picture of Pointillist agree with one of Mitsuba 3 (scalar_spectral) on the same scene file?
+
+Both programs render the scene R times with independent seeds and the box filter. Neither the noise within a pixel
+(which says nothing for quasi-Monte Carlo points) nor any assumption about it enters: mean and variance of the mean
+come from the R repetitions of each side.
+
+Tests, per pixel and channel, and again for blocks of 4x4 pixels:
+  Welch's t with Welch-Satterthwaite degrees of freedom, which is right for two small groups of unequal variance;
+  two-sided p values from the t distribution, not the normal one, at the 1 % level with Sidak's correction for the
+  number of comparisons; at least 99.75 % must be accepted (the rule of Mitsuba's own test_renders.py).
+  A pixel's repetitions are skewed when few samples find the light; the mean of 16 neighbours is close to normal, and
+  shows a bias four times smaller. Hence both.
+  The two programs do not have the same observer tables (1 nm, 5 nm): differences up to --tolerance of the value
+  count as none.
+Means of the whole picture must agree within 0.2 %, and their standard errors are printed.
+relMSE is mean((a - b)^2 / (Y_b^2 + 0.01)), with the noise of both sides taken off.
+
+Exit status: 0 the pictures agree, 1 they do not (or there is too much noise to tell), 2 something could not be run.
+"""
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+import xml.etree.ElementTree as ElementTree
+
+import numpy as np
+
+LEVEL = 0.01
+ACCEPTED = 0.9975
+MEAN_WITHIN = 0.002
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+
+
+def arguments():
+    p = argparse.ArgumentParser(
+        prog="compare_mitsuba", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    p.add_argument("scene", nargs="?", help="Mitsuba 3 scene file (not needed with --self-test)")
+    p.add_argument("--root", default=".", help=argparse.SUPPRESS)
+    p.add_argument("--spp", type=int, default=64, help="samples per pixel of one Mitsuba rendering (64)")
+    p.add_argument("--our-spp", type=int, help="samples per pixel of one Pointillist rendering (as --spp)")
+    p.add_argument("--seeds", type=int, default=16, help="renderings on each side (16, at least 4)")
+    p.add_argument("--size", help="WxH instead of the size in the scene, for both")
+    p.add_argument("-D", dest="define", action="append", default=[], metavar="NAME=VALUE", help="scene parameter")
+    p.add_argument("--tolerance", type=float, default=0.001, help="relative difference that counts as none (0.001)")
+    p.add_argument("--binary", help="the program (target/release/pointillist)")
+    p.add_argument("--device", default="cpu", help="its --device (cpu)")
+    p.add_argument("--out", help="folder for means and t values (target/compare_mitsuba/SCENE)")
+    p.add_argument("--self-test", action="store_true", help="Mitsuba against itself: equal passes, 1 %% brighter fails")
+    a = p.parse_args()
+    if a.seeds < 4:
+        p.error("--seeds: a variance from fewer than 4 renderings says nothing")
+    if not a.scene and not a.self_test:
+        p.error("which scene?")
+    return a
+
+
+# Mitsuba's half
+
+
+def box_filtered(scene, size):
+    """The text of the scene file with a box filter, float32 RGB pixels and, if given, another size."""
+    tree = ElementTree.parse(scene)
+    films = list(tree.iter("film"))
+    if not films:
+        sys.exit(f"compare_mitsuba: {scene} has no <film> of its own: put the sensor into this file")
+    for film in films:
+        replaced = {"pixel_format", "component_format"} | ({"width", "height"} if size else set())
+        for child in list(film):
+            if child.tag == "rfilter" or child.get("name") in replaced:
+                film.remove(child)
+        ElementTree.SubElement(film, "rfilter", type="box")
+        ElementTree.SubElement(film, "string", name="pixel_format", value="rgb")
+        ElementTree.SubElement(film, "string", name="component_format", value="float32")
+        for name, value in zip(("width", "height"), size or ()):
+            ElementTree.SubElement(film, "integer", name=name, value=str(value))
+    return ElementTree.tostring(tree.getroot(), encoding="unicode")
+
+
+def mitsuba_renderings(mi, scene, defines, size, spp, seeds):
+    """Array (seed, y, x, channel) of linear Rec.709."""
+    folder = os.path.dirname(os.path.abspath(scene))
+    with tempfile.TemporaryDirectory() as place:
+        copy = os.path.join(place, "scene.xml")
+        with open(copy, "w") as f:
+            f.write(box_filtered(scene, size))
+        mi.file_resolver().prepend(folder)
+        loaded = mi.load_file(copy, **defines)
+    return np.stack([np.array(mi.render(loaded, spp=spp, seed=seed))[..., :3] for seed in seeds]).astype(np.float64)
+
+
+# Pointillist's half
+
+
+def main_layer(mi, path):
+    """R, G, B of the main layer of an EXR file, as (y, x, channel)."""
+    bitmap = mi.Bitmap(path)
+    names = [field.name for field in bitmap.struct_()]
+    pixels = np.array(bitmap.convert(component_format=mi.Struct.Type.Float32), copy=False)
+    try:
+        return pixels[..., [names.index(c) for c in "RGB"]].astype(np.float64)
+    except ValueError:
+        sys.exit(f"compare_mitsuba: {path} has no channels R, G, B, only {', '.join(names)}")
+
+
+def our_renderings(mi, a, defines, size, spp, seeds):
+    binary = a.binary or os.path.join(a.root, "target", "release", "pointillist")
+    if not os.path.exists(binary):
+        print(f"compare_mitsuba: no program at {binary}: cargo build --release, or --binary", file=sys.stderr)
+        sys.exit(2)
+    images = []
+    with tempfile.TemporaryDirectory() as place:
+        for seed in seeds:
+            file = os.path.join(place, f"{seed}.exr")
+            command = [binary, "render", a.scene, "-o", file, "--filter", "box", "--spp", str(spp)]
+            command += ["--seed", str(seed), "--device", a.device, "--quiet"]
+            command += ["--size", f"{size[0]}x{size[1]}"] if size else []
+            for name, value in defines.items():
+                command += ["-D", f"{name}={value}"]
+            done = subprocess.run(command)
+            if done.returncode != 0 or not os.path.exists(file):
+                print(f"compare_mitsuba: failed ({done.returncode}): {' '.join(command)}", file=sys.stderr)
+                sys.exit(2)
+            images.append(main_layer(mi, file))
+    return np.stack(images)
+
+
+# Statistics
+
+
+def t_p_value(t, dof):
+    """Two-sided p value of Student's t: the incomplete beta function I_x(dof/2, 1/2) at x = dof/(dof + t^2)."""
+    from math import lgamma
+
+    log_gamma = np.vectorize(lgamma, otypes=[float])
+    a, b, x = dof / 2, np.full_like(dof, 0.5), dof / (dof + t * t)
+    # The continued fraction (Abramowitz, Stegun 26.5.8) converges fast on one side; the other follows by symmetry.
+    flip = x > (a + 1) / (a + b + 2)
+    a, b, x = np.where(flip, b, a), np.where(flip, a, b), np.where(flip, 1 - x, x)
+    x = np.clip(x, 1e-300, 1 - 1e-16)
+    front = np.exp(log_gamma(a + b) - log_gamma(a) - log_gamma(b) + a * np.log(x) + b * np.log1p(-x)) / a
+    c, d = np.ones_like(x), 1 / (1 - (a + b) * x / (a + 1))
+    fraction = d.copy()
+    for m in range(1, 200):
+        for top in (
+            m * (b - m) * x / ((a + 2 * m - 1) * (a + 2 * m)),
+            -(a + m) * (a + b + m) * x / ((a + 2 * m) * (a + 2 * m + 1)),
+        ):
+            d, c = 1 / (1 + top * d), 1 + top / c
+            fraction *= c * d
+    tail = front * fraction
+    return np.where(flip, 1 - tail, tail)
+
+
+def welch(ours, theirs, tolerance):
+    """t, degrees of freedom and the two variances of the mean, from arrays whose first axis is the seed."""
+    a, b = ours.mean(0), theirs.mean(0)
+    va, vb = ours.var(0, ddof=1) / len(ours), theirs.var(0, ddof=1) / len(theirs)
+    # Rounding of single precision, for pixels that both know without noise.
+    variance = np.maximum(va + vb, (1e-6 * np.abs(b)) ** 2 + 1e-24)
+    dof = variance**2 / np.maximum(va**2 / (len(ours) - 1) + vb**2 / (len(theirs) - 1), 1e-300)
+    dof = np.clip(dof, 1, len(ours) + len(theirs) - 2)
+    excess = np.maximum(np.abs(a - b) - tolerance * np.abs(b), 0)
+    return np.sign(a - b) * excess / np.sqrt(variance), dof, va, vb
+
+
+def blocks(images, n):
+    """Means of n x n pixels; what is left over at the right and bottom edge is dropped."""
+    r, h, w, c = images.shape
+    cut = images[:, : h // n * n, : w // n * n]
+    return cut.reshape(r, h // n, n, w // n, n, c).mean((2, 4))
+
+
+def compare(ours, theirs, tolerance):
+    """Prints the table; true if the pictures agree. Also returns the t values per pixel."""
+    if ours.shape[1:] != theirs.shape[1:]:
+        print(f"sizes differ: ours {ours.shape[1:]}, Mitsuba's {theirs.shape[1:]}")
+        return False, None
+    if not (np.isfinite(ours).all() and np.isfinite(theirs).all()):
+        print(f"not finite: {(~np.isfinite(ours)).sum()} values of ours, {(~np.isfinite(theirs)).sum()} of Mitsuba's")
+        return False, None
+    good, t_map = True, None
+    print(f"{'test':12} {'compared':>9} {'critical p':>11} {'accepted':>10} {'|t| > 5 % level':>16}  verdict")
+    for n in (1, 4):
+        t, dof, _, _ = welch(blocks(ours, n), blocks(theirs, n), tolerance)
+        p = t_p_value(t, dof)
+        level = 1 - (1 - LEVEL) ** (1 / p.size)
+        share = (p > level).mean()
+        passed = share >= ACCEPTED
+        print(
+            f"{'pixels' if n == 1 else f'{n}x{n} blocks':12} {p.size:9} {level:11.2e} {share:10.4%} "
+            f"{(p < 0.05).mean():16.2%}  {'ok' if passed else 'DIFFERENT'}"
+        )
+        good &= passed
+        t_map = t if n == 1 else t_map
+    print(f"\n{'mean':12} {'ours':>11} {'std. error':>10} {'Mitsuba':>11} {'std. error':>10} {'difference':>18}  verdict")
+    for c, name in enumerate("RGB"):
+        a, b = (x[..., c].mean((1, 2)) for x in (ours, theirs))
+        ea, eb = (x.std(ddof=1) / np.sqrt(len(x)) for x in (a, b))
+        scale = max(abs(b.mean()), 1e-12)
+        off, error = (a.mean() - b.mean()) / scale, np.hypot(ea, eb) / scale
+        verdict = "ok" if abs(off) <= MEAN_WITHIN else "DIFFERENT" if abs(off) > 3 * error else "TOO NOISY: more --spp"
+        good &= verdict == "ok"
+        print(f"{name:12} {a.mean():11.6f} {ea:10.2e} {b.mean():11.6f} {eb:10.2e} {off:+9.3%} ±{error:7.3%}  {verdict}")
+    _, _, va, vb = welch(ours, theirs, 0)
+    a, b = ours.mean(0), theirs.mean(0)
+    weight = 1 / ((b @ LUMINANCE)[..., None] ** 2 + 0.01)
+    raw, bias = ((a - b) ** 2 * weight).mean(), (((a - b) ** 2 - va - vb) * weight).mean()
+    noise = [(v * len(x) * weight).mean() for v, x in ((va, ours), (vb, theirs))]
+    print(f"\nrelMSE {raw:.3e}, without the noise of both {bias:+.3e}")
+    print(f"relMSE of one rendering by its own noise: ours {noise[0]:.3e}, Mitsuba's {noise[1]:.3e}")
+    return bool(good), t_map
+
+
+SELF_TEST = """<scene version="3.0.0"><default name="light" value="0.5 0.6 0.8"/><integrator type="path"><integer name="max_depth" value="4"/></integrator>
+<sensor type="perspective"><transform name="to_world"><lookat origin="0,-4,2" target="0,0,0.5" up="0,0,1"/></transform>
+<film type="hdrfilm"><integer name="width" value="64"/><integer name="height" value="48"/></film></sensor>
+<emitter type="constant"><rgb name="radiance" value="$light"/></emitter>
+<shape type="rectangle"><transform name="to_world"><scale value="5"/></transform><bsdf type="diffuse">
+<rgb name="reflectance" value="0.6 0.4 0.2"/></bsdf></shape><shape type="sphere"><point name="center" value="0,0,1"/></shape>
+</scene>"""
+
+
+def self_test(mi, a):
+    with tempfile.TemporaryDirectory() as place:
+        scene = os.path.join(place, "self.xml")
+        with open(scene, "w") as f:
+            f.write(SELF_TEST)
+        one = mitsuba_renderings(mi, scene, {}, None, a.spp, range(a.seeds))
+        two = mitsuba_renderings(mi, scene, {}, None, a.spp, range(1000, 1000 + a.seeds))
+    print("— Mitsuba against Mitsuba with other seeds: must agree")
+    equal, _ = compare(one, two, a.tolerance)
+    print("\n— Mitsuba against Mitsuba, 1 % brighter: must differ")
+    brighter, _ = compare(one * 1.01, two, a.tolerance)
+    print("\n— Mitsuba against Mitsuba, 8x8 pixels 30 % brighter: must differ")
+    one[:, 8:16, 8:16] *= 1.3
+    spot, _ = compare(one, two, a.tolerance)
+    return equal and not brighter and not spot
+
+
+def main():
+    a = arguments()
+    import mitsuba as mi
+
+    mi.set_variant("scalar_spectral")
+    if a.self_test:
+        sys.exit(0 if self_test(mi, a) else 1)
+    size = tuple(int(v) for v in a.size.lower().split("x")) if a.size else None
+    defines = dict(d.split("=", 1) for d in a.define)
+    ours = our_renderings(mi, a, defines, size, a.our_spp or a.spp, range(1, a.seeds + 1))
+    theirs = mitsuba_renderings(mi, a.scene, defines, size, a.spp, range(1001, 1001 + a.seeds))
+    print(f"{a.scene}: {theirs.shape[2]}x{theirs.shape[1]}, {a.seeds} seeds, spp {a.our_spp or a.spp} (ours), {a.spp}")
+    good, t_map = compare(ours, theirs, a.tolerance)
+    name = os.path.splitext(os.path.basename(a.scene))[0]
+    out = a.out or os.path.join(a.root, "target", "compare_mitsuba", name)
+    os.makedirs(out, exist_ok=True)
+    for file, image in (("ours", ours.mean(0)), ("mitsuba", theirs.mean(0)), ("t", t_map)):
+        if image is not None:
+            mi.Bitmap(image.astype(np.float32)).write(os.path.join(out, file + ".exr"))
+    print(f"means and t values: {out}")
+    sys.exit(0 if good else 1)
+
+
+if __name__ == "__main__":
+    main()
