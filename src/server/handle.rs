@@ -1,6 +1,6 @@
 //! The caller's handle to the tracing threads.
 
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::thread::{Builder, JoinHandle};
 use std::time::Duration;
@@ -111,10 +111,7 @@ impl Server {
     /// As [`Server::event`], but waits for one. The lanes must be drained by another thread meanwhile, or a render
     /// that fills them cannot finish.
     pub fn wait_event(&self, timeout: Duration) -> Option<Event> {
-        match unpoisoned(&self.events).recv_timeout(timeout) {
-            Ok(event) => Some(event),
-            Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => None,
-        }
+        unpoisoned(&self.events).recv_timeout(timeout).ok()
     }
 
     /// What the workers have done for the render commanded last; exact once it has finished, a moment old before.

@@ -110,8 +110,7 @@ fn nanoseconds(time: Duration) -> u64 {
 /// `schedstat` (nanoseconds, at most one scheduler tick old); a few microseconds to read.
 pub(super) fn thread_cpu_time() -> Option<Duration> {
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
-    let nanoseconds = text.split_whitespace().next()?.parse().ok()?;
-    (nanoseconds != 0).then(|| Duration::from_nanos(nanoseconds))
+    text.split_whitespace().next()?.parse().ok().map(Duration::from_nanos)
 }
 
 /// Measures a worker's times over one render.

@@ -1,7 +1,7 @@
 //! Fan-in: one lane per worker, drained by the client.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
 use crate::stream::block::Block;
@@ -23,6 +23,8 @@ pub struct Hub {
     /// Rung when a block or an event arrives: the client listens.
     pub(super) data: Signal,
     events: AtomicU64,
+    /// The client's end is gone.
+    closed: AtomicBool,
 }
 
 impl Hub {
@@ -31,9 +33,13 @@ impl Hub {
         &self.running
     }
 
-    /// Lets `epoch` run, or nothing; parked workers wake up and look.
+    /// Lets `epoch` run, or nothing; parked workers wake up and look. Without a client nothing runs.
     pub fn run(&self, epoch: Option<Epoch>) {
         self.running.set(epoch);
+        if self.closed.load(Ordering::SeqCst) {
+            // After `set`: whichever of the two threads comes second, nothing runs in the end.
+            self.running.set(None);
+        }
         self.space.ring();
     }
 
@@ -188,6 +194,7 @@ impl Lanes {
 impl Drop for Lanes {
     fn drop(&mut self) {
         // Nobody will make space any more: no worker may park for it.
+        self.hub.closed.store(true, Ordering::SeqCst);
         self.hub.run(None);
     }
 }

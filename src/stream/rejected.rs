@@ -17,7 +17,7 @@ pub enum Cause {
 }
 
 impl Cause {
-    /// All causes, in the order of [`Rejections::counts`].
+    /// All causes, in the order of their discriminants.
     pub const ALL: [Cause; 5] = [
         Cause::PositionNotFinite,
         Cause::OutsideWindow,
@@ -65,6 +65,16 @@ impl Rejections {
         self.keep((index, cause));
     }
 
+    /// Puts together what [`Rejections::count`] and [`Rejections::examples`] took apart.
+    pub fn from_parts(
+        counts: [u64; Cause::ALL.len()],
+        examples: impl IntoIterator<Item = (u64, Cause)>,
+    ) -> Self {
+        let mut rejections = Self { counts, ..Self::default() };
+        examples.into_iter().for_each(|example| rejections.keep(example));
+        rejections
+    }
+
     /// Adds the counts of `other` and keeps the smallest indices of both: the result does not depend on the order of
     /// merging, hence not on threads.
     pub fn merge(&mut self, other: &Rejections) {
@@ -72,7 +82,7 @@ impl Rejections {
             return;
         }
         for (sum, count) in self.counts.iter_mut().zip(other.counts) {
-            *sum += count;
+            *sum = sum.saturating_add(count);
         }
         other.examples().iter().for_each(|&example| self.keep(example));
     }
@@ -84,7 +94,7 @@ impl Rejections {
 
     /// Rejected samples of all causes.
     pub fn total(&self) -> u64 {
-        self.counts.iter().sum()
+        self.counts.iter().fold(0, |sum, count| sum.saturating_add(*count))
     }
 
     /// (path index, cause) of the smallest indices, ascending; at most [`EXAMPLES`].

@@ -79,7 +79,7 @@ fn functions_at(place: (u8, u8)) -> [Series; DIGITS] {
     let mut x_power = one(1);
     let mut e_power = 1;
     let mut out = [[0; TERMS]; DIGITS];
-    for r in 0..DIGITS {
+    for (r, out) in out.iter_mut().enumerate() {
         // Pole orders 2, 3, 4, …: even orders are powers of x, odd ones a power of x times y.
         let order = r + 2;
         let (mut f, at_e) = if order % 2 == 0 {
@@ -90,7 +90,7 @@ fn functions_at(place: (u8, u8)) -> [Series; DIGITS] {
             (multiply(&lower, &y), MUL[usize::from(e_lower)][usize::from(e_y)])
         };
         f[0] ^= at_e;
-        out[r] = f;
+        *out = f;
     }
     out
 }

@@ -33,30 +33,41 @@ impl BlockKey {
     /// Mixes seed and block number; any two blocks of any two seeds get unrelated keys.
     #[inline(always)]
     pub fn new(seed: u32, block: u32) -> Self {
-        let key = mix(u64::from(block) << 32 | u64::from(seed));
+        let mut word = mix(u64::from(block) << 32 | u64::from(seed));
         let mut dimensions = [0; DIMENSIONS];
-        let mut word = key;
         for pair in dimensions.chunks_exact_mut(2) {
-            word = word.wrapping_add(GOLDEN);
-            let z = mix(word);
+            let z = next(&mut word);
             (pair[0], pair[1]) = (z as u32, (z >> 32) as u32);
         }
-        Self { dimensions, shuffle: mix(key.wrapping_sub(GOLDEN)) }
+        Self { dimensions, shuffle: next(&mut word) }
     }
 
     /// The shuffled 64-bit index of a padded block, as bit-reversed halves `[low, high]`, from reversed halves.
     ///
     /// A nested uniform scramble of the 64-bit word, most significant bit first: aligned ranges of 2^m indices map
     /// onto aligned ranges, so each padded block is a net for every such range, but unrelated to the other blocks.
+    /// The high half is shifted so that 0 stays 0: the first 2^32 paths need no look-up for it, and since the
+    /// coordinates are scrambled afterwards nothing is lost.
     #[inline(always)]
     pub fn shuffle(&self, [low, high]: [u32; 2]) -> [u32; 2] {
+        if high == 0 {
+            return [owen_reversed(low, self.shuffle as u32), 0];
+        }
         let high_seed = (self.shuffle >> 32) as u32;
-        let low_seed = mix(self.shuffle ^ u64::from(high)) as u32;
-        [owen_reversed(low, low_seed), owen_reversed(high, high_seed)]
+        let low_seed = (self.shuffle ^ mix(u64::from(high))) as u32;
+        [owen_reversed(low, low_seed), owen_reversed(high, high_seed) ^ owen_reversed(0, high_seed)]
     }
 }
 
 const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
+
+/// The next 64 bits of a stream (wyrand; Wang Yi, 2019): one wide multiplication each.
+#[inline(always)]
+fn next(word: &mut u64) -> u64 {
+    *word = word.wrapping_add(0xa076_1d64_78bd_642f);
+    let product = u128::from(*word) * u128::from(*word ^ 0xe703_7ed1_a0b4_28db);
+    product as u64 ^ (product >> 64) as u64
+}
 
 /// The finaliser of SplitMix64 (Steele, Lea, Flood 2014): a bijection that changes half of the bits on average.
 #[inline(always)]

@@ -1,0 +1,74 @@
+//! Nanoseconds per path of server and stream around an empty integrator: `cargo run --release --example bench_server`.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use pointillist::color::Xyz;
+use pointillist::server::{RenderJob, Server};
+use pointillist::stream::{Cursor, Epoch, Event, PathCounts, SampleSink};
+use pointillist::tracer::Integrator;
+
+/// Leaves `SAMPLES` samples per path and computes nothing.
+struct Idle<const SAMPLES: usize>;
+
+impl<const SAMPLES: usize> Integrator for Idle<SAMPLES> {
+    type Scratch = ();
+
+    fn trace(&self, index: u64, _: &mut (), out: &mut impl SampleSink) {
+        let u = (index & 0xffff) as f32 / 65_536.0;
+        for _ in 0..SAMPLES {
+            out.camera([u, 0.5], Xyz::new(u, u, u), 1.0);
+        }
+    }
+
+    fn paths_per_index(&self) -> PathCounts {
+        PathCounts { camera: 1, light: 0 }
+    }
+}
+
+fn main() {
+    println!("one tracing thread, the client drains and drops; ns per path");
+    bench::<0>(false);
+    bench::<1>(false);
+    bench::<1>(true);
+    bench::<4>(false);
+}
+
+fn bench<const SAMPLES: usize>(ordered: bool) {
+    const PATHS: u64 = 8 << 20;
+    let best = (1..=5)
+        .map(|_| {
+            let (server, mut lanes) = Server::start(1).expect("one thread");
+            let start = Instant::now();
+            let epoch = Epoch(1);
+            let deadline = if ordered { None } else { Some(Duration::from_millis(2)) };
+            let job = RenderJob { deadline, ..RenderJob::new(Arc::new(Idle::<SAMPLES>), 0..PATHS) };
+            server.render(job, epoch).expect("first epoch");
+            let mut cursor = Cursor::new(epoch, 0);
+            loop {
+                let event = server.event();
+                if ordered {
+                    lanes.drain_ordered(&mut cursor, usize::MAX, |_| {});
+                } else {
+                    lanes.drain(epoch, usize::MAX, |_| {});
+                }
+                if let Some(Event::Finished { .. }) = event {
+                    break;
+                }
+                lanes.wait(Duration::from_millis(100));
+            }
+            let wall = start.elapsed().as_secs_f64();
+            let total = server.stats().total();
+            (wall, total.busy.as_secs_f64(), total.cpu.unwrap_or_default().as_secs_f64())
+        })
+        .min_by(|a, b| a.1.total_cmp(&b.1))
+        .expect("five runs");
+    let ns = |seconds: f64| seconds * 1e9 / PATHS as f64;
+    println!(
+        "{SAMPLES} samples per path{}: busy {:5.1}  cpu {:5.1}  wall {:5.1}",
+        if ordered { ", ordered" } else { "" },
+        ns(best.1),
+        ns(best.2),
+        ns(best.0)
+    );
+}
