@@ -177,6 +177,30 @@ fn spawned_rays_do_not_hit_their_own_surface() {
     }
 }
 
+/// Needles a thousand times as long as wide, left at every angle; rays from the bare point, as the naive method
+/// has them, hit what they leave.
+#[test]
+fn needles_are_left_for_good() {
+    let mut random = Random(23);
+    let mut naive = 0;
+    for _ in 0..2000 {
+        let (along, place) = (random.direction() * 5.0, random.direction() * 3.0);
+        let across = random.direction() * (0.005 + 5.0 * random.next().powi(6));
+        let mesh = [place, place + along, place + along * random.next() + across].map(|p| p.as_vec3());
+        let Some(triangle) = Triangle::new(mesh) else { continue };
+        let alone = accel(&[mesh]);
+        for _ in 0..100 {
+            let (a, b) = (random.next() as f32, random.next() as f32);
+            let point = triangle.point(if a + b > 1.0 { [1.0 - a, 1.0 - b] } else { [a, b] });
+            let d = random.direction().as_vec3();
+            let o = pointillist::math::float::safe_origin(point.p, point.error, point.ng, d);
+            assert_eq!(alone.closest(&Ray::new(o, d)), None, "{mesh:?} {d}");
+            naive += u32::from(moeller_trumbore(&Ray::new(point.p, d), mesh));
+        }
+    }
+    assert!(naive > 1000, "the case is too easy: {naive}");
+}
+
 /// The same for spheres and disks, and for the two halves of a square, which lie in one plane.
 #[test]
 fn spawned_rays_leave_spheres_disks_and_squares() {
