@@ -99,6 +99,48 @@ fn closed_meshes_have_no_holes() {
     }
 }
 
+/// A turned box of parallelograms is as closed as its triangles, and answers the same.
+#[test]
+fn parallelograms_are_their_two_triangles() {
+    let m = glam::DAffine3::from_axis_angle(DVec3::new(0.3, 0.9, -0.2).normalize(), 0.7)
+        * glam::DAffine3::from_scale(DVec3::new(1.0, 0.01, 3.0));
+    let mut mesh: Vec<[Vec3; 3]> = Vec::new();
+    for axis in 0..3 {
+        for sign in [-1.0, 1.0] {
+            let [a, b, c, d] = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| {
+                let mut p = DVec3::ZERO;
+                (p[axis], p[(axis + 1) % 3], p[(axis + 2) % 3]) = (sign, x, y);
+                m.transform_point3(p).as_vec3()
+            });
+            mesh.extend([[a, b, c], [a, c, d]]);
+        }
+    }
+    let quads = [0, 2, 4, 6, 8, 10];
+    let (boxed, halves) = (Accel::new(&mesh, &quads, Vec::new(), Vec::new()), accel(&mesh));
+    let mut random = Random(17);
+    for i in 0..300_000 {
+        let inside = DVec3::new(random.next(), random.next(), random.next()) * 1.8 - 0.9;
+        let origin = m.transform_point3(inside).as_vec3();
+        let face = mesh[(random.next() * 12.0) as usize];
+        let target = face[0] + (face[1] - face[0]) * if i % 4 == 0 { 0.0 } else { random.next() as f32 };
+        let ray = Ray::new(origin, (target - origin).normalize());
+        let (one, two) = (boxed.closest(&ray).expect("closed"), halves.closest(&ray).expect("closed"));
+        assert!((one.t - two.t).abs() <= 2e-4 * one.t.max(0.01), "{one:?} {two:?}");
+        assert!(boxed.occluded(&ray, PrimRange::NONE));
+        let point = Triangle::new(mesh[one.prim as usize]).expect("has an area").point(one.uv);
+        let along = ray.origin + ray.direction * one.t;
+        // Within rounding times the inverse cosine, which reaches 300 in this thin box.
+        assert!(point.p.distance(along) < 2e-4, "{point:?} {along}");
+        // Leaving the point outwards meets nothing, but for the neighbour at an edge, a few ulps away.
+        let d = random.direction().as_vec3();
+        let d = d * d.dot(point.ng).signum() * point.ng.dot(ray.direction).signum();
+        let o = pointillist::math::float::safe_origin(point.p, point.error, point.ng, d);
+        if let Some(again) = boxed.closest(&Ray::new(o, d)) {
+            assert!(again.prim != one.prim && again.t < 1e-4, "{one:?} {again:?}");
+        }
+    }
+}
+
 /// Case N3: rays that leave a convex body never meet it again, at any scale and place; a ray into it always does.
 #[test]
 fn spawned_rays_do_not_hit_their_own_surface() {
@@ -133,6 +175,30 @@ fn spawned_rays_do_not_hit_their_own_surface() {
             }
         }
     }
+}
+
+/// Needles a thousand times as long as wide, left at every angle; rays from the bare point, as the naive method
+/// has them, hit what they leave.
+#[test]
+fn needles_are_left_for_good() {
+    let mut random = Random(23);
+    let mut naive = 0;
+    for _ in 0..2000 {
+        let (along, place) = (random.direction() * 5.0, random.direction() * 3.0);
+        let across = random.direction() * (0.005 + 5.0 * random.next().powi(6));
+        let mesh = [place, place + along, place + along * random.next() + across].map(|p| p.as_vec3());
+        let Some(triangle) = Triangle::new(mesh) else { continue };
+        let alone = accel(&[mesh]);
+        for _ in 0..100 {
+            let (a, b) = (random.next() as f32, random.next() as f32);
+            let point = triangle.point(if a + b > 1.0 { [1.0 - a, 1.0 - b] } else { [a, b] });
+            let d = random.direction().as_vec3();
+            let o = pointillist::math::float::safe_origin(point.p, point.error, point.ng, d);
+            assert_eq!(alone.closest(&Ray::new(o, d)), None, "{mesh:?} {d}");
+            naive += u32::from(moeller_trumbore(&Ray::new(point.p, d), mesh));
+        }
+    }
+    assert!(naive > 1000, "the case is too easy: {naive}");
 }
 
 /// The same for spheres and disks, and for the two halves of a square, which lie in one plane.

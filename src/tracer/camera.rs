@@ -40,15 +40,15 @@ impl Camera {
         let matrix = to_world.matrix3;
         let columns = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(DVec3::normalize_or_zero);
         let axes = DMat3::from_cols(columns[0], columns[1], columns[2]);
-        if !to_world.is_finite() || !(axes.determinant().abs() > 1e-6) {
+        let regular = axes.determinant().abs() > 1e-6;
+        if !to_world.is_finite() || !regular {
             return bad("to_world is singular or not finite");
         }
         if !(desc.fov > 0.0 && desc.fov < 180.0) {
             return bad("the field of view must lie between 0 and 180 degrees");
         }
-        if !(desc.near_clip >= 0.0 && desc.near_clip < desc.far_clip)
-            || !desc.principal_point_offset.is_finite()
-        {
+        let clip = desc.near_clip >= 0.0 && desc.near_clip < desc.far_clip;
+        if !clip || !desc.principal_point_offset.is_finite() {
             return bad("near_clip must be below far_clip, and the principal point finite");
         }
         let size = DVec2::new(f64::from(options.width), f64::from(options.height));

@@ -9,6 +9,8 @@
 
 use glam::{BVec4A, DVec3, Vec3, Vec4};
 
+use crate::math::float::UNIT_ROUNDOFF;
+
 /// Four polygons of `N` corners, coordinates by vertex and axis. The fourth "axis" of the first vertex holds the
 /// ids, so that an axis can be masked instead of checked.
 #[derive(Clone, Copy, Debug)]
@@ -65,10 +67,20 @@ pub(super) struct BlockHits {
     /// Weights of the second and third corner (and none of the fourth: the plane is that of the first three).
     u: Vec4,
     v: Vec4,
-    /// Distance along z of the farthest vertex and of the hit: a hit much nearer than the polygon is large
-    /// has to be looked at again.
-    reach: Vec4,
-    tz: Vec4,
+    /// Numerator of the distance along z, and a bound on its rounding.
+    scaled: Vec4,
+    doubt: Vec4,
+}
+
+/// A bound on the rounding of `z · determinant`, from the largest |x|, |y|, |z| in the sheared space:
+/// `z · u · (108 x y + 30 z (x + y))`, u the unit roundoff (Pharr et al., *Physically Based Rendering*, 4th ed.,
+/// §6.8.7, its γ's multiplied out).
+#[inline(always)]
+fn doubt<const N: usize>(corners: [(Vec4, Vec4, Vec4); N]) -> Vec4 {
+    let largest =
+        |of: fn(&(Vec4, Vec4, Vec4)) -> Vec4| corners.iter().fold(Vec4::ZERO, |m, c| m.max(of(c).abs()));
+    let (x, y, z) = (largest(|c| c.0), largest(|c| c.1), largest(|c| c.2));
+    z * (x * y * (108.0 * UNIT_ROUNDOFF) + z * (x + y) * (30.0 * UNIT_ROUNDOFF))
 }
 
 impl BlockHits {
@@ -78,10 +90,11 @@ impl BlockHits {
         [self.u.to_array()[lane & 3], self.v.to_array()[lane & 3]]
     }
 
-    /// True when the distance in `lane` is so small beside the polygon that its sign may be rounding.
+    /// True when the distance in `lane` is so small that its sign may be rounding: for a polygon that is large, or
+    /// seen edge-on, from close by.
     #[inline]
     pub(super) fn is_doubtful(&self, lane: usize) -> bool {
-        self.tz.to_array()[lane & 3].abs() < self.reach.to_array()[lane & 3] * (1.0 / 4096.0)
+        self.scaled.to_array()[lane & 3].abs() < self.doubt.to_array()[lane & 3]
     }
 }
 
@@ -93,11 +106,11 @@ pub(super) trait Polygons {
     /// The id in `lane`.
     fn id(&self, lane: usize) -> u32;
 
-    /// The sign question again in double precision: is the plane of `lane` truly in front of the origin?
+    /// The distance to the plane of `lane` again, in double precision.
     ///
-    /// A spawned ray starts outside the error box of its surface, so this says no for that surface and for
-    /// whatever lies in the same plane, and yes for a second surface a few ulps on.
-    fn is_in_front(&self, lane: usize, ray: (Vec3, Vec3)) -> bool;
+    /// A spawned ray starts outside the error box of its surface, so this is negative for that surface and for
+    /// whatever lies in the same plane, and positive for a second surface a few ulps on.
+    fn exact_t(&self, lane: usize, ray: (Vec3, Vec3)) -> f32;
 }
 
 impl<const N: usize> Block<N> {
@@ -122,14 +135,14 @@ impl<const N: usize> Block<N> {
     }
 
     #[cold]
-    fn plane_is_in_front(&self, lane: usize, ray: (Vec3, Vec3)) -> bool {
+    fn plane_t(&self, lane: usize, ray: (Vec3, Vec3)) -> f32 {
         let corner = |i: usize| {
             let [x, y, z, _] = self.v[i].map(|axis| axis.to_array()[lane & 3]);
             DVec3::new(f64::from(x), f64::from(y), f64::from(z))
         };
         let (a, o, d) = (corner(0), ray.0.as_dvec3(), ray.1.as_dvec3());
         let n = (corner(1) - a).cross(corner(2) - a);
-        (a - o).dot(n) * d.dot(n) > 0.0
+        ((a - o).dot(n) / d.dot(n)) as f32
     }
 }
 
@@ -158,12 +171,11 @@ impl Polygons for TriBlock {
         let (u, v, w) = (edge(b, c), edge(c, a), edge(a, b));
         let inside = u.min(v).min(w).cmpge(Vec4::ZERO) | u.max(v).max(w).cmple(Vec4::ZERO);
         let inverse = 1.0 / (u + v + w);
-        let tz = (u * a.2 + v * b.2 + w * c.2) * inverse;
-        let t = tz * ray.scale_z;
+        let scaled = u * a.2 + v * b.2 + w * c.2;
+        let t = scaled * inverse * ray.scale_z;
         // NaN (a determinant of zero) fails both comparisons.
         let hit: BVec4A = inside & t.cmpgt(Vec4::ZERO) & t.cmplt(Vec4::splat(t_max));
-        let reach = a.2.abs().max(b.2.abs()).max(c.2.abs());
-        BlockHits { mask: hit.bitmask(), t, u: v * inverse, v: w * inverse, reach, tz }
+        BlockHits { mask: hit.bitmask(), t, u: v * inverse, v: w * inverse, scaled, doubt: doubt([a, b, c]) }
     }
 
     #[inline(always)]
@@ -171,8 +183,8 @@ impl Polygons for TriBlock {
         self.lane_id(lane)
     }
 
-    fn is_in_front(&self, lane: usize, ray: (Vec3, Vec3)) -> bool {
-        self.plane_is_in_front(lane, ray)
+    fn exact_t(&self, lane: usize, ray: (Vec3, Vec3)) -> f32 {
+        self.plane_t(lane, ray)
     }
 }
 
@@ -188,9 +200,9 @@ impl Polygons for QuadBlock {
         let tz = a.2 + (x * (b.2 - a.2) + y * (d.2 - a.2));
         let t = tz * ray.scale_z;
         let hit: BVec4A = inside & t.cmpgt(Vec4::ZERO) & t.cmplt(Vec4::splat(t_max));
-        let reach = a.2.abs().max(b.2.abs()).max(c.2.abs()).max(d.2.abs());
+        let scaled = tz * (ab + cd);
         // a + x·ab + y·ad, in terms of the triangle abc: ad = ac − ab.
-        BlockHits { mask: hit.bitmask(), t, u: x - y, v: y, reach, tz }
+        BlockHits { mask: hit.bitmask(), t, u: x - y, v: y, scaled, doubt: doubt([a, b, c, d]) }
     }
 
     #[inline(always)]
@@ -198,7 +210,7 @@ impl Polygons for QuadBlock {
         self.lane_id(lane)
     }
 
-    fn is_in_front(&self, lane: usize, ray: (Vec3, Vec3)) -> bool {
-        self.plane_is_in_front(lane, ray)
+    fn exact_t(&self, lane: usize, ray: (Vec3, Vec3)) -> f32 {
+        self.plane_t(lane, ray)
     }
 }

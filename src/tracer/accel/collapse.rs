@@ -189,9 +189,9 @@ fn plan(bvh: &Bvh2, plans: &[Plan], n: usize, items: &[Item]) -> Plan {
     let leaf = if fits { area * BLOCK_COST * p.primitives.div_ceil(4) as f32 } else { f32::INFINITY };
     p.leaf = leaf <= inner;
     (p.cost[0], p.used[0]) = (leaf.min(inner), 1);
-    for i in 1..WIDTH {
+    for (i, &apart) in spread.iter().enumerate().skip(1) {
         (p.cost[i], p.used[i]) =
-            if spread[i] < p.cost[i - 1] { (spread[i], i as u8 + 1) } else { (p.cost[i - 1], p.used[i - 1]) };
+            if apart < p.cost[i - 1] { (apart, i as u8 + 1) } else { (p.cost[i - 1], p.used[i - 1]) };
     }
     p
 }

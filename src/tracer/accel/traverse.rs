@@ -2,7 +2,7 @@
 
 use glam::{Vec3, Vec4};
 
-use super::block::{Polygons, ShearedRay};
+use super::block::{BlockHits, Polygons, ShearedRay};
 use super::collapse::{Child, Leaf, WideNode};
 use super::{Accel, Hit, PrimRange, Ray};
 
@@ -125,17 +125,22 @@ fn closest_in_blocks(blocks: &[impl Polygons], ray: (&Ray, &ShearedRay), best: &
         while mask != 0 {
             let lane = mask.trailing_zeros() as usize;
             mask &= mask - 1;
-            let t = hits.t.to_array()[lane & 3];
-            if t < best.t && (!hits.is_doubtful(lane) || block.is_in_front(lane, ends(ray.0))) {
+            let t = distance(block, &hits, lane, ray.0);
+            if t > 0.0 && t < best.t {
                 *best = Hit { t, prim: block.id(lane), uv: hits.uv(lane) };
             }
         }
     }
 }
 
+/// The distance in `lane`, from a better source where the quick one cannot be trusted.
 #[inline(always)]
-fn ends(ray: &Ray) -> (Vec3, Vec3) {
-    (ray.origin, ray.direction)
+fn distance(block: &impl Polygons, hits: &BlockHits, lane: usize, ray: &Ray) -> f32 {
+    if hits.is_doubtful(lane) {
+        block.exact_t(lane, (ray.origin, ray.direction))
+    } else {
+        hits.t.to_array()[lane & 3]
+    }
 }
 
 /// True when anything is hit.
@@ -181,8 +186,8 @@ fn occluded_in_blocks(blocks: &[impl Polygons], ray: (&Ray, &ShearedRay), skip: 
         while mask != 0 {
             let lane = mask.trailing_zeros() as usize;
             mask &= mask - 1;
-            let counts = !hits.is_doubtful(lane) || block.is_in_front(lane, ends(ray.0));
-            if counts && !skip.contains(block.id(lane)) {
+            let t = distance(block, &hits, lane, ray.0);
+            if t > 0.0 && t < ray.0.t_max && !skip.contains(block.id(lane)) {
                 return true;
             }
         }

@@ -15,17 +15,10 @@ fn sample_flat(at: LitPoint, q: Vec3, n: Vec3, pdf: PdfA) -> Option<LightSample>
     let distance2 = to.length_squared();
     let wi = to * (1.0 / distance2.sqrt());
     let cos = -wi.dot(n);
-    // Also refuses NaN, when the light passes through the lit point.
-    if !(cos > 0.0) {
-        return None;
-    }
-    Some(LightSample {
-        wi,
-        target: Some(q),
-        scale: 1.0,
-        pdf: pdf.to_solid_angle(distance2, cos),
-        delta: false,
-    })
+    // Refuses NaN, too: the light may pass through the lit point.
+    let seen = cos > 0.0;
+    let pdf = pdf.to_solid_angle(distance2, cos);
+    seen.then_some(LightSample { wi, target: Some(q), scale: 1.0, pdf, delta: false })
 }
 
 /// The density that belongs to [`sample_flat`].
