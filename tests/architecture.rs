@@ -3,6 +3,8 @@
 //! One crate has no crate boundary to hold its directions, so this test reads the sources. It reports every
 //! breach with file and line.
 
+#![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
+
 use std::fs;
 use std::path::{Path, PathBuf};
 

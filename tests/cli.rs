@@ -1,5 +1,7 @@
 //! The program as a user meets it: files in, files out, messages, exit codes.
 
+#![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};

@@ -4,6 +4,8 @@
 //! `tools/golden` once the scene agrees with Mitsuba (`tools/compare_mitsuba`), never by a failing test. Both
 //! variances enter the test, so a change of the sampler that moves noise about does not fail it, a bias does.
 
+#![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
+
 use std::path::Path;
 
 use pointillist::image::compare::{Measured, ZTest, z_test};

@@ -6,6 +6,7 @@ use std::path::Path;
 use pointillist::image::compare::Measured;
 use pointillist::image::exr::{self, Layers};
 
+#[allow(clippy::unwrap_used, reason = "shared with a test, where a panic is the message")]
 #[path = "../tests/support/replicates.rs"]
 mod replicates;
 

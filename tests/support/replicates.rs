@@ -46,11 +46,10 @@ fn replicate(scene: &Arc<Scene>, depth: (Option<u32>, u32), plan: &Plan, seed: u
         hide_emitters: false,
     };
     let mut film = ReferenceFilm::new(spec, 1).unwrap();
-    let mut scratch = Default::default();
     let mut sink = Collect(Vec::new());
     let paths = plan.samples_per_pixel * u64::from(plan.side).pow(2);
     for index in 0..paths {
-        tracer.trace(index, &mut scratch, &mut sink);
+        tracer.trace(index, &mut (), &mut sink);
         if sink.0.len() >= 4096 {
             film.add(&sink.0).unwrap();
             sink.0.clear();
