@@ -191,7 +191,8 @@ impl Polygons for TriBlock {
 impl Polygons for QuadBlock {
     #[inline(always)]
     fn intersect(&self, ray: &ShearedRay, t_max: f32) -> BlockHits {
-        let [a, b, c, d] = [0, 1, 2, 3].map(|i| ray.shear(&self.v[i]));
+        let (a, b) = (ray.shear(&self.v[0]), ray.shear(&self.v[1]));
+        let (c, d) = (ray.shear(&self.v[2]), ray.shear(&self.v[3]));
         let (ab, bc, cd, da) = (edge(a, b), edge(b, c), edge(c, d), edge(d, a));
         let inside =
             ab.min(bc).min(cd.min(da)).cmpge(Vec4::ZERO) | ab.max(bc).max(cd.max(da)).cmple(Vec4::ZERO);
