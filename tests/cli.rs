@@ -108,6 +108,7 @@ fn bad_arguments_are_answered_before_any_work() {
         (&["render", scene, "-o", "picture.jpeg"], "picture.jpeg"),
         (&["render", scene, "--spp", "0"], "--spp"),
         (&["render", scene, "--spp", "4", "--time", "3"], "--time"),
+        (&["render", scene, "--time", "1e300"], "--time"),
         (&["render", scene, "--profile", "srbg"], "srbg"),
         (&["render", scene, "--device", "no such device"], "no such device"),
         (&["render", scene, "--json", nowhere.to_str().unwrap()], "no/such/folder"),

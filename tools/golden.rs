@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use pointillist::image::compare::Measured;
+use pointillist::image::ImageError;
 use pointillist::image::exr::{self, Layers};
 
 #[allow(clippy::unwrap_used, reason = "shared with a test, where a panic is the message")]
@@ -18,21 +18,20 @@ const SCENES: [(&str, u32); 3] = [("cornell", 64), ("cornell_spheres", 12), ("fu
 /// Paths of one replicate, over the whole picture.
 const SAMPLES: u32 = 1 << 20;
 
-fn main() {
+fn main() -> Result<(), ImageError> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     for (name, side) in SCENES {
         let samples_per_pixel = u64::from(SAMPLES / (side * side));
         let plan = replicates::Plan { side, samples_per_pixel, seeds: 0..32 };
         let picture = replicates::measure(&root.join(format!("scenes/{name}.xml")), &plan);
-        let mut layers = Layers { width: picture.width, height: picture.height, ..Layers::default() };
-        for channel in ["R", "G", "B"] {
-            layers.push(channel, picture.mean.iter().map(|&y| y as f32));
+        let mut layers = Layers { width: side as usize, height: side as usize, ..Layers::default() };
+        for ((mean, variance), measured) in replicates::CHANNELS.into_iter().zip(picture) {
+            layers.push(mean, measured.mean.iter().map(|&v| v as f32));
+            layers.push(variance, measured.variance.iter().map(|&v| v as f32));
         }
-        layers.push(Measured::VARIANCE_CHANNEL, picture.variance.iter().map(|&v| v as f32));
         let path = root.join(format!("tests/golden/{name}.exr"));
-        match exr::write(&path, &layers) {
-            Ok(()) => println!("{}", path.display()),
-            Err(error) => eprintln!("{error}"),
-        }
+        exr::write(&path, &layers)?;
+        println!("{}", path.display());
     }
+    Ok(())
 }

@@ -1,10 +1,11 @@
 //! The command line, turned into plain option structs.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 
-use crate::client::{Reconstruction, SplatFilter};
+use crate::client::{Reconstruction, Settings, SplatFilter};
 
 /// Interactive global illumination: point samples become the best picture possible, at once.
 #[derive(Parser, Debug)]
@@ -53,7 +54,11 @@ pub struct RenderArgs {
 
     /// Stop after this many seconds of rendering.
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
-    pub time: Option<f64>,
+    pub time: Option<Duration>,
+
+    /// First index of the sequence; the picture holds the paths from there on (for replaying one, with --samples 1).
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub first_index: u64,
 
     /// Longest path in segments; -1 is unlimited [default: what the scene asks for].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = depth)]
@@ -80,19 +85,19 @@ pub struct RenderArgs {
     pub reconstruct: ReconstructArg,
 
     /// Noise masking strength Vm, 0 is off.
-    #[arg(long, value_name = "X", default_value_t = DEFAULT_VM, value_parser = non_negative)]
+    #[arg(long, value_name = "X", default_value_t = Settings::default().vm, value_parser = non_negative)]
     pub vm: f32,
 
     /// Brightness B of the tone curve.
-    #[arg(long, value_name = "B", default_value_t = 1.0, value_parser = positive)]
+    #[arg(long, value_name = "B", default_value_t = Settings::default().exposure, value_parser = positive)]
     pub exposure: f32,
 
     /// Contrast C of the tone curve.
-    #[arg(long, value_name = "C", default_value_t = 1.0, value_parser = positive)]
+    #[arg(long, value_name = "C", default_value_t = Settings::default().contrast, value_parser = positive)]
     pub contrast: f32,
 
     /// Display gamma G.
-    #[arg(long, value_name = "G", default_value_t = 2.2, value_parser = positive)]
+    #[arg(long, value_name = "G", default_value_t = Settings::default().gamma, value_parser = positive)]
     pub gamma: f32,
 
     /// Display profile.
@@ -111,9 +116,6 @@ pub struct RenderArgs {
     #[arg(long, short)]
     pub quiet: bool,
 }
-
-/// Noise masking of the displayed picture where nothing else is asked for.
-pub const DEFAULT_VM: f32 = 0.0;
 
 /// `--max-depth`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -203,11 +205,9 @@ pub fn count(text: &str) -> Result<u64, String> {
     }
 }
 
-fn seconds(text: &str) -> Result<f64, String> {
-    match text.trim_end_matches('s').parse::<f64>() {
-        Ok(t) if t.is_finite() && t > 0.0 => Ok(t),
-        _ => Err("expected a positive number of seconds".to_string()),
-    }
+fn seconds(text: &str) -> Result<Duration, String> {
+    let duration = text.parse::<f64>().ok().and_then(|t| Duration::try_from_secs_f64(t).ok());
+    duration.filter(|t| !t.is_zero()).ok_or_else(|| "expected a positive number of seconds".to_string())
 }
 
 fn depth(text: &str) -> Result<MaxDepth, String> {
@@ -258,6 +258,14 @@ mod tests {
         assert_eq!(size("640x480"), Ok((640, 480)));
         for bad in ["640", "0x4", "4x0", "99999x3", "ax3", "-1x3"] {
             assert!(size(bad).is_err(), "{bad:?} was accepted");
+        }
+    }
+
+    #[test]
+    fn times_are_positive_and_can_be_waited_for() {
+        assert_eq!(seconds("1.5"), Ok(Duration::from_millis(1500)));
+        for bad in ["0", "-1", "nan", "inf", "1e300", "", "3 s"] {
+            assert!(seconds(bad).is_err(), "{bad:?} was accepted");
         }
     }
 

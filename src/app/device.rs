@@ -59,21 +59,17 @@ impl Device {
 /// `pointillist devices`: one line per device, and what is missing where one cannot be used.
 pub fn list() -> Result<()> {
     match gpu::devices() {
-        Ok(found) => {
-            for (index, device) in found.iter().enumerate() {
-                println!(
-                    "{index}  {} ({:?}, Vulkan {}, {}): {}",
-                    device.name,
-                    device.kind,
-                    device.api,
-                    device.driver,
-                    device.suitability()
-                );
-            }
-            if found.is_empty() {
-                println!("(no Vulkan device; on Debian: apt-get install mesa-vulkan-drivers)");
-            }
-        }
+        Ok(found) => found.iter().for_each(|device| {
+            println!(
+                "{}  {} ({}, Vulkan {}, {}): {}",
+                device.index,
+                device.name,
+                device.kind,
+                device.api,
+                device.driver,
+                device.suitability()
+            );
+        }),
         Err(error) => println!("(no Vulkan: {error})"),
     }
     println!("{CPU}  the same passes in plain Rust, on all cores: always there");

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use miette::{IntoDiagnostic, Result, miette};
+use miette::{IntoDiagnostic, Result};
 
 use super::interrupt;
 use super::progress::Progress;
@@ -21,6 +21,8 @@ const BUDGET: usize = 1 << 16;
 pub struct Drive {
     /// The render.
     pub epoch: Epoch,
+    /// First index of its range.
+    pub first_index: u64,
     /// Rasterise in index order, so that the picture does not depend on the number of threads.
     pub deterministic: bool,
     /// Stop after this long.
@@ -30,7 +32,7 @@ pub struct Drive {
 }
 
 /// What came of it.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Driven {
     /// Wall time from start to the last sample on the film.
     pub wall: Duration,
@@ -38,13 +40,18 @@ pub struct Driven {
     pub rasterise: Duration,
     /// Ctrl-C ended it.
     pub interrupted: bool,
+    /// A path panicked and ended it: its index and what it said.
+    pub panicked: Option<(u64, String)>,
+    /// Every index of the range was traced.
+    pub complete: bool,
 }
 
 /// Drains until the server reports that the render has finished and the lanes are empty, then rasterises the rest.
 ///
 /// # Errors
 ///
-/// The client's first error (the render is aborted then), or the panic of a path, with its index.
+/// The client's first error; the render is aborted then. A path that panics is no error here: what was traced before
+/// is a picture all the same.
 pub fn drive(
     drive: Drive,
     server: &Server,
@@ -54,7 +61,7 @@ pub fn drive(
 ) -> Result<Driven> {
     let start = Instant::now();
     let mut driven = Driven::default();
-    let mut cursor = Cursor::new(drive.epoch, 0);
+    let mut cursor = Cursor::new(drive.epoch, drive.first_index);
     let mut finished = None;
     let mut aborted = false;
     loop {
@@ -68,12 +75,13 @@ pub fn drive(
         bar.update(client.counts().camera_paths, drive.texels, start.elapsed());
         if drained.blocks == 0 {
             match finished.take() {
-                Some(Finish::Panicked { index, message }) => {
-                    return Err(miette!(
-                        "path {index} panicked: {message}; please report it with the scene and this index"
-                    ));
+                Some(why) => {
+                    driven.complete = why == Finish::Complete;
+                    if let Finish::Panicked { index, message } = why {
+                        driven.panicked = Some((index, message));
+                    }
+                    break;
                 }
-                Some(_) => break,
                 None => wait(drive, &cursor, lanes),
             }
         }

@@ -13,6 +13,8 @@ pub struct RunFacts {
     pub scene: PathBuf,
     /// `-D` values.
     pub defines: Vec<(String, String)>,
+    /// Size given on the command line instead of the scene's film.
+    pub size: Option<(u32, u32)>,
     /// Size, filter, variance form.
     pub spec: FilmSpec,
     /// Longest path.
@@ -27,6 +29,8 @@ pub struct RunFacts {
     pub spp: u64,
     /// Seed.
     pub seed: u32,
+    /// First index of the sequence.
+    pub first_index: u64,
     /// In index order.
     pub deterministic: bool,
     /// Where it was rasterised.
@@ -34,28 +38,36 @@ pub struct RunFacts {
 }
 
 impl RunFacts {
-    /// Attributes for the picture's file; none depends on time or on the number of threads.
-    pub fn attributes(&self, camera_paths: u64) -> Vec<(String, Attribute)> {
+    /// Attributes for the picture's file; none depends on time or on the number of threads. `paths` were traced;
+    /// `prefix` tells that they are the first ones of the sequence, without a gap.
+    pub fn attributes(&self, paths: u64, prefix: bool) -> Vec<(String, Attribute)> {
         let text = |name: &str, value: String| (name.to_string(), Attribute::Text(value));
-        vec![
+        let method = match self.integrator {
+            IntegratorKind::Path => "path",
+        };
+        let mut attributes = vec![
             text("renderer", format!("pointillist {}", env!("CARGO_PKG_VERSION"))),
             text("scene", self.scene.display().to_string()),
             text("device", self.device.clone()),
-            text(
-                "integrator",
-                match self.integrator {
-                    IntegratorKind::Path => "path".to_string(),
-                },
-            ),
-            text("command", self.command(camera_paths)),
-        ]
+            text("integrator", method.to_string()),
+            text("command", self.command(self.first_index, paths)),
+        ];
+        if !prefix {
+            let note = "the run was stopped: its paths are not exactly the first ones of the sequence, and the \
+                        command gives a picture of the same error but not the same picture";
+            attributes.push(text("stopped", note.to_string()));
+        }
+        attributes
     }
 
-    /// The command line that makes the same sums again.
-    fn command(&self, camera_paths: u64) -> String {
+    /// The command line that traces `paths` paths from `first` on in the same way.
+    pub fn command(&self, first: u64, paths: u64) -> String {
         let mut command = format!("pointillist render {}", quoted(&self.scene.display().to_string()));
         for (name, value) in &self.defines {
             command += &format!(" -D {}", quoted(&format!("{name}={value}")));
+        }
+        if let Some((width, height)) = self.size {
+            command += &format!(" --size {width}x{height}");
         }
         let depth = self.max_depth.map_or("-1".to_string(), |d| d.to_string());
         let filter = match self.spec.filter {
@@ -63,14 +75,14 @@ impl RunFacts {
             SplatFilter::Tent => "tent",
             SplatFilter::Box => "box",
         };
-        command += &format!(
-            " --size {}x{} --samples {camera_paths} --seed {} --max-depth {depth} --filter {filter}",
-            self.spec.width, self.spec.height, self.seed
-        );
+        if first > 0 {
+            command += &format!(" --first-index {first}");
+        }
+        command += &format!(" --samples {paths} --seed {} --max-depth {depth} --filter {filter}", self.seed);
         if self.deterministic {
             command += " --deterministic";
         }
-        command
+        command + " --device " + &quoted(&self.device)
     }
 }
 

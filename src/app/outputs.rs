@@ -50,7 +50,7 @@ impl Outputs {
         self.files.iter().map(|(path, _)| path)
     }
 
-    /// Takes the picture from the client and writes every file.
+    /// Takes the picture from the client and writes every file; `prefix` as in [`RunFacts::attributes`].
     ///
     /// # Errors
     ///
@@ -58,7 +58,7 @@ impl Outputs {
     pub fn write(
         &self,
         client: &mut Client,
-        facts: &RunFacts,
+        (facts, prefix): (&RunFacts, bool),
         settings: &Settings,
         seconds: &mut Seconds,
     ) -> Result<()> {
@@ -77,12 +77,13 @@ impl Outputs {
                         height: shown.height,
                         rgb: &shown.rgb,
                         transfer: Transfer::Gamma(settings.gamma),
+                        primaries: settings.profile.primaries,
                     };
-                    let mut attributes = facts.attributes(client.counts().camera_paths);
+                    let mut attributes = facts.attributes(client.counts().camera_paths, prefix);
                     attributes.push(("display".to_string(), Attribute::Text(display_options(settings))));
                     png::write(path, picture, &attributes)
                 }
-                (Format::Exr, _, Some(data)) => exr::write(path, &layers(facts, data)),
+                (Format::Exr, _, Some(data)) => exr::write(path, &layers(facts, prefix, data)),
                 _ => continue,
             };
             first_error = first_error.and(written);
@@ -92,7 +93,7 @@ impl Outputs {
     }
 }
 
-fn layers(facts: &RunFacts, data: &FilmData) -> exr::Layers {
-    let attributes = facts.attributes(data.counts.camera_paths);
+fn layers(facts: &RunFacts, prefix: bool, data: &FilmData) -> exr::Layers {
+    let attributes = facts.attributes(data.counts.camera_paths, prefix);
     develop::layers(data, &Profile::srgb(), facts.spec.filter.energy(), &attributes)
 }

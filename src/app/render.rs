@@ -40,30 +40,42 @@ pub fn render(args: &RenderArgs) -> Result<()> {
     for warning in &loaded.warnings {
         eprintln!("{:?}", miette::Report::new(warning.clone()));
     }
-    let mut facts = facts(args, &loaded, device.name());
+    let notices = scene.notices().to_vec();
+    for notice in &notices {
+        eprintln!("warning: {notice}");
+    }
+    let facts = facts(args, &loaded, device.name());
     let threads = threads(args);
     let mut client = device.client(facts.spec, threads)?;
     let (server, mut lanes) = Server::start(threads).into_diagnostic()?;
-    let driven = trace(args, &mut facts, scene, (&server, &mut lanes, &mut client))?;
+    let driven = trace(args, &facts, scene, (&server, &mut lanes, &mut client))?;
     let stats = server.stats();
     drop(server);
 
-    let mut report = report(&facts, &client, &stats, driven);
+    let mut report = report(&facts, &client, &stats, &driven);
     seconds.render = driven.wall.as_secs_f64();
     seconds.rasterise = driven.rasterise.as_secs_f64();
     seconds.trace = tracing_time(&stats).as_secs_f64();
-    outputs.write(&mut client, &facts, &settings(args), &mut seconds)?;
+    let prefix = driven.complete || facts.deterministic;
+    outputs.write(&mut client, (&facts, prefix), &settings(args), &mut seconds)?;
     seconds.total = start.elapsed().as_secs_f64();
     report.seconds = seconds;
-    report.warnings = loaded.warnings.iter().map(ToString::to_string).collect();
+    report.warnings = loaded.warnings.iter().map(ToString::to_string).chain(notices).collect();
     report.threads = threads;
     report.outputs = outputs.files().cloned().collect();
     report.peak_memory_bytes = usage::peak_memory_bytes();
     if let Some(path) = &args.json {
-        report.write_json(path).map_err(|e| miette::miette!("cannot write {}: {e}", path.display()))?;
+        report.write_json(path)?;
     }
     if !args.quiet {
         eprintln!("{}", report.summary());
+    }
+    if let Some((index, message)) = driven.panicked {
+        return Err(miette::miette!(
+            "path {index} panicked: {message}; the picture holds what was traced before. Please report it with the scene \
+             and this command: {}",
+            facts.command(index, 1)
+        ));
     }
     Ok(())
 }
@@ -110,6 +122,8 @@ fn facts(args: &RenderArgs, loaded: &Loaded, device: String) -> RunFacts {
     RunFacts {
         scene: args.scene.clone(),
         defines: args.defines.clone(),
+        size: args.size,
+        first_index: args.first_index,
         spec: FilmSpec { width, height, filter, variance: VarianceForm::Product },
         max_depth: args.max_depth.map_or(integrator.max_depth, |d| d.0),
         rr_depth: integrator.rr_depth,
@@ -136,16 +150,16 @@ fn settings(args: &RenderArgs) -> Settings {
 /// Renders until the sample count, the time or Ctrl-C.
 fn trace(
     args: &RenderArgs,
-    facts: &mut RunFacts,
+    facts: &RunFacts,
     scene: Scene,
     (server, lanes, client): (&Server, &mut Lanes, &mut Client),
 ) -> Result<Driven> {
     let [pw, ph] = facts.spec.padded_extent().map(u64::from);
     let wanted = args.samples.unwrap_or_else(|| facts.spp.saturating_mul(pw * ph));
-    let time = args.time.map(Duration::from_secs_f64);
-    let (range, goal) = match time {
-        Some(limit) => (0..u64::MAX, Goal::Time(limit)),
-        None => (0..wanted, Goal::Paths(wanted)),
+    let first = facts.first_index;
+    let (range, goal) = match args.time {
+        Some(limit) => (first..u64::MAX, Goal::Time(limit)),
+        None => (first..first.saturating_add(wanted), Goal::Paths(wanted)),
     };
     let integrator = match facts.integrator {
         IntegratorKind::Path => PathTracer {
@@ -165,7 +179,13 @@ fn trace(
     }
     server.render(job, epoch).into_diagnostic()?;
     let bar = Progress::new(goal, args.quiet);
-    let plan = Drive { epoch, deterministic: facts.deterministic, time, texels: (pw * ph) as f64 };
+    let plan = Drive {
+        epoch,
+        first_index: first,
+        deterministic: facts.deterministic,
+        time: args.time,
+        texels: (pw * ph) as f64,
+    };
     let driven = drive(plan, server, lanes, client, &bar);
     bar.finish();
     driven
@@ -176,13 +196,16 @@ fn tracing_time(stats: &Stats) -> Duration {
     total.cpu.unwrap_or(total.busy)
 }
 
-fn report(facts: &RunFacts, client: &Client, stats: &Stats, driven: Driven) -> Report {
+fn report(facts: &RunFacts, client: &Client, stats: &Stats, driven: &Driven) -> Report {
     let counts = client.counts();
     let [pw, ph] = facts.spec.padded_extent().map(f64::from);
     let total = stats.total();
     let rejections = total.rejections;
-    let example =
-        |&(index, cause): &(u64, Cause)| RejectedExample { index, cause: cause.describe().to_string() };
+    let example = |&(index, cause): &(u64, Cause)| RejectedExample {
+        index,
+        cause: cause.describe().to_string(),
+        replay: facts.command(index, 1),
+    };
     let per = |n: u64, time: Duration| n as f64 / time.as_secs_f64().max(1e-9);
     Report {
         version: env!("CARGO_PKG_VERSION"),

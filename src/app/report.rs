@@ -3,7 +3,10 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use miette::{IntoDiagnostic, Result, WrapErr};
 use serde::Serialize;
+
+use crate::image::write::atomically;
 
 /// Everything that is said about a finished run. Field names are the JSON keys.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -93,6 +96,8 @@ pub struct RejectedExample {
     pub index: u64,
     /// What was wrong with it.
     pub cause: String,
+    /// The command that traces this path alone.
+    pub replay: String,
 }
 
 impl Report {
@@ -101,15 +106,13 @@ impl Report {
     /// # Errors
     ///
     /// Whatever the file system says; a file is replaced only once the new one is complete.
-    pub fn write_json(&self, path: &Path) -> std::io::Result<()> {
-        let text = serde_json::to_string_pretty(self)? + "\n";
+    pub fn write_json(&self, path: &Path) -> Result<()> {
+        let text = serde_json::to_string_pretty(self).into_diagnostic()? + "\n";
         if path == Path::new("-") {
-            return std::io::stdout().write_all(text.as_bytes());
+            let written = std::io::stdout().write_all(text.as_bytes());
+            return written.into_diagnostic().wrap_err("cannot write the report to standard output");
         }
-        let mut temporary = path.as_os_str().to_owned();
-        temporary.push(".part");
-        std::fs::write(&temporary, text)?;
-        std::fs::rename(&temporary, path)
+        atomically(path, text.as_bytes()).into_diagnostic()
     }
 
     /// One line for a person.
@@ -128,7 +131,10 @@ impl Report {
             line.push_str("; stopped by Ctrl-C, the picture holds what was there");
         }
         if self.rejected.total > 0 {
-            line.push_str(&format!("; {} samples rejected (--json tells why)", self.rejected.total));
+            line.push_str(&format!("; {} samples rejected", self.rejected.total));
+            if let Some(first) = self.rejected.examples.first() {
+                line.push_str(&format!(", the first because of {}: {}", first.cause, first.replay));
+            }
         }
         line
     }

@@ -18,6 +18,8 @@ pub struct Profile {
     pub name: &'static str,
     /// XYZ (D65 white has Y = 1) to linear RGB.
     pub from_xyz: Mat3,
+    /// CIE xy chromaticities of red, green and blue, for the heads of picture files; the white is D65.
+    pub primaries: [DVec2; 3],
 }
 
 /// A name and the CIE xy chromaticities of red, green and blue; the white is D65.
@@ -55,7 +57,7 @@ impl Profile {
     }
 
     fn new((name, primaries): Primaries) -> Self {
-        Profile { name, from_xyz: xyz_from_rgb(primaries).inverse().as_mat3() }
+        Profile { name, from_xyz: xyz_from_rgb(primaries).inverse().as_mat3(), primaries }
     }
 }
 

@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use glam::DVec2;
+
 use crate::image::error::ImageError;
 use crate::image::{Attribute, write};
 
@@ -14,6 +16,9 @@ pub enum Transfer {
     Gamma(f32),
 }
 
+/// CIE xy of D65, as the standards round it.
+const D65: DVec2 = DVec2::new(0.312_7, 0.329_0);
+
 /// A picture to be written.
 #[derive(Clone, Copy, Debug)]
 pub struct Picture<'a> {
@@ -25,6 +30,8 @@ pub struct Picture<'a> {
     pub rgb: &'a [[u8; 3]],
     /// Encoding of the values.
     pub transfer: Transfer,
+    /// CIE xy chromaticities of red, green and blue (chunk cHRM); the white is D65.
+    pub primaries: [DVec2; 3],
 }
 
 /// Writes a picture with its attributes as text; the name holds the old file or the whole new one.
@@ -56,6 +63,9 @@ fn encode(picture: Picture<'_>, attributes: &[(String, Attribute)]) -> Result<Ve
         }
         Transfer::Gamma(gamma) => encoder.set_source_gamma(png::ScaledFloat::new(1.0 / gamma)),
     }
+    let xy = |p: DVec2| (png::ScaledFloat::new(p.x as f32), png::ScaledFloat::new(p.y as f32));
+    let [red, green, blue] = picture.primaries.map(xy);
+    encoder.set_source_chromaticities(png::SourceChromaticities { white: xy(D65), red, green, blue });
     for (name, value) in attributes {
         let text = match value {
             Attribute::Text(text) => text.clone(),

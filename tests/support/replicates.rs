@@ -5,10 +5,10 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use pointillist::client::develop::linear_xyz;
+use pointillist::client::develop::linear_rgb;
 use pointillist::client::reference::ReferenceFilm;
 use pointillist::client::{FilmSpec, SplatFilter, VarianceForm};
-use pointillist::color::Xyz;
+use pointillist::color::{Profile, Xyz};
 use pointillist::image::compare::Measured;
 use pointillist::stream::{PathCounts, Sample, SampleSink, UvWindow};
 use pointillist::tracer::integrator::PathTracer;
@@ -33,8 +33,11 @@ impl SampleSink for Collect {
     }
 }
 
-/// Luminance of one replicate through the box filter, `[side][side]`.
-fn replicate(scene: &Arc<Scene>, depth: (Option<u32>, u32), plan: &Plan, seed: u32) -> Vec<f64> {
+/// Names of the channels of a golden picture: linear Rec.709 and the variance of each mean.
+pub const CHANNELS: [(&str, &str); 3] = [("R", "variance.R"), ("G", "variance.G"), ("B", "variance.B")];
+
+/// Linear Rec.709 of one replicate through the box filter, `[side][side]`.
+fn replicate(scene: &Arc<Scene>, depth: (Option<u32>, u32), plan: &Plan, seed: u32) -> Vec<[f32; 3]> {
     let filter = SplatFilter::Box;
     let spec = FilmSpec { width: plan.side, height: plan.side, filter, variance: VarianceForm::Product };
     let tracer = PathTracer {
@@ -58,34 +61,37 @@ fn replicate(scene: &Arc<Scene>, depth: (Option<u32>, u32), plan: &Plan, seed: u
     film.add(&sink.0).unwrap();
     film.count_paths(PathCounts { camera: paths, light: 0 });
     film.flush().unwrap();
-    linear_xyz(&film.develop().unwrap()).into_iter().map(|xyz| f64::from(xyz[1])).collect()
+    linear_rgb(&film.develop().unwrap(), &Profile::srgb())
 }
 
-/// Mean luminance of all replicates and the variance of that mean, pixel by pixel.
-pub fn measure(scene: &Path, plan: &Plan) -> Measured {
+/// Mean of all replicates and the variance of that mean, pixel by pixel, for red, green and blue.
+pub fn measure(scene: &Path, plan: &Plan) -> [Measured; 3] {
     let mut desc = pointillist::scene::load(scene, &[]).unwrap().desc;
     (desc.film.width, desc.film.height, desc.film.crop) = (plan.side, plan.side, None);
     let depth = (desc.integrator.max_depth, desc.integrator.rr_depth);
     let prepared = Arc::new(Scene::prepare(&desc, PrepareOptions::from_film(&desc.film)).unwrap());
     let seeds: Vec<u32> = plan.seeds.clone().collect();
-    let half = seeds.len().div_ceil(2);
-    let pictures: Vec<Vec<f64>> = std::thread::scope(|scope| {
-        let render = |seeds: &[u32]| -> Vec<Vec<f64>> {
+    let pictures: Vec<Vec<[f32; 3]>> = std::thread::scope(|scope| {
+        let render = |seeds: &[u32]| -> Vec<Vec<[f32; 3]>> {
             seeds.iter().map(|&seed| replicate(&prepared, depth, plan, seed)).collect()
         };
-        let (first, second) = seeds.split_at(half);
+        let (first, second) = seeds.split_at(seeds.len().div_ceil(2));
         let other = scope.spawn(move || render(second));
         let mut all = render(first);
         all.extend(other.join().unwrap());
         all
     });
+    std::array::from_fn(|channel| statistics(&pictures, channel, plan.side as usize))
+}
+
+fn statistics(pictures: &[Vec<[f32; 3]>], channel: usize, side: usize) -> Measured {
     let r = pictures.len() as f64;
     let (mut mean, mut variance) = (Vec::new(), Vec::new());
-    for pixel in 0..pictures[0].len() {
-        let average = pictures.iter().map(|p| p[pixel]).sum::<f64>() / r;
-        let squares = pictures.iter().map(|p| (p[pixel] - average).powi(2)).sum::<f64>();
+    for pixel in 0..side * side {
+        let values = || pictures.iter().map(|p| f64::from(p[pixel][channel]));
+        let average = values().sum::<f64>() / r;
         mean.push(average);
-        variance.push(squares / (r - 1.0) / r);
+        variance.push(values().map(|v| (v - average).powi(2)).sum::<f64>() / (r - 1.0) / r);
     }
-    Measured { width: plan.side as usize, height: plan.side as usize, mean, variance }
+    Measured { width: side, height: side, mean, variance }
 }
