@@ -97,16 +97,19 @@ fn png_keeps_every_pixel_and_its_attributes() {
     let path = folder.file("a.PNG");
     let rgb: Vec<[u8; 3]> = (0..37 * 21).map(|i| [i as u8, (i / 3) as u8, (i / 7) as u8]).collect();
     let attributes = [("Scene".to_owned(), Attribute::Text("Küche".into()))];
+    let primaries = Profile::named("rec2020").expect("a known profile").primaries;
     for transfer in [Transfer::Srgb, Transfer::Gamma(2.2)] {
-        let picture = Picture { width: 37, height: 21, rgb: &rgb, transfer };
+        let picture = Picture { width: 37, height: 21, rgb: &rgb, transfer, primaries };
         png::write(&path, picture, &attributes).expect("write");
         assert_eq!(png::read(&path).expect("read"), (37, 21, rgb.clone()));
         let bytes = fs::read(&path).expect("file");
         let has = |chunk: &[u8]| bytes.windows(chunk.len()).any(|w| w == chunk);
         assert!(has(b"gAMA") && has("Küche".as_bytes()));
         assert_eq!(has(b"sRGB"), transfer == Transfer::Srgb);
+        // x of Rec.2020's red in units of 1e-5.
+        assert_eq!(has(&70_800u32.to_be_bytes()), transfer != Transfer::Srgb);
     }
-    let short = Picture { width: 37, height: 22, rgb: &rgb, transfer: Transfer::Srgb };
+    let short = Picture { width: 37, height: 22, rgb: &rgb, transfer: Transfer::Srgb, primaries };
     assert!(matches!(png::write(&path, short, &[]), Err(ImageError::Encode { .. })));
     assert_eq!(png::read(&path).expect("the old picture").1, 21);
 }

@@ -12,7 +12,7 @@ use crate::image::{Attribute, write};
 pub enum Transfer {
     /// As sRGB (chunks sRGB and gAMA).
     Srgb,
-    /// A plain power with this display gamma (chunk gAMA).
+    /// A plain power with this display gamma (chunks gAMA and cHRM).
     Gamma(f32),
 }
 
@@ -30,7 +30,7 @@ pub struct Picture<'a> {
     pub rgb: &'a [[u8; 3]],
     /// Encoding of the values.
     pub transfer: Transfer,
-    /// CIE xy chromaticities of red, green and blue (chunk cHRM); the white is D65.
+    /// CIE xy chromaticities of red, green and blue (chunk cHRM; sRGB implies its own); the white is D65.
     pub primaries: [DVec2; 3],
 }
 
@@ -61,11 +61,13 @@ fn encode(picture: Picture<'_>, attributes: &[(String, Attribute)]) -> Result<Ve
             encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
             encoder.set_source_gamma(png::ScaledFloat::from_scaled(45_455));
         }
-        Transfer::Gamma(gamma) => encoder.set_source_gamma(png::ScaledFloat::new(1.0 / gamma)),
+        Transfer::Gamma(gamma) => {
+            encoder.set_source_gamma(png::ScaledFloat::new(1.0 / gamma));
+            let xy = |p: DVec2| (png::ScaledFloat::new(p.x as f32), png::ScaledFloat::new(p.y as f32));
+            let [red, green, blue] = picture.primaries.map(xy);
+            encoder.set_source_chromaticities(png::SourceChromaticities { white: xy(D65), red, green, blue });
+        }
     }
-    let xy = |p: DVec2| (png::ScaledFloat::new(p.x as f32), png::ScaledFloat::new(p.y as f32));
-    let [red, green, blue] = picture.primaries.map(xy);
-    encoder.set_source_chromaticities(png::SourceChromaticities { white: xy(D65), red, green, blue });
     for (name, value) in attributes {
         let text = match value {
             Attribute::Text(text) => text.clone(),
