@@ -1,5 +1,7 @@
 //! Where the picture is rasterised: a Vulkan device, or the CPU twins.
 
+use std::io::{ErrorKind, Write};
+
 use miette::{IntoDiagnostic, Result};
 
 use crate::client::film::VulkanFilm;
@@ -58,11 +60,12 @@ impl Device {
 
 /// `pointillist devices`: one line per device, and what is missing where one cannot be used.
 pub fn list() -> Result<()> {
+    let mut text = String::new();
     match gpu::devices() {
         Ok(found) => {
             for (index, device) in found.iter().enumerate() {
-                println!(
-                    "{index}  {} ({:?}, Vulkan {}, {}): {}",
+                text += &format!(
+                    "{index}  {} ({:?}, Vulkan {}, {}): {}\n",
                     device.name,
                     device.kind,
                     device.api,
@@ -71,11 +74,15 @@ pub fn list() -> Result<()> {
                 );
             }
             if found.is_empty() {
-                println!("(no Vulkan device; on Debian: apt-get install mesa-vulkan-drivers)");
+                text += "(no Vulkan device; on Debian: apt-get install mesa-vulkan-drivers)\n";
             }
         }
-        Err(error) => println!("(no Vulkan: {error})"),
+        Err(error) => text += &format!("(no Vulkan: {error})\n"),
     }
-    println!("{CPU}  the same passes in plain Rust, on all cores: always there");
-    Ok(())
+    text += &format!("{CPU}  the same passes in plain Rust, on all cores: always there\n");
+    match std::io::stdout().write_all(text.as_bytes()) {
+        // Whoever reads has read enough.
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(error).into_diagnostic(),
+        _ => Ok(()),
+    }
 }

@@ -12,7 +12,7 @@ use super::facts::RunFacts;
 use super::outputs::Outputs;
 use super::progress::{Goal, Progress};
 use super::report::{Rejected, RejectedExample, Report, Seconds};
-use super::{interrupt, usage};
+use super::{interrupt, tell, usage};
 use crate::client::{Client, FilmSpec, Settings, SplatFilter, VarianceForm};
 use crate::scene::desc::{IntegratorKind, ReconstructionFilter};
 use crate::scene::{self, Loaded};
@@ -38,7 +38,11 @@ pub fn render(args: &RenderArgs) -> Result<()> {
     let mut seconds = Seconds::default();
     let (loaded, scene, device) = prepare(args, &mut seconds)?;
     for warning in &loaded.warnings {
-        eprintln!("{:?}", miette::Report::new(warning.clone()));
+        tell(&format!("{:?}", miette::Report::new(warning.clone())));
+    }
+    let notices = scene.notices().to_vec();
+    for notice in &notices {
+        tracing::warn!("{notice}");
     }
     let mut facts = facts(args, &loaded, device.name());
     let threads = threads(args);
@@ -55,7 +59,7 @@ pub fn render(args: &RenderArgs) -> Result<()> {
     outputs.write(&mut client, &facts, &settings(args), &mut seconds)?;
     seconds.total = start.elapsed().as_secs_f64();
     report.seconds = seconds;
-    report.warnings = loaded.warnings.iter().map(ToString::to_string).collect();
+    report.warnings = loaded.warnings.iter().map(ToString::to_string).chain(notices).collect();
     report.threads = threads;
     report.outputs = outputs.files().cloned().collect();
     report.peak_memory_bytes = usage::peak_memory_bytes();
@@ -63,7 +67,7 @@ pub fn render(args: &RenderArgs) -> Result<()> {
         report.write_json(path).map_err(|e| miette::miette!("cannot write {}: {e}", path.display()))?;
     }
     if !args.quiet {
-        eprintln!("{}", report.summary());
+        tell(&report.summary());
     }
     Ok(())
 }
@@ -142,7 +146,7 @@ fn trace(
 ) -> Result<Driven> {
     let [pw, ph] = facts.spec.padded_extent().map(u64::from);
     let wanted = args.samples.unwrap_or_else(|| facts.spp.saturating_mul(pw * ph));
-    let time = args.time.map(Duration::from_secs_f64);
+    let time = args.time.map(|s| Duration::try_from_secs_f64(s).unwrap_or(Duration::MAX));
     let (range, goal) = match time {
         Some(limit) => (0..u64::MAX, Goal::Time(limit)),
         None => (0..wanted, Goal::Paths(wanted)),

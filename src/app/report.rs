@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
+use crate::image::write;
+
 /// Everything that is said about a finished run. Field names are the JSON keys.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Report {
@@ -106,10 +108,10 @@ impl Report {
         if path == Path::new("-") {
             return std::io::stdout().write_all(text.as_bytes());
         }
-        let mut temporary = path.as_os_str().to_owned();
-        temporary.push(".part");
-        std::fs::write(&temporary, text)?;
-        std::fs::rename(&temporary, path)
+        if is_special(path) {
+            return std::fs::OpenOptions::new().write(true).open(path)?.write_all(text.as_bytes());
+        }
+        write::atomically(path, text.as_bytes()).map_err(std::io::Error::other)
     }
 
     /// One line for a person.
@@ -132,6 +134,12 @@ impl Report {
         }
         line
     }
+}
+
+/// True for standard output (`-`), devices, pipes: what is written into, not replaced.
+pub fn is_special(path: &Path) -> bool {
+    let other = |m: std::fs::Metadata| !m.is_file() && !m.is_dir();
+    path == Path::new("-") || std::fs::metadata(path).is_ok_and(other)
 }
 
 /// A rate or count with three digits and a decimal suffix.
