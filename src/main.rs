@@ -1,9 +1,10 @@
 //! The `pointillist` command: parse, run, print the error, set the exit code.
 
+use std::io::IsTerminal;
 use std::process::ExitCode;
 
 use clap::Parser;
-use pointillist::app::{Cli, run};
+use pointillist::app::{Cli, run, tell};
 use tracing_subscriber::filter::LevelFilter;
 
 fn main() -> ExitCode {
@@ -11,12 +12,14 @@ fn main() -> ExitCode {
     tracing_subscriber::fmt()
         .with_max_level(level.unwrap_or(LevelFilter::WARN))
         .with_writer(std::io::stderr)
+        .with_ansi(std::io::stderr().is_terminal())
+        .with_target(false)
         .without_time()
         .init();
     match run(Cli::parse()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(report) => {
-            eprintln!("{report:?}");
+            tell(&format!("{report:?}"));
             ExitCode::FAILURE
         }
     }

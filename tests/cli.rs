@@ -112,6 +112,8 @@ fn bad_arguments_are_answered_before_any_work() {
         (&["render", scene, "--profile", "srbg"], "srbg"),
         (&["render", scene, "--device", "no such device"], "no such device"),
         (&["render", scene, "--json", nowhere.to_str().unwrap()], "no/such/folder"),
+        (&["render", scene, "--json", scene], "overwrite"),
+        (&["render", scene, "-o", "target/a.png", "--json", "./target/a.png"], "overwrite"),
         (&["render", scene, "-D", "nothing"], "NAME=VALUE"),
     ];
     for (args, expected) in cases {
@@ -150,6 +152,35 @@ fn ctrl_c_writes_what_is_there() {
     assert!(report["camera_samples"].as_u64().unwrap() > 0);
     let left: Vec<_> = fs::read_dir(&dir).unwrap().map(|e| e.unwrap().file_name()).collect();
     assert_eq!(left.len(), 2, "temporary files were left behind: {left:?}");
+}
+
+/// What is found out after the file was read reaches the user; a time beyond every clock and closed pipes are no panic.
+#[test]
+fn odd_but_valid_requests() {
+    let dir = folder("odd");
+    let (scene, png) = (dir.join("huge.xml"), dir.join("a.png"));
+    let text = "<scene version=\"3.0.0\"><sensor type=\"perspective\"/><emitter type=\"constant\"/>\n<shape type=\"cube\">\
+                <transform name=\"to_world\"><scale value=\"1e20\"/></transform></shape></scene>";
+    fs::write(&scene, text).unwrap();
+    let base =
+        ["render", scene.to_str().unwrap(), "-o", png.to_str().unwrap(), "--size", "4x4", "--device", "cpu"];
+    let output = succeed(&[&base[..], &["--spp", "1", "--json", "-", "-q"]].concat());
+    assert!(stderr(&output).contains("6 primitives"), "{}", stderr(&output));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(json["warnings"][0].as_str().unwrap().contains("6 primitives"));
+
+    let mut child =
+        program().args(base).args(["--time", "1e300", "-q"]).stderr(Stdio::piped()).spawn().unwrap();
+    std::thread::sleep(Duration::from_millis(500));
+    assert!(child.try_wait().unwrap().is_none(), "{}", stderr(&child.wait_with_output().unwrap()));
+    child.kill().unwrap();
+    child.wait().unwrap();
+
+    for args in [vec!["devices"], [&base[..], &["--spp", "1"]].concat()] {
+        let mut child = program().args(&args).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        drop((child.stdout.take(), child.stderr.take()));
+        assert!(child.wait().unwrap().success(), "{args:?} with nobody to read");
+    }
 }
 
 #[test]

@@ -114,6 +114,31 @@ fn png_keeps_every_pixel_and_its_attributes() {
     assert_eq!(png::read(&path).expect("the old picture").1, 21);
 }
 
+/// A link stays a link and its target gets the picture; what is no regular file is not replaced by one.
+#[cfg(unix)]
+#[test]
+fn links_are_followed_and_sockets_are_left_alone() {
+    let folder = Folder::new("links");
+    fs::write(folder.file("old.exr"), "old").expect("write");
+    for (link, target) in [("link.exr", "old.exr"), ("dangling.exr", "new.exr")] {
+        std::os::unix::fs::symlink(target, folder.file(link)).expect("link");
+        check_target(&folder.file(link)).expect("can be written");
+        exr::write(&folder.file(link), &layers()).expect("write");
+        assert!(fs::symlink_metadata(folder.file(link)).expect("link").is_symlink());
+        assert!(fs::metadata(folder.file(target)).expect("picture").len() > 100);
+    }
+    std::os::unix::fs::symlink("circle.exr", folder.file("circle.exr")).expect("link");
+    assert!(check_target(&folder.file("circle.exr")).is_err());
+
+    // Stands for devices and pipes too: renaming a file over /dev/null breaks a machine.
+    let _socket = std::os::unix::net::UnixListener::bind(folder.file("socket.exr")).expect("socket");
+    let message = check_target(&folder.file("socket.exr")).expect_err("a socket").to_string();
+    assert!(message.contains("no regular file"), "{message}");
+    assert!(exr::write(&folder.file("socket.exr"), &layers()).is_err());
+    assert!(!fs::symlink_metadata(folder.file("socket.exr")).expect("socket").is_file());
+    assert!(folder.names().iter().all(|n| !n.ends_with(".part")), "{:?}", folder.names());
+}
+
 #[test]
 fn errors_name_the_file_and_what_to_do() {
     let folder = Folder::new("errors");

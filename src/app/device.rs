@@ -1,5 +1,7 @@
 //! Where the picture is rasterised: a Vulkan device, or the CPU twins.
 
+use std::io::{ErrorKind, Write};
+
 use miette::{IntoDiagnostic, Result};
 
 use crate::client::film::VulkanFilm;
@@ -58,20 +60,27 @@ impl Device {
 
 /// `pointillist devices`: one line per device, and what is missing where one cannot be used.
 pub fn list() -> Result<()> {
+    let mut text = String::new();
     match gpu::devices() {
-        Ok(found) => found.iter().for_each(|device| {
-            println!(
-                "{}  {} ({}, Vulkan {}, {}): {}",
-                device.index,
-                device.name,
-                device.kind,
-                device.api,
-                device.driver,
-                device.suitability()
-            );
-        }),
-        Err(error) => println!("(no Vulkan: {error})"),
+        Ok(found) => {
+            for device in &found {
+                text += &format!(
+                    "{}  {} ({}, Vulkan {}, {}): {}\n",
+                    device.index,
+                    device.name,
+                    device.kind,
+                    device.api,
+                    device.driver,
+                    device.suitability()
+                );
+            }
+        }
+        Err(error) => text += &format!("(no Vulkan: {error})\n"),
     }
-    println!("{CPU}  the same passes in plain Rust, on all cores: always there");
-    Ok(())
+    text += &format!("{CPU}  the same passes in plain Rust, on all cores: always there\n");
+    match std::io::stdout().write_all(text.as_bytes()) {
+        // Whoever reads has read enough.
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(error).into_diagnostic(),
+        _ => Ok(()),
+    }
 }

@@ -13,6 +13,8 @@ mod usage;
 
 pub use args::{Cli, Command};
 
+use std::io::Write;
+
 use miette::Result;
 
 /// Runs what the command line asks for.
@@ -25,4 +27,10 @@ pub fn run(cli: Cli) -> Result<()> {
         Command::Render(args) => render::render(&args),
         Command::Devices => device::list(),
     }
+}
+
+/// Prints a line on standard error. Whether anybody still reads it must not decide over a picture, so that a closed
+/// pipe is not an error here (and a panic in `eprintln!`).
+pub fn tell(text: &str) {
+    let _ = writeln!(std::io::stderr(), "{text}");
 }

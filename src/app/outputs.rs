@@ -1,17 +1,17 @@
 //! The files a run leaves behind, checked before the run and replaced only when complete.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use miette::{IntoDiagnostic, Result, WrapErr};
 
 use super::args::RenderArgs;
 use super::facts::{RunFacts, display_options};
-use super::report::Seconds;
+use super::report::{Seconds, is_special};
 use crate::client::{Client, FilmData, Settings, develop};
 use crate::color::Profile;
 use crate::image::png::{Picture, Transfer};
-use crate::image::write::{Format, check_target};
+use crate::image::write::{Format, check_place, check_target, destination};
 use crate::image::{Attribute, exr, png};
 
 /// Where the pictures of a run go.
@@ -32,12 +32,13 @@ impl Outputs {
             paths.push(PathBuf::from(stem).with_extension("png"));
         }
         let check = |path: PathBuf| Ok((path.clone(), check_target(&path).into_diagnostic()?));
-        let files = paths.into_iter().map(check).collect::<Result<_>>()?;
-        if let Some(json) = args.json.as_ref().filter(|p| p.as_os_str() != "-") {
-            let folder = json.parent().filter(|p| !p.as_os_str().is_empty());
-            if folder.is_some_and(|f| !f.is_dir()) || json.is_dir() {
+        let files = paths.into_iter().map(check).collect::<Result<Vec<_>>>()?;
+        if let Some(json) = args.json.as_ref().filter(|p| !is_special(p)) {
+            check_place(json).into_diagnostic()?;
+            let place = |path: &Path| destination(path).ok();
+            if files.iter().map(|(path, _)| path).chain([&args.scene]).any(|p| place(p) == place(json)) {
                 return Err(miette::miette!(
-                    "cannot write {}: its folder does not exist, or it is one; choose another --json",
+                    "--json {} would overwrite the picture or the scene; choose another name",
                     json.display()
                 ));
             }

@@ -26,7 +26,7 @@ impl Progress {
     pub fn new(goal: Goal, quiet: bool) -> Self {
         let length = match goal {
             Goal::Paths(n) => n,
-            Goal::Time(t) => t.as_millis() as u64,
+            Goal::Time(t) => u64::try_from(t.as_millis()).unwrap_or(u64::MAX),
         };
         let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr_with_hz(8) };
         let bar = ProgressBar::with_draw_target(Some(length), target);

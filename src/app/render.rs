@@ -12,7 +12,7 @@ use super::facts::RunFacts;
 use super::outputs::Outputs;
 use super::progress::{Goal, Progress};
 use super::report::{Rejected, RejectedExample, Report, Seconds};
-use super::{interrupt, usage};
+use super::{interrupt, tell, usage};
 use crate::client::{Client, FilmSpec, Settings, SplatFilter, VarianceForm};
 use crate::scene::desc::{IntegratorKind, ReconstructionFilter};
 use crate::scene::{self, Loaded};
@@ -38,11 +38,11 @@ pub fn render(args: &RenderArgs) -> Result<()> {
     let mut seconds = Seconds::default();
     let (loaded, scene, device) = prepare(args, &mut seconds)?;
     for warning in &loaded.warnings {
-        eprintln!("{:?}", miette::Report::new(warning.clone()));
+        tell(&format!("{:?}", miette::Report::new(warning.clone())));
     }
     let notices = scene.notices().to_vec();
     for notice in &notices {
-        eprintln!("warning: {notice}");
+        tell(&format!("warning: {notice}"));
     }
     let facts = facts(args, &loaded, device.name());
     let threads = threads(args);
@@ -68,7 +68,7 @@ pub fn render(args: &RenderArgs) -> Result<()> {
         report.write_json(path)?;
     }
     if !args.quiet {
-        eprintln!("{}", report.summary());
+        tell(&report.summary());
     }
     if let Some((index, message)) = driven.panicked {
         return Err(miette::miette!(

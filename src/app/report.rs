@@ -112,6 +112,11 @@ impl Report {
             let written = std::io::stdout().write_all(text.as_bytes());
             return written.into_diagnostic().wrap_err("cannot write the report to standard output");
         }
+        if is_special(path) {
+            let written = std::fs::OpenOptions::new().write(true).open(path);
+            let written = written.and_then(|mut file| file.write_all(text.as_bytes()));
+            return written.into_diagnostic().wrap_err_with(|| format!("cannot write {}", path.display()));
+        }
         atomically(path, text.as_bytes()).into_diagnostic()
     }
 
@@ -138,6 +143,12 @@ impl Report {
         }
         line
     }
+}
+
+/// True for standard output (`-`), devices, pipes: what is written into, not replaced.
+pub fn is_special(path: &Path) -> bool {
+    let other = |m: std::fs::Metadata| !m.is_file() && !m.is_dir();
+    path == Path::new("-") || std::fs::metadata(path).is_ok_and(other)
 }
 
 /// A rate or count with three digits and a decimal suffix.

@@ -66,6 +66,12 @@ pub struct Image {
     extent: [u32; 2],
 }
 
+/// What the driver would say.
+fn out_of_memory(name: &str, size: u64) -> GpuError {
+    let call = format!("vkAllocateMemory({name}, {size} bytes)");
+    GpuError::Call { call, result: vk::Result::ERROR_OUT_OF_DEVICE_MEMORY }
+}
+
 impl Image {
     /// Makes an image with undefined contents.
     ///
@@ -76,6 +82,11 @@ impl Image {
         let [width, height] = desc.extent;
         if width.max(height) > gpu.max_extent || width.min(height) == 0 {
             return Err(GpuError::TooLarge { name: desc.name.into(), width, height, limit: gpu.max_extent });
+        }
+        // Level 0 alone; a driver may not even be asked for an image beyond what it can hold.
+        let size = u64::from(width) * u64::from(height) * desc.format.bytes() as u64;
+        if size > gpu.max_allocation {
+            return Err(out_of_memory(desc.name, size));
         }
         let levels = if desc.mips { width.max(height).ilog2() + 1 } else { 1 };
         let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT
@@ -117,8 +128,7 @@ impl Image {
         // SAFETY: the image was just made and has no memory yet.
         let needs = unsafe { self.gpu.device.get_image_memory_requirements(self.raw) };
         if needs.size > self.gpu.max_allocation {
-            let call = format!("vkAllocateMemory({name}, {} bytes)", needs.size);
-            return Err(GpuError::Call { call, result: vk::Result::ERROR_OUT_OF_DEVICE_MEMORY });
+            return Err(out_of_memory(name, needs.size));
         }
         let memory = self.gpu.memory.allocate(name, needs, MemoryLocation::GpuOnly, false)?;
         // SAFETY: the allocation fits the requirements and is used by this image alone.

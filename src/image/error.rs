@@ -84,6 +84,9 @@ impl ImageError {
                 "the disk is full: free some space, or write to another disk"
             }
             ErrorKind::IsADirectory => "the name is that of a folder: give a file name",
+            ErrorKind::InvalidInput => {
+                "a whole file is replaced, not a device, pipe or socket: give a file name"
+            }
             ErrorKind::NotADirectory => "a part of the path is a file, not a folder: check the path",
             _ => "check the path, or write to another folder",
         };

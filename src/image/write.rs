@@ -36,24 +36,56 @@ impl Format {
 /// [`ImageError::Extension`], or [`ImageError::Write`] when no file can be made in the folder.
 pub fn check_target(path: &Path) -> Result<Format, ImageError> {
     let format = Format::of(path)?;
-    if path.is_dir() {
-        return Err(ImageError::write(path, Error::from(ErrorKind::IsADirectory)));
-    }
-    let temporary = temporary_name(path);
-    fs::File::create(&temporary).map_err(|e| ImageError::write(path, e))?;
-    fs::remove_file(&temporary).map_err(|e| ImageError::write(path, e))?;
+    check_place(path)?;
     Ok(format)
 }
 
-/// Writes `bytes` to a temporary file beside `path` and renames it to `path`.
+/// As [`check_target`], for a file of any name.
+///
+/// # Errors
+/// [`ImageError::Write`].
+pub fn check_place(path: &Path) -> Result<(), ImageError> {
+    let temporary = temporary_name(&destination(path)?);
+    fs::File::create(&temporary).map_err(|e| ImageError::write(path, e))?;
+    fs::remove_file(&temporary).map_err(|e| ImageError::write(path, e))
+}
+
+/// The file that `path` means: symbolic links followed, in its folder's own name. It need not exist yet.
+///
+/// # Errors
+/// [`ImageError::Write`] when there is no such folder, or when a folder, a device or a pipe stands there: a rename
+/// would put a file in its place.
+pub fn destination(path: &Path) -> Result<PathBuf, ImageError> {
+    let failed = |e| ImageError::write(path, e);
+    let mut real = path.to_path_buf();
+    // As many links as Linux follows.
+    for _ in 0..40 {
+        let Ok(next) = fs::read_link(&real) else { break };
+        real = real.parent().unwrap_or(Path::new("")).join(next);
+    }
+    match fs::metadata(&real) {
+        Ok(known) if known.is_dir() => return Err(failed(ErrorKind::IsADirectory.into())),
+        Ok(known) if !known.is_file() => {
+            return Err(failed(Error::new(ErrorKind::InvalidInput, "this is no regular file")));
+        }
+        Err(e) if e.kind() != ErrorKind::NotFound => return Err(failed(e)),
+        _ => {}
+    }
+    let folder = real.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let name = real.file_name().ok_or_else(|| failed(ErrorKind::IsADirectory.into()))?;
+    Ok(folder.canonicalize().map_err(failed)?.join(name))
+}
+
+/// Writes `bytes` to a temporary file beside the [`destination`] of `path` and renames it to that.
 ///
 /// # Errors
 /// [`ImageError::Write`]; the temporary file is removed and what stood at `path` is as before.
 pub fn atomically(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
-    let temporary = temporary_name(path);
+    let real = destination(path)?;
+    let temporary = temporary_name(&real);
     let written = fs::File::create(&temporary)
         .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()))
-        .and_then(|()| fs::rename(&temporary, path));
+        .and_then(|()| fs::rename(&temporary, &real));
     written.map_err(|e| {
         // Best effort: the error that matters is the first one.
         let _ = fs::remove_file(&temporary);

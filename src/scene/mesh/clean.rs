@@ -62,6 +62,8 @@ pub(super) struct CleanLines<'a> {
     consumed: usize,
     /// Number of the current line, from 1.
     pub(super) number: usize,
+    /// Number of the one after it.
+    next: usize,
     /// Triangles so far.
     pub(super) triangles: usize,
     /// First triangle and line of each face.
@@ -88,6 +90,7 @@ impl<'a> CleanLines<'a> {
             line: String::new(),
             consumed: 0,
             number: 0,
+            next: 1,
             triangles: 0,
             faces: Vec::new(),
             faults: Faults::default(),
@@ -100,15 +103,20 @@ impl<'a> CleanLines<'a> {
         self.line.clear();
         self.consumed = 0;
         while self.line.is_empty() && !self.rest.is_empty() {
-            let end = self.rest.iter().position(|b| *b == b'\n');
-            let (line, rest) = self.rest.split_at(end.map_or(self.rest.len(), |e| e + 1));
-            self.rest = rest;
-            self.number += 1;
+            let (line, lines) = logical_line(self.rest);
+            self.rest = &self.rest[line.len()..];
+            self.number = self.next;
+            self.next += lines;
             if line.len() > limits::MESH_LINE_BYTES {
                 let message = format!("this line has more than {} bytes", limits::MESH_LINE_BYTES);
                 return self.refuse(message).map(|()| false);
             }
-            self.clean(line.trim_ascii())?;
+            if lines == 1 {
+                self.clean(line.trim_ascii())?;
+            } else {
+                let joined: Vec<u8> = line.iter().map(|b| if *b == b'\\' { b' ' } else { *b }).collect();
+                self.clean(joined.trim_ascii())?;
+            }
         }
         Ok(!self.line.is_empty())
     }
@@ -225,6 +233,20 @@ fn push_corner(line: &mut String, [v, vt, vn]: [usize; 3], keep: Keep) {
     };
 }
 
+/// The first line of `rest` with its end, and of how many lines in the file it is made: a backslash at the end of one
+/// carries on in the next, except after a comment.
+fn logical_line(rest: &[u8]) -> (&[u8], usize) {
+    let end =
+        |from: usize| rest[from..].iter().position(|b| *b == b'\n').map_or(rest.len(), |e| from + e + 1);
+    let carries_on = |line: &[u8]| line.trim_ascii_end().ends_with(b"\\");
+    let (mut from, mut to, mut lines) = (0, end(0), 1);
+    let comment = rest[..to].trim_ascii_start().starts_with(b"#");
+    while !comment && to < rest.len() && to <= limits::MESH_LINE_BYTES && carries_on(&rest[from..to]) {
+        (from, to, lines) = (to, end(to), lines + 1);
+    }
+    (&rest[..to], lines)
+}
+
 /// 0, 1, 2 for a line of `v`, `vt`, `vn`.
 fn vertex_kind(line: &[u8]) -> Option<usize> {
     let blank = |i: usize| line.get(i).is_some_and(u8::is_ascii_whitespace);
@@ -268,6 +290,15 @@ mod tests {
         let mut out = String::new();
         lines.read_to_string(&mut out).expect("small");
         (out, lines.faults)
+    }
+
+    #[test]
+    fn a_backslash_carries_on_in_the_next_line() {
+        let text = "v 0 0 0\nv 1 0 0\nv 1 \\\r\n1 0\n# note \\\nv 0 1 0\nf 1 2 \\\n3 \\\n4\nf 1 2 9\nf 1 2 \\\n\nf 1 2 3";
+        let (out, faults) = cleaned(text, ALL);
+        assert_eq!(out, "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\nf 1 2 3\n");
+        assert_eq!((faults.out_of_range.times, faults.out_of_range.first_line), (1, 10));
+        assert_eq!((faults.too_small.times, faults.too_small.first_line), (1, 11));
     }
 
     #[test]

@@ -32,6 +32,8 @@ pub fn load(path: &Path, options: &MeshOptions) -> Result<MeshRead, MeshError> {
 ///
 /// [`SceneError`] with file and line.
 pub fn parse(name: &str, bytes: &[u8], options: &MeshOptions) -> Result<MeshRead, SceneError> {
+    // Some editors put a byte order mark first, which would cost the first vertex and shift all others.
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let file = ObjFile { name, bytes };
     let mut keep = Keep { uvs: true, normals: !options.face_normals };
     let mut warnings = Vec::new();
@@ -179,6 +181,12 @@ mod tests {
     fn read(text: &str) -> MeshRead {
         parse("a.obj", text.as_bytes(), &MeshOptions { flip_tex_coords: true, ..MeshOptions::default() })
             .expect("valid")
+    }
+
+    #[test]
+    fn a_byte_order_mark_costs_no_vertex() {
+        let m = read(&format!("\u{feff}{SQUARE}f 1 2 3 4\n"));
+        assert_eq!((m.mesh.positions.len(), m.mesh.triangles.len(), m.warnings.len()), (4, 2, 0));
     }
 
     #[test]

@@ -33,7 +33,7 @@ pub struct PathTracer {
     pub window: UvWindow,
     /// Longest path in segments; `None` is unlimited.
     pub max_depth: Option<u32>,
-    /// Number of segments from which roulette may end a path.
+    /// Number of segments from which roulette may end a path; above 1024 it is 1024.
     pub rr_depth: u32,
     /// The camera looks through lights.
     pub hide_emitters: bool,
@@ -41,6 +41,10 @@ pub struct PathTracer {
 
 /// Roulette never lets a path live for certain: two mirrors must not hold it for ever.
 const MAX_SURVIVAL: f32 = 0.95;
+
+/// Roulette begins here at the latest, whatever the scene says: in a closed white room it is all that ends a path,
+/// and one path must not keep a worker from hearing an abort.
+const LATEST_ROULETTE: u32 = 1024;
 
 /// What a path carries from vertex to vertex.
 struct Walk {
@@ -136,7 +140,7 @@ impl PathTracer {
         if s.hero_only {
             walk.drop_companions();
         }
-        let alive = walk.roulette(depth + 1 >= self.rr_depth, u.roulette);
+        let alive = walk.roulette(depth + 1 >= self.rr_depth.min(LATEST_ROULETTE), u.roulette);
         alive.then(|| hit.spawn(wi))
     }
 

@@ -80,9 +80,13 @@ impl Geometry {
         }
         if adding.dropped > 0 {
             let name = shape.id.as_deref().unwrap_or("without id");
+            let file = desc.files.get(shape.place.file as usize).map(|f| f.display().to_string());
             self.notices.push(format!(
-                "shape {name} (line {}): {} primitives have no area or coordinates beyond 1e12 and were dropped",
-                shape.place.line, adding.dropped
+                "{}:{}:{}: shape {name}: {} primitives have no area or coordinates beyond 1e12 and were dropped",
+                file.unwrap_or_default(),
+                shape.place.line,
+                shape.place.column,
+                adding.dropped
             ));
         }
         Ok(())

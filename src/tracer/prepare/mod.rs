@@ -92,8 +92,10 @@ pub(super) fn prepare(desc: &SceneDesc, options: PrepareOptions) -> Result<Scene
     for light in &desc.lights {
         add_light(light, &mut lights, &mut spectra, &mut notices);
     }
-    if lights.is_empty() {
-        notices.push("nothing in the scene emits light: the picture will be black".to_owned());
+    // A scene without any light has been told of where it was read.
+    let wanted = !desc.lights.is_empty() || desc.shapes.iter().any(|s| s.emission.is_some());
+    if lights.is_empty() && wanted {
+        notices.push("no light of the scene can be used: the picture will be black".to_owned());
     }
     let (lo, hi) = accel.bounds();
     // An empty scene has no size; any positive number serves, there is nothing to compare with.
