@@ -28,23 +28,13 @@ pub const RECONSTRUCTION_THRESHOLD: f32 = 1.0;
 /// Largest film extent along one axis, in texels with padding: what every Vulkan 1.3 desktop driver offers.
 pub const MAX_EXTENT: u32 = 16_384;
 
-/// Largest `|x|`, `|y|`, `|z|`, `|w|` that a film takes, 2^100: sums of 2^27 such samples stay finite, and
-/// no radiance comes near.
-pub const MAX_VALUE: f32 = 1_267_650_600_228_229_401_496_703_205_376.0;
-
-/// True for samples that a film takes: all numbers finite, none above [`MAX_VALUE`], and a weight that
-/// names a stream. Others are dropped as they are copied to the batch, before they are counted.
+/// True for samples that keep the rules of the stream: all numbers finite, none above
+/// [`MAX_VALUE`](crate::stream::MAX_VALUE), and a weight that names a stream.
+///
+/// A guard only: the stream's sink keeps others out and counts them by cause; what reaches a film in another way
+/// is dropped as it is copied to the batch, before it is counted.
 pub fn accepts(sample: &Sample) -> bool {
-    // False for NaN as well.
-    let small = |v: f32| v.abs() <= MAX_VALUE;
-    let Sample { uv, xyz, w } = *sample;
-    uv[0].is_finite()
-        && uv[1].is_finite()
-        && small(xyz.x)
-        && small(xyz.y)
-        && small(xyz.z)
-        && small(w)
-        && w != 0.0
+    sample.uv[0].is_finite() && sample.uv[1].is_finite() && sample.in_range() && sample.w != 0.0
 }
 
 /// The texels of one axis that a sample reaches, and the weight in each.
