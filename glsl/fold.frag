@@ -7,6 +7,9 @@
 #include "include/layout.glsl"
 #include "include/two_float.glsl"
 
+// Copies of the target in the batch image, one below the other.
+layout(constant_id = 0) const uint SLOTS = 1u;
+
 layout(set = 0, binding = 0) uniform sampler2D old_hi;
 layout(set = 0, binding = 1) uniform sampler2D old_lo;
 layout(set = 0, binding = 2) uniform sampler2D batch;
@@ -32,7 +35,10 @@ void main() {
     vec4 lo = texelFetch(old_lo, at, 0);
     bool was_empty = !(hi.w > 0.0);
     vec2 before = two_float_mean(hi, lo);
-    two_float_add(hi, lo, texelFetch(batch, at, 0));
+    int rows = textureSize(old_hi, 0).y;
+    for (uint slot = 0u; slot < SLOTS; ++slot) {
+        two_float_add(hi, lo, texelFetch(batch, ivec2(at.x, at.y + int(slot) * rows), 0));
+    }
     new_hi = hi;
     new_lo = lo;
     vec2 after = hi.w > 0.0 ? two_float_mean(hi, lo) : vec2(0.0);

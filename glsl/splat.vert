@@ -10,15 +10,16 @@
 #include "include/filter.glsl"
 
 // Instanced quads instead of points, for devices without points of this size.
-layout(constant_id = 1) const bool QUADS = false;
+layout(constant_id = 2) const bool QUADS = false;
 // Pass on the luminance for the variance instead of the colour.
-layout(constant_id = 2) const bool LUMINANCE = false;
+layout(constant_id = 3) const bool LUMINANCE = false;
 
 layout(location = 0) in vec2 uv;
 layout(location = 1) in vec4 xyzw;
 
 layout(location = 0) flat out vec2 position;
 layout(location = 1) flat out vec4 value;
+layout(location = 2) flat out float first_row;
 
 void main() {
     float size = FILTER == GAUSSIAN ? 6.0 : FILTER == TENT ? 2.0 : 1.0;
@@ -28,6 +29,9 @@ void main() {
     // False for NaN as well.
     bool inside = p.x >= 0.0 && p.y >= 0.0 && p.x < push.target.x && p.y < push.target.y;
     vec2 centre = FILTER == BOX ? floor(p) + 0.5 : floor(p + 0.5);
+    // The samples of a batch take the slots in turn.
+    first_row = SLOTS > 1u ? float(uint(QUADS ? gl_InstanceIndex : gl_VertexIndex) % SLOTS) * push.target.y : 0.0;
+    centre.y += first_row;
     // A point whose centre is outside the view volume may be dropped: rounding must not push one out.
     vec2 ndc = clamp(centre * push.ndc_scale - 1.0, -1.0, 1.0);
     if (QUADS) {

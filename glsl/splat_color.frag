@@ -3,12 +3,15 @@
 
 // f · [x, y, z, |w|], added to the batch image by the blender.
 
-#include "include/filter.glsl"
+#define SPLAT_PUSH
+#include "include/layout.glsl"
+#include "include/slot.glsl"
 
 layout(location = 0) flat in vec2 position;
 layout(location = 1) flat in vec4 value;
+layout(location = 2) flat in float first_row;
 layout(location = 0) out vec4 sum;
 
 void main() {
-    sum = value * splat_weight(gl_FragCoord.xy - position);
+    sum = value * slot_weight(slot_texel(first_row), position);
 }

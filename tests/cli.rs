@@ -205,3 +205,24 @@ fn devices_are_listed() {
     assert!(text.contains("cpu"), "{text}");
     assert!(text.lines().count() >= 2, "no Vulkan device is listed:\n{text}");
 }
+
+/// Light that no sum could hold is not silently black: its samples are counted, with the path that made them.
+#[test]
+fn light_beyond_the_range_is_reported() {
+    let dir = folder("too-bright");
+    let scene = dir.join("bright.xml");
+    let text = r#"<scene version="3.0.0">
+        <sensor type="perspective"><film type="hdrfilm"/></sensor>
+        <emitter type="constant"><spectrum name="radiance" value="1e32"/></emitter>
+    </scene>"#;
+    fs::write(&scene, text).unwrap();
+    let (scene, json, out) = (scene, dir.join("r.json"), dir.join("r.exr"));
+    let [scene, report, out] = [&scene, &json, &out].map(|p| p.to_str().unwrap());
+    let args =
+        ["render", scene, "-o", out, "--size", "8x8", "--samples", "1k", "--device", "cpu", "--json", report];
+    let output = succeed(&args);
+    assert!(stderr(&output).contains("samples rejected"), "{}", stderr(&output));
+    let json: serde_json::Value = serde_json::from_slice(&fs::read(&json).unwrap()).unwrap();
+    assert_eq!(json["rejected"]["by_cause"]["color too large"], json["rejected"]["total"]);
+    assert!(json["rejected"]["total"].as_u64().unwrap() > 900, "{json}");
+}

@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use pointillist::color::Xyz;
 use pointillist::server::{RenderJob, Server, ServerError};
-use pointillist::stream::{Cause, Epoch, Finish};
+use pointillist::stream::{Cause, Epoch, Finish, MAX_VALUE, Sample};
 use synthetic::{Out, finish_of, flat, gather, render_all, synthetic};
 
 #[test]
@@ -77,16 +77,26 @@ fn bad_samples_are_kept_out_and_counted_with_their_index() {
             31 => out.light([0.5, -0.01], one),
             37 => out.light([0.5; 2], Xyz::new(0.0, 0.0, f32::NEG_INFINITY)),
             41 => out.camera([0.5; 2], one, -0.0),
+            // Finite, but their sums would not be.
+            43 => out.camera([0.5; 2], one * 1e32, 1.0),
+            47 => out.light([0.5; 2], Xyz::new(0.0, -2.0 * MAX_VALUE, 0.0)),
+            53 => out.camera([0.5; 2], Xyz::BLACK, 1e32),
+            59 => out.camera([1.0, 0.0], one * 2.0f32.powi(-100), MAX_VALUE),
             _ => out.camera([1.0, 0.0], one, 2.0),
         }
     });
     let (server, mut lanes) = Server::start(2).expect("threads");
     server.render(RenderJob::new(bad, 0..5000), Epoch(1)).expect("first epoch");
     let (got, _) = gather(&server, &mut lanes, Epoch(1));
-    assert_eq!((got.samples.len(), got.indices()), (5000 - 11, 5000));
-    assert!(got.samples.iter().all(|s| s.w == 2.0 && s.xyz == Xyz::new(2.0, 2.0, 2.0)));
+    assert_eq!((got.samples.len(), got.indices()), (5000 - 14, 5000));
+    let normal = |s: &Sample| s.w == 2.0 && s.xyz == Xyz::new(2.0, 2.0, 2.0);
+    let largest = |s: &Sample| s.w == MAX_VALUE && s.xyz == Xyz::new(1.0, 1.0, 1.0);
+    assert!(got.samples.iter().all(|s| normal(s) || largest(s)));
+    assert_eq!(got.samples.iter().filter(|s| largest(s)).count(), 1);
+    // The client takes all that the stream lets in.
+    assert!(got.samples.iter().all(pointillist::client::filter::accepts));
     let rejections = server.stats().total().rejections;
-    assert_eq!(Cause::ALL.map(|cause| rejections.count(cause)), [2, 2, 3, 1, 3]);
+    assert_eq!(Cause::ALL.map(|cause| rejections.count(cause)), [2, 2, 3, 1, 3, 3]);
     let indices: Vec<u64> = rejections.examples().iter().map(|example| example.0).collect();
     assert_eq!(indices, [5, 7, 11, 13, 17, 19, 23, 29]);
     assert_eq!(rejections.examples()[1].1, Cause::PositionNotFinite);

@@ -6,6 +6,8 @@ const uint TENT = 1u;
 const uint BOX = 2u;
 
 layout(constant_id = 0) const uint FILTER = GAUSSIAN;
+// Copies of the padded target, one below the other, among which a batch is dealt; FilmSpec::batch_slots.
+layout(constant_id = 1) const uint SLOTS = 1u;
 
 // g(i) = exp(-i^2) (1 - smoothstep(0, 3, |i|)^8) for i = 0, 1, 2, divided by g(0) + 2 g(1) + 2 g(2).
 // The piecewise-linear interpolation of g, with 0 at 3, is the sum of three tents of radius 3, 2 and 1

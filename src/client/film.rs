@@ -281,9 +281,9 @@ impl VulkanFilm {
         if self.passes.is_none() {
             self.passes = Some(Passes {
                 splat: SplatPass::new(gpu, &self.spec)?,
-                fold: FoldPass::new(gpu)?,
+                fold: FoldPass::new(gpu, &self.spec)?,
                 variance: VariancePass::new(gpu, &self.spec)?,
-                targets: BatchImages::new(gpu, extent)?,
+                targets: BatchImages::new(gpu, &self.spec)?,
             });
         }
         let samples = self.samples();

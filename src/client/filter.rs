@@ -4,7 +4,7 @@
 //! [`lod`](crate::client::lod). Weights are computed with arithmetic, never with hardware bilinear
 //! filtering, whose fractions have 8 bits on common devices.
 
-use crate::client::settings::{FilmSpec, SplatFilter};
+use crate::client::settings::{BATCH_CAPACITY, FilmSpec, SplatFilter};
 use crate::stream::{Sample, UvWindow};
 
 /// The paper's 5-texel filter row at distances 0, 1, 2 and the zero border at 3, in texels.
@@ -28,23 +28,20 @@ pub const RECONSTRUCTION_THRESHOLD: f32 = 1.0;
 /// Largest film extent along one axis, in texels with padding: what every Vulkan 1.3 desktop driver offers.
 pub const MAX_EXTENT: u32 = 16_384;
 
-/// Largest `|x|`, `|y|`, `|z|`, `|w|` that a film takes, 2^100: sums of 2^27 such samples stay finite, and
-/// no radiance comes near.
-pub const MAX_VALUE: f32 = 1_267_650_600_228_229_401_496_703_205_376.0;
+/// Additions to one `f32` before it is folded into the two-float sums, on average over the film.
+///
+/// Every addition rounds, and equal samples round alike: 64 additions of 0.1 are off by up to 6e-7 of the sum, 256 by
+/// 2.4e-6, 1024 by 1e-5, 65,536 by 6e-4 (samples that differ round at random, and the error grows as the root). A large
+/// film whose batch falls into a single texel is off by the last figure; that texel only.
+pub const ADDS_PER_SUM: u64 = 64;
 
-/// True for samples that a film takes: all numbers finite, none above [`MAX_VALUE`], and a weight that
-/// names a stream. Others are dropped as they are copied to the batch, before they are counted.
+/// True for samples that keep the rules of the stream: all numbers finite, none above
+/// [`MAX_VALUE`](crate::stream::MAX_VALUE), and a weight that names a stream.
+///
+/// A guard only: the stream's sink keeps others out and counts them by cause; what reaches a film in another way
+/// is dropped as it is copied to the batch, before it is counted.
 pub fn accepts(sample: &Sample) -> bool {
-    // False for NaN as well.
-    let small = |v: f32| v.abs() <= MAX_VALUE;
-    let Sample { uv, xyz, w } = *sample;
-    uv[0].is_finite()
-        && uv[1].is_finite()
-        && small(xyz.x)
-        && small(xyz.y)
-        && small(xyz.z)
-        && small(w)
-        && w != 0.0
+    sample.uv[0].is_finite() && sample.uv[1].is_finite() && sample.in_range() && sample.w != 0.0
 }
 
 /// The texels of one axis that a sample reaches, and the weight in each.
@@ -145,6 +142,15 @@ impl FilmSpec {
     /// Width and height of the padded targets in texels.
     pub const fn padded_extent(&self) -> [u32; 2] {
         [self.width + 2 * self.pad(), self.height + 2 * self.pad()]
+    }
+
+    /// Copies of the padded target among which the samples of a batch are dealt, so that the plain `f32` sum of one
+    /// texel takes no more than about [`ADDS_PER_SUM`] of them when they cover the film evenly; 1 from about 190² on.
+    pub const fn batch_slots(&self) -> u32 {
+        let [width, height] = self.padded_extent();
+        let taps = self.filter.taps_per_axis();
+        let adds = (BATCH_CAPACITY * taps * taps) as u64;
+        adds.div_ceil(ADDS_PER_SUM * width as u64 * height as u64) as u32
     }
 
     /// Position in padded texels of a screen position; texel (i, j) has its centre at (i + 0.5, j + 0.5).

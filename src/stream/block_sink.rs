@@ -162,10 +162,8 @@ impl BlockSink {
             () if !weight.is_finite() => Cause::WeightNotFinite,
             () if weight <= 0.0 => Cause::WeightNotPositive,
             () if !inside => Cause::OutsideWindow,
-            () => {
-                debug_assert!(!color.is_finite());
-                Cause::ColorNotFinite
-            }
+            () if !color.is_finite() => Cause::ColorNotFinite,
+            () => Cause::ColorTooLarge,
         };
         self.block.header.rejections.add(self.index, cause);
     }
@@ -181,18 +179,19 @@ impl BlockSink {
 impl SampleSink for BlockSink {
     #[inline]
     fn camera(&mut self, uv: [f32; 2], value: Xyz, weight: f32) {
-        let xyz = value * weight;
-        if weight > 0.0 && weight < f32::INFINITY && xyz.is_finite() && self.contains(uv) {
-            self.push(Sample { uv, xyz, w: weight });
+        let sample = Sample { uv, xyz: value * weight, w: weight };
+        if weight > 0.0 && sample.in_range() && self.contains(uv) {
+            self.push(sample);
         } else {
-            self.reject(uv, xyz, weight);
+            self.reject(uv, sample.xyz, weight);
         }
     }
 
     #[inline]
     fn light(&mut self, uv: [f32; 2], value: Xyz) {
-        if value.is_finite() && self.contains(uv) {
-            self.push(Sample { uv, xyz: value, w: -1.0 });
+        let sample = Sample { uv, xyz: value, w: -1.0 };
+        if sample.in_range() && self.contains(uv) {
+            self.push(sample);
         } else {
             self.reject(uv, value, 1.0);
         }

@@ -31,6 +31,6 @@ pub use lanes::{Drained, Fill, Hub, LANE_BLOCKS, Lanes, lanes};
 pub use ordered::Cursor;
 pub use record::{Player, RecordError, Recorder};
 pub use rejected::{Cause, Rejections};
-pub use sample::Sample;
+pub use sample::{MAX_VALUE, Sample};
 pub use sink::{PathCounts, SampleSink, UvWindow};
 pub use writer::LaneWriter;

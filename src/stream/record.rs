@@ -14,7 +14,7 @@ use crate::stream::sample::Sample;
 use crate::stream::sink::PathCounts;
 
 /// The first bytes of a record: name and version.
-pub const MAGIC: [u8; 8] = *b"PTSTRM\x00\x01";
+pub const MAGIC: [u8; 8] = *b"PTSTRM\x00\x02";
 
 /// More paths than any block counts, few enough that a client's sums cannot overflow.
 const MAX_PATHS: u64 = 1 << 32;
@@ -188,12 +188,12 @@ impl<R: Read> Player<R> {
             self.fill(&mut bytes)?;
             let value = |n: usize| f32::from_le_bytes(array(&bytes[4 * n..]));
             let uv = [value(0), value(1)];
-            let (xyz, w) = (Xyz::new(value(2), value(3), value(4)), value(5));
-            let weight_ok = w == -1.0 || (w > 0.0 && w.is_finite());
-            if !(weight_ok && xyz.is_finite() && uv[0].is_finite() && uv[1].is_finite()) {
-                return Err(self.damaged("a sample that breaks the sign rule or is not finite"));
+            let sample = Sample { uv, xyz: Xyz::new(value(2), value(3), value(4)), w: value(5) };
+            let weight_ok = sample.w == -1.0 || sample.w > 0.0;
+            if !(weight_ok && sample.in_range() && uv[0].is_finite() && uv[1].is_finite()) {
+                return Err(self.damaged("a sample that breaks the sign rule, is too large or not finite"));
             }
-            self.block.push(Sample { uv, xyz, w });
+            self.block.push(sample);
         }
         Ok(())
     }

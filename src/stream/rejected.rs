@@ -14,16 +14,20 @@ pub enum Cause {
     WeightNotFinite,
     /// The weight of a camera sample is zero or negative: on the wire it would mean the light stream.
     WeightNotPositive,
+    /// X, Y or Z, times the weight, or the weight itself exceeds [`MAX_VALUE`](crate::stream::MAX_VALUE): sums of such
+    /// samples would not stay finite.
+    ColorTooLarge,
 }
 
 impl Cause {
     /// All causes, in the order of their discriminants.
-    pub const ALL: [Cause; 5] = [
+    pub const ALL: [Cause; 6] = [
         Cause::PositionNotFinite,
         Cause::OutsideWindow,
         Cause::ColorNotFinite,
         Cause::WeightNotFinite,
         Cause::WeightNotPositive,
+        Cause::ColorTooLarge,
     ];
 
     /// A few words for a report.
@@ -34,6 +38,7 @@ impl Cause {
             Cause::ColorNotFinite => "color not finite",
             Cause::WeightNotFinite => "weight not finite",
             Cause::WeightNotPositive => "weight not positive",
+            Cause::ColorTooLarge => "color too large",
         }
     }
 }
@@ -53,7 +58,7 @@ pub struct Rejections {
 
 impl Default for Rejections {
     fn default() -> Self {
-        Self { counts: [0; 5], examples: [(0, Cause::PositionNotFinite); EXAMPLES], len: 0 }
+        Self { counts: [0; Cause::ALL.len()], examples: [(0, Cause::PositionNotFinite); EXAMPLES], len: 0 }
     }
 }
 

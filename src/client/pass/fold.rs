@@ -5,6 +5,7 @@ use std::sync::Arc;
 use crate::client::layout::FoldPush;
 use crate::client::pass::images::{Accumulator, BatchImages};
 use crate::client::pass::{fullscreen, texels};
+use crate::client::settings::FilmSpec;
 use crate::gpu::{Access, Cmd, Format, Gpu, GpuError, Load, Pipeline, Target};
 
 /// Folds the colour of a batch.
@@ -20,8 +21,14 @@ impl FoldPass {
     /// # Errors
     ///
     /// [`GpuError::Call`] naming the pipeline.
-    pub fn new(gpu: &Arc<Gpu>) -> Result<Self, GpuError> {
-        let pipeline = fullscreen(gpu, ("fold.frag", &[]), size_of::<FoldPush>(), 3, &[Format::Rgba32F; 3])?;
+    pub fn new(gpu: &Arc<Gpu>, spec: &FilmSpec) -> Result<Self, GpuError> {
+        let pipeline = fullscreen(
+            gpu,
+            ("fold.frag", &[spec.batch_slots()]),
+            size_of::<FoldPush>(),
+            3,
+            &[Format::Rgba32F; 3],
+        )?;
         Ok(Self { pipeline })
     }
 

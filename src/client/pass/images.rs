@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::client::settings::FilmSpec;
 use crate::gpu::{Access, Cmd, Format, Gpu, GpuError, Image, ImageDesc, Load, Target};
 
 /// A two-float sum: each half is a pair of images, the old and the new, that change places with every fold.
@@ -185,17 +186,21 @@ pub struct BatchImages {
 }
 
 impl BatchImages {
-    /// Images of this padded extent.
+    /// Images of this film's padded extent, those that are drawn into with all slots below each other.
     ///
     /// # Errors
     ///
     /// As [`Image::new`].
-    pub fn new(gpu: &Arc<Gpu>, extent: [u32; 2]) -> Result<Self, GpuError> {
-        let make = |name, format| Image::new(gpu, ImageDesc { name, format, extent, mips: false });
+    pub fn new(gpu: &Arc<Gpu>, spec: &FilmSpec) -> Result<Self, GpuError> {
+        let [width, height] = spec.padded_extent();
+        let make = |name, format, height| {
+            Image::new(gpu, ImageDesc { name, format, extent: [width, height], mips: false })
+        };
+        let high = height * spec.batch_slots();
         Ok(Self {
-            color: make("batch color", Format::Rgba32F)?,
-            variance: make("batch variance", Format::R32F)?,
-            means: make("batch means", Format::Rgba32F)?,
+            color: make("batch color", Format::Rgba32F, high)?,
+            variance: make("batch variance", Format::R32F, high)?,
+            means: make("batch means", Format::Rgba32F, height)?,
         })
     }
 }

@@ -41,9 +41,8 @@ impl SplatPass {
     ///
     /// [`GpuError::Call`] naming the pipeline.
     pub fn new(gpu: &Arc<Gpu>, spec: &FilmSpec) -> Result<Self, GpuError> {
-        let filter = filter_constant(spec.filter);
-        let frag = ("splat_color.frag", &[filter][..]);
-        let pipeline = sprite_pipeline(gpu, frag, [filter, 0], 0, Format::Rgba32F)?;
+        let frag = ("splat_color.frag", &sprite_constants(spec)[..]);
+        let pipeline = sprite_pipeline(gpu, frag, false, 0, Format::Rgba32F)?;
         Ok(Self { pipeline })
     }
 
@@ -67,21 +66,27 @@ pub fn filter_constant(filter: SplatFilter) -> u32 {
     }
 }
 
-/// A pipeline that draws sprites additively into one target. `constants` are filter and luminance of `splat.vert`.
+/// The constants that all shaders of sprites begin with: filter and slots.
+pub fn sprite_constants(spec: &FilmSpec) -> [u32; 2] {
+    [filter_constant(spec.filter), spec.batch_slots()]
+}
+
+/// A pipeline that draws sprites additively into one target. The constants of `frag` begin with [`sprite_constants`];
+/// `luminance` is that of `splat.vert`.
 pub fn sprite_pipeline(
     gpu: &Arc<Gpu>,
     frag: (&str, &[u32]),
-    constants: [u32; 2],
+    luminance: bool,
     textures: u32,
     format: Format,
 ) -> Result<Pipeline, GpuError> {
     let quads = !gpu.large_points();
-    let [filter, luminance] = constants;
+    let (filter, slots) = (frag.1[0], frag.1[1]);
     Pipeline::new(
         gpu,
         &GraphicsDesc {
             name: frag.0,
-            vert: ("splat.vert", &[filter, u32::from(quads), luminance]),
+            vert: ("splat.vert", &[filter, slots, u32::from(quads), u32::from(luminance)]),
             frag,
             push_bytes: size_of::<SplatPush>(),
             textures,
@@ -95,11 +100,11 @@ pub fn sprite_pipeline(
 
 /// The constants of `splat.vert` for this film.
 pub fn splat_push(spec: &FilmSpec, inverse_scale: f32) -> SplatPush {
-    let target = spec.padded_extent().map(|n| n as f32);
+    let [width, height] = spec.padded_extent();
     SplatPush {
         picture: [spec.width as f32, spec.height as f32],
-        target,
-        ndc_scale: target.map(|n| 2.0 / n),
+        target: [width as f32, height as f32],
+        ndc_scale: [width, height * spec.batch_slots()].map(|n| 2.0 / n as f32),
         pad: spec.pad() as f32,
         inverse_scale,
     }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::client::layout::SplatPush;
 use crate::client::pass::images::{Accumulator, BatchImages};
-use crate::client::pass::splat::{Sprites, filter_constant, sprite_pipeline};
+use crate::client::pass::splat::{Sprites, sprite_constants, sprite_pipeline};
 use crate::client::pass::{fullscreen, texels};
 use crate::client::settings::{FilmSpec, VarianceForm};
 use crate::gpu::{Access, Cmd, Format, Gpu, GpuError, Load, Pipeline, Target};
@@ -24,11 +24,11 @@ impl VariancePass {
     ///
     /// [`GpuError::Call`] naming the pipeline.
     pub fn new(gpu: &Arc<Gpu>, spec: &FilmSpec) -> Result<Self, GpuError> {
-        let filter = filter_constant(spec.filter);
+        let [filter, slots] = sprite_constants(spec);
         let paper = u32::from(spec.variance == VarianceForm::Paper);
-        let frag = ("splat_variance.frag", &[filter, paper][..]);
-        let splat = sprite_pipeline(gpu, frag, [filter, 1], 1, Format::R32F)?;
-        let fold = fullscreen(gpu, ("fold_variance.frag", &[]), 0, 3, &[Format::R32F; 2])?;
+        let frag = ("splat_variance.frag", &[filter, slots, paper][..]);
+        let splat = sprite_pipeline(gpu, frag, true, 1, Format::R32F)?;
+        let fold = fullscreen(gpu, ("fold_variance.frag", &[slots]), 0, 3, &[Format::R32F; 2])?;
         Ok(Self { splat, fold })
     }
 

@@ -64,14 +64,18 @@ impl Accumulator {
                     return;
                 }
                 let band = Band { first_row: i * BAND_ROWS, rows: hi.len() / width, width };
-                reset(&mut scratch.color, hi.len(), Vec4::ZERO);
-                splat_color(p.filter, band, sprites, &mut scratch.color);
                 scratch.means.set_old(hi, lo);
-                fold_color(hi, lo, &scratch.color);
+                for part in sprites.chunks(p.samples_per_sum) {
+                    reset(&mut scratch.color, hi.len(), Vec4::ZERO);
+                    splat_color(p.filter, band, part, &mut scratch.color);
+                    fold_color(hi, lo, &scratch.color);
+                }
                 scratch.means.set_new(hi, lo);
-                reset(&mut scratch.variance, hi.len(), 0.0);
-                splat_variance(p, band, sprites, &scratch.means, &mut scratch.variance);
-                fold_variance(variance_hi, variance_lo, &scratch.variance);
+                for part in sprites.chunks(p.samples_per_sum) {
+                    reset(&mut scratch.variance, hi.len(), 0.0);
+                    splat_variance(p, band, part, &scratch.means, &mut scratch.variance);
+                    fold_variance(variance_hi, variance_lo, &scratch.variance);
+                }
             },
         );
     }

@@ -113,6 +113,7 @@ impl ReferenceFilm {
             filter: self.spec.filter,
             form: self.spec.variance,
             inverse_scale: self.scale().recip(),
+            samples_per_sum: BATCH_CAPACITY.div_ceil(self.spec.batch_slots() as usize),
         };
         let (spec, pool) = (&self.spec, &self.pool);
         for stream in [&mut self.camera, &mut self.light] {

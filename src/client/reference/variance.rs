@@ -65,7 +65,7 @@ fn fill(mean: &mut Vec<f32>, rest: &mut Vec<f32>, hi: &[Vec4], lo: &[Vec4]) {
     }
 }
 
-/// What the variance pass is specialised for.
+/// What the passes of a batch are specialised for.
 #[derive(Clone, Copy, Debug)]
 pub struct VarianceParameters {
     /// Splat filter.
@@ -74,6 +74,9 @@ pub struct VarianceParameters {
     pub form: VarianceForm,
     /// `1/s`, a power of two.
     pub inverse_scale: f32,
+    /// Samples that are summed in `f32` before they are folded: a batch divided by
+    /// [`FilmSpec::batch_slots`](crate::client::FilmSpec::batch_slots).
+    pub samples_per_sum: usize,
 }
 
 /// Adds `f·((Y − m₀)/s)·((Y − m₁)/s)` of every sprite (or `f·((Y − m₁)/s)²`) to the band's texels.
