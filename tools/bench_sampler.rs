@@ -30,7 +30,7 @@ fn walk(index: u64, vertices: u32) -> f32 {
     let mut sum = (camera.screen[0] + camera.screen[1]) as f32 + camera.wavelength;
     for depth in 0..vertices {
         let n = sampler.vertex(depth);
-        sum += n.light[0] + n.light[1] + n.bsdf[0] + n.bsdf[1] + n.light_choice + n.lobe + n.roulette;
+        sum += n.light[0] + n.light[1] + n.bsdf[0] + n.bsdf[1] + n.light_choice as f32 + n.lobe + n.roulette;
     }
     sum
 }

@@ -69,7 +69,7 @@ impl Server {
         let task = Arc::new(Task::new(&job, epoch, self.threads));
         let integrator = job.integrator;
         let work: Work =
-            Arc::new(move |worker: &mut Worker, task: &Task| trace_chunks(integrator.as_ref(), worker, task));
+            Arc::new(move |worker, task, watch| trace_chunks(integrator.as_ref(), worker, task, watch));
         // Held to the end, so that epochs, tasks and commands stay in the same order.
         let mut latest = unpoisoned(&self.latest);
         if let Some(last) = latest.as_ref().map(|task| task.epoch).filter(|last| *last >= epoch) {

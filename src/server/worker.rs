@@ -14,7 +14,7 @@ use crate::tracer::Integrator;
 
 /// What a worker does for one render: [`trace_chunks`] for one type of integrator. The only dynamic call, once per
 /// worker and render.
-pub(super) type Work = Arc<dyn Fn(&mut Worker, &Task) -> Finish + Send + Sync>;
+pub(super) type Work = Arc<dyn Fn(&mut Worker, &Task, &mut Stopwatch) -> Finish + Send + Sync>;
 
 /// A render as it is sent to a worker.
 pub(super) struct Assignment {
@@ -32,10 +32,10 @@ pub(super) struct Worker {
 pub(super) fn run(mut worker: Worker, assignments: Receiver<Assignment>, done: Sender<Message>) {
     for Assignment { task, work } in assignments {
         let cell = &task.stats[worker.number];
-        let watch = Stopwatch::start(cell, worker.sink.writer().parked());
+        let mut watch = Stopwatch::start(cell, worker.sink.writer().parked());
         worker.sink.start(task.epoch, task.window);
         // The sink stays usable after a panic: its block is restarted, the lane is untouched between flushes.
-        let why = catch_unwind(AssertUnwindSafe(|| work(&mut worker, &task)))
+        let why = catch_unwind(AssertUnwindSafe(|| work(&mut worker, &task, &mut watch)))
             .unwrap_or_else(|panic| stop_after_panic(&mut worker, &task, panic.as_ref()));
         cell.totals(worker.sink.totals());
         watch.finish(worker.sink.writer().parked());
@@ -61,12 +61,17 @@ fn stop_after_panic(worker: &mut Worker, task: &Task, panic: &(dyn Any + Send)) 
 }
 
 /// Traces chunks of `task` until there are none or its epoch may not run any more, which is looked up before every path.
-pub(super) fn trace_chunks<I: Integrator>(integrator: &I, worker: &mut Worker, task: &Task) -> Finish {
+pub(super) fn trace_chunks<I: Integrator>(
+    integrator: &I,
+    worker: &mut Worker,
+    task: &Task,
+    watch: &mut Stopwatch,
+) -> Finish {
     let sink = &mut worker.sink;
     let hub = sink.writer().hub().clone();
     let mut scratch = I::Scratch::default();
     let paths = integrator.paths_per_index();
-    let mut clock = Clock::new(&task.stats[worker.number], task.deadline, sink);
+    let mut clock = Clock::new((watch, &task.stats[worker.number]), task.deadline, sink);
     while let Some(chunk) = task.claim() {
         sink.begin_chunk(chunk.start);
         for index in chunk {
@@ -88,8 +93,8 @@ pub(super) fn trace_chunks<I: Integrator>(integrator: &I, worker: &mut Worker, t
 
 /// Looks at the time now and then: after every path when paths are slow, after every 16th when they are fast, so that
 /// the look costs a nanosecond or two per path and no block waits much beyond its deadline.
-struct Clock<'a> {
-    watch: Stopwatch<'a>,
+struct Clock<'a, 'b> {
+    watch: &'a mut Stopwatch<'b>,
     cell: &'a StatsCell,
     deadline: Option<Duration>,
     /// Paths until the next look.
@@ -105,11 +110,15 @@ struct Clock<'a> {
 /// Most paths between two looks. Small, because paths may become slow from one to the next.
 const MAX_EVERY: u32 = 16;
 
-impl<'a> Clock<'a> {
-    fn new(cell: &'a StatsCell, deadline: Option<Duration>, sink: &BlockSink) -> Self {
+impl<'a, 'b> Clock<'a, 'b> {
+    fn new(
+        (watch, cell): (&'a mut Stopwatch<'b>, &'a StatsCell),
+        deadline: Option<Duration>,
+        sink: &BlockSink,
+    ) -> Self {
         let now = Instant::now();
         Self {
-            watch: Stopwatch::start(cell, sink.writer().parked()),
+            watch,
             cell,
             deadline,
             countdown: 1,

@@ -17,7 +17,7 @@ pub struct SurfaceInteraction {
     pub frame: Frame,
     /// Towards where the ray came from, unit length, world space.
     pub wo: Vec3,
-    /// Index of the surface's record in the scene: material and light.
+    /// Index of the surface in the scene: what materials it shows.
     pub surface: u32,
     /// Light that this primitive is, if any.
     pub light: Option<u32>,

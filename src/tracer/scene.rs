@@ -17,13 +17,6 @@ use super::shape::{Disk, Sphere, SurfacePoint, Triangle};
 /// Marks the absence of a light or of normals in a record.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// What a surface is, shared by the primitives of one shape.
-#[derive(Clone, Copy, Debug)]
-pub struct Surface {
-    /// Materials by side.
-    pub sides: Sides,
-}
-
 /// A primitive's own record.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PrimRecord {
@@ -47,7 +40,8 @@ pub struct Scene {
     pub(super) prims: Vec<PrimRecord>,
     /// Shading normals of the smooth triangles.
     pub(super) normals: Vec<[Vec3; 3]>,
-    pub(super) surfaces: Vec<Surface>,
+    /// Materials by side of every surface; the primitives of one shape share one.
+    pub(super) surfaces: Vec<Sides>,
     pub(super) materials: Vec<Material>,
     pub(super) lights: Lights,
     pub(super) notices: Vec<String>,
@@ -86,11 +80,6 @@ impl Scene {
         &self.accel
     }
 
-    /// How many triangles, disks and spheres there are.
-    pub fn primitive_counts(&self) -> (usize, usize, usize) {
-        (self.triangles.len(), self.disks.len(), self.spheres.len())
-    }
-
     /// What `ray` (of unit direction) meets first.
     #[inline]
     pub fn closest(&self, ray: &Ray) -> Option<SurfaceInteraction> {
@@ -109,7 +98,7 @@ impl Scene {
     /// The material of a hit and the frame it is evaluated in.
     #[inline]
     pub fn material(&self, hit: &SurfaceInteraction) -> (&Material, Frame) {
-        let (material, frame) = self.surfaces[hit.surface as usize].sides.facing(hit.frame, hit.wo);
+        let (material, frame) = self.surfaces[hit.surface as usize].facing(hit.frame, hit.wo);
         (&self.materials[material as usize], frame)
     }
 

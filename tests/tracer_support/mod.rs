@@ -2,6 +2,8 @@
 
 #![allow(dead_code, reason = "every test file uses its own part")]
 
+mod random;
+
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec2, DVec3};
@@ -11,6 +13,8 @@ use pointillist::scene::desc::*;
 use pointillist::spectrum::{Spectrum, dispersion::Ior};
 use pointillist::stream::{SampleSink, UvWindow};
 use pointillist::tracer::{Integrator, PathTracer, PrepareOptions, Scene};
+
+pub use random::Random;
 
 /// A scene without anything in it: the camera at the origin looks along +z, 1° wide.
 pub fn empty() -> SceneDesc {
@@ -140,25 +144,4 @@ pub fn assert_mean(desc: &SceneDesc, expected: f64, tolerance: f64, what: &str) 
         off <= 4.0 * error + 1e-5 * expected && off <= tolerance * expected,
         "{what}: {found} ± {error} instead of {expected}"
     );
-}
-
-/// Numbers in [0, 1) that do not repeat soon.
-pub struct Random(pub u64);
-
-impl Random {
-    pub fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        let x = self.0 ^ (self.0 >> 33);
-        ((x.wrapping_mul(0xff51_afd7_ed55_8ccd)) >> 11) as f64 / 9_007_199_254_740_992.0
-    }
-
-    /// Uniform on the unit sphere.
-    pub fn direction(&mut self) -> DVec3 {
-        loop {
-            let v = DVec3::new(self.next(), self.next(), self.next()) * 2.0 - 1.0;
-            if v.length_squared() <= 1.0 && v.length_squared() > 1e-4 {
-                return v.normalize();
-            }
-        }
-    }
 }

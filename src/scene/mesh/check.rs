@@ -1,6 +1,6 @@
 //! Faults of a mesh that only its numbers show: vertices that are not numbers, triangles without area.
 
-use glam::{DVec3, Vec2, Vec3};
+use glam::{Vec2, Vec3};
 
 use super::clean::Count;
 use crate::scene::desc::Mesh;
@@ -43,12 +43,8 @@ pub(super) fn repair(mesh: &mut Mesh, line_of: impl Fn(usize) -> usize) -> Repai
 /// True when twice the area is no normal number of single precision: nothing can be divided by it.
 fn is_flat(corners: [Vec3; 3]) -> bool {
     let [a, b, c] = corners.map(|p| p.as_dvec3());
-    let twice_area = cross(b - a, c - a).length();
+    let twice_area = (b - a).cross(c - a).length();
     !(twice_area as f32).is_normal()
-}
-
-fn cross(a: DVec3, b: DVec3) -> DVec3 {
-    a.cross(b)
 }
 
 /// Removes vertices that no triangle uses.

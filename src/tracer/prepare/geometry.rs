@@ -13,7 +13,7 @@ use crate::spectrum::Spectrum;
 use crate::tracer::accel::PrimRange;
 use crate::tracer::bsdf::Sides;
 use crate::tracer::light::{DiskLight, Light, LightShape, ParallelogramLight, SphereLight, TriangleLight};
-use crate::tracer::scene::{NONE, PrimRecord, Surface};
+use crate::tracer::scene::{NONE, PrimRecord};
 use crate::tracer::shape::{Disk, Sphere, Triangle};
 
 use super::PrepareError;
@@ -35,7 +35,7 @@ pub(super) struct Geometry {
     disk_prims: Vec<PrimRecord>,
     sphere_prims: Vec<PrimRecord>,
     pub(super) normals: Vec<[Vec3; 3]>,
-    pub(super) surfaces: Vec<Surface>,
+    pub(super) surfaces: Vec<Sides>,
     pub(super) lights: Vec<Light>,
     pub(super) spectra: Vec<Spectrum>,
     pub(super) notices: Vec<String>,
@@ -62,7 +62,7 @@ impl Geometry {
         let id = shape.bsdf;
         let sides = *sides.get(id.0 as usize).ok_or(PrepareError::UnknownMaterial { id })?;
         let surface = self.surfaces.len() as u32;
-        self.surfaces.push(Surface { sides });
+        self.surfaces.push(sides);
         let spectrum = shape.emission.as_ref().filter(|s| !s.is_black()).map(|s| {
             self.spectra.push(s.clone());
             self.spectra.len() as u32 - 1

@@ -56,8 +56,8 @@ pub struct VertexNumbers {
     pub light: [f32; 2],
     /// Direction of the BSDF.
     pub bsdf: [f32; 2],
-    /// Which light.
-    pub light_choice: f32,
+    /// Which light; 32 bits of precision, since there may be a million of them.
+    pub light_choice: f64,
     /// Which lobe of the BSDF.
     pub lobe: f32,
     /// Russian roulette.
@@ -106,7 +106,7 @@ fn vertex_numbers(light: [u32; 2], bsdf: [u32; 2], single: &Lanes) -> VertexNumb
     VertexNumbers {
         light: light.map(unit_f32),
         bsdf: bsdf.map(unit_f32),
-        light_choice: unit_f32(single[4]),
+        light_choice: unit_f64(single[4]),
         lobe: unit_f32(single[5]),
         roulette: unit_f32(single[7]),
     }
