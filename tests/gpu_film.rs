@@ -4,7 +4,9 @@ mod gpu_support;
 
 use gpu_support::{FILTERS, RECONSTRUCTIONS, Uniform, assert_silent, film, gpu, open, scene, settings, spec};
 use pointillist::client::film::VulkanFilm;
-use pointillist::client::{FilmData, FilmSpec, Reconstruction, Settings, SplatFilter, VarianceForm};
+use pointillist::client::{
+    ClientError, FilmData, FilmSpec, Reconstruction, Settings, SplatFilter, VarianceForm,
+};
 use pointillist::color::Xyz;
 use pointillist::gpu::DeviceKind;
 use pointillist::stream::{PathCounts, Sample};
@@ -322,6 +324,43 @@ fn impossible_films_are_refused() {
         assert!(film.add(&scene(&huge, 70_000, 1, 0)).is_err());
     }
     assert_silent(gpu());
+}
+
+/// Memory that runs out at any moment is an error, after which the film goes on: nothing is drawn from images that were
+/// never written, and barriers say what the GPU has really done, also where a repaint was given up half way.
+#[test]
+fn exhausted_memory_leaves_the_film_usable() {
+    let own = open(false);
+    let spec = spec(45, 29, SplatFilter::Gaussian);
+    let (masked, plain) = (settings(Reconstruction::Gaussian, 0.5), settings(Reconstruction::Mipmap, 0.0));
+    let samples = scene(&spec, 5_000, 3, 2);
+    let fresh = || VulkanFilm::new(own.clone(), spec).expect("a film");
+    let run = |film: &mut VulkanFilm| {
+        film.add(&samples)?;
+        film.count_paths(PathCounts { camera: 5_000, light: 5_000 });
+        Ok::<_, ClientError>((film.display(&masked)?, film.display(&plain)?, film.develop()?))
+    };
+    let wanted = run(&mut fresh()).expect("enough memory");
+    let mut failures = 0;
+    for allowed in 0.. {
+        let mut film = fresh();
+        own.fail_allocations_after(allowed);
+        let outcome = run(&mut film);
+        own.fail_allocations_after(u64::MAX);
+        if outcome.is_ok() {
+            break;
+        }
+        failures += 1;
+        // What was lost is lost; what is shown now must be defined.
+        for settings in [&masked, &plain] {
+            film.display(settings).unwrap_or_else(|e| panic!("after {allowed} allocations: {e}"));
+        }
+        film.develop().expect("develop");
+        film.clear().expect("clear");
+        assert!(run(&mut film).expect("enough memory") == wanted, "after {allowed} allocations");
+    }
+    assert!(failures > 15, "only {failures} allocations");
+    assert_silent(&own);
 }
 
 /// Run by [`bits_do_not_depend_on_threads`] in processes of its own: prints a hash of sums and picture.

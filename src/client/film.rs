@@ -234,7 +234,7 @@ impl VulkanFilm {
         };
         let samples = self.samples();
         for (i, stream) in self.streams.iter_mut().enumerate() {
-            let Some(stream) = stream.as_mut().filter(|_| samples[i] > 0) else {
+            let Some(stream) = stream.as_mut().filter(|s| samples[i] > 0 && s.is_defined()) else {
                 continue;
             };
             // hi is the rounded sum: lo adds nothing to an f32.

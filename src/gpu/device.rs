@@ -7,12 +7,13 @@ use std::sync::{Arc, Mutex};
 use ash::{ext, khr, vk};
 
 use super::capability;
-use super::choice::{DeviceChoice, DeviceInfo, enumerate, pick};
+use super::choice::{DeviceChoice, DeviceInfo, DeviceKind, enumerate, pick};
 use super::cmd::Sampler;
 use super::error::{GpuError, Named};
 use super::frame::{FrameNumber, FrameRing};
 use super::instance::Instance;
-use super::memory::Memory;
+use super::memory::{Memory, keep_freed_host_memory};
+use super::opening::{Opening, Parts};
 use super::retire::{RetireQueue, Retired};
 use super::timing::ScopeTime;
 
@@ -80,7 +81,7 @@ impl Gpu {
         let instance = Instance::new(options.validation)?;
         let (physical, info) = pick(enumerate(&instance)?, choice)?;
         let capability = capability::check(&instance, physical);
-        let device = open(&instance, physical, &capability)?;
+        let mut opening = Opening::new(&instance, physical, &capability)?;
         let mut v11 = vk::PhysicalDeviceVulkan11Properties::default();
         let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut v11);
         // SAFETY: plain query of a device that knows Vulkan 1.3, as checked by `pick`.
@@ -88,22 +89,26 @@ impl Gpu {
         let limits = properties.properties.limits;
         let tick = if capability.timestamp_bits > 0 { limits.timestamp_period } else { 0.0 };
         let family = capability.queue_family;
-        // From here on everything is destroyed by `Gpu::drop`; what fails in between leaks with the process's device.
-        let memory = Memory::new(&instance, &device, physical)?;
+        let memory = opening.fill(&instance, physical, (family, tick))?;
+        if info.kind == DeviceKind::Cpu {
+            keep_freed_host_memory();
+        }
+        // Nothing fails from here on: `Gpu::drop` destroys what `opening` would have.
+        let Parts { device, timeline, frames, samplers } = opening.take();
         let gpu = Gpu {
             push_descriptor: khr::push_descriptor::Device::new(&instance.raw, &device),
             names: instance.names.then(|| ext::debug_utils::Device::new(&instance.raw, &device)),
-            // SAFETY: one queue of this family was asked for in `open`.
+            // SAFETY: one queue of this family was asked for in `Opening::new`.
             queue: unsafe { device.get_device_queue(family, 0) },
             memory,
-            timeline: timeline(&device)?,
-            frames: Mutex::new(FrameRing::new(&device, family, tick)?),
+            timeline,
+            frames: Mutex::new(frames),
             begun: AtomicU64::new(0),
             timing: AtomicBool::new(false),
             max_extent: limits.max_image_dimension2_d,
             max_allocation: v11.max_memory_allocation_size,
             retired: Mutex::default(),
-            samplers: [sampler(&device, vk::Filter::NEAREST)?, sampler(&device, vk::Filter::LINEAR)?],
+            samplers,
             large_points: capability.large_points && !options.quads,
             device,
             info,
@@ -137,6 +142,12 @@ impl Gpu {
     /// Switches timestamps on or off for the frames that begin from now on.
     pub fn set_timing(&self, on: bool) {
         self.timing.store(on, Ordering::Relaxed);
+    }
+
+    /// Lets `count` more images and buffers get memory; all later ones are refused as if it were exhausted. For tests of
+    /// what happens then; `u64::MAX` ends it.
+    pub fn fail_allocations_after(&self, count: u64) {
+        self.memory.fail_after(count);
     }
 
     /// Takes the sums of all scopes of completed frames since the last call, in the order of their first use.
@@ -204,62 +215,11 @@ impl Drop for Gpu {
         unsafe {
             let _ = self.device.device_wait_idle();
             self.collect_retired(u64::MAX);
-            self.frames.lock().unwrap_or_else(|e| e.into_inner()).destroy(&self.device);
-            self.samplers.iter().for_each(|s| self.device.destroy_sampler(*s, None));
-            self.device.destroy_semaphore(self.timeline, None);
+            let mut frames = self.frames.lock().unwrap_or_else(|e| e.into_inner());
+            Parts::destroy_children(&self.device, self.timeline, &mut frames, self.samplers);
+            drop(frames);
             self.memory.destroy();
             self.device.destroy_device(None);
         }
     }
-}
-
-/// Makes the device with one graphics queue and the features that `capability` has found.
-fn open(
-    instance: &Instance,
-    physical: vk::PhysicalDevice,
-    capability: &capability::Capability,
-) -> Result<ash::Device, GpuError> {
-    let queues = [vk::DeviceQueueCreateInfo::default()
-        .queue_family_index(capability.queue_family)
-        .queue_priorities(&[1.0])];
-    let extensions = [khr::push_descriptor::NAME.as_ptr()];
-    let features = vk::PhysicalDeviceFeatures::default().large_points(capability.large_points);
-    let mut v12 =
-        vk::PhysicalDeviceVulkan12Features::default().timeline_semaphore(true).host_query_reset(true);
-    let mut v13 =
-        vk::PhysicalDeviceVulkan13Features::default().dynamic_rendering(true).synchronization2(true);
-    let info = vk::DeviceCreateInfo::default()
-        .queue_create_infos(&queues)
-        .enabled_extension_names(&extensions)
-        .enabled_features(&features)
-        .push_next(&mut v12)
-        .push_next(&mut v13);
-    // SAFETY: all features and extensions were found by `capability::check`; pointers outlive the call.
-    unsafe { instance.raw.create_device(physical, &info, None) }.named("vkCreateDevice")
-}
-
-fn timeline(device: &ash::Device) -> Result<vk::Semaphore, GpuError> {
-    let mut kind = vk::SemaphoreTypeCreateInfo::default().semaphore_type(vk::SemaphoreType::TIMELINE);
-    let info = vk::SemaphoreCreateInfo::default().push_next(&mut kind);
-    // SAFETY: timelineSemaphore is enabled.
-    unsafe { device.create_semaphore(&info, None) }.named("vkCreateSemaphore")
-}
-
-/// A sampler that clamps to the edge; `LINEAR` interpolates between levels too.
-fn sampler(device: &ash::Device, filter: vk::Filter) -> Result<vk::Sampler, GpuError> {
-    let edge = vk::SamplerAddressMode::CLAMP_TO_EDGE;
-    let mipmap = match filter {
-        vk::Filter::LINEAR => vk::SamplerMipmapMode::LINEAR,
-        _ => vk::SamplerMipmapMode::NEAREST,
-    };
-    let info = vk::SamplerCreateInfo::default()
-        .mag_filter(filter)
-        .min_filter(filter)
-        .mipmap_mode(mipmap)
-        .address_mode_u(edge)
-        .address_mode_v(edge)
-        .address_mode_w(edge)
-        .max_lod(vk::LOD_CLAMP_NONE);
-    // SAFETY: no feature beyond core 1.0 is asked for.
-    unsafe { device.create_sampler(&info, None) }.named("vkCreateSampler")
 }

@@ -27,6 +27,7 @@ struct Slot {
 }
 
 /// The slots, used in turn.
+#[derive(Default)]
 pub(in crate::gpu) struct FrameRing {
     slots: Vec<Slot>,
     /// Sums of the scopes of frames that have completed.
@@ -34,22 +35,27 @@ pub(in crate::gpu) struct FrameRing {
 }
 
 impl FrameRing {
+    /// Makes the slots of an empty ring. After an error [`destroy`](Self::destroy) frees what was made.
+    ///
     /// `tick` is the duration of a timestamp step in nanoseconds; 0 where the queue has no timestamps.
-    pub fn new(device: &ash::Device, family: u32, tick: f32) -> Result<Self, GpuError> {
-        let mut slots = Vec::with_capacity(IN_FLIGHT);
+    pub fn fill(&mut self, device: &ash::Device, family: u32, tick: f32) -> Result<(), GpuError> {
         for _ in 0..IN_FLIGHT {
+            let timers = Timers::new(device, tick)?;
+            let (pool, commands) = (vk::CommandPool::null(), vk::CommandBuffer::null());
+            self.slots.push(Slot { pool, commands, timers, number: 0 });
+            let Some(slot) = self.slots.last_mut() else { continue };
             let info = vk::CommandPoolCreateInfo::default()
                 .flags(vk::CommandPoolCreateFlags::TRANSIENT)
                 .queue_family_index(family);
             // SAFETY: the family exists.
-            let pool = unsafe { device.create_command_pool(&info, None) }.named("vkCreateCommandPool")?;
-            let info = vk::CommandBufferAllocateInfo::default().command_pool(pool).command_buffer_count(1);
+            slot.pool = unsafe { device.create_command_pool(&info, None) }.named("vkCreateCommandPool")?;
+            let info =
+                vk::CommandBufferAllocateInfo::default().command_pool(slot.pool).command_buffer_count(1);
             // SAFETY: the pool was made above.
             let made = unsafe { device.allocate_command_buffers(&info) }.named("vkAllocateCommandBuffers")?;
-            let commands = made.first().copied().unwrap_or_default();
-            slots.push(Slot { pool, commands, timers: Timers::new(device, tick)?, number: 0 });
+            slot.commands = made.first().copied().unwrap_or_default();
         }
-        Ok(Self { slots, totals: Vec::new() })
+        Ok(())
     }
 
     /// Names the slots' objects.
@@ -87,12 +93,17 @@ impl FrameRing {
     }
 }
 
-/// A frame that is being recorded. Dropping it discards the commands; only [`submit`](Self::submit) runs them.
-#[must_use = "commands run only by submit()"]
+/// A frame that is being recorded, to be handed over by [`submit`](Self::submit).
+///
+/// Dropping it, as an error between recording and submitting does, submits what was recorded: images remember how they
+/// were used last, and so do their owners, which would be wrong had the commands never run.
+#[must_use = "submit() tells when the commands have run"]
 pub struct Frame<'g> {
     gpu: &'g Gpu,
     ring: MutexGuard<'g, FrameRing>,
     number: u64,
+    /// Neither submitted nor failed.
+    open: bool,
 }
 
 impl Gpu {
@@ -118,7 +129,7 @@ impl Gpu {
                 .named("vkResetCommandPool")?;
             self.device.begin_command_buffer(slot.commands, &info).named("vkBeginCommandBuffer")?;
         }
-        Ok(Frame { gpu: self, ring, number })
+        Ok(Frame { gpu: self, ring, number, open: true })
     }
 }
 
@@ -135,6 +146,11 @@ impl Frame<'_> {
     ///
     /// [`GpuError::Call`] when the device was lost or memory is exhausted.
     pub fn submit(mut self) -> Result<FrameNumber, GpuError> {
+        self.finish()
+    }
+
+    fn finish(&mut self) -> Result<FrameNumber, GpuError> {
+        self.open = false;
         let slot = &mut self.ring.slots[self.number as usize % IN_FLIGHT];
         let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(slot.commands)];
         let signals = [vk::SemaphoreSubmitInfo::default()
@@ -154,5 +170,17 @@ impl Frame<'_> {
         }
         slot.number = self.number;
         Ok(FrameNumber(self.number))
+    }
+}
+
+impl Drop for Frame<'_> {
+    fn drop(&mut self) {
+        // A panic may have left a rendering open; such commands must not run.
+        if self.open
+            && !std::thread::panicking()
+            && let Err(error) = self.finish()
+        {
+            tracing::error!("a frame that was given up could not be submitted: {error}");
+        }
     }
 }

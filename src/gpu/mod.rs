@@ -23,6 +23,7 @@ mod frame;
 mod image;
 mod instance;
 mod memory;
+mod opening;
 mod pipeline;
 mod readback;
 mod retire;

@@ -144,6 +144,11 @@ impl StreamImages {
         self.atlas.as_ref()
     }
 
+    /// False until the sums were written for the first time, and after [`forget`](Self::forget).
+    pub fn is_defined(&self) -> bool {
+        !self.undefined
+    }
+
     /// Clears the sums to zero where they were never written or were forgotten.
     pub fn define(&mut self, cmd: &mut Cmd<'_>) {
         if !std::mem::take(&mut self.undefined) {

@@ -19,7 +19,7 @@ pub struct MipsPass {
 impl MipsPass {
     /// Makes levels `0 .. levels` of the colour readable, and of the variance too if `variance`.
     ///
-    /// Levels that are up to date are not built again.
+    /// Levels that are up to date are not built again; level 0 must hold the sums.
     ///
     /// # Errors
     ///
@@ -33,8 +33,9 @@ impl MipsPass {
         variance: bool,
     ) -> Result<(), GpuError> {
         let cmd = &mut cmd.scope("mips");
+        debug_assert!(stream.mips.color.min(stream.mips.variance) > 0, "sums that were never written");
         let first = if variance { stream.mips.color.min(stream.mips.variance) } else { stream.mips.color };
-        for level in first..levels {
+        for level in first.max(1)..levels {
             let source = stream.color.sums().extent(level - 1);
             let even = source.iter().all(|n| n % 2 == 0);
             let pipeline = self.pipelines.get((even, variance), || make(gpu, even, variance))?;

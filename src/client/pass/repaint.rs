@@ -94,6 +94,8 @@ impl Repaint {
     ) -> Result<(), ClientError> {
         let (kind, masking) = (settings.reconstruction, settings.vm > 0.0);
         for (images, lod) in sums.streams.iter_mut().flatten() {
+            // Sums that were never written, because the batch that made the images could not be drawn.
+            images.define(cmd);
             let levels = levels_needed(kind, masking, lod);
             self.mips.record(&self.gpu, cmd, images, levels, masking)?;
             if masking {
