@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use pointillist::scene::desc::{BsdfDesc, FovAxis, LightDesc, ReconstructionFilter, ShapeKind};
+use pointillist::scene::desc::{BsdfDesc, FovAxis, LightDesc, ShapeKind};
 use pointillist::scene::{Loaded, load};
 
 fn scene(name: &str, overrides: &[(&str, &str)]) -> Loaded {
@@ -36,7 +36,7 @@ fn every_scene_loads_without_a_warning() {
 fn cornell_is_the_box() {
     let desc = scene("cornell.xml", &[("spp", "7"), ("max_depth", "3")]).desc;
     assert_eq!((desc.film.width, desc.film.height), (512, 512));
-    assert_eq!(desc.film.rfilter, Some(ReconstructionFilter::Box));
+    assert_eq!(desc.film.rfilter, None);
     assert_eq!((desc.samples_per_pixel, desc.integrator.max_depth), (Some(7), Some(3)));
     assert_eq!((desc.camera.fov, desc.camera.fov_axis), (37.8, FovAxis::Smaller));
     assert_eq!(desc.shapes.len(), 8);

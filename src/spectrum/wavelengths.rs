@@ -15,7 +15,7 @@ pub struct SampledWavelengths {
 }
 
 /// Pieces of equal probability in the inverse of the cumulative distribution.
-const PIECES: usize = 512;
+const PIECES: usize = 1024;
 
 /// `[start, width]` in nm of each piece. Within a piece the wavelength is uniform, so `1 / (PIECES · width)` is its
 /// exact density, however roughly the pieces follow [`density`].
