@@ -167,8 +167,8 @@ impl ReferenceFilm {
         self.pool.install(|| {
             let camera = Levels::of(self.camera.sums.as_ref(), &self.spec, settings.vm)?;
             let light = Levels::of(self.light.sums.as_ref(), &self.spec, settings.vm)?;
-            let camera = camera.as_ref().and_then(|l| l.view(self.counts.camera_samples));
-            let light = light.as_ref().and_then(|l| l.view(self.counts.light_samples));
+            let camera = camera.as_ref().and_then(|l| l.view(self.counts.camera_samples, false));
+            let light = light.as_ref().and_then(|l| l.view(self.counts.light_samples, true));
             let picture = reconstruct(&p, camera.as_ref(), light.as_ref())
                 .ok_or_else(|| Accumulator::out_of_memory("the displayed picture", &self.spec))?;
             Ok(tonemap(&picture, &ToneParameters::from(settings)))
@@ -220,10 +220,10 @@ impl Levels {
         Ok(Some(Self { color, variance }))
     }
 
-    /// The stream as the reconstruction reads it.
-    fn view(&self, samples: u64) -> Option<StreamView<'_>> {
+    /// The stream as the reconstruction reads it; `summed` for the light stream.
+    fn view(&self, samples: u64, summed: bool) -> Option<StreamView<'_>> {
         let texels = self.color[0].pixels().len() as u64;
         let lod = StreamLod::new(texels, samples, self.color.len())?;
-        Some(StreamView { color: &self.color, variance: self.variance.as_deref(), lod })
+        Some(StreamView { color: &self.color, variance: self.variance.as_deref(), lod, summed })
     }
 }
