@@ -115,7 +115,7 @@ void main() {
     if (CAMERA != ABSENT) {
         float lod = push.lod.x;
         if (MASKING) {
-            lod = masked_lod(camera, camera_variance, uv, lod, push.variance_lod.x);
+            lod = masked_lod(camera, camera_variance, uv, lod, push.variance_lod.x, 0.0);
         }
         vec4 sums = sums_at(camera, camera_near, camera_far, uv, lod, CAMERA);
         total += sums.w > 0.0 ? sums.xyz / sums.w : vec3(0.0);
@@ -123,7 +123,7 @@ void main() {
     if (LIGHT != ABSENT) {
         float lod = push.lod.y;
         if (MASKING) {
-            lod = masked_lod(light, light_variance, uv, lod, push.variance_lod.y);
+            lod = masked_lod(light, light_variance, uv, lod, push.variance_lod.y, 1.0);
         }
         total += sums_at(light, light_near, light_far, uv, lod, LIGHT).xyz * push.light_scale;
     }

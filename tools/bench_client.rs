@@ -12,9 +12,10 @@ use std::time::Instant;
 
 use pointillist::client::film::VulkanFilm;
 use pointillist::client::reference::ReferenceFilm;
-use pointillist::client::{FilmSpec, Reconstruction, Settings, SplatFilter};
+use pointillist::client::{FilmSpec, Reconstruction, Settings, SplatFilter, develop};
 use pointillist::color::{Profile, Xyz};
 use pointillist::gpu::{DeviceChoice, Gpu};
+use pointillist::image::{exr, png};
 use pointillist::stream::Sample;
 
 type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
@@ -51,7 +52,7 @@ fn main() -> Outcome<()> {
             display(&gpu, spec, &samples, count, (kind, vm))?;
         }
     }
-    Ok(())
+    files(spec, &samples)
 }
 
 /// From nothing to the first picture: what a user waits for.
@@ -177,6 +178,26 @@ fn display(
         println!("  {:<14} {:8.2} ms", scope.name, scope.milliseconds / scope.count as f64);
     }
     Ok(())
+}
+
+/// EXR with all layers, and PNG.
+fn files(spec: FilmSpec, samples: &[Sample]) -> Outcome<()> {
+    let mut film = ReferenceFilm::new(spec, 0)?;
+    (0..BATCHES).try_for_each(|_| film.add(samples))?;
+    let (data, shown) = (film.develop()?, film.display(&settings(Reconstruction::Gaussian, 0.0))?);
+    let exr = std::env::temp_dir().join(format!("bench_client-{}.exr", std::process::id()));
+    let png = exr.with_extension("png");
+    let start = Instant::now();
+    let layers = develop::layers(&data, &Profile::srgb(), spec.filter.energy(), &[]);
+    exr::write(&exr, &layers)?;
+    let wrote = start.elapsed().as_secs_f64() * 1e3;
+    let start = Instant::now();
+    let [width, height] = [shown.width, shown.height];
+    png::write(&png, png::Picture { width, height, rgb: &shown.rgb, transfer: png::Transfer::Srgb }, &[])?;
+    let channels = layers.channels.len();
+    println!("\nEXR of {channels} channels {wrote:.0} ms, PNG {:.0} ms", start.elapsed().as_secs_f64() * 1e3);
+    std::fs::remove_file(exr)?;
+    Ok(std::fs::remove_file(png)?)
 }
 
 /// Waits until the GPU has done everything.

@@ -3,15 +3,14 @@
 use std::sync::Arc;
 
 use crate::client::error::ClientError;
-use crate::client::filter::{MAX_EXTENT, accepts};
 use crate::client::layout::FoldPush;
-use crate::client::lod::{StreamLod, power_of_two_below};
 use crate::client::pass::fold::FoldPass;
 use crate::client::pass::images::{BatchImages, StreamImages};
 use crate::client::pass::repaint::{Repaint, Sums, floats};
 use crate::client::pass::splat::{SplatPass, Sprites, splat_push};
 use crate::client::pass::variance::VariancePass;
 use crate::client::settings::{DisplayImage, FilmCounts, FilmData, FilmSpec, Settings};
+use crate::client::state::FilmState;
 use crate::client::upload::{Batch, VertexBuffers};
 use crate::gpu::{Gpu, Region, read_image};
 use crate::stream::{PathCounts, Sample};
@@ -21,7 +20,7 @@ use crate::stream::{PathCounts, Sample};
 /// The same samples in the same order give the same bits on the same device, however they are split into calls.
 pub struct VulkanFilm {
     gpu: Arc<Gpu>,
-    spec: FilmSpec,
+    state: FilmState,
     batch: Batch,
     vertices: VertexBuffers,
     /// Made with the first batch.
@@ -30,10 +29,6 @@ pub struct VulkanFilm {
     streams: [Option<StreamImages>; 2],
     /// Made with the first repaint.
     repaint: Option<Repaint>,
-    /// Sum and count of the positive luminances in the batch, in sample order, until the scale is known.
-    luminance: (f64, u64),
-    luminance_scale: Option<f32>,
-    counts: FilmCounts,
 }
 
 /// The passes of a batch and what they draw into.
@@ -54,49 +49,36 @@ impl VulkanFilm {
     ///
     /// [`ClientError::Extent`] for a side of 0 or too large, [`ClientError::Gpu`] when there is no memory.
     pub fn new(gpu: Arc<Gpu>, spec: FilmSpec) -> Result<Self, ClientError> {
-        let max = MAX_EXTENT - 2 * spec.pad();
-        if !(1..=max).contains(&spec.width) || !(1..=max).contains(&spec.height) {
-            return Err(ClientError::Extent { width: spec.width, height: spec.height, max });
-        }
         Ok(Self {
+            state: FilmState::new(spec)?,
             vertices: VertexBuffers::new(&gpu)?,
             gpu,
-            spec,
             batch: Batch::default(),
             passes: None,
             streams: [None, None],
             repaint: None,
-            luminance: (0.0, 0),
-            luminance_scale: None,
-            counts: FilmCounts::default(),
         })
     }
 
     /// What the film is made of.
     pub fn spec(&self) -> &FilmSpec {
-        &self.spec
+        self.state.spec()
     }
 
     /// Copies samples to the batch; a full batch is rasterised at once, without waiting for it.
     ///
-    /// Samples that [`accepts`] refuses are dropped; the stream should not carry them.
+    /// Samples that [`accepts`](crate::client::filter::accepts) refuses are dropped; the stream should not carry them.
     ///
     /// # Errors
     ///
     /// [`ClientError::Gpu`] when there is no memory for a stream's images or the device was lost.
     pub fn add(&mut self, samples: &[Sample]) -> Result<(), ClientError> {
-        for sample in samples.iter().filter(|s| accepts(s)) {
-            if self.luminance_scale.is_none() && sample.xyz.y > 0.0 {
-                self.luminance.0 += f64::from(sample.xyz.y) / f64::from(sample.w.abs());
-                self.luminance.1 += 1;
-            }
-            if sample.w > 0.0 {
-                self.counts.camera_samples += 1;
-            } else {
-                self.counts.light_samples += 1;
-            }
-            if self.batch.push(*sample) {
-                self.flush()?;
+        for sample in samples {
+            if self.state.take(sample) {
+                self.batch.push(*sample);
+                if self.state.is_full() {
+                    self.flush()?;
+                }
             }
         }
         Ok(())
@@ -104,8 +86,7 @@ impl VulkanFilm {
 
     /// Counts paths that were started, whether or not they gave samples.
     pub fn count_paths(&mut self, paths: PathCounts) {
-        self.counts.camera_paths += paths.camera;
-        self.counts.light_paths += paths.light;
+        self.state.count_paths(paths);
     }
 
     /// Rasterises what the batch holds: splat, fold, variance. Does not wait for the GPU.
@@ -114,7 +95,7 @@ impl VulkanFilm {
     ///
     /// As [`add`](Self::add).
     pub fn flush(&mut self) -> Result<(), ClientError> {
-        if self.batch.is_empty() {
+        if !self.state.start_raster() {
             return Ok(());
         }
         let outcome = self.raster();
@@ -125,17 +106,13 @@ impl VulkanFilm {
 
     /// Uploads the batch and records its passes.
     fn raster(&mut self) -> Result<(), ClientError> {
-        // Black batches leave the scale open: their deviations are 0 in every unit.
-        if self.luminance_scale.is_none() && self.luminance.1 > 0 {
-            self.luminance_scale = Some(power_of_two_below(self.luminance.0 / self.luminance.1 as f64));
-        }
         self.make_images()?;
-        let inverse_scale = self.scale().recip();
+        let inverse_scale = self.state.scale().recip();
         let Some(passes) = &mut self.passes else {
             return Ok(()); // made above
         };
-        let (vertices, parts) = self.vertices.upload(&mut self.batch, &self.spec)?;
-        let push = splat_push(&self.spec, inverse_scale);
+        let (vertices, parts) = self.vertices.upload(&mut self.batch, self.state.spec())?;
+        let push = splat_push(self.state.spec(), inverse_scale);
         let mut frame = self.gpu.begin()?;
         let cmd = &mut frame.cmd();
         for (stream, range) in self.streams.iter_mut().zip([parts.camera, parts.light]) {
@@ -167,15 +144,13 @@ impl VulkanFilm {
     pub fn clear(&mut self) -> Result<(), ClientError> {
         self.batch.clear();
         self.streams.iter_mut().flatten().for_each(StreamImages::forget);
-        self.luminance = (0.0, 0);
-        self.luminance_scale = None;
-        self.counts = FilmCounts::default();
+        self.state.clear();
         Ok(())
     }
 
     /// What was received since the last [`clear`](Self::clear).
     pub fn counts(&self) -> FilmCounts {
-        self.counts
+        self.state.counts()
     }
 
     /// Which streams, camera and light, have images: those that ever had a sample.
@@ -209,8 +184,8 @@ impl VulkanFilm {
     ///
     /// As [`display`](Self::display).
     pub fn develop(&mut self) -> Result<FilmData, ClientError> {
-        let pad = self.spec.pad();
-        let extent = [self.spec.width, self.spec.height];
+        let spec = self.state.spec();
+        let (pad, extent) = (spec.pad(), [spec.width, spec.height]);
         self.develop_region(Region { origin: [pad, pad], extent })
     }
 
@@ -220,7 +195,7 @@ impl VulkanFilm {
     ///
     /// As [`display`](Self::display).
     pub fn develop_padded(&mut self) -> Result<FilmData, ClientError> {
-        self.develop_region(Region { origin: [0, 0], extent: self.spec.padded_extent() })
+        self.develop_region(Region { origin: [0, 0], extent: self.state.spec().padded_extent() })
     }
 
     fn develop_region(&mut self, region: Region) -> Result<FilmData, ClientError> {
@@ -228,11 +203,11 @@ impl VulkanFilm {
         let mut data = FilmData {
             width: region.extent[0],
             height: region.extent[1],
-            luminance_scale: self.scale(),
-            counts: self.counts,
+            luminance_scale: self.state.scale(),
+            counts: self.state.counts(),
             ..FilmData::default()
         };
-        let samples = self.samples();
+        let samples = self.state.samples();
         for (i, stream) in self.streams.iter_mut().enumerate() {
             let Some(stream) = stream.as_mut().filter(|s| samples[i] > 0 && s.is_defined()) else {
                 continue;
@@ -253,50 +228,34 @@ impl VulkanFilm {
     /// Rasterises the batch, and hands out what shows the sums together with them.
     fn repaint(&mut self) -> Result<(&mut Repaint, Sums<'_>), ClientError> {
         self.flush()?;
-        let lods = self.lods();
-        let (light_scale, inverse_scale) = (self.counts.light_scale(&self.spec), self.scale().recip());
+        let lods = self.state.lods();
+        let (light_scale, inverse_scale) = (self.state.light_scale(), self.state.scale().recip());
         let repaint = match &mut self.repaint {
             Some(repaint) => repaint,
-            empty => empty.insert(Repaint::new(&self.gpu, self.spec)?),
+            empty => empty.insert(Repaint::new(&self.gpu, *self.state.spec())?),
         };
         let [camera, light] = &mut self.streams;
         let streams = [camera.as_mut().zip(lods[0]), light.as_mut().zip(lods[1])];
         Ok((repaint, Sums { streams, light_scale, inverse_scale }))
     }
 
-    /// Level of detail of each stream; `None` where it has no samples.
-    fn lods(&self) -> [Option<StreamLod>; 2] {
-        let [width, height] = self.spec.padded_extent();
-        let levels = width.max(height).ilog2() as usize + 1;
-        self.samples().map(|samples| StreamLod::new(u64::from(width) * u64::from(height), samples, levels))
-    }
-
-    fn samples(&self) -> [u64; 2] {
-        [self.counts.camera_samples, self.counts.light_samples]
-    }
-
     /// Makes what a batch needs: passes and targets with the first, a stream's images with its first sample.
     fn make_images(&mut self) -> Result<(), ClientError> {
-        let (gpu, extent) = (&self.gpu, self.spec.padded_extent());
+        let (gpu, spec) = (&self.gpu, self.state.spec());
         if self.passes.is_none() {
             self.passes = Some(Passes {
-                splat: SplatPass::new(gpu, &self.spec)?,
-                fold: FoldPass::new(gpu, &self.spec)?,
-                variance: VariancePass::new(gpu, &self.spec)?,
-                targets: BatchImages::new(gpu, &self.spec)?,
+                splat: SplatPass::new(gpu, spec)?,
+                fold: FoldPass::new(gpu, spec)?,
+                variance: VariancePass::new(gpu, spec)?,
+                targets: BatchImages::new(gpu, spec)?,
             });
         }
-        let samples = self.samples();
+        let samples = self.state.samples();
         for (i, stream) in self.streams.iter_mut().enumerate() {
             if samples[i] > 0 && stream.is_none() {
-                *stream = Some(StreamImages::new(gpu, STREAM_NAMES[i], extent)?);
+                *stream = Some(StreamImages::new(gpu, STREAM_NAMES[i], spec.padded_extent())?);
             }
         }
         Ok(())
-    }
-
-    /// The luminance scale, a power of two; 1 until a sample had luminance.
-    fn scale(&self) -> f32 {
-        self.luminance_scale.unwrap_or(1.0)
     }
 }

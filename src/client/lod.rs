@@ -72,6 +72,9 @@ impl StreamLod {
     /// `luminance` and `weight` are the sums ΣfY and Σf read at level [`variance`](Self::variance),
     /// `variance` is the sum of squared deviations in units of `scale²` at the same level, `scale` the
     /// film's luminance scale, `energy` the splat filter's. Without samples there the answer is 1.
+    ///
+    /// Where the sum itself is shown, the number of samples is random too: the relative variance of a sum of N terms, N of
+    /// Poisson's distribution, is (v + 1)/N instead of v/N.
     #[inline]
     pub fn relative_variance(&self, place: &Place, scale: f32, energy: f32) -> f32 {
         if place.weight.is_nan() || place.weight <= 0.0 {
@@ -82,6 +85,7 @@ impl StreamLod {
         let n1 = place.weight / energy;
         let n = n1 * (2.0 * self.variance).exp2();
         let v = (n * v + PRIOR_VARIANCE) / (n + PRIOR_COUNT);
+        let v = if place.summed { v + 1.0 } else { v };
         let r = v / (n1 * (2.0 * self.base.max(0.0)).exp2());
         if r.is_nan() { 1.0 } else { r.max(0.0) }
     }
@@ -96,6 +100,8 @@ pub struct Place {
     pub weight: f32,
     /// `Σ f (Y − Ȳ)²` in units of the squared luminance scale.
     pub variance: f32,
+    /// The sum is shown (light stream), not the mean (camera stream).
+    pub summed: bool,
 }
 
 /// `2^floor(log₂ x)` for `x > 0`, exact, its exponent held in ±126 so that the inverse is a normal number;
@@ -138,12 +144,15 @@ mod tests {
     fn one_sample_is_not_clean() {
         // The naive V/(n−1) is 0/0 here; the paper's V alone says "perfectly clean".
         let lod = StreamLod::new(1024, 1024, 6).expect("has samples");
-        let r = lod.relative_variance(&Place { luminance: 1.0, weight: 1.0, variance: 0.0 }, 1.0, 1.0);
+        let one = Place { luminance: 1.0, weight: 1.0, variance: 0.0, summed: false };
+        let r = lod.relative_variance(&one, 1.0, 1.0);
         assert!(r > 50.0 * TARGET_RELATIVE_VARIANCE, "{r}");
-        assert_eq!(
-            lod.relative_variance(&Place { luminance: 0.0, weight: 0.0, variance: 0.0 }, 1.0, 1.0),
-            1.0
-        );
+        assert_eq!(lod.relative_variance(&Place { luminance: 0.0, weight: 0.0, ..one }, 1.0, 1.0), 1.0);
+        // Equal samples of known mean: a mean of many is exact, a sum of N of them is off by 1/√N.
+        let many = Place { luminance: 1e4, weight: 1e4, variance: 0.0, summed: false };
+        assert!(lod.relative_variance(&many, 1.0, 1.0) < 1e-7);
+        let r = lod.relative_variance(&Place { summed: true, ..many }, 1.0, 1.0);
+        assert!((r / 1e-4 - 1.0).abs() < 1e-3, "{r}");
     }
 
     #[test]

@@ -16,7 +16,7 @@
 //! [`FilmSpec`] holds may not.
 //!
 //! The Vulkan film is [`film`] with its passes in [`pass`]; every pass exists as plain Rust in [`mod@reference`]. What twins
-//! must share stands in [`filter`] and [`lod`].
+//! must share stands in [`filter`], [`lod`] and [`state`].
 
 pub mod develop;
 pub mod error;
@@ -27,6 +27,7 @@ pub mod lod;
 pub mod pass;
 pub mod reference;
 pub mod settings;
+pub mod state;
 pub mod upload;
 
 pub use error::ClientError;

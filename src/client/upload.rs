@@ -35,15 +35,10 @@ pub struct Partition {
 }
 
 impl Batch {
-    /// Adds one valid sample; true when the batch is full afterwards.
-    pub fn push(&mut self, sample: Sample) -> bool {
+    /// Adds one valid sample; [`BATCH_CAPACITY`] at most.
+    #[inline]
+    pub fn push(&mut self, sample: Sample) {
         self.samples.push(sample);
-        self.samples.len() >= BATCH_CAPACITY
-    }
-
-    /// True when nothing waits.
-    pub fn is_empty(&self) -> bool {
-        self.samples.is_empty()
     }
 
     /// Forgets all samples.
@@ -156,10 +151,10 @@ mod tests {
             xyz: Xyz::new(i as f32, 1.0, 1.0),
             w: if i.is_multiple_of(3) { -1.0 } else { 1.0 },
         };
-        (0..300).for_each(|i| assert!(!batch.push(sample(i))));
+        (0..300).for_each(|i| batch.push(sample(i)));
         let mut vertices = vec![Sample::default(); 512];
         let parts = batch.write(&spec, &mut vertices);
-        assert!(batch.is_empty());
+        assert!(batch.samples.is_empty());
         assert_eq!((parts.camera.start, parts.light.end), (0, 512));
 
         let [w, h] = spec.padded_extent().map(|n| n as f32);

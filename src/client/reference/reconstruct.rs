@@ -22,6 +22,8 @@ pub struct StreamView<'a> {
     pub variance: Option<&'a [Grid<f32>]>,
     /// The stream's level of detail.
     pub lod: StreamLod,
+    /// True for the light stream: its sums are shown, not their mean.
+    pub summed: bool,
 }
 
 /// What the reconstruction is specialised for and its constants.
@@ -97,7 +99,7 @@ pub fn level_of_detail(p: &ReconstructParameters, stream: &StreamView<'_>, uv: [
     };
     let color = trilinear(stream.color, uv, stream.lod.variance);
     let variance = trilinear(variance, uv, stream.lod.variance);
-    let place = Place { luminance: color.y, weight: color.w, variance };
+    let place = Place { luminance: color.y, weight: color.w, variance, summed: stream.summed };
     let r = stream.lod.relative_variance(&place, p.luminance_scale, p.spec.filter.energy());
     stream.lod.masked(r, p.vm)
 }

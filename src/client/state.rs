@@ -1,0 +1,144 @@
+//! What a film knows of its samples apart from its images, alike on every device: counts, the luminance scale, when a batch
+//! is full.
+
+use crate::client::error::ClientError;
+use crate::client::filter::{MAX_EXTENT, accepts};
+use crate::client::lod::{StreamLod, power_of_two_below};
+use crate::client::settings::{BATCH_CAPACITY, FilmCounts, FilmSpec};
+use crate::stream::{PathCounts, Sample};
+
+/// Counts and scale since the last clear, and how full the batch is.
+#[derive(Debug)]
+pub struct FilmState {
+    spec: FilmSpec,
+    counts: FilmCounts,
+    /// Samples in the batch.
+    waiting: usize,
+    /// Sum and count of the positive luminances in the batch, in sample order, until the scale is known.
+    luminance: (f64, u64),
+    luminance_scale: Option<f32>,
+}
+
+impl FilmState {
+    /// The state of an empty film.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Extent`] for a side of 0 or too large.
+    pub fn new(spec: FilmSpec) -> Result<Self, ClientError> {
+        let max = MAX_EXTENT - 2 * spec.pad();
+        if !(1..=max).contains(&spec.width) || !(1..=max).contains(&spec.height) {
+            return Err(ClientError::Extent { width: spec.width, height: spec.height, max });
+        }
+        let counts = FilmCounts::default();
+        Ok(Self { spec, counts, waiting: 0, luminance: (0.0, 0), luminance_scale: None })
+    }
+
+    /// What the film is made of.
+    pub fn spec(&self) -> &FilmSpec {
+        &self.spec
+    }
+
+    /// Counts a sample that goes into the batch; false for one that [`accepts`] refuses.
+    #[inline]
+    pub fn take(&mut self, sample: &Sample) -> bool {
+        if !accepts(sample) {
+            return false;
+        }
+        if self.luminance_scale.is_none() && sample.xyz.y > 0.0 {
+            self.luminance.0 += f64::from(sample.xyz.y) / f64::from(sample.w.abs());
+            self.luminance.1 += 1;
+        }
+        let light = sample.w < 0.0;
+        self.counts.camera_samples += u64::from(!light);
+        self.counts.light_samples += u64::from(light);
+        self.waiting += 1;
+        true
+    }
+
+    /// True when the batch must be rasterised before the next sample.
+    #[inline]
+    pub fn is_full(&self) -> bool {
+        self.waiting >= BATCH_CAPACITY
+    }
+
+    /// Begins the raster of the batch: the next one is empty. False when there is nothing to draw.
+    ///
+    /// The first batch with light sets the luminance scale. Black ones leave it open: their deviations are 0 in every unit.
+    pub fn start_raster(&mut self) -> bool {
+        if self.luminance_scale.is_none() && self.luminance.1 > 0 {
+            self.luminance_scale = Some(power_of_two_below(self.luminance.0 / self.luminance.1 as f64));
+        }
+        std::mem::take(&mut self.waiting) > 0
+    }
+
+    /// Counts paths that were started, whether or not they gave samples; stays at the largest number.
+    pub fn count_paths(&mut self, paths: PathCounts) {
+        self.counts.camera_paths = self.counts.camera_paths.saturating_add(paths.camera);
+        self.counts.light_paths = self.counts.light_paths.saturating_add(paths.light);
+    }
+
+    /// Forgets everything: a new epoch.
+    pub fn clear(&mut self) {
+        (self.counts, self.waiting) = (FilmCounts::default(), 0);
+        (self.luminance, self.luminance_scale) = ((0.0, 0), None);
+    }
+
+    /// What was received since the last [`clear`](Self::clear).
+    pub fn counts(&self) -> FilmCounts {
+        self.counts
+    }
+
+    /// Samples of the camera and of the light stream.
+    pub fn samples(&self) -> [u64; 2] {
+        [self.counts.camera_samples, self.counts.light_samples]
+    }
+
+    /// The luminance scale, a power of two; 1 until a sample had luminance.
+    pub fn scale(&self) -> f32 {
+        self.luminance_scale.unwrap_or(1.0)
+    }
+
+    /// Texels of the picture / light paths; 0 while there are none.
+    pub fn light_scale(&self) -> f32 {
+        self.counts.light_scale(&self.spec)
+    }
+
+    /// Level of detail of the camera and of the light stream; `None` without samples.
+    pub fn lods(&self) -> [Option<StreamLod>; 2] {
+        let [width, height] = self.spec.padded_extent();
+        let levels = width.max(height).ilog2() as usize + 1;
+        self.samples().map(|samples| StreamLod::new(u64::from(width) * u64::from(height), samples, levels))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::color::Xyz;
+
+    #[test]
+    fn batches_and_scale() {
+        let spec = FilmSpec { width: 8, height: 8, filter: Default::default(), variance: Default::default() };
+        let mut state = FilmState::new(spec).expect("a film");
+        let grey = |y: f32, w: f32| Sample { uv: [0.5; 2], xyz: Xyz::new(y, y, y), w };
+        assert!(!state.start_raster() && !state.take(&grey(f32::NAN, 1.0)) && !state.take(&grey(1e32, 1.0)));
+        // A black batch, then one of mean 6.
+        assert!(state.take(&grey(0.0, 1.0)) && state.start_raster());
+        assert_eq!(state.scale(), 1.0);
+        assert!(state.take(&grey(4.0, -1.0)) && state.take(&grey(16.0, 2.0)) && state.start_raster());
+        assert_eq!((state.scale(), state.samples()), (4.0, [2, 1]));
+        for _ in 1..BATCH_CAPACITY {
+            state.take(&grey(1e9, 1.0));
+        }
+        assert!(!state.is_full() && state.take(&grey(1e9, 1.0)) && state.is_full());
+        assert!(state.start_raster() && !state.is_full() && state.scale() == 4.0);
+        // Paths of any number, as a stream may claim them.
+        for _ in 0..2 {
+            state.count_paths(PathCounts { camera: u64::MAX, light: u64::MAX });
+        }
+        assert_eq!((state.counts().camera_paths, state.counts().light_paths), (u64::MAX, u64::MAX));
+        state.clear();
+        assert_eq!((state.counts(), state.scale(), state.lods()), (FilmCounts::default(), 1.0, [None, None]));
+    }
+}
