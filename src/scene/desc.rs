@@ -194,7 +194,9 @@ pub struct ShapeDesc {
     pub flip_normals: bool,
     /// Its material.
     pub bsdf: BsdfId,
-    /// Emitted radiance, from the side of the normal only (as Mitsuba's `area`).
+    /// Emitted radiance, from the side of the normal only (as Mitsuba's `area`): a `twosided` material scatters on
+    /// both sides and still emits on one. What shall emit on both is two shapes in the same place, the second with
+    /// [`ShapeDesc::flip_normals`]; each is then seen, lit and lights from its own side only.
     pub emission: Option<Spectrum>,
 }
 

@@ -11,6 +11,7 @@ use super::camera::Camera;
 use super::interaction::SurfaceInteraction;
 use super::light::{LightSample, Lights};
 use super::material::Material;
+use super::prepare::backs::Back;
 use super::prepare::{PrepareError, PrepareOptions, prepare};
 use super::shape::{Disk, Sphere, SurfacePoint, Triangle};
 
@@ -26,6 +27,8 @@ pub(super) struct PrimRecord {
     pub(super) light: u32,
     /// Index into the vertex normals, or [`NONE`].
     pub(super) normals: u32,
+    /// Index into the backs where another primitive lies back to back with it, or [`NONE`].
+    pub(super) back: u32,
 }
 
 /// A scene ready for tracing: immutable, shared by all workers.
@@ -40,6 +43,8 @@ pub struct Scene {
     pub(super) prims: Vec<PrimRecord>,
     /// Shading normals of the smooth triangles.
     pub(super) normals: Vec<[Vec3; 3]>,
+    /// What lies on the back of a primitive, in the same place.
+    pub(super) backs: Vec<Back>,
     /// Materials by side of every surface; the primitives of one shape share one.
     pub(super) surfaces: Vec<Sides>,
     pub(super) materials: Vec<Material>,
@@ -104,15 +109,20 @@ impl Scene {
 
     #[inline]
     fn interaction(&self, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
-        let record = self.prims[hit.prim as usize];
+        let mut record = self.prims[hit.prim as usize];
         let id = hit.prim as usize;
-        let point = match self.triangles.get(id) {
+        let mut point = match self.triangles.get(id) {
             Some(triangle) => triangle.point(hit.uv),
             None => self.analytic_point(ray, hit),
         };
         let smooth = record.normals != NONE;
-        let n =
+        let mut n =
             if smooth { self.shading_normal(record.normals, hit.uv).unwrap_or(point.ng) } else { point.ng };
+        if record.back != NONE && ray.direction.dot(point.ng) > 0.0 {
+            let Back { surface, light } = self.backs[record.back as usize];
+            (record.surface, record.light) = (surface, light);
+            (point.ng, n) = (-point.ng, -n);
+        }
         SurfaceInteraction {
             point,
             frame: Frame::new(n),

@@ -1,6 +1,6 @@
 //! Scenes in code and means over them, for the tests of the tracer.
 
-#![allow(dead_code, reason = "every test file uses its own part")]
+#![allow(dead_code, unused_imports, reason = "every test file uses its own part")]
 
 mod random;
 

@@ -67,9 +67,8 @@ pub(super) struct BlockHits {
     /// Weights of the second and third corner (and none of the fourth: the plane is that of the first three).
     u: Vec4,
     v: Vec4,
-    /// Numerator of the distance along z, and a bound on its rounding.
-    scaled: Vec4,
-    doubt: Vec4,
+    /// Bits of the lanes whose distance is so small that its sign may be rounding.
+    doubtful: u32,
 }
 
 /// A bound on the rounding of `z · determinant`, from the largest |x|, |y|, |z| in the sheared space:
@@ -94,7 +93,7 @@ impl BlockHits {
     /// seen edge-on, from close by.
     #[inline]
     pub(super) fn is_doubtful(&self, lane: usize) -> bool {
-        self.scaled.to_array()[lane & 3].abs() < self.doubt.to_array()[lane & 3]
+        self.doubtful >> lane & 1 == 1
     }
 }
 
@@ -175,7 +174,10 @@ impl Polygons for TriBlock {
         let t = scaled * inverse * ray.scale_z;
         // NaN (a determinant of zero) fails both comparisons.
         let hit: BVec4A = inside & t.cmpgt(Vec4::ZERO) & t.cmplt(Vec4::splat(t_max));
-        BlockHits { mask: hit.bitmask(), t, u: v * inverse, v: w * inverse, scaled, doubt: doubt([a, b, c]) }
+        let mask = hit.bitmask();
+        // Most blocks are missed; only a hit can be doubtful.
+        let doubtful = if mask == 0 { 0 } else { scaled.abs().cmplt(doubt([a, b, c])).bitmask() };
+        BlockHits { mask, t, u: v * inverse, v: w * inverse, doubtful }
     }
 
     #[inline(always)]
@@ -201,9 +203,11 @@ impl Polygons for QuadBlock {
         let tz = a.2 + (x * (b.2 - a.2) + y * (d.2 - a.2));
         let t = tz * ray.scale_z;
         let hit: BVec4A = inside & t.cmpgt(Vec4::ZERO) & t.cmplt(Vec4::splat(t_max));
-        let scaled = tz * (ab + cd);
+        let mask = hit.bitmask();
+        let doubtful =
+            if mask == 0 { 0 } else { (tz * (ab + cd)).abs().cmplt(doubt([a, b, c, d])).bitmask() };
         // a + x·ab + y·ad, in terms of the triangle abc: ad = ac − ab.
-        BlockHits { mask: hit.bitmask(), t, u: x - y, v: y, scaled, doubt: doubt([a, b, c, d]) }
+        BlockHits { mask, t, u: x - y, v: y, doubtful }
     }
 
     #[inline(always)]

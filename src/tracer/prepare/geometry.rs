@@ -17,6 +17,7 @@ use crate::tracer::scene::{NONE, PrimRecord};
 use crate::tracer::shape::{Disk, Sphere, Triangle};
 
 use super::PrepareError;
+use super::backs::{Back, Key, Places};
 
 /// Largest magnitude of a coordinate: its square and its product with an extent stay finite.
 const MAX_COORDINATE: f32 = 1e12;
@@ -35,6 +36,8 @@ pub(super) struct Geometry {
     disk_prims: Vec<PrimRecord>,
     sphere_prims: Vec<PrimRecord>,
     pub(super) normals: Vec<[Vec3; 3]>,
+    pub(super) backs: Vec<Back>,
+    places: Places,
     pub(super) surfaces: Vec<Sides>,
     pub(super) lights: Vec<Light>,
     pub(super) spectra: Vec<Spectrum>,
@@ -117,6 +120,13 @@ impl Geometry {
         self.lights.len() as u32 - 1
     }
 
+    /// Makes the shape the back of primitive `front`, whose kind has the indices `range`.
+    fn back(&mut self, adding: &Adding, range: (usize, usize), shape: impl FnOnce() -> LightShape) -> u32 {
+        let light = self.light(adding, range, shape);
+        self.backs.push(Back { surface: adding.surface, light });
+        self.backs.len() as u32 - 1
+    }
+
     /// Adds a triangle with front e1 × e2, or counts it as dropped.
     fn push_triangle(&mut self, corners: [Vec3; 3], adding: &mut Adding, normals: Option<[Vec3; 3]>) -> bool {
         let usable = corners.iter().all(|p| p.is_finite() && p.abs().max_element() <= MAX_COORDINATE);
@@ -130,7 +140,7 @@ impl Geometry {
             self.normals.push(n);
             self.normals.len() as u32 - 1
         });
-        self.prims.push(PrimRecord { surface: adding.surface, light: NONE, normals });
+        self.prims.push(PrimRecord { surface: adding.surface, light: NONE, normals, back: NONE });
         true
     }
 
@@ -168,22 +178,45 @@ impl Geometry {
             normals = normals.filter(|_| !flat);
         }
         let first = self.triangles.len();
-        if self.push_triangle(corners, adding, normals) {
+        let key = Key::polygon(corners);
+        // A mesh may have millions of triangles: only those that emit are looked after.
+        let face = Triangle::new(corners).filter(|_| adding.spectrum.is_some());
+        if let Some(face) = face
+            && let Some(front) = self.places.take(key, face.n)
+        {
+            let light = || LightShape::Triangle(TriangleLight::new(face));
+            self.prims[front].back = self.back(adding, (front, front + 1), light);
+        } else if self.push_triangle(corners, adding, normals) {
             let triangle = self.triangles[first];
             self.prims[first].light =
                 self.light(adding, (first, first + 1), || LightShape::Triangle(TriangleLight::new(triangle)));
+            if face.is_some() {
+                self.places.add(key, triangle.n, first);
+            }
         }
     }
 
-    /// Adds both halves of a parallelogram, corners in order, front by the right-hand rule. False when it is
-    /// degenerate; then none or one of the halves was added.
-    fn push_parallelogram(&mut self, [a, b, c, d]: [Vec3; 4], adding: &mut Adding) -> bool {
-        let first = self.triangles.len() as u32;
-        let both = self.push_triangle([a, b, c], adding, None) && self.push_triangle([a, c, d], adding, None);
-        if both {
-            self.quads.push(first);
+    /// Adds a parallelogram, corners in order, front by the right-hand rule, with its light if it emits. Of a
+    /// degenerate one none or one of the halves is added.
+    fn add_parallelogram(&mut self, [a, b, c, d]: [Vec3; 4], adding: &mut Adding) {
+        let first = self.triangles.len();
+        let key = Key::polygon([a, b, c, d]);
+        let light = |n: Vec3| move || LightShape::Parallelogram(ParallelogramLight::new(a, b - a, d - a, n));
+        if let Some(face) = Triangle::new([a, b, c])
+            && let Some(front) = self.places.take(key, face.n)
+        {
+            // Hits on either half are reported for the first.
+            self.prims[front].back = self.back(adding, (front, front + 2), light(face.n));
+            return;
         }
-        both
+        if self.push_triangle([a, b, c], adding, None) && self.push_triangle([a, c, d], adding, None) {
+            self.quads.push(first as u32);
+            let n = self.triangles[first].n;
+            let light = self.light(adding, (first, first + 2), light(n));
+            self.prims[first].light = light;
+            self.prims[first + 1].light = light;
+            self.places.add(key, n, first);
+        }
     }
 
     fn add_rectangle(&mut self, adding: &mut Adding) {
@@ -194,20 +227,7 @@ impl Geometry {
         let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
         let [a, b, c, d] = corners;
         let [a, b, c, d] = if mirrored != adding.shape.flip_normals { [a, d, c, b] } else { [a, b, c, d] };
-        let first = self.triangles.len();
-        if self.push_parallelogram([a, b, c, d], adding) {
-            self.light_parallelogram([a, b, d], first, adding);
-        }
-    }
-
-    /// Makes a light of the parallelogram at triangles `first` and `first + 1`, if the shape emits.
-    fn light_parallelogram(&mut self, [a, b, d]: [Vec3; 3], first: usize, adding: &Adding) {
-        let n = self.triangles[first].n;
-        let light = self.light(adding, (first, first + 2), || {
-            LightShape::Parallelogram(ParallelogramLight::new(a, b - a, d - a, n))
-        });
-        self.prims[first].light = light;
-        self.prims[first + 1].light = light;
+        self.add_parallelogram([a, b, c, d], adding);
     }
 
     fn add_cube(&mut self, adding: &mut Adding) {
@@ -224,10 +244,7 @@ impl Geometry {
                 let [a, b, c, d] =
                     [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
                 let [b, d] = if turned { [d, b] } else { [b, d] };
-                let first = self.triangles.len();
-                if self.push_parallelogram([a, b, c, d], adding) {
-                    self.light_parallelogram([a, b, d], first, adding);
-                }
+                self.add_parallelogram([a, b, c, d], adding);
             }
         }
     }
@@ -245,10 +262,17 @@ impl Geometry {
             adding.dropped += 1;
             return;
         };
+        let key = Key::round(center, a, b);
+        if let Some(front) = self.places.take(key, disk.n) {
+            let light = || LightShape::Disk(DiskLight::new(disk));
+            self.disk_prims[front].back = self.back(adding, (front, front + 1), light);
+            return;
+        }
         let i = self.disks.len();
+        self.places.add(key, disk.n, i);
         let light = self.light(adding, (i, i + 1), || LightShape::Disk(DiskLight::new(disk)));
         self.disks.push(disk);
-        self.disk_prims.push(PrimRecord { surface: adding.surface, light, normals: NONE });
+        self.disk_prims.push(PrimRecord { surface: adding.surface, light, normals: NONE, back: NONE });
     }
 
     fn add_sphere(&mut self, center: DVec3, radius: f64, adding: &mut Adding) {
@@ -271,9 +295,17 @@ impl Geometry {
         }
         let inward = (determinant < 0.0) != adding.shape.flip_normals;
         let sphere = Sphere { center, radius, inward };
+        let key = Key::round(center, Vec3::splat(radius), Vec3::NAN);
+        let side = if inward { -Vec3::X } else { Vec3::X };
+        if let Some(front) = self.places.take(key, side) {
+            let light = || LightShape::Sphere(SphereLight::new(sphere));
+            self.sphere_prims[front].back = self.back(adding, (front, front + 1), light);
+            return;
+        }
         let i = self.spheres.len();
+        self.places.add(key, side, i);
         let light = self.light(adding, (i, i + 1), || LightShape::Sphere(SphereLight::new(sphere)));
         self.spheres.push(sphere);
-        self.sphere_prims.push(PrimRecord { surface: adding.surface, light, normals: NONE });
+        self.sphere_prims.push(PrimRecord { surface: adding.surface, light, normals: NONE, back: NONE });
     }
 }

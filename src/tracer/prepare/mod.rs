@@ -1,5 +1,6 @@
 //! From a scene description to a scene: world space, checks, lights, tree.
 
+pub(super) mod backs;
 mod geometry;
 mod materials;
 
@@ -108,6 +109,7 @@ pub(super) fn prepare(desc: &SceneDesc, options: PrepareOptions) -> Result<Scene
         spheres: geometry.spheres,
         prims: geometry.prims,
         normals: geometry.normals,
+        backs: geometry.backs,
         surfaces: geometry.surfaces,
         materials,
         lights: Lights::new(lights, spectra, radius),
