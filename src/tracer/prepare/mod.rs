@@ -1,13 +1,14 @@
 //! From a scene description to a scene: world space, checks, lights, tree.
 
 pub(super) mod backs;
+mod error;
 mod geometry;
 mod materials;
 
 use glam::Vec3;
 
 use crate::scene::SceneDesc;
-use crate::scene::desc::{BsdfId, FilmDesc, LightDesc, MeshId, Place};
+use crate::scene::desc::{FilmDesc, LightDesc};
 use crate::spectrum::Spectrum;
 
 use super::accel::{Accel, PrimRange};
@@ -15,6 +16,8 @@ use super::camera::Camera;
 use super::light::{ConstantLight, Light, LightShape, Lights, PointLight};
 use super::scene::Scene;
 use geometry::Geometry;
+
+pub use error::PrepareError;
 
 /// What preparation has to know beside the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,45 +33,6 @@ impl PrepareOptions {
     pub fn from_film(film: &FilmDesc) -> Self {
         Self { width: film.width, height: film.height }
     }
-}
-
-/// Why a scene cannot be traced.
-#[derive(Clone, Debug, thiserror::Error, PartialEq)]
-pub enum PrepareError {
-    /// The camera cannot be used.
-    #[error("the camera at line {}, column {} cannot be used: {what}", place.line, place.column)]
-    Camera {
-        /// Where it stands.
-        place: Place,
-        /// What is wrong and what to do.
-        what: String,
-    },
-    /// A shape or material names a material that does not exist.
-    #[error("material {} is named but does not exist: the scene description is inconsistent", id.0)]
-    UnknownMaterial {
-        /// The id.
-        id: BsdfId,
-    },
-    /// A shape names a mesh that does not exist.
-    #[error("the shape at line {}, column {} names mesh {}, which does not exist", place.line, place.column, id.0)]
-    UnknownMesh {
-        /// The id.
-        id: MeshId,
-        /// The shape.
-        place: Place,
-    },
-    /// Two-sided materials contain each other.
-    #[error("material {} is two-sided and contains itself: name a one-sided material for each side", id.0)]
-    NestedTwoSided {
-        /// The id.
-        id: BsdfId,
-    },
-    /// More primitives than ids.
-    #[error("{count} primitives are too many: at most 500 million fit; simplify the meshes")]
-    TooManyPrimitives {
-        /// How many there are.
-        count: usize,
-    },
 }
 
 /// Primitive ids must leave room for two flag bits and a block number.

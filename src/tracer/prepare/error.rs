@@ -1,0 +1,42 @@
+//! What makes a scene impossible to trace.
+
+use crate::scene::desc::{BsdfId, MeshId, Place};
+
+/// Why a scene cannot be traced.
+#[derive(Clone, Debug, thiserror::Error, PartialEq)]
+pub enum PrepareError {
+    /// The camera cannot be used.
+    #[error("the camera at line {}, column {} cannot be used: {what}", place.line, place.column)]
+    Camera {
+        /// Where it stands.
+        place: Place,
+        /// What is wrong and what to do.
+        what: String,
+    },
+    /// A shape or material names a material that does not exist.
+    #[error("material {} is named but does not exist: the scene description is inconsistent", id.0)]
+    UnknownMaterial {
+        /// The id.
+        id: BsdfId,
+    },
+    /// A shape names a mesh that does not exist.
+    #[error("the shape at line {}, column {} names mesh {}, which does not exist", place.line, place.column, id.0)]
+    UnknownMesh {
+        /// The id.
+        id: MeshId,
+        /// The shape.
+        place: Place,
+    },
+    /// Two-sided materials contain each other.
+    #[error("material {} is two-sided and contains itself: name a one-sided material for each side", id.0)]
+    NestedTwoSided {
+        /// The id.
+        id: BsdfId,
+    },
+    /// More primitives than ids.
+    #[error("{count} primitives are too many: at most 500 million fit; simplify the meshes")]
+    TooManyPrimitives {
+        /// How many there are.
+        count: usize,
+    },
+}
