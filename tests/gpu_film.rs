@@ -4,9 +4,7 @@ mod gpu_support;
 
 use gpu_support::{FILTERS, RECONSTRUCTIONS, Uniform, assert_silent, film, gpu, open, scene, settings, spec};
 use pointillist::client::film::VulkanFilm;
-use pointillist::client::{
-    ClientError, FilmData, FilmSpec, Reconstruction, Settings, SplatFilter, VarianceForm,
-};
+use pointillist::client::{FilmData, FilmSpec, Reconstruction, Settings, SplatFilter, VarianceForm};
 use pointillist::color::Xyz;
 use pointillist::stream::{PathCounts, Sample};
 
