@@ -7,10 +7,11 @@
 #define DOWNSAMPLE_PUSH
 #include "include/layout.glsl"
 
-// Both extents are even: the four taps with equal weights.
-layout(constant_id = 0) const bool EVEN = false;
+// Inputs of one output along x and y: 2 where the extent is even, 3 where it is odd, 1 where it is 1.
+layout(constant_id = 0) const int TAPS_X = 3;
+layout(constant_id = 1) const int TAPS_Y = 3;
 // A second image, the variance, takes the same way.
-layout(constant_id = 1) const bool VARIANCE = false;
+layout(constant_id = 2) const bool VARIANCE = false;
 
 layout(set = 0, binding = 0) uniform sampler2D color;
 layout(set = 0, binding = 1) uniform sampler2D variance;
@@ -19,11 +20,11 @@ layout(location = 0) out vec4 out_color;
 layout(location = 1) out float out_variance;
 
 // Weights of the inputs 2i, 2i+1 and 2i+2 along one axis of `n` texels.
-vec3 axis_weights(int n, int i) {
-    if (n == 1) {
+vec3 axis_weights(const int taps, int n, int i) {
+    if (taps == 1) {
         return vec3(1.0, 0.0, 0.0);
     }
-    if ((n & 1) == 0) {
+    if (taps == 2) {
         return vec3(0.5, 0.5, 0.0);
     }
     int half_n = n >> 1;
@@ -31,12 +32,11 @@ vec3 axis_weights(int n, int i) {
 }
 
 vec4 polyphase(sampler2D image, ivec2 at, vec3 wx, vec3 wy) {
-    ivec2 last = push.source - 1;
     vec4 sum = vec4(0.0);
-    for (int y = 0; y < 3; ++y) {
+    for (int y = 0; y < TAPS_Y; ++y) {
         vec4 row = vec4(0.0);
-        for (int x = 0; x < 3; ++x) {
-            row += wx[x] * texelFetch(image, min(at + ivec2(x, y), last), 0);
+        for (int x = 0; x < TAPS_X; ++x) {
+            row += wx[x] * texelFetch(image, at + ivec2(x, y), 0);
         }
         sum += wy[y] * row;
     }
@@ -52,14 +52,14 @@ vec4 average(sampler2D image, ivec2 at) {
 void main() {
     ivec2 i = ivec2(gl_FragCoord.xy);
     ivec2 at = 2 * i;
-    if (EVEN) {
+    if (TAPS_X == 2 && TAPS_Y == 2) {
         out_color = average(color, at);
         if (VARIANCE) {
             out_variance = average(variance, at).r;
         }
     } else {
-        vec3 wx = axis_weights(push.source.x, i.x);
-        vec3 wy = axis_weights(push.source.y, i.y);
+        vec3 wx = axis_weights(TAPS_X, push.source.x, i.x);
+        vec3 wy = axis_weights(TAPS_Y, push.source.y, i.y);
         out_color = polyphase(color, at, wx, wy);
         if (VARIANCE) {
             out_variance = polyphase(variance, at, wx, wy).r;

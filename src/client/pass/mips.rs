@@ -12,8 +12,8 @@ use crate::gpu::{Access, Cmd, Format, Gpu, GpuError, Image, Load, Pipeline, Samp
 /// Reads and writes: the levels of `stream.color`, and of `stream.variance` if asked for.
 #[derive(Default)]
 pub struct MipsPass {
-    /// By: both extents even; with variance.
-    pipelines: Variants<(bool, bool)>,
+    /// By: inputs of an output along both axes; with variance.
+    pipelines: Variants<([u32; 2], bool)>,
 }
 
 impl MipsPass {
@@ -37,8 +37,8 @@ impl MipsPass {
         let first = if variance { stream.mips.color.min(stream.mips.variance) } else { stream.mips.color };
         for level in first.max(1)..levels {
             let source = stream.color.sums().extent(level - 1);
-            let even = source.iter().all(|n| n % 2 == 0);
-            let pipeline = self.pipelines.get((even, variance), || make(gpu, even, variance))?;
+            let taps = source.map(taps);
+            let pipeline = self.pipelines.get((taps, variance), || make(gpu, taps, variance))?;
             let push = DownsamplePush { source: source.map(|n| n as i32) };
             let mut images = vec![stream.color.sums_mut()];
             if variance {
@@ -82,8 +82,16 @@ fn record_level(
     });
 }
 
-fn make(gpu: &Arc<Gpu>, even: bool, variance: bool) -> Result<Pipeline, GpuError> {
-    let constants = [u32::from(even), u32::from(variance)];
+/// Inputs of one output along an axis of `n` texels.
+fn taps(n: u32) -> u32 {
+    match n {
+        1 => 1,
+        n => 2 + n % 2,
+    }
+}
+
+fn make(gpu: &Arc<Gpu>, taps: [u32; 2], variance: bool) -> Result<Pipeline, GpuError> {
+    let constants = [taps[0], taps[1], u32::from(variance)];
     let targets = [Format::Rgba32F, Format::R32F];
     let targets = if variance { &targets[..] } else { &targets[..1] };
     fullscreen(gpu, ("downsample.frag", &constants), size_of::<DownsamplePush>(), 2, targets)
