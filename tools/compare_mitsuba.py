@@ -79,15 +79,19 @@ def box_filtered(scene, size):
     return ElementTree.tostring(tree.getroot(), encoding="unicode")
 
 
-def mitsuba_renderings(mi, scene, defines, size, spp, seeds):
-    """Array (seed, y, x, channel) of linear Rec.709."""
-    folder = os.path.dirname(os.path.abspath(scene))
+def load_box_filtered(mi, scene, defines, size):
+    """The scene in Mitsuba, with the film of box_filtered()."""
     with tempfile.TemporaryDirectory() as place:
         copy = os.path.join(place, "scene.xml")
         with open(copy, "w") as f:
             f.write(box_filtered(scene, size))
-        mi.file_resolver().prepend(folder)
-        loaded = mi.load_file(copy, **defines)
+        mi.file_resolver().prepend(os.path.dirname(os.path.abspath(scene)))
+        return mi.load_file(copy, **defines)
+
+
+def mitsuba_renderings(mi, scene, defines, size, spp, seeds):
+    """Array (seed, y, x, channel) of linear Rec.709."""
+    loaded = load_box_filtered(mi, scene, defines, size)
     return np.stack([np.array(mi.render(loaded, spp=spp, seed=seed))[..., :3] for seed in seeds]).astype(np.float64)
 
 

@@ -17,6 +17,7 @@ import time
 
 import mitsuba as mi
 import numpy as np
+from compare_mitsuba import load_box_filtered, main_layer
 
 WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
 
@@ -35,10 +36,7 @@ def ours(a, spp, seed):
         done = subprocess.run(command + ["--json", "-"], capture_output=True, text=True)
         if done.returncode != 0:
             sys.exit(f"equal_time: {' '.join(command)} failed:\n{done.stderr}")
-        bitmap = mi.Bitmap(file)
-        names = [field.name for field in bitmap.struct_()]
-        pixels = np.array(bitmap)[..., [names.index(c) for c in "RGB"]].astype(np.float64)
-        return pixels, json.loads(done.stdout)["seconds"]["trace"]
+        return main_layer(mi, file), json.loads(done.stdout)["seconds"]["trace"]
 
 
 def theirs(scene, spp, seed):
@@ -60,7 +58,7 @@ def main():
     renderers = [("pointillist", None)] + [(f"mitsuba {v}", v) for v in a.variants]
     for name, variant in renderers:
         mi.set_variant(variant or "scalar_rgb")
-        scene = mi.load_file(a.scene)
+        scene = load_box_filtered(mi, a.scene, {}, None)
         size = scene.sensors()[0].film().crop_size()
         render = (lambda spp, seed: theirs(scene, spp, seed)) if variant else (lambda spp, seed: ours(a, spp, seed))
         render(8, 1000)
