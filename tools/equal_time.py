@@ -2,7 +2,7 @@
 
 Both render the same file, box filter, in turn, with R seeds each. Both are unbiased, so the error of one rendering is
 the variance between renderings; no reference is needed. relMSE = mean over pixels and channels of variance /
-(Y^2 + 0.01), with Y the luminance of the mean. Time is processor time of the tracer threads (Pointillist) or of the
+(Y^2 + 0.01), with Y the luminance of the mean; the last column is that of luminance alone. Time is processor time of the tracer threads (Pointillist) or of the
 process (Mitsuba), so that other programs on the machine do not matter much; kernels are compiled before the clock
 starts. The error at a wall time of t seconds on c cores is that of c*t processor seconds.
 """
@@ -23,9 +23,11 @@ WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
 
 
 def rel_mse(images):
+    """Of the three channels together, and of luminance alone."""
     images = np.stack(images)
-    luminance = images.mean(0) @ WEIGHTS
-    return (images.var(0, ddof=1) / (luminance[..., None] ** 2 + 0.01)).mean()
+    luminance = images @ WEIGHTS
+    scale = luminance.mean(0) ** 2 + 0.01
+    return (images.var(0, ddof=1) / scale[..., None]).mean(), (luminance.var(0, ddof=1) / scale).mean()
 
 
 def ours(a, spp, seed):
@@ -54,7 +56,7 @@ def main():
     parser.add_argument("--variants", nargs="+", default=["llvm_ad_spectral", "llvm_ad_rgb"])
     a = parser.parse_args()
     print(f"{a.scene}: {a.seeds} seeds, {a.seconds:g} processor seconds")
-    print(f"{'renderer':<28}{'spp':>6}{'seconds':>9}{'M paths/s':>11}{'relMSE':>10}{'at equal time':>15}")
+    print(f"{'renderer':<28}{'spp':>6}{'seconds':>9}{'M paths/s':>11}{'relMSE':>10}{'at equal time':>15}{'of Y':>10}")
     renderers = [("pointillist", None)] + [(f"mitsuba {v}", v) for v in a.variants]
     for name, variant in renderers:
         mi.set_variant(variant or "scalar_rgb")
@@ -66,9 +68,11 @@ def main():
         spp = max(1, round(a.seconds / probe))
         runs = [render(spp, seed) for seed in range(a.seeds)]
         seconds = sum(t for _, t in runs) / len(runs)
-        error = rel_mse([pixels for pixels, _ in runs])
+        error, of_y = rel_mse([pixels for pixels, _ in runs])
         rate = size[0] * size[1] * spp / seconds / 1e6
-        print(f"{name:<28}{spp:>6}{seconds:>9.2f}{rate:>11.2f}{error:>10.5f}{error * seconds / a.seconds:>15.5f}", flush=True)
+        scaled = seconds / a.seconds
+        figures = f"{rate:>11.2f}{error:>10.5f}{error * scaled:>15.5f}{of_y * scaled:>10.5f}"
+        print(f"{name:<28}{spp:>6}{seconds:>9.2f}{figures}", flush=True)
 
 
 if __name__ == "__main__":
