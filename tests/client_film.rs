@@ -21,7 +21,7 @@ fn film(spec: FilmSpec) -> ReferenceFilm {
 }
 
 fn settings(reconstruction: Reconstruction, vm: f32) -> Settings {
-    Settings { reconstruction, vm, exposure: 1.0, contrast: 1.0, gamma: 2.2, profile: Profile::srgb() }
+    Settings { reconstruction, vm, ..Settings::default() }
 }
 
 /// Numbers in 0…1 from a fixed congruential sequence.

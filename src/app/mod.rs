@@ -1,6 +1,7 @@
 //! The program: the only module that knows both server and client. One file per subcommand.
 
 mod args;
+mod bench;
 mod device;
 mod drive;
 mod facts;
@@ -10,6 +11,7 @@ mod progress;
 mod render;
 mod report;
 mod usage;
+mod view;
 
 pub use args::{Cli, Command};
 
@@ -25,6 +27,8 @@ use miette::Result;
 pub fn run(cli: Cli) -> Result<()> {
     match cli.command {
         Command::Render(args) => render::render(&args),
+        Command::View(args) => view::view(&args),
+        Command::Bench(args) => bench::bench(&args),
         Command::Devices => device::list(),
     }
 }

@@ -28,7 +28,7 @@ impl Outputs {
     pub fn plan(args: &RenderArgs) -> Result<Self> {
         let mut paths = args.outputs.clone();
         if paths.is_empty() {
-            let stem = args.scene.file_stem().unwrap_or("picture".as_ref());
+            let stem = args.source.scene.file_stem().unwrap_or("picture".as_ref());
             paths.push(PathBuf::from(stem).with_extension("png"));
         }
         let check = |path: PathBuf| Ok((path.clone(), check_target(&path).into_diagnostic()?));
@@ -36,7 +36,8 @@ impl Outputs {
         if let Some(json) = args.json.as_ref().filter(|p| !is_special(p)) {
             check_place(json).into_diagnostic()?;
             let place = |path: &Path| destination(path).ok();
-            if files.iter().map(|(path, _)| path).chain([&args.scene]).any(|p| place(p) == place(json)) {
+            if files.iter().map(|(path, _)| path).chain([&args.source.scene]).any(|p| place(p) == place(json))
+            {
                 return Err(miette::miette!(
                     "--json {} would overwrite the picture or the scene; choose another name",
                     json.display()

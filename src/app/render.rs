@@ -13,7 +13,7 @@ use super::outputs::Outputs;
 use super::progress::{Goal, Progress};
 use super::report::{Rejected, RejectedExample, Report, Seconds};
 use super::{interrupt, tell, usage};
-use crate::client::{Client, FilmSpec, Settings, SplatFilter, VarianceForm};
+use crate::client::{Client, FilmSpec, SplatFilter, VarianceForm};
 use crate::scene::desc::{IntegratorKind, ReconstructionFilter};
 use crate::scene::{self, Loaded};
 use crate::server::{RenderJob, Server, Stats};
@@ -57,7 +57,7 @@ pub fn render(args: &RenderArgs) -> Result<()> {
     seconds.rasterise = driven.rasterise.as_secs_f64();
     seconds.trace = tracing_time(&stats).as_secs_f64();
     let prefix = driven.complete || facts.deterministic;
-    outputs.write(&mut client, (&facts, prefix), &settings(args), &mut seconds)?;
+    outputs.write(&mut client, (&facts, prefix), &args.display.settings(), &mut seconds)?;
     seconds.total = start.elapsed().as_secs_f64();
     report.seconds = seconds;
     report.warnings = loaded.warnings.iter().map(ToString::to_string).chain(notices).collect();
@@ -85,11 +85,11 @@ fn prepare(args: &RenderArgs, seconds: &mut Seconds) -> Result<(Loaded, Scene, D
     std::thread::scope(|scope| {
         let device = scope.spawn(|| {
             let start = Instant::now();
-            (Device::open(args.device.as_deref()), start.elapsed())
+            (Device::open(args.source.device.as_deref()), start.elapsed())
         });
         let start = Instant::now();
-        let mut loaded = scene::load(&args.scene, &args.defines)?;
-        if let Some((width, height)) = args.size {
+        let mut loaded = scene::load(&args.source.scene, &args.source.defines)?;
+        if let Some((width, height)) = args.source.size {
             (loaded.desc.film.width, loaded.desc.film.height) = (width, height);
             loaded.desc.film.crop = None;
         }
@@ -106,7 +106,7 @@ fn prepare(args: &RenderArgs, seconds: &mut Seconds) -> Result<(Loaded, Scene, D
 
 fn threads(args: &RenderArgs) -> usize {
     let cores = || std::thread::available_parallelism().map_or(1, usize::from);
-    args.threads.map_or_else(cores, usize::from)
+    args.source.threads.map_or_else(cores, usize::from)
 }
 
 fn facts(args: &RenderArgs, loaded: &Loaded, device: String) -> RunFacts {
@@ -117,33 +117,22 @@ fn facts(args: &RenderArgs, loaded: &Loaded, device: String) -> RunFacts {
         Some(ReconstructionFilter::Tent) => SplatFilter::Tent,
         Some(ReconstructionFilter::Gaussian) | None => SplatFilter::Gaussian,
     };
-    let filter = args.filter.map_or_else(from_file, SplatFilter::from);
+    let filter = args.source.filter.map_or_else(from_file, SplatFilter::from);
     let integrator = &loaded.desc.integrator;
     RunFacts {
-        scene: args.scene.clone(),
-        defines: args.defines.clone(),
-        size: args.size,
+        scene: args.source.scene.clone(),
+        defines: args.source.defines.clone(),
+        size: args.source.size,
         first_index: args.first_index,
         spec: FilmSpec { width, height, filter, variance: VarianceForm::Product },
-        max_depth: args.max_depth.map_or(integrator.max_depth, |d| d.0),
+        max_depth: args.source.max_depth.map_or(integrator.max_depth, |d| d.0),
         rr_depth: integrator.rr_depth,
         hide_emitters: integrator.hide_emitters,
         integrator: integrator.kind,
         spp: args.spp.or(loaded.desc.samples_per_pixel).unwrap_or(DEFAULT_SPP),
-        seed: args.seed,
+        seed: args.source.seed,
         deterministic: args.deterministic,
         device,
-    }
-}
-
-fn settings(args: &RenderArgs) -> Settings {
-    Settings {
-        reconstruction: args.reconstruct.into(),
-        vm: args.vm,
-        exposure: args.exposure,
-        contrast: args.contrast,
-        gamma: args.gamma,
-        profile: args.profile.clone(),
     }
 }
 

@@ -12,7 +12,7 @@ use crate::client::pass::variance::VariancePass;
 use crate::client::settings::{DisplayImage, FilmCounts, FilmData, FilmSpec, Settings};
 use crate::client::state::FilmState;
 use crate::client::upload::{Batch, VertexBuffers};
-use crate::gpu::{Gpu, Region, read_image};
+use crate::gpu::{Cmd, Gpu, Image, Region, read_image};
 use crate::stream::{PathCounts, Sample};
 
 /// A film on a Vulkan device; the twin of [`ReferenceFilm`](crate::client::reference::ReferenceFilm).
@@ -168,6 +168,25 @@ impl VulkanFilm {
         repaint.display(sums, settings)
     }
 
+    /// Records into `cmd` what [`display`](Self::display) does, without reading back: the encoded picture, to be drawn into a
+    /// window. The batch must have been flushed before the frame was begun.
+    ///
+    /// `detail` is the internal resolution, picture pixels per reconstructed one and axis: 1, 2 or 4. Above 1 the blur is
+    /// computed on a coarser grid and interpolated; the encoded picture has full size.
+    ///
+    /// # Errors
+    ///
+    /// As [`display`](Self::display).
+    pub fn paint(
+        &mut self,
+        cmd: &mut Cmd<'_>,
+        settings: &Settings,
+        detail: u32,
+    ) -> Result<&mut Image, ClientError> {
+        let (repaint, sums) = self.sums()?;
+        repaint.paint(cmd, sums, settings, detail)
+    }
+
     /// The reconstructed picture before the tone curve: scene-linear `[X, Y, Z]`, `[height][width]`; waits for the GPU.
     ///
     /// # Errors
@@ -228,6 +247,11 @@ impl VulkanFilm {
     /// Rasterises the batch, and hands out what shows the sums together with them.
     fn repaint(&mut self) -> Result<(&mut Repaint, Sums<'_>), ClientError> {
         self.flush()?;
+        self.sums()
+    }
+
+    /// What shows the sums, together with them.
+    fn sums(&mut self) -> Result<(&mut Repaint, Sums<'_>), ClientError> {
         let lods = self.state.lods();
         let (light_scale, inverse_scale) = (self.state.light_scale(), self.state.scale().recip());
         let repaint = match &mut self.repaint {

@@ -29,6 +29,7 @@ pub mod reference;
 pub mod settings;
 pub mod state;
 pub mod upload;
+pub mod window;
 
 pub use error::ClientError;
 pub use settings::*;

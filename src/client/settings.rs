@@ -31,6 +31,91 @@ pub enum Reconstruction {
     None,
 }
 
+/// How blur is spent where the variance asks for it (the paper's §4.2).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Masking {
+    /// A wider reconstruction kernel: the only choice while the picture is undersampled.
+    #[default]
+    LowPass,
+    /// Averages over neighbours whose difference the variance explains; keeps features.
+    Bilateral,
+}
+
+/// What is shown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum View {
+    /// The picture.
+    #[default]
+    Picture,
+    /// Relative standard error of the camera stream, as grey.
+    CameraVariance,
+    /// Relative standard error of the light stream, as grey.
+    LightVariance,
+}
+
+/// State of the observer's eye, which decides the components of its glare (Spencer et al. 1995, table 1).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Adaptation {
+    /// Daylight, above 3 cd/m².
+    #[default]
+    Photopic,
+    /// Dusk.
+    Mesopic,
+    /// Night, below 0.01 cd/m².
+    Scotopic,
+}
+
+/// Glare of the observer's eye (Spencer, Shirley, Zimmerman, Greenberg, SIGGRAPH 1995).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Glare {
+    /// State of the eye.
+    pub adaptation: Adaptation,
+    /// Angle that the picture's width fills in the observer's eye, degrees.
+    pub view_angle: f32,
+}
+
+impl Default for Glare {
+    fn default() -> Self {
+        Self { adaptation: Adaptation::default(), view_angle: 40.0 }
+    }
+}
+
+/// The curve from scene luminance to display luminance.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum ToneCurve {
+    /// The paper's `1 − exp(−(B·Y)^C)`.
+    #[default]
+    Paper,
+    /// Khronos PBR Neutral.
+    PbrNeutral,
+    /// AgX (Sobotka).
+    AgX,
+}
+
+/// What hides the steps of 8 bits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Dither {
+    /// Plain rounding.
+    #[default]
+    None,
+    /// Ordered 8×8 matrix.
+    Ordered,
+    /// Blue noise.
+    BlueNoise,
+}
+
+/// What the encoded picture is meant for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Output {
+    /// 8 bits, gamma-encoded.
+    #[default]
+    Sdr,
+    /// Linear extended sRGB in half floats, 1.0 = 80 cd/m² (scRGB).
+    ScRgb,
+    /// Rec.2020 with the PQ transfer, 10 bits (HDR10).
+    Hdr10,
+}
+
 /// The form of the running variance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum VarianceForm {
@@ -61,6 +146,14 @@ pub struct Settings {
     pub reconstruction: Reconstruction,
     /// Noise masking strength `Vm`: mip levels of extra blur per factor 4 of excess variance; 0 is off.
     pub vm: f32,
+    /// How noise is masked where `vm` is above 0.
+    pub masking: Masking,
+    /// What is shown.
+    pub view: View,
+    /// Glare of the eye; `None` is off.
+    pub glare: Option<Glare>,
+    /// Tone curve.
+    pub curve: ToneCurve,
     /// Brightness `B` of the tone curve.
     pub exposure: f32,
     /// Contrast `C` of the tone curve.
@@ -69,6 +162,10 @@ pub struct Settings {
     pub gamma: f32,
     /// Primaries and white of the display: the matrix `P`.
     pub profile: Profile,
+    /// What hides the steps of 8 bits.
+    pub dither: Dither,
+    /// What the picture is encoded for; files and 8-bit windows are [`Output::Sdr`].
+    pub output: Output,
 }
 
 impl Default for Settings {
@@ -77,10 +174,16 @@ impl Default for Settings {
         Self {
             reconstruction: Reconstruction::default(),
             vm: 0.0,
+            masking: Masking::default(),
+            view: View::default(),
+            glare: None,
+            curve: ToneCurve::default(),
             exposure: 1.0,
             contrast: 1.0,
             gamma: 2.2,
             profile: Profile::srgb(),
+            dither: Dither::default(),
+            output: Output::default(),
         }
     }
 }

@@ -74,6 +74,13 @@ pub enum GpuError {
     Shader(String),
 }
 
+impl GpuError {
+    /// True when the device is gone and a new one may help.
+    pub fn is_device_lost(&self) -> bool {
+        matches!(self, GpuError::Call { result: vk::Result::ERROR_DEVICE_LOST, .. })
+    }
+}
+
 /// What the reader can do about a result.
 fn hint(result: vk::Result) -> &'static str {
     match result {

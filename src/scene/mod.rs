@@ -14,6 +14,7 @@
 
 pub mod desc;
 mod diagnostic;
+pub mod edit;
 mod excerpt;
 mod files;
 pub mod limits;

@@ -10,7 +10,7 @@ use crate::client::pass::mips::MipsPass;
 use crate::client::pass::reconstruct::{ReconstructPass, StreamInput, levels_needed};
 use crate::client::pass::tonemap::{TonemapPass, tonemap_push};
 use crate::client::settings::{DisplayImage, FilmSpec, Settings};
-use crate::gpu::{Access, Buffer, BufferUse, Cmd, Gpu, Load, Region, Target, read_image};
+use crate::gpu::{Access, Buffer, BufferUse, Cmd, Gpu, Image, Load, Region, Target, read_image};
 
 /// The sums that a repaint shows.
 pub struct Sums<'a> {
@@ -53,6 +53,24 @@ impl Repaint {
         })
     }
 
+    /// Records everything up to the encoded picture; `detail` as in
+    /// [`VulkanFilm::paint`](crate::client::film::VulkanFilm::paint).
+    ///
+    /// # Errors
+    ///
+    /// As [`display`](Self::display).
+    pub fn paint(
+        &mut self,
+        cmd: &mut Cmd<'_>,
+        sums: Sums<'_>,
+        settings: &Settings,
+        _detail: u32,
+    ) -> Result<&mut Image, ClientError> {
+        self.record(cmd, sums, settings)?;
+        self.tonemap.record(cmd, &mut self.picture, &tonemap_push(settings));
+        Ok(&mut self.picture.encoded)
+    }
+
     /// The encoded picture; waits for the GPU.
     ///
     /// # Errors
@@ -62,8 +80,7 @@ impl Repaint {
         let gpu = self.gpu.clone();
         let mut frame = gpu.begin()?;
         let cmd = &mut frame.cmd();
-        self.record(cmd, sums, settings)?;
-        self.tonemap.record(cmd, &mut self.picture, &tonemap_push(settings));
+        self.paint(cmd, sums, settings, 1)?;
         let region = region(&self.spec);
         cmd.scope("readback").copy_to_buffer(&mut self.picture.encoded, region, &self.readback);
         gpu.wait(frame.submit()?)?;

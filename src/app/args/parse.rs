@@ -1,0 +1,107 @@
+//! Values of options.
+
+use std::time::Duration;
+
+use super::scene::MaxDepth;
+
+pub(super) fn define(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((name, value)) if !name.is_empty() => Ok((name.to_string(), value.to_string())),
+        _ => Err("expected NAME=VALUE".to_string()),
+    }
+}
+
+pub(super) fn size(text: &str) -> Result<(u32, u32), String> {
+    let parse = || {
+        let (w, h) = text.split_once(['x', 'X', '×'])?;
+        Some((w.trim().parse::<u32>().ok()?, h.trim().parse::<u32>().ok()?))
+    };
+    match parse() {
+        Some((w, h)) if (1..=16384).contains(&w) && (1..=16384).contains(&h) => Ok((w, h)),
+        Some(_) => Err("each side must be 1 to 16384 pixels".to_string()),
+        None => Err("expected WIDTHxHEIGHT, such as 640x480".to_string()),
+    }
+}
+
+/// Reads a positive count with an optional decimal suffix k, M or G.
+pub fn count(text: &str) -> Result<u64, String> {
+    let (digits, factor) = match text.trim().char_indices().last() {
+        Some((at, 'k' | 'K')) => (&text.trim()[..at], 1e3),
+        Some((at, 'M')) => (&text.trim()[..at], 1e6),
+        Some((at, 'G')) => (&text.trim()[..at], 1e9),
+        _ => (text.trim(), 1.0),
+    };
+    if factor == 1.0
+        && let Ok(n) = digits.parse::<u64>()
+    {
+        return if n > 0 { Ok(n) } else { Err("must be at least 1".to_string()) };
+    }
+    match digits.parse::<f64>() {
+        Ok(v) if v.is_finite() && (1.0..1.8e19).contains(&(v * factor)) => Ok((v * factor).round() as u64),
+        Ok(_) => Err("must be at least 1 and below 2^64".to_string()),
+        Err(_) => Err("expected a count such as 500, 64k, 1.5M or 2G".to_string()),
+    }
+}
+
+pub(super) fn seconds(text: &str) -> Result<Duration, String> {
+    let duration = text.parse::<f64>().ok().and_then(|t| Duration::try_from_secs_f64(t).ok());
+    duration.filter(|t| !t.is_zero()).ok_or_else(|| "expected a positive number of seconds".to_string())
+}
+
+pub(super) fn depth(text: &str) -> Result<MaxDepth, String> {
+    match text.parse::<i64>() {
+        Ok(-1) => Ok(MaxDepth(None)),
+        Ok(n @ 0..=0xffff_ffff) => Ok(MaxDepth(Some(n as u32))),
+        _ => Err("expected a path length, or -1 for unlimited".to_string()),
+    }
+}
+
+pub(super) fn float(text: &str) -> Result<f32, String> {
+    text.parse::<f32>().ok().filter(|v| v.is_finite()).ok_or_else(|| "expected a number".to_string())
+}
+
+pub(super) fn positive(text: &str) -> Result<f32, String> {
+    float(text).and_then(|v| if v > 0.0 { Ok(v) } else { Err("must be above 0".to_string()) })
+}
+
+pub(super) fn non_negative(text: &str) -> Result<f32, String> {
+    float(text).and_then(|v| if v >= 0.0 { Ok(v) } else { Err("must not be negative".to_string()) })
+}
+
+pub(super) fn profile(text: &str) -> Result<crate::color::Profile, String> {
+    crate::color::Profile::named(text)
+        .ok_or_else(|| format!("unknown; known are {}", crate::color::Profile::names().join(", ")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_take_suffixes() {
+        assert_eq!(count("500"), Ok(500));
+        assert_eq!(count("64k"), Ok(64_000));
+        assert_eq!(count("1.5M"), Ok(1_500_000));
+        assert_eq!(count("2G"), Ok(2_000_000_000));
+        assert_eq!(count("18446744073709551615"), Ok(u64::MAX));
+        for bad in ["", "k", "0", "-3", "1e99", "nan", "0.0001k", "ten", "4 4"] {
+            assert!(count(bad).is_err(), "{bad:?} was accepted");
+        }
+    }
+
+    #[test]
+    fn sizes_are_bounded() {
+        assert_eq!(size("640x480"), Ok((640, 480)));
+        for bad in ["640", "0x4", "4x0", "99999x3", "ax3", "-1x3"] {
+            assert!(size(bad).is_err(), "{bad:?} was accepted");
+        }
+    }
+
+    #[test]
+    fn times_are_positive_and_can_be_waited_for() {
+        assert_eq!(seconds("1.5"), Ok(Duration::from_millis(1500)));
+        for bad in ["0", "-1", "nan", "inf", "1e300", "", "3 s"] {
+            assert!(seconds(bad).is_err(), "{bad:?} was accepted");
+        }
+    }
+}

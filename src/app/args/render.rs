@@ -1,0 +1,59 @@
+//! Options of `pointillist render`.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::{ArgGroup, Args};
+
+use super::display::DisplayArgs;
+use super::parse::{count, seconds};
+use super::scene::SceneArgs;
+
+/// Options of `pointillist render`.
+#[derive(Args, Debug)]
+#[command(group(ArgGroup::new("amount").args(["samples", "spp", "time"])))]
+pub struct RenderArgs {
+    /// What is traced.
+    #[command(flatten)]
+    pub source: SceneArgs,
+
+    /// Output file, .exr or .png; may be given several times [default: the scene's name as .png].
+    #[arg(short = 'o', long = "output", value_name = "FILE")]
+    pub outputs: Vec<PathBuf>,
+
+    /// Camera paths in all, over the picture and its overscan; k, M, G are accepted.
+    #[arg(long, value_name = "N", value_parser = count)]
+    pub samples: Option<u64>,
+
+    /// Samples per pixel [default: what the scene asks for, else 16].
+    #[arg(long, value_name = "N", value_parser = count)]
+    pub spp: Option<u64>,
+
+    /// Stop after this many seconds of rendering.
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    pub time: Option<Duration>,
+
+    /// First index of the sequence; the picture holds the paths from there on (for replaying one, with --samples 1).
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub first_index: u64,
+
+    /// Rasterise samples in index order: the same bytes for any number of threads.
+    #[arg(long)]
+    pub deterministic: bool,
+
+    /// How it is shown.
+    #[command(flatten)]
+    pub display: DisplayArgs,
+
+    /// Write figures of the run as JSON; `-` is standard output.
+    #[arg(long, value_name = "FILE|-")]
+    pub json: Option<PathBuf>,
+
+    /// No progress bar, no summary; warnings and errors only.
+    #[arg(long, short)]
+    pub quiet: bool,
+
+    /// Time every pass on the device and write one row per frame and scope: FILE as CSV, FILE.json as a Chrome trace.
+    #[arg(long, value_name = "FILE")]
+    pub gpu_timings: Option<PathBuf>,
+}

@@ -1,0 +1,68 @@
+//! Options that say what is traced.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use super::parse::{define, depth, size};
+use crate::client::SplatFilter;
+
+/// The scene and how it is traced.
+#[derive(Args, Clone, Debug)]
+pub struct SceneArgs {
+    /// The scene, a Mitsuba 3 XML file.
+    pub scene: PathBuf,
+
+    /// Give a value to a $name in the scene; may be given several times.
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = define)]
+    pub defines: Vec<(String, String)>,
+
+    /// Picture size in pixels; replaces the film's size and crop.
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub size: Option<(u32, u32)>,
+
+    /// Longest path in segments; -1 is unlimited [default: what the scene asks for].
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = depth)]
+    pub max_depth: Option<MaxDepth>,
+
+    /// Tracer threads [default: one per core].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+
+    /// Seed of the sample sequence; another seed gives an independent picture.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u32,
+
+    /// Splat filter [default: what the scene asks for, else gaussian].
+    #[arg(long, value_name = "KIND")]
+    pub filter: Option<FilterArg>,
+
+    /// Vulkan device by index or part of its name, or `cpu` for none [default: the best there is].
+    #[arg(long, value_name = "NAME|INDEX|cpu")]
+    pub device: Option<String>,
+}
+
+/// `--max-depth`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MaxDepth(pub Option<u32>);
+
+/// `--filter`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum FilterArg {
+    /// Windowed Gaussian, 5×5 texels.
+    Gaussian,
+    /// Tent of radius 1.
+    Tent,
+    /// Exactly one texel.
+    Box,
+}
+
+impl From<FilterArg> for SplatFilter {
+    fn from(filter: FilterArg) -> Self {
+        match filter {
+            FilterArg::Gaussian => SplatFilter::Gaussian,
+            FilterArg::Tent => SplatFilter::Tent,
+            FilterArg::Box => SplatFilter::Box,
+        }
+    }
+}

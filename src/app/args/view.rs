@@ -1,0 +1,64 @@
+//! Options of `pointillist view`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::display::DisplayArgs;
+use super::parse::{count, positive};
+use super::scene::SceneArgs;
+
+/// Options of `pointillist view`.
+#[derive(Args, Debug)]
+pub struct ViewArgs {
+    /// What is traced.
+    #[command(flatten)]
+    pub source: SceneArgs,
+
+    /// Pictures per second aimed at [default: the display's rate].
+    #[arg(long, value_name = "N", value_parser = positive)]
+    pub fps: Option<f32>,
+
+    /// Write the picture here when the window closes, .exr or .png; may be given several times.
+    #[arg(short = 'o', long = "output", value_name = "FILE")]
+    pub outputs: Vec<PathBuf>,
+
+    /// Stop tracing after this many camera paths; the window stays open.
+    #[arg(long, value_name = "N", value_parser = count)]
+    pub samples: Option<u64>,
+
+    /// Rasterise in index order and whole batches: with --samples the same bytes as `render --deterministic`.
+    #[arg(long)]
+    pub deterministic: bool,
+
+    /// How it is shown.
+    #[command(flatten)]
+    pub display: DisplayArgs,
+
+    /// Begin without the panel.
+    #[arg(long)]
+    pub no_panel: bool,
+
+    /// Colours of the window, where the display offers them.
+    #[arg(long, value_name = "KIND", default_value = "sdr")]
+    pub hdr: HdrArg,
+
+    /// Time every pass on the device and write one row per frame and scope: FILE as CSV, FILE.json as a Chrome trace.
+    #[arg(long, value_name = "FILE")]
+    pub gpu_timings: Option<PathBuf>,
+
+    /// Write figures of the session as JSON when the window closes; `-` is standard output.
+    #[arg(long, value_name = "FILE|-")]
+    pub json: Option<PathBuf>,
+}
+
+/// `--hdr`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum HdrArg {
+    /// 8 bits.
+    Sdr,
+    /// Linear half floats.
+    Scrgb,
+    /// Rec.2020 with PQ, 10 bits.
+    Hdr10,
+}
