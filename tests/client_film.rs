@@ -5,7 +5,7 @@ use pointillist::client::reference::ReferenceFilm;
 use pointillist::client::{
     BATCH_CAPACITY, ClientError, FilmSpec, Reconstruction, Settings, SplatFilter, VarianceForm, develop,
 };
-use pointillist::color::{Profile, Xyz};
+use pointillist::color::Xyz;
 use pointillist::stream::{PathCounts, Sample};
 
 const FILTERS: [SplatFilter; 3] = [SplatFilter::Gaussian, SplatFilter::Tent, SplatFilter::Box];

@@ -5,7 +5,7 @@ use pointillist::client::reference::ReferenceFilm;
 use pointillist::client::reference::fold::two_float_add;
 use pointillist::client::reference::tonemap::{ToneParameters, display_linear, encode, tone_curve};
 use pointillist::client::{FilmData, FilmSpec, Reconstruction, Settings, SplatFilter, VarianceForm};
-use pointillist::color::{Profile, Xyz};
+use pointillist::color::Xyz;
 use pointillist::stream::Sample;
 
 use glam::{Mat3, Vec3};
@@ -170,8 +170,7 @@ fn the_blur_does_not_depend_on_the_exposure() {
             vm: 0.7,
             exposure: scale.recip(),
             contrast: 1.0,
-            gamma: 2.2,
-            profile: Profile::srgb(),
+            ..Settings::default()
         };
         let variance = film.develop().expect("develop").camera_variance;
         (film.display(&settings).expect("display"), variance)

@@ -208,7 +208,7 @@ fn wait(gpu: &Arc<Gpu>) -> Outcome<()> {
 }
 
 fn settings(reconstruction: Reconstruction, vm: f32) -> Settings {
-    Settings { reconstruction, vm, exposure: 1.0, contrast: 1.0, gamma: 2.2, profile: Profile::srgb() }
+    Settings { reconstruction, vm, ..Settings::default() }
 }
 
 /// Samples over the whole window (a linear congruential generator; Knuth's constants).

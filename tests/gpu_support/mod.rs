@@ -6,7 +6,7 @@ use std::sync::{Arc, LazyLock};
 
 use pointillist::client::film::VulkanFilm;
 use pointillist::client::{FilmSpec, Reconstruction, Settings, SplatFilter, VarianceForm};
-use pointillist::color::{Profile, Xyz};
+use pointillist::color::Xyz;
 use pointillist::gpu::{DeviceChoice, Gpu, GpuOptions};
 use pointillist::stream::Sample;
 
@@ -44,7 +44,7 @@ pub fn spec(width: u32, height: u32, filter: SplatFilter) -> FilmSpec {
 }
 
 pub fn settings(reconstruction: Reconstruction, vm: f32) -> Settings {
-    Settings { reconstruction, vm, exposure: 1.0, contrast: 1.0, gamma: 2.2, profile: Profile::srgb() }
+    Settings { reconstruction, vm, ..Settings::default() }
 }
 
 pub const FILTERS: [SplatFilter; 3] = [SplatFilter::Gaussian, SplatFilter::Tent, SplatFilter::Box];
