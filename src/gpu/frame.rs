@@ -8,6 +8,7 @@ use ash::vk;
 use super::cmd::Cmd;
 use super::device::Gpu;
 use super::error::{GpuError, Named};
+use super::sync::ACQUIRED_AT;
 use super::timing::{ScopeTime, Timers};
 
 /// How many frames may be in flight.
@@ -93,6 +94,15 @@ impl FrameRing {
     }
 }
 
+/// Semaphores between a frame and the window it draws into.
+#[derive(Clone, Copy)]
+pub(in crate::gpu) struct Handover {
+    /// Signalled when the acquired image may be used.
+    pub acquired: vk::Semaphore,
+    /// To be signalled when it has been drawn.
+    pub drawn: vk::Semaphore,
+}
+
 /// A frame that is being recorded, to be handed over by [`submit`](Self::submit).
 ///
 /// Dropping it, as an error between recording and submitting does, submits what was recorded: images remember how they
@@ -146,19 +156,24 @@ impl Frame<'_> {
     ///
     /// [`GpuError::Call`] when the device was lost or memory is exhausted.
     pub fn submit(mut self) -> Result<FrameNumber, GpuError> {
-        self.finish()
+        self.finish(None)
     }
 
-    fn finish(&mut self) -> Result<FrameNumber, GpuError> {
+    /// Submits; the frame keeps the queue locked until it is dropped.
+    pub(in crate::gpu) fn finish(&mut self, window: Option<Handover>) -> Result<FrameNumber, GpuError> {
         self.open = false;
+        self.gpu.may_submit()?;
         let slot = &mut self.ring.slots[self.number as usize % IN_FLIGHT];
         let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(slot.commands)];
-        let signals = [vk::SemaphoreSubmitInfo::default()
-            .semaphore(self.gpu.timeline)
-            .value(self.number)
-            .stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)];
-        let submits =
-            [vk::SubmitInfo2::default().command_buffer_infos(&commands).signal_semaphore_infos(&signals)];
+        let all = vk::PipelineStageFlags2::ALL_COMMANDS;
+        let semaphore = |raw, stage| vk::SemaphoreSubmitInfo::default().semaphore(raw).stage_mask(stage);
+        let mut signals = vec![semaphore(self.gpu.timeline, all).value(self.number)];
+        signals.extend(window.map(|w| semaphore(w.drawn, all)));
+        let waits: Vec<_> = window.map(|w| semaphore(w.acquired, ACQUIRED_AT)).into_iter().collect();
+        let submits = [vk::SubmitInfo2::default()
+            .wait_semaphore_infos(&waits)
+            .command_buffer_infos(&commands)
+            .signal_semaphore_infos(&signals)];
         // SAFETY: the buffer was begun by `Gpu::begin`; the lock that this frame holds protects queue and buffer;
         // objects that it uses are kept by `retire` until this number has completed.
         unsafe {
@@ -178,7 +193,7 @@ impl Drop for Frame<'_> {
         // A panic may have left a rendering open; such commands must not run.
         if self.open
             && !std::thread::panicking()
-            && let Err(error) = self.finish()
+            && let Err(error) = self.finish(None)
         {
             tracing::error!("a frame that was given up could not be submitted: {error}");
         }

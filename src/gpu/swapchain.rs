@@ -1,26 +1,21 @@
-//! A window's images: surface, swapchain, acquire and present.
+//! A window's images: acquire, draw, present, and recreate.
 
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
 
+use ash::{khr, vk};
 use raw_window_handle::{RawDisplayHandle, RawWindowHandle};
 
+use super::chain::{Chain, ChainDesc};
 use super::choice::DeviceChoice;
 use super::device::{Gpu, GpuOptions};
-use super::error::GpuError;
-use super::frame::{Frame, FrameNumber};
+use super::error::{GpuError, Named};
+use super::frame::{Frame, FrameNumber, Handover};
 use super::image::Image;
-
-/// How the window's colours are encoded.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum ColorOutput {
-    /// 8 bits, sRGB colour space, values as given.
-    #[default]
-    Sdr,
-    /// Half floats, linear extended sRGB.
-    ScRgb,
-    /// 10 bits, Rec.2020 PQ.
-    Hdr10,
-}
+use super::present::Shown;
+use super::surface::{ColorOutput, Surface};
+use super::sync::Access;
 
 /// What the surface says to an attempt to draw.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,25 +30,73 @@ pub enum Readiness {
     SurfaceLost,
 }
 
+/// An image that waits to be drawn.
+pub(in crate::gpu) struct Acquired {
+    index: u32,
+    /// Signalled when it may be drawn.
+    semaphore: vk::Semaphore,
+    pub shown: Shown,
+    pub view: vk::ImageView,
+}
+
 /// The images of one window. Recreates itself when out of date.
+///
+/// Resizing does not wait for the GPU: images of the old size live until the frames that use them have completed and
+/// some of the new ones have been shown. Dropping it waits. The window must outlive it.
 pub struct Swapchain {
     gpu: Arc<Gpu>,
+    loader: khr::swapchain::Device,
+    surface: Surface,
+    chain: Option<Chain>,
+    /// Earlier generations, each with the number of the frame after which nothing can need it.
+    old: Vec<(u64, Chain)>,
+    /// Semaphores to acquire with, each with the number of the frame that waits for it.
+    semaphores: Vec<(u64, vk::Semaphore)>,
+    pub(in crate::gpu) acquired: Option<Acquired>,
+    /// The extent that the window was said to have.
+    wanted: [u32; 2],
+    output: ColorOutput,
+    outputs: Vec<ColorOutput>,
+    /// The chain does not fit the window any more.
+    stale: bool,
+    hidden: bool,
+    surface_lost: bool,
 }
 
 impl Swapchain {
-    /// Opens a device that can show pictures in this window, and the window's images.
+    /// Opens a device that can show pictures in this window, and the window's images. `extent` is the window's size in
+    /// physical pixels, used where the window system leaves it to the program (Wayland).
+    ///
+    /// The handles must be those of a live window and of its connection, and both must outlive what is returned.
     ///
     /// # Errors
     ///
-    /// As [`Gpu::with_options`], and [`GpuError::Call`] for surface and swapchain.
+    /// As [`Gpu::with_options`], [`GpuError::NoWindow`] where no device can show pictures in this window, and
+    /// [`GpuError::Call`] for surface and swapchain.
     pub fn open(
         choice: &DeviceChoice,
         options: GpuOptions,
         window: (RawDisplayHandle, RawWindowHandle),
         extent: [u32; 2],
     ) -> Result<Self, GpuError> {
-        let _ = (window, extent);
-        Ok(Self { gpu: Gpu::with_options(choice, options)? })
+        let (gpu, surface) = Gpu::for_window(choice, options, window)?;
+        let mut swapchain = Self {
+            loader: khr::swapchain::Device::new(&gpu.instance.raw, &gpu.device),
+            gpu,
+            surface,
+            chain: None,
+            old: Vec::new(),
+            semaphores: Vec::new(),
+            acquired: None,
+            wanted: extent,
+            output: ColorOutput::Sdr,
+            outputs: Vec::new(),
+            stale: false,
+            hidden: false,
+            surface_lost: false,
+        };
+        swapchain.recreate()?;
+        Ok(swapchain)
     }
 
     /// The device.
@@ -63,43 +106,136 @@ impl Swapchain {
 
     /// The window's extent in physical pixels, as it is drawn; `None` while hidden.
     pub fn extent(&self) -> Option<[u32; 2]> {
-        None
+        self.chain.as_ref().filter(|_| !self.hidden).map(|chain| chain.extent)
     }
 
     /// What the window's colours are.
     pub fn output(&self) -> ColorOutput {
-        ColorOutput::Sdr
+        self.output
     }
 
     /// The outputs that the surface offers.
     pub fn outputs(&self) -> Vec<ColorOutput> {
-        vec![ColorOutput::Sdr]
+        self.outputs.clone()
+    }
+
+    /// How images follow each other on the screen: `mailbox` (the newest replaces one that waits) or `fifo` (one for
+    /// each refresh).
+    pub fn present_mode(&self) -> &'static str {
+        match self.chain.as_ref().map(|chain| chain.mode) {
+            Some(vk::PresentModeKHR::MAILBOX) => "mailbox",
+            Some(_) => "fifo",
+            None => "none",
+        }
+    }
+
+    /// Format of the window's images; undefined before there are any.
+    pub(in crate::gpu) fn format(&self) -> vk::Format {
+        self.chain.as_ref().map_or(vk::Format::UNDEFINED, |chain| chain.format)
     }
 
     /// Asks for another output; takes effect with the next image. `false` where it is not offered.
     pub fn set_output(&mut self, output: ColorOutput) -> bool {
-        let _ = output;
-        false
+        let offered = self.outputs.contains(&output);
+        if offered && self.output != output {
+            self.output = output;
+            self.stale = true;
+        }
+        offered
     }
 
     /// Says that the window has a new size.
     pub fn resize(&mut self, extent: [u32; 2]) {
-        let _ = extent;
+        self.wanted = extent;
+        self.stale |= self.chain.as_ref().is_none_or(|chain| chain.extent != extent);
     }
 
-    /// Takes the next image, waiting at most `timeout`; recreates the swapchain where it must be.
+    /// Takes the next image, waiting at most `timeout`; recreates the swapchain where it must be. An image that was taken
+    /// and not presented is kept.
     ///
     /// # Errors
     ///
     /// [`GpuError::Call`]; [`GpuError::is_device_lost`] tells whether a new device helps.
-    pub fn acquire(&mut self, timeout: std::time::Duration) -> Result<Readiness, GpuError> {
-        let _ = timeout;
-        Ok(Readiness::Hidden)
+    pub fn acquire(&mut self, timeout: Duration) -> Result<Readiness, GpuError> {
+        self.gpu.alive("vkAcquireNextImageKHR")?;
+        if self.acquired.is_some() {
+            return Ok(Readiness::Ready);
+        }
+        // A window that is being resized may be out of date again at once: then the next frame tries.
+        for _ in 0..3 {
+            if self.stale || self.chain.is_none() {
+                self.recreate()?;
+            }
+            match (self.surface_lost, self.hidden, &self.chain) {
+                (true, ..) => return Ok(Readiness::SurfaceLost),
+                (_, true, _) => return Ok(Readiness::Hidden),
+                (.., None) => return Ok(Readiness::Busy),
+                _ => {}
+            }
+            if let Some(readiness) = self.take_image(timeout)? {
+                return Ok(readiness);
+            }
+        }
+        Ok(Readiness::Busy)
+    }
+
+    /// One attempt to acquire; `None` when the chain must be recreated first.
+    fn take_image(&mut self, timeout: Duration) -> Result<Option<Readiness>, GpuError> {
+        let completed = self.gpu.completed()?;
+        self.bury(completed);
+        let semaphore = self.free_semaphore(completed)?;
+        let Some(chain) = &self.chain else { return Ok(None) };
+        let nanoseconds = u64::try_from(timeout.as_nanos()).unwrap_or(u64::MAX);
+        // SAFETY: nothing waits for the semaphore, and it is not signalled; no other image is acquired.
+        let taken =
+            unsafe { self.loader.acquire_next_image(chain.raw, nanoseconds, semaphore, vk::Fence::null()) };
+        match taken {
+            Ok((index, suboptimal)) => {
+                let image = &chain.images[index as usize];
+                let shown = Shown { raw: image.raw, extent: chain.extent, access: Access::Acquired };
+                self.acquired = Some(Acquired { index, semaphore, shown, view: image.view });
+                self.stale |= suboptimal;
+                return Ok(Some(Readiness::Ready));
+            }
+            Err(_) => self.semaphores.push((0, semaphore)),
+        }
+        match taken {
+            Err(vk::Result::NOT_READY | vk::Result::TIMEOUT) => Ok(Some(Readiness::Busy)),
+            Err(result) => {
+                self.note(result).named("vkAcquireNextImageKHR")?;
+                Ok(self.surface_lost.then_some(Readiness::SurfaceLost))
+            }
+            Ok(_) => Ok(Some(Readiness::Ready)),
+        }
+    }
+
+    /// A semaphore that nothing uses.
+    fn free_semaphore(&mut self, completed: u64) -> Result<vk::Semaphore, GpuError> {
+        if let Some(i) = self.semaphores.iter().position(|(frame, _)| *frame <= completed) {
+            return Ok(self.semaphores.swap_remove(i).1);
+        }
+        let info = vk::SemaphoreCreateInfo::default();
+        // SAFETY: nothing is asked for that could be missing.
+        let made = unsafe { self.gpu.device.create_semaphore(&info, None) }.named("vkCreateSemaphore")?;
+        self.gpu.name(made, "window image acquired");
+        Ok(made)
+    }
+
+    /// Remembers what a result says about the window; errors that say something else are returned.
+    fn note(&mut self, result: vk::Result) -> Result<(), vk::Result> {
+        match result {
+            vk::Result::ERROR_OUT_OF_DATE_KHR | vk::Result::SUBOPTIMAL_KHR => self.stale = true,
+            vk::Result::ERROR_SURFACE_LOST_KHR => self.surface_lost = true,
+            other => return Err(other),
+        }
+        Ok(())
     }
 
     /// Copies `picture` into the acquired image, texel by texel from the left top, and clears what it does not cover.
     pub fn draw(&mut self, frame: &mut Frame<'_>, picture: &mut Image) {
-        let _ = (frame, picture);
+        if let Some(acquired) = &mut self.acquired {
+            frame.cmd().scope("show").show(picture, &mut acquired.shown);
+        }
     }
 
     /// Submits the frame and shows the acquired image. Suboptimal and out of date are no errors: the next
@@ -108,8 +244,110 @@ impl Swapchain {
     /// # Errors
     ///
     /// As [`acquire`](Self::acquire).
-    pub fn present(&mut self, frame: Frame<'_>) -> Result<FrameNumber, GpuError> {
-        frame.submit()
+    pub fn present(&mut self, mut frame: Frame<'_>) -> Result<FrameNumber, GpuError> {
+        let (Some(mut acquired), Some(chain)) = (self.acquired.take(), &self.chain) else {
+            return frame.submit();
+        };
+        let shown = &mut acquired.shown;
+        if shown.access == Access::Acquired {
+            frame.cmd().clear_shown(shown);
+        }
+        frame.cmd().access_shown(shown.raw, &mut shown.access, Access::Present);
+        let drawn = chain.images[acquired.index as usize].drawn;
+        let submitted = frame.finish(Some(Handover { acquired: acquired.semaphore, drawn }));
+        let Ok(number) = submitted else {
+            // Still acquired, and nothing was drawn.
+            acquired.shown.access = Access::Acquired;
+            self.acquired = Some(acquired);
+            return submitted;
+        };
+        self.semaphores.push((number.0, acquired.semaphore));
+        let (waits, chains, indices) = ([drawn], [chain.raw], [acquired.index]);
+        let info =
+            vk::PresentInfoKHR::default().wait_semaphores(&waits).swapchains(&chains).image_indices(&indices);
+        // SAFETY: the image is acquired and in the layout to be shown; the frame still locks the queue.
+        let presented = unsafe { self.loader.queue_present(self.gpu.queue, &info) };
+        drop(frame);
+        match presented {
+            Ok(suboptimal) => self.stale |= suboptimal,
+            Err(result) => self.note(result).named("vkQueuePresentKHR")?,
+        }
+        Ok(number)
+    }
+
+    /// Makes images for the window as it is now, unless it has no extent.
+    fn recreate(&mut self) -> Result<(), GpuError> {
+        match self.try_recreate() {
+            Err(GpuError::Call { result: vk::Result::ERROR_SURFACE_LOST_KHR, .. }) => {
+                self.surface_lost = true;
+                Ok(())
+            }
+            outcome => outcome,
+        }
+    }
+
+    fn try_recreate(&mut self) -> Result<(), GpuError> {
+        let physical = self.gpu.physical;
+        let capabilities =
+            self.surface.capabilities(physical).named("vkGetPhysicalDeviceSurfaceCapabilitiesKHR")?;
+        let extent = extent(&capabilities, self.wanted);
+        self.hidden = extent.contains(&0);
+        if self.hidden {
+            return Ok(());
+        }
+        let formats = self.surface.formats(physical).named("vkGetPhysicalDeviceSurfaceFormatsKHR")?;
+        let mode = self.surface.present_mode(physical).named("vkGetPhysicalDeviceSurfacePresentModesKHR")?;
+        self.outputs = formats.iter().map(|(output, _)| *output).collect();
+        let wanted = formats.iter().find(|(output, _)| *output == self.output).or(formats.first());
+        let &(output, format) = wanted.ok_or_else(|| {
+            GpuError::NoWindow("it offers no format that pictures can be copied to unchanged.".into())
+        })?;
+        self.output = output;
+        let old = self.chain.take();
+        let raw = old.as_ref().map_or(vk::SwapchainKHR::null(), |chain| chain.raw);
+        let desc = ChainDesc { capabilities, extent, format, mode, old: raw };
+        let made = Chain::new(&self.gpu, &self.loader, &self.surface, &desc);
+        if let Some(old) = old {
+            // Showing is not a frame: some more frames make sure that the last image of the old chain has been shown.
+            let last = self.gpu.begun.load(Ordering::Acquire) + old.images.len() as u64;
+            self.old.push((last, old));
+        }
+        self.chain = Some(made?);
+        self.stale = false;
+        Ok(())
+    }
+
+    /// Destroys the generations that nothing can need any more.
+    fn bury(&mut self, completed: u64) {
+        for (_, chain) in self.old.extract_if(.., |(last, _)| *last <= completed) {
+            // SAFETY: the frames that used it have completed, and as many of the chain after it.
+            unsafe { chain.destroy(&self.gpu, &self.loader) };
+        }
+    }
+
+    /// Waits until nothing is pending, and destroys all images and semaphores.
+    fn clear(&mut self) {
+        if let (Some(acquired), Some(chain)) = (self.acquired.take(), &self.chain) {
+            // Its semaphore will be signalled; only a frame that waits makes sure that it has been.
+            let drawn = chain.images[acquired.index as usize].drawn;
+            if let Ok(mut frame) = self.gpu.begin() {
+                let _ = frame.finish(Some(Handover { acquired: acquired.semaphore, drawn }));
+            }
+            self.semaphores.push((0, acquired.semaphore));
+        }
+        let frames = self.gpu.frames.lock().unwrap_or_else(|e| e.into_inner());
+        // SAFETY: the lock keeps others from submitting. After a lost device nothing is pending either.
+        let _ = unsafe { self.gpu.device.queue_wait_idle(self.gpu.queue) };
+        drop(frames);
+        let chains = self.old.drain(..).map(|(_, chain)| chain).chain(self.chain.take());
+        for chain in chains {
+            // SAFETY: the queue is idle, and presenting is an operation of this queue.
+            unsafe { chain.destroy(&self.gpu, &self.loader) };
+        }
+        for (_, semaphore) in self.semaphores.drain(..) {
+            // SAFETY: as above.
+            unsafe { self.gpu.device.destroy_semaphore(semaphore, None) };
+        }
     }
 
     /// A new surface for the same window, after the old one was lost.
@@ -118,7 +356,29 @@ impl Swapchain {
     ///
     /// As [`open`](Self::open).
     pub fn replace_surface(&mut self, window: (RawDisplayHandle, RawWindowHandle)) -> Result<(), GpuError> {
-        let _ = window;
-        Ok(())
+        self.clear();
+        self.surface = Surface::new(&self.gpu.instance, window)?;
+        (self.surface_lost, self.stale) = (false, false);
+        self.recreate()
+    }
+}
+
+/// The extent that images of a surface must have, or may, where it has none of its own.
+fn extent(capabilities: &vk::SurfaceCapabilitiesKHR, wanted: [u32; 2]) -> [u32; 2] {
+    let (current, low, high) =
+        (capabilities.current_extent, capabilities.min_image_extent, capabilities.max_image_extent);
+    if wanted.contains(&0) || high.width.min(high.height) == 0 {
+        return [0, 0];
+    }
+    if current.width == u32::MAX {
+        let clamp = |n: u32, low: u32, high: u32| n.max(low).min(high);
+        return [clamp(wanted[0], low.width, high.width), clamp(wanted[1], low.height, high.height)];
+    }
+    [current.width, current.height]
+}
+
+impl Drop for Swapchain {
+    fn drop(&mut self) {
+        self.clear();
     }
 }

@@ -1,0 +1,143 @@
+//! A window on an X server without a screen, as the tests of the swapchain need it.
+
+use std::io::Read;
+use std::num::NonZeroU32;
+use std::process::{Child, Command, Stdio};
+use std::ptr::NonNull;
+use std::sync::{LazyLock, Mutex, MutexGuard};
+
+use raw_window_handle::{RawDisplayHandle, RawWindowHandle, XcbDisplayHandle, XcbWindowHandle};
+use x11rb::connection::Connection;
+use x11rb::protocol::xproto::{ConfigureWindowAux, ConnectionExt, CreateWindowAux, ImageFormat, WindowClass};
+use x11rb::xcb_ffi::XCBConnection;
+
+/// Serialises the tests of one binary: lavapipe keeps all cores busy anyway, and only one window is on top.
+static TURN: Mutex<()> = Mutex::new(());
+
+/// The server of this process, where `DISPLAY` names none.
+static SERVER: LazyLock<Option<Server>> =
+    LazyLock::new(|| std::env::var_os("DISPLAY").is_none().then(Server::start));
+
+struct Server {
+    child: Mutex<Child>,
+    display: String,
+}
+
+impl Server {
+    /// Starts Xvfb, which picks a free display number and writes it to its standard output.
+    fn start() -> Self {
+        let mut child = Command::new("Xvfb")
+            .args(["-displayfd", "1", "-screen", "0", "800x600x24", "-nolisten", "tcp"])
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap_or_else(|e| panic!("Xvfb cannot be started ({e}): run tools/setup --test"));
+        let mut number = Vec::new();
+        let mut out = child.stdout.take().expect("piped");
+        let mut byte = [0];
+        while out.read(&mut byte).expect("Xvfb's display number") == 1 && byte[0] != b'\n' {
+            number.push(byte[0]);
+        }
+        assert!(!number.is_empty(), "Xvfb ended at once: run tools/setup --test");
+        let display = format!(":{}", String::from_utf8(number).expect("digits").trim());
+        end_with_process(child.id());
+        Server { child: Mutex::new(child), display }
+    }
+}
+
+/// Statics are not dropped: ends the server when the process ends.
+fn end_with_process(pid: u32) {
+    static PID: std::sync::atomic::AtomicU32 = std::sync::atomic::AtomicU32::new(0);
+    extern "C" fn end() {
+        let pid = PID.load(std::sync::atomic::Ordering::Relaxed);
+        let _ = Command::new("kill").arg(pid.to_string()).status();
+    }
+    unsafe extern "C" {
+        fn atexit(call: extern "C" fn()) -> i32;
+    }
+    PID.store(pid, std::sync::atomic::Ordering::Relaxed);
+    // SAFETY: a function of the C library, called with a function that lives as long as the process.
+    unsafe { atexit(end) };
+}
+
+/// A window without frame, at the left top of the screen.
+pub struct Window {
+    connection: XCBConnection,
+    id: u32,
+    visual: u32,
+    screen: i32,
+    _turn: MutexGuard<'static, ()>,
+}
+
+impl Window {
+    pub fn new(width: u16, height: u16) -> Self {
+        let turn = TURN.lock().unwrap_or_else(|e| e.into_inner());
+        let display = SERVER.as_ref().map(|server| {
+            let ended = server.child.lock().expect("the server").try_wait().expect("its state");
+            assert!(ended.is_none(), "Xvfb has ended: {ended:?}");
+            std::ffi::CString::new(server.display.clone()).expect("no zero")
+        });
+        let (connection, screen) = XCBConnection::connect(display.as_deref()).expect("an X server");
+        let root = &connection.setup().roots[screen];
+        let (visual, parent, depth) = (root.root_visual, root.root, root.root_depth);
+        let id = connection.generate_id().expect("an id");
+        let look = CreateWindowAux::new().override_redirect(1).background_pixel(0x00ff_00ff);
+        connection
+            .create_window(
+                depth,
+                id,
+                parent,
+                0,
+                0,
+                width,
+                height,
+                0,
+                WindowClass::INPUT_OUTPUT,
+                visual,
+                &look,
+            )
+            .expect("a window");
+        connection.map_window(id).expect("a map");
+        let window = Self { connection, id, visual, screen: screen as i32, _turn: turn };
+        window.sync();
+        window
+    }
+
+    /// Waits until the server has done everything that was asked.
+    pub fn sync(&self) {
+        self.connection.get_input_focus().expect("a request").reply().expect("a reply");
+    }
+
+    pub fn handles(&self) -> (RawDisplayHandle, RawWindowHandle) {
+        let connection = NonNull::new(self.connection.get_raw_xcb_connection());
+        let mut window = XcbWindowHandle::new(NonZeroU32::new(self.id).expect("an id"));
+        window.visual_id = NonZeroU32::new(self.visual);
+        (RawDisplayHandle::Xcb(XcbDisplayHandle::new(connection, self.screen)), RawWindowHandle::Xcb(window))
+    }
+
+    pub fn resize(&self, width: u16, height: u16) {
+        let size = ConfigureWindowAux::new().width(u32::from(width)).height(u32::from(height));
+        self.connection.configure_window(self.id, &size).expect("a request");
+        self.sync();
+    }
+
+    /// Destroys the window behind the program's back.
+    pub fn destroy(&self) {
+        self.connection.destroy_window(self.id).expect("a request");
+        self.sync();
+    }
+
+    /// Bytes of the left top rectangle as the screen shows them: red, green, blue for each pixel.
+    pub fn pixels(&self, width: u16, height: u16) -> Vec<[u8; 3]> {
+        let all = u32::MAX;
+        let image = self
+            .connection
+            .get_image(ImageFormat::Z_PIXMAP, self.id, 0, 0, width, height, all)
+            .expect("a request")
+            .reply()
+            .expect("an image");
+        // 24 bits deep, 32 bits per pixel, least significant byte first: blue, green, red, nothing.
+        image.data.chunks_exact(4).map(|p| [p[2], p[1], p[0]]).collect()
+    }
+}
