@@ -3,7 +3,8 @@
 //! Knows no thread, no clock, no file and no resolution.
 //!
 //! ```text
-//! SceneDesc ─ prepare ─▶ Scene { camera, accel, shapes, materials, lights }   immutable, shared by Arc
+//! SceneDesc ─ prepare ─▶ Scene { accel, shapes, materials, lights }   immutable, shared by Arc
+//! CameraDesc, FilmDesc ──▶ Camera                                      small, the integrator's own
 //!   integrator::path: Sampler → Camera::ray → Scene::closest → SurfaceInteraction
 //!     Material at the wavelengths of the path → Bsdf: eval, pdf, sample
 //!     Lights: sample, pdf → Scene::visible → mis
@@ -20,6 +21,7 @@ pub mod light;
 pub mod material;
 pub mod mis;
 mod prepare;
+mod primitives;
 pub mod sampler;
 pub mod scene;
 pub mod shape;
@@ -29,4 +31,4 @@ pub use integrator::{Integrator, PathTracer};
 pub use interaction::SurfaceInteraction;
 pub use prepare::{PrepareError, PrepareOptions};
 pub use sampler::Sampler;
-pub use scene::Scene;
+pub use scene::{Pick, Scene};

@@ -1,6 +1,7 @@
 //! The walk over a scene's elements, and what all groups of plugins share.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use super::document::{Document, ElementId};
 use super::expand::Expanded;
@@ -11,7 +12,7 @@ use super::spectrum::Role;
 use super::tags::TagKind;
 use super::{Loaded, bsdf, emitter, integrator, sensor, shape, suggest};
 use crate::scene::desc::{
-    BsdfDesc, BsdfId, IntegratorDesc, LightDesc, Mesh, MeshId, Place, SceneDesc, ShapeDesc,
+    BsdfDesc, BsdfId, IntegratorDesc, LightDesc, Mesh, MeshId, Name, Names, Place, SceneDesc, ShapeDesc,
 };
 use crate::scene::diagnostic::{FindingKind, SceneError, SceneWarning};
 use crate::scene::limits;
@@ -30,7 +31,7 @@ pub(crate) struct Reader<'d> {
     /// Materials being read, to see cycles.
     pub(crate) open_bsdfs: Vec<ElementId>,
     /// Meshes.
-    pub(crate) meshes: Vec<Mesh>,
+    pub(crate) meshes: Vec<Arc<Mesh>>,
     /// Meshes by file and options, so that each file is read once.
     pub(crate) known_meshes: BTreeMap<MeshKey, MeshId>,
     /// Triangles of all meshes.
@@ -45,6 +46,8 @@ pub(crate) struct Reader<'d> {
     pub(crate) shapes: Vec<ShapeDesc>,
     /// Lights that are not shapes.
     pub(crate) lights: Vec<LightDesc>,
+    /// What materials and lights are called.
+    pub(crate) names: Names,
     sensor: Option<sensor::Sensor>,
     integrator: Option<IntegratorDesc>,
     samples: Option<u64>,
@@ -68,6 +71,7 @@ pub(crate) fn read((document, warnings): Expanded) -> Result<Loaded, SceneError>
         spectrum_bytes: 0,
         shapes: Vec::new(),
         lights: Vec::new(),
+        names: Names::default(),
         sensor: None,
         integrator: None,
         samples: None,
@@ -101,6 +105,12 @@ impl Reader<'_> {
     /// Line and column of a span.
     pub(crate) fn place(&self, span: Span) -> Place {
         self.document.sources.place(span)
+    }
+
+    /// What an element is called and where it stands.
+    pub(crate) fn name(&self, id: ElementId) -> Name {
+        let element = self.document.element(id);
+        Name { id: element.value("id").map(str::to_owned), place: self.place(element.span) }
     }
 
     /// An error: no plugin of this name.
@@ -201,6 +211,7 @@ impl Reader<'_> {
             meshes: self.meshes,
             shapes: self.shapes,
             lights: self.lights,
+            names: self.names,
         };
         Ok(Loaded { desc, warnings: self.warnings })
     }
