@@ -194,7 +194,21 @@ impl VulkanFilm {
     /// As [`display`](Self::display).
     pub fn reconstruct(&mut self, settings: &Settings) -> Result<Vec<[f32; 3]>, ClientError> {
         let (repaint, sums) = self.repaint()?;
-        repaint.reconstruct(sums, settings)
+        repaint.reconstruct(sums, settings, 1)
+    }
+
+    /// The same of `⌈size / detail⌉` pixels, as [`paint`](Self::paint) computes it before interpolation.
+    ///
+    /// # Errors
+    ///
+    /// As [`display`](Self::display).
+    pub fn reconstruct_coarse(
+        &mut self,
+        settings: &Settings,
+        detail: u32,
+    ) -> Result<Vec<[f32; 3]>, ClientError> {
+        let (repaint, sums) = self.repaint()?;
+        repaint.reconstruct(sums, settings, detail)
     }
 
     /// The sums, cropped to the picture; rasterises the batch first and waits for the GPU.
