@@ -85,7 +85,8 @@ struct Detour {
 
 /// Draws what egui has tessellated into the acquired image of a swapchain.
 ///
-/// Textures are kept here too: they outlive windows that are hidden, change their format or lose their surface. Drawing
+/// Textures are kept here too: they outlive windows that are hidden, change their format or lose their surface, and lost
+/// devices: the overlay goes on with the swapchain that it is given, egui need not send anything again. Drawing
 /// waits for the GPU only where a texture has changed, which is rare after the first frames.
 pub struct Overlay {
     gpu: Arc<Gpu>,
@@ -125,6 +126,7 @@ impl Overlay {
         triangles: &[ClippedPrimitive],
         pixels_per_point: f32,
     ) -> Result<(), GpuError> {
+        self.follow(swapchain);
         self.take(textures, frame.number());
         self.gpu.alive("vkQueueSubmit")?;
         let format = swapchain.format();
@@ -164,6 +166,17 @@ impl Overlay {
                 job.paint(&mut cmd, &mut painter.renderer, (acquired.view, Load::Keep), shown.extent)
             }
             Some(detour) => job.by_detour(&mut cmd, &self.gpu, &mut painter.renderer, (detour, acquired)),
+        }
+    }
+
+    /// Leaves the device of earlier frames if this swapchain has another.
+    fn follow(&mut self, swapchain: &Swapchain) {
+        if !Arc::ptr_eq(&self.gpu, swapchain.gpu()) {
+            self.panel = None;
+            self.gpu = swapchain.gpu().clone();
+            for (_, id) in self.freed.drain(..) {
+                self.textures.remove(&id);
+            }
         }
     }
 

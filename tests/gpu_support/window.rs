@@ -1,5 +1,7 @@
 //! A window on an X server without a screen, as the tests of the swapchain need it.
 
+#![allow(dead_code)] // every test binary uses a part of it
+
 use std::io::Read;
 use std::num::NonZeroU32;
 use std::process::{Child, Command, Stdio};
@@ -28,7 +30,7 @@ impl Server {
     /// Starts Xvfb, which picks a free display number and writes it to its standard output.
     fn start() -> Self {
         let mut child = Command::new("Xvfb")
-            .args(["-displayfd", "1", "-screen", "0", "800x600x24", "-nolisten", "tcp"])
+            .args(["-displayfd", "1", "-noreset", "-screen", "0", "800x600x24", "-nolisten", "tcp"])
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
@@ -148,16 +150,28 @@ impl Window {
     /// Waits until the screen shows these pixels: showing is asynchronous.
     #[track_caller]
     pub fn shows(&self, size: [u32; 2], wanted: &[[u8; 3]]) {
+        if let Err(pixels) = self.wait_for(size, |pixels| pixels == wanted) {
+            let first = (0..pixels.len()).find(|i| wanted.get(*i) != Some(&pixels[*i])).unwrap_or(0);
+            let (got, want) = (pixels.get(first), wanted.get(first));
+            panic!("pixel {first} of {size:?} is {got:?} instead of {want:?}");
+        }
+    }
+
+    /// Waits until what the screen shows passes a test.
+    #[track_caller]
+    pub fn shows_what(&self, size: [u32; 2], passes: impl Fn(&[[u8; 3]]) -> bool) {
+        assert!(self.wait_for(size, passes).is_ok(), "the screen shows something else");
+    }
+
+    fn wait_for(&self, size: [u32; 2], passes: impl Fn(&[[u8; 3]]) -> bool) -> Result<(), Vec<[u8; 3]>> {
         let start = Instant::now();
         loop {
             let pixels = self.pixels(size);
-            if pixels == wanted {
-                return;
+            if passes(&pixels) {
+                return Ok(());
             }
             if start.elapsed() > Duration::from_secs(10) {
-                let first = (0..pixels.len()).find(|i| wanted.get(*i) != Some(&pixels[*i])).unwrap_or(0);
-                let (got, want) = (pixels.get(first), wanted.get(first));
-                panic!("pixel {first} of {size:?} is {got:?} instead of {want:?}");
+                return Err(pixels);
             }
             std::thread::sleep(Duration::from_millis(5));
         }
