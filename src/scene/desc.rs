@@ -73,7 +73,7 @@ pub struct Place {
 }
 
 /// A perspective camera, Mitsuba's `perspective`: looks along +z of its own space, +y up, **+x to the left**.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct CameraDesc {
     /// Camera space to world space.
     pub to_world: DAffine3,

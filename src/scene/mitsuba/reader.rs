@@ -10,7 +10,7 @@ use super::shape::MeshKey;
 use super::source::Span;
 use super::spectrum::Role;
 use super::tags::TagKind;
-use super::{Loaded, bsdf, emitter, integrator, sensor, shape, suggest};
+use super::{Loaded, bsdf, edit, emitter, integrator, sensor, shape, suggest};
 use crate::scene::desc::{
     BsdfDesc, BsdfId, IntegratorDesc, LightDesc, Mesh, MeshId, Name, Names, Place, SceneDesc, ShapeDesc,
 };
@@ -51,6 +51,8 @@ pub(crate) struct Reader<'d> {
     sensor: Option<sensor::Sensor>,
     integrator: Option<IntegratorDesc>,
     samples: Option<u64>,
+    /// Changes, in the order of the file.
+    edits: Vec<ElementId>,
     warnings: Vec<SceneWarning>,
     unheard: usize,
 }
@@ -75,6 +77,7 @@ pub(crate) fn read((document, warnings): Expanded) -> Result<Loaded, SceneError>
         sensor: None,
         integrator: None,
         samples: None,
+        edits: Vec::new(),
         warnings,
         unheard: 0,
     };
@@ -152,6 +155,10 @@ impl Reader<'_> {
                 }
                 Ok(())
             }
+            (TagKind::Edit, _) => {
+                self.edits.push(id);
+                Ok(())
+            }
             // A spectrum with an id is read where it is referred to.
             (TagKind::Value, "spectrum") if element.attribute("id").is_some() => Ok(()),
             (TagKind::Ref, _) => {
@@ -169,8 +176,15 @@ impl Reader<'_> {
 
     fn sensor(&mut self, id: ElementId) -> Result<(), SceneError> {
         let span = self.document.element(id).span;
-        if self.sensor.is_some() {
-            self.second(span, "sensor", "the first one counts");
+        if let Some(first) = &self.sensor {
+            if first.camera.place.file == span.file {
+                self.second(span, "sensor", "the first one counts");
+            } else {
+                // What an including file puts in front is meant to count: so the viewer saves a camera.
+                let message = "the sensor in front of the include counts, not this one";
+                let found = self.document.finding(FindingKind::Parameter, span, message);
+                self.warn(found.advice());
+            }
             return Ok(());
         }
         let read = sensor::read(self, id)?;
@@ -201,7 +215,7 @@ impl Reader<'_> {
             let message = format!("{} more warnings are not shown", self.unheard);
             self.warnings.push(self.document.finding(FindingKind::Limit, root, message).warning());
         }
-        let desc = SceneDesc {
+        let mut desc = SceneDesc {
             files: self.document.sources.paths(),
             camera: sensor.camera,
             film: sensor.film,
@@ -213,6 +227,7 @@ impl Reader<'_> {
             lights: self.lights,
             names: self.names,
         };
+        edit::apply(self.document, &mut desc, &self.edits)?;
         Ok(Loaded { desc, warnings: self.warnings })
     }
 }
