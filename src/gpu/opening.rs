@@ -98,7 +98,8 @@ fn open(
     let queues = [vk::DeviceQueueCreateInfo::default()
         .queue_family_index(capability.queue_family)
         .queue_priorities(&[1.0])];
-    let extensions = [khr::push_descriptor::NAME.as_ptr()];
+    let mut extensions = vec![khr::push_descriptor::NAME.as_ptr()];
+    extensions.extend(capability.calibrated.map(|name| name.as_ptr()));
     let features = vk::PhysicalDeviceFeatures::default().large_points(capability.large_points);
     let mut v12 =
         vk::PhysicalDeviceVulkan12Features::default().timeline_semaphore(true).host_query_reset(true);
