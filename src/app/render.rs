@@ -12,6 +12,7 @@ use super::facts::RunFacts;
 use super::outputs::Outputs;
 use super::progress::{Goal, Progress};
 use super::report::{Rejected, RejectedExample, Report, Seconds};
+use super::timings::{self, TimingCapture};
 use super::{interrupt, tell, usage};
 use crate::client::{Client, FilmSpec, SplatFilter, VarianceForm};
 use crate::scene::desc::{IntegratorKind, ReconstructionFilter};
@@ -34,6 +35,9 @@ const DEFAULT_SPP: u64 = 16;
 pub fn render(args: &RenderArgs) -> Result<()> {
     let start = Instant::now();
     let outputs = Outputs::plan(args)?;
+    if let Some(path) = &args.gpu_timings {
+        timings::check(path, outputs.files().chain(&args.json).chain([&args.source.scene]))?;
+    }
     interrupt::listen();
     let mut seconds = Seconds::default();
     let (loaded, (scene, camera), device) = prepare(args, &mut seconds)?;
@@ -48,16 +52,23 @@ pub fn render(args: &RenderArgs) -> Result<()> {
     let threads = threads(args);
     let mut client = device.client(facts.spec, threads)?;
     let (server, mut lanes) = Server::start(threads).into_diagnostic()?;
-    let driven = trace(args, &facts, (scene, camera), (&server, &mut lanes, &mut client))?;
+    let mut timings = capture(args, &device, &server)?;
+    let driven = trace(args, &facts, (scene, camera), (&server, &mut lanes, &mut client), &mut timings)?;
     let stats = server.stats();
-    drop(server);
+    server.term();
 
     let mut report = report(&facts, &client, &stats, &driven);
     seconds.render = driven.wall.as_secs_f64();
     seconds.rasterise = driven.rasterise.as_secs_f64();
     seconds.trace = tracing_time(&stats).as_secs_f64();
     let prefix = driven.complete || facts.deterministic;
-    outputs.write(&mut client, (&facts, prefix), &args.display.settings(), &mut seconds)?;
+    let writing = Instant::now();
+    let written = outputs.write(&mut client, (&facts, prefix), &args.display.settings(), &mut seconds);
+    if let Some(mut timings) = timings {
+        timings.client("display and write", writing)?;
+        timings.finish(&server)?;
+    }
+    written?;
     seconds.total = start.elapsed().as_secs_f64();
     report.seconds = seconds;
     report.warnings = loaded.warnings.iter().map(ToString::to_string).chain(notices).collect();
@@ -142,6 +153,7 @@ fn trace(
     facts: &RunFacts,
     (scene, camera): (Scene, Camera),
     (server, lanes, client): (&Server, &mut Lanes, &mut Client),
+    timings: &mut Option<TimingCapture>,
 ) -> Result<Driven> {
     let [pw, ph] = facts.spec.padded_extent().map(u64::from);
     let wanted = args.samples.unwrap_or_else(|| facts.spp.saturating_mul(pw * ph));
@@ -176,9 +188,19 @@ fn trace(
         time: args.time,
         texels: (pw * ph) as f64,
     };
-    let driven = drive(plan, server, lanes, client, &bar);
+    let driven = drive(plan, server, lanes, client, (&bar, timings));
     bar.finish();
     driven
+}
+
+/// Begins what `--gpu-timings` asks for.
+fn capture(args: &RenderArgs, device: &Device, server: &Server) -> Result<Option<TimingCapture>> {
+    let Some(path) = &args.gpu_timings else { return Ok(None) };
+    if device.gpu().is_none() {
+        tell("note: no GPU is used, so --gpu-timings holds the spans of the CPU only");
+    }
+    server.set_tracing(true);
+    TimingCapture::new(path, device.gpu()).map(Some)
 }
 
 fn tracing_time(stats: &Stats) -> Duration {
