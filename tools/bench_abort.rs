@@ -12,7 +12,7 @@ use pointillist::scene;
 use pointillist::server::{RenderJob, Server};
 use pointillist::stream::{Epoch, Event, UvWindow};
 use pointillist::tracer::integrator::PathTracer;
-use pointillist::tracer::{PrepareOptions, Scene};
+use pointillist::tracer::{Camera, PrepareOptions, Scene};
 
 /// Aborts per scene.
 const ABORTS: u64 = 500;
@@ -45,8 +45,10 @@ fn main() {
 
 fn aborts(path: &Path, threads: usize) -> Vec<f64> {
     let desc = scene::load(path, &[]).unwrap().desc;
-    let prepared = Scene::prepare(&desc, PrepareOptions::from_film(&desc.film)).unwrap();
-    let tracer = Arc::new(PathTracer::new(Arc::new(prepared), &desc.integrator, 0, UvWindow::PICTURE));
+    let prepared = Scene::prepare(&desc).unwrap();
+    let camera = Camera::new(&desc.camera, &desc.film, &PrepareOptions::from_film(&desc.film)).unwrap();
+    let tracer =
+        Arc::new(PathTracer::new(Arc::new(prepared), camera, &desc.integrator, 0, UvWindow::PICTURE));
     let (server, mut lanes) = Server::start(threads).unwrap();
     (1..=ABORTS)
         .map(|number| {

@@ -17,7 +17,7 @@ use desktop::Desktop;
 use pointillist::server::{RenderJob, Server};
 use pointillist::stream::{Epoch, UvWindow};
 use pointillist::tracer::integrator::PathTracer;
-use pointillist::tracer::{PrepareOptions, Scene};
+use pointillist::tracer::{Camera, PrepareOptions, Scene};
 
 /// Seconds of each measurement.
 const SECONDS: u64 = 10;
@@ -42,8 +42,10 @@ fn main() {
 /// Samples per second of all cores when nobody looks.
 fn alone(path: &Path) -> f64 {
     let desc = pointillist::scene::load(path, &[]).unwrap().desc;
-    let prepared = Scene::prepare(&desc, PrepareOptions::from_film(&desc.film)).unwrap();
-    let tracer = Arc::new(PathTracer::new(Arc::new(prepared), &desc.integrator, 0, UvWindow::PICTURE));
+    let prepared = Scene::prepare(&desc).unwrap();
+    let camera = Camera::new(&desc.camera, &desc.film, &PrepareOptions::from_film(&desc.film)).unwrap();
+    let tracer =
+        Arc::new(PathTracer::new(Arc::new(prepared), camera, &desc.integrator, 0, UvWindow::PICTURE));
     let (server, mut lanes) =
         Server::start(std::thread::available_parallelism().map_or(1, usize::from)).unwrap();
     server.render(RenderJob::new(tracer, 0..u64::MAX), Epoch(1)).unwrap();

@@ -56,12 +56,12 @@ pub(in crate::gpu) fn extension(instance: &Instance, device: vk::PhysicalDevice)
     let offered = unsafe { instance.raw.enumerate_device_extension_properties(device) }.unwrap_or_default();
     let has = |name: &CStr| offered.iter().any(|e| e.extension_name_as_c_str() == Ok(name));
     let (name, domains) = if has(khr::calibrated_timestamps::NAME) {
-        let loader = khr::calibrated_timestamps::Instance::new(instance.entry(), &instance.raw);
+        let loader = khr::calibrated_timestamps::Instance::new(&instance.entry, &instance.raw);
         // SAFETY: the device has the extension.
         let domains = unsafe { loader.get_physical_device_calibrateable_time_domains(device) };
         (khr::calibrated_timestamps::NAME, domains)
     } else if has(ext::calibrated_timestamps::NAME) {
-        let loader = ext::calibrated_timestamps::Instance::new(instance.entry(), &instance.raw);
+        let loader = ext::calibrated_timestamps::Instance::new(&instance.entry, &instance.raw);
         // SAFETY: as above.
         let domains = unsafe { loader.get_physical_device_calibrateable_time_domains(device) };
         (ext::calibrated_timestamps::NAME, domains)

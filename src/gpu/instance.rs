@@ -100,11 +100,6 @@ impl Instance {
         Ok(())
     }
 
-    /// The loader.
-    pub fn entry(&self) -> &ash::Entry {
-        &self._entry
-    }
-
     /// What the validation layer has said so far.
     pub fn messages(&self) -> Vec<String> {
         self.messages.lock().map(|m| m.clone()).unwrap_or_default()
