@@ -83,7 +83,8 @@ impl Figures {
             let milliseconds = Percentiles::of(times);
             let runs = *measured.runs.get(name).unwrap_or(&0) as f64 / times.len().max(1) as f64;
             // The samples of a frame are shared by its runs.
-            let bytes = model::bytes(name, &facts.spec, per_frame / runs.max(1.0)).map(|b| b * runs);
+            let bytes = model::bytes(name, &facts.spec, per_frame / runs.max(1.0), settings.vm > 0.0)
+                .map(|b| b * runs);
             let seconds = milliseconds.p50 * 1e-3;
             Pass {
                 name,
@@ -117,7 +118,8 @@ impl Figures {
             samples_per_frame: per_frame,
             scopes_without_time: measured.untimed,
             bytes_model: "every texel read and written once per pass, blended sprites read and write their footprint; \
-                          mips: the whole chain",
+                          none for mips unless noise is masked (then the whole chain), nor for passes without a model; \
+                          `variance` includes `variance fold`",
             copy: "vkCmdCopyImage of the picture, RGBA 32-bit floats, in every frame",
             passes: passes.collect(),
         }

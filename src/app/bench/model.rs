@@ -15,8 +15,8 @@ fn footprint(filter: SplatFilter) -> f64 {
     }
 }
 
-/// Bytes of one run of pass `name` on a film of `spec`, with `samples` samples in the batch.
-pub fn bytes(name: &str, spec: &FilmSpec, samples: f64) -> Option<f64> {
+/// Bytes of one run of pass `name` on a film of `spec`, with `samples` samples in the batch; `masking`: noise is masked.
+pub fn bytes(name: &str, spec: &FilmSpec, samples: f64, masking: bool) -> Option<f64> {
     let [width, height] = spec.padded_extent().map(f64::from);
     let film = width * height;
     let picture = f64::from(spec.width) * f64::from(spec.height);
@@ -41,8 +41,9 @@ pub fn bytes(name: &str, spec: &FilmSpec, samples: f64) -> Option<f64> {
         "tonemap" => picture * (color + scalar),
         // One level of the camera stream at least; its neighbour is a quarter of it.
         "reconstruct" => film * color * 1.25 + picture * color,
-        // The whole chain; fewer levels are built once there are many samples.
-        "mips" => film * color * (1.0 + 2.0 * chain),
+        // The whole chain of colour and variance. Without masking only the levels are built that the level of detail asks for,
+        // none once there are several samples per pixel: no figure.
+        "mips" if masking => film * (color + scalar) * (1.0 + 2.0 * chain),
         "atlas" => film * color * 2.0 * (1.0 + chain),
         _ => return None,
     })
