@@ -92,7 +92,7 @@ pub fn render(args: &RenderArgs) -> Result<()> {
 }
 
 /// Loads and prepares the scene while the device is opened.
-fn prepare(args: &RenderArgs, seconds: &mut Seconds) -> Result<(Loaded, (Scene, Camera), Device)> {
+pub(super) fn prepare(args: &RenderArgs, seconds: &mut Seconds) -> Result<(Loaded, (Scene, Camera), Device)> {
     std::thread::scope(|scope| {
         let device = scope.spawn(|| {
             let start = Instant::now();
@@ -115,12 +115,12 @@ fn prepare(args: &RenderArgs, seconds: &mut Seconds) -> Result<(Loaded, (Scene, 
     })
 }
 
-fn threads(args: &RenderArgs) -> usize {
+pub(super) fn threads(args: &RenderArgs) -> usize {
     let cores = || std::thread::available_parallelism().map_or(1, usize::from);
     args.source.threads.map_or_else(cores, usize::from)
 }
 
-fn facts(args: &RenderArgs, loaded: &Loaded, device: String) -> RunFacts {
+pub(super) fn facts(args: &RenderArgs, loaded: &Loaded, device: String) -> RunFacts {
     let film = &loaded.desc.film;
     let (width, height) = film.crop.map_or((film.width, film.height), |c| (c.width, c.height));
     let from_file = || match film.rfilter {
@@ -147,6 +147,21 @@ fn facts(args: &RenderArgs, loaded: &Loaded, device: String) -> RunFacts {
     }
 }
 
+/// What traces the scene.
+pub(super) fn integrator(facts: &RunFacts, (scene, camera): (Scene, Camera)) -> PathTracer {
+    match facts.integrator {
+        IntegratorKind::Path => PathTracer {
+            scene: Arc::new(scene),
+            camera,
+            seed: facts.seed,
+            window: facts.spec.window(),
+            max_depth: facts.max_depth,
+            rr_depth: facts.rr_depth,
+            hide_emitters: facts.hide_emitters,
+        },
+    }
+}
+
 /// Renders until the sample count, the time or Ctrl-C.
 fn trace(
     args: &RenderArgs,
@@ -162,17 +177,7 @@ fn trace(
         Some(limit) => (first..u64::MAX, Goal::Time(limit)),
         None => (first..first.saturating_add(wanted), Goal::Paths(wanted)),
     };
-    let integrator = match facts.integrator {
-        IntegratorKind::Path => PathTracer {
-            scene: Arc::new(scene),
-            camera,
-            seed: facts.seed,
-            window: facts.spec.window(),
-            max_depth: facts.max_depth,
-            rr_depth: facts.rr_depth,
-            hide_emitters: facts.hide_emitters,
-        },
-    };
+    let integrator = integrator(facts, (scene, camera));
     let epoch = Epoch(1);
     let mut job = RenderJob::new(Arc::new(integrator), range);
     job.window = facts.spec.window();

@@ -117,6 +117,20 @@ impl TimingCapture {
         self.trace.write(self.time(self.taken)).into_diagnostic()
     }
 
+    /// As [`frame`](Self::frame), for a caller that hands over the device's [`rows`](Self::rows) itself.
+    ///
+    /// # Errors
+    ///
+    /// When a file cannot be written.
+    pub fn frame_of_cpu(&mut self, server: &Server) -> Result<()> {
+        if self.taken.elapsed() < EVERY {
+            return Ok(());
+        }
+        self.taken = Instant::now();
+        self.spans(server.take_spans())?;
+        self.trace.write(self.time(self.taken)).into_diagnostic()
+    }
+
     /// Records what the workers did.
     ///
     /// # Errors
