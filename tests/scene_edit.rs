@@ -1,65 +1,24 @@
-//! Edits: what can be changed, that an edited scene is the scene of the edited description, and saving.
+//! Edits: what can be changed, and that an edited scene is the scene of the edited description.
 
 #![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
 
+#[path = "support/editable.rs"]
+mod editable_scene;
 mod tracer_support;
 
-use std::path::{Path, PathBuf};
+use editable_scene::*;
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec3};
+use glam::DAffine3;
 
 use pointillist::color::Xyz;
 use pointillist::scene::desc::*;
 use pointillist::scene::edit::*;
-use pointillist::scene::{self, load_str};
+use pointillist::scene::load_str;
 use pointillist::spectrum::{Spectrum, dispersion::Ior};
 use pointillist::stream::{SampleSink, UvWindow};
 use pointillist::tracer::{Camera, Integrator, PathTracer, Scene};
-use tracer_support::{environment, look};
-
-const SCENE: &str = r#"<scene version="3.0.0">
-    <default name="glow" value="5"/>
-    <sensor type="perspective"><transform name="to_world"><lookat origin="0.1, 1, 4" target="0, 0.5, 0" up="0, 1, 0"/></transform>
-        <float name="fov" value="45"/>
-        <film type="hdrfilm"><integer name="width" value="32"/><integer name="height" value="24"/><rfilter type="tent"/></film>
-        <sampler type="independent"><integer name="sample_count" value="12"/></sampler></sensor>
-    <bsdf type="twosided" id="white"><bsdf type="diffuse"><rgb name="reflectance" value="0.7, 0.6, 0.5"/></bsdf></bsdf>
-    <bsdf type="diffuse" id="red"><rgb name="reflectance" value="0.8, 0.1, 0.1"/></bsdf>
-    <shape type="rectangle" id="floor"><transform name="to_world"><rotate x="1" angle="-90"/><scale value="4"/></transform><ref id="white"/></shape>
-    <shape type="cube"><transform name="to_world"><scale value="0.4"/><translate x="-1" y="0.4"/></transform><ref id="red"/></shape>
-    <shape type="cube"><transform name="to_world"><scale value="0.3"/><translate x="1" z="-1" y="0.4"/></transform><ref id="red"/></shape>
-    <shape type="sphere"><float name="radius" value="0.5"/><point name="center" x="0.2" y="0.6" z="0.5"/>
-        <bsdf type="dielectric"><float name="int_ior" value="1.5"/></bsdf></shape>
-    <shape type="rectangle" id="lamp &amp; shade"><transform name="to_world"><rotate x="1" angle="90"/><translate y="3"/></transform>
-        <emitter type="area"><rgb name="radiance" value="$glow"/></emitter></shape>
-    <shape type="disk"><transform name="to_world"><rotate y="90"  angle="90"/><translate x="-3" y="1"/></transform>
-        <emitter type="area"><spectrum name="radiance" value="400:1, 600:2, 700:1"/></emitter></shape>
-    <emitter type="constant"><rgb name="radiance" value="0.1, 0.2, 0.4"/></emitter>
-    <emitter type="point" id="bulb"><point name="position" x="1" y="2" z="1"/><float name="intensity" value="2"/></emitter>
-</scene>
-"#;
-
-fn example() -> SceneDesc {
-    load_str("example.xml", SCENE, &[]).unwrap().desc
-}
-
-/// Everything about a scene but where it was read from.
-fn essence(desc: &SceneDesc) -> String {
-    let mut desc = desc.clone();
-    desc.files.clear();
-    desc.camera.place = Place::default();
-    desc.shapes.iter_mut().for_each(|s| s.place = Place::default());
-    desc.names.bsdfs.iter_mut().chain(&mut desc.names.lights).for_each(|n| n.place = Place::default());
-    for light in &mut desc.lights {
-        match light {
-            LightDesc::Constant { place, .. } | LightDesc::Point { place, .. } => *place = Place::default(),
-        }
-    }
-    // A negative zero is the same matrix.
-    desc.camera.to_world.translation += DVec3::ZERO;
-    format!("{desc:?}").replace("-0.0", "0.0")
-}
+use tracer_support::environment;
 
 #[derive(Default)]
 struct Bits(Vec<[u32; 3]>);
@@ -84,29 +43,6 @@ fn samples(scene: &Arc<Scene>, desc: &SceneDesc) -> Vec<[u32; 3]> {
         (0..3000).for_each(|i| tracer.trace(i, &mut (), &mut all));
     }
     all.0
-}
-
-/// Sets of edits, each unlike the others.
-fn several() -> Vec<Vec<(Target, NewValue)>> {
-    let dark = |i| (Target::Emission(i), NewValue::Scale(0.0));
-    let out = |i| (Target::Light(i), NewValue::Scale(0.0));
-    let (red, glass) = (BsdfId(2), BsdfId(3));
-    vec![
-        vec![(Target::Emission(4), NewValue::Scale(2.5))],
-        vec![(Target::Emission(5), NewValue::Scale(0.3)), (Target::Light(1), NewValue::Scale(7.0))],
-        vec![(Target::Reflectance(red), NewValue::Rgb([0.1, 0.7, 1.0 / 3.0]))],
-        vec![(Target::Reflectance(BsdfId(0)), NewValue::Rgb([0.25; 3]))],
-        vec![(Target::IntIor(glass), NewValue::Number(1.8)), (Target::Light(0), NewValue::Scale(1e-7))],
-        vec![dark(4)],
-        vec![dark(4), dark(5), out(0), out(1)],
-        vec![(Target::Emission(4), NewValue::Scale(1e30)), (Target::Light(1), NewValue::Scale(1e30))],
-    ]
-}
-
-fn edits(values: &[(Target, NewValue)]) -> Edits {
-    let mut edits = Edits::default();
-    values.iter().for_each(|(t, v)| edits.set(*t, *v).unwrap());
-    edits
 }
 
 #[test]
@@ -224,136 +160,6 @@ fn values_out_of_range_are_refused() {
     }
 }
 
-/// A folder of this test alone, empty.
-fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("scene_edit").join(name);
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).unwrap();
-    folder
-}
-
-/// A camera whose numbers are short in no base.
-fn moved() -> CameraDesc {
-    CameraDesc {
-        fov: 100.0 / 3.0,
-        fov_axis: FovAxis::Smaller,
-        near_clip: 0.1 + 0.2,
-        far_clip: 1e30,
-        ..look(DVec3::new(1.0 / 3.0, 1e-20, 4.0), DVec3::new(-0.1, 0.07, -1.0), 45.0)
-    }
-}
-
-#[test]
-fn what_is_saved_is_read_back() {
-    let folder = folder("round");
-    std::fs::create_dir_all(folder.join("a")).unwrap();
-    std::fs::create_dir_all(folder.join("b & \"c\" é")).unwrap();
-    let original = folder.join("a/example.xml");
-    std::fs::write(&original, SCENE).unwrap();
-    let defines =
-        vec![("glow".to_owned(), "1".to_owned()), ("glow".to_owned(), "0.3333333333333333".to_owned())];
-    let desc = scene::load(&original, &defines).unwrap().desc;
-    for (i, values) in several().iter().enumerate() {
-        let mut edits = edits(values);
-        edits.camera = (i % 2 == 0).then(moved);
-        for place in ["a", "b & \"c\" é", ""] {
-            let saved = folder.join(place).join(format!("saved{i}.xml"));
-            edits.write(&saved, &original, &defines, &desc).unwrap();
-            let loaded = scene::load(&saved, &[]).unwrap();
-            assert_eq!(essence(&loaded.desc), essence(&edits.apply(&desc).unwrap()), "{values:?} in {place}");
-            // Only advice: that the original's sensor does not count.
-            assert!(
-                loaded.warnings.iter().all(|w| w.to_string().contains("sensor")),
-                "{:?}",
-                loaded.warnings
-            );
-        }
-    }
-    // A name set on the command line still wins over what was saved.
-    let other = scene::load(&folder.join("saved0.xml"), &[("glow".to_owned(), "9".to_owned())]).unwrap().desc;
-    assert_ne!(format!("{:?}", other.shapes[4].emission), format!("{:?}", desc.shapes[4].emission));
-    assert_eq!(std::fs::read_to_string(&original).unwrap(), SCENE);
-}
-
-#[test]
-fn an_edited_scene_can_be_edited_further() {
-    let folder = folder("nested");
-    let original = folder.join("example.xml");
-    std::fs::write(&original, SCENE).unwrap();
-    let mut path = original;
-    for (i, scale) in [3.0, 0.5, 1.0 / 3.0].into_iter().enumerate() {
-        let desc = scene::load(&path, &[]).unwrap().desc;
-        let mut edits = edits(&[
-            (Target::Emission(4), NewValue::Scale(scale)),
-            (Target::Reflectance(BsdfId(2)), NewValue::Rgb([0.1, 0.2, 0.3 * scale.min(1.0)])),
-        ]);
-        edits.camera = (i != 1).then(|| CameraDesc { fov: 10.0 + scale, ..moved() });
-        let next = folder.join(format!("saved{i}.xml"));
-        edits.write(&next, &path, &[], &desc).unwrap();
-        assert_eq!(essence(&scene::load(&next, &[]).unwrap().desc), essence(&edits.apply(&desc).unwrap()));
-        path = next;
-    }
-}
-
-#[test]
-fn the_original_and_its_parts_are_not_overwritten() {
-    let folder = folder("original");
-    let original = folder.join("example.xml");
-    std::fs::write(&original, SCENE).unwrap();
-    let desc = scene::load(&original, &[]).unwrap().desc;
-    let edits = edits(&several()[0]);
-    let same = folder.join("../original/./example.xml");
-    for path in [&original, &same] {
-        assert!(matches!(edits.write(path, &original, &[], &desc), Err(SaveError::Original { .. })));
-    }
-    let saved = folder.join("saved.xml");
-    edits.write(&saved, &original, &[], &desc).unwrap();
-    edits.write(&saved, &original, &[], &desc).unwrap();
-    // Both are parts of the scene when the saved one was opened.
-    let again = scene::load(&saved, &[]).unwrap().desc;
-    for path in [&original, &saved] {
-        assert!(matches!(edits.write(path, &saved, &[], &again), Err(SaveError::Original { .. })));
-    }
-    assert_eq!(std::fs::read_to_string(&original).unwrap(), SCENE);
-    // Neither a failure nor success leaves a partial file.
-    let nowhere = folder.join("nowhere/saved.xml");
-    assert!(matches!(edits.write(&nowhere, &original, &[], &desc), Err(SaveError::Io { .. })));
-    std::fs::create_dir(folder.join("taken.xml")).unwrap();
-    assert!(edits.write(&folder.join("taken.xml"), &original, &[], &desc).is_err());
-    let mut names: Vec<_> = std::fs::read_dir(&folder).unwrap().map(|e| e.unwrap().file_name()).collect();
-    names.sort();
-    assert_eq!(names, ["example.xml", "saved.xml", "taken.xml"]);
-}
-
-#[test]
-fn what_a_file_cannot_say_is_refused() {
-    let folder = folder("refused");
-    let original = folder.join("example.xml");
-    std::fs::write(&original, SCENE).unwrap();
-    let desc = scene::load(&original, &[]).unwrap().desc;
-    let saved = folder.join("saved.xml");
-    let one = edits(&several()[0]);
-    let define = |value: &str| vec![("glow".to_owned(), value.to_owned())];
-    for value in ["$x", "\u{1}", "a\u{0}b"] {
-        let error = one.write(&saved, &original, &define(value), &desc).unwrap_err();
-        assert!(matches!(error, SaveError::Text { .. }), "{error}");
-    }
-    let dollar = folder.join("a$b.xml");
-    std::fs::write(&dollar, SCENE).unwrap();
-    assert!(matches!(one.write(&saved, &dollar, &[], &desc), Err(SaveError::Text { .. })));
-    let changes: [fn(&mut CameraDesc); 3] =
-        [|c| c.fov = f64::NAN, |c| c.near_clip = 0.0, |c| c.to_world.translation.x = 1e300];
-    for change in changes {
-        let mut camera = moved();
-        change(&mut camera);
-        let edits = Edits { camera: Some(camera), values: Vec::new() };
-        assert!(matches!(edits.write(&saved, &original, &[], &desc), Err(SaveError::Camera(_))));
-    }
-    let nan = Edits { camera: None, values: vec![(Target::Emission(4), NewValue::Scale(f64::NAN))] };
-    assert!(matches!(nan.write(&saved, &original, &[], &desc), Err(SaveError::Edit(_))));
-    assert!(!saved.exists());
-}
-
 /// What is wrong with an `<edit>` is said with its place.
 #[test]
 fn faults_of_edits_have_a_place() {
@@ -391,35 +197,6 @@ fn faults_of_edits_have_a_place() {
         let (file, line, column) = error.location();
         assert!(file == "saved.xml" && line == 21 && column >= 3, "{text}: {error:?}");
     }
-}
-
-/// A material that is used nowhere, ids that look like names, a light without a name: all are found again.
-#[test]
-fn every_object_is_found_again() {
-    let folder = folder("every");
-    let original = folder.join("example.xml");
-    std::fs::write(&original, SCENE).unwrap();
-    let desc = scene::load(&original, &[]).unwrap().desc;
-    let mut edits = Edits::default();
-    let of_shapes = (0..desc.shapes.len() as u32).flat_map(|i| editable(&desc, i));
-    for (i, e) in of_shapes.chain(lights(&desc)).enumerate() {
-        let v = (i + 1) as f64 / 17.0;
-        let value = match e.value {
-            NewValue::Scale(_) => NewValue::Scale(v),
-            NewValue::Rgb(_) => NewValue::Rgb([v, 1.0 - v, 0.5]),
-            NewValue::Number(_) => NewValue::Number(1.0 + v),
-        };
-        edits.set(e.target, value).unwrap();
-    }
-    assert!(edits.values.len() >= 7);
-    let saved = folder.join("saved.xml");
-    edits.write(&saved, &original, &[], &desc).unwrap();
-    assert_eq!(essence(&scene::load(&saved, &[]).unwrap().desc), essence(&edits.apply(&desc).unwrap()));
-    // Taking all back is the file again.
-    let all: Vec<Target> = edits.values.iter().map(|(t, _)| *t).collect();
-    all.into_iter().for_each(|t| edits.unset(t));
-    assert!(edits.is_empty());
-    assert_eq!(essence(&edits.apply(&desc).unwrap()), essence(&desc));
 }
 
 /// Scenes made in code have no names; edits work on them too.
