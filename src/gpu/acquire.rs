@@ -5,7 +5,7 @@ use std::time::Duration;
 use ash::vk;
 
 use super::error::{GpuError, Named};
-use super::frame::{Frame, FrameNumber, Handover};
+use super::frame::{Frame, FrameNumber};
 use super::present::Shown;
 use super::swapchain::{Readiness, Swapchain};
 use super::sync::Access;
@@ -15,8 +15,20 @@ pub(in crate::gpu) struct Acquired {
     pub index: u32,
     /// Signalled when it may be drawn.
     pub semaphore: vk::Semaphore,
+    /// Number of the frame that waits for the semaphore.
+    pub waiting: Option<u64>,
     pub shown: Shown,
     pub view: vk::ImageView,
+}
+
+impl Acquired {
+    /// Makes the first frame that uses the image wait until it may.
+    pub fn claim(&mut self, frame: &mut Frame<'_>) {
+        if self.waiting.is_none() {
+            frame.wait_for(self.semaphore);
+            self.waiting = Some(frame.number());
+        }
+    }
 }
 
 impl Swapchain {
@@ -67,7 +79,7 @@ impl Swapchain {
             Ok((index, suboptimal)) => {
                 let image = &chain.images[index as usize];
                 let shown = Shown { raw: image.raw, extent: chain.extent, access: Access::Acquired };
-                self.acquired = Some(Acquired { index, semaphore, shown, view: image.view });
+                self.acquired = Some(Acquired { index, semaphore, waiting: None, shown, view: image.view });
                 self.stale |= suboptimal;
                 return Ok(Some(Readiness::Ready));
             }
@@ -115,15 +127,17 @@ impl Swapchain {
         let (Some(mut acquired), Some(chain)) = (self.acquired.take(), &mut self.chain) else {
             return frame.submit();
         };
+        acquired.claim(&mut frame);
         let shown = &mut acquired.shown;
         if shown.access == Access::Acquired {
             frame.cmd().clear_shown(shown);
         }
         frame.cmd().access_shown(shown.raw, &mut shown.access, Access::Present);
         let drawn = chain.images[acquired.index as usize].drawn;
-        let submitted = frame.finish(Some(Handover { acquired: acquired.semaphore, drawn }));
+        let submitted = frame.finish(Some(drawn));
         let Ok(number) = submitted else {
-            // Still acquired, and nothing was drawn.
+            // Still acquired; what this frame has drawn is not there.
+            acquired.waiting = acquired.waiting.filter(|number| *number != frame.number());
             acquired.shown.access = Access::Acquired;
             self.acquired = Some(acquired);
             return submitted;

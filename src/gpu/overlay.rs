@@ -116,6 +116,7 @@ impl Overlay {
         if empty {
             return Ok(());
         }
+        acquired.claim(frame);
         let mut cmd = frame.cmd();
         let mut cmd = cmd.scope("panel");
         if acquired.shown.access == Access::Acquired {
@@ -293,7 +294,8 @@ mod tests {
         let view = target.view_of(Some(0));
         cmd.render_into(&[(view, Load::Clear)], extent, |_| ());
         let shown = Shown { raw: target.raw, extent, access: Access::ColorWrite };
-        let mut acquired = Acquired { index: 0, semaphore: vk::Semaphore::null(), shown, view };
+        let mut acquired =
+            Acquired { index: 0, semaphore: vk::Semaphore::null(), waiting: None, shown, view };
         let job = Job { triangles: &triangles, pixels_per_point: 1.0 };
         job.by_detour(&mut cmd, &gpu, &mut painter.renderer, (detour, &mut acquired)).expect("drawn");
         drop(cmd);

@@ -6,7 +6,6 @@ use ash::vk;
 
 use super::chain::{Chain, ChainDesc};
 use super::error::{GpuError, Named};
-use super::frame::Handover;
 use super::swapchain::Swapchain;
 
 /// An earlier generation.
@@ -74,11 +73,10 @@ impl Swapchain {
 
     /// Waits until nothing is pending, and destroys all images and semaphores.
     pub(in crate::gpu) fn clear(&mut self) {
-        if let (Some(acquired), Some(chain)) = (self.acquired.take(), &self.chain) {
+        if let Some(mut acquired) = self.acquired.take() {
             // Its semaphore will be signalled; only a frame that waits makes sure that it has been.
-            let drawn = chain.images[acquired.index as usize].drawn;
             if let Ok(mut frame) = self.gpu.begin() {
-                let _ = frame.finish(Some(Handover { acquired: acquired.semaphore, drawn }));
+                acquired.claim(&mut frame);
             }
             self.semaphores.push((0, acquired.semaphore));
         }

@@ -158,6 +158,7 @@ impl Swapchain {
     /// Copies `picture` into the acquired image, texel by texel from the left top, and clears what it does not cover.
     pub fn draw(&mut self, frame: &mut Frame<'_>, picture: &mut Image) {
         if let Some(acquired) = &mut self.acquired {
+            acquired.claim(frame);
             frame.cmd().scope("show").show(picture, &mut acquired.shown);
         }
     }
