@@ -18,17 +18,23 @@ use x11rb::xcb_ffi::XCBConnection;
 static TURN: Mutex<()> = Mutex::new(());
 
 /// The server of this process, where `DISPLAY` names none.
-static SERVER: LazyLock<Option<Server>> =
-    LazyLock::new(|| std::env::var_os("DISPLAY").is_none().then(Server::start));
+static SERVER: LazyLock<Option<Server>> = LazyLock::new(|| {
+    std::env::var_os("DISPLAY").is_none().then(|| {
+        let server = Server::start();
+        end_with_process(server.child.lock().expect("the server").id());
+        server
+    })
+});
 
-struct Server {
+/// An X server; it ends when this is dropped.
+pub struct Server {
     child: Mutex<Child>,
     display: String,
 }
 
 impl Server {
     /// Starts Xvfb, which picks a free display number and writes it to its standard output.
-    fn start() -> Self {
+    pub fn start() -> Self {
         let mut child = Command::new("Xvfb")
             .args(["-displayfd", "1", "-noreset", "-screen", "0", "800x600x24", "-nolisten", "tcp"])
             .stdin(Stdio::null())
@@ -44,8 +50,15 @@ impl Server {
         }
         assert!(!number.is_empty(), "Xvfb ended at once: run tools/setup --test");
         let display = format!(":{}", String::from_utf8(number).expect("digits").trim());
-        end_with_process(child.id());
         Server { child: Mutex::new(child), display }
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        let mut child = self.child.lock().unwrap_or_else(|e| e.into_inner());
+        let _ = child.kill();
+        let _ = child.wait();
     }
 }
 
@@ -84,8 +97,17 @@ impl Window {
         Self::connect(None, size)
     }
 
+    /// A window on a server of the test's own.
+    pub fn on(server: &Server, size: [u32; 2]) -> Self {
+        Self::connect_to(Some(server), None, size)
+    }
+
     fn connect(turn: Option<MutexGuard<'static, ()>>, size: [u32; 2]) -> Self {
-        let display = SERVER.as_ref().map(|server| {
+        Self::connect_to(SERVER.as_ref(), turn, size)
+    }
+
+    fn connect_to(server: Option<&Server>, turn: Option<MutexGuard<'static, ()>>, size: [u32; 2]) -> Self {
+        let display = server.map(|server| {
             let ended = server.child.lock().expect("the server").try_wait().expect("its state");
             assert!(ended.is_none(), "Xvfb has ended: {ended:?}");
             std::ffi::CString::new(server.display.clone()).expect("no zero")
