@@ -17,6 +17,8 @@ pub enum BufferUse {
     Vertices,
     /// Readback: written by copies, read by the host.
     Readback,
+    /// Upload: written by the host, read by copies.
+    Upload,
 }
 
 /// Memory that host and GPU share. Dropping it retires it.
@@ -38,6 +40,7 @@ impl Buffer {
     pub fn new(gpu: &Arc<Gpu>, name: &str, usage: BufferUse, bytes: usize) -> Result<Self, GpuError> {
         let (flags, location) = match usage {
             BufferUse::Vertices => (vk::BufferUsageFlags::VERTEX_BUFFER, MemoryLocation::CpuToGpu),
+            BufferUse::Upload => (vk::BufferUsageFlags::TRANSFER_SRC, MemoryLocation::CpuToGpu),
             BufferUse::Readback => (vk::BufferUsageFlags::TRANSFER_DST, MemoryLocation::GpuToCpu),
         };
         let info = vk::BufferCreateInfo::default().size(bytes.max(1) as u64).usage(flags);

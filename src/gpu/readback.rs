@@ -1,4 +1,4 @@
-//! Copies: from images back to the host, and between images.
+//! Copies: from images back to the host, between images, and from the host into small ones.
 
 use std::sync::Arc;
 
@@ -78,6 +78,26 @@ impl Cmd<'_> {
         // SAFETY: levels exist (the accesses above index them) and lie within the target, as asserted.
         unsafe {
             self.gpu.device.cmd_copy_image(self.raw, source.raw, from, target.raw, to, &regions);
+        }
+    }
+}
+
+impl Cmd<'_> {
+    /// Fills level 0 of `image` from the start of an upload buffer, row by row without gaps.
+    pub fn copy_from_buffer(&mut self, buffer: &Buffer, image: &mut Image) {
+        let [width, height] = image.extent(0);
+        let whole = Region { origin: [0, 0], extent: [width, height] };
+        assert!(whole.bytes(image) <= buffer.bytes(), "upload buffer too small");
+        self.access_levels(image, 0..1, Access::TransferWrite);
+        let copy = vk::BufferImageCopy::default().image_subresource(layers(0)).image_extent(vk::Extent3D {
+            width,
+            height,
+            depth: 1,
+        });
+        let layout = Access::TransferWrite.layout();
+        // SAFETY: the bytes lie within the buffer, as asserted; what the host wrote is visible to a later submission.
+        unsafe {
+            self.gpu.device.cmd_copy_buffer_to_image(self.raw, buffer.raw, image.raw, layout, &[copy]);
         }
     }
 }
