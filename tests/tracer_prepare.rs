@@ -9,7 +9,7 @@ use glam::{DAffine3, DVec3, Vec3};
 use pointillist::scene::desc::*;
 use pointillist::tracer::accel::Ray;
 use pointillist::tracer::light::LitPoint;
-use pointillist::tracer::{PrepareError, PrepareOptions, Scene};
+use pointillist::tracer::{PrepareError, Scene};
 use tracer_support::*;
 
 /// Case N5: unusable triangles are counted and told; the light they were part of still adds up.
@@ -135,7 +135,7 @@ fn inconsistent_descriptions_are_errors() {
         let m = material(&mut desc, grey(0.5));
         shape(&mut desc, ShapeKind::Disk, DAffine3::IDENTITY, (m, 0.0));
         change(&mut desc);
-        Scene::prepare(&desc, PrepareOptions::from_film(&desc.film)).expect_err("inconsistent")
+        Scene::prepare(&desc).expect_err("inconsistent")
     };
     assert!(matches!(
         error(|d| d.shapes[0].bsdf = BsdfId(7)),

@@ -13,7 +13,7 @@ use pointillist::scene::desc::*;
 use pointillist::spectrum::{Spectrum, dispersion::Ior};
 use pointillist::stream::{SampleSink, UvWindow};
 use pointillist::tracer::accel::{PrimRange, Ray};
-use pointillist::tracer::{Integrator, PathTracer, PrepareOptions, Sampler, Scene};
+use pointillist::tracer::{Camera, Integrator, PathTracer, Sampler, Scene};
 
 struct Sum(f64, u64);
 
@@ -30,15 +30,16 @@ fn main() {
     let (seconds, runs) = (args.next().unwrap_or(1.0), args.next().unwrap_or(5.0) as u32);
     for spheres in [false, true] {
         let desc = cornell_box(spheres);
-        let scene = Scene::prepare(&desc, PrepareOptions::from_film(&desc.film)).expect("the box is valid");
-        let tracer = PathTracer::new(Arc::new(scene), &desc.integrator, 1, UvWindow::PICTURE);
+        let scene = Scene::prepare(&desc).expect("the box is valid");
+        let camera = Camera::of(&desc).expect("the camera is valid");
+        let tracer = PathTracer::new(Arc::new(scene), camera, &desc.integrator, 1, UvWindow::PICTURE);
         let name = if spheres { "Cornell box, mirror and glass sphere" } else { "Cornell box" };
         let (mut best, mut sum) = (0f64, Sum(0.0, 0));
         for _ in 0..runs {
             best = best.max(paths_per_second(&tracer, seconds, &mut sum));
         }
         println!("{name}: {:.3} M paths/s, mean Y {:.5}", best / 1e6, sum.0 / sum.1 as f64);
-        rays(&tracer.scene);
+        rays(&tracer);
         noise(&tracer, 16);
     }
 }
@@ -104,11 +105,11 @@ fn paths_per_second(tracer: &PathTracer, seconds: f64, sum: &mut Sum) -> f64 {
 }
 
 /// Time of the two questions on rays that bounce around the scene.
-fn rays(scene: &Scene) {
+fn rays(PathTracer { scene, camera, .. }: &PathTracer) {
     let mut rays = Vec::new();
     for i in 0..100_000 {
         let sampler = Sampler::at(i, 7);
-        let mut ray = scene.camera().ray(sampler.camera().screen);
+        let mut ray = camera.ray(sampler.camera().screen);
         for depth in 0..4 {
             let Some(hit) = scene.closest(&ray) else { break };
             let side = if hit.wo.dot(hit.frame.n) < 0.0 { -1.0 } else { 1.0 };

@@ -21,7 +21,7 @@ use crate::stream::Lanes;
 use crate::stream::control::Epoch;
 use crate::stream::rejected::Cause;
 use crate::tracer::integrator::PathTracer;
-use crate::tracer::{PrepareOptions, Scene};
+use crate::tracer::{Camera, Scene};
 
 /// Samples per pixel where neither the command line nor the scene says.
 const DEFAULT_SPP: u64 = 16;
@@ -36,7 +36,7 @@ pub fn render(args: &RenderArgs) -> Result<()> {
     let outputs = Outputs::plan(args)?;
     interrupt::listen();
     let mut seconds = Seconds::default();
-    let (loaded, scene, device) = prepare(args, &mut seconds)?;
+    let (loaded, (scene, camera), device) = prepare(args, &mut seconds)?;
     for warning in &loaded.warnings {
         tell(&format!("{:?}", miette::Report::new(warning.clone())));
     }
@@ -48,7 +48,7 @@ pub fn render(args: &RenderArgs) -> Result<()> {
     let threads = threads(args);
     let mut client = device.client(facts.spec, threads)?;
     let (server, mut lanes) = Server::start(threads).into_diagnostic()?;
-    let driven = trace(args, &facts, scene, (&server, &mut lanes, &mut client))?;
+    let driven = trace(args, &facts, (scene, camera), (&server, &mut lanes, &mut client))?;
     let stats = server.stats();
     drop(server);
 
@@ -81,7 +81,7 @@ pub fn render(args: &RenderArgs) -> Result<()> {
 }
 
 /// Loads and prepares the scene while the device is opened.
-fn prepare(args: &RenderArgs, seconds: &mut Seconds) -> Result<(Loaded, Scene, Device)> {
+fn prepare(args: &RenderArgs, seconds: &mut Seconds) -> Result<(Loaded, (Scene, Camera), Device)> {
     std::thread::scope(|scope| {
         let device = scope.spawn(|| {
             let start = Instant::now();
@@ -95,12 +95,12 @@ fn prepare(args: &RenderArgs, seconds: &mut Seconds) -> Result<(Loaded, Scene, D
         }
         seconds.load = start.elapsed().as_secs_f64();
         let start = Instant::now();
-        let scene =
-            Scene::prepare(&loaded.desc, PrepareOptions::from_film(&loaded.desc.film)).into_diagnostic()?;
+        let scene = Scene::prepare(&loaded.desc).into_diagnostic()?;
+        let camera = Camera::of(&loaded.desc).into_diagnostic()?;
         seconds.prepare = start.elapsed().as_secs_f64();
         let (device, opening) = device.join().map_err(|_| miette::miette!("opening the device panicked"))?;
         seconds.open_device = opening.as_secs_f64();
-        Ok((loaded, scene, device?))
+        Ok((loaded, (scene, camera), device?))
     })
 }
 
@@ -140,7 +140,7 @@ fn facts(args: &RenderArgs, loaded: &Loaded, device: String) -> RunFacts {
 fn trace(
     args: &RenderArgs,
     facts: &RunFacts,
-    scene: Scene,
+    (scene, camera): (Scene, Camera),
     (server, lanes, client): (&Server, &mut Lanes, &mut Client),
 ) -> Result<Driven> {
     let [pw, ph] = facts.spec.padded_extent().map(u64::from);
@@ -153,6 +153,7 @@ fn trace(
     let integrator = match facts.integrator {
         IntegratorKind::Path => PathTracer {
             scene: Arc::new(scene),
+            camera,
             seed: facts.seed,
             window: facts.spec.window(),
             max_depth: facts.max_depth,

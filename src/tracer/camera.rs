@@ -2,6 +2,7 @@
 
 use glam::{DMat3, DVec2, DVec3, Vec3};
 
+use crate::scene::SceneDesc;
 use crate::scene::desc::{CameraDesc, FilmDesc, FovAxis};
 
 use super::accel::Ray;
@@ -72,6 +73,15 @@ impl Camera {
             near: desc.near_clip,
             far: desc.far_clip,
         })
+    }
+
+    /// The camera of a scene at the size its file asks for.
+    ///
+    /// # Errors
+    ///
+    /// As [`Camera::new`].
+    pub fn of(desc: &SceneDesc) -> Result<Self, PrepareError> {
+        Self::new(&desc.camera, &desc.film, &PrepareOptions::from_film(&desc.film))
     }
 
     /// The ray through `uv`, from the near to the far clip plane; unit direction.

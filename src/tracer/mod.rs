@@ -3,7 +3,8 @@
 //! Knows no thread, no clock, no file and no resolution.
 //!
 //! ```text
-//! SceneDesc ─ prepare ─▶ Scene { camera, accel, shapes, materials, lights }   immutable, shared by Arc
+//! SceneDesc ─ prepare ─▶ Scene { accel, shapes, materials, lights }   immutable, shared by Arc
+//! CameraDesc, FilmDesc ──▶ Camera                                      small, the integrator's own
 //!   integrator::path: Sampler → Camera::ray → Scene::closest → SurfaceInteraction
 //!     Material at the wavelengths of the path → Bsdf: eval, pdf, sample
 //!     Lights: sample, pdf → Scene::visible → mis

@@ -7,12 +7,11 @@ use crate::scene::SceneDesc;
 
 use super::accel::{Accel, Hit, PrimRange, Ray};
 use super::bsdf::Sides;
-use super::camera::Camera;
 use super::interaction::SurfaceInteraction;
 use super::light::{LightSample, Lights};
 use super::material::Material;
 use super::prepare::backs::Back;
-use super::prepare::{PrepareError, PrepareOptions, prepare};
+use super::prepare::{PrepareError, prepare};
 use super::shape::{Disk, Sphere, SurfacePoint, Triangle};
 
 /// Marks the absence of a light or of normals in a record.
@@ -31,10 +30,10 @@ pub(super) struct PrimRecord {
     pub(super) back: u32,
 }
 
-/// A scene ready for tracing: immutable, shared by all workers.
+/// A scene ready for tracing: immutable, shared by all workers. It holds no camera: that is the integrator's, so
+/// that moving it or changing the size of the picture leaves the scene as it is.
 #[derive(Debug)]
 pub struct Scene {
-    pub(super) camera: Camera,
     pub(super) accel: Accel,
     pub(super) triangles: Vec<Triangle>,
     pub(super) disks: Vec<Disk>,
@@ -60,19 +59,14 @@ impl Scene {
     ///
     /// # Errors
     ///
-    /// [`PrepareError`] when the camera cannot be used, an id points nowhere, or materials form a circle.
-    pub fn prepare(desc: &SceneDesc, options: PrepareOptions) -> Result<Scene, PrepareError> {
-        prepare(desc, options)
+    /// [`PrepareError`] when an id points nowhere, or materials form a circle.
+    pub fn prepare(desc: &SceneDesc) -> Result<Scene, PrepareError> {
+        prepare(desc)
     }
 
     /// What the user should know about the scene, one sentence each.
     pub fn notices(&self) -> &[String] {
         &self.notices
-    }
-
-    /// The camera.
-    pub fn camera(&self) -> &Camera {
-        &self.camera
     }
 
     /// The lights.

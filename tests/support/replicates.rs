@@ -12,7 +12,7 @@ use pointillist::color::{Profile, Xyz};
 use pointillist::image::compare::Measured;
 use pointillist::stream::{PathCounts, Sample, SampleSink, UvWindow};
 use pointillist::tracer::integrator::PathTracer;
-use pointillist::tracer::{Integrator, PrepareOptions, Scene};
+use pointillist::tracer::{Camera, Integrator, Scene};
 
 /// What is rendered: side length in pixels, samples per pixel of one replicate, seeds.
 pub struct Plan {
@@ -37,11 +37,17 @@ impl SampleSink for Collect {
 pub const CHANNELS: [(&str, &str); 3] = [("R", "variance.R"), ("G", "variance.G"), ("B", "variance.B")];
 
 /// Linear Rec.709 of one replicate through the box filter, `[side][side]`.
-fn replicate(scene: &Arc<Scene>, depth: (Option<u32>, u32), plan: &Plan, seed: u32) -> Vec<[f32; 3]> {
+fn replicate(
+    (scene, camera): &(Arc<Scene>, Camera),
+    depth: (Option<u32>, u32),
+    plan: &Plan,
+    seed: u32,
+) -> Vec<[f32; 3]> {
     let filter = SplatFilter::Box;
     let spec = FilmSpec { width: plan.side, height: plan.side, filter, variance: VarianceForm::Product };
     let tracer = PathTracer {
         scene: scene.clone(),
+        camera: camera.clone(),
         seed,
         window: UvWindow::PICTURE,
         max_depth: depth.0,
@@ -69,7 +75,7 @@ pub fn measure(scene: &Path, plan: &Plan) -> [Measured; 3] {
     let mut desc = pointillist::scene::load(scene, &[]).unwrap().desc;
     (desc.film.width, desc.film.height, desc.film.crop) = (plan.side, plan.side, None);
     let depth = (desc.integrator.max_depth, desc.integrator.rr_depth);
-    let prepared = Arc::new(Scene::prepare(&desc, PrepareOptions::from_film(&desc.film)).unwrap());
+    let prepared = (Arc::new(Scene::prepare(&desc).unwrap()), Camera::of(&desc).unwrap());
     let seeds: Vec<u32> = plan.seeds.clone().collect();
     let pictures: Vec<Vec<[f32; 3]>> = std::thread::scope(|scope| {
         let render = |seeds: &[u32]| -> Vec<Vec<[f32; 3]>> {

@@ -12,7 +12,7 @@ use pointillist::color::Xyz;
 use pointillist::scene::desc::*;
 use pointillist::spectrum::{Spectrum, dispersion::Ior};
 use pointillist::stream::{SampleSink, UvWindow};
-use pointillist::tracer::{Integrator, PathTracer, PrepareOptions, Scene};
+use pointillist::tracer::{Camera, Integrator, PathTracer, Scene};
 
 #[allow(unused_imports, reason = "each test file uses its own part")]
 pub use random::Random;
@@ -97,14 +97,15 @@ pub fn environment(desc: &mut SceneDesc) {
     desc.lights.push(LightDesc::Constant { radiance: Spectrum::Constant(1.0), place: Place::default() });
 }
 
-/// Prepares a scene at its own size.
+/// Prepares a scene.
 pub fn prepare(desc: &SceneDesc) -> Scene {
-    Scene::prepare(desc, PrepareOptions::from_film(&desc.film)).expect("the scene is valid")
+    Scene::prepare(desc).expect("the scene is valid")
 }
 
 /// A tracer for a scene.
 pub fn tracer(desc: &SceneDesc) -> PathTracer {
-    PathTracer::new(Arc::new(prepare(desc)), &desc.integrator, 1, UvWindow::PICTURE)
+    let camera = Camera::of(desc).expect("the camera is valid");
+    PathTracer::new(Arc::new(prepare(desc)), camera, &desc.integrator, 1, UvWindow::PICTURE)
 }
 
 /// Keeps every camera sample's luminance.

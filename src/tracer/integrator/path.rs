@@ -15,7 +15,7 @@ use crate::tracer::bsdf::Bsdf;
 use crate::tracer::interaction::SurfaceInteraction;
 use crate::tracer::light::LitPoint;
 use crate::tracer::sampler::VertexNumbers;
-use crate::tracer::{Sampler, Scene, mis};
+use crate::tracer::{Camera, Sampler, Scene, mis};
 
 use super::Integrator;
 
@@ -27,6 +27,8 @@ use super::Integrator;
 pub struct PathTracer {
     /// The scene.
     pub scene: Arc<Scene>,
+    /// Where it is seen from.
+    pub camera: Camera,
     /// Which randomisation of the sequence.
     pub seed: u32,
     /// The part of the screen to cover.
@@ -69,9 +71,15 @@ struct Walk {
 
 impl PathTracer {
     /// A path tracer with the settings of a scene file.
-    pub fn new(scene: Arc<Scene>, desc: &IntegratorDesc, seed: u32, window: UvWindow) -> Self {
+    pub fn new(
+        scene: Arc<Scene>,
+        camera: Camera,
+        desc: &IntegratorDesc,
+        seed: u32,
+        window: UvWindow,
+    ) -> Self {
         let IntegratorDesc { max_depth, rr_depth, hide_emitters, .. } = *desc;
-        Self { scene, seed, window, max_depth, rr_depth, hide_emitters }
+        Self { scene, camera, seed, window, max_depth, rr_depth, hide_emitters }
     }
 
     /// The CIE XYZ radiance along a ray.
@@ -255,7 +263,7 @@ impl Integrator for PathTracer {
             let (lo, hi) = (f64::from(min[i]), f64::from(max[i]));
             lo + (hi - lo) * numbers.screen[i]
         });
-        let value = self.radiance(self.scene.camera.ray(uv), &sampler, numbers.wavelength);
+        let value = self.radiance(self.camera.ray(uv), &sampler, numbers.wavelength);
         out.camera(uv.map(|c| c as f32), value, 1.0);
     }
 

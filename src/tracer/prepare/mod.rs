@@ -12,14 +12,13 @@ use crate::scene::desc::{FilmDesc, LightDesc};
 use crate::spectrum::Spectrum;
 
 use super::accel::{Accel, PrimRange};
-use super::camera::Camera;
 use super::light::{ConstantLight, Light, LightShape, Lights, PointLight};
 use super::scene::Scene;
 use geometry::Geometry;
 
 pub use error::PrepareError;
 
-/// What preparation has to know beside the scene.
+/// The size of the picture, which a camera has to know beside its description.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PrepareOptions {
     /// Width of the full film in pixels, before the crop; only the ratio to the height matters.
@@ -38,8 +37,7 @@ impl PrepareOptions {
 /// Primitive ids must leave room for two flag bits and a block number.
 const MAX_PRIMITIVES: usize = 500_000_000;
 
-pub(super) fn prepare(desc: &SceneDesc, options: PrepareOptions) -> Result<Scene, PrepareError> {
-    let camera = Camera::new(&desc.camera, &desc.film, &options)?;
+pub(super) fn prepare(desc: &SceneDesc) -> Result<Scene, PrepareError> {
     let (materials, sides) = materials::prepare(&desc.bsdfs)?;
     let mut geometry = Geometry::default();
     for shape in &desc.shapes {
@@ -66,7 +64,6 @@ pub(super) fn prepare(desc: &SceneDesc, options: PrepareOptions) -> Result<Scene
     // An empty scene has no size; any positive number serves, there is nothing to compare with.
     let radius = (0.5 * (hi - lo).length()).max(f32::MIN_POSITIVE);
     Ok(Scene {
-        camera,
         accel,
         triangles: geometry.triangles,
         disks: geometry.disks,
