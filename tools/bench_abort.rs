@@ -1,0 +1,73 @@
+//! From command to standstill: how long `abort` takes in every scene of `scenes/`; p99 must stay below 5 ms.
+//!
+//! `cargo run --release --example bench_abort [threads]`; by default all cores trace, then all but one.
+
+#![allow(clippy::unwrap_used, reason = "a measuring tool: a panic is the message")]
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use pointillist::scene;
+use pointillist::server::{RenderJob, Server};
+use pointillist::stream::{Epoch, Event, UvWindow};
+use pointillist::tracer::integrator::PathTracer;
+use pointillist::tracer::{PrepareOptions, Scene};
+
+/// Aborts per scene.
+const ABORTS: u64 = 500;
+
+fn main() {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let given = std::env::args().nth(1).and_then(|text| text.parse().ok());
+    let mut scenes: Vec<_> = std::fs::read_dir("scenes")
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.extension().is_some_and(|e| e == "xml"))
+        .collect();
+    scenes.sort();
+    println!("abort to finish event, {ABORTS} times, ms");
+    for threads in given.map_or(vec![cores, (cores - 1).max(1)], |n| vec![n]) {
+        for path in &scenes {
+            let mut times = aborts(path, threads);
+            times.sort_by(f64::total_cmp);
+            let at = |q: f64| times[((times.len() - 1) as f64 * q).round() as usize];
+            println!(
+                "  {:<28} {threads} threads  p50 {:.3}  p99 {:.3}  max {:.3}",
+                path.display(),
+                at(0.5),
+                at(0.99),
+                at(1.0)
+            );
+        }
+    }
+}
+
+fn aborts(path: &Path, threads: usize) -> Vec<f64> {
+    let desc = scene::load(path, &[]).unwrap().desc;
+    let prepared = Scene::prepare(&desc, PrepareOptions::from_film(&desc.film)).unwrap();
+    let tracer = Arc::new(PathTracer::new(Arc::new(prepared), &desc.integrator, 0, UvWindow::PICTURE));
+    let (server, mut lanes) = Server::start(threads).unwrap();
+    (1..=ABORTS)
+        .map(|number| {
+            let epoch = Epoch(number);
+            server.render(RenderJob::new(tracer.clone(), 0..u64::MAX), epoch).unwrap();
+            // Some time into the render, another one in every round, the lanes drained as by a client.
+            let until = Instant::now() + Duration::from_micros(2000 + 137 * (number % 40));
+            while Instant::now() < until {
+                lanes.drain(epoch, usize::MAX, |_| ());
+                lanes.wait(Duration::from_millis(1));
+            }
+            while server.event().is_some() {}
+            let start = Instant::now();
+            server.abort();
+            loop {
+                match server.wait_event(Duration::from_secs(10)).expect("a finish event") {
+                    Event::Finished { epoch: ended, .. } if ended == epoch => break,
+                    Event::Finished { .. } => (),
+                }
+            }
+            start.elapsed().as_secs_f64() * 1e3
+        })
+        .collect()
+}
