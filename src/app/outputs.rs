@@ -31,13 +31,21 @@ impl Outputs {
             let stem = args.source.scene.file_stem().unwrap_or("picture".as_ref());
             paths.push(PathBuf::from(stem).with_extension("png"));
         }
+        Self::check(paths, args.json.as_ref(), &args.source.scene)
+    }
+
+    /// Makes sure that these files can be written, and that none is the report or the scene.
+    ///
+    /// # Errors
+    ///
+    /// As [`plan`](Self::plan).
+    pub fn check(paths: Vec<PathBuf>, json: Option<&PathBuf>, scene: &PathBuf) -> Result<Self> {
         let check = |path: PathBuf| Ok((path.clone(), check_target(&path).into_diagnostic()?));
         let files = paths.into_iter().map(check).collect::<Result<Vec<_>>>()?;
-        if let Some(json) = args.json.as_ref().filter(|p| !is_special(p)) {
+        if let Some(json) = json.filter(|p| !is_special(p)) {
             check_place(json).into_diagnostic()?;
             let place = |path: &Path| destination(path).ok();
-            if files.iter().map(|(path, _)| path).chain([&args.source.scene]).any(|p| place(p) == place(json))
-            {
+            if files.iter().map(|(path, _)| path).chain([scene]).any(|p| place(p) == place(json)) {
                 return Err(miette::miette!(
                     "--json {} would overwrite the picture or the scene; choose another name",
                     json.display()
@@ -45,6 +53,11 @@ impl Outputs {
             }
         }
         Ok(Self { files })
+    }
+
+    /// True when nothing is to be written.
+    pub fn is_empty(&self) -> bool {
+        self.files.is_empty()
     }
 
     /// The files.

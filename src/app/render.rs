@@ -11,7 +11,7 @@ use super::drive::{Drive, Driven, drive};
 use super::facts::RunFacts;
 use super::outputs::Outputs;
 use super::progress::{Goal, Progress};
-use super::report::{Rejected, RejectedExample, Report, Seconds};
+use super::report::{Rejected, RejectedExample, Report, Seconds, write_json};
 use super::{interrupt, tell, usage};
 use crate::client::{Client, FilmSpec, SplatFilter, VarianceForm};
 use crate::scene::desc::{IntegratorKind, ReconstructionFilter};
@@ -65,7 +65,7 @@ pub fn render(args: &RenderArgs) -> Result<()> {
     report.outputs = outputs.files().cloned().collect();
     report.peak_memory_bytes = usage::peak_memory_bytes();
     if let Some(path) = &args.json {
-        report.write_json(path)?;
+        write_json(&report, path)?;
     }
     if !args.quiet {
         tell(&report.summary());

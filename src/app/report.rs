@@ -101,25 +101,6 @@ pub struct RejectedExample {
 }
 
 impl Report {
-    /// Writes the report as JSON to `path`, or to standard output if it is `-`.
-    ///
-    /// # Errors
-    ///
-    /// Whatever the file system says; a file is replaced only once the new one is complete.
-    pub fn write_json(&self, path: &Path) -> Result<()> {
-        let text = serde_json::to_string_pretty(self).into_diagnostic()? + "\n";
-        if path == Path::new("-") {
-            let written = std::io::stdout().write_all(text.as_bytes());
-            return written.into_diagnostic().wrap_err("cannot write the report to standard output");
-        }
-        if is_special(path) {
-            let written = std::fs::OpenOptions::new().write(true).open(path);
-            let written = written.and_then(|mut file| file.write_all(text.as_bytes()));
-            return written.into_diagnostic().wrap_err_with(|| format!("cannot write {}", path.display()));
-        }
-        atomically(path, text.as_bytes()).into_diagnostic()
-    }
-
     /// One line for a person.
     pub fn summary(&self) -> String {
         let mut line = format!(
@@ -143,6 +124,25 @@ impl Report {
         }
         line
     }
+}
+
+/// Writes figures as JSON to `path`, or to standard output if it is `-`.
+///
+/// # Errors
+///
+/// Whatever the file system says; a file is replaced only once the new one is complete.
+pub fn write_json(figures: &impl Serialize, path: &Path) -> Result<()> {
+    let text = serde_json::to_string_pretty(figures).into_diagnostic()? + "\n";
+    if path == Path::new("-") {
+        let written = std::io::stdout().write_all(text.as_bytes());
+        return written.into_diagnostic().wrap_err("cannot write the report to standard output");
+    }
+    if is_special(path) {
+        let written = std::fs::OpenOptions::new().write(true).open(path);
+        let written = written.and_then(|mut file| file.write_all(text.as_bytes()));
+        return written.into_diagnostic().wrap_err_with(|| format!("cannot write {}", path.display()));
+    }
+    atomically(path, text.as_bytes()).into_diagnostic()
 }
 
 /// True for standard output (`-`), devices, pipes: what is written into, not replaced.

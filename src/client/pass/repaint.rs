@@ -71,6 +71,11 @@ impl Repaint {
         Ok(&mut self.picture.encoded)
     }
 
+    /// The encoded picture as it was painted last.
+    pub fn painted(&mut self) -> &mut Image {
+        &mut self.picture.encoded
+    }
+
     /// The encoded picture; waits for the GPU.
     ///
     /// # Errors
