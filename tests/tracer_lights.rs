@@ -2,6 +2,8 @@
 
 mod tracer_support;
 
+use std::sync::Arc;
+
 use std::f64::consts::PI;
 
 use glam::{DAffine3, DVec3, Vec3};
@@ -40,7 +42,7 @@ fn lit_by(n: Option<u32>, to_world: DAffine3) -> (f64, f64) {
     let m = material(&mut desc, grey(0.0));
     let kind = match n {
         Some(n) => {
-            desc.meshes.push(tessellated(n));
+            desc.meshes.push(Arc::new(tessellated(n)));
             ShapeKind::Mesh(MeshId(0))
         }
         None => ShapeKind::Rectangle,
@@ -79,7 +81,7 @@ fn coincident_shapes_back_to_back_emit_on_both_sides() {
         for (i, turn) in [0.0, 0.3, 1.2, 1.5].into_iter().enumerate() {
             let build = |sides: &[bool]| {
                 let mut desc = floor();
-                desc.meshes.push(tessellated(3));
+                desc.meshes.push(Arc::new(tessellated(3)));
                 let m = material(&mut desc, grey(0.0));
                 let at = DAffine3::from_translation(DVec3::new(0.4 * i as f64, 0.1, -0.3))
                     * DAffine3::from_rotation_y(-turn);

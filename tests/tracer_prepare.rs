@@ -2,6 +2,8 @@
 
 mod tracer_support;
 
+use std::sync::Arc;
+
 use std::f64::consts::{PI, TAU};
 
 use glam::{DAffine3, DVec3, Vec3};
@@ -21,7 +23,7 @@ fn unusable_triangles_are_dropped_and_told() {
     let mut positions = good.to_vec();
     positions.extend([Vec3::NAN, Vec3::splat(f32::INFINITY), Vec3::splat(1e30), Vec3::X * 2.0]);
     let triangles = vec![[0, 1, 2], [0, 1, 3], [0, 1, 4], [5, 1, 2], [0, 0, 1], [0, 1, 6], [0, 1, 99]];
-    desc.meshes.push(Mesh { positions, triangles, ..Mesh::default() });
+    desc.meshes.push(Arc::new(Mesh { positions, triangles, ..Mesh::default() }));
     shape(&mut desc, ShapeKind::Mesh(MeshId(0)), DAffine3::IDENTITY, (m, 1.0));
     shape(&mut desc, ShapeKind::Rectangle, DAffine3::from_scale(DVec3::new(1.0, 0.0, 1.0)), (m, 1.0));
     shape(&mut desc, sphere(DVec3::ZERO, 0.0), DAffine3::IDENTITY, (m, 1.0));
@@ -50,7 +52,7 @@ fn sample_and_pdf_are_pairs() {
         (m, 3.0),
     );
     let positions = vec![Vec3::ZERO, Vec3::Y, Vec3::X];
-    desc.meshes.push(Mesh { positions, triangles: vec![[0, 1, 2]], ..Mesh::default() });
+    desc.meshes.push(Arc::new(Mesh { positions, triangles: vec![[0, 1, 2]], ..Mesh::default() }));
     shape(
         &mut desc,
         ShapeKind::Mesh(MeshId(0)),
@@ -119,7 +121,7 @@ fn smooth_normals_keep_the_furnace() {
     }
     let mut desc = empty();
     desc.camera.fov = 30.0;
-    desc.meshes.push(mesh);
+    desc.meshes.push(Arc::new(mesh));
     let m = material(&mut desc, grey(0.8));
     let far = DAffine3::from_translation(DVec3::Z * 3.0);
     shape(&mut desc, ShapeKind::Mesh(MeshId(0)), far, (m, 0.0));

@@ -222,6 +222,7 @@ fn cornell_box(spheres: bool) -> SceneDesc {
             mirror,
         ],
         meshes: Vec::new(),
+        names: Names::default(),
         shapes,
         lights: Vec::new(),
     }

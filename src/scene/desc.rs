@@ -4,6 +4,7 @@
 //! reader knows whether a colour is a reflectance or an emission.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
 
@@ -24,12 +25,32 @@ pub struct SceneDesc {
     pub samples_per_pixel: Option<u64>,
     /// Materials; [`BsdfId`] indexes here.
     pub bsdfs: Vec<BsdfDesc>,
-    /// Meshes in object space; [`MeshId`] indexes here.
-    pub meshes: Vec<Mesh>,
+    /// Meshes in object space; [`MeshId`] indexes here. Shared, so that a description is cheap to clone.
+    pub meshes: Vec<Arc<Mesh>>,
     /// Shapes, each with its transform, material and emission.
     pub shapes: Vec<ShapeDesc>,
     /// Lights that are not shapes.
     pub lights: Vec<LightDesc>,
+    /// What the file calls the materials and lights, for messages and for saving changes.
+    pub names: Names,
+}
+
+/// Names and places of what has none in its own description; empty for a scene that was not read from a file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Names {
+    /// Of [`SceneDesc::bsdfs`].
+    pub bsdfs: Vec<Name>,
+    /// Of [`SceneDesc::lights`].
+    pub lights: Vec<Name>,
+}
+
+/// What an element of a file is called.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Name {
+    /// Its `id`, if it has one.
+    pub id: Option<String>,
+    /// Where it stands; line 0 for what stands nowhere, as the material of a shape that names none.
+    pub place: Place,
 }
 
 /// Index into [`SceneDesc::bsdfs`].
@@ -52,7 +73,7 @@ pub struct Place {
 }
 
 /// A perspective camera, Mitsuba's `perspective`: looks along +z of its own space, +y up, **+x to the left**.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct CameraDesc {
     /// Camera space to world space.
     pub to_world: DAffine3,
@@ -201,7 +222,7 @@ pub struct ShapeDesc {
 }
 
 /// Geometry of a shape, in object space, as Mitsuba defines the plugin of the same name.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum ShapeKind {
     /// Triangles.
     Mesh(MeshId),
@@ -252,4 +273,22 @@ pub enum LightDesc {
         /// Where it stands in the file.
         place: Place,
     },
+}
+
+impl LightDesc {
+    /// Its radiance or intensity.
+    pub fn spectrum(&self) -> &Spectrum {
+        match self {
+            LightDesc::Constant { radiance, .. } => radiance,
+            LightDesc::Point { intensity, .. } => intensity,
+        }
+    }
+
+    /// Its radiance or intensity, to change.
+    pub fn spectrum_mut(&mut self) -> &mut Spectrum {
+        match self {
+            LightDesc::Constant { radiance, .. } => radiance,
+            LightDesc::Point { intensity, .. } => intensity,
+        }
+    }
 }

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use glam::{DVec3, Vec4};
+use glam::{DVec3, Vec3, Vec4};
 
 use super::sigmoid::Sigmoid;
 use super::table::Table;
 use super::{LAMBDA_MAX, LAMBDA_MIN, SampledSpectrum, SampledWavelengths, upsample};
-use crate::color::cie;
+use crate::color::{Profile, cie};
 
 /// A function of wavelength, ready to be evaluated in the hot loop. Cheap to clone.
 #[derive(Clone, Debug, PartialEq)]
@@ -114,6 +114,32 @@ impl Spectrum {
         Table::new(points).map(|t| Spectrum::Table(Arc::new(t)))
     }
 
+    /// This spectrum times `factor`; a factor that is negative or not a number counts as 0, and products are cut to
+    /// what sums over a picture can hold.
+    pub fn scaled(&self, factor: f32) -> Self {
+        let factor = clean(factor, BRIGHTEST);
+        let times = |v: f32| clean(v * factor, BRIGHTEST);
+        match self {
+            Spectrum::Constant(v) => Spectrum::Constant(times(*v)),
+            Spectrum::D65(v) => Spectrum::D65(times(*v)),
+            Spectrum::Sigmoid(shape) => Spectrum::Scaled { scale: factor, shape: *shape },
+            Spectrum::Scaled { scale, shape } => Spectrum::Scaled { scale: times(*scale), shape: *shape },
+            Spectrum::Emission { scale, shape } => Spectrum::Emission { scale: times(*scale), shape: *shape },
+            Spectrum::Table(table) => Spectrum::Table(Arc::new(table.scaled(factor, BRIGHTEST))),
+        }
+    }
+
+    /// The colour in linear Rec.709 that a surface of this reflectance has under D65; white is (1, 1, 1). What
+    /// [`Spectrum::reflectance_rgb`] undoes, nearly. Components may lie outside [0, 1].
+    pub fn reflected_rgb(&self) -> [f32; 3] {
+        if let Spectrum::Constant(v) = self {
+            return [*v; 3];
+        }
+        let under = |lambda: f32| f64::from((self.eval(Vec4::splat(lambda)) * d65(Vec4::splat(lambda))).x);
+        let xyz = cie::integrate(|lambda, _| under(lambda));
+        (Profile::srgb().from_xyz * Vec3::new(xyz.x as f32, xyz.y as f32, xyz.z as f32)).to_array()
+    }
+
     /// True when the value does not depend on wavelength.
     pub fn is_constant(&self) -> bool {
         matches!(self, Spectrum::Constant(_))
@@ -190,6 +216,30 @@ mod tests {
             let s = Spectrum::emission_rgb(rgb);
             assert!(s.eval(Vec4::new(400.0, 500.0, 600.0, 700.0)).is_finite(), "{rgb:?} {s:?}");
             assert!(s.max().is_finite() && s.luminance().is_finite(), "{rgb:?} {s:?}");
+        }
+    }
+
+    #[test]
+    fn scaling_and_the_colour_of_a_surface() {
+        let table = Spectrum::table(&[(400.0, 1.0), (600.0, 3.0), (700.0, 0.5)]).expect("valid points");
+        let all = [
+            Spectrum::Constant(0.5),
+            Spectrum::d65(2.0),
+            Spectrum::emission_rgb([3.0, 1.0, 0.5]),
+            Spectrum::unbounded_rgb([3.0, 1.0, 0.5]),
+            Spectrum::reflectance_rgb([0.9, 0.2, 0.1]),
+            table,
+        ];
+        let at = Vec4::new(400.0, 500.0, 600.0, 700.0);
+        for s in all {
+            let (before, after) = (s.eval(at), s.scaled(3.0).eval(at));
+            assert!((after - before * 3.0).abs().max_element() < 1e-5 * after.max_element(), "{s:?}");
+            assert!(s.scaled(0.0).is_black() && s.scaled(f32::NAN).is_black(), "{s:?}");
+            assert!(s.scaled(f32::INFINITY).scaled(1e30).eval(at).is_finite(), "{s:?}");
+        }
+        for rgb in [[0.8, 0.2, 0.1], [0.1, 0.4, 0.9], [0.3, 0.3, 0.3]] {
+            let found = Spectrum::reflectance_rgb(rgb).reflected_rgb();
+            assert!(rgb.iter().zip(found).all(|(a, b)| (a - b).abs() < 3e-3), "{rgb:?} {found:?}");
         }
     }
 

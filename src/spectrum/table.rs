@@ -49,6 +49,13 @@ impl Table {
         Some(Self { knots, guide, max })
     }
 
+    /// The same with every value multiplied by `factor` (not negative) and cut to `max`.
+    pub fn scaled(&self, factor: f32, max: f32) -> Self {
+        let points: Vec<(f32, f32)> =
+            self.knots.iter().map(|k| (k.lambda, (k.value * factor).min(max))).collect();
+        Self::new(&points).unwrap_or_else(|| self.clone())
+    }
+
     /// The value at `lambda` nm.
     #[inline]
     pub fn at(&self, lambda: f32) -> f32 {

@@ -1,54 +1,43 @@
 //! The prepared scene: what a path asks of it.
 
+use std::sync::Arc;
+
 use glam::Vec3;
 
 use crate::math::frame::Frame;
 use crate::scene::SceneDesc;
 
-use super::accel::{Accel, Hit, PrimRange, Ray};
+use super::accel::{Accel, PrimRange, Ray};
 use super::bsdf::Sides;
 use super::interaction::SurfaceInteraction;
 use super::light::{LightSample, Lights};
 use super::material::Material;
-use super::prepare::backs::Back;
-use super::prepare::{PrepareError, prepare};
-use super::shape::{Disk, Sphere, SurfacePoint, Triangle};
+use super::prepare::{Origin, PrepareError, edited, prepare};
+use super::primitives::Primitives;
 
-/// Marks the absence of a light or of normals in a record.
-pub(super) const NONE: u32 = u32::MAX;
-
-/// A primitive's own record.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct PrimRecord {
-    /// Index into the surfaces.
-    pub(super) surface: u32,
-    /// Index into the lights, or [`NONE`].
-    pub(super) light: u32,
-    /// Index into the vertex normals, or [`NONE`].
-    pub(super) normals: u32,
-    /// Index into the backs where another primitive lies back to back with it, or [`NONE`].
-    pub(super) back: u32,
+/// What is seen at a point of the picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pick {
+    /// Index into [`SceneDesc::shapes`].
+    pub shape: u32,
+    /// Where it was met, world space.
+    pub position: Vec3,
+    /// From the origin of the ray, which for a camera lies on its near plane.
+    pub distance: f32,
 }
 
 /// A scene ready for tracing: immutable, shared by all workers. It holds no camera: that is the integrator's, so
 /// that moving it or changing the size of the picture leaves the scene as it is.
 #[derive(Debug)]
 pub struct Scene {
-    pub(super) accel: Accel,
-    pub(super) triangles: Vec<Triangle>,
-    pub(super) disks: Vec<Disk>,
-    pub(super) spheres: Vec<Sphere>,
-    /// By primitive id.
-    pub(super) prims: Vec<PrimRecord>,
-    /// Shading normals of the smooth triangles.
-    pub(super) normals: Vec<[Vec3; 3]>,
-    /// What lies on the back of a primitive, in the same place.
-    pub(super) backs: Vec<Back>,
-    /// Materials by side of every surface; the primitives of one shape share one.
+    pub(super) primitives: Arc<Primitives>,
+    /// Materials by side of every surface; one for each shape, in their order.
     pub(super) surfaces: Vec<Sides>,
     pub(super) materials: Vec<Material>,
     pub(super) lights: Lights,
     pub(super) notices: Vec<String>,
+    /// What the primitives and the lights were made from.
+    pub(super) origin: Arc<Origin>,
 }
 
 impl Scene {
@@ -64,6 +53,22 @@ impl Scene {
         prepare(desc)
     }
 
+    /// This scene with the materials and the light of `desc`, in effect the same as [`Scene::prepare`] of `desc`.
+    ///
+    /// Where `desc` is this scene's description with other materials and other spectra, the primitives and their tree
+    /// are shared and the cost does not depend on them; how lights are chosen is worked out anew. Where anything else
+    /// differs (a shape moved, a light came or went, a mesh that is not shared), everything is prepared.
+    ///
+    /// A light whose emission becomes zero stays a light: it is met and then gives nothing, and is never chosen while
+    /// another light shines.
+    ///
+    /// # Errors
+    ///
+    /// As [`Scene::prepare`].
+    pub fn edited(&self, desc: &SceneDesc) -> Result<Scene, PrepareError> {
+        edited(self, desc)
+    }
+
     /// What the user should know about the scene, one sentence each.
     pub fn notices(&self) -> &[String] {
         &self.notices
@@ -76,21 +81,31 @@ impl Scene {
 
     /// The geometry.
     pub fn accel(&self) -> &Accel {
-        &self.accel
+        &self.primitives.accel
     }
 
     /// What `ray` (of unit direction) meets first.
     #[inline]
     pub fn closest(&self, ray: &Ray) -> Option<SurfaceInteraction> {
-        self.accel.closest(ray).map(|hit| self.interaction(ray, &hit))
+        self.primitives.accel.closest(ray).map(|hit| self.primitives.interaction(ray, &hit))
+    }
+
+    /// The shape that is seen along `ray`; `None` where nothing is but the environment. Of two shapes back to back in
+    /// one place it is the one whose side is seen.
+    pub fn pick(&self, ray: &Ray) -> Option<Pick> {
+        let hit = self.closest(ray)?;
+        let position = hit.point.p;
+        Some(Pick { shape: hit.surface, position, distance: position.distance(ray.origin) })
     }
 
     /// True when nothing stands between `from` and the light of `sample`.
     #[inline]
     pub fn visible(&self, from: &SurfaceInteraction, light: u32, sample: &LightSample) -> bool {
         match sample.target {
-            Some(target) => !self.accel.occluded(&from.spawn_to(target, sample.wi), self.lights.prims(light)),
-            None => !self.accel.occluded(&from.spawn(sample.wi), PrimRange::NONE),
+            Some(target) => {
+                !self.primitives.accel.occluded(&from.spawn_to(target, sample.wi), self.lights.prims(light))
+            }
+            None => !self.primitives.accel.occluded(&from.spawn(sample.wi), PrimRange::NONE),
         }
     }
 
@@ -99,46 +114,5 @@ impl Scene {
     pub fn material(&self, hit: &SurfaceInteraction) -> (&Material, Frame) {
         let (material, frame) = self.surfaces[hit.surface as usize].facing(hit.frame, hit.wo);
         (&self.materials[material as usize], frame)
-    }
-
-    #[inline]
-    fn interaction(&self, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
-        let mut record = self.prims[hit.prim as usize];
-        let id = hit.prim as usize;
-        let mut point = match self.triangles.get(id) {
-            Some(triangle) => triangle.point(hit.uv),
-            None => self.analytic_point(ray, hit),
-        };
-        let smooth = record.normals != NONE;
-        let mut n =
-            if smooth { self.shading_normal(record.normals, hit.uv).unwrap_or(point.ng) } else { point.ng };
-        if record.back != NONE && ray.direction.dot(point.ng) > 0.0 {
-            let Back { surface, light } = self.backs[record.back as usize];
-            (record.surface, record.light) = (surface, light);
-            (point.ng, n) = (-point.ng, -n);
-        }
-        SurfaceInteraction {
-            point,
-            frame: Frame::new(n),
-            wo: -ray.direction,
-            surface: record.surface,
-            light: (record.light != NONE).then_some(record.light),
-            smooth,
-        }
-    }
-
-    #[inline(never)]
-    fn analytic_point(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
-        let i = hit.prim as usize - self.triangles.len();
-        match self.disks.get(i) {
-            Some(disk) => disk.point(ray, hit.t),
-            None => self.spheres[i - self.disks.len()].point(ray, hit.t),
-        }
-    }
-
-    #[inline]
-    fn shading_normal(&self, normals: u32, uv: [f32; 2]) -> Option<Vec3> {
-        let [a, b, c] = self.normals[normals as usize];
-        (a * (1.0 - uv[0] - uv[1]) + b * uv[0] + c * uv[1]).try_normalize()
     }
 }

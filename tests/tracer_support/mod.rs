@@ -32,6 +32,7 @@ pub fn empty() -> SceneDesc {
         samples_per_pixel: None,
         bsdfs: Vec::new(),
         meshes: Vec::new(),
+        names: Names::default(),
         shapes: Vec::new(),
         lights: Vec::new(),
     }

@@ -4,7 +4,7 @@ use super::document::ElementId;
 use super::params::Params;
 use super::reader::Reader;
 use super::spectrum::{self, Role};
-use crate::scene::desc::{BsdfDesc, BsdfId};
+use crate::scene::desc::{BsdfDesc, BsdfId, Name};
 use crate::scene::diagnostic::{FindingKind, SceneError};
 use crate::scene::limits;
 use crate::spectrum::{Spectrum, dispersion::Ior, metals};
@@ -35,7 +35,8 @@ pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<BsdfId, Sce
     let bsdf = plugin(reader, &params)?;
     reader.open_bsdfs.pop();
     reader.finish(params);
-    let new = push(reader, bsdf);
+    let name = reader.name(id);
+    let new = push(reader, bsdf, name);
     reader.known_bsdfs.insert(id, new);
     Ok(new)
 }
@@ -46,12 +47,13 @@ pub(crate) fn default(reader: &mut Reader<'_>, emits: bool) -> BsdfId {
         return known;
     }
     let reflectance = Spectrum::Constant(if emits { 0.0 } else { 0.5 });
-    let new = push(reader, BsdfDesc::Diffuse { reflectance });
+    let new = push(reader, BsdfDesc::Diffuse { reflectance }, Name::default());
     reader.default_bsdfs[usize::from(emits)] = Some(new);
     new
 }
 
-fn push(reader: &mut Reader<'_>, bsdf: BsdfDesc) -> BsdfId {
+fn push(reader: &mut Reader<'_>, bsdf: BsdfDesc, name: Name) -> BsdfId {
+    reader.names.bsdfs.push(name);
     reader.bsdfs.push(bsdf);
     BsdfId(reader.bsdfs.len() as u32 - 1)
 }
@@ -93,7 +95,7 @@ fn ior(params: &Params<'_>, name: &'static str, default: &str) -> Result<Ior, Sc
         Some("string") => by_name(&params.string(name)?.unwrap_or_default()),
         Some(_) => {
             let n = params.float(name)?.unwrap_or(1.0);
-            if n <= 0.0 || n > 1e3 {
+            if !is_ior(n) {
                 return Err(params
                     .error(name, "an index of refraction is above 0 and not above 1000")
                     .error());
@@ -101,6 +103,11 @@ fn ior(params: &Params<'_>, name: &'static str, default: &str) -> Result<Ior, Sc
             Ok(Ior::Constant(n as f32))
         }
     }
+}
+
+/// True for a number that can be an index of refraction.
+pub(crate) fn is_ior(n: f64) -> bool {
+    n > 0.0 && n <= 1e3
 }
 
 fn conductor(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<BsdfDesc, SceneError> {

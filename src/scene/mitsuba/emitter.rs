@@ -36,6 +36,8 @@ pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<(), SceneEr
         return Err(found.help("a scene has at most one `constant` emitter").error());
     }
     reader.lights.push(light);
+    let name = reader.name(id);
+    reader.names.lights.push(name);
     reader.finish(params);
     Ok(())
 }

@@ -284,7 +284,9 @@ impl Expander {
                     let message = format!("more than {} search paths", limits::SEARCH_PATHS);
                     return Err(self.document.finding(FindingKind::Limit, element.span, message).error());
                 }
-                self.document.search.push(folder);
+                if !self.document.search.contains(&folder) {
+                    self.document.search.push(folder);
+                }
                 Ok(())
             }
             "alias" => {

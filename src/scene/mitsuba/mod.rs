@@ -11,12 +11,14 @@
 //! | sensor, film, rfilter | `sensor.rs`, `film.rs` | perspective; films and filters |
 //! | integrator, sampler | `integrator.rs` | path; any sampler |
 //! | spectrum | `spectrum.rs` | uniform, d65, regular, irregular |
+//! | edit | `edit.rs` | changes saved by the viewer; no element of Mitsuba's |
 //!
 //! Adding a plugin is one function and one line in its group's table. A reader asks `params.rs` for
 //! each parameter it knows; what nobody asked for is reported.
 
 mod bsdf;
 mod document;
+mod edit;
 mod emitter;
 mod expand;
 mod film;
@@ -33,6 +35,8 @@ mod tags;
 mod transform;
 mod value;
 mod variables;
+
+pub(crate) use bsdf::is_ior;
 
 use std::path::Path;
 

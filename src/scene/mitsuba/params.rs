@@ -44,9 +44,11 @@ impl<'d> Params<'d> {
                 _ => {
                     let message = format!("<{}> cannot stand in <{}>", element.tag.name, plugin.tag.name);
                     let found = document.finding(FindingKind::Unknown, element.span, message);
-                    return Err(found
-                        .help("steps of a transform stand in <transform name=\"to_world\">")
-                        .error());
+                    let help = match element.tag.kind {
+                        TagKind::Edit => "a change stands in the scene itself, after what it changes",
+                        _ => "steps of a transform stand in <transform name=\"to_world\">",
+                    };
+                    return Err(found.help(help).error());
                 }
             };
             let name = element.value("name");

@@ -1,6 +1,7 @@
 //! The walk over a scene's elements, and what all groups of plugins share.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use super::document::{Document, ElementId};
 use super::expand::Expanded;
@@ -9,9 +10,9 @@ use super::shape::MeshKey;
 use super::source::Span;
 use super::spectrum::Role;
 use super::tags::TagKind;
-use super::{Loaded, bsdf, emitter, integrator, sensor, shape, suggest};
+use super::{Loaded, bsdf, edit, emitter, integrator, sensor, shape, suggest};
 use crate::scene::desc::{
-    BsdfDesc, BsdfId, IntegratorDesc, LightDesc, Mesh, MeshId, Place, SceneDesc, ShapeDesc,
+    BsdfDesc, BsdfId, IntegratorDesc, LightDesc, Mesh, MeshId, Name, Names, Place, SceneDesc, ShapeDesc,
 };
 use crate::scene::diagnostic::{FindingKind, SceneError, SceneWarning};
 use crate::scene::limits;
@@ -30,7 +31,7 @@ pub(crate) struct Reader<'d> {
     /// Materials being read, to see cycles.
     pub(crate) open_bsdfs: Vec<ElementId>,
     /// Meshes.
-    pub(crate) meshes: Vec<Mesh>,
+    pub(crate) meshes: Vec<Arc<Mesh>>,
     /// Meshes by file and options, so that each file is read once.
     pub(crate) known_meshes: BTreeMap<MeshKey, MeshId>,
     /// Triangles of all meshes.
@@ -45,9 +46,13 @@ pub(crate) struct Reader<'d> {
     pub(crate) shapes: Vec<ShapeDesc>,
     /// Lights that are not shapes.
     pub(crate) lights: Vec<LightDesc>,
+    /// What materials and lights are called.
+    pub(crate) names: Names,
     sensor: Option<sensor::Sensor>,
     integrator: Option<IntegratorDesc>,
     samples: Option<u64>,
+    /// Changes, in the order of the file.
+    edits: Vec<ElementId>,
     warnings: Vec<SceneWarning>,
     unheard: usize,
 }
@@ -68,9 +73,11 @@ pub(crate) fn read((document, warnings): Expanded) -> Result<Loaded, SceneError>
         spectrum_bytes: 0,
         shapes: Vec::new(),
         lights: Vec::new(),
+        names: Names::default(),
         sensor: None,
         integrator: None,
         samples: None,
+        edits: Vec::new(),
         warnings,
         unheard: 0,
     };
@@ -101,6 +108,12 @@ impl Reader<'_> {
     /// Line and column of a span.
     pub(crate) fn place(&self, span: Span) -> Place {
         self.document.sources.place(span)
+    }
+
+    /// What an element is called and where it stands.
+    pub(crate) fn name(&self, id: ElementId) -> Name {
+        let element = self.document.element(id);
+        Name { id: element.value("id").map(str::to_owned), place: self.place(element.span) }
     }
 
     /// An error: no plugin of this name.
@@ -142,6 +155,10 @@ impl Reader<'_> {
                 }
                 Ok(())
             }
+            (TagKind::Edit, _) => {
+                self.edits.push(id);
+                Ok(())
+            }
             // A spectrum with an id is read where it is referred to.
             (TagKind::Value, "spectrum") if element.attribute("id").is_some() => Ok(()),
             (TagKind::Ref, _) => {
@@ -159,8 +176,15 @@ impl Reader<'_> {
 
     fn sensor(&mut self, id: ElementId) -> Result<(), SceneError> {
         let span = self.document.element(id).span;
-        if self.sensor.is_some() {
-            self.second(span, "sensor", "the first one counts");
+        if let Some(first) = &self.sensor {
+            if first.camera.place.file == span.file {
+                self.second(span, "sensor", "the first one counts");
+            } else {
+                // What an including file puts in front is meant to count: so the viewer saves a camera.
+                let message = "the sensor in front of the include counts, not this one";
+                let found = self.document.finding(FindingKind::Parameter, span, message);
+                self.warn(found.advice());
+            }
             return Ok(());
         }
         let read = sensor::read(self, id)?;
@@ -191,7 +215,7 @@ impl Reader<'_> {
             let message = format!("{} more warnings are not shown", self.unheard);
             self.warnings.push(self.document.finding(FindingKind::Limit, root, message).warning());
         }
-        let desc = SceneDesc {
+        let mut desc = SceneDesc {
             files: self.document.sources.paths(),
             camera: sensor.camera,
             film: sensor.film,
@@ -201,7 +225,9 @@ impl Reader<'_> {
             meshes: self.meshes,
             shapes: self.shapes,
             lights: self.lights,
+            names: self.names,
         };
+        edit::apply(self.document, &mut desc, &self.edits)?;
         Ok(Loaded { desc, warnings: self.warnings })
     }
 }

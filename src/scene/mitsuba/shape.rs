@@ -1,6 +1,7 @@
 //! Shapes.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -119,7 +120,7 @@ fn obj(reader: &mut Reader<'_>, params: &Params<'_>, to_world: &DAffine3) -> Res
             format!("the meshes of this scene have more than {triangles} triangles or {bytes} bytes");
         return Err(reader.document.finding(FindingKind::Limit, params.span(), message).error());
     }
-    reader.meshes.push(read.mesh);
+    reader.meshes.push(Arc::new(read.mesh));
     let new = MeshId(reader.meshes.len() as u32 - 1);
     reader.known_meshes.insert(key, new);
     Ok(ShapeKind::Mesh(new))

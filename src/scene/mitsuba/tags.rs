@@ -17,6 +17,8 @@ pub(crate) enum TagKind {
     Transform,
     /// A step of a transform.
     Step,
+    /// A change to an object of the scene, saved by the viewer; not part of Mitsuba's format.
+    Edit,
 }
 
 /// An element of the format.
@@ -34,6 +36,7 @@ pub(crate) struct Tag {
 
 const PLUGIN: &[&str] = &["type", "id", "name"];
 const NAMED: &[&str] = &["name", "value"];
+const EDIT: &[&str] = &["object", "id", "index", "count", "type", "name", "value"];
 const XYZ: &[&str] = &["name", "value", "x", "y", "z"];
 
 const fn tag(
@@ -60,6 +63,7 @@ pub(crate) const TAGS: &[Tag] = &[
     tag("include", TagKind::Directive, &["filename"], &["filename"]),
     tag("path", TagKind::Directive, &["value"], &["value"]),
     tag("alias", TagKind::Directive, &["id", "as"], &["id", "as"]),
+    tag("edit", TagKind::Edit, EDIT, &["object", "name", "value"]),
     tag("ref", TagKind::Ref, &["id", "name"], &["id"]),
     plugin("shape"),
     plugin("bsdf"),

@@ -1,5 +1,7 @@
 //! All lights of a scene: choosing one, and asking for the density of a direction.
 
+use std::sync::Arc;
+
 use glam::Vec3;
 
 use crate::math::distribution::Distribution;
@@ -13,26 +15,38 @@ use super::{Light, LightSample, LightShape, LitPoint};
 /// All lights of a scene and how one is chosen: by power.
 #[derive(Clone, Debug, Default)]
 pub struct Lights {
-    lights: Vec<Light>,
+    /// Where they emit from; shared between scenes that differ in their spectra.
+    lights: Arc<[Light]>,
     spectra: Vec<Spectrum>,
     /// By power; `None` when there is nothing to choose.
     choice: Option<Distribution>,
     /// The environment, if there is one.
     environment: Option<u32>,
+    scene_radius: f32,
 }
 
 impl Lights {
     /// All lights, their spectra, and the radius of the scene (for the power of an environment).
     pub fn new(lights: Vec<Light>, spectra: Vec<Spectrum>, scene_radius: f32) -> Self {
+        Self::with(lights.into(), spectra, scene_radius)
+    }
+
+    /// The same lights with other spectra, of which there must be as many.
+    pub fn relit(&self, spectra: Vec<Spectrum>) -> Self {
+        Self::with(self.lights.clone(), spectra, self.scene_radius)
+    }
+
+    fn with(lights: Arc<[Light]>, spectra: Vec<Spectrum>, scene_radius: f32) -> Self {
         // Colours that the eye hardly sees must still be sampled.
         let brightness = |s: &Spectrum| s.luminance().max(1e-3 * s.max());
-        let power = |l: &Light| l.extent(scene_radius) * brightness(&spectra[l.spectrum as usize]);
+        let brightness: Vec<f32> = spectra.iter().map(brightness).collect();
+        let power = |l: &Light| l.extent(scene_radius) * brightness[l.spectrum as usize];
         let weights: Vec<f32> = lights.iter().map(power).collect();
         // Powers that cannot be compared (overflow, underflow) leave every light the same chance.
         let choice = Distribution::new(&weights).or_else(|| Distribution::new(&vec![1.0; lights.len()]));
         let environment =
             lights.iter().position(|l| matches!(l.shape, LightShape::Constant(_))).map(|i| i as u32);
-        Self { choice, lights, spectra, environment }
+        Self { choice, lights, spectra, environment, scene_radius }
     }
 
     /// The environment's index, if there is one.

@@ -9,11 +9,9 @@ use glam::{DAffine3, DVec3, Vec3};
 
 use crate::scene::SceneDesc;
 use crate::scene::desc::{Mesh, ShapeDesc, ShapeKind};
-use crate::spectrum::Spectrum;
 use crate::tracer::accel::PrimRange;
-use crate::tracer::bsdf::Sides;
 use crate::tracer::light::{DiskLight, Light, LightShape, ParallelogramLight, SphereLight, TriangleLight};
-use crate::tracer::scene::{NONE, PrimRecord};
+use crate::tracer::primitives::{NONE, PrimRecord};
 use crate::tracer::shape::{Disk, Sphere, Triangle};
 
 use super::PrepareError;
@@ -38,9 +36,11 @@ pub(super) struct Geometry {
     pub(super) normals: Vec<[Vec3; 3]>,
     pub(super) backs: Vec<Back>,
     places: Places,
-    pub(super) surfaces: Vec<Sides>,
     pub(super) lights: Vec<Light>,
-    pub(super) spectra: Vec<Spectrum>,
+    /// Shapes added so far.
+    shapes: u32,
+    /// Shapes that emit among them: each has a spectrum of its own, in this order.
+    pub(super) emitting: u32,
     pub(super) notices: Vec<String>,
 }
 
@@ -56,20 +56,14 @@ struct Adding<'a> {
 
 impl Geometry {
     /// Adds one shape.
-    pub(super) fn add(
-        &mut self,
-        desc: &SceneDesc,
-        shape: &ShapeDesc,
-        sides: &[Sides],
-    ) -> Result<(), PrepareError> {
-        let id = shape.bsdf;
-        let sides = *sides.get(id.0 as usize).ok_or(PrepareError::UnknownMaterial { id })?;
-        let surface = self.surfaces.len() as u32;
-        self.surfaces.push(sides);
-        let spectrum = shape.emission.as_ref().filter(|s| !s.is_black()).map(|s| {
-            self.spectra.push(s.clone());
-            self.spectra.len() as u32 - 1
-        });
+    ///
+    /// One that emits black is a light like another: an edit may make a light dark, and the scene must be the same
+    /// as if the file had said so.
+    pub(super) fn add(&mut self, desc: &SceneDesc, shape: &ShapeDesc) -> Result<(), PrepareError> {
+        let surface = self.shapes;
+        self.shapes += 1;
+        let spectrum = shape.emission.is_some().then_some(self.emitting);
+        self.emitting += u32::from(spectrum.is_some());
         let mut adding = Adding { shape, surface, spectrum, dropped: 0 };
         match &shape.kind {
             ShapeKind::Mesh(id) => {

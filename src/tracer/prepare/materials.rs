@@ -1,16 +1,25 @@
 //! Materials: one list of one-sided ones, and what each description shows to either side.
 
+use crate::scene::SceneDesc;
 use crate::scene::desc::{BsdfDesc, BsdfId};
 use crate::tracer::bsdf::Sides;
 use crate::tracer::material::Material;
 
 use super::PrepareError;
 
+/// The one-sided materials of a scene, and which of them each of its shapes shows.
+pub(super) fn of(desc: &SceneDesc) -> Result<(Vec<Material>, Vec<Sides>), PrepareError> {
+    let (materials, sides) = prepare(&desc.bsdfs)?;
+    let sides_of = |id: BsdfId| sides.get(id.0 as usize).copied().ok_or(PrepareError::UnknownMaterial { id });
+    let surfaces = desc.shapes.iter().map(|s| sides_of(s.bsdf)).collect::<Result<_, _>>()?;
+    Ok((materials, surfaces))
+}
+
 /// The one-sided materials, and for every description (by id) which of them it shows.
 ///
 /// The back of a two-sided material is lit as its front would be, so that a two-sided one nested in another
 /// counts with its own front.
-pub(super) fn prepare(descs: &[BsdfDesc]) -> Result<(Vec<Material>, Vec<Sides>), PrepareError> {
+fn prepare(descs: &[BsdfDesc]) -> Result<(Vec<Material>, Vec<Sides>), PrepareError> {
     let mut materials = Vec::new();
     let own: Vec<Option<u32>> = descs
         .iter()

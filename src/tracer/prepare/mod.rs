@@ -4,6 +4,9 @@ pub(super) mod backs;
 mod error;
 mod geometry;
 mod materials;
+mod origin;
+
+use std::sync::Arc;
 
 use glam::Vec3;
 
@@ -13,10 +16,12 @@ use crate::spectrum::Spectrum;
 
 use super::accel::{Accel, PrimRange};
 use super::light::{ConstantLight, Light, LightShape, Lights, PointLight};
+use super::primitives::Primitives;
 use super::scene::Scene;
 use geometry::Geometry;
 
 pub use error::PrepareError;
+pub(super) use origin::Origin;
 
 /// The size of the picture, which a camera has to know beside its description.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,55 +43,68 @@ impl PrepareOptions {
 const MAX_PRIMITIVES: usize = 500_000_000;
 
 pub(super) fn prepare(desc: &SceneDesc) -> Result<Scene, PrepareError> {
-    let (materials, sides) = materials::prepare(&desc.bsdfs)?;
+    let (materials, surfaces) = materials::of(desc)?;
     let mut geometry = Geometry::default();
     for shape in &desc.shapes {
-        geometry.add(desc, shape, &sides)?;
+        geometry.add(desc, shape)?;
     }
-    let geometry = geometry.finish();
+    let mut geometry = geometry.finish();
     let count = geometry.prims.len();
     if count > MAX_PRIMITIVES {
         return Err(PrepareError::TooManyPrimitives { count });
     }
-    let accel =
-        Accel::new(&geometry.corners, &geometry.quads, geometry.disks.clone(), geometry.spheres.clone());
-    let (mut lights, mut spectra) = (geometry.lights, geometry.spectra);
-    let mut notices = geometry.notices;
-    for light in &desc.lights {
-        add_light(light, &mut lights, &mut spectra, &mut notices);
+    for (light, i) in desc.lights.iter().zip(geometry.emitting..) {
+        add_light(light, i, &mut geometry);
     }
+    let spectra = spectra(desc);
+    let dark = geometry.lights.iter().all(|l| spectra[l.spectrum as usize].is_black());
     // A scene without any light has been told of where it was read.
-    let wanted = !desc.lights.is_empty() || desc.shapes.iter().any(|s| s.emission.is_some());
-    if lights.is_empty() && wanted {
-        notices.push("no light of the scene can be used: the picture will be black".to_owned());
+    if dark && !spectra.is_empty() {
+        geometry.notices.push("no light of the scene can be used: the picture will be black".to_owned());
     }
-    let (lo, hi) = accel.bounds();
+    let (lights, notices) = (std::mem::take(&mut geometry.lights), std::mem::take(&mut geometry.notices));
+    let primitives = primitives(geometry);
+    let (lo, hi) = primitives.accel.bounds();
     // An empty scene has no size; any positive number serves, there is nothing to compare with.
     let radius = (0.5 * (hi - lo).length()).max(f32::MIN_POSITIVE);
+    let lights = Lights::new(lights, spectra, radius);
+    let origin = Arc::new(Origin::of(desc));
+    Ok(Scene { primitives: Arc::new(primitives), surfaces, materials, lights, notices, origin })
+}
+
+/// `scene` with the materials and spectra of `desc`, or a new one where more than those has changed.
+pub(super) fn edited(scene: &Scene, desc: &SceneDesc) -> Result<Scene, PrepareError> {
+    if !scene.origin.fits(desc) {
+        return prepare(desc);
+    }
+    let (materials, surfaces) = materials::of(desc)?;
     Ok(Scene {
-        accel,
-        triangles: geometry.triangles,
-        disks: geometry.disks,
-        spheres: geometry.spheres,
-        prims: geometry.prims,
-        normals: geometry.normals,
-        backs: geometry.backs,
-        surfaces: geometry.surfaces,
+        primitives: scene.primitives.clone(),
+        surfaces,
         materials,
-        lights: Lights::new(lights, spectra, radius),
-        notices,
+        lights: scene.lights.relit(spectra(desc)),
+        notices: scene.notices.clone(),
+        origin: scene.origin.clone(),
     })
 }
 
-/// Adds a light that is not a shape, unless it is unusable or a second environment.
-fn add_light(
-    desc: &LightDesc,
-    lights: &mut Vec<Light>,
-    spectra: &mut Vec<Spectrum>,
-    notices: &mut Vec<String>,
-) {
-    let (shape, spectrum) = match desc {
-        LightDesc::Constant { radiance, place } => {
+fn primitives(geometry: Geometry) -> Primitives {
+    let Geometry { corners, quads, triangles, disks, spheres, prims, normals, backs, .. } = geometry;
+    let accel = Accel::new(&corners, &quads, disks.clone(), spheres.clone());
+    Primitives { accel, triangles, disks, spheres, prims, normals, backs }
+}
+
+/// The spectra of a scene's lights: of each shape that emits, then of each light that is not a shape.
+fn spectra(desc: &SceneDesc) -> Vec<Spectrum> {
+    let shapes = desc.shapes.iter().filter_map(|s| s.emission.as_ref());
+    shapes.chain(desc.lights.iter().map(LightDesc::spectrum)).cloned().collect()
+}
+
+/// Adds a light that is not a shape and has spectrum `spectrum`, unless it is unusable or a second environment.
+fn add_light(desc: &LightDesc, spectrum: u32, geometry: &mut Geometry) {
+    let Geometry { lights, notices, .. } = geometry;
+    let shape = match desc {
+        LightDesc::Constant { place, .. } => {
             if lights.iter().any(|l| matches!(l.shape, LightShape::Constant(_))) {
                 notices.push(format!(
                     "line {}: a scene has one environment; this second one is ignored",
@@ -94,9 +112,9 @@ fn add_light(
                 ));
                 return;
             }
-            (LightShape::Constant(ConstantLight), radiance)
+            LightShape::Constant(ConstantLight)
         }
-        LightDesc::Point { position, intensity, place } => {
+        LightDesc::Point { position, place, .. } => {
             let position: Vec3 = position.as_vec3();
             if !position.is_finite() {
                 notices.push(format!(
@@ -105,9 +123,8 @@ fn add_light(
                 ));
                 return;
             }
-            (LightShape::Point(PointLight { position }), intensity)
+            LightShape::Point(PointLight { position })
         }
     };
-    lights.push(Light { shape, spectrum: spectra.len() as u32, prims: PrimRange::NONE });
-    spectra.push(spectrum.clone());
+    lights.push(Light { shape, spectrum, prims: PrimRange::NONE });
 }

@@ -1,0 +1,62 @@
+//! The changes themselves.
+
+use crate::scene::desc::{CameraDesc, SceneDesc};
+
+use super::target::{EditError, NewValue, Target};
+
+/// All changes against the file; at most one per target.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Edits {
+    /// The camera, if it was moved.
+    pub camera: Option<CameraDesc>,
+    /// Values in the order in which they were first changed.
+    pub values: Vec<(Target, NewValue)>,
+}
+
+impl Edits {
+    /// True when nothing was changed.
+    pub fn is_empty(&self) -> bool {
+        self.camera.is_none() && self.values.is_empty()
+    }
+
+    /// The value set for a target, if it was.
+    pub fn get(&self, target: Target) -> Option<NewValue> {
+        self.values.iter().find(|(t, _)| *t == target).map(|(_, v)| *v)
+    }
+
+    /// Sets a value, in the place of an earlier one for the same target. [`Edits::apply`] says whether the scene has
+    /// that target.
+    ///
+    /// # Errors
+    ///
+    /// [`EditError::Value`] when the target cannot have this value; nothing is changed then.
+    pub fn set(&mut self, target: Target, value: NewValue) -> Result<(), EditError> {
+        target.check(value)?;
+        match self.values.iter_mut().find(|(t, _)| *t == target) {
+            Some((_, known)) => *known = value,
+            None => self.values.push((target, value)),
+        }
+        Ok(())
+    }
+
+    /// Takes a change back: the target is as the file says.
+    pub fn unset(&mut self, target: Target) {
+        self.values.retain(|(t, _)| *t != target);
+    }
+
+    /// The scene with all changes. `original` is the description as it was read, never one that is edited already.
+    ///
+    /// # Errors
+    ///
+    /// [`EditError`] for the first change that the scene has no place for.
+    pub fn apply(&self, original: &SceneDesc) -> Result<SceneDesc, EditError> {
+        let mut desc = original.clone();
+        if let Some(camera) = &self.camera {
+            desc.camera = camera.clone();
+        }
+        for (target, value) in &self.values {
+            target.set(&mut desc, *value)?;
+        }
+        Ok(desc)
+    }
+}

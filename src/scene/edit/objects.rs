@@ -1,0 +1,164 @@
+//! What can be changed of an object, and what it is called.
+
+use crate::scene::desc::{BsdfDesc, BsdfId, LightDesc, Name, Place, SceneDesc, ShapeKind};
+
+use super::target::{NewValue, Object, PARAMETERS, Target};
+
+/// Something that can be changed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Editable {
+    /// For the panel, as `reflectance (shared by 3 shapes)`.
+    pub label: String,
+    /// What to change.
+    pub target: Target,
+    /// What the description says now; a factor is 1.
+    pub value: NewValue,
+}
+
+/// What can be changed of shape `shape` (an index into [`SceneDesc::shapes`]): its emission, and what its material has
+/// for either side. Nothing for a shape that does not exist.
+///
+/// A material that several shapes refer to is changed for all of them; the label says so.
+pub fn editable(desc: &SceneDesc, shape: u32) -> Vec<Editable> {
+    let Some(described) = desc.shapes.get(shape as usize) else { return Vec::new() };
+    let mut all: Vec<Editable> = of(desc, Object::Shape, shape, "");
+    let sides = match desc.bsdfs.get(described.bsdf.0 as usize) {
+        Some(BsdfDesc::TwoSided { front, back }) if front == back => vec![(*front, String::new())],
+        Some(BsdfDesc::TwoSided { front, back }) => {
+            vec![(*front, " of the front".to_owned()), (*back, " of the back".to_owned())]
+        }
+        _ => vec![(described.bsdf, String::new())],
+    };
+    for (id, side) in sides {
+        all.extend(of(desc, Object::Bsdf, id.0, &(side + &shared(desc, id))));
+    }
+    all
+}
+
+/// What can be changed of the lights that are not shapes.
+pub fn lights(desc: &SceneDesc) -> Vec<Editable> {
+    (0..desc.lights.len() as u32)
+        .flat_map(|i| of(desc, Object::Light, i, &format!(" of {}", light_name(desc, i))))
+        .collect()
+}
+
+fn of(desc: &SceneDesc, object: Object, index: u32, note: &str) -> Vec<Editable> {
+    let found = PARAMETERS.iter().filter(|p| p.object == object).filter_map(|p| {
+        let value = (p.get)(desc, index)?;
+        Some(Editable { label: format!("{}{note}", p.label), target: (p.target)(index), value })
+    });
+    found.collect()
+}
+
+/// ` (shared by 3 shapes)` for a material that is seen on more than one.
+fn shared(desc: &SceneDesc, id: BsdfId) -> String {
+    let shows = |of: BsdfId| match desc.bsdfs.get(of.0 as usize) {
+        Some(BsdfDesc::TwoSided { front, back }) => *front == id || *back == id,
+        _ => of == id,
+    };
+    // Scenes may have many shapes but few materials: each is asked once.
+    let showing: Vec<bool> = (0..desc.bsdfs.len() as u32).map(|i| shows(BsdfId(i))).collect();
+    let count = desc.shapes.iter().filter(|s| showing.get(s.bsdf.0 as usize) == Some(&true)).count();
+    if count > 1 { format!(" (shared by {count} shapes)") } else { String::new() }
+}
+
+/// What the panel calls a shape: its `id`, else its kind with file and line.
+pub fn shape_name(desc: &SceneDesc, shape: u32) -> String {
+    match desc.shapes.get(shape as usize) {
+        None => format!("shape {shape}, which does not exist"),
+        Some(s) => named(desc, s.id.as_deref(), (shape_kind(&s.kind), s.place)),
+    }
+}
+
+/// What the panel calls a light that is not a shape.
+pub fn light_name(desc: &SceneDesc, light: u32) -> String {
+    match desc.lights.get(light as usize) {
+        None => format!("light {light}, which does not exist"),
+        Some(l) => {
+            let id = id_of(&desc.names.lights, light as usize);
+            named(desc, id, (light_kind(l), light_place(l)))
+        }
+    }
+}
+
+fn named(desc: &SceneDesc, id: Option<&str>, (kind, place): (&str, Place)) -> String {
+    if let Some(id) = id {
+        return id.to_owned();
+    }
+    let file = desc.files.get(place.file as usize).and_then(|f| f.file_name());
+    match file {
+        Some(file) => format!("{kind}, {}:{}", file.to_string_lossy(), place.line),
+        None => kind.to_owned(),
+    }
+}
+
+/// How a saved file tells an object from others.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Address<'a> {
+    /// Its `id`, if it has one.
+    pub(crate) id: Option<&'a str>,
+    /// The name of its plugin.
+    pub(crate) kind: &'static str,
+    /// How many objects of this sort the scene has.
+    pub(crate) count: usize,
+}
+
+/// The address of an object, or `None` if there is none of this index.
+pub(crate) fn address(desc: &SceneDesc, object: Object, index: u32) -> Option<Address<'_>> {
+    let i = index as usize;
+    Some(match object {
+        Object::Shape => {
+            let shape = desc.shapes.get(i)?;
+            Address { id: shape.id.as_deref(), kind: shape_kind(&shape.kind), count: desc.shapes.len() }
+        }
+        Object::Bsdf => Address {
+            id: id_of(&desc.names.bsdfs, i),
+            kind: bsdf_kind(desc.bsdfs.get(i)?),
+            count: desc.bsdfs.len(),
+        },
+        Object::Light => Address {
+            id: id_of(&desc.names.lights, i),
+            kind: light_kind(desc.lights.get(i)?),
+            count: desc.lights.len(),
+        },
+    })
+}
+
+fn id_of(names: &[Name], i: usize) -> Option<&str> {
+    names.get(i)?.id.as_deref()
+}
+
+/// Name of a shape's plugin.
+fn shape_kind(kind: &ShapeKind) -> &'static str {
+    match kind {
+        ShapeKind::Mesh(_) => "obj",
+        ShapeKind::Sphere { .. } => "sphere",
+        ShapeKind::Disk => "disk",
+        ShapeKind::Rectangle => "rectangle",
+        ShapeKind::Cube => "cube",
+    }
+}
+
+/// Name of a material's plugin.
+fn bsdf_kind(bsdf: &BsdfDesc) -> &'static str {
+    match bsdf {
+        BsdfDesc::Diffuse { .. } => "diffuse",
+        BsdfDesc::Dielectric { .. } => "dielectric",
+        BsdfDesc::Conductor { .. } => "conductor",
+        BsdfDesc::TwoSided { .. } => "twosided",
+    }
+}
+
+/// Name of a light's plugin.
+fn light_kind(light: &LightDesc) -> &'static str {
+    match light {
+        LightDesc::Constant { .. } => "constant",
+        LightDesc::Point { .. } => "point",
+    }
+}
+
+fn light_place(light: &LightDesc) -> Place {
+    match light {
+        LightDesc::Constant { place, .. } | LightDesc::Point { place, .. } => *place,
+    }
+}

@@ -1,0 +1,221 @@
+//! Changes as a scene file that includes the original.
+
+use std::fmt::Write as _;
+use std::fs::{File, OpenOptions};
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use crate::scene::desc::SceneDesc;
+
+use super::apply::Edits;
+use super::objects::address;
+use super::sensor;
+use super::target::{EditError, NewValue, Target};
+
+/// Why changes could not be saved. Nothing was written or replaced then.
+#[derive(Debug, thiserror::Error)]
+pub enum SaveError {
+    /// The name given is that of a file the scene was read from.
+    #[error("{path} is part of the scene itself and is not overwritten; give another name")]
+    Original {
+        /// The name.
+        path: String,
+    },
+    /// The operating system says no.
+    #[error("cannot {what} {path}: {source}")]
+    Io {
+        /// What was tried.
+        what: &'static str,
+        /// The file.
+        path: String,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A name that a scene file cannot say.
+    #[error("{what} `{text}` cannot stand in a scene file: {why}")]
+    Text {
+        /// What the name is of.
+        what: &'static str,
+        /// The name.
+        text: String,
+        /// Why not.
+        why: &'static str,
+    },
+    /// A value that the scene has no place for.
+    #[error(transparent)]
+    Edit(#[from] EditError),
+    /// A camera that the reader would not read back as it is.
+    #[error("this camera cannot be saved: {0}")]
+    Camera(String),
+}
+
+/// Says what the file is. The reader is told nothing by it.
+const COMMENT: &str = "\
+    <!-- Changes to a scene, saved by the viewer. The camera, film and sample count given here take the place of the\n\
+    \x20        original's, so names set with -D no longer reach those. <edit> is an element of Pointillist: Mitsuba loads\n\
+    \x20        this file while it has none, and refuses it rather than show the original's values. -->\n";
+
+/// Folders named for Mitsuba, which looks for a mesh beside the file it was told to load only.
+const MOST_FOLDERS: usize = 4;
+
+impl Edits {
+    /// Writes a scene file `path` that includes `original` and carries the changes, so that loading it gives
+    /// `self.apply(desc)`. `desc` is the description as read from `original` with `defines` (the `-D name=value`),
+    /// which are written as defaults. Written under another name first and renamed when complete.
+    ///
+    /// # Errors
+    ///
+    /// [`SaveError`]; a file that the scene was read from is never replaced.
+    pub fn write(
+        &self,
+        path: &Path,
+        original: &Path,
+        defines: &[(String, String)],
+        desc: &SceneDesc,
+    ) -> Result<(), SaveError> {
+        let folder = match path.parent() {
+            Some(p) if p != Path::new("") => p,
+            _ => Path::new("."),
+        };
+        let folder = io("find the folder", folder, folder.canonicalize())?;
+        let name = path.file_name().ok_or_else(|| SaveError::Text {
+            what: "the file name",
+            text: path.display().to_string(),
+            why: "it names no file",
+        })?;
+        let target = folder.join(name);
+        let files = desc.files.iter().map(PathBuf::as_path).chain([original]);
+        if let Ok(existing) = target.canonicalize()
+            && files.into_iter().any(|f| f.canonicalize().is_ok_and(|f| f == existing))
+        {
+            return Err(SaveError::Original { path: path.display().to_string() });
+        }
+        let text = self.xml(&folder, original, defines, desc)?;
+        replace(&target, &text)
+    }
+
+    fn xml(
+        &self,
+        folder: &Path,
+        original: &Path,
+        defines: &[(String, String)],
+        desc: &SceneDesc,
+    ) -> Result<String, SaveError> {
+        let mut out = String::from("<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<scene version=\"3.0.0\">\n");
+        out.push_str(COMMENT);
+        for (i, (name, value)) in defines.iter().enumerate() {
+            // The last of two with one name counts, of defaults the first.
+            if !defines[i + 1..].iter().any(|(n, _)| n == name) {
+                let (name, value) = (attribute("the name", name)?, attribute("the value", value)?);
+                let _ = writeln!(out, "    <default name=\"{name}\" value=\"{value}\"/>");
+            }
+        }
+        if let Some(camera) = &self.camera {
+            out.push_str(&sensor::xml(camera, desc)?);
+        }
+        let (parent, include) = relative(folder, original)?;
+        let mut folders = vec![parent];
+        for file in &desc.files {
+            if let Ok((other, _)) = relative(folder, file)
+                && !folders.contains(&other)
+            {
+                folders.push(other);
+            }
+        }
+        for other in folders.iter().filter(|f| !f.is_empty()).take(MOST_FOLDERS) {
+            let _ = writeln!(out, "    <path value=\"{}\"/>", attribute("the folder", other)?);
+        }
+        let _ = writeln!(out, "    <include filename=\"{}\"/>", attribute("the path", &include)?);
+        for (target, value) in &self.values {
+            out.push_str(&edit(desc, *target, *value)?);
+        }
+        out.push_str("</scene>\n");
+        Ok(out)
+    }
+}
+
+/// One `<edit>`.
+fn edit(desc: &SceneDesc, target: Target, value: NewValue) -> Result<String, SaveError> {
+    target.get(desc)?;
+    target.check(value)?;
+    let (parameter, index) = target.parameter();
+    let object = parameter.object.tag();
+    let none = EditError::NoTarget { object, index, parameter: parameter.label };
+    let found = address(desc, parameter.object, index).ok_or(none)?;
+    let which = match found.id {
+        Some(id) => format!("id=\"{}\"", attribute("the id", id)?),
+        None => format!("index=\"{index}\" count=\"{}\" type=\"{}\"", found.count, found.kind),
+    };
+    let value = match value {
+        NewValue::Scale(v) | NewValue::Number(v) => format!("{v:?}"),
+        NewValue::Rgb([r, g, b]) => format!("{r:?}, {g:?}, {b:?}"),
+    };
+    Ok(format!("    <edit object=\"{object}\" {which} name=\"{}\" value=\"{value}\"/>\n", parameter.name))
+}
+
+/// Folder and name of `file` as seen from `folder` (a path without links), with `/` between: relative where they have
+/// more than the root in common.
+fn relative(folder: &Path, file: &Path) -> Result<(String, String), SaveError> {
+    let parent = match file.parent() {
+        Some(p) if p != Path::new("") => p,
+        _ => Path::new("."),
+    };
+    // The file itself may be a link; what it names lies beside the link.
+    let parent = io("find the folder", parent, parent.canonicalize())?;
+    let unsayable = |why| SaveError::Text { what: "the path", text: file.display().to_string(), why };
+    let name = file.file_name().ok_or_else(|| unsayable("it names no file"))?;
+    let common = folder.components().zip(parent.components()).take_while(|(a, b)| a == b).count();
+    let mut out = PathBuf::new();
+    if common > 1 {
+        (common..folder.components().count()).for_each(|_| out.push(".."));
+        parent.components().skip(common).for_each(|c| out.push(c));
+    } else {
+        out.push(&parent);
+    }
+    let text = |p: &Path| p.to_str().map(str::to_owned).ok_or_else(|| unsayable("it is not UTF-8"));
+    let words =
+        |p: &Path| text(p).map(|t| if std::path::MAIN_SEPARATOR == '/' { t } else { t.replace('\\', "/") });
+    Ok((words(&out)?, words(&out.join(name))?))
+}
+
+/// `text` as the value of an attribute.
+pub(super) fn attribute(what: &'static str, text: &str) -> Result<String, SaveError> {
+    let refuse = |why| Err(SaveError::Text { what, text: text.chars().take(200).collect(), why });
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            '\t' | '\n' | '\r' => drop(write!(out, "&#{};", c as u32)),
+            '$' => return refuse("`$` would be read as the start of a name"),
+            '\0'..' ' | '\u{fffe}' | '\u{ffff}' => return refuse("XML has no such character"),
+            c => out.push(c),
+        }
+    }
+    Ok(out)
+}
+
+fn io<T>(what: &'static str, path: &Path, result: std::io::Result<T>) -> Result<T, SaveError> {
+    result.map_err(|source| SaveError::Io { what, path: path.display().to_string(), source })
+}
+
+/// Puts `text` in the place of `target` in one step; a file that is there is only replaced by a complete one.
+fn replace(target: &Path, text: &str) -> Result<(), SaveError> {
+    let mut name = target.file_name().unwrap_or_default().to_owned();
+    name.push(format!(".{}.partial", std::process::id()));
+    let partial = target.with_file_name(name);
+    let written =
+        write(&partial, text).and_then(|()| io("rename", target, std::fs::rename(&partial, target)));
+    if written.is_err() {
+        let _ = std::fs::remove_file(&partial); // it may not have been made
+    }
+    written
+}
+
+fn write(path: &Path, text: &str) -> Result<(), SaveError> {
+    let open = || OpenOptions::new().write(true).create(true).truncate(true).open(path);
+    let mut file: File = io("write", path, open())?;
+    io("write", path, file.write_all(text.as_bytes()).and_then(|()| file.sync_all()))
+}

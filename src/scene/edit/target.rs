@@ -1,0 +1,294 @@
+//! What can be changed: one table.
+
+use glam::Vec4;
+
+use crate::scene::desc::{BsdfDesc, BsdfId, SceneDesc};
+use crate::spectrum::{Spectrum, dispersion::Ior};
+
+/// One value of the scene, by place in the description.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Target {
+    /// Factor on the emission of a shape (index into `shapes`).
+    Emission(u32),
+    /// Factor on a light that is not a shape (index into `lights`).
+    Light(u32),
+    /// Reflectance of a diffuse material, linear Rec.709.
+    Reflectance(BsdfId),
+    /// Interior index of refraction of a dielectric.
+    IntIor(BsdfId),
+}
+
+/// A new value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum NewValue {
+    /// A factor on what the file says, ≥ 0.
+    Scale(f64),
+    /// Linear Rec.709.
+    Rgb([f64; 3]),
+    /// A number.
+    Number(f64),
+}
+
+/// Why a value cannot be set.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum EditError {
+    /// The scene has no such thing, or not of a kind that has this value.
+    #[error("{object} {index} of this scene has no {parameter} to change")]
+    NoTarget {
+        /// What kind of object.
+        object: &'static str,
+        /// Which one.
+        index: u32,
+        /// The value's name.
+        parameter: &'static str,
+    },
+    /// The value is of another type, or out of range.
+    #[error("{parameter} cannot be {value}: {wanted}")]
+    Value {
+        /// The value's name.
+        parameter: &'static str,
+        /// What was given.
+        value: String,
+        /// What can be given.
+        wanted: &'static str,
+    },
+}
+
+/// A list of the description.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Object {
+    /// [`SceneDesc::shapes`].
+    Shape,
+    /// [`SceneDesc::bsdfs`].
+    Bsdf,
+    /// [`SceneDesc::lights`].
+    Light,
+}
+
+impl Object {
+    /// All of them.
+    pub(crate) const ALL: [Object; 3] = [Object::Shape, Object::Bsdf, Object::Light];
+
+    /// The element's name in a file.
+    pub(crate) fn tag(self) -> &'static str {
+        match self {
+            Object::Shape => "shape",
+            Object::Bsdf => "bsdf",
+            Object::Light => "emitter",
+        }
+    }
+}
+
+/// Largest factor on an emission: what a spectrum can hold.
+const BRIGHTEST: f64 = 1e30;
+
+/// The type of a value, and its range.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Range {
+    /// A factor from 0.
+    Scale,
+    /// Three shares of light.
+    Reflectance,
+    /// An index of refraction.
+    Ior,
+}
+
+impl Range {
+    /// The value of this type made of `numbers`, if there are as many as it has.
+    pub(crate) fn value(self, numbers: &[f64]) -> Option<NewValue> {
+        match (self, numbers) {
+            (Range::Scale, [v]) => Some(NewValue::Scale(*v)),
+            (Range::Reflectance, [r, g, b]) => Some(NewValue::Rgb([*r, *g, *b])),
+            (Range::Ior, [v]) => Some(NewValue::Number(*v)),
+            _ => None,
+        }
+    }
+
+    /// What is accepted, in words.
+    fn wanted(self) -> &'static str {
+        match self {
+            Range::Scale => "it is a factor from 0 to 1e30",
+            Range::Reflectance => "it is a colour of three numbers from 0 to 1",
+            Range::Ior => "an index of refraction is above 0 and not above 1000",
+        }
+    }
+
+    /// Least and greatest number.
+    fn bounds(self) -> [f64; 2] {
+        match self {
+            Range::Scale => [0.0, BRIGHTEST],
+            Range::Reflectance => [0.0, 1.0],
+            // The reader's bound is above 0, which no slider can say.
+            Range::Ior => [1e-3, 1e3],
+        }
+    }
+
+    fn accepts(self, value: NewValue) -> bool {
+        // None of these comparisons holds for what is not a number.
+        match (self, value) {
+            (Range::Scale, NewValue::Scale(v)) => (0.0..=BRIGHTEST).contains(&v),
+            (Range::Reflectance, NewValue::Rgb(rgb)) => rgb.iter().all(|v| (0.0..=1.0).contains(v)),
+            (Range::Ior, NewValue::Number(v)) => crate::scene::mitsuba::is_ior(v) && v as f32 > 0.0,
+            _ => false,
+        }
+    }
+}
+
+/// Something that can be changed of a kind of object.
+#[derive(Debug)]
+pub(crate) struct Parameter {
+    /// Its name in a saved file.
+    pub(crate) name: &'static str,
+    /// Its name for the user.
+    pub(crate) label: &'static str,
+    /// What has it.
+    pub(crate) object: Object,
+    /// What it can be.
+    pub(crate) range: Range,
+    /// The target of an object by its index.
+    pub(crate) target: fn(u32) -> Target,
+    /// What the description says; `None` where the object has no such thing.
+    pub(crate) get: fn(&SceneDesc, u32) -> Option<NewValue>,
+    /// Changes an object that has it, by an accepted value.
+    set: fn(&mut SceneDesc, u32, NewValue),
+}
+
+/// Everything that can be changed. A new [`Target`] is one line here and one in [`Target::key`].
+pub(crate) const PARAMETERS: &[Parameter] = &[
+    Parameter {
+        name: "emission_scale",
+        label: "emission",
+        object: Object::Shape,
+        range: Range::Scale,
+        target: Target::Emission,
+        get: |desc, i| desc.shapes.get(i as usize)?.emission.as_ref().map(|_| NewValue::Scale(1.0)),
+        set: |desc, i, v| desc.shapes[i as usize].emission.iter_mut().for_each(|s| scale(s, v)),
+    },
+    Parameter {
+        name: "emission_scale",
+        label: "emission",
+        object: Object::Light,
+        range: Range::Scale,
+        target: Target::Light,
+        get: |desc, i| desc.lights.get(i as usize).map(|_| NewValue::Scale(1.0)),
+        set: |desc, i, v| scale(desc.lights[i as usize].spectrum_mut(), v),
+    },
+    Parameter {
+        name: "reflectance",
+        label: "reflectance",
+        object: Object::Bsdf,
+        range: Range::Reflectance,
+        target: |i| Target::Reflectance(BsdfId(i)),
+        get: reflectance,
+        set: set_reflectance,
+    },
+    Parameter {
+        name: "int_ior",
+        label: "index of refraction",
+        object: Object::Bsdf,
+        range: Range::Ior,
+        target: |i| Target::IntIor(BsdfId(i)),
+        get: int_ior,
+        set: set_int_ior,
+    },
+];
+
+/// Wavelength of the sodium D line in nm, at which an index that depends on wavelength is shown.
+const SODIUM_D: f32 = 589.3;
+
+impl Target {
+    /// Its object and its name in a saved file, and which one of the objects.
+    fn key(self) -> (Object, &'static str, u32) {
+        match self {
+            Target::Emission(i) => (Object::Shape, "emission_scale", i),
+            Target::Light(i) => (Object::Light, "emission_scale", i),
+            Target::Reflectance(id) => (Object::Bsdf, "reflectance", id.0),
+            Target::IntIor(id) => (Object::Bsdf, "int_ior", id.0),
+        }
+    }
+
+    /// Its line in the table, and which one of the objects.
+    pub(crate) fn parameter(self) -> (&'static Parameter, u32) {
+        let (object, name, index) = self.key();
+        let found = PARAMETERS.iter().find(|p| p.object == object && p.name == name);
+        (found.expect("every target has its line: held by a test"), index)
+    }
+
+    /// What `desc` says: the factor 1, a colour, a number.
+    ///
+    /// # Errors
+    ///
+    /// [`EditError::NoTarget`] when the scene has no such thing.
+    pub fn get(self, desc: &SceneDesc) -> Result<NewValue, EditError> {
+        let (p, index) = self.parameter();
+        let none = EditError::NoTarget { object: p.object.tag(), index, parameter: p.label };
+        (p.get)(desc, index).ok_or(none)
+    }
+
+    /// Least and greatest value a slider can offer, of each component.
+    pub fn bounds(self) -> [f64; 2] {
+        self.parameter().0.range.bounds()
+    }
+
+    /// Checks a value for this target: its type and its range.
+    ///
+    /// # Errors
+    ///
+    /// [`EditError::Value`] that says what is accepted.
+    pub fn check(self, value: NewValue) -> Result<(), EditError> {
+        let (p, _) = self.parameter();
+        if p.range.accepts(value) {
+            return Ok(());
+        }
+        let value = match value {
+            NewValue::Scale(v) | NewValue::Number(v) => format!("{v:?}"),
+            NewValue::Rgb(rgb) => format!("{rgb:?}"),
+        };
+        Err(EditError::Value { parameter: p.label, value, wanted: p.range.wanted() })
+    }
+
+    /// Changes `desc`.
+    ///
+    /// # Errors
+    ///
+    /// As [`Target::get`] and [`Target::check`]; `desc` is then as it was.
+    pub fn set(self, desc: &mut SceneDesc, value: NewValue) -> Result<(), EditError> {
+        self.get(desc)?;
+        self.check(value)?;
+        let (p, index) = self.parameter();
+        (p.set)(desc, index, value);
+        Ok(())
+    }
+}
+
+fn scale(spectrum: &mut Spectrum, value: NewValue) {
+    if let NewValue::Scale(factor) = value {
+        *spectrum = spectrum.scaled(factor as f32);
+    }
+}
+
+fn reflectance(desc: &SceneDesc, index: u32) -> Option<NewValue> {
+    let BsdfDesc::Diffuse { reflectance } = desc.bsdfs.get(index as usize)? else { return None };
+    Some(NewValue::Rgb(reflectance.reflected_rgb().map(|v| f64::from(v).clamp(0.0, 1.0))))
+}
+
+/// Through the same smooth spectra as an `rgb` of a file.
+fn set_reflectance(desc: &mut SceneDesc, index: u32, value: NewValue) {
+    if let (BsdfDesc::Diffuse { reflectance }, NewValue::Rgb(rgb)) = (&mut desc.bsdfs[index as usize], value)
+    {
+        *reflectance = Spectrum::reflectance_rgb(rgb.map(|v| v as f32));
+    }
+}
+
+fn int_ior(desc: &SceneDesc, index: u32) -> Option<NewValue> {
+    let BsdfDesc::Dielectric { int_ior, .. } = desc.bsdfs.get(index as usize)? else { return None };
+    Some(NewValue::Number(f64::from(int_ior.eval(Vec4::splat(SODIUM_D)).x)))
+}
+
+fn set_int_ior(desc: &mut SceneDesc, index: u32, value: NewValue) {
+    if let (BsdfDesc::Dielectric { int_ior, .. }, NewValue::Number(n)) =
+        (&mut desc.bsdfs[index as usize], value)
+    {
+        *int_ior = Ior::Constant(n as f32);
+    }
+}

@@ -1,0 +1,85 @@
+//! Everything of a scene that stays when its materials and lights change.
+
+use glam::Vec3;
+
+use crate::math::frame::Frame;
+
+use super::accel::{Accel, Hit, Ray};
+use super::interaction::SurfaceInteraction;
+use super::prepare::backs::Back;
+use super::shape::{Disk, Sphere, SurfacePoint, Triangle};
+
+/// Marks the absence of a light or of normals in a record.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// A primitive's own record.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PrimRecord {
+    /// Index into the surfaces.
+    pub(super) surface: u32,
+    /// Index into the lights, or [`NONE`].
+    pub(super) light: u32,
+    /// Index into the vertex normals, or [`NONE`].
+    pub(super) normals: u32,
+    /// Index into the backs where another primitive lies back to back with it, or [`NONE`].
+    pub(super) back: u32,
+}
+
+/// The primitives of all shapes, in world space.
+#[derive(Debug)]
+pub(super) struct Primitives {
+    pub(super) accel: Accel,
+    pub(super) triangles: Vec<Triangle>,
+    pub(super) disks: Vec<Disk>,
+    pub(super) spheres: Vec<Sphere>,
+    /// By primitive id.
+    pub(super) prims: Vec<PrimRecord>,
+    /// Shading normals of the smooth triangles.
+    pub(super) normals: Vec<[Vec3; 3]>,
+    /// What lies on the back of a primitive, in the same place.
+    pub(super) backs: Vec<Back>,
+}
+
+impl Primitives {
+    /// What `ray` met.
+    #[inline]
+    pub(super) fn interaction(&self, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
+        let mut record = self.prims[hit.prim as usize];
+        let id = hit.prim as usize;
+        let mut point = match self.triangles.get(id) {
+            Some(triangle) => triangle.point(hit.uv),
+            None => self.analytic_point(ray, hit),
+        };
+        let smooth = record.normals != NONE;
+        let mut n =
+            if smooth { self.shading_normal(record.normals, hit.uv).unwrap_or(point.ng) } else { point.ng };
+        if record.back != NONE && ray.direction.dot(point.ng) > 0.0 {
+            let Back { surface, light } = self.backs[record.back as usize];
+            (record.surface, record.light) = (surface, light);
+            (point.ng, n) = (-point.ng, -n);
+        }
+        SurfaceInteraction {
+            point,
+            frame: Frame::new(n),
+            wo: -ray.direction,
+            surface: record.surface,
+            light: (record.light != NONE).then_some(record.light),
+            smooth,
+        }
+    }
+
+    #[inline(never)]
+    fn analytic_point(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        let i = hit.prim as usize - self.triangles.len();
+        match self.disks.get(i) {
+            Some(disk) => disk.point(ray, hit.t),
+            None => self.spheres[i - self.disks.len()].point(ray, hit.t),
+        }
+    }
+
+    #[inline]
+    fn shading_normal(&self, normals: u32, uv: [f32; 2]) -> Option<Vec3> {
+        let [a, b, c] = self.normals[normals as usize];
+        (a * (1.0 - uv[0] - uv[1]) + b * uv[0] + c * uv[1]).try_normalize()
+    }
+}
