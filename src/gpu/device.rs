@@ -58,6 +58,7 @@ pub struct Gpu {
     /// What tests have planned.
     pub(in crate::gpu) loss: Loss,
     pub(in crate::gpu) physical: vk::PhysicalDevice,
+    pub(in crate::gpu) queue_family: u32,
     retired: Mutex<RetireQueue>,
     samplers: [vk::Sampler; 2],
     info: DeviceInfo,
@@ -136,6 +137,7 @@ impl Gpu {
             max_allocation: v11.max_memory_allocation_size,
             loss: Loss::default(),
             physical,
+            queue_family: family,
             retired: Mutex::default(),
             samplers,
             large_points: capability.large_points && !options.quads,

@@ -42,6 +42,9 @@ pub enum GpuError {
     /// Vulkan cannot draw into windows here.
     #[error("Vulkan cannot draw into this window: {0}")]
     NoWindow(String),
+    /// The panel's triangles do not fit its textures.
+    #[error("the panel cannot be drawn: {0}")]
+    Panel(String),
     /// A Vulkan call failed.
     #[error("{call} failed: {result}{}", hint(*result))]
     Call {

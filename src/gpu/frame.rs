@@ -12,7 +12,7 @@ use super::sync::ACQUIRED_AT;
 use super::timing::{ScopeTime, Timers};
 
 /// How many frames may be in flight.
-const IN_FLIGHT: usize = 2;
+pub(in crate::gpu) const IN_FLIGHT: usize = 2;
 
 /// The number of a submitted frame, to wait for it; numbers only grow.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -144,6 +144,11 @@ impl Gpu {
 }
 
 impl Frame<'_> {
+    /// Its number, once it is submitted.
+    pub(in crate::gpu) fn number(&self) -> u64 {
+        self.number
+    }
+
     /// The recorder.
     pub fn cmd(&mut self) -> Cmd<'_> {
         let slot = &mut self.ring.slots[self.number as usize % IN_FLIGHT];

@@ -61,6 +61,8 @@ pub struct Swapchain {
     stale: bool,
     hidden: bool,
     surface_lost: bool,
+    /// What the next attempt to acquire answers, for tests.
+    planned: Option<vk::Result>,
 }
 
 impl Swapchain {
@@ -94,6 +96,7 @@ impl Swapchain {
             stale: false,
             hidden: false,
             surface_lost: false,
+            planned: None,
         };
         swapchain.recreate()?;
         Ok(swapchain)
@@ -179,8 +182,22 @@ impl Swapchain {
         Ok(Readiness::Busy)
     }
 
+    /// Makes the next [`acquire`](Self::acquire) find the surface lost. For tests.
+    pub fn lose_surface_once(&mut self) {
+        self.planned = Some(vk::Result::ERROR_SURFACE_LOST_KHR);
+    }
+
+    /// Makes the next [`acquire`](Self::acquire) find the images out of date. For tests.
+    pub fn outdate_once(&mut self) {
+        self.planned = Some(vk::Result::ERROR_OUT_OF_DATE_KHR);
+    }
+
     /// One attempt to acquire; `None` when the chain must be recreated first.
     fn take_image(&mut self, timeout: Duration) -> Result<Option<Readiness>, GpuError> {
+        if let Some(result) = self.planned.take() {
+            self.note(result).named("vkAcquireNextImageKHR")?;
+            return Ok(self.surface_lost.then_some(Readiness::SurfaceLost));
+        }
         let completed = self.gpu.completed()?;
         self.bury(completed);
         let semaphore = self.free_semaphore(completed)?;

@@ -5,6 +5,7 @@ use std::num::NonZeroU32;
 use std::process::{Child, Command, Stdio};
 use std::ptr::NonNull;
 use std::sync::{LazyLock, Mutex, MutexGuard};
+use std::time::{Duration, Instant};
 
 use raw_window_handle::{RawDisplayHandle, RawWindowHandle, XcbDisplayHandle, XcbWindowHandle};
 use x11rb::connection::Connection;
@@ -66,42 +67,46 @@ pub struct Window {
     connection: XCBConnection,
     id: u32,
     visual: u32,
-    screen: i32,
-    _turn: MutexGuard<'static, ()>,
+    screen: usize,
+    _turn: Option<MutexGuard<'static, ()>>,
 }
 
 impl Window {
-    pub fn new(width: u16, height: u16) -> Self {
-        let turn = TURN.lock().unwrap_or_else(|e| e.into_inner());
+    /// A window of this size, once no other test of this binary has one.
+    pub fn new(size: [u32; 2]) -> Self {
+        Self::connect(Some(TURN.lock().unwrap_or_else(|e| e.into_inner())), size)
+    }
+
+    /// A second window of a test, above the first.
+    pub fn new_beside(_first: &Window, size: [u32; 2]) -> Self {
+        Self::connect(None, size)
+    }
+
+    fn connect(turn: Option<MutexGuard<'static, ()>>, size: [u32; 2]) -> Self {
         let display = SERVER.as_ref().map(|server| {
             let ended = server.child.lock().expect("the server").try_wait().expect("its state");
             assert!(ended.is_none(), "Xvfb has ended: {ended:?}");
             std::ffi::CString::new(server.display.clone()).expect("no zero")
         });
         let (connection, screen) = XCBConnection::connect(display.as_deref()).expect("an X server");
-        let root = &connection.setup().roots[screen];
-        let (visual, parent, depth) = (root.root_visual, root.root, root.root_depth);
-        let id = connection.generate_id().expect("an id");
-        let look = CreateWindowAux::new().override_redirect(1).background_pixel(0x00ff_00ff);
-        connection
-            .create_window(
-                depth,
-                id,
-                parent,
-                0,
-                0,
-                width,
-                height,
-                0,
-                WindowClass::INPUT_OUTPUT,
-                visual,
-                &look,
-            )
-            .expect("a window");
-        connection.map_window(id).expect("a map");
-        let window = Self { connection, id, visual, screen: screen as i32, _turn: turn };
-        window.sync();
+        let mut window = Self { connection, id: 0, visual: 0, screen, _turn: turn };
+        window.create(size);
         window
+    }
+
+    /// Makes the window, after it was destroyed for example.
+    pub fn create(&mut self, [width, height]: [u32; 2]) {
+        let root = &self.connection.setup().roots[self.screen];
+        let (visual, parent, depth) = (root.root_visual, root.root, root.root_depth);
+        let id = self.connection.generate_id().expect("an id");
+        let look = CreateWindowAux::new().override_redirect(1).background_pixel(0x00ff_00ff);
+        let (class, size) = (WindowClass::INPUT_OUTPUT, [width as u16, height as u16]);
+        self.connection
+            .create_window(depth, id, parent, 0, 0, size[0], size[1], 0, class, visual, &look)
+            .expect("a window");
+        self.connection.map_window(id).expect("a map");
+        (self.id, self.visual) = (id, visual);
+        self.sync();
     }
 
     /// Waits until the server has done everything that was asked.
@@ -113,11 +118,14 @@ impl Window {
         let connection = NonNull::new(self.connection.get_raw_xcb_connection());
         let mut window = XcbWindowHandle::new(NonZeroU32::new(self.id).expect("an id"));
         window.visual_id = NonZeroU32::new(self.visual);
-        (RawDisplayHandle::Xcb(XcbDisplayHandle::new(connection, self.screen)), RawWindowHandle::Xcb(window))
+        (
+            RawDisplayHandle::Xcb(XcbDisplayHandle::new(connection, self.screen as i32)),
+            RawWindowHandle::Xcb(window),
+        )
     }
 
-    pub fn resize(&self, width: u16, height: u16) {
-        let size = ConfigureWindowAux::new().width(u32::from(width)).height(u32::from(height));
+    pub fn resize(&self, [width, height]: [u32; 2]) {
+        let size = ConfigureWindowAux::new().width(width).height(height);
         self.connection.configure_window(self.id, &size).expect("a request");
         self.sync();
     }
@@ -128,16 +136,30 @@ impl Window {
         self.sync();
     }
 
-    /// Bytes of the left top rectangle as the screen shows them: red, green, blue for each pixel.
-    pub fn pixels(&self, width: u16, height: u16) -> Vec<[u8; 3]> {
-        let all = u32::MAX;
-        let image = self
-            .connection
-            .get_image(ImageFormat::Z_PIXMAP, self.id, 0, 0, width, height, all)
-            .expect("a request")
-            .reply()
-            .expect("an image");
+    /// The left top rectangle as the screen shows it: red, green, blue for each pixel.
+    pub fn pixels(&self, [width, height]: [u32; 2]) -> Vec<[u8; 3]> {
+        let (format, size) = (ImageFormat::Z_PIXMAP, [width as u16, height as u16]);
+        let request = self.connection.get_image(format, self.id, 0, 0, size[0], size[1], u32::MAX);
+        let image = request.expect("a request").reply().expect("an image");
         // 24 bits deep, 32 bits per pixel, least significant byte first: blue, green, red, nothing.
         image.data.chunks_exact(4).map(|p| [p[2], p[1], p[0]]).collect()
+    }
+
+    /// Waits until the screen shows these pixels: showing is asynchronous.
+    #[track_caller]
+    pub fn shows(&self, size: [u32; 2], wanted: &[[u8; 3]]) {
+        let start = Instant::now();
+        loop {
+            let pixels = self.pixels(size);
+            if pixels == wanted {
+                return;
+            }
+            if start.elapsed() > Duration::from_secs(10) {
+                let first = (0..pixels.len()).find(|i| wanted.get(*i) != Some(&pixels[*i])).unwrap_or(0);
+                let (got, want) = (pixels.get(first), wanted.get(first));
+                panic!("pixel {first} of {size:?} is {got:?} instead of {want:?}");
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        }
     }
 }
