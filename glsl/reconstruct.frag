@@ -58,7 +58,7 @@ Levels levels_at(sampler2D image, sampler2D near, sampler2D far, float lod) {
         at.near = Level(ivec2(0), textureSize(near, 0));
         at.far = Level(ivec2(0), textureSize(far, 0));
     }
-    vec2 texel = gl_FragCoord.xy + push.pad;
+    vec2 texel = gl_FragCoord.xy * push.detail + push.pad;
     at.p_near = position(texel, at.near, full);
     at.p_far = position(texel, at.far, full);
     at.f = lod - float(level);
@@ -89,7 +89,7 @@ vec4 trilinear(sampler2D image, sampler2D near, vec2 uv, float lod, Levels at) {
 const float CATMULL_ROM_MIN_WEIGHT = 0.05;
 
 vec4 sums_at(sampler2D image, sampler2D near, sampler2D far, vec2 uv, float lod, const uint extent) {
-    ivec2 texel = ivec2(gl_FragCoord.xy + push.pad);
+    ivec2 texel = ivec2(gl_FragCoord.xy * push.detail + push.pad);
     if (KIND == NONE || extent == TEXEL) {
         return texelFetch(image, texel, 0);
     }
@@ -110,7 +110,7 @@ vec4 sums_at(sampler2D image, sampler2D near, sampler2D far, vec2 uv, float lod,
 }
 
 void main() {
-    vec2 uv = (gl_FragCoord.xy + push.pad) * push.inverse_target;
+    vec2 uv = (gl_FragCoord.xy * push.detail + push.pad) * push.inverse_target;
     vec3 total = vec3(0.0);
     if (CAMERA != ABSENT) {
         float lod = push.lod.x;

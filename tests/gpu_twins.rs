@@ -91,6 +91,11 @@ fn variance_survives_a_huge_mean() {
 
 /// The twin's picture of the very sums that the GPU holds.
 fn twin_picture(data: &FilmData, spec: FilmSpec, settings: &Settings) -> Vec<[f32; 3]> {
+    coarse_twin_picture(data, spec, settings, 1)
+}
+
+/// The same of one pixel per `detail` texels and axis.
+fn coarse_twin_picture(data: &FilmData, spec: FilmSpec, settings: &Settings, detail: u32) -> Vec<[f32; 3]> {
     let (w, h) = (data.width as usize, data.height as usize);
     let color = |sums: &[[f32; 4]]| {
         let grid = Grid::from_rows(w, h, sums.iter().map(|v| Vec4::from_array(*v)).collect());
@@ -102,7 +107,7 @@ fn twin_picture(data: &FilmData, spec: FilmSpec, settings: &Settings) -> Vec<[f3
     let light_variance = variance(&data.light_variance);
     let view = |color: &Option<Vec<Grid<Vec4>>>, variance: &Option<Vec<Grid<f32>>>, samples, summed| {
         let color: &'static [Grid<Vec4>] = Vec::leak(color.clone()?);
-        let lod = StreamLod::new((w * h) as u64, samples, color.len())?;
+        let lod = StreamLod::new((w * h) as u64, samples, color.len())?.coarsened(detail);
         let variance = variance.clone().filter(|_| settings.vm > 0.0).map(|v| &*Vec::leak(v));
         Some(StreamView { color, variance, lod, summed })
     };
@@ -112,6 +117,7 @@ fn twin_picture(data: &FilmData, spec: FilmSpec, settings: &Settings) -> Vec<[f3
         vm: settings.vm,
         luminance_scale: data.luminance_scale,
         light_scale: data.counts.light_scale(&spec),
+        detail,
     };
     let camera = view(&camera, &camera_variance, data.counts.camera_samples, false);
     let light = view(&light, &light_variance, data.counts.light_samples, true);
@@ -143,6 +149,27 @@ fn pictures_equal_the_twin() {
                     let worst = difference(&keep(&got), &keep(&wanted));
                     assert!(worst < 4e-5, "{filter:?} {kind:?} Vm {vm}, {added} samples: {worst}");
                 }
+            }
+        }
+    }
+    assert_silent(gpu());
+}
+
+/// The coarse pictures that are shown while there is no time for fine ones, sizes that do not divide included.
+#[test]
+fn coarse_pictures_equal_the_twin() {
+    let spec = spec(83, 61, SplatFilter::Gaussian);
+    for count in [30, 3_000, 100_000] {
+        let mut film = film(spec);
+        film.add(&scene(&spec, count, 3, 4)).expect("add");
+        film.count_paths(PathCounts { camera: count as u64, light: count as u64 });
+        let data = film.develop_padded().expect("develop");
+        for detail in [2, 4] {
+            for vm in [0.0, 0.5] {
+                let settings = settings(Reconstruction::Gaussian, vm);
+                let got = film.reconstruct_coarse(&settings, detail).expect("reconstruct");
+                let worst = difference(&got, &coarse_twin_picture(&data, spec, &settings, detail));
+                assert!(worst < 4e-5, "detail {detail}, Vm {vm}, {count} samples: {worst}");
             }
         }
     }

@@ -35,6 +35,8 @@ layout(push_constant) uniform ReconstructPush {
     float max_level;      // coarsest level
     float energy;         // mean sum of squared weights of one splat
     float inverse_scale;  // 1 / luminance scale
+    float detail;         // picture pixels per pixel drawn, along each axis: 1, 2 or 4
+    float padding;
 } push;
 #endif
 

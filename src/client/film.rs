@@ -189,7 +189,7 @@ impl VulkanFilm {
 
     /// What [`paint`](Self::paint) has made last, to be shown again; `None` before the first time.
     pub fn painted(&mut self) -> Option<&mut Image> {
-        self.repaint.as_mut().map(Repaint::painted)
+        self.repaint.as_mut().and_then(Repaint::painted)
     }
 
     /// The reconstructed picture before the tone curve: scene-linear `[X, Y, Z]`, `[height][width]`; waits for the GPU.
@@ -199,7 +199,21 @@ impl VulkanFilm {
     /// As [`display`](Self::display).
     pub fn reconstruct(&mut self, settings: &Settings) -> Result<Vec<[f32; 3]>, ClientError> {
         let (repaint, sums) = self.repaint()?;
-        repaint.reconstruct(sums, settings)
+        repaint.reconstruct(sums, settings, 1)
+    }
+
+    /// The same of `⌈size / detail⌉` pixels, as [`paint`](Self::paint) computes it before interpolation.
+    ///
+    /// # Errors
+    ///
+    /// As [`display`](Self::display).
+    pub fn reconstruct_coarse(
+        &mut self,
+        settings: &Settings,
+        detail: u32,
+    ) -> Result<Vec<[f32; 3]>, ClientError> {
+        let (repaint, sums) = self.repaint()?;
+        repaint.reconstruct(sums, settings, detail)
     }
 
     /// The sums, cropped to the picture; rasterises the batch first and waits for the GPU.

@@ -65,7 +65,7 @@ block! {
 
 block! {
     /// Constants of `reconstruct.frag`; pairs are camera, light.
-    ReconstructPush, 48 {
+    ReconstructPush, 56 {
         /// Level of detail by sample count.
         lod: [f32; 2],
         /// Level at which colour and variance are read for noise masking.
@@ -84,6 +84,10 @@ block! {
         energy: f32,
         /// 1 / luminance scale, a power of two.
         inverse_scale: f32,
+        /// Picture pixels per pixel drawn, along each axis: 1, 2 or 4.
+        detail: f32,
+        /// Fills the last 8 bytes.
+        padding: f32,
     }
 }
 

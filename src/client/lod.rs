@@ -58,6 +58,16 @@ impl StreamLod {
         })
     }
 
+    /// The same for a picture of one pixel per `detail` texels and axis: at least the level whose texels are that large, or
+    /// the coarse picture would pick single texels out and shimmer.
+    pub fn coarsened(self, detail: u32) -> Self {
+        if detail <= 1 {
+            return self;
+        }
+        let base = self.base.max((detail as f32).log2()).min(self.max_level);
+        Self { base, variance: self.variance.max(base), ..self }
+    }
+
     /// `LoD'`: the basic level raised by `vm` per factor 4 of excess relative variance `r` of the mean.
     #[inline]
     pub fn masked(&self, r: f32, vm: f32) -> f32 {

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::client::effects::{DETAILS, Effects};
 use crate::client::settings::FilmSpec;
 use crate::gpu::{Access, Cmd, Format, Gpu, GpuError, Image, ImageDesc, Load, Target};
 
@@ -210,25 +211,47 @@ impl BatchImages {
     }
 }
 
-/// What a repaint writes, in picture pixels.
+/// What a repaint writes.
 pub struct PictureImages {
-    /// Scene-linear XYZ.
-    pub xyz: Image,
-    /// Encoded R, G, B.
-    pub encoded: Image,
+    extent: [u32; 2],
+    /// Scene-linear XYZ for each of [`DETAILS`], made when it is asked for first.
+    xyz: [Option<Image>; DETAILS.len()],
+    /// Encoded R, G, B of full size, made when it is asked for first.
+    encoded: Option<Image>,
 }
 
 impl PictureImages {
-    /// Images of this extent, without padding.
+    /// Images of this extent in picture pixels, without padding.
+    pub fn new(extent: [u32; 2]) -> Self {
+        Self { extent, xyz: [const { None }; DETAILS.len()], encoded: None }
+    }
+
+    /// The encoded picture that was asked for last.
+    pub fn painted(&mut self) -> Option<&mut Image> {
+        self.encoded.as_mut()
+    }
+
+    /// Scene-linear XYZ and the encoded picture for these effects; an encoded picture of another format is retired.
     ///
     /// # Errors
     ///
     /// As [`Image::new`].
-    pub fn new(gpu: &Arc<Gpu>, extent: [u32; 2]) -> Result<Self, GpuError> {
-        let make = |name, format| Image::new(gpu, ImageDesc { name, format, extent, mips: false });
-        Ok(Self {
-            xyz: make("picture XYZ", Format::Rgba32F)?,
-            encoded: make("picture encoded", Format::Rgba8)?,
-        })
+    pub fn get(&mut self, gpu: &Arc<Gpu>, effects: &Effects) -> Result<(&mut Image, &mut Image), GpuError> {
+        let make = |name, format, extent| Image::new(gpu, ImageDesc { name, format, extent, mips: false });
+        let at = DETAILS.iter().position(|d| *d == effects.detail).unwrap_or(0);
+        let format = effects.encoded_format();
+        let xyz = match &mut self.xyz[at] {
+            Some(image) => image,
+            empty => {
+                let coarse = self.extent.map(|n| n.div_ceil(DETAILS[at]));
+                empty.insert(make("picture XYZ", Format::Rgba32F, coarse)?)
+            }
+        };
+        self.encoded = self.encoded.take().filter(|image| image.format() == format);
+        let encoded = match &mut self.encoded {
+            Some(image) => image,
+            empty => empty.insert(make("picture encoded", format, self.extent)?),
+        };
+        Ok((xyz, encoded))
     }
 }

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::client::effects::Effects;
 use crate::client::error::ClientError;
 use crate::client::layout::ReconstructPush;
 use crate::client::lod::StreamLod;
@@ -9,8 +10,8 @@ use crate::client::pass::images::{PictureImages, StreamImages};
 use crate::client::pass::mips::MipsPass;
 use crate::client::pass::reconstruct::{ReconstructPass, StreamInput, levels_needed};
 use crate::client::pass::tonemap::{TonemapPass, tonemap_push};
-use crate::client::settings::{DisplayImage, FilmSpec, Settings};
-use crate::gpu::{Access, Buffer, BufferUse, Cmd, Gpu, Image, Load, Region, Target, read_image};
+use crate::client::settings::{DisplayImage, FilmSpec, Output, Settings};
+use crate::gpu::{Access, Buffer, BufferUse, Cmd, Format, Gpu, Image, Load, Region, Target, read_image};
 
 /// The sums that a repaint shows.
 pub struct Sums<'a> {
@@ -34,22 +35,21 @@ pub struct Repaint {
 }
 
 impl Repaint {
-    /// Makes images and passes for this film.
+    /// Makes passes for this film; images are made when they are drawn into first.
     ///
     /// # Errors
     ///
     /// [`ClientError::Gpu`] when there is no memory.
     pub fn new(gpu: &Arc<Gpu>, spec: FilmSpec) -> Result<Self, ClientError> {
-        let picture = PictureImages::new(gpu, [spec.width, spec.height])?;
-        let bytes = region(&spec).bytes(&picture.encoded);
+        let bytes = spec.width as usize * spec.height as usize * Format::Rgba8.bytes();
         Ok(Self {
             gpu: gpu.clone(),
             spec,
             mips: MipsPass::default(),
             reconstruct: ReconstructPass::default(),
-            tonemap: TonemapPass::new(gpu)?,
+            tonemap: TonemapPass::default(),
+            picture: PictureImages::new([spec.width, spec.height]),
             readback: Buffer::new(gpu, "picture readback", BufferUse::Readback, bytes)?,
-            picture,
         })
     }
 
@@ -64,46 +64,56 @@ impl Repaint {
         cmd: &mut Cmd<'_>,
         sums: Sums<'_>,
         settings: &Settings,
-        _detail: u32,
+        detail: u32,
     ) -> Result<&mut Image, ClientError> {
-        self.record(cmd, sums, settings)?;
-        self.tonemap.record(cmd, &mut self.picture, &tonemap_push(settings));
-        Ok(&mut self.picture.encoded)
+        let effects = Effects::new(settings, detail);
+        self.record(cmd, sums, settings, &effects)?;
+        let (xyz, encoded) = self.picture.get(&self.gpu, &effects)?;
+        self.tonemap.record(&self.gpu, cmd, [xyz, &mut *encoded], (&effects, &tonemap_push(settings)))?;
+        Ok(encoded)
     }
 
-    /// The encoded picture as it was painted last.
-    pub fn painted(&mut self) -> &mut Image {
-        &mut self.picture.encoded
+    /// The encoded picture as it was painted last; `None` before the first time.
+    pub fn painted(&mut self) -> Option<&mut Image> {
+        self.picture.painted()
     }
 
-    /// The encoded picture; waits for the GPU.
+    /// The encoded picture in 8 bits, whatever the window shows; waits for the GPU.
     ///
     /// # Errors
     ///
     /// [`ClientError::Gpu`] when there is no memory or the device was lost.
     pub fn display(&mut self, sums: Sums<'_>, settings: &Settings) -> Result<DisplayImage, ClientError> {
         let gpu = self.gpu.clone();
+        let settings = Settings { output: Output::Sdr, ..settings.clone() };
         let mut frame = gpu.begin()?;
         let cmd = &mut frame.cmd();
-        self.paint(cmd, sums, settings, 1)?;
-        let region = region(&self.spec);
-        cmd.scope("readback").copy_to_buffer(&mut self.picture.encoded, region, &self.readback);
+        self.paint(cmd, sums, &settings, 1)?;
+        let (_, encoded) = self.picture.get(&self.gpu, &Effects::new(&settings, 1))?;
+        cmd.scope("readback").copy_to_buffer(encoded, region(&self.spec, 1), &self.readback);
         gpu.wait(frame.submit()?)?;
         let rgb = self.readback.mapped().chunks_exact(4).map(|c| [c[0], c[1], c[2]]).collect();
         Ok(DisplayImage { width: self.spec.width, height: self.spec.height, rgb })
     }
 
-    /// The picture before the tone curve, scene-linear `[X, Y, Z]`; waits for the GPU.
+    /// The picture before the tone curve, scene-linear `[X, Y, Z]`, of `⌈size / detail⌉` pixels; waits for the GPU.
     ///
     /// # Errors
     ///
     /// As [`display`](Self::display).
-    pub fn reconstruct(&mut self, sums: Sums<'_>, settings: &Settings) -> Result<Vec<[f32; 3]>, ClientError> {
+    pub fn reconstruct(
+        &mut self,
+        sums: Sums<'_>,
+        settings: &Settings,
+        detail: u32,
+    ) -> Result<Vec<[f32; 3]>, ClientError> {
         let gpu = self.gpu.clone();
+        let effects = Effects::new(settings, detail);
         let mut frame = gpu.begin()?;
-        self.record(&mut frame.cmd(), sums, settings)?;
+        self.record(&mut frame.cmd(), sums, settings, &effects)?;
         frame.submit()?;
-        let bytes = read_image(&gpu, &mut self.picture.xyz, region(&self.spec))?;
+        let (xyz, _) = self.picture.get(&gpu, &effects)?;
+        let bytes = read_image(&gpu, xyz, region(&self.spec, effects.detail))?;
         Ok(floats(&bytes).chunks_exact(4).map(|c| [c[0], c[1], c[2]]).collect())
     }
 
@@ -113,9 +123,11 @@ impl Repaint {
         cmd: &mut Cmd<'_>,
         mut sums: Sums<'_>,
         settings: &Settings,
+        effects: &Effects,
     ) -> Result<(), ClientError> {
-        let (kind, masking) = (settings.reconstruction, settings.vm > 0.0);
+        let (kind, masking) = (effects.reconstruction(settings), settings.vm > 0.0);
         for (images, lod) in sums.streams.iter_mut().flatten() {
+            *lod = lod.coarsened(effects.detail);
             // Sums that were never written, because the batch that made the images could not be drawn.
             images.define(cmd);
             let levels = levels_needed(kind, masking, lod);
@@ -124,7 +136,7 @@ impl Repaint {
                 images.fill_atlas(&self.gpu, cmd)?;
             }
         }
-        let target = &mut self.picture.xyz;
+        let (target, _) = self.picture.get(&self.gpu, effects)?;
         let Some(max_level) = sums.streams.iter().flatten().map(|(_, lod)| lod.max_level).next() else {
             cmd.access(target, Access::ColorWrite);
             cmd.rendering(&[Target { image: target, level: 0, load: Load::Clear }], |_| ());
@@ -138,6 +150,7 @@ impl Repaint {
             max_level,
             energy: self.spec.filter.energy(),
             inverse_scale: sums.inverse_scale,
+            detail: effects.detail as f32,
             ..ReconstructPush::default()
         };
         let streams = sums.streams.map(|stream| stream.map(|(images, lod)| StreamInput { images, lod }));
@@ -146,9 +159,9 @@ impl Repaint {
     }
 }
 
-/// The whole picture.
-fn region(spec: &FilmSpec) -> Region {
-    Region { origin: [0, 0], extent: [spec.width, spec.height] }
+/// The whole picture at this internal resolution.
+fn region(spec: &FilmSpec, detail: u32) -> Region {
+    Region { origin: [0, 0], extent: [spec.width, spec.height].map(|n| n.div_ceil(detail)) }
 }
 
 /// What the GPU has written, as numbers.

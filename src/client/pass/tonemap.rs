@@ -2,39 +2,45 @@
 
 use std::sync::Arc;
 
+use crate::client::effects::Effects;
 use crate::client::layout::TonemapPush;
-use crate::client::pass::images::PictureImages;
-use crate::client::pass::{fullscreen, texels};
+use crate::client::pass::{Variants, fullscreen, texels};
 use crate::client::settings::Settings;
-use crate::gpu::{Access, Cmd, Format, Gpu, GpuError, Load, Pipeline, Target};
+use crate::gpu::{Access, Cmd, Gpu, GpuError, Image, Load, Target};
 
 /// Tone curve, matrix, desaturation at constant luminance, gamma, rounding to 8 bits.
 ///
-/// Reads: `picture.xyz`. Writes: `picture.encoded`.
+/// Reads: the reconstructed picture, interpolated where it is coarser. Writes: the encoded picture.
+#[derive(Default)]
 pub struct TonemapPass {
-    pipeline: Pipeline,
+    pipelines: Variants<Effects>,
 }
 
 impl TonemapPass {
-    /// Compiles the pass.
+    /// Encodes the picture.
     ///
     /// # Errors
     ///
     /// [`GpuError::Call`] naming the pipeline.
-    pub fn new(gpu: &Arc<Gpu>) -> Result<Self, GpuError> {
-        let pipeline = fullscreen(gpu, ("tonemap.frag", &[]), size_of::<TonemapPush>(), 1, &[Format::Rgba8])?;
-        Ok(Self { pipeline })
-    }
-
-    /// Encodes the picture.
-    pub fn record(&self, cmd: &mut Cmd<'_>, picture: &mut PictureImages, push: &TonemapPush) {
+    pub fn record(
+        &mut self,
+        gpu: &Arc<Gpu>,
+        cmd: &mut Cmd<'_>,
+        [xyz, encoded]: [&mut Image; 2],
+        (effects, push): (&Effects, &TonemapPush),
+    ) -> Result<(), GpuError> {
+        let pipeline = self.pipelines.get(*effects, || {
+            let frag = ("tonemap.frag", &effects.tonemap_constants()[..]);
+            fullscreen(gpu, frag, size_of::<TonemapPush>(), 1, &[effects.encoded_format()])
+        })?;
         let cmd = &mut cmd.scope("tonemap");
-        cmd.access(&mut picture.xyz, Access::Sampled);
-        cmd.access(&mut picture.encoded, Access::ColorWrite);
-        cmd.rendering(&[Target { image: &picture.encoded, level: 0, load: Load::Discard }], |cmd| {
-            cmd.bind(&self.pipeline, bytemuck::bytes_of(push), &[texels(&picture.xyz)]);
+        cmd.access(xyz, Access::Sampled);
+        cmd.access(encoded, Access::ColorWrite);
+        cmd.rendering(&[Target { image: encoded, level: 0, load: Load::Discard }], |cmd| {
+            cmd.bind(pipeline, bytemuck::bytes_of(push), &[texels(xyz)]);
             cmd.draw_fullscreen();
         });
+        Ok(())
     }
 }
 

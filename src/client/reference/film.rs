@@ -145,6 +145,7 @@ impl ReferenceFilm {
             vm: settings.vm,
             luminance_scale: self.state.scale(),
             light_scale: self.state.light_scale(),
+            detail: 1,
         };
         self.pool.install(|| {
             let camera = Levels::of(self.camera.sums.as_ref(), spec, settings.vm)?;

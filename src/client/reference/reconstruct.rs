@@ -39,16 +39,19 @@ pub struct ReconstructParameters {
     pub luminance_scale: f32,
     /// `width · height / light paths`, 0 without light paths.
     pub light_scale: f32,
+    /// Picture pixels per pixel drawn, along each axis.
+    pub detail: u32,
 }
 
-/// A place of the picture: its padded texel and the screen position over the padded film.
+/// A place of the picture in padded texels, the texel that it lies in, and the screen position over the padded film.
 #[derive(Clone, Copy)]
 struct Pixel {
+    place: [f32; 2],
     texel: [usize; 2],
     uv: [f32; 2],
 }
 
-/// The picture in XYZ, `[height][width]`: camera stream plus light stream.
+/// The picture in XYZ, `[⌈height / detail⌉][⌈width / detail⌉]`: camera stream plus light stream.
 ///
 /// Where a stream is absent it is not read. Values may be negative with Catmull–Rom.
 pub fn reconstruct(
@@ -56,14 +59,15 @@ pub fn reconstruct(
     camera: Option<&StreamView<'_>>,
     light: Option<&StreamView<'_>>,
 ) -> Option<Grid<Vec3>> {
-    let (width, height, pad) = (p.spec.width as usize, p.spec.height as usize, p.spec.pad() as usize);
+    let [width, height] = [p.spec.width, p.spec.height].map(|n| n.div_ceil(p.detail) as usize);
+    let (detail, pad) = (p.detail as f32, p.spec.pad() as f32);
     let extent = p.spec.padded_extent();
     let mut picture = Grid::try_filled(width, height, Vec3::ZERO)?;
     picture.pixels_mut().par_chunks_mut(width).enumerate().for_each(|(y, row)| {
         for (x, out) in row.iter_mut().enumerate() {
-            let texel = [x + pad, y + pad];
-            let uv = [0, 1].map(|i| (texel[i] as f32 + 0.5) / extent[i] as f32);
-            let at = Pixel { texel, uv };
+            let place = [x, y].map(|i| (i as f32 + 0.5) * detail + pad);
+            let uv = [0, 1].map(|i| place[i] / extent[i] as f32);
+            let at = Pixel { place, texel: place.map(|p| p as usize), uv };
             let mut xyz = Vec3::ZERO;
             if let Some(stream) = camera {
                 let sum = read(p, stream, at);
@@ -142,7 +146,7 @@ fn spline(levels: &[Grid<Vec4>], at: Pixel, lod: f32) -> Vec4 {
 fn position(levels: &[Grid<Vec4>], at: Pixel, level: usize) -> [f32; 2] {
     let size = [levels[level].width(), levels[level].height()];
     let full = [levels[0].width(), levels[0].height()];
-    [0, 1].map(|i| (at.texel[i] as f32 + 0.5) * (size[i] as f32 / full[i] as f32))
+    [0, 1].map(|i| at.place[i] * (size[i] as f32 / full[i] as f32))
 }
 
 /// 4×4 Catmull–Rom at `p` in texels of the level, clamped to the edge; weights sum to 1.
