@@ -1,0 +1,312 @@
+//! From the window's events to what the user means. The state machine works on [`Signal`]s, plain data that a test can
+//! make; [`Input::on_window_event`] only translates winit's events into them.
+
+use std::time::{Duration, Instant};
+
+use glam::{DVec2, DVec3};
+use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
+use winit::keyboard::{Key, KeyCode, PhysicalKey};
+
+use crate::client::window::keys::{self, Effect};
+use crate::client::window::navigation::Gesture;
+use crate::client::window::panel::Action;
+
+/// Physical pixels that the cursor may move between press and release of a click.
+const CLICK: f64 = 4.0;
+/// Longest time between the clicks of a double click.
+const DOUBLE_CLICK: Duration = Duration::from_millis(400);
+/// A wheel that rests for this long begins a new entry of the history.
+const WHEEL_REST: Duration = Duration::from_millis(500);
+/// Physical pixels of a touchpad's scrolling that are as much as one step of a wheel.
+const PIXELS_PER_STEP: f64 = 40.0;
+/// Flying speed at the start, distances to the target per second; factor with Shift; factor per step of the wheel; bounds.
+const SPEED: (f64, f64, f64, (f64, f64)) = (0.8, 4.0, 1.25, (1e-3, 1e3));
+/// Longest time that one tick flies, seconds: a stall must not throw the camera away.
+const LONGEST_TICK: f64 = 0.1;
+
+/// What the user means.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Intent {
+    /// Moves the camera.
+    Gesture(Gesture),
+    /// The camera move is over: the next one is an entry of its own in the history.
+    EndMove,
+    /// Selects what is seen here, physical pixels.
+    Pick([f64; 2]),
+    /// Focuses on what is seen here, physical pixels.
+    FocusAt([f64; 2]),
+    /// The same as a button of the panel.
+    Action(Action),
+    /// Shows or hides the panel.
+    TogglePanel,
+    /// Shows or hides the list of keys.
+    ToggleHelp,
+    /// Closes the list of keys, or selects nothing when it is closed.
+    Cancel,
+    /// Closes the window.
+    Quit,
+}
+
+/// An event without the window system's baggage. Positions are physical pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Signal {
+    /// The cursor is here.
+    Cursor(DVec2),
+    /// The cursor has left the window.
+    CursorLeft,
+    /// A mouse button went down or up.
+    Button(MouseButton, bool),
+    /// Steps of the wheel, or touchpad pixels ÷ [`PIXELS_PER_STEP`]; positive is away from the user.
+    Wheel(f64),
+    /// A key went down or up (not its repetitions): its place, and the layout's character.
+    Key(Option<KeyCode>, Option<char>, bool),
+    /// Whether Ctrl and Shift are held.
+    Modifiers(bool, bool),
+    /// The window has lost the keyboard.
+    FocusLost,
+    /// The window's size.
+    Size(DVec2),
+}
+
+/// A mouse button that is held.
+#[derive(Clone, Copy, Debug)]
+struct Press {
+    button: MouseButton,
+    from: DVec2,
+    /// Shift was held when the button went down.
+    shift: bool,
+    /// It has moved too far for a click.
+    dragging: bool,
+}
+
+/// What is held and where the cursor is.
+#[derive(Clone, Debug)]
+pub struct Input {
+    size: DVec2,
+    cursor: Option<DVec2>,
+    press: Option<Press>,
+    last_click: Option<(Instant, DVec2)>,
+    last_wheel: Option<Instant>,
+    ctrl: bool,
+    shift: bool,
+    /// Keys of [`FLYING`] that are held.
+    held: [bool; FLYING.len()],
+    speed: f64,
+}
+
+/// Keys that fly and the direction they fly in: camera right, up, forward.
+const FLYING: [(KeyCode, DVec3); 6] = [
+    (KeyCode::KeyW, DVec3::Z),
+    (KeyCode::KeyS, DVec3::NEG_Z),
+    (KeyCode::KeyA, DVec3::NEG_X),
+    (KeyCode::KeyD, DVec3::X),
+    (KeyCode::KeyQ, DVec3::NEG_Y),
+    (KeyCode::KeyE, DVec3::Y),
+];
+
+impl Input {
+    /// For a window of this size in physical pixels.
+    pub fn new(size: [u32; 2]) -> Self {
+        Self {
+            size: DVec2::from(size.map(f64::from)).max(DVec2::ONE),
+            cursor: None,
+            press: None,
+            last_click: None,
+            last_wheel: None,
+            ctrl: false,
+            shift: false,
+            held: [false; FLYING.len()],
+            speed: SPEED.0,
+        }
+    }
+
+    /// Takes an event of the window. `captured`: the panel has it, so that it starts nothing here (releases still end
+    /// what was started).
+    pub fn on_window_event(&mut self, event: &WindowEvent, captured: bool) -> Vec<Intent> {
+        let Some(signal) = translate(event) else { return Vec::new() };
+        let starts = matches!(signal, Signal::Button(_, true) | Signal::Wheel(_) | Signal::Key(_, _, true));
+        if captured && starts { Vec::new() } else { self.take(signal, Instant::now()) }
+    }
+
+    /// The same for plain data.
+    pub fn take(&mut self, signal: Signal, now: Instant) -> Vec<Intent> {
+        match signal {
+            Signal::Cursor(at) => self.cursor_to(at),
+            Signal::CursorLeft => {
+                // While a button is held the window system keeps reporting the cursor.
+                if self.press.is_none() {
+                    self.cursor = None;
+                }
+                Vec::new()
+            }
+            Signal::Button(button, true) => self.press(button),
+            Signal::Button(button, false) => self.release(button, now),
+            Signal::Wheel(steps) => self.wheel(steps, now),
+            Signal::Key(code, text, pressed) => self.key(code, text, pressed),
+            Signal::Modifiers(ctrl, shift) => {
+                (self.ctrl, self.shift) = (ctrl, shift);
+                Vec::new()
+            }
+            Signal::FocusLost => {
+                let moved = self.press.take().is_some_and(|p| p.dragging);
+                (self.ctrl, self.shift, self.held) = (false, false, [false; FLYING.len()]);
+                if moved { vec![Intent::EndMove] } else { Vec::new() }
+            }
+            Signal::Size(size) => {
+                self.size = size.max(DVec2::ONE);
+                Vec::new()
+            }
+        }
+    }
+
+    /// Flies on for `dt` seconds, as long as the right button and a key are held.
+    pub fn tick(&mut self, dt: f64) -> Option<Gesture> {
+        if !self.is_flying() || !(dt > 0.0) {
+            return None;
+        }
+        let held = FLYING.iter().zip(self.held).filter(|(_, held)| *held);
+        let direction = held.map(|((_, direction), _)| *direction).sum::<DVec3>().normalize_or_zero();
+        if direction == DVec3::ZERO {
+            return None;
+        }
+        // From now on this is a drag: the release ends a move and is no click.
+        if let Some(press) = &mut self.press {
+            press.dragging = true;
+        }
+        let faster = if self.shift { SPEED.1 } else { 1.0 };
+        Some(Gesture::Fly(direction * (self.speed * faster * dt.min(LONGEST_TICK))))
+    }
+
+    /// [`Input::tick`] must be called for every frame: a flying key is held.
+    pub fn is_moving(&self) -> bool {
+        self.is_flying() && self.held.contains(&true)
+    }
+
+    /// A button went down over the picture and is still held: the panel should not react.
+    pub fn is_dragging(&self) -> bool {
+        self.press.is_some()
+    }
+
+    /// Flying speed, distances to the target per second.
+    pub fn speed(&self) -> f64 {
+        self.speed
+    }
+
+    fn is_flying(&self) -> bool {
+        self.press.is_some_and(|p| p.button == MouseButton::Right)
+    }
+
+    fn cursor_to(&mut self, at: DVec2) -> Vec<Intent> {
+        let before = self.cursor.replace(at);
+        let (Some(press), Some(before)) = (&mut self.press, before) else { return Vec::new() };
+        // The first step of a drag makes up for what the threshold has swallowed.
+        let from = if press.dragging { before } else { press.from };
+        press.dragging |= at.distance(press.from) > CLICK;
+        let by = (at - from) / self.size;
+        if !press.dragging || by == DVec2::ZERO {
+            return Vec::new();
+        }
+        vec![Intent::Gesture(match press.button {
+            MouseButton::Right => Gesture::Look(by),
+            MouseButton::Left if !press.shift => Gesture::Orbit(by),
+            _ => Gesture::Pan(by),
+        })]
+    }
+
+    fn press(&mut self, button: MouseButton) -> Vec<Intent> {
+        let known = matches!(button, MouseButton::Left | MouseButton::Middle | MouseButton::Right);
+        // The first button decides; a press without a cursor can only be a touch that we do not know.
+        if let (true, None, Some(from)) = (known, self.press, self.cursor) {
+            self.press = Some(Press { button, from, shift: self.shift, dragging: false });
+            return vec![Intent::EndMove];
+        }
+        Vec::new()
+    }
+
+    fn release(&mut self, button: MouseButton, now: Instant) -> Vec<Intent> {
+        let Some(press) = self.press.take_if(|p| p.button == button) else { return Vec::new() };
+        if button == MouseButton::Right {
+            self.held = [false; FLYING.len()];
+        }
+        if press.dragging {
+            return vec![Intent::EndMove];
+        }
+        if button != MouseButton::Left || press.shift {
+            return Vec::new();
+        }
+        let again = self.last_click.take().is_some_and(|(when, at)| {
+            now.saturating_duration_since(when) <= DOUBLE_CLICK && at.distance(press.from) <= CLICK
+        });
+        if again {
+            return vec![Intent::FocusAt(press.from.to_array())];
+        }
+        self.last_click = Some((now, press.from));
+        vec![Intent::Pick(press.from.to_array())]
+    }
+
+    fn wheel(&mut self, steps: f64, now: Instant) -> Vec<Intent> {
+        if !steps.is_finite() || steps == 0.0 {
+            return Vec::new();
+        }
+        if self.is_flying() {
+            let (_, _, factor, (least, greatest)) = SPEED;
+            self.speed = (self.speed * factor.powf(steps)).clamp(least, greatest);
+            return Vec::new();
+        }
+        let rested =
+            self.last_wheel.replace(now).is_none_or(|w| now.saturating_duration_since(w) > WHEEL_REST);
+        let gesture = if self.ctrl { Gesture::Fov(-keys::FOV_STEP * steps) } else { Gesture::Dolly(steps) };
+        let end = rested.then_some(Intent::EndMove);
+        end.into_iter().chain([Intent::Gesture(gesture)]).collect()
+    }
+
+    fn key(&mut self, code: Option<KeyCode>, text: Option<char>, pressed: bool) -> Vec<Intent> {
+        let flying = self.is_flying();
+        if let Some(place) = FLYING.iter().position(|(key, _)| Some(*key) == code) {
+            self.held[place] = pressed && flying;
+        }
+        if !pressed {
+            return Vec::new();
+        }
+        match (keys::effect(code, text, [self.ctrl, self.shift, flying]), self.cursor) {
+            (Some(Effect::Intent(intent)), _) => vec![intent.clone()],
+            (Some(Effect::FocusAtCursor), Some(at)) => vec![Intent::FocusAt(at.to_array())],
+            _ => Vec::new(),
+        }
+    }
+}
+
+/// The part of an event that matters here.
+fn translate(event: &WindowEvent) -> Option<Signal> {
+    Some(match event {
+        WindowEvent::CursorMoved { position, .. } => Signal::Cursor(DVec2::new(position.x, position.y)),
+        WindowEvent::CursorLeft { .. } => Signal::CursorLeft,
+        WindowEvent::MouseInput { state, button, .. } => {
+            Signal::Button(*button, *state == ElementState::Pressed)
+        }
+        WindowEvent::MouseWheel { delta: MouseScrollDelta::LineDelta(_, y), .. } => {
+            Signal::Wheel(f64::from(*y))
+        }
+        WindowEvent::MouseWheel { delta: MouseScrollDelta::PixelDelta(by), .. } => {
+            Signal::Wheel(by.y / PIXELS_PER_STEP)
+        }
+        WindowEvent::KeyboardInput { event, .. } if !event.repeat => {
+            let code = match event.physical_key {
+                PhysicalKey::Code(code) => Some(code),
+                PhysicalKey::Unidentified(_) => None,
+            };
+            let text = match &event.logical_key {
+                Key::Character(text) => text.chars().next(),
+                _ => None,
+            };
+            Signal::Key(code, text, event.state == ElementState::Pressed)
+        }
+        WindowEvent::ModifiersChanged(modifiers) => {
+            let state = modifiers.state();
+            Signal::Modifiers(state.control_key(), state.shift_key())
+        }
+        WindowEvent::Focused(false) => Signal::FocusLost,
+        WindowEvent::Resized(size) => Signal::Size(DVec2::new(f64::from(size.width), f64::from(size.height))),
+        _ => return None,
+    })
+}

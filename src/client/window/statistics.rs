@@ -1,0 +1,181 @@
+//! Frame times and edit latencies over a window of the last ones, with exact percentiles.
+
+use std::collections::VecDeque;
+use std::time::{Duration, Instant};
+
+/// Frames that the graph shows.
+pub const FRAMES: usize = 240;
+
+/// Edits whose latencies are kept.
+const EDITS: usize = 100;
+
+/// The last `capacity` values, oldest first.
+#[derive(Clone, Debug)]
+pub struct Recent {
+    values: VecDeque<f32>,
+    capacity: usize,
+}
+
+impl Recent {
+    /// Room for `capacity` values, at least 1.
+    pub fn new(capacity: usize) -> Self {
+        let capacity = capacity.max(1);
+        Self { values: VecDeque::with_capacity(capacity), capacity }
+    }
+
+    /// Adds a value; the oldest goes when there is no room. What is not a number is left out.
+    pub fn push(&mut self, value: f32) {
+        if value.is_nan() {
+            return;
+        }
+        if self.values.len() == self.capacity {
+            self.values.pop_front();
+        }
+        self.values.push_back(value);
+    }
+
+    /// The values, oldest first.
+    pub fn iter(&self) -> impl Iterator<Item = f32> + '_ {
+        self.values.iter().copied()
+    }
+
+    /// The last value.
+    pub fn last(&self) -> Option<f32> {
+        self.values.back().copied()
+    }
+
+    /// Nearest-rank percentiles: the least value that at least `q` per cent of the values do not exceed; zeros without
+    /// values.
+    pub fn percentiles<const N: usize>(&self, q: [f64; N]) -> [f32; N] {
+        let mut sorted: Vec<f32> = self.iter().collect();
+        sorted.sort_unstable_by(f32::total_cmp);
+        q.map(|q| {
+            let rank = (q / 100.0 * sorted.len() as f64).ceil() as usize;
+            sorted.get(rank.clamp(1, sorted.len().max(1)) - 1).copied().unwrap_or(0.0)
+        })
+    }
+}
+
+/// What the viewer measures of itself.
+#[derive(Clone, Debug)]
+pub struct Statistics {
+    frames: Recent,
+    edits: Recent,
+    last_frame: Option<Instant>,
+    /// The oldest edit that no presented picture shows.
+    waiting: Option<Instant>,
+}
+
+impl Default for Statistics {
+    fn default() -> Self {
+        Self { frames: Recent::new(FRAMES), edits: Recent::new(EDITS), last_frame: None, waiting: None }
+    }
+}
+
+impl Statistics {
+    /// A picture was presented now; `shows_edit` says whether it shows the last edit.
+    pub fn frame(&mut self, now: Instant, shows_edit: bool) {
+        if let Some(before) = self.last_frame.replace(now) {
+            self.frames.push(milliseconds(now.saturating_duration_since(before)));
+        }
+        if shows_edit && let Some(edited) = self.waiting.take() {
+            self.edits.push(milliseconds(now.saturating_duration_since(edited)));
+        }
+    }
+
+    /// Something was edited now. While an edit waits for its picture, the time counts from the first.
+    pub fn edit(&mut self, now: Instant) {
+        self.waiting.get_or_insert(now);
+    }
+
+    /// Nothing is drawn for a while (minimised, asleep): the gap is not a frame time.
+    pub fn pause(&mut self) {
+        self.last_frame = None;
+    }
+
+    /// Frame times, oldest first, milliseconds.
+    pub fn frames(&self) -> Vec<f32> {
+        self.frames.iter().collect()
+    }
+
+    /// p50, p95, p99 of the frame times, milliseconds.
+    pub fn percentiles(&self) -> [f32; 3] {
+        self.frames.percentiles([50.0, 95.0, 99.0])
+    }
+
+    /// Time from the last edit to the first picture that shows it.
+    pub fn edit_latency(&self) -> Option<Duration> {
+        self.edits.last().map(duration)
+    }
+
+    /// p95 of the last edits' latencies.
+    pub fn edit_latency_p95(&self) -> Option<Duration> {
+        self.edits.last().map(|_| duration(self.edits.percentiles([95.0])[0]))
+    }
+}
+
+fn milliseconds(time: Duration) -> f32 {
+    (time.as_secs_f64() * 1e3) as f32
+}
+
+fn duration(milliseconds: f32) -> Duration {
+    Duration::try_from_secs_f32(milliseconds * 1e-3).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn percentiles_are_nearest_ranks() {
+        let mut recent = Recent::new(100);
+        assert_eq!(recent.percentiles([50.0, 99.0]), [0.0, 0.0]);
+        for value in (1..=100).rev() {
+            recent.push(value as f32);
+        }
+        assert_eq!(
+            recent.percentiles([0.0, 1.0, 50.0, 95.0, 99.0, 100.0]),
+            [1.0, 1.0, 50.0, 95.0, 99.0, 100.0]
+        );
+        let mut few = Recent::new(8);
+        few.push(3.0);
+        few.push(f32::NAN);
+        few.push(1.0);
+        assert_eq!(few.percentiles([50.0, 95.0]), [1.0, 3.0]);
+    }
+
+    #[test]
+    fn only_the_last_values_count() {
+        let mut recent = Recent::new(3);
+        [9.0, 1.0, 2.0, 3.0].map(|v| recent.push(v));
+        assert_eq!(recent.iter().collect::<Vec<_>>(), [1.0, 2.0, 3.0]);
+        assert_eq!(recent.last(), Some(3.0));
+    }
+
+    #[test]
+    fn latency_counts_from_the_first_edit_without_a_picture() {
+        let (mut statistics, start) = (Statistics::default(), Instant::now());
+        let at = |ms: u64| start + Duration::from_millis(ms);
+        statistics.frame(at(0), true);
+        assert_eq!(statistics.edit_latency(), None);
+        statistics.edit(at(5));
+        statistics.edit(at(20));
+        statistics.frame(at(16), false);
+        statistics.frame(at(45), true);
+        statistics.frame(at(60), true);
+        let latency = statistics.edit_latency().expect("an edit was shown");
+        assert!((latency.as_secs_f64() - 0.040).abs() < 1e-6, "{latency:?}");
+        assert_eq!(statistics.edit_latency_p95(), Some(latency));
+        assert_eq!(statistics.frames().len(), 3);
+    }
+
+    #[test]
+    fn a_pause_is_no_frame_time() {
+        let (mut statistics, start) = (Statistics::default(), Instant::now());
+        statistics.frame(start, false);
+        statistics.pause();
+        statistics.frame(start + Duration::from_secs(10), false);
+        statistics.frame(start + Duration::from_millis(10_016), false);
+        assert_eq!(statistics.percentiles().map(f32::round), [16.0; 3]);
+    }
+}
