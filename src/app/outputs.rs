@@ -8,11 +8,12 @@ use miette::{IntoDiagnostic, Result, WrapErr};
 use super::args::RenderArgs;
 use super::facts::{RunFacts, display_options};
 use super::report::{Seconds, is_special};
-use crate::client::{Client, FilmData, Settings, develop};
+use crate::client::film::VulkanFilm;
+use crate::client::{Client, DisplayImage, FilmData, Settings, develop};
 use crate::color::Profile;
 use crate::image::png::{Picture, Transfer};
 use crate::image::write::{Format, check_place, check_target, destination};
-use crate::image::{Attribute, exr, png};
+use crate::image::{Attribute, ImageError, exr, png};
 
 /// Where the pictures of a run go.
 pub struct Outputs {
@@ -87,16 +88,7 @@ impl Outputs {
         for (path, format) in &self.files {
             let written = match (format, &shown, &data) {
                 (Format::Png, Some(shown), _) => {
-                    let picture = Picture {
-                        width: shown.width,
-                        height: shown.height,
-                        rgb: &shown.rgb,
-                        transfer: Transfer::Gamma(settings.gamma),
-                        primaries: settings.profile.primaries,
-                    };
-                    let mut attributes = facts.attributes(client.counts().camera_paths, prefix);
-                    attributes.push(("display".to_string(), Attribute::Text(display_options(settings))));
-                    png::write(path, picture, &attributes)
+                    write_png(path, shown, (facts, prefix, client.counts().camera_paths), settings)
                 }
                 (Format::Exr, _, Some(data)) => exr::write(path, &layers(facts, prefix, data)),
                 _ => continue,
@@ -106,6 +98,45 @@ impl Outputs {
         seconds.write = start.elapsed().as_secs_f64();
         first_error.into_diagnostic().wrap_err("a picture was rendered but could not be saved")
     }
+}
+
+/// Writes one picture of a film; the ending says which.
+///
+/// # Errors
+///
+/// When the film cannot be read or the file not be written.
+pub fn save(
+    path: &Path,
+    film: &mut VulkanFilm,
+    (facts, prefix): (&RunFacts, bool),
+    settings: &Settings,
+) -> Result<()> {
+    let written = match check_target(path).into_diagnostic()? {
+        Format::Png => {
+            let shown = film.display(settings).into_diagnostic()?;
+            write_png(path, &shown, (facts, prefix, film.counts().camera_paths), settings)
+        }
+        Format::Exr => exr::write(path, &layers(facts, prefix, &film.develop().into_diagnostic()?)),
+    };
+    written.into_diagnostic()
+}
+
+fn write_png(
+    path: &Path,
+    shown: &DisplayImage,
+    (facts, prefix, paths): (&RunFacts, bool, u64),
+    settings: &Settings,
+) -> std::result::Result<(), ImageError> {
+    let picture = Picture {
+        width: shown.width,
+        height: shown.height,
+        rgb: &shown.rgb,
+        transfer: Transfer::Gamma(settings.gamma),
+        primaries: settings.profile.primaries,
+    };
+    let mut attributes = facts.attributes(paths, prefix);
+    attributes.push(("display".to_string(), Attribute::Text(display_options(settings))));
+    png::write(path, picture, &attributes)
 }
 
 fn layers(facts: &RunFacts, prefix: bool, data: &FilmData) -> exr::Layers {

@@ -13,8 +13,8 @@ use super::outputs::Outputs;
 use super::progress::{Goal, Progress};
 use super::report::{Rejected, RejectedExample, Report, Seconds, write_json};
 use super::{interrupt, tell, usage};
-use crate::client::{Client, FilmSpec, SplatFilter, VarianceForm};
-use crate::scene::desc::{IntegratorKind, ReconstructionFilter};
+use crate::client::Client;
+use crate::scene::desc::IntegratorKind;
 use crate::scene::{self, Loaded};
 use crate::server::{RenderJob, Server, Stats};
 use crate::stream::Lanes;
@@ -22,9 +22,6 @@ use crate::stream::control::Epoch;
 use crate::stream::rejected::Cause;
 use crate::tracer::integrator::PathTracer;
 use crate::tracer::{Camera, Scene};
-
-/// Samples per pixel where neither the command line nor the scene says.
-const DEFAULT_SPP: u64 = 16;
 
 /// Runs the subcommand.
 ///
@@ -110,29 +107,12 @@ fn threads(args: &RenderArgs) -> usize {
 }
 
 fn facts(args: &RenderArgs, loaded: &Loaded, device: String) -> RunFacts {
-    let film = &loaded.desc.film;
-    let (width, height) = film.crop.map_or((film.width, film.height), |c| (c.width, c.height));
-    let from_file = || match film.rfilter {
-        Some(ReconstructionFilter::Box) => SplatFilter::Box,
-        Some(ReconstructionFilter::Tent) => SplatFilter::Tent,
-        Some(ReconstructionFilter::Gaussian) | None => SplatFilter::Gaussian,
-    };
-    let filter = args.source.filter.map_or_else(from_file, SplatFilter::from);
-    let integrator = &loaded.desc.integrator;
+    let facts = RunFacts::of(&args.source, loaded, device);
     RunFacts {
-        scene: args.source.scene.clone(),
-        defines: args.source.defines.clone(),
-        size: args.source.size,
         first_index: args.first_index,
-        spec: FilmSpec { width, height, filter, variance: VarianceForm::Product },
-        max_depth: args.source.max_depth.map_or(integrator.max_depth, |d| d.0),
-        rr_depth: integrator.rr_depth,
-        hide_emitters: integrator.hide_emitters,
-        integrator: integrator.kind,
-        spp: args.spp.or(loaded.desc.samples_per_pixel).unwrap_or(DEFAULT_SPP),
-        seed: args.source.seed,
+        spp: args.spp.unwrap_or(facts.spp),
         deterministic: args.deterministic,
-        device,
+        ..facts
     }
 }
 

@@ -23,7 +23,8 @@ pub struct Triangles {
 
 /// What is made for one device; dropped from the top.
 struct Parts {
-    film: VulkanFilm,
+    /// Taken out at the end.
+    film: Option<VulkanFilm>,
     swapchain: Swapchain,
 }
 
@@ -59,7 +60,7 @@ impl Screen {
         let extent = [size.width, size.height];
         let swapchain = Swapchain::open(&self.choice, GpuOptions::from_env(), self.handles()?, extent)?;
         swapchain.gpu().set_timing(true);
-        let film = VulkanFilm::new(swapchain.gpu().clone(), spec)?;
+        let film = Some(VulkanFilm::new(swapchain.gpu().clone(), spec)?);
         Ok(Parts { film, swapchain })
     }
 
@@ -105,19 +106,19 @@ impl Screen {
     /// When it does not fit; the old one stays.
     pub fn replace_film(&mut self, spec: FilmSpec) -> Result<(), ClientError> {
         if let Some(parts) = &mut self.parts {
-            parts.film = VulkanFilm::new(parts.swapchain.gpu().clone(), spec)?;
+            parts.film = Some(VulkanFilm::new(parts.swapchain.gpu().clone(), spec)?);
         }
         Ok(())
     }
 
     /// The film; `None` after a device was lost for good.
     pub fn film(&mut self) -> Option<&mut VulkanFilm> {
-        self.parts.as_mut().map(|parts| &mut parts.film)
+        self.parts.as_mut().and_then(|parts| parts.film.as_mut())
     }
 
     /// Takes the film out, for the end.
-    pub fn into_film(self) -> Option<VulkanFilm> {
-        self.parts.map(|parts| parts.film)
+    pub fn take_film(&mut self) -> Option<VulkanFilm> {
+        self.parts.as_mut().and_then(|parts| parts.film.take())
     }
 
     /// The window's images.
@@ -182,7 +183,7 @@ impl Screen {
         repaint: Option<u32>,
         panel: Option<&mut Triangles>,
     ) -> Result<(), ClientError> {
-        let Some(Parts { film, swapchain }) = &mut self.parts else { return Ok(()) };
+        let Some(Parts { film: Some(film), swapchain }) = &mut self.parts else { return Ok(()) };
         let gpu = swapchain.gpu().clone();
         let mut frame = gpu.begin()?;
         let picture = match repaint {
