@@ -12,7 +12,8 @@ use pointillist::gpu::{
     Buffer, BufferUse, ColorOutput, DeviceChoice, Format, Gpu, GpuError, GpuOptions, Image, ImageDesc,
     Readiness, Swapchain,
 };
-use window::Window;
+use raw_window_handle::{RawDisplayHandle, WindowsDisplayHandle};
+use window::{Server, Window};
 
 const PATIENCE: Duration = Duration::from_secs(10);
 
@@ -72,6 +73,15 @@ fn the_screen_shows_the_bytes_of_the_picture() {
         show(&mut swapchain, &mut picture);
         window.shows(size, &cropped(&pixels, extent, size));
     }
+    // A frame that is given up leaves the image to the next one.
+    let (mut picture, pixels) = noise(&gpu, size, 7);
+    ready(&mut swapchain);
+    let mut frame = gpu.begin().expect("a frame");
+    swapchain.draw(&mut frame, &mut picture);
+    drop(frame);
+    assert_eq!(swapchain.acquire(Duration::ZERO).expect("acquire"), Readiness::Ready);
+    swapchain.present(gpu.begin().expect("a frame")).expect("present");
+    window.shows(size, &pixels);
     // A frame without a picture is black.
     ready(&mut swapchain);
     swapchain.present(gpu.begin().expect("a frame")).expect("present");
@@ -266,4 +276,48 @@ fn windows_come_and_go() {
         }
         assert_silent(&gpu);
     }
+}
+
+/// What cannot be opened says why.
+#[test]
+fn impossible_windows_are_sentences() {
+    let size = [40, 30];
+    let window = Window::new(size);
+    let options = GpuOptions { validation: true, quads: false };
+    let foreign = RawDisplayHandle::Windows(WindowsDisplayHandle::new());
+    let handles = (foreign, window.handles().1);
+    let error = Swapchain::open(&DeviceChoice::Best, options, handles, size).err().expect("not here");
+    assert!(matches!(error, GpuError::NoWindow(_)), "{error}");
+    let none = DeviceChoice::Name("no such card".into());
+    let error = Swapchain::open(&none, options, window.handles(), size).err().expect("no such card");
+    assert!(matches!(error, GpuError::NoMatch { .. }), "{error}");
+}
+
+/// The connection to the display ends: acquiring says so or fails, and nothing hangs.
+#[test]
+fn a_lost_display_ends_in_peace() {
+    let size = [40, 30];
+    let server = Server::start();
+    let window = Window::on(&server, size);
+    let mut swapchain = open(&window, size);
+    let gpu = swapchain.gpu().clone();
+    let (mut picture, _) = noise(&gpu, size, 1);
+    for _ in 0..3 {
+        show(&mut swapchain, &mut picture);
+    }
+    drop(server);
+    let mut gone = false;
+    for _ in 0..20 {
+        match swapchain.acquire(Duration::from_millis(20)) {
+            Ok(Readiness::Ready) => {
+                let mut frame = gpu.begin().expect("a frame");
+                swapchain.draw(&mut frame, &mut picture);
+                gone |= swapchain.present(frame).is_err();
+            }
+            Ok(Readiness::SurfaceLost) => gone |= swapchain.replace_surface(window.handles()).is_err(),
+            Ok(_) => {}
+            Err(_) => gone = true,
+        }
+    }
+    assert!(gone, "nobody noticed");
 }

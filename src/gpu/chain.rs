@@ -32,6 +32,8 @@ pub(in crate::gpu) struct Chain {
     pub extent: [u32; 2],
     pub format: vk::Format,
     pub mode: vk::PresentModeKHR,
+    /// An image of it was presented.
+    pub shown: bool,
 }
 
 impl Chain {
@@ -70,7 +72,7 @@ impl Chain {
         let raw = unsafe { loader.create_swapchain(&info, None) }.named("vkCreateSwapchainKHR")?;
         gpu.name(raw, "window");
         let (images, format) = (Vec::new(), desc.format.format);
-        let mut chain = Chain { raw, images, extent: desc.extent, format, mode: desc.mode };
+        let mut chain = Chain { raw, images, extent: desc.extent, format, mode: desc.mode, shown: false };
         match chain.fill(gpu, loader) {
             Ok(()) => Ok(chain),
             Err(error) => {

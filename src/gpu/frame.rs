@@ -94,15 +94,6 @@ impl FrameRing {
     }
 }
 
-/// Semaphores between a frame and the window it draws into.
-#[derive(Clone, Copy)]
-pub(in crate::gpu) struct Handover {
-    /// Signalled when the acquired image may be used.
-    pub acquired: vk::Semaphore,
-    /// To be signalled when it has been drawn.
-    pub drawn: vk::Semaphore,
-}
-
 /// A frame that is being recorded, to be handed over by [`submit`](Self::submit).
 ///
 /// Dropping it, as an error between recording and submitting does, submits what was recorded: images remember how they
@@ -112,6 +103,8 @@ pub struct Frame<'g> {
     gpu: &'g Gpu,
     ring: MutexGuard<'g, FrameRing>,
     number: u64,
+    /// Signalled when the image of a window may be used.
+    acquired: Option<vk::Semaphore>,
     /// Neither submitted nor failed.
     open: bool,
 }
@@ -139,7 +132,7 @@ impl Gpu {
                 .named("vkResetCommandPool")?;
             self.device.begin_command_buffer(slot.commands, &info).named("vkBeginCommandBuffer")?;
         }
-        Ok(Frame { gpu: self, ring, number, open: true })
+        Ok(Frame { gpu: self, ring, number, acquired: None, open: true })
     }
 }
 
@@ -147,6 +140,11 @@ impl Frame<'_> {
     /// Its number, once it is submitted.
     pub(in crate::gpu) fn number(&self) -> u64 {
         self.number
+    }
+
+    /// Makes the frame wait for an image of a window, whether it is presented or given up.
+    pub(in crate::gpu) fn wait_for(&mut self, acquired: vk::Semaphore) {
+        self.acquired = Some(acquired);
     }
 
     /// The recorder.
@@ -164,8 +162,8 @@ impl Frame<'_> {
         self.finish(None)
     }
 
-    /// Submits; the frame keeps the queue locked until it is dropped.
-    pub(in crate::gpu) fn finish(&mut self, window: Option<Handover>) -> Result<FrameNumber, GpuError> {
+    /// Submits, to signal `drawn` when all has run; the frame keeps the queue locked until it is dropped.
+    pub(in crate::gpu) fn finish(&mut self, drawn: Option<vk::Semaphore>) -> Result<FrameNumber, GpuError> {
         self.open = false;
         self.gpu.may_submit()?;
         let slot = &mut self.ring.slots[self.number as usize % IN_FLIGHT];
@@ -173,8 +171,8 @@ impl Frame<'_> {
         let all = vk::PipelineStageFlags2::ALL_COMMANDS;
         let semaphore = |raw, stage| vk::SemaphoreSubmitInfo::default().semaphore(raw).stage_mask(stage);
         let mut signals = vec![semaphore(self.gpu.timeline, all).value(self.number)];
-        signals.extend(window.map(|w| semaphore(w.drawn, all)));
-        let waits: Vec<_> = window.map(|w| semaphore(w.acquired, ACQUIRED_AT)).into_iter().collect();
+        signals.extend(drawn.map(|drawn| semaphore(drawn, all)));
+        let waits: Vec<_> = self.acquired.iter().map(|raw| semaphore(*raw, ACQUIRED_AT)).collect();
         let submits = [vk::SubmitInfo2::default()
             .wait_semaphore_infos(&waits)
             .command_buffer_infos(&commands)

@@ -13,6 +13,7 @@
 //!
 //! `unsafe` stands here because Vulkan's handles are raw; what each call relies on is said beside it.
 
+mod acquire;
 mod buffer;
 mod capability;
 mod chain;
@@ -29,9 +30,11 @@ mod loss;
 mod memory;
 mod opening;
 mod overlay;
+mod painter;
 mod pipeline;
 mod present;
 mod readback;
+mod recreate;
 mod retire;
 mod shader;
 mod surface;

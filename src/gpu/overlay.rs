@@ -6,58 +6,21 @@ use std::sync::Arc;
 use ash::vk;
 use egui::epaint::{ImageData, ImageDelta, Primitive};
 use egui::{ClippedPrimitive, ColorImage, TextureId, TexturesDelta};
+use egui_ash_renderer::Renderer;
 use egui_ash_renderer::allocator::GpuAllocator;
-use egui_ash_renderer::{DynamicRendering, Options, RenderMode, Renderer, RendererError};
 
+use super::acquire::Acquired;
 use super::cmd::{Cmd, Load, Sampler, Texture};
 use super::device::Gpu;
-use super::error::{GpuError, Named};
-use super::frame::{Frame, IN_FLIGHT};
+use super::error::GpuError;
+use super::frame::Frame;
 use super::image::{Format, Image, ImageDesc};
+use super::painter::{Painter, panel_error};
 use super::pipeline::{Blend, GraphicsDesc, Pipeline, Topology, VertexLayout};
 use super::retire::Retired;
 use super::surface::ColorOutput;
-use super::swapchain::{Acquired, Swapchain};
+use super::swapchain::Swapchain;
 use super::sync::Access;
-
-/// The renderer's objects, all of one target format.
-pub(in crate::gpu) struct Painter {
-    renderer: Renderer<GpuAllocator>,
-    /// Where it records uploads.
-    pool: vk::CommandPool,
-}
-
-impl Painter {
-    fn new(gpu: &Gpu, format: vk::Format) -> Result<Self, GpuError> {
-        let mode = RenderMode::DynamicRendering(DynamicRendering {
-            color_attachment_format: format,
-            depth_attachment_format: None,
-            stencil_attachment_format: None,
-        });
-        let options = Options { in_flight_frames: IN_FLIGHT, ..Options::default() };
-        let renderer = Renderer::with_gpu_allocator(gpu.memory.shared(), gpu.device.clone(), mode, options)
-            .map_err(panel_error)?;
-        let info = vk::CommandPoolCreateInfo::default()
-            .flags(vk::CommandPoolCreateFlags::TRANSIENT)
-            .queue_family_index(gpu.queue_family);
-        // SAFETY: the family exists.
-        let pool = unsafe { gpu.device.create_command_pool(&info, None) }.named("vkCreateCommandPool")?;
-        gpu.name(pool, "panel uploads");
-        Ok(Self { renderer, pool })
-    }
-
-    /// Destroys everything.
-    ///
-    /// # Safety
-    ///
-    /// No frame that it has drawn in is pending.
-    pub unsafe fn destroy(self: Box<Self>, device: &ash::Device) {
-        // SAFETY: its uploads were waited for.
-        unsafe { device.destroy_command_pool(self.pool, None) };
-        // The renderer destroys its own objects.
-        drop(self.renderer);
-    }
-}
 
 /// What was made for one format of the window.
 struct Panel {
@@ -85,7 +48,8 @@ struct Detour {
 
 /// Draws what egui has tessellated into the acquired image of a swapchain.
 ///
-/// Textures are kept here too: they outlive windows that are hidden, change their format or lose their surface. Drawing
+/// Textures are kept here too: they outlive windows that are hidden, change their format or lose their surface, and lost
+/// devices: the overlay goes on with the swapchain that it is given, egui need not send anything again. Drawing
 /// waits for the GPU only where a texture has changed, which is rare after the first frames.
 pub struct Overlay {
     gpu: Arc<Gpu>,
@@ -106,7 +70,7 @@ impl Overlay {
         let gpu = swapchain.gpu().clone();
         let mut overlay = Self { gpu, panel: None, textures: BTreeMap::new(), freed: Vec::new() };
         if swapchain.format() != vk::Format::UNDEFINED {
-            overlay.panel = Some(overlay.make(swapchain)?);
+            overlay.panel = Some(overlay.make(swapchain.format(), swapchain.output())?);
         }
         Ok(overlay)
     }
@@ -125,13 +89,14 @@ impl Overlay {
         triangles: &[ClippedPrimitive],
         pixels_per_point: f32,
     ) -> Result<(), GpuError> {
+        self.follow(swapchain);
         self.take(textures, frame.number());
         self.gpu.alive("vkQueueSubmit")?;
         let format = swapchain.format();
         if self.panel.as_ref().is_none_or(|panel| panel.format != format) {
             self.textures.values_mut().for_each(|(_, known)| *known = false);
             self.panel = None;
-            self.panel = Some(self.make(swapchain)?);
+            self.panel = Some(self.make(format, swapchain.output())?);
         }
         let empty = triangles.iter().all(|t| matches!(&t.primitive, Primitive::Mesh(m) if m.is_empty()));
         let (Some(panel), Some(acquired)) = (&mut self.panel, &mut swapchain.acquired) else { return Ok(()) };
@@ -151,6 +116,7 @@ impl Overlay {
         if empty {
             return Ok(());
         }
+        acquired.claim(frame);
         let mut cmd = frame.cmd();
         let mut cmd = cmd.scope("panel");
         if acquired.shown.access == Access::Acquired {
@@ -164,6 +130,17 @@ impl Overlay {
                 job.paint(&mut cmd, &mut painter.renderer, (acquired.view, Load::Keep), shown.extent)
             }
             Some(detour) => job.by_detour(&mut cmd, &self.gpu, &mut painter.renderer, (detour, acquired)),
+        }
+    }
+
+    /// Leaves the device of earlier frames if this swapchain has another.
+    fn follow(&mut self, swapchain: &Swapchain) {
+        if !Arc::ptr_eq(&self.gpu, swapchain.gpu()) {
+            self.panel = None;
+            self.gpu = swapchain.gpu().clone();
+            for (_, id) in self.freed.drain(..) {
+                self.textures.remove(&id);
+            }
         }
     }
 
@@ -186,8 +163,7 @@ impl Overlay {
         self.textures.retain(|id, _| self.freed.iter().all(|(last, freed)| freed != id || *last == frame));
     }
 
-    fn make(&self, swapchain: &Swapchain) -> Result<Panel, GpuError> {
-        let (format, output) = (swapchain.format(), swapchain.output());
+    fn make(&self, format: vk::Format, output: ColorOutput) -> Result<Panel, GpuError> {
         let wide = match output {
             ColorOutput::Sdr => None,
             ColorOutput::ScRgb => Some((Format::Rgba16F, 0)),
@@ -283,11 +259,72 @@ fn paste(whole: &mut ImageDelta, part: &ImageDelta) {
     }
 }
 
-/// What the renderer's errors mean here.
-fn panel_error(error: RendererError) -> GpuError {
-    match error {
-        RendererError::Vulkan(result) => GpuError::Call { call: "drawing the panel".into(), result },
-        RendererError::GpuAllocator(source) => GpuError::Memory { name: "the panel".into(), source },
-        other => GpuError::Panel(other.to_string()),
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::choice::DeviceChoice;
+    use crate::gpu::device::GpuOptions;
+    use crate::gpu::present::Shown;
+    use crate::gpu::readback::{Region, read_image};
+
+    /// What `output` holds after an opaque rectangle of one grey was drawn over black: red, of each texel.
+    fn drawn(output: ColorOutput, format: Format, grey: u8) -> Vec<u8> {
+        let options = GpuOptions { validation: true, quads: false };
+        let gpu = Gpu::with_options(&DeviceChoice::Best, options).expect("a device with validation");
+        let extent = [32, 32];
+        let mut target =
+            Image::new(&gpu, ImageDesc { name: "target", format, extent, mips: false }).expect("an image");
+        let overlay = Overlay { gpu: gpu.clone(), panel: None, textures: BTreeMap::new(), freed: Vec::new() };
+        let mut panel = overlay.make(format.raw(), output).expect("a panel");
+        let context = egui::Context::default();
+        let rect = egui::Rect::from_min_max(egui::pos2(-9.0, -9.0), egui::pos2(99.0, 99.0));
+        let color = egui::Color32::from_gray(grey);
+        let input = egui::RawInput { screen_rect: Some(rect), ..egui::RawInput::default() };
+        let mut egui = context.run_ui(input, |ui| _ = ui.painter().rect_filled(rect, 0.0, color));
+        let triangles = context.tessellate(egui.shapes, 1.0);
+        let (painter, detour) = (panel.painter.as_mut().expect("made"), panel.detour.as_mut().expect("wide"));
+        let mut frame = gpu.begin().expect("a frame");
+        for (id, parts) in egui.textures_delta.set.drain() {
+            for part in &parts {
+                painter.renderer.set_texture(gpu.queue, painter.pool, id, part).expect("a texture");
+            }
+        }
+        let mut cmd = frame.cmd();
+        cmd.access(&mut target, Access::ColorWrite);
+        let view = target.view_of(Some(0));
+        cmd.render_into(&[(view, Load::Clear)], extent, |_| ());
+        let shown = Shown { raw: target.raw, extent, access: Access::ColorWrite };
+        let mut acquired =
+            Acquired { index: 0, semaphore: vk::Semaphore::null(), waiting: None, shown, view };
+        let job = Job { triangles: &triangles, pixels_per_point: 1.0 };
+        job.by_detour(&mut cmd, &gpu, &mut painter.renderer, (detour, &mut acquired)).expect("drawn");
+        drop(cmd);
+        frame.submit().expect("submit");
+        let region = Region { origin: [16, 16], extent: [1, 1] };
+        let bytes = read_image(&gpu, &mut target, region).expect("the texel");
+        assert!(gpu.validation_messages().is_empty(), "{:?}", gpu.validation_messages());
+        bytes
+    }
+
+    /// White is 203 cd/m² (ITU-R BT.2408), and a middle grey what sRGB makes of it, in both encodings.
+    #[test]
+    fn wide_outputs_show_the_panel_at_the_luminance_of_paper() {
+        for (grey, linear) in [(255, 1.0), (128, 0.2158)] {
+            let half = drawn(ColorOutput::ScRgb, Format::Rgba16F, grey);
+            let bits = u32::from(u16::from_le_bytes([half[0], half[1]]));
+            // A normal half float: 5 bits of exponent with bias 15, 10 of mantissa.
+            let value = f32::from_bits((((bits >> 10) + 112) << 23) | ((bits & 1023) << 13));
+            let wanted = linear * 203.0 / 80.0;
+            assert!((value / wanted - 1.0).abs() < 0.03, "{grey}: {value} instead of {wanted}");
+        }
+        // PQ of 203 cd/m² is 0.5807 (BT.2408, table 1: 58 %), of 43.8 cd/m² 0.4235 by the formula of ST 2084.
+        for (grey, pq) in [(255, 0.5807), (128, 0.4235)] {
+            let bytes = drawn(ColorOutput::Hdr10, Format::Rgb10A2, grey);
+            let word = u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
+            let channels = [0, 10, 20].map(|shift| (word >> shift & 1023) as f32 / 1023.0);
+            for value in channels {
+                assert!((value - pq).abs() < 0.005, "{grey}: {channels:?} instead of {pq}");
+            }
+        }
     }
 }

@@ -4,7 +4,7 @@ use ash::vk;
 use gpu_allocator::vulkan::Allocation;
 
 use super::memory::Memory;
-use super::overlay::Painter;
+use super::painter::Painter;
 
 /// The handles of a dropped object.
 pub(in crate::gpu) enum Retired {

@@ -88,11 +88,15 @@ impl Surface {
     fn check(&self, device: vk::PhysicalDevice) -> Capability {
         let mut capability = capability::check(&self.instance, device);
         capability::check_window(&self.instance, device, &mut capability, |family| {
-            // SAFETY: device and surface belong to this instance, and the family exists.
-            unsafe { self.loader.get_physical_device_surface_support(device, family, self.raw) }
-                .unwrap_or(false)
+            self.is_shown_by(device, family)
         });
         capability
+    }
+
+    /// Whether queues of this family can show pictures here.
+    pub fn is_shown_by(&self, device: vk::PhysicalDevice, family: u32) -> bool {
+        // SAFETY: device and surface belong to this instance, and the family exists.
+        unsafe { self.loader.get_physical_device_surface_support(device, family, self.raw) }.unwrap_or(false)
     }
 
     /// Sizes and uses that the surface allows now.

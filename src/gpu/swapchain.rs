@@ -1,21 +1,19 @@
-//! A window's images: acquire, draw, present, and recreate.
+//! A window's images. `acquire.rs` takes and shows them, `recreate.rs` makes them anew.
 
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
-use std::time::Duration;
 
 use ash::{khr, vk};
 use raw_window_handle::{RawDisplayHandle, RawWindowHandle};
 
-use super::chain::{Chain, ChainDesc};
+use super::acquire::Acquired;
+use super::chain::Chain;
 use super::choice::DeviceChoice;
 use super::device::{Gpu, GpuOptions};
-use super::error::{GpuError, Named};
-use super::frame::{Frame, FrameNumber, Handover};
+use super::error::GpuError;
+use super::frame::Frame;
 use super::image::Image;
-use super::present::Shown;
+use super::recreate::Old;
 use super::surface::{ColorOutput, Surface};
-use super::sync::Access;
 
 /// What the surface says to an attempt to draw.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,39 +28,32 @@ pub enum Readiness {
     SurfaceLost,
 }
 
-/// An image that waits to be drawn.
-pub(in crate::gpu) struct Acquired {
-    index: u32,
-    /// Signalled when it may be drawn.
-    semaphore: vk::Semaphore,
-    pub shown: Shown,
-    pub view: vk::ImageView,
-}
-
 /// The images of one window. Recreates itself when out of date.
 ///
 /// Resizing does not wait for the GPU: images of the old size live until the frames that use them have completed and
 /// some of the new ones have been shown. Dropping it waits. The window must outlive it.
 pub struct Swapchain {
-    gpu: Arc<Gpu>,
-    loader: khr::swapchain::Device,
-    surface: Surface,
-    chain: Option<Chain>,
-    /// Earlier generations, each with the number of the frame after which nothing can need it.
-    old: Vec<(u64, Chain)>,
+    pub(in crate::gpu) gpu: Arc<Gpu>,
+    pub(in crate::gpu) loader: khr::swapchain::Device,
+    pub(in crate::gpu) surface: Surface,
+    pub(in crate::gpu) chain: Option<Chain>,
+    /// Earlier generations.
+    pub(in crate::gpu) old: Vec<Old>,
+    /// How many images were presented.
+    pub(in crate::gpu) presents: u64,
     /// Semaphores to acquire with, each with the number of the frame that waits for it.
-    semaphores: Vec<(u64, vk::Semaphore)>,
+    pub(in crate::gpu) semaphores: Vec<(u64, vk::Semaphore)>,
     pub(in crate::gpu) acquired: Option<Acquired>,
     /// The extent that the window was said to have.
-    wanted: [u32; 2],
-    output: ColorOutput,
-    outputs: Vec<ColorOutput>,
+    pub(in crate::gpu) wanted: [u32; 2],
+    pub(in crate::gpu) output: ColorOutput,
+    pub(in crate::gpu) outputs: Vec<ColorOutput>,
     /// The chain does not fit the window any more.
-    stale: bool,
-    hidden: bool,
-    surface_lost: bool,
+    pub(in crate::gpu) stale: bool,
+    pub(in crate::gpu) hidden: bool,
+    pub(in crate::gpu) surface_lost: bool,
     /// What the next attempt to acquire answers, for tests.
-    planned: Option<vk::Result>,
+    pub(in crate::gpu) planned: Option<vk::Result>,
 }
 
 impl Swapchain {
@@ -88,6 +79,7 @@ impl Swapchain {
             surface,
             chain: None,
             old: Vec::new(),
+            presents: 0,
             semaphores: Vec::new(),
             acquired: None,
             wanted: extent,
@@ -153,35 +145,6 @@ impl Swapchain {
         self.stale |= self.chain.as_ref().is_none_or(|chain| chain.extent != extent);
     }
 
-    /// Takes the next image, waiting at most `timeout`; recreates the swapchain where it must be. An image that was taken
-    /// and not presented is kept.
-    ///
-    /// # Errors
-    ///
-    /// [`GpuError::Call`]; [`GpuError::is_device_lost`] tells whether a new device helps.
-    pub fn acquire(&mut self, timeout: Duration) -> Result<Readiness, GpuError> {
-        self.gpu.alive("vkAcquireNextImageKHR")?;
-        if self.acquired.is_some() {
-            return Ok(Readiness::Ready);
-        }
-        // A window that is being resized may be out of date again at once: then the next frame tries.
-        for _ in 0..3 {
-            if self.stale || self.chain.is_none() {
-                self.recreate()?;
-            }
-            match (self.surface_lost, self.hidden, &self.chain) {
-                (true, ..) => return Ok(Readiness::SurfaceLost),
-                (_, true, _) => return Ok(Readiness::Hidden),
-                (.., None) => return Ok(Readiness::Busy),
-                _ => {}
-            }
-            if let Some(readiness) = self.take_image(timeout)? {
-                return Ok(readiness);
-            }
-        }
-        Ok(Readiness::Busy)
-    }
-
     /// Makes the next [`acquire`](Self::acquire) find the surface lost. For tests.
     pub fn lose_surface_once(&mut self) {
         self.planned = Some(vk::Result::ERROR_SURFACE_LOST_KHR);
@@ -192,178 +155,11 @@ impl Swapchain {
         self.planned = Some(vk::Result::ERROR_OUT_OF_DATE_KHR);
     }
 
-    /// One attempt to acquire; `None` when the chain must be recreated first.
-    fn take_image(&mut self, timeout: Duration) -> Result<Option<Readiness>, GpuError> {
-        if let Some(result) = self.planned.take() {
-            self.note(result).named("vkAcquireNextImageKHR")?;
-            return Ok(self.surface_lost.then_some(Readiness::SurfaceLost));
-        }
-        let completed = self.gpu.completed()?;
-        self.bury(completed);
-        let semaphore = self.free_semaphore(completed)?;
-        let Some(chain) = &self.chain else { return Ok(None) };
-        let nanoseconds = u64::try_from(timeout.as_nanos()).unwrap_or(u64::MAX);
-        // SAFETY: nothing waits for the semaphore, and it is not signalled; no other image is acquired.
-        let taken =
-            unsafe { self.loader.acquire_next_image(chain.raw, nanoseconds, semaphore, vk::Fence::null()) };
-        match taken {
-            Ok((index, suboptimal)) => {
-                let image = &chain.images[index as usize];
-                let shown = Shown { raw: image.raw, extent: chain.extent, access: Access::Acquired };
-                self.acquired = Some(Acquired { index, semaphore, shown, view: image.view });
-                self.stale |= suboptimal;
-                return Ok(Some(Readiness::Ready));
-            }
-            Err(_) => self.semaphores.push((0, semaphore)),
-        }
-        match taken {
-            Err(vk::Result::NOT_READY | vk::Result::TIMEOUT) => Ok(Some(Readiness::Busy)),
-            Err(result) => {
-                self.note(result).named("vkAcquireNextImageKHR")?;
-                Ok(self.surface_lost.then_some(Readiness::SurfaceLost))
-            }
-            Ok(_) => Ok(Some(Readiness::Ready)),
-        }
-    }
-
-    /// A semaphore that nothing uses.
-    fn free_semaphore(&mut self, completed: u64) -> Result<vk::Semaphore, GpuError> {
-        if let Some(i) = self.semaphores.iter().position(|(frame, _)| *frame <= completed) {
-            return Ok(self.semaphores.swap_remove(i).1);
-        }
-        let info = vk::SemaphoreCreateInfo::default();
-        // SAFETY: nothing is asked for that could be missing.
-        let made = unsafe { self.gpu.device.create_semaphore(&info, None) }.named("vkCreateSemaphore")?;
-        self.gpu.name(made, "window image acquired");
-        Ok(made)
-    }
-
-    /// Remembers what a result says about the window; errors that say something else are returned.
-    fn note(&mut self, result: vk::Result) -> Result<(), vk::Result> {
-        match result {
-            vk::Result::ERROR_OUT_OF_DATE_KHR | vk::Result::SUBOPTIMAL_KHR => self.stale = true,
-            vk::Result::ERROR_SURFACE_LOST_KHR => self.surface_lost = true,
-            other => return Err(other),
-        }
-        Ok(())
-    }
-
     /// Copies `picture` into the acquired image, texel by texel from the left top, and clears what it does not cover.
     pub fn draw(&mut self, frame: &mut Frame<'_>, picture: &mut Image) {
         if let Some(acquired) = &mut self.acquired {
+            acquired.claim(frame);
             frame.cmd().scope("show").show(picture, &mut acquired.shown);
-        }
-    }
-
-    /// Submits the frame and shows the acquired image. Suboptimal and out of date are no errors: the next
-    /// [`acquire`](Self::acquire) recreates.
-    ///
-    /// # Errors
-    ///
-    /// As [`acquire`](Self::acquire).
-    pub fn present(&mut self, mut frame: Frame<'_>) -> Result<FrameNumber, GpuError> {
-        let (Some(mut acquired), Some(chain)) = (self.acquired.take(), &self.chain) else {
-            return frame.submit();
-        };
-        let shown = &mut acquired.shown;
-        if shown.access == Access::Acquired {
-            frame.cmd().clear_shown(shown);
-        }
-        frame.cmd().access_shown(shown.raw, &mut shown.access, Access::Present);
-        let drawn = chain.images[acquired.index as usize].drawn;
-        let submitted = frame.finish(Some(Handover { acquired: acquired.semaphore, drawn }));
-        let Ok(number) = submitted else {
-            // Still acquired, and nothing was drawn.
-            acquired.shown.access = Access::Acquired;
-            self.acquired = Some(acquired);
-            return submitted;
-        };
-        self.semaphores.push((number.0, acquired.semaphore));
-        let (waits, chains, indices) = ([drawn], [chain.raw], [acquired.index]);
-        let info =
-            vk::PresentInfoKHR::default().wait_semaphores(&waits).swapchains(&chains).image_indices(&indices);
-        // SAFETY: the image is acquired and in the layout to be shown; the frame still locks the queue.
-        let presented = unsafe { self.loader.queue_present(self.gpu.queue, &info) };
-        drop(frame);
-        match presented {
-            Ok(suboptimal) => self.stale |= suboptimal,
-            Err(result) => self.note(result).named("vkQueuePresentKHR")?,
-        }
-        Ok(number)
-    }
-
-    /// Makes images for the window as it is now, unless it has no extent.
-    fn recreate(&mut self) -> Result<(), GpuError> {
-        match self.try_recreate() {
-            Err(GpuError::Call { result: vk::Result::ERROR_SURFACE_LOST_KHR, .. }) => {
-                self.surface_lost = true;
-                Ok(())
-            }
-            outcome => outcome,
-        }
-    }
-
-    fn try_recreate(&mut self) -> Result<(), GpuError> {
-        let physical = self.gpu.physical;
-        let capabilities =
-            self.surface.capabilities(physical).named("vkGetPhysicalDeviceSurfaceCapabilitiesKHR")?;
-        let extent = extent(&capabilities, self.wanted);
-        self.hidden = extent.contains(&0);
-        if self.hidden {
-            return Ok(());
-        }
-        let formats = self.surface.formats(physical).named("vkGetPhysicalDeviceSurfaceFormatsKHR")?;
-        let mode = self.surface.present_mode(physical).named("vkGetPhysicalDeviceSurfacePresentModesKHR")?;
-        self.outputs = formats.iter().map(|(output, _)| *output).collect();
-        let wanted = formats.iter().find(|(output, _)| *output == self.output).or(formats.first());
-        let &(output, format) = wanted.ok_or_else(|| {
-            GpuError::NoWindow("it offers no format that pictures can be copied to unchanged.".into())
-        })?;
-        self.output = output;
-        let old = self.chain.take();
-        let raw = old.as_ref().map_or(vk::SwapchainKHR::null(), |chain| chain.raw);
-        let desc = ChainDesc { capabilities, extent, format, mode, old: raw };
-        let made = Chain::new(&self.gpu, &self.loader, &self.surface, &desc);
-        if let Some(old) = old {
-            // Showing is not a frame: some more frames make sure that the last image of the old chain has been shown.
-            let last = self.gpu.begun.load(Ordering::Acquire) + old.images.len() as u64;
-            self.old.push((last, old));
-        }
-        self.chain = Some(made?);
-        self.stale = false;
-        Ok(())
-    }
-
-    /// Destroys the generations that nothing can need any more.
-    fn bury(&mut self, completed: u64) {
-        for (_, chain) in self.old.extract_if(.., |(last, _)| *last <= completed) {
-            // SAFETY: the frames that used it have completed, and as many of the chain after it.
-            unsafe { chain.destroy(&self.gpu, &self.loader) };
-        }
-    }
-
-    /// Waits until nothing is pending, and destroys all images and semaphores.
-    fn clear(&mut self) {
-        if let (Some(acquired), Some(chain)) = (self.acquired.take(), &self.chain) {
-            // Its semaphore will be signalled; only a frame that waits makes sure that it has been.
-            let drawn = chain.images[acquired.index as usize].drawn;
-            if let Ok(mut frame) = self.gpu.begin() {
-                let _ = frame.finish(Some(Handover { acquired: acquired.semaphore, drawn }));
-            }
-            self.semaphores.push((0, acquired.semaphore));
-        }
-        let frames = self.gpu.frames.lock().unwrap_or_else(|e| e.into_inner());
-        // SAFETY: the lock keeps others from submitting. After a lost device nothing is pending either.
-        let _ = unsafe { self.gpu.device.queue_wait_idle(self.gpu.queue) };
-        drop(frames);
-        let chains = self.old.drain(..).map(|(_, chain)| chain).chain(self.chain.take());
-        for chain in chains {
-            // SAFETY: the queue is idle, and presenting is an operation of this queue.
-            unsafe { chain.destroy(&self.gpu, &self.loader) };
-        }
-        for (_, semaphore) in self.semaphores.drain(..) {
-            // SAFETY: as above.
-            unsafe { self.gpu.device.destroy_semaphore(semaphore, None) };
         }
     }
 
@@ -375,23 +171,12 @@ impl Swapchain {
     pub fn replace_surface(&mut self, window: (RawDisplayHandle, RawWindowHandle)) -> Result<(), GpuError> {
         self.clear();
         self.surface = Surface::new(&self.gpu.instance, window)?;
+        if !self.surface.is_shown_by(self.gpu.physical, self.gpu.queue_family) {
+            return Err(GpuError::NoWindow("this device cannot show pictures in it any more.".into()));
+        }
         (self.surface_lost, self.stale) = (false, false);
         self.recreate()
     }
-}
-
-/// The extent that images of a surface must have, or may, where it has none of its own.
-fn extent(capabilities: &vk::SurfaceCapabilitiesKHR, wanted: [u32; 2]) -> [u32; 2] {
-    let (current, low, high) =
-        (capabilities.current_extent, capabilities.min_image_extent, capabilities.max_image_extent);
-    if wanted.contains(&0) || high.width.min(high.height) == 0 {
-        return [0, 0];
-    }
-    if current.width == u32::MAX {
-        let clamp = |n: u32, low: u32, high: u32| n.max(low).min(high);
-        return [clamp(wanted[0], low.width, high.width), clamp(wanted[1], low.height, high.height)];
-    }
-    [current.width, current.height]
 }
 
 impl Drop for Swapchain {

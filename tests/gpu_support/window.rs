@@ -1,5 +1,7 @@
 //! A window on an X server without a screen, as the tests of the swapchain need it.
 
+#![allow(dead_code)] // every test binary uses a part of it
+
 use std::io::Read;
 use std::num::NonZeroU32;
 use std::process::{Child, Command, Stdio};
@@ -16,19 +18,25 @@ use x11rb::xcb_ffi::XCBConnection;
 static TURN: Mutex<()> = Mutex::new(());
 
 /// The server of this process, where `DISPLAY` names none.
-static SERVER: LazyLock<Option<Server>> =
-    LazyLock::new(|| std::env::var_os("DISPLAY").is_none().then(Server::start));
+static SERVER: LazyLock<Option<Server>> = LazyLock::new(|| {
+    std::env::var_os("DISPLAY").is_none().then(|| {
+        let server = Server::start();
+        end_with_process(server.child.lock().expect("the server").id());
+        server
+    })
+});
 
-struct Server {
+/// An X server; it ends when this is dropped.
+pub struct Server {
     child: Mutex<Child>,
     display: String,
 }
 
 impl Server {
     /// Starts Xvfb, which picks a free display number and writes it to its standard output.
-    fn start() -> Self {
+    pub fn start() -> Self {
         let mut child = Command::new("Xvfb")
-            .args(["-displayfd", "1", "-screen", "0", "800x600x24", "-nolisten", "tcp"])
+            .args(["-displayfd", "1", "-noreset", "-screen", "0", "800x600x24", "-nolisten", "tcp"])
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
@@ -42,8 +50,15 @@ impl Server {
         }
         assert!(!number.is_empty(), "Xvfb ended at once: run tools/setup --test");
         let display = format!(":{}", String::from_utf8(number).expect("digits").trim());
-        end_with_process(child.id());
         Server { child: Mutex::new(child), display }
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        let mut child = self.child.lock().unwrap_or_else(|e| e.into_inner());
+        let _ = child.kill();
+        let _ = child.wait();
     }
 }
 
@@ -82,8 +97,17 @@ impl Window {
         Self::connect(None, size)
     }
 
+    /// A window on a server of the test's own.
+    pub fn on(server: &Server, size: [u32; 2]) -> Self {
+        Self::connect_to(Some(server), None, size)
+    }
+
     fn connect(turn: Option<MutexGuard<'static, ()>>, size: [u32; 2]) -> Self {
-        let display = SERVER.as_ref().map(|server| {
+        Self::connect_to(SERVER.as_ref(), turn, size)
+    }
+
+    fn connect_to(server: Option<&Server>, turn: Option<MutexGuard<'static, ()>>, size: [u32; 2]) -> Self {
+        let display = server.map(|server| {
             let ended = server.child.lock().expect("the server").try_wait().expect("its state");
             assert!(ended.is_none(), "Xvfb has ended: {ended:?}");
             std::ffi::CString::new(server.display.clone()).expect("no zero")
@@ -148,16 +172,28 @@ impl Window {
     /// Waits until the screen shows these pixels: showing is asynchronous.
     #[track_caller]
     pub fn shows(&self, size: [u32; 2], wanted: &[[u8; 3]]) {
+        if let Err(pixels) = self.wait_for(size, |pixels| pixels == wanted) {
+            let first = (0..pixels.len()).find(|i| wanted.get(*i) != Some(&pixels[*i])).unwrap_or(0);
+            let (got, want) = (pixels.get(first), wanted.get(first));
+            panic!("pixel {first} of {size:?} is {got:?} instead of {want:?}");
+        }
+    }
+
+    /// Waits until what the screen shows passes a test.
+    #[track_caller]
+    pub fn shows_what(&self, size: [u32; 2], passes: impl Fn(&[[u8; 3]]) -> bool) {
+        assert!(self.wait_for(size, passes).is_ok(), "the screen shows something else");
+    }
+
+    fn wait_for(&self, size: [u32; 2], passes: impl Fn(&[[u8; 3]]) -> bool) -> Result<(), Vec<[u8; 3]>> {
         let start = Instant::now();
         loop {
             let pixels = self.pixels(size);
-            if pixels == wanted {
-                return;
+            if passes(&pixels) {
+                return Ok(());
             }
             if start.elapsed() > Duration::from_secs(10) {
-                let first = (0..pixels.len()).find(|i| wanted.get(*i) != Some(&pixels[*i])).unwrap_or(0);
-                let (got, want) = (pixels.get(first), wanted.get(first));
-                panic!("pixel {first} of {size:?} is {got:?} instead of {want:?}");
+                return Err(pixels);
             }
             std::thread::sleep(Duration::from_millis(5));
         }
