@@ -187,6 +187,42 @@ const SCENE: &str = r#"<?xml version="1.0" encoding="utf-8"?>
 </scene>
 "#;
 
+/// A file as the viewer saves it.
+const SAVED: &str = r#"<?xml version="1.0" encoding="utf-8"?>
+<scene version="3.0.0">
+  <default name="spp" value="4"/>
+  <sensor type="perspective">
+    <transform name="to_world"><matrix value="1.0 0.0 0.0 0.0 0.0 1.0 0.0 0.0 0.0 0.0 1.0 -3.0 0.0 0.0 0.0 1.0"/></transform>
+    <float name="fov" value="33.333333333333336"/><float name="near_clip" value="0.30000000000000004"/>
+    <float name="far_clip" value="1e30"/><string name="fov_axis" value="smaller"/>
+    <film type="hdrfilm"><integer name="width" value="64"/><integer name="height" value="48"/></film>
+  </sensor>
+  <path value="."/>
+  <include filename="scene.xml"/>
+  <edit object="shape" index="3" count="5" type="rectangle" name="emission_scale" value="2.0"/>
+  <edit object="bsdf" id="red" name="reflectance" value="0.1, 0.2, 0.30000000000000004"/>
+  <edit object="bsdf" index="4" count="7" type="dielectric" name="int_ior" value="1.8"/>
+  <edit object="emitter" index="0" count="1" type="point" name="emission_scale" value="0.0"/>
+</scene>
+"#;
+
+/// Pieces of edits in wrong places.
+const EDITS: &[&str] = &[
+    "<edit/>",
+    "<edit object=\"bsdf\" id=\"red\" name=\"reflectance\" value=\"1\"/>",
+    "<edit object=\"shape\" id=\"c\" name=\"emission_scale\" value=\"1\"/>",
+    "<edit object=\"shape\" index=\"0\" count=\"0\" type=\"\" name=\"emission_scale\" value=\"\"/>",
+    "<edit object=\"emitter\" index=\"4294967295\" count=\"1\" type=\"point\" name=\"emission_scale\" value=\"1\"/>",
+    " id=\"red\"",
+    " index=\"1\"",
+    "<edit object=\"bsdf\">",
+    "</edit>",
+    "<include filename=\"saved.xml\"/>",
+    "<include filename=\"scene.xml\"/>",
+    "$spp",
+    "\u{0}",
+];
+
 const PART: &str = "<scene version=\"3.0.0\"><shape type=\"cube\" id=\"c\"/></scene>\n";
 
 /// A bent grid of 6 × 6 vertices with everything an OBJ file can have.
@@ -255,4 +291,34 @@ fn a_thousand_broken_meshes() {
         }
     }
     assert!(refused > 50 && read > 50, "{refused} refused, {read} read");
+}
+
+#[test]
+fn a_thousand_broken_saved_files() {
+    let folder = folder("broken_saved");
+    write(&folder, "part.xml", PART.as_bytes());
+    write(&folder, "mesh.obj", mesh().as_bytes());
+    // `outcome` reads `scene.xml`: that is the saved file here, and what it includes has another name.
+    write(&folder, "original.xml", SCENE.as_bytes());
+    let saved = SAVED.replace("scene.xml", "original.xml");
+    write(&folder, "scene.xml", saved.as_bytes());
+    assert_eq!(outcome(&folder, "the whole file"), Ok(()));
+    let mut random = Random(5_050);
+    let (mut refused, mut read) = (0, 0);
+    for i in 0..1000 {
+        let mut bytes = saved.as_bytes().to_vec();
+        for _ in 0..=random.below(3) {
+            corrupt(&mut bytes, &mut random, EDITS);
+        }
+        write(&folder, "scene.xml", &bytes);
+        let what = format!("saved file {i}: {}", String::from_utf8_lossy(&bytes));
+        match outcome(&folder, &what) {
+            Ok(()) => read += 1,
+            Err(shown) => {
+                assert_has_place(&what, &shown, &["scene.xml", "original.xml", "part.xml", "mesh.obj"]);
+                refused += 1;
+            }
+        }
+    }
+    assert!(refused > 500 && read > 10, "{refused} refused, {read} read");
 }

@@ -50,10 +50,10 @@ pub enum SaveError {
 }
 
 /// Says what the file is. The reader is told nothing by it.
-const COMMENT: &str = "\
-    <!-- Changes to a scene, saved by the viewer. The camera, film and sample count given here take the place of the\n\
-    \x20        original's, so names set with -D no longer reach those. <edit> is an element of Pointillist: Mitsuba loads\n\
-    \x20        this file while it has none, and refuses it rather than show the original's values. -->\n";
+const COMMENT: &str = "    \
+    <!-- Changes to a scene, saved by the viewer. The camera, film and sample count given here take the place of the\n         \
+    original's, so names set with -D no longer reach those. <edit> is an element of Pointillist: Mitsuba loads this\n         \
+    file while it has none, and refuses it rather than show the original's values. -->\n";
 
 /// Folders named for Mitsuba, which looks for a mesh beside the file it was told to load only.
 const MOST_FOLDERS: usize = 4;
