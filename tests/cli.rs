@@ -115,6 +115,13 @@ fn bad_arguments_are_answered_before_any_work() {
         (&["render", scene, "--json", scene], "overwrite"),
         (&["render", scene, "-o", "target/a.png", "--json", "./target/a.png"], "overwrite"),
         (&["render", scene, "-D", "nothing"], "NAME=VALUE"),
+        (&["render", scene, "--gpu-timings", nowhere.to_str().unwrap()], "no/such/folder"),
+        (&["render", scene, "--gpu-timings", "-"], "--gpu-timings"),
+        (&["render", scene, "--gpu-timings", scene], "overwrite"),
+        (&["render", scene, "--json", "target/a.json", "--gpu-timings", "target/a"], "overwrite"),
+        (&["bench", scene, "--frames", "0"], "--frames"),
+        (&["bench", scene, "--device", "cpu"], "--device cpu"),
+        (&["bench", scene, "--json", nowhere.to_str().unwrap()], "no/such/folder"),
     ];
     for (args, expected) in cases {
         let output = run(args);
@@ -127,6 +134,30 @@ fn bad_arguments_are_answered_before_any_work() {
             "{args:?} does not mention {expected:?}:\n{text}"
         );
         assert!(!text.contains("panicked"), "{text}");
+    }
+}
+
+/// Without a GPU the capture holds the CPU's spans and says so.
+#[test]
+fn bench_and_timings_say_what_was_measured() {
+    let dir = folder("bench");
+    let (csv, png) = (dir.join("t.csv"), dir.join("a.png"));
+    let [table, out] = [&csv, &png].map(|p| p.to_str().unwrap());
+    let base = ["scenes/furnace.xml", "--size", "32x32", "--threads", "1"];
+    let args = ["render", "-q", "-o", out, "--device", "cpu", "--gpu-timings", table];
+    assert!(stderr(&succeed(&[&args[..], &base].concat())).contains("CPU only"));
+    assert!(fs::read_to_string(&csv).unwrap().contains("nothing to time on a GPU"));
+
+    let output = succeed(&[&["bench", "--device", "0", "--frames", "5", "--json", "-"][..], &base].concat());
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((&json["frames"], &json["width"]), (&5.into(), &32.into()));
+    assert!(json["gpu"]["driver"].as_str().is_some_and(|d| !d.is_empty()), "{json}");
+    assert!(json["command"].as_array().unwrap().iter().any(|w| w == "--frames"), "{json}");
+    let passes = json["passes"].as_array().unwrap();
+    for name in ["splat", "fold", "variance", "reconstruct", "tonemap", "copy"] {
+        let pass = passes.iter().find(|p| p["name"] == name).unwrap_or_else(|| panic!("{name}: {json}"));
+        assert!(pass["milliseconds"]["p50"].as_f64() <= pass["milliseconds"]["p95"].as_f64(), "{pass}");
+        assert!(pass["bytes"].as_f64().is_some_and(|b| b > 0.0), "{pass}");
     }
 }
 

@@ -45,6 +45,14 @@ impl Device {
         }
     }
 
+    /// The Vulkan device, if it is one.
+    pub fn gpu(&self) -> Option<&std::sync::Arc<Gpu>> {
+        match self {
+            Device::Vulkan(gpu) => Some(gpu),
+            Device::Cpu => None,
+        }
+    }
+
     /// Makes a film on it; `threads` is for the CPU twins.
     ///
     /// # Errors

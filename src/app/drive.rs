@@ -6,6 +6,7 @@ use miette::{IntoDiagnostic, Result};
 
 use super::interrupt;
 use super::progress::Progress;
+use super::timings::TimingCapture;
 use crate::client::{Client, ClientError};
 use crate::server::Server;
 use crate::stream::block::Block;
@@ -57,7 +58,7 @@ pub fn drive(
     server: &Server,
     lanes: &mut Lanes,
     client: &mut Client,
-    bar: &Progress,
+    (bar, timings): (&Progress, &mut Option<TimingCapture>),
 ) -> Result<Driven> {
     let start = Instant::now();
     let mut driven = Driven::default();
@@ -72,6 +73,12 @@ pub fn drive(
         let rasterise = Instant::now();
         let drained = take(drive, &mut cursor, lanes, client).into_diagnostic()?;
         driven.rasterise += rasterise.elapsed();
+        if let Some(timings) = timings {
+            if drained.blocks > 0 {
+                timings.client("drain", rasterise)?;
+            }
+            timings.frame(server)?;
+        }
         bar.update(client.counts().camera_paths, drive.texels, start.elapsed());
         if drained.blocks == 0 {
             match finished.take() {
@@ -82,7 +89,11 @@ pub fn drive(
                     }
                     break;
                 }
-                None => wait(drive, &cursor, lanes),
+                None => {
+                    let start = Instant::now();
+                    wait(drive, &cursor, lanes);
+                    note(timings, "wait for samples", start)?;
+                }
             }
         }
         let late = drive.time.is_some_and(|limit| start.elapsed() >= limit);
@@ -94,6 +105,7 @@ pub fn drive(
     }
     let rasterise = Instant::now();
     client.flush().into_diagnostic()?;
+    note(timings, "flush", rasterise)?;
     driven.rasterise += rasterise.elapsed();
     driven.wall = start.elapsed();
     Ok(driven)
@@ -118,6 +130,15 @@ fn take(
         lanes.drain(drive.epoch, BUDGET, give)
     };
     failed.map_or(Ok(drained), Err)
+}
+
+/// Records what the client did since `start`, where that is asked for.
+///
+/// # Errors
+///
+/// When a file of the capture cannot be written.
+pub fn note(timings: &mut Option<TimingCapture>, name: &'static str, start: Instant) -> Result<()> {
+    timings.as_mut().map_or(Ok(()), |timings| timings.client(name, start))
 }
 
 fn wait(drive: Drive, cursor: &Cursor, lanes: &mut Lanes) {

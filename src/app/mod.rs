@@ -10,6 +10,8 @@ mod outputs;
 mod progress;
 mod render;
 mod report;
+mod timings;
+mod trace;
 mod usage;
 mod view;
 

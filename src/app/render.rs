@@ -12,6 +12,7 @@ use super::facts::RunFacts;
 use super::outputs::Outputs;
 use super::progress::{Goal, Progress};
 use super::report::{Rejected, RejectedExample, Report, Seconds, write_json};
+use super::timings::{self, TimingCapture};
 use super::{interrupt, tell, usage};
 use crate::client::Client;
 use crate::scene::desc::IntegratorKind;
@@ -31,6 +32,9 @@ use crate::tracer::{Camera, Scene};
 pub fn render(args: &RenderArgs) -> Result<()> {
     let start = Instant::now();
     let outputs = Outputs::plan(args)?;
+    if let Some(path) = &args.gpu_timings {
+        timings::check(path, outputs.files().chain(&args.json).chain([&args.source.scene]))?;
+    }
     interrupt::listen();
     let mut seconds = Seconds::default();
     let (loaded, (scene, camera), device) = prepare(args, &mut seconds)?;
@@ -45,16 +49,23 @@ pub fn render(args: &RenderArgs) -> Result<()> {
     let threads = threads(args);
     let mut client = device.client(facts.spec, threads)?;
     let (server, mut lanes) = Server::start(threads).into_diagnostic()?;
-    let driven = trace(args, &facts, (scene, camera), (&server, &mut lanes, &mut client))?;
+    let mut timings = capture(args, &device, &server)?;
+    let driven = trace(args, &facts, (scene, camera), (&server, &mut lanes, &mut client), &mut timings)?;
     let stats = server.stats();
-    drop(server);
+    server.term();
 
     let mut report = report(&facts, &client, &stats, &driven);
     seconds.render = driven.wall.as_secs_f64();
     seconds.rasterise = driven.rasterise.as_secs_f64();
     seconds.trace = tracing_time(&stats).as_secs_f64();
     let prefix = driven.complete || facts.deterministic;
-    outputs.write(&mut client, (&facts, prefix), &args.display.settings(), &mut seconds)?;
+    let writing = Instant::now();
+    let written = outputs.write(&mut client, (&facts, prefix), &args.display.settings(), &mut seconds);
+    if let Some(mut timings) = timings {
+        timings.client("display and write", writing)?;
+        timings.finish(&server)?;
+    }
+    written?;
     seconds.total = start.elapsed().as_secs_f64();
     report.seconds = seconds;
     report.warnings = loaded.warnings.iter().map(ToString::to_string).chain(notices).collect();
@@ -78,7 +89,7 @@ pub fn render(args: &RenderArgs) -> Result<()> {
 }
 
 /// Loads and prepares the scene while the device is opened.
-fn prepare(args: &RenderArgs, seconds: &mut Seconds) -> Result<(Loaded, (Scene, Camera), Device)> {
+pub(super) fn prepare(args: &RenderArgs, seconds: &mut Seconds) -> Result<(Loaded, (Scene, Camera), Device)> {
     std::thread::scope(|scope| {
         let device = scope.spawn(|| {
             let start = Instant::now();
@@ -101,12 +112,12 @@ fn prepare(args: &RenderArgs, seconds: &mut Seconds) -> Result<(Loaded, (Scene, 
     })
 }
 
-fn threads(args: &RenderArgs) -> usize {
+pub(super) fn threads(args: &RenderArgs) -> usize {
     let cores = || std::thread::available_parallelism().map_or(1, usize::from);
     args.source.threads.map_or_else(cores, usize::from)
 }
 
-fn facts(args: &RenderArgs, loaded: &Loaded, device: String) -> RunFacts {
+pub(super) fn facts(args: &RenderArgs, loaded: &Loaded, device: String) -> RunFacts {
     let facts = RunFacts::of(&args.source, loaded, device);
     RunFacts {
         first_index: args.first_index,
@@ -116,21 +127,9 @@ fn facts(args: &RenderArgs, loaded: &Loaded, device: String) -> RunFacts {
     }
 }
 
-/// Renders until the sample count, the time or Ctrl-C.
-fn trace(
-    args: &RenderArgs,
-    facts: &RunFacts,
-    (scene, camera): (Scene, Camera),
-    (server, lanes, client): (&Server, &mut Lanes, &mut Client),
-) -> Result<Driven> {
-    let [pw, ph] = facts.spec.padded_extent().map(u64::from);
-    let wanted = args.samples.unwrap_or_else(|| facts.spp.saturating_mul(pw * ph));
-    let first = facts.first_index;
-    let (range, goal) = match args.time {
-        Some(limit) => (first..u64::MAX, Goal::Time(limit)),
-        None => (first..first.saturating_add(wanted), Goal::Paths(wanted)),
-    };
-    let integrator = match facts.integrator {
+/// What traces the scene.
+pub(super) fn integrator(facts: &RunFacts, (scene, camera): (Scene, Camera)) -> PathTracer {
+    match facts.integrator {
         IntegratorKind::Path => PathTracer {
             scene: Arc::new(scene),
             camera,
@@ -140,7 +139,25 @@ fn trace(
             rr_depth: facts.rr_depth,
             hide_emitters: facts.hide_emitters,
         },
+    }
+}
+
+/// Renders until the sample count, the time or Ctrl-C.
+fn trace(
+    args: &RenderArgs,
+    facts: &RunFacts,
+    scene: (Scene, Camera),
+    (server, lanes, client): (&Server, &mut Lanes, &mut Client),
+    timings: &mut Option<TimingCapture>,
+) -> Result<Driven> {
+    let [pw, ph] = facts.spec.padded_extent().map(u64::from);
+    let wanted = args.samples.unwrap_or_else(|| facts.spp.saturating_mul(pw * ph));
+    let first = facts.first_index;
+    let (range, goal) = match args.time {
+        Some(limit) => (first..u64::MAX, Goal::Time(limit)),
+        None => (first..first.saturating_add(wanted), Goal::Paths(wanted)),
     };
+    let integrator = integrator(facts, scene);
     let epoch = Epoch(1);
     let mut job = RenderJob::new(Arc::new(integrator), range);
     job.window = facts.spec.window();
@@ -156,9 +173,19 @@ fn trace(
         time: args.time,
         texels: (pw * ph) as f64,
     };
-    let driven = drive(plan, server, lanes, client, &bar);
+    let driven = drive(plan, server, lanes, client, (&bar, timings));
     bar.finish();
     driven
+}
+
+/// Begins what `--gpu-timings` asks for.
+fn capture(args: &RenderArgs, device: &Device, server: &Server) -> Result<Option<TimingCapture>> {
+    let Some(path) = &args.gpu_timings else { return Ok(None) };
+    if device.gpu().is_none() {
+        tell("note: no GPU is used, so --gpu-timings holds the spans of the CPU only");
+    }
+    server.set_tracing(true);
+    TimingCapture::new(path, device.gpu()).map(Some)
 }
 
 fn tracing_time(stats: &Stats) -> Duration {

@@ -1,7 +1,10 @@
 //! What a device must be able to do, with one sentence for each thing that is missing.
 
+use std::ffi::CStr;
+
 use ash::{khr, vk};
 
+use super::clock;
 use super::image::Format;
 use super::instance::Instance;
 
@@ -15,6 +18,8 @@ pub(in crate::gpu) struct Capability {
     pub queue_family: u32,
     /// Bits of a timestamp on that queue; 0: no timing.
     pub timestamp_bits: u32,
+    /// The extension that reads the clock of timestamps.
+    pub calibrated: Option<&'static CStr>,
 }
 
 /// Asks `device` for everything.
@@ -47,6 +52,7 @@ pub(in crate::gpu) fn check(instance: &Instance, device: vk::PhysicalDevice) -> 
         large_points: large_points && properties.limits.point_size_range[1] >= 8.0,
         queue_family: family as u32,
         timestamp_bits: families.get(family).map_or(0, |f| f.timestamp_valid_bits),
+        calibrated: clock::extension(instance, device),
     }
 }
 

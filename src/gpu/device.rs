@@ -8,6 +8,7 @@ use ash::{ext, khr, vk};
 
 use super::capability;
 use super::choice::{DeviceChoice, DeviceInfo, DeviceKind, enumerate, pick};
+use super::clock::Clock;
 use super::cmd::Sampler;
 use super::error::{GpuError, Named};
 use super::frame::{FrameNumber, FrameRing};
@@ -16,6 +17,7 @@ use super::loss::Loss;
 use super::memory::{Memory, keep_freed_host_memory};
 use super::opening::{Opening, Parts};
 use super::retire::{RetireQueue, Retired};
+use super::rows::{TimingInfo, TimingRows};
 use super::surface::{Surface, WindowHandles};
 use super::timing::ScopeTime;
 
@@ -51,6 +53,8 @@ pub struct Gpu {
     /// Number of the frame begun last.
     pub(in crate::gpu) begun: AtomicU64,
     pub(in crate::gpu) timing: AtomicBool,
+    /// Timestamps recorded so far.
+    pub(in crate::gpu) queries: AtomicU64,
     /// Largest side of an image, texels.
     pub(in crate::gpu) max_extent: u32,
     /// Largest allocation, bytes.
@@ -122,7 +126,8 @@ impl Gpu {
             keep_freed_host_memory();
         }
         // Nothing fails from here on: `Gpu::drop` destroys what `opening` would have.
-        let Parts { device, timeline, frames, samplers } = opening.take();
+        let Parts { device, timeline, mut frames, samplers } = opening.take();
+        frames.clock(Clock::new(&instance, &device, &capability, limits.timestamp_period));
         let gpu = Gpu {
             push_descriptor: khr::push_descriptor::Device::new(&instance.raw, &device),
             names: instance.names.then(|| ext::debug_utils::Device::new(&instance.raw, &device)),
@@ -133,6 +138,7 @@ impl Gpu {
             frames: Mutex::new(frames),
             begun: AtomicU64::new(0),
             timing: AtomicBool::new(false),
+            queries: AtomicU64::new(0),
             max_extent: limits.max_image_dimension2_d,
             max_allocation: v11.max_memory_allocation_size,
             loss: Loss::default(),
@@ -187,6 +193,24 @@ impl Gpu {
     pub fn take_timings(&self) -> Vec<ScopeTime> {
         let mut frames = self.frames.lock().unwrap_or_else(|e| e.into_inner());
         frames.take_timings(&self.device, self.completed().unwrap_or(0))
+    }
+
+    /// Takes the rows of all scopes of completed frames since the last call, in the order of the frames; see
+    /// [`TimingRows`]. To get those of every frame, call it at least every few hundred frames.
+    pub fn take_rows(&self) -> TimingRows {
+        let mut frames = self.frames.lock().unwrap_or_else(|e| e.into_inner());
+        frames.take_rows(&self.device, self.completed().unwrap_or(0))
+    }
+
+    /// How timestamps of this device become times of the host, and what cannot be timed.
+    pub fn timing_info(&self) -> TimingInfo {
+        let frames = self.frames.lock().unwrap_or_else(|e| e.into_inner());
+        frames.timing_info(self.info.kind == DeviceKind::Cpu)
+    }
+
+    /// Timestamps recorded since the device was opened: stays 0 while timing is off.
+    pub fn queries_recorded(&self) -> u64 {
+        self.queries.load(Ordering::Relaxed)
     }
 
     /// Waits until a frame has completed on the GPU.

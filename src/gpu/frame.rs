@@ -2,12 +2,15 @@
 
 use std::sync::MutexGuard;
 use std::sync::atomic::Ordering;
+use std::time::Instant;
 
 use ash::vk;
 
+use super::clock::Clock;
 use super::cmd::Cmd;
 use super::device::Gpu;
 use super::error::{GpuError, Named};
+use super::rows::{FrameTimes, Readings, TimingInfo, TimingRows};
 use super::sync::ACQUIRED_AT;
 use super::timing::{ScopeTime, Timers};
 
@@ -18,6 +21,13 @@ pub(in crate::gpu) const IN_FLIGHT: usize = 2;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct FrameNumber(pub(in crate::gpu) u64);
 
+impl FrameNumber {
+    /// The number itself, as it stands in [`ScopeRow::frame`](super::rows::ScopeRow::frame).
+    pub fn get(self) -> u64 {
+        self.0
+    }
+}
+
 /// What one frame in flight needs.
 struct Slot {
     pool: vk::CommandPool,
@@ -25,14 +35,25 @@ struct Slot {
     timers: Timers,
     /// Number of the frame submitted last from this slot.
     number: u64,
+    /// When it was handed over.
+    submitted: Instant,
+}
+
+impl Slot {
+    /// Reads the timestamps of its frame, which has completed, once.
+    fn read(&mut self, device: &ash::Device, readings: &mut Readings) {
+        let times =
+            FrameTimes { frame: self.number, submitted: self.submitted, seen: Instant::now(), untimed: 0 };
+        self.timers.read(device, times, readings);
+    }
 }
 
 /// The slots, used in turn.
 #[derive(Default)]
 pub(in crate::gpu) struct FrameRing {
     slots: Vec<Slot>,
-    /// Sums of the scopes of frames that have completed.
-    totals: Vec<ScopeTime>,
+    /// What is known of frames that have completed.
+    readings: Readings,
 }
 
 impl FrameRing {
@@ -43,7 +64,7 @@ impl FrameRing {
         for _ in 0..IN_FLIGHT {
             let timers = Timers::new(device, tick)?;
             let (pool, commands) = (vk::CommandPool::null(), vk::CommandBuffer::null());
-            self.slots.push(Slot { pool, commands, timers, number: 0 });
+            self.slots.push(Slot { pool, commands, timers, number: 0, submitted: Instant::now() });
             let Some(slot) = self.slots.last_mut() else { continue };
             let info = vk::CommandPoolCreateInfo::default()
                 .flags(vk::CommandPoolCreateFlags::TRANSIENT)
@@ -68,14 +89,34 @@ impl FrameRing {
         }
     }
 
+    /// Takes the clock that rows are told in.
+    pub fn clock(&mut self, clock: Option<Clock>) {
+        self.readings.clock = clock;
+    }
+
     /// Sums since the last call.
     pub fn take_timings(&mut self, device: &ash::Device, completed: u64) -> Vec<ScopeTime> {
-        for slot in &mut self.slots {
-            if slot.number <= completed {
-                slot.timers.read(device, &mut self.totals);
-            }
+        self.read_completed(device, completed);
+        std::mem::take(&mut self.readings.totals)
+    }
+
+    /// Rows since the last call.
+    pub fn take_rows(&mut self, device: &ash::Device, completed: u64) -> TimingRows {
+        self.read_completed(device, completed);
+        self.readings.take_rows()
+    }
+
+    /// See [`Gpu::timing_info`].
+    pub fn timing_info(&self, software: bool) -> TimingInfo {
+        self.readings.info(software)
+    }
+
+    fn read_completed(&mut self, device: &ash::Device, completed: u64) {
+        let mut order: Vec<_> = self.slots.iter_mut().collect();
+        order.sort_by_key(|slot| slot.number);
+        for slot in order.into_iter().filter(|slot| slot.number <= completed) {
+            slot.read(device, &mut self.readings);
         }
-        std::mem::take(&mut self.totals)
     }
 
     /// Destroys the slots.
@@ -118,12 +159,16 @@ impl Gpu {
     pub fn begin(&self) -> Result<Frame<'_>, GpuError> {
         let mut ring = self.frames.lock().unwrap_or_else(|e| e.into_inner());
         let number = self.begun.fetch_add(1, Ordering::AcqRel) + 1;
-        let FrameRing { slots, totals } = &mut *ring;
+        let FrameRing { slots, readings } = &mut *ring;
         let slot = &mut slots[number as usize % IN_FLIGHT];
         self.wait(FrameNumber(slot.number))?;
-        slot.timers.read(&self.device, totals);
+        slot.read(&self.device, readings);
         self.collect_retired(self.completed()?);
-        slot.timers.restart(&self.device, self.timing.load(Ordering::Relaxed));
+        let timing = self.timing.load(Ordering::Relaxed);
+        slot.timers.restart(&self.device, timing);
+        if timing {
+            readings.calibrate();
+        }
         let info = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
         // SAFETY: the slot's last frame has completed, and the lock keeps others from recording.
         unsafe {
@@ -177,6 +222,7 @@ impl Frame<'_> {
             .wait_semaphore_infos(&waits)
             .command_buffer_infos(&commands)
             .signal_semaphore_infos(&signals)];
+        slot.submitted = Instant::now();
         // SAFETY: the buffer was begun by `Gpu::begin`; the lock that this frame holds protects queue and buffer;
         // objects that it uses are kept by `retire` until this number has completed.
         unsafe {

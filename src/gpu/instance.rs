@@ -100,6 +100,11 @@ impl Instance {
         Ok(())
     }
 
+    /// The loader.
+    pub fn entry(&self) -> &ash::Entry {
+        &self.entry
+    }
+
     /// What the validation layer has said so far.
     pub fn messages(&self) -> Vec<String> {
         self.messages.lock().map(|m| m.clone()).unwrap_or_default()

@@ -104,6 +104,7 @@ fn open(
     if windows {
         extensions.push(khr::swapchain::NAME.as_ptr());
     }
+    extensions.extend(capability.calibrated.map(|name| name.as_ptr()));
     let features = vk::PhysicalDeviceFeatures::default().large_points(capability.large_points);
     let mut v12 =
         vk::PhysicalDeviceVulkan12Features::default().timeline_semaphore(true).host_query_reset(true);

@@ -1,12 +1,15 @@
 //! Timestamps by named scope, read only after their frame has completed.
 
+use std::sync::atomic::Ordering;
+
 use ash::vk;
 
 use super::cmd::Cmd;
 use super::device::Gpu;
 use super::error::{GpuError, Named};
+use super::rows::{FrameTimes, Readings};
 
-/// Timestamps per frame: twice the number of scopes; further scopes of a frame are not measured.
+/// Timestamps per frame: twice the number of scopes; further scopes of a frame are counted as untimed.
 const QUERIES: u32 = 256;
 
 /// The sum of one scope's runs.
@@ -25,8 +28,12 @@ pub(in crate::gpu) struct Timers {
     pool: vk::QueryPool,
     /// Nanoseconds per step; 0 where there are no timestamps.
     tick: f32,
-    /// Name of each scope; its timestamps are 2i and 2i + 1.
-    scopes: Vec<&'static str>,
+    /// Name and depth of each scope; its timestamps are 2i and 2i + 1.
+    scopes: Vec<(&'static str, u32)>,
+    /// Open scopes.
+    depth: u32,
+    /// Scopes for which no timestamps were left.
+    untimed: u32,
     on: bool,
 }
 
@@ -36,7 +43,7 @@ impl Timers {
             vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(QUERIES);
         // SAFETY: no feature is needed for timestamps.
         let pool = unsafe { device.create_query_pool(&info, None) }.named("vkCreateQueryPool")?;
-        Ok(Self { pool, tick, scopes: Vec::new(), on: false })
+        Ok(Self { pool, tick, scopes: Vec::new(), depth: 0, untimed: 0, on: false })
     }
 
     /// Names the pool of frame `i`.
@@ -47,6 +54,7 @@ impl Timers {
     /// Forgets the last frame's scopes. The frame must have completed.
     pub fn restart(&mut self, device: &ash::Device, on: bool) {
         self.scopes.clear();
+        (self.depth, self.untimed) = (0, 0);
         self.on = on && self.tick > 0.0;
         if self.on {
             // SAFETY: hostQueryReset is enabled, and the frame that used the pool has completed.
@@ -54,8 +62,8 @@ impl Timers {
         }
     }
 
-    /// Adds the scopes of a completed frame to `totals` and forgets them.
-    pub fn read(&mut self, device: &ash::Device, totals: &mut Vec<ScopeTime>) {
+    /// Adds the scopes of the completed frame `times` to `readings` and forgets them.
+    pub fn read(&mut self, device: &ash::Device, mut times: FrameTimes, readings: &mut Readings) {
         if self.scopes.is_empty() {
             return;
         }
@@ -64,19 +72,23 @@ impl Timers {
         let read =
             unsafe { device.get_query_pool_results(self.pool, 0, &mut ticks, vk::QueryResultFlags::TYPE_64) };
         let scopes = std::mem::take(&mut self.scopes);
+        times.untimed = std::mem::take(&mut self.untimed);
         if read.is_err() {
             return;
         }
-        for (name, pair) in scopes.into_iter().zip(ticks.chunks_exact(2)) {
-            let milliseconds = pair[1].saturating_sub(pair[0]) as f64 * f64::from(self.tick) * 1e-6;
-            match totals.iter_mut().find(|t| t.name == name) {
+        let runs =
+            scopes.iter().zip(ticks.chunks_exact(2)).map(|((name, depth), t)| (*name, *depth, [t[0], t[1]]));
+        for (name, _, [start, end]) in runs.clone() {
+            let milliseconds = end.saturating_sub(start) as f64 * f64::from(self.tick) * 1e-6;
+            match readings.totals.iter_mut().find(|t| t.name == name) {
                 Some(total) => {
                     total.count += 1;
                     total.milliseconds += milliseconds;
                 }
-                None => totals.push(ScopeTime { name, count: 1, milliseconds }),
+                None => readings.totals.push(ScopeTime { name, count: 1, milliseconds }),
             }
         }
+        readings.frame(times, runs);
     }
 
     /// # Safety
@@ -103,13 +115,18 @@ impl<'f> Cmd<'f> {
         let first = 2 * self.timers.scopes.len() as u32;
         let end = (self.timers.on && first + 2 <= QUERIES).then_some(first + 1);
         if end.is_some() {
-            self.timers.scopes.push(name);
+            let depth = self.timers.depth;
+            self.timers.scopes.push((name, depth));
             self.timestamp(first);
+        } else if self.timers.on {
+            self.timers.untimed += 1;
         }
+        self.timers.depth += 1;
         Scope { cmd: self, end }
     }
 
     fn timestamp(&mut self, query: u32) {
+        self.gpu.queries.fetch_add(1, Ordering::Relaxed);
         // SAFETY: the query was reset when the frame began and is written once.
         unsafe {
             self.gpu.device.cmd_write_timestamp2(
@@ -127,6 +144,7 @@ impl Drop for Scope<'_, '_> {
         if let Some(query) = self.end {
             self.cmd.timestamp(query);
         }
+        self.cmd.timers.depth -= 1;
         self.cmd.end_label();
     }
 }

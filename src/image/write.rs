@@ -1,7 +1,7 @@
 //! Writing files so that a name holds either the old picture or the whole new one.
 
 use std::fs;
-use std::io::{Error, ErrorKind, Write};
+use std::io::{BufWriter, Error, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use crate::image::error::ImageError;
@@ -91,6 +91,58 @@ pub fn atomically(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
         let _ = fs::remove_file(&temporary);
         ImageError::write(path, e)
     })
+}
+
+/// A file that grows beside the [`destination`] of its name and takes its place when it is complete. Dropping it unfinished
+/// removes it: what stood there is as before.
+#[derive(Debug)]
+pub struct Growing {
+    file: BufWriter<fs::File>,
+    temporary: PathBuf,
+    real: PathBuf,
+    path: PathBuf,
+    done: bool,
+}
+
+impl Growing {
+    /// Begins an empty file.
+    ///
+    /// # Errors
+    /// [`ImageError::Write`].
+    pub fn create(path: &Path) -> Result<Self, ImageError> {
+        let real = destination(path)?;
+        let temporary = temporary_name(&real);
+        let file = fs::File::create(&temporary).map_err(|e| ImageError::write(path, e))?;
+        Ok(Self { file: BufWriter::new(file), temporary, real, path: path.to_path_buf(), done: false })
+    }
+
+    /// Appends.
+    ///
+    /// # Errors
+    /// [`ImageError::Write`].
+    pub fn append(&mut self, text: &str) -> Result<(), ImageError> {
+        self.file.write_all(text.as_bytes()).map_err(|e| ImageError::write(&self.path, e))
+    }
+
+    /// Puts the complete file in its place.
+    ///
+    /// # Errors
+    /// [`ImageError::Write`]; the temporary file is removed.
+    pub fn commit(mut self) -> Result<(), ImageError> {
+        let written = self.file.flush().and_then(|()| self.file.get_ref().sync_all());
+        let placed = written.and_then(|()| fs::rename(&self.temporary, &self.real));
+        self.done = placed.is_ok();
+        placed.map_err(|e| ImageError::write(&self.path, e))
+    }
+}
+
+impl Drop for Growing {
+    fn drop(&mut self) {
+        if !self.done {
+            // Best effort: nobody asks any more.
+            let _ = fs::remove_file(&self.temporary);
+        }
+    }
 }
 
 /// A name in the same folder (a rename must not cross disks), of this process alone.

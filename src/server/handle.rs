@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use crate::server::error::ServerError;
 use crate::server::job::{RenderJob, Task};
+use crate::server::spans::{SpanLog, Spans};
 use crate::server::stats::{Stats, StatsCell};
 use crate::server::worker::{self, Work, Worker, trace_chunks};
 use crate::server::wrapper::{Message, WorkerHandle, Wrapper};
@@ -21,6 +22,7 @@ pub struct Server {
     /// The render commanded last.
     latest: Mutex<Option<Arc<Task>>>,
     threads: usize,
+    spans: Arc<SpanLog>,
     wrapper: Mutex<Option<JoinHandle<()>>>,
 }
 
@@ -38,9 +40,13 @@ impl Server {
         let (messages, inbox) = channel();
         let (events_out, events) = channel();
         let spawn_error = |number| move |source| ServerError::Spawn { number, threads, source };
+        let spans = Arc::new(SpanLog::new(threads));
         let mut workers = Vec::with_capacity(threads);
         for (number, writer) in writers.into_iter().enumerate() {
-            workers.push(spawn_worker(number, writer, messages.clone()).map_err(spawn_error(number))?);
+            workers.push(
+                spawn_worker((number, spans.clone()), writer, messages.clone())
+                    .map_err(spawn_error(number))?,
+            );
         }
         let hub = lanes.hub().clone();
         let wrapper = Wrapper { workers, hub: hub.clone(), events: events_out };
@@ -54,6 +60,7 @@ impl Server {
             hub,
             latest: Mutex::new(None),
             threads,
+            spans,
             wrapper: Mutex::new(Some(wrapper)),
         };
         Ok((server, lanes))
@@ -122,6 +129,18 @@ impl Server {
         })
     }
 
+    /// Switches the recording of [`Span`](crate::server::Span)s on or off, for the chunks that begin from now on. Off, it
+    /// costs one relaxed load per chunk.
+    pub fn set_tracing(&self, on: bool) {
+        self.spans.set(on);
+    }
+
+    /// Takes what was recorded since the last call; of each worker the last
+    /// [`MAX_SPANS`](crate::server::spans::MAX_SPANS) chunks at most.
+    pub fn take_spans(&self) -> Spans {
+        self.spans.take()
+    }
+
     /// Tracing threads.
     pub fn threads(&self) -> usize {
         self.threads
@@ -134,9 +153,13 @@ impl Drop for Server {
     }
 }
 
-fn spawn_worker(number: usize, writer: LaneWriter, done: Sender<Message>) -> std::io::Result<WorkerHandle> {
+fn spawn_worker(
+    (number, spans): (usize, Arc<SpanLog>),
+    writer: LaneWriter,
+    done: Sender<Message>,
+) -> std::io::Result<WorkerHandle> {
     let (assign, assignments) = channel();
-    let worker = Worker { number, sink: BlockSink::new(writer) };
+    let worker = Worker { number, sink: BlockSink::new(writer), spans };
     let thread = Builder::new()
         .name(format!("tracer {number}"))
         .stack_size(8 << 20)

@@ -7,6 +7,7 @@ use std::sync::mpsc::{Receiver, Sender};
 use std::time::{Duration, Instant};
 
 use crate::server::job::Task;
+use crate::server::spans::SpanLog;
 use crate::server::stats::{StatsCell, Stopwatch};
 use crate::server::wrapper::Message;
 use crate::stream::{BlockSink, Finish};
@@ -26,6 +27,7 @@ pub(super) struct Assignment {
 pub(super) struct Worker {
     pub(super) number: usize,
     pub(super) sink: BlockSink,
+    pub(super) spans: Arc<SpanLog>,
 }
 
 /// Body of a tracing thread: one assignment after another until the wrapper hangs up.
@@ -67,16 +69,18 @@ pub(super) fn trace_chunks<I: Integrator>(
     task: &Task,
     watch: &mut Stopwatch,
 ) -> Finish {
-    let sink = &mut worker.sink;
+    let Worker { number, sink, spans } = worker;
     let hub = sink.writer().hub().clone();
     let mut scratch = I::Scratch::default();
     let paths = integrator.paths_per_index();
-    let mut clock = Clock::new((watch, &task.stats[worker.number]), task.deadline, sink);
+    let mut clock = Clock::new((watch, &task.stats[*number]), task.deadline, sink);
     while let Some(chunk) = task.claim() {
+        let span = spans.begin(chunk.start, sink.writer());
         sink.begin_chunk(chunk.start);
         for index in chunk {
             if !hub.running().is(task.epoch) {
                 sink.flush();
+                spans.end(*number, span, sink.writer());
                 return Finish::Aborted;
             }
             sink.begin_path(index);
@@ -84,7 +88,9 @@ pub(super) fn trace_chunks<I: Integrator>(
             sink.end_path(paths);
             clock.after_path(sink);
         }
-        if !sink.flush() {
+        let sent = sink.flush();
+        spans.end(*number, span, sink.writer());
+        if !sent {
             return Finish::Aborted;
         }
     }

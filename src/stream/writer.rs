@@ -13,11 +13,12 @@ pub struct LaneWriter {
     producer: Producer<Box<Block>>,
     hub: Arc<Hub>,
     parked: Duration,
+    last_park: Option<(Instant, Instant)>,
 }
 
 impl LaneWriter {
     pub(super) fn new(producer: Producer<Box<Block>>, hub: Arc<Hub>) -> Self {
-        Self { producer, hub, parked: Duration::ZERO }
+        Self { producer, hub, parked: Duration::ZERO, last_park: None }
     }
 
     /// Sends `block` and leaves an old one with arbitrary content in its place: the boxes are swapped, no sample is
@@ -31,7 +32,9 @@ impl LaneWriter {
         if self.producer.is_full() && running.is(epoch) {
             let start = Instant::now();
             self.hub.space.wait(None, || !self.producer.is_full() || !running.is(epoch));
-            self.parked += start.elapsed();
+            let end = Instant::now();
+            self.parked += end - start;
+            self.last_park = Some((start, end));
         }
         if !running.is(epoch) && !running.is_none() {
             return false;
@@ -48,6 +51,11 @@ impl LaneWriter {
     /// Time spent asleep on a full lane since the start.
     pub fn parked(&self) -> Duration {
         self.parked
+    }
+
+    /// Begin and end of the last sleep on a full lane.
+    pub fn last_park(&self) -> Option<(Instant, Instant)> {
+        self.last_park
     }
 
     /// What both ends share.

@@ -74,9 +74,10 @@ pub fn finish(mut viewer: Viewer) -> Result<()> {
     let json = viewer.plan.json.clone();
     let panicked = viewer.session.panicked().cloned();
     let outcome = std::mem::replace(&mut viewer.outcome, Ok(()));
+    let captured = viewer.capture.take().map_or(Ok(()), |capture| capture.finish(viewer.session.server()));
     let written = last.and_then(|()| write_pictures(viewer));
     let told = json.map_or(Ok(()), |path| write_json(&report, &path));
-    outcome.and(written).and(told)?;
+    outcome.and(written).and(captured).and(told)?;
     match panicked {
         Some((index, message)) => Err(miette::miette!("path {index} panicked: {message}; please report it")),
         None => Ok(()),

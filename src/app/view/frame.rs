@@ -30,7 +30,7 @@ impl Viewer {
         if shown && self.has_picture() {
             self.show(&plan)?;
         }
-        self.measure(&plan, begin);
+        self.measure(begin);
         self.clock.frame = begin;
         Ok(())
     }
@@ -187,9 +187,15 @@ impl Viewer {
     }
 
     /// Learns what the device's frames have cost.
-    fn measure(&mut self, plan: &FramePlan, begin: Instant) {
+    fn measure(&mut self, begin: Instant) {
         let Some(gpu) = self.screen.as_ref().and_then(Screen::gpu).cloned() else { return };
         self.figures.learn(&gpu.take_timings(), &mut self.pacer);
-        let _ = (plan, begin);
+        if let Some(capture) = &mut self.capture {
+            let written = capture.client("frame", begin).and_then(|()| capture.frame(self.session.server()));
+            if let Err(error) = written {
+                self.capture = None;
+                self.fail(error);
+            }
+        }
     }
 }

@@ -11,6 +11,7 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::window::{Window, WindowId};
 
 use crate::app::interrupt;
+use crate::app::timings::TimingCapture;
 use crate::app::view::figures::STALL;
 use crate::app::view::screen::Screen;
 use crate::app::view::ui::Ui;
@@ -92,6 +93,10 @@ impl Viewer {
         self.restart()?;
         let screen = Screen::open(window, self.plan.choice.clone(), self.spec()).into_diagnostic()?;
         self.plan.facts.device = screen.gpu().map(|gpu| gpu.info().name.clone()).unwrap_or_default();
+        if let Some(path) = &self.plan.timings {
+            self.session.server().set_tracing(true);
+            self.capture = Some(TimingCapture::new(path, screen.gpu())?);
+        }
         self.screen = Some(screen);
         self.clock.due = Instant::now();
         Ok(())

@@ -60,6 +60,9 @@ impl Viewer {
             Ok(()) => {
                 self.kept.rewind();
                 self.figures.forget_device();
+                if let Some((capture, gpu)) = self.capture.as_mut().zip(screen.gpu()) {
+                    capture.replace_gpu(gpu);
+                }
                 (self.pending.repaint, self.pending.show) = (true, true);
                 self.clock.due = Instant::now();
                 if self.plan.facts.deterministic {

@@ -150,9 +150,9 @@ impl Session {
         self.panicked.as_ref()
     }
 
-    /// The number of the present render.
-    pub fn epoch(&self) -> u64 {
-        self.epoch.0
+    /// The server, for a capture of its spans.
+    pub fn server(&self) -> &Server {
+        &self.server
     }
 
     /// Time since the present epoch began.

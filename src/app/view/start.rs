@@ -15,7 +15,7 @@ use crate::app::view::session::Session;
 use crate::app::view::user::User;
 use crate::app::view::viewer::{Plan, Viewer};
 use crate::app::view::ending;
-use crate::app::{interrupt, tell};
+use crate::app::{interrupt, tell, timings};
 use crate::client::window::panel::Controls;
 use crate::gpu::DeviceChoice;
 use crate::scene;
@@ -33,6 +33,9 @@ pub fn view(args: &ViewArgs) -> Result<()> {
         ));
     }
     let outputs = Outputs::check(args.outputs.clone(), args.json.as_ref(), &args.source.scene)?;
+    if let Some(path) = &args.gpu_timings {
+        timings::check(path, args.outputs.iter().chain(&args.json).chain([&args.source.scene]))?;
+    }
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     // Before any thread starts.
     let cores = Cores::plan(cores, args.source.threads.map(usize::from), args.source.device.as_deref());
@@ -81,6 +84,7 @@ fn prepare(args: &ViewArgs, outputs: Outputs, cores: Cores) -> Result<Viewer> {
         json: args.json.clone(),
         choice: args.source.device.as_deref().map_or(DeviceChoice::Best, DeviceChoice::parse),
         cores,
+        timings: args.gpu_timings.clone(),
         budget: args.fps.map(|fps| Duration::from_secs_f32(1.0 / fps.clamp(0.1, 1000.0))),
         name,
     };

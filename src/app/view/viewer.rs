@@ -7,6 +7,7 @@ use miette::{IntoDiagnostic, Result};
 
 use crate::app::facts::RunFacts;
 use crate::app::outputs::Outputs;
+use crate::app::timings::TimingCapture;
 use crate::app::view::cores::Cores;
 use crate::app::view::figures::Figures;
 use crate::app::view::screen::Screen;
@@ -33,6 +34,8 @@ pub struct Plan {
     pub choice: DeviceChoice,
     /// Who computes where.
     pub cores: Cores,
+    /// Where times of every pass go.
+    pub timings: Option<PathBuf>,
     /// Frame length asked for; otherwise the display's.
     pub budget: Option<Duration>,
     /// Name of the scene, for title and file names.
@@ -88,6 +91,8 @@ pub struct Viewer {
     pub ui: Option<Ui>,
     /// What is measured.
     pub figures: Figures,
+    /// Writes times of passes and workers, if asked for.
+    pub capture: Option<TimingCapture>,
     /// Times.
     pub clock: Clock,
     /// To do.
@@ -121,6 +126,7 @@ impl Viewer {
             screen: None,
             ui: None,
             figures: Figures::default(),
+            capture: None,
             clock: Clock { due: now, edited: now, repainted: (now, 0, 1), frame: now, tick: now },
             pending: Pending { restart: true, repaint: true, show: true, unseen: false },
             size,

@@ -1,0 +1,90 @@
+//! `pointillist bench`: the time of every pass, as the viewer runs them, without a window.
+//!
+//! The tracer runs all the while. A frame takes what is in the lanes (a batch at most), rasterises it, paints the picture, and
+//! copies the scene-linear picture's worth of `Rgba32F` texels from image to image: the yardstick of all passes. Two frames are
+//! in flight. The first [`run::WARM_UP`] frames compile pipelines and touch memory; they are not counted.
+
+mod figures;
+mod model;
+mod run;
+
+use std::time::Instant;
+
+use miette::{IntoDiagnostic, Result};
+
+use super::args::{BenchArgs, RenderArgs};
+use super::device::Device;
+use super::render::{facts, integrator, prepare, threads};
+use super::report::{Seconds, is_special, write_json};
+use super::timings::{self, TimingCapture};
+use super::{interrupt, tell};
+use crate::client::film::VulkanFilm;
+use crate::image::write::{check_place, destination};
+use figures::Figures;
+
+/// Runs the subcommand.
+///
+/// # Errors
+///
+/// Whatever stops the run; `--device cpu` and machines without Vulkan have no passes to time.
+pub fn bench(args: &BenchArgs) -> Result<()> {
+    if let Some(path) = &args.gpu_timings {
+        timings::check(path, args.json.iter().chain([&args.source.scene]))?;
+    }
+    if let Some(json) = args.json.as_ref().filter(|p| !is_special(p)) {
+        check_place(json).into_diagnostic()?;
+        if destination(json).ok() == destination(&args.source.scene).ok() {
+            return Err(miette::miette!("--json {} would overwrite the scene", json.display()));
+        }
+    }
+    interrupt::listen();
+    let started = Instant::now();
+    let like = as_render(args);
+    let (loaded, scene, device) = prepare(&like, &mut Seconds::default())?;
+    let Device::Vulkan(gpu) = &device else {
+        return Err(miette::miette!(
+            "bench times the passes of a Vulkan device, and there is none here (--device cpu has none); \
+             `pointillist devices` lists what there is"
+        ));
+    };
+    let facts = facts(&like, &loaded, device.name());
+    let film = VulkanFilm::new(gpu.clone(), facts.spec).into_diagnostic()?;
+    let job = (integrator(&facts, scene), threads(&like));
+    let capture = args.gpu_timings.as_deref().map(|path| TimingCapture::new(path, Some(gpu))).transpose()?;
+    tracing::info!("ready after {:.2} s", started.elapsed().as_secs_f64());
+    let settings = args.display.settings();
+    let measured = run::run(gpu, film, job, (&settings, args.frames), capture)?;
+    let figures = Figures::new(&measured, gpu, (&facts, &settings));
+    if args.json.as_deref() != Some("-".as_ref()) {
+        print(&figures.table());
+    }
+    if let Some(path) = &args.json {
+        write_json(&figures, path)?;
+    }
+    Ok(())
+}
+
+/// What is traced, as `render` takes it.
+fn as_render(args: &BenchArgs) -> RenderArgs {
+    RenderArgs {
+        source: args.source.clone(),
+        outputs: Vec::new(),
+        samples: None,
+        spp: None,
+        time: None,
+        first_index: 0,
+        deterministic: false,
+        display: args.display.clone(),
+        json: None,
+        quiet: true,
+        gpu_timings: None,
+    }
+}
+
+/// Nobody may be reading any more: that is no error.
+fn print(text: &str) {
+    use std::io::Write;
+    if std::io::stdout().write_all(text.as_bytes()).is_err() {
+        tell("nobody reads the figures");
+    }
+}

@@ -1,0 +1,196 @@
+//! The frames that are measured.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use miette::{IntoDiagnostic, Result};
+
+use crate::app::interrupt;
+use crate::app::timings::TimingCapture;
+use crate::client::film::VulkanFilm;
+use crate::client::{BATCH_CAPACITY, Settings};
+use crate::gpu::{Access, Format, Gpu, Image, ImageDesc, Load, Target, TimingRows};
+use crate::server::{RenderJob, Server};
+use crate::stream::{Block, Epoch, Lanes};
+use crate::tracer::integrator::PathTracer;
+
+/// Frames that are not counted: pipelines are made, memory is touched, the lanes fill.
+pub const WARM_UP: u32 = 8;
+
+/// Most time a frame waits for samples.
+const PATIENCE: Duration = Duration::from_millis(16);
+
+/// What was measured.
+#[derive(Debug, Default)]
+pub struct Measured {
+    /// Milliseconds of each pass, one entry per frame in which it ran; by the order of first use.
+    pub passes: Vec<(&'static str, Vec<f64>)>,
+    /// Milliseconds from one frame's begin to the next, host's clock.
+    pub frames: Vec<f64>,
+    /// Runs of each pass.
+    pub runs: BTreeMap<&'static str, u64>,
+    /// Samples on the film during the measured frames, and paths traced for them.
+    pub samples: u64,
+    /// Camera paths of them.
+    pub paths: u64,
+    /// Wall time of the measured frames.
+    pub wall: Duration,
+    /// Tracer threads.
+    pub threads: usize,
+    /// Scopes without timestamps, and rows that were lost.
+    pub untimed: u64,
+}
+
+/// One frame after another.
+struct Loop<'a> {
+    gpu: &'a Arc<Gpu>,
+    film: VulkanFilm,
+    lanes: Lanes,
+    settings: &'a Settings,
+    /// The yardstick: two images of the picture's size.
+    copy: [Image; 2],
+    capture: Option<TimingCapture>,
+    measured: Measured,
+    /// Last frame number of the device for each frame of the loop that has not been read yet.
+    ends: BTreeMap<u64, u32>,
+    /// Milliseconds by frame of the loop and pass.
+    sums: BTreeMap<(u32, &'static str), f64>,
+}
+
+const EPOCH: Epoch = Epoch(1);
+
+/// Runs the warm-up and `count` frames; Ctrl-C ends early.
+///
+/// # Errors
+///
+/// Device and files.
+pub fn run(
+    gpu: &Arc<Gpu>,
+    film: VulkanFilm,
+    (integrator, threads): (PathTracer, usize),
+    (settings, count): (&Settings, u32),
+    capture: Option<TimingCapture>,
+) -> Result<Measured> {
+    let (server, lanes) = Server::start(threads).into_diagnostic()?;
+    server.set_tracing(capture.is_some());
+    let window = film.spec().window();
+    let extent = [film.spec().width, film.spec().height];
+    let make = |name| Image::new(gpu, ImageDesc { name, format: Format::Rgba32F, extent, mips: false });
+    let copy = [make("copy source").into_diagnostic()?, make("copy target").into_diagnostic()?];
+    let measured = Measured { threads, ..Measured::default() };
+    let (ends, sums) = Default::default();
+    let mut this = Loop { gpu, film, lanes, settings, copy, capture, measured, ends, sums };
+    let mut job = RenderJob::new(Arc::new(integrator), 0..u64::MAX);
+    job.window = window;
+    server.render(job, EPOCH).into_diagnostic()?;
+    gpu.take_rows();
+    gpu.set_timing(true);
+    let (mut start, mut before) = (Instant::now(), this.film.counts());
+    for number in 0..WARM_UP + count {
+        if number == WARM_UP {
+            (start, before) = (Instant::now(), this.film.counts());
+        }
+        let begin = Instant::now();
+        this.frame(number)?;
+        if let Some(capture) = &mut this.capture {
+            capture.frame_of_cpu(&server)?;
+        }
+        this.read()?;
+        if number >= WARM_UP {
+            this.measured.frames.push(begin.elapsed().as_secs_f64() * 1e3);
+        }
+        if interrupt::asked() {
+            break;
+        }
+    }
+    let after = this.film.counts();
+    this.measured.wall = start.elapsed();
+    this.measured.samples =
+        after.camera_samples + after.light_samples - before.camera_samples - before.light_samples;
+    this.measured.paths = after.camera_paths - before.camera_paths;
+    server.term();
+    // When an empty frame has completed, so have all before.
+    gpu.wait(gpu.begin().into_diagnostic()?.submit().into_diagnostic()?).into_diagnostic()?;
+    this.read()?;
+    if let Some(capture) = this.capture.take() {
+        capture.finish(&server)?;
+    }
+    gpu.set_timing(false);
+    Ok(this.sorted())
+}
+
+impl Loop<'_> {
+    fn frame(&mut self, number: u32) -> Result<()> {
+        let start = Instant::now();
+        self.lanes.wait(PATIENCE);
+        self.note("wait for samples", start)?;
+        let (start, mut failed) = (Instant::now(), None);
+        let film = &mut self.film;
+        self.lanes.drain(EPOCH, BATCH_CAPACITY, |block: &Block| {
+            if failed.is_none() {
+                film.count_paths(block.header.paths);
+                failed = film.add(block.samples()).err();
+            }
+        });
+        failed.map_or(Ok(()), Err).into_diagnostic()?;
+        self.note("drain", start)?;
+        let start = Instant::now();
+        self.film.flush().into_diagnostic()?;
+        self.note("flush", start)?;
+        let start = Instant::now();
+        let mut frame = self.gpu.begin().into_diagnostic()?;
+        let cmd = &mut frame.cmd();
+        self.film.paint(cmd, self.settings, 1).into_diagnostic()?;
+        let [source, target] = &mut self.copy;
+        if number == 0 {
+            // Memory that was never written may not be there.
+            cmd.access(source, Access::ColorWrite);
+            cmd.rendering(&[Target { image: source, level: 0, load: Load::Clear }], |_| ());
+        }
+        cmd.scope("copy").copy_levels(source, target, &[[0, 0]]);
+        let end = frame.submit().into_diagnostic()?;
+        self.ends.insert(end.get(), number);
+        self.note("paint", start)
+    }
+
+    fn note(&mut self, name: &'static str, start: Instant) -> Result<()> {
+        self.capture.as_mut().map_or(Ok(()), |capture| capture.client(name, start))
+    }
+
+    /// Takes the rows of completed frames and adds each to its frame and pass.
+    fn read(&mut self) -> Result<()> {
+        let taken = self.gpu.take_rows();
+        if let Some(capture) = &mut self.capture {
+            capture.rows(&taken)?;
+        }
+        let TimingRows { rows, frames, dropped } = taken;
+        self.measured.untimed += dropped + frames.iter().map(|f| u64::from(f.untimed)).sum::<u64>();
+        for row in rows {
+            let Some((_, &number)) = self.ends.range(row.frame..).next() else { continue };
+            if number >= WARM_UP {
+                let time = (row.end - row.start).as_secs_f64() * 1e3;
+                *self.sums.entry((number, row.name)).or_default() += time;
+                *self.measured.runs.entry(row.name).or_default() += 1;
+                if !self.measured.passes.iter().any(|(name, _)| *name == row.name) {
+                    self.measured.passes.push((row.name, Vec::new()));
+                }
+            }
+        }
+        // Frames arrive in order: what lies before the last one read is complete.
+        if let Some(last) = frames.last() {
+            self.ends = self.ends.split_off(&last.frame);
+        }
+        Ok(())
+    }
+
+    /// Moves the sums to their passes, ascending.
+    fn sorted(mut self) -> Measured {
+        for (name, times) in &mut self.measured.passes {
+            times.extend(self.sums.iter().filter(|((_, n), _)| n == name).map(|(_, t)| *t));
+            times.sort_by(f64::total_cmp);
+        }
+        self.measured.frames.sort_by(f64::total_cmp);
+        self.measured
+    }
+}
