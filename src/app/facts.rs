@@ -2,9 +2,13 @@
 
 use std::path::PathBuf;
 
-use crate::client::{Dither, FilmSpec, Masking, Reconstruction, Settings, SplatFilter, ToneCurve, View};
+use super::args::scene::SceneArgs;
+use crate::client::{
+    Dither, FilmSpec, Masking, Reconstruction, Settings, SplatFilter, ToneCurve, VarianceForm, View,
+};
 use crate::image::Attribute;
-use crate::scene::desc::IntegratorKind;
+use crate::scene::Loaded;
+use crate::scene::desc::{IntegratorKind, ReconstructionFilter};
 
 /// Everything that decides the sums of a film, besides the number of paths.
 #[derive(Clone, Debug)]
@@ -37,7 +41,38 @@ pub struct RunFacts {
     pub device: String,
 }
 
+/// Samples per pixel where neither the command line nor the scene says.
+const DEFAULT_SPP: u64 = 16;
+
 impl RunFacts {
+    /// What options and scene say; from index 0, in any order.
+    pub fn of(source: &SceneArgs, loaded: &Loaded, device: String) -> Self {
+        let film = &loaded.desc.film;
+        let (width, height) = film.crop.map_or((film.width, film.height), |c| (c.width, c.height));
+        let from_file = || match film.rfilter {
+            Some(ReconstructionFilter::Box) => SplatFilter::Box,
+            Some(ReconstructionFilter::Tent) => SplatFilter::Tent,
+            Some(ReconstructionFilter::Gaussian) | None => SplatFilter::Gaussian,
+        };
+        let filter = source.filter.map_or_else(from_file, SplatFilter::from);
+        let integrator = &loaded.desc.integrator;
+        Self {
+            scene: source.scene.clone(),
+            defines: source.defines.clone(),
+            size: source.size,
+            first_index: 0,
+            spec: FilmSpec { width, height, filter, variance: VarianceForm::Product },
+            max_depth: source.max_depth.map_or(integrator.max_depth, |d| d.0),
+            rr_depth: integrator.rr_depth,
+            hide_emitters: integrator.hide_emitters,
+            integrator: integrator.kind,
+            spp: loaded.desc.samples_per_pixel.unwrap_or(DEFAULT_SPP),
+            seed: source.seed,
+            deterministic: false,
+            device,
+        }
+    }
+
     /// Attributes for the picture's file; none depends on time or on the number of threads. `paths` were traced;
     /// `prefix` tells that they are the first ones of the sequence, without a gap.
     pub fn attributes(&self, paths: u64, prefix: bool) -> Vec<(String, Attribute)> {

@@ -8,11 +8,12 @@ use miette::{IntoDiagnostic, Result, WrapErr};
 use super::args::RenderArgs;
 use super::facts::{RunFacts, display_options};
 use super::report::{Seconds, is_special};
-use crate::client::{Client, FilmData, Settings, develop};
+use crate::client::film::VulkanFilm;
+use crate::client::{Client, DisplayImage, FilmData, Settings, develop};
 use crate::color::Profile;
 use crate::image::png::{Picture, Transfer};
 use crate::image::write::{Format, check_place, check_target, destination};
-use crate::image::{Attribute, exr, png};
+use crate::image::{Attribute, ImageError, exr, png};
 
 /// Where the pictures of a run go.
 pub struct Outputs {
@@ -31,13 +32,21 @@ impl Outputs {
             let stem = args.source.scene.file_stem().unwrap_or("picture".as_ref());
             paths.push(PathBuf::from(stem).with_extension("png"));
         }
+        Self::check(paths, args.json.as_ref(), &args.source.scene)
+    }
+
+    /// Makes sure that these files can be written, and that none is the report or the scene.
+    ///
+    /// # Errors
+    ///
+    /// As [`plan`](Self::plan).
+    pub fn check(paths: Vec<PathBuf>, json: Option<&PathBuf>, scene: &PathBuf) -> Result<Self> {
         let check = |path: PathBuf| Ok((path.clone(), check_target(&path).into_diagnostic()?));
         let files = paths.into_iter().map(check).collect::<Result<Vec<_>>>()?;
-        if let Some(json) = args.json.as_ref().filter(|p| !is_special(p)) {
+        if let Some(json) = json.filter(|p| !is_special(p)) {
             check_place(json).into_diagnostic()?;
             let place = |path: &Path| destination(path).ok();
-            if files.iter().map(|(path, _)| path).chain([&args.source.scene]).any(|p| place(p) == place(json))
-            {
+            if files.iter().map(|(path, _)| path).chain([scene]).any(|p| place(p) == place(json)) {
                 return Err(miette::miette!(
                     "--json {} would overwrite the picture or the scene; choose another name",
                     json.display()
@@ -45,6 +54,11 @@ impl Outputs {
             }
         }
         Ok(Self { files })
+    }
+
+    /// True when nothing is to be written.
+    pub fn is_empty(&self) -> bool {
+        self.files.is_empty()
     }
 
     /// The files.
@@ -74,16 +88,7 @@ impl Outputs {
         for (path, format) in &self.files {
             let written = match (format, &shown, &data) {
                 (Format::Png, Some(shown), _) => {
-                    let picture = Picture {
-                        width: shown.width,
-                        height: shown.height,
-                        rgb: &shown.rgb,
-                        transfer: Transfer::Gamma(settings.gamma),
-                        primaries: settings.profile.primaries,
-                    };
-                    let mut attributes = facts.attributes(client.counts().camera_paths, prefix);
-                    attributes.push(("display".to_string(), Attribute::Text(display_options(settings))));
-                    png::write(path, picture, &attributes)
+                    write_png(path, shown, (facts, prefix, client.counts().camera_paths), settings)
                 }
                 (Format::Exr, _, Some(data)) => exr::write(path, &layers(facts, prefix, data)),
                 _ => continue,
@@ -93,6 +98,45 @@ impl Outputs {
         seconds.write = start.elapsed().as_secs_f64();
         first_error.into_diagnostic().wrap_err("a picture was rendered but could not be saved")
     }
+}
+
+/// Writes one picture of a film; the ending says which.
+///
+/// # Errors
+///
+/// When the film cannot be read or the file not be written.
+pub fn save(
+    path: &Path,
+    film: &mut VulkanFilm,
+    (facts, prefix): (&RunFacts, bool),
+    settings: &Settings,
+) -> Result<()> {
+    let written = match check_target(path).into_diagnostic()? {
+        Format::Png => {
+            let shown = film.display(settings).into_diagnostic()?;
+            write_png(path, &shown, (facts, prefix, film.counts().camera_paths), settings)
+        }
+        Format::Exr => exr::write(path, &layers(facts, prefix, &film.develop().into_diagnostic()?)),
+    };
+    written.into_diagnostic()
+}
+
+fn write_png(
+    path: &Path,
+    shown: &DisplayImage,
+    (facts, prefix, paths): (&RunFacts, bool, u64),
+    settings: &Settings,
+) -> std::result::Result<(), ImageError> {
+    let picture = Picture {
+        width: shown.width,
+        height: shown.height,
+        rgb: &shown.rgb,
+        transfer: Transfer::Gamma(settings.gamma),
+        primaries: settings.profile.primaries,
+    };
+    let mut attributes = facts.attributes(paths, prefix);
+    attributes.push(("display".to_string(), Attribute::Text(display_options(settings))));
+    png::write(path, picture, &attributes)
 }
 
 fn layers(facts: &RunFacts, prefix: bool, data: &FilmData) -> exr::Layers {

@@ -11,11 +11,11 @@ use super::drive::{Drive, Driven, drive};
 use super::facts::RunFacts;
 use super::outputs::Outputs;
 use super::progress::{Goal, Progress};
-use super::report::{Rejected, RejectedExample, Report, Seconds};
+use super::report::{Rejected, RejectedExample, Report, Seconds, write_json};
 use super::timings::{self, TimingCapture};
 use super::{interrupt, tell, usage};
-use crate::client::{Client, FilmSpec, SplatFilter, VarianceForm};
-use crate::scene::desc::{IntegratorKind, ReconstructionFilter};
+use crate::client::Client;
+use crate::scene::desc::IntegratorKind;
 use crate::scene::{self, Loaded};
 use crate::server::{RenderJob, Server, Stats};
 use crate::stream::Lanes;
@@ -23,9 +23,6 @@ use crate::stream::control::Epoch;
 use crate::stream::rejected::Cause;
 use crate::tracer::integrator::PathTracer;
 use crate::tracer::{Camera, Scene};
-
-/// Samples per pixel where neither the command line nor the scene says.
-const DEFAULT_SPP: u64 = 16;
 
 /// Runs the subcommand.
 ///
@@ -76,7 +73,7 @@ pub fn render(args: &RenderArgs) -> Result<()> {
     report.outputs = outputs.files().cloned().collect();
     report.peak_memory_bytes = usage::peak_memory_bytes();
     if let Some(path) = &args.json {
-        report.write_json(path)?;
+        write_json(&report, path)?;
     }
     if !args.quiet {
         tell(&report.summary());
@@ -121,29 +118,12 @@ pub(super) fn threads(args: &RenderArgs) -> usize {
 }
 
 pub(super) fn facts(args: &RenderArgs, loaded: &Loaded, device: String) -> RunFacts {
-    let film = &loaded.desc.film;
-    let (width, height) = film.crop.map_or((film.width, film.height), |c| (c.width, c.height));
-    let from_file = || match film.rfilter {
-        Some(ReconstructionFilter::Box) => SplatFilter::Box,
-        Some(ReconstructionFilter::Tent) => SplatFilter::Tent,
-        Some(ReconstructionFilter::Gaussian) | None => SplatFilter::Gaussian,
-    };
-    let filter = args.source.filter.map_or_else(from_file, SplatFilter::from);
-    let integrator = &loaded.desc.integrator;
+    let facts = RunFacts::of(&args.source, loaded, device);
     RunFacts {
-        scene: args.source.scene.clone(),
-        defines: args.source.defines.clone(),
-        size: args.source.size,
         first_index: args.first_index,
-        spec: FilmSpec { width, height, filter, variance: VarianceForm::Product },
-        max_depth: args.source.max_depth.map_or(integrator.max_depth, |d| d.0),
-        rr_depth: integrator.rr_depth,
-        hide_emitters: integrator.hide_emitters,
-        integrator: integrator.kind,
-        spp: args.spp.or(loaded.desc.samples_per_pixel).unwrap_or(DEFAULT_SPP),
-        seed: args.source.seed,
+        spp: args.spp.unwrap_or(facts.spp),
         deterministic: args.deterministic,
-        device,
+        ..facts
     }
 }
 
@@ -166,7 +146,7 @@ pub(super) fn integrator(facts: &RunFacts, (scene, camera): (Scene, Camera)) -> 
 fn trace(
     args: &RenderArgs,
     facts: &RunFacts,
-    (scene, camera): (Scene, Camera),
+    scene: (Scene, Camera),
     (server, lanes, client): (&Server, &mut Lanes, &mut Client),
     timings: &mut Option<TimingCapture>,
 ) -> Result<Driven> {
@@ -177,7 +157,7 @@ fn trace(
         Some(limit) => (first..u64::MAX, Goal::Time(limit)),
         None => (first..first.saturating_add(wanted), Goal::Paths(wanted)),
     };
-    let integrator = integrator(facts, (scene, camera));
+    let integrator = integrator(facts, scene);
     let epoch = Epoch(1);
     let mut job = RenderJob::new(Arc::new(integrator), range);
     job.window = facts.spec.window();

@@ -101,15 +101,6 @@ pub struct RejectedExample {
 }
 
 impl Report {
-    /// As [`write_json`].
-    ///
-    /// # Errors
-    ///
-    /// As there.
-    pub fn write_json(&self, path: &Path) -> Result<()> {
-        write_json(self, path)
-    }
-
     /// One line for a person.
     pub fn summary(&self) -> String {
         let mut line = format!(

@@ -187,6 +187,11 @@ impl VulkanFilm {
         repaint.paint(cmd, sums, settings, detail)
     }
 
+    /// What [`paint`](Self::paint) has made last, to be shown again; `None` before the first time.
+    pub fn painted(&mut self) -> Option<&mut Image> {
+        self.repaint.as_mut().and_then(Repaint::painted)
+    }
+
     /// The reconstructed picture before the tone curve: scene-linear `[X, Y, Z]`, `[height][width]`; waits for the GPU.
     ///
     /// # Errors

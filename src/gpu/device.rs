@@ -226,6 +226,11 @@ impl Gpu {
         unsafe { self.device.wait_semaphores(&info, u64::MAX) }.named("vkWaitSemaphores")
     }
 
+    /// True when this frame has completed on the GPU, and when the device is lost; never waits.
+    pub fn has_completed(&self, frame: FrameNumber) -> bool {
+        self.completed().map_or(true, |last| last >= frame.0)
+    }
+
     /// Number of the last frame that has completed.
     pub(in crate::gpu) fn completed(&self) -> Result<u64, GpuError> {
         self.alive("vkGetSemaphoreCounterValue")?;

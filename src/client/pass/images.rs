@@ -226,6 +226,11 @@ impl PictureImages {
         Self { extent, xyz: [const { None }; DETAILS.len()], encoded: None }
     }
 
+    /// The encoded picture that was asked for last.
+    pub fn painted(&mut self) -> Option<&mut Image> {
+        self.encoded.as_mut()
+    }
+
     /// Scene-linear XYZ and the encoded picture for these effects; an encoded picture of another format is retired.
     ///
     /// # Errors

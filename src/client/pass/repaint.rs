@@ -73,6 +73,11 @@ impl Repaint {
         Ok(encoded)
     }
 
+    /// The encoded picture as it was painted last; `None` before the first time.
+    pub fn painted(&mut self) -> Option<&mut Image> {
+        self.picture.painted()
+    }
+
     /// The encoded picture in 8 bits, whatever the window shows; waits for the GPU.
     ///
     /// # Errors

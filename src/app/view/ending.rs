@@ -1,0 +1,197 @@
+//! What is left behind when the window closes, for whatever reason: pictures, figures, an exit code.
+
+use std::time::{Duration, Instant};
+
+use miette::{IntoDiagnostic, Result};
+use serde::Serialize;
+
+use crate::app::facts::RunFacts;
+use crate::app::report::{Seconds, write_json};
+use crate::app::view::screen::Screen;
+use crate::app::view::viewer::Viewer;
+use crate::app::{tell, usage};
+use crate::client::reference::ReferenceFilm;
+use crate::client::window::statistics::Recent;
+use crate::client::{Client, ClientError};
+use crate::gpu;
+
+/// Longest time that the last samples are waited for.
+const LAST_SAMPLES: Duration = Duration::from_secs(2);
+
+/// Figures of a session. Field names are the JSON keys; times in milliseconds.
+#[derive(Serialize)]
+struct Report {
+    version: &'static str,
+    scene: std::path::PathBuf,
+    device: String,
+    plan: String,
+    threads: usize,
+    width: u32,
+    height: u32,
+    frames: u64,
+    frame_ms: Percentiles,
+    edit_latency_ms: Percentiles,
+    edits: usize,
+    stalls: u64,
+    epochs: u64,
+    resizes: u64,
+    device_losses: u32,
+    surface_losses: u32,
+    validation_messages: usize,
+    seconds: f64,
+    traced_samples: u64,
+    rasterised_samples: u64,
+    traced_samples_per_second: f64,
+    rasterised_samples_per_second: f64,
+    passes_ms: std::collections::BTreeMap<&'static str, f64>,
+    peak_memory_bytes: Option<u64>,
+}
+
+#[derive(Serialize)]
+struct Percentiles {
+    p50: f32,
+    p95: f32,
+    p99: f32,
+}
+
+impl Percentiles {
+    fn of(values: &Recent) -> Self {
+        let [p50, p95, p99] = values.percentiles([50.0, 95.0, 99.0]);
+        Self { p50, p95, p99 }
+    }
+}
+
+/// Stops the tracer, writes what was asked for, and gives back why the window closed.
+///
+/// # Errors
+///
+/// The reason, if it was not the user's wish, or else the first file that could not be written.
+pub fn finish(mut viewer: Viewer) -> Result<()> {
+    let lasted = viewer.figures.started.elapsed().as_secs_f64();
+    viewer.session.abort();
+    let last = viewer.last_samples();
+    let report = viewer.report(lasted);
+    let json = viewer.plan.json.clone();
+    let panicked = viewer.session.panicked().cloned();
+    let outcome = std::mem::replace(&mut viewer.outcome, Ok(()));
+    let captured = viewer.capture.take().map_or(Ok(()), |capture| capture.finish(viewer.session.server()));
+    let written = last.and_then(|()| write_pictures(viewer));
+    let told = json.map_or(Ok(()), |path| write_json(&report, &path));
+    outcome.and(written).and(captured).and(told)?;
+    match panicked {
+        Some((index, message)) => Err(miette::miette!("path {index} panicked: {message}; please report it")),
+        None => Ok(()),
+    }
+}
+
+impl Viewer {
+    /// Takes what the workers have sent.
+    fn last_samples(&mut self) -> Result<()> {
+        if self.plan.outputs.is_empty() {
+            return Ok(());
+        }
+        let start = Instant::now();
+        while !self.session.is_through() && start.elapsed() < LAST_SAMPLES || !self.kept.caught_up() {
+            self.session.events();
+            if let Err(error) = self.read(1 << 16) {
+                // The film is lost; kept samples are not.
+                tell(&format!("the last samples could not be rasterised: {error}"));
+                break;
+            }
+            if self.screen.as_mut().and_then(Screen::film).is_none() {
+                break;
+            }
+            if !self.session.is_through() {
+                self.session.wait(Duration::from_millis(5));
+            }
+        }
+        Ok(())
+    }
+
+    fn report(&mut self, seconds: f64) -> Report {
+        let traced = self.session.traced();
+        let figures = &self.figures;
+        let losses = self.screen.as_ref().map_or([0; 2], |screen| screen.losses);
+        Report {
+            version: env!("CARGO_PKG_VERSION"),
+            scene: self.plan.facts.scene.clone(),
+            device: self.plan.facts.device.clone(),
+            plan: self.plan.cores.words.clone(),
+            threads: self.session.threads(),
+            width: self.size[0],
+            height: self.size[1],
+            frames: figures.presented,
+            frame_ms: Percentiles::of(&figures.frames),
+            edit_latency_ms: Percentiles::of(&figures.edits),
+            edits: figures.edits.iter().count(),
+            stalls: figures.stalls,
+            epochs: figures.epochs,
+            resizes: figures.resizes,
+            device_losses: losses[0],
+            surface_losses: losses[1],
+            validation_messages: self.screen.as_ref().map_or(0, Screen::validation_messages),
+            seconds,
+            traced_samples: traced,
+            rasterised_samples: figures.rasterised,
+            traced_samples_per_second: traced as f64 / seconds.max(1e-9),
+            rasterised_samples_per_second: figures.rasterised as f64 / seconds.max(1e-9),
+            passes_ms: figures.passes.iter().copied().collect(),
+            peak_memory_bytes: usage::peak_memory_bytes(),
+        }
+    }
+}
+
+/// Writes the pictures asked for, from the film or, where that is lost, from the kept samples.
+fn write_pictures(mut viewer: Viewer) -> Result<()> {
+    if viewer.plan.outputs.is_empty() {
+        viewer.close();
+        return Ok(());
+    }
+    let prefix = viewer.session.is_complete();
+    let settings = viewer.controls.settings.clone();
+    let facts = RunFacts {
+        size: Some((viewer.size[0], viewer.size[1])),
+        spec: viewer.spec(),
+        ..viewer.plan.facts.clone()
+    };
+    let film = viewer.screen.as_mut().and_then(Screen::take_film);
+    let mut seconds = Seconds::default();
+    let outputs = &viewer.plan.outputs;
+    let mut written = Err(miette::miette!("there is no film"));
+    if let Some(film) = film {
+        let mut client = Client::Vulkan(film);
+        written = outputs.write(&mut client, (&facts, prefix), &settings, &mut seconds);
+        // Before the device's window goes.
+        drop(client);
+    }
+    if let Err(error) = &written {
+        tell(&format!("{error}; the picture is made without the device"));
+        let mut client = from_kept(&mut viewer).into_diagnostic()?;
+        written = viewer.plan.outputs.write(&mut client, (&facts, false), &settings, &mut seconds);
+    }
+    viewer.close();
+    written
+}
+
+/// The CPU twin of the film, filled with the samples that are kept.
+fn from_kept(viewer: &mut Viewer) -> Result<Client, ClientError> {
+    let mut film = ReferenceFilm::new(viewer.spec(), 0)?;
+    viewer.kept.rewind();
+    while let Some((samples, paths)) = viewer.kept.feed() {
+        film.count_paths(paths);
+        film.add(samples)?;
+    }
+    film.flush()?;
+    Ok(Client::Reference(film))
+}
+
+impl Viewer {
+    /// Ends the threads and closes the window. Where its display is gone, what belongs to it is left to the system: nobody
+    /// answers any more.
+    fn close(self) {
+        if gpu::display_lost() {
+            std::mem::forget(self.screen);
+            std::mem::forget(self.ui);
+        }
+    }
+}

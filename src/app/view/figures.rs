@@ -1,0 +1,175 @@
+//! What the viewer measures of itself: for the panel, for pacing, and for `--json`.
+
+use std::collections::VecDeque;
+use std::time::{Duration, Instant};
+
+use crate::client::pacing::Pacer;
+use crate::client::window::statistics::{Recent, Statistics};
+use crate::gpu::{FrameNumber, Gpu, ScopeTime};
+
+/// A loop that is later than this stands still, for whoever looks.
+pub const STALL: Duration = Duration::from_millis(250);
+
+/// Values kept for the figures of the whole session: four and a half minutes at 60 Hz.
+const KEPT: usize = 16_384;
+
+/// Weight that the past has after each measurement.
+const MEMORY: f64 = 0.9;
+
+/// A frame that the device has not finished yet.
+struct InFlight {
+    number: FrameNumber,
+    began: Instant,
+    shows_edit: bool,
+}
+
+/// Measurements.
+pub struct Figures {
+    /// When the viewer began.
+    pub started: Instant,
+    /// What the panel shows.
+    pub statistics: Statistics,
+    /// Milliseconds from the beginning of a frame to its end on the device.
+    pub frames: Recent,
+    /// Milliseconds from an edit to the first picture that shows it, finished on the device.
+    pub edits: Recent,
+    /// Frames presented.
+    pub presented: u64,
+    /// Samples that the film was given, kept ones again after a resize.
+    pub rasterised: u64,
+    /// Epochs begun.
+    pub epochs: u64,
+    /// Times that the loop stood still for more than [`STALL`].
+    pub stalls: u64,
+    /// Films of another size.
+    pub resizes: u64,
+    /// Milliseconds of each pass, per run, last measured.
+    pub passes: Vec<(&'static str, f64)>,
+    /// `detail` of the repaints whose times have not been read yet.
+    pub paints: VecDeque<u32>,
+    /// Time on this thread that went into rasterising since the last look.
+    pub raster_cpu: Duration,
+    in_flight: VecDeque<InFlight>,
+    /// Seconds and samples of rasterising, fading.
+    raster: (f64, f64),
+    /// `rasterised` at the last look.
+    looked: u64,
+    rates: Rates,
+}
+
+/// Samples per second over the last half second or so.
+struct Rates {
+    since: Instant,
+    counts: [u64; 2],
+    values: [f64; 2],
+}
+
+impl Default for Figures {
+    fn default() -> Self {
+        Self {
+            started: Instant::now(),
+            statistics: Statistics::default(),
+            frames: Recent::new(KEPT),
+            edits: Recent::new(KEPT),
+            presented: 0,
+            rasterised: 0,
+            epochs: 0,
+            stalls: 0,
+            resizes: 0,
+            passes: Vec::new(),
+            paints: VecDeque::new(),
+            raster_cpu: Duration::ZERO,
+            in_flight: VecDeque::new(),
+            raster: (0.0, 0.0),
+            looked: 0,
+            rates: Rates { since: Instant::now(), counts: [0; 2], values: [0.0; 2] },
+        }
+    }
+}
+
+impl Figures {
+    /// A frame was handed to the device.
+    pub fn presented(&mut self, number: FrameNumber, began: Instant, shows_edit: bool) {
+        self.presented += 1;
+        self.in_flight.push_back(InFlight { number, began, shows_edit });
+    }
+
+    /// True while a frame that shows an edit is on its way.
+    pub fn awaits_edit(&self) -> bool {
+        self.in_flight.iter().any(|frame| frame.shows_edit)
+    }
+
+    /// Notes the frames that the device has finished by now.
+    pub fn completed(&mut self, gpu: &Gpu, pacer: &mut Pacer) {
+        while let Some(frame) = self.in_flight.pop_front_if(|frame| gpu.has_completed(frame.number)) {
+            let now = Instant::now();
+            let took = now - frame.began;
+            self.frames.push((took.as_secs_f64() * 1e3) as f32);
+            pacer.frame(took);
+            self.statistics.frame(now, frame.shows_edit);
+            if frame.shows_edit
+                && let Some(latency) = self.statistics.edit_latency()
+            {
+                self.edits.push((latency.as_secs_f64() * 1e3) as f32);
+            }
+        }
+    }
+
+    /// What was under way on a device that is gone will never be finished.
+    pub fn forget_device(&mut self) {
+        self.in_flight.clear();
+        self.paints.clear();
+        self.statistics.pause();
+    }
+
+    /// Learns from the times of passes that have been measured since the last call.
+    pub fn learn(&mut self, times: &[ScopeTime], pacer: &mut Pacer) {
+        let sum = |names: &[&str]| -> f64 {
+            times.iter().filter(|t| names.contains(&t.name)).map(|t| t.milliseconds).sum::<f64>() * 1e-3
+        };
+        let count = |name: &str| times.iter().filter(|t| t.name == name).map(|t| t.count).sum::<u64>();
+        let samples = (self.rasterised - self.looked) as f64;
+        self.looked = self.rasterised;
+        let seconds = sum(&["splat", "variance"]) + std::mem::take(&mut self.raster_cpu).as_secs_f64();
+        self.raster = (self.raster.0 * MEMORY + seconds, self.raster.1 * MEMORY + samples);
+        if self.raster.1 >= 1.0 {
+            pacer.samples(self.raster.1 as u64, Duration::from_secs_f64(self.raster.0));
+        }
+        let batches = count("fold");
+        if batches > 0 {
+            pacer.batch(Duration::from_secs_f64(sum(&["fold", "variance fold", "clear"]) / batches as f64));
+        }
+        let repaints = count("tonemap");
+        if repaints > 0 {
+            let others = ["splat", "variance", "fold", "variance fold", "clear", "panel", "show", "readback"];
+            let all: f64 = times.iter().filter(|t| !others.contains(&t.name)).map(|t| t.milliseconds).sum();
+            let each = Duration::from_secs_f64(all * 1e-3 / repaints as f64);
+            for _ in 0..repaints {
+                if let Some(detail) = self.paints.pop_front() {
+                    pacer.repainted(detail, each);
+                }
+            }
+        }
+        for time in times {
+            let value = time.milliseconds / time.count.max(1) as f64;
+            match self.passes.iter_mut().find(|(name, _)| *name == time.name) {
+                Some((_, last)) => *last += 0.2 * (value - *last),
+                None => self.passes.push((time.name, value)),
+            }
+        }
+    }
+
+    /// Samples per second that were traced and rasterised, given the totals by now.
+    pub fn rates(&mut self, traced: u64) -> [f64; 2] {
+        let now = Instant::now();
+        let seconds = (now - self.rates.since).as_secs_f64();
+        if seconds >= 0.5 {
+            let counts = [traced, self.rasterised];
+            for i in 0..2 {
+                self.rates.values[i] = counts[i].saturating_sub(self.rates.counts[i]) as f64 / seconds;
+            }
+            (self.rates.since, self.rates.counts) = (now, counts);
+        }
+        self.rates.values
+    }
+}

@@ -1,0 +1,202 @@
+//! One frame, in the paper's order (§4.2, Figure 1).
+
+use std::time::{Duration, Instant};
+
+use crate::app::view::screen::Screen;
+use crate::app::view::viewer::Viewer;
+use crate::client::pacing::{FramePlan, Situation};
+use crate::client::{BATCH_CAPACITY, ClientError};
+use crate::gpu::Readiness;
+
+/// After an edit the loop waits this long for samples before it looks at messages again.
+const FIRST_SAMPLES_WAIT: Duration = Duration::from_millis(4);
+
+/// Samples that make a first picture: LoD shows the scene from few.
+const FIRST_SAMPLES: u64 = 512;
+
+impl Viewer {
+    /// Messages, read samples, rasterise, repaint, swap.
+    ///
+    /// # Errors
+    ///
+    /// What device, film or surface say.
+    pub fn frame(&mut self) -> Result<(), ClientError> {
+        let begin = Instant::now();
+        self.session.events();
+        let plan = self.plan_frame(begin);
+        let wanted = plan.repaint || self.pending.show || self.panel_due(begin);
+        let shown = wanted && self.make_ready()?;
+        self.take(&plan, begin)?;
+        if shown && self.has_picture() {
+            self.show(&plan)?;
+        }
+        self.measure(begin);
+        self.clock.frame = begin;
+        Ok(())
+    }
+
+    /// What this frame does.
+    fn plan_frame(&mut self, now: Instant) -> FramePlan {
+        let (then, samples, shown_detail) = self.clock.repainted;
+        let counts = self.counts();
+        let total = counts.camera_samples + counts.light_samples;
+        let spec = self.spec();
+        let [width, height] = spec.padded_extent().map(f64::from);
+        let lod = (total > 0).then(|| 0.5 * (width * height / total as f64).log2() as f32);
+        let situation = Situation {
+            since_edit: now - self.clock.edited,
+            since_repaint: now - then,
+            lod,
+            growth: if samples == 0 { f64::INFINITY } else { total as f64 / samples as f64 },
+            shown_detail,
+            due: self.pending.unseen || self.pending.repaint,
+        };
+        let mut plan = self.pacer.plan(&situation);
+        if self.plan.facts.deterministic {
+            plan.samples = plan.samples.max(BATCH_CAPACITY);
+        }
+        plan
+    }
+
+    /// An image of the window to draw into, and a film of its size. False when there is nothing to draw into now.
+    fn make_ready(&mut self) -> Result<bool, ClientError> {
+        let Some(screen) = &mut self.screen else { return Ok(false) };
+        let (readiness, extent) = screen.acquire()?;
+        match readiness {
+            Readiness::Ready => {}
+            Readiness::Busy | Readiness::Hidden => return Ok(false),
+            Readiness::SurfaceLost => {
+                screen.replace_surface()?;
+                return Ok(false);
+            }
+        }
+        if let Some(extent) = extent {
+            self.refit(extent)?;
+        }
+        Ok(true)
+    }
+
+    /// Reads samples and gives them to the film: kept ones first where the film is behind. After an edit it waits a moment
+    /// for the first ones.
+    fn take(&mut self, plan: &FramePlan, begin: Instant) -> Result<(), ClientError> {
+        self.read(plan.samples)?;
+        while self.pending.unseen && !self.session.is_through() && self.samples() < FIRST_SAMPLES {
+            let left = FIRST_SAMPLES_WAIT.saturating_sub(begin.elapsed());
+            if left.is_zero() {
+                break;
+            }
+            self.session.wait(left);
+            self.session.events();
+            self.read(plan.samples)?;
+        }
+        Ok(())
+    }
+
+    /// Reads `budget` samples.
+    ///
+    /// # Errors
+    ///
+    /// What the film says.
+    pub fn read(&mut self, budget: usize) -> Result<(), ClientError> {
+        let Some(film) = self.screen.as_mut().and_then(Screen::film) else {
+            // Without a film samples are kept as long as there is room; then workers park.
+            self.read_ahead(budget);
+            return Ok(());
+        };
+        let mut left = budget;
+        while left > 0
+            && let Some((samples, paths)) = self.kept.feed()
+        {
+            film.count_paths(paths);
+            film.add(samples)?;
+            left = left.saturating_sub(samples.len());
+            self.figures.rasterised += samples.len() as u64;
+        }
+        if !self.kept.caught_up() {
+            self.read_ahead(budget);
+            return Ok(());
+        }
+        let (kept, mut failed) = (&mut self.kept, None);
+        let drained = self.session.drain(left.max(1024), |block| {
+            kept.push(block);
+            if failed.is_none() {
+                film.count_paths(block.header.paths);
+                failed = film.add(block.samples()).err();
+            }
+        });
+        self.figures.rasterised += drained.samples as u64;
+        failed.map_or(Ok(()), Err)
+    }
+
+    /// Takes samples from the lanes for later, so that the tracer need not wait for a film that is behind.
+    fn read_ahead(&mut self, budget: usize) {
+        let mut left = budget;
+        while left > 0 && self.kept.has_room() {
+            let kept = &mut self.kept;
+            let drained = self.session.drain(1024, |block| {
+                kept.push_for_later(block);
+            });
+            if drained.blocks == 0 {
+                break;
+            }
+            left = left.saturating_sub(drained.samples.max(1));
+        }
+    }
+
+    /// Samples on the film.
+    pub fn samples(&mut self) -> u64 {
+        let counts = self.counts();
+        counts.camera_samples + counts.light_samples
+    }
+
+    /// True when there is something to show that belongs to the present epoch, or the last picture of the one before.
+    fn has_picture(&mut self) -> bool {
+        let painted =
+            self.screen.as_mut().and_then(Screen::film).is_some_and(|film| film.painted().is_some());
+        painted || self.samples() > 0
+    }
+
+    /// Rasterises what was read, repaints if the plan says so, and swaps.
+    fn show(&mut self, plan: &FramePlan) -> Result<(), ClientError> {
+        let begin = Instant::now();
+        let samples = self.samples();
+        // In order of index only whole batches are rasterised, so that the sums are those of a headless render.
+        let partial = !self.plan.facts.deterministic || self.session.is_complete();
+        let ready = if partial { samples > 0 } else { samples >= BATCH_CAPACITY as u64 };
+        let repaint = (ready && (plan.repaint || self.pending.repaint)).then_some(plan.detail);
+        self.run_panel(begin);
+        let panel_time = begin.elapsed();
+        let Some(screen) = &mut self.screen else { return Ok(()) };
+        if partial && repaint.is_some() {
+            screen.flush()?;
+        }
+        let panel = self.ui.as_mut().filter(|_| self.controls.visible || self.controls.help);
+        screen.show(&self.controls.settings, repaint, panel.map(|ui| &mut ui.triangles))?;
+        let number = screen.last();
+        self.pacer.panel(panel_time);
+        self.pending.show = false;
+        if let Some(detail) = repaint {
+            let shows_edit = std::mem::take(&mut self.pending.unseen);
+            self.pending.repaint = false;
+            self.clock.repainted = (begin, samples, detail);
+            self.figures.paints.push_back(detail);
+            self.figures.presented(number, begin, shows_edit);
+        } else {
+            self.figures.presented(number, begin, false);
+        }
+        Ok(())
+    }
+
+    /// Learns what the device's frames have cost.
+    fn measure(&mut self, begin: Instant) {
+        let Some(gpu) = self.screen.as_ref().and_then(Screen::gpu).cloned() else { return };
+        self.figures.learn(&gpu.take_timings(), &mut self.pacer);
+        if let Some(capture) = &mut self.capture {
+            let written = capture.client("frame", begin).and_then(|()| capture.frame(self.session.server()));
+            if let Err(error) = written {
+                self.capture = None;
+                self.fail(error);
+            }
+        }
+    }
+}

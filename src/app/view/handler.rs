@@ -1,0 +1,175 @@
+//! What winit says, and when a frame is due.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use raw_window_handle::HasDisplayHandle;
+use winit::application::ApplicationHandler;
+use winit::dpi::PhysicalSize;
+use winit::event::WindowEvent;
+use winit::event_loop::{ActiveEventLoop, ControlFlow};
+use winit::window::{Window, WindowId};
+
+use crate::app::interrupt;
+use crate::app::timings::TimingCapture;
+use crate::app::view::figures::STALL;
+use crate::app::view::screen::Screen;
+use crate::app::view::ui::Ui;
+use crate::app::view::viewer::{DEFAULT_BUDGET, Viewer};
+use crate::client::pacing::Pacer;
+use crate::gpu;
+
+/// How soon the loop looks again while the device or first samples are waited for.
+const SOON: Duration = Duration::from_millis(1);
+
+/// How long it sleeps at most: signals from outside are heard then.
+const IDLE: Duration = Duration::from_millis(100);
+
+/// An epoch that is not shown may be cut off by the next edit after this long: a scene that is too slow for its first picture
+/// must not hold the camera.
+const PATIENCE: Duration = Duration::from_millis(250);
+
+impl ApplicationHandler for Viewer {
+    fn resumed(&mut self, events: &ActiveEventLoop) {
+        if self.screen.is_none()
+            && let Err(error) = self.open(events)
+        {
+            self.fail(error);
+        }
+    }
+
+    fn window_event(&mut self, _: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        let Some(window) = self.screen.as_ref().map(|screen| screen.window().clone()) else { return };
+        match &event {
+            WindowEvent::CloseRequested | WindowEvent::Destroyed => self.quit = true,
+            WindowEvent::Resized(size) => self.resized(*size),
+            WindowEvent::ScaleFactorChanged { .. } => self.pending.show = true,
+            WindowEvent::RedrawRequested | WindowEvent::Occluded(false) => self.pending.show = true,
+            _ => {}
+        }
+        let panel = self.controls.visible || self.controls.help;
+        let taken = match &mut self.ui {
+            Some(ui) if panel && !self.input.is_dragging() => ui.on_event(&window, &event),
+            _ => false,
+        };
+        for intent in self.input.on_window_event(&event, taken) {
+            self.intend(intent);
+        }
+    }
+
+    fn about_to_wait(&mut self, events: &ActiveEventLoop) {
+        if interrupt::asked() {
+            self.quit = true;
+        }
+        if gpu::display_lost() {
+            self.fail(miette::miette!("the connection to the display broke"));
+        }
+        if !self.quit {
+            self.step();
+        }
+        if self.quit {
+            events.exit();
+            return;
+        }
+        events.set_control_flow(ControlFlow::WaitUntil(self.next_look(Instant::now())));
+    }
+}
+
+impl Viewer {
+    /// Opens the window, the device and the panel; the first epoch begins with the first step.
+    fn open(&mut self, events: &ActiveEventLoop) -> miette::Result<()> {
+        use miette::IntoDiagnostic;
+        let [width, height] = self.size;
+        let attributes = Window::default_attributes()
+            .with_title(format!("{} · Pointillist", self.plan.name))
+            .with_inner_size(PhysicalSize::new(width, height));
+        let window = Arc::new(events.create_window(attributes).into_diagnostic()?);
+        gpu::survive_display_loss(window.display_handle().into_diagnostic()?.as_raw());
+        if self.plan.budget.is_none() {
+            let rate = window.current_monitor().and_then(|monitor| monitor.refresh_rate_millihertz());
+            let budget =
+                rate.filter(|rate| *rate >= 1000).map(|rate| Duration::from_secs_f64(1e3 / f64::from(rate)));
+            self.pacer = Pacer::new(budget.unwrap_or(DEFAULT_BUDGET));
+        }
+        self.ui = Some(Ui::new(&window));
+        // Tracing begins while the device is opened.
+        self.restart()?;
+        let screen = Screen::open(window, self.plan.choice.clone(), self.spec()).into_diagnostic()?;
+        self.plan.facts.device = screen.gpu().map(|gpu| gpu.info().name.clone()).unwrap_or_default();
+        if let Some(path) = &self.plan.timings {
+            self.session.server().set_tracing(true);
+            self.capture = Some(TimingCapture::new(path, screen.gpu())?);
+        }
+        self.screen = Some(screen);
+        self.clock.due = Instant::now();
+        Ok(())
+    }
+
+    fn resized(&mut self, size: PhysicalSize<u32>) {
+        if let Some(swapchain) = self.screen.as_mut().and_then(Screen::swapchain) {
+            swapchain.resize([size.width, size.height]);
+        }
+        (self.pending.show, self.clock.due) = (true, Instant::now());
+        if let Some(ui) = &mut self.ui {
+            ui.refresh();
+        }
+    }
+
+    /// Does what is due: camera, epoch, frame.
+    fn step(&mut self) {
+        let now = Instant::now();
+        if let Some(gesture) = self.input.tick((now - self.clock.tick).as_secs_f64()) {
+            self.gesture(gesture);
+        }
+        self.clock.tick = now;
+        if let Some(gpu) = self.screen.as_ref().and_then(Screen::gpu).cloned() {
+            self.figures.completed(&gpu, &mut self.pacer);
+        }
+        self.act();
+        let shown = !self.pending.unseen || self.session.elapsed() > PATIENCE;
+        if self.pending.restart && shown {
+            match self.restart() {
+                Ok(()) => self.clock.due = now,
+                Err(error) => return self.fail(error),
+            }
+        }
+        let free = self.screen.as_ref().is_some_and(Screen::is_idle);
+        if now >= self.clock.due && free {
+            if now - self.clock.due > STALL {
+                self.figures.stalls += 1;
+            }
+            self.clock.due = self.clock.due.max(now) + self.pacer.budget();
+            if let Err(error) = self.frame() {
+                self.recover(error);
+            }
+            if begin_to_end(now) > STALL {
+                self.figures.stalls += 1;
+            }
+            if self.pending.unseen {
+                self.clock.due = Instant::now() + SOON;
+            }
+        }
+    }
+
+    /// When the loop looks again.
+    fn next_look(&self, now: Instant) -> Instant {
+        let busy = !self.screen.as_ref().is_some_and(Screen::is_idle);
+        if self.figures.awaits_edit() || (busy && now >= self.clock.due) {
+            return now + SOON;
+        }
+        let still = self.session.is_through()
+            && self.kept.caught_up()
+            && !(self.pending.restart || self.pending.unseen || self.pending.repaint || self.pending.show)
+            && !self.input.is_moving();
+        if !still {
+            return self.clock.due;
+        }
+        let panel = self.controls.visible || self.controls.help;
+        let panel = self.ui.as_ref().filter(|_| panel).map_or(now + IDLE, Ui::due);
+        panel.min(now + IDLE).max(self.clock.due)
+    }
+}
+
+fn begin_to_end(begin: Instant) -> Duration {
+    begin.elapsed()
+}

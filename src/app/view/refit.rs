@@ -1,0 +1,95 @@
+//! What happens when the picture's size, its filter, or the device under it changes: another film, filled from kept samples.
+
+use std::time::Instant;
+
+use miette::Result;
+
+use crate::app::tell;
+use crate::app::view::screen::{Screen, is_device_lost};
+use crate::app::view::viewer::Viewer;
+use crate::client::ClientError;
+use crate::client::film::VulkanFilm;
+
+/// Devices that may be lost before the viewer gives up.
+const MOST_LOSSES: u32 = 1;
+
+impl Viewer {
+    /// Makes the film fit a window of this extent and the chosen filter. Where only the scale has changed the epoch goes on:
+    /// the new film is filled from kept samples, which know no resolution. Another shape is another camera, a new epoch; until
+    /// its first samples are there the old ones are shown, stretched, so that nothing flickers.
+    ///
+    /// # Errors
+    ///
+    /// When the film does not fit into the device.
+    pub fn refit(&mut self, extent: [u32; 2]) -> Result<(), ClientError> {
+        let before = std::mem::replace(&mut self.size, extent);
+        let spec = self.spec();
+        let Some(screen) = &mut self.screen else { return Ok(()) };
+        if screen.film().is_some_and(|film| *film.spec() == spec) {
+            return Ok(());
+        }
+        if let Err(error) = screen.replace_film(spec) {
+            self.size = before;
+            return Err(error);
+        }
+        self.kept.rewind();
+        self.pending.repaint = true;
+        if before != extent {
+            self.figures.resizes += 1;
+        }
+        let cross = |a: [u32; 2], b: [u32; 2]| u64::from(a[0]) * u64::from(b[1]);
+        let same_shape = cross(before, extent) == cross(extent, before);
+        let covered = self.session.covers(&self.uv_window());
+        // In order of index a film holds whole batches from the first on.
+        if !same_shape || !covered || self.plan.facts.deterministic {
+            self.edited();
+        }
+        Ok(())
+    }
+
+    /// Deals with an error of a frame: a lost device is replaced once, and the tracer goes on meanwhile.
+    pub fn recover(&mut self, error: ClientError) {
+        let losses = self.screen.as_ref().map_or(0, |screen| screen.losses[0]);
+        if !is_device_lost(&error) || losses >= MOST_LOSSES {
+            return self.fail(miette::Report::from_err(error));
+        }
+        tell(&format!("the device was lost; opening it again ({error})"));
+        let spec = self.spec();
+        let Some(screen) = &mut self.screen else { return };
+        match screen.replace_device(spec) {
+            Ok(()) => {
+                self.kept.rewind();
+                self.figures.forget_device();
+                if let Some((capture, gpu)) = self.capture.as_mut().zip(screen.gpu()) {
+                    capture.replace_gpu(gpu);
+                }
+                (self.pending.repaint, self.pending.show) = (true, true);
+                self.clock.due = Instant::now();
+                if self.plan.facts.deterministic {
+                    self.edited();
+                }
+            }
+            Err(error) => self.fail(miette::Report::from_err(error)),
+        }
+    }
+
+    /// Ends the loop for this reason; the first one counts.
+    pub fn fail(&mut self, error: miette::Report) {
+        if self.outcome.is_ok() {
+            self.outcome = Err(error);
+        }
+        self.quit = true;
+    }
+
+    /// Display controls have changed: the same samples are shown in another way; another filter needs another film.
+    pub fn controls_changed(&mut self) {
+        self.pending.repaint = true;
+        let filter = self.controls.filter;
+        let film = self.screen.as_mut().and_then(Screen::film);
+        if film.map(|film: &mut VulkanFilm| film.spec().filter) != Some(filter)
+            && let Err(error) = self.refit(self.size)
+        {
+            self.recover(error);
+        }
+    }
+}

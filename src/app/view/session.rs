@@ -1,0 +1,183 @@
+//! The server's side of the window: one render after another, each with an epoch of its own.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use miette::{IntoDiagnostic, Result};
+
+use crate::app::facts::RunFacts;
+use crate::server::{RenderJob, Server};
+use crate::stream::block::Block;
+use crate::stream::control::{Epoch, Event, Finish};
+use crate::stream::ordered::Cursor;
+use crate::stream::{Drained, Lanes, UvWindow};
+use crate::tracer::integrator::PathTracer;
+use crate::tracer::{Camera, Scene};
+
+/// The server, its lanes, and the render in progress.
+pub struct Session {
+    server: Server,
+    lanes: Lanes,
+    epoch: Epoch,
+    /// Where an ordered drain stands.
+    cursor: Cursor,
+    /// Paths of a render; `None` is no end.
+    paths: Option<u64>,
+    deterministic: bool,
+    /// Where the samples of this epoch lie.
+    window: UvWindow,
+    /// The render has ended, and how.
+    ended: Option<Finish>,
+    /// It has ended and every block was taken.
+    through: bool,
+    began: Instant,
+    /// Samples of earlier epochs.
+    traced_before: u64,
+    /// The first path that panicked.
+    panicked: Option<(u64, String)>,
+}
+
+impl Session {
+    /// Starts the threads; they sleep until the first render.
+    ///
+    /// # Errors
+    ///
+    /// When the system gives no threads.
+    pub fn start(threads: usize, paths: Option<u64>, deterministic: bool) -> Result<Self> {
+        let (server, lanes) = Server::start(threads).into_diagnostic()?;
+        let epoch = Epoch(0);
+        Ok(Self {
+            server,
+            lanes,
+            epoch,
+            cursor: Cursor::new(epoch, 0),
+            paths,
+            deterministic,
+            window: UvWindow::PICTURE,
+            ended: None,
+            through: false,
+            began: Instant::now(),
+            traced_before: 0,
+            panicked: None,
+        })
+    }
+
+    /// An edit: the next epoch begins at once, and blocks of the last one will be dropped on arrival.
+    ///
+    /// # Errors
+    ///
+    /// When the server has ended.
+    pub fn render(
+        &mut self,
+        facts: &RunFacts,
+        (scene, camera): (Arc<Scene>, Camera),
+        window: UvWindow,
+    ) -> Result<()> {
+        self.traced_before += self.server.stats().total().samples;
+        self.epoch = self.epoch.next();
+        let integrator = PathTracer {
+            scene,
+            camera,
+            seed: facts.seed,
+            window,
+            max_depth: facts.max_depth,
+            rr_depth: facts.rr_depth,
+            hide_emitters: facts.hide_emitters,
+        };
+        let mut job = RenderJob::new(Arc::new(integrator), 0..self.paths.unwrap_or(u64::MAX));
+        job.window = window;
+        if self.deterministic {
+            job.deadline = None;
+        }
+        self.server.render(job, self.epoch).into_diagnostic()?;
+        self.cursor = Cursor::new(self.epoch, 0);
+        self.window = window;
+        (self.ended, self.through, self.began) = (None, false, Instant::now());
+        Ok(())
+    }
+
+    /// Hears what the server has to say.
+    pub fn events(&mut self) {
+        while let Some(Event::Finished { epoch, why }) = self.server.event() {
+            if let Finish::Panicked { index, message } = &why {
+                self.panicked.get_or_insert((*index, message.clone()));
+            }
+            if epoch == self.epoch {
+                self.ended = Some(why);
+            }
+        }
+    }
+
+    /// Hands over waiting blocks, `budget` samples at most; blocks of older epochs are dropped. Never waits.
+    pub fn drain(&mut self, budget: usize, take: impl FnMut(&Block)) -> Drained {
+        let drained = if self.deterministic {
+            self.lanes.drain_ordered(&mut self.cursor, budget, take)
+        } else {
+            self.lanes.drain(self.epoch, budget, take)
+        };
+        // The event was read before the lanes: every block had been committed by then.
+        self.through = self.ended.is_some() && drained.blocks == 0 && self.lanes.fill().blocks == 0;
+        drained
+    }
+
+    /// Sleeps until a block or an event is there, at most `timeout`.
+    pub fn wait(&mut self, timeout: Duration) {
+        if self.deterministic {
+            self.lanes.wait_ordered(&self.cursor, timeout);
+        } else {
+            self.lanes.wait(timeout);
+        }
+    }
+
+    /// Stops the render; what has been sent remains valid.
+    pub fn abort(&self) {
+        self.server.abort();
+    }
+
+    /// True when the samples of this epoch cover this window.
+    pub fn covers(&self, window: &UvWindow) -> bool {
+        let inside = |i: usize| self.window.min[i] <= window.min[i] && self.window.max[i] >= window.max[i];
+        inside(0) && inside(1)
+    }
+
+    /// The render has ended and every block of it was taken.
+    pub fn is_through(&self) -> bool {
+        self.through
+    }
+
+    /// Every path of the range was traced.
+    pub fn is_complete(&self) -> bool {
+        self.through && self.ended == Some(Finish::Complete)
+    }
+
+    /// The path that panicked first, and what it said.
+    pub fn panicked(&self) -> Option<&(u64, String)> {
+        self.panicked.as_ref()
+    }
+
+    /// The server, for a capture of its spans.
+    pub fn server(&self) -> &Server {
+        &self.server
+    }
+
+    /// Time since the present epoch began.
+    pub fn elapsed(&self) -> Duration {
+        self.began.elapsed()
+    }
+
+    /// Samples that the tracer has sent since the start.
+    pub fn traced(&self) -> u64 {
+        self.traced_before + self.server.stats().total().samples
+    }
+
+    /// Blocks in the lanes, and how many fit.
+    pub fn fill(&self) -> (usize, usize) {
+        let fill = self.lanes.fill();
+        (fill.blocks, fill.capacity)
+    }
+
+    /// Tracing threads.
+    pub fn threads(&self) -> usize {
+        self.server.threads()
+    }
+}

@@ -1,0 +1,93 @@
+//! From the command line to the open window, and from there to the exit code.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::time::Duration;
+
+use miette::{IntoDiagnostic, Result, WrapErr};
+use winit::event_loop::EventLoop;
+
+use crate::app::args::ViewArgs;
+use crate::app::device::CPU;
+use crate::app::facts::RunFacts;
+use crate::app::outputs::Outputs;
+use crate::app::view::cores::Cores;
+use crate::app::view::ending;
+use crate::app::view::session::Session;
+use crate::app::view::user::User;
+use crate::app::view::viewer::{Plan, Viewer};
+use crate::app::{interrupt, tell, timings};
+use crate::client::window::panel::Controls;
+use crate::gpu::DeviceChoice;
+use crate::scene;
+use crate::tracer::Scene;
+
+/// Runs the subcommand.
+///
+/// # Errors
+///
+/// Whatever stops the viewer. A picture that was asked for is written all the same.
+pub fn view(args: &ViewArgs) -> Result<()> {
+    if args.source.device.as_deref() == Some(CPU) {
+        return Err(miette::miette!(
+            "a window needs a Vulkan device, and --device cpu is none: leave it out, or use `pointillist render`"
+        ));
+    }
+    let outputs = Outputs::check(args.outputs.clone(), args.json.as_ref(), &args.source.scene)?;
+    if let Some(path) = &args.gpu_timings {
+        timings::check(path, args.outputs.iter().chain(&args.json).chain([&args.source.scene]))?;
+    }
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    // Before any thread starts.
+    let cores = Cores::plan(cores, args.source.threads.map(usize::from), args.source.device.as_deref());
+    interrupt::listen();
+    let events =
+        EventLoop::new().into_diagnostic().wrap_err("no window can be opened: is there a display?")?;
+    let mut viewer = prepare(args, outputs, cores)?;
+    // The window system may be gone in the middle of anything: what was traced is saved all the same.
+    let run = catch_unwind(AssertUnwindSafe(|| events.run_app(&mut viewer)));
+    match run {
+        Ok(Ok(())) => {}
+        Ok(Err(error)) => viewer.fail(miette::miette!("the window system failed: {error}")),
+        Err(_) => viewer.fail(miette::miette!("the connection to the display broke")),
+    }
+    ending::finish(viewer)
+}
+
+/// Loads the scene and starts the threads.
+fn prepare(args: &ViewArgs, outputs: Outputs, cores: Cores) -> Result<Viewer> {
+    let mut loaded = scene::load(&args.source.scene, &args.source.defines)?;
+    if let Some((width, height)) = args.source.size {
+        (loaded.desc.film.width, loaded.desc.film.height) = (width, height);
+        loaded.desc.film.crop = None;
+    }
+    for warning in &loaded.warnings {
+        tell(&format!("{:?}", miette::Report::new(warning.clone())));
+    }
+    let scene = Scene::prepare(&loaded.desc).into_diagnostic()?;
+    for notice in scene.notices() {
+        tell(&format!("warning: {notice}"));
+    }
+    let facts =
+        RunFacts { deterministic: args.deterministic, ..RunFacts::of(&args.source, &loaded, String::new()) };
+    let name =
+        args.source.scene.file_stem().map_or("scene".into(), |stem| stem.to_string_lossy().into_owned());
+    let session = Session::start(cores.tracing, args.samples, args.deterministic)?;
+    let controls = Controls {
+        settings: args.display.settings(),
+        filter: facts.spec.filter,
+        visible: !args.no_panel,
+        help: false,
+    };
+    let plan = Plan {
+        facts,
+        outputs,
+        json: args.json.clone(),
+        choice: args.source.device.as_deref().map_or(DeviceChoice::Best, DeviceChoice::parse),
+        cores,
+        timings: args.gpu_timings.clone(),
+        budget: args.fps.map(|fps| Duration::from_secs_f32(1.0 / fps.clamp(0.1, 1000.0))),
+        name,
+    };
+    let user = User::new(loaded.desc, scene)?;
+    Ok(Viewer::new(plan, session, user, controls))
+}

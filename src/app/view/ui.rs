@@ -1,0 +1,155 @@
+//! The panel's side of the loop: egui's input and output, and the figures that it shows.
+
+use std::time::{Duration, Instant};
+
+use winit::event::WindowEvent;
+use winit::window::Window;
+
+use crate::app::view::screen::{Screen, Triangles};
+use crate::app::view::viewer::Viewer;
+use crate::client::settings::FilmCounts;
+use crate::client::window::panel::{self, Action, Controls, Readout};
+
+/// The panel's figures are drawn anew this often.
+const REFRESH: Duration = Duration::from_millis(200);
+
+/// egui and what it last wanted drawn.
+pub struct Ui {
+    context: egui::Context,
+    state: egui_winit::State,
+    /// For the overlay.
+    pub triangles: Triangles,
+    /// egui must run again by then.
+    due: Instant,
+    /// The last message for the user.
+    pub message: Option<String>,
+}
+
+impl Ui {
+    /// For this window.
+    pub fn new(window: &Window) -> Self {
+        let context = egui::Context::default();
+        let scale = Some(window.scale_factor() as f32);
+        let state = egui_winit::State::new(
+            context.clone(),
+            egui::ViewportId::ROOT,
+            window,
+            scale,
+            window.theme(),
+            Some(4096),
+        );
+        Self { context, state, triangles: Triangles::default(), due: Instant::now(), message: None }
+    }
+
+    /// Gives an event to egui; true when the panel has it and the picture must not react.
+    pub fn on_event(&mut self, window: &Window, event: &WindowEvent) -> bool {
+        let keyboard = matches!(event, WindowEvent::KeyboardInput { .. });
+        if keyboard && !self.context.egui_wants_keyboard_input() {
+            // egui would take Tab for moving its focus.
+            return false;
+        }
+        let response = self.state.on_window_event(window, event);
+        if response.repaint {
+            self.due = Instant::now();
+        }
+        response.consumed
+    }
+
+    /// Puts text on the clipboard.
+    pub fn copy(&mut self, text: String) {
+        self.state.set_clipboard_text(text);
+    }
+
+    /// A message for the user.
+    pub fn say(&mut self, text: String) {
+        self.message = Some(text);
+        self.due = Instant::now();
+    }
+
+    /// Asks for the panel to be drawn anew.
+    pub fn refresh(&mut self) {
+        self.due = Instant::now();
+    }
+
+    /// True when egui must run.
+    pub fn is_due(&self, now: Instant) -> bool {
+        now >= self.due
+    }
+
+    /// When egui must run next.
+    pub fn due(&self) -> Instant {
+        self.due
+    }
+
+    /// Runs egui; returns what the user asked for.
+    fn run(&mut self, window: &Window, readout: &Readout, controls: &mut Controls) -> Vec<Action> {
+        let input = self.state.take_egui_input(window);
+        let mut actions = Vec::new();
+        let output = self.context.run_ui(input, |ui| actions.extend(panel::show(ui, readout, controls)));
+        self.state.handle_platform_output(window, output.platform_output);
+        self.triangles.textures.append(output.textures_delta);
+        self.triangles.primitives = self.context.tessellate(output.shapes, output.pixels_per_point);
+        self.triangles.pixels_per_point = output.pixels_per_point;
+        let delay = output.viewport_output.values().map(|v| v.repaint_delay).min().unwrap_or(REFRESH);
+        self.due = Instant::now() + delay.min(REFRESH);
+        actions
+    }
+}
+
+impl Viewer {
+    /// The panel is shown and must be drawn anew.
+    pub fn panel_due(&self, now: Instant) -> bool {
+        (self.controls.visible || self.controls.help) && self.ui.as_ref().is_some_and(|ui| ui.is_due(now))
+    }
+
+    /// Runs the panel if it is due, and does what the user asks for.
+    pub fn run_panel(&mut self, now: Instant) {
+        if !self.panel_due(now) {
+            return;
+        }
+        let readout = self.readout();
+        let before = (self.controls.settings.clone(), self.controls.filter);
+        let (Some(ui), Some(screen)) = (&mut self.ui, &self.screen) else { return };
+        let actions = ui.run(&screen.window().clone(), &readout, &mut self.controls);
+        if before != (self.controls.settings.clone(), self.controls.filter) {
+            self.settings_changed = true;
+        }
+        self.actions.extend(actions);
+    }
+
+    /// What the panel shows.
+    fn readout(&mut self) -> Readout {
+        let spec = self.spec();
+        let [width, height] = spec.padded_extent().map(u64::from);
+        let counts: FilmCounts = self.counts();
+        let texels = width * height;
+        let lod = |samples: u64| (samples > 0).then(|| 0.5 * (texels as f64 / samples as f64).log2() as f32);
+        let traced = self.session.traced();
+        let [traced_per_second, rasterised_per_second] = self.figures.rates(traced);
+        let statistics = &self.figures.statistics;
+        let device = self.screen.as_ref().and_then(Screen::gpu).map(|gpu| gpu.info().clone());
+        Readout {
+            device: device.map_or(String::new(), |d| format!("{} ({})", d.name, d.driver)),
+            plan: self.plan.cores.words.clone(),
+            extent: self.size,
+            detail: self.clock.repainted.2,
+            counts,
+            texels,
+            traced_per_second,
+            rasterised_per_second,
+            lods: [lod(counts.camera_samples), lod(counts.light_samples)],
+            ring: self.session.fill(),
+            passes: self.figures.passes.clone(),
+            frames: statistics.frames(),
+            percentiles: statistics.percentiles(),
+            budget: self.pacer.budget(),
+            edit_latency: statistics.edit_latency(),
+            edit_latency_p95: statistics.edit_latency_p95(),
+            threads: self.session.threads(),
+            elapsed: self.session.elapsed(),
+            message: self.ui.as_ref().and_then(|ui| ui.message.clone()),
+            selection: self.user.selection(),
+            camera: self.user.camera_words(),
+        }
+    }
+}

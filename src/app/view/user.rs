@@ -1,0 +1,196 @@
+//! What the user has done to the scene: camera moves, the selected object, edits.
+
+use std::sync::Arc;
+
+use glam::DVec2;
+use miette::{IntoDiagnostic, Result};
+
+use crate::client::window::history::History;
+use crate::client::window::navigation::{Gesture, Pose};
+use crate::client::window::panel::{Parameter, Selection, Value};
+use crate::scene::SceneDesc;
+use crate::scene::desc::{CameraDesc, FovAxis};
+use crate::scene::edit::{Editable, Edits, NewValue, editable, shape_name};
+use crate::tracer::{Camera, Pick, PrepareOptions, Scene};
+
+/// The scene as it is traced, and how it differs from the file's.
+pub struct User {
+    /// As read, but for the size that the command line asks for.
+    original: SceneDesc,
+    /// With all edits of values; the camera is the history's.
+    scene: Arc<Scene>,
+    edits: Edits,
+    /// Camera moves.
+    pub history: History,
+    /// The selected shape.
+    selected: Option<u32>,
+}
+
+impl User {
+    /// Nothing done yet.
+    ///
+    /// # Errors
+    ///
+    /// When the file's camera cannot be used.
+    pub fn new(original: SceneDesc, scene: Scene) -> Result<Self> {
+        let camera = Camera::of(&original).into_diagnostic()?;
+        let ahead = scene.pick(&camera.ray([0.5, 0.5])).map_or(1.0, |pick| f64::from(pick.distance));
+        let home = Pose::of(&original.camera.to_world, original.camera.fov, ahead);
+        let history = History::new(home);
+        Ok(Self { original, scene: Arc::new(scene), edits: Edits::default(), history, selected: None })
+    }
+
+    /// What is traced.
+    pub fn scene(&self) -> Arc<Scene> {
+        self.scene.clone()
+    }
+
+    /// The scene as it was read.
+    pub fn original(&self) -> &SceneDesc {
+        &self.original
+    }
+
+    /// The camera as a scene file says it: the file's own where it was not moved.
+    pub fn camera_desc(&self) -> CameraDesc {
+        let (pose, camera) = (self.history.pose(), self.original.camera.clone());
+        if !self.is_moved() {
+            return camera;
+        }
+        CameraDesc { to_world: pose.to_world(), fov: pose.fov, ..camera }
+    }
+
+    /// The camera for a picture of this size in pixels.
+    ///
+    /// # Errors
+    ///
+    /// When the camera cannot be used.
+    pub fn camera(&self, [width, height]: [u32; 2]) -> Result<Camera> {
+        let film = &self.original.film;
+        // The picture is the crop window: the whole film keeps its proportion to it.
+        let whole = |n: u32, of: u32, part: u32| {
+            (f64::from(n) * f64::from(of) / f64::from(part.max(1))).round().clamp(1.0, 1e6) as u32
+        };
+        let options = match film.crop {
+            Some(crop) => PrepareOptions {
+                width: whole(width, film.width, crop.width),
+                height: whole(height, film.height, crop.height),
+            },
+            None => PrepareOptions { width, height },
+        };
+        Camera::new(&self.camera_desc(), film, &options).into_diagnostic()
+    }
+
+    /// Moves the camera; returns whether anything changed.
+    pub fn gesture(&mut self, gesture: Gesture, size: [u32; 2]) -> bool {
+        let shape = shape(self.original.camera.fov_axis, size);
+        self.history.apply(gesture, shape)
+    }
+
+    /// The camera is not where the file puts it.
+    pub fn is_moved(&self) -> bool {
+        self.history.pose() != self.history.home()
+    }
+
+    /// What is seen at this place of a picture of this size, both in pixels.
+    pub fn pick(&self, at: [f64; 2], size: [u32; 2]) -> Option<Pick> {
+        let uv = [at[0] / f64::from(size[0].max(1)), at[1] / f64::from(size[1].max(1))];
+        let inside = uv.iter().all(|x| (0.0..1.0).contains(x));
+        let camera = self.camera(size).ok().filter(|_| inside)?;
+        self.scene.pick(&camera.ray(uv))
+    }
+
+    /// Selects a shape, or nothing.
+    pub fn select(&mut self, shape: Option<u32>) {
+        self.selected = shape;
+    }
+
+    /// What can be changed of the selected shape, with the present values.
+    fn editables(&self) -> Vec<Editable> {
+        let mut all = self.selected.map(|shape| editable(&self.original, shape)).unwrap_or_default();
+        for one in &mut all {
+            one.value = self.edits.get(one.target).unwrap_or(one.value);
+        }
+        all
+    }
+
+    /// The selected shape for the panel.
+    pub fn selection(&self) -> Option<Selection> {
+        let parameters = self.editables().into_iter().map(|one| Parameter {
+            value: match one.value {
+                NewValue::Scale(factor) => Value::Scale(factor),
+                NewValue::Rgb(rgb) => Value::Color(rgb.map(|c| c as f32)),
+                NewValue::Number(value) => {
+                    let [min, max] = one.target.bounds();
+                    Value::Number { value, min, max }
+                }
+            },
+            label: one.label,
+        });
+        let name = shape_name(&self.original, self.selected?);
+        Some(Selection { name, parameters: parameters.collect() })
+    }
+
+    /// Changes parameter `index` of the selected shape.
+    ///
+    /// # Errors
+    ///
+    /// When the value is out of range or the scene cannot be made ready with it; it stays as it was.
+    pub fn edit(&mut self, index: usize, value: Value) -> Result<()> {
+        let Some(one) = self.editables().into_iter().nth(index) else { return Ok(()) };
+        let value = match value {
+            Value::Scale(factor) => NewValue::Scale(factor),
+            Value::Color(rgb) => NewValue::Rgb(rgb.map(f64::from)),
+            Value::Number { value, .. } => NewValue::Number(value),
+        };
+        let mut edits = self.edits.clone();
+        edits.set(one.target, value).into_diagnostic()?;
+        let desc = edits.apply(&self.original).into_diagnostic()?;
+        self.scene = Arc::new(self.scene.edited(&desc).into_diagnostic()?);
+        self.edits = edits;
+        Ok(())
+    }
+
+    /// All changes against the file.
+    pub fn edits(&self) -> Edits {
+        let camera = self.is_moved().then(|| self.camera_desc());
+        Edits { camera, ..self.edits.clone() }
+    }
+
+    /// The camera in words.
+    pub fn camera_words(&self) -> String {
+        let pose = self.history.pose();
+        let v = |v: glam::DVec3| format!("({:.3}, {:.3}, {:.3})", v.x, v.y, v.z);
+        format!("{} → {}, {:.1}°", v(pose.eye), v(pose.target), pose.fov)
+    }
+}
+
+/// Half the picture's extent at distance 1 in units of `tan(fov / 2)`, as navigation wants it.
+fn shape(axis: FovAxis, [width, height]: [u32; 2]) -> DVec2 {
+    let aspect = f64::from(width.max(1)) / f64::from(height.max(1));
+    let along_x = DVec2::new(1.0, aspect.recip());
+    let along_y = DVec2::new(aspect, 1.0);
+    match axis {
+        FovAxis::X => along_x,
+        FovAxis::Y => along_y,
+        FovAxis::Diagonal => along_y.normalize(),
+        FovAxis::Smaller if aspect < 1.0 => along_x,
+        FovAxis::Larger if aspect >= 1.0 => along_x,
+        FovAxis::Smaller | FovAxis::Larger => along_y,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shape_follows_the_axis() {
+        let wide = [200, 100];
+        assert_eq!(shape(FovAxis::X, wide), DVec2::new(1.0, 0.5));
+        assert_eq!(shape(FovAxis::Y, wide), DVec2::new(2.0, 1.0));
+        assert_eq!(shape(FovAxis::Smaller, wide), shape(FovAxis::Y, wide));
+        assert_eq!(shape(FovAxis::Larger, wide), shape(FovAxis::X, wide));
+        assert_eq!(shape(FovAxis::Smaller, [100, 200]), shape(FovAxis::X, [100, 200]));
+        assert!((shape(FovAxis::Diagonal, wide).length() - 1.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,290 @@
+//! How much of a frame goes to what: samples to take, internal resolution, whether the picture is repainted.
+//!
+//! Plain arithmetic on measured costs; the caller owns every clock. The budget of a frame is split in this order: the panel,
+//! the repaint if there is one, samples. Samples that do not fit wait in their lanes: none is dropped.
+
+use std::time::Duration;
+
+use crate::client::settings::BATCH_CAPACITY;
+use crate::stream::block::BLOCK_SAMPLES;
+
+/// After an edit the picture counts as changing for this long.
+pub const CHANGING: Duration = Duration::from_millis(300);
+
+/// A picture that blurs over at least this many mip levels loses nothing by a coarser grid.
+const COARSE_LOD: f32 = 1.0;
+
+/// A still picture is repainted when its samples have grown by this factor: the error falls by 1.5 %, which nobody sees.
+const GROWTH: f64 = 1.03;
+
+/// A still picture is repainted no more often than this many times its own cost.
+const REST: f64 = 2.0;
+
+/// Part of the budget that a repaint may take while the picture changes, before it gets coarser.
+const REPAINT_SHARE: f64 = 0.5;
+
+/// Part of the budget that samples get even where the budget cannot hold, so that the picture always gets on.
+const LEAST_SAMPLES_SHARE: f64 = 0.25;
+
+/// Most samples of one frame: the look at messages must come round.
+const MOST_SAMPLES: usize = 4 * BATCH_CAPACITY;
+
+/// Weight of a new measurement.
+const BLEND: f64 = 0.2;
+
+/// A running mean in seconds; `None` before the first measurement.
+#[derive(Clone, Copy, Debug, Default)]
+struct Mean(Option<f64>);
+
+impl Mean {
+    fn add(&mut self, seconds: f64) {
+        if seconds.is_finite() && seconds >= 0.0 {
+            self.0 = Some(self.0.map_or(seconds, |mean| mean + BLEND * (seconds - mean)));
+        }
+    }
+
+    fn get(self) -> f64 {
+        self.0.unwrap_or(0.0)
+    }
+}
+
+/// What the viewer knows when it plans a frame.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Situation {
+    /// Time since the last edit or gesture.
+    pub since_edit: Duration,
+    /// Time since the last repaint.
+    pub since_repaint: Duration,
+    /// Level of detail of the finest stream; `None` without samples.
+    pub lod: Option<f32>,
+    /// Samples on the film over samples at the last repaint.
+    pub growth: f64,
+    /// `detail` of the last repaint.
+    pub shown_detail: u32,
+    /// The last edit has not been shown yet, or a control has changed.
+    pub due: bool,
+}
+
+/// What a frame does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FramePlan {
+    /// Samples to take at most; a multiple of a block.
+    pub samples: usize,
+    /// Picture pixels per reconstructed one and axis: 1, 2 or 4.
+    pub detail: u32,
+    /// Show the samples anew.
+    pub repaint: bool,
+}
+
+/// Learns costs and splits budgets.
+#[derive(Clone, Debug)]
+pub struct Pacer {
+    budget: f64,
+    per_sample: Mean,
+    per_batch: Mean,
+    /// For `detail` 1, 2, 4.
+    repaint: [Mean; 3],
+    panel: Mean,
+    /// Part of what the costs seem to allow that is used: falls when frames come late for reasons that were not measured.
+    trust: f64,
+}
+
+impl Pacer {
+    /// A pacer for frames of this length.
+    pub fn new(budget: Duration) -> Self {
+        Self {
+            budget: budget.as_secs_f64().max(1e-3),
+            per_sample: Mean::default(),
+            per_batch: Mean::default(),
+            repaint: [Mean::default(); 3],
+            panel: Mean::default(),
+            trust: 1.0,
+        }
+    }
+
+    /// The length of a frame.
+    pub fn budget(&self) -> Duration {
+        Duration::from_secs_f64(self.budget)
+    }
+
+    /// `samples` took this long to rasterise, apart from what [`batch`](Self::batch) counts.
+    pub fn samples(&mut self, samples: u64, time: Duration) {
+        if samples > 0 {
+            self.per_sample.add(time.as_secs_f64() / samples as f64);
+        }
+    }
+
+    /// Work per batch whatever its number of samples: folding.
+    pub fn batch(&mut self, time: Duration) {
+        self.per_batch.add(time.as_secs_f64());
+    }
+
+    /// A repaint at this `detail` took this long.
+    pub fn repainted(&mut self, detail: u32, time: Duration) {
+        self.repaint[level(detail)].add(time.as_secs_f64());
+    }
+
+    /// The panel took this long.
+    pub fn panel(&mut self, time: Duration) {
+        self.panel.add(time.as_secs_f64());
+    }
+
+    /// A frame took this long from its beginning to its end on the device.
+    pub fn frame(&mut self, time: Duration) {
+        let late = time.as_secs_f64() > 1.25 * self.budget;
+        self.trust = (if late { self.trust * 0.9 } else { self.trust + 0.02 }).clamp(1.0 / 16.0, 1.0);
+    }
+
+    /// What the next frame does.
+    pub fn plan(&self, now: &Situation) -> FramePlan {
+        let changing = now.since_edit < CHANGING || now.lod.is_none_or(|lod| lod >= COARSE_LOD);
+        let detail = if changing { self.coarseness() } else { 1 };
+        let cost = self.repaint_cost(detail);
+        let rest = if changing { 1.0 } else { REST };
+        let rested = now.since_repaint.as_secs_f64() >= (rest * cost).max(0.9 * self.budget);
+        let finer = detail < now.shown_detail;
+        let repaint = now.due || (rested && (finer || now.growth >= GROWTH));
+        let taken = self.panel.get() + self.per_batch.get() + if repaint { cost } else { 0.0 };
+        let least = LEAST_SAMPLES_SHARE * self.budget;
+        // The first picture after an edit is worth more than the samples that would make it a little finer.
+        let left = if now.due && changing { least } else { (self.budget - taken).max(least) };
+        FramePlan { samples: self.affordable(left * self.trust), detail, repaint }
+    }
+
+    /// Time that a repaint at this `detail` is expected to take.
+    pub fn repaint_time(&self, detail: u32) -> Duration {
+        Duration::from_secs_f64(self.repaint_cost(detail))
+    }
+
+    /// Whole blocks that can be rasterised in this time, at least one.
+    fn affordable(&self, seconds: f64) -> usize {
+        let samples = match self.per_sample.get() {
+            cost if cost > 0.0 => (seconds / cost).min(MOST_SAMPLES as f64) as usize,
+            _ => BATCH_CAPACITY,
+        };
+        (samples / BLOCK_SAMPLES).max(1) * BLOCK_SAMPLES
+    }
+
+    /// The finest internal resolution whose repaint leaves room in the budget.
+    fn coarseness(&self) -> u32 {
+        let fits =
+            |detail: &u32| self.repaint_cost(*detail) + self.panel.get() <= REPAINT_SHARE * self.budget;
+        [1, 2].into_iter().find(fits).unwrap_or(4)
+    }
+
+    /// Measured cost of a repaint; from the nearest measured one where there is none, as if half of it went with the area.
+    fn repaint_cost(&self, detail: u32) -> f64 {
+        let wanted = level(detail);
+        let known = (0..3).filter(|&i| self.repaint[i].0.is_some()).min_by_key(|&i| i.abs_diff(wanted));
+        known.map_or(0.0, |i| {
+            let steps = i as f64 - wanted as f64;
+            self.repaint[i].get() * if steps == 0.0 { 1.0 } else { 0.5 + 0.5 * 4_f64.powf(steps) }
+        })
+    }
+}
+
+/// Place of a `detail` in tables.
+fn level(detail: u32) -> usize {
+    (detail.max(1).ilog2() as usize).min(2)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ms(x: f64) -> Duration {
+        Duration::from_secs_f64(x * 1e-3)
+    }
+
+    fn pacer(per_sample_ns: f64, repaint_ms: f64) -> Pacer {
+        let mut pacer = Pacer::new(ms(16.0));
+        pacer.samples(1000, ms(per_sample_ns * 1e-3));
+        pacer.repainted(1, ms(repaint_ms));
+        pacer
+    }
+
+    fn still() -> Situation {
+        let long = Duration::from_secs(10);
+        Situation {
+            since_edit: long,
+            since_repaint: long,
+            lod: Some(-1.0),
+            growth: 2.0,
+            shown_detail: 1,
+            due: false,
+        }
+    }
+
+    #[test]
+    fn budget_is_split() {
+        // 16 ms − 4 ms repaint − 2 ms panel = 10 ms: 100 000 samples of 100 ns, down to whole blocks.
+        let mut pacer = pacer(100.0, 4.0);
+        pacer.panel(ms(2.0));
+        let plan = pacer.plan(&still());
+        assert_eq!(plan, FramePlan { samples: 97 * BLOCK_SAMPLES, detail: 1, repaint: true });
+        let calm = Situation { growth: 1.01, ..still() };
+        let plan = pacer.plan(&calm);
+        assert_eq!(plan, FramePlan { samples: 136 * BLOCK_SAMPLES, detail: 1, repaint: false });
+    }
+
+    #[test]
+    fn dear_repaints_become_coarse_then_rare() {
+        let pacer = pacer(100.0, 40.0);
+        let moving = Situation { since_edit: ms(5.0), due: true, ..still() };
+        assert_eq!(pacer.plan(&moving).detail, 4);
+        assert!(pacer.plan(&moving).repaint);
+        // Still: full resolution at most every 80 ms.
+        let soon = Situation { since_repaint: ms(70.0), ..still() };
+        assert!(!pacer.plan(&soon).repaint);
+        let later = Situation { since_repaint: ms(81.0), ..still() };
+        assert_eq!((pacer.plan(&later).repaint, pacer.plan(&later).detail), (true, 1));
+        // What was shown coarsely is shown again, without any new sample.
+        let settled = Situation { growth: 1.0, shown_detail: 4, ..still() };
+        assert!(pacer.plan(&settled).repaint);
+        assert!(!pacer.plan(&Situation { growth: 1.0, ..still() }).repaint);
+    }
+
+    #[test]
+    fn few_samples_are_coarse() {
+        let pacer = pacer(100.0, 12.0);
+        let few = Situation { lod: Some(3.0), ..still() };
+        assert!(pacer.plan(&few).detail > 1);
+        assert!(pacer.plan(&Situation { lod: None, ..still() }).detail > 1);
+        assert_eq!(pacer.plan(&still()).detail, 1);
+        let mut cheap = pacer.clone();
+        (0..50).for_each(|_| cheap.repainted(1, ms(1.0)));
+        assert_eq!(cheap.plan(&few).detail, 1);
+    }
+
+    #[test]
+    fn nothing_starves() {
+        // One sample takes longer than a frame, and so does a repaint.
+        let mut pacer = pacer(1e9, 1e3);
+        (0..100).for_each(|_| pacer.frame(ms(100.0)));
+        assert_eq!(pacer.plan(&still()).samples, BLOCK_SAMPLES);
+        assert!(pacer.plan(&still()).repaint);
+        // Before anything was measured, a batch.
+        assert_eq!(Pacer::new(ms(16.0)).plan(&still()).samples, BATCH_CAPACITY);
+    }
+
+    #[test]
+    fn late_frames_take_less_and_recover() {
+        let mut pacer = pacer(100.0, 1.0);
+        let before = pacer.plan(&still()).samples;
+        (0..10).for_each(|_| pacer.frame(ms(30.0)));
+        let late = pacer.plan(&still()).samples;
+        assert!(late < before / 2, "{late} of {before}");
+        (0..100).for_each(|_| pacer.frame(ms(10.0)));
+        assert_eq!(pacer.plan(&still()).samples, before);
+    }
+
+    #[test]
+    fn nonsense_is_ignored() {
+        let mut pacer = pacer(100.0, 1.0);
+        let before = pacer.plan(&still());
+        pacer.samples(0, ms(5.0));
+        pacer.per_sample.add(f64::NAN);
+        pacer.per_sample.add(-1.0);
+        assert_eq!(pacer.plan(&still()), before);
+    }
+}
