@@ -15,6 +15,8 @@ use super::retire::Retired;
 pub enum BufferUse {
     /// Vertices: written by the host, read by draws.
     Vertices,
+    /// Upload: written by the host, read by copies into images.
+    Upload,
     /// Readback: written by copies, read by the host.
     Readback,
 }
@@ -38,6 +40,7 @@ impl Buffer {
     pub fn new(gpu: &Arc<Gpu>, name: &str, usage: BufferUse, bytes: usize) -> Result<Self, GpuError> {
         let (flags, location) = match usage {
             BufferUse::Vertices => (vk::BufferUsageFlags::VERTEX_BUFFER, MemoryLocation::CpuToGpu),
+            BufferUse::Upload => (vk::BufferUsageFlags::TRANSFER_SRC, MemoryLocation::CpuToGpu),
             BufferUse::Readback => (vk::BufferUsageFlags::TRANSFER_DST, MemoryLocation::GpuToCpu),
         };
         let info = vk::BufferCreateInfo::default().size(bytes.max(1) as u64).usage(flags);

@@ -50,6 +50,36 @@ pub(in crate::gpu) fn check(instance: &Instance, device: vk::PhysicalDevice) -> 
     }
 }
 
+/// Narrows `capability` to what `shows` says of showing pictures in a window, by queue family.
+pub(in crate::gpu) fn check_window(
+    instance: &Instance,
+    device: vk::PhysicalDevice,
+    capability: &mut Capability,
+    shows: impl Fn(u32) -> bool,
+) {
+    // SAFETY: `device` was enumerated from this instance; plain queries.
+    let (families, offered) = unsafe {
+        (
+            instance.raw.get_physical_device_queue_family_properties(device),
+            instance.raw.enumerate_device_extension_properties(device).unwrap_or_default(),
+        )
+    };
+    if !offered.iter().any(|e| e.extension_name_as_c_str() == Ok(khr::swapchain::NAME)) {
+        capability.missing.push("It cannot draw into windows (VK_KHR_swapchain is missing).".into());
+        return;
+    }
+    let both = (0..)
+        .zip(&families)
+        .find(|(family, f)| f.queue_flags.contains(vk::QueueFlags::GRAPHICS) && shows(*family));
+    match both {
+        Some((family, properties)) => {
+            capability.queue_family = family;
+            capability.timestamp_bits = properties.timestamp_valid_bits;
+        }
+        None => capability.missing.push("It cannot show pictures in this window.".into()),
+    }
+}
+
 /// Core features of 1.2 and 1.3; returns whether `largePoints` is there.
 fn features(instance: &Instance, device: vk::PhysicalDevice, missing: &mut Vec<String>) -> bool {
     let mut v12 = vk::PhysicalDeviceVulkan12Features::default();

@@ -91,7 +91,7 @@ impl DeviceInfo {
 ///
 /// [`GpuError::NoLoader`] and [`GpuError::NoDevice`] where Vulkan or its drivers are not installed.
 pub fn devices() -> Result<Vec<DeviceInfo>, GpuError> {
-    Ok(enumerate(&Instance::new(false)?)?.into_iter().map(|(_, info)| info).collect())
+    Ok(enumerate(&Instance::new(false, None)?)?.into_iter().map(|(_, info)| info).collect())
 }
 
 /// All devices with their handles.

@@ -63,13 +63,24 @@ pub struct Texture<'a> {
 impl Cmd<'_> {
     /// Draws into `targets`, all of one extent: `draw` records the draws.
     pub fn rendering(&mut self, targets: &[Target<'_>], draw: impl FnOnce(&mut Self)) {
-        let attachments: Vec<_> = targets
+        let views: Vec<_> = targets.iter().map(|t| (t.image.view_of(Some(t.level)), t.load)).collect();
+        self.render_into(&views, targets.first().map_or([1, 1], |t| t.image.extent(t.level)), draw);
+    }
+
+    /// Draws into views of this extent, whose images were made ready.
+    pub(in crate::gpu) fn render_into(
+        &mut self,
+        views: &[(vk::ImageView, Load)],
+        [width, height]: [u32; 2],
+        draw: impl FnOnce(&mut Self),
+    ) {
+        let attachments: Vec<_> = views
             .iter()
-            .map(|target| {
+            .map(|(view, load)| {
                 vk::RenderingAttachmentInfo::default()
-                    .image_view(target.image.view_of(Some(target.level)))
+                    .image_view(*view)
                     .image_layout(Access::ColorBlend.layout())
-                    .load_op(match target.load {
+                    .load_op(match load {
                         Load::Keep => vk::AttachmentLoadOp::LOAD,
                         Load::Clear => vk::AttachmentLoadOp::CLEAR,
                         Load::Discard => vk::AttachmentLoadOp::DONT_CARE,
@@ -77,7 +88,6 @@ impl Cmd<'_> {
                     .store_op(vk::AttachmentStoreOp::STORE)
             })
             .collect();
-        let [width, height] = targets.first().map_or([1, 1], |t| t.image.extent(t.level));
         let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: vk::Extent2D { width, height } };
         let viewport = vk::Viewport {
             x: 0.0,

@@ -12,9 +12,11 @@ use super::cmd::Sampler;
 use super::error::{GpuError, Named};
 use super::frame::{FrameNumber, FrameRing};
 use super::instance::Instance;
+use super::loss::Loss;
 use super::memory::{Memory, keep_freed_host_memory};
 use super::opening::{Opening, Parts};
 use super::retire::{RetireQueue, Retired};
+use super::surface::{Surface, WindowHandles};
 use super::timing::ScopeTime;
 
 /// How a [`Gpu`] is opened.
@@ -53,12 +55,16 @@ pub struct Gpu {
     pub(in crate::gpu) max_extent: u32,
     /// Largest allocation, bytes.
     pub(in crate::gpu) max_allocation: u64,
+    /// What tests have planned.
+    pub(in crate::gpu) loss: Loss,
+    pub(in crate::gpu) physical: vk::PhysicalDevice,
+    pub(in crate::gpu) queue_family: u32,
     retired: Mutex<RetireQueue>,
     samplers: [vk::Sampler; 2],
     info: DeviceInfo,
     large_points: bool,
     /// Last: destroyed after the device.
-    instance: Instance,
+    pub(in crate::gpu) instance: Arc<Instance>,
 }
 
 impl Gpu {
@@ -78,10 +84,32 @@ impl Gpu {
     ///
     /// As [`Gpu::new`], and [`GpuError::NoValidationLayer`].
     pub fn with_options(choice: &DeviceChoice, options: GpuOptions) -> Result<Arc<Self>, GpuError> {
-        let instance = Instance::new(options.validation)?;
-        let (physical, info) = pick(enumerate(&instance)?, choice)?;
-        let capability = capability::check(&instance, physical);
-        let mut opening = Opening::new(&instance, physical, &capability)?;
+        let instance = Arc::new(Instance::new(options.validation, None)?);
+        let picked = pick(enumerate(&instance)?, choice)?;
+        let capability = capability::check(&instance, picked.0);
+        Self::open(instance, picked, &capability, (options, false))
+    }
+
+    /// Opens the device of this choice among those that can show pictures in a window, and the window's surface.
+    pub(in crate::gpu) fn for_window(
+        choice: &DeviceChoice,
+        options: GpuOptions,
+        window: WindowHandles,
+    ) -> Result<(Arc<Self>, Surface), GpuError> {
+        let instance = Arc::new(Instance::new(options.validation, Some(window.0))?);
+        let surface = Surface::new(&instance, window)?;
+        let (picked, capability) = surface.pick(choice)?;
+        Ok((Self::open(instance, picked, &capability, (options, true))?, surface))
+    }
+
+    /// Opens a device that was picked; for windows where the second of the options says so.
+    fn open(
+        instance: Arc<Instance>,
+        (physical, info): (vk::PhysicalDevice, DeviceInfo),
+        capability: &capability::Capability,
+        (options, windows): (GpuOptions, bool),
+    ) -> Result<Arc<Self>, GpuError> {
+        let mut opening = Opening::new(&instance, physical, capability, windows)?;
         let mut v11 = vk::PhysicalDeviceVulkan11Properties::default();
         let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut v11);
         // SAFETY: plain query of a device that knows Vulkan 1.3, as checked by `pick`.
@@ -107,6 +135,9 @@ impl Gpu {
             timing: AtomicBool::new(false),
             max_extent: limits.max_image_dimension2_d,
             max_allocation: v11.max_memory_allocation_size,
+            loss: Loss::default(),
+            physical,
+            queue_family: family,
             retired: Mutex::default(),
             samplers,
             large_points: capability.large_points && !options.quads,
@@ -164,6 +195,7 @@ impl Gpu {
     ///
     /// [`GpuError::Call`] when the device was lost.
     pub fn wait(&self, frame: FrameNumber) -> Result<(), GpuError> {
+        self.alive("vkWaitSemaphores")?;
         let (semaphores, values) = ([self.timeline], [frame.0]);
         let info = vk::SemaphoreWaitInfo::default().semaphores(&semaphores).values(&values);
         // SAFETY: the timeline lives as long as `self`; every number given out was submitted.
@@ -172,6 +204,7 @@ impl Gpu {
 
     /// Number of the last frame that has completed.
     pub(in crate::gpu) fn completed(&self) -> Result<u64, GpuError> {
+        self.alive("vkGetSemaphoreCounterValue")?;
         // SAFETY: the timeline lives as long as `self`.
         unsafe { self.device.get_semaphore_counter_value(self.timeline) }.named("vkGetSemaphoreCounterValue")
     }

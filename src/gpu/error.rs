@@ -39,6 +39,12 @@ pub enum GpuError {
         /// One sentence for each thing that is missing.
         missing: Vec<String>,
     },
+    /// Vulkan cannot draw into windows here.
+    #[error("Vulkan cannot draw into this window: {0}")]
+    NoWindow(String),
+    /// The panel's triangles do not fit its textures.
+    #[error("the panel cannot be drawn: {0}")]
+    Panel(String),
     /// A Vulkan call failed.
     #[error("{call} failed: {result}{}", hint(*result))]
     Call {

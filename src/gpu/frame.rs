@@ -8,10 +8,11 @@ use ash::vk;
 use super::cmd::Cmd;
 use super::device::Gpu;
 use super::error::{GpuError, Named};
+use super::sync::ACQUIRED_AT;
 use super::timing::{ScopeTime, Timers};
 
 /// How many frames may be in flight.
-const IN_FLIGHT: usize = 2;
+pub(in crate::gpu) const IN_FLIGHT: usize = 2;
 
 /// The number of a submitted frame, to wait for it; numbers only grow.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -102,6 +103,8 @@ pub struct Frame<'g> {
     gpu: &'g Gpu,
     ring: MutexGuard<'g, FrameRing>,
     number: u64,
+    /// Signalled when the image of a window may be used.
+    acquired: Option<vk::Semaphore>,
     /// Neither submitted nor failed.
     open: bool,
 }
@@ -129,11 +132,21 @@ impl Gpu {
                 .named("vkResetCommandPool")?;
             self.device.begin_command_buffer(slot.commands, &info).named("vkBeginCommandBuffer")?;
         }
-        Ok(Frame { gpu: self, ring, number, open: true })
+        Ok(Frame { gpu: self, ring, number, acquired: None, open: true })
     }
 }
 
 impl Frame<'_> {
+    /// Its number, once it is submitted.
+    pub(in crate::gpu) fn number(&self) -> u64 {
+        self.number
+    }
+
+    /// Makes the frame wait for an image of a window, whether it is presented or given up.
+    pub(in crate::gpu) fn wait_for(&mut self, acquired: vk::Semaphore) {
+        self.acquired = Some(acquired);
+    }
+
     /// The recorder.
     pub fn cmd(&mut self) -> Cmd<'_> {
         let slot = &mut self.ring.slots[self.number as usize % IN_FLIGHT];
@@ -146,19 +159,24 @@ impl Frame<'_> {
     ///
     /// [`GpuError::Call`] when the device was lost or memory is exhausted.
     pub fn submit(mut self) -> Result<FrameNumber, GpuError> {
-        self.finish()
+        self.finish(None)
     }
 
-    fn finish(&mut self) -> Result<FrameNumber, GpuError> {
+    /// Submits, to signal `drawn` when all has run; the frame keeps the queue locked until it is dropped.
+    pub(in crate::gpu) fn finish(&mut self, drawn: Option<vk::Semaphore>) -> Result<FrameNumber, GpuError> {
         self.open = false;
+        self.gpu.may_submit()?;
         let slot = &mut self.ring.slots[self.number as usize % IN_FLIGHT];
         let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(slot.commands)];
-        let signals = [vk::SemaphoreSubmitInfo::default()
-            .semaphore(self.gpu.timeline)
-            .value(self.number)
-            .stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)];
-        let submits =
-            [vk::SubmitInfo2::default().command_buffer_infos(&commands).signal_semaphore_infos(&signals)];
+        let all = vk::PipelineStageFlags2::ALL_COMMANDS;
+        let semaphore = |raw, stage| vk::SemaphoreSubmitInfo::default().semaphore(raw).stage_mask(stage);
+        let mut signals = vec![semaphore(self.gpu.timeline, all).value(self.number)];
+        signals.extend(drawn.map(|drawn| semaphore(drawn, all)));
+        let waits: Vec<_> = self.acquired.iter().map(|raw| semaphore(*raw, ACQUIRED_AT)).collect();
+        let submits = [vk::SubmitInfo2::default()
+            .wait_semaphore_infos(&waits)
+            .command_buffer_infos(&commands)
+            .signal_semaphore_infos(&signals)];
         // SAFETY: the buffer was begun by `Gpu::begin`; the lock that this frame holds protects queue and buffer;
         // objects that it uses are kept by `retire` until this number has completed.
         unsafe {
@@ -178,7 +196,7 @@ impl Drop for Frame<'_> {
         // A panic may have left a rendering open; such commands must not run.
         if self.open
             && !std::thread::panicking()
-            && let Err(error) = self.finish()
+            && let Err(error) = self.finish(None)
         {
             tracing::error!("a frame that was given up could not be submitted: {error}");
         }

@@ -20,6 +20,10 @@ pub enum Format {
     R32F,
     /// Four bytes, 0 … 255 stands for 0 … 1.
     Rgba8,
+    /// Four half floats.
+    Rgba16F,
+    /// Ten bits for each colour, 0 … 1023 stands for 0 … 1, red in the lowest; two bits of alpha above.
+    Rgb10A2,
 }
 
 impl Format {
@@ -27,7 +31,8 @@ impl Format {
     pub fn bytes(self) -> usize {
         match self {
             Format::Rgba32F => 16,
-            Format::R32F | Format::Rgba8 => 4,
+            Format::Rgba16F => 8,
+            Format::R32F | Format::Rgba8 | Format::Rgb10A2 => 4,
         }
     }
 
@@ -36,6 +41,8 @@ impl Format {
             Format::Rgba32F => vk::Format::R32G32B32A32_SFLOAT,
             Format::R32F => vk::Format::R32_SFLOAT,
             Format::Rgba8 => vk::Format::R8G8B8A8_UNORM,
+            Format::Rgba16F => vk::Format::R16G16B16A16_SFLOAT,
+            Format::Rgb10A2 => vk::Format::A2B10G10R10_UNORM_PACK32,
         }
     }
 }

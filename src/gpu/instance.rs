@@ -4,6 +4,7 @@ use std::ffi::{CStr, c_char, c_void};
 use std::sync::Mutex;
 
 use ash::{ext, vk};
+use raw_window_handle::RawDisplayHandle;
 
 use super::error::{GpuError, Named};
 
@@ -15,7 +16,7 @@ type Messages = Mutex<Vec<String>>;
 /// Owns the loader, the instance and, where the extension exists, the debug messenger.
 pub(in crate::gpu) struct Instance {
     /// Keeps the loader's library open.
-    _entry: ash::Entry,
+    pub entry: ash::Entry,
     pub raw: ash::Instance,
     /// True when objects and commands can be named.
     pub names: bool,
@@ -25,8 +26,8 @@ pub(in crate::gpu) struct Instance {
 }
 
 impl Instance {
-    /// Loads Vulkan and makes an instance of version 1.3.
-    pub fn new(validation: bool) -> Result<Self, GpuError> {
+    /// Loads Vulkan and makes an instance of version 1.3; one for windows of `display` where that is given.
+    pub fn new(validation: bool, display: Option<RawDisplayHandle>) -> Result<Self, GpuError> {
         // SAFETY: the loader is the system's Vulkan library; its initialisers are trusted as any system library's.
         let entry = unsafe { ash::Entry::load() }.map_err(|e| GpuError::NoLoader(e.to_string()))?;
         // SAFETY: plain query.
@@ -37,9 +38,13 @@ impl Instance {
         }
         // SAFETY: plain query.
         let offered = unsafe { entry.enumerate_instance_extension_properties(None) }.unwrap_or_default();
-        let names = offered.iter().any(|e| e.extension_name_as_c_str() == Ok(ext::debug_utils::NAME));
+        let offers = |name: &CStr| offered.iter().any(|e| e.extension_name_as_c_str() == Ok(name));
+        let names = offers(ext::debug_utils::NAME);
 
-        let mut extensions: Vec<*const c_char> = Vec::new();
+        let mut extensions = match display {
+            Some(display) => for_windows(display, offers)?,
+            None => Vec::new(),
+        };
         let mut enabled_layers: Vec<*const c_char> = Vec::new();
         if names {
             extensions.push(ext::debug_utils::NAME.as_ptr());
@@ -66,7 +71,7 @@ impl Instance {
             vk::Result::ERROR_INCOMPATIBLE_DRIVER => GpuError::NoDevice,
             result => GpuError::Call { call: "vkCreateInstance".into(), result },
         })?;
-        let mut this = Instance { _entry: entry, raw, names, messenger: None, messages: Box::default() };
+        let mut this = Instance { entry, raw, names, messenger: None, messages: Box::default() };
         if names && validation {
             this.listen()?;
         }
@@ -87,7 +92,7 @@ impl Instance {
             )
             .pfn_user_callback(Some(on_message))
             .user_data(address.cast_mut().cast());
-        let loader = ext::debug_utils::Instance::new(&self._entry, &self.raw);
+        let loader = ext::debug_utils::Instance::new(&self.entry, &self.raw);
         // SAFETY: the callback's user data is the boxed list, which lives until after the messenger is destroyed.
         let messenger = unsafe { loader.create_debug_utils_messenger(&info, None) }
             .named("vkCreateDebugUtilsMessengerEXT")?;
@@ -103,8 +108,7 @@ impl Instance {
 
 impl Drop for Instance {
     fn drop(&mut self) {
-        // SAFETY: the device is destroyed before (`Gpu` drops its fields after its own `drop`), nothing else holds
-        // the messenger or the instance.
+        // SAFETY: `Gpu` and `Surface` hold the instance and destroy what they made of it before they let go of it.
         unsafe {
             if let Some((loader, messenger)) = self.messenger.take() {
                 loader.destroy_debug_utils_messenger(messenger, None);
@@ -112,6 +116,28 @@ impl Drop for Instance {
             self.raw.destroy_instance(None);
         }
     }
+}
+
+/// The extensions that windows of `display` need, and that for colour spaces beyond sRGB where it is there.
+fn for_windows(
+    display: RawDisplayHandle,
+    offers: impl Fn(&CStr) -> bool,
+) -> Result<Vec<*const c_char>, GpuError> {
+    let needed = ash_window::enumerate_required_extensions(display)
+        .map_err(|_| GpuError::NoWindow("windows of this system are not known to it.".into()))?;
+    let mut extensions = needed.to_vec();
+    // SAFETY: the list holds names that are compiled in.
+    let missing = needed.iter().map(|name| unsafe { CStr::from_ptr(*name) }).find(|name| !offers(name));
+    if let Some(name) = missing {
+        let name = name.to_string_lossy();
+        return Err(GpuError::NoWindow(format!(
+            "the extension {name} is missing: update the graphics driver."
+        )));
+    }
+    if offers(ext::swapchain_colorspace::NAME) {
+        extensions.push(ext::swapchain_colorspace::NAME.as_ptr());
+    }
+    Ok(extensions)
 }
 
 /// Called by the layer, possibly from several threads.

@@ -1,8 +1,8 @@
 //! Device memory: one allocator, shared by all resources.
 
 use std::mem::ManuallyDrop;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
 
 use ash::vk;
 use gpu_allocator::vulkan::{
@@ -17,7 +17,7 @@ const MIB: u64 = 1 << 20;
 
 /// The allocator behind a lock. Not dropped by itself: [`Memory::destroy`] must come before the device is destroyed.
 pub(in crate::gpu) struct Memory {
-    allocator: ManuallyDrop<Mutex<Allocator>>,
+    allocator: ManuallyDrop<Arc<Mutex<Allocator>>>,
     /// Allocations that may still succeed.
     left: AtomicU64,
 }
@@ -40,7 +40,7 @@ impl Memory {
         })
         .map_err(|source| GpuError::Memory { name: "the allocator".into(), source })?;
         let left = AtomicU64::new(u64::MAX);
-        Ok(Self { allocator: ManuallyDrop::new(Mutex::new(allocator)), left })
+        Ok(Self { allocator: ManuallyDrop::new(Arc::new(Mutex::new(allocator))), left })
     }
 
     /// Memory for a resource of these requirements. `linear` is true for buffers.
@@ -66,6 +66,11 @@ impl Memory {
         allocator.allocate(&desc).map_err(|source| GpuError::Memory { name: name.into(), source })
     }
 
+    /// The allocator itself, for the panel's renderer, which must be dropped before [`destroy`](Self::destroy).
+    pub fn shared(&self) -> Arc<Mutex<Allocator>> {
+        Arc::clone(&self.allocator)
+    }
+
     /// Lets `count` more allocations succeed.
     pub fn fail_after(&self, count: u64) {
         self.left.store(count, Ordering::Relaxed);
@@ -83,7 +88,8 @@ impl Memory {
     ///
     /// # Safety
     ///
-    /// Called once, while the device still lives, and nothing is allocated or freed afterwards.
+    /// Called once, while the device still lives, and nothing is allocated or freed afterwards, also by those who share
+    /// it.
     pub unsafe fn destroy(&mut self) {
         // SAFETY: the caller promises that this is the last use.
         unsafe { ManuallyDrop::drop(&mut self.allocator) };

@@ -13,8 +13,10 @@
 //!
 //! `unsafe` stands here because Vulkan's handles are raw; what each call relies on is said beside it.
 
+mod acquire;
 mod buffer;
 mod capability;
+mod chain;
 mod choice;
 mod cmd;
 mod device;
@@ -22,13 +24,18 @@ mod error;
 mod frame;
 mod image;
 mod instance;
+mod loss;
 mod memory;
 mod opening;
 mod overlay;
+mod painter;
 mod pipeline;
+mod present;
 mod readback;
+mod recreate;
 mod retire;
 mod shader;
+mod surface;
 mod swapchain;
 mod sync;
 mod timing;
@@ -44,6 +51,7 @@ pub use overlay::Overlay;
 pub use pipeline::{Blend, GraphicsDesc, Pipeline, Topology, VertexLayout};
 pub use readback::{Region, read_image};
 pub use shader::{shader_code, shader_names};
-pub use swapchain::{ColorOutput, Readiness, Swapchain};
+pub use surface::ColorOutput;
+pub use swapchain::{Readiness, Swapchain};
 pub use sync::Access;
 pub use timing::ScopeTime;

@@ -43,13 +43,14 @@ impl Parts {
 pub(in crate::gpu) struct Opening(Option<Parts>);
 
 impl Opening {
-    /// Makes the device.
+    /// Makes the device; `windows` when it is to draw into windows.
     pub fn new(
         instance: &Instance,
         physical: vk::PhysicalDevice,
         capability: &Capability,
+        windows: bool,
     ) -> Result<Self, GpuError> {
-        let device = open(instance, physical, capability)?;
+        let device = open(instance, physical, capability, windows)?;
         let (timeline, samplers) = (vk::Semaphore::null(), [vk::Sampler::null(); 2]);
         Ok(Self(Some(Parts { device, timeline, frames: FrameRing::default(), samplers })))
     }
@@ -94,11 +95,15 @@ fn open(
     instance: &Instance,
     physical: vk::PhysicalDevice,
     capability: &Capability,
+    windows: bool,
 ) -> Result<ash::Device, GpuError> {
     let queues = [vk::DeviceQueueCreateInfo::default()
         .queue_family_index(capability.queue_family)
         .queue_priorities(&[1.0])];
-    let extensions = [khr::push_descriptor::NAME.as_ptr()];
+    let mut extensions = vec![khr::push_descriptor::NAME.as_ptr()];
+    if windows {
+        extensions.push(khr::swapchain::NAME.as_ptr());
+    }
     let features = vk::PhysicalDeviceFeatures::default().large_points(capability.large_points);
     let mut v12 =
         vk::PhysicalDeviceVulkan12Features::default().timeline_semaphore(true).host_query_reset(true);
@@ -150,14 +155,15 @@ mod tests {
     /// validation layer reports every object that is left.
     #[test]
     fn an_error_leaves_nothing_behind() {
-        let instance = Instance::new(true).expect("the validation layer (Debian: vulkan-validationlayers)");
+        let instance =
+            Instance::new(true, None).expect("the validation layer (Debian: vulkan-validationlayers)");
         let (physical, _) =
             pick(enumerate(&instance).expect("a driver"), &DeviceChoice::Best).expect("a device");
         let capability = capability::check(&instance, physical);
         let family = capability.queue_family;
-        let empty = Opening::new(&instance, physical, &capability).expect("a device");
+        let empty = Opening::new(&instance, physical, &capability, false).expect("a device");
         drop(empty);
-        let mut full = Opening::new(&instance, physical, &capability).expect("a device");
+        let mut full = Opening::new(&instance, physical, &capability, false).expect("a device");
         let mut memory = full.fill(&instance, physical, (family, 1.0)).expect("its parts");
         // SAFETY: nothing was allocated.
         unsafe { memory.destroy() };

@@ -17,6 +17,8 @@ pub enum Blend {
     Replace,
     /// The new value is added.
     Add,
+    /// The new value, premultiplied by its alpha, covers the old one.
+    Over,
 }
 
 /// What vertices become.
@@ -233,13 +235,17 @@ fn vertex_input(
 }
 
 fn attachment(blend: Blend) -> vk::PipelineColorBlendAttachmentState {
+    let kept = match blend {
+        Blend::Over => vk::BlendFactor::ONE_MINUS_SRC_ALPHA,
+        Blend::Add | Blend::Replace => vk::BlendFactor::ONE,
+    };
     vk::PipelineColorBlendAttachmentState {
-        blend_enable: vk::Bool32::from(blend == Blend::Add),
+        blend_enable: vk::Bool32::from(blend != Blend::Replace),
         src_color_blend_factor: vk::BlendFactor::ONE,
-        dst_color_blend_factor: vk::BlendFactor::ONE,
+        dst_color_blend_factor: kept,
         color_blend_op: vk::BlendOp::ADD,
         src_alpha_blend_factor: vk::BlendFactor::ONE,
-        dst_alpha_blend_factor: vk::BlendFactor::ONE,
+        dst_alpha_blend_factor: kept,
         alpha_blend_op: vk::BlendOp::ADD,
         color_write_mask: vk::ColorComponentFlags::RGBA,
     }

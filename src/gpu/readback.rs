@@ -1,4 +1,4 @@
-//! Copies: from images back to the host, and between images.
+//! Copies: from images back to the host, from the host to images, and between images.
 
 use std::sync::Arc;
 
@@ -57,6 +57,24 @@ impl Cmd<'_> {
 }
 
 impl Cmd<'_> {
+    /// Fills level 0 of `image` with the start of `buffer`, row by row without gaps.
+    pub fn copy_from_buffer(&mut self, buffer: &Buffer, image: &mut Image) {
+        let [width, height] = image.extent(0);
+        let whole = Region { origin: [0, 0], extent: [width, height] };
+        assert!(whole.bytes(image) <= buffer.bytes(), "upload buffer too small");
+        self.access_levels(image, 0..1, Access::TransferWrite);
+        let copy = vk::BufferImageCopy::default().image_subresource(layers(0)).image_extent(vk::Extent3D {
+            width,
+            height,
+            depth: 1,
+        });
+        let layout = Access::TransferWrite.layout();
+        // SAFETY: the bytes lie within the buffer, as asserted; the host has written them before submitting.
+        unsafe {
+            self.gpu.device.cmd_copy_buffer_to_image(self.raw, buffer.raw, image.raw, layout, &[copy]);
+        }
+    }
+
     /// Copies level `i` of `source` to level 0 of `target`, its left top texel at `origins[i]`.
     pub fn copy_levels(&mut self, source: &mut Image, target: &mut Image, origins: &[[u32; 2]]) {
         self.access_levels(source, 0..origins.len() as u32, Access::TransferRead);

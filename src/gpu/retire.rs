@@ -4,11 +4,13 @@ use ash::vk;
 use gpu_allocator::vulkan::Allocation;
 
 use super::memory::Memory;
+use super::painter::Painter;
 
 /// The handles of a dropped object.
 pub(in crate::gpu) enum Retired {
     Buffer(vk::Buffer, Option<Allocation>),
     Image(vk::Image, Vec<vk::ImageView>, Option<Allocation>),
+    Painter(Box<Painter>),
     Pipeline(vk::Pipeline, vk::PipelineLayout, vk::DescriptorSetLayout),
 }
 
@@ -31,6 +33,7 @@ impl Retired {
                     device.destroy_image(image, None);
                     allocation.into_iter().for_each(|a| memory.free(a));
                 }
+                Retired::Painter(painter) => painter.destroy(device),
                 Retired::Pipeline(pipeline, layout, set_layout) => {
                     device.destroy_pipeline(pipeline, None);
                     device.destroy_pipeline_layout(layout, None);

@@ -1,26 +1,19 @@
-//! A window's images: surface, swapchain, acquire and present.
+//! A window's images. `acquire.rs` takes and shows them, `recreate.rs` makes them anew.
 
 use std::sync::Arc;
 
+use ash::{khr, vk};
 use raw_window_handle::{RawDisplayHandle, RawWindowHandle};
 
+use super::acquire::Acquired;
+use super::chain::Chain;
 use super::choice::DeviceChoice;
 use super::device::{Gpu, GpuOptions};
 use super::error::GpuError;
-use super::frame::{Frame, FrameNumber};
+use super::frame::Frame;
 use super::image::Image;
-
-/// How the window's colours are encoded.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum ColorOutput {
-    /// 8 bits, sRGB colour space, values as given.
-    #[default]
-    Sdr,
-    /// Half floats, linear extended sRGB.
-    ScRgb,
-    /// 10 bits, Rec.2020 PQ.
-    Hdr10,
-}
+use super::recreate::Old;
+use super::surface::{ColorOutput, Surface};
 
 /// What the surface says to an attempt to draw.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,24 +29,69 @@ pub enum Readiness {
 }
 
 /// The images of one window. Recreates itself when out of date.
+///
+/// Resizing does not wait for the GPU: images of the old size live until the frames that use them have completed and
+/// some of the new ones have been shown. Dropping it waits. The window must outlive it.
 pub struct Swapchain {
-    gpu: Arc<Gpu>,
+    pub(in crate::gpu) gpu: Arc<Gpu>,
+    pub(in crate::gpu) loader: khr::swapchain::Device,
+    pub(in crate::gpu) surface: Surface,
+    pub(in crate::gpu) chain: Option<Chain>,
+    /// Earlier generations.
+    pub(in crate::gpu) old: Vec<Old>,
+    /// How many images were presented.
+    pub(in crate::gpu) presents: u64,
+    /// Semaphores to acquire with, each with the number of the frame that waits for it.
+    pub(in crate::gpu) semaphores: Vec<(u64, vk::Semaphore)>,
+    pub(in crate::gpu) acquired: Option<Acquired>,
+    /// The extent that the window was said to have.
+    pub(in crate::gpu) wanted: [u32; 2],
+    pub(in crate::gpu) output: ColorOutput,
+    pub(in crate::gpu) outputs: Vec<ColorOutput>,
+    /// The chain does not fit the window any more.
+    pub(in crate::gpu) stale: bool,
+    pub(in crate::gpu) hidden: bool,
+    pub(in crate::gpu) surface_lost: bool,
+    /// What the next attempt to acquire answers, for tests.
+    pub(in crate::gpu) planned: Option<vk::Result>,
 }
 
 impl Swapchain {
-    /// Opens a device that can show pictures in this window, and the window's images.
+    /// Opens a device that can show pictures in this window, and the window's images. `extent` is the window's size in
+    /// physical pixels, used where the window system leaves it to the program (Wayland).
+    ///
+    /// The handles must be those of a live window and of its connection, and both must outlive what is returned.
     ///
     /// # Errors
     ///
-    /// As [`Gpu::with_options`], and [`GpuError::Call`] for surface and swapchain.
+    /// As [`Gpu::with_options`], [`GpuError::NoWindow`] where no device can show pictures in this window, and
+    /// [`GpuError::Call`] for surface and swapchain.
     pub fn open(
         choice: &DeviceChoice,
         options: GpuOptions,
         window: (RawDisplayHandle, RawWindowHandle),
         extent: [u32; 2],
     ) -> Result<Self, GpuError> {
-        let _ = (window, extent);
-        Ok(Self { gpu: Gpu::with_options(choice, options)? })
+        let (gpu, surface) = Gpu::for_window(choice, options, window)?;
+        let mut swapchain = Self {
+            loader: khr::swapchain::Device::new(&gpu.instance.raw, &gpu.device),
+            gpu,
+            surface,
+            chain: None,
+            old: Vec::new(),
+            presents: 0,
+            semaphores: Vec::new(),
+            acquired: None,
+            wanted: extent,
+            output: ColorOutput::Sdr,
+            outputs: Vec::new(),
+            stale: false,
+            hidden: false,
+            surface_lost: false,
+            planned: None,
+        };
+        swapchain.recreate()?;
+        Ok(swapchain)
     }
 
     /// The device.
@@ -63,53 +101,66 @@ impl Swapchain {
 
     /// The window's extent in physical pixels, as it is drawn; `None` while hidden.
     pub fn extent(&self) -> Option<[u32; 2]> {
-        None
+        self.chain.as_ref().filter(|_| !self.hidden).map(|chain| chain.extent)
     }
 
     /// What the window's colours are.
     pub fn output(&self) -> ColorOutput {
-        ColorOutput::Sdr
+        self.output
     }
 
     /// The outputs that the surface offers.
     pub fn outputs(&self) -> Vec<ColorOutput> {
-        vec![ColorOutput::Sdr]
+        self.outputs.clone()
+    }
+
+    /// How images follow each other on the screen: `mailbox` (the newest replaces one that waits) or `fifo` (one for
+    /// each refresh).
+    pub fn present_mode(&self) -> &'static str {
+        match self.chain.as_ref().map(|chain| chain.mode) {
+            Some(vk::PresentModeKHR::MAILBOX) => "mailbox",
+            Some(_) => "fifo",
+            None => "none",
+        }
+    }
+
+    /// Format of the window's images; undefined before there are any.
+    pub(in crate::gpu) fn format(&self) -> vk::Format {
+        self.chain.as_ref().map_or(vk::Format::UNDEFINED, |chain| chain.format)
     }
 
     /// Asks for another output; takes effect with the next image. `false` where it is not offered.
     pub fn set_output(&mut self, output: ColorOutput) -> bool {
-        let _ = output;
-        false
+        let offered = self.outputs.contains(&output);
+        if offered && self.output != output {
+            self.output = output;
+            self.stale = true;
+        }
+        offered
     }
 
     /// Says that the window has a new size.
     pub fn resize(&mut self, extent: [u32; 2]) {
-        let _ = extent;
+        self.wanted = extent;
+        self.stale |= self.chain.as_ref().is_none_or(|chain| chain.extent != extent);
     }
 
-    /// Takes the next image, waiting at most `timeout`; recreates the swapchain where it must be.
-    ///
-    /// # Errors
-    ///
-    /// [`GpuError::Call`]; [`GpuError::is_device_lost`] tells whether a new device helps.
-    pub fn acquire(&mut self, timeout: std::time::Duration) -> Result<Readiness, GpuError> {
-        let _ = timeout;
-        Ok(Readiness::Hidden)
+    /// Makes the next [`acquire`](Self::acquire) find the surface lost. For tests.
+    pub fn lose_surface_once(&mut self) {
+        self.planned = Some(vk::Result::ERROR_SURFACE_LOST_KHR);
+    }
+
+    /// Makes the next [`acquire`](Self::acquire) find the images out of date. For tests.
+    pub fn outdate_once(&mut self) {
+        self.planned = Some(vk::Result::ERROR_OUT_OF_DATE_KHR);
     }
 
     /// Copies `picture` into the acquired image, texel by texel from the left top, and clears what it does not cover.
     pub fn draw(&mut self, frame: &mut Frame<'_>, picture: &mut Image) {
-        let _ = (frame, picture);
-    }
-
-    /// Submits the frame and shows the acquired image. Suboptimal and out of date are no errors: the next
-    /// [`acquire`](Self::acquire) recreates.
-    ///
-    /// # Errors
-    ///
-    /// As [`acquire`](Self::acquire).
-    pub fn present(&mut self, frame: Frame<'_>) -> Result<FrameNumber, GpuError> {
-        frame.submit()
+        if let Some(acquired) = &mut self.acquired {
+            acquired.claim(frame);
+            frame.cmd().scope("show").show(picture, &mut acquired.shown);
+        }
     }
 
     /// A new surface for the same window, after the old one was lost.
@@ -118,7 +169,18 @@ impl Swapchain {
     ///
     /// As [`open`](Self::open).
     pub fn replace_surface(&mut self, window: (RawDisplayHandle, RawWindowHandle)) -> Result<(), GpuError> {
-        let _ = window;
-        Ok(())
+        self.clear();
+        self.surface = Surface::new(&self.gpu.instance, window)?;
+        if !self.surface.is_shown_by(self.gpu.physical, self.gpu.queue_family) {
+            return Err(GpuError::NoWindow("this device cannot show pictures in it any more.".into()));
+        }
+        (self.surface_lost, self.stale) = (false, false);
+        self.recreate()
+    }
+}
+
+impl Drop for Swapchain {
+    fn drop(&mut self) {
+        self.clear();
     }
 }

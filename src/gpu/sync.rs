@@ -24,6 +24,10 @@ pub enum Access {
     TransferRead,
     /// Copied to; what was there is discarded.
     TransferWrite,
+    /// Just acquired from a swapchain: undefined contents, to be used after the acquisition's semaphore.
+    Acquired,
+    /// Handed to a window.
+    Present,
 }
 
 /// Stage, access mask and layout of a use.
@@ -32,6 +36,11 @@ struct Use {
     mask: vk::AccessFlags2,
     layout: vk::ImageLayout,
 }
+
+/// Stages that wait for the semaphore of an acquired image: all that may come first in using it.
+pub(in crate::gpu) const ACQUIRED_AT: vk::PipelineStageFlags2 = vk::PipelineStageFlags2::from_raw(
+    vk::PipelineStageFlags2::BLIT.as_raw() | vk::PipelineStageFlags2::CLEAR.as_raw(),
+);
 
 impl Access {
     fn describe(self) -> Use {
@@ -44,20 +53,51 @@ impl Access {
                 L::COLOR_ATTACHMENT_OPTIMAL,
             ),
             Access::Sampled => (S::FRAGMENT_SHADER, A::SHADER_SAMPLED_READ, L::SHADER_READ_ONLY_OPTIMAL),
-            Access::TransferWrite => (S::COPY, A::TRANSFER_WRITE, L::TRANSFER_DST_OPTIMAL),
-            Access::TransferRead => (S::COPY, A::TRANSFER_READ, L::TRANSFER_SRC_OPTIMAL),
+            Access::TransferWrite => {
+                (S::COPY | S::BLIT | S::CLEAR, A::TRANSFER_WRITE, L::TRANSFER_DST_OPTIMAL)
+            }
+            Access::TransferRead => (S::COPY | S::BLIT, A::TRANSFER_READ, L::TRANSFER_SRC_OPTIMAL),
+            Access::Acquired => (ACQUIRED_AT, A::NONE, L::UNDEFINED),
+            Access::Present => (S::NONE, A::NONE, L::PRESENT_SRC_KHR),
         };
         Use { stage, mask, layout }
     }
 
     fn reads_only(self) -> bool {
-        matches!(self, Access::Sampled | Access::TransferRead)
+        matches!(self, Access::Sampled | Access::TransferRead | Access::Present)
     }
 
     /// The layout an image is in while used like this.
     pub(in crate::gpu) fn layout(self) -> vk::ImageLayout {
         self.describe().layout
     }
+}
+
+/// The barrier of one level between two uses; the contents are lost if `discard`.
+fn transition(
+    image: vk::Image,
+    level: u32,
+    (before, access): (Access, Access),
+    discard: bool,
+) -> vk::ImageMemoryBarrier2<'static> {
+    let (old, new) = (before.describe(), access.describe());
+    vk::ImageMemoryBarrier2::default()
+        .image(image)
+        .src_stage_mask(old.stage)
+        .src_access_mask(if before.reads_only() { vk::AccessFlags2::NONE } else { old.mask })
+        .dst_stage_mask(new.stage)
+        .dst_access_mask(new.mask)
+        .old_layout(if discard { vk::ImageLayout::UNDEFINED } else { old.layout })
+        .new_layout(new.layout)
+        .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+        .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+        .subresource_range(vk::ImageSubresourceRange {
+            aspect_mask: vk::ImageAspectFlags::COLOR,
+            base_mip_level: level,
+            level_count: 1,
+            base_array_layer: 0,
+            layer_count: 1,
+        })
 }
 
 impl Cmd<'_> {
@@ -75,31 +115,20 @@ impl Cmd<'_> {
             if before == access && access.reads_only() {
                 continue;
             }
-            let (old, new) = (before.describe(), access.describe());
             let discard = matches!(access, Access::ColorWrite | Access::TransferWrite);
-            barriers.push(
-                vk::ImageMemoryBarrier2::default()
-                    .image(image.raw)
-                    .src_stage_mask(old.stage)
-                    .src_access_mask(if before.reads_only() { vk::AccessFlags2::NONE } else { old.mask })
-                    .dst_stage_mask(new.stage)
-                    .dst_access_mask(new.mask)
-                    .old_layout(if discard { vk::ImageLayout::UNDEFINED } else { old.layout })
-                    .new_layout(new.layout)
-                    .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
-                    .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
-                    .subresource_range(vk::ImageSubresourceRange {
-                        aspect_mask: vk::ImageAspectFlags::COLOR,
-                        base_mip_level: level,
-                        level_count: 1,
-                        base_array_layer: 0,
-                        layer_count: 1,
-                    }),
-            );
+            barriers.push(transition(image.raw, level, (before, access), discard));
         }
         if !barriers.is_empty() {
             self.barrier(&vk::DependencyInfo::default().image_memory_barriers(&barriers));
         }
+    }
+
+    /// Makes an image of a swapchain, used as `before` until now, ready for this use. Nothing is discarded but by
+    /// [`Access::Acquired`] before.
+    pub(in crate::gpu) fn access_shown(&mut self, image: vk::Image, before: &mut Access, access: Access) {
+        let old = std::mem::replace(before, access);
+        let barriers = [transition(image, 0, (old, access), false)];
+        self.barrier(&vk::DependencyInfo::default().image_memory_barriers(&barriers));
     }
 
     /// Makes copies into buffers visible to the host once the frame has completed.
