@@ -72,12 +72,12 @@ pub fn show(ui: &mut egui::Ui, readout: &Readout, controls: &mut Controls) -> Ve
     }
     let figures = statistics::settled(&ctx, readout);
     frame::floating(&ctx, |ui| {
-        frame::section(ui, "Figures", true, |ui| statistics::show(ui, &figures));
-        frame::section(ui, "Frame times", true, |ui| graph::show(ui, &figures));
         if let Some(selection) = &readout.selection {
             frame::section(ui, "Selection", true, |ui| selection::show(ui, selection, &mut actions));
         }
+        frame::section(ui, "Figures", true, |ui| statistics::show(ui, &figures));
         frame::section(ui, "Display", true, |ui| controls::show(ui, controls));
+        frame::section(ui, "Frame times", true, |ui| graph::show(ui, &figures));
         frame::section(ui, "Camera and files", true, |ui| actions::show(ui, readout, controls, &mut actions));
         frame::section(ui, "Passes", false, |ui| statistics::passes(ui, &figures));
     });
