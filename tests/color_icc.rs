@@ -117,8 +117,8 @@ fn bad_files_are_refused() {
     for end in 0..good.len() {
         let _ = parse(&good[..end]);
     }
-    for at in 0..good.len() {
-        for value in [0, 1, 0x7f, 0x80, 0xff] {
+    for at in (0..good.len()).step_by(3) {
+        for value in [0, 0xff] {
             let mut bad = good.clone();
             bad[at] = value;
             if let Ok(profile) = parse(&bad) {

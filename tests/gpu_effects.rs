@@ -262,8 +262,8 @@ fn bilateral_masking_keeps_edges() {
     let sigma = (noise / 1920.0).sqrt();
     assert!((dark_b - dark).abs() < 4.0 * sigma, "{dark} became {dark_b}, {sigma}");
     assert!((bright_b - bright).abs() < 6.0 * sigma, "{bright} became {bright_b}, {sigma}");
-    assert!(edge_b > 0.75 * edge, "the edge of {edge} became {edge_b}");
-    assert!(edge_l < 0.5 * edge, "case too easy: low-pass keeps {edge_l} of {edge}");
+    assert!(edge_b > 0.85 * edge, "the edge of {edge} became {edge_b}");
+    assert!(edge_l < 0.75 * edge, "case too easy: low-pass keeps {edge_l} of {edge}");
     // All lights 2^40 times as bright: the same picture, as much brighter.
     let exposed = step_edge(Masking::Bilateral, 4.0, 2f32.powi(40));
     let plain = step_edge(Masking::Bilateral, 4.0, 1.0);
