@@ -16,7 +16,7 @@ const uint NONE = 3u;
 
 // How much of the kernel a stream needs; the host knows the level of detail unless noise is masked.
 const uint ABSENT = 0u;      // no samples yet
-const uint TEXEL = 1u;       // level of detail <= -1: the blur is below one texel
+const uint TEXEL = 1u;       // level of detail <= -1: the blur is below one texel, or was done before
 const uint ONE_LEVEL = 2u;   // between -1 and 0
 const uint TWO_LEVELS = 3u;  // any, also per pixel
 
@@ -114,7 +114,7 @@ void main() {
     vec3 total = vec3(0.0);
     if (CAMERA != ABSENT) {
         float lod = push.lod.x;
-        if (MASKING) {
+        if (MASKING && CAMERA != TEXEL) {
             lod = masked_lod(camera, camera_variance, uv, lod, push.variance_lod.x, 0.0);
         }
         vec4 sums = sums_at(camera, camera_near, camera_far, uv, lod, CAMERA);
@@ -122,7 +122,7 @@ void main() {
     }
     if (LIGHT != ABSENT) {
         float lod = push.lod.y;
-        if (MASKING) {
+        if (MASKING && LIGHT != TEXEL) {
             lod = masked_lod(light, light_variance, uv, lod, push.variance_lod.y, 1.0);
         }
         total += sums_at(light, light_near, light_far, uv, lod, LIGHT).xyz * push.light_scale;

@@ -5,11 +5,13 @@ mod gpu_support;
 use glam::Vec3;
 use gpu_support::{assert_silent, film, gpu, scene, settings, spec};
 use pointillist::client::film::VulkanFilm;
+use pointillist::client::reference::ReferenceFilm;
 use pointillist::client::reference::tonemap::{DisplayParameters, tone_curve, tonemap};
-use pointillist::client::{Dither, Output, Reconstruction, Settings, SplatFilter, ToneCurve};
-use pointillist::color::{Profile, TransferTable};
+use pointillist::client::{Dither, Masking, Output, Reconstruction, Settings, SplatFilter, ToneCurve, View};
+use pointillist::color::{Profile, TransferTable, Xyz};
 use pointillist::gpu::{Region, read_image};
 use pointillist::image::Grid;
+use pointillist::stream::{PathCounts, Sample};
 
 /// What `paint` shows at this internal resolution, its texels' bytes.
 fn painted(film: &mut VulkanFilm, settings: &Settings, detail: u32) -> Vec<u8> {
@@ -180,4 +182,94 @@ fn desaturation_keeps_luminance() {
             }
         }
     }
+}
+
+/// Bilateral masking and the views of the variance, both streams, both ways.
+#[test]
+fn masking_and_views_equal_the_twin() {
+    let spec = spec(72, 51, SplatFilter::Gaussian);
+    let mut film = film(spec);
+    let mut twin = ReferenceFilm::new(spec, 2).expect("a film");
+    // Few samples: low-pass instead. Many: camera alone, then both streams.
+    for (count, every_light) in [(2_000, 0), (40_000, 7), (120_000, 3)] {
+        let samples = scene(&spec, count, count as u64, every_light);
+        let paths = PathCounts { camera: count as u64, light: count as u64 };
+        film.add(&samples).expect("add");
+        twin.add(&samples).expect("add");
+        film.count_paths(paths);
+        twin.count_paths(paths);
+        let bilateral = Settings { masking: Masking::Bilateral, ..settings(Reconstruction::Gaussian, 1.0) };
+        let catmull_rom = Settings { reconstruction: Reconstruction::CatmullRom, ..bilateral.clone() };
+        let camera = Settings { view: View::CameraVariance, ..bilateral.clone() };
+        let light = Settings { view: View::LightVariance, ..bilateral.clone() };
+        for settings in [bilateral, catmull_rom, camera, light] {
+            let got = film.display(&settings).expect("display");
+            let wanted = twin.display(&settings).expect("display");
+            let pairs = || got.rgb.iter().flatten().zip(wanted.rgb.iter().flatten());
+            let off = pairs().filter(|(a, b)| a != b).count();
+            let what = format!("{:?} {:?}, {count} samples", settings.view, settings.reconstruction);
+            assert!(pairs().all(|(a, b)| a.abs_diff(*b) <= 1), "{what}: more than one step apart");
+            assert!(off * 50 < got.rgb.len() * 3, "{what}: {off} channels are off by one");
+        }
+    }
+    assert_silent(gpu());
+}
+
+/// Luminances of the picture that the GPU makes of one step, 1 to 1.5, under noise of 60 %, exposed by `scale`.
+fn step_edge(masking: Masking, vm: f32, scale: f32) -> Vec<f32> {
+    let spec = spec(96, 96, SplatFilter::Box);
+    let mut random = gpu_support::Uniform(4242);
+    let samples: Vec<Sample> = (0..96 * 96 * 64)
+        .map(|_| {
+            let uv = [random.next(), random.next()];
+            // Uniform noise has a deviation of width / sqrt(12).
+            let noise = 1.0 + 0.6 * (random.next() - 0.5) * 12f32.sqrt();
+            let y = if uv[0] < 0.5 { 1.0 } else { 1.5 } * noise * scale;
+            Sample { uv, xyz: Xyz::new(0.95, 1.0, 1.09) * y, w: 1.0 }
+        })
+        .collect();
+    let mut film = film(spec);
+    film.add(&samples).expect("add");
+    let settings = Settings { masking, ..settings(Reconstruction::Gaussian, vm) };
+    film.reconstruct(&settings).expect("reconstruct").into_iter().map(|xyz| xyz[1]).collect()
+}
+
+/// Noise goes, the mean stays, and the edge stays, which low-pass masking of the same strength takes away.
+#[test]
+fn bilateral_masking_keeps_edges() {
+    let statistics = |picture: &[f32]| {
+        // Both flat halves, the edge's surroundings and the border left out.
+        let side = |from: usize, to: usize| {
+            let values: Vec<f64> = (8..88)
+                .flat_map(|y| (from..to).map(move |x| (x, y)))
+                .map(|(x, y)| f64::from(picture[x + 96 * y]))
+                .collect();
+            let mean = values.iter().sum::<f64>() / values.len() as f64;
+            (mean, values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len() as f64)
+        };
+        let column = |x: usize| (8..88).map(|y| f64::from(picture[x + 96 * y])).sum::<f64>() / 80.0;
+        (side(8, 32), side(64, 88), column(48) - column(47))
+    };
+    let ((dark, noise), (bright, _), edge) = statistics(&step_edge(Masking::LowPass, 0.0, 1.0));
+    let ((dark_b, noise_b), (bright_b, _), edge_b) = statistics(&step_edge(Masking::Bilateral, 4.0, 1.0));
+    let (_, _, edge_l) = statistics(&step_edge(Masking::LowPass, 4.0, 1.0));
+    println!(
+        "noise {noise} -> {noise_b}; means {dark} {bright} -> {dark_b} {bright_b}; edges {edge} {edge_b} {edge_l}"
+    );
+    assert!(noise_b * 16.0 < noise, "variance {noise} became {noise_b}");
+    // The mean of 1920 texels is known within sqrt(noise / 1920); a filter may not move it by more than the part of the
+    // noise that its reach brings in from the margin: 4 of these.
+    let sigma = (noise / 1920.0).sqrt();
+    assert!((dark_b - dark).abs() < 4.0 * sigma, "{dark} became {dark_b}, {sigma}");
+    assert!((bright_b - bright).abs() < 6.0 * sigma, "{bright} became {bright_b}, {sigma}");
+    assert!(edge_b > 0.85 * edge, "the edge of {edge} became {edge_b}");
+    assert!(edge_l < 0.75 * edge, "case too easy: low-pass keeps {edge_l} of {edge}");
+    // All lights 2^40 times as bright: the same picture, as much brighter.
+    let exposed = step_edge(Masking::Bilateral, 4.0, 2f32.powi(40));
+    let plain = step_edge(Masking::Bilateral, 4.0, 1.0);
+    assert!(
+        exposed.iter().zip(&plain).all(|(a, b)| *a == b * 2f32.powi(40)),
+        "masking depends on the exposure"
+    );
+    assert_silent(gpu());
 }

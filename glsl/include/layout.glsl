@@ -40,6 +40,18 @@ layout(push_constant) uniform ReconstructPush {
 } push;
 #endif
 
+#ifdef BILATERAL_PUSH
+layout(push_constant) uniform BilateralPush {
+    vec2 inverse_target;  // 1 / extent of the padded target
+    float variance_lod;   // level at which colour and variance are read
+    float noise_masking;  // Vm: stages per factor 4 of excess relative variance
+    float max_level;      // coarsest level
+    float energy;         // mean sum of squared weights of one splat
+    float inverse_scale;  // 1 / luminance scale
+    float padding;
+} push;
+#endif
+
 #ifdef TONEMAP_PUSH
 layout(push_constant) uniform TonemapPush {
     vec4 red;             // rows of P, XYZ to linear RGB; w unused

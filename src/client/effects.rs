@@ -4,7 +4,8 @@
 
 use glam::Mat3;
 
-use crate::client::settings::{Dither, Output, Reconstruction, Settings, ToneCurve, View};
+use crate::client::lod::StreamLod;
+use crate::client::settings::{Dither, Masking, Output, Reconstruction, Settings, ToneCurve, View};
 use crate::color::{Profile, profile};
 use crate::gpu::Format;
 
@@ -16,6 +17,8 @@ pub const DETAILS: [u32; 3] = [1, 2, 4];
 pub struct Effects {
     /// Picture pixels per reconstructed one, along each axis: one of [`DETAILS`].
     pub detail: u32,
+    /// How noise is masked; `None` is not at all.
+    pub masking: Option<Masking>,
     /// What is shown.
     pub view: View,
     /// Tone curve.
@@ -37,7 +40,20 @@ impl Effects {
         let curve = if view == View::Picture { settings.curve } else { ToneCurve::Paper };
         let table = output == Output::Sdr && settings.profile.transfer.is_some();
         let dither = if output == Output::ScRgb { Dither::None } else { settings.dither };
-        Self { detail, view, curve, output, table, dither }
+        // A coarse picture is shown while there is no time: the cheaper masking.
+        let kind = if detail == 1 { settings.masking } else { Masking::LowPass };
+        let masking = (settings.vm > 0.0 && view == View::Picture).then_some(kind);
+        Self { detail, masking, view, curve, output, table, dither }
+    }
+
+    /// Stream with this level of detail is filtered bilaterally; with too few samples low-pass masking takes its place.
+    pub fn bilateral(&self, lod: &StreamLod) -> bool {
+        self.masking == Some(Masking::Bilateral) && lod.allows_bilateral()
+    }
+
+    /// The variance is read.
+    pub fn reads_variance(&self) -> bool {
+        self.masking.is_some() || self.view != View::Picture
     }
 
     /// The reconstruction: where pixels are larger than texels, single texels cannot stand for them.

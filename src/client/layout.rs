@@ -92,6 +92,26 @@ block! {
 }
 
 block! {
+    /// Constants of `bilateral_error.frag` and `bilateral.frag`.
+    BilateralPush, 32 {
+        /// 1 / extent of the padded target.
+        inverse_target: [f32; 2],
+        /// Level at which colour and variance are read.
+        variance_lod: f32,
+        /// `Vm`: stages per factor 4 of excess relative variance.
+        noise_masking: f32,
+        /// Coarsest level.
+        max_level: f32,
+        /// Mean sum of squared weights of one splat.
+        energy: f32,
+        /// 1 / luminance scale, a power of two.
+        inverse_scale: f32,
+        /// Fills the last 8 bytes.
+        padding: f32,
+    }
+}
+
+block! {
     /// Constants of `tonemap.frag`.
     TonemapPush, 64 {
         /// First row of `P`, XYZ to linear RGB; the fourth number is not used.
@@ -117,5 +137,6 @@ pub const BLOCKS: &[(&str, usize, &[Member])] = &[
     ("FoldPush", size_of::<FoldPush>(), FoldPush::MEMBERS),
     ("DownsamplePush", size_of::<DownsamplePush>(), DownsamplePush::MEMBERS),
     ("ReconstructPush", size_of::<ReconstructPush>(), ReconstructPush::MEMBERS),
+    ("BilateralPush", size_of::<BilateralPush>(), BilateralPush::MEMBERS),
     ("TonemapPush", size_of::<TonemapPush>(), TonemapPush::MEMBERS),
 ];

@@ -68,6 +68,11 @@ impl StreamLod {
         Self { base, variance: self.variance.max(base), ..self }
     }
 
+    /// Enough samples, four per texel, for noise to be less intense than features: bilateral filtering works (paper §4.2).
+    pub fn allows_bilateral(&self) -> bool {
+        self.base <= MIN_LOD
+    }
+
     /// `LoD'`: the basic level raised by `vm` per factor 4 of excess relative variance `r` of the mean.
     #[inline]
     pub fn masked(&self, r: f32, vm: f32) -> f32 {

@@ -3,7 +3,6 @@
 //! Colorants are stored for the profile connection space, whose white is D50. They are brought to D65, which is white here,
 //! by undoing the profile's own adaptation (`chad`) and, where there is none, Bradford's.
 
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::{DMat3, DVec2, DVec3};
@@ -12,54 +11,22 @@ use crate::color::cie;
 use crate::color::profile::{Profile, TRANSFER_STEPS, TransferTable};
 
 /// Why a file does not serve as a display profile.
-#[derive(Debug, thiserror::Error)]
-pub enum IccError {
-    /// The system refused.
-    #[error("cannot read the profile {}: {source}", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
-    },
-    /// It is something else, or damaged.
-    #[error("{} cannot be used as a display profile: {reason}; give an ICC profile of a display with a matrix and tone curves, or one of the names", path.display())]
-    Unfit {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        reason: String,
-    },
-}
-
-/// Largest file that is read: matrix profiles have some kilobytes.
-const MAX_BYTES: u64 = 16 << 20;
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct IccError(String);
 
 /// White of the profile connection space.
 const D50: DVec3 = DVec3::new(0.9642, 1.0, 0.8249);
 
-/// Reads a profile; its name is the path.
-///
-/// # Errors
-/// [`IccError`] naming the file and what is wrong with it.
-pub fn read(path: &Path) -> Result<Profile, IccError> {
-    let refuse = |source| IccError::Read { path: path.to_owned(), source };
-    let unfit = |reason: String| IccError::Unfit { path: path.to_owned(), reason };
-    let info = std::fs::metadata(path).map_err(refuse)?;
-    if !info.is_file() || info.len() > MAX_BYTES {
-        return Err(unfit("it is not a file of at most 16 MiB".to_owned()));
-    }
-    let bytes = std::fs::read(path).map_err(refuse)?;
-    let mut profile = parse(&bytes).map_err(unfit)?;
-    profile.name = path.display().to_string();
-    Ok(profile)
-}
-
-/// Reads a profile from memory.
+/// Reads a profile from the bytes of its file; the name is left empty.
 ///
 /// # Errors
 /// What is wrong with it.
-pub fn parse(bytes: &[u8]) -> Result<Profile, String> {
+pub fn parse(bytes: &[u8]) -> Result<Profile, IccError> {
+    matrix_profile(bytes).map_err(IccError)
+}
+
+fn matrix_profile(bytes: &[u8]) -> Result<Profile, String> {
     if bytes.len() < 132 || bytes[36..40] != *b"acsp" {
         return Err("it is no ICC profile".to_owned());
     }

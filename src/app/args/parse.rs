@@ -1,8 +1,10 @@
 //! Values of options.
 
+use std::path::Path;
 use std::time::Duration;
 
 use super::scene::MaxDepth;
+use crate::color::{Profile, icc};
 
 pub(super) fn define(text: &str) -> Result<(String, String), String> {
     match text.split_once('=') {
@@ -68,16 +70,34 @@ pub(super) fn non_negative(text: &str) -> Result<f32, String> {
     float(text).and_then(|v| if v >= 0.0 { Ok(v) } else { Err("must not be negative".to_string()) })
 }
 
-pub(super) fn profile(text: &str) -> Result<crate::color::Profile, String> {
-    if let Some(profile) = crate::color::Profile::named(text) {
+pub(super) fn profile(text: &str) -> Result<Profile, String> {
+    if let Some(profile) = Profile::named(text) {
         return Ok(profile);
     }
-    let path = std::path::Path::new(text);
+    let path = Path::new(text);
     if !path.exists() && path.extension().is_none() {
-        let names = crate::color::Profile::names().join(", ");
+        let names = Profile::names().join(", ");
         return Err(format!("unknown; known are {names}, and files of ICC matrix profiles"));
     }
-    crate::color::icc::read(path).map_err(|error| error.to_string())
+    read_profile(path)
+}
+
+/// Largest profile that is read: those of a matrix have some kilobytes.
+const MAX_PROFILE_BYTES: u64 = 16 << 20;
+
+/// The ICC profile in a file; its name is the path.
+fn read_profile(path: &Path) -> Result<Profile, String> {
+    let cannot = |error: std::io::Error| format!("cannot read {}: {error}", path.display());
+    let info = std::fs::metadata(path).map_err(cannot)?;
+    let advice =
+        "give the ICC profile of a display that works by a matrix and tone curves, or one of the names";
+    if !info.is_file() || info.len() > MAX_PROFILE_BYTES {
+        return Err(format!("{} is not a file of at most 16 MiB; {advice}", path.display()));
+    }
+    let bytes = std::fs::read(path).map_err(cannot)?;
+    let profile = icc::parse(&bytes)
+        .map_err(|error| format!("{} cannot be used: {error}; {advice}", path.display()))?;
+    Ok(Profile { name: path.display().to_string(), ..profile })
 }
 
 #[cfg(test)]
@@ -102,6 +122,15 @@ mod tests {
         for bad in ["640", "0x4", "4x0", "99999x3", "ax3", "-1x3"] {
             assert!(size(bad).is_err(), "{bad:?} was accepted");
         }
+    }
+
+    #[test]
+    fn profiles_are_names_or_files() {
+        assert!(profile("display-p3").is_ok());
+        assert!(profile("nonsense").is_err_and(|e| e.contains("rec2020")));
+        assert!(profile("/nowhere/display.icc").is_err_and(|e| e.contains("/nowhere/display.icc")));
+        assert!(profile("Cargo.toml").is_err_and(|e| e.contains("Cargo.toml cannot be used")));
+        assert!(profile("src").is_err_and(|e| e.contains("not a file")));
     }
 
     #[test]

@@ -6,12 +6,16 @@
 //! | [`fold`] | batch image → two-float sums, means | `fold` |
 //! | [`variance`] | samples again → batch of squared deviations → two-float sums | `variance` |
 //! | [`mips`] | averages down to 1×1 | `mips` |
+//! | [`bilateral`] | averages over neighbours whose difference is noise, if asked for | `bilateral` |
 //! | [`reconstruct`] | blur by count and variance, normalise, sum the streams | `reconstruct`, `kernel` |
-//! | [`tonemap`] | tone curve, matrix, desaturation, gamma | `tonemap` |
+//! | [`error_view`] | the variance in place of the picture, if asked for | `error_view` |
+//! | [`tonemap`] | tone curve, matrix, desaturation, transfer, dither | `tonemap`, `curves` |
 //!
-//! [`repaint`] puts the last three in order, the film itself the others; [`images`] holds what they read and write. Pipelines are made on first use and specialised: what a film or a
+//! [`repaint`] puts these from mips on in order, the film itself the others; [`images`] holds what they read and write. Pipelines are made on first use and specialised: what a film or a
 //! repaint does not need is not in the code that runs.
 
+pub mod bilateral;
+pub mod error_view;
 pub mod fold;
 pub mod images;
 pub mod mips;

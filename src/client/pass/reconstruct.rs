@@ -39,6 +39,8 @@ pub struct StreamInput<'a> {
     pub images: &'a StreamImages,
     /// Its level of detail.
     pub lod: StreamLod,
+    /// Its noise was filtered: these sums are shown, texel by texel.
+    pub filtered: Option<&'a Image>,
 }
 
 /// Blurs both streams and writes scene-linear XYZ.
@@ -66,8 +68,8 @@ impl ReconstructPass {
         (kind, mut push): (Reconstruction, ReconstructPush),
         target: &mut Image,
     ) -> Result<(), GpuError> {
-        let masking = push.noise_masking > 0.0;
-        let [camera, light] = [0, 1].map(|i| extent(kind, masking, streams[i].as_ref().map(|s| &s.lod)));
+        let masking = push.noise_masking > 0.0 && streams.iter().flatten().any(|s| s.filtered.is_none());
+        let [camera, light] = [0, 1].map(|i| extent(kind, masking, streams[i].as_ref()));
         let key = Key { kind: kind_constant(kind), masking, camera, light };
         let pipeline = self.pipelines.get(key, || make(gpu, key))?;
         for (i, stream) in streams.iter().enumerate() {
@@ -99,6 +101,9 @@ fn textures<'a>(stream: &StreamInput<'a>, masking: bool) -> [Texture<'a>; 4] {
     let color = stream.images.color.sums();
     let all = |image| Texture { image, level: None, sampler: Sampler::Trilinear };
     let one = |image, level| Texture { image, level: Some(level), sampler: Sampler::Nearest };
+    if let Some(filtered) = stream.filtered {
+        return [0; 4].map(|level| one(filtered, level));
+    }
     if let Some(atlas) = stream.images.atlas().filter(|_| masking) {
         let variance = stream.images.variance.sums();
         return [all(color), all(variance), one(atlas, 0), one(atlas, 0)];
@@ -121,9 +126,10 @@ pub fn levels_needed(kind: Reconstruction, masking: bool, lod: &StreamLod) -> u3
 }
 
 /// How much of the kernel to compile in for one stream.
-fn extent(kind: Reconstruction, masking: bool, lod: Option<&StreamLod>) -> Extent {
-    match lod {
+fn extent(kind: Reconstruction, masking: bool, stream: Option<&StreamInput<'_>>) -> Extent {
+    match stream.map(|s| &s.lod) {
         None => Extent::Absent,
+        Some(_) if stream.is_some_and(|s| s.filtered.is_some()) => Extent::Texel,
         Some(_) if kind != Reconstruction::Gaussian || masking => Extent::TwoLevels,
         Some(lod) if lod.base <= MIN_LOD => Extent::Texel,
         Some(lod) if lod.base < 0.0 => Extent::OneLevel,

@@ -4,19 +4,24 @@ use std::sync::Arc;
 
 use crate::client::effects::Effects;
 use crate::client::error::ClientError;
-use crate::client::layout::ReconstructPush;
+use crate::client::layout::{BilateralPush, ReconstructPush};
 use crate::client::lod::StreamLod;
+use crate::client::pass::bilateral::BilateralPass;
+use crate::client::pass::error_view::ErrorViewPass;
 use crate::client::pass::images::{PictureImages, StreamImages};
 use crate::client::pass::mips::MipsPass;
 use crate::client::pass::reconstruct::{ReconstructPass, StreamInput, levels_needed};
 use crate::client::pass::tonemap::TonemapPass;
-use crate::client::settings::{DisplayImage, FilmSpec, Output, Settings};
+use crate::client::settings::{DisplayImage, FilmSpec, Output, Reconstruction, Settings, View};
 use crate::gpu::{Access, Buffer, BufferUse, Cmd, Format, Gpu, Image, Load, Region, Target, read_image};
+
+/// Camera and light, each with its level of detail; `None` without samples.
+type Streams<'a> = [Option<(&'a mut StreamImages, StreamLod)>; 2];
 
 /// The sums that a repaint shows.
 pub struct Sums<'a> {
-    /// Camera and light, each with its level of detail; `None` without samples.
-    pub streams: [Option<(&'a mut StreamImages, StreamLod)>; 2],
+    /// Camera and light.
+    pub streams: Streams<'a>,
     /// Texels of the picture / light paths; 0 while there are none.
     pub light_scale: f32,
     /// 1 / luminance scale, a power of two.
@@ -28,7 +33,9 @@ pub struct Repaint {
     gpu: Arc<Gpu>,
     spec: FilmSpec,
     mips: MipsPass,
+    bilateral: BilateralPass,
     reconstruct: ReconstructPass,
+    error_view: ErrorViewPass,
     tonemap: TonemapPass,
     picture: PictureImages,
     readback: Buffer,
@@ -46,7 +53,9 @@ impl Repaint {
             gpu: gpu.clone(),
             spec,
             mips: MipsPass::default(),
+            bilateral: BilateralPass::default(),
             reconstruct: ReconstructPass::default(),
+            error_view: ErrorViewPass::default(),
             tonemap: TonemapPass::default(),
             picture: PictureImages::new([spec.width, spec.height]),
             readback: Buffer::new(gpu, "picture readback", BufferUse::Readback, bytes)?,
@@ -125,22 +134,19 @@ impl Repaint {
         settings: &Settings,
         effects: &Effects,
     ) -> Result<(), ClientError> {
-        let (kind, masking) = (effects.reconstruction(settings), settings.vm > 0.0);
+        let (kind, variance) = (effects.reconstruction(settings), effects.reads_variance());
         for (images, lod) in sums.streams.iter_mut().flatten() {
             *lod = lod.coarsened(effects.detail);
             // Sums that were never written, because the batch that made the images could not be drawn.
             images.define(cmd);
-            let levels = levels_needed(kind, masking, lod);
-            self.mips.record(&self.gpu, cmd, images, levels, masking)?;
-            if masking {
+            let levels = levels_needed(kind, variance, lod);
+            self.mips.record(&self.gpu, cmd, images, levels, variance)?;
+            if effects.masking.is_some() && !effects.bilateral(lod) {
                 images.fill_atlas(&self.gpu, cmd)?;
             }
         }
-        let (target, _) = self.picture.get(&self.gpu, effects)?;
         let Some(max_level) = sums.streams.iter().flatten().map(|(_, lod)| lod.max_level).next() else {
-            cmd.access(target, Access::ColorWrite);
-            cmd.rendering(&[Target { image: target, level: 0, load: Load::Clear }], |_| ());
-            return Ok(());
+            return self.black(cmd, effects);
         };
         let push = ReconstructPush {
             inverse_target: self.spec.padded_extent().map(|n| 1.0 / n as f32),
@@ -153,8 +159,71 @@ impl Repaint {
             detail: effects.detail as f32,
             ..ReconstructPush::default()
         };
-        let streams = sums.streams.map(|stream| stream.map(|(images, lod)| StreamInput { images, lod }));
+        match effects.view {
+            View::Picture => self.record_picture(cmd, sums.streams, effects, (kind, push)),
+            View::CameraVariance => self.record_error(cmd, (0, sums.streams), effects, push),
+            View::LightVariance => self.record_error(cmd, (1, sums.streams), effects, push),
+        }
+    }
+
+    /// Noise masking and reconstruction of both streams.
+    fn record_picture(
+        &mut self,
+        cmd: &mut Cmd<'_>,
+        mut streams: Streams<'_>,
+        effects: &Effects,
+        (kind, push): (Reconstruction, ReconstructPush),
+    ) -> Result<(), ClientError> {
+        for (i, stream) in streams.iter_mut().enumerate() {
+            let Some((images, lod)) = stream.as_mut().filter(|(_, lod)| effects.bilateral(lod)) else {
+                continue;
+            };
+            let push = BilateralPush {
+                inverse_target: push.inverse_target,
+                variance_lod: lod.variance,
+                noise_masking: push.noise_masking,
+                max_level: lod.max_level,
+                energy: push.energy,
+                inverse_scale: push.inverse_scale,
+                padding: 0.0,
+            };
+            self.bilateral.record(&self.gpu, cmd, (i, images), &push)?;
+        }
+        let mut at = 0..2;
+        let bilateral = &self.bilateral;
+        let streams = streams.map(|stream| {
+            let i = at.next().unwrap_or_default();
+            stream.map(|(images, lod)| {
+                let filtered = effects.bilateral(&lod).then(|| bilateral.filtered(i)).flatten();
+                StreamInput { images, lod, filtered }
+            })
+        });
+        let (target, _) = self.picture.get(&self.gpu, effects)?;
         self.reconstruct.record(&self.gpu, cmd, streams, (kind, push), target)?;
+        Ok(())
+    }
+
+    /// The error of stream `i` in place of the picture.
+    fn record_error(
+        &mut self,
+        cmd: &mut Cmd<'_>,
+        (i, streams): (usize, Streams<'_>),
+        effects: &Effects,
+        push: ReconstructPush,
+    ) -> Result<(), ClientError> {
+        let Some((images, lod)) = &streams[i] else {
+            return self.black(cmd, effects);
+        };
+        let (target, _) = self.picture.get(&self.gpu, effects)?;
+        self.error_view.record(&self.gpu, cmd, (i, images, *lod), push, target)?;
+        Ok(())
+    }
+
+    /// What is shown without samples.
+    fn black(&mut self, cmd: &mut Cmd<'_>, effects: &Effects) -> Result<(), ClientError> {
+        let (target, _) = self.picture.get(&self.gpu, effects)?;
+        cmd.access(target, Access::ColorWrite);
+        cmd.rendering(&[Target { image: target, level: 0, load: Load::Clear }], |_| ());
         Ok(())
     }
 }

@@ -1,19 +1,23 @@
 //! The film on the CPU: accumulators, batches and the order of the passes.
 
-use glam::Vec4;
+use glam::{Vec3, Vec4};
 
+use crate::client::effects::Effects;
 use crate::client::error::ClientError;
 use crate::client::lod::StreamLod;
 use crate::client::reference::accumulator::Accumulator;
+use crate::client::reference::bilateral::bilateral;
+use crate::client::reference::error_view::error_view;
 use crate::client::reference::mips::{Pyramid, pyramid};
 use crate::client::reference::reconstruct::{ReconstructParameters, StreamView, reconstruct};
 use crate::client::reference::splat::Bins;
 use crate::client::reference::tonemap::{DisplayParameters, tonemap};
 use crate::client::reference::variance::VarianceParameters;
 use crate::client::settings::{
-    BATCH_CAPACITY, DisplayImage, FilmCounts, FilmData, FilmSpec, Output, Settings,
+    BATCH_CAPACITY, DisplayImage, FilmCounts, FilmData, FilmSpec, Output, Settings, View,
 };
 use crate::client::state::FilmState;
+use crate::image::Grid;
 use crate::stream::{PathCounts, Sample};
 
 /// A film whose passes are plain Rust: `--device cpu`, and the twin the Vulkan film is tested against.
@@ -150,13 +154,18 @@ impl ReferenceFilm {
             light_scale: self.state.light_scale(),
             detail: 1,
         };
+        let effects = Effects::new(&settings, 1);
         self.pool.install(|| {
-            let camera = Levels::of(self.camera.sums.as_ref(), spec, settings.vm)?;
-            let light = Levels::of(self.light.sums.as_ref(), spec, settings.vm)?;
+            let camera = Levels::of(self.camera.sums.as_ref(), spec, &effects)?;
+            let light = Levels::of(self.light.sums.as_ref(), spec, &effects)?;
             let camera = camera.as_ref().zip(lods[0]).map(|(levels, lod)| levels.view(lod, false));
             let light = light.as_ref().zip(lods[1]).map(|(levels, lod)| levels.view(lod, true));
-            let picture = reconstruct(&p, camera.as_ref(), light.as_ref())
-                .ok_or_else(|| Accumulator::out_of_memory("the displayed picture", spec))?;
+            let picture = match settings.view {
+                View::Picture => masked(&p, &effects, [camera, light]),
+                View::CameraVariance => error_view(&p, camera.as_ref()),
+                View::LightVariance => error_view(&p, light.as_ref()),
+            };
+            let picture = picture.ok_or_else(|| Accumulator::out_of_memory("the displayed picture", spec))?;
             Ok(tonemap(&picture, &DisplayParameters::from(&settings)))
         })
     }
@@ -183,6 +192,29 @@ impl ReferenceFilm {
     }
 }
 
+/// Noise masking and reconstruction of camera and light; `None` without memory.
+fn masked(
+    p: &ReconstructParameters,
+    effects: &Effects,
+    streams: [Option<StreamView<'_>>; 2],
+) -> Option<Grid<Vec3>> {
+    let mut filtered = [const { None }; 2];
+    for (stream, filtered) in streams.iter().zip(&mut filtered) {
+        if let Some(stream) = stream.as_ref().filter(|s| effects.bilateral(&s.lod)) {
+            *filtered = Some(bilateral(p, stream)?);
+        }
+    }
+    let [camera, light] = [0, 1].map(|i| {
+        let stream = streams[i].as_ref()?;
+        let (color, variance) = match &filtered[i] {
+            Some(filtered) => (std::slice::from_ref(filtered), None),
+            None => (stream.color, stream.variance),
+        };
+        Some(StreamView { color, variance, lod: stream.lod, summed: stream.summed })
+    });
+    reconstruct(p, camera.as_ref(), light.as_ref())
+}
+
 /// The mip levels of one stream, built anew for each repaint.
 struct Levels {
     color: Pyramid<Vec4>,
@@ -190,15 +222,22 @@ struct Levels {
 }
 
 impl Levels {
-    /// Levels of the sums, with those of the variance if `vm` asks for them; `None` without sums.
-    fn of(sums: Option<&Accumulator>, spec: &FilmSpec, vm: f32) -> Result<Option<Self>, ClientError> {
+    /// Levels of the sums, with those of the variance if they are read; `None` without sums.
+    fn of(
+        sums: Option<&Accumulator>,
+        spec: &FilmSpec,
+        effects: &Effects,
+    ) -> Result<Option<Self>, ClientError> {
         let Some(sums) = sums else {
             return Ok(None);
         };
         let no_memory = || Accumulator::out_of_memory("the mip levels", spec);
         let color = sums.color(spec).and_then(pyramid).ok_or_else(no_memory)?;
-        let variance =
-            if vm > 0.0 { Some(sums.variance(spec).and_then(pyramid).ok_or_else(no_memory)?) } else { None };
+        let variance = if effects.reads_variance() {
+            Some(sums.variance(spec).and_then(pyramid).ok_or_else(no_memory)?)
+        } else {
+            None
+        };
         Ok(Some(Self { color, variance }))
     }
 

@@ -9,6 +9,8 @@
 //! | [`fold`] | batch image → two-float sums | (answers the stagnation of step 2) |
 //! | [`variance`] | samples again → batch of squared deviations | §4.2 step 5 |
 //! | [`mips`] | averages down to 1×1, bilinear and trilinear reads | §4.2 steps 3, 6 |
+//! | [`bilateral`] | noise masking that keeps features | §4.2 |
+//! | [`error_view`] | the variance images | §5 |
 //! | [`reconstruct`], [`kernel`] | blur by count and variance, normalise, sum the streams | §4.2, §4.3 |
 //! | [`tonemap`], [`curves`] | tone curve, matrix, desaturation, transfer, dither, 8 bits | §4.2 |
 //!
@@ -16,7 +18,9 @@
 //! All sums run in `f32` in sample order, as additive blending does; threads only split rows.
 
 pub mod accumulator;
+pub mod bilateral;
 pub mod curves;
+pub mod error_view;
 pub mod film;
 pub mod fold;
 pub mod kernel;

@@ -1,0 +1,24 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+
+// The relative standard error of one stream as grey: black is exact, white is 100 % (the paper's Figure 5, right).
+
+#define RECONSTRUCT_PUSH
+#include "include/layout.glsl"
+#include "include/lod.glsl"
+
+// The light stream: its sums are shown, and the number of samples is random too.
+layout(constant_id = 0) const bool SUMMED = false;
+
+layout(set = 0, binding = 0) uniform sampler2D color;
+layout(set = 0, binding = 1) uniform sampler2D variance;
+
+layout(location = 0) out vec4 grey;
+
+void main() {
+    vec2 uv = (gl_FragCoord.xy * push.detail + push.pad) * push.inverse_target;
+    float lod = SUMMED ? push.lod.y : push.lod.x;
+    float level = SUMMED ? push.variance_lod.y : push.variance_lod.x;
+    float error = relative_variance(color, variance, uv, lod, level, SUMMED ? 1.0 : 0.0);
+    grey = vec4(vec3(min(sqrt(error), 1.0)), 1.0);
+}

@@ -1,0 +1,127 @@
+//! Twin of `bilateral`: noise masking that keeps features (paper §4.2, bilateral filtering guided by the variance).
+//!
+//! Three stages of 5×5 texels, 1, 2 and 4 apart (the à-trous scheme; Dammertz et al. 2010). A neighbour counts the less the
+//! more standard errors lie between it and the centre; a stage hands on what is left of the error. How many stages a
+//! texel passes, in parts, is what low-pass masking calls levels of extra blur.
+
+use glam::{Vec3, Vec4, Vec4Swizzles};
+use rayon::prelude::*;
+
+use crate::client::lod::{LUMINANCE_FLOOR, Place, StreamLod};
+use crate::client::reference::mips::trilinear;
+use crate::client::reference::reconstruct::{ReconstructParameters, StreamView};
+use crate::image::Grid;
+
+/// Number of stages.
+pub const STAGES: u32 = 3;
+
+/// Twice the square of the number of standard errors at which a neighbour counts 60 %.
+const TOLERANCE: f32 = 8.0;
+
+/// Squared difference that always passes, in units of the luminance scale.
+const LEAST_ERROR: f32 = 1e-6;
+
+/// Binomial coefficients: a spline.
+const TAPS: [f32; 5] = [1.0 / 16.0, 4.0 / 16.0, 6.0 / 16.0, 4.0 / 16.0, 1.0 / 16.0];
+
+/// The sums of level 0 with their noise averaged; `None` without memory, or where the stream has no variance.
+pub fn bilateral(p: &ReconstructParameters, stream: &StreamView<'_>) -> Option<Grid<Vec4>> {
+    stream.variance?;
+    let (width, height) = (stream.color[0].width(), stream.color[0].height());
+    let mut known = Grid::try_filled(width, height, [0.0; 2])?;
+    known.pixels_mut().par_chunks_mut(width).enumerate().for_each(|(y, row)| {
+        row.iter_mut().enumerate().for_each(|(x, out)| *out = error_and_level(p, stream, [x, y]));
+    });
+    let mut sums = Grid::try_filled(width, height, Vec4::ZERO)?;
+    sums.pixels_mut().copy_from_slice(stream.color[0].pixels());
+    for stage in 0..STAGES {
+        let mut next = Grid::try_filled(width, height, Vec4::ZERO)?;
+        let mut next_known = Grid::try_filled(width, height, [0.0; 2])?;
+        let rows = next.pixels_mut().par_chunks_mut(width).zip(next_known.pixels_mut().par_chunks_mut(width));
+        let input =
+            Stage { sums: &sums, known: &known, stage, summed: stream.summed, scale: p.luminance_scale };
+        rows.enumerate().for_each(|(y, (row, row_known))| {
+            for (x, (out, out_known)) in row.iter_mut().zip(row_known).enumerate() {
+                (*out, *out_known) = input.texel(x, y);
+            }
+        });
+        (sums, known) = (next, next_known);
+    }
+    Some(sums)
+}
+
+/// Squared standard error of what a texel shows in units of the luminance scale, and the levels of blur that it asks for.
+fn error_and_level(p: &ReconstructParameters, stream: &StreamView<'_>, at: [usize; 2]) -> [f32; 2] {
+    let extent = p.spec.padded_extent();
+    let uv = [0, 1].map(|i| (at[i] as f32 + 0.5) / extent[i] as f32);
+    let color = trilinear(stream.color, uv, stream.lod.variance);
+    let variance = stream.variance.map_or(0.0, |v| trilinear(v, uv, stream.lod.variance));
+    let lod = StreamLod { base: 0.0, ..stream.lod };
+    let place = Place { luminance: color.y, weight: color.w, variance, summed: stream.summed };
+    let r = lod.relative_variance(&place, p.luminance_scale, p.spec.filter.energy());
+    let y = if color.w > 0.0 { color.y / color.w / p.luminance_scale } else { 0.0 };
+    let error = r * (y * y + LUMINANCE_FLOOR * LUMINANCE_FLOOR);
+    [if stream.summed { error * color.w * color.w } else { error }, lod.masked(r, p.vm)]
+}
+
+/// What one stage reads.
+struct Stage<'a> {
+    sums: &'a Grid<Vec4>,
+    /// Squared error, levels of blur.
+    known: &'a Grid<[f32; 2]>,
+    stage: u32,
+    summed: bool,
+    scale: f32,
+}
+
+impl Stage<'_> {
+    /// What the texel shows, in units of the luminance scale.
+    fn shown(&self, sum: Vec4) -> Vec3 {
+        match self.summed {
+            true => sum.xyz() / self.scale,
+            false if sum.w > 0.0 => sum.xyz() / sum.w / self.scale,
+            false => Vec3::ZERO,
+        }
+    }
+
+    fn texel(&self, x: usize, y: usize) -> (Vec4, [f32; 2]) {
+        let (here, [error, level]) = (self.sums.at(x, y), self.known.at(x, y));
+        let strength = (level - self.stage as f32).clamp(0.0, 1.0);
+        if strength <= 0.0 {
+            return (here, [error, level]);
+        }
+        let value = self.shown(here);
+        let inside = |at: usize, k: usize, size: usize| {
+            let at = at as i64 + ((k as i64 - 2) << self.stage);
+            (0..size as i64).contains(&at).then_some(at as usize)
+        };
+        let (mut total, mut weights, mut errors) = (Vec4::ZERO, 0.0, 0.0);
+        for ky in 0..5 {
+            let Some(ty) = inside(y, ky, self.sums.height()) else { continue };
+            for kx in 0..5 {
+                let Some(tx) = inside(x, kx, self.sums.width()) else { continue };
+                let (there, [error_there, _]) = (self.sums.at(tx, ty), self.known.at(tx, ty));
+                let d = self.shown(there) - value;
+                // Luminance, and what colour differs by beyond it.
+                let d2 = d.y * d.y + 0.25 * ((d.x - d.y).powi(2) + (d.z - d.y).powi(2));
+                let mut w = TAPS[kx] * TAPS[ky];
+                // Nothing is known of an empty texel: it takes from all, and has nothing to give.
+                if self.summed || (here.w > 0.0 && there.w > 0.0) {
+                    w *= (-d2 / (TOLERANCE * (error + error_there + LEAST_ERROR))).exp();
+                }
+                // False for NaN: values that overflowed.
+                if w > 0.0 {
+                    total += there * w;
+                    weights += w;
+                    errors += w * w * error_there;
+                }
+            }
+        }
+        if weights > 0.0 {
+            let deviation = error.sqrt() + (errors.sqrt() / weights - error.sqrt()) * strength;
+            (here.lerp(total / weights, strength), [deviation * deviation, level])
+        } else {
+            (here, [error, level])
+        }
+    }
+}
