@@ -22,6 +22,7 @@ pub mod develop;
 pub mod error;
 pub mod film;
 pub mod filter;
+pub mod glare;
 pub mod layout;
 pub mod lod;
 pub mod pass;

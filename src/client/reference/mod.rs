@@ -10,6 +10,7 @@
 //! | [`variance`] | samples again → batch of squared deviations | §4.2 step 5 |
 //! | [`mips`] | averages down to 1×1, bilinear and trilinear reads | §4.2 steps 3, 6 |
 //! | [`reconstruct`], [`kernel`] | blur by count and variance, normalise, sum the streams | §4.2, §4.3 |
+//! | [`glare`] | scatter of the eye: convolution by FFT | §4.2 step 5 |
 //! | [`tonemap`] | tone curve, matrix, desaturation, gamma, 8 bits | §4.2 |
 //!
 //! [`accumulator`] holds the images of a stream, [`film`] the batches and the order of the passes.
@@ -18,6 +19,7 @@
 pub mod accumulator;
 pub mod film;
 pub mod fold;
+pub mod glare;
 pub mod kernel;
 pub mod mips;
 pub mod reconstruct;
