@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::client::{FilmSpec, Reconstruction, Settings, SplatFilter};
+use crate::client::{Adaptation, FilmSpec, Reconstruction, Settings, SplatFilter};
 use crate::image::Attribute;
 use crate::scene::desc::IntegratorKind;
 
@@ -94,8 +94,16 @@ pub fn display_options(s: &Settings) -> String {
         Reconstruction::Mipmap => "mipmap",
         Reconstruction::None => "none",
     };
+    let glare = s.glare.map_or(String::new(), |glare| {
+        let state = match glare.adaptation {
+            Adaptation::Photopic => "photopic",
+            Adaptation::Mesopic => "mesopic",
+            Adaptation::Scotopic => "scotopic",
+        };
+        format!(" --glare {state} --view-angle {}", glare.view_angle)
+    });
     format!(
-        "--reconstruct {kind} --vm {} --exposure {} --contrast {} --gamma {} --profile {}",
+        "--reconstruct {kind} --vm {} --exposure {} --contrast {} --gamma {} --profile {}{glare}",
         s.vm, s.exposure, s.contrast, s.gamma, s.profile.name
     )
 }

@@ -17,6 +17,10 @@ pub enum BufferUse {
     Vertices,
     /// Readback: written by copies, read by the host.
     Readback,
+    /// Tables: written by the host, read by compute shaders.
+    Table,
+    /// Scratch: written and read by compute shaders, out of the host's sight.
+    Scratch,
 }
 
 /// Memory that host and GPU share. Dropping it retires it.
@@ -39,6 +43,8 @@ impl Buffer {
         let (flags, location) = match usage {
             BufferUse::Vertices => (vk::BufferUsageFlags::VERTEX_BUFFER, MemoryLocation::CpuToGpu),
             BufferUse::Readback => (vk::BufferUsageFlags::TRANSFER_DST, MemoryLocation::GpuToCpu),
+            BufferUse::Table => (vk::BufferUsageFlags::STORAGE_BUFFER, MemoryLocation::CpuToGpu),
+            BufferUse::Scratch => (vk::BufferUsageFlags::STORAGE_BUFFER, MemoryLocation::GpuOnly),
         };
         let info = vk::BufferCreateInfo::default().size(bytes.max(1) as u64).usage(flags);
         // SAFETY: the size is not zero.

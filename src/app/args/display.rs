@@ -2,8 +2,8 @@
 
 use clap::{Args, ValueEnum};
 
-use super::parse::{non_negative, positive, profile};
-use crate::client::{Reconstruction, Settings};
+use super::parse::{non_negative, positive, profile, view_angle};
+use crate::client::{Adaptation, Glare, Reconstruction, Settings};
 
 /// Display controls: none of them changes the samples.
 #[derive(Args, Clone, Debug)]
@@ -31,6 +31,14 @@ pub struct DisplayArgs {
     /// Display profile.
     #[arg(long, value_name = "NAME", default_value = "srgb", value_parser = profile)]
     pub profile: crate::color::Profile,
+
+    /// Glare of the observer's eye in this state.
+    #[arg(long, value_name = "STATE", default_value = "off")]
+    pub glare: GlareArg,
+
+    /// Angle that the picture's width fills in the observer's eye, for glare.
+    #[arg(long, value_name = "DEGREES", default_value_t = Glare::default().view_angle, value_parser = view_angle)]
+    pub view_angle: f32,
 }
 
 impl DisplayArgs {
@@ -43,6 +51,10 @@ impl DisplayArgs {
             contrast: self.contrast,
             gamma: self.gamma,
             profile: self.profile.clone(),
+            glare: self
+                .glare
+                .adaptation()
+                .map(|adaptation| Glare { adaptation, view_angle: self.view_angle }),
             ..Settings::default()
         }
     }
@@ -68,6 +80,31 @@ impl From<ReconstructArg> for Reconstruction {
             ReconstructArg::CatmullRom => Reconstruction::CatmullRom,
             ReconstructArg::Mipmap => Reconstruction::Mipmap,
             ReconstructArg::None => Reconstruction::None,
+        }
+    }
+}
+
+/// `--glare`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum GlareArg {
+    /// None.
+    Off,
+    /// Daylight.
+    Photopic,
+    /// Dusk.
+    Mesopic,
+    /// Night.
+    Scotopic,
+}
+
+impl GlareArg {
+    /// The state of the eye, `None` when off.
+    fn adaptation(self) -> Option<Adaptation> {
+        match self {
+            GlareArg::Off => None,
+            GlareArg::Photopic => Some(Adaptation::Photopic),
+            GlareArg::Mesopic => Some(Adaptation::Mesopic),
+            GlareArg::Scotopic => Some(Adaptation::Scotopic),
         }
     }
 }

@@ -227,7 +227,10 @@ impl PictureImages {
     pub fn new(gpu: &Arc<Gpu>, extent: [u32; 2]) -> Result<Self, GpuError> {
         let make = |name, format| Image::new(gpu, ImageDesc { name, format, extent, mips: false });
         Ok(Self {
-            xyz: make("picture XYZ", Format::Rgba32F)?,
+            xyz: Image::storage(
+                gpu,
+                ImageDesc { name: "picture XYZ", format: Format::Rgba32F, extent, mips: false },
+            )?,
             encoded: make("picture encoded", Format::Rgba8)?,
         })
     }

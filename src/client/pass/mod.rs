@@ -7,12 +7,14 @@
 //! | [`variance`] | samples again → batch of squared deviations → two-float sums | `variance` |
 //! | [`mips`] | averages down to 1×1 | `mips` |
 //! | [`reconstruct`] | blur by count and variance, normalise, sum the streams | `reconstruct`, `kernel` |
+//! | [`glare`] | scatter of the eye: convolution by FFT in compute | `glare` |
 //! | [`tonemap`] | tone curve, matrix, desaturation, gamma | `tonemap` |
 //!
 //! [`repaint`] puts the last three in order, the film itself the others; [`images`] holds what they read and write. Pipelines are made on first use and specialised: what a film or a
 //! repaint does not need is not in the code that runs.
 
 pub mod fold;
+pub mod glare;
 pub mod images;
 pub mod mips;
 pub mod reconstruct;

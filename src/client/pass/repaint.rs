@@ -5,6 +5,7 @@ use std::sync::Arc;
 use crate::client::error::ClientError;
 use crate::client::layout::ReconstructPush;
 use crate::client::lod::StreamLod;
+use crate::client::pass::glare::GlarePass;
 use crate::client::pass::images::{PictureImages, StreamImages};
 use crate::client::pass::mips::MipsPass;
 use crate::client::pass::reconstruct::{ReconstructPass, StreamInput, levels_needed};
@@ -28,6 +29,7 @@ pub struct Repaint {
     spec: FilmSpec,
     mips: MipsPass,
     reconstruct: ReconstructPass,
+    glare: GlarePass,
     tonemap: TonemapPass,
     picture: PictureImages,
     readback: Buffer,
@@ -47,6 +49,7 @@ impl Repaint {
             spec,
             mips: MipsPass::default(),
             reconstruct: ReconstructPass::default(),
+            glare: GlarePass::default(),
             tonemap: TonemapPass::new(gpu)?,
             readback: Buffer::new(gpu, "picture readback", BufferUse::Readback, bytes)?,
             picture,
@@ -102,7 +105,7 @@ impl Repaint {
         Ok(floats(&bytes).chunks_exact(4).map(|c| [c[0], c[1], c[2]]).collect())
     }
 
-    /// Mips and reconstruction; black without samples.
+    /// Mips, reconstruction, glare; black without samples.
     fn record(
         &mut self,
         cmd: &mut Cmd<'_>,
@@ -137,6 +140,9 @@ impl Repaint {
         };
         let streams = sums.streams.map(|stream| stream.map(|(images, lod)| StreamInput { images, lod }));
         self.reconstruct.record(&self.gpu, cmd, streams, (kind, push), target)?;
+        if let Some(glare) = &settings.glare {
+            self.glare.record(&self.gpu, cmd, target, glare)?;
+        }
         Ok(())
     }
 }

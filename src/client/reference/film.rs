@@ -5,6 +5,7 @@ use glam::Vec4;
 use crate::client::error::ClientError;
 use crate::client::lod::StreamLod;
 use crate::client::reference::accumulator::Accumulator;
+use crate::client::reference::glare::GlareTwin;
 use crate::client::reference::mips::{Pyramid, pyramid};
 use crate::client::reference::reconstruct::{ReconstructParameters, StreamView, reconstruct};
 use crate::client::reference::splat::Bins;
@@ -22,6 +23,7 @@ pub struct ReferenceFilm {
     pool: rayon::ThreadPool,
     camera: Stream,
     light: Stream,
+    glare: GlareTwin,
 }
 
 /// One stream: what waits in the batch, and the sums; no image before the first sample.
@@ -45,7 +47,13 @@ impl ReferenceFilm {
             .thread_name(|i| format!("film {i}"))
             .build()
             .map_err(|e| ClientError::Threads { threads, reason: e.to_string() })?;
-        Ok(Self { state, pool, camera: Stream::default(), light: Stream::default() })
+        Ok(Self {
+            state,
+            pool,
+            camera: Stream::default(),
+            light: Stream::default(),
+            glare: GlareTwin::default(),
+        })
     }
 
     /// What the film is made of.
@@ -153,6 +161,11 @@ impl ReferenceFilm {
             let light = light.as_ref().zip(lods[1]).map(|(levels, lod)| levels.view(lod, true));
             let picture = reconstruct(&p, camera.as_ref(), light.as_ref())
                 .ok_or_else(|| Accumulator::out_of_memory("the displayed picture", spec))?;
+            let picture = match &settings.glare {
+                Some(glare) => self.glare.apply(&picture, glare),
+                None => Some(picture),
+            };
+            let picture = picture.ok_or_else(|| Accumulator::out_of_memory("glare", spec))?;
             Ok(tonemap(&picture, &ToneParameters::from(settings)))
         })
     }
