@@ -61,13 +61,13 @@ impl GlarePass {
         glare: &Glare,
     ) -> Result<(), ClientError> {
         let extent = picture.extent(0);
-        if !self.tables.as_ref().is_some_and(|made| made.extent == extent && made.glare == *glare) {
+        if self.tables.as_ref().is_none_or(|made| made.extent != extent || made.glare != *glare) {
             self.tables = None;
             self.tables = Some(Tables::new(gpu, extent, glare)?);
         }
         let Some(tables) = &self.tables else { return Ok(()) };
         let halves = [tables.axes[0].half, tables.axes[1].half];
-        if !self.pipelines.as_ref().is_some_and(|made| made.halves == halves) {
+        if self.pipelines.as_ref().is_none_or(|made| made.halves != halves) {
             self.pipelines = None;
             self.pipelines = Some(Pipelines::new(gpu, &tables.axes)?);
         }
