@@ -42,7 +42,7 @@ fn shaders(glsl: &Path) -> Outcome<Vec<(String, u64)>> {
         shared += &fs::read_to_string(glsl.join("include").join(name))?;
     }
     let mut list = Vec::new();
-    for name in files(glsl, &["vert", "frag"])? {
+    for name in files(glsl, &["vert", "frag", "comp"])? {
         let text = fs::read_to_string(glsl.join(&name))?;
         list.push((name, fnv1a(text.as_bytes(), fnv1a(shared.as_bytes(), FNV_OFFSET))));
     }
@@ -145,8 +145,11 @@ fn compile_all(glsl: &Path, shaders: &[(String, u64)], out: &Path) -> Outcome<()
         Ok(shaderc::ResolvedInclude { resolved_name: name.to_owned(), content })
     });
     for (name, _) in shaders {
-        let kind =
-            if name.ends_with(".vert") { shaderc::ShaderKind::Vertex } else { shaderc::ShaderKind::Fragment };
+        let kind = match name.rsplit('.').next() {
+            Some("vert") => shaderc::ShaderKind::Vertex,
+            Some("comp") => shaderc::ShaderKind::Compute,
+            _ => shaderc::ShaderKind::Fragment,
+        };
         let text = fs::read_to_string(glsl.join(name))?.replace('\r', "");
         let code = compiler.compile_into_spirv(&text, kind, name, "main", Some(&options))?;
         fs::write(out.join(format!("{name}.spv")), code.as_binary_u8())?;

@@ -19,7 +19,7 @@ fn every_source_is_embedded() {
     let mut sources: Vec<String> = fs::read_dir(glsl())
         .expect("glsl/")
         .map(|entry| entry.expect("an entry").file_name().into_string().expect("a name"))
-        .filter(|name| name.ends_with(".vert") || name.ends_with(".frag"))
+        .filter(|name| name.ends_with(".vert") || name.ends_with(".frag") || name.ends_with(".comp"))
         .collect();
     sources.sort();
     assert_eq!(shader_names().collect::<Vec<_>>(), sources);

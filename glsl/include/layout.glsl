@@ -63,3 +63,10 @@ layout(push_constant) uniform TonemapPush {
     float padding;
 } push;
 #endif
+
+#ifdef GLARE_PUSH
+layout(push_constant) uniform GlarePush {
+    uvec2 extent;         // of the picture, pixels
+    uint channel;         // X, Y or Z
+} push;
+#endif

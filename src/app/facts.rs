@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::args::scene::SceneArgs;
 use crate::client::{
-    Dither, FilmSpec, Masking, Reconstruction, Settings, SplatFilter, ToneCurve, VarianceForm, View,
+    Adaptation, Dither, FilmSpec, Masking, Reconstruction, Settings, SplatFilter, ToneCurve, VarianceForm, View,
 };
 use crate::image::Attribute;
 use crate::scene::Loaded;
@@ -156,6 +156,14 @@ pub fn display_options(s: &Settings) -> String {
         Dither::Ordered => " --dither ordered",
         Dither::BlueNoise => " --dither blue-noise",
     };
+    if let Some(glare) = s.glare {
+        let state = match glare.adaptation {
+            Adaptation::Photopic => "photopic",
+            Adaptation::Mesopic => "mesopic",
+            Adaptation::Scotopic => "scotopic",
+        };
+        options += &format!(" --glare {state} --view-angle {}", glare.view_angle);
+    }
     options
 }
 

@@ -21,6 +21,8 @@ pub struct Effects {
     pub masking: Option<Masking>,
     /// What is shown.
     pub view: View,
+    /// Glare of the eye.
+    pub glare: bool,
     /// Tone curve.
     pub curve: ToneCurve,
     /// What the picture is encoded for.
@@ -43,7 +45,8 @@ impl Effects {
         // A coarse picture is shown while there is no time: the cheaper masking.
         let kind = if detail == 1 { settings.masking } else { Masking::LowPass };
         let masking = (settings.vm > 0.0 && view == View::Picture).then_some(kind);
-        Self { detail, masking, view, curve, output, table, dither }
+        let glare = view == View::Picture && settings.glare.is_some();
+        Self { detail, masking, view, glare, curve, output, table, dither }
     }
 
     /// Stream with this level of detail is filtered bilaterally; with too few samples low-pass masking takes its place.

@@ -131,6 +131,16 @@ block! {
     }
 }
 
+block! {
+    /// Constants of `glare_rows.comp`, `glare_columns.comp` and `glare_back.comp`.
+    GlarePush, 12 {
+        /// Width and height of the picture, pixels.
+        extent: [u32; 2],
+        /// X, Y or Z: 0, 1 or 2.
+        channel: u32,
+    }
+}
+
 /// Name, size in bytes and members of every block.
 pub const BLOCKS: &[(&str, usize, &[Member])] = &[
     ("SplatPush", size_of::<SplatPush>(), SplatPush::MEMBERS),
@@ -138,5 +148,6 @@ pub const BLOCKS: &[(&str, usize, &[Member])] = &[
     ("DownsamplePush", size_of::<DownsamplePush>(), DownsamplePush::MEMBERS),
     ("ReconstructPush", size_of::<ReconstructPush>(), ReconstructPush::MEMBERS),
     ("BilateralPush", size_of::<BilateralPush>(), BilateralPush::MEMBERS),
+    ("GlarePush", size_of::<GlarePush>(), GlarePush::MEMBERS),
     ("TonemapPush", size_of::<TonemapPush>(), TonemapPush::MEMBERS),
 ];

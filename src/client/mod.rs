@@ -24,6 +24,7 @@ pub mod effects;
 pub mod error;
 pub mod film;
 pub mod filter;
+pub mod glare;
 pub mod kept;
 pub mod layout;
 pub mod lod;

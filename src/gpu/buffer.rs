@@ -19,6 +19,10 @@ pub enum BufferUse {
     Upload,
     /// Readback: written by copies, read by the host.
     Readback,
+    /// Tables: written by the host, read by compute shaders.
+    Table,
+    /// Scratch: written and read by compute shaders, out of the host's sight.
+    Scratch,
 }
 
 /// Memory that host and GPU share. Dropping it retires it.
@@ -42,6 +46,8 @@ impl Buffer {
             BufferUse::Vertices => (vk::BufferUsageFlags::VERTEX_BUFFER, MemoryLocation::CpuToGpu),
             BufferUse::Upload => (vk::BufferUsageFlags::TRANSFER_SRC, MemoryLocation::CpuToGpu),
             BufferUse::Readback => (vk::BufferUsageFlags::TRANSFER_DST, MemoryLocation::GpuToCpu),
+            BufferUse::Table => (vk::BufferUsageFlags::STORAGE_BUFFER, MemoryLocation::CpuToGpu),
+            BufferUse::Scratch => (vk::BufferUsageFlags::STORAGE_BUFFER, MemoryLocation::GpuOnly),
         };
         let info = vk::BufferCreateInfo::default().size(bytes.max(1) as u64).usage(flags);
         // SAFETY: the size is not zero.

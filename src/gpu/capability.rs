@@ -99,6 +99,7 @@ fn features(instance: &Instance, device: vk::PhysicalDevice, missing: &mut Vec<S
         (v12.host_query_reset, "hostQueryReset"),
         (v13.dynamic_rendering, "dynamicRendering"),
         (v13.synchronization2, "synchronization2"),
+        (v13.maintenance4, "maintenance4"), // SPIR-V 1.6 gives the size of workgroups by constants
     ] {
         if have == vk::FALSE {
             missing.push(format!("The feature {name} of Vulkan 1.3 is missing: update the graphics driver."));

@@ -63,6 +63,9 @@ pub struct Gpu {
     pub(in crate::gpu) loss: Loss,
     pub(in crate::gpu) physical: vk::PhysicalDevice,
     pub(in crate::gpu) queue_family: u32,
+    /// Bytes that a workgroup can share, and that a shader can see of one buffer.
+    pub(in crate::gpu) max_shared: u32,
+    pub(in crate::gpu) max_storage: u32,
     retired: Mutex<RetireQueue>,
     samplers: [vk::Sampler; 2],
     info: DeviceInfo,
@@ -144,6 +147,8 @@ impl Gpu {
             loss: Loss::default(),
             physical,
             queue_family: family,
+            max_shared: limits.max_compute_shared_memory_size,
+            max_storage: limits.max_storage_buffer_range,
             retired: Mutex::default(),
             samplers,
             large_points: capability.large_points && !options.quads,
@@ -169,6 +174,16 @@ impl Gpu {
     /// True when points of at least 8 pixels can be drawn; sprites are instanced quads otherwise.
     pub fn large_points(&self) -> bool {
         self.large_points
+    }
+
+    /// Bytes that the threads of one workgroup can share.
+    pub fn shared_bytes(&self) -> usize {
+        self.max_shared as usize
+    }
+
+    /// Bytes of one buffer that a shader can see.
+    pub fn storage_bytes(&self) -> usize {
+        self.max_storage as usize
     }
 
     /// Everything the validation layer has said so far, oldest first; empty without validation.

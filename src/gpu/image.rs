@@ -86,6 +86,19 @@ impl Image {
     ///
     /// [`GpuError::TooLarge`], [`GpuError::Memory`] or [`GpuError::Call`], naming the image.
     pub fn new(gpu: &Arc<Gpu>, desc: ImageDesc<'_>) -> Result<Self, GpuError> {
+        Self::with_usage(gpu, desc, vk::ImageUsageFlags::empty())
+    }
+
+    /// As [`new`](Self::new), of format [`Format::Rgba32F`], for compute shaders to write as well.
+    ///
+    /// # Errors
+    ///
+    /// As [`new`](Self::new).
+    pub fn storage(gpu: &Arc<Gpu>, desc: ImageDesc<'_>) -> Result<Self, GpuError> {
+        Self::with_usage(gpu, desc, vk::ImageUsageFlags::STORAGE)
+    }
+
+    fn with_usage(gpu: &Arc<Gpu>, desc: ImageDesc<'_>, more: vk::ImageUsageFlags) -> Result<Self, GpuError> {
         let [width, height] = desc.extent;
         if width.max(height) > gpu.max_extent || width.min(height) == 0 {
             return Err(GpuError::TooLarge { name: desc.name.into(), width, height, limit: gpu.max_extent });
@@ -99,7 +112,8 @@ impl Image {
         let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT
             | vk::ImageUsageFlags::SAMPLED
             | vk::ImageUsageFlags::TRANSFER_SRC
-            | vk::ImageUsageFlags::TRANSFER_DST;
+            | vk::ImageUsageFlags::TRANSFER_DST
+            | more;
         let info = vk::ImageCreateInfo::default()
             .image_type(vk::ImageType::TYPE_2D)
             .format(desc.format.raw())

@@ -108,8 +108,10 @@ fn open(
     let features = vk::PhysicalDeviceFeatures::default().large_points(capability.large_points);
     let mut v12 =
         vk::PhysicalDeviceVulkan12Features::default().timeline_semaphore(true).host_query_reset(true);
-    let mut v13 =
-        vk::PhysicalDeviceVulkan13Features::default().dynamic_rendering(true).synchronization2(true);
+    let mut v13 = vk::PhysicalDeviceVulkan13Features::default()
+        .dynamic_rendering(true)
+        .synchronization2(true)
+        .maintenance4(true);
     let info = vk::DeviceCreateInfo::default()
         .queue_create_infos(&queues)
         .enabled_extension_names(&extensions)

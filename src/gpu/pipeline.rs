@@ -252,12 +252,12 @@ fn attachment(blend: Blend) -> vk::PipelineColorBlendAttachmentState {
 }
 
 /// Constant `i` is the `i`-th word.
-fn entries(constants: &[u32]) -> Vec<vk::SpecializationMapEntry> {
+pub(in crate::gpu) fn entries(constants: &[u32]) -> Vec<vk::SpecializationMapEntry> {
     (0..constants.len() as u32)
         .map(|i| vk::SpecializationMapEntry { constant_id: i, offset: 4 * i, size: 4 })
         .collect()
 }
 
-fn words(constants: &[u32]) -> Vec<u8> {
+pub(in crate::gpu) fn words(constants: &[u32]) -> Vec<u8> {
     constants.iter().flat_map(|word| word.to_ne_bytes()).collect()
 }

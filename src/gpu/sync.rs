@@ -20,6 +20,9 @@ pub enum Access {
     ColorBlend,
     /// Read by a fragment shader.
     Sampled,
+    /// Read and written by a compute shader, texel by texel; only images made by
+    /// [`Image::storage`](crate::gpu::Image::storage).
+    Storage,
     /// Copied from.
     TransferRead,
     /// Copied to; what was there is discarded.
@@ -59,6 +62,9 @@ impl Access {
             Access::TransferRead => (S::COPY | S::BLIT, A::TRANSFER_READ, L::TRANSFER_SRC_OPTIMAL),
             Access::Acquired => (ACQUIRED_AT, A::NONE, L::UNDEFINED),
             Access::Present => (S::NONE, A::NONE, L::PRESENT_SRC_KHR),
+            Access::Storage => {
+                (S::COMPUTE_SHADER, A::SHADER_STORAGE_READ | A::SHADER_STORAGE_WRITE, L::GENERAL)
+            }
         };
         Use { stage, mask, layout }
     }
@@ -138,6 +144,17 @@ impl Cmd<'_> {
             .src_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
             .dst_stage_mask(vk::PipelineStageFlags2::HOST)
             .dst_access_mask(vk::AccessFlags2::HOST_READ)];
+        self.barrier(&vk::DependencyInfo::default().memory_barriers(&barriers));
+    }
+
+    /// Orders what compute shaders read and write in buffers after what they read and wrote before.
+    pub fn storage_in_turn(&mut self) {
+        let all = vk::AccessFlags2::SHADER_STORAGE_READ | vk::AccessFlags2::SHADER_STORAGE_WRITE;
+        let barriers = [vk::MemoryBarrier2::default()
+            .src_stage_mask(vk::PipelineStageFlags2::COMPUTE_SHADER)
+            .src_access_mask(vk::AccessFlags2::SHADER_STORAGE_WRITE)
+            .dst_stage_mask(vk::PipelineStageFlags2::COMPUTE_SHADER)
+            .dst_access_mask(all)];
         self.barrier(&vk::DependencyInfo::default().memory_barriers(&barriers));
     }
 

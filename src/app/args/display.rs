@@ -2,8 +2,10 @@
 
 use clap::{Args, ValueEnum};
 
-use super::parse::{non_negative, positive, profile};
-use crate::client::{Dither, Masking, Reconstruction, Settings, ToneCurve, View};
+use super::parse::{non_negative, positive, profile, view_angle};
+use crate::client::{
+    Adaptation, Dither, Glare, Masking, Reconstruction, Settings, ToneCurve, View,
+};
 
 /// Display controls: none of them changes the samples.
 #[derive(Args, Clone, Debug)]
@@ -47,6 +49,14 @@ pub struct DisplayArgs {
     /// Display profile: srgb, display-p3, rec2020, or the file of an ICC matrix profile, whose tone curves replace --gamma.
     #[arg(long, value_name = "NAME|FILE", default_value = "srgb", value_parser = profile)]
     pub profile: crate::color::Profile,
+
+    /// Glare of the observer's eye in this state.
+    #[arg(long, value_name = "STATE", default_value = "off")]
+    pub glare: GlareArg,
+
+    /// Angle that the picture's width fills in the observer's eye, for glare.
+    #[arg(long, value_name = "DEGREES", default_value_t = Glare::default().view_angle, value_parser = view_angle)]
+    pub view_angle: f32,
 }
 
 impl DisplayArgs {
@@ -63,6 +73,10 @@ impl DisplayArgs {
             contrast: self.contrast,
             gamma: self.gamma,
             profile: self.profile.clone(),
+            glare: self
+                .glare
+                .adaptation()
+                .map(|adaptation| Glare { adaptation, view_angle: self.view_angle }),
             ..Settings::default()
         }
     }
@@ -145,5 +159,30 @@ choice! {
         Ordered,
         /// Blue noise.
         BlueNoise,
+    }
+}
+
+/// `--glare`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum GlareArg {
+    /// None.
+    Off,
+    /// Daylight.
+    Photopic,
+    /// Dusk.
+    Mesopic,
+    /// Night.
+    Scotopic,
+}
+
+impl GlareArg {
+    /// The state of the eye, `None` when off.
+    fn adaptation(self) -> Option<Adaptation> {
+        match self {
+            GlareArg::Off => None,
+            GlareArg::Photopic => Some(Adaptation::Photopic),
+            GlareArg::Mesopic => Some(Adaptation::Mesopic),
+            GlareArg::Scotopic => Some(Adaptation::Scotopic),
+        }
     }
 }

@@ -70,6 +70,13 @@ pub(super) fn non_negative(text: &str) -> Result<f32, String> {
     float(text).and_then(|v| if v >= 0.0 { Ok(v) } else { Err("must not be negative".to_string()) })
 }
 
+/// An angle that a picture seen in a plane can fill, degrees.
+pub(super) fn view_angle(text: &str) -> Result<f32, String> {
+    use crate::client::glare::kernel::MAX_VIEW_ANGLE as MAX;
+    let inside = |v: &f32| *v > 0.0 && *v <= MAX;
+    float(text).ok().filter(inside).ok_or_else(|| format!("must be above 0 and at most {MAX} degrees"))
+}
+
 pub(super) fn profile(text: &str) -> Result<Profile, String> {
     if let Some(profile) = Profile::named(text) {
         return Ok(profile);

@@ -244,7 +244,9 @@ impl PictureImages {
             Some(image) => image,
             empty => {
                 let coarse = self.extent.map(|n| n.div_ceil(DETAILS[at]));
-                empty.insert(make("picture XYZ", Format::Rgba32F, coarse)?)
+                let (name, format) = ("picture XYZ", Format::Rgba32F);
+                // Glare writes it from a compute shader.
+                empty.insert(Image::storage(gpu, ImageDesc { name, format, extent: coarse, mips: false })?)
             }
         };
         self.encoded = self.encoded.take().filter(|image| image.format() == format);

@@ -9,6 +9,7 @@
 //! | [`bilateral`] | averages over neighbours whose difference is noise, if asked for | `bilateral` |
 //! | [`reconstruct`] | blur by count and variance, normalise, sum the streams | `reconstruct`, `kernel` |
 //! | [`error_view`] | the variance in place of the picture, if asked for | `error_view` |
+//! | [`glare`] | scatter of the eye: convolution by FFT in compute | `glare` |
 //! | [`tonemap`] | tone curve, matrix, desaturation, transfer, dither | `tonemap`, `curves` |
 //!
 //! [`repaint`] puts these from mips on in order, the film itself the others; [`images`] holds what they read and write. Pipelines are made on first use and specialised: what a film or a
@@ -17,6 +18,7 @@
 pub mod bilateral;
 pub mod error_view;
 pub mod fold;
+pub mod glare;
 pub mod images;
 pub mod mips;
 pub mod reconstruct;

@@ -8,6 +8,7 @@ use crate::client::layout::{BilateralPush, ReconstructPush};
 use crate::client::lod::StreamLod;
 use crate::client::pass::bilateral::BilateralPass;
 use crate::client::pass::error_view::ErrorViewPass;
+use crate::client::pass::glare::GlarePass;
 use crate::client::pass::images::{PictureImages, StreamImages};
 use crate::client::pass::mips::MipsPass;
 use crate::client::pass::reconstruct::{ReconstructPass, StreamInput, levels_needed};
@@ -36,6 +37,7 @@ pub struct Repaint {
     bilateral: BilateralPass,
     reconstruct: ReconstructPass,
     error_view: ErrorViewPass,
+    glare: GlarePass,
     tonemap: TonemapPass,
     picture: PictureImages,
     readback: Buffer,
@@ -56,6 +58,7 @@ impl Repaint {
             bilateral: BilateralPass::default(),
             reconstruct: ReconstructPass::default(),
             error_view: ErrorViewPass::default(),
+            glare: GlarePass::default(),
             tonemap: TonemapPass::default(),
             picture: PictureImages::new([spec.width, spec.height]),
             readback: Buffer::new(gpu, "picture readback", BufferUse::Readback, bytes)?,
@@ -126,7 +129,7 @@ impl Repaint {
         Ok(floats(&bytes).chunks_exact(4).map(|c| [c[0], c[1], c[2]]).collect())
     }
 
-    /// Mips and reconstruction; black without samples.
+    /// Mips, reconstruction, glare; black without samples.
     fn record(
         &mut self,
         cmd: &mut Cmd<'_>,
@@ -163,7 +166,12 @@ impl Repaint {
             View::Picture => self.record_picture(cmd, sums.streams, effects, (kind, push)),
             View::CameraVariance => self.record_error(cmd, (0, sums.streams), effects, push),
             View::LightVariance => self.record_error(cmd, (1, sums.streams), effects, push),
+        }?;
+        if let Some(glare) = settings.glare.filter(|_| effects.glare) {
+            let (target, _) = self.picture.get(&self.gpu, effects)?;
+            self.glare.record(&self.gpu, cmd, target, &glare)?;
         }
+        Ok(())
     }
 
     /// Noise masking and reconstruction of both streams.

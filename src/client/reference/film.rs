@@ -8,6 +8,7 @@ use crate::client::lod::StreamLod;
 use crate::client::reference::accumulator::Accumulator;
 use crate::client::reference::bilateral::bilateral;
 use crate::client::reference::error_view::error_view;
+use crate::client::reference::glare::GlareTwin;
 use crate::client::reference::mips::{Pyramid, pyramid};
 use crate::client::reference::reconstruct::{ReconstructParameters, StreamView, reconstruct};
 use crate::client::reference::splat::Bins;
@@ -28,6 +29,7 @@ pub struct ReferenceFilm {
     pool: rayon::ThreadPool,
     camera: Stream,
     light: Stream,
+    glare: GlareTwin,
 }
 
 /// One stream: what waits in the batch, and the sums; no image before the first sample.
@@ -51,7 +53,13 @@ impl ReferenceFilm {
             .thread_name(|i| format!("film {i}"))
             .build()
             .map_err(|e| ClientError::Threads { threads, reason: e.to_string() })?;
-        Ok(Self { state, pool, camera: Stream::default(), light: Stream::default() })
+        Ok(Self {
+            state,
+            pool,
+            camera: Stream::default(),
+            light: Stream::default(),
+            glare: GlareTwin::default(),
+        })
     }
 
     /// What the film is made of.
@@ -166,6 +174,11 @@ impl ReferenceFilm {
                 View::LightVariance => error_view(&p, light.as_ref()),
             };
             let picture = picture.ok_or_else(|| Accumulator::out_of_memory("the displayed picture", spec))?;
+            let picture = match settings.glare.filter(|_| effects.glare) {
+                Some(glare) => self.glare.apply(&picture, &glare),
+                None => Some(picture),
+            };
+            let picture = picture.ok_or_else(|| Accumulator::out_of_memory("glare", spec))?;
             Ok(tonemap(&picture, &DisplayParameters::from(&settings)))
         })
     }

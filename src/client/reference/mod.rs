@@ -12,6 +12,7 @@
 //! | [`bilateral`] | noise masking that keeps features | §4.2 |
 //! | [`error_view`] | the variance images | §5 |
 //! | [`reconstruct`], [`kernel`] | blur by count and variance, normalise, sum the streams | §4.2, §4.3 |
+//! | [`glare`] | scatter of the eye: convolution by FFT | §4.2 step 5 |
 //! | [`tonemap`], [`curves`] | tone curve, matrix, desaturation, transfer, dither, 8 bits | §4.2 |
 //!
 //! [`accumulator`] holds the images of a stream, [`film`] the batches and the order of the passes.
@@ -23,6 +24,7 @@ pub mod curves;
 pub mod error_view;
 pub mod film;
 pub mod fold;
+pub mod glare;
 pub mod kernel;
 pub mod mips;
 pub mod reconstruct;

@@ -1,0 +1,171 @@
+//! The point-spread function as a picture: one number for each channel and pixel offset.
+
+use rayon::prelude::*;
+
+use crate::client::glare::profile::Profile;
+use crate::client::glare::quadrature::{GAUSS_4, add, integrate, integrate_pixel};
+use crate::client::settings::Glare;
+use crate::image::Grid;
+
+/// Largest angle that the picture's width may fill, degrees: it is seen in a plane.
+pub const MAX_VIEW_ANGLE: f32 = 170.0;
+
+/// What a pixel scatters to every other one, for pictures of one extent.
+///
+/// Offsets reach over the whole picture both ways. The kernel is even in both directions, so one quadrant is kept.
+pub struct Kernel {
+    /// Parts of the light of pixel 0 that pixel `(x, y)` gets, for X, Y, Z; over all offsets, of either sign, they
+    /// sum to 1.
+    pub quadrant: Grid<[f32; 3]>,
+    /// `g`: 1 / the part of a pixel's light that stays in the picture; left upper quarter, the others are its mirror
+    /// images.
+    pub gain: Grid<[f32; 3]>,
+    /// Whether the channels differ.
+    pub chromatic: bool,
+}
+
+impl Kernel {
+    /// The kernel for pictures of `width` × `height` pixels, both at least 1; `None` without memory for it.
+    ///
+    /// Angles are those of a plane that is seen perpendicularly at the centre of the picture: `tan θ = r · t`, with
+    /// `t` the tangent that a pixel spans there. Pixels take their part of solid angle, `cos³θ t²`.
+    pub fn new([width, height]: [usize; 2], glare: &Glare) -> Option<Self> {
+        let profile = Profile::new(glare.adaptation);
+        let angle = glare.view_angle.clamp(1e-3, MAX_VIEW_ANGLE);
+        let pixels = Pixels {
+            profile: &profile,
+            tangent: 2.0 * (f64::from(angle).to_radians() / 2.0).tan() / width as f64,
+        };
+        let mut quadrant = Grid::try_filled(width, height, [0.0f32; 3])?;
+        quadrant.pixels_mut().par_chunks_mut(width).enumerate().for_each(|(y, row)| {
+            for (x, value) in row.iter_mut().enumerate() {
+                *value = pixels.part(x, y).map(|v| v as f32);
+            }
+        });
+        let sums = prefix_sums(&quadrant)?;
+        let whole = sums.at(width - 1, height - 1).map(|v| 4.0 * v);
+        let scale = whole.map(|v| 1.0 / v);
+        quadrant.pixels_mut().par_iter_mut().for_each(|v| *v = [0, 1, 2].map(|c| v[c] * scale[c]));
+        let gain = gains(&sums, whole)?;
+        Some(Self { quadrant, gain, chromatic: profile.is_chromatic() })
+    }
+
+    /// Width and height of the pictures it is for, in pixels.
+    pub fn extent(&self) -> [usize; 2] {
+        [self.quadrant.width(), self.quadrant.height()]
+    }
+
+    /// `g` at a pixel.
+    pub fn gain_at(&self, x: usize, y: usize) -> [f32; 3] {
+        let [width, height] = self.extent();
+        self.gain.at(x.min(width - 1 - x), y.min(height - 1 - y))
+    }
+}
+
+/// The profile seen in a picture.
+struct Pixels<'a> {
+    profile: &'a Profile,
+    /// Tangent of the angle that a pixel spans at the centre.
+    tangent: f64,
+}
+
+impl Pixels<'_> {
+    /// Light per pixel at `r` pixels from the source.
+    fn density(&self, r: f64) -> [f64; 3] {
+        let tan = r * self.tangent;
+        let cos2 = 1.0 / (1.0 + tan * tan);
+        let area = self.tangent * self.tangent * cos2 * cos2.sqrt();
+        self.profile.at(tan.atan().to_degrees()).map(|v| v * area)
+    }
+
+    /// Light that falls into the pixel at this offset: an integral over its area.
+    fn part(&self, x: usize, y: usize) -> [f64; 3] {
+        if x == 0 && y == 0 {
+            return self.center();
+        }
+        let (x, y) = (x as f64, y as f64);
+        let r = x.hypot(y);
+        match self.parts(r) {
+            0 => self.density(r),
+            n => integrate_pixel([x, y], n, |x, y| self.density(x.hypot(y))),
+        }
+    }
+
+    /// Into how many parts a pixel at this distance is divided along each side; 0 where its middle tells enough.
+    fn parts(&self, r: f64) -> usize {
+        let tan = r * self.tangent;
+        let degrees = tan.atan().to_degrees();
+        let pixel = self.tangent.to_degrees() / (1.0 + tan * tan).sqrt();
+        // The power laws: parts must be small beside the distance.
+        let mut n = if r < 48.0 { (12.0 / r).ceil() } else { 0.0 };
+        let nearest = degrees - 0.75 * pixel;
+        if nearest < 0.1 {
+            n = n.max((pixel / 0.01).ceil()); // f₀ is 0.02° wide
+        }
+        if let Some([from, to]) = self.profile.halo_range()
+            && pixel > 0.01
+            && degrees + 0.75 * pixel > from
+            && nearest < to
+        {
+            n = n.max((pixel / 0.08).ceil()); // the halo of one wavelength is 0.16° wide
+        }
+        n as usize
+    }
+
+    /// Light that stays in its own pixel: in polar coordinates, because the spike may be far narrower than a pixel.
+    fn center(&self) -> [f64; 3] {
+        const SECTORS: usize = 64;
+        let ring = |r: f64| self.density(r).map(|v| v * r);
+        // Up to the circle within the pixel, in steps that grow with the distance: r = s (eᵘ − 1).
+        let s = 0.005f64.to_radians() / self.tangent;
+        let top = (0.5 / s).ln_1p();
+        let mut inside = integrate([0.0, top], 512, |u| {
+            let grown = u.exp();
+            ring(s * (grown - 1.0)).map(|v| v * s * grown)
+        });
+        // On to the side of the pixel, at angles that grow from 0 to 45°.
+        let mut sum = [0.0; 3];
+        let (mut last, half) = (0.5, std::f64::consts::FRAC_PI_4 / (2 * SECTORS) as f64);
+        for sector in 0..SECTORS {
+            for (node, weight) in GAUSS_4 {
+                let edge = 0.5 / (((2 * sector + 1) as f64 + node) * half).cos();
+                add(&mut inside, integrate([last, edge], 1, ring), 1.0);
+                last = edge;
+                add(&mut sum, inside, 8.0 * weight * half);
+            }
+        }
+        sum
+    }
+}
+
+/// Sums over all offsets `0 ≤ x' ≤ x, 0 ≤ y' ≤ y`, in which those on an axis count half: four of them, one for each
+/// quadrant, then sum a rectangle about offset 0.
+fn prefix_sums(quadrant: &Grid<[f32; 3]>) -> Option<Grid<[f32; 3]>> {
+    let width = quadrant.width();
+    let mut sums = Grid::try_filled(width, quadrant.height(), [0.0f32; 3])?;
+    let mut above = vec![[0.0f64; 3]; width];
+    for (y, out) in sums.pixels_mut().chunks_exact_mut(width).enumerate() {
+        let mut along = [0.0f64; 3];
+        for (x, (value, out)) in quadrant.row(y).iter().zip(out).enumerate() {
+            let weight = if x == 0 { 0.5 } else { 1.0 } * if y == 0 { 0.5 } else { 1.0 };
+            add(&mut along, value.map(f64::from), weight);
+            add(&mut above[x], along, 1.0);
+            *out = above[x].map(|v| v as f32);
+        }
+    }
+    Some(sums)
+}
+
+/// `g` of the left upper quarter, the middle row and column included.
+fn gains(sums: &Grid<[f32; 3]>, whole: [f32; 3]) -> Option<Grid<[f32; 3]>> {
+    let (width, height) = (sums.width(), sums.height());
+    let mut gain = Grid::try_filled(width.div_ceil(2), height.div_ceil(2), [0.0f32; 3])?;
+    gain.pixels_mut().par_chunks_mut(width.div_ceil(2)).enumerate().for_each(|(y, row)| {
+        for (x, out) in row.iter_mut().enumerate() {
+            let (right, down) = (width - 1 - x, height - 1 - y);
+            let four = [sums.at(x, y), sums.at(right, y), sums.at(x, down), sums.at(right, down)];
+            *out = [0, 1, 2].map(|c| whole[c] / four.iter().map(|sum| sum[c]).sum::<f32>());
+        }
+    });
+    Some(gain)
+}
