@@ -12,7 +12,7 @@ use std::time::Instant;
 
 use pointillist::client::film::VulkanFilm;
 use pointillist::client::reference::ReferenceFilm;
-use pointillist::client::{FilmSpec, Reconstruction, Settings, SplatFilter, develop};
+use pointillist::client::{Adaptation, FilmSpec, Glare, Reconstruction, Settings, SplatFilter, develop};
 use pointillist::color::{Profile, Xyz};
 use pointillist::gpu::{DeviceChoice, Gpu};
 use pointillist::image::{exr, png};
@@ -52,6 +52,7 @@ fn main() -> Outcome<()> {
             display(&gpu, spec, &samples, count, (kind, vm))?;
         }
     }
+    glare(&gpu, spec, &samples)?;
     files(spec, &samples)
 }
 
@@ -126,6 +127,39 @@ fn mips(gpu: &Arc<Gpu>, spec: FilmSpec, samples: &[Sample]) -> Outcome<()> {
     }
     println!("\nmips, all levels: {chain:.2} ms; copy of level 0: {copy:.2} ms");
     println!("  ratio {:.2}, for the same bytes {:.2}", chain / copy, chain / copy * 2.0 / (5.0 / 3.0));
+    Ok(())
+}
+
+/// Glare against a pass that copies the picture texel by texel, and what a change of its settings costs.
+fn glare(gpu: &Arc<Gpu>, spec: FilmSpec, samples: &[Sample]) -> Outcome<()> {
+    let mut film = VulkanFilm::new(gpu.clone(), spec)?;
+    film.add(samples)?;
+    for adaptation in [Adaptation::Photopic, Adaptation::Scotopic] {
+        let mut settings = settings(Reconstruction::None, 0.0);
+        settings.glare = Some(Glare { adaptation, ..Glare::default() });
+        let start = Instant::now();
+        film.display(&settings)?;
+        let first = start.elapsed().as_secs_f64() * 1e3;
+        let (mut glare, mut copy) = (f64::INFINITY, f64::INFINITY);
+        for _ in 0..10 {
+            gpu.take_timings();
+            gpu.set_timing(true);
+            let start = Instant::now();
+            film.display(&settings)?;
+            let all = start.elapsed().as_secs_f64() * 1e3;
+            gpu.set_timing(false);
+            let times = gpu.take_timings();
+            let of =
+                |name: &str| times.iter().filter(|t| t.name == name).map(|t| t.milliseconds).sum::<f64>();
+            // lavapipe's timestamps may miss compute: what the other scopes leave of the whole is the bound.
+            glare = glare.min(of("glare").max(all - of("reconstruct") - of("tonemap") - of("readback")));
+            copy = copy.min(of("reconstruct"));
+        }
+        println!(
+            "\nglare, {adaptation:?}: {glare:.1} ms, {:.1} times a fullscreen copy ({copy:.2} ms); first {first:.0} ms",
+            glare / copy
+        );
+    }
     Ok(())
 }
 
