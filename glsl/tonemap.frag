@@ -1,18 +1,35 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// XYZ becomes an encoded picture: tone curve on Y, matrix P, constant-luminance desaturation, gamma (paper §4.3).
+// XYZ becomes an encoded picture: tone curve, matrix P, constant-luminance desaturation, transfer (paper §4.3), dither.
+// What is off is compiled out; the constants come from src/client/effects.rs.
 
 #define TONEMAP_PUSH
 #include "include/layout.glsl"
+#include "include/curves.glsl"
 #include "include/color.glsl"
+#include "include/dither.glsl"
 
 layout(set = 0, binding = 0) uniform sampler2D radiance;
+// The display's transfer, at squares of i / (size - 1).
+layout(set = 0, binding = 1) uniform sampler2D transfer;
+layout(set = 0, binding = 2) uniform sampler2D mask;
 
 layout(location = 0) out vec4 encoded;
 
+const uint SDR = 0u;
+const uint SCRGB = 1u;
+const uint HDR10 = 2u;
+
 // Picture pixels per pixel of `radiance`, along each axis.
 layout(constant_id = 0) const uint DETAIL = 1u;
+// `radiance` holds a grey to be shown as it is: no curve.
+layout(constant_id = 1) const bool GREY = false;
+layout(constant_id = 2) const uint CURVE = PAPER;
+layout(constant_id = 3) const uint OUTPUT = SDR;
+// The transfer is the table's, not a power.
+layout(constant_id = 4) const bool TABLE = false;
+layout(constant_id = 5) const uint DITHER = UNDITHERED;
 
 // Radiance of this pixel: as it is, or interpolated between the four nearest of a coarser picture.
 vec3 radiance_here() {
@@ -29,7 +46,33 @@ vec3 radiance_here() {
     return mix(top, bottom, f.y);
 }
 
+// The transfer's table, linearly interpolated.
+vec3 tabulated(vec3 c) {
+    int last = textureSize(transfer, 0).x - 1;
+    vec3 at = sqrt(c) * float(last);
+    vec3 encoded;
+    for (int k = 0; k < 3; ++k) {
+        int i = clamp(int(at[k]), 0, last - 1);
+        float a = texelFetch(transfer, ivec2(i, 0), 0)[k];
+        encoded[k] = mix(a, texelFetch(transfer, ivec2(i + 1, 0), 0)[k], at[k] - float(i));
+    }
+    return encoded;
+}
+
 void main() {
-    vec3 xyz = radiance_here();
-    encoded = vec4(floor(encode(xyz) * 255.0 + 0.5) / 255.0, 1.0);
+    vec3 here = radiance_here();
+    float ceiling = OUTPUT == SDR ? 1.0 : PEAK / DIFFUSE_WHITE;
+    vec3 rgb = GREY ? vec3(clamp(here.y, 0.0, 1.0)) : display_linear(here, CURVE, ceiling);
+    if (OUTPUT == SCRGB) {
+        encoded = vec4(rgb * (DIFFUSE_WHITE / 80.0), 1.0);
+        return;
+    }
+    float steps = 255.0;
+    if (OUTPUT == HDR10) {
+        rgb = pq(rgb * (DIFFUSE_WHITE / 10000.0));
+        steps = 1023.0;
+    } else {
+        rgb = TABLE ? tabulated(rgb) : pow(rgb, vec3(push.inverse_gamma));
+    }
+    encoded = vec4(floor(rgb * steps + thresholds(DITHER, mask, ivec2(gl_FragCoord.xy))) / steps, 1.0);
 }

@@ -8,7 +8,7 @@ use pointillist::client::lod::StreamLod;
 use pointillist::client::reference::ReferenceFilm;
 use pointillist::client::reference::mips::pyramid;
 use pointillist::client::reference::reconstruct::{ReconstructParameters, StreamView, reconstruct};
-use pointillist::client::reference::tonemap::{ToneParameters, tonemap};
+use pointillist::client::reference::tonemap::{DisplayParameters, tonemap};
 use pointillist::client::{FilmData, FilmSpec, Reconstruction, Settings, SplatFilter, VarianceForm};
 use pointillist::color::Xyz;
 use pointillist::image::Grid;
@@ -221,7 +221,7 @@ fn tone_map_equals_the_twin() {
         let shown = film.display(&settings).expect("display");
         let xyz = film.reconstruct(&settings).expect("reconstruct");
         let grid = Grid::from_rows(64, 48, xyz.iter().map(|v| Vec3::from_array(*v)).collect());
-        let wanted = tonemap(&grid.expect("as many pixels"), &ToneParameters::from(&settings));
+        let wanted = tonemap(&grid.expect("as many pixels"), &DisplayParameters::from(&settings));
         let pairs = || shown.rgb.iter().flatten().zip(wanted.rgb.iter().flatten());
         let worst = pairs().map(|(a, b)| a.abs_diff(*b)).max();
         assert!(worst <= Some(1), "differs by {worst:?}");

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::args::scene::SceneArgs;
-use crate::client::{FilmSpec, Reconstruction, Settings, SplatFilter, VarianceForm};
+use crate::client::{Dither, FilmSpec, Masking, Reconstruction, Settings, SplatFilter, ToneCurve, VarianceForm, View};
 use crate::image::Attribute;
 use crate::scene::Loaded;
 use crate::scene::desc::{IntegratorKind, ReconstructionFilter};
@@ -127,10 +127,34 @@ pub fn display_options(s: &Settings) -> String {
         Reconstruction::Mipmap => "mipmap",
         Reconstruction::None => "none",
     };
-    format!(
+    let mut options = format!(
         "--reconstruct {kind} --vm {} --exposure {} --contrast {} --gamma {} --profile {}",
-        s.vm, s.exposure, s.contrast, s.gamma, s.profile.name
-    )
+        s.vm,
+        s.exposure,
+        s.contrast,
+        s.gamma,
+        quoted(&s.profile.name)
+    );
+    // What is off is left out.
+    if s.masking == Masking::Bilateral {
+        options += " --masking bilateral";
+    }
+    options += match s.view {
+        View::Picture => "",
+        View::CameraVariance => " --show camera-variance",
+        View::LightVariance => " --show light-variance",
+    };
+    options += match s.curve {
+        ToneCurve::Paper => "",
+        ToneCurve::PbrNeutral => " --curve pbr-neutral",
+        ToneCurve::AgX => " --curve agx",
+    };
+    options += match s.dither {
+        Dither::None => "",
+        Dither::Ordered => " --dither ordered",
+        Dither::BlueNoise => " --dither blue-noise",
+    };
+    options
 }
 
 /// `text` for a shell: in single quotes unless it is plain.

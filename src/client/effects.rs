@@ -2,7 +2,10 @@
 //!
 //! An effect that is off is not in the code that runs, and with all of them off the code is that of the plain picture.
 
-use crate::client::settings::{Output, Reconstruction, Settings};
+use glam::Mat3;
+
+use crate::client::settings::{Dither, Output, Reconstruction, Settings, ToneCurve, View};
+use crate::color::{Profile, profile};
 use crate::gpu::Format;
 
 /// Internal resolutions of a repaint: picture pixels per reconstructed one, along each axis.
@@ -13,15 +16,28 @@ pub const DETAILS: [u32; 3] = [1, 2, 4];
 pub struct Effects {
     /// Picture pixels per reconstructed one, along each axis: one of [`DETAILS`].
     pub detail: u32,
+    /// What is shown.
+    pub view: View,
+    /// Tone curve.
+    pub curve: ToneCurve,
     /// What the picture is encoded for.
     pub output: Output,
+    /// The transfer is the profile's table.
+    pub table: bool,
+    /// What hides the steps.
+    pub dither: Dither,
 }
 
 impl Effects {
     /// What these settings ask for; `detail` is rounded down to one of [`DETAILS`].
     pub fn new(settings: &Settings, detail: u32) -> Self {
         let detail = DETAILS.into_iter().rfind(|d| *d <= detail).unwrap_or(1);
-        Self { detail, output: settings.output }
+        let (view, output) = (settings.view, settings.output);
+        // What is not used does not make another pipeline.
+        let curve = if view == View::Picture { settings.curve } else { ToneCurve::Paper };
+        let table = output == Output::Sdr && settings.profile.transfer.is_some();
+        let dither = if output == Output::ScRgb { Dither::None } else { settings.dither };
+        Self { detail, view, curve, output, table, dither }
     }
 
     /// The reconstruction: where pixels are larger than texels, single texels cannot stand for them.
@@ -33,12 +49,46 @@ impl Effects {
     }
 
     /// Specialization constants of `tonemap.frag`, in their order.
-    pub fn tonemap_constants(&self) -> [u32; 1] {
-        [self.detail]
+    pub fn tonemap_constants(&self) -> [u32; 6] {
+        let grey = u32::from(self.view != View::Picture);
+        let curve = match self.curve {
+            ToneCurve::Paper => 0,
+            ToneCurve::PbrNeutral => 1,
+            ToneCurve::AgX => 2,
+        };
+        let output = match self.output {
+            Output::Sdr => 0,
+            Output::ScRgb => 1,
+            Output::Hdr10 => 2,
+        };
+        let dither = match self.dither {
+            Dither::None => 0,
+            Dither::Ordered => 1,
+            Dither::BlueNoise => 2,
+        };
+        [self.detail, grey, curve, output, u32::from(self.table), dither]
     }
 
     /// Format of the encoded picture.
     pub fn encoded_format(&self) -> Format {
-        Format::Rgba8
+        match self.output {
+            Output::Sdr => Format::Rgba8,
+            Output::ScRgb => Format::Rgba16F,
+            Output::Hdr10 => Format::Rgb10A2,
+        }
+    }
+}
+
+/// The matrix `P` to the linear RGB of the output, from what the curve gives: XYZ after the paper's, Rec.709 after the others.
+/// HDR outputs have primaries of their own, which replace the profile's.
+pub fn matrix(settings: &Settings) -> Mat3 {
+    let from_xyz = match settings.output {
+        Output::Sdr => settings.profile.from_xyz,
+        Output::ScRgb => Profile::srgb().from_xyz,
+        Output::Hdr10 => Profile::rec2020().from_xyz,
+    };
+    match settings.curve {
+        ToneCurve::Paper => from_xyz,
+        _ => (from_xyz.as_dmat3() * profile::xyz_from_rec709()).as_mat3(),
     }
 }

@@ -19,6 +19,7 @@
 //! must share stands in [`filter`], [`lod`] and [`state`].
 
 pub mod develop;
+pub mod dither;
 pub mod effects;
 pub mod error;
 pub mod film;

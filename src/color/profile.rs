@@ -5,9 +5,9 @@
 //! therefore exactly neutral on every display (the rounded white of the standards, x = 0.3127, y = 0.3290, differs
 //! from it by less than 5e-4).
 
-use std::sync::LazyLock;
+use std::sync::{Arc, LazyLock};
 
-use glam::{DMat3, DVec2, DVec3, Mat3};
+use glam::{DMat3, DVec2, DVec3, Mat3, Vec3};
 
 use crate::color::cie;
 
@@ -15,11 +15,35 @@ use crate::color::cie;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Profile {
     /// Name on the command line.
-    pub name: &'static str,
+    pub name: String,
     /// XYZ (D65 white has Y = 1) to linear RGB.
     pub from_xyz: Mat3,
     /// CIE xy chromaticities of red, green and blue, for the heads of picture files; the white is D65.
     pub primaries: [DVec2; 3],
+    /// The display's own transfer, of an ICC profile; `None` is a power, the display gamma.
+    pub transfer: Option<TransferTable>,
+}
+
+/// Signal of each channel at [`TRANSFER_STEPS`] luminances, at the squares of `i / (TRANSFER_STEPS − 1)`: so the steps are
+/// even to the eye, and a line between two is exact within 1e-3 of a step of 8 bits.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TransferTable(pub Arc<[[f32; 3]]>);
+
+/// Entries of a [`TransferTable`].
+pub const TRANSFER_STEPS: usize = 1024;
+
+impl TransferTable {
+    /// Signals of linear values in 0 … 1.
+    #[inline]
+    pub fn apply(&self, rgb: Vec3) -> Vec3 {
+        let last = self.0.len() - 1;
+        let at = rgb.to_array().map(|c| c.sqrt() * last as f32);
+        Vec3::from(std::array::from_fn(|k| {
+            let i = (at[k] as usize).min(last - 1);
+            let (a, b) = (self.0[i][k], self.0[i + 1][k]);
+            a + (b - a) * (at[k] - i as f32)
+        }))
+    }
 }
 
 /// A name and the CIE xy chromaticities of red, green and blue; the white is D65.
@@ -46,6 +70,11 @@ impl Profile {
         Self::new(SRGB)
     }
 
+    /// ITU-R BT.2020 primaries, D65 white.
+    pub fn rec2020() -> Self {
+        Self::new(REC2020)
+    }
+
     /// The profile of this name, or `None`; [`Profile::names`] lists them.
     pub fn named(name: &str) -> Option<Self> {
         ALL.into_iter().find(|p| p.0 == name).map(Self::new)
@@ -57,13 +86,19 @@ impl Profile {
     }
 
     fn new((name, primaries): Primaries) -> Self {
-        Profile { name, from_xyz: xyz_from_rgb(primaries).inverse().as_mat3(), primaries }
+        let from_xyz = xyz_from_rgb(primaries).inverse().as_mat3();
+        Profile { name: name.to_owned(), from_xyz, primaries, transfer: None }
     }
 }
 
 /// XYZ to scene-linear Rec.709 RGB, the colours of an EXR without a chromaticities attribute.
 pub fn rec709_from_xyz() -> Mat3 {
     REC709.inverse().as_mat3()
+}
+
+/// Luminances of Rec.709's red, green and blue.
+pub fn rec709_luminance() -> Vec3 {
+    REC709.row(1).as_vec3()
 }
 
 /// Scene-linear Rec.709 RGB to XYZ, in the precision that fitting spectra needs.

@@ -3,7 +3,7 @@
 use clap::{Args, ValueEnum};
 
 use super::parse::{non_negative, positive, profile};
-use crate::client::{Reconstruction, Settings};
+use crate::client::{Dither, Masking, Reconstruction, Settings, ToneCurve, View};
 
 /// Display controls: none of them changes the samples.
 #[derive(Args, Clone, Debug)]
@@ -15,6 +15,22 @@ pub struct DisplayArgs {
     /// Noise masking strength Vm, 0 is off.
     #[arg(long, value_name = "X", default_value_t = Settings::default().vm, value_parser = non_negative)]
     pub vm: f32,
+
+    /// How noise is masked where --vm is above 0.
+    #[arg(long, value_name = "KIND", default_value = "low-pass")]
+    pub masking: MaskingArg,
+
+    /// What is shown: the picture, or the relative standard error of a stream as grey (white is 100 %).
+    #[arg(long, value_name = "WHAT", default_value = "picture")]
+    pub show: ShowArg,
+
+    /// Tone curve.
+    #[arg(long, value_name = "NAME", default_value = "paper")]
+    pub curve: CurveArg,
+
+    /// What hides the steps of 8 bits.
+    #[arg(long, value_name = "KIND", default_value = "none")]
+    pub dither: DitherArg,
 
     /// Brightness B of the tone curve.
     #[arg(long, value_name = "B", default_value_t = Settings::default().exposure, value_parser = positive)]
@@ -28,8 +44,8 @@ pub struct DisplayArgs {
     #[arg(long, value_name = "G", default_value_t = Settings::default().gamma, value_parser = positive)]
     pub gamma: f32,
 
-    /// Display profile.
-    #[arg(long, value_name = "NAME", default_value = "srgb", value_parser = profile)]
+    /// Display profile: srgb, display-p3, rec2020, or the file of an ICC matrix profile, whose tone curves replace --gamma.
+    #[arg(long, value_name = "NAME|FILE", default_value = "srgb", value_parser = profile)]
     pub profile: crate::color::Profile,
 }
 
@@ -39,6 +55,10 @@ impl DisplayArgs {
         Settings {
             reconstruction: self.reconstruct.into(),
             vm: self.vm,
+            masking: self.masking.into(),
+            view: self.show.into(),
+            curve: self.curve.into(),
+            dither: self.dither.into(),
             exposure: self.exposure,
             contrast: self.contrast,
             gamma: self.gamma,
@@ -48,26 +68,82 @@ impl DisplayArgs {
     }
 }
 
-/// `--reconstruct`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum ReconstructArg {
-    /// Windowed Gaussian blur on two mip levels.
-    Gaussian,
-    /// Catmull–Rom spline on two mip levels.
-    CatmullRom,
-    /// Hardware mip-mapping.
-    Mipmap,
-    /// The texel as it is.
-    None,
+/// An option with a closed set of values, each standing for one of the client's.
+macro_rules! choice {
+    ($(#[$doc:meta])* $name:ident for $target:ident { $($(#[$variant_doc:meta])* $variant:ident,)* }) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+        pub enum $name {
+            $($(#[$variant_doc])* $variant,)*
+        }
+
+        impl From<$name> for $target {
+            fn from(choice: $name) -> Self {
+                match choice {
+                    $($name::$variant => $target::$variant,)*
+                }
+            }
+        }
+    };
 }
 
-impl From<ReconstructArg> for Reconstruction {
-    fn from(kind: ReconstructArg) -> Self {
-        match kind {
-            ReconstructArg::Gaussian => Reconstruction::Gaussian,
-            ReconstructArg::CatmullRom => Reconstruction::CatmullRom,
-            ReconstructArg::Mipmap => Reconstruction::Mipmap,
-            ReconstructArg::None => Reconstruction::None,
-        }
+choice! {
+    /// `--reconstruct`.
+    ReconstructArg for Reconstruction {
+        /// Windowed Gaussian blur on two mip levels.
+        Gaussian,
+        /// Catmull–Rom spline on two mip levels.
+        CatmullRom,
+        /// Hardware mip-mapping.
+        Mipmap,
+        /// The texel as it is.
+        None,
+    }
+}
+
+choice! {
+    /// `--masking`.
+    MaskingArg for Masking {
+        /// A wider blur.
+        LowPass,
+        /// Averages over neighbours whose difference is explained by noise; below 4 samples per pixel as low-pass.
+        Bilateral,
+    }
+}
+
+choice! {
+    /// `--show`.
+    ShowArg for View {
+        /// The picture.
+        Picture,
+        /// Relative standard error of the camera stream.
+        CameraVariance,
+        /// Relative standard error of the light stream.
+        LightVariance,
+    }
+}
+
+choice! {
+    /// `--curve`.
+    CurveArg for ToneCurve {
+        /// 1 − exp(−(B·Y)^C) on luminance.
+        Paper,
+        /// Khronos PBR Neutral: base colours as they are.
+        PbrNeutral,
+        /// AgX: film-like, highlights lose their colour.
+        #[value(name = "agx")]
+        AgX,
+    }
+}
+
+choice! {
+    /// `--dither`.
+    DitherArg for Dither {
+        /// Plain rounding.
+        None,
+        /// 8×8 matrix.
+        Ordered,
+        /// Blue noise.
+        BlueNoise,
     }
 }

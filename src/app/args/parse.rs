@@ -69,8 +69,15 @@ pub(super) fn non_negative(text: &str) -> Result<f32, String> {
 }
 
 pub(super) fn profile(text: &str) -> Result<crate::color::Profile, String> {
-    crate::color::Profile::named(text)
-        .ok_or_else(|| format!("unknown; known are {}", crate::color::Profile::names().join(", ")))
+    if let Some(profile) = crate::color::Profile::named(text) {
+        return Ok(profile);
+    }
+    let path = std::path::Path::new(text);
+    if !path.exists() && path.extension().is_none() {
+        let names = crate::color::Profile::names().join(", ");
+        return Err(format!("unknown; known are {names}, and files of ICC matrix profiles"));
+    }
+    crate::color::icc::read(path).map_err(|error| error.to_string())
 }
 
 #[cfg(test)]

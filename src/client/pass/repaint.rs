@@ -9,7 +9,7 @@ use crate::client::lod::StreamLod;
 use crate::client::pass::images::{PictureImages, StreamImages};
 use crate::client::pass::mips::MipsPass;
 use crate::client::pass::reconstruct::{ReconstructPass, StreamInput, levels_needed};
-use crate::client::pass::tonemap::{TonemapPass, tonemap_push};
+use crate::client::pass::tonemap::TonemapPass;
 use crate::client::settings::{DisplayImage, FilmSpec, Output, Settings};
 use crate::gpu::{Access, Buffer, BufferUse, Cmd, Format, Gpu, Image, Load, Region, Target, read_image};
 
@@ -69,7 +69,7 @@ impl Repaint {
         let effects = Effects::new(settings, detail);
         self.record(cmd, sums, settings, &effects)?;
         let (xyz, encoded) = self.picture.get(&self.gpu, &effects)?;
-        self.tonemap.record(&self.gpu, cmd, [xyz, &mut *encoded], (&effects, &tonemap_push(settings)))?;
+        self.tonemap.record(&self.gpu, cmd, [xyz, &mut *encoded], (&effects, settings))?;
         Ok(encoded)
     }
 

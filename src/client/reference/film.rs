@@ -8,9 +8,11 @@ use crate::client::reference::accumulator::Accumulator;
 use crate::client::reference::mips::{Pyramid, pyramid};
 use crate::client::reference::reconstruct::{ReconstructParameters, StreamView, reconstruct};
 use crate::client::reference::splat::Bins;
-use crate::client::reference::tonemap::{ToneParameters, tonemap};
+use crate::client::reference::tonemap::{DisplayParameters, tonemap};
 use crate::client::reference::variance::VarianceParameters;
-use crate::client::settings::{BATCH_CAPACITY, DisplayImage, FilmCounts, FilmData, FilmSpec, Settings};
+use crate::client::settings::{
+    BATCH_CAPACITY, DisplayImage, FilmCounts, FilmData, FilmSpec, Output, Settings,
+};
 use crate::client::state::FilmState;
 use crate::stream::{PathCounts, Sample};
 
@@ -138,6 +140,7 @@ impl ReferenceFilm {
     /// [`ClientError::Memory`] when the mip levels find no memory.
     pub fn display(&mut self, settings: &Settings) -> Result<DisplayImage, ClientError> {
         self.flush()?;
+        let settings = Settings { output: Output::Sdr, ..settings.clone() };
         let (spec, lods) = (self.state.spec(), self.state.lods());
         let p = ReconstructParameters {
             spec: *spec,
@@ -154,7 +157,7 @@ impl ReferenceFilm {
             let light = light.as_ref().zip(lods[1]).map(|(levels, lod)| levels.view(lod, true));
             let picture = reconstruct(&p, camera.as_ref(), light.as_ref())
                 .ok_or_else(|| Accumulator::out_of_memory("the displayed picture", spec))?;
-            Ok(tonemap(&picture, &ToneParameters::from(settings)))
+            Ok(tonemap(&picture, &DisplayParameters::from(&settings)))
         })
     }
 

@@ -10,12 +10,13 @@
 //! | [`variance`] | samples again → batch of squared deviations | §4.2 step 5 |
 //! | [`mips`] | averages down to 1×1, bilinear and trilinear reads | §4.2 steps 3, 6 |
 //! | [`reconstruct`], [`kernel`] | blur by count and variance, normalise, sum the streams | §4.2, §4.3 |
-//! | [`tonemap`] | tone curve, matrix, desaturation, gamma, 8 bits | §4.2 |
+//! | [`tonemap`], [`curves`] | tone curve, matrix, desaturation, transfer, dither, 8 bits | §4.2 |
 //!
 //! [`accumulator`] holds the images of a stream, [`film`] the batches and the order of the passes.
 //! All sums run in `f32` in sample order, as additive blending does; threads only split rows.
 
 pub mod accumulator;
+pub mod curves;
 pub mod film;
 pub mod fold;
 pub mod kernel;

@@ -1,11 +1,16 @@
-//! Twin of `tonemap`: scene-linear XYZ becomes 8-bit display RGB (paper §4.2, steps 6 to 8).
+//! Twin of `tonemap`: scene-linear XYZ becomes encoded display RGB (paper §4.2, steps 6 to 8).
 //!
 //! The paper scales X and Z "by Y/Y'", which is the ratio upside down: it is Y'/Y.
 
 use glam::{Mat3, Vec3};
 use rayon::prelude::*;
 
-use crate::client::settings::{DisplayImage, Settings};
+use crate::client::dither::thresholds;
+use crate::client::effects;
+use crate::client::reference::curves::{MAX_TONE_INPUT, agx, pbr_neutral};
+use crate::client::settings::{DisplayImage, Dither, Output, Settings, ToneCurve, View};
+use crate::color::profile::{rec709_from_xyz, rec709_luminance};
+use crate::color::{TransferTable, pq};
 use crate::image::Grid;
 
 /// Below this argument `1 − exp(−t)` is taken from its series, which does not cancel.
@@ -23,7 +28,8 @@ pub struct ToneParameters {
     pub contrast: f32,
     /// `1/G`.
     pub inverse_gamma: f32,
-    /// Matrix `P`, XYZ to linear RGB; white `(X, Y, Z)` of luminance 1 maps to `(1, 1, 1)`.
+    /// Matrix `P` to linear RGB from what the curve gives: XYZ after the paper's, whose white of luminance 1 maps to `(1, 1, 1)`,
+    /// Rec.709 after the others.
     pub from_xyz: Mat3,
 }
 
@@ -33,18 +39,78 @@ impl From<&Settings> for ToneParameters {
             exposure: s.exposure,
             contrast: s.contrast,
             inverse_gamma: 1.0 / s.gamma,
-            from_xyz: s.profile.from_xyz,
+            from_xyz: effects::matrix(s),
         }
     }
 }
 
-/// The whole picture, rows in parallel.
-pub fn tonemap(picture: &Grid<Vec3>, p: &ToneParameters) -> DisplayImage {
+/// All that decides the encoded picture.
+#[derive(Clone, Debug)]
+pub struct DisplayParameters {
+    /// Curve's parameters and matrix.
+    pub tone: ToneParameters,
+    /// The picture holds a grey that is shown as it is.
+    pub grey: bool,
+    /// Tone curve.
+    pub curve: ToneCurve,
+    /// What the picture is encoded for.
+    pub output: Output,
+    /// The display's own transfer instead of a power.
+    pub transfer: Option<TransferTable>,
+    /// What hides the steps.
+    pub dither: Dither,
+}
+
+impl From<&Settings> for DisplayParameters {
+    fn from(s: &Settings) -> Self {
+        Self {
+            tone: ToneParameters::from(s),
+            grey: s.view != View::Picture,
+            curve: s.curve,
+            output: s.output,
+            transfer: s.profile.transfer.clone(),
+            dither: s.dither,
+        }
+    }
+}
+
+impl DisplayParameters {
+    /// Luminance that nothing exceeds, 1 being diffuse white.
+    pub fn ceiling(&self) -> f32 {
+        if self.output == Output::Sdr { 1.0 } else { pq::PEAK / pq::DIFFUSE_WHITE }
+    }
+
+    /// Display-linear RGB of a pixel, 1 being diffuse white.
+    pub fn linear(&self, xyz: Vec3) -> Vec3 {
+        if self.grey {
+            return Vec3::splat(xyz.y.clamp(0.0, 1.0));
+        }
+        curved(xyz, &self.tone, self.curve, self.ceiling())
+    }
+
+    /// What is stored for a pixel before rounding: 0 … 1, or any positive number for [`Output::ScRgb`].
+    pub fn signal(&self, xyz: Vec3) -> Vec3 {
+        let rgb = self.linear(xyz);
+        match (self.output, &self.transfer) {
+            (Output::ScRgb, _) => rgb * (pq::DIFFUSE_WHITE / pq::SCRGB_WHITE),
+            (Output::Hdr10, _) => {
+                Vec3::from(rgb.to_array().map(|c| pq::encode(c * (pq::DIFFUSE_WHITE / pq::PQ_PEAK))))
+            }
+            (Output::Sdr, Some(table)) => table.apply(rgb),
+            (Output::Sdr, None) => rgb.powf(self.tone.inverse_gamma),
+        }
+    }
+}
+
+/// The whole picture in 8 bits, rows in parallel.
+pub fn tonemap(picture: &Grid<Vec3>, p: &DisplayParameters) -> DisplayImage {
     let mut rgb = vec![[0; 3]; picture.pixels().len()];
-    let rows = picture.pixels().par_chunks(picture.width().max(1));
-    rgb.par_chunks_mut(picture.width().max(1)).zip(rows).for_each(|(out, row)| {
-        for (out, &xyz) in out.iter_mut().zip(row) {
-            *out = encode(display_linear(xyz, p), p.inverse_gamma);
+    let width = picture.width().max(1);
+    let rows = picture.pixels().par_chunks(width);
+    rgb.par_chunks_mut(width).zip(rows).enumerate().for_each(|(y, (out, row))| {
+        for (x, (out, &xyz)) in out.iter_mut().zip(row).enumerate() {
+            let t = Vec3::from(thresholds(p.dither, x, y));
+            *out = (p.signal(xyz) * 255.0 + t).floor().to_array().map(|c| c as u8);
         }
     });
     DisplayImage { width: picture.width() as u32, height: picture.height() as u32, rgb }
@@ -54,41 +120,58 @@ pub fn tonemap(picture: &Grid<Vec3>, p: &ToneParameters) -> DisplayImage {
 #[inline]
 pub fn tone_curve(y: f32, exposure: f32, contrast: f32) -> f32 {
     let t = (exposure * y).powf(contrast);
-    if !(y > 0.0 && t > 0.0) {
-        0.0
-    } else if t < SERIES_BELOW {
+    if y > 0.0 && t > 0.0 { one_minus_exp(t) } else { 0.0 }
+}
+
+/// `1 − exp(−t)` without cancellation.
+#[inline]
+fn one_minus_exp(t: f32) -> f32 {
+    if t < SERIES_BELOW {
         t * (1.0 - t * (0.5 - t * (1.0 / 6.0 - t * (1.0 / 24.0))))
     } else {
         1.0 - (-t).exp()
     }
 }
 
-/// Display-linear RGB in `[0, 1]` of a scene-linear colour: tone curve, matrix, desaturation.
+/// Display-linear RGB in `[0, 1]` of a scene-linear colour by the paper's curve: tone curve, matrix, desaturation.
 #[inline]
 pub fn display_linear(xyz: Vec3, p: &ToneParameters) -> Vec3 {
-    let luminance = tone_curve(xyz.y, p.exposure, p.contrast);
-    if luminance == 0.0 {
+    curved(xyz, p, ToneCurve::Paper, 1.0)
+}
+
+/// Display-linear RGB in `[0, ceiling]` of a scene-linear colour.
+pub fn curved(xyz: Vec3, p: &ToneParameters, curve: ToneCurve, ceiling: f32) -> Vec3 {
+    let t = (p.exposure * xyz.y).powf(p.contrast);
+    if !(xyz.y > 0.0 && t > 0.0) {
         return Vec3::ZERO;
     }
     // X/Y first: Y'/Y overflows where Y is tiny.
     let ratio = |v: f32| if v > 0.0 { (v / xyz.y).min(MAX_CHROMATICITY_RATIO) } else { 0.0 };
-    let toned = Vec3::new(ratio(xyz.x), 1.0, ratio(xyz.z)) * luminance;
-    desaturate(p.from_xyz * toned, luminance)
+    let color = Vec3::new(ratio(xyz.x), 1.0, ratio(xyz.z));
+    if curve == ToneCurve::Paper {
+        let luminance = ceiling * one_minus_exp(t / ceiling);
+        return desaturate(p.from_xyz * (color * luminance), luminance, ceiling);
+    }
+    let y = t.min(MAX_TONE_INPUT);
+    let rgb = desaturate(rec709_from_xyz() * (color * y), y, 1e12);
+    let rgb = if curve == ToneCurve::AgX { agx(rgb) } else { pbr_neutral(rgb, ceiling) };
+    let luminance = rec709_luminance().dot(rgb).clamp(0.0, ceiling);
+    desaturate(p.from_xyz * rgb, luminance, ceiling)
 }
 
 /// Moves `rgb` towards the grey of its own luminance by the least amount that brings every channel into
-/// `[0, 1]`; luminance is unchanged.
+/// `[0, ceiling]`; luminance is unchanged.
 #[inline]
-pub fn desaturate(rgb: Vec3, luminance: f32) -> Vec3 {
+pub fn desaturate(rgb: Vec3, luminance: f32, ceiling: f32) -> Vec3 {
     let mut keep = 1.0f32;
     for c in rgb.to_array() {
-        if c > 1.0 {
-            keep = keep.min((1.0 - luminance) / (c - luminance));
+        if c > ceiling {
+            keep = keep.min((ceiling - luminance) / (c - luminance));
         } else if c < 0.0 {
             keep = keep.min(luminance / (luminance - c));
         }
     }
-    (Vec3::splat(luminance) + (rgb - luminance) * keep).clamp(Vec3::ZERO, Vec3::ONE)
+    (Vec3::splat(luminance) + (rgb - luminance) * keep).clamp(Vec3::ZERO, Vec3::splat(ceiling))
 }
 
 /// Display gamma and rounding to 8 bits.

@@ -1,0 +1,187 @@
+//! Patterns that hide the steps of 8 bits: what is added to a value, in steps, before it is rounded down.
+//!
+//! Thresholds are spread evenly over (0, 1), so that the mean over a tile is the value itself.
+
+use std::sync::LazyLock;
+
+use crate::client::settings::Dither;
+
+/// Side of the blue-noise mask, texels.
+pub const MASK_SIDE: usize = 64;
+
+/// Texels of the mask.
+const MASK: usize = MASK_SIDE * MASK_SIDE;
+
+/// Shifts of the mask for red, green and blue: in step, the three would make the noise grey and as visible as it can be.
+const SHIFTS: [[usize; 2]; 3] = [[0, 0], [21, 37], [43, 13]];
+
+/// What is added before rounding down, per channel.
+#[inline]
+pub fn thresholds(kind: Dither, x: usize, y: usize) -> [f32; 3] {
+    match kind {
+        Dither::None => [0.5; 3],
+        Dither::Ordered => [bayer(x, y); 3],
+        Dither::BlueNoise => {
+            let mask = blue_noise();
+            SHIFTS.map(|[dx, dy]| mask[(x + dx) % MASK_SIDE + MASK_SIDE * ((y + dy) % MASK_SIDE)])
+        }
+    }
+}
+
+/// Ordered dither of 8×8 (Bayer 1973): the bits of `x ^ y` and `y`, interleaved from the lowest one.
+#[inline]
+fn bayer(x: usize, y: usize) -> f32 {
+    let rank = (0..3).fold(0, |v, k| 4 * v + 2 * (((x ^ y) >> k) & 1) + ((y >> k) & 1));
+    (rank as f32 + 0.5) / 64.0
+}
+
+/// The blue-noise mask, `[MASK_SIDE][MASK_SIDE]`, made on first use.
+pub fn blue_noise() -> &'static [f32] {
+    static MADE: LazyLock<Vec<f32>> = LazyLock::new(void_and_cluster);
+    &MADE
+}
+
+/// Standard deviation of the Gaussian that tells how crowded a place is, texels (Ulichney's 1.5).
+const SIGMA: f32 = 1.5;
+
+/// Beyond this distance along an axis the Gaussian counts as zero: it is below 2e-8.
+const REACH: i32 = 9;
+
+/// Points on a torus, and at every texel how crowded it is.
+#[derive(Clone)]
+struct Pattern {
+    kernel: Vec<f32>,
+    taken: Vec<bool>,
+    crowd: Vec<f32>,
+}
+
+impl Pattern {
+    fn new() -> Self {
+        let gauss = |d: i32| (-(d * d) as f32 / (2.0 * SIGMA * SIGMA)).exp();
+        let kernel = (-REACH..=REACH).map(gauss).collect();
+        Self { kernel, taken: vec![false; MASK], crowd: vec![0.0; MASK] }
+    }
+
+    /// Sets or takes away a point.
+    fn put(&mut self, at: usize, taken: bool) {
+        self.taken[at] = taken;
+        let sign = if taken { 1.0 } else { -1.0 };
+        let side = MASK_SIDE as i32;
+        let (x, y) = ((at % MASK_SIDE) as i32, (at / MASK_SIDE) as i32);
+        for dy in -REACH..=REACH {
+            let row = ((y + dy).rem_euclid(side) * side) as usize;
+            let across = sign * self.kernel[(dy + REACH) as usize];
+            for dx in -REACH..=REACH {
+                let column = (x + dx).rem_euclid(side) as usize;
+                self.crowd[row + column] += across * self.kernel[(dx + REACH) as usize];
+            }
+        }
+    }
+
+    /// The most crowded point, or the emptiest place where there is none.
+    fn extreme(&self, taken: bool) -> usize {
+        let sign = if taken { -1.0 } else { 1.0 };
+        let among = (0..MASK).filter(|&i| self.taken[i] == taken);
+        // At least one of either kind is left whenever this is called.
+        among.min_by(|&a, &b| (sign * self.crowd[a]).total_cmp(&(sign * self.crowd[b]))).unwrap_or(0)
+    }
+}
+
+/// Ranks by Ulichney's void-and-cluster method (1993), as thresholds in (0, 1).
+fn void_and_cluster() -> Vec<f32> {
+    let start = initial_pattern();
+    let points = start.taken.iter().filter(|t| **t).count();
+    let mut ranks = vec![0usize; MASK];
+    // The points of the start, the most crowded ones taken away first: they get the highest of the low ranks.
+    let mut pattern = start.clone();
+    for rank in (0..points).rev() {
+        let at = pattern.extreme(true);
+        pattern.put(at, false);
+        ranks[at] = rank;
+    }
+    // The rest fills the largest voids one after the other.
+    pattern = start;
+    for rank in points..MASK {
+        let at = pattern.extreme(false);
+        pattern.put(at, true);
+        ranks[at] = rank;
+    }
+    ranks.into_iter().map(|rank| (rank as f32 + 0.5) / MASK as f32).collect()
+}
+
+/// A tenth of the texels, scattered, then moved from the tightest cluster to the largest void until nothing changes.
+fn initial_pattern() -> Pattern {
+    let mut pattern = Pattern::new();
+    let mut state = 0x2545_f491_4f6c_dd1d_u64;
+    let mut left = MASK / 10;
+    while left > 0 {
+        // Marsaglia's xorshift; any scatter will do.
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        let at = (state >> 40) as usize % MASK;
+        if !pattern.taken[at] {
+            pattern.put(at, true);
+            left -= 1;
+        }
+    }
+    // It ends when a point would return to where it was; the bound is for rounding, which may keep two places in turn.
+    for _ in 0..4 * MASK {
+        let from = pattern.extreme(true);
+        pattern.put(from, false);
+        let to = pattern.extreme(false);
+        pattern.put(to, true);
+        if to == from {
+            break;
+        }
+    }
+    pattern
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thresholds_are_spread_evenly() {
+        for (kind, side) in [(Dither::Ordered, 8), (Dither::BlueNoise, MASK_SIDE)] {
+            let count = side * side;
+            for c in 0..3 {
+                let mut seen = vec![false; count];
+                (0..count).for_each(|i| {
+                    seen[(thresholds(kind, i % side, i / side)[c] * count as f32) as usize] = true
+                });
+                assert!(seen.iter().all(|s| *s), "{kind:?}: some threshold is missing");
+            }
+        }
+        assert_eq!(thresholds(Dither::None, 5, 9), [0.5; 3]);
+    }
+
+    /// Zero mean error, for every value between two steps.
+    #[test]
+    fn the_mean_is_kept() {
+        for kind in [Dither::Ordered, Dither::BlueNoise] {
+            for i in 0..=20 {
+                let value = 100.0 + i as f32 / 20.0;
+                let at = |i: usize| (value + thresholds(kind, i % 64, i / 64)[1]).floor();
+                let mean = (0..4096).map(at).sum::<f32>() / 4096.0;
+                assert!((mean - value).abs() <= 0.5 / 64.0 + 1e-4, "{kind:?}: {value} became {mean}");
+            }
+        }
+    }
+
+    /// What makes noise blue: averages of 4×4 texels are all nearly the same. White noise deviates by 0.289/4 = 0.072.
+    #[test]
+    fn the_mask_has_no_low_frequencies() {
+        let mask = blue_noise();
+        let mut squares = 0.0;
+        for by in 0..16 {
+            for bx in 0..16 {
+                let sum: f32 = (0..16).map(|i| mask[4 * bx + i % 4 + MASK_SIDE * (4 * by + i / 4)]).sum();
+                squares += (sum / 16.0 - 0.5).powi(2);
+            }
+        }
+        let deviation = (squares / 256.0_f32).sqrt();
+        assert!(deviation < 0.03, "{deviation}");
+    }
+}

@@ -1,0 +1,62 @@
+//! The PQ transfer of HDR displays (SMPTE ST 2084, ITU-R BT.2100), and the luminances that pictures are put at.
+
+/// Luminance of diffuse white, cd/m² (ITU-R BT.2408).
+pub const DIFFUSE_WHITE: f32 = 203.0;
+
+/// Peak that highlights roll off to on an HDR display, cd/m²: what HDR10 is most often mastered for.
+pub const PEAK: f32 = 1000.0;
+
+/// Luminance that 1.0 stands for in scRGB, cd/m².
+pub const SCRGB_WHITE: f32 = 80.0;
+
+/// Luminance that PQ 1.0 stands for, cd/m².
+pub const PQ_PEAK: f32 = 10_000.0;
+
+const M1: f32 = 2610.0 / 16384.0;
+const M2: f32 = 2523.0 / 32.0;
+const C1: f32 = 3424.0 / 4096.0;
+const C2: f32 = 2413.0 / 128.0;
+const C3: f32 = 2392.0 / 128.0;
+
+/// PQ signal in 0 … 1 of a luminance as a part of [`PQ_PEAK`], clamped to 0 … 1.
+#[inline]
+pub fn encode(luminance: f32) -> f32 {
+    let p = luminance.clamp(0.0, 1.0).powf(M1);
+    ((C1 + C2 * p) / (1.0 + C3 * p)).powf(M2)
+}
+
+/// Luminance as a part of [`PQ_PEAK`] of a PQ signal, clamped to 0 … 1.
+#[inline]
+pub fn decode(signal: f32) -> f32 {
+    let p = signal.clamp(0.0, 1.0).powf(1.0 / M2);
+    ((p - C1).max(0.0) / (C2 - C3 * p)).powf(1.0 / M1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn signals_are_the_published_ones() {
+        // ITU-R BT.2408, table 1 and text: luminance in cd/m² and signal.
+        for (luminance, signal) in
+            [(0.0, 0.0), (1.0, 0.150), (100.0, 0.508), (203.0, 0.5807), (1000.0, 0.752), (10_000.0, 1.0)]
+        {
+            let got = encode(luminance / PQ_PEAK);
+            assert!((got - signal).abs() < 6e-4, "{luminance} cd/m² became {got} instead of {signal}");
+        }
+    }
+
+    #[test]
+    fn decoding_undoes_encoding() {
+        for i in 0..=1000 {
+            let signal = i as f32 / 1000.0;
+            let back = encode(decode(signal));
+            assert!((back - signal).abs() < 2e-5, "{signal} became {back}");
+        }
+        // Never out of range, whatever comes in.
+        for bad in [f32::INFINITY, -1.0, 1e30, f32::MIN_POSITIVE / 8.0] {
+            assert!((0.0..=1.0).contains(&encode(bad)), "{bad}");
+        }
+    }
+}
