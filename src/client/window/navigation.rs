@@ -202,11 +202,12 @@ impl Pose {
 /// much nearer.
 fn level_axis(own: DVec3, forward: DVec3) -> Option<DVec3> {
     let side = own.cross(forward);
-    let upright = |axis: DVec3| {
+    let upright = |axis: DVec3, least: f64| {
         let height = own.dot(axis);
-        (side.dot(axis).abs() < 1e-6 && height.abs() > 0.1).then_some((height.abs(), axis * height.signum()))
+        (side.dot(axis).abs() < 1e-6 && height.abs() > least)
+            .then_some((height.abs(), axis * height.signum()))
     };
-    match (upright(DVec3::Y), upright(DVec3::Z)) {
+    match (upright(DVec3::Y, 0.1), upright(DVec3::Z, 0.3)) {
         (Some((y, _)), Some((z, axis))) if z > 2.0 * y => Some(axis),
         (Some((_, axis)), _) | (None, Some((_, axis))) => Some(axis),
         (None, None) => None,

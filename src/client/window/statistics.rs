@@ -147,7 +147,7 @@ mod tests {
     #[test]
     fn only_the_last_values_count() {
         let mut recent = Recent::new(3);
-        [9.0, 1.0, 2.0, 3.0].map(|v| recent.push(v));
+        [9.0, 1.0, 2.0, 3.0].into_iter().for_each(|v| recent.push(v));
         assert_eq!(recent.iter().collect::<Vec<_>>(), [1.0, 2.0, 3.0]);
         assert_eq!(recent.last(), Some(3.0));
     }

@@ -1,5 +1,14 @@
 //! The panel: display controls, figures, the selected object, actions. Pure egui over plain data.
 
+mod actions;
+mod controls;
+mod frame;
+mod graph;
+mod help;
+mod selection;
+mod statistics;
+pub mod style;
+
 use std::time::Duration;
 
 use crate::client::settings::{FilmCounts, Settings, SplatFilter};
@@ -49,6 +58,8 @@ pub struct Readout {
     pub selection: Option<Selection>,
     /// Camera in words: position, target, field of view.
     pub camera: String,
+    /// Field of view in degrees, 0 when not known.
+    pub fov: f64,
 }
 
 /// An object picked by a click, as the panel shows it.
@@ -131,7 +142,28 @@ pub enum Action {
 }
 
 /// Draws the panel; returns what was asked for, in order. Changes `controls` in place.
+///
+/// Figures are taken over ten times a second only, so that they can be read; everything else is as fresh as `readout`.
 pub fn show(ui: &mut egui::Ui, readout: &Readout, controls: &mut Controls) -> Vec<Action> {
-    let _ = (ui, readout, controls);
-    Vec::new()
+    let ctx = ui.ctx().clone();
+    style::apply(&ctx);
+    let mut actions = Vec::new();
+    if controls.help {
+        help::show(&ctx, &mut controls.help);
+    }
+    if !controls.visible {
+        return actions;
+    }
+    let figures = statistics::settled(&ctx, readout);
+    frame::floating(&ctx, |ui| {
+        frame::section(ui, "Figures", true, |ui| statistics::show(ui, &figures));
+        frame::section(ui, "Frame times", true, |ui| graph::show(ui, &figures));
+        if let Some(selection) = &readout.selection {
+            frame::section(ui, "Selection", true, |ui| selection::show(ui, selection, &mut actions));
+        }
+        frame::section(ui, "Display", true, |ui| controls::show(ui, controls));
+        frame::section(ui, "Camera and files", true, |ui| actions::show(ui, readout, controls, &mut actions));
+        frame::section(ui, "Passes", false, |ui| statistics::passes(ui, &figures));
+    });
+    actions
 }

@@ -1,0 +1,171 @@
+//! The display controls. A value that the user does not touch stays bit for bit what it was.
+
+use egui::{ComboBox, Response, Sense, Slider, SliderClamping, Ui};
+
+use crate::client::settings::{
+    Adaptation, Dither, Glare, Masking, Output, Reconstruction, Settings, SplatFilter, ToneCurve, View,
+};
+use crate::client::window::panel::{Controls, style};
+use crate::color::Profile;
+
+/// Draws the controls; a double click on a name sets its default again.
+pub(super) fn show(ui: &mut Ui, controls: &mut Controls) {
+    let (settings, default) = (&mut controls.settings, Settings::default());
+    picture(ui, settings, &default, &mut controls.filter);
+    ui.separator();
+    glare(ui, &mut settings.glare);
+    ui.separator();
+    tone(ui, settings, &default);
+}
+
+fn picture(ui: &mut Ui, settings: &mut Settings, default: &Settings, filter: &mut SplatFilter) {
+    let views = [
+        ("Picture", View::Picture),
+        ("Error, camera", View::CameraVariance),
+        ("Error, light", View::LightVariance),
+    ];
+    choice(
+        ui,
+        "View",
+        "The picture, or the relative standard error of a stream",
+        &mut settings.view,
+        &default.view,
+        &views,
+    );
+    use Reconstruction as R;
+    let kinds =
+        [("Gaussian", R::Gaussian), ("Catmull–Rom", R::CatmullRom), ("Mipmap", R::Mipmap), ("None", R::None)];
+    let hint = "How the sums become a picture while samples are few";
+    choice(ui, "Reconstruction", hint, &mut settings.reconstruction, &default.reconstruction, &kinds);
+    let filters =
+        [("Gaussian", SplatFilter::Gaussian), ("Tent", SplatFilter::Tent), ("Box", SplatFilter::Box)];
+    let hint = "How a sample is spread over pixels; starts the film anew";
+    choice(ui, "Filter", hint, filter, &SplatFilter::default(), &filters);
+    slide(
+        ui,
+        ("Noise masking", "Vm: extra blur where the variance is high; 0 is off"),
+        &mut settings.vm,
+        default.vm,
+        (0.0, 16.0),
+    );
+    let kinds = [("Low-pass", Masking::LowPass), ("Bilateral", Masking::Bilateral)];
+    ui.add_enabled_ui(settings.vm > 0.0, |ui| {
+        choice(ui, "Masking by", "What hides the noise", &mut settings.masking, &default.masking, &kinds);
+    });
+}
+
+fn glare(ui: &mut Ui, glare: &mut Option<Glare>) {
+    let eye = |adaptation| Some(adaptation);
+    let eyes = [
+        ("Off", None),
+        ("Day (photopic)", eye(Adaptation::Photopic)),
+        ("Dusk (mesopic)", eye(Adaptation::Mesopic)),
+        ("Night (scotopic)", eye(Adaptation::Scotopic)),
+    ];
+    let before = glare.map(|g| g.adaptation);
+    let mut now = before;
+    choice(ui, "Glare", "Of the observer's eye, by its adaptation", &mut now, &None, &eyes);
+    if now != before {
+        *glare = now.map(|adaptation| Glare { adaptation, ..glare.unwrap_or_default() });
+    }
+    if let Some(glare) = glare {
+        let words = ("View angle", "Degrees that the picture's width fills in the observer's eye");
+        slide(ui, words, &mut glare.view_angle, Glare::default().view_angle, (1.0, 120.0));
+    }
+}
+
+fn tone(ui: &mut Ui, settings: &mut Settings, default: &Settings) {
+    let curves = [
+        ("1 − exp(−(B·Y)^C)", ToneCurve::Paper),
+        ("PBR Neutral", ToneCurve::PbrNeutral),
+        ("AgX", ToneCurve::AgX),
+    ];
+    choice(ui, "Tone curve", "From scene to display luminance", &mut settings.curve, &default.curve, &curves);
+    slide(ui, ("Brightness B", "Factor on luminance"), &mut settings.exposure, default.exposure, (1e-3, 1e3));
+    slide(
+        ui,
+        ("Contrast C", "Exponent of the tone curve"),
+        &mut settings.contrast,
+        default.contrast,
+        (0.1, 4.0),
+    );
+    slide(ui, ("Gamma G", "Of the display"), &mut settings.gamma, default.gamma, (1.0, 4.0));
+    profile(ui, &mut settings.profile);
+    let kinds = [("None", Dither::None), ("Ordered", Dither::Ordered), ("Blue noise", Dither::BlueNoise)];
+    choice(ui, "Dither", "Hides the steps of 8 bits", &mut settings.dither, &default.dither, &kinds);
+    let outputs = [("8 bits", Output::Sdr), ("scRGB", Output::ScRgb), ("HDR10", Output::Hdr10)];
+    choice(ui, "Output", "Used where the window offers it", &mut settings.output, &default.output, &outputs);
+}
+
+/// Profiles by name. A profile from a file stays until another is chosen.
+fn profile(ui: &mut Ui, profile: &mut Profile) {
+    let mut name: &str = profile.name;
+    let known = Profile::names().map(|name| (name, name));
+    choice(ui, "Profile", "Primaries and white of the display", &mut name, &"srgb", &known);
+    if name != profile.name
+        && let Some(chosen) = Profile::named(name)
+    {
+        *profile = chosen;
+    }
+}
+
+/// A name in the left column; tells of a double click.
+fn name(ui: &mut Ui, name: &str, hint: &str) -> Response {
+    let text = egui::Label::new(egui::RichText::new(name).color(style::DIM)).sense(Sense::click());
+    let size = egui::vec2(92.0, ui.spacing().interact_size.y);
+    let layout = egui::Layout::left_to_right(egui::Align::Center);
+    let response = ui.allocate_ui_with_layout(size, layout, |ui| {
+        ui.set_min_width(size.x);
+        ui.add(text)
+    });
+    response.inner.on_hover_text(format!("{hint}.\nDouble click: default."))
+}
+
+/// One of several.
+fn choice<T: PartialEq + Clone>(
+    ui: &mut Ui,
+    label: &str,
+    hint: &str,
+    value: &mut T,
+    default: &T,
+    kinds: &[(&str, T)],
+) {
+    ui.horizontal(|ui| {
+        if name(ui, label, hint).double_clicked() {
+            *value = default.clone();
+        }
+        let shown = kinds.iter().find(|(_, kind)| kind == value).map_or("from a file", |(text, _)| text);
+        ComboBox::from_id_salt(label).selected_text(shown).show_ui(ui, |ui| {
+            for (text, kind) in kinds {
+                if ui.selectable_label(kind == value, *text).clicked() {
+                    *value = kind.clone();
+                }
+            }
+        });
+    });
+}
+
+/// A number; a range over more than two decades, or from 0, is logarithmic.
+fn slide(
+    ui: &mut Ui,
+    (label, hint): (&str, &str),
+    value: &mut f32,
+    default: f32,
+    (least, greatest): (f32, f32),
+) {
+    ui.horizontal(|ui| {
+        if name(ui, label, hint).double_clicked() {
+            *value = default;
+        }
+        let mut next = *value;
+        let slider = Slider::new(&mut next, least..=greatest).clamping(SliderClamping::Edits).max_decimals(3);
+        let slider = slider.logarithmic(least == 0.0 || greatest / least > 150.0).smallest_positive(0.01);
+        // Widgets may round what they show; only a change by the user counts.
+        let response = ui.add(slider);
+        if response.double_clicked() {
+            *value = default;
+        } else if response.changed() && next.is_finite() {
+            *value = next;
+        }
+    });
+}

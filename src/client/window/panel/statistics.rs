@@ -1,0 +1,146 @@
+//! The figures.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use egui::{Grid, Id, ProgressBar, Ui};
+
+use crate::client::window::panel::{Readout, style};
+
+/// Least time between two changes of the figures, seconds.
+const SETTLE: f64 = 0.1;
+
+/// The figures as they are shown now: taken over anew at most ten times a second.
+pub(super) fn settled(ctx: &egui::Context, readout: &Readout) -> Arc<Readout> {
+    let (id, now) = (Id::new("settled figures"), ctx.input(|i| i.time));
+    let kept = ctx.data(|data| data.get_temp::<(f64, Arc<Readout>)>(id));
+    if let Some((then, figures)) = kept
+        && (0.0..SETTLE).contains(&(now - then))
+        && figures.extent == readout.extent
+    {
+        return figures;
+    }
+    let fresh = Arc::new(readout.clone());
+    ctx.data_mut(|data| data.insert_temp(id, (now, fresh.clone())));
+    fresh
+}
+
+/// Draws the table.
+pub(super) fn show(ui: &mut Ui, readout: &Readout) {
+    let counts = &readout.counts;
+    let pixels = (f64::from(readout.extent[0]) * f64::from(readout.extent[1])).max(1.0);
+    let samples = counts.camera_samples + counts.light_samples;
+    let lod = |lod: Option<f32>| lod.map_or("–".to_owned(), |l| format!("{l:.2}"));
+    let [width, height] = readout.extent;
+    let detail = if readout.detail > 1 { format!(", shown at 1/{}", readout.detail) } else { String::new() };
+    Grid::new("figures").num_columns(2).min_col_width(96.0).spacing([8.0, 1.0]).show(ui, |ui| {
+        let mut line = |name: &str, value: String| {
+            ui.colored_label(style::DIM, name);
+            ui.colored_label(style::BRIGHT, value);
+            ui.end_row();
+        };
+        line(
+            "Samples",
+            format!("{}, {} per pixel", count(samples as f64), significant(samples as f64 / pixels)),
+        );
+        line(
+            "Camera / light",
+            format!("{} / {}", count(counts.camera_samples as f64), count(counts.light_samples as f64)),
+        );
+        line("Light paths", count(counts.light_paths as f64));
+        line("Traced", format!("{}/s", count(readout.traced_per_second)));
+        line("Rasterised", format!("{}/s", count(readout.rasterised_per_second)));
+        line("Level of detail", format!("{} camera, {} light", lod(readout.lods[0]), lod(readout.lods[1])));
+        line("Since last edit", time(readout.elapsed));
+        if let Some(last) = readout.edit_latency {
+            let p95 = readout.edit_latency_p95.map_or(String::new(), |p| format!(", p95 {}", time(p)));
+            line("Edit to picture", format!("{}{p95}", time(last)));
+        }
+        line("Resolution", format!("{width}×{height}{detail}"));
+        line("Threads", readout.threads.to_string());
+    });
+    let (used, size) = readout.ring;
+    let fill = used as f32 / size.max(1) as f32;
+    ui.horizontal(|ui| {
+        ui.colored_label(style::DIM, "Ring")
+            .on_hover_text("Blocks that wait to be rasterised, of those that fit");
+        let bar = ProgressBar::new(fill).desired_height(8.0).corner_radius(0.0).desired_width(130.0);
+        ui.add(bar.fill(if fill > 0.9 { style::ACCENT } else { egui::Color32::from_gray(150) }));
+        ui.colored_label(style::BRIGHT, format!("{used}/{size}"));
+    });
+    for words in [&readout.plan, &readout.device] {
+        if !words.is_empty() {
+            ui.colored_label(style::DIM, words);
+        }
+    }
+}
+
+/// Draws the time of every pass, with a bar for its part in the sum.
+pub(super) fn passes(ui: &mut Ui, readout: &Readout) {
+    let sum: f64 = readout.passes.iter().map(|(_, ms)| ms).sum();
+    if readout.passes.is_empty() {
+        ui.colored_label(style::DIM, "Not timed.");
+        return;
+    }
+    Grid::new("passes").num_columns(3).spacing([8.0, 1.0]).show(ui, |ui| {
+        for (name, ms) in &readout.passes {
+            ui.colored_label(style::DIM, *name);
+            ui.colored_label(style::BRIGHT, format!("{ms:.2} ms"));
+            let (bar, _) = ui.allocate_exact_size(egui::vec2(100.0, 8.0), egui::Sense::hover());
+            let part = if sum > 0.0 { (ms / sum).clamp(0.0, 1.0) as f32 } else { 0.0 };
+            let filled = egui::Rect::from_min_size(bar.min, egui::vec2(bar.width() * part, bar.height()));
+            ui.painter().rect_filled(filled, 0.0, egui::Color32::from_gray(150));
+            ui.end_row();
+        }
+        ui.colored_label(style::DIM, "sum");
+        ui.colored_label(style::BRIGHT, format!("{sum:.2} ms"));
+        ui.end_row();
+    });
+}
+
+/// A count or rate with three significant digits and a decimal prefix.
+pub(super) fn count(value: f64) -> String {
+    let steps = [(1e12, "T"), (1e9, "G"), (1e6, "M"), (1e3, "k")];
+    // 999.7 k would be written as 1000 k: the next prefix begins where rounding reaches it.
+    match steps.iter().find(|(step, _)| value >= 0.9995 * step) {
+        Some((step, prefix)) => format!("{} {prefix}", significant(value / step)),
+        None => format!("{value:.0}"),
+    }
+}
+
+/// Three significant digits.
+fn significant(value: f64) -> String {
+    let decimals = if value < 9.995 { 2 } else { usize::from(value < 99.95) };
+    format!("{value:.decimals$}")
+}
+
+/// A time as it is read.
+fn time(time: Duration) -> String {
+    match time.as_secs_f64() {
+        s if s < 1.0 => format!("{:.0} ms", s * 1e3),
+        s if s < 60.0 => format!("{s:.1} s"),
+        s => format!("{:.0} min {:02.0} s", (s / 60.0).floor(), (s % 60.0).floor()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_have_three_digits() {
+        let cases = [
+            (0.0, "0"),
+            (999.0, "999"),
+            (999.7, "1.00 k"),
+            (12_345.0, "12.3 k"),
+            (999_600.0, "1.00 M"),
+            (2.5e9, "2.50 G"),
+        ];
+        for (value, text) in cases {
+            assert_eq!(count(value), text);
+        }
+        assert_eq!(time(Duration::from_millis(33)), "33 ms");
+        assert_eq!(time(Duration::from_secs_f64(125.9)), "2 min 05 s");
+    }
+}
