@@ -2,10 +2,13 @@
 //!
 //! - [`Gpu`] owns instance, device, queue and allocator; everything else holds an `Arc<Gpu>`.
 //! - [`Buffer`], [`Image`] and [`Pipeline`] free themselves: dropping one *retires* it until the frame that may still
-//!   use it has completed (`retire.rs`). `Gpu::drop` is the only idle wait.
+//!   use it has completed (`retire.rs`). Only `Gpu::drop` and the end of a window wait for an idle queue.
 //! - [`Gpu::begin`] lends the [`Frame`] that records next; two frames are in flight, ordered by one timeline semaphore.
 //! - `sync.rs` is the only place that knows stages, access masks and layouts: a pass says
 //!   [`Cmd::access`]`(&mut image, `[`Access::Sampled`]`)`.
+//! - A window: `surface.rs` finds who can show pictures in it, [`Swapchain`] holds its images (`chain.rs`: one generation;
+//!   `recreate.rs`: from one to the next; `acquire.rs`: frame by frame; `present.rs`: what is recorded), [`Overlay`] draws
+//!   the panel over them. Nothing of it is there without a window. `loss.rs` loses a device on purpose.
 //! - [`Cmd::scope`] labels a pass for the debugger and, when timing is on, measures it.
 //!
 //! With `POINTILLIST_VALIDATION=1` (or [`GpuOptions::validation`]) the Khronos validation layer runs with synchronization
