@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use super::args::scene::SceneArgs;
 use crate::client::{
-    Adaptation, Dither, FilmSpec, Masking, Reconstruction, Settings, SplatFilter, ToneCurve, VarianceForm, View,
+    Adaptation, Dither, FilmSpec, Masking, Reconstruction, Settings, SplatFilter, ToneCurve, VarianceForm,
+    View,
 };
 use crate::image::Attribute;
 use crate::scene::Loaded;

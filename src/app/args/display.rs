@@ -3,9 +3,7 @@
 use clap::{Args, ValueEnum};
 
 use super::parse::{non_negative, positive, profile, view_angle};
-use crate::client::{
-    Adaptation, Dither, Glare, Masking, Reconstruction, Settings, ToneCurve, View,
-};
+use crate::client::{Adaptation, Dither, Glare, Masking, Reconstruction, Settings, ToneCurve, View};
 
 /// Display controls: none of them changes the samples.
 #[derive(Args, Clone, Debug)]
