@@ -23,7 +23,7 @@ fn rec709() -> Profile {
         0.072_192_3,
         0.950_532_2,
     ]);
-    Profile { name: "rec709", from_xyz: to_xyz.inverse(), ..Profile::srgb() }
+    Profile { name: "rec709".to_owned(), from_xyz: to_xyz.inverse(), ..Profile::srgb() }
 }
 
 /// A film of noisy samples around `u + gain`, and as many light samples of mean 1 over all paths.

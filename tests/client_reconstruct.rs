@@ -34,7 +34,7 @@ fn levels() -> Vec<Grid<Vec4>> {
 }
 
 fn parameters(method: Reconstruction) -> ReconstructParameters {
-    ReconstructParameters { spec: spec(), method, vm: 0.0, luminance_scale: 1.0, light_scale: 1.0 }
+    ReconstructParameters { spec: spec(), method, vm: 0.0, luminance_scale: 1.0, light_scale: 1.0, detail: 1 }
 }
 
 /// The picture at a fixed LoD; on the light stream, which shows sums rather than quotients.

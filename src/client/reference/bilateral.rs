@@ -96,15 +96,15 @@ impl Stage<'_> {
             (0..size as i64).contains(&at).then_some(at as usize)
         };
         let (mut total, mut weights, mut errors) = (Vec4::ZERO, 0.0, 0.0);
-        for ky in 0..5 {
+        for (ky, tap_y) in TAPS.into_iter().enumerate() {
             let Some(ty) = inside(y, ky, self.sums.height()) else { continue };
-            for kx in 0..5 {
+            for (kx, tap_x) in TAPS.into_iter().enumerate() {
                 let Some(tx) = inside(x, kx, self.sums.width()) else { continue };
                 let (there, [error_there, _]) = (self.sums.at(tx, ty), self.known.at(tx, ty));
                 let d = self.shown(there) - value;
                 // Luminance, and what colour differs by beyond it.
                 let d2 = d.y * d.y + 0.25 * ((d.x - d.y).powi(2) + (d.z - d.y).powi(2));
-                let mut w = TAPS[kx] * TAPS[ky];
+                let mut w = tap_x * tap_y;
                 // Nothing is known of an empty texel: it takes from all, and has nothing to give.
                 if self.summed || (here.w > 0.0 && there.w > 0.0) {
                     w *= (-d2 / (TOLERANCE * (error + error_there + LEAST_ERROR))).exp();
