@@ -86,13 +86,16 @@ fn matrices_are_brought_to_d65() {
     }
 }
 
+/// Signal to luminance.
+type ToLinear<'a> = &'a dyn Fn(f64) -> f64;
+
 #[test]
 fn curves_are_inverted() {
     let srgb = |x: f64| if x < 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) };
     let samples: Vec<u16> =
         (0..1024).map(|i| (srgb(f64::from(i) / 1023.0) * 65535.0).round() as u16).collect();
     let parameters = [2.4, 1.0 / 1.055, 0.055 / 1.055, 1.0 / 12.92, 0.04045];
-    let cases: [(&str, Vec<u8>, &dyn Fn(f64) -> f64); 5] = [
+    let cases: [(&str, Vec<u8>, ToLinear<'_>); 5] = [
         ("sRGB by parameters", para(3, &parameters), &srgb),
         ("sRGB by samples", curv(&samples), &srgb),
         ("gamma 2.2", curv(&[563]), &|x: f64| x.powf(563.0 / 256.0)),

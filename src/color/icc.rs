@@ -53,7 +53,8 @@ fn matrix_profile(bytes: &[u8]) -> Result<Profile, String> {
     }
     let primaries = [to_xyz.x_axis, to_xyz.y_axis, to_xyz.z_axis].map(|c| {
         let sum = c.x + c.y + c.z;
-        DVec2::new(c.x / sum, c.y / sum)
+        // Rounding puts spectral reds beyond the edge of the diagram, where a file may not name them.
+        DVec2::new(c.x / sum, (c.y / sum).min(1.0 - 1e-5 - c.x / sum))
     });
     let curves = [b"rTRC", b"gTRC", b"bTRC"].map(|name| file.curve(name));
     let [red, green, blue] = curves;
