@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 
 use super::args::scene::SceneArgs;
-use crate::client::{Dither, FilmSpec, Masking, Reconstruction, Settings, SplatFilter, ToneCurve, VarianceForm, View};
+use crate::client::{
+    Dither, FilmSpec, Masking, Reconstruction, Settings, SplatFilter, ToneCurve, VarianceForm, View,
+};
 use crate::image::Attribute;
 use crate::scene::Loaded;
 use crate::scene::desc::{IntegratorKind, ReconstructionFilter};

@@ -53,9 +53,7 @@ impl Kept {
 
     /// True while a block surely fits.
     pub fn has_room(&self) -> bool {
-        !self.full
-            && self.samples.len() + BLOCK_SAMPLES <= self.limits.0
-            && self.blocks.len() < self.limits.1
+        !self.full && self.samples.len() + BLOCK_SAMPLES <= self.limits.0 && self.blocks.len() < self.limits.1
     }
 
     /// Keeps a block if it fits; `false` means that it was not kept, and nothing later will be.

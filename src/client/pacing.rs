@@ -167,7 +167,8 @@ impl Pacer {
 
     /// The finest internal resolution whose repaint leaves room in the budget.
     fn coarseness(&self) -> u32 {
-        let fits = |detail: &u32| self.repaint_cost(*detail) + self.panel.get() <= REPAINT_SHARE * self.budget;
+        let fits =
+            |detail: &u32| self.repaint_cost(*detail) + self.panel.get() <= REPAINT_SHARE * self.budget;
         [1, 2].into_iter().find(fits).unwrap_or(4)
     }
 
@@ -204,7 +205,14 @@ mod tests {
 
     fn still() -> Situation {
         let long = Duration::from_secs(10);
-        Situation { since_edit: long, since_repaint: long, lod: Some(-1.0), growth: 2.0, shown_detail: 1, due: false }
+        Situation {
+            since_edit: long,
+            since_repaint: long,
+            lod: Some(-1.0),
+            growth: 2.0,
+            shown_detail: 1,
+            due: false,
+        }
     }
 
     #[test]

@@ -60,7 +60,8 @@ impl Viewer {
 
     /// Draws the window anew, with the panel.
     fn refresh(&mut self) {
-        (self.pending.show, self.clock.due) = (true, self.clock.due.min(Instant::now() + self.pacer.budget()));
+        (self.pending.show, self.clock.due) =
+            (true, self.clock.due.min(Instant::now() + self.pacer.budget()));
         if let Some(ui) = &mut self.ui {
             ui.refresh();
         }
@@ -94,7 +95,9 @@ impl Viewer {
         match action {
             Action::SavePng => return self.save_picture("png").map(Some),
             Action::SaveExr => return self.save_picture("exr").map(Some),
-            Action::SaveScene => return self.save_scene().map(|path| Some(format!("saved {}", path.display()))),
+            Action::SaveScene => {
+                return self.save_scene().map(|path| Some(format!("saved {}", path.display())));
+            }
             Action::CopyCommand => return self.copy_command().map(Some),
             Action::Undo => self.moved(|history| history.undo().is_some()),
             Action::Redo => self.moved(|history| history.redo().is_some()),
@@ -163,5 +166,8 @@ impl Viewer {
 fn fresh(name: &str, ending: &str) -> Result<PathBuf> {
     let path = |i: u32| PathBuf::from(format!("{name}-{i:03}.{ending}"));
     let free = |path: &PathBuf| !Path::new(path).exists();
-    (1..100_000).map(path).find(free).ok_or_else(|| miette::miette!("no free name {name}-….{ending} in this folder"))
+    (1..100_000)
+        .map(path)
+        .find(free)
+        .ok_or_else(|| miette::miette!("no free name {name}-….{ending} in this folder"))
 }

@@ -27,8 +27,9 @@ impl Cores {
         let tracing = threads.unwrap_or(cores - display).max(1);
         let display = gpu::reserve_driver_threads(cores.saturating_sub(tracing).max(1));
         let over = if tracing + display > cores { ", which is more than there are" } else { "" };
-        let words =
-            format!("{tracing} tracing and {display} displaying on {cores} cores{over}: the device is the processor");
+        let words = format!(
+            "{tracing} tracing and {display} displaying on {cores} cores{over}: the device is the processor"
+        );
         Self { tracing, words }
     }
 }

@@ -107,7 +107,9 @@ impl Figures {
             self.frames.push((took.as_secs_f64() * 1e3) as f32);
             pacer.frame(took);
             self.statistics.frame(now, frame.shows_edit);
-            if frame.shows_edit && let Some(latency) = self.statistics.edit_latency() {
+            if frame.shows_edit
+                && let Some(latency) = self.statistics.edit_latency()
+            {
                 self.edits.push((latency.as_secs_f64() * 1e3) as f32);
             }
         }

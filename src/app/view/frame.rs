@@ -151,7 +151,8 @@ impl Viewer {
 
     /// True when there is something to show that belongs to the present epoch, or the last picture of the one before.
     fn has_picture(&mut self) -> bool {
-        let painted = self.screen.as_mut().and_then(Screen::film).is_some_and(|film| film.painted().is_some());
+        let painted =
+            self.screen.as_mut().and_then(Screen::film).is_some_and(|film| film.painted().is_some());
         painted || self.samples() > 0
     }
 

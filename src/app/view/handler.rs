@@ -31,7 +31,9 @@ const PATIENCE: Duration = Duration::from_millis(250);
 
 impl ApplicationHandler for Viewer {
     fn resumed(&mut self, events: &ActiveEventLoop) {
-        if self.screen.is_none() && let Err(error) = self.open(events) {
+        if self.screen.is_none()
+            && let Err(error) = self.open(events)
+        {
             self.fail(error);
         }
     }
@@ -85,7 +87,8 @@ impl Viewer {
         gpu::survive_display_loss(window.display_handle().into_diagnostic()?.as_raw());
         if self.plan.budget.is_none() {
             let rate = window.current_monitor().and_then(|monitor| monitor.refresh_rate_millihertz());
-            let budget = rate.filter(|rate| *rate >= 1000).map(|rate| Duration::from_secs_f64(1e3 / f64::from(rate)));
+            let budget =
+                rate.filter(|rate| *rate >= 1000).map(|rate| Duration::from_secs_f64(1e3 / f64::from(rate)));
             self.pacer = Pacer::new(budget.unwrap_or(DEFAULT_BUDGET));
         }
         self.ui = Some(Ui::new(&window));

@@ -49,8 +49,15 @@ impl Screen {
     ///
     /// When no device can show pictures in this window, or the film does not fit.
     pub fn open(window: Arc<Window>, choice: DeviceChoice, spec: FilmSpec) -> Result<Self, ClientError> {
-        let mut screen =
-            Self { parts: None, overlay: None, choice, window, last: FrameNumber::default(), losses: [0; 2], messages: 0 };
+        let mut screen = Self {
+            parts: None,
+            overlay: None,
+            choice,
+            window,
+            last: FrameNumber::default(),
+            losses: [0; 2],
+            messages: 0,
+        };
         screen.parts = Some(screen.make(spec)?);
         Ok(screen)
     }
@@ -65,7 +72,8 @@ impl Screen {
     }
 
     fn handles(&self) -> Result<(RawDisplayHandle, RawWindowHandle), GpuError> {
-        let gone = |e: raw_window_handle::HandleError| GpuError::NoWindow(format!("the window system says: {e}"));
+        let gone =
+            |e: raw_window_handle::HandleError| GpuError::NoWindow(format!("the window system says: {e}"));
         let display = self.window.display_handle().map_err(gone)?.as_raw();
         Ok((display, self.window.window_handle().map_err(gone)?.as_raw()))
     }

@@ -67,7 +67,12 @@ impl Session {
     /// # Errors
     ///
     /// When the server has ended.
-    pub fn render(&mut self, facts: &RunFacts, (scene, camera): (Arc<Scene>, Camera), window: UvWindow) -> Result<()> {
+    pub fn render(
+        &mut self,
+        facts: &RunFacts,
+        (scene, camera): (Arc<Scene>, Camera),
+        window: UvWindow,
+    ) -> Result<()> {
         self.traced_before += self.server.stats().total().samples;
         self.epoch = self.epoch.next();
         let integrator = PathTracer {

@@ -11,10 +11,10 @@ use crate::app::device::CPU;
 use crate::app::facts::RunFacts;
 use crate::app::outputs::Outputs;
 use crate::app::view::cores::Cores;
+use crate::app::view::ending;
 use crate::app::view::session::Session;
 use crate::app::view::user::User;
 use crate::app::view::viewer::{Plan, Viewer};
-use crate::app::view::ending;
 use crate::app::{interrupt, tell, timings};
 use crate::client::window::panel::Controls;
 use crate::gpu::DeviceChoice;
@@ -40,7 +40,8 @@ pub fn view(args: &ViewArgs) -> Result<()> {
     // Before any thread starts.
     let cores = Cores::plan(cores, args.source.threads.map(usize::from), args.source.device.as_deref());
     interrupt::listen();
-    let events = EventLoop::new().into_diagnostic().wrap_err("no window can be opened: is there a display?")?;
+    let events =
+        EventLoop::new().into_diagnostic().wrap_err("no window can be opened: is there a display?")?;
     let mut viewer = prepare(args, outputs, cores)?;
     // The window system may be gone in the middle of anything: what was traced is saved all the same.
     let run = catch_unwind(AssertUnwindSafe(|| events.run_app(&mut viewer)));
@@ -66,11 +67,10 @@ fn prepare(args: &ViewArgs, outputs: Outputs, cores: Cores) -> Result<Viewer> {
     for notice in scene.notices() {
         tell(&format!("warning: {notice}"));
     }
-    let facts = RunFacts {
-        deterministic: args.deterministic,
-        ..RunFacts::of(&args.source, &loaded, String::new())
-    };
-    let name = args.source.scene.file_stem().map_or("scene".into(), |stem| stem.to_string_lossy().into_owned());
+    let facts =
+        RunFacts { deterministic: args.deterministic, ..RunFacts::of(&args.source, &loaded, String::new()) };
+    let name =
+        args.source.scene.file_stem().map_or("scene".into(), |stem| stem.to_string_lossy().into_owned());
     let session = Session::start(cores.tracing, args.samples, args.deterministic)?;
     let controls = Controls {
         settings: args.display.settings(),

@@ -30,8 +30,14 @@ impl Ui {
     pub fn new(window: &Window) -> Self {
         let context = egui::Context::default();
         let scale = Some(window.scale_factor() as f32);
-        let state =
-            egui_winit::State::new(context.clone(), egui::ViewportId::ROOT, window, scale, window.theme(), Some(4096));
+        let state = egui_winit::State::new(
+            context.clone(),
+            egui::ViewportId::ROOT,
+            window,
+            scale,
+            window.theme(),
+            Some(4096),
+        );
         Self { context, state, triangles: Triangles::default(), due: Instant::now(), message: None }
     }
 
