@@ -161,7 +161,7 @@ impl Input {
 
     /// Flies on for `dt` seconds, as long as the right button and a key are held.
     pub fn tick(&mut self, dt: f64) -> Option<Gesture> {
-        if !self.is_flying() || !(dt > 0.0) {
+        if !self.is_flying() || dt.is_nan() || dt <= 0.0 {
             return None;
         }
         let held = FLYING.iter().zip(self.held).filter(|(_, held)| *held);

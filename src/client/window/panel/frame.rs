@@ -19,6 +19,8 @@ pub(super) fn floating(ctx: &egui::Context, contents: impl FnOnce(&mut Ui)) {
     }
     let area = Area::new(Id::new("panel")).order(Order::Middle).fixed_pos(space.min).fade_in(false);
     area.show(ctx, |ui| {
+        // An area offers only what it used last; sections may have been opened since.
+        ui.set_max_size(space.size());
         frame.show(ui, |ui| {
             let width = WIDTH.min(room.x);
             ui.set_width(width);

@@ -1,6 +1,6 @@
 //! The list of keys, from the table that also maps them.
 
-use egui::{Align2, Grid, ScrollArea, Window};
+use egui::{Align2, Grid, Order, ScrollArea, Window};
 
 use crate::client::window::keys::GROUPS;
 use crate::client::window::panel::style;
@@ -10,7 +10,8 @@ pub(super) fn show(ctx: &egui::Context, open: &mut bool) {
     let room = ctx.content_rect().height() - 60.0;
     let window =
         Window::new("Keys").open(open).collapsible(false).resizable(false).fade_in(false).fade_out(false);
-    window.anchor(Align2::CENTER_CENTER, [0.0, 0.0]).show(ctx, |ui| {
+    let window = window.order(Order::Foreground).anchor(Align2::CENTER_CENTER, [0.0, 0.0]);
+    window.show(ctx, |ui| {
         ScrollArea::vertical().max_height(room.max(40.0)).show(ui, |ui| {
             for group in GROUPS {
                 ui.colored_label(style::BRIGHT, group.title);

@@ -1,0 +1,90 @@
+//! What the panel shows: plain data, filled by the viewer.
+
+use std::time::Duration;
+
+use crate::client::settings::FilmCounts;
+
+/// What the panel shows; filled anew for every frame.
+#[derive(Clone, Debug, Default)]
+pub struct Readout {
+    /// Device name, with driver.
+    pub device: String,
+    /// Plan by which tracer and display share the processor, in words.
+    pub plan: String,
+    /// Window size in physical pixels.
+    pub extent: [u32; 2],
+    /// Internal resolution: picture pixels per reconstructed one and axis.
+    pub detail: u32,
+    /// What the film has received.
+    pub counts: FilmCounts,
+    /// Texels of the padded film.
+    pub texels: u64,
+    /// Samples per second that the tracer makes.
+    pub traced_per_second: f64,
+    /// Samples per second that the client rasterises.
+    pub rasterised_per_second: f64,
+    /// Level of detail of camera and light stream, `None` without samples.
+    pub lods: [Option<f32>; 2],
+    /// Blocks in the lanes, and how many fit.
+    pub ring: (usize, usize),
+    /// Name and milliseconds of every pass in the last timed frame.
+    pub passes: Vec<(&'static str, f64)>,
+    /// Frame times of the last frames, oldest first, milliseconds.
+    pub frames: Vec<f32>,
+    /// p50, p95, p99 of `frames`, milliseconds.
+    pub percentiles: [f32; 3],
+    /// Frame budget.
+    pub budget: Duration,
+    /// Time from the last edit to the first picture that shows it.
+    pub edit_latency: Option<Duration>,
+    /// p95 of the last edits' latencies.
+    pub edit_latency_p95: Option<Duration>,
+    /// Threads that trace.
+    pub threads: usize,
+    /// Time since the present epoch began.
+    pub elapsed: Duration,
+    /// The last message for the user, such as where a file was saved.
+    pub message: Option<String>,
+    /// The selected object.
+    pub selection: Option<Selection>,
+    /// Camera in words: position, target, field of view.
+    pub camera: String,
+    /// Field of view in degrees, 0 when not known.
+    pub fov: f64,
+}
+
+/// An object picked by a click, as the panel shows it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Selection {
+    /// What it is called: `id`, or kind and line of the file.
+    pub name: String,
+    /// What can be changed of it.
+    pub parameters: Vec<Parameter>,
+}
+
+/// One value of the selected object.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    /// Label.
+    pub label: String,
+    /// Present value.
+    pub value: Value,
+}
+
+/// A value that can be changed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Value {
+    /// A factor ≥ 0 on what the file says, shown logarithmically.
+    Scale(f64),
+    /// Linear Rec.709 reflectance or emission colour, 0 … 1.
+    Color([f32; 3]),
+    /// A number within bounds.
+    Number {
+        /// Value.
+        value: f64,
+        /// Least.
+        min: f64,
+        /// Greatest.
+        max: f64,
+    },
+}

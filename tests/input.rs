@@ -1,0 +1,139 @@
+//! Input: what drags, clicks, the wheel and keys mean.
+
+use std::time::{Duration, Instant};
+
+use glam::DVec2;
+use pointillist::client::window::input::{Input, Intent, Signal};
+use pointillist::client::window::navigation::Gesture;
+use pointillist::client::window::panel::Action;
+use winit::event::MouseButton;
+use winit::keyboard::KeyCode;
+
+struct Hand(Input, Instant);
+
+impl Hand {
+    fn new() -> Self {
+        let mut hand = Self(Input::new([200, 100]), Instant::now());
+        hand.to(50.0, 50.0);
+        hand
+    }
+
+    fn give(&mut self, signal: Signal) -> Vec<Intent> {
+        self.0.take(signal, self.1)
+    }
+
+    fn to(&mut self, x: f64, y: f64) -> Vec<Intent> {
+        self.give(Signal::Cursor(DVec2::new(x, y)))
+    }
+
+    fn button(&mut self, button: MouseButton, down: bool) -> Vec<Intent> {
+        self.give(Signal::Button(button, down))
+    }
+
+    fn key(&mut self, code: KeyCode, text: char) -> Vec<Intent> {
+        self.give(Signal::Key(Some(code), Some(text), true))
+    }
+}
+
+#[test]
+fn buttons_drag_what_they_should() {
+    use MouseButton::{Left, Middle, Right};
+    let by = DVec2::new(0.1, 0.2);
+    let cases = [
+        (Left, false, Gesture::Orbit(by)),
+        (Left, true, Gesture::Pan(by)),
+        (Middle, false, Gesture::Pan(by)),
+        (Right, false, Gesture::Look(by)),
+    ];
+    for (button, shift, gesture) in cases {
+        let mut hand = Hand::new();
+        hand.give(Signal::Modifiers(false, shift));
+        assert_eq!(hand.button(button, true), [Intent::EndMove]);
+        assert_eq!(hand.to(52.0, 51.0), [], "within the threshold");
+        assert_eq!(hand.to(70.0, 70.0), [Intent::Gesture(gesture)], "nothing of the way is lost");
+        assert!(hand.0.is_dragging());
+        // Another button in between changes nothing.
+        let other = if button == Left { Right } else { Left };
+        assert_eq!((hand.button(other, true), hand.button(other, false)), (vec![], vec![]));
+        assert_eq!(hand.button(button, false), [Intent::EndMove]);
+        assert_eq!(hand.to(90.0, 90.0), []);
+    }
+}
+
+#[test]
+fn clicks_pick_and_double_clicks_focus() {
+    let mut hand = Hand::new();
+    let click = |hand: &mut Hand, after: u64| {
+        hand.1 += Duration::from_millis(after);
+        hand.button(MouseButton::Left, true);
+        hand.to(52.0, 50.0);
+        let intents = hand.button(MouseButton::Left, false);
+        hand.to(50.0, 50.0);
+        intents
+    };
+    assert_eq!(click(&mut hand, 0), [Intent::Pick([50.0, 50.0])]);
+    assert_eq!(click(&mut hand, 300), [Intent::FocusAt([50.0, 50.0])]);
+    assert_eq!(click(&mut hand, 300), [Intent::Pick([50.0, 50.0])], "a third click begins anew");
+    assert_eq!(click(&mut hand, 900), [Intent::Pick([50.0, 50.0])]);
+    assert_eq!(hand.key(KeyCode::KeyF, 'f'), [Intent::FocusAt([50.0, 50.0])]);
+    hand.give(Signal::CursorLeft);
+    assert_eq!(hand.key(KeyCode::KeyF, 'f'), []);
+    assert_eq!(hand.button(MouseButton::Left, true), [], "no cursor, no press");
+}
+
+#[test]
+fn flying_needs_the_right_button_and_keeps_other_keys_silent() {
+    let mut hand = Hand::new();
+    assert_eq!(hand.key(KeyCode::KeyW, 'w'), []);
+    assert_eq!(hand.0.tick(0.01), None);
+    assert_eq!(hand.key(KeyCode::KeyE, 'e'), [Intent::Action(Action::SaveExr)]);
+    hand.button(MouseButton::Right, true);
+    assert_eq!(hand.0.tick(0.01), None, "a key held before does not count");
+    assert_eq!(hand.key(KeyCode::KeyE, 'e'), []);
+    assert_eq!(hand.key(KeyCode::KeyD, 'd'), []);
+    let Some(Gesture::Fly(slow)) = hand.0.tick(0.01) else { panic!("no flight") };
+    assert!((slow.length() - 0.01 * hand.0.speed()).abs() < 1e-15 && slow.x > 0.0 && slow.x == slow.y);
+    hand.give(Signal::Modifiers(false, true));
+    let Some(Gesture::Fly(fast)) = hand.0.tick(0.01) else { panic!("no flight") };
+    assert!((fast.length() / slow.length() - 4.0).abs() < 1e-12);
+    let speed = hand.0.speed();
+    assert_eq!(hand.give(Signal::Wheel(2.0)), []);
+    assert!(hand.0.speed() > speed * 1.5);
+    let Some(Gesture::Fly(long)) = hand.0.tick(100.0) else { panic!("no flight") };
+    assert!(long.length() <= hand.0.speed() * 0.4 + 1e-12, "a stall does not throw the camera away");
+    assert_eq!(hand.button(MouseButton::Right, false), [Intent::EndMove]);
+    assert!(!hand.0.is_moving() && hand.0.tick(0.01).is_none());
+}
+
+#[test]
+fn losing_the_keyboard_releases_everything() {
+    let mut hand = Hand::new();
+    hand.button(MouseButton::Right, true);
+    hand.key(KeyCode::KeyW, 'w');
+    assert!(hand.0.is_moving());
+    hand.0.tick(0.01);
+    assert_eq!(hand.give(Signal::FocusLost), [Intent::EndMove]);
+    assert!(!hand.0.is_moving() && !hand.0.is_dragging());
+    assert_eq!(hand.to(90.0, 90.0), []);
+    assert_eq!(hand.button(MouseButton::Right, false), []);
+}
+
+#[test]
+fn the_wheel_moves_and_rests() {
+    let mut hand = Hand::new();
+    assert_eq!(hand.give(Signal::Wheel(1.0)), [Intent::EndMove, Intent::Gesture(Gesture::Dolly(1.0))]);
+    assert_eq!(hand.give(Signal::Wheel(-0.25)), [Intent::Gesture(Gesture::Dolly(-0.25))]);
+    hand.1 += Duration::from_secs(1);
+    hand.give(Signal::Modifiers(true, false));
+    assert_eq!(hand.give(Signal::Wheel(1.0)), [Intent::EndMove, Intent::Gesture(Gesture::Fov(-2.0))]);
+    assert_eq!(hand.give(Signal::Wheel(f64::NAN)), []);
+}
+
+#[test]
+fn fractions_follow_the_windows_size() {
+    let mut hand = Hand::new();
+    hand.give(Signal::Size(DVec2::new(400.0, 0.0)));
+    hand.button(MouseButton::Left, true);
+    let [Intent::Gesture(Gesture::Orbit(by))] = hand.to(90.0, 50.0)[..] else { panic!("no orbit") };
+    assert!((by.x - 0.1).abs() < 1e-15);
+}
