@@ -150,6 +150,7 @@ impl Viewer {
             message: self.ui.as_ref().and_then(|ui| ui.message.clone()),
             selection: self.user.selection(),
             camera: self.user.camera_words(),
+            fov: self.user.history.pose().fov,
         }
     }
 }

@@ -99,10 +99,11 @@ fn tone(ui: &mut Ui, settings: &mut Settings, default: &Settings) {
 
 /// Profiles by name. A profile from a file stays until another is chosen.
 fn profile(ui: &mut Ui, profile: &mut Profile) {
-    let mut name: &str = profile.name;
+    let present = profile.name.clone();
+    let mut name: &str = &present;
     let known = Profile::names().map(|name| (name, name));
     choice(ui, "Profile", "Primaries and white of the display", &mut name, &"srgb", &known);
-    if name != profile.name
+    if name != present
         && let Some(chosen) = Profile::named(name)
     {
         *profile = chosen;
