@@ -136,6 +136,16 @@ fn modules_leave_foreign_ground_alone() {
 }
 
 #[test]
+fn window_crates_stay_in_the_window() {
+    check(&rust_files(&root().join("src/client")), |name, line| {
+        let named =
+            ["winit::", "egui::", "egui_plot::", "egui_winit::"].into_iter().find(|c| line.contains(c))?;
+        let fine = name.starts_with("src/client/window");
+        (!fine).then(|| format!("client names {named} only under client/window"))
+    });
+}
+
+#[test]
 fn files_stay_small() {
     let mut files = rust_files(&root().join("src"));
     files.extend(rust_files(&root().join("tests")));

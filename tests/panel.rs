@@ -264,7 +264,10 @@ fn untouched_values_stay_bit_for_bit() {
             reconstruction: [Reconstruction::CatmullRom, Reconstruction::Mipmap, Reconstruction::None]
                 [round % 3],
             curve: [ToneCurve::AgX, ToneCurve::PbrNeutral][round % 2],
-            profile: Profile { name: if round % 4 == 0 { "mine.icc" } else { "rec2020" }, ..Profile::srgb() },
+            profile: Profile {
+                name: if round % 4 == 0 { "mine.icc" } else { "rec2020" }.to_string(),
+                ..Profile::srgb()
+            },
             dither: [Dither::Ordered, Dither::BlueNoise][round % 2],
             output: [Output::Sdr, Output::ScRgb, Output::Hdr10][round % 3],
         };
