@@ -74,5 +74,5 @@ fn beside(scene: &str, side: u32) -> (f64, String) {
     viewer.wait().unwrap();
     let json: serde_json::Value = serde_json::from_str(&fs::read_to_string(figures).unwrap()).unwrap();
     let plan = json["plan"].as_str().unwrap_or("no plan").to_string();
-    (json["traced_per_second"].as_f64().unwrap_or(0.0), plan)
+    (json["traced_samples_per_second"].as_f64().unwrap_or(0.0), plan)
 }

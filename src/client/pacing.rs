@@ -29,6 +29,9 @@ const LEAST_SAMPLES_SHARE: f64 = 0.25;
 /// Most samples of one frame: the look at messages must come round.
 const MOST_SAMPLES: usize = 4 * BATCH_CAPACITY;
 
+/// Most samples taken beyond what the budget affords while the picture is still: a next edit must not wait for long.
+const MOST_WAITING: usize = BATCH_CAPACITY / 2;
+
 /// Weight of a new measurement.
 const BLEND: f64 = 0.2;
 
@@ -63,6 +66,8 @@ pub struct Situation {
     pub shown_detail: u32,
     /// The last edit has not been shown yet, or a control has changed.
     pub due: bool,
+    /// Samples that wait in the lanes.
+    pub waiting: usize,
 }
 
 /// What a frame does.
@@ -148,7 +153,9 @@ impl Pacer {
         let least = LEAST_SAMPLES_SHARE * self.budget;
         // The first picture after an edit is worth more than the samples that would make it a little finer.
         let left = if now.due && changing { least } else { (self.budget - taken).max(least) };
-        FramePlan { samples: self.affordable(left * self.trust), detail, repaint }
+        // A still picture may come late, but full lanes would hold the tracer up.
+        let waiting = if changing { 0 } else { now.waiting.min(MOST_WAITING) / BLOCK_SAMPLES * BLOCK_SAMPLES };
+        FramePlan { samples: self.affordable(left * self.trust).max(waiting), detail, repaint }
     }
 
     /// Time that a repaint at this `detail` is expected to take.
@@ -212,6 +219,7 @@ mod tests {
             growth: 2.0,
             shown_detail: 1,
             due: false,
+            waiting: 0,
         }
     }
 
@@ -265,6 +273,15 @@ mod tests {
         assert!(pacer.plan(&still()).repaint);
         // Before anything was measured, a batch.
         assert_eq!(Pacer::new(ms(16.0)).plan(&still()).samples, BATCH_CAPACITY);
+    }
+
+    #[test]
+    fn a_still_picture_empties_the_lanes() {
+        let pacer = pacer(1e5, 1.0);
+        let full = Situation { waiting: 20 * BLOCK_SAMPLES + 7, ..still() };
+        assert_eq!(pacer.plan(&full).samples, 20 * BLOCK_SAMPLES);
+        assert_eq!(pacer.plan(&Situation { waiting: usize::MAX, ..still() }).samples, MOST_WAITING);
+        assert_eq!(pacer.plan(&Situation { since_edit: ms(5.0), ..full }).samples, BLOCK_SAMPLES);
     }
 
     #[test]

@@ -7,6 +7,7 @@ use crate::app::view::viewer::Viewer;
 use crate::client::pacing::{FramePlan, Situation};
 use crate::client::{BATCH_CAPACITY, ClientError};
 use crate::gpu::Readiness;
+use crate::stream::block::BLOCK_SAMPLES;
 
 /// After an edit the loop waits this long for samples before it looks at messages again.
 const FIRST_SAMPLES_WAIT: Duration = Duration::from_millis(4);
@@ -50,6 +51,7 @@ impl Viewer {
             growth: if samples == 0 { f64::INFINITY } else { total as f64 / samples as f64 },
             shown_detail,
             due: self.pending.unseen || self.pending.repaint,
+            waiting: self.session.fill().0 * BLOCK_SAMPLES,
         };
         let mut plan = self.pacer.plan(&situation);
         if self.plan.facts.deterministic {
