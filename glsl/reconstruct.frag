@@ -65,15 +65,19 @@ Levels levels_at(sampler2D image, sampler2D near, sampler2D far, float lod) {
     return at;
 }
 
+// Wide kernels on both levels keep texels from showing: sigma is 1 at a level of detail of 0 on level 0, and 1 to 4 on the
+// coarser of two levels; below 0 it grows to 16, a texel alone, at -1.
 vec4 gaussian(sampler2D near, sampler2D far, Levels at, const uint extent) {
-    float sigma = exp2(2.0 * (1.0 - at.f));
-    if (extent == ONE_LEVEL) {
-        return narrow_gaussian(near, at.p_near, at.near, sigma);
+    if (at.f < 0.0) {
+        float sigma = exp2(-4.0 * at.f);
+        return sigma < 4.0 ? windowed_gaussian(near, at.p_near, at.near, sigma)
+                           : narrow_gaussian(near, at.p_near, at.near, sigma);
     }
-    float g = max(at.f, 0.0);
-    vec4 a = windowed_gaussian(near, at.p_near, at.near, sigma);
-    vec4 b = narrow_gaussian(far, at.p_far, at.far, exp2(2.0 * (2.0 - g)));
-    return mix(a, b, g);
+    vec4 a = windowed_gaussian(near, at.p_near, at.near, exp2(-2.0 * at.f));
+    if (extent == ONE_LEVEL) {
+        return a;
+    }
+    return mix(a, windowed_gaussian(far, at.p_far, at.far, exp2(2.0 * (1.0 - at.f))), at.f);
 }
 
 // Trilinear: by hardware, but from the atlas where the level differs from pixel to pixel.

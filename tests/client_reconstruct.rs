@@ -71,11 +71,11 @@ fn exact(levels: &[Grid<Vec4>], x: usize, y: usize, lod: f64) -> [f64; 3] {
         exact_level(grid, [place(x, grid.width()), place(y, grid.height())], sigma)
     };
     let v = if lod < 0.0 {
-        at(0, 4f64.powf(1.0 - lod))
+        at(0, 16f64.powf(-lod))
     } else {
         let (level, f) = (lod as usize, lod.fract());
-        let near = at(level, 4f64.powf(1.0 - f));
-        let far = if f > 0.0 { at(level + 1, 4f64.powf(2.0 - f)) } else { near };
+        let near = at(level, 4f64.powf(-f));
+        let far = if f > 0.0 { at(level + 1, 4f64.powf(1.0 - f)) } else { near };
         std::array::from_fn(|k| near[k] * (1.0 - f) + far[k] * f)
     };
     [v[0] / v[3], v[1] / v[3], v[2] / v[3]]

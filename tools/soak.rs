@@ -15,7 +15,8 @@ use std::time::{Duration, Instant};
 
 use desktop::Desktop;
 
-/// Largest ratio of memory after the first third to its least value there.
+/// Largest ratio of the most memory in the last third of the time to the most in the second. (Within each third it follows the
+/// size of the window and the effects that are on.)
 const MEMORY_GROWTH: f64 = 1.05;
 
 /// A small generator: the same user every time.
@@ -183,15 +184,19 @@ fn ask_to_end(viewer: &Child) {
 }
 
 fn report(memory: &[u64], success: Option<bool>, folder: &Path) -> ExitCode {
-    let late: Vec<u64> = memory.iter().copied().skip(memory.len() / 3).filter(|&m| m > 0).collect();
-    let (least, most) = (late.iter().min().copied().unwrap_or(0), late.iter().max().copied().unwrap_or(0));
-    let growth = most as f64 / least.max(1) as f64;
-    println!("ended by itself and with success: {success:?}");
+    let third = memory.len() / 3;
+    let range = |part: &[u64]| {
+        let known = || part.iter().copied().filter(|&m| m > 0);
+        (known().min().unwrap_or(0), known().max().unwrap_or(0))
+    };
+    let [second, last] = [&memory[third..2 * third], &memory[2 * third..]].map(range);
+    let growth = last.1 as f64 / second.1.max(1) as f64;
     println!(
-        "memory over the last {} s: {} to {} MiB, ratio {growth:.3} (bound {MEMORY_GROWTH})",
-        late.len(),
-        least >> 10,
-        most >> 10
+        "memory in thirds of {third} s: second {} to {} MiB, last {} to {} MiB; growth of the most {growth:.3} (bound {MEMORY_GROWTH})",
+        second.0 >> 10,
+        second.1 >> 10,
+        last.0 >> 10,
+        last.1 >> 10
     );
     let figures = fs::read_to_string(folder.join("figures.json")).unwrap_or_default();
     let figures: serde_json::Value = serde_json::from_str(&figures).unwrap_or_default();

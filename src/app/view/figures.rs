@@ -20,7 +20,8 @@ const MEMORY: f64 = 0.9;
 struct InFlight {
     number: FrameNumber,
     began: Instant,
-    shows_edit: bool,
+    /// When the edit was made that this frame is the first to show.
+    shows: Option<Instant>,
 }
 
 /// Measurements.
@@ -89,14 +90,14 @@ impl Default for Figures {
 
 impl Figures {
     /// A frame was handed to the device.
-    pub fn presented(&mut self, number: FrameNumber, began: Instant, shows_edit: bool) {
+    pub fn presented(&mut self, number: FrameNumber, began: Instant, shows: Option<Instant>) {
         self.presented += 1;
-        self.in_flight.push_back(InFlight { number, began, shows_edit });
+        self.in_flight.push_back(InFlight { number, began, shows });
     }
 
     /// True while a frame that shows an edit is on its way.
     pub fn awaits_edit(&self) -> bool {
-        self.in_flight.iter().any(|frame| frame.shows_edit)
+        self.in_flight.iter().any(|frame| frame.shows.is_some())
     }
 
     /// Notes the frames that the device has finished by now.
@@ -106,8 +107,8 @@ impl Figures {
             let took = now - frame.began;
             self.frames.push((took.as_secs_f64() * 1e3) as f32);
             pacer.frame(took);
-            self.statistics.frame(now, frame.shows_edit);
-            if frame.shows_edit
+            self.statistics.frame(now, frame.shows);
+            if frame.shows.is_some()
                 && let Some(latency) = self.statistics.edit_latency()
             {
                 self.edits.push((latency.as_secs_f64() * 1e3) as f32);
@@ -130,7 +131,9 @@ impl Figures {
         let count = |name: &str| times.iter().filter(|t| t.name == name).map(|t| t.count).sum::<u64>();
         let samples = (self.rasterised - self.looked) as f64;
         self.looked = self.rasterised;
-        let seconds = sum(&["splat", "variance"]) + std::mem::take(&mut self.raster_cpu).as_secs_f64();
+        // The fold of the variance is nested in its pass.
+        let seconds = sum(&["splat", "variance"]) - sum(&["variance fold"])
+            + std::mem::take(&mut self.raster_cpu).as_secs_f64();
         self.raster = (self.raster.0 * MEMORY + seconds, self.raster.1 * MEMORY + samples);
         if self.raster.1 >= 1.0 {
             pacer.samples(self.raster.1 as u64, Duration::from_secs_f64(self.raster.0));
@@ -165,9 +168,8 @@ impl Figures {
         let seconds = (now - self.rates.since).as_secs_f64();
         if seconds >= 0.5 {
             let counts = [traced, self.rasterised];
-            for i in 0..2 {
-                self.rates.values[i] = counts[i].saturating_sub(self.rates.counts[i]) as f64 / seconds;
-            }
+            let before = self.rates.counts;
+            self.rates.values = [0, 1].map(|i| counts[i].saturating_sub(before[i]) as f64 / seconds);
             (self.rates.since, self.rates.counts) = (now, counts);
         }
         self.rates.values

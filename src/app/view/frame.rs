@@ -178,13 +178,14 @@ impl Viewer {
         self.pacer.panel(panel_time);
         self.pending.show = false;
         if let Some(detail) = repaint {
-            let shows_edit = std::mem::take(&mut self.pending.unseen);
+            self.pending.unseen = false;
+            let shows = self.figures.statistics.shown();
             self.pending.repaint = false;
             self.clock.repainted = (begin, samples, detail);
             self.figures.paints.push_back(detail);
-            self.figures.presented(number, begin, shows_edit);
+            self.figures.presented(number, begin, shows);
         } else {
-            self.figures.presented(number, begin, false);
+            self.figures.presented(number, begin, None);
         }
         Ok(())
     }

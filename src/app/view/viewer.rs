@@ -164,6 +164,7 @@ impl Viewer {
         }
         self.pending.restart = false;
         self.pending.unseen = true;
+        self.figures.statistics.epoch();
         self.figures.epochs += 1;
         Ok(())
     }

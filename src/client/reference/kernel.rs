@@ -2,7 +2,7 @@
 //!
 //! `exp(−σd²)·(1 − smoothstep(0, R, d)^E)` over the 5×5 texels within R = 2.5 per axis. The exponential
 //! is separable and comes from a polynomial, so that a row of weights is computed in lanes. From σ = 4 on
-//! (the coarser of two levels, and level 0 below LoD 0) the window does not matter, and is left out: weights
+//! (level 0 well below LoD 0) the window does not matter, and is left out: weights
 //! differ by 4e-6 of the peak at most, a texel's share of the mean by 4e-5.
 
 use std::ops::Range;

@@ -108,20 +108,22 @@ pub fn level_of_detail(p: &ReconstructParameters, stream: &StreamView<'_>, uv: [
     stream.lod.masked(r, p.vm)
 }
 
-/// The paper's rule "while σ < t: σ ← 4σ, next level", made continuous: two levels, interpolated.
+/// The paper's rule "while σ < t: σ ← 4σ, next level" ends with t ≤ σ < 4t on one level; the other of the two levels is the
+/// finer one, with a quarter of that σ. Wide kernels on both are what keeps texels from showing. At LoD 0 the kernel spans
+/// a texel (σ = t); below, it narrows to the texel alone at LoD −1.
 fn blur(levels: &[Grid<Vec4>], at: Pixel, lod: f32) -> Vec4 {
     if lod <= MIN_LOD {
         return levels[0].at(at.texel[0], at.texel[1]);
     }
     let four_to = |x: f32| RECONSTRUCTION_THRESHOLD * (2.0 * x).exp2();
     if lod < 0.0 {
-        return gaussian(&levels[0], position(levels, at, 0), four_to(1.0 - lod));
+        return gaussian(&levels[0], position(levels, at, 0), four_to(-2.0 * lod));
     }
     let level = (lod as usize).min(levels.len() - 1);
     let f = lod - level as f32;
-    let near = gaussian(&levels[level], position(levels, at, level), four_to(1.0 - f));
+    let near = gaussian(&levels[level], position(levels, at, level), four_to(-f));
     if f > 0.0 && level + 1 < levels.len() {
-        near.lerp(gaussian(&levels[level + 1], position(levels, at, level + 1), four_to(2.0 - f)), f)
+        near.lerp(gaussian(&levels[level + 1], position(levels, at, level + 1), four_to(1.0 - f)), f)
     } else {
         near
     }

@@ -62,30 +62,49 @@ pub struct Statistics {
     frames: Recent,
     edits: Recent,
     last_frame: Option<Instant>,
-    /// The oldest edit that no presented picture shows.
+    /// The oldest edit that no epoch contains yet.
+    noted: Option<Instant>,
+    /// The oldest edit that the present epoch contains and no presented picture shows.
     waiting: Option<Instant>,
 }
 
 impl Default for Statistics {
     fn default() -> Self {
-        Self { frames: Recent::new(FRAMES), edits: Recent::new(EDITS), last_frame: None, waiting: None }
+        Self {
+            frames: Recent::new(FRAMES),
+            edits: Recent::new(EDITS),
+            last_frame: None,
+            noted: None,
+            waiting: None,
+        }
     }
 }
 
 impl Statistics {
-    /// A picture was presented now; `shows_edit` says whether it shows the last edit.
-    pub fn frame(&mut self, now: Instant, shows_edit: bool) {
+    /// A picture was presented now; `shows` is the edit that it is the first to show, as [`shown`](Self::shown) told it.
+    pub fn frame(&mut self, now: Instant, shows: Option<Instant>) {
         if let Some(before) = self.last_frame.replace(now) {
             self.frames.push(milliseconds(now.saturating_duration_since(before)));
         }
-        if shows_edit && let Some(edited) = self.waiting.take() {
+        if let Some(edited) = shows {
             self.edits.push(milliseconds(now.saturating_duration_since(edited)));
         }
     }
 
-    /// Something was edited now. While an edit waits for its picture, the time counts from the first.
+    /// Something was edited now. While edits wait for their picture, the time counts from the first.
     pub fn edit(&mut self, now: Instant) {
-        self.waiting.get_or_insert(now);
+        self.noted.get_or_insert(now);
+    }
+
+    /// An epoch begins that contains all edits so far.
+    pub fn epoch(&mut self) {
+        let noted = self.noted.take();
+        self.waiting = self.waiting.or(noted);
+    }
+
+    /// A picture of the present epoch is on its way: the edit that it is the first to show. Later edits are not in it.
+    pub fn shown(&mut self) -> Option<Instant> {
+        self.waiting.take()
     }
 
     /// Nothing is drawn for a while (minimised, asleep): the gap is not a frame time.
@@ -156,13 +175,19 @@ mod tests {
     fn latency_counts_from_the_first_edit_without_a_picture() {
         let (mut statistics, start) = (Statistics::default(), Instant::now());
         let at = |ms: u64| start + Duration::from_millis(ms);
-        statistics.frame(at(0), true);
+        statistics.frame(at(0), None);
         assert_eq!(statistics.edit_latency(), None);
         statistics.edit(at(5));
+        statistics.epoch();
         statistics.edit(at(20));
-        statistics.frame(at(16), false);
-        statistics.frame(at(45), true);
-        statistics.frame(at(60), true);
+        statistics.frame(at(16), None);
+        statistics.epoch();
+        let shows = statistics.shown();
+        // The next edit comes while that picture is on its way: it is not in it.
+        statistics.edit(at(44));
+        statistics.frame(at(45), shows);
+        assert_eq!(statistics.shown(), None);
+        statistics.frame(at(60), None);
         let latency = statistics.edit_latency().expect("an edit was shown");
         assert!((latency.as_secs_f64() - 0.040).abs() < 1e-6, "{latency:?}");
         assert_eq!(statistics.edit_latency_p95(), Some(latency));
@@ -172,10 +197,10 @@ mod tests {
     #[test]
     fn a_pause_is_no_frame_time() {
         let (mut statistics, start) = (Statistics::default(), Instant::now());
-        statistics.frame(start, false);
+        statistics.frame(start, None);
         statistics.pause();
-        statistics.frame(start + Duration::from_secs(10), false);
-        statistics.frame(start + Duration::from_millis(10_016), false);
+        statistics.frame(start + Duration::from_secs(10), None);
+        statistics.frame(start + Duration::from_millis(10_016), None);
         assert_eq!(statistics.percentiles().map(f32::round), [16.0; 3]);
     }
 }
