@@ -154,7 +154,8 @@ impl Pacer {
         // The first picture after an edit is worth more than the samples that would make it a little finer.
         let left = if now.due && changing { least } else { (self.budget - taken).max(least) };
         // A still picture may come late, but full lanes would hold the tracer up.
-        let waiting = if changing { 0 } else { now.waiting.min(MOST_WAITING) / BLOCK_SAMPLES * BLOCK_SAMPLES };
+        let waiting =
+            if changing { 0 } else { now.waiting.min(MOST_WAITING) / BLOCK_SAMPLES * BLOCK_SAMPLES };
         FramePlan { samples: self.affordable(left * self.trust).max(waiting), detail, repaint }
     }
 
