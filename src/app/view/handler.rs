@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use raw_window_handle::HasDisplayHandle;
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
-use winit::event::WindowEvent;
+use winit::event::{ElementState, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::window::{Window, WindowId};
 
@@ -56,7 +56,7 @@ impl ApplicationHandler for Viewer {
             Some(ui) if concerns_all(&event) => {
                 // Also while hidden: what it knows of keys and scale must not grow old.
                 let _ = ui.on_event(&window, &event);
-                false
+                false // Nothing of this begins anything.
             }
             Some(ui) if panel && !self.input.is_dragging() => ui.on_event(&window, &event),
             _ => false,
@@ -187,6 +187,9 @@ fn concerns_all(event: &WindowEvent) -> bool {
             | WindowEvent::ModifiersChanged(_)
             | WindowEvent::Focused(_)
             | WindowEvent::ThemeChanged(_)
+            | WindowEvent::CursorLeft { .. }
+            // A press on the picture is heard by both; without its end egui would hold the button for ever.
+            | WindowEvent::MouseInput { state: ElementState::Released, .. }
     )
 }
 
