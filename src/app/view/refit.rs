@@ -69,6 +69,9 @@ impl Viewer {
     pub fn recover(&mut self, error: ClientError) {
         let losses = self.screen.as_ref().map_or(0, |screen| screen.losses[0]);
         if !is_device_lost(&error) || losses >= MOST_LOSSES {
+            if let Some(screen) = self.screen.as_mut().filter(|_| is_device_lost(&error)) {
+                screen.losses[0] += 1;
+            }
             return self.fail(miette::Report::from_err(error));
         }
         tell(&format!("the device was lost; opening it again ({error})"));
