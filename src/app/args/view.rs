@@ -7,6 +7,7 @@ use clap::Args;
 use super::display::DisplayArgs;
 use super::parse::{count, positive};
 use super::scene::SceneArgs;
+use crate::client::Output;
 
 /// Options of `pointillist view`.
 #[derive(Args, Debug)]
@@ -43,6 +44,14 @@ pub struct ViewArgs {
     #[arg(long, value_name = "KIND", default_value = "sdr")]
     pub hdr: HdrArg,
 
+    /// For tests: the device is lost after this many frames; given again, the one after it, too.
+    #[arg(long, value_name = "N", hide = true)]
+    pub lose_device_after: Vec<u64>,
+
+    /// For tests: the surface is lost once after this many frames.
+    #[arg(long, value_name = "N", hide = true)]
+    pub lose_surface_after: Option<u64>,
+
     /// Time every pass on the device and write one row per frame and scope: FILE as CSV, FILE.json as a Chrome trace.
     #[arg(long, value_name = "FILE")]
     pub gpu_timings: Option<PathBuf>,
@@ -61,4 +70,15 @@ pub enum HdrArg {
     Scrgb,
     /// Rec.2020 with PQ, 10 bits.
     Hdr10,
+}
+
+impl HdrArg {
+    /// What the picture is encoded for.
+    pub fn output(self) -> Output {
+        match self {
+            Self::Sdr => Output::Sdr,
+            Self::Scrgb => Output::ScRgb,
+            Self::Hdr10 => Output::Hdr10,
+        }
+    }
 }

@@ -59,7 +59,7 @@ impl Viewer {
     }
 
     /// Draws the window anew, with the panel.
-    fn refresh(&mut self) {
+    pub fn refresh(&mut self) {
         (self.pending.show, self.clock.due) =
             (true, self.clock.due.min(Instant::now() + self.pacer.budget()));
         if let Some(ui) = &mut self.ui {
@@ -83,7 +83,7 @@ impl Viewer {
     }
 
     /// Tells the user in the panel, and on standard error.
-    fn say(&mut self, message: String) {
+    pub fn say(&mut self, message: String) {
         tell(&message);
         if let Some(ui) = &mut self.ui {
             ui.say(message);

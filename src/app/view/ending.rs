@@ -32,6 +32,9 @@ struct Report {
     frame_ms: Percentiles,
     edit_latency_ms: Percentiles,
     edits: usize,
+    /// From an edit to the last worker leaving the old epoch, as the loop hears of it: an upper bound.
+    abort_ms: Percentiles,
+    aborts: usize,
     stalls: u64,
     epochs: u64,
     resizes: u64,
@@ -124,6 +127,8 @@ impl Viewer {
             frame_ms: Percentiles::of(&figures.frames),
             edit_latency_ms: Percentiles::of(&figures.edits),
             edits: figures.edits.iter().count(),
+            abort_ms: Percentiles::of(&self.session.aborts),
+            aborts: self.session.aborts.iter().count(),
             stalls: figures.stalls,
             epochs: figures.epochs,
             resizes: figures.resizes,
@@ -143,7 +148,8 @@ impl Viewer {
 
 /// Writes the pictures asked for, from the film or, where that is lost, from the kept samples.
 fn write_pictures(mut viewer: Viewer) -> Result<()> {
-    if viewer.plan.outputs.is_empty() {
+    // Where no window was ever opened there is no picture, and the reason is told already.
+    if viewer.plan.outputs.is_empty() || viewer.screen.is_none() {
         viewer.close();
         return Ok(());
     }

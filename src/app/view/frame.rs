@@ -62,6 +62,7 @@ impl Viewer {
 
     /// An image of the window to draw into, and a film of its size. False when there is nothing to draw into now.
     fn make_ready(&mut self) -> Result<bool, ClientError> {
+        self.match_output();
         let Some(screen) = &mut self.screen else { return Ok(false) };
         let (readiness, extent) = screen.acquire()?;
         match readiness {

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use raw_window_handle::HasDisplayHandle;
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
-use winit::event::WindowEvent;
+use winit::event::{ElementState, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::window::{Window, WindowId};
 
@@ -38,17 +38,26 @@ impl ApplicationHandler for Viewer {
         }
     }
 
-    fn window_event(&mut self, _: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+    fn window_event(&mut self, _: &ActiveEventLoop, _: WindowId, mut event: WindowEvent) {
         let Some(window) = self.screen.as_ref().map(|screen| screen.window().clone()) else { return };
-        match &event {
+        match &mut event {
             WindowEvent::CloseRequested | WindowEvent::Destroyed => self.quit = true,
             WindowEvent::Resized(size) => self.resized(*size),
-            WindowEvent::ScaleFactorChanged { .. } => self.pending.show = true,
+            WindowEvent::ScaleFactorChanged { inner_size_writer, .. } => {
+                // Points become larger or smaller; the picture keeps its pixels.
+                let _ = inner_size_writer.request_inner_size(window.inner_size());
+                self.refresh();
+            }
             WindowEvent::RedrawRequested | WindowEvent::Occluded(false) => self.pending.show = true,
             _ => {}
         }
         let panel = self.controls.visible || self.controls.help;
         let taken = match &mut self.ui {
+            Some(ui) if concerns_all(&event) => {
+                // Also while hidden: what it knows of keys and scale must not grow old.
+                let _ = ui.on_event(&window, &event);
+                false // Nothing of this begins anything.
+            }
             Some(ui) if panel && !self.input.is_dragging() => ui.on_event(&window, &event),
             _ => false,
         };
@@ -94,7 +103,7 @@ impl Viewer {
         self.ui = Some(Ui::new(&window));
         // Tracing begins while the device is opened.
         self.restart()?;
-        let screen = Screen::open(window, self.plan.choice.clone(), self.spec()).into_diagnostic()?;
+        let screen = Screen::open(window, &self.plan, self.spec()).into_diagnostic()?;
         self.plan.facts.device = screen.gpu().map(|gpu| gpu.info().name.clone()).unwrap_or_default();
         if let Some(path) = &self.plan.timings {
             self.session.server().set_tracing(true);
@@ -168,6 +177,20 @@ impl Viewer {
         let panel = self.ui.as_ref().filter(|_| panel).map_or(now + IDLE, Ui::due);
         panel.min(now + IDLE).max(self.clock.due)
     }
+}
+
+/// Events that are nobody's alone.
+fn concerns_all(event: &WindowEvent) -> bool {
+    matches!(
+        event,
+        WindowEvent::ScaleFactorChanged { .. }
+            | WindowEvent::ModifiersChanged(_)
+            | WindowEvent::Focused(_)
+            | WindowEvent::ThemeChanged(_)
+            | WindowEvent::CursorLeft { .. }
+            // A press on the picture is heard by both; without its end egui would hold the button for ever.
+            | WindowEvent::MouseInput { state: ElementState::Released, .. }
+    )
 }
 
 fn begin_to_end(begin: Instant) -> Duration {

@@ -7,8 +7,9 @@ use miette::Result;
 use crate::app::tell;
 use crate::app::view::screen::{Screen, is_device_lost};
 use crate::app::view::viewer::Viewer;
-use crate::client::ClientError;
 use crate::client::film::VulkanFilm;
+use crate::client::{ClientError, Output};
+use crate::gpu::ColorOutput;
 
 /// Devices that may be lost before the viewer gives up.
 const MOST_LOSSES: u32 = 1;
@@ -47,10 +48,30 @@ impl Viewer {
         Ok(())
     }
 
+    /// Makes the window's colours those that are asked for, or 8 bits where it does not offer them.
+    pub fn match_output(&mut self) {
+        let wanted = self.controls.settings.output;
+        let Some(swapchain) = self.screen.as_mut().and_then(Screen::swapchain) else { return };
+        if swapchain.set_output(colors(wanted)) || wanted == Output::Sdr {
+            return;
+        }
+        let offered: Vec<_> = swapchain.outputs().into_iter().map(words).collect();
+        swapchain.set_output(ColorOutput::Sdr);
+        self.controls.settings.output = Output::Sdr;
+        self.pending.repaint = true;
+        let (wanted, offered) = (words(colors(wanted)), offered.join(", "));
+        self.say(format!(
+            "warning: no {wanted} on this display, which offers {offered}; the window has 8 bits"
+        ));
+    }
+
     /// Deals with an error of a frame: a lost device is replaced once, and the tracer goes on meanwhile.
     pub fn recover(&mut self, error: ClientError) {
         let losses = self.screen.as_ref().map_or(0, |screen| screen.losses[0]);
         if !is_device_lost(&error) || losses >= MOST_LOSSES {
+            if let Some(screen) = self.screen.as_mut().filter(|_| is_device_lost(&error)) {
+                screen.losses[0] += 1;
+            }
             return self.fail(miette::Report::from_err(error));
         }
         tell(&format!("the device was lost; opening it again ({error})"));
@@ -91,5 +112,22 @@ impl Viewer {
         {
             self.recover(error);
         }
+    }
+}
+
+/// The window's colours for a picture that is encoded so.
+fn colors(output: Output) -> ColorOutput {
+    match output {
+        Output::Sdr => ColorOutput::Sdr,
+        Output::ScRgb => ColorOutput::ScRgb,
+        Output::Hdr10 => ColorOutput::Hdr10,
+    }
+}
+
+fn words(output: ColorOutput) -> &'static str {
+    match output {
+        ColorOutput::Sdr => "8 bits",
+        ColorOutput::ScRgb => "scRGB",
+        ColorOutput::Hdr10 => "HDR10",
     }
 }

@@ -6,6 +6,7 @@ use std::time::Duration;
 use raw_window_handle::{HasDisplayHandle, HasWindowHandle, RawDisplayHandle, RawWindowHandle};
 use winit::window::Window;
 
+use crate::app::view::viewer::Plan;
 use crate::client::film::VulkanFilm;
 use crate::client::{ClientError, FilmSpec, Settings};
 use crate::gpu::{DeviceChoice, FrameNumber, Gpu, GpuError, GpuOptions, Overlay, Readiness, Swapchain};
@@ -19,6 +20,15 @@ pub struct Triangles {
     pub primitives: Vec<egui::ClippedPrimitive>,
     /// Physical pixels per point.
     pub pixels_per_point: f32,
+}
+
+/// What is to be lost on purpose, so that tests see what follows.
+#[derive(Clone, Debug, Default)]
+pub struct Losses {
+    /// Frames that each device lives; devices that are not listed live on.
+    pub devices: Vec<u64>,
+    /// The surface is lost once after this many attempts to draw.
+    pub surface: Option<u64>,
 }
 
 /// What is made for one device; dropped from the top.
@@ -36,6 +46,8 @@ pub struct Screen {
     window: Arc<Window>,
     /// The last frame that was handed over.
     last: FrameNumber,
+    /// What is still to be lost on purpose.
+    planned: Losses,
     /// Devices and surfaces lost.
     pub losses: [u32; 2],
     /// What the validation layer has said on devices that are gone.
@@ -48,13 +60,14 @@ impl Screen {
     /// # Errors
     ///
     /// When no device can show pictures in this window, or the film does not fit.
-    pub fn open(window: Arc<Window>, choice: DeviceChoice, spec: FilmSpec) -> Result<Self, ClientError> {
+    pub fn open(window: Arc<Window>, plan: &Plan, spec: FilmSpec) -> Result<Self, ClientError> {
         let mut screen = Self {
             parts: None,
             overlay: None,
-            choice,
+            choice: plan.choice.clone(),
             window,
             last: FrameNumber::default(),
+            planned: plan.losses.clone(),
             losses: [0; 2],
             messages: 0,
         };
@@ -67,6 +80,9 @@ impl Screen {
         let extent = [size.width, size.height];
         let swapchain = Swapchain::open(&self.choice, GpuOptions::from_env(), self.handles()?, extent)?;
         swapchain.gpu().set_timing(true);
+        if let Some(frames) = self.planned.devices.get(self.losses[0] as usize) {
+            swapchain.gpu().lose_after(*frames);
+        }
         let film = Some(VulkanFilm::new(swapchain.gpu().clone(), spec)?);
         Ok(Parts { film, swapchain })
     }
@@ -166,6 +182,14 @@ impl Screen {
     /// As [`Swapchain::acquire`].
     pub fn acquire(&mut self) -> Result<(Readiness, Option<[u32; 2]>), ClientError> {
         let Some(parts) = &mut self.parts else { return Ok((Readiness::Hidden, None)) };
+        match &mut self.planned.surface {
+            Some(0) => {
+                self.planned.surface = None;
+                parts.swapchain.lose_surface_once();
+            }
+            Some(left) => *left -= 1,
+            None => {}
+        }
         let readiness = parts.swapchain.acquire(Duration::ZERO)?;
         Ok((readiness, parts.swapchain.extent()))
     }

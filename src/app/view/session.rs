@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use miette::{IntoDiagnostic, Result};
 
 use crate::app::facts::RunFacts;
+use crate::client::window::statistics::Recent;
 use crate::server::{RenderJob, Server};
 use crate::stream::block::Block;
 use crate::stream::control::{Epoch, Event, Finish};
@@ -13,6 +14,9 @@ use crate::stream::ordered::Cursor;
 use crate::stream::{Drained, Lanes, UvWindow};
 use crate::tracer::integrator::PathTracer;
 use crate::tracer::{Camera, Scene};
+
+/// Abort times that are kept.
+const ABORTS: usize = 4096;
 
 /// The server, its lanes, and the render in progress.
 pub struct Session {
@@ -31,6 +35,10 @@ pub struct Session {
     /// It has ended and every block was taken.
     through: bool,
     began: Instant,
+    /// The epoch that was cut off last, and when.
+    cut: Option<(Epoch, Instant)>,
+    /// Milliseconds from cutting an epoch off until the loop has heard that its last worker left it.
+    pub aborts: Recent,
     /// Samples of earlier epochs.
     traced_before: u64,
     /// The first path that panicked.
@@ -57,6 +65,8 @@ impl Session {
             ended: None,
             through: false,
             began: Instant::now(),
+            cut: None,
+            aborts: Recent::new(ABORTS),
             traced_before: 0,
             panicked: None,
         })
@@ -74,6 +84,7 @@ impl Session {
         window: UvWindow,
     ) -> Result<()> {
         self.traced_before += self.server.stats().total().samples;
+        self.cut = (self.ended.is_none() && self.epoch != Epoch(0)).then(|| (self.epoch, Instant::now()));
         self.epoch = self.epoch.next();
         let integrator = PathTracer {
             scene,
@@ -104,6 +115,9 @@ impl Session {
             }
             if epoch == self.epoch {
                 self.ended = Some(why);
+            }
+            if let Some((_, then)) = self.cut.take_if(|(cut, _)| *cut == epoch) {
+                self.aborts.push((then.elapsed().as_secs_f64() * 1e3) as f32);
             }
         }
     }

@@ -3,7 +3,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Duration;
 
-use miette::{IntoDiagnostic, Result, WrapErr};
+use miette::{IntoDiagnostic, Result};
 use winit::event_loop::EventLoop;
 
 use crate::app::args::ViewArgs;
@@ -12,10 +12,12 @@ use crate::app::facts::RunFacts;
 use crate::app::outputs::Outputs;
 use crate::app::view::cores::Cores;
 use crate::app::view::ending;
+use crate::app::view::screen::Losses;
 use crate::app::view::session::Session;
 use crate::app::view::user::User;
 use crate::app::view::viewer::{Plan, Viewer};
 use crate::app::{interrupt, tell, timings};
+use crate::client::Settings;
 use crate::client::window::panel::Controls;
 use crate::gpu::DeviceChoice;
 use crate::scene;
@@ -40,8 +42,7 @@ pub fn view(args: &ViewArgs) -> Result<()> {
     // Before any thread starts.
     let cores = Cores::plan(cores, args.source.threads.map(usize::from), args.source.device.as_deref());
     interrupt::listen();
-    let events =
-        EventLoop::new().into_diagnostic().wrap_err("no window can be opened: is there a display?")?;
+    let events = EventLoop::new().map_err(|error| no_display(&error.to_string()))?;
     let mut viewer = prepare(args, outputs, cores)?;
     // The window system may be gone in the middle of anything: what was traced is saved all the same.
     let run = catch_unwind(AssertUnwindSafe(|| events.run_app(&mut viewer)));
@@ -51,6 +52,18 @@ pub fn view(args: &ViewArgs) -> Result<()> {
         Err(_) => viewer.fail(miette::miette!("the connection to the display broke")),
     }
     ending::finish(viewer)
+}
+
+/// What to do where no window system answers. `why` is what winit says, after the place in its source that says so.
+fn no_display(why: &str) -> miette::Report {
+    let why =
+        why.split_once(".rs:").and_then(|(_, rest)| rest.split_once(": ")).map_or(why, |(_, words)| words);
+    miette::miette!(
+        help = "set DISPLAY or WAYLAND_DISPLAY to a running display, or make the picture without a window: \
+                `pointillist render SCENE -o FILE`",
+        "no window can be opened: {}",
+        why.trim_end_matches('.')
+    )
 }
 
 /// Loads the scene and starts the threads.
@@ -73,7 +86,7 @@ fn prepare(args: &ViewArgs, outputs: Outputs, cores: Cores) -> Result<Viewer> {
         args.source.scene.file_stem().map_or("scene".into(), |stem| stem.to_string_lossy().into_owned());
     let session = Session::start(cores.tracing, args.samples, args.deterministic)?;
     let controls = Controls {
-        settings: args.display.settings(),
+        settings: Settings { output: args.hdr.output(), ..args.display.settings() },
         filter: facts.spec.filter,
         visible: !args.no_panel,
         help: false,
@@ -85,6 +98,7 @@ fn prepare(args: &ViewArgs, outputs: Outputs, cores: Cores) -> Result<Viewer> {
         choice: args.source.device.as_deref().map_or(DeviceChoice::Best, DeviceChoice::parse),
         cores,
         timings: args.gpu_timings.clone(),
+        losses: Losses { devices: args.lose_device_after.clone(), surface: args.lose_surface_after },
         budget: args.fps.map(|fps| Duration::from_secs_f32(1.0 / fps.clamp(0.1, 1000.0))),
         name,
     };

@@ -19,6 +19,8 @@ pub struct Ui {
     state: egui_winit::State,
     /// For the overlay.
     pub triangles: Triangles,
+    /// The pointer, in points.
+    pointer: Option<egui::Pos2>,
     /// egui must run again by then.
     due: Instant,
     /// The last message for the user.
@@ -38,7 +40,14 @@ impl Ui {
             window.theme(),
             Some(4096),
         );
-        Self { context, state, triangles: Triangles::default(), due: Instant::now(), message: None }
+        Self {
+            context,
+            state,
+            triangles: Triangles::default(),
+            pointer: None,
+            due: Instant::now(),
+            message: None,
+        }
     }
 
     /// Gives an event to egui; true when the panel has it and the picture must not react.
@@ -48,11 +57,32 @@ impl Ui {
             // egui would take Tab for moving its focus.
             return false;
         }
+        match event {
+            WindowEvent::CursorMoved { position, .. } => {
+                let at = position
+                    .to_logical::<f32>(f64::from(egui_winit::pixels_per_point(&self.context, window)));
+                self.pointer = Some(egui::pos2(at.x, at.y));
+            }
+            WindowEvent::CursorLeft { .. } => self.pointer = None,
+            _ => {}
+        }
         let response = self.state.on_window_event(window, event);
         if response.repaint {
             self.due = Instant::now();
         }
-        response.consumed
+        match event {
+            // egui answers for where the pointer was when it ran last, which may be long ago on a slow device.
+            WindowEvent::MouseInput { .. } | WindowEvent::MouseWheel { .. } => {
+                response.consumed || self.is_under_pointer()
+            }
+            _ => response.consumed,
+        }
+    }
+
+    /// The pointer is over the panel, the list of keys or an open menu.
+    fn is_under_pointer(&self) -> bool {
+        let layer = self.pointer.and_then(|at| self.context.layer_id_at(at));
+        layer.is_some_and(|layer| layer.order != egui::Order::Background)
     }
 
     /// Puts text on the clipboard.

@@ -10,7 +10,7 @@ use crate::app::outputs::Outputs;
 use crate::app::timings::TimingCapture;
 use crate::app::view::cores::Cores;
 use crate::app::view::figures::Figures;
-use crate::app::view::screen::Screen;
+use crate::app::view::screen::{Losses, Screen};
 use crate::app::view::session::Session;
 use crate::app::view::ui::Ui;
 use crate::app::view::user::User;
@@ -36,6 +36,8 @@ pub struct Plan {
     pub cores: Cores,
     /// Where times of every pass go.
     pub timings: Option<PathBuf>,
+    /// What is to be lost on purpose.
+    pub losses: Losses,
     /// Frame length asked for; otherwise the display's.
     pub budget: Option<Duration>,
     /// Name of the scene, for title and file names.
