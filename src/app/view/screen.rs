@@ -7,6 +7,7 @@ use raw_window_handle::{HasDisplayHandle, HasWindowHandle, RawDisplayHandle, Raw
 use winit::window::Window;
 
 use crate::client::film::VulkanFilm;
+use crate::client::later::Patience;
 use crate::client::{ClientError, FilmSpec, Settings};
 use crate::gpu::{DeviceChoice, FrameNumber, Gpu, GpuError, GpuOptions, Overlay, Readiness, Swapchain};
 
@@ -67,7 +68,7 @@ impl Screen {
         let extent = [size.width, size.height];
         let swapchain = Swapchain::open(&self.choice, GpuOptions::from_env(), self.handles()?, extent)?;
         swapchain.gpu().set_timing(true);
-        let film = Some(VulkanFilm::new(swapchain.gpu().clone(), spec)?);
+        let film = Some(new_film(swapchain.gpu(), spec)?);
         Ok(Parts { film, swapchain })
     }
 
@@ -114,7 +115,7 @@ impl Screen {
     /// When it does not fit; the old one stays.
     pub fn replace_film(&mut self, spec: FilmSpec) -> Result<(), ClientError> {
         if let Some(parts) = &mut self.parts {
-            parts.film = Some(VulkanFilm::new(parts.swapchain.gpu().clone(), spec)?);
+            parts.film = Some(new_film(parts.swapchain.gpu(), spec)?);
         }
         Ok(())
     }
@@ -213,6 +214,13 @@ impl Screen {
         self.last = swapchain.present(frame)?;
         Ok(())
     }
+}
+
+/// A film that does not let the window stand still.
+fn new_film(gpu: &Arc<Gpu>, spec: FilmSpec) -> Result<VulkanFilm, ClientError> {
+    let mut film = VulkanFilm::new(gpu.clone(), spec)?;
+    film.set_patience(Patience::Ask);
+    Ok(film)
 }
 
 /// True when a new device may help.

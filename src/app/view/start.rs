@@ -16,6 +16,7 @@ use crate::app::view::session::Session;
 use crate::app::view::user::User;
 use crate::app::view::viewer::{Plan, Viewer};
 use crate::app::{interrupt, tell, timings};
+use crate::client::later;
 use crate::client::window::panel::Controls;
 use crate::gpu::DeviceChoice;
 use crate::scene;
@@ -50,7 +51,10 @@ pub fn view(args: &ViewArgs) -> Result<()> {
         Ok(Err(error)) => viewer.fail(miette::miette!("the window system failed: {error}")),
         Err(_) => viewer.fail(miette::miette!("the connection to the display broke")),
     }
-    ending::finish(viewer)
+    let outcome = ending::finish(viewer);
+    // What a closed film has left under way must not be inside the driver when the program ends.
+    later::finish();
+    outcome
 }
 
 /// Loads the scene and starts the threads.
