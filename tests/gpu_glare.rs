@@ -3,13 +3,16 @@
 mod glare_support;
 mod gpu_support;
 
-use glam::Vec3;
-use glare_support::{ADAPTATIONS, difference, direct, glare, noise, total};
+use glam::{DVec3, Vec3};
+use glare_support::{ADAPTATIONS, difference, direct, glare, noise, point, total};
 use gpu_support::{assert_silent, film, gpu, settings, spec};
 use pointillist::client::film::VulkanFilm;
+use pointillist::client::glare::Kernel;
+use pointillist::client::later::{Patience, finish};
 use pointillist::client::reference::glare::GlareTwin;
 use pointillist::client::{Adaptation, Glare, Reconstruction, Settings, SplatFilter};
 use pointillist::color::Xyz;
+use pointillist::gpu::{Region, read_image};
 use pointillist::image::Grid;
 use pointillist::stream::Sample;
 
@@ -58,6 +61,82 @@ fn gpu_equals_direct_convolution_and_twin() {
         }
         assert_eq!(picture(&mut film, None), before, "off again");
     }
+    assert_silent(gpu());
+}
+
+/// A convolution on the torus: what a transform without padding computes.
+fn wrapped(picture: &Grid<Vec3>, glare: &Glare) -> Vec<DVec3> {
+    let extent @ [width, height] = [picture.width(), picture.height()];
+    let kernel = Kernel::new(extent, glare).expect("memory");
+    // Offsets of either sign that are the same on the torus, all in one.
+    let folded = |d: usize, n: usize| if d == 0 { vec![0] } else { vec![d, n - d] };
+    let mut out = vec![DVec3::ZERO; width * height];
+    for (q, value) in picture.pixels().iter().enumerate() {
+        let light = value.as_dvec3() * DVec3::from_array(kernel.gain_at(q % width, q / width).map(f64::from));
+        for (p, out) in out.iter_mut().enumerate() {
+            for y in folded((p / width).abs_diff(q / width), height) {
+                for x in folded((p % width).abs_diff(q % width), width) {
+                    *out += light * DVec3::from_array(kernel.quadrant.at(x, y).map(f64::from));
+                }
+            }
+        }
+    }
+    out
+}
+
+/// A bright spot at the border, which a transform without padding shows again at the other side. Bound of ours as above;
+/// the wrong one must miss it by far. All of the light stays in the picture, within 10⁻⁵.
+#[test]
+fn nothing_wraps_around_a_border() {
+    for (extent, spot) in [([24, 18], [0, 9]), ([24, 18], [23, 17]), ([17, 33], [8, 32])] {
+        let before = point(extent, spot, Vec3::new(90.0, 100.0, 110.0));
+        let mut film = showing(&before);
+        for adaptation in ADAPTATIONS {
+            let glare = glare(adaptation);
+            let got = picture(&mut film, Some(glare));
+            let error = difference(got.pixels(), &direct(&before, &glare));
+            assert!(error < 1e-5, "{extent:?} {adaptation:?}: {error:e} from the definition");
+            let error = difference(got.pixels(), &wrapped(&before, &glare));
+            assert!(error > 1e-4, "{extent:?} {adaptation:?}: {error:e} from one that wraps around");
+            let energy = (total(got.pixels()) / total(before.pixels()) - 1.0).abs().max_element();
+            assert!(energy < 1e-5, "{extent:?} {adaptation:?}: energy differs by {energy:e}");
+        }
+    }
+    assert_silent(gpu());
+}
+
+/// A film that does not wait shows the picture without glare, then with it: the one of a film that waits, to the bit.
+#[test]
+fn an_impatient_film_has_the_same_glare_later() {
+    let mut film = showing(&noise([40, 31], 5));
+    let settings = Settings { glare: Some(glare(Adaptation::Scotopic)), ..plain() };
+    film.set_patience(Patience::Ask);
+    let paint = |film: &mut VulkanFilm| {
+        film.flush().expect("flush");
+        let mut frame = gpu().begin().expect("a frame");
+        film.paint(&mut frame.cmd(), &settings, 1).expect("paint");
+        gpu().wait(frame.submit().expect("submit")).expect("wait");
+        let image = film.painted().expect("painted");
+        read_image(gpu(), image, Region { origin: [0, 0], extent: [40, 31] }).expect("read")
+    };
+    let first = paint(&mut film);
+    assert!(film.awaits_background());
+    while !film.has_arrived() {
+        std::thread::yield_now();
+    }
+    let second = paint(&mut film);
+    assert!(!film.awaits_background() && !film.has_arrived());
+    assert_ne!(first, second, "glare changes the picture");
+    let rgb: Vec<_> = second.chunks_exact(4).map(|c| [c[0], c[1], c[2]]).collect();
+    assert_eq!(film.display(&settings).expect("display").rgb, rgb);
+    // Dropped with something under way.
+    film.set_patience(Patience::Ask);
+    let other = Settings { glare: Some(glare(Adaptation::Mesopic)), ..plain() };
+    let mut frame = gpu().begin().expect("a frame");
+    film.paint(&mut frame.cmd(), &other, 1).expect("paint");
+    gpu().wait(frame.submit().expect("submit")).expect("wait");
+    drop(film);
+    finish();
     assert_silent(gpu());
 }
 

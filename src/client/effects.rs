@@ -21,7 +21,7 @@ pub struct Effects {
     pub masking: Option<Masking>,
     /// What is shown.
     pub view: View,
-    /// Glare of the eye.
+    /// Glare of the eye; at full resolution only.
     pub glare: bool,
     /// Tone curve.
     pub curve: ToneCurve,
@@ -45,7 +45,8 @@ impl Effects {
         // A coarse picture is shown while there is no time: the cheaper masking.
         let kind = if detail == 1 { settings.masking } else { Masking::LowPass };
         let masking = (settings.vm > 0.0 && view == View::Picture).then_some(kind);
-        let glare = view == View::Picture && settings.glare.is_some();
+        // Nor is there time for a convolution, which would need a kernel of its own for every resolution.
+        let glare = detail == 1 && view == View::Picture && settings.glare.is_some();
         Self { detail, masking, view, glare, curve, output, table, dither }
     }
 

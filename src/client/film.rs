@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::client::error::ClientError;
+use crate::client::later::Patience;
 use crate::client::layout::FoldPush;
 use crate::client::pass::fold::FoldPass;
 use crate::client::pass::images::{BatchImages, StreamImages};
@@ -29,6 +30,8 @@ pub struct VulkanFilm {
     streams: [Option<StreamImages>; 2],
     /// Made with the first repaint.
     repaint: Option<Repaint>,
+    /// Of [`paint`](Self::paint).
+    patience: Patience,
 }
 
 /// The passes of a batch and what they draw into.
@@ -57,6 +60,7 @@ impl VulkanFilm {
             passes: None,
             streams: [None, None],
             repaint: None,
+            patience: Patience::Wait,
         })
     }
 
@@ -183,8 +187,26 @@ impl VulkanFilm {
         settings: &Settings,
         detail: u32,
     ) -> Result<&mut Image, ClientError> {
+        let patience = self.patience;
         let (repaint, sums) = self.sums()?;
+        repaint.patience = patience;
         repaint.paint(cmd, sums, settings, detail)
+    }
+
+    /// Whether [`paint`](Self::paint) waits for tables that take long to make, as it does at first, or shows the picture
+    /// without them meanwhile; [`display`](Self::display) always waits.
+    pub fn set_patience(&mut self, patience: Patience) {
+        self.patience = patience;
+    }
+
+    /// True while something is being made that [`paint`](Self::paint) has done without.
+    pub fn awaits_background(&self) -> bool {
+        self.repaint.as_ref().is_some_and(|repaint| repaint.background().0)
+    }
+
+    /// True when it is there: the next [`paint`](Self::paint) shows another picture.
+    pub fn has_arrived(&self) -> bool {
+        self.repaint.as_ref().is_some_and(|repaint| repaint.background().1)
     }
 
     /// What [`paint`](Self::paint) has made last, to be shown again; `None` before the first time.

@@ -26,6 +26,7 @@ pub mod film;
 pub mod filter;
 pub mod glare;
 pub mod kept;
+pub mod later;
 pub mod layout;
 pub mod lod;
 pub mod pacing;

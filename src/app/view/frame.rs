@@ -24,6 +24,9 @@ impl Viewer {
     pub fn frame(&mut self) -> Result<(), ClientError> {
         let begin = Instant::now();
         self.session.events();
+        if self.screen.as_mut().and_then(Screen::film).is_some_and(|film| film.has_arrived()) {
+            self.pending.repaint = true;
+        }
         let plan = self.plan_frame(begin);
         let wanted = plan.repaint || self.pending.show || self.panel_due(begin);
         let shown = wanted && self.make_ready()?;

@@ -8,6 +8,7 @@ use winit::window::Window;
 
 use crate::app::view::viewer::Plan;
 use crate::client::film::VulkanFilm;
+use crate::client::later::Patience;
 use crate::client::{ClientError, FilmSpec, Settings};
 use crate::gpu::{DeviceChoice, FrameNumber, Gpu, GpuError, GpuOptions, Overlay, Readiness, Swapchain};
 
@@ -83,7 +84,7 @@ impl Screen {
         if let Some(frames) = self.planned.devices.get(self.losses[0] as usize) {
             swapchain.gpu().lose_after(*frames);
         }
-        let film = Some(VulkanFilm::new(swapchain.gpu().clone(), spec)?);
+        let film = Some(new_film(swapchain.gpu(), spec)?);
         Ok(Parts { film, swapchain })
     }
 
@@ -130,7 +131,7 @@ impl Screen {
     /// When it does not fit; the old one stays.
     pub fn replace_film(&mut self, spec: FilmSpec) -> Result<(), ClientError> {
         if let Some(parts) = &mut self.parts {
-            parts.film = Some(VulkanFilm::new(parts.swapchain.gpu().clone(), spec)?);
+            parts.film = Some(new_film(parts.swapchain.gpu(), spec)?);
         }
         Ok(())
     }
@@ -237,6 +238,13 @@ impl Screen {
         self.last = swapchain.present(frame)?;
         Ok(())
     }
+}
+
+/// A film that does not let the window stand still.
+fn new_film(gpu: &Arc<Gpu>, spec: FilmSpec) -> Result<VulkanFilm, ClientError> {
+    let mut film = VulkanFilm::new(gpu.clone(), spec)?;
+    film.set_patience(Patience::Ask);
+    Ok(film)
 }
 
 /// True when a new device may help.

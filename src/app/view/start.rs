@@ -18,6 +18,7 @@ use crate::app::view::user::User;
 use crate::app::view::viewer::{Plan, Viewer};
 use crate::app::{interrupt, tell, timings};
 use crate::client::Settings;
+use crate::client::later;
 use crate::client::window::panel::Controls;
 use crate::gpu::DeviceChoice;
 use crate::scene;
@@ -51,7 +52,10 @@ pub fn view(args: &ViewArgs) -> Result<()> {
         Ok(Err(error)) => viewer.fail(miette::miette!("the window system failed: {error}")),
         Err(_) => viewer.fail(miette::miette!("the connection to the display broke")),
     }
-    ending::finish(viewer)
+    let outcome = ending::finish(viewer);
+    // What a closed film has left under way must not be inside the driver when the program ends.
+    later::finish();
+    outcome
 }
 
 /// What to do where no window system answers. `why` is what winit says, after the place in its source that says so.

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::client::error::ClientError;
 use crate::client::glare::{Axis, Kernel, spectrum};
+use crate::client::later::{Later, Patience};
 use crate::client::layout::GlarePush;
 use crate::client::settings::Glare;
 use crate::gpu::{
@@ -19,8 +20,18 @@ const STAGES: usize = 8;
 /// transforms one line in shared memory. Cost depends on the picture's extent alone.
 #[derive(Default)]
 pub struct GlarePass {
-    pipelines: Option<Pipelines>,
-    tables: Option<Tables>,
+    made: Option<Made>,
+    under_way: Option<(Key, Later<Result<Made, ClientError>>)>,
+}
+
+/// Extent of the picture and state of the eye.
+type Key = ([u32; 2], Glare);
+
+/// What depends on both.
+struct Made {
+    key: Key,
+    tables: Tables,
+    pipelines: Arc<Pipelines>,
 }
 
 /// The shaders for these lengths.
@@ -31,10 +42,9 @@ struct Pipelines {
     back: ComputePipeline,
 }
 
-/// What the shaders read and write, for one extent and one state of the eye.
+/// What the shaders read and write.
 struct Tables {
     extent: [u32; 2],
-    glare: Glare,
     axes: [Axis; 2],
     /// Twiddles and places of either axis.
     lines: [Buffer; 2],
@@ -47,7 +57,8 @@ struct Tables {
 
 impl GlarePass {
     /// Adds glare to the picture, in place; `picture` was made by [`Image::storage`]. What depends on its extent and on
-    /// `glare` is made when either changes.
+    /// `glare` is made when either changes: at once, or in the background, and then until it is there the picture gets
+    /// the glare of before, or none where its extent is another.
     ///
     /// # Errors
     ///
@@ -58,23 +69,63 @@ impl GlarePass {
         gpu: &Arc<Gpu>,
         cmd: &mut Cmd<'_>,
         picture: &mut Image,
-        glare: &Glare,
+        (glare, patience): (&Glare, Patience),
     ) -> Result<(), ClientError> {
         let extent = picture.extent(0);
-        if self.tables.as_ref().is_none_or(|made| made.extent != extent || made.glare != *glare) {
-            self.tables = None;
-            self.tables = Some(Tables::new(gpu, extent, glare)?);
-        }
-        let Some(tables) = &self.tables else { return Ok(()) };
-        let halves = [tables.axes[0].half, tables.axes[1].half];
-        if self.pipelines.as_ref().is_none_or(|made| made.halves != halves) {
-            self.pipelines = None;
-            self.pipelines = Some(Pipelines::new(gpu, &tables.axes)?);
-        }
-        if let Some(pipelines) = &self.pipelines {
-            pipelines.record(&mut cmd.scope("glare"), tables, picture);
+        self.make(gpu, (extent, *glare), patience)?;
+        if let Some(made) = self.made.as_ref().filter(|made| made.key.0 == extent) {
+            made.pipelines.record(&mut cmd.scope("glare"), &made.tables, picture);
         }
         Ok(())
+    }
+
+    /// True while something is made in the background.
+    pub fn awaits(&self) -> bool {
+        self.under_way.is_some()
+    }
+
+    /// True when something that was made in the background is there to be shown.
+    pub fn has_arrived(&self) -> bool {
+        self.under_way.as_ref().is_some_and(|(_, later)| later.is_there())
+    }
+
+    /// Makes what `key` needs, or sees to it that it is being made.
+    fn make(&mut self, gpu: &Arc<Gpu>, key: Key, patience: Patience) -> Result<(), ClientError> {
+        let ready = |later: &Later<_>| patience == Patience::Wait || later.is_there();
+        if self.made.as_ref().is_some_and(|made| made.key == key) {
+            self.under_way = None;
+        } else if let Some((_, later)) = self.under_way.take_if(|(k, later)| *k == key && ready(later))
+            && let Some(made) = later.wait()
+        {
+            self.made = Some(made?);
+        } else if patience == Patience::Wait {
+            (self.made, self.under_way) = (Some(Made::new(gpu, key, self.pipelines())?), None);
+        } else if self.under_way.as_ref().is_none_or(|(_, later)| later.is_there()) {
+            // One at a time: while a slider moves, what it passes by is not made.
+            let (device, pipelines) = (gpu.clone(), self.pipelines());
+            match Later::begin(move || Made::new(&device, key, pipelines)) {
+                Some(later) => self.under_way = Some((key, later)),
+                None => self.made = Some(Made::new(gpu, key, self.pipelines())?),
+            }
+        }
+        Ok(())
+    }
+
+    fn pipelines(&self) -> Option<Arc<Pipelines>> {
+        self.made.as_ref().map(|made| made.pipelines.clone())
+    }
+}
+
+impl Made {
+    /// `old` is used again where the lengths are the same.
+    fn new(gpu: &Arc<Gpu>, key: Key, old: Option<Arc<Pipelines>>) -> Result<Self, ClientError> {
+        let tables = Tables::new(gpu, key.0, &key.1)?;
+        let halves = [tables.axes[0].half, tables.axes[1].half];
+        let pipelines = match old.filter(|old| old.halves == halves) {
+            Some(old) => old,
+            None => Arc::new(Pipelines::new(gpu, &tables.axes)?),
+        };
+        Ok(Self { key, tables, pipelines })
     }
 }
 
@@ -145,7 +196,6 @@ impl Tables {
         let scratch = |name| Buffer::new(gpu, name, BufferUse::Scratch, work);
         Ok(Self {
             extent,
-            glare: *glare,
             lines: [line_table(gpu, &axes[0])?, line_table(gpu, &axes[1])?],
             gain: table(gpu, "glare gain", bytemuck::cast_slice(kernel.gain.pixels()))?,
             kernels: kernels

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::client::effects::Effects;
 use crate::client::error::ClientError;
+use crate::client::later::Patience;
 use crate::client::layout::{BilateralPush, ReconstructPush};
 use crate::client::lod::StreamLod;
 use crate::client::pass::bilateral::BilateralPass;
@@ -41,6 +42,10 @@ pub struct Repaint {
     tonemap: TonemapPass,
     picture: PictureImages,
     readback: Buffer,
+    /// Whether a repaint waits for what it needs.
+    pub patience: Patience,
+    /// The last repaint was to show glare.
+    shows_glare: bool,
 }
 
 impl Repaint {
@@ -62,6 +67,8 @@ impl Repaint {
             tonemap: TonemapPass::default(),
             picture: PictureImages::new([spec.width, spec.height]),
             readback: Buffer::new(gpu, "picture readback", BufferUse::Readback, bytes)?,
+            patience: Patience::Wait,
+            shows_glare: false,
         })
     }
 
@@ -85,6 +92,11 @@ impl Repaint {
         Ok(encoded)
     }
 
+    /// What is made in the background for the next repaint: whether there is anything, and whether it is there.
+    pub fn background(&self) -> (bool, bool) {
+        (self.shows_glare && self.glare.awaits(), self.shows_glare && self.glare.has_arrived())
+    }
+
     /// The encoded picture as it was painted last; `None` before the first time.
     pub fn painted(&mut self) -> Option<&mut Image> {
         self.picture.painted()
@@ -97,6 +109,7 @@ impl Repaint {
     /// [`ClientError::Gpu`] when there is no memory or the device was lost.
     pub fn display(&mut self, sums: Sums<'_>, settings: &Settings) -> Result<DisplayImage, ClientError> {
         let gpu = self.gpu.clone();
+        self.patience = Patience::Wait;
         let settings = Settings { output: Output::Sdr, ..settings.clone() };
         let mut frame = gpu.begin()?;
         let cmd = &mut frame.cmd();
@@ -121,6 +134,7 @@ impl Repaint {
     ) -> Result<Vec<[f32; 3]>, ClientError> {
         let gpu = self.gpu.clone();
         let effects = Effects::new(settings, detail);
+        self.patience = Patience::Wait;
         let mut frame = gpu.begin()?;
         self.record(&mut frame.cmd(), sums, settings, &effects)?;
         frame.submit()?;
@@ -138,6 +152,7 @@ impl Repaint {
         effects: &Effects,
     ) -> Result<(), ClientError> {
         let (kind, variance) = (effects.reconstruction(settings), effects.reads_variance());
+        self.shows_glare = effects.glare;
         for (images, lod) in sums.streams.iter_mut().flatten() {
             *lod = lod.coarsened(effects.detail);
             // Sums that were never written, because the batch that made the images could not be drawn.
@@ -169,7 +184,7 @@ impl Repaint {
         }?;
         if let Some(glare) = settings.glare.filter(|_| effects.glare) {
             let (target, _) = self.picture.get(&self.gpu, effects)?;
-            self.glare.record(&self.gpu, cmd, target, &glare)?;
+            self.glare.record(&self.gpu, cmd, target, (&glare, self.patience))?;
         }
         Ok(())
     }
