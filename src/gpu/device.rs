@@ -130,7 +130,7 @@ impl Gpu {
         }
         // Nothing fails from here on: `Gpu::drop` destroys what `opening` would have.
         let Parts { device, timeline, mut frames, samplers } = opening.take();
-        frames.clock(Clock::new(&instance, &device, &capability, limits.timestamp_period));
+        frames.clock(Clock::new(&instance, &device, capability, limits.timestamp_period));
         let gpu = Gpu {
             push_descriptor: khr::push_descriptor::Device::new(&instance.raw, &device),
             names: instance.names.then(|| ext::debug_utils::Device::new(&instance.raw, &device)),
