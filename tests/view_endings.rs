@@ -3,7 +3,6 @@
 #![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
 
 #[path = "support/desktop.rs"]
-#[allow(dead_code, reason = "shared with tools")]
 mod desktop;
 
 use std::path::{Path, PathBuf};
