@@ -11,6 +11,8 @@ pub enum Patience {
     Wait,
     /// It is made in the background, and the picture does without until then.
     Ask,
+    /// As [`Ask`](Self::Ask), and what takes longer than a frame is made coarser.
+    Hurry,
 }
 
 /// A value under way. Dropping it forgets the value without waiting: its thread ends by itself when it has made it, and

@@ -10,7 +10,9 @@ use crate::app::view::viewer::Plan;
 use crate::client::film::VulkanFilm;
 use crate::client::later::Patience;
 use crate::client::{ClientError, FilmSpec, Settings};
-use crate::gpu::{DeviceChoice, FrameNumber, Gpu, GpuError, GpuOptions, Overlay, Readiness, Swapchain};
+use crate::gpu::{
+    DeviceChoice, DeviceKind, FrameNumber, Gpu, GpuError, GpuOptions, Overlay, Readiness, Swapchain,
+};
 
 /// What egui wants drawn.
 #[derive(Default)]
@@ -49,6 +51,8 @@ pub struct Screen {
     last: FrameNumber,
     /// What is still to be lost on purpose.
     planned: Losses,
+    /// The window shows what a headless render does, bit for bit.
+    exact: bool,
     /// Devices and surfaces lost.
     pub losses: [u32; 2],
     /// What the validation layer has said on devices that are gone.
@@ -69,6 +73,7 @@ impl Screen {
             window,
             last: FrameNumber::default(),
             planned: plan.losses.clone(),
+            exact: plan.facts.deterministic,
             losses: [0; 2],
             messages: 0,
         };
@@ -84,7 +89,7 @@ impl Screen {
         if let Some(frames) = self.planned.devices.get(self.losses[0] as usize) {
             swapchain.gpu().lose_after(*frames);
         }
-        let film = Some(new_film(swapchain.gpu(), spec)?);
+        let film = Some(new_film(swapchain.gpu(), spec, self.exact)?);
         Ok(Parts { film, swapchain })
     }
 
@@ -131,7 +136,7 @@ impl Screen {
     /// When it does not fit; the old one stays.
     pub fn replace_film(&mut self, spec: FilmSpec) -> Result<(), ClientError> {
         if let Some(parts) = &mut self.parts {
-            parts.film = Some(new_film(parts.swapchain.gpu(), spec)?);
+            parts.film = Some(new_film(parts.swapchain.gpu(), spec, self.exact)?);
         }
         Ok(())
     }
@@ -241,9 +246,11 @@ impl Screen {
 }
 
 /// A film that does not let the window stand still.
-fn new_film(gpu: &Arc<Gpu>, spec: FilmSpec) -> Result<VulkanFilm, ClientError> {
+fn new_film(gpu: &Arc<Gpu>, spec: FilmSpec, exact: bool) -> Result<VulkanFilm, ClientError> {
     let mut film = VulkanFilm::new(gpu.clone(), spec)?;
-    film.set_patience(Patience::Ask);
+    // Where the device is the processor, glare at full resolution takes longer than a frame may.
+    let hurry = gpu.info().kind == DeviceKind::Cpu && !exact;
+    film.set_patience(if hurry { Patience::Hurry } else { Patience::Ask });
     Ok(film)
 }
 

@@ -85,7 +85,7 @@ impl Repaint {
         settings: &Settings,
         detail: u32,
     ) -> Result<&mut Image, ClientError> {
-        let effects = Effects::new(settings, detail);
+        let effects = self.effects(settings, detail);
         self.record(cmd, sums, settings, &effects)?;
         let (xyz, encoded) = self.picture.get(&self.gpu, &effects)?;
         self.tonemap.record(&self.gpu, cmd, [xyz, &mut *encoded], (&effects, settings))?;
@@ -95,6 +95,14 @@ impl Repaint {
     /// What is made in the background for the next repaint: whether there is anything, and whether it is there.
     pub fn background(&self) -> (bool, bool) {
         (self.shows_glare && self.glare.awaits(), self.shows_glare && self.glare.has_arrived())
+    }
+
+    /// What is compiled in.
+    fn effects(&self, settings: &Settings, detail: u32) -> Effects {
+        match self.patience {
+            Patience::Hurry => Effects::with_coarse_glare(settings, detail),
+            _ => Effects::new(settings, detail),
+        }
     }
 
     /// The encoded picture as it was painted last; `None` before the first time.
@@ -133,7 +141,7 @@ impl Repaint {
         detail: u32,
     ) -> Result<Vec<[f32; 3]>, ClientError> {
         let gpu = self.gpu.clone();
-        let effects = Effects::new(settings, detail);
+        let effects = self.effects(settings, detail);
         self.patience = Patience::Wait;
         let mut frame = gpu.begin()?;
         self.record(&mut frame.cmd(), sums, settings, &effects)?;
