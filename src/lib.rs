@@ -10,7 +10,8 @@
 //!   server: workers claim index ranges of one sequence over the whole screen
 //!     index ─ Sampler ─▶ wavelengths, ray ─ Integrator ─▶ SampledSpectrum ─ CIE 1931 ─▶ Xyz
 //!     ─▶ SampleSink ─▶ Block ─▶ lane ════════ the contract: module stream ════════
-//!   client: lanes.drain ─▶ splat ─▶ fold ─▶ variance ─▶ mips ─▶ reconstruct ─▶ tonemap ─▶ PNG, EXR
+//!   client: lanes.drain ─▶ splat ─▶ fold ─▶ variance ─▶ mips ─▶ reconstruct ─▶ glare ─▶ tonemap
+//!     ─▶ PNG, EXR, or with the panel over it the swapchain: app::view runs this as a loop, once a frame
 //! ```
 //!
 //! Imports go downwards only; `tests/architecture.rs` holds the table and fails with file and line.
