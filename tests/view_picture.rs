@@ -110,8 +110,11 @@ fn the_window_equals_the_headless_picture() {
 fn resizes_and_drags_leave_a_picture() {
     let folder = folder("drag");
     let desktop = Desktop::start(500, 400);
-    let mut viewer =
-        view(&desktop, &folder, &["--size", "128x128", "-o", "last.png", "--json", "figures.json"]);
+    let mut viewer = view(
+        &desktop,
+        &folder,
+        &["--size", "128x128", "--no-panel", "-o", "last.png", "--json", "figures.json"],
+    );
     let window = desktop.find("ointillist", PATIENCE).unwrap();
     std::thread::sleep(Duration::from_secs(2));
     for (width, height) in [(192, 192), (96, 160), (300, 200), (1, 1), (128, 128)] {

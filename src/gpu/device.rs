@@ -18,6 +18,7 @@ use super::memory::{Memory, keep_freed_host_memory};
 use super::opening::{Opening, Parts};
 use super::retire::{RetireQueue, Retired};
 use super::rows::{TimingInfo, TimingRows};
+use super::spare::Spares;
 use super::surface::{Surface, WindowHandles};
 use super::timing::ScopeTime;
 
@@ -67,6 +68,8 @@ pub struct Gpu {
     pub(in crate::gpu) max_shared: u32,
     pub(in crate::gpu) max_storage: u32,
     retired: Mutex<RetireQueue>,
+    /// Pipelines without a holder.
+    pub(in crate::gpu) spares: Mutex<Spares>,
     samplers: [vk::Sampler; 2],
     info: DeviceInfo,
     large_points: bool,
@@ -150,6 +153,7 @@ impl Gpu {
             max_shared: limits.max_compute_shared_memory_size,
             max_storage: limits.max_storage_buffer_range,
             retired: Mutex::default(),
+            spares: Mutex::default(),
             samplers,
             large_points: capability.large_points && !options.quads,
             device,
@@ -292,6 +296,7 @@ impl Drop for Gpu {
         unsafe {
             let _ = self.device.device_wait_idle();
             self.collect_retired(u64::MAX);
+            self.spares.get_mut().unwrap_or_else(|e| e.into_inner()).destroy(&self.device);
             let mut frames = self.frames.lock().unwrap_or_else(|e| e.into_inner());
             Parts::destroy_children(&self.device, self.timeline, &mut frames, self.samplers);
             drop(frames);

@@ -43,6 +43,7 @@ mod recreate;
 mod retire;
 mod rows;
 mod shader;
+mod spare;
 mod surface;
 mod swapchain;
 mod sync;

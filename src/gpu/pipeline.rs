@@ -9,6 +9,7 @@ use super::error::{GpuError, Named};
 use super::image::Format;
 use super::retire::Retired;
 use super::shader;
+use super::spare::{Handles, Key};
 
 /// What happens to the texel that is already there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,9 +63,10 @@ pub struct GraphicsDesc<'a> {
     pub vertex: VertexLayout<'a>,
 }
 
-/// A compiled pipeline with its layouts. Dropping it retires it.
+/// A compiled pipeline with its layouts. Dropping it leaves it to the next one of the same kind.
 pub struct Pipeline {
     gpu: Arc<Gpu>,
+    key: Key,
     pub(in crate::gpu) raw: vk::Pipeline,
     pub(in crate::gpu) layout: vk::PipelineLayout,
     set_layout: vk::DescriptorSetLayout,
@@ -78,16 +80,27 @@ pub(in crate::gpu) const PUSH_STAGES: vk::ShaderStageFlags = vk::ShaderStageFlag
 );
 
 impl Pipeline {
-    /// Compiles a pipeline.
+    /// A pipeline of this kind: one that nobody uses any more, else a new one.
     ///
     /// # Errors
     ///
     /// [`GpuError::Shader`] for an unknown shader, [`GpuError::Call`] naming the pipeline.
     pub fn new(gpu: &Arc<Gpu>, desc: &GraphicsDesc<'_>) -> Result<Self, GpuError> {
+        let key = Key::of(desc);
+        let spare = gpu.spares.lock().unwrap_or_else(|e| e.into_inner()).take(&key);
+        if let Some(Handles { pipeline, layout, set_layout }) = spare {
+            let (gpu, textures, push_bytes) = (gpu.clone(), desc.textures, desc.push_bytes);
+            return Ok(Self { gpu, key, raw: pipeline, layout, set_layout, textures, push_bytes });
+        }
+        Self::compile(gpu, desc, key)
+    }
+
+    fn compile(gpu: &Arc<Gpu>, desc: &GraphicsDesc<'_>, key: Key) -> Result<Self, GpuError> {
         let (set_layout, layout) = layouts(gpu, desc)?;
         // From here on a failure drops `pipeline`, which retires the layouts.
         let mut pipeline = Pipeline {
             gpu: gpu.clone(),
+            key,
             raw: vk::Pipeline::null(),
             layout,
             set_layout,
@@ -113,7 +126,13 @@ impl Pipeline {
 
 impl Drop for Pipeline {
     fn drop(&mut self) {
-        self.gpu.retire(Retired::Pipeline(self.raw, self.layout, self.set_layout));
+        let handles = Handles { pipeline: self.raw, layout: self.layout, set_layout: self.set_layout };
+        if self.raw == vk::Pipeline::null() {
+            // It could not be compiled.
+            self.gpu.retire(Retired::Pipeline(self.raw, self.layout, self.set_layout));
+            return;
+        }
+        self.gpu.spares.lock().unwrap_or_else(|e| e.into_inner()).put(self.key.clone(), handles);
     }
 }
 

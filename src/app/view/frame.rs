@@ -31,6 +31,9 @@ impl Viewer {
         let wanted = plan.repaint || self.pending.show || self.panel_due(begin);
         let shown = wanted && self.make_ready()?;
         self.take(&plan, begin)?;
+        if self.session.is_through() && self.kept.caught_up() && std::mem::take(&mut self.pending.end) {
+            self.pending.repaint = true;
+        }
         if shown && self.has_picture() {
             self.show(&plan)?;
         }

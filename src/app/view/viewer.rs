@@ -69,6 +69,8 @@ pub struct Pending {
     pub repaint: bool,
     /// The window must be drawn, even with the same picture.
     pub show: bool,
+    /// The render goes on; when it has ended, all of its samples must be shown once.
+    pub end: bool,
 }
 
 /// The viewer: owned by the event loop.
@@ -130,7 +132,7 @@ impl Viewer {
             figures: Figures::default(),
             capture: None,
             clock: Clock { due: now, edited: now, repainted: (now, 0, 1), frame: now, tick: now },
-            pending: Pending { restart: true, repaint: true, show: true, unseen: false },
+            pending: Pending { restart: true, repaint: true, show: true, unseen: false, end: true },
             size,
             actions: Vec::new(),
             settings_changed: false,
@@ -165,7 +167,7 @@ impl Viewer {
             film.clear().into_diagnostic()?;
         }
         self.pending.restart = false;
-        self.pending.unseen = true;
+        (self.pending.unseen, self.pending.end) = (true, true);
         self.figures.statistics.epoch();
         self.figures.epochs += 1;
         Ok(())
