@@ -3,15 +3,14 @@
 mod gpu_support;
 
 use glam::Vec3;
-use gpu_support::{assert_silent, film, gpu, scene, settings, spec};
+use gpu_support::{Both, assert_one_step, assert_silent, film, gpu, scene, settings, spec};
 use pointillist::client::film::VulkanFilm;
-use pointillist::client::reference::ReferenceFilm;
 use pointillist::client::reference::tonemap::{DisplayParameters, tone_curve, tonemap};
 use pointillist::client::{Dither, Masking, Output, Reconstruction, Settings, SplatFilter, ToneCurve, View};
 use pointillist::color::{Profile, TransferTable, Xyz};
 use pointillist::gpu::{Region, read_image};
 use pointillist::image::Grid;
-use pointillist::stream::{PathCounts, Sample};
+use pointillist::stream::Sample;
 
 /// What `paint` shows at this internal resolution, its texels' bytes.
 fn painted(film: &mut VulkanFilm, settings: &Settings, detail: u32) -> Vec<u8> {
@@ -73,11 +72,8 @@ fn tone_maps_equal_the_twin() {
                     Settings { curve, dither, profile, exposure: 1.5, contrast: 1.2, ..base.clone() };
                 let shown = film.display(&settings).expect("display");
                 let wanted = tonemap(&grid, &DisplayParameters::from(&settings));
-                let pairs = || shown.rgb.iter().flatten().zip(wanted.rgb.iter().flatten());
-                let off = pairs().filter(|(a, b)| a != b).count();
                 let what = format!("{curve:?} {dither:?} {}", settings.profile.name);
-                assert!(pairs().all(|(a, b)| a.abs_diff(*b) <= 1), "{what}: more than one step apart");
-                assert!(off * 100 < shown.rgb.len() * 3, "{what}: {off} channels are off by one");
+                assert_one_step(&shown, &wanted, 100, &what);
             }
         }
     }
@@ -188,28 +184,17 @@ fn desaturation_keeps_luminance() {
 #[test]
 fn masking_and_views_equal_the_twin() {
     let spec = spec(72, 51, SplatFilter::Gaussian);
-    let mut film = film(spec);
-    let mut twin = ReferenceFilm::new(spec, 2).expect("a film");
+    let mut both = Both::new(spec);
     // Few samples: low-pass instead. Many: camera alone, then both streams.
     for (count, every_light) in [(2_000, 0), (40_000, 7), (120_000, 3)] {
-        let samples = scene(&spec, count, count as u64, every_light);
-        let paths = PathCounts { camera: count as u64, light: count as u64 };
-        film.add(&samples).expect("add");
-        twin.add(&samples).expect("add");
-        film.count_paths(paths);
-        twin.count_paths(paths);
+        both.add_scene(count, every_light);
         let bilateral = Settings { masking: Masking::Bilateral, ..settings(Reconstruction::Gaussian, 1.0) };
         let catmull_rom = Settings { reconstruction: Reconstruction::CatmullRom, ..bilateral.clone() };
         let camera = Settings { view: View::CameraVariance, ..bilateral.clone() };
         let light = Settings { view: View::LightVariance, ..bilateral.clone() };
         for settings in [bilateral, catmull_rom, camera, light] {
-            let got = film.display(&settings).expect("display");
-            let wanted = twin.display(&settings).expect("display");
-            let pairs = || got.rgb.iter().flatten().zip(wanted.rgb.iter().flatten());
-            let off = pairs().filter(|(a, b)| a != b).count();
             let what = format!("{:?} {:?}, {count} samples", settings.view, settings.reconstruction);
-            assert!(pairs().all(|(a, b)| a.abs_diff(*b) <= 1), "{what}: more than one step apart");
-            assert!(off * 50 < got.rgb.len() * 3, "{what}: {off} channels are off by one");
+            both.assert_display(&settings, 50, &what);
         }
     }
     assert_silent(gpu());

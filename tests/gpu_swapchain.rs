@@ -13,7 +13,8 @@ use pointillist::gpu::{
     Readiness, Swapchain,
 };
 use raw_window_handle::{RawDisplayHandle, WindowsDisplayHandle};
-use window::{Server, Window};
+use window::Window;
+use window::xserver::Server;
 
 const PATIENCE: Duration = Duration::from_secs(10);
 
@@ -297,7 +298,7 @@ fn impossible_windows_are_sentences() {
 #[test]
 fn a_lost_display_ends_in_peace() {
     let size = [40, 30];
-    let server = Server::start();
+    let server = Server::start(800, 600);
     let window = Window::on(&server, size);
     let mut swapchain = open(&window, size);
     let gpu = swapchain.gpu().clone();

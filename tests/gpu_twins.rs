@@ -3,7 +3,9 @@
 mod gpu_support;
 
 use glam::{Vec3, Vec4};
-use gpu_support::{FILTERS, RECONSTRUCTIONS, assert_silent, film, gpu, scene, settings, spec};
+use gpu_support::{
+    Both, FILTERS, RECONSTRUCTIONS, assert_one_step, assert_silent, film, gpu, scene, settings, spec,
+};
 use pointillist::client::lod::StreamLod;
 use pointillist::client::reference::ReferenceFilm;
 use pointillist::client::reference::mips::pyramid;
@@ -222,11 +224,7 @@ fn tone_map_equals_the_twin() {
         let xyz = film.reconstruct(&settings).expect("reconstruct");
         let grid = Grid::from_rows(64, 48, xyz.iter().map(|v| Vec3::from_array(*v)).collect());
         let wanted = tonemap(&grid.expect("as many pixels"), &DisplayParameters::from(&settings));
-        let pairs = || shown.rgb.iter().flatten().zip(wanted.rgb.iter().flatten());
-        let worst = pairs().map(|(a, b)| a.abs_diff(*b)).max();
-        assert!(worst <= Some(1), "differs by {worst:?}");
-        let off = pairs().filter(|(a, b)| a != b).count();
-        assert!(off * 200 < shown.rgb.len() * 3, "{off} channels are off by one");
+        assert_one_step(&shown, &wanted, 200, &format!("B {exposure} C {contrast} G {gamma}"));
     }
     assert_silent(gpu());
 }
@@ -235,27 +233,13 @@ fn tone_map_equals_the_twin() {
 #[test]
 fn displays_equal_the_twin() {
     let spec = spec(90, 61, SplatFilter::Gaussian);
-    let mut film = film(spec);
-    let mut twin = ReferenceFilm::new(spec, 2).expect("a film");
+    let mut both = Both::new(spec);
     for (count, every_light) in [(50, 0), (2_000, 3), (90_000, 4)] {
-        let samples = scene(&spec, count, count as u64, every_light);
-        let paths = PathCounts { camera: count as u64, light: count as u64 };
-        film.add(&samples).expect("add");
-        twin.add(&samples).expect("add");
-        film.count_paths(paths);
-        twin.count_paths(paths);
+        both.add_scene(count, every_light);
         for kind in RECONSTRUCTIONS {
             for vm in [0.0, 0.5] {
-                let settings = settings(kind, vm);
-                let got = film.display(&settings).expect("display");
-                let wanted = twin.display(&settings).expect("display");
-                let pairs = || got.rgb.iter().flatten().zip(wanted.rgb.iter().flatten());
-                let off = pairs().filter(|(a, b)| a != b).count();
-                assert!(pairs().all(|(a, b)| a.abs_diff(*b) <= 1), "{kind:?} Vm {vm}, {count} samples");
-                assert!(
-                    off * 100 < got.rgb.len() * 3,
-                    "{kind:?} Vm {vm}, {count} samples: {off} channels differ"
-                );
+                let what = format!("{kind:?} Vm {vm}, {count} samples");
+                both.assert_display(&settings(kind, vm), 100, &what);
             }
         }
     }

@@ -2,79 +2,35 @@
 
 #![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
 
-#[path = "support/desktop.rs"]
-mod desktop;
+#[path = "support/viewer.rs"]
+mod viewer;
 
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
-use std::time::{Duration, Instant};
+use std::path::Path;
+use std::process::{Child, Output};
+use std::time::Duration;
 
-use desktop::Desktop;
-
-const PATIENCE: Duration = Duration::from_secs(120);
+use viewer::desktop::Desktop;
+use viewer::{end, figures, folder, png, program, scene, terminate, words};
 
 /// Paths that are traced: the picture is finished soon, and known exactly.
 const PATHS: u64 = 60_000;
 
-fn program() -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_pointillist"));
-    command.env_remove("WAYLAND_DISPLAY").env("POINTILLIST_VALIDATION", "1");
-    command
-}
-
-fn scene() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell.xml")
-}
-
-/// A folder of this test alone.
-fn folder(name: &str) -> PathBuf {
-    let path = std::env::temp_dir().join(format!("pointillist-endings-{name}-{}", std::process::id()));
-    std::fs::create_dir_all(&path).unwrap();
-    path
-}
-
 fn view(desktop: &Desktop, folder: &Path, options: &[&str]) -> Child {
-    let mut command = program();
-    command.current_dir(folder).env("DISPLAY", &desktop.display).arg("view").arg(scene());
-    command.args(["--size", "96x96", "--samples", &PATHS.to_string(), "-o", "last.png", "-o", "last.exr"]);
-    command.args(["--json", "figures.json"]).args(options).stderr(Stdio::piped()).spawn().unwrap()
-}
-
-/// Waits for the end, which must come.
-fn end(mut viewer: Child) -> Output {
-    let start = Instant::now();
-    while viewer.try_wait().unwrap().is_none() {
-        if start.elapsed() > PATIENCE {
-            let _ = viewer.kill();
-            panic!("the viewer did not end");
-        }
-        std::thread::sleep(Duration::from_millis(20));
-    }
-    viewer.wait_with_output().unwrap()
+    let paths = PATHS.to_string();
+    let all = ["--size", "96x96", "--samples", &paths, "-o", "last.png", "-o", "last.exr"];
+    viewer::view(desktop, folder, &[&all[..], &["--json", "figures.json"], options].concat())
 }
 
 /// Ends the viewer as a user does, after this many seconds.
 fn end_after(viewer: Child, seconds: u64) -> Output {
     std::thread::sleep(Duration::from_secs(seconds));
-    assert!(Command::new("kill").args(["-TERM", &viewer.id().to_string()]).status().unwrap().success());
-    end(viewer)
-}
-
-fn words(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-fn figures(folder: &Path) -> serde_json::Value {
-    serde_json::from_str(&std::fs::read_to_string(folder.join("figures.json")).unwrap()).unwrap()
+    terminate(viewer)
 }
 
 /// Mean of all channels of the PNG, of 255.
 fn mean(folder: &Path) -> f64 {
-    let file = std::fs::File::open(folder.join("last.png")).unwrap();
-    let mut reader = png::Decoder::new(std::io::BufReader::new(file)).read_info().unwrap();
-    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
-    let info = reader.next_frame(&mut bytes).unwrap();
-    assert_eq!((info.width, info.height), (96, 96));
+    let (width, height, bytes) = png(&folder.join("last.png"));
+    assert_eq!((width, height), (96, 96));
     bytes.iter().map(|byte| f64::from(*byte)).sum::<f64>() / bytes.len() as f64
 }
 

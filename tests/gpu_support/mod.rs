@@ -5,10 +5,11 @@
 use std::sync::{Arc, LazyLock};
 
 use pointillist::client::film::VulkanFilm;
-use pointillist::client::{FilmSpec, Reconstruction, Settings, SplatFilter, VarianceForm};
+use pointillist::client::reference::ReferenceFilm;
+use pointillist::client::{DisplayImage, FilmSpec, Reconstruction, Settings, SplatFilter, VarianceForm};
 use pointillist::color::Xyz;
 use pointillist::gpu::{DeviceChoice, Gpu, GpuOptions};
-use pointillist::stream::Sample;
+use pointillist::stream::{PathCounts, Sample};
 
 static GPU: LazyLock<Arc<Gpu>> = LazyLock::new(|| open(false));
 
@@ -37,6 +38,43 @@ pub fn assert_silent(gpu: &Gpu) {
 /// A film of the shared device.
 pub fn film(spec: FilmSpec) -> VulkanFilm {
     VulkanFilm::new(gpu().clone(), spec).expect("a film")
+}
+
+/// A film on the shared device and its twin, which get the same samples.
+pub struct Both {
+    pub film: VulkanFilm,
+    pub twin: ReferenceFilm,
+}
+
+impl Both {
+    pub fn new(spec: FilmSpec) -> Self {
+        Self { film: film(spec), twin: ReferenceFilm::new(spec, 2).expect("a film") }
+    }
+
+    /// `count` more samples of [`scene`], with as many camera and light paths.
+    pub fn add_scene(&mut self, count: usize, every_light: usize) {
+        let samples = scene(&self.film.spec().clone(), count, count as u64, every_light);
+        let paths = PathCounts { camera: count as u64, light: count as u64 };
+        self.film.add(&samples).expect("add");
+        self.twin.add(&samples).expect("add");
+        self.film.count_paths(paths);
+        self.twin.count_paths(paths);
+    }
+
+    /// Both display the same; bounds as in [`assert_one_step`].
+    pub fn assert_display(&mut self, settings: &Settings, rare: usize, what: &str) {
+        let got = self.film.display(settings).expect("display");
+        assert_one_step(&got, &self.twin.display(settings).expect("display"), rare, what);
+    }
+}
+
+/// No channel is more than one step of 255 apart, where a value lies at a rounding edge, and fewer than one in `rare` is.
+pub fn assert_one_step(got: &DisplayImage, wanted: &DisplayImage, rare: usize, what: &str) {
+    assert_eq!((got.width, got.height), (wanted.width, wanted.height));
+    let pairs = || got.rgb.iter().flatten().zip(wanted.rgb.iter().flatten());
+    assert!(pairs().all(|(a, b)| a.abs_diff(*b) <= 1), "{what}: more than one step apart");
+    let off = pairs().filter(|(a, b)| a != b).count();
+    assert!(off * rare < got.rgb.len() * 3, "{what}: {off} channels are off by one");
 }
 
 pub fn spec(width: u32, height: u32, filter: SplatFilter) -> FilmSpec {

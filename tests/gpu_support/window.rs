@@ -2,9 +2,11 @@
 
 #![allow(dead_code)] // every test binary uses a part of it
 
-use std::io::Read;
+#[path = "../support/xserver.rs"]
+pub mod xserver;
+
 use std::num::NonZeroU32;
-use std::process::{Child, Command, Stdio};
+use std::process::Command;
 use std::ptr::NonNull;
 use std::sync::{LazyLock, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
@@ -13,6 +15,7 @@ use raw_window_handle::{RawDisplayHandle, RawWindowHandle, XcbDisplayHandle, Xcb
 use x11rb::connection::Connection;
 use x11rb::protocol::xproto::{ConfigureWindowAux, ConnectionExt, CreateWindowAux, ImageFormat, WindowClass};
 use x11rb::xcb_ffi::XCBConnection;
+use xserver::Server;
 
 /// Serialises the tests of one binary: lavapipe keeps all cores busy anyway, and only one window is on top.
 static TURN: Mutex<()> = Mutex::new(());
@@ -20,47 +23,11 @@ static TURN: Mutex<()> = Mutex::new(());
 /// The server of this process, where `DISPLAY` names none.
 static SERVER: LazyLock<Option<Server>> = LazyLock::new(|| {
     std::env::var_os("DISPLAY").is_none().then(|| {
-        let server = Server::start();
-        end_with_process(server.child.lock().expect("the server").id());
+        let server = Server::start(800, 600);
+        end_with_process(server.pid());
         server
     })
 });
-
-/// An X server; it ends when this is dropped.
-pub struct Server {
-    child: Mutex<Child>,
-    display: String,
-}
-
-impl Server {
-    /// Starts Xvfb, which picks a free display number and writes it to its standard output.
-    pub fn start() -> Self {
-        let mut child = Command::new("Xvfb")
-            .args(["-displayfd", "1", "-noreset", "-screen", "0", "800x600x24", "-nolisten", "tcp"])
-            .stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap_or_else(|e| panic!("Xvfb cannot be started ({e}): run tools/setup --test"));
-        let mut number = Vec::new();
-        let mut out = child.stdout.take().expect("piped");
-        let mut byte = [0];
-        while out.read(&mut byte).expect("Xvfb's display number") == 1 && byte[0] != b'\n' {
-            number.push(byte[0]);
-        }
-        assert!(!number.is_empty(), "Xvfb ended at once: run tools/setup --test");
-        let display = format!(":{}", String::from_utf8(number).expect("digits").trim());
-        Server { child: Mutex::new(child), display }
-    }
-}
-
-impl Drop for Server {
-    fn drop(&mut self) {
-        let mut child = self.child.lock().unwrap_or_else(|e| e.into_inner());
-        let _ = child.kill();
-        let _ = child.wait();
-    }
-}
 
 /// Statics are not dropped: ends the server when the process ends.
 fn end_with_process(pid: u32) {
@@ -108,8 +75,7 @@ impl Window {
 
     fn connect_to(server: Option<&Server>, turn: Option<MutexGuard<'static, ()>>, size: [u32; 2]) -> Self {
         let display = server.map(|server| {
-            let ended = server.child.lock().expect("the server").try_wait().expect("its state");
-            assert!(ended.is_none(), "Xvfb has ended: {ended:?}");
+            assert!(server.is_alive(), "Xvfb has ended");
             std::ffi::CString::new(server.display.clone()).expect("no zero")
         });
         let (connection, screen) = XCBConnection::connect(display.as_deref()).expect("an X server");

@@ -2,18 +2,20 @@
 
 #![allow(dead_code, reason = "every user needs another part")]
 
-use std::io::Read;
-use std::process::{Child, Command, Stdio};
+#[path = "xserver.rs"]
+mod xserver;
+
 use std::time::{Duration, Instant};
 
 use x11rb::connection::Connection;
 use x11rb::protocol::xproto::{self, ConnectionExt as _, ImageFormat};
 use x11rb::protocol::xtest::ConnectionExt as _;
 use x11rb::rust_connection::RustConnection;
+use xserver::Server;
 
 /// An X server without a screen, and a connection to it. Dropping it ends the server.
 pub struct Desktop {
-    server: Child,
+    _server: Server,
     /// Its name, such as `:99`.
     pub display: String,
     connection: RustConnection,
@@ -27,23 +29,11 @@ impl Desktop {
     ///
     /// When Xvfb is not installed.
     pub fn start(width: u32, height: u32) -> Self {
-        let screen = format!("{width}x{height}x24");
-        let mut server = Command::new("Xvfb")
-            .args(["-displayfd", "1", "-screen", "0", &screen, "-nolisten", "tcp", "-noreset"])
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap_or_else(|e| panic!("Xvfb cannot be started ({e}): install it with `tools/setup --test`"));
-        let mut number = String::new();
-        let mut out = server.stdout.take().expect("piped");
-        let mut byte = [0];
-        while out.read(&mut byte).is_ok_and(|n| n == 1) && byte[0] != b'\n' {
-            number.push(byte[0] as char);
-        }
-        let display = format!(":{}", number.trim());
+        let server = Server::start(width, height);
+        let display = server.display.clone();
         let (connection, screen) = RustConnection::connect(Some(&display)).expect("the new display");
         let root = connection.setup().roots[screen].root;
-        Self { server, display, connection, root }
+        Self { _server: server, display, connection, root }
     }
 
     /// The window whose title contains `title`, once it is mapped and drawn into.
@@ -115,12 +105,5 @@ impl Desktop {
         let image =
             self.connection.get_image(ImageFormat::Z_PIXMAP, window, 0, 0, w, h, !0).ok()?.reply().ok()?;
         Some((u32::from(w), u32::from(h), image.data))
-    }
-}
-
-impl Drop for Desktop {
-    fn drop(&mut self) {
-        let _ = self.server.kill();
-        let _ = self.server.wait();
     }
 }
