@@ -1,6 +1,6 @@
 //! The viewer under a user who never rests: camera moves, resizes, controls, for minutes, on a display of its own.
 //!
-//! Usage: `soak [seconds] [side] [scene]`. Memory is read from outside, second by second; stalls, latencies and validation
+//! Usage: `soak [seconds] [side] [scene] [acts]`, where acts are some of `camera,resize,control` (without: all). Memory is read from outside, second by second; stalls, latencies and validation
 //! messages are the viewer's own figures (`--json`). Screenshots go to `target/soak`. Exit status 1 when a bound is broken.
 
 #![allow(clippy::unwrap_used, reason = "a measuring tool: a panic is the message")]
@@ -38,6 +38,7 @@ fn main() -> ExitCode {
     let seconds: u64 = args.next().map_or(300, |a| a.parse().expect("seconds"));
     let side: u32 = args.next().map_or(512, |a| a.parse().expect("side in pixels"));
     let scene = args.next().unwrap_or("scenes/cornell.xml".into());
+    let acts = args.next().unwrap_or("camera,resize,control".into());
     let folder = Path::new("target/soak");
     let _ = fs::remove_dir_all(folder);
     fs::create_dir_all(folder).unwrap();
@@ -59,7 +60,7 @@ fn main() -> ExitCode {
         return ExitCode::FAILURE;
     };
     std::thread::sleep(Duration::from_secs(2));
-    let memory = torment(&desktop, window, &mut viewer, (seconds, side, folder));
+    let memory = torment(&desktop, window, &mut viewer, (seconds, side, &acts, folder));
     ask_to_end(&viewer);
     let end = Instant::now();
     let status = loop {
@@ -80,13 +81,18 @@ fn torment(
     desktop: &Desktop,
     window: u32,
     viewer: &mut Child,
-    (seconds, side, folder): (u64, u32, &Path),
+    (seconds, side, acts, folder): (u64, u32, &str, &Path),
 ) -> Vec<u64> {
     let mut dice = Dice(1);
     let (start, mut memory, mut size) = (Instant::now(), Vec::new(), side as i32);
     let mut shot = 0;
     while start.elapsed().as_secs() < seconds && viewer.try_wait().unwrap().is_none() {
-        match dice.below(12) {
+        let act = dice.below(12);
+        let kind = ["resize", "resize", "camera", "camera", "camera", "camera"].get(act as usize).unwrap_or(&"control");
+        if !acts.contains(kind) {
+            continue;
+        }
+        match act {
             0 => {
                 size = dice.between(side as i32 / 2, side as i32 * 5 / 4);
                 desktop.resize(

@@ -96,10 +96,13 @@ impl Memory {
     }
 }
 
-/// Tells the C library to keep memory that a driver on the CPU frees, up to 64 MiB in each arena.
+/// Tells the C library to keep what a driver on the CPU frees in small pieces, up to 64 MiB in each arena, and to map pieces
+/// of 4 MiB and more by themselves.
 ///
-/// lavapipe allocates the scene of every pass anew; glibc would give each back to the system and take as many page faults
-/// with the next: half of the CPU time of drawing sprites into a small film. Elsewhere this does nothing.
+/// lavapipe allocates the scene of every pass anew, in pieces of 64 KiB; glibc would give each scene back to the system and
+/// take as many page faults with the next: half of the CPU time of drawing sprites into a small film. Images and blocks of
+/// device memory are larger and live as long as a film: within the heap they would leave holes that nothing fits into, and
+/// the heap would grow with every new size of the window. Elsewhere this does nothing.
 pub(in crate::gpu) fn keep_freed_host_memory() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {
@@ -108,7 +111,7 @@ pub(in crate::gpu) fn keep_freed_host_memory() {
             fn mallopt(parameter: c_int, value: c_int) -> c_int;
         }
         /// `M_TRIM_THRESHOLD` and `M_MMAP_THRESHOLD` of glibc's malloc.h: bytes; the second at most 32 MiB.
-        const THRESHOLDS: [(c_int, c_int); 2] = [(-1, 64 << 20), (-3, 32 << 20)];
+        const THRESHOLDS: [(c_int, c_int); 2] = [(-1, 64 << 20), (-3, 4 << 20)];
         for (parameter, bytes) in THRESHOLDS {
             // SAFETY: glibc's own function with its documented parameters; it takes the allocator's lock.
             unsafe { mallopt(parameter, bytes) };
