@@ -88,7 +88,9 @@ fn torment(
     let mut shot = 0;
     while start.elapsed().as_secs() < seconds && viewer.try_wait().unwrap().is_none() {
         let act = dice.below(12);
-        let kind = ["resize", "resize", "camera", "camera", "camera", "camera"].get(act as usize).unwrap_or(&"control");
+        let kind = ["resize", "resize", "camera", "camera", "camera", "camera"]
+            .get(act as usize)
+            .unwrap_or(&"control");
         if !acts.contains(kind) {
             continue;
         }

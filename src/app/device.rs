@@ -7,7 +7,8 @@ use miette::{IntoDiagnostic, Result};
 use crate::client::film::VulkanFilm;
 use crate::client::reference::ReferenceFilm;
 use crate::client::{Client, FilmSpec};
-use crate::gpu::{self, DeviceChoice, Gpu};
+use crate::gpu::{self, DeviceChoice, DeviceKind, Gpu};
+use crate::server::Priority;
 
 /// The name of the device that needs no driver.
 pub const CPU: &str = "cpu";
@@ -50,6 +51,15 @@ impl Device {
         match self {
             Device::Vulkan(gpu) => Some(gpu),
             Device::Cpu => None,
+        }
+    }
+
+    /// How tracing threads stand beside it: where its driver draws on the processor it is served first, so that the stream's
+    /// lanes never fill up.
+    pub fn tracing_priority(&self) -> Priority {
+        match self.gpu() {
+            Some(gpu) if gpu.info().kind == DeviceKind::Cpu => Priority::Background,
+            _ => Priority::Normal,
         }
     }
 

@@ -48,7 +48,7 @@ pub fn render(args: &RenderArgs) -> Result<()> {
     let facts = facts(args, &loaded, device.name());
     let threads = threads(args);
     let mut client = device.client(facts.spec, threads)?;
-    let (server, mut lanes) = Server::start(threads).into_diagnostic()?;
+    let (server, mut lanes) = Server::start_with(threads, device.tracing_priority()).into_diagnostic()?;
     let mut timings = capture(args, &device, &server)?;
     let driven = trace(args, &facts, (scene, camera), (&server, &mut lanes, &mut client), &mut timings)?;
     let stats = server.stats();

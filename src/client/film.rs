@@ -13,7 +13,7 @@ use crate::client::pass::variance::VariancePass;
 use crate::client::settings::{DisplayImage, FilmCounts, FilmData, FilmSpec, Settings};
 use crate::client::state::FilmState;
 use crate::client::upload::{Batch, VertexBuffers};
-use crate::gpu::{Cmd, Gpu, Image, Region, read_image};
+use crate::gpu::{Cmd, FrameNumber, Gpu, Image, Region, read_image};
 use crate::stream::{PathCounts, Sample};
 
 /// A film on a Vulkan device; the twin of [`ReferenceFilm`](crate::client::reference::ReferenceFilm).
@@ -32,6 +32,8 @@ pub struct VulkanFilm {
     repaint: Option<Repaint>,
     /// Of [`paint`](Self::paint).
     patience: Patience,
+    /// The last batch.
+    rasterised: FrameNumber,
 }
 
 /// The passes of a batch and what they draw into.
@@ -61,6 +63,7 @@ impl VulkanFilm {
             streams: [None, None],
             repaint: None,
             patience: Patience::Wait,
+            rasterised: FrameNumber::default(),
         })
     }
 
@@ -137,7 +140,18 @@ impl VulkanFilm {
         }
         let number = frame.submit()?;
         self.vertices.submitted(number);
+        self.rasterised = number;
         Ok(())
+    }
+
+    /// Samples of the batch, which [`flush`](Self::flush) would rasterise.
+    pub fn waiting(&self) -> usize {
+        self.state.waiting()
+    }
+
+    /// The frame that rasterises the last batch.
+    pub fn rasterised(&self) -> FrameNumber {
+        self.rasterised
     }
 
     /// Forgets everything: a new epoch. The images stay for the next one.

@@ -18,7 +18,7 @@ const COARSE_LOD: f32 = 1.0;
 const GROWTH: f64 = 1.03;
 
 /// A still picture is repainted no more often than this many times its own cost.
-const REST: f64 = 2.0;
+const REST: f64 = 4.0;
 
 /// Part of the budget that a repaint may take while the picture changes, before it gets coarser.
 const REPAINT_SHARE: f64 = 0.5;
@@ -68,6 +68,8 @@ pub struct Situation {
     pub due: bool,
     /// Samples that wait in the lanes.
     pub waiting: usize,
+    /// Samples that the film has and has not rasterised, because its batch is not full.
+    pub batched: usize,
 }
 
 /// What a frame does.
@@ -79,6 +81,8 @@ pub struct FramePlan {
     pub detail: u32,
     /// Show the samples anew.
     pub repaint: bool,
+    /// Rasterise the batch although it is not full, and show nothing yet: the repaint is for the next frame.
+    pub flush: bool,
 }
 
 /// Learns costs and splits budgets.
@@ -149,14 +153,20 @@ impl Pacer {
         let rested = now.since_repaint.as_secs_f64() >= (rest * cost).max(0.9 * self.budget);
         let finer = detail < now.shown_detail;
         let repaint = now.due || (rested && (finer || now.growth >= GROWTH));
+        let batch = now.batched as f64 * self.per_sample.get() + self.per_batch.get();
+        // Nobody waits for the next picture of a still scene, but an edit may come while the device is busy.
+        if repaint && !changing && !now.due && now.batched > 0 && batch + cost > self.budget {
+            return FramePlan { samples: 0, detail, repaint: false, flush: true };
+        }
         let taken = self.panel.get() + self.per_batch.get() + if repaint { cost } else { 0.0 };
         let least = LEAST_SAMPLES_SHARE * self.budget;
         // The first picture after an edit is worth more than the samples that would make it a little finer.
         let left = if now.due && changing { least } else { (self.budget - taken).max(least) };
         // A still picture may come late, but full lanes would hold the tracer up.
-        let waiting =
-            if changing { 0 } else { now.waiting.min(MOST_WAITING) / BLOCK_SAMPLES * BLOCK_SAMPLES };
-        FramePlan { samples: self.affordable(left * self.trust).max(waiting), detail, repaint }
+        let patient = !changing && !repaint;
+        let waiting = if patient { now.waiting.min(MOST_WAITING) / BLOCK_SAMPLES * BLOCK_SAMPLES } else { 0 };
+        let samples = self.affordable(left * self.trust).max(waiting);
+        FramePlan { samples, detail, repaint, flush: false }
     }
 
     /// Time that a repaint at this `detail` is expected to take.
@@ -221,6 +231,7 @@ mod tests {
             shown_detail: 1,
             due: false,
             waiting: 0,
+            batched: 0,
         }
     }
 
@@ -230,10 +241,10 @@ mod tests {
         let mut pacer = pacer(100.0, 4.0);
         pacer.panel(ms(2.0));
         let plan = pacer.plan(&still());
-        assert_eq!(plan, FramePlan { samples: 97 * BLOCK_SAMPLES, detail: 1, repaint: true });
+        assert_eq!(plan, FramePlan { samples: 97 * BLOCK_SAMPLES, detail: 1, repaint: true, flush: false });
         let calm = Situation { growth: 1.01, ..still() };
         let plan = pacer.plan(&calm);
-        assert_eq!(plan, FramePlan { samples: 136 * BLOCK_SAMPLES, detail: 1, repaint: false });
+        assert_eq!(plan, FramePlan { samples: 136 * BLOCK_SAMPLES, detail: 1, repaint: false, flush: false });
     }
 
     #[test]
@@ -242,10 +253,10 @@ mod tests {
         let moving = Situation { since_edit: ms(5.0), due: true, ..still() };
         assert_eq!(pacer.plan(&moving).detail, 4);
         assert!(pacer.plan(&moving).repaint);
-        // Still: full resolution at most every 80 ms.
-        let soon = Situation { since_repaint: ms(70.0), ..still() };
+        // Still: full resolution at most every 160 ms.
+        let soon = Situation { since_repaint: ms(159.0), ..still() };
         assert!(!pacer.plan(&soon).repaint);
-        let later = Situation { since_repaint: ms(81.0), ..still() };
+        let later = Situation { since_repaint: ms(161.0), ..still() };
         assert_eq!((pacer.plan(&later).repaint, pacer.plan(&later).detail), (true, 1));
         // What was shown coarsely is shown again, without any new sample.
         let settled = Situation { growth: 1.0, shown_detail: 4, ..still() };
@@ -279,10 +290,23 @@ mod tests {
     #[test]
     fn a_still_picture_empties_the_lanes() {
         let pacer = pacer(1e5, 1.0);
-        let full = Situation { waiting: 20 * BLOCK_SAMPLES + 7, ..still() };
+        let full = Situation { waiting: 20 * BLOCK_SAMPLES + 7, growth: 1.0, ..still() };
         assert_eq!(pacer.plan(&full).samples, 20 * BLOCK_SAMPLES);
-        assert_eq!(pacer.plan(&Situation { waiting: usize::MAX, ..still() }).samples, MOST_WAITING);
+        assert_eq!(pacer.plan(&Situation { waiting: usize::MAX, ..full }).samples, MOST_WAITING);
         assert_eq!(pacer.plan(&Situation { since_edit: ms(5.0), ..full }).samples, BLOCK_SAMPLES);
+    }
+
+    /// Batch and repaint do not fit into one frame together: first the one, then, with an empty batch, the other.
+    #[test]
+    fn dear_batches_come_before_their_picture() {
+        let pacer = pacer(1000.0, 10.0);
+        let full = Situation { batched: 30 * BLOCK_SAMPLES, ..still() };
+        let plan = pacer.plan(&full);
+        assert_eq!((plan.samples, plan.repaint, plan.flush), (0, false, true));
+        let plan = pacer.plan(&Situation { batched: 0, ..full });
+        assert_eq!((plan.repaint, plan.flush), (true, false));
+        assert!(pacer.plan(&Situation { due: true, ..full }).repaint, "who has asked for it must not wait");
+        assert!(pacer.plan(&Situation { batched: BLOCK_SAMPLES, ..full }).repaint, "a small one fits");
     }
 
     #[test]

@@ -62,6 +62,11 @@ impl FilmState {
         self.waiting >= BATCH_CAPACITY
     }
 
+    /// Samples in the batch.
+    pub fn waiting(&self) -> usize {
+        self.waiting
+    }
+
     /// Begins the raster of the batch: the next one is empty. False when there is nothing to draw.
     ///
     /// The first batch with light sets the luminance scale. Black ones leave it open: their deviations are 0 in every unit.

@@ -7,11 +7,12 @@ use std::time::Duration;
 
 use crate::server::error::ServerError;
 use crate::server::job::{RenderJob, Task};
+use crate::server::priority::Priority;
 use crate::server::spans::{SpanLog, Spans};
 use crate::server::stats::{Stats, StatsCell};
 use crate::server::worker::{self, Work, Worker, trace_chunks};
 use crate::server::wrapper::{Message, WorkerHandle, Wrapper};
-use crate::stream::{BlockSink, Command, Epoch, Event, Hub, LANE_BLOCKS, LaneWriter, Lanes, lanes};
+use crate::stream::{BlockSink, Command, Epoch, Event, Hub, LANE_BLOCKS, Lanes, lanes};
 use crate::tracer::Integrator;
 
 /// A handle to the tracing threads. All methods may be called from any thread; dropping it is [`Server::term`].
@@ -33,6 +34,15 @@ impl Server {
     ///
     /// [`ServerError::NoThreads`] for 0, [`ServerError::Spawn`] when the system refuses a thread.
     pub fn start(threads: usize) -> Result<(Server, Lanes), ServerError> {
+        Self::start_with(threads, Priority::Normal)
+    }
+
+    /// The same, with tracing threads of this priority.
+    ///
+    /// # Errors
+    ///
+    /// As [`start`](Self::start).
+    pub fn start_with(threads: usize, priority: Priority) -> Result<(Server, Lanes), ServerError> {
         if threads == 0 {
             return Err(ServerError::NoThreads);
         }
@@ -43,10 +53,8 @@ impl Server {
         let spans = Arc::new(SpanLog::new(threads));
         let mut workers = Vec::with_capacity(threads);
         for (number, writer) in writers.into_iter().enumerate() {
-            workers.push(
-                spawn_worker((number, spans.clone()), writer, messages.clone())
-                    .map_err(spawn_error(number))?,
-            );
+            let worker = Worker { number, sink: BlockSink::new(writer), spans: spans.clone(), priority };
+            workers.push(spawn_worker(worker, messages.clone()).map_err(spawn_error(number))?);
         }
         let hub = lanes.hub().clone();
         let wrapper = Wrapper { workers, hub: hub.clone(), events: events_out };
@@ -153,15 +161,10 @@ impl Drop for Server {
     }
 }
 
-fn spawn_worker(
-    (number, spans): (usize, Arc<SpanLog>),
-    writer: LaneWriter,
-    done: Sender<Message>,
-) -> std::io::Result<WorkerHandle> {
+fn spawn_worker(worker: Worker, done: Sender<Message>) -> std::io::Result<WorkerHandle> {
     let (assign, assignments) = channel();
-    let worker = Worker { number, sink: BlockSink::new(writer), spans };
     let thread = Builder::new()
-        .name(format!("tracer {number}"))
+        .name(format!("tracer {}", worker.number))
         .stack_size(8 << 20)
         .spawn(move || worker::run(worker, assignments, done))?;
     Ok(WorkerHandle { assign, thread })

@@ -40,6 +40,7 @@
 pub mod error;
 pub mod handle;
 pub mod job;
+pub mod priority;
 pub mod spans;
 pub mod stats;
 mod worker;
@@ -48,5 +49,6 @@ mod wrapper;
 pub use error::ServerError;
 pub use handle::Server;
 pub use job::{CHUNK, DEADLINE, RenderJob};
+pub use priority::Priority;
 pub use spans::{Span, Spans};
 pub use stats::{Stats, WorkerStats};

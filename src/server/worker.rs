@@ -7,6 +7,7 @@ use std::sync::mpsc::{Receiver, Sender};
 use std::time::{Duration, Instant};
 
 use crate::server::job::Task;
+use crate::server::priority::Priority;
 use crate::server::spans::SpanLog;
 use crate::server::stats::{StatsCell, Stopwatch};
 use crate::server::wrapper::Message;
@@ -28,10 +29,12 @@ pub(super) struct Worker {
     pub(super) number: usize,
     pub(super) sink: BlockSink,
     pub(super) spans: Arc<SpanLog>,
+    pub(super) priority: Priority,
 }
 
 /// Body of a tracing thread: one assignment after another until the wrapper hangs up.
 pub(super) fn run(mut worker: Worker, assignments: Receiver<Assignment>, done: Sender<Message>) {
+    worker.priority.apply();
     for Assignment { task, work } in assignments {
         let cell = &task.stats[worker.number];
         let mut watch = Stopwatch::start(cell, worker.sink.writer().parked());
@@ -69,7 +72,7 @@ pub(super) fn trace_chunks<I: Integrator>(
     task: &Task,
     watch: &mut Stopwatch,
 ) -> Finish {
-    let Worker { number, sink, spans } = worker;
+    let Worker { number, sink, spans, .. } = worker;
     let hub = sink.writer().hub().clone();
     let mut scratch = I::Scratch::default();
     let paths = integrator.paths_per_index();

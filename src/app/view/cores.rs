@@ -3,6 +3,10 @@
 use crate::app::device::CPU;
 use crate::gpu::{self, DeviceKind};
 
+/// Part of the processor that the display is planned to take where it has no device of its own, in percent. A sample of the
+/// Cornell box costs half as much again to draw with lavapipe as to trace; pictures and panel take the rest.
+const DISPLAY_PERCENT: u32 = 65;
+
 /// How tracer and display share the processor.
 #[derive(Clone, Debug)]
 pub struct Cores {
@@ -13,23 +17,20 @@ pub struct Cores {
 }
 
 impl Cores {
-    /// Shares `cores` cores, before any thread starts. `threads` is what the user asked for.
+    /// Shares `cores` cores. `threads` is what the user asked for.
     ///
-    /// A device of its own leaves the processor to the tracer: the loop needs little. Where the device is the processor
-    /// (lavapipe), a quarter of the cores, at least one, is the display's, and the driver is told to use no more.
+    /// As many threads trace as there are cores, in the background of everything else. A device of its own leaves the
+    /// processor to them: the loop needs little. Where the device is the processor (lavapipe), its driver draws on all
+    /// cores at once, so that an edit is shown soonest, and the tracer has them between.
     pub fn plan(cores: usize, threads: Option<usize>, device: Option<&str>) -> Self {
-        if !is_processor(device) {
-            let tracing = threads.unwrap_or(cores).max(1);
-            let words = format!("{tracing} of {cores} cores trace; the display has a device of its own");
-            return Self { tracing, words };
-        }
-        let display = cores.div_ceil(4);
-        let tracing = threads.unwrap_or(cores - display).max(1);
-        let display = gpu::reserve_driver_threads(cores.saturating_sub(tracing).max(1));
-        let over = if tracing + display > cores { ", which is more than there are" } else { "" };
-        let words = format!(
-            "{tracing} tracing and {display} displaying on {cores} cores{over}: the device is the processor"
-        );
+        let tracing = threads.unwrap_or(cores).max(1);
+        let words = if is_processor(device) {
+            format!(
+                "{tracing} of {cores} cores trace while the display leaves them: it draws on the processor, {DISPLAY_PERCENT} % planned"
+            )
+        } else {
+            format!("{tracing} of {cores} cores trace; the display has a device of its own")
+        };
         Self { tracing, words }
     }
 }

@@ -28,6 +28,8 @@ struct Report {
     threads: usize,
     width: u32,
     height: u32,
+    /// From the start of the viewer, with the scene loaded, to the first picture.
+    first_picture_ms: Option<f64>,
     frames: u64,
     frame_ms: Percentiles,
     edit_latency_ms: Percentiles,
@@ -123,6 +125,7 @@ impl Viewer {
             threads: self.session.threads(),
             width: self.size[0],
             height: self.size[1],
+            first_picture_ms: figures.first.map(|first| first.as_secs_f64() * 1e3),
             frames: figures.presented,
             frame_ms: Percentiles::of(&figures.frames),
             edit_latency_ms: Percentiles::of(&figures.edits),

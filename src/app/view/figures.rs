@@ -8,7 +8,7 @@ use crate::client::window::statistics::{Recent, Statistics};
 use crate::gpu::{FrameNumber, Gpu, ScopeTime};
 
 /// A loop that is later than this stands still, for whoever looks.
-pub const STALL: Duration = Duration::from_millis(250);
+const STALL: Duration = Duration::from_millis(250);
 
 /// Values kept for the figures of the whole session: four and a half minutes at 60 Hz.
 const KEPT: usize = 16_384;
@@ -34,6 +34,8 @@ pub struct Figures {
     pub frames: Recent,
     /// Milliseconds from an edit to the first picture that shows it, finished on the device.
     pub edits: Recent,
+    /// From the start of the viewer to the first picture on the device.
+    pub first: Option<Duration>,
     /// Frames presented.
     pub presented: u64,
     /// Samples that the film was given, kept ones again after a resize.
@@ -72,6 +74,7 @@ impl Default for Figures {
             statistics: Statistics::default(),
             frames: Recent::new(KEPT),
             edits: Recent::new(KEPT),
+            first: None,
             presented: 0,
             rasterised: 0,
             epochs: 0,
@@ -105,6 +108,7 @@ impl Figures {
         while let Some(frame) = self.in_flight.pop_front_if(|frame| gpu.has_completed(frame.number)) {
             let now = Instant::now();
             let took = now - frame.began;
+            self.first.get_or_insert(now - self.started);
             self.frames.push((took.as_secs_f64() * 1e3) as f32);
             pacer.frame(took);
             self.statistics.frame(now, frame.shows);
@@ -113,6 +117,14 @@ impl Figures {
             {
                 self.edits.push((latency.as_secs_f64() * 1e3) as f32);
             }
+        }
+    }
+
+    /// The loop has waited for `what` this long.
+    pub fn waited(&mut self, what: &str, time: Duration) {
+        if time > STALL {
+            self.stalls += 1;
+            tracing::info!("the window stood still for {time:.0?}, waiting {what}");
         }
     }
 

@@ -31,6 +31,11 @@ impl Viewer {
         let wanted = plan.repaint || self.pending.show || self.panel_due(begin);
         let shown = wanted && self.make_ready()?;
         self.take(&plan, begin)?;
+        if plan.flush
+            && let Some(screen) = &mut self.screen
+        {
+            screen.flush()?;
+        }
         if self.session.is_through() && self.kept.caught_up() && std::mem::take(&mut self.pending.end) {
             self.pending.repaint = true;
         }
@@ -38,7 +43,6 @@ impl Viewer {
             self.show(&plan)?;
         }
         self.measure(begin);
-        self.clock.frame = begin;
         Ok(())
     }
 
@@ -58,6 +62,8 @@ impl Viewer {
             shown_detail,
             due: self.pending.unseen || self.pending.repaint,
             waiting: self.session.fill().0 * BLOCK_SAMPLES,
+            // In order of index only full batches are rasterised.
+            batched: if self.plan.facts.deterministic { 0 } else { self.batched() },
         };
         let mut plan = self.pacer.plan(&situation);
         if self.plan.facts.deterministic {
@@ -156,6 +162,11 @@ impl Viewer {
     pub fn samples(&mut self) -> u64 {
         let counts = self.counts();
         counts.camera_samples + counts.light_samples
+    }
+
+    /// Samples that the film has and has not rasterised.
+    fn batched(&mut self) -> usize {
+        self.screen.as_mut().and_then(Screen::film).map_or(0, |film| film.waiting())
     }
 
     /// True when there is something to show that belongs to the present epoch, or the last picture of the one before.

@@ -12,7 +12,6 @@ use winit::window::{Window, WindowId};
 
 use crate::app::interrupt;
 use crate::app::timings::TimingCapture;
-use crate::app::view::figures::STALL;
 use crate::app::view::screen::Screen;
 use crate::app::view::ui::Ui;
 use crate::app::view::viewer::{DEFAULT_BUDGET, Viewer};
@@ -144,15 +143,18 @@ impl Viewer {
         }
         let free = self.screen.as_ref().is_some_and(Screen::is_idle);
         if now >= self.clock.due && free {
-            if now - self.clock.due > STALL {
-                self.figures.stalls += 1;
+            // Until its first picture the window opens; that time has a figure of its own.
+            let open = self.figures.presented > 0;
+            if open {
+                self.figures.waited("for the device", now - self.clock.due.max(self.clock.ended));
             }
             self.clock.due = self.clock.due.max(now) + self.pacer.budget();
             if let Err(error) = self.frame() {
                 self.recover(error);
             }
-            if begin_to_end(now) > STALL {
-                self.figures.stalls += 1;
+            self.clock.ended = Instant::now();
+            if open {
+                self.figures.waited("for a frame", self.clock.ended - now);
             }
             if self.pending.unseen {
                 self.clock.due = Instant::now() + SOON;
@@ -191,8 +193,4 @@ fn concerns_all(event: &WindowEvent) -> bool {
             // A press on the picture is heard by both; without its end egui would hold the button for ever.
             | WindowEvent::MouseInput { state: ElementState::Released, .. }
     )
-}
-
-fn begin_to_end(begin: Instant) -> Duration {
-    begin.elapsed()
 }

@@ -173,7 +173,9 @@ impl Screen {
 
     /// True when the device has done everything it was given.
     pub fn is_idle(&self) -> bool {
-        self.gpu().is_none_or(|gpu| gpu.has_completed(self.last))
+        let film = self.parts.as_ref().and_then(|parts| parts.film.as_ref());
+        let last = film.map_or(self.last, |film| film.rasterised().max(self.last));
+        self.gpu().is_none_or(|gpu| gpu.has_completed(last))
     }
 
     /// Number of the last frame that was handed over.

@@ -7,7 +7,7 @@ use miette::{IntoDiagnostic, Result};
 
 use crate::app::facts::RunFacts;
 use crate::client::window::statistics::Recent;
-use crate::server::{RenderJob, Server};
+use crate::server::{Priority, RenderJob, Server};
 use crate::stream::block::Block;
 use crate::stream::control::{Epoch, Event, Finish};
 use crate::stream::ordered::Cursor;
@@ -46,13 +46,13 @@ pub struct Session {
 }
 
 impl Session {
-    /// Starts the threads; they sleep until the first render.
+    /// Starts the threads, in the background of the window; they sleep until the first render.
     ///
     /// # Errors
     ///
     /// When the system gives no threads.
     pub fn start(threads: usize, paths: Option<u64>, deterministic: bool) -> Result<Self> {
-        let (server, lanes) = Server::start(threads).into_diagnostic()?;
+        let (server, lanes) = Server::start_with(threads, Priority::Background).into_diagnostic()?;
         let epoch = Epoch(0);
         Ok(Self {
             server,

@@ -40,7 +40,6 @@ pub fn view(args: &ViewArgs) -> Result<()> {
         timings::check(path, args.outputs.iter().chain(&args.json).chain([&args.source.scene]))?;
     }
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    // Before any thread starts.
     let cores = Cores::plan(cores, args.source.threads.map(usize::from), args.source.device.as_deref());
     interrupt::listen();
     let events = EventLoop::new().map_err(|error| no_display(&error.to_string()))?;

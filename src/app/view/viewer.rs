@@ -52,8 +52,8 @@ pub struct Clock {
     pub edited: Instant,
     /// The last repaint, how many samples it showed, and at which `detail`.
     pub repainted: (Instant, u64, u32),
-    /// The last frame began.
-    pub frame: Instant,
+    /// The loop was through with the last frame.
+    pub ended: Instant,
     /// The last tick of flying.
     pub tick: Instant,
 }
@@ -131,7 +131,7 @@ impl Viewer {
             ui: None,
             figures: Figures::default(),
             capture: None,
-            clock: Clock { due: now, edited: now, repainted: (now, 0, 1), frame: now, tick: now },
+            clock: Clock { due: now, edited: now, repainted: (now, 0, 1), ended: now, tick: now },
             pending: Pending { restart: true, repaint: true, show: true, unseen: false, end: true },
             size,
             actions: Vec::new(),
