@@ -46,6 +46,7 @@ fn readout() -> Readout {
         message: Some("Saved cbox.png".into()),
         selection: Some(Selection {
             name: "shape \"light\"".into(),
+            selected: true,
             parameters: vec![
                 Parameter { label: "emission".into(), value: Value::Scale(1.7) },
                 Parameter { label: "reflectance".into(), value: Value::Color([0.123_456, 0.5, 0.000_1]) },
@@ -61,7 +62,13 @@ fn readout() -> Readout {
 }
 
 fn controls() -> Controls {
-    Controls { settings: Settings::default(), filter: SplatFilter::default(), visible: true, help: false }
+    Controls {
+        settings: Settings::default(),
+        filter: SplatFilter::default(),
+        own_profile: None,
+        visible: true,
+        help: false,
+    }
 }
 
 /// A context that is shown frame after frame.
@@ -274,6 +281,7 @@ fn untouched_values_stay_bit_for_bit() {
         let mut controls = Controls {
             settings: settings.clone(),
             filter: SplatFilter::Tent,
+            own_profile: None,
             visible: true,
             help: round % 5 == 0,
         };

@@ -67,7 +67,7 @@ pub fn drive(
     let mut aborted = false;
     loop {
         // The event is read before the lanes are drained: every block was committed before it.
-        while let Some(Event::Finished { epoch, why }) = server.event() {
+        while let Some(Event::Finished { epoch, why, .. }) = server.event() {
             finished = (epoch == drive.epoch).then_some(why).or(finished);
         }
         let rasterise = Instant::now();

@@ -100,25 +100,42 @@ impl Outputs {
     }
 }
 
-/// Writes one picture of a film; the ending says which.
-///
-/// # Errors
-///
-/// When the film cannot be read or the file not be written.
-pub fn save(
-    path: &Path,
-    film: &mut VulkanFilm,
-    (facts, prefix): (&RunFacts, bool),
-    settings: &Settings,
-) -> Result<()> {
-    let written = match check_target(path).into_diagnostic()? {
-        Format::Png => {
-            let shown = film.display(settings).into_diagnostic()?;
-            write_png(path, &shown, (facts, prefix, film.counts().camera_paths), settings)
+/// One picture of a film, to be written without it: encoding takes longer than a frame.
+pub enum Snapshot {
+    /// As it is shown, and the camera paths in it.
+    Png(DisplayImage, u64),
+    /// The sums.
+    Exr(FilmData),
+}
+
+impl Snapshot {
+    /// Takes the picture; the ending of `path` says which.
+    ///
+    /// # Errors
+    ///
+    /// When the film cannot be read, or there is no such format.
+    pub fn take(path: &Path, film: &mut VulkanFilm, settings: &Settings) -> Result<Self> {
+        Ok(match check_target(path).into_diagnostic()? {
+            Format::Png => {
+                let paths = film.counts().camera_paths;
+                Snapshot::Png(film.display(settings).into_diagnostic()?, paths)
+            }
+            Format::Exr => Snapshot::Exr(film.develop().into_diagnostic()?),
+        })
+    }
+
+    /// Writes it; `prefix` as in [`RunFacts::attributes`].
+    ///
+    /// # Errors
+    ///
+    /// When the file cannot be written.
+    pub fn write(&self, path: &Path, (facts, prefix): (&RunFacts, bool), settings: &Settings) -> Result<()> {
+        match self {
+            Snapshot::Png(shown, paths) => write_png(path, shown, (facts, prefix, *paths), settings),
+            Snapshot::Exr(data) => exr::write(path, &layers(facts, prefix, data)),
         }
-        Format::Exr => exr::write(path, &layers(facts, prefix, &film.develop().into_diagnostic()?)),
-    };
-    written.into_diagnostic()
+        .into_diagnostic()
+    }
 }
 
 fn write_png(

@@ -34,6 +34,8 @@ pub struct VulkanFilm {
     patience: Patience,
     /// The last batch.
     rasterised: FrameNumber,
+    /// Only full batches are rasterised.
+    keep_batch: bool,
 }
 
 /// The passes of a batch and what they draw into.
@@ -64,6 +66,7 @@ impl VulkanFilm {
             repaint: None,
             patience: Patience::Wait,
             rasterised: FrameNumber::default(),
+            keep_batch: false,
         })
     }
 
@@ -142,6 +145,12 @@ impl VulkanFilm {
         self.vertices.submitted(number);
         self.rasterised = number;
         Ok(())
+    }
+
+    /// Whether [`display`](Self::display), [`develop`](Self::develop) and the like leave a batch that is not full where it is,
+    /// so that the sums stay those of whole batches; it is then not in the picture.
+    pub fn keep_batch(&mut self, keep: bool) {
+        self.keep_batch = keep;
     }
 
     /// Samples of the batch, which [`flush`](Self::flush) would rasterise.
@@ -273,7 +282,7 @@ impl VulkanFilm {
     }
 
     fn develop_region(&mut self, region: Region) -> Result<FilmData, ClientError> {
-        self.flush()?;
+        self.complete()?;
         let mut data = FilmData {
             width: region.extent[0],
             height: region.extent[1],
@@ -301,8 +310,13 @@ impl VulkanFilm {
 
     /// Rasterises the batch, and hands out what shows the sums together with them.
     fn repaint(&mut self) -> Result<(&mut Repaint, Sums<'_>), ClientError> {
-        self.flush()?;
+        self.complete()?;
         self.sums()
+    }
+
+    /// Rasterises the batch, unless it is to be kept.
+    fn complete(&mut self) -> Result<(), ClientError> {
+        if self.keep_batch { Ok(()) } else { self.flush() }
     }
 
     /// What shows the sums, together with them.

@@ -26,8 +26,8 @@ const REPAINT_SHARE: f64 = 0.5;
 /// Part of the budget that samples get even where the budget cannot hold, so that the picture always gets on.
 const LEAST_SAMPLES_SHARE: f64 = 0.25;
 
-/// Most samples of one frame: the look at messages must come round.
-const MOST_SAMPLES: usize = 4 * BATCH_CAPACITY;
+/// Most samples of one frame, whatever they seem to cost: the look at messages must come round.
+const MOST_SAMPLES: usize = 64 * BATCH_CAPACITY;
 
 /// Most samples taken beyond what the budget affords while the picture is still: a next edit must not wait for long.
 const MOST_WAITING: usize = BATCH_CAPACITY / 2;

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender};
 use std::thread::JoinHandle;
+use std::time::Instant;
 
 use crate::server::job::Task;
 use crate::server::worker::{Assignment, Work};
@@ -65,7 +66,11 @@ impl Wrapper {
             let _ = thread.join();
         }
         for render in pending {
-            let _ = self.events.send(Event::Finished { epoch: render.epoch, why: Finish::Aborted });
+            let _ = self.events.send(Event::Finished {
+                epoch: render.epoch,
+                why: Finish::Aborted,
+                at: Instant::now(),
+            });
         }
         self.hub.announce();
     }
@@ -87,7 +92,7 @@ impl Wrapper {
         if render.workers == 0 {
             let Pending { epoch, why, .. } = pending.swap_remove(at);
             // Nobody may be listening any more.
-            let _ = self.events.send(Event::Finished { epoch, why });
+            let _ = self.events.send(Event::Finished { epoch, why, at: Instant::now() });
             self.hub.announce();
         }
     }

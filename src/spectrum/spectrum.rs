@@ -135,9 +135,13 @@ impl Spectrum {
         if let Spectrum::Constant(v) = self {
             return [*v; 3];
         }
-        let under = |lambda: f32| f64::from((self.eval(Vec4::splat(lambda)) * d65(Vec4::splat(lambda))).x);
-        let xyz = cie::integrate(|lambda, _| under(lambda));
-        (Profile::srgb().from_xyz * Vec3::new(xyz.x as f32, xyz.y as f32, xyz.z as f32)).to_array()
+        rgb_of(|lambda| (self.eval(Vec4::splat(lambda)) * d65(Vec4::splat(lambda))).x)
+    }
+
+    /// The colour in linear Rec.709 of a light with this spectrum, relative to the profile's white D65; components may be
+    /// negative.
+    pub fn emitted_rgb(&self) -> [f32; 3] {
+        rgb_of(|lambda| self.eval(Vec4::splat(lambda)).x)
     }
 
     /// True when the value does not depend on wavelength.
@@ -176,6 +180,12 @@ impl Spectrum {
             _ => cie::integrate(|lambda, _| f64::from(self.eval(Vec4::splat(lambda)).x)).y as f32,
         }
     }
+}
+
+/// Linear Rec.709 of a spectrum of radiance over wavelength in nm.
+fn rgb_of(radiance: impl Fn(f32) -> f32) -> [f32; 3] {
+    let xyz = cie::integrate(|lambda, _| f64::from(radiance(lambda)));
+    (Profile::srgb().from_xyz * Vec3::new(xyz.x as f32, xyz.y as f32, xyz.z as f32)).to_array()
 }
 
 /// `v` cut to [0, max]; NaN, unlike with `clamp`, is 0.

@@ -1,6 +1,7 @@
 //! What is said between client and server besides samples.
 
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Instant;
 
 /// Which scene state a block belongs to. Every edit takes the next one; blocks of older ones are dropped on arrival.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -39,6 +40,8 @@ pub enum Event {
         epoch: Epoch,
         /// How it ended.
         why: Finish,
+        /// When the last worker had left it.
+        at: Instant,
     },
 }
 

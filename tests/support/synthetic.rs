@@ -129,7 +129,7 @@ pub fn gather(server: &Server, lanes: &mut Lanes, epoch: Epoch) -> (Gathered, Fi
         let event = server.event();
         while lanes.drain(epoch, BUDGET, |block| gathered.take(block)).blocks > 0 {}
         match event {
-            Some(Event::Finished { epoch: ended, why }) if ended == epoch => return (gathered, why),
+            Some(Event::Finished { epoch: ended, why, .. }) if ended == epoch => return (gathered, why),
             Some(_) => {}
             None => drop(lanes.wait(STEP)),
         }
@@ -156,7 +156,7 @@ pub fn gather_ordered(server: &Server, lanes: &mut Lanes, cursor: &mut Cursor) -
 pub fn finish_of(server: &Server, epoch: Epoch) -> Finish {
     let start = Instant::now();
     while start.elapsed() < HANG {
-        if let Some(Event::Finished { epoch: ended, why }) = server.wait_event(STEP)
+        if let Some(Event::Finished { epoch: ended, why, .. }) = server.wait_event(STEP)
             && ended == epoch
         {
             return why;

@@ -11,6 +11,7 @@ use crate::app::timings::TimingCapture;
 use crate::client::film::VulkanFilm;
 use crate::client::{BATCH_CAPACITY, Settings};
 use crate::gpu::{Access, Format, Gpu, Image, ImageDesc, Load, Target, TimingRows};
+use crate::server::Priority;
 use crate::server::{RenderJob, Server};
 use crate::stream::{Block, Epoch, Lanes};
 use crate::tracer::integrator::PathTracer;
@@ -72,7 +73,7 @@ pub fn run(
     (settings, count): (&Settings, u32),
     capture: Option<TimingCapture>,
 ) -> Result<Measured> {
-    let (server, lanes) = Server::start(threads).into_diagnostic()?;
+    let (server, lanes) = Server::start_with(threads, Priority::Background).into_diagnostic()?;
     server.set_tracing(capture.is_some());
     let window = film.spec().window();
     let extent = [film.spec().width, film.spec().height];

@@ -1,12 +1,13 @@
 //! What the user asks for: camera moves, selection, saving.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use miette::{IntoDiagnostic, Result};
 
-use crate::app::facts::display_options;
-use crate::app::outputs::save;
+use crate::app::facts::{RunFacts, display_options};
+use crate::app::outputs::Snapshot;
 use crate::app::tell;
 use crate::app::view::screen::Screen;
 use crate::app::view::viewer::Viewer;
@@ -72,6 +73,9 @@ impl Viewer {
         if std::mem::take(&mut self.settings_changed) {
             self.controls_changed();
         }
+        for message in self.saving.done() {
+            self.say(message);
+        }
         for action in std::mem::take(&mut self.actions) {
             match self.perform(&action) {
                 Ok(None) => {}
@@ -93,8 +97,8 @@ impl Viewer {
     /// One action; what is to be said about it.
     fn perform(&mut self, action: &Action) -> Result<Option<String>> {
         match action {
-            Action::SavePng => return self.save_picture("png").map(Some),
-            Action::SaveExr => return self.save_picture("exr").map(Some),
+            Action::SavePng => self.save_picture("png")?,
+            Action::SaveExr => self.save_picture("exr")?,
             Action::SaveScene => {
                 return self.save_scene().map(|path| Some(format!("saved {}", path.display())));
             }
@@ -107,6 +111,7 @@ impl Viewer {
                 self.user.edit(*index, *value)?;
                 self.edited();
             }
+            Action::EndMove => self.user.history.end_move(),
             Action::Deselect => self.user.select(None),
         }
         Ok(None)
@@ -118,56 +123,70 @@ impl Viewer {
         }
     }
 
-    /// Saves the picture as it is under a new name.
-    fn save_picture(&mut self, ending: &str) -> Result<String> {
-        let path = fresh(&self.plan.name, ending)?;
-        let prefix = self.session.is_complete() && self.plan.facts.deterministic;
-        let mut facts = self.plan.facts.clone();
-        facts.size = Some((self.size[0], self.size[1]));
-        facts.spec = self.spec();
+    /// Saves the picture as it is now under a new name; the file is told of when it is there.
+    fn save_picture(&mut self, ending: &str) -> Result<()> {
+        let path = self.saving.fresh(&self.plan.name, ending)?;
+        let complete = self.session.is_complete();
+        let deterministic = self.plan.facts.deterministic;
+        let prefix = complete && deterministic;
+        let facts = self.facts_now()?;
         let settings = self.controls.settings.clone();
         let Some(film) = self.screen.as_mut().and_then(Screen::film) else {
             return Err(miette::miette!("there is no picture to save"));
         };
-        save(&path, film, (&facts, prefix), &settings)?;
-        Ok(format!("saved {}", path.display()))
+        // In order of index the sums must stay those of whole batches until the last one.
+        film.keep_batch(deterministic && !complete);
+        let snapshot = Snapshot::take(&path, film, &settings);
+        film.keep_batch(false);
+        // The window's own picture may have another encoding.
+        self.pending.repaint = true;
+        let snapshot = snapshot?;
+        self.saving.begin(path, move |path| snapshot.write(path, (&facts, prefix), &settings))
     }
 
-    /// Saves camera and edits as a scene that includes the original.
+    /// What makes the present picture: where camera or scene were changed, a scene file that says so is saved first.
+    pub fn facts_now(&mut self) -> Result<RunFacts> {
+        let mut facts = RunFacts {
+            size: Some((self.size[0], self.size[1])),
+            spec: self.spec(),
+            ..self.plan.facts.clone()
+        };
+        if !self.user.edits().is_empty() {
+            facts.scene = self.save_scene()?;
+            facts.defines.clear();
+        }
+        Ok(facts)
+    }
+
+    /// Saves camera and edits as a scene that includes the original, unless that was done already.
     fn save_scene(&mut self) -> Result<PathBuf> {
-        let path = fresh(&self.plan.name, "xml")?;
-        let facts = &self.plan.facts;
         let edits = self.user.edits();
+        if let Some((saved, path)) = &self.saved_scene
+            && *saved == edits
+            && path.exists()
+        {
+            return Ok(path.clone());
+        }
+        let path = self.saving.fresh(&self.plan.name, "xml")?;
+        let facts = &self.plan.facts;
         edits.write(&path, &facts.scene, &facts.defines, self.user.original()).into_diagnostic()?;
+        self.saved_scene = Some((edits, path.clone()));
         Ok(path)
     }
 
     /// The command that repeats this picture without a window, on the clipboard and on standard output.
     fn copy_command(&mut self) -> Result<String> {
         let counts = self.counts();
-        let mut facts = self.plan.facts.clone();
-        facts.size = Some((self.size[0], self.size[1]));
-        facts.spec = self.spec();
-        if !self.user.edits().is_empty() {
-            facts.scene = self.save_scene()?;
-            facts.defines.clear();
-        }
+        let facts = self.facts_now()?;
         let command =
             format!("{} {}", facts.command(0, counts.camera_paths), display_options(&self.controls.settings));
-        println!("{command}");
+        // Standard output may be the figures', or a pipe that nobody reads any more.
+        if self.plan.json.as_deref() != Some(Path::new("-")) {
+            let _ = writeln!(std::io::stdout(), "{command}");
+        }
         if let Some(ui) = &mut self.ui {
             ui.copy(command.clone());
         }
         Ok(format!("copied: {command}"))
     }
-}
-
-/// `NAME-001.ENDING`, or the next number that is free in the working folder.
-fn fresh(name: &str, ending: &str) -> Result<PathBuf> {
-    let path = |i: u32| PathBuf::from(format!("{name}-{i:03}.{ending}"));
-    let free = |path: &PathBuf| !Path::new(path).exists();
-    (1..100_000)
-        .map(path)
-        .find(free)
-        .ok_or_else(|| miette::miette!("no free name {name}-….{ending} in this folder"))
 }

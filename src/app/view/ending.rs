@@ -5,7 +5,6 @@ use std::time::{Duration, Instant};
 use miette::{IntoDiagnostic, Result};
 use serde::Serialize;
 
-use crate::app::facts::RunFacts;
 use crate::app::report::{Seconds, write_json};
 use crate::app::view::screen::Screen;
 use crate::app::view::viewer::Viewer;
@@ -34,7 +33,7 @@ struct Report {
     frame_ms: Percentiles,
     edit_latency_ms: Percentiles,
     edits: usize,
-    /// From an edit to the last worker leaving the old epoch, as the loop hears of it: an upper bound.
+    /// From an edit to the last worker leaving the old epoch.
     abort_ms: Percentiles,
     aborts: usize,
     stalls: u64,
@@ -76,6 +75,7 @@ pub fn finish(mut viewer: Viewer) -> Result<()> {
     viewer.session.abort();
     let last = viewer.last_samples();
     let report = viewer.report(lasted);
+    viewer.saving.finish().iter().for_each(|message| tell(message));
     let json = viewer.plan.json.clone();
     let panicked = viewer.session.panicked().cloned();
     let outcome = std::mem::replace(&mut viewer.outcome, Ok(()));
@@ -121,7 +121,7 @@ impl Viewer {
             version: env!("CARGO_PKG_VERSION"),
             scene: self.plan.facts.scene.clone(),
             device: self.plan.facts.device.clone(),
-            plan: self.plan.cores.words.clone(),
+            plan: self.plan.cores.clone(),
             threads: self.session.threads(),
             width: self.size[0],
             height: self.size[1],
@@ -158,11 +158,10 @@ fn write_pictures(mut viewer: Viewer) -> Result<()> {
     }
     let prefix = viewer.session.is_complete();
     let settings = viewer.controls.settings.clone();
-    let facts = RunFacts {
-        size: Some((viewer.size[0], viewer.size[1])),
-        spec: viewer.spec(),
-        ..viewer.plan.facts.clone()
-    };
+    let facts = viewer.facts_now().unwrap_or_else(|error| {
+        tell(&format!("the changes of the scene could not be saved: {error}"));
+        viewer.plan.facts.clone()
+    });
     let film = viewer.screen.as_mut().and_then(Screen::take_film);
     let mut seconds = Seconds::default();
     let outputs = &viewer.plan.outputs;

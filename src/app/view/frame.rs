@@ -23,13 +23,15 @@ impl Viewer {
     /// What device, film or surface say.
     pub fn frame(&mut self) -> Result<(), ClientError> {
         let begin = Instant::now();
-        self.session.events();
+        if let Some((index, message)) = self.session.events() {
+            self.say(format!("path {index} panicked and the render has ended: {message}; please report it"));
+        }
         if self.screen.as_mut().and_then(Screen::film).is_some_and(|film| film.has_arrived()) {
             self.pending.repaint = true;
         }
         let plan = self.plan_frame(begin);
         let wanted = plan.repaint || self.pending.show || self.panel_due(begin);
-        let shown = wanted && self.make_ready()?;
+        let shown = wanted && (!self.pending.hidden || self.pending.show) && self.make_ready()?;
         self.take(&plan, begin)?;
         if plan.flush
             && let Some(screen) = &mut self.screen
@@ -77,6 +79,7 @@ impl Viewer {
         self.match_output();
         let Some(screen) = &mut self.screen else { return Ok(false) };
         let (readiness, extent) = screen.acquire()?;
+        self.pending.hidden = matches!(readiness, Readiness::Hidden);
         match readiness {
             Readiness::Ready => {}
             Readiness::Busy | Readiness::Hidden => return Ok(false),
@@ -186,11 +189,12 @@ impl Viewer {
         let repaint = (ready && (plan.repaint || self.pending.repaint)).then_some(plan.detail);
         self.run_panel(begin);
         let panel_time = begin.elapsed();
+        let overlay = self.has_overlay();
         let Some(screen) = &mut self.screen else { return Ok(()) };
         if partial && repaint.is_some() {
             screen.flush()?;
         }
-        let panel = self.ui.as_mut().filter(|_| self.controls.visible || self.controls.help);
+        let panel = self.ui.as_mut().filter(|_| overlay);
         screen.show(&self.controls.settings, repaint, panel.map(|ui| &mut ui.triangles))?;
         let number = screen.last();
         self.pacer.panel(panel_time);

@@ -12,6 +12,7 @@ use winit::window::{Window, WindowId};
 
 use crate::app::interrupt;
 use crate::app::timings::TimingCapture;
+use crate::app::view::cores;
 use crate::app::view::screen::Screen;
 use crate::app::view::ui::Ui;
 use crate::app::view::viewer::{DEFAULT_BUDGET, Viewer};
@@ -47,6 +48,7 @@ impl ApplicationHandler for Viewer {
                 let _ = inner_size_writer.request_inner_size(window.inner_size());
                 self.refresh();
             }
+            WindowEvent::Occluded(true) => self.pending.hidden = true,
             WindowEvent::RedrawRequested | WindowEvent::Occluded(false) => self.pending.show = true,
             _ => {}
         }
@@ -103,7 +105,10 @@ impl Viewer {
         // Tracing begins while the device is opened.
         self.restart()?;
         let screen = Screen::open(window, &self.plan, self.spec()).into_diagnostic()?;
-        self.plan.facts.device = screen.gpu().map(|gpu| gpu.info().name.clone()).unwrap_or_default();
+        if let Some(info) = screen.gpu().map(|gpu| gpu.info()) {
+            self.plan.facts.device = info.name.clone();
+            self.plan.cores = cores::plan(self.session.threads(), info.kind);
+        }
         if let Some(path) = &self.plan.timings {
             self.session.server().set_tracing(true);
             self.capture = Some(TimingCapture::new(path, screen.gpu())?);
@@ -156,7 +161,7 @@ impl Viewer {
             if open {
                 self.figures.waited("for a frame", self.clock.ended - now);
             }
-            if self.pending.unseen {
+            if self.pending.unseen && !self.pending.hidden {
                 self.clock.due = Instant::now() + SOON;
             }
         }
@@ -169,14 +174,14 @@ impl Viewer {
             return now + SOON;
         }
         let still = self.session.is_through()
+            && self.saving.is_empty()
             && self.kept.caught_up()
             && !(self.pending.restart || self.pending.unseen || self.pending.repaint || self.pending.show)
             && !self.input.is_moving();
         if !still {
             return self.clock.due;
         }
-        let panel = self.controls.visible || self.controls.help;
-        let panel = self.ui.as_ref().filter(|_| panel).map_or(now + IDLE, Ui::due);
+        let panel = self.ui.as_ref().filter(|_| self.has_overlay()).map_or(now + IDLE, Ui::due);
         panel.min(now + IDLE).max(self.clock.due)
     }
 }

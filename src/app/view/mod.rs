@@ -21,6 +21,7 @@ mod figures;
 mod frame;
 mod handler;
 mod refit;
+mod saving;
 mod screen;
 mod session;
 mod start;

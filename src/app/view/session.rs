@@ -37,7 +37,7 @@ pub struct Session {
     began: Instant,
     /// The epoch that was cut off last, and when.
     cut: Option<(Epoch, Instant)>,
-    /// Milliseconds from cutting an epoch off until the loop has heard that its last worker left it.
+    /// Milliseconds from cutting an epoch off until its last worker has left it.
     pub aborts: Recent,
     /// Samples of earlier epochs.
     traced_before: u64,
@@ -107,19 +107,24 @@ impl Session {
         Ok(())
     }
 
-    /// Hears what the server has to say.
-    pub fn events(&mut self) {
-        while let Some(Event::Finished { epoch, why }) = self.server.event() {
-            if let Finish::Panicked { index, message } = &why {
-                self.panicked.get_or_insert((*index, message.clone()));
+    /// Hears what the server has to say; returns the first path that panicked, once.
+    pub fn events(&mut self) -> Option<(u64, String)> {
+        let mut news = None;
+        while let Some(Event::Finished { epoch, why, at }) = self.server.event() {
+            if let Finish::Panicked { index, message } = &why
+                && self.panicked.is_none()
+            {
+                self.panicked = Some((*index, message.clone()));
+                news = self.panicked.clone();
             }
             if epoch == self.epoch {
                 self.ended = Some(why);
             }
             if let Some((_, then)) = self.cut.take_if(|(cut, _)| *cut == epoch) {
-                self.aborts.push((then.elapsed().as_secs_f64() * 1e3) as f32);
+                self.aborts.push((at.saturating_duration_since(then).as_secs_f64() * 1e3) as f32);
             }
         }
+        news
     }
 
     /// Hands over waiting blocks, `budget` samples at most; blocks of older epochs are dropped. Never waits.

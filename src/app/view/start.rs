@@ -1,5 +1,6 @@
 //! From the command line to the open window, and from there to the exit code.
 
+use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Duration;
 
@@ -10,7 +11,6 @@ use crate::app::args::ViewArgs;
 use crate::app::device::CPU;
 use crate::app::facts::RunFacts;
 use crate::app::outputs::Outputs;
-use crate::app::view::cores::Cores;
 use crate::app::view::ending;
 use crate::app::view::screen::Losses;
 use crate::app::view::session::Session;
@@ -20,7 +20,8 @@ use crate::app::{interrupt, tell, timings};
 use crate::client::Settings;
 use crate::client::later;
 use crate::client::window::panel::Controls;
-use crate::gpu::DeviceChoice;
+use crate::color::Profile;
+use crate::gpu::{self, DeviceChoice};
 use crate::scene;
 use crate::tracer::Scene;
 
@@ -39,22 +40,32 @@ pub fn view(args: &ViewArgs) -> Result<()> {
     if let Some(path) = &args.gpu_timings {
         timings::check(path, args.outputs.iter().chain(&args.json).chain([&args.source.scene]))?;
     }
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let cores = Cores::plan(cores, args.source.threads.map(usize::from), args.source.device.as_deref());
     interrupt::listen();
     let events = EventLoop::new().map_err(|error| no_display(&error.to_string()))?;
-    let mut viewer = prepare(args, outputs, cores)?;
+    let mut viewer = prepare(args, outputs)?;
     // The window system may be gone in the middle of anything: what was traced is saved all the same.
     let run = catch_unwind(AssertUnwindSafe(|| events.run_app(&mut viewer)));
     match run {
         Ok(Ok(())) => {}
         Ok(Err(error)) => viewer.fail(miette::miette!("the window system failed: {error}")),
-        Err(_) => viewer.fail(miette::miette!("the connection to the display broke")),
+        // winit panics when its display goes away.
+        Err(_) if gpu::display_lost() => viewer.fail(miette::miette!("the connection to the display broke")),
+        Err(panic) => viewer.fail(internal(panic.as_ref())),
     }
     let outcome = ending::finish(viewer);
     // What a closed film has left under way must not be inside the driver when the program ends.
     later::finish();
     outcome
+}
+
+/// A mistake of ours, in its own words.
+fn internal(panic: &(dyn Any + Send)) -> miette::Report {
+    let words = panic.downcast_ref::<&str>().map(ToString::to_string);
+    let words = words.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default();
+    miette::miette!(
+        help = "please report this, with what you did last",
+        "the viewer made a mistake and had to close: {words}"
+    )
 }
 
 /// What to do where no window system answers. `why` is what winit says, after the place in its source that says so.
@@ -70,7 +81,7 @@ fn no_display(why: &str) -> miette::Report {
 }
 
 /// Loads the scene and starts the threads.
-fn prepare(args: &ViewArgs, outputs: Outputs, cores: Cores) -> Result<Viewer> {
+fn prepare(args: &ViewArgs, outputs: Outputs) -> Result<Viewer> {
     let mut loaded = scene::load(&args.source.scene, &args.source.defines)?;
     if let Some((width, height)) = args.source.size {
         (loaded.desc.film.width, loaded.desc.film.height) = (width, height);
@@ -87,10 +98,13 @@ fn prepare(args: &ViewArgs, outputs: Outputs, cores: Cores) -> Result<Viewer> {
         RunFacts { deterministic: args.deterministic, ..RunFacts::of(&args.source, &loaded, String::new()) };
     let name =
         args.source.scene.file_stem().map_or("scene".into(), |stem| stem.to_string_lossy().into_owned());
-    let session = Session::start(cores.tracing, args.samples, args.deterministic)?;
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = args.source.threads.map_or(cores, usize::from);
+    let session = Session::start(threads, args.samples, args.deterministic)?;
     let controls = Controls {
         settings: Settings { output: args.hdr.output(), ..args.display.settings() },
         filter: facts.spec.filter,
+        own_profile: Some(args.display.settings().profile).filter(|p| Profile::named(&p.name).is_none()),
         visible: !args.no_panel,
         help: false,
     };
@@ -99,7 +113,7 @@ fn prepare(args: &ViewArgs, outputs: Outputs, cores: Cores) -> Result<Viewer> {
         outputs,
         json: args.json.clone(),
         choice: args.source.device.as_deref().map_or(DeviceChoice::Best, DeviceChoice::parse),
-        cores,
+        cores: String::new(),
         timings: args.gpu_timings.clone(),
         losses: Losses { devices: args.lose_device_after.clone(), surface: args.lose_surface_after },
         budget: args.fps.map(|fps| Duration::from_secs_f32(1.0 / fps.clamp(0.1, 1000.0))),

@@ -13,6 +13,9 @@ use crate::client::window::panel::{self, Action, Controls, Readout};
 /// The panel's figures are drawn anew this often.
 const REFRESH: Duration = Duration::from_millis(200);
 
+/// A message stands over the picture for this long.
+const MESSAGE: Duration = Duration::from_secs(5);
+
 /// egui and what it last wanted drawn.
 pub struct Ui {
     context: egui::Context,
@@ -23,8 +26,10 @@ pub struct Ui {
     pointer: Option<egui::Pos2>,
     /// egui must run again by then.
     due: Instant,
-    /// The last message for the user.
-    pub message: Option<String>,
+    /// The last message for the user, and until when it stands over the picture.
+    message: Option<(String, Instant)>,
+    /// It was drawn last time.
+    told: bool,
 }
 
 impl Ui {
@@ -47,6 +52,7 @@ impl Ui {
             pointer: None,
             due: Instant::now(),
             message: None,
+            told: false,
         }
     }
 
@@ -92,8 +98,18 @@ impl Ui {
 
     /// A message for the user.
     pub fn say(&mut self, text: String) {
-        self.message = Some(text);
-        self.due = Instant::now();
+        let now = Instant::now();
+        (self.message, self.due) = (Some((text, now + MESSAGE)), now);
+    }
+
+    /// A message stands over the picture, or stood there when it was drawn last.
+    fn tells(&self) -> bool {
+        self.told || self.message(Instant::now()).is_some()
+    }
+
+    /// The message that stands over the picture now.
+    fn message(&self, now: Instant) -> Option<&str> {
+        self.message.as_ref().filter(|(_, until)| now < *until).map(|(text, _)| text.as_str())
     }
 
     /// Asks for the panel to be drawn anew.
@@ -127,9 +143,14 @@ impl Ui {
 }
 
 impl Viewer {
-    /// The panel is shown and must be drawn anew.
+    /// Something of egui stands over the picture: panel, keys or a message.
+    pub fn has_overlay(&self) -> bool {
+        self.controls.visible || self.controls.help || self.ui.as_ref().is_some_and(Ui::tells)
+    }
+
+    /// It must be drawn anew.
     pub fn panel_due(&self, now: Instant) -> bool {
-        (self.controls.visible || self.controls.help) && self.ui.as_ref().is_some_and(|ui| ui.is_due(now))
+        self.has_overlay() && self.ui.as_ref().is_some_and(|ui| ui.is_due(now))
     }
 
     /// Runs the panel if it is due, and does what the user asks for.
@@ -137,9 +158,10 @@ impl Viewer {
         if !self.panel_due(now) {
             return;
         }
-        let readout = self.readout();
+        let readout = self.readout(now);
         let before = (self.controls.settings.clone(), self.controls.filter);
         let (Some(ui), Some(screen)) = (&mut self.ui, &self.screen) else { return };
+        ui.told = readout.message.is_some();
         let actions = ui.run(&screen.window().clone(), &readout, &mut self.controls);
         if before != (self.controls.settings.clone(), self.controls.filter) {
             self.settings_changed = true;
@@ -148,7 +170,7 @@ impl Viewer {
     }
 
     /// What the panel shows.
-    fn readout(&mut self) -> Readout {
+    fn readout(&mut self, now: Instant) -> Readout {
         let spec = self.spec();
         let [width, height] = spec.padded_extent().map(u64::from);
         let counts: FilmCounts = self.counts();
@@ -159,8 +181,11 @@ impl Viewer {
         let statistics = &self.figures.statistics;
         let device = self.screen.as_ref().and_then(Screen::gpu).map(|gpu| gpu.info().clone());
         Readout {
-            device: device.map_or(String::new(), |d| format!("{} ({})", d.name, d.driver)),
-            plan: self.plan.cores.words.clone(),
+            device: device.map_or(String::new(), |d| match d.driver.contains(&d.name) {
+                true => d.driver,
+                false => format!("{} ({})", d.name, d.driver),
+            }),
+            plan: self.plan.cores.clone(),
             extent: self.size,
             detail: self.clock.repainted.2,
             counts,
@@ -177,7 +202,7 @@ impl Viewer {
             edit_latency_p95: statistics.edit_latency_p95(),
             threads: self.session.threads(),
             elapsed: self.session.elapsed(),
-            message: self.ui.as_ref().and_then(|ui| ui.message.clone()),
+            message: self.ui.as_ref().and_then(|ui| ui.message(now)).map(str::to_owned),
             selection: self.user.selection(),
             camera: self.user.camera_words(),
             fov: self.user.history.pose().fov,

@@ -10,7 +10,7 @@ use crate::client::window::navigation::{Gesture, Pose};
 use crate::client::window::panel::{Parameter, Selection, Value};
 use crate::scene::SceneDesc;
 use crate::scene::desc::{CameraDesc, FovAxis};
-use crate::scene::edit::{Editable, Edits, NewValue, editable, shape_name};
+use crate::scene::edit::{Editable, Edits, NewValue, editable, lights, shape_name};
 use crate::tracer::{Camera, Pick, PrepareOptions, Scene};
 
 /// The scene as it is traced, and how it differs from the file's.
@@ -104,16 +104,20 @@ impl User {
         self.selected = shape;
     }
 
-    /// What can be changed of the selected shape, with the present values.
+    /// What can be changed of the selected shape, with the present values; of the lights that nobody can click at, where
+    /// nothing is selected.
     fn editables(&self) -> Vec<Editable> {
-        let mut all = self.selected.map(|shape| editable(&self.original, shape)).unwrap_or_default();
+        let mut all = match self.selected {
+            Some(shape) => editable(&self.original, shape),
+            None => lights(&self.original),
+        };
         for one in &mut all {
             one.value = self.edits.get(one.target).unwrap_or(one.value);
         }
         all
     }
 
-    /// The selected shape for the panel.
+    /// The selected shape, or the lights, for the panel.
     pub fn selection(&self) -> Option<Selection> {
         let parameters = self.editables().into_iter().map(|one| Parameter {
             value: match one.value {
@@ -126,8 +130,13 @@ impl User {
             },
             label: one.label,
         });
-        let name = shape_name(&self.original, self.selected?);
-        Some(Selection { name, parameters: parameters.collect() })
+        let parameters: Vec<Parameter> = parameters.collect();
+        let name = match self.selected {
+            Some(shape) => shape_name(&self.original, shape),
+            None if parameters.is_empty() => return None,
+            None => "Lights".to_owned(),
+        };
+        Some(Selection { name, selected: self.selected.is_some(), parameters })
     }
 
     /// Changes parameter `index` of the selected shape.

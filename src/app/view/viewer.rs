@@ -8,8 +8,8 @@ use miette::{IntoDiagnostic, Result};
 use crate::app::facts::RunFacts;
 use crate::app::outputs::Outputs;
 use crate::app::timings::TimingCapture;
-use crate::app::view::cores::Cores;
 use crate::app::view::figures::Figures;
+use crate::app::view::saving::Saving;
 use crate::app::view::screen::{Losses, Screen};
 use crate::app::view::session::Session;
 use crate::app::view::ui::Ui;
@@ -20,6 +20,7 @@ use crate::client::window::input::Input;
 use crate::client::window::panel::{Action, Controls};
 use crate::client::{FilmCounts, FilmSpec, SplatFilter};
 use crate::gpu::DeviceChoice;
+use crate::scene::edit::Edits;
 use crate::stream::UvWindow;
 
 /// What the command line decides once.
@@ -32,8 +33,8 @@ pub struct Plan {
     pub json: Option<PathBuf>,
     /// The device.
     pub choice: DeviceChoice,
-    /// Who computes where.
-    pub cores: Cores,
+    /// Who computes where, in words; known once the device is.
+    pub cores: String,
     /// Where times of every pass go.
     pub timings: Option<PathBuf>,
     /// What is to be lost on purpose.
@@ -69,6 +70,8 @@ pub struct Pending {
     pub repaint: bool,
     /// The window must be drawn, even with the same picture.
     pub show: bool,
+    /// Nobody can see the window, as far as is known: nothing is drawn until it is resized or shown.
+    pub hidden: bool,
     /// The render goes on; when it has ended, all of its samples must be shown once.
     pub end: bool,
 }
@@ -105,6 +108,10 @@ pub struct Viewer {
     pub size: [u32; 2],
     /// Asked for, to be done before the next frame.
     pub actions: Vec<Action>,
+    /// Files that are being written.
+    pub saving: Saving,
+    /// Camera and edits that were saved last, and where.
+    pub saved_scene: Option<(Edits, PathBuf)>,
     /// Display controls have changed since the last frame.
     pub settings_changed: bool,
     /// The window is to close.
@@ -132,9 +139,18 @@ impl Viewer {
             figures: Figures::default(),
             capture: None,
             clock: Clock { due: now, edited: now, repainted: (now, 0, 1), ended: now, tick: now },
-            pending: Pending { restart: true, repaint: true, show: true, unseen: false, end: true },
+            pending: Pending {
+                restart: true,
+                repaint: true,
+                show: true,
+                unseen: false,
+                hidden: false,
+                end: true,
+            },
             size,
             actions: Vec::new(),
+            saving: Saving::default(),
+            saved_scene: None,
             settings_changed: false,
             quit: false,
             outcome: Ok(()),

@@ -15,8 +15,8 @@ use crate::client::window::panel::Action;
 const CLICK: f64 = 4.0;
 /// Longest time between the clicks of a double click.
 const DOUBLE_CLICK: Duration = Duration::from_millis(400);
-/// A wheel that rests for this long begins a new entry of the history.
-const WHEEL_REST: Duration = Duration::from_millis(500);
+/// Steps of the wheel, or of a key, after a rest of this long begin a new entry of the history.
+const STEP_REST: Duration = Duration::from_millis(500);
 /// Physical pixels of a touchpad's scrolling that are as much as one step of a wheel.
 const PIXELS_PER_STEP: f64 = 40.0;
 /// Flying speed at the start, distances to the target per second; factor with Shift; factor per step of the wheel; bounds.
@@ -86,7 +86,8 @@ pub struct Input {
     cursor: Option<DVec2>,
     press: Option<Press>,
     last_click: Option<(Instant, DVec2)>,
-    last_wheel: Option<Instant>,
+    /// Of the wheel, or of a key that moves the camera.
+    last_step: Option<Instant>,
     ctrl: bool,
     shift: bool,
     /// Keys of [`FLYING`] that are held.
@@ -112,7 +113,7 @@ impl Input {
             cursor: None,
             press: None,
             last_click: None,
-            last_wheel: None,
+            last_step: None,
             ctrl: false,
             shift: false,
             held: [false; FLYING.len()],
@@ -142,7 +143,7 @@ impl Input {
             Signal::Button(button, true) => self.press(button),
             Signal::Button(button, false) => self.release(button, now),
             Signal::Wheel(steps) => self.wheel(steps, now),
-            Signal::Key(code, text, pressed) => self.key(code, text, pressed),
+            Signal::Key(code, text, pressed) => self.key((code, text, pressed), now),
             Signal::Modifiers(ctrl, shift) => {
                 (self.ctrl, self.shift) = (ctrl, shift);
                 Vec::new()
@@ -225,9 +226,6 @@ impl Input {
 
     fn release(&mut self, button: MouseButton, now: Instant) -> Vec<Intent> {
         let Some(press) = self.press.take_if(|p| p.button == button) else { return Vec::new() };
-        if button == MouseButton::Right {
-            self.held = [false; FLYING.len()];
-        }
         if press.dragging {
             return vec![Intent::EndMove];
         }
@@ -253,22 +251,32 @@ impl Input {
             self.speed = (self.speed * factor.powf(steps)).clamp(least, greatest);
             return Vec::new();
         }
-        let rested =
-            self.last_wheel.replace(now).is_none_or(|w| now.saturating_duration_since(w) > WHEEL_REST);
         let gesture = if self.ctrl { Gesture::Fov(-keys::FOV_STEP * steps) } else { Gesture::Dolly(steps) };
-        let end = rested.then_some(Intent::EndMove);
-        end.into_iter().chain([Intent::Gesture(gesture)]).collect()
+        self.step(gesture, now)
     }
 
-    fn key(&mut self, code: Option<KeyCode>, text: Option<char>, pressed: bool) -> Vec<Intent> {
+    /// One step of a run of steps; after a rest a new entry of the history begins.
+    fn step(&mut self, gesture: Gesture, now: Instant) -> Vec<Intent> {
+        let last = self.last_step.replace(now);
+        let rested = last.is_none_or(|last| now.saturating_duration_since(last) > STEP_REST);
+        rested.then_some(Intent::EndMove).into_iter().chain([Intent::Gesture(gesture)]).collect()
+    }
+
+    fn key(
+        &mut self,
+        (code, text, pressed): (Option<KeyCode>, Option<char>, bool),
+        now: Instant,
+    ) -> Vec<Intent> {
         let flying = self.is_flying();
         if let Some(place) = FLYING.iter().position(|(key, _)| Some(*key) == code) {
-            self.held[place] = pressed && flying;
+            // Also before the right button goes down: it flies from then on.
+            self.held[place] = pressed;
         }
         if !pressed {
             return Vec::new();
         }
         match (keys::effect(code, text, [self.ctrl, self.shift, flying]), self.cursor) {
+            (Some(Effect::Intent(Intent::Gesture(gesture))), _) => self.step(*gesture, now),
             (Some(Effect::Intent(intent)), _) => vec![intent.clone()],
             (Some(Effect::FocusAtCursor), Some(at)) => vec![Intent::FocusAt(at.to_array())],
             _ => Vec::new(),

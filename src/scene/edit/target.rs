@@ -10,8 +10,12 @@ use crate::spectrum::{Spectrum, dispersion::Ior};
 pub enum Target {
     /// Factor on the emission of a shape (index into `shapes`).
     Emission(u32),
+    /// Colour of the emission of a shape, linear Rec.709 with 1 for its largest component; its luminance stays.
+    EmissionColor(u32),
     /// Factor on a light that is not a shape (index into `lights`).
     Light(u32),
+    /// The same as [`Target::EmissionColor`] for a light that is not a shape.
+    LightColor(u32),
     /// Reflectance of a diffuse material, linear Rec.709.
     Reflectance(BsdfId),
     /// Interior index of refraction of a dielectric.
@@ -165,6 +169,24 @@ pub(crate) const PARAMETERS: &[Parameter] = &[
         set: |desc, i, v| desc.shapes[i as usize].emission.iter_mut().for_each(|s| scale(s, v)),
     },
     Parameter {
+        name: "emission_color",
+        label: "emission colour",
+        object: Object::Shape,
+        range: Range::Reflectance,
+        target: Target::EmissionColor,
+        get: |desc, i| desc.shapes.get(i as usize)?.emission.as_ref().map(hue),
+        set: |desc, i, v| desc.shapes[i as usize].emission.iter_mut().for_each(|s| tint(s, v)),
+    },
+    Parameter {
+        name: "emission_color",
+        label: "emission colour",
+        object: Object::Light,
+        range: Range::Reflectance,
+        target: Target::LightColor,
+        get: |desc, i| desc.lights.get(i as usize).map(|light| hue(light.spectrum())),
+        set: |desc, i, v| tint(desc.lights[i as usize].spectrum_mut(), v),
+    },
+    Parameter {
         name: "emission_scale",
         label: "emission",
         object: Object::Light,
@@ -202,6 +224,8 @@ impl Target {
         match self {
             Target::Emission(i) => (Object::Shape, "emission_scale", i),
             Target::Light(i) => (Object::Light, "emission_scale", i),
+            Target::EmissionColor(i) => (Object::Shape, "emission_color", i),
+            Target::LightColor(i) => (Object::Light, "emission_color", i),
             Target::Reflectance(id) => (Object::Bsdf, "reflectance", id.0),
             Target::IntIor(id) => (Object::Bsdf, "int_ior", id.0),
         }
@@ -264,6 +288,23 @@ impl Target {
 fn scale(spectrum: &mut Spectrum, value: NewValue) {
     if let NewValue::Scale(factor) = value {
         *spectrum = spectrum.scaled(factor as f32);
+    }
+}
+
+/// The colour of an emission, with 1 for its largest component.
+fn hue(spectrum: &Spectrum) -> NewValue {
+    let rgb = spectrum.emitted_rgb();
+    let most = rgb.into_iter().fold(0.0, f32::max);
+    NewValue::Rgb(rgb.map(|v| if most > 0.0 { f64::from((v / most).clamp(0.0, 1.0)) } else { 1.0 }))
+}
+
+/// Another colour of the same luminance, through the same smooth spectra as an `rgb` of a file. Black has no colour.
+fn tint(spectrum: &mut Spectrum, value: NewValue) {
+    let NewValue::Rgb(rgb) = value else { return };
+    let tinted = Spectrum::emission_rgb(rgb.map(|v| v as f32));
+    let (before, after) = (spectrum.luminance(), tinted.luminance());
+    if after > 0.0 {
+        *spectrum = tinted.scaled(before / after);
     }
 }
 

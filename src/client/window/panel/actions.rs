@@ -15,6 +15,9 @@ pub(super) fn show(ui: &mut Ui, readout: &Readout, controls: &mut Controls, acti
             if response.changed() && fov != readout.fov {
                 actions.push(Action::SetFov(fov));
             }
+            if response.drag_stopped() || response.lost_focus() {
+                actions.push(Action::EndMove);
+            }
             ui.colored_label(style::DIM, "field of view");
         });
     }
@@ -59,7 +62,4 @@ pub(super) fn show(ui: &mut Ui, readout: &Readout, controls: &mut Controls, acti
             controls.visible = false;
         }
     });
-    if let Some(message) = &readout.message {
-        ui.colored_label(style::ACCENT, message);
-    }
 }

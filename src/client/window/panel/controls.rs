@@ -15,7 +15,7 @@ pub(super) fn show(ui: &mut Ui, controls: &mut Controls) {
     ui.separator();
     glare(ui, &mut settings.glare);
     ui.separator();
-    tone(ui, settings, &default);
+    tone(ui, settings, (&default, controls.own_profile.as_ref()));
 }
 
 fn picture(ui: &mut Ui, settings: &mut Settings, default: &Settings, filter: &mut SplatFilter) {
@@ -74,7 +74,7 @@ fn glare(ui: &mut Ui, glare: &mut Option<Glare>) {
     }
 }
 
-fn tone(ui: &mut Ui, settings: &mut Settings, default: &Settings) {
+fn tone(ui: &mut Ui, settings: &mut Settings, (default, own): (&Settings, Option<&Profile>)) {
     let curves = [
         ("1 − exp(−(B·Y)^C)", ToneCurve::Paper),
         ("PBR Neutral", ToneCurve::PbrNeutral),
@@ -90,7 +90,7 @@ fn tone(ui: &mut Ui, settings: &mut Settings, default: &Settings) {
         (0.1, 4.0),
     );
     slide(ui, ("Gamma G", "Of the display"), &mut settings.gamma, default.gamma, (1.0, 4.0));
-    profile(ui, &mut settings.profile);
+    profile(ui, &mut settings.profile, own);
     let kinds = [("None", Dither::None), ("Ordered", Dither::Ordered), ("Blue noise", Dither::BlueNoise)];
     choice(ui, "Dither", "Hides the steps of 8 bits", &mut settings.dither, &default.dither, &kinds);
     let outputs = [("8 bits", Output::Sdr), ("scRGB", Output::ScRgb), ("HDR10", Output::Hdr10)];
@@ -98,13 +98,14 @@ fn tone(ui: &mut Ui, settings: &mut Settings, default: &Settings) {
 }
 
 /// Profiles by name. A profile from a file stays until another is chosen.
-fn profile(ui: &mut Ui, profile: &mut Profile) {
+fn profile(ui: &mut Ui, profile: &mut Profile, own: Option<&Profile>) {
     let present = profile.name.clone();
     let mut name = present.as_str();
-    let known = Profile::names().map(|name| (name, name));
+    let mut known: Vec<_> = Profile::names().map(|name| (name, name)).to_vec();
+    known.extend(own.map(|own| (own.name.as_str(), own.name.as_str())));
     choice(ui, "Profile", "Primaries and white of the display", &mut name, &"srgb", &known);
     if name != present
-        && let Some(chosen) = Profile::named(name)
+        && let Some(chosen) = Profile::named(name).or_else(|| own.filter(|own| own.name == name).cloned())
     {
         *profile = chosen;
     }

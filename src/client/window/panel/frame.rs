@@ -1,6 +1,6 @@
 //! What the panel stands in: a floating sheet at the left, with sections that fold.
 
-use egui::{Area, CollapsingHeader, Frame, Id, Margin, Order, RichText, ScrollArea, Ui};
+use egui::{Align2, Area, CollapsingHeader, Frame, Id, Margin, Order, RichText, ScrollArea, Ui};
 
 use crate::client::window::panel::style;
 
@@ -29,6 +29,17 @@ pub(super) fn floating(ctx: &egui::Context, contents: impl FnOnce(&mut Ui)) {
                 ui.set_width(width - 8.0);
                 contents(ui);
             });
+        });
+    });
+}
+
+/// A line at the bottom, over the picture.
+pub(super) fn message(ctx: &egui::Context, text: &str) {
+    let area = Area::new(Id::new("message")).order(Order::Foreground).fade_in(false).interactable(false);
+    area.anchor(Align2::CENTER_BOTTOM, [0.0, -GAP]).show(ctx, |ui| {
+        Frame::new().fill(style::BACK).inner_margin(Margin::same(8)).show(ui, |ui| {
+            ui.set_max_width(ctx.content_rect().width() - 4.0 * GAP);
+            ui.colored_label(style::BRIGHT, text);
         });
     });
 }

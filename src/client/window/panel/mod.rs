@@ -13,6 +13,7 @@ pub mod style;
 pub use readout::{Parameter, Readout, Selection, Value};
 
 use crate::client::settings::{Settings, SplatFilter};
+use crate::color::Profile;
 
 /// What the user changes in the panel; kept by the viewer.
 #[derive(Clone, Debug)]
@@ -21,6 +22,8 @@ pub struct Controls {
     pub settings: Settings,
     /// Splat filter; starts the film anew from the samples that are kept.
     pub filter: SplatFilter,
+    /// A profile that was read from a file, to choose again after another one.
+    pub own_profile: Option<Profile>,
     /// The panel is shown.
     pub visible: bool,
     /// The list of keys is shown.
@@ -46,6 +49,8 @@ pub enum Action {
     ResetCamera,
     /// Field of view in degrees.
     SetFov(f64),
+    /// The camera move is over: the next one is an entry of its own.
+    EndMove,
     /// Change parameter `index` of the selection.
     Edit {
         /// Place in [`Selection::parameters`].
@@ -64,6 +69,9 @@ pub fn show(ui: &mut egui::Ui, readout: &Readout, controls: &mut Controls) -> Ve
     let ctx = ui.ctx().clone();
     style::apply(&ctx);
     let mut actions = Vec::new();
+    if let Some(message) = &readout.message {
+        frame::message(&ctx, message);
+    }
     if controls.help {
         help::show(&ctx, &mut controls.help);
     }

@@ -43,7 +43,7 @@ pub struct Readout {
     pub threads: usize,
     /// Time since the present epoch began.
     pub elapsed: Duration,
-    /// The last message for the user, such as where a file was saved.
+    /// What the user is to be told now, such as where a file was saved.
     pub message: Option<String>,
     /// The selected object.
     pub selection: Option<Selection>,
@@ -53,11 +53,13 @@ pub struct Readout {
     pub fov: f64,
 }
 
-/// An object picked by a click, as the panel shows it.
+/// An object picked by a click, or what is shown without one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Selection {
     /// What it is called: `id`, or kind and line of the file.
     pub name: String,
+    /// The user has selected it, and can deselect it.
+    pub selected: bool,
     /// What can be changed of it.
     pub parameters: Vec<Parameter>,
 }

@@ -8,7 +8,7 @@ use crate::client::window::panel::{Action, Selection, Value, style};
 pub(super) fn show(ui: &mut Ui, selection: &Selection, actions: &mut Vec<Action>) {
     ui.horizontal(|ui| {
         ui.colored_label(style::ACCENT, &selection.name);
-        if ui.button("Deselect").on_hover_text("Selects nothing  X").clicked() {
+        if selection.selected && ui.button("Deselect").on_hover_text("Selects nothing  X").clicked() {
             actions.push(Action::Deselect);
         }
     });
