@@ -43,7 +43,7 @@ fn readout() -> Readout {
         edit_latency_p95: Some(Duration::from_millis(48)),
         threads: 1,
         elapsed: Duration::from_secs_f64(12.3),
-        message: Some("Saved cbox.png".into()),
+        message: None,
         selection: Some(Selection {
             name: "shape \"light\"".into(),
             selected: true,
@@ -292,6 +292,26 @@ fn untouched_values_stay_bit_for_bit() {
         assert_eq!(controls.settings, settings);
         assert_eq!(controls.settings.exposure.to_bits(), settings.exposure.to_bits());
         assert_eq!(controls.filter, SplatFilter::Tent);
+    }
+}
+
+/// Also while the panel is hidden, and only within the window.
+#[test]
+fn messages_stand_over_the_picture() {
+    let mut controls = Controls { visible: false, ..controls() };
+    for (size, seen) in [([512.0, 512.0], true), ([320.0, 200.0], true), ([40.0, 30.0], false)] {
+        let mut panel = Panel::new(size);
+        let said = Readout { message: Some("saved cornell-001.png".into()), ..readout() };
+        let shapes = panel.settle(&said, &mut controls);
+        assert_eq!(texts(&shapes).iter().any(|(text, _)| text.contains("cornell-001")), seen, "{size:?}");
+        for shape in shapes {
+            let at = shape.clip_rect.intersect(shape.shape.visual_bounding_rect());
+            assert!(
+                !at.is_positive() || (at.right() <= size[0] + 0.5 && at.bottom() <= size[1] + 0.5),
+                "{at:?}"
+            );
+        }
+        assert!(texts(&panel.settle(&readout(), &mut controls)).is_empty(), "and it goes away");
     }
 }
 

@@ -101,6 +101,28 @@ fn environment_gone(desc: &mut SceneDesc) {
     desc.lights.remove(0);
 }
 
+/// Another colour of the same brightness; the factor and the colour go together in either order.
+#[test]
+fn emissions_are_tinted() {
+    let desc = example();
+    let (color, scale) = (Target::EmissionColor(4), Target::Emission(4));
+    let wanted = [1.0, 0.25, 0.1];
+    let tinted = |order: [(Target, NewValue); 2]| {
+        let mut changed = desc.clone();
+        order.into_iter().for_each(|(target, value)| target.set(&mut changed, value).unwrap());
+        changed
+    };
+    let steps = [(color, NewValue::Rgb(wanted)), (scale, NewValue::Scale(3.0))];
+    for order in [steps, [steps[1], steps[0]]] {
+        let changed = tinted(order);
+        let NewValue::Rgb(rgb) = color.get(&changed).unwrap() else { panic!("a colour") };
+        assert!(wanted.iter().zip(rgb).all(|(a, b)| (a - b).abs() < 0.01), "{rgb:?}");
+        let [before, after] = [&desc, &changed].map(|d| d.shapes[4].emission.as_ref().unwrap().luminance());
+        assert!((after / before - 3.0).abs() < 1e-3, "{before} {after}");
+    }
+    assert!(color.set(&mut desc.clone(), NewValue::Rgb([2.0, 0.0, 0.0])).is_err());
+}
+
 #[test]
 fn what_can_be_changed_and_what_it_is_called() {
     let desc = example();
@@ -116,7 +138,11 @@ fn what_can_be_changed_and_what_it_is_called() {
     assert_eq!(shape_name(&desc, 0), "floor");
     assert_eq!(shape_name(&desc, 1), "cube, example.xml:10");
     let all: Vec<String> = lights(&desc).into_iter().map(|e| e.label).collect();
-    assert_eq!(all, ["emission of constant, example.xml:18", "emission of bulb"]);
+    let [sky, bulb] = ["constant, example.xml:18", "bulb"];
+    let of = |what: &str, light: &str| format!("{what} of {light}");
+    let expected =
+        [(sky, "emission"), (sky, "emission colour"), (bulb, "emission"), (bulb, "emission colour")];
+    assert_eq!(all, expected.map(|(light, what)| of(what, light)));
     // Every target has its line in the table, and bounds that it accepts.
     let of_shapes = (0..desc.shapes.len() as u32).flat_map(|i| editable(&desc, i));
     for e in of_shapes.chain(lights(&desc)) {

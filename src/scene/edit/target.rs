@@ -178,15 +178,6 @@ pub(crate) const PARAMETERS: &[Parameter] = &[
         set: |desc, i, v| desc.shapes[i as usize].emission.iter_mut().for_each(|s| tint(s, v)),
     },
     Parameter {
-        name: "emission_color",
-        label: "emission colour",
-        object: Object::Light,
-        range: Range::Reflectance,
-        target: Target::LightColor,
-        get: |desc, i| desc.lights.get(i as usize).map(|light| hue(light.spectrum())),
-        set: |desc, i, v| tint(desc.lights[i as usize].spectrum_mut(), v),
-    },
-    Parameter {
         name: "emission_scale",
         label: "emission",
         object: Object::Light,
@@ -194,6 +185,15 @@ pub(crate) const PARAMETERS: &[Parameter] = &[
         target: Target::Light,
         get: |desc, i| desc.lights.get(i as usize).map(|_| NewValue::Scale(1.0)),
         set: |desc, i, v| scale(desc.lights[i as usize].spectrum_mut(), v),
+    },
+    Parameter {
+        name: "emission_color",
+        label: "emission colour",
+        object: Object::Light,
+        range: Range::Reflectance,
+        target: Target::LightColor,
+        get: |desc, i| desc.lights.get(i as usize).map(|light| hue(light.spectrum())),
+        set: |desc, i, v| tint(desc.lights[i as usize].spectrum_mut(), v),
     },
     Parameter {
         name: "reflectance",

@@ -35,10 +35,14 @@ pub(super) fn floating(ctx: &egui::Context, contents: impl FnOnce(&mut Ui)) {
 
 /// A line at the bottom, over the picture.
 pub(super) fn message(ctx: &egui::Context, text: &str) {
+    let room = ctx.content_rect().shrink(GAP).size();
+    if room.x < 60.0 || room.y < 40.0 {
+        return;
+    }
     let area = Area::new(Id::new("message")).order(Order::Foreground).fade_in(false).interactable(false);
     area.anchor(Align2::CENTER_BOTTOM, [0.0, -GAP]).show(ctx, |ui| {
         Frame::new().fill(style::BACK).inner_margin(Margin::same(8)).show(ui, |ui| {
-            ui.set_max_width(ctx.content_rect().width() - 4.0 * GAP);
+            ui.set_max_width(room.x - 2.0 * GAP);
             ui.colored_label(style::BRIGHT, text);
         });
     });
