@@ -87,8 +87,11 @@ fn flying_needs_the_right_button_and_keeps_other_keys_silent() {
     assert_eq!(hand.key(KeyCode::KeyW, 'w'), []);
     assert_eq!(hand.0.tick(0.01), None);
     assert_eq!(hand.key(KeyCode::KeyE, 'e'), [Intent::Action(Action::SaveExr)]);
+    for key in [KeyCode::KeyW, KeyCode::KeyE] {
+        assert_eq!(hand.give(Signal::Key(Some(key), None, false)), []);
+    }
     hand.button(MouseButton::Right, true);
-    assert_eq!(hand.0.tick(0.01), None, "a key held before does not count");
+    assert_eq!(hand.0.tick(0.01), None, "none is held any more");
     assert_eq!(hand.key(KeyCode::KeyE, 'e'), []);
     assert_eq!(hand.key(KeyCode::KeyD, 'd'), []);
     let Some(Gesture::Fly(slow)) = hand.0.tick(0.01) else { panic!("no flight") };
@@ -103,6 +106,30 @@ fn flying_needs_the_right_button_and_keeps_other_keys_silent() {
     assert!(long.length() <= hand.0.speed() * 0.4 + 1e-12, "a stall does not throw the camera away");
     assert_eq!(hand.button(MouseButton::Right, false), [Intent::EndMove]);
     assert!(!hand.0.is_moving() && hand.0.tick(0.01).is_none());
+}
+
+/// Whichever comes first, key or button, and again after the button was let go.
+#[test]
+fn a_key_held_before_the_button_flies_too() {
+    let mut hand = Hand::new();
+    hand.key(KeyCode::KeyW, 'w');
+    for _ in 0..2 {
+        assert!(!hand.0.is_moving());
+        hand.button(MouseButton::Right, true);
+        let Some(Gesture::Fly(by)) = hand.0.tick(0.01) else { panic!("no flight") };
+        assert!(by.z > 0.0);
+        hand.button(MouseButton::Right, false);
+    }
+}
+
+#[test]
+fn keys_that_step_are_one_move_until_they_rest() {
+    let mut hand = Hand::new();
+    let wider = Intent::Gesture(Gesture::Fov(2.0));
+    assert_eq!(hand.key(KeyCode::BracketRight, ']'), [Intent::EndMove, wider.clone()]);
+    assert_eq!(hand.key(KeyCode::BracketRight, ']'), [wider.clone()]);
+    hand.1 += Duration::from_secs(1);
+    assert_eq!(hand.key(KeyCode::BracketRight, ']'), [Intent::EndMove, wider]);
 }
 
 #[test]
