@@ -15,6 +15,7 @@
 pub mod accel;
 pub mod bsdf;
 pub mod camera;
+pub mod chain;
 pub mod integrator;
 pub mod interaction;
 pub mod light;
@@ -22,9 +23,11 @@ pub mod material;
 pub mod mis;
 mod prepare;
 mod primitives;
+mod roulette;
 pub mod sampler;
 pub mod scene;
 pub mod shape;
+pub mod subpath;
 
 pub use camera::Camera;
 pub use integrator::{Integrator, PathTracer};

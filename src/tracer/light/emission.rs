@@ -75,7 +75,9 @@ impl Emission {
     pub fn ray(&self) -> Ray {
         let SurfacePoint { p, error, ng } = self.from;
         match self.pdf.origin {
-            Origin::Surface => Ray::new(crate::math::float::safe_origin(p, error, ng, self.direction), self.direction),
+            Origin::Surface => {
+                Ray::new(crate::math::float::safe_origin(p, error, ng, self.direction), self.direction)
+            }
             Origin::Point | Origin::Far => Ray::new(p, self.direction),
         }
     }
