@@ -12,6 +12,7 @@
 use glam::{Vec3, Vec4};
 
 use crate::math::frame::Frame;
+use crate::math::pdf::PdfW;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 
 use super::accel::Ray;
@@ -79,10 +80,8 @@ impl Vertex {
         let cos = d.dot(self.hit.point.ng).abs();
         let there = self.bsdf.eval(self.wo, local);
         let back = self.bsdf.eval(local, self.wo);
-        let pdf = |e: &Option<(SampledSpectrum, _)>| {
-            e.as_ref().map_or(0.0, |(_, pdf): &(_, crate::math::pdf::PdfW)| pdf.0)
-        };
-        let (fwd_w, rev_w) = (pdf(&there), pdf(&back));
+        let pdf = |e: Option<(SampledSpectrum, PdfW)>| e.map_or(0.0, |(_, pdf)| pdf.0);
+        let (fwd_w, rev_w) = (pdf(there), pdf(back));
         let value = if FROM_LIGHT {
             // |cos θₛ(l)| is in the value; the flux that arrives was measured with |cos θ(l)|.
             let cos_light = self.hit.wo.dot(self.hit.point.ng).abs();
@@ -127,6 +126,21 @@ pub struct Step {
     pub previous_link: f32,
     /// S up to the vertex before the last.
     pub tail: f64,
+}
+
+impl Step {
+    /// The chain of a vertex that is infinitely far away: its densities are per steradian.
+    pub fn far(&self) -> Chain {
+        Chain {
+            fwd: self.fwd_w,
+            fwd_w: self.fwd_w,
+            back: self.cos,
+            link: [self.link; 2],
+            previous_fwd: self.fwd,
+            previous_link: self.previous_link,
+            tail: self.tail,
+        }
+    }
 }
 
 impl Walk<false> {

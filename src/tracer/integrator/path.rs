@@ -92,7 +92,7 @@ impl PathTracer {
         let max_depth = self.max_depth.unwrap_or(u32::MAX);
         for depth in 0..max_depth {
             let hidden = depth == 0 && self.hide_emitters;
-            let hit = if hidden { self.closest_unlit(ray) } else { self.scene.closest(&ray) };
+            let hit = if hidden { self.scene.closest_unlit(ray) } else { self.scene.closest(&ray) };
             let Some(hit) = hit else {
                 if !hidden && let Some(light) = self.scene.lights.environment() {
                     let pdf = |at| self.scene.lights.pdf(light, at, (ray.direction, None));
@@ -160,17 +160,6 @@ impl PathTracer {
         // The shadow ray is the costly part: ask only if the path carries light.
         if !value.is_black() && self.scene.visible(vertex.hit, light, &sample) {
             walk.radiance += value;
-        }
-    }
-
-    /// What a camera ray meets first that is not a light.
-    fn closest_unlit(&self, mut ray: Ray) -> Option<SurfaceInteraction> {
-        loop {
-            let hit = self.scene.closest(&ray)?;
-            if hit.light.is_none() {
-                return Some(hit);
-            }
-            ray = Ray { t_max: f32::INFINITY, ..hit.spawn(ray.direction) };
         }
     }
 }
