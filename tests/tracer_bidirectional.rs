@@ -1,0 +1,118 @@
+//! Bidirectional path tracing and particle tracing against path tracing and closed forms.
+
+#[path = "support/agreement.rs"]
+mod agreement;
+mod tracer_support;
+
+use std::f64::consts::PI;
+
+use glam::{DAffine3, DVec3};
+
+use agreement::{Method, Plan, measure};
+use pointillist::image::compare::{ZTest, z_test};
+use pointillist::scene::desc::*;
+use pointillist::spectrum::{Spectrum, dispersion::Ior};
+use pointillist::stream::UvWindow;
+use tracer_support::*;
+
+const PLAN: Plan = Plan { side: 16, paths_per_pixel: 64, seeds: 32, window: UvWindow::PICTURE };
+
+fn compare(desc: &SceneDesc, method: Method, plan: Plan) -> ZTest {
+    let path = measure(desc, Method::Path, plan);
+    let other = measure(desc, method, plan);
+    let test = z_test(&other, &path, 0.01).expect("equal sizes");
+    println!(
+        "{method:?}: ratio {:.5} ± {:.5}, mean z² {:.3}, largest {:.2}, accepted {:.4}; variances {:.3e} {:.3e}",
+        test.mean_ratio,
+        test.mean_ratio_error,
+        test.mean_z2,
+        test.largest_z,
+        test.accepted,
+        other.variance.iter().sum::<f64>(),
+        path.variance.iter().sum::<f64>(),
+    );
+    test
+}
+
+/// The two pictures have the same expectation: pixel by pixel, and their means within `within` of each other.
+fn assert_agreement(desc: &SceneDesc, method: Method, plan: Plan, within: f64) {
+    let test = compare(desc, method, plan);
+    assert!(test.accepted >= 0.9975, "{method:?}: {test:?}");
+    let off = (test.mean_ratio - 1.0).abs();
+    assert!(off <= 4.0 * test.mean_ratio_error && off <= within, "{method:?}: {test:?}");
+}
+
+fn scene(name: &str) -> SceneDesc {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
+    let mut desc = pointillist::scene::load(&path, &[]).expect("the scene can be read").desc;
+    (desc.film.width, desc.film.height) = (16, 16);
+    desc
+}
+
+/// A room without ceiling: a floor and two spheres, seen from above at an angle; lights are added.
+fn open_room(smooth: bool) -> SceneDesc {
+    let mut desc = empty();
+    desc.camera = look(DVec3::new(0.0, -4.0, 3.0), DVec3::new(0.0, 4.0, -2.8), 50.0);
+    (desc.film.width, desc.film.height) = (16, 16);
+    let white = material(&mut desc, grey(0.7));
+    let grey = material(&mut desc, grey(0.4));
+    shape(&mut desc, ShapeKind::Rectangle, DAffine3::from_scale(DVec3::splat(3.0)), (white, 0.0));
+    shape(&mut desc, sphere(DVec3::new(-0.9, 0.3, 0.8), 0.8), DAffine3::IDENTITY, (grey, 0.0));
+    let ball = if smooth { material(&mut desc, glass(Ior::Constant(1.5))) } else { white };
+    shape(&mut desc, sphere(DVec3::new(0.9, -0.3, 0.7), 0.6), DAffine3::IDENTITY, (ball, 0.0));
+    desc
+}
+
+fn lamp(desc: &mut SceneDesc, at: DVec3, size: f64, radiance: f32) {
+    let black = material(desc, grey(0.2));
+    let turn = DAffine3::from_translation(at) * DAffine3::from_rotation_x(PI * 0.9);
+    shape(desc, ShapeKind::Rectangle, turn * DAffine3::from_scale(DVec3::splat(size)), (black, radiance));
+}
+
+fn point(desc: &mut SceneDesc, position: DVec3) {
+    let intensity = Spectrum::Constant(10.0);
+    desc.lights.push(LightDesc::Point { position, intensity, place: Place::default() });
+}
+
+#[test]
+fn cornell_box() {
+    let desc = scene("cornell.xml");
+    assert_agreement(&desc, Method::Particle, PLAN, 4e-3);
+    assert_agreement(&desc, Method::Bidirectional, PLAN, 2e-3);
+}
+
+#[test]
+fn glass_and_mirror() {
+    let plan = Plan { paths_per_pixel: 128, ..PLAN };
+    assert_agreement(&scene("cornell_spheres.xml"), Method::Bidirectional, plan, 1e-2);
+}
+
+#[test]
+fn lights_of_every_kind() {
+    let lights: [(&str, fn(&mut SceneDesc)); 6] = [
+        ("rectangle", |d| lamp(d, DVec3::new(0.0, 0.0, 3.0), 0.5, 8.0)),
+        ("environment", environment),
+        ("point", |d| point(d, DVec3::new(1.0, -1.0, 3.0))),
+        ("sphere", |d| {
+            let m = material(d, grey(0.5));
+            shape(d, sphere(DVec3::new(0.3, 0.2, 2.4), 0.3), DAffine3::IDENTITY, (m, 8.0));
+        }),
+        ("disk", |d| {
+            let m = material(d, grey(0.5));
+            let at = DAffine3::from_translation(DVec3::new(0.3, 0.2, 2.0)) * DAffine3::from_rotation_x(PI);
+            shape(d, ShapeKind::Disk, at * DAffine3::from_scale(DVec3::new(0.5, 0.2, 1.0)), (m, 8.0));
+        }),
+        ("all", |d| {
+            environment(d);
+            lamp(d, DVec3::new(0.0, 0.0, 3.0), 0.1, 80.0);
+            point(d, DVec3::new(1.0, -1.0, 3.0));
+        }),
+    ];
+    for (name, add) in lights {
+        let mut desc = open_room(false);
+        add(&mut desc);
+        println!("{name}");
+        assert_agreement(&desc, Method::Particle, PLAN, 1e-2);
+        assert_agreement(&desc, Method::Bidirectional, PLAN, 5e-3);
+    }
+}
