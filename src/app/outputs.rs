@@ -88,7 +88,7 @@ impl Outputs {
         for (path, format) in &self.files {
             let written = match (format, &shown, &data) {
                 (Format::Png, Some(shown), _) => {
-                    write_png(path, shown, (facts, prefix, client.counts().camera_paths), settings)
+                    write_png(path, shown, (facts, prefix, client.counts().paths()), settings)
                 }
                 (Format::Exr, _, Some(data)) => exr::write(path, &layers(facts, prefix, data)),
                 _ => continue,
@@ -114,7 +114,7 @@ pub fn save(
     let written = match check_target(path).into_diagnostic()? {
         Format::Png => {
             let shown = film.display(settings).into_diagnostic()?;
-            write_png(path, &shown, (facts, prefix, film.counts().camera_paths), settings)
+            write_png(path, &shown, (facts, prefix, film.counts().paths()), settings)
         }
         Format::Exr => exr::write(path, &layers(facts, prefix, &film.develop().into_diagnostic()?)),
     };
@@ -140,6 +140,6 @@ fn write_png(
 }
 
 fn layers(facts: &RunFacts, prefix: bool, data: &FilmData) -> exr::Layers {
-    let attributes = facts.attributes(data.counts.camera_paths, prefix);
+    let attributes = facts.attributes(data.counts.paths(), prefix);
     develop::layers(data, &Profile::srgb(), facts.spec.filter.energy(), &attributes)
 }

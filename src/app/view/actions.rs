@@ -153,7 +153,7 @@ impl Viewer {
             facts.defines.clear();
         }
         let command =
-            format!("{} {}", facts.command(0, counts.camera_paths), display_options(&self.controls.settings));
+            format!("{} {}", facts.command(0, counts.paths()), display_options(&self.controls.settings));
         println!("{command}");
         if let Some(ui) = &mut self.ui {
             ui.copy(command.clone());

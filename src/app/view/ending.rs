@@ -6,6 +6,7 @@ use miette::{IntoDiagnostic, Result};
 use serde::Serialize;
 
 use crate::app::facts::RunFacts;
+use crate::app::method;
 use crate::app::report::{Seconds, write_json};
 use crate::app::view::screen::Screen;
 use crate::app::view::viewer::Viewer;
@@ -23,6 +24,7 @@ const LAST_SAMPLES: Duration = Duration::from_secs(2);
 struct Report {
     version: &'static str,
     scene: std::path::PathBuf,
+    integrator: &'static str,
     device: String,
     plan: String,
     threads: usize,
@@ -120,6 +122,7 @@ impl Viewer {
         Report {
             version: env!("CARGO_PKG_VERSION"),
             scene: self.plan.facts.scene.clone(),
+            integrator: method::name(self.plan.facts.integrator),
             device: self.plan.facts.device.clone(),
             plan: self.plan.cores.words.clone(),
             threads: self.session.threads(),

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use winit::event::WindowEvent;
 use winit::window::Window;
 
+use crate::app::method;
 use crate::app::view::screen::{Screen, Triangles};
 use crate::app::view::viewer::Viewer;
 use crate::client::settings::FilmCounts;
@@ -160,6 +161,7 @@ impl Viewer {
         let device = self.screen.as_ref().and_then(Screen::gpu).map(|gpu| gpu.info().clone());
         Readout {
             device: device.map_or(String::new(), |d| format!("{} ({})", d.name, d.driver)),
+            method: method::name(self.plan.facts.integrator),
             plan: self.plan.cores.words.clone(),
             extent: self.size,
             detail: self.clock.repainted.2,
