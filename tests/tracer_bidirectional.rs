@@ -13,6 +13,7 @@ use pointillist::image::compare::{ZTest, z_test};
 use pointillist::scene::desc::*;
 use pointillist::spectrum::{Spectrum, dispersion::Ior};
 use pointillist::stream::UvWindow;
+use pointillist::tracer::Camera;
 use tracer_support::*;
 
 const PLAN: Plan = Plan { side: 16, paths_per_pixel: 64, seeds: 32, window: UvWindow::PICTURE };
@@ -197,6 +198,33 @@ fn lights_of_every_kind() {
         assert_agreement(&desc, Method::Particle, PLAN, 1e-2);
         assert_agreement(&desc, Method::Bidirectional, PLAN, 5e-3);
     }
+}
+
+/// The camera's importance: 1 / it, summed over the picture, is the picture's solid angle (Van Oosterom and Strackee
+/// 1983), and a point on a ray is seen where the ray began.
+#[test]
+fn camera_importance() {
+    let mut desc = empty();
+    (desc.film.width, desc.film.height) = (30, 20);
+    desc.camera = look(DVec3::new(1.0, 2.0, 3.0), DVec3::new(0.3, -0.4, 0.8), 80.0);
+    let camera = Camera::of(&desc).expect("the camera is valid");
+    let (n, mut sum) = (200, 0.0);
+    for i in 0..n * n {
+        let uv = [(f64::from(i % n) + 0.5) / f64::from(n), (f64::from(i / n) + 0.5) / f64::from(n)];
+        let ray = camera.ray(uv);
+        sum += 1.0 / f64::from(camera.uv_per_steradian(ray.direction)) / f64::from(n * n);
+        let point = camera.view(ray.origin + ray.direction * 7.0, &UvWindow::PICTURE).expect("it is seen");
+        let far = camera.view_far(ray.direction, &UvWindow::PICTURE).expect("it is seen");
+        for view in [point, far] {
+            assert!((0..2).all(|k| (f64::from(view.uv[k]) - uv[k]).abs() < 1e-5), "{view:?} {uv:?}");
+            assert!(view.direction.distance(ray.direction) < 1e-5);
+        }
+        assert!((point.distance2 / 49.0 - 1.0).abs() < 1e-5);
+    }
+    let x = 40f64.to_radians().tan();
+    let y = x * 2.0 / 3.0;
+    let exact = 4.0 * (x * y / (1.0 + x * x + y * y + x * x * y * y).sqrt()).asin();
+    assert!((sum / exact - 1.0).abs() < 1e-4, "{sum} sr instead of {exact}");
 }
 
 /// The demand on the mean, 0.2 % with roulette on, with a standard error that can tell: minutes.

@@ -8,6 +8,8 @@
 //!   integrator::path: Sampler → Camera::ray → Scene::closest → SurfaceInteraction
 //!     Material at the wavelengths of the path → Bsdf: eval, pdf, sample
 //!     Lights: sample, pdf → Scene::visible → mis
+//!   integrator::{particle, bidirectional}: Sampler::light → Lights::emit → subpath::Walk → Vertex, its densities in chain
+//!     Vertex → Camera::view → light stream; Vertex ↔ Vertex → camera stream
 //! ```
 //!
 //! A material is one file in `bsdf/` and one line in each of its enums; so is a light in `light/`, a shape in `shape/`.

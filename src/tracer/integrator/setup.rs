@@ -2,8 +2,6 @@
 
 use std::sync::Arc;
 
-use glam::Vec3;
-
 use crate::scene::desc::IntegratorDesc;
 use crate::spectrum::SampledSpectrum;
 use crate::stream::UvWindow;
@@ -107,10 +105,8 @@ impl Setup {
                 let view = self.camera.view(from.p, &self.window)?;
                 let pdf = self.scene.lights.emission_pdf(*light, from.p, -view.direction);
                 let scale = pdf.cos * view.uv_per_steradian / (view.distance2 * pdf.vertex);
-                let open = scale > 0.0 && {
-                    let towards: Vec3 = -view.direction;
-                    !self.scene.occluded(&from.spawn_to(view.origin, towards))
-                };
+                let ray = from.spawn_to(view.origin, -view.direction);
+                let open = scale > 0.0 && !self.scene.occluded(&ray);
                 open.then_some((view, scale))
             }
             Origin::Far => {

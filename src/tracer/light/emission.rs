@@ -6,6 +6,7 @@
 
 use glam::Vec3;
 
+use crate::math::float::safe_origin;
 use crate::math::frame::Frame;
 use crate::math::pdf::PdfW;
 use crate::math::warp;
@@ -75,9 +76,7 @@ impl Emission {
     pub fn ray(&self) -> Ray {
         let SurfacePoint { p, error, ng } = self.from;
         match self.pdf.origin {
-            Origin::Surface => {
-                Ray::new(crate::math::float::safe_origin(p, error, ng, self.direction), self.direction)
-            }
+            Origin::Surface => Ray::new(safe_origin(p, error, ng, self.direction), self.direction),
             Origin::Point | Origin::Far => Ray::new(p, self.direction),
         }
     }

@@ -8,8 +8,9 @@ use crate::tracer::light::LitEdge;
 use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::subpath::{Vertex, Walk};
 
+use super::BidirectionalTracer;
+use super::found::Found;
 use super::weight::{self, Edge, Meeting};
-use super::{BidirectionalTracer, Found};
 
 impl BidirectionalTracer {
     /// s = 0: the camera subpath has come upon a light, if `vertex` is one.

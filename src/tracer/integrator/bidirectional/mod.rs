@@ -16,50 +16,23 @@
 //! A dispersive delta leaves the hero wavelength only, from there on and in every connection of such a vertex.
 
 mod connect;
+mod found;
 mod weight;
 
-use crate::color::Xyz;
-use crate::spectrum::{SampledSpectrum, SampledWavelengths};
+use crate::spectrum::SampledWavelengths;
 use crate::stream::{PathCounts, SampleSink, UvWindow};
 use crate::tracer::Sampler;
 use crate::tracer::sampler::LightSampler;
 use crate::tracer::subpath::{Vertex, Walk};
 
 use super::{Integrator, Setup};
+use found::Found;
 
 /// Traces a subpath from either end and connects them.
 #[derive(Clone, Debug)]
 pub struct BidirectionalTracer {
     /// Scene, view and settings.
     pub setup: Setup,
-}
-
-/// What the ways of one path have found.
-struct Found {
-    /// All wavelengths, and the hero only.
-    lambda: [SampledWavelengths; 2],
-    /// Radiance by which of them it is right for.
-    radiance: [SampledSpectrum; 2],
-    /// Emission at the wavelengths of the path: light, value.
-    emission: Option<(u32, SampledSpectrum)>,
-}
-
-impl Found {
-    fn new(lambda: SampledWavelengths) -> Self {
-        let mut hero = lambda;
-        hero.terminate_companions();
-        Self { lambda: [lambda, hero], radiance: [SampledSpectrum::ZERO; 2], emission: None }
-    }
-
-    #[inline]
-    fn add(&mut self, value: SampledSpectrum, hero_only: bool) {
-        self.radiance[usize::from(hero_only)] += value;
-    }
-
-    fn xyz(&self) -> Xyz {
-        let all = self.lambda[0].to_xyz(self.radiance[0]);
-        if self.radiance[1].is_black() { all } else { all + self.lambda[1].to_xyz(self.radiance[1]) }
-    }
 }
 
 impl BidirectionalTracer {
