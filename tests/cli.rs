@@ -97,6 +97,30 @@ fn json_says_what_was_done() {
     assert!(png.exists());
 }
 
+/// Every method fills its streams, says its name, and gives the same bytes for any number of threads.
+#[test]
+fn methods_of_light_transport() {
+    let dir = folder("methods");
+    for (method, streams) in [("path", [1, 0]), ("light", [0, 1]), ("bidirectional", [1, 1])] {
+        let exr = dir.join("method.exr");
+        let file = exr.to_str().unwrap();
+        let mut args =
+            vec!["render", "scenes/cornell.xml", "-o", file, "--size", "16x16", "--samples", "9000"];
+        args.extend(["--integrator", method, "--deterministic", "--quiet", "--device", "cpu", "--json", "-"]);
+        let mut pictures = Vec::new();
+        for threads in ["1", "3"] {
+            let output = succeed(&[&args[..], &["--threads", threads]].concat());
+            let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+            assert_eq!(json["integrator"], method);
+            assert_eq!([&json["camera_paths"], &json["light_paths"]], streams.map(|n| n * 9000), "{method}");
+            assert_eq!(json["light_samples"].as_u64().unwrap() > 0, streams[1] > 0);
+            assert_eq!(json["rejected"]["total"], 0);
+            pictures.push(fs::read(&exr).unwrap());
+        }
+        assert!(pictures[0] == pictures[1], "{method}: 3 threads differ from 1");
+    }
+}
+
 #[test]
 fn bad_arguments_are_answered_before_any_work() {
     let dir = folder("arguments");

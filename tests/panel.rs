@@ -15,6 +15,7 @@ use pointillist::color::Profile;
 fn readout() -> Readout {
     Readout {
         device: "llvmpipe (LLVM 15.0.6, 256 bits)".into(),
+        method: "path",
         plan: "processor shared: 1 tracer thread, display 50 %".into(),
         extent: [512, 512],
         detail: 2,

@@ -79,7 +79,7 @@ pub fn drive(
             }
             timings.frame(server)?;
         }
-        bar.update(client.counts().camera_paths, drive.texels, start.elapsed());
+        bar.update(client.counts().paths(), drive.texels, start.elapsed());
         if drained.blocks == 0 {
             match finished.take() {
                 Some(why) => {

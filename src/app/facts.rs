@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::args::scene::SceneArgs;
+use super::method;
 use crate::client::{
     Adaptation, Dither, FilmSpec, Masking, Reconstruction, Settings, SplatFilter, ToneCurve, VarianceForm,
     View,
@@ -66,7 +67,7 @@ impl RunFacts {
             max_depth: source.max_depth.map_or(integrator.max_depth, |d| d.0),
             rr_depth: integrator.rr_depth,
             hide_emitters: integrator.hide_emitters,
-            integrator: integrator.kind,
+            integrator: source.integrator.map_or(integrator.kind, IntegratorKind::from),
             spp: loaded.desc.samples_per_pixel.unwrap_or(DEFAULT_SPP),
             seed: source.seed,
             deterministic: false,
@@ -78,14 +79,11 @@ impl RunFacts {
     /// `prefix` tells that they are the first ones of the sequence, without a gap.
     pub fn attributes(&self, paths: u64, prefix: bool) -> Vec<(String, Attribute)> {
         let text = |name: &str, value: String| (name.to_string(), Attribute::Text(value));
-        let method = match self.integrator {
-            IntegratorKind::Path => "path",
-        };
         let mut attributes = vec![
             text("renderer", format!("pointillist {}", env!("CARGO_PKG_VERSION"))),
             text("scene", self.scene.display().to_string()),
             text("device", self.device.clone()),
-            text("integrator", method.to_string()),
+            text("integrator", method::name(self.integrator).to_string()),
             text("command", self.command(self.first_index, paths)),
         ];
         if !prefix {
@@ -105,6 +103,7 @@ impl RunFacts {
         if let Some((width, height)) = self.size {
             command += &format!(" --size {width}x{height}");
         }
+        command += &format!(" --integrator {}", method::name(self.integrator));
         let depth = self.max_depth.map_or("-1".to_string(), |d| d.to_string());
         let filter = match self.spec.filter {
             SplatFilter::Gaussian => "gaussian",

@@ -6,6 +6,7 @@ mod device;
 mod drive;
 mod facts;
 mod interrupt;
+mod method;
 mod outputs;
 mod progress;
 mod render;

@@ -88,7 +88,7 @@ impl Outputs {
         for (path, format) in &self.files {
             let written = match (format, &shown, &data) {
                 (Format::Png, Some(shown), _) => {
-                    write_png(path, shown, (facts, prefix, client.counts().camera_paths), settings)
+                    write_png(path, shown, (facts, prefix, client.counts().paths()), settings)
                 }
                 (Format::Exr, _, Some(data)) => exr::write(path, &layers(facts, prefix, data)),
                 _ => continue,
@@ -102,7 +102,7 @@ impl Outputs {
 
 /// One picture of a film, to be written without it: encoding takes longer than a frame.
 pub enum Snapshot {
-    /// As it is shown, and the camera paths in it.
+    /// As it is shown, and the paths in it.
     Png(DisplayImage, u64),
     /// The sums.
     Exr(FilmData),
@@ -117,7 +117,7 @@ impl Snapshot {
     pub fn take(path: &Path, film: &mut VulkanFilm, settings: &Settings) -> Result<Self> {
         Ok(match check_target(path).into_diagnostic()? {
             Format::Png => {
-                let paths = film.counts().camera_paths;
+                let paths = film.counts().paths();
                 Snapshot::Png(film.display(settings).into_diagnostic()?, paths)
             }
             Format::Exr => Snapshot::Exr(film.develop().into_diagnostic()?),
@@ -157,6 +157,6 @@ fn write_png(
 }
 
 fn layers(facts: &RunFacts, prefix: bool, data: &FilmData) -> exr::Layers {
-    let attributes = facts.attributes(data.counts.camera_paths, prefix);
+    let attributes = facts.attributes(data.counts.paths(), prefix);
     develop::layers(data, &Profile::srgb(), facts.spec.filter.energy(), &attributes)
 }

@@ -9,19 +9,18 @@ use super::args::RenderArgs;
 use super::device::Device;
 use super::drive::{Drive, Driven, drive};
 use super::facts::RunFacts;
+use super::method::{self, Order};
 use super::outputs::Outputs;
 use super::progress::{Goal, Progress};
 use super::report::{Rejected, RejectedExample, Report, Seconds, write_json};
 use super::timings::{self, TimingCapture};
 use super::{interrupt, tell, usage};
 use crate::client::Client;
-use crate::scene::desc::IntegratorKind;
 use crate::scene::{self, Loaded};
-use crate::server::{RenderJob, Server, Stats};
+use crate::server::{Server, Stats};
 use crate::stream::Lanes;
 use crate::stream::control::Epoch;
 use crate::stream::rejected::Cause;
-use crate::tracer::integrator::PathTracer;
 use crate::tracer::{Camera, Scene};
 
 /// Runs the subcommand.
@@ -127,21 +126,6 @@ pub(super) fn facts(args: &RenderArgs, loaded: &Loaded, device: String) -> RunFa
     }
 }
 
-/// What traces the scene.
-pub(super) fn integrator(facts: &RunFacts, (scene, camera): (Scene, Camera)) -> PathTracer {
-    match facts.integrator {
-        IntegratorKind::Path => PathTracer {
-            scene: Arc::new(scene),
-            camera,
-            seed: facts.seed,
-            window: facts.spec.window(),
-            max_depth: facts.max_depth,
-            rr_depth: facts.rr_depth,
-            hide_emitters: facts.hide_emitters,
-        },
-    }
-}
-
 /// Renders until the sample count, the time or Ctrl-C.
 fn trace(
     args: &RenderArgs,
@@ -157,14 +141,10 @@ fn trace(
         Some(limit) => (first..u64::MAX, Goal::Time(limit)),
         None => (first..first.saturating_add(wanted), Goal::Paths(wanted)),
     };
-    let integrator = integrator(facts, scene);
     let epoch = Epoch(1);
-    let mut job = RenderJob::new(Arc::new(integrator), range);
-    job.window = facts.spec.window();
-    if facts.deterministic {
-        job.deadline = None;
-    }
-    server.render(job, epoch).into_diagnostic()?;
+    let (scene, camera) = scene;
+    let order = Order { range, window: facts.spec.window(), epoch };
+    method::start(server, facts, (Arc::new(scene), camera), order)?;
     let bar = Progress::new(goal, args.quiet);
     let plan = Drive {
         epoch,
@@ -209,12 +189,13 @@ fn report(facts: &RunFacts, client: &Client, stats: &Stats, driven: &Driven) -> 
         scene: facts.scene.clone(),
         width: facts.spec.width,
         height: facts.spec.height,
+        integrator: method::name(facts.integrator),
         camera_samples: counts.camera_samples,
         light_samples: counts.light_samples,
         camera_paths: counts.camera_paths,
         light_paths: counts.light_paths,
-        samples_per_pixel: counts.camera_samples as f64 / (pw * ph),
-        samples_per_second: per(counts.camera_paths, driven.wall),
+        samples_per_pixel: counts.paths() as f64 / (pw * ph),
+        samples_per_second: per(counts.paths(), driven.wall),
         paths_per_trace_second: per(total.paths, tracing_time(stats)),
         rejected: Rejected {
             total: rejections.total(),

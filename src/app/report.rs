@@ -19,6 +19,8 @@ pub struct Report {
     pub width: u32,
     /// Picture height in pixels.
     pub height: u32,
+    /// Method of light transport.
+    pub integrator: &'static str,
     /// Samples of the camera stream that reached the film.
     pub camera_samples: u64,
     /// Samples of the light stream that reached the film.
@@ -27,11 +29,11 @@ pub struct Report {
     pub camera_paths: u64,
     /// Paths started at lights.
     pub light_paths: u64,
-    /// Camera samples per texel of the film, overscan included.
+    /// Paths (from either end, or pairs) per texel of the film, overscan included.
     pub samples_per_pixel: f64,
-    /// Camera samples per second of rendering.
+    /// The same per second of rendering.
     pub samples_per_second: f64,
-    /// Camera paths per second that one tracer thread spent tracing.
+    /// The same per second that one tracer thread spent tracing.
     pub paths_per_trace_second: f64,
     /// Seconds by stage.
     pub seconds: Seconds,
@@ -104,9 +106,10 @@ impl Report {
     /// One line for a person.
     pub fn summary(&self) -> String {
         let mut line = format!(
-            "{}×{}, {:.1} samples per pixel in {:.1} s ({} camera paths/s; {} per tracing second), {}",
+            "{}×{}, {}, {:.1} samples per pixel in {:.1} s ({} paths/s; {} per tracing second), {}",
             self.width,
             self.height,
+            self.integrator,
             self.samples_per_pixel,
             self.seconds.render,
             human(self.samples_per_second),

@@ -201,6 +201,13 @@ pub struct FilmCounts {
     pub light_paths: u64,
 }
 
+impl FilmCounts {
+    /// Indices of the sequence that were traced: each starts one path at the camera, at a light, or one at both.
+    pub fn paths(&self) -> u64 {
+        self.camera_paths.max(self.light_paths)
+    }
+}
+
 /// The raw accumulators of a film, cropped to the picture, `[height][width]`, row 0 at the top.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FilmData {

@@ -161,6 +161,10 @@ pub struct IntegratorDesc {
 pub enum IntegratorKind {
     /// Path tracing from the camera with next-event estimation.
     Path,
+    /// Particle tracing: paths from lights, connected to the camera.
+    Light,
+    /// Bidirectional path tracing.
+    Bidirectional,
 }
 
 /// A material.

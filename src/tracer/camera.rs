@@ -4,6 +4,7 @@ use glam::{DMat3, DVec2, DVec3, Vec3};
 
 use crate::scene::SceneDesc;
 use crate::scene::desc::{CameraDesc, FilmDesc, FovAxis};
+use crate::stream::UvWindow;
 
 use super::accel::Ray;
 use super::prepare::{PrepareError, PrepareOptions};
@@ -22,6 +23,21 @@ pub struct Camera {
     offset: DVec2,
     near: f64,
     far: f64,
+}
+
+/// How the camera sees a point.
+#[derive(Clone, Copy, Debug)]
+pub struct CameraView {
+    /// Where in the picture.
+    pub uv: [f32; 2],
+    /// Where the camera's ray to it begins: on the near clip plane.
+    pub origin: Vec3,
+    /// Unit direction from the camera to it.
+    pub direction: Vec3,
+    /// Its squared distance from the lens; infinite for a direction.
+    pub distance2: f32,
+    /// Area of the picture, in uv, per steradian there.
+    pub uv_per_steradian: f32,
 }
 
 impl Camera {
@@ -106,6 +122,59 @@ impl Camera {
         let seen = local.z > 0.0 && local.z >= self.near && local.z <= self.far;
         let uv = (local.truncate() / local.z - self.offset) / self.scale;
         seen.then_some((uv.to_array(), local.z))
+    }
+
+    /// How the camera sees the world-space point `p`; `None` when it lies before the near or behind the far clip
+    /// plane, or outside `window`.
+    pub fn view(&self, p: Vec3, window: &UvWindow) -> Option<CameraView> {
+        let (uv, _) = self.project(p)?;
+        let inside = |i: usize| uv[i] >= f64::from(window.min[i]) && uv[i] < f64::from(window.max[i]);
+        if !(inside(0) && inside(1)) {
+            return None;
+        }
+        let offset = p.as_dvec3() - self.position;
+        let distance2 = offset.length_squared();
+        let direction = offset / distance2.sqrt();
+        let cos = direction.dot(self.axes.z_axis);
+        Some(CameraView {
+            uv: uv.map(|c| c as f32),
+            origin: (self.position + direction * (self.near / cos)).as_vec3(),
+            direction: direction.as_vec3(),
+            distance2: distance2 as f32,
+            uv_per_steradian: self.uv_per_cos3(cos),
+        })
+    }
+
+    /// How the camera sees what is infinitely far away in `direction` (unit); `None` outside `window`.
+    pub fn view_far(&self, direction: Vec3, window: &UvWindow) -> Option<CameraView> {
+        let d = direction.as_dvec3();
+        let local = self.axes.inverse() * d;
+        if local.z <= 0.0 {
+            return None;
+        }
+        let uv = (local.truncate() / local.z - self.offset) / self.scale;
+        let inside = |i: usize| uv[i] >= f64::from(window.min[i]) && uv[i] < f64::from(window.max[i]);
+        let cos = d.dot(self.axes.z_axis);
+        (inside(0) && inside(1)).then(|| CameraView {
+            uv: uv.to_array().map(|c| c as f32),
+            origin: (self.position + d * (self.near / cos)).as_vec3(),
+            direction,
+            distance2: f32::INFINITY,
+            uv_per_steradian: self.uv_per_cos3(cos),
+        })
+    }
+
+    /// Area of the picture, in uv, per steradian around the unit world-space `direction`: the importance that makes
+    /// what arrives a density over uv, and with a window of area A, 1/A of it is the density of a camera ray.
+    ///
+    /// A solid angle dω is dω / cos³ θ on the plane at distance 1.
+    #[inline]
+    pub fn uv_per_steradian(&self, direction: Vec3) -> f32 {
+        self.uv_per_cos3(direction.as_dvec3().dot(self.axes.z_axis))
+    }
+
+    fn uv_per_cos3(&self, cos: f64) -> f32 {
+        (1.0 / ((self.scale.x * self.scale.y).abs() * cos * cos * cos)) as f32
     }
 
     /// World-space position.

@@ -8,6 +8,15 @@ use crate::math::frame::Frame;
 use super::accel::Ray;
 use super::shape::SurfacePoint;
 
+impl SurfacePoint {
+    /// A ray that ends just before the world-space point `target`, seen from here in direction `towards`.
+    #[inline]
+    pub fn spawn_to(&self, target: Vec3, towards: Vec3) -> Ray {
+        let origin = safe_origin(self.p, self.error, self.ng, towards);
+        Ray { origin, direction: target - origin, t_max: SHADOW_T_MAX }
+    }
+}
+
 /// A point where a ray met a surface.
 #[derive(Clone, Copy, Debug)]
 pub struct SurfaceInteraction {
@@ -36,9 +45,7 @@ impl SurfaceInteraction {
     /// A ray that ends just before the world-space point `target`, seen from here in direction `towards`.
     #[inline]
     pub fn spawn_to(&self, target: Vec3, towards: Vec3) -> Ray {
-        let SurfacePoint { p, error, ng } = self.point;
-        let origin = safe_origin(p, error, ng, towards);
-        Ray { origin, direction: target - origin, t_max: SHADOW_T_MAX }
+        self.point.spawn_to(target, towards)
     }
 
     /// False when a smooth normal sends light through a surface that should reflect it, or the other way:

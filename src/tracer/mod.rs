@@ -8,6 +8,8 @@
 //!   integrator::path: Sampler → Camera::ray → Scene::closest → SurfaceInteraction
 //!     Material at the wavelengths of the path → Bsdf: eval, pdf, sample
 //!     Lights: sample, pdf → Scene::visible → mis
+//!   integrator::{particle, bidirectional}: Sampler::light → Lights::emit → subpath::Walk → Vertex, its densities in chain
+//!     Vertex → Camera::view → light stream; Vertex ↔ Vertex → camera stream
 //! ```
 //!
 //! A material is one file in `bsdf/` and one line in each of its enums; so is a light in `light/`, a shape in `shape/`.
@@ -15,6 +17,7 @@
 pub mod accel;
 pub mod bsdf;
 pub mod camera;
+pub mod chain;
 pub mod integrator;
 pub mod interaction;
 pub mod light;
@@ -22,9 +25,11 @@ pub mod material;
 pub mod mis;
 mod prepare;
 mod primitives;
+mod roulette;
 pub mod sampler;
 pub mod scene;
 pub mod shape;
+pub mod subpath;
 
 pub use camera::Camera;
 pub use integrator::{Integrator, PathTracer};

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
+use crate::math::float::safe_origin;
 use crate::math::frame::Frame;
 use crate::scene::SceneDesc;
 
@@ -14,6 +15,7 @@ use super::light::{LightSample, Lights};
 use super::material::Material;
 use super::prepare::{Origin, PrepareError, edited, prepare};
 use super::primitives::Primitives;
+use super::shape::SurfacePoint;
 
 /// What is seen at a point of the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -106,6 +108,31 @@ impl Scene {
                 !self.primitives.accel.occluded(&from.spawn_to(target, sample.wi), self.lights.prims(light))
             }
             None => !self.primitives.accel.occluded(&from.spawn(sample.wi), PrimRange::NONE),
+        }
+    }
+
+    /// True when anything lies on `ray`.
+    #[inline]
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        self.primitives.accel.occluded(ray, PrimRange::NONE)
+    }
+
+    /// True when nothing stands between two surface points; `d` is the unit direction from the first to the second.
+    #[inline]
+    pub fn connected(&self, from: &SurfaceInteraction, to: &SurfaceInteraction, d: Vec3) -> bool {
+        let SurfacePoint { p, error, ng } = to.point;
+        // Both ends are moved off their surfaces: each may be met a rounding error early.
+        !self.occluded(&from.spawn_to(safe_origin(p, error, ng, -d), d))
+    }
+
+    /// What `ray` meets first that is not a light.
+    pub fn closest_unlit(&self, mut ray: Ray) -> Option<SurfaceInteraction> {
+        loop {
+            let hit = self.closest(&ray)?;
+            if hit.light.is_none() {
+                return Some(hit);
+            }
+            ray = Ray { t_max: f32::INFINITY, ..hit.spawn(ray.direction) };
         }
     }
 

@@ -6,6 +6,7 @@ use clap::{Args, ValueEnum};
 
 use super::parse::{define, depth, size};
 use crate::client::SplatFilter;
+use crate::scene::desc::IntegratorKind;
 
 /// The scene and how it is traced.
 #[derive(Args, Clone, Debug)]
@@ -20,6 +21,10 @@ pub struct SceneArgs {
     /// Picture size in pixels; replaces the film's size and crop.
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub size: Option<(u32, u32)>,
+
+    /// Light transport: from the camera, from the lights, or both [default: what the scene asks for, else path].
+    #[arg(long, value_name = "KIND")]
+    pub integrator: Option<MethodArg>,
 
     /// Longest path in segments; -1 is unlimited [default: what the scene asks for].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = depth)]
@@ -45,6 +50,27 @@ pub struct SceneArgs {
 /// `--max-depth`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MaxDepth(pub Option<u32>);
+
+/// `--integrator`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum MethodArg {
+    /// Path tracing: from the camera, with a light sampled at each vertex.
+    Path,
+    /// Particle tracing: from the lights, each vertex connected to the camera; nothing is seen in mirrors or glass.
+    Light,
+    /// Bidirectional path tracing: from both ends.
+    Bidirectional,
+}
+
+impl From<MethodArg> for IntegratorKind {
+    fn from(method: MethodArg) -> Self {
+        match method {
+            MethodArg::Path => IntegratorKind::Path,
+            MethodArg::Light => IntegratorKind::Light,
+            MethodArg::Bidirectional => IntegratorKind::Bidirectional,
+        }
+    }
+}
 
 /// `--filter`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

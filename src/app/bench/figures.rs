@@ -6,6 +6,7 @@ use serde_json::Value;
 use super::model;
 use super::run::{Measured, WARM_UP};
 use crate::app::facts::RunFacts;
+use crate::app::method;
 use crate::app::report::human;
 use crate::app::timings::describe;
 use crate::client::Settings;
@@ -23,6 +24,7 @@ pub struct Figures {
     gpu: Value,
     width: u32,
     height: u32,
+    integrator: &'static str,
     reconstruction: String,
     vm: f32,
     tracer_threads: usize,
@@ -106,6 +108,7 @@ impl Figures {
             gpu: describe(gpu),
             width: facts.spec.width,
             height: facts.spec.height,
+            integrator: method::name(facts.integrator),
             reconstruction: format!("{:?}", settings.reconstruction),
             vm: settings.vm,
             tracer_threads: measured.threads,

@@ -8,13 +8,14 @@ mod figures;
 mod model;
 mod run;
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use miette::{IntoDiagnostic, Result};
 
 use super::args::{BenchArgs, RenderArgs};
 use super::device::Device;
-use super::render::{facts, integrator, prepare, threads};
+use super::render::{facts, prepare, threads};
 use super::report::{Seconds, is_special, write_json};
 use super::timings::{self, TimingCapture};
 use super::{interrupt, tell};
@@ -49,7 +50,8 @@ pub fn bench(args: &BenchArgs) -> Result<()> {
     };
     let facts = facts(&like, &loaded, device.name());
     let film = VulkanFilm::new(gpu.clone(), facts.spec).into_diagnostic()?;
-    let job = (integrator(&facts, scene), threads(&like));
+    let (scene, camera) = scene;
+    let job = (&facts, (Arc::new(scene), camera), threads(&like));
     let capture = args.gpu_timings.as_deref().map(|path| TimingCapture::new(path, Some(gpu))).transpose()?;
     tracing::info!("ready after {:.2} s", started.elapsed().as_secs_f64());
     let settings = args.display.settings();

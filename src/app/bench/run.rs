@@ -6,15 +6,16 @@ use std::time::{Duration, Instant};
 
 use miette::{IntoDiagnostic, Result};
 
+use crate::app::facts::RunFacts;
 use crate::app::interrupt;
+use crate::app::method::{self, Order};
 use crate::app::timings::TimingCapture;
 use crate::client::film::VulkanFilm;
 use crate::client::{BATCH_CAPACITY, Settings};
 use crate::gpu::{Access, Format, Gpu, Image, ImageDesc, Load, Target, TimingRows};
-use crate::server::Priority;
-use crate::server::{RenderJob, Server};
+use crate::server::{Priority, Server};
 use crate::stream::{Block, Epoch, Lanes};
-use crate::tracer::integrator::PathTracer;
+use crate::tracer::{Camera, Scene};
 
 /// Frames that are not counted: pipelines are made, memory is touched, the lanes fill.
 pub const WARM_UP: u32 = 8;
@@ -33,7 +34,7 @@ pub struct Measured {
     pub runs: BTreeMap<&'static str, u64>,
     /// Samples on the film during the measured frames, and paths traced for them.
     pub samples: u64,
-    /// Camera paths of them.
+    /// Paths of them.
     pub paths: u64,
     /// Wall time of the measured frames.
     pub wall: Duration,
@@ -69,7 +70,7 @@ const EPOCH: Epoch = Epoch(1);
 pub fn run(
     gpu: &Arc<Gpu>,
     film: VulkanFilm,
-    (integrator, threads): (PathTracer, usize),
+    (facts, scene, threads): (&RunFacts, (Arc<Scene>, Camera), usize),
     (settings, count): (&Settings, u32),
     capture: Option<TimingCapture>,
 ) -> Result<Measured> {
@@ -82,9 +83,7 @@ pub fn run(
     let measured = Measured { threads, ..Measured::default() };
     let (ends, sums) = Default::default();
     let mut this = Loop { gpu, film, lanes, settings, copy, capture, measured, ends, sums };
-    let mut job = RenderJob::new(Arc::new(integrator), 0..u64::MAX);
-    job.window = window;
-    server.render(job, EPOCH).into_diagnostic()?;
+    method::start(&server, facts, scene, Order { range: 0..u64::MAX, window, epoch: EPOCH })?;
     gpu.take_rows();
     gpu.set_timing(true);
     let (mut start, mut before) = (Instant::now(), this.film.counts());
@@ -109,7 +108,7 @@ pub fn run(
     this.measured.wall = start.elapsed();
     this.measured.samples =
         after.camera_samples + after.light_samples - before.camera_samples - before.light_samples;
-    this.measured.paths = after.camera_paths - before.camera_paths;
+    this.measured.paths = after.paths() - before.paths();
     server.term();
     // When an empty frame has completed, so have all before.
     gpu.wait(gpu.begin().into_diagnostic()?.submit().into_diagnostic()?).into_diagnostic()?;

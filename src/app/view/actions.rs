@@ -179,7 +179,7 @@ impl Viewer {
         let counts = self.counts();
         let facts = self.facts_now()?;
         let command =
-            format!("{} {}", facts.command(0, counts.camera_paths), display_options(&self.controls.settings));
+            format!("{} {}", facts.command(0, counts.paths()), display_options(&self.controls.settings));
         // Standard output may be the figures', or a pipe that nobody reads any more.
         if self.plan.json.as_deref() != Some(Path::new("-")) {
             let _ = writeln!(std::io::stdout(), "{command}");

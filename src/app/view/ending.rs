@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use miette::{IntoDiagnostic, Result};
 use serde::Serialize;
 
+use crate::app::method;
 use crate::app::report::{Seconds, write_json};
 use crate::app::view::screen::Screen;
 use crate::app::view::viewer::Viewer;
@@ -22,6 +23,7 @@ const LAST_SAMPLES: Duration = Duration::from_secs(2);
 struct Report {
     version: &'static str,
     scene: std::path::PathBuf,
+    integrator: &'static str,
     device: String,
     plan: String,
     threads: usize,
@@ -120,6 +122,7 @@ impl Viewer {
         Report {
             version: env!("CARGO_PKG_VERSION"),
             scene: self.plan.facts.scene.clone(),
+            integrator: method::name(self.plan.facts.integrator),
             device: self.plan.facts.device.clone(),
             plan: self.plan.cores.clone(),
             threads: self.session.threads(),

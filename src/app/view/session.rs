@@ -6,13 +6,13 @@ use std::time::{Duration, Instant};
 use miette::{IntoDiagnostic, Result};
 
 use crate::app::facts::RunFacts;
+use crate::app::method::{self, Order};
 use crate::client::window::statistics::Recent;
-use crate::server::{Priority, RenderJob, Server};
+use crate::server::{Priority, Server};
 use crate::stream::block::Block;
 use crate::stream::control::{Epoch, Event, Finish};
 use crate::stream::ordered::Cursor;
 use crate::stream::{Drained, Lanes, UvWindow};
-use crate::tracer::integrator::PathTracer;
 use crate::tracer::{Camera, Scene};
 
 /// Abort times that are kept.
@@ -86,21 +86,8 @@ impl Session {
         self.traced_before += self.server.stats().total().samples;
         self.cut = (self.ended.is_none() && self.epoch != Epoch(0)).then(|| (self.epoch, Instant::now()));
         self.epoch = self.epoch.next();
-        let integrator = PathTracer {
-            scene,
-            camera,
-            seed: facts.seed,
-            window,
-            max_depth: facts.max_depth,
-            rr_depth: facts.rr_depth,
-            hide_emitters: facts.hide_emitters,
-        };
-        let mut job = RenderJob::new(Arc::new(integrator), 0..self.paths.unwrap_or(u64::MAX));
-        job.window = window;
-        if self.deterministic {
-            job.deadline = None;
-        }
-        self.server.render(job, self.epoch).into_diagnostic()?;
+        let order = Order { range: 0..self.paths.unwrap_or(u64::MAX), window, epoch: self.epoch };
+        method::start(&self.server, facts, (scene, camera), order)?;
         self.cursor = Cursor::new(self.epoch, 0);
         self.window = window;
         (self.ended, self.through, self.began) = (None, false, Instant::now());

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use winit::event::WindowEvent;
 use winit::window::Window;
 
+use crate::app::method;
 use crate::app::view::screen::{Screen, Triangles};
 use crate::app::view::viewer::Viewer;
 use crate::client::settings::FilmCounts;
@@ -186,6 +187,7 @@ impl Viewer {
                 false => format!("{} ({})", d.name, d.driver),
             }),
             plan: self.plan.cores.clone(),
+            method: method::name(self.plan.facts.integrator),
             extent: self.size,
             detail: self.clock.repainted.2,
             counts,

@@ -1,8 +1,14 @@
 //! Integrators: each turns one point of the sample sequence into samples on the stream.
 
+mod bidirectional;
+mod particle;
 mod path;
+mod setup;
 
+pub use bidirectional::BidirectionalTracer;
+pub use particle::ParticleTracer;
 pub use path::PathTracer;
+pub use setup::Setup;
 
 use crate::stream::{PathCounts, SampleSink};
 

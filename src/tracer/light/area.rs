@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use crate::math::float::{UNIT_ROUNDOFF, gamma};
 use crate::math::pdf::{PdfA, PdfW};
 use crate::math::warp;
 use crate::tracer::shape::{Disk, SurfacePoint, Triangle};
@@ -58,6 +59,17 @@ impl TriangleLight {
     pub(super) fn pdf(&self, at: LitPoint, hit: &SurfacePoint) -> PdfW {
         pdf_flat(at, hit, self.pdf)
     }
+
+    #[inline]
+    pub(super) fn point(&self, u: [f32; 2]) -> SurfacePoint {
+        let (a, b) = warp::triangle(u);
+        self.triangle.point([a, b])
+    }
+
+    #[inline]
+    pub(super) fn normal(&self) -> Vec3 {
+        self.triangle.n
+    }
 }
 
 /// A parallelogram that emits: the image of a rectangle.
@@ -90,6 +102,20 @@ impl ParallelogramLight {
     pub(super) fn pdf(&self, at: LitPoint, hit: &SurfacePoint) -> PdfW {
         pdf_flat(at, hit, self.pdf)
     }
+
+    #[inline]
+    pub(super) fn point(&self, u: [f32; 2]) -> SurfacePoint {
+        let (a, b) = (self.a * u[0], self.b * u[1]);
+        let p = self.corner + (a + b);
+        // As of a triangle; the corner itself may be rounded once.
+        let error = (a.abs() + b.abs()) * gamma(4) + p.abs() * (2.02 * UNIT_ROUNDOFF);
+        SurfacePoint { p, error, ng: self.n }
+    }
+
+    #[inline]
+    pub(super) fn normal(&self) -> Vec3 {
+        self.n
+    }
 }
 
 /// A disk that emits.
@@ -118,5 +144,15 @@ impl DiskLight {
     #[inline]
     pub(super) fn pdf(&self, at: LitPoint, hit: &SurfacePoint) -> PdfW {
         pdf_flat(at, hit, self.pdf)
+    }
+    #[inline]
+    pub(super) fn point(&self, u: [f32; 2]) -> SurfacePoint {
+        let xy = warp::disk(u);
+        self.disk.point_at(xy.x, xy.y)
+    }
+
+    #[inline]
+    pub(super) fn normal(&self) -> Vec3 {
+        self.disk.n
     }
 }

@@ -10,43 +10,43 @@ use crate::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
 use crate::tracer::accel::PrimRange;
 use crate::tracer::shape::SurfacePoint;
 
-use super::{Light, LightSample, LightShape, LitPoint};
+use super::{Extent, Light, LightSample, LightShape, LitPoint};
 
 /// All lights of a scene and how one is chosen: by power.
 #[derive(Clone, Debug, Default)]
 pub struct Lights {
     /// Where they emit from; shared between scenes that differ in their spectra.
-    lights: Arc<[Light]>,
+    pub(super) lights: Arc<[Light]>,
     spectra: Vec<Spectrum>,
     /// By power; `None` when there is nothing to choose.
-    choice: Option<Distribution>,
+    pub(super) choice: Option<Distribution>,
     /// The environment, if there is one.
     environment: Option<u32>,
-    scene_radius: f32,
+    pub(super) extent: Extent,
 }
 
 impl Lights {
-    /// All lights, their spectra, and the radius of the scene (for the power of an environment).
-    pub fn new(lights: Vec<Light>, spectra: Vec<Spectrum>, scene_radius: f32) -> Self {
-        Self::with(lights.into(), spectra, scene_radius)
+    /// All lights, their spectra, and the extent of the scene (for an environment).
+    pub fn new(lights: Vec<Light>, spectra: Vec<Spectrum>, extent: Extent) -> Self {
+        Self::with(lights.into(), spectra, extent)
     }
 
     /// The same lights with other spectra, of which there must be as many.
     pub fn relit(&self, spectra: Vec<Spectrum>) -> Self {
-        Self::with(self.lights.clone(), spectra, self.scene_radius)
+        Self::with(self.lights.clone(), spectra, self.extent)
     }
 
-    fn with(lights: Arc<[Light]>, spectra: Vec<Spectrum>, scene_radius: f32) -> Self {
+    fn with(lights: Arc<[Light]>, spectra: Vec<Spectrum>, extent: Extent) -> Self {
         // Colours that the eye hardly sees must still be sampled.
         let brightness = |s: &Spectrum| s.luminance().max(1e-3 * s.max());
         let brightness: Vec<f32> = spectra.iter().map(brightness).collect();
-        let power = |l: &Light| l.extent(scene_radius) * brightness[l.spectrum as usize];
+        let power = |l: &Light| l.extent(extent.radius) * brightness[l.spectrum as usize];
         let weights: Vec<f32> = lights.iter().map(power).collect();
         // Powers that cannot be compared (overflow, underflow) leave every light the same chance.
         let choice = Distribution::new(&weights).or_else(|| Distribution::new(&vec![1.0; lights.len()]));
         let environment =
             lights.iter().position(|l| matches!(l.shape, LightShape::Constant(_))).map(|i| i as u32);
-        Self { choice, lights, spectra, environment, scene_radius }
+        Self { choice, lights, spectra, environment, extent }
     }
 
     /// The environment's index, if there is one.

@@ -8,6 +8,7 @@
 
 mod area;
 mod constant;
+mod emission;
 mod lights;
 mod point;
 mod sphere;
@@ -21,6 +22,7 @@ use super::shape::SurfacePoint;
 
 pub use area::{DiskLight, ParallelogramLight, TriangleLight};
 pub use constant::ConstantLight;
+pub use emission::{Emission, EmissionPdf, Extent, LitEdge, Origin};
 pub use lights::Lights;
 pub use point::PointLight;
 pub use sphere::SphereLight;

@@ -7,7 +7,7 @@ use glam::Vec3;
 use crate::math::frame::Frame;
 use crate::math::pdf::PdfW;
 use crate::math::warp;
-use crate::tracer::shape::Sphere;
+use crate::tracer::shape::{Sphere, SurfacePoint};
 
 use super::{LightSample, LitPoint};
 
@@ -85,6 +85,19 @@ impl SphereLight {
             (None, true) => PdfW(0.25 * FRAC_1_PI),
             _ => PdfW::ZERO,
         }
+    }
+
+    /// Uniform by area.
+    #[inline]
+    pub(super) fn point(&self, u: [f32; 2]) -> SurfacePoint {
+        self.sphere.point_towards(warp::sphere(u))
+    }
+
+    /// The normal of the side that emits.
+    #[inline]
+    pub(super) fn normal(&self, p: Vec3) -> Vec3 {
+        let n = (p - self.sphere.center).normalize_or_zero();
+        if self.sphere.inward { -n } else { n }
     }
 }
 

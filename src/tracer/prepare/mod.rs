@@ -15,7 +15,7 @@ use crate::scene::desc::{FilmDesc, LightDesc};
 use crate::spectrum::Spectrum;
 
 use super::accel::{Accel, PrimRange};
-use super::light::{ConstantLight, Light, LightShape, Lights, PointLight};
+use super::light::{ConstantLight, Extent, Light, LightShape, Lights, PointLight};
 use super::primitives::Primitives;
 use super::scene::Scene;
 use geometry::Geometry;
@@ -67,7 +67,7 @@ pub(super) fn prepare(desc: &SceneDesc) -> Result<Scene, PrepareError> {
     let (lo, hi) = primitives.accel.bounds();
     // An empty scene has no size; any positive number serves, there is nothing to compare with.
     let radius = (0.5 * (hi - lo).length()).max(f32::MIN_POSITIVE);
-    let lights = Lights::new(lights, spectra, radius);
+    let lights = Lights::new(lights, spectra, Extent { center: 0.5 * (lo + hi), radius });
     let origin = Arc::new(Origin::of(desc));
     Ok(Scene { primitives: Arc::new(primitives), surfaces, materials, lights, notices, origin })
 }

@@ -9,6 +9,8 @@ use crate::client::settings::FilmCounts;
 pub struct Readout {
     /// Device name, with driver.
     pub device: String,
+    /// Method of light transport.
+    pub method: &'static str,
     /// Plan by which tracer and display share the processor, in words.
     pub plan: String,
     /// Window size in physical pixels.

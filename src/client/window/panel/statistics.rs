@@ -47,6 +47,7 @@ pub(super) fn show(ui: &mut Ui, readout: &Readout) {
             "Camera / light",
             format!("{} / {}", count(counts.camera_samples as f64), count(counts.light_samples as f64)),
         );
+        line("Light transport", readout.method.to_owned());
         line("Light paths", count(counts.light_paths as f64));
         line("Traced", format!("{}/s", count(readout.traced_per_second)));
         line("Rasterised", format!("{}/s", count(readout.rasterised_per_second)));

@@ -1,0 +1,68 @@
+//! The choice of the method of light transport: one match per render command.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use miette::{IntoDiagnostic, Result};
+
+use super::facts::RunFacts;
+use crate::scene::desc::IntegratorKind;
+use crate::server::{RenderJob, Server};
+use crate::stream::UvWindow;
+use crate::stream::control::Epoch;
+use crate::tracer::integrator::{BidirectionalTracer, ParticleTracer, PathTracer, Setup};
+use crate::tracer::{Camera, Integrator, Scene};
+
+/// What is to be traced of a scene.
+#[derive(Clone, Debug)]
+pub struct Order {
+    /// Indices.
+    pub range: Range<u64>,
+    /// Where samples may lie.
+    pub window: UvWindow,
+    /// Which render this is.
+    pub epoch: Epoch,
+}
+
+/// What a method is called on the command line and in files.
+pub fn name(kind: IntegratorKind) -> &'static str {
+    match kind {
+        IntegratorKind::Path => "path",
+        IntegratorKind::Light => "light",
+        IntegratorKind::Bidirectional => "bidirectional",
+    }
+}
+
+/// Has `server` trace a scene by the method that `facts` name.
+///
+/// # Errors
+///
+/// When the server has ended.
+pub fn start(
+    server: &Server,
+    facts: &RunFacts,
+    (scene, camera): (Arc<Scene>, Camera),
+    order: Order,
+) -> Result<()> {
+    let RunFacts { seed, max_depth, rr_depth, hide_emitters, .. } = *facts;
+    let window = order.window;
+    let setup = Setup { scene, camera, seed, window, max_depth, rr_depth, hide_emitters };
+    match facts.integrator {
+        IntegratorKind::Path => {
+            let Setup { scene, camera, .. } = setup;
+            let tracer = PathTracer { scene, camera, seed, window, max_depth, rr_depth, hide_emitters };
+            send(server, facts, tracer, order)
+        }
+        IntegratorKind::Light => send(server, facts, ParticleTracer { setup }, order),
+        IntegratorKind::Bidirectional => send(server, facts, BidirectionalTracer { setup }, order),
+    }
+}
+
+fn send<I: Integrator>(server: &Server, facts: &RunFacts, integrator: I, order: Order) -> Result<()> {
+    let mut job = RenderJob::new(Arc::new(integrator), order.range);
+    job.window = order.window;
+    if facts.deterministic {
+        job.deadline = None;
+    }
+    server.render(job, order.epoch).into_diagnostic()
+}

@@ -1,0 +1,130 @@
+//! The ways to complete a path: what each contributes.
+
+use glam::Vec3;
+
+use crate::spectrum::{SampledSpectrum, SampledWavelengths};
+use crate::stream::SampleSink;
+use crate::tracer::light::LitEdge;
+use crate::tracer::sampler::VertexNumbers;
+use crate::tracer::subpath::{Vertex, Walk};
+
+use super::BidirectionalTracer;
+use super::found::Found;
+use super::weight::{self, Edge, Meeting};
+
+impl BidirectionalTracer {
+    /// s = 0: the camera subpath has come upon a light, if `vertex` is one.
+    #[inline]
+    pub(super) fn meet_light(&self, found: &mut Found, last: Option<&Vertex>, vertex: &Vertex) {
+        let Vertex { hit, throughput, hero_only, chain, .. } = vertex;
+        let Some(light) = hit.light.filter(|_| hit.wo.dot(hit.point.ng) > 0.0) else { return };
+        let lights = &self.setup.scene.lights;
+        let weight = last.map_or(1.0, |last| {
+            let direct = lights.pdf(light, last.lit_point(last.wo), (-hit.wo, Some(&hit.point)));
+            let emission = lights.emission_pdf(light, hit.point.p, hit.wo);
+            weight::met(chain, &Meeting { direct, emission })
+        });
+        let emitted = self.emission(found, light);
+        found.add(*throughput * emitted * weight, *hero_only);
+    }
+
+    /// s = 0: the camera subpath has left the scene in `direction`.
+    pub(super) fn meet_environment(
+        &self,
+        found: &mut Found,
+        walk: &Walk<false>,
+        (last, direction): (Option<&Vertex>, Vec3),
+    ) {
+        let lights = &self.setup.scene.lights;
+        let Some(light) = lights.environment() else { return };
+        let weight = last.map_or(1.0, |last| {
+            let direct = lights.pdf(light, last.lit_point(last.wo), (direction, None));
+            let emission = lights.emission_pdf(light, Vec3::ZERO, -direction);
+            weight::met(&walk.step().far(), &Meeting { direct, emission })
+        });
+        let emitted = self.emission(found, light);
+        found.add(walk.throughput * emitted * weight, walk.lambda.is_hero_only());
+    }
+
+    /// s = 1: light that arrives straight from a sampled light.
+    #[inline]
+    pub(super) fn direct(&self, found: &mut Found, vertex: &Vertex, u: &VertexNumbers) {
+        let scene = &self.setup.scene;
+        let sampled = scene.lights.sample(vertex.lit_point(vertex.wo), u.light_choice, u.light);
+        let Some((light, sample)) = sampled else { return };
+        let Some(scattered) = vertex.scatter_to::<false>(sample.wi) else { return };
+        let emitted = self.emission(found, light);
+        let value = vertex.throughput * scattered.value * emitted * (sample.scale / sample.pdf.0);
+        if value.is_black() || !value.is_finite() {
+            return;
+        }
+        let target = sample.target.unwrap_or(Vec3::ZERO);
+        let density = scene.lights.walk_over_direct(&LitEdge {
+            light,
+            target,
+            direction: -sample.wi,
+            distance2: target.distance_squared(vertex.hit.point.p),
+            cos: scattered.cos,
+            direct: sample.pdf,
+        });
+        let weight = weight::next_event(&vertex.chain, &scattered, (&sample, density));
+        let value = value * weight;
+        if !value.is_black() && scene.visible(&vertex.hit, light, &sample) {
+            found.add(value, vertex.hero_only);
+        }
+    }
+
+    /// s ≥ 2, t ≥ 2: `vertex` of the camera subpath with all `others` of the light subpath.
+    #[inline]
+    pub(super) fn connect_all(&self, found: &mut Found, vertex: &Vertex, others: &[Vertex]) {
+        let room = self.setup.longest() - vertex.depth;
+        for other in others.iter().take_while(|other| other.depth < room) {
+            if let Some(value) = self.connect(vertex, other) {
+                found.add(value, vertex.hero_only || other.hero_only);
+            }
+        }
+    }
+
+    /// One connection.
+    #[inline]
+    fn connect(&self, eye: &Vertex, light: &Vertex) -> Option<SampledSpectrum> {
+        let offset = light.hit.point.p - eye.hit.point.p;
+        let inverse = 1.0 / offset.length_squared();
+        let d = offset * inverse.sqrt();
+        let at_eye = eye.scatter_to::<false>(d)?;
+        let at_light = light.scatter_to::<true>(-d)?;
+        let value = eye.throughput * at_eye.value * light.throughput * at_light.value * inverse;
+        if value.is_black() || !value.is_finite() {
+            return None;
+        }
+        let edge = Edge { eye: &at_eye, light: &at_light, inverse };
+        let value = value * weight::connected(&eye.chain, &light.chain, &edge);
+        let open = !value.is_black() && self.setup.scene.connected(&eye.hit, &light.hit, d);
+        open.then_some(value)
+    }
+
+    /// t = 1: a vertex of the light subpath as the camera sees it.
+    #[inline]
+    pub(super) fn to_camera(&self, lambda: &SampledWavelengths, vertex: &Vertex, out: &mut impl SampleSink) {
+        let Some(seen) = self.setup.see(vertex) else { return };
+        let pdf = seen.view.uv_per_steradian / self.setup.window_area();
+        let density = pdf * seen.scattered.cos / seen.view.distance2;
+        let value = seen.value * weight::seen(&vertex.chain, &seen.scattered, density);
+        if !value.is_black() && self.setup.is_open(vertex, &seen.view) {
+            out.light(seen.view.uv, lambda.to_xyz(value));
+        }
+    }
+
+    /// The spectrum of `light`, remembered: most paths meet one light again and again.
+    #[inline]
+    fn emission(&self, found: &mut Found, light: u32) -> SampledSpectrum {
+        match found.emission {
+            Some((known, value)) if known == light => value,
+            _ => {
+                let value = self.setup.scene.lights.spectrum(light, &found.lambda[0]);
+                found.emission = Some((light, value));
+                value
+            }
+        }
+    }
+}

@@ -1,0 +1,120 @@
+//! What a method that starts paths at lights is given, and how such paths reach the camera.
+
+use std::sync::Arc;
+
+use crate::scene::desc::IntegratorDesc;
+use crate::spectrum::SampledSpectrum;
+use crate::stream::UvWindow;
+use crate::tracer::camera::CameraView;
+use crate::tracer::light::{Emission, Origin};
+use crate::tracer::subpath::{Scattered, Vertex};
+use crate::tracer::{Camera, Scene};
+
+/// Scene, view and settings. Depth counts as in Mitsuba: `max_depth` segments at most, so 1 shows lights only.
+#[derive(Clone, Debug)]
+pub struct Setup {
+    /// The scene.
+    pub scene: Arc<Scene>,
+    /// Where it is seen from.
+    pub camera: Camera,
+    /// Which randomisation of the sequence.
+    pub seed: u32,
+    /// The part of the screen to cover.
+    pub window: UvWindow,
+    /// Longest path in segments; `None` is unlimited.
+    pub max_depth: Option<u32>,
+    /// Number of segments from which roulette may end a subpath.
+    pub rr_depth: u32,
+    /// The camera looks through lights.
+    pub hide_emitters: bool,
+}
+
+/// A vertex of a light subpath as the camera sees it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Seen {
+    pub(super) view: CameraView,
+    pub(super) scattered: Scattered,
+    /// Density over uv that it adds, before any weight.
+    pub(super) value: SampledSpectrum,
+}
+
+impl Setup {
+    /// The settings of a scene file.
+    pub fn new(
+        scene: Arc<Scene>,
+        camera: Camera,
+        desc: &IntegratorDesc,
+        seed: u32,
+        window: UvWindow,
+    ) -> Self {
+        let IntegratorDesc { max_depth, rr_depth, hide_emitters, .. } = *desc;
+        Self { scene, camera, seed, window, max_depth, rr_depth, hide_emitters }
+    }
+
+    /// Longest path in segments.
+    pub(super) fn longest(&self) -> u32 {
+        self.max_depth.unwrap_or(u32::MAX)
+    }
+
+    /// Area of the window in uv.
+    pub(super) fn window_area(&self) -> f32 {
+        let UvWindow { min, max } = self.window;
+        (max[0] - min[0]) * (max[1] - min[1])
+    }
+
+    /// `vertex` as the camera sees it, if nothing stood in between.
+    #[inline]
+    pub(super) fn see(&self, vertex: &Vertex) -> Option<Seen> {
+        if vertex.bsdf.is_delta() || self.hide_emitters && vertex.hit.light.is_some() {
+            return None;
+        }
+        let view = self.camera.view(vertex.hit.point.p, &self.window)?;
+        let scattered = vertex.scatter_to::<true>(-view.direction)?;
+        let value = vertex.throughput * scattered.value * (view.uv_per_steradian / view.distance2);
+        value.is_finite().then_some(Seen { view, scattered, value })
+    }
+
+    /// True when nothing stands between the camera and a vertex that it sees.
+    #[inline]
+    pub(super) fn is_open(&self, vertex: &Vertex, view: &CameraView) -> bool {
+        let mut ray = vertex.hit.spawn_to(view.origin, -view.direction);
+        if !self.hide_emitters {
+            return !self.scene.occluded(&ray);
+        }
+        // Lights are looked through. The ray is not of unit length: each hit moves its origin.
+        while let Some(hit) = self.scene.closest(&ray) {
+            if hit.light.is_none() {
+                return false;
+            }
+            ray = hit.spawn_to(view.origin, -view.direction);
+        }
+        true
+    }
+
+    /// How the camera sees the light itself: where, and the factor on the light's spectrum. `None` for what it cannot
+    /// see, and where something stands in between.
+    #[inline]
+    pub(super) fn see_light(&self, emission: &Emission) -> Option<(CameraView, f32)> {
+        let Emission { light, from, direction, pdf } = emission;
+        if self.hide_emitters {
+            return None;
+        }
+        match pdf.origin {
+            Origin::Point => None,
+            Origin::Surface => {
+                let view = self.camera.view(from.p, &self.window)?;
+                let pdf = self.scene.lights.emission_pdf(*light, from.p, -view.direction);
+                let scale = pdf.cos * view.uv_per_steradian / (view.distance2 * pdf.vertex);
+                let ray = from.spawn_to(view.origin, -view.direction);
+                let open = scale > 0.0 && !self.scene.occluded(&ray);
+                open.then_some((view, scale))
+            }
+            Origin::Far => {
+                let view = self.camera.view_far(-*direction, &self.window)?;
+                let ray = self.camera.ray(view.uv.map(f64::from));
+                let open = self.scene.closest(&ray).is_none();
+                open.then_some((view, view.uv_per_steradian / pdf.vertex))
+            }
+        }
+    }
+}

@@ -1,0 +1,267 @@
+//! The one walk: a subpath grows from the camera or from a light, vertex by vertex.
+//!
+//! Every bidirectional method is made of these. A walk arrives at a vertex, whoever drives it does with it what the method
+//! is about (connects, stores, gathers), and the walk scatters there and goes on. What the two directions have in common
+//! is here once; they differ only in what a scattering does to the throughput:
+//!
+//! - from the camera it is the weight of the BSDF sample, scaled as radiance is by refraction;
+//! - from a light that scaling is undone, and where the shading normal differs from the geometric one the weight gets
+//!   |cos θₛ(l) cos θ(e)| / |cos θ(l) cos θₛ(e)|, l towards the light and e towards the eye, s for shading
+//!   (Veach 1997, §5.2 and §5.3).
+
+use glam::{Vec3, Vec4};
+
+use crate::math::frame::Frame;
+use crate::math::pdf::PdfW;
+use crate::spectrum::{SampledSpectrum, SampledWavelengths};
+
+use super::accel::Ray;
+use super::bsdf::Bsdf;
+use super::chain::Chain;
+use super::interaction::SurfaceInteraction;
+use super::light::{Emission, LitPoint, Origin};
+use super::sampler::VertexNumbers;
+use super::{Scene, roulette};
+
+/// One point of a subpath, its endpoint excepted.
+#[derive(Clone, Copy, Debug)]
+pub struct Vertex {
+    /// Where; `hit.wo` looks back along the walk.
+    pub hit: SurfaceInteraction,
+    /// The frame of `bsdf`.
+    pub frame: Frame,
+    /// The material at the wavelengths of the walk.
+    pub bsdf: Bsdf,
+    /// `hit.wo` in `frame`.
+    pub wo: Vec3,
+    /// Product of the weights on the way here.
+    pub throughput: SampledSpectrum,
+    /// Only the hero wavelength is carried.
+    pub hero_only: bool,
+    /// Number of segments on the way here, at least 1.
+    pub depth: u32,
+    /// Densities.
+    pub chain: Chain,
+}
+
+/// What scattering at a vertex gives for a direction that another subpath brings.
+#[derive(Clone, Copy, Debug)]
+pub struct Scattered {
+    /// f·|cos| of the direction towards the light in a camera subpath, and of the direction towards the camera in a
+    /// light subpath.
+    pub value: SampledSpectrum,
+    /// Density per steradian of going on in this direction.
+    pub fwd_w: f32,
+    /// Density per steradian of going back along the walk, coming from this direction.
+    pub rev_w: f32,
+    /// |cos| of the direction to the geometric normal.
+    pub cos: f32,
+    /// Through the surface.
+    pub through: bool,
+}
+
+impl Vertex {
+    /// What is looked at when light is sampled from here, seen from the side of the local direction `eye`.
+    #[inline]
+    pub fn lit_point(&self, eye: Vec3) -> LitPoint {
+        let n = if eye.z < 0.0 { -self.frame.n } else { self.frame.n };
+        LitPoint { p: self.hit.point.p, n }
+    }
+
+    /// Scattering between the way back and the world-space direction `d`; `FROM_LIGHT` is which sort of walk this
+    /// vertex belongs to. `None` where it is zero.
+    #[inline]
+    pub fn scatter_to<const FROM_LIGHT: bool>(&self, d: Vec3) -> Option<Scattered> {
+        let local = self.frame.to_local(d);
+        let through = local.z * self.wo.z < 0.0;
+        if !self.hit.sides_agree(d, through) {
+            return None;
+        }
+        let cos = d.dot(self.hit.point.ng).abs();
+        let there = self.bsdf.eval(self.wo, local);
+        let back = self.bsdf.eval(local, self.wo);
+        let pdf = |e: Option<(SampledSpectrum, PdfW)>| e.map_or(0.0, |(_, pdf)| pdf.0);
+        let (fwd_w, rev_w) = (pdf(there), pdf(back));
+        let value = if FROM_LIGHT {
+            // |cos θₛ(l)| is in the value; the flux that arrives was measured with |cos θ(l)|.
+            let cos_light = self.hit.wo.dot(self.hit.point.ng).abs();
+            back?.0 * (cos / cos_light)
+        } else {
+            there?.0
+        };
+        let usable = value.is_finite() && !value.is_black();
+        usable.then_some(Scattered { value, fwd_w, rev_w, cos, through })
+    }
+}
+
+/// A subpath on its way.
+#[derive(Clone, Debug)]
+pub struct Walk<const FROM_LIGHT: bool> {
+    /// The wavelengths of the path; only the hero once a delta has parted them.
+    pub lambda: SampledWavelengths,
+    /// Product of the weights so far.
+    pub throughput: SampledSpectrum,
+    /// Takes the throughput to what roulette compares with 1.
+    relative: f32,
+    /// Segments so far.
+    depth: u32,
+    /// The vertex that was left last, as the next one sees it.
+    step: Step,
+}
+
+/// What the last vertex leaves for the densities of the next.
+#[derive(Clone, Copy, Debug)]
+pub struct Step {
+    /// Its position; `None` where it is a direction.
+    from: Option<Vec3>,
+    /// |cos| there.
+    pub cos: f32,
+    /// Density of the direction per steradian; of the environment's rays per unit of area of their disk.
+    pub fwd_w: f32,
+    /// c of the next vertex.
+    pub link: f32,
+    /// Density of the last vertex.
+    pub fwd: f32,
+    /// c of the last vertex.
+    pub previous_link: f32,
+    /// S up to the vertex before the last.
+    pub tail: f64,
+}
+
+impl Step {
+    /// The chain of a vertex that is infinitely far away: its densities are per steradian.
+    pub fn far(&self) -> Chain {
+        Chain {
+            fwd: self.fwd_w,
+            fwd_w: self.fwd_w,
+            back: self.cos,
+            link: [self.link; 2],
+            previous_fwd: self.fwd,
+            previous_link: self.previous_link,
+            tail: self.tail,
+        }
+    }
+}
+
+impl Walk<false> {
+    /// A walk from a pinhole at `origin`, whose directions have density `pdf` per steradian.
+    pub fn from_camera(lambda: SampledWavelengths, origin: Vec3, pdf: f32) -> Self {
+        let (from, throughput) = (Some(origin), SampledSpectrum::ONE);
+        // Nothing can choose the camera: its own sum is 0.
+        let step = Step { from, cos: 1.0, fwd_w: pdf, link: 1.0, fwd: 1.0, previous_link: 0.0, tail: 0.0 };
+        Self { lambda, throughput, relative: 1.0, depth: 0, step }
+    }
+}
+
+impl Walk<true> {
+    /// A walk that begins with `emission` of the spectrum `emitted`; `None` when that is black or not finite.
+    pub fn from_light(
+        lambda: SampledWavelengths,
+        emission: &Emission,
+        emitted: SampledSpectrum,
+    ) -> Option<Self> {
+        let pdf = emission.pdf;
+        let throughput = emitted * emission.scale();
+        let most = throughput.max_element();
+        if !(throughput.is_finite() && most > 0.0) {
+            return None;
+        }
+        let from = (pdf.origin != Origin::Far).then_some(emission.from.p);
+        let previous_link = if pdf.origin == Origin::Point { 0.0 } else { 1.0 };
+        let (cos, fwd_w, fwd) = (pdf.cos, pdf.next, pdf.vertex);
+        let step = Step { from, cos, fwd_w, link: 1.0, fwd, previous_link, tail: 0.0 };
+        Some(Self { lambda, throughput, relative: 1.0 / most, depth: 0, step })
+    }
+}
+
+impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
+    /// What the last vertex left behind, where the walk leaves the scene.
+    pub fn step(&self) -> &Step {
+        &self.step
+    }
+
+    /// Segments so far.
+    pub fn depth(&self) -> u32 {
+        self.depth
+    }
+
+    /// The vertex at `hit`.
+    #[inline]
+    pub fn arrive(&mut self, scene: &Scene, hit: SurfaceInteraction) -> Vertex {
+        self.depth += 1;
+        let (material, frame) = scene.material(&hit);
+        let step = &self.step;
+        let cos = hit.wo.dot(hit.point.ng).abs();
+        let (to_area, back) = match step.from {
+            Some(from) => {
+                let inverse = 1.0 / from.distance_squared(hit.point.p);
+                (cos * inverse, step.cos * inverse)
+            }
+            None => (cos, 1.0),
+        };
+        let chain = Chain {
+            fwd: step.fwd_w * to_area,
+            fwd_w: step.fwd_w,
+            back,
+            link: [step.link; 2],
+            previous_fwd: step.fwd,
+            previous_link: step.previous_link,
+            tail: step.tail,
+        };
+        Vertex {
+            hit,
+            frame,
+            bsdf: material.bsdf(&self.lambda),
+            wo: frame.to_local(hit.wo),
+            throughput: self.throughput,
+            hero_only: self.lambda.is_hero_only(),
+            depth: self.depth,
+            chain,
+        }
+    }
+
+    /// Chooses where to go on from `vertex`, the last one; `None` when the walk ends there. Roulette may end it once
+    /// it has `rr_depth` segments.
+    #[inline]
+    pub fn scatter(&mut self, vertex: &Vertex, u: &VertexNumbers, rr_depth: u32) -> Option<Ray> {
+        let Vertex { hit, frame, bsdf, wo, chain, .. } = vertex;
+        let s = bsdf.sample(*wo, u.bsdf, u.lobe)?;
+        let wi = frame.to_world(s.wi);
+        if !hit.sides_agree(wi, s.transmitted) {
+            return None;
+        }
+        let cos = wi.dot(hit.point.ng).abs();
+        self.throughput *= s.weight;
+        if FROM_LIGHT {
+            self.throughput *= s.eta2;
+            if hit.smooth {
+                let shading = (wo.z * cos) / (hit.wo.dot(hit.point.ng) * s.wi.z);
+                self.throughput *= shading.abs();
+            }
+        } else {
+            self.relative *= s.eta2;
+        }
+        let (fwd_w, rev_w) = match s.delta {
+            true => (1.0, 1.0),
+            false => (s.pdf.0, bsdf.eval(s.wi, *wo).map_or(0.0, |(_, pdf)| pdf.0)),
+        };
+        self.step = Step {
+            from: Some(hit.point.p),
+            cos,
+            fwd_w,
+            link: if s.delta { 0.0 } else { 1.0 },
+            fwd: chain.fwd,
+            previous_link: if s.delta { 0.0 } else { chain.link[usize::from(s.transmitted)] },
+            tail: chain.previous_sum(rev_w),
+        };
+        if s.hero_only {
+            self.lambda.terminate_companions();
+            self.throughput = SampledSpectrum(self.throughput.0 * Vec4::X);
+        }
+        let latest = if FROM_LIGHT { roulette::LATEST_FROM_LIGHT } else { roulette::LATEST };
+        let armed = self.depth >= rr_depth.min(latest);
+        let factor = roulette::survivor(self.throughput.max_element() * self.relative, armed, u.roulette)?;
+        self.throughput *= factor;
+        self.throughput.is_finite().then(|| hit.spawn(wi))
+    }
+}

@@ -1,0 +1,107 @@
+//! Small pictures by any method, from independent seeds: mean and variance of the mean in every pixel.
+
+#![allow(dead_code, reason = "each test file uses its own part")]
+
+use std::sync::Arc;
+
+use pointillist::color::Xyz;
+use pointillist::image::compare::Measured;
+use pointillist::scene::desc::SceneDesc;
+use pointillist::stream::{SampleSink, UvWindow};
+use pointillist::tracer::integrator::{BidirectionalTracer, ParticleTracer, Setup};
+use pointillist::tracer::{Camera, Integrator, PathTracer, Scene};
+
+/// Which method.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    Path,
+    Particle,
+    Bidirectional,
+}
+
+/// Sums of luminance over the pixels of a picture.
+struct Pixels {
+    side: usize,
+    camera: Vec<[f64; 2]>,
+    light: Vec<f64>,
+}
+
+impl Pixels {
+    fn of(&self, uv: [f32; 2]) -> Option<usize> {
+        let [x, y] = uv.map(|c| (f64::from(c) * self.side as f64).floor());
+        let inside = |c: f64| (0.0..self.side as f64).contains(&c);
+        (inside(x) && inside(y)).then_some(y as usize * self.side + x as usize)
+    }
+}
+
+impl SampleSink for Pixels {
+    fn camera(&mut self, uv: [f32; 2], value: Xyz, weight: f32) {
+        assert!(value.is_finite(), "{value:?}");
+        if let Some(i) = self.of(uv) {
+            self.camera[i][0] += f64::from(value.y * weight);
+            self.camera[i][1] += f64::from(weight);
+        }
+    }
+
+    fn light(&mut self, uv: [f32; 2], value: Xyz) {
+        assert!(value.is_finite(), "{value:?}");
+        if let Some(i) = self.of(uv) {
+            self.light[i] += f64::from(value.y);
+        }
+    }
+}
+
+fn trace<I: Integrator>(tracer: &I, side: usize, paths: u64) -> Vec<f64> {
+    let pixels = side * side;
+    let mut sums = Pixels { side, camera: vec![[0.0; 2]; pixels], light: vec![0.0; pixels] };
+    let mut scratch = I::Scratch::default();
+    (0..paths).for_each(|index| tracer.trace(index, &mut scratch, &mut sums));
+    let light_paths = (tracer.paths_per_index().light * paths).max(1) as f64;
+    let mean = |[sum, weight]: [f64; 2]| if weight > 0.0 { sum / weight } else { 0.0 };
+    (0..pixels).map(|i| mean(sums.camera[i]) + sums.light[i] * pixels as f64 / light_paths).collect()
+}
+
+/// One picture of a scene: side length in pixels, paths per pixel of one seed, seeds.
+#[derive(Clone, Copy, Debug)]
+pub struct Plan {
+    pub side: usize,
+    pub paths_per_pixel: u64,
+    pub seeds: u32,
+    pub window: UvWindow,
+}
+
+/// Mean over the seeds and the variance of that mean. Two threads.
+pub fn measure(desc: &SceneDesc, method: Method, plan: Plan) -> Measured {
+    let scene = Arc::new(Scene::prepare(desc).expect("the scene is valid"));
+    let camera = Camera::of(desc).expect("the camera is valid");
+    let paths = plan.paths_per_pixel * (plan.side as u64).pow(2);
+    let picture = |seed: u32| {
+        // Different methods get different seeds: what they share would not show.
+        let seed = 1000 * (method as u32 + 1) + seed;
+        let setup = Setup::new(scene.clone(), camera.clone(), &desc.integrator, seed, plan.window);
+        match method {
+            Method::Path => {
+                let Setup { scene, camera, .. } = setup;
+                let tracer = PathTracer::new(scene, camera, &desc.integrator, seed, plan.window);
+                trace(&tracer, plan.side, paths)
+            }
+            Method::Particle => trace(&ParticleTracer { setup }, plan.side, paths),
+            Method::Bidirectional => trace(&BidirectionalTracer { setup }, plan.side, paths),
+        }
+    };
+    let half = plan.seeds / 2;
+    let pictures: Vec<Vec<f64>> = std::thread::scope(|scope| {
+        let other = scope.spawn(|| (half..plan.seeds).map(&picture).collect::<Vec<_>>());
+        let mut all: Vec<_> = (0..half).map(&picture).collect();
+        all.extend(other.join().expect("no path panics"));
+        all
+    });
+    let r = pictures.len() as f64;
+    let (mut mean, mut variance) = (Vec::new(), Vec::new());
+    for pixel in 0..plan.side * plan.side {
+        let average = pictures.iter().map(|p| p[pixel]).sum::<f64>() / r;
+        mean.push(average);
+        variance.push(pictures.iter().map(|p| (p[pixel] - average).powi(2)).sum::<f64>() / (r - 1.0) / r);
+    }
+    Measured { width: plan.side, height: plan.side, mean, variance }
+}
