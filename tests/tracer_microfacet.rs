@@ -141,7 +141,7 @@ fn extremes_stay_finite() {
                             "{facets:?} {alpha:?} {wo}: {m}"
                         );
                         assert!(
-                            d == 0.0 || m.dot(wo) > -1e-6,
+                            d == 0.0 || m.dot(wo) > -1e-4,
                             "{facets:?} {alpha:?} {wo} {u:?}: {m} faces away"
                         );
                         assert!(d.is_finite() && d >= 0.0, "{facets:?} {alpha:?} {wo}: D/σ = {d}");

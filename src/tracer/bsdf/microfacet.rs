@@ -92,14 +92,14 @@ impl Microfacet {
 
 /// Visible normal (any length) of GGX with roughness 1: half-way between `w` and a point of the spherical cap of
 /// reflections (Dupuy and Benyoub, *Sampling Visible GGX Normals with Spherical Caps*, 2023). With the cap's radius
-/// from the unit disk the heights are products, so that nothing cancels at grazing angles.
+/// from the unit disk, height and radius are sums and products of what is not negative: nothing cancels.
 #[inline]
 fn ggx_visible(w: Vec3, u: [f32; 2]) -> Vec3 {
     let (d, top) = (warp::disk(u), 1.0 + w.z);
-    let r2 = d.length_squared().min(1.0);
-    // The reflected direction has the height 1 − r²·top.
-    let sin_over_r = (top * (2.0 - r2 * top)).max(0.0).sqrt();
-    (d * sin_over_r + w.truncate()).extend(top * (1.0 - r2))
+    let height = top * (1.0 - d.length_squared()).max(0.0);
+    // The reflected direction has the height 1 − r²·top, and this radius over r.
+    let radius = (w.truncate().length_squared() + top * height).sqrt();
+    (d * radius + w.truncate()).extend(height)
 }
 
 /// Visible normal (any length) of Beckmann with roughness 1, by slopes: across `w` they are Gaussian, along it the
