@@ -195,6 +195,43 @@ pub enum BsdfDesc {
         /// Factor on reflection, 1 in nature.
         specular_reflectance: Spectrum,
     },
+    /// Rough metal.
+    RoughConductor {
+        /// Real part of the index of refraction.
+        eta: Spectrum,
+        /// Imaginary part.
+        k: Spectrum,
+        /// Factor on reflection, 1 in nature.
+        specular_reflectance: Spectrum,
+        /// Its facets.
+        roughness: Roughness,
+    },
+    /// Rough interface between two transparent media of different index.
+    RoughDielectric {
+        /// Index on the side the normal points away from.
+        int_ior: Ior,
+        /// Index on the side the normal points to.
+        ext_ior: Ior,
+        /// Factor on reflection, 1 in nature.
+        specular_reflectance: Spectrum,
+        /// Factor on transmission, 1 in nature.
+        specular_transmittance: Spectrum,
+        /// Its facets.
+        roughness: Roughness,
+    },
+    /// Smooth transparent coat over a diffuse base.
+    Plastic {
+        /// Index of the coat.
+        int_ior: Ior,
+        /// Index outside.
+        ext_ior: Ior,
+        /// Albedo of the base.
+        diffuse_reflectance: Spectrum,
+        /// Factor on the reflection of the coat, 1 in nature.
+        specular_reflectance: Spectrum,
+        /// Colours shift with every reflection between coat and base.
+        nonlinear: bool,
+    },
     /// Makes a one-sided material two-sided.
     TwoSided {
         /// Seen from the side of the normal.
@@ -202,6 +239,24 @@ pub enum BsdfDesc {
         /// Seen from the other side.
         back: BsdfId,
     },
+}
+
+/// How the facets of a rough surface are spread, Mitsuba's `distribution` and `alpha`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Roughness {
+    /// The family of distributions.
+    pub facets: Facets,
+    /// Root mean square slope (for Beckmann) along the two tangents.
+    pub alpha: [f32; 2],
+}
+
+/// A family of distributions of facet normals.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Facets {
+    /// Gaussian slopes.
+    Beckmann,
+    /// Long tails (Trowbridge and Reitz).
+    Ggx,
 }
 
 /// A surface in the scene.

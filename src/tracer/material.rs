@@ -2,7 +2,8 @@
 
 use crate::spectrum::{SampledWavelengths, Spectrum, dispersion::Ior};
 
-use super::bsdf::{Bsdf, Conductor, Dielectric, Diffuse};
+use super::bsdf::{Base, Bsdf, Conductor, Dielectric, Diffuse};
+use super::bsdf::{Microfacet, Plastic, RoughConductor, RoughDielectric};
 
 /// A one-sided material. Two-sidedness is a pair of these per surface, see [`Sides`](super::bsdf::Sides).
 #[derive(Clone, Debug)]
@@ -30,6 +31,39 @@ pub enum Material {
         /// Factor on reflection.
         reflectance: Spectrum,
     },
+    /// Rough metal.
+    RoughConductor {
+        /// Real and imaginary part of the index.
+        index: [Spectrum; 2],
+        /// Factor on reflection.
+        reflectance: Spectrum,
+        /// Its facets.
+        microfacet: Microfacet,
+    },
+    /// Rough interface.
+    RoughDielectric {
+        /// Index behind the surface.
+        int_ior: Ior,
+        /// Index in front of it.
+        ext_ior: Ior,
+        /// Factors on reflection and transmission.
+        factors: [Spectrum; 2],
+        /// Its facets.
+        microfacet: Microfacet,
+    },
+    /// Smooth coat over a diffuse base.
+    Plastic {
+        /// Index of the coat and of the outside.
+        ior: [Ior; 2],
+        /// Factor on the reflection of the coat.
+        coat: Spectrum,
+        /// Albedo of the base.
+        base: Spectrum,
+        /// Reflectance of the coat from within for diffuse light.
+        internal: Spectrum,
+        /// Light is coloured at every reflection between coat and base.
+        nonlinear: bool,
+    },
 }
 
 impl Material {
@@ -49,6 +83,25 @@ impl Material {
                 k.sample(lambda),
                 reflectance.sample(lambda),
             )),
+            Material::RoughConductor { index, reflectance, microfacet } => {
+                let index = [index[0].sample(lambda), index[1].sample(lambda)];
+                Bsdf::RoughConductor(RoughConductor::new(index, reflectance.sample(lambda), *microfacet))
+            }
+            Material::RoughDielectric { int_ior, ext_ior, factors, microfacet } => {
+                let flags = (int_ior.is_dispersive() || ext_ior.is_dispersive(), lambda.is_hero_only());
+                let eta = [int_ior.sample(lambda), ext_ior.sample(lambda)];
+                let factors = [factors[0].sample(lambda), factors[1].sample(lambda)];
+                RoughDielectric::new(eta, factors, *microfacet, flags).map_or_else(
+                    || Bsdf::Dielectric(Dielectric::new(eta, factors, flags)),
+                    Bsdf::RoughDielectric,
+                )
+            }
+            Material::Plastic { ior, coat, base, internal, nonlinear } => {
+                let eta = [ior[0].sample(lambda), ior[1].sample(lambda)];
+                let (albedo, internal) = (base.sample(lambda), internal.sample(lambda));
+                let base = Base { albedo, internal, nonlinear: *nonlinear };
+                Bsdf::Plastic(Plastic::new(eta, coat.sample(lambda), base, lambda.is_hero_only()))
+            }
         }
     }
 }

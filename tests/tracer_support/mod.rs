@@ -2,11 +2,11 @@
 
 #![allow(dead_code, unused_imports, reason = "every test file uses its own part")]
 
+mod chi2;
 mod random;
 
-use std::sync::Arc;
-
 use glam::{DAffine3, DMat3, DVec2, DVec3};
+use std::sync::Arc;
 
 use pointillist::color::Xyz;
 use pointillist::scene::desc::*;
@@ -14,7 +14,7 @@ use pointillist::spectrum::{Spectrum, dispersion::Ior};
 use pointillist::stream::{SampleSink, UvWindow};
 use pointillist::tracer::{Camera, Integrator, PathTracer, Scene};
 
-#[allow(unused_imports, reason = "each test file uses its own part")]
+pub use chi2::assert_counts;
 pub use random::Random;
 
 /// A scene without anything in it: the camera at the origin looks along +z, 1° wide.

@@ -12,6 +12,11 @@ impl Random {
         ((x.wrapping_mul(0xff51_afd7_ed55_8ccd)) >> 11) as f64 / 9_007_199_254_740_992.0
     }
 
+    /// As [`Random::next`] with the precision of the sampler; below 1.
+    pub fn unit(&mut self) -> f32 {
+        (self.next() * 16_777_216.0).floor() as f32 / 16_777_216.0
+    }
+
     /// Uniform on the unit sphere.
     pub fn direction(&mut self) -> DVec3 {
         loop {

@@ -145,6 +145,9 @@ fn bsdf_kind(bsdf: &BsdfDesc) -> &'static str {
         BsdfDesc::Diffuse { .. } => "diffuse",
         BsdfDesc::Dielectric { .. } => "dielectric",
         BsdfDesc::Conductor { .. } => "conductor",
+        BsdfDesc::RoughConductor { .. } => "roughconductor",
+        BsdfDesc::RoughDielectric { .. } => "roughdielectric",
+        BsdfDesc::Plastic { .. } => "plastic",
         BsdfDesc::TwoSided { .. } => "twosided",
     }
 }

@@ -16,9 +16,9 @@ pub enum Target {
     Light(u32),
     /// The same as [`Target::EmissionColor`] for a light that is not a shape.
     LightColor(u32),
-    /// Reflectance of a diffuse material, linear Rec.709.
+    /// Reflectance of a diffuse material or of the base of a plastic, linear Rec.709.
     Reflectance(BsdfId),
-    /// Interior index of refraction of a dielectric.
+    /// Interior index of refraction of a dielectric, smooth or rough, or of the coat of a plastic.
     IntIor(BsdfId),
 }
 
@@ -309,26 +309,44 @@ fn tint(spectrum: &mut Spectrum, value: NewValue) {
 }
 
 fn reflectance(desc: &SceneDesc, index: u32) -> Option<NewValue> {
-    let BsdfDesc::Diffuse { reflectance } = desc.bsdfs.get(index as usize)? else { return None };
+    let bsdf = desc.bsdfs.get(index as usize)?;
+    let (BsdfDesc::Diffuse { reflectance } | BsdfDesc::Plastic { diffuse_reflectance: reflectance, .. }) =
+        bsdf
+    else {
+        return None;
+    };
     Some(NewValue::Rgb(reflectance.reflected_rgb().map(|v| f64::from(v).clamp(0.0, 1.0))))
 }
 
 /// Through the same smooth spectra as an `rgb` of a file.
 fn set_reflectance(desc: &mut SceneDesc, index: u32, value: NewValue) {
-    if let (BsdfDesc::Diffuse { reflectance }, NewValue::Rgb(rgb)) = (&mut desc.bsdfs[index as usize], value)
+    if let (
+        BsdfDesc::Diffuse { reflectance } | BsdfDesc::Plastic { diffuse_reflectance: reflectance, .. },
+        NewValue::Rgb(rgb),
+    ) = (&mut desc.bsdfs[index as usize], value)
     {
         *reflectance = Spectrum::reflectance_rgb(rgb.map(|v| v as f32));
     }
 }
 
 fn int_ior(desc: &SceneDesc, index: u32) -> Option<NewValue> {
-    let BsdfDesc::Dielectric { int_ior, .. } = desc.bsdfs.get(index as usize)? else { return None };
+    let bsdf = desc.bsdfs.get(index as usize)?;
+    let (BsdfDesc::Dielectric { int_ior, .. }
+    | BsdfDesc::RoughDielectric { int_ior, .. }
+    | BsdfDesc::Plastic { int_ior, .. }) = bsdf
+    else {
+        return None;
+    };
     Some(NewValue::Number(f64::from(int_ior.eval(Vec4::splat(SODIUM_D)).x)))
 }
 
 fn set_int_ior(desc: &mut SceneDesc, index: u32, value: NewValue) {
-    if let (BsdfDesc::Dielectric { int_ior, .. }, NewValue::Number(n)) =
-        (&mut desc.bsdfs[index as usize], value)
+    if let (
+        BsdfDesc::Dielectric { int_ior, .. }
+        | BsdfDesc::RoughDielectric { int_ior, .. }
+        | BsdfDesc::Plastic { int_ior, .. },
+        NewValue::Number(n),
+    ) = (&mut desc.bsdfs[index as usize], value)
     {
         *int_ior = Ior::Constant(n as f32);
     }

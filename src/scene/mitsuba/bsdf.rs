@@ -3,6 +3,7 @@
 use super::document::ElementId;
 use super::params::Params;
 use super::reader::Reader;
+use super::roughness;
 use super::spectrum::{self, Role};
 use crate::scene::desc::{BsdfDesc, BsdfId, Name};
 use crate::scene::diagnostic::{FindingKind, SceneError};
@@ -13,8 +14,15 @@ use crate::spectrum::{Spectrum, dispersion::Ior, metals};
 type Plugin = fn(&mut Reader<'_>, &Params<'_>) -> Result<BsdfDesc, SceneError>;
 
 /// Every material.
-const PLUGINS: &[(&str, Plugin)] =
-    &[("diffuse", diffuse), ("dielectric", dielectric), ("conductor", conductor), ("twosided", two_sided)];
+const PLUGINS: &[(&str, Plugin)] = &[
+    ("diffuse", diffuse),
+    ("dielectric", dielectric),
+    ("conductor", conductor),
+    ("roughdielectric", rough_dielectric),
+    ("roughconductor", rough_conductor),
+    ("plastic", plastic),
+    ("twosided", two_sided),
+];
 
 /// The material of an element; read once however often it is referred to.
 pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<BsdfId, SceneError> {
@@ -110,26 +118,63 @@ pub(crate) fn is_ior(n: f64) -> bool {
     n > 0.0 && n <= 1e3
 }
 
+fn rough_dielectric(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<BsdfDesc, SceneError> {
+    let (int_ior, ext_ior) = (ior(params, "int_ior", "bk7")?, ior(params, "ext_ior", "air")?);
+    if int_ior == ext_ior {
+        let found =
+            params.error("int_ior", "both sides of a rough interface have the same index of refraction");
+        return Err(found.help("without a difference light goes straight through: use `dielectric`").error());
+    }
+    Ok(BsdfDesc::RoughDielectric {
+        int_ior,
+        ext_ior,
+        specular_reflectance: color(reader, params, ("specular_reflectance", Role::Reflectance), 1.0)?,
+        specular_transmittance: color(reader, params, ("specular_transmittance", Role::Reflectance), 1.0)?,
+        roughness: roughness::read(reader, params)?,
+    })
+}
+
 fn conductor(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<BsdfDesc, SceneError> {
+    let (eta, k) = metal(reader, params)?;
+    let specular_reflectance = color(reader, params, ("specular_reflectance", Role::Reflectance), 1.0)?;
+    Ok(BsdfDesc::Conductor { eta, k, specular_reflectance })
+}
+
+fn rough_conductor(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<BsdfDesc, SceneError> {
+    let (eta, k) = metal(reader, params)?;
+    let specular_reflectance = color(reader, params, ("specular_reflectance", Role::Reflectance), 1.0)?;
+    Ok(BsdfDesc::RoughConductor { eta, k, specular_reflectance, roughness: roughness::read(reader, params)? })
+}
+
+/// The index of a metal: by name, or as `eta` and `k`.
+fn metal(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<(Spectrum, Spectrum), SceneError> {
     let material = params.string("material")?;
     let given = params.has("eta") || params.has("k");
     let named = material.as_deref().filter(|m| *m != "none");
-    let (eta, k) = match named {
+    match named {
         Some(_) if given => {
-            return Err(params.error("material", "either `material` or `eta` and `k`, not both").error());
+            Err(params.error("material", "either `material` or `eta` and `k`, not both").error())
         }
         Some(name) => metals::named(name).ok_or_else(|| {
             let shown: String = name.chars().take(64).collect();
             let found = params.error("material", format!("no metal `{shown}` is known"));
             found.help("give `eta` and `k`, or a name such as Au, Ag, Al, Cu, or `none`").error()
-        })?,
-        None => (
+        }),
+        None => Ok((
             color(reader, params, ("eta", Role::Unbounded), 0.0)?,
             color(reader, params, ("k", Role::Unbounded), 1.0)?,
-        ),
-    };
-    let specular_reflectance = color(reader, params, ("specular_reflectance", Role::Reflectance), 1.0)?;
-    Ok(BsdfDesc::Conductor { eta, k, specular_reflectance })
+        )),
+    }
+}
+
+fn plastic(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<BsdfDesc, SceneError> {
+    Ok(BsdfDesc::Plastic {
+        int_ior: ior(params, "int_ior", "polypropylene")?,
+        ext_ior: ior(params, "ext_ior", "air")?,
+        diffuse_reflectance: color(reader, params, ("diffuse_reflectance", Role::Reflectance), 0.5)?,
+        specular_reflectance: color(reader, params, ("specular_reflectance", Role::Reflectance), 1.0)?,
+        nonlinear: params.boolean("nonlinear", false)?,
+    })
 }
 
 fn two_sided(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<BsdfDesc, SceneError> {
@@ -153,7 +198,7 @@ fn two_sided(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<BsdfDesc, S
     for (out, (id, span)) in ids.iter_mut().zip([front, back]) {
         *out = read(reader, id)?;
         match reader.bsdfs[out.0 as usize] {
-            BsdfDesc::Dielectric { .. } => {
+            BsdfDesc::Dielectric { .. } | BsdfDesc::RoughDielectric { .. } => {
                 return wrong(reader, span, "a material that lets light through has two sides already");
             }
             BsdfDesc::TwoSided { .. } => return wrong(reader, span, "this material is two-sided already"),

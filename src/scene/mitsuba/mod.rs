@@ -26,6 +26,7 @@ mod integrator;
 mod params;
 mod prescan;
 mod reader;
+mod roughness;
 mod sensor;
 mod shape;
 mod source;

@@ -36,6 +36,27 @@ pub fn conductor(cos: f32, eta: Vec4, k: Vec4) -> Vec4 {
     (0.5 * (s + p)).clamp(Vec4::ZERO, Vec4::ONE)
 }
 
+/// Mean reflectance for diffuse light that comes from within a medium of relative index `eta` (medium over outside),
+/// 2 ∫ F(μ) μ dμ: exact, where Mitsuba has a fit (Egan and Hilgeman 1973) within 0.1 % for usual indices.
+///
+/// The integral is taken from the lighter side, where the integrand is smooth, and carried over by reciprocity,
+/// n² (1 − F_within) = 1 − F_outside. Takes microseconds: for the preparation of a scene.
+pub fn diffuse_within(eta: f32) -> f32 {
+    const STEPS: u32 = 1024;
+    let n = eta.max(1.0 / eta);
+    let sum: f64 = (0..STEPS)
+        .map(|i| {
+            // Denser towards grazing angles, where the reflectance is steep: μ = t².
+            let t = (f64::from(i) + 0.5) / f64::from(STEPS);
+            let mu = t * t;
+            f64::from(dielectric(mu as f32, Vec4::splat(n)).x) * mu * 2.0 * t
+        })
+        .sum();
+    let outside = 2.0 * sum / f64::from(STEPS);
+    let within = 1.0 - (1.0 - outside) / f64::from(n * n);
+    (if eta >= 1.0 { within } else { outside }) as f32
+}
+
 /// `a / b`, and 1 where both vanish, as at grazing incidence.
 #[inline]
 fn quotient(a: Vec4, b: Vec4) -> Vec4 {
@@ -91,6 +112,15 @@ mod tests {
             assert!((d - c).abs() < 2e-6, "a metal with k = 0 is a dielectric: {cos}: {d} {c}");
             assert_eq!(conductor(cos, Vec4::ZERO, Vec4::ONE).x, 1.0);
         }
+    }
+
+    /// Walsh's closed form (1926) for the outside of n = 1.5 is 0.0918; from within it is 0.5964.
+    #[test]
+    fn diffuse_light_within_a_medium() {
+        assert!((diffuse_within(1.5) - 0.5964).abs() < 2e-4, "{}", diffuse_within(1.5));
+        assert!((diffuse_within(1.0 / 1.5) - 0.0918).abs() < 2e-4, "{}", diffuse_within(1.0 / 1.5));
+        assert_eq!(diffuse_within(1.0), 0.0);
+        assert!(diffuse_within(1.0001) < 1e-3 && diffuse_within(1e3) <= 1.0);
     }
 
     #[test]

@@ -3,13 +3,18 @@
 //! Conventions: directions are unit vectors in the local shading space, z the front; `wo` points to where the
 //! path came from, `wi` to where it goes on, both away from the surface. Values **include the cosine** of `wi`:
 //! [`Bsdf::eval`] is f·|cos θᵢ|, the weight of a sample is f·|cos θᵢ| / pdf. Radiance is carried from light to
-//! eye, so that transmission scales by (nₒ/nᵢ)². Delta materials evaluate to nothing and can only be sampled.
+//! eye, so that transmission scales by (nₒ/nᵢ)². Delta materials evaluate to nothing and can only be sampled; a
+//! material with a delta and another part evaluates to the other part, with the density that it is chosen and sampled.
 //! `None` means that sampling failed; the path ends there.
 
 mod conductor;
 mod dielectric;
 mod diffuse;
 pub mod fresnel;
+pub mod microfacet;
+mod plastic;
+mod rough_conductor;
+mod rough_dielectric;
 mod twosided;
 
 use glam::Vec3;
@@ -20,6 +25,10 @@ use crate::spectrum::SampledSpectrum;
 pub use conductor::Conductor;
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
+pub use microfacet::Microfacet;
+pub use plastic::{Base, Plastic};
+pub use rough_conductor::RoughConductor;
+pub use rough_dielectric::RoughDielectric;
 pub use twosided::Sides;
 
 /// A material at one point and at the wavelengths of one path.
@@ -31,6 +40,12 @@ pub enum Bsdf {
     Dielectric(Dielectric),
     /// Smooth metal.
     Conductor(Conductor),
+    /// Rough metal.
+    RoughConductor(RoughConductor),
+    /// Rough interface.
+    RoughDielectric(RoughDielectric),
+    /// Smooth coat over a diffuse base.
+    Plastic(Plastic),
 }
 
 /// A direction chosen by a material.
@@ -59,6 +74,9 @@ impl Bsdf {
         match self {
             Bsdf::Diffuse(b) => b.eval(wo, wi),
             Bsdf::Dielectric(_) | Bsdf::Conductor(_) => None,
+            Bsdf::RoughConductor(b) => b.eval(wo, wi),
+            Bsdf::RoughDielectric(b) => b.eval(wo, wi),
+            Bsdf::Plastic(b) => b.eval(wo, wi),
         }
     }
 
@@ -69,12 +87,15 @@ impl Bsdf {
             Bsdf::Diffuse(b) => b.sample(wo, u),
             Bsdf::Dielectric(b) => b.sample(wo, lobe),
             Bsdf::Conductor(b) => b.sample(wo),
+            Bsdf::RoughConductor(b) => b.sample(wo, u),
+            Bsdf::RoughDielectric(b) => b.sample(wo, u, lobe),
+            Bsdf::Plastic(b) => b.sample(wo, u, lobe),
         }
     }
 
     /// True when [`Bsdf::eval`] is always nothing: no light needs to be sampled.
     #[inline]
     pub fn is_delta(&self) -> bool {
-        !matches!(self, Bsdf::Diffuse(_))
+        matches!(self, Bsdf::Dielectric(_) | Bsdf::Conductor(_))
     }
 }

@@ -150,8 +150,9 @@ impl PathTracer {
     fn direct(&self, walk: &mut Walk, vertex: &Vertex, u: &VertexNumbers) {
         let sampled = self.scene.lights.sample(vertex.lit_point(), u.light_choice, u.light);
         let Some((light, sample)) = sampled else { return };
-        let Some((f, pdf)) = vertex.bsdf.eval(vertex.wo, vertex.frame.to_local(sample.wi)) else { return };
-        if !vertex.hit.sides_agree(sample.wi, false) {
+        let wi = vertex.frame.to_local(sample.wi);
+        let Some((f, pdf)) = vertex.bsdf.eval(vertex.wo, wi) else { return };
+        if !vertex.hit.sides_agree(sample.wi, vertex.wo.z * wi.z < 0.0) {
             return;
         }
         let weight = if sample.delta { 1.0 } else { mis::power(sample.pdf, pdf) };

@@ -1,8 +1,11 @@
 //! Materials: one list of one-sided ones, and what each description shows to either side.
 
+use glam::Vec4;
+
 use crate::scene::SceneDesc;
 use crate::scene::desc::{BsdfDesc, BsdfId};
-use crate::tracer::bsdf::Sides;
+use crate::spectrum::{Spectrum, dispersion::Ior};
+use crate::tracer::bsdf::{Microfacet, Sides, fresnel};
 use crate::tracer::material::Material;
 
 use super::PrepareError;
@@ -63,14 +66,53 @@ fn one_sided(desc: &BsdfDesc) -> Option<Material> {
         BsdfDesc::Conductor { eta, k, specular_reflectance } => {
             Material::Conductor { eta, k, reflectance: specular_reflectance }
         }
+        BsdfDesc::RoughConductor { eta, k, specular_reflectance, roughness } => Material::RoughConductor {
+            index: [eta, k],
+            reflectance: specular_reflectance,
+            microfacet: Microfacet::new(roughness),
+        },
+        BsdfDesc::RoughDielectric {
+            int_ior,
+            ext_ior,
+            specular_reflectance,
+            specular_transmittance,
+            roughness,
+        } => Material::RoughDielectric {
+            int_ior,
+            ext_ior,
+            factors: [specular_reflectance, specular_transmittance],
+            microfacet: Microfacet::new(roughness),
+        },
+        BsdfDesc::Plastic { int_ior, ext_ior, diffuse_reflectance, specular_reflectance, nonlinear } => {
+            Material::Plastic {
+                internal: internal_reflectance(&int_ior, &ext_ior),
+                ior: [int_ior, ext_ior],
+                coat: specular_reflectance,
+                base: diffuse_reflectance,
+                nonlinear,
+            }
+        }
         BsdfDesc::TwoSided { .. } => return None,
     })
+}
+
+/// What a coat reflects of diffuse light from within; a table over wavelengths where a medium disperses.
+fn internal_reflectance(int_ior: &Ior, ext_ior: &Ior) -> Spectrum {
+    let at = |nm: f32| {
+        let lambda = Vec4::splat(nm);
+        fresnel::diffuse_within(int_ior.eval(lambda).x / ext_ior.eval(lambda).x)
+    };
+    let constant = Spectrum::Constant(at(550.0));
+    if !int_ior.is_dispersive() && !ext_ior.is_dispersive() {
+        return constant;
+    }
+    let points: Vec<(f32, f32)> = (0..=50).map(|i| 350.0 + 10.0 * i as f32).map(|nm| (nm, at(nm))).collect();
+    Spectrum::table(&points).unwrap_or(constant)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::spectrum::Spectrum;
 
     fn two(front: u32, back: u32) -> BsdfDesc {
         BsdfDesc::TwoSided { front: BsdfId(front), back: BsdfId(back) }
