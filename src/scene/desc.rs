@@ -72,7 +72,7 @@ pub struct Place {
     pub column: u32,
 }
 
-/// A perspective camera, Mitsuba's `perspective`: looks along +z of its own space, +y up, **+x to the left**.
+/// A perspective camera, Mitsuba's `perspective` or, with an aperture, `thinlens`: looks along +z of its own space, +y up, **+x to the left**.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CameraDesc {
     /// Camera space to world space.
@@ -87,6 +87,10 @@ pub struct CameraDesc {
     pub near_clip: f64,
     /// Far clip distance along z.
     pub far_clip: f64,
+    /// Radius of the lens in world units; 0 is a pinhole.
+    pub aperture_radius: f64,
+    /// Distance along z of the plane in focus; of no effect on a pinhole.
+    pub focus_distance: f64,
     /// Where it stands in the file.
     pub place: Place,
 }

@@ -2,6 +2,7 @@
 
 use glam::{DMat3, DVec2, DVec3, Vec3};
 
+use crate::math::warp;
 use crate::scene::SceneDesc;
 use crate::scene::desc::{CameraDesc, FilmDesc, FovAxis};
 
@@ -9,6 +10,9 @@ use super::accel::Ray;
 use super::prepare::{PrepareError, PrepareOptions};
 
 /// A perspective camera with Mitsuba's conventions: looks along +z of its own space, +y up, +x to the left.
+///
+/// With an aperture it is a thin lens in the plane z = 0 of its space: all rays of one uv meet in the plane
+/// z = `focus_distance`, where the ray through the lens's centre meets it. Without one, the lens is a point.
 ///
 /// uv is (0, 0) at the top left corner of the picture (the crop window, if there is one) and (1, 1) at its
 /// bottom right; values outside are overscan and as valid.
@@ -22,6 +26,10 @@ pub struct Camera {
     offset: DVec2,
     near: f64,
     far: f64,
+    /// Radius of the lens in world units; 0 is a pinhole.
+    aperture: f64,
+    /// 1 / z of the plane in focus; 0 for a pinhole.
+    focus: f64,
 }
 
 impl Camera {
@@ -52,6 +60,13 @@ impl Camera {
         if !clip || !desc.principal_point_offset.is_finite() {
             return bad("near_clip must be below far_clip, and the principal point finite");
         }
+        let lens = desc.aperture_radius > 0.0;
+        if !(desc.aperture_radius.is_finite() && desc.aperture_radius >= 0.0) {
+            return bad("aperture_radius must be 0, for a pinhole, or above");
+        }
+        if lens && !(desc.focus_distance.is_normal() && desc.focus_distance > 0.0) {
+            return bad("focus_distance must be above 0 where there is an aperture");
+        }
         let size = DVec2::new(f64::from(options.width), f64::from(options.height));
         let aspect = size.x / size.y;
         let half = half_extent(desc, aspect);
@@ -72,6 +87,8 @@ impl Camera {
             offset: (1.0 - 2.0 * (corner + desc.principal_point_offset)) * half,
             near: desc.near_clip,
             far: desc.far_clip,
+            aperture: desc.aperture_radius,
+            focus: if lens { 1.0 / desc.focus_distance } else { 0.0 },
         })
     }
 
@@ -84,14 +101,22 @@ impl Camera {
         Self::new(&desc.camera, &desc.film, &PrepareOptions::from_film(&desc.film))
     }
 
-    /// The ray through `uv`, from the near to the far clip plane; unit direction.
+    /// The ray of `uv` through the point of the lens that belongs to `lens` in [0, 1)², from the near to the far clip
+    /// plane; unit direction. A pinhole takes no notice of `lens`; (½, ½) is the centre.
     #[inline]
-    pub fn ray(&self, uv: [f64; 2]) -> Ray {
-        let xy = self.offset + self.scale * DVec2::from_array(uv);
+    pub fn ray(&self, uv: [f64; 2], lens: [f32; 2]) -> Ray {
+        let mut xy = self.offset + self.scale * DVec2::from_array(uv);
+        let mut from = self.position;
+        if self.aperture > 0.0 {
+            let on_lens = warp::disk(lens).as_dvec2() * self.aperture;
+            // From `on_lens` to the point (xy, 1) / focus, scaled to z = 1.
+            xy -= on_lens * self.focus;
+            from += self.axes.mul_vec3(on_lens.extend(0.0));
+        }
         let length = (xy.length_squared() + 1.0).sqrt();
         let d = self.axes.mul_vec3(xy.extend(1.0)) * (1.0 / length);
         // Along the unit direction, the planes z = near and z = far are `length` times as far.
-        let origin = self.position + d * (self.near * length);
+        let origin = from + d * (self.near * length);
         Ray {
             origin: origin.as_vec3(),
             direction: d.as_vec3(),
@@ -99,16 +124,49 @@ impl Camera {
         }
     }
 
-    /// Where the world-space point `p` is seen: uv and the distance along z, or `None` when it lies before the
-    /// near or behind the far clip plane. uv may lie outside the picture.
+    /// The point of the lens that [`Camera::ray`] looks through, world space, uniform over the lens's area for `lens`
+    /// uniform in [0, 1)²; a pinhole's position.
+    #[inline]
+    pub fn lens_point(&self, lens: [f32; 2]) -> Vec3 {
+        if self.aperture == 0.0 {
+            return self.position.as_vec3();
+        }
+        let on_lens = warp::disk(lens).as_dvec2() * self.aperture;
+        (self.position + self.axes.mul_vec3(on_lens.extend(0.0))).as_vec3()
+    }
+
+    /// Where the world-space point `p` is seen through the centre of the lens: uv and the distance along z, or `None`
+    /// when it lies before the near or behind the far clip plane. uv may lie outside the picture.
     pub fn project(&self, p: Vec3) -> Option<([f64; 2], f64)> {
+        self.seen(p, DVec2::ZERO)
+    }
+
+    /// Where the world-space point `p` is seen through `lens_point` (of [`Camera::lens_point`]): as
+    /// [`Camera::project`], and the same for a pinhole. The inverse of [`Camera::ray`] for one point of the lens.
+    pub fn project_from(&self, lens_point: Vec3, p: Vec3) -> Option<([f64; 2], f64)> {
+        if self.aperture == 0.0 {
+            return self.seen(p, DVec2::ZERO);
+        }
+        let on_lens = self.axes.inverse() * (lens_point.as_dvec3() - self.position);
+        self.seen(p, on_lens.truncate())
+    }
+
+    /// Where `p` is seen through the point `on_lens` of the plane z = 0 of camera space.
+    #[inline]
+    fn seen(&self, p: Vec3, on_lens: DVec2) -> Option<([f64; 2], f64)> {
         let local = self.axes.inverse() * (p.as_dvec3() - self.position);
         let seen = local.z > 0.0 && local.z >= self.near && local.z <= self.far;
-        let uv = (local.truncate() / local.z - self.offset) / self.scale;
+        let xy = (local.truncate() - on_lens) / local.z + on_lens * self.focus;
+        let uv = (xy - self.offset) / self.scale;
         seen.then_some((uv.to_array(), local.z))
     }
 
-    /// World-space position.
+    /// Radius of the lens in world units; 0 for a pinhole.
+    pub fn aperture_radius(&self) -> f64 {
+        self.aperture
+    }
+
+    /// World-space position: the pinhole, or the centre of the lens.
     pub fn position(&self) -> Vec3 {
         self.position.as_vec3()
     }

@@ -263,7 +263,7 @@ impl Integrator for PathTracer {
             let (lo, hi) = (f64::from(min[i]), f64::from(max[i]));
             lo + (hi - lo) * numbers.screen[i]
         });
-        let value = self.radiance(self.camera.ray(uv), &sampler, numbers.wavelength);
+        let value = self.radiance(self.camera.ray(uv, numbers.lens), &sampler, numbers.wavelength);
         out.camera(uv.map(|c| c as f32), value, 1.0);
     }
 
