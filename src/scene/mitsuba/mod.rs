@@ -7,7 +7,7 @@
 //! |---|---|---|
 //! | shape | `shape.rs` | obj, rectangle, cube, sphere, disk |
 //! | bsdf | `bsdf.rs` | diffuse, dielectric, conductor, twosided |
-//! | emitter | `emitter.rs` | area, constant, point |
+//! | emitter | `emitter.rs` | area, constant, envmap, point |
 //! | sensor, film, rfilter | `sensor.rs`, `film.rs` | perspective, thinlens; films and filters |
 //! | integrator, sampler | `integrator.rs` | path; any sampler |
 //! | spectrum | `spectrum.rs` | uniform, d65, regular, irregular |

@@ -153,7 +153,7 @@ fn axis(params: &Params<'_>) -> Result<FovAxis, SceneError> {
 }
 
 /// True for rotations and mirrors.
-fn is_rigid(m: &DAffine3) -> bool {
+pub(super) fn is_rigid(m: &DAffine3) -> bool {
     let gram = m.matrix3.transpose() * m.matrix3;
     let off = (gram - glam::DMat3::IDENTITY).to_cols_array();
     off.iter().all(|v| v.abs() < 1e-3)
