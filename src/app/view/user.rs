@@ -190,6 +190,7 @@ fn shape(axis: FovAxis, [width, height]: [u32; 2]) -> DVec2 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::DVec3;
 
     #[test]
     fn shape_follows_the_axis() {
@@ -200,5 +201,24 @@ mod tests {
         assert_eq!(shape(FovAxis::Larger, wide), shape(FovAxis::X, wide));
         assert_eq!(shape(FovAxis::Smaller, [100, 200]), shape(FovAxis::X, [100, 200]));
         assert!((shape(FovAxis::Diagonal, wide).length() - 1.0).abs() < 1e-12);
+    }
+
+    /// A lens stays focused as in the file until the camera moves, and then on the target; a pinhole has no focus.
+    #[test]
+    fn a_lens_focuses_on_the_target() {
+        let focus_after = |sensor: &str, point: DVec3| {
+            let text = format!("<scene version=\"3.0.0\">{sensor}<emitter type=\"constant\"/></scene>");
+            let desc = crate::scene::load_str("t.xml", &text, &[]).expect("valid").desc;
+            let scene = Scene::prepare(&desc).expect("valid");
+            let mut user = User::new(desc, scene).expect("a camera");
+            let before = user.camera_desc().focus_distance;
+            user.gesture(Gesture::Focus(point), [200, 100]);
+            (before, user.camera_desc().focus_distance)
+        };
+        let lens = "<sensor type=\"thinlens\"><float name=\"aperture_radius\" value=\"0.1\"/>\
+                    <float name=\"focus_distance\" value=\"2.5\"/></sensor>";
+        let (before, after) = focus_after(lens, DVec3::new(1.0, 2.0, 2.0));
+        assert!(before == 2.5 && (after - 3.0).abs() < 1e-12, "{before} {after}");
+        assert_eq!(focus_after("<sensor type=\"perspective\"/>", DVec3::new(1.0, 2.0, 2.0)), (0.0, 0.0));
     }
 }

@@ -17,10 +17,12 @@ use super::LightSample;
 /// meet along −z.
 ///
 /// Texels are nodes: a column's is at the column's middle, the first and the last row are the poles; between nodes
-/// radiance is bilinear in longitude and latitude. Directions are chosen by *cells*, four nodes at the corners of
-/// each: a cell by its solid angle times the mean luminance of its corners, and in it a point by the bilinear
-/// luminance over longitude and height, in which solid angle is uniform. Hence the density is finite at the poles,
-/// exact for what is sampled, and zero only where all four corners are black.
+/// radiance is bilinear in longitude and latitude. (That is Mitsuba's in RGB mode. In its spectral mode shapes of spectra
+/// and their brightness are interpolated apart, so that where texels differ in colour a sun takes that of the sky.)
+///
+/// Directions are chosen by *cells*, four nodes at the corners of each: a cell by the luminance that comes from it, and
+/// in it a point by the bilinear luminance over longitude and height, in which solid angle is uniform. Hence the
+/// density is finite at the poles, exact for what is sampled, and zero only where all four corners are black.
 #[derive(Clone, Debug)]
 pub struct EnvironmentMap {
     map: Arc<EmissionMap>,
@@ -61,10 +63,13 @@ impl EnvironmentMap {
         let heights: Vec<f64> = (0..rows).map(height).collect();
         let mut weights = Vec::with_capacity(width * (rows - 1));
         for y in 0..rows - 1 {
-            let angle = (heights[y + 1] - heights[y]) as f32;
-            weights.extend((0..width).map(|x| mean(corners(&map, [x, y])) * angle));
+            let [upper, lower] = shares(y, rows);
+            weights.extend((0..width).map(|x| {
+                let [[a, b], [c, d]] = corners(&map, [x, y]);
+                (0.5 * a + 0.5 * b) * upper + (0.5 * c + 0.5 * d) * lower
+            }));
         }
-        // Each cell covers its height times 2π / width, of 4π.
+        // A weight is an integral over cos θ; a cell covers 2π / width of longitude, the sphere 4π.
         let mean = weights.iter().map(|w| f64::from(*w)).sum::<f64>() / (2.0 * width as f64);
         Self {
             cells: Distribution2d::new(width, &weights),
@@ -154,6 +159,15 @@ impl EnvironmentMap {
         let h = ((height - first) / (next - first)).clamp(0.0, 1.0) as f32;
         Place { cell: [x, y], s, t, h }
     }
+}
+
+/// What a row of cells, one radian wide, receives of nodes of luminance 1 above and below it: the integrals of 1 − t and
+/// t over solid angle, where t goes from 0 to 1 in proportion to latitude.
+fn shares(y: usize, rows: usize) -> [f32; 2] {
+    let step = std::f64::consts::PI / (rows - 1) as f64;
+    let ((sin, cos), (next_sin, next_cos)) = ((step * y as f64).sin_cos(), (step * (y + 1) as f64).sin_cos());
+    let slope = (next_sin - sin) / step;
+    [cos - slope, slope - next_cos].map(|v| (v as f32).max(f32::MIN_POSITIVE))
 }
 
 /// Luminances of the four texels around a cell: upper left and right, lower left and right.
