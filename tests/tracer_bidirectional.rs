@@ -211,10 +211,11 @@ fn camera_importance() {
     let (n, mut sum) = (200, 0.0);
     for i in 0..n * n {
         let uv = [(f64::from(i % n) + 0.5) / f64::from(n), (f64::from(i / n) + 0.5) / f64::from(n)];
-        let ray = camera.ray(uv);
+        let ray = camera.ray(uv, [0.5; 2]);
         sum += 1.0 / f64::from(camera.uv_per_steradian(ray.direction)) / f64::from(n * n);
-        let point = camera.view(ray.origin + ray.direction * 7.0, &UvWindow::PICTURE).expect("it is seen");
-        let far = camera.view_far(ray.direction, &UvWindow::PICTURE).expect("it is seen");
+        let point =
+            camera.view(ray.origin + ray.direction * 7.0, [0.5; 2], &UvWindow::PICTURE).expect("it is seen");
+        let far = camera.view_far(ray.direction, [0.5; 2], &UvWindow::PICTURE).expect("it is seen");
         for view in [point, far] {
             assert!((0..2).all(|k| (f64::from(view.uv[k]) - uv[k]).abs() < 1e-5), "{view:?} {uv:?}");
             assert!(view.direction.distance(ray.direction) < 1e-5);

@@ -8,6 +8,9 @@ use pointillist::scene::desc::*;
 use pointillist::tracer::{Camera, PrepareError, PrepareOptions};
 use tracer_support::*;
 
+/// Numbers of the centre of the lens.
+const CENTER: [f32; 2] = [0.5; 2];
+
 fn camera(desc: &SceneDesc) -> Camera {
     Camera::new(&desc.camera, &desc.film, &PrepareOptions::from_film(&desc.film)).expect("valid")
 }
@@ -24,7 +27,7 @@ fn identity(fov: f64, axis: FovAxis, (width, height): (u32, u32)) -> SceneDesc {
 #[test]
 fn mitsuba_handedness_and_field_of_view() {
     let corner = |axis, size| {
-        let d = camera(&identity(90.0, axis, size)).ray([0.0, 0.0]).direction;
+        let d = camera(&identity(90.0, axis, size)).ray([0.0, 0.0], CENTER).direction;
         DVec2::new(f64::from(d.x / d.z), f64::from(d.y / d.z))
     };
     let close = |a: DVec2, x: f64, y: f64| assert!((a - DVec2::new(x, y)).abs().max_element() < 1e-6, "{a}");
@@ -48,7 +51,7 @@ fn rays_and_projection_are_inverse_also_in_the_overscan() {
     let mut random = Random(1);
     for _ in 0..1000 {
         let uv = [random.next() * 1.4 - 0.2, random.next() * 1.4 - 0.2];
-        let ray = camera.ray(uv);
+        let ray = camera.ray(uv, CENTER);
         assert!((ray.direction.length() - 1.0).abs() < 1e-6);
         let (back, z) = camera.project(ray.origin + ray.direction * 7.0).expect("in front");
         assert!((back[0] - uv[0]).abs() < 1e-5 && (back[1] - uv[1]).abs() < 1e-5, "{uv:?} {back:?}");
@@ -69,7 +72,7 @@ fn crop_is_a_part_of_the_picture() {
     let crop = camera(&desc);
     for uv in [[0.0, 0.0], [1.0, 1.0], [0.3, 0.8]] {
         let outer = [0.25 + 0.5 * uv[0], 0.25 + 0.25 * uv[1]];
-        assert!((crop.ray(uv).direction - full.ray(outer).direction).length() < 1e-6);
+        assert!((crop.ray(uv, CENTER).direction - full.ray(outer, CENTER).direction).length() < 1e-6);
     }
 }
 
@@ -86,8 +89,83 @@ fn what_cannot_be_a_camera_is_refused() {
     refuse(|d| d.camera.fov = f64::NAN);
     refuse(|d| d.camera.near_clip = 1e40);
     refuse(|d| d.film.width = 0);
+    refuse(|d| d.camera.aperture_radius = -1.0);
+    refuse(|d| d.camera.aperture_radius = f64::NAN);
+    refuse(|d| (d.camera.aperture_radius, d.camera.focus_distance) = (0.1, 0.0));
+    refuse(|d| (d.camera.aperture_radius, d.camera.focus_distance) = (0.1, f64::INFINITY));
     refuse(|d| d.camera.to_world = DAffine3::from_scale(DVec3::new(1.0, 1.0, 0.0)));
     refuse(|d| d.camera.to_world.translation.x = f64::INFINITY);
     refuse(|d| d.film.crop = Some(Crop { x: 0, y: 0, width: 0, height: 1 }));
     assert_eq!(camera(&empty()).position(), Vec3::ZERO);
+}
+
+/// A camera with a lens that stands askew, focused at z = 3.
+fn with_lens() -> SceneDesc {
+    let mut desc = identity(55.0, FovAxis::X, (640, 400));
+    desc.camera.to_world = look(DVec3::new(3.0, -2.0, 1.0), DVec3::new(0.3, 0.5, -0.8), 1.0).to_world;
+    desc.camera.principal_point_offset = DVec2::new(0.1, -0.2);
+    (desc.camera.near_clip, desc.camera.far_clip) = (0.25, 40.0);
+    (desc.camera.aperture_radius, desc.camera.focus_distance) = (0.4, 3.0);
+    desc
+}
+
+/// A lens of radius 0 is a pinhole, bit for bit, whatever its focus.
+#[test]
+fn a_lens_without_size_is_a_pinhole() {
+    let mut desc = with_lens();
+    (desc.camera.aperture_radius, desc.camera.focus_distance) = (0.0, f64::NAN);
+    let without = camera(&desc);
+    let mut random = Random(2);
+    for _ in 0..100 {
+        let uv = [random.next(), random.next()];
+        let (a, b) = (without.ray(uv, CENTER), without.ray(uv, [random.next() as f32, 0.9]));
+        assert!(a.origin == b.origin && a.direction == b.direction && a.t_max == b.t_max);
+        let p = a.origin + a.direction;
+        assert_eq!(without.project_from(without.lens_point([0.1, 0.7]), p), without.project(p));
+        assert_eq!(without.lens_point([0.1, 0.7]), without.position());
+    }
+}
+
+/// All rays of one uv meet in the plane of focus, at the point that the pinhole sees; each goes through its point of
+/// the lens, from the near to the far plane; projection through that point finds the uv again, from anywhere.
+#[test]
+fn rays_through_a_lens_meet_in_focus() {
+    let desc = with_lens();
+    let (lens, hole) = (camera(&desc), {
+        let mut desc = desc.clone();
+        desc.camera.aperture_radius = 0.0;
+        camera(&desc)
+    });
+    let forward = desc.camera.to_world.matrix3.z_axis.as_vec3();
+    let eye = lens.position();
+    let z = |p: Vec3| (p - eye).dot(forward);
+    let mut random = Random(3);
+    let (mut widest, mut square) = (0f32, 0f32);
+    let n = 1000;
+    for _ in 0..n {
+        let uv = [random.next() * 1.4 - 0.2, random.next() * 1.4 - 0.2];
+        let u = [random.next() as f32, random.next() as f32];
+        let (ray, through) = (lens.ray(uv, u), hole.ray(uv, u));
+        let at = |r: &pointillist::tracer::accel::Ray, depth: f32| {
+            r.origin + r.direction * ((depth - z(r.origin)) / r.direction.dot(forward))
+        };
+        assert!((at(&ray, 3.0) - at(&through, 3.0)).length() < 1e-5, "not in focus");
+        let q = lens.lens_point(u);
+        assert!((at(&ray, 0.0) - q).length() < 1e-5, "not through its point of the lens");
+        assert!(z(q).abs() < 1e-6);
+        assert!((z(ray.origin) - 0.25).abs() < 1e-5 && (ray.direction.length() - 1.0).abs() < 1e-6);
+        assert!((z(ray.origin + ray.direction * ray.t_max) - 40.0).abs() < 1e-3);
+        for t in [1.0, 5.0, 20.0] {
+            let (back, depth) = lens.project_from(q, ray.origin + ray.direction * t).expect("in front");
+            assert!((back[0] - uv[0]).abs() < 1e-5 && (back[1] - uv[1]).abs() < 1e-5, "{uv:?} {back:?}");
+            assert!((depth - f64::from(z(ray.origin + ray.direction * t))).abs() < 1e-4);
+        }
+        assert_eq!(lens.project_from(q, q - ray.direction), None, "behind");
+        widest = widest.max((q - eye).length());
+        square += (q - eye).length_squared() / n as f32;
+    }
+    // Uniform over a disk: the mean of r² is half the square of the radius, with standard deviation R²/√12 each.
+    assert!(widest > 0.39 && widest < 0.4 + 1e-6, "{widest}");
+    let error = 0.16 / (12.0 * n as f32).sqrt();
+    assert!((square - 0.08).abs() < 4.0 * error, "{square}");
 }

@@ -67,7 +67,7 @@ fn a_click_finds_what_is_drawn_there() {
     let (scene, camera) = (prepare(&desc), Camera::of(&desc).expect("the camera is valid"));
     for (i, center) in centers.iter().enumerate() {
         let (uv, _) = camera.project(center.as_vec3()).expect("in front of the camera");
-        let found = scene.pick(&camera.ray(uv)).expect("a sphere is there");
+        let found = scene.pick(&camera.ray(uv, [0.5; 2])).expect("a sphere is there");
         assert_eq!(found.shape, i as u32);
         let to_center = camera.position().distance(center.as_vec3());
         assert!((found.distance + 0.2 - to_center).abs() < 1e-4, "{found:?}");

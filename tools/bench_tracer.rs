@@ -109,7 +109,7 @@ fn rays(PathTracer { scene, camera, .. }: &PathTracer) {
     let mut rays = Vec::new();
     for i in 0..100_000 {
         let sampler = Sampler::at(i, 7);
-        let mut ray = camera.ray(sampler.camera().screen);
+        let mut ray = camera.ray(sampler.camera().screen, [0.5; 2]);
         for depth in 0..4 {
             let Some(hit) = scene.closest(&ray) else { break };
             let side = if hit.wo.dot(hit.frame.n) < 0.0 { -1.0 } else { 1.0 };
@@ -204,6 +204,8 @@ fn cornell_box(spheres: bool) -> SceneDesc {
             principal_point_offset: DVec2::ZERO,
             near_clip: 0.001,
             far_clip: 100.0,
+            aperture_radius: 0.0,
+            focus_distance: 0.0,
             place,
         },
         film: FilmDesc { width: 512, height: 512, crop: None, rfilter: None },

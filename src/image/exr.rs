@@ -4,7 +4,7 @@
 //! name and are what viewers show. The same picture gives the same bytes: the library keeps attributes
 //! in a hash map, so they are sorted after it has written them.
 
-use std::io::{BufReader, Cursor};
+use std::io::{BufReader, Cursor, Read, Seek};
 use std::path::Path;
 
 use exr::meta::attribute::Chromaticities;
@@ -137,6 +137,11 @@ fn sort_attributes(file: &mut [u8]) -> Option<()> {
 pub fn read(path: &Path) -> Result<Layers, ImageError> {
     let file =
         std::fs::File::open(path).map_err(|source| ImageError::Read { path: path.to_path_buf(), source })?;
+    decode_layers(path, BufReader::new(file))
+}
+
+/// Reads the bytes of a file as [`read`] does; `path` only names it in errors.
+pub(super) fn decode_layers(path: &Path, file: impl Read + Seek) -> Result<Layers, ImageError> {
     let refuse = |reason: String| ImageError::Decode { path: path.to_path_buf(), reason };
     let image = exr::prelude::read()
         .no_deep_data()
@@ -144,7 +149,7 @@ pub fn read(path: &Path) -> Result<Layers, ImageError> {
         .all_channels()
         .all_layers()
         .all_attributes()
-        .from_buffered(BufReader::new(file))
+        .from_buffered(file)
         .map_err(|e| refuse(e.to_string()))?;
     let mut layers = Layers::default();
     for (i, layer) in image.layer_data.iter().enumerate() {

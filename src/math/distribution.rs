@@ -28,28 +28,8 @@ impl Distribution {
     /// A distribution in proportion to `weights`; `None` if there is no positive weight, if there are more of them
     /// than cells, or if one is negative or not finite.
     pub fn new(weights: &[f32]) -> Option<Self> {
-        if weights.iter().any(|w| !(w.is_finite() && *w >= 0.0)) {
-            return None;
-        }
-        let total: f64 = weights.iter().map(|w| f64::from(*w)).sum();
-        let last = weights.iter().rposition(|w| *w > 0.0)?;
-        let mut first = Vec::with_capacity(weights.len() + 1);
-        let (mut sum, mut cell) = (0.0, 0);
-        first.push(0);
-        for w in weights {
-            sum += f64::from(*w);
-            if *w > 0.0 {
-                cell = ((sum / total * CELLS as f64).round() as u64).max(cell + 1);
-            }
-            first.push(cell);
-        }
-        first[last + 1..].fill(CELLS);
-        // Entries at the end that were given a cell for their own sake take it from those before them.
-        for i in (0..=last).rev() {
-            let room = first[i + 1].checked_sub(u64::from(weights[i] > 0.0))?;
-            first[i] = first[i].min(room);
-        }
-        Some(Self { first })
+        let weights: Vec<f64> = weights.iter().map(|w| f64::from(*w)).collect();
+        Some(Self { first: boundaries(&weights, CELLS)? })
     }
 
     /// Number of entries.
@@ -81,6 +61,33 @@ impl Distribution {
         let index = self.first.partition_point(|first| *first <= cell) - 1;
         Choice { index, probability: self.probability(index) }
     }
+}
+
+/// Shares out `cells` in proportion to `weights`: entry `i` owns those from the `i`-th number returned up to the next.
+/// `None` as for [`Distribution::new`].
+pub(super) fn boundaries(weights: &[f64], cells: u64) -> Option<Vec<u64>> {
+    if weights.iter().any(|w| !(w.is_finite() && *w >= 0.0)) {
+        return None;
+    }
+    let total: f64 = weights.iter().sum();
+    let last = weights.iter().rposition(|w| *w > 0.0)?;
+    let mut first = Vec::with_capacity(weights.len() + 1);
+    let (mut sum, mut cell) = (0.0, 0);
+    first.push(0);
+    for w in weights {
+        sum += w;
+        if *w > 0.0 {
+            cell = ((sum / total * cells as f64).round() as u64).max(cell + 1);
+        }
+        first.push(cell);
+    }
+    first[last + 1..].fill(cells);
+    // Entries at the end that were given a cell for their own sake take it from those before them.
+    for i in (0..=last).rev() {
+        let room = first[i + 1].checked_sub(u64::from(weights[i] > 0.0))?;
+        first[i] = first[i].min(room);
+    }
+    Some(first)
 }
 
 #[cfg(test)]

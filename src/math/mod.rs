@@ -1,6 +1,7 @@
 //! Mathematics that knows nothing of rendering: frames, warps, distributions, the error function, float bounds.
 
 pub mod distribution;
+pub mod distribution_2d;
 pub mod erf;
 pub mod float;
 pub mod frame;

@@ -84,6 +84,31 @@ pub fn triangle(u: [f32; 2]) -> (f32, f32) {
     }
 }
 
+/// [0, 1) to [0, 1], with a density that goes linearly from `a` at 0 to `b` at 1, up to a factor; neither negative nor
+/// both 0.
+#[inline]
+pub fn linear(u: f32, a: f32, b: f32) -> f32 {
+    // The root of the sum's square is that of a quadratic in the form that does not cancel for a = b.
+    let root = (a * a + u * (b * b - a * a)).max(0.0).sqrt();
+    (u * (a + b) / (a + root).max(f32::MIN_POSITIVE)).min(1.0)
+}
+
+/// Unit square to itself, with the density [`bilinear_pdf`] of the same corners.
+#[inline]
+pub fn bilinear(u: [f32; 2], corners: [[f32; 2]; 2]) -> [f32; 2] {
+    let [[a, b], [c, d]] = corners;
+    let y = linear(u[1], a + b, c + d);
+    [linear(u[0], a + (c - a) * y, b + (d - b) * y), y]
+}
+
+/// Density of [`bilinear`] at `p`: bilinear between `corners[y][x]`, not negative and not all 0.
+#[inline]
+pub fn bilinear_pdf(p: [f32; 2], corners: [[f32; 2]; 2]) -> f32 {
+    let [[a, b], [c, d]] = corners;
+    let (top, bottom) = (a + (b - a) * p[0], c + (d - c) * p[0]);
+    4.0 * (top + (bottom - top) * p[1]) / (a + b + c + d)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -131,6 +156,26 @@ mod tests {
         }
         let naive_cos = 1.0f32 - 0.5 * 1e-16;
         assert_eq!(1.0 - naive_cos * naive_cos, 0.0, "the case is too easy");
+    }
+
+    /// In each of 8² boxes lie as many points as the density says.
+    #[test]
+    fn bilinear_points_have_their_density() {
+        for corners in [[[1.0, 1.0], [1.0, 1.0]], [[0.0, 1.0], [3.0, 0.5]], [[0.0, 0.0], [0.0, 2.0]]] {
+            let mut counts = [[0f32; 8]; 8];
+            for u in grid() {
+                let p = bilinear(u, corners);
+                assert!(p.iter().all(|v| (0.0..=1.0).contains(v)), "{p:?}");
+                counts[((p[1] * 8.0) as usize).min(7)][((p[0] * 8.0) as usize).min(7)] += 1.0;
+            }
+            for (y, row) in counts.iter().enumerate() {
+                for (x, count) in row.iter().enumerate() {
+                    let middle = [(x as f32 + 0.5) / 8.0, (y as f32 + 0.5) / 8.0];
+                    let expected = bilinear_pdf(middle, corners) * 1024.0;
+                    assert!((count - expected).abs() < 48.0, "{corners:?} {x} {y}: {count}, {expected}");
+                }
+            }
+        }
     }
 
     #[test]

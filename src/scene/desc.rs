@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
 
-use crate::spectrum::{Spectrum, dispersion::Ior};
+use crate::spectrum::{EmissionMap, Spectrum, dispersion::Ior};
 
 /// A whole scene.
 #[derive(Clone, Debug)]
@@ -72,7 +72,7 @@ pub struct Place {
     pub column: u32,
 }
 
-/// A perspective camera, Mitsuba's `perspective`: looks along +z of its own space, +y up, **+x to the left**.
+/// A perspective camera, Mitsuba's `perspective` or, with an aperture, `thinlens`: looks along +z of its own space, +y up, **+x to the left**.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CameraDesc {
     /// Camera space to world space.
@@ -87,6 +87,10 @@ pub struct CameraDesc {
     pub near_clip: f64,
     /// Far clip distance along z.
     pub far_clip: f64,
+    /// Radius of the lens in world units; 0 is a pinhole.
+    pub aperture_radius: f64,
+    /// Distance along z of the plane in focus; of no effect on a pinhole.
+    pub focus_distance: f64,
     /// Where it stands in the file.
     pub place: Place,
 }
@@ -323,6 +327,17 @@ pub enum LightDesc {
         /// Where it stands in the file.
         place: Place,
     },
+    /// Radiance from all around by a picture (Mitsuba's `envmap`).
+    Map {
+        /// Radiance by latitude (the rows, from +y) and longitude. Shared, so that a description is cheap to clone.
+        map: Arc<EmissionMap>,
+        /// Factor on it, the same at every wavelength.
+        scale: Spectrum,
+        /// The map's space to world space: a rotation, or one with a mirror; moving it changes nothing.
+        to_world: DAffine3,
+        /// Where it stands in the file.
+        place: Place,
+    },
     /// A point (Mitsuba's `point`).
     Point {
         /// Position in world space.
@@ -335,18 +350,34 @@ pub enum LightDesc {
 }
 
 impl LightDesc {
-    /// Its radiance or intensity.
+    /// True when it shines from infinitely far, from all around; a scene has at most one such light.
+    pub fn is_environment(&self) -> bool {
+        matches!(self, LightDesc::Constant { .. } | LightDesc::Map { .. })
+    }
+
+    /// Where it stands in the file.
+    pub fn place(&self) -> Place {
+        match self {
+            LightDesc::Constant { place, .. }
+            | LightDesc::Map { place, .. }
+            | LightDesc::Point { place, .. } => *place,
+        }
+    }
+
+    /// Its radiance or intensity; of a map, the factor on it.
     pub fn spectrum(&self) -> &Spectrum {
         match self {
             LightDesc::Constant { radiance, .. } => radiance,
+            LightDesc::Map { scale, .. } => scale,
             LightDesc::Point { intensity, .. } => intensity,
         }
     }
 
-    /// Its radiance or intensity, to change.
+    /// Its radiance or intensity, or the factor on it, to change.
     pub fn spectrum_mut(&mut self) -> &mut Spectrum {
         match self {
             LightDesc::Constant { radiance, .. } => radiance,
+            LightDesc::Map { scale, .. } => scale,
             LightDesc::Point { intensity, .. } => intensity,
         }
     }

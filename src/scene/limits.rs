@@ -37,6 +37,12 @@ pub const SPECTRUM_BYTES: u64 = 1 << 20;
 /// Bytes of all spectrum files of a scene together.
 pub const TOTAL_SPECTRUM_BYTES: usize = 64 << 20;
 
+/// Bytes of one picture file.
+pub const IMAGE_BYTES: u64 = 1 << 30;
+
+/// Pixels of one picture (width times height).
+pub const IMAGE_PIXELS: usize = 1 << 26;
+
 /// Bytes of one mesh file.
 pub const MESH_BYTES: u64 = 1 << 30;
 

@@ -2,7 +2,9 @@
 //! holds ([`Spectrum`], [`dispersion::Ior`], named metals).
 
 pub mod blackbody;
+mod chroma;
 pub mod dispersion;
+pub mod emission_map;
 pub mod metals;
 mod sampled;
 pub mod sigmoid;
@@ -12,6 +14,7 @@ pub mod table;
 mod upsample;
 mod wavelengths;
 
+pub use emission_map::EmissionMap;
 pub use sampled::SampledSpectrum;
 pub use spectrum::Spectrum;
 pub use wavelengths::SampledWavelengths;

@@ -2,6 +2,7 @@
 
 use glam::{DMat3, DVec2, DVec3, Vec3};
 
+use crate::math::warp;
 use crate::scene::SceneDesc;
 use crate::scene::desc::{CameraDesc, FilmDesc, FovAxis};
 use crate::stream::UvWindow;
@@ -10,6 +11,9 @@ use super::accel::Ray;
 use super::prepare::{PrepareError, PrepareOptions};
 
 /// A perspective camera with Mitsuba's conventions: looks along +z of its own space, +y up, +x to the left.
+///
+/// With an aperture it is a thin lens in the plane z = 0 of its space: all rays of one uv meet in the plane
+/// z = `focus_distance`, where the ray through the lens's centre meets it. Without one, the lens is a point.
 ///
 /// uv is (0, 0) at the top left corner of the picture (the crop window, if there is one) and (1, 1) at its
 /// bottom right; values outside are overscan and as valid.
@@ -23,6 +27,10 @@ pub struct Camera {
     offset: DVec2,
     near: f64,
     far: f64,
+    /// Radius of the lens in world units; 0 is a pinhole.
+    aperture: f64,
+    /// 1 / z of the plane in focus; 0 for a pinhole.
+    focus: f64,
 }
 
 /// How the camera sees a point.
@@ -68,6 +76,13 @@ impl Camera {
         if !clip || !desc.principal_point_offset.is_finite() {
             return bad("near_clip must be below far_clip, and the principal point finite");
         }
+        let lens = desc.aperture_radius > 0.0;
+        if !(desc.aperture_radius.is_finite() && desc.aperture_radius >= 0.0) {
+            return bad("aperture_radius must be 0, for a pinhole, or above");
+        }
+        if lens && !(desc.focus_distance.is_normal() && desc.focus_distance > 0.0) {
+            return bad("focus_distance must be above 0 where there is an aperture");
+        }
         let size = DVec2::new(f64::from(options.width), f64::from(options.height));
         let aspect = size.x / size.y;
         let half = half_extent(desc, aspect);
@@ -88,6 +103,8 @@ impl Camera {
             offset: (1.0 - 2.0 * (corner + desc.principal_point_offset)) * half,
             near: desc.near_clip,
             far: desc.far_clip,
+            aperture: desc.aperture_radius,
+            focus: if lens { 1.0 / desc.focus_distance } else { 0.0 },
         })
     }
 
@@ -100,14 +117,22 @@ impl Camera {
         Self::new(&desc.camera, &desc.film, &PrepareOptions::from_film(&desc.film))
     }
 
-    /// The ray through `uv`, from the near to the far clip plane; unit direction.
+    /// The ray of `uv` through the point of the lens that belongs to `lens` in [0, 1)², from the near to the far clip
+    /// plane; unit direction. A pinhole takes no notice of `lens`; (½, ½) is the centre.
     #[inline]
-    pub fn ray(&self, uv: [f64; 2]) -> Ray {
-        let xy = self.offset + self.scale * DVec2::from_array(uv);
+    pub fn ray(&self, uv: [f64; 2], lens: [f32; 2]) -> Ray {
+        let mut xy = self.offset + self.scale * DVec2::from_array(uv);
+        let mut from = self.position;
+        if self.aperture > 0.0 {
+            let on_lens = warp::disk(lens).as_dvec2() * self.aperture;
+            // From `on_lens` to the point (xy, 1) / focus, scaled to z = 1.
+            xy -= on_lens * self.focus;
+            from += self.axes.mul_vec3(on_lens.extend(0.0));
+        }
         let length = (xy.length_squared() + 1.0).sqrt();
         let d = self.axes.mul_vec3(xy.extend(1.0)) * (1.0 / length);
         // Along the unit direction, the planes z = near and z = far are `length` times as far.
-        let origin = self.position + d * (self.near * length);
+        let origin = from + d * (self.near * length);
         Ray {
             origin: origin.as_vec3(),
             direction: d.as_vec3(),
@@ -115,49 +140,83 @@ impl Camera {
         }
     }
 
-    /// Where the world-space point `p` is seen: uv and the distance along z, or `None` when it lies before the
-    /// near or behind the far clip plane. uv may lie outside the picture.
+    /// The point of the lens that [`Camera::ray`] looks through, world space, uniform over the lens's area for `lens`
+    /// uniform in [0, 1)²; a pinhole's position.
+    #[inline]
+    pub fn lens_point(&self, lens: [f32; 2]) -> Vec3 {
+        (self.position + self.axes.mul_vec3(self.on_lens(lens).extend(0.0))).as_vec3()
+    }
+
+    /// The same in the plane z = 0 of camera space.
+    #[inline]
+    fn on_lens(&self, lens: [f32; 2]) -> DVec2 {
+        if self.aperture == 0.0 { DVec2::ZERO } else { warp::disk(lens).as_dvec2() * self.aperture }
+    }
+
+    /// Where the world-space point `p` is seen through the centre of the lens: uv and the distance along z, or `None`
+    /// when it lies before the near or behind the far clip plane. uv may lie outside the picture.
     pub fn project(&self, p: Vec3) -> Option<([f64; 2], f64)> {
+        self.seen(p, DVec2::ZERO)
+    }
+
+    /// Where the world-space point `p` is seen through `lens_point` (of [`Camera::lens_point`]): as
+    /// [`Camera::project`], and the same for a pinhole. The inverse of [`Camera::ray`] for one point of the lens.
+    pub fn project_from(&self, lens_point: Vec3, p: Vec3) -> Option<([f64; 2], f64)> {
+        if self.aperture == 0.0 {
+            return self.seen(p, DVec2::ZERO);
+        }
+        let on_lens = self.axes.inverse() * (lens_point.as_dvec3() - self.position);
+        self.seen(p, on_lens.truncate())
+    }
+
+    /// Where `p` is seen through the point `on_lens` of the plane z = 0 of camera space.
+    #[inline]
+    fn seen(&self, p: Vec3, on_lens: DVec2) -> Option<([f64; 2], f64)> {
         let local = self.axes.inverse() * (p.as_dvec3() - self.position);
         let seen = local.z > 0.0 && local.z >= self.near && local.z <= self.far;
-        let uv = (local.truncate() / local.z - self.offset) / self.scale;
+        let xy = (local.truncate() - on_lens) / local.z + on_lens * self.focus;
+        let uv = (xy - self.offset) / self.scale;
         seen.then_some((uv.to_array(), local.z))
     }
 
-    /// How the camera sees the world-space point `p`; `None` when it lies before the near or behind the far clip
-    /// plane, or outside `window`.
-    pub fn view(&self, p: Vec3, window: &UvWindow) -> Option<CameraView> {
-        let (uv, _) = self.project(p)?;
+    /// How the camera sees the world-space point `p` through the point of the lens that belongs to `lens`; `None` when it
+    /// lies before the near or behind the far clip plane, or outside `window`.
+    pub fn view(&self, p: Vec3, lens: [f32; 2], window: &UvWindow) -> Option<CameraView> {
+        let on_lens = self.on_lens(lens);
+        let (uv, _) = self.seen(p, on_lens)?;
         let inside = |i: usize| uv[i] >= f64::from(window.min[i]) && uv[i] < f64::from(window.max[i]);
         if !(inside(0) && inside(1)) {
             return None;
         }
-        let offset = p.as_dvec3() - self.position;
+        let from = self.position + self.axes.mul_vec3(on_lens.extend(0.0));
+        let offset = p.as_dvec3() - from;
         let distance2 = offset.length_squared();
         let direction = offset / distance2.sqrt();
         let cos = direction.dot(self.axes.z_axis);
         Some(CameraView {
             uv: uv.map(|c| c as f32),
-            origin: (self.position + direction * (self.near / cos)).as_vec3(),
+            origin: (from + direction * (self.near / cos)).as_vec3(),
             direction: direction.as_vec3(),
             distance2: distance2 as f32,
             uv_per_steradian: self.uv_per_cos3(cos),
         })
     }
 
-    /// How the camera sees what is infinitely far away in `direction` (unit); `None` outside `window`.
-    pub fn view_far(&self, direction: Vec3, window: &UvWindow) -> Option<CameraView> {
+    /// The same of what is infinitely far away in `direction` (unit); `None` outside `window`.
+    pub fn view_far(&self, direction: Vec3, lens: [f32; 2], window: &UvWindow) -> Option<CameraView> {
         let d = direction.as_dvec3();
         let local = self.axes.inverse() * d;
         if local.z <= 0.0 {
             return None;
         }
-        let uv = (local.truncate() / local.z - self.offset) / self.scale;
+        let on_lens = self.on_lens(lens);
+        let from = self.position + self.axes.mul_vec3(on_lens.extend(0.0));
+        let uv = (local.truncate() / local.z + on_lens * self.focus - self.offset) / self.scale;
         let inside = |i: usize| uv[i] >= f64::from(window.min[i]) && uv[i] < f64::from(window.max[i]);
         let cos = d.dot(self.axes.z_axis);
         (inside(0) && inside(1)).then(|| CameraView {
             uv: uv.to_array().map(|c| c as f32),
-            origin: (self.position + d * (self.near / cos)).as_vec3(),
+            origin: (from + d * (self.near / cos)).as_vec3(),
             direction,
             distance2: f32::INFINITY,
             uv_per_steradian: self.uv_per_cos3(cos),
@@ -177,7 +236,12 @@ impl Camera {
         (1.0 / ((self.scale.x * self.scale.y).abs() * cos * cos * cos)) as f32
     }
 
-    /// World-space position.
+    /// Radius of the lens in world units; 0 for a pinhole.
+    pub fn aperture_radius(&self) -> f64 {
+        self.aperture
+    }
+
+    /// World-space position: the pinhole, or the centre of the lens.
     pub fn position(&self) -> Vec3 {
         self.position.as_vec3()
     }

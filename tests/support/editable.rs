@@ -46,7 +46,9 @@ pub fn essence(desc: &SceneDesc) -> String {
     desc.names.bsdfs.iter_mut().chain(&mut desc.names.lights).for_each(|n| n.place = Place::default());
     for light in &mut desc.lights {
         match light {
-            LightDesc::Constant { place, .. } | LightDesc::Point { place, .. } => *place = Place::default(),
+            LightDesc::Constant { place, .. }
+            | LightDesc::Map { place, .. }
+            | LightDesc::Point { place, .. } => *place = Place::default(),
         }
     }
     // A negative zero is the same matrix.

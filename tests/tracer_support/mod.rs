@@ -49,6 +49,8 @@ pub fn look(from: DVec3, direction: DVec3, fov: f64) -> CameraDesc {
         principal_point_offset: DVec2::ZERO,
         near_clip: 0.0,
         far_clip: 1e30,
+        aperture_radius: 0.0,
+        focus_distance: 0.0,
         place: Place::default(),
     }
 }

@@ -26,6 +26,9 @@ pub struct User {
     selected: Option<u32>,
 }
 
+/// Lens numbers of the ray through the centre of the lens.
+const CENTER: [f32; 2] = [0.5; 2];
+
 impl User {
     /// Nothing done yet.
     ///
@@ -34,7 +37,10 @@ impl User {
     /// When the file's camera cannot be used.
     pub fn new(original: SceneDesc, scene: Scene) -> Result<Self> {
         let camera = Camera::of(&original).into_diagnostic()?;
-        let ahead = scene.pick(&camera.ray([0.5, 0.5])).map_or(1.0, |pick| f64::from(pick.distance));
+        let ahead = scene.pick(&camera.ray([0.5, 0.5], CENTER)).map_or(1.0, |pick| f64::from(pick.distance));
+        // The target of a camera with a lens lies where the lens is focused, and stays in focus as the camera moves.
+        let lens = original.camera.aperture_radius > 0.0;
+        let ahead = if lens { original.camera.focus_distance } else { ahead };
         let home = Pose::of(&original.camera.to_world, original.camera.fov, ahead);
         let history = History::new(home);
         Ok(Self { original, scene: Arc::new(scene), edits: Edits::default(), history, selected: None })
@@ -56,7 +62,9 @@ impl User {
         if !self.is_moved() {
             return camera;
         }
-        CameraDesc { to_world: pose.to_world(), fov: pose.fov, ..camera }
+        let lens = camera.aperture_radius > 0.0;
+        let focus_distance = if lens { pose.distance() } else { camera.focus_distance };
+        CameraDesc { to_world: pose.to_world(), fov: pose.fov, focus_distance, ..camera }
     }
 
     /// The camera for a picture of this size in pixels.
@@ -96,7 +104,7 @@ impl User {
         let uv = [at[0] / f64::from(size[0].max(1)), at[1] / f64::from(size[1].max(1))];
         let inside = uv.iter().all(|x| (0.0..1.0).contains(x));
         let camera = self.camera(size).ok().filter(|_| inside)?;
-        self.scene.pick(&camera.ray(uv))
+        self.scene.pick(&camera.ray(uv, CENTER))
     }
 
     /// Selects a shape, or nothing.
@@ -191,6 +199,7 @@ fn shape(axis: FovAxis, [width, height]: [u32; 2]) -> DVec2 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::DVec3;
 
     #[test]
     fn shape_follows_the_axis() {
@@ -201,5 +210,24 @@ mod tests {
         assert_eq!(shape(FovAxis::Larger, wide), shape(FovAxis::X, wide));
         assert_eq!(shape(FovAxis::Smaller, [100, 200]), shape(FovAxis::X, [100, 200]));
         assert!((shape(FovAxis::Diagonal, wide).length() - 1.0).abs() < 1e-12);
+    }
+
+    /// A lens stays focused as in the file until the camera moves, and then on the target; a pinhole has no focus.
+    #[test]
+    fn a_lens_focuses_on_the_target() {
+        let focus_after = |sensor: &str, point: DVec3| {
+            let text = format!("<scene version=\"3.0.0\">{sensor}<emitter type=\"constant\"/></scene>");
+            let desc = crate::scene::load_str("t.xml", &text, &[]).expect("valid").desc;
+            let scene = Scene::prepare(&desc).expect("valid");
+            let mut user = User::new(desc, scene).expect("a camera");
+            let before = user.camera_desc().focus_distance;
+            user.gesture(Gesture::Focus(point), [200, 100]);
+            (before, user.camera_desc().focus_distance)
+        };
+        let lens = "<sensor type=\"thinlens\"><float name=\"aperture_radius\" value=\"0.1\"/>\
+                    <float name=\"focus_distance\" value=\"2.5\"/></sensor>";
+        let (before, after) = focus_after(lens, DVec3::new(1.0, 2.0, 2.0));
+        assert!(before == 2.5 && (after - 3.0).abs() < 1e-12, "{before} {after}");
+        assert_eq!(focus_after("<sensor type=\"perspective\"/>", DVec3::new(1.0, 2.0, 2.0)), (0.0, 0.0));
     }
 }

@@ -76,7 +76,7 @@ pub fn light_name(desc: &SceneDesc, light: u32) -> String {
         None => format!("light {light}, which does not exist"),
         Some(l) => {
             let id = id_of(&desc.names.lights, light as usize);
-            named(desc, id, (light_kind(l), light_place(l)))
+            named(desc, id, (light_kind(l), LightDesc::place(l)))
         }
     }
 }
@@ -156,12 +156,7 @@ fn bsdf_kind(bsdf: &BsdfDesc) -> &'static str {
 fn light_kind(light: &LightDesc) -> &'static str {
     match light {
         LightDesc::Constant { .. } => "constant",
+        LightDesc::Map { .. } => "envmap",
         LightDesc::Point { .. } => "point",
-    }
-}
-
-fn light_place(light: &LightDesc) -> Place {
-    match light {
-        LightDesc::Constant { place, .. } | LightDesc::Point { place, .. } => *place,
     }
 }

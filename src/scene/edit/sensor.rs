@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use glam::DMat4;
+use glam::{DMat4, DVec2};
 
 use crate::scene::desc::{CameraDesc, FilmDesc, FovAxis, ReconstructionFilter, SceneDesc};
 use crate::scene::mitsuba::load_str;
@@ -16,7 +16,8 @@ use super::save::SaveError;
 ///
 /// [`SaveError::Camera`] when the reader would not read the same camera and film back.
 pub(super) fn xml(camera: &CameraDesc, desc: &SceneDesc) -> Result<String, SaveError> {
-    let mut out = String::from("    <sensor type=\"perspective\">\n");
+    let lens = camera.aperture_radius > 0.0;
+    let mut out = format!("    <sensor type=\"{}\">\n", if lens { "thinlens" } else { "perspective" });
     let rows = DMat4::from(camera.to_world).transpose().to_cols_array().map(|v| format!("{v:?}")).join(" ");
     let _ = writeln!(
         out,
@@ -28,8 +29,15 @@ pub(super) fn xml(camera: &CameraDesc, desc: &SceneDesc) -> Result<String, SaveE
     float("fov", camera.fov);
     float("near_clip", camera.near_clip);
     float("far_clip", camera.far_clip);
-    float("principal_point_offset_x", camera.principal_point_offset.x);
-    float("principal_point_offset_y", camera.principal_point_offset.y);
+    if lens {
+        float("aperture_radius", camera.aperture_radius);
+        float("focus_distance", camera.focus_distance);
+    }
+    // Mitsuba's thin lens has none, and refuses what it does not know.
+    if !lens || camera.principal_point_offset != DVec2::ZERO {
+        float("principal_point_offset_x", camera.principal_point_offset.x);
+        float("principal_point_offset_y", camera.principal_point_offset.y);
+    }
     let _ = writeln!(out, "        <string name=\"fov_axis\" value=\"{}\"/>", axis(camera.fov_axis));
     out.push_str(&film(&desc.film));
     if let Some(n) = desc.samples_per_pixel {
@@ -83,9 +91,12 @@ fn check(sensor: &str, camera: &CameraDesc, film: &FilmDesc) -> Result<(), SaveE
     let read = load_str("camera", &text, &[]).map_err(|e| SaveError::Camera(e.to_string()))?.desc;
     let numbers =
         |c: &CameraDesc| (c.to_world, c.fov, c.fov_axis, c.principal_point_offset, c.near_clip, c.far_clip);
+    let lens_of =
+        |c: &CameraDesc| (c.aperture_radius, if c.aperture_radius > 0.0 { c.focus_distance } else { 0.0 });
     let same_film = (read.film.width, read.film.height, read.film.crop, read.film.rfilter)
         == (film.width, film.height, film.crop, film.rfilter);
-    if numbers(&read.camera) == numbers(camera) && same_film {
+    let same_lens = lens_of(&read.camera) == lens_of(camera);
+    if numbers(&read.camera) == numbers(camera) && same_lens && same_film {
         return Ok(());
     }
     Err(SaveError::Camera("a number of it does not survive being written".to_owned()))

@@ -1,20 +1,26 @@
 //! Lights.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use super::document::ElementId;
 use super::params::Params;
 use super::reader::Reader;
+use super::sensor::is_rigid;
 use super::spectrum::{self, Role};
+use crate::image::linear;
 use crate::scene::desc::LightDesc;
 use crate::scene::diagnostic::{FindingKind, SceneError};
-use crate::spectrum::Spectrum;
+use crate::scene::files::read_bytes;
+use crate::scene::limits;
+use crate::spectrum::{EmissionMap, Spectrum};
 
 /// Reader of one light that is not a shape.
 type Plugin = fn(&mut Reader<'_>, &Params<'_>) -> Result<LightDesc, SceneError>;
 
 /// Every light that is not a shape.
-const PLUGINS: &[(&str, Plugin)] = &[("constant", constant), ("point", point)];
+const PLUGINS: &[(&str, Plugin)] = &[("constant", constant), ("envmap", envmap), ("point", point)];
 
 /// Reads a light of the scene itself.
 pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<(), SceneError> {
@@ -29,11 +35,10 @@ pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<(), SceneEr
         return Err(reader.unknown_plugin(&params, &names));
     };
     let light = plugin(reader, &params)?;
-    let environments = |l: &LightDesc| matches!(l, LightDesc::Constant { .. });
-    if environments(&light) && reader.lights.iter().any(environments) {
+    if light.is_environment() && reader.lights.iter().any(LightDesc::is_environment) {
         let found =
             reader.document.finding(FindingKind::Parameter, params.span(), "a second light all around");
-        return Err(found.help("a scene has at most one `constant` emitter").error());
+        return Err(found.help("a scene has at most one `constant` or `envmap` emitter").error());
     }
     reader.lights.push(light);
     let name = reader.name(id);
@@ -72,6 +77,40 @@ fn constant(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<LightDesc, S
     params.without_effect(&["to_world"]);
     let radiance = emission(reader, params, "radiance")?;
     Ok(LightDesc::Constant { radiance, place: reader.place(params.span()) })
+}
+
+fn envmap(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<LightDesc, SceneError> {
+    params.without_effect(&["mis_compensation", "sampling_weight"]);
+    let Some(name) = params.string("filename")? else {
+        let found =
+            reader.document.finding(FindingKind::Missing, params.span(), "an envmap needs `filename`");
+        return Err(found.help("add <string name=\"filename\" value=\"….exr\"/>").error());
+    };
+    let scale = params.float("scale")?.unwrap_or(1.0);
+    if scale < 0.0 {
+        return Err(params.error("scale", "a factor on light is not negative").error());
+    }
+    let to_world = params.to_world()?;
+    if !is_rigid(&to_world) {
+        let found = params.error("to_world", "the transform of an envmap cannot scale or shear");
+        return Err(found.help("rotate it; scaling by -1 mirrors and is fine").error());
+    }
+    let span = params.get("filename").map_or(params.span(), |e| e.span_of("value"));
+    let at = |kind, message: String| reader.document.finding(kind, span, message);
+    let path = reader.document.resolve(&name, span);
+    let bytes = read_bytes(&path, limits::IMAGE_BYTES).map_err(|e| at(e.kind(), e.to_string()).error())?;
+    let picture = linear::decode(&path, &bytes, limits::IMAGE_PIXELS).map_err(|e| {
+        let found = at(FindingKind::File, e.to_string());
+        found.help("an environment is a picture in latitude and longitude, OpenEXR or PNG").error()
+    })?;
+    let map = EmissionMap::new(picture.width(), picture.pixels())
+        .map_err(|e| at(FindingKind::Value, format!("{}: {e}", path.display())).error())?;
+    Ok(LightDesc::Map {
+        map: Arc::new(map),
+        scale: Spectrum::Constant(scale as f32),
+        to_world,
+        place: reader.place(params.span()),
+    })
 }
 
 fn point(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<LightDesc, SceneError> {

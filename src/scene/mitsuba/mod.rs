@@ -7,8 +7,8 @@
 //! |---|---|---|
 //! | shape | `shape.rs` | obj, rectangle, cube, sphere, disk |
 //! | bsdf | `bsdf.rs` | diffuse, dielectric, conductor, twosided |
-//! | emitter | `emitter.rs` | area, constant, point |
-//! | sensor, film, rfilter | `sensor.rs`, `film.rs` | perspective; films and filters |
+//! | emitter | `emitter.rs` | area, constant, envmap, point |
+//! | sensor, film, rfilter | `sensor.rs`, `film.rs` | perspective, thinlens; films and filters |
 //! | integrator, sampler | `integrator.rs` | path; any sampler |
 //! | spectrum | `spectrum.rs` | uniform, d65, regular, irregular |
 //! | edit | `edit.rs` | changes saved by the viewer; no element of Mitsuba's |

@@ -7,7 +7,7 @@ use super::params::Params;
 use super::reader::Reader;
 use super::{film, integrator};
 use crate::scene::desc::{CameraDesc, FilmDesc, FovAxis};
-use crate::scene::diagnostic::SceneError;
+use crate::scene::diagnostic::{FindingKind, SceneError};
 
 /// A camera, its film, and the sample count of its sampler.
 pub(crate) struct Sensor {
@@ -20,7 +20,7 @@ pub(crate) struct Sensor {
 type Plugin = fn(&mut Reader<'_>, &Params<'_>) -> Result<CameraDesc, SceneError>;
 
 /// Every camera.
-const PLUGINS: &[(&str, Plugin)] = &[("perspective", perspective)];
+const PLUGINS: &[(&str, Plugin)] = &[("perspective", pinhole), ("thinlens", thinlens)];
 
 /// Names of [`FovAxis`].
 const AXES: &[(&str, FovAxis)] = &[
@@ -54,6 +54,36 @@ pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<Sensor, Sce
     Ok(Sensor { camera, film, samples })
 }
 
+fn pinhole(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<CameraDesc, SceneError> {
+    params.without_effect(&["focus_distance"]);
+    perspective(reader, params)
+}
+
+/// A pinhole camera with a lens in place of the hole.
+fn thinlens(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<CameraDesc, SceneError> {
+    let camera = perspective(reader, params)?;
+    let Some(aperture_radius) = params.float("aperture_radius")? else {
+        let found = reader.document.finding(
+            FindingKind::Missing,
+            params.span(),
+            "a thin lens needs `aperture_radius`",
+        );
+        let help = "add <float name=\"aperture_radius\" value=\"…\"/> in units of the scene; 0 is a pinhole";
+        return Err(found.help(help).error());
+    };
+    if aperture_radius < 0.0 {
+        return Err(params.error("aperture_radius", "the radius of a lens is 0 or above").error());
+    }
+    // Mitsuba's default, too.
+    let focus_distance = params.float("focus_distance")?.unwrap_or(camera.far_clip);
+    if focus_distance < f64::MIN_POSITIVE {
+        let found = params.error("focus_distance", "a lens is focused at a distance above 0");
+        return Err(found.help("give the distance along the line of sight, in units of the scene").error());
+    }
+    Ok(CameraDesc { aperture_radius, focus_distance, ..camera })
+}
+
+/// The camera without its lens.
 fn perspective(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<CameraDesc, SceneError> {
     params.without_effect(&["shutter_open", "shutter_close"]);
     let to_world = params.to_world()?;
@@ -81,6 +111,8 @@ fn perspective(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<CameraDes
         ),
         near_clip,
         far_clip,
+        aperture_radius: 0.0,
+        focus_distance: 0.0,
         place: reader.place(params.span()),
     })
 }
@@ -121,7 +153,7 @@ fn axis(params: &Params<'_>) -> Result<FovAxis, SceneError> {
 }
 
 /// True for rotations and mirrors.
-fn is_rigid(m: &DAffine3) -> bool {
+pub(super) fn is_rigid(m: &DAffine3) -> bool {
     let gram = m.matrix3.transpose() * m.matrix3;
     let off = (gram - glam::DMat3::IDENTITY).to_cols_array();
     off.iter().all(|v| v.abs() < 1e-3)

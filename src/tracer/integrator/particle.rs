@@ -3,6 +3,7 @@
 use crate::spectrum::SampledWavelengths;
 use crate::stream::{PathCounts, SampleSink};
 use crate::tracer::Sampler;
+use crate::tracer::sampler::CameraNumbers;
 use crate::tracer::subpath::Walk;
 
 use super::{Integrator, Setup};
@@ -24,13 +25,14 @@ impl Integrator for ParticleTracer {
         let setup = &self.setup;
         let (scene, longest) = (&setup.scene, setup.longest());
         let sampler = Sampler::at(index, setup.seed);
-        let lambda = SampledWavelengths::sample(sampler.camera().wavelength);
+        let CameraNumbers { lens, wavelength, .. } = sampler.camera();
+        let lambda = SampledWavelengths::sample(wavelength);
         let numbers = sampler.light();
         let Some(emission) = scene.lights.emit(&numbers.emission()) else { return };
-        let emitted = scene.lights.spectrum(emission.light, &lambda);
+        let emitted = scene.lights.spectrum(emission.light, -emission.direction, &lambda);
         if longest >= 1
             && !emitted.is_black()
-            && let Some((view, scale)) = setup.see_light(&emission)
+            && let Some((view, scale)) = setup.see_light(&emission, lens)
         {
             out.light(view.uv, lambda.to_xyz(emitted * scale));
         }
@@ -39,12 +41,13 @@ impl Integrator for ParticleTracer {
         while walk.depth() + 1 < longest {
             let Some(hit) = scene.closest(&ray) else { return };
             let vertex = walk.arrive(scene, hit);
-            if let Some(seen) = setup.see(&vertex)
+            let u = numbers.vertex(walk.depth() - 1);
+            if let Some(seen) = setup.see(&vertex, u.light)
                 && setup.is_open(&vertex, &seen.view)
             {
                 out.light(seen.view.uv, walk.lambda.to_xyz(seen.value));
             }
-            match walk.scatter(&vertex, &numbers.vertex(walk.depth() - 1), setup.rr_depth) {
+            match walk.scatter(&vertex, &u, setup.rr_depth) {
                 Some(next) => ray = next,
                 None => return,
             }

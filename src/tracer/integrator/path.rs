@@ -96,7 +96,7 @@ impl PathTracer {
             let Some(hit) = hit else {
                 if !hidden && let Some(light) = self.scene.lights.environment() {
                     let pdf = |at| self.scene.lights.pdf(light, at, (ray.direction, None));
-                    walk.meet(self, light, pdf);
+                    walk.meet(self, light, ray.direction, pdf);
                 }
                 return;
             };
@@ -104,7 +104,7 @@ impl PathTracer {
                 && hit.wo.dot(hit.point.ng) > 0.0
             {
                 let pdf = |at| self.scene.lights.pdf(light, at, (ray.direction, Some(&hit.point)));
-                walk.meet(self, light, pdf);
+                walk.meet(self, light, ray.direction, pdf);
             }
             if depth + 1 == max_depth {
                 return;
@@ -156,7 +156,7 @@ impl PathTracer {
             return;
         }
         let weight = if sample.delta { 1.0 } else { mis::power(sample.pdf, pdf) };
-        let emission = walk.emission(self, light);
+        let emission = walk.emission(self, light, sample.wi);
         let value = walk.throughput * f * emission * (sample.scale * weight / sample.pdf.0);
         // The shadow ray is the costly part: ask only if the path carries light.
         if !value.is_black() && self.scene.visible(vertex.hit, light, &sample) {
@@ -183,24 +183,28 @@ impl Vertex<'_> {
 }
 
 impl Walk {
-    /// The spectrum of `light`, remembered: most paths meet one light again and again.
+    /// The spectrum of `light` seen along `wi`, remembered if it is the same everywhere: most paths meet one light
+    /// again and again.
     #[inline]
-    fn emission(&mut self, tracer: &PathTracer, light: u32) -> SampledSpectrum {
+    fn emission(&mut self, tracer: &PathTracer, light: u32, wi: Vec3) -> SampledSpectrum {
         match self.emission {
             Some((known, value)) if known == light => value,
             _ => {
-                let value = tracer.scene.lights.spectrum(light, &self.lambda);
-                self.emission = Some((light, value));
+                let lights = &tracer.scene.lights;
+                let value = lights.spectrum(light, wi, &self.lambda);
+                if !lights.is_directional(light) {
+                    self.emission = Some((light, value));
+                }
                 value
             }
         }
     }
 
-    /// Adds the emission of a light met by chance; `pdf` is its density for light sampling from a lit point.
+    /// Adds the emission of a light met by chance along `wi`; `pdf` is its density for light sampling from a lit point.
     #[inline]
-    fn meet(&mut self, tracer: &PathTracer, light: u32, pdf: impl FnOnce(LitPoint) -> PdfW) {
+    fn meet(&mut self, tracer: &PathTracer, light: u32, wi: Vec3, pdf: impl FnOnce(LitPoint) -> PdfW) {
         let weight = self.last.map_or(1.0, |(at, chosen)| mis::power(chosen, pdf(at)));
-        let emission = self.emission(tracer, light);
+        let emission = self.emission(tracer, light, wi);
         self.radiance += self.throughput * emission * weight;
     }
 
@@ -232,7 +236,7 @@ impl Integrator for PathTracer {
             let (lo, hi) = (f64::from(min[i]), f64::from(max[i]));
             lo + (hi - lo) * numbers.screen[i]
         });
-        let value = self.radiance(self.camera.ray(uv), &sampler, numbers.wavelength);
+        let value = self.radiance(self.camera.ray(uv, numbers.lens), &sampler, numbers.wavelength);
         out.camera(uv.map(|c| c as f32), value, 1.0);
     }
 

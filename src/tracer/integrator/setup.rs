@@ -62,13 +62,14 @@ impl Setup {
         (max[0] - min[0]) * (max[1] - min[1])
     }
 
-    /// `vertex` as the camera sees it, if nothing stood in between.
+    /// `vertex` as the camera sees it through `lens` (in [0, 1)²), if nothing stood in between. A path has one point of the
+    /// lens, chosen uniformly whichever way it is found, so that its density drops out of all weights.
     #[inline]
-    pub(super) fn see(&self, vertex: &Vertex) -> Option<Seen> {
+    pub(super) fn see(&self, vertex: &Vertex, lens: [f32; 2]) -> Option<Seen> {
         if vertex.bsdf.is_delta() || self.hide_emitters && vertex.hit.light.is_some() {
             return None;
         }
-        let view = self.camera.view(vertex.hit.point.p, &self.window)?;
+        let view = self.camera.view(vertex.hit.point.p, lens, &self.window)?;
         let scattered = vertex.scatter_to::<true>(-view.direction)?;
         let value = vertex.throughput * scattered.value * (view.uv_per_steradian / view.distance2);
         value.is_finite().then_some(Seen { view, scattered, value })
@@ -94,7 +95,7 @@ impl Setup {
     /// How the camera sees the light itself: where, and the factor on the light's spectrum. `None` for what it cannot
     /// see, and where something stands in between.
     #[inline]
-    pub(super) fn see_light(&self, emission: &Emission) -> Option<(CameraView, f32)> {
+    pub(super) fn see_light(&self, emission: &Emission, lens: [f32; 2]) -> Option<(CameraView, f32)> {
         let Emission { light, from, direction, pdf } = emission;
         if self.hide_emitters {
             return None;
@@ -102,7 +103,7 @@ impl Setup {
         match pdf.origin {
             Origin::Point => None,
             Origin::Surface => {
-                let view = self.camera.view(from.p, &self.window)?;
+                let view = self.camera.view(from.p, lens, &self.window)?;
                 let pdf = self.scene.lights.emission_pdf(*light, from.p, -view.direction);
                 let scale = pdf.cos * view.uv_per_steradian / (view.distance2 * pdf.vertex);
                 let ray = from.spawn_to(view.origin, -view.direction);
@@ -110,8 +111,8 @@ impl Setup {
                 open.then_some((view, scale))
             }
             Origin::Far => {
-                let view = self.camera.view_far(-*direction, &self.window)?;
-                let ray = self.camera.ray(view.uv.map(f64::from));
+                let view = self.camera.view_far(-*direction, lens, &self.window)?;
+                let ray = self.camera.ray(view.uv.map(f64::from), lens);
                 let open = self.scene.closest(&ray).is_none();
                 open.then_some((view, view.uv_per_steradian / pdf.vertex))
             }

@@ -13,6 +13,18 @@ use super::{LightSample, LitPoint};
 pub struct ConstantLight;
 
 impl ConstantLight {
+    /// A unit direction towards the environment and its density per steradian; the same for every point of the scene.
+    #[inline]
+    pub fn sample_direction(&self, u: [f32; 2]) -> (Vec3, PdfW) {
+        (warp::sphere(u), self.pdf_direction())
+    }
+
+    /// The density of [`ConstantLight::sample_direction`].
+    #[inline]
+    pub fn pdf_direction(&self) -> PdfW {
+        PdfW(warp::cone_pdf(2.0))
+    }
+
     #[inline]
     pub(super) fn sample(&self, at: LitPoint, u: [f32; 2]) -> Option<LightSample> {
         let local = warp::cosine_hemisphere(u);

@@ -95,7 +95,8 @@ impl Lights {
         let chosen = self.choice.as_ref()?.sample(u.choice);
         let light = &self.lights[chosen.index];
         let (from, direction) = match &light.shape {
-            LightShape::Constant(_) => self.emit_far(u),
+            LightShape::Constant(_) => self.emit_far(warp::sphere(u.direction), u.place),
+            LightShape::Map(map) => self.emit_far(-map.sample_direction(u.direction)?.0, u.place),
             LightShape::Point(l) => {
                 let d = warp::sphere(u.direction);
                 (SurfacePoint { p: l.position, error: Vec3::ZERO, ng: d }, d)
@@ -111,11 +112,10 @@ impl Lights {
         (pdf.vertex > 0.0 && pdf.next > 0.0).then_some(Emission { light: index, from, direction, pdf })
     }
 
-    /// A direction and a point of the disk before the scene.
-    fn emit_far(&self, u: &LightNumbers) -> (SurfacePoint, Vec3) {
-        let d = warp::sphere(u.direction);
+    /// A ray of direction `d` from a point of the disk before the scene.
+    fn emit_far(&self, d: Vec3, place: [f32; 2]) -> (SurfacePoint, Vec3) {
         let frame = Frame::new(d);
-        let xy = warp::disk(u.place);
+        let xy = warp::disk(place);
         let offset = frame.s * xy.x + frame.t * xy.y - d;
         (SurfacePoint { p: self.extent.center + offset * self.extent.radius, error: Vec3::ZERO, ng: d }, d)
     }
@@ -131,6 +131,12 @@ impl Lights {
             LightShape::Constant(_) => EmissionPdf {
                 origin: Origin::Far,
                 vertex: choice * UNIFORM,
+                next: self.extent.disk_pdf(),
+                cos: 1.0,
+            },
+            LightShape::Map(map) => EmissionPdf {
+                origin: Origin::Far,
+                vertex: choice * map.pdf_direction(-direction).0,
                 next: self.extent.disk_pdf(),
                 cos: 1.0,
             },
@@ -189,7 +195,7 @@ impl Light {
             LightShape::Parallelogram(l) => Some(l.point(u)),
             LightShape::Disk(l) => Some(l.point(u)),
             LightShape::Sphere(l) => Some(l.point(u)),
-            LightShape::Point(_) | LightShape::Constant(_) => None,
+            LightShape::Point(_) | LightShape::Constant(_) | LightShape::Map(_) => None,
         }
     }
 
@@ -201,7 +207,7 @@ impl Light {
             LightShape::Parallelogram(l) => l.normal(),
             LightShape::Disk(l) => l.normal(),
             LightShape::Sphere(l) => l.normal(p),
-            LightShape::Point(_) | LightShape::Constant(_) => Vec3::ZERO,
+            LightShape::Point(_) | LightShape::Constant(_) | LightShape::Map(_) => Vec3::ZERO,
         }
     }
 }

@@ -44,8 +44,7 @@ impl Lights {
         let weights: Vec<f32> = lights.iter().map(power).collect();
         // Powers that cannot be compared (overflow, underflow) leave every light the same chance.
         let choice = Distribution::new(&weights).or_else(|| Distribution::new(&vec![1.0; lights.len()]));
-        let environment =
-            lights.iter().position(|l| matches!(l.shape, LightShape::Constant(_))).map(|i| i as u32);
+        let environment = lights.iter().position(Light::is_environment).map(|i| i as u32);
         Self { choice, lights, spectra, environment, extent }
     }
 
@@ -81,10 +80,41 @@ impl Lights {
         PdfW(pdf.0 * self.choice.as_ref().map_or(0.0, |c| c.probability(light as usize)))
     }
 
-    /// The light's spectrum at the wavelengths of a path: radiance, or intensity for a point.
+    /// The light's spectrum at the wavelengths of a path, as seen along the unit direction `wi` (towards the light):
+    /// radiance, or intensity for a point. Only that of an environment depends on `wi`.
     #[inline]
-    pub fn spectrum(&self, light: u32, lambda: &SampledWavelengths) -> SampledSpectrum {
-        self.spectra[self.lights[light as usize].spectrum as usize].sample(lambda)
+    pub fn spectrum(&self, light: u32, wi: Vec3, lambda: &SampledWavelengths) -> SampledSpectrum {
+        let Light { shape, spectrum, .. } = &self.lights[light as usize];
+        let spectrum = self.spectra[*spectrum as usize].sample(lambda);
+        match shape {
+            LightShape::Map(map) => spectrum * map.radiance(wi, lambda),
+            _ => spectrum,
+        }
+    }
+
+    /// True when [`Lights::spectrum`] of this light depends on the direction.
+    #[inline]
+    pub fn is_directional(&self, light: u32) -> bool {
+        matches!(self.lights[light as usize].shape, LightShape::Map(_))
+    }
+
+    /// A unit direction towards the environment `light`, and its density per steradian (without the choice of the
+    /// light): the same for every point, as emission from it needs. `None` for other lights, and where all is black.
+    pub fn sample_direction(&self, light: u32, u: [f32; 2]) -> Option<(Vec3, PdfW)> {
+        match &self.lights[light as usize].shape {
+            LightShape::Constant(l) => Some(l.sample_direction(u)),
+            LightShape::Map(l) => l.sample_direction(u),
+            _ => None,
+        }
+    }
+
+    /// The density of [`Lights::sample_direction`] at `wi`; 0 for lights that are no environment.
+    pub fn pdf_direction(&self, light: u32, wi: Vec3) -> PdfW {
+        match &self.lights[light as usize].shape {
+            LightShape::Constant(l) => l.pdf_direction(),
+            LightShape::Map(l) => l.pdf_direction(wi),
+            _ => PdfW::ZERO,
+        }
     }
 
     /// The primitives that never shadow `light`.

@@ -9,6 +9,7 @@
 mod area;
 mod constant;
 mod emission;
+mod envmap;
 mod lights;
 mod point;
 mod sphere;
@@ -23,6 +24,7 @@ use super::shape::SurfacePoint;
 pub use area::{DiskLight, ParallelogramLight, TriangleLight};
 pub use constant::ConstantLight;
 pub use emission::{Emission, EmissionPdf, Extent, LitEdge, Origin};
+pub use envmap::EnvironmentMap;
 pub use lights::Lights;
 pub use point::PointLight;
 pub use sphere::SphereLight;
@@ -64,8 +66,10 @@ pub enum LightShape {
     Sphere(SphereLight),
     /// A point.
     Point(PointLight),
-    /// The environment.
+    /// The same from all around.
     Constant(ConstantLight),
+    /// A picture of what is all around.
+    Map(EnvironmentMap),
 }
 
 /// Anything that emits.
@@ -89,6 +93,7 @@ impl Light {
             LightShape::Sphere(l) => l.sample(at, u),
             LightShape::Point(l) => l.sample(at),
             LightShape::Constant(l) => l.sample(at, u),
+            LightShape::Map(l) => l.sample(u),
         }
     }
 
@@ -100,8 +105,20 @@ impl Light {
             (LightShape::Disk(l), Some(hit)) => l.pdf(at, hit),
             (LightShape::Sphere(l), Some(_)) => l.pdf(at),
             (LightShape::Constant(l), None) => l.pdf(at, wi),
+            (LightShape::Map(l), None) => l.pdf_direction(wi),
             _ => PdfW::ZERO,
         }
+    }
+
+    /// True for light that comes from infinitely far, from all around; a scene has at most one.
+    #[inline]
+    pub fn is_environment(&self) -> bool {
+        matches!(self.shape, LightShape::Constant(_) | LightShape::Map(_))
+    }
+
+    /// True when it gives no light whatever its spectrum.
+    pub fn is_black(&self) -> bool {
+        matches!(&self.shape, LightShape::Map(l) if l.is_black())
     }
 
     /// Power over π, up to the spectrum: area for a surface, 4 for a point, and so on.
@@ -113,6 +130,9 @@ impl Light {
             LightShape::Sphere(l) => l.area(),
             LightShape::Point(_) => 4.0,
             LightShape::Constant(_) => 4.0 * std::f32::consts::PI * scene_radius * scene_radius,
+            LightShape::Map(l) => {
+                4.0 * std::f32::consts::PI * scene_radius * scene_radius * l.mean_luminance()
+            }
         }
     }
 }

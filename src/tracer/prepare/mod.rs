@@ -15,7 +15,7 @@ use crate::scene::desc::{FilmDesc, LightDesc};
 use crate::spectrum::Spectrum;
 
 use super::accel::{Accel, PrimRange};
-use super::light::{ConstantLight, Extent, Light, LightShape, Lights, PointLight};
+use super::light::{ConstantLight, EnvironmentMap, Extent, Light, LightShape, Lights, PointLight};
 use super::primitives::Primitives;
 use super::scene::Scene;
 use geometry::Geometry;
@@ -57,7 +57,7 @@ pub(super) fn prepare(desc: &SceneDesc) -> Result<Scene, PrepareError> {
         add_light(light, i, &mut geometry);
     }
     let spectra = spectra(desc);
-    let dark = geometry.lights.iter().all(|l| spectra[l.spectrum as usize].is_black());
+    let dark = geometry.lights.iter().all(|l| l.is_black() || spectra[l.spectrum as usize].is_black());
     // A scene without any light has been told of where it was read.
     if dark && !spectra.is_empty() {
         geometry.notices.push("no light of the scene can be used: the picture will be black".to_owned());
@@ -103,16 +103,15 @@ fn spectra(desc: &SceneDesc) -> Vec<Spectrum> {
 /// Adds a light that is not a shape and has spectrum `spectrum`, unless it is unusable or a second environment.
 fn add_light(desc: &LightDesc, spectrum: u32, geometry: &mut Geometry) {
     let Geometry { lights, notices, .. } = geometry;
+    if desc.is_environment() && lights.iter().any(Light::is_environment) {
+        let line = desc.place().line;
+        notices.push(format!("line {line}: a scene has one environment; this second one is ignored"));
+        return;
+    }
     let shape = match desc {
-        LightDesc::Constant { place, .. } => {
-            if lights.iter().any(|l| matches!(l.shape, LightShape::Constant(_))) {
-                notices.push(format!(
-                    "line {}: a scene has one environment; this second one is ignored",
-                    place.line
-                ));
-                return;
-            }
-            LightShape::Constant(ConstantLight)
+        LightDesc::Constant { .. } => LightShape::Constant(ConstantLight),
+        LightDesc::Map { map, to_world, .. } => {
+            LightShape::Map(EnvironmentMap::new(map.clone(), to_world.matrix3))
         }
         LightDesc::Point { position, place, .. } => {
             let position: Vec3 = position.as_vec3();

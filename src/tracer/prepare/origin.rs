@@ -6,6 +6,7 @@ use glam::{DAffine3, DVec3};
 
 use crate::scene::SceneDesc;
 use crate::scene::desc::{LightDesc, Mesh, ShapeDesc, ShapeKind};
+use crate::spectrum::EmissionMap;
 
 /// Remembers everything of a description but its materials and spectra, to know whether another one differs in
 /// those only.
@@ -13,8 +14,15 @@ use crate::scene::desc::{LightDesc, Mesh, ShapeDesc, ShapeKind};
 pub(in crate::tracer) struct Origin {
     shapes: Vec<Form>,
     meshes: Vec<Arc<Mesh>>,
-    /// Positions of the point lights; `None` for an environment.
-    lights: Vec<Option<DVec3>>,
+    lights: Vec<LightForm>,
+}
+
+/// A light that is not a shape, without its spectrum.
+#[derive(Debug)]
+enum LightForm {
+    Constant,
+    Map { map: Arc<EmissionMap>, to_world: DAffine3 },
+    Point(DVec3),
 }
 
 /// A shape without its looks.
@@ -32,18 +40,19 @@ impl Origin {
         Self {
             shapes: desc.shapes.iter().map(form).collect(),
             meshes: desc.meshes.clone(),
-            lights: desc.lights.iter().map(position).collect(),
+            lights: desc.lights.iter().map(light_form).collect(),
         }
     }
 
-    /// True when `desc` says the same. Meshes are the same only if they are shared, not if they are equal.
+    /// True when `desc` says the same. Meshes and maps are the same only if they are shared, not if they are equal.
     pub(super) fn fits(&self, desc: &SceneDesc) -> bool {
         let Self { shapes, meshes, lights } = self;
         shapes.len() == desc.shapes.len()
             && meshes.len() == desc.meshes.len()
             && meshes.iter().zip(&desc.meshes).all(|(a, b)| Arc::ptr_eq(a, b))
             && shapes.iter().zip(&desc.shapes).all(|(a, b)| *a == form(b))
-            && lights.iter().copied().eq(desc.lights.iter().map(position))
+            && lights.len() == desc.lights.len()
+            && lights.iter().zip(&desc.lights).all(|(a, b)| a.is_that_of(b))
     }
 }
 
@@ -56,9 +65,23 @@ fn form(shape: &ShapeDesc) -> Form {
     }
 }
 
-fn position(light: &LightDesc) -> Option<DVec3> {
+fn light_form(light: &LightDesc) -> LightForm {
     match light {
-        LightDesc::Constant { .. } => None,
-        LightDesc::Point { position, .. } => Some(*position),
+        LightDesc::Constant { .. } => LightForm::Constant,
+        LightDesc::Map { map, to_world, .. } => LightForm::Map { map: map.clone(), to_world: *to_world },
+        LightDesc::Point { position, .. } => LightForm::Point(*position),
+    }
+}
+
+impl LightForm {
+    fn is_that_of(&self, light: &LightDesc) -> bool {
+        match (self, light) {
+            (LightForm::Constant, LightDesc::Constant { .. }) => true,
+            (LightForm::Map { map, to_world }, LightDesc::Map { map: other, to_world: turned, .. }) => {
+                Arc::ptr_eq(map, other) && to_world == turned
+            }
+            (LightForm::Point(position), LightDesc::Point { position: other, .. }) => position == other,
+            _ => false,
+        }
     }
 }

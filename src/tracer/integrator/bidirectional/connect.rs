@@ -24,7 +24,7 @@ impl BidirectionalTracer {
             let emission = lights.emission_pdf(light, hit.point.p, hit.wo);
             weight::met(chain, &Meeting { direct, emission })
         });
-        let emitted = self.emission(found, light);
+        let emitted = self.emission(found, light, -hit.wo);
         found.add(*throughput * emitted * weight, *hero_only);
     }
 
@@ -42,7 +42,7 @@ impl BidirectionalTracer {
             let emission = lights.emission_pdf(light, Vec3::ZERO, -direction);
             weight::met(&walk.step().far(), &Meeting { direct, emission })
         });
-        let emitted = self.emission(found, light);
+        let emitted = self.emission(found, light, direction);
         found.add(walk.throughput * emitted * weight, walk.lambda.is_hero_only());
     }
 
@@ -53,7 +53,7 @@ impl BidirectionalTracer {
         let sampled = scene.lights.sample(vertex.lit_point(vertex.wo), u.light_choice, u.light);
         let Some((light, sample)) = sampled else { return };
         let Some(scattered) = vertex.scatter_to::<false>(sample.wi) else { return };
-        let emitted = self.emission(found, light);
+        let emitted = self.emission(found, light, sample.wi);
         let value = vertex.throughput * scattered.value * emitted * (sample.scale / sample.pdf.0);
         if value.is_black() || !value.is_finite() {
             return;
@@ -105,8 +105,13 @@ impl BidirectionalTracer {
 
     /// t = 1: a vertex of the light subpath as the camera sees it.
     #[inline]
-    pub(super) fn to_camera(&self, lambda: &SampledWavelengths, vertex: &Vertex, out: &mut impl SampleSink) {
-        let Some(seen) = self.setup.see(vertex) else { return };
+    pub(super) fn to_camera(
+        &self,
+        (lambda, lens): (&SampledWavelengths, [f32; 2]),
+        vertex: &Vertex,
+        out: &mut impl SampleSink,
+    ) {
+        let Some(seen) = self.setup.see(vertex, lens) else { return };
         let pdf = seen.view.uv_per_steradian / self.setup.window_area();
         let density = pdf * seen.scattered.cos / seen.view.distance2;
         let value = seen.value * weight::seen(&vertex.chain, &seen.scattered, density);
@@ -115,14 +120,17 @@ impl BidirectionalTracer {
         }
     }
 
-    /// The spectrum of `light`, remembered: most paths meet one light again and again.
+    /// The spectrum of `light` along `wi`, remembered: most paths meet one light again and again.
     #[inline]
-    fn emission(&self, found: &mut Found, light: u32) -> SampledSpectrum {
+    fn emission(&self, found: &mut Found, light: u32, wi: Vec3) -> SampledSpectrum {
         match found.emission {
             Some((known, value)) if known == light => value,
             _ => {
-                let value = self.setup.scene.lights.spectrum(light, &found.lambda[0]);
-                found.emission = Some((light, value));
+                let lights = &self.setup.scene.lights;
+                let value = lights.spectrum(light, wi, &found.lambda[0]);
+                if !lights.is_directional(light) {
+                    found.emission = Some((light, value));
+                }
                 value
             }
         }

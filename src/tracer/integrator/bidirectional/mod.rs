@@ -45,7 +45,7 @@ impl BidirectionalTracer {
     ) {
         let Setup { scene, rr_depth, .. } = &self.setup;
         let Some(emission) = scene.lights.emit(&numbers.emission()) else { return };
-        let emitted = scene.lights.spectrum(emission.light, &lambda);
+        let emitted = scene.lights.spectrum(emission.light, -emission.direction, &lambda);
         let Some(mut walk) = Walk::from_light(lambda, &emission, emitted) else { return };
         let mut ray = emission.ray();
         // One more segment leads to the camera.
@@ -55,11 +55,12 @@ impl BidirectionalTracer {
             if vertex.depth == 1 {
                 vertex.chain.link = self.link_to_light(&vertex, &emission);
             }
+            let u = numbers.vertex(walk.depth() - 1);
             if !vertex.bsdf.is_delta() {
-                self.to_camera(&walk.lambda, &vertex, out);
+                self.to_camera((&walk.lambda, u.light), &vertex, out);
                 vertices.push(vertex);
             }
-            match walk.scatter(&vertex, &numbers.vertex(walk.depth() - 1), *rr_depth) {
+            match walk.scatter(&vertex, &u, *rr_depth) {
                 Some(next) => ray = next,
                 None => return,
             }
@@ -70,9 +71,10 @@ impl BidirectionalTracer {
     fn camera_subpath(&self, found: &mut Found, uv: [f64; 2], sampler: &Sampler, vertices: &[Vertex]) {
         let Setup { scene, camera, rr_depth, hide_emitters, .. } = &self.setup;
         let longest = self.setup.longest();
-        let mut ray = camera.ray(uv);
+        let lens = sampler.camera().lens;
+        let mut ray = camera.ray(uv, lens);
         let pdf = camera.uv_per_steradian(ray.direction) / self.setup.window_area();
-        let mut walk = Walk::from_camera(found.lambda[0], camera.position(), pdf);
+        let mut walk = Walk::from_camera(found.lambda[0], camera.lens_point(lens), pdf);
         let mut last: Option<Vertex> = None;
         while walk.depth() < longest {
             let hidden = walk.depth() == 0 && *hide_emitters;

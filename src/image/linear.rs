@@ -1,0 +1,166 @@
+//! Pictures as light: linear Rec.709 from any format that is read here.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use crate::image::error::ImageError;
+use crate::image::exr::{self, Layers};
+use crate::image::grid::Grid;
+
+/// Linear R, G, B of the file with these `bytes`; `path` only names it in errors. What it is, its first bytes say:
+/// OpenEXR (`R G B`, or `Y` for grey), or PNG of any kind, which is decoded from the curve of sRGB (IEC 61966-2-1),
+/// with alpha ignored.
+///
+/// # Errors
+/// [`ImageError::Decode`] for other formats, damaged files, and more than `most` pixels; [`ImageError::Channel`] for an
+/// EXR file without these channels.
+pub fn decode(path: &Path, bytes: &[u8], most: usize) -> Result<Grid<[f32; 3]>, ImageError> {
+    let refuse = |reason: String| ImageError::Decode { path: path.to_path_buf(), reason };
+    let check = |width: usize, height: usize| match width.checked_mul(height) {
+        Some(0) => Err(refuse("it has no pixels".to_owned())),
+        Some(n) if n <= most => Ok(()),
+        _ => Err(refuse(format!("{width}×{height} pixels are more than {most}"))),
+    };
+    let (width, height, pixels) = match bytes {
+        [0x76, 0x2f, 0x31, 0x01, ..] => {
+            // The size first: what it says is then allocated.
+            let meta = ::exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false);
+            for header in meta.map_err(|e| refuse(e.to_string()))?.headers {
+                check(header.layer_size.0, header.layer_size.1)?;
+            }
+            let layers = exr::decode_layers(path, Cursor::new(bytes))?;
+            (layers.width, layers.height, colours(path, &layers)?)
+        }
+        [0x89, b'P', b'N', b'G', ..] => png(bytes, check).map_err(|e| match e {
+            PngError::Checked(e) => e,
+            PngError::Png(e) => refuse(e.to_string()),
+        })?,
+        [b'#', b'?', ..] => return Err(refuse("Radiance RGBE is not read, only OpenEXR and PNG".to_owned())),
+        _ => return Err(refuse("it is neither OpenEXR nor PNG".to_owned())),
+    };
+    Grid::from_rows(width, height, pixels).ok_or_else(|| refuse("it is cut short".to_owned()))
+}
+
+/// The colours of an EXR file: of the main layer, or of the only one.
+fn colours(path: &Path, layers: &Layers) -> Result<Vec<[f32; 3]>, ImageError> {
+    if let (None, Some(y)) = (layers.channel("R"), layers.channel("Y")) {
+        return Ok(y.iter().map(|v| [*v; 3]).collect());
+    }
+    let mut reds = layers.channels.iter().filter_map(|(name, _)| name.strip_suffix(".R"));
+    let prefix = match (layers.channel("R"), reds.next(), reds.next()) {
+        (None, Some(only), None) => format!("{only}."),
+        _ => String::new(),
+    };
+    let channel = |name: &str| exr::channel(path, layers, &format!("{prefix}{name}"));
+    let (r, g, b) = (channel("R")?, channel("G")?, channel("B")?);
+    Ok(r.iter().zip(g).zip(b).map(|((r, g), b)| [*r, *g, *b]).collect())
+}
+
+enum PngError {
+    Checked(ImageError),
+    Png(png::DecodingError),
+}
+
+type Pixels = (usize, usize, Vec<[f32; 3]>);
+
+fn png(bytes: &[u8], check: impl Fn(usize, usize) -> Result<(), ImageError>) -> Result<Pixels, PngError> {
+    let mut decoder = png::Decoder::new(Cursor::new(bytes));
+    decoder.set_transformations(png::Transformations::EXPAND);
+    let mut reader = decoder.read_info().map_err(PngError::Png)?;
+    let (width, height) = (reader.info().width as usize, reader.info().height as usize);
+    check(width, height).map_err(PngError::Checked)?;
+    let (color, depth) = reader.output_color_type();
+    let samples = color.samples();
+    let wide = depth == png::BitDepth::Sixteen;
+    let mut data = vec![0; reader.output_buffer_size().unwrap_or_default()];
+    reader.next_frame(&mut data).map_err(PngError::Png)?;
+    let curve: Vec<f32> = (0..=255u8).map(|v| from_srgb(f32::from(v) / 255.0)).collect();
+    let value = |i: usize| match wide {
+        true => from_srgb(f32::from(u16::from_be_bytes([data[2 * i], data[2 * i + 1]])) / 65_535.0),
+        false => curve[usize::from(data[i])],
+    };
+    let pixel = |i: usize| {
+        let first = i * samples;
+        if samples < 3 { [value(first); 3] } else { [0, 1, 2].map(|c| value(first + c)) }
+    };
+    Ok((width, height, (0..width * height).map(pixel).collect()))
+}
+
+/// IEC 61966-2-1, from the signal in [0, 1].
+fn from_srgb(v: f32) -> f32 {
+    if v <= 0.040_45 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn encoded(color: png::ColorType, depth: png::BitDepth, data: &[u8]) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, 2, 1);
+        encoder.set_color(color);
+        encoder.set_depth(depth);
+        let mut writer = encoder.write_header().expect("a header");
+        writer.write_image_data(data).expect("pixels");
+        writer.finish().expect("an end");
+        bytes
+    }
+
+    #[test]
+    fn png_of_every_kind_is_decoded_from_srgb() {
+        use png::{BitDepth::*, ColorType::*};
+        let middle = from_srgb(188.0 / 255.0);
+        assert!((middle - 0.5029).abs() < 1e-3, "{middle}");
+        for (color, depth, data) in [
+            (Rgb, Eight, &[255, 188, 0, 188, 188, 188][..]),
+            (Rgba, Eight, &[255, 188, 0, 7, 188, 188, 188, 255]),
+            (Rgb, Sixteen, &[255, 255, 188, 188, 0, 0, 188, 188, 188, 188, 188, 188]),
+        ] {
+            let grid = decode(Path::new("a.png"), &encoded(color, depth, data), 2).expect("a picture");
+            let close = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-4);
+            assert!(
+                close(grid.at(0, 0), [1.0, middle, 0.0]) && close(grid.at(1, 0), [middle; 3]),
+                "{grid:?}"
+            );
+        }
+        let grey = decode(Path::new("a.png"), &encoded(Grayscale, Eight, &[0, 255]), 2).expect("a picture");
+        assert_eq!((grey.at(0, 0), grey.at(1, 0)), ([0.0; 3], [1.0; 3]));
+    }
+
+    #[test]
+    fn exr_files_by_their_channels() {
+        let bytes = |names: &[&str]| {
+            let mut layers = Layers { width: 2, height: 1, ..Layers::default() };
+            names.iter().zip(1..).for_each(|(n, i)| layers.push(n, [i as f32, 0.5]));
+            let path = std::env::temp_dir().join(format!("{}-{}.exr", std::process::id(), names.len()));
+            exr::write(&path, &layers).expect("written");
+            let bytes = std::fs::read(&path).expect("just written");
+            std::fs::remove_file(&path).expect("just written");
+            bytes
+        };
+        let read = |names: &[&str], most| decode(Path::new("a.exr"), &bytes(names), most);
+        // Channels are numbered in the order given here; the file sorts them.
+        assert_eq!(read(&["R", "G", "B", "A"], 2).expect("a picture").at(0, 0), [1.0, 2.0, 3.0]);
+        assert_eq!(
+            read(&["beauty.R", "beauty.G", "beauty.B"], 2).expect("a picture").at(0, 0),
+            [1.0, 2.0, 3.0]
+        );
+        assert_eq!(read(&["Y"], 2).expect("a picture").pixels(), [[1.0; 3], [0.5; 3]]);
+        assert!(matches!(read(&["Z", "A"], 2), Err(ImageError::Channel { .. })));
+        assert!(matches!(read(&["Y"], 1), Err(ImageError::Decode { .. })));
+    }
+
+    #[test]
+    fn other_files_are_refused_by_name() {
+        for (bytes, word) in [
+            (&b"#?RADIANCE\n"[..], "Radiance"),
+            (b"\xff\xd8\xff\xe0", "neither"),
+            (b"", "neither"),
+            (b"\x89PNG\r\n\x1a\n", "no picture"),
+            (b"\x76\x2f\x31\x01\x02\0\0\0", "no picture"),
+        ] {
+            let error = decode(Path::new("sky.hdr"), bytes, 10).expect_err("no picture").to_string();
+            assert!(error.contains("sky.hdr") && error.contains(word), "{error}");
+        }
+    }
+}

@@ -1,0 +1,165 @@
+//! A picture whose texels are emission spectra: what an environment map is made of.
+
+use std::fmt;
+
+use glam::Vec4;
+
+use super::chroma::ChromaTable;
+use super::sigmoid::Sigmoid;
+use super::{SampledSpectrum, SampledWavelengths, Spectrum};
+
+/// Luminance of linear Rec.709 components.
+const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
+
+/// Larger components are cut, as those of every other emission.
+const BRIGHTEST: f32 = 1e30;
+
+/// Radiance that no light can have, at a texel.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "texel ({x}, {y}) is {}, {}, {}: radiance is finite and not negative; repair the picture, by setting such texels to 0",
+    rgb[0], rgb[1], rgb[2]
+)]
+pub struct TexelError {
+    /// Column from the left, from 0.
+    pub x: usize,
+    /// Row from the top, from 0.
+    pub y: usize,
+    /// What stands there.
+    pub rgb: [f32; 3],
+}
+
+/// Texels in rows from the top, each a smooth spectrum times D65 as [`Spectrum::emission_rgb`] makes it.
+/// 20 bytes per texel.
+pub struct EmissionMap {
+    width: usize,
+    height: usize,
+    /// Coefficients of the shape, and its factor.
+    texels: Vec<[f32; 4]>,
+    /// Luminance Y of each texel.
+    luminances: Vec<f32>,
+}
+
+impl EmissionMap {
+    /// The spectra of linear Rec.709 `rgb`, rows of `width` texels from the top; of a picture with a single row, that
+    /// row twice.
+    ///
+    /// # Errors
+    ///
+    /// The first texel that is negative or not finite.
+    ///
+    /// # Panics
+    ///
+    /// If there is no texel, or not full rows of them.
+    pub fn new(width: usize, rgb: &[[f32; 3]]) -> Result<Self, TexelError> {
+        assert!(width > 0 && !rgb.is_empty() && rgb.len().is_multiple_of(width), "rows of {width} texels");
+        if let Some(i) = rgb.iter().position(|t| !t.iter().all(|v| v.is_finite() && *v >= 0.0)) {
+            return Err(TexelError { x: i % width, y: i / width, rgb: rgb[i] });
+        }
+        let mut table = ChromaTable::new();
+        let mut texels: Vec<[f32; 4]> = rgb.iter().map(|rgb| texel(*rgb, &mut table)).collect();
+        let luminance = |rgb: &[f32; 3]| (0..3).map(|i| rgb[i].min(BRIGHTEST) * LUMINANCE[i]).sum();
+        let mut luminances: Vec<f32> = rgb.iter().map(luminance).collect();
+        if rgb.len() == width {
+            texels.extend_from_within(..);
+            luminances.extend_from_within(..);
+        }
+        Ok(Self { width, height: texels.len() / width, texels, luminances })
+    }
+
+    /// Columns.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Rows, at least 2.
+    pub fn height(&self) -> usize {
+        self.height
+    }
+
+    /// Luminance Y of the texel in column `x` of row `y`, which must exist.
+    #[inline]
+    pub fn luminance(&self, x: usize, y: usize) -> f32 {
+        self.luminances[y * self.width + x]
+    }
+
+    /// True when no texel shines.
+    pub fn is_black(&self) -> bool {
+        self.luminances.iter().all(|y| *y == 0.0)
+    }
+
+    /// Bilinear between the texels `cell` (column, row), the next column, which after the last is the first, and the
+    /// next row, which must exist; `offset` from the first, in [0, 1].
+    #[inline]
+    pub fn bilinear(
+        &self,
+        [x, y]: [usize; 2],
+        [s, t]: [f32; 2],
+        lambda: &SampledWavelengths,
+    ) -> SampledSpectrum {
+        let next = if x + 1 == self.width { 0 } else { x + 1 };
+        let at = |x: usize, y: usize, weight: f32| {
+            let [c0, c1, c2, scale] = self.texels[y * self.width + x];
+            Sigmoid { coefficients: [c0, c1, c2] }.eval(lambda.lambda()) * (scale * weight)
+        };
+        let (s0, t0) = (1.0 - s, 1.0 - t);
+        let sum: Vec4 =
+            at(x, y, s0 * t0) + at(next, y, s * t0) + at(x, y + 1, s0 * t) + at(next, y + 1, s * t);
+        SampledSpectrum(sum) * Spectrum::D65(1.0).sample(lambda)
+    }
+}
+
+fn texel(rgb: [f32; 3], table: &mut ChromaTable) -> [f32; 4] {
+    let rgb = rgb.map(|v| v.min(BRIGHTEST));
+    let brightest = rgb[0].max(rgb[1]).max(rgb[2]);
+    if brightest == 0.0 {
+        return [0.0; 4];
+    }
+    let [c0, c1, c2] = table.shape(rgb).coefficients;
+    [c0, c1, c2, 2.0 * brightest]
+}
+
+impl fmt::Debug for EmissionMap {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "EmissionMap({} × {})", self.width, self.height)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn texels_are_the_spectra_of_their_colours() {
+        let colours = [[1.0, 1.0, 1.0], [7.0, 2.0, 0.5], [0.0, 0.0, 3.0], [0.0; 3], [0.2, 40.0, 39.0]];
+        let map = EmissionMap::new(5, &colours).expect("radiance");
+        let lambda = SampledWavelengths::sample(0.3);
+        for (x, rgb) in colours.into_iter().enumerate() {
+            let expected = Spectrum::emission_rgb(rgb).sample(&lambda).0;
+            for (y, t) in [(0, 0.0), (0, 0.4), (0, 1.0)] {
+                let found = map.bilinear([x, y], [0.0, t], &lambda).0;
+                let off = (found - expected).abs().max_element();
+                assert!(off <= 2e-3 * Spectrum::emission_rgb(rgb).max(), "{rgb:?}: {found} {expected}");
+            }
+        }
+        // Between the last column and the first.
+        let middle = map.bilinear([4, 0], [0.25, 0.0], &lambda).0;
+        let ends = [4, 0].map(|x| map.bilinear([x, 0], [0.0, 0.0], &lambda).0);
+        assert!((middle - ends[0] * 0.75 - ends[1] * 0.25).abs().max_element() < 1e-4 * middle.max_element());
+        assert!((map.luminance(1, 1) - (0.2126 * 7.0 + 0.7152 * 2.0 + 0.0722 * 0.5)).abs() < 1e-5);
+        assert!(!map.is_black() && EmissionMap::new(1, &[[0.0; 3]]).expect("black").is_black());
+    }
+
+    #[test]
+    fn what_is_no_radiance_is_refused_with_its_place() {
+        for wrong in [f32::NAN, f32::INFINITY, -1e-6] {
+            let mut rgb = [[1.0; 3]; 6];
+            rgb[4][2] = wrong;
+            let error = EmissionMap::new(3, &rgb).expect_err("no radiance");
+            assert_eq!((error.x, error.y), (1, 1));
+            assert!(error.to_string().starts_with("texel (1, 1) is 1, 1, "), "{error}");
+        }
+        let bright = EmissionMap::new(1, &[[f32::MAX, 0.0, 1e-40]]).expect("finite");
+        assert!(bright.bilinear([0, 0], [0.0, 0.5], &SampledWavelengths::sample(0.9)).is_finite());
+    }
+}

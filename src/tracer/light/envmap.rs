@@ -1,0 +1,191 @@
+//! Radiance from all around, by a picture in latitude and longitude.
+
+use std::f32::consts::{FRAC_1_PI, TAU};
+use std::sync::Arc;
+
+use glam::{DMat3, Mat3, Vec3};
+
+use crate::math::distribution_2d::Distribution2d;
+use crate::math::pdf::PdfW;
+use crate::math::warp;
+use crate::spectrum::{EmissionMap, SampledSpectrum, SampledWavelengths};
+
+use super::LightSample;
+
+/// An environment with the orientation of Mitsuba's `envmap`: in its own space +y is up, the top row of texels; the
+/// middle of the picture is seen along +z, a quarter of its width left of that along +x, and its left and right edges
+/// meet along −z.
+///
+/// Texels are nodes: a column's is at the column's middle, the first and the last row are the poles; between nodes
+/// radiance is bilinear in longitude and latitude. (That is Mitsuba's in RGB mode. In its spectral mode shapes of spectra
+/// and their brightness are interpolated apart, so that where texels differ in colour a sun takes that of the sky.)
+///
+/// Directions are chosen by *cells*, four nodes at the corners of each: a cell by the luminance that comes from it, and
+/// in it a point by the bilinear luminance over longitude and height, in which solid angle is uniform. Hence the
+/// density is finite at the poles, exact for what is sampled, and zero only where all four corners are black.
+#[derive(Clone, Debug)]
+pub struct EnvironmentMap {
+    map: Arc<EmissionMap>,
+    to_world: Mat3,
+    to_local: Mat3,
+    /// Cells, `[height − 1][width]`; `None` where all is black.
+    cells: Option<Distribution2d>,
+    /// 1 − cos θ at each row of nodes.
+    heights: Vec<f64>,
+    /// Mean luminance over the sphere.
+    mean: f32,
+}
+
+/// Where a direction meets the picture.
+struct Place {
+    /// Column and row of the cell.
+    cell: [usize; 2],
+    /// Longitude within the cell, in [0, 1].
+    s: f32,
+    /// Latitude within the cell, in [0, 1].
+    t: f32,
+    /// Height (1 − cos θ) within the cell, in [0, 1].
+    h: f32,
+}
+
+/// The part of a cell's samples that is uniform over it, so that the estimate is bounded also where luminance falls
+/// to zero within a cell.
+const UNIFORM: f32 = 0.05;
+
+impl EnvironmentMap {
+    /// The environment of `map`, turned by `to_world`: a rotation, or one with a mirror.
+    pub fn new(map: Arc<EmissionMap>, to_world: DMat3) -> Self {
+        let (width, rows) = (map.width(), map.height());
+        let height = |y: usize| {
+            let half = std::f64::consts::PI * y as f64 / (rows - 1) as f64 * 0.5;
+            2.0 * half.sin().powi(2)
+        };
+        let heights: Vec<f64> = (0..rows).map(height).collect();
+        let mut weights = Vec::with_capacity(width * (rows - 1));
+        for y in 0..rows - 1 {
+            let [upper, lower] = shares(y, rows);
+            weights.extend((0..width).map(|x| {
+                let [[a, b], [c, d]] = corners(&map, [x, y]);
+                (0.5 * a + 0.5 * b) * upper + (0.5 * c + 0.5 * d) * lower
+            }));
+        }
+        // A weight is an integral over cos θ; a cell covers 2π / width of longitude, the sphere 4π.
+        let mean = weights.iter().map(|w| f64::from(*w)).sum::<f64>() / (2.0 * width as f64);
+        Self {
+            cells: Distribution2d::new(width, &weights),
+            to_world: to_world.as_mat3(),
+            to_local: to_world.transpose().as_mat3(),
+            heights,
+            mean: mean as f32,
+            map,
+        }
+    }
+
+    /// Mean luminance Y over all directions.
+    pub fn mean_luminance(&self) -> f32 {
+        self.mean
+    }
+
+    /// True when no radiance comes from anywhere.
+    pub fn is_black(&self) -> bool {
+        self.map.is_black()
+    }
+
+    /// Radiance that arrives from the unit direction `wi`, world space.
+    #[inline]
+    pub fn radiance(&self, wi: Vec3, lambda: &SampledWavelengths) -> SampledSpectrum {
+        let place = self.place(wi);
+        self.map.bilinear(place.cell, [place.s, place.t], lambda)
+    }
+
+    /// A unit direction towards the environment, world space, and its density per steradian; the same for every
+    /// point of the scene. `None` where all is black.
+    #[inline]
+    pub fn sample_direction(&self, u: [f32; 2]) -> Option<(Vec3, PdfW)> {
+        let choice = self.cells.as_ref()?.sample(u);
+        let [x, y] = choice.cell;
+        let [s, h] = warp::bilinear(choice.offset, shape(corners(&self.map, choice.cell)));
+        let (first, next) = (self.heights[y], self.heights[y + 1]);
+        let height = first + (next - first) * f64::from(h);
+        let sin_theta = (height * (2.0 - height)).max(0.0).sqrt() as f32;
+        let phi = (x as f32 + s + 0.5) * (TAU / self.map.width() as f32);
+        let (sin, cos) = phi.sin_cos();
+        let local = Vec3::new(sin * sin_theta, (1.0 - height) as f32, -cos * sin_theta);
+        let wi = (self.to_world * local).normalize();
+        // Asked of the direction and not of the choice: rounding may have taken it over the edge of the cell.
+        let pdf = self.pdf_direction(wi);
+        (pdf.0 > 0.0).then_some((wi, pdf))
+    }
+
+    /// The density of [`EnvironmentMap::sample_direction`] at the unit direction `wi`.
+    #[inline]
+    pub fn pdf_direction(&self, wi: Vec3) -> PdfW {
+        let Some(cells) = &self.cells else { return PdfW::ZERO };
+        let place = self.place(wi);
+        let probability = cells.probability(place.cell);
+        if probability == 0.0 {
+            return PdfW::ZERO;
+        }
+        let y = place.cell[1];
+        let solid_angle = (self.heights[y + 1] - self.heights[y]) as f32 * (TAU / self.map.width() as f32);
+        let within = warp::bilinear_pdf([place.s, place.h], shape(corners(&self.map, place.cell)));
+        PdfW(probability * within / solid_angle)
+    }
+
+    #[inline]
+    pub(super) fn sample(&self, u: [f32; 2]) -> Option<LightSample> {
+        let (wi, pdf) = self.sample_direction(u)?;
+        Some(LightSample { wi, target: None, scale: 1.0, pdf, delta: false })
+    }
+
+    #[inline]
+    fn place(&self, wi: Vec3) -> Place {
+        let (width, rows) = (self.map.width(), self.map.height());
+        let d = self.to_local * wi;
+        let sin2 = d.x * d.x + d.z * d.z;
+        let column = d.x.atan2(-d.z) * (width as f32 / TAU) - 0.5;
+        let column = if column < 0.0 { column + width as f32 } else { column };
+        let x = column as usize;
+        // Rounding may end at the right edge, which is the left one.
+        let (x, s) = if x >= width { (0, 0.0) } else { (x, column - x as f32) };
+        let theta = sin2.sqrt().atan2(d.y);
+        let row = theta * FRAC_1_PI * (rows - 1) as f32;
+        let y = (row as usize).min(rows - 2);
+        let t = (row - y as f32).clamp(0.0, 1.0);
+        // 1 − cos θ without cancellation at either pole.
+        let small = f64::from(sin2 / (1.0 + d.y.abs()));
+        let height = if d.y > 0.0 { small } else { 2.0 - small };
+        let (first, next) = (self.heights[y], self.heights[y + 1]);
+        let h = ((height - first) / (next - first)).clamp(0.0, 1.0) as f32;
+        Place { cell: [x, y], s, t, h }
+    }
+}
+
+/// What a row of cells, one radian wide, receives of nodes of luminance 1 above and below it: the integrals of 1 − t and
+/// t over solid angle, where t goes from 0 to 1 in proportion to latitude.
+fn shares(y: usize, rows: usize) -> [f32; 2] {
+    let step = std::f64::consts::PI / (rows - 1) as f64;
+    let ((sin, cos), (next_sin, next_cos)) = ((step * y as f64).sin_cos(), (step * (y + 1) as f64).sin_cos());
+    let slope = (next_sin - sin) / step;
+    [cos - slope, slope - next_cos].map(|v| (v as f32).max(f32::MIN_POSITIVE))
+}
+
+/// Luminances of the four texels around a cell: upper left and right, lower left and right.
+#[inline]
+fn corners(map: &EmissionMap, [x, y]: [usize; 2]) -> [[f32; 2]; 2] {
+    let next = if x + 1 == map.width() { 0 } else { x + 1 };
+    [y, y + 1].map(|y| [map.luminance(x, y), map.luminance(next, y)])
+}
+
+#[inline]
+fn mean([[a, b], [c, d]]: [[f32; 2]; 2]) -> f32 {
+    // Each by itself: four of the brightest must not overflow.
+    0.25 * a + 0.25 * b + 0.25 * c + 0.25 * d
+}
+
+/// What points of a cell are chosen by; of mean 1, so that squares stay in range.
+#[inline]
+fn shape(corners: [[f32; 2]; 2]) -> [[f32; 2]; 2] {
+    let mean = mean(corners).max(f32::MIN_POSITIVE);
+    corners.map(|row| row.map(|v| UNIFORM + (1.0 - UNIFORM) * (v / mean)))
+}
