@@ -13,8 +13,6 @@ use pointillist::scene::desc::*;
 use pointillist::spectrum::{Spectrum, dispersion::Ior};
 use pointillist::stream::{SampleSink, UvWindow};
 use pointillist::tracer::{Camera, Integrator, PathTracer, Scene};
-
-#[allow(unused_imports, reason = "each test file uses its own part")]
 pub use random::Random;
 
 /// A scene without anything in it: the camera at the origin looks along +z, 1° wide.
