@@ -21,8 +21,9 @@ pub fn survivor(carried: f32, armed: bool, u: f32) -> Option<f32> {
     if !armed {
         return (carried > 0.0).then_some(1.0);
     }
-    let survival = (SPARING * carried).min(MAX_SURVIVAL);
-    // NaN does not survive either.
+    let wanted = SPARING * carried;
+    // NaN does not survive; `min` would take it for the other number.
+    let survival = if wanted > MAX_SURVIVAL { MAX_SURVIVAL } else { wanted };
     (u < survival).then(|| 1.0 / survival)
 }
 
