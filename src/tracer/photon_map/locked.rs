@@ -1,7 +1,7 @@
 //! The paper's own variant: one tree that grows photon by photon behind a reader-writer lock (§3.4).
 //!
-//! Kept to be measured against the published batches (`tools/bench_photons.rs`). Leaves are lists through one array, in the
-//! order in which photons came, so that an overfull leaf at the depth limit needs no other shape.
+//! Kept to be measured against the published batches (`tools/bench_photons.rs`). A leaf's positions stand together in a
+//! block, and an overfull leaf at the depth limit is a list of blocks.
 
 use std::sync::{PoisonError, RwLock, RwLockReadGuard};
 
@@ -34,7 +34,7 @@ impl LockedTree {
     }
 }
 
-/// No photon.
+/// No block.
 const END: u32 = u32::MAX;
 /// Axis of a leaf.
 const LEAF_AXIS: u32 = 3;
@@ -42,12 +42,27 @@ const LEAF_AXIS: u32 = 3;
 #[derive(Clone, Copy, Debug)]
 struct Cell {
     plane: f32,
-    /// Below it the right side lies; 3: a leaf.
+    /// Below `plane` along this axis lies the left side; 3: a leaf.
     axis: u32,
-    /// Left child, the right one follows; of a leaf the newest photon.
+    /// Left child, the right one follows; of a leaf the newest block.
     first: u32,
     /// Photons of a leaf.
     count: u32,
+}
+
+/// Up to [`LEAF`] photons; only the newest block of a leaf may have room.
+#[derive(Clone, Copy, Debug)]
+struct Block {
+    positions: [Vec3; LEAF as usize],
+    slots: [u32; LEAF as usize],
+    count: u32,
+    /// The block before in the same leaf.
+    next: u32,
+}
+
+impl Block {
+    const EMPTY: Block =
+        Block { positions: [Vec3::ZERO; LEAF as usize], slots: [0; LEAF as usize], count: 0, next: END };
 }
 
 /// A tree over photons that come one by one.
@@ -56,17 +71,17 @@ pub struct GrownTree {
     min: Vec3,
     max: Vec3,
     cells: Vec<Cell>,
-    positions: Vec<Vec3>,
+    blocks: Vec<Block>,
+    /// Blocks that a split has emptied.
+    free: Vec<u32>,
     photons: Vec<Photon>,
-    /// The photon before in the same leaf.
-    next: Vec<u32>,
 }
 
 impl GrownTree {
     /// An empty tree over the box of the scene.
     pub fn new(min: Vec3, max: Vec3) -> Self {
         let root = Cell { plane: 0.0, axis: LEAF_AXIS, first: END, count: 0 };
-        Self { min, max, cells: vec![root], positions: Vec::new(), photons: Vec::new(), next: Vec::new() }
+        Self { min, max, cells: vec![root], blocks: Vec::new(), free: Vec::new(), photons: Vec::new() }
     }
 
     /// Adds a photon and splits its leaf if that is overfull.
@@ -85,13 +100,31 @@ impl GrownTree {
             here = first as usize + usize::from(right);
             depth += 1;
         }
-        let slot = self.positions.len() as u32;
-        self.positions.push(position);
+        let slot = self.photons.len() as u32;
         self.photons.push(photon);
-        self.next.push(self.cells[here].first);
-        self.cells[here].first = slot;
-        self.cells[here].count += 1;
+        self.put(here, position, slot);
         self.split(here, (lo, hi), depth);
+    }
+
+    /// Adds a photon to a leaf.
+    fn put(&mut self, leaf: usize, position: Vec3, slot: u32) {
+        let newest = self.cells[leaf].first;
+        let full = newest == END || self.blocks[newest as usize].count == LEAF;
+        if full {
+            let empty = Block { next: newest, ..Block::EMPTY };
+            let place = self.free.pop().unwrap_or(self.blocks.len() as u32);
+            if place as usize == self.blocks.len() {
+                self.blocks.push(empty);
+            } else {
+                self.blocks[place as usize] = empty;
+            }
+            self.cells[leaf].first = place;
+        }
+        let block = &mut self.blocks[self.cells[leaf].first as usize];
+        block.positions[block.count as usize] = position;
+        block.slots[block.count as usize] = slot;
+        block.count += 1;
+        self.cells[leaf].count += 1;
     }
 
     /// Splits a leaf until no more than [`LEAF`] photons share one, the depth limit or the resolution of `f32` is reached.
@@ -106,14 +139,15 @@ impl GrownTree {
             let children = self.cells.len();
             let empty = Cell { plane: 0.0, axis: LEAF_AXIS, first: END, count: 0 };
             self.cells.extend([empty, empty]);
-            let mut slot = self.cells[here].first;
-            while slot != END {
-                let after = self.next[slot as usize];
-                let child = children + usize::from(self.positions[slot as usize][axis] >= plane);
-                self.next[slot as usize] = self.cells[child].first;
-                self.cells[child].first = slot;
-                self.cells[child].count += 1;
-                slot = after;
+            let mut place = self.cells[here].first;
+            while place != END {
+                let block = self.blocks[place as usize];
+                self.free.push(place);
+                for (&position, &slot) in block.positions.iter().zip(&block.slots).take(block.count as usize)
+                {
+                    self.put(children + usize::from(position[axis] >= plane), position, slot);
+                }
+                place = block.next;
             }
             self.cells[here] = Cell { plane, axis: axis as u32, first: children as u32, count: 0 };
             // One photon more than fits was there, so at most one child is overfull.
@@ -159,30 +193,34 @@ impl GrownTree {
     }
 
     fn look(&self, cell: Cell, at: Vec3, best: &mut Nearest<'_>, accept: impl Fn(&Photon) -> bool) {
-        let mut slot = cell.first;
-        while slot != END {
-            let distance2 = (self.positions[slot as usize] - at).length_squared();
-            if distance2 < best.limit && accept(&self.photons[slot as usize]) {
-                best.add(Near { distance2, tree: 0, slot });
+        let mut place = cell.first;
+        while place != END {
+            let block = &self.blocks[place as usize];
+            for (&position, &slot) in block.positions.iter().zip(&block.slots).take(block.count as usize) {
+                let distance2 = (position - at).length_squared();
+                if distance2 < best.limit && accept(&self.photons[slot as usize]) {
+                    best.add(Near { distance2, tree: 0, slot });
+                }
             }
-            slot = self.next[slot as usize];
+            place = block.next;
         }
     }
 
     /// Number of photons.
     pub fn len(&self) -> usize {
-        self.positions.len()
+        self.photons.len()
     }
 
     /// True without photons.
     pub fn is_empty(&self) -> bool {
-        self.positions.is_empty()
+        self.photons.is_empty()
     }
 
     /// Bytes of memory in use.
     pub fn bytes(&self) -> usize {
         self.cells.len() * size_of::<Cell>()
-            + self.len() * (size_of::<Vec3>() + size_of::<Photon>() + size_of::<u32>())
+            + self.blocks.len() * size_of::<Block>()
+            + self.photons.len() * size_of::<Photon>()
     }
 }
 
