@@ -126,10 +126,10 @@ fn place(i: u64) -> Vec3 {
     position(i + (1 << 40))
 }
 
-/// Nanoseconds per query, best of three.
+/// Nanoseconds per query: the best of thirty short rounds, which other work on the machine disturbs least.
 fn query_ns(map: &impl Shared, queries: u64) -> f64 {
     let mut scratch = QueryScratch::default();
-    (0..3)
+    (0..30)
         .map(|round| {
             let start = Instant::now();
             for i in 0..queries {
@@ -158,7 +158,7 @@ fn growth<M: Shared>(largest: f64) {
             photons += (CLAIM * PER_PATH) as f64;
         }
         spent += start.elapsed();
-        let ns = query_ns(&map, 100_000);
+        let ns = query_ns(&map, 4000);
         let slope: Option<f64> = before.map(|(n, t): (f64, f64)| (ns - t) / (photons / n).log2());
         let slope = slope.map_or(String::new(), |s| format!("{s:14.0}"));
         let (insert, bytes) = (spent.as_secs_f64() * 1e9 / photons, map.bytes() as f64 / photons);
