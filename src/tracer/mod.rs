@@ -23,6 +23,7 @@ pub mod interaction;
 pub mod light;
 pub mod material;
 pub mod mis;
+pub mod photon_map;
 mod prepare;
 mod primitives;
 mod roulette;

@@ -1,0 +1,242 @@
+//! One photon: what gathering needs to know about a light path that arrived at a surface, in 32 bytes.
+//!
+//! **Wavelengths.** A light path and the camera path that gathers it have drawn different wavelengths, and a flux known
+//! at four wavelengths says nothing exact about four others. Turning flux into XYZ when it is stored would multiply
+//! it by reflectances in the wrong space, and filtering photons by wavelength would throw most of them away. So a
+//! photon keeps its flux at *its own* wavelengths, and gathering goes there: the camera path evaluates its throughput
+//! and the BSDF at [`Photon::wavelengths`] and adds `wavelengths.to_xyz(throughput · f · flux)`. That is an unbiased
+//! estimate of the integral over wavelength for every photon, whatever the materials.
+//! Only a camera path that lost its companions to dispersion has a throughput at one wavelength alone; it has to
+//! look for photons near that wavelength, as it looks for photons near its point.
+//!
+//! The number that chose the wavelengths is rounded to 16 bits *before* the light path is traced
+//! ([`wavelengths`]), so two bytes store all four exactly. 4 · 65 536 wavelengths over 400 nm lie closer than
+//! any spectrum of a scene can tell apart.
+
+use glam::{Vec2, Vec3, Vec4};
+
+use crate::spectrum::{SampledSpectrum, SampledWavelengths};
+
+/// The number of a set of wavelengths, for `u` in [0, 1); to be drawn before the light path is traced.
+#[inline]
+pub fn wavelength_number(u: f32) -> u16 {
+    (f64::from(u) * 65_536.0) as u16
+}
+
+/// The wavelengths of a light path with this number.
+#[inline]
+pub fn wavelengths(number: u16) -> SampledWavelengths {
+    SampledWavelengths::sample((f32::from(number) + 0.5) / 65_536.0)
+}
+
+/// A light path's arrival at a surface, as the tracer knows it.
+#[derive(Clone, Copy, Debug)]
+pub struct Arrival {
+    /// Where, world space, m.
+    pub position: Vec3,
+    /// Unit vector back along the path, away from the surface: the `wi` of gathering.
+    pub direction: Vec3,
+    /// Unit geometric normal, on the side of the surface that is lit.
+    pub normal: Vec3,
+    /// Flux at the wavelengths of the path, in watts per nm, as if this light path were the only one: to be divided by
+    /// the number of light paths of the snapshot.
+    pub flux: SampledSpectrum,
+    /// From [`wavelength_number`].
+    pub wavelengths: u16,
+    /// True when the path dropped its companions; the other lanes of `flux` then mean nothing.
+    pub hero_only: bool,
+}
+
+/// A stored photon without its position: 20 bytes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Photon {
+    /// Four mantissas of 14 bits and one exponent of 8.
+    flux: [u32; 2],
+    /// Octahedral, 2 · 16 bits.
+    direction: u32,
+    /// Octahedral, 2 · 16 bits.
+    normal: u32,
+    wavelengths: u16,
+    /// Bit 0: hero only.
+    flags: u16,
+}
+
+const _: () = assert!(size_of::<Photon>() == 20 && size_of::<Vec3>() == 12);
+
+/// Bits of one mantissa of the flux.
+const MANTISSA: u32 = 14;
+const HERO_ONLY: u16 = 1;
+
+impl Photon {
+    /// Packs an arrival; `None` when it carries nothing or something that is not a finite, non-negative number.
+    ///
+    /// Directions keep 16 bits per octahedral coordinate (below 0.0001 rad); lanes of the flux keep 14 bits relative to
+    /// the largest of them, rounded to nearest.
+    pub fn new(arrival: &Arrival) -> Option<Photon> {
+        let mut flux = arrival.flux.0;
+        if arrival.hero_only {
+            flux = Vec4::new(flux.x, 0.0, 0.0, 0.0);
+        }
+        let sound = flux.is_finite() && flux.min_element() >= 0.0 && flux.max_element() >= f32::MIN_POSITIVE;
+        if !sound || !arrival.position.is_finite() {
+            return None;
+        }
+        Some(Photon {
+            flux: pack_flux(flux),
+            direction: pack_unit(arrival.direction)?,
+            normal: pack_unit(arrival.normal)?,
+            wavelengths: arrival.wavelengths,
+            flags: u16::from(arrival.hero_only) * HERO_ONLY,
+        })
+    }
+
+    /// Flux at [`Photon::wavelengths`], W/nm, of one light path.
+    #[inline]
+    pub fn flux(&self) -> SampledSpectrum {
+        let bits = u64::from(self.flux[0]) | u64::from(self.flux[1]) << 32;
+        let scale = power_of_two((bits >> 56) as i32 - 126 - MANTISSA as i32);
+        let lane = |i: u32| (((bits >> (i * MANTISSA)) & MAX_MANTISSA) as f64 * scale) as f32;
+        SampledSpectrum(Vec4::new(lane(0), lane(1), lane(2), lane(3)))
+    }
+
+    /// The wavelengths that the flux is for.
+    #[inline]
+    pub fn wavelengths(&self) -> SampledWavelengths {
+        let mut all = wavelengths(self.wavelengths);
+        if self.flags & HERO_ONLY != 0 {
+            all.terminate_companions();
+        }
+        all
+    }
+
+    /// Unit vector away from the surface, towards where the photon came from.
+    #[inline]
+    pub fn direction(&self) -> Vec3 {
+        unpack_unit(self.direction)
+    }
+
+    /// Unit geometric normal on the lit side: a gather point accepts photons whose normal agrees with its own, which
+    /// keeps light from the other side of a thin wall out.
+    #[inline]
+    pub fn normal(&self) -> Vec3 {
+        unpack_unit(self.normal)
+    }
+}
+
+const MAX_MANTISSA: u64 = (1 << MANTISSA) - 1;
+
+/// 2^k for the exponents of normal `f64`.
+#[inline]
+fn power_of_two(k: i32) -> f64 {
+    f64::from_bits(((1023 + k) as u64) << 52)
+}
+
+/// `flux`: finite, non-negative, the largest lane a normal number.
+fn pack_flux(flux: Vec4) -> [u32; 2] {
+    // The largest lane lies in [2^(e − 127), 2^(e − 126)), so its mantissa fills the 14 bits.
+    let e = flux.max_element().to_bits() >> 23;
+    let scale = power_of_two(MANTISSA as i32 + 126 - e as i32);
+    let mut bits = u64::from(e) << 56;
+    for (i, lane) in flux.to_array().into_iter().enumerate() {
+        let m = (f64::from(lane) * scale).round() as u64;
+        bits |= m.min(MAX_MANTISSA) << (i as u32 * MANTISSA);
+    }
+    [bits as u32, (bits >> 32) as u32]
+}
+
+/// Octahedral map of the sphere (Cigolle et al., *A Survey of Efficient Representations for Independent Unit Vectors*,
+/// JCGT 3(2), 2014). `None` for what has no direction.
+fn pack_unit(v: Vec3) -> Option<u32> {
+    let sum = v.abs().element_sum();
+    if !(sum.is_finite() && sum > 0.0) {
+        return None;
+    }
+    let mut o = Vec2::new(v.x, v.y) / sum;
+    if v.z < 0.0 {
+        o = (Vec2::ONE - Vec2::new(o.y, o.x).abs()) * sign(o);
+    }
+    let q = |x: f32| ((x * 0.5 + 0.5).clamp(0.0, 1.0) * 65_535.0).round() as u32;
+    Some(q(o.x) | q(o.y) << 16)
+}
+
+fn unpack_unit(bits: u32) -> Vec3 {
+    let x = |q: u32| (q as f32 / 65_535.0) * 2.0 - 1.0;
+    let o = Vec2::new(x(bits & 0xffff), x(bits >> 16));
+    let z = 1.0 - o.x.abs() - o.y.abs();
+    let o = if z < 0.0 { (Vec2::ONE - Vec2::new(o.y, o.x).abs()) * sign(o) } else { o };
+    Vec3::new(o.x, o.y, z).normalize()
+}
+
+fn sign(v: Vec2) -> Vec2 {
+    Vec2::ONE.copysign(v)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn arrival(flux: Vec4, direction: Vec3) -> Arrival {
+        Arrival {
+            position: Vec3::ONE,
+            direction,
+            normal: -direction,
+            flux: SampledSpectrum(flux),
+            wavelengths: wavelength_number(0.3),
+            hero_only: false,
+        }
+    }
+
+    #[test]
+    fn flux_survives_over_the_whole_range() {
+        for k in -126..=127 {
+            let flux = Vec4::new(1.999, 1.0, 0.3, 0.0) * 2f32.powi(k);
+            let photon = Photon::new(&arrival(flux, Vec3::Z)).unwrap();
+            let back = photon.flux().0;
+            let bound = flux.x / 16_384.0;
+            assert!((back - flux).abs().max_element() <= bound, "2^{k}: {flux} became {back}");
+            assert_eq!(back.w, 0.0);
+        }
+    }
+
+    #[test]
+    fn directions_survive() {
+        for i in 0..20_000 {
+            let z = 1.0 - 2.0 * (i as f32 + 0.5) / 20_000.0;
+            let (s, c) = (i as f32 * 2.399_963).sin_cos();
+            let v = Vec3::new(c * (1.0 - z * z).sqrt(), s * (1.0 - z * z).sqrt(), z);
+            let photon = Photon::new(&arrival(Vec4::ONE, v)).unwrap();
+            assert!((photon.direction() - v).length() < 1e-4, "{v}");
+            assert!((photon.normal() + v).length() < 1e-4, "{v}");
+        }
+        for v in [Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z] {
+            assert!((Photon::new(&arrival(Vec4::ONE, v)).unwrap().direction() - v).length() < 1e-4, "{v}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_photon_is_refused() {
+        for flux in
+            [Vec4::ZERO, Vec4::splat(f32::NAN), Vec4::new(1.0, f32::INFINITY, 0.0, 0.0), Vec4::NEG_ONE]
+        {
+            assert_eq!(Photon::new(&arrival(flux, Vec3::Z)), None, "{flux}");
+        }
+        assert_eq!(Photon::new(&arrival(Vec4::ONE, Vec3::ZERO)), None);
+        let nowhere = Arrival { position: Vec3::splat(f32::NAN), ..arrival(Vec4::ONE, Vec3::Z) };
+        assert_eq!(Photon::new(&nowhere), None);
+    }
+
+    #[test]
+    fn wavelengths_are_those_of_the_light_path() {
+        for u in [0.0, 0.25, 0.7, 1.0 - f32::EPSILON / 2.0] {
+            let number = wavelength_number(u);
+            let traced = wavelengths(number);
+            let mut a = arrival(Vec4::new(1.0, f32::NAN, 2.0, 3.0), Vec3::Z);
+            a.wavelengths = number;
+            a.hero_only = true;
+            let photon = Photon::new(&a).unwrap();
+            assert_eq!(photon.wavelengths().lambda(), traced.lambda());
+            assert!(photon.wavelengths().is_hero_only());
+            assert_eq!(photon.flux().0, Vec4::new(1.0, 0.0, 0.0, 0.0));
+        }
+    }
+}

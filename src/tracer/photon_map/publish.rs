@@ -1,0 +1,316 @@
+//! Photons from all threads, published in whole generations.
+//!
+//! Light paths are claimed in small ranges by whoever renders, and deposited as batches. The thread that brings the last
+//! batch of a generation sorts and merges it, outside every lock that a depositor or reader takes, and swaps one pointer
+//! (`arc-swap`). Readers hold what they have read for as long as they like.
+//!
+//! What a snapshot holds depends on its number alone: batches are put in the order of their light paths, and generations
+//! are merged in their order. A claim that is dropped without a deposit (its thread gave up) is handed out again.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, TryLockError};
+
+use arc_swap::ArcSwap;
+use glam::Vec3;
+
+use super::forest::Forest;
+use super::photon::{Arrival, Photon};
+use super::space::Space;
+use super::tree::Run;
+
+/// What a photon is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Layer {
+    /// Met by final gathering: everything but caustics.
+    Global = 0,
+    /// Came over delta or nearly delta surfaces only; looked up directly.
+    Caustic = 1,
+}
+
+/// Number of layers.
+const LAYERS: usize = 2;
+
+/// Photons of one claim, in the order of their light paths.
+#[derive(Debug, Default)]
+pub struct Batch {
+    positions: [Vec<Vec3>; LAYERS],
+    photons: [Vec<Photon>; LAYERS],
+}
+
+impl Batch {
+    /// Adds a photon; returns false, and adds nothing, where [`Photon::new`] refuses it.
+    pub fn push(&mut self, layer: Layer, arrival: &Arrival) -> bool {
+        let Some(photon) = Photon::new(arrival) else { return false };
+        self.positions[layer as usize].push(arrival.position);
+        self.photons[layer as usize].push(photon);
+        true
+    }
+
+    fn append(&mut self, mut other: Batch) {
+        for layer in 0..LAYERS {
+            self.positions[layer].append(&mut other.positions[layer]);
+            self.photons[layer].append(&mut other.photons[layer]);
+        }
+    }
+}
+
+/// All photons of the first generations. Immutable.
+#[derive(Clone, Debug, Default)]
+pub struct Snapshot {
+    layers: [Forest; LAYERS],
+    generations: u64,
+    light_paths: u64,
+}
+
+impl Snapshot {
+    /// The photons of a layer.
+    #[inline]
+    pub fn layer(&self, layer: Layer) -> &Forest {
+        &self.layers[layer as usize]
+    }
+
+    /// How many generations it holds.
+    #[inline]
+    pub fn generations(&self) -> u64 {
+        self.generations
+    }
+
+    /// Light paths its photons come from: what their flux is to be divided by.
+    #[inline]
+    pub fn light_paths(&self) -> u64 {
+        self.light_paths
+    }
+}
+
+/// Finished snapshots that stay within reach: a thread may be this far behind another.
+const KEPT: usize = 16;
+
+/// A photon map that grows while it is read. Shared by all threads; belongs to one epoch of one scene.
+#[derive(Debug)]
+pub struct PhotonMap {
+    space: Arc<Space>,
+    paths_per_generation: u64,
+    /// The first light path nobody has claimed.
+    next: AtomicU64,
+    /// Whether any claim lies in `Collecting::returned`, to spare the lock.
+    returned: AtomicBool,
+    collecting: Mutex<Collecting>,
+    /// Held while a generation is merged; only ever tried, never waited for.
+    publisher: Mutex<()>,
+    /// The last [`KEPT`] snapshots, oldest first, never empty.
+    published: ArcSwap<Vec<Arc<Snapshot>>>,
+    /// Signalled when a snapshot is published or a claim is given back.
+    news: Condvar,
+}
+
+#[derive(Debug, Default)]
+struct Collecting {
+    /// Per generation that is not complete: batches by first light path.
+    open: BTreeMap<u64, Vec<(u64, Batch)>>,
+    /// Complete and sorted, not yet merged.
+    ready: BTreeMap<u64, [Run; LAYERS]>,
+    /// Claims given back.
+    returned: Vec<Range<u64>>,
+}
+
+/// Light paths of one claim; a generation is a whole number of claims.
+const CLAIM: u64 = 64;
+
+/// A lock whose data stays sound if a holder panics: every change under it is a single push, insert or removal.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl PhotonMap {
+    /// An empty map over the box of the scene. `paths_per_generation` is rounded up to a multiple of 64.
+    pub fn new(min: Vec3, max: Vec3, paths_per_generation: u64) -> Self {
+        let whole = paths_per_generation.max(1).next_multiple_of(CLAIM);
+        Self::over(Arc::new(Space::new(min, max)), whole)
+    }
+
+    fn over(space: Arc<Space>, paths_per_generation: u64) -> Self {
+        Self {
+            space,
+            paths_per_generation,
+            next: AtomicU64::new(0),
+            returned: AtomicBool::new(false),
+            collecting: Mutex::default(),
+            publisher: Mutex::default(),
+            published: ArcSwap::from_pointee(vec![Arc::default()]),
+            news: Condvar::new(),
+        }
+    }
+
+    /// Light paths of a generation.
+    pub fn paths_per_generation(&self) -> u64 {
+        self.paths_per_generation
+    }
+
+    /// A range of light paths below number `until` (rounded up to whole claims) that nobody has traced; `None` when all are
+    /// claimed. Cheap to ask with every sample: `map.claim(schedule.paths_ahead(index))`.
+    pub fn claim(&self, until: u64) -> Option<Claim<'_>> {
+        if self.returned.load(Ordering::Relaxed)
+            && let Some(claim) = self.claim_returned()
+        {
+            return Some(claim);
+        }
+        let mut start = self.next.load(Ordering::Relaxed);
+        while start < until {
+            match self.next.compare_exchange_weak(start, start + CLAIM, Ordering::Relaxed, Ordering::Relaxed)
+            {
+                Ok(_) => return Some(Claim { map: self, paths: start..start + CLAIM, done: false }),
+                Err(now) => start = now,
+            }
+        }
+        None
+    }
+
+    /// The newest snapshot; never waits.
+    #[inline]
+    pub fn latest(&self) -> Arc<Snapshot> {
+        let kept = self.published.load();
+        Arc::clone(kept.last().expect("the list starts with one snapshot and never loses its last"))
+    }
+
+    /// The snapshot of exactly so many generations, if it is finished and still kept; never waits.
+    #[inline]
+    pub fn finished(&self, generations: u64) -> Option<Arc<Snapshot>> {
+        self.published.load().iter().find(|s| s.generations == generations).cloned()
+    }
+
+    /// The snapshot of exactly so many generations, in whose making this thread takes part: it calls `trace(light paths,
+    /// batch)` as long as some are unclaimed, then sleeps until the other threads have finished theirs. Two threads
+    /// can never wait for each other, as long as `trace` asks nothing of this map.
+    ///
+    /// A thread that slept until the snapshot was no longer kept ([`KEPT`] generations) makes it again, alone: slow, but
+    /// the same answer.
+    pub fn wait(&self, generations: u64, mut trace: impl FnMut(Range<u64>, &mut Batch)) -> Arc<Snapshot> {
+        let paths = generations.saturating_mul(self.paths_per_generation);
+        let mut again = None;
+        loop {
+            let map = again.as_ref().unwrap_or(self);
+            if let Some(snapshot) = map.finished(generations) {
+                return snapshot;
+            }
+            if map.latest().generations > generations {
+                again = Some(Self::over(Arc::clone(&self.space), self.paths_per_generation));
+            } else if let Some(claim) = map.claim(paths) {
+                let mut batch = Batch::default();
+                trace(claim.paths(), &mut batch);
+                claim.deposit(batch);
+            } else {
+                map.sleep(generations);
+            }
+        }
+    }
+
+    fn claim_returned(&self) -> Option<Claim<'_>> {
+        let mut collecting = lock(&self.collecting);
+        let paths = collecting.returned.pop()?;
+        self.returned.store(!collecting.returned.is_empty(), Ordering::Relaxed);
+        Some(Claim { map: self, paths, done: false })
+    }
+
+    fn sleep(&self, generations: u64) {
+        let asleep = |c: &mut Collecting| c.returned.is_empty() && self.latest().generations < generations;
+        drop(self.news.wait_while(lock(&self.collecting), asleep));
+    }
+
+    fn add(&self, paths: Range<u64>, batch: Batch) {
+        let generation = paths.start / self.paths_per_generation;
+        let complete = {
+            let mut collecting = lock(&self.collecting);
+            let batches = collecting.open.entry(generation).or_default();
+            batches.push((paths.start, batch));
+            let all = batches.len() as u64 * CLAIM == self.paths_per_generation;
+            if all { collecting.open.remove(&generation) } else { None }
+        };
+        let Some(mut batches) = complete else { return };
+        batches.sort_unstable_by_key(|b| b.0);
+        let mut all = Batch::default();
+        batches.into_iter().for_each(|(_, batch)| all.append(batch));
+        let runs = [0, 1].map(|l: usize| Run::sorted(&self.space, &all.positions[l], &all.photons[l]));
+        lock(&self.collecting).ready.insert(generation, runs);
+        self.publish();
+    }
+
+    /// Merges and publishes what is ready and next in turn, unless another thread is at it, which then does this too.
+    fn publish(&self) {
+        loop {
+            let guard = match self.publisher.try_lock() {
+                Ok(guard) => guard,
+                Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
+                Err(TryLockError::WouldBlock) => return,
+            };
+            let newest = self.latest();
+            let runs = lock(&self.collecting).ready.remove(&newest.generations);
+            if let Some(runs) = runs {
+                self.swap(&newest, runs);
+            }
+            drop(guard);
+            // Looked at after the release: what became ready before it was left to this thread.
+            let next = self.latest().generations;
+            if !lock(&self.collecting).ready.contains_key(&next) {
+                return;
+            }
+        }
+    }
+
+    fn swap(&self, newest: &Snapshot, runs: [Run; LAYERS]) {
+        let [global, caustic] = runs;
+        let generations = newest.generations + 1;
+        let snapshot = Snapshot {
+            layers: [
+                newest.layers[0].grown(&self.space, global),
+                newest.layers[1].grown(&self.space, caustic),
+            ],
+            generations,
+            light_paths: generations * self.paths_per_generation,
+        };
+        let mut kept = Vec::clone(&self.published.load());
+        kept.push(Arc::new(snapshot));
+        let surplus = kept.len().saturating_sub(KEPT);
+        kept.drain(..surplus);
+        self.published.store(Arc::new(kept));
+        // Taken and left so that a thread between its last look and its sleep cannot miss the call.
+        drop(lock(&self.collecting));
+        self.news.notify_all();
+    }
+}
+
+/// Light paths that one thread traces for the map. Dropped without a deposit, they are handed to another.
+#[derive(Debug)]
+#[must_use]
+pub struct Claim<'a> {
+    map: &'a PhotonMap,
+    paths: Range<u64>,
+    done: bool,
+}
+
+impl Claim<'_> {
+    /// Numbers of the light paths.
+    pub fn paths(&self) -> Range<u64> {
+        self.paths.clone()
+    }
+
+    /// Hands in the photons of all of these light paths, in their order.
+    pub fn deposit(mut self, batch: Batch) {
+        self.done = true;
+        self.map.add(self.paths(), batch);
+    }
+}
+
+impl Drop for Claim<'_> {
+    fn drop(&mut self) {
+        if !self.done {
+            let mut collecting = lock(&self.map.collecting);
+            collecting.returned.push(self.paths());
+            // Stored under the lock: a thread that the lock lets see the range sees the flag.
+            self.map.returned.store(true, Ordering::Relaxed);
+            drop(collecting);
+            self.map.news.notify_all();
+        }
+    }
+}

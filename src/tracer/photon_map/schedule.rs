@@ -1,0 +1,136 @@
+//! How photons, radius and neighbours follow the index of a sample.
+//!
+//! The number of light paths is a linear function of the samples taken (paper §3.4):
+//! `paths_per_generation · (1 + ⌊index / samples_per_generation⌋)`. Nothing here looks at a clock or a counter, so
+//! ranges of indices rendered apart, by other threads or machines, fit together.
+//!
+//! **Radius.** r²_g = r²_1 · Π_{i=1}^{g−1} (i + α)/(i + 1) at generation g (Knaus and Zwicker 2011, *Progressive Photon
+//! Mapping: A Probabilistic Approach*, eq. 15), which falls as g^(α−1). With all photons so far in the map, a disc holds
+//! a number of them that grows as g^α: α = 2/3 makes bias and noise at a point shrink together but costs more and more per
+//! sample; **α = 0 keeps the number, and so the cost, bounded**: O(log n). Noise still vanishes, since a pixel and a final
+//! gather are integrals over an area: queries spread over it see ever more discs that share no photon. The bias falls
+//! as r², so as 1/n for α = 0.
+//! Where photons are dense, `neighbours` bounds the work from the start; there the disc shrinks by itself.
+
+/// Photons against samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Schedule {
+    /// Light paths of one generation.
+    pub paths_per_generation: u64,
+    /// Samples from one generation to the next.
+    pub samples_per_generation: u64,
+    /// Largest gather radius at generation 1, m.
+    pub radius: f32,
+    /// Exponent α of the radius, in [0, 1).
+    pub alpha: f64,
+    /// Photons a query asks for at most.
+    pub neighbours: usize,
+}
+
+/// What a sample looks up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lookup {
+    /// The snapshot of so many generations.
+    pub generations: u64,
+    /// Within this radius, m.
+    pub radius: f32,
+    /// So many photons.
+    pub neighbours: usize,
+}
+
+impl Schedule {
+    /// Number of generations that the sample `index` sees: at least one.
+    #[inline]
+    pub fn generations(&self, index: u64) -> u64 {
+        1 + index / self.samples_per_generation
+    }
+
+    /// What the sample `index` looks up.
+    pub fn lookup(&self, index: u64) -> Lookup {
+        let generations = self.generations(index);
+        Lookup { generations, radius: self.radius(generations), neighbours: self.neighbours }
+    }
+
+    /// Light paths that should have been started when the sample `index` is: those it needs, and an even share of the
+    /// next generation's, which is complete three quarters of the way there so that its photons can still be sorted.
+    pub fn paths_ahead(&self, index: u64) -> u64 {
+        let into = index % self.samples_per_generation + 1;
+        let share = u128::from(self.paths_per_generation) * u128::from(into) * 4;
+        let share = (share / (u128::from(self.samples_per_generation) * 3)) as u64;
+        self.generations(index)
+            .saturating_mul(self.paths_per_generation)
+            .saturating_add(share.min(self.paths_per_generation))
+    }
+
+    /// The radius at `generation` ≥ 1, m. O(1).
+    pub fn radius(&self, generation: u64) -> f32 {
+        const EXACT: u64 = 32;
+        let generation = generation.max(1);
+        let product: f64 =
+            (1..generation.min(EXACT)).map(|i| (i as f64 + self.alpha) / (i as f64 + 1.0)).product();
+        let rest = if generation > EXACT {
+            self.gamma_ratio(generation as f64) / self.gamma_ratio(EXACT as f64)
+        } else {
+            1.0
+        };
+        (f64::from(self.radius) * (product * rest).sqrt()) as f32
+    }
+
+    /// Γ(g + α)/Γ(g + 1) for g ≥ 32 within 1e-8 (Tricomi and Erdélyi 1951, in powers about the middle of the two arguments).
+    fn gamma_ratio(&self, g: f64) -> f64 {
+        let d = self.alpha - 1.0;
+        let middle = g + self.alpha * 0.5;
+        middle.powf(d) * (1.0 - d * (d - 1.0) * (d + 1.0) / (24.0 * middle * middle))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SCHEDULE: Schedule = Schedule {
+        paths_per_generation: 1024,
+        samples_per_generation: 3000,
+        radius: 0.1,
+        alpha: 2.0 / 3.0,
+        neighbours: 50,
+    };
+
+    #[test]
+    fn radius_is_the_product() {
+        for alpha in [0.0, 0.5, 2.0 / 3.0, 0.9] {
+            let schedule = Schedule { alpha, ..SCHEDULE };
+            let mut r2 = 0.01;
+            for g in 1..=200_000u64 {
+                if g.is_power_of_two() || g % 997 == 0 {
+                    let error = f64::from(schedule.radius(g)) / f64::sqrt(r2) - 1.0;
+                    assert!(error.abs() < 2e-7, "α {alpha} generation {g}: {error:e}");
+                }
+                r2 *= (g as f64 + alpha) / (g as f64 + 1.0);
+            }
+        }
+    }
+
+    #[test]
+    fn radius_ends_above_zero() {
+        let last = SCHEDULE.lookup(u64::MAX);
+        assert!(last.radius > 0.0 && last.radius < 1e-3, "{last:?}");
+        assert_eq!(Schedule { alpha: 0.0, ..SCHEDULE }.radius(u64::MAX), 0.1 / 2f32.powi(32));
+    }
+
+    #[test]
+    fn paths_are_a_linear_function_of_samples() {
+        let mut before = 0;
+        for index in 0..20_000 {
+            let ahead = SCHEDULE.paths_ahead(index);
+            let needed = SCHEDULE.generations(index) * 1024;
+            assert!(ahead >= before && ahead >= needed && ahead <= needed + 1024, "{index}: {ahead}");
+            assert!(ahead - before <= 2 || index == 0 || index % 3000 == 0, "{index}: {before} to {ahead}");
+            let line = 1024.0 * (1.0 + index as f64 / 3000.0);
+            assert!((ahead as f64 - line).abs() <= 1024.0, "{index}: {ahead} against {line}");
+            before = ahead;
+        }
+        // At the border nothing is missing.
+        assert_eq!(SCHEDULE.paths_ahead(2999), SCHEDULE.generations(3000) * 1024);
+    }
+}
