@@ -127,7 +127,7 @@ fn keys_that_step_are_one_move_until_they_rest() {
     let mut hand = Hand::new();
     let wider = Intent::Gesture(Gesture::Fov(2.0));
     assert_eq!(hand.key(KeyCode::BracketRight, ']'), [Intent::EndMove, wider.clone()]);
-    assert_eq!(hand.key(KeyCode::BracketRight, ']'), [wider.clone()]);
+    assert_eq!(hand.key(KeyCode::BracketRight, ']'), std::slice::from_ref(&wider));
     hand.1 += Duration::from_secs(1);
     assert_eq!(hand.key(KeyCode::BracketRight, ']'), [Intent::EndMove, wider]);
 }
