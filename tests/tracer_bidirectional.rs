@@ -8,8 +8,7 @@ use std::f64::consts::PI;
 
 use glam::{DAffine3, DVec3};
 
-use agreement::{Method, Plan, measure};
-use pointillist::image::compare::{ZTest, z_test};
+use agreement::{Method, Plan, assert_mostly, compare, measure};
 use pointillist::scene::desc::*;
 use pointillist::spectrum::{Spectrum, dispersion::Ior};
 use pointillist::stream::UvWindow;
@@ -18,33 +17,9 @@ use tracer_support::*;
 
 const PLAN: Plan = Plan { side: 16, paths_per_pixel: 64, seeds: 32, window: UvWindow::PICTURE };
 
-fn compare(desc: &SceneDesc, method: Method, plan: Plan) -> ZTest {
-    let path = measure(desc, Method::Path, plan);
-    let other = measure(desc, method, plan);
-    let test = z_test(&other, &path, 0.01).expect("equal sizes");
-    println!(
-        "{method:?}: ratio {:.5} ± {:.5}, mean z² {:.3}, largest {:.2}, accepted {:.4}; variances {:.3e} {:.3e}",
-        test.mean_ratio,
-        test.mean_ratio_error,
-        test.mean_z2,
-        test.largest_z,
-        test.accepted,
-        other.variance.iter().sum::<f64>(),
-        path.variance.iter().sum::<f64>(),
-    );
-    test
-}
-
 /// The two pictures have the same expectation: pixel by pixel, and their means within `within` of each other.
 fn assert_agreement(desc: &SceneDesc, method: Method, plan: Plan, within: f64) {
     assert_mostly(desc, method, (plan, 0.9975), within);
-}
-
-fn assert_mostly(desc: &SceneDesc, method: Method, (plan, share): (Plan, f64), within: f64) {
-    let test = compare(desc, method, plan);
-    assert!(test.accepted >= share, "{method:?}: {test:?}");
-    let off = (test.mean_ratio - 1.0).abs();
-    assert!(off <= 4.0 * test.mean_ratio_error && off <= within, "{method:?}: {test:?}");
 }
 
 fn scene(name: &str) -> SceneDesc {

@@ -67,6 +67,18 @@ pub enum Material {
 }
 
 impl Material {
+    /// Evaluates refraction for the hero wavelength alone: what is connected there must have dropped the others, or the
+    /// two ends of a path would not agree on what the hero stands for.
+    #[inline]
+    pub fn parts_colors(&self) -> bool {
+        match self {
+            Material::RoughDielectric { int_ior, ext_ior, .. } => {
+                int_ior.is_dispersive() || ext_ior.is_dispersive()
+            }
+            _ => false,
+        }
+    }
+
     /// The material at the wavelengths of a path.
     #[inline]
     pub fn bsdf(&self, lambda: &SampledWavelengths) -> Bsdf {

@@ -190,6 +190,9 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
     pub fn arrive(&mut self, scene: &Scene, hit: SurfaceInteraction) -> Vertex {
         self.depth += 1;
         let (material, frame) = scene.material(&hit);
+        if material.parts_colors() {
+            self.drop_companions();
+        }
         let step = &self.step;
         let cos = hit.wo.dot(hit.point.ng).abs();
         let (to_area, back) = match step.from {
@@ -217,6 +220,14 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
             hero_only: self.lambda.is_hero_only(),
             depth: self.depth,
             chain,
+        }
+    }
+
+    /// From here on only the hero wavelength is right.
+    fn drop_companions(&mut self) {
+        if !self.lambda.is_hero_only() {
+            self.lambda.terminate_companions();
+            self.throughput = SampledSpectrum(self.throughput.0 * Vec4::X);
         }
     }
 
@@ -255,8 +266,7 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
             tail: chain.previous_sum(rev_w),
         };
         if s.hero_only {
-            self.lambda.terminate_companions();
-            self.throughput = SampledSpectrum(self.throughput.0 * Vec4::X);
+            self.drop_companions();
         }
         let latest = if FROM_LIGHT { roulette::LATEST_FROM_LIGHT } else { roulette::LATEST };
         let armed = self.depth >= rr_depth.min(latest);

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use pointillist::color::Xyz;
-use pointillist::image::compare::Measured;
+use pointillist::image::compare::{Measured, ZTest, z_test};
 use pointillist::scene::desc::SceneDesc;
 use pointillist::stream::{SampleSink, UvWindow};
 use pointillist::tracer::integrator::{BidirectionalTracer, ParticleTracer, Setup};
@@ -104,4 +104,31 @@ pub fn measure(desc: &SceneDesc, method: Method, plan: Plan) -> Measured {
         variance.push(pictures.iter().map(|p| (p[pixel] - average).powi(2)).sum::<f64>() / (r - 1.0) / r);
     }
     Measured { width: plan.side, height: plan.side, mean, variance }
+}
+
+/// A method against path tracing, told on standard output.
+pub fn compare(desc: &SceneDesc, method: Method, plan: Plan) -> ZTest {
+    let path = measure(desc, Method::Path, plan);
+    let other = measure(desc, method, plan);
+    let test = z_test(&other, &path, 0.01).expect("equal sizes");
+    println!(
+        "{method:?}: ratio {:.5} ± {:.5}, mean z² {:.3}, largest {:.2}, accepted {:.4}; variances {:.3e} {:.3e}",
+        test.mean_ratio,
+        test.mean_ratio_error,
+        test.mean_z2,
+        test.largest_z,
+        test.accepted,
+        other.variance.iter().sum::<f64>(),
+        path.variance.iter().sum::<f64>(),
+    );
+    test
+}
+
+/// The two pictures have the same expectation: in at least `share` of the pixels, and their means within `within` of each
+/// other.
+pub fn assert_mostly(desc: &SceneDesc, method: Method, (plan, share): (Plan, f64), within: f64) {
+    let test = compare(desc, method, plan);
+    assert!(test.accepted >= share, "{method:?}: {test:?}");
+    let off = (test.mean_ratio - 1.0).abs();
+    assert!(off <= 4.0 * test.mean_ratio_error && off <= within, "{method:?}: {test:?}");
 }

@@ -2,7 +2,7 @@
 
 use glam::Vec4;
 
-use crate::scene::desc::{BsdfDesc, BsdfId, SceneDesc};
+use crate::scene::desc::{BsdfDesc, BsdfId, LightDesc, SceneDesc};
 use crate::spectrum::{Spectrum, dispersion::Ior};
 
 /// One value of the scene, by place in the description.
@@ -192,7 +192,10 @@ pub(crate) const PARAMETERS: &[Parameter] = &[
         object: Object::Light,
         range: Range::Reflectance,
         target: Target::LightColor,
-        get: |desc, i| desc.lights.get(i as usize).map(|light| hue(light.spectrum())),
+        get: |desc, i| match desc.lights.get(i as usize)? {
+            LightDesc::Map { .. } => None, // its texels have colours of their own
+            light => Some(hue(light.spectrum())),
+        },
         set: |desc, i, v| tint(desc.lights[i as usize].spectrum_mut(), v),
     },
     Parameter {
