@@ -1,20 +1,21 @@
-//! Scenes in code and means over them, for the tests of the tracer.
+//! Scenes in code, for the tests of the tracer.
 
 #![allow(dead_code, unused_imports, reason = "every test file uses its own part")]
 
 mod chi2;
+mod mean;
 mod random;
 
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 use std::sync::Arc;
 
-use pointillist::color::Xyz;
 use pointillist::scene::desc::*;
 use pointillist::spectrum::{Spectrum, dispersion::Ior};
-use pointillist::stream::{SampleSink, UvWindow};
-use pointillist::tracer::{Camera, Integrator, PathTracer, Scene};
+use pointillist::stream::UvWindow;
+use pointillist::tracer::{Camera, PathTracer, Scene};
 
 pub use chi2::assert_counts;
+pub use mean::{Luminances, assert_mean, luminances, mean};
 pub use random::Random;
 
 /// A scene without anything in it: the camera at the origin looks along +z, 1° wide.
@@ -109,44 +110,4 @@ pub fn prepare(desc: &SceneDesc) -> Scene {
 pub fn tracer(desc: &SceneDesc) -> PathTracer {
     let camera = Camera::of(desc).expect("the camera is valid");
     PathTracer::new(Arc::new(prepare(desc)), camera, &desc.integrator, 1, UvWindow::PICTURE)
-}
-
-/// Keeps every camera sample's luminance.
-#[derive(Default)]
-pub struct Luminances(pub Vec<f32>);
-
-impl SampleSink for Luminances {
-    fn camera(&mut self, _: [f32; 2], value: Xyz, weight: f32) {
-        assert!(value.is_finite() && weight == 1.0);
-        self.0.push(value.y);
-    }
-    fn light(&mut self, _: [f32; 2], _: Xyz) {
-        panic!("path tracing has no light stream");
-    }
-}
-
-/// The luminance of `n` paths.
-pub fn luminances(desc: &SceneDesc, n: u64) -> Vec<f32> {
-    let tracer = tracer(desc);
-    let mut sink = Luminances::default();
-    (0..n).for_each(|i| tracer.trace(i, &mut (), &mut sink));
-    sink.0
-}
-
-/// Mean luminance over `n` paths and its standard error as if they were independent (the sequence does better).
-pub fn mean(desc: &SceneDesc, n: u64) -> (f64, f64) {
-    let all = luminances(desc, n);
-    let mean = all.iter().map(|&y| f64::from(y)).sum::<f64>() / n as f64;
-    let variance = all.iter().map(|&y| (f64::from(y) - mean).powi(2)).sum::<f64>() / (n - 1) as f64;
-    (mean, (variance / n as f64).sqrt())
-}
-
-/// Asserts that the mean luminance is `expected` within 4 standard errors and within `tolerance` (relative).
-pub fn assert_mean(desc: &SceneDesc, expected: f64, tolerance: f64, what: &str) {
-    let (found, error) = mean(desc, 1 << 17);
-    let off = (found - expected).abs();
-    assert!(
-        off <= 4.0 * error + 1e-5 * expected && off <= tolerance * expected,
-        "{what}: {found} ± {error} instead of {expected}"
-    );
 }
