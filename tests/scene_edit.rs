@@ -17,6 +17,7 @@ use pointillist::scene::edit::*;
 use pointillist::scene::load_str;
 use pointillist::spectrum::{Spectrum, dispersion::Ior};
 use pointillist::stream::{SampleSink, UvWindow};
+use pointillist::tracer::integrator::Setup;
 use pointillist::tracer::{Camera, Integrator, PathTracer, Scene};
 use tracer_support::environment;
 
@@ -36,10 +37,8 @@ fn samples(scene: &Arc<Scene>, desc: &SceneDesc) -> Vec<[u32; 3]> {
     let camera = Camera::of(desc).unwrap();
     let mut all = Bits::default();
     for hide_emitters in [false, true] {
-        let tracer = PathTracer {
-            hide_emitters,
-            ..PathTracer::new(scene.clone(), camera.clone(), &desc.integrator, 3, UvWindow::PICTURE)
-        };
+        let setup = Setup::new(scene.clone(), camera.clone(), &desc.integrator, 3, UvWindow::PICTURE);
+        let tracer = PathTracer { setup: Setup { hide_emitters, ..setup } };
         (0..3000).for_each(|i| tracer.trace(i, &mut (), &mut all));
     }
     all.0

@@ -48,11 +48,7 @@ pub fn start(
     let window = order.window;
     let setup = Setup { scene, camera, seed, window, max_depth, rr_depth, hide_emitters };
     match facts.integrator {
-        IntegratorKind::Path => {
-            let Setup { scene, camera, .. } = setup;
-            let tracer = PathTracer { scene, camera, seed, window, max_depth, rr_depth, hide_emitters };
-            send(server, facts, tracer, order)
-        }
+        IntegratorKind::Path => send(server, facts, PathTracer { setup }, order),
         IntegratorKind::Light => send(server, facts, ParticleTracer { setup }, order),
         IntegratorKind::Bidirectional => send(server, facts, BidirectionalTracer { setup }, order),
     }

@@ -80,11 +80,7 @@ pub fn measure(desc: &SceneDesc, method: Method, plan: Plan) -> Measured {
         let seed = 1000 * (method as u32 + 1) + seed;
         let setup = Setup::new(scene.clone(), camera.clone(), &desc.integrator, seed, plan.window);
         match method {
-            Method::Path => {
-                let Setup { scene, camera, .. } = setup;
-                let tracer = PathTracer::new(scene, camera, &desc.integrator, seed, plan.window);
-                trace(&tracer, plan.side, paths)
-            }
+            Method::Path => trace(&PathTracer { setup }, plan.side, paths),
             Method::Particle => trace(&ParticleTracer { setup }, plan.side, paths),
             Method::Bidirectional => trace(&BidirectionalTracer { setup }, plan.side, paths),
         }

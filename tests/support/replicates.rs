@@ -11,7 +11,7 @@ use pointillist::client::{FilmSpec, SplatFilter, VarianceForm};
 use pointillist::color::{Profile, Xyz};
 use pointillist::image::compare::Measured;
 use pointillist::stream::{PathCounts, Sample, SampleSink, UvWindow};
-use pointillist::tracer::integrator::PathTracer;
+use pointillist::tracer::integrator::{PathTracer, Setup};
 use pointillist::tracer::{Camera, Integrator, Scene};
 
 /// What is rendered: side length in pixels, samples per pixel of one replicate, seeds.
@@ -45,7 +45,7 @@ fn replicate(
 ) -> Vec<[f32; 3]> {
     let filter = SplatFilter::Box;
     let spec = FilmSpec { width: plan.side, height: plan.side, filter, variance: VarianceForm::Product };
-    let tracer = PathTracer {
+    let setup = Setup {
         scene: scene.clone(),
         camera: camera.clone(),
         seed,
@@ -54,6 +54,7 @@ fn replicate(
         rr_depth: depth.1,
         hide_emitters: false,
     };
+    let tracer = PathTracer { setup };
     let mut film = ReferenceFilm::new(spec, 1).unwrap();
     let mut sink = Collect(Vec::new());
     let paths = plan.samples_per_pixel * u64::from(plan.side).pow(2);

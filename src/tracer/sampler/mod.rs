@@ -22,6 +22,7 @@
 //! blocks use a shuffled index (`scramble`). Every dimension is Owen-scrambled with its own seed. No path has 2^16
 //! vertices (roulette), so camera and light subpaths share no block.
 
+mod branch;
 mod light;
 pub mod nx8;
 pub mod scramble;
@@ -29,6 +30,7 @@ pub mod tables;
 
 pub use light::{LightNumbers, LightSampler};
 
+use branch::Branch;
 use scramble::BlockKey;
 use tables::Lanes;
 
@@ -42,6 +44,8 @@ pub struct Sampler {
     seed: u32,
     first: Lanes,
     second: Lanes,
+    /// Of a path that has split.
+    branch: Option<Branch>,
 }
 
 /// Numbers for the start of a camera path; all in [0, 1).
@@ -82,7 +86,14 @@ impl Sampler {
             seed,
             first: tables::first_block(index, &BlockKey::new(seed, 0)),
             second: tables::padded_block(index, &BlockKey::new(seed, 1)),
+            branch: None,
         }
+    }
+
+    /// The numbers of branch `number` of `1 << bits` into which this path splits.
+    #[inline]
+    pub fn branch(&self, number: u32, bits: u32) -> Self {
+        Self { branch: Some(Branch { number, bits }), ..*self }
     }
 
     /// Numbers for the camera.
@@ -101,11 +112,16 @@ impl Sampler {
     #[inline]
     pub fn vertex(&self, depth: u32) -> VertexNumbers {
         if depth == 0 {
-            let a = &self.first;
-            return vertex_numbers([a[2], a[3]], [a[4], a[5]], &self.second);
+            let (a, b) = (&self.first, &self.second);
+            return self.part([a[2], a[3], a[4], a[5], b[4], b[5], b[6], b[7]]);
         }
-        let b = tables::padded_block(self.index, &BlockKey::new(self.seed, 1 + depth));
-        vertex_numbers([b[0], b[1]], [b[2], b[3]], &b)
+        self.part(tables::padded_block(self.index, &BlockKey::new(self.seed, 1 + depth)))
+    }
+
+    #[inline(always)]
+    fn part(&self, lanes: Lanes) -> VertexNumbers {
+        let lanes = self.branch.map_or(lanes, |branch| branch.of(lanes));
+        vertex_numbers([lanes[0], lanes[1]], [lanes[2], lanes[3]], &lanes)
     }
 }
 

@@ -1,0 +1,172 @@
+//! One path: what it hits, and what it finds there.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+
+use crate::math::frame::Frame;
+use crate::scene::desc::IntegratorDesc;
+use crate::spectrum::SampledWavelengths;
+use crate::stream::{PathCounts, SampleSink, UvWindow};
+use crate::tracer::accel::Ray;
+use crate::tracer::bsdf::Bsdf;
+use crate::tracer::integrator::{Integrator, Setup};
+use crate::tracer::interaction::SurfaceInteraction;
+use crate::tracer::light::LitPoint;
+use crate::tracer::sampler::VertexNumbers;
+use crate::tracer::{Camera, Sampler, Scene, mis, roulette};
+
+use super::carried::Carried;
+use super::splitting::{BITS, ROULETTE_FROM};
+
+/// Traces paths from the camera; each vertex also samples a light, and both ways of finding a light are
+/// combined by multiple importance sampling. A path splits at its first vertex that is no delta.
+#[derive(Clone, Debug)]
+pub struct PathTracer {
+    /// Scene, view and settings.
+    pub setup: Setup,
+}
+
+/// A hit with its material at the wavelengths of the path.
+struct Vertex {
+    hit: SurfaceInteraction,
+    /// The frame `wo` and the material are in.
+    frame: Frame,
+    bsdf: Bsdf,
+    wo: Vec3,
+}
+
+impl Vertex {
+    #[inline]
+    fn lit_point(&self) -> LitPoint {
+        let n = if self.wo.z < 0.0 { -self.frame.n } else { self.frame.n };
+        LitPoint { p: self.hit.point.p, n }
+    }
+}
+
+impl PathTracer {
+    /// A path tracer with the settings of a scene file.
+    pub fn new(
+        scene: Arc<Scene>,
+        camera: Camera,
+        desc: &IntegratorDesc,
+        seed: u32,
+        window: UvWindow,
+    ) -> Self {
+        Self { setup: Setup::new(scene, camera, desc, seed, window) }
+    }
+
+    /// Follows `path` along `ray` to its end.
+    #[inline]
+    fn follow(&self, path: &mut Carried, mut ray: Ray, sampler: &Sampler) {
+        while let Some(vertex) = self.arrive(path, &ray) {
+            let u = sampler.vertex(path.depth);
+            if !vertex.bsdf.is_delta() {
+                self.direct(path, &vertex, &u);
+                if !path.is_branch() {
+                    return self.split(path, &vertex, sampler);
+                }
+            }
+            match self.scatter(path, &vertex, &u) {
+                Some(next) => ray = next,
+                None => return,
+            }
+        }
+    }
+
+    /// Goes on from `vertex` in several branches.
+    fn split(&self, path: &mut Carried, vertex: &Vertex, sampler: &Sampler) {
+        for number in 0..1 << BITS {
+            let (mut branch, sampler) = (path.branch(1 << BITS), sampler.branch(number, BITS));
+            if let Some(ray) = self.scatter(&mut branch, vertex, &sampler.vertex(path.depth)) {
+                self.follow(&mut branch, ray, &sampler);
+                path.gather(&branch);
+            }
+        }
+    }
+
+    /// What `path` meets along `ray`, if it goes on from there. Light that shines back is added.
+    #[inline]
+    fn arrive(&self, path: &mut Carried, ray: &Ray) -> Option<Vertex> {
+        let Setup { scene, hide_emitters, .. } = &self.setup;
+        let longest = self.setup.longest();
+        if path.depth >= longest {
+            return None;
+        }
+        let hidden = path.depth == 0 && *hide_emitters;
+        let hit = if hidden { scene.closest_unlit(*ray) } else { scene.closest(ray) };
+        let Some(hit) = hit else {
+            if !hidden && let Some(light) = scene.lights.environment() {
+                let pdf = |at| scene.lights.pdf(light, at, (ray.direction, None));
+                path.meet(&scene.lights, (light, ray.direction), pdf);
+            }
+            return None;
+        };
+        if let Some(light) = hit.light
+            && hit.wo.dot(hit.point.ng) > 0.0
+        {
+            let pdf = |at| scene.lights.pdf(light, at, (ray.direction, Some(&hit.point)));
+            path.meet(&scene.lights, (light, ray.direction), pdf);
+        }
+        if path.depth + 1 >= longest {
+            return None;
+        }
+        let (material, frame) = scene.material(&hit);
+        Some(Vertex { frame, bsdf: material.bsdf(&path.lambda), wo: frame.to_local(hit.wo), hit })
+    }
+
+    /// Light that arrives straight from a sampled light.
+    #[inline]
+    fn direct(&self, path: &mut Carried, vertex: &Vertex, u: &VertexNumbers) {
+        let scene = &self.setup.scene;
+        let sampled = scene.lights.sample(vertex.lit_point(), u.light_choice, u.light);
+        let Some((light, sample)) = sampled else { return };
+        let wi = vertex.frame.to_local(sample.wi);
+        let Some((f, pdf)) = vertex.bsdf.eval(vertex.wo, wi) else { return };
+        if !vertex.hit.sides_agree(sample.wi, vertex.wo.z * wi.z < 0.0) {
+            return;
+        }
+        let weight = if sample.delta { 1.0 } else { mis::power(sample.pdf, pdf) };
+        let emission = path.emission(&scene.lights, light, sample.wi);
+        let value = path.throughput * f * emission * (sample.scale * weight / sample.pdf.0);
+        // The shadow ray is the costly part: ask only if the path carries light.
+        if !value.is_black() && scene.visible(&vertex.hit, light, &sample) {
+            path.add(value);
+        }
+    }
+
+    /// Samples the material at `vertex`; the ray to go on with.
+    #[inline]
+    fn scatter(&self, path: &mut Carried, vertex: &Vertex, u: &VertexNumbers) -> Option<Ray> {
+        let s = vertex.bsdf.sample(vertex.wo, u.bsdf, u.lobe)?;
+        let wi = vertex.frame.to_world(s.wi);
+        if !vertex.hit.sides_agree(wi, s.transmitted) {
+            return None;
+        }
+        path.follow(&s, || vertex.lit_point());
+        let from = if path.is_branch() { ROULETTE_FROM } else { roulette::LATEST };
+        let armed = path.depth >= self.setup.rr_depth.min(from);
+        path.roulette(armed, u.roulette).then(|| vertex.hit.spawn(wi))
+    }
+}
+
+impl Integrator for PathTracer {
+    type Scratch = ();
+
+    fn trace(&self, index: u64, _: &mut (), out: &mut impl SampleSink) {
+        let Setup { seed, window: UvWindow { min, max }, camera, .. } = &self.setup;
+        let sampler = Sampler::at(index, *seed);
+        let numbers = sampler.camera();
+        let uv = [0, 1].map(|i| {
+            let (lo, hi) = (f64::from(min[i]), f64::from(max[i]));
+            lo + (hi - lo) * numbers.screen[i]
+        });
+        let mut path = Carried::new(SampledWavelengths::sample(numbers.wavelength));
+        self.follow(&mut path, camera.ray(uv, numbers.lens), &sampler);
+        out.camera(uv.map(|c| c as f32), path.found(), 1.0);
+    }
+
+    fn paths_per_index(&self) -> PathCounts {
+        PathCounts { camera: 1, light: 0 }
+    }
+}
