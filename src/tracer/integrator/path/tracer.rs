@@ -62,10 +62,10 @@ impl PathTracer {
         while let Some(vertex) = self.arrive(path, &ray) {
             let u = sampler.vertex(path.depth);
             if !vertex.bsdf.is_delta() {
-                self.direct(path, &vertex, &u);
                 if !path.is_branch() {
                     return self.split(path, &vertex, sampler);
                 }
+                self.direct(path, &vertex, &u);
             }
             match self.scatter(path, &vertex, &u) {
                 Some(next) => ray = next,
@@ -74,14 +74,23 @@ impl PathTracer {
         }
     }
 
-    /// Goes on from `vertex` in several branches.
+    /// Goes on from `vertex` in several branches. Of one light a single sample is seldom noisy; of several every branch
+    /// chooses its own.
     fn split(&self, path: &mut Carried, vertex: &Vertex, sampler: &Sampler) {
+        let together = self.setup.scene.lights.len() <= 1;
+        if together {
+            self.direct(path, vertex, &sampler.vertex(path.depth));
+        }
         for number in 0..1 << BITS {
             let (mut branch, sampler) = (path.branch(1 << BITS), sampler.branch(number, BITS));
-            if let Some(ray) = self.scatter(&mut branch, vertex, &sampler.vertex(path.depth)) {
-                self.follow(&mut branch, ray, &sampler);
-                path.gather(&branch);
+            let u = sampler.vertex(path.depth);
+            if !together {
+                self.direct(&mut branch, vertex, &u);
             }
+            if let Some(ray) = self.scatter(&mut branch, vertex, &u) {
+                self.follow(&mut branch, ray, &sampler);
+            }
+            path.gather(&branch);
         }
     }
 
