@@ -56,9 +56,7 @@ pub fn start(
         }
         IntegratorKind::Light => send(server, facts, ParticleTracer { setup }, order),
         IntegratorKind::Bidirectional => send(server, facts, BidirectionalTracer { setup }, order),
-        IntegratorKind::Photon => {
-            send(server, facts, PhotonTracer::new(setup, facts.deterministic), order)
-        }
+        IntegratorKind::Photon => send(server, facts, PhotonTracer::new(setup, facts.deterministic), order),
     }
 }
 

@@ -36,4 +36,4 @@ pub use publish::{Batch, Claim, Layer, PhotonMap, Snapshot};
 pub use query::{Near, QueryScratch};
 pub use schedule::{Lookup, Schedule};
 pub use space::{MAX_DEPTH, Space};
-pub use tree::{LEAF, Run, Tree};
+pub use tree::{LEAF, Run, Tree, Wanted};

@@ -36,10 +36,10 @@ use std::sync::Arc;
 use crate::stream::{PathCounts, SampleSink, UvWindow};
 use crate::tracer::Sampler;
 use crate::tracer::bsdf::Bsdf;
-use crate::tracer::photon_map::{Batch, Lookup, PhotonMap, QueryScratch, Schedule, Snapshot};
+use crate::tracer::photon_map::{Batch, Lookup, PhotonMap, QueryScratch, Schedule, Snapshot, Wanted};
 
 use super::{Integrator, Setup};
-use settings::schedule;
+use settings::{LIMIT, schedule};
 use step::Step;
 use walk::Path;
 
@@ -60,12 +60,16 @@ pub struct PhotonScratch {
     snapshot: Option<Arc<Snapshot>>,
     query: QueryScratch,
     steps: Vec<Step>,
-    /// Paths until the newest snapshot is asked for.
-    countdown: u32,
+    /// Paths so far.
+    path: u32,
 }
 
 /// Paths between two looks for a newer snapshot.
 const EVERY: u32 = 64;
+
+/// Paths between two claims of light paths at least: a render that begins far out in the sequence goes on with its
+/// samples while it catches up.
+const SHARE: u32 = 16;
 
 impl PhotonTracer {
     /// A tracer with an empty map. `deterministic`: a sample sees exactly the photons that its index demands, whoever
@@ -73,15 +77,15 @@ impl PhotonTracer {
     pub fn new(setup: Setup, deterministic: bool) -> Self {
         let (min, max) = setup.scene.accel().bounds();
         let schedule = schedule(min, max);
-        let map = Arc::new(PhotonMap::new(min, max, schedule.paths_per_generation));
-        Self { setup, map, schedule, deterministic }
+        let map = PhotonMap::new(min, max, schedule.paths_per_generation).with_limit(LIMIT);
+        Self { setup, map: Arc::new(map), schedule, deterministic }
     }
 
-    /// This tracer with another schedule, and an empty map.
-    pub fn with_schedule(mut self, schedule: Schedule) -> Self {
+    /// This tracer with another schedule, and an empty map that stops growing at `limit` photons.
+    pub fn with_schedule(self, schedule: Schedule, limit: usize) -> Self {
         let (min, max) = self.setup.scene.accel().bounds();
-        self.map = Arc::new(PhotonMap::new(min, max, schedule.paths_per_generation));
-        Self { schedule, ..self }
+        let map = PhotonMap::new(min, max, schedule.paths_per_generation).with_limit(limit);
+        Self { schedule, map: Arc::new(map), ..self }
     }
 
     /// How photons follow samples.
@@ -94,30 +98,28 @@ impl PhotonTracer {
         &self.map
     }
 
-    /// Traces this index's share of light paths, and returns the photons that it sees.
-    fn photons(&self, index: u64, scratch: &mut PhotonScratch) -> Arc<Snapshot> {
-        if let Some(claim) = self.map.claim(self.schedule.paths_ahead(index)) {
+    /// Traces this index's share of light paths, and returns the photons that it sees; `None` when nobody waits for it.
+    fn photons(&self, index: u64, scratch: &mut PhotonScratch, wanted: Wanted<'_>) -> Option<Arc<Snapshot>> {
+        let trace = |paths, batch: &mut Batch| emit::light_paths(self, paths, batch);
+        scratch.path = scratch.path.wrapping_add(1);
+        if scratch.path.is_multiple_of(SHARE)
+            && let Some(claim) = self.map.claim(self.schedule.paths_ahead(index))
+        {
             let mut batch = Batch::default();
-            emit::light_paths(self, claim.paths(), &mut batch);
-            claim.deposit(batch);
+            trace(claim.paths(), &mut batch);
+            claim.deposit_while(batch, wanted);
         }
-        let wanted = if self.deterministic { self.schedule.generations(index) } else { 1 };
-        scratch.countdown = scratch.countdown.wrapping_sub(1);
-        if let Some(known) = &scratch.snapshot {
-            let good = match self.deterministic {
-                true => known.generations() == wanted,
-                false => scratch.countdown < EVERY,
-            };
-            if good {
-                return Arc::clone(known);
-            }
+        let needed = self.schedule.generations(index);
+        let known = scratch.snapshot.take().filter(|known| match self.deterministic {
+            true => known.generations() == needed,
+            false => !scratch.path.is_multiple_of(EVERY),
+        });
+        if known.is_some() {
+            return known;
         }
-        scratch.countdown = EVERY;
         let newest = (!self.deterministic).then(|| self.map.latest()).filter(|s| s.generations() > 0);
-        let snapshot = newest
-            .unwrap_or_else(|| self.map.wait(wanted, |paths, batch| emit::light_paths(self, paths, batch)));
-        scratch.snapshot = Some(Arc::clone(&snapshot));
-        snapshot
+        let needed = if self.deterministic { needed } else { 1 };
+        newest.or_else(|| self.map.wait_while(needed, trace, wanted))
     }
 }
 
@@ -135,9 +137,10 @@ impl Integrator for PhotonTracer {
     type Scratch = PhotonScratch;
 
     fn trace(&self, index: u64, scratch: &mut PhotonScratch, out: &mut impl SampleSink) {
-        let snapshot = self.photons(index, scratch);
+        let Some(snapshot) = self.photons(index, scratch, &|| out.is_wanted()) else { return };
         let generations = snapshot.generations();
-        let lookup = Lookup { generations, radius: self.schedule.radius(generations), ..self.schedule.lookup(index) };
+        let lookup =
+            Lookup { generations, radius: self.schedule.radius(generations), ..self.schedule.lookup(index) };
         let sampler = Sampler::at(index, self.setup.seed);
         let numbers = sampler.camera();
         let UvWindow { min, max } = self.setup.window;
@@ -147,7 +150,9 @@ impl Integrator for PhotonTracer {
         });
         let mut path = Path::new(self, (&snapshot, lookup), scratch, numbers.wavelength);
         path.walk(self.setup.camera.ray(uv, numbers.lens), &sampler);
-        out.camera(uv.map(|c| c as f32), path.xyz(), 1.0);
+        let value = path.xyz();
+        scratch.snapshot = Some(snapshot);
+        out.camera(uv.map(|c| c as f32), value, 1.0);
     }
 
     fn paths_per_index(&self) -> PathCounts {

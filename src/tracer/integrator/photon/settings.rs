@@ -15,6 +15,10 @@ const SAMPLES: u64 = 16_384;
 /// Photons of a lookup in the global layer.
 const NEIGHBOURS: usize = 12;
 
+/// Photons at which a map stops growing: 1.3 GB, and as much again while it is merged. From there on noise goes on
+/// shrinking and blur does not.
+pub(super) const LIMIT: usize = 1 << 25;
+
 /// The schedule for a scene in the box from `min` to `max`.
 ///
 /// The first radius is that of a disc of four times the wanted photons, if the two photons that a light path leaves on
