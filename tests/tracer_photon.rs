@@ -76,17 +76,21 @@ fn caustic_seen_through_glass() {
         desc.lights.push(LightDesc::Point { position, intensity, place: Place::default() });
         desc
     };
-    let plan = Plan { paths_per_pixel: 256, ..PLAN };
-    let blind = measure(&floor(true), Method::Path, Plan { seeds: 4, ..plan });
+    let blind = measure(&floor(true), Method::Path, Plan { seeds: 4, ..PLAN });
     assert_eq!(blind.mean.iter().sum::<f64>(), 0.0, "path tracing cannot see it");
-    let (bare, through) =
-        (measure(&floor(false), Method::Path, plan), measure(&floor(true), Method::Photon, plan));
-    let test = pointillist::image::compare::z_test(&through, &bare, 0.01).expect("equal sizes");
-    println!("{test:?}");
-    assert!((test.mean_ratio - 1.0).abs() <= 4.0 * test.mean_ratio_error + 0.005, "{test:?}");
-    for (pixel, (a, b)) in through.mean.iter().zip(&bare.mean).enumerate() {
-        assert!((a / b - 1.0).abs() < 0.15, "pixel {pixel}: {a} for {b}");
-    }
+    let bare = measure(&floor(false), Method::Path, PLAN);
+    // Right under the lamp, 2.5 m above, a disc of radius r is darker than its middle by r² / h²: 4 % at 0.5 m, where the
+    // first generation finds its photons. With n it falls as the mean of 1/g over the generations g: to a fifth here.
+    let bias = |paths_per_pixel, seeds| {
+        let through = measure(&floor(true), Method::Photon, Plan { paths_per_pixel, seeds, ..PLAN });
+        let test = pointillist::image::compare::z_test(&through, &bare, 0.01).expect("equal sizes");
+        println!("{paths_per_pixel}: {test:?}");
+        assert!(test.mean_ratio_error < 1e-3, "{test:?}");
+        test.mean_ratio - 1.0
+    };
+    let (early, late) = (bias(64, 16), bias(1024, 4));
+    assert!((-0.05..0.0).contains(&early), "{early}");
+    assert!(late.abs() < 0.3 * early.abs() + 0.002, "{early}, then {late}");
 }
 
 /// Camera paths through dispersive glass carry one wavelength, and take the photons near it.
@@ -104,7 +108,8 @@ fn dispersion() {
     assert_within(&desc, (PLAN, 0.9), 0.02);
 }
 
-/// Depths are counted alike by camera paths, light paths and both together, and lights may be hidden.
+/// Depths are counted alike by camera paths, light paths and both together, and lights may be hidden. The edges of the
+/// mirror's caustics are blurred.
 #[test]
 fn settings() {
     let mut desc = scene("cornell_spheres.xml");
@@ -113,7 +118,7 @@ fn settings() {
         desc.integrator.max_depth = max_depth;
         desc.integrator.hide_emitters = hide_emitters;
         println!("{max_depth:?} {hide_emitters}");
-        assert_within(&desc, (plan, 0.9), 0.02);
+        assert_within(&desc, (plan, 0.8), 0.01);
     }
 }
 
@@ -150,6 +155,9 @@ fn furnaces() {
     }
 }
 
+/// Photons at which the maps of the following tests stop growing: after about half of their samples.
+const LIMIT: usize = 15_000;
+
 fn tracer_of(desc: &SceneDesc) -> Arc<PhotonTracer> {
     let camera = Camera::of(desc).expect("the camera is valid");
     let setup = Setup::new(Arc::new(prepare(desc)), camera, &desc.integrator, 5, UvWindow::PICTURE);
@@ -161,7 +169,7 @@ fn tracer_of(desc: &SceneDesc) -> Arc<PhotonTracer> {
         samples_per_generation: 1500,
         ..schedule
     };
-    Arc::new(tracer.with_schedule(schedule, 40_000))
+    Arc::new(tracer.with_schedule(schedule, LIMIT))
 }
 
 /// Bit for bit, for any number of threads, past the limit of the map; with the glass that it takes for caustic photons.

@@ -25,6 +25,7 @@ mod photon;
 mod publish;
 mod query;
 mod schedule;
+mod snapshot;
 mod space;
 mod tree;
 
@@ -32,8 +33,9 @@ pub use disc::Disc;
 pub use forest::Forest;
 pub use locked::{GrownTree, LockedTree};
 pub use photon::{Arrival, Photon, wavelength_number, wavelengths};
-pub use publish::{Batch, Claim, Layer, PhotonMap, Snapshot};
+pub use publish::{Claim, PhotonMap};
 pub use query::{Near, QueryScratch};
 pub use schedule::{Lookup, Schedule};
+pub use snapshot::{Batch, Layer, Snapshot};
 pub use space::{MAX_DEPTH, Space};
 pub use tree::{LEAF, Run, Tree, Wanted};

@@ -1,4 +1,9 @@
 //! Light paths: where they leave photons.
+//!
+//! They take points of the sequence in a random order. In the order of the sequence neighbouring photons would keep a
+//! distance, wherever light arrives without having been spread; the area of the k nearest is then about k − ½ cells large,
+//! not k − 1 as among independent points ([`Disc`](crate::tracer::photon_map::Disc)), and a caustic stays darker by
+//! 1/(2k) for good: 2.1 % were measured with k = 24, 65 536 light paths and a point light.
 
 use std::ops::Range;
 
@@ -21,7 +26,7 @@ pub(super) fn light_paths(tracer: &PhotonTracer, paths: Range<u64>, batch: &mut 
 fn light_path(tracer: &PhotonTracer, path: u64, batch: &mut Batch) {
     let setup = &tracer.setup;
     let (scene, longest) = (&setup.scene, setup.longest());
-    let sampler = Sampler::at(path, setup.seed ^ SEED);
+    let sampler = Sampler::at(shuffled(path), setup.seed ^ SEED);
     let number = wavelength_number(sampler.camera().wavelength);
     let lambda = wavelengths(number);
     let numbers = sampler.light();
@@ -47,6 +52,14 @@ fn light_path(tracer: &PhotonTracer, path: u64, batch: &mut Batch) {
         // The link is 0 after a delta: the coat's mirror spreads nothing.
         spread |= here && walk.step().link > 0.0;
     }
+}
+
+/// A number for each, none twice: the finaliser of splitmix64 (Steele, Lea, Flood 2014).
+fn shuffled(path: u64) -> u64 {
+    let z = path.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
 }
 
 /// The side that is lit reflects something at the path's wavelengths.

@@ -12,7 +12,7 @@ use super::step::Step;
 use super::walk::{Path, Vertex};
 
 /// Photons of a lookup of the caustic layer, which is seen directly, to those of the global one.
-const CAUSTIC: usize = 3;
+const CAUSTIC: usize = 2;
 
 /// Cosine between the normals of a photon and of the point from which it counts.
 const SAME_SURFACE: f32 = 0.7;

@@ -29,6 +29,7 @@ mod emit;
 mod gather;
 mod settings;
 mod step;
+mod supply;
 mod walk;
 
 use std::sync::Arc;
@@ -36,7 +37,7 @@ use std::sync::Arc;
 use crate::stream::{PathCounts, SampleSink, UvWindow};
 use crate::tracer::Sampler;
 use crate::tracer::bsdf::Bsdf;
-use crate::tracer::photon_map::{Batch, Lookup, PhotonMap, QueryScratch, Schedule, Snapshot, Wanted};
+use crate::tracer::photon_map::{Lookup, PhotonMap, QueryScratch, Schedule, Snapshot};
 
 use super::{Integrator, Setup};
 use settings::{LIMIT, schedule};
@@ -64,13 +65,6 @@ pub struct PhotonScratch {
     path: u32,
 }
 
-/// Paths between two looks for a newer snapshot.
-const EVERY: u32 = 64;
-
-/// Paths between two claims of light paths at least: a render that begins far out in the sequence goes on with its
-/// samples while it catches up.
-const SHARE: u32 = 16;
-
 impl PhotonTracer {
     /// A tracer with an empty map. `deterministic`: a sample sees exactly the photons that its index demands, whoever
     /// traces it and when; otherwise the newest.
@@ -96,30 +90,6 @@ impl PhotonTracer {
     /// The photons.
     pub fn map(&self) -> &PhotonMap {
         &self.map
-    }
-
-    /// Traces this index's share of light paths, and returns the photons that it sees; `None` when nobody waits for it.
-    fn photons(&self, index: u64, scratch: &mut PhotonScratch, wanted: Wanted<'_>) -> Option<Arc<Snapshot>> {
-        let trace = |paths, batch: &mut Batch| emit::light_paths(self, paths, batch);
-        scratch.path = scratch.path.wrapping_add(1);
-        if scratch.path.is_multiple_of(SHARE)
-            && let Some(claim) = self.map.claim(self.schedule.paths_ahead(index))
-        {
-            let mut batch = Batch::default();
-            trace(claim.paths(), &mut batch);
-            claim.deposit_while(batch, wanted);
-        }
-        let needed = self.schedule.generations(index);
-        let known = scratch.snapshot.take().filter(|known| match self.deterministic {
-            true => known.generations() == needed,
-            false => !scratch.path.is_multiple_of(EVERY),
-        });
-        if known.is_some() {
-            return known;
-        }
-        let newest = (!self.deterministic).then(|| self.map.latest()).filter(|s| s.generations() > 0);
-        let needed = if self.deterministic { needed } else { 1 };
-        newest.or_else(|| self.map.wait_while(needed, trace, wanted))
     }
 }
 
