@@ -89,7 +89,7 @@ impl Photon {
             direction: pack_unit(arrival.direction)?,
             normal: pack_unit(arrival.normal)?,
             wavelengths: arrival.wavelengths,
-            flags: u16::from(arrival.hero_only) * HERO_ONLY | (arrival.depth.min(MAX_DEPTH) as u16) << 1,
+            flags: (u16::from(arrival.hero_only) * HERO_ONLY) | ((arrival.depth.min(MAX_DEPTH) as u16) << 1),
         })
     }
 
