@@ -209,3 +209,45 @@ fn samples_do_not_depend_on_the_number_of_threads() {
     let apart = map();
     assert_eq!(sample(&apart, 4321), expected[4321]);
 }
+
+/// A merge that nobody waits for any more is given up, and loses nothing: whoever needs it begins again.
+#[test]
+fn a_merge_given_up_is_made_by_another() {
+    let (map, last) = (map(), 15);
+    map.wait(last, trace);
+    // The 16th generation merges all; the deposit that completes it finds itself unwanted.
+    while let Some(claim) = map.claim((last + 1) * PATHS) {
+        let mut batch = Batch::default();
+        trace(claim.paths(), &mut batch);
+        claim.deposit_while(batch, &|| false);
+    }
+    assert_eq!(map.latest().generations(), last, "the merge was not given up");
+    assert!(map.wait_while(last + 1, trace, &|| false).is_none());
+    let waiting = |map: &PhotonMap| map.wait(last + 1, trace);
+    let snapshot = thread::scope(|s| [0; 3].map(|_| s.spawn(|| waiting(&map))).map(|t| t.join().unwrap()));
+    let expected = answers(&self::map().wait(last + 1, trace));
+    assert!(snapshot.iter().all(|s| answers(s) == expected));
+}
+
+/// With a limit the last snapshot is the first to hold so many photons, for any number of threads and any question.
+#[test]
+fn a_map_stops_growing_at_its_limit() {
+    let alone = map();
+    let photons = |s: &Snapshot| s.layer(Layer::Global).len() + s.layer(Layer::Caustic).len();
+    let limit = photons(&alone.wait(9, trace)) - 1;
+    let expected = answers(&alone.wait(9, trace));
+    for threads in [1, 3] {
+        let map = map().with_limit(limit);
+        thread::scope(|s| {
+            let waiting: Vec<_> = (0..threads).map(|_| s.spawn(|| map.wait(1000, trace))).collect();
+            for t in waiting {
+                assert!(answers(&t.join().unwrap()) == expected);
+            }
+        });
+        assert!(map.claim(u64::MAX).is_none() && map.latest().generations() == 9);
+        assert!(
+            answers(&map.wait(5, trace)) == answers(&self::map().wait(5, trace)),
+            "an earlier one, made again"
+        );
+    }
+}

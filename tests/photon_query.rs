@@ -21,7 +21,8 @@ fn forest(case: &Case, generations: usize) -> Forest {
     let mut forest = Forest::default();
     for g in 0..generations {
         let range = (g * part).min(case.points.len())..((g + 1) * part).min(case.points.len());
-        forest = forest.grown(&space, Run::sorted(&space, &case.points[range.clone()], &photons[range]));
+        let run = Run::sorted(&space, &case.points[range.clone()], &photons[range]);
+        forest = forest.grown(&space, run, &|| true).expect("it is wanted");
     }
     assert_eq!(forest.len(), case.points.len());
     forest

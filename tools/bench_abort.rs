@@ -1,4 +1,5 @@
-//! From command to standstill: how long `abort` takes in every scene of `scenes/`; p99 must stay below 5 ms.
+//! From command to standstill: how long `abort` takes in every scene of `scenes/`, path tracing and photon mapping; p99
+//! must stay below 5 ms.
 //!
 //! `cargo run --release --example bench_abort [threads]`; by default all cores trace, then all but one.
 
@@ -11,7 +12,7 @@ use std::time::{Duration, Instant};
 use pointillist::scene;
 use pointillist::server::{RenderJob, Server};
 use pointillist::stream::{Epoch, Event, UvWindow};
-use pointillist::tracer::integrator::PathTracer;
+use pointillist::tracer::integrator::{PathTracer, PhotonTracer, Setup};
 use pointillist::tracer::{Camera, PrepareOptions, Scene};
 
 /// Aborts per scene.
@@ -29,31 +30,41 @@ fn main() {
     println!("abort to finish event, {ABORTS} times, ms");
     for threads in given.map_or(vec![cores, (cores - 1).max(1)], |n| vec![n]) {
         for path in &scenes {
-            let mut times = aborts(path, threads);
-            times.sort_by(f64::total_cmp);
-            let at = |q: f64| times[((times.len() - 1) as f64 * q).round() as usize];
-            println!(
-                "  {:<28} {threads} threads  p50 {:.3}  p99 {:.3}  max {:.3}",
-                path.display(),
-                at(0.5),
-                at(0.99),
-                at(1.0)
-            );
+            for photons in [false, true] {
+                let mut times = aborts(path, threads, photons);
+                times.sort_by(f64::total_cmp);
+                let at = |q: f64| times[((times.len() - 1) as f64 * q).round() as usize];
+                println!(
+                    "  {:<28} {:<6} {threads} threads  p50 {:.3}  p99 {:.3}  max {:.3}",
+                    path.display(),
+                    if photons { "photon" } else { "path" },
+                    at(0.5),
+                    at(0.99),
+                    at(1.0)
+                );
+            }
         }
     }
 }
 
-fn aborts(path: &Path, threads: usize) -> Vec<f64> {
+fn aborts(path: &Path, threads: usize, photons: bool) -> Vec<f64> {
     let desc = scene::load(path, &[]).unwrap().desc;
     let prepared = Scene::prepare(&desc).unwrap();
     let camera = Camera::new(&desc.camera, &desc.film, &PrepareOptions::from_film(&desc.film)).unwrap();
-    let tracer =
-        Arc::new(PathTracer::new(Arc::new(prepared), camera, &desc.integrator, 0, UvWindow::PICTURE));
+    let setup = Setup::new(Arc::new(prepared), camera, &desc.integrator, 0, UvWindow::PICTURE);
+    let Setup { scene, camera, seed, window, .. } = setup.clone();
+    let tracer = Arc::new(PathTracer::new(scene, camera, &desc.integrator, seed, window));
     let (server, mut lanes) = Server::start(threads).unwrap();
     (1..=ABORTS)
         .map(|number| {
             let epoch = Epoch(number);
-            server.render(RenderJob::new(tracer.clone(), 0..u64::MAX), epoch).unwrap();
+            if photons {
+                // One map to an epoch.
+                let tracer = Arc::new(PhotonTracer::new(setup.clone(), false));
+                server.render(RenderJob::new(tracer, 0..u64::MAX), epoch).unwrap();
+            } else {
+                server.render(RenderJob::new(tracer.clone(), 0..u64::MAX), epoch).unwrap();
+            }
             // Some time into the render, another one in every round, the lanes drained as by a client.
             let until = Instant::now() + Duration::from_micros(2000 + 137 * (number % 40));
             while Instant::now() < until {

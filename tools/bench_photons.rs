@@ -51,6 +51,7 @@ fn arrival(number: u64) -> Arrival {
         flux: SampledSpectrum::ONE,
         wavelengths: number as u16,
         hero_only: false,
+        depth: 2,
     }
 }
 

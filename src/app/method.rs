@@ -10,7 +10,7 @@ use crate::scene::desc::IntegratorKind;
 use crate::server::{RenderJob, Server};
 use crate::stream::UvWindow;
 use crate::stream::control::Epoch;
-use crate::tracer::integrator::{BidirectionalTracer, ParticleTracer, PathTracer, Setup};
+use crate::tracer::integrator::{BidirectionalTracer, ParticleTracer, PathTracer, PhotonTracer, Setup};
 use crate::tracer::{Camera, Integrator, Scene};
 
 /// What is to be traced of a scene.
@@ -30,6 +30,7 @@ pub fn name(kind: IntegratorKind) -> &'static str {
         IntegratorKind::Path => "path",
         IntegratorKind::Light => "light",
         IntegratorKind::Bidirectional => "bidirectional",
+        IntegratorKind::Photon => "photon",
     }
 }
 
@@ -51,6 +52,7 @@ pub fn start(
         IntegratorKind::Path => send(server, facts, PathTracer { setup }, order),
         IntegratorKind::Light => send(server, facts, ParticleTracer { setup }, order),
         IntegratorKind::Bidirectional => send(server, facts, BidirectionalTracer { setup }, order),
+        IntegratorKind::Photon => send(server, facts, PhotonTracer::new(setup, facts.deterministic), order),
     }
 }
 

@@ -169,6 +169,8 @@ pub enum IntegratorKind {
     Light,
     /// Bidirectional path tracing.
     Bidirectional,
+    /// One-pass photon mapping: light paths leave photons, paths from the camera gather them.
+    Photon,
 }
 
 /// A material.

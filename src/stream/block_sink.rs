@@ -196,4 +196,8 @@ impl SampleSink for BlockSink {
             self.reject(uv, value, 1.0);
         }
     }
+
+    fn is_wanted(&self) -> bool {
+        self.writer.hub().running().is(self.epoch)
+    }
 }

@@ -10,6 +10,12 @@ pub trait SampleSink {
     /// A light sample at `uv`: `value` is a density over uv (flux per unit of uv²), not yet divided
     /// by the number of light paths.
     fn light(&mut self, uv: [f32; 2], value: Xyz);
+
+    /// False once nobody waits for the path any more: what takes more than a millisecond may look now and then, and
+    /// give up.
+    fn is_wanted(&self) -> bool {
+        true
+    }
 }
 
 /// Paths started for each stream; the light image is divided by `light`.

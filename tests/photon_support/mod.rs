@@ -32,5 +32,6 @@ pub fn arrival(position: Vec3, mark: f32) -> Arrival {
         flux: SampledSpectrum(glam::Vec4::new(mark, 0.0, 0.0, 0.0)),
         wavelengths: 7,
         hero_only: false,
+        depth: 2,
     }
 }

@@ -8,7 +8,7 @@ use pointillist::color::Xyz;
 use pointillist::image::compare::{Measured, ZTest, z_test};
 use pointillist::scene::desc::SceneDesc;
 use pointillist::stream::{SampleSink, UvWindow};
-use pointillist::tracer::integrator::{BidirectionalTracer, ParticleTracer, Setup};
+use pointillist::tracer::integrator::{BidirectionalTracer, ParticleTracer, PhotonTracer, Setup};
 use pointillist::tracer::{Camera, Integrator, PathTracer, Scene};
 
 /// Which method.
@@ -17,6 +17,7 @@ pub enum Method {
     Path,
     Particle,
     Bidirectional,
+    Photon,
 }
 
 /// Sums of luminance over the pixels of a picture.
@@ -83,6 +84,7 @@ pub fn measure(desc: &SceneDesc, method: Method, plan: Plan) -> Measured {
             Method::Path => trace(&PathTracer { setup }, plan.side, paths),
             Method::Particle => trace(&ParticleTracer { setup }, plan.side, paths),
             Method::Bidirectional => trace(&BidirectionalTracer { setup }, plan.side, paths),
+            Method::Photon => trace(&PhotonTracer::new(setup, true), plan.side, paths),
         }
     };
     let half = plan.seeds / 2;

@@ -60,6 +60,8 @@ pub enum MethodArg {
     Light,
     /// Bidirectional path tracing: from both ends.
     Bidirectional,
+    /// One-pass photon mapping: final gathering from photons that lights leave; converges, its blur shrinks as it goes.
+    Photon,
 }
 
 impl From<MethodArg> for IntegratorKind {
@@ -68,6 +70,7 @@ impl From<MethodArg> for IntegratorKind {
             MethodArg::Path => IntegratorKind::Path,
             MethodArg::Light => IntegratorKind::Light,
             MethodArg::Bidirectional => IntegratorKind::Bidirectional,
+            MethodArg::Photon => IntegratorKind::Photon,
         }
     }
 }

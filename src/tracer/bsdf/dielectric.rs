@@ -45,8 +45,9 @@ impl Dielectric {
         let cos = wo.z.abs().min(1.0);
         let r = fresnel::dielectric(cos, eta);
         let q = if self.hero_only { r.x } else { r.element_sum() * 0.25 };
-        let (delta, pdf) = (true, PdfW(1.0));
+        let delta = true;
         if lobe < q {
+            let pdf = PdfW(q);
             let weight = SampledSpectrum(r / q) * self.reflection;
             let (transmitted, hero_only) = (false, false);
             let wi = Vec3::new(-wo.x, -wo.y, wo.z);
@@ -58,6 +59,7 @@ impl Dielectric {
         let scale = 1.0 / (hero * hero);
         let weight = SampledSpectrum((1.0 - r) / (1.0 - q)) * self.transmission * scale;
         let hero_only = self.dispersive && !self.hero_only;
+        let pdf = PdfW(1.0 - q);
         Some(BsdfSample { wi, weight, pdf, delta, transmitted: true, hero_only, eta2: 1.0 / scale })
     }
 }

@@ -55,7 +55,7 @@ pub struct BsdfSample {
     pub wi: Vec3,
     /// f·|cos θᵢ| / pdf per lane.
     pub weight: SampledSpectrum,
-    /// Density of the choice; meaningless when `delta`.
+    /// Density of the choice; of a `delta` the probability that it was chosen.
     pub pdf: PdfW,
     /// The direction was the only possible one.
     pub delta: bool,

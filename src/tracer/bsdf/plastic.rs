@@ -79,7 +79,7 @@ impl Plastic {
         let p = self.coat_probability(f_o)?;
         let (transmitted, hero_only, eta2) = (false, false, 1.0);
         if lobe < p {
-            let (wi, delta, pdf) = (Vec3::new(-wo.x, -wo.y, wo.z), true, PdfW(1.0));
+            let (wi, delta, pdf) = (Vec3::new(-wo.x, -wo.y, wo.z), true, PdfW(p));
             let weight = SampledSpectrum(f_o / p) * self.coat;
             return Some(BsdfSample { wi, weight, pdf, delta, transmitted, hero_only, eta2 });
         }

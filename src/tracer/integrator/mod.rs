@@ -3,11 +3,13 @@
 mod bidirectional;
 mod particle;
 mod path;
+mod photon;
 mod setup;
 
 pub use bidirectional::BidirectionalTracer;
 pub use particle::ParticleTracer;
 pub use path::PathTracer;
+pub use photon::{PhotonScratch, PhotonTracer};
 pub use setup::Setup;
 
 use crate::stream::{PathCounts, SampleSink};

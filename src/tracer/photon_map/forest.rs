@@ -12,7 +12,7 @@ use glam::Vec3;
 use super::photon::Photon;
 use super::query::{Near, Nearest, QueryScratch};
 use super::space::Space;
-use super::tree::{Run, Tree};
+use super::tree::{Run, Tree, Wanted};
 
 /// All photons of the first generations. Immutable; cloning copies a few pointers.
 #[derive(Clone, Debug, Default)]
@@ -23,16 +23,16 @@ pub struct Forest {
 }
 
 impl Forest {
-    /// This forest with one more generation.
-    pub fn grown(&self, space: &Space, generation: Run) -> Forest {
+    /// This forest with one more generation; `None` once `wanted` says that nobody waits for it.
+    pub fn grown(&self, space: &Space, generation: Run, wanted: Wanted<'_>) -> Option<Forest> {
         let carried = self.generations.trailing_ones() as usize;
         let mut trees = self.trees.clone();
         let mut run = generation;
         for tree in trees.drain(trees.len() - carried..).rev() {
-            run = run.merged(space, &tree);
+            run = run.merged(space, &tree, wanted)?;
         }
-        trees.push(Arc::new(Tree::new(space, run)));
-        Forest { trees, generations: self.generations + 1 }
+        trees.push(Arc::new(Tree::new(space, run, wanted)?));
+        Some(Forest { trees, generations: self.generations + 1 })
     }
 
     /// Finds the `wanted` photons nearest to `at` among those that are nearer than `radius` (m) and that `accept` takes.

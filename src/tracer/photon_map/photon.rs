@@ -45,6 +45,8 @@ pub struct Arrival {
     pub wavelengths: u16,
     /// True when the path dropped its companions; the other lanes of `flux` then mean nothing.
     pub hero_only: bool,
+    /// Segments of the light path; above 32 767 it is that.
+    pub depth: u32,
 }
 
 /// A stored photon without its position: 20 bytes.
@@ -57,7 +59,7 @@ pub struct Photon {
     /// Octahedral, 2 · 16 bits.
     normal: u32,
     wavelengths: u16,
-    /// Bit 0: hero only.
+    /// Bit 0: hero only; above it the depth.
     flags: u16,
 }
 
@@ -66,6 +68,7 @@ const _: () = assert!(size_of::<Photon>() == 20 && size_of::<Vec3>() == 12);
 /// Bits of one mantissa of the flux.
 const MANTISSA: u32 = 14;
 const HERO_ONLY: u16 = 1;
+const MAX_DEPTH: u32 = u16::MAX as u32 >> 1;
 
 impl Photon {
     /// Packs an arrival; `None` when it carries nothing or something that is not a finite, non-negative number.
@@ -86,7 +89,7 @@ impl Photon {
             direction: pack_unit(arrival.direction)?,
             normal: pack_unit(arrival.normal)?,
             wavelengths: arrival.wavelengths,
-            flags: u16::from(arrival.hero_only) * HERO_ONLY,
+            flags: (u16::from(arrival.hero_only) * HERO_ONLY) | ((arrival.depth.min(MAX_DEPTH) as u16) << 1),
         })
     }
 
@@ -107,6 +110,12 @@ impl Photon {
             all.terminate_companions();
         }
         all
+    }
+
+    /// Segments of the light path.
+    #[inline]
+    pub fn depth(&self) -> u32 {
+        u32::from(self.flags >> 1)
     }
 
     /// Unit vector away from the surface, towards where the photon came from.
@@ -183,6 +192,7 @@ mod tests {
             flux: SampledSpectrum(flux),
             wavelengths: wavelength_number(0.3),
             hero_only: false,
+            depth: 2,
         }
     }
 
@@ -240,6 +250,7 @@ mod tests {
             let photon = Photon::new(&a).expect("it can be stored");
             assert_eq!(photon.wavelengths().lambda(), traced.lambda());
             assert!(photon.wavelengths().is_hero_only());
+            assert_eq!(photon.depth(), 2);
             assert_eq!(photon.flux().0, Vec4::new(1.0, 0.0, 0.0, 0.0));
         }
     }

@@ -5,7 +5,10 @@
 //! (`arc-swap`). Readers hold what they have read for as long as they like.
 //!
 //! What a snapshot holds depends on its number alone: batches are put in the order of their light paths, and generations
-//! are merged in their order. A claim that is dropped without a deposit (its thread gave up) is handed out again.
+//! are merged in their order. A claim that is dropped without a deposit (its thread gave up) is handed out again, and
+//! a merge that was given up is begun again by whoever needs it: what takes longer than a millisecond asks now and then
+//! whether it is [`Wanted`]. At a limit the map stops growing: after the first snapshot of so many photons, which also
+//! depends on nothing else, none follows.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -15,74 +18,9 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, TryLockError};
 use arc_swap::ArcSwap;
 use glam::Vec3;
 
-use super::forest::Forest;
-use super::photon::{Arrival, Photon};
+use super::snapshot::{Batch, LAYERS, Snapshot};
 use super::space::Space;
-use super::tree::Run;
-
-/// What a photon is for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Layer {
-    /// Met by final gathering: everything but caustics.
-    Global = 0,
-    /// Came over delta or nearly delta surfaces only; looked up directly.
-    Caustic = 1,
-}
-
-/// Number of layers.
-const LAYERS: usize = 2;
-
-/// Photons of one claim, in the order of their light paths.
-#[derive(Debug, Default)]
-pub struct Batch {
-    positions: [Vec<Vec3>; LAYERS],
-    photons: [Vec<Photon>; LAYERS],
-}
-
-impl Batch {
-    /// Adds a photon; returns false, and adds nothing, where [`Photon::new`] refuses it.
-    pub fn push(&mut self, layer: Layer, arrival: &Arrival) -> bool {
-        let Some(photon) = Photon::new(arrival) else { return false };
-        self.positions[layer as usize].push(arrival.position);
-        self.photons[layer as usize].push(photon);
-        true
-    }
-
-    fn append(&mut self, mut other: Batch) {
-        for layer in 0..LAYERS {
-            self.positions[layer].append(&mut other.positions[layer]);
-            self.photons[layer].append(&mut other.photons[layer]);
-        }
-    }
-}
-
-/// All photons of the first generations. Immutable.
-#[derive(Clone, Debug, Default)]
-pub struct Snapshot {
-    layers: [Forest; LAYERS],
-    generations: u64,
-    light_paths: u64,
-}
-
-impl Snapshot {
-    /// The photons of a layer.
-    #[inline]
-    pub fn layer(&self, layer: Layer) -> &Forest {
-        &self.layers[layer as usize]
-    }
-
-    /// How many generations it holds.
-    #[inline]
-    pub fn generations(&self) -> u64 {
-        self.generations
-    }
-
-    /// Light paths its photons come from: what their flux is to be divided by.
-    #[inline]
-    pub fn light_paths(&self) -> u64 {
-        self.light_paths
-    }
-}
+use super::tree::{Run, Wanted};
 
 /// Finished snapshots that stay within reach: a thread may be this far behind another.
 const KEPT: usize = 16;
@@ -94,6 +32,10 @@ pub struct PhotonMap {
     paths_per_generation: u64,
     /// The first light path nobody has claimed.
     next: AtomicU64,
+    /// Photons at which the map stops growing.
+    limit: usize,
+    /// The last generation: the first that holds `limit` photons.
+    last: AtomicU64,
     /// Whether any claim lies in `Collecting::returned`, to spare the lock.
     returned: AtomicBool,
     collecting: Mutex<Collecting>,
@@ -101,7 +43,7 @@ pub struct PhotonMap {
     publisher: Mutex<()>,
     /// The last [`KEPT`] snapshots, oldest first, never empty.
     published: ArcSwap<Vec<Arc<Snapshot>>>,
-    /// Signalled when a snapshot is published or a claim is given back.
+    /// Signalled when a snapshot is published, and when a claim or a merge is given up.
     news: Condvar,
 }
 
@@ -113,6 +55,8 @@ struct Collecting {
     ready: BTreeMap<u64, [Run; LAYERS]>,
     /// Claims given back.
     returned: Vec<Range<u64>>,
+    /// Merges given up.
+    given_up: u64,
 }
 
 /// Light paths of one claim; a generation is a whole number of claims.
@@ -127,14 +71,21 @@ impl PhotonMap {
     /// An empty map over the box of the scene. `paths_per_generation` is rounded up to a multiple of 64.
     pub fn new(min: Vec3, max: Vec3, paths_per_generation: u64) -> Self {
         let whole = paths_per_generation.max(1).next_multiple_of(CLAIM);
-        Self::over(Arc::new(Space::new(min, max)), whole)
+        Self::over(Arc::new(Space::new(min, max)), whole, usize::MAX)
     }
 
-    fn over(space: Arc<Space>, paths_per_generation: u64) -> Self {
+    /// This map, still empty, which stops growing once it holds `photons`.
+    pub fn with_limit(self, photons: usize) -> Self {
+        Self::over(self.space, self.paths_per_generation, photons)
+    }
+
+    fn over(space: Arc<Space>, paths_per_generation: u64, limit: usize) -> Self {
         Self {
             space,
             paths_per_generation,
             next: AtomicU64::new(0),
+            limit,
+            last: AtomicU64::new(u64::MAX),
             returned: AtomicBool::new(false),
             collecting: Mutex::default(),
             publisher: Mutex::default(),
@@ -156,6 +107,8 @@ impl PhotonMap {
         {
             return Some(claim);
         }
+        let last = self.last.load(Ordering::Relaxed);
+        let until = until.min(last.saturating_mul(self.paths_per_generation));
         let mut start = self.next.load(Ordering::Relaxed);
         while start < until {
             match self.next.compare_exchange_weak(start, start + CLAIM, Ordering::Relaxed, Ordering::Relaxed)
@@ -174,9 +127,11 @@ impl PhotonMap {
         Arc::clone(kept.last().expect("the list starts with one snapshot and never loses its last"))
     }
 
-    /// The snapshot of exactly so many generations, if it is finished and still kept; never waits.
+    /// The snapshot of exactly so many generations (or the last one, where the map has stopped growing before), if it is
+    /// finished and still kept; never waits.
     #[inline]
     pub fn finished(&self, generations: u64) -> Option<Arc<Snapshot>> {
+        let generations = generations.min(self.last.load(Ordering::Acquire));
         self.published.load().iter().find(|s| s.generations == generations).cloned()
     }
 
@@ -186,22 +141,38 @@ impl PhotonMap {
     ///
     /// A thread that slept until the snapshot was no longer kept ([`KEPT`] generations) makes it again, alone: slow, but
     /// the same answer.
-    pub fn wait(&self, generations: u64, mut trace: impl FnMut(Range<u64>, &mut Batch)) -> Arc<Snapshot> {
+    pub fn wait(&self, generations: u64, trace: impl FnMut(Range<u64>, &mut Batch)) -> Arc<Snapshot> {
+        self.wait_while(generations, trace, &|| true).expect("it is wanted to the end")
+    }
+
+    /// As [`PhotonMap::wait`]; `None` soon after `wanted` says that nobody waits for it any more.
+    pub fn wait_while(
+        &self,
+        generations: u64,
+        mut trace: impl FnMut(Range<u64>, &mut Batch),
+        wanted: Wanted<'_>,
+    ) -> Option<Arc<Snapshot>> {
         let paths = generations.saturating_mul(self.paths_per_generation);
         let mut again = None;
         loop {
             let map = again.as_ref().unwrap_or(self);
             if let Some(snapshot) = map.finished(generations) {
-                return snapshot;
+                return Some(snapshot);
+            }
+            if !wanted() {
+                return None;
             }
             if map.latest().generations > generations {
-                again = Some(Self::over(Arc::clone(&self.space), self.paths_per_generation));
+                again = Some(Self::over(Arc::clone(&self.space), self.paths_per_generation, self.limit));
             } else if let Some(claim) = map.claim(paths) {
                 let mut batch = Batch::default();
                 trace(claim.paths(), &mut batch);
-                claim.deposit(batch);
+                claim.deposit_while(batch, wanted);
             } else {
-                map.sleep(generations);
+                // Counted first: a merge that is given up from here on does not go unseen.
+                let given_up = lock(&map.collecting).given_up;
+                map.publish(wanted);
+                map.sleep(generations, given_up);
             }
         }
     }
@@ -213,12 +184,17 @@ impl PhotonMap {
         Some(Claim { map: self, paths, done: false })
     }
 
-    fn sleep(&self, generations: u64) {
-        let asleep = |c: &mut Collecting| c.returned.is_empty() && self.latest().generations < generations;
+    /// Sleeps until there is something to do or to see, or more than `given_up` merges were given up.
+    fn sleep(&self, generations: u64, given_up: u64) {
+        let asleep = |c: &mut Collecting| {
+            let newest = self.latest().generations;
+            let there = newest >= generations.min(self.last.load(Ordering::Acquire));
+            !there && c.returned.is_empty() && c.given_up == given_up
+        };
         drop(self.news.wait_while(lock(&self.collecting), asleep));
     }
 
-    fn add(&self, paths: Range<u64>, batch: Batch) {
+    fn add(&self, paths: Range<u64>, batch: Batch, wanted: Wanted<'_>) {
         let generation = paths.start / self.paths_per_generation;
         let complete = {
             let mut collecting = lock(&self.collecting);
@@ -233,11 +209,11 @@ impl PhotonMap {
         batches.into_iter().for_each(|(_, batch)| all.append(batch));
         let runs = [0, 1].map(|l: usize| Run::sorted(&self.space, &all.positions[l], &all.photons[l]));
         lock(&self.collecting).ready.insert(generation, runs);
-        self.publish();
+        self.publish(wanted);
     }
 
     /// Merges and publishes what is ready and next in turn, unless another thread is at it, which then does this too.
-    fn publish(&self) {
+    fn publish(&self, wanted: Wanted<'_>) {
         loop {
             let guard = match self.publisher.try_lock() {
                 Ok(guard) => guard,
@@ -245,9 +221,17 @@ impl PhotonMap {
                 Err(TryLockError::WouldBlock) => return,
             };
             let newest = self.latest();
-            let runs = lock(&self.collecting).ready.remove(&newest.generations);
-            if let Some(runs) = runs {
-                self.swap(&newest, runs);
+            if newest.generations >= self.last.load(Ordering::Relaxed) {
+                return;
+            }
+            let runs = lock(&self.collecting).ready.get(&newest.generations).cloned();
+            if let Some(runs) = runs
+                && !self.swap(&newest, runs, wanted)
+            {
+                drop(guard);
+                lock(&self.collecting).given_up += 1;
+                self.news.notify_all();
+                return;
             }
             drop(guard);
             // Looked at after the release: what became ready before it was left to this thread.
@@ -258,25 +242,27 @@ impl PhotonMap {
         }
     }
 
-    fn swap(&self, newest: &Snapshot, runs: [Run; LAYERS]) {
+    /// False when it was given up.
+    fn swap(&self, newest: &Snapshot, runs: [Run; LAYERS], wanted: Wanted<'_>) -> bool {
         let [global, caustic] = runs;
+        let grown = |layer: usize, run| newest.layers[layer].grown(&self.space, run, wanted);
+        let (Some(global), Some(caustic)) = (grown(0, global), grown(1, caustic)) else { return false };
         let generations = newest.generations + 1;
-        let snapshot = Snapshot {
-            layers: [
-                newest.layers[0].grown(&self.space, global),
-                newest.layers[1].grown(&self.space, caustic),
-            ],
-            generations,
-            light_paths: generations * self.paths_per_generation,
-        };
+        let photons = global.len() + caustic.len();
+        let light_paths = generations * self.paths_per_generation;
+        let snapshot = Snapshot { layers: [global, caustic], generations, light_paths };
         let mut kept = Vec::clone(&self.published.load());
         kept.push(Arc::new(snapshot));
         let surplus = kept.len().saturating_sub(KEPT);
         kept.drain(..surplus);
+        if photons >= self.limit {
+            self.last.store(generations, Ordering::Release);
+        }
         self.published.store(Arc::new(kept));
-        // Taken and left so that a thread between its last look and its sleep cannot miss the call.
-        drop(lock(&self.collecting));
+        // Under the lock, so that a thread between its last look and its sleep cannot miss the call.
+        lock(&self.collecting).ready.remove(&newest.generations);
         self.news.notify_all();
+        true
     }
 }
 
@@ -296,9 +282,14 @@ impl Claim<'_> {
     }
 
     /// Hands in the photons of all of these light paths, in their order.
-    pub fn deposit(mut self, batch: Batch) {
+    pub fn deposit(self, batch: Batch) {
+        self.deposit_while(batch, &|| true);
+    }
+
+    /// As [`Claim::deposit`]; a merge that falls due is left to others soon after `wanted` says that nobody waits for it.
+    pub fn deposit_while(mut self, batch: Batch, wanted: Wanted<'_>) {
         self.done = true;
-        self.map.add(self.paths(), batch);
+        self.map.add(self.paths(), batch, wanted);
     }
 }
 

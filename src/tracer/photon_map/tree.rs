@@ -13,8 +13,14 @@ use super::space::Space;
 /// Photons of a leaf, unless the depth limit forces more together (paper §3.4: 5 or 6).
 pub const LEAF: u32 = 6;
 
+/// Asked now and then by what takes long: false when nobody waits for it any more.
+pub type Wanted<'a> = &'a dyn Fn() -> bool;
+
+/// Photons between two such questions: a tenth of a millisecond.
+const PATIENCE: usize = 4096;
+
 /// Photons sorted by their keys, on the way into a tree.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Run {
     keys: Vec<u64>,
     positions: Vec<Vec3>,
@@ -36,9 +42,10 @@ impl Run {
     }
 
     /// This run and the photons of an older tree over the same space; the older ones first among equal keys. Linear.
-    pub fn merged(self, space: &Space, older: &Tree) -> Run {
+    /// `None` once `wanted` says that it is not.
+    pub fn merged(self, space: &Space, older: &Tree, wanted: Wanted<'_>) -> Option<Run> {
         if older.is_empty() {
-            return self;
+            return Some(self);
         }
         let (n, m) = (self.keys.len(), older.len());
         let mut out = Run {
@@ -47,7 +54,10 @@ impl Run {
             photons: Vec::with_capacity(n + m),
         };
         let mut next = 0;
-        for (&position, &photon) in older.positions.iter().zip(&older.photons) {
+        for (slot, (&position, &photon)) in older.positions.iter().zip(&older.photons).enumerate() {
+            if slot % PATIENCE == 0 && !wanted() {
+                return None;
+            }
             // Eight bytes per photon less to keep, for a few nanoseconds here.
             let key = space.key(position);
             let end = next + self.keys[next..].iter().take_while(|&&k| k < key).count();
@@ -58,7 +68,7 @@ impl Run {
             out.photons.push(photon);
         }
         out.copy(&self, next..n);
-        out
+        Some(out)
     }
 
     fn copy(&mut self, from: &Run, range: std::ops::Range<usize>) {
@@ -99,18 +109,18 @@ pub struct Tree {
 }
 
 impl Tree {
-    /// Builds the splits over a sorted run, in linear time.
+    /// Builds the splits over a sorted run, in linear time. `None` once `wanted` says that it is not.
     ///
     /// # Panics
     /// With 2^30 photons or more (40 GB), which 30-bit node numbers cannot address.
-    pub fn new(space: &Space, run: Run) -> Tree {
+    pub fn new(space: &Space, run: Run, wanted: Wanted<'_>) -> Option<Tree> {
         assert!(run.keys.len() < 1 << 30, "a photon tree holds less than 2^30 photons");
         let Run { keys, positions, photons } = run;
-        let mut splits = Splits { space, keys: &keys, positions: &positions, nodes: Vec::new() };
-        let (min, max) = splits.add(0, keys.len());
+        let mut splits = Splits { space, keys: &keys, positions: &positions, nodes: Vec::new(), wanted };
+        let (min, max) = splits.add(0, keys.len())?;
         let mut nodes = splits.nodes;
         nodes.shrink_to_fit();
-        Tree { min, max, nodes, positions, photons }
+        Some(Tree { min, max, nodes, positions, photons })
     }
 
     /// Number of photons.
@@ -154,11 +164,15 @@ struct Splits<'a> {
     keys: &'a [u64],
     positions: &'a [Vec3],
     nodes: Vec<Node>,
+    wanted: Wanted<'a>,
 }
 
 impl Splits<'_> {
     /// Adds the nodes below the photons `a..b` and returns their bounds. As deep as keys have bits.
-    fn add(&mut self, a: usize, b: usize) -> (Vec3, Vec3) {
+    fn add(&mut self, a: usize, b: usize) -> Option<(Vec3, Vec3)> {
+        if b - a > PATIENCE && !(self.wanted)() {
+            return None;
+        }
         let differing = if b - a > LEAF as usize { self.keys[a] ^ self.keys[b - 1] } else { 0 };
         if differing == 0 {
             if b - a > LEAF as usize {
@@ -170,20 +184,21 @@ impl Splits<'_> {
                 });
             }
             let inside = self.positions[a..b].iter();
-            return inside.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(lo, hi), &p| (lo.min(p), hi.max(p)));
+            let none = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+            return Some(inside.fold(none, |(lo, hi), &p| (lo.min(p), hi.max(p))));
         }
         let bit = differing.ilog2();
         let mid = a + self.keys[a..b].partition_point(|k| k >> bit & 1 == 0);
         let here = self.nodes.len();
         self.nodes.push(Node { left_max: 0.0, right_min: 0.0, mid: mid as u32, right: 0 });
-        let left = self.add(a, mid);
+        let left = self.add(a, mid)?;
         let right_node = self.nodes.len() as u32;
-        let right = self.add(mid, b);
+        let right = self.add(mid, b)?;
         let axis = self.space.axis(bit);
         let node = &mut self.nodes[here];
         node.left_max = left.1[usize::from(axis)];
         node.right_min = right.0[usize::from(axis)];
         node.right = u32::from(axis) << 30 | right_node;
-        (left.0.min(right.0), left.1.max(right.1))
+        Some((left.0.min(right.0), left.1.max(right.1)))
     }
 }

@@ -1,0 +1,131 @@
+//! One-pass photon mapping (paper §3.4; Jensen 1996, *Global Illumination using Photon Maps*; Knaus and Zwicker 2011).
+//!
+//! **What counts once.** A scattering is either *spread* (S̄: by a surface with a diffuse part, other than by a delta of
+//! its coat) or *mirrored* (S: by a delta, or by a rough metal or a rough interface, which have no diffuse part). Photons
+//! lie, and are gathered, where light can be spread. Written from the eye E to the light L, a path is found
+//!
+//! | path | by |
+//! |---|---|
+//! | E S* L | meeting the light, and sampling it from rough mirrors (weighted by the power heuristic) |
+//! | E S* S̄ L, and … S̄ L at every later spread | sampling the light and meeting it (weighted likewise) |
+//! | … S̄ S⁺ L | photons of the caustic layer: at every spread, the first one included |
+//! | E S* S̄ (S* S̄)⁺ … | a ray sampled by the material of the first spread, and photons of the global layer where it ends |
+//!
+//! So a photon is stored from the second surface of a light path on: in the caustic layer if nothing has spread the light
+//! yet, else in the global one. A gather ray that ends nearer than the lookup radius would show the blur of the map
+//! where it lies next to what is looked at; such a path goes on as a path (light and caustics are looked up, the next
+//! ray gathers). The same vertex is never both: where global photons are taken, the spread path ends.
+//!
+//! **Bias.** Everything in the first two rows is unbiased. The two others are density estimates: blurred over the lookup
+//! disc, and too dark within a radius of an edge, whose other side holds no photons. The disc's area falls as 1/n with the
+//! light paths n of the map, so the bias of a curved or unevenly lit surface as 1/n and that of edges as 1/√n; a
+//! picture is the mean over samples that saw growing maps. What a path through a dispersive delta gathers is
+//! blurred over wavelengths as well, by a window that falls as n^(−1/3).
+//!
+//! **Wavelengths.** A photon counts at its own wavelengths ([`photon_map`](crate::tracer::photon_map)): the scatterings of
+//! the camera path are kept (`step`) and evaluated again for each photon.
+
+mod emit;
+mod gather;
+mod settings;
+mod step;
+mod supply;
+mod walk;
+
+use std::sync::Arc;
+
+use crate::stream::{PathCounts, SampleSink, UvWindow};
+use crate::tracer::Sampler;
+use crate::tracer::bsdf::Bsdf;
+use crate::tracer::photon_map::{Lookup, PhotonMap, QueryScratch, Schedule, Snapshot};
+
+use super::{Integrator, Setup};
+use settings::{LIMIT, schedule};
+use step::Step;
+use walk::Path;
+
+/// Traces paths from the camera and light paths into a map of photons that both share.
+///
+/// Owns the map of one epoch; clones share it.
+#[derive(Clone, Debug)]
+pub struct PhotonTracer {
+    setup: Setup,
+    map: Arc<PhotonMap>,
+    schedule: Schedule,
+    deterministic: bool,
+}
+
+/// What one worker reuses from path to path of one tracer.
+#[derive(Debug, Default)]
+pub struct PhotonScratch {
+    snapshot: Option<Arc<Snapshot>>,
+    query: QueryScratch,
+    steps: Vec<Step>,
+    /// Paths so far.
+    path: u32,
+}
+
+impl PhotonTracer {
+    /// A tracer with an empty map. `deterministic`: a sample sees exactly the photons that its index demands, whoever
+    /// traces it and when; otherwise the newest.
+    pub fn new(setup: Setup, deterministic: bool) -> Self {
+        let (min, max) = setup.scene.accel().bounds();
+        let schedule = schedule(min, max);
+        let map = PhotonMap::new(min, max, schedule.paths_per_generation).with_limit(LIMIT);
+        Self { setup, map: Arc::new(map), schedule, deterministic }
+    }
+
+    /// This tracer with another schedule, and an empty map that stops growing at `limit` photons.
+    pub fn with_schedule(self, schedule: Schedule, limit: usize) -> Self {
+        let (min, max) = self.setup.scene.accel().bounds();
+        let map = PhotonMap::new(min, max, schedule.paths_per_generation).with_limit(limit);
+        Self { schedule, map: Arc::new(map), ..self }
+    }
+
+    /// How photons follow samples.
+    pub fn schedule(&self) -> &Schedule {
+        &self.schedule
+    }
+
+    /// The photons.
+    pub fn map(&self) -> &PhotonMap {
+        &self.map
+    }
+}
+
+/// True when the surface has a diffuse part: photons lie there and are gathered there. A matter of the material, not of
+/// directions or wavelengths: both ends of a path must agree.
+#[inline]
+fn spreads(bsdf: &Bsdf) -> bool {
+    !matches!(
+        bsdf,
+        Bsdf::Dielectric(_) | Bsdf::Conductor(_) | Bsdf::RoughConductor(_) | Bsdf::RoughDielectric(_)
+    )
+}
+
+impl Integrator for PhotonTracer {
+    type Scratch = PhotonScratch;
+
+    fn trace(&self, index: u64, scratch: &mut PhotonScratch, out: &mut impl SampleSink) {
+        let Some(snapshot) = self.photons(index, scratch, &|| out.is_wanted()) else { return };
+        let generations = snapshot.generations();
+        let lookup =
+            Lookup { generations, radius: self.schedule.radius(generations), ..self.schedule.lookup(index) };
+        let sampler = Sampler::at(index, self.setup.seed);
+        let numbers = sampler.camera();
+        let UvWindow { min, max } = self.setup.window;
+        let uv = [0, 1].map(|i| {
+            let (lo, hi) = (f64::from(min[i]), f64::from(max[i]));
+            lo + (hi - lo) * numbers.screen[i]
+        });
+        let mut path = Path::new(self, (&snapshot, lookup), scratch, numbers.wavelength);
+        path.walk(self.setup.camera.ray(uv, numbers.lens), &sampler);
+        let value = path.xyz();
+        scratch.snapshot = Some(snapshot);
+        out.camera(uv.map(|c| c as f32), value, 1.0);
+    }
+
+    fn paths_per_index(&self) -> PathCounts {
+        PathCounts { camera: 1, light: 0 }
+    }
+}

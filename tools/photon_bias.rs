@@ -1,0 +1,100 @@
+//! Bias of photon mapping against the number of samples: `cargo run --release --example photon_bias [scene]...`.
+//!
+//! Each picture (16×16 pixels, luminance) is the mean over independent seeds of n samples each. First a furnace, a closed box
+//! that emits 1 and reflects half, whose radiance is 2 everywhere: all bias is that of its edges. Then scenes (the Cornell
+//! box), against path tracing with many more samples. The bias of a pixel is what noise does not explain of the squared distance.
+
+#[path = "../tests/support/agreement.rs"]
+mod agreement;
+#[path = "../tests/tracer_support/mod.rs"]
+mod tracer_support;
+
+use glam::{DAffine3, DVec3};
+
+use agreement::{Method, Plan, measure};
+use pointillist::image::compare::Measured;
+use pointillist::scene::desc::{SceneDesc, ShapeKind};
+use pointillist::stream::UvWindow;
+
+const SIDE: usize = 16;
+
+/// Samples of a level in all, at least.
+const BUDGET: u64 = 1 << 20;
+
+/// Bias relative to the mean: of the whole picture, and root mean square over pixels, each with its standard error.
+fn bias(found: &Measured, reference: &Measured) -> [(f64, f64); 2] {
+    let n = found.mean.len() as f64;
+    let mean = reference.mean.iter().sum::<f64>() / n;
+    let variances: Vec<f64> = found.variance.iter().zip(&reference.variance).map(|(a, b)| a + b).collect();
+    let off: Vec<f64> = found.mean.iter().zip(&reference.mean).map(|(a, b)| a - b).collect();
+    let whole = (off.iter().sum::<f64>() / n / mean, variances.iter().sum::<f64>().sqrt() / n / mean);
+    let square = off.iter().zip(&variances).map(|(d, v)| d * d - v).sum::<f64>() / n / (mean * mean);
+    let spread = variances.iter().map(|v| 2.0 * v * v).sum::<f64>().sqrt() / n / (mean * mean);
+    let root = square.max(0.0).sqrt();
+    [whole, (root, spread / (2.0 * root.max(spread.sqrt())))]
+}
+
+/// Least squares slope of log y against log x.
+fn slope(points: &[(f64, f64)]) -> f64 {
+    let n = points.len() as f64;
+    let logs: Vec<(f64, f64)> = points.iter().map(|(x, y)| (x.ln(), y.ln())).collect();
+    let (mx, my) = logs.iter().fold((0.0, 0.0), |(x, y), p| (x + p.0 / n, y + p.1 / n));
+    let (xy, xx) =
+        logs.iter().fold((0.0, 0.0), |(xy, xx), p| (xy + (p.0 - mx) * (p.1 - my), xx + (p.0 - mx).powi(2)));
+    xy / xx
+}
+
+const PLAN: Plan = Plan { side: SIDE, paths_per_pixel: 4096, seeds: 32, window: UvWindow::PICTURE };
+
+fn curve(name: &str, desc: &SceneDesc, reference: &Measured) {
+    println!("\n{name}: {SIDE}x{SIDE} pixels, luminance, relative to the mean");
+    println!("    samples  seeds   bias of the mean        root mean square bias of a pixel");
+    let mut points = Vec::new();
+    for shift in [14, 16, 18, 20] {
+        let samples = 1u64 << shift;
+        let seeds = (BUDGET / samples).clamp(4, 64) as u32;
+        let plan = Plan { paths_per_pixel: samples / (SIDE * SIDE) as u64, seeds, ..PLAN };
+        let [whole, pixel] =
+            bias(&measure(desc, Method::Photon, plan), reference).map(|(x, e)| (100.0 * x, 100.0 * e));
+        println!(
+            "{samples:11} {seeds:6} {:+10.4} % ± {:.4} % {:15.4} % ± {:.4} %",
+            whole.0, whole.1, pixel.0, pixel.1,
+        );
+        if whole.0.abs() > 3.0 * whole.1 {
+            points.push((samples as f64, whole.0.abs()));
+        }
+    }
+    let slope = slope(&points);
+    println!(
+        "  slope of the mean's bias over {} levels that stand out of the noise: {slope:.2}",
+        points.len()
+    );
+}
+
+fn furnace() {
+    let mut desc = tracer_support::empty();
+    desc.camera.fov = 70.0;
+    let half = tracer_support::material(&mut desc, tracer_support::grey(0.5));
+    let size = DAffine3::from_scale(DVec3::new(1.0, 1.5, 2.0));
+    tracer_support::shape(&mut desc, ShapeKind::Cube, size, (half, 1.0));
+    desc.shapes[0].flip_normals = true;
+    let (mean, variance) = (vec![2.0; SIDE * SIDE], vec![0.0; SIDE * SIDE]);
+    curve("furnace", &desc, &Measured { width: SIDE, height: SIDE, mean, variance });
+}
+
+fn scene(name: &str) {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
+    let mut desc = match pointillist::scene::load(&path, &[]) {
+        Ok(loaded) => loaded.desc,
+        Err(error) => return eprintln!("{name}: {error}"),
+    };
+    (desc.film.width, desc.film.height) = (SIDE as u32, SIDE as u32);
+    curve(name, &desc, &measure(&desc, Method::Path, PLAN));
+}
+
+fn main() {
+    furnace();
+    let named: Vec<String> = std::env::args().skip(1).collect();
+    let scenes = if named.is_empty() { vec!["cornell.xml".to_string()] } else { named };
+    scenes.iter().for_each(|name| scene(name));
+}
