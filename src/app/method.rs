@@ -27,6 +27,7 @@ pub struct Order {
 /// What a method is called on the command line and in files.
 pub fn name(kind: IntegratorKind) -> &'static str {
     match kind {
+        IntegratorKind::Auto => "auto",
         IntegratorKind::Path => "path",
         IntegratorKind::Light => "light",
         IntegratorKind::Bidirectional => "bidirectional",
@@ -48,7 +49,7 @@ pub fn start(
     let window = order.window;
     let setup = Setup { scene, camera, seed, window, max_depth, rr_depth, hide_emitters };
     match facts.integrator {
-        IntegratorKind::Path => {
+        IntegratorKind::Path | IntegratorKind::Auto => {
             let Setup { scene, camera, .. } = setup;
             let tracer = PathTracer { scene, camera, seed, window, max_depth, rr_depth, hide_emitters };
             send(server, facts, tracer, order)

@@ -60,6 +60,8 @@ pub enum MethodArg {
     Light,
     /// Bidirectional path tracing: from both ends.
     Bidirectional,
+    /// Whichever of these suits the scene, by a short trial of each; says why.
+    Auto,
 }
 
 impl From<MethodArg> for IntegratorKind {
@@ -68,6 +70,7 @@ impl From<MethodArg> for IntegratorKind {
             MethodArg::Path => IntegratorKind::Path,
             MethodArg::Light => IntegratorKind::Light,
             MethodArg::Bidirectional => IntegratorKind::Bidirectional,
+            MethodArg::Auto => IntegratorKind::Auto,
         }
     }
 }

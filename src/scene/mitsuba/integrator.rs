@@ -8,12 +8,13 @@ use crate::scene::desc::{IntegratorDesc, IntegratorKind};
 use crate::scene::diagnostic::{FindingKind, SceneError};
 
 /// Every integrator; anything else is rendered by path tracing, with a warning. `ptracer` is
-/// Mitsuba's name of particle tracing; the last two are not in Mitsuba 3.
+/// Mitsuba's name of particle tracing; the last three are not in Mitsuba 3.
 const KINDS: &[(&str, IntegratorKind)] = &[
     ("path", IntegratorKind::Path),
     ("ptracer", IntegratorKind::Light),
     ("light", IntegratorKind::Light),
     ("bidirectional", IntegratorKind::Bidirectional),
+    ("auto", IntegratorKind::Auto),
 ];
 
 /// Samplers of Mitsuba. The program has a sequence of its own and takes only the count.
