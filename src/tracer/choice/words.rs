@@ -21,13 +21,10 @@ pub(super) fn reason(kind: IntegratorKind, survey: &Survey, ratings: &[Rating]) 
     // The brightest: the others may have missed some.
     let all = ratings.iter().filter(|r| r.complete).map(|r| r.mean).fold(0.0, f64::max);
     let indirect = (1.0 - survey.direct / all).clamp(0.0, 1.0);
-    match kind {
-        IntegratorKind::Path | IntegratorKind::Auto => {
-            parts
-                .push(format!("{} of what is seen arrives with one bounce or none", percent(1.0 - indirect)));
-        }
-        _ => parts.push(format!("{} of what is seen arrives over 2 or more bounces", percent(indirect))),
-    }
+    parts.push(match kind == IntegratorKind::Path && indirect < 0.5 {
+        true => format!("{} of what is seen arrives with one bounce or none", percent(1.0 - indirect)),
+        false => format!("{} of what is seen arrives over 2 or more bounces", percent(indirect)),
+    });
     if path.missed >= WORTH_TELLING && kind != IntegratorKind::Path {
         parts.push(format!("trial paths from the camera missed {} of the light", percent(path.missed)));
     }
@@ -62,6 +59,7 @@ fn compare(rival: &Rating, ratio: f64) -> String {
 fn percent(share: f64) -> String {
     match share * 100.0 {
         p if p > 0.0 && p < 1.0 => "under 1 %".to_string(),
+        p if p < 100.0 && p > 99.0 => "over 99 %".to_string(),
         p => format!("{p:.0} %"),
     }
 }
