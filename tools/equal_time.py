@@ -11,6 +11,10 @@ starts. The error at a wall time of t seconds on c cores is that of c*t processo
   scenes/cornell_spheres.xml  0.025   a mirror ball and a glass ball of index 1.5
   scenes/veach_plates.xml     0.008   four rough metals, four lights of equal power
   scenes/cornell.xml          0.0019  diffuse
+--methods runs all of ours on one scene, and `auto`, in turn, and prints the ratio of each to the best. A method that has not
+found a caustic yet shows no variance for it: "of light" is a method's mean luminance over the greatest of all, and a
+method that shows less than 0.98 of it (or, particles, sees mirrors or glass) is marked and does not count as the best.
+
 Mitsuba's particle tracer is the better peer in the first (--peer ptracer adds it to any scene).
 """
 
@@ -33,6 +37,10 @@ BOUNDS = [
     ("veach_plates", 0.008, []),
     ("cornell", 0.0019, []),
 ]
+# All of ours; the last one chooses among the others.
+METHODS = ["path", "light", "bidirectional", "auto"]
+# Share of the light that a method must show to be compared.
+WHOLE = 0.98
 WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
 
 
@@ -44,18 +52,20 @@ def rel_mse(images):
     return (images.var(0, ddof=1) / scale[..., None]).mean(), (luminance.var(0, ddof=1) / scale).mean()
 
 
-def ours(a, scene, spp, seed):
+def ours(a, scene, spp, seed, method=None):
+    """Pixels, tracing seconds, and the program's figures."""
     with tempfile.TemporaryDirectory() as place:
         file = os.path.join(place, "a.exr")
         command = [os.path.join(a.root, "target/release/pointillist"), "render", scene, "-o", file]
         command += ["--filter", "box", "--spp", str(spp), "--seed", str(seed), "--device", "cpu", "--quiet"]
         command += ["--size", "x".join(map(str, a.size))]
-        if a.integrator:
-            command += ["--integrator", a.integrator]
+        if method or a.integrator:
+            command += ["--integrator", method or a.integrator]
         done = subprocess.run(command + ["--json", "-"], capture_output=True, text=True)
         if done.returncode != 0:
             sys.exit(f"equal_time: {' '.join(command)} failed:\n{done.stderr}")
-        return main_layer(mi, file), json.loads(done.stdout)["seconds"]["trace"]
+        figures = json.loads(done.stdout)
+        return main_layer(mi, file), figures["seconds"]["trace"], figures
 
 
 def theirs(scene, integrator, spp, seed):
@@ -80,14 +90,52 @@ def measure(a, path, peers):
         probe = render(8, 1001)[1] / 8
         spp = max(1, round(a.seconds / probe))
         runs = [render(spp, seed) for seed in range(a.seeds)]
-        seconds = sum(t for _, t in runs) / len(runs)
-        error, of_y = rel_mse([pixels for pixels, _ in runs])
+        seconds = sum(run[1] for run in runs) / len(runs)
+        error, of_y = rel_mse([run[0] for run in runs])
         rate = a.size[0] * a.size[1] * spp / seconds / 1e6
         scaled = seconds / a.seconds
         figures = f"{rate:>11.2f}{error:>10.5f}{error * scaled:>15.5f}{of_y * scaled:>10.5f}"
         print(f"{name:<36}{spp:>6}{seconds:>9.2f}{figures}", flush=True)
         mine = error * scaled if mine is None else mine
     return mine
+
+
+def measure_methods(a, path):
+    """Prints one row per method of ours; returns the error of `auto` over the least, at equal time."""
+    mi.set_variant("scalar_rgb")
+    print(f"{path}: {a.seeds} seeds, {a.seconds:g} processor seconds, {a.size[0]} x {a.size[1]}")
+    print(f"{'method':<24}{'spp':>6}{'seconds':>9}{'relMSE at equal time':>22}{'of Y':>10}{'/ best':>9}{'of light':>10}")
+    runs, spps = {method: [] for method in a.methods}, {}
+    for method in a.methods:
+        ours(a, path, 1, 1000, method)
+        probe = ours(a, path, 8, 1001, method)
+        spps[method] = max(1, round(a.seconds / (probe[1] / 8)))
+        if method == "auto":
+            reason, choosing, chosen = probe[2]["auto"]["reason"], probe[2]["seconds"]["choose"], probe[2]["integrator"]
+            # A trial says that a method cannot show all there is; whoever is not tried is taken to show it.
+            whole = {one["method"]: one["complete"] for one in probe[2]["auto"]["candidates"]}
+    # In turn, so that what else goes on meets all alike.
+    for seed in range(a.seeds):
+        for method in a.methods:
+            runs[method].append(ours(a, path, spps[method], seed, method))
+    rows = {}
+    for method in a.methods:
+        seconds = sum(run[1] for run in runs[method]) / a.seeds
+        error, of_y = (e * seconds / a.seconds for e in rel_mse([run[0] for run in runs[method]]))
+        light = np.mean([run[0] @ WEIGHTS for run in runs[method]])
+        rows[method] = [spps[method], seconds, error, of_y, light]
+    most = max(row[4] for row in rows.values())
+    partial = [m for m, row in rows.items() if row[4] < WHOLE * most or ("auto" in rows and not whole.get(m, True))]
+    best = min(row[2] for m, row in rows.items() if m not in partial and m != "auto")
+    for method, (spp, seconds, error, of_y, light) in rows.items():
+        name = method + (f" ({chosen})" if method == "auto" else "") + (" *" if method in partial else "")
+        print(f"{name:<24}{spp:>6}{seconds:>9.2f}{error:>22.5f}{of_y:>10.5f}{error / best:>9.2f}{light / most:>10.3f}")
+    if partial:
+        print("* does not show all of the light")
+    if "auto" in rows:
+        print(f"{reason} (chosen in {choosing * 1e3:.0f} ms)", flush=True)
+        return rows["auto"][2] / best
+    return None
 
 
 def main():
@@ -100,12 +148,17 @@ def main():
     parser.add_argument("--integrator", metavar="NAME", help="of ours: handed on as it is (the program's own choice)")
     parser.add_argument("--peer", nargs="+", default=[], help="integrators of Mitsuba to measure beside path")
     parser.add_argument("--variants", nargs="+", default=["llvm_ad_spectral", "llvm_ad_rgb"])
+    parser.add_argument("--methods", nargs="*", metavar="NAME", help="compare ours (all without names) instead of Mitsuba")
     parser.add_argument("--bounds", action="store_true", help="the scenes with a bound; exit status 1 where ours is above")
     a = parser.parse_args()
     a.size = tuple(int(n) for n in a.size.split("x"))
     if not a.bounds:
         if not a.scene:
             parser.error("which scene?")
+        if a.methods is not None:
+            a.methods = a.methods or METHODS
+            measure_methods(a, a.scene)
+            return
         measure(a, a.scene, a.peer)
         return
     above = 0
