@@ -11,9 +11,11 @@ starts. The error at a wall time of t seconds on c cores is that of c*t processo
   scenes/cornell_spheres.xml  0.025   a mirror ball and a glass ball of index 1.5
   scenes/veach_plates.xml     0.008   four rough metals, four lights of equal power
   scenes/cornell.xml          0.0019  diffuse
---methods runs all of ours on one scene, and `auto`, in turn, and prints the ratio of each to the best. A method that has not
-found a caustic yet shows no variance for it: "of light" is a method's mean luminance over the greatest of all, and a
-method that shows less than 0.98 of it (or, particles, sees mirrors or glass) is marked and does not count as the best.
+--methods runs all of ours on one scene, and `auto`, in turn, and prints the ratio of each to the best. Here Y is the median
+of a pixel over all pictures of all methods: relative to the mean of its own R pictures, a bright speck counts R at most,
+however bright, and a method that shows a caustic as a few specks would look best. "of light" is mean luminance over the
+greatest. A method whose trial in `auto` says that it cannot show all, or whose mean is below another's by over
+2 % and 4 standard errors, is marked and does not count as the best.
 
 Mitsuba's particle tracer is the better peer in the first (--peer ptracer adds it to any scene).
 """
@@ -39,16 +41,16 @@ BOUNDS = [
 ]
 # All of ours; the last one chooses among the others.
 METHODS = ["path", "light", "bidirectional", "auto"]
-# Share of the light that a method must show to be compared.
-WHOLE = 0.98
+# Light that a method may miss, and the standard errors that show it does.
+MISSED, CERTAIN = 0.02, 4.0
 WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
 
 
-def rel_mse(images):
-    """Of the three channels together, and of luminance alone."""
+def rel_mse(images, brightness=None):
+    """Of the three channels together, and of luminance alone; relative to `brightness`, or to the mean of the images."""
     images = np.stack(images)
     luminance = images @ WEIGHTS
-    scale = luminance.mean(0) ** 2 + 0.01
+    scale = (luminance.mean(0) if brightness is None else brightness) ** 2 + 0.01
     return (images.var(0, ddof=1) / scale[..., None]).mean(), (luminance.var(0, ddof=1) / scale).mean()
 
 
@@ -118,16 +120,20 @@ def measure_methods(a, path):
     for seed in range(a.seeds):
         for method in a.methods:
             runs[method].append(ours(a, path, spps[method], seed, method))
+    median = np.median([run[0] @ WEIGHTS for method in a.methods for run in runs[method]], axis=0)
     rows = {}
     for method in a.methods:
         seconds = sum(run[1] for run in runs[method]) / a.seeds
-        error, of_y = (e * seconds / a.seconds for e in rel_mse([run[0] for run in runs[method]]))
-        light = np.mean([run[0] @ WEIGHTS for run in runs[method]])
-        rows[method] = [spps[method], seconds, error, of_y, light]
+        error, of_y = (e * seconds / a.seconds for e in rel_mse([run[0] for run in runs[method]], median))
+        means = np.array([(run[0] @ WEIGHTS).mean() for run in runs[method]])
+        rows[method] = [spps[method], seconds, error, of_y, means.mean(), means.std(ddof=1) / a.seeds**0.5]
     most = max(row[4] for row in rows.values())
-    partial = [m for m, row in rows.items() if row[4] < WHOLE * most or ("auto" in rows and not whole.get(m, True))]
-    best = min(row[2] for m, row in rows.items() if m not in partial and m != "auto")
-    for method, (spp, seconds, error, of_y, light) in rows.items():
+    below = lambda p, q: q[4] - p[4] > max(MISSED * q[4], CERTAIN * np.hypot(p[5], q[5]))
+    partial = [m for m, row in rows.items() if any(below(row, other) for other in rows.values())]
+    partial += [m for m in rows if "auto" in rows and not whole.get(m, True) and m not in partial]
+    whole_ones = [row[2] for m, row in rows.items() if m not in partial and m != "auto"]
+    best = min(whole_ones or [row[2] for row in rows.values()])
+    for method, (spp, seconds, error, of_y, light, _) in rows.items():
         name = method + (f" ({chosen})" if method == "auto" else "") + (" *" if method in partial else "")
         print(f"{name:<24}{spp:>6}{seconds:>9.2f}{error:>22.5f}{of_y:>10.5f}{error / best:>9.2f}{light / most:>10.3f}")
     if partial:
