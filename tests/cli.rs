@@ -121,6 +121,37 @@ fn methods_of_light_transport() {
     }
 }
 
+/// The choice is told and kept, gives the bytes of the method that it names, and does not depend on the number of threads.
+#[test]
+fn a_method_is_chosen() {
+    let dir = folder("auto");
+    let render = |name: &str, options: &[&str]| {
+        let exr = dir.join(name);
+        let (file, scene) = (exr.to_str().unwrap(), "scenes/cove.xml");
+        let args = ["render", scene, "-o", file, "--size", "16x16", "--samples", "9000", "--device", "cpu"];
+        let output = succeed(&[&args[..], &["--deterministic", "--json", "-"], options].concat());
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        (json, stderr(&output), fs::read(&exr).unwrap())
+    };
+    let (json, words, bytes) = render("a.exr", &["--integrator", "auto", "--threads", "1"]);
+    assert_eq!(json["integrator"], "light");
+    let reason = json["auto"]["reason"].as_str().unwrap();
+    assert!(reason.starts_with("auto: light — ") && !reason.contains('\n'), "{reason}");
+    assert!(words.contains(reason), "{words}");
+    assert_eq!(json["auto"]["candidates"].as_array().unwrap().len(), 3);
+    let text = String::from_utf8_lossy(&bytes).into_owned();
+    assert!(text.contains(reason) && text.contains("--integrator light"), "not in the file");
+    let (_, _, again) = render("a.exr", &["--integrator", "auto", "--threads", "3"]);
+    assert!(bytes == again, "another number of threads gives another picture");
+    let (json, words, quiet) = render("a.exr", &["--integrator", "auto", "--quiet"]);
+    assert!(words.is_empty(), "{words}");
+    assert_eq!(json["integrator"], "light");
+    assert!(quiet == bytes);
+    // Asked for by name there is no reason to give.
+    let (json, words, _) = render("b.exr", &["--integrator", "light"]);
+    assert!(json["auto"].is_null() && !words.contains("auto:"), "{words}");
+}
+
 #[test]
 fn bad_arguments_are_answered_before_any_work() {
     let dir = folder("arguments");
@@ -131,6 +162,8 @@ fn bad_arguments_are_answered_before_any_work() {
         (&["render", scene, "-o", nowhere.to_str().unwrap()], "no/such/folder"),
         (&["render", scene, "-o", "picture.jpeg"], "picture.jpeg"),
         (&["render", scene, "--spp", "0"], "--spp"),
+        (&["render", scene, "--integrator", "bidir"], "path, light, bidirectional, auto"),
+        (&["view", scene, "--integrator", "Auto"], "path, light, bidirectional, auto"),
         (&["render", scene, "--spp", "4", "--time", "3"], "--time"),
         (&["render", scene, "--time", "1e300"], "--time"),
         (&["render", scene, "--profile", "srbg"], "srbg"),

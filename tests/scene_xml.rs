@@ -328,6 +328,9 @@ fn integrators() {
     assert_eq!(depth(all), (Some(7), 3, true));
     refuse("<integrator type=\"path\"><integer name=\"max_depth\" value=\"-2\"/></integrator>");
     refuse("<integrator type=\"path\"><float name=\"max_depth\" value=\"2\"/></integrator>");
+    let auto = try_read(&format!("{SENSOR}{LIGHT}<integrator type=\"auto\"/>"), &[]).expect("valid");
+    assert!(auto.warnings.is_empty());
+    assert_eq!(auto.desc.integrator.kind, pointillist::scene::desc::IntegratorKind::Auto);
     let other = try_read(&format!("{SENSOR}{LIGHT}<integrator type=\"volpath\"/>"), &[]).expect("valid");
     assert!(other.warnings[0].to_string().contains("volpath"));
 }

@@ -6,11 +6,10 @@
 mod viewer;
 
 use std::path::Path;
-use std::process::{Child, Output};
-use std::time::Duration;
+use std::process::Child;
 
 use viewer::desktop::Desktop;
-use viewer::{end, figures, folder, png, program, scene, terminate, words};
+use viewer::{end, end_when, figures, folder, png, program, scene, words};
 
 /// Paths that are traced: the picture is finished soon, and known exactly.
 const PATHS: u64 = 60_000;
@@ -21,11 +20,8 @@ fn view(desktop: &Desktop, folder: &Path, options: &[&str]) -> Child {
     viewer::view(desktop, folder, &[&all[..], &["--json", "figures.json"], options].concat())
 }
 
-/// Ends the viewer as a user does, after this many seconds.
-fn end_after(viewer: Child, seconds: u64) -> Output {
-    std::thread::sleep(Duration::from_secs(seconds));
-    terminate(viewer)
-}
+/// What the viewer says when all paths are in the picture.
+const ENDED: &str = "the render has ended";
 
 /// Mean of all channels of the PNG, of 255.
 fn mean(folder: &Path) -> f64 {
@@ -46,7 +42,7 @@ fn paths_in(folder: &Path) -> u64 {
 /// What an undisturbed viewer leaves.
 fn undisturbed(desktop: &Desktop) -> f64 {
     let folder = folder("undisturbed");
-    let output = end_after(view(desktop, &folder, &[]), 6);
+    let output = end_when(view(desktop, &folder, &[]), &[ENDED]);
     assert!(output.status.success(), "{}", words(&output));
     assert_eq!(paths_in(&folder), PATHS);
     let mean = mean(&folder);
@@ -59,7 +55,8 @@ fn a_lost_device_is_replaced_once_and_keeps_its_samples() {
     let desktop = Desktop::start(300, 300);
     let wanted = undisturbed(&desktop);
     let once = folder("once");
-    let output = end_after(view(&desktop, &once, &["--lose-device-after", "20"]), 8);
+    let output =
+        end_when(view(&desktop, &once, &["--lose-device-after", "20"]), &[ENDED, "the device was lost"]);
     assert!(output.status.success(), "{}", words(&output));
     assert!(words(&output).contains("the device was lost"), "{}", words(&output));
     let figures_once = figures(&once);
@@ -86,7 +83,8 @@ fn a_lost_device_is_replaced_once_and_keeps_its_samples() {
 fn a_lost_surface_is_replaced() {
     let folder = folder("surface");
     let desktop = Desktop::start(300, 300);
-    let output = end_after(view(&desktop, &folder, &["--lose-surface-after", "20"]), 6);
+    let output =
+        end_when(view(&desktop, &folder, &["--lose-surface-after", "20"]), &[ENDED, "surface was lost"]);
     assert!(output.status.success(), "{}", words(&output));
     let figures = figures(&folder);
     assert_eq!(figures["surface_losses"], 1);
@@ -100,7 +98,7 @@ fn a_lost_surface_is_replaced() {
 fn colours_that_are_not_offered_are_named_once() {
     let folder = folder("colours");
     let desktop = Desktop::start(300, 300);
-    let output = end_after(view(&desktop, &folder, &["--hdr", "hdr10"]), 5);
+    let output = end_when(view(&desktop, &folder, &["--hdr", "hdr10"]), &[ENDED, "no HDR10"]);
     assert!(output.status.success(), "{}", words(&output));
     assert_eq!(words(&output).matches("no HDR10 on this display").count(), 1, "{}", words(&output));
     std::fs::remove_dir_all(folder).unwrap();

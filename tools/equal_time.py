@@ -11,6 +11,12 @@ starts. The error at a wall time of t seconds on c cores is that of c*t processo
   scenes/cornell_spheres.xml  0.025   a mirror ball and a glass ball of index 1.5
   scenes/veach_plates.xml     0.008   four rough metals, four lights of equal power
   scenes/cornell.xml          0.0019  diffuse
+--methods runs all of ours on one scene, and `auto`, in turn, and prints the ratio of each to the best. Here Y is the median
+of a pixel over all pictures of all methods: relative to the mean of its own R pictures, a bright speck counts R at most,
+however bright, and a method that shows a caustic as a few specks would look best. "of light" is mean luminance over the
+greatest. A method whose trial in `auto` says that it cannot show all, or whose mean is below another's by over
+2 % and 4 standard errors, is marked and does not count as the best.
+
 Mitsuba's particle tracer is the better peer in the first (--peer ptracer adds it to any scene).
 """
 
@@ -33,29 +39,35 @@ BOUNDS = [
     ("veach_plates", 0.008, []),
     ("cornell", 0.0019, []),
 ]
+# All of ours; the last one chooses among the others.
+METHODS = ["path", "light", "bidirectional", "auto"]
+# Light that a method may miss, and the standard errors that show it does.
+MISSED, CERTAIN = 0.02, 4.0
 WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
 
 
-def rel_mse(images):
-    """Of the three channels together, and of luminance alone."""
+def rel_mse(images, brightness=None):
+    """Of the three channels together, and of luminance alone; relative to `brightness`, or to the mean of the images."""
     images = np.stack(images)
     luminance = images @ WEIGHTS
-    scale = luminance.mean(0) ** 2 + 0.01
+    scale = (luminance.mean(0) if brightness is None else brightness) ** 2 + 0.01
     return (images.var(0, ddof=1) / scale[..., None]).mean(), (luminance.var(0, ddof=1) / scale).mean()
 
 
-def ours(a, scene, spp, seed):
+def ours(a, scene, spp, seed, method=None):
+    """Pixels, tracing seconds, and the program's figures."""
     with tempfile.TemporaryDirectory() as place:
         file = os.path.join(place, "a.exr")
         command = [os.path.join(a.root, "target/release/pointillist"), "render", scene, "-o", file]
         command += ["--filter", "box", "--spp", str(spp), "--seed", str(seed), "--device", "cpu", "--quiet"]
         command += ["--size", "x".join(map(str, a.size))]
-        if a.integrator:
-            command += ["--integrator", a.integrator]
+        if method or a.integrator:
+            command += ["--integrator", method or a.integrator]
         done = subprocess.run(command + ["--json", "-"], capture_output=True, text=True)
         if done.returncode != 0:
             sys.exit(f"equal_time: {' '.join(command)} failed:\n{done.stderr}")
-        return main_layer(mi, file), json.loads(done.stdout)["seconds"]["trace"]
+        figures = json.loads(done.stdout)
+        return main_layer(mi, file), figures["seconds"]["trace"], figures
 
 
 def theirs(scene, integrator, spp, seed):
@@ -80,14 +92,56 @@ def measure(a, path, peers):
         probe = render(8, 1001)[1] / 8
         spp = max(1, round(a.seconds / probe))
         runs = [render(spp, seed) for seed in range(a.seeds)]
-        seconds = sum(t for _, t in runs) / len(runs)
-        error, of_y = rel_mse([pixels for pixels, _ in runs])
+        seconds = sum(run[1] for run in runs) / len(runs)
+        error, of_y = rel_mse([run[0] for run in runs])
         rate = a.size[0] * a.size[1] * spp / seconds / 1e6
         scaled = seconds / a.seconds
         figures = f"{rate:>11.2f}{error:>10.5f}{error * scaled:>15.5f}{of_y * scaled:>10.5f}"
         print(f"{name:<36}{spp:>6}{seconds:>9.2f}{figures}", flush=True)
         mine = error * scaled if mine is None else mine
     return mine
+
+
+def measure_methods(a, path):
+    """Prints one row per method of ours; returns the error of `auto` over the least, at equal time."""
+    mi.set_variant("scalar_rgb")
+    print(f"{path}: {a.seeds} seeds, {a.seconds:g} processor seconds, {a.size[0]} x {a.size[1]}")
+    print(f"{'method':<24}{'spp':>6}{'seconds':>9}{'relMSE at equal time':>22}{'of Y':>10}{'/ best':>9}{'of light':>10}")
+    runs, spps = {method: [] for method in a.methods}, {}
+    for method in a.methods:
+        ours(a, path, 1, 1000, method)
+        probe = ours(a, path, 8, 1001, method)
+        spps[method] = max(1, round(a.seconds / (probe[1] / 8)))
+        if method == "auto":
+            reason, choosing, chosen = probe[2]["auto"]["reason"], probe[2]["seconds"]["choose"], probe[2]["integrator"]
+            # A trial says that a method cannot show all there is; whoever is not tried is taken to show it.
+            whole = {one["method"]: one["complete"] for one in probe[2]["auto"]["candidates"]}
+    # In turn, so that what else goes on meets all alike.
+    for seed in range(a.seeds):
+        for method in a.methods:
+            runs[method].append(ours(a, path, spps[method], seed, method))
+    median = np.median([run[0] @ WEIGHTS for method in a.methods for run in runs[method]], axis=0)
+    rows = {}
+    for method in a.methods:
+        seconds = sum(run[1] for run in runs[method]) / a.seeds
+        error, of_y = (e * seconds / a.seconds for e in rel_mse([run[0] for run in runs[method]], median))
+        means = np.array([(run[0] @ WEIGHTS).mean() for run in runs[method]])
+        rows[method] = [spps[method], seconds, error, of_y, means.mean(), means.std(ddof=1) / a.seeds**0.5]
+    most = max(row[4] for row in rows.values())
+    below = lambda p, q: q[4] - p[4] > max(MISSED * q[4], CERTAIN * np.hypot(p[5], q[5]))
+    partial = [m for m, row in rows.items() if any(below(row, other) for other in rows.values())]
+    partial += [m for m in rows if "auto" in rows and not whole.get(m, True) and m not in partial]
+    whole_ones = [row[2] for m, row in rows.items() if m not in partial and m != "auto"]
+    best = min(whole_ones or [row[2] for row in rows.values()])
+    for method, (spp, seconds, error, of_y, light, _) in rows.items():
+        name = method + (f" ({chosen})" if method == "auto" else "") + (" *" if method in partial else "")
+        print(f"{name:<24}{spp:>6}{seconds:>9.2f}{error:>22.5f}{of_y:>10.5f}{error / best:>9.2f}{light / most:>10.3f}")
+    if partial:
+        print("* does not show all of the light")
+    if "auto" in rows:
+        print(f"{reason} (chosen in {choosing * 1e3:.0f} ms)", flush=True)
+        return rows["auto"][2] / best
+    return None
 
 
 def main():
@@ -100,12 +154,17 @@ def main():
     parser.add_argument("--integrator", metavar="NAME", help="of ours: handed on as it is (the program's own choice)")
     parser.add_argument("--peer", nargs="+", default=[], help="integrators of Mitsuba to measure beside path")
     parser.add_argument("--variants", nargs="+", default=["llvm_ad_spectral", "llvm_ad_rgb"])
+    parser.add_argument("--methods", nargs="*", metavar="NAME", help="compare ours (all without names) instead of Mitsuba")
     parser.add_argument("--bounds", action="store_true", help="the scenes with a bound; exit status 1 where ours is above")
     a = parser.parse_args()
     a.size = tuple(int(n) for n in a.size.split("x"))
     if not a.bounds:
         if not a.scene:
             parser.error("which scene?")
+        if a.methods is not None:
+            a.methods = a.methods or METHODS
+            measure_methods(a, a.scene)
+            return
         measure(a, a.scene, a.peer)
         return
     above = 0

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::args::scene::SceneArgs;
+use super::auto::Chosen;
 use super::method;
 use crate::client::{
     Adaptation, Dither, FilmSpec, Masking, Reconstruction, Settings, SplatFilter, ToneCurve, VarianceForm,
@@ -31,6 +32,8 @@ pub struct RunFacts {
     pub hide_emitters: bool,
     /// Light transport method.
     pub integrator: IntegratorKind,
+    /// Why, where the program chose it.
+    pub auto: Option<Chosen>,
     /// Samples per pixel where neither a count nor a time is given.
     pub spp: u64,
     /// Seed.
@@ -68,6 +71,7 @@ impl RunFacts {
             rr_depth: integrator.rr_depth,
             hide_emitters: integrator.hide_emitters,
             integrator: source.integrator.map_or(integrator.kind, IntegratorKind::from),
+            auto: None,
             spp: loaded.desc.samples_per_pixel.unwrap_or(DEFAULT_SPP),
             seed: source.seed,
             deterministic: false,
@@ -86,6 +90,9 @@ impl RunFacts {
             text("integrator", method::name(self.integrator).to_string()),
             text("command", self.command(self.first_index, paths)),
         ];
+        if let Some(chosen) = &self.auto {
+            attributes.push(text("auto", chosen.reason.clone()));
+        }
         if !prefix {
             let note = "the run was stopped: its paths are not exactly the first ones of the sequence, and the \
                         command gives a picture of the same error but not the same picture";

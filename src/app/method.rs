@@ -27,6 +27,7 @@ pub struct Order {
 /// What a method is called on the command line and in files.
 pub fn name(kind: IntegratorKind) -> &'static str {
     match kind {
+        IntegratorKind::Auto => "auto",
         IntegratorKind::Path => "path",
         IntegratorKind::Light => "light",
         IntegratorKind::Bidirectional => "bidirectional",
@@ -49,7 +50,9 @@ pub fn start(
     let window = order.window;
     let setup = Setup { scene, camera, seed, window, max_depth, rr_depth, hide_emitters };
     match facts.integrator {
-        IntegratorKind::Path => send(server, facts, PathTracer { setup }, order),
+        IntegratorKind::Path | IntegratorKind::Auto => {
+            send(server, facts, PathTracer { setup }, order)
+        }
         IntegratorKind::Light => send(server, facts, ParticleTracer { setup }, order),
         IntegratorKind::Bidirectional => send(server, facts, BidirectionalTracer { setup }, order),
         IntegratorKind::Photon => send(server, facts, PhotonTracer::new(setup, facts.deterministic), order),

@@ -1,6 +1,7 @@
 //! The program: the only module that knows both server and client. One file per subcommand.
 
 mod args;
+mod auto;
 mod bench;
 mod device;
 mod drive;

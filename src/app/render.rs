@@ -14,7 +14,7 @@ use super::outputs::Outputs;
 use super::progress::{Goal, Progress};
 use super::report::{Rejected, RejectedExample, Report, Seconds, write_json};
 use super::timings::{self, TimingCapture};
-use super::{interrupt, tell, usage};
+use super::{auto, interrupt, tell, usage};
 use crate::client::Client;
 use crate::scene::{self, Loaded};
 use crate::server::{Server, Stats};
@@ -44,7 +44,13 @@ pub fn render(args: &RenderArgs) -> Result<()> {
     for notice in &notices {
         tell(&format!("warning: {notice}"));
     }
-    let facts = facts(args, &loaded, device.name());
+    let mut facts = facts(args, &loaded, device.name());
+    let (scene, choosing) = (Arc::new(scene), Instant::now());
+    auto::settle(&mut facts, &scene, &camera);
+    seconds.choose = choosing.elapsed().as_secs_f64();
+    if !args.quiet {
+        auto::say(&facts);
+    }
     let threads = threads(args);
     let mut client = device.client(facts.spec, threads)?;
     let (server, mut lanes) = Server::start_with(threads, device.tracing_priority()).into_diagnostic()?;
@@ -130,7 +136,7 @@ pub(super) fn facts(args: &RenderArgs, loaded: &Loaded, device: String) -> RunFa
 fn trace(
     args: &RenderArgs,
     facts: &RunFacts,
-    scene: (Scene, Camera),
+    scene: (Arc<Scene>, Camera),
     (server, lanes, client): (&Server, &mut Lanes, &mut Client),
     timings: &mut Option<TimingCapture>,
 ) -> Result<Driven> {
@@ -142,9 +148,8 @@ fn trace(
         None => (first..first.saturating_add(wanted), Goal::Paths(wanted)),
     };
     let epoch = Epoch(1);
-    let (scene, camera) = scene;
     let order = Order { range, window: facts.spec.window(), epoch };
-    method::start(server, facts, (Arc::new(scene), camera), order)?;
+    method::start(server, facts, scene, order)?;
     let bar = Progress::new(goal, args.quiet);
     let plan = Drive {
         epoch,
@@ -190,6 +195,7 @@ fn report(facts: &RunFacts, client: &Client, stats: &Stats, driven: &Driven) -> 
         width: facts.spec.width,
         height: facts.spec.height,
         integrator: method::name(facts.integrator),
+        auto: facts.auto.clone(),
         camera_samples: counts.camera_samples,
         light_samples: counts.light_samples,
         camera_paths: counts.camera_paths,

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use miette::{IntoDiagnostic, Result, WrapErr};
 use serde::Serialize;
 
+use super::auto::Chosen;
 use crate::image::write::atomically;
 
 /// Everything that is said about a finished run. Field names are the JSON keys.
@@ -21,6 +22,9 @@ pub struct Report {
     pub height: u32,
     /// Method of light transport.
     pub integrator: &'static str,
+    /// Why, where the program chose it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub auto: Option<Chosen>,
     /// Samples of the camera stream that reached the film.
     pub camera_samples: u64,
     /// Samples of the light stream that reached the film.
@@ -64,6 +68,8 @@ pub struct Seconds {
     pub load: f64,
     /// Building the acceleration structure and tables.
     pub prepare: f64,
+    /// Choosing the method, with `--integrator auto`.
+    pub choose: f64,
     /// Opening the device; runs beside `load` and `prepare`.
     pub open_device: f64,
     /// From the render command to the last sample on the film.

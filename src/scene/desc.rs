@@ -163,6 +163,8 @@ pub struct IntegratorDesc {
 /// The methods the program has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum IntegratorKind {
+    /// Whichever of the others suits the scene; path tracing until that is known.
+    Auto,
     /// Path tracing from the camera with next-event estimation.
     Path,
     /// Particle tracing: paths from lights, connected to the camera.

@@ -10,6 +10,7 @@
 //!     Lights: sample, pdf → Scene::visible → mis
 //!   integrator::{particle, bidirectional}: Sampler::light → Lights::emit → subpath::Walk → Vertex, its densities in chain
 //!     Vertex → Camera::view → light stream; Vertex ↔ Vertex → camera stream
+//!   choice: which of these suits a scene, from a few thousand paths of each
 //! ```
 //!
 //! A material is one file in `bsdf/` and one line in each of its enums; so is a light in `light/`, a shape in `shape/`.
@@ -18,6 +19,7 @@ pub mod accel;
 pub mod bsdf;
 pub mod camera;
 pub mod chain;
+pub mod choice;
 pub mod integrator;
 pub mod interaction;
 pub mod light;

@@ -9,8 +9,10 @@
 #[path = "desktop.rs"]
 pub mod desktop;
 
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use desktop::Desktop;
@@ -39,7 +41,13 @@ pub fn folder(name: &str) -> PathBuf {
 /// Opens the window.
 pub fn view(desktop: &Desktop, folder: &Path, options: &[&str]) -> Child {
     let mut command = program();
-    command.current_dir(folder).env("DISPLAY", &desktop.display).arg("view").arg(scene()).args(options);
+    command
+        .current_dir(folder)
+        .env("DISPLAY", &desktop.display)
+        .env("POINTILLIST_LOG", "info")
+        .arg("view")
+        .arg(scene())
+        .args(options);
     command.stderr(Stdio::piped()).spawn().unwrap()
 }
 
@@ -60,6 +68,35 @@ pub fn end(mut viewer: Child) -> Output {
 pub fn terminate(viewer: Child) -> Output {
     assert!(Command::new("kill").args(["-TERM", &viewer.id().to_string()]).status().unwrap().success());
     end(viewer)
+}
+
+/// Ends the viewer once it has said all of these on standard error, however long that takes a busy machine.
+pub fn end_when(mut viewer: Child, said: &[&str]) -> Output {
+    let mut stderr = viewer.stderr.take().unwrap();
+    let heard = Arc::new(Mutex::new(Vec::new()));
+    let listener = std::thread::spawn({
+        let heard = heard.clone();
+        move || {
+            let mut bytes = [0; 1024];
+            while let Ok(n @ 1..) = stderr.read(&mut bytes) {
+                heard.lock().unwrap().extend_from_slice(&bytes[..n]);
+            }
+        }
+    });
+    let words = || String::from_utf8_lossy(&heard.lock().unwrap()).into_owned();
+    let start = Instant::now();
+    while !said.iter().all(|one| words().contains(one)) && viewer.try_wait().unwrap().is_none() {
+        if start.elapsed() > PATIENCE {
+            let _ = viewer.kill();
+            panic!("the viewer has not said all of {said:?}: {}", words());
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let ended = viewer.try_wait().unwrap().is_some();
+    let output = if ended { end(viewer) } else { terminate(viewer) };
+    listener.join().unwrap();
+    let stderr = heard.lock().unwrap().clone();
+    Output { stderr, ..output }
 }
 
 /// What it wrote on standard error.

@@ -62,6 +62,8 @@ pub enum MethodArg {
     Bidirectional,
     /// One-pass photon mapping: final gathering from photons that lights leave; converges, its blur shrinks as it goes.
     Photon,
+    /// Whichever of these suits the scene, by a short trial of each; says why.
+    Auto,
 }
 
 impl From<MethodArg> for IntegratorKind {
@@ -71,6 +73,7 @@ impl From<MethodArg> for IntegratorKind {
             MethodArg::Light => IntegratorKind::Light,
             MethodArg::Bidirectional => IntegratorKind::Bidirectional,
             MethodArg::Photon => IntegratorKind::Photon,
+            MethodArg::Auto => IntegratorKind::Auto,
         }
     }
 }

@@ -14,6 +14,7 @@ use std::time::Instant;
 use miette::{IntoDiagnostic, Result};
 
 use super::args::{BenchArgs, RenderArgs};
+use super::auto;
 use super::device::Device;
 use super::render::{facts, prepare, threads};
 use super::report::{Seconds, is_special, write_json};
@@ -48,10 +49,12 @@ pub fn bench(args: &BenchArgs) -> Result<()> {
              `pointillist devices` lists what there is"
         ));
     };
-    let facts = facts(&like, &loaded, device.name());
+    let mut facts = facts(&like, &loaded, device.name());
+    let (scene, camera) = (Arc::new(scene.0), scene.1);
+    auto::settle(&mut facts, &scene, &camera);
+    auto::say(&facts);
     let film = VulkanFilm::new(gpu.clone(), facts.spec).into_diagnostic()?;
-    let (scene, camera) = scene;
-    let job = (&facts, (Arc::new(scene), camera), threads(&like));
+    let job = (&facts, (scene, camera), threads(&like));
     let capture = args.gpu_timings.as_deref().map(|path| TimingCapture::new(path, Some(gpu))).transpose()?;
     tracing::info!("ready after {:.2} s", started.elapsed().as_secs_f64());
     let settings = args.display.settings();

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use miette::{IntoDiagnostic, Result};
 use serde::Serialize;
 
+use crate::app::auto::Chosen;
 use crate::app::method;
 use crate::app::report::{Seconds, write_json};
 use crate::app::view::screen::Screen;
@@ -24,6 +25,9 @@ struct Report {
     version: &'static str,
     scene: std::path::PathBuf,
     integrator: &'static str,
+    /// Why, where the program chose it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    auto: Option<Chosen>,
     device: String,
     plan: String,
     threads: usize,
@@ -123,6 +127,7 @@ impl Viewer {
             version: env!("CARGO_PKG_VERSION"),
             scene: self.plan.facts.scene.clone(),
             integrator: method::name(self.plan.facts.integrator),
+            auto: self.plan.facts.auto.clone(),
             device: self.plan.facts.device.clone(),
             plan: self.plan.cores.clone(),
             threads: self.session.threads(),

@@ -40,6 +40,7 @@ impl Viewer {
         }
         if self.session.is_through() && self.kept.caught_up() && std::mem::take(&mut self.pending.end) {
             self.pending.repaint = true;
+            tracing::info!("the render has ended");
         }
         if shown && self.has_picture() {
             self.show(&plan)?;
@@ -85,6 +86,7 @@ impl Viewer {
             Readiness::Busy | Readiness::Hidden => return Ok(false),
             Readiness::SurfaceLost => {
                 screen.replace_surface()?;
+                tracing::info!("the surface was lost and replaced");
                 return Ok(false);
             }
         }

@@ -102,7 +102,8 @@ impl Viewer {
             self.pacer = Pacer::new(budget.unwrap_or(DEFAULT_BUDGET));
         }
         self.ui = Some(Ui::new(&window));
-        // Tracing begins while the device is opened.
+        // Tracing begins while the device is opened, by path tracing where the method is to be chosen.
+        self.choose()?;
         self.restart()?;
         let screen = Screen::open(window, &self.plan, self.spec()).into_diagnostic()?;
         if let Some(info) = screen.gpu().map(|gpu| gpu.info()) {
@@ -139,6 +140,9 @@ impl Viewer {
             self.figures.completed(&gpu, &mut self.pacer);
         }
         self.act();
+        if let Err(error) = self.choose() {
+            return self.fail(error);
+        }
         let shown = !self.pending.unseen || self.session.elapsed() > PATIENCE;
         if self.pending.restart && shown {
             match self.restart() {

@@ -8,6 +8,7 @@ use miette::{IntoDiagnostic, Result};
 use winit::event_loop::EventLoop;
 
 use crate::app::args::ViewArgs;
+use crate::app::auto::Chooser;
 use crate::app::device::CPU;
 use crate::app::facts::RunFacts;
 use crate::app::outputs::Outputs;
@@ -16,13 +17,14 @@ use crate::app::view::screen::Losses;
 use crate::app::view::session::Session;
 use crate::app::view::user::User;
 use crate::app::view::viewer::{Plan, Viewer};
-use crate::app::{interrupt, tell, timings};
+use crate::app::{auto, interrupt, tell, timings};
 use crate::client::Settings;
 use crate::client::later;
 use crate::client::window::panel::Controls;
 use crate::color::Profile;
 use crate::gpu::{self, DeviceChoice};
 use crate::scene;
+use crate::scene::desc::IntegratorKind;
 use crate::tracer::Scene;
 
 /// Runs the subcommand.
@@ -94,7 +96,7 @@ fn prepare(args: &ViewArgs, outputs: Outputs) -> Result<Viewer> {
     for notice in scene.notices() {
         tell(&format!("warning: {notice}"));
     }
-    let facts =
+    let mut facts =
         RunFacts { deterministic: args.deterministic, ..RunFacts::of(&args.source, &loaded, String::new()) };
     let name =
         args.source.scene.file_stem().map_or("scene".into(), |stem| stem.to_string_lossy().into_owned());
@@ -108,6 +110,16 @@ fn prepare(args: &ViewArgs, outputs: Outputs) -> Result<Viewer> {
         visible: !args.no_panel,
         help: false,
     };
+    let user = User::new(loaded.desc, scene)?;
+    let asked = facts.integrator == IntegratorKind::Auto;
+    if facts.deterministic {
+        let size = [facts.spec.width, facts.spec.height];
+        auto::settle(&mut facts, &user.scene(), &user.camera(size)?);
+        auto::say(&facts);
+    } else if asked {
+        facts.integrator = IntegratorKind::Path;
+    }
+    let chooser = Chooser::new(asked && !facts.deterministic);
     let plan = Plan {
         facts,
         outputs,
@@ -119,6 +131,5 @@ fn prepare(args: &ViewArgs, outputs: Outputs) -> Result<Viewer> {
         budget: args.fps.map(|fps| Duration::from_secs_f32(1.0 / fps.clamp(0.1, 1000.0))),
         name,
     };
-    let user = User::new(loaded.desc, scene)?;
-    Ok(Viewer::new(plan, session, user, controls))
+    Ok(Viewer::new((plan, chooser), session, user, controls))
 }

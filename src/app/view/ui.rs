@@ -188,6 +188,7 @@ impl Viewer {
             }),
             plan: self.plan.cores.clone(),
             method: method::name(self.plan.facts.integrator),
+            reason: self.plan.facts.auto.as_ref().map_or(String::new(), |chosen| chosen.reason.clone()),
             extent: self.size,
             detail: self.clock.repainted.2,
             counts,

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use miette::{IntoDiagnostic, Result};
 
+use crate::app::auto::{self, Chooser};
 use crate::app::facts::RunFacts;
 use crate::app::outputs::Outputs;
 use crate::app::timings::TimingCapture;
@@ -86,6 +87,8 @@ pub struct Viewer {
     pub kept: Kept,
     /// Camera and edits.
     pub user: User,
+    /// Chooses the method, where that is asked for.
+    pub chooser: Chooser,
     /// Mouse and keys.
     pub input: Input,
     /// Display controls.
@@ -122,7 +125,7 @@ pub struct Viewer {
 
 impl Viewer {
     /// A viewer whose window is not open yet.
-    pub fn new(plan: Plan, session: Session, user: User, controls: Controls) -> Self {
+    pub fn new((plan, chooser): (Plan, Chooser), session: Session, user: User, controls: Controls) -> Self {
         let now = Instant::now();
         let spec = plan.facts.spec;
         let size = [spec.width, spec.height];
@@ -132,6 +135,7 @@ impl Viewer {
             session,
             kept: Kept::default(),
             user,
+            chooser,
             input: Input::new(size),
             controls,
             screen: None,
@@ -189,12 +193,36 @@ impl Viewer {
         Ok(())
     }
 
+    /// Chooses the method anew where that is asked for and what is shown has changed and come to rest; takes over what was
+    /// chosen. Until then the method stays what it is, so that nothing waits for the choice.
+    ///
+    /// # Errors
+    ///
+    /// When the camera cannot be used.
+    pub fn choose(&mut self) -> Result<()> {
+        if let Some(chosen) = self.chooser.take() {
+            let facts = &mut self.plan.facts;
+            self.pending.restart |= facts.integrator != chosen.kind;
+            facts.integrator = chosen.kind;
+            facts.auto = Some(chosen);
+            auto::say(facts);
+            self.refresh();
+        }
+        let first = self.plan.facts.auto.is_none();
+        if self.chooser.wanted && self.chooser.stale && (first || self.clock.edited.elapsed() > REST) {
+            let camera = self.user.camera(self.size)?;
+            self.chooser.begin(&self.plan.facts, &self.user.scene(), &camera);
+        }
+        Ok(())
+    }
+
     /// Notes an edit of scene or camera.
     pub fn edited(&mut self) {
         let now = Instant::now();
         self.clock.edited = now;
         self.figures.statistics.edit(now);
         self.pending.restart = true;
+        self.chooser.stale = true;
     }
 
     /// What the film has received.
@@ -202,6 +230,9 @@ impl Viewer {
         self.screen.as_mut().and_then(Screen::film).map(|film| film.counts()).unwrap_or_default()
     }
 }
+
+/// Another method is thought about when nothing has been edited for this long.
+const REST: Duration = Duration::from_millis(500);
 
 /// Where neither the command line nor the display says.
 pub const DEFAULT_BUDGET: Duration = Duration::from_micros(16_667);

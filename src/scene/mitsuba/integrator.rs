@@ -15,6 +15,7 @@ const KINDS: &[(&str, IntegratorKind)] = &[
     ("light", IntegratorKind::Light),
     ("bidirectional", IntegratorKind::Bidirectional),
     ("photon", IntegratorKind::Photon),
+    ("auto", IntegratorKind::Auto),
 ];
 
 /// Samplers of Mitsuba. The program has a sequence of its own and takes only the count.

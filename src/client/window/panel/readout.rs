@@ -11,6 +11,8 @@ pub struct Readout {
     pub device: String,
     /// Method of light transport.
     pub method: &'static str,
+    /// Why this method, where the program chose it.
+    pub reason: String,
     /// Plan by which tracer and display share the processor, in words.
     pub plan: String,
     /// Window size in physical pixels.

@@ -1,0 +1,184 @@
+//! What a scene holds, as far as the choice of a method depends on it.
+
+use crate::color::Xyz;
+use crate::spectrum::SampledWavelengths;
+use crate::stream::{SampleSink, UvWindow};
+use crate::tracer::integrator::{Integrator, PathTracer, Setup};
+use crate::tracer::sampler::VertexNumbers;
+use crate::tracer::subpath::{Vertex, Walk};
+use crate::tracer::{Sampler, Scene};
+
+use super::trial::SEED;
+
+/// Walks from either end.
+const WALKS: u64 = 2048;
+
+/// A walk is followed no further than this: lengths are for costs, and work is to be bounded.
+const LONGEST: u32 = 64;
+
+/// Camera rays along either side of the picture: what covers 1/96 of it in both directions is met.
+const RAYS: u32 = 96;
+
+/// Paths that tell direct light.
+const DIRECT: u64 = 2048;
+
+/// Mean numbers of vertices of a walk.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Lengths {
+    /// Surface points.
+    pub vertices: f64,
+    /// Those that can be connected: not delta.
+    pub open: f64,
+}
+
+/// What a scene and a view hold.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Survey {
+    /// Lights, triangles of emitting meshes one by one.
+    pub lights: usize,
+    /// Share of the picture that shows a surface with a delta part: mirror, glass, a smooth coat.
+    pub delta_seen: f64,
+    /// Share of the picture that shows a light.
+    pub lights_seen: f64,
+    /// Mean luminance of what arrives with one bounce or none.
+    pub direct: f64,
+    /// Share of the emitted power that meets mirrors or glass first: what caustics are made of.
+    pub focused: f64,
+    /// Walks from the camera.
+    pub camera: Lengths,
+    /// Walks from lights.
+    pub light: Lengths,
+}
+
+impl Survey {
+    /// Looks at the scene.
+    pub fn of(setup: &Setup) -> Self {
+        let mut survey = Self { lights: setup.scene.lights().len(), ..Self::default() };
+        survey.look(setup);
+        survey.direct = direct(setup);
+        for index in 0..WALKS {
+            let sampler = Sampler::at(index, SEED);
+            survey.walk_from_camera(setup, &sampler);
+            survey.walk_from_light(setup, &sampler);
+        }
+        if survey.focused > 0.0 {
+            survey.focused /= survey.light_power(setup);
+        }
+        for lengths in [&mut survey.camera, &mut survey.light] {
+            lengths.vertices /= WALKS as f64;
+            lengths.open /= WALKS as f64;
+        }
+        survey
+    }
+
+    /// What camera rays meet first.
+    fn look(&mut self, setup: &Setup) {
+        let Setup { scene, camera, .. } = setup;
+        let lambda = SampledWavelengths::sample(0.5);
+        let each = 1.0 / f64::from(RAYS * RAYS);
+        for i in 0..RAYS * RAYS {
+            let uv = [i % RAYS, i / RAYS].map(|n| (f64::from(n) + 0.5) / f64::from(RAYS));
+            let ray = camera.ray(uv, [0.5; 2]);
+            let hidden = setup.hide_emitters;
+            let hit = if hidden { scene.closest_unlit(ray) } else { scene.closest(&ray) };
+            let Some(hit) = hit else {
+                self.lights_seen += if scene.lights().environment().is_some() { each } else { 0.0 };
+                continue;
+            };
+            self.lights_seen += if hit.light.is_some() { each } else { 0.0 };
+            let (material, frame) = scene.material(&hit);
+            let (bsdf, wo) = (material.bsdf(&lambda), frame.to_local(hit.wo));
+            // Lobes are chosen by intervals: both ends and the middle meet every material's.
+            let delta = |lobe| bsdf.sample(wo, [0.5; 2], lobe).is_some_and(|s| s.delta);
+            self.delta_seen += if [0.0, 0.5, 0.999_999].into_iter().any(delta) { each } else { 0.0 };
+        }
+    }
+
+    fn walk_from_camera(&mut self, setup: &Setup, sampler: &Sampler) {
+        let numbers = sampler.camera();
+        let ray = setup.camera.ray(numbers.screen, numbers.lens);
+        let lens = setup.camera.lens_point(numbers.lens);
+        let walk = Walk::from_camera(SampledWavelengths::sample(numbers.wavelength), lens, 1.0);
+        follow(setup, (walk, ray), |depth| sampler.vertex(depth), |vertex| self.camera.count(vertex));
+    }
+
+    fn walk_from_light(&mut self, setup: &Setup, sampler: &Sampler) {
+        let numbers = sampler.light();
+        let lights = setup.scene.lights();
+        let Some(emission) = lights.emit(&numbers.emission()) else { return };
+        let lambda = SampledWavelengths::sample(sampler.camera().wavelength);
+        let emitted = lights.spectrum(emission.light, -emission.direction, &lambda);
+        let Some(walk) = Walk::from_light(lambda, &emission, emitted) else { return };
+        let (light, focused) = (&mut self.light, &mut self.focused);
+        let numbers = |depth| numbers.vertex(depth);
+        follow(setup, (walk, emission.ray()), numbers, |vertex| {
+            light.count(vertex);
+            if vertex.depth == 1 && vertex.bsdf.is_delta() {
+                *focused += f64::from(lambda.to_xyz(vertex.throughput).y);
+            }
+        });
+    }
+
+    /// Luminous power of the same walks.
+    fn light_power(&self, setup: &Setup) -> f64 {
+        let lights = setup.scene.lights();
+        let power = (0..WALKS).filter_map(|index| {
+            let sampler = Sampler::at(index, SEED);
+            let emission = lights.emit(&sampler.light().emission())?;
+            let lambda = SampledWavelengths::sample(sampler.camera().wavelength);
+            let emitted = lights.spectrum(emission.light, -emission.direction, &lambda);
+            Some(f64::from(lambda.to_xyz(emitted * emission.scale()).y))
+        });
+        power.sum()
+    }
+}
+
+impl Lengths {
+    fn count(&mut self, vertex: &Vertex) {
+        self.vertices += 1.0;
+        self.open += if vertex.bsdf.is_delta() { 0.0 } else { 1.0 };
+    }
+}
+
+/// Shows `visit` each vertex of a walk.
+fn follow<const FROM_LIGHT: bool>(
+    setup: &Setup,
+    (mut walk, mut ray): (Walk<FROM_LIGHT>, crate::tracer::accel::Ray),
+    numbers: impl Fn(u32) -> VertexNumbers,
+    mut visit: impl FnMut(&Vertex),
+) {
+    let scene: &Scene = &setup.scene;
+    let longest = setup.max_depth.unwrap_or(u32::MAX).min(LONGEST);
+    while walk.depth() + 1 < longest {
+        let Some(hit) = scene.closest(&ray) else { return };
+        let vertex = walk.arrive(scene, hit);
+        visit(&vertex);
+        match walk.scatter(&vertex, &numbers(walk.depth() - 1), setup.rr_depth) {
+            Some(next) => ray = next,
+            None => return,
+        }
+    }
+}
+
+/// Mean luminance of paths of two segments at most.
+fn direct(setup: &Setup) -> f64 {
+    struct Sum(f64);
+    impl SampleSink for Sum {
+        fn camera(&mut self, _: [f32; 2], value: Xyz, _: f32) {
+            self.0 += if value.y.is_finite() { f64::from(value.y) } else { 0.0 };
+        }
+        fn light(&mut self, _: [f32; 2], _: Xyz) {}
+    }
+    let max_depth = Some(setup.max_depth.map_or(2, |depth| depth.min(2)));
+    let tracer = path_tracer(&Setup { max_depth, ..setup.clone() });
+    let mut sum = Sum(0.0);
+    (0..DIRECT).for_each(|index| tracer.trace(index, &mut (), &mut sum));
+    sum.0 / DIRECT as f64
+}
+
+/// The path tracer of a setup, over the picture, with the numbers of trials.
+pub(super) fn path_tracer(setup: &Setup) -> PathTracer {
+    let Setup { scene, camera, max_depth, rr_depth, hide_emitters, .. } = setup.clone();
+    let window = UvWindow::PICTURE;
+    PathTracer { scene, camera, seed: SEED, window, max_depth, rr_depth, hide_emitters }
+}

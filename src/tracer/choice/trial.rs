@@ -1,0 +1,55 @@
+//! A few thousand paths of one method, to see how its samples scatter.
+
+use crate::scene::desc::IntegratorKind;
+use crate::stream::UvWindow;
+use crate::tracer::integrator::{BidirectionalTracer, Integrator, ParticleTracer, Setup};
+
+use super::cost;
+use super::grid::Grid;
+use super::survey::{Survey, path_tracer};
+
+/// The numbers of trials: not those of any picture, and always the same.
+pub(super) const SEED: u32 = 0x6175_746f;
+
+/// Work of one trial, in the units of [`cost::of`].
+const WORK: f64 = 200_000.0;
+
+/// Bounds of the number of paths of one trial.
+const PATHS: [f64; 2] = [256.0, 16_384.0];
+
+/// What one method did.
+#[derive(Clone, Debug)]
+pub struct Trial {
+    /// The method.
+    pub kind: IntegratorKind,
+    /// Indices that were traced.
+    pub paths: u64,
+    /// Cost of one index, in units of a camera vertex.
+    pub cost: f64,
+    pub(super) grid: Grid,
+}
+
+impl Trial {
+    /// Traces paths of `kind`, as many as its share of the work allows.
+    pub fn of(setup: &Setup, survey: &Survey, kind: IntegratorKind) -> Self {
+        let cost = cost::of(kind, survey);
+        let paths = (WORK / cost).clamp(PATHS[0], PATHS[1]) as u64;
+        let setup = Setup { seed: SEED, window: UvWindow::PICTURE, ..setup.clone() };
+        let grid = match kind {
+            IntegratorKind::Path | IntegratorKind::Auto => run(&path_tracer(&setup), paths),
+            IntegratorKind::Light => run(&ParticleTracer { setup }, paths),
+            IntegratorKind::Bidirectional => run(&BidirectionalTracer { setup }, paths),
+        };
+        Self { kind, paths, cost, grid }
+    }
+}
+
+fn run<I: Integrator>(integrator: &I, paths: u64) -> Grid {
+    let mut grid = Grid::new();
+    let mut scratch = I::Scratch::default();
+    for index in 0..paths {
+        integrator.trace(index, &mut scratch, &mut grid);
+    }
+    grid.count_light_paths(paths * integrator.paths_per_index().light);
+    grid
+}
