@@ -83,9 +83,8 @@ const MITSUBA: &[(Facets, f32, f32, bool, [f32; 3], f32, f32)] = &[
     (Facets::Ggx, 0.4, 1.9, false, [0.5, 0.52, 3.141], 0.144262, 0.34883),
 ];
 
-/// Mitsuba's tables are linear between 64 cosines, and its masking of Beckmann is a fit within 0.35 %, which counts twice for
-/// a base, seen and lit through the coat: 0.7 %. Of its densities that counts more: the share of the coat has 1 − T, a small
-/// difference. GGX has no fit.
+/// Mitsuba's tables are linear between 64 cosines, its quadrature has 32² points, and its masking of Beckmann is a fit within
+/// 0.35 %; a base is seen and lit through the coat, so that either counts twice.
 #[test]
 fn values_of_mitsuba() {
     for &(facets, alpha, eta, nonlinear, [z_o, z_i, phi], value, density) in MITSUBA {
@@ -93,7 +92,7 @@ fn values_of_mitsuba() {
         let (f, pdf) = bsdf.eval(direction(z_o, 0.0), direction(z_i, phi)).expect("both above");
         let off = [f.0.x / value - 1.0, pdf.0 / density - 1.0];
         let what = format!("{facets:?} {alpha} {eta} {nonlinear} {z_o} {z_i} {phi}: off by {off:?}");
-        let within = if facets == Facets::Beckmann { [7e-3, 1e-2] } else { [2e-3, 2e-3] };
+        let within = [5e-3, 3e-3];
         assert!(off[0].abs() < within[0] && off[1].abs() < within[1], "{what}");
     }
 }
@@ -103,12 +102,12 @@ fn values_of_mitsuba() {
 fn transmittance_is_the_integral() {
     for facets in [Facets::Beckmann, Facets::Ggx] {
         for alpha in [1e-3, 0.01, 0.1, 0.4, 1.0] {
-            for eta in [1.3, 1.5, 2.0] {
+            for eta in [1.3, 2.0] {
                 let microfacet = microfacet(facets, alpha);
                 let table = Transmittance::of(&microfacet, eta);
                 for cos in [1.0, 0.83, 0.5, 0.31, 0.12, 0.03] {
                     let wo = direction(cos, 0.0);
-                    let (n, mut sum) = (128, 0.0);
+                    let (n, mut sum) = (256, 0.0);
                     for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
                         let m = microfacet.sample_visible(wo, [i, j].map(|k| (k as f32 + 0.5) / n as f32));
                         let c = wo.dot(m).clamp(0.0, 1.0);

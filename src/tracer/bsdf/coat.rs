@@ -68,12 +68,17 @@ pub fn internal_reflectance(microfacet: &Microfacet, eta: f32) -> f32 {
 /// The mean of `f` over the visible normals from an angle of this cosine.
 fn over_visible(microfacet: &Microfacet, cos: f32, f: impl Fn(Vec3, Vec3) -> f32) -> f64 {
     let wo = Vec3::new(((1.0 - cos) * (1.0 + cos)).max(0.0).sqrt(), 0.0, cos);
-    let mut sum = 0.0;
-    for (i, j) in (0..POINTS).flat_map(|i| (0..POINTS).map(move |j| (i, j))) {
-        let u = [i, j].map(|k| (k as f32 + 0.5) / POINTS as f32);
-        sum += f64::from(f(wo, microfacet.sample_visible(wo, u)));
+    // Denser towards the edges of the square, where the facets are that face away: there the integrand is steep.
+    let at = |i: u32| {
+        let t = (i as f32 + 0.5) / POINTS as f32;
+        (t * t * (3.0 - 2.0 * t), 6.0 * t * (1.0 - t))
+    };
+    let (mut sum, mut total) = (0.0, 0.0);
+    for ((u, du), (v, dv)) in (0..POINTS).flat_map(|i| (0..POINTS).map(move |j| (at(i), at(j)))) {
+        sum += f64::from(du * dv * f(wo, microfacet.sample_visible(wo, [u, v])));
+        total += f64::from(du * dv);
     }
-    sum / f64::from(POINTS * POINTS)
+    sum / total
 }
 
 fn reflected(microfacet: &Microfacet, eta: f32, wo: Vec3, m: Vec3) -> f32 {
