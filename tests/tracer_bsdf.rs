@@ -7,7 +7,8 @@ use glam::{Vec3, Vec4};
 use pointillist::scene::desc::{Facets, Roughness};
 use pointillist::spectrum::SampledSpectrum;
 use pointillist::tracer::bsdf::{
-    Base, Bsdf, Dielectric, Diffuse, Microfacet, Plastic, RoughConductor, RoughDielectric, fresnel,
+    Base, Bsdf, Coat, Dielectric, Diffuse, Microfacet, Plastic, RoughConductor, RoughDielectric,
+    RoughPlastic, Transmittance, coat, fresnel,
 };
 use tracer_support::{Random, assert_counts};
 
@@ -40,6 +41,14 @@ fn plastic(albedo: f32, eta: f32, nonlinear: bool) -> Bsdf {
     Bsdf::Plastic(Plastic::new([SampledSpectrum::splat(eta), ONE], ONE, base, false))
 }
 
+fn rough_plastic(facets: Facets, alpha: f32, eta: f32, albedo: f32) -> Bsdf {
+    let microfacet = microfacet(facets, [alpha; 2]);
+    let coat = Coat { eta, microfacet, transmittance: Transmittance::of(&microfacet, eta) };
+    let internal = SampledSpectrum::splat(coat::internal_reflectance(&microfacet, eta));
+    let base = Base { albedo: SampledSpectrum::splat(albedo), internal, nonlinear: true };
+    Bsdf::RoughPlastic(RoughPlastic::new(&coat, ONE, base, false))
+}
+
 /// Materials with something that is not delta, each with the index behind its surface.
 fn materials(alphas: &[[f32; 2]]) -> Vec<(String, Bsdf, f32)> {
     let mut all = vec![
@@ -51,6 +60,9 @@ fn materials(alphas: &[[f32; 2]]) -> Vec<(String, Bsdf, f32)> {
             let name = |kind: &str| format!("{kind} {facets:?} {alpha:?}");
             all.push((name("metal"), metal(facets, alpha), 1.0));
             all.push((name("silver"), silver(facets, alpha), 1.0));
+            if alpha[0] == alpha[1] {
+                all.push((name("rough plastic"), rough_plastic(facets, alpha[0], 1.5, 0.6), 1.0));
+            }
             for eta in [1.5, 0.7, 1.05] {
                 let what = format!("{} of index {eta}", name("glass"));
                 all.push((what, glass(facets, alpha, [eta; 4], (false, false)), eta));

@@ -28,6 +28,21 @@ impl Frame {
         }
     }
 
+    /// The frame around the unit vector `n` whose s is the part of `along` (any length) at right angles to `n`; that of
+    /// [`Frame::new`] where there is no such part.
+    pub fn along(n: Vec3, along: Vec3) -> Self {
+        let along = along.normalize_or_zero();
+        let across = along - n * n.dot(along);
+        // Below this, what is left is rounding.
+        if across.length_squared() < 1e-10 {
+            return Self::new(n);
+        }
+        // Once more: the first difference may have lost digits.
+        let s = across.normalize();
+        let s = (s - n * n.dot(s)).normalize();
+        Self { s, t: n.cross(s), n }
+    }
+
     /// World to local.
     #[inline]
     pub fn to_local(&self, v: Vec3) -> Vec3 {
@@ -75,6 +90,21 @@ mod tests {
         }
         assert!(worst_naive > 1e-3, "the case is too easy: {worst_naive}");
         assert!(worst < 1e-6, "worst deviation {worst}");
+    }
+
+    #[test]
+    fn frames_along_a_direction() {
+        let n = Vec3::new(0.48, -0.6, -0.64);
+        for along in [Vec3::X, Vec3::new(1e-20, 3e-20, 0.0), Vec3::new(-1e18, 0.0, 2e18), n + Vec3::X * 1e-3]
+        {
+            let f = Frame::along(n, along);
+            let off = f.s.dot(n).abs().max(f.t.dot(n).abs()).max((f.s.cross(f.t) - n).length());
+            assert!(off < 1e-6, "{along}: {f:?}");
+            assert!(f.t.dot(along.normalize()).abs() < 1e-4 && f.s.dot(along) > 0.0, "{along}: {f:?}");
+        }
+        for none in [Vec3::ZERO, n, -n * 7.0, Vec3::splat(f32::NAN)] {
+            assert_eq!(Frame::along(n, none).s, Frame::new(n).s);
+        }
     }
 
     #[test]

@@ -240,6 +240,21 @@ pub enum BsdfDesc {
         /// Colours shift with every reflection between coat and base.
         nonlinear: bool,
     },
+    /// Rough transparent coat over a diffuse base.
+    RoughPlastic {
+        /// Index of the coat; that at the sodium line counts for all wavelengths.
+        int_ior: Ior,
+        /// Index outside, likewise.
+        ext_ior: Ior,
+        /// Albedo of the base.
+        diffuse_reflectance: Spectrum,
+        /// Factor on the reflection of the coat, 1 in nature.
+        specular_reflectance: Spectrum,
+        /// Colours shift with every reflection between coat and base.
+        nonlinear: bool,
+        /// Facets of the coat, the same along both tangents.
+        roughness: Roughness,
+    },
     /// Makes a one-sided material two-sided.
     TwoSided {
         /// Seen from the side of the normal.

@@ -8,6 +8,9 @@ use glam::Vec4;
 
 use super::{SampledSpectrum, SampledWavelengths};
 
+/// Wavelength of the sodium D line in nm, at which one number for an index that depends on wavelength is taken.
+pub const SODIUM_D: f32 = 589.3;
+
 /// The index of refraction of a transparent medium.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Ior {

@@ -1,9 +1,9 @@
 //! Materials: what a surface is made of, before the wavelengths of a path are known.
 
-use crate::spectrum::{SampledWavelengths, Spectrum, dispersion::Ior};
+use crate::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum, dispersion::Ior};
 
-use super::bsdf::{Base, Bsdf, Conductor, Dielectric, Diffuse};
-use super::bsdf::{Microfacet, Plastic, RoughConductor, RoughDielectric};
+use super::bsdf::{Base, Bsdf, Coat, Conductor, Dielectric, Diffuse};
+use super::bsdf::{Microfacet, Plastic, RoughConductor, RoughDielectric, RoughPlastic};
 
 /// A one-sided material. Two-sidedness is a pair of these per surface, see [`Sides`](super::bsdf::Sides).
 #[derive(Clone, Debug)]
@@ -64,6 +64,19 @@ pub enum Material {
         /// Light is coloured at every reflection between coat and base.
         nonlinear: bool,
     },
+    /// Rough coat over a diffuse base.
+    RoughPlastic {
+        /// The coat.
+        coat: Coat,
+        /// Factor on its reflection.
+        reflectance: Spectrum,
+        /// Albedo of the base.
+        base: Spectrum,
+        /// Reflectance of the coat from within for diffuse light.
+        internal: f32,
+        /// Light is coloured at every reflection between coat and base.
+        nonlinear: bool,
+    },
 }
 
 impl Material {
@@ -113,6 +126,12 @@ impl Material {
                 let (albedo, internal) = (base.sample(lambda), internal.sample(lambda));
                 let base = Base { albedo, internal, nonlinear: *nonlinear };
                 Bsdf::Plastic(Plastic::new(eta, coat.sample(lambda), base, lambda.is_hero_only()))
+            }
+            Material::RoughPlastic { coat, reflectance, base, internal, nonlinear } => {
+                let internal = SampledSpectrum::splat(*internal);
+                let base = Base { albedo: base.sample(lambda), internal, nonlinear: *nonlinear };
+                let reflectance = reflectance.sample(lambda);
+                Bsdf::RoughPlastic(RoughPlastic::new(coat, reflectance, base, lambda.is_hero_only()))
             }
         }
     }

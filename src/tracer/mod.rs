@@ -33,6 +33,7 @@ pub mod sampler;
 pub mod scene;
 pub mod shape;
 pub mod subpath;
+mod tangents;
 
 pub use camera::Camera;
 pub use integrator::{Integrator, PathTracer};

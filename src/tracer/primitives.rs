@@ -8,6 +8,7 @@ use super::accel::{Accel, Hit, Ray};
 use super::interaction::SurfaceInteraction;
 use super::prepare::backs::Back;
 use super::shape::{Disk, Sphere, SurfacePoint, Triangle};
+use super::tangents::Tangents;
 
 /// Marks the absence of a light or of normals in a record.
 pub(super) const NONE: u32 = u32::MAX;
@@ -38,6 +39,8 @@ pub(super) struct Primitives {
     pub(super) normals: Vec<[Vec3; 3]>,
     /// What lies on the back of a primitive, in the same place.
     pub(super) backs: Vec<Back>,
+    /// By surface; empty where nothing is brushed.
+    pub(super) tangents: Vec<Tangents>,
 }
 
 impl Primitives {
@@ -60,11 +63,24 @@ impl Primitives {
         }
         SurfaceInteraction {
             point,
-            frame: Frame::new(n),
+            frame: if self.tangents.is_empty() {
+                Frame::new(n)
+            } else {
+                self.frame(record.surface, hit, (&point, n))
+            },
             wo: -ray.direction,
             surface: record.surface,
             light: (record.light != NONE).then_some(record.light),
             smooth,
+        }
+    }
+
+    /// The shading frame with normal `n` of a scene where something is brushed.
+    #[inline(never)]
+    fn frame(&self, surface: u32, hit: &Hit, (point, n): (&SurfacePoint, Vec3)) -> Frame {
+        match &self.tangents[surface as usize] {
+            Tangents::Any => Frame::new(n),
+            tangents => tangents.frame(hit.prim, point, n),
         }
     }
 

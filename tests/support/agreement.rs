@@ -71,8 +71,8 @@ pub struct Plan {
     pub window: UvWindow,
 }
 
-/// Mean over the seeds and the variance of that mean. Two threads.
-pub fn measure(desc: &SceneDesc, method: Method, plan: Plan) -> Measured {
+/// One picture of luminance per seed. Two threads.
+pub fn repeat(desc: &SceneDesc, method: Method, plan: Plan) -> Vec<Vec<f64>> {
     let scene = Arc::new(Scene::prepare(desc).expect("the scene is valid"));
     let camera = Camera::of(desc).expect("the camera is valid");
     let paths = plan.paths_per_pixel * (plan.side as u64).pow(2);
@@ -88,12 +88,17 @@ pub fn measure(desc: &SceneDesc, method: Method, plan: Plan) -> Measured {
         }
     };
     let half = plan.seeds / 2;
-    let pictures: Vec<Vec<f64>> = std::thread::scope(|scope| {
+    std::thread::scope(|scope| {
         let other = scope.spawn(|| (half..plan.seeds).map(&picture).collect::<Vec<_>>());
         let mut all: Vec<_> = (0..half).map(&picture).collect();
         all.extend(other.join().expect("no path panics"));
         all
-    });
+    })
+}
+
+/// Mean over the seeds and the variance of that mean.
+pub fn measure(desc: &SceneDesc, method: Method, plan: Plan) -> Measured {
+    let pictures = repeat(desc, method, plan);
     let r = pictures.len() as f64;
     let (mut mean, mut variance) = (Vec::new(), Vec::new());
     for pixel in 0..plan.side * plan.side {

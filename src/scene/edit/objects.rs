@@ -148,6 +148,7 @@ fn bsdf_kind(bsdf: &BsdfDesc) -> &'static str {
         BsdfDesc::RoughConductor { .. } => "roughconductor",
         BsdfDesc::RoughDielectric { .. } => "roughdielectric",
         BsdfDesc::Plastic { .. } => "plastic",
+        BsdfDesc::RoughPlastic { .. } => "roughplastic",
         BsdfDesc::TwoSided { .. } => "twosided",
     }
 }

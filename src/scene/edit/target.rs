@@ -3,7 +3,8 @@
 use glam::Vec4;
 
 use crate::scene::desc::{BsdfDesc, BsdfId, LightDesc, SceneDesc};
-use crate::spectrum::{Spectrum, dispersion::Ior};
+use crate::spectrum::Spectrum;
+use crate::spectrum::dispersion::{Ior, SODIUM_D};
 
 /// One value of the scene, by place in the description.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -218,9 +219,6 @@ pub(crate) const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// Wavelength of the sodium D line in nm, at which an index that depends on wavelength is shown.
-const SODIUM_D: f32 = 589.3;
-
 impl Target {
     /// Its object and its name in a saved file, and which one of the objects.
     fn key(self) -> (Object, &'static str, u32) {
@@ -313,8 +311,9 @@ fn tint(spectrum: &mut Spectrum, value: NewValue) {
 
 fn reflectance(desc: &SceneDesc, index: u32) -> Option<NewValue> {
     let bsdf = desc.bsdfs.get(index as usize)?;
-    let (BsdfDesc::Diffuse { reflectance } | BsdfDesc::Plastic { diffuse_reflectance: reflectance, .. }) =
-        bsdf
+    let (BsdfDesc::Diffuse { reflectance }
+    | BsdfDesc::Plastic { diffuse_reflectance: reflectance, .. }
+    | BsdfDesc::RoughPlastic { diffuse_reflectance: reflectance, .. }) = bsdf
     else {
         return None;
     };
@@ -324,7 +323,9 @@ fn reflectance(desc: &SceneDesc, index: u32) -> Option<NewValue> {
 /// Through the same smooth spectra as an `rgb` of a file.
 fn set_reflectance(desc: &mut SceneDesc, index: u32, value: NewValue) {
     if let (
-        BsdfDesc::Diffuse { reflectance } | BsdfDesc::Plastic { diffuse_reflectance: reflectance, .. },
+        BsdfDesc::Diffuse { reflectance }
+        | BsdfDesc::Plastic { diffuse_reflectance: reflectance, .. }
+        | BsdfDesc::RoughPlastic { diffuse_reflectance: reflectance, .. },
         NewValue::Rgb(rgb),
     ) = (&mut desc.bsdfs[index as usize], value)
     {
@@ -336,7 +337,8 @@ fn int_ior(desc: &SceneDesc, index: u32) -> Option<NewValue> {
     let bsdf = desc.bsdfs.get(index as usize)?;
     let (BsdfDesc::Dielectric { int_ior, .. }
     | BsdfDesc::RoughDielectric { int_ior, .. }
-    | BsdfDesc::Plastic { int_ior, .. }) = bsdf
+    | BsdfDesc::Plastic { int_ior, .. }
+    | BsdfDesc::RoughPlastic { int_ior, .. }) = bsdf
     else {
         return None;
     };
@@ -347,7 +349,8 @@ fn set_int_ior(desc: &mut SceneDesc, index: u32, value: NewValue) {
     if let (
         BsdfDesc::Dielectric { int_ior, .. }
         | BsdfDesc::RoughDielectric { int_ior, .. }
-        | BsdfDesc::Plastic { int_ior, .. },
+        | BsdfDesc::Plastic { int_ior, .. }
+        | BsdfDesc::RoughPlastic { int_ior, .. },
         NewValue::Number(n),
     ) = (&mut desc.bsdfs[index as usize], value)
     {

@@ -21,6 +21,7 @@ const PLUGINS: &[(&str, Plugin)] = &[
     ("roughdielectric", rough_dielectric),
     ("roughconductor", rough_conductor),
     ("plastic", plastic),
+    ("roughplastic", rough_plastic),
     ("twosided", two_sided),
 ];
 
@@ -174,6 +175,27 @@ fn plastic(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<BsdfDesc, Sce
         diffuse_reflectance: color(reader, params, ("diffuse_reflectance", Role::Reflectance), 0.5)?,
         specular_reflectance: color(reader, params, ("specular_reflectance", Role::Reflectance), 1.0)?,
         nonlinear: params.boolean("nonlinear", false)?,
+    })
+}
+
+fn rough_plastic(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<BsdfDesc, SceneError> {
+    let (int_ior, ext_ior) = (ior(params, "int_ior", "polypropylene")?, ior(params, "ext_ior", "air")?);
+    if int_ior == ext_ior {
+        let found = params.error("int_ior", "a coat has another index of refraction than what is around it");
+        return Err(found.help("without a coat it is `diffuse`").error());
+    }
+    let roughness = roughness::read(reader, params)?;
+    if roughness.alpha[0] != roughness.alpha[1] {
+        let found = params.error("alpha_u", "the coat of a plastic is as rough along as across");
+        return Err(found.help("give one `alpha`").error());
+    }
+    Ok(BsdfDesc::RoughPlastic {
+        int_ior,
+        ext_ior,
+        diffuse_reflectance: color(reader, params, ("diffuse_reflectance", Role::Reflectance), 0.5)?,
+        specular_reflectance: color(reader, params, ("specular_reflectance", Role::Reflectance), 1.0)?,
+        nonlinear: params.boolean("nonlinear", false)?,
+        roughness,
     })
 }
 

@@ -33,12 +33,6 @@ pub(crate) fn read(reader: &Reader<'_>, params: &Params<'_>) -> Result<Roughness
         }
         _ => return Err(params.error("alpha", "either `alpha`, or `alpha_u` and `alpha_v`").error()),
     };
-    if alpha[0] != alpha[1] {
-        let found = params
-            .error("alpha_u", "the way this surface is brushed does not follow its texture coordinates");
-        params
-            .note(found.help("tangents are arbitrary here; `alpha` looks the same from all sides").warning());
-    }
     if !params.boolean("sample_visible", true)? {
         let span = params.get("sample_visible").map_or(params.span(), |e| e.span);
         let message = "`sample_visible` is always true here: the picture is the same, with less noise";

@@ -7,6 +7,7 @@
 //! material with a delta and another part evaluates to the other part, with the density that it is chosen and sampled.
 //! `None` means that sampling failed; the path ends there.
 
+pub mod coat;
 mod conductor;
 mod dielectric;
 mod diffuse;
@@ -15,6 +16,7 @@ pub mod microfacet;
 mod plastic;
 mod rough_conductor;
 mod rough_dielectric;
+mod rough_plastic;
 mod twosided;
 
 use glam::Vec3;
@@ -22,6 +24,7 @@ use glam::Vec3;
 use crate::math::pdf::PdfW;
 use crate::spectrum::SampledSpectrum;
 
+pub use coat::Transmittance;
 pub use conductor::Conductor;
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
@@ -29,6 +32,7 @@ pub use microfacet::Microfacet;
 pub use plastic::{Base, Plastic};
 pub use rough_conductor::RoughConductor;
 pub use rough_dielectric::RoughDielectric;
+pub use rough_plastic::{Coat, RoughPlastic};
 pub use twosided::Sides;
 
 /// A material at one point and at the wavelengths of one path.
@@ -46,6 +50,8 @@ pub enum Bsdf {
     RoughDielectric(RoughDielectric),
     /// Smooth coat over a diffuse base.
     Plastic(Plastic),
+    /// Rough coat over a diffuse base.
+    RoughPlastic(RoughPlastic),
 }
 
 /// A direction chosen by a material.
@@ -77,6 +83,7 @@ impl Bsdf {
             Bsdf::RoughConductor(b) => b.eval(wo, wi),
             Bsdf::RoughDielectric(b) => b.eval(wo, wi),
             Bsdf::Plastic(b) => b.eval(wo, wi),
+            Bsdf::RoughPlastic(b) => b.eval(wo, wi),
         }
     }
 
@@ -90,6 +97,7 @@ impl Bsdf {
             Bsdf::RoughConductor(b) => b.sample(wo, u),
             Bsdf::RoughDielectric(b) => b.sample(wo, u, lobe),
             Bsdf::Plastic(b) => b.sample(wo, u, lobe),
+            Bsdf::RoughPlastic(b) => b.sample(wo, u, lobe),
         }
     }
 

@@ -13,9 +13,11 @@ use crate::tracer::accel::PrimRange;
 use crate::tracer::light::{DiskLight, Light, LightShape, ParallelogramLight, SphereLight, TriangleLight};
 use crate::tracer::primitives::{NONE, PrimRecord};
 use crate::tracer::shape::{Disk, Sphere, Triangle};
+use crate::tracer::tangents::Tangents;
 
 use super::PrepareError;
 use super::backs::{Back, Key, Places};
+use super::tangents;
 
 /// Largest magnitude of a coordinate: its square and its product with an extent stay finite.
 const MAX_COORDINATE: f32 = 1e12;
@@ -35,6 +37,8 @@ pub(super) struct Geometry {
     sphere_prims: Vec<PrimRecord>,
     pub(super) normals: Vec<[Vec3; 3]>,
     pub(super) backs: Vec<Back>,
+    /// By shape; see [`Geometry::finish`].
+    pub(super) tangents: Vec<Tangents>,
     places: Places,
     pub(super) lights: Vec<Light>,
     /// Shapes added so far.
@@ -52,6 +56,10 @@ struct Adding<'a> {
     spectrum: Option<u32>,
     /// Primitives without area or with unusable coordinates.
     dropped: usize,
+    /// ∂p/∂u by triangle, if it is brushed.
+    along: Option<Vec<Vec3>>,
+    /// Triangles before it.
+    first: usize,
 }
 
 impl Geometry {
@@ -64,7 +72,9 @@ impl Geometry {
         self.shapes += 1;
         let spectrum = shape.emission.is_some().then_some(self.emitting);
         self.emitting += u32::from(spectrum.is_some());
-        let mut adding = Adding { shape, surface, spectrum, dropped: 0 };
+        let brushed = tangents::is_brushed(desc, shape.bsdf);
+        let (first, along) = (self.triangles.len(), brushed.then(Vec::new));
+        let mut adding = Adding { shape, surface, spectrum, dropped: 0, along, first };
         match &shape.kind {
             ShapeKind::Mesh(id) => {
                 let unknown = PrepareError::UnknownMesh { id: *id, place: shape.place };
@@ -75,6 +85,11 @@ impl Geometry {
             ShapeKind::Rectangle => self.add_rectangle(&mut adding),
             ShapeKind::Cube => self.add_cube(&mut adding),
         }
+        self.tangents.push(match adding.along {
+            None => Tangents::Any,
+            Some(along) if along.is_empty() => tangents::of_shape(shape),
+            Some(along) => Tangents::Each { first: first as u32, along },
+        });
         if adding.dropped > 0 {
             let name = shape.id.as_deref().unwrap_or("without id");
             let file = desc.files.get(shape.place.file as usize).map(|f| f.display().to_string());
@@ -89,10 +104,13 @@ impl Geometry {
         Ok(())
     }
 
-    /// Joins the lists by kind into one numbering: triangles, disks, spheres.
+    /// Joins the lists by kind into one numbering: triangles, disks, spheres. Forgets tangents where nothing is brushed.
     pub(super) fn finish(mut self) -> Self {
         let triangles = self.triangles.len() as u32;
         let first_sphere = triangles + self.disks.len() as u32;
+        if self.tangents.iter().all(|t| matches!(t, Tangents::Any)) {
+            self.tangents.clear();
+        }
         self.prims.append(&mut self.disk_prims);
         self.prims.append(&mut self.sphere_prims);
         for light in &mut self.lights {
@@ -138,6 +156,12 @@ impl Geometry {
         true
     }
 
+    /// Notes ∂p/∂u of the triangles that came since it was last called.
+    fn brush(&self, adding: &mut Adding, along: impl FnOnce() -> Vec3) {
+        let Some(known) = &mut adding.along else { return };
+        known.resize(self.triangles.len() - adding.first, along());
+    }
+
     fn add_mesh(&mut self, mesh: &Mesh, adding: &mut Adding) {
         let to_world = adding.shape.to_world;
         let to_normal = to_world.matrix3.inverse().transpose();
@@ -157,6 +181,7 @@ impl Geometry {
             };
             let normals = normal(i).zip(normal(j)).zip(normal(k)).map(|((x, y), z)| [x, y, z]);
             self.push_mesh_triangle([a, b, c], normals, adding);
+            self.brush(adding, || tangents::of_triangle(mesh, [i, j, k], [a, b, c]));
         }
     }
 
@@ -239,6 +264,7 @@ impl Geometry {
                     [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
                 let [b, d] = if turned { [d, b] } else { [b, d] };
                 self.add_parallelogram([a, b, c, d], adding);
+                self.brush(adding, || m.transform_vector3(tangents::of_cube_face(axis, sign)).as_vec3());
             }
         }
     }

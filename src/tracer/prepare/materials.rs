@@ -4,8 +4,9 @@ use glam::Vec4;
 
 use crate::scene::SceneDesc;
 use crate::scene::desc::{BsdfDesc, BsdfId};
-use crate::spectrum::{Spectrum, dispersion::Ior};
-use crate::tracer::bsdf::{Microfacet, Sides, fresnel};
+use crate::spectrum::Spectrum;
+use crate::spectrum::dispersion::{Ior, SODIUM_D};
+use crate::tracer::bsdf::{Coat, Microfacet, Sides, Transmittance, coat, fresnel};
 use crate::tracer::material::Material;
 
 use super::PrepareError;
@@ -92,8 +93,32 @@ fn one_sided(desc: &BsdfDesc) -> Option<Material> {
                 nonlinear,
             }
         }
+        BsdfDesc::RoughPlastic {
+            int_ior,
+            ext_ior,
+            diffuse_reflectance,
+            specular_reflectance,
+            nonlinear,
+            roughness,
+        } => {
+            let coat = rough_coat(&int_ior, &ext_ior, Microfacet::new(roughness));
+            Material::RoughPlastic {
+                internal: coat::internal_reflectance(&coat.microfacet, coat.eta),
+                coat,
+                reflectance: specular_reflectance,
+                base: diffuse_reflectance,
+                nonlinear,
+            }
+        }
         BsdfDesc::TwoSided { .. } => return None,
     })
+}
+
+/// A coat by its index at the sodium line.
+fn rough_coat(int_ior: &Ior, ext_ior: &Ior, microfacet: Microfacet) -> Coat {
+    let lambda = Vec4::splat(SODIUM_D);
+    let eta = int_ior.eval(lambda).x / ext_ior.eval(lambda).x;
+    Coat { eta, microfacet, transmittance: Transmittance::of(&microfacet, eta) }
 }
 
 /// What a coat reflects of diffuse light from within; a table over wavelengths where a medium disperses.

@@ -5,6 +5,7 @@ mod error;
 mod geometry;
 mod materials;
 mod origin;
+mod tangents;
 
 use std::sync::Arc;
 
@@ -89,9 +90,10 @@ pub(super) fn edited(scene: &Scene, desc: &SceneDesc) -> Result<Scene, PrepareEr
 }
 
 fn primitives(geometry: Geometry) -> Primitives {
-    let Geometry { corners, quads, triangles, disks, spheres, prims, normals, backs, .. } = geometry;
+    let Geometry { corners, quads, triangles, disks, spheres, prims, normals, backs, tangents, .. } =
+        geometry;
     let accel = Accel::new(&corners, &quads, disks.clone(), spheres.clone());
-    Primitives { accel, triangles, disks, spheres, prims, normals, backs }
+    Primitives { accel, triangles, disks, spheres, prims, normals, backs, tangents }
 }
 
 /// The spectra of a scene's lights: of each shape that emits, then of each light that is not a shape.

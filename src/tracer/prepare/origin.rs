@@ -8,6 +8,8 @@ use crate::scene::SceneDesc;
 use crate::scene::desc::{LightDesc, Mesh, ShapeDesc, ShapeKind};
 use crate::spectrum::EmissionMap;
 
+use super::tangents;
+
 /// Remembers everything of a description but its materials and spectra, to know whether another one differs in
 /// those only.
 #[derive(Debug)]
@@ -32,13 +34,14 @@ struct Form {
     to_world: DAffine3,
     flip_normals: bool,
     emits: bool,
+    brushed: bool,
 }
 
 impl Origin {
     /// What `desc` says.
     pub(super) fn of(desc: &SceneDesc) -> Self {
         Self {
-            shapes: desc.shapes.iter().map(form).collect(),
+            shapes: desc.shapes.iter().map(|s| form(desc, s)).collect(),
             meshes: desc.meshes.clone(),
             lights: desc.lights.iter().map(light_form).collect(),
         }
@@ -50,18 +53,19 @@ impl Origin {
         shapes.len() == desc.shapes.len()
             && meshes.len() == desc.meshes.len()
             && meshes.iter().zip(&desc.meshes).all(|(a, b)| Arc::ptr_eq(a, b))
-            && shapes.iter().zip(&desc.shapes).all(|(a, b)| *a == form(b))
+            && shapes.iter().zip(&desc.shapes).all(|(a, b)| *a == form(desc, b))
             && lights.len() == desc.lights.len()
             && lights.iter().zip(&desc.lights).all(|(a, b)| a.is_that_of(b))
     }
 }
 
-fn form(shape: &ShapeDesc) -> Form {
+fn form(desc: &SceneDesc, shape: &ShapeDesc) -> Form {
     Form {
         kind: shape.kind.clone(),
         to_world: shape.to_world,
         flip_normals: shape.flip_normals,
         emits: shape.emission.is_some(),
+        brushed: tangents::is_brushed(desc, shape.bsdf),
     }
 }
 
