@@ -178,7 +178,7 @@ impl Vertex<'_> {
     #[inline]
     fn lit_point(&self) -> LitPoint {
         let n = if self.wo.z < 0.0 { -self.frame.n } else { self.frame.n };
-        LitPoint { p: self.hit.point.p, n }
+        LitPoint { p: self.hit.point.p, n, through: self.bsdf.transmits() }
     }
 }
 

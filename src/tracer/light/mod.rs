@@ -7,12 +7,16 @@
 //! [`LightSample::delta`] set. `None` means that sampling failed: no light from there.
 
 mod area;
+mod build;
+mod choice;
+mod cluster;
 mod constant;
 mod emission;
 mod envmap;
 mod lights;
 mod point;
 mod sphere;
+mod tree;
 
 use glam::Vec3;
 
@@ -36,6 +40,8 @@ pub struct LitPoint {
     pub p: Vec3,
     /// Unit shading normal on the side that is seen.
     pub n: Vec3,
+    /// The surface also lets light through from the other side.
+    pub through: bool,
 }
 
 /// A direction towards a light.
