@@ -47,7 +47,7 @@ fn lights(shapes: Vec<LightShape>, value: impl Fn(usize) -> f32) -> Lights {
 }
 
 fn lit(r: &mut Random) -> LitPoint {
-    LitPoint { p: vec(r, 6.0), n: r.direction().as_vec3(), through: r.next() < 0.25 }
+    LitPoint { p: vec(r, 6.0), n: r.direction().as_vec3(), through: r.next() < 0.25, glossy: false }
 }
 
 fn total(lights: &Lights, at: LitPoint) -> f64 {
@@ -192,8 +192,15 @@ fn degenerate_lights_and_points() {
             for value in [0.0, 1e-38, 1.0, 1e38] {
                 for odd in [0.0, 1.0, 1e30, 3e38] {
                     let set = lights(vec![shape.clone(); n], |i| if i == 0 { odd } else { value });
-                    for p in [Vec3::ZERO, Vec3::ONE, Vec3::splat(1e12), Vec3::splat(1e-30), Vec3::NAN, Vec3::INFINITY] {
-                        let at = LitPoint { p, n: Vec3::Z, through: n == 2 };
+                    for p in [
+                        Vec3::ZERO,
+                        Vec3::ONE,
+                        Vec3::splat(1e12),
+                        Vec3::splat(1e-30),
+                        Vec3::NAN,
+                        Vec3::INFINITY,
+                    ] {
+                        let at = LitPoint { p, n: Vec3::Z, through: n == 2, glossy: false };
                         let sum = total(&set, at);
                         let bound = if n > 100 { 1e-5 } else { 1e-6 };
                         assert!((sum - 1.0).abs() < bound, "{n} × {shape:?}, {value}, {odd}: {sum} at {p}");
@@ -216,7 +223,7 @@ fn a_tree_is_never_too_deep() {
     let shapes = (0..20_000).map(|i| LightShape::Point(PointLight { position: place(i) })).collect();
     let set = lights(shapes, |i| 2f32.powi(-(i as i32 % 100)));
     for p in [Vec3::ZERO, Vec3::Z, Vec3::X * 9.0] {
-        let sum = total(&set, LitPoint { p, n: Vec3::Z, through: true });
+        let sum = total(&set, LitPoint { p, n: Vec3::Z, through: true, glossy: false });
         assert!((sum - 1.0).abs() < 1e-5, "{sum}");
     }
 }
@@ -252,7 +259,12 @@ fn many_lights_are_chosen_by_what_they_bring() {
     let power = 1.0 / n as f32;
     let (mut ours, mut by_power) = (0.0, 0.0);
     for _ in 0..50 {
-        let at = LitPoint { p: vec(&mut r, 7.0) * Vec3::new(1.0, 1.0, 0.05), n: Vec3::Z, through: false };
+        let at = LitPoint {
+            p: vec(&mut r, 7.0) * Vec3::new(1.0, 1.0, 0.05),
+            n: Vec3::Z,
+            through: false,
+            glossy: false,
+        };
         let (mut sum, mut squares, mut squares_by_power) = (0.0, 0.0, 0.0);
         // Each light's share by the middle of its sample.
         let mut count = 0;

@@ -13,7 +13,7 @@ use crate::stream::{PathCounts, SampleSink, UvWindow};
 use crate::tracer::accel::Ray;
 use crate::tracer::bsdf::Bsdf;
 use crate::tracer::interaction::SurfaceInteraction;
-use crate::tracer::light::LitPoint;
+use crate::tracer::light::{LightSample, LitPoint};
 use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::{Camera, Sampler, Scene, mis, roulette};
 
@@ -148,20 +148,35 @@ impl PathTracer {
     /// Light that arrives straight from a sampled light.
     #[inline]
     fn direct(&self, walk: &mut Walk, vertex: &Vertex, u: &VertexNumbers) {
-        let sampled = self.scene.lights.sample(vertex.lit_point(), u.light_choice, u.light);
-        let Some((light, sample)) = sampled else { return };
+        let numbers = (u.light_choice, u.light);
+        let found = self.scene.lights.sample_by(vertex.lit_point(), numbers, |light, sample| {
+            self.unshadowed(walk, vertex, (light, sample))
+        });
+        // The shadow ray is the costly part: ask only if the path carries light.
+        if let Some((light, sample, value)) = found
+            && self.scene.visible(vertex.hit, light, &sample)
+        {
+            walk.radiance += value;
+        }
+    }
+
+    /// What a sample of a light adds to the path if nothing shadows it; `None` for nothing.
+    #[inline]
+    fn unshadowed(
+        &self,
+        walk: &mut Walk,
+        vertex: &Vertex,
+        (light, sample): (u32, &LightSample),
+    ) -> Option<SampledSpectrum> {
         let wi = vertex.frame.to_local(sample.wi);
-        let Some((f, pdf)) = vertex.bsdf.eval(vertex.wo, wi) else { return };
+        let (f, pdf) = vertex.bsdf.eval(vertex.wo, wi)?;
         if !vertex.hit.sides_agree(sample.wi, vertex.wo.z * wi.z < 0.0) {
-            return;
+            return None;
         }
         let weight = if sample.delta { 1.0 } else { mis::power(sample.pdf, pdf) };
         let emission = walk.emission(self, light, sample.wi);
         let value = walk.throughput * f * emission * (sample.scale * weight / sample.pdf.0);
-        // The shadow ray is the costly part: ask only if the path carries light.
-        if !value.is_black() && self.scene.visible(vertex.hit, light, &sample) {
-            walk.radiance += value;
-        }
+        (!value.is_black()).then_some(value)
     }
 }
 
@@ -178,7 +193,7 @@ impl Vertex<'_> {
     #[inline]
     fn lit_point(&self) -> LitPoint {
         let n = if self.wo.z < 0.0 { -self.frame.n } else { self.frame.n };
-        LitPoint { p: self.hit.point.p, n, through: self.bsdf.transmits() }
+        LitPoint { p: self.hit.point.p, n, through: self.bsdf.transmits(), glossy: self.bsdf.is_glossy() }
     }
 }
 

@@ -8,6 +8,9 @@ use super::{Extent, Light, LitPoint};
 /// With up to this many lights each is looked at; more are put into a tree.
 pub(super) const FEW: usize = 16;
 
+/// With up to this many lights it pays to sample them all where a choice without the material is a poor one.
+const EACH: usize = 8;
+
 /// Part of the choice of few lights that is shared evenly among those that may shine at all: what shadows is not known.
 const EVENLY: f32 = 0.1;
 
@@ -32,9 +35,8 @@ impl Choice {
         let shining = powers.iter().enumerate().filter(|(_, power)| **power > 0.0);
         // Relative to the strongest, so that no quotient overflows; what is far weaker keeps a chance.
         let relative = |power: f32| (power / largest).max(1e-30);
-        let items: Vec<Item> = shining
-            .map(|(i, power)| Item::new(i as u32, &lights[i], relative(*power), extent))
-            .collect();
+        let items: Vec<Item> =
+            shining.map(|(i, power)| Item::new(i as u32, &lights[i], relative(*power), extent)).collect();
         // Distances below this are not told apart.
         let near2 = (1e-12 * extent.radius * extent.radius).max(1e-30);
         match items.len() {
@@ -53,6 +55,15 @@ impl Choice {
             Choice::One(light) => Some((*light, 1.0)),
             Choice::Few(few) => Some(few.sample(at, u)),
             Choice::Many(tree) => Some(tree.sample(at, u)),
+        }
+    }
+
+    /// The lights that shine, if there are between 2 and [`EACH`] of them.
+    #[inline]
+    pub(super) fn each(&self) -> Option<&[u32]> {
+        match self {
+            Choice::Few(few) if few.lights.len() <= EACH => Some(&few.lights),
+            _ => None,
         }
     }
 

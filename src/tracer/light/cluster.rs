@@ -29,7 +29,13 @@ impl Cluster {
     pub(super) fn new(light: &Light, power: f32, extent: Extent) -> Self {
         let flat = |axis: Vec3| {
             let (lo, hi) = bounds(light);
-            Self { center: 0.5 * (lo + hi), radius2: 0.25 * (hi - lo).length_squared(), axis, cos: 1.0, power }
+            Self {
+                center: 0.5 * (lo + hi),
+                radius2: 0.25 * (hi - lo).length_squared(),
+                axis,
+                cos: 1.0,
+                power,
+            }
         };
         // A quarter of the surface of a sphere is seen, and lit like a disk.
         let round = |center: Vec3, radius2: f32| Self {
@@ -84,11 +90,7 @@ impl Cluster {
             let cos_w = -wi.dot(self.axis);
             let sin_o = (1.0 - self.cos * self.cos).max(0.0).sqrt();
             let sin_w = (1.0 - cos_w * cos_w).max(0.0).sqrt();
-            if cos_w >= self.cos {
-                1.0
-            } else {
-                cos_less(cos_w * self.cos + sin_w * sin_o, sin_u, cos_u)
-            }
+            if cos_w >= self.cos { 1.0 } else { cos_less(cos_w * self.cos + sin_w * sin_o, sin_u, cos_u) }
         };
         falloff * received * beyond
     }

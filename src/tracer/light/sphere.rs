@@ -128,7 +128,8 @@ mod tests {
     }
 
     fn irradiance(sphere: Sphere) -> f64 {
-        let (light, at) = (SphereLight::new(sphere), LitPoint { p: Vec3::ZERO, n: Vec3::Z, through: false });
+        let (light, at) =
+            (SphereLight::new(sphere), LitPoint { p: Vec3::ZERO, n: Vec3::Z, through: false, glossy: false });
         let n = 512;
         let mut sum = 0.0;
         for i in 0..n * n {
