@@ -244,7 +244,7 @@ fn the_only_light_is_certain() {
     }
 }
 
-/// Variance of irradiance over 2 000 small lights on a ceiling, relative to its square: by power it is hundreds.
+/// Variance of the irradiance from 2 000 small lights on a ceiling, relative to its square: 1.1, by power 33.
 #[test]
 fn many_lights_are_chosen_by_what_they_bring() {
     let mut r = Random(8);
@@ -284,5 +284,5 @@ fn many_lights_are_chosen_by_what_they_bring() {
         by_power += squares_by_power / k / mean2 - 1.0;
     }
     println!("relative variance {:.2}, by power {:.1}", ours / 50.0, by_power / 50.0);
-    assert!(ours < 0.1 * by_power && ours / 50.0 < 3.0, "{ours} {by_power}");
+    assert!(ours < 0.06 * by_power && ours / 50.0 < 1.6, "{ours} {by_power}");
 }

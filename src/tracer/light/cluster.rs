@@ -74,26 +74,42 @@ impl Cluster {
         let distance2 = to.length_squared();
         let falloff = self.power / distance2.max(self.radius2).max(near2);
         if distance2 <= self.radius2 || distance2 == 0.0 {
-            return falloff;
+            return AROUND * falloff;
         }
         let wi = to * (1.0 / distance2.sqrt());
-        // The half angle under which the bounding sphere is seen.
-        let sin2_u = self.radius2 / distance2;
-        let (sin_u, cos_u) = (sin2_u.sqrt(), (1.0 - sin2_u).max(0.0).sqrt());
+        // The bounding sphere is seen under a half angle of this sine.
+        let sin_u = (self.radius2 / distance2).sqrt();
         let cos_i = if at.through { wi.dot(at.n).abs() } else { wi.dot(at.n) };
-        let received = cos_less(cos_i, sin_u, cos_u);
+        let received = risen(cos_i, sin_u);
         if self.cos <= -1.0 {
             return falloff * received;
         }
-        let beyond = {
-            // θ less the half angle of the cone, then less that of the sphere.
-            let cos_w = -wi.dot(self.axis);
-            let sin_o = (1.0 - self.cos * self.cos).max(0.0).sqrt();
-            let sin_w = (1.0 - cos_w * cos_w).max(0.0).sqrt();
-            if cos_w >= self.cos { 1.0 } else { cos_less(cos_w * self.cos + sin_w * sin_o, sin_u, cos_u) }
+        // The angle to the axis, less the half angle of the cone.
+        let cos_w = -wi.dot(self.axis);
+        let cos_w = if self.cos == 1.0 {
+            cos_w
+        } else if cos_w >= self.cos {
+            1.0
+        } else {
+            let sin2 = ((1.0 - cos_w * cos_w) * (1.0 - self.cos * self.cos)).max(0.0);
+            cos_w * self.cos + sin2.sqrt()
         };
-        falloff * received * beyond
+        falloff * received * risen(cos_w, sin_u)
     }
+}
+
+/// Share of the power that counts within the bounding sphere, where angles say nothing.
+const AROUND: f32 = 0.5;
+
+/// The mean of the positive cosines over a sphere in a direction of cosine `cos` that fills a half angle of sine `sin_u`:
+/// `cos` itself where all of it is above the horizon (exact for a sphere of even radiance), 0 where none is, and between
+/// them the parabola that goes on smoothly at both ends.
+#[inline]
+fn risen(cos: f32, sin_u: f32) -> f32 {
+    // What rounding may take from a light that just shows.
+    const SLACK: f32 = 1e-6;
+    let (above, u) = (cos + sin_u, sin_u + SLACK);
+    if cos >= sin_u { cos + SLACK } else { (above + SLACK).max(0.0).powi(2) / (4.0 * u) }
 }
 
 /// Corners of the box around `light`; the environment has none, and gets one without any point.
@@ -106,16 +122,4 @@ pub(super) fn bounds(light: &Light) -> (Vec3, Vec3) {
         LightShape::Point(l) => (l.position, l.position),
         LightShape::Constant(_) | LightShape::Map(_) => (Vec3::INFINITY, Vec3::NEG_INFINITY),
     }
-}
-
-/// The cosine of the angle with cosine `cos`, made smaller by another one but not negative; 0 beyond 90°.
-#[inline]
-fn cos_less(cos: f32, sin_by: f32, cos_by: f32) -> f32 {
-    // What rounding may take from a light that just shows.
-    const SLACK: f32 = 1e-6;
-    if cos >= cos_by {
-        return 1.0;
-    }
-    let sin = (1.0 - cos * cos).max(0.0).sqrt();
-    (cos * cos_by + sin * sin_by + SLACK).max(0.0)
 }

@@ -13,7 +13,8 @@ use crate::tracer::shape::SurfacePoint;
 use super::choice::Choice;
 use super::{Extent, Light, LightSample, LightShape, LitPoint};
 
-/// All lights of a scene and how one is chosen: from a lit point by what it may bring there, for a light subpath by power.
+/// All lights of a scene and how one is chosen: from a lit point by what each may bring there, for a light subpath by
+/// power.
 #[derive(Clone, Debug, Default)]
 pub struct Lights {
     /// Where they emit from; shared between scenes that differ in their spectra.
