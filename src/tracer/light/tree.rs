@@ -51,8 +51,8 @@ impl Tree {
         let Some((_, far)) = &self.far else { return 0.0 };
         let near = self.nodes[0].cluster.importance(at, self.near2);
         let share = far.power / (far.power + near);
-        // `max` takes the other number in place of NaN.
-        share.max(LEAST).min(1.0 - LEAST)
+        // NaN fails the comparison.
+        if share > LEAST { share.min(1.0 - LEAST) } else { LEAST }
     }
 
     /// The probability of the first of two children.
