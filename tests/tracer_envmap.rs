@@ -276,7 +276,7 @@ fn directions_that_do_not_depend_on_the_point() {
     for lights in [scene.lights(), mapped.lights()] {
         let (wi, pdf) = lights.sample_direction(0, [0.3, 0.6]).expect("it shines");
         assert_eq!(lights.pdf_direction(0, wi), pdf);
-        let lit = LitPoint { p: Vec3::ZERO, n: wi };
+        let lit = LitPoint { p: Vec3::ZERO, n: wi, through: false, glossy: false };
         let (light, sample) = lights.sample(lit, 0.5, [0.3, 0.6]).expect("it shines");
         assert!(light == 0 && sample.target.is_none() && !sample.delta);
         let again = lights.pdf(0, lit, (sample.wi, None));

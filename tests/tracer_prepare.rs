@@ -30,7 +30,7 @@ fn unusable_triangles_are_dropped_and_told() {
     let scene = prepare(&desc);
     assert!(scene.notices().iter().any(|n| n.contains("6 primitives")), "{:?}", scene.notices());
     assert_eq!(scene.lights().len(), 1);
-    let at = LitPoint { p: Vec3::new(0.2, 0.2, 1.0), n: -Vec3::Z };
+    let at = LitPoint { p: Vec3::new(0.2, 0.2, 1.0), n: -Vec3::Z, through: false, glossy: false };
     let (light, sample) = scene.lights().sample(at, 0.999_999_9, [0.3, 0.3]).expect("in front");
     assert_eq!(light, 0);
     assert!(sample.pdf.0 > 0.0);
@@ -61,7 +61,7 @@ fn sample_and_pdf_are_pairs() {
     );
     environment(&mut desc);
     let scene = prepare(&desc);
-    let lit = LitPoint { p: Vec3::new(0.3, 0.1, 0.0), n: Vec3::Z };
+    let lit = LitPoint { p: Vec3::new(0.3, 0.1, 0.0), n: Vec3::Z, through: false, glossy: false };
     let mut random = Random(9);
     let mut seen = [0; 5];
     for _ in 0..20_000 {

@@ -65,7 +65,7 @@ impl Vertex {
     #[inline]
     pub fn lit_point(&self, eye: Vec3) -> LitPoint {
         let n = if eye.z < 0.0 { -self.frame.n } else { self.frame.n };
-        LitPoint { p: self.hit.point.p, n }
+        LitPoint { p: self.hit.point.p, n, through: self.bsdf.transmits(), glossy: self.bsdf.is_glossy() }
     }
 
     /// Scattering between the way back and the world-space direction `d`; `FROM_LIGHT` is which sort of walk this

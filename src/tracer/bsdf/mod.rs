@@ -101,6 +101,18 @@ impl Bsdf {
         }
     }
 
+    /// True when [`Bsdf::eval`] has a peak: which light matters depends on it.
+    #[inline]
+    pub fn is_glossy(&self) -> bool {
+        matches!(self, Bsdf::RoughConductor(_) | Bsdf::RoughDielectric(_))
+    }
+
+    /// True when [`Bsdf::eval`] may be something for directions on opposite sides.
+    #[inline]
+    pub fn transmits(&self) -> bool {
+        matches!(self, Bsdf::RoughDielectric(_))
+    }
+
     /// True when [`Bsdf::eval`] is always nothing: no light needs to be sampled.
     #[inline]
     pub fn is_delta(&self) -> bool {

@@ -48,6 +48,11 @@ impl TriangleLight {
         1.0 / self.pdf.0
     }
 
+    pub(super) fn bounds(&self) -> (Vec3, Vec3) {
+        let Triangle { p0, e1, e2, .. } = self.triangle;
+        (p0 + e1.min(e2).min(Vec3::ZERO), p0 + e1.max(e2).max(Vec3::ZERO))
+    }
+
     #[inline]
     pub(super) fn sample(&self, at: LitPoint, u: [f32; 2]) -> Option<LightSample> {
         let (a, b) = warp::triangle(u);
@@ -93,6 +98,12 @@ impl ParallelogramLight {
         1.0 / self.pdf.0
     }
 
+    pub(super) fn bounds(&self) -> (Vec3, Vec3) {
+        let low = self.a.min(Vec3::ZERO) + self.b.min(Vec3::ZERO);
+        let high = self.a.max(Vec3::ZERO) + self.b.max(Vec3::ZERO);
+        (self.corner + low, self.corner + high)
+    }
+
     #[inline]
     pub(super) fn sample(&self, at: LitPoint, u: [f32; 2]) -> Option<LightSample> {
         sample_flat(at, self.corner + self.a * u[0] + self.b * u[1], self.n, self.pdf)
@@ -133,6 +144,10 @@ impl DiskLight {
 
     pub(super) fn area(&self) -> f32 {
         1.0 / self.pdf.0
+    }
+
+    pub(super) fn bounds(&self) -> (Vec3, Vec3) {
+        self.disk.bounds()
     }
 
     #[inline]

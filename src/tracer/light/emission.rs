@@ -89,10 +89,10 @@ impl Emission {
 }
 
 impl Lights {
-    /// Chooses a light, by the same probabilities as [`Lights::sample`], and a ray that leaves it.
+    /// Chooses a light by power, and a ray that leaves it.
     #[inline]
     pub fn emit(&self, u: &LightNumbers) -> Option<Emission> {
-        let chosen = self.choice.as_ref()?.sample(u.choice);
+        let chosen = self.by_power.as_ref()?.sample(u.choice);
         let light = &self.lights[chosen.index];
         let (from, direction) = match &light.shape {
             LightShape::Constant(_) => self.emit_far(warp::sphere(u.direction), u.place),
@@ -125,7 +125,7 @@ impl Lights {
     #[inline]
     pub fn emission_pdf(&self, light: u32, p: Vec3, direction: Vec3) -> EmissionPdf {
         const UNIFORM: f32 = 0.25 * std::f32::consts::FRAC_1_PI;
-        let choice = self.choice.as_ref().map_or(0.0, |c| c.probability(light as usize));
+        let choice = self.by_power.as_ref().map_or(0.0, |c| c.probability(light as usize));
         let light = &self.lights[light as usize];
         match &light.shape {
             LightShape::Constant(_) => EmissionPdf {

@@ -10,16 +10,20 @@ use crate::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
 use crate::tracer::accel::PrimRange;
 use crate::tracer::shape::SurfacePoint;
 
+use super::choice::Choice;
 use super::{Extent, Light, LightSample, LightShape, LitPoint};
 
-/// All lights of a scene and how one is chosen: by power.
+/// All lights of a scene and how one is chosen: from a lit point by what each may bring there, for a light subpath by
+/// power.
 #[derive(Clone, Debug, Default)]
 pub struct Lights {
     /// Where they emit from; shared between scenes that differ in their spectra.
     pub(super) lights: Arc<[Light]>,
     spectra: Vec<Spectrum>,
-    /// By power; `None` when there is nothing to choose.
-    pub(super) choice: Option<Distribution>,
+    /// By power, for emission; `None` when there is nothing to choose.
+    pub(super) by_power: Option<Distribution>,
+    /// From a lit point.
+    choice: Choice,
     /// The environment, if there is one.
     environment: Option<u32>,
     pub(super) extent: Extent,
@@ -43,9 +47,14 @@ impl Lights {
         let power = |l: &Light| l.extent(extent.radius) * brightness[l.spectrum as usize];
         let weights: Vec<f32> = lights.iter().map(power).collect();
         // Powers that cannot be compared (overflow, underflow) leave every light the same chance.
-        let choice = Distribution::new(&weights).or_else(|| Distribution::new(&vec![1.0; lights.len()]));
+        let equal = vec![1.0; lights.len()];
+        let (by_power, weights) = match Distribution::new(&weights) {
+            Some(by_power) => (Some(by_power), &weights),
+            None => (Distribution::new(&equal), &equal),
+        };
+        let choice = Choice::new(&lights, weights, extent);
         let environment = lights.iter().position(Light::is_environment).map(|i| i as u32);
-        Self { choice, lights, spectra, environment, extent }
+        Self { by_power, choice, lights, spectra, environment, extent }
     }
 
     /// The environment's index, if there is one.
@@ -67,17 +76,68 @@ impl Lights {
     /// Chooses a light by `choice` and a direction towards it by `u`; returns the light's index with it.
     #[inline]
     pub fn sample(&self, at: LitPoint, choice: f64, u: [f32; 2]) -> Option<(u32, LightSample)> {
-        let chosen = self.choice.as_ref()?.sample(choice);
-        let mut sample = self.lights[chosen.index].sample(at, u)?;
-        sample.pdf.0 *= chosen.probability;
-        Some((chosen.index as u32, sample))
+        let (light, probability) = self.choice.sample(at, choice)?;
+        let mut sample = self.lights[light as usize].sample(at, u)?;
+        if self.each(at).is_some() {
+            sample.scale /= probability;
+        } else {
+            sample.pdf.0 *= probability;
+        }
+        Some((light, sample))
+    }
+
+    /// As [`Lights::sample`], with `value` what a sample is worth but for shadows, MIS weight and all, or `None` for
+    /// nothing. Where each light is sampled ([`LitPoint::glossy`]) one of the samples is taken in proportion to
+    /// that, so that a single shadow ray serves all, and its value stands for theirs (Talbot, Cline, Egbert,
+    /// *Importance Resampling for Global Illumination*, EGSR 2005, with one sample of every light).
+    #[inline]
+    pub fn sample_by(
+        &self,
+        at: LitPoint,
+        (choice, u): (f64, [f32; 2]),
+        mut value: impl FnMut(u32, &LightSample) -> Option<SampledSpectrum>,
+    ) -> Option<(u32, LightSample, SampledSpectrum)> {
+        let Some(each) = self.each(at) else {
+            let (light, sample) = self.sample(at, choice, u)?;
+            return value(light, &sample).map(|value| (light, sample, value));
+        };
+        let (mut total, mut chosen, mut left) = (0.0, None, choice);
+        for &light in each {
+            let Some(sample) = self.lights[light as usize].sample(at, u) else { continue };
+            let Some(value) = value(light, &sample) else { continue };
+            let share = value.0.element_sum();
+            if !(share > 0.0 && share.is_finite()) {
+                continue;
+            }
+            total += share;
+            // One number for all: stretched again after each decision.
+            let p = f64::from(share / total);
+            if left < p {
+                (chosen, left) = (Some((light, sample, value, share)), left / p);
+            } else {
+                left = (left - p) / (1.0 - p);
+            }
+        }
+        chosen.map(|(light, sample, value, share)| (light, sample, value * (total / share)))
     }
 
     /// The density of `wi` towards `light`, where it was met at `hit` (nowhere, for the environment).
     #[inline]
     pub fn pdf(&self, light: u32, at: LitPoint, to: (Vec3, Option<&SurfacePoint>)) -> PdfW {
         let pdf = self.lights[light as usize].pdf(at, to.0, to.1);
-        PdfW(pdf.0 * self.choice.as_ref().map_or(0.0, |c| c.probability(light as usize)))
+        PdfW(pdf.0 * self.probability(light, at))
+    }
+
+    /// The probability that `light` is sampled from `at`.
+    #[inline]
+    pub fn probability(&self, light: u32, at: LitPoint) -> f32 {
+        if self.each(at).is_some() { 1.0 } else { self.choice.probability(light, at) }
+    }
+
+    /// The lights, where each is sampled.
+    #[inline]
+    fn each(&self, at: LitPoint) -> Option<&[u32]> {
+        if at.glossy { self.choice.each() } else { None }
     }
 
     /// The light's spectrum at the wavelengths of a path, as seen along the unit direction `wi` (towards the light):

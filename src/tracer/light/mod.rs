@@ -3,16 +3,21 @@
 //! Conventions: `wi` points from the lit point to the light, unit length, world space. A density is per
 //! steradian at the lit point and includes the probability of choosing the light; sample and pdf are pairs:
 //! [`Lights::pdf`] returns for a direction exactly what [`Lights::sample`] would have reported for it, and 0
-//! where it would never have chosen it. A delta light has the probability of its choice as density and
+//! where it would never have chosen it. Where each light is sampled ([`LitPoint::glossy`]) the probability of choosing
+//! a light is 1. A delta light has the probability of its choice as density and
 //! [`LightSample::delta`] set. `None` means that sampling failed: no light from there.
 
 mod area;
+mod build;
+mod choice;
+mod cluster;
 mod constant;
 mod emission;
 mod envmap;
 mod lights;
 mod point;
 mod sphere;
+mod tree;
 
 use glam::Vec3;
 
@@ -36,6 +41,10 @@ pub struct LitPoint {
     pub p: Vec3,
     /// Unit shading normal on the side that is seen.
     pub n: Vec3,
+    /// The surface also lets light through from the other side.
+    pub through: bool,
+    /// The material has a peak that no choice of a light knows: where lights are few, each of them is sampled.
+    pub glossy: bool,
 }
 
 /// A direction towards a light.
@@ -45,7 +54,8 @@ pub struct LightSample {
     pub wi: Vec3,
     /// The point on the light; `None` is infinitely far.
     pub target: Option<Vec3>,
-    /// Factor on the light's spectrum: 1, or 1/r² for a point.
+    /// Factor on the light's spectrum: 1, or 1/r² for a point; times the inverse of its share where one sample stands
+    /// for those of several lights.
     pub scale: f32,
     /// Density, including the choice of the light once it comes out of [`Lights::sample`].
     pub pdf: PdfW,

@@ -31,6 +31,10 @@ impl SphereLight {
         Self { sphere }
     }
 
+    pub(super) fn sphere(&self) -> &Sphere {
+        &self.sphere
+    }
+
     pub(super) fn area(&self) -> f32 {
         self.sphere.area()
     }
@@ -124,7 +128,8 @@ mod tests {
     }
 
     fn irradiance(sphere: Sphere) -> f64 {
-        let (light, at) = (SphereLight::new(sphere), LitPoint { p: Vec3::ZERO, n: Vec3::Z });
+        let (light, at) =
+            (SphereLight::new(sphere), LitPoint { p: Vec3::ZERO, n: Vec3::Z, through: false, glossy: false });
         let n = 512;
         let mut sum = 0.0;
         for i in 0..n * n {

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::stream::SampleSink;
-use crate::tracer::light::LitEdge;
+use crate::tracer::light::{LightSample, LitEdge};
 use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::subpath::{Vertex, Walk};
 
@@ -49,17 +49,33 @@ impl BidirectionalTracer {
     /// s = 1: light that arrives straight from a sampled light.
     #[inline]
     pub(super) fn direct(&self, found: &mut Found, vertex: &Vertex, u: &VertexNumbers) {
-        let scene = &self.setup.scene;
-        let sampled = scene.lights.sample(vertex.lit_point(vertex.wo), u.light_choice, u.light);
-        let Some((light, sample)) = sampled else { return };
-        let Some(scattered) = vertex.scatter_to::<false>(sample.wi) else { return };
+        let (lights, at) = (&self.setup.scene.lights, vertex.lit_point(vertex.wo));
+        let sampled = lights.sample_by(at, (u.light_choice, u.light), |light, sample| {
+            self.unshadowed(found, vertex, (light, sample))
+        });
+        if let Some((light, sample, value)) = sampled
+            && self.setup.scene.visible(&vertex.hit, light, &sample)
+        {
+            found.add(value, vertex.hero_only);
+        }
+    }
+
+    /// What a sample of a light gives if nothing shadows it; `None` for nothing.
+    #[inline]
+    fn unshadowed(
+        &self,
+        found: &mut Found,
+        vertex: &Vertex,
+        (light, sample): (u32, &LightSample),
+    ) -> Option<SampledSpectrum> {
+        let scattered = vertex.scatter_to::<false>(sample.wi)?;
         let emitted = self.emission(found, light, sample.wi);
         let value = vertex.throughput * scattered.value * emitted * (sample.scale / sample.pdf.0);
         if value.is_black() || !value.is_finite() {
-            return;
+            return None;
         }
         let target = sample.target.unwrap_or(Vec3::ZERO);
-        let density = scene.lights.walk_over_direct(&LitEdge {
+        let density = self.setup.scene.lights.walk_over_direct(&LitEdge {
             light,
             target,
             direction: -sample.wi,
@@ -67,11 +83,8 @@ impl BidirectionalTracer {
             cos: scattered.cos,
             direct: sample.pdf,
         });
-        let weight = weight::next_event(&vertex.chain, &scattered, (&sample, density));
-        let value = value * weight;
-        if !value.is_black() && scene.visible(&vertex.hit, light, &sample) {
-            found.add(value, vertex.hero_only);
-        }
+        let value = value * weight::next_event(&vertex.chain, &scattered, (sample, density));
+        (!value.is_black()).then_some(value)
     }
 
     /// s ≥ 2, t ≥ 2: `vertex` of the camera subpath with all `others` of the light subpath.

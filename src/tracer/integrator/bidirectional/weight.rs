@@ -68,13 +68,14 @@ impl BidirectionalTracer {
     /// The links of the first vertex of a light subpath: the density with which next-event estimation would have chosen
     /// the light's vertex over that of the walk, for an eye on the side of the light and for one on the other side.
     pub(super) fn link_to_light(&self, vertex: &Vertex, emission: &Emission) -> [f32; 2] {
-        if emission.pdf.origin == Origin::Point {
-            return [1.0; 2];
-        }
+        let lights = &self.setup.scene.lights;
         let on = (emission.pdf.origin == Origin::Surface).then_some(&emission.from);
         [vertex.wo, -vertex.wo].map(|eye| {
             let at = vertex.lit_point(eye);
-            let pdf = self.setup.scene.lights.pdf(emission.light, at, (vertex.hit.wo, on));
+            if emission.pdf.origin == Origin::Point {
+                return lights.probability(emission.light, at) / emission.pdf.vertex;
+            }
+            let pdf = lights.pdf(emission.light, at, (vertex.hit.wo, on));
             pdf.0 * vertex.chain.back / emission.pdf.vertex
         })
     }

@@ -6,13 +6,13 @@ use glam::Vec3;
 
 use crate::math::frame::Frame;
 use crate::scene::desc::IntegratorDesc;
-use crate::spectrum::SampledWavelengths;
+use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::stream::{PathCounts, SampleSink, UvWindow};
 use crate::tracer::accel::Ray;
 use crate::tracer::bsdf::Bsdf;
 use crate::tracer::integrator::{Integrator, Setup};
 use crate::tracer::interaction::SurfaceInteraction;
-use crate::tracer::light::LitPoint;
+use crate::tracer::light::{LightSample, LitPoint};
 use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::{Camera, Sampler, Scene, mis, roulette};
 
@@ -40,7 +40,7 @@ impl Vertex {
     #[inline]
     fn lit_point(&self) -> LitPoint {
         let n = if self.wo.z < 0.0 { -self.frame.n } else { self.frame.n };
-        LitPoint { p: self.hit.point.p, n }
+        LitPoint { p: self.hit.point.p, n, through: self.bsdf.transmits(), glossy: self.bsdf.is_glossy() }
     }
 }
 
@@ -128,20 +128,35 @@ impl PathTracer {
     #[inline]
     fn direct(&self, path: &mut Carried, vertex: &Vertex, u: &VertexNumbers) {
         let scene = &self.setup.scene;
-        let sampled = scene.lights.sample(vertex.lit_point(), u.light_choice, u.light);
-        let Some((light, sample)) = sampled else { return };
-        let wi = vertex.frame.to_local(sample.wi);
-        let Some((f, pdf)) = vertex.bsdf.eval(vertex.wo, wi) else { return };
-        if !vertex.hit.sides_agree(sample.wi, vertex.wo.z * wi.z < 0.0) {
-            return;
-        }
-        let weight = if sample.delta { 1.0 } else { mis::power(sample.pdf, pdf) };
-        let emission = path.emission(&scene.lights, light, sample.wi);
-        let value = path.throughput * f * emission * (sample.scale * weight / sample.pdf.0);
+        let numbers = (u.light_choice, u.light);
+        let found = scene.lights.sample_by(vertex.lit_point(), numbers, |light, sample| {
+            self.unshadowed(path, vertex, (light, sample))
+        });
         // The shadow ray is the costly part: ask only if the path carries light.
-        if !value.is_black() && scene.visible(&vertex.hit, light, &sample) {
+        if let Some((light, sample, value)) = found
+            && scene.visible(&vertex.hit, light, &sample)
+        {
             path.add(value);
         }
+    }
+
+    /// What a sample of a light adds to the path if nothing shadows it; `None` for nothing.
+    #[inline]
+    fn unshadowed(
+        &self,
+        path: &mut Carried,
+        vertex: &Vertex,
+        (light, sample): (u32, &LightSample),
+    ) -> Option<SampledSpectrum> {
+        let wi = vertex.frame.to_local(sample.wi);
+        let (f, pdf) = vertex.bsdf.eval(vertex.wo, wi)?;
+        if !vertex.hit.sides_agree(sample.wi, vertex.wo.z * wi.z < 0.0) {
+            return None;
+        }
+        let weight = if sample.delta { 1.0 } else { mis::power(sample.pdf, pdf) };
+        let emission = path.emission(&self.setup.scene.lights, light, sample.wi);
+        let value = path.throughput * f * emission * (sample.scale * weight / sample.pdf.0);
+        (!value.is_black()).then_some(value)
     }
 
     /// Samples the material at `vertex`; the ray to go on with.
