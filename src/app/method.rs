@@ -8,15 +8,15 @@ use miette::{IntoDiagnostic, Result};
 use super::facts::RunFacts;
 use crate::scene::desc::IntegratorKind;
 use crate::server::{RenderJob, Server};
-use crate::stream::UvWindow;
 use crate::stream::control::Epoch;
+use crate::stream::{PathCounts, UvWindow};
 use crate::tracer::integrator::{BidirectionalTracer, ParticleTracer, PathTracer, PhotonTracer, Setup};
 use crate::tracer::{Camera, Integrator, Scene};
 
 /// What is to be traced of a scene.
 #[derive(Clone, Debug)]
 pub struct Order {
-    /// Indices.
+    /// Indices: the first, and behind the last if every index were one path.
     pub range: Range<u64>,
     /// Where samples may lie.
     pub window: UvWindow,
@@ -60,7 +60,11 @@ pub fn start(
 }
 
 fn send<I: Integrator>(server: &Server, facts: &RunFacts, integrator: I, order: Order) -> Result<()> {
-    let mut job = RenderJob::new(Arc::new(integrator), order.range);
+    let PathCounts { camera, light } = integrator.paths_per_index();
+    let Range { start, end } = order.range;
+    // As many paths as asked for, whatever an index holds.
+    let end = start + (end - start).div_ceil(camera.max(light).max(1));
+    let mut job = RenderJob::new(Arc::new(integrator), start..end);
     job.window = order.window;
     if facts.deterministic {
         job.deadline = None;

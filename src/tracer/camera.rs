@@ -22,6 +22,8 @@ pub struct Camera {
     position: DVec3,
     /// World-space images of the camera's axes, unit length.
     axes: DMat3,
+    /// World space to camera space.
+    from_world: DMat3,
     /// uv to the plane z = 1 of camera space: `x = offset + scale · uv`.
     scale: DVec2,
     offset: DVec2,
@@ -99,6 +101,7 @@ impl Camera {
         Ok(Self {
             position: to_world.translation,
             axes,
+            from_world: axes.inverse(),
             scale: part * half * -2.0,
             offset: (1.0 - 2.0 * (corner + desc.principal_point_offset)) * half,
             near: desc.near_clip,
@@ -165,14 +168,14 @@ impl Camera {
         if self.aperture == 0.0 {
             return self.seen(p, DVec2::ZERO);
         }
-        let on_lens = self.axes.inverse() * (lens_point.as_dvec3() - self.position);
+        let on_lens = self.from_world * (lens_point.as_dvec3() - self.position);
         self.seen(p, on_lens.truncate())
     }
 
     /// Where `p` is seen through the point `on_lens` of the plane z = 0 of camera space.
     #[inline]
     fn seen(&self, p: Vec3, on_lens: DVec2) -> Option<([f64; 2], f64)> {
-        let local = self.axes.inverse() * (p.as_dvec3() - self.position);
+        let local = self.from_world * (p.as_dvec3() - self.position);
         let seen = local.z > 0.0 && local.z >= self.near && local.z <= self.far;
         let xy = (local.truncate() - on_lens) / local.z + on_lens * self.focus;
         let uv = (xy - self.offset) / self.scale;
@@ -205,7 +208,7 @@ impl Camera {
     /// The same of what is infinitely far away in `direction` (unit); `None` outside `window`.
     pub fn view_far(&self, direction: Vec3, lens: [f32; 2], window: &UvWindow) -> Option<CameraView> {
         let d = direction.as_dvec3();
-        let local = self.axes.inverse() * d;
+        let local = self.from_world * d;
         if local.z <= 0.0 {
             return None;
         }

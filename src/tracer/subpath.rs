@@ -144,11 +144,12 @@ impl Step {
 }
 
 impl Walk<false> {
-    /// A walk from a pinhole at `origin`, whose directions have density `pdf` per steradian.
-    pub fn from_camera(lambda: SampledWavelengths, origin: Vec3, pdf: f32) -> Self {
+    /// A walk from a pinhole at `origin`, whose directions have density `pdf` per steradian, where every such walk comes with
+    /// `lights` light subpaths, each shown to the camera.
+    pub fn from_camera(lambda: SampledWavelengths, origin: Vec3, (pdf, lights): (f32, f32)) -> Self {
         let (from, throughput) = (Some(origin), SampledSpectrum::ONE);
         // Nothing can choose the camera: its own sum is 0.
-        let step = Step { from, cos: 1.0, fwd_w: pdf, link: 1.0, fwd: 1.0, previous_link: 0.0, tail: 0.0 };
+        let step = Step { from, cos: 1.0, fwd_w: pdf, link: lights, fwd: 1.0, previous_link: 0.0, tail: 0.0 };
         Self { lambda, throughput, relative: 1.0, depth: 0, step }
     }
 }
@@ -268,9 +269,10 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
         if s.hero_only {
             self.drop_companions();
         }
-        let latest = if FROM_LIGHT { roulette::LATEST_FROM_LIGHT } else { roulette::LATEST };
-        let armed = self.depth >= rr_depth.min(latest);
-        let factor = roulette::survivor(self.throughput.max_element() * self.relative, armed, u.roulette)?;
+        let policy = if FROM_LIGHT { roulette::FROM_LIGHT } else { roulette::FROM_CAMERA };
+        let armed = self.depth >= rr_depth.min(policy.latest);
+        let wanted = policy.sparing * self.throughput.max_element() * self.relative;
+        let factor = roulette::survivor_of(wanted, armed, u.roulette)?;
         self.throughput *= factor;
         self.throughput.is_finite().then(|| hit.spawn(wi))
     }

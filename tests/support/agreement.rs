@@ -56,8 +56,10 @@ fn trace<I: Integrator>(tracer: &I, side: usize, paths: u64) -> Vec<f64> {
     let pixels = side * side;
     let mut sums = Pixels { side, camera: vec![[0.0; 2]; pixels], light: vec![0.0; pixels] };
     let mut scratch = I::Scratch::default();
-    (0..paths).for_each(|index| tracer.trace(index, &mut scratch, &mut sums));
-    let light_paths = (tracer.paths_per_index().light * paths).max(1) as f64;
+    let counts = tracer.paths_per_index();
+    let indices = paths.div_ceil(counts.camera.max(counts.light));
+    (0..indices).for_each(|index| tracer.trace(index, &mut scratch, &mut sums));
+    let light_paths = (counts.light * indices).max(1) as f64;
     let mean = |[sum, weight]: [f64; 2]| if weight > 0.0 { sum / weight } else { 0.0 };
     (0..pixels).map(|i| mean(sums.camera[i]) + sums.light[i] * pixels as f64 / light_paths).collect()
 }

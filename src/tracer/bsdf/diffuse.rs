@@ -23,6 +23,12 @@ impl Diffuse {
         Self { albedo }
     }
 
+    /// The albedo.
+    #[inline]
+    pub fn albedo(&self) -> SampledSpectrum {
+        self.albedo
+    }
+
     /// `albedo · cos θᵢ / π`.
     #[inline]
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> Option<(SampledSpectrum, PdfW)> {

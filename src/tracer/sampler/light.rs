@@ -18,6 +18,9 @@ pub struct LightNumbers {
 /// The first block of light subpaths.
 const LIGHT_BLOCK: u32 = 1 << 16;
 
+/// The block of what the paths of a group share.
+const GROUP_BLOCK: u32 = 1 << 17;
+
 /// The numbers of one light subpath; see [`Sampler::light`].
 #[derive(Clone, Copy, Debug)]
 pub struct LightSampler {
@@ -53,6 +56,12 @@ impl LightSampler {
 }
 
 impl Sampler {
+    /// The number of the wavelengths that the paths of a group share; `self` is of the group's index.
+    #[inline]
+    pub fn group_wavelength(&self) -> f32 {
+        unit_f32(tables::padded_block(self.index, &BlockKey::new(self.seed, GROUP_BLOCK))[0])
+    }
+
     /// The numbers of the light subpath of this path.
     #[inline]
     pub fn light(&self) -> LightSampler {

@@ -6,11 +6,13 @@
 //! | block | 0, 1 | 2, 3 | 4, 5 | 6 | 7 |
 //! |---|---|---|---|---|---|
 //! | 0 | screen | light, vertex 0 | bsdf, vertex 0 | wavelength | time |
-//! | 1 | lens | – | light choice, lobe of vertex 0 | – | roulette of vertex 0 |
+//! | 1 | lens | connections, – | light choice, lobe of vertex 0 | – | roulette of vertex 0 |
 //! | 1 + d, vertex d ≥ 1 | light | bsdf | light choice, lobe | – | roulette |
 //! | L | place on the light | direction from the light | bsdf, light vertex 0 | – | – |
 //! | L + 1 | lens, light vertex 0 | – | light choice, lobe of light vertex 0 | – | roulette of light vertex 0 |
 //! | L + 1 + d, light vertex d ≥ 1 | lens | bsdf | –, lobe | – | roulette |
+//!
+//! | 2^17 | wavelength of a group of paths, – | – | – | – | – |
 //!
 //! L = 2^16: light subpaths. Their vertex 0 is the first surface point after the light; it is seen through the lens.
 //!
@@ -59,6 +61,8 @@ pub struct CameraNumbers {
     pub wavelength: f32,
     /// Time.
     pub time: f32,
+    /// Which connections are made.
+    pub connection: f32,
 }
 
 /// Numbers for one vertex of a path; all in [0, 1).
@@ -105,6 +109,7 @@ impl Sampler {
             lens: [unit_f32(b[0]), unit_f32(b[1])],
             wavelength: unit_f32(a[6]),
             time: unit_f32(a[7]),
+            connection: unit_f32(b[2]),
         }
     }
 

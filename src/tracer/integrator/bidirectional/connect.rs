@@ -10,7 +10,7 @@ use crate::tracer::subpath::{Vertex, Walk};
 
 use super::BidirectionalTracer;
 use super::found::Found;
-use super::weight::{self, Edge, Meeting};
+use super::weight::{self, Meeting};
 
 impl BidirectionalTracer {
     /// s = 0: the camera subpath has come upon a light, if `vertex` is one.
@@ -85,35 +85,6 @@ impl BidirectionalTracer {
         });
         let value = value * weight::next_event(&vertex.chain, &scattered, (sample, density));
         (!value.is_black()).then_some(value)
-    }
-
-    /// s ≥ 2, t ≥ 2: `vertex` of the camera subpath with all `others` of the light subpath.
-    #[inline]
-    pub(super) fn connect_all(&self, found: &mut Found, vertex: &Vertex, others: &[Vertex]) {
-        let room = self.setup.longest() - vertex.depth;
-        for other in others.iter().take_while(|other| other.depth < room) {
-            if let Some(value) = self.connect(vertex, other) {
-                found.add(value, vertex.hero_only || other.hero_only);
-            }
-        }
-    }
-
-    /// One connection.
-    #[inline]
-    fn connect(&self, eye: &Vertex, light: &Vertex) -> Option<SampledSpectrum> {
-        let offset = light.hit.point.p - eye.hit.point.p;
-        let inverse = 1.0 / offset.length_squared();
-        let d = offset * inverse.sqrt();
-        let at_eye = eye.scatter_to::<false>(d)?;
-        let at_light = light.scatter_to::<true>(-d)?;
-        let value = eye.throughput * at_eye.value * light.throughput * at_light.value * inverse;
-        if value.is_black() || !value.is_finite() {
-            return None;
-        }
-        let edge = Edge { eye: &at_eye, light: &at_light, inverse };
-        let value = value * weight::connected(&eye.chain, &light.chain, &edge);
-        let open = !value.is_black() && self.setup.scene.connected(&eye.hit, &light.hit, d);
-        open.then_some(value)
     }
 
     /// t = 1: a vertex of the light subpath as the camera sees it.

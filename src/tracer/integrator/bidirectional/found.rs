@@ -25,6 +25,12 @@ impl Found {
         self.radiance[usize::from(hero_only)] += value;
     }
 
+    /// Sum over the wavelengths of what was found.
+    #[inline]
+    pub(super) fn brightness(&self) -> f32 {
+        (self.radiance[0] + self.radiance[1]).0.element_sum()
+    }
+
     pub(super) fn xyz(&self) -> Xyz {
         let all = self.lambda[0].to_xyz(self.radiance[0]);
         if self.radiance[1].is_black() { all } else { all + self.lambda[1].to_xyz(self.radiance[1]) }

@@ -7,7 +7,7 @@ use crate::tracer::chain::{self, Chain, quotient};
 use crate::tracer::light::{Emission, EmissionPdf, LightSample, Origin};
 use crate::tracer::subpath::{Scattered, Vertex};
 
-use super::BidirectionalTracer;
+use super::{BidirectionalTracer, LIGHTS_PER_CAMERA};
 
 /// A light that was met by chance.
 pub(super) struct Meeting {
@@ -58,10 +58,11 @@ pub(super) fn connected(eye: &Chain, light: &Chain, edge: &Edge) -> f32 {
     chain::weight(from_eye, from_light)
 }
 
-/// t = 1: `density` is the camera's of the vertex, per unit of area.
+/// t = 1: `density` is the camera's of the vertex, per unit of area. Of this way there are fewer samples than of the others.
 #[inline]
 pub(super) fn seen(light: &Chain, scattered: &Scattered, density: f32) -> f32 {
-    chain::weight(0.0, light.sum(density, scattered.rev_w, scattered.through))
+    let others = light.sum(density, scattered.rev_w, scattered.through);
+    chain::weight(0.0, others / f64::from(LIGHTS_PER_CAMERA))
 }
 
 impl BidirectionalTracer {

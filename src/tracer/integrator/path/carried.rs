@@ -139,10 +139,13 @@ impl Carried {
         self.throughput = SampledSpectrum(self.throughput.0 * Vec4::X);
     }
 
-    /// Ends paths that carry little, in proportion, once `armed`. False when this one ends.
+    /// Ends paths that carry little, in proportion, once they have `rr_depth` segments. False when this one ends.
     #[inline]
-    pub(super) fn roulette(&mut self, armed: bool, u: f32) -> bool {
-        let factor = roulette::survivor(self.throughput.max_element() * self.relative, armed, u);
+    pub(super) fn roulette(&mut self, rr_depth: u32, u: f32) -> bool {
+        let policy = if self.is_branch { roulette::OF_BRANCHES } else { roulette::OF_PATHS };
+        let armed = self.depth >= rr_depth.min(policy.latest);
+        let carried = self.throughput.max_element() * self.relative;
+        let factor = roulette::survivor_of(policy.sparing * carried, armed, u);
         factor.map(|factor| self.throughput *= factor).is_some()
     }
 }

@@ -16,6 +16,3 @@
 
 /// Binary logarithm of the number of branches.
 pub(super) const BITS: u32 = 2;
-
-/// Number of segments from which roulette may end a branch, whatever the scene says for paths: one branch is cheap to lose.
-pub(super) const ROULETTE_FROM: u32 = 2;

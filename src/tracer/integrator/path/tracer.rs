@@ -14,10 +14,10 @@ use crate::tracer::integrator::{Integrator, Setup};
 use crate::tracer::interaction::SurfaceInteraction;
 use crate::tracer::light::{LightSample, LitPoint};
 use crate::tracer::sampler::VertexNumbers;
-use crate::tracer::{Camera, Sampler, Scene, mis, roulette};
+use crate::tracer::{Camera, Sampler, Scene, mis};
 
 use super::carried::Carried;
-use super::splitting::{BITS, ROULETTE_FROM};
+use super::splitting::BITS;
 
 /// Traces paths from the camera; each vertex also samples a light, and both ways of finding a light are
 /// combined by multiple importance sampling. A path splits at its first vertex that is no delta.
@@ -168,9 +168,7 @@ impl PathTracer {
             return None;
         }
         path.follow(&s, || vertex.lit_point());
-        let from = if path.is_branch() { ROULETTE_FROM } else { roulette::LATEST };
-        let armed = path.depth >= self.setup.rr_depth.min(from);
-        path.roulette(armed, u.roulette).then(|| vertex.hit.spawn(wi))
+        path.roulette(self.setup.rr_depth, u.roulette).then(|| vertex.hit.spawn(wi))
     }
 }
 

@@ -1,0 +1,139 @@
+//! Error times CPU time of the methods of light transport, one thread: `bench_methods SCENE METHOD … [--size N] [--spp N]
+//! [--seeds N]`, METHOD path, light or bidirectional. They take turns seed by seed, so that what else the machine does
+//! meets all of them.
+
+#![allow(clippy::unwrap_used, reason = "a measuring tool: a panic is the message")]
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Instant;
+
+use glam::Vec3;
+
+use pointillist::color::{Profile, Xyz};
+use pointillist::stream::{SampleSink, UvWindow};
+use pointillist::tracer::integrator::{BidirectionalTracer, Integrator, ParticleTracer, PathTracer, Setup};
+use pointillist::tracer::{Camera, PrepareOptions, Scene};
+
+/// Sums per pixel, box filter.
+struct Picture {
+    size: usize,
+    camera: Vec<Xyz>,
+    light: Vec<Xyz>,
+    splats: u64,
+}
+
+impl SampleSink for Picture {
+    fn camera(&mut self, uv: [f32; 2], value: Xyz, _: f32) {
+        let [x, y] = uv.map(|c| ((c * self.size as f32) as usize).min(self.size - 1));
+        self.camera[y * self.size + x] += value;
+    }
+    fn light(&mut self, uv: [f32; 2], value: Xyz) {
+        let [x, y] = uv.map(|c| ((c * self.size as f32) as usize).min(self.size - 1));
+        self.light[y * self.size + x] += value;
+        self.splats += 1;
+    }
+}
+
+/// Seconds that this thread has run.
+fn cpu_seconds() -> f64 {
+    let own = std::fs::read_to_string("/proc/thread-self/schedstat");
+    let nanoseconds = own.ok().and_then(|s| s.split_whitespace().next()?.parse::<f64>().ok());
+    nanoseconds.map_or_else(|| START.elapsed().as_secs_f64(), |ns| ns * 1e-9)
+}
+
+static START: std::sync::LazyLock<Instant> = std::sync::LazyLock::new(Instant::now);
+
+/// The picture in linear RGB and luminance, with the seconds and splats it took.
+struct Taken {
+    rgb: Vec<(Vec3, f32)>,
+    seconds: f64,
+    splats: u64,
+}
+
+fn take<I: Integrator>(tracer: &I, size: usize, spp: usize) -> Taken {
+    let n = size * size;
+    let black = vec![Xyz::BLACK; n];
+    let mut picture = Picture { size, camera: black.clone(), light: black, splats: 0 };
+    let counts = tracer.paths_per_index();
+    let indices = spp * n / counts.camera.max(counts.light) as usize;
+    let mut scratch = I::Scratch::default();
+    let start = cpu_seconds();
+    (0..indices as u64).for_each(|i| tracer.trace(i, &mut scratch, &mut picture));
+    let seconds = cpu_seconds() - start;
+    let matrix = Profile::srgb().from_xyz;
+    let camera = n as f32 / (indices as f32 * counts.camera.max(1) as f32);
+    let light = n as f32 / (indices as f32 * counts.light.max(1) as f32);
+    let rgb = picture.camera.iter().zip(&picture.light).map(|(a, b)| {
+        let v = Vec3::new(a.x, a.y, a.z) * camera + Vec3::new(b.x, b.y, b.z) * light;
+        (matrix * v, v.y)
+    });
+    Taken { rgb: rgb.collect(), seconds, splats: picture.splats }
+}
+
+fn render(setup: &Setup, method: &str, seed: u32, size: usize, spp: usize) -> Taken {
+    let setup = Setup { seed, ..setup.clone() };
+    match method {
+        "path" => {
+            let Setup { scene, camera, seed, window, max_depth, rr_depth, hide_emitters } = setup;
+            take(&PathTracer { scene, camera, seed, window, max_depth, rr_depth, hide_emitters }, size, spp)
+        }
+        "light" => take(&ParticleTracer { setup }, size, spp),
+        "bidirectional" => take(&BidirectionalTracer { setup }, size, spp),
+        other => panic!("no such method: {other}"),
+    }
+}
+
+fn main() {
+    let mut args: Vec<String> = std::env::args().skip(1).collect();
+    let mut option = |name: &str, default: usize| {
+        args.iter().position(|a| a == name).map_or(default, |i| {
+            let value = args[i + 1].parse().unwrap();
+            args.drain(i..i + 2);
+            value
+        })
+    };
+    let (size, spp, seeds) = (option("--size", 128), option("--spp", 32), option("--seeds", 4));
+    let path = args.remove(0);
+    let desc = pointillist::scene::load(Path::new(&path), &[]).unwrap().desc;
+    let scene = Arc::new(Scene::prepare(&desc).unwrap());
+    let options =
+        PrepareOptions { width: size as u32, height: size as u32, ..PrepareOptions::from_film(&desc.film) };
+    let camera = Camera::new(&desc.camera, &desc.film, &options).unwrap();
+    let setup = Setup::new(scene, camera, &desc.integrator, 0, UvWindow::PICTURE);
+    let mut runs: Vec<Vec<Taken>> = args.iter().map(|_| Vec::new()).collect();
+    for seed in 0..seeds as u32 {
+        for (method, runs) in args.iter().zip(&mut runs) {
+            runs.push(render(&setup, method, 100 + seed, size, spp));
+        }
+    }
+    println!("{path} {size}² {spp} spp {seeds} seeds; error is relMSE at 512² and 20 CPU s");
+    println!(
+        "{:<40}{:>9}{:>9}{:>9}{:>9}{:>9}{:>9}",
+        "method", "us/path", "splats/p", "meanY", "relMSE", "error", "of Y"
+    );
+    for (method, runs) in args.iter().zip(&runs) {
+        let n = (size * size) as f64;
+        let seconds = runs.iter().map(|r| r.seconds).sum::<f64>() / runs.len() as f64;
+        let (mut error, mut error_y, mut mean_y) = (0.0, 0.0, 0.0);
+        for pixel in 0..size * size {
+            let all: Vec<_> = runs.iter().map(|r| r.rgb[pixel]).collect();
+            let k = all.len() as f32;
+            let mean = all.iter().map(|p| p.0).sum::<Vec3>() / k;
+            let y = all.iter().map(|p| p.1).sum::<f32>() / k;
+            let variance = all.iter().map(|p| (p.0 - mean).length_squared() / 3.0).sum::<f32>() / (k - 1.0);
+            let of_y = all.iter().map(|p| (p.1 - y).powi(2)).sum::<f32>() / (k - 1.0);
+            error += f64::from(variance / (y * y + 0.01)) / n;
+            error_y += f64::from(of_y / (y * y + 0.01)) / n;
+            mean_y += f64::from(y) / n;
+        }
+        let scale = seconds * (512.0 * 512.0 / n) / 20.0;
+        let us = seconds * 1e6 / (n * spp as f64);
+        let splats = runs.iter().map(|r| r.splats as f64).sum::<f64>() / runs.len() as f64 / (n * spp as f64);
+        println!(
+            "{method:<40}{us:>9.3}{splats:>9.2}{mean_y:>9.4}{error:>9.5}{:>9.5}{:>9.5}",
+            error * scale,
+            error_y * scale
+        );
+    }
+}
