@@ -18,6 +18,7 @@ pub mod accel;
 pub mod bsdf;
 pub mod camera;
 pub mod chain;
+pub mod heroes;
 pub mod integrator;
 pub mod interaction;
 pub mod light;

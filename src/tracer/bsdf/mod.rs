@@ -21,6 +21,7 @@ use glam::Vec3;
 
 use crate::math::pdf::PdfW;
 use crate::spectrum::SampledSpectrum;
+use crate::tracer::heroes::Parted;
 
 pub use conductor::Conductor;
 pub use dielectric::Dielectric;
@@ -61,7 +62,7 @@ pub struct BsdfSample {
     pub delta: bool,
     /// The direction went through the surface.
     pub transmitted: bool,
-    /// The direction is right for the hero wavelength only.
+    /// The direction is right for the hero wavelength only: [`Bsdf::refract`] knows those of the others.
     pub hero_only: bool,
     /// (nᵢ/nₒ)² for transmission, else 1: undoes the radiance scaling where roulette looks at throughput.
     pub eta2: f32,
@@ -90,6 +91,34 @@ impl Bsdf {
             Bsdf::RoughConductor(b) => b.sample(wo, u),
             Bsdf::RoughDielectric(b) => b.sample(wo, u, lobe),
             Bsdf::Plastic(b) => b.sample(wo, u, lobe),
+        }
+    }
+
+    /// True when refraction is in another direction for each lane.
+    #[inline]
+    pub fn parts_colors(&self) -> bool {
+        match self {
+            Bsdf::Dielectric(b) => b.parts_colors(),
+            Bsdf::RoughDielectric(b) => b.parts_colors(),
+            _ => false,
+        }
+    }
+
+    /// How the lanes share what [`Bsdf::eval`] and [`Bsdf::sample`] give where colours part and it is no delta.
+    #[inline]
+    pub fn part(&self, wo: Vec3, wi: Vec3) -> Parted {
+        match self {
+            Bsdf::RoughDielectric(b) => b.part(wo, wi),
+            _ => Parted::NOTHING,
+        }
+    }
+
+    /// Where a delta refracts `lane` to, and its (nᵢ/nₒ)²; `None` on total reflection.
+    #[inline]
+    pub fn refract(&self, wo: Vec3, lane: usize) -> Option<(Vec3, f32)> {
+        match self {
+            Bsdf::Dielectric(b) => b.refract(wo, lane),
+            _ => None,
         }
     }
 

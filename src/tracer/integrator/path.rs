@@ -11,7 +11,8 @@ use crate::scene::desc::IntegratorDesc;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::stream::{PathCounts, SampleSink, UvWindow};
 use crate::tracer::accel::Ray;
-use crate::tracer::bsdf::Bsdf;
+use crate::tracer::bsdf::{Bsdf, BsdfSample};
+use crate::tracer::heroes::Heroes;
 use crate::tracer::interaction::SurfaceInteraction;
 use crate::tracer::light::LitPoint;
 use crate::tracer::sampler::VertexNumbers;
@@ -43,13 +44,14 @@ pub struct PathTracer {
 
 /// What a path carries from vertex to vertex.
 struct Walk {
+    /// What materials and lights are evaluated at: the wavelengths of the path, or one of them alone.
     lambda: SampledWavelengths,
     /// Product of the weights so far.
     throughput: SampledSpectrum,
-    /// Radiance found so far at the present wavelengths.
+    /// Radiance found so far at the wavelengths of the path.
     radiance: SampledSpectrum,
-    /// What was found before the companions were dropped.
-    banked: Xyz,
+    /// The wavelengths that would have chosen the same way, and what it counts for.
+    heroes: (Heroes, f32),
     /// Undoes the radiance scaling of refraction for roulette.
     eta2: f32,
     /// How the last direction was chosen; `None` by a delta.
@@ -74,23 +76,25 @@ impl PathTracer {
     /// The CIE XYZ radiance along a ray.
     #[inline]
     fn radiance(&self, ray: Ray, sampler: &Sampler, wavelength: f32) -> Xyz {
+        let lambda = SampledWavelengths::sample(wavelength);
         let mut walk = Walk {
-            lambda: SampledWavelengths::sample(wavelength),
+            lambda,
             throughput: SampledSpectrum::ONE,
             radiance: SampledSpectrum::ZERO,
-            banked: Xyz::BLACK,
+            heroes: (Heroes::ALL, 1.0),
             eta2: 1.0,
             last: None,
             emission: None,
         };
-        self.walk(&mut walk, ray, sampler);
-        walk.banked + walk.lambda.to_xyz(walk.radiance)
+        self.walk(&mut walk, ray, sampler, 0);
+        lambda.to_xyz(walk.radiance)
     }
 
+    /// Goes on along `ray` with the path's segment number `first`.
     #[inline]
-    fn walk(&self, walk: &mut Walk, mut ray: Ray, sampler: &Sampler) {
+    fn walk(&self, walk: &mut Walk, mut ray: Ray, sampler: &Sampler, first: u32) {
         let max_depth = self.max_depth.unwrap_or(u32::MAX);
-        for depth in 0..max_depth {
+        for depth in first..max_depth {
             let hidden = depth == 0 && self.hide_emitters;
             let hit = if hidden { self.scene.closest_unlit(ray) } else { self.scene.closest(&ray) };
             let Some(hit) = hit else {
@@ -109,7 +113,7 @@ impl PathTracer {
             if depth + 1 == max_depth {
                 return;
             }
-            match self.scatter(walk, &hit, &sampler.vertex(depth), depth) {
+            match self.scatter(walk, &hit, sampler, depth) {
                 Some(next) => ray = next,
                 None => return,
             }
@@ -122,15 +126,20 @@ impl PathTracer {
         &self,
         walk: &mut Walk,
         hit: &SurfaceInteraction,
-        u: &VertexNumbers,
+        sampler: &Sampler,
         depth: u32,
     ) -> Option<Ray> {
+        let u = &sampler.vertex(depth);
         let (material, frame) = self.scene.material(hit);
         let vertex = Vertex { hit, frame, bsdf: material.bsdf(&walk.lambda), wo: frame.to_local(hit.wo) };
         if !vertex.bsdf.is_delta() {
             self.direct(walk, &vertex, u);
         }
         let s = vertex.bsdf.sample(vertex.wo, u.bsdf, u.lobe)?;
+        if s.hero_only {
+            self.each_alone(walk, &vertex, &s, (sampler, depth));
+            return None;
+        }
         let wi = frame.to_world(s.wi);
         if !hit.sides_agree(wi, s.transmitted) {
             return None;
@@ -138,11 +147,40 @@ impl PathTracer {
         walk.throughput *= s.weight;
         walk.eta2 *= s.eta2;
         walk.last = (!s.delta).then(|| (vertex.lit_point(), s.pdf));
-        if s.hero_only {
-            walk.drop_companions();
+        if s.transmitted && vertex.bsdf.parts_colors() {
+            let heroes = walk.heroes.0.and(vertex.bsdf.part(vertex.wo, s.wi).heroes);
+            walk.heroes = (heroes, heroes.weight());
         }
-        let alive = walk.roulette(depth + 1 >= self.rr_depth.min(roulette::LATEST), u.roulette);
-        alive.then(|| hit.spawn(wi))
+        self.survives(walk, depth, u).then(|| hit.spawn(wi))
+    }
+
+    /// Roulette before segment `depth` + 1.
+    #[inline]
+    fn survives(&self, walk: &mut Walk, depth: u32, u: &VertexNumbers) -> bool {
+        walk.roulette(depth + 1 >= self.rr_depth.min(roulette::LATEST), u.roulette)
+    }
+
+    /// Colours part for good: follows each wavelength to its end, all with the same numbers, so that what they have in
+    /// common has no colour.
+    #[cold]
+    fn each_alone(&self, walk: &mut Walk, vertex: &Vertex, s: &BsdfSample, at: (&Sampler, u32)) {
+        let (sampler, depth) = at;
+        for lane in 0..4 {
+            let Some((wi, eta2)) = vertex.bsdf.refract(vertex.wo, lane) else { continue };
+            let wi = vertex.frame.to_world(wi);
+            let mut own = Walk {
+                lambda: walk.lambda.alone(lane),
+                throughput: walk.throughput * SampledSpectrum(s.weight.0 * Vec4::AXES[lane]),
+                radiance: SampledSpectrum::ZERO,
+                eta2: walk.eta2 * eta2,
+                last: None,
+                ..*walk
+            };
+            if vertex.hit.sides_agree(wi, true) && self.survives(&mut own, depth, &sampler.vertex(depth)) {
+                self.walk(&mut own, vertex.hit.spawn(wi), sampler, depth + 1);
+                walk.radiance += own.radiance;
+            }
+        }
     }
 
     /// Light that arrives straight from a sampled light.
@@ -158,6 +196,7 @@ impl PathTracer {
         let weight = if sample.delta { 1.0 } else { mis::power(sample.pdf, pdf) };
         let emission = walk.emission(self, light, sample.wi);
         let value = walk.throughput * f * emission * (sample.scale * weight / sample.pdf.0);
+        let value = value * walk.counts_after(vertex, wi);
         // The shadow ray is the costly part: ask only if the path carries light.
         if !value.is_black() && self.scene.visible(vertex.hit, light, &sample) {
             walk.radiance += value;
@@ -205,16 +244,16 @@ impl Walk {
     fn meet(&mut self, tracer: &PathTracer, light: u32, wi: Vec3, pdf: impl FnOnce(LitPoint) -> PdfW) {
         let weight = self.last.map_or(1.0, |(at, chosen)| mis::power(chosen, pdf(at)));
         let emission = self.emission(tracer, light, wi);
-        self.radiance += self.throughput * emission * weight;
+        self.radiance += self.throughput * emission * (weight * self.heroes.1);
     }
 
-    /// From here on only the hero wavelength is right. What was found so far was right for all and stays so.
-    #[cold]
-    fn drop_companions(&mut self) {
-        self.banked += self.lambda.to_xyz(self.radiance);
-        self.radiance = SampledSpectrum::ZERO;
-        self.lambda.terminate_companions();
-        self.throughput = SampledSpectrum(self.throughput.0 * Vec4::X);
+    /// What the path counts for that goes on from `vertex` to `wi`.
+    #[inline]
+    fn counts_after(&self, vertex: &Vertex, wi: Vec3) -> f32 {
+        match vertex.bsdf.parts_colors() {
+            true => self.heroes.0.and(vertex.bsdf.part(vertex.wo, wi).heroes).weight(),
+            false => self.heroes.1,
+        }
     }
 
     /// Ends paths that carry little, in proportion, once `armed`. False when this one ends.

@@ -13,7 +13,8 @@
 //! A light that the camera sees directly is found by s = 0 alone. The ways are weighted by the power heuristic
 //! (`weight`, and [`crate::tracer::chain`]).
 //!
-//! A dispersive delta leaves the hero wavelength only, from there on and in every connection of such a vertex.
+//! A dispersive delta leaves the hero wavelength only, from there on and in every connection of such a vertex; other
+//! dispersion is weighted over wavelengths ([`crate::tracer::heroes`]).
 
 mod connect;
 mod found;
@@ -74,7 +75,7 @@ impl BidirectionalTracer {
         let lens = sampler.camera().lens;
         let mut ray = camera.ray(uv, lens);
         let pdf = camera.uv_per_steradian(ray.direction) / self.setup.window_area();
-        let mut walk = Walk::from_camera(found.lambda[0], camera.lens_point(lens), pdf);
+        let mut walk = Walk::from_camera(found.lambda, camera.lens_point(lens), pdf);
         let mut last: Option<Vertex> = None;
         while walk.depth() < longest {
             let hidden = walk.depth() == 0 && *hide_emitters;
@@ -118,9 +119,9 @@ impl Integrator for BidirectionalTracer {
         });
         let mut found = Found::new(SampledWavelengths::sample(numbers.wavelength));
         vertices.clear();
-        self.light_subpath((found.lambda[0], &sampler.light()), vertices, out);
+        self.light_subpath((found.lambda, &sampler.light()), vertices, out);
         self.camera_subpath(&mut found, uv, &sampler, vertices);
-        out.camera(uv.map(|c| c as f32), found.xyz(), 1.0);
+        out.camera(uv.map(|c| c as f32), found.lambda.to_xyz(found.radiance), 1.0);
     }
 
     fn paths_per_index(&self) -> PathCounts {
