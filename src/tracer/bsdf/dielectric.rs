@@ -149,7 +149,8 @@ mod tests {
                 let relative = if cos > 0.0 { Vec4::from(lanes) } else { 1.0 / Vec4::from(lanes) };
                 let expected = fresnel::dielectric(cos.abs(), relative);
                 assert!((reflected - expected).abs().max_element() < 1e-4, "{cos}: {reflected} {expected}");
-                assert!((sum - 1.0).abs().max_element() < 2e-4, "{cos} {turn}: {sum}");
+                // One number of 16384 in the other lobe moves a weight of 4 at most.
+                assert!((sum - 1.0).abs().max_element() < 4e-4, "{cos} {turn}: {sum}");
             }
         }
     }
