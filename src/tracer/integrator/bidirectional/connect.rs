@@ -67,11 +67,10 @@ impl BidirectionalTracer {
             cos: scattered.cos,
             direct: sample.pdf,
         });
-        let weight = weight::next_event(&vertex.chain, &scattered, (&sample, density))
-            * vertex.heroes.and(scattered.heroes).weight();
+        let weight = weight::next_event(&vertex.chain, &scattered, (&sample, density));
         let value = value * weight;
         if !value.is_black() && scene.visible(&vertex.hit, light, &sample) {
-            found.radiance += value;
+            found.radiance += value * vertex.heroes.and(scattered.heroes).weight();
         }
     }
 
@@ -99,10 +98,10 @@ impl BidirectionalTracer {
             return None;
         }
         let edge = Edge { eye: &at_eye, light: &at_light, inverse };
-        let heroes = eye.heroes.and(at_eye.heroes).and(light.heroes).and(at_light.heroes);
-        let value = value * (weight::connected(&eye.chain, &light.chain, &edge) * heroes.weight());
+        let value = value * weight::connected(&eye.chain, &light.chain, &edge);
         let open = !value.is_black() && self.setup.scene.connected(&eye.hit, &light.hit, d);
-        open.then_some(value)
+        let heroes = || eye.heroes.and(at_eye.heroes).and(light.heroes).and(at_light.heroes);
+        open.then(|| value * heroes().weight())
     }
 
     /// t = 1: a vertex of the light subpath as the camera sees it.
