@@ -76,7 +76,7 @@ fn glass_and_mirror() {
     assert_agreement_with_caustics(&scene("cornell_spheres.xml"), plan, 1e-2);
 }
 
-/// A dispersive ball: each subpath may lose its companions, and connections know.
+/// A dispersive ball: each subpath may be left with one wavelength, and connections know.
 #[test]
 fn dispersion() {
     let mut desc = open_room(false);

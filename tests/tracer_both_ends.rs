@@ -74,7 +74,7 @@ fn metal_and_plastic() {
     assert_mostly(&lit(open_room([metal, plastic])), Method::Bidirectional, (PLAN, 0.99), 1e-2);
 }
 
-/// Also glass that disperses: where its facets refract, only the hero wavelength is followed, from either end.
+/// Also glass that disperses: what its facets refract is weighted over wavelengths, the same from either end.
 #[test]
 fn rough_glasses() {
     let named = Ior::named("sf11").expect("a named glass");

@@ -29,9 +29,9 @@ fn silver(facets: Facets, alpha: [f32; 2]) -> Bsdf {
     Bsdf::RoughConductor(RoughConductor::new(index, ONE, microfacet(facets, alpha)))
 }
 
-fn glass(facets: Facets, alpha: [f32; 2], eta: [f32; 4], flags: (bool, bool)) -> Bsdf {
+fn glass(facets: Facets, alpha: [f32; 2], eta: [f32; 4]) -> Bsdf {
     let eta = [SampledSpectrum(Vec4::from_array(eta)), ONE];
-    let bsdf = RoughDielectric::new(eta, [ONE, ONE], microfacet(facets, alpha), flags);
+    let bsdf = RoughDielectric::new(eta, [ONE, ONE], microfacet(facets, alpha));
     Bsdf::RoughDielectric(bsdf.expect("the indices differ"))
 }
 
@@ -65,7 +65,7 @@ fn materials(alphas: &[[f32; 2]]) -> Vec<(String, Bsdf, f32)> {
             }
             for eta in [1.5, 0.7, 1.05] {
                 let what = format!("{} of index {eta}", name("glass"));
-                all.push((what, glass(facets, alpha, [eta; 4], (false, false)), eta));
+                all.push((what, glass(facets, alpha, [eta; 4]), eta));
             }
         }
     }
@@ -242,10 +242,9 @@ fn white_plastic_is_white() {
 /// The smooth dielectric is the limit: same share of reflection, same directions.
 #[test]
 fn smooth_limit_of_glass() {
-    let flags = (false, false);
-    let smooth = Dielectric::new([SampledSpectrum::splat(1.5), ONE], [ONE, ONE], flags);
+    let smooth = Dielectric::new([SampledSpectrum::splat(1.5), ONE], [ONE, ONE]);
     for facets in [Facets::Beckmann, Facets::Ggx] {
-        let rough = glass(facets, [1e-4, 1e-4], [1.5; 4], flags);
+        let rough = glass(facets, [1e-4, 1e-4], [1.5; 4]);
         for z in [1.0, 0.6, 0.2, -0.8, -0.5] {
             let (wo, mut random) = (direction(z, 0.4), Random(5));
             for i in 0..200 {
@@ -263,43 +262,6 @@ fn smooth_limit_of_glass() {
     }
 }
 
-/// With dispersion: the value of a refraction and the samples that refract are the same light.
-#[test]
-fn dispersion_keeps_the_hero_in_value_and_samples() {
-    let eta = [1.50, 1.52, 1.55, 1.60];
-    for z in [0.8, -0.9] {
-        let (wo, n) = (direction(z, 0.2), 200_000u32);
-        let bsdf = glass(Facets::Ggx, [0.3, 0.3], eta, (true, false));
-        let (mut value, mut reflected) = (Vec4::ZERO, Vec4::ZERO);
-        for_each_direction(10, |_, wi, area| {
-            if let Some((f, _)) = bsdf.eval(wo, wi) {
-                let sum = if wi.z * wo.z < 0.0 { &mut value } else { &mut reflected };
-                *sum += f.0 * area as f32;
-            }
-        });
-        let (mut samples, mut reflections, mut random) = (Vec4::ZERO, Vec4::ZERO, Random(9));
-        for _ in 0..n {
-            let s = bsdf.sample(wo, [random.unit(), random.unit()], random.unit());
-            let Some(s) = s else { continue };
-            if s.transmitted {
-                assert!(s.hero_only);
-                // Dropping the companions multiplies the hero by their number.
-                samples += s.weight.0 * Vec4::X * 4.0 / n as f32;
-            } else {
-                reflections += s.weight.0 / n as f32;
-            }
-        }
-        assert!((value - samples).abs().max_element() < 0.01 * value.x, "{z}: {value} {samples}");
-        assert!((reflected - reflections).abs().max_element() < 5e-3, "{z}: {reflected} {reflections}");
-        assert!(reflected.w != reflected.x && value.y == 0.0);
-        // Later on the path only the hero is carried, and counts once.
-        let later = glass(Facets::Ggx, [0.3, 0.3], eta, (true, true));
-        let wi = direction(-0.9 * z.signum(), 3.0);
-        let [now, then] = [bsdf, later].map(|b| b.eval(wo, wi).expect("refracts").0.0.x);
-        assert!((now / then - 4.0).abs() < 1e-4, "{now} {then}");
-    }
-}
-
 /// Cases N9, N17: corners of the numbers, grazing views, roughness and indices at their ends: finite or nothing.
 #[test]
 fn extremes_stay_finite() {
@@ -308,7 +270,7 @@ fn extremes_stay_finite() {
     let mut all = materials(&alphas);
     for eta in [1.000_2, 0.999_8, 1e-3, 1e3] {
         for alpha in alphas {
-            let bsdf = glass(Facets::Ggx, alpha, [eta; 4], (false, false));
+            let bsdf = glass(Facets::Ggx, alpha, [eta; 4]);
             all.push((format!("glass {alpha:?} of {eta}"), bsdf, eta));
         }
     }
@@ -343,6 +305,6 @@ fn equal_media_are_no_rough_interface() {
     let facets = microfacet(Facets::Ggx, [0.3, 0.3]);
     for eta in [1.0, 1.0 + 1e-5, 1.0 - 1e-5] {
         let eta = [SampledSpectrum::splat(eta), ONE];
-        assert!(RoughDielectric::new(eta, [ONE, ONE], facets, (false, false)).is_none());
+        assert!(RoughDielectric::new(eta, [ONE, ONE], facets).is_none());
     }
 }

@@ -50,9 +50,7 @@ pub fn start(
     let window = order.window;
     let setup = Setup { scene, camera, seed, window, max_depth, rr_depth, hide_emitters };
     match facts.integrator {
-        IntegratorKind::Path | IntegratorKind::Auto => {
-            send(server, facts, PathTracer { setup }, order)
-        }
+        IntegratorKind::Path | IntegratorKind::Auto => send(server, facts, PathTracer { setup }, order),
         IntegratorKind::Light => send(server, facts, ParticleTracer { setup }, order),
         IntegratorKind::Bidirectional => send(server, facts, BidirectionalTracer { setup }, order),
         IntegratorKind::Photon => send(server, facts, PhotonTracer::new(setup, facts.deterministic), order),

@@ -100,6 +100,13 @@ impl SampledWavelengths {
         }
     }
 
+    /// Four times the wavelength of one lane: what a path is evaluated at that carries no other. Of a value that is black
+    /// in the other lanes, [`SampledWavelengths::to_xyz`] is the same as before.
+    #[inline]
+    pub fn alone(&self, lane: usize) -> Self {
+        Self { lambda: Vec4::splat(self.lambda[lane]), pdf: Vec4::splat(self.pdf[lane]) }
+    }
+
     /// Estimates the CIE XYZ of radiance `l`: mean over the lanes of `l · observer / pdf`, divided by ∫ȳ dλ
     /// so that radiance 1 at all wavelengths has Y = 1 (as pbrt-v4 `SampledSpectrum::ToXYZ`).
     ///

@@ -80,28 +80,15 @@ pub enum Material {
 }
 
 impl Material {
-    /// Evaluates refraction for the hero wavelength alone: what is connected there must have dropped the others, or the
-    /// two ends of a path would not agree on what the hero stands for.
-    #[inline]
-    pub fn parts_colors(&self) -> bool {
-        match self {
-            Material::RoughDielectric { int_ior, ext_ior, .. } => {
-                int_ior.is_dispersive() || ext_ior.is_dispersive()
-            }
-            _ => false,
-        }
-    }
-
     /// The material at the wavelengths of a path.
     #[inline]
     pub fn bsdf(&self, lambda: &SampledWavelengths) -> Bsdf {
         match self {
             Material::Diffuse { reflectance } => Bsdf::Diffuse(Diffuse::new(reflectance.sample(lambda))),
             Material::Dielectric { int_ior, ext_ior, factors } => {
-                let dispersive = int_ior.is_dispersive() || ext_ior.is_dispersive();
                 let eta = [int_ior.sample(lambda), ext_ior.sample(lambda)];
                 let factors = [factors[0].sample(lambda), factors[1].sample(lambda)];
-                Bsdf::Dielectric(Dielectric::new(eta, factors, (dispersive, lambda.is_hero_only())))
+                Bsdf::Dielectric(Dielectric::new(eta, factors))
             }
             Material::Conductor { eta, k, reflectance } => Bsdf::Conductor(Conductor::new(
                 eta.sample(lambda),
@@ -113,13 +100,10 @@ impl Material {
                 Bsdf::RoughConductor(RoughConductor::new(index, reflectance.sample(lambda), *microfacet))
             }
             Material::RoughDielectric { int_ior, ext_ior, factors, microfacet } => {
-                let flags = (int_ior.is_dispersive() || ext_ior.is_dispersive(), lambda.is_hero_only());
                 let eta = [int_ior.sample(lambda), ext_ior.sample(lambda)];
                 let factors = [factors[0].sample(lambda), factors[1].sample(lambda)];
-                RoughDielectric::new(eta, factors, *microfacet, flags).map_or_else(
-                    || Bsdf::Dielectric(Dielectric::new(eta, factors, flags)),
-                    Bsdf::RoughDielectric,
-                )
+                RoughDielectric::new(eta, factors, *microfacet)
+                    .map_or_else(|| Bsdf::Dielectric(Dielectric::new(eta, factors)), Bsdf::RoughDielectric)
             }
             Material::Plastic { ior, coat, base, internal, nonlinear } => {
                 let eta = [ior[0].sample(lambda), ior[1].sample(lambda)];

@@ -20,6 +20,7 @@ pub mod bsdf;
 pub mod camera;
 pub mod chain;
 pub mod choice;
+pub mod heroes;
 pub mod integrator;
 pub mod interaction;
 pub mod light;

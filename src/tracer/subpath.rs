@@ -16,8 +16,9 @@ use crate::math::pdf::PdfW;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 
 use super::accel::Ray;
-use super::bsdf::Bsdf;
+use super::bsdf::{Bsdf, BsdfSample};
 use super::chain::Chain;
+use super::heroes::Heroes;
 use super::interaction::SurfaceInteraction;
 use super::light::{Emission, LitPoint, Origin};
 use super::sampler::VertexNumbers;
@@ -36,8 +37,8 @@ pub struct Vertex {
     pub wo: Vec3,
     /// Product of the weights on the way here.
     pub throughput: SampledSpectrum,
-    /// Only the hero wavelength is carried.
-    pub hero_only: bool,
+    /// The wavelengths that would have chosen the way here.
+    pub heroes: Heroes,
     /// Number of segments on the way here, at least 1.
     pub depth: u32,
     /// Densities.
@@ -50,6 +51,8 @@ pub struct Scattered {
     /// f·|cos| of the direction towards the light in a camera subpath, and of the direction towards the camera in a
     /// light subpath.
     pub value: SampledSpectrum,
+    /// The wavelengths that would have chosen this direction.
+    pub heroes: Heroes,
     /// Density per steradian of going on in this direction.
     pub fwd_w: f32,
     /// Density per steradian of going back along the walk, coming from this direction.
@@ -89,18 +92,22 @@ impl Vertex {
         } else {
             there?.0
         };
+        let heroes =
+            if self.bsdf.parts_colors() { self.bsdf.part(self.wo, local).heroes } else { Heroes::ALL };
         let usable = value.is_finite() && !value.is_black();
-        usable.then_some(Scattered { value, fwd_w, rev_w, cos, through })
+        usable.then_some(Scattered { value, heroes, fwd_w, rev_w, cos, through })
     }
 }
 
 /// A subpath on its way.
 #[derive(Clone, Debug)]
 pub struct Walk<const FROM_LIGHT: bool> {
-    /// The wavelengths of the path; only the hero once a delta has parted them.
+    /// What materials and lights are evaluated at: the wavelengths of the path, or one of them alone.
     pub lambda: SampledWavelengths,
     /// Product of the weights so far.
     pub throughput: SampledSpectrum,
+    /// The wavelengths that would have chosen the same way.
+    pub heroes: Heroes,
     /// Takes the throughput to what roulette compares with 1.
     relative: f32,
     /// Segments so far.
@@ -150,7 +157,7 @@ impl Walk<false> {
         let (from, throughput) = (Some(origin), SampledSpectrum::ONE);
         // Nothing can choose the camera: its own sum is 0.
         let step = Step { from, cos: 1.0, fwd_w: pdf, link: lights, fwd: 1.0, previous_link: 0.0, tail: 0.0 };
-        Self { lambda, throughput, relative: 1.0, depth: 0, step }
+        Self { lambda, throughput, heroes: Heroes::ALL, relative: 1.0, depth: 0, step }
     }
 }
 
@@ -171,7 +178,7 @@ impl Walk<true> {
         let previous_link = if pdf.origin == Origin::Point { 0.0 } else { 1.0 };
         let (cos, fwd_w, fwd) = (pdf.cos, pdf.next, pdf.vertex);
         let step = Step { from, cos, fwd_w, link: 1.0, fwd, previous_link, tail: 0.0 };
-        Some(Self { lambda, throughput, relative: 1.0 / most, depth: 0, step })
+        Some(Self { lambda, throughput, heroes: Heroes::ALL, relative: 1.0 / most, depth: 0, step })
     }
 }
 
@@ -191,9 +198,6 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
     pub fn arrive(&mut self, scene: &Scene, hit: SurfaceInteraction) -> Vertex {
         self.depth += 1;
         let (material, frame) = scene.material(&hit);
-        if material.parts_colors() {
-            self.drop_companions();
-        }
         let step = &self.step;
         let cos = hit.wo.dot(hit.point.ng).abs();
         let (to_area, back) = match step.from {
@@ -218,17 +222,9 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
             bsdf: material.bsdf(&self.lambda),
             wo: frame.to_local(hit.wo),
             throughput: self.throughput,
-            hero_only: self.lambda.is_hero_only(),
+            heroes: self.heroes,
             depth: self.depth,
             chain,
-        }
-    }
-
-    /// From here on only the hero wavelength is right.
-    fn drop_companions(&mut self) {
-        if !self.lambda.is_hero_only() {
-            self.lambda.terminate_companions();
-            self.throughput = SampledSpectrum(self.throughput.0 * Vec4::X);
         }
     }
 
@@ -236,14 +232,63 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
     /// it has `rr_depth` segments.
     #[inline]
     pub fn scatter(&mut self, vertex: &Vertex, u: &VertexNumbers, rr_depth: u32) -> Option<Ray> {
+        let s = vertex.bsdf.sample(vertex.wo, u.bsdf, u.lobe)?;
+        if s.hero_only {
+            // Materials stay at all four wavelengths: both ends of a path must agree on how a lobe is chosen.
+            self.throughput = SampledSpectrum(self.throughput.0 * Vec4::X);
+            self.heroes = self.heroes.and(Heroes::ALONE);
+        }
+        self.go_on(vertex, &s, (u.roulette, rr_depth))
+    }
+
+    /// Like [`Walk::scatter`], but where colours part for good this walk ends and all four wavelengths are followed, each
+    /// by a walk of its own with the same numbers: `each` takes them.
+    #[inline]
+    pub fn scatter_each(
+        &mut self,
+        vertex: &Vertex,
+        (u, rr_depth): (&VertexNumbers, u32),
+        each: impl FnMut(Self, Ray),
+    ) -> Option<Ray> {
+        let s = vertex.bsdf.sample(vertex.wo, u.bsdf, u.lobe)?;
+        if s.hero_only {
+            self.part(vertex, &s, (u.roulette, rr_depth), each);
+            return None;
+        }
+        self.go_on(vertex, &s, (u.roulette, rr_depth))
+    }
+
+    /// The walks of the four wavelengths, which refract each in its own direction.
+    #[cold]
+    fn part(&self, vertex: &Vertex, s: &BsdfSample, at: (f32, u32), mut each: impl FnMut(Self, Ray)) {
+        for lane in 0..4 {
+            let Some((wi, eta2)) = vertex.bsdf.refract(vertex.wo, lane) else { continue };
+            let mut own = self.clone();
+            own.lambda = own.lambda.alone(lane);
+            own.throughput = SampledSpectrum(own.throughput.0 * Vec4::AXES[lane]);
+            if let Some(ray) = own.go_on(vertex, &BsdfSample { wi, eta2, ..*s }, at) {
+                each(own, ray);
+            }
+        }
+    }
+
+    /// Goes on as `s` says.
+    #[inline]
+    fn go_on(&mut self, vertex: &Vertex, s: &BsdfSample, (u, rr_depth): (f32, u32)) -> Option<Ray> {
         let Vertex { hit, frame, bsdf, wo, chain, .. } = vertex;
-        let s = bsdf.sample(*wo, u.bsdf, u.lobe)?;
         let wi = frame.to_world(s.wi);
         if !hit.sides_agree(wi, s.transmitted) {
             return None;
         }
         let cos = wi.dot(hit.point.ng).abs();
         self.throughput *= s.weight;
+        if s.transmitted && bsdf.parts_colors() {
+            let parted = bsdf.part(*wo, s.wi);
+            self.heroes = self.heroes.and(parted.heroes);
+            if FROM_LIGHT {
+                self.throughput *= SampledSpectrum(parted.eta2);
+            }
+        }
         if FROM_LIGHT {
             self.throughput *= s.eta2;
             if hit.smooth {
@@ -266,13 +311,10 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
             previous_link: if s.delta { 0.0 } else { chain.link[usize::from(s.transmitted)] },
             tail: chain.previous_sum(rev_w),
         };
-        if s.hero_only {
-            self.drop_companions();
-        }
         let policy = if FROM_LIGHT { roulette::FROM_LIGHT } else { roulette::FROM_CAMERA };
         let armed = self.depth >= rr_depth.min(policy.latest);
         let wanted = policy.sparing * self.throughput.max_element() * self.relative;
-        let factor = roulette::survivor_of(wanted, armed, u.roulette)?;
+        let factor = roulette::survivor_of(wanted, armed, u)?;
         self.throughput *= factor;
         self.throughput.is_finite().then(|| hit.spawn(wi))
     }

@@ -23,6 +23,7 @@ use glam::Vec3;
 
 use crate::math::pdf::PdfW;
 use crate::spectrum::SampledSpectrum;
+use crate::tracer::heroes::Parted;
 
 pub use coat::Transmittance;
 pub use conductor::Conductor;
@@ -67,7 +68,7 @@ pub struct BsdfSample {
     pub delta: bool,
     /// The direction went through the surface.
     pub transmitted: bool,
-    /// The direction is right for the hero wavelength only.
+    /// The direction is right for the hero wavelength only: [`Bsdf::refract`] knows those of the others.
     pub hero_only: bool,
     /// (nᵢ/nₒ)² for transmission, else 1: undoes the radiance scaling where roulette looks at throughput.
     pub eta2: f32,
@@ -104,13 +105,41 @@ impl Bsdf {
     /// True when [`Bsdf::eval`] has a peak: which light matters depends on it.
     #[inline]
     pub fn is_glossy(&self) -> bool {
-        matches!(self, Bsdf::RoughConductor(_) | Bsdf::RoughDielectric(_))
+        matches!(self, Bsdf::RoughConductor(_) | Bsdf::RoughDielectric(_) | Bsdf::RoughPlastic(_))
     }
 
     /// True when [`Bsdf::eval`] may be something for directions on opposite sides.
     #[inline]
     pub fn transmits(&self) -> bool {
         matches!(self, Bsdf::RoughDielectric(_))
+    }
+
+    /// True when refraction is in another direction for each lane.
+    #[inline]
+    pub fn parts_colors(&self) -> bool {
+        match self {
+            Bsdf::Dielectric(b) => b.parts_colors(),
+            Bsdf::RoughDielectric(b) => b.parts_colors(),
+            _ => false,
+        }
+    }
+
+    /// How the lanes share what [`Bsdf::eval`] and [`Bsdf::sample`] give where colours part and it is no delta.
+    #[inline]
+    pub fn part(&self, wo: Vec3, wi: Vec3) -> Parted {
+        match self {
+            Bsdf::RoughDielectric(b) => b.part(wo, wi),
+            _ => Parted::NOTHING,
+        }
+    }
+
+    /// Where a delta refracts `lane` to, and its (nᵢ/nₒ)²; `None` on total reflection.
+    #[inline]
+    pub fn refract(&self, wo: Vec3, lane: usize) -> Option<(Vec3, f32)> {
+        match self {
+            Bsdf::Dielectric(b) => b.refract(wo, lane),
+            _ => None,
+        }
     }
 
     /// True when [`Bsdf::eval`] is always nothing: no light needs to be sampled.

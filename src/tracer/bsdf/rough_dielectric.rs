@@ -5,17 +5,17 @@ use glam::{Vec3, Vec4};
 
 use crate::math::pdf::PdfW;
 use crate::spectrum::SampledSpectrum;
+use crate::tracer::heroes::{self, Heroes, Parted};
 
 use super::microfacet::Microfacet;
 use super::{BsdfSample, fresnel};
 
 /// A microfacet interface: each facet is a smooth dielectric and scatters once.
 ///
-/// The facet and the lobe are the same for all lanes; reflection is right for every one of them. With dispersion
-/// each lane refracts elsewhere, and as in [`Dielectric`](super::Dielectric) only the hero goes on: a sample says so,
-/// and while companions are carried the value of a refraction is the hero's alone, four times: it stands for all
-/// four lanes, as it does after a sample. Thus light found by sampling the light and by sampling the material is one
-/// quantity, and multiple importance sampling is right.
+/// The facet and the lobe are the hero's; reflection has one direction for all lanes and one density, the share of
+/// reflections being the mean reflectance of the lanes. With dispersion a pair of directions belongs to another facet at
+/// each wavelength: every lane's value is that of its own, and [`RoughDielectric::part`] says how readily each would have
+/// chosen it. Values and weights of a refraction hold the factor of [`Heroes::of`].
 #[derive(Clone, Copy, Debug)]
 pub struct RoughDielectric {
     /// Index behind over index in front, per lane.
@@ -23,8 +23,7 @@ pub struct RoughDielectric {
     reflection: SampledSpectrum,
     transmission: SampledSpectrum,
     microfacet: Microfacet,
-    dispersive: bool,
-    hero_only: bool,
+    parts_colors: bool,
 }
 
 /// Both directions on the side where `wo` is above the horizon.
@@ -49,8 +48,7 @@ struct Facet {
 }
 
 impl RoughDielectric {
-    /// `eta` = [behind, in front]; `factors` = [reflection, transmission]; `flags` = (the media disperse, only
-    /// the hero wavelength is carried).
+    /// `eta` = [behind, in front]; `factors` = [reflection, transmission].
     ///
     /// `None` when the indices are so close (1e-4, reflectance below 3e-9) that no facet can be told from the
     /// directions: then the surface is a smooth [`Dielectric`](super::Dielectric) that lets everything through.
@@ -59,13 +57,17 @@ impl RoughDielectric {
         eta: [SampledSpectrum; 2],
         factors: [SampledSpectrum; 2],
         microfacet: Microfacet,
-        flags: (bool, bool),
     ) -> Option<Self> {
         let [reflection, transmission] = factors;
-        let (dispersive, hero_only) = flags;
         let eta = eta[0].0 / eta[1].0;
         let apart = (eta.x - 1.0).abs() > 1e-4;
-        apart.then_some(Self { eta, reflection, transmission, microfacet, dispersive, hero_only })
+        apart.then(|| Self { eta, reflection, transmission, microfacet, parts_colors: heroes::part(eta) })
+    }
+
+    /// True when lanes refract to different directions.
+    #[inline]
+    pub fn parts_colors(&self) -> bool {
+        self.parts_colors
     }
 
     /// Reflection for `wi` on the side of `wo`, refraction on the other.
@@ -88,9 +90,14 @@ impl RoughDielectric {
         }
         let jacobian = jacobian(&facing, &facet, cos_i);
         let pdf = (1.0 - facet.q) * facet.density * facet.cos * jacobian;
-        let scale = facet.density * facet.cos * jacobian * self.microfacet.g1(wi);
-        (pdf > 0.0)
-            .then_some((self.transmittance(&facing, &facet) * scale * self.hero_stands_for(), PdfW(pdf)))
+        let g1 = self.microfacet.g1(wi);
+        let value = if self.parts_colors {
+            let lanes = self.lanes(&facing, wi);
+            lanes * Heroes::of(lanes * facing.eta).map_or(0.0, |(_, own)| own)
+        } else {
+            (1.0 - facet.r) * (facet.density * facet.cos * jacobian / (facing.eta.x * facing.eta.x))
+        };
+        (pdf > 0.0).then_some((SampledSpectrum(value * g1) * self.transmission, PdfW(pdf)))
     }
 
     /// Reflects or refracts in a visible facet.
@@ -108,9 +115,20 @@ impl RoughDielectric {
             let cos_i = (1.0 - (1.0 - cos) * (1.0 + cos) / (hero * hero)).max(0.0).sqrt();
             let wi = m * (cos / hero - cos_i) - facing.wo / hero;
             let pdf = (1.0 - q) * density * cos * jacobian(&facing, &facet, cos_i);
-            (wi, self.transmittance(&facing, &facet) * (1.0 / (1.0 - q)), pdf, hero * hero)
+            let scale = 1.0 / (hero * hero * (1.0 - q));
+            (wi, SampledSpectrum((1.0 - facet.r) * scale) * self.transmission, pdf, hero * hero)
         };
         let wi = wi.normalize();
+        let weight = if self.parts_colors && !reflects {
+            // The hero's weight, to each lane's value over the hero's.
+            let lanes = self.lanes(&facing, wi);
+            let g = lanes * facing.eta;
+            Heroes::of(g)?;
+            let own = (1.0 - facet.r.x) / (hero * (1.0 - q) * g.max_element());
+            SampledSpectrum(lanes * own) * self.transmission
+        } else {
+            weight
+        };
         let right_side = if reflects { wi.z > 0.0 } else { wi.z < 0.0 };
         if !right_side || pdf.is_nan() || pdf <= 0.0 {
             return None;
@@ -121,7 +139,7 @@ impl RoughDielectric {
             pdf: PdfW(pdf),
             delta: false,
             transmitted: !reflects,
-            hero_only: !reflects && self.dispersive && !self.hero_only,
+            hero_only: false,
             eta2,
         })
     }
@@ -142,21 +160,37 @@ impl RoughDielectric {
             return None;
         }
         let r = fresnel::dielectric(cos, facing.eta);
-        let q = if self.hero_only { r.x } else { r.element_sum() * 0.25 };
+        let q = r.element_sum() * 0.25;
         Some(Facet { m, cos, r, q, density })
     }
 
-    /// (1 − F)·factor·(nₒ/nᵢ)² per lane.
-    #[inline]
-    fn transmittance(&self, facing: &Facing, facet: &Facet) -> SampledSpectrum {
-        SampledSpectrum((1.0 - facet.r) / (facing.eta.x * facing.eta.x)) * self.transmission
+    /// How the lanes share a refraction between `wo` and `wi`; nothing parts in a reflection.
+    pub fn part(&self, wo: Vec3, wi: Vec3) -> Parted {
+        let Some(facing) = self.facing(wo).filter(|_| self.parts_colors && wo.z * wi.z < 0.0) else {
+            return Parted::NOTHING;
+        };
+        let lanes = self.lanes(&facing, Vec3::new(wi.x, wi.y, wi.z * facing.side));
+        // With the index it is the same from both sides.
+        let heroes = Heroes::of(lanes * facing.eta).map_or(Heroes::ALL, |(heroes, _)| heroes);
+        let relative = facing.eta / facing.eta.x;
+        Parted { heroes, eta2: relative * relative }
     }
 
-    /// What the value of a refraction at the hero wavelength counts for, per lane.
-    #[inline]
-    fn hero_stands_for(&self) -> SampledSpectrum {
-        let alone = self.dispersive && !self.hero_only;
-        SampledSpectrum(if alone { Vec4::X * 4.0 } else { Vec4::ONE })
+    /// The value of a refraction per lane, each by the facet that refracts it so, without colour and masking of `wi`.
+    fn lanes(&self, facing: &Facing, wi: Vec3) -> Vec4 {
+        let over_section = 1.0 / self.microfacet.cross_section(facing.wo);
+        let lane = |eta: f32| {
+            let half = facing.wo + wi * eta;
+            let m = half.normalize_or_zero() * 1f32.copysign(half.z);
+            let (cos, cos_i) = (facing.wo.dot(m).min(1.0), (-wi.dot(m)).min(1.0));
+            let lit = cos > 0.0 && cos_i > 0.0;
+            let through = 1.0 - fresnel::dielectric(cos.max(0.0), Vec4::splat(eta)).x;
+            let half = cos - eta * cos_i;
+            let value = self.microfacet.d(m) * over_section * cos * cos_i * through / (half * half);
+            // A NaN is no value.
+            if lit && value > 0.0 { value.min(f32::MAX) } else { 0.0 }
+        };
+        Vec4::from_array(facing.eta.to_array().map(lane))
     }
 }
 

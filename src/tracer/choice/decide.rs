@@ -27,6 +27,10 @@ const FLOOR: f64 = 0.1;
 /// tracing spreads its samples over the picture most evenly from the first frame on.
 const WORTH: f64 = 1.25;
 
+/// What photons must gain over the best of the others: their samples share one map, so that noise falls more slowly than a
+/// trial can tell, and they blur.
+const PHOTONS_WORTH: f64 = 6.0;
+
 /// Share of the picture that may show deltas before particles are out: none, but for a stray ray between two edges.
 const DELTAS: f64 = 0.0002;
 
@@ -48,9 +52,13 @@ pub struct Rating {
 }
 
 impl Rating {
-    /// Time to a given error; infinite where it can never be reached.
+    /// Time to a given error, on the safe side for photons; infinite where it can never be reached.
     pub fn time(&self) -> f64 {
-        if self.complete { self.variance * self.cost } else { f64::INFINITY }
+        match (self.complete, self.kind) {
+            (false, _) => f64::INFINITY,
+            (true, IntegratorKind::Photon) => PHOTONS_WORTH * self.variance * self.cost,
+            (true, _) => self.variance * self.cost,
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Means and second moments of both streams on a coarse grid over the picture.
 
 use crate::color::Xyz;
-use crate::stream::SampleSink;
+use crate::stream::{PathCounts, SampleSink};
 
 /// Cells along either side of the picture.
 pub(super) const SIDE: usize = 32;
@@ -25,15 +25,21 @@ pub(super) struct Cell {
 pub(super) struct Grid {
     cells: Vec<Cell>,
     light_paths: f64,
+    /// Camera paths to a light path; 1 without camera paths.
+    camera_paths: f64,
 }
 
 impl Grid {
     pub(super) fn new() -> Self {
-        Self { cells: vec![Cell::default(); CELLS], light_paths: 0.0 }
+        Self { cells: vec![Cell::default(); CELLS], light_paths: 0.0, camera_paths: 1.0 }
     }
 
-    pub(super) fn count_light_paths(&mut self, paths: u64) {
-        self.light_paths += paths as f64;
+    /// So many indices were traced, of `counts` paths each.
+    pub(super) fn count_light_paths(&mut self, indices: u64, counts: PathCounts) {
+        self.light_paths += (indices * counts.light) as f64;
+        if counts.camera > 0 && counts.light > 0 {
+            self.camera_paths = counts.camera as f64 / counts.light as f64;
+        }
     }
 
     fn cell(&mut self, uv: [f32; 2]) -> Option<&mut Cell> {
@@ -51,8 +57,8 @@ impl Grid {
         camera + self.per_light_path(c.light[0])
     }
 
-    /// Variance of a pixel's luminance inside the cell, times the paths that were started per unit of picture (of either
-    /// sort): no resolution is left in it. A pixel is so small that a light path meets it rarely: its variance is its second
+    /// Variance of a pixel's luminance inside the cell, times the paths that were started per unit of picture (from
+    /// the camera, where there are such): no resolution is left in it. A pixel is so small that a light path meets it rarely: its variance is its second
     /// moment.
     pub(super) fn variance(&self, cell: usize) -> f64 {
         let c = &self.cells[cell];
@@ -62,7 +68,7 @@ impl Grid {
         } else {
             0.0
         };
-        camera + self.per_light_path(c.light[1])
+        camera + self.camera_paths * self.per_light_path(c.light[1])
     }
 
     /// A density over uv, integrated over a cell and summed over light paths, as a mean.

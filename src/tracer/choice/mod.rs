@@ -27,8 +27,8 @@ use super::integrator::Setup;
 use crate::scene::desc::IntegratorKind;
 
 /// What is tried. Another method is one more line here, one in [`Trial::of`], one in `cost`.
-pub const CANDIDATES: [IntegratorKind; 3] =
-    [IntegratorKind::Path, IntegratorKind::Light, IntegratorKind::Bidirectional];
+pub const CANDIDATES: [IntegratorKind; 4] =
+    [IntegratorKind::Path, IntegratorKind::Light, IntegratorKind::Bidirectional, IntegratorKind::Photon];
 
 /// Survey, trials and decision, one after the other.
 pub fn choose(setup: &Setup) -> Choice {

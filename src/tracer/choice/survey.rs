@@ -98,7 +98,7 @@ impl Survey {
         let numbers = sampler.camera();
         let ray = setup.camera.ray(numbers.screen, numbers.lens);
         let lens = setup.camera.lens_point(numbers.lens);
-        let walk = Walk::from_camera(SampledWavelengths::sample(numbers.wavelength), lens, 1.0);
+        let walk = Walk::from_camera(SampledWavelengths::sample(numbers.wavelength), lens, (1.0, 1.0));
         follow(setup, (walk, ray), |depth| sampler.vertex(depth), |vertex| self.camera.count(vertex));
     }
 
@@ -178,7 +178,5 @@ fn direct(setup: &Setup) -> f64 {
 
 /// The path tracer of a setup, over the picture, with the numbers of trials.
 pub(super) fn path_tracer(setup: &Setup) -> PathTracer {
-    let Setup { scene, camera, max_depth, rr_depth, hide_emitters, .. } = setup.clone();
-    let window = UvWindow::PICTURE;
-    PathTracer { scene, camera, seed: SEED, window, max_depth, rr_depth, hide_emitters }
+    PathTracer { setup: Setup { seed: SEED, window: UvWindow::PICTURE, ..setup.clone() } }
 }

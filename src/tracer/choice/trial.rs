@@ -2,7 +2,7 @@
 
 use crate::scene::desc::IntegratorKind;
 use crate::stream::UvWindow;
-use crate::tracer::integrator::{BidirectionalTracer, Integrator, ParticleTracer, Setup};
+use crate::tracer::integrator::{BidirectionalTracer, Integrator, ParticleTracer, PhotonTracer, Setup};
 
 use super::cost;
 use super::grid::Grid;
@@ -22,9 +22,9 @@ const PATHS: [f64; 2] = [256.0, 16_384.0];
 pub struct Trial {
     /// The method.
     pub kind: IntegratorKind,
-    /// Indices that were traced.
+    /// Paths that were traced: from the camera, or from lights if those are all.
     pub paths: u64,
-    /// Cost of one index, in units of a camera vertex.
+    /// Cost of one path, in units of a camera vertex.
     pub cost: f64,
     pub(super) grid: Grid,
 }
@@ -39,17 +39,20 @@ impl Trial {
             IntegratorKind::Path | IntegratorKind::Auto => run(&path_tracer(&setup), paths),
             IntegratorKind::Light => run(&ParticleTracer { setup }, paths),
             IntegratorKind::Bidirectional => run(&BidirectionalTracer { setup }, paths),
+            IntegratorKind::Photon => run(&PhotonTracer::new(setup, true), paths),
         };
         Self { kind, paths, cost, grid }
     }
 }
 
 fn run<I: Integrator>(integrator: &I, paths: u64) -> Grid {
+    let counts = integrator.paths_per_index();
     let mut grid = Grid::new();
     let mut scratch = I::Scratch::default();
-    for index in 0..paths {
+    let indices = paths.div_ceil(counts.camera.max(counts.light));
+    for index in 0..indices {
         integrator.trace(index, &mut scratch, &mut grid);
     }
-    grid.count_light_paths(paths * integrator.paths_per_index().light);
+    grid.count_light_paths(indices, counts);
     grid
 }

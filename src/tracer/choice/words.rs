@@ -46,6 +46,7 @@ fn compare(rival: &Rating, ratio: f64) -> String {
         IntegratorKind::Path | IntegratorKind::Auto => "camera paths",
         IntegratorKind::Light => "particles",
         IntegratorKind::Bidirectional => "paths from both ends",
+        IntegratorKind::Photon => "photons",
     };
     match ratio {
         r if !r.is_finite() || r > 1000.0 => format!("{name} need over 1000 times as long"),

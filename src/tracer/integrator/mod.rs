@@ -6,7 +6,7 @@ mod path;
 mod photon;
 mod setup;
 
-pub use bidirectional::BidirectionalTracer;
+pub use bidirectional::{BidirectionalTracer, CAMERA_SUBPATHS, LIGHT_SUBPATHS};
 pub use particle::ParticleTracer;
 pub use path::PathTracer;
 pub use photon::{PhotonScratch, PhotonTracer};

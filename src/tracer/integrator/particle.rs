@@ -3,7 +3,8 @@
 use crate::spectrum::SampledWavelengths;
 use crate::stream::{PathCounts, SampleSink};
 use crate::tracer::Sampler;
-use crate::tracer::sampler::CameraNumbers;
+use crate::tracer::accel::Ray;
+use crate::tracer::sampler::{CameraNumbers, LightSampler};
 use crate::tracer::subpath::Walk;
 
 use super::{Integrator, Setup};
@@ -23,38 +24,46 @@ impl Integrator for ParticleTracer {
 
     fn trace(&self, index: u64, _: &mut (), out: &mut impl SampleSink) {
         let setup = &self.setup;
-        let (scene, longest) = (&setup.scene, setup.longest());
+        let scene = &setup.scene;
         let sampler = Sampler::at(index, setup.seed);
         let CameraNumbers { lens, wavelength, .. } = sampler.camera();
         let lambda = SampledWavelengths::sample(wavelength);
         let numbers = sampler.light();
         let Some(emission) = scene.lights.emit(&numbers.emission()) else { return };
         let emitted = scene.lights.spectrum(emission.light, -emission.direction, &lambda);
-        if longest >= 1
+        if setup.longest() >= 1
             && !emitted.is_black()
             && let Some((view, scale)) = setup.see_light(&emission, lens)
         {
             out.light(view.uv, lambda.to_xyz(emitted * scale));
         }
-        let Some(mut walk) = Walk::from_light(lambda, &emission, emitted) else { return };
-        let mut ray = emission.ray();
-        while walk.depth() + 1 < longest {
-            let Some(hit) = scene.closest(&ray) else { return };
-            let vertex = walk.arrive(scene, hit);
+        let Some(walk) = Walk::from_light(lambda, &emission, emitted) else { return };
+        self.follow(walk, emission.ray(), &numbers, out);
+    }
+
+    fn paths_per_index(&self) -> PathCounts {
+        PathCounts { camera: 0, light: 1 }
+    }
+}
+
+impl ParticleTracer {
+    /// Shows the vertices of a walk, from the one at the end of `ray` on, to the camera.
+    fn follow(&self, mut walk: Walk<true>, mut ray: Ray, numbers: &LightSampler, out: &mut impl SampleSink) {
+        let setup = &self.setup;
+        while walk.depth() + 1 < setup.longest() {
+            let Some(hit) = setup.scene.closest(&ray) else { return };
+            let vertex = walk.arrive(&setup.scene, hit);
             let u = numbers.vertex(walk.depth() - 1);
             if let Some(seen) = setup.see(&vertex, u.light)
                 && setup.is_open(&vertex, &seen.view)
             {
                 out.light(seen.view.uv, walk.lambda.to_xyz(seen.value));
             }
-            match walk.scatter(&vertex, &u, setup.rr_depth) {
+            let each = |own, ray| self.follow(own, ray, numbers, out);
+            match walk.scatter_each(&vertex, (&u, setup.rr_depth), each) {
                 Some(next) => ray = next,
                 None => return,
             }
         }
-    }
-
-    fn paths_per_index(&self) -> PathCounts {
-        PathCounts { camera: 0, light: 1 }
     }
 }

@@ -71,7 +71,8 @@ impl Setup {
         }
         let view = self.camera.view(vertex.hit.point.p, lens, &self.window)?;
         let scattered = vertex.scatter_to::<true>(-view.direction)?;
-        let value = vertex.throughput * scattered.value * (view.uv_per_steradian / view.distance2);
+        let counts = vertex.heroes.and(scattered.heroes).weight();
+        let value = vertex.throughput * scattered.value * (counts * view.uv_per_steradian / view.distance2);
         value.is_finite().then_some(Seen { view, scattered, value })
     }
 

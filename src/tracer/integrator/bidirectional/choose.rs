@@ -174,7 +174,7 @@ impl BidirectionalTracer {
     #[inline]
     pub(super) fn connect_some(&self, found: &mut Found, mut pool: Pool, u: f32) {
         let total = pool.survey(self.setup.longest());
-        if !(total > 0.0) {
+        if total.is_nan() || total <= 0.0 {
             return;
         }
         let Pool { eyes, lights, promises, share } = pool;
@@ -209,7 +209,8 @@ impl BidirectionalTracer {
         value *= 1.0 / chance.min(1.0);
         if value.is_finite() && !value.is_black() && self.setup.scene.connected(&eye.hit, &light.hit, pair.d)
         {
-            found.add(value, eye.hero_only || light.hero_only);
+            let heroes = eye.heroes.and(pair.at_eye.heroes).and(light.heroes).and(pair.at_light.heroes);
+            found.radiance += value * heroes.weight();
         }
     }
 }

@@ -16,7 +16,7 @@ impl BidirectionalTracer {
     /// s = 0: the camera subpath has come upon a light, if `vertex` is one.
     #[inline]
     pub(super) fn meet_light(&self, found: &mut Found, last: Option<&Vertex>, vertex: &Vertex) {
-        let Vertex { hit, throughput, hero_only, chain, .. } = vertex;
+        let Vertex { hit, throughput, heroes, chain, .. } = vertex;
         let Some(light) = hit.light.filter(|_| hit.wo.dot(hit.point.ng) > 0.0) else { return };
         let lights = &self.setup.scene.lights;
         let weight = last.map_or(1.0, |last| {
@@ -25,7 +25,7 @@ impl BidirectionalTracer {
             weight::met(chain, &Meeting { direct, emission })
         });
         let emitted = self.emission(found, light, -hit.wo);
-        found.add(*throughput * emitted * weight, *hero_only);
+        found.radiance += *throughput * emitted * (weight * heroes.weight());
     }
 
     /// s = 0: the camera subpath has left the scene in `direction`.
@@ -43,7 +43,7 @@ impl BidirectionalTracer {
             weight::met(&walk.step().far(), &Meeting { direct, emission })
         });
         let emitted = self.emission(found, light, direction);
-        found.add(walk.throughput * emitted * weight, walk.lambda.is_hero_only());
+        found.radiance += walk.throughput * emitted * (weight * walk.heroes.weight());
     }
 
     /// s = 1: light that arrives straight from a sampled light.
@@ -56,7 +56,7 @@ impl BidirectionalTracer {
         if let Some((light, sample, value)) = sampled
             && self.setup.scene.visible(&vertex.hit, light, &sample)
         {
-            found.add(value, vertex.hero_only);
+            found.radiance += value;
         }
     }
 
@@ -83,7 +83,8 @@ impl BidirectionalTracer {
             cos: scattered.cos,
             direct: sample.pdf,
         });
-        let value = value * weight::next_event(&vertex.chain, &scattered, (sample, density));
+        let counts = vertex.heroes.and(scattered.heroes).weight();
+        let value = value * (counts * weight::next_event(&vertex.chain, &scattered, (sample, density)));
         (!value.is_black()).then_some(value)
     }
 
@@ -111,7 +112,7 @@ impl BidirectionalTracer {
             Some((known, value)) if known == light => value,
             _ => {
                 let lights = &self.setup.scene.lights;
-                let value = lights.spectrum(light, wi, &found.lambda[0]);
+                let value = lights.spectrum(light, wi, &found.lambda);
                 if !lights.is_directional(light) {
                     found.emission = Some((light, value));
                 }

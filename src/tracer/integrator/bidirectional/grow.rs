@@ -56,7 +56,7 @@ impl BidirectionalTracer {
         let lens = sampler.camera().lens;
         let mut ray = camera.ray(uv, lens);
         let pdf = camera.uv_per_steradian(ray.direction) / self.setup.window_area();
-        let mut walk = Walk::from_camera(found.lambda[0], camera.lens_point(lens), (pdf, LIGHTS_PER_CAMERA));
+        let mut walk = Walk::from_camera(found.lambda, camera.lens_point(lens), (pdf, LIGHTS_PER_CAMERA));
         let mut last: Option<Vertex> = None;
         while walk.depth() < longest {
             let hidden = walk.depth() == 0 && *hide_emitters;

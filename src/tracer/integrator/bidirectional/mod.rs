@@ -14,7 +14,8 @@
 //! A light that the camera sees directly is found by s = 0 alone. The ways are weighted by the power heuristic
 //! (`weight`, and [`crate::tracer::chain`]).
 //!
-//! A dispersive delta leaves the hero wavelength only, from there on and in every connection of such a vertex.
+//! A dispersive delta leaves the hero wavelength only, from there on and in every connection of such a vertex; other
+//! dispersion is weighted over wavelengths ([`crate::tracer::heroes`]).
 
 mod choose;
 mod connect;
@@ -81,7 +82,7 @@ impl Integrator for BidirectionalTracer {
             self.camera_subpath(&mut found, uv, &sampler, eyes);
             let pool = Pool { eyes, lights, promises, share: 1.0 / LIGHT_SUBPATHS as f32 };
             self.connect_some(&mut found, pool, numbers.connection);
-            out.camera(uv.map(|c| c as f32), found.xyz(), 1.0);
+            out.camera(uv.map(|c| c as f32), lambda.to_xyz(found.radiance), 1.0);
         }
     }
 

@@ -2,23 +2,24 @@
 
 use glam::{Vec3, Vec4};
 
-use crate::color::Xyz;
 use crate::math::pdf::PdfW;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
-use crate::tracer::bsdf::BsdfSample;
+use crate::tracer::bsdf::{Bsdf, BsdfSample};
+use crate::tracer::heroes::Heroes;
 use crate::tracer::light::{Lights, LitPoint};
 use crate::tracer::{mis, roulette};
 
 /// A path on its way, or one of its branches.
 #[derive(Clone)]
 pub(super) struct Carried {
+    /// What materials and lights are evaluated at: the wavelengths of the path, or one of them alone.
     pub(super) lambda: SampledWavelengths,
     /// Product of the weights so far.
     pub(super) throughput: SampledSpectrum,
-    /// Radiance found so far at the present wavelengths.
-    radiance: SampledSpectrum,
-    /// What was found before the companions were dropped.
-    banked: Xyz,
+    /// Radiance found so far at the wavelengths of the path.
+    pub(super) radiance: SampledSpectrum,
+    /// The wavelengths that would have chosen the same way, and what it counts for.
+    heroes: (Heroes, f32),
     /// Takes the throughput to what roulette compares with 1: undoes the radiance scaling of refraction and the share
     /// of a branch.
     relative: f32,
@@ -38,7 +39,7 @@ impl Carried {
             lambda,
             throughput: SampledSpectrum::ONE,
             radiance: SampledSpectrum::ZERO,
-            banked: Xyz::BLACK,
+            heroes: (Heroes::ALL, 1.0),
             relative: 1.0,
             last: None,
             emission: None,
@@ -55,7 +56,6 @@ impl Carried {
             throughput: self.throughput * share,
             relative: self.relative * count as f32,
             radiance: SampledSpectrum::ZERO,
-            banked: Xyz::BLACK,
             is_branch: true,
             ..*self
         }
@@ -67,26 +67,33 @@ impl Carried {
         self.is_branch
     }
 
-    /// Takes over what a branch has found.
-    #[inline]
-    pub(super) fn gather(&mut self, branch: &Carried) {
-        if branch.lambda.is_hero_only() == self.lambda.is_hero_only() {
-            self.radiance += branch.radiance;
-        } else {
-            self.banked += branch.found();
-        }
-    }
-
-    /// All that was found.
-    #[inline]
-    pub(super) fn found(&self) -> Xyz {
-        self.banked + self.lambda.to_xyz(self.radiance)
-    }
-
-    /// Adds radiance that a weight of the path leads to.
+    /// Adds radiance that a weight of the path leads to, or that a part of it has found.
     #[inline]
     pub(super) fn add(&mut self, radiance: SampledSpectrum) {
         self.radiance += radiance;
+    }
+
+    /// The wavelength of `lane` alone, which parts from the others with the weight `w`; `eta2` as in [`BsdfSample`].
+    pub(super) fn alone(&self, lane: usize, (w, eta2): (SampledSpectrum, f32)) -> Self {
+        Self {
+            lambda: self.lambda.alone(lane),
+            throughput: self.throughput * SampledSpectrum(w.0 * Vec4::AXES[lane]),
+            radiance: SampledSpectrum::ZERO,
+            relative: self.relative * eta2,
+            last: None,
+            emission: None,
+            depth: self.depth + 1,
+            ..*self
+        }
+    }
+
+    /// What the path counts for that goes on from a vertex of `bsdf` from `wo` to `wi`.
+    #[inline]
+    pub(super) fn counts_after(&self, bsdf: &Bsdf, (wo, wi): (Vec3, Vec3)) -> f32 {
+        match bsdf.parts_colors() {
+            true => self.heroes.0.and(bsdf.part(wo, wi).heroes).weight(),
+            false => self.heroes.1,
+        }
     }
 
     /// The spectrum of `light` seen along `wi`, remembered if it is the same everywhere: most paths meet one light
@@ -115,28 +122,25 @@ impl Carried {
     ) {
         let weight = self.last.map_or(1.0, |(at, chosen)| mis::power(chosen, pdf(at)));
         let emission = self.emission(lights, light, wi);
-        self.radiance += self.throughput * emission * weight;
+        self.radiance += self.throughput * emission * (weight * self.heroes.1);
     }
 
-    /// Goes on by `s` from `at`.
+    /// Goes on by `s` from a vertex of `bsdf` at `at`, which it came to from `wo`.
     #[inline]
-    pub(super) fn follow(&mut self, s: &BsdfSample, at: impl FnOnce() -> LitPoint) {
+    pub(super) fn follow(
+        &mut self,
+        s: &BsdfSample,
+        (bsdf, wo): (&Bsdf, Vec3),
+        at: impl FnOnce() -> LitPoint,
+    ) {
         self.throughput *= s.weight;
         self.relative *= s.eta2;
         self.last = (!s.delta).then(|| (at(), s.pdf));
         self.depth += 1;
-        if s.hero_only {
-            self.drop_companions();
+        if s.transmitted && bsdf.parts_colors() {
+            let heroes = self.heroes.0.and(bsdf.part(wo, s.wi).heroes);
+            self.heroes = (heroes, heroes.weight());
         }
-    }
-
-    /// From here on only the hero wavelength is right. What was found so far was right for all and stays so.
-    #[cold]
-    fn drop_companions(&mut self) {
-        self.banked = self.found();
-        self.radiance = SampledSpectrum::ZERO;
-        self.lambda.terminate_companions();
-        self.throughput = SampledSpectrum(self.throughput.0 * Vec4::X);
     }
 
     /// Ends paths that carry little, in proportion, once they have `rr_depth` segments. False when this one ends.

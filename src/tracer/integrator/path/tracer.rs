@@ -9,7 +9,7 @@ use crate::scene::desc::IntegratorDesc;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::stream::{PathCounts, SampleSink, UvWindow};
 use crate::tracer::accel::Ray;
-use crate::tracer::bsdf::Bsdf;
+use crate::tracer::bsdf::{Bsdf, BsdfSample};
 use crate::tracer::integrator::{Integrator, Setup};
 use crate::tracer::interaction::SurfaceInteraction;
 use crate::tracer::light::{LightSample, LitPoint};
@@ -67,7 +67,7 @@ impl PathTracer {
                 }
                 self.direct(path, &vertex, &u);
             }
-            match self.scatter(path, &vertex, &u) {
+            match self.scatter(path, &vertex, sampler, &u) {
                 Some(next) => ray = next,
                 None => return,
             }
@@ -87,10 +87,10 @@ impl PathTracer {
             if !together {
                 self.direct(&mut branch, vertex, &u);
             }
-            if let Some(ray) = self.scatter(&mut branch, vertex, &u) {
+            if let Some(ray) = self.scatter(&mut branch, vertex, &sampler, &u) {
                 self.follow(&mut branch, ray, &sampler);
             }
-            path.gather(&branch);
+            path.add(branch.radiance);
         }
     }
 
@@ -155,20 +155,46 @@ impl PathTracer {
         }
         let weight = if sample.delta { 1.0 } else { mis::power(sample.pdf, pdf) };
         let emission = path.emission(&self.setup.scene.lights, light, sample.wi);
-        let value = path.throughput * f * emission * (sample.scale * weight / sample.pdf.0);
+        let counts = path.counts_after(&vertex.bsdf, (vertex.wo, wi));
+        let value = path.throughput * f * emission * (counts * sample.scale * weight / sample.pdf.0);
         (!value.is_black()).then_some(value)
     }
 
     /// Samples the material at `vertex`; the ray to go on with.
     #[inline]
-    fn scatter(&self, path: &mut Carried, vertex: &Vertex, u: &VertexNumbers) -> Option<Ray> {
+    fn scatter(
+        &self,
+        path: &mut Carried,
+        vertex: &Vertex,
+        sampler: &Sampler,
+        u: &VertexNumbers,
+    ) -> Option<Ray> {
         let s = vertex.bsdf.sample(vertex.wo, u.bsdf, u.lobe)?;
+        if s.hero_only {
+            self.each_alone(path, vertex, &s, (sampler, u.roulette));
+            return None;
+        }
         let wi = vertex.frame.to_world(s.wi);
         if !vertex.hit.sides_agree(wi, s.transmitted) {
             return None;
         }
-        path.follow(&s, || vertex.lit_point());
+        path.follow(&s, (&vertex.bsdf, vertex.wo), || vertex.lit_point());
         path.roulette(self.setup.rr_depth, u.roulette).then(|| vertex.hit.spawn(wi))
+    }
+
+    /// Colours part for good: follows each wavelength to its end, all with the same numbers, so that what they have in
+    /// common has no colour.
+    #[cold]
+    fn each_alone(&self, path: &mut Carried, vertex: &Vertex, s: &BsdfSample, (sampler, u): (&Sampler, f32)) {
+        for lane in 0..4 {
+            let Some((wi, eta2)) = vertex.bsdf.refract(vertex.wo, lane) else { continue };
+            let wi = vertex.frame.to_world(wi);
+            let mut own = path.alone(lane, (s.weight, eta2));
+            if vertex.hit.sides_agree(wi, true) && own.roulette(self.setup.rr_depth, u) {
+                self.follow(&mut own, vertex.hit.spawn(wi), sampler);
+                path.add(own.radiance);
+            }
+        }
     }
 }
 
@@ -183,9 +209,10 @@ impl Integrator for PathTracer {
             let (lo, hi) = (f64::from(min[i]), f64::from(max[i]));
             lo + (hi - lo) * numbers.screen[i]
         });
-        let mut path = Carried::new(SampledWavelengths::sample(numbers.wavelength));
+        let lambda = SampledWavelengths::sample(numbers.wavelength);
+        let mut path = Carried::new(lambda);
         self.follow(&mut path, camera.ray(uv, numbers.lens), &sampler);
-        out.camera(uv.map(|c| c as f32), path.found(), 1.0);
+        out.camera(uv.map(|c| c as f32), lambda.to_xyz(path.radiance), 1.0);
     }
 
     fn paths_per_index(&self) -> PathCounts {

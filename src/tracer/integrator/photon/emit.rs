@@ -68,15 +68,18 @@ fn can_be_seen(vertex: &Vertex) -> bool {
 }
 
 fn arrival(vertex: &Vertex, wavelengths: u16) -> Arrival {
-    let Vertex { hit, throughput, hero_only, depth, .. } = vertex;
+    let Vertex { hit, throughput, heroes, depth, .. } = vertex;
+    // A photon of the hero alone counts four times by its wavelengths.
+    let (counts, hero_only) = (heroes.weight(), heroes.is_alone());
+    let counts = if hero_only { 0.25 * counts } else { counts };
     let ng = hit.point.ng;
     Arrival {
         position: hit.point.p,
         direction: hit.wo,
         normal: if hit.wo.dot(ng) < 0.0 { -ng } else { ng },
-        flux: *throughput,
+        flux: *throughput * counts,
         wavelengths,
-        hero_only: *hero_only,
+        hero_only,
         depth: *depth,
     }
 }

@@ -6,6 +6,7 @@ use crate::color::Xyz;
 use crate::spectrum::SampledSpectrum;
 use crate::tracer::Scene;
 use crate::tracer::bsdf::Bsdf;
+use crate::tracer::heroes::Heroes;
 use crate::tracer::photon_map::{Disc, Layer, Photon};
 
 use super::step::Step;
@@ -40,7 +41,8 @@ impl Path<'_> {
                 && photon.normal().dot(normal) > SAME_SURFACE
                 && window.is_none_or(|w| lanes_near(photon, hero, w) > 0.0)
         };
-        let Self { scratch, tracer, throughput, .. } = self;
+        let throughput = self.throughput * self.counts(Heroes::ALL);
+        let Self { scratch, tracer, .. } = self;
         let found = forest.nearest((vertex.hit.point.p, radius), wanted, &mut scratch.query, accept);
         let Some(disc) = Disc::new(found, wanted, radius, radius * SMALLEST) else { return };
         let scale = 1.0 / disc.area() / self.snapshot.light_paths() as f32;
@@ -52,7 +54,7 @@ impl Path<'_> {
                 None => xyz += path.at_wavelengths_of(photon, vertex, scale),
                 Some(w) => {
                     let flux = lanes_near(photon, hero, w) * scale;
-                    value += at_the_hero(photon, vertex, *throughput * flux);
+                    value += at_the_hero(photon, vertex, throughput * flux);
                 }
             }
         }

@@ -1,11 +1,12 @@
 //! One scattering of a camera path, to be evaluated again at the wavelengths of a photon.
 
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::Scene;
-use crate::tracer::bsdf::BsdfSample;
+use crate::tracer::bsdf::{Bsdf, BsdfSample};
 use crate::tracer::interaction::SurfaceInteraction;
+use crate::tracer::material::Material;
 
 /// A lobe number that chooses whatever comes last: transmission.
 const LAST: f32 = 1.0 - f32::EPSILON / 2.0;
@@ -47,8 +48,19 @@ impl Step {
                 _ => SampledSpectrum::ZERO,
             }
         } else {
-            bsdf.eval(self.wo, self.wi).map_or(SampledSpectrum::ZERO, |(f, _)| f)
+            self.value(material, &bsdf, lambda)
         };
         value * self.scale
+    }
+
+    /// f·|cos| per lane. Where colours part, values hold a factor of the hero's, so each wavelength is looked at alone.
+    #[inline]
+    fn value(&self, material: &Material, bsdf: &Bsdf, lambda: &SampledWavelengths) -> SampledSpectrum {
+        let at = |bsdf: &Bsdf| bsdf.eval(self.wo, self.wi).map_or(SampledSpectrum::ZERO, |(f, _)| f);
+        if !bsdf.parts_colors() {
+            return at(bsdf);
+        }
+        let lane = |i: usize| at(&material.bsdf(&lambda.alone(i))).0[i];
+        SampledSpectrum(Vec4::from_array([0, 1, 2, 3].map(lane)))
     }
 }

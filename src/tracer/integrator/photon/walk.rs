@@ -8,6 +8,7 @@ use crate::math::pdf::PdfW;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::accel::Ray;
 use crate::tracer::bsdf::Bsdf;
+use crate::tracer::heroes::Heroes;
 use crate::tracer::interaction::SurfaceInteraction;
 use crate::tracer::light::LitPoint;
 use crate::tracer::material::Material;
@@ -42,6 +43,8 @@ pub(super) struct Path<'a> {
     pub radiance: SampledSpectrum,
     /// What photons gave, and what was found before the companions were dropped.
     pub banked: Xyz,
+    /// The wavelengths that would have chosen the same way, while more than the hero is carried.
+    heroes: Heroes,
     /// Segments so far.
     pub depth: u32,
     /// Undoes the radiance scaling of refraction for roulette.
@@ -67,7 +70,7 @@ impl Vertex<'_> {
     #[inline]
     fn lit_point(&self) -> LitPoint {
         let n = if self.wo.z < 0.0 { -self.frame.n } else { self.frame.n };
-        LitPoint { p: self.hit.point.p, n }
+        LitPoint { p: self.hit.point.p, n, through: self.bsdf.transmits(), glossy: self.bsdf.is_glossy() }
     }
 }
 
@@ -89,6 +92,7 @@ impl<'a> Path<'a> {
             throughput: SampledSpectrum::ONE,
             radiance: SampledSpectrum::ZERO,
             banked: Xyz::BLACK,
+            heroes: Heroes::ALL,
             depth: 0,
             eta2: 1.0,
             last: None,
@@ -164,6 +168,8 @@ impl<'a> Path<'a> {
         self.last = (!s.delta).then(|| (vertex.lit_point(), s.pdf));
         if s.hero_only {
             self.drop_companions();
+        } else if s.transmitted && vertex.bsdf.parts_colors() {
+            self.heroes = self.heroes.and(vertex.bsdf.part(vertex.wo, s.wi).heroes);
         }
         let spread = spreads && !s.delta;
         self.stage = match self.stage {
@@ -198,7 +204,8 @@ impl<'a> Path<'a> {
         }
         let weight = if sample.delta { 1.0 } else { mis::power(sample.pdf, pdf) };
         let emission = scene.lights.spectrum(light, sample.wi, &self.lambda);
-        let value = self.throughput * f * emission * (sample.scale * weight / sample.pdf.0);
+        let counts = self.counts(vertex.bsdf.part(vertex.wo, wi).heroes);
+        let value = self.throughput * f * emission * (counts * sample.scale * weight / sample.pdf.0);
         if !value.is_black() && scene.visible(vertex.hit, light, &sample) {
             self.radiance += value;
         }
@@ -211,7 +218,14 @@ impl<'a> Path<'a> {
         }
         let weight = self.last.map_or(1.0, |(at, chosen)| mis::power(chosen, pdf(at)));
         let emission = self.tracer.setup.scene.lights.spectrum(light, wi, &self.lambda);
-        self.radiance += self.throughput * emission * weight;
+        self.radiance += self.throughput * emission * (weight * self.counts(Heroes::ALL));
+    }
+
+    /// What the path counts for, with one more refraction; four times the hero alone is a matter of its wavelengths.
+    #[inline]
+    pub fn counts(&self, next: Heroes) -> f32 {
+        let heroes = self.heroes.and(next);
+        if self.lambda.is_hero_only() { 0.25 * heroes.and(Heroes::ALONE).weight() } else { heroes.weight() }
     }
 
     /// From here on only the hero wavelength is right. What was found so far was right for all and stays so.

@@ -1,0 +1,153 @@
+//! Multiple importance sampling over the wavelengths of a path (Wilkie et al., *Hero Wavelength Spectral Sampling*,
+//! 2014, §3), in a form that goes with any method and any weights between ways to find a path.
+//!
+//! A path carries four wavelengths. One of them, the hero, lane 0, chooses directions; since the hero is any of the four
+//! with equal probability, a path X counts with the hero h at all four wavelengths, weighted by a partition of one over
+//! the heroes that could have chosen it:
+//!
+//! ```text
+//! ¼ Σ_h p_h(X) · 4 A_h(X) · f_j(X) / p_h(X) = f_j(X)     A_h(X) = Π_v g_h(v) / Σ_i Π_v g_i(v)
+//! ```
+//!
+//! v are the vertices where densities depend on the wavelength: refractions of dispersive glass. Anything may stand for
+//! g that depends on *the path alone* and not on the way it was found. What stands here is the lane's value of the
+//! refraction without its colour, in the form that does not change when light and eye are exchanged. Then:
+//!
+//! - the weights between ways of one path (next-event estimation and chance; all ways of the bidirectional method) are
+//!   those of the hero alone, B(way | h), and the product is a partition of one: Σ_h A_h Σ_way B(way | h) = 1. Densities of
+//!   the other three are not needed, not even for ways that were not taken;
+//! - a lane counts 4 f_h f_j / (p_h Σ_i f_i) where colours part, at most four times what the hero counts alone, whatever the
+//!   way: f_h / p_h is the usual weight of a sample. With visible normals p_h is nearly proportional to f_h, and the
+//!   weights are nearly those of the balance heuristic;
+//! - as the lanes' directions draw together all g become equal and A_h = ¼: nothing is lost. As they part, A_h → 1, the
+//!   others' values → 0: the hero goes on alone, four times. A smooth interface is that limit, g = (1, 0, 0, 0); its
+//!   reflections have one direction and one probability for all, so they do not count here.
+//!
+//! The hero's own g / max g can be tiny where another lane's is large, and a quotient of lanes could overflow. So
+//! values and weights of a [`Bsdf`](super::bsdf::Bsdf) that parts colours are multiplied by it where they are made
+//! ([`Heroes::of`]), and what remains for the end, [`Heroes::weight`], is 4 / Σ Π (g / max g).
+//!
+//! **Splitting.** Path and particle tracing follow all four wavelengths from the first smooth dispersive refraction on,
+//! each alone with the numbers of the others, instead of the hero four times. Then the lane is no longer a matter of
+//! chance: only what came before the split counts in A_h. A ball and a cube of SF11 by path tracing, squared error over
+//! squared mean: colour 0.28 → 0.009, luminance 0.040 → 0.028, in 2.4 times the time; at equal time RGB 0.7 times the error
+//! and luminance, which the wavelengths have in common, 1.7 times. The prism by particles: colour 0.80 → 0.30, luminance
+//! as before, 1.03 times the time. The bidirectional method must not split: it finds a path from
+//! both ends, and a rough refraction that the camera subpath chose before the split with the hero is one that the light
+//! subpath chose after it, at the lane's wavelength: the weights would not be a partition of one.
+
+use glam::Vec4;
+
+/// What is smaller than this counts nothing.
+const SMALLEST: f32 = 1e-30;
+
+/// How readily each of the four wavelengths, as the hero, would have chosen the refractions of a path; relative.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Heroes(Vec4);
+
+impl Heroes {
+    /// All of them alike.
+    pub const ALL: Self = Self(Vec4::ONE);
+
+    /// No other than the hero: a smooth refraction.
+    pub const ALONE: Self = Self(Vec4::X);
+
+    /// From g ≥ 0 of one refraction, and the hero's g / max g, which belongs into its value. `None` if the hero's is not
+    /// positive or not finite.
+    #[inline]
+    pub fn of(g: Vec4) -> Option<(Self, f32)> {
+        let most = g.max_element();
+        let usable = g.x > 0.0 && most.is_finite();
+        usable.then(|| {
+            let relative = g / most;
+            (Self(relative), relative.x)
+        })
+    }
+
+    /// Of two parts of a path together.
+    #[inline]
+    pub fn and(self, other: Self) -> Self {
+        Self(self.0 * other.0)
+    }
+
+    /// True when no other than the hero would have.
+    #[inline]
+    pub fn is_alone(self) -> bool {
+        self.0.y == 0.0 && self.0.z == 0.0 && self.0.w == 0.0
+    }
+
+    /// What the path counts for: 1 where no colours part, up to 4 with the hero alone, and whatever the parts of a path
+    /// have in common. Finite, never negative.
+    #[inline]
+    pub fn weight(self) -> f32 {
+        let sum = self.0.element_sum();
+        if sum > SMALLEST { 4.0 / sum } else { 0.0 }
+    }
+}
+
+/// A refraction as all four wavelengths see it.
+#[derive(Clone, Copy, Debug)]
+pub struct Parted {
+    /// How readily each would have chosen it.
+    pub heroes: Heroes,
+    /// Each lane's (nᵢ/nₒ)² over the hero's: takes a weight for radiance to one for light paths.
+    pub eta2: Vec4,
+}
+
+impl Parted {
+    /// Nothing parts.
+    pub const NOTHING: Self = Self { heroes: Heroes::ALL, eta2: Vec4::ONE };
+}
+
+/// True when wavelengths with these indices part: directions differ by more than the precision of numbers.
+#[inline]
+pub fn part(eta: Vec4) -> bool {
+    (eta - eta.x).abs().max_element() > 4.0 * f32::EPSILON * eta.x
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Over the whole range of f32: Σ A_h = 1 over the heroes, nothing is NaN, and values stay below four times the hero's.
+    #[test]
+    fn weights_are_a_partition_of_one_over_the_whole_range() {
+        let mut state = 3u32;
+        let mut next = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            10f32.powf(60.0 * ((state >> 8) as f32 / 16_777_216.0) - 30.0)
+        };
+        let mut naive_failures = 0;
+        for _ in 0..20_000 {
+            let (a, b) = (Vec4::from_array([0; 4].map(|_| next())), Vec4::from_array([0; 4].map(|_| next())));
+            // The lanes in turn as hero: what a value of 1 in lane j at the first vertex counts for in all.
+            let (mut sum, mut most) = (0.0, 0f32);
+            for h in 0..4 {
+                let turn = |v: Vec4| Vec4::from_array(std::array::from_fn(|i| v[(i + h) % 4]));
+                let (Some((x, s)), Some((y, t))) = (Heroes::of(turn(a)), Heroes::of(turn(b))) else {
+                    panic!("usable")
+                };
+                let counts = 0.25 * s * t * x.and(y).weight();
+                assert!((0.0..=1.000_01).contains(&counts), "{a} {b}: {counts}");
+                sum += counts;
+                most = most.max((a[h] / a.max_element()) * (b[h] / b.max_element()));
+            }
+            assert!((sum - 1.0).abs() < 1e-5 || most < SMALLEST, "{a} {b}: {sum}");
+            let naive = (a * b / (a * b).x).element_sum();
+            naive_failures += usize::from(!naive.is_normal());
+        }
+        assert!(naive_failures > 1000, "the case is too easy: {naive_failures}");
+    }
+
+    #[test]
+    fn limits() {
+        assert_eq!(Heroes::ALL.weight(), 1.0);
+        assert_eq!(Heroes::ALONE.weight(), 4.0);
+        assert_eq!(Heroes::ALONE.and(Heroes::ALL).and(Heroes::ALONE).weight(), 4.0);
+        for g in [Vec4::ZERO, Vec4::new(0.0, 1.0, 1.0, 1.0), Vec4::NAN, Vec4::splat(f32::INFINITY)] {
+            assert!(Heroes::of(g).is_none(), "{g}");
+        }
+        assert!(!part(Vec4::splat(1.5)) && !part(Vec4::new(1.5, 1.5 + 2e-7, 1.5, 1.5)));
+        assert!(part(Vec4::new(1.5, 1.5, 1.5, 1.500_01)));
+    }
+}
