@@ -13,7 +13,7 @@ use agreement::{Method, Plan, compare};
 use pointillist::color::Xyz;
 use pointillist::scene::desc::*;
 use pointillist::spectrum::{SampledSpectrum, Spectrum, dispersion::Ior};
-use pointillist::stream::{SampleSink, UvWindow};
+use pointillist::stream::{PathCounts, SampleSink, UvWindow};
 use pointillist::tracer::bsdf::{Bsdf, Microfacet, RoughDielectric};
 use pointillist::tracer::integrator::{BidirectionalTracer, Setup};
 use pointillist::tracer::{Camera, Integrator, PathTracer, Scene};
@@ -166,14 +166,16 @@ fn mean_xyz(desc: &SceneDesc, method: Method, (first, seeds, paths): (u32, u32, 
         let path = PathTracer::new(scene.clone(), camera.clone(), &desc.integrator, seed, window);
         let setup = Setup::new(scene.clone(), camera.clone(), &desc.integrator, seed, window);
         let both = BidirectionalTracer { setup };
-        let mut vertices = Vec::new();
-        for i in 0..paths {
-            match method {
-                Method::Path => path.trace(i, &mut (), &mut sum),
-                _ => both.trace(i, &mut vertices, &mut sum),
-            }
+        let (mut scratch, PathCounts { camera, light }) = (Default::default(), both.paths_per_index());
+        let n = paths as f64;
+        if method == Method::Path {
+            (0..paths).for_each(|i| path.trace(i, &mut (), &mut sum));
+        } else {
+            (0..paths / camera).for_each(|i| both.trace(i, &mut scratch, &mut sum));
         }
-        sum.0.map(|v| v / paths as f64)
+        // A light path stands for so many camera paths.
+        let share = camera as f64 / light as f64;
+        [0, 1, 2].map(|k| (sum.camera[k] + share * sum.light[k]) / n)
     };
     let pictures: Vec<_> = (first..first + seeds).map(picture).collect();
     let r = f64::from(seeds);
@@ -186,22 +188,23 @@ fn mean_xyz(desc: &SceneDesc, method: Method, (first, seeds, paths): (u32, u32, 
 }
 
 #[derive(Default)]
-struct Sum([f64; 3]);
+struct Sum {
+    camera: [f64; 3],
+    light: [f64; 3],
+}
 
-impl Sum {
-    fn add(&mut self, value: Xyz) {
-        for (s, v) in self.0.iter_mut().zip([value.x, value.y, value.z]) {
-            *s += f64::from(v);
-        }
+fn add(sum: &mut [f64; 3], value: Xyz) {
+    for (s, v) in sum.iter_mut().zip([value.x, value.y, value.z]) {
+        *s += f64::from(v);
     }
 }
 
 impl SampleSink for Sum {
     fn camera(&mut self, _: [f32; 2], value: Xyz, _: f32) {
-        self.add(value);
+        add(&mut self.camera, value);
     }
     fn light(&mut self, _: [f32; 2], value: Xyz) {
-        self.add(value);
+        add(&mut self.light, value);
     }
 }
 

@@ -1,4 +1,5 @@
-//! Rough and mixed materials in the path tracer: both ways of finding a light must add up to one.
+//! Rough and mixed materials in the path tracer: both ways of finding a light must add up to one. What is lost between facets
+//! is in `furnace.rs`.
 
 mod tracer_support;
 
@@ -55,31 +56,6 @@ fn furnace(bsdf: BsdfDesc, enclosed: bool) -> SceneDesc {
         environment(&mut desc);
     }
     desc
-}
-
-/// Materials that lose nothing, or at most `loss`: what scatters twice between facets.
-#[test]
-fn white_furnaces() {
-    let bk7 = || Ior::named("bk7").expect("known");
-    for (name, bsdf, loss) in [
-        ("silver, Beckmann", silver(Facets::Beckmann, 0.03), 0.002),
-        ("silver, GGX", silver(Facets::Ggx, 0.03), 0.004),
-        ("rough silver", silver(Facets::Ggx, 0.2), 0.07),
-        ("glass", rough_glass(Ior::Constant(1.5), 0.001), 0.002),
-        ("rough glass", rough_glass(Ior::Constant(1.5), 0.1), 0.08),
-        ("dispersive rough glass", rough_glass(bk7(), 0.1), 0.08),
-        ("strongly dispersive rough glass", rough_glass(Ior::cauchy(1.4, 0.04), 0.1), 0.08),
-        ("plastic", plastic(Ior::Constant(1.49), 1.0), 0.0),
-        ("dispersive plastic", plastic(bk7(), 1.0), 0.0),
-    ] {
-        for enclosed in [false, true] {
-            let (found, error) = mean(&furnace(bsdf.clone(), enclosed), 1 << 16);
-            let low = 1.0 - loss - 4.0 * error - 2e-3;
-            let high = 1.0 + 4.0 * error + 2e-3;
-            assert!((low..=high).contains(&found), "{name}, enclosed {enclosed}: {found} ± {error}");
-            assert!(error < 0.02, "{name}: too much noise to tell");
-        }
-    }
 }
 
 /// The same light found in two ways is the same light: an environment, and a sphere around the scene.

@@ -29,10 +29,13 @@ fn direction(z: f32, phi: f32) -> Vec3 {
     Vec3::new(r * phi.cos(), r * phi.sin(), z)
 }
 
+type Row = (Facets, f32, f32, bool, [f32; 3], f32, f32);
+
 /// Facets, roughness, index, nonlinear, [cos θₒ, cos θᵢ, φ], value and density of Mitsuba 3.9.1's `roughplastic` (scalar_rgb,
 /// base 0.6, coat 0.9): `bsdf.eval` and `bsdf.pdf`.
 #[rustfmt::skip]
-const MITSUBA: &[(Facets, f32, f32, bool, [f32; 3], f32, f32)] = &[
+#[allow(clippy::approx_constant, reason = "an angle next to the mirror's")]
+const MITSUBA: &[Row] = &[
     (Facets::Beckmann, 0.05, 1.49, true, [0.9, 0.8, 3.0], 0.112415, 0.264349),
     (Facets::Beckmann, 0.05, 1.49, true, [0.4, 0.7, 2.0], 0.0762482, 0.181675),
     (Facets::Beckmann, 0.05, 1.49, true, [0.15, 0.3, 0.5], 0.0180282, 0.0451279),

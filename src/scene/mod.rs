@@ -20,6 +20,7 @@ mod files;
 pub mod limits;
 pub mod mesh;
 pub mod mitsuba;
+mod transport;
 
 pub use desc::SceneDesc;
 pub use diagnostic::{FindingKind, SceneError, SceneWarning};
