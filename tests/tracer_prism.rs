@@ -10,7 +10,7 @@ use glam::{DAffine3, DMat3, DVec3, Vec3, Vec4};
 use pointillist::color::{Xyz, cie};
 use pointillist::scene::desc::*;
 use pointillist::spectrum::{SampledWavelengths, dispersion::Ior};
-use pointillist::stream::{SampleSink, UvWindow};
+use pointillist::stream::{PathCounts, SampleSink, UvWindow};
 use pointillist::tracer::accel::Ray;
 use pointillist::tracer::bsdf::fresnel;
 use pointillist::tracer::integrator::{BidirectionalTracer, Setup};
@@ -186,7 +186,8 @@ impl SampleSink for Row {
 fn render<I: Integrator>(tracer: &I, paths: u64) -> Vec<[f64; 3]> {
     let mut row = Row(vec![[0.0; 4]; COLUMNS]);
     let mut scratch = I::Scratch::default();
-    (0..paths).for_each(|i| tracer.trace(i, &mut scratch, &mut row));
+    let PathCounts { camera, .. } = tracer.paths_per_index();
+    (0..paths / camera).for_each(|i| tracer.trace(i, &mut scratch, &mut row));
     row.0.iter().map(|[x, y, z, w]| [x / w, y / w, z / w]).collect()
 }
 

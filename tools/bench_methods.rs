@@ -74,10 +74,7 @@ fn take<I: Integrator>(tracer: &I, size: usize, spp: usize) -> Taken {
 fn render(setup: &Setup, method: &str, seed: u32, size: usize, spp: usize) -> Taken {
     let setup = Setup { seed, ..setup.clone() };
     match method {
-        "path" => {
-            let Setup { scene, camera, seed, window, max_depth, rr_depth, hide_emitters } = setup;
-            take(&PathTracer { scene, camera, seed, window, max_depth, rr_depth, hide_emitters }, size, spp)
-        }
+        "path" => take(&PathTracer { setup }, size, spp),
         "light" => take(&ParticleTracer { setup }, size, spp),
         "bidirectional" => take(&BidirectionalTracer { setup }, size, spp),
         other => panic!("no such method: {other}"),

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use pointillist::color::Xyz;
 use pointillist::scene::desc::SceneDesc;
-use pointillist::stream::{SampleSink, UvWindow};
+use pointillist::stream::{PathCounts, SampleSink, UvWindow};
 use pointillist::tracer::integrator::{BidirectionalTracer, ParticleTracer, Setup};
 use pointillist::tracer::{Camera, Integrator, PathTracer, Scene};
 
@@ -77,7 +77,7 @@ fn setup(desc: &SceneDesc, window: UvWindow) -> Setup {
 }
 
 /// The pixels of a grid of `side` × `side` over a picture of 512 × 512, by `paths` camera paths within each: by path tracing,
-/// or bidirectionally, with as many light subpaths whose samples in the pixel count, too. Two threads.
+/// or bidirectionally, with its share of light subpaths, whose samples in the pixel count, too. Two threads.
 pub fn by_pixel(desc: &SceneDesc, bidirectional: bool, (side, paths): (usize, u64)) -> Vec<Tally> {
     let whole = setup(desc, UvWindow::PICTURE);
     let pixel = |i: usize| {
@@ -87,10 +87,13 @@ pub fn by_pixel(desc: &SceneDesc, bidirectional: bool, (side, paths): (usize, u6
         let setup = Setup { window, ..whole.clone() };
         let mut sink = Pixel { tally: Tally::default(), area: 512f64.powi(-2) };
         if bidirectional {
-            trace(&BidirectionalTracer { setup }, 0..paths, &mut sink);
+            let tracer = BidirectionalTracer { setup };
+            let PathCounts { camera, light } = tracer.paths_per_index();
+            // A light path stands for so many camera paths.
+            sink.area *= light as f64 / camera as f64;
+            trace(&tracer, 0..paths / camera, &mut sink);
         } else {
-            let Setup { scene, camera, seed, .. } = setup;
-            trace(&PathTracer::new(scene, camera, &desc.integrator, seed, window), 0..paths, &mut sink);
+            trace(&PathTracer { setup }, 0..paths, &mut sink);
         }
         sink.tally
     };
