@@ -26,12 +26,12 @@ fn main() -> Outcome<()> {
         if env::var_os("POINTILLIST_UPDATE_SPIRV").is_some() {
             update(&glsl, &shaders, &out)?;
         }
-        out.clone()
+        "env!(\"OUT_DIR\"), \"/"
     } else {
         check(&glsl, &shaders)?;
-        glsl.join("spv")
+        "env!(\"CARGO_MANIFEST_DIR\"), \"/glsl/spv/"
     };
-    fs::write(out.join("shaders.rs"), table(&shaders, &folder))?;
+    fs::write(out.join("shaders.rs"), table(&shaders, folder))?;
     Ok(())
 }
 
@@ -95,12 +95,12 @@ fn check(glsl: &Path, shaders: &[(String, u64)]) -> Outcome<()> {
     .into())
 }
 
-/// A Rust slice of `(name, bytes)`, included by `src/gpu/shader.rs`.
-fn table(shaders: &[(String, u64)], folder: &Path) -> String {
+/// A Rust slice of `(name, bytes)`, included by `src/gpu/shader.rs`. `folder`: beginning of the arguments of `concat!` for
+/// a path; no absolute one, so that a checkout may be moved.
+fn table(shaders: &[(String, u64)], folder: &str) -> String {
     let mut text = String::from("&[\n");
     for (name, _) in shaders {
-        let path = folder.join(format!("{name}.spv"));
-        let _ = writeln!(text, "    ({name:?}, include_bytes!({path:?}).as_slice()),");
+        let _ = writeln!(text, "    ({name:?}, include_bytes!(concat!({folder}{name}.spv\")).as_slice()),");
     }
     text + "]\n"
 }

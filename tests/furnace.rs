@@ -81,23 +81,22 @@ fn expected(desc: &SceneDesc, paths: u32) -> (f64, f64) {
     let camera = Camera::of(desc).expect("the camera is valid");
     let mut random = Random(17);
     let mut one = |_| {
-        let mut lambda = SampledWavelengths::sample(random.unit());
+        // One wavelength alone: materials treat it as they would light of one colour.
+        let lambda = SampledWavelengths::sample(random.unit());
+        let alone = lambda.alone(0);
         let mut throughput = SampledSpectrum::ONE;
         let mut ray = camera.ray([random.next(), random.next()], [0.5; 2]);
         // Throughput of what loses nothing does not fall: a walk ends by leaving.
         for _ in 0..10_000 {
-            let Some(hit) = scene.closest(&ray) else { return f64::from(lambda.to_xyz(throughput).y) };
+            let Some(hit) = scene.closest(&ray) else {
+                return f64::from(lambda.to_xyz(SampledSpectrum(throughput.0 * Vec4::X * 4.0)).y);
+            };
             let (material, frame) = scene.material(&hit);
             let numbers = [random.unit(), random.unit()];
-            let Some(s) = material.bsdf(&lambda).sample(frame.to_local(hit.wo), numbers, random.unit())
-            else {
+            let Some(s) = material.bsdf(&alone).sample(frame.to_local(hit.wo), numbers, random.unit()) else {
                 return 0.0;
             };
             throughput *= s.weight;
-            if s.hero_only {
-                lambda.terminate_companions();
-                throughput = SampledSpectrum(throughput.0 * Vec4::X);
-            }
             ray = hit.spawn(frame.to_world(s.wi));
         }
         0.0

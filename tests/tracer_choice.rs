@@ -70,9 +70,9 @@ fn brightness_does_not_matter() {
 }
 
 #[test]
-fn light_over_the_ceiling_is_found_by_particles() {
+fn light_over_the_ceiling_is_not_left_to_camera_paths() {
     let choice = of_file("cove");
-    assert_eq!(choice.kind, IntegratorKind::Light);
+    assert_eq!(choice.kind, IntegratorKind::Bidirectional);
     assert!(choice.reason.contains("over 2 or more bounces"), "{}", choice.reason);
 }
 

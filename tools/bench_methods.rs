@@ -94,8 +94,7 @@ fn main() {
     let path = args.remove(0);
     let desc = pointillist::scene::load(Path::new(&path), &[]).unwrap().desc;
     let scene = Arc::new(Scene::prepare(&desc).unwrap());
-    let options =
-        PrepareOptions { width: size as u32, height: size as u32, ..PrepareOptions::from_film(&desc.film) };
+    let options = PrepareOptions { width: size as u32, height: size as u32 };
     let camera = Camera::new(&desc.camera, &desc.film, &options).unwrap();
     let setup = Setup::new(scene, camera, &desc.integrator, 0, UvWindow::PICTURE);
     let mut runs: Vec<Vec<Taken>> = args.iter().map(|_| Vec::new()).collect();

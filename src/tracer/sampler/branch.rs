@@ -5,10 +5,9 @@ use super::tables::Lanes;
 /// One branch of a path that has split into `1 << bits`, at most 16.
 ///
 /// All branches use the numbers of their path, with the leading binary digits exchanged: of 4 branches one lies in each
-/// quarter of the square of every pair, and in each quarter of the interval of every single number. Exchanging digits is
-/// itself a scrambling, so the numbers of one branch are as evenly distributed as those of the path, and
-/// together they are stratified. Which branch has which quarter is drawn anew for every pair, by digits of a dimension that
-/// is used for nothing else: a branch that looks up need not be the one whose light samples lie on the left.
+/// quarter of the square of every pair, and in each quarter of the interval of every single number. Every branch exchanges the
+/// same digits in all paths, so its points are as evenly distributed as those of the paths, in all dimensions together. (Dealing
+/// the quarters anew for every path and pair destroys that: Veach's plates lose 5 % of their efficiency.)
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Branch {
     pub(super) number: u32,
@@ -19,15 +18,10 @@ impl Branch {
     /// The numbers of this branch, from those of its path.
     #[inline(always)]
     pub(super) fn of(self, [a, b, c, d, e, f, g, h]: Lanes) -> Lanes {
-        // Low digits of the unused dimension: they differ from path to path and are the same for all its branches.
-        let turned = |turn: u32| (self.number ^ (g >> turn)) & ((1 << self.bits) - 1);
-        let pair = |turn| {
-            let n = turned(turn);
-            [(n & 1) << 31 | (n & 4) << 28, (n & 2) << 30 | (n & 8) << 27]
-        };
-        let single = |turn| turned(turn) << (32 - self.bits);
-        let ([x, y], [z, w]) = (pair(0), pair(4));
-        [a ^ x, b ^ y, c ^ z, d ^ w, e ^ single(8), f ^ single(12), g, h ^ single(16)]
+        let n = self.number;
+        let [x, y] = [(n & 1) << 31 | (n & 4) << 28, (n & 2) << 30 | (n & 8) << 27];
+        let single = n << (32 - self.bits);
+        [a ^ x, b ^ y, c ^ x, d ^ y, e ^ single, f ^ single, g, h ^ single]
     }
 }
 
@@ -72,12 +66,11 @@ mod tests {
     #[test]
     fn one_branch_is_as_even_as_a_path() {
         for number in 0..4 {
-            let mut seen = BTreeSet::new();
-            for index in 0..1024 {
-                seen.insert(cells(&Sampler::at(index, 5).branch(number, 2).vertex(0), 32.0)[1]);
-            }
-            // The quarters are dealt by lot, so that cells collide now and then; random points would fill 647 of 1024.
-            assert!(seen.len() > 700, "branch {number}: {} cells", seen.len());
+            let seen = |pair: usize| {
+                let cell = |index| cells(&Sampler::at(index, 5).branch(number, 2).vertex(0), 32.0)[pair];
+                (0..1024).map(cell).collect::<BTreeSet<_>>().len()
+            };
+            assert_eq!([seen(0), seen(1)], [1024; 2], "branch {number}");
         }
     }
 

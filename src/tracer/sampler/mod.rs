@@ -11,10 +11,11 @@
 //! | L | place on the light | direction from the light | bsdf, light vertex 0 | – | – |
 //! | L + 1 | lens, light vertex 0 | – | light choice, lobe of light vertex 0 | – | roulette of light vertex 0 |
 //! | L + 1 + d, light vertex d ≥ 1 | lens | bsdf | –, lobe | – | roulette |
-//!
 //! | 2^17 | wavelength of a group of paths, – | – | – | – | – |
 //!
 //! L = 2^16: light subpaths. Their vertex 0 is the first surface point after the light; it is seen through the lens.
+//!
+//! A path may split; its branches share its slots and have the leading digits of every number exchanged ([`Sampler::branch`]).
 //!
 //! Dimension 6 is used in block 0 only: between two blocks it is the one dimension whose correlation is noticeably
 //! larger than chance (2.5/√N; `tests/sampler_nets.rs`).
@@ -26,13 +27,16 @@
 
 mod branch;
 mod light;
+mod numbers;
 pub mod nx8;
 pub mod scramble;
 pub mod tables;
 
 pub use light::{LightNumbers, LightSampler};
+pub use numbers::{CameraNumbers, VertexNumbers, unit_f32, unit_f64};
 
 use branch::Branch;
+use numbers::vertex_numbers;
 use scramble::BlockKey;
 use tables::Lanes;
 
@@ -48,36 +52,6 @@ pub struct Sampler {
     second: Lanes,
     /// Of a path that has split.
     branch: Option<Branch>,
-}
-
-/// Numbers for the start of a camera path; all in [0, 1).
-#[derive(Clone, Copy, Debug)]
-pub struct CameraNumbers {
-    /// Position over the whole window, 32 bits of precision kept until the splat; never exactly 0.
-    pub screen: [f64; 2],
-    /// Position on the lens.
-    pub lens: [f32; 2],
-    /// Wavelength.
-    pub wavelength: f32,
-    /// Time.
-    pub time: f32,
-    /// Which connections are made.
-    pub connection: f32,
-}
-
-/// Numbers for one vertex of a path; all in [0, 1).
-#[derive(Clone, Copy, Debug)]
-pub struct VertexNumbers {
-    /// Point on the light.
-    pub light: [f32; 2],
-    /// Direction of the BSDF.
-    pub bsdf: [f32; 2],
-    /// Which light; 32 bits of precision, since there may be a million of them.
-    pub light_choice: f64,
-    /// Which lobe of the BSDF.
-    pub lobe: f32,
-    /// Russian roulette.
-    pub roulette: f32,
 }
 
 impl Sampler {
@@ -128,27 +102,4 @@ impl Sampler {
         let lanes = self.branch.map_or(lanes, |branch| branch.of(lanes));
         vertex_numbers([lanes[0], lanes[1]], [lanes[2], lanes[3]], &lanes)
     }
-}
-
-#[inline(always)]
-fn vertex_numbers(light: [u32; 2], bsdf: [u32; 2], single: &Lanes) -> VertexNumbers {
-    VertexNumbers {
-        light: light.map(unit_f32),
-        bsdf: bsdf.map(unit_f32),
-        light_choice: unit_f64(single[4]),
-        lobe: unit_f32(single[5]),
-        roulette: unit_f32(single[7]),
-    }
-}
-
-/// A 32-bit fraction as `f32` in [0, 1): shifted before conversion, which would otherwise round up to 1.
-#[inline(always)]
-pub fn unit_f32(x: u32) -> f32 {
-    (x >> 8) as f32 * (1.0 / 16_777_216.0)
-}
-
-/// A 32-bit fraction as `f64` in (0, 1), at the middle of its cell; exact.
-#[inline(always)]
-pub fn unit_f64(x: u32) -> f64 {
-    (f64::from(x) + 0.5) * (1.0 / 4_294_967_296.0)
 }
