@@ -40,7 +40,7 @@ BOUNDS = [
     ("cornell", 0.0019, []),
 ]
 # All of ours; the last one chooses among the others.
-METHODS = ["path", "light", "bidirectional", "auto"]
+METHODS = ["path", "light", "bidirectional", "photon", "auto"]
 # Light that a method may miss, and the standard errors that show it does.
 MISSED, CERTAIN = 0.02, 4.0
 WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
