@@ -3,7 +3,7 @@
 use glam::{DAffine3, DMat3, DVec3};
 use miette::{GraphicalReportHandler, GraphicalTheme, Severity};
 use pointillist::scene::desc::{
-    BsdfDesc, Crop, FovAxis, LightDesc, ReconstructionFilter, ShapeDesc, ShapeKind,
+    BsdfDesc, Crop, FovAxis, LightDesc, PhotonDesc, ReconstructionFilter, ShapeDesc, ShapeKind,
 };
 use pointillist::scene::{FindingKind, Loaded, SceneError, load_str};
 use pointillist::spectrum::{Spectrum, dispersion::Ior};
@@ -328,6 +328,17 @@ fn integrators() {
     assert_eq!(depth(all), (Some(7), 3, true));
     refuse("<integrator type=\"path\"><integer name=\"max_depth\" value=\"-2\"/></integrator>");
     refuse("<integrator type=\"path\"><float name=\"max_depth\" value=\"2\"/></integrator>");
+    let photons = |text: &str| format!("<integrator type=\"photon\">{text}</integrator>");
+    let all = "<float name=\"initial_radius\" value=\"0.2\"/><float name=\"alpha\" value=\"0.5\"/><integer name=\"lookup_size\" value=\"40\"/>";
+    let PhotonDesc { initial_radius, alpha, lookup_size } = read(&photons(all)).desc.integrator.photons;
+    assert_eq!((initial_radius, alpha, lookup_size), (Some(0.2), Some(0.5), Some(40)));
+    assert_eq!(read(&photons("")).desc.integrator.photons, PhotonDesc::default());
+    for (name, value) in
+        [("initial_radius", "0"), ("initial_radius", "-1"), ("alpha", "1"), ("alpha", "-0.1")]
+    {
+        refuse(&photons(&format!("<float name=\"{name}\" value=\"{value}\"/>")));
+    }
+    refuse(&photons("<integer name=\"lookup_size\" value=\"0\"/>"));
     let auto = try_read(&format!("{SENSOR}{LIGHT}<integrator type=\"auto\"/>"), &[]).expect("valid");
     assert!(auto.warnings.is_empty());
     assert_eq!(auto.desc.integrator.kind, pointillist::scene::desc::IntegratorKind::Auto);

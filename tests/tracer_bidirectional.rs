@@ -100,7 +100,7 @@ fn settings() {
     for (max_depth, rr_depth, hide_emitters) in
         [(None, 1, true), (Some(1), 5, false), (Some(2), 5, false), (Some(3), 2, true), (Some(4), 9, false)]
     {
-        desc.integrator = IntegratorDesc { kind: IntegratorKind::Path, max_depth, rr_depth, hide_emitters };
+        desc.integrator = IntegratorDesc { max_depth, rr_depth, hide_emitters, ..desc.integrator };
         println!("{max_depth:?} {hide_emitters}");
         assert_mostly(&desc, Method::Particle, (plan, 0.99), 3e-2);
         assert_mostly(&desc, Method::Bidirectional, (plan, 0.99), 1e-2);

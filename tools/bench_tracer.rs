@@ -210,12 +210,7 @@ fn cornell_box(spheres: bool) -> SceneDesc {
             place,
         },
         film: FilmDesc { width: 512, height: 512, crop: None, rfilter: None },
-        integrator: IntegratorDesc {
-            kind: IntegratorKind::Path,
-            max_depth: None,
-            rr_depth: 5,
-            hide_emitters: false,
-        },
+        integrator: IntegratorDesc::default(),
         samples_per_pixel: None,
         bsdfs: vec![
             diffuse([0.885809, 0.698859, 0.666422]),

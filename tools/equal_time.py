@@ -12,7 +12,7 @@ starts. The error at a wall time of t seconds on c cores is that of c*t processo
   scenes/veach_plates.xml     0.008   four rough metals, four lights of equal power
   scenes/cornell.xml          0.0019  diffuse
 --methods runs all of ours on one scene, and `auto`, in turn, and prints the ratio of each to the best. Here Y is the median
-of a pixel over all pictures of all methods: relative to the mean of its own R pictures, a bright speck counts R at most,
+of the methods' means of a pixel: relative to the mean of its own R pictures, a bright speck counts R at most,
 however bright, and a method that shows a caustic as a few specks would look best. "of light" is mean luminance over the
 greatest. A method whose trial in `auto` says that it cannot show all, or whose mean is below another's by over
 2 % and 4 standard errors, is marked and does not count as the best.
@@ -120,7 +120,8 @@ def measure_methods(a, path):
     for seed in range(a.seeds):
         for method in a.methods:
             runs[method].append(ours(a, path, spps[method], seed, method))
-    median = np.median([run[0] @ WEIGHTS for method in a.methods for run in runs[method]], axis=0)
+    means = [np.mean([run[0] @ WEIGHTS for run in runs[method]], axis=0) for method in a.methods]
+    median = np.median(means, axis=0)
     rows = {}
     for method in a.methods:
         seconds = sum(run[1] for run in runs[method]) / a.seeds

@@ -75,7 +75,7 @@ pub fn settle(facts: &mut RunFacts, scene: &Arc<Scene>, camera: &Camera) {
 fn setup(facts: &RunFacts, scene: &Arc<Scene>, camera: &Camera) -> Setup {
     let RunFacts { max_depth, rr_depth, hide_emitters, .. } = *facts;
     let (scene, camera, window) = (scene.clone(), camera.clone(), UvWindow::PICTURE);
-    Setup { scene, camera, seed: 0, window, max_depth, rr_depth, hide_emitters }
+    Setup { scene, camera, seed: 0, window, max_depth, rr_depth, hide_emitters, places: None }
 }
 
 /// The choice of [`choice::choose`], with the trials side by side.

@@ -11,7 +11,7 @@ use crate::client::{
 };
 use crate::image::Attribute;
 use crate::scene::Loaded;
-use crate::scene::desc::{IntegratorKind, ReconstructionFilter};
+use crate::scene::desc::{IntegratorKind, PhotonDesc, ReconstructionFilter};
 
 /// Everything that decides the sums of a film, besides the number of paths.
 #[derive(Clone, Debug)]
@@ -32,6 +32,8 @@ pub struct RunFacts {
     pub hide_emitters: bool,
     /// Light transport method.
     pub integrator: IntegratorKind,
+    /// How photons are looked up.
+    pub photons: PhotonDesc,
     /// Why, where the program chose it.
     pub auto: Option<Chosen>,
     /// Samples per pixel where neither a count nor a time is given.
@@ -71,6 +73,7 @@ impl RunFacts {
             rr_depth: integrator.rr_depth,
             hide_emitters: integrator.hide_emitters,
             integrator: source.integrator.map_or(integrator.kind, IntegratorKind::from),
+            photons: integrator.photons,
             auto: None,
             spp: loaded.desc.samples_per_pixel.unwrap_or(DEFAULT_SPP),
             seed: source.seed,

@@ -48,12 +48,15 @@ pub fn start(
 ) -> Result<()> {
     let RunFacts { seed, max_depth, rr_depth, hide_emitters, .. } = *facts;
     let window = order.window;
-    let setup = Setup { scene, camera, seed, window, max_depth, rr_depth, hide_emitters };
+    let setup = Setup { scene, camera, seed, window, max_depth, rr_depth, hide_emitters, places: None };
     match facts.integrator {
         IntegratorKind::Path | IntegratorKind::Auto => send(server, facts, PathTracer { setup }, order),
         IntegratorKind::Light => send(server, facts, ParticleTracer { setup }, order),
         IntegratorKind::Bidirectional => send(server, facts, BidirectionalTracer { setup }, order),
-        IntegratorKind::Photon => send(server, facts, PhotonTracer::new(setup, facts.deterministic), order),
+        IntegratorKind::Photon => {
+            let tracer = PhotonTracer::new(setup, facts.deterministic).as_described(&facts.photons);
+            send(server, facts, tracer, order)
+        }
     }
 }
 

@@ -10,7 +10,7 @@ use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
 
 use crate::spectrum::{EmissionMap, Spectrum, dispersion::Ior};
 
-pub use super::transport::{IntegratorDesc, IntegratorKind};
+pub use super::transport::{IntegratorDesc, IntegratorKind, PhotonDesc};
 
 /// A whole scene.
 #[derive(Clone, Debug)]

@@ -11,6 +11,27 @@ pub struct IntegratorDesc {
     pub rr_depth: u32,
     /// Lights are not seen directly by the camera.
     pub hide_emitters: bool,
+    /// Of photon mapping.
+    pub photons: PhotonDesc,
+}
+
+impl Default for IntegratorDesc {
+    /// What a scene without an integrator gets, as in Mitsuba.
+    fn default() -> Self {
+        let photons = PhotonDesc::default();
+        Self { kind: IntegratorKind::Path, max_depth: None, rr_depth: 5, hide_emitters: false, photons }
+    }
+}
+
+/// How photons are looked up; what is `None` follows from the size of the scene.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PhotonDesc {
+    /// Radius of the first lookups, m; the largest there is.
+    pub initial_radius: Option<f32>,
+    /// α of Knaus and Zwicker 2011 in [0, 1): r² falls as n^(α−1).
+    pub alpha: Option<f64>,
+    /// Photons of a lookup, at most.
+    pub lookup_size: Option<u32>,
 }
 
 /// The methods the program has.

@@ -16,8 +16,8 @@ use pointillist::tracer::{Camera, Scene};
 /// The methods that are compared, each with its bias: the relative difference of a block (and of the mean) that counts as
 /// none. An unbiased method has 0; one whose bias shrinks with the number of samples is listed with what is left of it at
 /// the number of paths of [`PLAN`].
-pub const METHODS: [(Method, f64); 3] =
-    [(Method::Path, 0.0), (Method::Particle, 0.0), (Method::Bidirectional, 0.0)];
+pub const METHODS: [(Method, f64); 4] =
+    [(Method::Path, 0.0), (Method::Particle, 0.0), (Method::Bidirectional, 0.0), (Method::Photon, 0.02)];
 
 /// 64 blocks, 32 repetitions of 16 384 paths.
 pub const PLAN: Plan = Plan { side: 8, paths_per_pixel: 256, seeds: 32, window: UvWindow::PICTURE };

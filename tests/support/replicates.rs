@@ -53,6 +53,7 @@ fn replicate(
         max_depth: depth.0,
         rr_depth: depth.1,
         hide_emitters: false,
+        places: None,
     };
     let tracer = PathTracer { setup };
     let mut film = ReferenceFilm::new(spec, 1).unwrap();

@@ -24,12 +24,7 @@ pub fn empty() -> SceneDesc {
         files: Vec::new(),
         camera: look(DVec3::ZERO, DVec3::Z, 1.0),
         film: FilmDesc { width: 64, height: 64, crop: None, rfilter: None },
-        integrator: IntegratorDesc {
-            kind: IntegratorKind::Path,
-            max_depth: None,
-            rr_depth: 5,
-            hide_emitters: false,
-        },
+        integrator: IntegratorDesc::default(),
         samples_per_pixel: None,
         bsdfs: Vec::new(),
         meshes: Vec::new(),

@@ -4,7 +4,7 @@ use super::document::ElementId;
 use super::params::Params;
 use super::reader::Reader;
 use super::suggest;
-use crate::scene::desc::{IntegratorDesc, IntegratorKind};
+use crate::scene::desc::{IntegratorDesc, IntegratorKind, PhotonDesc};
 use crate::scene::diagnostic::{FindingKind, SceneError};
 
 /// Every integrator; anything else is rendered by path tracing, with a warning. `ptracer` is
@@ -20,11 +20,6 @@ const KINDS: &[(&str, IntegratorKind)] = &[
 
 /// Samplers of Mitsuba. The program has a sequence of its own and takes only the count.
 const SAMPLERS: &[&str] = &["independent", "stratified", "multijitter", "orthogonal", "ldsampler"];
-
-/// What a scene without an integrator gets, as Mitsuba.
-pub(crate) fn default() -> IntegratorDesc {
-    IntegratorDesc { kind: IntegratorKind::Path, max_depth: None, rr_depth: 5, hide_emitters: false }
-}
 
 /// Reads an integrator.
 pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<IntegratorDesc, SceneError> {
@@ -49,13 +44,32 @@ pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<IntegratorD
                 params.error("max_depth", "a depth is -1 (unlimited) or not negative").error()
             })?),
         };
-    let rr_depth = params.integer("rr_depth")?.unwrap_or(i64::from(default().rr_depth));
+    let rr_depth = params.integer("rr_depth")?.unwrap_or(i64::from(IntegratorDesc::default().rr_depth));
     let rr_depth = u32::try_from(rr_depth).ok().filter(|d| *d > 0).ok_or_else(|| {
         params.error("rr_depth", "the depth at which roulette starts is above zero").error()
     })?;
     let hide_emitters = params.boolean("hide_emitters", false)?;
+    let photons = if kind == IntegratorKind::Photon { photons(&params)? } else { PhotonDesc::default() };
     reader.finish(params);
-    Ok(IntegratorDesc { kind, max_depth, rr_depth, hide_emitters })
+    Ok(IntegratorDesc { kind, max_depth, rr_depth, hide_emitters, photons })
+}
+
+/// Parameters of our own `photon`, after those that renderers with photon maps have.
+fn photons(params: &Params<'_>) -> Result<PhotonDesc, SceneError> {
+    let refused = |name, what: &str| params.error(name, what).error();
+    let radius = params.float("initial_radius")?.map(|r| r as f32);
+    if radius.is_some_and(|r| !(r.is_finite() && r > 0.0)) {
+        return Err(refused("initial_radius", "a radius is above zero and finite"));
+    }
+    let alpha = params.float("alpha")?;
+    if alpha.is_some_and(|a| !(0.0..1.0).contains(&a)) {
+        return Err(refused("alpha", "alpha is at least 0 and below 1"));
+    }
+    let size = params.integer("lookup_size")?;
+    if size.is_some_and(|n| !(1..=4096).contains(&n)) {
+        return Err(refused("lookup_size", "a lookup takes from 1 to 4096 photons"));
+    }
+    Ok(PhotonDesc { initial_radius: radius, alpha, lookup_size: size.map(|n| n as u32) })
 }
 
 /// The sample count of a sampler of any type.

@@ -131,7 +131,7 @@ fn block(trial: &Trial, block: usize) -> (f64, f64) {
     let cells = (0..width * width).map(|i| (top + i / width) * SIDE + left + i % width);
     let n = (width * width) as f64;
     let (mean, variance) = cells.fold((0.0, 0.0), |(mean, variance), cell| {
-        (mean + trial.grid.mean(cell), variance + trial.grid.variance(cell))
+        (mean + trial.grid.mean(cell), variance + trial.grid.variance_of_mean(cell))
     });
     // `paths` per unit of picture, n / CELLS of the picture.
     (mean / n, variance / n / (trial.paths as f64 * n / CELLS as f64))

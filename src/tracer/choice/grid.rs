@@ -12,18 +12,23 @@ pub(super) const CELLS: usize = SIDE * SIDE;
 /// Sums of luminance in one cell.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Cell {
-    /// Camera samples.
-    count: f64,
-    /// Of them.
-    camera: [f64; 2],
-    /// Of light samples, which are densities over uv.
+    /// Number, sum and squares of camera samples.
+    camera: [f64; 3],
+    /// Pairs of camera samples from one place, and half the sum of their squared differences.
+    pairs: [f64; 2],
+    /// Sum and squares of light samples, which are densities over uv.
     light: [f64; 2],
 }
+
+/// A camera sample: its place, its cell and luminance.
+type Placed = ([u32; 2], usize, f64);
 
 /// What a trial has found.
 #[derive(Clone, Debug)]
 pub(super) struct Grid {
     cells: Vec<Cell>,
+    /// Until they are paired.
+    placed: Vec<Placed>,
     light_paths: f64,
     /// Camera paths to a light path; 1 without camera paths.
     camera_paths: f64,
@@ -31,29 +36,43 @@ pub(super) struct Grid {
 
 impl Grid {
     pub(super) fn new() -> Self {
-        Self { cells: vec![Cell::default(); CELLS], light_paths: 0.0, camera_paths: 1.0 }
+        Self { cells: vec![Cell::default(); CELLS], placed: Vec::new(), light_paths: 0.0, camera_paths: 1.0 }
     }
 
-    /// So many indices were traced, of `counts` paths each.
-    pub(super) fn count_light_paths(&mut self, indices: u64, counts: PathCounts) {
+    /// That was all: so many indices were traced, of `counts` paths each.
+    pub(super) fn finish(&mut self, indices: u64, counts: PathCounts) {
+        self.pair();
         self.light_paths += (indices * counts.light) as f64;
         if counts.camera > 0 && counts.light > 0 {
             self.camera_paths = counts.camera as f64 / counts.light as f64;
         }
     }
 
-    fn cell(&mut self, uv: [f32; 2]) -> Option<&mut Cell> {
+    /// What a picture shows from one side of a cell to the other is no noise: samples are compared with those from the same place.
+    fn pair(&mut self) {
+        let mut placed = std::mem::take(&mut self.placed);
+        placed.sort_by_key(|p| p.0);
+        for same in placed.chunk_by(|a, b| a.0 == b.0) {
+            for pair in same.chunks_exact(2) {
+                let sums = &mut self.cells[pair[0].1].pairs;
+                sums[0] += 1.0;
+                sums[1] += 0.5 * (pair[0].2 - pair[1].2).powi(2);
+            }
+        }
+    }
+
+    fn cell(uv: [f32; 2]) -> Option<usize> {
         let [x, y] = uv.map(|c| c * SIDE as f32);
         let side = SIDE as f32;
         // False for NaN.
         let inside = x >= 0.0 && y >= 0.0 && x < side && y < side;
-        inside.then(|| &mut self.cells[y as usize * SIDE + x as usize])
+        inside.then(|| y as usize * SIDE + x as usize)
     }
 
     /// Mean luminance of a cell.
     pub(super) fn mean(&self, cell: usize) -> f64 {
         let c = &self.cells[cell];
-        let camera = if c.count > 0.0 { c.camera[0] / c.count } else { 0.0 };
+        let camera = if c.camera[0] > 0.0 { c.camera[1] / c.camera[0] } else { 0.0 };
         camera + self.per_light_path(c.light[0])
     }
 
@@ -62,12 +81,15 @@ impl Grid {
     /// moment.
     pub(super) fn variance(&self, cell: usize) -> f64 {
         let c = &self.cells[cell];
-        let camera = if c.count > 1.0 {
-            let mean = c.camera[0] / c.count;
-            (c.camera[1] / c.count - mean * mean).max(0.0) * c.count / (c.count - 1.0)
-        } else {
-            0.0
-        };
+        let camera = if c.pairs[0] > 0.0 { c.pairs[1] / c.pairs[0] } else { 0.0 };
+        camera + self.camera_paths * self.per_light_path(c.light[1])
+    }
+
+    /// The same of a cell's luminance: what it shows here and there is part of that.
+    pub(super) fn variance_of_mean(&self, cell: usize) -> f64 {
+        let c = &self.cells[cell];
+        let [n, sum, squares] = c.camera;
+        let camera = if n > 1.0 { (squares - sum * sum / n).max(0.0) / (n - 1.0) } else { 0.0 };
         camera + self.camera_paths * self.per_light_path(c.light[1])
     }
 
@@ -80,18 +102,18 @@ impl Grid {
 impl SampleSink for Grid {
     fn camera(&mut self, uv: [f32; 2], value: Xyz, weight: f32) {
         let y = f64::from(value.y * weight);
-        if let Some(cell) = self.cell(uv).filter(|_| y.is_finite()) {
-            cell.count += 1.0;
-            cell.camera[0] += y;
-            cell.camera[1] += y * y;
+        if let Some(cell) = Self::cell(uv).filter(|_| y.is_finite()) {
+            let sums = &mut self.cells[cell].camera;
+            *sums = [sums[0] + 1.0, sums[1] + y, sums[2] + y * y];
+            self.placed.push((uv.map(f32::to_bits), cell, y));
         }
     }
 
     fn light(&mut self, uv: [f32; 2], value: Xyz) {
         let y = f64::from(value.y);
-        if let Some(cell) = self.cell(uv).filter(|_| y.is_finite()) {
-            cell.light[0] += y;
-            cell.light[1] += y * y;
+        if let Some(cell) = Self::cell(uv).filter(|_| y.is_finite()) {
+            let sums = &mut self.cells[cell].light;
+            (sums[0], sums[1]) = (sums[0] + y, sums[1] + y * y);
         }
     }
 }

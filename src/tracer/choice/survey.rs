@@ -177,6 +177,6 @@ fn direct(setup: &Setup) -> f64 {
 }
 
 /// The path tracer of a setup, over the picture, with the numbers of trials.
-pub(super) fn path_tracer(setup: &Setup) -> PathTracer {
+fn path_tracer(setup: &Setup) -> PathTracer {
     PathTracer { setup: Setup { seed: SEED, window: UvWindow::PICTURE, ..setup.clone() } }
 }

@@ -2,17 +2,22 @@
 
 use crate::scene::desc::IntegratorKind;
 use crate::stream::UvWindow;
-use crate::tracer::integrator::{BidirectionalTracer, Integrator, ParticleTracer, PhotonTracer, Setup};
+use crate::tracer::integrator::{
+    BidirectionalTracer, Integrator, ParticleTracer, PathTracer, PhotonTracer, Setup,
+};
 
 use super::cost;
 use super::grid::Grid;
-use super::survey::{Survey, path_tracer};
+use super::survey::Survey;
 
 /// The numbers of trials: not those of any picture, and always the same.
 pub(super) const SEED: u32 = 0x6175_746f;
 
 /// Work of one trial, in the units of [`cost::of`].
 const WORK: f64 = 200_000.0;
+
+/// Camera paths from one place, about.
+const FROM_ONE_PLACE: u64 = 4;
 
 /// Bounds of the number of paths of one trial.
 const PATHS: [f64; 2] = [256.0, 16_384.0];
@@ -34,9 +39,12 @@ impl Trial {
     pub fn of(setup: &Setup, survey: &Survey, kind: IntegratorKind) -> Self {
         let cost = cost::of(kind, survey);
         let paths = (WORK / cost).clamp(PATHS[0], PATHS[1]) as u64;
-        let setup = Setup { seed: SEED, window: UvWindow::PICTURE, ..setup.clone() };
+        // Lights that are seen straight on are not noise, whatever the method, but would be most of what few places see.
+        let (seed, window) = (SEED, UvWindow::PICTURE);
+        let places = 1 << ((paths / FROM_ONE_PLACE).max(1).ilog2() / 2);
+        let setup = Setup { seed, window, hide_emitters: true, places: Some(places), ..setup.clone() };
         let grid = match kind {
-            IntegratorKind::Path | IntegratorKind::Auto => run(&path_tracer(&setup), paths),
+            IntegratorKind::Path | IntegratorKind::Auto => run(&PathTracer { setup }, paths),
             IntegratorKind::Light => run(&ParticleTracer { setup }, paths),
             IntegratorKind::Bidirectional => run(&BidirectionalTracer { setup }, paths),
             IntegratorKind::Photon => run(&PhotonTracer::new(setup, true), paths),
@@ -53,6 +61,6 @@ fn run<I: Integrator>(integrator: &I, paths: u64) -> Grid {
     for index in 0..indices {
         integrator.trace(index, &mut scratch, &mut grid);
     }
-    grid.count_light_paths(indices, counts);
+    grid.finish(indices, counts);
     grid
 }

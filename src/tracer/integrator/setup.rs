@@ -27,6 +27,9 @@ pub struct Setup {
     pub rr_depth: u32,
     /// The camera looks through lights.
     pub hide_emitters: bool,
+    /// So many places along each side of the window, spread unevenly, are all that camera paths start from: what differs
+    /// between paths from one place is noise. `None`: they start from everywhere, as for any picture.
+    pub places: Option<u32>,
 }
 
 /// A vertex of a light subpath as the camera sees it.
@@ -48,7 +51,29 @@ impl Setup {
         window: UvWindow,
     ) -> Self {
         let IntegratorDesc { max_depth, rr_depth, hide_emitters, .. } = *desc;
-        Self { scene, camera, seed, window, max_depth, rr_depth, hide_emitters }
+        Self { scene, camera, seed, window, max_depth, rr_depth, hide_emitters, places: None }
+    }
+
+    /// Where a camera path starts whose screen numbers are these.
+    #[inline]
+    pub(super) fn place(&self, screen: [f64; 2]) -> [f64; 2] {
+        let UvWindow { min, max } = &self.window;
+        let screen = match self.places {
+            None => screen,
+            Some(n) => {
+                let [x, y] = screen.map(|s| (s * f64::from(n)).floor());
+                // The R2 sequence over columns and rows (Roberts 2018), so that places have no period of a picture's.
+                let [a, b] = [0.754_877_666_246_693, 0.569_840_290_998_053];
+                [
+                    (x + (a * x + b * y).fract()) / f64::from(n),
+                    (y + (b * x - a * y).rem_euclid(1.0)) / f64::from(n),
+                ]
+            }
+        };
+        [0, 1].map(|i| {
+            let (lo, hi) = (f64::from(min[i]), f64::from(max[i]));
+            lo + (hi - lo) * screen[i]
+        })
     }
 
     /// Longest path in segments.

@@ -24,7 +24,7 @@ mod grow;
 mod weight;
 
 use crate::spectrum::SampledWavelengths;
-use crate::stream::{PathCounts, SampleSink, UvWindow};
+use crate::stream::{PathCounts, SampleSink};
 use crate::tracer::Sampler;
 
 use super::{Integrator, Setup};
@@ -59,7 +59,7 @@ impl Integrator for BidirectionalTracer {
     type Scratch = Scratch;
 
     fn trace(&self, index: u64, scratch: &mut Scratch, out: &mut impl SampleSink) {
-        let Setup { seed, window: UvWindow { min, max }, .. } = self.setup;
+        let seed = self.setup.seed;
         let Scratch { lights, eyes, promises } = scratch;
         let lambda = SampledWavelengths::sample(Sampler::at(index, seed).group_wavelength());
         lights.clear();
@@ -73,10 +73,7 @@ impl Integrator for BidirectionalTracer {
         for number in 0..CAMERA_SUBPATHS {
             let sampler = Sampler::at(first.wrapping_add(number), seed);
             let numbers = sampler.camera();
-            let uv = [0, 1].map(|i| {
-                let (lo, hi) = (f64::from(min[i]), f64::from(max[i]));
-                lo + (hi - lo) * numbers.screen[i]
-            });
+            let uv = self.setup.place(numbers.screen);
             let mut found = Found::new(lambda);
             eyes.clear();
             self.camera_subpath(&mut found, uv, &sampler, eyes);

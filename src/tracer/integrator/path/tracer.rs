@@ -202,13 +202,10 @@ impl Integrator for PathTracer {
     type Scratch = ();
 
     fn trace(&self, index: u64, _: &mut (), out: &mut impl SampleSink) {
-        let Setup { seed, window: UvWindow { min, max }, camera, .. } = &self.setup;
+        let Setup { seed, camera, .. } = &self.setup;
         let sampler = Sampler::at(index, *seed);
         let numbers = sampler.camera();
-        let uv = [0, 1].map(|i| {
-            let (lo, hi) = (f64::from(min[i]), f64::from(max[i]));
-            lo + (hi - lo) * numbers.screen[i]
-        });
+        let uv = self.setup.place(numbers.screen);
         let lambda = SampledWavelengths::sample(numbers.wavelength);
         let mut path = Carried::new(lambda);
         self.follow(&mut path, camera.ray(uv, numbers.lens), &sampler);

@@ -34,7 +34,8 @@ mod walk;
 
 use std::sync::Arc;
 
-use crate::stream::{PathCounts, SampleSink, UvWindow};
+use crate::scene::desc::PhotonDesc;
+use crate::stream::{PathCounts, SampleSink};
 use crate::tracer::Sampler;
 use crate::tracer::bsdf::Bsdf;
 use crate::tracer::photon_map::{Lookup, PhotonMap, QueryScratch, Schedule, Snapshot};
@@ -70,9 +71,15 @@ impl PhotonTracer {
     /// traces it and when; otherwise the newest.
     pub fn new(setup: Setup, deterministic: bool) -> Self {
         let (min, max) = setup.scene.accel().bounds();
-        let schedule = schedule(min, max);
+        let schedule = schedule((min, max), &PhotonDesc::default());
         let map = PhotonMap::new(min, max, schedule.paths_per_generation).with_limit(LIMIT);
         Self { setup, map: Arc::new(map), schedule, deterministic }
+    }
+
+    /// This tracer with the schedule that a scene file asks for, and an empty map.
+    pub fn as_described(self, desc: &PhotonDesc) -> Self {
+        let schedule = schedule(self.setup.scene.accel().bounds(), desc);
+        self.with_schedule(schedule, LIMIT)
     }
 
     /// This tracer with another schedule, and an empty map that stops growing at `limit` photons.
@@ -113,11 +120,7 @@ impl Integrator for PhotonTracer {
             Lookup { generations, radius: self.schedule.radius(generations), ..self.schedule.lookup(index) };
         let sampler = Sampler::at(index, self.setup.seed);
         let numbers = sampler.camera();
-        let UvWindow { min, max } = self.setup.window;
-        let uv = [0, 1].map(|i| {
-            let (lo, hi) = (f64::from(min[i]), f64::from(max[i]));
-            lo + (hi - lo) * numbers.screen[i]
-        });
+        let uv = self.setup.place(numbers.screen);
         let mut path = Path::new(self, (&snapshot, lookup), scratch, numbers.wavelength);
         path.walk(self.setup.camera.ray(uv, numbers.lens), &sampler);
         let value = path.xyz();
