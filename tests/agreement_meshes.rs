@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 
-use pairs::{PLAN, assert_all_pairs};
+use pairs::{PHOTONS, PLAN, assert_all_pairs};
 use pointillist::scene::desc::*;
 use pointillist::spectrum::{Spectrum, dispersion::Ior};
 use tracer_support::*;
@@ -103,15 +103,19 @@ fn rough_plastic(alpha: f32) -> BsdfDesc {
 
 #[test]
 fn shading_normals_on_diffuse_and_metal() {
-    assert_all_pairs("diffuse and metal", &room([grey(0.8), metal([0.3; 2])]), PLAN);
+    assert_all_pairs("diffuse and metal", &room([grey(0.8), metal([0.3; 2])]), (PLAN, PHOTONS));
 }
 
 #[test]
 fn shading_normals_on_glass_and_plastic() {
-    assert_all_pairs("glass and plastic", &room([rough_glass([0.4; 2]), rough_plastic(0.3)]), PLAN);
+    assert_all_pairs(
+        "glass and plastic",
+        &room([rough_glass([0.4; 2]), rough_plastic(0.3)]),
+        (PLAN, PHOTONS),
+    );
 }
 
 #[test]
 fn brushed() {
-    assert_all_pairs("brushed", &room([metal([0.15, 0.5]), rough_glass([0.6, 0.3])]), PLAN);
+    assert_all_pairs("brushed", &room([metal([0.15, 0.5]), rough_glass([0.6, 0.3])]), (PLAN, PHOTONS));
 }
