@@ -334,11 +334,13 @@ fn integrators() {
     assert_eq!((initial_radius, alpha, lookup_size), (Some(0.2), Some(0.5), Some(40)));
     assert_eq!(read(&photons("")).desc.integrator.photons, PhotonDesc::default());
     for (name, value) in
-        [("initial_radius", "0"), ("initial_radius", "-1"), ("alpha", "1"), ("alpha", "-0.1")]
+        [("initial_radius", "0"), ("initial_radius", "1e-30"), ("alpha", "1"), ("alpha", "-0.1")]
     {
         refuse(&photons(&format!("<float name=\"{name}\" value=\"{value}\"/>")));
     }
-    refuse(&photons("<integer name=\"lookup_size\" value=\"0\"/>"));
+    for size in ["0", "1", "4097"] {
+        refuse(&photons(&format!("<integer name=\"lookup_size\" value=\"{size}\"/>")));
+    }
     let auto = try_read(&format!("{SENSOR}{LIGHT}<integrator type=\"auto\"/>"), &[]).expect("valid");
     assert!(auto.warnings.is_empty());
     assert_eq!(auto.desc.integrator.kind, pointillist::scene::desc::IntegratorKind::Auto);

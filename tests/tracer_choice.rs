@@ -17,9 +17,13 @@ fn setup(desc: &SceneDesc) -> Setup {
     Setup::new(scene, Camera::of(desc).unwrap(), &desc.integrator, 0, UvWindow::PICTURE)
 }
 
-fn of_file(name: &str) -> Choice {
+fn of_scene(name: &str) -> Setup {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}.xml"));
-    let choice = choose(&setup(&scene::load(&path, &[]).unwrap().desc));
+    setup(&scene::load(&path, &[]).unwrap().desc)
+}
+
+fn of_file(name: &str) -> Choice {
+    let choice = choose(&of_scene(name));
     println!("{name}: {:?}: {}", choice.kind, choice.reason);
     for rating in &choice.ratings {
         println!("    {rating:?}");
@@ -126,7 +130,29 @@ fn a_survey_counts_what_is_there() {
     let survey = Survey::of(&floor(&format!("{LAMP}{}", ball("<bsdf type=\"dielectric\"/>"))));
     assert_eq!(survey.lights, 1);
     assert!(survey.delta_seen > 0.005 && survey.delta_seen < 0.2, "{survey:?}");
-    // The ball of radius 0.5 takes up a small part of what a lamp 4 away sends out.
-    assert!(survey.focused > 0.0 && survey.focused < 0.1, "{survey:?}");
     assert!(survey.camera.open < survey.camera.vertices, "{survey:?}");
+}
+
+/// Long walks are dear, so that few are tried: even then no part of the picture may look black to the one and bright to the other.
+#[test]
+fn unbiased_methods_see_the_same_light() {
+    let white = "<bsdf type=\"twosided\"><bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"0.95\"/></bsdf></bsdf>";
+    let room = format!(
+        "<shape type=\"cube\"><transform name=\"to_world\"><scale value=\"14\"/></transform>{white}</shape>{LAMP}"
+    );
+    for setup in [floor(&room), of_scene("cove"), of_scene("cornell")] {
+        let choice = choose(&setup);
+        let path = choice.ratings[0].mean;
+        for rating in choice.ratings.iter().filter(|r| r.complete) {
+            let ratio = rating.mean / path;
+            assert!((ratio - 1.0).abs() < 0.25 && rating.missed <= 0.3, "{path}: {rating:?}");
+        }
+    }
+}
+
+#[test]
+fn a_box_is_lit_both_ways() {
+    let reason = of_file("cornell").reason;
+    let share: f64 = reason.split(" %").next().and_then(|s| s.parse().ok()).expect("a share of light");
+    assert!((40.0..80.0).contains(&share), "{reason}");
 }

@@ -61,25 +61,26 @@ impl From<Choice> for Chosen {
     }
 }
 
-/// Where `facts` ask for it, chooses the method, and leaves method and reason in `facts`. Does not depend on the number of
-/// threads: each method is tried on one.
-pub fn settle(facts: &mut RunFacts, scene: &Arc<Scene>, camera: &Camera) {
+/// Where `facts` ask for it, chooses the method, and leaves method and reason in `facts`. The choice does not depend on the
+/// number of threads: each method is tried on one.
+pub fn settle(facts: &mut RunFacts, scene: &Arc<Scene>, camera: &Camera, threads: usize) {
     if facts.integrator != IntegratorKind::Auto {
         return;
     }
-    let chosen = Chosen::from(choose(&setup(facts, scene, camera)));
+    let setup = setup(facts, scene, camera);
+    let chosen = Chosen::from(if threads > 1 { side_by_side(&setup) } else { choice::choose(&setup) });
     facts.integrator = chosen.kind;
     facts.auto = Some(chosen);
 }
 
 fn setup(facts: &RunFacts, scene: &Arc<Scene>, camera: &Camera) -> Setup {
-    let RunFacts { max_depth, rr_depth, hide_emitters, .. } = *facts;
+    let RunFacts { max_depth, rr_depth, hide_emitters, photons, .. } = *facts;
     let (scene, camera, window) = (scene.clone(), camera.clone(), UvWindow::PICTURE);
-    Setup { scene, camera, seed: 0, window, max_depth, rr_depth, hide_emitters, places: None }
+    Setup { scene, camera, seed: 0, window, max_depth, rr_depth, hide_emitters, places: None, photons }
 }
 
 /// The choice of [`choice::choose`], with the trials side by side.
-fn choose(setup: &Setup) -> Choice {
+fn side_by_side(setup: &Setup) -> Choice {
     let survey = Survey::of(setup);
     let trials: Vec<Trial> = std::thread::scope(|scope| {
         let trial = |kind| {

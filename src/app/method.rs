@@ -46,17 +46,15 @@ pub fn start(
     (scene, camera): (Arc<Scene>, Camera),
     order: Order,
 ) -> Result<()> {
-    let RunFacts { seed, max_depth, rr_depth, hide_emitters, .. } = *facts;
+    let RunFacts { seed, max_depth, rr_depth, hide_emitters, photons, .. } = *facts;
     let window = order.window;
-    let setup = Setup { scene, camera, seed, window, max_depth, rr_depth, hide_emitters, places: None };
+    let setup =
+        Setup { scene, camera, seed, window, max_depth, rr_depth, hide_emitters, places: None, photons };
     match facts.integrator {
         IntegratorKind::Path | IntegratorKind::Auto => send(server, facts, PathTracer { setup }, order),
         IntegratorKind::Light => send(server, facts, ParticleTracer { setup }, order),
         IntegratorKind::Bidirectional => send(server, facts, BidirectionalTracer { setup }, order),
-        IntegratorKind::Photon => {
-            let tracer = PhotonTracer::new(setup, facts.deterministic).as_described(&facts.photons);
-            send(server, facts, tracer, order)
-        }
+        IntegratorKind::Photon => send(server, facts, PhotonTracer::new(setup, facts.deterministic), order),
     }
 }
 

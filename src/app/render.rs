@@ -46,12 +46,12 @@ pub fn render(args: &RenderArgs) -> Result<()> {
     }
     let mut facts = facts(args, &loaded, device.name());
     let (scene, choosing) = (Arc::new(scene), Instant::now());
-    auto::settle(&mut facts, &scene, &camera);
+    let threads = threads(args);
+    auto::settle(&mut facts, &scene, &camera, threads);
     seconds.choose = choosing.elapsed().as_secs_f64();
     if !args.quiet {
         auto::say(&facts);
     }
-    let threads = threads(args);
     let mut client = device.client(facts.spec, threads)?;
     let (server, mut lanes) = Server::start_with(threads, device.tracing_priority()).into_diagnostic()?;
     let mut timings = capture(args, &device, &server)?;

@@ -67,8 +67,7 @@ impl Vertex {
     /// What is looked at when light is sampled from here, seen from the side of the local direction `eye`.
     #[inline]
     pub fn lit_point(&self, eye: Vec3) -> LitPoint {
-        let n = if eye.z < 0.0 { -self.frame.n } else { self.frame.n };
-        LitPoint { p: self.hit.point.p, n, through: self.bsdf.transmits(), glossy: self.bsdf.is_glossy() }
+        LitPoint::of(self.hit.point.p, &self.frame, (&self.bsdf, eye))
     }
 
     /// Scattering between the way back and the world-space direction `d`; `FROM_LIGHT` is which sort of walk this

@@ -54,6 +54,7 @@ fn replicate(
         rr_depth: depth.1,
         hide_emitters: false,
         places: None,
+        photons: Default::default(),
     };
     let tracer = PathTracer { setup };
     let mut film = ReferenceFilm::new(spec, 1).unwrap();

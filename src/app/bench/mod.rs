@@ -51,7 +51,7 @@ pub fn bench(args: &BenchArgs) -> Result<()> {
     };
     let mut facts = facts(&like, &loaded, device.name());
     let (scene, camera) = (Arc::new(scene.0), scene.1);
-    auto::settle(&mut facts, &scene, &camera);
+    auto::settle(&mut facts, &scene, &camera, threads(&like));
     auto::say(&facts);
     let film = VulkanFilm::new(gpu.clone(), facts.spec).into_diagnostic()?;
     let job = (&facts, (scene, camera), threads(&like));

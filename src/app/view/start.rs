@@ -114,7 +114,7 @@ fn prepare(args: &ViewArgs, outputs: Outputs) -> Result<Viewer> {
     let asked = facts.integrator == IntegratorKind::Auto;
     if facts.deterministic {
         let size = [facts.spec.width, facts.spec.height];
-        auto::settle(&mut facts, &user.scene(), &user.camera(size)?);
+        auto::settle(&mut facts, &user.scene(), &user.camera(size)?, threads);
         auto::say(&facts);
     } else if asked {
         facts.integrator = IntegratorKind::Path;

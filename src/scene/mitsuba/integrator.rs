@@ -49,25 +49,29 @@ pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<IntegratorD
         params.error("rr_depth", "the depth at which roulette starts is above zero").error()
     })?;
     let hide_emitters = params.boolean("hide_emitters", false)?;
-    let photons = if kind == IntegratorKind::Photon { photons(&params)? } else { PhotonDesc::default() };
+    let photons = if matches!(kind, IntegratorKind::Photon | IntegratorKind::Auto) {
+        photons(&params)?
+    } else {
+        PhotonDesc::default()
+    };
     reader.finish(params);
     Ok(IntegratorDesc { kind, max_depth, rr_depth, hide_emitters, photons })
 }
 
-/// Parameters of our own `photon`, after those that renderers with photon maps have.
+/// Parameters of our own `photon`, and of `auto`, which may choose it, after those that renderers with photon maps have.
 fn photons(params: &Params<'_>) -> Result<PhotonDesc, SceneError> {
     let refused = |name, what: &str| params.error(name, what).error();
     let radius = params.float("initial_radius")?.map(|r| r as f32);
-    if radius.is_some_and(|r| !(r.is_finite() && r > 0.0)) {
-        return Err(refused("initial_radius", "a radius is above zero and finite"));
+    if radius.is_some_and(|r| !(1e-12..=1e12).contains(&r)) {
+        return Err(refused("initial_radius", "a radius is from 1e-12 to 1e12"));
     }
     let alpha = params.float("alpha")?;
     if alpha.is_some_and(|a| !(0.0..1.0).contains(&a)) {
         return Err(refused("alpha", "alpha is at least 0 and below 1"));
     }
     let size = params.integer("lookup_size")?;
-    if size.is_some_and(|n| !(1..=4096).contains(&n)) {
-        return Err(refused("lookup_size", "a lookup takes from 1 to 4096 photons"));
+    if size.is_some_and(|n| !(2..=4096).contains(&n)) {
+        return Err(refused("lookup_size", "a lookup takes from 2 to 4096 photons"));
     }
     Ok(PhotonDesc { initial_radius: radius, alpha, lookup_size: size.map(|n| n as u32) })
 }

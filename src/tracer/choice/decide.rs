@@ -52,13 +52,14 @@ pub struct Rating {
 }
 
 impl Rating {
-    /// Time to a given error, on the safe side for photons; infinite where it can never be reached.
+    /// Time to a given error; infinite where it can never be reached.
     pub fn time(&self) -> f64 {
-        match (self.complete, self.kind) {
-            (false, _) => f64::INFINITY,
-            (true, IntegratorKind::Photon) => PHOTONS_WORTH * self.variance * self.cost,
-            (true, _) => self.variance * self.cost,
-        }
+        if self.complete { self.variance * self.cost } else { f64::INFINITY }
+    }
+
+    /// The same, on the safe side for photons.
+    fn cautious_time(&self) -> f64 {
+        if self.kind == IntegratorKind::Photon { PHOTONS_WORTH * self.time() } else { self.time() }
     }
 }
 
@@ -95,9 +96,10 @@ pub fn decide(survey: &Survey, trials: &[Trial]) -> Choice {
             rating
         })
         .collect();
-    let best = ratings.iter().filter(|r| r.complete).min_by(|a, b| a.time().total_cmp(&b.time()));
+    let best =
+        ratings.iter().filter(|r| r.complete).min_by(|a, b| a.cautious_time().total_cmp(&b.cautious_time()));
     let path = ratings.iter().find(|r| r.kind == IntegratorKind::Path);
-    let near = |best: &Rating, path: &Rating| path.time() <= WORTH * best.time();
+    let near = |best: &Rating, path: &Rating| path.cautious_time() <= WORTH * best.cautious_time();
     let kind = match (best, path) {
         (Some(best), Some(path)) if near(best, path) => path.kind,
         (Some(best), _) => best.kind,
@@ -107,9 +109,11 @@ pub fn decide(survey: &Survey, trials: &[Trial]) -> Choice {
     Choice { kind, reason, ratings }
 }
 
-/// Luminance of each cell, of all that can show it, smoothed: single cells are noise.
+/// Luminance of each cell, of all that can show it, smoothed: single cells are noise. Photons are left out: all samples of their
+/// trial share one map, whose blotches no number of samples averages.
 fn brightness(trials: &[Trial], complete: &[bool]) -> Vec<f64> {
-    let used: Vec<&Trial> = trials.iter().zip(complete).filter(|(_, c)| **c).map(|(t, _)| t).collect();
+    let used = trials.iter().zip(complete).filter(|(t, c)| **c && t.kind != IntegratorKind::Photon);
+    let used: Vec<&Trial> = used.map(|(t, _)| t).collect();
     let raw: Vec<f64> = (0..CELLS)
         .map(|cell| used.iter().map(|t| t.grid.mean(cell)).sum::<f64>() / used.len().max(1) as f64)
         .collect();
@@ -137,7 +141,7 @@ fn block(trial: &Trial, block: usize) -> (f64, f64) {
     (mean / n, variance / n / (trial.paths as f64 * n / CELLS as f64))
 }
 
-/// Charges a method for light that another has found and it has not.
+/// Charges a method for light that another one, photons excepted, has found and it has not.
 fn charge(rating: &mut Rating, trial: &Trial, (others, brightness, floor): (&[Trial], &[f64], f64)) {
     let (blocks, width) = (BLOCKS * BLOCKS, SIDE / BLOCKS);
     let mut missed = 0.0;
@@ -148,7 +152,8 @@ fn charge(rating: &mut Rating, trial: &Trial, (others, brightness, floor): (&[Tr
             let gap = more - mean;
             if gap > SIGNIFICANT * (v + variance).sqrt() { gap } else { 0.0 }
         };
-        let gap = others.iter().filter(|o| o.kind != trial.kind).map(gap).fold(0.0, f64::max);
+        let others = others.iter().filter(|o| o.kind != trial.kind && o.kind != IntegratorKind::Photon);
+        let gap = others.map(gap).fold(0.0, f64::max);
         let (left, top) = (i % BLOCKS * width, i / BLOCKS * width);
         let y =
             (0..width * width).map(|i| brightness[(top + i / width) * SIDE + left + i % width]).sum::<f64>();

@@ -3,8 +3,8 @@
 use crate::color::Xyz;
 use crate::stream::{PathCounts, SampleSink};
 
-/// Cells along either side of the picture.
-pub(super) const SIDE: usize = 32;
+/// Cells along either side of the picture: none is without a place that camera paths start from.
+pub(super) const SIDE: usize = 16;
 
 /// Cells.
 pub(super) const CELLS: usize = SIDE * SIDE;

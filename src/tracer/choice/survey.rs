@@ -38,12 +38,8 @@ pub struct Survey {
     pub lights: usize,
     /// Share of the picture that shows a surface with a delta part: mirror, glass, a smooth coat.
     pub delta_seen: f64,
-    /// Share of the picture that shows a light.
-    pub lights_seen: f64,
     /// Mean luminance of what arrives with one bounce or none.
     pub direct: f64,
-    /// Share of the emitted power that meets mirrors or glass first: what caustics are made of.
-    pub focused: f64,
     /// Walks from the camera.
     pub camera: Lengths,
     /// Walks from lights.
@@ -60,9 +56,6 @@ impl Survey {
             let sampler = Sampler::at(index, SEED);
             survey.walk_from_camera(setup, &sampler);
             survey.walk_from_light(setup, &sampler);
-        }
-        if survey.focused > 0.0 {
-            survey.focused /= survey.light_power(setup);
         }
         for lengths in [&mut survey.camera, &mut survey.light] {
             lengths.vertices /= WALKS as f64;
@@ -81,11 +74,7 @@ impl Survey {
             let ray = camera.ray(uv, [0.5; 2]);
             let hidden = setup.hide_emitters;
             let hit = if hidden { scene.closest_unlit(ray) } else { scene.closest(&ray) };
-            let Some(hit) = hit else {
-                self.lights_seen += if scene.lights().environment().is_some() { each } else { 0.0 };
-                continue;
-            };
-            self.lights_seen += if hit.light.is_some() { each } else { 0.0 };
+            let Some(hit) = hit else { continue };
             let (material, frame) = scene.material(&hit);
             let (bsdf, wo) = (material.bsdf(&lambda), frame.to_local(hit.wo));
             // Lobes are chosen by intervals: both ends and the middle meet every material's.
@@ -109,27 +98,8 @@ impl Survey {
         let lambda = SampledWavelengths::sample(sampler.camera().wavelength);
         let emitted = lights.spectrum(emission.light, -emission.direction, &lambda);
         let Some(walk) = Walk::from_light(lambda, &emission, emitted) else { return };
-        let (light, focused) = (&mut self.light, &mut self.focused);
         let numbers = |depth| numbers.vertex(depth);
-        follow(setup, (walk, emission.ray()), numbers, |vertex| {
-            light.count(vertex);
-            if vertex.depth == 1 && vertex.bsdf.is_delta() {
-                *focused += f64::from(lambda.to_xyz(vertex.throughput).y);
-            }
-        });
-    }
-
-    /// Luminous power of the same walks.
-    fn light_power(&self, setup: &Setup) -> f64 {
-        let lights = setup.scene.lights();
-        let power = (0..WALKS).filter_map(|index| {
-            let sampler = Sampler::at(index, SEED);
-            let emission = lights.emit(&sampler.light().emission())?;
-            let lambda = SampledWavelengths::sample(sampler.camera().wavelength);
-            let emitted = lights.spectrum(emission.light, -emission.direction, &lambda);
-            Some(f64::from(lambda.to_xyz(emitted * emission.scale()).y))
-        });
-        power.sum()
+        follow(setup, (walk, emission.ray()), numbers, |vertex| self.light.count(vertex));
     }
 }
 
@@ -160,7 +130,7 @@ fn follow<const FROM_LIGHT: bool>(
     }
 }
 
-/// Mean luminance of paths of two segments at most.
+/// Mean luminance of paths of two segments at most, without lights that are seen straight on, as in the trials.
 fn direct(setup: &Setup) -> f64 {
     struct Sum(f64);
     impl SampleSink for Sum {
@@ -170,7 +140,7 @@ fn direct(setup: &Setup) -> f64 {
         fn light(&mut self, _: [f32; 2], _: Xyz) {}
     }
     let max_depth = Some(setup.max_depth.map_or(2, |depth| depth.min(2)));
-    let tracer = path_tracer(&Setup { max_depth, ..setup.clone() });
+    let tracer = path_tracer(&Setup { max_depth, hide_emitters: true, ..setup.clone() });
     let mut sum = Sum(0.0);
     (0..DIRECT).for_each(|index| tracer.trace(index, &mut (), &mut sum));
     sum.0 / DIRECT as f64

@@ -7,7 +7,7 @@ use crate::tracer::integrator::{
 };
 
 use super::cost;
-use super::grid::Grid;
+use super::grid::{CELLS, Grid};
 use super::survey::Survey;
 
 /// The numbers of trials: not those of any picture, and always the same.
@@ -20,7 +20,7 @@ const WORK: f64 = 200_000.0;
 const FROM_ONE_PLACE: u64 = 4;
 
 /// Bounds of the number of paths of one trial.
-const PATHS: [f64; 2] = [256.0, 16_384.0];
+const PATHS: [f64; 2] = [(FROM_ONE_PLACE * CELLS as u64) as f64, 16_384.0];
 
 /// What one method did.
 #[derive(Clone, Debug)]

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::scene::desc::IntegratorDesc;
+use crate::scene::desc::{IntegratorDesc, PhotonDesc};
 use crate::spectrum::SampledSpectrum;
 use crate::stream::UvWindow;
 use crate::tracer::camera::CameraView;
@@ -23,13 +23,16 @@ pub struct Setup {
     pub window: UvWindow,
     /// Longest path in segments; `None` is unlimited.
     pub max_depth: Option<u32>,
-    /// Number of segments from which roulette may end a subpath.
+    /// Number of segments from which roulette may end a subpath, at the latest; branches and subpaths have limits of their own
+    /// (`tracer/roulette.rs`).
     pub rr_depth: u32,
     /// The camera looks through lights.
     pub hide_emitters: bool,
     /// So many places along each side of the window, spread unevenly, are all that camera paths start from: what differs
     /// between paths from one place is noise. `None`: they start from everywhere, as for any picture.
     pub places: Option<u32>,
+    /// How photons are looked up, where there are any.
+    pub photons: PhotonDesc,
 }
 
 /// A vertex of a light subpath as the camera sees it.
@@ -50,8 +53,8 @@ impl Setup {
         seed: u32,
         window: UvWindow,
     ) -> Self {
-        let IntegratorDesc { max_depth, rr_depth, hide_emitters, .. } = *desc;
-        Self { scene, camera, seed, window, max_depth, rr_depth, hide_emitters, places: None }
+        let IntegratorDesc { max_depth, rr_depth, hide_emitters, photons, .. } = *desc;
+        Self { scene, camera, seed, window, max_depth, rr_depth, hide_emitters, places: None, photons }
     }
 
     /// Where a camera path starts whose screen numbers are these.

@@ -16,6 +16,7 @@ mod emission;
 mod envmap;
 mod lights;
 mod point;
+mod sample;
 mod sphere;
 mod tree;
 
@@ -32,36 +33,8 @@ pub use emission::{Emission, EmissionPdf, Extent, LitEdge, Origin};
 pub use envmap::EnvironmentMap;
 pub use lights::Lights;
 pub use point::PointLight;
+pub use sample::{LightSample, LitPoint};
 pub use sphere::SphereLight;
-
-/// The point that is to be lit.
-#[derive(Clone, Copy, Debug)]
-pub struct LitPoint {
-    /// Position, world space.
-    pub p: Vec3,
-    /// Unit shading normal on the side that is seen.
-    pub n: Vec3,
-    /// The surface also lets light through from the other side.
-    pub through: bool,
-    /// The material has a peak that no choice of a light knows: where lights are few, each of them is sampled.
-    pub glossy: bool,
-}
-
-/// A direction towards a light.
-#[derive(Clone, Copy, Debug)]
-pub struct LightSample {
-    /// Unit direction to the light.
-    pub wi: Vec3,
-    /// The point on the light; `None` is infinitely far.
-    pub target: Option<Vec3>,
-    /// Factor on the light's spectrum: 1, or 1/r² for a point; times the inverse of its share where one sample stands
-    /// for those of several lights.
-    pub scale: f32,
-    /// Density, including the choice of the light once it comes out of [`Lights::sample`].
-    pub pdf: PdfW,
-    /// Cannot be met by chance.
-    pub delta: bool,
-}
 
 /// The geometry of a light.
 #[derive(Clone, Debug)]

@@ -113,7 +113,9 @@ impl PhotonMap {
         while start < until {
             match self.next.compare_exchange_weak(start, start + CLAIM, Ordering::Relaxed, Ordering::Relaxed)
             {
-                Ok(_) => return Some(Claim { map: self, paths: start..start + CLAIM, done: false }),
+                Ok(_) => {
+                    return Some(Claim { map: self, paths: start..start + CLAIM, adding: false, done: false });
+                }
                 Err(now) => start = now,
             }
         }
@@ -181,7 +183,12 @@ impl PhotonMap {
         let mut collecting = lock(&self.collecting);
         let paths = collecting.returned.pop()?;
         self.returned.store(!collecting.returned.is_empty(), Ordering::Relaxed);
-        Some(Claim { map: self, paths, done: false })
+        Some(Claim { map: self, paths, adding: false, done: false })
+    }
+
+    /// The generation at which the map has stopped growing; u64::MAX before.
+    pub fn last(&self) -> u64 {
+        self.last.load(Ordering::Acquire)
     }
 
     /// Sleeps until there is something to do or to see, or more than `given_up` merges were given up.
@@ -272,6 +279,7 @@ impl PhotonMap {
 pub struct Claim<'a> {
     map: &'a PhotonMap,
     paths: Range<u64>,
+    adding: bool,
     done: bool,
 }
 
@@ -288,14 +296,23 @@ impl Claim<'_> {
 
     /// As [`Claim::deposit`]; a merge that falls due is left to others soon after `wanted` says that nobody waits for it.
     pub fn deposit_while(mut self, batch: Batch, wanted: Wanted<'_>) {
-        self.done = true;
+        self.adding = true;
         self.map.add(self.paths(), batch, wanted);
+        self.done = true;
     }
 }
 
 impl Drop for Claim<'_> {
     fn drop(&mut self) {
-        if !self.done {
+        if self.done {
+            return;
+        }
+        if self.adding {
+            // A panic, as for want of memory: its photons are lost, and nobody is to wait for a map that holds them.
+            self.map.last.store(self.map.latest().generations, Ordering::Release);
+            drop(lock(&self.map.collecting));
+            self.map.news.notify_all();
+        } else {
             let mut collecting = lock(&self.map.collecting);
             collecting.returned.push(self.paths());
             // Stored under the lock: a thread that the lock lets see the range sees the flag.

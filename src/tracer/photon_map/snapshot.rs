@@ -10,7 +10,7 @@ use super::photon::{Arrival, Photon};
 pub enum Layer {
     /// Met by final gathering: everything but caustics.
     Global = 0,
-    /// Came over delta or nearly delta surfaces only; looked up directly.
+    /// Came over mirrors, glass and metal only, smooth or rough, which keep no photons; looked up directly.
     Caustic = 1,
 }
 

@@ -28,11 +28,11 @@ impl BidirectionalTracer {
         while walk.depth() + 1 < self.setup.longest() {
             let Some(hit) = scene.closest(&ray) else { return };
             let mut vertex = walk.arrive(scene, hit);
-            if vertex.depth == 1 {
-                vertex.chain.link = self.link_to_light(&vertex, &emission);
-            }
             let u = numbers.vertex(walk.depth() - 1);
             if !vertex.bsdf.is_delta() {
+                if vertex.depth == 1 {
+                    vertex.chain.link = self.link_to_light(&vertex, &emission);
+                }
                 self.to_camera((&walk.lambda, u.light), &vertex, out);
                 vertices.push(End::new(vertex));
             }

@@ -39,8 +39,7 @@ struct Vertex {
 impl Vertex {
     #[inline]
     fn lit_point(&self) -> LitPoint {
-        let n = if self.wo.z < 0.0 { -self.frame.n } else { self.frame.n };
-        LitPoint { p: self.hit.point.p, n, through: self.bsdf.transmits(), glossy: self.bsdf.is_glossy() }
+        LitPoint::of(self.hit.point.p, &self.frame, (&self.bsdf, self.wo))
     }
 }
 

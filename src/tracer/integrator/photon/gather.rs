@@ -64,7 +64,7 @@ impl Path<'_> {
 
     /// How many photons a lookup asks for, within which radius, and within which distance (nm) of the hero where only
     /// that is carried.
-    fn reach(&self, layer: Layer) -> (usize, f32, Option<f32>) {
+    pub(super) fn reach(&self, layer: Layer) -> (usize, f32, Option<f32>) {
         let wanted = match layer {
             Layer::Global => self.lookup.neighbours,
             Layer::Caustic => self.lookup.neighbours * CAUSTIC,

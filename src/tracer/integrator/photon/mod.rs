@@ -34,7 +34,6 @@ mod walk;
 
 use std::sync::Arc;
 
-use crate::scene::desc::PhotonDesc;
 use crate::stream::{PathCounts, SampleSink};
 use crate::tracer::Sampler;
 use crate::tracer::bsdf::Bsdf;
@@ -71,15 +70,9 @@ impl PhotonTracer {
     /// traces it and when; otherwise the newest.
     pub fn new(setup: Setup, deterministic: bool) -> Self {
         let (min, max) = setup.scene.accel().bounds();
-        let schedule = schedule((min, max), &PhotonDesc::default());
+        let schedule = schedule((min, max), &setup.photons);
         let map = PhotonMap::new(min, max, schedule.paths_per_generation).with_limit(LIMIT);
         Self { setup, map: Arc::new(map), schedule, deterministic }
-    }
-
-    /// This tracer with the schedule that a scene file asks for, and an empty map.
-    pub fn as_described(self, desc: &PhotonDesc) -> Self {
-        let schedule = schedule(self.setup.scene.accel().bounds(), desc);
-        self.with_schedule(schedule, LIMIT)
     }
 
     /// This tracer with another schedule, and an empty map that stops growing at `limit` photons.

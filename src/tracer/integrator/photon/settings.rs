@@ -16,7 +16,7 @@ const SAMPLES: u64 = 16_384;
 /// Photons of a lookup in the global layer.
 const NEIGHBOURS: usize = 12;
 
-/// Photons at which a map stops growing: 1.3 GB, and as much again while it is merged. From there on noise goes on
+/// Photons at which a map stops growing: 1.3 GB, and up to 2.5 times as much in all while its largest trees are merged. From there on noise goes on
 /// shrinking and blur does not.
 pub(super) const LIMIT: usize = 1 << 25;
 

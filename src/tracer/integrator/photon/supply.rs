@@ -30,7 +30,7 @@ impl PhotonTracer {
             trace(claim.paths(), &mut batch);
             claim.deposit_while(batch, wanted);
         }
-        let needed = self.schedule.generations(index);
+        let needed = self.schedule.generations(index).min(self.map.last());
         let known = scratch.snapshot.take().filter(|known| match self.deterministic {
             true => known.generations() == needed,
             false => !scratch.path.is_multiple_of(EVERY),

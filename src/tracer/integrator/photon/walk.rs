@@ -10,7 +10,7 @@ use crate::tracer::accel::Ray;
 use crate::tracer::bsdf::Bsdf;
 use crate::tracer::heroes::Heroes;
 use crate::tracer::interaction::SurfaceInteraction;
-use crate::tracer::light::LitPoint;
+use crate::tracer::light::{LightSample, LitPoint};
 use crate::tracer::material::Material;
 use crate::tracer::photon_map::{Layer, Lookup, Snapshot};
 use crate::tracer::sampler::VertexNumbers;
@@ -18,6 +18,9 @@ use crate::tracer::{Sampler, mis, roulette};
 
 use super::step::Step;
 use super::{PhotonScratch, PhotonTracer, spreads};
+
+/// What a path counts for from which its wavelengths have parted: 1 is not at all, 4 is for good.
+const PARTED: f32 = 2.0;
 
 /// What has happened to the light between the eye and here; who finds a light that is met now.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,8 +72,7 @@ pub(super) struct Vertex<'a> {
 impl Vertex<'_> {
     #[inline]
     fn lit_point(&self) -> LitPoint {
-        let n = if self.wo.z < 0.0 { -self.frame.n } else { self.frame.n };
-        LitPoint { p: self.hit.point.p, n, through: self.bsdf.transmits(), glossy: self.bsdf.is_glossy() }
+        LitPoint::of(self.hit.point.p, &self.frame, (&self.bsdf, self.wo))
     }
 }
 
@@ -129,7 +131,8 @@ impl<'a> Path<'a> {
             if self.gathered || self.depth == longest {
                 return;
             }
-            let near = ray.origin.distance_squared(hit.point.p) < self.lookup.radius * self.lookup.radius;
+            let (_, radius, _) = self.reach(Layer::Global);
+            let near = ray.origin.distance_squared(hit.point.p) < radius * radius;
             match self.arrive(&hit, near, &sampler.vertex(self.depth - 1)) {
                 Some(next) => ray = next,
                 None => return,
@@ -170,6 +173,10 @@ impl<'a> Path<'a> {
             self.drop_companions();
         } else if s.transmitted && vertex.bsdf.parts_colors() {
             self.heroes = self.heroes.and(vertex.bsdf.part(vertex.wo, s.wi).heroes);
+            // Where a photon's wavelengths would hardly have come this way, only the hero does. All heroes of a path decide alike.
+            if self.heroes.weight() > PARTED {
+                self.drop_companions();
+            }
         }
         let spread = spreads && !s.delta;
         self.stage = match self.stage {
@@ -195,20 +202,29 @@ impl<'a> Path<'a> {
         if self.depth + 1 > setup.longest() {
             return;
         }
-        let sampled = scene.lights.sample(vertex.lit_point(), u.light_choice, u.light);
-        let Some((light, sample)) = sampled else { return };
-        let wi = vertex.frame.to_local(sample.wi);
-        let Some((f, pdf)) = vertex.bsdf.eval(vertex.wo, wi) else { return };
-        if !vertex.hit.sides_agree(sample.wi, vertex.wo.z * wi.z < 0.0) {
-            return;
-        }
-        let weight = if sample.delta { 1.0 } else { mis::power(sample.pdf, pdf) };
-        let emission = scene.lights.spectrum(light, sample.wi, &self.lambda);
-        let counts = self.counts(vertex.bsdf.part(vertex.wo, wi).heroes);
-        let value = self.throughput * f * emission * (counts * sample.scale * weight / sample.pdf.0);
-        if !value.is_black() && scene.visible(vertex.hit, light, &sample) {
+        let numbers = (u.light_choice, u.light);
+        let found = scene
+            .lights
+            .sample_by(vertex.lit_point(), numbers, |light, sample| self.unshadowed(vertex, (light, sample)));
+        if let Some((light, sample, value)) = found
+            && scene.visible(vertex.hit, light, &sample)
+        {
             self.radiance += value;
         }
+    }
+
+    /// What a sample of a light adds if nothing shadows it; `None` for nothing.
+    fn unshadowed(&self, vertex: &Vertex, (light, sample): (u32, &LightSample)) -> Option<SampledSpectrum> {
+        let wi = vertex.frame.to_local(sample.wi);
+        let (f, pdf) = vertex.bsdf.eval(vertex.wo, wi)?;
+        if !vertex.hit.sides_agree(sample.wi, vertex.wo.z * wi.z < 0.0) {
+            return None;
+        }
+        let weight = if sample.delta { 1.0 } else { mis::power(sample.pdf, pdf) };
+        let emission = self.tracer.setup.scene.lights.spectrum(light, sample.wi, &self.lambda);
+        let counts = self.counts(vertex.bsdf.part(vertex.wo, wi).heroes);
+        let value = self.throughput * f * emission * (counts * sample.scale * weight / sample.pdf.0);
+        (!value.is_black()).then_some(value)
     }
 
     /// Adds the emission of a light met by chance along `wi`; `pdf` is its density for light sampling from a lit point.
