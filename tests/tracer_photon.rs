@@ -13,7 +13,7 @@ use glam::{DAffine3, DVec3};
 use agreement::{Method, Plan, compare, measure};
 use pointillist::scene::desc::*;
 use pointillist::server::{RenderJob, Server};
-use pointillist::spectrum::dispersion::Ior;
+use pointillist::spectrum::{Spectrum, dispersion::Ior};
 use pointillist::stream::{Cursor, Epoch, Finish, UvWindow};
 use pointillist::tracer::Camera;
 use pointillist::tracer::integrator::{PhotonTracer, Setup};
@@ -103,6 +103,40 @@ fn dispersion() {
     shape(&mut desc, sphere(DVec3::new(0.0, 0.0, 0.9), 0.9), DAffine3::IDENTITY, (flint, 0.0));
     environment(&mut desc);
     assert_within(&desc, (PLAN, 0.9), 0.02);
+    // Ground so finely that wavelengths have parted as if it were smooth.
+    let sf11 = Ior::named("sf11").expect("a named glass");
+    let (int_ior, ext_ior) = (sf11, Ior::Constant(1.0));
+    let roughness = Roughness { facets: Facets::Ggx, alpha: [1e-3; 2] };
+    let [specular_reflectance, specular_transmittance] = [(); 2].map(|()| Spectrum::Constant(1.0));
+    let ground = BsdfDesc::RoughDielectric {
+        int_ior,
+        ext_ior,
+        specular_reflectance,
+        specular_transmittance,
+        roughness,
+    };
+    desc.bsdfs[1] = ground;
+    assert_within(&desc, (PLAN, 0.9), 0.02);
+}
+
+/// A picture from another place finds the photons of the one before.
+#[test]
+fn photons_outlast_a_move_of_the_camera() {
+    let desc = scene("cornell.xml");
+    let scene = Arc::new(prepare(&desc));
+    let tracer = |seed, deterministic| {
+        let camera = Camera::of(&desc).expect("valid");
+        let setup = Setup::new(scene.clone(), camera, &desc.integrator, seed, UvWindow::PICTURE);
+        PhotonTracer::new(setup, deterministic)
+    };
+    let first = tracer(0, false);
+    let _ = render_all(1, RenderJob::new(Arc::new(first.clone()), 0..100));
+    let paths = |t: &PhotonTracer| t.map().latest().light_paths();
+    assert!(paths(&first) > 0);
+    assert_eq!(paths(&tracer(0, false).after(&first)), paths(&first));
+    for other in [tracer(1, false), tracer(0, true)] {
+        assert_eq!(paths(&other.after(&first)), 0);
+    }
 }
 
 /// Depths are counted alike by camera paths, light paths and both together, and lights may be hidden. The edges of the

@@ -35,7 +35,8 @@ pub fn name(kind: IntegratorKind) -> &'static str {
     }
 }
 
-/// Has `server` trace a scene by the method that `facts` name.
+/// Has `server` trace a scene by the method that `facts` name; `photons` are those of the render before, if it left any, and
+/// then those of this one.
 ///
 /// # Errors
 ///
@@ -45,16 +46,34 @@ pub fn start(
     facts: &RunFacts,
     (scene, camera): (Arc<Scene>, Camera),
     order: Order,
+    photons: &mut Option<PhotonTracer>,
 ) -> Result<()> {
-    let RunFacts { seed, max_depth, rr_depth, hide_emitters, photons, .. } = *facts;
+    let RunFacts { seed, max_depth, rr_depth, hide_emitters, photons: lookup, .. } = *facts;
     let window = order.window;
-    let setup =
-        Setup { scene, camera, seed, window, max_depth, rr_depth, hide_emitters, places: None, photons };
+    let setup = Setup {
+        scene,
+        camera,
+        seed,
+        window,
+        max_depth,
+        rr_depth,
+        hide_emitters,
+        places: None,
+        photons: lookup,
+    };
+    let before = photons.take();
     match facts.integrator {
         IntegratorKind::Path | IntegratorKind::Auto => send(server, facts, PathTracer { setup }, order),
         IntegratorKind::Light => send(server, facts, ParticleTracer { setup }, order),
         IntegratorKind::Bidirectional => send(server, facts, BidirectionalTracer { setup }, order),
-        IntegratorKind::Photon => send(server, facts, PhotonTracer::new(setup, facts.deterministic), order),
+        IntegratorKind::Photon => {
+            let new = PhotonTracer::new(setup, facts.deterministic);
+            let tracer = photons.insert(match &before {
+                Some(before) => new.after(before),
+                None => new,
+            });
+            send(server, facts, tracer.clone(), order)
+        }
     }
 }
 

@@ -149,7 +149,7 @@ fn trace(
     };
     let epoch = Epoch(1);
     let order = Order { range, window: facts.spec.window(), epoch };
-    method::start(server, facts, scene, order)?;
+    method::start(server, facts, scene, order, &mut None)?;
     let bar = Progress::new(goal, args.quiet);
     let plan = Drive {
         epoch,
@@ -202,7 +202,7 @@ fn report(facts: &RunFacts, client: &Client, stats: &Stats, driven: &Driven) -> 
         light_paths: counts.light_paths,
         samples_per_pixel: counts.paths() as f64 / (pw * ph),
         samples_per_second: per(counts.paths(), driven.wall),
-        paths_per_trace_second: per(total.paths, tracing_time(stats)),
+        paths_per_trace_second: per(counts.paths(), tracing_time(stats)),
         rejected: Rejected {
             total: rejections.total(),
             by_cause: Cause::ALL.iter().map(|&c| (c.describe().to_string(), rejections.count(c))).collect(),

@@ -83,7 +83,8 @@ pub fn run(
     let measured = Measured { threads, ..Measured::default() };
     let (ends, sums) = Default::default();
     let mut this = Loop { gpu, film, lanes, settings, copy, capture, measured, ends, sums };
-    method::start(&server, facts, scene, Order { range: 0..u64::MAX, window, epoch: EPOCH })?;
+    let order = Order { range: 0..u64::MAX, window, epoch: EPOCH };
+    method::start(&server, facts, scene, order, &mut None)?;
     gpu.take_rows();
     gpu.set_timing(true);
     let (mut start, mut before) = (Instant::now(), this.film.counts());

@@ -13,6 +13,7 @@ use crate::stream::block::Block;
 use crate::stream::control::{Epoch, Event, Finish};
 use crate::stream::ordered::Cursor;
 use crate::stream::{Drained, Lanes, UvWindow};
+use crate::tracer::integrator::PhotonTracer;
 use crate::tracer::{Camera, Scene};
 
 /// Abort times that are kept.
@@ -43,6 +44,8 @@ pub struct Session {
     traced_before: u64,
     /// The first path that panicked.
     panicked: Option<(u64, String)>,
+    /// Photons, which outlast a move of the camera.
+    photons: Option<PhotonTracer>,
 }
 
 impl Session {
@@ -69,6 +72,7 @@ impl Session {
             aborts: Recent::new(ABORTS),
             traced_before: 0,
             panicked: None,
+            photons: None,
         })
     }
 
@@ -87,7 +91,7 @@ impl Session {
         self.cut = (self.ended.is_none() && self.epoch != Epoch(0)).then(|| (self.epoch, Instant::now()));
         self.epoch = self.epoch.next();
         let order = Order { range: 0..self.paths.unwrap_or(u64::MAX), window, epoch: self.epoch };
-        method::start(&self.server, facts, (scene, camera), order)?;
+        method::start(&self.server, facts, (scene, camera), order, &mut self.photons)?;
         self.cursor = Cursor::new(self.epoch, 0);
         self.window = window;
         (self.ended, self.through, self.began) = (None, false, Instant::now());

@@ -114,7 +114,12 @@ impl PhotonMap {
             match self.next.compare_exchange_weak(start, start + CLAIM, Ordering::Relaxed, Ordering::Relaxed)
             {
                 Ok(_) => {
-                    return Some(Claim { map: self, paths: start..start + CLAIM, adding: false, done: false });
+                    return Some(Claim {
+                        map: self,
+                        paths: start..start + CLAIM,
+                        adding: false,
+                        done: false,
+                    });
                 }
                 Err(now) => start = now,
             }

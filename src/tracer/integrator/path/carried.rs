@@ -31,10 +31,13 @@ pub(super) struct Carried {
     pub(super) depth: u32,
     /// The path has split already.
     is_branch: bool,
+    /// It never will.
+    whole: bool,
 }
 
 impl Carried {
-    pub(super) fn new(lambda: SampledWavelengths) -> Self {
+    /// A path that starts at these wavelengths; `whole`: it does not split.
+    pub(super) fn new(lambda: SampledWavelengths, whole: bool) -> Self {
         Self {
             lambda,
             throughput: SampledSpectrum::ONE,
@@ -45,6 +48,7 @@ impl Carried {
             emission: None,
             depth: 0,
             is_branch: false,
+            whole,
         }
     }
 
@@ -61,10 +65,10 @@ impl Carried {
         }
     }
 
-    /// True once the path has split.
+    /// True for a path that splits where it can.
     #[inline]
-    pub(super) fn is_branch(&self) -> bool {
-        self.is_branch
+    pub(super) fn splits(&self) -> bool {
+        !(self.is_branch || self.whole)
     }
 
     /// Adds radiance that a weight of the path leads to, or that a part of it has found.

@@ -17,10 +17,11 @@ use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::{Camera, Sampler, Scene, mis};
 
 use super::carried::Carried;
-use super::splitting::BITS;
+use super::splitting::{BITS, WHOLE};
 
 /// Traces paths from the camera; each vertex also samples a light, and both ways of finding a light are
-/// combined by multiple importance sampling. A path splits at its first vertex that is no delta.
+/// combined by multiple importance sampling. A path splits at its first vertex that is no delta, if it is not among the first of the
+/// sequence.
 #[derive(Clone, Debug)]
 pub struct PathTracer {
     /// Scene, view and settings.
@@ -61,7 +62,7 @@ impl PathTracer {
         while let Some(vertex) = self.arrive(path, &ray) {
             let u = sampler.vertex(path.depth);
             if !vertex.bsdf.is_delta() {
-                if !path.is_branch() {
+                if path.splits() {
                     return self.split(path, &vertex, sampler);
                 }
                 self.direct(path, &vertex, &u);
@@ -206,7 +207,7 @@ impl Integrator for PathTracer {
         let numbers = sampler.camera();
         let uv = self.setup.place(numbers.screen);
         let lambda = SampledWavelengths::sample(numbers.wavelength);
-        let mut path = Carried::new(lambda);
+        let mut path = Carried::new(lambda, index < WHOLE);
         self.follow(&mut path, camera.ray(uv, numbers.lens), &sampler);
         out.camera(uv.map(|c| c as f32), lambda.to_xyz(path.radiance), 1.0);
     }

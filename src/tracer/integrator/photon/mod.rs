@@ -46,7 +46,7 @@ use walk::Path;
 
 /// Traces paths from the camera and light paths into a map of photons that both share.
 ///
-/// Owns the map of one epoch; clones share it.
+/// Owns the map; clones share it, and so do tracers of other views ([`PhotonTracer::after`]).
 #[derive(Clone, Debug)]
 pub struct PhotonTracer {
     setup: Setup,
@@ -80,6 +80,20 @@ impl PhotonTracer {
         let (min, max) = self.setup.scene.accel().bounds();
         let map = PhotonMap::new(min, max, schedule.paths_per_generation).with_limit(limit);
         Self { schedule, map: Arc::new(map), ..self }
+    }
+
+    /// This tracer with the photons of `before` where they would be the same: they do not depend on the camera. In index order
+    /// every picture begins with the first of them, so there nothing is kept.
+    pub fn after(self, before: &Self) -> Self {
+        let of = |t: &Self| {
+            let Setup { seed, max_depth, rr_depth, photons, .. } = t.setup;
+            (seed, max_depth, rr_depth, photons, t.deterministic)
+        };
+        let same = Arc::ptr_eq(&self.setup.scene, &before.setup.scene) && of(&self) == of(before);
+        match same && !self.deterministic && self.schedule == before.schedule {
+            true => Self { map: Arc::clone(&before.map), ..self },
+            false => self,
+        }
     }
 
     /// How photons follow samples.
