@@ -207,7 +207,9 @@ impl Integrator for PathTracer {
         let numbers = sampler.camera();
         let uv = self.setup.place(numbers.screen);
         let lambda = SampledWavelengths::sample(numbers.wavelength);
-        let mut path = Carried::new(lambda, index < WHOLE);
+        // Where noise is measured there is no picture to begin.
+        let whole = index < WHOLE && self.setup.places.is_none();
+        let mut path = Carried::new(lambda, whole);
         self.follow(&mut path, camera.ray(uv, numbers.lens), &sampler);
         out.camera(uv.map(|c| c as f32), lambda.to_xyz(path.radiance), 1.0);
     }
