@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// Adds a batch image to the two-float accumulator and leaves the mean luminance before and after it.
+// Adds a batch image to the two-float accumulator and leaves the mean luminance before and after it, if the variance needs it.
 
 #define FOLD_PUSH
 #include "include/layout.glsl"
@@ -9,6 +9,8 @@
 
 // Copies of the target in the batch image, one below the other.
 layout(constant_id = 0) const uint SLOTS = 1u;
+// There is a third target for the means.
+layout(constant_id = 1) const bool MEANS = true;
 
 layout(set = 0, binding = 0) uniform sampler2D old_hi;
 layout(set = 0, binding = 1) uniform sampler2D old_lo;
@@ -41,7 +43,9 @@ void main() {
     }
     new_hi = hi;
     new_lo = lo;
-    vec2 after = hi.w > 0.0 ? two_float_mean(hi, lo) : vec2(0.0);
-    // Without earlier samples the sum of squares starts at the new mean.
-    means = vec4(was_empty ? after : before, after);
+    if (MEANS) {
+        vec2 after = hi.w > 0.0 ? two_float_mean(hi, lo) : vec2(0.0);
+        // Without earlier samples the sum of squares starts at the new mean.
+        means = vec4(was_empty ? after : before, after);
+    }
 }

@@ -26,7 +26,7 @@ fn grey(y: f32, w: f32) -> Sample {
 
 /// A film of one texel that exactly receives the samples, `batch` at a time.
 fn one_texel(form: VarianceForm, samples: &[Sample], batch: usize) -> FilmData {
-    let spec = FilmSpec { width: 1, height: 1, filter: SplatFilter::Box, variance: form };
+    let spec = FilmSpec { width: 1, height: 1, filter: SplatFilter::Box, variance: Some(form) };
     let mut film = ReferenceFilm::new(spec, 1).expect("film");
     for part in samples.chunks(batch) {
         film.add(part).expect("add");
@@ -148,8 +148,12 @@ fn sums_of_many_samples_stay_exact() {
 /// and, at an exposure scaled back, the same picture. The paper's absolute variance would not.
 #[test]
 fn the_blur_does_not_depend_on_the_exposure() {
-    let spec =
-        FilmSpec { width: 40, height: 30, filter: SplatFilter::Gaussian, variance: VarianceForm::Product };
+    let spec = FilmSpec {
+        width: 40,
+        height: 30,
+        filter: SplatFilter::Gaussian,
+        variance: Some(VarianceForm::Product),
+    };
     let picture = |k: i32| {
         let (mut numbers, scale) = (Numbers(3), 2.0f32.powi(k));
         let mut film = ReferenceFilm::new(spec, 2).expect("film");

@@ -18,7 +18,7 @@ fn spec() -> FilmSpec {
         width: SIZE as u32,
         height: SIZE as u32,
         filter: SplatFilter::Box,
-        variance: Default::default(),
+        variance: Some(Default::default()),
     }
 }
 

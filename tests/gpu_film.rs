@@ -243,7 +243,7 @@ fn clearing_starts_anew() {
 /// P4: scaling all lights by a power of two leaves the picture's blur, and so every ratio, bit-identical.
 #[test]
 fn masking_does_not_depend_on_exposure() {
-    let spec = FilmSpec { variance: VarianceForm::Product, ..spec(48, 48, SplatFilter::Gaussian) };
+    let spec = FilmSpec { variance: Some(VarianceForm::Product), ..spec(48, 48, SplatFilter::Gaussian) };
     let samples = scene(&spec, 3_000, 31, 0);
     let picture = |k: i32| {
         let scale = 2f32.powi(k);

@@ -35,7 +35,7 @@ fn singles(values: &[f32]) -> Vec<[f32; 1]> {
 fn sums_equal_the_twin() {
     for filter in FILTERS {
         for variance in [VarianceForm::Product, VarianceForm::Paper] {
-            let spec = FilmSpec { variance, ..spec(131, 67, filter) };
+            let spec = FilmSpec { variance: Some(variance), ..spec(131, 67, filter) };
             let samples = scene(&spec, 200_000, 42, 3);
             let mut twin = ReferenceFilm::new(spec, 1).expect("a film");
             twin.add(&samples).expect("add");

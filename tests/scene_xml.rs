@@ -330,7 +330,7 @@ fn integrators() {
     refuse("<integrator type=\"path\"><float name=\"max_depth\" value=\"2\"/></integrator>");
     let photons = |text: &str| format!("<integrator type=\"photon\">{text}</integrator>");
     let all = "<float name=\"initial_radius\" value=\"0.2\"/><float name=\"alpha\" value=\"0.5\"/><integer name=\"lookup_size\" value=\"40\"/>";
-    let PhotonDesc { initial_radius, alpha, lookup_size } = read(&photons(all)).desc.integrator.photons;
+    let PhotonDesc { initial_radius, alpha, lookup_size, .. } = read(&photons(all)).desc.integrator.photons;
     assert_eq!((initial_radius, alpha, lookup_size), (Some(0.2), Some(0.5), Some(40)));
     assert_eq!(read(&photons("")).desc.integrator.photons, PhotonDesc::default());
     for (name, value) in

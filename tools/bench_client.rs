@@ -33,8 +33,12 @@ fn main() -> Outcome<()> {
     let info = gpu.info();
     println!("device   {} ({}, {}, Vulkan {})", info.name, info.kind, info.driver, info.api);
     println!("picture  {size}×{size}, batches of {BATCH} samples");
-    let spec =
-        FilmSpec { width: size, height: size, filter: SplatFilter::Gaussian, variance: Default::default() };
+    let spec = FilmSpec {
+        width: size,
+        height: size,
+        filter: SplatFilter::Gaussian,
+        variance: Some(Default::default()),
+    };
     let samples = uniform(&spec, BATCH);
     first_picture(&gpu, spec, &samples, opened)?;
     for filter in [SplatFilter::Gaussian, SplatFilter::Tent, SplatFilter::Box] {

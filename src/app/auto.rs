@@ -73,10 +73,9 @@ pub fn settle(facts: &mut RunFacts, scene: &Arc<Scene>, camera: &Camera, threads
     facts.auto = Some(chosen);
 }
 
+/// The choice does not depend on the seed.
 fn setup(facts: &RunFacts, scene: &Arc<Scene>, camera: &Camera) -> Setup {
-    let RunFacts { max_depth, rr_depth, hide_emitters, photons, .. } = *facts;
-    let (scene, camera, window) = (scene.clone(), camera.clone(), UvWindow::PICTURE);
-    Setup { scene, camera, seed: 0, window, max_depth, rr_depth, hide_emitters, places: None, photons }
+    Setup { seed: 0, ..method::setup(facts, (scene.clone(), camera.clone()), UvWindow::PICTURE) }
 }
 
 /// The choice of [`choice::choose`], with the trials side by side.

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use super::args::effects::Forced;
 use super::args::scene::SceneArgs;
 use super::auto::Chosen;
 use super::method;
@@ -36,6 +37,8 @@ pub struct RunFacts {
     pub photons: PhotonDesc,
     /// Why, where the program chose it.
     pub auto: Option<Chosen>,
+    /// Effects that are forced on or off.
+    pub effects: Vec<Forced>,
     /// Samples per pixel where neither a count nor a time is given.
     pub spp: u64,
     /// Seed.
@@ -68,13 +71,14 @@ impl RunFacts {
             defines: source.defines.clone(),
             size: source.size,
             first_index: 0,
-            spec: FilmSpec { width, height, filter, variance: VarianceForm::Product },
+            spec: FilmSpec { width, height, filter, variance: Some(VarianceForm::Product) },
             max_depth: source.max_depth.map_or(integrator.max_depth, |d| d.0),
             rr_depth: integrator.rr_depth,
             hide_emitters: integrator.hide_emitters,
             integrator: source.integrator.map_or(integrator.kind, IntegratorKind::from),
             photons: integrator.photons,
             auto: None,
+            effects: source.effects.clone(),
             spp: loaded.desc.samples_per_pixel.unwrap_or(DEFAULT_SPP),
             seed: source.seed,
             deterministic: false,
@@ -96,12 +100,21 @@ impl RunFacts {
         if let Some(chosen) = &self.auto {
             attributes.push(text("auto", chosen.reason.clone()));
         }
+        let off: Vec<&str> = self.left_out().collect();
+        if !off.is_empty() {
+            attributes.push(text("leftOut", off.join(", ")));
+        }
         if !prefix {
             let note = "the run was stopped: its paths are not exactly the first ones of the sequence, and the \
                         command gives a picture of the same error but not the same picture";
             attributes.push(text("stopped", note.to_string()));
         }
         attributes
+    }
+
+    /// Effects that the picture leaves out although the scene may call for them.
+    pub fn left_out(&self) -> impl Iterator<Item = &'static str> {
+        self.effects.iter().filter(|forced| !forced.on).map(|forced| forced.feature.name())
     }
 
     /// The command line that traces `paths` paths from `first` on in the same way.
@@ -114,6 +127,10 @@ impl RunFacts {
             command += &format!(" --size {width}x{height}");
         }
         command += &format!(" --integrator {}", method::name(self.integrator));
+        if !self.effects.is_empty() {
+            let effects: Vec<String> = self.effects.iter().map(ToString::to_string).collect();
+            command += &format!(" --effects {}", effects.join(","));
+        }
         let depth = self.max_depth.map_or("-1".to_string(), |d| d.to_string());
         let filter = match self.spec.filter {
             SplatFilter::Gaussian => "gaussian",

@@ -35,6 +35,12 @@ pub fn name(kind: IntegratorKind) -> &'static str {
     }
 }
 
+/// What the tracers of all methods are made of.
+pub fn setup(facts: &RunFacts, (scene, camera): (Arc<Scene>, Camera), window: UvWindow) -> Setup {
+    let RunFacts { seed, max_depth, rr_depth, hide_emitters, photons, .. } = *facts;
+    Setup { scene, camera, seed, window, max_depth, rr_depth, hide_emitters, places: None, photons }
+}
+
 /// Has `server` trace a scene by the method that `facts` name; `photons` are those of the render before, if it left any, and
 /// then those of this one.
 ///
@@ -48,19 +54,7 @@ pub fn start(
     order: Order,
     photons: &mut Option<PhotonTracer>,
 ) -> Result<()> {
-    let RunFacts { seed, max_depth, rr_depth, hide_emitters, photons: lookup, .. } = *facts;
-    let window = order.window;
-    let setup = Setup {
-        scene,
-        camera,
-        seed,
-        window,
-        max_depth,
-        rr_depth,
-        hide_emitters,
-        places: None,
-        photons: lookup,
-    };
+    let setup = setup(facts, (scene, camera), order.window);
     let before = photons.take();
     match facts.integrator {
         IntegratorKind::Path | IntegratorKind::Auto => send(server, facts, PathTracer { setup }, order),

@@ -5,10 +5,13 @@ mod auto;
 mod bench;
 mod device;
 mod drive;
+mod explain;
 mod facts;
 mod interrupt;
+mod load;
 mod method;
 mod outputs;
+mod plan;
 mod progress;
 mod render;
 mod report;
@@ -33,6 +36,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Command::Render(args) => render::render(&args),
         Command::View(args) => view::view(&args),
         Command::Bench(args) => bench::bench(&args),
+        Command::Explain(args) => explain::explain(&args),
         Command::Devices => device::list(),
     }
 }

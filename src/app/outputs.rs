@@ -8,6 +8,7 @@ use miette::{IntoDiagnostic, Result, WrapErr};
 use super::args::RenderArgs;
 use super::facts::{RunFacts, display_options};
 use super::report::{Seconds, is_special};
+use crate::client::effects::Effects;
 use crate::client::film::VulkanFilm;
 use crate::client::{Client, DisplayImage, FilmData, Settings, develop};
 use crate::color::Profile;
@@ -64,6 +65,12 @@ impl Outputs {
     /// The files.
     pub fn files(&self) -> impl Iterator<Item = &PathBuf> {
         self.files.iter().map(|(path, _)| path)
+    }
+
+    /// True when the variance is part of a file, or steers what is shown in one.
+    pub fn read_variance(&self, settings: &Settings) -> bool {
+        let exr = self.files.iter().any(|(_, format)| *format == Format::Exr);
+        exr || Effects::new(settings, 1).reads_variance()
     }
 
     /// Takes the picture from the client and writes every file; `prefix` as in [`RunFacts::attributes`].

@@ -14,9 +14,9 @@ use super::outputs::Outputs;
 use super::progress::{Goal, Progress};
 use super::report::{Rejected, RejectedExample, Report, Seconds, write_json};
 use super::timings::{self, TimingCapture};
-use super::{auto, interrupt, tell, usage};
-use crate::client::Client;
-use crate::scene::{self, Loaded};
+use super::{auto, interrupt, load, plan, tell, usage};
+use crate::client::{Client, VarianceForm};
+use crate::scene::Loaded;
 use crate::server::{Server, Stats};
 use crate::stream::Lanes;
 use crate::stream::control::Epoch;
@@ -45,6 +45,7 @@ pub fn render(args: &RenderArgs) -> Result<()> {
         tell(&format!("warning: {notice}"));
     }
     let mut facts = facts(args, &loaded, device.name());
+    facts.spec.variance = outputs.read_variance(&args.display.settings()).then_some(VarianceForm::Product);
     let (scene, choosing) = (Arc::new(scene), Instant::now());
     let threads = threads(args);
     auto::settle(&mut facts, &scene, &camera, threads);
@@ -73,6 +74,8 @@ pub fn render(args: &RenderArgs) -> Result<()> {
     written?;
     seconds.total = start.elapsed().as_secs_f64();
     report.seconds = seconds;
+    report.plan = plan::plan(&loaded.desc, &facts, &args.display.settings());
+    report.left_out = facts.left_out().collect();
     report.warnings = loaded.warnings.iter().map(ToString::to_string).chain(notices).collect();
     report.threads = threads;
     report.outputs = outputs.files().cloned().collect();
@@ -101,11 +104,7 @@ pub(super) fn prepare(args: &RenderArgs, seconds: &mut Seconds) -> Result<(Loade
             (Device::open(args.source.device.as_deref()), start.elapsed())
         });
         let start = Instant::now();
-        let mut loaded = scene::load(&args.source.scene, &args.source.defines)?;
-        if let Some((width, height)) = args.source.size {
-            (loaded.desc.film.width, loaded.desc.film.height) = (width, height);
-            loaded.desc.film.crop = None;
-        }
+        let loaded = load::load(&args.source)?;
         seconds.load = start.elapsed().as_secs_f64();
         let start = Instant::now();
         let scene = Scene::prepare(&loaded.desc).into_diagnostic()?;

@@ -7,6 +7,7 @@ use miette::{IntoDiagnostic, Result, WrapErr};
 use serde::Serialize;
 
 use super::auto::Chosen;
+use super::plan::Entry;
 use crate::image::write::atomically;
 
 /// Everything that is said about a finished run. Field names are the JSON keys.
@@ -25,6 +26,11 @@ pub struct Report {
     /// Why, where the program chose it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub auto: Option<Chosen>,
+    /// Every effect, on or off, and why.
+    pub plan: Vec<Entry>,
+    /// Effects that were forced off.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub left_out: Vec<&'static str>,
     /// Samples of the camera stream that reached the film.
     pub camera_samples: u64,
     /// Samples of the light stream that reached the film.
@@ -122,6 +128,9 @@ impl Report {
             human(self.paths_per_trace_second),
             self.device
         );
+        if !self.left_out.is_empty() {
+            line.push_str(&format!("; without {}", self.left_out.join(", ")));
+        }
         if self.interrupted {
             line.push_str("; stopped by Ctrl-C, the picture holds what was there");
         }

@@ -62,7 +62,7 @@ fn spec_of(data: &FilmData) -> FilmSpec {
         width: data.width,
         height: data.height,
         filter: Default::default(),
-        variance: Default::default(),
+        variance: Some(Default::default()),
     }
 }
 

@@ -34,6 +34,10 @@ pub enum ClientError {
         reason: String,
     },
 
+    /// What is to be shown is made of the variance.
+    #[error("the film keeps no variance, which noise masking and the error view need: make it with one")]
+    NoVariance,
+
     /// Vulkan failed.
     #[error(transparent)]
     Gpu(#[from] crate::gpu::GpuError),

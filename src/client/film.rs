@@ -42,7 +42,7 @@ pub struct VulkanFilm {
 struct Passes {
     splat: SplatPass,
     fold: FoldPass,
-    variance: VariancePass,
+    variance: Option<VariancePass>,
     targets: BatchImages,
 }
 
@@ -139,7 +139,11 @@ impl VulkanFilm {
             let targets = &mut passes.targets;
             passes.splat.record(cmd, &sprites, &push, &mut targets.color);
             passes.fold.record(cmd, &mut stream.color, targets, &FoldPush { inverse_scale });
-            passes.variance.record(cmd, &sprites, &push, targets, &mut stream.variance);
+            if let (Some(pass), Some(batch), Some(sums)) =
+                (&passes.variance, &mut targets.deviations, &mut stream.variance)
+            {
+                pass.record(cmd, &sprites, &push, batch, sums);
+            }
         }
         let number = frame.submit()?;
         self.vertices.submitted(number);
@@ -298,7 +302,10 @@ impl VulkanFilm {
             // hi is the rounded sum: lo adds nothing to an f32.
             let color = read_image(&self.gpu, stream.color.sums_mut(), region)?;
             let color = floats(&color).chunks_exact(4).map(|c| [c[0], c[1], c[2], c[3]]).collect();
-            let variance = floats(&read_image(&self.gpu, stream.variance.sums_mut(), region)?);
+            let variance = match &mut stream.variance {
+                Some(variance) => floats(&read_image(&self.gpu, variance.sums_mut(), region)?),
+                None => Vec::new(),
+            };
             if i == 0 {
                 (data.camera, data.camera_variance) = (color, variance);
             } else {
@@ -339,14 +346,14 @@ impl VulkanFilm {
             self.passes = Some(Passes {
                 splat: SplatPass::new(gpu, spec)?,
                 fold: FoldPass::new(gpu, spec)?,
-                variance: VariancePass::new(gpu, spec)?,
+                variance: spec.variance.map(|form| VariancePass::new(gpu, spec, form)).transpose()?,
                 targets: BatchImages::new(gpu, spec)?,
             });
         }
         let samples = self.state.samples();
         for (i, stream) in self.streams.iter_mut().enumerate() {
             if samples[i] > 0 && stream.is_none() {
-                *stream = Some(StreamImages::new(gpu, STREAM_NAMES[i], spec.padded_extent())?);
+                *stream = Some(StreamImages::new(gpu, STREAM_NAMES[i], spec)?);
             }
         }
         Ok(())

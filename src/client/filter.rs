@@ -235,8 +235,12 @@ mod tests {
 
     #[test]
     fn window_reaches_the_padding() {
-        let spec =
-            FilmSpec { width: 64, height: 32, filter: SplatFilter::Gaussian, variance: Default::default() };
+        let spec = FilmSpec {
+            width: 64,
+            height: 32,
+            filter: SplatFilter::Gaussian,
+            variance: Some(Default::default()),
+        };
         assert_eq!(spec.padded_extent(), [70, 38]);
         assert_eq!(spec.texel_position(spec.window().min), [0.0, 0.0]);
         assert_eq!(spec.texel_position(spec.window().max), [70.0, 38.0]);

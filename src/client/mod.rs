@@ -18,6 +18,7 @@
 //! The Vulkan film is [`film`] with its passes in [`pass`]; every pass exists as plain Rust in [`mod@reference`]. What twins
 //! must share stands in [`filter`], [`lod`] and [`state`].
 
+pub mod decisions;
 pub mod develop;
 pub mod dither;
 pub mod effects;

@@ -135,8 +135,8 @@ pub struct FilmSpec {
     pub height: u32,
     /// Splat filter.
     pub filter: SplatFilter,
-    /// Form of the running variance.
-    pub variance: VarianceForm,
+    /// Form of the running variance; `None`: there is none, neither pass nor images.
+    pub variance: Option<VarianceForm>,
 }
 
 /// Display controls.
@@ -219,7 +219,7 @@ pub struct FilmData {
     pub camera: Vec<[f32; 4]>,
     /// Sums `[X, Y, Z, W]` of the light stream; empty when it had no samples.
     pub light: Vec<[f32; 4]>,
-    /// `Σ f (Y − Ȳ)²` of the camera stream in units of `luminance_scale²`; empty like `camera`.
+    /// `Σ f (Y − Ȳ)²` of the camera stream in units of `luminance_scale²`; empty like `camera`, and where no variance is kept.
     pub camera_variance: Vec<f32>,
     /// The same for the light stream.
     pub light_variance: Vec<f32>,

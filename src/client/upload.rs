@@ -143,8 +143,12 @@ mod tests {
     /// Camera at the front, light at the back, stable within a tile, the outside left out.
     #[test]
     fn partition_is_stable() {
-        let spec =
-            FilmSpec { width: 100, height: 70, filter: Default::default(), variance: Default::default() };
+        let spec = FilmSpec {
+            width: 100,
+            height: 70,
+            filter: Default::default(),
+            variance: Some(Default::default()),
+        };
         let mut batch = Batch::default();
         let sample = |i: u32| Sample {
             uv: [(i * 37 % 101) as f32 / 100.0, (i * 53 % 97) as f32 / 80.0],

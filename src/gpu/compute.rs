@@ -82,6 +82,7 @@ impl ComputePipeline {
             .map_err(|(_, result)| result)
             .named(&format!("vkCreateComputePipelines({name})"))?;
         gpu.name(pipeline.raw, name);
+        gpu.note_compiled(desc.shader);
         Ok(pipeline)
     }
 

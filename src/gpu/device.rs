@@ -70,6 +70,8 @@ pub struct Gpu {
     retired: Mutex<RetireQueue>,
     /// Pipelines without a holder.
     pub(in crate::gpu) spares: Mutex<Spares>,
+    /// Pipelines that were compiled, in words.
+    pub(in crate::gpu) compiled: Mutex<Vec<String>>,
     samplers: [vk::Sampler; 2],
     info: DeviceInfo,
     large_points: bool,
@@ -154,6 +156,7 @@ impl Gpu {
             max_storage: limits.max_storage_buffer_range,
             retired: Mutex::default(),
             spares: Mutex::default(),
+            compiled: Mutex::default(),
             samplers,
             large_points: capability.large_points && !options.quads,
             device,

@@ -120,6 +120,7 @@ impl Pipeline {
         unsafe { gpu.device.destroy_shader_module(vert, None) };
         pipeline.raw = made?;
         gpu.name(pipeline.raw, desc.name);
+        gpu.note_compiled(desc.frag);
         Ok(pipeline)
     }
 }

@@ -24,7 +24,7 @@ impl Default for IntegratorDesc {
 }
 
 /// How photons are looked up; what is `None` follows from the size of the scene.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PhotonDesc {
     /// Radius of the first lookups, m; the largest there is.
     pub initial_radius: Option<f32>,
@@ -32,6 +32,16 @@ pub struct PhotonDesc {
     pub alpha: Option<f64>,
     /// Photons of a lookup, at most.
     pub lookup_size: Option<u32>,
+    /// Photons that only mirrors, glass and coats have met are looked up.
+    pub caustics: bool,
+    /// All others are gathered.
+    pub gather: bool,
+}
+
+impl Default for PhotonDesc {
+    fn default() -> Self {
+        Self { initial_radius: None, alpha: None, lookup_size: None, caustics: true, gather: true }
+    }
 }
 
 /// The methods the program has.

@@ -88,6 +88,18 @@ impl EmissionMap {
         self.luminances.iter().all(|y| *y == 0.0)
     }
 
+    /// True when every texel is D65, of whatever brightness.
+    pub fn is_grey(&self) -> bool {
+        self.texels.iter().all(|[c0, c1, _, scale]| *scale == 0.0 || (*c0 == 0.0 && *c1 == 0.0))
+    }
+
+    /// The map whose texels are D65 of the same luminance.
+    pub fn grey(&self) -> Self {
+        // The sigmoid of 0 is ½.
+        let texels = self.luminances.iter().map(|y| [0.0, 0.0, 0.0, 2.0 * y]).collect();
+        Self { texels, luminances: self.luminances.clone(), ..*self }
+    }
+
     /// Bilinear between the texels `cell` (column, row), the next column, which after the last is the first, and the
     /// next row, which must exist; `offset` from the first, in [0, 1].
     #[inline]

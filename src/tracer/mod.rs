@@ -11,6 +11,7 @@
 //!   integrator::{particle, bidirectional}: Sampler::light → Lights::emit → subpath::Walk → Vertex, its densities in chain
 //!     Vertex → Camera::view → light stream; Vertex ↔ Vertex → camera stream
 //!   choice: which of these suits a scene, from a few thousand paths of each
+//!   features: what a scene calls for, and why
 //! ```
 //!
 //! A material is one file in `bsdf/` and one line in each of its enums; so is a light in `light/`, a shape in `shape/`.
@@ -20,6 +21,7 @@ pub mod bsdf;
 pub mod camera;
 pub mod chain;
 pub mod choice;
+pub mod features;
 pub mod heroes;
 pub mod integrator;
 pub mod interaction;

@@ -2,12 +2,15 @@
 
 pub mod bench;
 pub mod display;
+pub mod effects;
+pub mod explain;
 mod parse;
 pub mod render;
 pub mod scene;
 pub mod view;
 
 pub use bench::BenchArgs;
+pub use explain::ExplainArgs;
 pub use render::RenderArgs;
 pub use view::ViewArgs;
 
@@ -31,6 +34,8 @@ pub enum Command {
     View(Box<ViewArgs>),
     /// Measure every pass of the client without a window.
     Bench(Box<BenchArgs>),
+    /// Say which effects a scene calls for, why, and what each costs.
+    Explain(Box<ExplainArgs>),
     /// List the Vulkan devices and say of each whether it can be used.
     Devices,
 }

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
+use super::effects::{Forced, effect};
 use super::parse::{define, depth, size};
 use crate::client::SplatFilter;
 use crate::scene::desc::IntegratorKind;
@@ -25,6 +26,10 @@ pub struct SceneArgs {
     /// Light transport: from the camera, from the lights, or both [default: what the scene asks for, else path].
     #[arg(long, value_name = "KIND")]
     pub integrator: Option<MethodArg>,
+
+    /// Effects of the tracer to force off (-) or on (+), as `pointillist explain` calls them; what is off stands in the picture's file.
+    #[arg(long, value_name = "+X,-Y", value_delimiter = ',', allow_hyphen_values = true, value_parser = effect)]
+    pub effects: Vec<Forced>,
 
     /// Longest path in segments; -1 is unlimited [default: what the scene asks for].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = depth)]

@@ -13,16 +13,23 @@ use std::time::Instant;
 
 use miette::{IntoDiagnostic, Result};
 
+use super::args::display::DisplayArgs;
+use super::args::scene::SceneArgs;
 use super::args::{BenchArgs, RenderArgs};
 use super::auto;
 use super::device::Device;
+use super::facts::RunFacts;
 use super::render::{facts, prepare, threads};
 use super::report::{Seconds, is_special, write_json};
 use super::timings::{self, TimingCapture};
 use super::{interrupt, tell};
+use crate::client::Settings;
 use crate::client::film::VulkanFilm;
+use crate::gpu::Gpu;
 use crate::image::write::{check_place, destination};
+use crate::tracer::{Camera, Scene};
 use figures::Figures;
+pub use run::Measured;
 
 /// Runs the subcommand.
 ///
@@ -41,7 +48,7 @@ pub fn bench(args: &BenchArgs) -> Result<()> {
     }
     interrupt::listen();
     let started = Instant::now();
-    let like = as_render(args);
+    let like = as_render(&args.source, &args.display);
     let (loaded, scene, device) = prepare(&like, &mut Seconds::default())?;
     let Device::Vulkan(gpu) = &device else {
         return Err(miette::miette!(
@@ -69,17 +76,31 @@ pub fn bench(args: &BenchArgs) -> Result<()> {
     Ok(())
 }
 
+/// Runs `frames` frames as [`bench`] does.
+///
+/// # Errors
+///
+/// As [`bench`].
+pub fn measure(
+    gpu: &Arc<Gpu>,
+    job: (&RunFacts, (Arc<Scene>, Camera), usize),
+    shown: (&Settings, u32),
+) -> Result<Measured> {
+    let film = VulkanFilm::new(gpu.clone(), job.0.spec).into_diagnostic()?;
+    run::run(gpu, film, job, shown, None)
+}
+
 /// What is traced, as `render` takes it.
-fn as_render(args: &BenchArgs) -> RenderArgs {
+pub fn as_render(source: &SceneArgs, display: &DisplayArgs) -> RenderArgs {
     RenderArgs {
-        source: args.source.clone(),
+        source: source.clone(),
         outputs: Vec::new(),
         samples: None,
         spp: None,
         time: None,
         first_index: 0,
         deterministic: false,
-        display: args.display.clone(),
+        display: display.clone(),
         json: None,
         quiet: true,
         gpu_timings: None,

@@ -12,7 +12,7 @@ use crate::app::method::{self, Order};
 use crate::app::timings::TimingCapture;
 use crate::client::film::VulkanFilm;
 use crate::client::{BATCH_CAPACITY, Settings};
-use crate::gpu::{Access, Format, Gpu, Image, ImageDesc, Load, Target, TimingRows};
+use crate::gpu::{Access, Format, Gpu, Image, ImageDesc, Inventory, Load, Target, TimingRows};
 use crate::server::{Priority, Server};
 use crate::stream::{Block, Epoch, Lanes};
 use crate::tracer::{Camera, Scene};
@@ -42,6 +42,8 @@ pub struct Measured {
     pub threads: usize,
     /// Scopes without timestamps, and rows that were lost.
     pub untimed: u64,
+    /// What was on the device at the end.
+    pub inventory: Inventory,
 }
 
 /// One frame after another.
@@ -106,6 +108,7 @@ pub fn run(
         }
     }
     let after = this.film.counts();
+    this.measured.inventory = gpu.inventory();
     this.measured.wall = start.elapsed();
     this.measured.samples =
         after.camera_samples + after.light_samples - before.camera_samples - before.light_samples;

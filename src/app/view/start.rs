@@ -17,13 +17,12 @@ use crate::app::view::screen::Losses;
 use crate::app::view::session::Session;
 use crate::app::view::user::User;
 use crate::app::view::viewer::{Plan, Viewer};
-use crate::app::{auto, interrupt, tell, timings};
+use crate::app::{auto, interrupt, load, tell, timings};
 use crate::client::Settings;
 use crate::client::later;
 use crate::client::window::panel::Controls;
 use crate::color::Profile;
 use crate::gpu::{self, DeviceChoice};
-use crate::scene;
 use crate::scene::desc::IntegratorKind;
 use crate::tracer::Scene;
 
@@ -84,11 +83,7 @@ fn no_display(why: &str) -> miette::Report {
 
 /// Loads the scene and starts the threads.
 fn prepare(args: &ViewArgs, outputs: Outputs) -> Result<Viewer> {
-    let mut loaded = scene::load(&args.source.scene, &args.source.defines)?;
-    if let Some((width, height)) = args.source.size {
-        (loaded.desc.film.width, loaded.desc.film.height) = (width, height);
-        loaded.desc.film.crop = None;
-    }
+    let loaded = load::load(&args.source)?;
     for warning in &loaded.warnings {
         tell(&format!("{:?}", miette::Report::new(warning.clone())));
     }

@@ -58,7 +58,7 @@ impl BilateralPass {
             empty => empty.insert(Scratch::new(gpu, stream.color.sums().extent(0))?),
         };
         let cmd = &mut cmd.scope("bilateral");
-        let (color, variance) = (stream.color.sums(), stream.variance.sums());
+        let (color, variance) = (stream.color.sums(), stream.variance_sums());
         let all = |image| Texture { image, level: None, sampler: Sampler::Trilinear };
         let pipeline = self.errors.get(summed, || make_errors(gpu, summed))?;
         let push = bytemuck::bytes_of(push);

@@ -36,7 +36,7 @@ impl ErrorViewPass {
         })?;
         (push.lod[i], push.variance_lod[i]) = (lod.base, lod.variance);
         let all = |image| Texture { image, level: None, sampler: Sampler::Trilinear };
-        let read = [all(stream.color.sums()), all(stream.variance.sums())];
+        let read = [all(stream.color.sums()), all(stream.variance_sums())];
         let cmd = &mut cmd.scope("error view");
         cmd.access(target, Access::ColorWrite);
         cmd.rendering(&[Target { image: target, level: 0, load: Load::Discard }], |cmd| {

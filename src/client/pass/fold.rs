@@ -3,14 +3,14 @@
 use std::sync::Arc;
 
 use crate::client::layout::FoldPush;
-use crate::client::pass::images::{Accumulator, BatchImages};
+use crate::client::pass::images::{Accumulator, BatchImages, Deviations};
 use crate::client::pass::{fullscreen, texels};
 use crate::client::settings::FilmSpec;
 use crate::gpu::{Access, Cmd, Format, Gpu, GpuError, Load, Pipeline, Target};
 
 /// Folds the colour of a batch.
 ///
-/// Reads: old hi and lo, `batch.color`. Writes: new hi and lo, `batch.means`.
+/// Reads: old hi and lo, `batch.color`. Writes: new hi and lo, and the means if there is a variance to be made of them.
 pub struct FoldPass {
     pipeline: Pipeline,
 }
@@ -22,13 +22,10 @@ impl FoldPass {
     ///
     /// [`GpuError::Call`] naming the pipeline.
     pub fn new(gpu: &Arc<Gpu>, spec: &FilmSpec) -> Result<Self, GpuError> {
-        let pipeline = fullscreen(
-            gpu,
-            ("fold.frag", &[spec.batch_slots()]),
-            size_of::<FoldPush>(),
-            3,
-            &[Format::Rgba32F; 3],
-        )?;
+        let means = spec.variance.is_some();
+        let targets = &[Format::Rgba32F; 3][..2 + usize::from(means)];
+        let constants = [spec.batch_slots(), u32::from(means)];
+        let pipeline = fullscreen(gpu, ("fold.frag", &constants), size_of::<FoldPush>(), 3, targets)?;
         Ok(Self { pipeline })
     }
 
@@ -49,9 +46,12 @@ impl FoldPass {
             cmd.access_levels(image, 0..1, Access::ColorWrite);
         }
         cmd.access(&mut batch.color, Access::Sampled);
-        cmd.access(&mut batch.means, Access::ColorWrite);
+        if let Some(Deviations { means, .. }) = &mut batch.deviations {
+            cmd.access(means, Access::ColorWrite);
+        }
         let target = |image| Target { image, level: 0, load: Load::Discard };
-        let targets = [target(&*images.new[0]), target(&*images.new[1]), target(&batch.means)];
+        let mut targets = vec![target(&*images.new[0]), target(&*images.new[1])];
+        targets.extend(batch.deviations.as_ref().map(|d| target(&d.means)));
         cmd.rendering(&targets, |cmd| {
             let read = [texels(images.old[0]), texels(images.old[1]), texels(&batch.color)];
             cmd.bind(&self.pipeline, bytemuck::bytes_of(push), &read);

@@ -72,8 +72,8 @@ pub struct MipState {
 pub struct StreamImages {
     /// Sums of X, Y, Z and W.
     pub color: Accumulator,
-    /// Sums of squared deviations of luminance.
-    pub variance: Accumulator,
+    /// Sums of squared deviations of luminance, if they are kept.
+    pub variance: Option<Accumulator>,
     /// Mip levels that can be read.
     pub mips: MipState,
     /// All levels of the colour side by side; made when noise is masked first.
@@ -85,15 +85,17 @@ pub struct StreamImages {
 }
 
 impl StreamImages {
-    /// Images of this padded extent; `name` is the stream's.
+    /// Images for this film; `name` is the stream's.
     ///
     /// # Errors
     ///
     /// As [`Image::new`].
-    pub fn new(gpu: &Arc<Gpu>, name: &str, extent: [u32; 2]) -> Result<Self, GpuError> {
+    pub fn new(gpu: &Arc<Gpu>, name: &str, spec: &FilmSpec) -> Result<Self, GpuError> {
+        let extent = spec.padded_extent();
+        let variance = || Accumulator::new(gpu, &format!("{name} variance"), Format::R32F, extent);
         Ok(Self {
             color: Accumulator::new(gpu, &format!("{name} color"), Format::Rgba32F, extent)?,
-            variance: Accumulator::new(gpu, &format!("{name} variance"), Format::R32F, extent)?,
+            variance: spec.variance.map(|_| variance()).transpose()?,
             mips: MipState::default(),
             atlas: None,
             atlas_done: false,
@@ -145,6 +147,11 @@ impl StreamImages {
         self.atlas.as_ref()
     }
 
+    /// The rounded sums of the variance; where there is none, or it is not read, those of the colour fill its binding.
+    pub fn variance_sums(&self) -> &Image {
+        self.variance.as_ref().unwrap_or(&self.color).sums()
+    }
+
     /// False until the sums were written for the first time, and after [`forget`](Self::forget).
     pub fn is_defined(&self) -> bool {
         !self.undefined
@@ -157,7 +164,7 @@ impl StreamImages {
         }
         self.changed();
         let cmd = &mut cmd.scope("clear");
-        for sums in [&mut self.color, &mut self.variance] {
+        for sums in std::iter::once(&mut self.color).chain(&mut self.variance) {
             let (hi, lo) = (&mut sums.hi[sums.current], &mut sums.lo[sums.current]);
             for image in [&mut *hi, &mut *lo] {
                 cmd.access_levels(image, 0..1, Access::ColorWrite);
@@ -185,6 +192,12 @@ fn atlas_extent(full: [u32; 2], levels: u32) -> [u32; 2] {
 pub struct BatchImages {
     /// `Σ f [x, y, z, w]`.
     pub color: Image,
+    /// What the variance needs, if it is kept.
+    pub deviations: Option<Deviations>,
+}
+
+/// A batch's part of the variance.
+pub struct Deviations {
     /// `Σ f (Y − m₀)(Y − m₁)`.
     pub variance: Image,
     /// Mean luminance before and after the batch, each as two floats.
@@ -203,10 +216,13 @@ impl BatchImages {
             Image::new(gpu, ImageDesc { name, format, extent: [width, height], mips: false })
         };
         let high = height * spec.batch_slots();
+        let deviations = || {
+            let variance = make("batch variance", Format::R32F, high)?;
+            Ok(Deviations { variance, means: make("batch means", Format::Rgba32F, height)? })
+        };
         Ok(Self {
             color: make("batch color", Format::Rgba32F, high)?,
-            variance: make("batch variance", Format::R32F, high)?,
-            means: make("batch means", Format::Rgba32F, height)?,
+            deviations: spec.variance.map(|_| deviations()).transpose()?,
         })
     }
 }

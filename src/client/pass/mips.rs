@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::client::layout::DownsamplePush;
-use crate::client::pass::images::StreamImages;
+use crate::client::pass::images::{Accumulator, StreamImages};
 use crate::client::pass::{Variants, fullscreen};
 use crate::gpu::{Access, Cmd, Format, Gpu, GpuError, Image, Load, Pipeline, Sampler, Target, Texture};
 
@@ -17,7 +17,7 @@ pub struct MipsPass {
 }
 
 impl MipsPass {
-    /// Makes levels `0 .. levels` of the colour readable, and of the variance too if `variance`.
+    /// Makes levels `0 .. levels` of the colour readable, and of the variance too if `variance`, which must then be kept.
     ///
     /// Levels that are up to date are not built again; level 0 must hold the sums.
     ///
@@ -41,17 +41,15 @@ impl MipsPass {
             let pipeline = self.pipelines.get((taps, variance), || make(gpu, taps, variance))?;
             let push = DownsamplePush { source: source.map(|n| n as i32) };
             let mut images = vec![stream.color.sums_mut()];
-            if variance {
-                images.push(stream.variance.sums_mut());
-            }
+            images.extend(stream.variance.as_mut().filter(|_| variance).map(Accumulator::sums_mut));
             record_level(cmd, pipeline, &mut images, level, push);
         }
         let done = levels.max(first);
         stream.mips.color = stream.mips.color.max(done);
         cmd.access(stream.color.sums_mut(), Access::Sampled);
-        if variance {
+        if let Some(sums) = stream.variance.as_mut().filter(|_| variance) {
             stream.mips.variance = stream.mips.variance.max(done);
-            cmd.access(stream.variance.sums_mut(), Access::Sampled);
+            cmd.access(sums.sums_mut(), Access::Sampled);
         }
         Ok(())
     }

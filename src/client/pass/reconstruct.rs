@@ -105,7 +105,7 @@ fn textures<'a>(stream: &StreamInput<'a>, masking: bool) -> [Texture<'a>; 4] {
         return [0; 4].map(|level| one(filtered, level));
     }
     if let Some(atlas) = stream.images.atlas().filter(|_| masking) {
-        let variance = stream.images.variance.sums();
+        let variance = stream.images.variance_sums();
         return [all(color), all(variance), one(atlas, 0), one(atlas, 0)];
     }
     let near = stream.lod.base.max(0.0) as u32;

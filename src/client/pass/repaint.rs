@@ -114,7 +114,8 @@ impl Repaint {
     ///
     /// # Errors
     ///
-    /// [`ClientError::Gpu`] when there is no memory or the device was lost.
+    /// [`ClientError::Gpu`] when there is no memory or the device was lost, [`ClientError::NoVariance`] when the settings need
+    /// what the film does not keep.
     pub fn display(&mut self, sums: Sums<'_>, settings: &Settings) -> Result<DisplayImage, ClientError> {
         let gpu = self.gpu.clone();
         self.patience = Patience::Wait;
@@ -160,6 +161,9 @@ impl Repaint {
         effects: &Effects,
     ) -> Result<(), ClientError> {
         let (kind, variance) = (effects.reconstruction(settings), effects.reads_variance());
+        if variance && self.spec.variance.is_none() {
+            return Err(ClientError::NoVariance);
+        }
         self.shows_glare = effects.glare;
         for (images, lod) in sums.streams.iter_mut().flatten() {
             *lod = lod.coarsened(effects.detail);

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::client::layout::SplatPush;
-use crate::client::pass::images::{Accumulator, BatchImages};
+use crate::client::pass::images::{Accumulator, Deviations};
 use crate::client::pass::splat::{Sprites, sprite_constants, sprite_pipeline};
 use crate::client::pass::{fullscreen, texels};
 use crate::client::settings::{FilmSpec, VarianceForm};
@@ -18,14 +18,14 @@ pub struct VariancePass {
 }
 
 impl VariancePass {
-    /// Compiles the pass for one filter and one form.
+    /// Compiles the pass for the film's filter and one form.
     ///
     /// # Errors
     ///
     /// [`GpuError::Call`] naming the pipeline.
-    pub fn new(gpu: &Arc<Gpu>, spec: &FilmSpec) -> Result<Self, GpuError> {
+    pub fn new(gpu: &Arc<Gpu>, spec: &FilmSpec, form: VarianceForm) -> Result<Self, GpuError> {
         let [filter, slots] = sprite_constants(spec);
-        let paper = u32::from(spec.variance == VarianceForm::Paper);
+        let paper = u32::from(form == VarianceForm::Paper);
         let frag = ("splat_variance.frag", &[filter, slots, paper][..]);
         let splat = sprite_pipeline(gpu, frag, true, 1, Format::R32F)?;
         let fold = fullscreen(gpu, ("fold_variance.frag", &[slots]), 0, 3, &[Format::R32F; 2])?;
@@ -38,7 +38,7 @@ impl VariancePass {
         cmd: &mut Cmd<'_>,
         sprites: &Sprites<'_>,
         push: &SplatPush,
-        batch: &mut BatchImages,
+        batch: &mut Deviations,
         sums: &mut Accumulator,
     ) {
         let cmd = &mut cmd.scope("variance");
@@ -51,7 +51,7 @@ impl VariancePass {
         self.record_fold(cmd, batch, sums);
     }
 
-    fn record_fold(&self, cmd: &mut Cmd<'_>, batch: &mut BatchImages, sums: &mut Accumulator) {
+    fn record_fold(&self, cmd: &mut Cmd<'_>, batch: &mut Deviations, sums: &mut Accumulator) {
         let cmd = &mut cmd.scope("variance fold");
         let mut images = sums.flip();
         for image in &mut images.old {

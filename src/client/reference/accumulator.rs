@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use crate::client::error::ClientError;
 use crate::client::reference::fold::{fold_color, fold_variance};
-use crate::client::reference::splat::{BAND_ROWS, Band, Bins, splat_color};
+use crate::client::reference::splat::{BAND_ROWS, Band, Bins, Sprite, splat_color};
 use crate::client::reference::variance::{Means, VarianceParameters, splat_variance};
 use crate::client::settings::FilmSpec;
 use crate::image::Grid;
@@ -18,6 +18,7 @@ pub struct Accumulator {
     width: usize,
     hi: Vec<Vec4>,
     lo: Vec<Vec4>,
+    /// Empty where no variance is kept.
     variance_hi: Vec<f32>,
     variance_lo: Vec<f32>,
 }
@@ -30,6 +31,23 @@ struct Scratch {
     means: Means,
 }
 
+impl Scratch {
+    /// Splats and folds the colour of a band.
+    fn add_color(
+        &mut self,
+        p: VarianceParameters,
+        band: Band,
+        sprites: &[Sprite],
+        (hi, lo): (&mut [Vec4], &mut [Vec4]),
+    ) {
+        for part in sprites.chunks(p.samples_per_sum) {
+            reset(&mut self.color, hi.len(), Vec4::ZERO);
+            splat_color(p.filter, band, part, &mut self.color);
+            fold_color(hi, lo, &self.color);
+        }
+    }
+}
+
 impl Accumulator {
     /// Images of zeros.
     ///
@@ -40,7 +58,10 @@ impl Accumulator {
         let no_memory = || Self::out_of_memory("the film", spec);
         let colors =
             || Grid::try_filled(width, height, Vec4::ZERO).map(Grid::into_pixels).ok_or_else(no_memory);
-        let floats = || Grid::try_filled(width, height, 0.0).map(Grid::into_pixels).ok_or_else(no_memory);
+        let floats = || match spec.variance {
+            Some(_) => Grid::try_filled(width, height, 0.0).map(Grid::into_pixels).ok_or_else(no_memory),
+            None => Ok(Vec::new()),
+        };
         Ok(Self { width, hi: colors()?, lo: colors()?, variance_hi: floats()?, variance_lo: floats()? })
     }
 
@@ -55,21 +76,24 @@ impl Accumulator {
     pub fn add_batch(&mut self, p: VarianceParameters, bins: &Bins) {
         let (width, texels) = (self.width, self.width * BAND_ROWS);
         let color = self.hi.par_chunks_mut(texels).zip(self.lo.par_chunks_mut(texels));
+        let band =
+            |i: usize, rows: &[Vec4]| Band { first_row: i * BAND_ROWS, rows: rows.len() / width, width };
+        if self.variance_hi.is_empty() {
+            color.enumerate().for_each_init(Scratch::default, |scratch, (i, (hi, lo))| {
+                scratch.add_color(p, band(i, hi), bins.band(i), (hi, lo));
+            });
+            return;
+        }
         let variance = self.variance_hi.par_chunks_mut(texels).zip(self.variance_lo.par_chunks_mut(texels));
         color.zip(variance).enumerate().for_each_init(
             Scratch::default,
             |scratch, (i, ((hi, lo), (variance_hi, variance_lo)))| {
-                let sprites = bins.band(i);
+                let (band, sprites) = (band(i, hi), bins.band(i));
                 if sprites.is_empty() {
                     return;
                 }
-                let band = Band { first_row: i * BAND_ROWS, rows: hi.len() / width, width };
                 scratch.means.set_old(hi, lo);
-                for part in sprites.chunks(p.samples_per_sum) {
-                    reset(&mut scratch.color, hi.len(), Vec4::ZERO);
-                    splat_color(p.filter, band, part, &mut scratch.color);
-                    fold_color(hi, lo, &scratch.color);
-                }
+                scratch.add_color(p, band, sprites, (hi, lo));
                 scratch.means.set_new(hi, lo);
                 for part in sprites.chunks(p.samples_per_sum) {
                     reset(&mut scratch.variance, hi.len(), 0.0);

@@ -110,7 +110,7 @@ impl ReferenceFilm {
         let (spec, pool) = (self.state.spec(), &self.pool);
         let p = VarianceParameters {
             filter: spec.filter,
-            form: spec.variance,
+            form: spec.variance.unwrap_or_default(),
             inverse_scale: self.state.scale().recip(),
             samples_per_sum: BATCH_CAPACITY.div_ceil(spec.batch_slots() as usize),
         };
@@ -149,7 +149,8 @@ impl ReferenceFilm {
     /// The picture as a viewer shows it; rasterises the batch first.
     ///
     /// # Errors
-    /// [`ClientError::Memory`] when the mip levels find no memory.
+    /// [`ClientError::Memory`] when the mip levels find no memory, [`ClientError::NoVariance`] when the settings need what the
+    /// film does not keep.
     pub fn display(&mut self, settings: &Settings) -> Result<DisplayImage, ClientError> {
         self.flush()?;
         let settings = Settings { output: Output::Sdr, ..settings.clone() };
@@ -163,6 +164,9 @@ impl ReferenceFilm {
             detail: 1,
         };
         let effects = Effects::new(&settings, 1);
+        if effects.reads_variance() && spec.variance.is_none() {
+            return Err(ClientError::NoVariance);
+        }
         self.pool.install(|| {
             let camera = Levels::of(self.camera.sums.as_ref(), spec, &effects)?;
             let light = Levels::of(self.light.sums.as_ref(), spec, &effects)?;

@@ -73,7 +73,12 @@ fn photons(params: &Params<'_>) -> Result<PhotonDesc, SceneError> {
     if size.is_some_and(|n| !(2..=4096).contains(&n)) {
         return Err(refused("lookup_size", "a lookup takes from 2 to 4096 photons"));
     }
-    Ok(PhotonDesc { initial_radius: radius, alpha, lookup_size: size.map(|n| n as u32) })
+    Ok(PhotonDesc {
+        initial_radius: radius,
+        alpha,
+        lookup_size: size.map(|n| n as u32),
+        ..PhotonDesc::default()
+    })
 }
 
 /// The sample count of a sampler of any type.

@@ -41,8 +41,13 @@ fn light_path(tracer: &PhotonTracer, path: u64, batch: &mut Batch) {
         let vertex = walk.arrive(scene, hit);
         let here = spreads(&vertex.bsdf);
         if here && vertex.depth > 1 && can_be_seen(&vertex) {
-            let layer = if spread { Layer::Global } else { Layer::Caustic };
-            batch.push(layer, &arrival(&vertex, number));
+            let (layer, wanted) = match spread {
+                true => (Layer::Global, setup.photons.gather),
+                false => (Layer::Caustic, setup.photons.caustics),
+            };
+            if wanted {
+                batch.push(layer, &arrival(&vertex, number));
+            }
         }
         let u = numbers.vertex(walk.depth() - 1);
         match walk.scatter(&vertex, &u, setup.rr_depth) {

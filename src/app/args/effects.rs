@@ -1,0 +1,51 @@
+//! `--effects +x,-y`.
+
+use crate::tracer::features::Feature;
+
+/// One effect that is forced on or off.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Forced {
+    /// Which.
+    pub feature: Feature,
+    /// Its code takes part although nothing calls for it; else it is left out although something does.
+    pub on: bool,
+}
+
+/// Reads `+name` or `-name`.
+pub fn effect(text: &str) -> Result<Forced, String> {
+    let (on, name) = match (text.strip_prefix('+'), text.strip_prefix('-')) {
+        (Some(name), _) => (true, name),
+        (_, Some(name)) => (false, name),
+        _ => return Err("begin it with + (on) or - (off)".to_string()),
+    };
+    match Feature::ALL.into_iter().find(|f| f.name() == name) {
+        Some(feature) => Ok(Forced { feature, on }),
+        None => {
+            let names: Vec<&str> = Feature::ALL.iter().map(|f| f.name()).collect();
+            Err(format!(
+                "no such effect; there are {} (those of the display have options of their own)",
+                names.join(", ")
+            ))
+        }
+    }
+}
+
+impl std::fmt::Display for Forced {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}{}", if self.on { '+' } else { '-' }, self.feature.name())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_and_signs() {
+        assert_eq!(effect("-dispersion"), Ok(Forced { feature: Feature::Dispersion, on: false }));
+        assert_eq!(effect("+lens").map(|f| f.to_string()), Ok("+lens".to_string()));
+        for bad in ["dispersion", "+", "-nothing", "", "--lens"] {
+            assert!(effect(bad).is_err(), "{bad:?} was accepted");
+        }
+    }
+}
