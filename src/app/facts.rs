@@ -39,6 +39,8 @@ pub struct RunFacts {
     pub auto: Option<Chosen>,
     /// Effects that are forced on or off.
     pub effects: Vec<Forced>,
+    /// Share of the paths that the general code traces too.
+    pub check_plan: f64,
     /// Samples per pixel where neither a count nor a time is given.
     pub spp: u64,
     /// Seed.
@@ -79,6 +81,7 @@ impl RunFacts {
             photons: integrator.photons,
             auto: None,
             effects: source.effects.clone(),
+            check_plan: 0.0,
             spp: loaded.desc.samples_per_pixel.unwrap_or(DEFAULT_SPP),
             seed: source.seed,
             deterministic: false,

@@ -5,12 +5,16 @@ use std::sync::Arc;
 
 use miette::{IntoDiagnostic, Result};
 
+use super::args::effects::Forced;
 use super::facts::RunFacts;
 use crate::scene::desc::IntegratorKind;
 use crate::server::{RenderJob, Server};
 use crate::stream::control::Epoch;
 use crate::stream::{PathCounts, UvWindow};
-use crate::tracer::integrator::{BidirectionalTracer, ParticleTracer, PathTracer, PhotonTracer, Setup};
+use crate::tracer::features::Feature;
+use crate::tracer::integrator::{
+    BidirectionalTracer, Checked, ParticleTracer, PathTracer, PhotonTracer, Setup, Special, Tally,
+};
 use crate::tracer::{Camera, Integrator, Scene};
 
 /// What is to be traced of a scene.
@@ -38,37 +42,57 @@ pub fn name(kind: IntegratorKind) -> &'static str {
 /// What the tracers of all methods are made of.
 pub fn setup(facts: &RunFacts, (scene, camera): (Arc<Scene>, Camera), window: UvWindow) -> Setup {
     let RunFacts { seed, max_depth, rr_depth, hide_emitters, photons, .. } = *facts;
-    Setup { scene, camera, seed, window, max_depth, rr_depth, hide_emitters, places: None, photons }
+    let spectral = facts.effects.contains(&Forced { feature: Feature::Wavelengths, on: true });
+    Setup { scene, camera, seed, window, max_depth, rr_depth, hide_emitters, places: None, photons, spectral }
 }
 
 /// Has `server` trace a scene by the method that `facts` name; `photons` are those of the render before, if it left any, and
-/// then those of this one.
+/// then those of this one. Returns what a check of the plan finds, if `facts` ask for one.
 ///
 /// # Errors
 ///
-/// When the server has ended.
+/// When the server has ended, or the method cannot be checked.
 pub fn start(
     server: &Server,
     facts: &RunFacts,
     (scene, camera): (Arc<Scene>, Camera),
     order: Order,
     photons: &mut Option<PhotonTracer>,
-) -> Result<()> {
+) -> Result<Option<Arc<Tally>>> {
     let setup = setup(facts, (scene, camera), order.window);
     let before = photons.take();
     match facts.integrator {
-        IntegratorKind::Path | IntegratorKind::Auto => send(server, facts, PathTracer { setup }, order),
-        IntegratorKind::Light => send(server, facts, ParticleTracer { setup }, order),
-        IntegratorKind::Bidirectional => send(server, facts, BidirectionalTracer { setup }, order),
+        IntegratorKind::Path | IntegratorKind::Auto => special(server, facts, PathTracer { setup }, order),
+        IntegratorKind::Light => special(server, facts, ParticleTracer { setup }, order),
+        IntegratorKind::Bidirectional => special(server, facts, BidirectionalTracer { setup }, order),
+        IntegratorKind::Photon if facts.check_plan > 0.0 => Err(miette::miette!(
+            help = "choose another --integrator",
+            "--check-plan compares path by path, and a sample of photon mapping is made of many"
+        )),
         IntegratorKind::Photon => {
             let new = PhotonTracer::new(setup, facts.deterministic);
             let tracer = photons.insert(match &before {
                 Some(before) => new.after(before),
                 None => new,
             });
-            send(server, facts, tracer.clone(), order)
+            send(server, facts, tracer.clone(), order).map(|()| None)
         }
     }
+}
+
+/// Sends a tracer with special code, checked if that is asked for.
+fn special<I: Special>(
+    server: &Server,
+    facts: &RunFacts,
+    tracer: I,
+    order: Order,
+) -> Result<Option<Arc<Tally>>> {
+    if facts.check_plan > 0.0 {
+        let checked = Checked::new(tracer, facts.check_plan);
+        let tally = checked.tally().clone();
+        return send(server, facts, checked, order).map(|()| Some(tally));
+    }
+    send(server, facts, tracer, order).map(|()| None)
 }
 
 fn send<I: Integrator>(server: &Server, facts: &RunFacts, integrator: I, order: Order) -> Result<()> {

@@ -12,7 +12,7 @@ use super::facts::RunFacts;
 use super::method::{self, Order};
 use super::outputs::Outputs;
 use super::progress::{Goal, Progress};
-use super::report::{Rejected, RejectedExample, Report, Seconds, write_json};
+use super::report::{PlanCheck, Rejected, RejectedExample, Report, Seconds, write_json};
 use super::timings::{self, TimingCapture};
 use super::{auto, interrupt, load, plan, tell, usage};
 use crate::client::{Client, VarianceForm};
@@ -56,7 +56,8 @@ pub fn render(args: &RenderArgs) -> Result<()> {
     let mut client = device.client(facts.spec, threads)?;
     let (server, mut lanes) = Server::start_with(threads, device.tracing_priority()).into_diagnostic()?;
     let mut timings = capture(args, &device, &server)?;
-    let driven = trace(args, &facts, (scene, camera), (&server, &mut lanes, &mut client), &mut timings)?;
+    let (driven, checked) =
+        trace(args, &facts, (scene, camera), (&server, &mut lanes, &mut client), &mut timings)?;
     let stats = server.stats();
     server.term();
 
@@ -76,6 +77,7 @@ pub fn render(args: &RenderArgs) -> Result<()> {
     report.seconds = seconds;
     report.plan = plan::plan(&loaded.desc, &facts, &args.display.settings());
     report.left_out = facts.left_out().collect();
+    report.plan_check = checked.map(|[paths, different]| PlanCheck { paths, different });
     report.warnings = loaded.warnings.iter().map(ToString::to_string).chain(notices).collect();
     report.threads = threads;
     report.outputs = outputs.files().cloned().collect();
@@ -127,6 +129,7 @@ pub(super) fn facts(args: &RenderArgs, loaded: &Loaded, device: String) -> RunFa
         first_index: args.first_index,
         spp: args.spp.unwrap_or(facts.spp),
         deterministic: args.deterministic,
+        check_plan: args.check_plan,
         ..facts
     }
 }
@@ -138,7 +141,7 @@ fn trace(
     scene: (Arc<Scene>, Camera),
     (server, lanes, client): (&Server, &mut Lanes, &mut Client),
     timings: &mut Option<TimingCapture>,
-) -> Result<Driven> {
+) -> Result<(Driven, Option<[u64; 2]>)> {
     let [pw, ph] = facts.spec.padded_extent().map(u64::from);
     let wanted = args.samples.unwrap_or_else(|| facts.spp.saturating_mul(pw * ph));
     let first = facts.first_index;
@@ -148,7 +151,7 @@ fn trace(
     };
     let epoch = Epoch(1);
     let order = Order { range, window: facts.spec.window(), epoch };
-    method::start(server, facts, scene, order, &mut None)?;
+    let tally = method::start(server, facts, scene, order, &mut None)?;
     let bar = Progress::new(goal, args.quiet);
     let plan = Drive {
         epoch,
@@ -159,7 +162,7 @@ fn trace(
     };
     let driven = drive(plan, server, lanes, client, (&bar, timings));
     bar.finish();
-    driven
+    driven.map(|driven| (driven, tally.map(|tally| tally.counts())))
 }
 
 /// Begins what `--gpu-timings` asks for.

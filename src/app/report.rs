@@ -31,6 +31,9 @@ pub struct Report {
     /// Effects that were forced off.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub left_out: Vec<&'static str>,
+    /// What `--check-plan` has found.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub plan_check: Option<PlanCheck>,
     /// Samples of the camera stream that reached the film.
     pub camera_samples: u64,
     /// Samples of the light stream that reached the film.
@@ -65,6 +68,15 @@ pub struct Report {
     pub warnings: Vec<String>,
     /// Files written.
     pub outputs: Vec<PathBuf>,
+}
+
+/// What the general code has confirmed.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct PlanCheck {
+    /// Paths that were traced twice.
+    pub paths: u64,
+    /// Those whose samples fell on the other side of a rounding, where arithmetic differs by design.
+    pub different: u64,
 }
 
 /// Seconds by stage; wall clock, except `trace`.
@@ -128,6 +140,12 @@ impl Report {
             human(self.paths_per_trace_second),
             self.device
         );
+        if let Some(PlanCheck { paths, different }) = self.plan_check {
+            line.push_str(&format!("; plan checked on {paths} paths"));
+            if different > 0 {
+                line.push_str(&format!(" ({different} differ by a rounding)"));
+            }
+        }
         if !self.left_out.is_empty() {
             line.push_str(&format!("; without {}", self.left_out.join(", ")));
         }

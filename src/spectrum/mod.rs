@@ -13,11 +13,13 @@ mod spectrum;
 pub mod table;
 mod upsample;
 mod wavelengths;
+mod white;
 
 pub use emission_map::EmissionMap;
 pub use sampled::SampledSpectrum;
 pub use spectrum::Spectrum;
 pub use wavelengths::SampledWavelengths;
+pub use white::White;
 
 /// Wavelengths carried by one path: one hero and three companions (Wilkie et al. 2014).
 pub const LANES: usize = 4;

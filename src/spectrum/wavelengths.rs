@@ -73,6 +73,11 @@ impl SampledWavelengths {
         Self { lambda, pdf: (width * PIECES as f32).recip() }
     }
 
+    /// These wavelengths, nm, with these densities, 1/nm.
+    pub(super) fn of(lambda: Vec4, pdf: Vec4) -> Self {
+        Self { lambda, pdf }
+    }
+
     /// The wavelengths, in nm; the hero is the first.
     #[inline]
     pub fn lambda(&self) -> Vec4 {

@@ -7,6 +7,7 @@ use glam::Vec3;
 use crate::math::float::safe_origin;
 use crate::math::frame::Frame;
 use crate::scene::SceneDesc;
+use crate::spectrum::White;
 
 use super::accel::{Accel, PrimRange, Ray};
 use super::bsdf::Sides;
@@ -37,6 +38,8 @@ pub struct Scene {
     pub(super) surfaces: Vec<Sides>,
     pub(super) materials: Vec<Material>,
     pub(super) lights: Lights,
+    /// The one white of all that is seen, if nothing has a colour.
+    pub(super) white: Option<White>,
     pub(super) notices: Vec<String>,
     /// What the primitives and the lights were made from.
     pub(super) origin: Arc<Origin>,
@@ -69,6 +72,11 @@ impl Scene {
     /// As [`Scene::prepare`].
     pub fn edited(&self, desc: &SceneDesc) -> Result<Scene, PrepareError> {
         edited(self, desc)
+    }
+
+    /// The one white of all light, where nothing in the scene has a colour.
+    pub fn white(&self) -> Option<White> {
+        self.white
     }
 
     /// What the user should know about the scene, one sentence each.

@@ -56,6 +56,7 @@ fn replicate(
         hide_emitters: false,
         places: None,
         photons: Default::default(),
+        spectral: false,
     };
     let tracer = PathTracer { setup };
     let mut film = ReferenceFilm::new(spec, 1).unwrap();

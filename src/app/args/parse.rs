@@ -50,6 +50,11 @@ pub(super) fn seconds(text: &str) -> Result<Duration, String> {
     duration.filter(|t| !t.is_zero()).ok_or_else(|| "expected a positive number of seconds".to_string())
 }
 
+pub(super) fn share(text: &str) -> Result<f64, String> {
+    let share = text.parse::<f64>().ok().filter(|share| (0.0..=1.0).contains(share));
+    share.ok_or_else(|| "expected a share between 0 and 1, such as 0.01".to_string())
+}
+
 pub(super) fn depth(text: &str) -> Result<MaxDepth, String> {
     match text.parse::<i64>() {
         Ok(-1) => Ok(MaxDepth(None)),

@@ -6,7 +6,7 @@ use std::time::Duration;
 use clap::{ArgGroup, Args};
 
 use super::display::DisplayArgs;
-use super::parse::{count, seconds};
+use super::parse::{count, seconds, share};
 use super::scene::SceneArgs;
 
 /// Options of `pointillist render`.
@@ -40,6 +40,10 @@ pub struct RenderArgs {
     /// Rasterise samples in index order: the same bytes for any number of threads.
     #[arg(long)]
     pub deterministic: bool,
+
+    /// Trace this share of the paths (0 to 1) by the fully general code too, and end with an error if the samples differ.
+    #[arg(long, value_name = "F", default_value_t = 0.0, value_parser = share)]
+    pub check_plan: f64,
 
     /// How it is shown.
     #[command(flatten)]

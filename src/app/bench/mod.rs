@@ -100,6 +100,7 @@ pub fn as_render(source: &SceneArgs, display: &DisplayArgs) -> RenderArgs {
         time: None,
         first_index: 0,
         deterministic: false,
+        check_plan: 0.0,
         display: display.clone(),
         json: None,
         quiet: true,

@@ -1,10 +1,11 @@
 //! Which features are on, and why.
 
 use crate::scene::desc::{IntegratorKind, LightDesc, Place, SceneDesc};
+use crate::spectrum::White;
 
 use super::Feature;
 use super::used::{
-    Object, Used, White, disperses, focuses, is_colored, is_delta, is_glossy, known, spreads, transmits,
+    Object, Used, disperses, focuses, is_colored, is_delta, is_glossy, known, spreads, transmits,
 };
 
 /// What is decided about one feature.
@@ -51,7 +52,10 @@ fn find(used: &Used, kind: IntegratorKind, feature: Feature) -> Found {
             }
             _ => Err("the method shows camera paths only"),
         },
-        Feature::Wavelengths => colors(used),
+        Feature::Wavelengths => colors(used).map_err(|white| match white {
+            Some(_) => "every surface is grey, and all lights have one white",
+            None => "nothing emits",
+        }),
         Feature::Dispersion => by(
             used.material(disperses),
             "has an index that depends on the wavelength",
@@ -99,21 +103,26 @@ fn words(object: Object, why: &str) -> (String, Option<Place>) {
     (format!("{name} {why}{more}"), place)
 }
 
-/// Whatever makes values differ from wavelength to wavelength: a surface, an index, the light.
-fn colors(used: &Used) -> Found {
+/// The one white of a scene in which nothing has a colour: all values along a path are in proportion to its spectrum.
+/// `None` where [`Feature::Wavelengths`] is on, and without light.
+pub fn white(desc: &SceneDesc) -> Option<White> {
+    colors(&Used::of(desc)).err()?
+}
+
+/// Whatever makes values differ from wavelength to wavelength: a surface, an index, the light. Else the white of all light, if
+/// there is any.
+fn colors(used: &Used) -> Result<(String, Option<Place>), Option<White>> {
     if let Some(object) = used.material(is_colored) {
         return Ok(words(object, "depends on the wavelength"));
     }
     let mut shining = used.emitters();
-    let Some((first, place)) = shining.next() else {
-        return Err("nothing emits");
-    };
-    if first == White::No {
-        return Ok(("a light is neither white nor equal at all wavelengths".to_string(), place));
+    let Some((first, place)) = shining.next() else { return Err(None) };
+    if first.is_none() {
+        return Ok(("a light is neither D65 nor equal at all wavelengths".to_string(), place));
     }
     match shining.find(|(white, _)| *white != first) {
         Some((_, place)) => Ok(("lights differ in colour".to_string(), place)),
-        None => Err("every surface is grey, and all lights have one white"),
+        None => Err(first),
     }
 }
 

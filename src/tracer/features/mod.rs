@@ -14,7 +14,7 @@ mod decide;
 mod force;
 mod used;
 
-pub use decide::{Decision, decide};
+pub use decide::{Decision, decide, white};
 pub use force::without;
 
 /// Something that paths may have to deal with.

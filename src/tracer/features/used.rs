@@ -3,42 +3,14 @@
 use std::collections::BTreeSet;
 
 use crate::scene::desc::{BsdfDesc, LightDesc, Name, Place, SceneDesc, ShapeKind};
-use crate::spectrum::Spectrum;
 use crate::spectrum::dispersion::Ior;
+use crate::spectrum::{Spectrum, White};
 
 /// A description with the materials that its shapes show.
 pub(super) struct Used<'a> {
     pub(super) desc: &'a SceneDesc,
     /// Indices of one-sided materials, each once, in the order of the file.
     bsdfs: Vec<usize>,
-}
-
-/// Which white light has: spectra of the same one differ by a factor only.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum White {
-    /// Equal at all wavelengths.
-    Equal,
-    D65,
-    /// It is a colour, or some other white.
-    No,
-}
-
-impl White {
-    fn of(spectrum: &Spectrum) -> Self {
-        match spectrum {
-            Spectrum::Constant(_) => White::Equal,
-            Spectrum::D65(_) => White::D65,
-            _ => White::No,
-        }
-    }
-
-    fn of_light(light: &LightDesc) -> Self {
-        match light {
-            LightDesc::Map { map, scale, .. } if map.is_grey() && scale.is_constant() => White::D65,
-            LightDesc::Map { .. } => White::No,
-            _ => White::of(light.spectrum()),
-        }
-    }
 }
 
 /// An object of the file that calls for a feature.
@@ -84,12 +56,12 @@ impl<'a> Used<'a> {
     }
 
     /// White and place of everything that emits: shapes, then other lights.
-    pub(super) fn emitters(&self) -> impl Iterator<Item = (White, Option<Place>)> {
+    pub(super) fn emitters(&self) -> impl Iterator<Item = (Option<White>, Option<Place>)> {
         let of_shape = |spectrum: &Spectrum| (!spectrum.is_black()).then(|| White::of(spectrum));
         let shapes = self.desc.shapes.iter().filter_map(|s| Some((s.emission.as_ref()?, s.place)));
         let shapes = shapes.filter_map(move |(s, place)| Some((of_shape(s)?, known(place))));
         let lights = self.desc.lights.iter().filter(|l| !l.spectrum().is_black());
-        shapes.chain(lights.map(|l| (White::of_light(l), known(l.place()))))
+        shapes.chain(lights.map(|l| (white(l), known(l.place()))))
     }
 
     /// Faces of the shapes that emit: each is a light.
@@ -105,6 +77,14 @@ impl<'a> Used<'a> {
     /// The environment.
     pub(super) fn environment(&self) -> Option<&'a LightDesc> {
         self.desc.lights.iter().find(|l| l.is_environment())
+    }
+}
+
+/// The white of a light that is not a shape, if it has one.
+fn white(light: &LightDesc) -> Option<White> {
+    match light {
+        LightDesc::Map { map, scale, .. } => (map.is_grey() && scale.is_constant()).then_some(White::D65),
+        _ => White::of(light.spectrum()),
     }
 }
 

@@ -1,12 +1,14 @@
 //! Integrators: each turns one point of the sample sequence into samples on the stream.
 
 mod bidirectional;
+mod check;
 mod particle;
 mod path;
 mod photon;
 mod setup;
 
 pub use bidirectional::{BidirectionalTracer, CAMERA_SUBPATHS, LIGHT_SUBPATHS};
+pub use check::{Checked, Special, Tally};
 pub use particle::ParticleTracer;
 pub use path::PathTracer;
 pub use photon::{PhotonScratch, PhotonTracer};

@@ -1,13 +1,12 @@
 //! Particle tracing: paths from lights, each vertex connected to the camera.
 
-use crate::spectrum::SampledWavelengths;
 use crate::stream::{PathCounts, SampleSink};
 use crate::tracer::Sampler;
 use crate::tracer::accel::Ray;
 use crate::tracer::sampler::{CameraNumbers, LightSampler};
 use crate::tracer::subpath::Walk;
 
-use super::{Integrator, Setup};
+use super::{Integrator, Setup, Special};
 
 /// Traces paths from lights. Fills the light stream only: every vertex that the camera sees adds a density over uv.
 ///
@@ -27,7 +26,7 @@ impl Integrator for ParticleTracer {
         let scene = &setup.scene;
         let sampler = Sampler::at(index, setup.seed);
         let CameraNumbers { lens, wavelength, .. } = sampler.camera();
-        let lambda = SampledWavelengths::sample(wavelength);
+        let lambda = self.setup.wavelengths(wavelength);
         let numbers = sampler.light();
         let Some(emission) = scene.lights.emit(&numbers.emission()) else { return };
         let emitted = scene.lights.spectrum(emission.light, -emission.direction, &lambda);
@@ -43,6 +42,20 @@ impl Integrator for ParticleTracer {
 
     fn paths_per_index(&self) -> PathCounts {
         PathCounts { camera: 0, light: 1 }
+    }
+}
+
+impl Special for ParticleTracer {
+    fn setup(&self) -> &Setup {
+        &self.setup
+    }
+
+    fn with(&self, setup: Setup) -> Self {
+        Self { setup }
+    }
+
+    fn wavelength_number(&self, index: u64) -> f32 {
+        Sampler::at(index, self.setup.seed).camera().wavelength
     }
 }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::scene::desc::{IntegratorDesc, PhotonDesc};
-use crate::spectrum::SampledSpectrum;
+use crate::spectrum::{SampledSpectrum, SampledWavelengths, White};
 use crate::stream::UvWindow;
 use crate::tracer::camera::CameraView;
 use crate::tracer::light::{Emission, Origin};
@@ -33,6 +33,8 @@ pub struct Setup {
     pub places: Option<u32>,
     /// How photons are looked up, where there are any.
     pub photons: PhotonDesc,
+    /// Four wavelengths are drawn for each path even where nothing has a colour.
+    pub spectral: bool,
 }
 
 /// A vertex of a light subpath as the camera sees it.
@@ -54,7 +56,18 @@ impl Setup {
         window: UvWindow,
     ) -> Self {
         let IntegratorDesc { max_depth, rr_depth, hide_emitters, photons, .. } = *desc;
-        Self { scene, camera, seed, window, max_depth, rr_depth, hide_emitters, places: None, photons }
+        Self {
+            scene,
+            camera,
+            seed,
+            window,
+            max_depth,
+            rr_depth,
+            hide_emitters,
+            places: None,
+            photons,
+            spectral: false,
+        }
     }
 
     /// Where a camera path starts whose screen numbers are these.
@@ -77,6 +90,18 @@ impl Setup {
             let (lo, hi) = (f64::from(min[i]), f64::from(max[i]));
             lo + (hi - lo) * screen[i]
         })
+    }
+
+    /// The wavelengths of the path with number `u`: drawn, or where nothing has a colour those of the one white.
+    #[inline]
+    pub(super) fn wavelengths(&self, u: f32) -> SampledWavelengths {
+        self.white().unwrap_or_else(|| SampledWavelengths::sample(u))
+    }
+
+    /// The wavelengths that stand for the white of all that is seen; `None` where they are drawn.
+    #[inline]
+    pub(super) fn white(&self) -> Option<SampledWavelengths> {
+        if self.spectral { None } else { self.scene.white().map(White::wavelengths) }
     }
 
     /// Longest path in segments.

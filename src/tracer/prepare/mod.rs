@@ -16,6 +16,7 @@ use crate::scene::desc::{FilmDesc, LightDesc};
 use crate::spectrum::Spectrum;
 
 use super::accel::{Accel, PrimRange};
+use super::features;
 use super::light::{ConstantLight, EnvironmentMap, Extent, Light, LightShape, Lights, PointLight};
 use super::primitives::Primitives;
 use super::scene::Scene;
@@ -70,7 +71,8 @@ pub(super) fn prepare(desc: &SceneDesc) -> Result<Scene, PrepareError> {
     let radius = (0.5 * (hi - lo).length()).max(f32::MIN_POSITIVE);
     let lights = Lights::new(lights, spectra, Extent { center: 0.5 * (lo + hi), radius });
     let origin = Arc::new(Origin::of(desc));
-    Ok(Scene { primitives: Arc::new(primitives), surfaces, materials, lights, notices, origin })
+    let white = features::white(desc);
+    Ok(Scene { primitives: Arc::new(primitives), surfaces, materials, lights, white, notices, origin })
 }
 
 /// `scene` with the materials and spectra of `desc`, or a new one where more than those has changed.
@@ -84,6 +86,7 @@ pub(super) fn edited(scene: &Scene, desc: &SceneDesc) -> Result<Scene, PrepareEr
         surfaces,
         materials,
         lights: scene.lights.relit(spectra(desc)),
+        white: features::white(desc),
         notices: scene.notices.clone(),
         origin: scene.origin.clone(),
     })

@@ -23,11 +23,10 @@ mod found;
 mod grow;
 mod weight;
 
-use crate::spectrum::SampledWavelengths;
 use crate::stream::{PathCounts, SampleSink};
 use crate::tracer::Sampler;
 
-use super::{Integrator, Setup};
+use super::{Integrator, Setup, Special};
 use choose::{End, Pool};
 use found::Found;
 
@@ -61,7 +60,7 @@ impl Integrator for BidirectionalTracer {
     fn trace(&self, index: u64, scratch: &mut Scratch, out: &mut impl SampleSink) {
         let seed = self.setup.seed;
         let Scratch { lights, eyes, promises } = scratch;
-        let lambda = SampledWavelengths::sample(Sampler::at(index, seed).group_wavelength());
+        let lambda = self.setup.wavelengths(Sampler::at(index, seed).group_wavelength());
         lights.clear();
         // Beyond 2^61 indices the paths repeat.
         let first = index.wrapping_mul(LIGHT_SUBPATHS);
@@ -85,5 +84,19 @@ impl Integrator for BidirectionalTracer {
 
     fn paths_per_index(&self) -> PathCounts {
         PathCounts { camera: CAMERA_SUBPATHS, light: LIGHT_SUBPATHS }
+    }
+}
+
+impl Special for BidirectionalTracer {
+    fn setup(&self) -> &Setup {
+        &self.setup
+    }
+
+    fn with(&self, setup: Setup) -> Self {
+        Self { setup }
+    }
+
+    fn wavelength_number(&self, index: u64) -> f32 {
+        Sampler::at(index, self.setup.seed).group_wavelength()
     }
 }

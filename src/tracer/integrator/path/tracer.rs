@@ -6,11 +6,11 @@ use glam::Vec3;
 
 use crate::math::frame::Frame;
 use crate::scene::desc::IntegratorDesc;
-use crate::spectrum::{SampledSpectrum, SampledWavelengths};
+use crate::spectrum::SampledSpectrum;
 use crate::stream::{PathCounts, SampleSink, UvWindow};
 use crate::tracer::accel::Ray;
 use crate::tracer::bsdf::{Bsdf, BsdfSample};
-use crate::tracer::integrator::{Integrator, Setup};
+use crate::tracer::integrator::{Integrator, Setup, Special};
 use crate::tracer::interaction::SurfaceInteraction;
 use crate::tracer::light::{LightSample, LitPoint};
 use crate::tracer::sampler::VertexNumbers;
@@ -206,7 +206,7 @@ impl Integrator for PathTracer {
         let sampler = Sampler::at(index, *seed);
         let numbers = sampler.camera();
         let uv = self.setup.place(numbers.screen);
-        let lambda = SampledWavelengths::sample(numbers.wavelength);
+        let lambda = self.setup.wavelengths(numbers.wavelength);
         // Where noise is measured there is no picture to begin.
         let whole = index < WHOLE && self.setup.places.is_none();
         let mut path = Carried::new(lambda, whole);
@@ -216,5 +216,19 @@ impl Integrator for PathTracer {
 
     fn paths_per_index(&self) -> PathCounts {
         PathCounts { camera: 1, light: 0 }
+    }
+}
+
+impl Special for PathTracer {
+    fn setup(&self) -> &Setup {
+        &self.setup
+    }
+
+    fn with(&self, setup: Setup) -> Self {
+        Self { setup }
+    }
+
+    fn wavelength_number(&self, index: u64) -> f32 {
+        Sampler::at(index, self.setup.seed).camera().wavelength
     }
 }

@@ -28,7 +28,7 @@ fn light_path(tracer: &PhotonTracer, path: u64, batch: &mut Batch) {
     let (scene, longest) = (&setup.scene, setup.longest());
     let sampler = Sampler::at(shuffled(path), setup.seed ^ SEED);
     let number = wavelength_number(sampler.camera().wavelength);
-    let lambda = wavelengths(number);
+    let lambda = setup.white().unwrap_or_else(|| wavelengths(number));
     let numbers = sampler.light();
     let Some(emission) = scene.lights.emit(&numbers.emission()) else { return };
     let emitted = scene.lights.spectrum(emission.light, -emission.direction, &lambda);

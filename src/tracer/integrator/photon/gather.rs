@@ -3,7 +3,7 @@
 use glam::{Vec3, Vec4};
 
 use crate::color::Xyz;
-use crate::spectrum::SampledSpectrum;
+use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::Scene;
 use crate::tracer::bsdf::Bsdf;
 use crate::tracer::heroes::Heroes;
@@ -46,7 +46,7 @@ impl Path<'_> {
         let found = forest.nearest((vertex.hit.point.p, radius), wanted, &mut scratch.query, accept);
         let Some(disc) = Disc::new(found, wanted, radius, radius * SMALLEST) else { return };
         let scale = 1.0 / disc.area() / self.snapshot.light_paths() as f32;
-        let path = Kept { scene: &tracer.setup.scene, steps: &scratch.steps };
+        let path = Kept { scene: &tracer.setup.scene, steps: &scratch.steps, white: tracer.setup.white() };
         let (mut xyz, mut value) = (Xyz::BLACK, SampledSpectrum::ZERO);
         for near in disc.counted() {
             let photon = forest.photon(near);
@@ -82,13 +82,15 @@ impl Path<'_> {
 struct Kept<'a> {
     scene: &'a Scene,
     steps: &'a [Step],
+    /// What every photon carries, where nothing has a colour.
+    white: Option<SampledWavelengths>,
 }
 
 impl Kept<'_> {
     /// What a photon sends along the path: throughput and material at the photon's wavelengths.
     #[inline]
     fn at_wavelengths_of(&self, photon: &Photon, vertex: &Vertex, scale: f32) -> Xyz {
-        let lambda = photon.wavelengths();
+        let lambda = self.white.unwrap_or_else(|| photon.wavelengths());
         let bsdf = vertex.material.bsdf(&lambda);
         let Some(f) = scattered(vertex, &bsdf, photon.direction()) else { return Xyz::BLACK };
         let throughput =

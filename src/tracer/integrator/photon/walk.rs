@@ -90,7 +90,7 @@ impl<'a> Path<'a> {
             snapshot,
             lookup,
             scratch,
-            lambda: SampledWavelengths::sample(wavelength),
+            lambda: tracer.setup.wavelengths(wavelength),
             throughput: SampledSpectrum::ONE,
             radiance: SampledSpectrum::ZERO,
             banked: Xyz::BLACK,

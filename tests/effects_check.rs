@@ -1,0 +1,200 @@
+//! The plan is checked: special code gives the samples of the general code, in every scene of ours and in random ones that combine
+//! whatever there is.
+
+#![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
+
+use std::fs;
+use std::path::Path;
+use std::sync::Arc;
+
+use pointillist::color::Xyz;
+use pointillist::scene::{SceneDesc, load, load_str};
+use pointillist::stream::{SampleSink, UvWindow};
+use pointillist::tracer::integrator::{
+    BidirectionalTracer, CAMERA_SUBPATHS, Checked, ParticleTracer, PathTracer, PhotonTracer, Setup, Special,
+};
+use pointillist::tracer::{Camera, Integrator, Scene};
+use proptest::prelude::*;
+
+/// Counts samples, adds up luminance.
+#[derive(Default)]
+struct Sum {
+    samples: u64,
+    y: f64,
+    squares: f64,
+}
+
+impl SampleSink for Sum {
+    fn camera(&mut self, _: [f32; 2], value: Xyz, _: f32) {
+        self.samples += 1;
+        self.y += f64::from(value.y);
+        self.squares += f64::from(value.y).powi(2);
+    }
+
+    fn light(&mut self, uv: [f32; 2], value: Xyz) {
+        self.camera(uv, value, 1.0);
+    }
+}
+
+fn setup(desc: &SceneDesc) -> Setup {
+    let (scene, camera) = (Scene::prepare(desc).unwrap(), Camera::of(desc).unwrap());
+    Setup::new(Arc::new(scene), camera, &desc.integrator, 11, UvWindow::PICTURE)
+}
+
+/// Every one of `count` indices is traced twice; what differs panics. Returns how many a rounding has decided.
+fn checked<I: Special>(tracer: I, count: u64) -> u64 {
+    let checked = Checked::new(tracer, 1.0);
+    let mut scratch = I::Scratch::default();
+    // Paths that split and the first ones, which do not.
+    for index in (0..count / 2).chain(1 << 20..(1 << 20) + count / 2) {
+        checked.trace(index, &mut scratch, &mut Sum::default());
+    }
+    let [compared, different] = checked.tally().counts();
+    assert_eq!(compared, 2 * (count / 2));
+    different
+}
+
+fn check_all(desc: &SceneDesc, count: u64) -> u64 {
+    let setup = setup(desc);
+    checked(PathTracer { setup: setup.clone() }, count)
+        + checked(ParticleTracer { setup: setup.clone() }, count)
+        + checked(BidirectionalTracer { setup }, count / CAMERA_SUBPATHS)
+}
+
+#[test]
+fn every_scene_is_as_planned() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    let mut special = 0;
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|e| e == "xml") {
+            let desc = load(&path, &[]).unwrap().desc;
+            special += usize::from(Scene::prepare(&desc).unwrap().white().is_some());
+            check_all(&desc, 4096);
+        }
+    }
+    assert!(special >= 1, "no scene has special code: the case is too easy");
+}
+
+/// A value, grey or coloured.
+fn colour(grey: bool) -> BoxedStrategy<String> {
+    if grey {
+        (0.05..0.95f32).prop_map(|v| format!("{v}")).boxed()
+    } else {
+        (0.05..0.95f32, 0.05..0.95f32, 0.05..0.95f32).prop_map(|(r, g, b)| format!("{r}, {g}, {b}")).boxed()
+    }
+}
+
+fn material(grey: bool) -> BoxedStrategy<String> {
+    let rgb =
+        move |name: &'static str| colour(grey).prop_map(move |v| format!("<rgb name='{name}' value='{v}'/>"));
+    let index = match grey {
+        true => Just("<float name='int_ior' value='1.5'/>".to_string()).boxed(),
+        false => prop_oneof![
+            Just("<string name='int_ior' value='bk7'/>".to_string()),
+            Just("<float name='int_ior' value='1.7'/>".to_string())
+        ]
+        .boxed(),
+    };
+    let metal = match grey {
+        true => Just("none").boxed(),
+        false => prop_oneof![Just("Au"), Just("Cu"), Just("none")].boxed(),
+    };
+    let bsdf = |kind: &'static str, inside: BoxedStrategy<String>| {
+        inside.prop_map(move |inside| format!("<bsdf type='{kind}'>{inside}</bsdf>")).boxed()
+    };
+    let alpha = (0.02..0.6f32).prop_map(|a| format!("<float name='alpha' value='{a}'/>"));
+    let metal = metal.prop_map(|m| format!("<string name='material' value='{m}'/>")).boxed();
+    let both = |a: BoxedStrategy<String>, b: BoxedStrategy<String>| (a, b).prop_map(|(a, b)| a + &b).boxed();
+    prop_oneof![
+        bsdf("diffuse", rgb("reflectance").boxed()),
+        bsdf("dielectric", both(index.clone(), rgb("specular_transmittance").boxed())),
+        bsdf("conductor", both(metal.clone(), rgb("specular_reflectance").boxed())),
+        bsdf("roughconductor", both(metal, alpha.clone().boxed())),
+        bsdf("roughdielectric", both(index.clone(), alpha.clone().boxed())),
+        bsdf("plastic", both(index.clone(), rgb("diffuse_reflectance").boxed())),
+        bsdf("roughplastic", both(alpha.boxed(), rgb("diffuse_reflectance").boxed())),
+        bsdf("twosided", bsdf("diffuse", rgb("reflectance").boxed())),
+    ]
+    .boxed()
+}
+
+fn scene(grey: bool) -> impl Strategy<Value = (bool, String)> {
+    let objects = prop::collection::vec(
+        (material(grey), prop_oneof![Just("sphere"), Just("cube"), Just("disk")], -2.0..2.0f32, 0.3..1.0f32),
+        1..5,
+    );
+    let lights = prop::collection::vec((0..3u8, colour(grey), -2.0..2.0f32), 1..4);
+    (material(grey), objects, lights, any::<bool>()).prop_map(move |(floor, objects, lights, lens)| {
+        let (sensor, radius) = match lens {
+            true => ("thinlens", "<float name='aperture_radius' value='0.1'/><float name='focus_distance' value='5'/>"),
+            false => ("perspective", ""),
+        };
+        let mut text = format!(
+            "<scene version='3.0.0'><sensor type='{sensor}'>{radius}<float name='fov' value='45'/><transform \
+             name='to_world'><lookat origin='0, 2, -6' target='0, 0.7, 0' up='0, 1, 0'/></transform></sensor>\
+             <shape type='rectangle'><transform name='to_world'><scale value='4'/><rotate x='1' angle='-90'/>\
+             </transform>{floor}</shape>"
+        );
+        for (i, (bsdf, shape, x, size)) in objects.iter().enumerate() {
+            text += &format!(
+                "<shape type='{shape}'><transform name='to_world'><scale value='{size}'/><translate x='{x}' \
+                 y='{size}' z='{i}'/></transform>{bsdf}</shape>"
+            );
+        }
+        for (i, (kind, value, x)) in lights.into_iter().enumerate() {
+            text += &match kind {
+                // A scene has one environment.
+                0 if i == 0 => format!("<emitter type='constant'><rgb name='radiance' value='{value}'/></emitter>"),
+                0 | 1 => format!(
+                    "<emitter type='point'><point name='position' x='{x}' y='4' z='-1'/><rgb name='intensity' \
+                     value='{value}'/></emitter>"
+                ),
+                _ => format!(
+                    "<shape type='rectangle'><transform name='to_world'><rotate x='1' angle='90'/><translate \
+                     x='{x}' y='4'/></transform><emitter type='area'><rgb name='radiance' value='{value}'/>\
+                     </emitter></shape>"
+                ),
+            };
+        }
+        (grey, text + "</scene>")
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 192, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Also: a scene that was made without colour has none, and one with colours has.
+    #[test]
+    fn random_scenes_are_as_planned((grey, text) in any::<bool>().prop_flat_map(scene)) {
+        let desc = load_str("random.xml", &text, &[]).unwrap().desc;
+        prop_assert_eq!(Scene::prepare(&desc).unwrap().white().is_some(), grey);
+        check_all(&desc, 384);
+    }
+}
+
+/// A photon counts at wavelengths of its own, so that single samples cannot be compared: the mean is.
+#[test]
+fn photons_without_colour_have_the_same_mean() {
+    let desc = load_str("grey.xml", GREY, &[]).unwrap().desc;
+    let mean = |spectral: bool| {
+        let tracer = PhotonTracer::new(Setup { spectral, ..setup(&desc) }, true);
+        let (mut scratch, mut sum, count) = (Default::default(), Sum::default(), 1 << 17);
+        (0..count).for_each(|index| tracer.trace(index, &mut scratch, &mut sum));
+        let mean = sum.y / count as f64;
+        (mean, (sum.squares / count as f64 - mean * mean) / count as f64)
+    };
+    let ((white, v0), (drawn, v1)) = (mean(false), mean(true));
+    let z = (white - drawn) / (v0 + v1).sqrt();
+    assert!(z.abs() < 4.0, "{white} and {drawn}: z = {z}");
+    assert!(v0 < v1, "drawing wavelengths costs nothing: {v0} {v1}");
+}
+
+const GREY: &str = "<scene version='3.0.0'><integrator type='photon'/><sensor type='perspective'><float name='fov' value='40'/>\
+    <transform name='to_world'><lookat origin='0, 2, -6' target='0, 0.7, 0' up='0, 1, 0'/></transform></sensor>\
+    <shape type='rectangle'><transform name='to_world'><scale value='4'/><rotate x='1' angle='-90'/></transform>\
+    <bsdf type='diffuse'><rgb name='reflectance' value='0.6'/></bsdf></shape>\
+    <shape type='sphere'><transform name='to_world'><translate y='1'/></transform>\
+    <bsdf type='dielectric'><float name='int_ior' value='1.5'/></bsdf></shape>\
+    <shape type='rectangle'><transform name='to_world'><rotate x='1' angle='90'/><translate y='4'/></transform>\
+    <emitter type='area'><rgb name='radiance' value='5'/></emitter></shape></scene>";
