@@ -1,4 +1,4 @@
-//! Build script: embeds the shaders.
+//! Build script: embeds the shaders, and leaves out what a benchmark wants left out.
 //!
 //! Without features the SPIR-V committed in `glsl/spv/` is embedded, after a check that it belongs to the GLSL beside
 //! it (`glsl/spv/HASHES`), so that building needs no C++ compiler. With the feature `shaderc` everything is compiled
@@ -32,6 +32,28 @@ fn main() -> Outcome<()> {
         "env!(\"CARGO_MANIFEST_DIR\"), \"/glsl/spv/"
     };
     fs::write(out.join("shaders.rs"), table(&shaders, folder))?;
+    effects()
+}
+
+/// Effects that a build may lack (`src/tracer/features/built.rs`).
+const EFFECTS: [&str; 7] =
+    ["dispersion", "transmission", "deltas", "glossy", "environment", "light-choice", "lens"];
+
+/// `cfg(has = "…")` for every effect but those of `POINTILLIST_WITHOUT`, a list with commas.
+fn effects() -> Outcome<()> {
+    println!("cargo::rerun-if-env-changed=POINTILLIST_WITHOUT");
+    let values: Vec<String> = EFFECTS.iter().map(|effect| format!("{effect:?}")).collect();
+    println!("cargo::rustc-check-cfg=cfg(has, values({}))", values.join(", "));
+    let without = env::var("POINTILLIST_WITHOUT").unwrap_or_default();
+    let without: Vec<&str> = without.split(',').filter(|name| !name.is_empty()).collect();
+    if let Some(unknown) = without.iter().find(|name| !EFFECTS.contains(name)) {
+        return Err(
+            format!("POINTILLIST_WITHOUT: no effect {unknown:?}; there are {}", EFFECTS.join(", ")).into()
+        );
+    }
+    for effect in EFFECTS.iter().filter(|effect| !without.contains(effect)) {
+        println!("cargo::rustc-cfg=has=\"{effect}\"");
+    }
     Ok(())
 }
 

@@ -27,7 +27,7 @@ fn glass_at(eta: [f32; 4], alpha: f32) -> Bsdf {
     let one = SampledSpectrum::ONE;
     let microfacet = Microfacet::new(Roughness { facets: Facets::Ggx, alpha: [alpha; 2] });
     let eta = [SampledSpectrum(Vec4::from_array(eta)), one];
-    Bsdf::RoughDielectric(RoughDielectric::new(eta, [one, one], microfacet).expect("glass"))
+    Bsdf::RoughDielectric(RoughDielectric::new(eta, [one, one], &microfacet).expect("glass"))
 }
 
 fn turned(eta: [f32; 4], by: usize) -> [f32; 4] {
@@ -163,8 +163,10 @@ fn mean_xyz(desc: &SceneDesc, method: Method, (first, seeds, paths): (u32, u32, 
     let window = UvWindow::PICTURE;
     let picture = |seed| {
         let mut sum = Sum::default();
-        let path = PathTracer::new(scene.clone(), camera.clone(), &desc.integrator, seed, window);
+        // Also where nothing has a colour paths are to carry wavelengths here.
         let setup = Setup::new(scene.clone(), camera.clone(), &desc.integrator, seed, window);
+        let setup = Setup { spectral: true, ..setup };
+        let path = PathTracer { setup: setup.clone() };
         let both = BidirectionalTracer { setup };
         let (mut scratch, PathCounts { camera, light }) = (Default::default(), both.paths_per_index());
         let n = paths as f64;

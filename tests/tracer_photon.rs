@@ -181,7 +181,9 @@ fn furnaces() {
         let mean = found.mean.iter().sum::<f64>() / pixels;
         let error = found.variance.iter().sum::<f64>().sqrt() / pixels;
         println!("{name}: {mean} ± {error}");
-        assert!((mean - expected).abs() <= 4.0 * error + bias * expected, "{name}: {mean} ± {error}");
+        // Without colour there is hardly any noise left; rounding remains.
+        let most = 4.0 * error + (bias + 1e-6) * expected;
+        assert!((mean - expected).abs() <= most, "{name}: {mean} ± {error}");
         assert!(error < 0.01 * expected, "{name}: the case is too easy: ± {error}");
     }
 }

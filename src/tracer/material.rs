@@ -4,6 +4,7 @@ use crate::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum, dispersion:
 
 use super::bsdf::{Base, Bsdf, Coat, Conductor, Dielectric, Diffuse};
 use super::bsdf::{Microfacet, Plastic, RoughConductor, RoughDielectric, RoughPlastic};
+use super::features::built::{IfDeltas, IfGlossy, IfTransmission, if_deltas, if_glossy, if_transmission};
 
 /// A one-sided material. Two-sidedness is a pair of these per surface, see [`Sides`](super::bsdf::Sides).
 #[derive(Clone, Debug)]
@@ -16,7 +17,7 @@ pub enum Material {
     /// Smooth interface.
     Dielectric {
         /// Index behind the surface.
-        int_ior: Ior,
+        int_ior: IfDeltas<IfTransmission<Ior>>,
         /// Index in front of it.
         ext_ior: Ior,
         /// Factors on reflection and transmission.
@@ -25,7 +26,7 @@ pub enum Material {
     /// Smooth metal.
     Conductor {
         /// Real part of the index.
-        eta: Spectrum,
+        eta: IfDeltas<Spectrum>,
         /// Imaginary part.
         k: Spectrum,
         /// Factor on reflection.
@@ -38,7 +39,7 @@ pub enum Material {
         /// Factor on reflection.
         reflectance: Spectrum,
         /// Its facets.
-        microfacet: Microfacet,
+        microfacet: IfGlossy<Microfacet>,
     },
     /// Rough interface.
     RoughDielectric {
@@ -49,14 +50,14 @@ pub enum Material {
         /// Factors on reflection and transmission.
         factors: [Spectrum; 2],
         /// Its facets.
-        microfacet: Microfacet,
+        microfacet: IfGlossy<IfTransmission<Microfacet>>,
     },
     /// Smooth coat over a diffuse base.
     Plastic {
         /// Index of the coat and of the outside.
         ior: [Ior; 2],
         /// Factor on the reflection of the coat.
-        coat: Spectrum,
+        coat: IfDeltas<Spectrum>,
         /// Albedo of the base.
         base: Spectrum,
         /// Reflectance of the coat from within for diffuse light.
@@ -67,7 +68,7 @@ pub enum Material {
     /// Rough coat over a diffuse base.
     RoughPlastic {
         /// The coat.
-        coat: Coat,
+        coat: IfGlossy<Coat>,
         /// Factor on its reflection.
         reflectance: Spectrum,
         /// Albedo of the base.
@@ -79,6 +80,12 @@ pub enum Material {
     },
 }
 
+/// A smooth interface.
+#[inline]
+fn clear(eta: [SampledSpectrum; 2], factors: [SampledSpectrum; 2]) -> IfDeltas<IfTransmission<Dielectric>> {
+    if_deltas(if_transmission(Dielectric::new(eta, factors)))
+}
+
 impl Material {
     /// The material at the wavelengths of a path.
     #[inline]
@@ -88,34 +95,44 @@ impl Material {
             Material::Dielectric { int_ior, ext_ior, factors } => {
                 let eta = [int_ior.sample(lambda), ext_ior.sample(lambda)];
                 let factors = [factors[0].sample(lambda), factors[1].sample(lambda)];
-                Bsdf::Dielectric(Dielectric::new(eta, factors))
+                Bsdf::Dielectric(clear(eta, factors))
             }
-            Material::Conductor { eta, k, reflectance } => Bsdf::Conductor(Conductor::new(
-                eta.sample(lambda),
-                k.sample(lambda),
-                reflectance.sample(lambda),
-            )),
+            Material::Conductor { eta, k, reflectance } => {
+                let (eta, k) = (eta.sample(lambda), k.sample(lambda));
+                Bsdf::Conductor(if_deltas(Conductor::new(eta, k, reflectance.sample(lambda))))
+            }
             Material::RoughConductor { index, reflectance, microfacet } => {
                 let index = [index[0].sample(lambda), index[1].sample(lambda)];
-                Bsdf::RoughConductor(RoughConductor::new(index, reflectance.sample(lambda), *microfacet))
+                Bsdf::RoughConductor(if_glossy(RoughConductor::new(
+                    index,
+                    reflectance.sample(lambda),
+                    microfacet,
+                )))
             }
             Material::RoughDielectric { int_ior, ext_ior, factors, microfacet } => {
                 let eta = [int_ior.sample(lambda), ext_ior.sample(lambda)];
                 let factors = [factors[0].sample(lambda), factors[1].sample(lambda)];
-                RoughDielectric::new(eta, factors, *microfacet)
-                    .map_or_else(|| Bsdf::Dielectric(Dielectric::new(eta, factors)), Bsdf::RoughDielectric)
+                match RoughDielectric::new(eta, factors, microfacet) {
+                    Some(rough) => Bsdf::RoughDielectric(if_glossy(if_transmission(rough))),
+                    None => Bsdf::Dielectric(clear(eta, factors)),
+                }
             }
             Material::Plastic { ior, coat, base, internal, nonlinear } => {
                 let eta = [ior[0].sample(lambda), ior[1].sample(lambda)];
                 let (albedo, internal) = (base.sample(lambda), internal.sample(lambda));
                 let base = Base { albedo, internal, nonlinear: *nonlinear };
-                Bsdf::Plastic(Plastic::new(eta, coat.sample(lambda), base, lambda.is_hero_only()))
+                Bsdf::Plastic(if_deltas(Plastic::new(eta, coat.sample(lambda), base, lambda.is_hero_only())))
             }
             Material::RoughPlastic { coat, reflectance, base, internal, nonlinear } => {
                 let internal = SampledSpectrum::splat(*internal);
                 let base = Base { albedo: base.sample(lambda), internal, nonlinear: *nonlinear };
                 let reflectance = reflectance.sample(lambda);
-                Bsdf::RoughPlastic(RoughPlastic::new(coat, reflectance, base, lambda.is_hero_only()))
+                Bsdf::RoughPlastic(if_glossy(RoughPlastic::new(
+                    coat,
+                    reflectance,
+                    base,
+                    lambda.is_hero_only(),
+                )))
             }
         }
     }

@@ -23,6 +23,7 @@ use super::interaction::SurfaceInteraction;
 use super::light::{Emission, LitPoint, Origin};
 use super::sampler::VertexNumbers;
 use super::{Scene, roulette};
+use crate::tracer::features::built::DISPERSION;
 
 /// One point of a subpath, its endpoint excepted.
 #[derive(Clone, Copy, Debug)]
@@ -232,7 +233,7 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
     #[inline]
     pub fn scatter(&mut self, vertex: &Vertex, u: &VertexNumbers, rr_depth: u32) -> Option<Ray> {
         let s = vertex.bsdf.sample(vertex.wo, u.bsdf, u.lobe)?;
-        if s.hero_only {
+        if DISPERSION && s.hero_only {
             // Materials stay at all four wavelengths: both ends of a path must agree on how a lobe is chosen.
             self.throughput = SampledSpectrum(self.throughput.0 * Vec4::X);
             self.heroes = self.heroes.and(Heroes::ALONE);
@@ -250,7 +251,7 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
         each: impl FnMut(Self, Ray),
     ) -> Option<Ray> {
         let s = vertex.bsdf.sample(vertex.wo, u.bsdf, u.lobe)?;
-        if s.hero_only {
+        if DISPERSION && s.hero_only {
             self.part(vertex, &s, (u.roulette, rr_depth), each);
             return None;
         }

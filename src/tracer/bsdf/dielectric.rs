@@ -4,6 +4,7 @@ use glam::{Vec3, Vec4};
 
 use crate::math::pdf::PdfW;
 use crate::spectrum::SampledSpectrum;
+use crate::tracer::features::built::DISPERSION;
 use crate::tracer::heroes;
 
 use super::{BsdfSample, fresnel};
@@ -54,7 +55,7 @@ impl Dielectric {
             let wi = Vec3::new(-wo.x, -wo.y, wo.z);
             return Some(BsdfSample { wi, weight, pdf, delta, transmitted, hero_only, eta2: 1.0 });
         }
-        let hero_only = self.parts_colors;
+        let hero_only = DISPERSION && self.parts_colors;
         let wi = match refract(wo, eta.x) {
             Some(wi) => wi,
             None if hero_only => -wo,

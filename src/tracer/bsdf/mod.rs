@@ -23,6 +23,7 @@ use glam::Vec3;
 
 use crate::math::pdf::PdfW;
 use crate::spectrum::SampledSpectrum;
+use crate::tracer::features::built::{DISPERSION, IfDeltas, IfGlossy, IfTransmission};
 use crate::tracer::heroes::Parted;
 
 pub use coat::Transmittance;
@@ -42,17 +43,17 @@ pub enum Bsdf {
     /// Lambert.
     Diffuse(Diffuse),
     /// Smooth interface.
-    Dielectric(Dielectric),
+    Dielectric(IfDeltas<IfTransmission<Dielectric>>),
     /// Smooth metal.
-    Conductor(Conductor),
+    Conductor(IfDeltas<Conductor>),
     /// Rough metal.
-    RoughConductor(RoughConductor),
+    RoughConductor(IfGlossy<RoughConductor>),
     /// Rough interface.
-    RoughDielectric(RoughDielectric),
+    RoughDielectric(IfGlossy<IfTransmission<RoughDielectric>>),
     /// Smooth coat over a diffuse base.
-    Plastic(Plastic),
+    Plastic(IfDeltas<Plastic>),
     /// Rough coat over a diffuse base.
-    RoughPlastic(RoughPlastic),
+    RoughPlastic(IfGlossy<RoughPlastic>),
 }
 
 /// A direction chosen by a material.
@@ -118,8 +119,8 @@ impl Bsdf {
     #[inline]
     pub fn parts_colors(&self) -> bool {
         match self {
-            Bsdf::Dielectric(b) => b.parts_colors(),
-            Bsdf::RoughDielectric(b) => b.parts_colors(),
+            Bsdf::Dielectric(b) => DISPERSION && b.parts_colors(),
+            Bsdf::RoughDielectric(b) => DISPERSION && b.parts_colors(),
             _ => false,
         }
     }

@@ -21,8 +21,8 @@ pub struct RoughConductor {
 impl RoughConductor {
     /// `index` = [η, k] relative to the outside, a factor on the reflection, and the facets.
     #[inline]
-    pub fn new(index: [SampledSpectrum; 2], reflectance: SampledSpectrum, microfacet: Microfacet) -> Self {
-        Self { eta: index[0].0, k: index[1].0, reflectance, microfacet }
+    pub fn new(index: [SampledSpectrum; 2], reflectance: SampledSpectrum, microfacet: &Microfacet) -> Self {
+        Self { eta: index[0].0, k: index[1].0, reflectance, microfacet: *microfacet }
     }
 
     /// `F D G₁G₁ / (4 cos θₒ)`, and the density D / (4 σ(wo)).

@@ -56,12 +56,18 @@ impl RoughDielectric {
     pub fn new(
         eta: [SampledSpectrum; 2],
         factors: [SampledSpectrum; 2],
-        microfacet: Microfacet,
+        microfacet: &Microfacet,
     ) -> Option<Self> {
         let [reflection, transmission] = factors;
         let eta = eta[0].0 / eta[1].0;
         let apart = (eta.x - 1.0).abs() > 1e-4;
-        apart.then(|| Self { eta, reflection, transmission, microfacet, parts_colors: heroes::part(eta) })
+        apart.then(|| Self {
+            eta,
+            reflection,
+            transmission,
+            microfacet: *microfacet,
+            parts_colors: heroes::part(eta),
+        })
     }
 
     /// True when lanes refract to different directions.

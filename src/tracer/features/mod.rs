@@ -1,7 +1,8 @@
 //! What a scene calls for, on the tracer's side: the one place that decides it.
 //!
 //! ```text
-//! mod     the features, and sets of them
+//! mod     the features
+//! built   what this build holds
 //! used    the materials and lights that take part in a scene
 //! decide  which features are on, and why
 //! force   a scene without one of them
@@ -10,6 +11,7 @@
 //! The client's half is `client/decisions.rs`; `app/plan.rs` joins the two. A feature is an entry of [`Feature`], a line of
 //! `decide`, and where it is simulated.
 
+pub mod built;
 mod decide;
 mod force;
 mod used;

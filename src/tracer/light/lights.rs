@@ -8,6 +8,7 @@ use crate::math::distribution::Distribution;
 use crate::math::pdf::PdfW;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
 use crate::tracer::accel::PrimRange;
+use crate::tracer::features::built::ENVIRONMENT;
 use crate::tracer::shape::SurfacePoint;
 
 use super::choice::Choice;
@@ -60,7 +61,7 @@ impl Lights {
     /// The environment's index, if there is one.
     #[inline]
     pub fn environment(&self) -> Option<u32> {
-        self.environment
+        if ENVIRONMENT { self.environment } else { None }
     }
 
     /// How many lights there are.

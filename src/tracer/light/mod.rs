@@ -25,6 +25,7 @@ use glam::Vec3;
 use crate::math::pdf::PdfW;
 
 use super::accel::PrimRange;
+use super::features::built::IfEnvironment;
 use super::shape::SurfacePoint;
 
 pub use area::{DiskLight, ParallelogramLight, TriangleLight};
@@ -50,9 +51,9 @@ pub enum LightShape {
     /// A point.
     Point(PointLight),
     /// The same from all around.
-    Constant(ConstantLight),
+    Constant(IfEnvironment<ConstantLight>),
     /// A picture of what is all around.
-    Map(EnvironmentMap),
+    Map(IfEnvironment<EnvironmentMap>),
 }
 
 /// Anything that emits.

@@ -16,7 +16,8 @@ use crate::scene::desc::{FilmDesc, LightDesc};
 use crate::spectrum::Spectrum;
 
 use super::accel::{Accel, PrimRange};
-use super::features;
+use super::features::built::{self, if_environment};
+use super::features::{self, decide};
 use super::light::{ConstantLight, EnvironmentMap, Extent, Light, LightShape, Lights, PointLight};
 use super::primitives::Primitives;
 use super::scene::Scene;
@@ -45,6 +46,7 @@ impl PrepareOptions {
 const MAX_PRIMITIVES: usize = 500_000_000;
 
 pub(super) fn prepare(desc: &SceneDesc) -> Result<Scene, PrepareError> {
+    refuse_lacking(desc)?;
     let (materials, surfaces) = materials::of(desc)?;
     let mut geometry = Geometry::default();
     for shape in &desc.shapes {
@@ -80,6 +82,7 @@ pub(super) fn edited(scene: &Scene, desc: &SceneDesc) -> Result<Scene, PrepareEr
     if !scene.origin.fits(desc) {
         return prepare(desc);
     }
+    refuse_lacking(desc)?;
     let (materials, surfaces) = materials::of(desc)?;
     Ok(Scene {
         primitives: scene.primitives.clone(),
@@ -90,6 +93,12 @@ pub(super) fn edited(scene: &Scene, desc: &SceneDesc) -> Result<Scene, PrepareEr
         notices: scene.notices.clone(),
         origin: scene.origin.clone(),
     })
+}
+
+/// Refuses what this build lacks on purpose.
+fn refuse_lacking(desc: &SceneDesc) -> Result<(), PrepareError> {
+    let wanted = decide(desc, desc.integrator.kind).into_iter().filter(|d| d.on).map(|d| d.feature);
+    built::lacking(wanted).map_or(Ok(()), |feature| Err(PrepareError::Lacking { effect: feature.name() }))
 }
 
 fn primitives(geometry: Geometry) -> Primitives {
@@ -114,9 +123,9 @@ fn add_light(desc: &LightDesc, spectrum: u32, geometry: &mut Geometry) {
         return;
     }
     let shape = match desc {
-        LightDesc::Constant { .. } => LightShape::Constant(ConstantLight),
+        LightDesc::Constant { .. } => LightShape::Constant(if_environment(ConstantLight)),
         LightDesc::Map { map, to_world, .. } => {
-            LightShape::Map(EnvironmentMap::new(map.clone(), to_world.matrix3))
+            LightShape::Map(if_environment(EnvironmentMap::new(map.clone(), to_world.matrix3)))
         }
         LightDesc::Point { position, place, .. } => {
             let position: Vec3 = position.as_vec3();

@@ -10,6 +10,7 @@ use crate::spectrum::SampledSpectrum;
 use crate::stream::{PathCounts, SampleSink, UvWindow};
 use crate::tracer::accel::Ray;
 use crate::tracer::bsdf::{Bsdf, BsdfSample};
+use crate::tracer::features::built::DISPERSION;
 use crate::tracer::integrator::{Integrator, Setup, Special};
 use crate::tracer::interaction::SurfaceInteraction;
 use crate::tracer::light::{LightSample, LitPoint};
@@ -170,7 +171,7 @@ impl PathTracer {
         u: &VertexNumbers,
     ) -> Option<Ray> {
         let s = vertex.bsdf.sample(vertex.wo, u.bsdf, u.lobe)?;
-        if s.hero_only {
+        if DISPERSION && s.hero_only {
             self.each_alone(path, vertex, &s, (sampler, u.roulette));
             return None;
         }

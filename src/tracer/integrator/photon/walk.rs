@@ -8,6 +8,7 @@ use crate::math::pdf::PdfW;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::accel::Ray;
 use crate::tracer::bsdf::Bsdf;
+use crate::tracer::features::built::DISPERSION;
 use crate::tracer::heroes::Heroes;
 use crate::tracer::interaction::SurfaceInteraction;
 use crate::tracer::light::{LightSample, LitPoint};
@@ -169,7 +170,7 @@ impl<'a> Path<'a> {
         self.throughput *= s.weight;
         self.eta2 *= s.eta2;
         self.last = (!s.delta).then(|| (vertex.lit_point(), s.pdf));
-        if s.hero_only {
+        if DISPERSION && s.hero_only {
             self.drop_companions();
         } else if s.transmitted && vertex.bsdf.parts_colors() {
             self.heroes = self.heroes.and(vertex.bsdf.part(vertex.wo, s.wi).heroes);
