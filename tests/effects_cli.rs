@@ -100,6 +100,37 @@ fn what_is_left_out_is_said() {
     assert!(figures.get("left_out").is_none());
 }
 
+/// The general code confirms the plan, and the picture is the one without the check.
+#[test]
+fn plans_are_checked() {
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("effects_cli");
+    std::fs::create_dir_all(&folder).unwrap();
+    let picture = |name: &str, extra: &[&str]| {
+        let png = folder.join(name);
+        let args = [
+            "render",
+            "scenes/furnace.xml",
+            "--size",
+            "48x48",
+            "--spp",
+            "8",
+            "--device",
+            "cpu",
+            "-q",
+            "--json",
+            "-",
+        ];
+        let args = [&args[..], &["--deterministic", "-o", png.to_str().unwrap()], extra].concat();
+        (json(&args), std::fs::read(&png).unwrap())
+    };
+    let (figures, checked) = picture("a.png", &["--check-plan", "0.5"]);
+    let paths = figures["plan_check"]["paths"].as_f64().unwrap() / figures["camera_paths"].as_f64().unwrap();
+    assert!((0.45..0.55).contains(&paths), "{paths}");
+    let (figures, plain) = picture("b.png", &[]);
+    assert!(figures.get("plan_check").is_none());
+    assert!(checked == plain, "the check has changed the picture");
+}
+
 #[test]
 fn bad_requests_say_what_to_do() {
     let refused = |args: &[&str], words: &[&str]| {
@@ -114,5 +145,15 @@ fn bad_requests_say_what_to_do() {
     refused(&["render", "scenes/cornell.xml", "--effects", "dispersion"], &["+ (on) or - (off)"]);
     refused(&["render", "scenes/cornell.xml", "--effects", "-fog"], &["no such effect", "dispersion"]);
     refused(&["render", "scenes/cornell.xml", "--effects", "-gather"], &["-gather", "--integrator photon"]);
+    refused(&["render", "scenes/cornell.xml", "--check-plan", "2"], &["between 0 and 1"]);
+    let photon =
+        ["render", "scenes/cornell.xml", "--check-plan", "1", "--integrator", "photon", "--device", "cpu"];
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("effects_cli");
+    std::fs::create_dir_all(&folder).unwrap();
+    let png = folder.join("refused.png");
+    refused(
+        &[&photon[..], &["-o", png.to_str().unwrap()]].concat(),
+        &["path by path", "another --integrator"],
+    );
     refused(&["render", "scenes/cornell.xml", "--effects", "-light-stream"], &["--integrator path"]);
 }

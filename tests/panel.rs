@@ -9,7 +9,9 @@ use pointillist::client::settings::{
     Adaptation, Dither, FilmCounts, Glare, Masking, Output, Reconstruction, Settings, SplatFilter, ToneCurve,
     View,
 };
-use pointillist::client::window::panel::{self, Action, Controls, Parameter, Readout, Selection, Value};
+use pointillist::client::window::panel::{
+    self, Action, Controls, Effect, Parameter, Readout, Selection, Value,
+};
 use pointillist::color::Profile;
 
 fn readout() -> Readout {
@@ -58,6 +60,11 @@ fn readout() -> Readout {
                 },
             ],
         }),
+        effects: vec![
+            Effect { name: "dispersion", on: true, reason: "glass".into(), can_switch: true },
+            Effect { name: "glare", on: false, reason: "--glare off".into(), can_switch: false },
+        ],
+        left_out: Vec::new(),
         camera: "at 278 273 −800, to 278 273 −799".into(),
         fov: 39.307_7,
     }
@@ -221,6 +228,14 @@ fn buttons_do_what_they_say() {
         let at = place(&shapes, text);
         assert_eq!(panel.click(at, &readout, &mut controls), [action], "{text}");
     }
+    // Folded at first. What can be left out has a switch, what cannot has none.
+    panel.click(place(&shapes, "Effects"), &readout, &mut controls);
+    let open = panel.settle(&readout, &mut controls);
+    let switched = Action::SetEffect { name: "dispersion", on: false };
+    assert_eq!(panel.click(place(&open, "dispersion"), &readout, &mut controls), [switched]);
+    assert_eq!(panel.click(place(&open, "glare"), &readout, &mut controls), []);
+    panel.click(place(&open, "Effects"), &readout, &mut controls);
+    let shapes = panel.settle(&readout, &mut controls);
     assert_eq!(panel.click(place(&shapes, "Keys"), &readout, &mut controls), []);
     assert!(controls.help);
     controls.help = false;

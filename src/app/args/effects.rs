@@ -18,7 +18,7 @@ pub fn effect(text: &str) -> Result<Forced, String> {
         (_, Some(name)) => (false, name),
         _ => return Err("begin it with + (on) or - (off)".to_string()),
     };
-    match Feature::ALL.into_iter().find(|f| f.name() == name) {
+    match Feature::named(name) {
         Some(feature) => Ok(Forced { feature, on }),
         None => {
             let names: Vec<&str> = Feature::ALL.iter().map(|f| f.name()).collect();

@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use miette::{IntoDiagnostic, Result};
 
+use crate::app::args::effects::Forced;
 use crate::app::facts::{RunFacts, display_options};
 use crate::app::outputs::Snapshot;
 use crate::app::tell;
@@ -14,6 +15,7 @@ use crate::app::view::viewer::Viewer;
 use crate::client::window::input::Intent;
 use crate::client::window::navigation::Gesture;
 use crate::client::window::panel::Action;
+use crate::tracer::features::Feature;
 
 impl Viewer {
     /// Does what mouse or keys mean.
@@ -111,10 +113,25 @@ impl Viewer {
                 self.user.edit(*index, *value)?;
                 self.edited();
             }
+            Action::SetEffect { name, on } => self.set_effect(name, *on)?,
             Action::EndMove => self.user.history.end_move(),
             Action::Deselect => self.user.select(None),
         }
         Ok(None)
+    }
+
+    /// Leaves an effect out of the picture, or takes it back in; the picture's file will say so.
+    fn set_effect(&mut self, name: &str, on: bool) -> Result<()> {
+        let Some(feature) = Feature::named(name) else { return Ok(()) };
+        self.user.set_effect(feature, on)?;
+        let facts = &mut self.plan.facts;
+        facts.effects.retain(|forced| forced.feature != feature);
+        if !on {
+            facts.effects.push(Forced { feature, on });
+        }
+        facts.photons = self.user.desc().integrator.photons;
+        self.edited();
+        Ok(())
     }
 
     fn moved(&mut self, change: impl FnOnce(&mut crate::client::window::history::History) -> bool) {

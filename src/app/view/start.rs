@@ -83,7 +83,7 @@ fn no_display(why: &str) -> miette::Report {
 
 /// Loads the scene and starts the threads.
 fn prepare(args: &ViewArgs, outputs: Outputs) -> Result<Viewer> {
-    let loaded = load::load(&args.source)?;
+    let loaded = load::read(&args.source)?;
     for warning in &loaded.warnings {
         tell(&format!("{:?}", miette::Report::new(warning.clone())));
     }
@@ -105,7 +105,11 @@ fn prepare(args: &ViewArgs, outputs: Outputs) -> Result<Viewer> {
         visible: !args.no_panel,
         help: false,
     };
-    let user = User::new(loaded.desc, scene)?;
+    let mut user = User::new(loaded.desc, scene)?;
+    for feature in load::forced_off(&args.source) {
+        user.set_effect(feature, false).map_err(|advice| load::impossible(feature, advice))?;
+    }
+    facts.photons = user.desc().integrator.photons;
     let asked = facts.integrator == IntegratorKind::Auto;
     if facts.deterministic {
         let size = [facts.spec.width, facts.spec.height];

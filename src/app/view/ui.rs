@@ -5,11 +5,12 @@ use std::time::{Duration, Instant};
 use winit::event::WindowEvent;
 use winit::window::Window;
 
-use crate::app::method;
 use crate::app::view::screen::{Screen, Triangles};
 use crate::app::view::viewer::Viewer;
+use crate::app::{method, plan};
 use crate::client::settings::FilmCounts;
-use crate::client::window::panel::{self, Action, Controls, Readout};
+use crate::client::window::panel::{self, Action, Controls, Effect, Readout};
+use crate::tracer::features;
 
 /// The panel's figures are drawn anew this often.
 const REFRESH: Duration = Duration::from_millis(200);
@@ -170,6 +171,20 @@ impl Viewer {
         self.actions.extend(actions);
     }
 
+    /// The plan as the panel lists it.
+    fn effects(&self) -> Vec<Effect> {
+        let facts = &self.plan.facts;
+        let plan = plan::plan(self.user.desc(), facts, &self.controls.settings);
+        let line = |entry: plan::Entry| {
+            let forced = facts.left_out().any(|name| name == entry.effect);
+            let possible = |feature| features::refusal(feature, self.user.desc().integrator.kind).is_none();
+            let can_switch = (entry.on || forced) && entry.feature.is_some_and(possible);
+            let place = entry.place.map_or(String::new(), |place| format!(" ({place})"));
+            Effect { name: entry.effect, on: entry.on, reason: entry.reason + &place, can_switch }
+        };
+        plan.into_iter().map(line).collect()
+    }
+
     /// What the panel shows.
     fn readout(&mut self, now: Instant) -> Readout {
         let spec = self.spec();
@@ -207,6 +222,8 @@ impl Viewer {
             elapsed: self.session.elapsed(),
             message: self.ui.as_ref().and_then(|ui| ui.message(now)).map(str::to_owned),
             selection: self.user.selection(),
+            effects: self.effects(),
+            left_out: self.plan.facts.left_out().collect(),
             camera: self.user.camera_words(),
             fov: self.user.history.pose().fov,
         }

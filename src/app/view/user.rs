@@ -11,15 +11,20 @@ use crate::client::window::panel::{Parameter, Selection, Value};
 use crate::scene::SceneDesc;
 use crate::scene::desc::{CameraDesc, FovAxis};
 use crate::scene::edit::{Editable, Edits, NewValue, editable, lights, shape_name};
+use crate::tracer::features::{self, Feature};
 use crate::tracer::{Camera, Pick, PrepareOptions, Scene};
 
 /// The scene as it is traced, and how it differs from the file's.
 pub struct User {
     /// As read, but for the size that the command line asks for.
     original: SceneDesc,
-    /// With all edits of values; the camera is the history's.
+    /// With all edits of values, and without what is forced off; the camera is the history's.
+    desc: SceneDesc,
+    /// The same, prepared.
     scene: Arc<Scene>,
     edits: Edits,
+    /// Effects that are forced off.
+    left_out: Vec<Feature>,
     /// Camera moves.
     pub history: History,
     /// The selected shape.
@@ -43,7 +48,8 @@ impl User {
         let ahead = if lens { original.camera.focus_distance } else { ahead };
         let home = Pose::of(&original.camera.to_world, original.camera.fov, ahead);
         let history = History::new(home);
-        Ok(Self { original, scene: Arc::new(scene), edits: Edits::default(), history, selected: None })
+        let (desc, edits, left_out) = (original.clone(), Edits::default(), Vec::new());
+        Ok(Self { original, desc, scene: Arc::new(scene), edits, left_out, history, selected: None })
     }
 
     /// What is traced.
@@ -54,6 +60,11 @@ impl User {
     /// The scene as it was read.
     pub fn original(&self) -> &SceneDesc {
         &self.original
+    }
+
+    /// The scene as it is traced, but for the camera.
+    pub fn desc(&self) -> &SceneDesc {
+        &self.desc
     }
 
     /// The camera as a scene file says it: the file's own where it was not moved.
@@ -73,6 +84,9 @@ impl User {
     ///
     /// When the camera cannot be used.
     pub fn camera(&self, [width, height]: [u32; 2]) -> Result<Camera> {
+        // A lens that is forced off is gone from there.
+        let aperture_radius = self.desc.camera.aperture_radius;
+        let camera = CameraDesc { aperture_radius, ..self.camera_desc() };
         let film = &self.original.film;
         // The picture is the crop window: the whole film keeps its proportion to it.
         let whole = |n: u32, of: u32, part: u32| {
@@ -85,7 +99,7 @@ impl User {
             },
             None => PrepareOptions { width, height },
         };
-        Camera::new(&self.camera_desc(), film, &options).into_diagnostic()
+        Camera::new(&camera, film, &options).into_diagnostic()
     }
 
     /// Moves the camera; returns whether anything changed.
@@ -161,9 +175,31 @@ impl User {
         };
         let mut edits = self.edits.clone();
         edits.set(one.target, value).into_diagnostic()?;
-        let desc = edits.apply(&self.original).into_diagnostic()?;
+        self.change(edits, self.left_out.clone())
+    }
+
+    /// Leaves an effect out, or takes it back in.
+    ///
+    /// # Errors
+    ///
+    /// When it cannot be left out; the scene stays as it was.
+    pub fn set_effect(&mut self, feature: Feature, on: bool) -> Result<()> {
+        let mut left_out = self.left_out.clone();
+        left_out.retain(|f| *f != feature);
+        if !on {
+            left_out.push(feature);
+        }
+        self.change(self.edits.clone(), left_out)
+    }
+
+    /// Makes the scene ready with these edits and without these effects.
+    fn change(&mut self, edits: Edits, left_out: Vec<Feature>) -> Result<()> {
+        let mut desc = edits.apply(&self.original).into_diagnostic()?;
+        for &feature in &left_out {
+            features::without(&mut desc, feature).map_err(|advice| miette::miette!("{advice}"))?;
+        }
         self.scene = Arc::new(self.scene.edited(&desc).into_diagnostic()?);
-        self.edits = edits;
+        (self.desc, self.edits, self.left_out) = (desc, edits, left_out);
         Ok(())
     }
 

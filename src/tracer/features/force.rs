@@ -29,15 +29,14 @@ use super::Feature;
 ///
 /// # Errors
 ///
-/// A sentence that says what to do instead, where the method or the scene decides the feature.
+/// As [`refusal`].
 pub fn without(desc: &mut SceneDesc, feature: Feature) -> Result<(), &'static str> {
+    if let Some(advice) = refusal(feature, desc.integrator.kind) {
+        return Err(advice);
+    }
     match feature {
-        Feature::LightStream => {
-            return Err("which streams there are is the method's: choose --integrator path or light");
-        }
-        Feature::LightChoice => {
-            return Err("a light is chosen where there are several: leave the others out of the scene");
-        }
+        // Refused.
+        Feature::LightStream | Feature::LightChoice => (),
         Feature::Wavelengths => grey(desc),
         Feature::Dispersion => desc.bsdfs.iter_mut().for_each(|bsdf| each_index(bsdf, at_sodium)),
         Feature::Transmission => desc.bsdfs.iter_mut().for_each(|bsdf| match bsdf {
@@ -63,13 +62,26 @@ pub fn without(desc: &mut SceneDesc, feature: Feature) -> Result<(), &'static st
             retain(&mut desc.names.lights, &keep);
         }
         Feature::Lens => desc.camera.aperture_radius = 0.0,
-        Feature::CausticPhotons | Feature::Gather if desc.integrator.kind != IntegratorKind::Photon => {
-            return Err("only photon mapping has photons: choose --integrator photon");
-        }
         Feature::CausticPhotons => desc.integrator.photons.caustics = false,
         Feature::Gather => desc.integrator.photons.gather = false,
     }
     Ok(())
+}
+
+/// Why a feature cannot be left out of what is traced by `kind`: a sentence that says what to do instead.
+pub fn refusal(feature: Feature, kind: IntegratorKind) -> Option<&'static str> {
+    match feature {
+        Feature::LightStream => {
+            Some("which streams there are is the method's: choose --integrator path or light")
+        }
+        Feature::LightChoice => {
+            Some("a light is chosen where there are several: leave the others out of the scene")
+        }
+        Feature::CausticPhotons | Feature::Gather if kind != IntegratorKind::Photon => {
+            Some("only photon mapping has photons: choose --integrator photon")
+        }
+        _ => None,
+    }
 }
 
 /// What sends nothing back.

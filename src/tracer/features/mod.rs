@@ -17,7 +17,7 @@ mod force;
 mod used;
 
 pub use decide::{Decision, decide, white};
-pub use force::without;
+pub use force::{refusal, without};
 
 /// Something that paths may have to deal with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -61,6 +61,11 @@ impl Feature {
         Feature::CausticPhotons,
         Feature::Gather,
     ];
+
+    /// The feature of this name.
+    pub fn named(name: &str) -> Option<Feature> {
+        Feature::ALL.into_iter().find(|feature| feature.name() == name)
+    }
 
     /// What it is called on the command line and in files.
     pub fn name(self) -> &'static str {

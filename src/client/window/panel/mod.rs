@@ -2,6 +2,7 @@
 
 mod actions;
 mod controls;
+mod effects;
 mod frame;
 mod graph;
 mod help;
@@ -10,7 +11,7 @@ mod selection;
 mod statistics;
 pub mod style;
 
-pub use readout::{Parameter, Readout, Selection, Value};
+pub use readout::{Effect, Parameter, Readout, Selection, Value};
 
 use crate::client::settings::{Settings, SplatFilter};
 use crate::color::Profile;
@@ -60,6 +61,13 @@ pub enum Action {
     },
     /// Forget the selection.
     Deselect,
+    /// Leave an effect of the tracer out of the picture, or take it back in.
+    SetEffect {
+        /// Its name.
+        name: &'static str,
+        /// It takes part.
+        on: bool,
+    },
 }
 
 /// Draws the panel; returns what was asked for, in order. Changes `controls` in place.
@@ -85,6 +93,7 @@ pub fn show(ui: &mut egui::Ui, readout: &Readout, controls: &mut Controls) -> Ve
         }
         frame::section(ui, "Figures", true, |ui| statistics::show(ui, &figures));
         frame::section(ui, "Display", true, |ui| controls::show(ui, controls));
+        frame::section(ui, "Effects", false, |ui| effects::show(ui, &readout.effects, &mut actions));
         frame::section(ui, "Frame times", true, |ui| graph::show(ui, &figures));
         frame::section(ui, "Camera and files", true, |ui| actions::show(ui, readout, controls, &mut actions));
         frame::section(ui, "Passes", false, |ui| statistics::passes(ui, &figures));

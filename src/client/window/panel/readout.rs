@@ -51,10 +51,27 @@ pub struct Readout {
     pub message: Option<String>,
     /// The selected object.
     pub selection: Option<Selection>,
+    /// The plan: every effect, on or off.
+    pub effects: Vec<Effect>,
+    /// Names of the effects that are forced off.
+    pub left_out: Vec<&'static str>,
     /// Camera in words: position, target, field of view.
     pub camera: String,
     /// Field of view in degrees, 0 when not known.
     pub fov: f64,
+}
+
+/// One effect of the plan.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Effect {
+    /// Its name.
+    pub name: &'static str,
+    /// It is simulated.
+    pub on: bool,
+    /// What calls for it, or why nothing does, and where.
+    pub reason: String,
+    /// It can be left out, or taken back in.
+    pub can_switch: bool,
 }
 
 /// An object picked by a click, or what is shown without one.
