@@ -3,9 +3,8 @@
 //! Conventions: directions are unit vectors in the local shading space, z the front; `wo` points to where the
 //! path came from, `wi` to where it goes on, both away from the surface. Values **include the cosine** of `wi`:
 //! [`Bsdf::eval`] is f·|cos θᵢ|, the weight of a sample is f·|cos θᵢ| / pdf. Radiance is carried from light to
-//! eye, so that transmission scales by (nₒ/nᵢ)². Delta materials evaluate to nothing and can only be sampled; a
-//! material with a delta and another part evaluates to the other part, with the density that it is chosen and sampled.
-//! `None` means that sampling failed; the path ends there.
+//! eye, so that transmission scales by (nₒ/nᵢ)². Delta materials evaluate to nothing and can only be sampled; a material with
+//! a delta and another part evaluates to the other, with the density that it is chosen and sampled. `None`: the path ends.
 
 pub mod coat;
 mod conductor;
