@@ -64,7 +64,7 @@ fn readout() -> Readout {
             Effect { name: "dispersion", on: true, reason: "glass".into(), can_switch: true },
             Effect { name: "glare", on: false, reason: "--glare off".into(), can_switch: false },
         ],
-        left_out: Vec::new(),
+        left_out: vec!["lens"],
         camera: "at 278 273 −800, to 278 273 −799".into(),
         fov: 39.307_7,
     }
@@ -231,6 +231,7 @@ fn buttons_do_what_they_say() {
     // Folded at first. What can be left out has a switch, what cannot has none.
     panel.click(place(&shapes, "Effects"), &readout, &mut controls);
     let open = panel.settle(&readout, &mut controls);
+    place(&open, "without lens");
     let switched = Action::SetEffect { name: "dispersion", on: false };
     assert_eq!(panel.click(place(&open, "dispersion"), &readout, &mut controls), [switched]);
     assert_eq!(panel.click(place(&open, "glare"), &readout, &mut controls), []);

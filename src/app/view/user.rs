@@ -213,7 +213,7 @@ impl User {
     pub fn camera_words(&self) -> String {
         let pose = self.history.pose();
         let v = |v: glam::DVec3| format!("({:.3}, {:.3}, {:.3})", v.x, v.y, v.z);
-        format!("{} → {}, {:.1}°", v(pose.eye), v(pose.target), pose.fov)
+        format!("{} to {}, {:.1}°", v(pose.eye), v(pose.target), pose.fov)
     }
 }
 

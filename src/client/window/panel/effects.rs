@@ -17,3 +17,11 @@ pub(super) fn show(ui: &mut Ui, effects: &[Effect], actions: &mut Vec<Action>) {
         }
     }
 }
+
+/// Says what is forced off, below the switches, so that no switch moves away from the pointer.
+pub(super) fn left_out(ui: &mut Ui, names: &[&str]) {
+    if !names.is_empty() {
+        ui.colored_label(style::ACCENT, format!("without {}", names.join(", ")));
+        ui.add_space(4.0);
+    }
+}

@@ -94,6 +94,7 @@ pub fn show(ui: &mut egui::Ui, readout: &Readout, controls: &mut Controls) -> Ve
         frame::section(ui, "Figures", true, |ui| statistics::show(ui, &figures));
         frame::section(ui, "Display", true, |ui| controls::show(ui, controls));
         frame::section(ui, "Effects", false, |ui| effects::show(ui, &readout.effects, &mut actions));
+        effects::left_out(ui, &readout.left_out);
         frame::section(ui, "Frame times", true, |ui| graph::show(ui, &figures));
         frame::section(ui, "Camera and files", true, |ui| actions::show(ui, readout, controls, &mut actions));
         frame::section(ui, "Passes", false, |ui| statistics::passes(ui, &figures));

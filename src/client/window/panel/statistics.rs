@@ -69,11 +69,7 @@ pub(super) fn show(ui: &mut Ui, readout: &Readout) {
         ui.add(bar.fill(if fill > 0.9 { style::ACCENT } else { egui::Color32::from_gray(150) }));
         ui.colored_label(style::BRIGHT, format!("{used}/{size}"));
     });
-    let left_out = match readout.left_out.is_empty() {
-        true => String::new(),
-        false => format!("without {}", readout.left_out.join(", ")),
-    };
-    for words in [&left_out, &readout.reason, &readout.plan, &readout.device] {
+    for words in [&readout.reason, &readout.plan, &readout.device] {
         if !words.is_empty() {
             ui.colored_label(style::DIM, words);
         }
