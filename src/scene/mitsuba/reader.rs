@@ -219,7 +219,7 @@ impl Reader<'_> {
             files: self.document.sources.paths(),
             camera: sensor.camera,
             film: sensor.film,
-            integrator: self.integrator.unwrap_or_else(IntegratorDesc::default),
+            integrator: self.integrator.unwrap_or_default(),
             samples_per_pixel: self.samples,
             bsdfs: self.bsdfs,
             meshes: self.meshes,
