@@ -238,6 +238,22 @@ pub enum BsdfDesc {
     },
 }
 
+impl BsdfDesc {
+    /// What Mitsuba calls it.
+    pub fn plugin(&self) -> &'static str {
+        match self {
+            BsdfDesc::Diffuse { .. } => "diffuse",
+            BsdfDesc::Dielectric { .. } => "dielectric",
+            BsdfDesc::Conductor { .. } => "conductor",
+            BsdfDesc::RoughConductor { .. } => "roughconductor",
+            BsdfDesc::RoughDielectric { .. } => "roughdielectric",
+            BsdfDesc::Plastic { .. } => "plastic",
+            BsdfDesc::RoughPlastic { .. } => "roughplastic",
+            BsdfDesc::TwoSided { .. } => "twosided",
+        }
+    }
+}
+
 /// How the facets of a rough surface are spread, Mitsuba's `distribution` and `alpha`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Roughness {

@@ -113,7 +113,7 @@ pub(crate) fn address(desc: &SceneDesc, object: Object, index: u32) -> Option<Ad
         }
         Object::Bsdf => Address {
             id: id_of(&desc.names.bsdfs, i),
-            kind: bsdf_kind(desc.bsdfs.get(i)?),
+            kind: desc.bsdfs.get(i)?.plugin(),
             count: desc.bsdfs.len(),
         },
         Object::Light => Address {
@@ -136,20 +136,6 @@ fn shape_kind(kind: &ShapeKind) -> &'static str {
         ShapeKind::Disk => "disk",
         ShapeKind::Rectangle => "rectangle",
         ShapeKind::Cube => "cube",
-    }
-}
-
-/// Name of a material's plugin.
-fn bsdf_kind(bsdf: &BsdfDesc) -> &'static str {
-    match bsdf {
-        BsdfDesc::Diffuse { .. } => "diffuse",
-        BsdfDesc::Dielectric { .. } => "dielectric",
-        BsdfDesc::Conductor { .. } => "conductor",
-        BsdfDesc::RoughConductor { .. } => "roughconductor",
-        BsdfDesc::RoughDielectric { .. } => "roughdielectric",
-        BsdfDesc::Plastic { .. } => "plastic",
-        BsdfDesc::RoughPlastic { .. } => "roughplastic",
-        BsdfDesc::TwoSided { .. } => "twosided",
     }
 }
 

@@ -42,7 +42,7 @@ impl<'a> Used<'a> {
     pub(super) fn material(&self, is: fn(&BsdfDesc) -> bool) -> Option<Object> {
         let mut all = self.bsdfs.iter().filter(|i| is(&self.desc.bsdfs[**i]));
         let first = *all.next()?;
-        let plugin = plugin(&self.desc.bsdfs[first]);
+        let plugin = self.desc.bsdfs[first].plugin();
         let (id, place) = match self.desc.names.bsdfs.get(first) {
             Some(Name { id, place }) => (id.as_deref(), known(*place)),
             None => (None, None),
@@ -91,20 +91,6 @@ fn white(light: &LightDesc) -> Option<White> {
 /// A place that exists: line 0 stands nowhere.
 pub(super) fn known(place: Place) -> Option<Place> {
     (place.line > 0).then_some(place)
-}
-
-/// What Mitsuba calls it.
-fn plugin(bsdf: &BsdfDesc) -> &'static str {
-    match bsdf {
-        BsdfDesc::Diffuse { .. } => "diffuse",
-        BsdfDesc::Dielectric { .. } => "dielectric",
-        BsdfDesc::Conductor { .. } => "conductor",
-        BsdfDesc::RoughConductor { .. } => "roughconductor",
-        BsdfDesc::RoughDielectric { .. } => "roughdielectric",
-        BsdfDesc::Plastic { .. } => "plastic",
-        BsdfDesc::RoughPlastic { .. } => "roughplastic",
-        BsdfDesc::TwoSided { .. } => "twosided",
-    }
 }
 
 pub(super) fn transmits(bsdf: &BsdfDesc) -> bool {
