@@ -3,7 +3,7 @@
 #![allow(dead_code, reason = "each test file uses its own part")]
 
 #[path = "welch.rs"]
-mod welch;
+pub mod welch;
 
 use std::sync::Arc;
 

@@ -4,10 +4,8 @@
 
 #[path = "agreement.rs"]
 pub mod agreement;
-#[path = "welch.rs"]
-pub mod welch;
 
-use agreement::{Method, Plan, repeat};
+use agreement::{Method, Plan, repeat, welch};
 use pointillist::scene::desc::SceneDesc;
 use pointillist::spectrum::SampledWavelengths;
 use pointillist::stream::UvWindow;
