@@ -4,7 +4,7 @@
 mod largest;
 
 use largest::{by_particles, by_pixel, worst};
-use pointillist::scene::desc::SceneDesc;
+use pointillist::scene::desc::{IntegratorKind, SceneDesc};
 
 fn scene(name: &str) -> SceneDesc {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
@@ -17,8 +17,13 @@ fn no_sample_dominates_a_pixel() {
     let plan = (4, 1 << 14);
     for name in ["cornell.xml", "cornell_spheres.xml"] {
         let desc = scene(name);
-        let found = [by_pixel(&desc, false, plan), by_pixel(&desc, true, plan), by_particles(&desc, plan)];
-        for (tallies, method) in found.iter().zip(["path", "bidirectional", "light"]) {
+        let found = [
+            by_pixel(&desc, IntegratorKind::Path, plan),
+            by_pixel(&desc, IntegratorKind::Bidirectional, plan),
+            by_pixel(&desc, IntegratorKind::Photon, plan),
+            by_particles(&desc, plan),
+        ];
+        for (tallies, method) in found.iter().zip(["path", "bidirectional", "photon", "light"]) {
             let (pixel, share) = worst(tallies);
             println!("{name} {method}: {share:.4} in pixel {pixel}");
             assert!(share < 0.05, "{name} {method}: {share} of pixel {pixel} is one sample");

@@ -1,7 +1,7 @@
 //! Is a pixel's mean dominated by one sample? The share of the largest sample of a pixel in its sum, by method.
 //!
 //! Usage: `largest [paths per pixel] [side] [scene]...`; 10^6 paths for each of 16 × 16 pixels of the Cornell scenes if not
-//! said. Pixels are those of a picture of 512 × 512 for path and bidirectional tracing, which look at one pixel at a time. A
+//! said. Pixels are those of a picture of 512 × 512 for all methods from the camera, which look at one pixel at a time. A
 //! light path cannot be told to meet one pixel: for particles the picture has 16 × 16 pixels, 10^6 light paths for each.
 
 #![allow(clippy::unwrap_used, reason = "a measuring tool: a panic is the message")]
@@ -12,6 +12,7 @@ mod largest;
 use std::path::Path;
 
 use largest::{Tally, by_particles, by_pixel, worst};
+use pointillist::scene::desc::IntegratorKind;
 
 fn main() {
     let mut args = std::env::args().skip(1);
@@ -25,8 +26,9 @@ fn main() {
     for name in scenes {
         let desc = pointillist::scene::load(Path::new(&name), &[]).unwrap().desc;
         let plan = (side, paths);
-        report(&name, "path", side, &by_pixel(&desc, false, plan));
-        report(&name, "bidirectional", side, &by_pixel(&desc, true, plan));
+        report(&name, "path", side, &by_pixel(&desc, IntegratorKind::Path, plan));
+        report(&name, "bidirectional", side, &by_pixel(&desc, IntegratorKind::Bidirectional, plan));
+        report(&name, "photon", side, &by_pixel(&desc, IntegratorKind::Photon, plan));
         report(&name, "light", side, &by_particles(&desc, plan));
     }
 }

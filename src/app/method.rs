@@ -62,9 +62,9 @@ pub fn start(
     let setup = setup(facts, (scene, camera), order.window);
     let before = photons.take();
     match facts.integrator {
-        IntegratorKind::Path | IntegratorKind::Auto => special(server, facts, PathTracer { setup }, order),
-        IntegratorKind::Light => special(server, facts, ParticleTracer { setup }, order),
-        IntegratorKind::Bidirectional => special(server, facts, BidirectionalTracer { setup }, order),
+        IntegratorKind::Path | IntegratorKind::Auto => special::<PathTracer>(server, facts, setup, order),
+        IntegratorKind::Light => special::<ParticleTracer>(server, facts, setup, order),
+        IntegratorKind::Bidirectional => special::<BidirectionalTracer>(server, facts, setup, order),
         IntegratorKind::Photon if facts.check_plan > 0.0 => Err(miette::miette!(
             help = "choose another --integrator",
             "--check-plan compares path by path, and a sample of photon mapping is made of many"
@@ -84,15 +84,15 @@ pub fn start(
 fn special<I: Special>(
     server: &Server,
     facts: &RunFacts,
-    tracer: I,
+    setup: Setup,
     order: Order,
 ) -> Result<Option<Arc<Tally>>> {
     if facts.check_plan > 0.0 {
-        let checked = Checked::new(tracer, facts.check_plan);
+        let checked = Checked::<I>::new(setup, facts.check_plan);
         let tally = checked.tally().clone();
         return send(server, facts, checked, order).map(|()| Some(tally));
     }
-    send(server, facts, tracer, order).map(|()| None)
+    send(server, facts, I::from(setup), order).map(|()| None)
 }
 
 fn send<I: Integrator>(server: &Server, facts: &RunFacts, integrator: I, order: Order) -> Result<()> {

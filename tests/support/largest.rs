@@ -5,9 +5,9 @@
 use std::sync::Arc;
 
 use pointillist::color::Xyz;
-use pointillist::scene::desc::SceneDesc;
+use pointillist::scene::desc::{IntegratorKind, SceneDesc};
 use pointillist::stream::{PathCounts, SampleSink, UvWindow};
-use pointillist::tracer::integrator::{BidirectionalTracer, ParticleTracer, Setup};
+use pointillist::tracer::integrator::{BidirectionalTracer, ParticleTracer, PhotonTracer, Setup};
 use pointillist::tracer::{Camera, Integrator, PathTracer, Scene};
 
 /// Sum and largest of what samples add to a pixel.
@@ -77,8 +77,9 @@ fn setup(desc: &SceneDesc, window: UvWindow) -> Setup {
 }
 
 /// The pixels of a grid of `side` × `side` over a picture of 512 × 512, by `paths` camera paths within each: by path tracing,
-/// or bidirectionally, with its share of light subpaths, whose samples in the pixel count, too. Two threads.
-pub fn by_pixel(desc: &SceneDesc, bidirectional: bool, (side, paths): (usize, u64)) -> Vec<Tally> {
+/// by photon mapping, each pixel with a map of its own, or bidirectionally, with its share of light subpaths, whose samples in the
+/// pixel count, too. Two threads.
+pub fn by_pixel(desc: &SceneDesc, method: IntegratorKind, (side, paths): (usize, u64)) -> Vec<Tally> {
     let whole = setup(desc, UvWindow::PICTURE);
     let pixel = |i: usize| {
         let at = |k: usize| ((k as f32 + 0.5) / side as f32 * 512.0).floor() / 512.0;
@@ -86,14 +87,16 @@ pub fn by_pixel(desc: &SceneDesc, bidirectional: bool, (side, paths): (usize, u6
         let window = UvWindow { min, max: min.map(|c| c + 1.0 / 512.0) };
         let setup = Setup { window, ..whole.clone() };
         let mut sink = Pixel { tally: Tally::default(), area: 512f64.powi(-2) };
-        if bidirectional {
-            let tracer = BidirectionalTracer { setup };
-            let PathCounts { camera, light } = tracer.paths_per_index();
-            // A light path stands for so many camera paths.
-            sink.area *= light as f64 / camera as f64;
-            trace(&tracer, 0..paths / camera, &mut sink);
-        } else {
-            trace(&PathTracer { setup }, 0..paths, &mut sink);
+        match method {
+            IntegratorKind::Bidirectional => {
+                let tracer = BidirectionalTracer { setup };
+                let PathCounts { camera, light } = tracer.paths_per_index();
+                // A light path stands for so many camera paths.
+                sink.area *= light as f64 / camera as f64;
+                trace(&tracer, 0..paths / camera, &mut sink);
+            }
+            IntegratorKind::Photon => trace(&PhotonTracer::new(setup, true), 0..paths, &mut sink),
+            _ => trace(&PathTracer { setup }, 0..paths, &mut sink),
         }
         sink.tally
     };

@@ -30,6 +30,9 @@ macro_rules! effects {
             }
         )*
 
+        /// Nothing was left out.
+        pub const IS_WHOLE: bool = $($constant)&&*;
+
         /// The first of `wanted` that this build lacks.
         pub fn lacking(wanted: impl Iterator<Item = Feature>) -> Option<Feature> {
             let has = |feature| match feature {

@@ -10,19 +10,16 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use crate::color::Xyz;
 use crate::spectrum::{SampledWavelengths, White};
 use crate::stream::{PathCounts, SampleSink};
+use crate::tracer::Sampler;
 
 use super::{Integrator, Setup};
 
-/// An integrator with special code, and the general code for the same paths.
-pub trait Special: Integrator + Sized {
-    /// Scene, view and settings.
-    fn setup(&self) -> &Setup;
-
-    /// The same with other settings.
-    fn with(&self, setup: Setup) -> Self;
-
-    /// The number that chooses the wavelengths of path `index`.
-    fn wavelength_number(&self, index: u64) -> f32;
+/// An integrator with special code, which its settings choose.
+pub trait Special: Integrator + From<Setup> {
+    /// The number that chooses the wavelengths of the path that takes its numbers from `sampler`.
+    fn wavelength_number(sampler: &Sampler) -> f32 {
+        sampler.camera().wavelength
+    }
 }
 
 /// Traces paths as `I` does, and a share of them twice.
@@ -30,6 +27,7 @@ pub trait Special: Integrator + Sized {
 pub struct Checked<I> {
     special: I,
     general: I,
+    seed: u32,
     white: Option<White>,
     /// Of 2^32.
     share: u64,
@@ -58,13 +56,12 @@ impl Tally {
 }
 
 impl<I: Special> Checked<I> {
-    /// Traces by `special`, and the share `share` in [0, 1] of the paths by its general form too.
-    pub fn new(special: I, share: f64) -> Self {
-        let setup = special.setup();
-        let white = if setup.spectral { None } else { setup.scene.white() };
-        let general = special.with(Setup { spectral: true, ..setup.clone() });
+    /// Traces with the settings of `setup`, and the share `share` in [0, 1] of the paths by the general code too.
+    pub fn new(setup: Setup, share: f64) -> Self {
+        let (seed, white) = (setup.seed, if setup.spectral { None } else { setup.scene.white() });
+        let general = I::from(Setup { spectral: true, ..setup.clone() });
         let share = (share.clamp(0.0, 1.0) * (1u64 << 32) as f64) as u64;
-        Self { special, general, white, share, tally: Arc::default() }
+        Self { special: I::from(setup), general, seed, white, share, tally: Arc::default() }
     }
 
     /// What was found so far.
@@ -81,7 +78,7 @@ impl<I: Special> Checked<I> {
     /// What the samples of the special code should be, from those of the general.
     fn expected(&self, index: u64, sample: Taken) -> Taken {
         let Some(white) = self.white else { return sample };
-        let lambda = SampledWavelengths::sample(self.general.wavelength_number(index));
+        let lambda = SampledWavelengths::sample(I::wavelength_number(&Sampler::at(index, self.seed)));
         let drawn = lambda.to_xyz(white.spectrum().sample(&lambda));
         let exact = white.wavelengths();
         let exact = exact.to_xyz(white.spectrum().sample(&exact));
@@ -204,19 +201,13 @@ mod tests {
         }
     }
 
-    impl Special for Wrong {
-        fn setup(&self) -> &Setup {
-            &self.0
-        }
-
-        fn with(&self, setup: Setup) -> Self {
+    impl From<Setup> for Wrong {
+        fn from(setup: Setup) -> Self {
             Self(setup)
         }
-
-        fn wavelength_number(&self, _: u64) -> f32 {
-            0.5
-        }
     }
+
+    impl Special for Wrong {}
 
     #[test]
     fn a_wrong_plan_is_refuted() {
@@ -227,7 +218,7 @@ mod tests {
         let scene = Arc::new(Scene::prepare(&loaded.desc).expect("a scene"));
         let camera = Camera::of(&loaded.desc).expect("a camera");
         let setup = Setup::new(scene, camera, &loaded.desc.integrator, 0, crate::stream::UvWindow::PICTURE);
-        let checked = Checked::new(Wrong(setup.clone()), 1.0);
+        let checked = Checked::<Wrong>::new(setup.clone(), 1.0);
         let mut sink = Collected::default();
         (0..7).for_each(|index| checked.trace(index, &mut (), &mut sink));
         assert_eq!((checked.tally().counts(), sink.0.len()), ([7, 0], 7));
@@ -235,7 +226,7 @@ mod tests {
         let message = *caught.expect_err("it differs").downcast::<String>().expect("words");
         assert!(message.contains("refuted") && message.contains("1.001"), "{message}");
         // A hundredth of the paths is a hundredth of the paths.
-        let some = Checked::new(Wrong(Setup { spectral: true, ..setup }), 0.01);
+        let some = Checked::<Wrong>::new(Setup { spectral: true, ..setup }, 0.01);
         (0..100_000).for_each(|index| some.trace(index, &mut (), &mut Collected::default()));
         assert!((900..1100).contains(&some.tally().counts()[0]), "{:?}", some.tally());
     }

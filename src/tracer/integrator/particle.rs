@@ -45,19 +45,13 @@ impl Integrator for ParticleTracer {
     }
 }
 
-impl Special for ParticleTracer {
-    fn setup(&self) -> &Setup {
-        &self.setup
-    }
-
-    fn with(&self, setup: Setup) -> Self {
+impl From<Setup> for ParticleTracer {
+    fn from(setup: Setup) -> Self {
         Self { setup }
     }
-
-    fn wavelength_number(&self, index: u64) -> f32 {
-        Sampler::at(index, self.setup.seed).camera().wavelength
-    }
 }
+
+impl Special for ParticleTracer {}
 
 impl ParticleTracer {
     /// Shows the vertices of a walk, from the one at the end of `ray` on, to the camera.

@@ -97,6 +97,9 @@ pub(super) fn edited(scene: &Scene, desc: &SceneDesc) -> Result<Scene, PrepareEr
 
 /// Refuses what this build lacks on purpose.
 fn refuse_lacking(desc: &SceneDesc) -> Result<(), PrepareError> {
+    if built::IS_WHOLE {
+        return Ok(());
+    }
     let wanted = decide(desc, desc.integrator.kind).into_iter().filter(|d| d.on).map(|d| d.feature);
     built::lacking(wanted).map_or(Ok(()), |feature| Err(PrepareError::Lacking { effect: feature.name() }))
 }

@@ -60,7 +60,7 @@ impl Integrator for BidirectionalTracer {
     fn trace(&self, index: u64, scratch: &mut Scratch, out: &mut impl SampleSink) {
         let seed = self.setup.seed;
         let Scratch { lights, eyes, promises } = scratch;
-        let lambda = self.setup.wavelengths(Sampler::at(index, seed).group_wavelength());
+        let lambda = self.setup.wavelengths(Self::wavelength_number(&Sampler::at(index, seed)));
         lights.clear();
         // Beyond 2^61 indices the paths repeat.
         let first = index.wrapping_mul(LIGHT_SUBPATHS);
@@ -87,16 +87,14 @@ impl Integrator for BidirectionalTracer {
     }
 }
 
-impl Special for BidirectionalTracer {
-    fn setup(&self) -> &Setup {
-        &self.setup
-    }
-
-    fn with(&self, setup: Setup) -> Self {
+impl From<Setup> for BidirectionalTracer {
+    fn from(setup: Setup) -> Self {
         Self { setup }
     }
+}
 
-    fn wavelength_number(&self, index: u64) -> f32 {
-        Sampler::at(index, self.setup.seed).group_wavelength()
+impl Special for BidirectionalTracer {
+    fn wavelength_number(sampler: &Sampler) -> f32 {
+        sampler.group_wavelength()
     }
 }

@@ -220,16 +220,10 @@ impl Integrator for PathTracer {
     }
 }
 
-impl Special for PathTracer {
-    fn setup(&self) -> &Setup {
-        &self.setup
-    }
-
-    fn with(&self, setup: Setup) -> Self {
+impl From<Setup> for PathTracer {
+    fn from(setup: Setup) -> Self {
         Self { setup }
     }
-
-    fn wavelength_number(&self, index: u64) -> f32 {
-        Sampler::at(index, self.setup.seed).camera().wavelength
-    }
 }
+
+impl Special for PathTracer {}
