@@ -1,5 +1,5 @@
-//! The plan is checked: special code gives the samples of the general code, in every scene of ours and in random ones that combine
-//! whatever there is.
+//! The plan is checked: the scene as planned, traced by code for what it holds, gives the samples of the scene with everything,
+//! traced by code for anything; in every scene of ours and in random ones that combine whatever there is.
 
 #![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
 
@@ -36,15 +36,14 @@ impl SampleSink for Sum {
     }
 }
 
-fn setup(desc: &SceneDesc) -> Setup {
-    let (scene, camera) = (Scene::prepare(desc).unwrap(), Camera::of(desc).unwrap());
-    Setup::new(Arc::new(scene), camera, &desc.integrator, 11, UvWindow::PICTURE)
+fn setup(desc: &SceneDesc, scene: Scene) -> Setup {
+    Setup::new(Arc::new(scene), Camera::of(desc).unwrap(), &desc.integrator, 11, UvWindow::PICTURE)
 }
 
 /// Every one of `count` indices is traced twice; what differs panics. Returns how many a rounding has decided.
-fn checked<I: Special>(setup: &Setup, count: u64) -> u64 {
-    let checked = Checked::<I>::new(setup.clone(), 1.0);
-    let mut scratch = I::Scratch::default();
+fn checked<I: Special>(setup: &Setup, general: &Arc<Scene>, count: u64) -> u64 {
+    let checked = Checked::<I>::new(setup.clone(), general.clone(), 1.0);
+    let mut scratch = Default::default();
     // Paths that split and the first ones, which do not.
     for index in (0..count / 2).chain(1 << 20..(1 << 20) + count / 2) {
         checked.trace(index, &mut scratch, &mut Sum::default());
@@ -55,26 +54,43 @@ fn checked<I: Special>(setup: &Setup, count: u64) -> u64 {
 }
 
 fn check_all(desc: &SceneDesc, count: u64) -> u64 {
-    let setup = setup(desc);
-    checked::<PathTracer>(&setup, count)
-        + checked::<ParticleTracer>(&setup, count)
-        + checked::<BidirectionalTracer>(&setup, count / CAMERA_SUBPATHS)
+    let setup = setup(desc, Scene::prepare(desc).unwrap());
+    let general = &Arc::new(Scene::prepare_general(desc).unwrap());
+    checked::<PathTracer>(&setup, general, count)
+        + checked::<ParticleTracer>(&setup, general, count)
+        + checked::<BidirectionalTracer>(&setup, general, count / CAMERA_SUBPATHS)
+}
+
+/// A sample of photon mapping is made of many paths: here both sides trace all of them.
+#[test]
+fn photons_are_as_planned() {
+    for name in ["cornell.xml", "cornell_spheres.xml", "rough.xml"] {
+        let desc = load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name), &[]).unwrap().desc;
+        let setup = setup(&desc, Scene::prepare(&desc).unwrap());
+        let general = Arc::new(Scene::prepare_general(&desc).unwrap());
+        let checked = Checked::<PhotonTracer>::new(setup, general, 1.0);
+        let mut scratch = Default::default();
+        (0..2000).for_each(|index| checked.trace(index, &mut scratch, &mut Sum::default()));
+        assert_eq!(checked.tally().counts(), [2000, 0], "{name}");
+    }
 }
 
 #[test]
 fn every_scene_is_as_planned() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
-    let mut special = 0;
+    let (mut special, mut finishes) = (0, [0; 3]);
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         if path.extension().is_some_and(|e| e == "xml") {
             let desc = load(&path, &[]).unwrap().desc;
-            special += usize::from(Scene::prepare(&desc).unwrap().white().is_some());
+            let scene = Scene::prepare(&desc).unwrap();
+            special += usize::from(scene.white().is_some());
+            finishes[scene.finish() as usize] += 1;
             let different = check_all(&desc, 4096);
             assert!(different <= 1, "{different} paths of {} were decided by a rounding", path.display());
         }
     }
-    assert!(special >= 1, "no scene has special code: the case is too easy");
+    assert!(special >= 1 && finishes.iter().all(|n| *n >= 1), "not all special code is used: {finishes:?}");
 }
 
 /// A value, grey or coloured.
@@ -86,17 +102,21 @@ fn colour(grey: bool) -> BoxedStrategy<String> {
     }
 }
 
-fn material(grey: bool) -> BoxedStrategy<String> {
+/// Which materials a scene may have: matt ones, also smooth ones, also rough ones.
+fn material(grey: bool, finish: usize) -> BoxedStrategy<String> {
     let rgb =
         move |name: &'static str| colour(grey).prop_map(move |v| format!("<rgb name='{name}' value='{v}'/>"));
-    let index = match grey {
-        true => Just("<float name='int_ior' value='1.5'/>".to_string()).boxed(),
+    let words = |text: &'static str| Just(text.to_string()).boxed();
+    let apart = match grey {
+        true => words("<float name='int_ior' value='1.5'/>"),
         false => prop_oneof![
-            Just("<string name='int_ior' value='bk7'/>".to_string()),
-            Just("<float name='int_ior' value='1.7'/>".to_string())
+            words("<string name='int_ior' value='bk7'/>"),
+            words("<float name='int_ior' value='1.7'/>")
         ]
         .boxed(),
     };
+    let alike = words("<string name='int_ior' value='sf11'/><string name='ext_ior' value='sf11'/>");
+    let index = prop_oneof![3 => apart.clone(), 1 => alike].boxed();
     let metal = match grey {
         true => Just("none").boxed(),
         false => prop_oneof![Just("Au"), Just("Cu"), Just("none")].boxed(),
@@ -107,26 +127,40 @@ fn material(grey: bool) -> BoxedStrategy<String> {
     let alpha = (0.02..0.6f32).prop_map(|a| format!("<float name='alpha' value='{a}'/>"));
     let metal = metal.prop_map(|m| format!("<string name='material' value='{m}'/>")).boxed();
     let both = |a: BoxedStrategy<String>, b: BoxedStrategy<String>| (a, b).prop_map(|(a, b)| a + &b).boxed();
-    prop_oneof![
+    // What is there and does nothing: it must not be taken for something that does.
+    let black = |name: &str| Just(format!("<rgb name='{name}' value='0'/>")).boxed();
+    let all = [
         bsdf("diffuse", rgb("reflectance").boxed()),
-        bsdf("dielectric", both(index.clone(), rgb("specular_transmittance").boxed())),
-        bsdf("conductor", both(metal.clone(), rgb("specular_reflectance").boxed())),
-        bsdf("roughconductor", both(metal, alpha.clone().boxed())),
-        bsdf("roughdielectric", both(index.clone(), alpha.clone().boxed())),
-        bsdf("plastic", both(index.clone(), rgb("diffuse_reflectance").boxed())),
-        bsdf("roughplastic", both(alpha.boxed(), rgb("diffuse_reflectance").boxed())),
         bsdf("twosided", bsdf("diffuse", rgb("reflectance").boxed())),
-    ]
-    .boxed()
+        bsdf("conductor", both(metal.clone(), black("specular_reflectance"))),
+        bsdf("dielectric", both(index.clone(), rgb("specular_transmittance").boxed())),
+        bsdf("dielectric", both(index.clone(), black("specular_transmittance"))),
+        bsdf("conductor", both(metal.clone(), rgb("specular_reflectance").boxed())),
+        bsdf("plastic", both(index.clone(), rgb("diffuse_reflectance").boxed())),
+        bsdf("roughconductor", both(metal, alpha.clone().boxed())),
+        bsdf(
+            "roughdielectric",
+            both(both(apart.clone(), alpha.clone().boxed()), black("specular_transmittance")),
+        ),
+        bsdf("roughdielectric", both(apart, alpha.clone().boxed())),
+        bsdf("roughplastic", both(alpha.boxed(), rgb("diffuse_reflectance").boxed())),
+    ];
+    let count = [3, 7, all.len()][finish];
+    prop::strategy::Union::new(all.into_iter().take(count)).boxed()
 }
 
-fn scene(grey: bool) -> impl Strategy<Value = (bool, String)> {
+fn scene((grey, finish): (bool, usize)) -> impl Strategy<Value = (bool, String)> {
     let objects = prop::collection::vec(
-        (material(grey), prop_oneof![Just("sphere"), Just("cube"), Just("disk")], -2.0..2.0f32, 0.3..1.0f32),
+        (
+            material(grey, finish),
+            prop_oneof![Just("sphere"), Just("cube"), Just("disk")],
+            -2.0..2.0f32,
+            0.3..1.0f32,
+        ),
         1..5,
     );
-    let lights = prop::collection::vec((0..3u8, colour(grey), -2.0..2.0f32), 1..4);
-    (material(grey), objects, lights, any::<bool>()).prop_map(move |(floor, objects, lights, lens)| {
+    let lights = prop::collection::vec((0..4u8, colour(grey), -2.0..2.0f32), 1..4);
+    (material(grey, finish), objects, lights, any::<bool>()).prop_map(move |(floor, objects, lights, lens)| {
         let (sensor, radius) = match lens {
             true => ("thinlens", "<float name='aperture_radius' value='0.1'/><float name='focus_distance' value='5'/>"),
             false => ("perspective", ""),
@@ -143,8 +177,10 @@ fn scene(grey: bool) -> impl Strategy<Value = (bool, String)> {
                  y='{size}' z='{i}'/></transform>{bsdf}</shape>"
             );
         }
+        let several = lights.len() > 1;
         for (i, (kind, value, x)) in lights.into_iter().enumerate() {
             text += &match kind {
+                3 if i == 0 && several => "<emitter type='constant'><rgb name='radiance' value='0'/></emitter>".to_string(),
                 // A scene has one environment.
                 0 if i == 0 => format!("<emitter type='constant'><rgb name='radiance' value='{value}'/></emitter>"),
                 0 | 1 => format!(
@@ -167,7 +203,7 @@ proptest! {
 
     /// Also: a scene that was made without colour has none, and one with colours has.
     #[test]
-    fn random_scenes_are_as_planned((grey, text) in any::<bool>().prop_flat_map(scene)) {
+    fn random_scenes_are_as_planned((grey, text) in (any::<bool>(), 0..3usize).prop_flat_map(scene)) {
         let desc = load_str("random.xml", &text, &[]).unwrap().desc;
         prop_assert_eq!(Scene::prepare(&desc).unwrap().white().is_some(), grey);
         check_all(&desc, 384);
@@ -179,7 +215,8 @@ proptest! {
 fn photons_without_colour_have_the_same_mean() {
     let desc = load_str("grey.xml", GREY, &[]).unwrap().desc;
     let mean = |spectral: bool| {
-        let tracer = PhotonTracer::new(Setup { spectral, ..setup(&desc) }, true);
+        let scene = if spectral { Scene::prepare_general(&desc) } else { Scene::prepare(&desc) };
+        let tracer = PhotonTracer::new(setup(&desc, scene.unwrap()), true);
         let (mut scratch, mut sum, count) = (Default::default(), Sum::default(), 1 << 17);
         (0..count).for_each(|index| tracer.trace(index, &mut scratch, &mut sum));
         let mean = sum.y / count as f64;

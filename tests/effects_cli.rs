@@ -51,8 +51,16 @@ fn explain_measures_what_is_on() {
     for absent in ["glare", "bilateral", "error_view"] {
         assert!(!pipelines.contains(absent), "{pipelines}");
     }
-    // What is off and could be on has a price.
-    assert!(entry(&plan, "glare")["if_on"].as_f64().unwrap() > 0.0);
+    // What is off and could be on has a price, and every effect says what decides it.
+    for effect in ["glare", "masking", "variance"] {
+        assert!(client_entry(&plan, effect)["if_on"].as_f64().unwrap() > 0.0, "{effect}");
+    }
+    for effect in ["light-stream", "dispersion", "glossy", "environment", "light-choice", "lens", "gather"] {
+        assert!(entry(&plan, effect)["if_on_share"].as_f64().unwrap() > -0.9, "{effect}");
+    }
+    for entry in plan["plan"].as_array().unwrap() {
+        assert!(entry["at_run_time"].as_str().unwrap().len() > 10, "{entry}");
+    }
     let both = json(&[
         "explain",
         "scenes/cornell.xml",
@@ -95,9 +103,19 @@ fn what_is_left_out_is_said() {
     };
     assert!(text("leftOut").contains("dispersion, deltas"));
     assert!(text("command").contains("--effects -dispersion,-deltas"));
-    // Without force nothing is said.
-    let figures = json(&args[..args.len() - 2]);
-    assert!(figures.get("left_out").is_none());
+    // Without force nothing is said, nor where there is nothing to leave out; the last word counts.
+    for effects in ["-lens", "-lens,-environment,-lens", "-dispersion,+dispersion"] {
+        let figures = json(&[&args[..args.len() - 2], &["--effects", effects]].concat());
+        assert!(figures.get("left_out").is_none(), "{effects}: {figures}");
+    }
+    let output = run(&[&args[..args.len() - 2], &["--effects", "-lens"]].concat());
+    assert!(String::from_utf8_lossy(&output.stderr).contains("changes nothing: the camera is a pinhole"));
+    let grey = ["render", "scenes/furnace.xml", "--size", "8x8", "--spp", "1", "--device", "cpu", "-q"];
+    let grey = [&grey[..], &["--json", "-", "-o", exr.to_str().unwrap()]].concat();
+    assert_eq!(entry(&json(&grey), "wavelengths")["on"], false);
+    let forced = json(&[&grey[..], &["--effects", "+wavelengths"]].concat());
+    let wavelengths = entry(&forced, "wavelengths");
+    assert!(wavelengths["on"] == true && wavelengths["reason"].as_str().unwrap().contains("forced on"));
 }
 
 /// The general code confirms the plan, and the picture is the one without the check.
@@ -140,11 +158,14 @@ fn bad_requests_say_what_to_do() {
         assert!(words.iter().all(|w| errors.contains(w)), "{args:?}: {errors}");
     };
     refused(&["explain", "scenes/none.xml"], &["scenes/none.xml"]);
-    refused(&["explain", "scenes/cornell.xml", "--json", "/nowhere/a.json"], &["/nowhere"]);
-    refused(&["explain", "scenes/cornell.xml", "--json", "scenes/cornell.xml"], &["overwrite the scene"]);
+    refused(&["explain", "scenes/cornell.xml", "--json=/nowhere/a.json"], &["/nowhere"]);
+    refused(&["explain", "scenes/cornell.xml", "--json=scenes/cornell.xml"], &["overwrite the scene"]);
     refused(&["render", "scenes/cornell.xml", "--effects", "dispersion"], &["+ (on) or - (off)"]);
     refused(&["render", "scenes/cornell.xml", "--effects", "-fog"], &["no such effect", "dispersion"]);
-    refused(&["render", "scenes/cornell.xml", "--effects", "-gather"], &["-gather", "--integrator photon"]);
+    refused(
+        &["render", "scenes/cove.xml", "--effects", "-light-choice"],
+        &["-light-choice", "leave the others out"],
+    );
     refused(&["render", "scenes/cornell.xml", "--check-plan", "2"], &["between 0 and 1"]);
     let photon =
         ["render", "scenes/cornell.xml", "--check-plan", "1", "--integrator", "photon", "--device", "cpu"];
@@ -153,7 +174,11 @@ fn bad_requests_say_what_to_do() {
     let png = folder.join("refused.png");
     refused(
         &[&photon[..], &["-o", png.to_str().unwrap()]].concat(),
-        &["path by path", "another --integrator"],
+        &["all of them", "--deterministic", "another --integrator"],
     );
-    refused(&["render", "scenes/cornell.xml", "--effects", "-light-stream"], &["--integrator path"]);
+    refused(&["explain", "--json=scenes/none.xml", "scenes/cornell.xml"], &["overwrite a scene"]);
+    refused(&["render", "scenes/cornell.xml", "--effects", "+gather"], &["+gather", "--integrator photon"]);
+    refused(&["render", "scenes/cornell.xml", "--effects", "+lens"], &["+lens", "thinlens"]);
+    let both = ["render", "scenes/cornell.xml", "--integrator", "bidirectional"];
+    refused(&[&both[..], &["--effects", "-light-stream"]].concat(), &["--integrator path"]);
 }

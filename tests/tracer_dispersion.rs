@@ -158,14 +158,13 @@ fn all_methods_agree() {
 
 /// Mean XYZ of a picture and its standard errors, from seeds that begin at `first`.
 fn mean_xyz(desc: &SceneDesc, method: Method, (first, seeds, paths): (u32, u32, u64)) -> [[f64; 3]; 2] {
-    let scene = Arc::new(Scene::prepare(desc).expect("valid"));
+    // Also where nothing has a colour paths are to carry wavelengths here.
+    let scene = Arc::new(Scene::prepare_general(desc).expect("valid"));
     let camera = Camera::of(desc).expect("valid");
     let window = UvWindow::PICTURE;
     let picture = |seed| {
         let mut sum = Sum::default();
-        // Also where nothing has a colour paths are to carry wavelengths here.
         let setup = Setup::new(scene.clone(), camera.clone(), &desc.integrator, seed, window);
-        let setup = Setup { spectral: true, ..setup };
         let path = PathTracer { setup: setup.clone() };
         let both = BidirectionalTracer { setup };
         let (mut scratch, PathCounts { camera, light }) = (Default::default(), both.paths_per_index());

@@ -5,14 +5,15 @@ use std::path::PathBuf;
 use super::args::effects::Forced;
 use super::args::scene::SceneArgs;
 use super::auto::Chosen;
+use super::load::Input;
 use super::method;
 use crate::client::{
     Adaptation, Dither, FilmSpec, Masking, Reconstruction, Settings, SplatFilter, ToneCurve, VarianceForm,
     View,
 };
 use crate::image::Attribute;
-use crate::scene::Loaded;
 use crate::scene::desc::{IntegratorKind, PhotonDesc, ReconstructionFilter};
+use crate::tracer::features::{Feature, refusal};
 
 /// Everything that decides the sums of a film, besides the number of paths.
 #[derive(Clone, Debug)]
@@ -37,10 +38,8 @@ pub struct RunFacts {
     pub photons: PhotonDesc,
     /// Why, where the program chose it.
     pub auto: Option<Chosen>,
-    /// Effects that are forced on or off.
+    /// Effects that are forced on or off against what the scene calls for.
     pub effects: Vec<Forced>,
-    /// Share of the paths that the general code traces too.
-    pub check_plan: f64,
     /// Samples per pixel where neither a count nor a time is given.
     pub spp: u64,
     /// Seed.
@@ -58,7 +57,8 @@ const DEFAULT_SPP: u64 = 16;
 
 impl RunFacts {
     /// What options and scene say; from index 0, in any order.
-    pub fn of(source: &SceneArgs, loaded: &Loaded, device: String) -> Self {
+    pub fn of(source: &SceneArgs, input: &Input, device: String) -> Self {
+        let Input { loaded, forced } = input;
         let film = &loaded.desc.film;
         let (width, height) = film.crop.map_or((film.width, film.height), |c| (c.width, c.height));
         let from_file = || match film.rfilter {
@@ -80,8 +80,7 @@ impl RunFacts {
             integrator: source.integrator.map_or(integrator.kind, IntegratorKind::from),
             photons: integrator.photons,
             auto: None,
-            effects: source.effects.clone(),
-            check_plan: 0.0,
+            effects: forced.clone(),
             spp: loaded.desc.samples_per_pixel.unwrap_or(DEFAULT_SPP),
             seed: source.seed,
             deterministic: false,
@@ -115,9 +114,10 @@ impl RunFacts {
         attributes
     }
 
-    /// Effects that the picture leaves out although the scene may call for them.
+    /// Effects that the picture leaves out although the scene and the method call for them.
     pub fn left_out(&self) -> impl Iterator<Item = &'static str> {
-        self.effects.iter().filter(|forced| !forced.on).map(|forced| forced.feature.name())
+        let off = self.effects.iter().filter(|forced| !forced.on).map(|forced| forced.feature);
+        off.filter(|feature| refusal(*feature, self.integrator).is_none()).map(Feature::name)
     }
 
     /// The command line that traces `paths` paths from `first` on in the same way.

@@ -2,10 +2,20 @@
 
 use miette::Result;
 
+use super::args::effects::{Forced, last_of_each};
 use super::args::scene::SceneArgs;
-use crate::scene::desc::IntegratorKind;
+use super::tell;
+use crate::scene::desc::{IntegratorKind, SceneDesc};
 use crate::scene::{self, Loaded};
-use crate::tracer::features::{self, Feature};
+use crate::tracer::features::{Feature, decide, force_on, refusal, without};
+
+/// What is traced.
+pub struct Input {
+    /// The scene, after all that is forced.
+    pub loaded: Loaded,
+    /// What was forced on and off against what the scene calls for.
+    pub forced: Vec<Forced>,
+}
 
 /// Reads the scene; size and method are those of the command line.
 ///
@@ -23,25 +33,51 @@ pub fn read(source: &SceneArgs) -> Result<Loaded> {
     Ok(loaded)
 }
 
-/// Reads the scene and takes out of it what the command line forces off.
+/// Reads the scene and forces on and off what the command line says.
 ///
 /// # Errors
 ///
-/// As [`read`], and what cannot be forced off.
-pub fn load(source: &SceneArgs) -> Result<Loaded> {
+/// As [`read`], and what cannot be forced.
+pub fn load(source: &SceneArgs) -> Result<Input> {
     let mut loaded = read(source)?;
-    for forced in forced_off(source) {
-        features::without(&mut loaded.desc, forced).map_err(|advice| impossible(forced, advice))?;
+    let forced = forced(&loaded.desc, source)?;
+    forced.iter().try_for_each(|forced| force(&mut loaded.desc, *forced))?;
+    Ok(Input { loaded, forced })
+}
+
+/// What the command line forces on and off that is not so already; the rest is told of, since it changes nothing.
+///
+/// # Errors
+///
+/// What cannot be forced.
+pub fn forced(desc: &SceneDesc, source: &SceneArgs) -> Result<Vec<Forced>> {
+    let kind = desc.integrator.kind;
+    let plan = decide(desc, kind);
+    let mut effective = Vec::new();
+    for forced in last_of_each(&source.effects) {
+        let Some(decision) = plan.iter().find(|decision| decision.feature == forced.feature) else {
+            continue;
+        };
+        let open = kind == IntegratorKind::Auto && refusal(forced.feature, IntegratorKind::Path).is_some();
+        if forced.on == decision.on && !open {
+            tell(&format!("note: --effects {forced} changes nothing: {}", decision.reason));
+            continue;
+        }
+        force(&mut desc.clone(), forced)?;
+        effective.push(forced);
     }
-    Ok(loaded)
+    Ok(effective)
 }
 
-/// The effects that the command line forces off.
-pub fn forced_off(source: &SceneArgs) -> impl Iterator<Item = Feature> {
-    source.effects.iter().filter(|forced| !forced.on).map(|forced| forced.feature)
-}
-
-/// What cannot be forced off, and what to do instead.
-pub fn impossible(feature: Feature, advice: impl std::fmt::Display) -> miette::Report {
-    miette::miette!(help = advice.to_string(), "--effects -{} is not possible here", feature.name())
+/// Forces one effect.
+///
+/// # Errors
+///
+/// When that is not possible.
+pub fn force(desc: &mut SceneDesc, forced: Forced) -> Result<()> {
+    let forcing: fn(&mut SceneDesc, Feature) -> Result<(), &'static str> =
+        if forced.on { force_on } else { without };
+    let impossible =
+        |advice: &str| miette::miette!(help = advice.to_string(), "--effects {forced} is not possible here");
+    forcing(desc, forced.feature).map_err(impossible)
 }

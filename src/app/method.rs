@@ -5,17 +5,25 @@ use std::sync::Arc;
 
 use miette::{IntoDiagnostic, Result};
 
-use super::args::effects::Forced;
 use super::facts::RunFacts;
 use crate::scene::desc::IntegratorKind;
 use crate::server::{RenderJob, Server};
 use crate::stream::control::Epoch;
 use crate::stream::{PathCounts, UvWindow};
-use crate::tracer::features::Feature;
 use crate::tracer::integrator::{
-    BidirectionalTracer, Checked, ParticleTracer, PathTracer, PhotonTracer, Setup, Special, Tally,
+    BidirectionalTracer, CAMERA_SUBPATHS, Checked, ParticleTracer, PathTracer, PhotonTracer, Setup, Special,
+    Tally,
 };
 use crate::tracer::{Camera, Integrator, Scene};
+
+/// That the plan of effects is to be checked.
+#[derive(Clone, Debug)]
+pub struct Check {
+    /// Share of the paths, in (0, 1].
+    pub share: f64,
+    /// The scene prepared for everything, whether it calls for it or not.
+    pub general: Arc<Scene>,
+}
 
 /// What is to be traced of a scene.
 #[derive(Clone, Debug)]
@@ -26,6 +34,8 @@ pub struct Order {
     pub window: UvWindow,
     /// Which render this is.
     pub epoch: Epoch,
+    /// If the plan is to be checked.
+    pub check: Option<Check>,
 }
 
 /// What a method is called on the command line and in files.
@@ -39,11 +49,18 @@ pub fn name(kind: IntegratorKind) -> &'static str {
     }
 }
 
+/// Paths that an index of a method stands for.
+pub fn paths_per_index(kind: IntegratorKind) -> u64 {
+    match kind {
+        IntegratorKind::Bidirectional => CAMERA_SUBPATHS,
+        _ => 1,
+    }
+}
+
 /// What the tracers of all methods are made of.
 pub fn setup(facts: &RunFacts, (scene, camera): (Arc<Scene>, Camera), window: UvWindow) -> Setup {
     let RunFacts { seed, max_depth, rr_depth, hide_emitters, photons, .. } = *facts;
-    let spectral = facts.effects.contains(&Forced { feature: Feature::Wavelengths, on: true });
-    Setup { scene, camera, seed, window, max_depth, rr_depth, hide_emitters, places: None, photons, spectral }
+    Setup { scene, camera, seed, window, max_depth, rr_depth, hide_emitters, places: None, photons }
 }
 
 /// Has `server` trace a scene by the method that `facts` name; `photons` are those of the render before, if it left any, and
@@ -65,10 +82,9 @@ pub fn start(
         IntegratorKind::Path | IntegratorKind::Auto => special::<PathTracer>(server, facts, setup, order),
         IntegratorKind::Light => special::<ParticleTracer>(server, facts, setup, order),
         IntegratorKind::Bidirectional => special::<BidirectionalTracer>(server, facts, setup, order),
-        IntegratorKind::Photon if facts.check_plan > 0.0 => Err(miette::miette!(
-            help = "choose another --integrator",
-            "--check-plan compares path by path, and a sample of photon mapping is made of many"
-        )),
+        IntegratorKind::Photon if order.check.is_some() => {
+            check_photons(server, facts, setup, order).map(Some)
+        }
         IntegratorKind::Photon => {
             let new = PhotonTracer::new(setup, facts.deterministic);
             let tracer = photons.insert(match &before {
@@ -87,12 +103,34 @@ fn special<I: Special>(
     setup: Setup,
     order: Order,
 ) -> Result<Option<Arc<Tally>>> {
-    if facts.check_plan > 0.0 {
-        let checked = Checked::<I>::new(setup, facts.check_plan);
-        let tally = checked.tally().clone();
-        return send(server, facts, checked, order).map(|()| Some(tally));
+    match order.check.clone() {
+        Some(check) => send_checked::<I>(server, facts, setup, (order, check)).map(Some),
+        None => send(server, facts, I::from(setup), order).map(|()| None),
     }
-    send(server, facts, I::from(setup), order).map(|()| None)
+}
+
+fn send_checked<I: Special>(
+    server: &Server,
+    facts: &RunFacts,
+    setup: Setup,
+    (order, check): (Order, Check),
+) -> Result<Arc<Tally>> {
+    let checked = Checked::<I>::new(setup, check.general, check.share);
+    let tally = checked.tally().clone();
+    send(server, facts, checked, order).map(|()| tally)
+}
+
+/// A sample of photon mapping is made of many paths, so that both sides must have traced all of them.
+fn check_photons(server: &Server, facts: &RunFacts, setup: Setup, order: Order) -> Result<Arc<Tally>> {
+    let check = order.check.clone().filter(|check| check.share >= 1.0 && facts.deterministic);
+    let check = check.filter(|_| setup.scene.white().is_none());
+    let Some(check) = check else {
+        return Err(miette::miette!(
+            help = "give --check-plan 1 and --deterministic, in a scene with colours; or choose another --integrator",
+            "a sample of photon mapping is made of many paths: the plan can be checked on all of them only"
+        ));
+    };
+    send_checked::<PhotonTracer>(server, facts, setup, (order, check))
 }
 
 fn send<I: Integrator>(server: &Server, facts: &RunFacts, integrator: I, order: Order) -> Result<()> {

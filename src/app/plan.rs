@@ -3,7 +3,8 @@
 use serde::Serialize;
 
 use super::facts::RunFacts;
-use crate::client::{Settings, decisions};
+use crate::client::Settings;
+use crate::client::listed::{Listed, listed};
 use crate::scene::SceneDesc;
 use crate::scene::desc::{IntegratorKind, Place};
 use crate::tracer::features::{self, Feature};
@@ -22,18 +23,30 @@ pub struct Entry {
     /// `file:line:column` of the object that calls for it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub place: Option<String>,
+    /// What decides it while the program runs.
+    pub at_run_time: &'static str,
     /// What was measured, if it was.
     #[serde(flatten)]
     pub cost: Cost,
     /// The tracer's feature.
     #[serde(skip)]
     pub feature: Option<Feature>,
-    /// The client's passes.
+    /// What belongs to an effect of the client.
     #[serde(skip)]
+    pub shown: Parts,
+}
+
+/// Passes and images of an effect of the client, as [`Listed`] has them; the tracer's have none.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Parts {
+    /// Its own passes.
     pub passes: &'static [&'static str],
+    /// Passes of others that take longer with it.
+    pub changes: &'static [&'static str],
     /// What the names of its images and buffers begin with.
-    #[serde(skip)]
     pub images: &'static [&'static str],
+    /// A setting turns it on and off.
+    pub can_switch: bool,
 }
 
 /// Who simulates an effect.
@@ -58,6 +71,9 @@ pub struct Cost {
     /// Milliseconds per frame that its passes would take, where it is off.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub if_on: Option<f64>,
+    /// How much longer paths would take with a small example of it, as a share of the present time, where it is off.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub if_on_share: Option<f64>,
     /// Bytes of device memory that it holds.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bytes: Option<u64>,
@@ -70,31 +86,33 @@ pub fn plan(desc: &SceneDesc, facts: &RunFacts, settings: &Settings) -> Vec<Entr
         Some(format!("{}:{}:{}", file.display(), place.line, place.column))
     };
     let traced = features::decide(desc, facts.integrator).into_iter().map(|d| {
-        let off = facts.effects.iter().any(|f| f.feature == d.feature && !f.on);
+        let off = facts.left_out().any(|name| name == d.feature.name());
         let forced = |reason| if off { "forced off by --effects".to_string() } else { reason };
         Entry {
             effect: d.feature.name(),
             side: Side::Tracer,
             on: d.on && !off,
             reason: forced(d.reason),
-            place: d.place.and_then(place),
+            place: d.place.filter(|_| !off).and_then(place),
+            at_run_time: d.feature.at_run_time(),
             cost: Cost::default(),
             feature: Some(d.feature),
-            passes: &[],
-            images: &[],
+            shown: Parts::default(),
         }
     });
-    let shown = decisions::decisions(&facts.spec, settings, streams(facts.integrator)).into_iter();
-    let shown = shown.map(|d| Entry {
-        effect: d.name,
-        side: Side::Client,
-        on: d.on,
-        reason: d.reason,
-        place: None,
-        cost: Cost::default(),
-        feature: None,
-        passes: d.passes,
-        images: d.images,
+    let shown = listed(&facts.spec, settings, streams(facts.integrator)).into_iter().map(|listed| {
+        let Listed { name, on, reason, at_run_time, passes, changes, images, can_switch } = listed;
+        Entry {
+            effect: name,
+            side: Side::Client,
+            on,
+            reason: reason.to_string(),
+            place: None,
+            at_run_time,
+            cost: Cost::default(),
+            feature: None,
+            shown: Parts { passes, changes, images, can_switch },
+        }
     });
     traced.chain(shown).collect()
 }

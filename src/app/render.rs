@@ -9,7 +9,8 @@ use super::args::RenderArgs;
 use super::device::Device;
 use super::drive::{Drive, Driven, drive};
 use super::facts::RunFacts;
-use super::method::{self, Order};
+use super::load::Input;
+use super::method::{self, Check, Order};
 use super::outputs::Outputs;
 use super::progress::{Goal, Progress};
 use super::report::{PlanCheck, Rejected, RejectedExample, Report, Seconds, write_json};
@@ -21,6 +22,7 @@ use crate::server::{Server, Stats};
 use crate::stream::Lanes;
 use crate::stream::control::Epoch;
 use crate::stream::rejected::Cause;
+use crate::tracer::integrator::Tally;
 use crate::tracer::{Camera, Scene};
 
 /// Runs the subcommand.
@@ -36,7 +38,8 @@ pub fn render(args: &RenderArgs) -> Result<()> {
     }
     interrupt::listen();
     let mut seconds = Seconds::default();
-    let (loaded, (scene, camera), device) = prepare(args, &mut seconds)?;
+    let (input, (scene, camera), device) = prepare(args, &mut seconds)?;
+    let loaded = &input.loaded;
     for warning in &loaded.warnings {
         tell(&format!("{:?}", miette::Report::new(warning.clone())));
     }
@@ -44,7 +47,7 @@ pub fn render(args: &RenderArgs) -> Result<()> {
     for notice in &notices {
         tell(&format!("warning: {notice}"));
     }
-    let mut facts = facts(args, &loaded, device.name());
+    let mut facts = facts(args, &input, device.name());
     facts.spec.variance = outputs.read_variance(&args.display.settings()).then_some(VarianceForm::Product);
     let (scene, choosing) = (Arc::new(scene), Instant::now());
     let threads = threads(args);
@@ -56,8 +59,9 @@ pub fn render(args: &RenderArgs) -> Result<()> {
     let mut client = device.client(facts.spec, threads)?;
     let (server, mut lanes) = Server::start_with(threads, device.tracing_priority()).into_diagnostic()?;
     let mut timings = capture(args, &device, &server)?;
-    let (driven, checked) =
-        trace(args, &facts, (scene, camera), (&server, &mut lanes, &mut client), &mut timings)?;
+    let check = check(args, loaded)?;
+    let (driven, tally) =
+        trace(args, &facts, ((scene, camera), check), (&server, &mut lanes, &mut client), &mut timings)?;
     let stats = server.stats();
     server.term();
 
@@ -77,7 +81,7 @@ pub fn render(args: &RenderArgs) -> Result<()> {
     report.seconds = seconds;
     report.plan = plan::plan(&loaded.desc, &facts, &args.display.settings());
     report.left_out = facts.left_out().collect();
-    report.plan_check = checked.map(|[paths, different]| PlanCheck { paths, different });
+    report.plan_check = tally.as_ref().map(|tally| PlanCheck::from(tally.counts()));
     report.warnings = loaded.warnings.iter().map(ToString::to_string).chain(notices).collect();
     report.threads = threads;
     report.outputs = outputs.files().cloned().collect();
@@ -92,30 +96,47 @@ pub fn render(args: &RenderArgs) -> Result<()> {
         return Err(miette::miette!(
             "path {index} panicked: {message}; the picture holds what was traced before. Please report it with the scene \
              and this command: {}",
-            facts.command(index, 1)
+            again(&facts, tally.as_deref(), index)
         ));
     }
     Ok(())
 }
 
 /// Loads and prepares the scene while the device is opened.
-pub(super) fn prepare(args: &RenderArgs, seconds: &mut Seconds) -> Result<(Loaded, (Scene, Camera), Device)> {
+pub(super) fn prepare(args: &RenderArgs, seconds: &mut Seconds) -> Result<(Input, (Scene, Camera), Device)> {
     std::thread::scope(|scope| {
         let device = scope.spawn(|| {
             let start = Instant::now();
             (Device::open(args.source.device.as_deref()), start.elapsed())
         });
         let start = Instant::now();
-        let loaded = load::load(&args.source)?;
+        let input = load::load(&args.source)?;
+        let desc = &input.loaded.desc;
         seconds.load = start.elapsed().as_secs_f64();
         let start = Instant::now();
-        let scene = Scene::prepare(&loaded.desc).into_diagnostic()?;
-        let camera = Camera::of(&loaded.desc).into_diagnostic()?;
+        let scene = Scene::prepare(desc).into_diagnostic()?;
+        let camera = Camera::of(desc).into_diagnostic()?;
         seconds.prepare = start.elapsed().as_secs_f64();
         let (device, opening) = device.join().map_err(|_| miette::miette!("opening the device panicked"))?;
         seconds.open_device = opening.as_secs_f64();
-        Ok((loaded, (scene, camera), device?))
+        Ok((input, (scene, camera), device?))
     })
+}
+
+/// The command that traces what went wrong at `index` again; what differs from the plan is differing together with all that did.
+fn again(facts: &RunFacts, tally: Option<&Tally>, index: u64) -> String {
+    let Some((first, last)) = tally.and_then(Tally::reach) else { return facts.command(index, 1) };
+    let per_index = method::paths_per_index(facts.integrator);
+    facts.command(first, (last - first + 1) * per_index) + " --check-plan 1"
+}
+
+/// What `--check-plan` asks for.
+fn check(args: &RenderArgs, loaded: &Loaded) -> Result<Option<Check>> {
+    if args.check_plan == 0.0 {
+        return Ok(None);
+    }
+    let general = Arc::new(Scene::prepare_general(&loaded.desc).into_diagnostic()?);
+    Ok(Some(Check { share: args.check_plan, general }))
 }
 
 pub(super) fn threads(args: &RenderArgs) -> usize {
@@ -123,13 +144,12 @@ pub(super) fn threads(args: &RenderArgs) -> usize {
     args.source.threads.map_or_else(cores, usize::from)
 }
 
-pub(super) fn facts(args: &RenderArgs, loaded: &Loaded, device: String) -> RunFacts {
-    let facts = RunFacts::of(&args.source, loaded, device);
+pub(super) fn facts(args: &RenderArgs, input: &Input, device: String) -> RunFacts {
+    let facts = RunFacts::of(&args.source, input, device);
     RunFacts {
         first_index: args.first_index,
         spp: args.spp.unwrap_or(facts.spp),
         deterministic: args.deterministic,
-        check_plan: args.check_plan,
         ..facts
     }
 }
@@ -138,10 +158,10 @@ pub(super) fn facts(args: &RenderArgs, loaded: &Loaded, device: String) -> RunFa
 fn trace(
     args: &RenderArgs,
     facts: &RunFacts,
-    scene: (Arc<Scene>, Camera),
+    (scene, check): ((Arc<Scene>, Camera), Option<Check>),
     (server, lanes, client): (&Server, &mut Lanes, &mut Client),
     timings: &mut Option<TimingCapture>,
-) -> Result<(Driven, Option<[u64; 2]>)> {
+) -> Result<(Driven, Option<Arc<Tally>>)> {
     let [pw, ph] = facts.spec.padded_extent().map(u64::from);
     let wanted = args.samples.unwrap_or_else(|| facts.spp.saturating_mul(pw * ph));
     let first = facts.first_index;
@@ -150,7 +170,7 @@ fn trace(
         None => (first..first.saturating_add(wanted), Goal::Paths(wanted)),
     };
     let epoch = Epoch(1);
-    let order = Order { range, window: facts.spec.window(), epoch };
+    let order = Order { range, window: facts.spec.window(), epoch, check };
     let tally = method::start(server, facts, scene, order, &mut None)?;
     let bar = Progress::new(goal, args.quiet);
     let plan = Drive {
@@ -162,7 +182,7 @@ fn trace(
     };
     let driven = drive(plan, server, lanes, client, (&bar, timings));
     bar.finish();
-    driven.map(|driven| (driven, tally.map(|tally| tally.counts())))
+    driven.map(|driven| (driven, tally))
 }
 
 /// Begins what `--gpu-timings` asks for.

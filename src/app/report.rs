@@ -8,7 +8,8 @@ use serde::Serialize;
 
 use super::auto::Chosen;
 use super::plan::Entry;
-use crate::image::write::atomically;
+use super::tell;
+use crate::image::write::{atomically, check_place, destination};
 
 /// Everything that is said about a finished run. Field names are the JSON keys.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -77,6 +78,12 @@ pub struct PlanCheck {
     pub paths: u64,
     /// Those whose samples fell on the other side of a rounding, where arithmetic differs by design.
     pub different: u64,
+}
+
+impl From<[u64; 2]> for PlanCheck {
+    fn from([paths, different]: [u64; 2]) -> Self {
+        Self { paths, different }
+    }
 }
 
 /// Seconds by stage; wall clock, except `trace`.
@@ -179,6 +186,35 @@ pub fn write_json(figures: &impl Serialize, path: &Path) -> Result<()> {
         return written.into_diagnostic().wrap_err_with(|| format!("cannot write {}", path.display()));
     }
     atomically(path, text.as_bytes()).into_diagnostic()
+}
+
+/// Checks, before anything is measured, that `--json` can be written, and that it is no scene.
+///
+/// # Errors
+///
+/// What is wrong with the place.
+pub fn check_json(json: Option<&Path>, scene: &Path) -> Result<()> {
+    let Some(json) = json.filter(|path| !is_special(path)) else { return Ok(()) };
+    check_place(json).into_diagnostic()?;
+    if destination(json).ok() == destination(scene).ok() {
+        return Err(miette::miette!("--json {} would overwrite the scene", json.display()));
+    }
+    let is_scene = json.extension().is_some_and(|e| e.eq_ignore_ascii_case("xml"));
+    if is_scene {
+        return Err(miette::miette!(
+            help = "`--json -` is standard output",
+            "--json {} would overwrite a scene: give the name of a file for the figures",
+            json.display()
+        ));
+    }
+    Ok(())
+}
+
+/// Writes to standard output. Nobody may be reading any more: that is no error.
+pub fn print(text: &str, what: &str) {
+    if std::io::stdout().write_all(text.as_bytes()).is_err() {
+        tell(&format!("nobody reads {what}"));
+    }
 }
 
 /// True for standard output (`-`), devices, pipes: what is written into, not replaced.

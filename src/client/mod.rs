@@ -18,7 +18,6 @@
 //! The Vulkan film is [`film`] with its passes in [`pass`]; every pass exists as plain Rust in [`mod@reference`]. What twins
 //! must share stands in [`filter`], [`lod`] and [`state`].
 
-pub mod decisions;
 pub mod develop;
 pub mod dither;
 pub mod effects;
@@ -29,6 +28,7 @@ pub mod glare;
 pub mod kept;
 pub mod later;
 pub mod layout;
+pub mod listed;
 pub mod lod;
 pub mod pacing;
 pub mod pass;

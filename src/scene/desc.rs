@@ -382,6 +382,11 @@ impl LightDesc {
         }
     }
 
+    /// True when it gives no light.
+    pub fn is_black(&self) -> bool {
+        self.spectrum().is_black() || matches!(self, LightDesc::Map { map, .. } if map.is_black())
+    }
+
     /// Its radiance or intensity, or the factor on it, to change.
     pub fn spectrum_mut(&mut self) -> &mut Spectrum {
         match self {

@@ -11,6 +11,8 @@ pub struct IntegratorDesc {
     pub rr_depth: u32,
     /// Lights are not seen directly by the camera.
     pub hide_emitters: bool,
+    /// Four wavelengths are drawn for each path even where nothing has a colour.
+    pub spectral: bool,
     /// Of photon mapping.
     pub photons: PhotonDesc,
 }
@@ -19,7 +21,14 @@ impl Default for IntegratorDesc {
     /// What a scene without an integrator gets, as in Mitsuba.
     fn default() -> Self {
         let photons = PhotonDesc::default();
-        Self { kind: IntegratorKind::Path, max_depth: None, rr_depth: 5, hide_emitters: false, photons }
+        Self {
+            kind: IntegratorKind::Path,
+            max_depth: None,
+            rr_depth: 5,
+            hide_emitters: false,
+            spectral: false,
+            photons,
+        }
     }
 }
 

@@ -80,10 +80,38 @@ pub enum Material {
     },
 }
 
-/// A smooth interface.
+/// A smooth interface; `ior` inside and outside, `factors` on reflection and transmission.
 #[inline]
-fn clear(eta: [SampledSpectrum; 2], factors: [SampledSpectrum; 2]) -> IfDeltas<IfTransmission<Dielectric>> {
-    if_deltas(if_transmission(Dielectric::new(eta, factors)))
+pub(super) fn dielectric(
+    ior: [&Ior; 2],
+    factors: &[Spectrum; 2],
+    lambda: &SampledWavelengths,
+) -> IfDeltas<IfTransmission<Dielectric>> {
+    let factors = [factors[0].sample(lambda), factors[1].sample(lambda)];
+    if_deltas(if_transmission(Dielectric::new(ior.map(|ior| ior.sample(lambda)), factors)))
+}
+
+/// A smooth metal.
+#[inline]
+pub(super) fn conductor(
+    [eta, k]: [&Spectrum; 2],
+    reflectance: &Spectrum,
+    lambda: &SampledWavelengths,
+) -> IfDeltas<Conductor> {
+    if_deltas(Conductor::new(eta.sample(lambda), k.sample(lambda), reflectance.sample(lambda)))
+}
+
+/// A smooth coat over a diffuse base; `ior` of the coat and of the outside.
+#[inline]
+pub(super) fn plastic(
+    ior: &[Ior; 2],
+    (coat, base, internal): (&Spectrum, &Spectrum, &Spectrum),
+    nonlinear: bool,
+    lambda: &SampledWavelengths,
+) -> IfDeltas<Plastic> {
+    let eta = [ior[0].sample(lambda), ior[1].sample(lambda)];
+    let base = Base { albedo: base.sample(lambda), internal: internal.sample(lambda), nonlinear };
+    if_deltas(Plastic::new(eta, coat.sample(lambda), base, lambda.is_hero_only()))
 }
 
 impl Material {
@@ -93,13 +121,10 @@ impl Material {
         match self {
             Material::Diffuse { reflectance } => Bsdf::Diffuse(Diffuse::new(reflectance.sample(lambda))),
             Material::Dielectric { int_ior, ext_ior, factors } => {
-                let eta = [int_ior.sample(lambda), ext_ior.sample(lambda)];
-                let factors = [factors[0].sample(lambda), factors[1].sample(lambda)];
-                Bsdf::Dielectric(clear(eta, factors))
+                Bsdf::Dielectric(dielectric([int_ior, ext_ior], factors, lambda))
             }
             Material::Conductor { eta, k, reflectance } => {
-                let (eta, k) = (eta.sample(lambda), k.sample(lambda));
-                Bsdf::Conductor(if_deltas(Conductor::new(eta, k, reflectance.sample(lambda))))
+                Bsdf::Conductor(conductor([eta, k], reflectance, lambda))
             }
             Material::RoughConductor { index, reflectance, microfacet } => {
                 let index = [index[0].sample(lambda), index[1].sample(lambda)];
@@ -111,17 +136,14 @@ impl Material {
             }
             Material::RoughDielectric { int_ior, ext_ior, factors, microfacet } => {
                 let eta = [int_ior.sample(lambda), ext_ior.sample(lambda)];
-                let factors = [factors[0].sample(lambda), factors[1].sample(lambda)];
-                match RoughDielectric::new(eta, factors, microfacet) {
+                let both = [factors[0].sample(lambda), factors[1].sample(lambda)];
+                match RoughDielectric::new(eta, both, microfacet) {
                     Some(rough) => Bsdf::RoughDielectric(if_glossy(if_transmission(rough))),
-                    None => Bsdf::Dielectric(clear(eta, factors)),
+                    None => Bsdf::Dielectric(dielectric([int_ior, ext_ior], factors, lambda)),
                 }
             }
             Material::Plastic { ior, coat, base, internal, nonlinear } => {
-                let eta = [ior[0].sample(lambda), ior[1].sample(lambda)];
-                let (albedo, internal) = (base.sample(lambda), internal.sample(lambda));
-                let base = Base { albedo, internal, nonlinear: *nonlinear };
-                Bsdf::Plastic(if_deltas(Plastic::new(eta, coat.sample(lambda), base, lambda.is_hero_only())))
+                Bsdf::Plastic(plastic(ior, (coat, base, internal), *nonlinear, lambda))
             }
             Material::RoughPlastic { coat, reflectance, base, internal, nonlinear } => {
                 let internal = SampledSpectrum::splat(*internal);

@@ -43,4 +43,4 @@ pub use integrator::{Integrator, PathTracer};
 pub use interaction::SurfaceInteraction;
 pub use prepare::{PrepareError, PrepareOptions};
 pub use sampler::Sampler;
-pub use scene::{Pick, Scene};
+pub use scene::{Finish, Pick, Scene};

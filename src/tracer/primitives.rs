@@ -45,7 +45,7 @@ pub(super) struct Primitives {
 
 impl Primitives {
     /// What `ray` met.
-    #[inline]
+    #[inline(always)]
     pub(super) fn interaction(&self, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
         let mut record = self.prims[hit.prim as usize];
         let id = hit.prim as usize;

@@ -14,7 +14,7 @@ use super::bsdf::Sides;
 use super::interaction::SurfaceInteraction;
 use super::light::{LightSample, Lights};
 use super::material::Material;
-use super::prepare::{Origin, PrepareError, edited, prepare};
+use super::prepare::{Origin, PrepareError, edited, general, prepare};
 use super::primitives::Primitives;
 use super::shape::SurfacePoint;
 
@@ -29,6 +29,17 @@ pub struct Pick {
     pub distance: f32,
 }
 
+/// Which materials the surfaces of a scene are of: integrators have code for each.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Finish {
+    /// Diffuse ones only.
+    Matt,
+    /// Also mirrors, clear glass and smooth coats.
+    Smooth,
+    /// Anything.
+    Any,
+}
+
 /// A scene ready for tracing: immutable, shared by all workers. It holds no camera: that is the integrator's, so
 /// that moving it or changing the size of the picture leaves the scene as it is.
 #[derive(Debug)]
@@ -40,13 +51,15 @@ pub struct Scene {
     pub(super) lights: Lights,
     /// The one white of all that is seen, if nothing has a colour.
     pub(super) white: Option<White>,
+    pub(super) finish: Finish,
     pub(super) notices: Vec<String>,
     /// What the primitives and the lights were made from.
     pub(super) origin: Arc<Origin>,
 }
 
 impl Scene {
-    /// Makes `desc` ready for tracing: world space, tree, lights, materials.
+    /// Makes `desc` ready for tracing: world space, tree, lights, materials; of these what its plan of effects calls for
+    /// ([`features::planned`](super::features::planned)).
     ///
     /// What cannot be traced but does no harm (triangles without area, coordinates that are not finite or beyond
     /// 1e12) is dropped, counted and told in [`Scene::notices`].
@@ -56,6 +69,15 @@ impl Scene {
     /// [`PrepareError`] when an id points nowhere, or materials form a circle.
     pub fn prepare(desc: &SceneDesc) -> Result<Scene, PrepareError> {
         prepare(desc)
+    }
+
+    /// As [`Scene::prepare`], but for everything, whether `desc` calls for it or not: what `--check-plan` compares with.
+    ///
+    /// # Errors
+    ///
+    /// As [`Scene::prepare`].
+    pub fn prepare_general(desc: &SceneDesc) -> Result<Scene, PrepareError> {
+        general(desc)
     }
 
     /// This scene with the materials and the light of `desc`, in effect the same as [`Scene::prepare`] of `desc`.
@@ -79,6 +101,12 @@ impl Scene {
         self.white
     }
 
+    /// Which materials the surfaces are of, as planned.
+    #[inline]
+    pub fn finish(&self) -> Finish {
+        self.finish
+    }
+
     /// What the user should know about the scene, one sentence each.
     pub fn notices(&self) -> &[String] {
         &self.notices
@@ -95,7 +123,7 @@ impl Scene {
     }
 
     /// What `ray` (of unit direction) meets first.
-    #[inline]
+    #[inline(always)]
     pub fn closest(&self, ray: &Ray) -> Option<SurfaceInteraction> {
         self.primitives.accel.closest(ray).map(|hit| self.primitives.interaction(ray, &hit))
     }
@@ -109,7 +137,7 @@ impl Scene {
     }
 
     /// True when nothing stands between `from` and the light of `sample`.
-    #[inline]
+    #[inline(always)]
     pub fn visible(&self, from: &SurfaceInteraction, light: u32, sample: &LightSample) -> bool {
         match sample.target {
             Some(target) => {

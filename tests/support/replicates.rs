@@ -56,7 +56,6 @@ fn replicate(
         hide_emitters: false,
         places: None,
         photons: Default::default(),
-        spectral: false,
     };
     let tracer = PathTracer { setup };
     let mut film = ReferenceFilm::new(spec, 1).unwrap();

@@ -7,12 +7,13 @@ use crate::tracer::features::Feature;
 pub struct Forced {
     /// Which.
     pub feature: Feature,
-    /// Its code takes part although nothing calls for it; else it is left out although something does.
+    /// It takes part although nothing calls for it; else it is left out although something does.
     pub on: bool,
 }
 
 /// Reads `+name` or `-name`.
 pub fn effect(text: &str) -> Result<Forced, String> {
+    let text = text.trim();
     let (on, name) = match (text.strip_prefix('+'), text.strip_prefix('-')) {
         (Some(name), _) => (true, name),
         (_, Some(name)) => (false, name),
@@ -30,6 +31,12 @@ pub fn effect(text: &str) -> Result<Forced, String> {
     }
 }
 
+/// What was said of each effect last.
+pub fn last_of_each(said: &[Forced]) -> Vec<Forced> {
+    let again = |i: usize| said[i + 1..].iter().any(|later| later.feature == said[i].feature);
+    (0..said.len()).filter(|i| !again(*i)).map(|i| said[i]).collect()
+}
+
 impl std::fmt::Display for Forced {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}{}", if self.on { '+' } else { '-' }, self.feature.name())
@@ -43,9 +50,17 @@ mod tests {
     #[test]
     fn names_and_signs() {
         assert_eq!(effect("-dispersion"), Ok(Forced { feature: Feature::Dispersion, on: false }));
-        assert_eq!(effect("+lens").map(|f| f.to_string()), Ok("+lens".to_string()));
+        assert_eq!(effect(" +lens").map(|f| f.to_string()), Ok("+lens".to_string()));
         for bad in ["dispersion", "+", "-nothing", "", "--lens"] {
             assert!(effect(bad).is_err(), "{bad:?} was accepted");
         }
+    }
+
+    #[test]
+    fn the_last_word_counts() {
+        let said =
+            ["-lens", "+wavelengths", "+lens", "-lens", "-lens"].map(|text| effect(text).expect("valid"));
+        assert_eq!(last_of_each(&said), [said[1], said[4]]);
+        assert!(last_of_each(&[]).is_empty());
     }
 }

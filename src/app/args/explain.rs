@@ -22,7 +22,7 @@ pub struct ExplainArgs {
     #[arg(long)]
     pub no_costs: bool,
 
-    /// Write the plan as JSON; `-` is standard output.
-    #[arg(long, value_name = "FILE|-", num_args = 0..=1, default_missing_value = "-")]
+    /// Write the plan as JSON, to standard output or to FILE: `--json=FILE`.
+    #[arg(long, value_name = "FILE|-", num_args = 0..=1, require_equals = true, default_missing_value = "-")]
     pub json: Option<PathBuf>,
 }

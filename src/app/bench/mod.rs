@@ -19,14 +19,13 @@ use super::args::{BenchArgs, RenderArgs};
 use super::auto;
 use super::device::Device;
 use super::facts::RunFacts;
+use super::interrupt;
 use super::render::{facts, prepare, threads};
-use super::report::{Seconds, is_special, write_json};
+use super::report::{Seconds, check_json, print, write_json};
 use super::timings::{self, TimingCapture};
-use super::{interrupt, tell};
 use crate::client::Settings;
 use crate::client::film::VulkanFilm;
 use crate::gpu::Gpu;
-use crate::image::write::{check_place, destination};
 use crate::tracer::{Camera, Scene};
 use figures::Figures;
 pub use run::Measured;
@@ -40,23 +39,18 @@ pub fn bench(args: &BenchArgs) -> Result<()> {
     if let Some(path) = &args.gpu_timings {
         timings::check(path, args.json.iter().chain([&args.source.scene]))?;
     }
-    if let Some(json) = args.json.as_ref().filter(|p| !is_special(p)) {
-        check_place(json).into_diagnostic()?;
-        if destination(json).ok() == destination(&args.source.scene).ok() {
-            return Err(miette::miette!("--json {} would overwrite the scene", json.display()));
-        }
-    }
+    check_json(args.json.as_deref(), &args.source.scene)?;
     interrupt::listen();
     let started = Instant::now();
     let like = as_render(&args.source, &args.display);
-    let (loaded, scene, device) = prepare(&like, &mut Seconds::default())?;
+    let (input, scene, device) = prepare(&like, &mut Seconds::default())?;
     let Device::Vulkan(gpu) = &device else {
         return Err(miette::miette!(
             "bench times the passes of a Vulkan device, and there is none here (--device cpu has none); \
              `pointillist devices` lists what there is"
         ));
     };
-    let mut facts = facts(&like, &loaded, device.name());
+    let mut facts = facts(&like, &input, device.name());
     let (scene, camera) = (Arc::new(scene.0), scene.1);
     auto::settle(&mut facts, &scene, &camera, threads(&like));
     auto::say(&facts);
@@ -68,7 +62,7 @@ pub fn bench(args: &BenchArgs) -> Result<()> {
     let measured = run::run(gpu, film, job, (&settings, args.frames), capture)?;
     let figures = Figures::new(&measured, gpu, (&facts, &settings));
     if args.json.as_deref() != Some("-".as_ref()) {
-        print(&figures.table());
+        print(&figures.table(), "the figures");
     }
     if let Some(path) = &args.json {
         write_json(&figures, path)?;
@@ -105,13 +99,5 @@ pub fn as_render(source: &SceneArgs, display: &DisplayArgs) -> RenderArgs {
         json: None,
         quiet: true,
         gpu_timings: None,
-    }
-}
-
-/// Nobody may be reading any more: that is no error.
-fn print(text: &str) {
-    use std::io::Write;
-    if std::io::stdout().write_all(text.as_bytes()).is_err() {
-        tell("nobody reads the figures");
     }
 }

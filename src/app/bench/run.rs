@@ -85,7 +85,7 @@ pub fn run(
     let measured = Measured { threads, ..Measured::default() };
     let (ends, sums) = Default::default();
     let mut this = Loop { gpu, film, lanes, settings, copy, capture, measured, ends, sums };
-    let order = Order { range: 0..u64::MAX, window, epoch: EPOCH };
+    let order = Order { range: 0..u64::MAX, window, epoch: EPOCH, check: None };
     method::start(&server, facts, scene, order, &mut None)?;
     gpu.take_rows();
     gpu.set_timing(true);

@@ -7,18 +7,19 @@ mod table;
 use std::path::Path;
 use std::sync::Arc;
 
-use miette::{IntoDiagnostic, Result};
+use miette::Result;
 use serde::Serialize;
 
 use super::args::ExplainArgs;
 use super::bench::{as_render, measure};
 use super::device::Device;
+use super::facts::RunFacts;
 use super::plan::{Entry, plan};
 use super::render::{facts, prepare, threads};
-use super::report::{Seconds, is_special, write_json};
+use super::report::{Seconds, check_json, print, write_json};
 use super::{auto, interrupt, method, tell};
-use crate::client::{Glare, Settings};
-use crate::image::write::{check_place, destination};
+use crate::client::effects::Effects;
+use crate::client::{FilmSpec, Settings, VarianceForm};
 
 /// Frames whose passes are timed.
 const FRAMES: u32 = 24;
@@ -49,43 +50,38 @@ struct Explained<'a> {
 ///
 /// Whatever stops the run: the scene, the device, the place of `--json`.
 pub fn explain(args: &ExplainArgs) -> Result<()> {
-    if let Some(json) = args.json.as_ref().filter(|p| !is_special(p)) {
-        check_place(json).into_diagnostic()?;
-        if destination(json).ok() == destination(&args.source.scene).ok() {
-            return Err(miette::miette!("--json {} would overwrite the scene", json.display()));
-        }
-    }
+    check_json(args.json.as_deref(), &args.source.scene)?;
     interrupt::listen();
     let like = as_render(&args.source, &args.display);
-    let (loaded, (scene, camera), device) = prepare(&like, &mut Seconds::default())?;
+    let (input, (scene, camera), device) = prepare(&like, &mut Seconds::default())?;
+    let loaded = &input.loaded;
     for warning in &loaded.warnings {
         tell(&format!("{:?}", miette::Report::new(warning.clone())));
     }
-    let mut facts = facts(&like, &loaded, device.name());
+    let mut facts = facts(&like, &input, device.name());
     let (scene, threads) = (Arc::new(scene), threads(&like));
     auto::settle(&mut facts, &scene, &camera, threads);
     auto::say(&facts);
     let settings = args.display.settings();
+    facts.spec.variance = variance(&settings);
     let mut plan = plan(&loaded.desc, &facts, &settings);
     let (mut memory, mut pipelines) = (None, None);
     if !args.no_costs {
-        let on: Vec<_> = plan.iter().filter(|e| e.on).filter_map(|e| e.feature).collect();
-        for (feature, share) in price::shares(&loaded.desc, (&scene, &camera), &facts, &on)? {
-            plan.iter_mut().filter(|e| e.feature == Some(feature)).for_each(|e| e.cost.share = share);
-        }
+        price::charge(&mut plan, &loaded.desc, (&scene, &camera), &facts)?;
         if let Device::Vulkan(gpu) = &device {
-            let job = (&facts, (scene, camera), threads);
-            let measured = measure(gpu, job.clone(), (&settings, FRAMES))?;
-            let inventory = measured.inventory.clone();
-            let would = measure(gpu, job, (&everything(&settings), FRAMES))?;
-            cost::charge(&mut plan, &measured, &would);
+            let inventory =
+                cost::charge(&mut plan, (&settings, facts.integrator), |settings, integrator| {
+                    let spec = FilmSpec { variance: variance(settings), ..facts.spec };
+                    let facts = RunFacts { integrator, spec, ..facts.clone() };
+                    measure(gpu, (&facts, (scene.clone(), camera.clone()), threads), (settings, FRAMES))
+                })?;
             let of_picture = |(name, _): &(String, u64)| !cost::is_yardstick(name);
             memory = Some(inventory.memory.into_iter().filter(of_picture).collect());
             pipelines = Some(inventory.pipelines);
         }
     }
     if args.json.as_deref() != Some("-".as_ref()) {
-        print(&table::table(&plan));
+        print(&table::table(&plan), "the plan");
     }
     if let Some(path) = &args.json {
         let explained = Explained {
@@ -103,20 +99,7 @@ pub fn explain(args: &ExplainArgs) -> Result<()> {
     Ok(())
 }
 
-/// These settings with every effect on that was off.
-fn everything(settings: &Settings) -> Settings {
-    let mut all = settings.clone();
-    if all.vm == 0.0 {
-        all.vm = 1.0;
-    }
-    all.glare = all.glare.or_else(|| Some(Glare::default()));
-    all
-}
-
-/// Nobody may be reading any more: that is no error.
-fn print(text: &str) {
-    use std::io::Write;
-    if std::io::stdout().write_all(text.as_bytes()).is_err() {
-        tell("nobody reads the plan");
-    }
+/// As `render` has it for a picture without further layers.
+fn variance(settings: &Settings) -> Option<VarianceForm> {
+    Effects::new(settings, 1).reads_variance().then_some(VarianceForm::Product)
 }

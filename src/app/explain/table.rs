@@ -7,23 +7,28 @@ use crate::app::plan::{Entry, Side};
 /// One line for each effect, the tracer's first.
 pub fn table(plan: &[Entry]) -> String {
     let mut out = String::new();
+    // Writing to a string does not fail.
     for (side, title) in [
-        (Side::Tracer, "TRACER            on   share of tracing time saved without it"),
-        (Side::Client, "CLIENT            on   share of device time, ms per frame, device memory of its own"),
+        (Side::Tracer, "TRACER            on   cost: share of a path's time"),
+        (
+            Side::Client,
+            "CLIENT            on   cost: share of device time, per frame, device memory of its own",
+        ),
     ] {
-        // Writing to a string does not fail.
+        let entries = || plan.iter().filter(|e| e.side == side);
+        let width = entries().map(|e| cost(e).chars().count()).max().unwrap_or(0);
         let _ = writeln!(out, "{title}");
-        for entry in plan.iter().filter(|e| e.side == side) {
+        for entry in entries() {
             let on = if entry.on { "yes" } else { "–" };
-            let cost = cost(entry);
-            let _ = write!(out, "  {:<16}{on:<4} {cost:<26}{}", entry.effect, entry.reason);
-            match &entry.place {
-                Some(place) => {
-                    let _ = writeln!(out, "  ({place})");
-                }
-                None => out.push('\n'),
-            }
+            let _ = write!(out, "  {:<16}{on:<5}{:<width$}  {}", entry.effect, cost(entry), entry.reason);
+            let _ = match &entry.place {
+                Some(place) => writeln!(out, "  ({place})"),
+                None => writeln!(out),
+            };
         }
+    }
+    if plan.iter().all(|e| e.cost.bytes.is_none()) {
+        out += "  (the client's costs are measured on a Vulkan device)\n";
     }
     out
 }
@@ -31,8 +36,9 @@ pub fn table(plan: &[Entry]) -> String {
 fn cost(entry: &Entry) -> String {
     let cost = &entry.cost;
     let share = cost.share.map(|s| format!("{:5.1} %", 100.0 * s));
-    let if_on = cost.if_on.map(|ms| format!("would take {ms:.2} ms"));
     let ms = cost.milliseconds.map(|ms| format!("{ms:.2} ms"));
     let bytes = cost.bytes.filter(|b| *b > 0).map(|b| format!("{:.1} MB", b as f64 * 1e-6));
-    [share, ms, if_on, bytes].into_iter().flatten().collect::<Vec<_>>().join("  ")
+    let if_on = cost.if_on.map(|ms| format!("would take {ms:.2} ms"));
+    let if_on_share = cost.if_on_share.map(|s| format!("would add {:.0} %", 100.0 * s));
+    [share, ms, bytes, if_on, if_on_share].into_iter().flatten().collect::<Vec<_>>().join("  ")
 }

@@ -6,7 +6,6 @@ use std::time::Instant;
 
 use miette::{IntoDiagnostic, Result};
 
-use crate::app::args::effects::Forced;
 use crate::app::facts::{RunFacts, display_options};
 use crate::app::outputs::Snapshot;
 use crate::app::tell;
@@ -120,15 +119,16 @@ impl Viewer {
         Ok(None)
     }
 
-    /// Leaves an effect out of the picture, or takes it back in; the picture's file will say so.
+    /// Switches an effect on or off; of what is left out the picture's file will say so.
     fn set_effect(&mut self, name: &str, on: bool) -> Result<()> {
-        let Some(feature) = Feature::named(name) else { return Ok(()) };
-        self.user.set_effect(feature, on)?;
+        let Some(feature) = Feature::named(name) else {
+            self.controls.settings.switch(name, on);
+            self.settings_changed = true;
+            return Ok(());
+        };
+        self.user.switch(feature)?;
         let facts = &mut self.plan.facts;
-        facts.effects.retain(|forced| forced.feature != feature);
-        if !on {
-            facts.effects.push(Forced { feature, on });
-        }
+        facts.effects = self.user.forced().to_vec();
         facts.photons = self.user.desc().integrator.photons;
         self.edited();
         Ok(())

@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use crate::app::auto::Chosen;
 use crate::app::method;
+use crate::app::plan::Entry;
 use crate::app::report::{Seconds, write_json};
 use crate::app::view::screen::Screen;
 use crate::app::view::viewer::Viewer;
@@ -29,7 +30,13 @@ struct Report {
     #[serde(skip_serializing_if = "Option::is_none")]
     auto: Option<Chosen>,
     device: String,
-    plan: String,
+    /// Every effect, on or off, and why.
+    plan: Vec<Entry>,
+    /// Effects that were forced off.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    left_out: Vec<&'static str>,
+    /// How tracer and display share the processor.
+    cores: String,
     threads: usize,
     width: u32,
     height: u32,
@@ -129,7 +136,9 @@ impl Viewer {
             integrator: method::name(self.plan.facts.integrator),
             auto: self.plan.facts.auto.clone(),
             device: self.plan.facts.device.clone(),
-            plan: self.plan.cores.clone(),
+            plan: self.list(),
+            left_out: self.plan.facts.left_out().collect(),
+            cores: self.plan.cores.clone(),
             threads: self.session.threads(),
             width: self.size[0],
             height: self.size[1],

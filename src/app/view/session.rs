@@ -90,7 +90,8 @@ impl Session {
         self.traced_before += self.server.stats().total().samples;
         self.cut = (self.ended.is_none() && self.epoch != Epoch(0)).then(|| (self.epoch, Instant::now()));
         self.epoch = self.epoch.next();
-        let order = Order { range: 0..self.paths.unwrap_or(u64::MAX), window, epoch: self.epoch };
+        let order =
+            Order { range: 0..self.paths.unwrap_or(u64::MAX), window, epoch: self.epoch, check: None };
         method::start(&self.server, facts, (scene, camera), order, &mut self.photons)?;
         self.cursor = Cursor::new(self.epoch, 0);
         self.window = window;

@@ -11,6 +11,7 @@ use crate::app::args::ViewArgs;
 use crate::app::auto::Chooser;
 use crate::app::device::CPU;
 use crate::app::facts::RunFacts;
+use crate::app::load::Input;
 use crate::app::outputs::Outputs;
 use crate::app::view::ending;
 use crate::app::view::screen::Losses;
@@ -91,8 +92,11 @@ fn prepare(args: &ViewArgs, outputs: Outputs) -> Result<Viewer> {
     for notice in scene.notices() {
         tell(&format!("warning: {notice}"));
     }
+    let forced = load::forced(&loaded.desc, &args.source)?;
+    let input = Input { loaded, forced };
     let mut facts =
-        RunFacts { deterministic: args.deterministic, ..RunFacts::of(&args.source, &loaded, String::new()) };
+        RunFacts { deterministic: args.deterministic, ..RunFacts::of(&args.source, &input, String::new()) };
+    let Input { loaded, forced } = input;
     let name =
         args.source.scene.file_stem().map_or("scene".into(), |stem| stem.to_string_lossy().into_owned());
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
@@ -106,9 +110,7 @@ fn prepare(args: &ViewArgs, outputs: Outputs) -> Result<Viewer> {
         help: false,
     };
     let mut user = User::new(loaded.desc, scene)?;
-    for feature in load::forced_off(&args.source) {
-        user.set_effect(feature, false).map_err(|advice| load::impossible(feature, advice))?;
-    }
+    forced.into_iter().try_for_each(|forced| user.force(forced))?;
     facts.photons = user.desc().integrator.photons;
     let asked = facts.integrator == IntegratorKind::Auto;
     if facts.deterministic {

@@ -10,7 +10,7 @@ use crate::app::view::viewer::Viewer;
 use crate::app::{method, plan};
 use crate::client::settings::FilmCounts;
 use crate::client::window::panel::{self, Action, Controls, Effect, Readout};
-use crate::tracer::features;
+use crate::tracer::features::{self, refusal};
 
 /// The panel's figures are drawn anew this often.
 const REFRESH: Duration = Duration::from_millis(200);
@@ -172,17 +172,31 @@ impl Viewer {
     }
 
     /// The plan as the panel lists it.
-    fn effects(&self) -> Vec<Effect> {
-        let facts = &self.plan.facts;
-        let plan = plan::plan(self.user.desc(), facts, &self.controls.settings);
+    fn effects(&mut self) -> Vec<Effect> {
+        let now = (self.plan.facts.integrator, self.controls.settings.clone());
+        if let Some((key, effects)) = &self.listed
+            && *key == now
+        {
+            return effects.clone();
+        }
+        let (facts, forced) = (&self.plan.facts, self.user.forced());
         let line = |entry: plan::Entry| {
-            let forced = facts.left_out().any(|name| name == entry.effect);
-            let possible = |feature| features::refusal(feature, self.user.desc().integrator.kind).is_none();
-            let can_switch = (entry.on || forced) && entry.feature.is_some_and(possible);
+            let can_switch = entry.feature.map_or(entry.shown.can_switch, |feature| {
+                let is_forced = forced.iter().any(|forced| forced.feature == feature);
+                let can_add = features::force_on(&mut self.user.desc().clone(), feature).is_ok();
+                is_forced || entry.on && refusal(feature, facts.integrator).is_none() || !entry.on && can_add
+            });
             let place = entry.place.map_or(String::new(), |place| format!(" ({place})"));
             Effect { name: entry.effect, on: entry.on, reason: entry.reason + &place, can_switch }
         };
-        plan.into_iter().map(line).collect()
+        let effects: Vec<Effect> = self.list().into_iter().map(line).collect();
+        self.listed = Some((now, effects.clone()));
+        effects
+    }
+
+    /// The plan as it is now.
+    pub fn list(&self) -> Vec<plan::Entry> {
+        plan::plan(self.user.desc(), &self.plan.facts, &self.controls.settings)
     }
 
     /// What the panel shows.

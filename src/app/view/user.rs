@@ -5,13 +5,15 @@ use std::sync::Arc;
 use glam::DVec2;
 use miette::{IntoDiagnostic, Result};
 
+use crate::app::args::effects::Forced;
+use crate::app::load;
 use crate::client::window::history::History;
 use crate::client::window::navigation::{Gesture, Pose};
 use crate::client::window::panel::{Parameter, Selection, Value};
 use crate::scene::SceneDesc;
 use crate::scene::desc::{CameraDesc, FovAxis};
 use crate::scene::edit::{Editable, Edits, NewValue, editable, lights, shape_name};
-use crate::tracer::features::{self, Feature};
+use crate::tracer::features::{Feature, decide};
 use crate::tracer::{Camera, Pick, PrepareOptions, Scene};
 
 /// The scene as it is traced, and how it differs from the file's.
@@ -23,8 +25,8 @@ pub struct User {
     /// The same, prepared.
     scene: Arc<Scene>,
     edits: Edits,
-    /// Effects that are forced off.
-    left_out: Vec<Feature>,
+    /// Effects that are forced on and off.
+    forced: Vec<Forced>,
     /// Camera moves.
     pub history: History,
     /// The selected shape.
@@ -48,8 +50,8 @@ impl User {
         let ahead = if lens { original.camera.focus_distance } else { ahead };
         let home = Pose::of(&original.camera.to_world, original.camera.fov, ahead);
         let history = History::new(home);
-        let (desc, edits, left_out) = (original.clone(), Edits::default(), Vec::new());
-        Ok(Self { original, desc, scene: Arc::new(scene), edits, left_out, history, selected: None })
+        let (desc, edits, forced) = (original.clone(), Edits::default(), Vec::new());
+        Ok(Self { original, desc, scene: Arc::new(scene), edits, forced, history, selected: None })
     }
 
     /// What is traced.
@@ -175,31 +177,48 @@ impl User {
         };
         let mut edits = self.edits.clone();
         edits.set(one.target, value).into_diagnostic()?;
-        self.change(edits, self.left_out.clone())
+        self.change(edits, self.forced.clone())
     }
 
-    /// Leaves an effect out, or takes it back in.
+    /// Forces an effect on or off.
     ///
     /// # Errors
     ///
-    /// When it cannot be left out; the scene stays as it was.
-    pub fn set_effect(&mut self, feature: Feature, on: bool) -> Result<()> {
-        let mut left_out = self.left_out.clone();
-        left_out.retain(|f| *f != feature);
-        if !on {
-            left_out.push(feature);
-        }
-        self.change(self.edits.clone(), left_out)
+    /// When that is not possible; the scene stays as it was.
+    pub fn force(&mut self, new: Forced) -> Result<()> {
+        let others = self.forced.iter().filter(|forced| forced.feature != new.feature);
+        let forced = others.copied().chain([new]).collect();
+        self.change(self.edits.clone(), forced)
     }
 
-    /// Makes the scene ready with these edits and without these effects.
-    fn change(&mut self, edits: Edits, left_out: Vec<Feature>) -> Result<()> {
-        let mut desc = edits.apply(&self.original).into_diagnostic()?;
-        for &feature in &left_out {
-            features::without(&mut desc, feature).map_err(|advice| miette::miette!("{advice}"))?;
+    /// Switches an effect: what the scene calls for is forced off and what it does not call for is forced on, each until it is
+    /// switched back.
+    ///
+    /// # Errors
+    ///
+    /// As [`User::force`].
+    pub fn switch(&mut self, feature: Feature) -> Result<()> {
+        let mut forced = self.forced.clone();
+        forced.retain(|forced| forced.feature != feature);
+        if forced.len() == self.forced.len() {
+            let plan = decide(&self.desc, self.desc.integrator.kind);
+            let is_on = plan.iter().any(|decision| decision.feature == feature && decision.on);
+            forced.push(Forced { feature, on: !is_on });
         }
+        self.change(self.edits.clone(), forced)
+    }
+
+    /// What is forced on and off.
+    pub fn forced(&self) -> &[Forced] {
+        &self.forced
+    }
+
+    /// Makes the scene ready with these edits and these effects.
+    fn change(&mut self, edits: Edits, forced: Vec<Forced>) -> Result<()> {
+        let mut desc = edits.apply(&self.original).into_diagnostic()?;
+        forced.iter().try_for_each(|forced| load::force(&mut desc, *forced))?;
         self.scene = Arc::new(self.scene.edited(&desc).into_diagnostic()?);
-        (self.desc, self.edits, self.left_out) = (desc, edits, left_out);
+        (self.desc, self.edits, self.forced) = (desc, edits, forced);
         Ok(())
     }
 

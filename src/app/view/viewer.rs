@@ -18,9 +18,10 @@ use crate::app::view::user::User;
 use crate::client::kept::Kept;
 use crate::client::pacing::Pacer;
 use crate::client::window::input::Input;
-use crate::client::window::panel::{Action, Controls};
-use crate::client::{FilmCounts, FilmSpec, SplatFilter};
+use crate::client::window::panel::{Action, Controls, Effect};
+use crate::client::{FilmCounts, FilmSpec, Settings, SplatFilter};
 use crate::gpu::DeviceChoice;
+use crate::scene::desc::IntegratorKind;
 use crate::scene::edit::Edits;
 use crate::stream::UvWindow;
 
@@ -115,6 +116,8 @@ pub struct Viewer {
     pub saving: Saving,
     /// Camera and edits that were saved last, and where.
     pub saved_scene: Option<(Edits, PathBuf)>,
+    /// The plan as the panel lists it, and the method and settings that it holds for; nothing after an edit.
+    pub listed: Option<((IntegratorKind, Settings), Vec<Effect>)>,
     /// Display controls have changed since the last frame.
     pub settings_changed: bool,
     /// The window is to close.
@@ -155,6 +158,7 @@ impl Viewer {
             actions: Vec::new(),
             saving: Saving::default(),
             saved_scene: None,
+            listed: None,
             settings_changed: false,
             quit: false,
             outcome: Ok(()),
@@ -223,6 +227,7 @@ impl Viewer {
         self.figures.statistics.edit(now);
         self.pending.restart = true;
         self.chooser.stale = true;
+        self.listed = None;
     }
 
     /// What the film has received.

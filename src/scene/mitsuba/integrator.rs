@@ -55,7 +55,7 @@ pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<IntegratorD
         PhotonDesc::default()
     };
     reader.finish(params);
-    Ok(IntegratorDesc { kind, max_depth, rr_depth, hide_emitters, photons })
+    Ok(IntegratorDesc { kind, max_depth, rr_depth, hide_emitters, spectral: false, photons })
 }
 
 /// Parameters of our own `photon`, and of `auto`, which may choose it, after those that renderers with photon maps have.

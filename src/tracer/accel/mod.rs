@@ -104,7 +104,7 @@ impl Accel {
     }
 
     /// The nearest hit with `0 < t < ray.t_max`, or `None`.
-    #[inline]
+    #[inline(always)]
     pub fn closest(&self, ray: &Ray) -> Option<Hit> {
         match self.stack {
             0 => None,

@@ -61,7 +61,7 @@ impl SlabRay {
 }
 
 /// The nearest hit.
-#[inline]
+#[inline(always)]
 pub(super) fn closest<const STACK: usize>(accel: &Accel, ray: &Ray) -> Option<Hit> {
     let slab = SlabRay::new(accel, ray);
     let sheared = ShearedRay::new(ray.origin, ray.direction);

@@ -16,6 +16,8 @@ mod plastic;
 mod rough_conductor;
 mod rough_dielectric;
 mod rough_plastic;
+mod scattering;
+mod smooth;
 mod twosided;
 
 use glam::Vec3;
@@ -34,6 +36,8 @@ pub use plastic::{Base, Plastic};
 pub use rough_conductor::RoughConductor;
 pub use rough_dielectric::RoughDielectric;
 pub use rough_plastic::{Coat, RoughPlastic};
+pub use scattering::{BsdfSample, Scattering};
+pub use smooth::Smooth;
 pub use twosided::Sides;
 
 /// A material at one point and at the wavelengths of one path.
@@ -53,25 +57,6 @@ pub enum Bsdf {
     Plastic(IfDeltas<Plastic>),
     /// Rough coat over a diffuse base.
     RoughPlastic(IfGlossy<RoughPlastic>),
-}
-
-/// A direction chosen by a material.
-#[derive(Clone, Copy, Debug)]
-pub struct BsdfSample {
-    /// The direction, local.
-    pub wi: Vec3,
-    /// f·|cos θᵢ| / pdf per lane.
-    pub weight: SampledSpectrum,
-    /// Density of the choice; of a `delta` the probability that it was chosen.
-    pub pdf: PdfW,
-    /// The direction was the only possible one.
-    pub delta: bool,
-    /// The direction went through the surface.
-    pub transmitted: bool,
-    /// The direction is right for the hero wavelength only: [`Bsdf::refract`] knows those of the others.
-    pub hero_only: bool,
-    /// (nᵢ/nₒ)² for transmission, else 1: undoes the radiance scaling where roulette looks at throughput.
-    pub eta2: f32,
 }
 
 impl Bsdf {

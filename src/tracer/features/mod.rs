@@ -1,67 +1,89 @@
 //! What a scene calls for, on the tracer's side: the one place that decides it.
 //!
 //! ```text
-//! mod     the features
-//! built   what this build holds
+//! mod     the table of effects, one file each
+//! entry   what such a file says: when it takes part and why, what decides it at run time, a scene without it, a scene with it
 //! used    the materials and lights that take part in a scene
-//! decide  which features are on, and why
-//! force   a scene without one of them
+//! kinds   what kind each material is
+//! decide  the plan of a scene; the scene as planned
+//! built   what this build holds
 //! ```
 //!
-//! The client's half is `client/decisions.rs`; `app/plan.rs` joins the two. A feature is an entry of [`Feature`], a line of
-//! `decide`, and where it is simulated.
+//! [`Scene::prepare`](crate::tracer::Scene::prepare) makes ready what [`planned`] leaves: what the plan calls off is not there any
+//! more. The client's half is `client/listed.rs`; `app/plan.rs` joins the two. A new effect is a line of the table below, a file
+//! beside this one, and a test.
 
 pub mod built;
 mod decide;
-mod force;
+mod entry;
+mod kinds;
 mod used;
 
-pub use decide::{Decision, decide, white};
-pub use force::{refusal, without};
+mod caustic_photons;
+mod deltas;
+mod dispersion;
+mod environment;
+mod gather;
+mod glossy;
+mod lens;
+mod light_choice;
+mod light_stream;
+mod transmission;
+mod wavelengths;
 
-/// Something that paths may have to deal with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Feature {
+pub use decide::{Decision, decide, finish, planned, white};
+
+use crate::scene::SceneDesc;
+use crate::scene::desc::IntegratorKind;
+use entry::Entry;
+
+macro_rules! table {
+    ($($(#[$doc:meta])* $feature:ident = $file:ident,)*) => {
+        /// Something that paths may have to deal with.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+        pub enum Feature {
+            $($(#[$doc])* $feature,)*
+        }
+
+        impl Feature {
+            /// All of them, in the order of a table.
+            pub const ALL: [Feature; [$(Feature::$feature),*].len()] = [$(Feature::$feature),*];
+
+            fn entry(self) -> &'static Entry {
+                match self {
+                    $(Feature::$feature => &$file::ENTRY,)*
+                }
+            }
+        }
+    };
+}
+
+table! {
     /// Samples that add up on the picture, from light paths.
-    LightStream,
+    LightStream = light_stream,
     /// Four wavelengths to a path; without it, all that the scene holds has one colour.
-    Wavelengths,
+    Wavelengths = wavelengths,
     /// Glass whose index depends on the wavelength.
-    Dispersion,
+    Dispersion = dispersion,
     /// Surfaces that let light through.
-    Transmission,
+    Transmission = transmission,
     /// Mirrors, clear glass, smooth coats.
-    Deltas,
+    Deltas = deltas,
     /// Rough metal, rough glass, rough coats.
-    Glossy,
+    Glossy = glossy,
     /// Light from infinitely far.
-    Environment,
+    Environment = environment,
     /// A choice between lights.
-    LightChoice,
+    LightChoice = light_choice,
     /// A lens that blurs what is not in focus.
-    Lens,
+    Lens = lens,
     /// Photons that have met mirrors, glass or coats only, looked up where they are seen.
-    CausticPhotons,
+    CausticPhotons = caustic_photons,
     /// All other photons, gathered from one bounce away.
-    Gather,
+    Gather = gather,
 }
 
 impl Feature {
-    /// All of them, in the order of a table.
-    pub const ALL: [Feature; 11] = [
-        Feature::LightStream,
-        Feature::Wavelengths,
-        Feature::Dispersion,
-        Feature::Transmission,
-        Feature::Deltas,
-        Feature::Glossy,
-        Feature::Environment,
-        Feature::LightChoice,
-        Feature::Lens,
-        Feature::CausticPhotons,
-        Feature::Gather,
-    ];
-
     /// The feature of this name.
     pub fn named(name: &str) -> Option<Feature> {
         Feature::ALL.into_iter().find(|feature| feature.name() == name)
@@ -69,18 +91,54 @@ impl Feature {
 
     /// What it is called on the command line and in files.
     pub fn name(self) -> &'static str {
-        match self {
-            Feature::LightStream => "light-stream",
-            Feature::Wavelengths => "wavelengths",
-            Feature::Dispersion => "dispersion",
-            Feature::Transmission => "transmission",
-            Feature::Deltas => "deltas",
-            Feature::Glossy => "glossy",
-            Feature::Environment => "environment",
-            Feature::LightChoice => "light-choice",
-            Feature::Lens => "lens",
-            Feature::CausticPhotons => "caustic-photons",
-            Feature::Gather => "gather",
+        self.entry().name
+    }
+
+    /// What decides it while paths are traced.
+    pub fn at_run_time(self) -> &'static str {
+        self.entry().at_run_time
+    }
+}
+
+/// Takes `feature` out of `desc`; what is left instead stands in the file of the feature. Changes nothing where it is off.
+///
+/// # Errors
+///
+/// As [`refusal`].
+pub fn without(desc: &mut SceneDesc, feature: Feature) -> Result<(), &'static str> {
+    match refusal(feature, desc.integrator.kind) {
+        Some(advice) => Err(advice),
+        None => {
+            (feature.entry().without)(desc);
+            Ok(())
         }
     }
+}
+
+/// Why a feature cannot be left out of what is traced by `kind`: a sentence that says what to do instead.
+pub fn refusal(feature: Feature, kind: IntegratorKind) -> Option<&'static str> {
+    (feature.entry().refusal)(kind)
+}
+
+/// Has `feature` take part in `desc` although nothing calls for it.
+///
+/// # Errors
+///
+/// Where there is nothing to simulate: what to do instead.
+pub fn force_on(desc: &mut SceneDesc, feature: Feature) -> Result<(), &'static str> {
+    match feature {
+        Feature::Wavelengths => {
+            desc.integrator.spectral = true;
+            Ok(())
+        }
+        Feature::LightStream => Err("choose --integrator bidirectional or light"),
+        Feature::CausticPhotons | Feature::Gather => Err("choose --integrator photon"),
+        Feature::Lens => Err("give the scene's camera an aperture: <sensor type=\"thinlens\">"),
+        _ => Err("put something into the scene that calls for it"),
+    }
+}
+
+/// Puts a small example of `feature` into `desc`, to see what it costs. False where nothing can carry it.
+pub fn with(desc: &mut SceneDesc, feature: Feature) -> bool {
+    (feature.entry().with)(desc)
 }

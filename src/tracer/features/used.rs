@@ -2,8 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::scene::desc::{BsdfDesc, LightDesc, Name, Place, SceneDesc, ShapeKind};
-use crate::spectrum::dispersion::Ior;
+use crate::scene::desc::{BsdfDesc, LightDesc, Name, Place, SceneDesc, ShapeDesc, ShapeKind};
 use crate::spectrum::{Spectrum, White};
 
 /// A description with the materials that its shapes show.
@@ -38,6 +37,11 @@ impl<'a> Used<'a> {
         Self { desc, bsdfs: seen.into_iter().filter(one_sided).collect() }
     }
 
+    /// Index of the first material of which `is` holds.
+    pub(super) fn first(&self, is: fn(&BsdfDesc) -> bool) -> Option<usize> {
+        self.bsdfs.iter().copied().find(|i| is(&self.desc.bsdfs[*i]))
+    }
+
     /// The first material of which `is` holds.
     pub(super) fn material(&self, is: fn(&BsdfDesc) -> bool) -> Option<Object> {
         let mut all = self.bsdfs.iter().filter(|i| is(&self.desc.bsdfs[**i]));
@@ -57,26 +61,30 @@ impl<'a> Used<'a> {
 
     /// White and place of everything that emits: shapes, then other lights.
     pub(super) fn emitters(&self) -> impl Iterator<Item = (Option<White>, Option<Place>)> {
-        let of_shape = |spectrum: &Spectrum| (!spectrum.is_black()).then(|| White::of(spectrum));
-        let shapes = self.desc.shapes.iter().filter_map(|s| Some((s.emission.as_ref()?, s.place)));
-        let shapes = shapes.filter_map(move |(s, place)| Some((of_shape(s)?, known(place))));
-        let lights = self.desc.lights.iter().filter(|l| !l.spectrum().is_black());
+        let shapes = self.shining().map(|(shape, emission)| (White::of(emission), known(shape.place)));
+        let lights = self.desc.lights.iter().filter(|l| !l.is_black());
         shapes.chain(lights.map(|l| (white(l), known(l.place()))))
     }
 
-    /// Faces of the shapes that emit: each is a light.
+    /// The shapes that emit something.
+    fn shining(&self) -> impl Iterator<Item = (&'a ShapeDesc, &'a Spectrum)> {
+        let emitting = self.desc.shapes.iter().filter_map(|shape| Some((shape, shape.emission.as_ref()?)));
+        emitting.filter(|(_, emission)| !emission.is_black())
+    }
+
+    /// Faces of the shapes that emit something: each is a light.
     pub(super) fn faces(&self) -> usize {
         let count = |kind: &ShapeKind| match kind {
             ShapeKind::Mesh(id) => self.desc.meshes.get(id.0 as usize).map_or(0, |mesh| mesh.triangles.len()),
             ShapeKind::Cube => 6,
             _ => 1,
         };
-        self.desc.shapes.iter().filter(|s| s.emission.is_some()).map(|s| count(&s.kind)).sum()
+        self.shining().map(|(shape, _)| count(&shape.kind)).sum()
     }
 
-    /// The environment.
+    /// The environment, if it shines. Only the first of a scene counts.
     pub(super) fn environment(&self) -> Option<&'a LightDesc> {
-        self.desc.lights.iter().find(|l| l.is_environment())
+        self.desc.lights.iter().find(|l| l.is_environment()).filter(|l| !l.is_black())
     }
 }
 
@@ -91,67 +99,4 @@ fn white(light: &LightDesc) -> Option<White> {
 /// A place that exists: line 0 stands nowhere.
 pub(super) fn known(place: Place) -> Option<Place> {
     (place.line > 0).then_some(place)
-}
-
-pub(super) fn transmits(bsdf: &BsdfDesc) -> bool {
-    match bsdf {
-        BsdfDesc::Dielectric { specular_transmittance, .. }
-        | BsdfDesc::RoughDielectric { specular_transmittance, .. } => !specular_transmittance.is_black(),
-        _ => false,
-    }
-}
-
-pub(super) fn disperses(bsdf: &BsdfDesc) -> bool {
-    transmits(bsdf) && indices(bsdf).iter().flatten().any(|ior| ior.is_dispersive())
-}
-
-pub(super) fn is_delta(bsdf: &BsdfDesc) -> bool {
-    matches!(bsdf, BsdfDesc::Dielectric { .. } | BsdfDesc::Conductor { .. } | BsdfDesc::Plastic { .. })
-}
-
-pub(super) fn is_glossy(bsdf: &BsdfDesc) -> bool {
-    matches!(
-        bsdf,
-        BsdfDesc::RoughConductor { .. } | BsdfDesc::RoughDielectric { .. } | BsdfDesc::RoughPlastic { .. }
-    )
-}
-
-/// True for what may make a caustic.
-pub(super) fn focuses(bsdf: &BsdfDesc) -> bool {
-    is_delta(bsdf) || is_glossy(bsdf)
-}
-
-/// True for what has a diffuse part.
-pub(super) fn spreads(bsdf: &BsdfDesc) -> bool {
-    matches!(bsdf, BsdfDesc::Diffuse { .. } | BsdfDesc::Plastic { .. } | BsdfDesc::RoughPlastic { .. })
-}
-
-/// True for what depends on the wavelength in any way.
-pub(super) fn is_colored(bsdf: &BsdfDesc) -> bool {
-    let spectra: [Option<&Spectrum>; 3] = match bsdf {
-        BsdfDesc::Diffuse { reflectance } => [Some(reflectance), None, None],
-        BsdfDesc::Dielectric { specular_reflectance: r, specular_transmittance: t, .. }
-        | BsdfDesc::RoughDielectric { specular_reflectance: r, specular_transmittance: t, .. } => {
-            [Some(r), Some(t), None]
-        }
-        BsdfDesc::Conductor { eta, k, specular_reflectance: r }
-        | BsdfDesc::RoughConductor { eta, k, specular_reflectance: r, .. } => [Some(eta), Some(k), Some(r)],
-        BsdfDesc::Plastic { diffuse_reflectance: d, specular_reflectance: r, .. }
-        | BsdfDesc::RoughPlastic { diffuse_reflectance: d, specular_reflectance: r, .. } => {
-            [Some(d), Some(r), None]
-        }
-        BsdfDesc::TwoSided { .. } => [None; 3],
-    };
-    let colored = spectra.iter().flatten().any(|s| !s.is_constant());
-    colored || indices(bsdf).iter().flatten().any(|ior| ior.is_dispersive())
-}
-
-/// The indices of refraction that count at all wavelengths. Of a rough coat one number is taken.
-fn indices(bsdf: &BsdfDesc) -> [Option<&Ior>; 2] {
-    match bsdf {
-        BsdfDesc::Dielectric { int_ior, ext_ior, .. }
-        | BsdfDesc::RoughDielectric { int_ior, ext_ior, .. }
-        | BsdfDesc::Plastic { int_ior, ext_ior, .. } => [Some(int_ior), Some(ext_ior)],
-        _ => [None, None],
-    }
 }

@@ -1,16 +1,18 @@
-//! The proof of the plan: a share of the paths is traced by the fully general code too, and must give the same samples.
+//! The proof of the plan: a share of the paths is traced for everything too, and must give the same samples.
 //!
-//! Code for what a scene holds must give what code for everything gives, bit for bit. Where it changes the arithmetic by design it is
-//! compared within a bound: in a scene without colour, a path carries the wavelengths of its light's white and not wavelengths of its
-//! own, so that its samples are the general ones times the quotient of white as it is to white as those wavelengths show it.
+//! What is traced is the scene as planned: what the plan calls off has been taken out of it
+//! ([`planned`](crate::tracer::features::planned)). The scene with everything must give the same samples, bit for bit. Where a plan
+//! changes the arithmetic by design they are compared within a bound: in a scene without colour, a path carries the wavelengths of
+//! its light's white and not wavelengths of its own, so that its samples are the general ones times the quotient of white as it is
+//! to white as those wavelengths show it.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::color::Xyz;
 use crate::spectrum::{SampledWavelengths, White};
 use crate::stream::{PathCounts, SampleSink};
-use crate::tracer::Sampler;
+use crate::tracer::{Sampler, Scene};
 
 use super::{Integrator, Setup};
 
@@ -39,6 +41,8 @@ pub struct Checked<I> {
 pub struct Tally {
     checked: AtomicU64,
     different: AtomicU64,
+    /// First and last index whose samples differ.
+    reach: Mutex<Option<(u64, u64)>>,
 }
 
 /// Where arithmetic differs by design: relative to the largest component.
@@ -53,13 +57,27 @@ impl Tally {
     pub fn counts(&self) -> [u64; 2] {
         [self.checked.load(Ordering::Relaxed), self.different.load(Ordering::Relaxed)]
     }
+
+    /// The first and the last index whose samples differ, if any do: tracing these and what lies between shows it again.
+    pub fn reach(&self) -> Option<(u64, u64)> {
+        *self.reach.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Counts one that differs; how many there are.
+    fn differs(&self, index: u64) -> u64 {
+        let mut reach = self.reach.lock().unwrap_or_else(PoisonError::into_inner);
+        let (first, last) = reach.unwrap_or((index, index));
+        *reach = Some((first.min(index), last.max(index)));
+        self.different.fetch_add(1, Ordering::Relaxed) + 1
+    }
 }
 
 impl<I: Special> Checked<I> {
-    /// Traces with the settings of `setup`, and the share `share` in [0, 1] of the paths by the general code too.
-    pub fn new(setup: Setup, share: f64) -> Self {
-        let (seed, white) = (setup.seed, if setup.spectral { None } else { setup.scene.white() });
-        let general = I::from(Setup { spectral: true, ..setup.clone() });
+    /// Traces with the settings of `setup`, and the share `share` in [0, 1] of the paths in the same scene prepared for
+    /// everything too ([`Scene::prepare_general`]).
+    pub fn new(setup: Setup, general: Arc<Scene>, share: f64) -> Self {
+        let (seed, white) = (setup.seed, setup.scene.white().filter(|_| general.white().is_none()));
+        let general = I::from(Setup { scene: general, ..setup.clone() });
         let share = (share.clamp(0.0, 1.0) * (1u64 << 32) as f64) as u64;
         Self { special: I::from(setup), general, seed, white, share, tally: Arc::default() }
     }
@@ -69,10 +87,13 @@ impl<I: Special> Checked<I> {
         &self.tally
     }
 
-    /// Whether path `index` is compared: a hash, so that no pattern of the sequence is preferred.
+    /// Whether path `index` is compared: by a hash (the finalizer of SplitMix64, Steele et al. 2014), so that no pattern of the
+    /// sequence is preferred.
     fn takes(&self, index: u64) -> bool {
-        let z = (index ^ (index >> 32)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        z >> 32 < self.share
+        let z = index.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        (z ^ (z >> 31)) >> 32 < self.share
     }
 
     /// What the samples of the special code should be, from those of the general.
@@ -93,47 +114,51 @@ impl<I: Special> Checked<I> {
     /// Compares two lists of samples of path `index`; the first difference, in words.
     fn difference(&self, index: u64, special: &[Taken], general: &[Taken]) -> Option<String> {
         if special.len() != general.len() {
-            return Some(format!("{} samples, and {} by the general code", special.len(), general.len()));
+            return Some(format!("{} samples, and {} with everything", special.len(), general.len()));
         }
         let pairs = special.iter().zip(general).map(|(s, g)| (s, self.expected(index, *g)));
         let differs = |(s, g): &(&Taken, Taken)| match self.white {
             None => **s != *g,
             Some(_) => !s.is_near(g),
         };
-        pairs.into_iter().find(differs).map(|(s, g)| format!("{s:?}, and {g:?} by the general code"))
+        pairs.into_iter().find(differs).map(|(s, g)| format!("{s:?}, and {g:?} with everything"))
     }
 
-    /// Traces path `index` by the general code and compares.
+    /// Compares the samples of path `index` as planned with those with everything.
     ///
     /// # Panics
     ///
     /// When the plan is refuted: the run ends and names the path.
     #[cold]
-    fn check(&self, index: u64, scratch: &mut I::Scratch, special: &[Taken]) {
-        let mut general = Collected::default();
-        self.general.trace(index, scratch, &mut general);
+    fn check(&self, index: u64, special: &[Taken], general: &[Taken]) {
         let checked = self.tally.checked.fetch_add(1, Ordering::Relaxed) + 1;
-        let Some(what) = self.difference(index, special, &general.0) else { return };
-        let different = self.tally.different.fetch_add(1, Ordering::Relaxed) + 1;
+        let Some(what) = self.difference(index, special, general) else { return };
+        let different = self.tally.differs(index);
         let allowed = match self.white {
             None => 0.0,
             Some(_) => ANYWAY + RARE * checked as f64,
         };
-        assert!(different as f64 <= allowed, "the plan of effects is refuted: {what}");
+        assert!(
+            different as f64 <= allowed,
+            "the plan of effects is refuted by {different} of {checked} paths, by this one with {what}"
+        );
     }
 }
 
 impl<I: Special> Integrator for Checked<I> {
-    type Scratch = I::Scratch;
+    type Scratch = [I::Scratch; 2];
 
-    fn trace(&self, index: u64, scratch: &mut I::Scratch, out: &mut impl SampleSink) {
+    fn trace(&self, index: u64, [scratch, other]: &mut [I::Scratch; 2], out: &mut impl SampleSink) {
         if !self.takes(index) {
             return self.special.trace(index, scratch, out);
         }
-        let mut special = Collected::default();
-        self.special.trace(index, scratch, &mut special);
-        self.check(index, scratch, &special.0);
-        for Taken { uv, value, weight } in special.0 {
+        let special = collect(&self.special, index, scratch, out);
+        let general = collect(&self.general, index, other, out);
+        // Who is told to stop may have ended in the middle.
+        if out.is_wanted() {
+            self.check(index, &special, &general);
+        }
+        for Taken { uv, value, weight } in special {
             match weight {
                 Some(weight) => out.camera(uv, value, weight),
                 None => out.light(uv, value),
@@ -164,17 +189,35 @@ impl Taken {
     }
 }
 
-/// Keeps the samples of a path.
-#[derive(Default)]
-struct Collected(Vec<Taken>);
+/// The samples of path `index`, which are on their way to `out`.
+fn collect<I: Integrator>(
+    from: &I,
+    index: u64,
+    scratch: &mut I::Scratch,
+    out: &impl SampleSink,
+) -> Vec<Taken> {
+    let mut samples = Collected { out, taken: Vec::new() };
+    from.trace(index, scratch, &mut samples);
+    samples.taken
+}
 
-impl SampleSink for Collected {
+/// Keeps the samples of a path.
+struct Collected<'a, S> {
+    out: &'a S,
+    taken: Vec<Taken>,
+}
+
+impl<S: SampleSink> SampleSink for Collected<'_, S> {
     fn camera(&mut self, uv: [f32; 2], value: Xyz, weight: f32) {
-        self.0.push(Taken { uv, value, weight: Some(weight) });
+        self.taken.push(Taken { uv, value, weight: Some(weight) });
     }
 
     fn light(&mut self, uv: [f32; 2], value: Xyz) {
-        self.0.push(Taken { uv, value, weight: None });
+        self.taken.push(Taken { uv, value, weight: None });
+    }
+
+    fn is_wanted(&self) -> bool {
+        self.out.is_wanted()
     }
 }
 
@@ -182,52 +225,61 @@ impl SampleSink for Collected {
 mod tests {
     use super::*;
     use crate::scene::load_str;
-    use crate::tracer::{Camera, Scene};
+    use crate::stream::UvWindow;
+    use crate::tracer::features::{Feature, without};
+    use crate::tracer::{Camera, PathTracer};
 
-    /// Its special code is right but for one path in a thousand.
-    #[derive(Clone)]
-    struct Wrong(Setup);
+    /// Counts samples.
+    #[derive(Default)]
+    struct Count(u64);
 
-    impl Integrator for Wrong {
-        type Scratch = ();
-
-        fn trace(&self, index: u64, (): &mut (), out: &mut impl SampleSink) {
-            let off = if !self.0.spectral && index % 1000 == 7 { 1e-3 } else { 0.0 };
-            out.camera([0.5; 2], Xyz::new(1.0, 1.0 + off, 1.0), 1.0);
+    impl SampleSink for Count {
+        fn camera(&mut self, _: [f32; 2], _: Xyz, _: f32) {
+            self.0 += 1;
         }
 
-        fn paths_per_index(&self) -> PathCounts {
-            PathCounts { camera: 1, light: 0 }
-        }
-    }
-
-    impl From<Setup> for Wrong {
-        fn from(setup: Setup) -> Self {
-            Self(setup)
+        fn light(&mut self, _: [f32; 2], _: Xyz) {
+            self.0 += 1;
         }
     }
 
-    impl Special for Wrong {}
+    const PRISM: &str = "<scene version='3.0.0'><sensor type='perspective'><float name='fov' value='30'/>\
+        <transform name='to_world'><lookat origin='0, 0, -6' target='0, 0, 0' up='0, 1, 0'/></transform></sensor>\
+        <shape type='sphere'><bsdf type='dielectric'><string name='int_ior' value='bk7'/></bsdf></shape>\
+        <shape type='rectangle'><transform name='to_world'><rotate y='1' angle='180'/><translate x='1' z='3'/></transform>\
+        <emitter type='area'><rgb name='radiance' value='5, 4, 3'/></emitter></shape></scene>";
+
+    /// A plan that forgets one of `forgotten`.
+    fn checked(forgotten: &[Feature], share: f64) -> Checked<PathTracer> {
+        let desc = load_str("check.xml", PRISM, &[]).expect("a scene").desc;
+        let mut less = desc.clone();
+        forgotten.iter().for_each(|feature| without(&mut less, *feature).expect("possible"));
+        let scene = |desc| Arc::new(Scene::prepare(desc).expect("a scene"));
+        let camera = Camera::of(&desc).expect("a camera");
+        let setup = Setup::new(scene(&less), camera, &desc.integrator, 0, UvWindow::PICTURE);
+        Checked::new(setup, Arc::new(Scene::prepare_general(&desc).expect("a scene")), share)
+    }
 
     #[test]
     fn a_wrong_plan_is_refuted() {
-        let colored = "<scene version='3.0.0'><sensor type='perspective'/><shape type='sphere'>\
-            <bsdf type='diffuse'><rgb name='reflectance' value='0.8, 0.2, 0.1'/></bsdf></shape>\
-            <emitter type='constant'/></scene>";
-        let loaded = load_str("check.xml", colored, &[]).expect("a scene");
-        let scene = Arc::new(Scene::prepare(&loaded.desc).expect("a scene"));
-        let camera = Camera::of(&loaded.desc).expect("a camera");
-        let setup = Setup::new(scene, camera, &loaded.desc.integrator, 0, crate::stream::UvWindow::PICTURE);
-        let checked = Checked::<Wrong>::new(setup.clone(), 1.0);
-        let mut sink = Collected::default();
-        (0..7).for_each(|index| checked.trace(index, &mut (), &mut sink));
-        assert_eq!((checked.tally().counts(), sink.0.len()), ([7, 0], 7));
-        let caught = std::panic::catch_unwind(|| checked.trace(7, &mut (), &mut Collected::default()));
-        let message = *caught.expect_err("it differs").downcast::<String>().expect("words");
-        assert!(message.contains("refuted") && message.contains("1.001"), "{message}");
+        let trace = |checked: &Checked<PathTracer>, count| {
+            let mut samples = Count::default();
+            (0..count).for_each(|index| checked.trace(index, &mut Default::default(), &mut samples));
+            samples.0
+        };
+        let right = checked(&[], 1.0);
+        assert_eq!((trace(&right, 4000), right.tally().counts()), (4000, [4000, 0]));
+        for feature in [Feature::Dispersion, Feature::Transmission, Feature::Deltas] {
+            let wrong = checked(&[feature], 1.0);
+            let caught = std::panic::catch_unwind(|| trace(&wrong, 4000));
+            let message = *caught.expect_err("it differs").downcast::<String>().expect("words");
+            assert!(message.contains("refuted by 1 of") && message.contains("everything"), "{message}");
+            let (first, last) = wrong.tally().reach().expect("one differs");
+            assert_eq!((first, wrong.tally().counts()), (last, [first + 1, 1]));
+        }
         // A hundredth of the paths is a hundredth of the paths.
-        let some = Checked::<Wrong>::new(Setup { spectral: true, ..setup }, 0.01);
-        (0..100_000).for_each(|index| some.trace(index, &mut (), &mut Collected::default()));
+        let some = checked(&[], 0.01);
+        trace(&some, 100_000);
         assert!((900..1100).contains(&some.tally().counts()[0]), "{:?}", some.tally());
     }
 }

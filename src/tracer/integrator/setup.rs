@@ -33,8 +33,6 @@ pub struct Setup {
     pub places: Option<u32>,
     /// How photons are looked up, where there are any.
     pub photons: PhotonDesc,
-    /// Four wavelengths are drawn for each path even where nothing has a colour.
-    pub spectral: bool,
 }
 
 /// A vertex of a light subpath as the camera sees it.
@@ -56,18 +54,7 @@ impl Setup {
         window: UvWindow,
     ) -> Self {
         let IntegratorDesc { max_depth, rr_depth, hide_emitters, photons, .. } = *desc;
-        Self {
-            scene,
-            camera,
-            seed,
-            window,
-            max_depth,
-            rr_depth,
-            hide_emitters,
-            places: None,
-            photons,
-            spectral: false,
-        }
+        Self { scene, camera, seed, window, max_depth, rr_depth, hide_emitters, places: None, photons }
     }
 
     /// Where a camera path starts whose screen numbers are these.
@@ -101,7 +88,7 @@ impl Setup {
     /// The wavelengths that stand for the white of all that is seen; `None` where they are drawn.
     #[inline]
     pub(super) fn white(&self) -> Option<SampledWavelengths> {
-        if self.spectral { None } else { self.scene.white().map(White::wavelengths) }
+        self.scene.white().map(White::wavelengths)
     }
 
     /// Longest path in segments.

@@ -75,7 +75,7 @@ impl Lights {
     }
 
     /// Chooses a light by `choice` and a direction towards it by `u`; returns the light's index with it.
-    #[inline]
+    #[inline(always)]
     pub fn sample(&self, at: LitPoint, choice: f64, u: [f32; 2]) -> Option<(u32, LightSample)> {
         let (light, probability) = self.choice.sample(at, choice)?;
         let mut sample = self.lights[light as usize].sample(at, u)?;
@@ -136,7 +136,7 @@ impl Lights {
     }
 
     /// The lights, where each is sampled.
-    #[inline]
+    #[inline(always)]
     fn each(&self, at: LitPoint) -> Option<&[u32]> {
         if at.glossy { self.choice.each() } else { None }
     }

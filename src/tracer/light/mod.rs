@@ -68,7 +68,7 @@ pub struct Light {
 }
 
 impl Light {
-    #[inline]
+    #[inline(always)]
     fn sample(&self, at: LitPoint, u: [f32; 2]) -> Option<LightSample> {
         match &self.shape {
             LightShape::Triangle(l) => l.sample(at, u),

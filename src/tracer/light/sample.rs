@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use crate::math::frame::Frame;
 use crate::math::pdf::PdfW;
-use crate::tracer::bsdf::Bsdf;
+use crate::tracer::bsdf::Scattering;
 
 /// The point that is to be lit.
 #[derive(Clone, Copy, Debug)]
@@ -22,7 +22,7 @@ pub struct LitPoint {
 impl LitPoint {
     /// A point of `bsdf` in `frame`, seen from the side of the local direction `eye`.
     #[inline]
-    pub fn of(p: Vec3, frame: &Frame, (bsdf, eye): (&Bsdf, Vec3)) -> Self {
+    pub fn of(p: Vec3, frame: &Frame, (bsdf, eye): (&impl Scattering, Vec3)) -> Self {
         let n = if eye.z < 0.0 { -frame.n } else { frame.n };
         Self { p, n, through: bsdf.transmits(), glossy: bsdf.is_glossy() }
     }

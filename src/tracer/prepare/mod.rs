@@ -3,25 +3,24 @@
 pub(super) mod backs;
 mod error;
 mod geometry;
+mod lights;
 mod materials;
 mod origin;
 mod tangents;
 
 use std::sync::Arc;
 
-use glam::Vec3;
-
 use crate::scene::SceneDesc;
-use crate::scene::desc::{FilmDesc, LightDesc};
-use crate::spectrum::Spectrum;
+use crate::scene::desc::FilmDesc;
 
-use super::accel::{Accel, PrimRange};
-use super::features::built::{self, if_environment};
-use super::features::{self, decide};
-use super::light::{ConstantLight, EnvironmentMap, Extent, Light, LightShape, Lights, PointLight};
+use super::accel::Accel;
+use super::features::built;
+use super::features::{self, decide, planned};
+use super::light::{Extent, Lights};
 use super::primitives::Primitives;
-use super::scene::Scene;
+use super::scene::{Finish, Scene};
 use geometry::Geometry;
+use lights::{add_light, spectra};
 
 pub use error::PrepareError;
 pub(super) use origin::Origin;
@@ -45,7 +44,16 @@ impl PrepareOptions {
 /// Primitive ids must leave room for two flag bits and a block number.
 const MAX_PRIMITIVES: usize = 500_000_000;
 
+/// The scene as planned.
 pub(super) fn prepare(desc: &SceneDesc) -> Result<Scene, PrepareError> {
+    let planned = planned(desc);
+    let mut scene = general(&planned)?;
+    (scene.white, scene.finish) = (features::white(&planned), features::finish(&planned));
+    Ok(scene)
+}
+
+/// The scene for whatever it may hold.
+pub(super) fn general(desc: &SceneDesc) -> Result<Scene, PrepareError> {
     refuse_lacking(desc)?;
     let (materials, surfaces) = materials::of(desc)?;
     let mut geometry = Geometry::default();
@@ -73,8 +81,8 @@ pub(super) fn prepare(desc: &SceneDesc) -> Result<Scene, PrepareError> {
     let radius = (0.5 * (hi - lo).length()).max(f32::MIN_POSITIVE);
     let lights = Lights::new(lights, spectra, Extent { center: 0.5 * (lo + hi), radius });
     let origin = Arc::new(Origin::of(desc));
-    let white = features::white(desc);
-    Ok(Scene { primitives: Arc::new(primitives), surfaces, materials, lights, white, notices, origin })
+    let (primitives, white, finish) = (Arc::new(primitives), None, Finish::Any);
+    Ok(Scene { primitives, surfaces, materials, lights, white, finish, notices, origin })
 }
 
 /// `scene` with the materials and spectra of `desc`, or a new one where more than those has changed.
@@ -82,6 +90,7 @@ pub(super) fn edited(scene: &Scene, desc: &SceneDesc) -> Result<Scene, PrepareEr
     if !scene.origin.fits(desc) {
         return prepare(desc);
     }
+    let desc = &planned(desc);
     refuse_lacking(desc)?;
     let (materials, surfaces) = materials::of(desc)?;
     Ok(Scene {
@@ -90,6 +99,7 @@ pub(super) fn edited(scene: &Scene, desc: &SceneDesc) -> Result<Scene, PrepareEr
         materials,
         lights: scene.lights.relit(spectra(desc)),
         white: features::white(desc),
+        finish: features::finish(desc),
         notices: scene.notices.clone(),
         origin: scene.origin.clone(),
     })
@@ -109,38 +119,4 @@ fn primitives(geometry: Geometry) -> Primitives {
         geometry;
     let accel = Accel::new(&corners, &quads, disks.clone(), spheres.clone());
     Primitives { accel, triangles, disks, spheres, prims, normals, backs, tangents }
-}
-
-/// The spectra of a scene's lights: of each shape that emits, then of each light that is not a shape.
-fn spectra(desc: &SceneDesc) -> Vec<Spectrum> {
-    let shapes = desc.shapes.iter().filter_map(|s| s.emission.as_ref());
-    shapes.chain(desc.lights.iter().map(LightDesc::spectrum)).cloned().collect()
-}
-
-/// Adds a light that is not a shape and has spectrum `spectrum`, unless it is unusable or a second environment.
-fn add_light(desc: &LightDesc, spectrum: u32, geometry: &mut Geometry) {
-    let Geometry { lights, notices, .. } = geometry;
-    if desc.is_environment() && lights.iter().any(Light::is_environment) {
-        let line = desc.place().line;
-        notices.push(format!("line {line}: a scene has one environment; this second one is ignored"));
-        return;
-    }
-    let shape = match desc {
-        LightDesc::Constant { .. } => LightShape::Constant(if_environment(ConstantLight)),
-        LightDesc::Map { map, to_world, .. } => {
-            LightShape::Map(if_environment(EnvironmentMap::new(map.clone(), to_world.matrix3)))
-        }
-        LightDesc::Point { position, place, .. } => {
-            let position: Vec3 = position.as_vec3();
-            if !position.is_finite() {
-                notices.push(format!(
-                    "line {}: the point light's position is not finite; it is ignored",
-                    place.line
-                ));
-                return;
-            }
-            LightShape::Point(PointLight { position })
-        }
-    };
-    lights.push(Light { shape, spectrum, prims: PrimRange::NONE });
 }

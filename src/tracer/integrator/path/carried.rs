@@ -4,7 +4,7 @@ use glam::{Vec3, Vec4};
 
 use crate::math::pdf::PdfW;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
-use crate::tracer::bsdf::{Bsdf, BsdfSample};
+use crate::tracer::bsdf::{BsdfSample, Scattering};
 use crate::tracer::heroes::Heroes;
 use crate::tracer::light::{Lights, LitPoint};
 use crate::tracer::{mis, roulette};
@@ -93,7 +93,7 @@ impl Carried {
 
     /// What the path counts for that goes on from a vertex of `bsdf` from `wo` to `wi`.
     #[inline]
-    pub(super) fn counts_after(&self, bsdf: &Bsdf, (wo, wi): (Vec3, Vec3)) -> f32 {
+    pub(super) fn counts_after(&self, bsdf: &impl Scattering, (wo, wi): (Vec3, Vec3)) -> f32 {
         match bsdf.parts_colors() {
             true => self.heroes.0.and(bsdf.part(wo, wi).heroes).weight(),
             false => self.heroes.1,
@@ -134,7 +134,7 @@ impl Carried {
     pub(super) fn follow(
         &mut self,
         s: &BsdfSample,
-        (bsdf, wo): (&Bsdf, Vec3),
+        (bsdf, wo): (&impl Scattering, Vec3),
         at: impl FnOnce() -> LitPoint,
     ) {
         self.throughput *= s.weight;

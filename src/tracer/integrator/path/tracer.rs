@@ -9,20 +9,20 @@ use crate::scene::desc::IntegratorDesc;
 use crate::spectrum::SampledSpectrum;
 use crate::stream::{PathCounts, SampleSink, UvWindow};
 use crate::tracer::accel::Ray;
-use crate::tracer::bsdf::{Bsdf, BsdfSample};
+use crate::tracer::bsdf::{Bsdf, BsdfSample, Diffuse, Scattering, Smooth};
 use crate::tracer::features::built::DISPERSION;
 use crate::tracer::integrator::{Integrator, Setup, Special};
 use crate::tracer::interaction::SurfaceInteraction;
 use crate::tracer::light::{LightSample, LitPoint};
 use crate::tracer::sampler::VertexNumbers;
-use crate::tracer::{Camera, Sampler, Scene, mis};
+use crate::tracer::{Camera, Finish, Sampler, Scene, mis};
 
 use super::carried::Carried;
 use super::splitting::{BITS, WHOLE};
 
 /// Traces paths from the camera; each vertex also samples a light, and both ways of finding a light are
 /// combined by multiple importance sampling. A path splits at its first vertex that is no delta, if it is not among the first of the
-/// sequence.
+/// sequence. The code is made for what the surfaces of the scene are ([`Scene::finish`]): the choice is one branch per path.
 #[derive(Clone, Debug)]
 pub struct PathTracer {
     /// Scene, view and settings.
@@ -30,15 +30,21 @@ pub struct PathTracer {
 }
 
 /// A hit with its material at the wavelengths of the path.
-struct Vertex {
-    hit: SurfaceInteraction,
+struct Vertex<'a, B> {
+    hit: &'a SurfaceInteraction,
     /// The frame `wo` and the material are in.
     frame: Frame,
-    bsdf: Bsdf,
+    bsdf: B,
     wo: Vec3,
 }
 
-impl Vertex {
+impl<'a, B: Scattering> Vertex<'a, B> {
+    #[inline]
+    fn new(scene: &Scene, path: &Carried, hit: &'a SurfaceInteraction) -> Self {
+        let (material, frame) = scene.material(hit);
+        Self { frame, bsdf: B::of(material, &path.lambda), wo: frame.to_local(hit.wo), hit }
+    }
+
     #[inline]
     fn lit_point(&self) -> LitPoint {
         LitPoint::of(self.hit.point.p, &self.frame, (&self.bsdf, self.wo))
@@ -59,8 +65,9 @@ impl PathTracer {
 
     /// Follows `path` along `ray` to its end.
     #[inline]
-    fn follow(&self, path: &mut Carried, mut ray: Ray, sampler: &Sampler) {
-        while let Some(vertex) = self.arrive(path, &ray) {
+    fn follow<B: Scattering>(&self, path: &mut Carried, mut ray: Ray, sampler: &Sampler) {
+        while let Some(hit) = self.arrive(path, &ray) {
+            let vertex = Vertex::<B>::new(&self.setup.scene, path, &hit);
             let u = sampler.vertex(path.depth);
             if !vertex.bsdf.is_delta() {
                 if path.splits() {
@@ -77,7 +84,7 @@ impl PathTracer {
 
     /// Goes on from `vertex` in several branches. Of one light a single sample is seldom noisy; of several every branch
     /// chooses its own.
-    fn split(&self, path: &mut Carried, vertex: &Vertex, sampler: &Sampler) {
+    fn split<B: Scattering>(&self, path: &mut Carried, vertex: &Vertex<B>, sampler: &Sampler) {
         let together = self.setup.scene.lights.len() <= 1;
         if together {
             self.direct(path, vertex, &sampler.vertex(path.depth));
@@ -89,15 +96,15 @@ impl PathTracer {
                 self.direct(&mut branch, vertex, &u);
             }
             if let Some(ray) = self.scatter(&mut branch, vertex, &sampler, &u) {
-                self.follow(&mut branch, ray, &sampler);
+                self.follow::<B>(&mut branch, ray, &sampler);
             }
             path.add(branch.radiance);
         }
     }
 
     /// What `path` meets along `ray`, if it goes on from there. Light that shines back is added.
-    #[inline]
-    fn arrive(&self, path: &mut Carried, ray: &Ray) -> Option<Vertex> {
+    #[inline(always)]
+    fn arrive(&self, path: &mut Carried, ray: &Ray) -> Option<SurfaceInteraction> {
         let Setup { scene, hide_emitters, .. } = &self.setup;
         let longest = self.setup.longest();
         if path.depth >= longest {
@@ -118,16 +125,12 @@ impl PathTracer {
             let pdf = |at| scene.lights.pdf(light, at, (ray.direction, Some(&hit.point)));
             path.meet(&scene.lights, (light, ray.direction), pdf);
         }
-        if path.depth + 1 >= longest {
-            return None;
-        }
-        let (material, frame) = scene.material(&hit);
-        Some(Vertex { frame, bsdf: material.bsdf(&path.lambda), wo: frame.to_local(hit.wo), hit })
+        (path.depth + 1 < longest).then_some(hit)
     }
 
     /// Light that arrives straight from a sampled light.
     #[inline]
-    fn direct(&self, path: &mut Carried, vertex: &Vertex, u: &VertexNumbers) {
+    fn direct<B: Scattering>(&self, path: &mut Carried, vertex: &Vertex<B>, u: &VertexNumbers) {
         let scene = &self.setup.scene;
         let numbers = (u.light_choice, u.light);
         let found = scene.lights.sample_by(vertex.lit_point(), numbers, |light, sample| {
@@ -135,7 +138,7 @@ impl PathTracer {
         });
         // The shadow ray is the costly part: ask only if the path carries light.
         if let Some((light, sample, value)) = found
-            && scene.visible(&vertex.hit, light, &sample)
+            && scene.visible(vertex.hit, light, &sample)
         {
             path.add(value);
         }
@@ -143,10 +146,10 @@ impl PathTracer {
 
     /// What a sample of a light adds to the path if nothing shadows it; `None` for nothing.
     #[inline]
-    fn unshadowed(
+    fn unshadowed<B: Scattering>(
         &self,
         path: &mut Carried,
-        vertex: &Vertex,
+        vertex: &Vertex<B>,
         (light, sample): (u32, &LightSample),
     ) -> Option<SampledSpectrum> {
         let wi = vertex.frame.to_local(sample.wi);
@@ -163,10 +166,10 @@ impl PathTracer {
 
     /// Samples the material at `vertex`; the ray to go on with.
     #[inline]
-    fn scatter(
+    fn scatter<B: Scattering>(
         &self,
         path: &mut Carried,
-        vertex: &Vertex,
+        vertex: &Vertex<B>,
         sampler: &Sampler,
         u: &VertexNumbers,
     ) -> Option<Ray> {
@@ -186,13 +189,19 @@ impl PathTracer {
     /// Colours part for good: follows each wavelength to its end, all with the same numbers, so that what they have in
     /// common has no colour.
     #[cold]
-    fn each_alone(&self, path: &mut Carried, vertex: &Vertex, s: &BsdfSample, (sampler, u): (&Sampler, f32)) {
+    fn each_alone<B: Scattering>(
+        &self,
+        path: &mut Carried,
+        vertex: &Vertex<B>,
+        s: &BsdfSample,
+        (sampler, u): (&Sampler, f32),
+    ) {
         for lane in 0..4 {
             let Some((wi, eta2)) = vertex.bsdf.refract(vertex.wo, lane) else { continue };
             let wi = vertex.frame.to_world(wi);
             let mut own = path.alone(lane, (s.weight, eta2));
             if vertex.hit.sides_agree(wi, true) && own.roulette(self.setup.rr_depth, u) {
-                self.follow(&mut own, vertex.hit.spawn(wi), sampler);
+                self.follow::<B>(&mut own, vertex.hit.spawn(wi), sampler);
                 path.add(own.radiance);
             }
         }
@@ -211,7 +220,12 @@ impl Integrator for PathTracer {
         // Where noise is measured there is no picture to begin.
         let whole = index < WHOLE && self.setup.places.is_none();
         let mut path = Carried::new(lambda, whole);
-        self.follow(&mut path, camera.ray(uv, numbers.lens), &sampler);
+        let ray = camera.ray(uv, numbers.lens);
+        match self.setup.scene.finish() {
+            Finish::Matt => self.follow::<Diffuse>(&mut path, ray, &sampler),
+            Finish::Smooth => self.follow::<Smooth>(&mut path, ray, &sampler),
+            Finish::Any => self.follow::<Bsdf>(&mut path, ray, &sampler),
+        }
         out.camera(uv.map(|c| c as f32), lambda.to_xyz(path.radiance), 1.0);
     }
 

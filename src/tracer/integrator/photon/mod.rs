@@ -39,7 +39,7 @@ use crate::tracer::Sampler;
 use crate::tracer::bsdf::Bsdf;
 use crate::tracer::photon_map::{Lookup, PhotonMap, QueryScratch, Schedule, Snapshot};
 
-use super::{Integrator, Setup};
+use super::{Integrator, Setup, Special};
 use settings::{LIMIT, schedule};
 use step::Step;
 use walk::Path;
@@ -139,3 +139,12 @@ impl Integrator for PhotonTracer {
         PathCounts { camera: 1, light: 0 }
     }
 }
+
+/// In index order, as a check of the plan needs it.
+impl From<Setup> for PhotonTracer {
+    fn from(setup: Setup) -> Self {
+        Self::new(setup, true)
+    }
+}
+
+impl Special for PhotonTracer {}
