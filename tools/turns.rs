@@ -1,19 +1,26 @@
-//! One side of `tools/bench effects`: traces a scene for as long as it is asked to, again and again, on one thread.
+//! One side of `tools/bench effects`: does what it is asked to for a while, again and again. Builds that answer in turn have the same
+//! weather.
 //!
-//! Reads a number of milliseconds per line and answers with the nanoseconds that an index took. Two builds that answer in turn have
-//! the same weather.
+//! `turns trace SCENE.xml [everything]` traces on one thread, as planned or with everything; `turns paint` has a Vulkan device take a
+//! batch of samples and paint the picture, 512×512, as plain as it can be. Reads a number of milliseconds per line and answers with the
+//! nanoseconds of a path, or of a frame.
 
 use std::hint::black_box;
 use std::io::{BufRead, Write};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use pointillist::client::film::VulkanFilm;
+use pointillist::client::{BATCH_CAPACITY, FilmSpec, Settings, SplatFilter};
 use pointillist::color::Xyz;
+use pointillist::gpu::{DeviceChoice, Gpu};
 use pointillist::scene::desc::IntegratorKind;
 use pointillist::scene::load;
-use pointillist::stream::{SampleSink, UvWindow};
+use pointillist::stream::{PathCounts, Sample, SampleSink, UvWindow};
 use pointillist::tracer::integrator::{BidirectionalTracer, ParticleTracer, PathTracer, PhotonTracer, Setup};
 use pointillist::tracer::{Camera, Integrator, Scene};
+
+type Outcome = Result<(), Box<dyn std::error::Error>>;
 
 /// Indices between two looks at the clock.
 const AT_ONCE: u64 = 32;
@@ -21,34 +28,65 @@ const AT_ONCE: u64 = 32;
 /// Beyond the first paths of the sequence, which do not split.
 const FIRST: u64 = 1 << 20;
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut arguments = std::env::args().skip(1);
-    let usage = "usage: turns SCENE.xml [general]";
-    let desc = load(arguments.next().ok_or(usage)?.as_ref(), &[])?.desc;
-    let general = arguments.next().is_some();
-    let scene = if general { Scene::prepare_general(&desc)? } else { Scene::prepare(&desc)? };
-    let (scene, camera) = (Arc::new(scene), Camera::of(&desc)?);
-    let setup = Setup::new(scene, camera, &desc.integrator, 0, UvWindow::PICTURE);
-    match desc.integrator.kind {
-        IntegratorKind::Path | IntegratorKind::Auto => answer(&PathTracer { setup }),
-        IntegratorKind::Light => answer(&ParticleTracer { setup }),
-        IntegratorKind::Bidirectional => answer(&BidirectionalTracer { setup }),
-        IntegratorKind::Photon => answer(&PhotonTracer::new(setup, true)),
+fn main() -> Outcome {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        ["trace", scene] => trace(scene, false),
+        ["trace", scene, "everything"] => trace(scene, true),
+        ["paint"] => paint(),
+        _ => Err("usage: turns trace SCENE.xml [everything] | turns paint".into()),
     }
 }
 
-fn answer<I: Integrator>(integrator: &I) -> Result<(), Box<dyn std::error::Error>> {
+fn trace(scene: &str, everything: bool) -> Outcome {
+    let desc = load(scene.as_ref(), &[])?.desc;
+    let scene = if everything { Scene::prepare_general(&desc)? } else { Scene::prepare(&desc)? };
+    let setup = Setup::new(Arc::new(scene), Camera::of(&desc)?, &desc.integrator, 0, UvWindow::PICTURE);
+    match desc.integrator.kind {
+        IntegratorKind::Path | IntegratorKind::Auto => paths(&PathTracer { setup }),
+        IntegratorKind::Light => paths(&ParticleTracer { setup }),
+        IntegratorKind::Bidirectional => paths(&BidirectionalTracer { setup }),
+        IntegratorKind::Photon => paths(&PhotonTracer::new(setup, true)),
+    }
+}
+
+fn paths<I: Integrator>(integrator: &I) -> Outcome {
     let (mut next, mut scratch) = (FIRST, I::Scratch::default());
+    answer(|| {
+        for _ in 0..AT_ONCE {
+            integrator.trace(next, &mut scratch, &mut Nowhere);
+            next += 1;
+        }
+        Ok(AT_ONCE)
+    })
+}
+
+fn paint() -> Outcome {
+    let gpu = Gpu::new(&DeviceChoice::Best)?;
+    let spec = FilmSpec { width: 512, height: 512, filter: SplatFilter::Gaussian, variance: None };
+    let mut film = VulkanFilm::new(gpu, spec)?;
+    // The R2 sequence (Roberts 2018).
+    let at = |i: usize| [0.754_877_7, 0.569_840_3].map(|a: f64| (a * i as f64).fract() as f32);
+    let samples: Vec<Sample> =
+        (0..BATCH_CAPACITY).map(|i| Sample { uv: at(i), xyz: Xyz::new(0.4, 0.5, 0.6), w: 1.0 }).collect();
+    let settings = Settings::default();
+    answer(|| {
+        film.count_paths(PathCounts { camera: samples.len() as u64, light: 0 });
+        film.add(&samples)?;
+        black_box(film.display(&settings)?);
+        Ok(1)
+    })
+}
+
+/// Answers every line: for so many milliseconds does `work`, which says how much it did, and prints the nanoseconds of one.
+fn answer(mut work: impl FnMut() -> Result<u64, Box<dyn std::error::Error>>) -> Outcome {
     for line in std::io::stdin().lock().lines() {
         let time = Duration::from_millis(line?.trim().parse()?);
-        let (start, first) = (Instant::now(), next);
+        let (start, mut done) = (Instant::now(), 0);
         while start.elapsed() < time {
-            for _ in 0..AT_ONCE {
-                integrator.trace(next, &mut scratch, &mut Nowhere);
-                next += 1;
-            }
+            done += work()?;
         }
-        println!("{}", start.elapsed().as_nanos() as f64 / (next - first) as f64);
+        println!("{}", start.elapsed().as_nanos() as f64 / done as f64);
         std::io::stdout().flush()?;
     }
     Ok(())
