@@ -36,8 +36,9 @@ TRACER = {
     "lens": ("cornell", None),
 }
 
-# Effects of the client: none of them is in the plain picture that `turns paint` makes.
-CLIENT = ["variance", "masking", "light-stream", "glare", "dither"]
+# Effects of the client: none of them is in the plain picture that `turns paint` makes. They are left out together: what all of them
+# cost is more than what each does.
+CLIENT = "variance,masking,light-stream,glare,dither"
 
 # Scenes with special code.
 PLANNED = ["cornell", "furnace", "cornell_spheres"]
@@ -68,10 +69,10 @@ class Worker:
 
 
 def build(name, orders, client):
-    """`turns` without the effect `name` ("whole": with all), linked in `orders` random orders; none for the client's."""
+    """`turns` without the effect `name` ("whole": with all), linked in `orders` random orders; that of the client in one."""
     env = {k: v for k, v in os.environ.items() if k != "POINTILLIST_WITHOUT"}
     if name not in ("whole", "whole-client"):
-        env["POINTILLIST_WITHOUT"] = name
+        env["POINTILLIST_WITHOUT"] = CLIENT if client else name
     command = ["cargo"]
     if client:
         command += ["--config", "tools/shaderc-debian.toml"]
@@ -152,21 +153,20 @@ def price(effect, scene):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("effects", nargs="*", choices=[[], *TRACER, *CLIENT], help="which effects (all)")
+    parser.add_argument("effects", nargs="*", choices=[[], *TRACER, "display"], help="which effects (all)")
     parser.add_argument("--orders", type=int, default=12, help="random orders of the functions, at least 2")
     parser.add_argument("--rounds", type=int, default=24, help="turns of each pair, at least 1")
     parser.add_argument("--keep-builds", action="store_true", help="use the builds of the last run")
     arguments = parser.parse_args()
     if arguments.orders < 2 or arguments.rounds < 1:
         parser.error("--orders must be at least 2, --rounds at least 1")
-    effects = arguments.effects or [*TRACER, *CLIENT]
-    tracer = [e for e in TRACER if e in effects]
-    client = [e for e in CLIENT if e in effects]
+    effects = arguments.effects or [*TRACER, "display"]
+    tracer, client = [e for e in TRACER if e in effects], "display" in effects
     if not arguments.keep_builds:
         for effect in [*tracer, *(["whole"] if tracer else [])]:
             build(effect, arguments.orders, False)
-        for effect in [*client, *(["whole-client"] if client else [])]:
-            build(effect, 0, True)
+        for name in ("client", "whole-client") if client else ():
+            build(name, 0, True)
         subprocess.run(["cargo", "build", "--release", "--locked", "--quiet", "--bin", "pointillist"], cwd=ROOT, check=True)
     missed = []
 
@@ -186,9 +186,9 @@ def main():
         counts = [instructions(b, scene) for b in ("whole", effect)]
         words = f"{counts[0]:.0f} / {counts[1]:.0f}" if None not in counts else ""
         row(effect, without, logs, f"{words:<15}  {price(effect, with_it) if with_it else ''}")
-    for effect in client:
-        pairs = [[Worker("whole-client", 0, "paint"), Worker(effect, 0, "paint")] for _ in range(6)]
-        row(effect, "512x512, paint", ratios(pairs, arguments.rounds, 100))
+    if client:
+        pairs = [[Worker(b, 0, "paint") for b in ("whole-client", "client")] for _ in range(6)]
+        row("display", "512x512, paint", ratios(pairs, arguments.rounds, 100), f"without {CLIENT}")
     if tracer:
         print(f"\n{'special code':<31} as planned / everything")
         for name in PLANNED:

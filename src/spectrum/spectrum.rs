@@ -55,7 +55,7 @@ impl Spectrum {
             Spectrum::Sigmoid(shape) => shape.eval(lambda),
             Spectrum::Scaled { scale, shape } => shape.eval(lambda) * *scale,
             Spectrum::Emission { scale, shape } => shape.eval(lambda) * d65(lambda) * *scale,
-            Spectrum::Table(table) => Vec4::from_array(lambda.to_array().map(|l| table.at(l))),
+            Spectrum::Table(table) => table.at_each(lambda),
         }
     }
 

@@ -1,5 +1,7 @@
 //! Spectra given as measured points.
 
+use glam::Vec4;
+
 use super::{LAMBDA_MAX, LAMBDA_MIN};
 
 /// One end of a straight piece.
@@ -76,6 +78,15 @@ impl Table {
         };
         let knot = self.knots[low + within];
         (knot.value + (lambda - knot.lambda) * knot.slope).max(0.0)
+    }
+
+    /// The values at four wavelengths.
+    pub fn at_each(&self, lambda: Vec4) -> Vec4 {
+        let mut values = lambda.to_array();
+        for value in &mut values {
+            *value = self.at(*value);
+        }
+        Vec4::from_array(values)
     }
 
     /// The largest value.

@@ -16,7 +16,7 @@ use crate::math::pdf::PdfW;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 
 use super::accel::Ray;
-use super::bsdf::{Bsdf, BsdfSample};
+use super::bsdf::{Bsdf, BsdfSample, Scattering};
 use super::chain::Chain;
 use super::heroes::Heroes;
 use super::interaction::SurfaceInteraction;
@@ -27,13 +27,13 @@ use crate::tracer::features::built::DISPERSION;
 
 /// One point of a subpath, its endpoint excepted.
 #[derive(Clone, Copy, Debug)]
-pub struct Vertex {
+pub struct Vertex<B = Bsdf> {
     /// Where; `hit.wo` looks back along the walk.
     pub hit: SurfaceInteraction,
     /// The frame of `bsdf`.
     pub frame: Frame,
     /// The material at the wavelengths of the walk.
-    pub bsdf: Bsdf,
+    pub bsdf: B,
     /// `hit.wo` in `frame`.
     pub wo: Vec3,
     /// Product of the weights on the way here.
@@ -64,7 +64,7 @@ pub struct Scattered {
     pub through: bool,
 }
 
-impl Vertex {
+impl<B: Scattering> Vertex<B> {
     /// What is looked at when light is sampled from here, seen from the side of the local direction `eye`.
     #[inline]
     pub fn lit_point(&self, eye: Vec3) -> LitPoint {
@@ -195,7 +195,7 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
 
     /// The vertex at `hit`.
     #[inline]
-    pub fn arrive(&mut self, scene: &Scene, hit: SurfaceInteraction) -> Vertex {
+    pub fn arrive<B: Scattering>(&mut self, scene: &Scene, hit: SurfaceInteraction) -> Vertex<B> {
         self.depth += 1;
         let (material, frame) = scene.material(&hit);
         let step = &self.step;
@@ -219,7 +219,7 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
         Vertex {
             hit,
             frame,
-            bsdf: material.bsdf(&self.lambda),
+            bsdf: B::of(material, &self.lambda),
             wo: frame.to_local(hit.wo),
             throughput: self.throughput,
             heroes: self.heroes,
@@ -231,7 +231,12 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
     /// Chooses where to go on from `vertex`, the last one; `None` when the walk ends there. Roulette may end it once
     /// it has `rr_depth` segments.
     #[inline]
-    pub fn scatter(&mut self, vertex: &Vertex, u: &VertexNumbers, rr_depth: u32) -> Option<Ray> {
+    pub fn scatter<B: Scattering>(
+        &mut self,
+        vertex: &Vertex<B>,
+        u: &VertexNumbers,
+        rr_depth: u32,
+    ) -> Option<Ray> {
         let s = vertex.bsdf.sample(vertex.wo, u.bsdf, u.lobe)?;
         if DISPERSION && s.hero_only {
             // Materials stay at all four wavelengths: both ends of a path must agree on how a lobe is chosen.
@@ -244,9 +249,9 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
     /// Like [`Walk::scatter`], but where colours part for good this walk ends and all four wavelengths are followed, each
     /// by a walk of its own with the same numbers: `each` takes them.
     #[inline]
-    pub fn scatter_each(
+    pub fn scatter_each<B: Scattering>(
         &mut self,
-        vertex: &Vertex,
+        vertex: &Vertex<B>,
         (u, rr_depth): (&VertexNumbers, u32),
         each: impl FnMut(Self, Ray),
     ) -> Option<Ray> {
@@ -260,7 +265,13 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
 
     /// The walks of the four wavelengths, which refract each in its own direction.
     #[cold]
-    fn part(&self, vertex: &Vertex, s: &BsdfSample, at: (f32, u32), mut each: impl FnMut(Self, Ray)) {
+    fn part<B: Scattering>(
+        &self,
+        vertex: &Vertex<B>,
+        s: &BsdfSample,
+        at: (f32, u32),
+        mut each: impl FnMut(Self, Ray),
+    ) {
         for lane in 0..4 {
             let Some((wi, eta2)) = vertex.bsdf.refract(vertex.wo, lane) else { continue };
             let mut own = self.clone();
@@ -274,7 +285,12 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
 
     /// Goes on as `s` says.
     #[inline]
-    fn go_on(&mut self, vertex: &Vertex, s: &BsdfSample, (u, rr_depth): (f32, u32)) -> Option<Ray> {
+    fn go_on<B: Scattering>(
+        &mut self,
+        vertex: &Vertex<B>,
+        s: &BsdfSample,
+        (u, rr_depth): (f32, u32),
+    ) -> Option<Ray> {
         let Vertex { hit, frame, bsdf, wo, chain, .. } = vertex;
         let wi = frame.to_world(s.wi);
         if !hit.sides_agree(wi, s.transmitted) {

@@ -1,14 +1,14 @@
 //! What a path asks of a material at a point. Integrators are generic over it, so that the code for a scene of matt surfaces holds
 //! nothing of mirrors, glass and rough metal.
 //!
-//! Paths per second against code for everything, same program, 95 % over eight random layouts of its functions
-//! (`tools/bench effects`):
+//! Paths per second as planned against those with everything, same program, 95 % over random orders of its functions
+//! (`tools/bench effects`), and instructions per path:
 //!
-//! | scene | code for | paths per second | instructions per path |
-//! |---|---|---|---|
-//! | Cornell box | [`Diffuse`] | 1.060 [1.052, 1.069] | 29 400, not 31 600 |
-//! | white furnace | [`Diffuse`] | 1.064 [1.050, 1.077] | |
-//! | box with mirror and glass balls | [`Smooth`](super::Smooth) | 1.037 [1.027, 1.047] | 32 100, not 33 100 |
+//! | scene | code for | path tracing | | bidirectional |
+//! |---|---|---|---|---|
+//! | Cornell box | [`Diffuse`] | 1.069 [1.064, 1.073] | 28 800, not 30 900 | 1.097 [1.074, 1.121] |
+//! | lit from a cove | [`Diffuse`] | | | 1.064 [1.035, 1.094] |
+//! | with mirror and glass balls | [`Smooth`](super::Smooth) | 1.056 [1.048, 1.064] | 32 200, not 33 100 | 1.033 [1.024, 1.041] |
 
 use glam::Vec3;
 
@@ -48,6 +48,9 @@ pub trait Scattering: Copy {
 
     /// [`Bsdf::sample`].
     fn sample(&self, wo: Vec3, u: [f32; 2], lobe: f32) -> Option<BsdfSample>;
+
+    /// The material, where it is diffuse and nothing else.
+    fn as_diffuse(&self) -> Option<&Diffuse>;
 
     /// [`Bsdf::is_delta`].
     #[inline]
@@ -104,6 +107,14 @@ impl Scattering for Bsdf {
     }
 
     #[inline]
+    fn as_diffuse(&self) -> Option<&Diffuse> {
+        match self {
+            Bsdf::Diffuse(b) => Some(b),
+            _ => None,
+        }
+    }
+
+    #[inline]
     fn is_delta(&self) -> bool {
         Bsdf::is_delta(self)
     }
@@ -152,5 +163,10 @@ impl Scattering for Diffuse {
     #[inline]
     fn sample(&self, wo: Vec3, u: [f32; 2], _: f32) -> Option<BsdfSample> {
         Diffuse::sample(self, wo, u)
+    }
+
+    #[inline]
+    fn as_diffuse(&self) -> Option<&Diffuse> {
+        Some(self)
     }
 }

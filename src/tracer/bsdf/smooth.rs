@@ -60,6 +60,14 @@ impl Scattering for Smooth {
     }
 
     #[inline]
+    fn as_diffuse(&self) -> Option<&Diffuse> {
+        match self {
+            Smooth::Diffuse(b) => Some(b),
+            _ => None,
+        }
+    }
+
+    #[inline]
     fn is_delta(&self) -> bool {
         matches!(self, Smooth::Dielectric(_) | Smooth::Conductor(_))
     }

@@ -1,10 +1,11 @@
 //! Particle tracing: paths from lights, each vertex connected to the camera.
 
 use crate::stream::{PathCounts, SampleSink};
-use crate::tracer::Sampler;
 use crate::tracer::accel::Ray;
+use crate::tracer::bsdf::{Bsdf, Diffuse, Scattering, Smooth};
 use crate::tracer::sampler::{CameraNumbers, LightSampler};
-use crate::tracer::subpath::Walk;
+use crate::tracer::subpath::{Vertex, Walk};
+use crate::tracer::{Finish, Sampler};
 
 use super::{Integrator, Setup, Special};
 
@@ -37,7 +38,12 @@ impl Integrator for ParticleTracer {
             out.light(view.uv, lambda.to_xyz(emitted * scale));
         }
         let Some(walk) = Walk::from_light(lambda, &emission, emitted) else { return };
-        self.follow(walk, emission.ray(), &numbers, out);
+        let ray = emission.ray();
+        match scene.finish() {
+            Finish::Matt => self.follow::<Diffuse>(walk, ray, &numbers, out),
+            Finish::Smooth => self.follow::<Smooth>(walk, ray, &numbers, out),
+            Finish::Any => self.follow::<Bsdf>(walk, ray, &numbers, out),
+        }
     }
 
     fn paths_per_index(&self) -> PathCounts {
@@ -55,18 +61,24 @@ impl Special for ParticleTracer {}
 
 impl ParticleTracer {
     /// Shows the vertices of a walk, from the one at the end of `ray` on, to the camera.
-    fn follow(&self, mut walk: Walk<true>, mut ray: Ray, numbers: &LightSampler, out: &mut impl SampleSink) {
+    fn follow<B: Scattering>(
+        &self,
+        mut walk: Walk<true>,
+        mut ray: Ray,
+        numbers: &LightSampler,
+        out: &mut impl SampleSink,
+    ) {
         let setup = &self.setup;
         while walk.depth() + 1 < setup.longest() {
             let Some(hit) = setup.scene.closest(&ray) else { return };
-            let vertex = walk.arrive(&setup.scene, hit);
+            let vertex: Vertex<B> = walk.arrive(&setup.scene, hit);
             let u = numbers.vertex(walk.depth() - 1);
             if let Some(seen) = setup.see(&vertex, u.light)
                 && setup.is_open(&vertex, &seen.view)
             {
                 out.light(seen.view.uv, walk.lambda.to_xyz(seen.value));
             }
-            let each = |own, ray| self.follow(own, ray, numbers, out);
+            let each = |own, ray| self.follow::<B>(own, ray, numbers, out);
             match walk.scatter_each(&vertex, (&u, setup.rr_depth), each) {
                 Some(next) => ray = next,
                 None => return,

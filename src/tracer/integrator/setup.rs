@@ -5,6 +5,7 @@ use std::sync::Arc;
 use crate::scene::desc::{IntegratorDesc, PhotonDesc};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths, White};
 use crate::stream::UvWindow;
+use crate::tracer::bsdf::Scattering;
 use crate::tracer::camera::CameraView;
 use crate::tracer::light::{Emission, Origin};
 use crate::tracer::subpath::{Scattered, Vertex};
@@ -105,7 +106,7 @@ impl Setup {
     /// `vertex` as the camera sees it through `lens` (in [0, 1)²), if nothing stood in between. A path has one point of the
     /// lens, chosen uniformly whichever way it is found, so that its density drops out of all weights.
     #[inline]
-    pub(super) fn see(&self, vertex: &Vertex, lens: [f32; 2]) -> Option<Seen> {
+    pub(super) fn see<B: Scattering>(&self, vertex: &Vertex<B>, lens: [f32; 2]) -> Option<Seen> {
         if vertex.bsdf.is_delta() || self.hide_emitters && vertex.hit.light.is_some() {
             return None;
         }
@@ -118,7 +119,7 @@ impl Setup {
 
     /// True when nothing stands between the camera and a vertex that it sees.
     #[inline]
-    pub(super) fn is_open(&self, vertex: &Vertex, view: &CameraView) -> bool {
+    pub(super) fn is_open<B: Scattering>(&self, vertex: &Vertex<B>, view: &CameraView) -> bool {
         let mut ray = vertex.hit.spawn_to(view.origin, -view.direction);
         if !self.hide_emitters {
             return !self.scene.occluded(&ray);

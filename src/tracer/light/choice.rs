@@ -50,7 +50,7 @@ impl Choice {
     }
 
     /// A light and its probability, by `u` in [0, 1).
-    #[inline]
+    #[inline(always)]
     pub(super) fn sample(&self, at: LitPoint, u: f64) -> Option<(u32, f32)> {
         match self {
             Choice::None => None,

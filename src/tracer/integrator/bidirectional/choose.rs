@@ -20,7 +20,7 @@
 use glam::{Vec3, Vec4};
 
 use crate::spectrum::SampledSpectrum;
-use crate::tracer::bsdf::Bsdf;
+use crate::tracer::bsdf::Scattering;
 use crate::tracer::subpath::{Scattered, Vertex};
 
 use super::BidirectionalTracer;
@@ -38,10 +38,10 @@ const LEAST: f32 = 0.01;
 
 /// A vertex that can be connected.
 #[derive(Clone, Copy, Debug)]
-pub struct End {
+pub struct End<B> {
     /// What of it the promise of a pair needs, close together.
     sketch: Sketch,
-    vertex: Vertex,
+    vertex: Vertex<B>,
 }
 
 /// A diffuse vertex in few words.
@@ -58,15 +58,15 @@ struct Sketch {
     diffuse: bool,
 }
 
-impl End {
-    pub(super) fn new(vertex: Vertex) -> Self {
-        let (carried, diffuse) = match &vertex.bsdf {
-            Bsdf::Diffuse(b) if vertex.wo.z > 0.0 => {
+impl<B: Scattering> End<B> {
+    pub(super) fn new(vertex: Vertex<B>) -> Self {
+        let (carried, diffuse) = match vertex.bsdf.as_diffuse() {
+            Some(b) if vertex.wo.z > 0.0 => {
                 ((vertex.throughput * b.albedo()).0 * std::f32::consts::FRAC_1_PI, true)
             }
             // Seen from behind it is black.
-            Bsdf::Diffuse(_) => (Vec4::ZERO, true),
-            _ => (Vec4::ZERO, false),
+            Some(_) => (Vec4::ZERO, true),
+            None => (Vec4::ZERO, false),
         };
         let spread = std::f32::consts::FRAC_1_PI / vertex.chain.fwd;
         let (p, n, depth) = (vertex.hit.point.p, vertex.frame.n, vertex.depth);
@@ -76,7 +76,7 @@ impl End {
 
 /// About what a pair would give, the visibility apart: exact but for its weight, of which the larger part is known.
 #[inline]
-fn promise(eye: &End, light: &End) -> f32 {
+fn promise<B: Scattering>(eye: &End<B>, light: &End<B>) -> f32 {
     let (a, b) = (&eye.sketch, &light.sketch);
     if !(a.diffuse && b.diffuse) {
         return promise_of_any(&eye.vertex, &light.vertex);
@@ -95,7 +95,7 @@ fn promise(eye: &End, light: &End) -> f32 {
 }
 
 #[cold]
-fn promise_of_any(eye: &Vertex, light: &Vertex) -> f32 {
+fn promise_of_any<B: Scattering>(eye: &Vertex<B>, light: &Vertex<B>) -> f32 {
     let Some(pair) = Pair::of(eye, light) else { return 0.0 };
     pair.value_sum() * pair.weight(eye, light).max(LEAST)
 }
@@ -121,7 +121,7 @@ struct Pair {
 
 impl Pair {
     #[inline]
-    fn of(eye: &Vertex, light: &Vertex) -> Option<Self> {
+    fn of<B: Scattering>(eye: &Vertex<B>, light: &Vertex<B>) -> Option<Self> {
         let offset = light.hit.point.p - eye.hit.point.p;
         let inverse = 1.0 / offset.length_squared();
         let d = offset * inverse.sqrt();
@@ -137,22 +137,22 @@ impl Pair {
     }
 
     #[inline]
-    fn weight(&self, eye: &Vertex, light: &Vertex) -> f32 {
+    fn weight<B: Scattering>(&self, eye: &Vertex<B>, light: &Vertex<B>) -> f32 {
         let edge = Edge { eye: &self.at_eye, light: &self.at_light, inverse: self.inverse };
         weight::connected(&eye.chain, &light.chain, &edge)
     }
 }
 
 /// The vertices that one camera subpath can be connected with, and where the promises of the pairs go.
-pub(super) struct Pool<'a> {
-    pub(super) eyes: &'a [End],
-    pub(super) lights: &'a [End],
+pub(super) struct Pool<'a, B> {
+    pub(super) eyes: &'a [End<B>],
+    pub(super) lights: &'a [End<B>],
     pub(super) promises: &'a mut Vec<f32>,
     /// One over the number of light subpaths.
     pub(super) share: f32,
 }
 
-impl Pool<'_> {
+impl<B: Scattering> Pool<'_, B> {
     /// Works out the promise of every pair that makes no path of more than `longest` segments; their sum.
     #[inline]
     fn survey(&mut self, longest: u32) -> f32 {
@@ -175,7 +175,7 @@ impl BidirectionalTracer {
     /// s ≥ 2, t ≥ 2: connects about [`CONNECTIONS`] pairs, each with a probability in proportion to what it promises (and
     /// fewer, where what was found otherwise is large beside that), by systematic sampling with the one number `u`.
     #[inline]
-    pub(super) fn connect_some(&self, found: &mut Found, mut pool: Pool, u: f32) {
+    pub(super) fn connect_some<B: Scattering>(&self, found: &mut Found, mut pool: Pool<B>, u: f32) {
         let total = pool.survey(self.setup.longest());
         if total.is_nan() || total <= 0.0 {
             return;
@@ -201,7 +201,12 @@ impl BidirectionalTracer {
 
     /// Makes a connection, unless it is found to give little: then only in proportion to that.
     #[inline]
-    fn connect(&self, found: &mut Found, (eye, light): (&Vertex, &Vertex), connection: Connection) {
+    fn connect<B: Scattering>(
+        &self,
+        found: &mut Found,
+        (eye, light): (&Vertex<B>, &Vertex<B>),
+        connection: Connection,
+    ) {
         let Connection { factor, typical, u } = connection;
         let Some(pair) = Pair::of(eye, light) else { return };
         let mut value = pair.value * (pair.weight(eye, light) * factor);

@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::stream::SampleSink;
+use crate::tracer::bsdf::Scattering;
 use crate::tracer::light::{LightSample, LitEdge};
 use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::subpath::{Vertex, Walk};
@@ -15,7 +16,12 @@ use super::weight::{self, Meeting};
 impl BidirectionalTracer {
     /// s = 0: the camera subpath has come upon a light, if `vertex` is one.
     #[inline]
-    pub(super) fn meet_light(&self, found: &mut Found, last: Option<&Vertex>, vertex: &Vertex) {
+    pub(super) fn meet_light<B: Scattering>(
+        &self,
+        found: &mut Found,
+        last: Option<&Vertex<B>>,
+        vertex: &Vertex<B>,
+    ) {
         let Vertex { hit, throughput, heroes, chain, .. } = vertex;
         let Some(light) = hit.light.filter(|_| hit.wo.dot(hit.point.ng) > 0.0) else { return };
         let lights = &self.setup.scene.lights;
@@ -29,11 +35,11 @@ impl BidirectionalTracer {
     }
 
     /// s = 0: the camera subpath has left the scene in `direction`.
-    pub(super) fn meet_environment(
+    pub(super) fn meet_environment<B: Scattering>(
         &self,
         found: &mut Found,
         walk: &Walk<false>,
-        (last, direction): (Option<&Vertex>, Vec3),
+        (last, direction): (Option<&Vertex<B>>, Vec3),
     ) {
         let lights = &self.setup.scene.lights;
         let Some(light) = lights.environment() else { return };
@@ -48,7 +54,7 @@ impl BidirectionalTracer {
 
     /// s = 1: light that arrives straight from a sampled light.
     #[inline]
-    pub(super) fn direct(&self, found: &mut Found, vertex: &Vertex, u: &VertexNumbers) {
+    pub(super) fn direct<B: Scattering>(&self, found: &mut Found, vertex: &Vertex<B>, u: &VertexNumbers) {
         let (lights, at) = (&self.setup.scene.lights, vertex.lit_point(vertex.wo));
         let sampled = lights.sample_by(at, (u.light_choice, u.light), |light, sample| {
             self.unshadowed(found, vertex, (light, sample))
@@ -62,10 +68,10 @@ impl BidirectionalTracer {
 
     /// What a sample of a light gives if nothing shadows it; `None` for nothing.
     #[inline]
-    fn unshadowed(
+    fn unshadowed<B: Scattering>(
         &self,
         found: &mut Found,
-        vertex: &Vertex,
+        vertex: &Vertex<B>,
         (light, sample): (u32, &LightSample),
     ) -> Option<SampledSpectrum> {
         let scattered = vertex.scatter_to::<false>(sample.wi)?;
@@ -90,10 +96,10 @@ impl BidirectionalTracer {
 
     /// t = 1: a vertex of the light subpath as the camera sees it.
     #[inline]
-    pub(super) fn to_camera(
+    pub(super) fn to_camera<B: Scattering>(
         &self,
         (lambda, lens): (&SampledWavelengths, [f32; 2]),
-        vertex: &Vertex,
+        vertex: &Vertex<B>,
         out: &mut impl SampleSink,
     ) {
         let Some(seen) = self.setup.see(vertex, lens) else { return };

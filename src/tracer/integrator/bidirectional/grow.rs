@@ -3,6 +3,7 @@
 use crate::spectrum::SampledWavelengths;
 use crate::stream::SampleSink;
 use crate::tracer::Sampler;
+use crate::tracer::bsdf::Scattering;
 use crate::tracer::integrator::Setup;
 use crate::tracer::sampler::LightSampler;
 use crate::tracer::subpath::{Vertex, Walk};
@@ -13,10 +14,10 @@ use super::{BidirectionalTracer, LIGHTS_PER_CAMERA};
 
 impl BidirectionalTracer {
     /// Adds the vertices of the light subpath that can be connected to `vertices`, each shown to the camera.
-    pub(super) fn light_subpath(
+    pub(super) fn light_subpath<B: Scattering>(
         &self,
         (lambda, numbers): (SampledWavelengths, &LightSampler),
-        vertices: &mut Vec<End>,
+        vertices: &mut Vec<End<B>>,
         out: &mut impl SampleSink,
     ) {
         let Setup { scene, rr_depth, .. } = &self.setup;
@@ -27,7 +28,7 @@ impl BidirectionalTracer {
         // One more segment leads to the camera.
         while walk.depth() + 1 < self.setup.longest() {
             let Some(hit) = scene.closest(&ray) else { return };
-            let mut vertex = walk.arrive(scene, hit);
+            let mut vertex: Vertex<B> = walk.arrive(scene, hit);
             let u = numbers.vertex(walk.depth() - 1);
             if !vertex.bsdf.is_delta() {
                 if vertex.depth == 1 {
@@ -44,12 +45,12 @@ impl BidirectionalTracer {
     }
 
     /// Walks from the camera through `uv`, connects each vertex to lights and leaves those that can be connected in `eyes`.
-    pub(super) fn camera_subpath(
+    pub(super) fn camera_subpath<B: Scattering>(
         &self,
         found: &mut Found,
         uv: [f64; 2],
         sampler: &Sampler,
-        eyes: &mut Vec<End>,
+        eyes: &mut Vec<End<B>>,
     ) {
         let Setup { scene, camera, rr_depth, hide_emitters, .. } = &self.setup;
         let longest = self.setup.longest();
@@ -57,7 +58,7 @@ impl BidirectionalTracer {
         let mut ray = camera.ray(uv, lens);
         let pdf = camera.uv_per_steradian(ray.direction) / self.setup.window_area();
         let mut walk = Walk::from_camera(found.lambda, camera.lens_point(lens), (pdf, LIGHTS_PER_CAMERA));
-        let mut last: Option<Vertex> = None;
+        let mut last: Option<Vertex<B>> = None;
         while walk.depth() < longest {
             let hidden = walk.depth() == 0 && *hide_emitters;
             let hit = if hidden { scene.closest_unlit(ray) } else { scene.closest(&ray) };

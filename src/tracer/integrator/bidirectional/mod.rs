@@ -24,7 +24,8 @@ mod grow;
 mod weight;
 
 use crate::stream::{PathCounts, SampleSink};
-use crate::tracer::Sampler;
+use crate::tracer::bsdf::{Bsdf, Diffuse, Scattering, Smooth};
+use crate::tracer::{Finish, Sampler};
 
 use super::{Integrator, Setup, Special};
 use choose::{End, Pool};
@@ -46,20 +47,32 @@ pub struct BidirectionalTracer {
     pub setup: Setup,
 }
 
-/// What a worker reuses.
+/// What a worker reuses: of these, what the scene's surfaces call for.
 #[derive(Debug, Default)]
 pub struct Scratch {
-    lights: Vec<End>,
-    eyes: Vec<End>,
+    matt: Ends<Diffuse>,
+    smooth: Ends<Smooth>,
+    any: Ends<Bsdf>,
+}
+
+/// Vertices of the subpaths of an index.
+#[derive(Debug)]
+struct Ends<B> {
+    lights: Vec<End<B>>,
+    eyes: Vec<End<B>>,
     promises: Vec<f32>,
 }
 
-impl Integrator for BidirectionalTracer {
-    type Scratch = Scratch;
+impl<B> Default for Ends<B> {
+    fn default() -> Self {
+        Self { lights: Vec::new(), eyes: Vec::new(), promises: Vec::new() }
+    }
+}
 
-    fn trace(&self, index: u64, scratch: &mut Scratch, out: &mut impl SampleSink) {
+impl BidirectionalTracer {
+    fn trace_as<B: Scattering>(&self, index: u64, ends: &mut Ends<B>, out: &mut impl SampleSink) {
         let seed = self.setup.seed;
-        let Scratch { lights, eyes, promises } = scratch;
+        let Ends { lights, eyes, promises } = ends;
         let lambda = self.setup.wavelengths(Self::wavelength_number(&Sampler::at(index, seed)));
         lights.clear();
         // Beyond 2^61 indices the paths repeat.
@@ -79,6 +92,18 @@ impl Integrator for BidirectionalTracer {
             let pool = Pool { eyes, lights, promises, share: 1.0 / LIGHT_SUBPATHS as f32 };
             self.connect_some(&mut found, pool, numbers.connection);
             out.camera(uv.map(|c| c as f32), lambda.to_xyz(found.radiance), 1.0);
+        }
+    }
+}
+
+impl Integrator for BidirectionalTracer {
+    type Scratch = Scratch;
+
+    fn trace(&self, index: u64, scratch: &mut Scratch, out: &mut impl SampleSink) {
+        match self.setup.scene.finish() {
+            Finish::Matt => self.trace_as(index, &mut scratch.matt, out),
+            Finish::Smooth => self.trace_as(index, &mut scratch.smooth, out),
+            Finish::Any => self.trace_as(index, &mut scratch.any, out),
         }
     }
 

@@ -3,6 +3,7 @@
 //! [`Chain`] holds what the rest of a subpath adds; here is what the completing edge adds.
 
 use crate::math::pdf::PdfW;
+use crate::tracer::bsdf::Scattering;
 use crate::tracer::chain::{self, Chain, quotient};
 use crate::tracer::light::{Emission, EmissionPdf, LightSample, Origin};
 use crate::tracer::subpath::{Scattered, Vertex};
@@ -68,7 +69,7 @@ pub(super) fn seen(light: &Chain, scattered: &Scattered, density: f32) -> f32 {
 impl BidirectionalTracer {
     /// The links of the first vertex of a light subpath: the density with which next-event estimation would have chosen
     /// the light's vertex over that of the walk, for an eye on the side of the light and for one on the other side.
-    pub(super) fn link_to_light(&self, vertex: &Vertex, emission: &Emission) -> [f32; 2] {
+    pub(super) fn link_to_light<B: Scattering>(&self, vertex: &Vertex<B>, emission: &Emission) -> [f32; 2] {
         let lights = &self.setup.scene.lights;
         let on = (emission.pdf.origin == Origin::Surface).then_some(&emission.from);
         [vertex.wo, -vertex.wo].map(|eye| {

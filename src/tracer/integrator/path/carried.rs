@@ -102,7 +102,7 @@ impl Carried {
 
     /// The spectrum of `light` seen along `wi`, remembered if it is the same everywhere: most paths meet one light
     /// again and again.
-    #[inline]
+    #[inline(always)]
     pub(super) fn emission(&mut self, lights: &Lights, light: u32, wi: Vec3) -> SampledSpectrum {
         match self.emission {
             Some((known, value)) if known == light => value,
