@@ -32,14 +32,16 @@ fn every_scene_has_its_effects() {
     for (name, desc) in scenes() {
         let expected: &[&str] = match name.as_str() {
             "brushed" => &["wavelengths", "transmission", "glossy", "environment", "light-choice"],
-            "caustic" => &["wavelengths", "transmission", "deltas", "light-choice"],
+            "caustic" => &["wavelengths", "transmission", "deltas", "light-choice", "smooth-normals"],
             "cornell" => &["wavelengths"],
             "cornell_spheres" => &["wavelengths", "transmission", "deltas"],
-            "cove" => &["wavelengths", "light-choice"],
+            "cove" => &["wavelengths", "light-choice", "smooth-normals"],
             "furnace" => &["environment"],
-            "prism" => &["wavelengths", "dispersion", "transmission", "deltas", "light-choice"],
+            "prism" => {
+                &["wavelengths", "dispersion", "transmission", "deltas", "light-choice", "smooth-normals"]
+            }
             "rough" => &["wavelengths", "transmission", "deltas", "glossy", "environment", "light-choice"],
-            "veach_door" => &["wavelengths", "transmission", "deltas"],
+            "veach_door" => &["wavelengths", "transmission", "deltas", "smooth-normals"],
             "veach_plates" => &["wavelengths", "glossy", "light-choice"],
             other => panic!("say what {other} has"),
         };

@@ -28,6 +28,7 @@ mod glossy;
 mod lens;
 mod light_choice;
 mod light_stream;
+mod smooth_normals;
 mod transmission;
 mod wavelengths;
 
@@ -77,6 +78,8 @@ table! {
     LightChoice = light_choice,
     /// A lens that blurs what is not in focus.
     Lens = lens,
+    /// Normals that are interpolated over triangles.
+    SmoothNormals = smooth_normals,
     /// Photons that have met mirrors, glass or coats only, looked up where they are seen.
     CausticPhotons = caustic_photons,
     /// All other photons, gathered from one bounce away.
