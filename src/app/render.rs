@@ -81,6 +81,9 @@ pub fn render(args: &RenderArgs) -> Result<()> {
     report.seconds = seconds;
     report.plan = plan::plan(&loaded.desc, &facts, &args.display.settings());
     report.left_out = facts.left_out().collect();
+    if tally.as_ref().is_some_and(|tally| tally.counts()[0] == 0) {
+        tell(&format!("note: --check-plan {} has compared no path: give a larger share", args.check_plan));
+    }
     report.plan_check = tally.as_ref().map(|tally| PlanCheck::from(tally.counts()));
     report.warnings = loaded.warnings.iter().map(ToString::to_string).chain(notices).collect();
     report.threads = threads;

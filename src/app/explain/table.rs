@@ -9,7 +9,10 @@ pub fn table(plan: &[Entry]) -> String {
     let mut out = String::new();
     // Writing to a string does not fail.
     for (side, title) in [
-        (Side::Tracer, "TRACER            on   cost: share of a path's time"),
+        (
+            Side::Tracer,
+            "TRACER            on   cost: share of a path's time; × is its time with a small example of what is off",
+        ),
         (
             Side::Client,
             "CLIENT            on   cost: share of device time, per frame, device memory of its own",
@@ -39,6 +42,6 @@ fn cost(entry: &Entry) -> String {
     let ms = cost.milliseconds.map(|ms| format!("{ms:.2} ms"));
     let bytes = cost.bytes.filter(|b| *b > 0).map(|b| format!("{:.1} MB", b as f64 * 1e-6));
     let if_on = cost.if_on.map(|ms| format!("would take {ms:.2} ms"));
-    let if_on_share = cost.if_on_share.map(|s| format!("would add {:.0} %", 100.0 * s));
+    let if_on_share = cost.if_on_share.map(|s| format!("with it ×{:.2}", 1.0 + s));
     [share, ms, bytes, if_on, if_on_share].into_iter().flatten().collect::<Vec<_>>().join("  ")
 }
