@@ -5,9 +5,10 @@ puts functions changes the speed of a program by some percent, whatever the func
 functions in several random orders, each order of one build is paired with one of the other, and what is said is the mean over these
 pairs, with its 95 % interval (Student's t over the logarithms). Both answer in turn, some milliseconds each, for the same weather.
 
-Ratios are speed of the whole program over that of the build without; 1 is what is wanted. Then: paths per second as planned over
-those with everything (special code, see `src/tracer/bsdf/scattering.rs`), instructions per path by valgrind, where it is installed,
-and the price of each effect in a scene that has it, as `pointillist explain` measures it.
+Ratios are speed of the whole program over that of the build without; 1 is what is wanted. Beside them: instructions per path by
+valgrind, where it is installed, the price of each effect in a scene that has it, as `pointillist explain` measures it, and the time
+from start to end of a program that only makes a scene ready. Then: paths per second as planned over those with everything (special
+code, see `src/tracer/bsdf/scattering.rs`; in a scene made grey also the paths of one white).
 """
 
 import argparse
@@ -20,6 +21,7 @@ import shutil
 import statistics
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -40,8 +42,16 @@ TRACER = {
 # cost is more than what each does.
 CLIENT = "variance,masking,light-stream,glare,dither"
 
-# Scenes with special code.
-PLANNED = ["cornell", "furnace", "cornell_spheres"]
+# Scenes with special code, and how they are traced.
+PLANNED = [
+    ("cornell",),
+    ("furnace",),
+    ("cornell_spheres",),
+    ("cornell", "grey"),
+    ("cornell", "bidirectional"),
+    ("cove", "bidirectional"),
+    ("cornell_spheres", "bidirectional"),
+]
 
 # Two-sided 95 % quantiles of Student's t by degrees of freedom; beyond the list that of the normal distribution is near.
 T95 = [12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23, 2.20, 2.18, 2.16, 2.14, 2.13, 2.12, 2.11, 2.10, 2.09]
@@ -142,6 +152,18 @@ def instructions(build, scene, *arguments):
     return (traced(41) - traced(1)) / (40 * 32)
 
 
+def start(effect, rounds):
+    """Ratio of the times from start to end, whole over lacking, with interval: the scene is made ready, nothing is traced."""
+
+    def once(name):
+        before = time.perf_counter()
+        subprocess.run([BUILDS / f"{name}.0", "trace", "scenes/cornell.xml"], cwd=ROOT, input="", text=True, check=True)
+        return math.log(time.perf_counter() - before)
+
+    times = [[once(name) for name in (("whole", effect), (effect, "whole"))[i % 2]] for i in range(rounds)]
+    return interval(sorted((a - b) * (1, -1)[i % 2] for i, (a, b) in enumerate(times))[rounds // 8 : rounds - rounds // 8])
+
+
 def price(effect, scene):
     """The share of tracing time that is saved without the effect, as the program says itself."""
     command = [ROOT / "target/release/pointillist", "explain", f"scenes/{scene}.xml", "--size", "128x128", "--device", "cpu", "--json"]
@@ -177,7 +199,7 @@ def main():
             missed.append(effect)
         print(f"{effect:<14} {what:<16} {mean:.4f} [{low:.4f}, {high:.4f}]  {rest}{'  BELOW' if below else ''}", flush=True)
 
-    print(f"{'off':<14} {'scene without':<16} {'whole / lacking':<24}  instructions per path; price where it is on")
+    print(f"{'off':<14} {'scene without':<16} {'whole / lacking':<24}  instructions per path; start; price where it is on")
     for effect in tracer:
         without, with_it = TRACER[effect]
         scene = f"scenes/{without}.xml"
@@ -185,20 +207,22 @@ def main():
         logs = ratios(pairs, arguments.rounds, 20)
         counts = [instructions(b, scene) for b in ("whole", effect)]
         words = f"{counts[0]:.0f} / {counts[1]:.0f}" if None not in counts else ""
-        row(effect, without, logs, f"{words:<15}  {price(effect, with_it) if with_it else ''}")
+        begins = "start {:.3f} [{:.3f}, {:.3f}]".format(*start(effect, 40))
+        row(effect, without, logs, f"{words:<15}  {begins}  {price(effect, with_it) if with_it else ''}")
     if client:
         pairs = [[Worker(b, 0, "paint") for b in ("whole-client", "client")] for _ in range(6)]
         row("display", "512x512, paint", ratios(pairs, arguments.rounds, 100), f"without {CLIENT}")
     if tracer:
         print(f"\n{'special code':<31} as planned / everything")
-        for name in PLANNED:
-            scene = f"scenes/{name}.xml"
+        for name, *how in PLANNED:
+            scene, both = f"scenes/{name}.xml", (how, [*how, "everything"])
             orders = range(arguments.orders)
-            pairs = [[Worker("whole", i, "trace", scene, *rest) for rest in ((), ("everything",))] for i in orders]
+            pairs = [[Worker("whole", i, "trace", scene, *words) for words in both] for i in orders]
             mean, low, high = interval(ratios(pairs, arguments.rounds, 20))
-            counts = [instructions("whole", scene, *rest) for rest in ((), ("everything",))]
+            # A bidirectional index is more than a path, and takes longer than valgrind's millisecond.
+            counts = [instructions("whole", scene, *words) for words in both] if not how else [None]
             words = f"{counts[0]:.0f} / {counts[1]:.0f}" if None not in counts else ""
-            print(f"{name:<31} {mean:.4f} [{low:.4f}, {high:.4f}]  {words}", flush=True)
+            print(f"{' '.join([name, *how]):<31} {mean:.4f} [{low:.4f}, {high:.4f}]  {words}", flush=True)
     return 1 if missed else 0
 
 

@@ -1,7 +1,8 @@
 //! One side of `tools/bench effects`: does what it is asked to for a while, again and again. Builds that answer in turn have the same
 //! weather.
 //!
-//! `turns trace SCENE.xml [everything]` traces on one thread, as planned or with everything; `turns paint` has a Vulkan device take a
+//! `turns trace SCENE.xml [everything] [bidirectional] [grey]` traces on one thread, as planned or with everything, by the scene's method
+//! or bidirectionally, in colour or without; `turns paint` has a Vulkan device take a
 //! batch of samples and paint the picture, 512×512, as plain as it can be. Reads a number of milliseconds per line and answers with the
 //! nanoseconds of a path, or of a frame.
 
@@ -17,6 +18,7 @@ use pointillist::gpu::{DeviceChoice, Gpu};
 use pointillist::scene::desc::IntegratorKind;
 use pointillist::scene::load;
 use pointillist::stream::{PathCounts, Sample, SampleSink, UvWindow};
+use pointillist::tracer::features::{Feature, without};
 use pointillist::tracer::integrator::{BidirectionalTracer, ParticleTracer, PathTracer, PhotonTracer, Setup};
 use pointillist::tracer::{Camera, Integrator, Scene};
 
@@ -30,17 +32,27 @@ const FIRST: u64 = 1 << 20;
 
 fn main() -> Outcome {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
-        ["trace", scene] => trace(scene, false),
-        ["trace", scene, "everything"] => trace(scene, true),
+    match &arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        ["trace", scene, how @ ..] => trace(scene, how),
         ["paint"] => paint(),
-        _ => Err("usage: turns trace SCENE.xml [everything] | turns paint".into()),
+        _ => Err("usage: turns trace SCENE.xml [everything] [bidirectional] [grey] | turns paint".into()),
     }
 }
 
-fn trace(scene: &str, everything: bool) -> Outcome {
-    let desc = load(scene.as_ref(), &[])?.desc;
-    let scene = if everything { Scene::prepare_general(&desc)? } else { Scene::prepare(&desc)? };
+fn trace(scene: &str, how: &[&str]) -> Outcome {
+    let known = ["everything", "bidirectional", "grey"];
+    if let Some(unknown) = how.iter().find(|word| !known.contains(word)) {
+        return Err(format!("{unknown}: there are {}", known.join(", ")).into());
+    }
+    let is = |word| how.contains(&word);
+    let mut desc = load(scene.as_ref(), &[])?.desc;
+    if is("grey") {
+        without(&mut desc, Feature::Wavelengths)?;
+    }
+    if is("bidirectional") {
+        desc.integrator.kind = IntegratorKind::Bidirectional;
+    }
+    let scene = if is("everything") { Scene::prepare_general(&desc)? } else { Scene::prepare(&desc)? };
     let setup = Setup::new(Arc::new(scene), Camera::of(&desc)?, &desc.integrator, 0, UvWindow::PICTURE);
     match desc.integrator.kind {
         IntegratorKind::Path | IntegratorKind::Auto => paths(&PathTracer { setup }),

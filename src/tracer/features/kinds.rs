@@ -1,18 +1,43 @@
-//! What kind each material is, and the two that stand in for what is left out.
+//! What kind each material is; and what is left of one without its coat, or becomes of one with a coat.
 
 use glam::Vec4;
 
-use crate::scene::desc::{BsdfDesc, SceneDesc};
+use crate::scene::desc::{BsdfDesc, Roughness, SceneDesc};
 use crate::spectrum::dispersion::Ior;
 use crate::spectrum::{LAMBDA_MAX, LAMBDA_MIN, Spectrum};
 use crate::tracer::heroes;
 
-/// What sends nothing back.
-pub(super) const BLACK: BsdfDesc = BsdfDesc::Diffuse { reflectance: Spectrum::Constant(0.0) };
+/// Leaves of every material of which `is` holds what is under its coat, and of one without a coat nothing: black.
+pub(super) fn strip(desc: &mut SceneDesc, is: fn(&BsdfDesc) -> bool) {
+    desc.bsdfs.iter_mut().filter(|bsdf| is(bsdf)).for_each(|bsdf| {
+        let reflectance = match bsdf {
+            BsdfDesc::Plastic { diffuse_reflectance, .. }
+            | BsdfDesc::RoughPlastic { diffuse_reflectance, .. } => diffuse_reflectance.clone(),
+            _ => Spectrum::Constant(0.0),
+        };
+        *bsdf = BsdfDesc::Diffuse { reflectance };
+    });
+}
 
-/// What a coat leaves behind.
-pub(super) fn matt(base: &Spectrum) -> BsdfDesc {
-    BsdfDesc::Diffuse { reflectance: base.clone() }
+/// Varnishes the first matt material that shapes show, evenly or with this roughness; false where there is none.
+pub(super) fn varnish(desc: &mut SceneDesc, roughness: Option<Roughness>) -> bool {
+    let Some(bsdf) = shown(desc, |bsdf| matches!(bsdf, BsdfDesc::Diffuse { .. })) else { return false };
+    let BsdfDesc::Diffuse { reflectance } = &*bsdf else { return false };
+    let (int_ior, ext_ior) = (Ior::Constant(1.5), Ior::Constant(1.0));
+    let (diffuse_reflectance, specular_reflectance) = (reflectance.clone(), Spectrum::Constant(1.0));
+    let nonlinear = false;
+    *bsdf = match roughness {
+        None => BsdfDesc::Plastic { int_ior, ext_ior, diffuse_reflectance, specular_reflectance, nonlinear },
+        Some(roughness) => BsdfDesc::RoughPlastic {
+            int_ior,
+            ext_ior,
+            diffuse_reflectance,
+            specular_reflectance,
+            nonlinear,
+            roughness,
+        },
+    };
+    true
 }
 
 pub(super) fn transmits(bsdf: &BsdfDesc) -> bool {

@@ -5,21 +5,19 @@ use std::sync::Arc;
 use crate::scene::SceneDesc;
 use crate::scene::desc::{Mesh, ShapeDesc, ShapeKind};
 
-use super::entry::{Entry, possible};
-use super::used::known;
+use super::entry::{Entry, by, possible};
+use super::used::{Object, known};
 
 pub(super) const ENTRY: Entry = Entry {
     name: "smooth-normals",
     at_run_time: "whether the triangle that is met has normals (Primitives::interaction)",
     find: |used, _| {
         let mut all = used.desc.shapes.iter().filter(|shape| has_normals(used.desc, shape));
-        let first = all.next().ok_or("every surface is as it is: flat, or a quadric")?;
-        let name = first.id.as_ref().map_or("mesh".to_string(), |id| format!("mesh \"{id}\""));
-        let more = match all.count() {
-            0 => String::new(),
-            n => format!(" ({n} more like it)"),
-        };
-        Ok((format!("{name} has a normal at every corner{more}"), known(first.place)))
+        let first = all.next().map(|shape| {
+            let name = shape.id.as_ref().map_or("mesh".to_string(), |id| format!("mesh \"{id}\""));
+            Object { name, place: known(shape.place), others: all.count() }
+        });
+        by(first, "has a normal at every corner", "every surface is as it is: flat, or a quadric")
     },
     refusal: possible,
     without,
