@@ -1,7 +1,7 @@
 //! Build script: embeds the shaders, and leaves out what a benchmark wants left out.
 //!
 //! Without features the SPIR-V committed in `glsl/spv/` is embedded, after a check that it belongs to the GLSL beside
-//! it (`glsl/spv/HASHES`), so that building needs no C++ compiler. With the feature `shaderc` everything is compiled
+//! it (`glsl/spv/HASHES`), so that building needs no shader compiler. With the feature `shaderc` everything is compiled
 //! anew into `OUT_DIR`. To refresh what is committed (on Debian, with libshaderc-dev glslang-dev spirv-tools):
 //!
 //! ```sh

@@ -26,4 +26,5 @@ pub mod scene;
 pub mod server;
 pub mod spectrum;
 pub mod stream;
+pub mod study;
 pub mod tracer;

@@ -20,7 +20,14 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("server", &["math", "tracer", "scene", "stream"]),
     ("gpu", &[]),
     ("client", &["gpu", "stream", "color", "image", "math"]),
-    ("app", &["client", "color", "gpu", "image", "math", "scene", "server", "spectrum", "stream", "tracer"]),
+    ("study", &["image", "color", "math", "stream"]),
+    (
+        "app",
+        &[
+            "client", "color", "gpu", "image", "math", "scene", "server", "spectrum", "stream", "study",
+            "tracer",
+        ],
+    ),
 ];
 
 /// External crates that a module must not touch.
@@ -32,6 +39,7 @@ const FORBIDDEN: &[(&str, &[&str])] = &[
     ("scene", &["ash::", "obvhs::"]),
     ("tracer", &["ash::", "std::thread", "std::time", "std::fs"]),
     ("server", &["ash::", "winit::"]),
+    ("study", &["ash::", "winit::", "rayon::", "std::thread", "std::time"]),
 ];
 
 /// Longest file, in lines.

@@ -28,17 +28,19 @@ impl<const SAMPLES: usize> Integrator for Idle<SAMPLES> {
 
 fn main() {
     println!("one tracing thread, the client drains and drops; ns per path");
-    bench::<0>(false);
-    bench::<1>(false);
-    bench::<1>(true);
-    bench::<4>(false);
+    bench::<0>(false, false);
+    bench::<1>(false, false);
+    bench::<1>(false, true);
+    bench::<1>(true, false);
+    bench::<4>(false, false);
 }
 
-fn bench<const SAMPLES: usize>(ordered: bool) {
+fn bench<const SAMPLES: usize>(ordered: bool, timed: bool) {
     const PATHS: u64 = 8 << 20;
     let best = (1..=5)
         .map(|_| {
             let (server, mut lanes) = Server::start(1).expect("one thread");
+            server.set_cost_map(timed);
             let start = Instant::now();
             let epoch = Epoch(1);
             let deadline = if ordered { None } else { Some(Duration::from_millis(2)) };
@@ -65,8 +67,9 @@ fn bench<const SAMPLES: usize>(ordered: bool) {
         .expect("five runs");
     let ns = |seconds: f64| seconds * 1e9 / PATHS as f64;
     println!(
-        "{SAMPLES} samples per path{}: busy {:5.1}  cpu {:5.1}  wall {:5.1}",
+        "{SAMPLES} samples per path{}{}: busy {:5.1}  cpu {:5.1}  wall {:5.1}",
         if ordered { ", ordered" } else { "" },
+        if timed { ", map of costs" } else { "" },
         ns(best.1),
         ns(best.2),
         ns(best.0)

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use miette::{IntoDiagnostic, Result};
 
 use super::interrupt;
+use super::observer::Observer;
 use super::progress::Progress;
 use super::timings::TimingCapture;
 use crate::client::{Client, ClientError};
@@ -13,6 +14,7 @@ use crate::stream::block::Block;
 use crate::stream::control::{Epoch, Event, Finish};
 use crate::stream::ordered::Cursor;
 use crate::stream::{Drained, Lanes};
+use crate::study::Quantity;
 
 /// Samples taken from the lanes before looking at the clock, Ctrl-C and the progress bar again.
 const BUDGET: usize = 1 << 16;
@@ -30,6 +32,8 @@ pub struct Drive {
     pub time: Option<Duration>,
     /// Texels of the film, to show samples per pixel.
     pub texels: f64,
+    /// The error that is shown, and for which the render stops where the observer has a target.
+    pub quantity: Quantity,
 }
 
 /// What came of it.
@@ -45,6 +49,18 @@ pub struct Driven {
     pub panicked: Option<(u64, String)>,
     /// Every index of the range was traced.
     pub complete: bool,
+    /// Stopped because the error was small enough.
+    pub reached: bool,
+}
+
+/// Who looks on.
+pub struct Onlookers<'a> {
+    /// The progress bar.
+    pub bar: &'a Progress,
+    /// What `--gpu-timings` asks for.
+    pub timings: &'a mut Option<TimingCapture>,
+    /// Who watches the error.
+    pub observer: Option<&'a Observer>,
 }
 
 /// Drains until the server reports that the render has finished and the lanes are empty, then rasterises the rest.
@@ -58,7 +74,7 @@ pub fn drive(
     server: &Server,
     lanes: &mut Lanes,
     client: &mut Client,
-    (bar, timings): (&Progress, &mut Option<TimingCapture>),
+    Onlookers { bar, timings, observer }: Onlookers<'_>,
 ) -> Result<Driven> {
     let start = Instant::now();
     let mut driven = Driven::default();
@@ -71,7 +87,8 @@ pub fn drive(
             finished = (epoch == drive.epoch).then_some(why).or(finished);
         }
         let rasterise = Instant::now();
-        let drained = take(drive, &mut cursor, lanes, client).into_diagnostic()?;
+        let drained =
+            take(drive, &mut cursor, lanes, client, (observer, &mut driven.reached)).into_diagnostic()?;
         driven.rasterise += rasterise.elapsed();
         if let Some(timings) = timings {
             if drained.blocks > 0 {
@@ -79,7 +96,10 @@ pub fn drive(
             }
             timings.frame(server)?;
         }
-        bar.update(client.counts().paths(), drive.texels, start.elapsed());
+        let state = observer.map(Observer::state);
+        let shown = state.as_deref().map(|state| (state, drive.quantity));
+        bar.update(client.counts().paths(), drive.texels, start.elapsed(), shown);
+        driven.reached |= !drive.deterministic && state.is_some_and(|state| state.reached);
         if drained.blocks == 0 {
             match finished.take() {
                 Some(why) => {
@@ -98,7 +118,7 @@ pub fn drive(
         }
         let late = drive.time.is_some_and(|limit| start.elapsed() >= limit);
         driven.interrupted |= interrupt::asked();
-        if !aborted && (late || driven.interrupted) {
+        if !aborted && (late || driven.interrupted || driven.reached) {
             server.abort();
             aborted = true;
         }
@@ -116,12 +136,21 @@ fn take(
     cursor: &mut Cursor,
     lanes: &mut Lanes,
     client: &mut Client,
+    (observer, reached): (Option<&Observer>, &mut bool),
 ) -> std::result::Result<Drained, ClientError> {
     let mut failed = None;
     let give = |block: &Block| {
-        if failed.is_none() {
-            client.count_paths(block.header.paths);
-            failed = client.add(block.samples()).err();
+        // In index order the picture ends with the very block that made it good enough.
+        if failed.is_some() || drive.deterministic && *reached {
+            return;
+        }
+        client.count_paths(block.header.paths);
+        failed = client.add(block.samples()).err();
+        let Some(observer) = observer else { return };
+        observer.block(block);
+        if drive.deterministic && observer.target().is_some() {
+            observer.sync();
+            *reached = observer.state().reached;
         }
     };
     let drained = if drive.deterministic {

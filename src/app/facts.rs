@@ -48,6 +48,8 @@ pub struct RunFacts {
     pub first_index: u64,
     /// In index order.
     pub deterministic: bool,
+    /// Divided into replicates, so that its error is known.
+    pub replicated: bool,
     /// Where it was rasterised.
     pub device: String,
 }
@@ -84,6 +86,7 @@ impl RunFacts {
             spp: loaded.desc.samples_per_pixel.unwrap_or(DEFAULT_SPP),
             seed: source.seed,
             deterministic: false,
+            replicated: true,
             device,
         }
     }
@@ -147,6 +150,9 @@ impl RunFacts {
         if self.deterministic {
             command += " --deterministic";
         }
+        if !self.replicated {
+            command += " --replicates 1";
+        }
         command + " --device " + &quoted(&self.device)
     }
 }
@@ -198,7 +204,7 @@ pub fn display_options(s: &Settings) -> String {
 }
 
 /// `text` for a shell: in single quotes unless it is plain.
-fn quoted(text: &str) -> String {
+pub fn quoted(text: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "-_./=+,:@%".contains(c);
     if !text.is_empty() && text.chars().all(plain) {
         return text.to_string();

@@ -11,10 +11,13 @@ use crate::server::{RenderJob, Server};
 use crate::stream::control::Epoch;
 use crate::stream::{PathCounts, UvWindow};
 use crate::tracer::integrator::{
-    BidirectionalTracer, CAMERA_SUBPATHS, Checked, ParticleTracer, PathTracer, PhotonTracer, Setup, Special,
-    Tally,
+    BidirectionalTracer, CAMERA_SUBPATHS, Checked, ParticleTracer, PathTracer, PhotonTracer, Replicated,
+    Setup, Special, Tally,
 };
 use crate::tracer::{Camera, Integrator, Scene};
+
+/// The tracers of photon mapping, of which the next render may keep the photons.
+pub type Photons = Replicated<PhotonTracer>;
 
 /// That the plan of effects is to be checked.
 #[derive(Clone, Debug)]
@@ -74,7 +77,7 @@ pub fn start(
     facts: &RunFacts,
     (scene, camera): (Arc<Scene>, Camera),
     order: Order,
-    photons: &mut Option<PhotonTracer>,
+    photons: &mut Option<Photons>,
 ) -> Result<Option<Arc<Tally>>> {
     let setup = setup(facts, (scene, camera), order.window);
     let before = photons.take();
@@ -86,11 +89,14 @@ pub fn start(
             check_photons(server, facts, setup, order).map(Some)
         }
         IntegratorKind::Photon => {
-            let new = PhotonTracer::new(setup, facts.deterministic);
-            let tracer = photons.insert(match &before {
-                Some(before) => new.after(before),
-                None => new,
-            });
+            let mut before = before.iter().flat_map(Replicated::parts);
+            let tracer = photons.insert(Replicated::new(&setup, facts.replicated, |setup| {
+                let new = PhotonTracer::new(setup, facts.deterministic);
+                match before.next() {
+                    Some(before) => new.after(before),
+                    None => new,
+                }
+            }));
             send(server, facts, tracer.clone(), order).map(|()| None)
         }
     }
@@ -105,7 +111,7 @@ fn special<I: Special>(
 ) -> Result<Option<Arc<Tally>>> {
     match order.check.clone() {
         Some(check) => send_checked::<I>(server, facts, setup, (order, check)).map(Some),
-        None => send(server, facts, I::from(setup), order).map(|()| None),
+        None => send(server, facts, Replicated::new(&setup, facts.replicated, I::from), order).map(|()| None),
     }
 }
 

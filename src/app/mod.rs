@@ -3,18 +3,23 @@
 mod args;
 mod auto;
 mod bench;
+mod compare;
 mod device;
 mod drive;
+mod error_report;
 mod explain;
 mod facts;
 mod interrupt;
 mod load;
 mod method;
+mod observer;
 mod outputs;
 mod plan;
+mod predictions;
 mod progress;
 mod render;
 mod report;
+mod study;
 mod timings;
 mod trace;
 mod usage;
@@ -37,6 +42,8 @@ pub fn run(cli: Cli) -> Result<()> {
         Command::View(args) => view::view(&args),
         Command::Bench(args) => bench::bench(&args),
         Command::Explain(args) => explain::explain(&args),
+        Command::Compare(args) => compare::compare(&args),
+        Command::Study(args) => study::study(&args),
         Command::Devices => device::list(),
     }
 }

@@ -5,6 +5,7 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::report::human;
+use crate::study::{Quantity, State};
 
 /// How far a run is to go.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,6 +14,8 @@ pub enum Goal {
     Paths(u64),
     /// This much time.
     Time(Duration),
+    /// An error, which nobody knows how long it takes.
+    Error,
 }
 
 /// Draws on standard error; draws nothing when asked to be quiet or where there is no terminal.
@@ -27,24 +30,31 @@ impl Progress {
         let length = match goal {
             Goal::Paths(n) => n,
             Goal::Time(t) => u64::try_from(t.as_millis()).unwrap_or(u64::MAX),
+            Goal::Error => 1000,
         };
         let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr_with_hz(8) };
         let bar = ProgressBar::with_draw_target(Some(length), target);
-        let style =
-            ProgressStyle::with_template("{bar:32} {percent:>3} %  {msg}  {elapsed} gone, {eta} left");
+        let left = if goal == Goal::Error { "" } else { ", {eta} left" };
+        let style = ProgressStyle::with_template(&format!(
+            "{{bar:24}} {{percent:>3}} %  {{msg}}  {{elapsed}} gone{left}"
+        ));
         bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
         Self { bar, goal }
     }
 
-    /// Shows where the run stands.
-    pub fn update(&self, paths: u64, pixels: f64, elapsed: Duration) {
+    /// Shows where the run stands; `error` is what is known of it.
+    pub fn update(&self, paths: u64, pixels: f64, elapsed: Duration, error: Option<(&State, Quantity)>) {
+        let seconds = elapsed.as_secs_f64().max(1e-9);
+        let predicted =
+            error.and_then(|(state, _)| state.prediction).map_or(f64::INFINITY, |said| said.seconds.value);
         self.bar.set_position(match self.goal {
             Goal::Paths(_) => paths,
             Goal::Time(_) => elapsed.as_millis() as u64,
+            Goal::Error => (999.0 * seconds / predicted.max(seconds)) as u64,
         });
-        let seconds = elapsed.as_secs_f64().max(1e-9);
         let spp = paths as f64 / pixels;
-        self.bar.set_message(format!("{spp:.1} spp  {} paths/s", human(paths as f64 / seconds)));
+        let known = error.map(|(state, at)| format!("  {}", state.sentence(at))).unwrap_or_default();
+        self.bar.set_message(format!("{spp:.1} spp  {} paths/s{known}", human(paths as f64 / seconds)));
     }
 
     /// Takes the bar away.

@@ -7,21 +7,23 @@ use miette::{IntoDiagnostic, Result};
 
 use super::args::RenderArgs;
 use super::device::Device;
-use super::drive::{Drive, Driven, drive};
+use super::drive::{Drive, Driven, Onlookers, drive};
 use super::facts::RunFacts;
 use super::load::Input;
 use super::method::{self, Check, Order};
+use super::observer::{Beside, Observer};
 use super::outputs::Outputs;
 use super::progress::{Goal, Progress};
-use super::report::{PlanCheck, Rejected, RejectedExample, Report, Seconds, write_json};
+use super::report::{ErrorReport, PlanCheck, Rejected, RejectedExample, Report, Seconds, write_json};
 use super::timings::{self, TimingCapture};
-use super::{auto, interrupt, load, plan, tell, usage};
+use super::{auto, interrupt, load, plan, predictions, tell, usage};
 use crate::client::{Client, VarianceForm};
 use crate::scene::Loaded;
 use crate::server::{Server, Stats};
 use crate::stream::Lanes;
 use crate::stream::control::Epoch;
 use crate::stream::rejected::Cause;
+use crate::study::Target;
 use crate::tracer::integrator::Tally;
 use crate::tracer::{Camera, Scene};
 
@@ -32,6 +34,12 @@ use crate::tracer::{Camera, Scene};
 /// Whatever stops the run. Outputs are checked before anything is rendered, and replaced only when complete.
 pub fn render(args: &RenderArgs) -> Result<()> {
     let start = Instant::now();
+    if args.error.is_some() && (args.replicates == 1 || args.check_plan > 0.0) {
+        return Err(miette::miette!(
+            help = "leave --replicates and --check-plan away",
+            "--error needs the error of the picture, which one randomisation alone does not tell"
+        ));
+    }
     let outputs = Outputs::plan(args)?;
     if let Some(path) = &args.gpu_timings {
         timings::check(path, outputs.files().chain(&args.json).chain([&args.source.scene]))?;
@@ -60,10 +68,14 @@ pub fn render(args: &RenderArgs) -> Result<()> {
     let (server, mut lanes) = Server::start_with(threads, device.tracing_priority()).into_diagnostic()?;
     let mut timings = capture(args, &device, &server)?;
     let check = check(args, loaded)?;
+    let observer =
+        facts.replicated.then(|| Observer::start(&facts, target(args), Beside::Render)).transpose()?;
+    let order = ((scene, camera), check);
     let (driven, tally) =
-        trace(args, &facts, ((scene, camera), check), (&server, &mut lanes, &mut client), &mut timings)?;
+        trace(args, &facts, order, (&server, &mut lanes, &mut client), (&mut timings, observer.as_ref()))?;
     let stats = server.stats();
     server.term();
+    let known = observer.map(|observer| observer.end());
 
     let mut report = report(&facts, &client, &stats, &driven);
     seconds.render = driven.wall.as_secs_f64();
@@ -83,6 +95,10 @@ pub fn render(args: &RenderArgs) -> Result<()> {
     report.left_out = facts.left_out().collect();
     if tally.as_ref().is_some_and(|tally| tally.counts()[0] == 0) {
         tell(&format!("note: --check-plan {} has compared no path: give a larger share", args.check_plan));
+    }
+    if let Some((state, kept)) = &known {
+        predictions::log(&facts, kept);
+        report.error = ErrorReport::new(state, &facts, (target(args), args.error_at.into()), driven.reached);
     }
     report.plan_check = tally.as_ref().map(|tally| PlanCheck::from(tally.counts()));
     report.warnings = loaded.warnings.iter().map(ToString::to_string).chain(notices).collect();
@@ -153,8 +169,15 @@ pub(super) fn facts(args: &RenderArgs, input: &Input, device: String) -> RunFact
         first_index: args.first_index,
         spp: args.spp.unwrap_or(facts.spp),
         deterministic: args.deterministic,
+        // The plan is checked path by path, whatever randomisation they are of.
+        replicated: args.replicates > 1 && args.check_plan == 0.0,
         ..facts
     }
+}
+
+/// What `--error` asks for.
+fn target(args: &RenderArgs) -> Option<Target> {
+    args.error.map(|error| Target { error, at: args.error_at.into() })
 }
 
 /// Renders until the sample count, the time or Ctrl-C.
@@ -163,14 +186,16 @@ fn trace(
     facts: &RunFacts,
     (scene, check): ((Arc<Scene>, Camera), Option<Check>),
     (server, lanes, client): (&Server, &mut Lanes, &mut Client),
-    timings: &mut Option<TimingCapture>,
+    (timings, observer): (&mut Option<TimingCapture>, Option<&Observer>),
 ) -> Result<(Driven, Option<Arc<Tally>>)> {
     let [pw, ph] = facts.spec.padded_extent().map(u64::from);
     let wanted = args.samples.unwrap_or_else(|| facts.spp.saturating_mul(pw * ph));
     let first = facts.first_index;
-    let (range, goal) = match args.time {
-        Some(limit) => (first..u64::MAX, Goal::Time(limit)),
-        None => (first..first.saturating_add(wanted), Goal::Paths(wanted)),
+    let counted = args.samples.is_some() || args.spp.is_some();
+    let (range, goal) = match (args.time, args.error) {
+        (Some(limit), _) => (first..u64::MAX, Goal::Time(limit)),
+        (None, Some(_)) if !counted => (first..u64::MAX, Goal::Error),
+        (None, _) => (first..first.saturating_add(wanted), Goal::Paths(wanted)),
     };
     let epoch = Epoch(1);
     let order = Order { range, window: facts.spec.window(), epoch, check };
@@ -182,8 +207,9 @@ fn trace(
         deterministic: facts.deterministic,
         time: args.time,
         texels: (pw * ph) as f64,
+        quantity: args.error_at.into(),
     };
-    let driven = drive(plan, server, lanes, client, (&bar, timings));
+    let driven = drive(plan, server, lanes, client, Onlookers { bar: &bar, timings, observer });
     bar.finish();
     driven.map(|driven| (driven, tally))
 }

@@ -7,6 +7,7 @@ use miette::{IntoDiagnostic, Result, WrapErr};
 use serde::Serialize;
 
 use super::auto::Chosen;
+pub use super::error_report::ErrorReport;
 use super::plan::Entry;
 use super::tell;
 use crate::image::write::{atomically, check_place, destination};
@@ -51,6 +52,9 @@ pub struct Report {
     pub paths_per_trace_second: f64,
     /// Seconds by stage.
     pub seconds: Seconds,
+    /// How wrong the picture is; absent for an undivided run.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error: Option<ErrorReport>,
     /// Samples that were not finite, by cause.
     pub rejected: Rejected,
     /// Where the picture was rasterised.
@@ -155,6 +159,9 @@ impl Report {
         }
         if !self.left_out.is_empty() {
             line.push_str(&format!("; without {}", self.left_out.join(", ")));
+        }
+        if let Some(error) = &self.error {
+            line.push_str(&error.summary());
         }
         if self.interrupted {
             line.push_str("; stopped by Ctrl-C, the picture holds what was there");

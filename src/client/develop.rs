@@ -1,12 +1,14 @@
 //! The unblurred scene-linear picture of a film's sums: what goes into the EXR's main layer.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
-use crate::client::settings::{FilmData, FilmSpec};
+use crate::client::reference::tonemap::DisplayParameters;
+use crate::client::settings::{FilmData, FilmSpec, Settings};
 use crate::color::Profile;
-use crate::image::Attribute;
+use crate::color::profile::xyz_from_rec709;
 use crate::image::compare::Measured;
 use crate::image::exr::Layers;
+use crate::image::{Attribute, Grid};
 
 /// CIE XYZ `[height][width]`: camera sums over their weight plus light sums times texels per light path.
 ///
@@ -30,6 +32,20 @@ pub fn linear_xyz(data: &FilmData) -> Vec<[f32; 3]> {
 /// The same in linear RGB of `profile` (Rec.709 primaries for EXR); out-of-gamut values stay negative.
 pub fn linear_rgb(data: &FilmData, profile: &Profile) -> Vec<[f32; 3]> {
     linear_xyz(data).into_iter().map(|xyz| (profile.from_xyz * Vec3::from(xyz)).to_array()).collect()
+}
+
+/// Display-linear sRGB of a scene-linear picture (Rec.709) as the program shows it; what is not finite becomes NaN.
+pub fn shown(rgb: &Grid<[f32; 3]>, settings: &Settings) -> Grid<[f32; 3]> {
+    let tone = DisplayParameters::from(settings);
+    let to_xyz = xyz_from_rec709();
+    let mut shown = rgb.clone();
+    for pixel in shown.pixels_mut() {
+        let finite = pixel.iter().all(|c| c.is_finite());
+        // In double precision: the largest floats would add up to infinity.
+        let xyz = (to_xyz * DVec3::from(pixel.map(f64::from))).min(DVec3::splat(1e30)).as_vec3();
+        *pixel = if finite { tone.linear(xyz).to_array() } else { Vec3::NAN.to_array() };
+    }
+    shown
 }
 
 /// Variance of the mean luminance in every pixel, `[height][width]`, in units of luminance².

@@ -17,8 +17,8 @@ const KEPT_BLOCKS: usize = 4 * KEPT_SAMPLES / BLOCK_SAMPLES;
 #[derive(Debug)]
 pub struct Kept {
     samples: Vec<Sample>,
-    /// End of every block in `samples`, and the paths that it counts.
-    blocks: Vec<(usize, PathCounts)>,
+    /// End of every block in `samples`, its first index, and the paths that it counts.
+    blocks: Vec<(usize, u64, PathCounts)>,
     /// A block did not fit: the store is the beginning of the epoch only.
     full: bool,
     /// Most samples and blocks.
@@ -66,7 +66,7 @@ impl Kept {
         }
         let caught_up = self.caught_up();
         self.samples.extend_from_slice(block.samples());
-        self.blocks.push((self.samples.len(), block.header.paths));
+        self.blocks.push((self.samples.len(), block.header.first_index, block.header.paths));
         self.fed += usize::from(caught_up);
         true
     }
@@ -104,12 +104,12 @@ impl Kept {
         self.samples.is_empty()
     }
 
-    /// The next block that the film lacks; it counts as one that the film has from now on.
-    pub fn feed(&mut self) -> Option<(&[Sample], PathCounts)> {
-        let &(end, paths) = self.blocks.get(self.fed)?;
+    /// The next block that the film lacks: samples, first index and paths. It counts as one that the film has from now on.
+    pub fn feed(&mut self) -> Option<(&[Sample], u64, PathCounts)> {
+        let &(end, first_index, paths) = self.blocks.get(self.fed)?;
         let start = self.fed.checked_sub(1).map_or(0, |before| self.blocks[before].0);
         self.fed += 1;
-        Some((&self.samples[start..end], paths))
+        Some((&self.samples[start..end], first_index, paths))
     }
 }
 
@@ -130,7 +130,8 @@ mod tests {
 
     fn all(kept: &mut Kept) -> (Vec<f32>, u64) {
         let (mut seen, mut paths) = (Vec::new(), 0);
-        while let Some((samples, counts)) = kept.feed() {
+        while let Some((samples, first_index, counts)) = kept.feed() {
+            assert!(samples.first().is_none_or(|s| s.uv[1] == first_index as f32));
             seen.extend(samples.iter().map(|s| s.uv[1]));
             paths += counts.camera;
         }
@@ -145,7 +146,7 @@ mod tests {
         }
         assert!(kept.caught_up() && kept.feed().is_none());
         kept.rewind();
-        assert!(kept.feed().is_some_and(|(samples, _)| samples.len() == 3));
+        assert!(kept.feed().is_some_and(|(samples, ..)| samples.len() == 3));
         // While the new film is behind, blocks queue up.
         assert!(kept.push_for_later(&block(2, 15)));
         let (seen, paths) = all(&mut kept);

@@ -62,6 +62,24 @@ pub enum ImageError {
         found: String,
     },
 
+    /// It is not clear which channels of the file are the picture.
+    #[error("cannot tell which channels of {} are the picture: {reason}", path.display())]
+    Layer {
+        /// The file.
+        path: PathBuf,
+        /// What was looked for and what there is.
+        reason: String,
+    },
+
+    /// The picture has more pixels than a comparison can take.
+    #[error("a picture of {}×{} pixels is too large to be compared: cut both to {most} pixels", size.0, size.1)]
+    TooLarge {
+        /// Width and height.
+        size: (usize, usize),
+        /// Most pixels.
+        most: usize,
+    },
+
     /// Pictures of different sizes cannot be compared.
     #[error("cannot compare pictures of {}×{} and {}×{} pixels: render both at the same size", a.0, a.1, b.0, b.1)]
     Size {

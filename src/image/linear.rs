@@ -3,9 +3,11 @@
 use std::io::Cursor;
 use std::path::Path;
 
+use crate::color::srgb;
 use crate::image::error::ImageError;
 use crate::image::exr::{self, Layers};
 use crate::image::grid::Grid;
+use crate::image::layer;
 
 /// Linear R, G, B of the file with these `bytes`; `path` only names it in errors. What it is, its first bytes say:
 /// OpenEXR (`R G B`, or `Y` for grey), or PNG of any kind, which is decoded from the curve of sRGB (IEC 61966-2-1),
@@ -43,15 +45,10 @@ pub fn decode(path: &Path, bytes: &[u8], most: usize) -> Result<Grid<[f32; 3]>, 
 
 /// The colours of an EXR file: of the main layer, or of the only one.
 fn colours(path: &Path, layers: &Layers) -> Result<Vec<[f32; 3]>, ImageError> {
-    if let (None, Some(y)) = (layers.channel("R"), layers.channel("Y")) {
-        return Ok(y.iter().map(|v| [*v; 3]).collect());
+    if let Some(layer) = layer::main(layers) {
+        return Ok(layer.pixels());
     }
-    let mut reds = layers.channels.iter().filter_map(|(name, _)| name.strip_suffix(".R"));
-    let prefix = match (layers.channel("R"), reds.next(), reds.next()) {
-        (None, Some(only), None) => format!("{only}."),
-        _ => String::new(),
-    };
-    let channel = |name: &str| exr::channel(path, layers, &format!("{prefix}{name}"));
+    let channel = |name: &str| exr::channel(path, layers, name);
     let (r, g, b) = (channel("R")?, channel("G")?, channel("B")?);
     Ok(r.iter().zip(g).zip(b).map(|((r, g), b)| [*r, *g, *b]).collect())
 }
@@ -74,9 +71,9 @@ fn png(bytes: &[u8], check: impl Fn(usize, usize) -> Result<(), ImageError>) -> 
     let wide = depth == png::BitDepth::Sixteen;
     let mut data = vec![0; reader.output_buffer_size().unwrap_or_default()];
     reader.next_frame(&mut data).map_err(PngError::Png)?;
-    let curve: Vec<f32> = (0..=255u8).map(|v| from_srgb(f32::from(v) / 255.0)).collect();
+    let curve: Vec<f32> = (0..=255u8).map(|v| srgb::decode(f32::from(v) / 255.0)).collect();
     let value = |i: usize| match wide {
-        true => from_srgb(f32::from(u16::from_be_bytes([data[2 * i], data[2 * i + 1]])) / 65_535.0),
+        true => srgb::decode(f32::from(u16::from_be_bytes([data[2 * i], data[2 * i + 1]])) / 65_535.0),
         false => curve[usize::from(data[i])],
     };
     let pixel = |i: usize| {
@@ -84,11 +81,6 @@ fn png(bytes: &[u8], check: impl Fn(usize, usize) -> Result<(), ImageError>) -> 
         if samples < 3 { [value(first); 3] } else { [0, 1, 2].map(|c| value(first + c)) }
     };
     Ok((width, height, (0..width * height).map(pixel).collect()))
-}
-
-/// IEC 61966-2-1, from the signal in [0, 1].
-fn from_srgb(v: f32) -> f32 {
-    if v <= 0.040_45 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
 }
 
 #[cfg(test)]
@@ -109,7 +101,7 @@ mod tests {
     #[test]
     fn png_of_every_kind_is_decoded_from_srgb() {
         use png::{BitDepth::*, ColorType::*};
-        let middle = from_srgb(188.0 / 255.0);
+        let middle = srgb::decode(188.0 / 255.0);
         assert!((middle - 0.5029).abs() < 1e-3, "{middle}");
         for (color, depth, data) in [
             (Rgb, Eight, &[255, 188, 0, 188, 188, 188][..]),

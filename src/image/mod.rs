@@ -7,6 +7,7 @@ pub mod compare;
 pub mod error;
 pub mod exr;
 pub mod grid;
+pub mod layer;
 pub mod linear;
 pub mod png;
 pub mod write;

@@ -1,5 +1,7 @@
-//! Mathematics that knows nothing of rendering: frames, warps, distributions, the error function, float bounds.
+//! Mathematics that knows nothing of rendering: frames, warps, distributions, the error function, float bounds, mixing of
+//! bits.
 
+pub mod bits;
 pub mod distribution;
 pub mod distribution_2d;
 pub mod erf;

@@ -1,10 +1,12 @@
 //! The caller's handle to the tracing threads.
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::thread::{Builder, JoinHandle};
 use std::time::Duration;
 
+use crate::server::cost::{CostGrid, CostMap};
 use crate::server::error::ServerError;
 use crate::server::job::{RenderJob, Task};
 use crate::server::priority::Priority;
@@ -23,6 +25,7 @@ pub struct Server {
     /// The render commanded last.
     latest: Mutex<Option<Arc<Task>>>,
     threads: usize,
+    timed: AtomicBool,
     spans: Arc<SpanLog>,
     wrapper: Mutex<Option<JoinHandle<()>>>,
 }
@@ -68,6 +71,7 @@ impl Server {
             hub,
             latest: Mutex::new(None),
             threads,
+            timed: AtomicBool::new(false),
             spans,
             wrapper: Mutex::new(Some(wrapper)),
         };
@@ -81,7 +85,8 @@ impl Server {
     ///
     /// [`ServerError::StaleEpoch`] unless `epoch` is newer than every one before; [`ServerError::Terminated`].
     pub fn render<I: Integrator>(&self, job: RenderJob<I>, epoch: Epoch) -> Result<(), ServerError> {
-        let task = Arc::new(Task::new(&job, epoch, self.threads));
+        let timed = self.timed.load(Ordering::Relaxed);
+        let task = Arc::new(Task::new(&job, epoch, (self.threads, timed)));
         let integrator = job.integrator;
         let work: Work =
             Arc::new(move |worker, task, watch| trace_chunks(integrator.as_ref(), worker, task, watch));
@@ -135,6 +140,20 @@ impl Server {
             epoch: task.epoch,
             workers: task.stats.iter().map(StatsCell::read).collect(),
         })
+    }
+
+    /// Has paths timed by the region of the picture, or not, from the next render on; see [`Server::cost_map`]. It costs
+    /// a few nanoseconds per path.
+    pub fn set_cost_map(&self, on: bool) {
+        self.timed.store(on, Ordering::Relaxed);
+    }
+
+    /// What paths of the render commanded last cost by region; nothing unless [`Server::set_cost_map`] asked for it before.
+    ///
+    /// A path is charged to the place of its first camera sample, or of its first sample where it has none: the map means
+    /// something for methods whose indices are one path each from the camera.
+    pub fn cost_map(&self) -> CostMap {
+        unpoisoned(&self.latest).as_ref().map_or_else(CostMap::default, |task| CostGrid::read(&task.costs))
     }
 
     /// Switches the recording of [`Span`](crate::server::Span)s on or off, for the chunks that begin from now on. Off, it

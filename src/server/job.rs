@@ -5,12 +5,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
+use crate::server::cost::CostGrid;
 use crate::server::stats::StatsCell;
 use crate::stream::{Epoch, UvWindow};
 use crate::tracer::Integrator;
 
-/// Indices a worker claims at once: a power of 4, so that every chunk alone covers the whole screen evenly.
-pub const CHUNK: u64 = 1024;
+pub use crate::stream::CHUNK;
 
 /// Blocks are sent at this age even when they are not full.
 pub const DEADLINE: Duration = Duration::from_millis(2);
@@ -43,18 +43,23 @@ pub(super) struct Task {
     pub(super) window: UvWindow,
     pub(super) deadline: Option<Duration>,
     pub(super) stats: Vec<StatsCell>,
+    /// One per worker, or none.
+    pub(super) costs: Vec<CostGrid>,
     range: Range<u64>,
     /// Chunks handed out.
     claimed: AtomicU64,
 }
 
 impl Task {
-    pub(super) fn new<I>(job: &RenderJob<I>, epoch: Epoch, threads: usize) -> Self {
+    /// `timed`: some paths are timed, for a map of costs.
+    pub(super) fn new<I>(job: &RenderJob<I>, epoch: Epoch, (threads, timed): (usize, bool)) -> Self {
+        let grids = if timed { threads } else { 0 };
         Self {
             epoch,
             window: job.window,
             deadline: job.deadline,
             stats: std::iter::repeat_with(StatsCell::default).take(threads).collect(),
+            costs: std::iter::repeat_with(CostGrid::default).take(grids).collect(),
             range: job.range.clone(),
             claimed: AtomicU64::new(0),
         }
@@ -80,6 +85,7 @@ mod tests {
             window: UvWindow::PICTURE,
             deadline: None,
             stats: Vec::new(),
+            costs: Vec::new(),
             range,
             claimed: AtomicU64::new(0),
         };

@@ -37,6 +37,7 @@
 //! # Ok::<(), ServerError>(())
 //! ```
 
+pub mod cost;
 pub mod error;
 pub mod handle;
 pub mod job;
@@ -46,9 +47,10 @@ pub mod stats;
 mod worker;
 mod wrapper;
 
+pub use cost::{COST_CELLS, CostMap};
 pub use error::ServerError;
 pub use handle::Server;
 pub use job::{CHUNK, DEADLINE, RenderJob};
 pub use priority::Priority;
 pub use spans::{Span, Spans};
-pub use stats::{Stats, WorkerStats};
+pub use stats::{Stats, WorkerStats, thread_cpu_time};

@@ -14,7 +14,7 @@ pub enum Priority {
 impl Priority {
     /// Gives the calling thread this priority. Lowering it needs no rights; where a system knows no priorities of threads,
     /// it stays as it was, which costs responsiveness and nothing else.
-    pub(super) fn apply(self) {
+    pub fn apply(self) {
         #[cfg(target_os = "linux")]
         if self == Priority::Background {
             /// The lowest of nice(2).

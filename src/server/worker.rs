@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender};
 use std::time::{Duration, Instant};
 
+use crate::server::cost::Probe;
 use crate::server::job::Task;
 use crate::server::priority::Priority;
 use crate::server::spans::SpanLog;
@@ -76,6 +77,7 @@ pub(super) fn trace_chunks<I: Integrator>(
     let hub = sink.writer().hub().clone();
     let mut scratch = I::Scratch::default();
     let paths = integrator.paths_per_index();
+    let probe = Probe::new(task.costs.get(*number));
     let mut clock = Clock::new((watch, &task.stats[*number]), task.deadline, sink);
     while let Some(chunk) = task.claim() {
         let span = spans.begin(chunk.start, sink.writer());
@@ -87,7 +89,9 @@ pub(super) fn trace_chunks<I: Integrator>(
                 return Finish::Aborted;
             }
             sink.begin_path(index);
+            let begun = probe.begin(index);
             integrator.trace(index, &mut scratch, sink);
+            probe.end(begun, sink);
             sink.end_path(paths);
             clock.after_path(sink);
         }

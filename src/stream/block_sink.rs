@@ -121,6 +121,14 @@ impl BlockSink {
         self.index
     }
 
+    /// Where the path begun last has its first camera sample among those not sent yet; its first sample, if it has none of the
+    /// camera.
+    pub fn place_of_path(&self) -> Option<[f32; 2]> {
+        let samples = self.block.samples().get(self.path_start..)?;
+        let camera = samples.iter().find(|sample| sample.w > 0.0);
+        camera.or(samples.first()).map(|sample| sample.uv)
+    }
+
     /// Totals of everything flushed.
     pub fn totals(&self) -> &Totals {
         &self.totals

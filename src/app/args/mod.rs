@@ -1,17 +1,21 @@
 //! The command line, turned into plain option structs: one file per subcommand, and the groups that they share.
 
 pub mod bench;
+pub mod compare;
 pub mod display;
 pub mod effects;
 pub mod explain;
 mod parse;
 pub mod render;
 pub mod scene;
+pub mod study;
 pub mod view;
 
 pub use bench::BenchArgs;
+pub use compare::CompareArgs;
 pub use explain::ExplainArgs;
-pub use render::RenderArgs;
+pub use render::{QuantityArg, RenderArgs};
+pub use study::StudyArgs;
 pub use view::ViewArgs;
 
 use clap::{Parser, Subcommand};
@@ -36,6 +40,10 @@ pub enum Command {
     Bench(Box<BenchArgs>),
     /// Say which effects a scene calls for, why, and what each costs.
     Explain(Box<ExplainArgs>),
+    /// Say how far a picture is from a reference, by several figures; reads EXR files of any program.
+    Compare(Box<CompareArgs>),
+    /// Say what accuracy costs in time: convergence, prices, predictions, as a page and a table.
+    Study(Box<StudyArgs>),
     /// List the Vulkan devices and say of each whether it can be used.
     Devices,
 }

@@ -55,6 +55,17 @@ pub(super) fn share(text: &str) -> Result<f64, String> {
     share.ok_or_else(|| "expected a share between 0 and 1, such as 0.01".to_string())
 }
 
+/// A relative error, `1%` or `0.01`.
+pub(super) fn error(text: &str) -> Result<f64, String> {
+    let (number, unit) = match text.trim().strip_suffix('%') {
+        Some(number) => (number.trim_end(), 0.01),
+        None => (text.trim(), 1.0),
+    };
+    let error = number.parse::<f64>().ok().map(|value| value * unit);
+    let error = error.filter(|error| (1e-6..=10.0).contains(error));
+    error.ok_or_else(|| "expected a relative error between 0.0001% and 1000%, such as 1% or 0.01".to_string())
+}
+
 pub(super) fn depth(text: &str) -> Result<MaxDepth, String> {
     match text.parse::<i64>() {
         Ok(-1) => Ok(MaxDepth(None)),
@@ -125,6 +136,14 @@ mod tests {
         assert_eq!(count("18446744073709551615"), Ok(u64::MAX));
         for bad in ["", "k", "0", "-3", "1e99", "nan", "0.0001k", "ten", "4 4"] {
             assert!(count(bad).is_err(), "{bad:?} was accepted");
+        }
+    }
+
+    #[test]
+    fn errors_are_shares_or_per_cents() {
+        assert_eq!((error("1%"), error("0.5 %"), error("0.02")), (Ok(0.01), Ok(0.005), Ok(0.02)));
+        for bad in ["", "%", "0", "-1%", "nan", "inf%", "2000%", "1e-9", "one"] {
+            assert!(error(bad).is_err(), "{bad:?} was accepted");
         }
     }
 

@@ -3,11 +3,33 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use clap::{ArgGroup, Args};
+use clap::{ArgGroup, Args, ValueEnum};
 
 use super::display::DisplayArgs;
-use super::parse::{count, seconds, share};
+use super::parse::{count, error, seconds, share};
 use super::scene::SceneArgs;
+use crate::study::Quantity;
+
+/// `--error-at`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum QuantityArg {
+    /// Half of the picture is better.
+    Median,
+    /// 95 % of it are.
+    P95,
+    /// 99 % are.
+    P99,
+}
+
+impl From<QuantityArg> for Quantity {
+    fn from(at: QuantityArg) -> Self {
+        match at {
+            QuantityArg::Median => Quantity::Median,
+            QuantityArg::P95 => Quantity::P95,
+            QuantityArg::P99 => Quantity::P99,
+        }
+    }
+}
 
 /// Options of `pointillist render`.
 #[derive(Args, Debug)]
@@ -32,6 +54,19 @@ pub struct RenderArgs {
     /// Stop after this many seconds of rendering.
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pub time: Option<Duration>,
+
+    /// Stop when 95 % of the picture has this relative error or less, as 1% or 0.01; with --time, --spp or --samples whichever is
+    /// first.
+    #[arg(long, value_name = "E", value_parser = error)]
+    pub error: Option<f64>,
+
+    /// The part of the picture that --error is about.
+    #[arg(long, value_name = "SHARE", default_value = "p95", requires = "error")]
+    pub error_at: QuantityArg,
+
+    /// Randomisations side by side, whose difference tells the error: 2, or 1 for a picture that does not know its own.
+    #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=2))]
+    pub replicates: u8,
 
     /// First index of the sequence; the picture holds the paths from there on (for replaying one, with --samples 1).
     #[arg(long, value_name = "N", default_value_t = 0)]

@@ -32,6 +32,10 @@ pub struct ViewArgs {
     #[arg(long)]
     pub deterministic: bool,
 
+    /// Randomisations side by side, whose difference tells the error: 2, or 1 for a picture that does not know its own.
+    #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=2))]
+    pub replicates: u8,
+
     /// How it is shown.
     #[command(flatten)]
     pub display: DisplayArgs,

@@ -15,7 +15,7 @@ use miette::{IntoDiagnostic, Result};
 
 use super::args::display::DisplayArgs;
 use super::args::scene::SceneArgs;
-use super::args::{BenchArgs, RenderArgs};
+use super::args::{BenchArgs, QuantityArg, RenderArgs};
 use super::auto;
 use super::device::Device;
 use super::facts::RunFacts;
@@ -92,6 +92,9 @@ pub fn as_render(source: &SceneArgs, display: &DisplayArgs) -> RenderArgs {
         samples: None,
         spp: None,
         time: None,
+        error: None,
+        error_at: QuantityArg::P95,
+        replicates: 2,
         first_index: 0,
         deterministic: false,
         check_plan: 0.0,

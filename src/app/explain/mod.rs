@@ -1,7 +1,7 @@
 //! `pointillist explain`: what a scene and these options call for, effect by effect, why, and what it costs.
 
 mod cost;
-mod price;
+pub mod price;
 mod table;
 
 use std::path::Path;
@@ -67,7 +67,7 @@ pub fn explain(args: &ExplainArgs) -> Result<()> {
     let mut plan = plan(&loaded.desc, &facts, &settings);
     let (mut memory, mut pipelines) = (None, None);
     if !args.no_costs {
-        price::charge(&mut plan, &loaded.desc, (&scene, &camera), &facts)?;
+        price::charge(&mut plan, &loaded.desc, (&scene, &camera), (&facts, price::THOROUGH))?;
         if let Device::Vulkan(gpu) = &device {
             let inventory =
                 cost::charge(&mut plan, (&settings, facts.integrator), |settings, integrator| {

@@ -11,19 +11,29 @@ use crate::app::{interrupt, method};
 use crate::color::Xyz;
 use crate::scene::SceneDesc;
 use crate::scene::desc::IntegratorKind;
+use crate::server::thread_cpu_time;
 use crate::stream::{SampleSink, UvWindow};
 use crate::tracer::features;
 use crate::tracer::integrator::{BidirectionalTracer, ParticleTracer, PathTracer, PhotonTracer};
 use crate::tracer::{Camera, Integrator, Scene};
 
-/// Time of one turn.
-const TURN: Duration = Duration::from_millis(20);
+/// How well costs are measured.
+#[derive(Clone, Copy, Debug)]
+pub struct Effort {
+    /// Time of one turn.
+    pub turn: Duration,
+    /// Turns of each; the median counts.
+    pub turns: usize,
+}
 
-/// Turns of each; the median counts.
-const TURNS: usize = 9;
+/// For a table of figures.
+pub const THOROUGH: Effort = Effort { turn: Duration::from_millis(20), turns: 9 };
+
+/// For somebody who waits: about a second of a processor for all effects.
+pub const BRIEF: Effort = Effort { turn: Duration::from_millis(6), turns: 7 };
 
 /// Indices between two looks at the clock.
-const AT_ONCE: u64 = 32;
+const AT_ONCE: u64 = 64;
 
 /// Charges the tracer's effects: those that are on with the share of the tracing time that is saved without them, those that are
 /// off with what a small example of them would add. Nothing, where an effect cannot be left out or added.
@@ -37,11 +47,36 @@ pub fn charge(
     plan: &mut [Entry],
     desc: &SceneDesc,
     (scene, camera): (&Arc<Scene>, &Camera),
-    facts: &RunFacts,
+    (facts, effort): (&RunFacts, Effort),
 ) -> Result<()> {
+    let measured = ratios(plan, desc, (scene, camera), (facts, effort))?;
+    for (entry, mut turns) in plan.iter_mut().zip(measured) {
+        turns.sort_by(f64::total_cmp);
+        let Some(ratio) = turns.get(turns.len() / 2) else { continue };
+        match entry.on {
+            true => entry.cost.share = Some(1.0 - ratio),
+            false => entry.cost.if_on_share = Some(ratio - 1.0),
+        }
+    }
+    Ok(())
+}
+
+/// For every entry of the plan: the time of a path without the effect, or with it where it is off, over that of a path of the
+/// scene as it is, turn by turn. No turn where the effect cannot be left out or added.
+///
+/// # Errors
+///
+/// As [`charge`].
+pub fn ratios(
+    plan: &[Entry],
+    desc: &SceneDesc,
+    (scene, camera): (&Arc<Scene>, &Camera),
+    (facts, Effort { turn, turns }): (&RunFacts, Effort),
+) -> Result<Vec<Vec<f64>>> {
     let mut now = runner(facts, (scene.clone(), camera.clone()), desc);
-    now(TURN);
-    for entry in plan.iter_mut() {
+    now(turn);
+    let mut all = vec![Vec::new(); plan.len()];
+    for (entry, measured) in plan.iter().zip(&mut all) {
         let Some(feature) = entry.feature.filter(|_| !interrupt::asked()) else { continue };
         let mut other = desc.clone();
         other.integrator.kind = facts.integrator;
@@ -55,22 +90,17 @@ pub fn charge(
         let scene = Arc::new(scene.edited(&other).into_diagnostic()?);
         let camera = Camera::of(&other).into_diagnostic()?;
         let mut other = runner(facts, (scene, camera), &other);
-        other(TURN);
-        let mut ratios: Vec<f64> = (0..TURNS).map(|_| other(TURN) / now(TURN)).collect();
-        ratios.sort_by(f64::total_cmp);
-        let ratio = ratios[TURNS / 2];
-        match entry.on {
-            true => entry.cost.share = Some(1.0 - ratio),
-            false => entry.cost.if_on_share = Some(ratio - 1.0),
-        }
+        other(turn);
+        *measured = (0..turns).map(|_| other(turn) / now(turn)).collect();
     }
-    Ok(())
+    Ok(all)
 }
 
 /// Traces for about as long as it is told to, and tells the seconds of a path.
-type Runner = Box<dyn FnMut(Duration) -> f64>;
+pub type Runner = Box<dyn FnMut(Duration) -> f64>;
 
-fn runner(facts: &RunFacts, scene: (Arc<Scene>, Camera), desc: &SceneDesc) -> Runner {
+/// A runner of a scene by its method; `desc` names it.
+pub fn runner(facts: &RunFacts, scene: (Arc<Scene>, Camera), desc: &SceneDesc) -> Runner {
     let facts = RunFacts { photons: desc.integrator.photons, ..facts.clone() };
     let setup = method::setup(&facts, scene, UvWindow::PICTURE);
     match desc.integrator.kind {
@@ -86,15 +116,37 @@ fn run<I: Integrator>(integrator: I) -> Runner {
     let counts = integrator.paths_per_index();
     let paths = counts.camera.max(counts.light) as f64;
     Box::new(move |time| {
-        let (start, first) = (Instant::now(), next);
-        while start.elapsed() < time {
+        // Of this thread, where the system tells: others may have the processor in between.
+        let (start, cpu, first) = (Instant::now(), thread_cpu_time(), next);
+        let elapsed = || {
+            thread_cpu_time().zip(cpu).map_or_else(|| start.elapsed(), |(now, then)| now.saturating_sub(then))
+        };
+        while elapsed() < time {
             for _ in 0..AT_ONCE {
                 integrator.trace(next, &mut scratch, &mut Nowhere);
                 next += 1;
             }
         }
-        start.elapsed().as_secs_f64() / ((next - first) as f64 * paths)
+        elapsed().as_secs_f64() / ((next - first) as f64 * paths)
     })
+}
+
+/// Luminances of the samples of the first `paths` paths by path tracing.
+pub fn samples(facts: &RunFacts, scene: (Arc<Scene>, Camera), paths: u64) -> Vec<f32> {
+    struct Luminances(Vec<f32>);
+    impl SampleSink for Luminances {
+        fn camera(&mut self, _: [f32; 2], value: Xyz, _: f32) {
+            self.0.push(value.y);
+        }
+
+        fn light(&mut self, _: [f32; 2], value: Xyz) {
+            self.0.push(value.y);
+        }
+    }
+    let tracer = PathTracer { setup: method::setup(facts, scene, UvWindow::PICTURE) };
+    let mut out = Luminances(Vec::new());
+    (0..paths).for_each(|index| tracer.trace(index, &mut Default::default(), &mut out));
+    out.0
 }
 
 /// Takes samples and forgets them.

@@ -74,6 +74,9 @@ impl Viewer {
         if std::mem::take(&mut self.settings_changed) {
             self.controls_changed();
         }
+        if self.costs.take() {
+            self.refresh();
+        }
         for message in self.saving.done() {
             self.say(message);
         }
@@ -113,6 +116,7 @@ impl Viewer {
                 self.edited();
             }
             Action::SetEffect { name, on } => self.set_effect(name, *on)?,
+            Action::MeasureCosts => self.measure_costs()?,
             Action::EndMove => self.user.history.end_move(),
             Action::Deselect => self.user.select(None),
         }

@@ -6,6 +6,7 @@ use miette::{IntoDiagnostic, Result};
 use serde::Serialize;
 
 use crate::app::auto::Chosen;
+use crate::app::error_report::ErrorReport;
 use crate::app::method;
 use crate::app::plan::Entry;
 use crate::app::report::{Seconds, write_json};
@@ -60,6 +61,9 @@ struct Report {
     rasterised_samples: u64,
     traced_samples_per_second: f64,
     rasterised_samples_per_second: f64,
+    /// How wrong the last picture is, if that is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<ErrorReport>,
     passes_ms: std::collections::BTreeMap<&'static str, f64>,
     peak_memory_bytes: Option<u64>,
 }
@@ -127,7 +131,7 @@ impl Viewer {
     }
 
     fn report(&mut self, seconds: f64) -> Report {
-        let traced = self.session.traced();
+        let (traced, error) = (self.session.traced(), self.last_error());
         let figures = &self.figures;
         let losses = self.screen.as_ref().map_or([0; 2], |screen| screen.losses);
         Report {
@@ -160,6 +164,7 @@ impl Viewer {
             rasterised_samples: figures.rasterised,
             traced_samples_per_second: traced as f64 / seconds.max(1e-9),
             rasterised_samples_per_second: figures.rasterised as f64 / seconds.max(1e-9),
+            error,
             passes_ms: figures.passes.iter().copied().collect(),
             peak_memory_bytes: usage::peak_memory_bytes(),
         }
@@ -202,7 +207,7 @@ fn write_pictures(mut viewer: Viewer) -> Result<()> {
 fn from_kept(viewer: &mut Viewer) -> Result<Client, ClientError> {
     let mut film = ReferenceFilm::new(viewer.spec(), 0)?;
     viewer.kept.rewind();
-    while let Some((samples, paths)) = viewer.kept.feed() {
+    while let Some((samples, _, paths)) = viewer.kept.feed() {
         film.count_paths(paths);
         film.add(samples)?;
     }

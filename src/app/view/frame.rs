@@ -125,10 +125,13 @@ impl Viewer {
         };
         let mut left = budget;
         while left > 0
-            && let Some((samples, paths)) = self.kept.feed()
+            && let Some((samples, first_index, paths)) = self.kept.feed()
         {
             film.count_paths(paths);
             film.add(samples)?;
+            if let Some(observer) = &self.observer {
+                observer.samples(first_index, paths, samples);
+            }
             left = left.saturating_sub(samples.len());
             self.figures.rasterised += samples.len() as u64;
         }
@@ -136,12 +139,15 @@ impl Viewer {
             self.read_ahead(budget);
             return Ok(());
         }
-        let (kept, mut failed) = (&mut self.kept, None);
+        let (kept, observer, mut failed) = (&mut self.kept, &self.observer, None);
         let drained = self.session.drain(left.max(1024), |block| {
             kept.push(block);
             if failed.is_none() {
                 film.count_paths(block.header.paths);
                 failed = film.add(block.samples()).err();
+                if let Some(observer) = observer {
+                    observer.block(block);
+                }
             }
         });
         self.figures.rasterised += drained.samples as u64;

@@ -179,6 +179,7 @@ impl Viewer {
         }
         let still = self.session.is_through()
             && self.saving.is_empty()
+            && !self.costs.is_measuring()
             && self.kept.caught_up()
             && !(self.pending.restart || self.pending.unseen || self.pending.repaint || self.pending.show)
             && !self.input.is_moving();

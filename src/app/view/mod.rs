@@ -12,10 +12,12 @@
 //! ```
 //!
 //! [`handler`] hears winit and decides when a frame is due; [`frame`] reads like the paper's list; [`session`] is the server's
-//! side, [`screen`] the device's; [`user`] the camera and what was edited; [`ui`] the panel; [`ending`] what is left behind.
+//! side, [`screen`] the device's; [`user`] the camera and what was edited; [`ui`] the panel; [`watching`] the error and the
+//! maps; [`ending`] what is left behind.
 
 mod actions;
 mod cores;
+mod costs;
 mod ending;
 mod figures;
 mod frame;
@@ -28,5 +30,6 @@ mod start;
 mod ui;
 mod user;
 mod viewer;
+mod watching;
 
 pub use start::view;

@@ -33,7 +33,7 @@ impl Viewer {
             self.size = before;
             return Err(error);
         }
-        self.kept.rewind();
+        self.rewind();
         self.pending.repaint = true;
         if before != extent {
             self.figures.resizes += 1;
@@ -46,6 +46,13 @@ impl Viewer {
             self.edited();
         }
         Ok(())
+    }
+
+    /// The film is empty: it and its error are made anew from the samples that are kept, which know the index that they begin
+    /// with and so their replicate. What the store had no room for is missing from both.
+    fn rewind(&mut self) {
+        self.kept.rewind();
+        self.watch(false);
     }
 
     /// Makes the window's colours those that are asked for, or 8 bits where it does not offer them.
@@ -79,9 +86,10 @@ impl Viewer {
         let Some(screen) = &mut self.screen else { return };
         match screen.replace_device(spec) {
             Ok(()) => {
-                self.kept.rewind();
+                self.rewind();
                 self.figures.forget_device();
-                if let Some((capture, gpu)) = self.capture.as_mut().zip(screen.gpu()) {
+                let gpu = self.screen.as_ref().and_then(Screen::gpu);
+                if let Some((capture, gpu)) = self.capture.as_mut().zip(gpu) {
                     capture.replace_gpu(gpu);
                 }
                 (self.pending.repaint, self.pending.show) = (true, true);

@@ -13,7 +13,6 @@ use crate::stream::block::Block;
 use crate::stream::control::{Epoch, Event, Finish};
 use crate::stream::ordered::Cursor;
 use crate::stream::{Drained, Lanes, UvWindow};
-use crate::tracer::integrator::PhotonTracer;
 use crate::tracer::{Camera, Scene};
 
 /// Abort times that are kept.
@@ -45,7 +44,7 @@ pub struct Session {
     /// The first path that panicked.
     panicked: Option<(u64, String)>,
     /// Photons, which outlast a move of the camera.
-    photons: Option<PhotonTracer>,
+    photons: Option<method::Photons>,
 }
 
 impl Session {
@@ -56,6 +55,7 @@ impl Session {
     /// When the system gives no threads.
     pub fn start(threads: usize, paths: Option<u64>, deterministic: bool) -> Result<Self> {
         let (server, lanes) = Server::start_with(threads, Priority::Background).into_diagnostic()?;
+        server.set_cost_map(true);
         let epoch = Epoch(0);
         Ok(Self {
             server,

@@ -21,7 +21,7 @@ use crate::app::view::viewer::{Plan, Viewer};
 use crate::app::{auto, interrupt, load, tell, timings};
 use crate::client::Settings;
 use crate::client::later;
-use crate::client::window::panel::Controls;
+use crate::client::window::panel::{Controls, DEFAULT_TARGET, Show};
 use crate::color::Profile;
 use crate::gpu::{self, DeviceChoice};
 use crate::scene::desc::IntegratorKind;
@@ -96,6 +96,7 @@ fn prepare(args: &ViewArgs, outputs: Outputs) -> Result<Viewer> {
     let input = Input { loaded, forced };
     let mut facts =
         RunFacts { deterministic: args.deterministic, ..RunFacts::of(&args.source, &input, String::new()) };
+    facts.replicated = args.replicates > 1;
     let Input { loaded, forced } = input;
     let name =
         args.source.scene.file_stem().map_or("scene".into(), |stem| stem.to_string_lossy().into_owned());
@@ -108,6 +109,8 @@ fn prepare(args: &ViewArgs, outputs: Outputs) -> Result<Viewer> {
         own_profile: Some(args.display.settings().profile).filter(|p| Profile::named(&p.name).is_none()),
         visible: !args.no_panel,
         help: false,
+        show: Show::default(),
+        target: DEFAULT_TARGET,
     };
     let mut user = User::new(loaded.desc, scene)?;
     forced.into_iter().try_for_each(|forced| user.force(forced))?;
@@ -132,5 +135,7 @@ fn prepare(args: &ViewArgs, outputs: Outputs) -> Result<Viewer> {
         budget: args.fps.map(|fps| Duration::from_secs_f32(1.0 / fps.clamp(0.1, 1000.0))),
         name,
     };
-    Ok(Viewer::new((plan, chooser), session, user, controls))
+    let mut viewer = Viewer::new((plan, chooser), session, user, controls);
+    viewer.start_watching()?;
+    Ok(viewer)
 }

@@ -9,7 +9,7 @@ use crate::app::view::screen::{Screen, Triangles};
 use crate::app::view::viewer::Viewer;
 use crate::app::{method, plan};
 use crate::client::settings::FilmCounts;
-use crate::client::window::panel::{self, Action, Controls, Effect, Readout};
+use crate::client::window::panel::{self, Action, Controls, Effect, Readout, Show};
 use crate::tracer::features::{self, refusal};
 
 /// The panel's figures are drawn anew this often.
@@ -147,7 +147,10 @@ impl Ui {
 impl Viewer {
     /// Something of egui stands over the picture: panel, keys or a message.
     pub fn has_overlay(&self) -> bool {
-        self.controls.visible || self.controls.help || self.ui.as_ref().is_some_and(Ui::tells)
+        self.controls.visible
+            || self.controls.help
+            || self.controls.show != Show::Picture
+            || self.ui.as_ref().is_some_and(Ui::tells)
     }
 
     /// It must be drawn anew.
@@ -168,11 +171,12 @@ impl Viewer {
         if before != (self.controls.settings.clone(), self.controls.filter) {
             self.settings_changed = true;
         }
+        self.aim();
         self.actions.extend(actions);
     }
 
     /// The plan as the panel lists it.
-    fn effects(&mut self) -> Vec<Effect> {
+    pub fn effects(&mut self) -> Vec<Effect> {
         let now = (self.plan.facts.integrator, self.controls.settings.clone());
         if let Some((key, effects)) = &self.listed
             && *key == now
@@ -187,7 +191,7 @@ impl Viewer {
                 is_forced || entry.on && refusal(feature, facts.integrator).is_none() || !entry.on && can_add
             });
             let place = entry.place.map_or(String::new(), |place| format!(" ({place})"));
-            Effect { name: entry.effect, on: entry.on, reason: entry.reason + &place, can_switch }
+            Effect { name: entry.effect, on: entry.on, reason: entry.reason + &place, can_switch, cost: None }
         };
         let effects: Vec<Effect> = self.list().into_iter().map(line).collect();
         self.listed = Some((now, effects.clone()));
@@ -236,7 +240,10 @@ impl Viewer {
             elapsed: self.session.elapsed(),
             message: self.ui.as_ref().and_then(|ui| ui.message(now)).map(str::to_owned),
             selection: self.user.selection(),
-            effects: self.effects(),
+            effects: self.priced_effects(),
+            costs: self.costs.state(),
+            error: self.error(),
+            overlay: self.overlay(now),
             left_out: self.plan.facts.left_out().collect(),
             camera: self.user.camera_words(),
             fov: self.user.history.pose().fov,

@@ -7,14 +7,17 @@ use miette::{IntoDiagnostic, Result};
 
 use crate::app::auto::{self, Chooser};
 use crate::app::facts::RunFacts;
+use crate::app::observer::Observer;
 use crate::app::outputs::Outputs;
 use crate::app::timings::TimingCapture;
+use crate::app::view::costs::Costs;
 use crate::app::view::figures::Figures;
 use crate::app::view::saving::Saving;
 use crate::app::view::screen::{Losses, Screen};
 use crate::app::view::session::Session;
 use crate::app::view::ui::Ui;
 use crate::app::view::user::User;
+use crate::app::view::watching::Maps;
 use crate::client::kept::Kept;
 use crate::client::pacing::Pacer;
 use crate::client::window::input::Input;
@@ -88,6 +91,12 @@ pub struct Viewer {
     pub kept: Kept,
     /// Camera and edits.
     pub user: User,
+    /// Watches the error, where the render is divided into replicates.
+    pub observer: Option<Observer>,
+    /// Maps over the picture.
+    pub maps: Maps,
+    /// What the effects cost, if somebody wants to know.
+    pub costs: Costs,
     /// Chooses the method, where that is asked for.
     pub chooser: Chooser,
     /// Mouse and keys.
@@ -138,6 +147,9 @@ impl Viewer {
             session,
             kept: Kept::default(),
             user,
+            observer: None,
+            maps: Maps::default(),
+            costs: Costs::default(),
             chooser,
             input: Input::new(size),
             controls,
@@ -187,6 +199,7 @@ impl Viewer {
         let camera = self.user.camera(self.size)?;
         self.session.render(&self.plan.facts, (self.user.scene(), camera), self.uv_window())?;
         self.kept.clear();
+        self.watch(true);
         if let Some(film) = self.screen.as_mut().and_then(Screen::film) {
             film.clear().into_diagnostic()?;
         }
@@ -228,6 +241,7 @@ impl Viewer {
         self.pending.restart = true;
         self.chooser.stale = true;
         self.listed = None;
+        self.costs.edited();
     }
 
     /// What the film has received.

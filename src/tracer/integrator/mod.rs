@@ -5,6 +5,7 @@ mod check;
 mod particle;
 mod path;
 mod photon;
+mod replicated;
 mod setup;
 
 pub use bidirectional::{BidirectionalTracer, CAMERA_SUBPATHS, LIGHT_SUBPATHS};
@@ -12,6 +13,7 @@ pub use check::{Checked, Special, Tally};
 pub use particle::ParticleTracer;
 pub use path::PathTracer;
 pub use photon::{PhotonScratch, PhotonTracer};
+pub use replicated::Replicated;
 pub use setup::Setup;
 
 use crate::stream::{PathCounts, SampleSink};

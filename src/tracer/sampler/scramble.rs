@@ -1,5 +1,6 @@
 //! Scrambling: seeds, the nested uniform permutation, the shuffled index.
 
+use crate::math::bits::mix;
 use crate::tracer::sampler::nx8::DIMENSIONS;
 
 /// Nested uniform (Owen) scrambling by hashing, on **bit-reversed** words: bit 0 is the most significant digit.
@@ -59,23 +60,12 @@ impl BlockKey {
     }
 }
 
-const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
-
 /// The next 64 bits of a stream (wyrand; Wang Yi, 2019): one wide multiplication each.
 #[inline(always)]
 fn next(word: &mut u64) -> u64 {
     *word = word.wrapping_add(0xa076_1d64_78bd_642f);
     let product = u128::from(*word) * u128::from(*word ^ 0xe703_7ed1_a0b4_28db);
     product as u64 ^ (product >> 64) as u64
-}
-
-/// The finaliser of SplitMix64 (Steele, Lea, Flood 2014): a bijection that changes half of the bits on average.
-#[inline(always)]
-fn mix(mut z: u64) -> u64 {
-    z = z.wrapping_add(GOLDEN);
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
 }
 
 #[cfg(test)]

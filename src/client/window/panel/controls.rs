@@ -5,11 +5,14 @@ use egui::{ComboBox, Response, Sense, Slider, SliderClamping, Ui};
 use crate::client::settings::{
     Adaptation, Dither, Glare, Masking, Output, Reconstruction, Settings, SplatFilter, ToneCurve, View,
 };
-use crate::client::window::panel::{Controls, style};
+use crate::client::window::panel::{Controls, Show, style};
 use crate::color::Profile;
 
 /// Draws the controls; a double click on a name sets its default again.
 pub(super) fn show(ui: &mut Ui, controls: &mut Controls) {
+    let shows = [("Picture", Show::Picture), ("Error map", Show::ErrorMap), ("Cost map", Show::CostMap)];
+    let hint = "The picture, over it its relative error, or the time that paths take by region";
+    choice(ui, "Show", hint, &mut controls.show, &Show::default(), &shows);
     let (settings, default) = (&mut controls.settings, Settings::default());
     picture(ui, settings, &default, &mut controls.filter);
     ui.separator();

@@ -3,14 +3,20 @@
 mod actions;
 mod controls;
 mod effects;
+mod error;
 mod frame;
 mod graph;
 mod help;
+mod known;
+mod maps;
 mod readout;
 mod selection;
 mod statistics;
 pub mod style;
 
+pub use known::{
+    CostState, DEFAULT_TARGET, EffectCost, ErrorReadout, MapReadout, Overlay, Scale, Show, TARGETS,
+};
 pub use readout::{Effect, Parameter, Readout, Selection, Value};
 
 use crate::client::settings::{Settings, SplatFilter};
@@ -29,6 +35,10 @@ pub struct Controls {
     pub visible: bool,
     /// The list of keys is shown.
     pub help: bool,
+    /// What lies over the picture.
+    pub show: Show,
+    /// Relative error that 95 % of the picture shall stay below.
+    pub target: f64,
 }
 
 /// What the user asks for in the panel.
@@ -59,6 +69,8 @@ pub enum Action {
         /// New value.
         value: Value,
     },
+    /// Measure what the effects of the tracer cost.
+    MeasureCosts,
     /// Forget the selection.
     Deselect,
     /// Leave an effect of the tracer out of the picture, or take it back in.
@@ -77,6 +89,7 @@ pub fn show(ui: &mut egui::Ui, readout: &Readout, controls: &mut Controls) -> Ve
     let ctx = ui.ctx().clone();
     style::apply(&ctx);
     let mut actions = Vec::new();
+    maps::show(&ctx, &readout.overlay);
     if let Some(message) = &readout.message {
         frame::message(&ctx, message);
     }
@@ -91,9 +104,14 @@ pub fn show(ui: &mut egui::Ui, readout: &Readout, controls: &mut Controls) -> Ve
         if let Some(selection) = &readout.selection {
             frame::section(ui, "Selection", true, |ui| selection::show(ui, selection, &mut actions));
         }
+        frame::section(ui, "Error", true, |ui| {
+            error::show(ui, readout.error.as_deref(), &mut controls.target);
+        });
         frame::section(ui, "Figures", true, |ui| statistics::show(ui, &figures));
         frame::section(ui, "Display", true, |ui| controls::show(ui, controls));
-        frame::section(ui, "Effects", false, |ui| effects::show(ui, &readout.effects, &mut actions));
+        frame::section(ui, "Effects", false, |ui| {
+            effects::show(ui, &readout.effects, readout.costs, &mut actions);
+        });
         effects::left_out(ui, &readout.left_out);
         frame::section(ui, "Frame times", true, |ui| graph::show(ui, &figures));
         frame::section(ui, "Camera and files", true, |ui| actions::show(ui, readout, controls, &mut actions));

@@ -1,8 +1,10 @@
 //! What the panel shows: plain data, filled by the viewer.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use crate::client::settings::FilmCounts;
+use crate::client::window::panel::known::{CostState, EffectCost, ErrorReadout, Overlay};
 
 /// What the panel shows; filled anew for every frame.
 #[derive(Clone, Debug, Default)]
@@ -53,6 +55,12 @@ pub struct Readout {
     pub selection: Option<Selection>,
     /// The plan: every effect, on or off.
     pub effects: Vec<Effect>,
+    /// How what they cost stands to the scene as it is.
+    pub costs: CostState,
+    /// The error; `None` where the render is not divided into replicates.
+    pub error: Option<Arc<ErrorReadout>>,
+    /// What lies over the picture.
+    pub overlay: Overlay,
     /// Names of the effects that are forced off.
     pub left_out: Vec<&'static str>,
     /// Camera in words: position, target, field of view.
@@ -72,6 +80,8 @@ pub struct Effect {
     pub reason: String,
     /// It can be left out, or taken back in.
     pub can_switch: bool,
+    /// What it costs, if that was measured.
+    pub cost: Option<EffectCost>,
 }
 
 /// An object picked by a click, or what is shown without one.

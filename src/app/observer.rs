@@ -1,0 +1,358 @@
+//! A thread that watches the error of the picture, so that neither tracing nor the display waits for it.
+//!
+//! What waits for the thread is bounded, and belongs to the present render: when another one begins, the blocks of the last
+//! are forgotten where they stand. Beside a window the thread gives way to everything else, and leaves a render alone that
+//! has only just begun: a camera that is dragged begins sixty of them per second, and nobody reads their error.
+
+use std::collections::VecDeque;
+use std::sync::mpsc::{Sender, channel};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard};
+use std::thread::{Builder, JoinHandle};
+use std::time::{Duration, Instant};
+
+use miette::{IntoDiagnostic, Result, WrapErr};
+
+use super::facts::RunFacts;
+use super::predictions;
+use crate::server::Priority;
+use crate::stream::block::Block;
+use crate::stream::{PathCounts, Sample};
+use crate::study::error::Pixel;
+use crate::study::prediction::Kept;
+use crate::study::{State, Target, Watch};
+
+/// Samples that wait for the thread at most: 64 MiB.
+const MOST: usize = (64 << 20) / size_of::<Sample>();
+
+/// Beside a window a render is left alone for so long.
+const REST: Duration = Duration::from_millis(250);
+
+/// Blocks are taken together that arrive within so long: a thread that wakes up for each takes more from the tracers than its
+/// sums do.
+const PAUSE: Duration = Duration::from_millis(50);
+
+/// Beside whom the thread runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Beside {
+    /// A render without a window: where the thread is behind, whoever hands it a block waits.
+    Render,
+    /// A window, which never waits: blocks for which there is no room are left out, so that the error is said to be larger
+    /// than it is, never smaller.
+    Window,
+}
+
+/// What is said to the thread.
+enum Message {
+    Block {
+        first_index: u64,
+        paths: PathCounts,
+        samples: Box<[Sample]>,
+        at: Duration,
+    },
+    /// Another render begins, after the last one has taken so long: everything before is forgotten.
+    Begin(Box<Watch>, Duration, Arc<RunFacts>),
+    Aim(Option<Target>),
+    /// Answers when everything before has been seen.
+    Sync(Sender<()>),
+    /// Answers with what every pixel knows of itself.
+    Pixels(Sender<Vec<Pixel>>),
+    /// Takes stock a last time and says what came of the predictions.
+    End(Duration, Sender<Vec<Kept>>),
+}
+
+/// What both sides know.
+struct Shared {
+    inbox: Mutex<Inbox>,
+    /// There is something to do.
+    news: Condvar,
+    /// There is room again.
+    room: Condvar,
+    /// What was known at the last look, and of which render.
+    state: Mutex<(u64, Arc<State>)>,
+}
+
+/// What waits for the thread.
+struct Inbox {
+    messages: VecDeque<Message>,
+    /// Samples in it.
+    samples: usize,
+    /// Somebody waits for an answer.
+    asked: bool,
+    /// Blocks are left alone until then.
+    rest: Instant,
+    /// No more will come.
+    closed: bool,
+    /// The thread is gone.
+    gone: bool,
+}
+
+/// A handle to the thread; dropping it ends the thread.
+pub struct Observer {
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+    beside: Beside,
+    began: Instant,
+    facts: Arc<RunFacts>,
+    target: Option<Target>,
+}
+
+impl Observer {
+    /// Watches a render of `facts`, which must be divided into replicates, from now on.
+    ///
+    /// # Errors
+    ///
+    /// When the system refuses a thread.
+    pub fn start(facts: &RunFacts, target: Option<Target>, beside: Beside) -> Result<Self> {
+        let inbox = Inbox {
+            messages: VecDeque::new(),
+            samples: 0,
+            asked: false,
+            rest: Instant::now(),
+            closed: false,
+            gone: false,
+        };
+        let shared = Arc::new(Shared {
+            inbox: Mutex::new(inbox),
+            news: Condvar::new(),
+            room: Condvar::new(),
+            state: Mutex::default(),
+        });
+        let (watch, own) = (watch(facts, target), shared.clone());
+        let run = move || {
+            if beside == Beside::Window {
+                Priority::Background.apply();
+            }
+            let _last = Gone(&own);
+            observe(watch, &own);
+        };
+        let thread = Builder::new().name("observer".to_string()).spawn(run).into_diagnostic();
+        let thread =
+            thread.wrap_err("cannot start the thread that watches the error; --replicates 1 does without")?;
+        let facts = Arc::new(facts.clone());
+        Ok(Self { shared, thread: Some(thread), beside, began: Instant::now(), facts, target })
+    }
+
+    /// Another render begins. What came of the predictions for the last one is logged.
+    pub fn begin(&mut self, facts: &RunFacts) {
+        let ended = self.began.elapsed();
+        self.began = Instant::now();
+        self.forget(facts, ended);
+    }
+
+    /// The same render goes on in another picture, which is filled from its first sample on: another size, another filter.
+    pub fn begin_again(&mut self, facts: &RunFacts) {
+        self.forget(facts, self.began.elapsed());
+    }
+
+    fn forget(&mut self, facts: &RunFacts, ended: Duration) {
+        let watch = Box::new(watch(facts, self.target));
+        let last = std::mem::replace(&mut self.facts, Arc::new(facts.clone()));
+        let mut inbox = unpoisoned(&self.shared.inbox);
+        inbox.messages.retain(|message| !matches!(message, Message::Block { .. }));
+        inbox.samples = 0;
+        if self.beside == Beside::Window {
+            inbox.rest = Instant::now() + REST;
+        }
+        inbox.messages.push_back(Message::Begin(watch, ended, last));
+        // Under the lock, so that the thread cannot be at work on the new one already.
+        let mut state = unpoisoned(&self.shared.state);
+        *state = (state.0 + 1, Arc::default());
+        self.shared.news.notify_one();
+    }
+
+    /// Another error is wanted.
+    pub fn aim(&mut self, target: Option<Target>) {
+        if self.target != target {
+            self.target = target;
+            self.send(Message::Aim(target), false);
+        }
+    }
+
+    /// What is wanted.
+    pub fn target(&self) -> Option<Target> {
+        self.target
+    }
+
+    /// Takes a copy of a block that goes to the film.
+    pub fn block(&self, block: &Block) {
+        self.samples(block.header.first_index, block.header.paths, block.samples());
+    }
+
+    /// The same for a block in parts.
+    pub fn samples(&self, first_index: u64, paths: PathCounts, samples: &[Sample]) {
+        let (at, count) = (self.began.elapsed(), samples.len());
+        let samples: Box<[Sample]> = samples.into();
+        let mut inbox = unpoisoned(&self.shared.inbox);
+        while inbox.samples + count > MOST && !inbox.gone {
+            if self.beside == Beside::Window {
+                return;
+            }
+            inbox = self.shared.room.wait(inbox).unwrap_or_else(|poisoned| poisoned.into_inner());
+        }
+        inbox.samples += count;
+        inbox.messages.push_back(Message::Block { first_index, paths, samples, at });
+        // Otherwise it is awake, or left alone on purpose.
+        if inbox.messages.len() == 1 || inbox.samples > MOST / 2 {
+            self.shared.news.notify_one();
+        }
+    }
+
+    /// What was known at the last look; with [`sync`](Self::sync) before, at the last one that was due.
+    pub fn state(&self) -> Arc<State> {
+        unpoisoned(&self.shared.state).1.clone()
+    }
+
+    /// Time since the render began.
+    pub fn elapsed(&self) -> Duration {
+        self.began.elapsed()
+    }
+
+    /// Samples that wait for the thread.
+    #[cfg(test)]
+    fn waiting(&self) -> usize {
+        unpoisoned(&self.shared.inbox).samples
+    }
+
+    /// Waits until everything has been seen that was handed over before.
+    pub fn sync(&self) {
+        let (answer, answers) = channel();
+        self.send(Message::Sync(answer), true);
+        // An error means that the thread is gone, and with it what there was to wait for.
+        let _ = answers.recv();
+    }
+
+    /// What every pixel knows of itself by now, as [`Replicates::pixels`](crate::study::Replicates::pixels) has it; nothing before
+    /// each replicate has traced a path.
+    pub fn pixels(&self) -> Vec<Pixel> {
+        let (answer, answers) = channel();
+        self.send(Message::Pixels(answer), true);
+        answers.recv().unwrap_or_default()
+    }
+
+    /// Takes stock of everything: the last state, and the predictions with what came of them.
+    pub fn end(&self) -> (Arc<State>, Vec<Kept>) {
+        let (answer, answers) = channel();
+        self.send(Message::End(self.began.elapsed(), answer), true);
+        let kept = answers.recv().unwrap_or_default();
+        (self.state(), kept)
+    }
+
+    fn send(&self, message: Message, asks: bool) {
+        let mut inbox = unpoisoned(&self.shared.inbox);
+        if !inbox.gone {
+            inbox.asked |= asks;
+            inbox.messages.push_back(message);
+        }
+        self.shared.news.notify_one();
+    }
+}
+
+impl Drop for Observer {
+    fn drop(&mut self) {
+        unpoisoned(&self.shared.inbox).closed = true;
+        self.shared.news.notify_one();
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+impl Shared {
+    /// The next message, waited for; `None` at the end. Blocks of a young render stay where they are, unless they become
+    /// many or somebody waits.
+    fn next(&self) -> Option<Message> {
+        let mut inbox = unpoisoned(&self.inbox);
+        loop {
+            let left = inbox.rest.saturating_duration_since(Instant::now());
+            let patient = !inbox.asked && !inbox.closed && inbox.samples <= MOST / 2 && !left.is_zero();
+            match inbox.messages.front() {
+                None if inbox.closed => return None,
+                Some(Message::Block { .. }) if patient => {
+                    let waited = self.news.wait_timeout(inbox, left);
+                    inbox = waited.unwrap_or_else(|poisoned| poisoned.into_inner()).0;
+                }
+                Some(_) => break,
+                None => {
+                    inbox = self.news.wait(inbox).unwrap_or_else(|poisoned| poisoned.into_inner());
+                }
+            }
+        }
+        let message = inbox.messages.pop_front();
+        if let Some(Message::Block { samples, .. }) = &message {
+            inbox.samples = inbox.samples.saturating_sub(samples.len());
+            self.room.notify_one();
+        }
+        inbox.asked &= !inbox.messages.is_empty();
+        if inbox.messages.is_empty() {
+            inbox.rest = inbox.rest.max(Instant::now() + PAUSE);
+        }
+        message
+    }
+
+    /// Makes known what `watch` has seen of render `number`, unless that is over.
+    fn publish(&self, number: u64, watch: &Watch) {
+        let mut state = unpoisoned(&self.state);
+        if state.0 == number {
+            state.1 = Arc::new(watch.state().clone());
+        }
+    }
+}
+
+/// Sees to it that nobody waits for a thread that is gone.
+struct Gone<'a>(&'a Shared);
+
+impl Drop for Gone<'_> {
+    fn drop(&mut self) {
+        let mut inbox = unpoisoned(&self.0.inbox);
+        (inbox.gone, inbox.samples) = (true, 0);
+        inbox.messages.clear();
+        self.0.room.notify_all();
+    }
+}
+
+fn watch(facts: &RunFacts, target: Option<Target>) -> Watch {
+    Watch::new([facts.spec.width, facts.spec.height], facts.spec.filter.energy(), target)
+}
+
+/// The thread.
+fn observe(mut watch: Watch, shared: &Shared) {
+    let mut number = 0;
+    while let Some(message) = shared.next() {
+        match message {
+            Message::Block { first_index, paths, samples, at } => {
+                watch.add(first_index, paths, &samples);
+                if watch.is_due() {
+                    watch.look(at.as_secs_f64());
+                    shared.publish(number, &watch);
+                }
+            }
+            Message::Begin(new, ended, facts) => {
+                predictions::log(&facts, &watch.kept(ended.as_secs_f64()));
+                (watch, number) = (*new, number + 1);
+            }
+            Message::Aim(target) => {
+                watch.aim(target);
+                shared.publish(number, &watch);
+            }
+            Message::Sync(answer) => {
+                let _ = answer.send(());
+            }
+            Message::Pixels(answer) => {
+                let _ = answer.send(watch.replicates().pixels().unwrap_or_default());
+            }
+            Message::End(at, answer) => {
+                watch.look(at.as_secs_f64());
+                shared.publish(number, &watch);
+                let _ = answer.send(watch.kept(at.as_secs_f64()));
+            }
+        }
+    }
+}
+
+/// What is behind the lock is whole at every moment.
+fn unpoisoned<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,112 @@
+//! Renders come and go faster than anybody can look.
+
+use std::path::PathBuf;
+
+use super::*;
+use crate::app::facts::RunFacts;
+use crate::client::{FilmSpec, SplatFilter};
+use crate::color::Xyz;
+use crate::scene::desc::{IntegratorKind, PhotonDesc};
+use crate::stream::block::BLOCK_SAMPLES;
+use crate::stream::control::Epoch;
+use crate::study::Quantity;
+
+fn facts(width: u32, height: u32) -> RunFacts {
+    RunFacts {
+        scene: PathBuf::from("observer test.xml"),
+        defines: Vec::new(),
+        size: None,
+        spec: FilmSpec { width, height, filter: SplatFilter::Box, variance: None },
+        max_depth: None,
+        rr_depth: 5,
+        hide_emitters: false,
+        integrator: IntegratorKind::Path,
+        photons: PhotonDesc::default(),
+        auto: None,
+        effects: Vec::new(),
+        spp: 16,
+        seed: 0,
+        first_index: 0,
+        deterministic: false,
+        replicated: true,
+        device: String::new(),
+    }
+}
+
+/// One chunk of noisy grey over the whole picture.
+fn chunk(number: u64) -> Block {
+    let mut block = Block::default();
+    block.restart(Epoch(1), number * BLOCK_SAMPLES as u64);
+    for i in 0..BLOCK_SAMPLES {
+        let index = number * BLOCK_SAMPLES as u64 + i as u64;
+        let turns = |by: f64| ((index as f64 + 0.5) * by).fract() as f32;
+        let y = 0.5 + turns(0.569_840_290_998_053_3);
+        let uv = [turns(0.754_877_666_246_692_8), turns(0.618_033_988_749_894_9)];
+        assert!(block.push(Sample { uv, xyz: Xyz::new(y, y, y), w: 1.0 }));
+    }
+    block.header.paths = PathCounts { camera: BLOCK_SAMPLES as u64, light: 0 };
+    block
+}
+
+fn aim(error: f64) -> Option<Target> {
+    Some(Target { error, at: Quantity::P95 })
+}
+
+#[test]
+fn the_error_is_known_after_four_samples_per_pixel_and_falls() {
+    let mut observer = Observer::start(&facts(64, 64), aim(0.01), Beside::Window).expect("a thread");
+    observer.begin(&facts(64, 64));
+    (0..8).for_each(|i| observer.block(&chunk(i)));
+    observer.sync();
+    assert!(observer.state().looks.is_empty(), "two samples per pixel");
+    (8..64).for_each(|i| observer.block(&chunk(i)));
+    observer.sync();
+    let state = observer.state();
+    let looks = &state.looks;
+    assert!(looks.len() >= 5 && looks[looks.len() - 1].error < looks[0].error, "{looks:?}");
+    // Another target is answered without another look.
+    let before = state.prediction.map(|said| said.target);
+    observer.aim(aim(0.001));
+    observer.sync();
+    let after = observer.state();
+    assert_eq!((before, after.looks.len()), (Some(0.01), looks.len()));
+    assert_eq!(after.prediction.map(|said| said.target), Some(0.001));
+    observer.begin(&facts(64, 64));
+    assert!(observer.state().looks.is_empty(), "of the new render nothing is known");
+}
+
+#[test]
+fn sixty_renders_in_a_second_leave_nothing_behind() {
+    let large = facts(4096, 2160);
+    let mut observer = Observer::start(&large, aim(0.01), Beside::Window).expect("a thread");
+    let block = chunk(0);
+    for _ in 0..60 {
+        observer.begin(&large);
+        (0..40).for_each(|_| observer.block(&block));
+        assert!(observer.waiting() <= 40 * BLOCK_SAMPLES, "{}", observer.waiting());
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    // A render that lasts is watched, from its first block on.
+    observer.begin(&facts(16, 16));
+    (0..8).for_each(|i| observer.block(&chunk(i)));
+    let (state, _) = observer.end();
+    assert!((state.samples_per_pixel - 32.0).abs() < 1e-9 && observer.waiting() == 0);
+}
+
+#[test]
+fn what_waits_is_bounded() {
+    let small = facts(16, 16);
+    let mut observer = Observer::start(&small, None, Beside::Window).expect("a thread");
+    observer.begin(&small);
+    let blocks = 3 * MOST / BLOCK_SAMPLES;
+    for i in 0..blocks as u64 {
+        observer.block(&chunk(i % 2));
+        assert!(observer.waiting() <= MOST);
+    }
+    observer.end();
+    // Beside a render nothing is left out: it waits.
+    let observer = Observer::start(&small, None, Beside::Render).expect("a thread");
+    (0..blocks as u64).for_each(|i| observer.block(&chunk(i % 2)));
+    let (state, _) = observer.end();
+    assert_eq!(state.samples_per_pixel, (blocks * BLOCK_SAMPLES) as f64 / 256.0);
+}

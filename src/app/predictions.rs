@@ -1,0 +1,132 @@
+//! The log of predictions: what was said during renders on this machine, and what then happened.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use miette::{IntoDiagnostic, Result, WrapErr};
+use serde::{Deserialize, Serialize};
+
+use super::facts::RunFacts;
+use super::{method, tell};
+use crate::study::data::PredictionScore;
+use crate::study::prediction::{Kept, score};
+
+/// Bytes after which a new log begins; the one before is kept beside it.
+const MAX_BYTES: u64 = 8 << 20;
+
+/// One line of the log.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Line {
+    scene: String,
+    method: String,
+    size: [u32; 2],
+    #[serde(flatten)]
+    kept: Kept,
+}
+
+/// Where the log is: in `$POINTILLIST_STATE`, else where the system keeps state of programs. `None` without a home.
+pub fn file() -> Option<PathBuf> {
+    let folder = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
+    let own = folder("POINTILLIST_STATE");
+    let state = || Some(folder("XDG_STATE_HOME")?.join("pointillist"));
+    let home = || Some(folder("HOME")?.join(".local/state/pointillist"));
+    Some(own.or_else(state).or_else(home)?.join("predictions.jsonl"))
+}
+
+/// Adds what came of a render's predictions. A log that cannot be written is no reason to lose a picture: it is told of only
+/// to those who ask.
+pub fn log(facts: &RunFacts, kept: &[Kept]) {
+    if kept.is_empty() {
+        return;
+    }
+    if let Err(error) = append(facts, kept) {
+        tracing::info!("predictions are not logged: {error}");
+    }
+}
+
+fn append(facts: &RunFacts, kept: &[Kept]) -> std::io::Result<()> {
+    let Some(path) = file() else { return Ok(()) };
+    let mut text = String::new();
+    for &kept in kept {
+        let line = Line {
+            scene: facts.scene.display().to_string(),
+            method: method::name(facts.integrator).to_string(),
+            size: [facts.spec.width, facts.spec.height],
+            kept,
+        };
+        text += &(serde_json::to_string(&line)? + "\n");
+    }
+    if let Some(folder) = path.parent() {
+        std::fs::create_dir_all(folder)?;
+    }
+    if std::fs::metadata(&path).is_ok_and(|m| m.len() > MAX_BYTES) {
+        std::fs::rename(&path, path.with_extension("old.jsonl"))?;
+    }
+    // One write, so that the lines of renders that end together do not mix.
+    std::fs::OpenOptions::new().create(true).append(true).open(&path)?.write_all(text.as_bytes())
+}
+
+/// Everything in the log, by method. Lines that cannot be read are counted and left where they are.
+fn read() -> Result<(Vec<Line>, usize)> {
+    let Some(path) = file() else { return Err(no_home()) };
+    let text = match std::fs::read_to_string(&path) {
+        Ok(text) => text,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => String::new(),
+        Err(error) => {
+            return Err(error).into_diagnostic().wrap_err_with(|| format!("cannot read {}", path.display()));
+        }
+    };
+    let lines: Vec<Option<Line>> = text.lines().map(|line| serde_json::from_str(line).ok()).collect();
+    let broken = lines.iter().filter(|line| line.is_none()).count();
+    Ok((lines.into_iter().flatten().collect(), broken))
+}
+
+fn no_home() -> miette::Report {
+    miette::miette!(
+        help = "set POINTILLIST_STATE to a folder",
+        "there is no home, and so no log of predictions"
+    )
+}
+
+/// `pointillist study --predictions`: how often the intervals held.
+///
+/// # Errors
+///
+/// When the log cannot be read.
+pub fn print() -> Result<()> {
+    let (lines, broken) = read()?;
+    let place = file().map(|path| path.display().to_string()).unwrap_or_default();
+    if lines.is_empty() {
+        tell(&format!("no prediction yet in {place}: render something for some seconds"));
+        return Ok(());
+    }
+    let mut groups: Vec<(String, Vec<Kept>)> = Vec::new();
+    for line in &lines {
+        let name = format!("{} {}", line.scene, line.method);
+        match groups.iter_mut().find(|(group, _)| *group == name) {
+            Some((_, kept)) => kept.push(line.kept),
+            None => groups.push((name, vec![line.kept])),
+        }
+    }
+    let mut text = format!(
+        "{:48} {:>6} {:>6} {:>7} {:>6}  said/true\n",
+        "predictions of 90 %", "known", "held", "", "open"
+    );
+    groups.sort_by(|a, b| a.0.cmp(&b.0));
+    let all: Vec<Kept> = lines.iter().map(|line| line.kept).collect();
+    groups.push(("all".to_string(), all));
+    for (name, kept) in &groups {
+        let PredictionScore { known, held, open, ratio } = score(kept);
+        let share = if known > 0 {
+            format!("{:.0} %", 100.0 * held as f64 / known as f64)
+        } else {
+            "–".to_string()
+        };
+        text += &format!("{name:48} {known:>6} {held:>6} {share:>7} {open:>6}  {ratio:.2}\n");
+    }
+    if broken > 0 {
+        text += &format!("{broken} lines of {place} cannot be read\n");
+    }
+    super::report::print(&text, "the predictions");
+    Ok(())
+}

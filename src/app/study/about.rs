@@ -1,0 +1,81 @@
+//! What a study is about: the scene as other subcommands take it, the methods, and the head of what comes out.
+
+use std::path::PathBuf;
+
+use miette::Result;
+
+use super::folder::{self, Folder};
+use super::machine;
+use super::stage::Stage;
+use crate::app::args::StudyArgs;
+use crate::app::args::scene::{MethodArg, SceneArgs};
+use crate::app::facts::quoted;
+use crate::scene::desc::IntegratorKind;
+use crate::study::data::Study;
+use crate::study::measured::Measured;
+
+/// The methods that are compared.
+///
+/// # Errors
+///
+/// Where nothing is left to compare.
+pub fn methods(args: &StudyArgs) -> Result<Vec<IntegratorKind>> {
+    use MethodArg::{Auto, Bidirectional, Light, Path, Photon};
+    if args.methods.contains(&Auto) {
+        return Err(miette::miette!(
+            help = "name those that are to be compared, or leave --methods away",
+            "--methods auto is a choice among methods, not one of them"
+        ));
+    }
+    let all = || vec![Path, Light, Bidirectional, Photon];
+    let wanted = if args.methods.is_empty() { all() } else { args.methods.clone() };
+    Ok(wanted.into_iter().map(IntegratorKind::from).collect())
+}
+
+/// What is traced, as other subcommands take it.
+pub fn source(args: &StudyArgs, scene: PathBuf) -> SceneArgs {
+    SceneArgs {
+        scene,
+        defines: args.defines.clone(),
+        size: args.size,
+        integrator: None,
+        effects: Vec::new(),
+        max_depth: None,
+        threads: args.threads,
+        seed: 0,
+        filter: Some(args.filter),
+        device: args.device.clone(),
+    }
+}
+
+/// Scene, machine, command; and what is not there yet.
+pub fn about(args: &StudyArgs, stage: &Stage, folder: &Folder) -> Study {
+    let has = |f: &dyn Fn(&Measured) -> bool| folder.measured.iter().any(f);
+    let mut missing = Vec::new();
+    for (name, there) in [
+        (
+            "convergence, prices, pictures, predictions, stability: --knobs methods",
+            has(&|m| matches!(m, Measured::Run(_))),
+        ),
+        ("effects: --knobs effects", has(&|m| matches!(m, Measured::Effect(_)))),
+        ("display: --knobs display", has(&|m| matches!(m, Measured::Display(_)))),
+        ("numeric choices: --knobs numeric", has(&|m| matches!(m, Measured::Numeric(_)))),
+        ("replicates: --knobs replicates", has(&|m| matches!(m, Measured::Scheme(_)))),
+    ] {
+        if !there {
+            missing.push(name.to_string());
+        }
+    }
+    let spec = stage.facts.spec;
+    let words = std::env::args_os().skip(1).map(|word| quoted(&word.to_string_lossy()));
+    Study {
+        format: folder::FORMAT,
+        scene: args.scene.as_ref().map(|path| path.display().to_string()).unwrap_or_default(),
+        size: [spec.width, spec.height],
+        machine: machine::machine(&stage.facts.device, stage.threads),
+        command: std::iter::once("pointillist".to_string()).chain(words).collect::<Vec<_>>().join(" "),
+        load_seconds: stage.load_seconds,
+        missing,
+        ..Study::default()
+    }
+}

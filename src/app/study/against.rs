@@ -1,0 +1,214 @@
+//! What errors are measured against, and measuring them.
+
+use std::path::Path;
+
+use miette::{IntoDiagnostic, Result};
+
+use super::folder::Folder;
+use super::pictures::{difference, linear, uri};
+use super::stage::{Limit, Stage, Traced};
+use crate::app::facts::RunFacts;
+use crate::app::{auto, method};
+use crate::client::develop;
+use crate::image::Grid;
+use crate::image::compare::{Picture, luminance, rel_mse, smape};
+use crate::image::exr;
+use crate::scene::desc::IntegratorKind;
+use crate::stream::rejected::Cause;
+use crate::study::data::Reference;
+use crate::study::measured::{Measured, REGIONS, Run};
+use crate::study::{ErrorField, Interval, Part};
+
+/// The reference, ready to be compared with.
+pub struct Against {
+    rgb: Grid<[f32; 3]>,
+    /// As displayed, linear.
+    pub shown: Grid<[f32; 3]>,
+    /// Its own relMSE, 0 if unknown.
+    own: f64,
+    /// Its own relative errors.
+    relative: [f64; 3],
+    mean: f64,
+    /// Seconds of the longest render that it can judge.
+    pub longest: f64,
+}
+
+/// How much longer than the pictures a reference is rendered, at least.
+const LONGER: f64 = 2.5;
+
+/// The file in the folder.
+const FILE: &str = "reference.exr";
+
+impl Against {
+    /// The picture that was given, that of an earlier run, or one that is rendered now for `seconds`.
+    ///
+    /// # Errors
+    ///
+    /// When the picture cannot be read or has another size, or nothing can be rendered.
+    pub fn find(stage: &mut Stage, folder: &mut Folder, given: Option<&Path>, seconds: f64) -> Result<Self> {
+        let known = folder.measured.iter().rev().find_map(|measured| match measured {
+            Measured::Reference(reference) => Some(reference.clone()),
+            _ => None,
+        });
+        let given = given.map(|file| std::path::absolute(file).unwrap_or(file.to_path_buf()));
+        let same = |reference: &Reference| match &given {
+            Some(given) => reference.file == given.display().to_string(),
+            None => true,
+        };
+        if let Some(reference) = known.filter(same)
+            && folder.file(&reference.file).exists()
+        {
+            return Self::read(stage, &folder.file(&reference.file), &reference);
+        }
+        let reference = match &given {
+            Some(file) => {
+                let made_by = "given".to_string();
+                Reference { file: file.display().to_string(), made_by, ..Reference::default() }
+            }
+            None => render(stage, folder, seconds)?,
+        };
+        let against = Self::read(stage, &folder.file(&reference.file), &reference)?;
+        let picture = uri(&against.shown).unwrap_or_default();
+        folder.keep(Measured::Reference(Reference { picture, ..reference }))?;
+        Ok(against)
+    }
+
+    fn read(stage: &Stage, file: &Path, reference: &Reference) -> Result<Self> {
+        let rgb = Picture::read(file, None).into_diagnostic()?.rgb;
+        let wanted = (stage.facts.spec.width as usize, stage.facts.spec.height as usize);
+        if (rgb.width(), rgb.height()) != wanted {
+            return Err(miette::miette!(
+                help = "give --size, or another reference",
+                "{} has {}×{} pixels, the picture {}×{}",
+                file.display(),
+                rgb.width(),
+                rgb.height(),
+                wanted.0,
+                wanted.1
+            ));
+        }
+        let shown = develop::shown(&rgb, &stage.settings);
+        let mean = mean_luminance(&rgb);
+        let longest = if reference.seconds > 0.0 { reference.seconds / LONGER } else { f64::INFINITY };
+        Ok(Self {
+            rgb,
+            shown,
+            own: reference.rel_mse.unwrap_or(0.0),
+            relative: reference.relative,
+            mean,
+            longest,
+        })
+    }
+
+    /// How wrong a picture is: everything of a [`Run`] that follows from its pixels.
+    pub fn judge(&self, rgb: &Grid<[f32; 3]>, shown: &Grid<[f32; 3]>) -> Result<Run> {
+        let error = rel_mse(rgb, &self.rgb).into_diagnostic()?;
+        let size = [rgb.width(), rgb.height()];
+        let field = ErrorField::against(rgb.pixels(), self.rgb.pixels(), size);
+        let figures = field.as_ref().map(|field| field.figures(Part::All)).unwrap_or_default();
+        // What the reference itself is wrong by is no error of the picture; at most half of it is taken off.
+        let off = |value: f64, own: f64| (value - own).max(0.5 * value);
+        let squared = |i: usize| figures.relative[i].map(|e| off(e * e, self.relative[i].powi(2)).sqrt());
+        let (flip, error_map) = difference(shown, &self.shown);
+        let whole = off(error.whole, self.own);
+        let spread = |interval: Interval| match interval.value > 0.0 {
+            true => interval.map(|x| x / interval.value * whole),
+            false => Interval::exact(whole),
+        };
+        Ok(Run {
+            rel_mse: spread(figures.rel_mse),
+            trimmed: off(error.trimmed, self.own),
+            relative: [0, 1, 2].map(squared),
+            smape: smape(rgb, &self.rgb).into_diagnostic()?.mean,
+            flip,
+            energy: mean_luminance(rgb) / self.mean.max(1e-30),
+            regions: field.map(|field| field.coarse(REGIONS)).unwrap_or_default(),
+            picture: uri(shown),
+            error_map,
+            ..Run::default()
+        })
+    }
+
+    /// What of a picture's relMSE is noise.
+    fn noise(&self, traced: &Traced) -> Option<Interval> {
+        let size = [self.rgb.width(), self.rgb.height()];
+        let field = ErrorField::noise(&traced.pixels, self.rgb.pixels(), size)?;
+        Some(field.figures(Part::All).rel_mse)
+    }
+
+    /// The same with all that is known of how the picture came about.
+    pub fn judge_run(&self, stage: &Stage, facts: &RunFacts, traced: &Traced, budget: f64) -> Result<Run> {
+        let shown = linear(&traced.shown, &stage.settings).unwrap_or_default();
+        let (total, paths) = (traced.stats.total(), traced.data.counts.paths());
+        let rejections = total.rejections;
+        let command = |cause: Cause| {
+            let index =
+                rejections.examples().iter().find(|example| example.1 == cause).map(|example| example.0);
+            index.map_or(String::new(), |index| facts.command(index, 1))
+        };
+        let rejected = Cause::ALL.into_iter().filter(|&cause| rejections.count(cause) > 0);
+        let known = traced.state.looks.last().map(|_| traced.state.figures);
+        Ok(Run {
+            method: method::name(facts.integrator).to_string(),
+            budget,
+            seed: facts.seed,
+            seconds: traced.driven.wall.as_secs_f64(),
+            trace_seconds: total.cpu.unwrap_or(total.busy).as_secs_f64(),
+            splat_seconds: traced.driven.rasterise.as_secs_f64(),
+            display_seconds: traced.display_seconds,
+            samples_per_pixel: paths as f64 / stage.texels(),
+            paths,
+            noise: self.noise(traced),
+            stated: known.map(|figures| figures.relative),
+            rejected: rejected
+                .map(|cause| (cause.describe().to_string(), rejections.count(cause), command(cause)))
+                .collect(),
+            kept: traced.kept.clone(),
+            ..self.judge(&traced.rgb, &shown)?
+        })
+    }
+}
+
+fn mean_luminance(rgb: &Grid<[f32; 3]>) -> f64 {
+    rgb.pixels().iter().map(|&rgb| luminance(rgb)).sum::<f64>() / rgb.pixels().len().max(1) as f64
+}
+
+/// Makes a reference by the method that suits the scene, of those without bias.
+fn render(stage: &mut Stage, folder: &Folder, seconds: f64) -> Result<Reference> {
+    let mut facts = stage.run(IntegratorKind::Auto, SEED);
+    auto::settle(&mut facts, &stage.scene, &stage.camera, stage.threads);
+    if facts.integrator == IntegratorKind::Photon {
+        facts.integrator = IntegratorKind::Bidirectional;
+    }
+    let traced = stage.trace(&facts, Limit::Time(std::time::Duration::from_secs_f64(seconds)))?;
+    if traced.driven.interrupted || traced.state.looks.is_empty() {
+        return Err(miette::miette!(
+            help = "give more --budget, a smaller --size, or a picture with --against",
+            "the reference needs more time: too little of it was rendered to be compared with"
+        ));
+    }
+    let file = folder.file(FILE);
+    let mut layers = exr::Layers {
+        width: traced.rgb.width(),
+        height: traced.rgb.height(),
+        attributes: facts.attributes(traced.data.counts.paths(), false),
+        ..exr::Layers::default()
+    };
+    for (i, name) in ["R", "G", "B"].into_iter().enumerate() {
+        layers.push(name, traced.rgb.pixels().iter().map(|rgb| rgb[i]));
+    }
+    exr::write(&file, &layers).into_diagnostic()?;
+    let known = traced.state.looks.last().map(|_| traced.state.figures);
+    Ok(Reference {
+        file: FILE.to_string(),
+        made_by: method::name(facts.integrator).to_string(),
+        seconds: traced.driven.wall.as_secs_f64(),
+        samples_per_pixel: traced.data.counts.paths() as f64 / stage.texels(),
+        rel_mse: known.map(|figures| figures.rel_mse.value),
+        relative: known.map(|figures| figures.relative.map(|i| i.value)).unwrap_or_default(),
+        picture: String::new(),
+    })
+}
+
+/// Seed of references: no run has it.
+const SEED: u32 = 0x5eed;

@@ -1,0 +1,112 @@
+//! Parts 1 and 2: every method at the same times, in turn, again and again.
+
+use std::time::Duration;
+
+use miette::Result;
+
+use super::against::Against;
+use super::folder::Folder;
+use super::stage::{Limit, Stage};
+use super::{Clock, pictures};
+use crate::app::args::study::Peer;
+use crate::app::{interrupt, method, predictions};
+use crate::client::develop;
+use crate::image::compare::Picture;
+use crate::scene::desc::IntegratorKind;
+use crate::study::measured::{Measured, Run};
+
+/// Seconds that pictures are given: those of the paper's Figures 3 and 4 (1/30, 1/3, 3, 30), and between.
+pub const LADDER: [f64; 9] = [1.0 / 30.0, 0.1, 1.0 / 3.0, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0];
+
+/// Pictures of one method and time after which more tell little.
+const ENOUGH: usize = 6;
+
+/// Seconds from which on the first picture of a time is kept for the page.
+const SHOWN: f64 = 0.3;
+
+/// Seconds that judging a picture takes besides, about.
+const JUDGING: f64 = 0.4;
+
+/// Measures until the time is spent. All methods have had every time equally often, whenever it ends; times get equal shares,
+/// so that short ones are repeated.
+///
+/// # Errors
+///
+/// When nothing can be rendered or kept.
+pub fn converge(
+    stage: &mut Stage,
+    folder: &mut Folder,
+    (against, methods): (&Against, &[IntegratorKind]),
+    clock: &Clock,
+) -> Result<()> {
+    for kind in methods {
+        // Pipelines, tables, pages of memory: once, before anything is timed.
+        stage.trace(&stage.run(*kind, 0), Limit::Time(Duration::from_millis(50)))?;
+    }
+    while let Some(budget) = next(folder, methods, against.longest, clock) {
+        for kind in methods {
+            let seed = 1 + runs(folder, *kind, budget) as u32 + (budget * 1000.0) as u32 * 100;
+            let facts = stage.run(*kind, seed);
+            clock.say(&format!("{} for {budget:.2} s", method::name(*kind)));
+            let traced = stage.trace(&facts, Limit::Time(Duration::from_secs_f64(budget)))?;
+            if traced.driven.interrupted {
+                return Ok(());
+            }
+            predictions::log(&facts, &traced.kept);
+            let mut run = against.judge_run(stage, &facts, &traced, budget)?;
+            if budget < SHOWN || runs(folder, *kind, budget) > 0 {
+                (run.picture, run.error_map) = (None, None);
+            }
+            folder.keep(Measured::Run(Box::new(run)))?;
+        }
+    }
+    Ok(())
+}
+
+/// The time that is due next; `None` when all that fit have been measured often enough.
+fn next(folder: &Folder, methods: &[IntegratorKind], longest: f64, clock: &Clock) -> Option<f64> {
+    if interrupt::asked() {
+        return None;
+    }
+    let had = |budget: f64| methods.iter().map(|kind| runs(folder, *kind, budget)).min().unwrap_or(0);
+    let cost = |budget: f64| methods.len() as f64 * (budget + JUDGING);
+    let due = LADDER.into_iter().filter(|&b| b <= longest && had(b) < ENOUGH && cost(b) <= clock.left());
+    due.min_by(|&a, &b| (a * (had(a) + 1) as f64).total_cmp(&(b * (had(b) + 1) as f64)))
+}
+
+/// Pictures of a method and time so far.
+fn runs(folder: &Folder, kind: IntegratorKind, budget: f64) -> usize {
+    let name = method::name(kind);
+    let same = |run: &Run| run.method == name && run.budget == budget;
+    folder.measured.iter().filter(|m| matches!(m, Measured::Run(run) if same(run))).count()
+}
+
+/// Pictures of other programs.
+///
+/// # Errors
+///
+/// When one cannot be read or has another size.
+pub fn peers(stage: &Stage, folder: &mut Folder, against: &Against, peers: &[Peer]) -> Result<()> {
+    for peer in peers {
+        let same = |run: &Run| run.method == peer.name && run.seconds == peer.seconds;
+        if folder.measured.iter().any(|m| matches!(m, Measured::Run(run) if same(run))) {
+            continue;
+        }
+        let picture = Picture::read(&peer.file, None)
+            .map_err(|error| miette::miette!("--peer {}: {error}", peer.name))?;
+        let shown = develop::shown(&picture.rgb, &stage.settings);
+        let judged = against
+            .judge(&picture.rgb, &shown)
+            .map_err(|error| miette::miette!("--peer {}: {error}", peer.name))?;
+        let run = Run {
+            method: peer.name.clone(),
+            peer: true,
+            budget: peer.seconds,
+            seconds: peer.seconds,
+            picture: pictures::uri(&shown),
+            ..judged
+        };
+        folder.keep(Measured::Run(Box::new(run)))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,152 @@
+//! Part 4: what each setting of the display costs on the device, and what it does to the picture.
+
+use miette::Result;
+
+use super::against::Against;
+use super::folder::Folder;
+use super::pictures::{difference, linear};
+use super::stage::{Limit, Stage};
+use super::{Clock, chosen};
+use crate::app::bench;
+use crate::app::facts::RunFacts;
+use crate::app::interrupt;
+use crate::client::{FilmSpec, Glare, Masking, Reconstruction, Settings, SplatFilter, VarianceForm};
+use crate::image::compare::rel_mse;
+use crate::study::Interval;
+use crate::study::data::DisplayPrice;
+use crate::study::measured::Measured;
+
+/// Samples per pixel of the pictures that are judged: the paper's Figure 2, and some more.
+const SAMPLES: [f64; 2] = [0.1, 4.0];
+
+/// Frames whose passes are timed.
+const FRAMES: u32 = 16;
+
+/// Passes of a batch; all others are of a repaint.
+const BATCH: [&str; 3] = ["splat", "fold", "variance"];
+
+/// A setting: its knob, its name, what it makes of the usual ones, and whether it concerns samples.
+struct Setting {
+    knob: &'static str,
+    name: &'static str,
+    settings: Settings,
+    spec: FilmSpec,
+    per_sample: bool,
+    default: bool,
+}
+
+/// Measures every setting.
+///
+/// # Errors
+///
+/// When the device fails.
+pub fn display(stage: &mut Stage, folder: &mut Folder, against: &Against, clock: &Clock) -> Result<()> {
+    let facts = chosen(stage);
+    for samples in SAMPLES {
+        let paths = (samples * stage.texels()).round() as u64;
+        let mut film = None;
+        for setting in settings(stage) {
+            let same = |p: &DisplayPrice| {
+                (&*p.knob, &*p.setting, p.samples_per_pixel) == (setting.knob, setting.name, samples)
+            };
+            if folder.measured.iter().any(|m| matches!(m, Measured::Display(price) if same(price))) {
+                continue;
+            }
+            if interrupt::asked() || clock.left() < 0.0 {
+                return stage.remake(stage.facts.spec);
+            }
+            // The wide ones need a film with variances; a filter has one of its own.
+            if film != Some(setting.spec) {
+                stage.remake(setting.spec)?;
+                let facts = RunFacts { spec: setting.spec, ..facts.clone() };
+                stage.trace(&facts, Limit::Paths(paths))?;
+                film = Some(setting.spec);
+            }
+            clock.say(&format!("{} {} at {samples} samples per pixel", setting.knob, setting.name));
+            let (shown, _) = stage.show(&setting.settings)?;
+            let shown = linear(&shown, &setting.settings).unwrap_or_default();
+            let milliseconds = match samples == SAMPLES[0] {
+                true => time(stage, &facts, &setting)?,
+                false => earlier(folder, &setting),
+            };
+            folder.keep(Measured::Display(DisplayPrice {
+                knob: setting.knob.to_string(),
+                setting: setting.name.to_string(),
+                default: setting.default,
+                milliseconds,
+                per_sample: setting.per_sample,
+                rel_mse: rel_mse(&shown, &against.shown).ok().map(|error| error.whole),
+                flip: Some(difference(&shown, &against.shown).0),
+                samples_per_pixel: samples,
+            }))?;
+        }
+    }
+    stage.remake(stage.facts.spec)
+}
+
+/// Everything that is varied, one at a time.
+fn settings(stage: &Stage) -> Vec<Setting> {
+    let usual = Settings { vm: 0.0, glare: None, ..stage.settings.clone() };
+    let plain = FilmSpec { variance: None, ..stage.facts.spec };
+    let varied = FilmSpec { variance: Some(VarianceForm::Product), ..plain };
+    let mut all = Vec::new();
+    let mut add = |knob, name, settings: &Settings, spec: FilmSpec, default| {
+        let per_sample = knob == "filter" || knob == "variance";
+        all.push(Setting { knob, name, settings: settings.clone(), spec, per_sample, default });
+    };
+    for (name, reconstruction) in [
+        ("windowed Gaussian", Reconstruction::Gaussian),
+        ("Catmull–Rom", Reconstruction::CatmullRom),
+        ("hardware mips", Reconstruction::Mipmap),
+        ("none", Reconstruction::None),
+    ] {
+        let settings = Settings { reconstruction, ..usual.clone() };
+        add("reconstruction", name, &settings, plain, reconstruction == usual.reconstruction);
+    }
+    add("variance", "not kept", &usual, plain, true);
+    let glare = Settings { glare: Some(Glare::default()), ..usual.clone() };
+    add("glare", "photopic", &glare, plain, false);
+    add("variance", "kept", &usual, varied, false);
+    for (name, masking) in [("low-pass", Masking::LowPass), ("bilateral", Masking::Bilateral)] {
+        add("masking", name, &Settings { vm: 1.0, masking, ..usual.clone() }, varied, false);
+    }
+    for (name, filter) in [
+        ("Gaussian, 5×5 texels", SplatFilter::Gaussian),
+        ("tent", SplatFilter::Tent),
+        ("box", SplatFilter::Box),
+    ] {
+        add("filter", name, &usual, FilmSpec { filter, ..plain }, filter == SplatFilter::default());
+    }
+    all
+}
+
+/// Milliseconds on the device, per repaint or per million samples; `None` where there is no device with clocks.
+fn time(stage: &Stage, facts: &RunFacts, setting: &Setting) -> Result<Option<Interval>> {
+    let Some(gpu) = stage.device.gpu() else { return Ok(None) };
+    let facts = RunFacts { spec: setting.spec, ..facts.clone() };
+    let scene = (stage.scene.clone(), stage.camera.clone());
+    let measured = bench::measure(gpu, (&facts, scene, stage.threads), (&setting.settings, FRAMES))?;
+    let passes = measured.passes.iter();
+    let wanted = passes.filter(|(name, _)| *name != "copy" && BATCH.contains(name) == setting.per_sample);
+    let mut frames = vec![0.0; measured.frames.len()];
+    for (_, times) in wanted {
+        for (frame, time) in frames.iter_mut().zip(times) {
+            *frame += time;
+        }
+    }
+    let scale = match setting.per_sample {
+        true => 1e6 * frames.len() as f64 / (measured.samples as f64).max(1.0),
+        false => 1.0,
+    };
+    Ok(Interval::of_median(&frames).map(|mean| mean.map(|ms| ms * scale)))
+}
+
+/// The time that was measured with the first picture.
+fn earlier(folder: &Folder, setting: &Setting) -> Option<Interval> {
+    folder.measured.iter().rev().find_map(|measured| match measured {
+        Measured::Display(price) if price.knob == setting.knob && price.setting == setting.name => {
+            price.milliseconds
+        }
+        _ => None,
+    })
+}

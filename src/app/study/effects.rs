@@ -1,0 +1,116 @@
+//! Part 3: what each effect of the tracer costs in time and noise, and what the picture loses without it.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use miette::{IntoDiagnostic, Result};
+
+use super::against::Against;
+use super::folder::Folder;
+use super::pictures::{difference, linear, uri};
+use super::stage::{Limit, Stage};
+use super::{Clock, chosen};
+use crate::app::explain::price;
+use crate::app::facts::RunFacts;
+use crate::app::{interrupt, plan};
+use crate::study::Interval;
+use crate::study::data::EffectPrice;
+use crate::study::measured::Measured;
+use crate::tracer::features::{self, Feature};
+use crate::tracer::{Camera, Scene};
+
+/// Turns between the scene as planned and the code for everything.
+const TURNS: usize = 9;
+
+/// Measures every effect that can be left out or added.
+///
+/// # Errors
+///
+/// When a scene without an effect cannot be prepared or rendered.
+pub fn effects(stage: &mut Stage, folder: &mut Folder, against: &Against, clock: &Clock) -> Result<()> {
+    if folder.measured.iter().any(|m| matches!(m, Measured::Unused { .. })) {
+        return Ok(());
+    }
+    let facts = chosen(stage);
+    let plan = plan::plan(&stage.desc, &facts, &stage.settings);
+    let view = (&stage.scene, &stage.camera);
+    let ratios = price::ratios(&plan, &stage.desc, view, (&facts, price::THOROUGH))?;
+    let on: Vec<Feature> = plan.iter().filter(|entry| entry.on).filter_map(|entry| entry.feature).collect();
+    // Half a share for the picture with everything, one for each without something.
+    let seconds = (clock.left() / (on.len() as f64 + 2.0) - 0.6).clamp(0.3, 10.0);
+    let limit = Limit::Time(Duration::from_secs_f64(seconds));
+    let whole = stage.trace(&facts, limit)?;
+    if whole.driven.interrupted {
+        return Ok(());
+    }
+    let (flip_whole, _) =
+        difference(&linear(&whole.shown, &stage.settings).unwrap_or_default(), &against.shown);
+    for (entry, turns) in plan.iter().zip(ratios) {
+        let Some(feature) = entry.feature.filter(|_| !interrupt::asked()) else { continue };
+        clock.say(&format!("the picture without {}", feature.name()));
+        let time =
+            Interval::of_median(&turns).map(|ratio| if entry.on { ratio.map(|r| 1.0 / r) } else { ratio });
+        let reason = entry.reason.to_string();
+        let mut price = EffectPrice {
+            name: feature.name().to_string(),
+            on: entry.on,
+            reason,
+            time,
+            ..Default::default()
+        };
+        if entry.on
+            && time.is_some()
+            && let Some(without) = leave_out(stage, &facts, feature, limit)?
+        {
+            let noise = |traced: &super::stage::Traced| {
+                let figures = traced.state.looks.last().map(|_| traced.state.figures.mean_square)?;
+                Some(figures * traced.data.counts.paths() as f64)
+            };
+            if without.driven.interrupted {
+                return Ok(());
+            }
+            price.variance = noise(&without).zip(noise(&whole)).map(|(without, with)| 1.0 - without / with);
+            let shown = linear(&without.shown, &stage.settings).unwrap_or_default();
+            price.loss = Some((difference(&shown, &against.shown).0 - flip_whole).max(0.0));
+            price.picture = uri(&shown);
+        }
+        folder.keep(Measured::Effect(price))?;
+    }
+    unused(stage, folder, &facts)
+}
+
+/// The scene without an effect, rendered; `None` where it cannot be left out.
+fn leave_out(
+    stage: &mut Stage,
+    facts: &RunFacts,
+    feature: Feature,
+    limit: Limit,
+) -> Result<Option<super::stage::Traced>> {
+    let mut other = stage.desc.clone();
+    other.integrator.kind = facts.integrator;
+    if features::without(&mut other, feature).is_err() {
+        return Ok(None);
+    }
+    let scene = Arc::new(stage.scene.edited(&other).into_diagnostic()?);
+    let camera = Camera::of(&other).into_diagnostic()?;
+    let facts =
+        RunFacts { integrator: other.integrator.kind, photons: other.integrator.photons, ..facts.clone() };
+    stage.trace_other(&facts, (scene, camera), limit).map(Some)
+}
+
+/// What leaving out unused effects saves: the scene as planned against the code for everything, in turn.
+fn unused(stage: &Stage, folder: &mut Folder, facts: &RunFacts) -> Result<()> {
+    let general = Arc::new(Scene::prepare_general(&stage.desc).into_diagnostic()?);
+    let mut desc = stage.desc.clone();
+    desc.integrator.kind = facts.integrator;
+    let mut planned = price::runner(facts, (stage.scene.clone(), stage.camera.clone()), &desc);
+    let mut everything = price::runner(facts, (general, stage.camera.clone()), &desc);
+    for run in [&mut planned, &mut everything] {
+        run(price::THOROUGH.turn);
+    }
+    for _ in 0..TURNS {
+        let ratio = everything(price::THOROUGH.turn) / planned(price::THOROUGH.turn);
+        folder.keep(Measured::Unused { ratio })?;
+    }
+    Ok(())
+}

@@ -1,0 +1,171 @@
+//! The folder of a study: what is measured, line by line, and what is made of it.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use miette::{IntoDiagnostic, Result, WrapErr};
+use serde::{Deserialize, Serialize};
+
+use super::stage::Stage;
+use crate::app::tell;
+use crate::image::write::atomically;
+use crate::study::data::Study;
+use crate::study::measured::Measured;
+use crate::study::pages;
+
+/// What the measurements of a folder belong to: its first line. Others do not go together with them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Heading {
+    format: u32,
+    program: String,
+    /// Hash of all that the scene holds and of how it is shown.
+    scene: String,
+    size: [u32; 2],
+    filter: String,
+    cpu: String,
+    threads: usize,
+    device: String,
+}
+
+/// The format of the folder.
+pub const FORMAT: u32 = 1;
+
+/// A folder that is open.
+pub struct Folder {
+    path: PathBuf,
+    file: std::fs::File,
+    /// Everything that was measured in it, by this run or one before.
+    pub measured: Vec<Measured>,
+}
+
+const LINES: &str = "measurements.jsonl";
+
+impl Folder {
+    /// Opens a folder, or makes it.
+    ///
+    /// # Errors
+    ///
+    /// When it cannot be made or read, or holds the study of something else.
+    pub fn open(path: &Path, stage: &Stage) -> Result<Self> {
+        let cannot = |what: &str| format!("cannot {what} {}", path.display());
+        std::fs::create_dir_all(path).into_diagnostic().wrap_err_with(|| cannot("make the folder"))?;
+        let lines = path.join(LINES);
+        let text = match std::fs::read_to_string(&lines) {
+            Ok(text) => text,
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => String::new(),
+            Err(error) => {
+                return Err(error)
+                    .into_diagnostic()
+                    .wrap_err_with(|| format!("cannot read {}", lines.display()));
+            }
+        };
+        let heading = heading(stage);
+        let mut parts = text.split_inclusive('\n');
+        if let Some(first) = parts.next() {
+            let there: Option<Heading> = serde_json::from_str(first).ok();
+            if there.as_ref() != Some(&heading) {
+                return Err(miette::miette!(
+                    help = "give another folder with -o, or remove this one",
+                    "{} holds the study of another scene, size, filter, display, machine or version of the program",
+                    path.display()
+                ));
+            }
+        }
+        // A line without an end was being written when the run ended.
+        let whole = text.rfind('\n').map_or(0, |end| end + 1);
+        let read: Vec<Option<Measured>> =
+            parts.filter(|line| line.ends_with('\n')).map(|line| serde_json::from_str(line).ok()).collect();
+        let broken = read.iter().filter(|line| line.is_none()).count();
+        if broken > 0 {
+            tell(&format!("note: {broken} lines of {} cannot be read and do not count", lines.display()));
+        }
+        let mut measured = Vec::new();
+        read.into_iter().flatten().for_each(|line| take(&mut measured, line));
+        let file = std::fs::OpenOptions::new().create(true).append(true).open(&lines);
+        let mut file = file.into_diagnostic().wrap_err_with(|| cannot("write into"))?;
+        file.set_len(whole as u64).into_diagnostic()?;
+        if whole == 0 {
+            writeln!(file, "{}", serde_json::to_string(&heading).into_diagnostic()?).into_diagnostic()?;
+        }
+        Ok(Self { path: path.to_path_buf(), file, measured })
+    }
+
+    /// A file of the folder.
+    pub fn file(&self, name: &str) -> PathBuf {
+        self.path.join(name)
+    }
+
+    /// Keeps a measurement, at once.
+    ///
+    /// # Errors
+    ///
+    /// When the file cannot be written.
+    pub fn keep(&mut self, measured: Measured) -> Result<()> {
+        let line = serde_json::to_string(&measured).into_diagnostic()? + "\n";
+        let written = self.file.write_all(line.as_bytes()).into_diagnostic();
+        written.wrap_err_with(|| format!("cannot write {}", self.path.join(LINES).display()))?;
+        take(&mut self.measured, measured);
+        Ok(())
+    }
+
+    /// Makes page, table and JSON anew.
+    ///
+    /// # Errors
+    ///
+    /// When a file cannot be written; the others are.
+    pub fn publish(&self, study: &Study) -> Result<()> {
+        let json = serde_json::to_string_pretty(study).into_diagnostic()? + "\n";
+        let files = [
+            ("study.json", json),
+            ("study.csv", pages::csv(study)),
+            ("index.html", pages::html(study)),
+            ("convergence.svg", pages::convergence_svg(study)),
+            ("prices.svg", pages::prices_svg(study)),
+            ("effects.svg", pages::effects_svg(study)),
+        ];
+        let mut outcome = Ok(());
+        for (name, text) in files {
+            let written = atomically(&self.path.join(name), text.as_bytes());
+            outcome = outcome.and(written);
+        }
+        outcome.into_diagnostic()
+    }
+}
+
+/// Adds a measurement; what was measured against another reference does not count any more.
+fn take(all: &mut Vec<Measured>, new: Measured) {
+    if matches!(new, Measured::Reference(_)) {
+        all.clear();
+    }
+    all.push(new);
+}
+
+fn heading(stage: &Stage) -> Heading {
+    let facts = &stage.facts;
+    Heading {
+        format: FORMAT,
+        program: env!("CARGO_PKG_VERSION").to_string(),
+        scene: format!("{:016x}", hash(&(&stage.desc, &stage.settings))),
+        size: [facts.spec.width, facts.spec.height],
+        filter: format!("{:?}", facts.spec.filter),
+        cpu: super::machine::cpu(),
+        threads: stage.threads,
+        device: facts.device.clone(),
+    }
+}
+
+/// FNV-1a of everything that a description says of itself.
+fn hash(desc: &impl std::fmt::Debug) -> u64 {
+    struct Fnv(u64);
+    impl std::fmt::Write for Fnv {
+        fn write_str(&mut self, text: &str) -> std::fmt::Result {
+            for byte in text.bytes() {
+                self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+            }
+            Ok(())
+        }
+    }
+    let mut hash = Fnv(0xcbf2_9ce4_8422_2325);
+    let _ = std::fmt::Write::write_fmt(&mut hash, format_args!("{desc:?}"));
+    hash.0
+}

@@ -1,0 +1,129 @@
+//! `pointillist study`: what accuracy costs in time, on one scene and this machine.
+
+mod about;
+mod against;
+mod collect;
+mod converge;
+mod display;
+mod effects;
+mod folder;
+mod machine;
+mod numeric;
+mod pictures;
+mod schemes;
+mod stage;
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use miette::Result;
+
+use super::args::StudyArgs;
+use super::args::study::Knob;
+use super::facts::RunFacts;
+use super::{auto, interrupt, predictions, tell};
+use crate::scene::desc::IntegratorKind;
+use crate::study::{analysis, pages};
+use against::Against;
+use folder::Folder;
+use stage::Stage;
+
+/// Shares of the budget: the reference, and each part.
+const REFERENCE: f64 = 0.25;
+const PARTS: [(Knob, f64); 5] = [
+    (Knob::Methods, 0.6),
+    (Knob::Effects, 0.5),
+    (Knob::Display, 0.6),
+    (Knob::Numeric, 0.1),
+    (Knob::Replicates, 1.0),
+];
+
+/// What a part may still take.
+pub struct Clock {
+    start: Instant,
+    seconds: f64,
+    quiet: bool,
+}
+
+impl Clock {
+    /// Seconds that are left; negative afterwards.
+    pub fn left(&self) -> f64 {
+        self.seconds - self.start.elapsed().as_secs_f64()
+    }
+
+    /// Says what is being measured.
+    pub fn say(&self, text: &str) {
+        if !self.quiet {
+            tell(&format!("  {text}"));
+        }
+    }
+}
+
+/// Runs the subcommand.
+///
+/// # Errors
+///
+/// Whatever stops it; what was measured before is kept.
+pub fn study(args: &StudyArgs) -> Result<()> {
+    if args.predictions {
+        return predictions::print();
+    }
+    if let (Some(folder), Some(output)) = (&args.collect, &args.output) {
+        return collect::collect(folder, output);
+    }
+    let Some(scene) = &args.scene else { return Ok(()) };
+    interrupt::listen();
+    let budget = Clock { start: Instant::now(), seconds: args.budget.as_secs_f64(), quiet: args.quiet };
+    let mut stage = Stage::new(args, &about::source(args, scene.clone()))?;
+    let path = args.output.clone().unwrap_or_else(|| {
+        let stem = scene.file_stem().unwrap_or_default().to_string_lossy();
+        PathBuf::from(format!("study-{stem}"))
+    });
+    let mut folder = Folder::open(&path, &stage)?;
+    budget.say("the reference");
+    let against =
+        Against::find(&mut stage, &mut folder, args.against.as_deref(), REFERENCE * budget.seconds)?;
+    let outcome = measure(args, &mut stage, (&mut folder, &against), &budget);
+    let study = analysis::study(about::about(args, &stage, &folder), &folder.measured);
+    folder.publish(&study)?;
+    if !args.quiet {
+        super::report::print(&pages::terminal(&study), "the study");
+        tell(&format!("page, table and figures: {}", folder.file("index.html").display()));
+    }
+    outcome
+}
+
+/// One part after another; each takes its share of what is left.
+fn measure(
+    args: &StudyArgs,
+    stage: &mut Stage,
+    (folder, against): (&mut Folder, &Against),
+    budget: &Clock,
+) -> Result<()> {
+    converge::peers(stage, folder, against, &args.peer)?;
+    let wanted = |knob: Knob| args.knobs.is_empty() || args.knobs.contains(&knob);
+    let methods = about::methods(args)?;
+    let last = PARTS.iter().rposition(|(knob, _)| wanted(*knob));
+    for (i, (knob, share)) in PARTS.into_iter().enumerate() {
+        if !wanted(knob) || interrupt::asked() {
+            continue;
+        }
+        let share = if Some(i) == last { 1.0 } else { share };
+        let clock = Clock { start: Instant::now(), seconds: share * budget.left(), quiet: args.quiet };
+        match knob {
+            Knob::Methods => converge::converge(stage, folder, (against, &methods), &clock)?,
+            Knob::Effects => effects::effects(stage, folder, against, &clock)?,
+            Knob::Display => display::display(stage, folder, against, &clock)?,
+            Knob::Numeric => numeric::numeric(stage, folder)?,
+            Knob::Replicates => schemes::schemes(stage, folder, against, &clock)?,
+        }
+    }
+    Ok(())
+}
+
+/// The method that `auto` chooses, which effects and display are measured with.
+fn chosen(stage: &Stage) -> RunFacts {
+    let mut facts = stage.run(IntegratorKind::Auto, 1);
+    auto::settle(&mut facts, &stage.scene, &stage.camera, stage.threads);
+    facts
+}

@@ -1,0 +1,117 @@
+//! Part 5: what more exact arithmetic costs, and what it is good for.
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use miette::Result;
+
+use super::folder::Folder;
+use super::stage::Stage;
+use crate::study::Interval;
+use crate::study::data::NumericPrice;
+use crate::study::measured::Measured;
+
+/// Values in a sum: what one pixel receives in an hour of a fast tracer.
+const TERMS: usize = 1 << 20;
+
+/// Sums that are compared.
+const SUMS: usize = 9;
+
+/// Measures the choices.
+///
+/// # Errors
+///
+/// When the measurements cannot be kept.
+pub fn numeric(stage: &Stage, folder: &mut Folder) -> Result<()> {
+    if folder.measured.iter().any(|m| matches!(m, Measured::Numeric(_))) {
+        return Ok(());
+    }
+    let values = luminances(stage);
+    let exact: f64 = values.iter().map(|&v| f64::from(v)).sum();
+    let plain = |values: &[f32]| f64::from(values.iter().fold(0.0f32, |sum, v| sum + v));
+    let folded = |values: &[f32]| {
+        // As the film does it: short sums in one float, folded into two (Knuth's two-sum).
+        let (mut hi, mut lo) = (0.0f32, 0.0f32);
+        for part in values.chunks(crate::client::filter::ADDS_PER_SUM as usize) {
+            let short = part.iter().fold(0.0f32, |sum, v| sum + v);
+            let sum = hi + short;
+            let back = sum - hi;
+            lo += (hi - (sum - back)) + (short - back);
+            hi = sum;
+        }
+        f64::from(hi) + f64::from(lo)
+    };
+    let naive_variance = |values: &[f32]| {
+        let [s, q] = values.iter().fold([0.0f32; 2], |[s, q], v| [s + v, q + v * v]);
+        f64::from(q) - f64::from(s) * f64::from(s) / values.len() as f64
+    };
+    let deviations = |values: &[f32]| {
+        let (mut mean, mut sum) = (0.0f32, 0.0f32);
+        for (i, v) in values.iter().enumerate() {
+            let d = v - mean;
+            mean += d / (i + 1) as f32;
+            sum += d * (v - mean);
+        }
+        f64::from(sum)
+    };
+    let mean = exact / values.len() as f64;
+    let spread: f64 = values.iter().map(|&v| (f64::from(v) - mean).powi(2)).sum();
+    let sums = compare(&values, exact, &plain, &folded);
+    let variances = compare(&values, spread, &naive_variance, &deviations);
+    for (choice, forms, (time, error), what) in [
+        ("sums of the film", ["one float", "two floats"], sums, "sum of 2^20 luminances of this scene"),
+        (
+            "sums of the variance",
+            ["squares less the squared sum", "deviations from the mean"],
+            variances,
+            "variance of 2^20 luminances of this scene",
+        ),
+    ] {
+        folder.keep(Measured::Numeric(NumericPrice {
+            choice: choice.to_string(),
+            forms: forms.map(str::to_string),
+            time,
+            error,
+            what: what.to_string(),
+        }))?;
+    }
+    Ok(())
+}
+
+/// Time of the exact form over that of the cheap one, in turn; error of the cheap one over that of the exact one.
+fn compare(
+    values: &[f32],
+    truth: f64,
+    cheap: &dyn Fn(&[f32]) -> f64,
+    exact: &dyn Fn(&[f32]) -> f64,
+) -> (Interval, Interval) {
+    let time = |form: &dyn Fn(&[f32]) -> f64, values: &[f32]| {
+        let start = Instant::now();
+        let sum = black_box(form(black_box(values)));
+        (start.elapsed().as_secs_f64(), (sum / truth - 1.0).abs())
+    };
+    let (mut times, mut errors) = (Vec::new(), Vec::new());
+    let mut order = values.to_vec();
+    for turn in 0..SUMS {
+        // The same values in another order: rounding is another.
+        order.rotate_left(values.len() / SUMS + turn);
+        let (a, b) = (time(cheap, &order), time(exact, &order));
+        times.push(b.0 / a.0);
+        // An error of 0 is one that doubles do not see.
+        errors.push((a.1.max(1e-12) / b.1.max(1e-12)).ln());
+    }
+    let error = Interval::of_mean(&errors).unwrap_or_default().map(f64::exp);
+    (Interval::of_median(&times).unwrap_or_default(), error)
+}
+
+/// Luminances of the scene's samples, repeated as often as needed.
+fn luminances(stage: &Stage) -> Vec<f32> {
+    let facts = super::chosen(stage);
+    let samples =
+        crate::app::explain::price::samples(&facts, (stage.scene.clone(), stage.camera.clone()), 1 << 14);
+    let seen: Vec<f32> = samples.into_iter().filter(|y| *y > 0.0).collect();
+    match seen.is_empty() {
+        true => (0..TERMS).map(|i| 0.1 + (i % 7) as f32).collect(),
+        false => seen.iter().cycle().take(TERMS).copied().collect(),
+    }
+}

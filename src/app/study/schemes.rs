@@ -1,0 +1,56 @@
+//! What it costs to know the error: pictures with replicates and without, of as many samples.
+
+use miette::Result;
+
+use super::against::Against;
+use super::folder::Folder;
+use super::stage::{Limit, Stage};
+use super::{Clock, chosen};
+use crate::app::facts::RunFacts;
+use crate::app::interrupt;
+use crate::study::Interval;
+use crate::study::data::SchemePrice;
+use crate::study::measured::Measured;
+
+/// Samples per pixel of the pictures.
+const SAMPLES: f64 = 16.0;
+
+/// Measures pairs of pictures until the time is spent; three at least.
+///
+/// # Errors
+///
+/// When nothing can be rendered or kept.
+pub fn schemes(stage: &mut Stage, folder: &mut Folder, against: &Against, clock: &Clock) -> Result<()> {
+    if folder.measured.iter().any(|m| matches!(m, Measured::Scheme(_))) || clock.left() <= 0.0 {
+        return Ok(());
+    }
+    let facts = chosen(stage);
+    let paths = Limit::Paths((SAMPLES * stage.texels()) as u64);
+    let (mut ratios, mut stated) = (Vec::new(), Vec::new());
+    for seed in 7000.. {
+        clock.say("a picture with replicates and one without");
+        let mut errors = [0.0; 2];
+        for (error, replicated) in errors.iter_mut().zip([true, false]) {
+            let facts = RunFacts { seed, replicated, ..facts.clone() };
+            let traced = stage.trace(&facts, paths)?;
+            if traced.driven.interrupted {
+                return Ok(());
+            }
+            let run = against.judge_run(stage, &facts, &traced, 0.0)?;
+            *error = run.rel_mse.value.sqrt();
+            stated.extend(run.noise.map(|noise| 0.5 * (noise.value / run.rel_mse.value).ln()));
+        }
+        ratios.push((errors[0] / errors[1]).ln());
+        let full = clock.left() < 0.0 && ratios.len() >= 3;
+        if full || ratios.len() >= 8 || interrupt::asked() {
+            break;
+        }
+    }
+    let mean = |logs: &[f64]| Interval::of_mean(logs).unwrap_or_default().map(f64::exp);
+    folder.keep(Measured::Scheme(SchemePrice {
+        name: "two independent randomisations".to_string(),
+        used: true,
+        error: mean(&ratios),
+        stated: mean(&stated),
+    }))
+}

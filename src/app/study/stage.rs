@@ -1,0 +1,213 @@
+//! Where the pictures of a study are made: one scene, one device, one set of threads, warm from picture to picture.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use miette::{IntoDiagnostic, Result};
+
+use crate::app::args::{RenderArgs, StudyArgs};
+use crate::app::device::Device;
+use crate::app::drive::{Drive, Driven, Onlookers, drive};
+use crate::app::facts::RunFacts;
+use crate::app::method::{self, Order};
+use crate::app::observer::{Beside, Observer};
+use crate::app::progress::{Goal, Progress};
+use crate::app::render::{facts, prepare, threads};
+use crate::app::report::Seconds;
+use crate::app::{bench, tell};
+use crate::client::effects::Effects;
+use crate::client::{Client, DisplayImage, FilmData, FilmSpec, Settings, VarianceForm, develop};
+use crate::color::Profile;
+use crate::image::Grid;
+use crate::scene::SceneDesc;
+use crate::scene::desc::IntegratorKind;
+use crate::server::{Server, Stats};
+use crate::stream::Lanes;
+use crate::stream::control::Epoch;
+use crate::study::error::Pixel;
+use crate::study::prediction::Kept;
+use crate::study::{Quantity, State};
+use crate::tracer::{Camera, Scene};
+
+/// How long a picture is traced.
+#[derive(Clone, Copy, Debug)]
+pub enum Limit {
+    /// Wall-clock time.
+    Time(Duration),
+    /// Paths.
+    Paths(u64),
+}
+
+/// A prepared scene and all that renders it.
+pub struct Stage {
+    /// What runs are made of; method and seed differ.
+    pub facts: RunFacts,
+    /// The scene as planned.
+    pub scene: Arc<Scene>,
+    /// Its view.
+    pub camera: Camera,
+    /// What it was prepared from.
+    pub desc: SceneDesc,
+    /// How pictures are shown.
+    pub settings: Settings,
+    /// Where they are rasterised.
+    pub device: Device,
+    /// Tracing threads.
+    pub threads: usize,
+    /// Seconds to load and prepare the scene.
+    pub load_seconds: f64,
+    client: Client,
+    server: Server,
+    lanes: Lanes,
+    epoch: Epoch,
+}
+
+/// A picture and how it came about.
+pub struct Traced {
+    /// Linear Rec.709, unblurred.
+    pub rgb: Grid<[f32; 3]>,
+    /// The sums.
+    pub data: FilmData,
+    /// As displayed.
+    pub shown: DisplayImage,
+    /// Time and end of the render.
+    pub driven: Driven,
+    /// What the threads did.
+    pub stats: Stats,
+    /// From sums to displayed picture, seconds.
+    pub display_seconds: f64,
+    /// What its replicates say; nothing for an undivided run.
+    pub state: Arc<State>,
+    /// Its predictions.
+    pub kept: Vec<Kept>,
+    /// What its replicates know of every pixel; nothing for an undivided run.
+    pub pixels: Vec<Pixel>,
+}
+
+impl Stage {
+    /// Loads and prepares the scene of a command line.
+    ///
+    /// # Errors
+    ///
+    /// Scene, device, threads.
+    pub fn new(args: &StudyArgs, source: &crate::app::args::scene::SceneArgs) -> Result<Self> {
+        let like: RenderArgs = bench::as_render(source, &args.display);
+        let mut seconds = Seconds::default();
+        let (input, (scene, camera), device) = prepare(&like, &mut seconds)?;
+        for warning in &input.loaded.warnings {
+            tell(&format!("{:?}", miette::Report::new(warning.clone())));
+        }
+        let settings = args.display.settings();
+        let mut facts = facts(&like, &input, device.name());
+        facts.spec.variance = Effects::new(&settings, 1).reads_variance().then_some(VarianceForm::Product);
+        let threads = threads(&like);
+        let client = device.client(facts.spec, threads)?;
+        let (server, lanes) = Server::start_with(threads, device.tracing_priority()).into_diagnostic()?;
+        Ok(Self {
+            facts,
+            scene: Arc::new(scene),
+            camera,
+            desc: input.loaded.desc,
+            settings,
+            device,
+            threads,
+            load_seconds: seconds.load + seconds.prepare,
+            client,
+            server,
+            lanes,
+            epoch: Epoch(0),
+        })
+    }
+
+    /// Pixels of the film, overscan included.
+    pub fn texels(&self) -> f64 {
+        let [width, height] = self.facts.spec.padded_extent().map(f64::from);
+        width * height
+    }
+
+    /// What a run by `kind` with this seed is made of.
+    pub fn run(&self, kind: IntegratorKind, seed: u32) -> RunFacts {
+        RunFacts { integrator: kind, seed, ..self.facts.clone() }
+    }
+
+    /// Renders the scene as planned.
+    ///
+    /// # Errors
+    ///
+    /// As [`trace_other`](Self::trace_other).
+    pub fn trace(&mut self, facts: &RunFacts, limit: Limit) -> Result<Traced> {
+        self.trace_other(facts, (self.scene.clone(), self.camera.clone()), limit)
+    }
+
+    /// Renders another scene on the same film.
+    ///
+    /// # Errors
+    ///
+    /// When the device fails, or a path panics.
+    pub fn trace_other(
+        &mut self,
+        facts: &RunFacts,
+        scene: (Arc<Scene>, Camera),
+        limit: Limit,
+    ) -> Result<Traced> {
+        self.client.clear().into_diagnostic()?;
+        self.epoch = self.epoch.next();
+        let (range, time) = match limit {
+            Limit::Time(time) => (0..u64::MAX, Some(time)),
+            Limit::Paths(paths) => (0..paths, None),
+        };
+        let order = Order { range, window: facts.spec.window(), epoch: self.epoch, check: None };
+        let observer = facts.replicated.then(|| Observer::start(facts, None, Beside::Render)).transpose()?;
+        method::start(&self.server, facts, scene, order, &mut None)?;
+        let bar = Progress::new(Goal::Error, true);
+        let plan = Drive {
+            epoch: self.epoch,
+            first_index: 0,
+            deterministic: false,
+            time,
+            texels: self.texels(),
+            quantity: Quantity::P95,
+        };
+        let onlookers = Onlookers { bar: &bar, timings: &mut None, observer: observer.as_ref() };
+        let driven = drive(plan, &self.server, &mut self.lanes, &mut self.client, onlookers)?;
+        if let Some((index, message)) = &driven.panicked {
+            return Err(miette::miette!("path {index} panicked: {message}: {}", facts.command(*index, 1)));
+        }
+        let pixels = observer.as_ref().map(Observer::pixels).unwrap_or_default();
+        let (state, kept) = observer.map(|observer| observer.end()).unwrap_or_default();
+        let stats = self.server.stats();
+        let (data, shown, display_seconds) = self.develop()?;
+        let size = (facts.spec.width as usize, facts.spec.height as usize);
+        let rgb = Grid::from_rows(size.0, size.1, develop::linear_rgb(&data, &Profile::srgb()));
+        let rgb = rgb.ok_or_else(|| miette::miette!("the film has another size than its picture"))?;
+        Ok(Traced { rgb, data, shown, driven, stats, display_seconds, state, kept, pixels })
+    }
+
+    fn develop(&mut self) -> Result<(FilmData, DisplayImage, f64)> {
+        let start = Instant::now();
+        let shown = self.client.display(&self.settings).into_diagnostic()?;
+        let seconds = start.elapsed().as_secs_f64();
+        Ok((self.client.develop().into_diagnostic()?, shown, seconds))
+    }
+
+    /// Another film, empty.
+    ///
+    /// # Errors
+    ///
+    /// When it does not fit into the device.
+    pub fn remake(&mut self, spec: FilmSpec) -> Result<()> {
+        self.client = self.device.client(spec, self.threads)?;
+        Ok(())
+    }
+
+    /// The last picture again, shown with other settings.
+    ///
+    /// # Errors
+    ///
+    /// When the device fails.
+    pub fn show(&mut self, settings: &Settings) -> Result<(DisplayImage, f64)> {
+        let start = Instant::now();
+        let shown = self.client.display(settings).into_diagnostic()?;
+        Ok((shown, start.elapsed().as_secs_f64()))
+    }
+}

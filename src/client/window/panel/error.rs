@@ -1,0 +1,224 @@
+//! The error of the picture: now, its curve so far, and when it will be what somebody wants.
+
+use egui::{ComboBox, RichText, Ui};
+use egui_plot::{AxisHints, GridInput, GridMark, HLine, Line, MarkerShape, Plot, PlotPoints, PlotUi, Points};
+
+use crate::client::window::panel::known::{ErrorReadout, TARGETS};
+use crate::client::window::panel::style;
+
+/// Height of the plot, points.
+const HEIGHT: f32 = 132.0;
+
+/// Times that have a name on the axis, seconds.
+const TIMES: [(f64, &str); 14] = [
+    (1e-3, "1 ms"),
+    (1e-2, "10 ms"),
+    (0.1, "0.1 s"),
+    (1.0, "1 s"),
+    (10.0, "10 s"),
+    (60.0, "1 min"),
+    (600.0, "10 min"),
+    (3600.0, "1 h"),
+    (36e3, "10 h"),
+    (86_400.0, "1 d"),
+    (864e3, "10 d"),
+    (864e4, "100 d"),
+    (864e5, "1 kd"),
+    (864e6, "10 kd"),
+];
+
+/// Draws the section; the target is what the user chooses.
+pub(super) fn show(ui: &mut Ui, readout: Option<&ErrorReadout>, target: &mut f64) {
+    let Some(readout) = readout else {
+        ui.colored_label(style::DIM, "Not known: one randomisation only (--replicates 1).");
+        return;
+    };
+    figures(ui, readout);
+    ui.horizontal(|ui| {
+        ui.colored_label(style::DIM, "Target")
+            .on_hover_text("Relative error that 95 % of the picture shall stay below");
+        let name = TARGETS.iter().find(|(value, _)| value == target).map_or("–", |(_, name)| name);
+        ComboBox::from_id_salt("target").width(56.0).selected_text(name).show_ui(ui, |ui| {
+            for (value, name) in TARGETS {
+                ui.selectable_value(target, value, name);
+            }
+        });
+    });
+    // As high before the first look as after it: nothing moves away from the pointer.
+    let words = if readout.now.is_some() { readout.words.as_str() } else { "" };
+    ui.colored_label(style::ACCENT, words);
+    plot(ui, readout, *target);
+}
+
+fn figures(ui: &mut Ui, readout: &ErrorReadout) {
+    let Some([median, p95, p99]) = &readout.now else {
+        ui.horizontal(|ui| {
+            ui.label(RichText::new("–").color(style::BRIGHT).size(16.0));
+            ui.colored_label(style::DIM, format!("error {}", readout.words));
+        });
+        ui.label(RichText::new(" ").small());
+        return;
+    };
+    ui.horizontal(|ui| {
+        ui.label(RichText::new(&p95[0]).color(style::BRIGHT).size(16.0));
+        ui.colored_label(style::DIM, format!("or less in 95 % (90 %: {})", p95[1]));
+    })
+    .response
+    .on_hover_text(
+        "Relative error of neighbourhoods of 8×8 pixels: the standard error of their luminance, before any blur that \
+         hides noise",
+    );
+    ui.horizontal(|ui| {
+        for (name, [value, interval]) in [("median", median), ("99 %", p99)] {
+            ui.label(RichText::new(format!("{name} {value} ({interval})")).small().color(style::DIM));
+        }
+    });
+}
+
+/// Error against time on logarithmic axes, the line on to the target, and when it will be there.
+fn plot(ui: &mut Ui, readout: &ErrorReadout, target: f64) {
+    let [x, y] = bounds(readout, target).unwrap_or_else(|| empty(target));
+    let time = |mark: GridMark, _: &std::ops::RangeInclusive<f64>| time_name(mark.value);
+    let error = |mark: GridMark, _: &std::ops::RangeInclusive<f64>| error_name(mark.value);
+    let axis = |axis: AxisHints<'static>| axis.tick_label_color(style::DIM);
+    let columns = axis(AxisHints::new_x()).formatter(time).label_spacing(34.0..=46.0);
+    let rows = axis(AxisHints::new_y()).formatter(error).label_spacing(12.0..=18.0).min_thickness(34.0);
+    Plot::new("error against time")
+        .height(HEIGHT)
+        .custom_x_axes(vec![columns])
+        .custom_y_axes(vec![rows])
+        .x_grid_spacer(times)
+        .y_grid_spacer(errors)
+        .grid_spacing(10.0..=200.0)
+        .show_x(false)
+        .show_y(false)
+        .allow_drag(false)
+        .allow_zoom(false)
+        .allow_scroll(false)
+        .allow_boxed_zoom(false)
+        .allow_axis_zoom_drag(false)
+        .allow_double_click_reset(false)
+        .set_margin_fraction(egui::Vec2::ZERO)
+        .auto_bounds(false)
+        .show(ui, |plot| {
+            plot.set_plot_bounds_x(x[0]..=x[1]);
+            plot.set_plot_bounds_y(y[0]..=y[1]);
+            draw(plot, readout, target);
+        });
+}
+
+fn draw(plot: &mut PlotUi<'_>, readout: &ErrorReadout, target: f64) {
+    let line = |points: &[[f64; 2]]| -> PlotPoints<'static> { logs(points).collect() };
+    plot.hline(HLine::new("target", target.log10()).color(style::ACCENT.gamma_multiply(0.7)).width(1.0));
+    plot.line(Line::new("fit", line(&readout.fit)).color(style::DIM).width(1.0));
+    plot.line(Line::new("error", line(&readout.looks)).color(style::BRIGHT).width(1.0));
+    plot.points(Points::new("looks", line(&readout.looks)).color(style::BRIGHT).radius(1.5));
+    if let Some([due, low, high]) = readout.due {
+        let bar = line(&[[low.max(readout.seconds.min(due)), target], [high, target]]);
+        plot.line(Line::new("interval", bar).color(style::ACCENT).width(4.0));
+        let mark = Points::new("due", line(&[[due, target]])).shape(MarkerShape::Diamond);
+        plot.points(mark.color(style::ACCENT).radius(4.5));
+    }
+}
+
+/// Decimal logarithms of what has one.
+fn logs(points: &[[f64; 2]]) -> impl Iterator<Item = [f64; 2]> + '_ {
+    let usable = |point: &&[f64; 2]| point.iter().all(|v| *v > 0.0 && v.is_finite());
+    points.iter().filter(usable).map(|point| point.map(f64::log10))
+}
+
+/// The same while nothing is known.
+fn empty(target: f64) -> [[f64; 2]; 2] {
+    let least = target.clamp(1e-4, 0.1).log10();
+    [[-0.1, 2.1], [least - 0.12, least.max(-2.0) + 1.6]]
+}
+
+/// What the axes reach over, as logarithms; `None` without a look.
+fn bounds(readout: &ErrorReadout, target: f64) -> Option<[[f64; 2]; 2]> {
+    let due = readout.due.map(|[_, _, high]| [high, target]);
+    let mut range = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
+    for point in logs(&readout.looks).chain(logs(due.as_slice()).collect::<Vec<_>>()) {
+        for (range, value) in range.iter_mut().zip(point) {
+            *range = [range[0].min(value), range[1].max(value)];
+        }
+    }
+    let [x, y] = range;
+    let y = [y[0].min(target.max(1e-9).log10()), y[1]];
+    (x[1] >= x[0]).then(|| [[x[0] - 0.08, (x[1] + 0.1).max(x[0] + 0.5)], [y[0] - 0.12, y[1] + 0.12]])
+}
+
+/// Marks at times that have a name, and between them where there is room.
+fn times(input: GridInput) -> Vec<GridMark> {
+    let named = TIMES.iter().map(|(seconds, _)| (seconds.log10(), 1.0));
+    let between = [0.2, 0.5, 2.0, 5.0, 20.0, 120.0, 300.0, 1200.0, 7200.0, 18_000.0];
+    within(input, named.chain(between.map(|seconds: f64| (seconds.log10(), 0.31))))
+}
+
+/// Marks at powers of ten, and at twice and five times those.
+fn errors(input: GridInput) -> Vec<GridMark> {
+    let decades = (-7..=2).flat_map(|decade| {
+        [(1.0, 1.0), (2.0f64, 0.31), (5.0, 0.31)].map(|(step, size)| (f64::from(decade) + step.log10(), size))
+    });
+    within(input, decades)
+}
+
+fn within(input: GridInput, marks: impl Iterator<Item = (f64, f64)>) -> Vec<GridMark> {
+    let (low, high) = input.bounds;
+    let inside = marks.filter(|(value, _)| (low..=high).contains(value));
+    inside.map(|(value, step_size)| GridMark { value, step_size }).collect()
+}
+
+/// A time, given its logarithm.
+fn time_name(log: f64) -> String {
+    let named = TIMES.iter().find(|(seconds, _)| (seconds.log10() - log).abs() < 1e-6);
+    let seconds = 10f64.powf(log);
+    match named {
+        Some((_, name)) => (*name).to_owned(),
+        None if seconds < 59.0 => format!("{} s", short(seconds)),
+        None if seconds < 3599.0 => format!("{} min", short(seconds / 60.0)),
+        None => format!("{} h", short(seconds / 3600.0)),
+    }
+}
+
+/// An error, given its logarithm.
+fn error_name(log: f64) -> String {
+    format!("{} %", short(100.0 * 10f64.powf(log)))
+}
+
+fn short(value: f64) -> String {
+    let text = format!("{value:.5}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn axes_have_sensible_names() {
+        let input = |low: f64, high: f64| GridInput { bounds: (low, high), base_step_size: 0.1 };
+        let names: Vec<String> = times(input(-0.2, 3.0))
+            .iter()
+            .filter(|m| m.step_size == 1.0)
+            .map(|m| time_name(m.value))
+            .collect();
+        assert_eq!(names, ["1 s", "10 s", "1 min", "10 min"]);
+        assert_eq!(
+            [20f64, 300.0, 7200.0, 0.5].map(|s| time_name(s.log10())),
+            ["20 s", "5 min", "2 h", "0.5 s"]
+        );
+        let names: Vec<String> = errors(input(-2.8, -0.9)).iter().map(|m| error_name(m.value)).collect();
+        assert_eq!(names, ["0.2 %", "0.5 %", "1 %", "2 %", "5 %", "10 %"]);
+    }
+
+    #[test]
+    fn axes_hold_everything_that_is_drawn() {
+        let mut readout = ErrorReadout { looks: vec![[1.0, 0.2], [10.0, 0.05]], ..ErrorReadout::default() };
+        readout.due = Some([300.0, 200.0, 500.0]);
+        let [x, y] = bounds(&readout, 0.01).expect("looks");
+        assert!(x[0] < 0.0 && x[1] > 500f64.log10() && y[0] < -2.0 && y[1] > 0.2f64.log10());
+        readout.looks = vec![[f64::NAN, 0.0], [0.0, f64::INFINITY]];
+        readout.due = None;
+        assert_eq!(bounds(&readout, 0.01), None);
+    }
+}

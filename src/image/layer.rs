@@ -1,0 +1,122 @@
+//! Which channels of anybody's EXR file are the picture.
+//!
+//! Programs name them `R`, `beauty.R`, `ViewLayer.Combined.R`, `rgba.red`: a layer is what stands before the last dot,
+//! and has colours by `R G B` (or `red green blue`, in any case), or grey by `Y` alone.
+
+use crate::image::exr::Layers;
+
+/// The colours of one layer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Layer<'a> {
+    /// Name without the channel's; empty for the layer without a name.
+    pub name: &'a str,
+    /// Red, green and blue; three times the same for grey.
+    channels: [&'a [f32]; 3],
+    grey: bool,
+}
+
+impl Layer<'_> {
+    /// R, G, B in rows from the top.
+    pub fn pixels(&self) -> Vec<[f32; 3]> {
+        let [r, g, b] = self.channels;
+        r.iter().zip(g).zip(b).map(|((r, g), b)| [*r, *g, *b]).collect()
+    }
+}
+
+/// The layer of this name, or `None` where no layer of colours or of grey has it.
+pub fn named<'a>(layers: &'a Layers, name: &str) -> Option<Layer<'a>> {
+    all(layers).into_iter().find(|layer| layer.name == name)
+}
+
+/// The layer without a name, else the only one with R, G and B, else the only grey one; `None` where that leaves none or
+/// several.
+pub fn main(layers: &Layers) -> Option<Layer<'_>> {
+    let all = all(layers);
+    let mut fitting: Vec<&Layer<'_>> = all.iter().filter(|layer| layer.name.is_empty()).collect();
+    for grey in [false, true] {
+        if fitting.is_empty() {
+            fitting.extend(all.iter().filter(|layer| layer.grey == grey));
+        }
+    }
+    match fitting[..] {
+        [only] => Some(*only),
+        _ => None,
+    }
+}
+
+/// All layers that have colours or grey, in the order of the file's channels.
+pub fn all(layers: &Layers) -> Vec<Layer<'_>> {
+    let mut names: Vec<&str> = Vec::new();
+    for (channel, _) in &layers.channels {
+        let (name, _) = split(channel);
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    names.into_iter().filter_map(|name| layer(layers, name)).collect()
+}
+
+fn layer<'a>(layers: &'a Layers, name: &'a str) -> Option<Layer<'a>> {
+    let find = |wanted: &[&str]| {
+        let is = |channel: &str| {
+            let (prefix, last) = split(channel);
+            prefix == name && wanted.iter().any(|w| last.eq_ignore_ascii_case(w))
+        };
+        layers.channels.iter().find(|(channel, _)| is(channel)).map(|(_, values)| values.as_slice())
+    };
+    if let (Some(r), Some(g), Some(b)) = (find(&["R", "red"]), find(&["G", "green"]), find(&["B", "blue"])) {
+        return Some(Layer { name, channels: [r, g, b], grey: false });
+    }
+    // Y beside X and Z, or beside chroma, is no grey.
+    let colours = ["R", "G", "X", "RY", "BY"];
+    let y = find(&["Y"]).filter(|_| find(&colours).is_none())?;
+    Some(Layer { name, channels: [y; 3], grey: true })
+}
+
+/// Layer and channel of a name.
+fn split(channel: &str) -> (&str, &str) {
+    channel.rsplit_once('.').unwrap_or(("", channel))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn file(names: &[&str]) -> Layers {
+        let mut layers = Layers { width: 1, height: 1, ..Layers::default() };
+        names.iter().zip(1..).for_each(|(name, i)| layers.push(name, [i as f32]));
+        layers
+    }
+
+    #[test]
+    fn the_picture_is_found_under_any_name() {
+        for (names, layer, rgb) in [
+            (&["A", "B", "G", "R"][..], "", [4.0, 3.0, 2.0]),
+            (&["albedo.B", "albedo.G", "albedo.R", "R", "G", "B"], "", [4.0, 5.0, 6.0]),
+            (&["beauty.B", "beauty.G", "beauty.R", "Z"], "beauty", [3.0, 2.0, 1.0]),
+            (&["View.Combined.R", "View.Combined.G", "View.Combined.B"], "View.Combined", [1.0, 2.0, 3.0]),
+            (&["rgba.red", "rgba.green", "rgba.blue", "variance.Y"], "rgba", [1.0, 2.0, 3.0]),
+            (&["Y", "A"], "", [1.0; 3]),
+            (&["Y", "beauty.R", "beauty.G", "beauty.B"], "", [1.0; 3]),
+            (&["grey.Y"], "grey", [1.0; 3]),
+        ] {
+            let layers = file(names);
+            let found = main(&layers).unwrap_or_else(|| panic!("nothing in {names:?}"));
+            assert_eq!((found.name, found.pixels()[0]), (layer, rgb), "{names:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_not_clear_is_not_guessed() {
+        let two = ["a.R", "a.G", "a.B", "b.R", "b.G", "b.B", "variance.Y"];
+        assert_eq!(main(&file(&two)), None);
+        assert_eq!(named(&file(&two), "b").map(|l| l.pixels()), Some(vec![[4.0, 5.0, 6.0]]));
+        assert_eq!(named(&file(&two), "c"), None);
+        assert_eq!(all(&file(&two)).iter().map(|l| l.name).collect::<Vec<_>>(), ["a", "b", "variance"]);
+        for names in
+            [&["Z", "A"][..], &["R", "G"], &["Y", "RY", "BY"], &["X", "Y", "Z"], &["a.Y", "b.Y"], &[]]
+        {
+            assert_eq!(main(&file(names)), None, "{names:?}");
+        }
+    }
+}

@@ -1,0 +1,263 @@
+//! What a study has found: the content of `study.json`, of which tables, page and CSV are made. A second run reads it and adds to it.
+//!
+//! Errors are those of the unblurred linear picture unless said otherwise; relative errors are shares (0.01 is 1 %); times are
+//! wall-clock seconds of the stated machine.
+
+use serde::{Deserialize, Serialize};
+
+use crate::study::interval::Interval;
+
+/// Everything about one scene.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Study {
+    /// Format of the file; another one is not read.
+    pub format: u32,
+    /// The scene file as given.
+    pub scene: String,
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// Where it was measured. Runs on another machine are not added to.
+    pub machine: Machine,
+    /// The exact command to repeat it.
+    pub command: String,
+    /// Seconds to load and prepare the scene, which no curve holds.
+    pub load_seconds: f64,
+    /// What errors are measured against.
+    pub reference: Option<Reference>,
+    /// Part 1 and 2: one curve and one list of prices per method; peers among them.
+    pub methods: Vec<Method>,
+    /// The equal-time comparison: which method wins where.
+    pub regions: Option<Regions>,
+    /// Part 3.
+    pub effects: Vec<EffectPrice>,
+    /// Speed as planned over that of the code for everything: what leaving out the effects that the scene does not call for saves.
+    pub unused_effects: Option<Interval>,
+    /// Part 4.
+    pub display: Vec<DisplayPrice>,
+    /// Part 5.
+    pub numeric: Vec<NumericPrice>,
+    /// What it costs to know the error, by scheme.
+    pub schemes: Vec<SchemePrice>,
+    /// Part 6.
+    pub predictions: Option<PredictionScore>,
+    /// Part 7.
+    pub stability: Vec<Stability>,
+    /// Parts that were asked for and are not there yet, because the run was interrupted or its budget was spent.
+    pub missing: Vec<String>,
+}
+
+/// The machine.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Machine {
+    /// The processor's name.
+    pub cpu: String,
+    /// Tracing threads.
+    pub threads: usize,
+    /// The Vulkan device, or `cpu`.
+    pub device: String,
+    /// Its driver with version (Mesa's, if it is Mesa), as far as known.
+    pub driver: String,
+    /// Program and version.
+    pub program: String,
+    /// Day of the last run, `2026-11-21`.
+    pub date: String,
+}
+
+/// The reference.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Reference {
+    /// The file.
+    pub file: String,
+    /// How it was made: a method, or “given”.
+    pub made_by: String,
+    /// Seconds that it took; 0 if it was given.
+    pub seconds: f64,
+    /// Samples per pixel; 0 if unknown.
+    pub samples_per_pixel: f64,
+    /// Its own relative errors at median, p95 and p99 of the picture; 0 if unknown.
+    #[serde(default)]
+    pub relative: [f64; 3],
+    /// Its own relMSE, estimated from its replicates and subtracted from what is measured against it; `None` if unknown.
+    pub rel_mse: Option<f64>,
+    /// PNG as `data:` URI, as displayed.
+    pub picture: String,
+}
+
+/// A method of light transport, or a peer.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Method {
+    /// `path`, `bidirectional`, …, `Mitsuba 3.9.1 path`.
+    pub name: String,
+    /// Another program.
+    pub peer: bool,
+    /// In order of time.
+    pub points: Vec<Point>,
+    /// Relative RMS error against seconds: slope of the logarithms.
+    pub slope: Option<Interval>,
+    /// The same against samples.
+    pub slope_samples: Option<Interval>,
+    /// What is to be warned of, such as “slope flatter than −0.4: heavy tail or bias”.
+    pub flags: Vec<String>,
+    /// Seconds to a relative error; in falling order of the error.
+    pub prices: Vec<Price>,
+    /// 1/(variance · second), relMSE units.
+    pub efficiency: Option<Interval>,
+    /// Pictures at the time that all methods share, PNGs as `data:` URIs: as displayed, and the FLIP error map.
+    pub picture: Option<String>,
+    /// See `picture`.
+    pub error_map: Option<String>,
+}
+
+/// One point of a curve.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Point {
+    /// Seconds that were asked for.
+    pub budget: f64,
+    /// Wall-clock seconds of rendering: tracing and splatting, which run side by side.
+    pub seconds: f64,
+    /// Seconds of processor time spent tracing.
+    pub trace_seconds: f64,
+    /// Seconds of the client's time spent splatting.
+    pub splat_seconds: f64,
+    /// Seconds from sums to displayed picture.
+    pub display_seconds: f64,
+    /// Paths per pixel.
+    pub samples_per_pixel: f64,
+    /// Independent runs in the figures.
+    pub runs: usize,
+    /// relMSE against the reference, the reference's own error taken off.
+    pub rel_mse: Interval,
+    /// Without the worst 0.1 % of pixels.
+    pub rel_mse_trimmed: Interval,
+    /// The part of `rel_mse` that is noise, from replicates; `None` where there are none (peers).
+    pub noise: Option<Interval>,
+    /// The part that is bias: `rel_mse − noise`.
+    pub bias: Option<Interval>,
+    /// Relative error against the reference that half, 95 % and 99 % of the picture (8×8 pixels each) stay below.
+    pub relative: Option<[Interval; 3]>,
+    /// The same as the replicates state it, without a reference; `None` where there are none.
+    #[serde(default)]
+    pub stated: Option<[Interval; 3]>,
+    /// SMAPE.
+    pub smape: f64,
+    /// Mean FLIP of the displayed picture.
+    pub flip: f64,
+}
+
+/// Time to an error.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Price {
+    /// Relative error at 95 % of the picture: 0.05, 0.02, 0.01, 0.005.
+    pub error: f64,
+    /// Seconds; `None` where the curve says that it will not get there.
+    pub seconds: Option<Interval>,
+    /// True when it was measured, false when the curve was drawn further.
+    pub measured: bool,
+}
+
+/// Winners on a coarse grid.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Regions {
+    /// Seconds that every method had.
+    pub seconds: f64,
+    /// Columns and rows.
+    pub grid: [usize; 2],
+    /// Index into `Study::methods`, row by row from the top.
+    pub winner: Vec<usize>,
+    /// How much larger the mean square error of the second best is.
+    pub margin: Vec<f64>,
+}
+
+/// An effect of the scene.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct EffectPrice {
+    /// As `pointillist explain` calls it.
+    pub name: String,
+    /// The scene calls for it.
+    pub on: bool,
+    /// Why.
+    pub reason: String,
+    /// Time of a path with it over the time without.
+    pub time: Option<Interval>,
+    /// Share of the variance that is there with it and not without; negative if it is larger without.
+    pub variance: Option<f64>,
+    /// Mean FLIP between the picture with and without.
+    pub loss: Option<f64>,
+    /// The picture without it, PNG as `data:` URI.
+    pub picture: Option<String>,
+}
+
+/// A setting of the display.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct DisplayPrice {
+    /// The group: `reconstruction`, `masking`, `filter`, `variance`, `glare`.
+    pub knob: String,
+    /// The setting.
+    pub setting: String,
+    /// It is the default.
+    pub default: bool,
+    /// Milliseconds of the device per repaint, or per million samples where `per_sample`.
+    pub milliseconds: Option<Interval>,
+    /// The milliseconds are for a million samples.
+    pub per_sample: bool,
+    /// relMSE of the displayed linear picture at few samples (`samples_per_pixel`), against the reference.
+    pub rel_mse: Option<f64>,
+    /// FLIP of the same.
+    pub flip: Option<f64>,
+    /// Samples per pixel of the picture that was judged.
+    pub samples_per_pixel: f64,
+}
+
+/// A choice of arithmetic.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct NumericPrice {
+    /// What is chosen: `sums of the film`.
+    pub choice: String,
+    /// The cheap form and the more exact one.
+    pub forms: [String; 2],
+    /// Time of the exact form over that of the cheap one.
+    pub time: Interval,
+    /// Error of the cheap form over that of the exact one.
+    pub error: Interval,
+    /// What is measured as error.
+    pub what: String,
+}
+
+/// A way to divide a run so that its error is known.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SchemePrice {
+    /// `2 independent randomisations`.
+    pub name: String,
+    /// It is the one in use.
+    pub used: bool,
+    /// Error over that of an undivided run of as many samples.
+    pub error: Interval,
+    /// Stated error over the true one; 1 is honest.
+    pub stated: Interval,
+}
+
+/// How often predictions were kept.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PredictionScore {
+    /// Predictions whose outcome is known.
+    pub known: usize,
+    /// Those whose 90 % interval held.
+    pub held: usize,
+    /// Predictions whose time had not come when the run ended.
+    pub open: usize,
+    /// Predicted over true time, geometric mean.
+    pub ratio: f64,
+}
+
+/// What one method's samples looked like.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Stability {
+    /// The method.
+    pub method: String,
+    /// Paths looked at.
+    pub paths: u64,
+    /// Samples that were not finite: cause, count, command that replays the first.
+    pub rejected: Vec<(String, u64, String)>,
+    /// Mean luminance of the picture over that of the reference.
+    pub energy: Option<Interval>,
+}

@@ -1,0 +1,125 @@
+//! The summary for the terminal: one screen, 24 lines of 100 characters at most.
+
+use crate::study::data::{Method, Study};
+use crate::study::pages::escape::short;
+use crate::study::pages::number::{Figure, THIN, extra, figure, goal, percent, seconds, times};
+use crate::study::pages::parts::list;
+use crate::study::pages::sections::{answer, numeric, predictions, stability};
+use crate::study::pages::verdict;
+
+/// Characters in a line.
+pub const WIDTH: usize = 100;
+/// Lines.
+pub const HEIGHT: usize = 24;
+
+/// Answer, price list and one line for each further part.
+pub fn terminal(study: &Study) -> String {
+    let mut lines = vec![title(study), answer::headline(study)];
+    if let Some(runner) = answer::reasons(study).into_iter().find(|r| r.starts_with("Runner-up")) {
+        lines.push(runner);
+    }
+    lines.push(String::new());
+    lines.extend(prices(study));
+    lines.push(String::new());
+    lines.extend(parts(study));
+    let caveats = answer::caveats(study);
+    let room = HEIGHT.saturating_sub(lines.len());
+    let more = caveats.len().saturating_sub(room);
+    for (i, caveat) in caveats.iter().take(room).enumerate() {
+        let last = more > 0 && i + 1 == room;
+        lines.push(if last { format!("! … and {} more", more + 1) } else { format!("! {caveat}") });
+    }
+    let line = |l: &String| {
+        let text: String = l.replace([THIN, '\u{a0}'], " ").chars().filter(|c| !c.is_control()).collect();
+        short(text.trim_end(), WIDTH) + "\n"
+    };
+    lines.iter().map(line).collect()
+}
+
+fn title(study: &Study) -> String {
+    let m = &study.machine;
+    let threads = if m.threads == 0 { String::new() } else { format!(", {} threads", m.threads) };
+    let cpu = if m.cpu.is_empty() { String::new() } else { format!(" · {}{threads}", short(&m.cpu, 40)) };
+    let name = short(&verdict::name(study), 30);
+    format!("{name} · {}×{}{cpu} · {}", study.size[0], study.size[1], m.date)
+}
+
+/// Most methods that are listed.
+const MOST: usize = 7;
+
+fn prices(study: &Study) -> Vec<String> {
+    let mut errors = verdict::errors(&study.methods);
+    errors.truncate(4);
+    let mut head = format!("{:<22}", "time to an error of");
+    for error in &errors {
+        head += &right(&goal(*error), 11);
+    }
+    head += &format!("{}{}", right("slope", 9), right("at the end", 22));
+    let mut lines = vec![head];
+    let more = study.methods.len().saturating_sub(MOST);
+    let shown = if more > 0 { MOST - 1 } else { MOST };
+    lines.extend(study.methods.iter().take(shown).map(|m| row(m, &errors)));
+    if more > 0 {
+        lines.push(format!("… and {} more", more + 1));
+    }
+    lines
+}
+
+fn row(m: &Method, errors: &[f64]) -> String {
+    let mut line = format!("{:<22}", short(&m.name, 21));
+    for error in errors {
+        let text = match verdict::price(m, *error) {
+            Some((p, time)) => format!("{}{}", if p.measured { "" } else { "≈ " }, seconds(&time).main),
+            None if m.prices.is_empty() => "—".into(),
+            None => "beyond".into(),
+        };
+        line += &right(&text, 11);
+    }
+    let slope = m.slope.as_ref().map_or_else(|| "—".into(), |s| figure(s, 1.0, "").main);
+    let end = verdict::error_now(m).map_or_else(
+        || "—".into(),
+        |(e, s)| format!("{} at {}", percent(&e).main, seconds(&crate::study::Interval::exact(s)).main),
+    );
+    line + &right(&slope, 9) + &right(&end, 22)
+}
+
+fn parts(study: &Study) -> Vec<String> {
+    let mut effects: Vec<_> = study
+        .effects
+        .iter()
+        .filter(|e| e.on)
+        .filter_map(|e| Some((e, e.time.filter(|t| t.value.is_finite())?)))
+        .collect();
+    effects.sort_by(|a, b| b.1.value.total_cmp(&a.1.value));
+    let costs: Vec<String> =
+        effects.iter().take(4).map(|(e, t)| format!("{} {}", short(&e.name, 20), extra(t).main)).collect();
+    let mut lines = Vec::new();
+    if !costs.is_empty() {
+        let unused = study.unused_effects.as_ref().map_or_else(Figure::none, times);
+        lines.push(format!("Effects      {}", list(&costs)));
+        lines.push(format!("             not called for: speed {unused} of that without"));
+    }
+    let dearest = study.display.iter().filter(|d| d.default && !d.per_sample).filter_map(|d| d.milliseconds);
+    if let Some(ms) = dearest.max_by(|a, b| a.value.total_cmp(&b.value)) {
+        lines.push(format!("Display      {} per repaint with the defaults", figure(&ms, 1.0, " ms")));
+    }
+    if !study.numeric.is_empty() {
+        lines.push(format!("Arithmetic   {}", numeric::shortly(study)));
+    }
+    if let Some(p) = &study.predictions {
+        let rate = verdict::share(p.held, p.known).map_or_else(
+            || predictions::takeaway(study),
+            |s| format!("{} of {} intervals held, {}; stated are 90 %", p.held, p.known, percent(&s)),
+        );
+        lines.push(format!("Predictions  {rate}"));
+    }
+    if !study.stability.is_empty() {
+        lines.push(format!("Stability    {}", stability::shortly(study)));
+    }
+    lines
+}
+
+fn right(text: &str, width: usize) -> String {
+    let text = text.replace(THIN, " ");
+    format!("{}{text}", " ".repeat(width.saturating_sub(text.chars().count()).max(1)))
+}

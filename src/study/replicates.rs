@@ -1,0 +1,165 @@
+//! The sums of each replicate, pixel by pixel: what the error of a picture is known from while it is rendered.
+//!
+//! Samples are counted into the pixel they lie in, which is one addition to memory each. The film's filter is wider; its effect is
+//! computed from these sums when somebody asks (`smooth`).
+
+use crate::color::{Profile, Xyz};
+use crate::stream::{PathCounts, REPLICATES, Sample, replicate};
+use crate::study::error::Pixel;
+use crate::study::smooth::Kernel;
+
+/// Sums `[X, Y, Z, W]` of the camera stream and `[X, Y, Z]` of the light stream over pixels, for each replicate.
+#[derive(Clone, Debug)]
+pub struct Replicates {
+    size: [usize; 2],
+    kernel: Kernel,
+    parts: [Sums; REPLICATES],
+}
+
+/// Sums of one replicate; a stream has none before its first sample.
+#[derive(Clone, Debug, Default)]
+struct Sums {
+    camera: Vec<[f32; 4]>,
+    light: Vec<[f32; 4]>,
+    paths: PathCounts,
+}
+
+impl Replicates {
+    /// Empty sums of a picture of `size` pixels, whose film has a filter of this
+    /// [energy](crate::client::SplatFilter::energy) (1 for the box).
+    pub fn new(size: [u32; 2], energy: f32) -> Self {
+        Self { size: size.map(|n| n as usize), kernel: Kernel::of_energy(energy), parts: Default::default() }
+    }
+
+    /// Width and height in pixels.
+    pub fn size(&self) -> [usize; 2] {
+        self.size
+    }
+
+    /// Paths so far, of all replicates.
+    pub fn paths(&self) -> u64 {
+        self.parts.iter().map(|part| part.paths.camera.max(part.paths.light)).sum()
+    }
+
+    /// Forgets everything.
+    pub fn clear(&mut self) {
+        self.parts = Default::default();
+    }
+
+    /// Takes a block that begins at path `first_index`: no block spans two chunks.
+    pub fn add(&mut self, first_index: u64, paths: PathCounts, samples: &[Sample]) {
+        let [width, height] = self.size;
+        let part = &mut self.parts[replicate(first_index).0];
+        part.paths.camera = part.paths.camera.saturating_add(paths.camera);
+        part.paths.light = part.paths.light.saturating_add(paths.light);
+        for sample in samples {
+            let [x, y] = [sample.uv[0] * width as f32, sample.uv[1] * height as f32];
+            // False for NaN as well.
+            if !(x >= 0.0 && y >= 0.0 && x < width as f32 && y < height as f32) {
+                continue;
+            }
+            let sums = if sample.w > 0.0 { &mut part.camera } else { &mut part.light };
+            if sums.is_empty() {
+                sums.resize(width * height, [0.0; 4]);
+            }
+            let Xyz { x: sx, y: sy, z: sz } = sample.xyz;
+            let sum = &mut sums[y as usize * width + x as usize];
+            for (sum, value) in sum.iter_mut().zip([sx, sy, sz, sample.w]) {
+                *sum += value;
+            }
+        }
+    }
+
+    /// What every pixel knows of itself: the mean and the difference of the replicates, linear Rec.709, as the film's filter would
+    /// have them. `None` before each replicate has traced a path.
+    pub fn pixels(&self) -> Option<Vec<Pixel>> {
+        if self.parts.iter().any(|part| part.paths == PathCounts::default()) {
+            return None;
+        }
+        let pictures = self.parts.each_ref().map(|part| part.picture(self.size, &self.kernel));
+        let camera = self.parts.iter().any(|part| !part.camera.is_empty());
+        let total: f64 = self.parts.iter().map(|part| part.paths.light as f64).sum();
+        let share = (self.parts[0].paths.light as f64 / total.max(1.0)) as f32;
+        let [a, b] = &pictures;
+        let pixel = |(a, b): (&[f32; 4], &[f32; 4])| {
+            let weight = a[3] + b[3];
+            let (seen, first) = match camera {
+                true => (a[3] > 0.0 && b[3] > 0.0, if weight > 0.0 { a[3] / weight } else { 0.5 }),
+                false => (true, share),
+            };
+            let mix = |i: usize| a[i] * first + b[i] * (1.0 - first);
+            Pixel {
+                mean: [mix(0), mix(1), mix(2)],
+                difference: [a[0] - b[0], a[1] - b[1], a[2] - b[2]],
+                factor: first * (1.0 - first),
+                seen,
+            }
+        };
+        Some(a.iter().zip(b).map(pixel).collect())
+    }
+}
+
+impl Sums {
+    /// Linear Rec.709 and the weight of the camera stream.
+    fn picture(&self, size: [usize; 2], kernel: &Kernel) -> Vec<[f32; 4]> {
+        let mut picture = vec![[0.0; 4]; size[0] * size[1]];
+        if !self.camera.is_empty() {
+            for (out, [x, y, z, w]) in picture.iter_mut().zip(kernel.apply(&self.camera, size)) {
+                if w > 0.0 {
+                    *out = [x / w, y / w, z / w, w];
+                }
+            }
+        }
+        if !self.light.is_empty() && self.paths.light > 0 {
+            let scale = (size[0] * size[1]) as f32 / self.paths.light as f32;
+            for (out, sum) in picture.iter_mut().zip(kernel.apply(&self.light, size)) {
+                for (out, sum) in out[..3].iter_mut().zip(sum) {
+                    *out += sum * scale;
+                }
+            }
+        }
+        let from_xyz = Profile::srgb().from_xyz;
+        for out in &mut picture {
+            let rgb = from_xyz * glam::Vec3::new(out[0], out[1], out[2]);
+            out[..3].copy_from_slice(&rgb.to_array());
+        }
+        picture
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stream::CHUNK;
+
+    fn grey(uv: [f32; 2], y: f32, w: f32) -> Sample {
+        Sample { uv, xyz: Xyz::new(0.950_46 * y, y, 1.089_06 * y), w }
+    }
+
+    #[test]
+    fn mean_and_difference_of_both_streams() {
+        let mut sums = Replicates::new([2, 1], 1.0);
+        assert!(sums.pixels().is_none());
+        let paths = PathCounts { camera: 2, light: 4 };
+        sums.add(
+            0,
+            paths,
+            &[grey([0.25, 0.5], 1.0, 1.0), grey([0.25, 0.5], 3.0, 1.0), grey([0.75, 0.5], 8.0, -1.0)],
+        );
+        assert!(sums.pixels().is_none());
+        sums.add(
+            CHUNK,
+            paths,
+            &[grey([0.25, 0.5], 4.0, 1.0), grey([2.0, 0.5], 9.0, 1.0), grey([f32::NAN, 0.5], 9.0, 1.0)],
+        );
+        let pixels = sums.pixels().expect("both have paths");
+        // (1 + 3) / 2 against 4, weighted 2 : 1.
+        assert!((pixels[0].mean[1] - 8.0 / 3.0).abs() < 1e-3 && (pixels[0].difference[1] + 2.0).abs() < 1e-3);
+        assert!((pixels[0].factor - 2.0 / 9.0).abs() < 1e-6 && pixels[0].seen);
+        // The light stream alone: 8 · 2 texels / 4 paths against nothing; no camera sample was seen there.
+        assert!((pixels[1].difference[1] - 4.0).abs() < 1e-2 && !pixels[1].seen);
+        assert_eq!(sums.paths(), 8);
+        sums.clear();
+        assert_eq!((sums.paths(), sums.pixels()), (0, None));
+    }
+}

@@ -1,0 +1,95 @@
+//! The film's filter on sums of whole pixels.
+
+/// A symmetric row of five weights, applied to columns and rows; its sum is 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Kernel {
+    weights: [f32; 3],
+}
+
+impl Kernel {
+    /// The Gaussian row whose squares sum up to the root of `energy`, the share of a pixel's variance that a splat filter leaves
+    /// over both axes. What lies within a pixel has lost its place, so that the row itself is narrower than the filter's.
+    pub fn of_energy(energy: f32) -> Self {
+        let wanted = f64::from(energy).clamp(0.05, 1.0).sqrt();
+        let row = |width: f64| {
+            let [a, b] = [(-1.0 / width).exp(), (-4.0 / width).exp()];
+            [1.0, a, b].map(|w| w / (1.0 + 2.0 * (a + b)))
+        };
+        let squares = |[c, a, b]: [f64; 3]| c * c + 2.0 * (a * a + b * b);
+        // `width` is twice the variance; the squares fall with it.
+        let (mut low, mut high) = (1e-3f64, 1e3f64);
+        for _ in 0..60 {
+            let middle = f64::sqrt(low * high);
+            if squares(row(middle)) > wanted { low = middle } else { high = middle }
+        }
+        let weights = if wanted >= 1.0 { [1.0, 0.0, 0.0] } else { row(low) };
+        Self { weights: weights.map(|w| w as f32) }
+    }
+
+    /// `sums` of `width × height` pixels, filtered; beyond the border there is nothing.
+    pub fn apply(&self, sums: &[[f32; 4]], [width, height]: [usize; 2]) -> Vec<[f32; 4]> {
+        if self.weights[0] == 1.0 {
+            return sums.to_vec();
+        }
+        let columns = self.along(sums, |i| i % width, (1, width));
+        self.along(&columns, |i| i / width, (width, height))
+    }
+
+    /// One axis: pixels `step` apart, `place` of `count` in their row or column.
+    fn along(
+        &self,
+        sums: &[[f32; 4]],
+        place: impl Fn(usize) -> usize,
+        (step, count): (usize, usize),
+    ) -> Vec<[f32; 4]> {
+        let [c, a, b] = self.weights;
+        let term = |i: usize, k: usize, weight: f32, out: &mut [f32; 4]| {
+            let at = place(i);
+            let before = (at >= k).then(|| sums[i - k * step]);
+            let after = (at + k < count).then(|| sums[i + k * step]);
+            for pixel in [before, after].into_iter().flatten() {
+                for (out, value) in out.iter_mut().zip(pixel) {
+                    *out += weight * value;
+                }
+            }
+        };
+        let filtered = |i: usize| {
+            let mut out = sums[i].map(|value| c * value);
+            term(i, 1, a, &mut out);
+            term(i, 2, b, &mut out);
+            out
+        };
+        (0..sums.len()).map(filtered).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_row_has_the_energy_that_was_asked_for() {
+        for energy in [0.1386, 0.4444, 0.9, 1.0] {
+            let Kernel { weights: [c, a, b] } = Kernel::of_energy(energy);
+            assert!((c + 2.0 * (a + b) - 1.0).abs() < 1e-5);
+            let squares = c * c + 2.0 * (a * a + b * b);
+            assert!((squares * squares / energy - 1.0).abs() < 1e-3, "{energy}: {squares}");
+        }
+    }
+
+    #[test]
+    fn a_point_spreads_over_both_axes_and_not_beyond_the_border() {
+        let kernel = Kernel::of_energy(0.4);
+        let mut sums = vec![[0.0; 4]; 7 * 6];
+        sums[3 * 7 + 3] = [1.0; 4];
+        let spread = kernel.apply(&sums, [7, 6]);
+        let [c, a, b] = kernel.weights;
+        assert!((spread[3 * 7 + 3][0] - c * c).abs() < 1e-6 && (spread[3 * 7 + 4][0] - c * a).abs() < 1e-6);
+        assert!((spread[5 * 7 + 1][0] - b * b).abs() < 1e-6);
+        let total: f32 = spread.iter().map(|p| p[0]).sum();
+        assert!((total - 1.0).abs() < 1e-5);
+        let mut corner = vec![[0.0; 4]; 4];
+        corner[0] = [1.0; 4];
+        assert!(kernel.apply(&corner, [2, 2]).iter().map(|p| p[0]).sum::<f32>() < 1.0);
+    }
+}

@@ -1,0 +1,41 @@
+//! A render divided into independent randomisations, so that their difference tells the error of their mean.
+
+use crate::stream::{PathCounts, REPLICATES, SampleSink, replicate, replicate_seed};
+use crate::tracer::Integrator;
+
+use super::Setup;
+
+/// One tracer that traces everything, or one for each replicate, which take turns chunk by chunk
+/// ([`replicate`](crate::stream::replicate())). A photon map, too, is each replicate's own.
+#[derive(Clone, Debug)]
+pub struct Replicated<I> {
+    parts: Vec<I>,
+}
+
+impl<I> Replicated<I> {
+    /// Tracers made of `setup` by `make`, which is called for every replicate's seed; once only unless `divided`.
+    pub fn new(setup: &Setup, divided: bool, make: impl FnMut(Setup) -> I) -> Self {
+        let count = if divided { REPLICATES } else { 1 };
+        let setup_of = |r| Setup { seed: replicate_seed(setup.seed, r), ..setup.clone() };
+        Self { parts: (0..count).map(setup_of).map(make).collect() }
+    }
+
+    /// The tracers, one per replicate.
+    pub fn parts(&self) -> &[I] {
+        &self.parts
+    }
+}
+
+impl<I: Integrator> Integrator for Replicated<I> {
+    type Scratch = [I::Scratch; REPLICATES];
+
+    #[inline]
+    fn trace(&self, index: u64, scratch: &mut Self::Scratch, out: &mut impl SampleSink) {
+        let (r, own) = if self.parts.len() > 1 { replicate(index) } else { (0, index) };
+        self.parts[r].trace(own, &mut scratch[r], out);
+    }
+
+    fn paths_per_index(&self) -> PathCounts {
+        self.parts[0].paths_per_index()
+    }
+}
