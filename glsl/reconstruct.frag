@@ -24,6 +24,11 @@ layout(constant_id = 0) const uint KIND = GAUSSIAN;
 layout(constant_id = 1) const bool MASKING = false;
 layout(constant_id = 2) const uint CAMERA = TWO_LEVELS;
 layout(constant_id = 3) const uint LIGHT = ABSENT;
+// Where the Gaussian ends: 2R texels along each axis, and E, 0 for no window.
+layout(constant_id = 4) const int TAPS = 5;
+layout(constant_id = 5) const int EXPONENT = 8;
+
+#include "include/truncated.glsl"
 
 // All levels.
 layout(set = 0, binding = 0) uniform sampler2D camera;
@@ -65,19 +70,25 @@ Levels levels_at(sampler2D image, sampler2D near, sampler2D far, float lod) {
     return at;
 }
 
+const bool USUAL = TAPS == 5 && EXPONENT == 8;
+
+vec4 blurred(sampler2D image, vec2 p, Level level, float sigma) {
+    return USUAL ? windowed_gaussian(image, p, level, sigma) : truncated_gaussian(image, p, level, sigma);
+}
+
 // Wide kernels on both levels keep texels from showing: sigma is 1 at a level of detail of 0 on level 0, and 1 to 4 on the
 // coarser of two levels; below 0 it grows to 16, a texel alone, at -1.
 vec4 gaussian(sampler2D near, sampler2D far, Levels at, const uint extent) {
     if (at.f < 0.0) {
         float sigma = exp2(-4.0 * at.f);
-        return sigma < 4.0 ? windowed_gaussian(near, at.p_near, at.near, sigma)
-                           : narrow_gaussian(near, at.p_near, at.near, sigma);
+        return USUAL && sigma >= 4.0 ? narrow_gaussian(near, at.p_near, at.near, sigma)
+                                     : blurred(near, at.p_near, at.near, sigma);
     }
-    vec4 a = windowed_gaussian(near, at.p_near, at.near, exp2(-2.0 * at.f));
+    vec4 a = blurred(near, at.p_near, at.near, exp2(-2.0 * at.f));
     if (extent == ONE_LEVEL) {
         return a;
     }
-    return mix(a, windowed_gaussian(far, at.p_far, at.far, exp2(2.0 * (1.0 - at.f))), at.f);
+    return mix(a, blurred(far, at.p_far, at.far, exp2(2.0 * (1.0 - at.f))), at.f);
 }
 
 // Trilinear: by hardware, but from the atlas where the level differs from pixel to pixel.

@@ -55,7 +55,13 @@ fn stated_variance_is_that_of_the_means() {
     let folder = std::env::temp_dir().join(format!("pointillist-develop-{}", std::process::id()));
     std::fs::create_dir_all(&folder).expect("folder");
     for filter in [SplatFilter::Box, SplatFilter::Tent, SplatFilter::Gaussian] {
-        let spec = FilmSpec { width: 40, height: 30, filter, variance: Some(VarianceForm::Product) };
+        let spec = FilmSpec {
+            width: 40,
+            height: 30,
+            filter,
+            variance: Some(VarianceForm::Product),
+            sums: Default::default(),
+        };
         let measure = |seed, gain| {
             let data = noisy(spec, seed, gain).develop().expect("develop");
             let path = folder.join(format!("{seed}.exr"));

@@ -13,7 +13,7 @@ const METHODS: [Reconstruction; 4] =
     [Reconstruction::Gaussian, Reconstruction::CatmullRom, Reconstruction::Mipmap, Reconstruction::None];
 
 fn spec(width: u32, height: u32, filter: SplatFilter) -> FilmSpec {
-    FilmSpec { width, height, filter, variance: Some(VarianceForm::Product) }
+    FilmSpec { width, height, filter, variance: Some(VarianceForm::Product), sums: Default::default() }
 }
 
 fn film(spec: FilmSpec) -> ReferenceFilm {

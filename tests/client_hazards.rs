@@ -26,7 +26,13 @@ fn grey(y: f32, w: f32) -> Sample {
 
 /// A film of one texel that exactly receives the samples, `batch` at a time.
 fn one_texel(form: VarianceForm, samples: &[Sample], batch: usize) -> FilmData {
-    let spec = FilmSpec { width: 1, height: 1, filter: SplatFilter::Box, variance: Some(form) };
+    let spec = FilmSpec {
+        width: 1,
+        height: 1,
+        filter: SplatFilter::Box,
+        variance: Some(form),
+        sums: Default::default(),
+    };
     let mut film = ReferenceFilm::new(spec, 1).expect("film");
     for part in samples.chunks(batch) {
         film.add(part).expect("add");
@@ -153,6 +159,7 @@ fn the_blur_does_not_depend_on_the_exposure() {
         height: 30,
         filter: SplatFilter::Gaussian,
         variance: Some(VarianceForm::Product),
+        sums: Default::default(),
     };
     let picture = |k: i32| {
         let (mut numbers, scale) = (Numbers(3), 2.0f32.powi(k));

@@ -8,7 +8,7 @@ use pointillist::client::reference::mips::{pyramid, trilinear};
 use pointillist::client::reference::reconstruct::{
     ReconstructParameters, StreamView, catmull_rom, level_of_detail, reconstruct,
 };
-use pointillist::client::{FilmSpec, Reconstruction, SplatFilter};
+use pointillist::client::{FilmSpec, Kernel, Reconstruction, SplatFilter};
 use pointillist::image::Grid;
 
 const SIZE: usize = 53;
@@ -19,6 +19,7 @@ fn spec() -> FilmSpec {
         height: SIZE as u32,
         filter: SplatFilter::Box,
         variance: Some(Default::default()),
+        sums: Default::default(),
     }
 }
 
@@ -34,7 +35,15 @@ fn levels() -> Vec<Grid<Vec4>> {
 }
 
 fn parameters(method: Reconstruction) -> ReconstructParameters {
-    ReconstructParameters { spec: spec(), method, vm: 0.0, luminance_scale: 1.0, light_scale: 1.0, detail: 1 }
+    ReconstructParameters {
+        spec: spec(),
+        method,
+        kernel: Kernel::default(),
+        vm: 0.0,
+        luminance_scale: 1.0,
+        light_scale: 1.0,
+        detail: 1,
+    }
 }
 
 /// The picture at a fixed LoD; on the light stream, which shows sums rather than quotients.

@@ -11,7 +11,9 @@ use pointillist::client::reference::ReferenceFilm;
 use pointillist::client::reference::mips::pyramid;
 use pointillist::client::reference::reconstruct::{ReconstructParameters, StreamView, reconstruct};
 use pointillist::client::reference::tonemap::{DisplayParameters, tonemap};
-use pointillist::client::{FilmData, FilmSpec, Reconstruction, Settings, SplatFilter, VarianceForm};
+use pointillist::client::{
+    FilmData, FilmSpec, Kernel, Reconstruction, Settings, SplatFilter, Summation, VarianceForm,
+};
 use pointillist::color::Xyz;
 use pointillist::image::Grid;
 use pointillist::stream::{PathCounts, Sample};
@@ -116,6 +118,7 @@ fn coarse_twin_picture(data: &FilmData, spec: FilmSpec, settings: &Settings, det
     let p = ReconstructParameters {
         spec,
         method: settings.reconstruction,
+        kernel: settings.kernel,
         vm: settings.vm,
         luminance_scale: data.luminance_scale,
         light_scale: data.counts.light_scale(&spec),
@@ -153,6 +156,49 @@ fn pictures_equal_the_twin() {
                 }
             }
         }
+    }
+    assert_silent(gpu());
+}
+
+/// Every radius, windows that close early, late and not at all; also where the level differs from pixel to pixel.
+#[test]
+fn pictures_of_other_kernels_equal_the_twin() {
+    let spec = spec(61, 43, SplatFilter::Gaussian);
+    for count in [40, 1_500, 9_000] {
+        let mut film = film(spec);
+        film.add(&scene(&spec, count, 5, 3)).expect("add");
+        film.count_paths(PathCounts { camera: count as u64, light: count as u64 });
+        let data = film.develop_padded().expect("develop");
+        for (taps, exponent) in [(2, 8), (3, 0), (4, 1), (5, 0), (5, 32), (7, 8), (8, 0)] {
+            for vm in [0.0, 0.5] {
+                let kernel = Kernel { taps, exponent };
+                let settings = Settings { kernel, ..settings(Reconstruction::Gaussian, vm) };
+                let got = film.reconstruct(&settings).expect("reconstruct");
+                let worst = difference(&got, &twin_picture(&data, spec, &settings));
+                assert!(worst < 4e-5, "{kernel:?}, Vm {vm}, {count} samples: {worst}");
+            }
+        }
+    }
+    assert_silent(gpu());
+}
+
+/// Sums of one float, with and without a variance beside them.
+#[test]
+fn plain_sums_equal_the_twin() {
+    for variance in [None, Some(VarianceForm::Product)] {
+        let spec = FilmSpec { sums: Summation::Plain, variance, ..spec(67, 41, SplatFilter::Gaussian) };
+        let samples = scene(&spec, 200_000, 8, 3);
+        let mut twin = ReferenceFilm::new(spec, 1).expect("a film");
+        twin.add(&samples).expect("add");
+        let twin = twin.develop().expect("develop");
+        let mut film = film(spec);
+        film.add(&samples).expect("add");
+        let data = film.develop().expect("develop");
+        let color = difference(&data.camera, &twin.camera).max(difference(&data.light, &twin.light));
+        assert!(color < 2e-6, "colour differs by {color}");
+        let (a, b) = (singles(&data.camera_variance), singles(&twin.camera_variance));
+        let variance = if variance.is_some() { difference(&a, &b) } else { 0.0 };
+        assert!(variance < 1e-3, "variance differs by {variance}");
     }
     assert_silent(gpu());
 }

@@ -7,7 +7,8 @@ mod support;
 
 use egui::{Event, Shape, pos2, vec2};
 use pointillist::client::settings::{
-    Adaptation, Dither, Glare, Masking, Output, Reconstruction, Settings, SplatFilter, ToneCurve, View,
+    Adaptation, Dither, Glare, Kernel, Masking, Output, Reconstruction, Settings, SplatFilter, ToneCurve,
+    View,
 };
 use pointillist::client::window::panel::{Action, Controls, DEFAULT_TARGET, Readout, Show};
 use pointillist::color::Profile;
@@ -107,6 +108,7 @@ fn untouched_values_stay_bit_for_bit() {
             masking: [Masking::LowPass, Masking::Bilateral][round % 2],
             reconstruction: [Reconstruction::CatmullRom, Reconstruction::Mipmap, Reconstruction::None]
                 [round % 3],
+            kernel: Kernel { taps: 2 + round as u32 % 7, exponent: round as u32 % 5 },
             curve: [ToneCurve::AgX, ToneCurve::PbrNeutral][round % 2],
             profile: Profile {
                 name: if round % 4 == 0 { "mine.icc" } else { "rec2020" }.to_string(),

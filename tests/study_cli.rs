@@ -52,7 +52,10 @@ fn a_study_grows_and_keeps_what_it_has() {
             .sum::<u64>()
     };
     assert!(points(&first) >= 2 && first["numeric"].as_array().unwrap().len() == 2);
-    assert!(first["missing"].to_string().contains("effects"));
+    // Nothing else was asked for.
+    assert_eq!(first["missing"].as_array().map(Vec::len), Some(0));
+    let commands = |study: &Value| study["command"].as_str().unwrap().lines().count();
+    assert_eq!(commands(&first), 1);
     assert!(first["reference"]["rel_mse"].as_f64().unwrap() > 0.0);
     // Cut off while a line was written.
     let lines = out.join("measurements.jsonl");
@@ -67,6 +70,7 @@ fn a_study_grows_and_keeps_what_it_has() {
     let second = json(&out);
     assert!(points(&second) > points(&first), "{} {}", points(&second), points(&first));
     assert_eq!(std::fs::read(out.join("reference.exr")).unwrap(), reference);
+    assert_eq!(commands(&second), 2);
     let effects = second["effects"].as_array().unwrap();
     let wavelengths = effects.iter().find(|e| e["name"] == "wavelengths").unwrap();
     assert_eq!(wavelengths["on"].as_bool(), Some(true));
@@ -116,4 +120,43 @@ fn other_scenes_references_and_peers() {
     );
     let errors = String::from_utf8_lossy(&wrong.stderr).replace("\n  │ ", " ");
     assert!(!wrong.status.success() && errors.contains("has 32×32 pixels"), "{errors}");
+}
+
+/// Longer pictures need a longer reference; what was measured against the shorter one counts no more.
+#[test]
+fn much_more_time_makes_another_reference() {
+    let place = folder("longer");
+    let path = place.join("one").display().to_string();
+    let run = |budget: &str| {
+        let args = ["scenes/cornell.xml", "--methods", "path", "--knobs", "methods", "-o", &path];
+        succeeds(&study(&place, &[&args[..], &["--budget", budget]].concat()));
+        json(Path::new(&path))["reference"]["seconds"].as_f64().unwrap()
+    };
+    let short = run("1");
+    assert!(run("6") > 2.0 * short);
+}
+
+/// A reference that is no number cannot be compared with; pixels of other programs that are none count as black.
+#[test]
+fn pixels_that_are_no_numbers_are_named() {
+    use pointillist::image::exr::{Layers, write};
+    let place = folder("nan");
+    let file = place.join("nan.exr");
+    let mut layers = Layers { width: 32, height: 32, ..Layers::default() };
+    for name in ["R", "G", "B"] {
+        layers.push(name, (0..1024).map(|i| if i == 70 { f32::NAN } else { 0.2 }));
+    }
+    write(&file, &layers).unwrap();
+    let [file, path] = [file, place.join("one")].map(|path| path.display().to_string());
+    let args =
+        ["scenes/cornell.xml", "--methods", "path", "--knobs", "methods", "--budget", "1", "-o", &path];
+    let refused = study(&place, &[&args[..], &["--against", &file]].concat());
+    let errors = String::from_utf8_lossy(&refused.stderr).replace("\n  │ ", " ");
+    assert!(!refused.status.success() && errors.contains("pixel 6, 2 is not finite"), "{errors}");
+    let output = study(&place, &[&args[..], &["--peer", &format!("Other=1:{file}")]].concat());
+    succeeds(&output);
+    assert!(String::from_utf8_lossy(&output.stderr).contains("1 pixels are not finite"));
+    let methods = json(Path::new(&path))["methods"].clone();
+    let other = methods.as_array().unwrap().iter().find(|m| m["peer"] == true).unwrap();
+    assert!(other["points"][0]["flip"]["value"].as_f64().is_some_and(|flip| flip > 0.0));
 }

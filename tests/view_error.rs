@@ -26,7 +26,7 @@ const ENDED: &str = "the render has ended";
 fn the_figures_hold_the_error_and_the_log_the_predictions() {
     let folder = folder("error");
     let desktop = Desktop::start(300, 300);
-    let options = ["--size", "96x96", "--samples", "400000", "--json", "figures.json"];
+    let options = ["--size", "96x96", "--samples", "1000000", "--json", "figures.json"];
     let output = end_when(view(&desktop, &folder, &options), &[ENDED]);
     assert!(output.status.success());
     let error = figures(&folder)["error"].clone();
@@ -37,9 +37,9 @@ fn the_figures_hold_the_error_and_the_log_the_predictions() {
     let curve = error["curve"].as_array().unwrap();
     assert!(curve.len() >= 5 && curve[0][2].as_f64() > curve[curve.len() - 1][2].as_f64(), "{error:#}");
     // Every path is in the last look, whatever the thread was behind.
-    assert_eq!(curve[curve.len() - 1][1].as_f64(), Some(400_000.0));
+    assert_eq!(curve[curve.len() - 1][1].as_f64(), Some(1_000_000.0));
     let log = std::fs::read_to_string(folder.join("predictions.jsonl")).unwrap();
-    assert!(log.lines().count() >= 3 && log.contains("\"target\":0.01"), "{log}");
+    assert!(log.lines().count() >= 1 && log.contains("\"target\":0.01"), "{log}");
     std::fs::remove_dir_all(folder).unwrap();
 }
 

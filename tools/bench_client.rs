@@ -38,6 +38,7 @@ fn main() -> Outcome<()> {
         height: size,
         filter: SplatFilter::Gaussian,
         variance: Some(Default::default()),
+        sums: Default::default(),
     };
     let samples = uniform(&spec, BATCH);
     first_picture(&gpu, spec, &samples, opened)?;

@@ -12,7 +12,7 @@ import mitsuba as mi
 import numpy as np
 from compare_mitsuba import load_box_filtered
 
-TIMES = [1 / 3, 1.0, 3.0, 10.0]
+TIMES = [1 / 3, 1.0, 3.0, 10.0, 30.0]
 METHODS = ["path", "ptracer"]
 
 
@@ -26,7 +26,7 @@ def mean_after(render, seconds, seed):
 
 
 def main():
-    path, size, folder = sys.argv[1:]
+    path, size, folder, longest = sys.argv[1:]
     size = tuple(int(n) for n in size.split("x"))
     mi.set_variant("llvm_ad_spectral")
     scene = load_box_filtered(mi, path, {}, size)
@@ -38,7 +38,7 @@ def main():
         render(1)(1)
         spp = max(1, int(TIMES[0] / 10 / (time.perf_counter() - start)))
         render(spp)(2)
-        for i, seconds in enumerate(TIMES):
+        for i, seconds in enumerate(t for t in TIMES if t <= float(longest)):
             picture, took = mean_after(render(spp), seconds, 1000 * (i + 1))
             file = os.path.join(folder, f"{name}-{seconds:.2f}.exr")
             mi.Bitmap(picture.astype(np.float32)).write(file)

@@ -75,7 +75,13 @@ fn paths<I: Integrator>(integrator: &I) -> Outcome {
 
 fn paint() -> Outcome {
     let gpu = Gpu::new(&DeviceChoice::Best)?;
-    let spec = FilmSpec { width: 512, height: 512, filter: SplatFilter::Gaussian, variance: None };
+    let spec = FilmSpec {
+        width: 512,
+        height: 512,
+        filter: SplatFilter::Gaussian,
+        variance: None,
+        sums: Default::default(),
+    };
     let mut film = VulkanFilm::new(gpu, spec)?;
     // The R2 sequence (Roberts 2018).
     let at = |i: usize| [0.754_877_7, 0.569_840_3].map(|a: f64| (a * i as f64).fract() as f32);

@@ -8,8 +8,8 @@ use super::auto::Chosen;
 use super::load::Input;
 use super::method;
 use crate::client::{
-    Adaptation, Dither, FilmSpec, Masking, Reconstruction, Settings, SplatFilter, ToneCurve, VarianceForm,
-    View,
+    Adaptation, Dither, FilmSpec, Kernel, Masking, Reconstruction, Settings, SplatFilter, ToneCurve,
+    VarianceForm, View,
 };
 use crate::image::Attribute;
 use crate::scene::desc::{IntegratorKind, PhotonDesc, ReconstructionFilter};
@@ -75,7 +75,13 @@ impl RunFacts {
             defines: source.defines.clone(),
             size: source.size,
             first_index: 0,
-            spec: FilmSpec { width, height, filter, variance: Some(VarianceForm::Product) },
+            spec: FilmSpec {
+                width,
+                height,
+                filter,
+                variance: Some(VarianceForm::Product),
+                sums: Default::default(),
+            },
             max_depth: source.max_depth.map_or(integrator.max_depth, |d| d.0),
             rr_depth: integrator.rr_depth,
             hide_emitters: integrator.hide_emitters,
@@ -173,7 +179,14 @@ pub fn display_options(s: &Settings) -> String {
         s.gamma,
         quoted(&s.profile.name)
     );
-    // What is off is left out.
+    // What is off or usual is left out.
+    if s.kernel != Kernel::default() {
+        let exponent = match s.kernel.exponent {
+            0 => "none".to_string(),
+            exponent => exponent.to_string(),
+        };
+        options += &format!(" --kernel {},{exponent}", s.kernel.radius());
+    }
     if s.masking == Masking::Bilateral {
         options += " --masking bilateral";
     }

@@ -79,6 +79,7 @@ fn spec_of(data: &FilmData) -> FilmSpec {
         height: data.height,
         filter: Default::default(),
         variance: Some(Default::default()),
+        sums: Default::default(),
     }
 }
 

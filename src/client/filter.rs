@@ -240,6 +240,7 @@ mod tests {
             height: 32,
             filter: SplatFilter::Gaussian,
             variance: Some(Default::default()),
+            sums: Default::default(),
         };
         assert_eq!(spec.padded_extent(), [70, 38]);
         assert_eq!(spec.texel_position(spec.window().min), [0.0, 0.0]);

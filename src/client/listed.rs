@@ -179,8 +179,13 @@ mod tests {
         listed(spec, settings, streams).into_iter().filter(|d| d.on).map(|d| d.name).collect()
     }
 
-    const PLAIN: FilmSpec =
-        FilmSpec { width: 8, height: 8, filter: crate::client::SplatFilter::Gaussian, variance: None };
+    const PLAIN: FilmSpec = FilmSpec {
+        width: 8,
+        height: 8,
+        filter: crate::client::SplatFilter::Gaussian,
+        variance: None,
+        sums: crate::client::Summation::TwoFloat,
+    };
 
     #[test]
     fn what_is_asked_for_is_on() {

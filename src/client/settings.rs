@@ -31,6 +31,41 @@ pub enum Reconstruction {
     None,
 }
 
+/// Where the Gaussian of the reconstruction ends: `exp(−σd²)·(1 − smoothstep(0, R, d)^E)` over the texels within `R` per axis
+/// (paper §4.3).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Kernel {
+    /// `2R`: texels along each axis, 2 to 8.
+    pub taps: u32,
+    /// `E`; 0 leaves the window out, and the Gaussian is cut off.
+    pub exponent: u32,
+}
+
+impl Default for Kernel {
+    /// The paper's R = 2.5 and E = 8.
+    fn default() -> Self {
+        Self { taps: 5, exponent: 8 }
+    }
+}
+
+impl Kernel {
+    /// `R`, texels.
+    pub fn radius(self) -> f32 {
+        0.5 * self.taps as f32
+    }
+}
+
+/// How batches are added up in a film.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Summation {
+    /// Two floats: what the larger one rounds off is kept in the smaller.
+    #[default]
+    TwoFloat,
+    /// One float, which stands still where a batch is less than half of its last bit; kept to show what the second costs. The
+    /// variance has two in any case.
+    Plain,
+}
+
 /// How blur is spent where the variance asks for it (the paper's §4.2).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Masking {
@@ -137,6 +172,8 @@ pub struct FilmSpec {
     pub filter: SplatFilter,
     /// Form of the running variance; `None`: there is none, neither pass nor images.
     pub variance: Option<VarianceForm>,
+    /// How batches are added up.
+    pub sums: Summation,
 }
 
 /// Display controls.
@@ -144,6 +181,8 @@ pub struct FilmSpec {
 pub struct Settings {
     /// Reconstruction.
     pub reconstruction: Reconstruction,
+    /// Where its Gaussian ends.
+    pub kernel: Kernel,
     /// Noise masking strength `Vm`: mip levels of extra blur per factor 4 of excess variance; 0 is off.
     pub vm: f32,
     /// How noise is masked where `vm` is above 0.
@@ -173,6 +212,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             reconstruction: Reconstruction::default(),
+            kernel: Kernel::default(),
             vm: 0.0,
             masking: Masking::default(),
             view: View::default(),

@@ -124,8 +124,13 @@ mod tests {
 
     #[test]
     fn batches_and_scale() {
-        let spec =
-            FilmSpec { width: 8, height: 8, filter: Default::default(), variance: Some(Default::default()) };
+        let spec = FilmSpec {
+            width: 8,
+            height: 8,
+            filter: Default::default(),
+            variance: Some(Default::default()),
+            sums: Default::default(),
+        };
         let mut state = FilmState::new(spec).expect("a film");
         let grey = |y: f32, w: f32| Sample { uv: [0.5; 2], xyz: Xyz::new(y, y, y), w };
         assert!(!state.start_raster() && !state.take(&grey(f32::NAN, 1.0)) && !state.take(&grey(1e32, 1.0)));

@@ -148,6 +148,7 @@ mod tests {
             height: 70,
             filter: Default::default(),
             variance: Some(Default::default()),
+            sums: Default::default(),
         };
         let mut batch = Batch::default();
         let sample = |i: u32| Sample {

@@ -49,28 +49,11 @@ pub fn write(
     write::atomically(path, &bytes)
 }
 
-/// The bytes of the file as a `data:` URI, for pages that hold their pictures; `None` for a wrong number of pixels.
-pub fn data_uri(picture: Picture<'_>) -> Option<String> {
-    let bytes = encode(picture, &[]).ok()?;
-    Some(format!("data:image/png;base64,{}", base64(&bytes)))
-}
-
-/// RFC 4648, section 4.
-fn base64(bytes: &[u8]) -> String {
-    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
-    for three in bytes.chunks(3) {
-        let word =
-            three.iter().enumerate().fold(0u32, |word, (i, &byte)| word | u32::from(byte) << (16 - 8 * i));
-        for i in 0..4 {
-            let digit = DIGITS[(word >> (18 - 6 * i) & 63) as usize];
-            text.push(if i <= three.len() { char::from(digit) } else { '=' });
-        }
-    }
-    text
-}
-
-fn encode(picture: Picture<'_>, attributes: &[(String, Attribute)]) -> Result<Vec<u8>, png::EncodingError> {
+/// The bytes of the file.
+pub(super) fn encode(
+    picture: Picture<'_>,
+    attributes: &[(String, Attribute)],
+) -> Result<Vec<u8>, png::EncodingError> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, picture.width, picture.height);
     encoder.set_color(png::ColorType::Rgb);
@@ -121,18 +104,4 @@ pub fn read(path: &Path) -> Result<(u32, u32, Vec<[u8; 3]>), ImageError> {
     let mut bytes = vec![0; size];
     reader.next_frame(&mut bytes).map_err(|e| refuse(e.to_string()))?;
     Ok((width, height, bytes.as_chunks().0.to_vec()))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn base64_is_that_of_the_rfc() {
-        for (bytes, text) in
-            [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foobar", "Zm9vYmFy")]
-        {
-            assert_eq!(base64(bytes.as_bytes()), text);
-        }
-    }
 }

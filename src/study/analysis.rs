@@ -1,27 +1,18 @@
 //! From single measurements to a study.
 
-use crate::study::curve::{Fit, Look};
-use crate::study::data::{Method, Point, Price, Regions, Stability, Study};
-use crate::study::error::Figures;
+use crate::study::data::{Regions, Stability, Study};
 use crate::study::interval::Interval;
 use crate::study::measured::{Measured, REGIONS, Run};
-use crate::study::prediction::{Kept, reached, score};
-
-/// Errors whose price is told.
-pub const PRICED: [f64; 4] = [0.05, 0.02, 0.01, 0.005];
-
-/// A slope of error against time that is flatter is a sign of a heavy tail, or of bias.
-const FLAT: f64 = -0.4;
-
-/// How far beyond the last point of a curve prices are told, as a factor of time.
-const BEYOND: f64 = 1e3;
+use crate::study::method::{Own, method, pictures};
+use crate::study::prediction::{Kept, score};
 
 /// Fills in everything that follows from `measurements`; `study` names scene and machine.
 pub fn study(mut study: Study, measurements: &[Measured]) -> Study {
     let mut runs: Vec<&Run> = Vec::new();
-    let mut unused = Vec::new();
+    let (mut unused, mut commands) = (Vec::new(), Vec::new());
     for measured in measurements {
         match measured {
+            Measured::Command { command } => commands.push(command.clone()),
             Measured::Reference(reference) => study.reference = Some(reference.clone()),
             Measured::Run(run) => runs.push(run),
             Measured::Effect(effect) => replace(&mut study.effects, effect, |e| e.name.clone()),
@@ -34,6 +25,8 @@ pub fn study(mut study: Study, measurements: &[Measured]) -> Study {
         }
     }
     study.unused_effects = Interval::of_mean(&unused);
+    commands.dedup();
+    study.command = commands.join("\n");
     let mut names: Vec<&str> = Vec::new();
     for run in &runs {
         if !names.contains(&run.method.as_str()) {
@@ -41,8 +34,13 @@ pub fn study(mut study: Study, measurements: &[Measured]) -> Study {
         }
     }
     let of = |name: &str| -> Vec<&Run> { runs.iter().filter(|run| run.method == name).copied().collect() };
-    study.methods = names.iter().map(|name| method(&of(name))).collect();
+    let own = study.reference.as_ref().map_or(Own::default(), Own::of);
+    study.methods = names.iter().map(|name| method(&of(name), own)).collect();
     study.regions = regions(&names.iter().map(|name| of(name)).collect::<Vec<_>>());
+    let shared = study.regions.as_ref().map(|regions| regions.seconds);
+    for (method, name) in study.methods.iter_mut().zip(&names) {
+        pictures(method, &of(name), shared);
+    }
     study.stability =
         names.iter().map(|name| of(name)).filter(|runs| !runs[0].peer).map(|runs| stability(&runs)).collect();
     let kept: Vec<Kept> = runs.iter().flat_map(|run| run.kept.iter().copied()).collect();
@@ -56,138 +54,6 @@ fn replace<T: Clone, K: PartialEq>(list: &mut Vec<T>, new: &T, key: impl Fn(&T) 
         Some(old) => *old = new.clone(),
         None => list.push(new.clone()),
     }
-}
-
-/// The curve of one method.
-fn method(runs: &[&Run]) -> Method {
-    let mut budgets: Vec<f64> = runs.iter().map(|run| run.budget).collect();
-    budgets.sort_by(f64::total_cmp);
-    budgets.dedup();
-    let of = |budget: f64| -> Vec<&Run> { runs.iter().filter(|run| run.budget == budget).copied().collect() };
-    let points: Vec<Point> = budgets.iter().map(|&budget| point(&of(budget))).collect();
-    let p95 = |point: &Point| point.relative.map_or(Interval::default(), |relative| relative[1]);
-    let rms = |point: &Point| point.rel_mse.map(|e| e.max(0.0).sqrt());
-    let by_time = looks(&points, &p95, &|point| point.seconds);
-    let fit = line(&points, &p95, &|point| point.seconds);
-    let slope = line(&points, &rms, &|point| point.seconds).map(|fit| fit.slope());
-    let mut flags = Vec::new();
-    if let Some(slope) = slope
-        && slope.low > FLAT
-    {
-        let value = format!("{:.2}", slope.value).replace('-', "−");
-        flags.push(format!("slope {value}, flatter than −0.4: a heavy tail or bias"));
-    }
-    let longest = |run: &&&Run| run.picture.is_some() && Some(&run.budget) == budgets.last();
-    let last = runs.iter().find(longest);
-    let efficiency = points.last().map(|point| point.rel_mse.map(|e| 1.0 / (e * point.seconds)));
-    Method {
-        name: runs[0].method.clone(),
-        peer: runs[0].peer,
-        slope,
-        slope_samples: line(&points, &rms, &|point| point.samples_per_pixel).map(|fit| fit.slope()),
-        flags,
-        prices: PRICED.iter().map(|&error| price(error, &by_time, fit.as_ref())).collect(),
-        efficiency: efficiency.filter(|e| e.value.is_finite()),
-        picture: last.and_then(|run| run.picture.clone()),
-        error_map: last.and_then(|run| run.error_map.clone()),
-        points,
-    }
-}
-
-/// Points of a curve as looks: an error of each against seconds or samples.
-fn looks(points: &[Point], error: &dyn Fn(&Point) -> Interval, x: &dyn Fn(&Point) -> f64) -> Vec<Look> {
-    let look = |point: &Point| {
-        let error = error(point);
-        let deviation = deviation(&error, point.runs);
-        Look { seconds: point.seconds, samples: x(point), error: error.value, deviation }
-    };
-    points.iter().map(look).filter(|look| look.error > 0.0 && look.error.is_finite()).collect()
-}
-
-/// The line of a curve, from where every pixel has a path on if two points are: before, pixels without any have another slope.
-fn line(points: &[Point], error: &dyn Fn(&Point) -> Interval, x: &dyn Fn(&Point) -> f64) -> Option<Fit> {
-    let covered = points.iter().filter(|point| point.samples_per_pixel >= 1.0).count();
-    let from = if covered >= 2 { points.len() - covered } else { 0 };
-    Fit::free(&looks(&points[from..], error, x))
-}
-
-/// Standard deviation of the logarithm: the interval of one run alone has the chance of two pictures in it.
-fn deviation(interval: &Interval, runs: usize) -> f64 {
-    if interval.value <= 0.0 || interval.low <= 0.0 {
-        return 0.3;
-    }
-    let one = Figures::log_deviation(interval);
-    if runs == 1 { one } else { one * std::f64::consts::SQRT_2 }
-}
-
-/// Several runs of one budget; one alone keeps the interval that it has itself.
-fn point(runs: &[&Run]) -> Point {
-    let mean = |f: &dyn Fn(&Run) -> f64| runs.iter().map(|run| f(run)).sum::<f64>() / runs.len() as f64;
-    let joined = |f: &dyn Fn(&Run) -> Interval| match runs {
-        [one] => f(one),
-        _ => {
-            let values: Vec<f64> = runs.iter().map(|run| f(run).value).collect();
-            let mut joined = Interval::of_mean(&values).unwrap_or_default();
-            joined.low = joined.low.max(0.25 * joined.value);
-            joined
-        }
-    };
-    let rel_mse = joined(&|run| run.rel_mse);
-    let noise = known(runs, |run| run.noise);
-    let bias = noise.map(|noise| Interval {
-        value: (rel_mse.value - noise.value).max(0.0),
-        low: (rel_mse.low - noise.high).max(0.0),
-        high: (rel_mse.high - noise.low).max(0.0),
-    });
-    Point {
-        budget: runs[0].budget,
-        seconds: mean(&|run| run.seconds),
-        trace_seconds: mean(&|run| run.trace_seconds),
-        splat_seconds: mean(&|run| run.splat_seconds),
-        display_seconds: mean(&|run| run.display_seconds),
-        samples_per_pixel: mean(&|run| run.samples_per_pixel),
-        runs: runs.len(),
-        rel_mse,
-        rel_mse_trimmed: match runs {
-            [one] => Interval::exact(one.trimmed),
-            _ => joined(&|run| Interval::exact(run.trimmed)),
-        },
-        noise,
-        bias,
-        relative: Some([0, 1, 2].map(|i| joined(&|run| run.relative[i]))),
-        stated: known(runs, |run| run.stated.map(|stated| stated[0])).map(|median| {
-            let other = |i: usize| known(runs, |run| run.stated.map(|stated| stated[i])).unwrap_or_default();
-            [median, other(1), other(2)]
-        }),
-        smape: mean(&|run| run.smape),
-        flip: mean(&|run| run.flip),
-    }
-}
-
-/// A figure that some runs have.
-fn known(runs: &[&Run], figure: impl Fn(&Run) -> Option<Interval>) -> Option<Interval> {
-    let all: Vec<Interval> = runs.iter().filter_map(|run| figure(run)).collect();
-    match &all[..] {
-        [one] => Some(*one),
-        _ => Interval::of_mean(&all.iter().map(|interval| interval.value).collect::<Vec<f64>>()),
-    }
-}
-
-/// Seconds to `error`: between two points of the curve, or by its line.
-fn price(error: f64, looks: &[Look], fit: Option<&Fit>) -> Price {
-    let measured = looks.last().is_some_and(|last| last.error <= error);
-    if measured {
-        let at = reached(looks, error).unwrap_or_default();
-        let near = looks.iter().find(|look| look.error <= error).map_or(0.1, |look| look.deviation);
-        let slope = fit.map_or(0.5, |fit| fit.slope.clamp(0.2, 1.0));
-        return Price { error, seconds: Some(Interval::of_log(at, near / slope)), measured };
-    }
-    let further = || {
-        let (last, (x, deviation)) = (looks.last()?, fit?.until(error)?);
-        let seconds = Interval::of_log(last.seconds * x.exp(), deviation);
-        (x < BEYOND.ln()).then_some(seconds)
-    };
-    Price { error, seconds: further(), measured }
 }
 
 /// Who is best where, at the longest time that all of ours have had.
@@ -245,6 +111,7 @@ fn stability(runs: &[&Run]) -> Stability {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::study::data::Reference;
 
     fn run(method: &str, seconds: f64, error: f64, seed: u32) -> Measured {
         let interval = Interval::of_log(error, 0.05);
@@ -292,6 +159,57 @@ mod tests {
         assert!(regions.margin[7] > 1.0);
         assert_eq!(study.stability[0].rejected, [("NaN".to_string(), 12, "render".to_string())]);
         assert_eq!(study.stability[0].paths, 6000);
+    }
+
+    /// What is bias falls otherwise than noise; what is as small as the reference's own error is no part of a curve.
+    #[test]
+    fn lines_are_not_drawn_where_nobody_knows() {
+        let changed = |measured: Measured, change: &dyn Fn(&mut Run)| match measured {
+            Measured::Run(mut run) => {
+                change(&mut run);
+                Measured::Run(run)
+            }
+            other => other,
+        };
+        let curve = |change: &dyn Fn(&mut Run)| -> Vec<Measured> {
+            let at = |t: f64| run("path", t, 0.1 * t.powf(-0.5), 0);
+            [0.1, 1.0, 10.0].map(|t| changed(at(t), change)).into()
+        };
+        let clean = study(Study::default(), &curve(&|_| {})).methods.remove(0);
+        assert!(!clean.biased && clean.prices[2].seconds.is_some());
+        let half = curve(&|run| run.noise = run.noise.map(|noise| noise.map(|e| 0.5 * e)));
+        let biased = study(Study::default(), &half).methods.remove(0);
+        assert!(biased.biased && biased.prices[0].seconds.is_some() && biased.prices[2].seconds.is_none());
+        let reference = Reference { relative: [0.05; 3], rel_mse: Some(0.0025), ..Reference::default() };
+        let mut measured = vec![Measured::Reference(reference)];
+        measured.extend(half);
+        let short = study(Study::default(), &measured).methods.remove(0);
+        // 10 s are below the reference's own 5 %: two points are left, and no bias is known of the third.
+        assert!(short.flags.iter().any(|flag| flag.contains("reference")), "{:?}", short.flags);
+        assert!(short.points[2].bias.is_none() && short.points[1].bias.is_some());
+        assert!(!short.prices[0].measured);
+    }
+
+    /// Another method has had longer: its picture beside the others is that of their time.
+    #[test]
+    fn pictures_side_by_side_are_of_one_time() {
+        let seen = |method: &str, t: f64| match run(method, t, 0.1, 0) {
+            Measured::Run(mut run) => {
+                (run.picture, run.error_map) = (Some(format!("{method} {t}")), Some(String::new()));
+                Measured::Run(run)
+            }
+            other => other,
+        };
+        let measured = [
+            seen("path", 1.0),
+            seen("path", 3.0),
+            seen("path", 30.0),
+            seen("photon", 1.0),
+            seen("photon", 3.0),
+        ];
+        let study = study(Study::default(), &measured);
+        let pictures: Vec<_> = study.methods.iter().filter_map(|m| m.picture.as_deref()).collect();
+        assert_eq!(pictures, ["path 3", "photon 3"]);
     }
 
     #[test]

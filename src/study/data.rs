@@ -18,7 +18,7 @@ pub struct Study {
     pub size: [u32; 2],
     /// Where it was measured. Runs on another machine are not added to.
     pub machine: Machine,
-    /// The exact command to repeat it.
+    /// The exact commands to repeat it, one per line.
     pub command: String,
     /// Seconds to load and prepare the scene, which no curve holds.
     pub load_seconds: f64,
@@ -79,7 +79,7 @@ pub struct Reference {
     pub relative: [f64; 3],
     /// Its own relMSE, estimated from its replicates and subtracted from what is measured against it; `None` if unknown.
     pub rel_mse: Option<f64>,
-    /// PNG as `data:` URI, as displayed.
+    /// `data:` URI, as displayed.
     pub picture: String,
 }
 
@@ -96,13 +96,16 @@ pub struct Method {
     pub slope: Option<Interval>,
     /// The same against samples.
     pub slope_samples: Option<Interval>,
+    /// Its picture at the end of the curve has more than noise: nobody knows how that falls, and nothing is drawn further.
+    #[serde(default)]
+    pub biased: bool,
     /// What is to be warned of, such as “slope flatter than −0.4: heavy tail or bias”.
     pub flags: Vec<String>,
     /// Seconds to a relative error; in falling order of the error.
     pub prices: Vec<Price>,
     /// 1/(variance · second), relMSE units.
     pub efficiency: Option<Interval>,
-    /// Pictures at the time that all methods share, PNGs as `data:` URIs: as displayed, and the FLIP error map.
+    /// Pictures at the time that all methods share, as `data:` URIs: as displayed, and the FLIP error map.
     pub picture: Option<String>,
     /// See `picture`.
     pub error_map: Option<String>,
@@ -138,10 +141,21 @@ pub struct Point {
     /// The same as the replicates state it, without a reference; `None` where there are none.
     #[serde(default)]
     pub stated: Option<[Interval; 3]>,
-    /// SMAPE.
-    pub smape: f64,
-    /// Mean FLIP of the displayed picture.
-    pub flip: f64,
+    /// SMAPE; of one run, without an interval.
+    pub smape: Interval,
+    /// Mean FLIP of the displayed picture; of one run, without an interval.
+    pub flip: Interval,
+    /// The displayed picture of one of the runs as `data:` URI, at the times of the paper's Figures 3 and 4.
+    #[serde(default)]
+    pub picture: Option<String>,
+}
+
+impl Point {
+    /// True where more than chance and a fifth of the noise is bias.
+    pub fn is_biased(&self) -> bool {
+        let noise = self.noise.map_or(0.0, |noise| noise.value);
+        self.bias.is_some_and(|bias| bias.low > 0.0 && bias.value > 0.2 * noise)
+    }
 }
 
 /// Time to an error.
@@ -181,16 +195,16 @@ pub struct EffectPrice {
     pub time: Option<Interval>,
     /// Share of the variance that is there with it and not without; negative if it is larger without.
     pub variance: Option<f64>,
-    /// Mean FLIP between the picture with and without.
+    /// By how much the mean FLIP against the reference grows when it is left out.
     pub loss: Option<f64>,
-    /// The picture without it, PNG as `data:` URI.
+    /// The picture without it, `data:` URI.
     pub picture: Option<String>,
 }
 
 /// A setting of the display.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct DisplayPrice {
-    /// The group: `reconstruction`, `masking`, `filter`, `variance`, `glare`.
+    /// The group: `reconstruction`, `kernel`, `masking`, `filter`, `sums`, `variance`, `glare`.
     pub knob: String,
     /// The setting.
     pub setting: String,

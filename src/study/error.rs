@@ -123,20 +123,22 @@ impl ErrorField {
     /// that are too bright, so that the mean of a quarter of the neighbourhood takes it.
     pub fn new(pixels: &[Pixel], size: [usize; 2]) -> Option<Self> {
         let [columns, side] = [size[0].div_ceil(TILE / 2), TILE / 2];
-        let quarter = |i: usize| i / size[0] / side * columns + i % size[0] / side;
+        // Of the neighbourhood that a pixel lies in, the quarter.
+        let quarter = move |[x, y]: [usize; 2]| y / side * columns + x / side;
+        let places = move || (0..size[1]).flat_map(move |y| (0..size[0]).map(move |x| [x, y]));
         let mut means = vec![(0.0, 0.0); columns * size[1].div_ceil(side)];
-        for (i, pixel) in pixels.iter().enumerate().filter(|(_, pixel)| pixel.seen) {
-            let (sum, count) = &mut means[quarter(i)];
+        for (pixel, at) in pixels.iter().zip(places()).filter(|(pixel, _)| pixel.seen) {
+            let (sum, count) = &mut means[quarter(at)];
             (*sum, *count) = (*sum + luminance(pixel.mean), *count + 1.0);
         }
         let squared =
             |pixel: &Pixel| pixel.difference.map(|d| f64::from(d).powi(2) * f64::from(pixel.factor));
-        let value = |(i, pixel): (usize, &Pixel)| {
-            let (sum, count) = means[quarter(i)];
+        let value = |(pixel, at): (&Pixel, [usize; 2])| {
+            let (sum, count) = means[quarter(at)];
             let square = luminance(pixel.difference).powi(2) * f64::from(pixel.factor);
             pixel.seen.then(|| Value { luminance: sum / count, squares: squared(pixel), square })
         };
-        Self::of(pixels.iter().enumerate().map(value), size)
+        Self::of(pixels.iter().zip(places()).map(value), (pixels.len(), size))
     }
 
     /// The error of a picture whose true colours are known, from its replicates all the same: what of the
@@ -147,7 +149,7 @@ impl ErrorField {
             let squares = pixel.difference.map(|d| f64::from(d).powi(2) * factor);
             pixel.seen.then(|| Value { luminance: luminance(*reference), squares, square: y * y * factor })
         };
-        Self::of(pixels.iter().zip(reference).map(value), size)
+        Self::of(pixels.iter().zip(reference).map(value), (pixels.len().min(reference.len()), size))
     }
 
     /// The true error of a picture, against its reference: linear Rec.709, both of `size` pixels.
@@ -157,19 +159,22 @@ impl ErrorField {
             let squares = difference.map(|d| f64::from(d).powi(2));
             Some(Value { luminance: luminance(*r), squares, square: luminance(difference).powi(2) })
         };
-        Self::of(picture.iter().zip(reference).map(value), size)
+        Self::of(picture.iter().zip(reference).map(value), (picture.len().min(reference.len()), size))
     }
 
-    fn of(values: impl ExactSizeIterator<Item = Option<Value>>, [width, height]: [usize; 2]) -> Option<Self> {
+    /// From `count` values, row by row.
+    fn of(
+        mut values: impl Iterator<Item = Option<Value>>,
+        (count, [width, height]): (usize, [usize; 2]),
+    ) -> Option<Self> {
         let grid = [width.div_ceil(TILE), height.div_ceil(TILE)];
         let mut tiles = vec![Tile::default(); grid[0] * grid[1]];
-        let (count, mut seen, mut sum) = (values.len(), 0usize, 0.0);
+        let (mut seen, mut sum) = (0usize, 0.0);
         if count != width * height || count == 0 {
             return None;
         }
-        for (i, value) in values.enumerate() {
-            let Some(Value { luminance, squares, square }) = value else { continue };
-            let (x, y) = (i % width, i / width);
+        for (y, x) in (0..height).flat_map(|y| (0..width).map(move |x| (y, x))) {
+            let Some(Some(Value { luminance, squares, square })) = values.next() else { continue };
             let tile = &mut tiles[y / TILE * grid[0] + x / TILE];
             let quarter = &mut tile.quarters[x % TILE / (TILE / 2) + 2 * (y % TILE / (TILE / 2))];
             quarter.pixels += 1.0;

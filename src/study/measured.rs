@@ -13,6 +13,11 @@ use crate::study::prediction::Kept;
 pub enum Measured {
     /// What errors are measured against.
     Reference(Reference),
+    /// The command of a run that added what stands before it.
+    Command {
+        /// As it was given.
+        command: String,
+    },
     /// One picture.
     Run(Box<Run>),
     /// An effect of the scene.
@@ -80,6 +85,9 @@ pub struct Run {
     /// Predictions of this run.
     pub kept: Vec<Kept>,
 }
+
+/// Seconds of the paper's Figures 3 and 4, whose pictures the page shows side by side.
+pub const FIGURES: [f64; 4] = [1.0 / 30.0, 1.0 / 3.0, 3.0, 30.0];
 
 /// Columns and rows of the regions whose winners are shown.
 pub const REGIONS: [usize; 2] = [12, 12];

@@ -6,6 +6,7 @@ pub mod data;
 pub mod error;
 pub mod interval;
 pub mod measured;
+mod method;
 pub mod pages;
 pub mod prediction;
 pub mod replicates;

@@ -103,9 +103,9 @@ fn pace(looks: &[Look]) -> Option<f64> {
     (rate.is_finite() && rate > 0.0).then_some(rate)
 }
 
-/// When the error first was at `target`, between two looks by the line through both.
-pub fn reached(looks: &[Look], target: f64) -> Option<f64> {
-    let at = looks.iter().position(|look| look.error <= target)?;
+/// When the error first was at `target` after `since` seconds, between two looks by the line through both.
+pub fn reached(looks: &[Look], target: f64, since: f64) -> Option<f64> {
+    let at = looks.iter().position(|look| look.seconds > since && look.error <= target)?;
     let after = looks[at];
     let Some(before) = at.checked_sub(1).map(|i| looks[i]) else { return Some(after.seconds) };
     let share = ((before.error / target).ln() / (before.error / after.error).ln()).clamp(0.0, 1.0);
@@ -156,7 +156,7 @@ mod tests {
         let said = predict(&looks[..8], target).expect("eight looks");
         assert!(said.seconds.holds(looks[11].seconds), "{said:?}");
         assert!(said.seconds.low > now.seconds && said.at == now.seconds);
-        let was = reached(&looks, target).expect("it is the last");
+        let was = reached(&looks, target, now.seconds).expect("it is the last");
         assert!((was - looks[11].seconds).abs() < 1e-9);
         let score = score(&[
             Kept { prediction: said, reached: Some(was), ended: was },
@@ -165,6 +165,16 @@ mod tests {
         ]);
         assert_eq!((score.known, score.held, score.open), (2, 1, 1));
         assert!((score.ratio - 1.0).abs() < 0.1);
+    }
+
+    /// An error that was too small at first, because rare light had not been found, is no arrival.
+    #[test]
+    fn what_was_before_a_prediction_is_no_outcome_of_it() {
+        let mut looks = looks();
+        looks[1].error = 0.01;
+        let (since, target) = (looks[5].seconds, looks[9].error * 1.000_001);
+        assert!(reached(&looks, target, 0.0).is_some_and(|at| at < since));
+        assert!(reached(&looks, target, since).is_some_and(|at| (at / looks[9].seconds - 1.0).abs() < 1e-3));
     }
 
     #[test]
@@ -182,7 +192,7 @@ mod tests {
     fn nothing_is_said_before_the_first_look() {
         assert_eq!(predict(&[], 0.01), None);
         assert_eq!(predict(&looks()[..2], 0.01), None);
-        assert_eq!(reached(&[], 0.01), None);
+        assert_eq!(reached(&[], 0.01, 0.0), None);
         assert_eq!(
             (next_target(0.03), next_target(0.0200001), next_target(1e-9)),
             (Some(0.02), Some(0.01), None)

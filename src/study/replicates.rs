@@ -102,13 +102,13 @@ impl Replicates {
 impl Sums {
     /// Linear Rec.709 and the weight of the camera stream.
     fn picture(&self, size: [usize; 2], kernel: &Kernel) -> Vec<[f32; 4]> {
-        let mut picture = vec![[0.0; 4]; size[0] * size[1]];
-        if !self.camera.is_empty() {
-            for (out, [x, y, z, w]) in picture.iter_mut().zip(kernel.apply(&self.camera, size)) {
-                if w > 0.0 {
-                    *out = [x / w, y / w, z / w, w];
-                }
-            }
+        let mut picture = match self.camera.is_empty() {
+            true => vec![[0.0; 4]; size[0] * size[1]],
+            false => kernel.apply(&self.camera, size),
+        };
+        for sum in &mut picture {
+            let [x, y, z, w] = *sum;
+            *sum = if w > 0.0 { [x / w, y / w, z / w, w] } else { [0.0; 4] };
         }
         if !self.light.is_empty() && self.paths.light > 0 {
             let scale = (size[0] * size[1]) as f32 / self.paths.light as f32;

@@ -28,38 +28,35 @@ impl Kernel {
 
     /// `sums` of `width × height` pixels, filtered; beyond the border there is nothing.
     pub fn apply(&self, sums: &[[f32; 4]], [width, height]: [usize; 2]) -> Vec<[f32; 4]> {
-        if self.weights[0] == 1.0 {
+        if self.weights[0] == 1.0 || sums.is_empty() {
             return sums.to_vec();
         }
-        let columns = self.along(sums, |i| i % width, (1, width));
-        self.along(&columns, |i| i / width, (width, height))
+        let mut columns = Vec::with_capacity(sums.len());
+        // Two pixels of nothing before and after each row.
+        let mut padded = vec![[0.0; 4]; width + 4];
+        for row in sums.chunks_exact(width) {
+            padded[2..][..width].copy_from_slice(row);
+            columns.extend(padded.array_windows().map(|five: &[_; 5]| self.mean(five.each_ref())));
+        }
+        let nothing = vec![[0.0; 4]; width];
+        let row = |y: usize, up: usize| match (y + up).checked_sub(2) {
+            Some(y) if y < height => &columns[y * width..][..width],
+            _ => &nothing,
+        };
+        let mut filtered = Vec::with_capacity(sums.len());
+        for y in 0..height {
+            let five: [&[[f32; 4]]; 5] = std::array::from_fn(|up| row(y, up));
+            filtered.extend((0..width).map(|x| self.mean(five.map(|row| &row[x]))));
+        }
+        filtered
     }
 
-    /// One axis: pixels `step` apart, `place` of `count` in their row or column.
-    fn along(
-        &self,
-        sums: &[[f32; 4]],
-        place: impl Fn(usize) -> usize,
-        (step, count): (usize, usize),
-    ) -> Vec<[f32; 4]> {
+    /// Of five in a row.
+    fn mean(&self, five: [&[f32; 4]; 5]) -> [f32; 4] {
         let [c, a, b] = self.weights;
-        let term = |i: usize, k: usize, weight: f32, out: &mut [f32; 4]| {
-            let at = place(i);
-            let before = (at >= k).then(|| sums[i - k * step]);
-            let after = (at + k < count).then(|| sums[i + k * step]);
-            for pixel in [before, after].into_iter().flatten() {
-                for (out, value) in out.iter_mut().zip(pixel) {
-                    *out += weight * value;
-                }
-            }
-        };
-        let filtered = |i: usize| {
-            let mut out = sums[i].map(|value| c * value);
-            term(i, 1, a, &mut out);
-            term(i, 2, b, &mut out);
-            out
-        };
-        (0..sums.len()).map(filtered).collect()
+        std::array::from_fn(|i| {
+            c * five[2][i] + a * (five[1][i] + five[3][i]) + b * (five[0][i] + five[4][i])
+        })
     }
 }
 

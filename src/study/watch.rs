@@ -176,7 +176,7 @@ impl Watch {
         };
         let kept = |&prediction: &Prediction| Kept {
             prediction,
-            reached: reached(looks, prediction.target).or_else(|| stopped(&prediction)),
+            reached: stopped(&prediction).or_else(|| reached(looks, prediction.target, prediction.at)),
             ended: seconds,
         };
         // Those that look ahead, and not each of the many that were made from nearly the same looks.

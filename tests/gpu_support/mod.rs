@@ -78,7 +78,7 @@ pub fn assert_one_step(got: &DisplayImage, wanted: &DisplayImage, rare: usize, w
 }
 
 pub fn spec(width: u32, height: u32, filter: SplatFilter) -> FilmSpec {
-    FilmSpec { width, height, filter, variance: Some(VarianceForm::Product) }
+    FilmSpec { width, height, filter, variance: Some(VarianceForm::Product), sums: Default::default() }
 }
 
 pub fn settings(reconstruction: Reconstruction, vm: f32) -> Settings {

@@ -44,8 +44,13 @@ fn replicate(
     seed: u32,
 ) -> Vec<[f32; 3]> {
     let filter = SplatFilter::Box;
-    let spec =
-        FilmSpec { width: plan.side, height: plan.side, filter, variance: Some(VarianceForm::Product) };
+    let spec = FilmSpec {
+        width: plan.side,
+        height: plan.side,
+        filter,
+        variance: Some(VarianceForm::Product),
+        sums: Default::default(),
+    };
     let setup = Setup {
         scene: scene.clone(),
         camera: camera.clone(),

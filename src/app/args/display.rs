@@ -2,8 +2,8 @@
 
 use clap::{Args, ValueEnum};
 
-use super::parse::{non_negative, positive, profile, view_angle};
-use crate::client::{Adaptation, Dither, Glare, Masking, Reconstruction, Settings, ToneCurve, View};
+use super::parse::{kernel, non_negative, positive, profile, view_angle};
+use crate::client::{Adaptation, Dither, Glare, Kernel, Masking, Reconstruction, Settings, ToneCurve, View};
 
 /// Display controls: none of them changes the samples.
 #[derive(Args, Clone, Debug)]
@@ -11,6 +11,11 @@ pub struct DisplayArgs {
     /// Reconstruction of the displayed picture.
     #[arg(long, value_name = "KIND", default_value = "gaussian")]
     pub reconstruct: ReconstructArg,
+
+    /// Where the Gaussian of --reconstruct ends: its radius R, 1 to 4 texels in halves, and the exponent E of the window
+    /// 1 − smoothstep(0, R, d)^E, 1 to 64 or none.
+    #[arg(long, value_name = "R,E", default_value = "2.5,8", value_parser = kernel)]
+    pub kernel: Kernel,
 
     /// Noise masking strength Vm, 0 is off.
     #[arg(long, value_name = "X", default_value_t = Settings::default().vm, value_parser = non_negative)]
@@ -62,6 +67,7 @@ impl DisplayArgs {
     pub fn settings(&self) -> Settings {
         Settings {
             reconstruction: self.reconstruct.into(),
+            kernel: self.kernel,
             vm: self.vm,
             masking: self.masking.into(),
             view: self.show.into(),

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use super::scene::MaxDepth;
+use crate::client::Kernel;
 use crate::color::{Profile, icc};
 
 pub(super) fn define(text: &str) -> Result<(String, String), String> {
@@ -64,6 +65,22 @@ pub(super) fn error(text: &str) -> Result<f64, String> {
     let error = number.parse::<f64>().ok().map(|value| value * unit);
     let error = error.filter(|error| (1e-6..=10.0).contains(error));
     error.ok_or_else(|| "expected a relative error between 0.0001% and 1000%, such as 1% or 0.01".to_string())
+}
+
+/// The reconstruction's radius and the exponent of its window, `2.5,8` or `1.5,none`.
+pub(super) fn kernel(text: &str) -> Result<Kernel, String> {
+    let (radius, exponent) = text.split_once(',').unwrap_or((text, "8"));
+    let taps = radius.trim().parse::<f32>().ok().map(|radius| 2.0 * radius);
+    let taps = taps.filter(|taps| taps.fract() == 0.0 && (2.0..=8.0).contains(taps));
+    let exponent = match exponent.trim() {
+        "none" => Some(0),
+        number => number.parse::<u32>().ok().filter(|exponent| (1..=64).contains(exponent)),
+    };
+    let kernel = taps.zip(exponent).map(|(taps, exponent)| Kernel { taps: taps as u32, exponent });
+    kernel.ok_or_else(|| {
+        "expected a radius of 1 to 4 texels in halves and an exponent of 1 to 64 or none, such as 2.5,8"
+            .to_string()
+    })
 }
 
 pub(super) fn depth(text: &str) -> Result<MaxDepth, String> {
@@ -144,6 +161,16 @@ mod tests {
         assert_eq!((error("1%"), error("0.5 %"), error("0.02")), (Ok(0.01), Ok(0.005), Ok(0.02)));
         for bad in ["", "%", "0", "-1%", "nan", "inf%", "2000%", "1e-9", "one"] {
             assert!(error(bad).is_err(), "{bad:?} was accepted");
+        }
+    }
+
+    #[test]
+    fn kernels_are_a_radius_and_a_window() {
+        assert_eq!(kernel("2.5,8"), Ok(Kernel::default()));
+        assert_eq!(kernel("1.5, none"), Ok(Kernel { taps: 3, exponent: 0 }));
+        assert_eq!(kernel("4"), Ok(Kernel { taps: 8, exponent: 8 }));
+        for bad in ["", ",", "0.5", "2.4", "4.5,8", "nan", "2,0", "2,65", "2,-1", "2,8,8", "1e9,8"] {
+            assert!(kernel(bad).is_err(), "{bad:?} was accepted");
         }
     }
 

@@ -84,7 +84,7 @@ pub enum Knob {
     Methods,
     /// What each effect costs, and what the picture loses without it.
     Effects,
-    /// Reconstruction, filter, variance, glare: milliseconds against error.
+    /// Reconstruction and its kernel, filter, sums, variance, glare: milliseconds against error.
     Display,
     /// Cheap arithmetic against more exact arithmetic.
     Numeric,

@@ -5,10 +5,11 @@ use std::path::PathBuf;
 use miette::Result;
 
 use super::folder::{self, Folder};
-use super::machine;
 use super::stage::Stage;
+use super::{display, machine};
 use crate::app::args::StudyArgs;
 use crate::app::args::scene::{MethodArg, SceneArgs};
+use crate::app::args::study::Knob;
 use crate::app::facts::quoted;
 use crate::scene::desc::IntegratorKind;
 use crate::study::data::Study;
@@ -48,34 +49,40 @@ pub fn source(args: &StudyArgs, scene: PathBuf) -> SceneArgs {
     }
 }
 
-/// Scene, machine, command; and what is not there yet.
+/// Scene and machine; and what is not there yet.
 pub fn about(args: &StudyArgs, stage: &Stage, folder: &Folder) -> Study {
     let has = |f: &dyn Fn(&Measured) -> bool| folder.measured.iter().any(f);
     let mut missing = Vec::new();
-    for (name, there) in [
+    for (knob, name, there) in [
         (
+            Knob::Methods,
             "convergence, prices, pictures, predictions, stability: --knobs methods",
             has(&|m| matches!(m, Measured::Run(_))),
         ),
-        ("effects: --knobs effects", has(&|m| matches!(m, Measured::Effect(_)))),
-        ("display: --knobs display", has(&|m| matches!(m, Measured::Display(_)))),
-        ("numeric choices: --knobs numeric", has(&|m| matches!(m, Measured::Numeric(_)))),
-        ("replicates: --knobs replicates", has(&|m| matches!(m, Measured::Scheme(_)))),
+        // What is measured last.
+        (Knob::Effects, "effects: --knobs effects", has(&|m| matches!(m, Measured::Unused { .. }))),
+        (Knob::Display, "display: --knobs display", display::is_complete(folder)),
+        (Knob::Numeric, "numeric choices: --knobs numeric", has(&|m| matches!(m, Measured::Numeric(_)))),
+        (Knob::Replicates, "replicates: --knobs replicates", has(&|m| matches!(m, Measured::Scheme(_)))),
     ] {
-        if !there {
+        if !there && (args.knobs.is_empty() || args.knobs.contains(&knob)) {
             missing.push(name.to_string());
         }
     }
     let spec = stage.facts.spec;
-    let words = std::env::args_os().skip(1).map(|word| quoted(&word.to_string_lossy()));
     Study {
         format: folder::FORMAT,
         scene: args.scene.as_ref().map(|path| path.display().to_string()).unwrap_or_default(),
         size: [spec.width, spec.height],
         machine: machine::machine(&stage.facts.device, stage.threads),
-        command: std::iter::once("pointillist".to_string()).chain(words).collect::<Vec<_>>().join(" "),
         load_seconds: stage.load_seconds,
         missing,
         ..Study::default()
     }
+}
+
+/// The command that this program was started by.
+pub fn command() -> String {
+    let words = std::env::args_os().skip(1).map(|word| quoted(&word.to_string_lossy()));
+    std::iter::once("pointillist".to_string()).chain(words).collect::<Vec<_>>().join(" ")
 }

@@ -7,13 +7,13 @@ use miette::{IntoDiagnostic, Result};
 use super::folder::Folder;
 use super::pictures::{difference, linear, uri};
 use super::stage::{Limit, Stage, Traced};
+use super::unbiased;
 use crate::app::facts::RunFacts;
-use crate::app::{auto, method};
+use crate::app::method;
 use crate::client::develop;
 use crate::image::Grid;
 use crate::image::compare::{Picture, luminance, rel_mse, smape};
 use crate::image::exr;
-use crate::scene::desc::IntegratorKind;
 use crate::stream::rejected::Cause;
 use crate::study::data::Reference;
 use crate::study::measured::{Measured, REGIONS, Run};
@@ -40,7 +40,8 @@ const LONGER: f64 = 2.5;
 const FILE: &str = "reference.exr";
 
 impl Against {
-    /// The picture that was given, that of an earlier run, or one that is rendered now for `seconds`.
+    /// The picture that was given, that of an earlier run unless `seconds` are much more than it took, or one that is rendered
+    /// now for `seconds`; what was measured against another picture counts no more.
     ///
     /// # Errors
     ///
@@ -53,7 +54,8 @@ impl Against {
         let given = given.map(|file| std::path::absolute(file).unwrap_or(file.to_path_buf()));
         let same = |reference: &Reference| match &given {
             Some(given) => reference.file == given.display().to_string(),
-            None => true,
+            // A much longer one allows longer pictures.
+            None => reference.seconds * LONGER >= seconds,
         };
         if let Some(reference) = known.filter(same)
             && folder.file(&reference.file).exists()
@@ -85,6 +87,16 @@ impl Against {
                 rgb.height(),
                 wanted.0,
                 wanted.1
+            ));
+        }
+        if let Some(i) = rgb.pixels().iter().position(|rgb| !rgb.iter().all(|c| c.is_finite())) {
+            return Err(miette::miette!(
+                help = "give another reference",
+                "{}: pixel {}, {} is not finite: {:?}",
+                file.display(),
+                i % rgb.width(),
+                i / rgb.width(),
+                rgb.pixels()[i]
             ));
         }
         let shown = develop::shown(&rgb, &stage.settings);
@@ -175,11 +187,7 @@ fn mean_luminance(rgb: &Grid<[f32; 3]>) -> f64 {
 
 /// Makes a reference by the method that suits the scene, of those without bias.
 fn render(stage: &mut Stage, folder: &Folder, seconds: f64) -> Result<Reference> {
-    let mut facts = stage.run(IntegratorKind::Auto, SEED);
-    auto::settle(&mut facts, &stage.scene, &stage.camera, stage.threads);
-    if facts.integrator == IntegratorKind::Photon {
-        facts.integrator = IntegratorKind::Bidirectional;
-    }
+    let facts = RunFacts { seed: SEED, ..unbiased(stage) };
     let traced = stage.trace(&facts, Limit::Time(std::time::Duration::from_secs_f64(seconds)))?;
     if traced.driven.interrupted || traced.state.looks.is_empty() {
         return Err(miette::miette!(

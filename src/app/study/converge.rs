@@ -9,26 +9,27 @@ use super::folder::Folder;
 use super::stage::{Limit, Stage};
 use super::{Clock, pictures};
 use crate::app::args::study::Peer;
-use crate::app::{interrupt, method, predictions};
+use crate::app::{interrupt, method, predictions, tell};
 use crate::client::develop;
+use crate::image::Grid;
 use crate::image::compare::Picture;
 use crate::scene::desc::IntegratorKind;
-use crate::study::measured::{Measured, Run};
+use crate::study::measured::{FIGURES, Measured, Run};
 
-/// Seconds that pictures are given: those of the paper's Figures 3 and 4 (1/30, 1/3, 3, 30), and between.
-pub const LADDER: [f64; 9] = [1.0 / 30.0, 0.1, 1.0 / 3.0, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0];
+/// Seconds that pictures are given: those of the paper's Figures 3 and 4, and between.
+pub const LADDER: [f64; 9] = [FIGURES[0], 0.1, FIGURES[1], 1.0, FIGURES[2], 10.0, FIGURES[3], 100.0, 300.0];
 
 /// Pictures of one method and time after which more tell little.
 const ENOUGH: usize = 6;
 
-/// Seconds from which on the first picture of a time is kept for the page.
+/// Seconds from which on the first error map of a time is kept for the page: the longest is shown.
 const SHOWN: f64 = 0.3;
 
 /// Seconds that judging a picture takes besides, about.
 const JUDGING: f64 = 0.4;
 
-/// Measures until the time is spent. All methods have had every time equally often, whenever it ends; times get equal shares,
-/// so that short ones are repeated.
+/// Measures until the time is spent. All methods have had every time equally often, whenever it ends; a time that is n times as
+/// long is repeated √n times less often.
 ///
 /// # Errors
 ///
@@ -54,9 +55,9 @@ pub fn converge(
             }
             predictions::log(&facts, &traced.kept);
             let mut run = against.judge_run(stage, &facts, &traced, budget)?;
-            if budget < SHOWN || runs(folder, *kind, budget) > 0 {
-                (run.picture, run.error_map) = (None, None);
-            }
+            let first = runs(folder, *kind, budget) == 0;
+            run.picture = run.picture.filter(|_| first && (budget >= SHOWN || FIGURES.contains(&budget)));
+            run.error_map = run.error_map.filter(|_| first && budget >= SHOWN);
             folder.keep(Measured::Run(Box::new(run)))?;
         }
     }
@@ -71,7 +72,8 @@ fn next(folder: &Folder, methods: &[IntegratorKind], longest: f64, clock: &Clock
     let had = |budget: f64| methods.iter().map(|kind| runs(folder, *kind, budget)).min().unwrap_or(0);
     let cost = |budget: f64| methods.len() as f64 * (budget + JUDGING);
     let due = LADDER.into_iter().filter(|&b| b <= longest && had(b) < ENOUGH && cost(b) <= clock.left());
-    due.min_by(|&a, &b| (a * (had(a) + 1) as f64).total_cmp(&(b * (had(b) + 1) as f64)))
+    let turn = |budget: f64| budget.sqrt() * (had(budget) + 1) as f64;
+    due.min_by(|&a, &b| turn(a).total_cmp(&turn(b)))
 }
 
 /// Pictures of a method and time so far.
@@ -92,8 +94,12 @@ pub fn peers(stage: &Stage, folder: &mut Folder, against: &Against, peers: &[Pee
         if folder.measured.iter().any(|m| matches!(m, Measured::Run(run) if same(run))) {
             continue;
         }
-        let picture = Picture::read(&peer.file, None)
+        let mut picture = Picture::read(&peer.file, None)
             .map_err(|error| miette::miette!("--peer {}: {error}", peer.name))?;
+        let black = blacken(&mut picture.rgb);
+        if black > 0 {
+            tell(&format!("note: --peer {}: {black} pixels are not finite; they count as black", peer.name));
+        }
         let shown = develop::shown(&picture.rgb, &stage.settings);
         let judged = against
             .judge(&picture.rgb, &shown)
@@ -109,4 +115,10 @@ pub fn peers(stage: &Stage, folder: &mut Folder, against: &Against, peers: &[Pee
         folder.keep(Measured::Run(Box::new(run)))?;
     }
     Ok(())
+}
+
+/// Makes pixels black that are not finite, and counts them.
+fn blacken(rgb: &mut Grid<[f32; 3]>) -> usize {
+    let bad = rgb.pixels_mut().iter_mut().filter(|rgb| !rgb.iter().all(|c| c.is_finite()));
+    bad.map(|rgb| *rgb = [0.0; 3]).count()
 }

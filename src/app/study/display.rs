@@ -10,7 +10,9 @@ use super::{Clock, chosen};
 use crate::app::bench;
 use crate::app::facts::RunFacts;
 use crate::app::interrupt;
-use crate::client::{FilmSpec, Glare, Masking, Reconstruction, Settings, SplatFilter, VarianceForm};
+use crate::client::{
+    FilmSpec, Glare, Kernel, Masking, Reconstruction, Settings, SplatFilter, Summation, VarianceForm,
+};
 use crate::image::compare::rel_mse;
 use crate::study::Interval;
 use crate::study::data::DisplayPrice;
@@ -21,6 +23,17 @@ const SAMPLES: [f64; 2] = [0.1, 4.0];
 
 /// Frames whose passes are timed.
 const FRAMES: u32 = 16;
+
+/// Radii and windows of the reconstruction, `(name, 2R, E)`: the paper's, R varied, E varied.
+const KERNELS: [(&str, u32, u32); 7] = [
+    ("R = 2.5, E = 8", 5, 8),
+    ("R = 1.5, E = 8", 3, 8),
+    ("R = 3.5, E = 8", 7, 8),
+    ("R = 2.5, E = 2", 5, 2),
+    ("R = 2.5, E = 32", 5, 32),
+    ("R = 2.5, cut off", 5, 0),
+    ("R = 1.5, cut off", 3, 0),
+];
 
 /// Passes of a batch; all others are of a repaint.
 const BATCH: [&str; 3] = ["splat", "fold", "variance"];
@@ -59,7 +72,9 @@ pub fn display(stage: &mut Stage, folder: &mut Folder, against: &Against, clock:
             if film != Some(setting.spec) {
                 stage.remake(setting.spec)?;
                 let facts = RunFacts { spec: setting.spec, ..facts.clone() };
-                stage.trace(&facts, Limit::Paths(paths))?;
+                if stage.trace(&facts, Limit::Paths(paths))?.driven.interrupted {
+                    return stage.remake(stage.facts.spec);
+                }
                 film = Some(setting.spec);
             }
             clock.say(&format!("{} {} at {samples} samples per pixel", setting.knob, setting.name));
@@ -84,6 +99,12 @@ pub fn display(stage: &mut Stage, folder: &mut Folder, against: &Against, clock:
     stage.remake(stage.facts.spec)
 }
 
+/// True if the last setting has been judged at the last number of samples.
+pub fn is_complete(folder: &Folder) -> bool {
+    let last = |price: &DisplayPrice| price.setting == "box" && price.samples_per_pixel == SAMPLES[1];
+    folder.measured.iter().any(|m| matches!(m, Measured::Display(price) if last(price)))
+}
+
 /// Everything that is varied, one at a time.
 fn settings(stage: &Stage) -> Vec<Setting> {
     let usual = Settings { vm: 0.0, glare: None, ..stage.settings.clone() };
@@ -91,7 +112,7 @@ fn settings(stage: &Stage) -> Vec<Setting> {
     let varied = FilmSpec { variance: Some(VarianceForm::Product), ..plain };
     let mut all = Vec::new();
     let mut add = |knob, name, settings: &Settings, spec: FilmSpec, default| {
-        let per_sample = knob == "filter" || knob == "variance";
+        let per_sample = matches!(knob, "filter" | "variance" | "sums");
         all.push(Setting { knob, name, settings: settings.clone(), spec, per_sample, default });
     };
     for (name, reconstruction) in [
@@ -103,6 +124,17 @@ fn settings(stage: &Stage) -> Vec<Setting> {
         let settings = Settings { reconstruction, ..usual.clone() };
         add("reconstruction", name, &settings, plain, reconstruction == usual.reconstruction);
     }
+    for (name, taps, exponent) in KERNELS {
+        let settings = Settings {
+            reconstruction: Reconstruction::Gaussian,
+            kernel: Kernel { taps, exponent },
+            ..usual.clone()
+        };
+        add("kernel", name, &settings, plain, settings == usual);
+    }
+    add("sums", "two floats", &usual, plain, true);
+    let one = FilmSpec { sums: Summation::Plain, ..plain };
+    add("sums", "one float", &usual, one, false);
     add("variance", "not kept", &usual, plain, true);
     let glare = Settings { glare: Some(Glare::default()), ..usual.clone() };
     add("glare", "photopic", &glare, plain, false);

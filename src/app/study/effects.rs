@@ -28,7 +28,10 @@ const TURNS: usize = 9;
 ///
 /// When a scene without an effect cannot be prepared or rendered.
 pub fn effects(stage: &mut Stage, folder: &mut Folder, against: &Against, clock: &Clock) -> Result<()> {
-    if folder.measured.iter().any(|m| matches!(m, Measured::Unused { .. })) {
+    let known = |name: &str, folder: &Folder| {
+        folder.measured.iter().any(|m| matches!(m, Measured::Effect(price) if price.name == name))
+    };
+    if folder.measured.iter().filter(|m| matches!(m, Measured::Unused { .. })).count() >= TURNS {
         return Ok(());
     }
     let facts = chosen(stage);
@@ -43,10 +46,14 @@ pub fn effects(stage: &mut Stage, folder: &mut Folder, against: &Against, clock:
     if whole.driven.interrupted {
         return Ok(());
     }
+    let same = Limit::Paths(whole.data.counts.paths());
     let (flip_whole, _) =
         difference(&linear(&whole.shown, &stage.settings).unwrap_or_default(), &against.shown);
     for (entry, turns) in plan.iter().zip(ratios) {
-        let Some(feature) = entry.feature.filter(|_| !interrupt::asked()) else { continue };
+        if interrupt::asked() {
+            return Ok(());
+        }
+        let Some(feature) = entry.feature.filter(|feature| !known(feature.name(), folder)) else { continue };
         clock.say(&format!("the picture without {}", feature.name()));
         let time =
             Interval::of_median(&turns).map(|ratio| if entry.on { ratio.map(|r| 1.0 / r) } else { ratio });
@@ -60,11 +67,11 @@ pub fn effects(stage: &mut Stage, folder: &mut Folder, against: &Against, clock:
         };
         if entry.on
             && time.is_some()
-            && let Some(without) = leave_out(stage, &facts, feature, limit)?
+            && let Some(without) = leave_out(stage, &facts, feature, same)?
         {
             let noise = |traced: &super::stage::Traced| {
                 let figures = traced.state.looks.last().map(|_| traced.state.figures.mean_square)?;
-                Some(figures * traced.data.counts.paths() as f64)
+                Some(figures)
             };
             if without.driven.interrupted {
                 return Ok(());

@@ -36,6 +36,7 @@ pub struct Folder {
     file: std::fs::File,
     /// Everything that was measured in it, by this run or one before.
     pub measured: Vec<Measured>,
+    grown: bool,
 }
 
 const LINES: &str = "measurements.jsonl";
@@ -87,7 +88,7 @@ impl Folder {
         if whole == 0 {
             writeln!(file, "{}", serde_json::to_string(&heading).into_diagnostic()?).into_diagnostic()?;
         }
-        Ok(Self { path: path.to_path_buf(), file, measured })
+        Ok(Self { path: path.to_path_buf(), file, measured, grown: false })
     }
 
     /// A file of the folder.
@@ -105,7 +106,13 @@ impl Folder {
         let written = self.file.write_all(line.as_bytes()).into_diagnostic();
         written.wrap_err_with(|| format!("cannot write {}", self.path.join(LINES).display()))?;
         take(&mut self.measured, measured);
+        self.grown = true;
         Ok(())
+    }
+
+    /// True if this run has added something.
+    pub fn has_grown(&self) -> bool {
+        self.grown
     }
 
     /// Makes page, table and JSON anew.

@@ -23,15 +23,16 @@ use super::args::study::Knob;
 use super::facts::RunFacts;
 use super::{auto, interrupt, predictions, tell};
 use crate::scene::desc::IntegratorKind;
+use crate::study::measured::Measured;
 use crate::study::{analysis, pages};
 use against::Against;
 use folder::Folder;
 use stage::Stage;
 
 /// Shares of the budget: the reference, and each part.
-const REFERENCE: f64 = 0.25;
+const REFERENCE: f64 = 0.2;
 const PARTS: [(Knob, f64); 5] = [
-    (Knob::Methods, 0.6),
+    (Knob::Methods, 0.7),
     (Knob::Effects, 0.5),
     (Knob::Display, 0.6),
     (Knob::Numeric, 0.1),
@@ -84,6 +85,9 @@ pub fn study(args: &StudyArgs) -> Result<()> {
     let against =
         Against::find(&mut stage, &mut folder, args.against.as_deref(), REFERENCE * budget.seconds)?;
     let outcome = measure(args, &mut stage, (&mut folder, &against), &budget);
+    if folder.has_grown() {
+        folder.keep(Measured::Command { command: about::command() })?;
+    }
     let study = analysis::study(about::about(args, &stage, &folder), &folder.measured);
     folder.publish(&study)?;
     if !args.quiet {
@@ -125,5 +129,14 @@ fn measure(
 fn chosen(stage: &Stage) -> RunFacts {
     let mut facts = stage.run(IntegratorKind::Auto, 1);
     auto::settle(&mut facts, &stage.scene, &stage.camera, stage.threads);
+    facts
+}
+
+/// The same, but for photon mapping, whose pictures have more than noise.
+fn unbiased(stage: &Stage) -> RunFacts {
+    let mut facts = chosen(stage);
+    if facts.integrator == IntegratorKind::Photon {
+        facts.integrator = IntegratorKind::Bidirectional;
+    }
     facts
 }

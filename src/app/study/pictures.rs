@@ -2,9 +2,9 @@
 
 use crate::client::{DisplayImage, Settings};
 use crate::color::palette;
-use crate::image::Grid;
 use crate::image::compare::{PIXELS_PER_DEGREE, flip};
-use crate::image::png::{Picture, Transfer, data_uri};
+use crate::image::png::{Picture, Transfer};
+use crate::image::{Grid, data_uri};
 
 /// Longest side on the page, pixels.
 const SIDE: usize = 320;
@@ -21,7 +21,8 @@ pub fn uri(linear: &Grid<[f32; 3]>) -> Option<String> {
     let small = shrink(linear);
     let encode = |c: f32| if c.is_finite() { crate::color::srgb::encode_8bit(c) } else { 0 };
     let rgb: Vec<[u8; 3]> = small.pixels().iter().map(|rgb| rgb.map(encode)).collect();
-    png(&rgb, &small)
+    let side = |n: usize| u32::try_from(n).ok();
+    data_uri::seen(side(small.width())?, side(small.height())?, &rgb)
 }
 
 /// Mean FLIP between two display-linear pictures and its map for the page; an error of 1 for pictures of different sizes.
@@ -39,7 +40,7 @@ pub fn difference(picture: &Grid<[f32; 3]>, reference: &Grid<[f32; 3]>) -> (f64,
 fn png<T: Copy>(rgb: &[[u8; 3]], size: &Grid<T>) -> Option<String> {
     let (width, height) = (u32::try_from(size.width()).ok()?, u32::try_from(size.height()).ok()?);
     let primaries = crate::color::Profile::srgb().primaries;
-    data_uri(Picture { width, height, rgb, transfer: Transfer::Srgb, primaries })
+    data_uri::exact(Picture { width, height, rgb, transfer: Transfer::Srgb, primaries })
 }
 
 /// Means over squares of pixels, so that the longest side fits.
@@ -72,7 +73,7 @@ mod tests {
         let wide = Grid::try_filled(1000, 40, [0.25; 3]).expect("a grid");
         let small = shrink(&wide);
         assert_eq!((small.width(), small.height(), small.at(7, 3)), (250, 10, [0.25; 3]));
-        assert!(uri(&wide).is_some_and(|text| text.starts_with("data:image/png;base64,iVBOR")));
+        assert!(uri(&wide).is_some_and(|text| text.starts_with("data:image/jpeg;base64,/9j/")));
         let (error, map) = difference(&wide, &wide);
         assert!(error < 1e-6 && map.is_some());
         assert_eq!(difference(&wide, &small).0, 1.0);

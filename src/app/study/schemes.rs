@@ -5,7 +5,7 @@ use miette::Result;
 use super::against::Against;
 use super::folder::Folder;
 use super::stage::{Limit, Stage};
-use super::{Clock, chosen};
+use super::{Clock, unbiased};
 use crate::app::facts::RunFacts;
 use crate::app::interrupt;
 use crate::study::Interval;
@@ -24,7 +24,7 @@ pub fn schemes(stage: &mut Stage, folder: &mut Folder, against: &Against, clock:
     if folder.measured.iter().any(|m| matches!(m, Measured::Scheme(_))) || clock.left() <= 0.0 {
         return Ok(());
     }
-    let facts = chosen(stage);
+    let facts = unbiased(stage);
     let paths = Limit::Paths((SAMPLES * stage.texels()) as u64);
     let (mut ratios, mut stated) = (Vec::new(), Vec::new());
     for seed in 7000.. {
@@ -39,6 +39,9 @@ pub fn schemes(stage: &mut Stage, folder: &mut Folder, against: &Against, clock:
             let run = against.judge_run(stage, &facts, &traced, 0.0)?;
             *error = run.rel_mse.value.sqrt();
             stated.extend(run.noise.map(|noise| 0.5 * (noise.value / run.rel_mse.value).ln()));
+        }
+        if errors.contains(&0.0) {
+            return Ok(()); // black: there is nothing to know
         }
         ratios.push((errors[0] / errors[1]).ln());
         let full = clock.left() < 0.0 && ratios.len() >= 3;

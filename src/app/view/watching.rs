@@ -149,7 +149,8 @@ fn error_readout(state: &State, target: f64, (seconds, ended): (f64, bool)) -> E
     let goal = round_percent(target);
     let words = match said {
         _ if error <= target => {
-            let at = crate::study::prediction::reached(&state.looks, target).unwrap_or(last.seconds);
+            let at = crate::study::prediction::reached(&state.looks, target, f64::NEG_INFINITY)
+                .unwrap_or(last.seconds);
             format!("{goal} reached after {}", duration(at))
         }
         Some(said) if said.seconds.high > seconds => {

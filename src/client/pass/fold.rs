@@ -1,11 +1,11 @@
-//! Adds a batch image to the two-float accumulator (stability.md P6): fp32 blending alone stands still at 2^24.
+//! Adds a batch image to the accumulator, as two floats (stability.md P6): fp32 blending alone stands still at 2^24.
 
 use std::sync::Arc;
 
 use crate::client::layout::FoldPush;
 use crate::client::pass::images::{Accumulator, BatchImages, Deviations};
 use crate::client::pass::{fullscreen, texels};
-use crate::client::settings::FilmSpec;
+use crate::client::settings::{FilmSpec, Summation};
 use crate::gpu::{Access, Cmd, Format, Gpu, GpuError, Load, Pipeline, Target};
 
 /// Folds the colour of a batch.
@@ -23,9 +23,14 @@ impl FoldPass {
     /// [`GpuError::Call`] naming the pipeline.
     pub fn new(gpu: &Arc<Gpu>, spec: &FilmSpec) -> Result<Self, GpuError> {
         let means = spec.variance.is_some();
-        let targets = &[Format::Rgba32F; 3][..2 + usize::from(means)];
+        let (shader, floats) = match spec.sums {
+            Summation::TwoFloat => ("fold.frag", 2),
+            Summation::Plain => ("fold_plain.frag", 1),
+        };
+        let targets = &[Format::Rgba32F; 3][..floats + usize::from(means)];
         let constants = [spec.batch_slots(), u32::from(means)];
-        let pipeline = fullscreen(gpu, ("fold.frag", &constants), size_of::<FoldPush>(), 3, targets)?;
+        let pipeline =
+            fullscreen(gpu, (shader, &constants), size_of::<FoldPush>(), floats as u32 + 1, targets)?;
         Ok(Self { pipeline })
     }
 
@@ -50,10 +55,11 @@ impl FoldPass {
             cmd.access(means, Access::ColorWrite);
         }
         let target = |image| Target { image, level: 0, load: Load::Discard };
-        let mut targets = vec![target(&*images.new[0]), target(&*images.new[1])];
+        let mut targets: Vec<_> = images.new.iter().map(|image| target(&**image)).collect();
         targets.extend(batch.deviations.as_ref().map(|d| target(&d.means)));
         cmd.rendering(&targets, |cmd| {
-            let read = [texels(images.old[0]), texels(images.old[1]), texels(&batch.color)];
+            let mut read: Vec<_> = images.old.iter().map(|image| texels(image)).collect();
+            read.push(texels(&batch.color));
             cmd.bind(&self.pipeline, bytemuck::bytes_of(push), &read);
             cmd.draw_fullscreen();
         });

@@ -3,35 +3,43 @@
 use std::sync::Arc;
 
 use crate::client::effects::{DETAILS, Effects};
-use crate::client::settings::FilmSpec;
+use crate::client::settings::{FilmSpec, Summation};
 use crate::gpu::{Access, Cmd, Format, Gpu, GpuError, Image, ImageDesc, Load, Target};
 
-/// A two-float sum: each half is a pair of images, the old and the new, that change places with every fold.
+/// A sum of two floats, or of one: each is a pair of images, the old and the new, that change places with every fold.
 pub struct Accumulator {
     /// Rounded sums, with mip levels.
     hi: [Image; 2],
-    /// What rounding left out.
-    lo: [Image; 2],
+    /// What rounding left out; `None` for plain sums.
+    lo: Option<[Image; 2]>,
     /// Which of each pair holds the sums.
     current: usize,
 }
 
 /// One accumulator as a fold uses it.
 pub struct FoldImages<'a> {
-    /// Sums before the fold.
-    pub old: [&'a mut Image; 2],
-    /// Sums after it: hi, lo.
-    pub new: [&'a mut Image; 2],
+    /// Sums before the fold: hi, lo; plain ones have hi only.
+    pub old: Vec<&'a mut Image>,
+    /// Sums after it.
+    pub new: Vec<&'a mut Image>,
 }
 
 impl Accumulator {
-    fn new(gpu: &Arc<Gpu>, name: &str, format: Format, extent: [u32; 2]) -> Result<Self, GpuError> {
+    fn new(
+        gpu: &Arc<Gpu>,
+        name: &str,
+        (format, sums): (Format, Summation),
+        extent: [u32; 2],
+    ) -> Result<Self, GpuError> {
         let make = |half: &str, mips| {
             Image::new(gpu, ImageDesc { name: &format!("{name} {half}"), format, extent, mips })
         };
         Ok(Self {
             hi: [make("hi 0", true)?, make("hi 1", true)?],
-            lo: [make("lo 0", false)?, make("lo 1", false)?],
+            lo: match sums {
+                Summation::TwoFloat => Some([make("lo 0", false)?, make("lo 1", false)?]),
+                Summation::Plain => None,
+            },
             current: 0,
         })
     }
@@ -40,12 +48,13 @@ impl Accumulator {
     pub fn flip(&mut self) -> FoldImages<'_> {
         let old = self.current;
         self.current = 1 - old;
-        let [hi_0, hi_1] = &mut self.hi;
-        let [lo_0, lo_1] = &mut self.lo;
-        match old {
-            0 => FoldImages { old: [hi_0, lo_0], new: [hi_1, lo_1] },
-            _ => FoldImages { old: [hi_1, lo_1], new: [hi_0, lo_0] },
+        let mut images = FoldImages { old: Vec::new(), new: Vec::new() };
+        for [zero, one] in std::iter::once(&mut self.hi).chain(&mut self.lo) {
+            let (before, after) = if old == 0 { (zero, one) } else { (one, zero) };
+            images.old.push(before);
+            images.new.push(after);
         }
+        images
     }
 
     /// The current sums, rounded, and their mip levels.
@@ -92,9 +101,12 @@ impl StreamImages {
     /// As [`Image::new`].
     pub fn new(gpu: &Arc<Gpu>, name: &str, spec: &FilmSpec) -> Result<Self, GpuError> {
         let extent = spec.padded_extent();
-        let variance = || Accumulator::new(gpu, &format!("{name} variance"), Format::R32F, extent);
+        let sums = |what: &str, format, sums| {
+            Accumulator::new(gpu, &format!("{name} {what}"), (format, sums), extent)
+        };
+        let variance = || sums("variance", Format::R32F, Summation::TwoFloat);
         Ok(Self {
-            color: Accumulator::new(gpu, &format!("{name} color"), Format::Rgba32F, extent)?,
+            color: sums("color", Format::Rgba32F, spec.sums)?,
             variance: spec.variance.map(|_| variance()).transpose()?,
             mips: MipState::default(),
             atlas: None,
@@ -165,12 +177,15 @@ impl StreamImages {
         self.changed();
         let cmd = &mut cmd.scope("clear");
         for sums in std::iter::once(&mut self.color).chain(&mut self.variance) {
-            let (hi, lo) = (&mut sums.hi[sums.current], &mut sums.lo[sums.current]);
-            for image in [&mut *hi, &mut *lo] {
+            let current = sums.current;
+            let mut images: Vec<_> =
+                std::iter::once(&mut sums.hi).chain(&mut sums.lo).map(|pair| &mut pair[current]).collect();
+            for image in &mut images {
                 cmd.access_levels(image, 0..1, Access::ColorWrite);
             }
-            let target = |image| Target { image, level: 0, load: Load::Clear };
-            cmd.rendering(&[target(hi), target(lo)], |_| ());
+            let targets: Vec<_> =
+                images.iter().map(|image| Target { image, level: 0, load: Load::Clear }).collect();
+            cmd.rendering(&targets, |_| ());
         }
     }
 }

@@ -14,7 +14,7 @@ use crate::client::pass::images::{PictureImages, StreamImages};
 use crate::client::pass::mips::MipsPass;
 use crate::client::pass::reconstruct::{ReconstructPass, StreamInput, levels_needed};
 use crate::client::pass::tonemap::TonemapPass;
-use crate::client::settings::{DisplayImage, FilmSpec, Output, Reconstruction, Settings, View};
+use crate::client::settings::{DisplayImage, FilmSpec, Kernel, Output, Reconstruction, Settings, View};
 use crate::gpu::{Access, Buffer, BufferUse, Cmd, Format, Gpu, Image, Load, Region, Target, read_image};
 
 /// Camera and light, each with its level of detail; `None` without samples.
@@ -190,7 +190,7 @@ impl Repaint {
             ..ReconstructPush::default()
         };
         match effects.view {
-            View::Picture => self.record_picture(cmd, sums.streams, effects, (kind, push)),
+            View::Picture => self.record_picture(cmd, sums.streams, effects, ((kind, settings.kernel), push)),
             View::CameraVariance => self.record_error(cmd, (0, sums.streams), effects, push),
             View::LightVariance => self.record_error(cmd, (1, sums.streams), effects, push),
         }?;
@@ -207,7 +207,7 @@ impl Repaint {
         cmd: &mut Cmd<'_>,
         mut streams: Streams<'_>,
         effects: &Effects,
-        (kind, push): (Reconstruction, ReconstructPush),
+        (method, push): ((Reconstruction, Kernel), ReconstructPush),
     ) -> Result<(), ClientError> {
         for (i, stream) in streams.iter_mut().enumerate() {
             let Some((images, lod)) = stream.as_mut().filter(|(_, lod)| effects.bilateral(lod)) else {
@@ -234,7 +234,7 @@ impl Repaint {
             })
         });
         let (target, _) = self.picture.get(&self.gpu, effects)?;
-        self.reconstruct.record(&self.gpu, cmd, streams, (kind, push), target)?;
+        self.reconstruct.record(&self.gpu, cmd, streams, (method, push), target)?;
         Ok(())
     }
 

@@ -43,7 +43,7 @@ impl Scratch {
         for part in sprites.chunks(p.samples_per_sum) {
             reset(&mut self.color, hi.len(), Vec4::ZERO);
             splat_color(p.filter, band, part, &mut self.color);
-            fold_color(hi, lo, &self.color);
+            fold_color(p.sums, hi, lo, &self.color);
         }
     }
 }

@@ -110,6 +110,7 @@ impl ReferenceFilm {
         let (spec, pool) = (self.state.spec(), &self.pool);
         let p = VarianceParameters {
             filter: spec.filter,
+            sums: spec.sums,
             form: spec.variance.unwrap_or_default(),
             inverse_scale: self.state.scale().recip(),
             samples_per_sum: BATCH_CAPACITY.div_ceil(spec.batch_slots() as usize),
@@ -158,6 +159,7 @@ impl ReferenceFilm {
         let p = ReconstructParameters {
             spec: *spec,
             method: settings.reconstruction,
+            kernel: settings.kernel,
             vm: settings.vm,
             luminance_scale: self.state.scale(),
             light_scale: self.state.light_scale(),

@@ -8,6 +8,8 @@ use std::ops::{Add, Sub};
 
 use glam::Vec4;
 
+use crate::client::settings::Summation;
+
 /// `(hi, lo) + batch`, renormalised: `hi` is the rounded sum, `lo` what it leaves out.
 ///
 /// Six operations of TwoSum, then FastTwoSum; the order is part of the definition.
@@ -24,8 +26,12 @@ where
     (new_hi, low - (new_hi - sum))
 }
 
-/// Folds the colour batch of one band into its accumulators.
-pub fn fold_color(hi: &mut [Vec4], lo: &mut [Vec4], batch: &[Vec4]) {
+/// Folds the colour batch of one band into its accumulators; plain sums leave `lo` as it is.
+pub fn fold_color(sums: Summation, hi: &mut [Vec4], lo: &mut [Vec4], batch: &[Vec4]) {
+    if sums == Summation::Plain {
+        hi.iter_mut().zip(batch).for_each(|(hi, &batch)| *hi += batch);
+        return;
+    }
     for ((hi, lo), &batch) in hi.iter_mut().zip(lo).zip(batch) {
         (*hi, *lo) = two_float_add((*hi, *lo), batch);
     }

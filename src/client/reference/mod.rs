@@ -30,6 +30,7 @@ pub mod mips;
 pub mod reconstruct;
 pub mod splat;
 pub mod tonemap;
+mod truncated;
 pub mod variance;
 
 pub use film::ReferenceFilm;

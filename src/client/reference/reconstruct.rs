@@ -7,7 +7,8 @@ use crate::client::filter::RECONSTRUCTION_THRESHOLD;
 use crate::client::lod::{MIN_LOD, Place, StreamLod};
 use crate::client::reference::kernel::gaussian;
 use crate::client::reference::mips::trilinear;
-use crate::client::settings::{FilmSpec, Reconstruction};
+use crate::client::reference::truncated::truncated;
+use crate::client::settings::{FilmSpec, Kernel, Reconstruction};
 use crate::image::Grid;
 
 /// Catmull–Rom weight sums below this part of the bilinear one fall back to bilinear: negative lobes
@@ -33,6 +34,8 @@ pub struct ReconstructParameters {
     pub spec: FilmSpec,
     /// The way of reconstruction.
     pub method: Reconstruction,
+    /// Where its Gaussian ends.
+    pub kernel: Kernel,
     /// Noise masking strength; 0 is off.
     pub vm: f32,
     /// The film's luminance scale, a power of two.
@@ -89,7 +92,7 @@ pub fn reconstruct(
 fn read(p: &ReconstructParameters, stream: &StreamView<'_>, at: Pixel) -> Vec4 {
     let lod = level_of_detail(p, stream, at.uv);
     match p.method {
-        Reconstruction::Gaussian => blur(stream.color, at, lod),
+        Reconstruction::Gaussian => blur(p.kernel, stream.color, at, lod),
         Reconstruction::CatmullRom => spline(stream.color, at, lod),
         Reconstruction::Mipmap => trilinear(stream.color, at.uv, lod),
         Reconstruction::None => stream.color[0].at(at.texel[0], at.texel[1]),
@@ -111,22 +114,26 @@ pub fn level_of_detail(p: &ReconstructParameters, stream: &StreamView<'_>, uv: [
 /// The paper's rule "while σ < t: σ ← 4σ, next level" ends with t ≤ σ < 4t on one level; the other of the two levels is the
 /// finer one, with a quarter of that σ. Wide kernels on both are what keeps texels from showing. At LoD 0 the kernel spans
 /// a texel (σ = t); below, it narrows to the texel alone at LoD −1.
-fn blur(levels: &[Grid<Vec4>], at: Pixel, lod: f32) -> Vec4 {
+fn blur(kernel: Kernel, levels: &[Grid<Vec4>], at: Pixel, lod: f32) -> Vec4 {
     if lod <= MIN_LOD {
         return levels[0].at(at.texel[0], at.texel[1]);
     }
     let four_to = |x: f32| RECONSTRUCTION_THRESHOLD * (2.0 * x).exp2();
+    let mean = |level: usize, sigma: f32| {
+        let (image, p) = (&levels[level], position(levels, at, level));
+        if kernel == Kernel::default() {
+            gaussian(image, p, sigma)
+        } else {
+            truncated(kernel, image, p, sigma)
+        }
+    };
     if lod < 0.0 {
-        return gaussian(&levels[0], position(levels, at, 0), four_to(-2.0 * lod));
+        return mean(0, four_to(-2.0 * lod));
     }
     let level = (lod as usize).min(levels.len() - 1);
     let f = lod - level as f32;
-    let near = gaussian(&levels[level], position(levels, at, level), four_to(-f));
-    if f > 0.0 && level + 1 < levels.len() {
-        near.lerp(gaussian(&levels[level + 1], position(levels, at, level + 1), four_to(1.0 - f)), f)
-    } else {
-        near
-    }
+    let near = mean(level, four_to(-f));
+    if f > 0.0 && level + 1 < levels.len() { near.lerp(mean(level + 1, four_to(1.0 - f)), f) } else { near }
 }
 
 /// Catmull–Rom on two levels, interpolated; trilinear where the weight all but cancels.

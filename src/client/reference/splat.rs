@@ -156,7 +156,7 @@ mod tests {
     use crate::color::Xyz;
 
     fn spec(width: u32, height: u32, filter: SplatFilter) -> FilmSpec {
-        FilmSpec { width, height, filter, variance: Some(Default::default()) }
+        FilmSpec { width, height, filter, variance: Some(Default::default()), sums: Default::default() }
     }
 
     /// Every texel of a band equals the plain loop over all samples, bit for bit.

@@ -7,7 +7,7 @@
 use glam::Vec4;
 
 use crate::client::reference::splat::{Band, Sprite, draw};
-use crate::client::settings::{SplatFilter, VarianceForm};
+use crate::client::settings::{SplatFilter, Summation, VarianceForm};
 
 /// Mean luminance of every texel of a band before and after a fold, each as two floats.
 ///
@@ -70,6 +70,8 @@ fn fill(mean: &mut Vec<f32>, rest: &mut Vec<f32>, hi: &[Vec4], lo: &[Vec4]) {
 pub struct VarianceParameters {
     /// Splat filter.
     pub filter: SplatFilter,
+    /// How parts are added up.
+    pub sums: Summation,
     /// Product or the paper's form.
     pub form: VarianceForm,
     /// `1/s`, a power of two.

@@ -109,11 +109,11 @@ fn point(table: &mut Table<'_>, m: &Method, p: &Point) {
     for (name, unit, x) in [
         ("smape", "1", p.smape),
         ("flip", "1", p.flip),
-        ("trace_seconds", "s", p.trace_seconds),
-        ("splat_seconds", "s", p.splat_seconds),
-        ("display_seconds", "s", p.display_seconds),
+        ("trace_seconds", "s", Interval::exact(p.trace_seconds)),
+        ("splat_seconds", "s", Interval::exact(p.splat_seconds)),
+        ("display_seconds", "s", Interval::exact(p.display_seconds)),
     ] {
-        table.add(&line, name, unit, Some(Interval::exact(x)));
+        table.add(&line, name, unit, Some(x));
     }
 }
 

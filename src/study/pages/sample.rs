@@ -2,6 +2,7 @@
 
 use crate::study::Interval;
 use crate::study::data::*;
+use crate::study::measured::FIGURES;
 
 /// A grey pixel.
 pub const PIXEL: &str = "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGNoAAAAggCBd81ytgAAAABJRU5ErkJggg==";
@@ -29,17 +30,22 @@ fn method(name: &str, error: f64, slope: f64, per_second: f64) -> Method {
             noise: Some(near(rms * rms, 0.2)),
             bias: Some(Interval { value: 0.0, low: -0.05 * rms * rms, high: 0.05 * rms * rms }),
             relative: Some([near(0.5 * rms, 0.05), near(1.2 * rms, 0.08), near(2.0 * rms, 0.15)]),
-            smape: 0.4 * rms,
-            flip: 0.8 * rms,
+            smape: near(0.4 * rms, 0.1),
+            flip: near(0.8 * rms, 0.1),
+            picture: None,
         }
     };
     let price = |e: f64| {
         let seconds = (e / (1.2 * error)).powf(1.0 / slope);
         Price { error: e, seconds: Some(near(seconds, 0.12)), measured: seconds < 32.0 }
     };
+    let mut points: Vec<Point> = (1..=5).map(point).collect();
+    for (point, seconds) in points.iter_mut().zip(FIGURES) {
+        (point.budget, point.picture) = (seconds, Some(PIXEL.into()));
+    }
     Method {
         name: name.into(),
-        points: (1..=5).map(point).collect(),
+        points,
         slope: Some(Interval { value: slope, low: slope - 0.02, high: slope + 0.02 }),
         slope_samples: Some(Interval { value: slope - 0.01, low: slope - 0.03, high: slope + 0.01 }),
         prices: [0.05, 0.02, 0.01, 0.005].map(price).to_vec(),
@@ -103,7 +109,7 @@ fn display() -> Vec<DisplayPrice> {
         flip: Some(0.6 * rms),
         samples_per_pixel: 4.0,
     };
-    vec![
+    let at_four = vec![
         setting("reconstruction", "hardware mips", false, 0.21, 0.14, false),
         setting("reconstruction", "Catmull–Rom", false, 0.48, 0.12, false),
         setting("reconstruction", "windowed Gaussian", true, 0.93, 0.09, false),
@@ -111,7 +117,13 @@ fn display() -> Vec<DisplayPrice> {
         setting("glare", "photopic", false, 4.1, 0.09, false),
         setting("filter", "1 × 1", true, 3.1, 0.09, true),
         setting("filter", "2 × 2", false, 5.2, 0.08, true),
-    ]
+    ];
+    let few = |d: &DisplayPrice| DisplayPrice {
+        rel_mse: d.rel_mse.map(|e| 36.0 * e),
+        samples_per_pixel: 0.1,
+        ..d.clone()
+    };
+    at_four.iter().map(few).chain(at_four.clone()).collect()
 }
 
 /// The study.

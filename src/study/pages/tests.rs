@@ -159,7 +159,8 @@ fn figures_cannot_break_anything() {
                 for p in m.points.iter_mut().skip(1) {
                     (p.rel_mse, p.rel_mse_trimmed) = (interval, interval);
                     (p.noise, p.bias, p.relative) = (Some(interval), Some(interval), Some([interval; 3]));
-                    (p.smape, p.flip, p.samples_per_pixel) = (bad, bad, bad);
+                    (p.smape, p.flip) = (Interval::exact(bad), Interval::exact(bad));
+                    p.samples_per_pixel = bad;
                 }
                 m.points[0].seconds = bad;
                 m.prices[..].iter_mut().for_each(|p| p.seconds = Some(interval));

@@ -3,6 +3,7 @@
 use crate::study::Interval;
 use crate::study::data::{EffectPrice, Method, Point, Price, Study};
 use crate::study::interval::Z90;
+use crate::study::method::FLAT;
 use crate::study::pages::number::{clean, root};
 
 /// The method to use and why.
@@ -115,7 +116,7 @@ pub fn halving(method: &Method) -> Option<(f64, Interval)> {
         (more > 0.0).then_some((2.0 * p.error, Interval { value: more, low, high }))
     });
     pair.or_else(|| {
-        let (error, seconds) = error_now(method)?;
+        let (error, seconds) = error_now(method).filter(|_| !method.biased)?;
         let slope = clean(method.slope.as_ref()?)?;
         let longer = |slope: f64| {
             if slope < -0.01 { seconds * (2f64.powf(-1.0 / slope) - 1.0) } else { f64::INFINITY }
@@ -182,10 +183,10 @@ pub fn error_of(point: &Point) -> Option<Interval> {
 
 /// True where a curve is flatter than −0.4: a heavy tail, or bias.
 pub fn flat(method: &Method) -> bool {
-    method.slope.as_ref().and_then(clean).is_some_and(|s| s.value > -0.4)
+    method.slope.as_ref().and_then(clean).is_some_and(|s| s.value > FLAT)
 }
 
 /// True where a point at least is off by more than noise.
 pub fn biased(method: &Method) -> bool {
-    method.points.iter().filter_map(|p| clean(p.bias.as_ref()?)).any(|b| b.low > 0.0)
+    method.points.iter().any(Point::is_biased)
 }

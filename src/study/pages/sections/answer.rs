@@ -3,9 +3,12 @@
 use crate::study::Interval;
 use crate::study::data::Study;
 use crate::study::pages::escape::xml;
-use crate::study::pages::number::{THIN, count, extra, goal, seconds, times};
+use crate::study::pages::number::{THIN, count, extra, goal, percent, seconds, times};
 use crate::study::pages::parts::list;
 use crate::study::pages::verdict::{self, Answer};
+
+/// A reference with a larger error is worth a word.
+const ROUGH: f64 = 0.02;
 
 /// The first sentence: `Use path: 1 % at 95 % of the picture in about 42 s (90 %: 36–55).`
 pub fn headline(study: &Study) -> String {
@@ -93,6 +96,13 @@ pub fn caveats(study: &Study) -> Vec<String> {
     let unflagged = |m: &&crate::study::data::Method| verdict::flat(m) && m.flags.is_empty();
     for method in study.methods.iter().filter(unflagged) {
         lines.push(format!("{}: slope flatter than −0.4: heavy tail or bias.", method.name));
+    }
+    if let Some(own) = study.reference.as_ref().map(|r| r.relative[1]).filter(|own| *own > ROUGH) {
+        lines.push(format!(
+            "The reference itself is within {} at 95{THIN}% of the picture: no smaller error is measured; --budget makes a longer one, \
+             --against takes another.",
+            percent(&Interval::exact(own)).main
+        ));
     }
     let (bad, paths) = verdict::rejected(study);
     if bad > 0 {

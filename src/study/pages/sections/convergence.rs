@@ -7,7 +7,7 @@ use crate::study::pages::parts::{
     cell, heading, heads, list, maybe, method, missing, more, note, plot, section, table,
 };
 use crate::study::pages::plot::{Lines, looks};
-use crate::study::pages::sections::{curves, pictures};
+use crate::study::pages::sections::{curves, moments, pictures};
 use crate::study::pages::verdict;
 
 /// The sentence to take away.
@@ -68,6 +68,7 @@ pub fn html(study: &Study) -> String {
     body += &slopes(study);
     body += &more("Every measured point", &points(study));
     body += &note(&how(study));
+    body += &moments::html(study);
     body += &heading("Equal-time pictures");
     body += &pictures::html(study);
     section("convergence", "1  Convergence", &takeaway(study), &body)
@@ -90,7 +91,7 @@ fn ends(study: &Study) -> String {
             rel(2),
             rms(&last.rel_mse),
             rms(&last.rel_mse_trimmed),
-            number(last.flip),
+            cell(&figure(&last.flip, 1.0, "")),
         ])
     };
     let rows: Vec<_> = study.methods.iter().zip(looks(&study.methods)).filter_map(row).collect();
@@ -139,8 +140,8 @@ fn points(study: &Study) -> String {
             maybe(p.relative.as_ref().map(|r| r[1]), percent),
             maybe(p.noise.as_ref().and_then(root), percent),
             maybe(p.bias.as_ref().and_then(root), percent),
-            number(p.smape),
-            number(p.flip),
+            cell(&figure(&p.smape, 1.0, "")),
+            cell(&figure(&p.flip, 1.0, "")),
             seconds_of(p.trace_seconds),
             seconds_of(p.splat_seconds),
             seconds_of(p.display_seconds),
@@ -170,10 +171,6 @@ fn points(study: &Study) -> String {
 /// The root of a relMSE as a cell.
 fn rms(rel_mse: &crate::study::Interval) -> String {
     cell(&root(rel_mse).map_or_else(Figure::none, |r| percent(&r)))
-}
-
-fn number(x: f64) -> String {
-    figure(&crate::study::Interval::exact(x), 1.0, "").main
 }
 
 fn how(study: &Study) -> String {

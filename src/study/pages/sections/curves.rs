@@ -16,10 +16,11 @@ fn series(
 ) -> Series {
     let dot = |p: &Point| {
         let y = y(p)?;
-        let text = note(
-            &format!("{}, {} samples per pixel", seconds_of(p.seconds), count(p.samples_per_pixel)),
-            &percent(&y).prose(),
-        );
+        let samples = match p.samples_per_pixel {
+            n if n > 0.0 => format!(", {} samples per pixel", count(n)),
+            _ => String::new(),
+        };
+        let text = note(&format!("{}{samples}", seconds_of(p.seconds)), &percent(&y).prose());
         Some(Dot { x: x(p), y, note: text })
     };
     let mut dots: Vec<Dot> = m.points.iter().filter_map(dot).collect();
@@ -63,7 +64,7 @@ pub fn overall(study: &Study) -> Lines {
     let end = study.methods.iter().flat_map(|m| m.points.last()).map(|p| p.seconds).fold(0.0, f64::max) * 4.0;
     let make = |m: &Method, look| {
         let mut s = series(m, look, |p| p.seconds, |p| root(&p.rel_mse));
-        s.beyond = extension(&s.dots, m.slope.as_ref(), end);
+        s.beyond = extension(&s.dots, m.slope.as_ref().filter(|_| !m.biased), end);
         s
     };
     Lines {
@@ -82,7 +83,7 @@ pub fn by_samples(study: &Study) -> Lines {
             * 2.0;
     let make = |m: &Method, look| {
         let mut s = series(m, look, |p| p.samples_per_pixel, |p| root(&p.rel_mse));
-        s.beyond = extension(&s.dots, m.slope_samples.as_ref(), end);
+        s.beyond = extension(&s.dots, m.slope_samples.as_ref().filter(|_| !m.biased), end);
         s
     };
     Lines {

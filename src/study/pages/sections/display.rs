@@ -10,31 +10,36 @@ use crate::study::pages::plot::{Mark, Panel, Row, Rows};
 
 /// The sentence to take away: what the dearest change of a setting costs, and which gives most.
 pub fn takeaway(study: &Study) -> String {
-    let changes: Vec<(&DisplayPrice, f64, Option<f64>)> =
-        study.display.iter().filter_map(|d| change(study, d)).collect();
-    let dear = changes.iter().filter(|(_, time, _)| *time > 0.0).max_by(|a, b| a.1.total_cmp(&b.1));
-    let good =
-        changes.iter().filter_map(|(d, _, error)| Some((d, (*error)?))).min_by(|a, b| a.1.total_cmp(&b.1));
+    if study.display.is_empty() {
+        return "The display’s settings have no measured prices.".into();
+    }
+    let changes: Vec<Change<'_>> = study.display.iter().filter_map(|d| change(study, d)).collect();
+    let timed = |c: &&Change<'_>| c.milliseconds.is_some_and(|ms| ms > 0.0);
+    let dear = changes.iter().filter(timed).max_by(|a, b| a.cost().total_cmp(&b.cost()));
+    let good = changes.iter().filter_map(|c| Some((c, c.error?))).min_by(|a, b| a.1.total_cmp(&b.1));
     let mut text = match dear {
-        Some((d, time, _)) => {
-            let per = if d.per_sample { " per million samples" } else { " per repaint" };
+        Some(c) => {
+            let per = if c.of.per_sample { " per million samples" } else { " per repaint" };
             format!(
                 "The dearest setting is {} {}: {}{THIN}ms{per} more than the default.",
-                d.knob,
-                d.setting,
-                plain(*time, 2)
+                c.of.knob,
+                c.of.setting,
+                plain(c.cost(), 2)
             )
         }
-        None if study.display.is_empty() => "The display’s settings have no measured prices.".into(),
+        None if study.display.iter().all(|d| d.milliseconds.is_none()) => {
+            "The settings were not timed: the device has no clock for its passes.".into()
+        }
         None => "No setting costs more than the default.".into(),
     };
     match good {
-        Some((d, error)) if error < 0.98 => {
+        Some((c, error)) if error < 0.98 => {
             text += &format!(
-                " {} {} lowers the error most, to ×{THIN}{} of the default’s.",
-                capital(&d.knob),
-                d.setting,
-                plain(error, 2)
+                " {} {} lowers the error most, to ×{THIN}{} of the default’s at {} samples per pixel.",
+                capital(&c.of.knob),
+                c.of.setting,
+                plain(error, 2),
+                count(c.of.samples_per_pixel)
             );
         }
         Some(_) => text += " No setting gives a smaller error than the default.",
@@ -43,42 +48,82 @@ pub fn takeaway(study: &Study) -> String {
     text
 }
 
-/// A setting against the default of its knob: milliseconds more, and RMS error over the default’s.
-fn change<'a>(study: &'a Study, d: &'a DisplayPrice) -> Option<(&'a DisplayPrice, f64, Option<f64>)> {
-    let base =
-        study.display.iter().find(|b| b.default && b.knob == d.knob && b.per_sample == d.per_sample)?;
-    let time = d.milliseconds?.value - base.milliseconds?.value;
-    let error = || {
-        let ratio = (d.rel_mse? / base.rel_mse?).sqrt();
-        ratio.is_finite().then_some(ratio)
-    };
-    (!d.default && time.is_finite()).then(|| (d, time, error()))
+/// A setting against the default of its knob, at as many samples.
+struct Change<'a> {
+    of: &'a DisplayPrice,
+    /// Milliseconds more.
+    milliseconds: Option<f64>,
+    /// RMS error over the default's.
+    error: Option<f64>,
 }
 
-/// Settings as rows of bars, grouped by knob: `per_sample` picks those per million samples or those per repaint.
+impl Change<'_> {
+    fn cost(&self) -> f64 {
+        self.milliseconds.unwrap_or(0.0)
+    }
+}
+
+fn change<'a>(study: &'a Study, d: &'a DisplayPrice) -> Option<Change<'a>> {
+    let like = |b: &&DisplayPrice| (&b.knob, b.samples_per_pixel) == (&d.knob, d.samples_per_pixel);
+    let base = study.display.iter().filter(like).find(|b| b.default)?;
+    let finite = |x: f64| x.is_finite().then_some(x);
+    let milliseconds = || finite(d.milliseconds?.value - base.milliseconds?.value);
+    let error = || finite((d.rel_mse? / base.rel_mse?).sqrt());
+    (!d.default).then(|| Change { of: d, milliseconds: milliseconds(), error: error() })
+}
+
+/// Numbers of samples that settings were judged at.
+fn samples(study: &Study) -> Vec<f64> {
+    let mut all: Vec<f64> = study.display.iter().map(|d| d.samples_per_pixel).collect();
+    all.retain(|n| n.is_finite());
+    all.sort_by(f64::total_cmp);
+    all.dedup();
+    all
+}
+
+/// Settings as rows of bars, grouped by knob: `per_sample` picks those per million samples or those per repaint. One column of
+/// time, and one of error for each number of samples.
 fn rows(study: &Study, per_sample: bool) -> Rows {
-    let mut last: Option<&str> = None;
-    let row = |d: &DisplayPrice, knob: Option<String>| Row {
-        group: knob,
-        name: if d.default { format!("{} (default)", d.setting) } else { d.setting.clone() },
-        class: "m0",
-        marker: 0,
-        hollow: !d.default,
-        figures: vec![d.milliseconds, d.rel_mse.map(|e| Interval::exact(100.0 * e.max(0.0).sqrt()))],
-    };
-    let mut all = Vec::new();
+    let samples = samples(study);
+    let mut all: Vec<Row> = Vec::new();
+    let mut seen: Vec<(&str, &str)> = Vec::new();
     for d in study.display.iter().filter(|d| d.per_sample == per_sample) {
-        let knob = (last != Some(d.knob.as_str())).then(|| d.knob.clone());
-        last = Some(&d.knob);
-        all.push(row(d, knob));
+        let name = (d.knob.as_str(), d.setting.as_str());
+        if seen.contains(&name) {
+            continue;
+        }
+        let first = seen.iter().all(|(knob, _)| *knob != name.0);
+        seen.push(name);
+        let same: Vec<&DisplayPrice> = study
+            .display
+            .iter()
+            .filter(|e| (&e.knob, &e.setting, e.per_sample) == (&d.knob, &d.setting, d.per_sample))
+            .collect();
+        let error = |n: f64| {
+            let e = same.iter().find(|e| e.samples_per_pixel == n)?.rel_mse?;
+            Some(Interval::exact(100.0 * e.max(0.0).sqrt()))
+        };
+        let mut figures = vec![same.iter().find_map(|e| e.milliseconds)];
+        figures.extend(samples.iter().map(|n| error(*n)));
+        all.push(Row {
+            group: first.then(|| d.knob.clone()),
+            name: if d.default { format!("{} (default)", d.setting) } else { d.setting.clone() },
+            class: "m0",
+            marker: 0,
+            hollow: !d.default,
+            figures,
+        });
     }
     let time = if per_sample { "ms per million samples" } else { "ms per repaint" };
-    let panel =
-        |title: &str, tick, figure| Panel { title: title.into(), mark: Mark::Bar, tick, figure, base: None };
-    let panels = vec![
-        panel(time, label, |i| figure(i, 1.0, "").main),
-        panel("RMS error", |x| format!("{}{THIN}%", label(x)), |i| percent_of(i.value / 100.0)),
-    ];
+    let panel = |title: String, tick, figure| Panel { title, mark: Mark::Bar, tick, figure, base: None };
+    let mut panels = vec![panel(time.into(), label, |i| figure(i, 1.0, "").main)];
+    panels.extend(samples.iter().map(|n| {
+        panel(
+            format!("RMS error, {} spp", count(*n)),
+            |x| format!("{}{THIN}%", label(x)),
+            |i| percent_of(i.value / 100.0),
+        )
+    }));
     Rows { label: format!("Display settings: {time} and error"), panels, rows: all }
 }
 
@@ -93,19 +138,18 @@ pub fn html(study: &Study) -> String {
         let rows = rows(study, per_sample);
         if !rows.is_empty() {
             let caption = format!(
-                "Device time of {what} and error of the displayed linear picture. Solid: the default."
+                "Device time of {what} and error of the displayed linear picture, by samples per pixel (spp). Solid: the default."
             );
             body += &plot(&rows.label, &caption, |size| rows.draw(size));
         }
     }
     body += &list(study);
-    let spp = study.display.iter().map(|d| d.samples_per_pixel).filter(|s| *s > 0.0).fold(0.0, f64::max);
     let device = if study.machine.device.is_empty() { "the device" } else { &study.machine.device };
     body += &note(&format!(
         "Milliseconds are those of the passes on {device}, by its own clock where it has one. The error is that of the linear \
-         picture as displayed (blurred), at {} samples per pixel, root of relMSE against the reference; one setting is changed at \
-         a time and the others are left at their defaults.",
-        count(spp)
+         picture as displayed (blurred), root of relMSE against the reference; one setting is changed at a time, and the film has \
+         the study's filter but where filters are compared. One float against two: see also part 5, for they differ after hours, \
+         not after a few samples.",
     ));
     section("display", "4  Price of each display setting", &takeaway(study), &body)
 }
@@ -116,7 +160,10 @@ fn list(study: &Study) -> String {
             format!("{}: {}{}", xml(&d.knob), xml(&d.setting), if d.default { " (default)" } else { "" }),
             d.milliseconds.map_or_else(|| "—".into(), |m| cell(&figure(&m, 1.0, &format!("{THIN}ms")))),
             if d.per_sample { "million samples".into() } else { "repaint".into() },
-            maybe(change(study, d), |(_, t, _)| Figure { main: signed(*t), range: None }),
+            maybe(change(study, d).and_then(|c| c.milliseconds), |t| Figure {
+                main: signed(*t),
+                range: None,
+            }),
             d.rel_mse.map_or_else(|| "—".into(), |e| percent_of(e.max(0.0).sqrt())),
             d.flip.map_or_else(|| "—".into(), |f| plain(f, 2)),
             count(d.samples_per_pixel),

@@ -94,8 +94,8 @@ pub fn html(study: &Study) -> String {
     if !study.effects.is_empty() {
         body += &note(
             "An effect is left out of the scene before it is made ready, with the code for it; time per path is measured with and \
-             without in turn, and the ratio is taken pair by pair. Variance is compared at equal numbers of paths. Loss is the \
-             mean FLIP between the displayed pictures with and without. What the scene does not call for is checked by the speed \
+             without in turn, and the ratio is taken pair by pair. Variance is compared at equal numbers of paths, and so \
+             is loss: by how much the mean FLIP against the reference grows without the effect. Noise hides small losses. What the scene does not call for is checked by the speed \
              of a program with all of it over that of one without.",
         );
     }

@@ -6,6 +6,7 @@ pub mod convergence;
 pub mod curves;
 pub mod display;
 pub mod effects;
+pub mod moments;
 pub mod numeric;
 pub mod origin;
 pub mod pictures;

@@ -84,8 +84,10 @@ fn pair(study: &Study, m: &Method, look: Look) -> Option<String> {
     let seconds = study.regions.as_ref().map(|r| r.seconds).or_else(|| verdict::shared_seconds(study));
     let point = seconds.and_then(|s| verdict::at_time(m, s));
     let error = point.and_then(|p| Some((verdict::error_of(p)?, p)));
-    let text =
-        error.map_or_else(String::new, |(e, p)| format!(": {}, FLIP {}", percent(&e).main, plain(p.flip, 2)));
+    let text = error.map_or_else(String::new, |(e, p)| {
+        let (error, flip) = (percent(&e).main, plain(p.flip.value, 2));
+        format!(" after {}: {error}, FLIP {flip}", seconds_of(p.seconds))
+    });
     Some(figure(&all, &format!("{}{}", method(&m.name, look), xml(&text))))
 }
 

@@ -74,7 +74,7 @@ pub fn html(study: &Study) -> String {
         let note = note(
             "A price is the time at which the fitted curve of error against seconds meets the error; “95 % of the picture” are \
              areas of 8×8 pixels. Prices in italics lie beyond the measured part of the curve; “beyond the curve” is said where \
-             the line would have to be drawn to more than a thousandfold. To halve: from the second-lowest price to the lowest, else by the slope from the \
+             the line would have to be drawn to more than a thousandfold, or where the method’s bias shows, which falls otherwise than noise. To halve: from the second-lowest price to the lowest, else by the slope from the \
              end of the curve. Efficiency is 1/(relMSE · second).",
         );
         plotted + &list(study) + &note
