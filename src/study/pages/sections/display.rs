@@ -114,7 +114,7 @@ fn rows(study: &Study, per_sample: bool) -> Rows {
             figures,
         });
     }
-    let time = if per_sample { "ms per million samples" } else { "ms per repaint" };
+    let time = if per_sample { "ms per M samples" } else { "ms per repaint" };
     let panel = |title: String, tick, figure| Panel { title, mark: Mark::Bar, tick, figure, base: None };
     let mut panels = vec![panel(time.into(), label, |i| figure(i, 1.0, "").main)];
     panels.extend(samples.iter().map(|n| {
@@ -147,8 +147,8 @@ pub fn html(study: &Study) -> String {
     let device = if study.machine.device.is_empty() { "the device" } else { &study.machine.device };
     body += &note(&format!(
         "Milliseconds are those of the passes on {device}, by its own clock where it has one. The error is that of the linear \
-         picture as displayed (blurred), root of relMSE against the reference; one setting is changed at a time, and the film has \
-         the study's filter but where filters are compared. One float against two: see also part 5, for they differ after hours, \
+         picture as displayed (blurred), root of relMSE against the reference; one setting is changed at a time, the default is \
+         measured anew with each group, and the film has the study's filter but where filters are compared. One float against two: see also part 5, for they differ after hours, \
          not after a few samples.",
     ));
     section("display", "4  Price of each display setting", &takeaway(study), &body)

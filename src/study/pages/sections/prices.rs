@@ -4,7 +4,9 @@ use crate::study::Interval;
 use crate::study::data::{Method, Study};
 use crate::study::pages::escape::xml;
 use crate::study::pages::number::{THIN, figure, goal, seconds};
-use crate::study::pages::parts::{cell, heads, maybe, method, missing, note, plot, section, table};
+use crate::study::pages::parts::{
+    cell, heads, maybe, method, missing, note, paragraph, plot, section, table,
+};
 use crate::study::pages::plot::axis::label;
 use crate::study::pages::plot::{Look, Mark, Panel, Row, Rows, looks};
 use crate::study::pages::verdict;
@@ -63,7 +65,12 @@ pub fn rows(study: &Study) -> Rows {
 /// The section.
 pub fn html(study: &Study) -> String {
     let rows = rows(study);
-    let body = if rows.is_empty() {
+    let body = if rows.is_empty() && study.methods.iter().any(|m| !m.prices.is_empty()) {
+        paragraph(
+            "The curves were measured, and none tells when any of these errors is reached: they end far above, fall too slowly, or \
+             come down to the error of the reference.",
+        )
+    } else if rows.is_empty() {
         missing(study, "Times to an error were", "prices")
     } else {
         let plotted = plot(
