@@ -63,14 +63,14 @@ fn a_study_grows_and_keeps_what_it_has() {
     torn.push_str("{\"measured\":\"run\",\"meth");
     std::fs::write(&lines, torn).unwrap();
     let reference = std::fs::read(out.join("reference.exr")).unwrap();
-    succeeds(&study(
-        &place,
-        &[&common[..], &["--knobs", "methods,effects,replicates", "--budget", "8"]].concat(),
-    ));
+    // Each part has a run of its own: on a slow machine the first might leave no time for the other.
+    for (knobs, budget) in [("methods,effects", "8"), ("replicates", "4")] {
+        succeeds(&study(&place, &[&common[..], &["--knobs", knobs, "--budget", budget]].concat()));
+    }
     let second = json(&out);
     assert!(points(&second) > points(&first), "{} {}", points(&second), points(&first));
     assert_eq!(std::fs::read(out.join("reference.exr")).unwrap(), reference);
-    assert_eq!(commands(&second), 2);
+    assert_eq!(commands(&second), 3);
     let effects = second["effects"].as_array().unwrap();
     let wavelengths = effects.iter().find(|e| e["name"] == "wavelengths").unwrap();
     assert_eq!(wavelengths["on"].as_bool(), Some(true));
@@ -132,8 +132,8 @@ fn much_more_time_makes_another_reference() {
         succeeds(&study(&place, &[&args[..], &["--budget", budget]].concat()));
         json(Path::new(&path))["reference"]["seconds"].as_f64().unwrap()
     };
-    let short = run("1");
-    assert!(run("6") > 2.0 * short);
+    let short = run("2");
+    assert!(run("12") > 2.0 * short);
 }
 
 /// A reference that is no number cannot be compared with; pixels of other programs that are none count as black.
@@ -149,7 +149,7 @@ fn pixels_that_are_no_numbers_are_named() {
     write(&file, &layers).unwrap();
     let [file, path] = [file, place.join("one")].map(|path| path.display().to_string());
     let args =
-        ["scenes/cornell.xml", "--methods", "path", "--knobs", "methods", "--budget", "1", "-o", &path];
+        ["scenes/cornell.xml", "--methods", "path", "--knobs", "methods", "--budget", "3", "-o", &path];
     let refused = study(&place, &[&args[..], &["--against", &file]].concat());
     let errors = String::from_utf8_lossy(&refused.stderr).replace("\n  │ ", " ");
     assert!(!refused.status.success() && errors.contains("pixel 6, 2 is not finite"), "{errors}");
