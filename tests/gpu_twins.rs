@@ -37,25 +37,37 @@ fn singles(values: &[f32]) -> Vec<[f32; 1]> {
 fn sums_equal_the_twin() {
     for filter in FILTERS {
         for variance in [VarianceForm::Product, VarianceForm::Paper] {
-            let spec = FilmSpec { variance: Some(variance), ..spec(131, 67, filter) };
-            let samples = scene(&spec, 200_000, 42, 3);
-            let mut twin = ReferenceFilm::new(spec, 1).expect("a film");
-            twin.add(&samples).expect("add");
-            let twin = twin.develop().expect("develop");
-            let mut film = film(spec);
-            film.add(&samples).expect("add");
-            let data = film.develop().expect("develop");
-            assert_eq!(data.luminance_scale, twin.luminance_scale);
-            assert_eq!(data.counts, twin.counts);
-            let color = difference(&data.camera, &twin.camera).max(difference(&data.light, &twin.light));
-            assert!(color < 2e-6, "{filter:?}: colour differs by {color}");
-            let of = |d: &FilmData| (singles(&d.camera_variance), singles(&d.light_variance));
-            let ((a, b), (c, d)) = (of(&data), of(&twin));
-            let variance = difference(&a, &c).max(difference(&b, &d));
-            assert!(variance < 2e-5, "{filter:?}: variance differs by {variance}");
+            compare_sums(FilmSpec { variance: Some(variance), ..spec(131, 67, filter) });
         }
     }
     assert_silent(gpu());
+}
+
+/// Sums of one float, with and without a variance beside them.
+#[test]
+fn plain_sums_equal_the_twin() {
+    for variance in [None, Some(VarianceForm::Product)] {
+        compare_sums(FilmSpec { sums: Summation::Plain, variance, ..spec(131, 67, SplatFilter::Gaussian) });
+    }
+    assert_silent(gpu());
+}
+
+fn compare_sums(spec: FilmSpec) {
+    let samples = scene(&spec, 200_000, 42, 3);
+    let mut twin = ReferenceFilm::new(spec, 1).expect("a film");
+    twin.add(&samples).expect("add");
+    let twin = twin.develop().expect("develop");
+    let mut film = film(spec);
+    film.add(&samples).expect("add");
+    let data = film.develop().expect("develop");
+    assert_eq!(data.luminance_scale, twin.luminance_scale);
+    assert_eq!(data.counts, twin.counts);
+    let color = difference(&data.camera, &twin.camera).max(difference(&data.light, &twin.light));
+    assert!(color < 2e-6, "{spec:?}: colour differs by {color}");
+    let of = |d: &FilmData| (singles(&d.camera_variance), singles(&d.light_variance));
+    let ((a, b), (c, d)) = (of(&data), of(&twin));
+    let variance = difference(&a, &c).max(difference(&b, &d));
+    assert!(variance < 2e-5, "{spec:?}: variance differs by {variance}");
 }
 
 /// N15: a mean far above the deviation; the naive sum of squares in f32 fails by orders of magnitude. Batches are small:
@@ -178,27 +190,6 @@ fn pictures_of_other_kernels_equal_the_twin() {
                 assert!(worst < 4e-5, "{kernel:?}, Vm {vm}, {count} samples: {worst}");
             }
         }
-    }
-    assert_silent(gpu());
-}
-
-/// Sums of one float, with and without a variance beside them.
-#[test]
-fn plain_sums_equal_the_twin() {
-    for variance in [None, Some(VarianceForm::Product)] {
-        let spec = FilmSpec { sums: Summation::Plain, variance, ..spec(67, 41, SplatFilter::Gaussian) };
-        let samples = scene(&spec, 200_000, 8, 3);
-        let mut twin = ReferenceFilm::new(spec, 1).expect("a film");
-        twin.add(&samples).expect("add");
-        let twin = twin.develop().expect("develop");
-        let mut film = film(spec);
-        film.add(&samples).expect("add");
-        let data = film.develop().expect("develop");
-        let color = difference(&data.camera, &twin.camera).max(difference(&data.light, &twin.light));
-        assert!(color < 2e-6, "colour differs by {color}");
-        let (a, b) = (singles(&data.camera_variance), singles(&twin.camera_variance));
-        let variance = if variance.is_some() { difference(&a, &b) } else { 0.0 };
-        assert!(variance < 1e-3, "variance differs by {variance}");
     }
     assert_silent(gpu());
 }

@@ -9,6 +9,7 @@ use std::path::Path;
 use std::process::Child;
 use std::time::Duration;
 
+use pointillist::image::{Attribute, exr};
 use viewer::desktop::Desktop;
 use viewer::{PATIENCE, end_when, figures, folder, program, scene, terminate};
 
@@ -40,6 +41,13 @@ fn the_figures_hold_the_error_and_the_log_the_predictions() {
     assert_eq!(curve[curve.len() - 1][1].as_f64(), Some(500_000.0));
     let log = std::fs::read_to_string(folder.join("predictions.jsonl")).unwrap();
     assert!(log.lines().count() >= 1 && log.contains("\"target\":0.01"), "{log}");
+    for line in log.lines() {
+        let said: serde_json::Value = serde_json::from_str(line).unwrap();
+        let [at, low, value, high] = ["at", "seconds/low", "seconds/value", "seconds/high"]
+            .map(|name| said.pointer(&format!("/prediction/{name}")).and_then(|v| v.as_f64()).unwrap());
+        assert!(at < value && low < value && value < high, "{line}");
+        assert!(said["ended"].as_f64().unwrap() > at, "{line}");
+    }
     std::fs::remove_dir_all(folder).unwrap();
 }
 
@@ -60,7 +68,8 @@ fn one_randomisation_knows_no_error() {
 fn the_error_is_that_of_the_picture_after_resizes_and_drags() {
     let folder = folder("error-resize");
     let desktop = Desktop::start(400, 400);
-    let options = ["--size", "64x64", "--no-panel", "--samples", "300000", "--json", "figures.json"];
+    let options =
+        ["--size", "64x64", "--no-panel", "--samples", "300000", "--json", "figures.json", "-o", "last.exr"];
     let mut viewer = view(&desktop, &folder, &options);
     let window = desktop.find("ointillist", PATIENCE).unwrap();
     std::thread::sleep(Duration::from_secs(2));
@@ -81,6 +90,9 @@ fn the_error_is_that_of_the_picture_after_resizes_and_drags() {
     let curve = figures["error"]["curve"].as_array().unwrap();
     // In the look at the end all paths that the picture holds, each once; how many depends on the machine.
     let paths = curve[curve.len() - 1][1].as_f64().unwrap();
+    let picture = exr::read(&folder.join("last.exr")).unwrap();
+    let held = picture.attributes.iter().find(|(name, _)| name == "cameraPaths").unwrap();
+    assert_eq!(held.1, Attribute::Number(paths), "{figures:#}");
     assert!(paths > 16_384.0 && paths <= 300_000.0, "{figures:#}");
     std::fs::remove_dir_all(folder).unwrap();
 }
