@@ -7,7 +7,7 @@ use crate::study::pages::parts::{
     cell, heading, heads, list, maybe, method, missing, more, note, plot, section, table,
 };
 use crate::study::pages::plot::{Lines, looks};
-use crate::study::pages::sections::{curves, moments, pictures};
+use crate::study::pages::sections::{curves, pictures, snapshots};
 use crate::study::pages::verdict;
 
 /// The sentence to take away.
@@ -68,7 +68,7 @@ pub fn html(study: &Study) -> String {
     body += &slopes(study);
     body += &more("Every measured point", &points(study));
     body += &note(&how(study));
-    body += &moments::html(study);
+    body += &snapshots::html(study);
     body += &heading("Equal-time pictures");
     body += &pictures::html(study);
     section("convergence", "1  Convergence", &takeaway(study), &body)

@@ -29,7 +29,7 @@ fn row(m: &Method, look: Look) -> Option<String> {
     let cells: String =
         FIGURES.into_iter().filter_map(|seconds| cell(&m.name, seconds, at(m, seconds)?)).collect();
     (!cells.is_empty()).then(|| {
-        format!("<p class=\"dim\">{}</p>\n<div class=\"moments\">\n{cells}</div>\n", method(&m.name, look))
+        format!("<p class=\"dim\">{}</p>\n<div class=\"snapshots\">\n{cells}</div>\n", method(&m.name, look))
     })
 }
 
