@@ -46,7 +46,8 @@ fn the_figures_hold_the_error_and_the_log_the_predictions() {
         let [at, low, value, high] = ["at", "seconds/low", "seconds/value", "seconds/high"]
             .map(|name| said.pointer(&format!("/prediction/{name}")).and_then(|v| v.as_f64()).unwrap());
         assert!(at < value && low < value && value < high, "{line}");
-        assert!(said["ended"].as_f64().unwrap() > at, "{line}");
+        // The look at the end predicts too.
+        assert!(said["ended"].as_f64().unwrap() >= at, "{line}");
     }
     std::fs::remove_dir_all(folder).unwrap();
 }
