@@ -9,14 +9,19 @@
 mod block;
 mod build;
 mod collapse;
+mod dispatch;
 mod traverse;
 
-use glam::Vec3;
+use std::ops::Range;
+
+use glam::{DAffine3, Vec3};
 
 use crate::tracer::shape::{Disk, Sphere};
 
 use block::{QuadBlock, TriBlock};
 use collapse::WideNode;
+
+pub use dispatch::Kernel;
 
 /// A ray: the points `origin + t · direction`, `0 < t < t_max`. The direction need not have unit length.
 #[derive(Clone, Copy, Debug)]
@@ -67,6 +72,34 @@ pub struct Hit {
     /// Barycentric weights of the second and third vertex (outside [0, 1] for the second half of a parallelogram);
     /// zero for spheres and disks.
     pub uv: [f32; 2],
+    /// Index of the instance that shows the primitive, or [`Hit::DIRECT`].
+    pub instance: u32,
+}
+
+impl Hit {
+    /// Instead of an instance: the primitive itself stands in the world.
+    pub const DIRECT: u32 = u32::MAX;
+}
+
+/// Primitives in a space of their own that are only seen through instances: ranges of the lists of triangles, disks and
+/// spheres. Primitives in no group stand in the world.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Group {
+    /// Triangles.
+    pub triangles: Range<u32>,
+    /// Disks.
+    pub disks: Range<u32>,
+    /// Spheres.
+    pub spheres: Range<u32>,
+}
+
+/// A group shown in the world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Instance {
+    /// Index of the group.
+    pub group: u32,
+    /// The group's space to the world's; invertible.
+    pub to_world: DAffine3,
 }
 
 /// Geometry prepared for the two questions.
@@ -84,6 +117,7 @@ pub struct Accel {
     root: u32,
     /// Most entries the walk can have on its stack.
     stack: usize,
+    kernel: Kernel,
 }
 
 impl Accel {
@@ -95,7 +129,38 @@ impl Accel {
     ///
     /// [`Scene::prepare`]: crate::tracer::Scene::prepare
     pub fn new(triangles: &[[Vec3; 3]], quads: &[u32], disks: Vec<Disk>, spheres: Vec<Sphere>) -> Self {
+        Self::with_instances((triangles, quads), disks, spheres, (&[], &[]))
+    }
+
+    /// As [`Accel::new`], with groups of primitives and their instances. Ids are those of the lists as they are, groups
+    /// included; a group's ranges hold both triangles of a parallelogram or none.
+    pub fn with_instances(
+        (triangles, quads): (&[[Vec3; 3]], &[u32]),
+        disks: Vec<Disk>,
+        spheres: Vec<Sphere>,
+        (_groups, _instances): (&[Group], &[Instance]),
+    ) -> Self {
         build::build((triangles, quads), disks, spheres)
+    }
+
+    /// Bytes of nodes and primitives, as walked.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.nodes[..]) + size_of_val(&self.blocks[..]) + size_of_val(&self.quads[..])
+    }
+
+    /// How rays are walked.
+    pub fn kernel(&self) -> Kernel {
+        self.kernel
+    }
+
+    /// Walks rays by `kernel` from now on; false, and nothing changes, where this processor lacks what it needs.
+    #[must_use]
+    pub fn set_kernel(&mut self, kernel: Kernel) -> bool {
+        let able = kernel.is_available();
+        if able {
+            self.kernel = kernel;
+        }
+        able
     }
 
     /// Corners of the box around everything; both zero for an empty scene.

@@ -65,7 +65,7 @@ impl SlabRay {
 pub(super) fn closest<const STACK: usize>(accel: &Accel, ray: &Ray) -> Option<Hit> {
     let slab = SlabRay::new(accel, ray);
     let sheared = ShearedRay::new(ray.origin, ray.direction);
-    let mut best = Hit { t: ray.t_max, prim: u32::MAX, uv: [0.0; 2] };
+    let mut best = Hit { t: ray.t_max, prim: u32::MAX, uv: [0.0; 2], instance: Hit::DIRECT };
     let mut stack = [(0f32, Child(0)); STACK];
     let mut top = 0;
     let mut current = Child(accel.root);
@@ -116,7 +116,7 @@ fn closest_in_leaf(accel: &Accel, leaf: Child, ray: (&Ray, &ShearedRay), best: &
         Leaf::Triangles(blocks) => closest_in_blocks(&accel.blocks[blocks], ray, best),
         Leaf::Analytic(prim) => {
             if let Some(t) = analytic(accel, prim, ray.0, best.t) {
-                *best = Hit { t, prim, uv: [0.0; 2] };
+                *best = Hit { t, prim, uv: [0.0; 2], instance: Hit::DIRECT };
             }
         }
     }
@@ -132,7 +132,7 @@ fn closest_in_blocks(blocks: &[impl Polygons], ray: (&Ray, &ShearedRay), best: &
             mask &= mask - 1;
             let t = distance(block, &hits, lane, ray.0);
             if t > 0.0 && t < best.t {
-                *best = Hit { t, prim: block.id(lane), uv: hits.uv(lane) };
+                *best = Hit { t, prim: block.id(lane), uv: hits.uv(lane), instance: Hit::DIRECT };
             }
         }
     }
