@@ -1,173 +1,163 @@
-//! Building: bounds, obvhs, and a balanced tree where obvhs's would be too deep.
+//! Building: boxes, the binary tree, the plan, the lines.
 
-use glam::{Vec3, Vec3A};
-use obvhs::aabb::Aabb;
+use std::ops::Range;
+
+use glam::{DVec3, Vec3};
 use obvhs::bvh2::Bvh2;
-use obvhs::bvh2::node::Bvh2Node;
-use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
-use obvhs::ploc::PlocBuilder;
-use obvhs::{Boundable, BvhBuildParams};
 
+use crate::math::float::UNIT_ROUNDOFF;
 use crate::tracer::shape::{Disk, Sphere};
 
-use super::Accel;
-use super::collapse::{Item, Wide, collapse};
+use super::binary::{self, Bounded};
+use super::collapse::Source;
+use super::dispatch::Kernel;
+use super::kernels::Walks;
+use super::layout::{Child, Draft};
+use super::plan::{Item, Plan, plan};
+use super::tree::{Part, Placed, Tree};
+use super::{Accel, Group, Instance};
 
-/// The largest stack the walk has.
-const MAX_STACK: usize = 256;
-
-/// Share of the nodes that reinsertion looks at.
-const REINSERTION: f32 = 0.05;
-
-#[derive(Clone, Copy)]
-struct Bounded(Aabb);
-
-impl Boundable for Bounded {
-    fn aabb(&self) -> Aabb {
-        self.0
-    }
+/// What an accelerator is built over.
+pub(super) struct Shapes<'a> {
+    pub(super) triangles: &'a [[Vec3; 3]],
+    pub(super) quads: &'a [u32],
+    pub(super) disks: Vec<Disk>,
+    pub(super) spheres: Vec<Sphere>,
 }
 
-pub(super) fn build(
-    (triangles, quads): (&[[Vec3; 3]], &[u32]),
-    disks: Vec<Disk>,
-    spheres: Vec<Sphere>,
-) -> Accel {
-    let corners = |t: &[Vec3; 3]| (t[0].min(t[1]).min(t[2]), t[0].max(t[1]).max(t[2]));
-    let mut items = Vec::with_capacity(triangles.len() + disks.len() + spheres.len());
-    let mut boxes = Vec::with_capacity(items.capacity());
-    let (mut id, mut quads) = (0, quads.iter().copied().peekable());
-    while id < triangles.len() {
-        let (mut lo, mut hi) = corners(&triangles[id]);
-        if quads.next_if_eq(&(id as u32)).is_some() && id + 1 < triangles.len() {
-            let (lo2, hi2) = corners(&triangles[id + 1]);
-            (lo, hi) = (lo.min(lo2), hi.max(hi2));
-            items.push(Item::Quad(id as u32));
-            id += 1;
-        } else {
-            items.push(Item::Triangle(id as u32));
+pub(super) fn build(shapes: Shapes, groups: &[Group], instances: &[Instance]) -> Accel {
+    let (kernel, mut draft) = (Kernel::best(), Draft::default());
+    let outside = |of: fn(&Group) -> &Range<u32>, all: usize| gaps(groups.iter().map(of), all as u32);
+    let triangles = outside(|g| &g.triangles, shapes.triangles.len());
+    let disks = outside(|g| &g.disks, shapes.disks.len());
+    let spheres = outside(|g| &g.spheres, shapes.spheres.len());
+    let parts: Vec<Part> = groups
+        .iter()
+        .map(|g| {
+            let mut boxes = Boxes::default();
+            boxes.add(&shapes, (&[g.triangles.clone()], &[g.disks.clone()], &[g.spheres.clone()]));
+            boxes.build(shapes.triangles, &mut draft)
+        })
+        .collect();
+    let mut boxes = Boxes::default();
+    boxes.add(&shapes, (&triangles, &disks, &spheres));
+    for (index, instance) in instances.iter().enumerate() {
+        let part = &parts[instance.group as usize];
+        if part.root != Child::END {
+            boxes.push(Item::Instance(index as u32), placed_bounds(instance, part));
         }
-        boxes.push(bounded((lo, hi)));
-        id += 1;
     }
-    for bounds in disks.iter().map(Disk::bounds).chain(spheres.iter().map(Sphere::bounds)) {
-        items.push(Item::Analytic(id as u32));
-        boxes.push(bounded(bounds));
-        id += 1;
-    }
-    let mut accel = Accel { disks, spheres, triangle_count: triangles.len() as u32, ..Accel::default() };
-    let Some(bounds) = boxes.iter().map(|b| b.0).reduce(|a, b| a.union(&b)) else {
-        return accel;
+    let world = boxes.build(shapes.triangles, &mut draft);
+    let placed = |i: &Instance| Placed { group: i.group, to_group: i.to_world.inverse() };
+    let tree = Tree {
+        arena: draft.finish(),
+        world,
+        groups: parts,
+        instances: instances.iter().map(placed).collect(),
+        first_disk: shapes.triangles.len() as u32,
+        disks: shapes.disks,
+        spheres: shapes.spheres,
+        walks: Walks::of(kernel),
     };
-    accel.bounds = (Vec3::from(bounds.min), Vec3::from(bounds.max));
-    let wide = wide_tree(&boxes, &items, triangles);
-    accel.stack = stack_for(&wide);
-    (accel.nodes, accel.blocks, accel.quads, accel.root) = (wide.nodes, wide.blocks, wide.quads, wide.root.0);
-    accel
+    Accel { tree, kernel }
 }
 
-fn bounded((lo, hi): (Vec3, Vec3)) -> Bounded {
-    Bounded(Aabb { min: Vec3A::from(lo), max: Vec3A::from(hi) })
+/// The parts of `0..all` that are in none of `taken`.
+fn gaps<'a>(taken: impl Iterator<Item = &'a Range<u32>>, all: u32) -> Vec<Range<u32>> {
+    let mut taken: Vec<_> = taken.filter(|r| !r.is_empty()).collect();
+    taken.sort_unstable_by_key(|r| r.start);
+    let ends = std::iter::once(0).chain(taken.iter().map(|r| r.end));
+    let starts = taken.iter().map(|r| r.start).chain(std::iter::once(all));
+    ends.zip(starts).map(|(from, to)| from..to).filter(|r| !r.is_empty()).collect()
 }
 
-/// Every level leaves at most three children behind and opens one.
-fn stack_for(wide: &Wide) -> usize {
-    3 * wide.depth + 1
+/// The box around a group at its place, wide enough for the rounding of the box's corners and of the rays seen from the
+/// group: a few roundoffs of the largest coordinate.
+fn placed_bounds(instance: &Instance, part: &Part) -> (Vec3, Vec3) {
+    let (lo, hi) = (part.bounds.0.as_dvec3(), part.bounds.1.as_dvec3());
+    let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for corner in 0..8 {
+        let pick = |axis: usize| if corner >> axis & 1 == 1 { hi[axis] } else { lo[axis] };
+        let p = instance.to_world.transform_point3(DVec3::new(pick(0), pick(1), pick(2)));
+        (min, max) = (min.min(p), max.max(p));
+    }
+    let m = instance.to_world.matrix3;
+    let stretch = m.x_axis.abs() + m.y_axis.abs() + m.z_axis.abs();
+    let local = lo.abs().max(hi.abs()).max_element();
+    let room = (stretch * local + min.abs().max(max.abs())) * (8.0 * f64::from(UNIT_ROUNDOFF));
+    ((min - room).as_vec3(), (max + room).as_vec3())
 }
 
-fn wide_tree(boxes: &[Bounded], items: &[Item], triangles: &[[Vec3; 3]]) -> Wide {
-    if boxes.len() > 2
-        && most_coincident(boxes) <= MAX_COINCIDENT
-        && let Some(binary) = optimized(boxes)
-    {
-        let wide = collapse(&binary, items, triangles);
-        if stack_for(&wide) <= MAX_STACK {
-            return wide;
+/// Primitives on their way into a tree.
+#[derive(Default)]
+struct Boxes {
+    items: Vec<Item>,
+    boxes: Vec<Bounded>,
+    bounds: Option<(Vec3, Vec3)>,
+}
+
+impl Boxes {
+    fn push(&mut self, item: Item, (lo, hi): (Vec3, Vec3)) {
+        self.boxes.push(Bounded::new((lo, hi), self.items.len() as u32));
+        self.items.push(item);
+        self.bounds = Some(self.bounds.map_or((lo, hi), |(a, b)| (a.min(lo), b.max(hi))));
+    }
+
+    /// Adds the primitives of these ranges of triangles, disks and spheres.
+    fn add(
+        &mut self,
+        shapes: &Shapes,
+        (triangles, disks, spheres): (&[Range<u32>], &[Range<u32>], &[Range<u32>]),
+    ) {
+        let more: usize = triangles.iter().map(|r| r.len()).sum();
+        self.items.reserve(more);
+        self.boxes.reserve(more);
+        for range in triangles {
+            let first_quad = shapes.quads.partition_point(|&q| q < range.start);
+            let mut quads = shapes.quads[first_quad..].iter().copied().peekable();
+            let mut id = range.start;
+            while id < range.end {
+                let bounds = corners(&shapes.triangles[id as usize]);
+                if quads.next_if_eq(&id).is_some() && id + 1 < range.end {
+                    let other = corners(&shapes.triangles[id as usize + 1]);
+                    self.push(Item::Quad(id), (bounds.0.min(other.0), bounds.1.max(other.1)));
+                    id += 2;
+                } else {
+                    self.push(Item::Triangle(id), bounds);
+                    id += 1;
+                }
+            }
+        }
+        let first_disk = shapes.triangles.len() as u32;
+        let first_sphere = first_disk + shapes.disks.len() as u32;
+        for i in disks.iter().cloned().flatten() {
+            self.push(Item::Analytic(first_disk + i), shapes.disks[i as usize].bounds());
+        }
+        for i in spheres.iter().cloned().flatten() {
+            self.push(Item::Analytic(first_sphere + i), shapes.spheres[i as usize].bounds());
         }
     }
-    // Coincident primitives make a tree as deep as there are primitives; halving never does.
-    collapse(&balanced(boxes), items, triangles)
-}
 
-/// Among equal boxes PLOC finds one pair a round, each round over all of them: 4,000 take 0.3 s, 100,000 minutes.
-const MAX_COINCIDENT: usize = 2048;
-
-/// Size of the largest set of boxes that are the same bit for bit.
-fn most_coincident(boxes: &[Bounded]) -> usize {
-    let bits = |b: &Bounded| [b.0.min, b.0.max].map(|v| v.to_array().map(f32::to_bits));
-    let mut keys: Vec<_> = boxes.iter().map(bits).collect();
-    keys.sort_unstable();
-    keys.chunk_by(|a, b| a == b).map(<[_]>::len).max().unwrap_or(0)
-}
-
-/// obvhs's tree with one primitive per leaf: PLOC, then reinsertion. `None` when it is hopelessly deep. Not by
-/// `build_bvh2`, whose own check of the tree recurses as deep as the tree.
-fn optimized(boxes: &[Bounded]) -> Option<Bvh2> {
-    let BvhBuildParams { ploc_search_distance, sort_precision, search_depth_threshold, .. } =
-        BvhBuildParams::medium_build();
-    let mut bvh = PlocBuilder::with_capacity(boxes.len()).build(
-        ploc_search_distance,
-        boxes,
-        (0..boxes.len() as u32).collect(),
-        sort_precision,
-        search_depth_threshold,
-    );
-    if depth(&bvh) > MAX_STACK {
-        return None;
+    /// Builds the tree and writes it.
+    fn build(mut self, triangles: &[[Vec3; 3]], draft: &mut Draft) -> Part {
+        let Some((lo, hi)) = self.bounds else { return Part::default() };
+        let (bvh, plan) = self.planned();
+        let root = Source { bvh: &bvh, plan: &plan, items: &self.items, triangles }.write(draft);
+        Part { root, bounds: (lo.into(), hi.into()) }
     }
-    ReinsertionOptimizer::default().run(&mut bvh, REINSERTION, None);
-    Some(bvh)
-}
 
-fn depth(bvh: &Bvh2) -> usize {
-    let (mut deepest, mut todo) = (0, vec![(0usize, 1usize)]);
-    while let Some((n, level)) = todo.pop() {
-        deepest = deepest.max(level);
-        if !bvh.nodes[n].is_leaf() {
-            let first = bvh.nodes[n].first_index as usize;
-            todo.extend([(first, level + 1), (first + 1, level + 1)]);
+    /// The tree and its plan; without what makes it better where that makes it too deep to be walked.
+    fn planned(&mut self) -> (Bvh2, Plan) {
+        for optimized in [true, false] {
+            let bvh = binary::build(&mut self.boxes, optimized);
+            if let Ok(plan) = plan(&bvh, &self.items) {
+                return (bvh, plan);
+            }
         }
+        unreachable!("a tree that was not optimised has at most 64 + 29 levels")
     }
-    deepest
 }
 
-/// A binary tree that halves the primitives by the middle of their longest spread, depth ⌈log₂ n⌉.
-fn balanced(boxes: &[Bounded]) -> Bvh2 {
-    let mut ids: Vec<u32> = (0..boxes.len() as u32).collect();
-    let mut nodes = vec![Bvh2Node::default()];
-    let mut todo = vec![(0usize, 0usize, boxes.len())];
-    while let Some((slot, from, to)) = todo.pop() {
-        let range = &mut ids[from..to];
-        let union = |a: Aabb, id: &u32| a.union(&boxes[*id as usize].0);
-        let aabb = range.iter().skip(1).fold(boxes[range[0] as usize].0, union);
-        if range.len() == 1 {
-            nodes[slot] = Bvh2Node::new(aabb, 1, from as u32);
-            continue;
-        }
-        let size = aabb.max - aabb.min;
-        let axis = if size.x > size.y.max(size.z) { 0 } else { 1 + usize::from(size.z > size.y) };
-        let center = |id: u32| boxes[id as usize].0.min[axis] + boxes[id as usize].0.max[axis];
-        let middle = range.len() / 2;
-        range.select_nth_unstable_by(middle, |&a, &b| center(a).total_cmp(&center(b)).then(a.cmp(&b)));
-        let first = nodes.len();
-        nodes.extend([Bvh2Node::default(); 2]);
-        nodes[slot] = Bvh2Node::new(aabb, 0, first as u32);
-        todo.extend([(first, from, from + middle), (first + 1, from + middle, to)]);
-    }
-    Bvh2 { nodes, primitive_indices: ids, ..Bvh2::default() }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn coincident_boxes_are_counted() {
-        let at = |x: f32| bounded((Vec3::splat(x), Vec3::splat(x + 1.0)));
-        assert_eq!(most_coincident(&[]), 0);
-        let boxes = [2.0, 1.0, 2.0, 3.0, 2.0, 1.0].map(at);
-        assert_eq!(most_coincident(&boxes), 3);
-        // A box that differs by one ulp is another box: then PLOC has a nearest one.
-        assert_eq!(most_coincident(&[at(1.0), at(1.0f32.next_up())]), 1);
-    }
+fn corners(t: &[Vec3; 3]) -> (Vec3, Vec3) {
+    (t[0].min(t[1]).min(t[2]), t[0].max(t[1]).max(t[2]))
 }

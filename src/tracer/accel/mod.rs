@@ -1,16 +1,23 @@
 //! The two questions a tracer asks of geometry: what is hit first, and is anything in between.
 //!
-//! Built by obvhs as a binary tree, collapsed to four children per node (`collapse`), walked here (`traverse`):
-//! obvhs's own walk drops hits nearer than 1e-4 and its triangle test is not watertight. Triangles and
-//! parallelograms stand in blocks of four (`block`); spheres and disks are leaves of their own.
+//! `build` goes through these steps: a binary tree with the surface area heuristic, improved by obvhs (`binary`); which of its nodes
+//! become nodes of eight children or leaves (`plan`); the lines of memory (`collapse`, `layout`). `kernels` walks them: one
+//! body, compiled for each kind of processor, chosen once (`dispatch`). obvhs's own walk drops hits nearer than 1e-4 and its triangle
+//! test is not watertight. Triangles and parallelograms stand in blocks of eight; spheres, disks and instances are leaves of
+//! their own. An instance shows a group, which is a tree of its own among the same lines.
 //!
 //! Primitive ids: `0 .. triangles` are triangles, then disks, then spheres, each in the caller's order.
+//!
+//! Of hits at the same distance the one with the lowest id is reported: no answer depends on the order of the walk.
 
-mod block;
+mod binary;
 mod build;
 mod collapse;
 mod dispatch;
-mod traverse;
+mod kernels;
+mod layout;
+mod plan;
+mod tree;
 
 use std::ops::Range;
 
@@ -18,8 +25,8 @@ use glam::{DAffine3, Vec3};
 
 use crate::tracer::shape::{Disk, Sphere};
 
-use block::{QuadBlock, TriBlock};
-use collapse::WideNode;
+use kernels::Walks;
+use tree::Tree;
 
 pub use dispatch::Kernel;
 
@@ -105,18 +112,7 @@ pub struct Instance {
 /// Geometry prepared for the two questions.
 #[derive(Debug, Default)]
 pub struct Accel {
-    nodes: Vec<WideNode>,
-    blocks: Vec<TriBlock>,
-    quads: Vec<QuadBlock>,
-    disks: Vec<Disk>,
-    spheres: Vec<Sphere>,
-    triangle_count: u32,
-    /// The whole scene.
-    bounds: (Vec3, Vec3),
-    /// What the walk starts with: a node or a leaf.
-    root: u32,
-    /// Most entries the walk can have on its stack.
-    stack: usize,
+    tree: Tree,
     kernel: Kernel,
 }
 
@@ -138,14 +134,14 @@ impl Accel {
         (triangles, quads): (&[[Vec3; 3]], &[u32]),
         disks: Vec<Disk>,
         spheres: Vec<Sphere>,
-        (_groups, _instances): (&[Group], &[Instance]),
+        (groups, instances): (&[Group], &[Instance]),
     ) -> Self {
-        build::build((triangles, quads), disks, spheres)
+        build::build(build::Shapes { triangles, quads, disks, spheres }, groups, instances)
     }
 
-    /// Bytes of nodes and primitives, as walked.
+    /// Bytes of nodes, polygons and instances, as walked.
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.nodes[..]) + size_of_val(&self.blocks[..]) + size_of_val(&self.quads[..])
+        size_of_val(self.tree.arena.lines()) + size_of_val(&self.tree.instances[..])
     }
 
     /// How rays are walked.
@@ -158,35 +154,28 @@ impl Accel {
     pub fn set_kernel(&mut self, kernel: Kernel) -> bool {
         let able = kernel.is_available();
         if able {
-            self.kernel = kernel;
+            (self.kernel, self.tree.walks) = (kernel, Walks::of(kernel));
         }
         able
     }
 
     /// Corners of the box around everything; both zero for an empty scene.
     pub fn bounds(&self) -> (Vec3, Vec3) {
-        self.bounds
+        let (lo, hi) = self.tree.world.bounds;
+        (lo.into(), hi.into())
     }
 
-    /// The nearest hit with `0 < t < ray.t_max`, or `None`.
-    #[inline(always)]
+    /// The nearest hit with `0 < t < ray.t_max`, or `None`; of several at the same distance the one with the lowest id (then the
+    /// lowest instance). A ray that is not finite hits nothing. The length of the direction should be near one: components below 1e-18
+    /// count as zero.
+    #[inline]
     pub fn closest(&self, ray: &Ray) -> Option<Hit> {
-        match self.stack {
-            0 => None,
-            1..=16 => traverse::closest::<16>(self, ray),
-            17..=64 => traverse::closest::<64>(self, ray),
-            _ => traverse::closest::<256>(self, ray),
-        }
+        self.tree.closest(ray)
     }
 
     /// True when anything but the primitives of `skip` is hit with `0 < t < ray.t_max`.
     #[inline]
     pub fn occluded(&self, ray: &Ray, skip: PrimRange) -> bool {
-        match self.stack {
-            0 => false,
-            1..=16 => traverse::occluded::<16>(self, ray, skip),
-            17..=64 => traverse::occluded::<64>(self, ray, skip),
-            _ => traverse::occluded::<256>(self, ray, skip),
-        }
+        self.tree.occluded(ray, skip)
     }
 }

@@ -1,0 +1,167 @@
+//! Which nodes of the binary tree survive as children of wide nodes, and which become leaves.
+//!
+//! Found bottom up by dynamic programming over the surface area heuristic (Ylitie, Karras and Laine, *Efficient Incoherent
+//! Ray Traversal on GPUs Through Compressed Wide BVHs*, 2017, §3.1), several subtrees at a time.
+
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+
+use obvhs::bvh2::Bvh2;
+
+use super::kernels::MAX_DEPTH;
+use super::layout::WIDTH;
+
+/// Price of eight box tests; the unit.
+const NODE_COST: f32 = 1.0;
+/// Price of a block of eight polygons.
+static BLOCK_COST_: std::sync::LazyLock<f32> = std::sync::LazyLock::new(|| std::env::var("BC").map_or(0.7, |x| x.parse().unwrap()));
+/// Price of a disk or sphere.
+const ANALYTIC_COST: f32 = 0.7;
+/// Price of the beginning of another walk.
+const INSTANCE_COST: f32 = 4.0;
+/// Levels whose two sides are planned at once.
+const SHARED_LEVELS: usize = 12;
+
+/// A primitive as the tree sees it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Item {
+    /// A triangle, by id.
+    Triangle(u32),
+    /// A parallelogram, by the id of its first triangle.
+    Quad(u32),
+    /// A disk or sphere, by id.
+    Analytic(u32),
+    /// An instance, by index.
+    Instance(u32),
+}
+
+/// The tree is deeper than a walk can go.
+#[derive(Debug)]
+pub(super) struct TooDeep;
+
+/// What was decided of every node of a binary tree.
+pub(super) struct Plan {
+    /// Three bits for each number of children from 2 on: how many go to the left side; then four bits for each from
+    /// 1 on: how many are used where so many may be; then a bit: it is a leaf.
+    choices: Vec<AtomicU64>,
+}
+
+const USED: usize = 24;
+const LEAF: u64 = 1 << 60;
+
+/// What a node costs by the number of children it may become, from one on.
+#[derive(Clone, Copy)]
+struct Costs {
+    cost: [f32; WIDTH],
+    /// Triangles and parallelograms below; many when there is anything else.
+    triangles: u32,
+    quads: u32,
+}
+
+/// More than a block can hold.
+const MANY: u32 = 1 << 20;
+
+/// Plans `bvh`, one of `items` per leaf.
+pub(super) fn plan(bvh: &Bvh2, items: &[Item]) -> Result<Plan, TooDeep> {
+    let n = bvh.nodes.len();
+    let plan = Plan { choices: (0..n).map(|_| AtomicU64::new(0)).collect() };
+    plan.visit(bvh, items, 0, 0)?;
+    Ok(plan)
+}
+
+impl Plan {
+    /// True when the node becomes a leaf.
+    pub(super) fn is_leaf(&self, node: usize) -> bool {
+        self.choices[node].load(Relaxed) & LEAF != 0
+    }
+
+    /// The children of the wide node that `node` becomes.
+    pub(super) fn members(&self, bvh: &Bvh2, node: usize) -> ([usize; WIDTH], usize) {
+        let (mut members, mut count) = ([0; WIDTH], 0);
+        let (mut todo, mut left) = ([(0, 0); WIDTH], 1);
+        todo[0] = (node, WIDTH as u64);
+        while left > 0 {
+            left -= 1;
+            let (n, used) = todo[left];
+            if used == 1 {
+                members[count] = n;
+                count += 1;
+                continue;
+            }
+            let given = self.choices[n].load(Relaxed) >> (3 * used) & 7;
+            let first = bvh.nodes[n].first_index as usize;
+            for (n, may) in [(first + 1, used - given), (first, given)] {
+                let used = self.choices[n].load(Relaxed) >> (USED as u64 + 4 * may) & 15;
+                todo[left] = (n, used.max(1));
+                left += 1;
+            }
+        }
+        (members, count)
+    }
+
+    fn visit(&self, bvh: &Bvh2, items: &[Item], n: usize, level: usize) -> Result<Costs, TooDeep> {
+        let node = &bvh.nodes[n];
+        if node.is_leaf() {
+            let item = items[bvh.primitive_indices[node.first_index as usize] as usize];
+            return Ok(self.leaf(n, node.aabb().half_area(), item));
+        }
+        if level >= MAX_DEPTH {
+            return Err(TooDeep);
+        }
+        let first = node.first_index as usize;
+        let visit = |n| self.visit(bvh, items, n, level + 1);
+        let (left, right) = if level < SHARED_LEVELS {
+            rayon::join(|| visit(first), || visit(first + 1))
+        } else {
+            (visit(first), visit(first + 1))
+        };
+        Ok(self.inner(n, node.aabb().half_area(), (&left?, &right?)))
+    }
+
+    fn leaf(&self, n: usize, area: f32, item: Item) -> Costs {
+        let (cost, triangles, quads) = match item {
+            Item::Triangle(_) => (*BLOCK_COST_, 1, 0),
+            Item::Quad(_) => (*BLOCK_COST_, 0, 1),
+            Item::Analytic(_) => (ANALYTIC_COST, MANY, MANY),
+            Item::Instance(_) => (INSTANCE_COST, MANY, MANY),
+        };
+        let used = (1..=WIDTH).fold(0, |bits, i| bits | 1 << (USED + 4 * i));
+        self.choices[n].store(used | LEAF, Relaxed);
+        Costs { cost: [area * cost; WIDTH], triangles, quads }
+    }
+
+    fn inner(&self, n: usize, area: f32, (left, right): (&Costs, &Costs)) -> Costs {
+        let triangles = (left.triangles + right.triangles).min(MANY);
+        let quads = (left.quads + right.quads).min(MANY);
+        let mut choices = 0;
+        let mut cost = [f32::INFINITY; WIDTH];
+        for j in 2..=WIDTH {
+            let mut given = 1;
+            for k in 1..j {
+                let apart = left.cost[k - 1] + right.cost[j - k - 1];
+                if apart < cost[j - 1] {
+                    (cost[j - 1], given) = (apart, k);
+                }
+            }
+            choices |= (given as u64) << (3 * j);
+        }
+        let inner = area * NODE_COST + cost[WIDTH - 1];
+        let fits = triangles.min(quads) == 0 && triangles.max(quads) <= WIDTH as u32;
+        let block = if fits { area * *BLOCK_COST_ } else { f32::INFINITY };
+        if fits && block <= inner {
+            choices |= LEAF;
+        }
+        cost[0] = block.min(inner);
+        choices |= 1 << (USED + 4);
+        let mut used = 1;
+        for i in 1..WIDTH {
+            if cost[i] < cost[i - 1] {
+                used = i as u64 + 1;
+            } else {
+                cost[i] = cost[i - 1];
+            }
+            choices |= used << (USED + 4 * (i + 1));
+        }
+        self.choices[n].store(choices, Relaxed);
+        Costs { cost, triangles, quads }
+    }
+}

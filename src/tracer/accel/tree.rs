@@ -1,0 +1,128 @@
+//! The finished tree, and what a walk meets in it that is neither a node nor a block.
+
+use glam::{DAffine3, Vec3, Vec3A};
+
+use crate::tracer::shape::{Disk, Sphere};
+
+use super::kernels::Walks;
+use super::layout::{Arena, Child};
+use super::{Hit, PrimRange, Ray};
+
+/// The world, or a group.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Part {
+    /// What a walk begins with.
+    pub(super) root: Child,
+    /// Corners of the box around everything; both zero when there is nothing.
+    pub(super) bounds: (Vec3A, Vec3A),
+}
+
+impl Default for Part {
+    fn default() -> Self {
+        Self { root: Child::END, bounds: (Vec3A::ZERO, Vec3A::ZERO) }
+    }
+}
+
+/// A group at its place.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Placed {
+    pub(super) group: u32,
+    /// World space to the group's.
+    pub(super) to_group: DAffine3,
+}
+
+impl Placed {
+    /// `ray` as the group sees it; distances stay.
+    fn seen(&self, ray: &Ray) -> Ray {
+        Ray {
+            origin: self.to_group.transform_point3(ray.origin.as_dvec3()).as_vec3(),
+            direction: self.to_group.transform_vector3(ray.direction.as_dvec3()).as_vec3(),
+            t_max: ray.t_max,
+        }
+    }
+}
+
+/// Everything that is walked.
+#[derive(Debug, Default)]
+pub(super) struct Tree {
+    pub(super) arena: Arena,
+    pub(super) world: Part,
+    pub(super) groups: Vec<Part>,
+    pub(super) instances: Vec<Placed>,
+    pub(super) disks: Vec<Disk>,
+    pub(super) spheres: Vec<Sphere>,
+    /// The first id of a disk.
+    pub(super) first_disk: u32,
+    pub(super) walks: Walks,
+}
+
+impl Tree {
+    /// The nearest hit with `0 < t < ray.t_max`. A ray that is not finite hits nothing.
+    #[inline]
+    pub(super) fn closest(&self, ray: &Ray) -> Option<Hit> {
+        if !is_sound(ray) {
+            return None;
+        }
+        // Nothing comes before it at the same distance.
+        let mut best = Hit { t: ray.t_max, prim: 0, uv: [0.0; 2], instance: 0 };
+        // SAFETY: `Accel` sets walks that the processor can run.
+        unsafe { (self.walks.closest)((self, &self.world), ray, Hit::DIRECT, &mut best) };
+        (best.t < ray.t_max).then_some(best)
+    }
+
+    /// True when anything but `skip` is hit with `0 < t < ray.t_max`.
+    #[inline]
+    pub(super) fn occluded(&self, ray: &Ray, skip: PrimRange) -> bool {
+        // SAFETY: `Accel` sets walks that the processor can run.
+        is_sound(ray) && unsafe { (self.walks.occluded)((self, &self.world), ray, skip) }
+    }
+
+    /// Where the ray meets the disk or sphere `prim`, if that is before `t_max`.
+    #[inline(never)]
+    pub(super) fn analytic(&self, prim: u32, ray: &Ray, t_max: f32) -> Option<f32> {
+        let i = (prim - self.first_disk) as usize;
+        match self.disks.get(i) {
+            Some(disk) => disk.intersect(ray, t_max),
+            None => self.spheres.get(i - self.disks.len())?.intersect(ray, t_max),
+        }
+    }
+
+    /// What is hit in an instance before `best`.
+    #[inline(never)]
+    pub(super) fn closest_in(&self, index: u32, ray: &Ray, best: &mut Hit) {
+        let placed = &self.instances[index as usize];
+        let seen = placed.seen(ray);
+        if is_sound(&seen) {
+            let part = &self.groups[placed.group as usize];
+            // SAFETY: `Accel` sets walks that the processor can run.
+            unsafe { (self.walks.closest)((self, part), &seen, index, best) };
+        }
+    }
+
+    /// True when anything of an instance is hit.
+    #[inline(never)]
+    pub(super) fn occluded_in(&self, index: u32, ray: &Ray, skip: PrimRange) -> bool {
+        let placed = &self.instances[index as usize];
+        let seen = placed.seen(ray);
+        let part = &self.groups[placed.group as usize];
+        // SAFETY: `Accel` sets walks that the processor can run.
+        is_sound(&seen) && unsafe { (self.walks.occluded)((self, part), &seen, skip) }
+    }
+}
+
+/// True for a ray that a walk can follow.
+#[inline(always)]
+fn is_sound(ray: &Ray) -> bool {
+    ray.origin.is_finite() && ray.direction.is_finite() && ray.t_max > 0.0 && ray.direction != Vec3::ZERO
+}
+
+impl Hit {
+    /// Takes `other` if it is nearer; of two at the same distance the lower id (then instance) wins.
+    #[inline(always)]
+    pub(super) fn improve(&mut self, other: Hit) {
+        let ties = other.t == self.t && (other.prim, other.instance) < (self.prim, self.instance);
+        if other.t < self.t || ties {
+            *self = other;
+        }
+    }
+}
