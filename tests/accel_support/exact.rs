@@ -18,7 +18,8 @@ const U: f64 = 1.0 / (1 << 24) as f64;
 #[derive(Clone, Copy, Debug)]
 pub enum Verdict {
     Miss,
-    /// The line passes an edge, or the ray begins or ends at the surface, within the bound; or the polygon is seen edge-on.
+    /// The line passes an edge, or the ray begins or ends at the surface, within the bound; the polygon is seen edge-on; or
+    /// numbers underflow.
     Unsure,
     Hit {
         t: f64,
@@ -69,10 +70,14 @@ pub fn polygon(corners: &[DVec3], ray: &Ray, slack: f64) -> Verdict {
     if left.max(right) < n || area < 2.0 * sum {
         return Verdict::Unsure;
     }
+    // A distance is made of products of three coordinates: below 1e-12 they underflow.
+    let (low, high) = sheared.iter().fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v.z), h.max(v.z)));
+    if area * low.abs().max(high.abs()) < 1e-36 {
+        return Verdict::Unsure;
+    }
     // The distance to the plane, in a formula that has no edge functions.
     let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
     let t = (corners[0] - o).dot(normal) / d.dot(normal);
-    let (low, high) = sheared.iter().fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v.z), h.max(v.z)));
     // Weights are edge functions over their sum; a parallelogram's two coordinates are each off by four times that.
     let uv_off = if n == 3 { 1.0 } else { 8.0 } * sum / (area - sum) + 8.0 * U;
     let off = (uv_off * (high - low) + 12.0 * U * low.abs().max(high.abs())) / d[z].abs();
