@@ -47,11 +47,14 @@ fn shapes() -> impl Strategy<Value = Vec<Shape>> + Clone {
             [(a, 0), (a + x, 1)].into_iter().flat_map(|(at, i)| rectangle(at, x, y, quad[i])).collect()
         },
     );
-    let needle = (vertex(), vertex(), vertex(), -20..-2i32)
-        .prop_map(|(a, along, across, power)| vec![(false, [a, along, along * 0.7 + across * 2f32.powi(power)])]);
+    let needle = (vertex(), vertex(), vertex(), -20..-2i32).prop_map(|(a, along, across, power)| {
+        vec![(false, [a, along, along * 0.7 + across * 2f32.powi(power)])]
+    });
     // Four around a point.
     let fan = vertex().prop_map(|p| {
-        let corner = |i: i32| Vec3::new([1.0, 0.0, -1.0, 0.0][i as usize % 4], [0.0, 1.0, 0.0, -1.0][i as usize % 4], 1.0);
+        let corner = |i: i32| {
+            Vec3::new([1.0, 0.0, -1.0, 0.0][i as usize % 4], [0.0, 1.0, 0.0, -1.0][i as usize % 4], 1.0)
+        };
         (0..4).map(|i| (false, [p, corner(i), corner(i + 1)])).collect()
     });
     prop_oneof![3 => anywhere, 2 => flat, 2 => pair, 2 => needle, 1 => fan]
@@ -84,11 +87,16 @@ fn aims() -> impl Strategy<Value = Aim> + Clone {
     let half = vertex().prop_map(|v| v * 0.5);
     let far = vertex().prop_map(|v| v * 3.0 + Vec3::Z * 0.25);
     let place = || proptest::option::weighted(0.6, (0..1000usize, weights()));
-    let origin = (prop_oneof![half, far, vertex()], proptest::option::weighted(0.2, (0..1000usize, weights())));
+    let origin =
+        (prop_oneof![half, far, vertex()], proptest::option::weighted(0.2, (0..1000usize, weights())));
     let zero = any::<[u8; 3]>().prop_map(|b| b.map(|b| b < 50));
     let t_max = prop_oneof![4 => Just(f32::INFINITY), 1 => Just(1.0), 1 => Just(0.5), 1 => 0f32..3.0];
-    (origin, (vertex(), place()), zero, t_max)
-        .prop_map(|(origin, target, zero, t_max)| Aim { origin, target, zero, t_max })
+    (origin, (vertex(), place()), zero, t_max).prop_map(|(origin, target, zero, t_max)| Aim {
+        origin,
+        target,
+        zero,
+        t_max,
+    })
 }
 
 /// A scene and rays, with what is done to both: copies, a scale and a shift.
@@ -105,7 +113,12 @@ fn cases() -> impl Strategy<Value = Case> {
     let scale = prop_oneof![4 => Just(0), 1 => Just(-18), 1 => Just(16)];
     let shift = prop_oneof![4 => Just(0.0f32), 1 => Just(256.0), 1 => Just(-3.0)];
     let again = proptest::collection::vec((0..1000usize, any::<bool>()), 0..6);
-    (proptest::collection::vec(shapes(), 1..14), again, proptest::collection::vec(aims(), 1..64), (scale, shift))
+    (
+        proptest::collection::vec(shapes(), 1..14),
+        again,
+        proptest::collection::vec(aims(), 1..64),
+        (scale, shift),
+    )
         .prop_map(|(shapes, again, aims, place)| Case { shapes, again, aims, place })
 }
 
@@ -159,9 +172,8 @@ fn check_all(accel: &mut Accel, singles: &Singles, rays: &[Ray]) -> (Vec<Answer>
     let answers = ask(accel, &asked);
     let ties = answers.iter().zip(&asked).filter(|(a, q)| check_singles(singles, **q, **a) > 1).count();
     let hits = answers.iter().zip(rays).filter_map(|(a, &ray)| Some((ray, a.0?.prim)));
-    let skipped: Vec<_> = hits
-        .flat_map(|(ray, id)| [id, 0].map(|first| (ray, PrimRange { first, end: id + 1 })))
-        .collect();
+    let skipped: Vec<_> =
+        hits.flat_map(|(ray, id)| [id, 0].map(|first| (ray, PrimRange { first, end: id + 1 }))).collect();
     for (answer, question) in ask(accel, &skipped).into_iter().zip(skipped) {
         check_singles(singles, question, answer);
     }
@@ -249,7 +261,8 @@ fn grids_are_brute_force() {
             v
         };
         for i in 0..24 * 24 {
-            let at = side(1, (i % 24 - 12) as f32) + side(2, (i / 24 - 12) as f32) + side(0, (i % layers) as f32);
+            let at =
+                side(1, (i % 24 - 12) as f32) + side(2, (i / 24 - 12) as f32) + side(0, (i % layers) as f32);
             if (i * 7 + i / 24) % 3 == 0 {
                 all.quad(at, side(1, 1.0), side(2, 1.0));
             }
@@ -266,7 +279,11 @@ fn grids_are_brute_force() {
                     origin[axis] = 0.0;
                 }
                 let target = side(1, grid(12.0)) + side(2, grid(12.0)) + side(0, grid(3.0));
-                Ray { origin, direction: target - origin, t_max: if i % 3 == 0 { 1.5 } else { f32::INFINITY } }
+                Ray {
+                    origin,
+                    direction: target - origin,
+                    t_max: if i % 3 == 0 { 1.5 } else { f32::INFINITY },
+                }
             })
             .collect();
         let (answers, tied) = check_all(&mut all.accel(), &all.singles(), &rays);

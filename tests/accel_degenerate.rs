@@ -3,6 +3,8 @@
 
 mod accel_support;
 
+use std::collections::HashSet;
+
 use glam::{DVec3, Vec3};
 
 use accel_support::{Primitives, Random, Tally, Verdict, ask, ask_one, bits, check, polygon, rounding};
@@ -32,7 +34,11 @@ fn a_few_primitives_are_all_found() {
             let mut all = Primitives::default();
             for i in 0..n {
                 let z = Vec3::Z * ((i * 23) % n) as f32;
-                if quads { all.quad(FACE[0] + z, Vec3::X * 2.0, Vec3::Y * 2.0) } else { all.triangle(FACE.map(|p| p + z)) }
+                if quads {
+                    all.quad(FACE[0] + z, Vec3::X * 2.0, Vec3::Y * 2.0)
+                } else {
+                    all.triangle(FACE.map(|p| p + z))
+                }
             }
             let mut accel = all.accel();
             let mut ray = AHEAD;
@@ -61,7 +67,7 @@ fn identical_primitives_are_one_deep_and_the_first_is_hit() {
         let n = n as u32;
         let skips = [(0, n), (0, n - 1), (1, n), (n / 2, n)].map(|(first, end)| PrimRange { first, end });
         let occluded = ask(&mut accel, &skips.map(|skip| (AHEAD, skip))).into_iter().map(|a| a.1);
-        assert_eq!(occluded.collect::<Vec<_>>(), [false, true, n > 0 && 1 < n || n == 1, n > 1], "of {n}");
+        assert_eq!(occluded.collect::<Vec<_>>(), [false, true, true, n > 1], "of {n}");
     }
     // Of every kind, all at the same distance.
     let mut all = Primitives::of(&vec![FACE; 300]);
@@ -103,7 +109,8 @@ fn scenes_over_forty_decades_are_walked_to_the_bottom() {
     for steps in [3, 24, 100] {
         let ratio = 10f64.powf(1.0 / f64::from(steps));
         let sizes: Vec<f64> = (-30 * steps..12 * steps).map(|i| ratio.powi(i) * 0.3).collect();
-        let nested: Vec<[Vec3; 3]> = sizes.iter().map(|&s| FACE.map(|p| (p.as_dvec3() * s).as_vec3())).collect();
+        let nested: Vec<[Vec3; 3]> =
+            sizes.iter().map(|&s| FACE.map(|p| (p.as_dvec3() * s).as_vec3())).collect();
         let all = Primitives::of(&nested);
         let (mut accel, singles, polygons) = (all.accel(), all.singles(), all.polygons());
         let random = &mut Random(3);
@@ -134,7 +141,10 @@ fn scenes_over_forty_decades_are_walked_to_the_bottom() {
 fn points_on_a_line_hide_nothing() {
     for direction in [Vec3::X, Vec3::Z, Vec3::new(1.0, -2.0, 0.5)] {
         let points: Vec<[Vec3; 3]> = (0..2000).map(|i| [direction * (i as f32 - 1000.0); 3]).collect();
-        assert_eq!(ask_one(&mut Primitives::of(&points).accel(), Ray::new(-direction * 2e3, direction)), (None, false));
+        assert_eq!(
+            ask_one(&mut Primitives::of(&points).accel(), Ray::new(-direction * 2e3, direction)),
+            (None, false)
+        );
         let mut all = Primitives::of(&points);
         all.triangles.insert(700, FACE);
         assert_eq!(ask_one(&mut all.accel(), AHEAD).0.map(|h| (h.t, h.prim)), Some((2.0, 700)));
@@ -162,7 +172,7 @@ fn coordinates_up_to_1e12_are_right() {
     let far = 1e12;
     all.triangle([Vec3::new(-far, -far, far), Vec3::new(far, -far, far), Vec3::new(0.0, far, far)]);
     let (mut accel, singles, polygons) = (all.accel(), all.singles(), all.polygons());
-    let mut tally = Tally::default();
+    let (mut tally, mut prims) = (Tally::default(), HashSet::new());
     for i in 0..3000 {
         let origin = (random.direction() * 10f64.powf(random.next() * 14.0 - 2.0)).as_vec3();
         let target = (random.direction() * 10f64.powf(random.next() * 13.0 - 1.0)).as_vec3();
@@ -171,9 +181,56 @@ fn coordinates_up_to_1e12_are_right() {
         let answer = ask_one(&mut accel, ray);
         assert_eq!(bits(answer.0), bits(singles.hits(&ray).first().copied()), "{ray:?}");
         check(&polygons, &ray, answer, &mut tally);
+        prims.extend(answer.0.map(|h| h.prim));
     }
-    println!("{tally:?}");
-    assert!(tally.hits > 500 && tally.misses > 200 && tally.unsure < 300, "the case is too easy: {tally:?}");
+    println!("{tally:?}, {} primitives", prims.len());
+    assert!(tally.hits > 2000 && tally.unsure < 100, "the case is too easy: {tally:?}");
+    assert!(prims.len() > 60, "only {} primitives are seen", prims.len());
+}
+
+/// A triangle so small and far that its edge functions round to zero is not hit by rays that pass far beside it: alone, as
+/// one of a few in a leaf, and behind a large one. (Zero counts as inside, for the sake of shared edges.)
+#[test]
+fn small_triangles_are_not_hit_from_beside() {
+    let random = &mut Random(43);
+    let (mut naive, mut tally) = (0, Tally::default());
+    for i in 0..3000 {
+        let place = random.direction();
+        let mut corner = || (place + random.direction() * 1e-7).as_vec3();
+        let mut all = Primitives::default();
+        if i % 2 == 0 {
+            all.triangle([corner(), corner(), corner()])
+        } else {
+            all.quad(corner(), corner() - corner(), corner() - corner())
+        }
+        if i % 3 == 0 {
+            all.triangle(FACE.map(|p| p * 5.0 - Vec3::Z * 15.0));
+        }
+        let (mut accel, polygons) = (all.accel(), all.polygons());
+        for _ in 0..100 {
+            let ray = Ray::new((random.direction() * 3.0).as_vec3(), random.direction().as_vec3());
+            naive += u32::from(!polygons.is_empty() && zero_edges(&polygons[0].1, &ray));
+            check(&polygons, &ray, ask_one(&mut accel, ray), &mut tally);
+        }
+    }
+    println!("{naive} rays beside with all signs right or zero, {tally:?}");
+    assert!(naive > 100 && tally.misses > 100_000, "the case is too easy: {naive}, {tally:?}");
+}
+
+/// The naive rule: inside when no two edge functions, rounded, have different signs and one is not zero.
+fn zero_edges(corners: &[Vec3], ray: &Ray) -> bool {
+    let sheared: Vec<_> = corners
+        .iter()
+        .map(|&c| {
+            let v = c - ray.origin;
+            let slope = ray.direction / ray.direction.z;
+            (v.x - slope.x * v.z, v.y - slope.y * v.z)
+        })
+        .collect();
+    let edges = (0..sheared.len()).map(|i| (sheared[i], sheared[(i + 1) % sheared.len()]));
+    let signs: Vec<f32> = edges.map(|(a, b)| b.0 * a.1 - b.1 * a.0).collect();
+    let (low, high) = signs.iter().fold((0f32, 0f32), |(l, h), &s| (l.min(s), h.max(s)));
+    (low == 0.0) != (high == 0.0)
 }
 
 /// Triangles, parallelograms, disks and spheres around 0, seen along every axis.
@@ -210,7 +267,10 @@ fn strange_rays_are_answered_rightly_or_miss() {
             0 => ray.direction = Vec3::new(pick(), pick(), pick()),
             1 => ray.origin = Vec3::new(pick(), pick(), pick()),
             2 => ray.direction[i / 4 % 3] = pick(),
-            _ => (ray.origin, ray.direction) = (Vec3::new(pick(), pick(), pick()), Vec3::new(pick(), pick(), pick())),
+            _ => {
+                (ray.origin, ray.direction) =
+                    (Vec3::new(pick(), pick(), pick()), Vec3::new(pick(), pick(), pick()))
+            }
         }
         if i % 5 == 0 {
             ray.t_max = pick();
@@ -222,7 +282,10 @@ fn strange_rays_are_answered_rightly_or_miss() {
     let (mut hits, mut strange) = (0, 0);
     for ((ray, _), (hit, occluded)) in asked.iter().zip(answers) {
         assert_eq!(hit.is_some(), occluded, "{ray:?}");
-        if !(ray.origin.is_finite() && ray.direction.is_finite()) || ray.t_max.is_nan() || ray.direction == Vec3::ZERO {
+        if !(ray.origin.is_finite() && ray.direction.is_finite())
+            || ray.t_max.is_nan()
+            || ray.direction == Vec3::ZERO
+        {
             strange += 1;
             assert_eq!(hit, None, "{ray:?}");
         }
@@ -235,7 +298,9 @@ fn strange_rays_are_answered_rightly_or_miss() {
             let slack = rounding(&corners, ray.origin.as_dvec3());
             match polygon(&corners, ray, slack) {
                 Verdict::Miss => panic!("nothing is there: {hit:?} {ray:?}"),
-                Verdict::Hit { t, off, .. } => assert!((f64::from(hit.t) - t).abs() <= off, "{t}: {hit:?} {ray:?}"),
+                Verdict::Hit { t, off, .. } => {
+                    assert!((f64::from(hit.t) - t).abs() <= off, "{t}: {hit:?} {ray:?}")
+                }
                 Verdict::Unsure => {}
             }
         }

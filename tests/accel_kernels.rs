@@ -60,7 +60,11 @@ fn questions(random: &mut Random, all: &Primitives, size: f64, count: usize) -> 
             if i % 5 == 0 {
                 direction[i % 3] = 0.0;
             }
-            let t_max = if i % 2 == 0 { f32::INFINITY } else { (random.next() * 1.5) as f32 * (target - origin).length() };
+            let t_max = if i % 2 == 0 {
+                f32::INFINITY
+            } else {
+                (random.next() * 1.5) as f32 * (target - origin).length()
+            };
             let first = (random.next() * ids as f64) as u32;
             let skip = PrimRange { first, end: first + (random.next() * 0.5 * ids as f64) as u32 };
             (Ray { origin, direction, t_max }, if i % 3 == 1 { skip } else { PrimRange::NONE })
@@ -80,10 +84,13 @@ fn kernels_agree_on_random_primitives() {
             let hits = answers.iter().filter(|a| a.0.is_some()).count();
             let occluded = answers.iter().filter(|a| a.1).count();
             let differ = answers.iter().filter(|a| a.0.is_some() != a.1).count();
-            println!("{count} of each, size {size}: {hits} hits, {occluded} occluded, {differ} only without a skip");
+            println!(
+                "{count} of each, size {size}: {hits} hits, {occluded} occluded, {differ} only without a skip"
+            );
             assert!(hits > 100 && occluded > 50 && differ > 0, "the case is too easy");
             // Without a skip the two questions agree.
-            let told = answers.iter().zip(&asked).all(|(a, q)| q.1 != PrimRange::NONE || a.0.is_some() == a.1);
+            let told =
+                answers.iter().zip(&asked).all(|(a, q)| q.1 != PrimRange::NONE || a.0.is_some() == a.1);
             assert!(told, "occluded is not closest");
         }
     }
@@ -182,9 +189,15 @@ fn powers_of_two_change_no_digit() {
             let ray = Ray::new(origin, random.direction().as_vec3());
             let hit = ask_one(&mut accel, ray).0;
             let large = Ray::new(origin * size, ray.direction);
-            assert_eq!(ask_one(&mut other, large).0.map(|h| (h.t / size, h.prim, h.uv)), hit.map(|h| (h.t, h.prim, h.uv)));
+            assert_eq!(
+                ask_one(&mut other, large).0.map(|h| (h.t / size, h.prim, h.uv)),
+                hit.map(|h| (h.t, h.prim, h.uv))
+            );
             let long = Ray::new(origin, ray.direction * size);
-            assert_eq!(ask_one(&mut accel, long).0.map(|h| (h.t * size, h.prim, h.uv)), hit.map(|h| (h.t, h.prim, h.uv)));
+            assert_eq!(
+                ask_one(&mut accel, long).0.map(|h| (h.t * size, h.prim, h.uv)),
+                hit.map(|h| (h.t, h.prim, h.uv))
+            );
         }
     }
 }

@@ -55,7 +55,12 @@ impl AddAssign for Count {
     }
 }
 
-fn count(accel: &Accel, mesh: &[[Vec3; 3]], closed: &Closed, rays: impl ParallelIterator<Item = u64>) -> Count {
+fn count(
+    accel: &Accel,
+    mesh: &[[Vec3; 3]],
+    closed: &Closed,
+    rays: impl ParallelIterator<Item = u64>,
+) -> Count {
     rays.fold(Count::default, |mut sum, index| {
         let (ray, farthest) = aimed(mesh, closed, index);
         let hit = accel.closest(&ray);
@@ -122,7 +127,8 @@ fn no_holes_between_parallelograms_and_triangles() {
 #[test]
 fn small_spheres_have_no_holes() {
     let (points, faces) = icosphere(4);
-    for (shift, size) in [(DVec3::ZERO, 1.0), (DVec3::new(1234.0, -777.0, 3000.0), 1.0), (DVec3::ZERO, 1e-6)] {
+    for (shift, size) in [(DVec3::ZERO, 1.0), (DVec3::new(1234.0, -777.0, 3000.0), 1.0), (DVec3::ZERO, 1e-6)]
+    {
         let corner = |i: usize| (points[i] * size + shift).as_vec3();
         let mesh: Vec<[Vec3; 3]> = faces.iter().map(|f| f.map(corner)).collect();
         let closed = Closed { center: shift, inside: DVec3::splat(0.6 * size), ..CLOSED[0] };
@@ -130,7 +136,12 @@ fn small_spheres_have_no_holes() {
         for kernel in kernels() {
             assert!(accel.set_kernel(kernel));
             let count = count(&accel, &mesh, &closed, (0..100_000).into_par_iter());
-            assert_eq!((count.missed, count.unoccluded, count.late), (0, 0, 0), "{}, size {size}", kernel.name());
+            assert_eq!(
+                (count.missed, count.unoccluded, count.late),
+                (0, 0, 0),
+                "{}, size {size}",
+                kernel.name()
+            );
         }
     }
 }

@@ -12,7 +12,7 @@ use glam::{DVec3, Vec3};
 use pointillist::tracer::accel::{Accel, Hit, Kernel, PrimRange, Ray};
 use pointillist::tracer::shape::{Disk, Sphere, Triangle};
 
-pub use exact::{Tally, Verdict, check, polygon, rounding};
+pub use exact::{Tally, Verdict, check, check_verdicts, polygon, rounding};
 pub use meshes::{CLOSED, Closed, icosphere, moeller_trumbore};
 pub use random::Random;
 
@@ -109,7 +109,8 @@ impl Primitives {
     pub fn singles(&self) -> Singles {
         let mut all = Vec::new();
         for (id, corners) in self.polygons() {
-            let two = [[corners[0], corners[1], corners[2]], [corners[0], corners[2], corners[corners.len() - 1]]];
+            let two =
+                [[corners[0], corners[1], corners[2]], [corners[0], corners[2], corners[corners.len() - 1]]];
             let (count, quads) = if corners.len() == 4 { (2, &[0][..]) } else { (1, &[][..]) };
             all.push((id, Accel::new(&two[..count], quads, Vec::new(), Vec::new())));
         }
