@@ -36,6 +36,35 @@ fn unusable_triangles_are_dropped_and_told() {
     assert!(sample.pdf.0 > 0.0);
 }
 
+/// A mesh of which every seventh triangle holds NaN, an infinity or a number beyond all use: the others are hit as if
+/// those were not there.
+#[test]
+fn unusable_vertices_hide_nothing() {
+    let bad = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e30, -1e13, f32::MAX];
+    let at = |i: u32| Vec3::new(i as f32, (i % 5) as f32, (i % 3) as f32);
+    let mut desc = empty();
+    let m = material(&mut desc, grey(0.5));
+    let mut mesh = Mesh::default();
+    for i in 0..700u32 {
+        let mut corners = [at(i), at(i) + Vec3::X * 0.9, at(i) + Vec3::Y * 0.9];
+        if i % 7 == 3 {
+            corners[i as usize % 3][i as usize / 3 % 3] = bad[i as usize / 7 % bad.len()];
+        }
+        let first = mesh.positions.len() as u32;
+        mesh.positions.extend(corners);
+        mesh.triangles.push([first, first + 1, first + 2]);
+    }
+    desc.meshes.push(Arc::new(mesh));
+    shape(&mut desc, ShapeKind::Mesh(MeshId(0)), DAffine3::IDENTITY, (m, 0.0));
+    let scene = prepare(&desc);
+    assert!(scene.notices().iter().any(|n| n.contains("100 primitives")), "{:?}", scene.notices());
+    for i in 0..700 {
+        let ray = Ray::new(at(i) + Vec3::new(0.2, 0.3, 4.0), -Vec3::Z);
+        let z = scene.closest(&ray).map(|h| h.point.p.z);
+        assert_eq!(z, (i % 7 != 3).then_some((i % 3) as f32), "triangle {i}");
+    }
+}
+
 /// A light sample's density is the density of meeting that point by chance, for every kind of light.
 #[test]
 fn sample_and_pdf_are_pairs() {
