@@ -17,25 +17,25 @@ pub fn bigmesh() -> Model {
     parts.extend(rocks(&mut random));
     let mut bark = Part::new("bark", [0.16, 0.11, 0.07], true);
     let mut needles = Part::new("needles", [0.06, 0.13, 0.05], false);
-    for _ in 0..120 {
-        let foot = place(&mut random, 70.0, |p, n| {
+    for _ in 0..130 {
+        let foot = place(&mut random, [0.0; 2], 75.0, |p, n| {
             let wood = fractal(p / 22.0 + vec3(7.0, 0.0, 1.0), 3) > -0.15;
-            wood && n.y > 0.72 && off_path(p.x, p.z).abs() > 5.0 && p.distance(TEMPLE) > 14.0 && far(p, 13.0)
+            wood && n.y > 0.72 && off_path(p.x, p.z).abs() > 5.0 && p.distance(TEMPLE) > 12.0 && far(p, 11.0)
         });
         let size = random.within(0.0, 1.0);
         plants::conifer([&mut bark, &mut needles], foot, 3.0 + 8.0 * size * size.sqrt(), &mut random);
     }
     let mut grass = Part::new("grass", [0.27, 0.30, 0.09], false);
-    for _ in 0..3400 {
-        let foot = place(&mut random, 38.0, |p, n| {
-            let patch = fractal(p / 5.0, 3) > 0.0;
-            patch && n.y > 0.8 && off_path(p.x, p.z).abs() > 1.5 && p.distance(TEMPLE) > 8.0 && far(p, 2.0)
+    for _ in 0..6000 {
+        let foot = place(&mut random, [EYE[0], EYE[1] - 8.0], 34.0, |p, n| {
+            let patch = fractal(p / 4.0, 3) > -0.1;
+            patch && n.y > 0.8 && off_path(p.x, p.z).abs() > 1.5 && p.distance(TEMPLE) > 8.0 && far(p, 2.5)
         });
-        let size = random.within(0.15, 0.5);
+        let size = random.within(0.12, 0.45);
         plants::tuft(&mut grass, foot, size, &mut random);
     }
     parts.extend([bark, needles, grass, ruin::ruin(TEMPLE, &mut random)]);
-    let sun = vec3(-52.0, 62.0, 44.0);
+    let sun = vec3(-62.0, 56.0, 14.0);
     let side = sun.cross(Vec3::Y).normalize();
     Model {
         name: "bigmesh",
@@ -43,12 +43,12 @@ pub fn bigmesh() -> Model {
         light: Light {
             centre: sun,
             half: [side * 9.0, side.cross(sun.normalize()) * 9.0],
-            radiance: [88.0, 71.0, 48.0],
+            radiance: [112.0, 88.0, 58.0],
         },
-        sky: [0.36, 0.52, 0.82],
+        sky: [0.44, 0.60, 0.88],
         camera: Camera {
-            origin: vec3(EYE[0], height(EYE[0], EYE[1]) + 2.6, EYE[1]),
-            target: vec3(0.0, 6.0, 0.0),
+            origin: vec3(EYE[0], height(EYE[0], EYE[1]) + 1.9, EYE[1]),
+            target: vec3(0.0, 5.6, 0.0),
             fov: 42.0,
         },
     }
@@ -59,14 +59,14 @@ fn far(p: Vec3, least: f32) -> bool {
     p.distance(vec3(EYE[0], p.y, EYE[1])) > least
 }
 
-/// A random place on the ground within `half` metres of the middle along each axis, denser there, that `fits`.
-fn place(random: &mut Random, half: f32, fits: impl Fn(Vec3, Vec3) -> bool) -> Vec3 {
+/// A random place on the ground within `half` metres of `middle` along each axis, denser there, that `fits`.
+fn place(random: &mut Random, middle: [f32; 2], half: f32, fits: impl Fn(Vec3, Vec3) -> bool) -> Vec3 {
     loop {
         let mut along = || {
             let u = random.within(-1.0, 1.0);
             half * u * (0.35 + 0.65 * u.abs())
         };
-        let (p, n) = ground(along(), along());
+        let (p, n) = ground(middle[0] + along(), middle[1] + along());
         if fits(p, n) {
             return p;
         }
@@ -83,7 +83,7 @@ fn rocks(random: &mut Random) -> [Part; 2] {
         let sphere = icosphere(level);
         for i in 0..count {
             let size = random.within(sizes[0], sizes[1]);
-            let foot = place(random, if level > 3 { 60.0 } else { 40.0 }, |p, n| {
+            let foot = place(random, [2.0, 10.0], if level > 3 { 55.0 } else { 36.0 }, |p, n| {
                 let clear = off_path(p.x, p.z).abs() > 1.5 + size && p.distance(TEMPLE) > 8.5 + size;
                 clear && n.y > 0.6 && far(p, 4.0 + 2.5 * size)
             });

@@ -9,7 +9,7 @@ use super::noise::{fractal, noise, ridges, step};
 const HALF: f32 = 90.0;
 
 /// Squares along a side.
-const SQUARES: u32 = 620;
+const SQUARES: u32 = 580;
 
 /// Middle of the levelled place the temple stands on, and its height.
 pub const TEMPLE: Vec3 = vec3(-3.5, 3.4, 2.0);
@@ -25,7 +25,9 @@ pub fn height(x: f32, z: f32) -> f32 {
     let warp = 7.0 * noise(p / 31.0 + vec3(3.3, 0.4, 8.1));
     let beside = step(9.0, 78.0, (off_path(x, z) + warp).abs());
     let behind = step(5.0, 88.0, -z + warp);
-    let hills = (0.75 * beside + 0.9 * behind).min(1.25);
+    // Lower again before the ground ends, so that no mountain is cut.
+    let edge = step(HALF - 2.0, HALF - 26.0, x.abs().max(z.abs()));
+    let hills = (0.75 * beside + 0.9 * behind).min(1.25) * edge;
     let mountains = hills * (5.0 + 21.0 * ridges(p / 46.0 + vec3(0.3, 0.7, 0.2), 9));
     let rolling = 1.3 * fractal(p / 19.0 + vec3(0.0, 2.5, 0.0), 4);
     let rough = (0.18 + 0.5 * hills) * fractal(p / 2.6, 6);
@@ -43,7 +45,7 @@ pub fn ground(x: f32, z: f32) -> (Vec3, Vec3) {
     (vec3(x, height(x, z), z), n.normalize())
 }
 
-/// Soil, grass and rock, by slope and chance: 768,800 triangles, small in the middle, large far out.
+/// Soil, grass and rock, by slope and chance: 672,800 triangles, small in the middle, large far out.
 pub fn terrain() -> [Part; 3] {
     let spread = |i: u32| {
         let u = 2.0 * i as f32 / SQUARES as f32 - 1.0;
@@ -57,8 +59,8 @@ pub fn terrain() -> [Part; 3] {
         })
         .collect();
     let mut parts = [
-        (Part::new("soil", [0.36, 0.25, 0.15], true), vec![u32::MAX; vertices.len()]),
-        (Part::new("meadow", [0.21, 0.24, 0.07], true), vec![u32::MAX; vertices.len()]),
+        (Part::new("soil", [0.34, 0.25, 0.16], true), vec![u32::MAX; vertices.len()]),
+        (Part::new("meadow", [0.19, 0.21, 0.075], true), vec![u32::MAX; vertices.len()]),
         (Part::new("cliff", [0.33, 0.29, 0.25], true), vec![u32::MAX; vertices.len()]),
     ];
     for square in 0..SQUARES * SQUARES {
