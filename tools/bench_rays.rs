@@ -155,7 +155,7 @@ fn measure(model: &Model, device: Option<&Arc<Device>>, choice: &Choice) {
     }
     let effort = match choice.says("quick") {
         true => Effort { rounds: (3, 3), part: 8, seconds: 2.0 },
-        false => Effort { rounds: (9, 4), part: 2, seconds: 9.0 },
+        false => Effort { rounds: (12, 4), part: 4, seconds: 9.0 },
     };
     for threads in [1, 2].into_iter().filter(|t| choice.has(&t.to_string())) {
         println!(

@@ -74,20 +74,20 @@ pub fn contest(
 ) -> Vec<Vec<f64>> {
     let mut found = vec![0.0; CHUNK];
     let start = Instant::now();
-    let mut rounds = Vec::new();
+    let (mut rounds, mut turns) = (Vec::new(), 0);
     while rounds.len() < effort.rounds.0
         && (rounds.len() < effort.rounds.1 || start.elapsed().as_secs_f64() < effort.seconds)
     {
         let mut seconds = vec![0.0; contestants.len()];
         let mut count = 0;
-        for (n, chunk) in rays.chunks(CHUNK).enumerate().skip(rounds.len() % effort.part).step_by(effort.part)
-        {
+        for chunk in rays.chunks(CHUNK).skip(rounds.len() % effort.part).step_by(effort.part) {
             count += chunk.len();
             // Another one begins each time: the first finds the rays out of the cache.
             for turn in 0..contestants.len() {
-                let who = (n + rounds.len() + turn) % contestants.len();
+                let who = (turns + turn) % contestants.len();
                 seconds[who] += ask(&*contestants[who], question, chunk, &mut found[..chunk.len()], threads);
             }
+            turns += 1;
         }
         rounds.push(seconds.into_iter().map(|s| s / count as f64).collect());
     }

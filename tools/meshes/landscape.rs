@@ -20,7 +20,7 @@ pub fn bigmesh() -> Model {
     for _ in 0..130 {
         let foot = place(&mut random, [0.0; 2], 75.0, |p, n| {
             let wood = fractal(p / 22.0 + vec3(7.0, 0.0, 1.0), 3) > -0.15;
-            wood && n.y > 0.72 && off_path(p.x, p.z).abs() > 5.0 && p.distance(TEMPLE) > 12.0 && far(p, 11.0)
+            wood && n.y > 0.72 && off_path(p.x, p.z).abs() > 4.0 && p.distance(TEMPLE) > 12.0 && clear(p, 5.0)
         });
         let size = random.within(0.0, 1.0);
         plants::conifer([&mut bark, &mut needles], foot, 3.0 + 8.0 * size * size.sqrt(), &mut random);
@@ -35,7 +35,7 @@ pub fn bigmesh() -> Model {
         plants::tuft(&mut grass, foot, size, &mut random);
     }
     parts.extend([bark, needles, grass, ruin::ruin(TEMPLE, &mut random)]);
-    let sun = vec3(-62.0, 56.0, 14.0);
+    let sun = vec3(-56.0, 60.0, 26.0);
     let side = sun.cross(Vec3::Y).normalize();
     Model {
         name: "bigmesh",
@@ -43,9 +43,9 @@ pub fn bigmesh() -> Model {
         light: Light {
             centre: sun,
             half: [side * 9.0, side.cross(sun.normalize()) * 9.0],
-            radiance: [112.0, 88.0, 58.0],
+            radiance: [150.0, 116.0, 74.0],
         },
-        sky: [0.44, 0.60, 0.88],
+        sky: [0.40, 0.56, 0.86],
         camera: Camera {
             origin: vec3(EYE[0], height(EYE[0], EYE[1]) + 1.9, EYE[1]),
             target: vec3(0.0, 5.6, 0.0),
@@ -57,6 +57,14 @@ pub fn bigmesh() -> Model {
 /// True when `p` is `least` metres from the camera.
 fn far(p: Vec3, least: f32) -> bool {
     p.distance(vec3(EYE[0], p.y, EYE[1])) > least
+}
+
+/// True when `p` is twice `least` metres from the camera and does not stand within `least` of what it sees of the temple.
+fn clear(p: Vec3, least: f32) -> bool {
+    let eye = vec3(EYE[0], 0.0, EYE[1]);
+    let (to, sight) = (p.with_y(0.0) - eye, TEMPLE.with_y(0.0) - eye);
+    let along = (to.dot(sight) / sight.length_squared()).clamp(0.0, 1.0);
+    far(p, 2.0 * least) && to.distance(sight * along) > least
 }
 
 /// A random place on the ground within `half` metres of `middle` along each axis, denser there, that `fits`.

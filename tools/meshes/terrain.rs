@@ -61,7 +61,7 @@ pub fn terrain() -> [Part; 3] {
     let mut parts = [
         (Part::new("soil", [0.34, 0.25, 0.16], true), vec![u32::MAX; vertices.len()]),
         (Part::new("meadow", [0.19, 0.21, 0.075], true), vec![u32::MAX; vertices.len()]),
-        (Part::new("cliff", [0.33, 0.29, 0.25], true), vec![u32::MAX; vertices.len()]),
+        (Part::new("cliff", [0.25, 0.22, 0.20], true), vec![u32::MAX; vertices.len()]),
     ];
     for square in 0..SQUARES * SQUARES {
         let a = square / SQUARES * side + square % SQUARES;
