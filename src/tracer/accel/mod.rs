@@ -166,8 +166,8 @@ impl Accel {
     }
 
     /// The nearest hit with `0 < t < ray.t_max`, or `None`; of several at the same distance the one with the lowest id (then the
-    /// lowest instance). A ray that is not finite hits nothing. The length of the direction should be near one: components below 1e-18
-    /// count as zero.
+    /// lowest instance). A ray hits nothing that is not finite, starts beyond 1e18 or has a direction shorter than 1e-11; a component
+    /// of the direction below 1e-18 counts as zero.
     #[inline]
     pub fn closest(&self, ray: &Ray) -> Option<Hit> {
         self.tree.closest(ray)
