@@ -166,7 +166,7 @@ impl Accel {
     }
 
     /// The nearest hit with `0 < t < ray.t_max`, or `None`; of several at the same distance the one with the lowest id (then the
-    /// lowest instance). A ray hits nothing that is not finite, starts beyond 1e18 or has a direction shorter than 1e-11; a component
+    /// lowest instance). A ray hits nothing that is not finite, starts beyond 1e18 or has a direction shorter than 5e-12; a component
     /// of the direction below 1e-18 counts as zero.
     #[inline]
     pub fn closest(&self, ray: &Ray) -> Option<Hit> {

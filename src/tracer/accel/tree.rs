@@ -110,14 +110,14 @@ impl Tree {
     }
 }
 
-/// True for a ray that a walk can follow: finite, from no farther than 1e18, with a direction not shorter than 1e-11. Beyond, products
+/// True for a ray that a walk can follow: finite, from no farther than 1e18, with a direction not shorter than 5e-12. Beyond, products
 /// would overflow, or the floor under the components of directions ([`kernels`](super::kernels)) would turn the ray.
 #[inline(always)]
 fn is_sound(ray: &Ray) -> bool {
     let (from, along) = (ray.origin.abs(), ray.direction.abs());
     // Every comparison with NaN fails, but `max_element` does not see one.
     let numbers = (ray.origin + ray.direction).is_finite() && ray.t_max > 0.0;
-    numbers && from.max_element() <= 1e18 && along.max_element() >= 1e-11
+    numbers && from.max_element() <= 1e18 && along.max_element() >= 5e-12
 }
 
 impl Hit {
