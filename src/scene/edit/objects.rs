@@ -22,16 +22,16 @@ pub struct Editable {
 pub fn editable(desc: &SceneDesc, shape: u32) -> Vec<Editable> {
     let Some(described) = desc.shapes.get(shape as usize) else { return Vec::new() };
     let mut all: Vec<Editable> = of(desc, Object::Shape, shape, "");
-    let mut bsdfs: Vec<BsdfId> = Vec::new();
+    let mut bsdfs: Vec<(BsdfId, &ShapeDesc)> = Vec::new();
     for part in desc.parts(described) {
-        if !bsdfs.contains(&part.bsdf) {
-            bsdfs.push(part.bsdf);
+        if bsdfs.iter().all(|(known, _)| *known != part.bsdf) {
+            bsdfs.push((part.bsdf, part));
         }
     }
     let several = bsdfs.len() > 1;
     let mut seen = Vec::new();
-    for bsdf in bsdfs {
-        let name = if several { format!(" of {}", bsdf_name(desc, bsdf)) } else { String::new() };
+    for (bsdf, part) in bsdfs {
+        let name = if several { format!(" of {}", part_name(desc, part)) } else { String::new() };
         for (id, side) in sides(desc, bsdf) {
             // Two pairs may have a side in common.
             if !seen.contains(&id) {
@@ -54,11 +54,10 @@ fn sides(desc: &SceneDesc, bsdf: BsdfId) -> Vec<(BsdfId, &'static str)> {
     }
 }
 
-/// What the panel calls a material: its `id`, else its plugin with file and line.
-fn bsdf_name(desc: &SceneDesc, bsdf: BsdfId) -> String {
-    let i = bsdf.0 as usize;
-    let (plugin, place) = (desc.bsdfs.get(i).map_or("bsdf", BsdfDesc::plugin), desc.names.bsdfs.get(i));
-    named(desc, id_of(&desc.names.bsdfs, i), (plugin, place.map_or_else(Place::default, |name| name.place)))
+/// What the panel calls the material of one shape of several: its `id`, else the shape's, else what shape it is.
+fn part_name(desc: &SceneDesc, part: &ShapeDesc) -> String {
+    let id = id_of(&desc.names.bsdfs, part.bsdf.0 as usize).or(part.id.as_deref());
+    id.map_or_else(|| format!("the {}", shape_kind(&part.kind)), str::to_owned)
 }
 
 /// What can be changed of the lights that are not shapes.

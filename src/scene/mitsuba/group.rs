@@ -22,7 +22,12 @@ pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<GroupId, Sc
         return Ok(known);
     }
     let params = Params::new(reader.document, id)?;
-    refuse(reader, &params, "a group has no material or light of its own", "put it into the shapes of the group")?;
+    refuse(
+        reader,
+        &params,
+        "a group has no material or light of its own",
+        "put it into the shapes of the group",
+    )?;
     let parts = params.objects("shape");
     if parts.is_empty() {
         let found = reader.document.finding(FindingKind::Missing, params.span(), "a group without shapes");
@@ -111,7 +116,8 @@ fn refuse(reader: &Reader<'_>, params: &Params<'_>, message: &str, help: &str) -
 
 /// Remarks on groups that no instance shows.
 pub(crate) fn unseen(reader: &mut Reader<'_>) {
-    let shown: BTreeSet<u32> = reader.shapes.iter().filter_map(|s| instance_of(&s.kind)).map(|g| g.0).collect();
+    let shown: BTreeSet<u32> =
+        reader.shapes.iter().filter_map(|s| instance_of(&s.kind)).map(|g| g.0).collect();
     for (id, group) in std::mem::take(&mut reader.known_groups) {
         if !shown.contains(&group.0) {
             let span = reader.document.element(id).span;

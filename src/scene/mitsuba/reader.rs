@@ -12,8 +12,8 @@ use super::spectrum::Role;
 use super::tags::TagKind;
 use super::{Loaded, bsdf, edit, emitter, group, integrator, sensor, shape, suggest};
 use crate::scene::desc::{
-    BsdfDesc, BsdfId, GroupDesc, GroupId, IntegratorDesc, LightDesc, Mesh, MeshId, Name, Names, Place, SceneDesc,
-    ShapeDesc,
+    BsdfDesc, BsdfId, GroupDesc, GroupId, IntegratorDesc, LightDesc, Mesh, MeshId, Name, Names, Place,
+    SceneDesc, ShapeDesc,
 };
 use crate::scene::diagnostic::{FindingKind, SceneError, SceneWarning};
 use crate::scene::limits;

@@ -52,8 +52,7 @@ impl<'a> Used<'a> {
             None => (None, None),
         };
         // A shape that names no material has one all the same.
-        let shape =
-            || self.desc.surfaces().find(|s| s.bsdf.0 as usize == first).and_then(|s| known(s.place));
+        let shape = || self.desc.surfaces().find(|s| s.bsdf.0 as usize == first).and_then(|s| known(s.place));
         let place = place.or_else(shape);
         let name = id.map_or(plugin.to_string(), |id| format!("{plugin} \"{id}\""));
         Some(Object { name, place, others: all.count() })
