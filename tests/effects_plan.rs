@@ -37,6 +37,7 @@ fn every_scene_has_its_effects() {
             "cornell_spheres" => &["wavelengths", "transmission", "deltas"],
             "cove" => &["wavelengths", "light-choice", "smooth-normals"],
             "furnace" => &["environment"],
+            "instances" => &["wavelengths", "glossy", "environment", "light-choice", "smooth-normals"],
             "prism" => {
                 &["wavelengths", "dispersion", "transmission", "deltas", "light-choice", "smooth-normals"]
             }

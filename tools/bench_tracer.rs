@@ -221,6 +221,7 @@ fn cornell_box(spheres: bool) -> SceneDesc {
         ],
         meshes: Vec::new(),
         names: Names::default(),
+        groups: Vec::new(),
         shapes,
         lights: Vec::new(),
     }

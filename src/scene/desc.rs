@@ -10,6 +10,8 @@ use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
 
 use crate::spectrum::{EmissionMap, Spectrum, dispersion::Ior};
 
+pub use super::group::{GroupDesc, GroupId};
+pub use super::names::{Name, Names, Place};
 pub use super::transport::{IntegratorDesc, IntegratorKind, PhotonDesc};
 
 /// A whole scene.
@@ -29,50 +31,28 @@ pub struct SceneDesc {
     pub bsdfs: Vec<BsdfDesc>,
     /// Meshes in object space; [`MeshId`] indexes here. Shared, so that a description is cheap to clone.
     pub meshes: Vec<Arc<Mesh>>,
-    /// Shapes, each with its transform, material and emission.
+    /// Shapes, each with its transform, material and emission; instances of groups among them.
     pub shapes: Vec<ShapeDesc>,
+    /// Shapes in spaces of their own, seen where instances show them; [`GroupId`] indexes here.
+    pub groups: Vec<GroupDesc>,
     /// Lights that are not shapes.
     pub lights: Vec<LightDesc>,
     /// What the file calls the materials and lights, for messages and for saving changes.
     pub names: Names,
 }
 
-/// Names and places of what has none in its own description; empty for a scene that was not read from a file.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Names {
-    /// Of [`SceneDesc::bsdfs`].
-    pub bsdfs: Vec<Name>,
-    /// Of [`SceneDesc::lights`].
-    pub lights: Vec<Name>,
-}
-
-/// What an element of a file is called.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Name {
-    /// Its `id`, if it has one.
-    pub id: Option<String>,
-    /// Where it stands; line 0 for what stands nowhere, as the material of a shape that names none.
-    pub place: Place,
-}
-
 /// Index into [`SceneDesc::bsdfs`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct BsdfId(pub u32);
 
+impl BsdfId {
+    /// Of an instance: the shapes of its group have materials of their own.
+    pub const NONE: BsdfId = BsdfId(u32::MAX);
+}
+
 /// Index into [`SceneDesc::meshes`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct MeshId(pub u32);
-
-/// Where in the source something was said; lines and columns count from 1.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Place {
-    /// Index into [`SceneDesc::files`].
-    pub file: u32,
-    /// Line.
-    pub line: u32,
-    /// Column, in characters.
-    pub column: u32,
-}
 
 /// A perspective camera, Mitsuba's `perspective` or, with an aperture, `thinlens`: looks along +z of its own space, +y up, **+x to the left**.
 #[derive(Clone, Debug, PartialEq)]
@@ -285,7 +265,7 @@ pub struct ShapeDesc {
     pub to_world: DAffine3,
     /// Turn normals (and with them the emitting side) around.
     pub flip_normals: bool,
-    /// Its material.
+    /// Its material; [`BsdfId::NONE`] of an instance.
     pub bsdf: BsdfId,
     /// Emitted radiance, from the side of the normal only (as Mitsuba's `area`): a `twosided` material scatters on
     /// both sides and still emits on one. What shall emit on both is two shapes in the same place, the second with
@@ -311,6 +291,8 @@ pub enum ShapeKind {
     Rectangle,
     /// [−1, 1]³, normals outwards.
     Cube,
+    /// All shapes of a group, `to_world` taking its space to the world's. Turns no normals and emits nothing.
+    Instance(GroupId),
 }
 
 /// An indexed triangle mesh; already checked: indices in range, vertices finite, no triangle without area.

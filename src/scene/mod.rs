@@ -17,9 +17,11 @@ mod diagnostic;
 pub mod edit;
 mod excerpt;
 mod files;
+mod group;
 pub mod limits;
 pub mod mesh;
 pub mod mitsuba;
+mod names;
 mod transport;
 
 pub use desc::SceneDesc;

@@ -29,6 +29,7 @@ pub mod light;
 pub mod material;
 pub mod mis;
 pub mod photon_map;
+mod placement;
 mod prepare;
 mod primitives;
 mod roulette;

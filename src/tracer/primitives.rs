@@ -6,6 +6,7 @@ use crate::math::frame::Frame;
 
 use super::accel::{Accel, Hit, Ray};
 use super::interaction::SurfaceInteraction;
+use super::placement::Placement;
 use super::prepare::backs::Back;
 use super::shape::{Disk, Sphere, SurfacePoint, Triangle};
 use super::tangents::Tangents;
@@ -26,7 +27,7 @@ pub(super) struct PrimRecord {
     pub(super) back: u32,
 }
 
-/// The primitives of all shapes, in world space.
+/// The primitives of all shapes: in world space, or in that of their group.
 #[derive(Debug)]
 pub(super) struct Primitives {
     pub(super) accel: Accel,
@@ -41,12 +42,37 @@ pub(super) struct Primitives {
     pub(super) backs: Vec<Back>,
     /// By surface; empty where nothing is brushed.
     pub(super) tangents: Vec<Tangents>,
+    /// By instance.
+    pub(super) placements: Vec<Placement>,
 }
 
 impl Primitives {
     /// What `ray` met.
     #[inline(always)]
     pub(super) fn interaction(&self, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
+        match hit.instance {
+            Hit::DIRECT => self.met(ray, hit),
+            instance => self.met_instance(ray, hit, &self.placements[instance as usize]),
+        }
+    }
+
+    /// What `ray` met in a group shown at `place`.
+    #[inline(never)]
+    fn met_instance(&self, ray: &Ray, hit: &Hit, place: &Placement) -> SurfaceInteraction {
+        let inside = self.met(&place.ray(ray), hit);
+        let n = place.normal(inside.frame.n);
+        let along = self.tangents.get(inside.surface as usize).and_then(|t| t.along(hit.prim, &inside.point));
+        SurfaceInteraction {
+            point: place.point(&inside.point),
+            frame: along.map_or_else(|| Frame::new(n), |along| Frame::along(n, place.along(along))),
+            wo: -ray.direction,
+            ..inside
+        }
+    }
+
+    /// What `ray` met, both in the space of the primitive.
+    #[inline(always)]
+    fn met(&self, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
         let mut record = self.prims[hit.prim as usize];
         let id = hit.prim as usize;
         let mut point = match self.triangles.get(id) {

@@ -45,7 +45,7 @@ pub enum Finish {
 #[derive(Debug)]
 pub struct Scene {
     pub(super) primitives: Arc<Primitives>,
-    /// Materials by side of every surface; one for each shape, in their order.
+    /// Materials by side of every surface: one for each shape, in their order, then one for each shape of the groups.
     pub(super) surfaces: Vec<Sides>,
     pub(super) materials: Vec<Material>,
     pub(super) lights: Lights,
@@ -129,11 +129,14 @@ impl Scene {
     }
 
     /// The shape that is seen along `ray`; `None` where nothing is but the environment. Of two shapes back to back in
-    /// one place it is the one whose side is seen.
+    /// one place it is the one whose side is seen; of what a group holds, the instance that shows it.
     pub fn pick(&self, ray: &Ray) -> Option<Pick> {
-        let hit = self.closest(ray)?;
-        let position = hit.point.p;
-        Some(Pick { shape: hit.surface, position, distance: position.distance(ray.origin) })
+        let hit = self.primitives.accel.closest(ray)?;
+        let SurfaceInteraction { point: SurfacePoint { p, .. }, surface, .. } =
+            self.primitives.interaction(ray, &hit);
+        let instance = self.primitives.placements.get(hit.instance as usize);
+        let shape = instance.map_or(surface, |placement| placement.shape);
+        Some(Pick { shape, position: p, distance: p.distance(ray.origin) })
     }
 
     /// True when nothing stands between `from` and the light of `sample`.

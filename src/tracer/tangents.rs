@@ -29,8 +29,13 @@ pub(super) enum Tangents {
 impl Tangents {
     /// The shading frame with normal `n` at a point of primitive `prim`: s is what of ∂p/∂u lies at right angles to `n`.
     pub(super) fn frame(&self, prim: u32, point: &SurfacePoint, n: Vec3) -> Frame {
+        self.along(prim, point).map_or_else(|| Frame::new(n), |along| Frame::along(n, along))
+    }
+
+    /// ∂p/∂u at a point of primitive `prim`, up to a factor; `None` where any direction will do.
+    pub(super) fn along(&self, prim: u32, point: &SurfacePoint) -> Option<Vec3> {
         let along = match self {
-            Tangents::Any => return Frame::new(n),
+            Tangents::Any => return None,
             Tangents::Fixed(along) => *along,
             Tangents::From(center) => point.p - *center,
             Tangents::Around(axis) => axis.cross(point.ng),
@@ -40,7 +45,6 @@ impl Tangents {
             }
         };
         // Without a direction, the one that the geometric normal's frame has.
-        let along = if along == Vec3::ZERO { Frame::new(point.ng).s } else { along };
-        Frame::along(n, along)
+        Some(if along == Vec3::ZERO { Frame::new(point.ng).s } else { along })
     }
 }

@@ -42,7 +42,11 @@ pub fn essence(desc: &SceneDesc) -> String {
     let mut desc = desc.clone();
     desc.files.clear();
     desc.camera.place = Place::default();
-    desc.shapes.iter_mut().for_each(|s| s.place = Place::default());
+    let of_groups = desc.groups.iter_mut().flat_map(|group| {
+        group.place = Place::default();
+        &mut group.shapes
+    });
+    desc.shapes.iter_mut().chain(of_groups).for_each(|s| s.place = Place::default());
     desc.names.bsdfs.iter_mut().chain(&mut desc.names.lights).for_each(|n| n.place = Place::default());
     for light in &mut desc.lights {
         match light {

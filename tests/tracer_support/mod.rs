@@ -30,6 +30,7 @@ pub fn empty() -> SceneDesc {
         meshes: Vec::new(),
         names: Names::default(),
         shapes: Vec::new(),
+        groups: Vec::new(),
         lights: Vec::new(),
     }
 }

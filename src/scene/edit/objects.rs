@@ -1,6 +1,6 @@
 //! What can be changed of an object, and what it is called.
 
-use crate::scene::desc::{BsdfDesc, BsdfId, LightDesc, Name, Place, SceneDesc, ShapeKind};
+use crate::scene::desc::{BsdfDesc, BsdfId, LightDesc, Name, Place, SceneDesc, ShapeDesc, ShapeKind};
 
 use super::target::{NewValue, Object, PARAMETERS, Target};
 
@@ -16,23 +16,48 @@ pub struct Editable {
 }
 
 /// What can be changed of shape `shape` (an index into [`SceneDesc::shapes`]): its emission, and what its material has
-/// for either side. Nothing for a shape that does not exist.
+/// for either side; of an instance, the materials of all shapes of its group. Nothing for a shape that does not exist.
 ///
 /// A material that several shapes refer to is changed for all of them; the label says so.
 pub fn editable(desc: &SceneDesc, shape: u32) -> Vec<Editable> {
     let Some(described) = desc.shapes.get(shape as usize) else { return Vec::new() };
     let mut all: Vec<Editable> = of(desc, Object::Shape, shape, "");
-    let sides = match desc.bsdfs.get(described.bsdf.0 as usize) {
-        Some(BsdfDesc::TwoSided { front, back }) if front == back => vec![(*front, String::new())],
-        Some(BsdfDesc::TwoSided { front, back }) => {
-            vec![(*front, " of the front".to_owned()), (*back, " of the back".to_owned())]
+    let mut bsdfs: Vec<(BsdfId, &ShapeDesc)> = Vec::new();
+    for part in desc.parts(described) {
+        if bsdfs.iter().all(|(known, _)| *known != part.bsdf) {
+            bsdfs.push((part.bsdf, part));
         }
-        _ => vec![(described.bsdf, String::new())],
-    };
-    for (id, side) in sides {
-        all.extend(of(desc, Object::Bsdf, id.0, &(side + &shared(desc, id))));
+    }
+    let several = bsdfs.len() > 1;
+    let mut seen = Vec::new();
+    for (bsdf, part) in bsdfs {
+        let name = if several { format!(" of {}", part_name(desc, part)) } else { String::new() };
+        for (id, side) in sides(desc, bsdf) {
+            // Two pairs may have a side in common.
+            if !seen.contains(&id) {
+                seen.push(id);
+                all.extend(of(desc, Object::Bsdf, id.0, &format!("{name}{side}{}", shared(desc, id))));
+            }
+        }
     }
     all
+}
+
+/// The one-sided materials of a material, with what to say of each.
+fn sides(desc: &SceneDesc, bsdf: BsdfId) -> Vec<(BsdfId, &'static str)> {
+    match desc.bsdfs.get(bsdf.0 as usize) {
+        Some(BsdfDesc::TwoSided { front, back }) if front == back => vec![(*front, "")],
+        Some(BsdfDesc::TwoSided { front, back }) => {
+            vec![(*front, " of the front"), (*back, " of the back")]
+        }
+        _ => vec![(bsdf, "")],
+    }
+}
+
+/// What the panel calls the material of one shape of several: its `id`, else the shape's, else what shape it is.
+fn part_name(desc: &SceneDesc, part: &ShapeDesc) -> String {
+    let id = id_of(&desc.names.bsdfs, part.bsdf.0 as usize).or(part.id.as_deref());
+    id.map_or_else(|| format!("the {}", shape_kind(&part.kind)), str::to_owned)
 }
 
 /// What can be changed of the lights that are not shapes.
@@ -58,7 +83,13 @@ fn shared(desc: &SceneDesc, id: BsdfId) -> String {
     };
     // Scenes may have many shapes but few materials: each is asked once.
     let showing: Vec<bool> = (0..desc.bsdfs.len() as u32).map(|i| shows(BsdfId(i))).collect();
-    let count = desc.shapes.iter().filter(|s| showing.get(s.bsdf.0 as usize) == Some(&true)).count();
+    let shows = |s: &ShapeDesc| showing.get(s.bsdf.0 as usize) == Some(&true);
+    let groups: Vec<bool> = desc.groups.iter().map(|group| group.shapes.iter().any(shows)).collect();
+    let shows = |s: &&ShapeDesc| match s.kind {
+        ShapeKind::Instance(group) => groups.get(group.0 as usize) == Some(&true),
+        _ => shows(s),
+    };
+    let count = desc.shapes.iter().filter(shows).count();
     if count > 1 { format!(" (shared by {count} shapes)") } else { String::new() }
 }
 
@@ -136,6 +167,7 @@ fn shape_kind(kind: &ShapeKind) -> &'static str {
         ShapeKind::Disk => "disk",
         ShapeKind::Rectangle => "rectangle",
         ShapeKind::Cube => "cube",
+        ShapeKind::Instance(_) => "instance",
     }
 }
 

@@ -6,6 +6,7 @@
 //! | group | file | plugins |
 //! |---|---|---|
 //! | shape | `shape.rs` | obj, rectangle, cube, sphere, disk |
+//! | shape | `group.rs` | shapegroup, instance |
 //! | bsdf | `bsdf.rs` | diffuse, dielectric, conductor, twosided |
 //! | emitter | `emitter.rs` | area, constant, envmap, point |
 //! | sensor, film, rfilter | `sensor.rs`, `film.rs` | perspective, thinlens; films and filters |
@@ -22,6 +23,7 @@ mod edit;
 mod emitter;
 mod expand;
 mod film;
+mod group;
 mod integrator;
 mod params;
 mod prescan;

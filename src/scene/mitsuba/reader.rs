@@ -10,9 +10,10 @@ use super::shape::MeshKey;
 use super::source::Span;
 use super::spectrum::Role;
 use super::tags::TagKind;
-use super::{Loaded, bsdf, edit, emitter, integrator, sensor, shape, suggest};
+use super::{Loaded, bsdf, edit, emitter, group, integrator, sensor, shape, suggest};
 use crate::scene::desc::{
-    BsdfDesc, BsdfId, IntegratorDesc, LightDesc, Mesh, MeshId, Name, Names, Place, SceneDesc, ShapeDesc,
+    BsdfDesc, BsdfId, GroupDesc, GroupId, IntegratorDesc, LightDesc, Mesh, MeshId, Name, Names, Place,
+    SceneDesc, ShapeDesc,
 };
 use crate::scene::diagnostic::{FindingKind, SceneError, SceneWarning};
 use crate::scene::limits;
@@ -44,6 +45,10 @@ pub(crate) struct Reader<'d> {
     pub(crate) spectrum_bytes: usize,
     /// Shapes.
     pub(crate) shapes: Vec<ShapeDesc>,
+    /// Groups of shapes.
+    pub(crate) groups: Vec<GroupDesc>,
+    /// Groups by the element they come from.
+    pub(crate) known_groups: BTreeMap<ElementId, GroupId>,
     /// Lights that are not shapes.
     pub(crate) lights: Vec<LightDesc>,
     /// What materials and lights are called.
@@ -72,6 +77,8 @@ pub(crate) fn read((document, warnings): Expanded) -> Result<Loaded, SceneError>
         known_spectra: BTreeMap::new(),
         spectrum_bytes: 0,
         shapes: Vec::new(),
+        groups: Vec::new(),
+        known_groups: BTreeMap::new(),
         lights: Vec::new(),
         names: Names::default(),
         sensor: None,
@@ -211,6 +218,7 @@ impl Reader<'_> {
                 found.help("add <emitter type=\"constant\"/>, or an area emitter in a shape").warning(),
             );
         }
+        group::unseen(&mut self);
         if self.unheard > 0 {
             let message = format!("{} more warnings are not shown", self.unheard);
             self.warnings.push(self.document.finding(FindingKind::Limit, root, message).warning());
@@ -224,6 +232,7 @@ impl Reader<'_> {
             bsdfs: self.bsdfs,
             meshes: self.meshes,
             shapes: self.shapes,
+            groups: self.groups,
             lights: self.lights,
             names: self.names,
         };

@@ -8,7 +8,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use super::document::ElementId;
 use super::params::Params;
 use super::reader::Reader;
-use super::{bsdf, emitter};
+use super::{bsdf, emitter, group};
 use crate::scene::desc::{MeshId, ShapeDesc, ShapeKind};
 use crate::scene::diagnostic::{FindingKind, SceneError};
 use crate::scene::limits;
@@ -17,7 +17,7 @@ use crate::scene::mesh::{self, MeshOptions};
 /// Reader of one shape's geometry, given its `to_world`.
 type Plugin = fn(&mut Reader<'_>, &Params<'_>, &DAffine3) -> Result<ShapeKind, SceneError>;
 
-/// Every shape.
+/// Every shape with geometry of its own; groups and instances are read in `group.rs`.
 const PLUGINS: &[(&str, Plugin)] = &[
     ("obj", obj),
     ("rectangle", |_, _, _| Ok(ShapeKind::Rectangle)),
@@ -29,11 +29,22 @@ const PLUGINS: &[(&str, Plugin)] = &[
 /// What makes two meshes the same: the file, and how it is read.
 pub(crate) type MeshKey = (PathBuf, MeshOptions);
 
-/// Reads a shape with its material and emission.
+/// Reads a shape of the scene itself: a group, an instance of one, or a shape with its material and emission.
 pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<(), SceneError> {
+    let shape = match reader.document.element(id).value("type") {
+        Some(group::GROUP) => return group::read(reader, id).map(|_| ()),
+        Some(group::INSTANCE) => group::instance(reader, id)?,
+        _ => single(reader, id)?,
+    };
+    reader.shapes.push(shape);
+    Ok(())
+}
+
+/// A shape with geometry of its own, with its material and emission.
+pub(crate) fn single(reader: &mut Reader<'_>, id: ElementId) -> Result<ShapeDesc, SceneError> {
     let params = Params::new(reader.document, id)?;
     let Some((_, plugin)) = PLUGINS.iter().find(|(name, _)| *name == params.plugin()) else {
-        let names: Vec<&str> = PLUGINS.iter().map(|p| p.0).collect();
+        let names: Vec<&str> = PLUGINS.iter().map(|p| p.0).chain([group::GROUP, group::INSTANCE]).collect();
         return Err(reader.unknown_plugin(&params, &names));
     };
     let to_world = params.to_world()?;
@@ -56,9 +67,8 @@ pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<(), SceneEr
         bsdf,
         emission,
     };
-    reader.shapes.push(shape);
     reader.finish(params);
-    Ok(())
+    Ok(shape)
 }
 
 fn sphere(_: &mut Reader<'_>, params: &Params<'_>, to_world: &DAffine3) -> Result<ShapeKind, SceneError> {

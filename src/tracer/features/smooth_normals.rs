@@ -12,7 +12,7 @@ pub(super) const ENTRY: Entry = Entry {
     name: "smooth-normals",
     at_run_time: "whether the triangle that is met has normals (Primitives::interaction)",
     find: |used, _| {
-        let mut all = used.desc.shapes.iter().filter(|shape| has_normals(used.desc, shape));
+        let mut all = used.desc.surfaces().filter(|shape| has_normals(used.desc, shape));
         let first = all.next().map(|shape| {
             let name = shape.id.as_ref().map_or("mesh".to_string(), |id| format!("mesh \"{id}\""));
             Object { name, place: known(shape.place), others: all.count() }

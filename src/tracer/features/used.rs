@@ -24,7 +24,7 @@ pub(super) struct Object {
 impl<'a> Used<'a> {
     pub(super) fn of(desc: &'a SceneDesc) -> Self {
         let mut seen = BTreeSet::new();
-        let mut open: Vec<usize> = desc.shapes.iter().map(|s| s.bsdf.0 as usize).collect();
+        let mut open: Vec<usize> = desc.surfaces().map(|s| s.bsdf.0 as usize).collect();
         while let Some(i) = open.pop() {
             // Also ends where materials form a circle, which preparing refuses.
             if seen.insert(i)
@@ -52,8 +52,7 @@ impl<'a> Used<'a> {
             None => (None, None),
         };
         // A shape that names no material has one all the same.
-        let shape =
-            || self.desc.shapes.iter().find(|s| s.bsdf.0 as usize == first).and_then(|s| known(s.place));
+        let shape = || self.desc.surfaces().find(|s| s.bsdf.0 as usize == first).and_then(|s| known(s.place));
         let place = place.or_else(shape);
         let name = id.map_or(plugin.to_string(), |id| format!("{plugin} \"{id}\""));
         Some(Object { name, place, others: all.count() })

@@ -1,6 +1,6 @@
 //! What makes a scene impossible to trace.
 
-use crate::scene::desc::{BsdfId, MeshId, Place};
+use crate::scene::desc::{BsdfId, GroupId, MeshId, Place};
 
 /// Why a scene cannot be traced.
 #[derive(Clone, Debug, thiserror::Error, PartialEq)]
@@ -26,6 +26,22 @@ pub enum PrepareError {
         id: MeshId,
         /// The shape.
         place: Place,
+    },
+    /// An instance names a group that does not exist.
+    #[error("the instance at line {}, column {} names group {}, which does not exist", place.line, place.column, id.0)]
+    UnknownGroup {
+        /// The id.
+        id: GroupId,
+        /// The instance.
+        place: Place,
+    },
+    /// A shape that cannot be part of a group.
+    #[error("the shape at line {}, column {} cannot be part of a group: {what}", place.line, place.column)]
+    InGroup {
+        /// Where it stands.
+        place: Place,
+        /// What is wrong.
+        what: &'static str,
     },
     /// Two-sided materials contain each other.
     #[error("material {} is two-sided and contains itself: name a one-sided material for each side", id.0)]

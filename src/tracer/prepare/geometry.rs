@@ -1,4 +1,4 @@
-//! Shapes to primitives in world space, with Mitsuba's sense of front and back.
+//! Shapes to primitives in world space or that of their group, with Mitsuba's sense of front and back.
 //!
 //! Orientation: the front of a rectangle or disk is where its transformed +z normal points (a mirroring
 //! transform does not turn it), of a mesh where the right-hand rule on the transformed corners says, of a cube
@@ -20,7 +20,7 @@ use super::backs::{Back, Key, Places};
 use super::tangents;
 
 /// Largest magnitude of a coordinate: its square and its product with an extent stay finite.
-const MAX_COORDINATE: f32 = 1e12;
+pub(super) const MAX_COORDINATE: f32 = 1e12;
 
 /// Everything that comes from shapes.
 #[derive(Default)]
@@ -39,10 +39,10 @@ pub(super) struct Geometry {
     pub(super) backs: Vec<Back>,
     /// By shape; see [`Geometry::finish`].
     pub(super) tangents: Vec<Tangents>,
-    places: Places,
+    pub(super) places: Places,
     pub(super) lights: Vec<Light>,
     /// Shapes added so far.
-    shapes: u32,
+    pub(super) shapes: u32,
     /// Shapes that emit among them: each has a spectrum of its own, in this order.
     pub(super) emitting: u32,
     pub(super) notices: Vec<String>,
@@ -60,6 +60,14 @@ struct Adding<'a> {
     along: Option<Vec<Vec3>>,
     /// Triangles before it.
     first: usize,
+}
+
+/// Place and name of a shape, for notices.
+pub(super) fn called(desc: &SceneDesc, shape: &ShapeDesc) -> String {
+    let name = shape.id.as_deref().unwrap_or("without id");
+    let file = desc.files.get(shape.place.file as usize).map(|f| f.display().to_string());
+    let (line, column) = (shape.place.line, shape.place.column);
+    format!("{}:{line}:{column}: shape {name}", file.unwrap_or_default())
 }
 
 impl Geometry {
@@ -84,6 +92,8 @@ impl Geometry {
             ShapeKind::Disk => self.add_disk(&mut adding),
             ShapeKind::Rectangle => self.add_rectangle(&mut adding),
             ShapeKind::Cube => self.add_cube(&mut adding),
+            // When all groups are there: `add_groups`.
+            ShapeKind::Instance(_) => (),
         }
         self.tangents.push(match adding.along {
             None => Tangents::Any,
@@ -91,13 +101,9 @@ impl Geometry {
             Some(along) => Tangents::Each { first: first as u32, along },
         });
         if adding.dropped > 0 {
-            let name = shape.id.as_deref().unwrap_or("without id");
-            let file = desc.files.get(shape.place.file as usize).map(|f| f.display().to_string());
             self.notices.push(format!(
-                "{}:{}:{}: shape {name}: {} primitives have no area or coordinates beyond 1e12 and were dropped",
-                file.unwrap_or_default(),
-                shape.place.line,
-                shape.place.column,
+                "{}: {} primitives have no area or coordinates beyond 1e12 and were dropped",
+                called(desc, shape),
                 adding.dropped
             ));
         }

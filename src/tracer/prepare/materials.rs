@@ -3,7 +3,7 @@
 use glam::Vec4;
 
 use crate::scene::SceneDesc;
-use crate::scene::desc::{BsdfDesc, BsdfId};
+use crate::scene::desc::{BsdfDesc, BsdfId, ShapeKind};
 use crate::spectrum::Spectrum;
 use crate::spectrum::dispersion::{Ior, SODIUM_D};
 use crate::tracer::bsdf::{Coat, Microfacet, Sides, Transmittance, coat, fresnel};
@@ -12,11 +12,17 @@ use crate::tracer::material::Material;
 
 use super::PrepareError;
 
-/// The one-sided materials of a scene, and which of them each of its shapes shows.
+/// The one-sided materials of a scene, and which of them each of its shapes shows, those in groups after the others.
 pub(super) fn of(desc: &SceneDesc) -> Result<(Vec<Material>, Vec<Sides>), PrepareError> {
     let (materials, sides) = prepare(&desc.bsdfs)?;
     let sides_of = |id: BsdfId| sides.get(id.0 as usize).copied().ok_or(PrepareError::UnknownMaterial { id });
-    let surfaces = desc.shapes.iter().map(|s| sides_of(s.bsdf)).collect::<Result<_, _>>()?;
+    let of_groups = desc.groups.iter().flat_map(|group| &group.shapes);
+    let surfaces = desc.shapes.iter().chain(of_groups).map(|shape| match shape.kind {
+        // Never asked for: what is met has the surface of a shape in the group.
+        ShapeKind::Instance(_) => Ok(Sides::Single(0)),
+        _ => sides_of(shape.bsdf),
+    });
+    let surfaces = surfaces.collect::<Result<_, _>>()?;
     Ok((materials, surfaces))
 }
 

@@ -3,6 +3,7 @@
 pub(super) mod backs;
 mod error;
 mod geometry;
+mod groups;
 mod lights;
 mod materials;
 mod origin;
@@ -20,6 +21,7 @@ use super::light::{Extent, Lights};
 use super::primitives::Primitives;
 use super::scene::{Finish, Scene};
 use geometry::Geometry;
+use groups::Shown;
 use lights::{add_light, spectra};
 
 pub use error::PrepareError;
@@ -60,6 +62,7 @@ pub(super) fn general(desc: &SceneDesc) -> Result<Scene, PrepareError> {
     for shape in &desc.shapes {
         geometry.add(desc, shape)?;
     }
+    let shown = geometry.add_groups(desc)?;
     let mut geometry = geometry.finish();
     let count = geometry.prims.len();
     if count > MAX_PRIMITIVES {
@@ -75,7 +78,7 @@ pub(super) fn general(desc: &SceneDesc) -> Result<Scene, PrepareError> {
         geometry.notices.push("no light of the scene can be used: the picture will be black".to_owned());
     }
     let (lights, notices) = (std::mem::take(&mut geometry.lights), std::mem::take(&mut geometry.notices));
-    let primitives = primitives(geometry);
+    let primitives = primitives(geometry, shown);
     let (lo, hi) = primitives.accel.bounds();
     // An empty scene has no size; any positive number serves, there is nothing to compare with.
     let radius = (0.5 * (hi - lo).length()).max(f32::MIN_POSITIVE);
@@ -114,9 +117,11 @@ fn refuse_lacking(desc: &SceneDesc) -> Result<(), PrepareError> {
     built::lacking(wanted).map_or(Ok(()), |feature| Err(PrepareError::Lacking { effect: feature.name() }))
 }
 
-fn primitives(geometry: Geometry) -> Primitives {
+fn primitives(geometry: Geometry, shown: Shown) -> Primitives {
     let Geometry { corners, quads, triangles, disks, spheres, prims, normals, backs, tangents, .. } =
         geometry;
-    let accel = Accel::new(&corners, &quads, disks.clone(), spheres.clone());
-    Primitives { accel, triangles, disks, spheres, prims, normals, backs, tangents }
+    let Shown { groups, instances, placements } = shown;
+    let shown = (&groups[..], &instances[..]);
+    let accel = Accel::with_instances((&corners, &quads), disks.clone(), spheres.clone(), shown);
+    Primitives { accel, triangles, disks, spheres, prims, normals, backs, tangents, placements }
 }

@@ -15,6 +15,7 @@ use super::tangents;
 #[derive(Debug)]
 pub(in crate::tracer) struct Origin {
     shapes: Vec<Form>,
+    groups: Vec<Vec<Form>>,
     meshes: Vec<Arc<Mesh>>,
     lights: Vec<LightForm>,
 }
@@ -41,7 +42,8 @@ impl Origin {
     /// What `desc` says.
     pub(super) fn of(desc: &SceneDesc) -> Self {
         Self {
-            shapes: desc.shapes.iter().map(|s| form(desc, s)).collect(),
+            shapes: forms(desc, &desc.shapes),
+            groups: desc.groups.iter().map(|group| forms(desc, &group.shapes)).collect(),
             meshes: desc.meshes.clone(),
             lights: desc.lights.iter().map(light_form).collect(),
         }
@@ -49,14 +51,22 @@ impl Origin {
 
     /// True when `desc` says the same. Meshes and maps are the same only if they are shared, not if they are equal.
     pub(super) fn fits(&self, desc: &SceneDesc) -> bool {
-        let Self { shapes, meshes, lights } = self;
-        shapes.len() == desc.shapes.len()
+        let Self { shapes, groups, meshes, lights } = self;
+        let same = |forms: &[Form], shapes: &[ShapeDesc]| {
+            forms.len() == shapes.len() && forms.iter().zip(shapes).all(|(a, b)| *a == form(desc, b))
+        };
+        same(shapes, &desc.shapes)
+            && groups.len() == desc.groups.len()
+            && groups.iter().zip(&desc.groups).all(|(a, b)| same(a, &b.shapes))
             && meshes.len() == desc.meshes.len()
             && meshes.iter().zip(&desc.meshes).all(|(a, b)| Arc::ptr_eq(a, b))
-            && shapes.iter().zip(&desc.shapes).all(|(a, b)| *a == form(desc, b))
             && lights.len() == desc.lights.len()
             && lights.iter().zip(&desc.lights).all(|(a, b)| a.is_that_of(b))
     }
+}
+
+fn forms(desc: &SceneDesc, shapes: &[ShapeDesc]) -> Vec<Form> {
+    shapes.iter().map(|shape| form(desc, shape)).collect()
 }
 
 fn form(desc: &SceneDesc, shape: &ShapeDesc) -> Form {

@@ -44,7 +44,7 @@ pub(super) fn of_shape(shape: &ShapeDesc) -> Tangents {
         ShapeKind::Rectangle => Tangents::Fixed(along(DVec3::X)),
         ShapeKind::Disk => Tangents::From(shape.to_world.translation.as_vec3()),
         ShapeKind::Sphere { .. } => Tangents::Around(along(DVec3::Z)),
-        ShapeKind::Mesh(_) | ShapeKind::Cube => Tangents::Any,
+        ShapeKind::Mesh(_) | ShapeKind::Cube | ShapeKind::Instance(_) => Tangents::Any,
     }
 }
 

@@ -1,0 +1,127 @@
+//! Where an instance stands: between the space of its group and the world.
+//!
+//! A group's primitives stay in its space. A ray is taken there, and the point where it met something is taken back, both in
+//! double precision and rounded once: what is lost is bounded, and an instance costs two matrices.
+
+use glam::{DAffine3, DVec3, Vec3};
+
+use crate::math::float::UNIT_ROUNDOFF;
+
+use super::accel::Ray;
+use super::shape::SurfacePoint;
+
+/// An instance of a group.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Placement {
+    /// The space of the group to the world.
+    to_world: DAffine3,
+    /// The way back.
+    to_group: DAffine3,
+    /// Index into [`SceneDesc::shapes`](crate::scene::SceneDesc::shapes).
+    pub(super) shape: u32,
+}
+
+impl Placement {
+    /// The place that `to_world` says, or `None` where it has no inverse or is not finite.
+    pub(super) fn new(to_world: DAffine3, shape: u32) -> Option<Self> {
+        let to_group = to_world.inverse();
+        let usable = to_world.is_finite() && to_group.is_finite() && to_world.matrix3.determinant() != 0.0;
+        usable.then_some(Self { to_world, to_group, shape })
+    }
+
+    /// The space of the group to the world.
+    pub(super) fn to_world(self) -> DAffine3 {
+        self.to_world
+    }
+
+    /// A ray of the world in the space of the group, with the same parameter.
+    pub(super) fn ray(&self, ray: &Ray) -> Ray {
+        Ray {
+            origin: self.to_group.transform_point3(ray.origin.as_dvec3()).as_vec3(),
+            direction: self.to_group.transform_vector3(ray.direction.as_dvec3()).as_vec3(),
+            t_max: ray.t_max,
+        }
+    }
+
+    /// A surface point of the group in the world.
+    ///
+    /// With M the matrix and x the point in the group, of error e, the bound is
+    /// |M|·(e + u·|x|) + u·|Mx + t| + 2⁻⁵⁰·(|M|·|x| + |t|), u the unit roundoff of single precision. The second term is
+    /// for rays that leave: their origins are rounded once more, in the space of the group. The last is for the matrix product
+    /// itself, where its terms cancel.
+    pub(super) fn point(&self, point: &SurfacePoint) -> SurfacePoint {
+        /// Above 4 operations in double precision: γ₄ ≈ 2⁻⁵¹.
+        const PRODUCT: f64 = 4.0 * f64::EPSILON;
+        // A little more than the unit roundoff: the origin of a ray lies beside the point, and the bound is rounded too.
+        let u = 1.01 * f64::from(UNIT_ROUNDOFF);
+        let (x, e) = (point.p.as_dvec3(), point.error.as_dvec3());
+        let (m, t) = (self.to_world.matrix3, self.to_world.translation);
+        let p = m * x + t;
+        let size = m.abs();
+        let moved = size * (e + x.abs() * u);
+        let error = moved + p.abs() * u + (size * x.abs() + t.abs()) * PRODUCT;
+        SurfacePoint { p: p.as_vec3(), error: (error * (1.0 + u)).as_vec3(), ng: self.normal(point.ng) }
+    }
+
+    /// A unit normal of the group in the world: by the inverse transpose, so that outwards stays outwards also where the
+    /// transform mirrors, as Mitsuba has it.
+    pub(super) fn normal(&self, n: Vec3) -> Vec3 {
+        (self.to_group.matrix3.transpose() * n.as_dvec3()).normalize_or(DVec3::Z).as_vec3()
+    }
+
+    /// A direction along a surface of the group in the world, of some length.
+    pub(super) fn along(&self, v: Vec3) -> Vec3 {
+        self.to_world.transform_vector3(v.as_dvec3()).normalize_or_zero().as_vec3()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DMat3;
+
+    use super::*;
+
+    fn stretched() -> Placement {
+        let turn = DMat3::from_axis_angle(DVec3::new(1.0, 2.0, -0.5).normalize(), 1.1);
+        let m = turn * DMat3::from_diagonal(DVec3::new(3.0, -0.2, 1.0));
+        let place = DAffine3::from_mat3_translation(m, DVec3::new(100.0, -3.0, 7.0));
+        Placement::new(place, 0).expect("invertible")
+    }
+
+    #[test]
+    fn normals_stay_at_right_angles_and_outside() {
+        let place = stretched();
+        let n = Vec3::new(0.6, 0.0, 0.8);
+        let world = place.normal(n);
+        assert!((world.length() - 1.0).abs() < 1e-6);
+        for v in [Vec3::Y, Vec3::new(0.8, 0.0, -0.6)] {
+            assert!(place.along(v).dot(world).abs() < 1e-6);
+        }
+        assert!(place.along(n).dot(world) > 0.0, "outwards");
+    }
+
+    #[test]
+    fn the_error_holds_the_truth() {
+        let place = stretched();
+        for i in 0..1000 {
+            let f = |k: f64| (f64::from(i) * k).sin() * 50.0;
+            let truth = DVec3::new(f(0.37), f(0.73), f(1.91));
+            let p = truth.as_vec3();
+            let error = (p.as_dvec3() - truth).abs().as_vec3() * 1.000_001;
+            let world = place.point(&SurfacePoint { p, error, ng: Vec3::Z });
+            let off = (world.p.as_dvec3() - place.to_world.transform_point3(truth)).abs();
+            assert!(off.cmple(world.error.as_dvec3()).all(), "{off} beyond {}", world.error);
+            // Beside the roundings there is the longest of the three scales only.
+            assert!(world.error.max_element() < 4.0 * 250.0 * f32::EPSILON, "{}", world.error);
+        }
+    }
+
+    #[test]
+    fn what_has_no_inverse_has_no_place() {
+        let flat = DAffine3::from_scale(DVec3::new(1.0, 0.0, 1.0));
+        assert!(Placement::new(flat, 0).is_none());
+        assert!(Placement::new(DAffine3::from_translation(DVec3::NAN), 0).is_none());
+        // There may be millions: two matrices and a number.
+        assert!(size_of::<Placement>() <= 2 * size_of::<DAffine3>() + 8);
+    }
+}

@@ -1,0 +1,109 @@
+//! Groups of shapes in spaces of their own, and where instances show them.
+
+use glam::{DVec3, Vec3};
+
+use crate::scene::SceneDesc;
+use crate::scene::desc::{GroupDesc, ShapeKind};
+use crate::tracer::accel::{Group, Instance};
+use crate::tracer::placement::Placement;
+use crate::tracer::tangents::Tangents;
+
+use super::PrepareError;
+use super::backs::Places;
+use super::geometry::{Geometry, MAX_COORDINATE, called};
+
+/// What groups and instances have become.
+#[derive(Default)]
+pub(super) struct Shown {
+    pub(super) groups: Vec<Group>,
+    pub(super) instances: Vec<Instance>,
+    /// By instance.
+    pub(super) placements: Vec<Placement>,
+}
+
+impl Geometry {
+    /// Adds the shapes of all groups that are shown, each once, and the instances. Comes after the shapes of the scene
+    /// itself: so do their surfaces and primitives. Groups that nothing shows have surfaces only.
+    pub(super) fn add_groups(&mut self, desc: &SceneDesc) -> Result<Shown, PrepareError> {
+        let mut shown = Shown::default();
+        // Farthest from the origin along each axis; of a group that holds nothing, none.
+        let mut reaches = Vec::with_capacity(desc.groups.len());
+        for (group, is_shown) in desc.groups.iter().zip(desc.shown()) {
+            check(group)?;
+            let first = self.counts();
+            if is_shown {
+                // Nothing lies back to back with what is in another space.
+                self.places = Places::default();
+                group.shapes.iter().try_for_each(|shape| self.add(desc, shape))?;
+            } else {
+                self.shapes += group.shapes.len() as u32;
+                self.tangents.extend(group.shapes.iter().map(|_| Tangents::Any));
+            }
+            let end = self.counts();
+            let [triangles, disks, spheres] = [0, 1, 2].map(|kind| first[kind]..end[kind]);
+            let prepared = Group { triangles, disks, spheres };
+            reaches.push((first != end).then(|| self.reach(&prepared)));
+            shown.groups.push(prepared);
+        }
+        self.add_instances(desc, &reaches, &mut shown)?;
+        Ok(shown)
+    }
+
+    fn add_instances(
+        &mut self,
+        desc: &SceneDesc,
+        reaches: &[Option<Vec3>],
+        shown: &mut Shown,
+    ) -> Result<(), PrepareError> {
+        for (i, shape) in desc.shapes.iter().enumerate() {
+            let ShapeKind::Instance(id) = shape.kind else { continue };
+            let unknown = PrepareError::UnknownGroup { id, place: shape.place };
+            // That a group holds nothing has been told of its shapes.
+            let Some(reach) = reaches.get(id.0 as usize).ok_or(unknown)? else { continue };
+            let fits = |place: &Placement| {
+                let m = place.to_world();
+                let far = m.matrix3.abs() * reach.as_dvec3() + m.translation.abs();
+                far.cmple(DVec3::splat(f64::from(MAX_COORDINATE))).all()
+            };
+            if let Some(place) = Placement::new(shape.to_world, i as u32).filter(fits) {
+                shown.instances.push(Instance { group: id.0, to_world: place.to_world() });
+                shown.placements.push(place);
+            } else {
+                self.notices.push(format!(
+                    "{}: this instance has no inverse transform or coordinates beyond 1e12 and was dropped",
+                    called(desc, shape)
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// Primitives so far: triangles, disks, spheres.
+    fn counts(&self) -> [u32; 3] {
+        [self.triangles.len(), self.disks.len(), self.spheres.len()].map(|n| n as u32)
+    }
+
+    fn reach(&self, group: &Group) -> Vec3 {
+        let range = |r: &std::ops::Range<u32>| r.start as usize..r.end as usize;
+        let corners = self.corners[range(&group.triangles)].iter().flatten().copied();
+        let disks = self.disks[range(&group.disks)].iter().map(|d| d.bounds());
+        let spheres = self.spheres[range(&group.spheres)].iter().map(|s| s.bounds());
+        let round = disks.chain(spheres).flat_map(|(lo, hi)| [lo, hi]);
+        corners.chain(round).fold(Vec3::ZERO, |reach, p| reach.max(p.abs()))
+    }
+}
+
+/// Refuses what cannot be shown through an instance.
+fn check(group: &GroupDesc) -> Result<(), PrepareError> {
+    for shape in &group.shapes {
+        let what = if matches!(shape.kind, ShapeKind::Instance(_)) {
+            "it is an instance; put what it shows into the group"
+        } else if shape.emission.is_some() {
+            "it emits; make it a shape of the scene itself"
+        } else {
+            continue;
+        };
+        return Err(PrepareError::InGroup { place: shape.place, what });
+    }
+    Ok(())
+}
