@@ -20,9 +20,9 @@ const MANY: usize = 4096;
 /// From so many on the bins are filled by several threads.
 const CROWD: usize = 1 << 17;
 /// Primitives that a leaf tests for the price of one.
-static AO: std::sync::LazyLock<usize> = std::sync::LazyLock::new(|| std::env::var("AO").map_or(4, |x| x.parse().unwrap()));
+const AT_ONCE: usize = 8;
 /// Share of the nodes that reinsertion looks at.
-static REINSERTION: std::sync::LazyLock<f32> = std::sync::LazyLock::new(|| std::env::var("RE").map_or(0.02, |x| x.parse().unwrap()));
+const REINSERTION: f32 = 0.02;
 /// Levels after which sets are halved, whatever it costs.
 const MAX_SPLITS: usize = 64;
 
@@ -61,7 +61,7 @@ pub(super) fn build(primitives: &mut [Bounded], optimized: bool) -> Bvh2 {
     let primitive_indices = primitives.iter().map(|p| p.index).collect();
     let mut bvh = Bvh2 { nodes, primitive_indices, ..Bvh2::default() };
     if optimized && primitives.len() > 2 {
-        ReinsertionOptimizer::default().run(&mut bvh, *REINSERTION, None);
+        ReinsertionOptimizer::default().run(&mut bvh, REINSERTION, None);
     }
     bvh
 }
@@ -135,7 +135,7 @@ fn around(primitives: &[Bounded]) -> Aabb {
 
 #[inline(always)]
 fn price(aabb: &Aabb, count: usize) -> f32 {
-    aabb.half_area() * count.div_ceil(*AO) as f32
+    aabb.half_area() * count.div_ceil(AT_ONCE) as f32
 }
 
 /// The best cut of the centres sorted along any axis.

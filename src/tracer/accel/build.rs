@@ -1,6 +1,7 @@
 //! Building: boxes, the binary tree, the plan, the lines.
 
 use std::ops::Range;
+use std::slice::from_ref;
 
 use glam::{DVec3, Vec3};
 use obvhs::bvh2::Bvh2;
@@ -35,12 +36,12 @@ pub(super) fn build(shapes: Shapes, groups: &[Group], instances: &[Instance]) ->
         .iter()
         .map(|g| {
             let mut boxes = Boxes::default();
-            boxes.add(&shapes, (&[g.triangles.clone()], &[g.disks.clone()], &[g.spheres.clone()]));
+            boxes.add(&shapes, [&g.triangles, &g.disks, &g.spheres].map(from_ref));
             boxes.build(shapes.triangles, &mut draft)
         })
         .collect();
     let mut boxes = Boxes::default();
-    boxes.add(&shapes, (&triangles, &disks, &spheres));
+    boxes.add(&shapes, [&triangles, &disks, &spheres]);
     for (index, instance) in instances.iter().enumerate() {
         let part = &parts[instance.group as usize];
         if part.root != Child::END {
@@ -104,11 +105,7 @@ impl Boxes {
     }
 
     /// Adds the primitives of these ranges of triangles, disks and spheres.
-    fn add(
-        &mut self,
-        shapes: &Shapes,
-        (triangles, disks, spheres): (&[Range<u32>], &[Range<u32>], &[Range<u32>]),
-    ) {
+    fn add(&mut self, shapes: &Shapes, [triangles, disks, spheres]: [&[Range<u32>]; 3]) {
         let more: usize = triangles.iter().map(|r| r.len()).sum();
         self.items.reserve(more);
         self.boxes.reserve(more);

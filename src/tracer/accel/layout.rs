@@ -5,13 +5,12 @@
 //!
 //! | block | rows | lines |
 //! |---|---|---|
-//! | of triangles over 8 vertices | x, y, z by vertex; a byte per triangle for each corner, the vertex's number; ids | 3 |
-//! | of triangles over 16 vertices | the same, x, y, z twice | 4 |
+//! | of triangles that share vertices, at most 16 | x, y, z of eight, of eight more; a byte per triangle for each corner, the vertex's number; ids | 4 |
 //! | of triangles | x, y, z by triangle for each of 3 corners; ids | 5 |
 //! | of parallelograms | x, y, z by parallelogram for each of 4 corners; ids | 7 |
 //!
-//! In a mesh eight neighbours have nine or ten vertices, so most blocks are of the first two kinds, half as large as a plain one,
-//! and a vertex is put into the space of the ray once instead of once for every triangle around it.
+//! In a mesh eight neighbours have nine or ten vertices, so most blocks are of the first kind, and a vertex is put into the
+//! space of the ray once instead of once for every triangle around it.
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
@@ -38,12 +37,16 @@ pub(super) const fn block_rows(corners: usize) -> usize {
     3 * corners + 1
 }
 
-/// Rows of a block of triangles over `sets` times eight vertices: vertices by axis, numbers of corners, ids.
-pub(super) const fn shared_rows(sets: usize) -> usize {
-    3 * sets + 2
-}
+/// Most vertices of a block that shares them.
+pub(super) const MAX_SHARED: usize = 2 * WIDTH;
 
-/// A reference to a node (its first line) or to a leaf: bit 31 marks a leaf, bits 30 and 29 its kind, and the rest is the
+/// Rows of a block that shares vertices: two times eight vertices by axis, numbers of corners, ids.
+pub(super) const SHARED_ROWS: usize = 8;
+
+/// The row of a block that shares vertices that holds the numbers of corners.
+pub(super) const NUMBERS: usize = 6;
+
+/// A reference to a node (its first line) or to a leaf: bit 31 marks a leaf, bits 30 to 28 its kind, and the rest is the
 /// first line of its block, or the index of what stands elsewhere.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Child(pub(super) u32);
@@ -55,9 +58,7 @@ const KIND_SHIFT: u32 = 28;
 /// What a leaf holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Leaf {
-    /// A block of triangles over eight vertices, at this line.
-    Few(usize),
-    /// A block of triangles over sixteen vertices.
+    /// A block of triangles that share vertices, at this line.
     Shared(usize),
     /// A block of triangles.
     Triangles(usize),
@@ -82,12 +83,11 @@ impl Child {
 
     pub(super) fn to_leaf(leaf: Leaf) -> Self {
         let (kind, rest) = match leaf {
-            Leaf::Few(line) => (0, line as u32),
-            Leaf::Shared(line) => (1, line as u32),
-            Leaf::Triangles(line) => (2, line as u32),
-            Leaf::Quads(line) => (3, line as u32),
-            Leaf::Analytic(prim) => (4, prim),
-            Leaf::Instance(index) => (5, index),
+            Leaf::Shared(line) => (0, line as u32),
+            Leaf::Triangles(line) => (1, line as u32),
+            Leaf::Quads(line) => (2, line as u32),
+            Leaf::Analytic(prim) => (3, prim),
+            Leaf::Instance(index) => (4, index),
         };
         debug_assert!((rest as usize) < Self::LIMIT);
         Self(LEAF | kind << KIND_SHIFT | rest)
@@ -106,17 +106,16 @@ impl Child {
 
     /// True when it refers to lines.
     fn is_of_lines(self) -> bool {
-        !self.is_leaf() || (self.0 & KIND) >> KIND_SHIFT < 4
+        !self.is_leaf() || (self.0 & KIND) >> KIND_SHIFT < 3
     }
 
     #[inline(always)]
     pub(super) fn leaf(self) -> Leaf {
         match (self.0 & KIND) >> KIND_SHIFT {
-            0 => Leaf::Few(self.line()),
-            1 => Leaf::Shared(self.line()),
-            2 => Leaf::Triangles(self.line()),
-            3 => Leaf::Quads(self.line()),
-            4 => Leaf::Analytic(self.line() as u32),
+            0 => Leaf::Shared(self.line()),
+            1 => Leaf::Triangles(self.line()),
+            2 => Leaf::Quads(self.line()),
+            3 => Leaf::Analytic(self.line() as u32),
             _ => Leaf::Instance(self.line() as u32),
         }
     }
@@ -202,30 +201,20 @@ impl Draft {
                 }
             }
         }
-        match vertices.len() {
-            ..=8 => Leaf::Few(self.shared::<1>(&vertices, numbers, triangles)),
-            ..=16 => Leaf::Shared(self.shared::<2>(&vertices, numbers, triangles)),
-            _ => Leaf::Triangles(self.polygons(triangles)),
+        if vertices.len() > MAX_SHARED {
+            return Leaf::Triangles(self.polygons(triangles));
         }
-    }
-
-    fn shared<const SETS: usize>(
-        &mut self,
-        vertices: &[Vec3],
-        numbers: [[u8; WIDTH]; 3],
-        triangles: &[([Vec3; 3], u32)],
-    ) -> usize {
         let line = self.lines.len();
-        let rows = self.add(shared_rows(SETS));
+        let rows = self.add(SHARED_ROWS);
         for (i, v) in vertices.iter().enumerate() {
             for axis in 0..3 {
                 rows[i / WIDTH * 3 + axis][i % WIDTH] = v[axis];
             }
         }
-        let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut rows[3 * SETS]);
+        let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut rows[NUMBERS]);
         bytes[..3 * WIDTH].copy_from_slice(numbers.as_flattened());
-        put_ids(&mut rows[3 * SETS + 1], triangles.iter().map(|t| t.1));
-        line
+        put_ids(&mut rows[NUMBERS + 1], triangles.iter().map(|t| t.1));
+        Leaf::Shared(line)
     }
 
     /// Writes a block of at most eight polygons and their ids. Empty lanes are points, never hit.

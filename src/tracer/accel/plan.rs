@@ -13,7 +13,7 @@ use super::layout::WIDTH;
 /// Price of eight box tests; the unit.
 const NODE_COST: f32 = 1.0;
 /// Price of a block of eight polygons.
-static BLOCK_COST_: std::sync::LazyLock<f32> = std::sync::LazyLock::new(|| std::env::var("BC").map_or(0.7, |x| x.parse().unwrap()));
+const BLOCK_COST: f32 = 0.7;
 /// Price of a disk or sphere.
 const ANALYTIC_COST: f32 = 0.7;
 /// Price of the beginning of another walk.
@@ -119,8 +119,8 @@ impl Plan {
 
     fn leaf(&self, n: usize, area: f32, item: Item) -> Costs {
         let (cost, triangles, quads) = match item {
-            Item::Triangle(_) => (*BLOCK_COST_, 1, 0),
-            Item::Quad(_) => (*BLOCK_COST_, 0, 1),
+            Item::Triangle(_) => (BLOCK_COST, 1, 0),
+            Item::Quad(_) => (BLOCK_COST, 0, 1),
             Item::Analytic(_) => (ANALYTIC_COST, MANY, MANY),
             Item::Instance(_) => (INSTANCE_COST, MANY, MANY),
         };
@@ -146,7 +146,7 @@ impl Plan {
         }
         let inner = area * NODE_COST + cost[WIDTH - 1];
         let fits = triangles.min(quads) == 0 && triangles.max(quads) <= WIDTH as u32;
-        let block = if fits { area * *BLOCK_COST_ } else { f32::INFINITY };
+        let block = if fits { area * BLOCK_COST } else { f32::INFINITY };
         if fits && block <= inner {
             choices |= LEAF;
         }

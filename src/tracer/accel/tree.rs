@@ -1,6 +1,6 @@
 //! The finished tree, and what a walk meets in it that is neither a node nor a block.
 
-use glam::{DAffine3, Vec3, Vec3A};
+use glam::{DAffine3, Vec3A};
 
 use crate::tracer::shape::{Disk, Sphere};
 

@@ -43,8 +43,8 @@ impl PrepareOptions {
     }
 }
 
-/// Primitive ids must leave room for two flag bits and a block number.
-const MAX_PRIMITIVES: usize = 500_000_000;
+/// Even if every one has a block of its own, references to lines of memory have bits enough.
+const MAX_PRIMITIVES: usize = 100_000_000;
 
 /// The scene as planned.
 pub(super) fn prepare(desc: &SceneDesc) -> Result<Scene, PrepareError> {

@@ -47,10 +47,8 @@ pub(in crate::tracer::accel) trait Lanes: Copy {
     fn sorted(self, keys: Self::Ints) -> Self::Ints;
     /// Eight small numbers.
     fn numbers(self, bytes: &[u8; 8]) -> Self::Ints;
-    /// For every number what `a` has in the lane of that number, below 8.
-    fn pick(self, a: Self::Floats, numbers: Self::Ints) -> Self::Floats;
     /// For every number what `a`, or from 8 on `b`, has in the lane of that number, below 16.
-    fn pick_of_two(self, a: Self::Floats, b: Self::Floats, numbers: Self::Ints) -> Self::Floats;
+    fn pick(self, a: Self::Floats, b: Self::Floats, numbers: Self::Ints) -> Self::Floats;
     /// Writes `keys` over `to`.
     fn put(self, keys: Self::Ints, to: &mut Slots<i32>);
     /// Writes for every key what `row` has, as bits, in the lane that the key names.

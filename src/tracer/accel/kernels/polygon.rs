@@ -11,7 +11,7 @@ use glam::Vec3;
 
 use crate::math::float::UNIT_ROUNDOFF;
 use crate::tracer::accel::Ray;
-use crate::tracer::accel::layout::{Row, block_rows, shared_rows};
+use crate::tracer::accel::layout::{NUMBERS, Row, SHARED_ROWS, block_rows};
 
 use super::lanes::Lanes;
 use super::ray::{Corner, ShearedRay};
@@ -94,40 +94,21 @@ pub(super) fn triangles<S: Lanes, const CLOSED: bool>(
     triangle::<S, CLOSED>(s, corners, ray, t_max)
 }
 
-/// As [`triangles`], over eight vertices.
-#[inline(always)]
-pub(super) fn few<S: Lanes, const CLOSED: bool>(
-    s: S,
-    rows: &[Row; shared_rows(1)],
-    ray: &ShearedRay<S>,
-    t_max: f32,
-) -> Option<Hits<S>> {
-    let [x, y, z] = ray.shear(s, rows, 0);
-    let [a, b, c, _] = bytemuck::cast_ref::<Row, [[u8; 8]; 4]>(&rows[3]);
-    let (a, b, c) = (s.numbers(a), s.numbers(b), s.numbers(c));
-    let corners = [
-        [s.pick(x, a), s.pick(y, a), s.pick(z, a)],
-        [s.pick(x, b), s.pick(y, b), s.pick(z, b)],
-        [s.pick(x, c), s.pick(y, c), s.pick(z, c)],
-    ];
-    triangle::<S, CLOSED>(s, corners, ray, t_max)
-}
-
-/// As [`triangles`], over sixteen vertices.
+/// As [`triangles`], for triangles that share vertices.
 #[inline(always)]
 pub(super) fn shared<S: Lanes, const CLOSED: bool>(
     s: S,
-    rows: &[Row; shared_rows(2)],
+    rows: &[Row; SHARED_ROWS],
     ray: &ShearedRay<S>,
     t_max: f32,
 ) -> Option<Hits<S>> {
     let ([x, y, z], [x2, y2, z2]) = (ray.shear(s, rows, 0), ray.shear(s, rows, 1));
-    let [a, b, c, _] = bytemuck::cast_ref::<Row, [[u8; 8]; 4]>(&rows[6]);
+    let [a, b, c, _] = bytemuck::cast_ref::<Row, [[u8; 8]; 4]>(&rows[NUMBERS]);
     let (a, b, c) = (s.numbers(a), s.numbers(b), s.numbers(c));
     let corners = [
-        [s.pick_of_two(x, x2, a), s.pick_of_two(y, y2, a), s.pick_of_two(z, z2, a)],
-        [s.pick_of_two(x, x2, b), s.pick_of_two(y, y2, b), s.pick_of_two(z, z2, b)],
-        [s.pick_of_two(x, x2, c), s.pick_of_two(y, y2, c), s.pick_of_two(z, z2, c)],
+        [s.pick(x, x2, a), s.pick(y, y2, a), s.pick(z, z2, a)],
+        [s.pick(x, x2, b), s.pick(y, y2, b), s.pick(z, z2, b)],
+        [s.pick(x, x2, c), s.pick(y, y2, c), s.pick(z, z2, c)],
     ];
     triangle::<S, CLOSED>(s, corners, ray, t_max)
 }
@@ -211,7 +192,7 @@ pub(super) fn corners(rows: &[Row], lane: usize) -> [Vec3; 3] {
 /// The corners of a triangle of a block over shared vertices.
 #[cold]
 pub(super) fn shared_corners(rows: &[Row], lane: usize) -> [Vec3; 3] {
-    let numbers: &[u8] = bytemuck::cast_slice(&rows[rows.len() - 2]);
+    let numbers: &[u8] = bytemuck::cast_slice(&rows[NUMBERS]);
     [0, 1, 2].map(|corner| {
         let n = usize::from(numbers[8 * corner + (lane & 7)]);
         Vec3::from_array([0, 1, 2].map(|axis| rows[n / 8 * 3 + axis][n % 8]))

@@ -121,12 +121,7 @@ impl Lanes for Scalar {
     }
 
     #[inline(always)]
-    fn pick(self, a: Row, numbers: [i32; 8]) -> Row {
-        numbers.map(|n| a[(n & 7) as usize])
-    }
-
-    #[inline(always)]
-    fn pick_of_two(self, a: Row, b: Row, numbers: [i32; 8]) -> Row {
+    fn pick(self, a: Row, b: Row, numbers: [i32; 8]) -> Row {
         let both = [a, b];
         numbers.map(|n| both[(n >> 3 & 1) as usize][(n & 7) as usize])
     }

@@ -4,12 +4,12 @@ use std::hint::select_unpredictable;
 
 use glam::Vec3;
 
-use crate::tracer::accel::layout::{CHILDREN, Child, Leaf, Row, block_rows, shared_rows};
+use crate::tracer::accel::layout::{CHILDREN, Child, Leaf, Row, SHARED_ROWS, block_rows};
 use crate::tracer::accel::tree::{Part, Tree};
 use crate::tracer::accel::{Hit, PrimRange, Ray};
 
 use super::lanes::Lanes;
-use super::polygon::{Hits, corners, few, plane_t, quads, shared, shared_corners, triangles};
+use super::polygon::{Hits, corners, plane_t, quads, shared, shared_corners, triangles};
 use super::ray::{ShearedRay, prepared};
 use super::stack::Stack;
 
@@ -71,8 +71,7 @@ fn closest_in_leaf<S: Lanes>(
         }};
     }
     match leaf.leaf() {
-        Leaf::Few(line) => block!(line, shared_rows(1), few, shared_corners),
-        Leaf::Shared(line) => block!(line, shared_rows(2), shared, shared_corners),
+        Leaf::Shared(line) => block!(line, SHARED_ROWS, shared, shared_corners),
         Leaf::Triangles(line) => block!(line, block_rows(3), triangles, corners),
         Leaf::Quads(line) => block!(line, block_rows(4), quads, corners),
         Leaf::Analytic(prim) => {
@@ -151,8 +150,7 @@ fn occluded_in_leaf<S: Lanes>(
         }};
     }
     match leaf.leaf() {
-        Leaf::Few(line) => block!(line, shared_rows(1), few, shared_corners),
-        Leaf::Shared(line) => block!(line, shared_rows(2), shared, shared_corners),
+        Leaf::Shared(line) => block!(line, SHARED_ROWS, shared, shared_corners),
         Leaf::Triangles(line) => block!(line, block_rows(3), triangles, corners),
         Leaf::Quads(line) => block!(line, block_rows(4), quads, corners),
         Leaf::Analytic(prim) => !skip.contains(prim) && tree.analytic(prim, ray, ray.t_max).is_some(),

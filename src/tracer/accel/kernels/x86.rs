@@ -174,12 +174,7 @@ impl<const WIDE: bool> Lanes for X86<WIDE> {
     }
 
     #[inline(always)]
-    fn pick(self, a: __m256, numbers: __m256i) -> __m256 {
-        avx!(_mm256_permutevar8x32_ps(a, numbers))
-    }
-
-    #[inline(always)]
-    fn pick_of_two(self, a: __m256, b: __m256, numbers: __m256i) -> __m256 {
+    fn pick(self, a: __m256, b: __m256, numbers: __m256i) -> __m256 {
         avx!(if WIDE {
             _mm256_permutex2var_ps(a, numbers, b)
         } else {
