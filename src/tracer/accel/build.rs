@@ -137,10 +137,10 @@ impl Boxes {
 
     /// Builds the tree and writes it.
     fn build(mut self, triangles: &[[Vec3; 3]], draft: &mut Draft) -> Part {
-        let Some((lo, hi)) = self.bounds else { return Part::default() };
+        let Some(bounds) = self.bounds else { return Part::default() };
         let (bvh, plan) = self.planned();
         let root = Source { bvh: &bvh, plan: &plan, items: &self.items, triangles }.write(draft);
-        Part { root, bounds: (lo.into(), hi.into()) }
+        Part::new(root, bounds)
     }
 
     /// The tree and its plan; without what makes it better where that makes it too deep to be walked.

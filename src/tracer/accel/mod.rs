@@ -161,8 +161,7 @@ impl Accel {
 
     /// Corners of the box around everything; both zero for an empty scene.
     pub fn bounds(&self) -> (Vec3, Vec3) {
-        let (lo, hi) = self.tree.world.bounds;
-        (lo.into(), hi.into())
+        self.tree.world.bounds
     }
 
     /// The nearest hit with `0 < t < ray.t_max`, or `None`; of several at the same distance the one with the lowest id (then the

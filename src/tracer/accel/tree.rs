@@ -1,6 +1,6 @@
 //! The finished tree, and what a walk meets in it that is neither a node nor a block.
 
-use glam::{DAffine3, Vec3A};
+use glam::{DAffine3, Vec3};
 
 use crate::tracer::shape::{Disk, Sphere};
 
@@ -14,12 +14,20 @@ pub(super) struct Part {
     /// What a walk begins with.
     pub(super) root: Child,
     /// Corners of the box around everything; both zero when there is nothing.
-    pub(super) bounds: (Vec3A, Vec3A),
+    pub(super) bounds: (Vec3, Vec3),
+    /// The largest magnitude of a coordinate of these.
+    pub(super) extent: f32,
+}
+
+impl Part {
+    pub(super) fn new(root: Child, bounds: (Vec3, Vec3)) -> Self {
+        Self { root, bounds, extent: bounds.0.abs().max(bounds.1.abs()).max_element() }
+    }
 }
 
 impl Default for Part {
     fn default() -> Self {
-        Self { root: Child::END, bounds: (Vec3A::ZERO, Vec3A::ZERO) }
+        Self::new(Child::END, (Vec3::ZERO, Vec3::ZERO))
     }
 }
 
@@ -60,9 +68,6 @@ impl Tree {
     /// The nearest hit with `0 < t < ray.t_max`. A ray that is not finite hits nothing.
     #[inline]
     pub(super) fn closest(&self, ray: &Ray) -> Option<Hit> {
-        if !is_sound(ray) {
-            return None;
-        }
         // Nothing comes before it at the same distance.
         let mut best = Hit { t: ray.t_max, prim: 0, uv: [0.0; 2], instance: 0 };
         // SAFETY: `Accel` sets walks that the processor can run.
@@ -74,7 +79,7 @@ impl Tree {
     #[inline]
     pub(super) fn occluded(&self, ray: &Ray, skip: PrimRange) -> bool {
         // SAFETY: `Accel` sets walks that the processor can run.
-        is_sound(ray) && unsafe { (self.walks.occluded)((self, &self.world), ray, skip) }
+        unsafe { (self.walks.occluded)((self, &self.world), ray, skip) }
     }
 
     /// Where the ray meets the disk or sphere `prim`, if that is before `t_max`.
@@ -91,33 +96,19 @@ impl Tree {
     #[inline(never)]
     pub(super) fn closest_in(&self, index: u32, ray: &Ray, best: &mut Hit) {
         let placed = &self.instances[index as usize];
-        let seen = placed.seen(ray);
-        if is_sound(&seen) {
-            let part = &self.groups[placed.group as usize];
-            // SAFETY: `Accel` sets walks that the processor can run.
-            unsafe { (self.walks.closest)((self, part), &seen, index, best) };
-        }
+        let (part, seen) = (&self.groups[placed.group as usize], placed.seen(ray));
+        // SAFETY: `Accel` sets walks that the processor can run.
+        unsafe { (self.walks.closest)((self, part), &seen, index, best) };
     }
 
     /// True when anything of an instance is hit.
     #[inline(never)]
     pub(super) fn occluded_in(&self, index: u32, ray: &Ray, skip: PrimRange) -> bool {
         let placed = &self.instances[index as usize];
-        let seen = placed.seen(ray);
-        let part = &self.groups[placed.group as usize];
+        let (part, seen) = (&self.groups[placed.group as usize], placed.seen(ray));
         // SAFETY: `Accel` sets walks that the processor can run.
-        is_sound(&seen) && unsafe { (self.walks.occluded)((self, part), &seen, skip) }
+        unsafe { (self.walks.occluded)((self, part), &seen, skip) }
     }
-}
-
-/// True for a ray that a walk can follow: finite, from no farther than 1e18, with a direction not shorter than 5e-12. Beyond, products
-/// would overflow, or the floor under the components of directions ([`kernels`](super::kernels)) would turn the ray.
-#[inline(always)]
-fn is_sound(ray: &Ray) -> bool {
-    let (from, along) = (ray.origin.abs(), ray.direction.abs());
-    // Every comparison with NaN fails, but `max_element` does not see one.
-    let numbers = (ray.origin + ray.direction).is_finite() && ray.t_max > 0.0;
-    numbers && from.max_element() <= 1e18 && along.max_element() >= 5e-12
 }
 
 impl Hit {

@@ -87,7 +87,7 @@ fn edge<S: Lanes>(s: S, a: Corner<S>, b: Corner<S>) -> S::Floats {
 pub(super) fn triangles<S: Lanes, const CLOSED: bool>(
     s: S,
     rows: &[Row; block_rows(3)],
-    ray: &ShearedRay<S>,
+    ray: &ShearedRay,
     t_max: f32,
 ) -> Option<Hits<S>> {
     let corners = [ray.shear(s, rows, 0), ray.shear(s, rows, 1), ray.shear(s, rows, 2)];
@@ -99,7 +99,7 @@ pub(super) fn triangles<S: Lanes, const CLOSED: bool>(
 pub(super) fn shared<S: Lanes, const CLOSED: bool>(
     s: S,
     rows: &[Row; SHARED_ROWS],
-    ray: &ShearedRay<S>,
+    ray: &ShearedRay,
     t_max: f32,
 ) -> Option<Hits<S>> {
     let ([x, y, z], [x2, y2, z2]) = (ray.shear(s, rows, 0), ray.shear(s, rows, 1));
@@ -118,7 +118,7 @@ pub(super) fn shared<S: Lanes, const CLOSED: bool>(
 fn triangle<S: Lanes, const CLOSED: bool>(
     s: S,
     [a, b, c]: [Corner<S>; 3],
-    ray: &ShearedRay<S>,
+    ray: &ShearedRay,
     t_max: f32,
 ) -> Option<Hits<S>> {
     let (u, v, w) = (edge(s, b, c), edge(s, c, a), edge(s, a, b));
@@ -130,7 +130,7 @@ fn triangle<S: Lanes, const CLOSED: bool>(
     }
     let inverse = s.div(s.splat(1.0), s.add(s.add(u, v), w));
     let scaled = s.add(s.add(s.mul(u, a[2]), s.mul(v, b[2])), s.mul(w, c[2]));
-    let t = s.mul(s.mul(scaled, inverse), ray.scale_z);
+    let t = s.mul(s.mul(scaled, inverse), s.splat(ray.scale_z));
     let Look { around, doubtful } = look(s, [a, b, c], scaled);
     let mask = inside & around & (doubtful | in_front::<S, CLOSED>(s, t, t_max));
     let (u, v) = (s.mul(v, inverse), s.mul(w, inverse));
@@ -142,7 +142,7 @@ fn triangle<S: Lanes, const CLOSED: bool>(
 pub(super) fn quads<S: Lanes, const CLOSED: bool>(
     s: S,
     rows: &[Row; block_rows(4)],
-    ray: &ShearedRay<S>,
+    ray: &ShearedRay,
     t_max: f32,
 ) -> Option<Hits<S>> {
     let (a, b) = (ray.shear(s, rows, 0), ray.shear(s, rows, 1));
@@ -157,7 +157,7 @@ pub(super) fn quads<S: Lanes, const CLOSED: bool>(
     // Opposite edge functions add up to the area: x along ab, y along ad, both in [0, 1].
     let (x, y) = (s.div(da, s.add(da, bc)), s.div(ab, s.add(ab, cd)));
     let tz = s.add(a[2], s.add(s.mul(x, s.sub(b[2], a[2])), s.mul(y, s.sub(d[2], a[2]))));
-    let t = s.mul(tz, ray.scale_z);
+    let t = s.mul(tz, s.splat(ray.scale_z));
     let Look { around, doubtful } = look(s, [a, b, c, d], s.mul(tz, s.add(ab, cd)));
     let mask = inside & around & (doubtful | in_front::<S, CLOSED>(s, t, t_max));
     // a + x·ab + y·ad, in terms of the triangle abc: ad = ac − ab.

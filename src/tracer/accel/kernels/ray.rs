@@ -7,7 +7,7 @@ use crate::tracer::accel::layout::Row;
 
 use super::lanes::Lanes;
 
-/// Share of the reach (the farthest coordinate from ray origin or zero) by which boxes are widened: 25 unit roundoffs.
+/// Share of the reach (the farthest that any coordinate can be from the origin of the ray or from zero) by which boxes are widened: 25 unit roundoffs.
 ///
 /// To first order 15 are enough, so that no box is missed whose polygon the polygon test would accept. Box test: one
 /// rounding each for the moved origin, its product with the reciprocal, the reciprocal, and one or two for the other
@@ -27,15 +27,26 @@ pub(super) struct SlabRay<S: Lanes> {
     offset_far: [S::Floats; 3],
 }
 
-/// A ray in the terms of both tests, which share their reciprocals.
+/// The smallest magnitude of a component of a direction in the box test: its reciprocal times any coordinate is finite.
+const FLOOR: f32 = 1e-18;
+
+/// A ray in the terms of both tests, which share their reciprocals. `None` for one that no walk can follow: not finite, from beyond
+/// 1e18, where a float cannot tell anything of a scene apart, or with a direction shorter than 5e-12, which the floor would turn.
+///
+/// `extent` is the largest magnitude of a coordinate of what is walked.
 #[inline(always)]
-pub(super) fn prepared<S: Lanes>(s: S, (lo, hi): (Vec3A, Vec3A), ray: &Ray) -> (SlabRay<S>, ShearedRay<S>) {
+pub(super) fn prepared<S: Lanes>(s: S, extent: f32, ray: &Ray) -> Option<(SlabRay<S>, ShearedRay)> {
     let (o, d) = (Vec3A::from(ray.origin), Vec3A::from(ray.direction));
     let size = d.abs();
+    let (from, longest) = (o.abs().max_element(), size.max_element());
+    // What is not finite makes NaN here, and NaN equals nothing.
+    let finite = ((o - o) + (d - d)).cmpeq(Vec3A::ZERO).all();
+    if !(finite && from <= 1e18 && longest >= 5e-12 && ray.t_max > 0.0) {
+        return None;
+    }
     // A zero component becomes a huge finite reciprocal, so that no box test multiplies 0 by infinity.
-    let inverse = (1.0 / size.max(Vec3A::splat(1e-18))).copysign(d);
-    let reach = (lo - o).abs().max((hi - o).abs()).max(o.abs()).max_element();
-    let shift = Vec3A::splat(WIDEN * reach).copysign(d);
+    let inverse = (1.0 / size.max(Vec3A::splat(FLOOR))).copysign(d);
+    let shift = Vec3A::splat(WIDEN * (extent + from)).copysign(d);
     let (offset_near, offset_far) = ((-o - shift) * inverse, (shift - o) * inverse);
     let negative = d.is_negative_bitmask() as usize;
     let near = [negative & 1, 2 | (negative >> 1 & 1), 4 | (negative >> 2 & 1)];
@@ -46,19 +57,18 @@ pub(super) fn prepared<S: Lanes>(s: S, (lo, hi): (Vec3A, Vec3A), ray: &Ray) -> (
         offset_near: [s.splat(offset_near.x), s.splat(offset_near.y), s.splat(offset_near.z)],
         offset_far: [s.splat(offset_far.x), s.splat(offset_far.y), s.splat(offset_far.z)],
     };
-    // Arithmetic, not branches: which is the longest axis cannot be foretold.
-    let z = usize::from(size.y >= size.x) + usize::from(size.z >= size.x.max(size.y)) * 2;
-    let z = z.min(2);
-    let (x, y) = ([1, 2, 0][z], [2, 0, 1][z]);
-    let (o, d, inverse) = (o.to_array(), d.to_array(), inverse.to_array());
+    // Which axis is the longest cannot be foretold: arithmetic, not branches. The next two follow in a circle.
+    let z = (size.cmpeq(Vec3A::splat(longest)).bitmask().trailing_zeros() & 3) as usize;
+    let (x, y) = (0b00_10_01 >> (2 * z) & 3, 0b01_00_10 >> (2 * z) & 3);
+    let [o, d, inverse] = [o, d, inverse].map(|v| v.extend(0.0).to_array());
     let scale_z = inverse[z];
     let sheared = ShearedRay {
         axes: [x, y, z],
-        origin: [s.splat(o[x]), s.splat(o[y]), s.splat(o[z])],
-        slope: [s.splat(d[x] * scale_z), s.splat(d[y] * scale_z)],
-        scale_z: s.splat(scale_z),
+        origin: [o[x], o[y], o[z]],
+        slope: [d[x] * scale_z, d[y] * scale_z],
+        scale_z,
     };
-    (slab, sheared)
+    Some((slab, sheared))
 }
 
 impl<S: Lanes> SlabRay<S> {
@@ -79,21 +89,21 @@ impl<S: Lanes> SlabRay<S> {
 }
 
 /// A ray in the terms of the polygon test.
-pub(super) struct ShearedRay<S: Lanes> {
+pub(super) struct ShearedRay {
     /// Axes x, y, z of the sheared space; z is the longest of the direction.
     axes: [usize; 3],
-    origin: [S::Floats; 3],
-    slope: [S::Floats; 2],
-    pub(super) scale_z: S::Floats,
+    origin: [f32; 3],
+    slope: [f32; 2],
+    pub(super) scale_z: f32,
 }
 
 /// A corner of every lane's polygon, in the sheared space.
 pub(super) type Corner<S> = [<S as Lanes>::Floats; 3];
 
-impl<S: Lanes> ShearedRay<S> {
-    /// The corner whose coordinates stand in three rows.
+impl ShearedRay {
+    /// The corners whose coordinates stand in three rows, from row `3 · corner` on.
     #[inline(always)]
-    pub(super) fn shear(&self, s: S, rows: &[Row], corner: usize) -> Corner<S> {
+    pub(super) fn shear<S: Lanes>(&self, s: S, rows: &[Row], corner: usize) -> Corner<S> {
         debug_assert!(3 * corner + 3 <= rows.len());
         // SAFETY: axes are 0, 1 and 2 in some order, and a block has three rows for every corner.
         let [x, y, z] = unsafe {
@@ -103,9 +113,9 @@ impl<S: Lanes> ShearedRay<S> {
                 rows.get_unchecked(3 * corner + self.axes[2]),
             ]
         };
-        let z = s.sub(s.load(z), self.origin[2]);
-        let x = s.sub(s.sub(s.load(x), self.origin[0]), s.mul(self.slope[0], z));
-        let y = s.sub(s.sub(s.load(y), self.origin[1]), s.mul(self.slope[1], z));
+        let z = s.sub(s.load(z), s.splat(self.origin[2]));
+        let x = s.sub(s.sub(s.load(x), s.splat(self.origin[0])), s.mul(s.splat(self.slope[0]), z));
+        let y = s.sub(s.sub(s.load(y), s.splat(self.origin[1])), s.mul(s.splat(self.slope[1]), z));
         [x, y, z]
     }
 }

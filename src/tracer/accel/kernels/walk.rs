@@ -1,6 +1,6 @@
 //! The walk through the tree, eight boxes or eight primitives at a time.
 
-use std::hint::select_unpredictable;
+use std::hint::{black_box, select_unpredictable};
 
 use glam::Vec3;
 
@@ -22,7 +22,7 @@ const AHEAD: usize = 4;
 /// are left out only when they begin beyond the best distance.
 #[inline(always)]
 pub(super) fn closest<S: Lanes>(s: S, (tree, part): (&Tree, &Part), ray: &Ray, instance: u32, best: &mut Hit) {
-    let (slab, sheared) = prepared(s, part.bounds, ray);
+    let Some((slab, sheared)) = prepared(s, part.extent, ray) else { return };
     let (mut stack, mut top) = Stack::new();
     let mut current = part.root;
     loop {
@@ -58,10 +58,12 @@ pub(super) fn closest<S: Lanes>(s: S, (tree, part): (&Tree, &Part), ray: &Ray, i
 fn closest_in_leaf<S: Lanes>(
     s: S,
     (tree, leaf): (&Tree, Child),
-    (ray, sheared): (&Ray, &ShearedRay<S>),
+    (ray, sheared): (&Ray, &ShearedRay),
     instance: u32,
     best: &mut Hit,
 ) {
+    // Hidden from the compiler, which would spread it over registers before it is known whether a block is met.
+    let sheared = black_box(sheared);
     macro_rules! block {
         ($line:expr, $rows:expr, $test:ident, $corners:ident) => {{
             let rows = tree.arena.rows::<{ $rows }>($line);
@@ -114,7 +116,7 @@ fn id(rows: &[Row], lane: usize) -> u32 {
 /// True when anything of `part` is hit but the primitives of `skip`.
 #[inline(always)]
 pub(super) fn occluded<S: Lanes>(s: S, (tree, part): (&Tree, &Part), ray: &Ray, skip: PrimRange) -> bool {
-    let (slab, sheared) = prepared(s, part.bounds, ray);
+    let Some((slab, sheared)) = prepared(s, part.extent, ray) else { return false };
     let (mut stack, mut top) = Stack::new();
     let mut current = part.root;
     loop {
@@ -139,9 +141,11 @@ pub(super) fn occluded<S: Lanes>(s: S, (tree, part): (&Tree, &Part), ray: &Ray, 
 fn occluded_in_leaf<S: Lanes>(
     s: S,
     (tree, leaf): (&Tree, Child),
-    (ray, sheared): (&Ray, &ShearedRay<S>),
+    (ray, sheared): (&Ray, &ShearedRay),
     skip: PrimRange,
 ) -> bool {
+    // Hidden from the compiler, which would spread it over registers before it is known whether a block is met.
+    let sheared = black_box(sheared);
     macro_rules! block {
         ($line:expr, $rows:expr, $test:ident, $corners:ident) => {{
             let rows = tree.arena.rows::<{ $rows }>($line);
