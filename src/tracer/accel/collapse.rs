@@ -4,7 +4,8 @@ use glam::Vec3;
 use obvhs::bvh2::Bvh2;
 use rayon::prelude::*;
 
-use super::layout::{Child, Draft, Leaf, WIDTH};
+use super::draft::Draft;
+use super::layout::{Child, Leaf, WIDTH};
 use super::plan::{Item, Plan};
 
 /// Levels of nodes that are written before all that is below them, which then is written at once.

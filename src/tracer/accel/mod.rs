@@ -14,9 +14,11 @@ mod binary;
 mod build;
 mod collapse;
 mod dispatch;
+mod draft;
 mod kernels;
 mod layout;
 mod plan;
+mod ray;
 mod tree;
 
 use std::ops::Range;
@@ -29,64 +31,7 @@ use kernels::Walks;
 use tree::Tree;
 
 pub use dispatch::Kernel;
-
-/// A ray: the points `origin + t · direction`, `0 < t < t_max`. The direction need not have unit length.
-#[derive(Clone, Copy, Debug)]
-pub struct Ray {
-    /// Start, world space.
-    pub origin: Vec3,
-    /// Direction, world space.
-    pub direction: Vec3,
-    /// End, in units of `direction`; may be infinite.
-    pub t_max: f32,
-}
-
-impl Ray {
-    /// A ray without end.
-    #[inline]
-    pub fn new(origin: Vec3, direction: Vec3) -> Self {
-        Self { origin, direction, t_max: f32::INFINITY }
-    }
-}
-
-/// A range of primitive ids.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct PrimRange {
-    /// First id.
-    pub first: u32,
-    /// One past the last id.
-    pub end: u32,
-}
-
-impl PrimRange {
-    /// No primitive.
-    pub const NONE: PrimRange = PrimRange { first: 0, end: 0 };
-
-    /// True when `id` is in the range.
-    #[inline]
-    pub fn contains(self, id: u32) -> bool {
-        id >= self.first && id < self.end
-    }
-}
-
-/// The nearest intersection of a ray.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Hit {
-    /// Ray parameter.
-    pub t: f32,
-    /// Primitive id.
-    pub prim: u32,
-    /// Barycentric weights of the second and third vertex (outside [0, 1] for the second half of a parallelogram);
-    /// zero for spheres and disks.
-    pub uv: [f32; 2],
-    /// Index of the instance that shows the primitive, or [`Hit::DIRECT`].
-    pub instance: u32,
-}
-
-impl Hit {
-    /// Instead of an instance: the primitive itself stands in the world.
-    pub const DIRECT: u32 = u32::MAX;
-}
+pub use ray::{Hit, PrimRange, Ray};
 
 /// Primitives in a space of their own that are only seen through instances: ranges of the lists of triangles, disks and
 /// spheres. Primitives in no group stand in the world.

@@ -110,14 +110,3 @@ impl Tree {
         unsafe { (self.walks.occluded)((self, part), &seen, skip) }
     }
 }
-
-impl Hit {
-    /// Takes `other` if it is nearer; of two at the same distance the lower id (then instance) wins.
-    #[inline(always)]
-    pub(super) fn improve(&mut self, other: Hit) {
-        let ties = other.t == self.t && (other.prim, other.instance) < (self.prim, self.instance);
-        if other.t < self.t || ties {
-            *self = other;
-        }
-    }
-}

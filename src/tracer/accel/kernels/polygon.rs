@@ -149,8 +149,8 @@ pub(super) fn quads<S: Lanes, const CLOSED: bool>(
     let (c, d) = (ray.shear(s, rows, 2), ray.shear(s, rows, 3));
     let (ab, bc, cd, da) = (edge(s, a, b), edge(s, b, c), edge(s, c, d), edge(s, d, a));
     let zero = s.splat(0.0);
-    let inside = s.le(zero, s.min(s.min(ab, bc), s.min(cd, da)))
-        ^ s.le(s.max(s.max(ab, bc), s.max(cd, da)), zero);
+    let inside =
+        s.le(zero, s.min(s.min(ab, bc), s.min(cd, da))) ^ s.le(s.max(s.max(ab, bc), s.max(cd, da)), zero);
     if inside == 0 {
         return None;
     }

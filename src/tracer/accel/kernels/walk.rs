@@ -21,7 +21,13 @@ const AHEAD: usize = 4;
 /// What is found does not depend on the order of the walk: of hits at the same distance the lowest id wins, and boxes
 /// are left out only when they begin beyond the best distance.
 #[inline(always)]
-pub(super) fn closest<S: Lanes>(s: S, (tree, part): (&Tree, &Part), ray: &Ray, instance: u32, best: &mut Hit) {
+pub(super) fn closest<S: Lanes>(
+    s: S,
+    (tree, part): (&Tree, &Part),
+    ray: &Ray,
+    instance: u32,
+    best: &mut Hit,
+) {
     let Some((slab, sheared)) = prepared(s, part.extent, ray) else { return };
     let (mut stack, mut top) = Stack::new();
     let mut current = part.root;
