@@ -132,7 +132,7 @@ fn triangle<S: Lanes, const CLOSED: bool>(
     let scaled = s.add(s.add(s.mul(u, a[2]), s.mul(v, b[2])), s.mul(w, c[2]));
     let t = s.mul(s.mul(scaled, inverse), s.splat(ray.scale_z));
     let Look { around, doubtful } = look(s, [a, b, c], scaled);
-    let mask = inside & around & (doubtful | in_front::<S, CLOSED>(s, t, t_max));
+    let mask = inside & around & ahead::<S, CLOSED>(s, t, t_max, doubtful);
     let (u, v) = (s.mul(v, inverse), s.mul(w, inverse));
     (mask != 0).then(|| Hits { mask, t: s.to_array(t), u, v, doubtful })
 }
@@ -159,16 +159,19 @@ pub(super) fn quads<S: Lanes, const CLOSED: bool>(
     let tz = s.add(a[2], s.add(s.mul(x, s.sub(b[2], a[2])), s.mul(y, s.sub(d[2], a[2]))));
     let t = s.mul(tz, s.splat(ray.scale_z));
     let Look { around, doubtful } = look(s, [a, b, c, d], s.mul(tz, s.add(ab, cd)));
-    let mask = inside & around & (doubtful | in_front::<S, CLOSED>(s, t, t_max));
+    let mask = inside & around & ahead::<S, CLOSED>(s, t, t_max, doubtful);
     // a + x·ab + y·ad, in terms of the triangle abc: ad = ac − ab.
     let u = s.sub(x, y);
     (mask != 0).then(|| Hits { mask, t: s.to_array(t), u, v: y, doubtful })
 }
 
+/// Lanes with `0 < t < t_max`, or `≤` for `CLOSED`; of doubtful ones also those beyond, which a closer look may bring before
+/// it: what is found must not depend on what was found earlier.
 #[inline(always)]
-fn in_front<S: Lanes, const CLOSED: bool>(s: S, t: S::Floats, t_max: f32) -> u32 {
+fn ahead<S: Lanes, const CLOSED: bool>(s: S, t: S::Floats, t_max: f32, doubtful: u32) -> u32 {
     let t_max = s.splat(t_max);
-    s.lt(s.splat(0.0), t) & if CLOSED { s.le(t, t_max) } else { s.lt(t, t_max) }
+    let before = if CLOSED { s.le(t, t_max) } else { s.lt(t, t_max) };
+    s.lt(s.splat(0.0), t) & (before | doubtful)
 }
 
 /// The distance to the plane of a polygon again, from its first three corners, in double precision.
