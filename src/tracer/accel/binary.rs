@@ -10,9 +10,12 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::node::Bvh2Node;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
+use rayon::prelude::*;
 
-/// Bins along an axis.
+/// Bins along an axis for many primitives, and for fewer than [`FEWER`].
 const BINS: usize = 16;
+const FEWER_BINS: usize = 8;
+const FEWER: usize = 24;
 /// Up to so many primitives every cut is looked at.
 const FEW: usize = 6;
 /// From so many on both sides are built at once.
@@ -54,7 +57,9 @@ impl Bounded {
 
 /// The tree over `primitives`, of which there is at least one; not deeper than 64 + log₂ of their number unless `optimized`.
 pub(super) fn build(primitives: &mut [Bounded], optimized: bool) -> Bvh2 {
-    let mut nodes = vec![Bvh2Node::default(); 2 * primitives.len() - 1];
+    // By all threads: memory is first touched here.
+    let mut nodes: Vec<Bvh2Node> =
+        (1..2 * primitives.len()).into_par_iter().map(|_| Bvh2Node::default()).collect();
     let (root, rest) = nodes.split_at_mut(1);
     let aabb = around(primitives);
     split(Range { node: &mut root[0], rest, base: 1, primitives, first: 0, level: 0 }, aabb);
@@ -91,7 +96,11 @@ fn split(range: Range, aabb: Aabb) {
     } else if count <= FEW {
         swept(primitives)
     } else {
-        let binned = if level < MAX_SPLITS { binned(primitives) } else { None };
+        let binned = match count {
+            _ if level >= MAX_SPLITS => None,
+            0..FEWER => binned::<FEWER_BINS>(primitives),
+            _ => binned::<BINS>(primitives),
+        };
         binned.unwrap_or_else(|| halved(primitives, aabb))
     };
     let (children, rest) = rest.split_at_mut(2);
@@ -184,25 +193,23 @@ struct Bin {
     count: usize,
 }
 
-type Bins = [[Bin; BINS]; 3];
-
-const EMPTY: Bins = [[Bin { aabb: Aabb::INVALID, count: 0 }; BINS]; 3];
+const EMPTY: Bin = Bin { aabb: Aabb::INVALID, count: 0 };
 
 /// Where centres fall.
 #[derive(Clone, Copy)]
-struct Grid {
+struct Grid<const N: usize> {
     lo: Vec3A,
     scale: Vec3A,
 }
 
-impl Grid {
+impl<const N: usize> Grid<N> {
     #[inline(always)]
     fn bins_of(&self, p: &Bounded) -> [usize; 3] {
         let at = (p.center() - self.lo) * self.scale;
-        [at.x, at.y, at.z].map(|x| (x as i32).clamp(0, BINS as i32 - 1) as usize)
+        [at.x, at.y, at.z].map(|x| (x as i32).clamp(0, N as i32 - 1) as usize)
     }
 
-    fn fill(&self, primitives: &[Bounded]) -> Bins {
+    fn fill(&self, primitives: &[Bounded]) -> [[Bin; N]; 3] {
         if primitives.len() >= CROWD {
             let (a, b) = primitives.split_at(primitives.len() / 2);
             let (mut a, b) = rayon::join(|| self.fill(a), || self.fill(b));
@@ -211,7 +218,7 @@ impl Grid {
             }
             return a;
         }
-        let mut bins = EMPTY;
+        let mut bins = [[EMPTY; N]; 3];
         for p in primitives {
             let aabb = p.aabb();
             for (bins, i) in bins.iter_mut().zip(self.bins_of(p)) {
@@ -235,25 +242,25 @@ fn centers(primitives: &[Bounded]) -> (Vec3A, Vec3A) {
 }
 
 /// The best cut between bins, or `None` when all centres fall into one.
-fn binned(primitives: &mut [Bounded]) -> Option<Halves> {
+fn binned<const N: usize>(primitives: &mut [Bounded]) -> Option<Halves> {
     let (lo, hi) = centers(primitives);
     let spread = hi - lo;
     // A little less than the number of bins: the last centre falls into the last bin.
-    let scale = (Vec3A::splat(BINS as f32 * 0.9999) / spread).map(|x| if x.is_finite() { x } else { 0.0 });
-    let grid = Grid { lo, scale };
+    let scale = (Vec3A::splat(N as f32 * 0.9999) / spread).map(|x| if x.is_finite() { x } else { 0.0 });
+    let grid = Grid::<N> { lo, scale };
     let bins = grid.fill(primitives);
     let n = primitives.len();
     let mut best = (f32::INFINITY, 0, 0, [Aabb::INVALID; 2]);
     for (axis, bins) in bins.iter().enumerate() {
-        let mut from_right = [(Aabb::INVALID, 0.0); BINS];
+        let mut from_right = [(Aabb::INVALID, 0.0); N];
         let (mut right, mut count) = (Aabb::INVALID, 0);
-        for i in (1..BINS).rev() {
+        for i in (1..N).rev() {
             right = right.union(&bins[i].aabb);
             count += bins[i].count;
             from_right[i] = (right, price(&right, count));
         }
         let (mut left, mut count) = (Aabb::INVALID, 0);
-        for i in 1..BINS {
+        for i in 1..N {
             left = left.union(&bins[i - 1].aabb);
             count += bins[i - 1].count;
             if count == 0 || count == n {

@@ -3,7 +3,8 @@
 use glam::Vec3;
 
 use super::layout::{
-    Arena, CHILDREN, Child, Leaf, Line, MAX_SHARED, NODE_LINES, NUMBERS, Row, SHARED_ROWS, WIDTH, block_rows,
+    Arena, CHILDREN, Child, Leaf, Line, MAX_SHARED, NODE_LINES, NUMBERS, Row, SHARED_ROWS, WIDTH,
+    ask_for_large_pages, block_rows,
 };
 
 /// Lines as they are written: references count from the first of them.
@@ -99,6 +100,7 @@ impl Draft {
     /// Puts `others` behind, each with its root; returns the roots as they are called here.
     pub(super) fn append(&mut self, others: Vec<(Draft, Child)>) -> Vec<Child> {
         self.lines.reserve_exact(others.iter().map(|(draft, _)| draft.lines.len()).sum());
+        ask_for_large_pages(self.lines.spare_capacity_mut());
         others
             .into_iter()
             .map(|(draft, root)| {
@@ -116,7 +118,7 @@ impl Draft {
     }
 
     pub(super) fn finish(self) -> Arena {
-        Arena::new(&self.lines)
+        Arena::new(self.lines)
     }
 }
 

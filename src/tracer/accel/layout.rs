@@ -134,11 +134,8 @@ pub(super) struct Arena {
 }
 
 impl Arena {
-    pub(super) fn new(written: &[Line]) -> Self {
-        assert!(written.len() < Child::LIMIT, "{} lines are more than a reference can count", written.len());
-        let mut lines = Vec::with_capacity(written.len());
-        ask_for_large_pages(lines.spare_capacity_mut());
-        lines.extend_from_slice(written);
+    pub(super) fn new(lines: Vec<Line>) -> Self {
+        assert!(lines.len() < Child::LIMIT, "{} lines are more than a reference can count", lines.len());
         Self { lines }
     }
 
@@ -164,7 +161,7 @@ impl Arena {
 
 /// Asks the system for pages of 2 MiB before memory is first written: a walk jumps about in it, and looking up small pages takes
 /// its time (5 to 8 % of a walk in 8 MB, measured). It may refuse.
-fn ask_for_large_pages(memory: &mut [MaybeUninit<Line>]) {
+pub(super) fn ask_for_large_pages(memory: &mut [MaybeUninit<Line>]) {
     #[cfg(target_os = "linux")]
     {
         const LARGE: usize = 1 << 21;
