@@ -27,15 +27,30 @@ pub(super) struct PrimRecord {
     pub(super) back: u32,
 }
 
+/// A triangle with its record: one cache line, for where a path meets the next triangle nobody knows.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+pub(super) struct Face {
+    triangle: Triangle,
+    record: PrimRecord,
+}
+
+impl Face {
+    pub(super) fn new(triangle: Triangle, record: PrimRecord) -> Self {
+        Self { triangle, record }
+    }
+}
+
 /// The primitives of all shapes: in world space, or in that of their group.
 #[derive(Debug)]
 pub(super) struct Primitives {
     pub(super) accel: Accel,
-    pub(super) triangles: Vec<Triangle>,
+    /// By primitive id: triangles come first.
+    pub(super) faces: Vec<Face>,
     pub(super) disks: Vec<Disk>,
     pub(super) spheres: Vec<Sphere>,
-    /// By primitive id.
-    pub(super) prims: Vec<PrimRecord>,
+    /// Of disks, then of spheres.
+    pub(super) round: Vec<PrimRecord>,
     /// Shading normals of the smooth triangles.
     pub(super) normals: Vec<[Vec3; 3]>,
     /// What lies on the back of a primitive, in the same place.
@@ -73,11 +88,9 @@ impl Primitives {
     /// What `ray` met, both in the space of the primitive.
     #[inline(always)]
     fn met(&self, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
-        let mut record = self.prims[hit.prim as usize];
-        let id = hit.prim as usize;
-        let mut point = match self.triangles.get(id) {
-            Some(triangle) => triangle.point(hit.uv),
-            None => self.analytic_point(ray, hit),
+        let (mut point, mut record) = match self.faces.get(hit.prim as usize) {
+            Some(face) => (face.triangle.point(hit.uv), face.record),
+            None => self.round_point(ray, hit),
         };
         let smooth = record.normals != NONE;
         let mut n =
@@ -111,12 +124,13 @@ impl Primitives {
     }
 
     #[inline(never)]
-    fn analytic_point(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
-        let i = hit.prim as usize - self.triangles.len();
-        match self.disks.get(i) {
+    fn round_point(&self, ray: &Ray, hit: &Hit) -> (SurfacePoint, PrimRecord) {
+        let i = hit.prim as usize - self.faces.len();
+        let point = match self.disks.get(i) {
             Some(disk) => disk.point(ray, hit.t),
             None => self.spheres[i - self.disks.len()].point(ray, hit.t),
-        }
+        };
+        (point, self.round[i])
     }
 
     #[inline]

@@ -3,9 +3,9 @@
 use glam::Vec3;
 
 use super::layout::{
-    Arena, CHILDREN, Child, Leaf, Line, MAX_SHARED, NODE_LINES, NUMBERS, Row, SHARED_ROWS, WIDTH,
-    ask_for_large_pages, block_rows,
+    Arena, CHILDREN, Child, Leaf, Line, MAX_SHARED, NODE_LINES, NUMBERS, Row, SHARED_ROWS, WIDTH, block_rows,
 };
+use super::pages::ask_for_large_pages;
 
 /// Lines as they are written: references count from the first of them.
 #[derive(Default)]

@@ -12,8 +12,6 @@
 //! In a mesh eight neighbours have nine or ten vertices, so most blocks are of the first kind, and a vertex is put into the
 //! space of the ray once instead of once for every triangle around it.
 
-use std::mem::MaybeUninit;
-
 use bytemuck::{Pod, Zeroable};
 
 /// Children of a node, primitives of a block.
@@ -156,23 +154,5 @@ impl Arena {
     #[inline(always)]
     pub(super) fn address(&self, child: Child) -> *const Line {
         self.lines.as_ptr().wrapping_add(child.line())
-    }
-}
-
-/// Asks the system for pages of 2 MiB before memory is first written: a walk jumps about in it, and looking up small pages takes
-/// its time (5 to 8 % of a walk in 8 MB, measured). It may refuse.
-pub(super) fn ask_for_large_pages(memory: &mut [MaybeUninit<Line>]) {
-    #[cfg(target_os = "linux")]
-    {
-        const LARGE: usize = 1 << 21;
-        let start = memory.as_mut_ptr().cast::<u8>();
-        let skipped = start.align_offset(LARGE);
-        let Some(len) = size_of_val(memory).checked_sub(skipped).map(|n| n / LARGE * LARGE) else { return };
-        if len > 0 {
-            // SAFETY: whole pages within memory that is ours alone and holds nothing yet; the advice changes no content.
-            let _ = unsafe {
-                rustix::mm::madvise(start.add(skipped).cast(), len, rustix::mm::Advice::LinuxHugepage)
-            };
-        }
     }
 }

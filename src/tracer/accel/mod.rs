@@ -17,6 +17,7 @@ mod dispatch;
 mod draft;
 mod kernels;
 mod layout;
+mod pages;
 mod plan;
 mod ray;
 mod tree;
@@ -31,6 +32,7 @@ use kernels::Walks;
 use tree::Tree;
 
 pub use dispatch::Kernel;
+pub(super) use pages::in_large_pages;
 pub use ray::{Hit, PrimRange, Ray};
 
 /// Primitives in a space of their own that are only seen through instances: ranges of the lists of triangles, disks and

@@ -14,11 +14,11 @@ use std::sync::Arc;
 use crate::scene::SceneDesc;
 use crate::scene::desc::FilmDesc;
 
-use super::accel::Accel;
+use super::accel::{Accel, in_large_pages};
 use super::features::built;
 use super::features::{self, decide, planned};
 use super::light::{Extent, Lights};
-use super::primitives::Primitives;
+use super::primitives::{Face, Primitives};
 use super::scene::{Finish, Scene};
 use geometry::Geometry;
 use groups::Shown;
@@ -123,5 +123,9 @@ fn primitives(geometry: Geometry, shown: Shown) -> Primitives {
     let Shown { groups, instances, placements } = shown;
     let shown = (&groups[..], &instances[..]);
     let accel = Accel::with_instances((&corners, &quads), disks.clone(), spheres.clone(), shown);
-    Primitives { accel, triangles, disks, spheres, prims, normals, backs, tangents, placements }
+    drop(corners);
+    let round = prims[triangles.len()..].to_vec();
+    let faces = in_large_pages(triangles.iter().zip(&prims).map(|(t, record)| Face::new(*t, *record)));
+    let normals = in_large_pages(normals.into_iter());
+    Primitives { accel, faces, disks, spheres, round, normals, backs, tangents, placements }
 }

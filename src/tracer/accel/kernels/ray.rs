@@ -40,7 +40,7 @@ pub(super) fn prepared<S: Lanes>(s: S, extent: f32, ray: &Ray) -> Option<(SlabRa
     let size = d.abs();
     let (from, longest) = (o.abs().max_element(), size.max_element());
     // What is not finite makes NaN here, and NaN equals nothing.
-    let finite = ((o - o) + (d - d)).cmpeq(Vec3A::ZERO).all();
+    let finite = (o * 0.0 + d * 0.0).cmpeq(Vec3A::ZERO).all();
     if !(finite && from <= 1e18 && longest >= 5e-12 && ray.t_max > 0.0) {
         return None;
     }
