@@ -82,11 +82,12 @@ impl Stack {
         *top = *top + count - 1;
     }
 
-    /// Puts the children of `row` that `mask` has, in their order.
+    /// Puts the children of `row` that `mask` has, in their order, but leaves the last, which is visited at once, above the
+    /// top. With none the top is taken.
     #[inline(always)]
     pub(super) fn put_packed<S: Lanes>(&mut self, s: S, row: &Row, mask: u32, top: &mut Top) {
         s.put_packed(row, mask, slots(&mut self.children, *top));
-        *top += mask.count_ones() as usize;
+        *top = *top + mask.count_ones() as usize - 1;
     }
 }
 

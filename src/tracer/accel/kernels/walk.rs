@@ -133,12 +133,16 @@ pub(super) fn occluded<S: Lanes>(s: S, (tree, part): (&Tree, &Part), ray: &Ray, 
             if occluded_in_leaf(s, (tree, current), (ray, &sheared), skip) {
                 return true;
             }
+            current = stack.pop_child(&mut top);
         } else {
             let node = tree.arena.rows::<8>(current.line());
             let (enter, leave) = slab.through(s, node, ray.t_max);
-            stack.put_packed(s, &node[CHILDREN], s.le(enter, leave), &mut top);
+            let mask = s.le(enter, leave);
+            // The last is visited at once: read from the node, for what is put on the stack takes a while to come back.
+            let next = node[CHILDREN][(mask.leading_zeros() ^ 31) as usize & 7].to_bits();
+            current = Child(select_unpredictable(mask == 0, stack.next_child(top).0, next));
+            stack.put_packed(s, &node[CHILDREN], mask, &mut top);
         }
-        current = stack.pop_child(&mut top);
         s.prefetch::<AHEAD>(tree.arena.address(stack.next_child(top)).cast());
     }
 }
@@ -171,6 +175,9 @@ fn occluded_in_leaf<S: Lanes>(
 #[inline(always)]
 fn any_of<S: Lanes>(block: Block, hits: &Hits<S>, ray: &Ray, skip: PrimRange) -> bool {
     let mut mask = hits.mask;
+    if mask & !hits.doubtful != 0 && skip == PrimRange::NONE {
+        return true;
+    }
     while mask != 0 {
         let lane = mask.trailing_zeros() as usize;
         mask &= mask - 1;
