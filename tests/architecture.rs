@@ -49,7 +49,7 @@ const LONGEST: usize = 400;
 const LONGER: &[(&str, &str)] = &[];
 
 /// Where `unsafe` may stand.
-const UNSAFE: &[&str] = &["src/stream/ring.rs", "src/gpu/"];
+const UNSAFE: &[&str] = &["src/stream/ring.rs", "src/gpu/", "src/tracer/accel/"];
 
 fn rust_files(dir: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();

@@ -97,8 +97,8 @@ impl RunFacts {
         }
     }
 
-    /// Attributes for the picture's file; none depends on time or on the number of threads. `paths` were traced;
-    /// `prefix` tells that they are the first ones of the sequence, without a gap.
+    /// Attributes for the picture's file; none depends on time, on the number of threads or on the instructions that walked the
+    /// rays. `paths` were traced; `prefix` tells that they are the first ones of the sequence, without a gap.
     pub fn attributes(&self, paths: u64, prefix: bool) -> Vec<(String, Attribute)> {
         let text = |name: &str, value: String| (name.to_string(), Attribute::Text(value));
         let mut attributes = vec![
@@ -129,7 +129,8 @@ impl RunFacts {
         off.filter(|feature| refusal(*feature, self.integrator).is_none()).map(Feature::name)
     }
 
-    /// The command line that traces `paths` paths from `first` on in the same way.
+    /// The command line that traces `paths` paths from `first` on in the same way. Threads and `--simd` are left out: they do
+    /// not change a path, and another machine may lack them.
     pub fn command(&self, first: u64, paths: u64) -> String {
         let mut command = format!("pointillist render {}", quoted(&self.scene.display().to_string()));
         for (name, value) in &self.defines {

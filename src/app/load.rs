@@ -1,13 +1,15 @@
 //! The scene of a command line: the file, with what the options say about it.
 
-use miette::Result;
+use miette::{IntoDiagnostic, Result};
 
 use super::args::effects::{Forced, last_of_each};
 use super::args::scene::SceneArgs;
 use super::tell;
 use crate::scene::desc::{IntegratorKind, SceneDesc};
 use crate::scene::{self, Loaded};
+use crate::tracer::accel::Kernel;
 use crate::tracer::features::{Feature, decide, force_on, refusal, without};
+use crate::tracer::{PrepareError, Scene};
 
 /// What is traced.
 pub struct Input {
@@ -45,6 +47,36 @@ pub fn load(source: &SceneArgs) -> Result<Input> {
     Ok(Input { loaded, forced })
 }
 
+/// Makes `desc` ready for tracing by `make` ([`Scene::prepare`] or [`Scene::prepare_general`]), its rays walked as `--simd` says
+/// or as a kernel does.
+///
+/// # Errors
+///
+/// When the processor lacks what that needs, and what `make` finds wrong.
+pub fn prepare(
+    make: fn(&SceneDesc) -> Result<Scene, PrepareError>,
+    desc: &SceneDesc,
+    simd: impl Into<Kernel>,
+) -> Result<Scene> {
+    let kernel = simd.into();
+    if !kernel.is_available() {
+        return Err(lacking(kernel, Kernel::is_available));
+    }
+    let scene = make(desc).into_diagnostic()?.walked_by(kernel);
+    scene.ok_or_else(|| lacking(kernel, Kernel::is_available))
+}
+
+/// What to say of a kernel that cannot run here, where `has` those that can.
+fn lacking(kernel: Kernel, has: impl Fn(Kernel) -> bool) -> miette::Report {
+    let there: Vec<&str> = Kernel::ALL.into_iter().filter(|k| has(*k)).map(Kernel::name).collect();
+    miette::miette!(
+        help = "leave --simd away, or give auto: that takes the fastest that there is, and the picture is the same",
+        "--simd {}: this processor lacks the instructions; it has {}",
+        kernel.name(),
+        there.join(" and ")
+    )
+}
+
 /// What the command line forces on and off that is not so already; the rest is told of, since it changes nothing.
 ///
 /// # Errors
@@ -80,4 +112,37 @@ pub fn force(desc: &mut SceneDesc, forced: Forced) -> Result<()> {
     let impossible =
         |advice: &str| miette::miette!(help = advice.to_string(), "--effects {forced} is not possible here");
     forcing(desc, forced.feature).map_err(impossible)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Words of an error and of its help.
+    fn words(error: &miette::Report) -> (String, String) {
+        (error.to_string(), error.help().map(|help| help.to_string()).unwrap_or_default())
+    }
+
+    #[test]
+    fn a_kernel_that_is_lacking_is_an_error_that_names_the_others() {
+        let (what, help) = words(&lacking(Kernel::Avx512, |kernel| kernel != Kernel::Avx512));
+        assert_eq!(what, "--simd avx512: this processor lacks the instructions; it has scalar and avx2");
+        assert!(help.contains("auto"), "{help}");
+        let (what, _) = words(&lacking(Kernel::Avx2, |kernel| kernel == Kernel::Scalar));
+        assert_eq!(what, "--simd avx2: this processor lacks the instructions; it has scalar");
+    }
+
+    /// What the processor lacks is refused before anything is made; the rest is walked as asked.
+    #[test]
+    fn scenes_are_walked_as_asked() {
+        let text = "<scene version=\"3.0.0\"><sensor type=\"perspective\"/><shape type=\"cube\"/>\
+                    <emitter type=\"constant\"/></scene>";
+        let desc = scene::load_str("t.xml", text, &[]).expect("valid").desc;
+        for kernel in Kernel::ALL {
+            for make in [Scene::prepare, Scene::prepare_general] {
+                let made = prepare(make, &desc, kernel).map(|scene| scene.kernel());
+                assert_eq!(made.ok(), kernel.is_available().then_some(kernel));
+            }
+        }
+    }
 }

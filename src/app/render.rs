@@ -57,7 +57,7 @@ pub fn render(args: &RenderArgs) -> Result<()> {
     }
     let mut facts = facts(args, &input, device.name());
     facts.spec.variance = outputs.read_variance(&args.display.settings()).then_some(VarianceForm::Product);
-    let (scene, choosing) = (Arc::new(scene), Instant::now());
+    let (simd, scene, choosing) = (scene.kernel().name(), Arc::new(scene), Instant::now());
     let threads = threads(args);
     auto::settle(&mut facts, &scene, &camera, threads);
     seconds.choose = choosing.elapsed().as_secs_f64();
@@ -102,7 +102,7 @@ pub fn render(args: &RenderArgs) -> Result<()> {
     }
     report.plan_check = tally.as_ref().map(|tally| PlanCheck::from(tally.counts()));
     report.warnings = loaded.warnings.iter().map(ToString::to_string).chain(notices).collect();
-    report.threads = threads;
+    (report.threads, report.simd) = (threads, simd);
     report.outputs = outputs.files().cloned().collect();
     report.peak_memory_bytes = usage::peak_memory_bytes();
     if let Some(path) = &args.json {
@@ -133,7 +133,7 @@ pub(super) fn prepare(args: &RenderArgs, seconds: &mut Seconds) -> Result<(Input
         let desc = &input.loaded.desc;
         seconds.load = start.elapsed().as_secs_f64();
         let start = Instant::now();
-        let scene = Scene::prepare(desc).into_diagnostic()?;
+        let scene = load::prepare(Scene::prepare, desc, args.source.simd)?;
         let camera = Camera::of(desc).into_diagnostic()?;
         seconds.prepare = start.elapsed().as_secs_f64();
         let (device, opening) = device.join().map_err(|_| miette::miette!("opening the device panicked"))?;
@@ -154,7 +154,7 @@ fn check(args: &RenderArgs, loaded: &Loaded) -> Result<Option<Check>> {
     if args.check_plan == 0.0 {
         return Ok(None);
     }
-    let general = Arc::new(Scene::prepare_general(&loaded.desc).into_diagnostic()?);
+    let general = Arc::new(load::prepare(Scene::prepare_general, &loaded.desc, args.source.simd)?);
     Ok(Some(Check { share: args.check_plan, general }))
 }
 

@@ -61,6 +61,8 @@ pub struct Report {
     pub device: String,
     /// Tracer threads.
     pub threads: usize,
+    /// Instructions that walked the rays; the picture does not depend on them.
+    pub simd: &'static str,
     /// Seed of the sequence.
     pub seed: u32,
     /// Samples were rasterised in index order.

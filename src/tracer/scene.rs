@@ -9,7 +9,7 @@ use crate::math::frame::Frame;
 use crate::scene::SceneDesc;
 use crate::spectrum::White;
 
-use super::accel::{Accel, PrimRange, Ray};
+use super::accel::{Accel, Kernel, PrimRange, Ray};
 use super::bsdf::Sides;
 use super::interaction::SurfaceInteraction;
 use super::light::{LightSample, Lights};
@@ -84,7 +84,7 @@ impl Scene {
     ///
     /// Where `desc` is this scene's description with other materials and other spectra, the primitives and their tree
     /// are shared and the cost does not depend on them; how lights are chosen is worked out anew. Where anything else
-    /// differs (a shape moved, a light came or went, a mesh that is not shared), everything is prepared.
+    /// differs (a shape moved, a light came or went, a mesh that is not shared), everything is prepared. Rays are walked as here.
     ///
     /// A light whose emission becomes zero stays a light: it is met and then gives nothing, and is never chosen while
     /// another light shines.
@@ -94,6 +94,23 @@ impl Scene {
     /// As [`Scene::prepare`].
     pub fn edited(&self, desc: &SceneDesc) -> Result<Scene, PrepareError> {
         edited(self, desc)
+    }
+
+    /// This scene with its rays walked by `kernel`: samples are the same bits, and only their time differs. `None` where the
+    /// processor lacks what `kernel` needs, or while another scene, [edited](Scene::edited) from this one, shares the tree.
+    pub fn walked_by(mut self, kernel: Kernel) -> Option<Scene> {
+        self.walk_by(kernel).then_some(self)
+    }
+
+    /// As [`Scene::walked_by`], in place; false, and nothing changes, where that gives `None`.
+    pub(super) fn walk_by(&mut self, kernel: Kernel) -> bool {
+        self.kernel() == kernel
+            || Arc::get_mut(&mut self.primitives).is_some_and(|alone| alone.accel.set_kernel(kernel))
+    }
+
+    /// How rays are walked; the fastest way that the processor has, unless another was asked for.
+    pub fn kernel(&self) -> Kernel {
+        self.primitives.accel.kernel()
     }
 
     /// The one white of all light, where nothing in the scene has a colour.

@@ -3,6 +3,7 @@
 //! Structures and constants after rtcore_ray.h, rtcore_common.h, rtcore_scene.h and rtcore_geometry.h of Embree 3.13.
 
 use std::ffi::{c_char, c_int, c_uint, c_void};
+use std::mem::ManuallyDrop;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicIsize, Ordering};
 use std::time::Instant;
@@ -88,8 +89,8 @@ struct Functions {
     release_geometry: unsafe extern "C" fn(Handle),
     intersect: unsafe extern "C" fn(Handle, *mut RtcContext, *mut RtcRayHit),
     occluded: unsafe extern "C" fn(Handle, *mut RtcContext, *mut RtcRay),
-    /// Keeps the functions where they are.
-    _library: Library,
+    /// Keeps the functions where they are; never dropped, for Embree's threads may outlive its devices.
+    _library: ManuallyDrop<Library>,
 }
 
 /// The library and a device of its.
@@ -149,7 +150,7 @@ impl Drop for Device {
 impl Functions {
     fn load() -> Result<Self, libloading::Error> {
         // SAFETY: the library is Embree 3, whose initialisers have no conditions of their own.
-        let library = unsafe { Library::new("libembree3.so.3") }?;
+        let library = ManuallyDrop::new(unsafe { Library::new("libembree3.so.3") }?);
         macro_rules! find {
             ($($field:ident $name:literal),* $(,)?) => {
                 // SAFETY: the types are those of the headers of Embree 3 (C linkage, default alignment), which keep

@@ -8,6 +8,7 @@ use super::effects::{Forced, effect};
 use super::parse::{define, depth, size};
 use crate::client::SplatFilter;
 use crate::scene::desc::IntegratorKind;
+use crate::tracer::accel::Kernel;
 
 /// The scene and how it is traced.
 #[derive(Args, Clone, Debug)]
@@ -38,6 +39,10 @@ pub struct SceneArgs {
     /// Tracer threads [default: one per core].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
+
+    /// Instructions that walk the rays; the picture is the same by all of them.
+    #[arg(long, value_name = "KIND", default_value = "auto")]
+    pub simd: SimdArg,
 
     /// Seed of the sample sequence; another seed gives an independent picture.
     #[arg(long, value_name = "N", default_value_t = 0)]
@@ -83,6 +88,30 @@ impl From<MethodArg> for IntegratorKind {
     }
 }
 
+/// `--simd`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum SimdArg {
+    /// The fastest that the processor has.
+    Auto,
+    /// Those of any processor.
+    Scalar,
+    /// AVX2 of x86-64, with FMA and BMI.
+    Avx2,
+    /// AVX-512 of x86-64 (F, VL, DQ, BW), besides these.
+    Avx512,
+}
+
+impl From<SimdArg> for Kernel {
+    fn from(simd: SimdArg) -> Self {
+        match simd {
+            SimdArg::Auto => Kernel::best(),
+            SimdArg::Scalar => Kernel::Scalar,
+            SimdArg::Avx2 => Kernel::Avx2,
+            SimdArg::Avx512 => Kernel::Avx512,
+        }
+    }
+}
+
 /// `--filter`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum FilterArg {
@@ -101,5 +130,21 @@ impl From<FilterArg> for SplatFilter {
             FilterArg::Tent => SplatFilter::Tent,
             FilterArg::Box => SplatFilter::Box,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Options and kernels have the same words, and every kernel can be asked for.
+    #[test]
+    fn simd_has_the_words_of_the_kernels() {
+        for kernel in Kernel::ALL {
+            let arg = SimdArg::from_str(kernel.name(), false).expect("a word for each");
+            assert_eq!(Kernel::from(arg), kernel);
+        }
+        assert_eq!(Kernel::from(SimdArg::Auto), Kernel::best());
+        assert_eq!(SimdArg::value_variants().len(), Kernel::ALL.len() + 1);
     }
 }

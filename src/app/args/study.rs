@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 
 use super::display::DisplayArgs;
 use super::parse::seconds;
-use super::scene::{FilterArg, MethodArg};
+use super::scene::{FilterArg, MethodArg, SimdArg};
 
 /// Options of `pointillist study`.
 #[derive(Args, Debug)]
@@ -63,6 +63,10 @@ pub struct StudyArgs {
     /// Tracer threads [default: one per core].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
+
+    /// Instructions that walk the rays.
+    #[arg(long, value_name = "KIND", default_value = "auto")]
+    pub simd: SimdArg,
 
     /// Vulkan device by index or part of its name, or `cpu` for none [default: the best there is].
     #[arg(long, value_name = "NAME|INDEX|cpu")]

@@ -43,6 +43,7 @@ pub fn source(args: &StudyArgs, scene: PathBuf) -> SceneArgs {
         effects: Vec::new(),
         max_depth: None,
         threads: args.threads,
+        simd: args.simd,
         seed: 0,
         filter: Some(args.filter),
         device: args.device.clone(),
@@ -74,7 +75,7 @@ pub fn about(args: &StudyArgs, stage: &Stage, folder: &Folder) -> Study {
         format: folder::FORMAT,
         scene: args.scene.as_ref().map(|path| path.display().to_string()).unwrap_or_default(),
         size: [spec.width, spec.height],
-        machine: machine::machine(&stage.facts.device, stage.threads),
+        machine: machine::machine(&stage.facts.device, (stage.threads, stage.scene.kernel())),
         load_seconds: stage.load_seconds,
         missing,
         ..Study::default()

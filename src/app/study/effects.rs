@@ -12,7 +12,7 @@ use super::stage::{Limit, Stage};
 use super::{Clock, chosen};
 use crate::app::explain::price;
 use crate::app::facts::RunFacts;
-use crate::app::{interrupt, plan};
+use crate::app::{interrupt, load, plan};
 use crate::study::Interval;
 use crate::study::data::EffectPrice;
 use crate::study::measured::Measured;
@@ -107,7 +107,7 @@ fn leave_out(
 
 /// What leaving out unused effects saves: the scene as planned against the code for everything, in turn.
 fn unused(stage: &Stage, folder: &mut Folder, facts: &RunFacts) -> Result<()> {
-    let general = Arc::new(Scene::prepare_general(&stage.desc).into_diagnostic()?);
+    let general = Arc::new(load::prepare(Scene::prepare_general, &stage.desc, stage.scene.kernel())?);
     let mut desc = stage.desc.clone();
     desc.integrator.kind = facts.integrator;
     let mut planned = price::runner(facts, (stage.scene.clone(), stage.camera.clone()), &desc);

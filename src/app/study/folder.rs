@@ -24,6 +24,7 @@ struct Heading {
     filter: String,
     cpu: String,
     threads: usize,
+    simd: String,
     device: String,
 }
 
@@ -67,7 +68,7 @@ impl Folder {
             if there.as_ref() != Some(&heading) {
                 return Err(miette::miette!(
                     help = "give another folder with -o, or remove this one",
-                    "{} holds the study of another scene, size, filter, display, machine or version of the program",
+                    "{} holds the study of another scene, size, filter, display, machine, --simd or version of the program",
                     path.display()
                 ));
             }
@@ -157,6 +158,7 @@ fn heading(stage: &Stage) -> Heading {
         filter: format!("{:?}", facts.spec.filter),
         cpu: super::machine::cpu(),
         threads: stage.threads,
+        simd: stage.scene.kernel().name().to_string(),
         device: facts.device.clone(),
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::gpu;
 use crate::study::data::Machine;
+use crate::tracer::accel::Kernel;
 
 /// The processor's name, as far as the system tells.
 pub fn cpu() -> String {
@@ -13,11 +14,11 @@ pub fn cpu() -> String {
 }
 
 /// Everything that a figure depends on besides the scene.
-pub fn machine(device: &str, threads: usize) -> Machine {
+pub fn machine(device: &str, (threads, kernel): (usize, Kernel)) -> Machine {
     let driver =
         gpu::devices().ok().and_then(|all| all.into_iter().find(|d| d.name == device).map(|d| d.driver));
     Machine {
-        cpu: cpu(),
+        cpu: format!("{}, {}", cpu(), kernel.name()),
         threads,
         device: device.to_string(),
         driver: driver.unwrap_or_default(),

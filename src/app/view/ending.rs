@@ -39,6 +39,8 @@ struct Report {
     /// How tracer and display share the processor.
     cores: String,
     threads: usize,
+    /// Instructions that walked the rays.
+    simd: &'static str,
     width: u32,
     height: u32,
     /// From the start of the viewer, with the scene loaded, to the first picture.
@@ -144,6 +146,7 @@ impl Viewer {
             left_out: self.plan.facts.left_out().collect(),
             cores: self.plan.cores.clone(),
             threads: self.session.threads(),
+            simd: self.user.scene().kernel().name(),
             width: self.size[0],
             height: self.size[1],
             first_picture_ms: figures.first.map(|first| first.as_secs_f64() * 1e3),

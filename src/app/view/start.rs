@@ -4,7 +4,7 @@ use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Duration;
 
-use miette::{IntoDiagnostic, Result};
+use miette::Result;
 use winit::event_loop::EventLoop;
 
 use crate::app::args::ViewArgs;
@@ -88,7 +88,7 @@ fn prepare(args: &ViewArgs, outputs: Outputs) -> Result<Viewer> {
     for warning in &loaded.warnings {
         tell(&format!("{:?}", miette::Report::new(warning.clone())));
     }
-    let scene = Scene::prepare(&loaded.desc).into_diagnostic()?;
+    let scene = load::prepare(Scene::prepare, &loaded.desc, args.source.simd)?;
     for notice in scene.notices() {
         tell(&format!("warning: {notice}"));
     }

@@ -91,7 +91,10 @@ pub(super) fn general(desc: &SceneDesc) -> Result<Scene, PrepareError> {
 /// `scene` with the materials and spectra of `desc`, or a new one where more than those has changed.
 pub(super) fn edited(scene: &Scene, desc: &SceneDesc) -> Result<Scene, PrepareError> {
     if !scene.origin.fits(desc) {
-        return prepare(desc);
+        let mut anew = prepare(desc)?;
+        let walked = anew.walk_by(scene.kernel());
+        debug_assert!(walked, "the processor is the same, and nobody else has the new tree");
+        return Ok(anew);
     }
     let desc = &planned(desc);
     refuse_lacking(desc)?;
