@@ -101,8 +101,8 @@ fn nested_triangles_are_peeled_one_by_one() {
     assert_eq!(ask_one(&mut accel, ray), (None, false));
 }
 
-/// Spaced exponentially from 1e-30 to 1e12: splits by area or by the middle peel one triangle off at a time, so that the
-/// tree is as deep as there are triangles. From outside and from 0, right in every kernel. The products in a distance
+/// Spaced exponentially from 1e-30 to 1e12: splits by area or by the middle peel one triangle off at a time, down to
+/// the depth from which on sets are halved. From outside and from 0, right in every kernel. The products in a distance
 /// underflow for triangles below 1e-12: they may be missed, but nothing else is.
 #[test]
 fn scenes_over_forty_decades_are_walked_to_the_bottom() {

@@ -35,6 +35,8 @@ pub(super) struct Face {
     record: PrimRecord,
 }
 
+const _: () = assert!(size_of::<Face>() == 64);
+
 impl Face {
     pub(super) fn new(triangle: Triangle, record: PrimRecord) -> Self {
         Self { triangle, record }

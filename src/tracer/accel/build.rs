@@ -152,7 +152,7 @@ impl Boxes {
                 return (bvh, plan);
             }
         }
-        unreachable!("a tree that was not optimised has at most 64 + 29 levels")
+        unreachable!("a tree that was not optimised has at most 67 + log₂ 2^25 levels")
     }
 }
 

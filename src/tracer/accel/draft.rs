@@ -99,7 +99,7 @@ impl Draft {
 
     /// Puts `others` behind, each with its root; returns the roots as they are called here.
     pub(super) fn append(&mut self, others: Vec<(Draft, Child)>) -> Vec<Child> {
-        self.lines.reserve_exact(others.iter().map(|(draft, _)| draft.lines.len()).sum());
+        self.lines.reserve(others.iter().map(|(draft, _)| draft.lines.len()).sum());
         ask_for_large_pages(self.lines.spare_capacity_mut());
         others
             .into_iter()

@@ -142,11 +142,14 @@ impl Arena {
     }
 
     /// `ROWS` rows from the first of `line`.
+    ///
+    /// # Safety
+    ///
+    /// There must be so many: a node has eight, a block those of its kind.
     #[inline(always)]
-    pub(super) fn rows<const ROWS: usize>(&self, line: usize) -> &[Row; ROWS] {
+    pub(super) unsafe fn rows<const ROWS: usize>(&self, line: usize) -> &[Row; ROWS] {
         debug_assert!(line + ROWS.div_ceil(2) <= self.lines.len());
-        // SAFETY: references are made by `Draft` alone, with the line where it wrote a node or block of this many rows,
-        // and neither lines nor references change afterwards; a line is two rows without padding.
+        // SAFETY: the caller's; a line is two rows without padding.
         unsafe { &*self.lines.as_ptr().add(line).cast::<[Row; ROWS]>() }
     }
 

@@ -112,8 +112,8 @@ impl Accel {
     }
 
     /// The nearest hit with `0 < t < ray.t_max`, or `None`; of several at the same distance the one with the lowest id (then the
-    /// lowest instance). A ray hits nothing that is not finite, starts beyond 1e18 or has a direction shorter than 5e-12; a component
-    /// of the direction below 1e-18 counts as zero.
+    /// lowest instance). A ray hits nothing that is not finite, starts beyond 1e18 or has a direction shorter than 5e-12; in the test of
+    /// boxes a component of the direction below 1e-18 counts as that.
     #[inline]
     pub fn closest(&self, ray: &Ray) -> Option<Hit> {
         self.tree.closest(ray)

@@ -165,3 +165,34 @@ impl Plan {
         Costs { cost, triangles, quads }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3A;
+    use obvhs::aabb::Aabb;
+    use obvhs::bvh2::node::Bvh2Node;
+
+    use super::*;
+
+    /// A tree of so many levels, each with one leaf that is large: the costs keep every level.
+    fn chain(levels: usize) -> (Bvh2, Vec<Item>) {
+        let aabb = |size: f32| Aabb { min: Vec3A::ZERO, max: Vec3A::splat(size) };
+        let mut nodes = vec![Bvh2Node::default()];
+        for level in 0..levels {
+            let (parent, first) = (if level == 0 { 0 } else { 2 * level - 1 }, nodes.len() as u32);
+            nodes[parent] = Bvh2Node::new(aabb(1.0), 0, first);
+            nodes.extend([Bvh2Node::new(aabb(1.0), 1, 0), Bvh2Node::new(aabb(1.0), 1, level as u32)]);
+        }
+        (Bvh2 { nodes, primitive_indices: vec![0; levels + 1], ..Bvh2::default() }, vec![Item::Triangle(0)])
+    }
+
+    #[test]
+    fn a_tree_too_deep_to_be_walked_is_refused() {
+        let refused = |levels: usize| {
+            let (bvh, items) = chain(levels);
+            plan(&bvh, &items).is_err()
+        };
+        assert!(!refused(MAX_DEPTH));
+        assert!(refused(MAX_DEPTH + 1));
+    }
+}

@@ -58,7 +58,7 @@ pub enum PrepareError {
         effect: &'static str,
     },
     /// More primitives than ids.
-    #[error("{count} primitives are too many: at most 100 million fit; simplify the meshes")]
+    #[error("{count} primitives are too many: at most 33 million fit; simplify the meshes")]
     TooManyPrimitives {
         /// How many there are.
         count: usize,

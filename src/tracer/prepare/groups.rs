@@ -1,6 +1,6 @@
 //! Groups of shapes in spaces of their own, and where instances show them.
 
-use glam::{DVec3, Vec3};
+use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 use crate::scene::SceneDesc;
 use crate::scene::desc::{GroupDesc, ShapeKind};
@@ -63,14 +63,14 @@ impl Geometry {
             let fits = |place: &Placement| {
                 let m = place.to_world();
                 let far = m.matrix3.abs() * reach.as_dvec3() + m.translation.abs();
-                far.cmple(DVec3::splat(f64::from(MAX_COORDINATE))).all()
+                far.cmple(DVec3::splat(f64::from(MAX_COORDINATE))).all() && is_walked(m)
             };
             if let Some(place) = Placement::new(shape.to_world, i as u32).filter(fits) {
                 shown.instances.push(Instance { group: id.0, to_world: place.to_world() });
                 shown.placements.push(place);
             } else {
                 self.notices.push(format!(
-                    "{}: this instance has no inverse transform or coordinates beyond 1e12 and was dropped",
+                    "{}: this instance has no inverse transform, one that scales beyond 1e10, or coordinates beyond 1e12 and was dropped",
                     called(desc, shape)
                 ));
             }
@@ -92,6 +92,15 @@ impl Geometry {
         corners.chain(round).fold(Vec3::ZERO, |reach, p| reach.max(p.abs()))
     }
 }
+
+/// True when rays stay such as a walk can follow where the group sees them: neither far too short nor from far too far.
+fn is_walked(to_world: DAffine3) -> bool {
+    let size = |m: DMat3| m.x_axis.abs().max(m.y_axis.abs()).max(m.z_axis.abs()).max_element();
+    size(to_world.matrix3) <= MAX_SCALE && size(to_world.matrix3.inverse()) <= MAX_SCALE
+}
+
+/// The largest scale of an instance, and of its inverse.
+const MAX_SCALE: f64 = 1e10;
 
 /// Refuses what cannot be shown through an instance.
 fn check(group: &GroupDesc) -> Result<(), PrepareError> {

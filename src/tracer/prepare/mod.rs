@@ -43,8 +43,8 @@ impl PrepareOptions {
     }
 }
 
-/// Even if every one has a block of its own, references to lines of memory have bits enough.
-const MAX_PRIMITIVES: usize = 100_000_000;
+/// Even if every one has a block of its own (4 lines of memory) and a node (4 lines), references to lines have bits enough.
+const MAX_PRIMITIVES: usize = 33_000_000;
 
 /// The scene as planned.
 pub(super) fn prepare(desc: &SceneDesc) -> Result<Scene, PrepareError> {
@@ -64,7 +64,7 @@ pub(super) fn general(desc: &SceneDesc) -> Result<Scene, PrepareError> {
     }
     let shown = geometry.add_groups(desc)?;
     let mut geometry = geometry.finish();
-    let count = geometry.prims.len();
+    let count = geometry.prims.len() + shown.instances.len();
     if count > MAX_PRIMITIVES {
         return Err(PrepareError::TooManyPrimitives { count });
     }
@@ -93,7 +93,7 @@ pub(super) fn edited(scene: &Scene, desc: &SceneDesc) -> Result<Scene, PrepareEr
     if !scene.origin.fits(desc) {
         let mut anew = prepare(desc)?;
         let walked = anew.walk_by(scene.kernel());
-        debug_assert!(walked, "the processor is the same, and nobody else has the new tree");
+        assert!(walked, "the processor is the same, and nobody else has the new tree");
         return Ok(anew);
     }
     let desc = &planned(desc);

@@ -11,7 +11,12 @@ use crate::tracer::accel::layout::Row;
 pub(in crate::tracer::accel) type Slots<T> = [MaybeUninit<T>; 8];
 
 /// Eight lanes of some processor. A value of the type says that the processor has them.
-pub(in crate::tracer::accel) trait Lanes: Copy {
+///
+/// # Safety
+///
+/// Masks have bits 0 to 7 only. [`Lanes::put`] and [`Lanes::put_named`] write all eight slots, [`Lanes::put_packed`] at least as many as
+/// its mask has bits: the stack takes them for written.
+pub(in crate::tracer::accel) unsafe trait Lanes: Copy {
     /// Eight floats.
     type Floats: Copy;
     /// Eight signed integers of 32 bits.
@@ -53,7 +58,7 @@ pub(in crate::tracer::accel) trait Lanes: Copy {
     fn put(self, keys: Self::Ints, to: &mut Slots<i32>);
     /// Writes for every key what `row` has, as bits, in the lane that the key names.
     fn put_named(self, row: &Row, keys: Self::Ints, to: &mut Slots<u32>);
-    /// Writes what `row` has, as bits, in the lanes of `mask`, in their order; the slots after them are written too.
+    /// Writes what `row` has, as bits, in the lanes of `mask`, in their order; the slots after them may be written too.
     fn put_packed(self, row: &Row, mask: u32, to: &mut Slots<u32>);
     /// Says that `lines` lines from `address` on will soon be read.
     fn prefetch<const LINES: usize>(self, address: *const u8);

@@ -18,7 +18,7 @@ use super::ray::{Corner, ShearedRay};
 
 /// Lanes that were hit, with what belongs to them.
 pub(super) struct Hits<S: Lanes> {
-    /// Bit i is set when lane i was hit, unless its distance is in doubt and proves wrong.
+    /// Bit i is set when lane i was hit; where its distance is in doubt, unless a closer look says otherwise.
     pub(super) mask: u32,
     pub(super) t: Row,
     /// Weights of the second and third corner (and none of the fourth: the plane is that of the first three).
@@ -57,7 +57,7 @@ struct Look {
 fn look<S: Lanes, const N: usize>(s: S, corners: [Corner<S>; N], scaled: S::Floats) -> Look {
     let ([mut low_x, mut low_y, _], [mut high_x, mut high_y, _]) = (corners[0], corners[0]);
     let mut z = s.abs(corners[0][2]);
-    // A loop, for closures are not compiled with the instructions of those who call them.
+    // A loop: a closure handed to `fold` is not compiled with the instructions of this function.
     for c in corners {
         (low_x, high_x) = (s.min(low_x, c[0]), s.max(high_x, c[0]));
         (low_y, high_y) = (s.min(low_y, c[1]), s.max(high_y, c[1]));
@@ -156,6 +156,8 @@ pub(super) fn quads<S: Lanes, const CLOSED: bool>(
     }
     // Opposite edge functions add up to the area: x along ab, y along ad, both in [0, 1].
     let (x, y) = (s.div(da, s.add(da, bc)), s.div(ab, s.add(ab, cd)));
+    // Seen edge-on one of them may be 0/0: any place between does.
+    let (x, y) = (s.max(x, zero), s.max(y, zero));
     let tz = s.add(a[2], s.add(s.mul(x, s.sub(b[2], a[2])), s.mul(y, s.sub(d[2], a[2]))));
     let t = s.mul(tz, s.splat(ray.scale_z));
     let Look { around, doubtful } = look(s, [a, b, c, d], s.mul(tz, s.add(ab, cd)));
@@ -177,7 +179,7 @@ fn ahead<S: Lanes, const CLOSED: bool>(s: S, t: S::Floats, t_max: f32, doubtful:
 /// The distance to the plane of a polygon again, from its first three corners, in double precision.
 ///
 /// A spawned ray starts outside the error box of its surface, so this is negative for that surface and for
-/// whatever lies in the same plane, and positive for a second surface a few ulps on.
+/// whatever lies in the same plane. Only a distance that came out positive is looked at again: one that rounds to zero or below is none.
 #[cold]
 pub(super) fn plane_t(corners: [Vec3; 3], ray: &Ray) -> f32 {
     let [a, b, c] = corners.map(|p| p.as_dvec3());

@@ -11,7 +11,7 @@ use super::lanes::Lanes;
 ///
 /// To first order 15 are enough, so that no box is missed whose polygon the polygon test would accept. Box test: one
 /// rounding each for the moved origin, its product with the reciprocal, the reciprocal, and one or two for the other
-/// product and the sum, of up to twice the reach, displace a plane by 6. Polygon test: difference 1, shear (two for its
+/// product and the sum, of up to twice the reach, displace a plane by 6 (10 for directions beyond 8e37, whose reciprocals are denormal). Polygon test: difference 1, shear (two for its
 /// slope, at most 1; one each for z and the product) 4, and the last difference, of up to twice the reach, 2 displace a vertex
 /// by 7. Its edge functions may come out as zero outside: 2. `tests/accel_watertight.rs` holds it, and fails without.
 const WIDEN: f32 = 1.5e-6;
@@ -31,7 +31,8 @@ pub(super) struct SlabRay<S: Lanes> {
 const FLOOR: f32 = 1e-18;
 
 /// A ray in the terms of both tests, which share their reciprocals. `None` for one that no walk can follow: not finite, from beyond
-/// 1e18, where a float cannot tell anything of a scene apart, or with a direction shorter than 5e-12, which the floor would turn.
+/// 1e18, where a float cannot tell anything of a scene apart, or with a direction shorter than 5e-12.
+/// Of that the floor under its components would make another direction.
 ///
 /// `extent` is the largest magnitude of a coordinate of what is walked.
 #[inline(always)]

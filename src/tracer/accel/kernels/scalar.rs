@@ -16,7 +16,8 @@ fn mask(of: impl Fn(usize) -> bool) -> u32 {
     (0..8).fold(0, |m, i| m | u32::from(of(i)) << i)
 }
 
-impl Lanes for Scalar {
+// SAFETY: as the trait asks, to be read below.
+unsafe impl Lanes for Scalar {
     type Floats = Row;
     type Ints = [i32; 8];
 

@@ -7,13 +7,18 @@ use crate::tracer::accel::layout::{Child, Row};
 use super::lanes::{Lanes, Slots};
 
 /// Entries: a walk leaves at most seven behind on every level and writes eight at a time.
-pub(in crate::tracer::accel) const CAPACITY: usize = 1024;
+const CAPACITY: usize = 1024;
+
+/// Children that a level can leave behind while one is visited.
+const LEFT: usize = 7;
 
 /// Entries that end a walk; when the upper is taken the lower is still there to be looked at.
 const BOTTOM: usize = 2;
 
 /// The deepest tree that can be walked, in levels of nodes.
-pub(in crate::tracer::accel) const MAX_DEPTH: usize = (CAPACITY - 16) / 7;
+pub(in crate::tracer::accel) const MAX_DEPTH: usize = (CAPACITY - BOTTOM - 8) / LEFT;
+
+const _: () = assert!(BOTTOM + LEFT * MAX_DEPTH + 8 <= CAPACITY);
 
 /// Children with the keys (lower bounds of their distance, as bits) under which they were left. At the bottom lies
 /// [`Child::END`] with the smallest key. It is never cleared: what is not below the top may not have been written.

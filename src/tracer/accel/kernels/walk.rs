@@ -19,7 +19,8 @@ const AHEAD: usize = 4;
 /// Finds what is hit in `part` (seen through `instance`) before `best`, and puts it there.
 ///
 /// What is found does not depend on the order of the walk: of hits at the same distance the lowest id wins, and boxes
-/// are left out only when they begin beyond the best distance.
+/// are left out only when they begin beyond the best distance. (Of a polygon seen so exactly edge-on that its distance is all
+/// rounding this is tested, not proven.)
 #[inline(always)]
 pub(super) fn closest<S: Lanes>(
     s: S,
@@ -40,7 +41,8 @@ pub(super) fn closest<S: Lanes>(
             closest_in_leaf(s, (tree, current), (ray, &sheared), instance, best);
             (key, current) = stack.pop(&mut top);
         } else {
-            let node = tree.arena.rows::<8>(current.line());
+            // SAFETY: `current` was read from a node of this tree, or is its root, and is no leaf.
+            let node = unsafe { tree.arena.rows::<8>(current.line()) };
             let (enter, leave) = slab.through(s, node, best.t);
             let mask = s.le(enter, leave);
             if mask == 0 {
@@ -80,7 +82,8 @@ fn closest_in_leaf<S: Lanes>(
     let sheared = black_box(sheared);
     macro_rules! block {
         ($line:expr, $rows:expr, $test:ident, $corners:ident) => {{
-            let rows = tree.arena.rows::<{ $rows }>($line);
+            // SAFETY: `leaf` was read from a node of this tree, or is its root, and says that such a block is there.
+            let rows = unsafe { tree.arena.rows::<{ $rows }>($line) };
             if let Some(hits) = $test::<S, true>(s, rows, sheared, best.t) {
                 closest_of(s, (rows, $corners), &hits, (ray, instance), best);
             }
@@ -143,7 +146,8 @@ pub(super) fn occluded<S: Lanes>(s: S, (tree, part): (&Tree, &Part), ray: &Ray, 
             }
             current = stack.pop_child(&mut top);
         } else {
-            let node = tree.arena.rows::<8>(current.line());
+            // SAFETY: `current` was read from a node of this tree, or is its root, and is no leaf.
+            let node = unsafe { tree.arena.rows::<8>(current.line()) };
             let (enter, leave) = slab.through(s, node, ray.t_max);
             let mask = s.le(enter, leave);
             // The last is visited at once: read from the node, for what is put on the stack takes a while to come back.
@@ -166,7 +170,8 @@ fn occluded_in_leaf<S: Lanes>(
     let sheared = black_box(sheared);
     macro_rules! block {
         ($line:expr, $rows:expr, $test:ident, $corners:ident) => {{
-            let rows = tree.arena.rows::<{ $rows }>($line);
+            // SAFETY: `leaf` was read from a node of this tree, or is its root, and says that such a block is there.
+            let rows = unsafe { tree.arena.rows::<{ $rows }>($line) };
             let hits = $test::<S, false>(s, rows, sheared, ray.t_max);
             hits.is_some_and(|hits| any_of((rows, $corners), &hits, ray, skip))
         }};

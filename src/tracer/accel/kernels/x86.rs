@@ -48,7 +48,8 @@ const fn set_lanes() -> [u64; 256] {
     table
 }
 
-impl<const WIDE: bool> Lanes for X86<WIDE> {
+// SAFETY: as the trait asks: masks come from the signs of eight floats, and all eight slots are written each time.
+unsafe impl<const WIDE: bool> Lanes for X86<WIDE> {
     type Floats = __m256;
     type Ints = __m256i;
 
