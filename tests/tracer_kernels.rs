@@ -22,9 +22,6 @@ use tracer_support::{empty, environment, glass, grey, look, material, shape};
 /// Indices of the sequence that are traced.
 const INDICES: u64 = 20_000;
 
-/// Indices that are traced where every one of them takes photons along.
-const PHOTON_INDICES: u64 = 4_000;
-
 /// A sample as it came: its index, and the bits of u, v, X, Y, Z and of its weight; a light sample has none.
 type Bits = (u64, [Option<u32>; 6]);
 
@@ -62,9 +59,9 @@ enum Method {
     Photon,
 }
 
-fn trace<I: Integrator>(tracer: &I, indices: u64) -> Taken {
+fn trace<I: Integrator>(tracer: &I) -> Taken {
     let (mut taken, mut scratch) = (Taken::default(), I::Scratch::default());
-    for index in 0..indices {
+    for index in 0..INDICES {
         taken.index = index;
         tracer.trace(index, &mut scratch, &mut taken);
     }
@@ -78,10 +75,10 @@ fn samples(desc: &SceneDesc, method: Method, (kernel, seed): (Kernel, u32)) -> T
     let camera = Camera::of(desc).unwrap();
     let setup = Setup::new(Arc::new(scene), camera, &desc.integrator, seed, UvWindow::PICTURE);
     match method {
-        Method::Path => trace(&PathTracer { setup }, INDICES),
-        Method::Bidirectional => trace(&BidirectionalTracer { setup }, INDICES),
+        Method::Path => trace(&PathTracer { setup }),
+        Method::Bidirectional => trace(&BidirectionalTracer { setup }),
         // In index order, so that it does not depend on who traces what.
-        Method::Photon => trace(&PhotonTracer::new(setup, true), PHOTON_INDICES),
+        Method::Photon => trace(&PhotonTracer::new(setup, true)),
     }
 }
 
@@ -95,10 +92,9 @@ fn agree(name: &str, desc: &SceneDesc, methods: &[Method]) {
     for &method in methods {
         let scalar = samples(desc, method, (Kernel::Scalar, 7));
         let (count, lit) = (scalar.samples.len(), scalar.lit);
-        let indices = scalar.index + 1;
         // Every index has samples, and enough of them have met something and light.
         assert!(
-            count as u64 >= indices && lit as u64 >= indices / 10,
+            count as u64 >= INDICES && lit as u64 >= INDICES / 10,
             "{name}, {method:?}: {lit} of {count}"
         );
         for kernel in available().filter(|kernel| *kernel != Kernel::Scalar) {
@@ -108,7 +104,7 @@ fn agree(name: &str, desc: &SceneDesc, methods: &[Method]) {
             assert_eq!(other.samples.len(), count, "{name}, {method:?}: {}", kernel.name());
         }
         let names: Vec<&str> = available().map(Kernel::name).collect();
-        println!("{name}, {method:?}: {indices} indices, {count} samples, {lit} lit: {}", names.join(", "));
+        println!("{name}, {method:?}: {INDICES} indices, {count} samples, {lit} lit: {}", names.join(", "));
     }
 }
 
