@@ -154,8 +154,8 @@ pub(super) fn occluded<S: Lanes>(s: S, (tree, part): (&Tree, &Part), ray: &Ray, 
             let next = node[CHILDREN][(mask.leading_zeros() ^ 31) as usize & 7].to_bits();
             current = Child(select_unpredictable(mask == 0, stack.next_child(top).0, next));
             stack.put_packed(s, &node[CHILDREN], mask, &mut top);
+            s.prefetch::<AHEAD>(tree.arena.address(stack.next_child(top)).cast());
         }
-        s.prefetch::<AHEAD>(tree.arena.address(stack.next_child(top)).cast());
     }
 }
 
