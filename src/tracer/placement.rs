@@ -1,13 +1,13 @@
 //! Where an instance stands: between the space of its group and the world.
 //!
-//! A group's primitives stay in its space. A ray is taken there, and the point where it met something is taken back, both in
-//! double precision and rounded once: what is lost is bounded, and an instance costs two matrices.
+//! A group's primitives stay in its space. A ray is taken there by the walk ([`Accel::seen`](super::accel::Accel::seen)), and the point where
+//! it met something is taken back here, both in double precision and rounded once: what is lost is bounded. An instance costs two
+//! matrices here and one there.
 
 use glam::{DAffine3, DVec3, Vec3};
 
 use crate::math::float::UNIT_ROUNDOFF;
 
-use super::accel::Ray;
 use super::shape::SurfacePoint;
 
 /// An instance of a group.
@@ -32,15 +32,6 @@ impl Placement {
     /// The space of the group to the world.
     pub(super) fn to_world(self) -> DAffine3 {
         self.to_world
-    }
-
-    /// A ray of the world in the space of the group, with the same parameter.
-    pub(super) fn ray(&self, ray: &Ray) -> Ray {
-        Ray {
-            origin: self.to_group.transform_point3(ray.origin.as_dvec3()).as_vec3(),
-            direction: self.to_group.transform_vector3(ray.direction.as_dvec3()).as_vec3(),
-            t_max: ray.t_max,
-        }
     }
 
     /// A surface point of the group in the world.

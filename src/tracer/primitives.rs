@@ -69,14 +69,15 @@ impl Primitives {
     pub(super) fn interaction(&self, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
         match hit.instance {
             Hit::DIRECT => self.met(ray, hit),
-            instance => self.met_instance(ray, hit, &self.placements[instance as usize]),
+            instance => self.met_instance(ray, hit, instance),
         }
     }
 
-    /// What `ray` met in a group shown at `place`.
+    /// What `ray` met in the group that `instance` shows.
     #[inline(never)]
-    fn met_instance(&self, ray: &Ray, hit: &Hit, place: &Placement) -> SurfaceInteraction {
-        let inside = self.met(&place.ray(ray), hit);
+    fn met_instance(&self, ray: &Ray, hit: &Hit, instance: u32) -> SurfaceInteraction {
+        let place = &self.placements[instance as usize];
+        let inside = self.met(&self.accel.seen(instance, ray), hit);
         let n = place.normal(inside.frame.n);
         let along = self.tangents.get(inside.surface as usize).and_then(|t| t.along(hit.prim, &inside.point));
         SurfaceInteraction {

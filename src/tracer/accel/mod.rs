@@ -119,6 +119,15 @@ impl Accel {
         self.tree.closest(ray)
     }
 
+    /// `ray` in the space of the group that `instance` shows, as it was walked; distances stay.
+    ///
+    /// # Panics
+    ///
+    /// When there is no such instance.
+    pub fn seen(&self, instance: u32, ray: &Ray) -> Ray {
+        self.tree.instances[instance as usize].seen(ray)
+    }
+
     /// True when anything but the primitives of `skip` is hit with `0 < t < ray.t_max`.
     #[inline]
     pub fn occluded(&self, ray: &Ray, skip: PrimRange) -> bool {

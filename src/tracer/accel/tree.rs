@@ -41,7 +41,7 @@ pub(super) struct Placed {
 
 impl Placed {
     /// `ray` as the group sees it; distances stay.
-    fn seen(&self, ray: &Ray) -> Ray {
+    pub(super) fn seen(&self, ray: &Ray) -> Ray {
         Ray {
             origin: self.to_group.transform_point3(ray.origin.as_dvec3()).as_vec3(),
             direction: self.to_group.transform_vector3(ray.direction.as_dvec3()).as_vec3(),
