@@ -37,7 +37,7 @@ fn main() -> Outcome<()> {
     Ok(())
 }
 
-/// Effects of the tracer that a build may lack (`src/tracer/features/built.rs`).
+/// Effects of the tracer that a build may lack (`src/tracer/effects/built.rs`).
 const TRACER: [&str; 7] =
     ["dispersion", "transmission", "deltas", "glossy", "environment", "light-choice", "lens"];
 

@@ -11,7 +11,8 @@ use pointillist::color::Xyz;
 use pointillist::scene::{SceneDesc, load, load_str};
 use pointillist::stream::{SampleSink, UvWindow};
 use pointillist::tracer::integrator::{
-    BidirectionalTracer, CAMERA_SUBPATHS, Checked, ParticleTracer, PathTracer, PhotonTracer, Setup, Special,
+    BidirectionalTracer, CAMERA_SUBPATHS, Checked, ParticleTracer, PathTracer, PhotonTracer, RenderContext,
+    Special,
 };
 use pointillist::tracer::{Camera, Integrator, Scene};
 use proptest::prelude::*;
@@ -36,13 +37,13 @@ impl SampleSink for Sum {
     }
 }
 
-fn setup(desc: &SceneDesc, scene: Scene) -> Setup {
-    Setup::new(Arc::new(scene), Camera::of(desc).unwrap(), &desc.integrator, 11, UvWindow::PICTURE)
+fn render_context(desc: &SceneDesc, scene: Scene) -> RenderContext {
+    RenderContext::new(Arc::new(scene), Camera::of(desc).unwrap(), &desc.integrator, 11, UvWindow::PICTURE)
 }
 
 /// Every one of `count` indices is traced twice; what differs panics. Returns how many a rounding has decided.
-fn checked<I: Special>(setup: &Setup, general: &Arc<Scene>, count: u64) -> u64 {
-    let checked = Checked::<I>::new(setup.clone(), general.clone(), 1.0);
+fn checked<I: Special>(context: &RenderContext, general: &Arc<Scene>, count: u64) -> u64 {
+    let checked = Checked::<I>::new(context.clone(), general.clone(), 1.0);
     let mut scratch = Default::default();
     // Paths that split and the first ones, which do not.
     for index in (0..count / 2).chain(1 << 20..(1 << 20) + count / 2) {
@@ -54,11 +55,11 @@ fn checked<I: Special>(setup: &Setup, general: &Arc<Scene>, count: u64) -> u64 {
 }
 
 fn check_all(desc: &SceneDesc, count: u64) -> u64 {
-    let setup = setup(desc, Scene::prepare(desc).unwrap());
+    let context = render_context(desc, Scene::prepare(desc).unwrap());
     let general = &Arc::new(Scene::prepare_general(desc).unwrap());
-    checked::<PathTracer>(&setup, general, count)
-        + checked::<ParticleTracer>(&setup, general, count)
-        + checked::<BidirectionalTracer>(&setup, general, count / CAMERA_SUBPATHS)
+    checked::<PathTracer>(&context, general, count)
+        + checked::<ParticleTracer>(&context, general, count)
+        + checked::<BidirectionalTracer>(&context, general, count / CAMERA_SUBPATHS)
 }
 
 /// A sample of photon mapping is made of many paths: here both sides trace all of them.
@@ -66,9 +67,9 @@ fn check_all(desc: &SceneDesc, count: u64) -> u64 {
 fn photons_are_as_planned() {
     for name in ["cornell.xml", "cornell_spheres.xml", "rough.xml"] {
         let desc = load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name), &[]).unwrap().desc;
-        let setup = setup(&desc, Scene::prepare(&desc).unwrap());
+        let context = render_context(&desc, Scene::prepare(&desc).unwrap());
         let general = Arc::new(Scene::prepare_general(&desc).unwrap());
-        let checked = Checked::<PhotonTracer>::new(setup, general, 1.0);
+        let checked = Checked::<PhotonTracer>::new(context, general, 1.0);
         let mut scratch = Default::default();
         (0..2000).for_each(|index| checked.trace(index, &mut scratch, &mut Sum::default()));
         assert_eq!(checked.tally().counts(), [2000, 0], "{name}");
@@ -78,19 +79,19 @@ fn photons_are_as_planned() {
 #[test]
 fn every_scene_is_as_planned() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
-    let (mut special, mut finishes) = (0, [0; 3]);
+    let (mut special, mut classes) = (0, [0; 3]);
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         if path.extension().is_some_and(|e| e == "xml") {
             let desc = load(&path, &[]).unwrap().desc;
             let scene = Scene::prepare(&desc).unwrap();
             special += usize::from(scene.white().is_some());
-            finishes[scene.finish() as usize] += 1;
+            classes[scene.material_class() as usize] += 1;
             let different = check_all(&desc, 4096);
             assert!(different <= 1, "{different} paths of {} were decided by a rounding", path.display());
         }
     }
-    assert!(special >= 1 && finishes.iter().all(|n| *n >= 1), "not all special code is used: {finishes:?}");
+    assert!(special >= 1 && classes.iter().all(|n| *n >= 1), "not all special code is used: {classes:?}");
 }
 
 /// A value, grey or coloured.
@@ -103,7 +104,7 @@ fn colour(grey: bool) -> BoxedStrategy<String> {
 }
 
 /// Which materials a scene may have: matt ones, also smooth ones, also rough ones.
-fn material(grey: bool, finish: usize) -> BoxedStrategy<String> {
+fn material(grey: bool, class: usize) -> BoxedStrategy<String> {
     let rgb =
         move |name: &'static str| colour(grey).prop_map(move |v| format!("<rgb name='{name}' value='{v}'/>"));
     let words = |text: &'static str| Just(text.to_string()).boxed();
@@ -145,14 +146,14 @@ fn material(grey: bool, finish: usize) -> BoxedStrategy<String> {
         bsdf("roughdielectric", both(apart, alpha.clone().boxed())),
         bsdf("roughplastic", both(alpha.boxed(), rgb("diffuse_reflectance").boxed())),
     ];
-    let count = [3, 7, all.len()][finish];
+    let count = [3, 7, all.len()][class];
     prop::strategy::Union::new(all.into_iter().take(count)).boxed()
 }
 
-fn scene((grey, finish): (bool, usize)) -> impl Strategy<Value = (bool, String)> {
+fn scene((grey, class): (bool, usize)) -> impl Strategy<Value = (bool, String)> {
     let objects = prop::collection::vec(
         (
-            material(grey, finish),
+            material(grey, class),
             prop_oneof![Just("sphere"), Just("cube"), Just("disk")],
             -2.0..2.0f32,
             0.3..1.0f32,
@@ -160,7 +161,7 @@ fn scene((grey, finish): (bool, usize)) -> impl Strategy<Value = (bool, String)>
         1..5,
     );
     let lights = prop::collection::vec((0..4u8, colour(grey), -2.0..2.0f32), 1..4);
-    (material(grey, finish), objects, lights, any::<bool>()).prop_map(move |(floor, objects, lights, lens)| {
+    (material(grey, class), objects, lights, any::<bool>()).prop_map(move |(floor, objects, lights, lens)| {
         let (sensor, radius) = match lens {
             true => ("thinlens", "<float name='aperture_radius' value='0.1'/><float name='focus_distance' value='5'/>"),
             false => ("perspective", ""),
@@ -216,7 +217,7 @@ fn photons_without_colour_have_the_same_mean() {
     let desc = load_str("grey.xml", GREY, &[]).unwrap().desc;
     let mean = |spectral: bool| {
         let scene = if spectral { Scene::prepare_general(&desc) } else { Scene::prepare(&desc) };
-        let tracer = PhotonTracer::new(setup(&desc, scene.unwrap()), true);
+        let tracer = PhotonTracer::new(render_context(&desc, scene.unwrap()), true);
         let (mut scratch, mut sum, count) = (Default::default(), Sum::default(), 1 << 17);
         (0..count).for_each(|index| tracer.trace(index, &mut scratch, &mut sum));
         let mean = sum.y / count as f64;

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use pointillist::scene::desc::IntegratorKind;
 use pointillist::scene::{SceneDesc, load};
-use pointillist::tracer::features::{Feature, decide, without};
+use pointillist::tracer::effects::{Effect, decide, without};
 use pointillist::tracer::{Camera, Scene};
 
 const METHODS: [IntegratorKind; 4] =
@@ -24,7 +24,7 @@ fn scenes() -> Vec<(String, SceneDesc)> {
 }
 
 fn on(desc: &SceneDesc, kind: IntegratorKind) -> BTreeSet<&'static str> {
-    decide(desc, kind).into_iter().filter(|d| d.on).map(|d| d.feature.name()).collect()
+    decide(desc, kind).into_iter().filter(|d| d.on).map(|d| d.effect.name()).collect()
 }
 
 #[test]
@@ -77,19 +77,19 @@ fn reasons_point_into_the_file() {
 fn what_is_forced_off_is_off() {
     let mut refused = BTreeSet::new();
     for (name, desc) in scenes() {
-        for (kind, feature) in METHODS.into_iter().flat_map(|k| Feature::ALL.map(|f| (k, f))) {
+        for (kind, effect) in METHODS.into_iter().flat_map(|k| Effect::ALL.map(|f| (k, f))) {
             let mut less = desc.clone();
             less.integrator.kind = kind;
             let before = on(&less, kind);
-            match without(&mut less, feature) {
+            match without(&mut less, effect) {
                 Err(advice) => {
                     assert!(advice.contains("choose") || advice.contains("leave"), "{advice}");
-                    refused.insert((feature.name(), kind == IntegratorKind::Photon));
+                    refused.insert((effect.name(), kind == IntegratorKind::Photon));
                 }
                 Ok(()) => {
                     let after = on(&less, kind);
-                    assert!(!after.contains(feature.name()), "{name}: {feature:?} is still on");
-                    assert!(after.is_subset(&before), "{name}: without {feature:?} there is {after:?}");
+                    assert!(!after.contains(effect.name()), "{name}: {effect:?} is still on");
+                    assert!(after.is_subset(&before), "{name}: without {effect:?} there is {after:?}");
                     Scene::prepare(&less).unwrap();
                     Camera::of(&less).unwrap();
                 }

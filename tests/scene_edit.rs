@@ -17,7 +17,7 @@ use pointillist::scene::edit::*;
 use pointillist::scene::load_str;
 use pointillist::spectrum::{Spectrum, dispersion::Ior};
 use pointillist::stream::{SampleSink, UvWindow};
-use pointillist::tracer::integrator::Setup;
+use pointillist::tracer::integrator::RenderContext;
 use pointillist::tracer::{Camera, Integrator, PathTracer, Scene};
 use tracer_support::environment;
 
@@ -37,8 +37,9 @@ fn samples(scene: &Arc<Scene>, desc: &SceneDesc) -> Vec<[u32; 3]> {
     let camera = Camera::of(desc).unwrap();
     let mut all = Bits::default();
     for hide_emitters in [false, true] {
-        let setup = Setup::new(scene.clone(), camera.clone(), &desc.integrator, 3, UvWindow::PICTURE);
-        let tracer = PathTracer { setup: Setup { hide_emitters, ..setup } };
+        let context =
+            RenderContext::new(scene.clone(), camera.clone(), &desc.integrator, 3, UvWindow::PICTURE);
+        let tracer = PathTracer { context: RenderContext { hide_emitters, ..context } };
         (0..3000).for_each(|i| tracer.trace(i, &mut (), &mut all));
     }
     all.0

@@ -9,17 +9,17 @@ use pointillist::scene::desc::IntegratorKind;
 use pointillist::scene::{self, SceneDesc};
 use pointillist::stream::UvWindow;
 use pointillist::tracer::choice::{Choice, Survey, choose};
-use pointillist::tracer::integrator::Setup;
+use pointillist::tracer::integrator::RenderContext;
 use pointillist::tracer::{Camera, Scene};
 
-fn setup(desc: &SceneDesc) -> Setup {
+fn render_context(desc: &SceneDesc) -> RenderContext {
     let scene = Arc::new(Scene::prepare(desc).unwrap());
-    Setup::new(scene, Camera::of(desc).unwrap(), &desc.integrator, 0, UvWindow::PICTURE)
+    RenderContext::new(scene, Camera::of(desc).unwrap(), &desc.integrator, 0, UvWindow::PICTURE)
 }
 
-fn of_scene(name: &str) -> Setup {
+fn of_scene(name: &str) -> RenderContext {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}.xml"));
-    setup(&scene::load(&path, &[]).unwrap().desc)
+    render_context(&scene::load(&path, &[]).unwrap().desc)
 }
 
 fn of_file(name: &str) -> Choice {
@@ -32,14 +32,14 @@ fn of_file(name: &str) -> Choice {
 }
 
 /// A grey floor and a lamp beside it, seen from in front and above, with what `more` adds.
-fn floor(more: &str) -> Setup {
+fn floor(more: &str) -> RenderContext {
     let text = format!(
         "<scene version=\"3.0.0\"><sensor type=\"perspective\"><float name=\"fov\" value=\"40\"/><transform name=\"to_world\">\
          <lookat origin=\"0, 3, -6\" target=\"0, 0.5, 0\" up=\"0, 1, 0\"/></transform></sensor>\
          <shape type=\"rectangle\"><transform name=\"to_world\"><scale value=\"9\"/><rotate x=\"1\" angle=\"-90\"/></transform>\
          <bsdf type=\"diffuse\"/></shape>{more}</scene>"
     );
-    setup(&scene::load_str("floor.xml", &text, &[]).unwrap().desc)
+    render_context(&scene::load_str("floor.xml", &text, &[]).unwrap().desc)
 }
 
 const LAMP: &str = "<shape type=\"sphere\"><point name=\"center\" value=\"2, 4, 0\"/><float name=\"radius\" value=\"0.5\"/>\
@@ -53,12 +53,16 @@ fn ball(bsdf: &str) -> String {
 
 #[test]
 fn a_scene_has_one_choice() {
-    let setup = floor(LAMP);
-    assert_eq!(choose(&setup), choose(&setup));
+    let context = floor(LAMP);
+    assert_eq!(choose(&context), choose(&context));
     // Neither the seed nor the size of a picture is part of the question.
     assert_eq!(
-        choose(&setup),
-        choose(&Setup { seed: 7, window: UvWindow { min: [0.0; 2], max: [0.5; 2] }, ..setup.clone() })
+        choose(&context),
+        choose(&RenderContext {
+            seed: 7,
+            window: UvWindow { min: [0.0; 2], max: [0.5; 2] },
+            ..context.clone()
+        })
     );
 }
 
@@ -116,11 +120,11 @@ fn without_light_or_surfaces_there_is_a_choice_all_the_same() {
     assert_eq!(choice.kind, IntegratorKind::Path);
     assert!(choice.reason.contains("no light"), "{}", choice.reason);
     let text = "<scene version=\"3.0.0\"><sensor type=\"perspective\"/><emitter type=\"constant\"/></scene>";
-    let empty = setup(&scene::load_str("empty.xml", text, &[]).unwrap().desc);
+    let empty = render_context(&scene::load_str("empty.xml", text, &[]).unwrap().desc);
     assert_eq!(choose(&empty).kind, IntegratorKind::Path);
     let dark = "<scene version=\"3.0.0\"><sensor type=\"perspective\"/></scene>";
     assert_eq!(
-        choose(&setup(&scene::load_str("dark.xml", dark, &[]).unwrap().desc)).kind,
+        choose(&render_context(&scene::load_str("dark.xml", dark, &[]).unwrap().desc)).kind,
         IntegratorKind::Path
     );
 }
@@ -140,8 +144,8 @@ fn unbiased_methods_see_the_same_light() {
     let room = format!(
         "<shape type=\"cube\"><transform name=\"to_world\"><scale value=\"14\"/></transform>{white}</shape>{LAMP}"
     );
-    for setup in [floor(&room), of_scene("cove"), of_scene("cornell")] {
-        let choice = choose(&setup);
+    for context in [floor(&room), of_scene("cove"), of_scene("cornell")] {
+        let choice = choose(&context);
         let path = choice.ratings[0].mean;
         for rating in choice.ratings.iter().filter(|r| r.complete) {
             let ratio = rating.mean / path;

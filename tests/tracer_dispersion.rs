@@ -15,7 +15,7 @@ use pointillist::scene::desc::*;
 use pointillist::spectrum::{SampledSpectrum, Spectrum, dispersion::Ior};
 use pointillist::stream::{PathCounts, SampleSink, UvWindow};
 use pointillist::tracer::bsdf::{Bsdf, Microfacet, RoughDielectric};
-use pointillist::tracer::integrator::{BidirectionalTracer, Setup};
+use pointillist::tracer::integrator::{BidirectionalTracer, RenderContext};
 use pointillist::tracer::{Camera, Integrator, PathTracer, Scene};
 use tracer_support::*;
 
@@ -51,7 +51,8 @@ fn values_over_all_heroes_are_those_of_each_wavelength() {
                 let mut sum = [0.0; 4];
                 for hero in 0..4 {
                     let bsdf = glass_at(turned(ETA, hero), alpha);
-                    let [here, back] = [(wo, wi), (wi, wo)].map(|(a, b)| bsdf.part(a, b).heroes.weight());
+                    let [here, back] =
+                        [(wo, wi), (wi, wo)].map(|(a, b)| bsdf.part(a, b).wavelength_mis.weight());
                     assert!((here / back - 1.0).abs() < 1e-3, "{here} {back}");
                     let Some((value, _)) = bsdf.eval(wo, wi) else { continue };
                     for lane in 0..4 {
@@ -84,7 +85,7 @@ fn samples_are_the_values() {
             let wo = direction(random.unit() * 2.0 - 1.0, 0.3);
             let Some(s) = bsdf.sample(wo, [random.unit(), random.unit()], random.unit()) else { continue };
             assert!(!s.hero_only && s.weight.is_finite());
-            let counts = bsdf.part(wo, s.wi).heroes.weight();
+            let counts = bsdf.part(wo, s.wi).wavelength_mis.weight();
             assert!((1.0..=4.0).contains(&counts), "{counts}");
             parted += usize::from(s.transmitted && counts > 1.01);
             // Four times what the hero counts alone: 4 at most, where all others are totally reflected.
@@ -164,9 +165,9 @@ fn mean_xyz(desc: &SceneDesc, method: Method, (first, seeds, paths): (u32, u32, 
     let window = UvWindow::PICTURE;
     let picture = |seed| {
         let mut sum = Sum::default();
-        let setup = Setup::new(scene.clone(), camera.clone(), &desc.integrator, seed, window);
-        let path = PathTracer { setup: setup.clone() };
-        let both = BidirectionalTracer { setup };
+        let context = RenderContext::new(scene.clone(), camera.clone(), &desc.integrator, seed, window);
+        let path = PathTracer { context: context.clone() };
+        let both = BidirectionalTracer { context };
         let (mut scratch, PathCounts { camera, light }) = (Default::default(), both.paths_per_index());
         let n = paths as f64;
         if method == Method::Path {

@@ -14,7 +14,7 @@ use pointillist::scene::desc::*;
 use pointillist::spectrum::{Spectrum, dispersion::Ior};
 use pointillist::stream::UvWindow;
 use pointillist::tracer::accel::Ray;
-use pointillist::tracer::features::{Feature, decide};
+use pointillist::tracer::effects::{Effect, decide};
 use pointillist::tracer::{PrepareError, Scene};
 use tracer_support::*;
 
@@ -304,15 +304,15 @@ fn groups_that_nothing_shows_take_no_part() {
     group(&mut desc, vec![member(ShapeKind::Disk, DAffine3::IDENTITY, white)]);
     instance(&mut desc, 1, at(0.0, 0.0, 2.0));
     environment(&mut desc);
-    let on = |desc: &SceneDesc, feature| {
-        decide(desc, IntegratorKind::Path).into_iter().any(|d| d.feature == feature && d.on)
+    let on = |desc: &SceneDesc, effect| {
+        decide(desc, IntegratorKind::Path).into_iter().any(|d| d.effect == effect && d.on)
     };
-    let features = [Feature::Transmission, Feature::Deltas, Feature::SmoothNormals];
-    assert!(features.iter().all(|f| !on(&desc, *f)));
+    let effects = [Effect::Transmission, Effect::Deltas, Effect::SmoothNormals];
+    assert!(effects.iter().all(|f| !on(&desc, *f)));
     let reach = |desc: &SceneDesc| prepare(desc).accel().bounds().1.x;
     assert!(reach(&desc) < 1.1, "{}", reach(&desc));
     instance(&mut desc, 0, at(-900.0, 0.0, 0.0));
-    assert!(features.iter().all(|f| on(&desc, *f)));
+    assert!(effects.iter().all(|f| on(&desc, *f)));
     assert!((reach(&desc) - 101.0).abs() < 0.1, "{}", reach(&desc));
 }
 

@@ -15,7 +15,7 @@ use pointillist::scene::load;
 use pointillist::spectrum::dispersion::Ior;
 use pointillist::stream::{SampleSink, UvWindow};
 use pointillist::tracer::accel::Kernel;
-use pointillist::tracer::integrator::{BidirectionalTracer, PhotonTracer, Setup};
+use pointillist::tracer::integrator::{BidirectionalTracer, PhotonTracer, RenderContext};
 use pointillist::tracer::{Camera, Integrator, PathTracer, Scene};
 use tracer_support::{empty, environment, glass, grey, look, material, shape};
 
@@ -73,12 +73,12 @@ fn samples(desc: &SceneDesc, method: Method, (kernel, seed): (Kernel, u32)) -> T
     let scene = Scene::prepare(desc).unwrap().walked_by(kernel).unwrap();
     assert_eq!((scene.kernel(), scene.accel().kernel()), (kernel, kernel));
     let camera = Camera::of(desc).unwrap();
-    let setup = Setup::new(Arc::new(scene), camera, &desc.integrator, seed, UvWindow::PICTURE);
+    let context = RenderContext::new(Arc::new(scene), camera, &desc.integrator, seed, UvWindow::PICTURE);
     match method {
-        Method::Path => trace(&PathTracer { setup }),
-        Method::Bidirectional => trace(&BidirectionalTracer { setup }),
+        Method::Path => trace(&PathTracer { context }),
+        Method::Bidirectional => trace(&BidirectionalTracer { context }),
         // In index order, so that it does not depend on who traces what.
-        Method::Photon => trace(&PhotonTracer::new(setup, true)),
+        Method::Photon => trace(&PhotonTracer::new(context, true)),
     }
 }
 

@@ -16,7 +16,7 @@ use pointillist::server::{RenderJob, Server};
 use pointillist::spectrum::{Spectrum, dispersion::Ior};
 use pointillist::stream::{Cursor, Epoch, Finish, UvWindow};
 use pointillist::tracer::Camera;
-use pointillist::tracer::integrator::{PhotonTracer, Setup};
+use pointillist::tracer::integrator::{PhotonTracer, RenderContext};
 use synthetic::{gather_ordered, render_all};
 use tracer_support::*;
 
@@ -126,8 +126,8 @@ fn photons_outlast_a_move_of_the_camera() {
     let scene = Arc::new(prepare(&desc));
     let tracer = |seed, deterministic| {
         let camera = Camera::of(&desc).expect("valid");
-        let setup = Setup::new(scene.clone(), camera, &desc.integrator, seed, UvWindow::PICTURE);
-        PhotonTracer::new(setup, deterministic)
+        let context = RenderContext::new(scene.clone(), camera, &desc.integrator, seed, UvWindow::PICTURE);
+        PhotonTracer::new(context, deterministic)
     };
     let first = tracer(0, false);
     let _ = render_all(1, RenderJob::new(Arc::new(first.clone()), 0..100));
@@ -193,8 +193,8 @@ const LIMIT: usize = 15_000;
 
 fn tracer_of(desc: &SceneDesc) -> Arc<PhotonTracer> {
     let camera = Camera::of(desc).expect("the camera is valid");
-    let setup = Setup::new(Arc::new(prepare(desc)), camera, &desc.integrator, 5, UvWindow::PICTURE);
-    let tracer = PhotonTracer::new(setup, true);
+    let context = RenderContext::new(Arc::new(prepare(desc)), camera, &desc.integrator, 5, UvWindow::PICTURE);
+    let tracer = PhotonTracer::new(context, true);
     // Small generations: the range of these tests has many.
     let schedule = *tracer.schedule();
     let schedule = pointillist::tracer::photon_map::Schedule {

@@ -13,7 +13,7 @@ use pointillist::spectrum::{SampledWavelengths, dispersion::Ior};
 use pointillist::stream::{PathCounts, SampleSink, UvWindow};
 use pointillist::tracer::accel::Ray;
 use pointillist::tracer::bsdf::fresnel;
-use pointillist::tracer::integrator::{BidirectionalTracer, Setup};
+use pointillist::tracer::integrator::{BidirectionalTracer, RenderContext};
 use pointillist::tracer::{Camera, Integrator, PathTracer, Scene};
 use tracer_support::*;
 
@@ -256,13 +256,14 @@ fn the_spectrum_is_the_integral_over_wavelengths() {
     let scene = Arc::new(Scene::prepare(&desc).expect("valid"));
     let camera = Camera::of(&desc).expect("valid");
     let exact = reference(&camera);
-    let setup = |seed| Setup::new(scene.clone(), camera.clone(), &desc.integrator, seed, UvWindow::PICTURE);
+    let context =
+        |seed| RenderContext::new(scene.clone(), camera.clone(), &desc.integrator, seed, UvWindow::PICTURE);
     let path =
         |seed| PathTracer::new(scene.clone(), camera.clone(), &desc.integrator, seed, UvWindow::PICTURE);
     let paths = COLUMNS as u64 * 4096;
     let pictures: Vec<_> = (0..16).map(|seed| render(&path(seed), paths)).collect();
     assert_spectrum("path", &pictures, &exact);
-    let both = |seed| render(&BidirectionalTracer { setup: setup(seed) }, paths * 4);
+    let both = |seed| render(&BidirectionalTracer { context: context(seed) }, paths * 4);
     let pictures: Vec<_> = (100..116).map(both).collect();
     assert_spectrum("bidirectional", &pictures, &exact);
 }

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use pointillist::scene;
 use pointillist::server::{RenderJob, Server};
 use pointillist::stream::{Epoch, Event, UvWindow};
-use pointillist::tracer::integrator::{PathTracer, PhotonTracer, Setup};
+use pointillist::tracer::integrator::{PathTracer, PhotonTracer, RenderContext};
 use pointillist::tracer::{Camera, PrepareOptions, Scene};
 
 /// Aborts per scene.
@@ -51,8 +51,8 @@ fn aborts(path: &Path, threads: usize, photons: bool) -> Vec<f64> {
     let desc = scene::load(path, &[]).unwrap().desc;
     let prepared = Scene::prepare(&desc).unwrap();
     let camera = Camera::new(&desc.camera, &desc.film, &PrepareOptions::from_film(&desc.film)).unwrap();
-    let setup = Setup::new(Arc::new(prepared), camera, &desc.integrator, 0, UvWindow::PICTURE);
-    let Setup { scene, camera, seed, window, .. } = setup.clone();
+    let context = RenderContext::new(Arc::new(prepared), camera, &desc.integrator, 0, UvWindow::PICTURE);
+    let RenderContext { scene, camera, seed, window, .. } = context.clone();
     let tracer = Arc::new(PathTracer::new(scene, camera, &desc.integrator, seed, window));
     let (server, mut lanes) = Server::start(threads).unwrap();
     (1..=ABORTS)
@@ -60,7 +60,7 @@ fn aborts(path: &Path, threads: usize, photons: bool) -> Vec<f64> {
             let epoch = Epoch(number);
             if photons {
                 // One map to an epoch.
-                let tracer = Arc::new(PhotonTracer::new(setup.clone(), false));
+                let tracer = Arc::new(PhotonTracer::new(context.clone(), false));
                 server.render(RenderJob::new(tracer, 0..u64::MAX), epoch).unwrap();
             } else {
                 server.render(RenderJob::new(tracer.clone(), 0..u64::MAX), epoch).unwrap();

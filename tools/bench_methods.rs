@@ -12,7 +12,9 @@ use glam::Vec3;
 
 use pointillist::color::{Profile, Xyz};
 use pointillist::stream::{SampleSink, UvWindow};
-use pointillist::tracer::integrator::{BidirectionalTracer, Integrator, ParticleTracer, PathTracer, Setup};
+use pointillist::tracer::integrator::{
+    BidirectionalTracer, Integrator, ParticleTracer, PathTracer, RenderContext,
+};
 use pointillist::tracer::{Camera, PrepareOptions, Scene};
 
 /// Sums per pixel, box filter.
@@ -71,12 +73,12 @@ fn take<I: Integrator>(tracer: &I, size: usize, spp: usize) -> Taken {
     Taken { rgb: rgb.collect(), seconds, splats: picture.splats }
 }
 
-fn render(setup: &Setup, method: &str, seed: u32, size: usize, spp: usize) -> Taken {
-    let setup = Setup { seed, ..setup.clone() };
+fn render(context: &RenderContext, method: &str, seed: u32, size: usize, spp: usize) -> Taken {
+    let context = RenderContext { seed, ..context.clone() };
     match method {
-        "path" => take(&PathTracer { setup }, size, spp),
-        "light" => take(&ParticleTracer { setup }, size, spp),
-        "bidirectional" => take(&BidirectionalTracer { setup }, size, spp),
+        "path" => take(&PathTracer { context }, size, spp),
+        "light" => take(&ParticleTracer { context }, size, spp),
+        "bidirectional" => take(&BidirectionalTracer { context }, size, spp),
         other => panic!("no such method: {other}"),
     }
 }
@@ -96,11 +98,11 @@ fn main() {
     let scene = Arc::new(Scene::prepare(&desc).unwrap());
     let options = PrepareOptions { width: size as u32, height: size as u32 };
     let camera = Camera::new(&desc.camera, &desc.film, &options).unwrap();
-    let setup = Setup::new(scene, camera, &desc.integrator, 0, UvWindow::PICTURE);
+    let context = RenderContext::new(scene, camera, &desc.integrator, 0, UvWindow::PICTURE);
     let mut runs: Vec<Vec<Taken>> = args.iter().map(|_| Vec::new()).collect();
     for seed in 0..seeds as u32 {
         for (method, runs) in args.iter().zip(&mut runs) {
-            runs.push(render(&setup, method, 100 + seed, size, spp));
+            runs.push(render(&context, method, 100 + seed, size, spp));
         }
     }
     println!("{path} {size}² {spp} spp {seeds} seeds; error is relMSE at 512² and 20 CPU s");

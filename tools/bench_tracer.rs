@@ -13,7 +13,7 @@ use pointillist::scene::desc::*;
 use pointillist::spectrum::{Spectrum, dispersion::Ior};
 use pointillist::stream::{SampleSink, UvWindow};
 use pointillist::tracer::accel::{PrimRange, Ray};
-use pointillist::tracer::integrator::Setup;
+use pointillist::tracer::integrator::RenderContext;
 use pointillist::tracer::{Camera, Integrator, PathTracer, Sampler, Scene};
 
 struct Sum(f64, u64);
@@ -40,7 +40,7 @@ fn main() {
             best = best.max(paths_per_second(&tracer, seconds, &mut sum));
         }
         println!("{name}: {:.3} M paths/s, mean Y {:.5}", best / 1e6, sum.0 / sum.1 as f64);
-        rays(&tracer.setup);
+        rays(&tracer.context);
         noise(&tracer, 16);
     }
 }
@@ -63,7 +63,7 @@ impl SampleSink for Picture {
 fn noise(tracer: &PathTracer, per_pixel: u64) {
     let start = cpu_seconds();
     let [a, b] = [11, 12].map(|seed| {
-        let tracer = PathTracer { setup: Setup { seed, ..tracer.setup.clone() } };
+        let tracer = PathTracer { context: RenderContext { seed, ..tracer.context.clone() } };
         let mut picture = Picture(vec![Xyz::BLACK; SIZE * SIZE]);
         let n = per_pixel * (SIZE * SIZE) as u64;
         (0..n).for_each(|i| tracer.trace(i, &mut (), &mut picture));
@@ -106,7 +106,7 @@ fn paths_per_second(tracer: &PathTracer, seconds: f64, sum: &mut Sum) -> f64 {
 }
 
 /// Time of the two questions on rays that bounce around the scene.
-fn rays(Setup { scene, camera, .. }: &Setup) {
+fn rays(RenderContext { scene, camera, .. }: &RenderContext) {
     let mut rays = Vec::new();
     for i in 0..100_000 {
         let sampler = Sampler::at(i, 7);

@@ -20,7 +20,7 @@ use pointillist::scene::load;
 use pointillist::stream::{Sample, SampleSink, UvWindow};
 use pointillist::study::{ErrorField, Interval, Part, Replicates};
 use pointillist::tracer::integrator::{
-    BidirectionalTracer, ParticleTracer, PathTracer, PhotonTracer, Replicated, Setup,
+    BidirectionalTracer, ParticleTracer, PathTracer, PhotonTracer, RenderContext, Replicated,
 };
 use pointillist::tracer::{Camera, Integrator, Scene};
 
@@ -85,12 +85,13 @@ fn study(path: &Path, method: &str, options: Options) -> Outcome {
     desc.integrator.kind = kinds.into_iter().find(|(name, _)| *name == method).ok_or(USAGE)?.1;
     let (scene, camera) = (Arc::new(Scene::prepare(&desc)?), Camera::of(&desc)?);
     let run = |seed: u32, divided: bool| {
-        let setup = Setup::new(scene.clone(), camera.clone(), &desc.integrator, seed, UvWindow::PICTURE);
+        let context =
+            RenderContext::new(scene.clone(), camera.clone(), &desc.integrator, seed, UvWindow::PICTURE);
         match desc.integrator.kind {
-            IntegratorKind::Path | IntegratorKind::Auto => trace::<PathTracer>(&setup, divided, options),
-            IntegratorKind::Light => trace::<ParticleTracer>(&setup, divided, options),
-            IntegratorKind::Bidirectional => trace::<BidirectionalTracer>(&setup, divided, options),
-            IntegratorKind::Photon => trace::<PhotonTracer>(&setup, divided, options),
+            IntegratorKind::Path | IntegratorKind::Auto => trace::<PathTracer>(&context, divided, options),
+            IntegratorKind::Light => trace::<ParticleTracer>(&context, divided, options),
+            IntegratorKind::Bidirectional => trace::<BidirectionalTracer>(&context, divided, options),
+            IntegratorKind::Photon => trace::<PhotonTracer>(&context, divided, options),
         }
     };
     let all = |divided: bool| -> Vec<Run> {
@@ -108,8 +109,12 @@ fn study(path: &Path, method: &str, options: Options) -> Outcome {
 }
 
 /// Traces and takes stock at every doubling.
-fn trace<I: Integrator + From<Setup>>(setup: &Setup, divided: bool, options: Options) -> Run {
-    let integrator = Replicated::new(setup, divided, I::from);
+fn trace<I: Integrator + From<RenderContext>>(
+    context: &RenderContext,
+    divided: bool,
+    options: Options,
+) -> Run {
+    let integrator = Replicated::new(context, divided, I::from);
     let pixels = u64::from(options.side).pow(2);
     let per = integrator.paths_per_index();
     let each = per.camera.max(per.light);

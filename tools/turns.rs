@@ -18,8 +18,10 @@ use pointillist::gpu::{DeviceChoice, Gpu};
 use pointillist::scene::desc::IntegratorKind;
 use pointillist::scene::load;
 use pointillist::stream::{PathCounts, Sample, SampleSink, UvWindow};
-use pointillist::tracer::features::{Feature, without};
-use pointillist::tracer::integrator::{BidirectionalTracer, ParticleTracer, PathTracer, PhotonTracer, Setup};
+use pointillist::tracer::effects::{Effect, without};
+use pointillist::tracer::integrator::{
+    BidirectionalTracer, ParticleTracer, PathTracer, PhotonTracer, RenderContext,
+};
 use pointillist::tracer::{Camera, Integrator, Scene};
 
 type Outcome = Result<(), Box<dyn std::error::Error>>;
@@ -47,18 +49,19 @@ fn trace(scene: &str, how: &[&str]) -> Outcome {
     let is = |word| how.contains(&word);
     let mut desc = load(scene.as_ref(), &[])?.desc;
     if is("grey") {
-        without(&mut desc, Feature::Wavelengths)?;
+        without(&mut desc, Effect::Wavelengths)?;
     }
     if is("bidirectional") {
         desc.integrator.kind = IntegratorKind::Bidirectional;
     }
     let scene = if is("everything") { Scene::prepare_general(&desc)? } else { Scene::prepare(&desc)? };
-    let setup = Setup::new(Arc::new(scene), Camera::of(&desc)?, &desc.integrator, 0, UvWindow::PICTURE);
+    let context =
+        RenderContext::new(Arc::new(scene), Camera::of(&desc)?, &desc.integrator, 0, UvWindow::PICTURE);
     match desc.integrator.kind {
-        IntegratorKind::Path | IntegratorKind::Auto => paths(&PathTracer { setup }),
-        IntegratorKind::Light => paths(&ParticleTracer { setup }),
-        IntegratorKind::Bidirectional => paths(&BidirectionalTracer { setup }),
-        IntegratorKind::Photon => paths(&PhotonTracer::new(setup, true)),
+        IntegratorKind::Path | IntegratorKind::Auto => paths(&PathTracer { context }),
+        IntegratorKind::Light => paths(&ParticleTracer { context }),
+        IntegratorKind::Bidirectional => paths(&BidirectionalTracer { context }),
+        IntegratorKind::Photon => paths(&PhotonTracer::new(context, true)),
     }
 }
 

@@ -10,7 +10,7 @@ use super::{method, tell};
 use crate::scene::desc::IntegratorKind;
 use crate::stream::UvWindow;
 use crate::tracer::choice::{self, CANDIDATES, Choice, Survey, Trial};
-use crate::tracer::integrator::Setup;
+use crate::tracer::integrator::RenderContext;
 use crate::tracer::{Camera, Scene};
 
 /// What was chosen and why. Field names are JSON keys.
@@ -67,25 +67,28 @@ pub fn settle(facts: &mut RunFacts, scene: &Arc<Scene>, camera: &Camera, threads
     if facts.integrator != IntegratorKind::Auto {
         return;
     }
-    let setup = setup(facts, scene, camera);
-    let chosen = Chosen::from(if threads > 1 { side_by_side(&setup) } else { choice::choose(&setup) });
+    let context = render_context(facts, scene, camera);
+    let chosen = Chosen::from(if threads > 1 { side_by_side(&context) } else { choice::choose(&context) });
     facts.integrator = chosen.kind;
     facts.auto = Some(chosen);
 }
 
 /// The choice does not depend on the seed.
-fn setup(facts: &RunFacts, scene: &Arc<Scene>, camera: &Camera) -> Setup {
-    Setup { seed: 0, ..method::setup(facts, (scene.clone(), camera.clone()), UvWindow::PICTURE) }
+fn render_context(facts: &RunFacts, scene: &Arc<Scene>, camera: &Camera) -> RenderContext {
+    RenderContext {
+        seed: 0,
+        ..method::render_context(facts, (scene.clone(), camera.clone()), UvWindow::PICTURE)
+    }
 }
 
 /// The choice of [`choice::choose`], with the trials side by side.
-fn side_by_side(setup: &Setup) -> Choice {
-    let survey = Survey::of(setup);
+fn side_by_side(context: &RenderContext) -> Choice {
+    let survey = Survey::of(context);
     let trials: Vec<Trial> = std::thread::scope(|scope| {
         let trial = |kind| {
             scope.spawn({
                 let survey = &survey;
-                move || Trial::of(setup, survey, kind)
+                move || Trial::of(context, survey, kind)
             })
         };
         let running = CANDIDATES.map(trial);
@@ -117,10 +120,10 @@ impl Chooser {
             return;
         }
         self.stale = false;
-        let (setup, (sender, receiver)) = (setup(facts, scene, camera), channel());
+        let (context, (sender, receiver)) = (render_context(facts, scene, camera), channel());
         let work = move || {
             // Nobody listens any more when the window has closed.
-            let _ = sender.send(choice::choose(&setup));
+            let _ = sender.send(choice::choose(&context));
         };
         // Without a thread the method stays what it is.
         let started = std::thread::Builder::new().name("choice".to_string()).spawn(work);

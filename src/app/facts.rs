@@ -13,7 +13,7 @@ use crate::client::{
 };
 use crate::image::Attribute;
 use crate::scene::desc::{IntegratorKind, PhotonDesc, ReconstructionFilter};
-use crate::tracer::features::{Feature, refusal};
+use crate::tracer::effects::{Effect, refusal};
 
 /// Everything that decides the sums of a film, besides the number of paths.
 #[derive(Clone, Debug)]
@@ -125,8 +125,8 @@ impl RunFacts {
 
     /// Effects that the picture leaves out although the scene and the method call for them.
     pub fn left_out(&self) -> impl Iterator<Item = &'static str> {
-        let off = self.effects.iter().filter(|forced| !forced.on).map(|forced| forced.feature);
-        off.filter(|feature| refusal(*feature, self.integrator).is_none()).map(Feature::name)
+        let off = self.effects.iter().filter(|forced| !forced.on).map(|forced| forced.effect);
+        off.filter(|effect| refusal(*effect, self.integrator).is_none()).map(Effect::name)
     }
 
     /// The command line that traces `paths` paths from `first` on in the same way. Threads and `--simd` are left out: they do

@@ -8,7 +8,7 @@ use super::tell;
 use crate::scene::desc::{IntegratorKind, SceneDesc};
 use crate::scene::{self, Loaded};
 use crate::tracer::accel::Kernel;
-use crate::tracer::features::{Feature, decide, force_on, refusal, without};
+use crate::tracer::effects::{Effect, decide, force_on, refusal, without};
 use crate::tracer::{PrepareError, Scene};
 
 /// What is traced.
@@ -87,10 +87,10 @@ pub fn forced(desc: &SceneDesc, source: &SceneArgs) -> Result<Vec<Forced>> {
     let plan = decide(desc, kind);
     let mut effective = Vec::new();
     for forced in last_of_each(&source.effects) {
-        let Some(decision) = plan.iter().find(|decision| decision.feature == forced.feature) else {
+        let Some(decision) = plan.iter().find(|decision| decision.effect == forced.effect) else {
             continue;
         };
-        let open = kind == IntegratorKind::Auto && refusal(forced.feature, IntegratorKind::Path).is_some();
+        let open = kind == IntegratorKind::Auto && refusal(forced.effect, IntegratorKind::Path).is_some();
         if forced.on == decision.on && !open {
             tell(&format!("note: --effects {forced} changes nothing: {}", decision.reason));
             continue;
@@ -107,11 +107,11 @@ pub fn forced(desc: &SceneDesc, source: &SceneArgs) -> Result<Vec<Forced>> {
 ///
 /// When that is not possible.
 pub fn force(desc: &mut SceneDesc, forced: Forced) -> Result<()> {
-    let forcing: fn(&mut SceneDesc, Feature) -> Result<(), &'static str> =
+    let forcing: fn(&mut SceneDesc, Effect) -> Result<(), &'static str> =
         if forced.on { force_on } else { without };
     let impossible =
         |advice: &str| miette::miette!(help = advice.to_string(), "--effects {forced} is not possible here");
-    forcing(desc, forced.feature).map_err(impossible)
+    forcing(desc, forced.effect).map_err(impossible)
 }
 
 #[cfg(test)]

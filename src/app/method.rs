@@ -11,8 +11,8 @@ use crate::server::{RenderJob, Server};
 use crate::stream::control::Epoch;
 use crate::stream::{PathCounts, UvWindow};
 use crate::tracer::integrator::{
-    BidirectionalTracer, CAMERA_SUBPATHS, Checked, ParticleTracer, PathTracer, PhotonTracer, Replicated,
-    Setup, Special, Tally,
+    BidirectionalTracer, CAMERA_SUBPATHS, Checked, ParticleTracer, PathTracer, PhotonTracer, RenderContext,
+    Replicated, Special, Tally,
 };
 use crate::tracer::{Camera, Integrator, Scene};
 
@@ -61,9 +61,13 @@ pub fn paths_per_index(kind: IntegratorKind) -> u64 {
 }
 
 /// What the tracers of all methods are made of.
-pub fn setup(facts: &RunFacts, (scene, camera): (Arc<Scene>, Camera), window: UvWindow) -> Setup {
+pub fn render_context(
+    facts: &RunFacts,
+    (scene, camera): (Arc<Scene>, Camera),
+    window: UvWindow,
+) -> RenderContext {
     let RunFacts { seed, max_depth, rr_depth, hide_emitters, photons, .. } = *facts;
-    Setup { scene, camera, seed, window, max_depth, rr_depth, hide_emitters, places: None, photons }
+    RenderContext { scene, camera, seed, window, max_depth, rr_depth, hide_emitters, places: None, photons }
 }
 
 /// Has `server` trace a scene by the method that `facts` name; `photons` are those of the render before, if it left any, and
@@ -79,19 +83,19 @@ pub fn start(
     order: Order,
     photons: &mut Option<Photons>,
 ) -> Result<Option<Arc<Tally>>> {
-    let setup = setup(facts, (scene, camera), order.window);
+    let context = render_context(facts, (scene, camera), order.window);
     let before = photons.take();
     match facts.integrator {
-        IntegratorKind::Path | IntegratorKind::Auto => special::<PathTracer>(server, facts, setup, order),
-        IntegratorKind::Light => special::<ParticleTracer>(server, facts, setup, order),
-        IntegratorKind::Bidirectional => special::<BidirectionalTracer>(server, facts, setup, order),
+        IntegratorKind::Path | IntegratorKind::Auto => special::<PathTracer>(server, facts, context, order),
+        IntegratorKind::Light => special::<ParticleTracer>(server, facts, context, order),
+        IntegratorKind::Bidirectional => special::<BidirectionalTracer>(server, facts, context, order),
         IntegratorKind::Photon if order.check.is_some() => {
-            check_photons(server, facts, setup, order).map(Some)
+            check_photons(server, facts, context, order).map(Some)
         }
         IntegratorKind::Photon => {
             let mut before = before.iter().flat_map(Replicated::parts);
-            let tracer = photons.insert(Replicated::new(&setup, facts.replicated, |setup| {
-                let new = PhotonTracer::new(setup, facts.deterministic);
+            let tracer = photons.insert(Replicated::new(&context, facts.replicated, |context| {
+                let new = PhotonTracer::new(context, facts.deterministic);
                 match before.next() {
                     Some(before) => new.after(before),
                     None => new,
@@ -106,37 +110,44 @@ pub fn start(
 fn special<I: Special>(
     server: &Server,
     facts: &RunFacts,
-    setup: Setup,
+    context: RenderContext,
     order: Order,
 ) -> Result<Option<Arc<Tally>>> {
     match order.check.clone() {
-        Some(check) => send_checked::<I>(server, facts, setup, (order, check)).map(Some),
-        None => send(server, facts, Replicated::new(&setup, facts.replicated, I::from), order).map(|()| None),
+        Some(check) => send_checked::<I>(server, facts, context, (order, check)).map(Some),
+        None => {
+            send(server, facts, Replicated::new(&context, facts.replicated, I::from), order).map(|()| None)
+        }
     }
 }
 
 fn send_checked<I: Special>(
     server: &Server,
     facts: &RunFacts,
-    setup: Setup,
+    context: RenderContext,
     (order, check): (Order, Check),
 ) -> Result<Arc<Tally>> {
-    let checked = Checked::<I>::new(setup, check.general, check.share);
+    let checked = Checked::<I>::new(context, check.general, check.share);
     let tally = checked.tally().clone();
     send(server, facts, checked, order).map(|()| tally)
 }
 
 /// A sample of photon mapping is made of many paths, so that both sides must have traced all of them.
-fn check_photons(server: &Server, facts: &RunFacts, setup: Setup, order: Order) -> Result<Arc<Tally>> {
+fn check_photons(
+    server: &Server,
+    facts: &RunFacts,
+    context: RenderContext,
+    order: Order,
+) -> Result<Arc<Tally>> {
     let check = order.check.clone().filter(|check| check.share >= 1.0 && facts.deterministic);
-    let check = check.filter(|_| setup.scene.white().is_none());
+    let check = check.filter(|_| context.scene.white().is_none());
     let Some(check) = check else {
         return Err(miette::miette!(
             help = "give --check-plan 1 and --deterministic, in a scene with colours; or choose another --integrator",
             "a sample of photon mapping is made of many paths: the plan can be checked on all of them only"
         ));
     };
-    send_checked::<PhotonTracer>(server, facts, setup, (order, check))
+    send_checked::<PhotonTracer>(server, facts, context, (order, check))
 }
 
 fn send<I: Integrator>(server: &Server, facts: &RunFacts, integrator: I, order: Order) -> Result<()> {

@@ -7,13 +7,14 @@ use crate::client::Settings;
 use crate::client::listed::{Listed, listed};
 use crate::scene::SceneDesc;
 use crate::scene::desc::{IntegratorKind, Place};
-use crate::tracer::features::{self, Feature};
+use crate::tracer::effects::{self, Effect};
 
 /// One effect. Field names are JSON keys.
 #[derive(Clone, Debug, Serialize)]
 pub struct Entry {
     /// Its name.
-    pub effect: &'static str,
+    #[serde(rename = "effect")]
+    pub name: &'static str,
     /// Who simulates it.
     pub side: Side,
     /// It is simulated.
@@ -28,9 +29,9 @@ pub struct Entry {
     /// What was measured, if it was.
     #[serde(flatten)]
     pub cost: Cost,
-    /// The tracer's feature.
+    /// The effect, if it is the tracer's.
     #[serde(skip)]
-    pub feature: Option<Feature>,
+    pub effect: Option<Effect>,
     /// What belongs to an effect of the client.
     #[serde(skip)]
     pub shown: Parts,
@@ -85,32 +86,32 @@ pub fn plan(desc: &SceneDesc, facts: &RunFacts, settings: &Settings) -> Vec<Entr
         let file = desc.files.get(place.file as usize)?;
         Some(format!("{}:{}:{}", file.display(), place.line, place.column))
     };
-    let traced = features::decide(desc, facts.integrator).into_iter().map(|d| {
-        let off = facts.left_out().any(|name| name == d.feature.name());
+    let traced = effects::decide(desc, facts.integrator).into_iter().map(|d| {
+        let off = facts.left_out().any(|name| name == d.effect.name());
         let forced = |reason| if off { "forced off by --effects".to_string() } else { reason };
         Entry {
-            effect: d.feature.name(),
+            name: d.effect.name(),
             side: Side::Tracer,
             on: d.on && !off,
             reason: forced(d.reason),
             place: d.place.filter(|_| !off).and_then(place),
-            at_run_time: d.feature.at_run_time(),
+            at_run_time: d.effect.at_run_time(),
             cost: Cost::default(),
-            feature: Some(d.feature),
+            effect: Some(d.effect),
             shown: Parts::default(),
         }
     });
     let shown = listed(&facts.spec, settings, streams(facts.integrator)).into_iter().map(|listed| {
         let Listed { name, on, reason, at_run_time, passes, changes, images, can_switch } = listed;
         Entry {
-            effect: name,
+            name,
             side: Side::Client,
             on,
             reason: reason.to_string(),
             place: None,
             at_run_time,
             cost: Cost::default(),
-            feature: None,
+            effect: None,
             shown: Parts { passes, changes, images, can_switch },
         }
     });

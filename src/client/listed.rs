@@ -1,7 +1,7 @@
 //! What settings and streams call for, on the client's side, and why: the list that people read.
 //!
 //! Nothing is decided here: [`Effects`] and [`FilmSpec`] do that for the code that runs, and this says what came of it. The tracer's
-//! half is `tracer/features`; `app/plan.rs` joins the two.
+//! half is `tracer/effects`; `app/plan.rs` joins the two.
 
 use crate::client::effects::Effects;
 use crate::client::settings::{

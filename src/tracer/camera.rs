@@ -8,7 +8,7 @@ use crate::scene::desc::{CameraDesc, FilmDesc, FovAxis};
 use crate::stream::UvWindow;
 
 use super::accel::Ray;
-use super::features::built::LENS;
+use super::effects::built::LENS;
 use super::prepare::{PrepareError, PrepareOptions};
 
 /// A perspective camera with Mitsuba's conventions: looks along +z of its own space, +y up, +x to the left.

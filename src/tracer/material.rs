@@ -4,7 +4,7 @@ use crate::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum, dispersion:
 
 use super::bsdf::{Base, Bsdf, Coat, Conductor, Dielectric, Diffuse};
 use super::bsdf::{Microfacet, Plastic, RoughConductor, RoughDielectric, RoughPlastic};
-use super::features::built::{IfDeltas, IfGlossy, IfTransmission, if_deltas, if_glossy, if_transmission};
+use super::effects::built::{IfDeltas, IfGlossy, IfTransmission, if_deltas, if_glossy, if_transmission};
 
 /// A one-sided material. Two-sidedness is a pair of these per surface, see [`Sides`](super::bsdf::Sides).
 #[derive(Clone, Debug)]

@@ -11,7 +11,7 @@
 //!   integrator::{particle, bidirectional}: Sampler::light → Lights::emit → subpath::Walk → Vertex, its densities in chain
 //!     Vertex → Camera::view → light stream; Vertex ↔ Vertex → camera stream
 //!   choice: which of these suits a scene, from a few thousand paths of each
-//!   features: what a scene calls for, and why
+//!   effects: what a scene calls for, and why
 //! ```
 //!
 //! A material is one file in `bsdf/` and one line in each of its enums; so is a light in `light/`, a shape in `shape/`.
@@ -21,8 +21,8 @@ pub mod bsdf;
 pub mod camera;
 pub mod chain;
 pub mod choice;
-pub mod features;
-pub mod heroes;
+pub mod effects;
+
 pub mod integrator;
 pub mod interaction;
 pub mod light;
@@ -38,10 +38,11 @@ pub mod scene;
 pub mod shape;
 pub mod subpath;
 mod tangents;
+pub mod wavelength_mis;
 
 pub use camera::Camera;
 pub use integrator::{Integrator, PathTracer};
 pub use interaction::SurfaceInteraction;
 pub use prepare::{PrepareError, PrepareOptions};
 pub use sampler::Sampler;
-pub use scene::{Finish, Pick, Scene};
+pub use scene::{MaterialClass, Pick, Scene};

@@ -31,13 +31,13 @@ pub struct Pick {
 
 /// Which materials the surfaces of a scene are of: integrators have code for each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Finish {
+pub enum MaterialClass {
     /// Diffuse ones only.
-    Matt,
+    Diffuse,
     /// Also mirrors, clear glass and smooth coats.
-    Smooth,
+    Specular,
     /// Anything.
-    Any,
+    General,
 }
 
 /// A scene ready for tracing: immutable, shared by all workers. It holds no camera: that is the integrator's, so
@@ -51,7 +51,7 @@ pub struct Scene {
     pub(super) lights: Lights,
     /// The one white of all that is seen, if nothing has a colour.
     pub(super) white: Option<White>,
-    pub(super) finish: Finish,
+    pub(super) material_class: MaterialClass,
     pub(super) notices: Vec<String>,
     /// What the primitives and the lights were made from.
     pub(super) origin: Arc<Origin>,
@@ -59,7 +59,7 @@ pub struct Scene {
 
 impl Scene {
     /// Makes `desc` ready for tracing: world space, tree, lights, materials; of these what its plan of effects calls for
-    /// ([`features::planned`](super::features::planned)).
+    /// ([`effects::planned`](super::effects::planned)).
     ///
     /// What cannot be traced but does no harm (triangles without area, coordinates that are not finite or beyond
     /// 1e12) is dropped, counted and told in [`Scene::notices`].
@@ -120,8 +120,8 @@ impl Scene {
 
     /// Which materials the surfaces are of, as planned.
     #[inline]
-    pub fn finish(&self) -> Finish {
-        self.finish
+    pub fn material_class(&self) -> MaterialClass {
+        self.material_class
     }
 
     /// What the user should know about the scene, one sentence each.

@@ -18,12 +18,12 @@ use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use super::accel::Ray;
 use super::bsdf::{Bsdf, BsdfSample, Scattering};
 use super::chain::Chain;
-use super::heroes::Heroes;
 use super::interaction::SurfaceInteraction;
 use super::light::{Emission, LitPoint, Origin};
 use super::sampler::VertexNumbers;
+use super::wavelength_mis::WavelengthMis;
 use super::{Scene, roulette};
-use crate::tracer::features::built::DISPERSION;
+use crate::tracer::effects::built::DISPERSION;
 
 /// One point of a subpath, its endpoint excepted.
 #[derive(Clone, Copy, Debug)]
@@ -39,7 +39,7 @@ pub struct Vertex<B = Bsdf> {
     /// Product of the weights on the way here.
     pub throughput: SampledSpectrum,
     /// The wavelengths that would have chosen the way here.
-    pub heroes: Heroes,
+    pub wavelength_mis: WavelengthMis,
     /// Number of segments on the way here, at least 1.
     pub depth: u32,
     /// Densities.
@@ -53,7 +53,7 @@ pub struct Scattered {
     /// light subpath.
     pub value: SampledSpectrum,
     /// The wavelengths that would have chosen this direction.
-    pub heroes: Heroes,
+    pub wavelength_mis: WavelengthMis,
     /// Density per steradian of going on in this direction.
     pub fwd_w: f32,
     /// Density per steradian of going back along the walk, coming from this direction.
@@ -92,10 +92,13 @@ impl<B: Scattering> Vertex<B> {
         } else {
             there?.0
         };
-        let heroes =
-            if self.bsdf.parts_colors() { self.bsdf.part(self.wo, local).heroes } else { Heroes::ALL };
+        let wavelength_mis = if self.bsdf.parts_colors() {
+            self.bsdf.part(self.wo, local).wavelength_mis
+        } else {
+            WavelengthMis::ALL
+        };
         let usable = value.is_finite() && !value.is_black();
-        usable.then_some(Scattered { value, heroes, fwd_w, rev_w, cos, through })
+        usable.then_some(Scattered { value, wavelength_mis, fwd_w, rev_w, cos, through })
     }
 }
 
@@ -107,7 +110,7 @@ pub struct Walk<const FROM_LIGHT: bool> {
     /// Product of the weights so far.
     pub throughput: SampledSpectrum,
     /// The wavelengths that would have chosen the same way.
-    pub heroes: Heroes,
+    pub wavelength_mis: WavelengthMis,
     /// Takes the throughput to what roulette compares with 1.
     relative: f32,
     /// Segments so far.
@@ -157,7 +160,7 @@ impl Walk<false> {
         let (from, throughput) = (Some(origin), SampledSpectrum::ONE);
         // Nothing can choose the camera: its own sum is 0.
         let step = Step { from, cos: 1.0, fwd_w: pdf, link: lights, fwd: 1.0, previous_link: 0.0, tail: 0.0 };
-        Self { lambda, throughput, heroes: Heroes::ALL, relative: 1.0, depth: 0, step }
+        Self { lambda, throughput, wavelength_mis: WavelengthMis::ALL, relative: 1.0, depth: 0, step }
     }
 }
 
@@ -178,7 +181,14 @@ impl Walk<true> {
         let previous_link = if pdf.origin == Origin::Point { 0.0 } else { 1.0 };
         let (cos, fwd_w, fwd) = (pdf.cos, pdf.next, pdf.vertex);
         let step = Step { from, cos, fwd_w, link: 1.0, fwd, previous_link, tail: 0.0 };
-        Some(Self { lambda, throughput, heroes: Heroes::ALL, relative: 1.0 / most, depth: 0, step })
+        Some(Self {
+            lambda,
+            throughput,
+            wavelength_mis: WavelengthMis::ALL,
+            relative: 1.0 / most,
+            depth: 0,
+            step,
+        })
     }
 }
 
@@ -222,7 +232,7 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
             bsdf: B::of(material, &self.lambda),
             wo: frame.to_local(hit.wo),
             throughput: self.throughput,
-            heroes: self.heroes,
+            wavelength_mis: self.wavelength_mis,
             depth: self.depth,
             chain,
         }
@@ -241,7 +251,7 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
         if DISPERSION && s.hero_only {
             // Materials stay at all four wavelengths: both ends of a path must agree on how a lobe is chosen.
             self.throughput = SampledSpectrum(self.throughput.0 * Vec4::X);
-            self.heroes = self.heroes.and(Heroes::ALONE);
+            self.wavelength_mis = self.wavelength_mis.and(WavelengthMis::ALONE);
         }
         self.go_on(vertex, &s, (u.roulette, rr_depth))
     }
@@ -300,7 +310,7 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
         self.throughput *= s.weight;
         if s.transmitted && bsdf.parts_colors() {
             let parted = bsdf.part(*wo, s.wi);
-            self.heroes = self.heroes.and(parted.heroes);
+            self.wavelength_mis = self.wavelength_mis.and(parted.wavelength_mis);
             if FROM_LIGHT {
                 self.throughput *= SampledSpectrum(parted.eta2);
             }

@@ -11,7 +11,7 @@ use pointillist::color::Xyz;
 use pointillist::image::compare::{Measured, ZTest, z_test};
 use pointillist::scene::desc::SceneDesc;
 use pointillist::stream::{SampleSink, UvWindow};
-use pointillist::tracer::integrator::{BidirectionalTracer, ParticleTracer, PhotonTracer, Setup};
+use pointillist::tracer::integrator::{BidirectionalTracer, ParticleTracer, PhotonTracer, RenderContext};
 use pointillist::tracer::{Camera, Integrator, PathTracer, Scene};
 
 /// Which method.
@@ -84,12 +84,12 @@ pub fn repeat(desc: &SceneDesc, method: Method, plan: Plan) -> Vec<Vec<f64>> {
     let picture = |seed: u32| {
         // Different methods get different seeds: what they share would not show.
         let seed = 1000 * (method as u32 + 1) + seed;
-        let setup = Setup::new(scene.clone(), camera.clone(), &desc.integrator, seed, plan.window);
+        let context = RenderContext::new(scene.clone(), camera.clone(), &desc.integrator, seed, plan.window);
         match method {
-            Method::Path => trace(&PathTracer { setup }, plan.side, paths),
-            Method::Particle => trace(&ParticleTracer { setup }, plan.side, paths),
-            Method::Bidirectional => trace(&BidirectionalTracer { setup }, plan.side, paths),
-            Method::Photon => trace(&PhotonTracer::new(setup, true), plan.side, paths),
+            Method::Path => trace(&PathTracer { context }, plan.side, paths),
+            Method::Particle => trace(&ParticleTracer { context }, plan.side, paths),
+            Method::Bidirectional => trace(&BidirectionalTracer { context }, plan.side, paths),
+            Method::Photon => trace(&PhotonTracer::new(context, true), plan.side, paths),
         }
     };
     let half = plan.seeds / 2;

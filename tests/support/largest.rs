@@ -7,7 +7,7 @@ use std::sync::Arc;
 use pointillist::color::Xyz;
 use pointillist::scene::desc::{IntegratorKind, SceneDesc};
 use pointillist::stream::{PathCounts, SampleSink, UvWindow};
-use pointillist::tracer::integrator::{BidirectionalTracer, ParticleTracer, PhotonTracer, Setup};
+use pointillist::tracer::integrator::{BidirectionalTracer, ParticleTracer, PhotonTracer, RenderContext};
 use pointillist::tracer::{Camera, Integrator, PathTracer, Scene};
 
 /// Sum and largest of what samples add to a pixel.
@@ -70,33 +70,33 @@ impl SampleSink for Picture {
     }
 }
 
-fn setup(desc: &SceneDesc, window: UvWindow) -> Setup {
+fn render_context(desc: &SceneDesc, window: UvWindow) -> RenderContext {
     let scene = Arc::new(Scene::prepare(desc).expect("the scene is valid"));
     let camera = Camera::of(desc).expect("the camera is valid");
-    Setup::new(scene, camera, &desc.integrator, 1, window)
+    RenderContext::new(scene, camera, &desc.integrator, 1, window)
 }
 
 /// The pixels of a grid of `side` × `side` over a picture of 512 × 512, by `paths` camera paths within each: by path tracing,
 /// by photon mapping, each pixel with a map of its own, or bidirectionally, with its share of light subpaths, whose samples in the
 /// pixel count, too. Two threads.
 pub fn by_pixel(desc: &SceneDesc, method: IntegratorKind, (side, paths): (usize, u64)) -> Vec<Tally> {
-    let whole = setup(desc, UvWindow::PICTURE);
+    let whole = render_context(desc, UvWindow::PICTURE);
     let pixel = |i: usize| {
         let at = |k: usize| ((k as f32 + 0.5) / side as f32 * 512.0).floor() / 512.0;
         let min = [at(i % side), at(i / side)];
         let window = UvWindow { min, max: min.map(|c| c + 1.0 / 512.0) };
-        let setup = Setup { window, ..whole.clone() };
+        let context = RenderContext { window, ..whole.clone() };
         let mut sink = Pixel { tally: Tally::default(), area: 512f64.powi(-2) };
         match method {
             IntegratorKind::Bidirectional => {
-                let tracer = BidirectionalTracer { setup };
+                let tracer = BidirectionalTracer { context };
                 let PathCounts { camera, light } = tracer.paths_per_index();
                 // A light path stands for so many camera paths.
                 sink.area *= light as f64 / camera as f64;
                 trace(&tracer, 0..paths / camera, &mut sink);
             }
-            IntegratorKind::Photon => trace(&PhotonTracer::new(setup, true), 0..paths, &mut sink),
-            _ => trace(&PathTracer { setup }, 0..paths, &mut sink),
+            IntegratorKind::Photon => trace(&PhotonTracer::new(context, true), 0..paths, &mut sink),
+            _ => trace(&PathTracer { context }, 0..paths, &mut sink),
         }
         sink.tally
     };
@@ -110,7 +110,7 @@ pub fn by_pixel(desc: &SceneDesc, method: IntegratorKind, (side, paths): (usize,
 
 /// The pixels of a picture of `side` × `side` by particle tracing: `paths` light paths for each pixel. Two threads.
 pub fn by_particles(desc: &SceneDesc, (side, paths): (usize, u64)) -> Vec<Tally> {
-    let tracer = ParticleTracer { setup: setup(desc, UvWindow::PICTURE) };
+    let tracer = ParticleTracer { context: render_context(desc, UvWindow::PICTURE) };
     let total = paths * (side * side) as u64;
     let part = |range: std::ops::Range<u64>| {
         let mut sink = Picture { side, tallies: vec![Tally::default(); side * side] };

@@ -11,7 +11,7 @@ use pointillist::client::{FilmSpec, SplatFilter, VarianceForm};
 use pointillist::color::{Profile, Xyz};
 use pointillist::image::compare::Measured;
 use pointillist::stream::{PathCounts, Sample, SampleSink, UvWindow};
-use pointillist::tracer::integrator::{PathTracer, Setup};
+use pointillist::tracer::integrator::{PathTracer, RenderContext};
 use pointillist::tracer::{Camera, Integrator, Scene};
 
 /// What is rendered: side length in pixels, samples per pixel of one replicate, seeds.
@@ -51,7 +51,7 @@ fn replicate(
         variance: Some(VarianceForm::Product),
         sums: Default::default(),
     };
-    let setup = Setup {
+    let context = RenderContext {
         scene: scene.clone(),
         camera: camera.clone(),
         seed,
@@ -62,7 +62,7 @@ fn replicate(
         places: None,
         photons: Default::default(),
     };
-    let tracer = PathTracer { setup };
+    let tracer = PathTracer { context };
     let mut film = ReferenceFilm::new(spec, 1).unwrap();
     let mut sink = Collect(Vec::new());
     let paths = plan.samples_per_pixel * u64::from(plan.side).pow(2);

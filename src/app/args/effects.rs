@@ -1,12 +1,12 @@
 //! `--effects +x,-y`.
 
-use crate::tracer::features::Feature;
+use crate::tracer::effects::Effect;
 
 /// One effect that is forced on or off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Forced {
     /// Which.
-    pub feature: Feature,
+    pub effect: Effect,
     /// It takes part although nothing calls for it; else it is left out although something does.
     pub on: bool,
 }
@@ -19,10 +19,10 @@ pub fn effect(text: &str) -> Result<Forced, String> {
         (_, Some(name)) => (false, name),
         _ => return Err("begin it with + (on) or - (off)".to_string()),
     };
-    match Feature::named(name) {
-        Some(feature) => Ok(Forced { feature, on }),
+    match Effect::named(name) {
+        Some(effect) => Ok(Forced { effect, on }),
         None => {
-            let names: Vec<&str> = Feature::ALL.iter().map(|f| f.name()).collect();
+            let names: Vec<&str> = Effect::ALL.iter().map(|f| f.name()).collect();
             Err(format!(
                 "no such effect; there are {} (those of the display have options of their own)",
                 names.join(", ")
@@ -33,13 +33,13 @@ pub fn effect(text: &str) -> Result<Forced, String> {
 
 /// What was said of each effect last.
 pub fn last_of_each(said: &[Forced]) -> Vec<Forced> {
-    let again = |i: usize| said[i + 1..].iter().any(|later| later.feature == said[i].feature);
+    let again = |i: usize| said[i + 1..].iter().any(|later| later.effect == said[i].effect);
     (0..said.len()).filter(|i| !again(*i)).map(|i| said[i]).collect()
 }
 
 impl std::fmt::Display for Forced {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}{}", if self.on { '+' } else { '-' }, self.feature.name())
+        write!(f, "{}{}", if self.on { '+' } else { '-' }, self.effect.name())
     }
 }
 
@@ -49,7 +49,7 @@ mod tests {
 
     #[test]
     fn names_and_signs() {
-        assert_eq!(effect("-dispersion"), Ok(Forced { feature: Feature::Dispersion, on: false }));
+        assert_eq!(effect("-dispersion"), Ok(Forced { effect: Effect::Dispersion, on: false }));
         assert_eq!(effect(" +lens").map(|f| f.to_string()), Ok("+lens".to_string()));
         for bad in ["dispersion", "+", "-nothing", "", "--lens"] {
             assert!(effect(bad).is_err(), "{bad:?} was accepted");

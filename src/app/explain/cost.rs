@@ -24,7 +24,7 @@ pub fn charge(
     let all = time_of(&base, |_| true);
     for entry in plan.iter_mut().filter(|e| e.side == Side::Client) {
         let (passes, changes, images) = (entry.shown.passes, entry.shown.changes, entry.shown.images);
-        let other = match entry.effect {
+        let other = match entry.name {
             "light-stream" if !entry.on => Some(measure(settings, IntegratorKind::Bidirectional)?),
             // The variance comes with what reads it.
             "variance" if !entry.on => Some(measure(&switched(settings, "masking", true), kind)?),

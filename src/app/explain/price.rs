@@ -13,7 +13,7 @@ use crate::scene::SceneDesc;
 use crate::scene::desc::IntegratorKind;
 use crate::server::thread_cpu_time;
 use crate::stream::{SampleSink, UvWindow};
-use crate::tracer::features;
+use crate::tracer::effects;
 use crate::tracer::integrator::{BidirectionalTracer, ParticleTracer, PathTracer, PhotonTracer};
 use crate::tracer::{Camera, Integrator, Scene};
 
@@ -77,12 +77,12 @@ pub fn ratios(
     now(turn);
     let mut all = vec![Vec::new(); plan.len()];
     for (entry, measured) in plan.iter().zip(&mut all) {
-        let Some(feature) = entry.feature.filter(|_| !interrupt::asked()) else { continue };
+        let Some(effect) = entry.effect.filter(|_| !interrupt::asked()) else { continue };
         let mut other = desc.clone();
         other.integrator.kind = facts.integrator;
         let possible = match entry.on {
-            true => features::without(&mut other, feature).is_ok(),
-            false => features::with(&mut other, feature),
+            true => effects::without(&mut other, effect).is_ok(),
+            false => effects::with(&mut other, effect),
         };
         if !possible {
             continue;
@@ -102,12 +102,12 @@ pub type Runner = Box<dyn FnMut(Duration) -> f64>;
 /// A runner of a scene by its method; `desc` names it.
 pub fn runner(facts: &RunFacts, scene: (Arc<Scene>, Camera), desc: &SceneDesc) -> Runner {
     let facts = RunFacts { photons: desc.integrator.photons, ..facts.clone() };
-    let setup = method::setup(&facts, scene, UvWindow::PICTURE);
+    let context = method::render_context(&facts, scene, UvWindow::PICTURE);
     match desc.integrator.kind {
-        IntegratorKind::Path | IntegratorKind::Auto => run(PathTracer { setup }),
-        IntegratorKind::Light => run(ParticleTracer { setup }),
-        IntegratorKind::Bidirectional => run(BidirectionalTracer { setup }),
-        IntegratorKind::Photon => run(PhotonTracer::new(setup, true)),
+        IntegratorKind::Path | IntegratorKind::Auto => run(PathTracer { context }),
+        IntegratorKind::Light => run(ParticleTracer { context }),
+        IntegratorKind::Bidirectional => run(BidirectionalTracer { context }),
+        IntegratorKind::Photon => run(PhotonTracer::new(context, true)),
     }
 }
 
@@ -143,7 +143,7 @@ pub fn samples(facts: &RunFacts, scene: (Arc<Scene>, Camera), paths: u64) -> Vec
             self.0.push(value.y);
         }
     }
-    let tracer = PathTracer { setup: method::setup(facts, scene, UvWindow::PICTURE) };
+    let tracer = PathTracer { context: method::render_context(facts, scene, UvWindow::PICTURE) };
     let mut out = Luminances(Vec::new());
     (0..paths).for_each(|index| tracer.trace(index, &mut Default::default(), &mut out));
     out.0

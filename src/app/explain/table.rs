@@ -23,7 +23,7 @@ pub fn table(plan: &[Entry]) -> String {
         let _ = writeln!(out, "{title}");
         for entry in entries() {
             let on = if entry.on { "yes" } else { "–" };
-            let _ = write!(out, "  {:<16}{on:<5}{:<width$}  {}", entry.effect, cost(entry), entry.reason);
+            let _ = write!(out, "  {:<16}{on:<5}{:<width$}  {}", entry.name, cost(entry), entry.reason);
             let _ = match &entry.place {
                 Some(place) => writeln!(out, "  ({place})"),
                 None => writeln!(out),

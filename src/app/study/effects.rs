@@ -16,7 +16,7 @@ use crate::app::{interrupt, load, plan};
 use crate::study::Interval;
 use crate::study::data::EffectPrice;
 use crate::study::measured::Measured;
-use crate::tracer::features::{self, Feature};
+use crate::tracer::effects::{self, Effect};
 use crate::tracer::{Camera, Scene};
 
 /// Turns between the scene as planned and the code for everything.
@@ -38,7 +38,7 @@ pub fn effects(stage: &mut Stage, folder: &mut Folder, against: &Against, clock:
     let plan = plan::plan(&stage.desc, &facts, &stage.settings);
     let view = (&stage.scene, &stage.camera);
     let ratios = price::ratios(&plan, &stage.desc, view, (&facts, price::THOROUGH))?;
-    let on: Vec<Feature> = plan.iter().filter(|entry| entry.on).filter_map(|entry| entry.feature).collect();
+    let on: Vec<Effect> = plan.iter().filter(|entry| entry.on).filter_map(|entry| entry.effect).collect();
     // Half a share for the picture with everything, one for each without something.
     let seconds = (clock.left() / (on.len() as f64 + 2.0) - 0.6).clamp(0.3, 10.0);
     let limit = Limit::Time(Duration::from_secs_f64(seconds));
@@ -53,21 +53,16 @@ pub fn effects(stage: &mut Stage, folder: &mut Folder, against: &Against, clock:
         if interrupt::asked() {
             return Ok(());
         }
-        let Some(feature) = entry.feature.filter(|feature| !known(feature.name(), folder)) else { continue };
-        clock.say(&format!("the picture without {}", feature.name()));
+        let Some(effect) = entry.effect.filter(|effect| !known(effect.name(), folder)) else { continue };
+        clock.say(&format!("the picture without {}", effect.name()));
         let time =
             Interval::of_median(&turns).map(|ratio| if entry.on { ratio.map(|r| 1.0 / r) } else { ratio });
         let reason = entry.reason.to_string();
-        let mut price = EffectPrice {
-            name: feature.name().to_string(),
-            on: entry.on,
-            reason,
-            time,
-            ..Default::default()
-        };
+        let mut price =
+            EffectPrice { name: effect.name().to_string(), on: entry.on, reason, time, ..Default::default() };
         if entry.on
             && time.is_some()
-            && let Some(without) = leave_out(stage, &facts, feature, same)?
+            && let Some(without) = leave_out(stage, &facts, effect, same)?
         {
             let noise = |traced: &super::stage::Traced| {
                 let figures = traced.state.looks.last().map(|_| traced.state.figures.mean_square)?;
@@ -90,12 +85,12 @@ pub fn effects(stage: &mut Stage, folder: &mut Folder, against: &Against, clock:
 fn leave_out(
     stage: &mut Stage,
     facts: &RunFacts,
-    feature: Feature,
+    effect: Effect,
     limit: Limit,
 ) -> Result<Option<super::stage::Traced>> {
     let mut other = stage.desc.clone();
     other.integrator.kind = facts.integrator;
-    if features::without(&mut other, feature).is_err() {
+    if effects::without(&mut other, effect).is_err() {
         return Ok(None);
     }
     let scene = Arc::new(stage.scene.edited(&other).into_diagnostic()?);

@@ -14,7 +14,7 @@ use crate::app::view::viewer::Viewer;
 use crate::client::window::input::Intent;
 use crate::client::window::navigation::Gesture;
 use crate::client::window::panel::Action;
-use crate::tracer::features::Feature;
+use crate::tracer::effects::Effect;
 
 impl Viewer {
     /// Does what mouse or keys mean.
@@ -125,12 +125,12 @@ impl Viewer {
 
     /// Switches an effect on or off; of what is left out the picture's file will say so.
     fn set_effect(&mut self, name: &str, on: bool) -> Result<()> {
-        let Some(feature) = Feature::named(name) else {
+        let Some(effect) = Effect::named(name) else {
             self.controls.settings.switch(name, on);
             self.settings_changed = true;
             return Ok(());
         };
-        self.user.switch(feature)?;
+        self.user.switch(effect)?;
         let facts = &mut self.plan.facts;
         facts.effects = self.user.forced().to_vec();
         facts.photons = self.user.desc().integrator.photons;

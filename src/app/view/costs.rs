@@ -50,7 +50,7 @@ impl Costs {
             Err(TryRecvError::Disconnected) => {}
             Ok(plan) => {
                 let traced = plan.into_iter().filter(|entry| entry.side == Side::Tracer);
-                self.known = traced.map(|entry| (entry.effect, entry.cost)).collect();
+                self.known = traced.map(|entry| (entry.name, entry.cost)).collect();
             }
         }
         self.running = None;

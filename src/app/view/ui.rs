@@ -10,7 +10,7 @@ use crate::app::view::viewer::Viewer;
 use crate::app::{method, plan};
 use crate::client::settings::FilmCounts;
 use crate::client::window::panel::{self, Action, Controls, Effect, Readout, Show};
-use crate::tracer::features::{self, refusal};
+use crate::tracer::effects::{self, refusal};
 
 /// The panel's figures are drawn anew this often.
 const REFRESH: Duration = Duration::from_millis(200);
@@ -185,13 +185,13 @@ impl Viewer {
         }
         let (facts, forced) = (&self.plan.facts, self.user.forced());
         let line = |entry: plan::Entry| {
-            let can_switch = entry.feature.map_or(entry.shown.can_switch, |feature| {
-                let is_forced = forced.iter().any(|forced| forced.feature == feature);
-                let can_add = features::force_on(&mut self.user.desc().clone(), feature).is_ok();
-                is_forced || entry.on && refusal(feature, facts.integrator).is_none() || !entry.on && can_add
+            let can_switch = entry.effect.map_or(entry.shown.can_switch, |effect| {
+                let is_forced = forced.iter().any(|forced| forced.effect == effect);
+                let can_add = effects::force_on(&mut self.user.desc().clone(), effect).is_ok();
+                is_forced || entry.on && refusal(effect, facts.integrator).is_none() || !entry.on && can_add
             });
             let place = entry.place.map_or(String::new(), |place| format!(" ({place})"));
-            Effect { name: entry.effect, on: entry.on, reason: entry.reason + &place, can_switch, cost: None }
+            Effect { name: entry.name, on: entry.on, reason: entry.reason + &place, can_switch, cost: None }
         };
         let effects: Vec<Effect> = self.list().into_iter().map(line).collect();
         self.listed = Some((now, effects.clone()));

@@ -13,7 +13,7 @@ use crate::client::window::panel::{Parameter, Selection, Value};
 use crate::scene::SceneDesc;
 use crate::scene::desc::{CameraDesc, FovAxis};
 use crate::scene::edit::{Editable, Edits, NewValue, editable, lights, shape_name};
-use crate::tracer::features::{Feature, decide};
+use crate::tracer::effects::{Effect, decide};
 use crate::tracer::{Camera, Pick, PrepareOptions, Scene};
 
 /// The scene as it is traced, and how it differs from the file's.
@@ -186,7 +186,7 @@ impl User {
     ///
     /// When that is not possible; the scene stays as it was.
     pub fn force(&mut self, new: Forced) -> Result<()> {
-        let others = self.forced.iter().filter(|forced| forced.feature != new.feature);
+        let others = self.forced.iter().filter(|forced| forced.effect != new.effect);
         let forced = others.copied().chain([new]).collect();
         self.change(self.edits.clone(), forced)
     }
@@ -197,13 +197,13 @@ impl User {
     /// # Errors
     ///
     /// As [`User::force`].
-    pub fn switch(&mut self, feature: Feature) -> Result<()> {
+    pub fn switch(&mut self, effect: Effect) -> Result<()> {
         let mut forced = self.forced.clone();
-        forced.retain(|forced| forced.feature != feature);
+        forced.retain(|forced| forced.effect != effect);
         if forced.len() == self.forced.len() {
             let plan = decide(&self.desc, self.desc.integrator.kind);
-            let is_on = plan.iter().any(|decision| decision.feature == feature && decision.on);
-            forced.push(Forced { feature, on: !is_on });
+            let is_on = plan.iter().any(|decision| decision.effect == effect && decision.on);
+            forced.push(Forced { effect, on: !is_on });
         }
         self.change(self.edits.clone(), forced)
     }

@@ -4,8 +4,8 @@ use glam::{Vec3, Vec4};
 
 use crate::math::pdf::PdfW;
 use crate::spectrum::SampledSpectrum;
-use crate::tracer::features::built::DISPERSION;
-use crate::tracer::heroes;
+use crate::tracer::effects::built::DISPERSION;
+use crate::tracer::wavelength_mis;
 
 use super::{BsdfSample, fresnel};
 
@@ -30,7 +30,7 @@ impl Dielectric {
     pub fn new(eta: [SampledSpectrum; 2], factors: [SampledSpectrum; 2]) -> Self {
         let eta = eta[0].0 / eta[1].0;
         let [reflection, transmission] = factors;
-        Self { eta, reflection, transmission, parts_colors: heroes::part(eta) }
+        Self { eta, reflection, transmission, parts_colors: wavelength_mis::part(eta) }
     }
 
     /// True when lanes refract to different directions.

@@ -24,8 +24,8 @@ use glam::Vec3;
 
 use crate::math::pdf::PdfW;
 use crate::spectrum::SampledSpectrum;
-use crate::tracer::features::built::{DISPERSION, IfDeltas, IfGlossy, IfTransmission};
-use crate::tracer::heroes::Parted;
+use crate::tracer::effects::built::{DISPERSION, IfDeltas, IfGlossy, IfTransmission};
+use crate::tracer::wavelength_mis::Parted;
 
 pub use coat::Transmittance;
 pub use conductor::Conductor;

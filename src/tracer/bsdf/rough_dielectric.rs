@@ -5,7 +5,7 @@ use glam::{Vec3, Vec4};
 
 use crate::math::pdf::PdfW;
 use crate::spectrum::SampledSpectrum;
-use crate::tracer::heroes::{self, Heroes, Parted};
+use crate::tracer::wavelength_mis::{self, Parted, WavelengthMis};
 
 use super::microfacet::Microfacet;
 use super::{BsdfSample, fresnel};
@@ -15,7 +15,7 @@ use super::{BsdfSample, fresnel};
 /// The facet and the lobe are the hero's; reflection has one direction for all lanes and one density, the share of
 /// reflections being the mean reflectance of the lanes. With dispersion a pair of directions belongs to another facet at
 /// each wavelength: every lane's value is that of its own, and [`RoughDielectric::part`] says how readily each would have
-/// chosen it. Values and weights of a refraction hold the factor of [`Heroes::of`].
+/// chosen it. Values and weights of a refraction hold the factor of [`WavelengthMis::of`].
 #[derive(Clone, Copy, Debug)]
 pub struct RoughDielectric {
     /// Index behind over index in front, per lane.
@@ -66,7 +66,7 @@ impl RoughDielectric {
             reflection,
             transmission,
             microfacet: *microfacet,
-            parts_colors: heroes::part(eta),
+            parts_colors: wavelength_mis::part(eta),
         })
     }
 
@@ -99,7 +99,7 @@ impl RoughDielectric {
         let g1 = self.microfacet.g1(wi);
         let value = if self.parts_colors {
             let lanes = self.lanes(&facing, wi);
-            lanes * Heroes::of(lanes * facing.eta).map_or(0.0, |(_, own)| own)
+            lanes * WavelengthMis::of(lanes * facing.eta).map_or(0.0, |(_, own)| own)
         } else {
             (1.0 - facet.r) * (facet.density * facet.cos * jacobian / (facing.eta.x * facing.eta.x))
         };
@@ -129,7 +129,7 @@ impl RoughDielectric {
             // The hero's weight, to each lane's value over the hero's.
             let lanes = self.lanes(&facing, wi);
             let g = lanes * facing.eta;
-            Heroes::of(g)?;
+            WavelengthMis::of(g)?;
             let own = (1.0 - facet.r.x) / (hero * (1.0 - q) * g.max_element());
             SampledSpectrum(lanes * own) * self.transmission
         } else {
@@ -177,9 +177,10 @@ impl RoughDielectric {
         };
         let lanes = self.lanes(&facing, Vec3::new(wi.x, wi.y, wi.z * facing.side));
         // With the index it is the same from both sides.
-        let heroes = Heroes::of(lanes * facing.eta).map_or(Heroes::ALL, |(heroes, _)| heroes);
+        let wavelength_mis = WavelengthMis::of(lanes * facing.eta)
+            .map_or(WavelengthMis::ALL, |(wavelength_mis, _)| wavelength_mis);
         let relative = facing.eta / facing.eta.x;
-        Parted { heroes, eta2: relative * relative }
+        Parted { wavelength_mis, eta2: relative * relative }
     }
 
     /// The value of a refraction per lane, each by the facet that refracts it so, without colour and masking of `wi`.

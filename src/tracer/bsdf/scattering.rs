@@ -14,8 +14,8 @@ use glam::Vec3;
 
 use crate::math::pdf::PdfW;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
-use crate::tracer::heroes::Parted;
 use crate::tracer::material::Material;
+use crate::tracer::wavelength_mis::Parted;
 
 use super::{Bsdf, Diffuse};
 

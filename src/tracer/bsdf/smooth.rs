@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use crate::math::pdf::PdfW;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
-use crate::tracer::features::built::{DISPERSION, IfDeltas, IfTransmission};
+use crate::tracer::effects::built::{DISPERSION, IfDeltas, IfTransmission};
 use crate::tracer::material::{self, Material};
 
 use super::{BsdfSample, Conductor, Dielectric, Diffuse, Plastic, Scattering};

@@ -1,7 +1,7 @@
 //! Which method of light transport suits a scene and a view: `--integrator auto`.
 //!
 //! ```text
-//! Setup ─ Survey::of ─▶ lights, what is seen, lengths of walks          2 k walks from either end, 9 k camera rays
+//! RenderContext ─ Survey::of ─▶ lights, what is seen, lengths of walks          2 k walks from either end, 9 k camera rays
 //!       ─ Trial::of ──▶ means and variances of each candidate           some thousand paths each, a bounded number of vertices
 //!       ─ decide ─────▶ Choice { kind, reason }                         least variance × cost
 //! ```
@@ -23,7 +23,7 @@ pub use decide::{Choice, Rating, decide};
 pub use survey::{Lengths, Survey};
 pub use trial::Trial;
 
-use super::integrator::Setup;
+use super::integrator::RenderContext;
 use crate::scene::desc::IntegratorKind;
 
 /// What is tried. Another method is one more line here, one in [`Trial::of`], one in `cost`.
@@ -31,8 +31,8 @@ pub const CANDIDATES: [IntegratorKind; 4] =
     [IntegratorKind::Path, IntegratorKind::Light, IntegratorKind::Bidirectional, IntegratorKind::Photon];
 
 /// Survey, trials and decision, one after the other.
-pub fn choose(setup: &Setup) -> Choice {
-    let survey = Survey::of(setup);
-    let trials = CANDIDATES.map(|kind| Trial::of(setup, &survey, kind));
+pub fn choose(context: &RenderContext) -> Choice {
+    let survey = Survey::of(context);
+    let trials = CANDIDATES.map(|kind| Trial::of(context, &survey, kind));
     decide(&survey, &trials)
 }

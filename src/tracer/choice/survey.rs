@@ -3,7 +3,7 @@
 use crate::color::Xyz;
 use crate::spectrum::SampledWavelengths;
 use crate::stream::{SampleSink, UvWindow};
-use crate::tracer::integrator::{Integrator, PathTracer, Setup};
+use crate::tracer::integrator::{Integrator, PathTracer, RenderContext};
 use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::subpath::{Vertex, Walk};
 use crate::tracer::{Sampler, Scene};
@@ -48,14 +48,14 @@ pub struct Survey {
 
 impl Survey {
     /// Looks at the scene.
-    pub fn of(setup: &Setup) -> Self {
-        let mut survey = Self { lights: setup.scene.lights().len(), ..Self::default() };
-        survey.look(setup);
-        survey.direct = direct(setup);
+    pub fn of(context: &RenderContext) -> Self {
+        let mut survey = Self { lights: context.scene.lights().len(), ..Self::default() };
+        survey.look(context);
+        survey.direct = direct(context);
         for index in 0..WALKS {
             let sampler = Sampler::at(index, SEED);
-            survey.walk_from_camera(setup, &sampler);
-            survey.walk_from_light(setup, &sampler);
+            survey.walk_from_camera(context, &sampler);
+            survey.walk_from_light(context, &sampler);
         }
         for lengths in [&mut survey.camera, &mut survey.light] {
             lengths.vertices /= WALKS as f64;
@@ -65,14 +65,14 @@ impl Survey {
     }
 
     /// What camera rays meet first.
-    fn look(&mut self, setup: &Setup) {
-        let Setup { scene, camera, .. } = setup;
+    fn look(&mut self, context: &RenderContext) {
+        let RenderContext { scene, camera, .. } = context;
         let lambda = SampledWavelengths::sample(0.5);
         let each = 1.0 / f64::from(RAYS * RAYS);
         for i in 0..RAYS * RAYS {
             let uv = [i % RAYS, i / RAYS].map(|n| (f64::from(n) + 0.5) / f64::from(RAYS));
             let ray = camera.ray(uv, [0.5; 2]);
-            let hidden = setup.hide_emitters;
+            let hidden = context.hide_emitters;
             let hit = if hidden { scene.closest_unlit(ray) } else { scene.closest(&ray) };
             let Some(hit) = hit else { continue };
             let (material, frame) = scene.material(&hit);
@@ -83,23 +83,23 @@ impl Survey {
         }
     }
 
-    fn walk_from_camera(&mut self, setup: &Setup, sampler: &Sampler) {
+    fn walk_from_camera(&mut self, context: &RenderContext, sampler: &Sampler) {
         let numbers = sampler.camera();
-        let ray = setup.camera.ray(numbers.screen, numbers.lens);
-        let lens = setup.camera.lens_point(numbers.lens);
+        let ray = context.camera.ray(numbers.screen, numbers.lens);
+        let lens = context.camera.lens_point(numbers.lens);
         let walk = Walk::from_camera(SampledWavelengths::sample(numbers.wavelength), lens, (1.0, 1.0));
-        follow(setup, (walk, ray), |depth| sampler.vertex(depth), |vertex| self.camera.count(vertex));
+        follow(context, (walk, ray), |depth| sampler.vertex(depth), |vertex| self.camera.count(vertex));
     }
 
-    fn walk_from_light(&mut self, setup: &Setup, sampler: &Sampler) {
+    fn walk_from_light(&mut self, context: &RenderContext, sampler: &Sampler) {
         let numbers = sampler.light();
-        let lights = setup.scene.lights();
+        let lights = context.scene.lights();
         let Some(emission) = lights.emit(&numbers.emission()) else { return };
         let lambda = SampledWavelengths::sample(sampler.camera().wavelength);
         let emitted = lights.spectrum(emission.light, -emission.direction, &lambda);
         let Some(walk) = Walk::from_light(lambda, &emission, emitted) else { return };
         let numbers = |depth| numbers.vertex(depth);
-        follow(setup, (walk, emission.ray()), numbers, |vertex| self.light.count(vertex));
+        follow(context, (walk, emission.ray()), numbers, |vertex| self.light.count(vertex));
     }
 }
 
@@ -112,18 +112,18 @@ impl Lengths {
 
 /// Shows `visit` each vertex of a walk.
 fn follow<const FROM_LIGHT: bool>(
-    setup: &Setup,
+    context: &RenderContext,
     (mut walk, mut ray): (Walk<FROM_LIGHT>, crate::tracer::accel::Ray),
     numbers: impl Fn(u32) -> VertexNumbers,
     mut visit: impl FnMut(&Vertex),
 ) {
-    let scene: &Scene = &setup.scene;
-    let longest = setup.max_depth.unwrap_or(u32::MAX).min(LONGEST);
+    let scene: &Scene = &context.scene;
+    let longest = context.max_depth.unwrap_or(u32::MAX).min(LONGEST);
     while walk.depth() + 1 < longest {
         let Some(hit) = scene.closest(&ray) else { return };
         let vertex = walk.arrive(scene, hit);
         visit(&vertex);
-        match walk.scatter(&vertex, &numbers(walk.depth() - 1), setup.rr_depth) {
+        match walk.scatter(&vertex, &numbers(walk.depth() - 1), context.rr_depth) {
             Some(next) => ray = next,
             None => return,
         }
@@ -131,7 +131,7 @@ fn follow<const FROM_LIGHT: bool>(
 }
 
 /// Mean luminance of paths of two segments at most, without lights that are seen straight on, as in the trials.
-fn direct(setup: &Setup) -> f64 {
+fn direct(context: &RenderContext) -> f64 {
     struct Sum(f64);
     impl SampleSink for Sum {
         fn camera(&mut self, _: [f32; 2], value: Xyz, _: f32) {
@@ -139,14 +139,14 @@ fn direct(setup: &Setup) -> f64 {
         }
         fn light(&mut self, _: [f32; 2], _: Xyz) {}
     }
-    let max_depth = Some(setup.max_depth.map_or(2, |depth| depth.min(2)));
-    let tracer = path_tracer(&Setup { max_depth, hide_emitters: true, ..setup.clone() });
+    let max_depth = Some(context.max_depth.map_or(2, |depth| depth.min(2)));
+    let tracer = path_tracer(&RenderContext { max_depth, hide_emitters: true, ..context.clone() });
     let mut sum = Sum(0.0);
     (0..DIRECT).for_each(|index| tracer.trace(index, &mut (), &mut sum));
     sum.0 / DIRECT as f64
 }
 
-/// The path tracer of a setup, over the picture, with the numbers of trials.
-fn path_tracer(setup: &Setup) -> PathTracer {
-    PathTracer { setup: Setup { seed: SEED, window: UvWindow::PICTURE, ..setup.clone() } }
+/// The path tracer of a context, over the picture, with the numbers of trials.
+fn path_tracer(context: &RenderContext) -> PathTracer {
+    PathTracer { context: RenderContext { seed: SEED, window: UvWindow::PICTURE, ..context.clone() } }
 }

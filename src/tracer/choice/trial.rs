@@ -3,7 +3,7 @@
 use crate::scene::desc::IntegratorKind;
 use crate::stream::UvWindow;
 use crate::tracer::integrator::{
-    BidirectionalTracer, Integrator, ParticleTracer, PathTracer, PhotonTracer, Setup,
+    BidirectionalTracer, Integrator, ParticleTracer, PathTracer, PhotonTracer, RenderContext,
 };
 
 use super::cost;
@@ -36,18 +36,19 @@ pub struct Trial {
 
 impl Trial {
     /// Traces paths of `kind`, as many as its share of the work allows.
-    pub fn of(setup: &Setup, survey: &Survey, kind: IntegratorKind) -> Self {
+    pub fn of(context: &RenderContext, survey: &Survey, kind: IntegratorKind) -> Self {
         let cost = cost::of(kind, survey);
         let paths = (WORK / cost).clamp(PATHS[0], PATHS[1]) as u64;
         // Lights that are seen straight on are not noise, whatever the method, but would be most of what few places see.
         let (seed, window) = (SEED, UvWindow::PICTURE);
         let places = 1 << ((paths / FROM_ONE_PLACE).max(1).ilog2() / 2);
-        let setup = Setup { seed, window, hide_emitters: true, places: Some(places), ..setup.clone() };
+        let context =
+            RenderContext { seed, window, hide_emitters: true, places: Some(places), ..context.clone() };
         let grid = match kind {
-            IntegratorKind::Path | IntegratorKind::Auto => run(&PathTracer { setup }, paths),
-            IntegratorKind::Light => run(&ParticleTracer { setup }, paths),
-            IntegratorKind::Bidirectional => run(&BidirectionalTracer { setup }, paths),
-            IntegratorKind::Photon => run(&PhotonTracer::new(setup, true), paths),
+            IntegratorKind::Path | IntegratorKind::Auto => run(&PathTracer { context }, paths),
+            IntegratorKind::Light => run(&ParticleTracer { context }, paths),
+            IntegratorKind::Bidirectional => run(&BidirectionalTracer { context }, paths),
+            IntegratorKind::Photon => run(&PhotonTracer::new(context, true), paths),
         };
         Self { kind, paths, cost, grid }
     }

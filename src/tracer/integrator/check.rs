@@ -1,7 +1,7 @@
 //! The proof of the plan: a share of the paths is traced for everything too, and must give the same samples.
 //!
 //! What is traced is the scene as planned: what the plan calls off has been taken out of it
-//! ([`planned`](crate::tracer::features::planned)). The scene with everything must give the same samples, bit for bit. Where a plan
+//! ([`planned`](crate::tracer::effects::planned)). The scene with everything must give the same samples, bit for bit. Where a plan
 //! changes the arithmetic by design they are compared within a bound: in a scene without colour, a path carries the wavelengths of
 //! its light's white and not wavelengths of its own, so that its samples are the general ones times the quotient of white as it is
 //! to white as those wavelengths show it.
@@ -14,10 +14,10 @@ use crate::spectrum::{SampledWavelengths, White};
 use crate::stream::{PathCounts, SampleSink};
 use crate::tracer::{Sampler, Scene};
 
-use super::{Integrator, Setup};
+use super::{Integrator, RenderContext};
 
 /// An integrator with special code, which its settings choose.
-pub trait Special: Integrator + From<Setup> {
+pub trait Special: Integrator + From<RenderContext> {
     /// The number that chooses the wavelengths of the path that takes its numbers from `sampler`.
     fn wavelength_number(sampler: &Sampler) -> f32 {
         sampler.camera().wavelength
@@ -73,13 +73,13 @@ impl Tally {
 }
 
 impl<I: Special> Checked<I> {
-    /// Traces with the settings of `setup`, and the share `share` in [0, 1] of the paths in the same scene prepared for
+    /// Traces with the settings of `context`, and the share `share` in [0, 1] of the paths in the same scene prepared for
     /// everything too ([`Scene::prepare_general`]).
-    pub fn new(setup: Setup, general: Arc<Scene>, share: f64) -> Self {
-        let (seed, white) = (setup.seed, setup.scene.white().filter(|_| general.white().is_none()));
-        let general = I::from(Setup { scene: general, ..setup.clone() });
+    pub fn new(context: RenderContext, general: Arc<Scene>, share: f64) -> Self {
+        let (seed, white) = (context.seed, context.scene.white().filter(|_| general.white().is_none()));
+        let general = I::from(RenderContext { scene: general, ..context.clone() });
         let share = (share.clamp(0.0, 1.0) * (1u64 << 32) as f64) as u64;
-        Self { special: I::from(setup), general, seed, white, share, tally: Arc::default() }
+        Self { special: I::from(context), general, seed, white, share, tally: Arc::default() }
     }
 
     /// What was found so far.
@@ -226,7 +226,7 @@ mod tests {
     use super::*;
     use crate::scene::load_str;
     use crate::stream::UvWindow;
-    use crate::tracer::features::{Feature, without};
+    use crate::tracer::effects::{Effect, without};
     use crate::tracer::{Camera, PathTracer};
 
     /// Counts samples.
@@ -250,14 +250,14 @@ mod tests {
         <emitter type='area'><rgb name='radiance' value='5, 4, 3'/></emitter></shape></scene>";
 
     /// A plan that forgets one of `forgotten`.
-    fn checked(forgotten: &[Feature], share: f64) -> Checked<PathTracer> {
+    fn checked(forgotten: &[Effect], share: f64) -> Checked<PathTracer> {
         let desc = load_str("check.xml", PRISM, &[]).expect("a scene").desc;
         let mut less = desc.clone();
-        forgotten.iter().for_each(|feature| without(&mut less, *feature).expect("possible"));
+        forgotten.iter().for_each(|effect| without(&mut less, *effect).expect("possible"));
         let scene = |desc| Arc::new(Scene::prepare(desc).expect("a scene"));
         let camera = Camera::of(&desc).expect("a camera");
-        let setup = Setup::new(scene(&less), camera, &desc.integrator, 0, UvWindow::PICTURE);
-        Checked::new(setup, Arc::new(Scene::prepare_general(&desc).expect("a scene")), share)
+        let context = RenderContext::new(scene(&less), camera, &desc.integrator, 0, UvWindow::PICTURE);
+        Checked::new(context, Arc::new(Scene::prepare_general(&desc).expect("a scene")), share)
     }
 
     #[test]
@@ -269,8 +269,8 @@ mod tests {
         };
         let right = checked(&[], 1.0);
         assert_eq!((trace(&right, 4000), right.tally().counts()), (4000, [4000, 0]));
-        for feature in [Feature::Dispersion, Feature::Transmission, Feature::Deltas] {
-            let wrong = checked(&[feature], 1.0);
+        for effect in [Effect::Dispersion, Effect::Transmission, Effect::Deltas] {
+            let wrong = checked(&[effect], 1.0);
             let caught = std::panic::catch_unwind(|| trace(&wrong, 4000));
             let message = *caught.expect_err("it differs").downcast::<String>().expect("words");
             assert!(message.contains("refuted by 1 of") && message.contains("everything"), "{message}");

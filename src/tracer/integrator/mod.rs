@@ -2,19 +2,19 @@
 
 mod bidirectional;
 mod check;
+mod context;
 mod particle;
 mod path;
 mod photon;
 mod replicated;
-mod setup;
 
 pub use bidirectional::{BidirectionalTracer, CAMERA_SUBPATHS, LIGHT_SUBPATHS};
 pub use check::{Checked, Special, Tally};
+pub use context::RenderContext;
 pub use particle::ParticleTracer;
 pub use path::PathTracer;
 pub use photon::{PhotonScratch, PhotonTracer};
 pub use replicated::Replicated;
-pub use setup::Setup;
 
 use crate::stream::{PathCounts, SampleSink};
 

@@ -5,9 +5,9 @@ use crate::tracer::accel::Ray;
 use crate::tracer::bsdf::{Bsdf, Diffuse, Scattering, Smooth};
 use crate::tracer::sampler::{CameraNumbers, LightSampler};
 use crate::tracer::subpath::{Vertex, Walk};
-use crate::tracer::{Finish, Sampler};
+use crate::tracer::{MaterialClass, Sampler};
 
-use super::{Integrator, Setup, Special};
+use super::{Integrator, RenderContext, Special};
 
 /// Traces paths from lights. Fills the light stream only: every vertex that the camera sees adds a density over uv.
 ///
@@ -16,33 +16,33 @@ use super::{Integrator, Setup, Special};
 #[derive(Clone, Debug)]
 pub struct ParticleTracer {
     /// Scene, view and settings.
-    pub setup: Setup,
+    pub context: RenderContext,
 }
 
 impl Integrator for ParticleTracer {
     type Scratch = ();
 
     fn trace(&self, index: u64, _: &mut (), out: &mut impl SampleSink) {
-        let setup = &self.setup;
-        let scene = &setup.scene;
-        let sampler = Sampler::at(index, setup.seed);
+        let context = &self.context;
+        let scene = &context.scene;
+        let sampler = Sampler::at(index, context.seed);
         let CameraNumbers { lens, wavelength, .. } = sampler.camera();
-        let lambda = self.setup.wavelengths(wavelength);
+        let lambda = self.context.wavelengths(wavelength);
         let numbers = sampler.light();
         let Some(emission) = scene.lights.emit(&numbers.emission()) else { return };
         let emitted = scene.lights.spectrum(emission.light, -emission.direction, &lambda);
-        if setup.longest() >= 1
+        if context.longest() >= 1
             && !emitted.is_black()
-            && let Some((view, scale)) = setup.see_light(&emission, lens)
+            && let Some((view, scale)) = context.see_light(&emission, lens)
         {
             out.light(view.uv, lambda.to_xyz(emitted * scale));
         }
         let Some(walk) = Walk::from_light(lambda, &emission, emitted) else { return };
         let ray = emission.ray();
-        match scene.finish() {
-            Finish::Matt => self.follow::<Diffuse>(walk, ray, &numbers, out),
-            Finish::Smooth => self.follow::<Smooth>(walk, ray, &numbers, out),
-            Finish::Any => self.follow::<Bsdf>(walk, ray, &numbers, out),
+        match scene.material_class() {
+            MaterialClass::Diffuse => self.follow::<Diffuse>(walk, ray, &numbers, out),
+            MaterialClass::Specular => self.follow::<Smooth>(walk, ray, &numbers, out),
+            MaterialClass::General => self.follow::<Bsdf>(walk, ray, &numbers, out),
         }
     }
 
@@ -51,9 +51,9 @@ impl Integrator for ParticleTracer {
     }
 }
 
-impl From<Setup> for ParticleTracer {
-    fn from(setup: Setup) -> Self {
-        Self { setup }
+impl From<RenderContext> for ParticleTracer {
+    fn from(context: RenderContext) -> Self {
+        Self { context }
     }
 }
 
@@ -68,18 +68,18 @@ impl ParticleTracer {
         numbers: &LightSampler,
         out: &mut impl SampleSink,
     ) {
-        let setup = &self.setup;
-        while walk.depth() + 1 < setup.longest() {
-            let Some(hit) = setup.scene.closest(&ray) else { return };
-            let vertex: Vertex<B> = walk.arrive(&setup.scene, hit);
+        let context = &self.context;
+        while walk.depth() + 1 < context.longest() {
+            let Some(hit) = context.scene.closest(&ray) else { return };
+            let vertex: Vertex<B> = walk.arrive(&context.scene, hit);
             let u = numbers.vertex(walk.depth() - 1);
-            if let Some(seen) = setup.see(&vertex, u.light)
-                && setup.is_open(&vertex, &seen.view)
+            if let Some(seen) = context.see(&vertex, u.light)
+                && context.is_open(&vertex, &seen.view)
             {
                 out.light(seen.view.uv, walk.lambda.to_xyz(seen.value));
             }
             let each = |own, ray| self.follow::<B>(own, ray, numbers, out);
-            match walk.scatter_each(&vertex, (&u, setup.rr_depth), each) {
+            match walk.scatter_each(&vertex, (&u, context.rr_depth), each) {
                 Some(next) => ray = next,
                 None => return,
             }

@@ -3,7 +3,7 @@
 use crate::stream::{PathCounts, REPLICATES, SampleSink, replicate, replicate_seed};
 use crate::tracer::Integrator;
 
-use super::Setup;
+use super::RenderContext;
 
 /// One tracer that traces everything, or one for each replicate, which take turns chunk by chunk
 /// ([`replicate`](crate::stream::replicate())). A photon map, too, is each replicate's own.
@@ -13,11 +13,11 @@ pub struct Replicated<I> {
 }
 
 impl<I> Replicated<I> {
-    /// Tracers made of `setup` by `make`, which is called for every replicate's seed; once only unless `divided`.
-    pub fn new(setup: &Setup, divided: bool, make: impl FnMut(Setup) -> I) -> Self {
+    /// Tracers made of `context` by `make`, which is called for every replicate's seed; once only unless `divided`.
+    pub fn new(context: &RenderContext, divided: bool, make: impl FnMut(RenderContext) -> I) -> Self {
         let count = if divided { REPLICATES } else { 1 };
-        let setup_of = |r| Setup { seed: replicate_seed(setup.seed, r), ..setup.clone() };
-        Self { parts: (0..count).map(setup_of).map(make).collect() }
+        let context_of = |r| RenderContext { seed: replicate_seed(context.seed, r), ..context.clone() };
+        Self { parts: (0..count).map(context_of).map(make).collect() }
     }
 
     /// The tracers, one per replicate.

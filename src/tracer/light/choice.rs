@@ -1,6 +1,6 @@
 //! Which light a point samples: by what each may bring there.
 
-use crate::tracer::features::built::{IfLightChoice, if_light_choice};
+use crate::tracer::effects::built::{IfLightChoice, if_light_choice};
 
 use super::build::Item;
 use super::cluster::Cluster;

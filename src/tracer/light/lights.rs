@@ -8,7 +8,7 @@ use crate::math::distribution::Distribution;
 use crate::math::pdf::PdfW;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
 use crate::tracer::accel::PrimRange;
-use crate::tracer::features::built::ENVIRONMENT;
+use crate::tracer::effects::built::ENVIRONMENT;
 use crate::tracer::shape::SurfacePoint;
 
 use super::choice::Choice;

@@ -25,7 +25,7 @@ use glam::Vec3;
 use crate::math::pdf::PdfW;
 
 use super::accel::PrimRange;
-use super::features::built::IfEnvironment;
+use super::effects::built::IfEnvironment;
 use super::shape::SurfacePoint;
 
 pub use area::{DiskLight, ParallelogramLight, TriangleLight};

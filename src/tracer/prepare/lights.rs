@@ -6,7 +6,7 @@ use crate::scene::SceneDesc;
 use crate::scene::desc::LightDesc;
 use crate::spectrum::Spectrum;
 use crate::tracer::accel::PrimRange;
-use crate::tracer::features::built::if_environment;
+use crate::tracer::effects::built::if_environment;
 use crate::tracer::light::{ConstantLight, EnvironmentMap, Light, LightShape, PointLight};
 
 use super::geometry::Geometry;

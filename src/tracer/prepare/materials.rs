@@ -7,7 +7,7 @@ use crate::scene::desc::{BsdfDesc, BsdfId, ShapeKind};
 use crate::spectrum::Spectrum;
 use crate::spectrum::dispersion::{Ior, SODIUM_D};
 use crate::tracer::bsdf::{Coat, Microfacet, Sides, Transmittance, coat, fresnel};
-use crate::tracer::features::built::{if_deltas, if_glossy, if_transmission};
+use crate::tracer::effects::built::{if_deltas, if_glossy, if_transmission};
 use crate::tracer::material::Material;
 
 use super::PrepareError;

@@ -15,11 +15,11 @@ use crate::scene::SceneDesc;
 use crate::scene::desc::FilmDesc;
 
 use super::accel::{Accel, in_large_pages};
-use super::features::built;
-use super::features::{self, decide, planned};
+use super::effects::built;
+use super::effects::{self, decide, planned};
 use super::light::{Extent, Lights};
 use super::primitives::{Face, Primitives};
-use super::scene::{Finish, Scene};
+use super::scene::{MaterialClass, Scene};
 use geometry::Geometry;
 use groups::Shown;
 use lights::{add_light, spectra};
@@ -50,7 +50,7 @@ const MAX_PRIMITIVES: usize = 33_000_000;
 pub(super) fn prepare(desc: &SceneDesc) -> Result<Scene, PrepareError> {
     let planned = planned(desc);
     let mut scene = general(&planned)?;
-    (scene.white, scene.finish) = (features::white(&planned), features::finish(&planned));
+    (scene.white, scene.material_class) = (effects::white(&planned), effects::material_class(&planned));
     Ok(scene)
 }
 
@@ -84,8 +84,8 @@ pub(super) fn general(desc: &SceneDesc) -> Result<Scene, PrepareError> {
     let radius = (0.5 * (hi - lo).length()).max(f32::MIN_POSITIVE);
     let lights = Lights::new(lights, spectra, Extent { center: 0.5 * (lo + hi), radius });
     let origin = Arc::new(Origin::of(desc));
-    let (primitives, white, finish) = (Arc::new(primitives), None, Finish::Any);
-    Ok(Scene { primitives, surfaces, materials, lights, white, finish, notices, origin })
+    let (primitives, white, material_class) = (Arc::new(primitives), None, MaterialClass::General);
+    Ok(Scene { primitives, surfaces, materials, lights, white, material_class, notices, origin })
 }
 
 /// `scene` with the materials and spectra of `desc`, or a new one where more than those has changed.
@@ -104,8 +104,8 @@ pub(super) fn edited(scene: &Scene, desc: &SceneDesc) -> Result<Scene, PrepareEr
         surfaces,
         materials,
         lights: scene.lights.relit(spectra(desc)),
-        white: features::white(desc),
-        finish: features::finish(desc),
+        white: effects::white(desc),
+        material_class: effects::material_class(desc),
         notices: scene.notices.clone(),
         origin: scene.origin.clone(),
     })
@@ -116,8 +116,8 @@ fn refuse_lacking(desc: &SceneDesc) -> Result<(), PrepareError> {
     if built::IS_WHOLE {
         return Ok(());
     }
-    let wanted = decide(desc, desc.integrator.kind).into_iter().filter(|d| d.on).map(|d| d.feature);
-    built::lacking(wanted).map_or(Ok(()), |feature| Err(PrepareError::Lacking { effect: feature.name() }))
+    let wanted = decide(desc, desc.integrator.kind).into_iter().filter(|d| d.on).map(|d| d.effect);
+    built::lacking(wanted).map_or(Ok(()), |effect| Err(PrepareError::Lacking { effect: effect.name() }))
 }
 
 fn primitives(geometry: Geometry, shown: Shown) -> Primitives {

@@ -176,7 +176,7 @@ impl BidirectionalTracer {
     /// fewer, where what was found otherwise is large beside that), by systematic sampling with the one number `u`.
     #[inline]
     pub(super) fn connect_some<B: Scattering>(&self, found: &mut Found, mut pool: Pool<B>, u: f32) {
-        let total = pool.survey(self.setup.longest());
+        let total = pool.survey(self.context.longest());
         if total.is_nan() || total <= 0.0 {
             return;
         }
@@ -215,10 +215,16 @@ impl BidirectionalTracer {
             return;
         }
         value *= 1.0 / chance.min(1.0);
-        if value.is_finite() && !value.is_black() && self.setup.scene.connected(&eye.hit, &light.hit, pair.d)
+        if value.is_finite()
+            && !value.is_black()
+            && self.context.scene.connected(&eye.hit, &light.hit, pair.d)
         {
-            let heroes = eye.heroes.and(pair.at_eye.heroes).and(light.heroes).and(pair.at_light.heroes);
-            found.radiance += value * heroes.weight();
+            let wavelength_mis = eye
+                .wavelength_mis
+                .and(pair.at_eye.wavelength_mis)
+                .and(light.wavelength_mis)
+                .and(pair.at_light.wavelength_mis);
+            found.radiance += value * wavelength_mis.weight();
         }
     }
 }

@@ -22,16 +22,16 @@ impl BidirectionalTracer {
         last: Option<&Vertex<B>>,
         vertex: &Vertex<B>,
     ) {
-        let Vertex { hit, throughput, heroes, chain, .. } = vertex;
+        let Vertex { hit, throughput, wavelength_mis, chain, .. } = vertex;
         let Some(light) = hit.light.filter(|_| hit.wo.dot(hit.point.ng) > 0.0) else { return };
-        let lights = &self.setup.scene.lights;
+        let lights = &self.context.scene.lights;
         let weight = last.map_or(1.0, |last| {
             let direct = lights.pdf(light, last.lit_point(last.wo), (-hit.wo, Some(&hit.point)));
             let emission = lights.emission_pdf(light, hit.point.p, hit.wo);
             weight::met(chain, &Meeting { direct, emission })
         });
         let emitted = self.emission(found, light, -hit.wo);
-        found.radiance += *throughput * emitted * (weight * heroes.weight());
+        found.radiance += *throughput * emitted * (weight * wavelength_mis.weight());
     }
 
     /// s = 0: the camera subpath has left the scene in `direction`.
@@ -41,7 +41,7 @@ impl BidirectionalTracer {
         walk: &Walk<false>,
         (last, direction): (Option<&Vertex<B>>, Vec3),
     ) {
-        let lights = &self.setup.scene.lights;
+        let lights = &self.context.scene.lights;
         let Some(light) = lights.environment() else { return };
         let weight = last.map_or(1.0, |last| {
             let direct = lights.pdf(light, last.lit_point(last.wo), (direction, None));
@@ -49,18 +49,18 @@ impl BidirectionalTracer {
             weight::met(&walk.step().far(), &Meeting { direct, emission })
         });
         let emitted = self.emission(found, light, direction);
-        found.radiance += walk.throughput * emitted * (weight * walk.heroes.weight());
+        found.radiance += walk.throughput * emitted * (weight * walk.wavelength_mis.weight());
     }
 
     /// s = 1: light that arrives straight from a sampled light.
     #[inline]
     pub(super) fn direct<B: Scattering>(&self, found: &mut Found, vertex: &Vertex<B>, u: &VertexNumbers) {
-        let (lights, at) = (&self.setup.scene.lights, vertex.lit_point(vertex.wo));
+        let (lights, at) = (&self.context.scene.lights, vertex.lit_point(vertex.wo));
         let sampled = lights.sample_by(at, (u.light_choice, u.light), |light, sample| {
             self.unshadowed(found, vertex, (light, sample))
         });
         if let Some((light, sample, value)) = sampled
-            && self.setup.scene.visible(&vertex.hit, light, &sample)
+            && self.context.scene.visible(&vertex.hit, light, &sample)
         {
             found.radiance += value;
         }
@@ -81,7 +81,7 @@ impl BidirectionalTracer {
             return None;
         }
         let target = sample.target.unwrap_or(Vec3::ZERO);
-        let density = self.setup.scene.lights.walk_over_direct(&LitEdge {
+        let density = self.context.scene.lights.walk_over_direct(&LitEdge {
             light,
             target,
             direction: -sample.wi,
@@ -89,7 +89,7 @@ impl BidirectionalTracer {
             cos: scattered.cos,
             direct: sample.pdf,
         });
-        let counts = vertex.heroes.and(scattered.heroes).weight();
+        let counts = vertex.wavelength_mis.and(scattered.wavelength_mis).weight();
         let value = value * (counts * weight::next_event(&vertex.chain, &scattered, (sample, density)));
         (!value.is_black()).then_some(value)
     }
@@ -102,11 +102,11 @@ impl BidirectionalTracer {
         vertex: &Vertex<B>,
         out: &mut impl SampleSink,
     ) {
-        let Some(seen) = self.setup.see(vertex, lens) else { return };
-        let pdf = seen.view.uv_per_steradian / self.setup.window_area();
+        let Some(seen) = self.context.see(vertex, lens) else { return };
+        let pdf = seen.view.uv_per_steradian / self.context.window_area();
         let density = pdf * seen.scattered.cos / seen.view.distance2;
         let value = seen.value * weight::seen(&vertex.chain, &seen.scattered, density);
-        if !value.is_black() && self.setup.is_open(vertex, &seen.view) {
+        if !value.is_black() && self.context.is_open(vertex, &seen.view) {
             out.light(seen.view.uv, lambda.to_xyz(value));
         }
     }
@@ -117,7 +117,7 @@ impl BidirectionalTracer {
         match found.emission {
             Some((known, value)) if known == light => value,
             _ => {
-                let lights = &self.setup.scene.lights;
+                let lights = &self.context.scene.lights;
                 let value = lights.spectrum(light, wi, &found.lambda);
                 if !lights.is_directional(light) {
                     found.emission = Some((light, value));

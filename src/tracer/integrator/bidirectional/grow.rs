@@ -4,7 +4,7 @@ use crate::spectrum::SampledWavelengths;
 use crate::stream::SampleSink;
 use crate::tracer::Sampler;
 use crate::tracer::bsdf::Scattering;
-use crate::tracer::integrator::Setup;
+use crate::tracer::integrator::RenderContext;
 use crate::tracer::sampler::LightSampler;
 use crate::tracer::subpath::{Vertex, Walk};
 
@@ -20,13 +20,13 @@ impl BidirectionalTracer {
         vertices: &mut Vec<End<B>>,
         out: &mut impl SampleSink,
     ) {
-        let Setup { scene, rr_depth, .. } = &self.setup;
+        let RenderContext { scene, rr_depth, .. } = &self.context;
         let Some(emission) = scene.lights.emit(&numbers.emission()) else { return };
         let emitted = scene.lights.spectrum(emission.light, -emission.direction, &lambda);
         let Some(mut walk) = Walk::from_light(lambda, &emission, emitted) else { return };
         let mut ray = emission.ray();
         // One more segment leads to the camera.
-        while walk.depth() + 1 < self.setup.longest() {
+        while walk.depth() + 1 < self.context.longest() {
             let Some(hit) = scene.closest(&ray) else { return };
             let mut vertex: Vertex<B> = walk.arrive(scene, hit);
             let u = numbers.vertex(walk.depth() - 1);
@@ -52,11 +52,11 @@ impl BidirectionalTracer {
         sampler: &Sampler,
         eyes: &mut Vec<End<B>>,
     ) {
-        let Setup { scene, camera, rr_depth, hide_emitters, .. } = &self.setup;
-        let longest = self.setup.longest();
+        let RenderContext { scene, camera, rr_depth, hide_emitters, .. } = &self.context;
+        let longest = self.context.longest();
         let lens = sampler.camera().lens;
         let mut ray = camera.ray(uv, lens);
-        let pdf = camera.uv_per_steradian(ray.direction) / self.setup.window_area();
+        let pdf = camera.uv_per_steradian(ray.direction) / self.context.window_area();
         let mut walk = Walk::from_camera(found.lambda, camera.lens_point(lens), (pdf, LIGHTS_PER_CAMERA));
         let mut last: Option<Vertex<B>> = None;
         while walk.depth() < longest {

@@ -15,7 +15,7 @@
 //! (`weight`, and [`crate::tracer::chain`]).
 //!
 //! A dispersive delta leaves the hero wavelength only, from there on and in every connection of such a vertex; other
-//! dispersion is weighted over wavelengths ([`crate::tracer::heroes`]).
+//! dispersion is weighted over wavelengths ([`crate::tracer::wavelength_mis`]).
 
 mod choose;
 mod connect;
@@ -25,9 +25,9 @@ mod weight;
 
 use crate::stream::{PathCounts, SampleSink};
 use crate::tracer::bsdf::{Bsdf, Diffuse, Scattering, Smooth};
-use crate::tracer::{Finish, Sampler};
+use crate::tracer::{MaterialClass, Sampler};
 
-use super::{Integrator, Setup, Special};
+use super::{Integrator, RenderContext, Special};
 use choose::{End, Pool};
 use found::Found;
 
@@ -44,7 +44,7 @@ const LIGHTS_PER_CAMERA: f32 = LIGHT_SUBPATHS as f32 / CAMERA_SUBPATHS as f32;
 #[derive(Clone, Debug)]
 pub struct BidirectionalTracer {
     /// Scene, view and settings.
-    pub setup: Setup,
+    pub context: RenderContext,
 }
 
 /// What a worker reuses: of these, what the scene's surfaces call for.
@@ -71,9 +71,9 @@ impl<B> Default for Ends<B> {
 
 impl BidirectionalTracer {
     fn trace_as<B: Scattering>(&self, index: u64, ends: &mut Ends<B>, out: &mut impl SampleSink) {
-        let seed = self.setup.seed;
+        let seed = self.context.seed;
         let Ends { lights, eyes, promises } = ends;
-        let lambda = self.setup.wavelengths(Self::wavelength_number(&Sampler::at(index, seed)));
+        let lambda = self.context.wavelengths(Self::wavelength_number(&Sampler::at(index, seed)));
         lights.clear();
         // Beyond 2^61 indices the paths repeat.
         let first = index.wrapping_mul(LIGHT_SUBPATHS);
@@ -85,7 +85,7 @@ impl BidirectionalTracer {
         for number in 0..CAMERA_SUBPATHS {
             let sampler = Sampler::at(first.wrapping_add(number), seed);
             let numbers = sampler.camera();
-            let uv = self.setup.place(numbers.screen);
+            let uv = self.context.place(numbers.screen);
             let mut found = Found::new(lambda);
             eyes.clear();
             self.camera_subpath(&mut found, uv, &sampler, eyes);
@@ -100,10 +100,10 @@ impl Integrator for BidirectionalTracer {
     type Scratch = Scratch;
 
     fn trace(&self, index: u64, scratch: &mut Scratch, out: &mut impl SampleSink) {
-        match self.setup.scene.finish() {
-            Finish::Matt => self.trace_as(index, &mut scratch.matt, out),
-            Finish::Smooth => self.trace_as(index, &mut scratch.smooth, out),
-            Finish::Any => self.trace_as(index, &mut scratch.any, out),
+        match self.context.scene.material_class() {
+            MaterialClass::Diffuse => self.trace_as(index, &mut scratch.matt, out),
+            MaterialClass::Specular => self.trace_as(index, &mut scratch.smooth, out),
+            MaterialClass::General => self.trace_as(index, &mut scratch.any, out),
         }
     }
 
@@ -112,9 +112,9 @@ impl Integrator for BidirectionalTracer {
     }
 }
 
-impl From<Setup> for BidirectionalTracer {
-    fn from(setup: Setup) -> Self {
-        Self { setup }
+impl From<RenderContext> for BidirectionalTracer {
+    fn from(context: RenderContext) -> Self {
+        Self { context }
     }
 }
 

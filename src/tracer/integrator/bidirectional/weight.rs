@@ -70,7 +70,7 @@ impl BidirectionalTracer {
     /// The links of the first vertex of a light subpath: the density with which next-event estimation would have chosen
     /// the light's vertex over that of the walk, for an eye on the side of the light and for one on the other side.
     pub(super) fn link_to_light<B: Scattering>(&self, vertex: &Vertex<B>, emission: &Emission) -> [f32; 2] {
-        let lights = &self.setup.scene.lights;
+        let lights = &self.context.scene.lights;
         let on = (emission.pdf.origin == Origin::Surface).then_some(&emission.from);
         [vertex.wo, -vertex.wo].map(|eye| {
             let at = vertex.lit_point(eye);

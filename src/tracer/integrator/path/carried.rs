@@ -5,8 +5,8 @@ use glam::{Vec3, Vec4};
 use crate::math::pdf::PdfW;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::bsdf::{BsdfSample, Scattering};
-use crate::tracer::heroes::Heroes;
 use crate::tracer::light::{Lights, LitPoint};
+use crate::tracer::wavelength_mis::WavelengthMis;
 use crate::tracer::{mis, roulette};
 
 /// A path on its way, or one of its branches.
@@ -19,7 +19,7 @@ pub(super) struct Carried {
     /// Radiance found so far at the wavelengths of the path.
     pub(super) radiance: SampledSpectrum,
     /// The wavelengths that would have chosen the same way, and what it counts for.
-    heroes: (Heroes, f32),
+    wavelength_mis: (WavelengthMis, f32),
     /// Takes the throughput to what roulette compares with 1: undoes the radiance scaling of refraction and the share
     /// of a branch.
     relative: f32,
@@ -42,7 +42,7 @@ impl Carried {
             lambda,
             throughput: SampledSpectrum::ONE,
             radiance: SampledSpectrum::ZERO,
-            heroes: (Heroes::ALL, 1.0),
+            wavelength_mis: (WavelengthMis::ALL, 1.0),
             relative: 1.0,
             last: None,
             emission: None,
@@ -95,8 +95,8 @@ impl Carried {
     #[inline]
     pub(super) fn counts_after(&self, bsdf: &impl Scattering, (wo, wi): (Vec3, Vec3)) -> f32 {
         match bsdf.parts_colors() {
-            true => self.heroes.0.and(bsdf.part(wo, wi).heroes).weight(),
-            false => self.heroes.1,
+            true => self.wavelength_mis.0.and(bsdf.part(wo, wi).wavelength_mis).weight(),
+            false => self.wavelength_mis.1,
         }
     }
 
@@ -126,7 +126,7 @@ impl Carried {
     ) {
         let weight = self.last.map_or(1.0, |(at, chosen)| mis::power(chosen, pdf(at)));
         let emission = self.emission(lights, light, wi);
-        self.radiance += self.throughput * emission * (weight * self.heroes.1);
+        self.radiance += self.throughput * emission * (weight * self.wavelength_mis.1);
     }
 
     /// Goes on by `s` from a vertex of `bsdf` at `at`, which it came to from `wo`.
@@ -142,8 +142,8 @@ impl Carried {
         self.last = (!s.delta).then(|| (at(), s.pdf));
         self.depth += 1;
         if s.transmitted && bsdf.parts_colors() {
-            let heroes = self.heroes.0.and(bsdf.part(wo, s.wi).heroes);
-            self.heroes = (heroes, heroes.weight());
+            let wavelength_mis = self.wavelength_mis.0.and(bsdf.part(wo, s.wi).wavelength_mis);
+            self.wavelength_mis = (wavelength_mis, wavelength_mis.weight());
         }
     }
 

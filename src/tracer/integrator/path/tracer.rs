@@ -10,23 +10,23 @@ use crate::spectrum::SampledSpectrum;
 use crate::stream::{PathCounts, SampleSink, UvWindow};
 use crate::tracer::accel::Ray;
 use crate::tracer::bsdf::{Bsdf, BsdfSample, Diffuse, Scattering, Smooth};
-use crate::tracer::features::built::DISPERSION;
-use crate::tracer::integrator::{Integrator, Setup, Special};
+use crate::tracer::effects::built::DISPERSION;
+use crate::tracer::integrator::{Integrator, RenderContext, Special};
 use crate::tracer::interaction::SurfaceInteraction;
 use crate::tracer::light::{LightSample, LitPoint};
 use crate::tracer::sampler::VertexNumbers;
-use crate::tracer::{Camera, Finish, Sampler, Scene, mis};
+use crate::tracer::{Camera, MaterialClass, Sampler, Scene, mis};
 
 use super::carried::Carried;
 use super::splitting::{BITS, WHOLE};
 
 /// Traces paths from the camera; each vertex also samples a light, and both ways of finding a light are
 /// combined by multiple importance sampling. A path splits at its first vertex that is no delta, if it is not among the first of the
-/// sequence. The code is made for what the surfaces of the scene are ([`Scene::finish`]): the choice is one branch per path.
+/// sequence. The code is made for what the surfaces of the scene are ([`Scene::material_class`]): the choice is one branch per path.
 #[derive(Clone, Debug)]
 pub struct PathTracer {
     /// Scene, view and settings.
-    pub setup: Setup,
+    pub context: RenderContext,
 }
 
 /// A hit with its material at the wavelengths of the path.
@@ -60,14 +60,14 @@ impl PathTracer {
         seed: u32,
         window: UvWindow,
     ) -> Self {
-        Self { setup: Setup::new(scene, camera, desc, seed, window) }
+        Self { context: RenderContext::new(scene, camera, desc, seed, window) }
     }
 
     /// Follows `path` along `ray` to its end.
     #[inline]
     fn follow<B: Scattering>(&self, path: &mut Carried, mut ray: Ray, sampler: &Sampler) {
         while let Some(hit) = self.arrive(path, &ray) {
-            let vertex = Vertex::<B>::new(&self.setup.scene, path, &hit);
+            let vertex = Vertex::<B>::new(&self.context.scene, path, &hit);
             let u = sampler.vertex(path.depth);
             if !vertex.bsdf.is_delta() {
                 if path.splits() {
@@ -85,7 +85,7 @@ impl PathTracer {
     /// Goes on from `vertex` in several branches. Of one light a single sample is seldom noisy; of several every branch
     /// chooses its own.
     fn split<B: Scattering>(&self, path: &mut Carried, vertex: &Vertex<B>, sampler: &Sampler) {
-        let together = self.setup.scene.lights.len() <= 1;
+        let together = self.context.scene.lights.len() <= 1;
         if together {
             self.direct(path, vertex, &sampler.vertex(path.depth));
         }
@@ -105,8 +105,8 @@ impl PathTracer {
     /// What `path` meets along `ray`, if it goes on from there. Light that shines back is added.
     #[inline(always)]
     fn arrive(&self, path: &mut Carried, ray: &Ray) -> Option<SurfaceInteraction> {
-        let Setup { scene, hide_emitters, .. } = &self.setup;
-        let longest = self.setup.longest();
+        let RenderContext { scene, hide_emitters, .. } = &self.context;
+        let longest = self.context.longest();
         if path.depth >= longest {
             return None;
         }
@@ -131,7 +131,7 @@ impl PathTracer {
     /// Light that arrives straight from a sampled light.
     #[inline]
     fn direct<B: Scattering>(&self, path: &mut Carried, vertex: &Vertex<B>, u: &VertexNumbers) {
-        let scene = &self.setup.scene;
+        let scene = &self.context.scene;
         let numbers = (u.light_choice, u.light);
         let found = scene.lights.sample_by(vertex.lit_point(), numbers, |light, sample| {
             self.unshadowed(path, vertex, (light, sample))
@@ -158,7 +158,7 @@ impl PathTracer {
             return None;
         }
         let weight = if sample.delta { 1.0 } else { mis::power(sample.pdf, pdf) };
-        let emission = path.emission(&self.setup.scene.lights, light, sample.wi);
+        let emission = path.emission(&self.context.scene.lights, light, sample.wi);
         let counts = path.counts_after(&vertex.bsdf, (vertex.wo, wi));
         let value = path.throughput * f * emission * (counts * sample.scale * weight / sample.pdf.0);
         (!value.is_black()).then_some(value)
@@ -183,7 +183,7 @@ impl PathTracer {
             return None;
         }
         path.follow(&s, (&vertex.bsdf, vertex.wo), || vertex.lit_point());
-        path.roulette(self.setup.rr_depth, u.roulette).then(|| vertex.hit.spawn(wi))
+        path.roulette(self.context.rr_depth, u.roulette).then(|| vertex.hit.spawn(wi))
     }
 
     /// Colours part for good: follows each wavelength to its end, all with the same numbers, so that what they have in
@@ -200,7 +200,7 @@ impl PathTracer {
             let Some((wi, eta2)) = vertex.bsdf.refract(vertex.wo, lane) else { continue };
             let wi = vertex.frame.to_world(wi);
             let mut own = path.alone(lane, (s.weight, eta2));
-            if vertex.hit.sides_agree(wi, true) && own.roulette(self.setup.rr_depth, u) {
+            if vertex.hit.sides_agree(wi, true) && own.roulette(self.context.rr_depth, u) {
                 self.follow::<B>(&mut own, vertex.hit.spawn(wi), sampler);
                 path.add(own.radiance);
             }
@@ -212,19 +212,19 @@ impl Integrator for PathTracer {
     type Scratch = ();
 
     fn trace(&self, index: u64, _: &mut (), out: &mut impl SampleSink) {
-        let Setup { seed, camera, .. } = &self.setup;
+        let RenderContext { seed, camera, .. } = &self.context;
         let sampler = Sampler::at(index, *seed);
         let numbers = sampler.camera();
-        let uv = self.setup.place(numbers.screen);
-        let lambda = self.setup.wavelengths(numbers.wavelength);
+        let uv = self.context.place(numbers.screen);
+        let lambda = self.context.wavelengths(numbers.wavelength);
         // Where noise is measured there is no picture to begin.
-        let whole = index < WHOLE && self.setup.places.is_none();
+        let whole = index < WHOLE && self.context.places.is_none();
         let mut path = Carried::new(lambda, whole);
         let ray = camera.ray(uv, numbers.lens);
-        match self.setup.scene.finish() {
-            Finish::Matt => self.follow::<Diffuse>(&mut path, ray, &sampler),
-            Finish::Smooth => self.follow::<Smooth>(&mut path, ray, &sampler),
-            Finish::Any => self.follow::<Bsdf>(&mut path, ray, &sampler),
+        match self.context.scene.material_class() {
+            MaterialClass::Diffuse => self.follow::<Diffuse>(&mut path, ray, &sampler),
+            MaterialClass::Specular => self.follow::<Smooth>(&mut path, ray, &sampler),
+            MaterialClass::General => self.follow::<Bsdf>(&mut path, ray, &sampler),
         }
         out.camera(uv.map(|c| c as f32), lambda.to_xyz(path.radiance), 1.0);
     }
@@ -234,9 +234,9 @@ impl Integrator for PathTracer {
     }
 }
 
-impl From<Setup> for PathTracer {
-    fn from(setup: Setup) -> Self {
-        Self { setup }
+impl From<RenderContext> for PathTracer {
+    fn from(context: RenderContext) -> Self {
+        Self { context }
     }
 }
 

@@ -24,11 +24,11 @@ pub(super) fn light_paths(tracer: &PhotonTracer, paths: Range<u64>, batch: &mut 
 }
 
 fn light_path(tracer: &PhotonTracer, path: u64, batch: &mut Batch) {
-    let setup = &tracer.setup;
-    let (scene, longest) = (&setup.scene, setup.longest());
-    let sampler = Sampler::at(shuffled(path), setup.seed ^ SEED);
+    let context = &tracer.context;
+    let (scene, longest) = (&context.scene, context.longest());
+    let sampler = Sampler::at(shuffled(path), context.seed ^ SEED);
     let number = wavelength_number(sampler.camera().wavelength);
-    let lambda = setup.white().unwrap_or_else(|| wavelengths(number));
+    let lambda = context.white().unwrap_or_else(|| wavelengths(number));
     let numbers = sampler.light();
     let Some(emission) = scene.lights.emit(&numbers.emission()) else { return };
     let emitted = scene.lights.spectrum(emission.light, -emission.direction, &lambda);
@@ -42,15 +42,15 @@ fn light_path(tracer: &PhotonTracer, path: u64, batch: &mut Batch) {
         let here = spreads(&vertex.bsdf);
         if here && vertex.depth > 1 && can_be_seen(&vertex) {
             let (layer, wanted) = match spread {
-                true => (Layer::Global, setup.photons.gather),
-                false => (Layer::Caustic, setup.photons.caustics),
+                true => (Layer::Global, context.photons.gather),
+                false => (Layer::Caustic, context.photons.caustics),
             };
             if wanted {
                 batch.push(layer, &arrival(&vertex, number));
             }
         }
         let u = numbers.vertex(walk.depth() - 1);
-        match walk.scatter(&vertex, &u, setup.rr_depth) {
+        match walk.scatter(&vertex, &u, context.rr_depth) {
             Some(next) => ray = next,
             None => return,
         }
@@ -73,9 +73,9 @@ fn can_be_seen(vertex: &Vertex) -> bool {
 }
 
 fn arrival(vertex: &Vertex, wavelengths: u16) -> Arrival {
-    let Vertex { hit, throughput, heroes, depth, .. } = vertex;
+    let Vertex { hit, throughput, wavelength_mis, depth, .. } = vertex;
     // A photon of the hero alone counts four times by its wavelengths.
-    let (counts, hero_only) = (heroes.weight(), heroes.is_alone());
+    let (counts, hero_only) = (wavelength_mis.weight(), wavelength_mis.is_alone());
     let counts = if hero_only { 0.25 * counts } else { counts };
     let ng = hit.point.ng;
     Arrival {

@@ -6,8 +6,8 @@ use crate::color::Xyz;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::Scene;
 use crate::tracer::bsdf::Bsdf;
-use crate::tracer::heroes::Heroes;
 use crate::tracer::photon_map::{Disc, Layer, Photon};
+use crate::tracer::wavelength_mis::WavelengthMis;
 
 use super::step::Step;
 use super::walk::{Path, Vertex};
@@ -34,19 +34,20 @@ impl Path<'_> {
         let (wanted, radius, window) = self.reach(layer);
         let ng = vertex.hit.point.ng;
         let normal = if vertex.hit.wo.dot(ng) < 0.0 { -ng } else { ng };
-        let segments = self.tracer.setup.longest() - self.depth;
+        let segments = self.tracer.context.longest() - self.depth;
         let hero = self.lambda.lambda().x;
         let accept = |photon: &Photon| {
             photon.depth() <= segments
                 && photon.normal().dot(normal) > SAME_SURFACE
                 && window.is_none_or(|w| lanes_near(photon, hero, w) > 0.0)
         };
-        let throughput = self.throughput * self.counts(Heroes::ALL);
+        let throughput = self.throughput * self.counts(WavelengthMis::ALL);
         let Self { scratch, tracer, .. } = self;
         let found = forest.nearest((vertex.hit.point.p, radius), wanted, &mut scratch.query, accept);
         let Some(disc) = Disc::new(found, wanted, radius, radius * SMALLEST) else { return };
         let scale = 1.0 / disc.area() / self.snapshot.light_paths() as f32;
-        let path = Kept { scene: &tracer.setup.scene, steps: &scratch.steps, white: tracer.setup.white() };
+        let path =
+            Kept { scene: &tracer.context.scene, steps: &scratch.steps, white: tracer.context.white() };
         let (mut xyz, mut value) = (Xyz::BLACK, SampledSpectrum::ZERO);
         for near in disc.counted() {
             let photon = forest.photon(near);

@@ -39,7 +39,7 @@ use crate::tracer::Sampler;
 use crate::tracer::bsdf::Bsdf;
 use crate::tracer::photon_map::{Lookup, PhotonMap, QueryScratch, Schedule, Snapshot};
 
-use super::{Integrator, Setup, Special};
+use super::{Integrator, RenderContext, Special};
 use settings::{LIMIT, schedule};
 use step::Step;
 use walk::Path;
@@ -49,7 +49,7 @@ use walk::Path;
 /// Owns the map; clones share it, and so do tracers of other views ([`PhotonTracer::after`]).
 #[derive(Clone, Debug)]
 pub struct PhotonTracer {
-    setup: Setup,
+    context: RenderContext,
     map: Arc<PhotonMap>,
     schedule: Schedule,
     deterministic: bool,
@@ -68,16 +68,16 @@ pub struct PhotonScratch {
 impl PhotonTracer {
     /// A tracer with an empty map. `deterministic`: a sample sees exactly the photons that its index demands, whoever
     /// traces it and when; otherwise the newest.
-    pub fn new(setup: Setup, deterministic: bool) -> Self {
-        let (min, max) = setup.scene.accel().bounds();
-        let schedule = schedule((min, max), &setup.photons);
+    pub fn new(context: RenderContext, deterministic: bool) -> Self {
+        let (min, max) = context.scene.accel().bounds();
+        let schedule = schedule((min, max), &context.photons);
         let map = PhotonMap::new(min, max, schedule.paths_per_generation).with_limit(LIMIT);
-        Self { setup, map: Arc::new(map), schedule, deterministic }
+        Self { context, map: Arc::new(map), schedule, deterministic }
     }
 
     /// This tracer with another schedule, and an empty map that stops growing at `limit` photons.
     pub fn with_schedule(self, schedule: Schedule, limit: usize) -> Self {
-        let (min, max) = self.setup.scene.accel().bounds();
+        let (min, max) = self.context.scene.accel().bounds();
         let map = PhotonMap::new(min, max, schedule.paths_per_generation).with_limit(limit);
         Self { schedule, map: Arc::new(map), ..self }
     }
@@ -86,10 +86,10 @@ impl PhotonTracer {
     /// every picture begins with the first of them, so there nothing is kept.
     pub fn after(self, before: &Self) -> Self {
         let of = |t: &Self| {
-            let Setup { seed, max_depth, rr_depth, photons, .. } = t.setup;
+            let RenderContext { seed, max_depth, rr_depth, photons, .. } = t.context;
             (seed, max_depth, rr_depth, photons, t.deterministic)
         };
-        let same = Arc::ptr_eq(&self.setup.scene, &before.setup.scene) && of(&self) == of(before);
+        let same = Arc::ptr_eq(&self.context.scene, &before.context.scene) && of(&self) == of(before);
         match same && !self.deterministic && self.schedule == before.schedule {
             true => Self { map: Arc::clone(&before.map), ..self },
             false => self,
@@ -125,11 +125,11 @@ impl Integrator for PhotonTracer {
         let generations = snapshot.generations();
         let lookup =
             Lookup { generations, radius: self.schedule.radius(generations), ..self.schedule.lookup(index) };
-        let sampler = Sampler::at(index, self.setup.seed);
+        let sampler = Sampler::at(index, self.context.seed);
         let numbers = sampler.camera();
-        let uv = self.setup.place(numbers.screen);
+        let uv = self.context.place(numbers.screen);
         let mut path = Path::new(self, (&snapshot, lookup), scratch, numbers.wavelength);
-        path.walk(self.setup.camera.ray(uv, numbers.lens), &sampler);
+        path.walk(self.context.camera.ray(uv, numbers.lens), &sampler);
         let value = path.xyz();
         scratch.snapshot = Some(snapshot);
         out.camera(uv.map(|c| c as f32), value, 1.0);
@@ -141,9 +141,9 @@ impl Integrator for PhotonTracer {
 }
 
 /// In index order, as a check of the plan needs it.
-impl From<Setup> for PhotonTracer {
-    fn from(setup: Setup) -> Self {
-        Self::new(setup, true)
+impl From<RenderContext> for PhotonTracer {
+    fn from(context: RenderContext) -> Self {
+        Self::new(context, true)
     }
 }
 

@@ -8,13 +8,13 @@ use crate::math::pdf::PdfW;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::accel::Ray;
 use crate::tracer::bsdf::Bsdf;
-use crate::tracer::features::built::DISPERSION;
-use crate::tracer::heroes::Heroes;
+use crate::tracer::effects::built::DISPERSION;
 use crate::tracer::interaction::SurfaceInteraction;
 use crate::tracer::light::{LightSample, LitPoint};
 use crate::tracer::material::Material;
 use crate::tracer::photon_map::{Layer, Lookup, Snapshot};
 use crate::tracer::sampler::VertexNumbers;
+use crate::tracer::wavelength_mis::WavelengthMis;
 use crate::tracer::{Sampler, mis, roulette};
 
 use super::step::Step;
@@ -48,7 +48,7 @@ pub(super) struct Path<'a> {
     /// What photons gave, and what was found before the companions were dropped.
     pub banked: Xyz,
     /// The wavelengths that would have chosen the same way, while more than the hero is carried.
-    heroes: Heroes,
+    wavelength_mis: WavelengthMis,
     /// Segments so far.
     pub depth: u32,
     /// Undoes the radiance scaling of refraction for roulette.
@@ -91,11 +91,11 @@ impl<'a> Path<'a> {
             snapshot,
             lookup,
             scratch,
-            lambda: tracer.setup.wavelengths(wavelength),
+            lambda: tracer.context.wavelengths(wavelength),
             throughput: SampledSpectrum::ONE,
             radiance: SampledSpectrum::ZERO,
             banked: Xyz::BLACK,
-            heroes: Heroes::ALL,
+            wavelength_mis: WavelengthMis::ALL,
             depth: 0,
             eta2: 1.0,
             last: None,
@@ -111,10 +111,10 @@ impl<'a> Path<'a> {
 
     /// Follows the path from its first ray to its end.
     pub fn walk(&mut self, mut ray: Ray, sampler: &Sampler) {
-        let setup = &self.tracer.setup;
-        let (scene, longest) = (&setup.scene, setup.longest());
+        let context = &self.tracer.context;
+        let (scene, longest) = (&context.scene, context.longest());
         while self.depth < longest {
-            let hidden = self.depth == 0 && setup.hide_emitters;
+            let hidden = self.depth == 0 && context.hide_emitters;
             let hit = if hidden { scene.closest_unlit(ray) } else { scene.closest(&ray) };
             let Some(hit) = hit else {
                 if !hidden && let Some(light) = scene.lights.environment() {
@@ -144,7 +144,7 @@ impl<'a> Path<'a> {
     /// Samples a light, gathers photons and chooses the ray to go on with. `near`: the last ray was too short for the
     /// photons at its end to stand for what it saw.
     fn arrive(&mut self, hit: &SurfaceInteraction, near: bool, u: &VertexNumbers) -> Option<Ray> {
-        let (material, frame) = self.tracer.setup.scene.material(hit);
+        let (material, frame) = self.tracer.context.scene.material(hit);
         let bsdf = material.bsdf(&self.lambda);
         let vertex = Vertex { hit, material, frame, bsdf, wo: frame.to_local(hit.wo) };
         let spreads = spreads(&bsdf);
@@ -173,9 +173,9 @@ impl<'a> Path<'a> {
         if DISPERSION && s.hero_only {
             self.drop_companions();
         } else if s.transmitted && vertex.bsdf.parts_colors() {
-            self.heroes = self.heroes.and(vertex.bsdf.part(vertex.wo, s.wi).heroes);
+            self.wavelength_mis = self.wavelength_mis.and(vertex.bsdf.part(vertex.wo, s.wi).wavelength_mis);
             // Where a photon's wavelengths would hardly have come this way, only the hero does. All heroes of a path decide alike.
-            if self.heroes.weight() > PARTED {
+            if self.wavelength_mis.weight() > PARTED {
                 self.drop_companions();
             }
         }
@@ -187,7 +187,7 @@ impl<'a> Path<'a> {
         };
         // The coat's mirror was not in what the photons gave.
         self.gathered &= spread;
-        let armed = self.depth >= self.tracer.setup.rr_depth.min(roulette::LATEST);
+        let armed = self.depth >= self.tracer.context.rr_depth.min(roulette::LATEST);
         let factor = roulette::survivor(self.throughput.max_element() * self.eta2, armed, u.roulette)?;
         self.throughput *= factor;
         let mut step = Step::new(vertex.hit, vertex.wo, &s);
@@ -198,9 +198,9 @@ impl<'a> Path<'a> {
 
     /// Light that arrives straight from a sampled light.
     fn direct(&mut self, vertex: &Vertex, u: &VertexNumbers) {
-        let setup = &self.tracer.setup;
-        let scene = &setup.scene;
-        if self.depth + 1 > setup.longest() {
+        let context = &self.tracer.context;
+        let scene = &context.scene;
+        if self.depth + 1 > context.longest() {
             return;
         }
         let numbers = (u.light_choice, u.light);
@@ -222,8 +222,8 @@ impl<'a> Path<'a> {
             return None;
         }
         let weight = if sample.delta { 1.0 } else { mis::power(sample.pdf, pdf) };
-        let emission = self.tracer.setup.scene.lights.spectrum(light, sample.wi, &self.lambda);
-        let counts = self.counts(vertex.bsdf.part(vertex.wo, wi).heroes);
+        let emission = self.tracer.context.scene.lights.spectrum(light, sample.wi, &self.lambda);
+        let counts = self.counts(vertex.bsdf.part(vertex.wo, wi).wavelength_mis);
         let value = self.throughput * f * emission * (counts * sample.scale * weight / sample.pdf.0);
         (!value.is_black()).then_some(value)
     }
@@ -234,15 +234,19 @@ impl<'a> Path<'a> {
             return;
         }
         let weight = self.last.map_or(1.0, |(at, chosen)| mis::power(chosen, pdf(at)));
-        let emission = self.tracer.setup.scene.lights.spectrum(light, wi, &self.lambda);
-        self.radiance += self.throughput * emission * (weight * self.counts(Heroes::ALL));
+        let emission = self.tracer.context.scene.lights.spectrum(light, wi, &self.lambda);
+        self.radiance += self.throughput * emission * (weight * self.counts(WavelengthMis::ALL));
     }
 
     /// What the path counts for, with one more refraction; four times the hero alone is a matter of its wavelengths.
     #[inline]
-    pub fn counts(&self, next: Heroes) -> f32 {
-        let heroes = self.heroes.and(next);
-        if self.lambda.is_hero_only() { 0.25 * heroes.and(Heroes::ALONE).weight() } else { heroes.weight() }
+    pub fn counts(&self, next: WavelengthMis) -> f32 {
+        let wavelength_mis = self.wavelength_mis.and(next);
+        if self.lambda.is_hero_only() {
+            0.25 * wavelength_mis.and(WavelengthMis::ALONE).weight()
+        } else {
+            wavelength_mis.weight()
+        }
     }
 
     /// From here on only the hero wavelength is right. What was found so far was right for all and stays so.

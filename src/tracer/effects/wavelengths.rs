@@ -16,7 +16,7 @@ use super::used::Used;
 
 pub(super) const ENTRY: Entry = Entry {
     name: "wavelengths",
-    at_run_time: "whether the prepared scene has a white, once per path (Setup::wavelengths)",
+    at_run_time: "whether the prepared scene has a white, once per path (RenderContext::wavelengths)",
     find: |used, _| match colors(used) {
         Ok(found) => Ok(found),
         Err(_) if used.desc.integrator.spectral => says("forced on: nothing has a colour"),

@@ -13,7 +13,7 @@ use crate::tracer::{Camera, Scene};
 
 /// Scene, view and settings. Depth counts as in Mitsuba: `max_depth` segments at most, so 1 shows lights only.
 #[derive(Clone, Debug)]
-pub struct Setup {
+pub struct RenderContext {
     /// The scene.
     pub scene: Arc<Scene>,
     /// Where it is seen from.
@@ -45,7 +45,7 @@ pub(super) struct Seen {
     pub(super) value: SampledSpectrum,
 }
 
-impl Setup {
+impl RenderContext {
     /// The settings of a scene file.
     pub fn new(
         scene: Arc<Scene>,
@@ -112,7 +112,7 @@ impl Setup {
         }
         let view = self.camera.view(vertex.hit.point.p, lens, &self.window)?;
         let scattered = vertex.scatter_to::<true>(-view.direction)?;
-        let counts = vertex.heroes.and(scattered.heroes).weight();
+        let counts = vertex.wavelength_mis.and(scattered.wavelength_mis).weight();
         let value = vertex.throughput * scattered.value * (counts * view.uv_per_steradian / view.distance2);
         value.is_finite().then_some(Seen { view, scattered, value })
     }

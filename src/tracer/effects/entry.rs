@@ -21,10 +21,10 @@ pub(super) struct Entry {
     pub(super) with: fn(&mut SceneDesc) -> bool,
 }
 
-/// What calls for a feature, or why nothing does.
+/// What calls for an effect, or why nothing does.
 pub(super) type Found = Result<Reason, &'static str>;
 
-/// What calls for a feature, in words, and where it stands in the file.
+/// What calls for an effect, in words, and where it stands in the file.
 pub(super) type Reason = (String, Option<Place>);
 
 /// For what can always be left out.

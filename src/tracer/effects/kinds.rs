@@ -5,7 +5,7 @@ use glam::Vec4;
 use crate::scene::desc::{BsdfDesc, Roughness, SceneDesc};
 use crate::spectrum::dispersion::Ior;
 use crate::spectrum::{LAMBDA_MAX, LAMBDA_MIN, Spectrum};
-use crate::tracer::heroes;
+use crate::tracer::wavelength_mis;
 
 /// Leaves of every material of which `is` holds what is under its coat, and of one without a coat nothing: black.
 pub(super) fn strip(desc: &mut SceneDesc, is: fn(&BsdfDesc) -> bool) {
@@ -140,7 +140,7 @@ fn parts(inside: &Ior, outside: &Ior) -> bool {
     let at = |lambda: f32| inside.eval(Vec4::splat(lambda)).x / outside.eval(Vec4::splat(lambda)).x;
     let first = at(LAMBDA_MIN);
     let steps = (1..=64).map(|i| LAMBDA_MIN + (LAMBDA_MAX - LAMBDA_MIN) * i as f32 / 64.0);
-    steps.into_iter().any(|lambda| heroes::part(Vec4::new(first, at(lambda), first, first)))
+    steps.into_iter().any(|lambda| wavelength_mis::part(Vec4::new(first, at(lambda), first, first)))
 }
 
 /// The first material that shapes show and of which `is` holds, to change.

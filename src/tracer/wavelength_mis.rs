@@ -25,7 +25,7 @@
 //!
 //! The hero's own g / max g can be tiny where another lane's is large, and a quotient of lanes could overflow. So
 //! values and weights of a [`Bsdf`](super::bsdf::Bsdf) that parts colours are multiplied by it where they are made
-//! ([`Heroes::of`]), and what remains for the end, [`Heroes::weight`], is 4 / Σ Π (g / max g).
+//! ([`WavelengthMis::of`]), and what remains for the end, [`WavelengthMis::weight`], is 4 / Σ Π (g / max g).
 //!
 //! **Splitting.** Path and particle tracing follow all four wavelengths from the first smooth dispersive refraction on,
 //! each alone with the numbers of the others, instead of the hero four times. Then the lane is no longer a matter of
@@ -43,9 +43,9 @@ const SMALLEST: f32 = 1e-30;
 
 /// How readily each of the four wavelengths, as the hero, would have chosen the refractions of a path; relative.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Heroes(Vec4);
+pub struct WavelengthMis(Vec4);
 
-impl Heroes {
+impl WavelengthMis {
     /// All of them alike.
     pub const ALL: Self = Self(Vec4::ONE);
 
@@ -89,14 +89,14 @@ impl Heroes {
 #[derive(Clone, Copy, Debug)]
 pub struct Parted {
     /// How readily each would have chosen it.
-    pub heroes: Heroes,
+    pub wavelength_mis: WavelengthMis,
     /// Each lane's (nᵢ/nₒ)² over the hero's: takes a weight for radiance to one for light paths.
     pub eta2: Vec4,
 }
 
 impl Parted {
     /// Nothing parts.
-    pub const NOTHING: Self = Self { heroes: Heroes::ALL, eta2: Vec4::ONE };
+    pub const NOTHING: Self = Self { wavelength_mis: WavelengthMis::ALL, eta2: Vec4::ONE };
 }
 
 /// True when wavelengths with these indices part: directions differ by more than the precision of numbers.
@@ -124,7 +124,8 @@ mod tests {
             let (mut sum, mut most) = (0.0, 0f32);
             for h in 0..4 {
                 let turn = |v: Vec4| Vec4::from_array(std::array::from_fn(|i| v[(i + h) % 4]));
-                let (Some((x, s)), Some((y, t))) = (Heroes::of(turn(a)), Heroes::of(turn(b))) else {
+                let (Some((x, s)), Some((y, t))) = (WavelengthMis::of(turn(a)), WavelengthMis::of(turn(b)))
+                else {
                     panic!("usable")
                 };
                 let counts = 0.25 * s * t * x.and(y).weight();
@@ -141,11 +142,11 @@ mod tests {
 
     #[test]
     fn limits() {
-        assert_eq!(Heroes::ALL.weight(), 1.0);
-        assert_eq!(Heroes::ALONE.weight(), 4.0);
-        assert_eq!(Heroes::ALONE.and(Heroes::ALL).and(Heroes::ALONE).weight(), 4.0);
+        assert_eq!(WavelengthMis::ALL.weight(), 1.0);
+        assert_eq!(WavelengthMis::ALONE.weight(), 4.0);
+        assert_eq!(WavelengthMis::ALONE.and(WavelengthMis::ALL).and(WavelengthMis::ALONE).weight(), 4.0);
         for g in [Vec4::ZERO, Vec4::new(0.0, 1.0, 1.0, 1.0), Vec4::NAN, Vec4::splat(f32::INFINITY)] {
-            assert!(Heroes::of(g).is_none(), "{g}");
+            assert!(WavelengthMis::of(g).is_none(), "{g}");
         }
         assert!(!part(Vec4::splat(1.5)) && !part(Vec4::new(1.5, 1.5 + 2e-7, 1.5, 1.5)));
         assert!(part(Vec4::new(1.5, 1.5, 1.5, 1.500_01)));

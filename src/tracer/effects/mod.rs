@@ -32,27 +32,27 @@ mod smooth_normals;
 mod transmission;
 mod wavelengths;
 
-pub use decide::{Decision, decide, finish, planned, white};
+pub use decide::{Decision, decide, material_class, planned, white};
 
 use crate::scene::SceneDesc;
 use crate::scene::desc::IntegratorKind;
 use entry::Entry;
 
 macro_rules! table {
-    ($($(#[$doc:meta])* $feature:ident = $file:ident,)*) => {
+    ($($(#[$doc:meta])* $effect:ident = $file:ident,)*) => {
         /// Something that paths may have to deal with.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-        pub enum Feature {
-            $($(#[$doc])* $feature,)*
+        pub enum Effect {
+            $($(#[$doc])* $effect,)*
         }
 
-        impl Feature {
+        impl Effect {
             /// All of them, in the order of a table.
-            pub const ALL: [Feature; [$(Feature::$feature),*].len()] = [$(Feature::$feature),*];
+            pub const ALL: [Effect; [$(Effect::$effect),*].len()] = [$(Effect::$effect),*];
 
             fn entry(self) -> &'static Entry {
                 match self {
-                    $(Feature::$feature => &$file::ENTRY,)*
+                    $(Effect::$effect => &$file::ENTRY,)*
                 }
             }
         }
@@ -86,10 +86,10 @@ table! {
     Gather = gather,
 }
 
-impl Feature {
-    /// The feature of this name.
-    pub fn named(name: &str) -> Option<Feature> {
-        Feature::ALL.into_iter().find(|feature| feature.name() == name)
+impl Effect {
+    /// The effect of this name.
+    pub fn named(name: &str) -> Option<Effect> {
+        Effect::ALL.into_iter().find(|effect| effect.name() == name)
     }
 
     /// What it is called on the command line and in files.
@@ -103,45 +103,45 @@ impl Feature {
     }
 }
 
-/// Takes `feature` out of `desc`; what is left instead stands in the file of the feature. Changes nothing where it is off.
+/// Takes `effect` out of `desc`; what is left instead stands in the file of the effect. Changes nothing where it is off.
 ///
 /// # Errors
 ///
 /// As [`refusal`].
-pub fn without(desc: &mut SceneDesc, feature: Feature) -> Result<(), &'static str> {
-    match refusal(feature, desc.integrator.kind) {
+pub fn without(desc: &mut SceneDesc, effect: Effect) -> Result<(), &'static str> {
+    match refusal(effect, desc.integrator.kind) {
         Some(advice) => Err(advice),
         None => {
-            (feature.entry().without)(desc);
+            (effect.entry().without)(desc);
             Ok(())
         }
     }
 }
 
-/// Why a feature cannot be left out of what is traced by `kind`: a sentence that says what to do instead.
-pub fn refusal(feature: Feature, kind: IntegratorKind) -> Option<&'static str> {
-    (feature.entry().refusal)(kind)
+/// Why an effect cannot be left out of what is traced by `kind`: a sentence that says what to do instead.
+pub fn refusal(effect: Effect, kind: IntegratorKind) -> Option<&'static str> {
+    (effect.entry().refusal)(kind)
 }
 
-/// Has `feature` take part in `desc` although nothing calls for it.
+/// Has `effect` take part in `desc` although nothing calls for it.
 ///
 /// # Errors
 ///
 /// Where there is nothing to simulate: what to do instead.
-pub fn force_on(desc: &mut SceneDesc, feature: Feature) -> Result<(), &'static str> {
-    match feature {
-        Feature::Wavelengths => {
+pub fn force_on(desc: &mut SceneDesc, effect: Effect) -> Result<(), &'static str> {
+    match effect {
+        Effect::Wavelengths => {
             desc.integrator.spectral = true;
             Ok(())
         }
-        Feature::LightStream => Err("choose --integrator bidirectional or light"),
-        Feature::CausticPhotons | Feature::Gather => Err("choose --integrator photon"),
-        Feature::Lens => Err("give the scene's camera an aperture: <sensor type=\"thinlens\">"),
+        Effect::LightStream => Err("choose --integrator bidirectional or light"),
+        Effect::CausticPhotons | Effect::Gather => Err("choose --integrator photon"),
+        Effect::Lens => Err("give the scene's camera an aperture: <sensor type=\"thinlens\">"),
         _ => Err("put something into the scene that calls for it"),
     }
 }
 
-/// Puts a small example of `feature` into `desc`, to see what it costs. False where nothing can carry it.
-pub fn with(desc: &mut SceneDesc, feature: Feature) -> bool {
-    (feature.entry().with)(desc)
+/// Puts a small example of `effect` into `desc`, to see what it costs. False where nothing can carry it.
+pub fn with(desc: &mut SceneDesc, effect: Effect) -> bool {
+    (effect.entry().with)(desc)
 }

@@ -12,7 +12,7 @@ pub(super) struct Used<'a> {
     bsdfs: Vec<usize>,
 }
 
-/// An object of the file that calls for a feature.
+/// An object of the file that calls for an effect.
 pub(super) struct Object {
     /// As the file calls it.
     pub(super) name: String,

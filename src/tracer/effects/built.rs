@@ -4,10 +4,10 @@
 //! traced as fast by the whole program as by one that has never heard of it. There the variants of an enum that belong to
 //! the effect hold [`Absent`], which has no value, and the compiler drops them with all that they lead to.
 
-use super::Feature;
+use super::Effect;
 
 macro_rules! effects {
-    ($($name:literal $constant:ident $feature:ident $alias:ident $some:ident,)*) => {
+    ($($name:literal $constant:ident $effect:ident $alias:ident $some:ident,)*) => {
         $(
             #[doc = concat!("This build has `", $name, "`.")]
             pub const $constant: bool = cfg!(has = $name);
@@ -34,12 +34,12 @@ macro_rules! effects {
         pub const IS_WHOLE: bool = $($constant)&&*;
 
         /// The first of `wanted` that this build lacks.
-        pub fn lacking(wanted: impl Iterator<Item = Feature>) -> Option<Feature> {
-            let has = |feature| match feature {
-                $(Feature::$feature => $constant,)*
+        pub fn lacking(wanted: impl Iterator<Item = Effect>) -> Option<Effect> {
+            let has = |effect| match effect {
+                $(Effect::$effect => $constant,)*
                 _ => true,
             };
-            wanted.into_iter().find(|feature| !has(*feature))
+            wanted.into_iter().find(|effect| !has(*effect))
         }
     };
 }
