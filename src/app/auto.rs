@@ -5,7 +5,7 @@ use std::sync::mpsc::{Receiver, channel};
 
 use serde::Serialize;
 
-use super::facts::RunFacts;
+use super::run_spec::RunSpec;
 use super::{method, tell};
 use crate::scene::desc::IntegratorKind;
 use crate::stream::UvWindow;
@@ -61,23 +61,23 @@ impl From<Choice> for Chosen {
     }
 }
 
-/// Where `facts` ask for it, chooses the method, and leaves method and reason in `facts`. The choice does not depend on the
+/// Chooses the method if `run` asks for it, and leaves method and reason in `run`. The choice does not depend on the
 /// number of threads: each method is tried on one.
-pub fn settle(facts: &mut RunFacts, scene: &Arc<Scene>, camera: &Camera, threads: usize) {
-    if facts.integrator != IntegratorKind::Auto {
+pub fn settle(run: &mut RunSpec, scene: &Arc<Scene>, camera: &Camera, threads: usize) {
+    if run.integrator != IntegratorKind::Auto {
         return;
     }
-    let context = render_context(facts, scene, camera);
+    let context = render_context(run, scene, camera);
     let chosen = Chosen::from(if threads > 1 { side_by_side(&context) } else { choice::choose(&context) });
-    facts.integrator = chosen.kind;
-    facts.auto = Some(chosen);
+    run.integrator = chosen.kind;
+    run.auto = Some(chosen);
 }
 
 /// The choice does not depend on the seed.
-fn render_context(facts: &RunFacts, scene: &Arc<Scene>, camera: &Camera) -> RenderContext {
+fn render_context(run: &RunSpec, scene: &Arc<Scene>, camera: &Camera) -> RenderContext {
     RenderContext {
         seed: 0,
-        ..method::render_context(facts, (scene.clone(), camera.clone()), UvWindow::PICTURE)
+        ..method::render_context(run, (scene.clone(), camera.clone()), UvWindow::PICTURE)
     }
 }
 
@@ -115,12 +115,12 @@ impl Chooser {
     }
 
     /// Begins a choice for this scene and view, unless one is being made.
-    pub fn begin(&mut self, facts: &RunFacts, scene: &Arc<Scene>, camera: &Camera) {
+    pub fn begin(&mut self, run: &RunSpec, scene: &Arc<Scene>, camera: &Camera) {
         if !self.wanted || !self.stale || self.running.is_some() {
             return;
         }
         self.stale = false;
-        let (context, (sender, receiver)) = (render_context(facts, scene, camera), channel());
+        let (context, (sender, receiver)) = (render_context(run, scene, camera), channel());
         let work = move || {
             // Nobody listens any more when the window has closed.
             let _ = sender.send(choice::choose(&context));
@@ -142,8 +142,8 @@ impl Chooser {
 }
 
 /// Says on standard error what was chosen, if it was.
-pub fn say(facts: &RunFacts) {
-    if let Some(chosen) = &facts.auto {
+pub fn say(run: &RunSpec) {
+    if let Some(chosen) = &run.auto {
         tell(&chosen.reason);
     }
 }

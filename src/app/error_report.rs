@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::facts::RunFacts;
+use super::run_spec::RunSpec;
 use crate::scene::desc::IntegratorKind;
 use crate::study::curve::{Fit, Look};
 use crate::study::prediction::Prediction;
@@ -41,7 +41,7 @@ impl ErrorReport {
     /// The figures of a run that has ended; `None` where there was too little to know anything.
     pub fn new(
         state: &State,
-        facts: &RunFacts,
+        run: &RunSpec,
         (target, at): (Option<Target>, Quantity),
         reached: bool,
     ) -> Option<Self> {
@@ -52,7 +52,7 @@ impl ErrorReport {
             p95,
             p99,
             rel_mse: state.stated.rel_mse,
-            besides: (facts.integrator == IntegratorKind::Photon).then_some("the blur of photon mapping"),
+            besides: (run.integrator == IntegratorKind::Photon).then_some("the blur of photon mapping"),
             quantile: at.share(),
             target: target.map(|target| target.error),
             reached,

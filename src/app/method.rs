@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use miette::{IntoDiagnostic, Result};
 
-use super::facts::RunFacts;
+use super::run_spec::RunSpec;
 use crate::scene::desc::IntegratorKind;
 use crate::server::{RenderJob, Server};
 use crate::stream::control::Epoch;
@@ -62,46 +62,46 @@ pub fn paths_per_index(kind: IntegratorKind) -> u64 {
 
 /// What the tracers of all methods are made of.
 pub fn render_context(
-    facts: &RunFacts,
+    run: &RunSpec,
     (scene, camera): (Arc<Scene>, Camera),
     window: UvWindow,
 ) -> RenderContext {
-    let RunFacts { seed, max_depth, rr_depth, hide_emitters, photons, .. } = *facts;
+    let RunSpec { seed, max_depth, rr_depth, hide_emitters, photons, .. } = *run;
     RenderContext { scene, camera, seed, window, max_depth, rr_depth, hide_emitters, places: None, photons }
 }
 
-/// Has `server` trace a scene by the method that `facts` name; `photons` are those of the render before, if it left any, and
-/// then those of this one. Returns what a check of the plan finds, if `facts` ask for one.
+/// Has `server` trace a scene by the method that `run` names; `photons` are those of the render before, if it left any, and
+/// then those of this one. Returns what a check of the plan finds, if `run` asks for one.
 ///
 /// # Errors
 ///
 /// When the server has ended, or the method cannot be checked.
 pub fn start(
     server: &Server,
-    facts: &RunFacts,
+    run: &RunSpec,
     (scene, camera): (Arc<Scene>, Camera),
     order: Order,
     photons: &mut Option<Photons>,
 ) -> Result<Option<Arc<Tally>>> {
-    let context = render_context(facts, (scene, camera), order.window);
+    let context = render_context(run, (scene, camera), order.window);
     let before = photons.take();
-    match facts.integrator {
-        IntegratorKind::Path | IntegratorKind::Auto => special::<PathTracer>(server, facts, context, order),
-        IntegratorKind::Light => special::<ParticleTracer>(server, facts, context, order),
-        IntegratorKind::Bidirectional => special::<BidirectionalTracer>(server, facts, context, order),
+    match run.integrator {
+        IntegratorKind::Path | IntegratorKind::Auto => special::<PathTracer>(server, run, context, order),
+        IntegratorKind::Light => special::<ParticleTracer>(server, run, context, order),
+        IntegratorKind::Bidirectional => special::<BidirectionalTracer>(server, run, context, order),
         IntegratorKind::Photon if order.check.is_some() => {
-            check_photons(server, facts, context, order).map(Some)
+            check_photons(server, run, context, order).map(Some)
         }
         IntegratorKind::Photon => {
             let mut before = before.iter().flat_map(Replicated::parts);
-            let tracer = photons.insert(Replicated::new(&context, facts.replicated, |context| {
-                let new = PhotonTracer::new(context, facts.deterministic);
+            let tracer = photons.insert(Replicated::new(&context, run.replicated, |context| {
+                let new = PhotonTracer::new(context, run.deterministic);
                 match before.next() {
                     Some(before) => new.after(before),
                     None => new,
                 }
             }));
-            send(server, facts, tracer.clone(), order).map(|()| None)
+            send(server, run, tracer.clone(), order).map(|()| None)
         }
     }
 }
@@ -109,37 +109,30 @@ pub fn start(
 /// Sends a tracer with special code, checked if that is asked for.
 fn special<I: Special>(
     server: &Server,
-    facts: &RunFacts,
+    run: &RunSpec,
     context: RenderContext,
     order: Order,
 ) -> Result<Option<Arc<Tally>>> {
     match order.check.clone() {
-        Some(check) => send_checked::<I>(server, facts, context, (order, check)).map(Some),
-        None => {
-            send(server, facts, Replicated::new(&context, facts.replicated, I::from), order).map(|()| None)
-        }
+        Some(check) => send_checked::<I>(server, run, context, (order, check)).map(Some),
+        None => send(server, run, Replicated::new(&context, run.replicated, I::from), order).map(|()| None),
     }
 }
 
 fn send_checked<I: Special>(
     server: &Server,
-    facts: &RunFacts,
+    run: &RunSpec,
     context: RenderContext,
     (order, check): (Order, Check),
 ) -> Result<Arc<Tally>> {
     let checked = Checked::<I>::new(context, check.general, check.share);
     let tally = checked.tally().clone();
-    send(server, facts, checked, order).map(|()| tally)
+    send(server, run, checked, order).map(|()| tally)
 }
 
 /// A sample of photon mapping is made of many paths, so that both sides must have traced all of them.
-fn check_photons(
-    server: &Server,
-    facts: &RunFacts,
-    context: RenderContext,
-    order: Order,
-) -> Result<Arc<Tally>> {
-    let check = order.check.clone().filter(|check| check.share >= 1.0 && facts.deterministic);
+fn check_photons(server: &Server, run: &RunSpec, context: RenderContext, order: Order) -> Result<Arc<Tally>> {
+    let check = order.check.clone().filter(|check| check.share >= 1.0 && run.deterministic);
     let check = check.filter(|_| context.scene.white().is_none());
     let Some(check) = check else {
         return Err(miette::miette!(
@@ -147,17 +140,17 @@ fn check_photons(
             "a sample of photon mapping is made of many paths: the plan can be checked on all of them only"
         ));
     };
-    send_checked::<PhotonTracer>(server, facts, context, (order, check))
+    send_checked::<PhotonTracer>(server, run, context, (order, check))
 }
 
-fn send<I: Integrator>(server: &Server, facts: &RunFacts, integrator: I, order: Order) -> Result<()> {
+fn send<I: Integrator>(server: &Server, run: &RunSpec, integrator: I, order: Order) -> Result<()> {
     let PathCounts { camera, light } = integrator.paths_per_index();
     let Range { start, end } = order.range;
     // As many paths as asked for, whatever an index holds.
     let end = start + (end - start).div_ceil(camera.max(light).max(1));
     let mut job = RenderJob::new(Arc::new(integrator), start..end);
     job.window = order.window;
-    if facts.deterministic {
+    if run.deterministic {
         job.deadline = None;
     }
     server.render(job, order.epoch).into_diagnostic()

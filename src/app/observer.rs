@@ -12,8 +12,8 @@ use std::time::{Duration, Instant};
 
 use miette::{IntoDiagnostic, Result, WrapErr};
 
-use super::facts::RunFacts;
 use super::predictions;
+use super::run_spec::RunSpec;
 use crate::server::Priority;
 use crate::stream::block::Block;
 use crate::stream::{PathCounts, Sample};
@@ -50,7 +50,7 @@ enum Message {
         at: Duration,
     },
     /// Another render begins, after the last one has taken so long: everything before is forgotten.
-    Begin(Box<Watch>, Duration, Arc<RunFacts>),
+    Begin(Box<Watch>, Duration, Arc<RunSpec>),
     Aim(Option<Target>),
     /// Answers when everything before has been seen.
     Sync(Sender<()>),
@@ -92,17 +92,17 @@ pub struct Observer {
     thread: Option<JoinHandle<()>>,
     beside: Beside,
     began: Instant,
-    facts: Arc<RunFacts>,
+    run: Arc<RunSpec>,
     target: Option<Target>,
 }
 
 impl Observer {
-    /// Watches a render of `facts`, which must be divided into replicates, from now on.
+    /// Watches a render of `run`, which must be divided into replicates, from now on.
     ///
     /// # Errors
     ///
     /// When the system refuses a thread.
-    pub fn start(facts: &RunFacts, target: Option<Target>, beside: Beside) -> Result<Self> {
+    pub fn start(run: &RunSpec, target: Option<Target>, beside: Beside) -> Result<Self> {
         let inbox = Inbox {
             messages: VecDeque::new(),
             samples: 0,
@@ -117,36 +117,36 @@ impl Observer {
             room: Condvar::new(),
             state: Mutex::default(),
         });
-        let (watch, own) = (watch(facts, target), shared.clone());
-        let run = move || {
+        let (watch, own) = (watch(run, target), shared.clone());
+        let work = move || {
             if beside == Beside::Window {
                 Priority::Background.apply();
             }
             let _last = Gone(&own);
             observe(watch, &own);
         };
-        let thread = Builder::new().name("observer".to_string()).spawn(run).into_diagnostic();
+        let thread = Builder::new().name("observer".to_string()).spawn(work).into_diagnostic();
         let thread =
             thread.wrap_err("cannot start the thread that watches the error; --replicates 1 does without")?;
-        let facts = Arc::new(facts.clone());
-        Ok(Self { shared, thread: Some(thread), beside, began: Instant::now(), facts, target })
+        let run = Arc::new(run.clone());
+        Ok(Self { shared, thread: Some(thread), beside, began: Instant::now(), run, target })
     }
 
     /// Another render begins. What came of the predictions for the last one is logged.
-    pub fn begin(&mut self, facts: &RunFacts) {
+    pub fn begin(&mut self, run: &RunSpec) {
         let ended = self.began.elapsed();
         self.began = Instant::now();
-        self.forget(facts, ended);
+        self.forget(run, ended);
     }
 
     /// The same render goes on in another picture, which is filled from its first sample on: another size, another filter.
-    pub fn begin_again(&mut self, facts: &RunFacts) {
-        self.forget(facts, self.began.elapsed());
+    pub fn begin_again(&mut self, run: &RunSpec) {
+        self.forget(run, self.began.elapsed());
     }
 
-    fn forget(&mut self, facts: &RunFacts, ended: Duration) {
-        let watch = Box::new(watch(facts, self.target));
-        let last = std::mem::replace(&mut self.facts, Arc::new(facts.clone()));
+    fn forget(&mut self, run: &RunSpec, ended: Duration) {
+        let watch = Box::new(watch(run, self.target));
+        let last = std::mem::replace(&mut self.run, Arc::new(run.clone()));
         let mut inbox = unpoisoned(&self.shared.inbox);
         inbox.messages.retain(|message| !matches!(message, Message::Block { .. }));
         inbox.samples = 0;
@@ -310,8 +310,8 @@ impl Drop for Gone<'_> {
     }
 }
 
-fn watch(facts: &RunFacts, target: Option<Target>) -> Watch {
-    Watch::new([facts.spec.width, facts.spec.height], facts.spec.filter.energy(), target)
+fn watch(run: &RunSpec, target: Option<Target>) -> Watch {
+    Watch::new([run.spec.width, run.spec.height], run.spec.filter.energy(), target)
 }
 
 /// The thread.
@@ -326,8 +326,8 @@ fn observe(mut watch: Watch, shared: &Shared) {
                     shared.publish(number, &watch);
                 }
             }
-            Message::Begin(new, ended, facts) => {
-                predictions::log(&facts, &watch.kept(ended.as_secs_f64()));
+            Message::Begin(new, ended, run) => {
+                predictions::log(&run, &watch.kept(ended.as_secs_f64()));
                 (watch, number) = (*new, number + 1);
             }
             Message::Aim(target) => {

@@ -6,8 +6,8 @@ use std::time::Instant;
 use miette::{IntoDiagnostic, Result, WrapErr};
 
 use super::args::RenderArgs;
-use super::facts::{RunFacts, display_options};
 use super::report::{Seconds, is_special};
+use super::run_spec::{RunSpec, display_options};
 use crate::client::effects::Effects;
 use crate::client::film::VulkanFilm;
 use crate::client::{Client, DisplayImage, FilmData, Settings, develop};
@@ -73,7 +73,7 @@ impl Outputs {
         exr || Effects::new(settings, 1).reads_variance()
     }
 
-    /// Takes the picture from the client and writes every file; `prefix` as in [`RunFacts::attributes`].
+    /// Takes the picture from the client and writes every file; `prefix` as in [`RunSpec::attributes`].
     ///
     /// # Errors
     ///
@@ -81,7 +81,7 @@ impl Outputs {
     pub fn write(
         &self,
         client: &mut Client,
-        (facts, prefix): (&RunFacts, bool),
+        (run, prefix): (&RunSpec, bool),
         settings: &Settings,
         seconds: &mut Seconds,
     ) -> Result<()> {
@@ -95,9 +95,9 @@ impl Outputs {
         for (path, format) in &self.files {
             let written = match (format, &shown, &data) {
                 (Format::Png, Some(shown), _) => {
-                    write_png(path, shown, (facts, prefix, client.counts().paths()), settings)
+                    write_png(path, shown, (run, prefix, client.counts().paths()), settings)
                 }
-                (Format::Exr, _, Some(data)) => exr::write(path, &layers(facts, prefix, data)),
+                (Format::Exr, _, Some(data)) => exr::write(path, &layers(run, prefix, data)),
                 _ => continue,
             };
             first_error = first_error.and(written);
@@ -131,15 +131,15 @@ impl Snapshot {
         })
     }
 
-    /// Writes it; `prefix` as in [`RunFacts::attributes`].
+    /// Writes it; `prefix` as in [`RunSpec::attributes`].
     ///
     /// # Errors
     ///
     /// When the file cannot be written.
-    pub fn write(&self, path: &Path, (facts, prefix): (&RunFacts, bool), settings: &Settings) -> Result<()> {
+    pub fn write(&self, path: &Path, (run, prefix): (&RunSpec, bool), settings: &Settings) -> Result<()> {
         match self {
-            Snapshot::Png(shown, paths) => write_png(path, shown, (facts, prefix, *paths), settings),
-            Snapshot::Exr(data) => exr::write(path, &layers(facts, prefix, data)),
+            Snapshot::Png(shown, paths) => write_png(path, shown, (run, prefix, *paths), settings),
+            Snapshot::Exr(data) => exr::write(path, &layers(run, prefix, data)),
         }
         .into_diagnostic()
     }
@@ -148,7 +148,7 @@ impl Snapshot {
 fn write_png(
     path: &Path,
     shown: &DisplayImage,
-    (facts, prefix, paths): (&RunFacts, bool, u64),
+    (run, prefix, paths): (&RunSpec, bool, u64),
     settings: &Settings,
 ) -> std::result::Result<(), ImageError> {
     let picture = Picture {
@@ -158,12 +158,12 @@ fn write_png(
         transfer: Transfer::Gamma(settings.gamma),
         primaries: settings.profile.primaries,
     };
-    let mut attributes = facts.attributes(paths, prefix);
+    let mut attributes = run.attributes(paths, prefix);
     attributes.push(("display".to_string(), Attribute::Text(display_options(settings))));
     png::write(path, picture, &attributes)
 }
 
-fn layers(facts: &RunFacts, prefix: bool, data: &FilmData) -> exr::Layers {
-    let attributes = facts.attributes(data.counts.paths(), prefix);
-    develop::layers(data, &Profile::srgb(), facts.spec.filter.energy(), &attributes)
+fn layers(run: &RunSpec, prefix: bool, data: &FilmData) -> exr::Layers {
+    let attributes = run.attributes(data.counts.paths(), prefix);
+    develop::layers(data, &Profile::srgb(), run.spec.filter.energy(), &attributes)
 }

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::facts::RunFacts;
+use super::run_spec::RunSpec;
 use crate::client::Settings;
 use crate::client::listed::{Listed, listed};
 use crate::scene::SceneDesc;
@@ -81,13 +81,13 @@ pub struct Cost {
 }
 
 /// Every effect of a run, the tracer's first. `desc` is what is traced, with everything that is forced off already gone.
-pub fn plan(desc: &SceneDesc, facts: &RunFacts, settings: &Settings) -> Vec<Entry> {
+pub fn plan(desc: &SceneDesc, run: &RunSpec, settings: &Settings) -> Vec<Entry> {
     let place = |place: Place| {
         let file = desc.files.get(place.file as usize)?;
         Some(format!("{}:{}:{}", file.display(), place.line, place.column))
     };
-    let traced = effects::decide(desc, facts.integrator).into_iter().map(|d| {
-        let off = facts.left_out().any(|name| name == d.effect.name());
+    let traced = effects::decide(desc, run.integrator).into_iter().map(|d| {
+        let off = run.left_out().any(|name| name == d.effect.name());
         let forced = |reason| if off { "forced off by --effects".to_string() } else { reason };
         Entry {
             name: d.effect.name(),
@@ -101,7 +101,7 @@ pub fn plan(desc: &SceneDesc, facts: &RunFacts, settings: &Settings) -> Vec<Entr
             shown: Parts::default(),
         }
     });
-    let shown = listed(&facts.spec, settings, streams(facts.integrator)).into_iter().map(|listed| {
+    let shown = listed(&run.spec, settings, streams(run.integrator)).into_iter().map(|listed| {
         let Listed { name, on, reason, at_run_time, passes, changes, images, can_switch } = listed;
         Entry {
             name,

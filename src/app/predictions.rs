@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use miette::{IntoDiagnostic, Result, WrapErr};
 use serde::{Deserialize, Serialize};
 
-use super::facts::RunFacts;
+use super::run_spec::RunSpec;
 use super::{method, tell};
 use crate::study::data::PredictionScore;
 use crate::study::prediction::{Kept, score};
@@ -35,23 +35,23 @@ pub fn file() -> Option<PathBuf> {
 
 /// Adds what came of a render's predictions. A log that cannot be written is no reason to lose a picture: it is told of only
 /// to those who ask.
-pub fn log(facts: &RunFacts, kept: &[Kept]) {
+pub fn log(run: &RunSpec, kept: &[Kept]) {
     if kept.is_empty() {
         return;
     }
-    if let Err(error) = append(facts, kept) {
+    if let Err(error) = append(run, kept) {
         tracing::info!("predictions are not logged: {error}");
     }
 }
 
-fn append(facts: &RunFacts, kept: &[Kept]) -> std::io::Result<()> {
+fn append(run: &RunSpec, kept: &[Kept]) -> std::io::Result<()> {
     let Some(path) = file() else { return Ok(()) };
     let mut text = String::new();
     for &kept in kept {
         let line = Line {
-            scene: facts.scene.display().to_string(),
-            method: method::name(facts.integrator).to_string(),
-            size: [facts.spec.width, facts.spec.height],
+            scene: run.scene.display().to_string(),
+            method: method::name(run.integrator).to_string(),
+            size: [run.spec.width, run.spec.height],
             kept,
         };
         text += &(serde_json::to_string(&line)? + "\n");

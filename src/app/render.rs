@@ -8,13 +8,13 @@ use miette::{IntoDiagnostic, Result};
 use super::args::RenderArgs;
 use super::device::Device;
 use super::drive::{Drive, Driven, Onlookers, drive};
-use super::facts::RunFacts;
 use super::load::Input;
 use super::method::{self, Check, Order};
 use super::observer::{Beside, Observer};
 use super::outputs::Outputs;
 use super::progress::{Goal, Progress};
 use super::report::{ErrorReport, PlanCheck, Rejected, RejectedExample, Report, Seconds, write_json};
+use super::run_spec::RunSpec;
 use super::timings::{self, TimingCapture};
 use super::{auto, interrupt, load, plan, predictions, tell, usage};
 use crate::client::{Client, VarianceForm};
@@ -55,35 +55,34 @@ pub fn render(args: &RenderArgs) -> Result<()> {
     for notice in &notices {
         tell(&format!("warning: {notice}"));
     }
-    let mut facts = facts(args, &input, device.name());
-    facts.spec.variance = outputs.read_variance(&args.display.settings()).then_some(VarianceForm::Product);
+    let mut run = run_spec(args, &input, device.name());
+    run.spec.variance = outputs.read_variance(&args.display.settings()).then_some(VarianceForm::Product);
     let (simd, scene, choosing) = (scene.kernel().name(), Arc::new(scene), Instant::now());
     let threads = threads(args);
-    auto::settle(&mut facts, &scene, &camera, threads);
+    auto::settle(&mut run, &scene, &camera, threads);
     seconds.choose = choosing.elapsed().as_secs_f64();
     if !args.quiet {
-        auto::say(&facts);
+        auto::say(&run);
     }
-    let mut client = device.client(facts.spec, threads)?;
+    let mut client = device.client(run.spec, threads)?;
     let (server, mut lanes) = Server::start_with(threads, device.tracing_priority()).into_diagnostic()?;
     let mut timings = capture(args, &device, &server)?;
     let check = check(args, loaded)?;
-    let observer =
-        facts.replicated.then(|| Observer::start(&facts, target(args), Beside::Render)).transpose()?;
+    let observer = run.replicated.then(|| Observer::start(&run, target(args), Beside::Render)).transpose()?;
     let order = ((scene, camera), check);
     let (driven, tally) =
-        trace(args, &facts, order, (&server, &mut lanes, &mut client), (&mut timings, observer.as_ref()))?;
+        trace(args, &run, order, (&server, &mut lanes, &mut client), (&mut timings, observer.as_ref()))?;
     let stats = server.stats();
     server.term();
     let known = observer.map(|observer| observer.end());
 
-    let mut report = report(&facts, &client, &stats, &driven);
+    let mut report = report(&run, &client, &stats, &driven);
     seconds.render = driven.wall.as_secs_f64();
     seconds.rasterise = driven.rasterise.as_secs_f64();
     seconds.trace = tracing_time(&stats).as_secs_f64();
-    let prefix = driven.complete || facts.deterministic;
+    let prefix = driven.complete || run.deterministic;
     let writing = Instant::now();
-    let written = outputs.write(&mut client, (&facts, prefix), &args.display.settings(), &mut seconds);
+    let written = outputs.write(&mut client, (&run, prefix), &args.display.settings(), &mut seconds);
     if let Some(mut timings) = timings {
         timings.client("display and write", writing)?;
         timings.finish(&server)?;
@@ -91,14 +90,14 @@ pub fn render(args: &RenderArgs) -> Result<()> {
     written?;
     seconds.total = start.elapsed().as_secs_f64();
     report.seconds = seconds;
-    report.plan = plan::plan(&loaded.desc, &facts, &args.display.settings());
-    report.left_out = facts.left_out().collect();
+    report.plan = plan::plan(&loaded.desc, &run, &args.display.settings());
+    report.left_out = run.left_out().collect();
     if tally.as_ref().is_some_and(|tally| tally.counts()[0] == 0) {
         tell(&format!("note: --check-plan {} has compared no path: give a larger share", args.check_plan));
     }
     if let Some((state, kept)) = &known {
-        predictions::log(&facts, kept);
-        report.error = ErrorReport::new(state, &facts, (target(args), args.error_at.into()), driven.reached);
+        predictions::log(&run, kept);
+        report.error = ErrorReport::new(state, &run, (target(args), args.error_at.into()), driven.reached);
     }
     report.plan_check = tally.as_ref().map(|tally| PlanCheck::from(tally.counts()));
     report.warnings = loaded.warnings.iter().map(ToString::to_string).chain(notices).collect();
@@ -115,7 +114,7 @@ pub fn render(args: &RenderArgs) -> Result<()> {
         return Err(miette::miette!(
             "path {index} panicked: {message}; the picture holds what was traced before. Please report it with the scene \
              and this command: {}",
-            again(&facts, tally.as_deref(), index)
+            again(&run, tally.as_deref(), index)
         ));
     }
     Ok(())
@@ -143,10 +142,10 @@ pub(super) fn prepare(args: &RenderArgs, seconds: &mut Seconds) -> Result<(Input
 }
 
 /// The command that traces what went wrong at `index` again; what differs from the plan is differing together with all that did.
-fn again(facts: &RunFacts, tally: Option<&Tally>, index: u64) -> String {
-    let Some((first, last)) = tally.and_then(Tally::reach) else { return facts.command(index, 1) };
-    let per_index = method::paths_per_index(facts.integrator);
-    facts.command(first, (last - first + 1) * per_index) + " --check-plan 1"
+fn again(run: &RunSpec, tally: Option<&Tally>, index: u64) -> String {
+    let Some((first, last)) = tally.and_then(Tally::reach) else { return run.command(index, 1) };
+    let per_index = method::paths_per_index(run.integrator);
+    run.command(first, (last - first + 1) * per_index) + " --check-plan 1"
 }
 
 /// What `--check-plan` asks for.
@@ -163,15 +162,15 @@ pub(super) fn threads(args: &RenderArgs) -> usize {
     args.source.threads.map_or_else(cores, usize::from)
 }
 
-pub(super) fn facts(args: &RenderArgs, input: &Input, device: String) -> RunFacts {
-    let facts = RunFacts::of(&args.source, input, device);
-    RunFacts {
+pub(super) fn run_spec(args: &RenderArgs, input: &Input, device: String) -> RunSpec {
+    let run = RunSpec::of(&args.source, input, device);
+    RunSpec {
         first_index: args.first_index,
-        spp: args.spp.unwrap_or(facts.spp),
+        spp: args.spp.unwrap_or(run.spp),
         deterministic: args.deterministic,
         // The plan is checked path by path, whatever randomisation they are of.
         replicated: args.replicates > 1 && args.check_plan == 0.0,
-        ..facts
+        ..run
     }
 }
 
@@ -183,14 +182,14 @@ fn target(args: &RenderArgs) -> Option<Target> {
 /// Renders until the sample count, the time or Ctrl-C.
 fn trace(
     args: &RenderArgs,
-    facts: &RunFacts,
+    run: &RunSpec,
     (scene, check): ((Arc<Scene>, Camera), Option<Check>),
     (server, lanes, client): (&Server, &mut Lanes, &mut Client),
     (timings, observer): (&mut Option<TimingCapture>, Option<&Observer>),
 ) -> Result<(Driven, Option<Arc<Tally>>)> {
-    let [pw, ph] = facts.spec.padded_extent().map(u64::from);
-    let wanted = args.samples.unwrap_or_else(|| facts.spp.saturating_mul(pw * ph));
-    let first = facts.first_index;
+    let [pw, ph] = run.spec.padded_extent().map(u64::from);
+    let wanted = args.samples.unwrap_or_else(|| run.spp.saturating_mul(pw * ph));
+    let first = run.first_index;
     let counted = args.samples.is_some() || args.spp.is_some();
     let (range, goal) = match (args.time, args.error) {
         (Some(limit), _) => (first..u64::MAX, Goal::Time(limit)),
@@ -198,13 +197,13 @@ fn trace(
         (None, _) => (first..first.saturating_add(wanted), Goal::Paths(wanted)),
     };
     let epoch = Epoch(1);
-    let order = Order { range, window: facts.spec.window(), epoch, check };
-    let tally = method::start(server, facts, scene, order, &mut None)?;
+    let order = Order { range, window: run.spec.window(), epoch, check };
+    let tally = method::start(server, run, scene, order, &mut None)?;
     let bar = Progress::new(goal, args.quiet);
     let plan = Drive {
         epoch,
         first_index: first,
-        deterministic: facts.deterministic,
+        deterministic: run.deterministic,
         time: args.time,
         texels: (pw * ph) as f64,
         quantity: args.error_at.into(),
@@ -229,24 +228,24 @@ fn tracing_time(stats: &Stats) -> Duration {
     total.cpu.unwrap_or(total.busy)
 }
 
-fn report(facts: &RunFacts, client: &Client, stats: &Stats, driven: &Driven) -> Report {
+fn report(run: &RunSpec, client: &Client, stats: &Stats, driven: &Driven) -> Report {
     let counts = client.counts();
-    let [pw, ph] = facts.spec.padded_extent().map(f64::from);
+    let [pw, ph] = run.spec.padded_extent().map(f64::from);
     let total = stats.total();
     let rejections = total.rejections;
     let example = |&(index, cause): &(u64, Cause)| RejectedExample {
         index,
         cause: cause.describe().to_string(),
-        replay: facts.command(index, 1),
+        replay: run.command(index, 1),
     };
     let per = |n: u64, time: Duration| n as f64 / time.as_secs_f64().max(1e-9);
     Report {
         version: env!("CARGO_PKG_VERSION"),
-        scene: facts.scene.clone(),
-        width: facts.spec.width,
-        height: facts.spec.height,
-        integrator: method::name(facts.integrator),
-        auto: facts.auto.clone(),
+        scene: run.scene.clone(),
+        width: run.spec.width,
+        height: run.spec.height,
+        integrator: method::name(run.integrator),
+        auto: run.auto.clone(),
         camera_samples: counts.camera_samples,
         light_samples: counts.light_samples,
         camera_paths: counts.camera_paths,
@@ -259,9 +258,9 @@ fn report(facts: &RunFacts, client: &Client, stats: &Stats, driven: &Driven) -> 
             by_cause: Cause::ALL.iter().map(|&c| (c.describe().to_string(), rejections.count(c))).collect(),
             examples: rejections.examples().iter().map(example).collect(),
         },
-        device: facts.device.clone(),
-        seed: facts.seed,
-        deterministic: facts.deterministic,
+        device: run.device.clone(),
+        seed: run.seed,
+        deterministic: run.deterministic,
         interrupted: driven.interrupted,
         ..Report::default()
     }

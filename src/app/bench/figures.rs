@@ -5,9 +5,9 @@ use serde_json::Value;
 
 use super::model;
 use super::run::{Measured, WARM_UP};
-use crate::app::facts::RunFacts;
 use crate::app::method;
 use crate::app::report::human;
+use crate::app::run_spec::RunSpec;
 use crate::app::timings::describe;
 use crate::client::Settings;
 use crate::gpu::Gpu;
@@ -75,7 +75,7 @@ struct Pass {
 }
 
 impl Figures {
-    pub fn new(measured: &Measured, gpu: &Gpu, (facts, settings): (&RunFacts, &Settings)) -> Self {
+    pub fn new(measured: &Measured, gpu: &Gpu, (run, settings): (&RunSpec, &Settings)) -> Self {
         let find = |name: &str| measured.passes.iter().find(|(n, _)| *n == name);
         let copy = find("copy").map(|(_, t)| Percentiles::of(t).p50).filter(|t| *t > 0.0);
         let wall = measured.wall.as_secs_f64().max(1e-9);
@@ -85,8 +85,8 @@ impl Figures {
             let milliseconds = Percentiles::of(times);
             let runs = *measured.runs.get(name).unwrap_or(&0) as f64 / times.len().max(1) as f64;
             // The samples of a frame are shared by its runs.
-            let bytes = model::bytes(name, &facts.spec, per_frame / runs.max(1.0), settings.vm > 0.0)
-                .map(|b| b * runs);
+            let bytes =
+                model::bytes(name, &run.spec, per_frame / runs.max(1.0), settings.vm > 0.0).map(|b| b * runs);
             let seconds = milliseconds.p50 * 1e-3;
             Pass {
                 name,
@@ -106,9 +106,9 @@ impl Figures {
             command: std::env::args().collect(),
             host: format!("{} {}, {cores} cores", std::env::consts::OS, std::env::consts::ARCH),
             gpu: describe(gpu),
-            width: facts.spec.width,
-            height: facts.spec.height,
-            integrator: method::name(facts.integrator),
+            width: run.spec.width,
+            height: run.spec.height,
+            integrator: method::name(run.integrator),
             reconstruction: format!("{:?}", settings.reconstruction),
             vm: settings.vm,
             tracer_threads: measured.threads,

@@ -18,10 +18,10 @@ use super::args::scene::SceneArgs;
 use super::args::{BenchArgs, QuantityArg, RenderArgs};
 use super::auto;
 use super::device::Device;
-use super::facts::RunFacts;
 use super::interrupt;
-use super::render::{facts, prepare, threads};
+use super::render::{prepare, run_spec, threads};
 use super::report::{Seconds, check_json, print, write_json};
+use super::run_spec::RunSpec;
 use super::timings::{self, TimingCapture};
 use crate::client::Settings;
 use crate::client::film::VulkanFilm;
@@ -50,17 +50,17 @@ pub fn bench(args: &BenchArgs) -> Result<()> {
              `pointillist devices` lists what there is"
         ));
     };
-    let mut facts = facts(&like, &input, device.name());
+    let mut run = run_spec(&like, &input, device.name());
     let (scene, camera) = (Arc::new(scene.0), scene.1);
-    auto::settle(&mut facts, &scene, &camera, threads(&like));
-    auto::say(&facts);
-    let film = VulkanFilm::new(gpu.clone(), facts.spec).into_diagnostic()?;
-    let job = (&facts, (scene, camera), threads(&like));
+    auto::settle(&mut run, &scene, &camera, threads(&like));
+    auto::say(&run);
+    let film = VulkanFilm::new(gpu.clone(), run.spec).into_diagnostic()?;
+    let job = (&run, (scene, camera), threads(&like));
     let capture = args.gpu_timings.as_deref().map(|path| TimingCapture::new(path, Some(gpu))).transpose()?;
     tracing::info!("ready after {:.2} s", started.elapsed().as_secs_f64());
     let settings = args.display.settings();
     let measured = run::run(gpu, film, job, (&settings, args.frames), capture)?;
-    let figures = Figures::new(&measured, gpu, (&facts, &settings));
+    let figures = Figures::new(&measured, gpu, (&run, &settings));
     if args.json.as_deref() != Some("-".as_ref()) {
         print(&figures.table(), "the figures");
     }
@@ -77,7 +77,7 @@ pub fn bench(args: &BenchArgs) -> Result<()> {
 /// As [`bench`].
 pub fn measure(
     gpu: &Arc<Gpu>,
-    job: (&RunFacts, (Arc<Scene>, Camera), usize),
+    job: (&RunSpec, (Arc<Scene>, Camera), usize),
     shown: (&Settings, u32),
 ) -> Result<Measured> {
     let film = VulkanFilm::new(gpu.clone(), job.0.spec).into_diagnostic()?;

@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 
 use miette::{IntoDiagnostic, Result};
 
-use crate::app::facts::RunFacts;
 use crate::app::interrupt;
 use crate::app::method::{self, Order};
+use crate::app::run_spec::RunSpec;
 use crate::app::timings::TimingCapture;
 use crate::client::film::VulkanFilm;
 use crate::client::{BATCH_CAPACITY, Settings};
@@ -72,7 +72,7 @@ const EPOCH: Epoch = Epoch(1);
 pub fn run(
     gpu: &Arc<Gpu>,
     film: VulkanFilm,
-    (facts, scene, threads): (&RunFacts, (Arc<Scene>, Camera), usize),
+    (run, scene, threads): (&RunSpec, (Arc<Scene>, Camera), usize),
     (settings, count): (&Settings, u32),
     capture: Option<TimingCapture>,
 ) -> Result<Measured> {
@@ -86,7 +86,7 @@ pub fn run(
     let (ends, sums) = Default::default();
     let mut this = Loop { gpu, film, lanes, settings, copy, capture, measured, ends, sums };
     let order = Order { range: 0..u64::MAX, window, epoch: EPOCH, check: None };
-    method::start(&server, facts, scene, order, &mut None)?;
+    method::start(&server, run, scene, order, &mut None)?;
     gpu.take_rows();
     gpu.set_timing(true);
     let (mut start, mut before) = (Instant::now(), this.film.counts());

@@ -13,10 +13,10 @@ use serde::Serialize;
 use super::args::ExplainArgs;
 use super::bench::{as_render, measure};
 use super::device::Device;
-use super::facts::RunFacts;
 use super::plan::{Entry, plan};
-use super::render::{facts, prepare, threads};
+use super::render::{prepare, run_spec, threads};
 use super::report::{Seconds, check_json, print, write_json};
+use super::run_spec::RunSpec;
 use super::{auto, interrupt, method, tell};
 use crate::client::effects::Effects;
 use crate::client::{FilmSpec, Settings, VarianceForm};
@@ -58,23 +58,22 @@ pub fn explain(args: &ExplainArgs) -> Result<()> {
     for warning in &loaded.warnings {
         tell(&format!("{:?}", miette::Report::new(warning.clone())));
     }
-    let mut facts = facts(&like, &input, device.name());
+    let mut run = run_spec(&like, &input, device.name());
     let (scene, threads) = (Arc::new(scene), threads(&like));
-    auto::settle(&mut facts, &scene, &camera, threads);
-    auto::say(&facts);
+    auto::settle(&mut run, &scene, &camera, threads);
+    auto::say(&run);
     let settings = args.display.settings();
-    facts.spec.variance = variance(&settings);
-    let mut plan = plan(&loaded.desc, &facts, &settings);
+    run.spec.variance = variance(&settings);
+    let mut plan = plan(&loaded.desc, &run, &settings);
     let (mut memory, mut pipelines) = (None, None);
     if !args.no_costs {
-        price::charge(&mut plan, &loaded.desc, (&scene, &camera), (&facts, price::THOROUGH))?;
+        price::charge(&mut plan, &loaded.desc, (&scene, &camera), (&run, price::THOROUGH))?;
         if let Device::Vulkan(gpu) = &device {
-            let inventory =
-                cost::charge(&mut plan, (&settings, facts.integrator), |settings, integrator| {
-                    let spec = FilmSpec { variance: variance(settings), ..facts.spec };
-                    let facts = RunFacts { integrator, spec, ..facts.clone() };
-                    measure(gpu, (&facts, (scene.clone(), camera.clone()), threads), (settings, FRAMES))
-                })?;
+            let inventory = cost::charge(&mut plan, (&settings, run.integrator), |settings, integrator| {
+                let spec = FilmSpec { variance: variance(settings), ..run.spec };
+                let run = RunSpec { integrator, spec, ..run.clone() };
+                measure(gpu, (&run, (scene.clone(), camera.clone()), threads), (settings, FRAMES))
+            })?;
             let of_picture = |(name, _): &(String, u64)| !cost::is_yardstick(name);
             memory = Some(inventory.memory.into_iter().filter(of_picture).collect());
             pipelines = Some(inventory.pipelines);
@@ -86,10 +85,10 @@ pub fn explain(args: &ExplainArgs) -> Result<()> {
     if let Some(path) = &args.json {
         let explained = Explained {
             version: env!("CARGO_PKG_VERSION"),
-            scene: &facts.scene,
-            integrator: method::name(facts.integrator),
-            auto: facts.auto.as_ref().map(|a| a.reason.as_str()),
-            device: &facts.device,
+            scene: &run.scene,
+            integrator: method::name(run.integrator),
+            auto: run.auto.as_ref().map(|a| a.reason.as_str()),
+            device: &run.device,
             plan: &plan,
             memory,
             pipelines,

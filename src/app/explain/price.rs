@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 
 use miette::{IntoDiagnostic, Result};
 
-use crate::app::facts::RunFacts;
 use crate::app::plan::Entry;
+use crate::app::run_spec::RunSpec;
 use crate::app::{interrupt, method};
 use crate::color::Xyz;
 use crate::scene::SceneDesc;
@@ -47,9 +47,9 @@ pub fn charge(
     plan: &mut [Entry],
     desc: &SceneDesc,
     (scene, camera): (&Arc<Scene>, &Camera),
-    (facts, effort): (&RunFacts, Effort),
+    (run, effort): (&RunSpec, Effort),
 ) -> Result<()> {
-    let measured = ratios(plan, desc, (scene, camera), (facts, effort))?;
+    let measured = ratios(plan, desc, (scene, camera), (run, effort))?;
     for (entry, mut turns) in plan.iter_mut().zip(measured) {
         turns.sort_by(f64::total_cmp);
         let Some(ratio) = turns.get(turns.len() / 2) else { continue };
@@ -71,15 +71,15 @@ pub fn ratios(
     plan: &[Entry],
     desc: &SceneDesc,
     (scene, camera): (&Arc<Scene>, &Camera),
-    (facts, Effort { turn, turns }): (&RunFacts, Effort),
+    (run, Effort { turn, turns }): (&RunSpec, Effort),
 ) -> Result<Vec<Vec<f64>>> {
-    let mut now = runner(facts, (scene.clone(), camera.clone()), desc);
+    let mut now = runner(run, (scene.clone(), camera.clone()), desc);
     now(turn);
     let mut all = vec![Vec::new(); plan.len()];
     for (entry, measured) in plan.iter().zip(&mut all) {
         let Some(effect) = entry.effect.filter(|_| !interrupt::asked()) else { continue };
         let mut other = desc.clone();
-        other.integrator.kind = facts.integrator;
+        other.integrator.kind = run.integrator;
         let possible = match entry.on {
             true => effects::without(&mut other, effect).is_ok(),
             false => effects::with(&mut other, effect),
@@ -89,7 +89,7 @@ pub fn ratios(
         }
         let scene = Arc::new(scene.edited(&other).into_diagnostic()?);
         let camera = Camera::of(&other).into_diagnostic()?;
-        let mut other = runner(facts, (scene, camera), &other);
+        let mut other = runner(run, (scene, camera), &other);
         other(turn);
         *measured = (0..turns).map(|_| other(turn) / now(turn)).collect();
     }
@@ -100,18 +100,18 @@ pub fn ratios(
 pub type Runner = Box<dyn FnMut(Duration) -> f64>;
 
 /// A runner of a scene by its method; `desc` names it.
-pub fn runner(facts: &RunFacts, scene: (Arc<Scene>, Camera), desc: &SceneDesc) -> Runner {
-    let facts = RunFacts { photons: desc.integrator.photons, ..facts.clone() };
-    let context = method::render_context(&facts, scene, UvWindow::PICTURE);
+pub fn runner(run: &RunSpec, scene: (Arc<Scene>, Camera), desc: &SceneDesc) -> Runner {
+    let run = RunSpec { photons: desc.integrator.photons, ..run.clone() };
+    let context = method::render_context(&run, scene, UvWindow::PICTURE);
     match desc.integrator.kind {
-        IntegratorKind::Path | IntegratorKind::Auto => run(PathTracer { context }),
-        IntegratorKind::Light => run(ParticleTracer { context }),
-        IntegratorKind::Bidirectional => run(BidirectionalTracer { context }),
-        IntegratorKind::Photon => run(PhotonTracer::new(context, true)),
+        IntegratorKind::Path | IntegratorKind::Auto => tracing_timer(PathTracer { context }),
+        IntegratorKind::Light => tracing_timer(ParticleTracer { context }),
+        IntegratorKind::Bidirectional => tracing_timer(BidirectionalTracer { context }),
+        IntegratorKind::Photon => tracing_timer(PhotonTracer::new(context, true)),
     }
 }
 
-fn run<I: Integrator>(integrator: I) -> Runner {
+fn tracing_timer<I: Integrator>(integrator: I) -> Runner {
     let (mut next, mut scratch) = (0, I::Scratch::default());
     let counts = integrator.paths_per_index();
     let paths = counts.camera.max(counts.light) as f64;
@@ -132,7 +132,7 @@ fn run<I: Integrator>(integrator: I) -> Runner {
 }
 
 /// Luminances of the samples of the first `paths` paths by path tracing.
-pub fn samples(facts: &RunFacts, scene: (Arc<Scene>, Camera), paths: u64) -> Vec<f32> {
+pub fn samples(run: &RunSpec, scene: (Arc<Scene>, Camera), paths: u64) -> Vec<f32> {
     struct Luminances(Vec<f32>);
     impl SampleSink for Luminances {
         fn camera(&mut self, _: [f32; 2], value: Xyz, _: f32) {
@@ -143,7 +143,7 @@ pub fn samples(facts: &RunFacts, scene: (Arc<Scene>, Camera), paths: u64) -> Vec
             self.0.push(value.y);
         }
     }
-    let tracer = PathTracer { context: method::render_context(facts, scene, UvWindow::PICTURE) };
+    let tracer = PathTracer { context: method::render_context(run, scene, UvWindow::PICTURE) };
     let mut out = Luminances(Vec::new());
     (0..paths).for_each(|index| tracer.trace(index, &mut Default::default(), &mut out));
     out.0

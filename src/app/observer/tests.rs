@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::*;
-use crate::app::facts::RunFacts;
+use crate::app::run_spec::RunSpec;
 use crate::client::{FilmSpec, SplatFilter};
 use crate::color::Xyz;
 use crate::scene::desc::{IntegratorKind, PhotonDesc};
@@ -11,8 +11,8 @@ use crate::stream::block::BLOCK_SAMPLES;
 use crate::stream::control::Epoch;
 use crate::study::Quantity;
 
-fn facts(width: u32, height: u32) -> RunFacts {
-    RunFacts {
+fn run(width: u32, height: u32) -> RunSpec {
+    RunSpec {
         scene: PathBuf::from("observer test.xml"),
         defines: Vec::new(),
         size: None,
@@ -54,8 +54,8 @@ fn aim(error: f64) -> Option<Target> {
 
 #[test]
 fn the_error_is_known_after_four_samples_per_pixel_and_falls() {
-    let mut observer = Observer::start(&facts(64, 64), aim(0.01), Beside::Window).expect("a thread");
-    observer.begin(&facts(64, 64));
+    let mut observer = Observer::start(&run(64, 64), aim(0.01), Beside::Window).expect("a thread");
+    observer.begin(&run(64, 64));
     (0..8).for_each(|i| observer.block(&chunk(i)));
     observer.sync();
     assert!(observer.state().looks.is_empty(), "two samples per pixel");
@@ -71,13 +71,13 @@ fn the_error_is_known_after_four_samples_per_pixel_and_falls() {
     let after = observer.state();
     assert_eq!((before, after.looks.len()), (Some(0.01), looks.len()));
     assert_eq!(after.prediction.map(|said| said.target), Some(0.001));
-    observer.begin(&facts(64, 64));
+    observer.begin(&run(64, 64));
     assert!(observer.state().looks.is_empty(), "of the new render nothing is known");
 }
 
 #[test]
 fn sixty_renders_in_a_second_leave_nothing_behind() {
-    let large = facts(4096, 2160);
+    let large = run(4096, 2160);
     let mut observer = Observer::start(&large, aim(0.01), Beside::Window).expect("a thread");
     let block = chunk(0);
     for _ in 0..60 {
@@ -87,7 +87,7 @@ fn sixty_renders_in_a_second_leave_nothing_behind() {
         std::thread::sleep(Duration::from_millis(2));
     }
     // A render that lasts is watched, from its first block on.
-    observer.begin(&facts(16, 16));
+    observer.begin(&run(16, 16));
     (0..8).for_each(|i| observer.block(&chunk(i)));
     let (state, _) = observer.end();
     assert!((state.samples_per_pixel - 32.0).abs() < 1e-9 && observer.waiting() == 0);
@@ -95,7 +95,7 @@ fn sixty_renders_in_a_second_leave_nothing_behind() {
 
 #[test]
 fn what_waits_is_bounded() {
-    let small = facts(16, 16);
+    let small = run(16, 16);
     let mut observer = Observer::start(&small, None, Beside::Window).expect("a thread");
     observer.begin(&small);
     let blocks = 3 * MOST / BLOCK_SAMPLES;

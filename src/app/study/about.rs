@@ -10,7 +10,7 @@ use super::{display, machine};
 use crate::app::args::StudyArgs;
 use crate::app::args::scene::{MethodArg, SceneArgs};
 use crate::app::args::study::Knob;
-use crate::app::facts::quoted;
+use crate::app::run_spec::quoted;
 use crate::scene::desc::IntegratorKind;
 use crate::study::data::Study;
 use crate::study::measured::Measured;
@@ -70,12 +70,12 @@ pub fn about(args: &StudyArgs, stage: &Stage, folder: &Folder) -> Study {
             missing.push(name.to_string());
         }
     }
-    let spec = stage.facts.spec;
+    let spec = stage.run.spec;
     Study {
         format: folder::FORMAT,
         scene: args.scene.as_ref().map(|path| path.display().to_string()).unwrap_or_default(),
         size: [spec.width, spec.height],
-        machine: machine::machine(&stage.facts.device, (stage.threads, stage.scene.kernel())),
+        machine: machine::machine(&stage.run.device, (stage.threads, stage.scene.kernel())),
         load_seconds: stage.load_seconds,
         missing,
         ..Study::default()

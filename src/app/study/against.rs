@@ -8,8 +8,8 @@ use super::folder::Folder;
 use super::pictures::{difference, linear, uri};
 use super::stage::{Limit, Stage, Traced};
 use super::unbiased;
-use crate::app::facts::RunFacts;
 use crate::app::method;
+use crate::app::run_spec::RunSpec;
 use crate::client::develop;
 use crate::image::Grid;
 use crate::image::compare::{Picture, luminance, rel_mse, smape};
@@ -77,7 +77,7 @@ impl Against {
 
     fn read(stage: &Stage, file: &Path, reference: &Reference) -> Result<Self> {
         let rgb = Picture::read(file, None).into_diagnostic()?.rgb;
-        let wanted = (stage.facts.spec.width as usize, stage.facts.spec.height as usize);
+        let wanted = (stage.run.spec.width as usize, stage.run.spec.height as usize);
         if (rgb.width(), rgb.height()) != wanted {
             return Err(miette::miette!(
                 help = "give --size, or another reference",
@@ -149,21 +149,21 @@ impl Against {
     }
 
     /// The same with all that is known of how the picture came about.
-    pub fn judge_run(&self, stage: &Stage, facts: &RunFacts, traced: &Traced, budget: f64) -> Result<Run> {
+    pub fn judge_run(&self, stage: &Stage, run: &RunSpec, traced: &Traced, budget: f64) -> Result<Run> {
         let shown = linear(&traced.shown, &stage.settings).unwrap_or_default();
         let (total, paths) = (traced.stats.total(), traced.data.counts.paths());
         let rejections = total.rejections;
         let command = |cause: Cause| {
             let index =
                 rejections.examples().iter().find(|example| example.1 == cause).map(|example| example.0);
-            index.map_or(String::new(), |index| facts.command(index, 1))
+            index.map_or(String::new(), |index| run.command(index, 1))
         };
         let rejected = Cause::ALL.into_iter().filter(|&cause| rejections.count(cause) > 0);
         let known = traced.state.looks.last().map(|_| traced.state.figures);
         Ok(Run {
-            method: method::name(facts.integrator).to_string(),
+            method: method::name(run.integrator).to_string(),
             budget,
-            seed: facts.seed,
+            seed: run.seed,
             seconds: traced.driven.wall.as_secs_f64(),
             trace_seconds: total.cpu.unwrap_or(total.busy).as_secs_f64(),
             splat_seconds: traced.driven.rasterise.as_secs_f64(),
@@ -187,8 +187,8 @@ fn mean_luminance(rgb: &Grid<[f32; 3]>) -> f64 {
 
 /// Makes a reference by the method that suits the scene, of those without bias.
 fn render(stage: &mut Stage, folder: &Folder, seconds: f64) -> Result<Reference> {
-    let facts = RunFacts { seed: SEED, ..unbiased(stage) };
-    let traced = stage.trace(&facts, Limit::Time(std::time::Duration::from_secs_f64(seconds)))?;
+    let run = RunSpec { seed: SEED, ..unbiased(stage) };
+    let traced = stage.trace(&run, Limit::Time(std::time::Duration::from_secs_f64(seconds)))?;
     if traced.driven.interrupted || traced.state.looks.is_empty() {
         return Err(miette::miette!(
             help = "give more --budget, a smaller --size, or a picture with --against",
@@ -199,7 +199,7 @@ fn render(stage: &mut Stage, folder: &Folder, seconds: f64) -> Result<Reference>
     let mut layers = exr::Layers {
         width: traced.rgb.width(),
         height: traced.rgb.height(),
-        attributes: facts.attributes(traced.data.counts.paths(), false),
+        attributes: run.attributes(traced.data.counts.paths(), false),
         ..exr::Layers::default()
     };
     for (i, name) in ["R", "G", "B"].into_iter().enumerate() {
@@ -209,7 +209,7 @@ fn render(stage: &mut Stage, folder: &Folder, seconds: f64) -> Result<Reference>
     let known = traced.state.looks.last().map(|_| traced.state.figures);
     Ok(Reference {
         file: FILE.to_string(),
-        made_by: method::name(facts.integrator).to_string(),
+        made_by: method::name(run.integrator).to_string(),
         seconds: traced.driven.wall.as_secs_f64(),
         samples_per_pixel: traced.data.counts.paths() as f64 / stage.texels(),
         rel_mse: known.map(|figures| figures.rel_mse.value),

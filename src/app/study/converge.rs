@@ -47,14 +47,14 @@ pub fn converge(
     while let Some(budget) = next(folder, methods, against.longest, clock) {
         for kind in methods {
             let seed = 1 + runs(folder, *kind, budget) as u32 + (budget * 1000.0) as u32 * 100;
-            let facts = stage.run(*kind, seed);
+            let run = stage.run(*kind, seed);
             clock.say(&format!("{} for {budget:.2} s", method::name(*kind)));
-            let traced = stage.trace(&facts, Limit::Time(Duration::from_secs_f64(budget)))?;
+            let traced = stage.trace(&run, Limit::Time(Duration::from_secs_f64(budget)))?;
             if traced.driven.interrupted {
                 return Ok(());
             }
-            predictions::log(&facts, &traced.kept);
-            let mut run = against.judge_run(stage, &facts, &traced, budget)?;
+            predictions::log(&run, &traced.kept);
+            let mut run = against.judge_run(stage, &run, &traced, budget)?;
             let first = runs(folder, *kind, budget) == 0;
             run.picture = run.picture.filter(|_| first && (budget >= SHOWN || FIGURES.contains(&budget)));
             run.error_map = run.error_map.filter(|_| first && budget >= SHOWN);

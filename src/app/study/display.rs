@@ -8,8 +8,8 @@ use super::pictures::{difference, linear};
 use super::stage::{Limit, Stage};
 use super::{Clock, chosen};
 use crate::app::bench;
-use crate::app::facts::RunFacts;
 use crate::app::interrupt;
+use crate::app::run_spec::RunSpec;
 use crate::client::{
     FilmSpec, Glare, Kernel, Masking, Reconstruction, Settings, SplatFilter, Summation, VarianceForm,
 };
@@ -54,7 +54,7 @@ struct Setting {
 ///
 /// When the device fails.
 pub fn display(stage: &mut Stage, folder: &mut Folder, against: &Against, clock: &Clock) -> Result<()> {
-    let facts = chosen(stage);
+    let run = chosen(stage);
     for samples in SAMPLES {
         let paths = (samples * stage.texels()).round() as u64;
         let mut film = None;
@@ -66,14 +66,14 @@ pub fn display(stage: &mut Stage, folder: &mut Folder, against: &Against, clock:
                 continue;
             }
             if interrupt::asked() || clock.left() < 0.0 {
-                return stage.remake(stage.facts.spec);
+                return stage.remake(stage.run.spec);
             }
             // The wide ones need a film with variances; a filter has one of its own.
             if film != Some(setting.spec) {
                 stage.remake(setting.spec)?;
-                let facts = RunFacts { spec: setting.spec, ..facts.clone() };
-                if stage.trace(&facts, Limit::Paths(paths))?.driven.interrupted {
-                    return stage.remake(stage.facts.spec);
+                let run = RunSpec { spec: setting.spec, ..run.clone() };
+                if stage.trace(&run, Limit::Paths(paths))?.driven.interrupted {
+                    return stage.remake(stage.run.spec);
                 }
                 film = Some(setting.spec);
             }
@@ -81,7 +81,7 @@ pub fn display(stage: &mut Stage, folder: &mut Folder, against: &Against, clock:
             let (shown, _) = stage.show(&setting.settings)?;
             let shown = linear(&shown, &setting.settings).unwrap_or_default();
             let milliseconds = match samples == SAMPLES[0] {
-                true => time(stage, &facts, &setting)?,
+                true => time(stage, &run, &setting)?,
                 false => earlier(folder, &setting),
             };
             folder.keep(Measured::Display(DisplayPrice {
@@ -96,7 +96,7 @@ pub fn display(stage: &mut Stage, folder: &mut Folder, against: &Against, clock:
             }))?;
         }
     }
-    stage.remake(stage.facts.spec)
+    stage.remake(stage.run.spec)
 }
 
 /// True if the last setting has been judged at the last number of samples.
@@ -108,7 +108,7 @@ pub fn is_complete(folder: &Folder) -> bool {
 /// Everything that is varied, one at a time.
 fn settings(stage: &Stage) -> Vec<Setting> {
     let usual = Settings { vm: 0.0, glare: None, ..stage.settings.clone() };
-    let plain = FilmSpec { variance: None, ..stage.facts.spec };
+    let plain = FilmSpec { variance: None, ..stage.run.spec };
     let varied = FilmSpec { variance: Some(VarianceForm::Product), ..plain };
     let mut all = Vec::new();
     let mut add = |knob, name, settings: &Settings, spec: FilmSpec, default| {
@@ -153,11 +153,11 @@ fn settings(stage: &Stage) -> Vec<Setting> {
 }
 
 /// Milliseconds on the device, per repaint or per million samples; `None` where there is no device with clocks.
-fn time(stage: &Stage, facts: &RunFacts, setting: &Setting) -> Result<Option<Interval>> {
+fn time(stage: &Stage, run: &RunSpec, setting: &Setting) -> Result<Option<Interval>> {
     let Some(gpu) = stage.device.gpu() else { return Ok(None) };
-    let facts = RunFacts { spec: setting.spec, ..facts.clone() };
+    let run = RunSpec { spec: setting.spec, ..run.clone() };
     let scene = (stage.scene.clone(), stage.camera.clone());
-    let measured = bench::measure(gpu, (&facts, scene, stage.threads), (&setting.settings, FRAMES))?;
+    let measured = bench::measure(gpu, (&run, scene, stage.threads), (&setting.settings, FRAMES))?;
     let passes = measured.passes.iter();
     let wanted = passes.filter(|(name, _)| *name != "copy" && BATCH.contains(name) == setting.per_sample);
     let mut frames = vec![0.0; measured.frames.len()];

@@ -11,7 +11,7 @@ use super::pictures::{difference, linear, uri};
 use super::stage::{Limit, Stage};
 use super::{Clock, chosen};
 use crate::app::explain::price;
-use crate::app::facts::RunFacts;
+use crate::app::run_spec::RunSpec;
 use crate::app::{interrupt, load, plan};
 use crate::study::Interval;
 use crate::study::data::EffectPrice;
@@ -34,15 +34,15 @@ pub fn effects(stage: &mut Stage, folder: &mut Folder, against: &Against, clock:
     if folder.measured.iter().filter(|m| matches!(m, Measured::Unused { .. })).count() >= TURNS {
         return Ok(());
     }
-    let facts = chosen(stage);
-    let plan = plan::plan(&stage.desc, &facts, &stage.settings);
+    let run = chosen(stage);
+    let plan = plan::plan(&stage.desc, &run, &stage.settings);
     let view = (&stage.scene, &stage.camera);
-    let ratios = price::ratios(&plan, &stage.desc, view, (&facts, price::THOROUGH))?;
+    let ratios = price::ratios(&plan, &stage.desc, view, (&run, price::THOROUGH))?;
     let on: Vec<Effect> = plan.iter().filter(|entry| entry.on).filter_map(|entry| entry.effect).collect();
     // Half a share for the picture with everything, one for each without something.
     let seconds = (clock.left() / (on.len() as f64 + 2.0) - 0.6).clamp(0.3, 10.0);
     let limit = Limit::Time(Duration::from_secs_f64(seconds));
-    let whole = stage.trace(&facts, limit)?;
+    let whole = stage.trace(&run, limit)?;
     if whole.driven.interrupted {
         return Ok(());
     }
@@ -62,7 +62,7 @@ pub fn effects(stage: &mut Stage, folder: &mut Folder, against: &Against, clock:
             EffectPrice { name: effect.name().to_string(), on: entry.on, reason, time, ..Default::default() };
         if entry.on
             && time.is_some()
-            && let Some(without) = leave_out(stage, &facts, effect, same)?
+            && let Some(without) = leave_out(stage, &run, effect, same)?
         {
             let noise = |traced: &super::stage::Traced| {
                 let figures = traced.state.looks.last().map(|_| traced.state.figures.mean_square)?;
@@ -78,35 +78,34 @@ pub fn effects(stage: &mut Stage, folder: &mut Folder, against: &Against, clock:
         }
         folder.keep(Measured::Effect(price))?;
     }
-    unused(stage, folder, &facts)
+    unused(stage, folder, &run)
 }
 
 /// The scene without an effect, rendered; `None` where it cannot be left out.
 fn leave_out(
     stage: &mut Stage,
-    facts: &RunFacts,
+    run: &RunSpec,
     effect: Effect,
     limit: Limit,
 ) -> Result<Option<super::stage::Traced>> {
     let mut other = stage.desc.clone();
-    other.integrator.kind = facts.integrator;
+    other.integrator.kind = run.integrator;
     if effects::without(&mut other, effect).is_err() {
         return Ok(None);
     }
     let scene = Arc::new(stage.scene.edited(&other).into_diagnostic()?);
     let camera = Camera::of(&other).into_diagnostic()?;
-    let facts =
-        RunFacts { integrator: other.integrator.kind, photons: other.integrator.photons, ..facts.clone() };
-    stage.trace_other(&facts, (scene, camera), limit).map(Some)
+    let run = RunSpec { integrator: other.integrator.kind, photons: other.integrator.photons, ..run.clone() };
+    stage.trace_other(&run, (scene, camera), limit).map(Some)
 }
 
 /// What leaving out unused effects saves: the scene as planned against the code for everything, in turn.
-fn unused(stage: &Stage, folder: &mut Folder, facts: &RunFacts) -> Result<()> {
+fn unused(stage: &Stage, folder: &mut Folder, run: &RunSpec) -> Result<()> {
     let general = Arc::new(load::prepare(Scene::prepare_general, &stage.desc, stage.scene.kernel())?);
     let mut desc = stage.desc.clone();
-    desc.integrator.kind = facts.integrator;
-    let mut planned = price::runner(facts, (stage.scene.clone(), stage.camera.clone()), &desc);
-    let mut everything = price::runner(facts, (general, stage.camera.clone()), &desc);
+    desc.integrator.kind = run.integrator;
+    let mut planned = price::runner(run, (stage.scene.clone(), stage.camera.clone()), &desc);
+    let mut everything = price::runner(run, (general, stage.camera.clone()), &desc);
     for run in [&mut planned, &mut everything] {
         run(price::THOROUGH.turn);
     }

@@ -149,17 +149,17 @@ fn take(all: &mut Vec<Measured>, new: Measured) {
 }
 
 fn heading(stage: &Stage) -> Heading {
-    let facts = &stage.facts;
+    let run = &stage.run;
     Heading {
         format: FORMAT,
         program: env!("CARGO_PKG_VERSION").to_string(),
         scene: format!("{:016x}", hash(&(&stage.desc, &stage.settings))),
-        size: [facts.spec.width, facts.spec.height],
-        filter: format!("{:?}", facts.spec.filter),
+        size: [run.spec.width, run.spec.height],
+        filter: format!("{:?}", run.spec.filter),
         cpu: super::machine::cpu(),
         threads: stage.threads,
         simd: stage.scene.kernel().name().to_string(),
-        device: facts.device.clone(),
+        device: run.device.clone(),
     }
 }
 

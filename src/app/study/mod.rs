@@ -20,7 +20,7 @@ use miette::Result;
 
 use super::args::StudyArgs;
 use super::args::study::Knob;
-use super::facts::RunFacts;
+use super::run_spec::RunSpec;
 use super::{auto, interrupt, predictions, tell};
 use crate::scene::desc::IntegratorKind;
 use crate::study::measured::Measured;
@@ -126,17 +126,17 @@ fn measure(
 }
 
 /// The method that `auto` chooses, which effects and display are measured with.
-fn chosen(stage: &Stage) -> RunFacts {
-    let mut facts = stage.run(IntegratorKind::Auto, 1);
-    auto::settle(&mut facts, &stage.scene, &stage.camera, stage.threads);
-    facts
+fn chosen(stage: &Stage) -> RunSpec {
+    let mut run = stage.run(IntegratorKind::Auto, 1);
+    auto::settle(&mut run, &stage.scene, &stage.camera, stage.threads);
+    run
 }
 
 /// The same, but for photon mapping, whose pictures have more than noise.
-fn unbiased(stage: &Stage) -> RunFacts {
-    let mut facts = chosen(stage);
-    if facts.integrator == IntegratorKind::Photon {
-        facts.integrator = IntegratorKind::Bidirectional;
+fn unbiased(stage: &Stage) -> RunSpec {
+    let mut run = chosen(stage);
+    if run.integrator == IntegratorKind::Photon {
+        run.integrator = IntegratorKind::Bidirectional;
     }
-    facts
+    run
 }

@@ -6,8 +6,8 @@ use super::against::Against;
 use super::folder::Folder;
 use super::stage::{Limit, Stage};
 use super::{Clock, unbiased};
-use crate::app::facts::RunFacts;
 use crate::app::interrupt;
+use crate::app::run_spec::RunSpec;
 use crate::study::Interval;
 use crate::study::data::SchemePrice;
 use crate::study::measured::Measured;
@@ -24,19 +24,19 @@ pub fn schemes(stage: &mut Stage, folder: &mut Folder, against: &Against, clock:
     if folder.measured.iter().any(|m| matches!(m, Measured::Scheme(_))) || clock.left() <= 0.0 {
         return Ok(());
     }
-    let facts = unbiased(stage);
+    let run = unbiased(stage);
     let paths = Limit::Paths((SAMPLES * stage.texels()) as u64);
     let (mut ratios, mut stated) = (Vec::new(), Vec::new());
     for seed in 7000.. {
         clock.say("a picture with replicates and one without");
         let mut errors = [0.0; 2];
         for (error, replicated) in errors.iter_mut().zip([true, false]) {
-            let facts = RunFacts { seed, replicated, ..facts.clone() };
-            let traced = stage.trace(&facts, paths)?;
+            let run = RunSpec { seed, replicated, ..run.clone() };
+            let traced = stage.trace(&run, paths)?;
             if traced.driven.interrupted {
                 return Ok(());
             }
-            let run = against.judge_run(stage, &facts, &traced, 0.0)?;
+            let run = against.judge_run(stage, &run, &traced, 0.0)?;
             *error = run.rel_mse.value.sqrt();
             stated.extend(run.noise.map(|noise| 0.5 * (noise.value / run.rel_mse.value).ln()));
         }

@@ -8,12 +8,12 @@ use miette::{IntoDiagnostic, Result};
 use crate::app::args::{RenderArgs, StudyArgs};
 use crate::app::device::Device;
 use crate::app::drive::{Drive, Driven, Onlookers, drive};
-use crate::app::facts::RunFacts;
 use crate::app::method::{self, Order};
 use crate::app::observer::{Beside, Observer};
 use crate::app::progress::{Goal, Progress};
-use crate::app::render::{facts, prepare, threads};
+use crate::app::render::{prepare, run_spec, threads};
 use crate::app::report::Seconds;
+use crate::app::run_spec::RunSpec;
 use crate::app::{bench, tell};
 use crate::client::effects::Effects;
 use crate::client::{Client, DisplayImage, FilmData, FilmSpec, Settings, VarianceForm, develop};
@@ -41,7 +41,7 @@ pub enum Limit {
 /// A prepared scene and all that renders it.
 pub struct Stage {
     /// What runs are made of; method and seed differ.
-    pub facts: RunFacts,
+    pub run: RunSpec,
     /// The scene as planned.
     pub scene: Arc<Scene>,
     /// Its view.
@@ -98,13 +98,13 @@ impl Stage {
             tell(&format!("{:?}", miette::Report::new(warning.clone())));
         }
         let settings = args.display.settings();
-        let mut facts = facts(&like, &input, device.name());
-        facts.spec.variance = Effects::new(&settings, 1).reads_variance().then_some(VarianceForm::Product);
+        let mut run = run_spec(&like, &input, device.name());
+        run.spec.variance = Effects::new(&settings, 1).reads_variance().then_some(VarianceForm::Product);
         let threads = threads(&like);
-        let client = device.client(facts.spec, threads)?;
+        let client = device.client(run.spec, threads)?;
         let (server, lanes) = Server::start_with(threads, device.tracing_priority()).into_diagnostic()?;
         Ok(Self {
-            facts,
+            run,
             scene: Arc::new(scene),
             camera,
             desc: input.loaded.desc,
@@ -121,13 +121,13 @@ impl Stage {
 
     /// Pixels of the film, overscan included.
     pub fn texels(&self) -> f64 {
-        let [width, height] = self.facts.spec.padded_extent().map(f64::from);
+        let [width, height] = self.run.spec.padded_extent().map(f64::from);
         width * height
     }
 
     /// What a run by `kind` with this seed is made of.
-    pub fn run(&self, kind: IntegratorKind, seed: u32) -> RunFacts {
-        RunFacts { integrator: kind, seed, ..self.facts.clone() }
+    pub fn run(&self, kind: IntegratorKind, seed: u32) -> RunSpec {
+        RunSpec { integrator: kind, seed, ..self.run.clone() }
     }
 
     /// Renders the scene as planned.
@@ -135,8 +135,8 @@ impl Stage {
     /// # Errors
     ///
     /// As [`trace_other`](Self::trace_other).
-    pub fn trace(&mut self, facts: &RunFacts, limit: Limit) -> Result<Traced> {
-        self.trace_other(facts, (self.scene.clone(), self.camera.clone()), limit)
+    pub fn trace(&mut self, run: &RunSpec, limit: Limit) -> Result<Traced> {
+        self.trace_other(run, (self.scene.clone(), self.camera.clone()), limit)
     }
 
     /// Renders another scene on the same film.
@@ -146,7 +146,7 @@ impl Stage {
     /// When the device fails, or a path panics.
     pub fn trace_other(
         &mut self,
-        facts: &RunFacts,
+        run: &RunSpec,
         scene: (Arc<Scene>, Camera),
         limit: Limit,
     ) -> Result<Traced> {
@@ -156,9 +156,9 @@ impl Stage {
             Limit::Time(time) => (0..u64::MAX, Some(time)),
             Limit::Paths(paths) => (0..paths, None),
         };
-        let order = Order { range, window: facts.spec.window(), epoch: self.epoch, check: None };
-        let observer = facts.replicated.then(|| Observer::start(facts, None, Beside::Render)).transpose()?;
-        method::start(&self.server, facts, scene, order, &mut None)?;
+        let order = Order { range, window: run.spec.window(), epoch: self.epoch, check: None };
+        let observer = run.replicated.then(|| Observer::start(run, None, Beside::Render)).transpose()?;
+        method::start(&self.server, run, scene, order, &mut None)?;
         let bar = Progress::new(Goal::Error, true);
         let plan = Drive {
             epoch: self.epoch,
@@ -171,13 +171,13 @@ impl Stage {
         let onlookers = Onlookers { bar: &bar, timings: &mut None, observer: observer.as_ref() };
         let driven = drive(plan, &self.server, &mut self.lanes, &mut self.client, onlookers)?;
         if let Some((index, message)) = &driven.panicked {
-            return Err(miette::miette!("path {index} panicked: {message}: {}", facts.command(*index, 1)));
+            return Err(miette::miette!("path {index} panicked: {message}: {}", run.command(*index, 1)));
         }
         let pixels = observer.as_ref().map(Observer::pixels).unwrap_or_default();
         let (state, kept) = observer.map(|observer| observer.end()).unwrap_or_default();
         let stats = self.server.stats();
         let (data, shown, display_seconds) = self.develop()?;
-        let size = (facts.spec.width as usize, facts.spec.height as usize);
+        let size = (run.spec.width as usize, run.spec.height as usize);
         let rgb = Grid::from_rows(size.0, size.1, develop::linear_rgb(&data, &Profile::srgb()));
         let rgb = rgb.ok_or_else(|| miette::miette!("the film has another size than its picture"))?;
         Ok(Traced { rgb, data, shown, driven, stats, display_seconds, state, kept, pixels })

@@ -6,8 +6,8 @@ use std::time::Instant;
 
 use miette::{IntoDiagnostic, Result};
 
-use crate::app::facts::{RunFacts, display_options};
 use crate::app::outputs::Snapshot;
+use crate::app::run_spec::{RunSpec, display_options};
 use crate::app::tell;
 use crate::app::view::screen::Screen;
 use crate::app::view::viewer::Viewer;
@@ -131,9 +131,9 @@ impl Viewer {
             return Ok(());
         };
         self.user.switch(effect)?;
-        let facts = &mut self.plan.facts;
-        facts.effects = self.user.forced().to_vec();
-        facts.photons = self.user.desc().integrator.photons;
+        let run = &mut self.plan.run;
+        run.effects = self.user.forced().to_vec();
+        run.photons = self.user.desc().integrator.photons;
         self.edited();
         Ok(())
     }
@@ -148,9 +148,9 @@ impl Viewer {
     fn save_picture(&mut self, ending: &str) -> Result<()> {
         let path = self.saving.fresh(&self.plan.name, ending)?;
         let complete = self.session.is_complete();
-        let deterministic = self.plan.facts.deterministic;
+        let deterministic = self.plan.run.deterministic;
         let prefix = complete && deterministic;
-        let facts = self.facts_now()?;
+        let run = self.facts_now()?;
         let settings = self.controls.settings.clone();
         let Some(film) = self.screen.as_mut().and_then(Screen::film) else {
             return Err(miette::miette!("there is no picture to save"));
@@ -162,21 +162,18 @@ impl Viewer {
         // The window's own picture may have another encoding.
         self.pending.repaint = true;
         let snapshot = snapshot?;
-        self.saving.begin(path, move |path| snapshot.write(path, (&facts, prefix), &settings))
+        self.saving.begin(path, move |path| snapshot.write(path, (&run, prefix), &settings))
     }
 
     /// What makes the present picture: where camera or scene were changed, a scene file that says so is saved first.
-    pub fn facts_now(&mut self) -> Result<RunFacts> {
-        let mut facts = RunFacts {
-            size: Some((self.size[0], self.size[1])),
-            spec: self.spec(),
-            ..self.plan.facts.clone()
-        };
+    pub fn facts_now(&mut self) -> Result<RunSpec> {
+        let mut run =
+            RunSpec { size: Some((self.size[0], self.size[1])), spec: self.spec(), ..self.plan.run.clone() };
         if !self.user.edits().is_empty() {
-            facts.scene = self.save_scene()?;
-            facts.defines.clear();
+            run.scene = self.save_scene()?;
+            run.defines.clear();
         }
-        Ok(facts)
+        Ok(run)
     }
 
     /// Saves camera and edits as a scene that includes the original, unless that was done already.
@@ -189,8 +186,8 @@ impl Viewer {
             return Ok(path.clone());
         }
         let path = self.saving.fresh(&self.plan.name, "xml")?;
-        let facts = &self.plan.facts;
-        edits.write(&path, &facts.scene, &facts.defines, self.user.original()).into_diagnostic()?;
+        let run = &self.plan.run;
+        edits.write(&path, &run.scene, &run.defines, self.user.original()).into_diagnostic()?;
         self.saved_scene = Some((edits, path.clone()));
         Ok(path)
     }
@@ -198,9 +195,9 @@ impl Viewer {
     /// The command that repeats this picture without a window, on the clipboard and on standard output.
     fn copy_command(&mut self) -> Result<String> {
         let counts = self.counts();
-        let facts = self.facts_now()?;
+        let run = self.facts_now()?;
         let command =
-            format!("{} {}", facts.command(0, counts.paths()), display_options(&self.controls.settings));
+            format!("{} {}", run.command(0, counts.paths()), display_options(&self.controls.settings));
         // Standard output may be the figures', or a pipe that nobody reads any more.
         if self.plan.json.as_deref() != Some(Path::new("-")) {
             let _ = writeln!(std::io::stdout(), "{command}");

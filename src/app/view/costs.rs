@@ -5,8 +5,8 @@ use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use miette::{IntoDiagnostic, Result};
 
 use crate::app::explain::price;
-use crate::app::facts::RunFacts;
 use crate::app::plan::{Cost, Entry, Side};
+use crate::app::run_spec::RunSpec;
 use crate::app::view::viewer::Viewer;
 use crate::client::window::panel::{CostState, Effect, EffectCost};
 use crate::server::Priority;
@@ -76,11 +76,11 @@ impl Viewer {
         }
         let (scene, camera) = (self.user.scene(), self.user.camera(self.size)?);
         let (desc, mut plan) = (self.user.desc().clone(), self.list());
-        let facts = RunFacts { spec: self.spec(), ..self.plan.facts.clone() };
+        let run = RunSpec { spec: self.spec(), ..self.plan.run.clone() };
         let (sender, receiver) = channel();
         let work = move || {
             Priority::Background.apply();
-            let charged = price::charge(&mut plan, &desc, (&scene, &camera), (&facts, price::BRIEF));
+            let charged = price::charge(&mut plan, &desc, (&scene, &camera), (&run, price::BRIEF));
             if charged.is_ok() {
                 // Nobody listens any more when the window has closed.
                 let _ = sender.send(plan);

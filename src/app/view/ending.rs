@@ -138,12 +138,12 @@ impl Viewer {
         let losses = self.screen.as_ref().map_or([0; 2], |screen| screen.losses);
         Report {
             version: env!("CARGO_PKG_VERSION"),
-            scene: self.plan.facts.scene.clone(),
-            integrator: method::name(self.plan.facts.integrator),
-            auto: self.plan.facts.auto.clone(),
-            device: self.plan.facts.device.clone(),
+            scene: self.plan.run.scene.clone(),
+            integrator: method::name(self.plan.run.integrator),
+            auto: self.plan.run.auto.clone(),
+            device: self.plan.run.device.clone(),
             plan: self.list(),
-            left_out: self.plan.facts.left_out().collect(),
+            left_out: self.plan.run.left_out().collect(),
             cores: self.plan.cores.clone(),
             threads: self.session.threads(),
             simd: self.user.scene().kernel().name(),
@@ -183,9 +183,9 @@ fn write_pictures(mut viewer: Viewer) -> Result<()> {
     }
     let prefix = viewer.session.is_complete();
     let settings = viewer.controls.settings.clone();
-    let facts = viewer.facts_now().unwrap_or_else(|error| {
+    let run = viewer.facts_now().unwrap_or_else(|error| {
         tell(&format!("the changes of the scene could not be saved: {error}"));
-        viewer.plan.facts.clone()
+        viewer.plan.run.clone()
     });
     let film = viewer.screen.as_mut().and_then(Screen::take_film);
     let mut seconds = Seconds::default();
@@ -193,14 +193,14 @@ fn write_pictures(mut viewer: Viewer) -> Result<()> {
     let mut written = Err(miette::miette!("there is no film"));
     if let Some(film) = film {
         let mut client = Client::Vulkan(film);
-        written = outputs.write(&mut client, (&facts, prefix), &settings, &mut seconds);
+        written = outputs.write(&mut client, (&run, prefix), &settings, &mut seconds);
         // Before the device's window goes.
         drop(client);
     }
     if let Err(error) = &written {
         tell(&format!("{error}; the picture is made without the device"));
         let mut client = from_kept(&mut viewer).into_diagnostic()?;
-        written = viewer.plan.outputs.write(&mut client, (&facts, false), &settings, &mut seconds);
+        written = viewer.plan.outputs.write(&mut client, (&run, false), &settings, &mut seconds);
     }
     viewer.close();
     written

@@ -66,10 +66,10 @@ impl Viewer {
             due: self.pending.unseen || self.pending.repaint,
             waiting: self.session.fill().0 * BLOCK_SAMPLES,
             // In order of index only full batches are rasterised.
-            batched: if self.plan.facts.deterministic { 0 } else { self.batched() },
+            batched: if self.plan.run.deterministic { 0 } else { self.batched() },
         };
         let mut plan = self.pacer.plan(&situation);
-        if self.plan.facts.deterministic {
+        if self.plan.run.deterministic {
             plan.samples = plan.samples.max(BATCH_CAPACITY);
         }
         plan
@@ -192,7 +192,7 @@ impl Viewer {
         let begin = Instant::now();
         let samples = self.samples();
         // In order of index only whole batches are rasterised, so that the sums are those of a headless render.
-        let partial = !self.plan.facts.deterministic || self.session.is_complete();
+        let partial = !self.plan.run.deterministic || self.session.is_complete();
         let ready = if partial { samples > 0 } else { samples >= BATCH_CAPACITY as u64 };
         let repaint = (ready && (plan.repaint || self.pending.repaint)).then_some(plan.detail);
         self.run_panel(begin);

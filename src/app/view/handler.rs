@@ -107,7 +107,7 @@ impl Viewer {
         self.restart()?;
         let screen = Screen::open(window, &self.plan, self.spec()).into_diagnostic()?;
         if let Some(info) = screen.gpu().map(|gpu| gpu.info()) {
-            self.plan.facts.device = info.name.clone();
+            self.plan.run.device = info.name.clone();
             self.plan.cores = cores::plan(self.session.threads(), info.kind);
         }
         if let Some(path) = &self.plan.timings {

@@ -42,7 +42,7 @@ impl Viewer {
         let same_shape = cross(before, extent) == cross(extent, before);
         let covered = self.session.covers(&self.uv_window());
         // In order of index a film holds whole batches from the first on.
-        if !same_shape || !covered || self.plan.facts.deterministic {
+        if !same_shape || !covered || self.plan.run.deterministic {
             self.edited();
         }
         Ok(())
@@ -94,7 +94,7 @@ impl Viewer {
                 }
                 (self.pending.repaint, self.pending.show) = (true, true);
                 self.clock.due = Instant::now();
-                if self.plan.facts.deterministic {
+                if self.plan.run.deterministic {
                     self.edited();
                 }
             }

@@ -73,7 +73,7 @@ impl Screen {
             window,
             last: FrameNumber::default(),
             planned: plan.losses.clone(),
-            exact: plan.facts.deterministic,
+            exact: plan.run.deterministic,
             losses: [0; 2],
             messages: 0,
         };

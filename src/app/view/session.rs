@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 
 use miette::{IntoDiagnostic, Result};
 
-use crate::app::facts::RunFacts;
 use crate::app::method::{self, Order};
+use crate::app::run_spec::RunSpec;
 use crate::client::window::statistics::Recent;
 use crate::server::{Priority, Server};
 use crate::stream::block::Block;
@@ -83,7 +83,7 @@ impl Session {
     /// When the server has ended.
     pub fn render(
         &mut self,
-        facts: &RunFacts,
+        run: &RunSpec,
         (scene, camera): (Arc<Scene>, Camera),
         window: UvWindow,
     ) -> Result<()> {
@@ -92,7 +92,7 @@ impl Session {
         self.epoch = self.epoch.next();
         let order =
             Order { range: 0..self.paths.unwrap_or(u64::MAX), window, epoch: self.epoch, check: None };
-        method::start(&self.server, facts, (scene, camera), order, &mut self.photons)?;
+        method::start(&self.server, run, (scene, camera), order, &mut self.photons)?;
         self.cursor = Cursor::new(self.epoch, 0);
         self.window = window;
         (self.ended, self.through, self.began) = (None, false, Instant::now());

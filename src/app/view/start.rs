@@ -10,9 +10,9 @@ use winit::event_loop::EventLoop;
 use crate::app::args::ViewArgs;
 use crate::app::auto::Chooser;
 use crate::app::device::CPU;
-use crate::app::facts::RunFacts;
 use crate::app::load::Input;
 use crate::app::outputs::Outputs;
+use crate::app::run_spec::RunSpec;
 use crate::app::view::ending;
 use crate::app::view::screen::Losses;
 use crate::app::view::session::Session;
@@ -94,9 +94,9 @@ fn prepare(args: &ViewArgs, outputs: Outputs) -> Result<Viewer> {
     }
     let forced = load::forced(&loaded.desc, &args.source)?;
     let input = Input { loaded, forced };
-    let mut facts =
-        RunFacts { deterministic: args.deterministic, ..RunFacts::of(&args.source, &input, String::new()) };
-    facts.replicated = args.replicates > 1;
+    let mut run =
+        RunSpec { deterministic: args.deterministic, ..RunSpec::of(&args.source, &input, String::new()) };
+    run.replicated = args.replicates > 1;
     let Input { loaded, forced } = input;
     let name =
         args.source.scene.file_stem().map_or("scene".into(), |stem| stem.to_string_lossy().into_owned());
@@ -105,7 +105,7 @@ fn prepare(args: &ViewArgs, outputs: Outputs) -> Result<Viewer> {
     let session = Session::start(threads, args.samples, args.deterministic)?;
     let controls = Controls {
         settings: Settings { output: args.hdr.output(), ..args.display.settings() },
-        filter: facts.spec.filter,
+        filter: run.spec.filter,
         own_profile: Some(args.display.settings().profile).filter(|p| Profile::named(&p.name).is_none()),
         visible: !args.no_panel,
         help: false,
@@ -114,18 +114,18 @@ fn prepare(args: &ViewArgs, outputs: Outputs) -> Result<Viewer> {
     };
     let mut user = User::new(loaded.desc, scene)?;
     forced.into_iter().try_for_each(|forced| user.force(forced))?;
-    facts.photons = user.desc().integrator.photons;
-    let asked = facts.integrator == IntegratorKind::Auto;
-    if facts.deterministic {
-        let size = [facts.spec.width, facts.spec.height];
-        auto::settle(&mut facts, &user.scene(), &user.camera(size)?, threads);
-        auto::say(&facts);
+    run.photons = user.desc().integrator.photons;
+    let asked = run.integrator == IntegratorKind::Auto;
+    if run.deterministic {
+        let size = [run.spec.width, run.spec.height];
+        auto::settle(&mut run, &user.scene(), &user.camera(size)?, threads);
+        auto::say(&run);
     } else if asked {
-        facts.integrator = IntegratorKind::Path;
+        run.integrator = IntegratorKind::Path;
     }
-    let chooser = Chooser::new(asked && !facts.deterministic);
+    let chooser = Chooser::new(asked && !run.deterministic);
     let plan = Plan {
-        facts,
+        run,
         outputs,
         json: args.json.clone(),
         choice: args.source.device.as_deref().map_or(DeviceChoice::Best, DeviceChoice::parse),

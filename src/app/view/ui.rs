@@ -177,18 +177,18 @@ impl Viewer {
 
     /// The plan as the panel lists it.
     pub fn effects(&mut self) -> Vec<Effect> {
-        let now = (self.plan.facts.integrator, self.controls.settings.clone());
+        let now = (self.plan.run.integrator, self.controls.settings.clone());
         if let Some((key, effects)) = &self.listed
             && *key == now
         {
             return effects.clone();
         }
-        let (facts, forced) = (&self.plan.facts, self.user.forced());
+        let (run, forced) = (&self.plan.run, self.user.forced());
         let line = |entry: plan::Entry| {
             let can_switch = entry.effect.map_or(entry.shown.can_switch, |effect| {
                 let is_forced = forced.iter().any(|forced| forced.effect == effect);
                 let can_add = effects::force_on(&mut self.user.desc().clone(), effect).is_ok();
-                is_forced || entry.on && refusal(effect, facts.integrator).is_none() || !entry.on && can_add
+                is_forced || entry.on && refusal(effect, run.integrator).is_none() || !entry.on && can_add
             });
             let place = entry.place.map_or(String::new(), |place| format!(" ({place})"));
             Effect { name: entry.name, on: entry.on, reason: entry.reason + &place, can_switch, cost: None }
@@ -200,7 +200,7 @@ impl Viewer {
 
     /// The plan as it is now.
     pub fn list(&self) -> Vec<plan::Entry> {
-        plan::plan(self.user.desc(), &self.plan.facts, &self.controls.settings)
+        plan::plan(self.user.desc(), &self.plan.run, &self.controls.settings)
     }
 
     /// What the panel shows.
@@ -220,8 +220,8 @@ impl Viewer {
                 false => format!("{} ({})", d.name, d.driver),
             }),
             plan: self.plan.cores.clone(),
-            method: method::name(self.plan.facts.integrator),
-            reason: self.plan.facts.auto.as_ref().map_or(String::new(), |chosen| chosen.reason.clone()),
+            method: method::name(self.plan.run.integrator),
+            reason: self.plan.run.auto.as_ref().map_or(String::new(), |chosen| chosen.reason.clone()),
             extent: self.size,
             detail: self.clock.repainted.2,
             counts,
@@ -244,7 +244,7 @@ impl Viewer {
             costs: self.costs.state(),
             error: self.error(),
             overlay: self.overlay(now),
-            left_out: self.plan.facts.left_out().collect(),
+            left_out: self.plan.run.left_out().collect(),
             camera: self.user.camera_words(),
             fov: self.user.history.pose().fov,
         }

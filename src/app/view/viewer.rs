@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 use miette::{IntoDiagnostic, Result};
 
 use crate::app::auto::{self, Chooser};
-use crate::app::facts::RunFacts;
 use crate::app::observer::Observer;
 use crate::app::outputs::Outputs;
+use crate::app::run_spec::RunSpec;
 use crate::app::timings::TimingCapture;
 use crate::app::view::costs::Costs;
 use crate::app::view::figures::Figures;
@@ -31,7 +31,7 @@ use crate::stream::UvWindow;
 /// What the command line decides once.
 pub struct Plan {
     /// What makes the picture.
-    pub facts: RunFacts,
+    pub run: RunSpec,
     /// Files to be written at the end.
     pub outputs: Outputs,
     /// Figures at the end.
@@ -139,7 +139,7 @@ impl Viewer {
     /// A viewer whose window is not open yet.
     pub fn new((plan, chooser): (Plan, Chooser), session: Session, user: User, controls: Controls) -> Self {
         let now = Instant::now();
-        let spec = plan.facts.spec;
+        let spec = plan.run.spec;
         let size = [spec.width, spec.height];
         Self {
             pacer: Pacer::new(plan.budget.unwrap_or(DEFAULT_BUDGET)),
@@ -180,14 +180,14 @@ impl Viewer {
     /// The film that the window needs now.
     pub fn spec(&self) -> FilmSpec {
         let [width, height] = self.size;
-        FilmSpec { width, height, filter: self.controls.filter, ..self.plan.facts.spec }
+        FilmSpec { width, height, filter: self.controls.filter, ..self.plan.run.spec }
     }
 
     /// Where samples must lie for a film of this size. Samples in index order are those of a headless render, exactly;
     /// otherwise they suffice for every splat filter, so that changing it asks for no new ones.
     pub fn uv_window(&self) -> UvWindow {
         let spec = self.spec();
-        if self.plan.facts.deterministic { spec.window() } else { widest(spec).window() }
+        if self.plan.run.deterministic { spec.window() } else { widest(spec).window() }
     }
 
     /// Begins the next epoch with the present scene, camera and size. The old picture stays until the new one is there.
@@ -197,7 +197,7 @@ impl Viewer {
     /// When the camera cannot be used or the server has ended.
     pub fn restart(&mut self) -> Result<()> {
         let camera = self.user.camera(self.size)?;
-        self.session.render(&self.plan.facts, (self.user.scene(), camera), self.uv_window())?;
+        self.session.render(&self.plan.run, (self.user.scene(), camera), self.uv_window())?;
         self.kept.clear();
         self.watch(true);
         if let Some(film) = self.screen.as_mut().and_then(Screen::film) {
@@ -218,17 +218,17 @@ impl Viewer {
     /// When the camera cannot be used.
     pub fn choose(&mut self) -> Result<()> {
         if let Some(chosen) = self.chooser.take() {
-            let facts = &mut self.plan.facts;
-            self.pending.restart |= facts.integrator != chosen.kind;
-            facts.integrator = chosen.kind;
-            facts.auto = Some(chosen);
-            auto::say(facts);
+            let run = &mut self.plan.run;
+            self.pending.restart |= run.integrator != chosen.kind;
+            run.integrator = chosen.kind;
+            run.auto = Some(chosen);
+            auto::say(run);
             self.refresh();
         }
-        let first = self.plan.facts.auto.is_none();
+        let first = self.plan.run.auto.is_none();
         if self.chooser.wanted && self.chooser.stale && (first || self.clock.edited.elapsed() > REST) {
             let camera = self.user.camera(self.size)?;
-            self.chooser.begin(&self.plan.facts, &self.user.scene(), &camera);
+            self.chooser.begin(&self.plan.run, &self.user.scene(), &camera);
         }
         Ok(())
     }

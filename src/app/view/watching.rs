@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 use miette::Result;
 
 use crate::app::error_report::ErrorReport;
-use crate::app::facts::RunFacts;
 use crate::app::observer::{Beside, Observer};
 use crate::app::predictions;
+use crate::app::run_spec::RunSpec;
 use crate::app::view::viewer::Viewer;
 use crate::client::window::panel::{ErrorReadout, MapReadout, Overlay, Scale, Show};
 use crate::scene::desc::IntegratorKind;
@@ -39,9 +39,9 @@ impl Viewer {
     ///
     /// When the system refuses a thread.
     pub fn start_watching(&mut self) -> Result<()> {
-        if self.plan.facts.replicated {
+        if self.plan.run.replicated {
             let target = Some(self.target());
-            self.observer = Some(Observer::start(&self.plan.facts, target, Beside::Window)?);
+            self.observer = Some(Observer::start(&self.plan.run, target, Beside::Window)?);
         }
         Ok(())
     }
@@ -53,13 +53,13 @@ impl Viewer {
 
     /// Tells the observer that the film begins anew: with another render, or with the same one.
     pub fn watch(&mut self, another: bool) {
-        let facts = RunFacts { spec: self.spec(), ..self.plan.facts.clone() };
+        let run = RunSpec { spec: self.spec(), ..self.plan.run.clone() };
         if another {
             self.maps.cost = None;
         }
         match (&mut self.observer, another) {
-            (Some(observer), true) => observer.begin(&facts),
-            (Some(observer), false) => observer.begin_again(&facts),
+            (Some(observer), true) => observer.begin(&run),
+            (Some(observer), false) => observer.begin_again(&run),
             (None, _) => {}
         }
     }
@@ -76,8 +76,8 @@ impl Viewer {
     pub fn last_error(&self) -> Option<ErrorReport> {
         let observer = self.observer.as_ref()?;
         let (state, kept) = observer.end();
-        predictions::log(&RunFacts { spec: self.spec(), ..self.plan.facts.clone() }, &kept);
-        ErrorReport::new(&state, &self.plan.facts, (observer.target(), Quantity::P95), state.reached)
+        predictions::log(&RunSpec { spec: self.spec(), ..self.plan.run.clone() }, &kept);
+        ErrorReport::new(&state, &self.plan.run, (observer.target(), Quantity::P95), state.reached)
     }
 
     /// The error for the panel.
@@ -114,12 +114,12 @@ impl Viewer {
     }
 
     fn cost_overlay(&mut self, now: Instant) -> Overlay {
-        let missing = match self.plan.facts.integrator {
+        let missing = match self.plan.run.integrator {
             IntegratorKind::Light => "no cost map: paths do not start at the picture",
             IntegratorKind::Bidirectional => "no cost map: paths from eight places are traced at once",
             _ => "no cost map yet: no path was timed",
         };
-        if matches!(self.plan.facts.integrator, IntegratorKind::Light | IntegratorKind::Bidirectional) {
+        if matches!(self.plan.run.integrator, IntegratorKind::Light | IntegratorKind::Bidirectional) {
             return Overlay::Missing(missing.into());
         }
         if let Some((then, map)) = &self.maps.cost

@@ -17,7 +17,7 @@ use crate::tracer::effects::{Effect, refusal};
 
 /// Everything that decides the sums of a film, besides the number of paths.
 #[derive(Clone, Debug)]
-pub struct RunFacts {
+pub struct RunSpec {
     /// The scene file.
     pub scene: PathBuf,
     /// `-D` values.
@@ -57,7 +57,7 @@ pub struct RunFacts {
 /// Samples per pixel where neither the command line nor the scene says.
 const DEFAULT_SPP: u64 = 16;
 
-impl RunFacts {
+impl RunSpec {
     /// What options and scene say; from index 0, in any order.
     pub fn of(source: &SceneArgs, input: &Input, device: String) -> Self {
         let Input { loaded, forced } = input;
