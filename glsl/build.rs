@@ -1,4 +1,4 @@
-//! Build script: embeds the shaders, and leaves out what a benchmark wants left out.
+//! Build script: embeds the shaders.
 //!
 //! Without features the SPIR-V committed in `glsl/spv/` is embedded, after a check that it belongs to the GLSL beside
 //! it (`glsl/spv/HASHES`), so that building needs no shader compiler. With the feature `shaderc` everything is compiled
@@ -20,10 +20,9 @@ fn main() -> Outcome<()> {
     let (glsl, out) = (root.join("glsl"), PathBuf::from(env::var("OUT_DIR")?));
     println!("cargo::rerun-if-changed=glsl");
     println!("cargo::rerun-if-env-changed=POINTILLIST_UPDATE_SPIRV");
-    let without = without()?;
     let shaders = shaders(&glsl)?;
     let folder = if cfg!(feature = "shaderc") {
-        compile_all(&glsl, &shaders, (&out, &without))?;
+        compile_all(&glsl, &shaders, &out)?;
         if env::var_os("POINTILLIST_UPDATE_SPIRV").is_some() {
             update(&glsl, &shaders, &out)?;
         }
@@ -32,75 +31,8 @@ fn main() -> Outcome<()> {
         check(&glsl, &shaders)?;
         "env!(\"CARGO_MANIFEST_DIR\"), \"/glsl/spv/"
     };
-    fs::write(out.join("shaders.rs"), table(&shaders, (folder, &without)))?;
-    effects(&without);
+    fs::write(out.join("shaders.rs"), table(&shaders, folder))?;
     Ok(())
-}
-
-/// Effects of the tracer that a build may lack (`src/tracer/effects/built.rs`).
-const TRACER: [&str; 7] =
-    ["dispersion", "transmission", "deltas", "glossy", "environment", "light-choice", "lens"];
-
-/// An effect of the client that a build may lack: its name, the shaders of its own, which are left out, and of which shader which
-/// specialization constant becomes a plain one, so that what it turns on is compiled away (with the feature `shaderc`).
-type Shown = (&'static str, &'static [&'static str], Option<(&'static str, &'static str)>);
-
-const CLIENT: [Shown; 5] = [
-    ("variance", &["splat_variance.frag", "fold_variance.frag"], None),
-    ("masking", &["bilateral.frag", "bilateral_error.frag"], Some(("reconstruct.frag", "MASKING"))),
-    ("light-stream", &[], Some(("reconstruct.frag", "LIGHT"))),
-    ("glare", &["glare_back.comp", "glare_columns.comp", "glare_rows.comp"], None),
-    ("dither", &[], Some(("tonemap.frag", "DITHER"))),
-];
-
-/// What `POINTILLIST_WITHOUT` names, a list with commas.
-fn without() -> Outcome<Vec<String>> {
-    println!("cargo::rerun-if-env-changed=POINTILLIST_WITHOUT");
-    let names = env::var("POINTILLIST_WITHOUT").unwrap_or_default();
-    let names: Vec<String> = names.split(',').filter(|name| !name.is_empty()).map(str::to_owned).collect();
-    let known: Vec<&str> = TRACER.into_iter().chain(CLIENT.iter().map(|(name, ..)| *name)).collect();
-    if let Some(unknown) = names.iter().find(|name| !known.contains(&name.as_str())) {
-        return Err(
-            format!("POINTILLIST_WITHOUT: no effect {unknown:?}; there are {}", known.join(", ")).into()
-        );
-    }
-    let compiled =
-        |name: &String| CLIENT.iter().any(|(effect, _, constant)| effect == name && constant.is_some());
-    match names.iter().find(|name| compiled(name) && !cfg!(feature = "shaderc")) {
-        Some(name) => Err(format!("POINTILLIST_WITHOUT: {name} needs the feature shaderc").into()),
-        None => Ok(names),
-    }
-}
-
-/// `cfg(has = "…")` for every effect of the tracer that is there.
-fn effects(without: &[String]) {
-    let values: Vec<String> = TRACER.iter().map(|effect| format!("{effect:?}")).collect();
-    println!("cargo::rustc-check-cfg=cfg(has, values({}))", values.join(", "));
-    for effect in TRACER.iter().filter(|effect| !without.iter().any(|name| name == *effect)) {
-        println!("cargo::rustc-cfg=has=\"{effect}\"");
-    }
-}
-
-/// The effects of the client that are to be left out.
-fn lacking(without: &[String]) -> impl Iterator<Item = &'static Shown> {
-    CLIENT.iter().filter(|(effect, ..)| without.iter().any(|name| name == effect))
-}
-
-/// The source of a shader without what is to be left out.
-#[cfg(feature = "shaderc")]
-fn cut(text: String, shader: &str, without: &[String]) -> Outcome<String> {
-    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
-    for (_, _, constant) in lacking(without) {
-        let Some((_, name)) = constant.filter(|(file, _)| *file == shader) else { continue };
-        let declares = |line: &&mut String| {
-            line.starts_with("layout(constant_id") && line.contains(&format!(" {name} = "))
-        };
-        let line =
-            lines.iter_mut().find(declares).ok_or_else(|| format!("{shader} has no constant {name}"))?;
-        let plain = line.find("const ").ok_or("a constant")?;
-        line.drain(..plain);
-    }
-    Ok(lines.join("\n") + "\n")
 }
 
 /// Names of all shaders (`splat.vert`, …) with the hash of their sources, sorted.
@@ -165,10 +97,9 @@ fn check(glsl: &Path, shaders: &[(String, u64)]) -> Outcome<()> {
 
 /// A Rust slice of `(name, bytes)`, included by `src/gpu/shader.rs`. `folder`: beginning of the arguments of `concat!` for
 /// a path; no absolute one, so that a checkout may be moved.
-fn table(shaders: &[(String, u64)], (folder, without): (&str, &[String])) -> String {
+fn table(shaders: &[(String, u64)], folder: &str) -> String {
     let mut text = String::from("&[\n");
-    let is_there = |name: &str| !lacking(without).any(|(_, files, _)| files.contains(&name));
-    for (name, _) in shaders.iter().filter(|(name, _)| is_there(name)) {
+    for (name, _) in shaders {
         let _ = writeln!(text, "    ({name:?}, include_bytes!(concat!({folder}{name}.spv\")).as_slice()),");
     }
     text + "]\n"
@@ -198,13 +129,13 @@ fn write_if_new(path: &Path, bytes: &[u8]) -> Outcome<()> {
 }
 
 #[cfg(not(feature = "shaderc"))]
-fn compile_all(_: &Path, _: &[(String, u64)], _: (&Path, &[String])) -> Outcome<()> {
+fn compile_all(_: &Path, _: &[(String, u64)], _: &Path) -> Outcome<()> {
     Err("the feature shaderc is off".into())
 }
 
 /// Compiles every shader into `out`: Vulkan 1.3, not optimised (drivers do that, and names stay readable).
 #[cfg(feature = "shaderc")]
-fn compile_all(glsl: &Path, shaders: &[(String, u64)], (out, without): (&Path, &[String])) -> Outcome<()> {
+fn compile_all(glsl: &Path, shaders: &[(String, u64)], out: &Path) -> Outcome<()> {
     let compiler = shaderc::Compiler::new()?;
     let mut options = shaderc::CompileOptions::new()?;
     options.set_target_env(shaderc::TargetEnv::Vulkan, shaderc::EnvVersion::Vulkan1_3 as u32);
@@ -219,7 +150,7 @@ fn compile_all(glsl: &Path, shaders: &[(String, u64)], (out, without): (&Path, &
             Some("comp") => shaderc::ShaderKind::Compute,
             _ => shaderc::ShaderKind::Fragment,
         };
-        let text = cut(fs::read_to_string(glsl.join(name))?.replace('\r', ""), name, without)?;
+        let text = fs::read_to_string(glsl.join(name))?.replace('\r', "");
         let code = compiler.compile_into_spirv(&text, kind, name, "main", Some(&options))?;
         fs::write(out.join(format!("{name}.spv")), code.as_binary_u8())?;
     }

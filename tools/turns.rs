@@ -1,5 +1,5 @@
-//! One side of `tools/bench effects`: does what it is asked to for a while, again and again. Builds that answer in turn have the same
-//! weather.
+//! One side of `tools/bench effects`: traces paths for as long as it is asked to, again and again. Processes that answer in turn have the
+//! same share of the machine.
 //!
 //! `turns trace SCENE.xml [everything] [bidirectional] [grey]` traces on one thread, as planned or with everything, by the scene's method
 //! or bidirectionally, in colour or without; `turns paint` has a Vulkan device take a

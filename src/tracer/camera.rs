@@ -8,7 +8,6 @@ use crate::scene::desc::{CameraDesc, FilmDesc, FovAxis};
 use crate::stream::UvWindow;
 
 use super::accel::Ray;
-use super::effects::built::LENS;
 use super::prepare::{PrepareError, PrepareOptions};
 
 /// A perspective camera with Mitsuba's conventions: looks along +z of its own space, +y up, +x to the left.
@@ -127,7 +126,7 @@ impl Camera {
     pub fn ray(&self, uv: [f64; 2], lens: [f32; 2]) -> Ray {
         let mut xy = self.offset + self.scale * DVec2::from_array(uv);
         let mut from = self.position;
-        if LENS && self.aperture > 0.0 {
+        if self.aperture > 0.0 {
             let on_lens = warp::disk(lens).as_dvec2() * self.aperture;
             // From `on_lens` to the point (xy, 1) / focus, scaled to z = 1.
             xy -= on_lens * self.focus;
@@ -154,7 +153,7 @@ impl Camera {
     /// The same in the plane z = 0 of camera space.
     #[inline]
     fn on_lens(&self, lens: [f32; 2]) -> DVec2 {
-        if !LENS || self.aperture == 0.0 { DVec2::ZERO } else { warp::disk(lens).as_dvec2() * self.aperture }
+        if self.aperture == 0.0 { DVec2::ZERO } else { warp::disk(lens).as_dvec2() * self.aperture }
     }
 
     /// Where the world-space point `p` is seen through the centre of the lens: uv and the distance along z, or `None`
@@ -166,7 +165,7 @@ impl Camera {
     /// Where the world-space point `p` is seen through `lens_point` (of [`Camera::lens_point`]): as
     /// [`Camera::project`], and the same for a pinhole. The inverse of [`Camera::ray`] for one point of the lens.
     pub fn project_from(&self, lens_point: Vec3, p: Vec3) -> Option<([f64; 2], f64)> {
-        if !LENS || self.aperture == 0.0 {
+        if self.aperture == 0.0 {
             return self.seen(p, DVec2::ZERO);
         }
         let on_lens = self.from_world * (lens_point.as_dvec3() - self.position);

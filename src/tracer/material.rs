@@ -4,7 +4,6 @@ use crate::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum, dispersion:
 
 use super::bsdf::{Base, Bsdf, Coat, Conductor, Dielectric, Diffuse};
 use super::bsdf::{Microfacet, Plastic, RoughConductor, RoughDielectric, RoughPlastic};
-use super::effects::built::{IfDeltas, IfGlossy, IfTransmission, if_deltas, if_glossy, if_transmission};
 
 /// A one-sided material. Two-sidedness is a pair of these per surface, see [`Sides`](super::bsdf::Sides).
 #[derive(Clone, Debug)]
@@ -17,7 +16,7 @@ pub enum Material {
     /// Smooth interface.
     Dielectric {
         /// Index behind the surface.
-        int_ior: IfDeltas<IfTransmission<Ior>>,
+        int_ior: Ior,
         /// Index in front of it.
         ext_ior: Ior,
         /// Factors on reflection and transmission.
@@ -26,7 +25,7 @@ pub enum Material {
     /// Smooth metal.
     Conductor {
         /// Real part of the index.
-        eta: IfDeltas<Spectrum>,
+        eta: Spectrum,
         /// Imaginary part.
         k: Spectrum,
         /// Factor on reflection.
@@ -39,7 +38,7 @@ pub enum Material {
         /// Factor on reflection.
         reflectance: Spectrum,
         /// Its facets.
-        microfacet: IfGlossy<Microfacet>,
+        microfacet: Microfacet,
     },
     /// Rough interface.
     RoughDielectric {
@@ -50,14 +49,14 @@ pub enum Material {
         /// Factors on reflection and transmission.
         factors: [Spectrum; 2],
         /// Its facets.
-        microfacet: IfGlossy<IfTransmission<Microfacet>>,
+        microfacet: Microfacet,
     },
     /// Smooth coat over a diffuse base.
     Plastic {
         /// Index of the coat and of the outside.
         ior: [Ior; 2],
         /// Factor on the reflection of the coat.
-        coat: IfDeltas<Spectrum>,
+        coat: Spectrum,
         /// Albedo of the base.
         base: Spectrum,
         /// Reflectance of the coat from within for diffuse light.
@@ -68,7 +67,7 @@ pub enum Material {
     /// Rough coat over a diffuse base.
     RoughPlastic {
         /// The coat.
-        coat: IfGlossy<Coat>,
+        coat: Coat,
         /// Factor on its reflection.
         reflectance: Spectrum,
         /// Albedo of the base.
@@ -82,13 +81,9 @@ pub enum Material {
 
 /// A smooth interface; `ior` inside and outside, `factors` on reflection and transmission.
 #[inline]
-pub(super) fn dielectric(
-    ior: [&Ior; 2],
-    factors: &[Spectrum; 2],
-    lambda: &SampledWavelengths,
-) -> IfDeltas<IfTransmission<Dielectric>> {
+pub(super) fn dielectric(ior: [&Ior; 2], factors: &[Spectrum; 2], lambda: &SampledWavelengths) -> Dielectric {
     let factors = [factors[0].sample(lambda), factors[1].sample(lambda)];
-    if_deltas(if_transmission(Dielectric::new(ior.map(|ior| ior.sample(lambda)), factors)))
+    Dielectric::new(ior.map(|ior| ior.sample(lambda)), factors)
 }
 
 /// A smooth metal.
@@ -97,8 +92,8 @@ pub(super) fn conductor(
     [eta, k]: [&Spectrum; 2],
     reflectance: &Spectrum,
     lambda: &SampledWavelengths,
-) -> IfDeltas<Conductor> {
-    if_deltas(Conductor::new(eta.sample(lambda), k.sample(lambda), reflectance.sample(lambda)))
+) -> Conductor {
+    Conductor::new(eta.sample(lambda), k.sample(lambda), reflectance.sample(lambda))
 }
 
 /// A smooth coat over a diffuse base; `ior` of the coat and of the outside.
@@ -108,10 +103,10 @@ pub(super) fn plastic(
     (coat, base, internal): (&Spectrum, &Spectrum, &Spectrum),
     nonlinear: bool,
     lambda: &SampledWavelengths,
-) -> IfDeltas<Plastic> {
+) -> Plastic {
     let eta = [ior[0].sample(lambda), ior[1].sample(lambda)];
     let base = Base { albedo: base.sample(lambda), internal: internal.sample(lambda), nonlinear };
-    if_deltas(Plastic::new(eta, coat.sample(lambda), base, lambda.is_hero_only()))
+    Plastic::new(eta, coat.sample(lambda), base, lambda.is_hero_only())
 }
 
 impl Material {
@@ -128,17 +123,13 @@ impl Material {
             }
             Material::RoughConductor { index, reflectance, microfacet } => {
                 let index = [index[0].sample(lambda), index[1].sample(lambda)];
-                Bsdf::RoughConductor(if_glossy(RoughConductor::new(
-                    index,
-                    reflectance.sample(lambda),
-                    microfacet,
-                )))
+                Bsdf::RoughConductor(RoughConductor::new(index, reflectance.sample(lambda), microfacet))
             }
             Material::RoughDielectric { int_ior, ext_ior, factors, microfacet } => {
                 let eta = [int_ior.sample(lambda), ext_ior.sample(lambda)];
                 let both = [factors[0].sample(lambda), factors[1].sample(lambda)];
                 match RoughDielectric::new(eta, both, microfacet) {
-                    Some(rough) => Bsdf::RoughDielectric(if_glossy(if_transmission(rough))),
+                    Some(rough) => Bsdf::RoughDielectric(rough),
                     None => Bsdf::Dielectric(dielectric([int_ior, ext_ior], factors, lambda)),
                 }
             }
@@ -149,12 +140,7 @@ impl Material {
                 let internal = SampledSpectrum::splat(*internal);
                 let base = Base { albedo: base.sample(lambda), internal, nonlinear: *nonlinear };
                 let reflectance = reflectance.sample(lambda);
-                Bsdf::RoughPlastic(if_glossy(RoughPlastic::new(
-                    coat,
-                    reflectance,
-                    base,
-                    lambda.is_hero_only(),
-                )))
+                Bsdf::RoughPlastic(RoughPlastic::new(coat, reflectance, base, lambda.is_hero_only()))
             }
         }
     }

@@ -23,7 +23,6 @@ use super::light::{Emission, LitPoint, Origin};
 use super::sampler::VertexNumbers;
 use super::wavelength_mis::WavelengthMis;
 use super::{Scene, roulette};
-use crate::tracer::effects::built::DISPERSION;
 
 /// One point of a subpath, its endpoint excepted.
 #[derive(Clone, Copy, Debug)]
@@ -248,7 +247,7 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
         rr_depth: u32,
     ) -> Option<Ray> {
         let s = vertex.bsdf.sample(vertex.wo, u.bsdf, u.lobe)?;
-        if DISPERSION && s.hero_only {
+        if s.hero_only {
             // Materials stay at all four wavelengths: both ends of a path must agree on how a lobe is chosen.
             self.throughput = SampledSpectrum(self.throughput.0 * Vec4::X);
             self.wavelength_mis = self.wavelength_mis.and(WavelengthMis::ALONE);
@@ -266,7 +265,7 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
         each: impl FnMut(Self, Ray),
     ) -> Option<Ray> {
         let s = vertex.bsdf.sample(vertex.wo, u.bsdf, u.lobe)?;
-        if DISPERSION && s.hero_only {
+        if s.hero_only {
             self.part(vertex, &s, (u.roulette, rr_depth), each);
             return None;
         }

@@ -4,7 +4,6 @@ use glam::{Vec3, Vec4};
 
 use crate::math::pdf::PdfW;
 use crate::spectrum::SampledSpectrum;
-use crate::tracer::effects::built::DISPERSION;
 use crate::tracer::wavelength_mis;
 
 use super::{BsdfSample, fresnel};
@@ -55,7 +54,7 @@ impl Dielectric {
             let wi = Vec3::new(-wo.x, -wo.y, wo.z);
             return Some(BsdfSample { wi, weight, pdf, delta, transmitted, hero_only, eta2: 1.0 });
         }
-        let hero_only = DISPERSION && self.parts_colors;
+        let hero_only = self.parts_colors;
         let wi = match refract(wo, eta.x) {
             Some(wi) => wi,
             None if hero_only => -wo,

@@ -24,7 +24,6 @@ use glam::Vec3;
 
 use crate::math::pdf::PdfW;
 use crate::spectrum::SampledSpectrum;
-use crate::tracer::effects::built::{DISPERSION, IfDeltas, IfGlossy, IfTransmission};
 use crate::tracer::wavelength_mis::Parted;
 
 pub use coat::Transmittance;
@@ -46,17 +45,17 @@ pub enum Bsdf {
     /// Lambert.
     Diffuse(Diffuse),
     /// Smooth interface.
-    Dielectric(IfDeltas<IfTransmission<Dielectric>>),
+    Dielectric(Dielectric),
     /// Smooth metal.
-    Conductor(IfDeltas<Conductor>),
+    Conductor(Conductor),
     /// Rough metal.
-    RoughConductor(IfGlossy<RoughConductor>),
+    RoughConductor(RoughConductor),
     /// Rough interface.
-    RoughDielectric(IfGlossy<IfTransmission<RoughDielectric>>),
+    RoughDielectric(RoughDielectric),
     /// Smooth coat over a diffuse base.
-    Plastic(IfDeltas<Plastic>),
+    Plastic(Plastic),
     /// Rough coat over a diffuse base.
-    RoughPlastic(IfGlossy<RoughPlastic>),
+    RoughPlastic(RoughPlastic),
 }
 
 impl Bsdf {
@@ -103,8 +102,8 @@ impl Bsdf {
     #[inline]
     pub fn parts_colors(&self) -> bool {
         match self {
-            Bsdf::Dielectric(b) => DISPERSION && b.parts_colors(),
-            Bsdf::RoughDielectric(b) => DISPERSION && b.parts_colors(),
+            Bsdf::Dielectric(b) => b.parts_colors(),
+            Bsdf::RoughDielectric(b) => b.parts_colors(),
             _ => false,
         }
     }

@@ -4,7 +4,6 @@ use glam::Vec3;
 
 use crate::math::pdf::PdfW;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
-use crate::tracer::effects::built::{DISPERSION, IfDeltas, IfTransmission};
 use crate::tracer::material::{self, Material};
 
 use super::{BsdfSample, Conductor, Dielectric, Diffuse, Plastic, Scattering};
@@ -15,11 +14,11 @@ pub enum Smooth {
     /// Lambert.
     Diffuse(Diffuse),
     /// Smooth interface.
-    Dielectric(IfDeltas<IfTransmission<Dielectric>>),
+    Dielectric(Dielectric),
     /// Smooth metal.
-    Conductor(IfDeltas<Conductor>),
+    Conductor(Conductor),
     /// Smooth coat over a diffuse base.
-    Plastic(IfDeltas<Plastic>),
+    Plastic(Plastic),
 }
 
 impl Scattering for Smooth {
@@ -75,7 +74,7 @@ impl Scattering for Smooth {
     #[inline]
     fn parts_colors(&self) -> bool {
         match self {
-            Smooth::Dielectric(b) => DISPERSION && b.parts_colors(),
+            Smooth::Dielectric(b) => b.parts_colors(),
             _ => false,
         }
     }

@@ -6,14 +6,12 @@
 //! used    the materials and lights that take part in a scene
 //! kinds   what kind each material is
 //! decide  the plan of a scene; the scene as planned
-//! built   what this build holds
 //! ```
 //!
 //! [`Scene::prepare`](crate::tracer::Scene::prepare) makes ready what [`planned`] leaves: what the plan calls off is not there any
 //! more. The client's half is `client/listed.rs`; `app/plan.rs` joins the two. A new effect is a line of the table below, a file
 //! beside this one, and a test.
 
-pub mod built;
 mod decide;
 mod entry;
 mod kinds;

@@ -1,7 +1,5 @@
 //! Which light a point samples: by what each may bring there.
 
-use crate::tracer::effects::built::{IfLightChoice, if_light_choice};
-
 use super::build::Item;
 use super::cluster::Cluster;
 use super::tree::Tree;
@@ -25,9 +23,9 @@ pub(super) enum Choice {
     /// The only light that shines.
     One(u32),
     /// Each is looked at.
-    Few(IfLightChoice<Few>),
+    Few(Few),
     /// A tree of them.
-    Many(IfLightChoice<Tree>),
+    Many(Tree),
 }
 
 impl Choice {
@@ -44,8 +42,8 @@ impl Choice {
         match items.len() {
             0 => Choice::None,
             1 => Choice::One(items[0].light),
-            2..=FEW => Choice::Few(if_light_choice(Few::new(&items, lights.len(), near2))),
-            _ => Choice::Many(if_light_choice(Tree::new(items, lights.len(), near2))),
+            2..=FEW => Choice::Few(Few::new(&items, lights.len(), near2)),
+            _ => Choice::Many(Tree::new(items, lights.len(), near2)),
         }
     }
 

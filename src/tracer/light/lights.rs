@@ -8,7 +8,6 @@ use crate::math::distribution::Distribution;
 use crate::math::pdf::PdfW;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
 use crate::tracer::accel::PrimRange;
-use crate::tracer::effects::built::ENVIRONMENT;
 use crate::tracer::shape::SurfacePoint;
 
 use super::choice::Choice;
@@ -61,7 +60,7 @@ impl Lights {
     /// The environment's index, if there is one.
     #[inline]
     pub fn environment(&self) -> Option<u32> {
-        if ENVIRONMENT { self.environment } else { None }
+        self.environment
     }
 
     /// How many lights there are.

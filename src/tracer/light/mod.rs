@@ -25,7 +25,6 @@ use glam::Vec3;
 use crate::math::pdf::PdfW;
 
 use super::accel::PrimRange;
-use super::effects::built::IfEnvironment;
 use super::shape::SurfacePoint;
 
 pub use area::{DiskLight, ParallelogramLight, TriangleLight};
@@ -51,9 +50,9 @@ pub enum LightShape {
     /// A point.
     Point(PointLight),
     /// The same from all around.
-    Constant(IfEnvironment<ConstantLight>),
+    Constant(ConstantLight),
     /// A picture of what is all around.
-    Map(IfEnvironment<EnvironmentMap>),
+    Map(EnvironmentMap),
 }
 
 /// Anything that emits.

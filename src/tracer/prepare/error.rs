@@ -49,14 +49,6 @@ pub enum PrepareError {
         /// The id.
         id: BsdfId,
     },
-    /// The program was built without an effect, to be measured.
-    #[error(
-        "this program was built without {effect} (POINTILLIST_WITHOUT), which the scene calls for: build it anew"
-    )]
-    Lacking {
-        /// Which.
-        effect: &'static str,
-    },
     /// More primitives than ids.
     #[error("{count} primitives are too many: at most 33 million fit; simplify the meshes")]
     TooManyPrimitives {

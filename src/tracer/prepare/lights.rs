@@ -6,7 +6,6 @@ use crate::scene::SceneDesc;
 use crate::scene::desc::LightDesc;
 use crate::spectrum::Spectrum;
 use crate::tracer::accel::PrimRange;
-use crate::tracer::effects::built::if_environment;
 use crate::tracer::light::{ConstantLight, EnvironmentMap, Light, LightShape, PointLight};
 
 use super::geometry::Geometry;
@@ -26,9 +25,9 @@ pub(super) fn add_light(desc: &LightDesc, spectrum: u32, geometry: &mut Geometry
         return;
     }
     let shape = match desc {
-        LightDesc::Constant { .. } => LightShape::Constant(if_environment(ConstantLight)),
+        LightDesc::Constant { .. } => LightShape::Constant(ConstantLight),
         LightDesc::Map { map, to_world, .. } => {
-            LightShape::Map(if_environment(EnvironmentMap::new(map.clone(), to_world.matrix3)))
+            LightShape::Map(EnvironmentMap::new(map.clone(), to_world.matrix3))
         }
         LightDesc::Point { position, place, .. } => {
             let position: Vec3 = position.as_vec3();

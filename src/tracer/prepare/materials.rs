@@ -7,7 +7,6 @@ use crate::scene::desc::{BsdfDesc, BsdfId, ShapeKind};
 use crate::spectrum::Spectrum;
 use crate::spectrum::dispersion::{Ior, SODIUM_D};
 use crate::tracer::bsdf::{Coat, Microfacet, Sides, Transmittance, coat, fresnel};
-use crate::tracer::effects::built::{if_deltas, if_glossy, if_transmission};
 use crate::tracer::material::Material;
 
 use super::PrepareError;
@@ -69,17 +68,16 @@ fn one_sided(desc: &BsdfDesc) -> Option<Material> {
     Some(match desc.clone() {
         BsdfDesc::Diffuse { reflectance } => Material::Diffuse { reflectance },
         BsdfDesc::Dielectric { int_ior, ext_ior, specular_reflectance, specular_transmittance } => {
-            let (int_ior, factors) =
-                (if_deltas(if_transmission(int_ior)), [specular_reflectance, specular_transmittance]);
+            let factors = [specular_reflectance, specular_transmittance];
             Material::Dielectric { int_ior, ext_ior, factors }
         }
         BsdfDesc::Conductor { eta, k, specular_reflectance } => {
-            Material::Conductor { eta: if_deltas(eta), k, reflectance: specular_reflectance }
+            Material::Conductor { eta, k, reflectance: specular_reflectance }
         }
         BsdfDesc::RoughConductor { eta, k, specular_reflectance, roughness } => Material::RoughConductor {
             index: [eta, k],
             reflectance: specular_reflectance,
-            microfacet: if_glossy(Microfacet::new(roughness)),
+            microfacet: Microfacet::new(roughness),
         },
         BsdfDesc::RoughDielectric {
             int_ior,
@@ -91,13 +89,13 @@ fn one_sided(desc: &BsdfDesc) -> Option<Material> {
             int_ior,
             ext_ior,
             factors: [specular_reflectance, specular_transmittance],
-            microfacet: if_glossy(if_transmission(Microfacet::new(roughness))),
+            microfacet: Microfacet::new(roughness),
         },
         BsdfDesc::Plastic { int_ior, ext_ior, diffuse_reflectance, specular_reflectance, nonlinear } => {
             Material::Plastic {
                 internal: internal_reflectance(&int_ior, &ext_ior),
                 ior: [int_ior, ext_ior],
-                coat: if_deltas(specular_reflectance),
+                coat: specular_reflectance,
                 base: diffuse_reflectance,
                 nonlinear,
             }
@@ -113,7 +111,7 @@ fn one_sided(desc: &BsdfDesc) -> Option<Material> {
             let coat = rough_coat(&int_ior, &ext_ior, Microfacet::new(roughness));
             Material::RoughPlastic {
                 internal: coat::internal_reflectance(&coat.microfacet, coat.eta),
-                coat: if_glossy(coat),
+                coat,
                 reflectance: specular_reflectance,
                 base: diffuse_reflectance,
                 nonlinear,

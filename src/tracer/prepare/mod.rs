@@ -15,8 +15,7 @@ use crate::scene::SceneDesc;
 use crate::scene::desc::FilmDesc;
 
 use super::accel::{Accel, in_large_pages};
-use super::effects::built;
-use super::effects::{self, decide, planned};
+use super::effects::{self, planned};
 use super::light::{Extent, Lights};
 use super::primitives::{Face, Primitives};
 use super::scene::{MaterialClass, Scene};
@@ -56,7 +55,6 @@ pub(super) fn prepare(desc: &SceneDesc) -> Result<Scene, PrepareError> {
 
 /// The scene for whatever it may hold.
 pub(super) fn general(desc: &SceneDesc) -> Result<Scene, PrepareError> {
-    refuse_lacking(desc)?;
     let (materials, surfaces) = materials::of(desc)?;
     let mut geometry = Geometry::default();
     for shape in &desc.shapes {
@@ -97,7 +95,6 @@ pub(super) fn edited(scene: &Scene, desc: &SceneDesc) -> Result<Scene, PrepareEr
         return Ok(anew);
     }
     let desc = &planned(desc);
-    refuse_lacking(desc)?;
     let (materials, surfaces) = materials::of(desc)?;
     Ok(Scene {
         primitives: scene.primitives.clone(),
@@ -109,15 +106,6 @@ pub(super) fn edited(scene: &Scene, desc: &SceneDesc) -> Result<Scene, PrepareEr
         notices: scene.notices.clone(),
         origin: scene.origin.clone(),
     })
-}
-
-/// Refuses what this build lacks on purpose.
-fn refuse_lacking(desc: &SceneDesc) -> Result<(), PrepareError> {
-    if built::IS_WHOLE {
-        return Ok(());
-    }
-    let wanted = decide(desc, desc.integrator.kind).into_iter().filter(|d| d.on).map(|d| d.effect);
-    built::lacking(wanted).map_or(Ok(()), |effect| Err(PrepareError::Lacking { effect: effect.name() }))
 }
 
 fn primitives(geometry: Geometry, shown: Shown) -> Primitives {

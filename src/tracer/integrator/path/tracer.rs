@@ -10,7 +10,6 @@ use crate::spectrum::SampledSpectrum;
 use crate::stream::{PathCounts, SampleSink, UvWindow};
 use crate::tracer::accel::Ray;
 use crate::tracer::bsdf::{Bsdf, BsdfSample, Diffuse, Scattering, Smooth};
-use crate::tracer::effects::built::DISPERSION;
 use crate::tracer::integrator::{Integrator, RenderContext, Special};
 use crate::tracer::interaction::SurfaceInteraction;
 use crate::tracer::light::{LightSample, LitPoint};
@@ -174,7 +173,7 @@ impl PathTracer {
         u: &VertexNumbers,
     ) -> Option<Ray> {
         let s = vertex.bsdf.sample(vertex.wo, u.bsdf, u.lobe)?;
-        if DISPERSION && s.hero_only {
+        if s.hero_only {
             self.each_alone(path, vertex, &s, (sampler, u.roulette));
             return None;
         }

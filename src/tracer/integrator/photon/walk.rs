@@ -8,7 +8,6 @@ use crate::math::pdf::PdfW;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::accel::Ray;
 use crate::tracer::bsdf::Bsdf;
-use crate::tracer::effects::built::DISPERSION;
 use crate::tracer::interaction::SurfaceInteraction;
 use crate::tracer::light::{LightSample, LitPoint};
 use crate::tracer::material::Material;
@@ -170,7 +169,7 @@ impl<'a> Path<'a> {
         self.throughput *= s.weight;
         self.eta2 *= s.eta2;
         self.last = (!s.delta).then(|| (vertex.lit_point(), s.pdf));
-        if DISPERSION && s.hero_only {
+        if s.hero_only {
             self.drop_companions();
         } else if s.transmitted && vertex.bsdf.parts_colors() {
             self.wavelength_mis = self.wavelength_mis.and(vertex.bsdf.part(vertex.wo, s.wi).wavelength_mis);
