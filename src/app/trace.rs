@@ -7,7 +7,7 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use crate::image::ImageError;
-use crate::image::write::Growing;
+use crate::image::write::AtomicFile;
 
 /// Events wait this long, nanoseconds, so that those that become known late still come in order: GPU times two frames.
 const HOLD: u64 = 2_000_000_000;
@@ -85,7 +85,7 @@ impl Ord for Waiting {
 /// The trace.
 #[derive(Debug)]
 pub struct Trace {
-    file: Growing,
+    file: AtomicFile,
     waiting: BinaryHeap<Reverse<Waiting>>,
     /// Events taken so far.
     count: u64,
@@ -99,7 +99,7 @@ impl Trace {
     ///
     /// When the file cannot be made.
     pub fn create(path: &Path, device: Option<&str>) -> Result<Self, ImageError> {
-        let mut file = Growing::create(path)?;
+        let mut file = AtomicFile::create(path)?;
         file.append("{\"displayTimeUnit\":\"ms\",\"traceEvents\":[\n")?;
         let mut trace = Self { file, waiting: BinaryHeap::new(), count: 0, workers: 0 };
         if let Some(device) = device {
@@ -115,7 +115,7 @@ impl Trace {
     fn name(&mut self, what: &str, track: Track, name: &str) -> Result<(), ImageError> {
         let (pid, tid) = track.ids();
         let line = json!({ "ph": "M", "name": what, "pid": pid, "tid": tid, "args": { "name": name } });
-        self.file.append(&format!("{line},\n"))
+        self.file.append(format!("{line},\n"))
     }
 
     /// Takes one span.
@@ -151,7 +151,7 @@ impl Trace {
             let us = |ns: u64| format!("{}.{:03}", ns / 1000, ns % 1000);
             let (ts, duration) = (us(event.start), us(event.end.saturating_sub(event.start)));
             let (name, args) = (Value::from(event.name), event.args);
-            self.file.append(&format!(
+            self.file.append(format!(
                 "{{\"ph\":\"X\",\"name\":{name},\"pid\":{pid},\"tid\":{tid},\"ts\":{ts},\"dur\":{duration},\"args\":{args}}},\n"
             ))?;
         }
@@ -166,7 +166,7 @@ impl Trace {
     pub fn finish(mut self, about: &Value) -> Result<(), ImageError> {
         self.write(u64::MAX)?;
         let last = json!({ "ph": "M", "name": "process_sort_index", "pid": 1, "tid": 1, "args": { "sort_index": 0 } });
-        self.file.append(&format!("{last}\n],\n\"otherData\":{about}}}\n"))?;
+        self.file.append(format!("{last}\n],\n\"otherData\":{about}}}\n"))?;
         self.file.commit()
     }
 }

@@ -1,14 +1,12 @@
 //! The CIE 1931 2° standard observer and CIE standard illuminant D65 as one table for the hot loop.
 //!
-//! The figures are those of the crate `colorimetry` (CIE datasets, 1 nm, 380–780 nm); they are copied once, on
-//! first use, into rows `[x̄, ȳ, z̄, D65]` of 16 bytes, so that turning one wavelength into XYZ costs one load.
-//! Every curve is taken as constant over the 1 nm around its sample. All integrals in the program are then exact
-//! sums over the rows, and a Monte Carlo estimate over wavelengths converges to exactly these sums.
+//! `cie_1931.csv` holds the CIE's datasets at 1 nm from 380 to 780 nm. They are read once, on first use, into rows
+//! `[x̄, ȳ, z̄, D65]` of 16 bytes, so that turning one wavelength into XYZ costs one load. Every curve is taken as
+//! constant over the 1 nm around its sample. All integrals in the program are then exact sums over the rows, and a
+//! Monte Carlo estimate over wavelengths converges to exactly these sums.
 
 use std::sync::LazyLock;
 
-use colorimetry::illuminant::CieIlluminant;
-use colorimetry::observer::Observer;
 use glam::{DVec3, Vec4};
 
 /// Wavelength of the first sample of the tables, in nm; the curves are zero half a nanometre below it.
@@ -17,7 +15,7 @@ pub const FIRST_NM: f32 = 380.0;
 /// Samples in the tables, at 1 nm: the last lies at 780 nm, the curves are zero half a nanometre above it.
 pub const COUNT: usize = 401;
 
-/// The two tables, with a row of zeros at either end for wavelengths that no one sees.
+/// The observer and D65, with a row of zeros at either end for invisible wavelengths.
 struct Table {
     rows: [Vec4; COUNT + 2],
     /// ∫ȳ dλ in nm.
@@ -28,26 +26,26 @@ static TABLE: LazyLock<Table> = LazyLock::new(Table::read);
 
 impl Table {
     fn read() -> Self {
-        let d65: &[f64; COUNT] = CieIlluminant::D65.illuminant().as_ref().as_ref();
-        let observer: Vec<DVec3> = (0..COUNT)
-            .map(|i| {
-                // Outside its range the crate answers with an error; the range is ours, so there is none.
-                let at = Observer::Cie1931.xyz_at_wavelength(FIRST_NM as usize + i);
-                at.map_or(DVec3::ZERO, |v| DVec3::from_array(v.to_array()))
+        let lines = include_str!("cie_1931.csv").lines().filter(|line| !line.starts_with('#'));
+        let (observer, d65): (Vec<DVec3>, Vec<f64>) = lines
+            .map(|line| {
+                let mut values = line.split(',').skip(1).map(|v| v.parse().expect("the file holds numbers"));
+                let mut next = || values.next().expect("the file has five columns");
+                (DVec3::new(next(), next(), next()), next())
             })
-            .collect();
+            .unzip();
         let y_integral: f64 = observer.iter().map(|o| o.y).sum();
-        let d65_y: f64 = observer.iter().zip(d65).map(|(o, e)| o.y * e).sum();
+        let d65_y: f64 = observer.iter().zip(&d65).map(|(o, e)| o.y * e).sum();
 
         let mut rows = [Vec4::ZERO; COUNT + 2];
-        for (row, (o, e)) in rows[1..].iter_mut().zip(observer.iter().zip(d65)) {
+        for (row, (o, e)) in rows[1..].iter_mut().zip(observer.iter().zip(&d65)) {
             *row = (o / y_integral).extend(e * y_integral / d65_y).as_vec4();
         }
         Self { rows, y_integral }
     }
 }
 
-/// A view of the rows for the hot loop: take it once, then look up as often as needed.
+/// The rows, for the hot loop: take them once, then look up as often as needed.
 #[derive(Clone, Copy)]
 pub struct Rows(&'static [Vec4; COUNT + 2]);
 

@@ -1,8 +1,12 @@
-//! Writing files so that a name holds either the old picture or the whole new one.
+//! Replacing files in one step: a name holds either the old file or the complete new one.
+//!
+//! Every file that the program replaces goes through [`AtomicFile`]: pictures, reports, tables, timings, saved scenes.
 
 use std::fs;
 use std::io::{BufWriter, Error, ErrorKind, Write};
 use std::path::{Path, PathBuf};
+
+use tempfile::NamedTempFile;
 
 use crate::image::error::ImageError;
 
@@ -45,9 +49,7 @@ pub fn check_target(path: &Path) -> Result<Format, ImageError> {
 /// # Errors
 /// [`ImageError::Write`].
 pub fn check_place(path: &Path) -> Result<(), ImageError> {
-    let temporary = temporary_name(&destination(path)?);
-    fs::File::create(&temporary).map_err(|e| ImageError::write(path, e))?;
-    fs::remove_file(&temporary).map_err(|e| ImageError::write(path, e))
+    AtomicFile::create(path).map(drop)
 }
 
 /// The file that `path` means: symbolic links followed, in its folder's own name. It need not exist yet.
@@ -76,77 +78,63 @@ pub fn destination(path: &Path) -> Result<PathBuf, ImageError> {
     Ok(folder.canonicalize().map_err(failed)?.join(name))
 }
 
-/// Writes `bytes` to a temporary file beside the [`destination`] of `path` and renames it to that.
+/// Replaces the file at `path` by one that holds `bytes`.
 ///
 /// # Errors
-/// [`ImageError::Write`]; the temporary file is removed and what stood at `path` is as before.
+/// [`ImageError::Write`]; what stood at `path` is as before.
 pub fn atomically(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
-    let real = destination(path)?;
-    let temporary = temporary_name(&real);
-    let written = fs::File::create(&temporary)
-        .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()))
-        .and_then(|()| fs::rename(&temporary, &real));
-    written.map_err(|e| {
-        // Best effort: the error that matters is the first one.
-        let _ = fs::remove_file(&temporary);
-        ImageError::write(path, e)
-    })
+    let mut file = AtomicFile::create(path)?;
+    file.append(bytes)?;
+    file.commit()
 }
 
-/// A file that grows beside the [`destination`] of its name and takes its place when it is complete. Dropping it unfinished
-/// removes it: what stood there is as before.
+/// A file that is written beside the [`destination`] of its name and takes its place when it is complete.
+///
+/// Dropping it unfinished removes it: what stood there is as before.
 #[derive(Debug)]
-pub struct Growing {
-    file: BufWriter<fs::File>,
-    temporary: PathBuf,
-    real: PathBuf,
+pub struct AtomicFile {
+    file: BufWriter<NamedTempFile>,
+    destination: PathBuf,
     path: PathBuf,
-    done: bool,
 }
 
-impl Growing {
-    /// Begins an empty file.
+impl AtomicFile {
+    /// Begins an empty file in the folder of its destination, because a rename must not cross disks.
     ///
     /// # Errors
     /// [`ImageError::Write`].
     pub fn create(path: &Path) -> Result<Self, ImageError> {
-        let real = destination(path)?;
-        let temporary = temporary_name(&real);
-        let file = fs::File::create(&temporary).map_err(|e| ImageError::write(path, e))?;
-        Ok(Self { file: BufWriter::new(file), temporary, real, path: path.to_path_buf(), done: false })
+        let destination = destination(path)?;
+        let folder = destination.parent().unwrap_or(Path::new("."));
+        let name = destination.file_name().unwrap_or_default().to_string_lossy();
+        let prefix = format!(".{name}.");
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(&prefix).suffix(".part");
+        // A temporary file is private by default; this one becomes an ordinary file, as the umask has it.
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        let file = builder.tempfile_in(folder).map_err(|e| ImageError::write(path, e))?;
+        Ok(Self { file: BufWriter::new(file), destination, path: path.to_path_buf() })
     }
 
     /// Appends.
     ///
     /// # Errors
     /// [`ImageError::Write`].
-    pub fn append(&mut self, text: &str) -> Result<(), ImageError> {
-        self.file.write_all(text.as_bytes()).map_err(|e| ImageError::write(&self.path, e))
+    pub fn append(&mut self, bytes: impl AsRef<[u8]>) -> Result<(), ImageError> {
+        self.file.write_all(bytes.as_ref()).map_err(|e| ImageError::write(&self.path, e))
     }
 
     /// Puts the complete file in its place.
     ///
     /// # Errors
     /// [`ImageError::Write`]; the temporary file is removed.
-    pub fn commit(mut self) -> Result<(), ImageError> {
-        let written = self.file.flush().and_then(|()| self.file.get_ref().sync_all());
-        let placed = written.and_then(|()| fs::rename(&self.temporary, &self.real));
-        self.done = placed.is_ok();
-        placed.map_err(|e| ImageError::write(&self.path, e))
+    pub fn commit(self) -> Result<(), ImageError> {
+        let file = self.file.into_inner().map_err(|e| e.into_error());
+        let placed = file.and_then(|file| {
+            file.as_file().sync_all()?;
+            file.persist(&self.destination).map_err(|e| e.error)
+        });
+        placed.map(drop).map_err(|e| ImageError::write(&self.path, e))
     }
-}
-
-impl Drop for Growing {
-    fn drop(&mut self) {
-        if !self.done {
-            // Best effort: nobody asks any more.
-            let _ = fs::remove_file(&self.temporary);
-        }
-    }
-}
-
-/// A name in the same folder (a rename must not cross disks), of this process alone.
-fn temporary_name(path: &Path) -> PathBuf {
-    let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-    path.with_file_name(format!(".{name}.{}.part", std::process::id()))
 }

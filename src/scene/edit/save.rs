@@ -1,10 +1,10 @@
 //! Changes as a scene file that includes the original.
 
 use std::fmt::Write as _;
-use std::fs::{File, OpenOptions};
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+use crate::image::ImageError;
+use crate::image::write::atomically;
 use crate::scene::desc::SceneDesc;
 
 use super::apply::Edits;
@@ -31,6 +31,9 @@ pub enum SaveError {
         /// Why.
         source: std::io::Error,
     },
+    /// The file cannot be written.
+    #[error(transparent)]
+    Write(#[from] ImageError),
     /// A name that a scene file cannot say.
     #[error("{what} `{text}` cannot stand in a scene file: {why}")]
     Text {
@@ -91,7 +94,7 @@ impl Edits {
             return Err(SaveError::Original { path: path.display().to_string() });
         }
         let text = self.xml(&folder, original, defines, desc)?;
-        replace(&target, &text)
+        Ok(atomically(&target, text.as_bytes())?)
     }
 
     fn xml(
@@ -199,23 +202,4 @@ pub(super) fn attribute(what: &'static str, text: &str) -> Result<String, SaveEr
 
 fn io<T>(what: &'static str, path: &Path, result: std::io::Result<T>) -> Result<T, SaveError> {
     result.map_err(|source| SaveError::Io { what, path: path.display().to_string(), source })
-}
-
-/// Puts `text` in the place of `target` in one step; a file that is there is only replaced by a complete one.
-fn replace(target: &Path, text: &str) -> Result<(), SaveError> {
-    let mut name = target.file_name().unwrap_or_default().to_owned();
-    name.push(format!(".{}.partial", std::process::id()));
-    let partial = target.with_file_name(name);
-    let written =
-        write(&partial, text).and_then(|()| io("rename", target, std::fs::rename(&partial, target)));
-    if written.is_err() {
-        let _ = std::fs::remove_file(&partial); // it may not have been made
-    }
-    written
-}
-
-fn write(path: &Path, text: &str) -> Result<(), SaveError> {
-    let open = || OpenOptions::new().write(true).create(true).truncate(true).open(path);
-    let mut file: File = io("write", path, open())?;
-    io("write", path, file.write_all(text.as_bytes()).and_then(|()| file.sync_all()))
 }
