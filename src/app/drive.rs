@@ -4,8 +4,8 @@ use std::time::{Duration, Instant};
 
 use miette::{IntoDiagnostic, Result};
 
-use super::interrupt;
 use super::observer::Observer;
+use super::process;
 use super::progress::Progress;
 use super::timings::TimingCapture;
 use crate::client::{Client, ClientError};
@@ -117,7 +117,7 @@ pub fn drive(
             }
         }
         let late = drive.time.is_some_and(|limit| start.elapsed() >= limit);
-        driven.interrupted |= interrupt::asked();
+        driven.interrupted |= process::is_interrupted();
         if !aborted && (late || driven.interrupted || driven.reached) {
             server.abort();
             aborted = true;

@@ -1,22 +1,70 @@
 //! The scene of a command line: the file, with what the options say about it.
 
+use std::time::Instant;
+
 use miette::{IntoDiagnostic, Result};
 
 use super::args::effects::{Forced, last_of_each};
 use super::args::scene::SceneArgs;
+use super::device::Device;
+use super::report::Seconds;
 use super::tell;
 use crate::scene::desc::{IntegratorKind, SceneDesc};
 use crate::scene::{self, Loaded};
 use crate::tracer::accel::Kernel;
 use crate::tracer::effects::{Effect, decide, force_on, refusal, without};
-use crate::tracer::{PrepareError, Scene};
+use crate::tracer::{Camera, PrepareError, Scene};
 
-/// What is traced.
-pub struct Input {
-    /// The scene, after all that is forced.
+/// A scene as it was read, with the effects that the command line forces.
+pub struct SceneInput {
+    /// The scene, with all forced effects applied.
     pub loaded: Loaded,
-    /// What was forced on and off against what the scene calls for.
+    /// Effects that are on or off against what the scene calls for.
     pub forced: Vec<Forced>,
+}
+
+/// A scene that is ready to be traced, and the device that shows it.
+pub struct Opened {
+    /// What was read.
+    pub input: SceneInput,
+    /// The scene.
+    pub scene: Scene,
+    /// The view of it.
+    pub camera: Camera,
+    /// The device.
+    pub device: Device,
+}
+
+/// Loads and prepares the scene while the device is opened; the time that each step took goes to `seconds`.
+///
+/// # Errors
+///
+/// As [`load`] and [`prepare`], and when the device cannot be opened.
+pub fn open(source: &SceneArgs, seconds: &mut Seconds) -> Result<Opened> {
+    std::thread::scope(|scope| {
+        let device = scope.spawn(|| {
+            let start = Instant::now();
+            (Device::open(source.device.as_deref()), start.elapsed())
+        });
+        let start = Instant::now();
+        let input = load(source)?;
+        let desc = &input.loaded.desc;
+        seconds.load = start.elapsed().as_secs_f64();
+        let start = Instant::now();
+        let scene = prepare(Scene::prepare, desc, source.simd)?;
+        let camera = Camera::of(desc).into_diagnostic()?;
+        seconds.prepare = start.elapsed().as_secs_f64();
+        let (device, opening) = device.join().map_err(|_| miette::miette!("opening the device panicked"))?;
+        seconds.open_device = opening.as_secs_f64();
+        Ok(Opened { input, scene, camera, device: device? })
+    })
+}
+
+/// Prints the warnings about a scene.
+pub fn tell_warnings(loaded: &Loaded) {
+    for warning in &loaded.warnings {
+        tell(&format!("{:?}", miette::Report::new(warning.clone())));
+    }
 }
 
 /// Reads the scene; size and method are those of the command line.
@@ -31,7 +79,7 @@ pub fn read(source: &SceneArgs) -> Result<Loaded> {
         (desc.film.width, desc.film.height) = (width, height);
         desc.film.crop = None;
     }
-    desc.integrator.kind = source.integrator.map_or(desc.integrator.kind, IntegratorKind::from);
+    desc.integrator.kind = source.integrator.unwrap_or(desc.integrator.kind);
     Ok(loaded)
 }
 
@@ -40,11 +88,11 @@ pub fn read(source: &SceneArgs) -> Result<Loaded> {
 /// # Errors
 ///
 /// As [`read`], and what cannot be forced.
-pub fn load(source: &SceneArgs) -> Result<Input> {
+pub fn load(source: &SceneArgs) -> Result<SceneInput> {
     let mut loaded = read(source)?;
     let forced = forced(&loaded.desc, source)?;
     forced.iter().try_for_each(|forced| force(&mut loaded.desc, *forced))?;
-    Ok(Input { loaded, forced })
+    Ok(SceneInput { loaded, forced })
 }
 
 /// Makes `desc` ready for tracing by `make` ([`Scene::prepare`] or [`Scene::prepare_general`]), its rays walked as `--simd` says

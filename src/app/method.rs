@@ -1,58 +1,56 @@
-//! The choice of the method of light transport: one match per render command.
+//! Light transport of a run: choosing the method (`--integrator auto`) and starting its tracer.
+//!
+//! [`start`] is the one match over methods; behind it everything is generic over the integrator.
 
 use std::ops::Range;
 use std::sync::Arc;
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
 use miette::{IntoDiagnostic, Result};
 
-use super::run_spec::RunSpec;
+use super::run_spec::{ChoiceReport, RunSpec};
+use super::tell;
 use crate::scene::desc::IntegratorKind;
 use crate::server::{RenderJob, Server};
 use crate::stream::control::Epoch;
 use crate::stream::{PathCounts, UvWindow};
+use crate::tracer::choice::{self, CANDIDATES, Choice, Survey, Trial};
 use crate::tracer::integrator::{
     BidirectionalTracer, CAMERA_SUBPATHS, Checked, ParticleTracer, PathTracer, PhotonTracer, RenderContext,
     Replicated, Special, Tally,
 };
 use crate::tracer::{Camera, Integrator, Scene};
 
-/// The tracers of photon mapping, of which the next render may keep the photons.
+/// The tracers of photon mapping. The next render may reuse their photons.
 pub type Photons = Replicated<PhotonTracer>;
 
-/// That the plan of effects is to be checked.
+/// What is to be rendered.
 #[derive(Clone, Debug)]
-pub struct Check {
-    /// Share of the paths, in (0, 1].
-    pub share: f64,
-    /// The scene prepared for everything, whether it calls for it or not.
-    pub general: Arc<Scene>,
-}
-
-/// What is to be traced of a scene.
-#[derive(Clone, Debug)]
-pub struct Order {
-    /// Indices: the first, and behind the last if every index were one path.
+pub struct RenderOrder {
+    /// The scene.
+    pub scene: Arc<Scene>,
+    /// The view of it.
+    pub camera: Camera,
+    /// Indices: the first, and one past the last if every index were one path.
     pub range: Range<u64>,
     /// Where samples may lie.
     pub window: UvWindow,
-    /// Which render this is.
+    /// The number of this render.
     pub epoch: Epoch,
-    /// If the plan is to be checked.
-    pub check: Option<Check>,
+    /// Whether and how the plan of effects is checked.
+    pub check: Option<CheckOrder>,
 }
 
-/// What a method is called on the command line and in files.
-pub fn name(kind: IntegratorKind) -> &'static str {
-    match kind {
-        IntegratorKind::Auto => "auto",
-        IntegratorKind::Path => "path",
-        IntegratorKind::Light => "light",
-        IntegratorKind::Bidirectional => "bidirectional",
-        IntegratorKind::Photon => "photon",
-    }
+/// How the plan of effects is checked: a share of the paths is traced by general code too.
+#[derive(Clone, Debug)]
+pub struct CheckOrder {
+    /// Share of the paths, in (0, 1].
+    pub share: f64,
+    /// The scene prepared for all effects, whether it calls for them or not.
+    pub general: Arc<Scene>,
 }
 
-/// Paths that an index of a method stands for.
+/// Paths that one index of a method stands for.
 pub fn paths_per_index(kind: IntegratorKind) -> u64 {
     match kind {
         IntegratorKind::Bidirectional => CAMERA_SUBPATHS,
@@ -61,17 +59,13 @@ pub fn paths_per_index(kind: IntegratorKind) -> u64 {
 }
 
 /// What the tracers of all methods are made of.
-pub fn render_context(
-    run: &RunSpec,
-    (scene, camera): (Arc<Scene>, Camera),
-    window: UvWindow,
-) -> RenderContext {
+pub fn render_context(run: &RunSpec, scene: Arc<Scene>, camera: Camera, window: UvWindow) -> RenderContext {
     let RunSpec { seed, max_depth, rr_depth, hide_emitters, photons, .. } = *run;
     RenderContext { scene, camera, seed, window, max_depth, rr_depth, hide_emitters, places: None, photons }
 }
 
-/// Has `server` trace a scene by the method that `run` names; `photons` are those of the render before, if it left any, and
-/// then those of this one. Returns what a check of the plan finds, if `run` asks for one.
+/// Has `server` render by the method that `run` names. `photons` are those that the last render left, if any, and then
+/// those of this one. Returns the tally of the check, if one was ordered.
 ///
 /// # Errors
 ///
@@ -79,71 +73,58 @@ pub fn render_context(
 pub fn start(
     server: &Server,
     run: &RunSpec,
-    (scene, camera): (Arc<Scene>, Camera),
-    order: Order,
+    order: RenderOrder,
     photons: &mut Option<Photons>,
 ) -> Result<Option<Arc<Tally>>> {
-    let context = render_context(run, (scene, camera), order.window);
-    let before = photons.take();
+    let last = photons.take();
     match run.integrator {
-        IntegratorKind::Path | IntegratorKind::Auto => special::<PathTracer>(server, run, context, order),
-        IntegratorKind::Light => special::<ParticleTracer>(server, run, context, order),
-        IntegratorKind::Bidirectional => special::<BidirectionalTracer>(server, run, context, order),
-        IntegratorKind::Photon if order.check.is_some() => {
-            check_photons(server, run, context, order).map(Some)
-        }
+        IntegratorKind::Path | IntegratorKind::Auto => special::<PathTracer>(server, run, order),
+        IntegratorKind::Light => special::<ParticleTracer>(server, run, order),
+        IntegratorKind::Bidirectional => special::<BidirectionalTracer>(server, run, order),
+        IntegratorKind::Photon if order.check.is_some() => check_photons(server, run, order),
         IntegratorKind::Photon => {
-            let mut before = before.iter().flat_map(Replicated::parts);
-            let tracer = photons.insert(Replicated::new(&context, run.replicated, |context| {
-                let new = PhotonTracer::new(context, run.deterministic);
-                match before.next() {
-                    Some(before) => new.after(before),
-                    None => new,
-                }
-            }));
+            let mut last = last.iter().flat_map(Replicated::parts);
+            let tracer =
+                photons.insert(Replicated::new(&context_of(run, &order), run.replicated, |context| {
+                    let new = PhotonTracer::new(context, run.deterministic);
+                    match last.next() {
+                        Some(last) => new.after(last),
+                        None => new,
+                    }
+                }));
             send(server, run, tracer.clone(), order).map(|()| None)
         }
     }
 }
 
-/// Sends a tracer with special code, checked if that is asked for.
-fn special<I: Special>(
-    server: &Server,
-    run: &RunSpec,
-    context: RenderContext,
-    order: Order,
-) -> Result<Option<Arc<Tally>>> {
-    match order.check.clone() {
-        Some(check) => send_checked::<I>(server, run, context, (order, check)).map(Some),
-        None => send(server, run, Replicated::new(&context, run.replicated, I::from), order).map(|()| None),
-    }
+fn context_of(run: &RunSpec, order: &RenderOrder) -> RenderContext {
+    render_context(run, order.scene.clone(), order.camera.clone(), order.window)
 }
 
-fn send_checked<I: Special>(
-    server: &Server,
-    run: &RunSpec,
-    context: RenderContext,
-    (order, check): (Order, Check),
-) -> Result<Arc<Tally>> {
+/// Sends a tracer with special code, checked if that is ordered.
+fn special<I: Special>(server: &Server, run: &RunSpec, order: RenderOrder) -> Result<Option<Arc<Tally>>> {
+    let context = context_of(run, &order);
+    let Some(check) = order.check.clone() else {
+        return send(server, run, Replicated::new(&context, run.replicated, I::from), order).map(|()| None);
+    };
     let checked = Checked::<I>::new(context, check.general, check.share);
     let tally = checked.tally().clone();
-    send(server, run, checked, order).map(|()| tally)
+    send(server, run, checked, order).map(|()| Some(tally))
 }
 
-/// A sample of photon mapping is made of many paths, so that both sides must have traced all of them.
-fn check_photons(server: &Server, run: &RunSpec, context: RenderContext, order: Order) -> Result<Arc<Tally>> {
-    let check = order.check.clone().filter(|check| check.share >= 1.0 && run.deterministic);
-    let check = check.filter(|_| context.scene.white().is_none());
-    let Some(check) = check else {
+/// A sample of photon mapping is made of many paths, so both codes must have traced all of them.
+fn check_photons(server: &Server, run: &RunSpec, order: RenderOrder) -> Result<Option<Arc<Tally>>> {
+    let complete = order.check.as_ref().is_some_and(|check| check.share >= 1.0) && run.deterministic;
+    if !complete || order.scene.white().is_some() {
         return Err(miette::miette!(
             help = "give --check-plan 1 and --deterministic, in a scene with colours; or choose another --integrator",
             "a sample of photon mapping is made of many paths: the plan can be checked on all of them only"
         ));
-    };
-    send_checked::<PhotonTracer>(server, run, context, (order, check))
+    }
+    special::<PhotonTracer>(server, run, order)
 }
 
-fn send<I: Integrator>(server: &Server, run: &RunSpec, integrator: I, order: Order) -> Result<()> {
+fn send<I: Integrator>(server: &Server, run: &RunSpec, integrator: I, order: RenderOrder) -> Result<()> {
     let PathCounts { camera, light } = integrator.paths_per_index();
     let Range { start, end } = order.range;
     // As many paths as asked for, whatever an index holds.
@@ -154,4 +135,92 @@ fn send<I: Integrator>(server: &Server, run: &RunSpec, integrator: I, order: Ord
         job.deadline = None;
     }
     server.render(job, order.epoch).into_diagnostic()
+}
+
+/// Chooses the method if `run` asks for it, and stores method and reason in `run`. The choice does not depend on the
+/// number of threads, because each method is tried on one.
+pub fn choose(run: &mut RunSpec, scene: &Arc<Scene>, camera: &Camera, threads: usize) {
+    if run.integrator != IntegratorKind::Auto {
+        return;
+    }
+    let context = trial_context(run, scene, camera);
+    let chosen =
+        ChoiceReport::from(if threads > 1 { choose_in_parallel(&context) } else { choice::choose(&context) });
+    run.integrator = chosen.kind;
+    run.auto = Some(chosen);
+}
+
+/// The context of the trials. It has a seed of its own, so that the choice does not depend on the run's.
+fn trial_context(run: &RunSpec, scene: &Arc<Scene>, camera: &Camera) -> RenderContext {
+    let run = RunSpec { seed: 0, ..run.clone() };
+    render_context(&run, scene.clone(), camera.clone(), UvWindow::PICTURE)
+}
+
+/// Chooses as [`choice::choose`] does, with the trials in parallel.
+fn choose_in_parallel(context: &RenderContext) -> Choice {
+    let survey = Survey::of(context);
+    let trials: Vec<Trial> = std::thread::scope(|scope| {
+        let trial = |kind| {
+            scope.spawn({
+                let survey = &survey;
+                move || Trial::of(context, survey, kind)
+            })
+        };
+        let running = CANDIDATES.map(trial);
+        // A path that panics does so again when it is rendered, and is reported there.
+        running.into_iter().filter_map(|trial| trial.join().ok()).collect()
+    });
+    choice::decide(&survey, &trials)
+}
+
+/// Chooses the method for a window, beside the tracer: anew whenever scene or view have changed and come to rest.
+#[derive(Debug)]
+pub struct Chooser {
+    /// The program is to choose the method.
+    pub wanted: bool,
+    /// Scene or view have changed since the last choice was begun.
+    pub stale: bool,
+    running: Option<Receiver<Choice>>,
+}
+
+impl Chooser {
+    /// A chooser that has not seen a scene yet.
+    pub fn new(wanted: bool) -> Self {
+        Self { wanted, stale: true, running: None }
+    }
+
+    /// Begins a choice for this scene and view, unless one is being made.
+    pub fn begin(&mut self, run: &RunSpec, scene: &Arc<Scene>, camera: &Camera) {
+        if !self.wanted || !self.stale || self.running.is_some() {
+            return;
+        }
+        self.stale = false;
+        let context = trial_context(run, scene, camera);
+        let (sender, receiver) = channel();
+        let work = move || {
+            // Nobody listens any more when the window has closed.
+            let _ = sender.send(choice::choose(&context));
+        };
+        // Without a thread the method stays what it is.
+        let started = std::thread::Builder::new().name("choice".to_string()).spawn(work);
+        self.running = started.is_ok().then_some(receiver);
+    }
+
+    /// Returns the choice that was begun, once, when it is ready.
+    pub fn take(&mut self) -> Option<ChoiceReport> {
+        let choice = self.running.as_ref()?.try_recv();
+        if !matches!(choice, Err(TryRecvError::Empty)) {
+            self.running = None;
+        }
+        // An edit may have overtaken the choice. It is a better guess than none, and the next one begins when the view is
+        // at rest.
+        choice.ok().map(ChoiceReport::from)
+    }
+}
+
+/// Says on standard error which method was chosen and why, if one was.
+pub fn tell_choice(run: &RunSpec) {
+    if let Some(chosen) = &run.auto {
+        tell(&chosen.reason);
+    }
 }

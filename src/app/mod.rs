@@ -1,20 +1,19 @@
 //! The program: the only module that knows both server and client. One file per subcommand.
 
 mod args;
-mod auto;
 mod bench;
 mod compare;
 mod device;
 mod drive;
 mod error_report;
 mod explain;
-mod interrupt;
 mod load;
 mod method;
 mod observer;
 mod outputs;
 mod plan;
 mod predictions;
+mod process;
 mod progress;
 mod render;
 mod report;
@@ -22,12 +21,10 @@ mod run_spec;
 mod study;
 mod timings;
 mod trace;
-mod usage;
 mod view;
 
 pub use args::{Cli, Command};
-
-use std::io::Write;
+pub use process::tell;
 
 use miette::Result;
 
@@ -46,10 +43,4 @@ pub fn run(cli: Cli) -> Result<()> {
         Command::Study(args) => study::study(&args),
         Command::Devices => device::list(),
     }
-}
-
-/// Prints a line on standard error. Whether anybody still reads it must not decide over a picture, so that a closed
-/// pipe is not an error here (and a panic in `eprintln!`).
-pub fn tell(text: &str) {
-    let _ = writeln!(std::io::stderr(), "{text}");
 }

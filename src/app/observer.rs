@@ -311,7 +311,7 @@ impl Drop for Gone<'_> {
 }
 
 fn watch(run: &RunSpec, target: Option<Target>) -> Watch {
-    Watch::new([run.spec.width, run.spec.height], run.spec.filter.energy(), target)
+    Watch::new([run.film.width, run.film.height], run.film.filter.energy(), target)
 }
 
 /// The thread.

@@ -108,14 +108,14 @@ impl Outputs {
 }
 
 /// One picture of a film, to be written without it: encoding takes longer than a frame.
-pub enum Snapshot {
+pub enum FilmSnapshot {
     /// As it is shown, and the paths in it.
     Png(DisplayImage, u64),
     /// The sums.
     Exr(FilmData),
 }
 
-impl Snapshot {
+impl FilmSnapshot {
     /// Takes the picture; the ending of `path` says which.
     ///
     /// # Errors
@@ -125,9 +125,9 @@ impl Snapshot {
         Ok(match check_target(path).into_diagnostic()? {
             Format::Png => {
                 let paths = film.counts().paths();
-                Snapshot::Png(film.display(settings).into_diagnostic()?, paths)
+                FilmSnapshot::Png(film.display(settings).into_diagnostic()?, paths)
             }
-            Format::Exr => Snapshot::Exr(film.develop().into_diagnostic()?),
+            Format::Exr => FilmSnapshot::Exr(film.develop().into_diagnostic()?),
         })
     }
 
@@ -138,8 +138,8 @@ impl Snapshot {
     /// When the file cannot be written.
     pub fn write(&self, path: &Path, (run, prefix): (&RunSpec, bool), settings: &Settings) -> Result<()> {
         match self {
-            Snapshot::Png(shown, paths) => write_png(path, shown, (run, prefix, *paths), settings),
-            Snapshot::Exr(data) => exr::write(path, &layers(run, prefix, data)),
+            FilmSnapshot::Png(shown, paths) => write_png(path, shown, (run, prefix, *paths), settings),
+            FilmSnapshot::Exr(data) => exr::write(path, &layers(run, prefix, data)),
         }
         .into_diagnostic()
     }
@@ -165,5 +165,5 @@ fn write_png(
 
 fn layers(run: &RunSpec, prefix: bool, data: &FilmData) -> exr::Layers {
     let attributes = run.attributes(data.counts.paths(), prefix);
-    develop::layers(data, &Profile::srgb(), run.spec.filter.energy(), &attributes)
+    develop::layers(data, &Profile::srgb(), run.film.filter.energy(), &attributes)
 }

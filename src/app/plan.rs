@@ -11,12 +11,12 @@ use crate::tracer::effects::{self, Effect};
 
 /// One effect. Field names are JSON keys.
 #[derive(Clone, Debug, Serialize)]
-pub struct Entry {
+pub struct PlannedEffect {
     /// Its name.
     #[serde(rename = "effect")]
     pub name: &'static str,
     /// Who simulates it.
-    pub side: Side,
+    pub side: EffectSide,
     /// It is simulated.
     pub on: bool,
     /// What calls for it, or why nothing does.
@@ -29,31 +29,18 @@ pub struct Entry {
     /// What was measured, if it was.
     #[serde(flatten)]
     pub cost: Cost,
-    /// The effect, if it is the tracer's.
+    /// The effect, if the tracer simulates it.
     #[serde(skip)]
     pub effect: Option<Effect>,
-    /// What belongs to an effect of the client.
+    /// Its passes and images, if the client simulates it.
     #[serde(skip)]
-    pub shown: Parts,
-}
-
-/// Passes and images of an effect of the client, as [`Listed`] has them; the tracer's have none.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Parts {
-    /// Its own passes.
-    pub passes: &'static [&'static str],
-    /// Passes of others that take longer with it.
-    pub changes: &'static [&'static str],
-    /// What the names of its images and buffers begin with.
-    pub images: &'static [&'static str],
-    /// A setting turns it on and off.
-    pub can_switch: bool,
+    pub listed: Option<Listed>,
 }
 
 /// Who simulates an effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Side {
+pub enum EffectSide {
     /// Paths, on the CPU.
     Tracer,
     /// Passes, on the device.
@@ -81,7 +68,7 @@ pub struct Cost {
 }
 
 /// Every effect of a run, the tracer's first. `desc` is what is traced, with everything that is forced off already gone.
-pub fn plan(desc: &SceneDesc, run: &RunSpec, settings: &Settings) -> Vec<Entry> {
+pub fn plan(desc: &SceneDesc, run: &RunSpec, settings: &Settings) -> Vec<PlannedEffect> {
     let place = |place: Place| {
         let file = desc.files.get(place.file as usize)?;
         Some(format!("{}:{}:{}", file.display(), place.line, place.column))
@@ -89,32 +76,30 @@ pub fn plan(desc: &SceneDesc, run: &RunSpec, settings: &Settings) -> Vec<Entry> 
     let traced = effects::decide(desc, run.integrator).into_iter().map(|d| {
         let off = run.left_out().any(|name| name == d.effect.name());
         let forced = |reason| if off { "forced off by --effects".to_string() } else { reason };
-        Entry {
+        PlannedEffect {
             name: d.effect.name(),
-            side: Side::Tracer,
+            side: EffectSide::Tracer,
             on: d.on && !off,
             reason: forced(d.reason),
             place: d.place.filter(|_| !off).and_then(place),
             at_run_time: d.effect.at_run_time(),
             cost: Cost::default(),
             effect: Some(d.effect),
-            shown: Parts::default(),
+            listed: None,
         }
     });
-    let shown = listed(&run.spec, settings, streams(run.integrator)).into_iter().map(|listed| {
-        let Listed { name, on, reason, at_run_time, passes, changes, images, can_switch } = listed;
-        Entry {
-            name,
-            side: Side::Client,
-            on,
-            reason: reason.to_string(),
+    let shown =
+        listed(&run.film, settings, streams(run.integrator)).into_iter().map(|listed| PlannedEffect {
+            name: listed.name,
+            side: EffectSide::Client,
+            on: listed.on,
+            reason: listed.reason.to_string(),
             place: None,
-            at_run_time,
+            at_run_time: listed.at_run_time,
             cost: Cost::default(),
             effect: None,
-            shown: Parts { passes, changes, images, can_switch },
-        }
-    });
+            listed: Some(listed),
+        });
     traced.chain(shown).collect()
 }
 

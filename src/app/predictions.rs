@@ -7,7 +7,7 @@ use miette::{IntoDiagnostic, Result, WrapErr};
 use serde::{Deserialize, Serialize};
 
 use super::run_spec::RunSpec;
-use super::{method, tell};
+use super::tell;
 use crate::study::data::PredictionScore;
 use crate::study::prediction::{Kept, score};
 
@@ -50,8 +50,8 @@ fn append(run: &RunSpec, kept: &[Kept]) -> std::io::Result<()> {
     for &kept in kept {
         let line = Line {
             scene: run.scene.display().to_string(),
-            method: method::name(run.integrator).to_string(),
-            size: [run.spec.width, run.spec.height],
+            method: run.integrator.name().to_string(),
+            size: [run.film.width, run.film.height],
             kept,
         };
         text += &(serde_json::to_string(&line)? + "\n");

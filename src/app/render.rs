@@ -8,15 +8,16 @@ use miette::{IntoDiagnostic, Result};
 use super::args::RenderArgs;
 use super::device::Device;
 use super::drive::{Drive, Driven, Onlookers, drive};
-use super::load::Input;
-use super::method::{self, Check, Order};
+use super::load::Opened;
+use super::load::SceneInput;
+use super::method::{self, CheckOrder, RenderOrder};
 use super::observer::{Beside, Observer};
 use super::outputs::Outputs;
 use super::progress::{Goal, Progress};
-use super::report::{ErrorReport, PlanCheck, Rejected, RejectedExample, Report, Seconds, write_json};
+use super::report::{ErrorReport, PlanCheck, Rejected, RejectedExample, RenderReport, Seconds, write_json};
 use super::run_spec::RunSpec;
 use super::timings::{self, TimingCapture};
-use super::{auto, interrupt, load, plan, predictions, tell, usage};
+use super::{load, plan, predictions, process, tell};
 use crate::client::{Client, VarianceForm};
 use crate::scene::Loaded;
 use crate::server::{Server, Stats};
@@ -44,27 +45,25 @@ pub fn render(args: &RenderArgs) -> Result<()> {
     if let Some(path) = &args.gpu_timings {
         timings::check(path, outputs.files().chain(&args.json).chain([&args.source.scene]))?;
     }
-    interrupt::listen();
+    process::listen_for_interrupt();
     let mut seconds = Seconds::default();
-    let (input, (scene, camera), device) = prepare(args, &mut seconds)?;
+    let Opened { input, scene, camera, device } = load::open(&args.source, &mut seconds)?;
     let loaded = &input.loaded;
-    for warning in &loaded.warnings {
-        tell(&format!("{:?}", miette::Report::new(warning.clone())));
-    }
+    load::tell_warnings(loaded);
     let notices = scene.notices().to_vec();
     for notice in &notices {
         tell(&format!("warning: {notice}"));
     }
     let mut run = run_spec(args, &input, device.name());
-    run.spec.variance = outputs.read_variance(&args.display.settings()).then_some(VarianceForm::Product);
+    run.film.variance = outputs.read_variance(&args.display.settings()).then_some(VarianceForm::Product);
     let (simd, scene, choosing) = (scene.kernel().name(), Arc::new(scene), Instant::now());
-    let threads = threads(args);
-    auto::settle(&mut run, &scene, &camera, threads);
+    let threads = args.source.threads();
+    method::choose(&mut run, &scene, &camera, threads);
     seconds.choose = choosing.elapsed().as_secs_f64();
     if !args.quiet {
-        auto::say(&run);
+        method::tell_choice(&run);
     }
-    let mut client = device.client(run.spec, threads)?;
+    let mut client = device.client(run.film, threads)?;
     let (server, mut lanes) = Server::start_with(threads, device.tracing_priority()).into_diagnostic()?;
     let mut timings = capture(args, &device, &server)?;
     let check = check(args, loaded)?;
@@ -103,7 +102,7 @@ pub fn render(args: &RenderArgs) -> Result<()> {
     report.warnings = loaded.warnings.iter().map(ToString::to_string).chain(notices).collect();
     (report.threads, report.simd) = (threads, simd);
     report.outputs = outputs.files().cloned().collect();
-    report.peak_memory_bytes = usage::peak_memory_bytes();
+    report.peak_memory_bytes = process::peak_memory_bytes();
     if let Some(path) = &args.json {
         write_json(&report, path)?;
     }
@@ -120,27 +119,6 @@ pub fn render(args: &RenderArgs) -> Result<()> {
     Ok(())
 }
 
-/// Loads and prepares the scene while the device is opened.
-pub(super) fn prepare(args: &RenderArgs, seconds: &mut Seconds) -> Result<(Input, (Scene, Camera), Device)> {
-    std::thread::scope(|scope| {
-        let device = scope.spawn(|| {
-            let start = Instant::now();
-            (Device::open(args.source.device.as_deref()), start.elapsed())
-        });
-        let start = Instant::now();
-        let input = load::load(&args.source)?;
-        let desc = &input.loaded.desc;
-        seconds.load = start.elapsed().as_secs_f64();
-        let start = Instant::now();
-        let scene = load::prepare(Scene::prepare, desc, args.source.simd)?;
-        let camera = Camera::of(desc).into_diagnostic()?;
-        seconds.prepare = start.elapsed().as_secs_f64();
-        let (device, opening) = device.join().map_err(|_| miette::miette!("opening the device panicked"))?;
-        seconds.open_device = opening.as_secs_f64();
-        Ok((input, (scene, camera), device?))
-    })
-}
-
 /// The command that traces what went wrong at `index` again; what differs from the plan is differing together with all that did.
 fn again(run: &RunSpec, tally: Option<&Tally>, index: u64) -> String {
     let Some((first, last)) = tally.and_then(Tally::reach) else { return run.command(index, 1) };
@@ -149,20 +127,15 @@ fn again(run: &RunSpec, tally: Option<&Tally>, index: u64) -> String {
 }
 
 /// What `--check-plan` asks for.
-fn check(args: &RenderArgs, loaded: &Loaded) -> Result<Option<Check>> {
+fn check(args: &RenderArgs, loaded: &Loaded) -> Result<Option<CheckOrder>> {
     if args.check_plan == 0.0 {
         return Ok(None);
     }
     let general = Arc::new(load::prepare(Scene::prepare_general, &loaded.desc, args.source.simd)?);
-    Ok(Some(Check { share: args.check_plan, general }))
+    Ok(Some(CheckOrder { share: args.check_plan, general }))
 }
 
-pub(super) fn threads(args: &RenderArgs) -> usize {
-    let cores = || std::thread::available_parallelism().map_or(1, usize::from);
-    args.source.threads.map_or_else(cores, usize::from)
-}
-
-pub(super) fn run_spec(args: &RenderArgs, input: &Input, device: String) -> RunSpec {
+fn run_spec(args: &RenderArgs, input: &SceneInput, device: String) -> RunSpec {
     let run = RunSpec::of(&args.source, input, device);
     RunSpec {
         first_index: args.first_index,
@@ -183,11 +156,11 @@ fn target(args: &RenderArgs) -> Option<Target> {
 fn trace(
     args: &RenderArgs,
     run: &RunSpec,
-    (scene, check): ((Arc<Scene>, Camera), Option<Check>),
+    ((scene, camera), check): ((Arc<Scene>, Camera), Option<CheckOrder>),
     (server, lanes, client): (&Server, &mut Lanes, &mut Client),
     (timings, observer): (&mut Option<TimingCapture>, Option<&Observer>),
 ) -> Result<(Driven, Option<Arc<Tally>>)> {
-    let [pw, ph] = run.spec.padded_extent().map(u64::from);
+    let [pw, ph] = run.film.padded_extent().map(u64::from);
     let wanted = args.samples.unwrap_or_else(|| run.spp.saturating_mul(pw * ph));
     let first = run.first_index;
     let counted = args.samples.is_some() || args.spp.is_some();
@@ -197,8 +170,8 @@ fn trace(
         (None, _) => (first..first.saturating_add(wanted), Goal::Paths(wanted)),
     };
     let epoch = Epoch(1);
-    let order = Order { range, window: run.spec.window(), epoch, check };
-    let tally = method::start(server, run, scene, order, &mut None)?;
+    let order = RenderOrder { scene, camera, range, window: run.film.window(), epoch, check };
+    let tally = method::start(server, run, order, &mut None)?;
     let bar = Progress::new(goal, args.quiet);
     let plan = Drive {
         epoch,
@@ -228,9 +201,9 @@ fn tracing_time(stats: &Stats) -> Duration {
     total.cpu.unwrap_or(total.busy)
 }
 
-fn report(run: &RunSpec, client: &Client, stats: &Stats, driven: &Driven) -> Report {
+fn report(run: &RunSpec, client: &Client, stats: &Stats, driven: &Driven) -> RenderReport {
     let counts = client.counts();
-    let [pw, ph] = run.spec.padded_extent().map(f64::from);
+    let [pw, ph] = run.film.padded_extent().map(f64::from);
     let total = stats.total();
     let rejections = total.rejections;
     let example = |&(index, cause): &(u64, Cause)| RejectedExample {
@@ -239,12 +212,12 @@ fn report(run: &RunSpec, client: &Client, stats: &Stats, driven: &Driven) -> Rep
         replay: run.command(index, 1),
     };
     let per = |n: u64, time: Duration| n as f64 / time.as_secs_f64().max(1e-9);
-    Report {
+    RenderReport {
         version: env!("CARGO_PKG_VERSION"),
         scene: run.scene.clone(),
-        width: run.spec.width,
-        height: run.spec.height,
-        integrator: method::name(run.integrator),
+        width: run.film.width,
+        height: run.film.height,
+        integrator: run.integrator.name(),
         auto: run.auto.clone(),
         camera_samples: counts.camera_samples,
         light_samples: counts.light_samples,
@@ -262,6 +235,6 @@ fn report(run: &RunSpec, client: &Client, stats: &Stats, driven: &Driven) -> Rep
         seed: run.seed,
         deterministic: run.deterministic,
         interrupted: driven.interrupted,
-        ..Report::default()
+        ..RenderReport::default()
     }
 }

@@ -6,15 +6,15 @@ use std::path::{Path, PathBuf};
 use miette::{IntoDiagnostic, Result, WrapErr};
 use serde::Serialize;
 
-use super::auto::Chosen;
 pub use super::error_report::ErrorReport;
-use super::plan::Entry;
+use super::plan::PlannedEffect;
+use super::run_spec::ChoiceReport;
 use super::tell;
 use crate::image::write::{atomically, check_place, destination};
 
 /// Everything that is said about a finished run. Field names are the JSON keys.
 #[derive(Clone, Debug, Default, Serialize)]
-pub struct Report {
+pub struct RenderReport {
     /// Version of the program.
     pub version: &'static str,
     /// The scene file.
@@ -27,9 +27,9 @@ pub struct Report {
     pub integrator: &'static str,
     /// Why, where the program chose it.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub auto: Option<Chosen>,
+    pub auto: Option<ChoiceReport>,
     /// Every effect, on or off, and why.
-    pub plan: Vec<Entry>,
+    pub plan: Vec<PlannedEffect>,
     /// Effects that were forced off.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub left_out: Vec<&'static str>,
@@ -139,7 +139,7 @@ pub struct RejectedExample {
     pub replay: String,
 }
 
-impl Report {
+impl RenderReport {
     /// One line for a person.
     pub fn summary(&self) -> String {
         let mut line = format!(

@@ -1,18 +1,19 @@
-//! What a run is made of: with these a picture can be made again, so they stand in its file.
+//! The specification of a run. With it a picture can be made again, so it stands in the picture's file.
 
 use std::path::PathBuf;
 
+use serde::Serialize;
+
 use super::args::effects::Forced;
 use super::args::scene::SceneArgs;
-use super::auto::Chosen;
-use super::load::Input;
-use super::method;
+use super::load::SceneInput;
 use crate::client::{
     Adaptation, Dither, FilmSpec, Kernel, Masking, Reconstruction, Settings, SplatFilter, ToneCurve,
     VarianceForm, View,
 };
 use crate::image::Attribute;
 use crate::scene::desc::{IntegratorKind, PhotonDesc, ReconstructionFilter};
+use crate::tracer::choice::Choice;
 use crate::tracer::effects::{Effect, refusal};
 
 /// Everything that decides the sums of a film, besides the number of paths.
@@ -25,7 +26,7 @@ pub struct RunSpec {
     /// Size given on the command line instead of the scene's film.
     pub size: Option<(u32, u32)>,
     /// Size, filter, variance form.
-    pub spec: FilmSpec,
+    pub film: FilmSpec,
     /// Longest path.
     pub max_depth: Option<u32>,
     /// Where roulette begins.
@@ -37,7 +38,7 @@ pub struct RunSpec {
     /// How photons are looked up.
     pub photons: PhotonDesc,
     /// Why, where the program chose it.
-    pub auto: Option<Chosen>,
+    pub auto: Option<ChoiceReport>,
     /// Effects that are forced on or off against what the scene calls for.
     pub effects: Vec<Forced>,
     /// Samples per pixel where neither a count nor a time is given.
@@ -54,13 +55,61 @@ pub struct RunSpec {
     pub device: String,
 }
 
+/// What was chosen and why. Field names are JSON keys.
+#[derive(Clone, Debug, Serialize)]
+pub struct ChoiceReport {
+    /// The method.
+    #[serde(skip)]
+    pub kind: IntegratorKind,
+    /// One line.
+    pub reason: String,
+    /// Every method that was tried.
+    pub candidates: Vec<Candidate>,
+}
+
+/// One method that was tried.
+#[derive(Clone, Debug, Serialize)]
+pub struct Candidate {
+    /// Its name.
+    pub method: &'static str,
+    /// It can show everything that the picture holds.
+    pub complete: bool,
+    /// Estimated time to the same error, relative to the chosen method's; absent where it is never reached.
+    pub relative_time: Option<f64>,
+    /// Relative variance per path, with what was missed.
+    pub variance: f64,
+    /// Share of the light that its trial has not found.
+    pub missed: f64,
+    /// Cost of a path, in units of a camera vertex.
+    pub cost: f64,
+    /// Mean luminance of its trial.
+    pub mean: f64,
+}
+
+impl From<Choice> for ChoiceReport {
+    fn from(choice: Choice) -> Self {
+        let best = choice.ratings.iter().find(|r| r.kind == choice.kind).map_or(1.0, |r| r.time());
+        let candidates = choice.ratings.iter().map(|r| Candidate {
+            method: r.kind.name(),
+            complete: r.complete,
+            relative_time: Some(r.time() / best).filter(|t| t.is_finite()),
+            variance: r.variance,
+            missed: r.missed,
+            cost: r.cost,
+            mean: r.mean,
+        });
+        let reason = format!("auto: {} — {}", choice.kind.name(), choice.reason);
+        Self { kind: choice.kind, reason, candidates: candidates.collect() }
+    }
+}
+
 /// Samples per pixel where neither the command line nor the scene says.
 const DEFAULT_SPP: u64 = 16;
 
 impl RunSpec {
     /// What options and scene say; from index 0, in any order.
-    pub fn of(source: &SceneArgs, input: &Input, device: String) -> Self {
-        let Input { loaded, forced } = input;
+    pub fn of(source: &SceneArgs, input: &SceneInput, device: String) -> Self {
+        let SceneInput { loaded, forced } = input;
         let film = &loaded.desc.film;
         let (width, height) = film.crop.map_or((film.width, film.height), |c| (c.width, c.height));
         let from_file = || match film.rfilter {
@@ -75,7 +124,7 @@ impl RunSpec {
             defines: source.defines.clone(),
             size: source.size,
             first_index: 0,
-            spec: FilmSpec {
+            film: FilmSpec {
                 width,
                 height,
                 filter,
@@ -85,7 +134,7 @@ impl RunSpec {
             max_depth: source.max_depth.map_or(integrator.max_depth, |d| d.0),
             rr_depth: integrator.rr_depth,
             hide_emitters: integrator.hide_emitters,
-            integrator: source.integrator.map_or(integrator.kind, IntegratorKind::from),
+            integrator: source.integrator.unwrap_or(integrator.kind),
             photons: integrator.photons,
             auto: None,
             effects: forced.clone(),
@@ -105,7 +154,7 @@ impl RunSpec {
             text("renderer", format!("pointillist {}", env!("CARGO_PKG_VERSION"))),
             text("scene", self.scene.display().to_string()),
             text("device", self.device.clone()),
-            text("integrator", method::name(self.integrator).to_string()),
+            text("integrator", self.integrator.name().to_string()),
             text("command", self.command(self.first_index, paths)),
         ];
         if let Some(chosen) = &self.auto {
@@ -139,13 +188,13 @@ impl RunSpec {
         if let Some((width, height)) = self.size {
             command += &format!(" --size {width}x{height}");
         }
-        command += &format!(" --integrator {}", method::name(self.integrator));
+        command += &format!(" --integrator {}", self.integrator.name());
         if !self.effects.is_empty() {
             let effects: Vec<String> = self.effects.iter().map(ToString::to_string).collect();
             command += &format!(" --effects {}", effects.join(","));
         }
         let depth = self.max_depth.map_or("-1".to_string(), |d| d.to_string());
-        let filter = match self.spec.filter {
+        let filter = match self.film.filter {
             SplatFilter::Gaussian => "gaussian",
             SplatFilter::Tent => "tent",
             SplatFilter::Box => "box",

@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 
 use super::trace::{Event, Trace, Track};
 use crate::gpu::{Gpu, TimingRows};
-use crate::image::write::{Growing, check_place, destination};
+use crate::image::write::{AtomicFile, check_place, destination};
 use crate::server::{Server, Spans};
 
 /// How often the device and the workers are asked for what they have recorded.
@@ -23,7 +23,7 @@ pub struct TimingCapture {
     gpu: Option<Arc<Gpu>>,
     /// Zero of all times.
     origin: Instant,
-    csv: Growing,
+    csv: AtomicFile,
     trace: Trace,
     /// When rows were taken last.
     taken: Instant,
@@ -80,8 +80,8 @@ impl TimingCapture {
     /// When a file cannot be made.
     pub fn new(path: &Path, gpu: Option<&Arc<Gpu>>) -> Result<Self> {
         let device = gpu.map(|gpu| gpu.info().name.clone());
-        let mut csv = Growing::create(path).into_diagnostic()?;
-        csv.append(&header(gpu)).into_diagnostic()?;
+        let mut csv = AtomicFile::create(path).into_diagnostic()?;
+        csv.append(header(gpu)).into_diagnostic()?;
         let trace = Trace::create(&trace_path(path), device.as_deref()).into_diagnostic()?;
         if let Some(gpu) = gpu {
             gpu.take_rows();

@@ -53,17 +53,30 @@ impl Default for PhotonDesc {
     }
 }
 
-/// The methods the program has.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// The methods the program has. The comments are the help of `--integrator`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum IntegratorKind {
-    /// Whichever of the others suits the scene; path tracing until that is known.
+    /// The method that suits the scene, chosen by a short trial of each; the program says why. Path tracing until then.
     Auto,
-    /// Path tracing from the camera with next-event estimation.
+    /// Path tracing: from the camera, with next-event estimation at each vertex.
     Path,
-    /// Particle tracing: paths from lights, connected to the camera.
+    /// Particle tracing: from the lights, each vertex connected to the camera. Nothing is seen in mirrors or glass.
     Light,
-    /// Bidirectional path tracing.
+    /// Bidirectional path tracing: subpaths from both ends, connected at every vertex.
     Bidirectional,
-    /// One-pass photon mapping: light paths leave photons, paths from the camera gather them.
+    /// One-pass photon mapping: final gathering from photons that light paths leave. It converges: its blur shrinks as it goes.
     Photon,
+}
+
+impl IntegratorKind {
+    /// The method's name on the command line and in files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            IntegratorKind::Auto => "auto",
+            IntegratorKind::Path => "path",
+            IntegratorKind::Light => "light",
+            IntegratorKind::Bidirectional => "bidirectional",
+            IntegratorKind::Photon => "photon",
+        }
+    }
 }

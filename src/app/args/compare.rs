@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::parse::positive;
+use super::values::positive;
 use crate::client::Settings;
 
 /// Options of `pointillist compare`.

@@ -2,7 +2,7 @@
 
 use clap::{Args, ValueEnum};
 
-use super::parse::{kernel, non_negative, positive, profile, view_angle};
+use super::values::{kernel, non_negative, positive, profile, view_angle};
 use crate::client::{Adaptation, Dither, Glare, Kernel, Masking, Reconstruction, Settings, ToneCurve, View};
 
 /// Display controls: none of them changes the samples.

@@ -5,16 +5,16 @@ pub mod compare;
 pub mod display;
 pub mod effects;
 pub mod explain;
-mod parse;
 pub mod render;
 pub mod scene;
 pub mod study;
+mod values;
 pub mod view;
 
 pub use bench::BenchArgs;
 pub use compare::CompareArgs;
 pub use explain::ExplainArgs;
-pub use render::{QuantityArg, RenderArgs};
+pub use render::RenderArgs;
 pub use study::StudyArgs;
 pub use view::ViewArgs;
 

@@ -6,8 +6,8 @@ use std::time::Duration;
 use clap::{ArgGroup, Args, ValueEnum};
 
 use super::display::DisplayArgs;
-use super::parse::{count, error, seconds, share};
 use super::scene::SceneArgs;
+use super::values::{count, error, seconds, share};
 use crate::study::Quantity;
 
 /// `--error-at`.

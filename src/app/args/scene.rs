@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::effects::{Forced, effect};
-use super::parse::{define, depth, size};
+use super::values::{MaxDepth, define, depth, size};
 use crate::client::SplatFilter;
 use crate::scene::desc::IntegratorKind;
 use crate::tracer::accel::Kernel;
@@ -26,7 +26,7 @@ pub struct SceneArgs {
 
     /// Light transport: from the camera, from the lights, or both [default: what the scene asks for, else path].
     #[arg(long, value_name = "KIND")]
-    pub integrator: Option<MethodArg>,
+    pub integrator: Option<IntegratorKind>,
 
     /// Effects of the tracer to force off (-) or on (+), as `pointillist explain` calls them; what is off stands in the picture's file.
     #[arg(long, value_name = "+X,-Y", value_delimiter = ',', allow_hyphen_values = true, value_parser = effect)]
@@ -57,34 +57,11 @@ pub struct SceneArgs {
     pub device: Option<String>,
 }
 
-/// `--max-depth`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct MaxDepth(pub Option<u32>);
-
-/// `--integrator`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum MethodArg {
-    /// Path tracing: from the camera, with a light sampled at each vertex.
-    Path,
-    /// Particle tracing: from the lights, each vertex connected to the camera; nothing is seen in mirrors or glass.
-    Light,
-    /// Bidirectional path tracing: from both ends.
-    Bidirectional,
-    /// One-pass photon mapping: final gathering from photons that lights leave; converges, its blur shrinks as it goes.
-    Photon,
-    /// Whichever of these suits the scene, by a short trial of each; says why.
-    Auto,
-}
-
-impl From<MethodArg> for IntegratorKind {
-    fn from(method: MethodArg) -> Self {
-        match method {
-            MethodArg::Path => IntegratorKind::Path,
-            MethodArg::Light => IntegratorKind::Light,
-            MethodArg::Bidirectional => IntegratorKind::Bidirectional,
-            MethodArg::Photon => IntegratorKind::Photon,
-            MethodArg::Auto => IntegratorKind::Auto,
-        }
+impl SceneArgs {
+    /// The number of tracer threads.
+    pub fn threads(&self) -> usize {
+        let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+        self.threads.map_or_else(cores, usize::from)
     }
 }
 

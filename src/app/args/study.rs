@@ -6,8 +6,9 @@ use std::time::Duration;
 use clap::{Args, ValueEnum};
 
 use super::display::DisplayArgs;
-use super::parse::seconds;
-use super::scene::{FilterArg, MethodArg, SimdArg};
+use super::scene::{FilterArg, SimdArg};
+use super::values::seconds;
+use crate::scene::desc::IntegratorKind;
 
 /// Options of `pointillist study`.
 #[derive(Args, Debug)]
@@ -18,7 +19,7 @@ pub struct StudyArgs {
 
     /// Methods that are compared [default: path, light, bidirectional, photon].
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
-    pub methods: Vec<MethodArg>,
+    pub methods: Vec<IntegratorKind>,
 
     /// Parts that are measured [default: all].
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
@@ -49,11 +50,11 @@ pub struct StudyArgs {
     pub collect: Option<PathBuf>,
 
     /// Give a value to a $name in the scene; may be given several times.
-    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = super::parse::define)]
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = super::values::define)]
     pub defines: Vec<(String, String)>,
 
     /// Picture size in pixels; replaces the film's size and crop.
-    #[arg(long, value_name = "WxH", value_parser = super::parse::size)]
+    #[arg(long, value_name = "WxH", value_parser = super::values::size)]
     pub size: Option<(u32, u32)>,
 
     /// Splat filter [default: box, so that pixels compare with those of other programs].

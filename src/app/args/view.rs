@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::display::DisplayArgs;
-use super::parse::{count, positive};
 use super::scene::SceneArgs;
+use super::values::{count, positive};
 use crate::client::Output;
 
 /// Options of `pointillist view`.

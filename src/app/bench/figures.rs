@@ -5,7 +5,6 @@ use serde_json::Value;
 
 use super::model;
 use super::run::{Measured, WARM_UP};
-use crate::app::method;
 use crate::app::report::human;
 use crate::app::run_spec::RunSpec;
 use crate::app::timings::describe;
@@ -86,7 +85,7 @@ impl Figures {
             let runs = *measured.runs.get(name).unwrap_or(&0) as f64 / times.len().max(1) as f64;
             // The samples of a frame are shared by its runs.
             let bytes =
-                model::bytes(name, &run.spec, per_frame / runs.max(1.0), settings.vm > 0.0).map(|b| b * runs);
+                model::bytes(name, &run.film, per_frame / runs.max(1.0), settings.vm > 0.0).map(|b| b * runs);
             let seconds = milliseconds.p50 * 1e-3;
             Pass {
                 name,
@@ -106,9 +105,9 @@ impl Figures {
             command: std::env::args().collect(),
             host: format!("{} {}, {cores} cores", std::env::consts::OS, std::env::consts::ARCH),
             gpu: describe(gpu),
-            width: run.spec.width,
-            height: run.spec.height,
-            integrator: method::name(run.integrator),
+            width: run.film.width,
+            height: run.film.height,
+            integrator: run.integrator.name(),
             reconstruction: format!("{:?}", settings.reconstruction),
             vm: settings.vm,
             tracer_threads: measured.threads,

@@ -13,16 +13,13 @@ use std::time::Instant;
 
 use miette::{IntoDiagnostic, Result};
 
-use super::args::display::DisplayArgs;
-use super::args::scene::SceneArgs;
-use super::args::{BenchArgs, QuantityArg, RenderArgs};
-use super::auto;
+use super::args::BenchArgs;
 use super::device::Device;
-use super::interrupt;
-use super::render::{prepare, run_spec, threads};
+use super::load::{self, Opened};
 use super::report::{Seconds, check_json, print, write_json};
 use super::run_spec::RunSpec;
 use super::timings::{self, TimingCapture};
+use super::{method, process};
 use crate::client::Settings;
 use crate::client::film::VulkanFilm;
 use crate::gpu::Gpu;
@@ -40,22 +37,21 @@ pub fn bench(args: &BenchArgs) -> Result<()> {
         timings::check(path, args.json.iter().chain([&args.source.scene]))?;
     }
     check_json(args.json.as_deref(), &args.source.scene)?;
-    interrupt::listen();
+    process::listen_for_interrupt();
     let started = Instant::now();
-    let like = as_render(&args.source, &args.display);
-    let (input, scene, device) = prepare(&like, &mut Seconds::default())?;
+    let Opened { input, scene, camera, device } = load::open(&args.source, &mut Seconds::default())?;
     let Device::Vulkan(gpu) = &device else {
         return Err(miette::miette!(
             "bench times the passes of a Vulkan device, and there is none here (--device cpu has none); \
              `pointillist devices` lists what there is"
         ));
     };
-    let mut run = run_spec(&like, &input, device.name());
-    let (scene, camera) = (Arc::new(scene.0), scene.1);
-    auto::settle(&mut run, &scene, &camera, threads(&like));
-    auto::say(&run);
-    let film = VulkanFilm::new(gpu.clone(), run.spec).into_diagnostic()?;
-    let job = (&run, (scene, camera), threads(&like));
+    let mut run = RunSpec::of(&args.source, &input, device.name());
+    let (scene, threads) = (Arc::new(scene), args.source.threads());
+    method::choose(&mut run, &scene, &camera, threads);
+    method::tell_choice(&run);
+    let film = VulkanFilm::new(gpu.clone(), run.film).into_diagnostic()?;
+    let job = (&run, (scene, camera), threads);
     let capture = args.gpu_timings.as_deref().map(|path| TimingCapture::new(path, Some(gpu))).transpose()?;
     tracing::info!("ready after {:.2} s", started.elapsed().as_secs_f64());
     let settings = args.display.settings();
@@ -80,27 +76,6 @@ pub fn measure(
     job: (&RunSpec, (Arc<Scene>, Camera), usize),
     shown: (&Settings, u32),
 ) -> Result<Measured> {
-    let film = VulkanFilm::new(gpu.clone(), job.0.spec).into_diagnostic()?;
+    let film = VulkanFilm::new(gpu.clone(), job.0.film).into_diagnostic()?;
     run::run(gpu, film, job, shown, None)
-}
-
-/// What is traced, as `render` takes it.
-pub fn as_render(source: &SceneArgs, display: &DisplayArgs) -> RenderArgs {
-    RenderArgs {
-        source: source.clone(),
-        outputs: Vec::new(),
-        samples: None,
-        spp: None,
-        time: None,
-        error: None,
-        error_at: QuantityArg::P95,
-        replicates: 2,
-        first_index: 0,
-        deterministic: false,
-        check_plan: 0.0,
-        display: display.clone(),
-        json: None,
-        quiet: true,
-        gpu_timings: None,
-    }
 }

@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 
 use miette::{IntoDiagnostic, Result};
 
-use crate::app::interrupt;
-use crate::app::method::{self, Order};
+use crate::app::method::{self, RenderOrder};
+use crate::app::process;
 use crate::app::run_spec::RunSpec;
 use crate::app::timings::TimingCapture;
 use crate::client::film::VulkanFilm;
@@ -72,7 +72,7 @@ const EPOCH: Epoch = Epoch(1);
 pub fn run(
     gpu: &Arc<Gpu>,
     film: VulkanFilm,
-    (run, scene, threads): (&RunSpec, (Arc<Scene>, Camera), usize),
+    (run, (scene, camera), threads): (&RunSpec, (Arc<Scene>, Camera), usize),
     (settings, count): (&Settings, u32),
     capture: Option<TimingCapture>,
 ) -> Result<Measured> {
@@ -85,8 +85,8 @@ pub fn run(
     let measured = Measured { threads, ..Measured::default() };
     let (ends, sums) = Default::default();
     let mut this = Loop { gpu, film, lanes, settings, copy, capture, measured, ends, sums };
-    let order = Order { range: 0..u64::MAX, window, epoch: EPOCH, check: None };
-    method::start(&server, run, scene, order, &mut None)?;
+    let order = RenderOrder { scene, camera, range: 0..u64::MAX, window, epoch: EPOCH, check: None };
+    method::start(&server, run, order, &mut None)?;
     gpu.take_rows();
     gpu.set_timing(true);
     let (mut start, mut before) = (Instant::now(), this.film.counts());
@@ -103,7 +103,7 @@ pub fn run(
         if number >= WARM_UP {
             this.measured.frames.push(begin.elapsed().as_secs_f64() * 1e3);
         }
-        if interrupt::asked() {
+        if process::is_interrupted() {
             break;
         }
     }

@@ -3,8 +3,9 @@
 use miette::Result;
 
 use crate::app::bench::Measured;
-use crate::app::plan::{Entry, Side};
+use crate::app::plan::PlannedEffect;
 use crate::client::Settings;
+use crate::client::listed::Listed;
 use crate::gpu::Inventory;
 use crate::scene::desc::IntegratorKind;
 
@@ -16,19 +17,19 @@ use crate::scene::desc::IntegratorKind;
 ///
 /// Those of `measure`.
 pub fn charge(
-    plan: &mut [Entry],
+    plan: &mut [PlannedEffect],
     (settings, kind): (&Settings, IntegratorKind),
     mut measure: impl FnMut(&Settings, IntegratorKind) -> Result<Measured>,
 ) -> Result<Inventory> {
     let base = measure(settings, kind)?;
     let all = time_of(&base, |_| true);
-    for entry in plan.iter_mut().filter(|e| e.side == Side::Client) {
-        let (passes, changes, images) = (entry.shown.passes, entry.shown.changes, entry.shown.images);
+    for entry in plan {
+        let Some(Listed { passes, changes, images, can_switch, .. }) = entry.listed else { continue };
         let other = match entry.name {
             "light-stream" if !entry.on => Some(measure(settings, IntegratorKind::Bidirectional)?),
             // The variance comes with what reads it.
             "variance" if !entry.on => Some(measure(&switched(settings, "masking", true), kind)?),
-            name if entry.shown.can_switch && (!entry.on || !changes.is_empty()) => {
+            name if can_switch && (!entry.on || !changes.is_empty()) => {
                 Some(measure(&switched(settings, name, !entry.on), kind)?)
             }
             _ => None,

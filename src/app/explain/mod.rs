@@ -11,13 +11,13 @@ use miette::Result;
 use serde::Serialize;
 
 use super::args::ExplainArgs;
-use super::bench::{as_render, measure};
+use super::bench::measure;
 use super::device::Device;
-use super::plan::{Entry, plan};
-use super::render::{prepare, run_spec, threads};
+use super::load::{self, Opened};
+use super::plan::{PlannedEffect, plan};
 use super::report::{Seconds, check_json, print, write_json};
 use super::run_spec::RunSpec;
-use super::{auto, interrupt, method, tell};
+use super::{method, process};
 use crate::client::effects::Effects;
 use crate::client::{FilmSpec, Settings, VarianceForm};
 
@@ -35,7 +35,7 @@ struct Explained<'a> {
     auto: Option<&'a str>,
     /// Where passes were timed.
     device: &'a str,
-    plan: &'a [Entry],
+    plan: &'a [PlannedEffect],
     /// Images and buffers on the device, bytes.
     #[serde(skip_serializing_if = "Option::is_none")]
     memory: Option<Vec<(String, u64)>>,
@@ -51,27 +51,24 @@ struct Explained<'a> {
 /// Whatever stops the run: the scene, the device, the place of `--json`.
 pub fn explain(args: &ExplainArgs) -> Result<()> {
     check_json(args.json.as_deref(), &args.source.scene)?;
-    interrupt::listen();
-    let like = as_render(&args.source, &args.display);
-    let (input, (scene, camera), device) = prepare(&like, &mut Seconds::default())?;
+    process::listen_for_interrupt();
+    let Opened { input, scene, camera, device } = load::open(&args.source, &mut Seconds::default())?;
     let loaded = &input.loaded;
-    for warning in &loaded.warnings {
-        tell(&format!("{:?}", miette::Report::new(warning.clone())));
-    }
-    let mut run = run_spec(&like, &input, device.name());
-    let (scene, threads) = (Arc::new(scene), threads(&like));
-    auto::settle(&mut run, &scene, &camera, threads);
-    auto::say(&run);
+    load::tell_warnings(loaded);
+    let mut run = RunSpec::of(&args.source, &input, device.name());
+    let (scene, threads) = (Arc::new(scene), args.source.threads());
+    method::choose(&mut run, &scene, &camera, threads);
+    method::tell_choice(&run);
     let settings = args.display.settings();
-    run.spec.variance = variance(&settings);
+    run.film.variance = variance(&settings);
     let mut plan = plan(&loaded.desc, &run, &settings);
     let (mut memory, mut pipelines) = (None, None);
     if !args.no_costs {
         price::charge(&mut plan, &loaded.desc, (&scene, &camera), (&run, price::THOROUGH))?;
         if let Device::Vulkan(gpu) = &device {
             let inventory = cost::charge(&mut plan, (&settings, run.integrator), |settings, integrator| {
-                let spec = FilmSpec { variance: variance(settings), ..run.spec };
-                let run = RunSpec { integrator, spec, ..run.clone() };
+                let film = FilmSpec { variance: variance(settings), ..run.film };
+                let run = RunSpec { integrator, film, ..run.clone() };
                 measure(gpu, (&run, (scene.clone(), camera.clone()), threads), (settings, FRAMES))
             })?;
             let of_picture = |(name, _): &(String, u64)| !cost::is_yardstick(name);
@@ -86,7 +83,7 @@ pub fn explain(args: &ExplainArgs) -> Result<()> {
         let explained = Explained {
             version: env!("CARGO_PKG_VERSION"),
             scene: &run.scene,
-            integrator: method::name(run.integrator),
+            integrator: run.integrator.name(),
             auto: run.auto.as_ref().map(|a| a.reason.as_str()),
             device: &run.device,
             plan: &plan,

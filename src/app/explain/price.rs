@@ -5,9 +5,9 @@ use std::time::{Duration, Instant};
 
 use miette::{IntoDiagnostic, Result};
 
-use crate::app::plan::Entry;
+use crate::app::plan::PlannedEffect;
 use crate::app::run_spec::RunSpec;
-use crate::app::{interrupt, method};
+use crate::app::{method, process};
 use crate::color::Xyz;
 use crate::scene::SceneDesc;
 use crate::scene::desc::IntegratorKind;
@@ -44,7 +44,7 @@ const AT_ONCE: u64 = 64;
 ///
 /// When a scene without an effect, or with it, cannot be prepared.
 pub fn charge(
-    plan: &mut [Entry],
+    plan: &mut [PlannedEffect],
     desc: &SceneDesc,
     (scene, camera): (&Arc<Scene>, &Camera),
     (run, effort): (&RunSpec, Effort),
@@ -68,7 +68,7 @@ pub fn charge(
 ///
 /// As [`charge`].
 pub fn ratios(
-    plan: &[Entry],
+    plan: &[PlannedEffect],
     desc: &SceneDesc,
     (scene, camera): (&Arc<Scene>, &Camera),
     (run, Effort { turn, turns }): (&RunSpec, Effort),
@@ -77,7 +77,7 @@ pub fn ratios(
     now(turn);
     let mut all = vec![Vec::new(); plan.len()];
     for (entry, measured) in plan.iter().zip(&mut all) {
-        let Some(effect) = entry.effect.filter(|_| !interrupt::asked()) else { continue };
+        let Some(effect) = entry.effect.filter(|_| !process::is_interrupted()) else { continue };
         let mut other = desc.clone();
         other.integrator.kind = run.integrator;
         let possible = match entry.on {
@@ -100,9 +100,9 @@ pub fn ratios(
 pub type Runner = Box<dyn FnMut(Duration) -> f64>;
 
 /// A runner of a scene by its method; `desc` names it.
-pub fn runner(run: &RunSpec, scene: (Arc<Scene>, Camera), desc: &SceneDesc) -> Runner {
+pub fn runner(run: &RunSpec, (scene, camera): (Arc<Scene>, Camera), desc: &SceneDesc) -> Runner {
     let run = RunSpec { photons: desc.integrator.photons, ..run.clone() };
-    let context = method::render_context(&run, scene, UvWindow::PICTURE);
+    let context = method::render_context(&run, scene, camera, UvWindow::PICTURE);
     match desc.integrator.kind {
         IntegratorKind::Path | IntegratorKind::Auto => tracing_timer(PathTracer { context }),
         IntegratorKind::Light => tracing_timer(ParticleTracer { context }),
@@ -143,7 +143,7 @@ pub fn samples(run: &RunSpec, scene: (Arc<Scene>, Camera), paths: u64) -> Vec<f3
             self.0.push(value.y);
         }
     }
-    let tracer = PathTracer { context: method::render_context(run, scene, UvWindow::PICTURE) };
+    let tracer = PathTracer { context: method::render_context(run, scene.0, scene.1, UvWindow::PICTURE) };
     let mut out = Luminances(Vec::new());
     (0..paths).for_each(|index| tracer.trace(index, &mut Default::default(), &mut out));
     out.0

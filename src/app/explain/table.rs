@@ -2,19 +2,19 @@
 
 use std::fmt::Write;
 
-use crate::app::plan::{Entry, Side};
+use crate::app::plan::{EffectSide, PlannedEffect};
 
 /// One line for each effect, the tracer's first.
-pub fn table(plan: &[Entry]) -> String {
+pub fn table(plan: &[PlannedEffect]) -> String {
     let mut out = String::new();
     // Writing to a string does not fail.
     for (side, title) in [
         (
-            Side::Tracer,
+            EffectSide::Tracer,
             "TRACER            on   cost: share of a path's time; × is its time with a small example of what is off",
         ),
         (
-            Side::Client,
+            EffectSide::Client,
             "CLIENT            on   cost: share of device time, per frame, device memory of its own",
         ),
     ] {
@@ -36,7 +36,7 @@ pub fn table(plan: &[Entry]) -> String {
     out
 }
 
-fn cost(entry: &Entry) -> String {
+fn cost(entry: &PlannedEffect) -> String {
     let cost = &entry.cost;
     let share = cost.share.map(|s| format!("{:5.1} %", 100.0 * s));
     let ms = cost.milliseconds.map(|ms| format!("{ms:.2} ms"));

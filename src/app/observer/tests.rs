@@ -16,7 +16,7 @@ fn run(width: u32, height: u32) -> RunSpec {
         scene: PathBuf::from("observer test.xml"),
         defines: Vec::new(),
         size: None,
-        spec: FilmSpec { width, height, filter: SplatFilter::Box, variance: None, sums: Default::default() },
+        film: FilmSpec { width, height, filter: SplatFilter::Box, variance: None, sums: Default::default() },
         max_depth: None,
         rr_depth: 5,
         hide_emitters: false,

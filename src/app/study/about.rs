@@ -8,7 +8,7 @@ use super::folder::{self, Folder};
 use super::stage::Stage;
 use super::{display, machine};
 use crate::app::args::StudyArgs;
-use crate::app::args::scene::{MethodArg, SceneArgs};
+use crate::app::args::scene::SceneArgs;
 use crate::app::args::study::Knob;
 use crate::app::run_spec::quoted;
 use crate::scene::desc::IntegratorKind;
@@ -21,7 +21,7 @@ use crate::study::measured::Measured;
 ///
 /// Where nothing is left to compare.
 pub fn methods(args: &StudyArgs) -> Result<Vec<IntegratorKind>> {
-    use MethodArg::{Auto, Bidirectional, Light, Path, Photon};
+    use IntegratorKind::{Auto, Bidirectional, Light, Path, Photon};
     if args.methods.contains(&Auto) {
         return Err(miette::miette!(
             help = "name those that are to be compared, or leave --methods away",
@@ -29,8 +29,7 @@ pub fn methods(args: &StudyArgs) -> Result<Vec<IntegratorKind>> {
         ));
     }
     let all = || vec![Path, Light, Bidirectional, Photon];
-    let wanted = if args.methods.is_empty() { all() } else { args.methods.clone() };
-    Ok(wanted.into_iter().map(IntegratorKind::from).collect())
+    Ok(if args.methods.is_empty() { all() } else { args.methods.clone() })
 }
 
 /// What is traced, as other subcommands take it.
@@ -70,7 +69,7 @@ pub fn about(args: &StudyArgs, stage: &Stage, folder: &Folder) -> Study {
             missing.push(name.to_string());
         }
     }
-    let spec = stage.run.spec;
+    let spec = stage.run.film;
     Study {
         format: folder::FORMAT,
         scene: args.scene.as_ref().map(|path| path.display().to_string()).unwrap_or_default(),

@@ -8,7 +8,6 @@ use super::folder::Folder;
 use super::pictures::{difference, linear, uri};
 use super::stage::{Limit, Stage, Traced};
 use super::unbiased;
-use crate::app::method;
 use crate::app::run_spec::RunSpec;
 use crate::client::develop;
 use crate::image::Grid;
@@ -77,7 +76,7 @@ impl Against {
 
     fn read(stage: &Stage, file: &Path, reference: &Reference) -> Result<Self> {
         let rgb = Picture::read(file, None).into_diagnostic()?.rgb;
-        let wanted = (stage.run.spec.width as usize, stage.run.spec.height as usize);
+        let wanted = (stage.run.film.width as usize, stage.run.film.height as usize);
         if (rgb.width(), rgb.height()) != wanted {
             return Err(miette::miette!(
                 help = "give --size, or another reference",
@@ -161,7 +160,7 @@ impl Against {
         let rejected = Cause::ALL.into_iter().filter(|&cause| rejections.count(cause) > 0);
         let known = traced.state.looks.last().map(|_| traced.state.figures);
         Ok(Run {
-            method: method::name(run.integrator).to_string(),
+            method: run.integrator.name().to_string(),
             budget,
             seed: run.seed,
             seconds: traced.driven.wall.as_secs_f64(),
@@ -209,7 +208,7 @@ fn render(stage: &mut Stage, folder: &Folder, seconds: f64) -> Result<Reference>
     let known = traced.state.looks.last().map(|_| traced.state.figures);
     Ok(Reference {
         file: FILE.to_string(),
-        made_by: method::name(run.integrator).to_string(),
+        made_by: run.integrator.name().to_string(),
         seconds: traced.driven.wall.as_secs_f64(),
         samples_per_pixel: traced.data.counts.paths() as f64 / stage.texels(),
         rel_mse: known.map(|figures| figures.rel_mse.value),

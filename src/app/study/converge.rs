@@ -9,7 +9,7 @@ use super::folder::Folder;
 use super::stage::{Limit, Stage};
 use super::{Clock, pictures};
 use crate::app::args::study::Peer;
-use crate::app::{interrupt, method, predictions, tell};
+use crate::app::{predictions, process, tell};
 use crate::client::develop;
 use crate::image::Grid;
 use crate::image::compare::Picture;
@@ -48,7 +48,7 @@ pub fn converge(
         for kind in methods {
             let seed = 1 + runs(folder, *kind, budget) as u32 + (budget * 1000.0) as u32 * 100;
             let run = stage.run(*kind, seed);
-            clock.say(&format!("{} for {budget:.2} s", method::name(*kind)));
+            clock.say(&format!("{} for {budget:.2} s", kind.name()));
             let traced = stage.trace(&run, Limit::Time(Duration::from_secs_f64(budget)))?;
             if traced.driven.interrupted {
                 return Ok(());
@@ -66,7 +66,7 @@ pub fn converge(
 
 /// The time that is due next; `None` when all that fit have been measured often enough.
 fn next(folder: &Folder, methods: &[IntegratorKind], longest: f64, clock: &Clock) -> Option<f64> {
-    if interrupt::asked() {
+    if process::is_interrupted() {
         return None;
     }
     let had = |budget: f64| methods.iter().map(|kind| runs(folder, *kind, budget)).min().unwrap_or(0);
@@ -78,7 +78,7 @@ fn next(folder: &Folder, methods: &[IntegratorKind], longest: f64, clock: &Clock
 
 /// Pictures of a method and time so far.
 fn runs(folder: &Folder, kind: IntegratorKind, budget: f64) -> usize {
-    let name = method::name(kind);
+    let name = kind.name();
     let same = |run: &Run| run.method == name && run.budget == budget;
     folder.measured.iter().filter(|m| matches!(m, Measured::Run(run) if same(run))).count()
 }

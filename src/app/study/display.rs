@@ -8,7 +8,7 @@ use super::pictures::{difference, linear};
 use super::stage::{Limit, Stage};
 use super::{Clock, chosen};
 use crate::app::bench;
-use crate::app::interrupt;
+use crate::app::process;
 use crate::app::run_spec::RunSpec;
 use crate::client::{
     FilmSpec, Glare, Kernel, Masking, Reconstruction, Settings, SplatFilter, Summation, VarianceForm,
@@ -65,15 +65,15 @@ pub fn display(stage: &mut Stage, folder: &mut Folder, against: &Against, clock:
             if folder.measured.iter().any(|m| matches!(m, Measured::Display(price) if same(price))) {
                 continue;
             }
-            if interrupt::asked() || clock.left() < 0.0 {
-                return stage.remake(stage.run.spec);
+            if process::is_interrupted() || clock.left() < 0.0 {
+                return stage.remake(stage.run.film);
             }
             // The wide ones need a film with variances; a filter has one of its own.
             if film != Some(setting.spec) {
                 stage.remake(setting.spec)?;
-                let run = RunSpec { spec: setting.spec, ..run.clone() };
+                let run = RunSpec { film: setting.spec, ..run.clone() };
                 if stage.trace(&run, Limit::Paths(paths))?.driven.interrupted {
-                    return stage.remake(stage.run.spec);
+                    return stage.remake(stage.run.film);
                 }
                 film = Some(setting.spec);
             }
@@ -96,7 +96,7 @@ pub fn display(stage: &mut Stage, folder: &mut Folder, against: &Against, clock:
             }))?;
         }
     }
-    stage.remake(stage.run.spec)
+    stage.remake(stage.run.film)
 }
 
 /// True if the last setting has been judged at the last number of samples.
@@ -108,7 +108,7 @@ pub fn is_complete(folder: &Folder) -> bool {
 /// Everything that is varied, one at a time.
 fn settings(stage: &Stage) -> Vec<Setting> {
     let usual = Settings { vm: 0.0, glare: None, ..stage.settings.clone() };
-    let plain = FilmSpec { variance: None, ..stage.run.spec };
+    let plain = FilmSpec { variance: None, ..stage.run.film };
     let varied = FilmSpec { variance: Some(VarianceForm::Product), ..plain };
     let mut all = Vec::new();
     let mut add = |knob, name, settings: &Settings, spec: FilmSpec, default| {
@@ -155,7 +155,7 @@ fn settings(stage: &Stage) -> Vec<Setting> {
 /// Milliseconds on the device, per repaint or per million samples; `None` where there is no device with clocks.
 fn time(stage: &Stage, run: &RunSpec, setting: &Setting) -> Result<Option<Interval>> {
     let Some(gpu) = stage.device.gpu() else { return Ok(None) };
-    let run = RunSpec { spec: setting.spec, ..run.clone() };
+    let run = RunSpec { film: setting.spec, ..run.clone() };
     let scene = (stage.scene.clone(), stage.camera.clone());
     let measured = bench::measure(gpu, (&run, scene, stage.threads), (&setting.settings, FRAMES))?;
     let passes = measured.passes.iter();

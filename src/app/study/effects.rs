@@ -12,7 +12,7 @@ use super::stage::{Limit, Stage};
 use super::{Clock, chosen};
 use crate::app::explain::price;
 use crate::app::run_spec::RunSpec;
-use crate::app::{interrupt, load, plan};
+use crate::app::{load, plan, process};
 use crate::study::Interval;
 use crate::study::data::EffectPrice;
 use crate::study::measured::Measured;
@@ -50,7 +50,7 @@ pub fn effects(stage: &mut Stage, folder: &mut Folder, against: &Against, clock:
     let (flip_whole, _) =
         difference(&linear(&whole.shown, &stage.settings).unwrap_or_default(), &against.shown);
     for (entry, turns) in plan.iter().zip(ratios) {
-        if interrupt::asked() {
+        if process::is_interrupted() {
             return Ok(());
         }
         let Some(effect) = entry.effect.filter(|effect| !known(effect.name(), folder)) else { continue };

@@ -21,7 +21,7 @@ use miette::Result;
 use super::args::StudyArgs;
 use super::args::study::Knob;
 use super::run_spec::RunSpec;
-use super::{auto, interrupt, predictions, tell};
+use super::{method, predictions, process, tell};
 use crate::scene::desc::IntegratorKind;
 use crate::study::measured::Measured;
 use crate::study::{analysis, pages};
@@ -73,7 +73,7 @@ pub fn study(args: &StudyArgs) -> Result<()> {
         return collect::collect(folder, output);
     }
     let Some(scene) = &args.scene else { return Ok(()) };
-    interrupt::listen();
+    process::listen_for_interrupt();
     let budget = Clock { start: Instant::now(), seconds: args.budget.as_secs_f64(), quiet: args.quiet };
     let mut stage = Stage::new(args, &about::source(args, scene.clone()))?;
     let path = args.output.clone().unwrap_or_else(|| {
@@ -109,7 +109,7 @@ fn measure(
     let methods = about::methods(args)?;
     let last = PARTS.iter().rposition(|(knob, _)| wanted(*knob));
     for (i, (knob, share)) in PARTS.into_iter().enumerate() {
-        if !wanted(knob) || interrupt::asked() {
+        if !wanted(knob) || process::is_interrupted() {
             continue;
         }
         let share = if Some(i) == last { 1.0 } else { share };
@@ -128,7 +128,7 @@ fn measure(
 /// The method that `auto` chooses, which effects and display are measured with.
 fn chosen(stage: &Stage) -> RunSpec {
     let mut run = stage.run(IntegratorKind::Auto, 1);
-    auto::settle(&mut run, &stage.scene, &stage.camera, stage.threads);
+    method::choose(&mut run, &stage.scene, &stage.camera, stage.threads);
     run
 }
 

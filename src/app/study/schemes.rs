@@ -6,7 +6,7 @@ use super::against::Against;
 use super::folder::Folder;
 use super::stage::{Limit, Stage};
 use super::{Clock, unbiased};
-use crate::app::interrupt;
+use crate::app::process;
 use crate::app::run_spec::RunSpec;
 use crate::study::Interval;
 use crate::study::data::SchemePrice;
@@ -45,7 +45,7 @@ pub fn schemes(stage: &mut Stage, folder: &mut Folder, against: &Against, clock:
         }
         ratios.push((errors[0] / errors[1]).ln());
         let full = clock.left() < 0.0 && ratios.len() >= 3;
-        if full || ratios.len() >= 8 || interrupt::asked() {
+        if full || ratios.len() >= 8 || process::is_interrupted() {
             break;
         }
     }

@@ -5,16 +5,15 @@ use std::time::{Duration, Instant};
 
 use miette::{IntoDiagnostic, Result};
 
-use crate::app::args::{RenderArgs, StudyArgs};
+use crate::app::args::StudyArgs;
 use crate::app::device::Device;
 use crate::app::drive::{Drive, Driven, Onlookers, drive};
-use crate::app::method::{self, Order};
+use crate::app::load::{self, Opened};
+use crate::app::method::{self, RenderOrder};
 use crate::app::observer::{Beside, Observer};
 use crate::app::progress::{Goal, Progress};
-use crate::app::render::{prepare, run_spec, threads};
 use crate::app::report::Seconds;
 use crate::app::run_spec::RunSpec;
-use crate::app::{bench, tell};
 use crate::client::effects::Effects;
 use crate::client::{Client, DisplayImage, FilmData, FilmSpec, Settings, VarianceForm, develop};
 use crate::color::Profile;
@@ -91,17 +90,14 @@ impl Stage {
     ///
     /// Scene, device, threads.
     pub fn new(args: &StudyArgs, source: &crate::app::args::scene::SceneArgs) -> Result<Self> {
-        let like: RenderArgs = bench::as_render(source, &args.display);
         let mut seconds = Seconds::default();
-        let (input, (scene, camera), device) = prepare(&like, &mut seconds)?;
-        for warning in &input.loaded.warnings {
-            tell(&format!("{:?}", miette::Report::new(warning.clone())));
-        }
+        let Opened { input, scene, camera, device } = load::open(source, &mut seconds)?;
+        load::tell_warnings(&input.loaded);
         let settings = args.display.settings();
-        let mut run = run_spec(&like, &input, device.name());
-        run.spec.variance = Effects::new(&settings, 1).reads_variance().then_some(VarianceForm::Product);
-        let threads = threads(&like);
-        let client = device.client(run.spec, threads)?;
+        let mut run = RunSpec::of(source, &input, device.name());
+        run.film.variance = Effects::new(&settings, 1).reads_variance().then_some(VarianceForm::Product);
+        let threads = source.threads();
+        let client = device.client(run.film, threads)?;
         let (server, lanes) = Server::start_with(threads, device.tracing_priority()).into_diagnostic()?;
         Ok(Self {
             run,
@@ -121,7 +117,7 @@ impl Stage {
 
     /// Pixels of the film, overscan included.
     pub fn texels(&self) -> f64 {
-        let [width, height] = self.run.spec.padded_extent().map(f64::from);
+        let [width, height] = self.run.film.padded_extent().map(f64::from);
         width * height
     }
 
@@ -147,7 +143,7 @@ impl Stage {
     pub fn trace_other(
         &mut self,
         run: &RunSpec,
-        scene: (Arc<Scene>, Camera),
+        (scene, camera): (Arc<Scene>, Camera),
         limit: Limit,
     ) -> Result<Traced> {
         self.client.clear().into_diagnostic()?;
@@ -156,9 +152,10 @@ impl Stage {
             Limit::Time(time) => (0..u64::MAX, Some(time)),
             Limit::Paths(paths) => (0..paths, None),
         };
-        let order = Order { range, window: run.spec.window(), epoch: self.epoch, check: None };
+        let order =
+            RenderOrder { scene, camera, range, window: run.film.window(), epoch: self.epoch, check: None };
         let observer = run.replicated.then(|| Observer::start(run, None, Beside::Render)).transpose()?;
-        method::start(&self.server, run, scene, order, &mut None)?;
+        method::start(&self.server, run, order, &mut None)?;
         let bar = Progress::new(Goal::Error, true);
         let plan = Drive {
             epoch: self.epoch,
@@ -177,7 +174,7 @@ impl Stage {
         let (state, kept) = observer.map(|observer| observer.end()).unwrap_or_default();
         let stats = self.server.stats();
         let (data, shown, display_seconds) = self.develop()?;
-        let size = (run.spec.width as usize, run.spec.height as usize);
+        let size = (run.film.width as usize, run.film.height as usize);
         let rgb = Grid::from_rows(size.0, size.1, develop::linear_rgb(&data, &Profile::srgb()));
         let rgb = rgb.ok_or_else(|| miette::miette!("the film has another size than its picture"))?;
         Ok(Traced { rgb, data, shown, driven, stats, display_seconds, state, kept, pixels })

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use miette::{IntoDiagnostic, Result};
 
-use crate::app::outputs::Snapshot;
+use crate::app::outputs::FilmSnapshot;
 use crate::app::run_spec::{RunSpec, display_options};
 use crate::app::tell;
 use crate::app::view::screen::Screen;
@@ -157,7 +157,7 @@ impl Viewer {
         };
         // In order of index the sums must stay those of whole batches until the last one.
         film.keep_batch(deterministic && !complete);
-        let snapshot = Snapshot::take(&path, film, &settings);
+        let snapshot = FilmSnapshot::take(&path, film, &settings);
         film.keep_batch(false);
         // The window's own picture may have another encoding.
         self.pending.repaint = true;
@@ -168,7 +168,7 @@ impl Viewer {
     /// What makes the present picture: where camera or scene were changed, a scene file that says so is saved first.
     pub fn facts_now(&mut self) -> Result<RunSpec> {
         let mut run =
-            RunSpec { size: Some((self.size[0], self.size[1])), spec: self.spec(), ..self.plan.run.clone() };
+            RunSpec { size: Some((self.size[0], self.size[1])), film: self.spec(), ..self.plan.run.clone() };
         if !self.user.edits().is_empty() {
             run.scene = self.save_scene()?;
             run.defines.clear();

@@ -5,7 +5,7 @@ use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use miette::{IntoDiagnostic, Result};
 
 use crate::app::explain::price;
-use crate::app::plan::{Cost, Entry, Side};
+use crate::app::plan::{Cost, EffectSide, PlannedEffect};
 use crate::app::run_spec::RunSpec;
 use crate::app::view::viewer::Viewer;
 use crate::client::window::panel::{CostState, Effect, EffectCost};
@@ -14,7 +14,7 @@ use crate::server::Priority;
 /// A measurement under way, and what the last one found.
 #[derive(Default)]
 pub struct Costs {
-    running: Option<Receiver<Vec<Entry>>>,
+    running: Option<Receiver<Vec<PlannedEffect>>>,
     known: Vec<(&'static str, Cost)>,
     /// Something has been edited since the last measurement was begun.
     stale: bool,
@@ -49,7 +49,7 @@ impl Costs {
             // The scene without an effect could not be made ready: there is nothing to tell.
             Err(TryRecvError::Disconnected) => {}
             Ok(plan) => {
-                let traced = plan.into_iter().filter(|entry| entry.side == Side::Tracer);
+                let traced = plan.into_iter().filter(|entry| entry.side == EffectSide::Tracer);
                 self.known = traced.map(|entry| (entry.name, entry.cost)).collect();
             }
         }
@@ -76,7 +76,7 @@ impl Viewer {
         }
         let (scene, camera) = (self.user.scene(), self.user.camera(self.size)?);
         let (desc, mut plan) = (self.user.desc().clone(), self.list());
-        let run = RunSpec { spec: self.spec(), ..self.plan.run.clone() };
+        let run = RunSpec { film: self.spec(), ..self.plan.run.clone() };
         let (sender, receiver) = channel();
         let work = move || {
             Priority::Background.apply();

@@ -5,14 +5,13 @@ use std::time::{Duration, Instant};
 use miette::{IntoDiagnostic, Result};
 use serde::Serialize;
 
-use crate::app::auto::Chosen;
 use crate::app::error_report::ErrorReport;
-use crate::app::method;
-use crate::app::plan::Entry;
+use crate::app::plan::PlannedEffect;
 use crate::app::report::{Seconds, write_json};
+use crate::app::run_spec::ChoiceReport;
 use crate::app::view::screen::Screen;
 use crate::app::view::viewer::Viewer;
-use crate::app::{tell, usage};
+use crate::app::{process, tell};
 use crate::client::reference::ReferenceFilm;
 use crate::client::window::statistics::Recent;
 use crate::client::{Client, ClientError};
@@ -29,10 +28,10 @@ struct Report {
     integrator: &'static str,
     /// Why, where the program chose it.
     #[serde(skip_serializing_if = "Option::is_none")]
-    auto: Option<Chosen>,
+    auto: Option<ChoiceReport>,
     device: String,
     /// Every effect, on or off, and why.
-    plan: Vec<Entry>,
+    plan: Vec<PlannedEffect>,
     /// Effects that were forced off.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     left_out: Vec<&'static str>,
@@ -139,7 +138,7 @@ impl Viewer {
         Report {
             version: env!("CARGO_PKG_VERSION"),
             scene: self.plan.run.scene.clone(),
-            integrator: method::name(self.plan.run.integrator),
+            integrator: self.plan.run.integrator.name(),
             auto: self.plan.run.auto.clone(),
             device: self.plan.run.device.clone(),
             plan: self.list(),
@@ -169,7 +168,7 @@ impl Viewer {
             rasterised_samples_per_second: figures.rasterised as f64 / seconds.max(1e-9),
             error,
             passes_ms: figures.passes.iter().copied().collect(),
-            peak_memory_bytes: usage::peak_memory_bytes(),
+            peak_memory_bytes: process::peak_memory_bytes(),
         }
     }
 }

@@ -10,7 +10,7 @@ use winit::event::{ElementState, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::window::{Window, WindowId};
 
-use crate::app::interrupt;
+use crate::app::process;
 use crate::app::timings::TimingCapture;
 use crate::app::view::cores;
 use crate::app::view::screen::Screen;
@@ -68,7 +68,7 @@ impl ApplicationHandler for Viewer {
     }
 
     fn about_to_wait(&mut self, events: &ActiveEventLoop) {
-        if interrupt::asked() {
+        if process::is_interrupted() {
             self.quit = true;
         }
         if gpu::display_lost() {

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use miette::{IntoDiagnostic, Result};
 
-use crate::app::method::{self, Order};
+use crate::app::method::{self, RenderOrder};
 use crate::app::run_spec::RunSpec;
 use crate::client::window::statistics::Recent;
 use crate::server::{Priority, Server};
@@ -90,9 +90,9 @@ impl Session {
         self.traced_before += self.server.stats().total().samples;
         self.cut = (self.ended.is_none() && self.epoch != Epoch(0)).then(|| (self.epoch, Instant::now()));
         self.epoch = self.epoch.next();
-        let order =
-            Order { range: 0..self.paths.unwrap_or(u64::MAX), window, epoch: self.epoch, check: None };
-        method::start(&self.server, run, (scene, camera), order, &mut self.photons)?;
+        let range = 0..self.paths.unwrap_or(u64::MAX);
+        let order = RenderOrder { scene, camera, range, window, epoch: self.epoch, check: None };
+        method::start(&self.server, run, order, &mut self.photons)?;
         self.cursor = Cursor::new(self.epoch, 0);
         self.window = window;
         (self.ended, self.through, self.began) = (None, false, Instant::now());

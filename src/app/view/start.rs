@@ -8,9 +8,9 @@ use miette::Result;
 use winit::event_loop::EventLoop;
 
 use crate::app::args::ViewArgs;
-use crate::app::auto::Chooser;
 use crate::app::device::CPU;
-use crate::app::load::Input;
+use crate::app::load::SceneInput;
+use crate::app::method::Chooser;
 use crate::app::outputs::Outputs;
 use crate::app::run_spec::RunSpec;
 use crate::app::view::ending;
@@ -18,7 +18,7 @@ use crate::app::view::screen::Losses;
 use crate::app::view::session::Session;
 use crate::app::view::user::User;
 use crate::app::view::viewer::{Plan, Viewer};
-use crate::app::{auto, interrupt, load, tell, timings};
+use crate::app::{load, method, process, tell, timings};
 use crate::client::Settings;
 use crate::client::later;
 use crate::client::window::panel::{Controls, DEFAULT_TARGET, Show};
@@ -42,7 +42,7 @@ pub fn view(args: &ViewArgs) -> Result<()> {
     if let Some(path) = &args.gpu_timings {
         timings::check(path, args.outputs.iter().chain(&args.json).chain([&args.source.scene]))?;
     }
-    interrupt::listen();
+    process::listen_for_interrupt();
     let events = EventLoop::new().map_err(|error| no_display(&error.to_string()))?;
     let mut viewer = prepare(args, outputs)?;
     // The window system may be gone in the middle of anything: what was traced is saved all the same.
@@ -85,27 +85,24 @@ fn no_display(why: &str) -> miette::Report {
 /// Loads the scene and starts the threads.
 fn prepare(args: &ViewArgs, outputs: Outputs) -> Result<Viewer> {
     let loaded = load::read(&args.source)?;
-    for warning in &loaded.warnings {
-        tell(&format!("{:?}", miette::Report::new(warning.clone())));
-    }
+    load::tell_warnings(&loaded);
     let scene = load::prepare(Scene::prepare, &loaded.desc, args.source.simd)?;
     for notice in scene.notices() {
         tell(&format!("warning: {notice}"));
     }
     let forced = load::forced(&loaded.desc, &args.source)?;
-    let input = Input { loaded, forced };
+    let input = SceneInput { loaded, forced };
     let mut run =
         RunSpec { deterministic: args.deterministic, ..RunSpec::of(&args.source, &input, String::new()) };
     run.replicated = args.replicates > 1;
-    let Input { loaded, forced } = input;
+    let SceneInput { loaded, forced } = input;
     let name =
         args.source.scene.file_stem().map_or("scene".into(), |stem| stem.to_string_lossy().into_owned());
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let threads = args.source.threads.map_or(cores, usize::from);
+    let threads = args.source.threads();
     let session = Session::start(threads, args.samples, args.deterministic)?;
     let controls = Controls {
         settings: Settings { output: args.hdr.output(), ..args.display.settings() },
-        filter: run.spec.filter,
+        filter: run.film.filter,
         own_profile: Some(args.display.settings().profile).filter(|p| Profile::named(&p.name).is_none()),
         visible: !args.no_panel,
         help: false,
@@ -117,9 +114,9 @@ fn prepare(args: &ViewArgs, outputs: Outputs) -> Result<Viewer> {
     run.photons = user.desc().integrator.photons;
     let asked = run.integrator == IntegratorKind::Auto;
     if run.deterministic {
-        let size = [run.spec.width, run.spec.height];
-        auto::settle(&mut run, &user.scene(), &user.camera(size)?, threads);
-        auto::say(&run);
+        let size = [run.film.width, run.film.height];
+        method::choose(&mut run, &user.scene(), &user.camera(size)?, threads);
+        method::tell_choice(&run);
     } else if asked {
         run.integrator = IntegratorKind::Path;
     }

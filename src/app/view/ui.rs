@@ -5,9 +5,9 @@ use std::time::{Duration, Instant};
 use winit::event::WindowEvent;
 use winit::window::Window;
 
+use crate::app::plan;
 use crate::app::view::screen::{Screen, Triangles};
 use crate::app::view::viewer::Viewer;
-use crate::app::{method, plan};
 use crate::client::settings::FilmCounts;
 use crate::client::window::panel::{self, Action, Controls, Effect, Readout, Show};
 use crate::tracer::effects::{self, refusal};
@@ -184,12 +184,15 @@ impl Viewer {
             return effects.clone();
         }
         let (run, forced) = (&self.plan.run, self.user.forced());
-        let line = |entry: plan::Entry| {
-            let can_switch = entry.effect.map_or(entry.shown.can_switch, |effect| {
-                let is_forced = forced.iter().any(|forced| forced.effect == effect);
-                let can_add = effects::force_on(&mut self.user.desc().clone(), effect).is_ok();
-                is_forced || entry.on && refusal(effect, run.integrator).is_none() || !entry.on && can_add
-            });
+        let line = |entry: plan::PlannedEffect| {
+            let can_switch = entry.effect.map_or(
+                entry.listed.as_ref().is_some_and(|listed| listed.can_switch),
+                |effect| {
+                    let is_forced = forced.iter().any(|forced| forced.effect == effect);
+                    let can_add = effects::force_on(&mut self.user.desc().clone(), effect).is_ok();
+                    is_forced || entry.on && refusal(effect, run.integrator).is_none() || !entry.on && can_add
+                },
+            );
             let place = entry.place.map_or(String::new(), |place| format!(" ({place})"));
             Effect { name: entry.name, on: entry.on, reason: entry.reason + &place, can_switch, cost: None }
         };
@@ -199,7 +202,7 @@ impl Viewer {
     }
 
     /// The plan as it is now.
-    pub fn list(&self) -> Vec<plan::Entry> {
+    pub fn list(&self) -> Vec<plan::PlannedEffect> {
         plan::plan(self.user.desc(), &self.plan.run, &self.controls.settings)
     }
 
@@ -220,7 +223,7 @@ impl Viewer {
                 false => format!("{} ({})", d.name, d.driver),
             }),
             plan: self.plan.cores.clone(),
-            method: method::name(self.plan.run.integrator),
+            method: self.plan.run.integrator.name(),
             reason: self.plan.run.auto.as_ref().map_or(String::new(), |chosen| chosen.reason.clone()),
             extent: self.size,
             detail: self.clock.repainted.2,

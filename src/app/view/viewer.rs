@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use miette::{IntoDiagnostic, Result};
 
-use crate::app::auto::{self, Chooser};
+use crate::app::method::{self, Chooser};
 use crate::app::observer::Observer;
 use crate::app::outputs::Outputs;
 use crate::app::run_spec::RunSpec;
@@ -139,7 +139,7 @@ impl Viewer {
     /// A viewer whose window is not open yet.
     pub fn new((plan, chooser): (Plan, Chooser), session: Session, user: User, controls: Controls) -> Self {
         let now = Instant::now();
-        let spec = plan.run.spec;
+        let spec = plan.run.film;
         let size = [spec.width, spec.height];
         Self {
             pacer: Pacer::new(plan.budget.unwrap_or(DEFAULT_BUDGET)),
@@ -180,7 +180,7 @@ impl Viewer {
     /// The film that the window needs now.
     pub fn spec(&self) -> FilmSpec {
         let [width, height] = self.size;
-        FilmSpec { width, height, filter: self.controls.filter, ..self.plan.run.spec }
+        FilmSpec { width, height, filter: self.controls.filter, ..self.plan.run.film }
     }
 
     /// Where samples must lie for a film of this size. Samples in index order are those of a headless render, exactly;
@@ -222,7 +222,7 @@ impl Viewer {
             self.pending.restart |= run.integrator != chosen.kind;
             run.integrator = chosen.kind;
             run.auto = Some(chosen);
-            auto::say(run);
+            method::tell_choice(run);
             self.refresh();
         }
         let first = self.plan.run.auto.is_none();

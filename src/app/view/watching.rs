@@ -53,7 +53,7 @@ impl Viewer {
 
     /// Tells the observer that the film begins anew: with another render, or with the same one.
     pub fn watch(&mut self, another: bool) {
-        let run = RunSpec { spec: self.spec(), ..self.plan.run.clone() };
+        let run = RunSpec { film: self.spec(), ..self.plan.run.clone() };
         if another {
             self.maps.cost = None;
         }
@@ -76,7 +76,7 @@ impl Viewer {
     pub fn last_error(&self) -> Option<ErrorReport> {
         let observer = self.observer.as_ref()?;
         let (state, kept) = observer.end();
-        predictions::log(&RunSpec { spec: self.spec(), ..self.plan.run.clone() }, &kept);
+        predictions::log(&RunSpec { film: self.spec(), ..self.plan.run.clone() }, &kept);
         ErrorReport::new(&state, &self.plan.run, (observer.target(), Quantity::P95), state.reached)
     }
 

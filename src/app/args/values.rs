@@ -3,9 +3,12 @@
 use std::path::Path;
 use std::time::Duration;
 
-use super::scene::MaxDepth;
 use crate::client::Kernel;
 use crate::color::{Profile, icc};
+
+/// Value of `--max-depth`; `None` is unlimited.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MaxDepth(pub Option<u32>);
 
 pub(super) fn define(text: &str) -> Result<(String, String), String> {
     match text.split_once('=') {

@@ -1,0 +1,38 @@
+//! What the process asks of the system: Ctrl-C, memory in use, standard error.
+
+use std::io::Write;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+/// Takes the first Ctrl-C as the wish for the picture as it is; a second one ends the process. If no handler can be
+/// installed, Ctrl-C ends the process as usual.
+pub fn listen_for_interrupt() {
+    let set = ctrlc::set_handler(|| {
+        if INTERRUPTED.swap(true, Ordering::SeqCst) {
+            std::process::exit(130);
+        }
+    });
+    if let Err(error) = set {
+        tracing::warn!("Ctrl-C will end the program without a picture: {error}");
+    }
+}
+
+/// True once Ctrl-C was pressed.
+pub fn is_interrupted() -> bool {
+    INTERRUPTED.load(Ordering::SeqCst)
+}
+
+/// Largest resident memory so far in bytes, from `/proc/self/status`; `None` on systems other than Linux.
+pub fn peak_memory_bytes() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|l| l.starts_with("VmHWM:"))?;
+    let kib: u64 = line.split_whitespace().nth(1)?.parse().ok()?;
+    Some(kib * 1024)
+}
+
+/// Prints a line on standard error. A closed pipe is not an error here, unlike in `eprintln!`: a picture is made
+/// whether or not anybody reads the messages.
+pub fn tell(text: &str) {
+    let _ = writeln!(std::io::stderr(), "{text}");
+}
