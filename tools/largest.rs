@@ -6,6 +6,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a measuring tool: a panic is the message")]
 
+#[allow(dead_code, unused_imports, reason = "each tool uses a part")]
 #[path = "../tests/support/largest.rs"]
 mod largest;
 

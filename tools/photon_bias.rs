@@ -4,10 +4,18 @@
 //! that emits 1 and reflects half, whose radiance is 2 everywhere: all bias is that of its edges. Then scenes (the Cornell
 //! box), against path tracing with many more samples. The bias of a pixel is what noise does not explain of the squared distance.
 
+#[allow(dead_code, unused_imports, reason = "each tool uses a part")]
 #[path = "../tests/support/agreement.rs"]
 mod agreement;
-#[path = "../tests/tracer_support/mod.rs"]
-mod tracer_support;
+#[allow(dead_code, unused_imports, reason = "each tool uses a part")]
+#[path = "../tests/support/random.rs"]
+mod random;
+#[allow(dead_code, unused_imports, reason = "each tool uses a part")]
+#[path = "../tests/support/scenes/mod.rs"]
+mod scenes;
+#[allow(dead_code, unused_imports, reason = "each tool uses a part")]
+#[path = "../tests/support/welch.rs"]
+mod welch;
 
 use glam::{DAffine3, DVec3};
 
@@ -72,11 +80,11 @@ fn curve(name: &str, desc: &SceneDesc, reference: &Measured) {
 }
 
 fn furnace() {
-    let mut desc = tracer_support::empty();
+    let mut desc = scenes::empty();
     desc.camera.fov = 70.0;
-    let half = tracer_support::material(&mut desc, tracer_support::grey(0.5));
+    let half = scenes::material(&mut desc, scenes::grey(0.5));
     let size = DAffine3::from_scale(DVec3::new(1.0, 1.5, 2.0));
-    tracer_support::shape(&mut desc, ShapeKind::Cube, size, (half, 1.0));
+    scenes::shape(&mut desc, ShapeKind::Cube, size, (half, 1.0));
     desc.shapes[0].flip_normals = true;
     let (mean, variance) = (vec![2.0; SIDE * SIDE], vec![0.0; SIDE * SIDE]);
     curve("furnace", &desc, &Measured { width: SIDE, height: SIDE, mean, variance });

@@ -4,8 +4,12 @@
 
 #![allow(clippy::unwrap_used, reason = "a measuring tool: a panic is the message")]
 
+#[allow(dead_code, unused_imports, reason = "each tool uses a part")]
 #[path = "../tests/support/desktop.rs"]
 mod desktop;
+#[allow(dead_code, unused_imports, reason = "each tool uses a part")]
+#[path = "../tests/support/xserver.rs"]
+mod xserver;
 
 use std::fs;
 use std::path::Path;

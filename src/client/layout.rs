@@ -1,6 +1,6 @@
 //! Every block that a shader reads from the host; twin of `glsl/include/layout.glsl`, member by member.
 //!
-//! Offsets follow std430: scalars at multiples of 4, `vec2` of 8, `vec4` of 16. `tests/gpu_shaders.rs` walks the
+//! Offsets follow std430: scalars at multiples of 4, `vec2` of 8, `vec4` of 16. `tests/gpu/shaders.rs` walks the
 //! compiled shaders and compares every member with [`BLOCKS`]. Vertices are [`Sample`](crate::stream::Sample)s.
 
 /// Largest block: the push range that every Vulkan device has.

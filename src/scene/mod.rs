@@ -6,7 +6,7 @@
 //! - **Nothing is ignored in silence.** What the reader does not know is an error or a
 //!   [`SceneWarning`], both with file, line, column and the source line under a caret.
 //! - **No input may hurt.** Sizes, depths and counts are bounded by [`limits`]; numbers are finite
-//!   or refused; no file can make the reader panic or hang (`tests/scene_corrupt.rs`).
+//!   or refused; no file can make the reader panic or hang (`tests/broken_files/corrupt.rs`).
 //! - **One plugin, one function, one line.** Each group of plugins has its file in [`mitsuba`] with a
 //!   table of names at its top.
 //!

@@ -1,10 +1,5 @@
 //! Small pictures by any method, from independent seeds: mean and variance of the mean in every pixel.
 
-#![allow(dead_code, reason = "each test file uses its own part")]
-
-#[path = "welch.rs"]
-pub mod welch;
-
 use std::sync::Arc;
 
 use pointillist::color::Xyz;
@@ -13,6 +8,8 @@ use pointillist::scene::desc::SceneDesc;
 use pointillist::stream::{SampleSink, UvWindow};
 use pointillist::tracer::integrator::{BidirectionalTracer, ParticleTracer, PhotonTracer, RenderContext};
 use pointillist::tracer::{Camera, Integrator, PathTracer, Scene};
+
+use super::welch;
 
 /// Which method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

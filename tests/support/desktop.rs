@@ -1,17 +1,12 @@
 //! A display of its own (Xvfb) with synthetic mouse and keyboard, for tests and tools that use the window as a user does.
 
-#![allow(dead_code, reason = "every user needs another part")]
-
-#[path = "xserver.rs"]
-mod xserver;
-
 use std::time::{Duration, Instant};
 
+use super::xserver::Server;
 use x11rb::connection::Connection;
 use x11rb::protocol::xproto::{self, ConnectionExt as _, ImageFormat};
 use x11rb::protocol::xtest::ConnectionExt as _;
 use x11rb::rust_connection::RustConnection;
-use xserver::Server;
 
 /// An X server without a screen, and a connection to it. Dropping it ends the server.
 pub struct Desktop {

@@ -1,7 +1,5 @@
 //! Integrators that need no scene, and loops that a client of the server would run.
 
-#![allow(dead_code, reason = "each test file uses its own part")]
-
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 

@@ -32,14 +32,3 @@ pub fn p_value(t: f64, freedom: f64) -> f64 {
     let end = std::f64::consts::FRAC_PI_2;
     integral((t.abs() / freedom.sqrt()).atan(), end) / integral(0.0, end)
 }
-
-#[test]
-fn known_quantiles_of_t() {
-    // Tables of Student's distribution: two-sided 5 %, 1 % and 0.1 %.
-    for (t, freedom, p) in
-        [(2.228, 10.0, 0.05), (2.845, 20.0, 0.01), (3.646, 30.0, 0.001), (12.706, 1.0, 0.05)]
-    {
-        assert!((p_value(t, freedom) / p - 1.0).abs() < 2e-3, "{t} {freedom}: {}", p_value(t, freedom));
-    }
-    assert!((p_value(0.0, 5.0) - 1.0).abs() < 1e-9);
-}

@@ -18,7 +18,7 @@
 //! A path may split; its branches share its slots and have the leading digits of every number exchanged ([`Sampler::branch`]).
 //!
 //! Dimension 6 is used in block 0 only: between two blocks it is the one dimension whose correlation is noticeably
-//! larger than chance (2.5/√N; `tests/sampler_nets.rs`).
+//! larger than chance (2.5/√N; `tests/tracer/sampler_nets.rs`).
 //!
 //! A slot is never "the next free dimension": which branch a path takes does not change what a number means.
 //! Block 0 uses the index itself, so that every aligned chunk of 4^k indices covers the whole screen evenly; later

@@ -13,7 +13,7 @@ use super::lanes::Lanes;
 /// rounding each for the moved origin, its product with the reciprocal, the reciprocal, and one or two for the other
 /// product and the sum, of up to twice the reach, displace a plane by 6 (10 for directions beyond 8e37, whose reciprocals are denormal). Polygon test: difference 1, shear (two for its
 /// slope, at most 1; one each for z and the product) 4, and the last difference, of up to twice the reach, 2 displace a vertex
-/// by 7. Its edge functions may come out as zero outside: 2. `tests/accel_watertight.rs` holds it, and fails without.
+/// by 7. Its edge functions may come out as zero outside: 2. `tests/accel/watertight.rs` holds it, and fails without.
 const WIDEN: f32 = 1.5e-6;
 
 /// A ray in the terms of the box test.

@@ -1,0 +1,194 @@
+//! Case N2: a ray from inside a closed mesh hits it, whatever vertex or edge it is aimed at, in every kernel.
+
+use std::ops::AddAssign;
+
+use glam::{DAffine3, DVec3, Vec3};
+use rayon::prelude::*;
+
+use crate::support::accel::{CLOSED, Closed, Random, icosphere, kernels, moeller_trumbore};
+use pointillist::tracer::accel::{Accel, Kernel, PrimRange, Ray};
+use pointillist::tracer::shape::Triangle;
+
+/// Rays in all, shared by the meshes. Those of the vector kernels are all of them; the scalar kernel gets every fifth,
+/// or all where there is no other.
+const RAYS: u64 = 5_000_000;
+
+/// Rays at each mesh that are asked of the naive test.
+const NAIVE: u64 = 400;
+
+/// A ray from inside at a vertex (one of four) or at a point of an edge, as exactly as single precision allows. Of
+/// every fifth one component is made zero: it points anywhere, along a plane of the grid of a cube.
+fn aimed(mesh: &[[Vec3; 3]], closed: &Closed, index: u64) -> (Ray, f32) {
+    let random = &mut Random(index.wrapping_mul(0x9e37_79b9_7f4a_7c15));
+    let origin = (random.direction() * random.next() * closed.inside + closed.center).as_vec3();
+    let face = mesh[(random.next() * mesh.len() as f64) as usize];
+    let corner = (random.next() * 3.0) as usize;
+    let (a, b) = (face[corner % 3], face[(corner + 1) % 3]);
+    let target = a + (b - a) * if index.is_multiple_of(4) { 0.0 } else { random.next() as f32 };
+    let mut ray = Ray::new(origin, (target - origin).normalize());
+    if index.is_multiple_of(5) {
+        ray.direction[(random.next() * 3.0) as usize] = 0.0;
+        return (ray, f32::INFINITY);
+    }
+    // No farther than the target by more than the edges around it: a ray that leaks out of a bay may hit another.
+    let edges = a.distance(b).max(b.distance(face[(corner + 2) % 3]));
+    (ray, target.distance(origin) * 1.0001 + 3.0 * edges)
+}
+
+/// What went wrong, and how much was tried.
+#[derive(Clone, Copy, Debug, Default)]
+struct Count {
+    rays: u64,
+    missed: u64,
+    unoccluded: u64,
+    late: u64,
+}
+
+impl AddAssign for Count {
+    fn add_assign(&mut self, other: Self) {
+        self.rays += other.rays;
+        self.missed += other.missed;
+        self.unoccluded += other.unoccluded;
+        self.late += other.late;
+    }
+}
+
+fn count(
+    accel: &Accel,
+    mesh: &[[Vec3; 3]],
+    closed: &Closed,
+    rays: impl ParallelIterator<Item = u64>,
+) -> Count {
+    rays.fold(Count::default, |mut sum, index| {
+        let (ray, farthest) = aimed(mesh, closed, index);
+        let hit = accel.closest(&ray);
+        sum += Count {
+            rays: 1,
+            missed: u64::from(hit.is_none()),
+            unoccluded: u64::from(!accel.occluded(&ray, PrimRange::NONE)),
+            late: u64::from(hit.is_some_and(|h| h.t > farthest)),
+        };
+        sum
+    })
+    .reduce(Count::default, |mut a, b| {
+        a += b;
+        a
+    })
+}
+
+fn assert_closed(closed: &Closed, quads: &[u32], rays: u64) {
+    let mesh = closed.triangles();
+    assert_eq!(mesh.len(), 27_648);
+    let mut accel = Accel::new(&mesh, quads, Vec::new(), Vec::new());
+    for kernel in kernels() {
+        assert!(accel.set_kernel(kernel));
+        let every = if kernel == Kernel::Scalar && Kernel::best() != Kernel::Scalar { 5 } else { 1 };
+        // Steps of five would be aimed at vertices and made flat more often than not.
+        let of_scalar = (0..rays).into_par_iter().filter(|i| (i / 20).is_multiple_of(every));
+        let count = count(&accel, &mesh, closed, of_scalar);
+        println!("{}, {}: {count:?}", closed.name, kernel.name());
+        assert!(count.rays >= rays / every / 2);
+        assert_eq!(
+            (count.missed, count.unoccluded, count.late),
+            (0, 0, 0),
+            "{}, {}, of {}",
+            closed.name,
+            kernel.name(),
+            count.rays
+        );
+    }
+    // The naive test gets every triangle, without any tree that could lose one.
+    let missed = |index: &u64| !mesh.iter().any(|&t| moeller_trumbore(&aimed(&mesh, closed, *index).0, t));
+    let naive = (0..NAIVE).into_par_iter().filter(missed).count();
+    println!("{}: the naive test misses {naive} of {NAIVE}", closed.name);
+    assert!(naive > 0, "{}: the case is too easy", closed.name);
+}
+
+/// Seven meshes of 27,648 triangles, five million rays, no miss; and none that slips through a surface to a farther one.
+#[test]
+fn closed_meshes_have_no_holes() {
+    for closed in &CLOSED {
+        assert_closed(closed, &[], RAYS / CLOSED.len() as u64);
+    }
+}
+
+/// The same where every other cell is tested as a parallelogram and its neighbours as triangles.
+#[test]
+fn no_holes_between_parallelograms_and_triangles() {
+    let quads: Vec<u32> = (0..27_648).step_by(2).filter(|i| (i / 2 + i / 96) % 2 == 0).collect();
+    for closed in &CLOSED[4..6] {
+        assert_closed(closed, &quads, RAYS / 20);
+    }
+}
+
+/// A sphere of 5,120 triangles down to a millionth: coarse enough for edges to be seen at every angle.
+#[test]
+fn small_spheres_have_no_holes() {
+    let (points, faces) = icosphere(4);
+    for (shift, size) in [(DVec3::ZERO, 1.0), (DVec3::new(1234.0, -777.0, 3000.0), 1.0), (DVec3::ZERO, 1e-6)]
+    {
+        let corner = |i: usize| (points[i] * size + shift).as_vec3();
+        let mesh: Vec<[Vec3; 3]> = faces.iter().map(|f| f.map(corner)).collect();
+        let closed = Closed { center: shift, inside: DVec3::splat(0.6 * size), ..CLOSED[0] };
+        let mut accel = Accel::new(&mesh, &[], Vec::new(), Vec::new());
+        for kernel in kernels() {
+            assert!(accel.set_kernel(kernel));
+            let count = count(&accel, &mesh, &closed, (0..100_000).into_par_iter());
+            assert_eq!(
+                (count.missed, count.unoccluded, count.late),
+                (0, 0, 0),
+                "{}, size {size}",
+                kernel.name()
+            );
+        }
+    }
+}
+
+/// A turned box of parallelograms is as closed as its triangles, and answers the same.
+#[test]
+fn parallelograms_are_their_two_triangles() {
+    let m = DAffine3::from_axis_angle(DVec3::new(0.3, 0.9, -0.2).normalize(), 0.7)
+        * DAffine3::from_scale(DVec3::new(1.0, 0.01, 3.0));
+    let mut mesh: Vec<[Vec3; 3]> = Vec::new();
+    for axis in 0..3 {
+        for sign in [-1.0, 1.0] {
+            let [a, b, c, d] = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| {
+                let mut p = DVec3::ZERO;
+                (p[axis], p[(axis + 1) % 3], p[(axis + 2) % 3]) = (sign, x, y);
+                m.transform_point3(p).as_vec3()
+            });
+            mesh.extend([[a, b, c], [a, c, d]]);
+        }
+    }
+    let quads = [0, 2, 4, 6, 8, 10];
+    let mut boxed = Accel::new(&mesh, &quads, Vec::new(), Vec::new());
+    let mut halves = Accel::new(&mesh, &[], Vec::new(), Vec::new());
+    for (seed, kernel) in (17..).zip(kernels()) {
+        assert!(boxed.set_kernel(kernel) && halves.set_kernel(kernel));
+        compare_box(&boxed, &halves, (&mesh, m), &mut Random(seed));
+    }
+}
+
+fn compare_box(boxed: &Accel, halves: &Accel, (mesh, m): (&[[Vec3; 3]], DAffine3), random: &mut Random) {
+    for i in 0..100_000 {
+        let inside = DVec3::new(random.next(), random.next(), random.next()) * 1.8 - 0.9;
+        let origin = m.transform_point3(inside).as_vec3();
+        let face = mesh[(random.next() * 12.0) as usize];
+        let target = face[0] + (face[1] - face[0]) * if i % 4 == 0 { 0.0 } else { random.next() as f32 };
+        let ray = Ray::new(origin, (target - origin).normalize());
+        let (one, two) = (boxed.closest(&ray).expect("closed"), halves.closest(&ray).expect("closed"));
+        assert!((one.t - two.t).abs() <= 2e-4 * one.t.max(0.01), "{one:?} {two:?}");
+        assert!(boxed.occluded(&ray, PrimRange::NONE));
+        let point = Triangle::new(mesh[one.prim as usize]).expect("has an area").point(one.uv);
+        let along = ray.origin + ray.direction * one.t;
+        // Within rounding times the inverse cosine, which reaches 300 in this thin box.
+        assert!(point.p.distance(along) < 2e-4, "{point:?} {along}");
+        // Leaving the point outwards meets nothing, but for the neighbour at an edge, a few ulps away.
+        let d = random.direction().as_vec3();
+        let d = d * d.dot(point.ng).signum() * point.ng.dot(ray.direction).signum();
+        let o = pointillist::math::float::safe_origin(point.p, point.error, point.ng, d);
+        if let Some(again) = boxed.closest(&Ray::new(o, d)) {
+            assert!(again.prim != one.prim && again.t < 1e-4, "{one:?} {again:?}");
+        }
+    }
+}

@@ -1,0 +1,172 @@
+//! White furnaces: what is lit by radiance 1 from everywhere, by every method.
+//!
+//! A material that loses nothing shows exactly 1. Facets that scatter once lose what meets a second one; how much, follows from
+//! the material alone: the mean throughput of a walk that goes on until it leaves the scene, without lights, roulette or
+//! multiple importance sampling. Every method must find that number within noise.
+
+use glam::{DAffine3, DVec3, Vec4};
+
+use crate::support::agreement::{Method, Plan, repeat};
+use crate::support::scenes::*;
+use pointillist::scene::desc::*;
+use pointillist::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum, dispersion::Ior};
+use pointillist::stream::UvWindow;
+use pointillist::tracer::Camera;
+
+const PLAN: Plan = Plan { side: 4, paths_per_pixel: 256, seeds: 16, window: UvWindow::PICTURE };
+
+fn one() -> Spectrum {
+    Spectrum::Constant(1.0)
+}
+
+fn facets(facets: Facets, alpha: f32) -> Roughness {
+    Roughness { facets, alpha: [alpha; 2] }
+}
+
+/// Reflects everything.
+fn silver(roughness: Roughness) -> BsdfDesc {
+    let eta = Spectrum::Constant(0.0);
+    BsdfDesc::RoughConductor { eta, k: one(), specular_reflectance: one(), roughness }
+}
+
+fn rough_glass(int_ior: Ior, roughness: Roughness) -> BsdfDesc {
+    let [specular_reflectance, specular_transmittance] = [one(), one()];
+    let ext_ior = Ior::Constant(1.0);
+    BsdfDesc::RoughDielectric { int_ior, ext_ior, specular_reflectance, specular_transmittance, roughness }
+}
+
+fn plastic(int_ior: Ior) -> BsdfDesc {
+    let [diffuse_reflectance, specular_reflectance] = [one(), one()];
+    let (ext_ior, nonlinear) = (Ior::Constant(1.0), true);
+    BsdfDesc::Plastic { int_ior, ext_ior, diffuse_reflectance, specular_reflectance, nonlinear }
+}
+
+fn rough_plastic(roughness: Roughness) -> BsdfDesc {
+    let [diffuse_reflectance, specular_reflectance] = [one(), one()];
+    let [int_ior, ext_ior] = [1.49, 1.0].map(Ior::Constant);
+    BsdfDesc::RoughPlastic {
+        int_ior,
+        ext_ior,
+        diffuse_reflectance,
+        specular_reflectance,
+        nonlinear: true,
+        roughness,
+    }
+}
+
+/// A ball of a material that fills the picture, lit by radiance 1 from everywhere: by the environment, or by a sphere around
+/// all of it.
+fn furnace(bsdf: BsdfDesc, enclosed: bool) -> SceneDesc {
+    let mut desc = empty();
+    desc.camera.fov = 20.0;
+    let m = material(&mut desc, bsdf);
+    shape(&mut desc, sphere(DVec3::new(0.0, 0.0, 3.0), 1.0), DAffine3::IDENTITY, (m, 0.0));
+    if enclosed {
+        let black = material(&mut desc, grey(0.0));
+        shape(&mut desc, sphere(DVec3::new(0.1, 0.2, 3.0), 3.3), DAffine3::IDENTITY, (black, 1.0));
+        desc.shapes[1].flip_normals = true;
+    } else {
+        environment(&mut desc);
+    }
+    desc
+}
+
+/// Mean luminance of walks that leave the scene, in a uniform environment, with its standard error.
+fn expected(desc: &SceneDesc, paths: u32) -> (f64, f64) {
+    let scene = prepare(desc);
+    let camera = Camera::of(desc).expect("the camera is valid");
+    let mut random = Random(17);
+    let mut one = |_| {
+        // One wavelength alone: materials treat it as they would light of one colour.
+        let lambda = SampledWavelengths::sample(random.unit());
+        let alone = lambda.alone(0);
+        let mut throughput = SampledSpectrum::ONE;
+        let mut ray = camera.ray([random.next(), random.next()], [0.5; 2]);
+        // Throughput of what loses nothing does not fall: a walk ends by leaving.
+        for _ in 0..10_000 {
+            let Some(hit) = scene.closest(&ray) else {
+                return f64::from(lambda.to_xyz(SampledSpectrum(throughput.0 * Vec4::X * 4.0)).y);
+            };
+            let (material, frame) = scene.material(&hit);
+            let numbers = [random.unit(), random.unit()];
+            let Some(s) = material.bsdf(&alone).sample(frame.to_local(hit.wo), numbers, random.unit()) else {
+                return 0.0;
+            };
+            throughput *= s.weight;
+            ray = hit.spawn(frame.to_world(s.wi));
+        }
+        0.0
+    };
+    let values: Vec<f64> = (0..paths).map(&mut one).collect();
+    moments(&values)
+}
+
+/// Mean and its standard error.
+fn moments(values: &[f64]) -> (f64, f64) {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    (mean, (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0) / n).sqrt())
+}
+
+/// `lossless`: the walk, too, must give 1.
+fn check(name: &str, bsdf: BsdfDesc, methods: &[Method], lossless: bool) {
+    let (wanted, wanted_error) = expected(&furnace(bsdf.clone(), false), 1 << 17);
+    println!("{name}: expected {wanted:.5} ± {wanted_error:.5}");
+    if lossless {
+        assert!((wanted - 1.0).abs() < 4.0 * wanted_error + 1e-3, "{name}: {wanted} ± {wanted_error}");
+    }
+    assert!(wanted < 1.0 + 4.0 * wanted_error + 1e-4, "{name} makes light: {wanted} ± {wanted_error}");
+    for enclosed in [false, true] {
+        for &method in methods {
+            // Few light paths end in a narrow view.
+            let (more, noise) = if method == Method::Particle { (8, 0.05) } else { (1, 2e-3) };
+            let plan = Plan { paths_per_pixel: more * PLAN.paths_per_pixel, ..PLAN };
+            let pictures = repeat(&furnace(bsdf.clone(), enclosed), method, plan);
+            let means: Vec<f64> = pictures.iter().map(|p| p.iter().sum::<f64>() / p.len() as f64).collect();
+            let (mean, error) = moments(&means);
+            let what =
+                format!("{name}, enclosed {enclosed}, {method:?}: {mean:.5} ± {error:.5} for {wanted:.5}");
+            println!("{what}");
+            // Student's t with at least 15 degrees of freedom exceeds 5 once in 6000 times.
+            assert!((mean - wanted).abs() < 5.0 * error.hypot(wanted_error) + 1e-4, "{what}");
+            assert!(error < noise, "{what}: too much noise to tell");
+        }
+    }
+}
+
+const ALL: [Method; 3] = [Method::Path, Method::Particle, Method::Bidirectional];
+
+/// Light subpaths do not show what a delta, or nearly one, shows to the camera.
+const FROM_CAMERA: [Method; 2] = [Method::Path, Method::Bidirectional];
+
+#[test]
+fn diffuse_and_metal() {
+    check("diffuse", grey(1.0), &ALL, true);
+    check("silver 1e-3", silver(facets(Facets::Beckmann, 1e-3)), &FROM_CAMERA, true);
+    check("silver 0.2", silver(facets(Facets::Ggx, 0.2)), &ALL, false);
+    check("silver 0.5, Beckmann", silver(facets(Facets::Beckmann, 0.5)), &ALL, false);
+}
+
+#[test]
+fn glasses() {
+    let bk7 = Ior::named("bk7").expect("a named glass");
+    check("glass", glass(Ior::Constant(1.5)), &FROM_CAMERA, true);
+    check(
+        "rough glass 1e-3",
+        rough_glass(Ior::Constant(1.5), facets(Facets::Ggx, 1e-3)),
+        &[Method::Path],
+        false,
+    );
+    check("rough glass 0.1", rough_glass(Ior::Constant(1.5), facets(Facets::Ggx, 0.1)), &FROM_CAMERA, false);
+    check("rough glass 0.7", rough_glass(Ior::Constant(1.5), facets(Facets::Beckmann, 0.7)), &ALL, false);
+    check("dispersive rough glass", rough_glass(bk7, facets(Facets::Ggx, 0.3)), &FROM_CAMERA, false);
+    check("strongly dispersive", rough_glass(Ior::cauchy(1.4, 0.04), facets(Facets::Ggx, 0.6)), &ALL, false);
+}
+
+#[test]
+fn plastics() {
+    check("plastic", plastic(Ior::Constant(1.49)), &FROM_CAMERA, true);
+    check("dispersive plastic", plastic(Ior::named("bk7").expect("a named glass")), &FROM_CAMERA, true);
+    check("rough plastic 0.1", rough_plastic(facets(Facets::Ggx, 0.1)), &FROM_CAMERA, false);
+    check("rough plastic 0.4", rough_plastic(facets(Facets::Beckmann, 0.4)), &ALL, false);
+}

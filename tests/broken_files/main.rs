@@ -1,0 +1,7 @@
+//! Broken and hostile scene files. A process of its own, because its allocator counts what the reader holds.
+
+#![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
+
+mod corrupt;
+mod guard;
+mod limits;

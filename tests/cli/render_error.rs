@@ -1,0 +1,107 @@
+//! The error of a render: stated without a reference, true against one, and a reason to stop.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+/// A folder of this test's own, empty.
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("render_error").join(name);
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+fn run(state: &Path, args: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_pointillist"));
+    command.current_dir(env!("CARGO_MANIFEST_DIR")).env("POINTILLIST_STATE", state);
+    command.args(args).output().unwrap()
+}
+
+#[track_caller]
+fn json(state: &Path, args: &[&str]) -> Value {
+    let output = run(state, args);
+    assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+#[track_caller]
+fn fails(args: &[&str], wanted: &str) {
+    let output = run(&folder("bad"), args);
+    let errors = String::from_utf8_lossy(&output.stderr).replace("\n  │ ", " ");
+    assert!(!output.status.success() && errors.contains(wanted), "{args:?}: {errors}");
+}
+
+const SCENE: [&str; 8] =
+    ["render", "scenes/cornell.xml", "--size", "64x64", "--device", "cpu", "--quiet", "--json=-"];
+
+fn with<'a>(more: &[&'a str]) -> Vec<&'a str> {
+    SCENE.iter().chain(more).copied().collect()
+}
+
+/// The same bytes and the same end for any number of threads; the error is what was asked for, by the half of the pixels
+/// that did not decide.
+#[test]
+fn a_render_stops_at_its_error_and_always_at_the_same_place() {
+    let place = folder("stop");
+    let out = |name: &str| place.join(name).display().to_string();
+    let (one, two) = (out("one.exr"), out("two.exr"));
+    let stop = |file: &str, threads: &str| {
+        json(&place, &with(&["--error", "10%", "--deterministic", "--threads", threads, "-o", file]))
+    };
+    let (a, b) = (stop(&one, "1"), stop(&two, "3"));
+    assert_eq!(a["camera_paths"], b["camera_paths"]);
+    assert_eq!(std::fs::read(&one).unwrap(), std::fs::read(&two).unwrap());
+    let error = &a["error"];
+    assert_eq!((error["reached"].as_bool(), error["target"].as_f64()), (Some(true), Some(0.1)));
+    let p95 = error["p95"]["value"].as_f64().unwrap();
+    assert!((0.06..0.14).contains(&p95), "{error}");
+    assert!(error["p95"]["low"].as_f64().unwrap() < p95 && p95 < error["p95"]["high"].as_f64().unwrap());
+    assert!(error["curve"].as_array().unwrap().len() > 3);
+    // What was predicted on the way is in the log, with what came of it.
+    let log = std::fs::read_to_string(place.join("predictions.jsonl")).unwrap();
+    assert!(log.lines().count() >= 2 && log.contains("\"reached\":"), "{log}");
+    let printed = run(&place, &["study", "--predictions"]);
+    let text = String::from_utf8_lossy(&printed.stdout);
+    assert!(text.contains("scenes/cornell.xml path") && text.contains("all"), "{text}");
+}
+
+/// Whichever comes first.
+#[test]
+fn time_and_samples_end_a_render_too() {
+    let place = folder("first");
+    let file = place.join("a.png").display().to_string();
+    let short = json(&place, &with(&["--error", "0.01%", "--spp", "8", "-o", &file]));
+    assert_eq!(
+        (short["error"]["reached"].as_bool(), short["samples_per_pixel"].as_f64().unwrap() < 9.0),
+        (Some(false), true)
+    );
+    let timed = json(&place, &with(&["--error", "0.01%", "--time", "0.4", "-o", &file]));
+    assert_eq!(timed["error"]["reached"].as_bool(), Some(false));
+    assert!(timed["seconds"]["render"].as_f64().unwrap() < 20.0);
+    // One randomisation does not know its error, and gives another picture of as many paths.
+    let alone = json(&place, &with(&["--spp", "8", "--replicates", "1", "-o", &file]));
+    assert!(alone.get("error").is_none());
+    // Too few samples for any.
+    let few = json(&place, &with(&["--samples", "100", "-o", &file]));
+    assert!(few.get("error").is_none(), "{few}");
+}
+
+#[test]
+fn what_cannot_be_is_said_in_one_sentence() {
+    fails(
+        &["render", "scenes/cornell.xml", "--error", "1%", "--replicates", "1"],
+        "which one randomisation alone does not tell",
+    );
+    fails(
+        &["render", "scenes/cornell.xml", "--error", "1%", "--check-plan", "0.1"],
+        "which one randomisation alone does not tell",
+    );
+    fails(&["render", "scenes/cornell.xml", "--error=-3%"], "such as 1% or 0.01");
+    fails(&["render", "scenes/cornell.xml", "--error", "many"], "such as 1% or 0.01");
+    fails(&["study"], "required");
+    fails(&["study", "scenes/nowhere.xml"], "scenes/nowhere.xml");
+    fails(&["study", "scenes/cornell.xml", "--peer", "nonsense"], "NAME=SECONDS:FILE.exr");
+    fails(&["study", "--collect", "scenes", "-o", "target/tmp/none"], "there is no study in scenes");
+}

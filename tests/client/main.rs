@@ -1,0 +1,12 @@
+//! The display on the CPU: film, development, reconstruction, glare, and the numerical hazards of the paper.
+
+#![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod develop;
+mod film;
+mod glare;
+mod hazards;
+mod reconstruct;

@@ -1,0 +1,174 @@
+//! Glare on the GPU against its twin and against the convolution written out.
+
+use crate::common::{assert_silent, film, gpu, settings, spec};
+use crate::support::glare::{ADAPTATIONS, difference, direct, glare, noise, point, total};
+use glam::{DVec3, Vec3};
+use pointillist::client::film::VulkanFilm;
+use pointillist::client::glare::Kernel;
+use pointillist::client::later::{Patience, finish};
+use pointillist::client::reference::glare::GlareTwin;
+use pointillist::client::{Adaptation, Glare, Reconstruction, Settings, SplatFilter};
+use pointillist::color::Xyz;
+use pointillist::gpu::{Region, read_image};
+use pointillist::image::Grid;
+use pointillist::stream::Sample;
+
+/// A film that shows exactly this picture: one sample in the middle of each pixel, box filter.
+fn showing(picture: &Grid<Vec3>) -> VulkanFilm {
+    let (width, height) = (picture.width(), picture.height());
+    let samples: Vec<Sample> = (0..width * height)
+        .map(|i| {
+            let (x, y) = (i % width, i / width);
+            let uv = [(x as f32 + 0.5) / width as f32, (y as f32 + 0.5) / height as f32];
+            let v = picture.pixels()[i];
+            Sample { uv, xyz: Xyz::new(v.x, v.y, v.z), w: 1.0 }
+        })
+        .collect();
+    let mut film = film(spec(width as u32, height as u32, SplatFilter::Box));
+    film.add(&samples).expect("add");
+    film
+}
+
+fn plain() -> Settings {
+    settings(Reconstruction::None, 0.0)
+}
+
+/// The film's picture before the tone curve.
+fn picture(film: &mut VulkanFilm, glare: Option<Glare>) -> Grid<Vec3> {
+    let (width, height) = (film.spec().width as usize, film.spec().height as usize);
+    let xyz = film.reconstruct(&Settings { glare, ..plain() }).expect("a picture");
+    Grid::from_rows(width, height, xyz.into_iter().map(Vec3::from_array).collect()).expect("its size")
+}
+
+/// Bound as in `client_glare.rs`: 10⁻⁵ of the root mean square, 2·10⁻⁷ of the brightest pixel.
+#[test]
+fn gpu_equals_direct_convolution_and_twin() {
+    for extent in [[1, 1], [1, 7], [2, 2], [3, 5], [17, 33], [24, 9], [40, 31], [64, 64], [75, 20]] {
+        let mut film = showing(&noise(extent, 7));
+        let before = picture(&mut film, None);
+        for adaptation in ADAPTATIONS {
+            let glare = glare(adaptation);
+            let got = picture(&mut film, Some(glare));
+            let error = difference(got.pixels(), &direct(&before, &glare));
+            assert!(error < 1e-5, "{extent:?} {adaptation:?}: {error:e} from the definition");
+            let twin = GlareTwin::default().apply(&before, &glare).expect("memory");
+            let twin: Vec<_> = twin.pixels().iter().map(|v| v.as_dvec3()).collect();
+            let error = difference(got.pixels(), &twin);
+            assert!(error < 1e-5, "{extent:?} {adaptation:?}: {error:e} from the twin");
+        }
+        assert_eq!(picture(&mut film, None), before, "off again");
+    }
+    assert_silent(gpu());
+}
+
+/// A convolution on the torus: what a transform without padding computes.
+fn wrapped(picture: &Grid<Vec3>, glare: &Glare) -> Vec<DVec3> {
+    let extent @ [width, height] = [picture.width(), picture.height()];
+    let kernel = Kernel::new(extent, glare).expect("memory");
+    // Offsets of either sign that are the same on the torus, all in one.
+    let folded = |d: usize, n: usize| if d == 0 { vec![0] } else { vec![d, n - d] };
+    let mut out = vec![DVec3::ZERO; width * height];
+    for (q, value) in picture.pixels().iter().enumerate() {
+        let light = value.as_dvec3() * DVec3::from_array(kernel.gain_at(q % width, q / width).map(f64::from));
+        for (p, out) in out.iter_mut().enumerate() {
+            for y in folded((p / width).abs_diff(q / width), height) {
+                for x in folded((p % width).abs_diff(q % width), width) {
+                    *out += light * DVec3::from_array(kernel.quadrant.at(x, y).map(f64::from));
+                }
+            }
+        }
+    }
+    out
+}
+
+/// A bright spot at the border, which a transform without padding shows again at the other side. Bound of ours as above;
+/// the wrong one must miss it by far. All of the light stays in the picture, within 10⁻⁵.
+#[test]
+fn nothing_wraps_around_a_border() {
+    for (extent, spot) in [([24, 18], [0, 9]), ([24, 18], [23, 17]), ([17, 33], [8, 32])] {
+        let before = point(extent, spot, Vec3::new(90.0, 100.0, 110.0));
+        let mut film = showing(&before);
+        for adaptation in ADAPTATIONS {
+            let glare = glare(adaptation);
+            let got = picture(&mut film, Some(glare));
+            let error = difference(got.pixels(), &direct(&before, &glare));
+            assert!(error < 1e-5, "{extent:?} {adaptation:?}: {error:e} from the definition");
+            let error = difference(got.pixels(), &wrapped(&before, &glare));
+            assert!(error > 1e-4, "{extent:?} {adaptation:?}: {error:e} from one that wraps around");
+            let energy = (total(got.pixels()) / total(before.pixels()) - 1.0).abs().max_element();
+            assert!(energy < 1e-5, "{extent:?} {adaptation:?}: energy differs by {energy:e}");
+        }
+    }
+    assert_silent(gpu());
+}
+
+/// A film that does not wait shows the picture without glare, then with it: the one of a film that waits, to the bit.
+#[test]
+fn an_impatient_film_has_the_same_glare_later() {
+    let mut film = showing(&noise([40, 31], 5));
+    let settings = Settings { glare: Some(glare(Adaptation::Scotopic)), ..plain() };
+    film.set_patience(Patience::Ask);
+    let paint = |film: &mut VulkanFilm| {
+        film.flush().expect("flush");
+        let mut frame = gpu().begin().expect("a frame");
+        film.paint(&mut frame.cmd(), &settings, 1).expect("paint");
+        gpu().wait(frame.submit().expect("submit")).expect("wait");
+        let image = film.painted().expect("painted");
+        read_image(gpu(), image, Region { origin: [0, 0], extent: [40, 31] }).expect("read")
+    };
+    let first = paint(&mut film);
+    assert!(film.awaits_background());
+    while !film.has_arrived() {
+        std::thread::yield_now();
+    }
+    let second = paint(&mut film);
+    assert!(!film.awaits_background() && !film.has_arrived());
+    assert_ne!(first, second, "glare changes the picture");
+    let rgb: Vec<_> = second.chunks_exact(4).map(|c| [c[0], c[1], c[2]]).collect();
+    assert_eq!(film.display(&settings).expect("display").rgb, rgb);
+    // Dropped with something under way.
+    film.set_patience(Patience::Ask);
+    let other = Settings { glare: Some(glare(Adaptation::Mesopic)), ..plain() };
+    let mut frame = gpu().begin().expect("a frame");
+    film.paint(&mut frame.cmd(), &other, 1).expect("paint");
+    gpu().wait(frame.submit().expect("submit")).expect("wait");
+    drop(film);
+    finish();
+    assert_silent(gpu());
+}
+
+/// Several stages of every radix, more columns than threads. Bound: 10⁻⁴ of the root mean square, which is far below
+/// the brightest pixel; energy within 10⁻⁵.
+#[test]
+fn large_pictures_equal_the_twin_and_keep_their_energy() {
+    for extent in [[512, 288], [270, 600], [1100, 3]] {
+        let mut film = showing(&noise(extent, 11));
+        let before = picture(&mut film, None);
+        let glare = Glare { adaptation: Adaptation::Scotopic, view_angle: 25.0 };
+        let got = picture(&mut film, Some(glare));
+        let twin = GlareTwin::default().apply(&before, &glare).expect("memory");
+        let twin: Vec<_> = twin.pixels().iter().map(|v| v.as_dvec3()).collect();
+        let error = difference(got.pixels(), &twin);
+        assert!(error < 1e-4, "{extent:?}: {error:e} from the twin");
+        let energy = (total(got.pixels()) / total(before.pixels()) - 1.0).abs().max_element();
+        assert!(energy < 1e-5, "{extent:?}: energy differs by {energy:e}");
+    }
+    assert_silent(gpu());
+}
+
+/// A film without samples, and one of black ones, stay black; nothing is NaN at 10³⁰.
+#[test]
+fn black_and_huge_pictures() {
+    let glare = glare(Adaptation::Mesopic);
+    let mut empty = film(spec(20, 10, SplatFilter::Box));
+    assert!(picture(&mut empty, Some(glare)).pixels().iter().all(|v| *v == Vec3::ZERO));
+    let black = Grid::from_rows(20, 10, vec![Vec3::ZERO; 200]).expect("a picture");
+    assert!(picture(&mut showing(&black), Some(glare)).pixels().iter().all(|v| *v == Vec3::ZERO));
+    let mut huge = vec![Vec3::ONE; 200];
+    huge[77] = Vec3::splat(1e30);
+    let huge = Grid::from_rows(20, 10, huge).expect("a picture");
+    let got = picture(&mut showing(&huge), Some(glare));
+    assert!(got.pixels().iter().all(|v| v.is_finite()));
+    assert!((total(got.pixels()).y / 1e30 - 1.0).abs() < 1e-4);
+    assert_silent(gpu());
+}

@@ -1,0 +1,282 @@
+//! The Vulkan passes against their twins in `client/reference`, image by image.
+
+use crate::common::{
+    Both, FILTERS, RECONSTRUCTIONS, assert_one_step, assert_silent, film, gpu, scene, settings, spec,
+};
+use glam::{Vec3, Vec4};
+use pointillist::client::lod::StreamLod;
+use pointillist::client::reference::ReferenceFilm;
+use pointillist::client::reference::mips::pyramid;
+use pointillist::client::reference::reconstruct::{ReconstructParameters, StreamView, reconstruct};
+use pointillist::client::reference::tonemap::{DisplayParameters, tonemap};
+use pointillist::client::{
+    FilmData, FilmSpec, Kernel, Reconstruction, Settings, SplatFilter, Summation, VarianceForm,
+};
+use pointillist::color::Xyz;
+use pointillist::image::Grid;
+use pointillist::stream::{PathCounts, Sample};
+
+/// Largest difference, relative to the largest value of its channel.
+fn difference<const N: usize>(a: &[[f32; N]], b: &[[f32; N]]) -> f32 {
+    assert_eq!(a.len(), b.len());
+    (0..N).fold(0.0, |worst, k| {
+        let peak = b.iter().map(|v| v[k].abs()).fold(f32::MIN_POSITIVE, f32::max);
+        let most = a.iter().zip(b).map(|(a, b)| (a[k] - b[k]).abs()).fold(0.0, f32::max);
+        worst.max(most / peak)
+    })
+}
+
+fn singles(values: &[f32]) -> Vec<[f32; 1]> {
+    values.iter().map(|v| [*v]).collect()
+}
+
+/// Splat, fold and variance: sums of thousands of products in another order, so rounding is all that may differ.
+#[test]
+fn sums_equal_the_twin() {
+    for filter in FILTERS {
+        for variance in [VarianceForm::Product, VarianceForm::Paper] {
+            compare_sums(FilmSpec { variance: Some(variance), ..spec(131, 67, filter) });
+        }
+    }
+    assert_silent(gpu());
+}
+
+/// Sums of one float, with and without a variance beside them.
+#[test]
+fn plain_sums_equal_the_twin() {
+    for variance in [None, Some(VarianceForm::Product)] {
+        compare_sums(FilmSpec { sums: Summation::Plain, variance, ..spec(131, 67, SplatFilter::Gaussian) });
+    }
+    assert_silent(gpu());
+}
+
+fn compare_sums(spec: FilmSpec) {
+    let samples = scene(&spec, 200_000, 42, 3);
+    let mut twin = ReferenceFilm::new(spec, 1).expect("a film");
+    twin.add(&samples).expect("add");
+    let twin = twin.develop().expect("develop");
+    let mut film = film(spec);
+    film.add(&samples).expect("add");
+    let data = film.develop().expect("develop");
+    assert_eq!(data.luminance_scale, twin.luminance_scale);
+    assert_eq!(data.counts, twin.counts);
+    let color = difference(&data.camera, &twin.camera).max(difference(&data.light, &twin.light));
+    assert!(color < 2e-6, "{spec:?}: colour differs by {color}");
+    let of = |d: &FilmData| (singles(&d.camera_variance), singles(&d.light_variance));
+    let ((a, b), (c, d)) = (of(&data), of(&twin));
+    let variance = difference(&a, &c).max(difference(&b, &d));
+    assert!(variance < 2e-5, "{spec:?}: variance differs by {variance}");
+}
+
+/// N15: a mean far above the deviation; the naive sum of squares in f32 fails by orders of magnitude. Batches are small:
+/// the sum of one batch is a plain f32, whose rounding is all that the means suffer from.
+#[test]
+fn variance_survives_a_huge_mean() {
+    let spec = spec(4, 4, SplatFilter::Box);
+    let mut random = crate::common::Uniform(9);
+    let samples: Vec<Sample> = (0..50_000)
+        .map(|i| {
+            let y = 1e5 + random.next();
+            let uv = [(i % 4) as f32 / 4.0 + 0.1, (i / 4 % 4) as f32 / 4.0 + 0.1];
+            Sample { uv, xyz: Xyz::new(y, y, y), w: 1.0 }
+        })
+        .collect();
+    let mut film = film(spec);
+    for batch in samples.chunks(512) {
+        film.add(batch).expect("add");
+        film.flush().expect("flush");
+    }
+    let data = film.develop().expect("develop");
+    for texel in 0..16usize {
+        let at = |s: &&Sample| (s.uv[0] * 4.0) as usize + 4 * (s.uv[1] * 4.0) as usize == texel;
+        let y: Vec<f64> = samples.iter().filter(at).map(|s| f64::from(s.xyz.y)).collect();
+        let mean = y.iter().sum::<f64>() / y.len() as f64;
+        let wanted = y.iter().map(|y| (y - mean) * (y - mean)).sum::<f64>();
+        let scale = f64::from(data.luminance_scale);
+        let got = f64::from(data.camera_variance[texel]) * scale * scale;
+        assert!((got / wanted - 1.0).abs() < 1e-2, "texel {texel}: {got} instead of {wanted}");
+
+        let (s1, s2) = y.iter().fold((0f32, 0f32), |(a, b), y| (a + *y as f32, b + (*y as f32).powi(2)));
+        let naive = f64::from(s2 - s1 * s1 / y.len() as f32);
+        assert!((naive / wanted - 1.0).abs() > 1.0, "case too easy: the naive form gives {naive}");
+    }
+    assert_silent(gpu());
+}
+
+/// The twin's picture of the very sums that the GPU holds.
+fn twin_picture(data: &FilmData, spec: FilmSpec, settings: &Settings) -> Vec<[f32; 3]> {
+    coarse_twin_picture(data, spec, settings, 1)
+}
+
+/// The same of one pixel per `detail` texels and axis.
+fn coarse_twin_picture(data: &FilmData, spec: FilmSpec, settings: &Settings, detail: u32) -> Vec<[f32; 3]> {
+    let (w, h) = (data.width as usize, data.height as usize);
+    let color = |sums: &[[f32; 4]]| {
+        let grid = Grid::from_rows(w, h, sums.iter().map(|v| Vec4::from_array(*v)).collect());
+        grid.and_then(pyramid)
+    };
+    let variance = |sums: &[f32]| Grid::from_rows(w, h, sums.to_vec()).and_then(pyramid);
+    let (camera, light) = (color(&data.camera), color(&data.light));
+    let camera_variance = variance(&data.camera_variance);
+    let light_variance = variance(&data.light_variance);
+    let view = |color: &Option<Vec<Grid<Vec4>>>, variance: &Option<Vec<Grid<f32>>>, samples, summed| {
+        let color: &'static [Grid<Vec4>] = Vec::leak(color.clone()?);
+        let lod = StreamLod::new((w * h) as u64, samples, color.len())?.coarsened(detail);
+        let variance = variance.clone().filter(|_| settings.vm > 0.0).map(|v| &*Vec::leak(v));
+        Some(StreamView { color, variance, lod, summed })
+    };
+    let p = ReconstructParameters {
+        spec,
+        method: settings.reconstruction,
+        kernel: settings.kernel,
+        vm: settings.vm,
+        luminance_scale: data.luminance_scale,
+        light_scale: data.counts.light_scale(&spec),
+        detail,
+    };
+    let camera = view(&camera, &camera_variance, data.counts.camera_samples, false);
+    let light = view(&light, &light_variance, data.counts.light_samples, true);
+    let picture = reconstruct(&p, camera.as_ref(), light.as_ref()).expect("memory");
+    picture.pixels().iter().map(|v| v.to_array()).collect()
+}
+
+/// Mips and reconstruction of the same sums, from one sample a picture to many a texel: every level of detail.
+#[test]
+fn pictures_equal_the_twin() {
+    for filter in [SplatFilter::Gaussian, SplatFilter::Box] {
+        let spec = spec(95, 62, filter);
+        let mut film = film(spec);
+        let mut added = 0;
+        for (count, every_light) in [(1, 0), (30, 0), (300, 2), (4_000, 2), (20_000, 5), (60_000, 3)] {
+            film.add(&scene(&spec, count, count as u64, every_light)).expect("add");
+            added += count as u64;
+            film.count_paths(PathCounts { camera: count as u64, light: count as u64 });
+            let data = film.develop_padded().expect("develop");
+            for kind in RECONSTRUCTIONS {
+                for vm in [0.0, 0.5] {
+                    let settings = settings(kind, vm);
+                    let got = film.reconstruct(&settings).expect("reconstruct");
+                    let wanted = twin_picture(&data, spec, &settings);
+                    // Empty texels beside full ones: XYZ/W is whatever rounding lets through from either side.
+                    let sharp = filter == SplatFilter::Box && !matches!(kind, Reconstruction::Gaussian);
+                    let kept = |i: &usize| !sharp || data.camera[*i][3] > 0.0;
+                    let keep = |v: &[[f32; 3]]| (0..v.len()).filter(kept).map(|i| v[i]).collect::<Vec<_>>();
+                    let worst = difference(&keep(&got), &keep(&wanted));
+                    assert!(worst < 4e-5, "{filter:?} {kind:?} Vm {vm}, {added} samples: {worst}");
+                }
+            }
+        }
+    }
+    assert_silent(gpu());
+}
+
+/// Every radius, windows that close early, late and not at all; also where the level differs from pixel to pixel.
+#[test]
+fn pictures_of_other_kernels_equal_the_twin() {
+    let spec = spec(61, 43, SplatFilter::Gaussian);
+    for count in [40, 1_500, 9_000] {
+        let mut film = film(spec);
+        film.add(&scene(&spec, count, 5, 3)).expect("add");
+        film.count_paths(PathCounts { camera: count as u64, light: count as u64 });
+        let data = film.develop_padded().expect("develop");
+        for (taps, exponent) in [(2, 8), (3, 0), (4, 1), (5, 0), (5, 32), (7, 8), (8, 0)] {
+            for vm in [0.0, 0.5] {
+                let kernel = Kernel { taps, exponent };
+                let settings = Settings { kernel, ..settings(Reconstruction::Gaussian, vm) };
+                let got = film.reconstruct(&settings).expect("reconstruct");
+                let worst = difference(&got, &twin_picture(&data, spec, &settings));
+                assert!(worst < 4e-5, "{kernel:?}, Vm {vm}, {count} samples: {worst}");
+            }
+        }
+    }
+    assert_silent(gpu());
+}
+
+/// The coarse pictures that are shown while there is no time for fine ones, sizes that do not divide included.
+#[test]
+fn coarse_pictures_equal_the_twin() {
+    let spec = spec(83, 61, SplatFilter::Gaussian);
+    for count in [30, 3_000, 100_000] {
+        let mut film = film(spec);
+        film.add(&scene(&spec, count, 3, 4)).expect("add");
+        film.count_paths(PathCounts { camera: count as u64, light: count as u64 });
+        let data = film.develop_padded().expect("develop");
+        for detail in [2, 4] {
+            for vm in [0.0, 0.5] {
+                let settings = settings(Reconstruction::Gaussian, vm);
+                let got = film.reconstruct_coarse(&settings, detail).expect("reconstruct");
+                let worst = difference(&got, &coarse_twin_picture(&data, spec, &settings, detail));
+                assert!(worst < 4e-5, "detail {detail}, Vm {vm}, {count} samples: {worst}");
+            }
+        }
+    }
+    assert_silent(gpu());
+}
+
+/// Light samples of one brightness: their number is the noise. Taken for a mean, the sum would look clean, and no masking
+/// would set in.
+#[test]
+fn the_number_of_light_samples_is_noise() {
+    let spec = spec(96, 64, SplatFilter::Gaussian);
+    let mut random = crate::common::Uniform(17);
+    let window = spec.window();
+    let size = [0, 1].map(|k| window.max[k] - window.min[k]);
+    let [width, height] = spec.padded_extent();
+    let count = width * height;
+    let samples: Vec<Sample> = (0..count)
+        .map(|_| {
+            let uv = [0, 1].map(|k| window.min[k] + size[k] * random.next());
+            Sample { uv, xyz: Xyz::new(1.0, 1.0, 1.0) * (size[0] * size[1]), w: -1.0 }
+        })
+        .collect();
+    let mut film = film(spec);
+    film.add(&samples).expect("add");
+    film.count_paths(PathCounts { camera: 0, light: u64::from(count) });
+    let data = film.develop_padded().expect("develop");
+    let mut error = |vm: f32| {
+        let settings = settings(Reconstruction::Gaussian, vm);
+        let got = film.reconstruct(&settings).expect("reconstruct");
+        assert!(difference(&got, &twin_picture(&data, spec, &settings)) < 4e-5);
+        let squares: f32 = got.iter().map(|c| (c[1] - 1.0).powi(2)).sum();
+        (squares / got.len() as f32).sqrt()
+    };
+    // A sample a texel through the filter is 8 at once: 1/√8 = 35 %, a little less by the basic blur; masking aims at 5 %.
+    let (plain, masked) = (error(0.0), error(1.0));
+    assert!(plain > 0.2 && masked < 0.08, "without masking {plain}, with {masked}");
+    assert_silent(gpu());
+}
+
+/// The tone map: at most one step of 255, where a value lies at a rounding edge; and the whole way to the screen.
+#[test]
+fn tone_map_equals_the_twin() {
+    let spec = spec(64, 48, SplatFilter::Gaussian);
+    let mut film = film(spec);
+    film.add(&scene(&spec, 40_000, 77, 0)).expect("add");
+    for (exposure, contrast, gamma) in [(1.0, 1.0, 2.2), (0.01, 0.5, 1.0), (30.0, 2.0, 2.4)] {
+        let base = settings(Reconstruction::Gaussian, 0.5);
+        let settings = Settings { exposure, contrast, gamma, ..base };
+        let shown = film.display(&settings).expect("display");
+        let xyz = film.reconstruct(&settings).expect("reconstruct");
+        let grid = Grid::from_rows(64, 48, xyz.iter().map(|v| Vec3::from_array(*v)).collect());
+        let wanted = tonemap(&grid.expect("as many pixels"), &DisplayParameters::from(&settings));
+        assert_one_step(&shown, &wanted, 200, &format!("B {exposure} C {contrast} G {gamma}"));
+    }
+    assert_silent(gpu());
+}
+
+/// From samples to the encoded picture, both ways on their own: at most one step of 255 apart.
+#[test]
+fn displays_equal_the_twin() {
+    let spec = spec(90, 61, SplatFilter::Gaussian);
+    let mut both = Both::new(spec);
+    for (count, every_light) in [(50, 0), (2_000, 3), (90_000, 4)] {
+        both.add_scene(count, every_light);
+        for kind in RECONSTRUCTIONS {
+            for vm in [0.0, 0.5] {
+                let what = format!("{kind:?} Vm {vm}, {count} samples");
+                both.assert_display(&settings(kind, vm), 100, &what);
+            }
+        }
+    }
+    assert_silent(gpu());
+}

@@ -1,0 +1,320 @@
+//! Windows: what the screen shows, and what happens when windows change or go.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use crate::common::{Uniform, assert_silent};
+use crate::support::xserver::Server;
+use crate::x11_window::Window;
+use pointillist::gpu::{
+    Buffer, BufferUse, ColorOutput, DeviceChoice, Format, Gpu, GpuError, GpuOptions, Image, ImageDesc,
+    Readiness, Swapchain,
+};
+use raw_window_handle::{RawDisplayHandle, WindowsDisplayHandle};
+
+const PATIENCE: Duration = Duration::from_secs(10);
+
+fn open(window: &Window, extent: [u32; 2]) -> Swapchain {
+    let options = GpuOptions { validation: true, quads: false };
+    Swapchain::open(&DeviceChoice::Best, options, window.handles(), extent).expect("a swapchain")
+}
+
+/// A picture of noise, and its bytes.
+fn noise(gpu: &Arc<Gpu>, [width, height]: [u32; 2], seed: u64) -> (Image, Vec<[u8; 3]>) {
+    let mut numbers = Uniform(seed);
+    let pixels: Vec<[u8; 3]> =
+        (0..width * height).map(|_| [(); 3].map(|()| (numbers.next() * 256.0) as u8)).collect();
+    let desc = ImageDesc { name: "noise", format: Format::Rgba8, extent: [width, height], mips: false };
+    let mut image = Image::new(gpu, desc).expect("an image");
+    let bytes: Vec<u8> = pixels.iter().flat_map(|[r, g, b]| [*r, *g, *b, 255]).collect();
+    let mut buffer = Buffer::new(gpu, "noise", BufferUse::Upload, bytes.len()).expect("a buffer");
+    buffer.mapped_mut().copy_from_slice(&bytes);
+    let mut frame = gpu.begin().expect("a frame");
+    frame.cmd().copy_from_buffer(&buffer, &mut image);
+    frame.submit().expect("submit");
+    (image, pixels)
+}
+
+fn ready(swapchain: &mut Swapchain) {
+    assert_eq!(swapchain.acquire(PATIENCE).expect("acquire"), Readiness::Ready);
+}
+
+/// Shows a picture once.
+fn show(swapchain: &mut Swapchain, picture: &mut Image) {
+    ready(swapchain);
+    let gpu = swapchain.gpu().clone();
+    let mut frame = gpu.begin().expect("a frame");
+    swapchain.draw(&mut frame, picture);
+    swapchain.present(frame).expect("present");
+}
+
+/// What a window of `size` shows of a picture of `extent`: its left top, black around it.
+fn cropped(pixels: &[[u8; 3]], [width, height]: [u32; 2], size: [u32; 2]) -> Vec<[u8; 3]> {
+    let texel = |x, y| if x < width && y < height { pixels[(y * width + x) as usize] } else { [0; 3] };
+    (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| texel(x, y))).collect()
+}
+
+#[test]
+fn the_screen_shows_the_bytes_of_the_picture() {
+    let size = [64, 48];
+    let window = Window::new(size);
+    let mut swapchain = open(&window, size);
+    let gpu = swapchain.gpu().clone();
+    assert_eq!(swapchain.extent(), Some(size));
+    assert_eq!((swapchain.output(), swapchain.outputs()), (ColorOutput::Sdr, vec![ColorOutput::Sdr]));
+    assert!(!swapchain.set_output(ColorOutput::Hdr10), "Xvfb has no such thing");
+    assert!(["mailbox", "fifo"].contains(&swapchain.present_mode()));
+    for (seed, extent) in [(1, size), (2, [64, 20]), (3, [31, 48]), (4, [1, 1]), (5, [100, 90]), (6, [80, 7])]
+    {
+        let (mut picture, pixels) = noise(&gpu, extent, seed);
+        show(&mut swapchain, &mut picture);
+        window.shows(size, &cropped(&pixels, extent, size));
+    }
+    // A frame that is given up leaves the image to the next one.
+    let (mut picture, pixels) = noise(&gpu, size, 7);
+    ready(&mut swapchain);
+    let mut frame = gpu.begin().expect("a frame");
+    swapchain.draw(&mut frame, &mut picture);
+    drop(frame);
+    assert_eq!(swapchain.acquire(Duration::ZERO).expect("acquire"), Readiness::Ready);
+    swapchain.present(gpu.begin().expect("a frame")).expect("present");
+    window.shows(size, &pixels);
+    // A frame without a picture is black.
+    ready(&mut swapchain);
+    swapchain.present(gpu.begin().expect("a frame")).expect("present");
+    window.shows(size, &cropped(&[], [0, 0], size));
+    assert_silent(&gpu);
+}
+
+#[test]
+fn images_follow_the_window() {
+    let window = Window::new([50, 40]);
+    let mut swapchain = open(&window, [50, 40]);
+    let gpu = swapchain.gpu().clone();
+    let mut numbers = Uniform(7);
+    let (mut picture, pixels) = noise(&gpu, [60, 60], 1);
+    for i in 0..200 {
+        let size = [(); 2].map(|()| 1 + (numbers.next() * 70.0) as u32);
+        window.resize(size);
+        // The window system may be ahead of the program's events, or behind.
+        if i % 3 != 0 {
+            swapchain.resize(size);
+        }
+        show(&mut swapchain, &mut picture);
+        if i % 40 == 0 {
+            show(&mut swapchain, &mut picture);
+            assert_eq!(swapchain.extent(), Some(size));
+            window.shows(size, &cropped(&pixels, [60, 60], size));
+        }
+    }
+    assert_silent(&gpu);
+}
+
+#[test]
+fn the_smallest_windows() {
+    let window = Window::new([1, 1]);
+    let mut swapchain = open(&window, [1, 1]);
+    let gpu = swapchain.gpu().clone();
+    let (mut picture, pixels) = noise(&gpu, [3, 3], 1);
+    show(&mut swapchain, &mut picture);
+    window.shows([1, 1], &pixels[..1]);
+    swapchain.resize([0, 0]);
+    for _ in 0..3 {
+        assert_eq!(swapchain.acquire(PATIENCE).expect("acquire"), Readiness::Hidden);
+        assert_eq!(swapchain.extent(), None);
+        // Frames may go on without a window.
+        let mut frame = gpu.begin().expect("a frame");
+        swapchain.draw(&mut frame, &mut picture);
+        swapchain.present(frame).expect("present");
+    }
+    swapchain.resize([1, 1]);
+    show(&mut swapchain, &mut picture);
+    assert_eq!(swapchain.extent(), Some([1, 1]));
+    drop(swapchain);
+    // Hidden from the first moment.
+    let mut swapchain = open(&window, [0, 0]);
+    assert_eq!(swapchain.extent(), None);
+    assert_eq!(swapchain.acquire(PATIENCE).expect("acquire"), Readiness::Hidden);
+    swapchain.resize([1, 1]);
+    ready(&mut swapchain);
+    assert_silent(&gpu);
+    assert_silent(swapchain.gpu());
+}
+
+#[test]
+fn lost_surfaces_are_replaced() {
+    let size = [40, 30];
+    let window = Window::new(size);
+    let mut swapchain = open(&window, size);
+    let gpu = swapchain.gpu().clone();
+    let (mut picture, pixels) = noise(&gpu, size, 1);
+    swapchain.outdate_once();
+    show(&mut swapchain, &mut picture);
+    for _ in 0..3 {
+        swapchain.lose_surface_once();
+        assert_eq!(swapchain.acquire(PATIENCE).expect("acquire"), Readiness::SurfaceLost);
+        assert_eq!(swapchain.acquire(PATIENCE).expect("acquire"), Readiness::SurfaceLost);
+        swapchain.replace_surface(window.handles()).expect("a surface");
+        show(&mut swapchain, &mut picture);
+        window.shows(size, &pixels);
+    }
+    drop(swapchain);
+    assert_silent(&gpu);
+}
+
+/// A window that another program destroys is a lost surface, not an error, and a new window can take its place.
+#[test]
+fn destroyed_windows_are_lost_surfaces() {
+    let size = [40, 30];
+    let mut window = Window::new(size);
+    let mut swapchain = open(&window, size);
+    let gpu = swapchain.gpu().clone();
+    let (mut picture, pixels) = noise(&gpu, size, 1);
+    show(&mut swapchain, &mut picture);
+    window.destroy();
+    let mut lost = false;
+    for _ in 0..20 {
+        match swapchain.acquire(Duration::from_millis(20)).expect("acquire") {
+            Readiness::Ready => {
+                let mut frame = gpu.begin().expect("a frame");
+                swapchain.draw(&mut frame, &mut picture);
+                swapchain.present(frame).expect("present");
+            }
+            Readiness::SurfaceLost => lost = true,
+            Readiness::Busy | Readiness::Hidden => {}
+        }
+    }
+    assert!(lost, "the driver never said that the surface is gone");
+    window.create(size);
+    swapchain.replace_surface(window.handles()).expect("a surface");
+    show(&mut swapchain, &mut picture);
+    window.shows(size, &pixels);
+    assert_silent(&gpu);
+}
+
+fn assert_lost<T>(outcome: Result<T, GpuError>, what: &str) {
+    match outcome {
+        Ok(_) => panic!("{what} did not notice"),
+        Err(error) => assert!(error.is_device_lost(), "{what}: {error}"),
+    }
+}
+
+/// A lost device is the same kind of error everywhere; what it owned can be dropped, in any state, and a new device
+/// shows pictures in the same window.
+#[test]
+fn a_lost_device_can_be_replaced() {
+    let size = [40, 30];
+    let window = Window::new(size);
+    for acquired in [false, true] {
+        let mut swapchain = open(&window, size);
+        let gpu = swapchain.gpu().clone();
+        let (mut picture, _) = noise(&gpu, size, 1);
+        gpu.lose_after(1);
+        show(&mut swapchain, &mut picture);
+        if acquired {
+            ready(&mut swapchain);
+        }
+        let frame = gpu.begin().expect("a frame");
+        let number = frame.submit();
+        assert_lost(number, "submit");
+        assert_lost(swapchain.acquire(PATIENCE), "acquire");
+        assert_lost(gpu.begin(), "begin");
+        assert_silent(&gpu);
+        drop(picture);
+        drop(swapchain);
+        drop(gpu);
+    }
+    let mut swapchain = open(&window, size);
+    let gpu = swapchain.gpu().clone();
+    let (mut picture, pixels) = noise(&gpu, size, 2);
+    show(&mut swapchain, &mut picture);
+    window.shows(size, &pixels);
+    // Lost between acquiring and presenting.
+    ready(&mut swapchain);
+    let mut frame = gpu.begin().expect("a frame");
+    swapchain.draw(&mut frame, &mut picture);
+    gpu.lose_after(0);
+    assert_lost(swapchain.present(frame), "present");
+    assert_lost(gpu.wait(pointillist::gpu::FrameNumber::default()), "wait");
+    assert_silent(&gpu);
+}
+
+/// Windows come one after the other, and whatever was made is dropped in any order.
+#[test]
+fn windows_come_and_go() {
+    let size = [40, 30];
+    let window = Window::new(size);
+    for i in 0..8 {
+        let mut swapchain = open(&window, size);
+        let gpu = swapchain.gpu().clone();
+        let (mut picture, pixels) = noise(&gpu, size, i);
+        show(&mut swapchain, &mut picture);
+        window.shows(size, &pixels);
+        if i & 1 != 0 {
+            ready(&mut swapchain); // and never presented
+        }
+        match i >> 1 {
+            0 => drop((swapchain, picture)),
+            1 => drop((picture, swapchain)),
+            2 => {
+                let other = Window::new_beside(&window, size);
+                let mut second = open(&other, size);
+                let (mut own, _) = noise(second.gpu(), size, 9);
+                show(&mut second, &mut own);
+                assert_silent(second.gpu());
+                drop(swapchain);
+                show(&mut second, &mut own);
+                assert_silent(second.gpu());
+            }
+            _ => {
+                // Dropped by the end of the scope, the window's images first.
+                swapchain.resize([40, 30]);
+            }
+        }
+        assert_silent(&gpu);
+    }
+}
+
+/// What cannot be opened says why.
+#[test]
+fn impossible_windows_are_sentences() {
+    let size = [40, 30];
+    let window = Window::new(size);
+    let options = GpuOptions { validation: true, quads: false };
+    let foreign = RawDisplayHandle::Windows(WindowsDisplayHandle::new());
+    let handles = (foreign, window.handles().1);
+    let error = Swapchain::open(&DeviceChoice::Best, options, handles, size).err().expect("not here");
+    assert!(matches!(error, GpuError::NoWindow(_)), "{error}");
+    let none = DeviceChoice::Name("no such card".into());
+    let error = Swapchain::open(&none, options, window.handles(), size).err().expect("no such card");
+    assert!(matches!(error, GpuError::NoMatch { .. }), "{error}");
+}
+
+/// The connection to the display ends: acquiring says so or fails, and nothing hangs.
+#[test]
+fn a_lost_display_ends_in_peace() {
+    let size = [40, 30];
+    let server = Server::start(800, 600);
+    let window = Window::on(&server, size);
+    let mut swapchain = open(&window, size);
+    let gpu = swapchain.gpu().clone();
+    let (mut picture, _) = noise(&gpu, size, 1);
+    for _ in 0..3 {
+        show(&mut swapchain, &mut picture);
+    }
+    drop(server);
+    let mut gone = false;
+    for _ in 0..20 {
+        match swapchain.acquire(Duration::from_millis(20)) {
+            Ok(Readiness::Ready) => {
+                let mut frame = gpu.begin().expect("a frame");
+                swapchain.draw(&mut frame, &mut picture);
+                gone |= swapchain.present(frame).is_err();
+            }
+            Ok(Readiness::SurfaceLost) => gone |= swapchain.replace_surface(window.handles()).is_err(),
+            Ok(_) => {}
+            Err(_) => gone = true,
+        }
+    }
+    assert!(gone, "nobody noticed");
+}

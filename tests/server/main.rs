@@ -1,0 +1,12 @@
+//! The server and its stream of samples: commands, events, threads, lanes, records.
+
+#![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod control;
+mod cost;
+mod determinism;
+mod lanes;
+mod record;

@@ -1,0 +1,15 @@
+//! What several test programs share. Every `main.rs` takes it with `#[path = "../support/mod.rs"] mod support;`.
+
+#![allow(dead_code, unused_imports, reason = "each test program uses a part")]
+
+pub mod accel;
+pub mod agreement;
+pub mod desktop;
+pub mod glare;
+pub mod largest;
+pub mod random;
+pub mod replicates;
+pub mod scenes;
+pub mod synthetic;
+pub mod welch;
+pub mod xserver;

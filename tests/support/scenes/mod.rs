@@ -1,0 +1,106 @@
+//! Scenes in code, for the tests of the tracer.
+
+mod chi2;
+mod mean;
+
+use glam::{DAffine3, DMat3, DVec2, DVec3};
+use std::sync::Arc;
+
+use pointillist::scene::desc::*;
+use pointillist::spectrum::{Spectrum, dispersion::Ior};
+use pointillist::stream::UvWindow;
+use pointillist::tracer::{Camera, PathTracer, Scene};
+
+pub use super::random::Random;
+pub use chi2::assert_counts;
+pub use mean::{Luminances, assert_mean, luminances, mean};
+
+/// A scene without anything in it: the camera at the origin looks along +z, 1° wide.
+pub fn empty() -> SceneDesc {
+    SceneDesc {
+        files: Vec::new(),
+        camera: look(DVec3::ZERO, DVec3::Z, 1.0),
+        film: FilmDesc { width: 64, height: 64, crop: None, rfilter: None },
+        integrator: IntegratorDesc::default(),
+        samples_per_pixel: None,
+        bsdfs: Vec::new(),
+        meshes: Vec::new(),
+        names: Names::default(),
+        shapes: Vec::new(),
+        groups: Vec::new(),
+        lights: Vec::new(),
+    }
+}
+
+/// A camera at `from` that looks along `direction`.
+pub fn look(from: DVec3, direction: DVec3, fov: f64) -> CameraDesc {
+    let z = direction.normalize();
+    let x = z.any_orthonormal_vector();
+    CameraDesc {
+        to_world: DAffine3::from_mat3_translation(DMat3::from_cols(x, z.cross(x), z), from),
+        fov,
+        fov_axis: FovAxis::X,
+        principal_point_offset: DVec2::ZERO,
+        near_clip: 0.0,
+        far_clip: 1e30,
+        aperture_radius: 0.0,
+        focus_distance: 0.0,
+        place: Place::default(),
+    }
+}
+
+/// Adds a material.
+pub fn material(desc: &mut SceneDesc, bsdf: BsdfDesc) -> BsdfId {
+    desc.bsdfs.push(bsdf);
+    BsdfId(desc.bsdfs.len() as u32 - 1)
+}
+
+/// Lambert with the same albedo at every wavelength.
+pub fn grey(albedo: f32) -> BsdfDesc {
+    BsdfDesc::Diffuse { reflectance: Spectrum::Constant(albedo) }
+}
+
+/// Glass that reflects and transmits all.
+pub fn glass(int_ior: Ior) -> BsdfDesc {
+    let one = || Spectrum::Constant(1.0);
+    BsdfDesc::Dielectric {
+        int_ior,
+        ext_ior: Ior::Constant(1.0),
+        specular_reflectance: one(),
+        specular_transmittance: one(),
+    }
+}
+
+/// Adds a shape; `emission` > 0 makes it a light.
+pub fn shape(desc: &mut SceneDesc, kind: ShapeKind, to_world: DAffine3, (bsdf, emission): (BsdfId, f32)) {
+    desc.shapes.push(ShapeDesc {
+        id: None,
+        place: Place::default(),
+        kind,
+        to_world,
+        flip_normals: false,
+        bsdf,
+        emission: (emission > 0.0).then_some(Spectrum::Constant(emission)),
+    });
+}
+
+/// A sphere in object space.
+pub fn sphere(center: DVec3, radius: f64) -> ShapeKind {
+    ShapeKind::Sphere { center, radius }
+}
+
+/// Adds an environment of radiance 1.
+pub fn environment(desc: &mut SceneDesc) {
+    desc.lights.push(LightDesc::Constant { radiance: Spectrum::Constant(1.0), place: Place::default() });
+}
+
+/// Prepares a scene.
+pub fn prepare(desc: &SceneDesc) -> Scene {
+    Scene::prepare(desc).expect("the scene is valid")
+}
+
+/// A tracer for a scene.
+pub fn tracer(desc: &SceneDesc) -> PathTracer {
+    let camera = Camera::of(desc).expect("the camera is valid");
+    PathTracer::new(Arc::new(prepare(desc)), camera, &desc.integrator, 1, UvWindow::PICTURE)
+}

@@ -1,0 +1,308 @@
+//! Every material: sampling against density, weights against values, reciprocity, energy, hard cases.
+
+use glam::{Vec3, Vec4};
+
+use crate::support::scenes::{Random, assert_counts};
+use pointillist::scene::desc::{Facets, Roughness};
+use pointillist::spectrum::SampledSpectrum;
+use pointillist::tracer::bsdf::{
+    Base, Bsdf, Coat, Dielectric, Diffuse, Microfacet, Plastic, RoughConductor, RoughDielectric,
+    RoughPlastic, Transmittance, coat, fresnel,
+};
+
+const ONE: SampledSpectrum = SampledSpectrum::ONE;
+
+fn microfacet(facets: Facets, alpha: [f32; 2]) -> Microfacet {
+    Microfacet::new(Roughness { facets, alpha })
+}
+
+fn metal(facets: Facets, alpha: [f32; 2]) -> Bsdf {
+    let index = [SampledSpectrum::splat(0.2), SampledSpectrum(Vec4::new(3.0, 2.5, 2.0, 1.5))];
+    Bsdf::RoughConductor(RoughConductor::new(index, ONE, &microfacet(facets, alpha)))
+}
+
+/// Reflects everything.
+fn silver(facets: Facets, alpha: [f32; 2]) -> Bsdf {
+    let index = [SampledSpectrum::ZERO, ONE];
+    Bsdf::RoughConductor(RoughConductor::new(index, ONE, &microfacet(facets, alpha)))
+}
+
+fn glass(facets: Facets, alpha: [f32; 2], eta: [f32; 4]) -> Bsdf {
+    let eta = [SampledSpectrum(Vec4::from_array(eta)), ONE];
+    let bsdf = RoughDielectric::new(eta, [ONE, ONE], &microfacet(facets, alpha));
+    Bsdf::RoughDielectric(bsdf.expect("the indices differ"))
+}
+
+fn plastic(albedo: f32, eta: f32, nonlinear: bool) -> Bsdf {
+    let internal = SampledSpectrum::splat(fresnel::diffuse_within(eta));
+    let base = Base { albedo: SampledSpectrum::splat(albedo), internal, nonlinear };
+    Bsdf::Plastic(Plastic::new([SampledSpectrum::splat(eta), ONE], ONE, base, false))
+}
+
+fn rough_plastic(facets: Facets, alpha: f32, eta: f32, albedo: f32) -> Bsdf {
+    let microfacet = microfacet(facets, [alpha; 2]);
+    let coat = Coat { eta, microfacet, transmittance: Transmittance::of(&microfacet, eta) };
+    let internal = SampledSpectrum::splat(coat::internal_reflectance(&microfacet, eta));
+    let base = Base { albedo: SampledSpectrum::splat(albedo), internal, nonlinear: true };
+    Bsdf::RoughPlastic(RoughPlastic::new(&coat, ONE, base, false))
+}
+
+/// Materials with something that is not delta, each with the index behind its surface.
+fn materials(alphas: &[[f32; 2]]) -> Vec<(String, Bsdf, f32)> {
+    let mut all = vec![
+        ("diffuse".into(), Bsdf::Diffuse(Diffuse::new(SampledSpectrum::splat(0.7))), 1.0),
+        ("plastic".into(), plastic(0.6, 1.5, true), 1.0),
+    ];
+    for facets in [Facets::Beckmann, Facets::Ggx] {
+        for &alpha in alphas {
+            let name = |kind: &str| format!("{kind} {facets:?} {alpha:?}");
+            all.push((name("metal"), metal(facets, alpha), 1.0));
+            all.push((name("silver"), silver(facets, alpha), 1.0));
+            if alpha[0] == alpha[1] {
+                all.push((name("rough plastic"), rough_plastic(facets, alpha[0], 1.5, 0.6), 1.0));
+            }
+            for eta in [1.5, 0.7, 1.05] {
+                let what = format!("{} of index {eta}", name("glass"));
+                all.push((what, glass(facets, alpha, [eta; 4]), eta));
+            }
+        }
+    }
+    all
+}
+
+fn direction(z: f32, phi: f32) -> Vec3 {
+    let r = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
+    Vec3::new(r * phi.cos(), r * phi.sin(), z)
+}
+
+const VIEWS: [f32; 6] = [1.0, 0.7, 0.15, -0.15, -0.6, -1.0];
+const HEIGHTS: usize = 24;
+const TURNS: usize = 24;
+
+/// Points of the whole sphere with their cell and solid angle.
+fn for_each_direction(fine: usize, mut f: impl FnMut(usize, Vec3, f64)) {
+    let (rows, columns) = (HEIGHTS * fine, TURNS * fine);
+    for i in 0..rows {
+        let edge = |i: usize| (std::f64::consts::PI * i as f64 / rows as f64).cos();
+        let area = std::f64::consts::TAU * (edge(i) - edge(i + 1)) / columns as f64;
+        let z = (0.5 * (edge(i) + edge(i + 1))) as f32;
+        for j in 0..columns {
+            let phi = std::f32::consts::TAU * (j as f32 + 0.5) / columns as f32;
+            f(i / fine * TURNS + j / fine, direction(z, phi), area);
+        }
+    }
+}
+
+fn cell(w: Vec3) -> usize {
+    let row = ((w.z.acos() / std::f32::consts::PI * HEIGHTS as f32) as usize).min(HEIGHTS - 1);
+    let turn = (w.y.atan2(w.x) / std::f32::consts::TAU).rem_euclid(1.0);
+    row * TURNS + ((turn * TURNS as f32) as usize).min(TURNS - 1)
+}
+
+/// `sample` chooses directions with the density that `eval` says, and its weights are value over density: the mean of
+/// the weights that fall into a cell is the integral of the value over it.
+#[test]
+fn samples_follow_density_and_value() {
+    let n = 60_000u32;
+    for (name, bsdf, _) in materials(&[[0.25, 0.25], [1.0, 1.0], [0.2, 0.6]]) {
+        if name.contains("of index 1.05") {
+            // A lobe twenty times narrower than its facets' is nothing for a grid.
+            continue;
+        }
+        for z in VIEWS {
+            let (wo, what) = (direction(z, 0.7), format!("{name}, cos θₒ = {z}"));
+            let (mut expected, mut value) = (vec![0.0; HEIGHTS * TURNS], 0.0);
+            for_each_direction(16, |cell, wi, area| {
+                if let Some((f, pdf)) = bsdf.eval(wo, wi) {
+                    expected[cell] += f64::from(n) * f64::from(pdf.0) * area;
+                    value += f64::from(f.0.x) * area;
+                }
+            });
+            let mut counts = vec![0; HEIGHTS * TURNS];
+            let (mut sum, mut squares, mut random) = (0.0, 0.0, Random(z.to_bits().into()));
+            for _ in 0..n {
+                let s = bsdf.sample(wo, [random.unit(), random.unit()], random.unit());
+                let Some(s) = s.filter(|s| !s.delta) else { continue };
+                counts[cell(s.wi)] += 1;
+                sum += f64::from(s.weight.0.x);
+                squares += f64::from(s.weight.0.x).powi(2);
+            }
+            assert_counts(&counts, &expected, 0.02, &what);
+            let (mean, n) = (sum / f64::from(n), f64::from(n));
+            let error = ((squares / n - mean * mean).max(0.0) / n).sqrt();
+            let off = (mean - value).abs();
+            assert!(
+                off < 4.5 * error + 5e-3 * value + 1e-6,
+                "{what}: weights {mean} ± {error}, value {value}"
+            );
+        }
+    }
+}
+
+/// For the chosen direction, both ways of asking agree in value and density, also where lobes are sharp.
+#[test]
+fn sample_and_eval_agree() {
+    for (name, bsdf, _) in materials(&[[1e-3, 1e-3], [0.02, 0.02], [0.3, 0.3], [2.0, 2.0], [0.01, 1.0]]) {
+        // Rounding of a direction, 6e-8, in units of the lobe's width.
+        let tolerance = if name.contains("0.001") { 5e-2 } else { 1e-2 };
+        let (mut random, mut compared) = (Random(7), 0);
+        for i in 0..3000 {
+            let wo = direction(VIEWS[i % 6] * (1.0 - 0.3 * random.unit()), 6.0 * random.unit());
+            let Some(s) = bsdf.sample(wo, [random.unit(), random.unit()], random.unit()) else { continue };
+            assert_eq!(s.transmitted, s.wi.z * wo.z < 0.0);
+            assert!((s.wi.length() - 1.0).abs() < 1e-5);
+            if s.delta || s.wi.z.abs() < 1e-2 {
+                continue;
+            }
+            let (f, pdf) =
+                bsdf.eval(wo, s.wi).unwrap_or_else(|| panic!("{name}: {wo} to {} is nothing", s.wi));
+            let (expected, found) = (s.weight * s.pdf.0, f);
+            let off = (expected.0 - found.0).abs().max_element();
+            assert!(off <= tolerance * expected.max_element() + 1e-6, "{name}: {expected:?} {found:?}");
+            assert!((pdf.0 / s.pdf.0 - 1.0).abs() < tolerance, "{name}: density {} {}", pdf.0, s.pdf.0);
+            compared += 1;
+        }
+        assert!(compared > 500, "{name}: only {compared} samples");
+    }
+}
+
+/// Light can go both ways: f(wo, wi) nᵢ² = f(wi, wo) nₒ², for all pairs of sides.
+#[test]
+fn reciprocity() {
+    for (name, bsdf, behind) in materials(&[[0.1, 0.1], [0.5, 0.5], [0.2, 1.0]]) {
+        let (mut random, mut compared) = (Random(11), 0);
+        for _ in 0..20_000 {
+            let [wo, wi] = [0; 2].map(|_| random.direction().as_vec3());
+            let index = |w: Vec3| if w.z > 0.0 { 1.0 } else { behind };
+            let (there, back) = (bsdf.eval(wo, wi), bsdf.eval(wi, wo));
+            let (Some((there, _)), Some((back, _))) = (there, back) else { continue };
+            let half = (wo * index(wo) + wi * index(wi)).normalize();
+            if half.dot(wo).abs().min(half.dot(wi).abs()) < 0.05 {
+                // Next to total reflection 1 − F is the rest of a difference.
+                continue;
+            }
+            let a = there.0 / wi.z.abs() * index(wi).powi(2);
+            let b = back.0 / wo.z.abs() * index(wo).powi(2);
+            let off = (a - b).abs().max_element();
+            assert!(off <= 2e-3 * a.max_element() + 1e-6, "{name}: {wo} {wi}: {a} {b}");
+            compared += u32::from(a.max_element() > 1e-3);
+        }
+        assert!(compared > 100, "{name}: only {compared} pairs");
+    }
+}
+
+/// Mean weight with the radiance scaling undone: the share of light that is not absorbed.
+fn albedo(bsdf: &Bsdf, wo: Vec3, n: u32) -> f64 {
+    let mut random = Random(3);
+    let one = |_| {
+        let s = bsdf.sample(wo, [random.unit(), random.unit()], random.unit());
+        s.map_or(0.0, |s| f64::from(s.weight.0.x) * f64::from(s.eta2))
+    };
+    (0..n).map(one).sum::<f64>() / f64::from(n)
+}
+
+/// Case N1: nothing makes light; what is smooth and clear loses none; what is rough loses what scatters twice.
+#[test]
+fn energy() {
+    for (name, bsdf, _) in
+        materials(&[[1e-4, 1e-4], [1e-3, 1e-3], [0.1, 0.1], [0.5, 0.5], [1.0, 1.0], [5.0, 5.0]])
+    {
+        for z in [1.0, 0.8, 0.3, 0.05, 0.003, -0.3, -1.0] {
+            let share = albedo(&bsdf, direction(z, 1.0), 4000);
+            assert!(share <= 1.0 + 1e-3, "{name}, {z}: {share} comes back");
+            let clear = name.starts_with("glass") || (name.starts_with("silver") && z > 0.0);
+            if clear && name.contains("0.0001") && z.abs() > 0.01 {
+                assert!(share > 0.999, "{name}, {z}: {share}, and a smooth surface loses nothing");
+            }
+            if clear && name.contains("[0.1, ") && z.abs() > 0.5 {
+                assert!(share > 0.98, "{name}, {z}: {share}");
+            }
+        }
+    }
+}
+
+/// A white base loses nothing within its coat, linear or not: the internal reflectance is exact.
+#[test]
+fn white_plastic_is_white() {
+    for nonlinear in [false, true] {
+        for eta in [1.01, 1.3, 1.49, 2.5] {
+            for z in [1.0, 0.5, 0.1] {
+                let mean = albedo(&plastic(1.0, eta, nonlinear), direction(z, 0.0), 20_000);
+                assert!((mean - 1.0).abs() < 0.01, "{eta} {z}: {mean}");
+            }
+        }
+    }
+    let dark = |nonlinear| albedo(&plastic(0.5, 1.5, nonlinear), Vec3::Z, 4000);
+    assert!(dark(true) < dark(false), "colours are more saturated with every reflection");
+    assert!(!plastic(0.5, 1.5, false).is_delta());
+}
+
+/// The smooth dielectric is the limit: same share of reflection, same directions.
+#[test]
+fn smooth_limit_of_glass() {
+    let smooth = Dielectric::new([SampledSpectrum::splat(1.5), ONE], [ONE, ONE]);
+    for facets in [Facets::Beckmann, Facets::Ggx] {
+        let rough = glass(facets, [1e-4, 1e-4], [1.5; 4]);
+        for z in [1.0, 0.6, 0.2, -0.8, -0.5] {
+            let (wo, mut random) = (direction(z, 0.4), Random(5));
+            for i in 0..200 {
+                let lobe = (i as f32 + 0.5) / 200.0;
+                let (Some(a), Some(b)) =
+                    (smooth.sample(wo, lobe), rough.sample(wo, [random.unit(), random.unit()], lobe))
+                else {
+                    continue;
+                };
+                // Long tails: GGX sends one facet of a thousand beyond 30 α.
+                let near = a.transmitted != b.transmitted || (a.wi - b.wi).length() < 0.02;
+                assert!(near, "{facets:?} {z}: {} {}", a.wi, b.wi);
+            }
+        }
+    }
+}
+
+/// Cases N9, N17: corners of the numbers, grazing views, roughness and indices at their ends: finite or nothing.
+#[test]
+fn extremes_stay_finite() {
+    let numbers = [0.0, 1e-7, 0.5, 0.999_999_94];
+    let alphas = [[1e-4, 1e-4], [1e-2, 1e-2], [1.0, 1.0], [100.0, 100.0], [1e-4, 1.0]];
+    let mut all = materials(&alphas);
+    for eta in [1.000_2, 0.999_8, 1e-3, 1e3] {
+        for alpha in alphas {
+            let bsdf = glass(Facets::Ggx, alpha, [eta; 4]);
+            all.push((format!("glass {alpha:?} of {eta}"), bsdf, eta));
+        }
+    }
+    for (name, bsdf, _) in all {
+        for z in [1.0, 0.5, 1e-3, 1e-6, 1e-20, 0.0, -1e-20, -1e-6, -0.5, -1.0] {
+            let wo = direction(z, 0.3);
+            for u in numbers.iter().flat_map(|&a| numbers.map(|b| [a, b])) {
+                for lobe in numbers {
+                    let Some(s) = bsdf.sample(wo, u, lobe) else { continue };
+                    let good = s.weight.is_finite() && s.wi.is_finite() && s.pdf.0.is_finite();
+                    assert!(good && s.pdf.0 > 0.0, "{name}, {z} {u:?} {lobe}: {s:?}");
+                    // Radiance grows by the squared index; all else is at most 1.
+                    let scaled = s.weight.max_element() * s.eta2;
+                    assert!(
+                        s.weight.0.min_element() >= 0.0 && scaled < 8.0,
+                        "{name}, {z} {u:?} {lobe}: {s:?}"
+                    );
+                    let other = bsdf.eval(wo, s.wi);
+                    assert!(
+                        other.is_none_or(|(f, p)| f.is_finite() && p.0.is_finite() && p.0 > 0.0),
+                        "{name}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// Equal indices: nothing to see, and no facet to be found.
+#[test]
+fn equal_media_are_no_rough_interface() {
+    let facets = microfacet(Facets::Ggx, [0.3, 0.3]);
+    for eta in [1.0, 1.0 + 1e-5, 1.0 - 1e-5] {
+        let eta = [SampledSpectrum::splat(eta), ONE];
+        assert!(RoughDielectric::new(eta, [ONE, ONE], &facets).is_none());
+    }
+}

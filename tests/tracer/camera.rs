@@ -1,0 +1,169 @@
+//! The camera's conventions, and uv ↔ ray both ways.
+
+use glam::{DAffine3, DVec2, DVec3, Vec3};
+
+use crate::support::scenes::*;
+use pointillist::scene::desc::*;
+use pointillist::tracer::{Camera, PrepareError, PrepareOptions};
+
+/// Numbers of the centre of the lens.
+const CENTER: [f32; 2] = [0.5; 2];
+
+fn camera(desc: &SceneDesc) -> Camera {
+    Camera::new(&desc.camera, &desc.film, &PrepareOptions::from_film(&desc.film)).expect("valid")
+}
+
+fn identity(fov: f64, axis: FovAxis, (width, height): (u32, u32)) -> SceneDesc {
+    let mut desc = empty();
+    desc.camera.to_world = DAffine3::IDENTITY;
+    (desc.camera.fov, desc.camera.fov_axis) = (fov, axis);
+    (desc.film.width, desc.film.height) = (width, height);
+    desc
+}
+
+/// Looks along +z, +x is left, +y is up: the top left corner of the picture has x > 0 and y > 0.
+#[test]
+fn mitsuba_handedness_and_field_of_view() {
+    let corner = |axis, size| {
+        let d = camera(&identity(90.0, axis, size)).ray([0.0, 0.0], CENTER).direction;
+        DVec2::new(f64::from(d.x / d.z), f64::from(d.y / d.z))
+    };
+    let close = |a: DVec2, x: f64, y: f64| assert!((a - DVec2::new(x, y)).abs().max_element() < 1e-6, "{a}");
+    close(corner(FovAxis::X, (200, 100)), 1.0, 0.5);
+    close(corner(FovAxis::Y, (200, 100)), 2.0, 1.0);
+    close(corner(FovAxis::Smaller, (200, 100)), 2.0, 1.0);
+    close(corner(FovAxis::Larger, (200, 100)), 1.0, 0.5);
+    close(corner(FovAxis::Smaller, (100, 200)), 1.0, 2.0);
+    close(corner(FovAxis::Diagonal, (400, 300)), 0.8, 0.6);
+}
+
+#[test]
+fn rays_and_projection_are_inverse_also_in_the_overscan() {
+    let mut desc = identity(55.0, FovAxis::X, (640, 400));
+    desc.camera.to_world = look(DVec3::new(3.0, -2.0, 1.0), DVec3::new(0.3, 0.5, -0.8), 1.0).to_world;
+    desc.camera.principal_point_offset = DVec2::new(0.1, -0.2);
+    desc.camera.near_clip = 0.5;
+    desc.camera.far_clip = 50.0;
+    desc.film.crop = Some(Crop { x: 100, y: 50, width: 320, height: 100 });
+    let camera = camera(&desc);
+    let mut random = Random(1);
+    for _ in 0..1000 {
+        let uv = [random.next() * 1.4 - 0.2, random.next() * 1.4 - 0.2];
+        let ray = camera.ray(uv, CENTER);
+        assert!((ray.direction.length() - 1.0).abs() < 1e-6);
+        let (back, z) = camera.project(ray.origin + ray.direction * 7.0).expect("in front");
+        assert!((back[0] - uv[0]).abs() < 1e-5 && (back[1] - uv[1]).abs() < 1e-5, "{uv:?} {back:?}");
+        assert!(z > 7.0 * 0.5);
+        assert_eq!(camera.project(camera.position() - ray.direction), None, "behind");
+        assert_eq!(camera.project(camera.position() + ray.direction * 0.2), None, "before the near plane");
+        let end = ray.origin + ray.direction * ray.t_max;
+        assert_eq!(camera.project(camera.position() + (end - camera.position()) * 1.01), None, "beyond far");
+    }
+}
+
+/// A crop window shows exactly its part of the full picture.
+#[test]
+fn crop_is_a_part_of_the_picture() {
+    let mut desc = identity(40.0, FovAxis::X, (400, 200));
+    let full = camera(&desc);
+    desc.film.crop = Some(Crop { x: 100, y: 50, width: 200, height: 50 });
+    let crop = camera(&desc);
+    for uv in [[0.0, 0.0], [1.0, 1.0], [0.3, 0.8]] {
+        let outer = [0.25 + 0.5 * uv[0], 0.25 + 0.25 * uv[1]];
+        assert!((crop.ray(uv, CENTER).direction - full.ray(outer, CENTER).direction).length() < 1e-6);
+    }
+}
+
+#[test]
+fn what_cannot_be_a_camera_is_refused() {
+    let refuse = |change: fn(&mut SceneDesc)| {
+        let mut desc = identity(40.0, FovAxis::X, (4, 4));
+        change(&mut desc);
+        let options = PrepareOptions::from_film(&desc.film);
+        let error = Camera::new(&desc.camera, &desc.film, &options).expect_err("unusable");
+        assert!(matches!(error, PrepareError::Camera { .. }) && !error.to_string().is_empty());
+    };
+    refuse(|d| d.camera.fov = 180.0);
+    refuse(|d| d.camera.fov = f64::NAN);
+    refuse(|d| d.camera.near_clip = 1e40);
+    refuse(|d| d.film.width = 0);
+    refuse(|d| d.camera.aperture_radius = -1.0);
+    refuse(|d| d.camera.aperture_radius = f64::NAN);
+    refuse(|d| (d.camera.aperture_radius, d.camera.focus_distance) = (0.1, 0.0));
+    refuse(|d| (d.camera.aperture_radius, d.camera.focus_distance) = (0.1, f64::INFINITY));
+    refuse(|d| d.camera.to_world = DAffine3::from_scale(DVec3::new(1.0, 1.0, 0.0)));
+    refuse(|d| d.camera.to_world.translation.x = f64::INFINITY);
+    refuse(|d| d.film.crop = Some(Crop { x: 0, y: 0, width: 0, height: 1 }));
+    assert_eq!(camera(&empty()).position(), Vec3::ZERO);
+}
+
+/// A camera with a lens that stands askew, focused at z = 3.
+fn with_lens() -> SceneDesc {
+    let mut desc = identity(55.0, FovAxis::X, (640, 400));
+    desc.camera.to_world = look(DVec3::new(3.0, -2.0, 1.0), DVec3::new(0.3, 0.5, -0.8), 1.0).to_world;
+    desc.camera.principal_point_offset = DVec2::new(0.1, -0.2);
+    (desc.camera.near_clip, desc.camera.far_clip) = (0.25, 40.0);
+    (desc.camera.aperture_radius, desc.camera.focus_distance) = (0.4, 3.0);
+    desc
+}
+
+/// A lens of radius 0 is a pinhole, bit for bit, whatever its focus.
+#[test]
+fn a_lens_without_size_is_a_pinhole() {
+    let mut desc = with_lens();
+    (desc.camera.aperture_radius, desc.camera.focus_distance) = (0.0, f64::NAN);
+    let without = camera(&desc);
+    let mut random = Random(2);
+    for _ in 0..100 {
+        let uv = [random.next(), random.next()];
+        let (a, b) = (without.ray(uv, CENTER), without.ray(uv, [random.next() as f32, 0.9]));
+        assert!(a.origin == b.origin && a.direction == b.direction && a.t_max == b.t_max);
+        let p = a.origin + a.direction;
+        assert_eq!(without.project_from(without.lens_point([0.1, 0.7]), p), without.project(p));
+        assert_eq!(without.lens_point([0.1, 0.7]), without.position());
+    }
+}
+
+/// All rays of one uv meet in the plane of focus, at the point that the pinhole sees; each goes through its point of
+/// the lens, from the near to the far plane; projection through that point finds the uv again, from anywhere.
+#[test]
+fn rays_through_a_lens_meet_in_focus() {
+    let desc = with_lens();
+    let (lens, hole) = (camera(&desc), {
+        let mut desc = desc.clone();
+        desc.camera.aperture_radius = 0.0;
+        camera(&desc)
+    });
+    let forward = desc.camera.to_world.matrix3.z_axis.as_vec3();
+    let eye = lens.position();
+    let z = |p: Vec3| (p - eye).dot(forward);
+    let mut random = Random(3);
+    let (mut widest, mut square) = (0f32, 0f32);
+    let n = 1000;
+    for _ in 0..n {
+        let uv = [random.next() * 1.4 - 0.2, random.next() * 1.4 - 0.2];
+        let u = [random.next() as f32, random.next() as f32];
+        let (ray, through) = (lens.ray(uv, u), hole.ray(uv, u));
+        let at = |r: &pointillist::tracer::accel::Ray, depth: f32| {
+            r.origin + r.direction * ((depth - z(r.origin)) / r.direction.dot(forward))
+        };
+        assert!((at(&ray, 3.0) - at(&through, 3.0)).length() < 1e-5, "not in focus");
+        let q = lens.lens_point(u);
+        assert!((at(&ray, 0.0) - q).length() < 1e-5, "not through its point of the lens");
+        assert!(z(q).abs() < 1e-6);
+        assert!((z(ray.origin) - 0.25).abs() < 1e-5 && (ray.direction.length() - 1.0).abs() < 1e-6);
+        assert!((z(ray.origin + ray.direction * ray.t_max) - 40.0).abs() < 1e-3);
+        for t in [1.0, 5.0, 20.0] {
+            let (back, depth) = lens.project_from(q, ray.origin + ray.direction * t).expect("in front");
+            assert!((back[0] - uv[0]).abs() < 1e-5 && (back[1] - uv[1]).abs() < 1e-5, "{uv:?} {back:?}");
+            assert!((depth - f64::from(z(ray.origin + ray.direction * t))).abs() < 1e-4);
+        }
+        assert_eq!(lens.project_from(q, q - ray.direction), None, "behind");
+        widest = widest.max((q - eye).length());
+        square += (q - eye).length_squared() / n as f32;
+    }
+    // Uniform over a disk: the mean of r² is half the square of the radius, with standard deviation R²/√12 each.
+    assert!(widest > 0.39 && widest < 0.4 + 1e-6, "{widest}");
+    let error = 0.16 / (12.0 * n as f32).sqrt();
+    assert!((square - 0.08).abs() < 4.0 * error, "{square}");
+}

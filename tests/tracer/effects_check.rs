@@ -1,0 +1,237 @@
+//! The plan is checked: the scene as planned, traced by code for what it holds, gives the samples of the scene with everything,
+//! traced by code for anything; in every scene of ours and in random ones that combine whatever there is.
+
+use std::fs;
+use std::path::Path;
+use std::sync::Arc;
+
+use pointillist::color::Xyz;
+use pointillist::scene::{SceneDesc, load, load_str};
+use pointillist::stream::{SampleSink, UvWindow};
+use pointillist::tracer::integrator::{
+    BidirectionalTracer, CAMERA_SUBPATHS, Checked, ParticleTracer, PathTracer, PhotonTracer, RenderContext,
+    Special,
+};
+use pointillist::tracer::{Camera, Integrator, Scene};
+use proptest::prelude::*;
+
+/// Counts samples, adds up luminance.
+#[derive(Default)]
+struct Sum {
+    samples: u64,
+    y: f64,
+    squares: f64,
+}
+
+impl SampleSink for Sum {
+    fn camera(&mut self, _: [f32; 2], value: Xyz, _: f32) {
+        self.samples += 1;
+        self.y += f64::from(value.y);
+        self.squares += f64::from(value.y).powi(2);
+    }
+
+    fn light(&mut self, uv: [f32; 2], value: Xyz) {
+        self.camera(uv, value, 1.0);
+    }
+}
+
+fn render_context(desc: &SceneDesc, scene: Scene) -> RenderContext {
+    RenderContext::new(Arc::new(scene), Camera::of(desc).unwrap(), &desc.integrator, 11, UvWindow::PICTURE)
+}
+
+/// Every one of `count` indices is traced twice; what differs panics. Returns how many a rounding has decided.
+fn checked<I: Special>(context: &RenderContext, general: &Arc<Scene>, count: u64) -> u64 {
+    let checked = Checked::<I>::new(context.clone(), general.clone(), 1.0);
+    let mut scratch = Default::default();
+    // Paths that split and the first ones, which do not.
+    for index in (0..count / 2).chain(1 << 20..(1 << 20) + count / 2) {
+        checked.trace(index, &mut scratch, &mut Sum::default());
+    }
+    let [compared, different] = checked.tally().counts();
+    assert_eq!(compared, 2 * (count / 2));
+    different
+}
+
+fn check_all(desc: &SceneDesc, count: u64) -> u64 {
+    let context = render_context(desc, Scene::prepare(desc).unwrap());
+    let general = &Arc::new(Scene::prepare_general(desc).unwrap());
+    checked::<PathTracer>(&context, general, count)
+        + checked::<ParticleTracer>(&context, general, count)
+        + checked::<BidirectionalTracer>(&context, general, count / CAMERA_SUBPATHS)
+}
+
+/// A sample of photon mapping is made of many paths: here both sides trace all of them.
+#[test]
+fn photons_are_as_planned() {
+    for name in ["cornell.xml", "cornell_spheres.xml", "rough.xml"] {
+        let desc = load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name), &[]).unwrap().desc;
+        let context = render_context(&desc, Scene::prepare(&desc).unwrap());
+        let general = Arc::new(Scene::prepare_general(&desc).unwrap());
+        let checked = Checked::<PhotonTracer>::new(context, general, 1.0);
+        let mut scratch = Default::default();
+        (0..2000).for_each(|index| checked.trace(index, &mut scratch, &mut Sum::default()));
+        assert_eq!(checked.tally().counts(), [2000, 0], "{name}");
+    }
+}
+
+#[test]
+fn every_scene_is_as_planned() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    let (mut special, mut classes) = (0, [0; 3]);
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|e| e == "xml") {
+            let desc = load(&path, &[]).unwrap().desc;
+            let scene = Scene::prepare(&desc).unwrap();
+            special += usize::from(scene.white().is_some());
+            classes[scene.material_class() as usize] += 1;
+            let different = check_all(&desc, 4096);
+            assert!(different <= 1, "{different} paths of {} were decided by a rounding", path.display());
+        }
+    }
+    assert!(special >= 1 && classes.iter().all(|n| *n >= 1), "not all special code is used: {classes:?}");
+}
+
+/// A value, grey or coloured.
+fn colour(grey: bool) -> BoxedStrategy<String> {
+    if grey {
+        (0.05..0.95f32).prop_map(|v| format!("{v}")).boxed()
+    } else {
+        (0.05..0.95f32, 0.05..0.95f32, 0.05..0.95f32).prop_map(|(r, g, b)| format!("{r}, {g}, {b}")).boxed()
+    }
+}
+
+/// Which materials a scene may have: matt ones, also smooth ones, also rough ones.
+fn material(grey: bool, class: usize) -> BoxedStrategy<String> {
+    let rgb =
+        move |name: &'static str| colour(grey).prop_map(move |v| format!("<rgb name='{name}' value='{v}'/>"));
+    let words = |text: &'static str| Just(text.to_string()).boxed();
+    let apart = match grey {
+        true => words("<float name='int_ior' value='1.5'/>"),
+        false => prop_oneof![
+            words("<string name='int_ior' value='bk7'/>"),
+            words("<float name='int_ior' value='1.7'/>")
+        ]
+        .boxed(),
+    };
+    let alike = words("<string name='int_ior' value='sf11'/><string name='ext_ior' value='sf11'/>");
+    let index = prop_oneof![3 => apart.clone(), 1 => alike].boxed();
+    let metal = match grey {
+        true => Just("none").boxed(),
+        false => prop_oneof![Just("Au"), Just("Cu"), Just("none")].boxed(),
+    };
+    let bsdf = |kind: &'static str, inside: BoxedStrategy<String>| {
+        inside.prop_map(move |inside| format!("<bsdf type='{kind}'>{inside}</bsdf>")).boxed()
+    };
+    let alpha = (0.02..0.6f32).prop_map(|a| format!("<float name='alpha' value='{a}'/>"));
+    let metal = metal.prop_map(|m| format!("<string name='material' value='{m}'/>")).boxed();
+    let both = |a: BoxedStrategy<String>, b: BoxedStrategy<String>| (a, b).prop_map(|(a, b)| a + &b).boxed();
+    // What is there and does nothing: it must not be taken for something that does.
+    let black = |name: &str| Just(format!("<rgb name='{name}' value='0'/>")).boxed();
+    let all = [
+        bsdf("diffuse", rgb("reflectance").boxed()),
+        bsdf("twosided", bsdf("diffuse", rgb("reflectance").boxed())),
+        bsdf("conductor", both(metal.clone(), black("specular_reflectance"))),
+        bsdf("dielectric", both(index.clone(), rgb("specular_transmittance").boxed())),
+        bsdf("dielectric", both(index.clone(), black("specular_transmittance"))),
+        bsdf("conductor", both(metal.clone(), rgb("specular_reflectance").boxed())),
+        bsdf("plastic", both(index.clone(), rgb("diffuse_reflectance").boxed())),
+        bsdf("roughconductor", both(metal, alpha.clone().boxed())),
+        bsdf(
+            "roughdielectric",
+            both(both(apart.clone(), alpha.clone().boxed()), black("specular_transmittance")),
+        ),
+        bsdf("roughdielectric", both(apart, alpha.clone().boxed())),
+        bsdf("roughplastic", both(alpha.boxed(), rgb("diffuse_reflectance").boxed())),
+    ];
+    let count = [3, 7, all.len()][class];
+    prop::strategy::Union::new(all.into_iter().take(count)).boxed()
+}
+
+fn scene((grey, class): (bool, usize)) -> impl Strategy<Value = (bool, String)> {
+    let objects = prop::collection::vec(
+        (
+            material(grey, class),
+            prop_oneof![Just("sphere"), Just("cube"), Just("disk")],
+            -2.0..2.0f32,
+            0.3..1.0f32,
+        ),
+        1..5,
+    );
+    let lights = prop::collection::vec((0..4u8, colour(grey), -2.0..2.0f32), 1..4);
+    (material(grey, class), objects, lights, any::<bool>()).prop_map(move |(floor, objects, lights, lens)| {
+        let (sensor, radius) = match lens {
+            true => ("thinlens", "<float name='aperture_radius' value='0.1'/><float name='focus_distance' value='5'/>"),
+            false => ("perspective", ""),
+        };
+        let mut text = format!(
+            "<scene version='3.0.0'><sensor type='{sensor}'>{radius}<float name='fov' value='45'/><transform \
+             name='to_world'><lookat origin='0, 2, -6' target='0, 0.7, 0' up='0, 1, 0'/></transform></sensor>\
+             <shape type='rectangle'><transform name='to_world'><scale value='4'/><rotate x='1' angle='-90'/>\
+             </transform>{floor}</shape>"
+        );
+        for (i, (bsdf, shape, x, size)) in objects.iter().enumerate() {
+            text += &format!(
+                "<shape type='{shape}'><transform name='to_world'><scale value='{size}'/><translate x='{x}' \
+                 y='{size}' z='{i}'/></transform>{bsdf}</shape>"
+            );
+        }
+        let several = lights.len() > 1;
+        for (i, (kind, value, x)) in lights.into_iter().enumerate() {
+            text += &match kind {
+                3 if i == 0 && several => "<emitter type='constant'><rgb name='radiance' value='0'/></emitter>".to_string(),
+                // A scene has one environment.
+                0 if i == 0 => format!("<emitter type='constant'><rgb name='radiance' value='{value}'/></emitter>"),
+                0 | 1 => format!(
+                    "<emitter type='point'><point name='position' x='{x}' y='4' z='-1'/><rgb name='intensity' \
+                     value='{value}'/></emitter>"
+                ),
+                _ => format!(
+                    "<shape type='rectangle'><transform name='to_world'><rotate x='1' angle='90'/><translate \
+                     x='{x}' y='4'/></transform><emitter type='area'><rgb name='radiance' value='{value}'/>\
+                     </emitter></shape>"
+                ),
+            };
+        }
+        (grey, text + "</scene>")
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 192, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Also: a scene that was made without colour has none, and one with colours has.
+    #[test]
+    fn random_scenes_are_as_planned((grey, text) in (any::<bool>(), 0..3usize).prop_flat_map(scene)) {
+        let desc = load_str("random.xml", &text, &[]).unwrap().desc;
+        prop_assert_eq!(Scene::prepare(&desc).unwrap().white().is_some(), grey);
+        check_all(&desc, 384);
+    }
+}
+
+/// A photon counts at wavelengths of its own, so that single samples cannot be compared: the mean is.
+#[test]
+fn photons_without_colour_have_the_same_mean() {
+    let desc = load_str("grey.xml", GREY, &[]).unwrap().desc;
+    let mean = |spectral: bool| {
+        let scene = if spectral { Scene::prepare_general(&desc) } else { Scene::prepare(&desc) };
+        let tracer = PhotonTracer::new(render_context(&desc, scene.unwrap()), true);
+        let (mut scratch, mut sum, count) = (Default::default(), Sum::default(), 1 << 17);
+        (0..count).for_each(|index| tracer.trace(index, &mut scratch, &mut sum));
+        let mean = sum.y / count as f64;
+        (mean, (sum.squares / count as f64 - mean * mean) / count as f64)
+    };
+    let ((white, v0), (drawn, v1)) = (mean(false), mean(true));
+    let z = (white - drawn) / (v0 + v1).sqrt();
+    assert!(z.abs() < 4.0, "{white} and {drawn}: z = {z}");
+    assert!(v0 < v1, "drawing wavelengths costs nothing: {v0} {v1}");
+}
+
+const GREY: &str = "<scene version='3.0.0'><integrator type='photon'/><sensor type='perspective'><float name='fov' value='40'/>\
+    <transform name='to_world'><lookat origin='0, 2, -6' target='0, 0.7, 0' up='0, 1, 0'/></transform></sensor>\
+    <shape type='rectangle'><transform name='to_world'><scale value='4'/><rotate x='1' angle='-90'/></transform>\
+    <bsdf type='diffuse'><rgb name='reflectance' value='0.6'/></bsdf></shape>\
+    <shape type='sphere'><transform name='to_world'><translate y='1'/></transform>\
+    <bsdf type='dielectric'><float name='int_ior' value='1.5'/></bsdf></shape>\
+    <shape type='rectangle'><transform name='to_world'><rotate x='1' angle='90'/><translate y='4'/></transform>\
+    <emitter type='area'><rgb name='radiance' value='5'/></emitter></shape></scene>";

@@ -1,0 +1,106 @@
+//! The plan of effects: what is on in every scene, with a reason that points into the file, and what is off once it is forced off.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use pointillist::scene::desc::IntegratorKind;
+use pointillist::scene::{SceneDesc, load};
+use pointillist::tracer::effects::{Effect, decide, without};
+use pointillist::tracer::{Camera, Scene};
+
+const METHODS: [IntegratorKind; 4] =
+    [IntegratorKind::Path, IntegratorKind::Light, IntegratorKind::Bidirectional, IntegratorKind::Photon];
+
+fn scenes() -> Vec<(String, SceneDesc)> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    let mut files: Vec<PathBuf> = fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
+    files.retain(|p| p.extension().is_some_and(|e| e == "xml"));
+    files.sort();
+    let name = |p: &Path| p.file_stem().unwrap().to_str().unwrap().to_string();
+    files.iter().map(|p| (name(p), load(p, &[]).unwrap().desc)).collect()
+}
+
+fn on(desc: &SceneDesc, kind: IntegratorKind) -> BTreeSet<&'static str> {
+    decide(desc, kind).into_iter().filter(|d| d.on).map(|d| d.effect.name()).collect()
+}
+
+#[test]
+fn every_scene_has_its_effects() {
+    for (name, desc) in scenes() {
+        let expected: &[&str] = match name.as_str() {
+            "brushed" => &["wavelengths", "transmission", "glossy", "environment", "light-choice"],
+            "caustic" => &["wavelengths", "transmission", "deltas", "light-choice", "smooth-normals"],
+            "cornell" => &["wavelengths"],
+            "cornell_spheres" => &["wavelengths", "transmission", "deltas"],
+            "cove" => &["wavelengths", "light-choice", "smooth-normals"],
+            "furnace" => &["environment"],
+            "instances" => &["wavelengths", "glossy", "environment", "light-choice", "smooth-normals"],
+            "prism" => {
+                &["wavelengths", "dispersion", "transmission", "deltas", "light-choice", "smooth-normals"]
+            }
+            "rough" => &["wavelengths", "transmission", "deltas", "glossy", "environment", "light-choice"],
+            "veach_door" => &["wavelengths", "transmission", "deltas", "smooth-normals"],
+            "veach_plates" => &["wavelengths", "glossy", "light-choice"],
+            other => panic!("say what {other} has"),
+        };
+        assert_eq!(on(&desc, IntegratorKind::Path), expected.iter().copied().collect(), "{name}");
+        assert!(on(&desc, IntegratorKind::Bidirectional).contains("light-stream"), "{name}");
+        let focuses = expected.iter().any(|e| ["deltas", "glossy"].contains(e));
+        assert_eq!(on(&desc, IntegratorKind::Photon).contains("caustic-photons"), focuses, "{name}");
+    }
+}
+
+/// What is on because of an object says where in the file it stands, and there it stands.
+#[test]
+fn reasons_point_into_the_file() {
+    for (name, desc) in scenes() {
+        for decision in decide(&desc, IntegratorKind::Photon) {
+            assert!(!decision.reason.is_empty());
+            let Some(place) = decision.place else {
+                assert!(!decision.on, "{name}: {decision:?} does not say where");
+                continue;
+            };
+            let text = fs::read_to_string(&desc.files[place.file as usize]).unwrap();
+            let line = text.lines().nth(place.line as usize - 1).unwrap();
+            let from: String = line.chars().skip(place.column as usize - 1).collect();
+            let tags = ["<bsdf", "<shape", "<emitter", "<sensor"];
+            assert!(tags.iter().any(|tag| from.starts_with(tag)), "{name}: {decision:?} points at {from}");
+        }
+    }
+}
+
+/// Forced off is off, nothing else comes on, and what is left can be traced.
+#[test]
+fn what_is_forced_off_is_off() {
+    let mut refused = BTreeSet::new();
+    for (name, desc) in scenes() {
+        for (kind, effect) in METHODS.into_iter().flat_map(|k| Effect::ALL.map(|f| (k, f))) {
+            let mut less = desc.clone();
+            less.integrator.kind = kind;
+            let before = on(&less, kind);
+            match without(&mut less, effect) {
+                Err(advice) => {
+                    assert!(advice.contains("choose") || advice.contains("leave"), "{advice}");
+                    refused.insert((effect.name(), kind == IntegratorKind::Photon));
+                }
+                Ok(()) => {
+                    let after = on(&less, kind);
+                    assert!(!after.contains(effect.name()), "{name}: {effect:?} is still on");
+                    assert!(after.is_subset(&before), "{name}: without {effect:?} there is {after:?}");
+                    Scene::prepare(&less).unwrap();
+                    Camera::of(&less).unwrap();
+                }
+            }
+        }
+    }
+    let expected = [
+        ("caustic-photons", false),
+        ("gather", false),
+        ("light-choice", false),
+        ("light-choice", true),
+        ("light-stream", false),
+        ("light-stream", true),
+    ];
+    assert_eq!(refused, expected.into_iter().collect());
+}

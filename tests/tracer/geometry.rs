@@ -1,0 +1,133 @@
+//! Rays that leave a surface do not meet it again, and meet what is near it.
+
+use glam::{DVec3, Vec3};
+
+use crate::support::accel::{Random, ask_one, icosphere, moeller_trumbore};
+use pointillist::tracer::accel::{Accel, Ray};
+use pointillist::tracer::shape::{Disk, Sphere, Triangle};
+
+fn accel(triangles: &[[Vec3; 3]]) -> Accel {
+    Accel::new(triangles, &[], Vec::new(), Vec::new())
+}
+
+/// Case N3: rays that leave a convex body never meet it again, at any scale and place; a ray into it always does.
+#[test]
+fn spawned_rays_do_not_hit_their_own_surface() {
+    let (points, faces) = icosphere(2);
+    for scale in [1e-6f64, 1e-3, 1.0, 1e3, 1e6] {
+        for offset in [0.0, 1.0, 1e3, 1e6] {
+            let shift = DVec3::new(0.31, -0.77, 0.55) * offset * scale.max(1.0);
+            let mesh: Vec<[Vec3; 3]> =
+                faces.iter().map(|f| f.map(|i| (points[i] * scale + shift).as_vec3())).collect();
+            let triangles: Vec<Option<Triangle>> = mesh.iter().map(|&t| Triangle::new(t)).collect();
+            let kept: Vec<[Vec3; 3]> = triangles.iter().flatten().zip(&mesh).map(|(_, &m)| m).collect();
+            if kept.len() < mesh.len() || offset > 1e4 * scale {
+                continue; // Rounding of the vertices has left no sphere: there is nothing convex to test.
+            }
+            // Each face alone in its plane: rounded vertices make neighbours concave by a hair, which is a true hit.
+            let mut random = Random(3);
+            for (mesh, triangle) in kept.iter().zip(triangles.iter().flatten()) {
+                let mut alone = accel(&[*mesh]);
+                for _ in 0..100 {
+                    let (a, b) = (random.next() as f32, random.next() as f32);
+                    let uv = if a + b > 1.0 { [1.0 - a, 1.0 - b] } else { [a, b] };
+                    let point = triangle.point(uv);
+                    // Every direction, also within 1e-6 of the plane.
+                    let grazing = if random.next() < 0.5 { 1.0 } else { 1e-6 };
+                    let tangent = random.direction().as_vec3();
+                    let tangent = (tangent - triangle.n * tangent.dot(triangle.n)).normalize();
+                    let d = (tangent + triangle.n * (random.direction().z as f32 * grazing)).normalize();
+                    let o = pointillist::math::float::safe_origin(point.p, point.error, point.ng, d);
+                    let answer = ask_one(&mut alone, Ray::new(o, d));
+                    assert_eq!(answer, (None, false), "scale {scale}, offset {offset}, {d}");
+                }
+            }
+        }
+    }
+}
+
+/// Needles a thousand times as long as wide, left at every angle; rays from the bare point, as the naive method
+/// has them, hit what they leave.
+#[test]
+fn needles_are_left_for_good() {
+    let mut random = Random(23);
+    let mut naive = 0;
+    for _ in 0..2000 {
+        let (along, place) = (random.direction() * 5.0, random.direction() * 3.0);
+        let across = random.direction() * (0.005 + 5.0 * random.next().powi(6));
+        let mesh = [place, place + along, place + along * random.next() + across].map(|p| p.as_vec3());
+        let Some(triangle) = Triangle::new(mesh) else { continue };
+        let mut alone = accel(&[mesh]);
+        for _ in 0..100 {
+            let (a, b) = (random.next() as f32, random.next() as f32);
+            let point = triangle.point(if a + b > 1.0 { [1.0 - a, 1.0 - b] } else { [a, b] });
+            let d = random.direction().as_vec3();
+            let o = pointillist::math::float::safe_origin(point.p, point.error, point.ng, d);
+            assert_eq!(ask_one(&mut alone, Ray::new(o, d)), (None, false), "{mesh:?} {d}");
+            naive += u32::from(moeller_trumbore(&Ray::new(point.p, d), mesh));
+        }
+    }
+    assert!(naive > 1000, "the case is too easy: {naive}");
+}
+
+/// The same for spheres and disks, and for the two halves of a square, which lie in one plane.
+#[test]
+fn spawned_rays_leave_spheres_disks_and_squares() {
+    let mut random = Random(11);
+    for scale in [1e-6f32, 1.0, 1e6] {
+        for shift in [0.0f32, 1.0, 1e3] {
+            let center = Vec3::new(0.3, -0.9, 0.4) * (shift * scale);
+            let (a, b) = (Vec3::new(1.0, 0.2, 0.1) * scale, Vec3::new(-0.3, 1.0, 0.2) * scale);
+            let sphere = Sphere { center, radius: scale, inward: false };
+            let disk = Disk::new(center, a, b, DVec3::Z).expect("has an area");
+            let mut spheres = Accel::new(&[], &[], Vec::new(), vec![sphere]);
+            let mut disks = Accel::new(&[], &[], vec![disk], Vec::new());
+            let [p, q, r, s] = [center, center + a, center + a + b, center + b];
+            let halves = [[p, q, r], [p, r, s]];
+            let mut square = accel(&halves);
+            for _ in 0..3000 {
+                let d = random.direction().as_vec3();
+                let spawn = |point: &pointillist::tracer::shape::SurfacePoint, d: Vec3| {
+                    Ray::new(pointillist::math::float::safe_origin(point.p, point.error, point.ng, d), d)
+                };
+                let on_sphere = sphere.point_towards(random.direction().as_vec3());
+                let out = d * d.dot(on_sphere.ng).signum();
+                assert_eq!(ask_one(&mut spheres, spawn(&on_sphere, out)).0, None, "sphere {scale} {shift}");
+                let inwards = ask_one(&mut spheres, spawn(&on_sphere, -out)).0;
+                assert!(inwards.is_some(), "from inside the other side is hit");
+                let (x, y) = (random.next() as f32 - 0.5, random.next() as f32 - 0.5);
+                assert_eq!(
+                    ask_one(&mut disks, spawn(&disk.point_at(x, y), d)).0,
+                    None,
+                    "disk {scale} {shift}"
+                );
+                let triangle = Triangle::new(halves[0]).expect("has an area");
+                // On the diagonal, where the other half is next.
+                let on_diagonal = triangle.point([0.0, random.next() as f32]);
+                assert_eq!(
+                    ask_one(&mut square, spawn(&on_diagonal, d)).0,
+                    None,
+                    "square {scale} {shift} {d}"
+                );
+            }
+        }
+    }
+}
+
+/// A second surface a few dozen ulps away is not skipped.
+#[test]
+fn a_near_second_surface_is_hit() {
+    let face = |z: f32| [Vec3::new(-1.0, -1.0, z), Vec3::new(1.0, -1.0, z), Vec3::new(0.0, 1.0, z)];
+    let gap = 64.0 * f32::EPSILON;
+    let mut both = accel(&[face(1.0), face(1.0 + gap)]);
+    let lower = Triangle::new(face(1.0)).expect("has an area");
+    let mut random = Random(5);
+    for _ in 0..10_000 {
+        let point = lower.point([random.next() as f32 * 0.3 + 0.2, random.next() as f32 * 0.3 + 0.1]);
+        let d = random.direction().as_vec3();
+        let d = Vec3::new(d.x, d.y, d.z.abs() + 0.1).normalize();
+        let spawn = |d| Ray::new(pointillist::math::float::safe_origin(point.p, point.error, point.ng, d), d);
+        assert_eq!(ask_one(&mut both, spawn(d)).0.map(|h| h.prim), Some(1));
+        assert_eq!(ask_one(&mut both, spawn(-d)).0, None, "both are behind");
+    }
+}

@@ -1,0 +1,36 @@
+//! Path tracing and its parts: closed forms, sampling against densities, samplers, photon maps, effects.
+
+#![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod bidirectional;
+mod both_ends;
+mod bsdf;
+mod camera;
+mod choice;
+mod dispersion;
+mod effects_check;
+mod effects_plan;
+mod envmap;
+mod geometry;
+mod instances;
+mod kernels;
+mod largest;
+mod light_choice;
+mod lights;
+mod microfacet;
+mod path;
+mod photon;
+mod photon_cases;
+mod photon_publish;
+mod photon_query;
+mod photons;
+mod pick;
+mod prepare;
+mod prism;
+mod rough;
+mod rough_plastic;
+mod sampler_nets;
+mod sampler_sequence;

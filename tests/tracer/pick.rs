@@ -1,0 +1,88 @@
+//! Picking: which shape of the description is seen at a point of the picture.
+
+use glam::{DAffine3, DVec3, Vec3};
+
+use crate::support::scenes::*;
+use pointillist::scene::desc::*;
+use pointillist::tracer::Camera;
+use pointillist::tracer::accel::Ray;
+
+#[test]
+fn the_nearest_shape_its_place_and_its_distance() {
+    let mut desc = empty();
+    let m = material(&mut desc, grey(0.5));
+    let at = |x: f64, z: f64| DAffine3::from_translation(DVec3::new(x, 0.0, z));
+    shape(&mut desc, sphere(DVec3::new(0.0, 0.0, 9.0), 1.0), DAffine3::IDENTITY, (m, 0.0));
+    shape(&mut desc, ShapeKind::Rectangle, at(0.0, 5.0), (m, 0.0));
+    shape(&mut desc, ShapeKind::Disk, at(10.0, 5.0), (m, 3.0));
+    shape(&mut desc, ShapeKind::Cube, at(20.0, 5.0), (m, 0.0));
+    environment(&mut desc);
+    let scene = prepare(&desc);
+    let along = |x: f32| scene.pick(&Ray::new(Vec3::new(x, 0.0, 0.0), Vec3::Z));
+    let seen = |x| along(x).map(|p| (p.shape, p.distance.round(), p.position.z.round()));
+    assert_eq!(seen(0.0), Some((1, 5.0, 5.0)));
+    // A light is a shape like another, also from its dark side.
+    assert_eq!(seen(10.0), Some((2, 5.0, 5.0)));
+    assert_eq!(seen(20.0), Some((3, 4.0, 4.0)));
+    assert_eq!(seen(-10.0), None);
+    let behind = scene.pick(&Ray::new(Vec3::new(0.0, 0.0, 20.0), -Vec3::Z)).map(|p| p.shape);
+    assert_eq!(behind, Some(0));
+    // The length of the direction does not matter.
+    let long = scene.pick(&Ray::new(Vec3::ZERO, Vec3::Z * 0.25)).map(|p| p.distance.round());
+    assert_eq!(long, Some(5.0));
+}
+
+#[test]
+fn of_two_shapes_back_to_back_the_side_that_is_seen() {
+    for kind in [ShapeKind::Rectangle, ShapeKind::Disk] {
+        let mut desc = empty();
+        let m = material(&mut desc, grey(0.5));
+        for flip in [false, true] {
+            shape(&mut desc, kind.clone(), DAffine3::IDENTITY, (m, 1.0));
+            desc.shapes.last_mut().expect("just added").flip_normals = flip;
+        }
+        let scene = prepare(&desc);
+        let pick = |z: f32| {
+            scene
+                .pick(&Ray::new(Vec3::new(0.2, 0.3, z), Vec3::new(0.0, 0.0, -z.signum())))
+                .expect("something is there")
+        };
+        assert_eq!((pick(2.0).shape, pick(-3.0).shape), (0, 1), "{kind:?}");
+        assert_eq!((pick(2.0).distance, pick(-3.0).distance), (2.0, 3.0));
+    }
+}
+
+/// Through the camera, as a click does: what projects to a place in the picture is what is picked there.
+#[test]
+fn a_click_finds_what_is_drawn_there() {
+    let mut desc = empty();
+    desc.camera = look(DVec3::new(3.0, 2.0, -8.0), DVec3::new(-0.3, -0.2, 1.0), 50.0);
+    let m = material(&mut desc, grey(0.5));
+    let centers: Vec<DVec3> = (0..9).map(|i| DVec3::new(f64::from(i % 3), f64::from(i / 3), 1.0)).collect();
+    for &center in &centers {
+        shape(&mut desc, sphere(center, 0.2), DAffine3::IDENTITY, (m, 0.0));
+    }
+    let (scene, camera) = (prepare(&desc), Camera::of(&desc).expect("the camera is valid"));
+    for (i, center) in centers.iter().enumerate() {
+        let (uv, _) = camera.project(center.as_vec3()).expect("in front of the camera");
+        let found = scene.pick(&camera.ray(uv, [0.5; 2])).expect("a sphere is there");
+        assert_eq!(found.shape, i as u32);
+        let to_center = camera.position().distance(center.as_vec3());
+        assert!((found.distance + 0.2 - to_center).abs() < 1e-4, "{found:?}");
+        let (again, _) = camera.project(found.position).expect("in front of the camera");
+        assert!((0..2).all(|k| (again[k] - uv[k]).abs() < 1e-5), "{again:?} {uv:?}");
+    }
+}
+
+/// What is picked is an index into the shapes of the description, also where shapes were dropped or are many.
+#[test]
+fn shapes_that_were_dropped_keep_their_numbers() {
+    let mut desc = empty();
+    let m = material(&mut desc, grey(0.5));
+    shape(&mut desc, sphere(DVec3::ZERO, 0.0), DAffine3::IDENTITY, (m, 1.0));
+    shape(&mut desc, ShapeKind::Rectangle, DAffine3::from_scale(DVec3::new(1.0, 0.0, 1.0)), (m, 0.0));
+    shape(&mut desc, ShapeKind::Disk, DAffine3::from_translation(DVec3::Z), (m, 0.0));
+    let found = prepare(&desc).pick(&Ray::new(Vec3::ZERO, Vec3::Z));
+    assert_eq!(found.map(|p| p.shape), Some(2));
+    assert_eq!(prepare(&empty()).pick(&Ray::new(Vec3::ZERO, Vec3::Z)), None);
+}

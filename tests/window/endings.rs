@@ -1,0 +1,111 @@
+//! Bad days of the window: the device or the surface is lost, or there is no display at all.
+
+use std::path::Path;
+use std::process::Child;
+
+use crate::support::desktop::Desktop;
+use crate::viewer::{end, end_when, figures, folder, png, program, scene, words};
+
+/// Paths that are traced: the picture is finished soon, and known exactly.
+const PATHS: u64 = 60_000;
+
+fn view(desktop: &Desktop, folder: &Path, options: &[&str]) -> Child {
+    let paths = PATHS.to_string();
+    let all = ["--size", "96x96", "--samples", &paths, "-o", "last.png", "-o", "last.exr"];
+    crate::viewer::view(desktop, folder, &[&all[..], &["--json", "figures.json"], options].concat())
+}
+
+/// What the viewer says when all paths are in the picture.
+const ENDED: &str = "the render has ended";
+
+/// Mean of all channels of the PNG, of 255.
+fn mean(folder: &Path) -> f64 {
+    let (width, height, bytes) = png(&folder.join("last.png"));
+    assert_eq!((width, height), (96, 96));
+    bytes.iter().map(|byte| f64::from(*byte)).sum::<f64>() / bytes.len() as f64
+}
+
+/// Camera paths that the picture's file says it holds.
+fn paths_in(folder: &Path) -> u64 {
+    let bytes = std::fs::read(folder.join("last.exr")).unwrap();
+    let text = String::from_utf8_lossy(&bytes[..bytes.len().min(8192)]).into_owned();
+    let at = text.find("--samples ").unwrap_or_else(|| panic!("no command in the file"));
+    let digits: String = text[at + 10..].chars().take_while(char::is_ascii_digit).collect();
+    digits.parse().unwrap()
+}
+
+/// What an undisturbed viewer leaves.
+fn undisturbed(desktop: &Desktop) -> f64 {
+    let folder = folder("undisturbed");
+    let output = end_when(view(desktop, &folder, &[]), &[ENDED]);
+    assert!(output.status.success(), "{}", words(&output));
+    assert_eq!(paths_in(&folder), PATHS);
+    let mean = mean(&folder);
+    std::fs::remove_dir_all(folder).unwrap();
+    mean
+}
+
+#[test]
+fn a_lost_device_is_replaced_once_and_keeps_its_samples() {
+    let desktop = Desktop::start(300, 300);
+    let wanted = undisturbed(&desktop);
+    let once = folder("once");
+    let output =
+        end_when(view(&desktop, &once, &["--lose-device-after", "20"]), &[ENDED, "the device was lost"]);
+    assert!(output.status.success(), "{}", words(&output));
+    assert!(words(&output).contains("the device was lost"), "{}", words(&output));
+    let figures_once = figures(&once);
+    assert_eq!(figures_once["device_losses"], 1);
+    assert_eq!(figures_once["validation_messages"], 0);
+    // One epoch: nothing was begun anew, and all paths are in the picture.
+    assert_eq!(figures_once["epochs"], 1);
+    assert_eq!(paths_in(&once), PATHS);
+    assert!((mean(&once) - wanted).abs() < 1.0, "{} instead of {wanted}", mean(&once));
+    std::fs::remove_dir_all(once).unwrap();
+
+    let twice = folder("twice");
+    let options = ["--lose-device-after", "20", "--lose-device-after", "20"];
+    let output = end(view(&desktop, &twice, &options));
+    assert_eq!(output.status.code(), Some(1), "{}", words(&output));
+    assert!(!words(&output).contains("panicked"), "{}", words(&output));
+    assert_eq!(figures(&twice)["device_losses"], 2);
+    // The samples so far, developed without the device: noisier, and as bright.
+    assert!((mean(&twice) - wanted).abs() < 6.0, "{} instead of {wanted}", mean(&twice));
+    std::fs::remove_dir_all(twice).unwrap();
+}
+
+#[test]
+fn a_lost_surface_is_replaced() {
+    let folder = folder("surface");
+    let desktop = Desktop::start(300, 300);
+    let output =
+        end_when(view(&desktop, &folder, &["--lose-surface-after", "20"]), &[ENDED, "surface was lost"]);
+    assert!(output.status.success(), "{}", words(&output));
+    let figures = figures(&folder);
+    assert_eq!(figures["surface_losses"], 1);
+    assert_eq!(figures["device_losses"], 0);
+    assert_eq!(figures["validation_messages"], 0);
+    assert_eq!(paths_in(&folder), PATHS);
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn colours_that_are_not_offered_are_named_once() {
+    let folder = folder("colours");
+    let desktop = Desktop::start(300, 300);
+    let output = end_when(view(&desktop, &folder, &["--hdr", "hdr10"]), &[ENDED, "no HDR10"]);
+    assert!(output.status.success(), "{}", words(&output));
+    assert_eq!(words(&output).matches("no HDR10 on this display").count(), 1, "{}", words(&output));
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn without_a_display_one_error_says_what_to_do() {
+    for display in ["", ":9999"] {
+        let output = program().env("DISPLAY", display).arg("view").arg(scene()).output().unwrap();
+        let words = words(&output);
+        assert_eq!(output.status.code(), Some(1), "{words}");
+        assert!(words.contains("no window can be opened") && words.contains("DISPLAY"), "{words}");
+        assert!(!words.contains("panicked") && !words.contains(".rs"), "{words}");
+    }
+}

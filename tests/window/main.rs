@@ -1,0 +1,16 @@
+//! The window: its panel without a display, and the real program on a display of its own.
+
+#![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod endings;
+mod error;
+mod headless_panel;
+mod input;
+mod navigation;
+mod panel;
+mod panel_error;
+mod picture;
+mod viewer;

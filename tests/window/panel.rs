@@ -1,0 +1,217 @@
+//! The panel without a window: it leaves untouched values alone, its buttons do what they say, and it fits small windows.
+
+use crate::headless_panel::{Panel, controls, picture, place, readout, texts};
+use egui::{Event, Shape, pos2, vec2};
+use pointillist::client::settings::{
+    Adaptation, Dither, Glare, Kernel, Masking, Output, Reconstruction, Settings, SplatFilter, ToneCurve,
+    View,
+};
+use pointillist::client::window::panel::{Action, Controls, DEFAULT_TARGET, Readout, Show};
+use pointillist::color::Profile;
+
+#[test]
+fn pictures_on_demand() {
+    for (size, help) in
+        [([512.0, 512.0], false), ([1280.0, 720.0], false), ([640.0, 1150.0], false), ([512.0, 512.0], true)]
+    {
+        let (readout, mut controls, mut panel) = (readout(), controls(), Panel::new(size));
+        controls.help = help;
+        let shapes = panel.settle(&readout, &mut controls);
+        picture(
+            &mut panel,
+            &format!("panel-{}x{}{}.png", size[0], size[1], if help { "-help" } else { "" }),
+            shapes,
+        );
+    }
+}
+
+#[test]
+fn buttons_do_what_they_say() {
+    let (readout, mut controls, mut panel) = (readout(), controls(), Panel::new([800.0, 1600.0]));
+    let shapes = panel.settle(&readout, &mut controls);
+    let cases = [
+        ("Undo", Action::Undo),
+        ("Redo", Action::Redo),
+        ("Reset", Action::ResetCamera),
+        ("PNG", Action::SavePng),
+        ("EXR", Action::SaveExr),
+        ("Scene", Action::SaveScene),
+        ("Copy command", Action::CopyCommand),
+        ("Deselect", Action::Deselect),
+    ];
+    for (text, action) in cases {
+        let at = place(&shapes, text);
+        assert_eq!(panel.click(at, &readout, &mut controls), [action], "{text}");
+    }
+    // Folded at first. What can be left out has a switch, what cannot has none.
+    panel.click(place(&shapes, "Effects"), &readout, &mut controls);
+    let open = panel.settle(&readout, &mut controls);
+    place(&open, "without lens");
+    let switched = Action::SetEffect { name: "dispersion", on: false };
+    assert_eq!(panel.click(place(&open, "dispersion"), &readout, &mut controls), [switched]);
+    assert_eq!(panel.click(place(&open, "glare"), &readout, &mut controls), []);
+    panel.click(place(&open, "Effects"), &readout, &mut controls);
+    let shapes = panel.settle(&readout, &mut controls);
+    assert_eq!(panel.click(place(&shapes, "Keys"), &readout, &mut controls), []);
+    assert!(controls.help);
+    controls.help = false;
+    panel.settle(&readout, &mut controls);
+    panel.click(place(&shapes, "Hide"), &readout, &mut controls);
+    assert!(!controls.visible);
+    assert!(texts(&panel.frame(vec![], &readout, &mut controls).1).is_empty(), "hidden means hidden");
+}
+
+#[test]
+fn choices_and_resets_change_the_settings() {
+    let (readout, mut controls, mut panel) = (readout(), controls(), Panel::new([800.0, 1600.0]));
+    let shapes = panel.settle(&readout, &mut controls);
+    let name = place(&shapes, "Tone curve");
+    panel.click(name + vec2(110.0, 0.0), &readout, &mut controls);
+    let open = panel.settle(&readout, &mut controls);
+    panel.click(place(&open, "AgX"), &readout, &mut controls);
+    assert_eq!(controls.settings.curve, ToneCurve::AgX);
+    // Two clicks on the name: the default.
+    panel.click(name, &readout, &mut controls);
+    panel.time -= 0.95;
+    panel.click(name, &readout, &mut controls);
+    assert_eq!(controls.settings, Settings::default());
+    // A click into the slider of C changes it, and nothing else.
+    let c = place(&shapes, "Contrast C");
+    panel.click(pos2(name.x + 150.0, c.y), &readout, &mut controls);
+    assert_ne!(controls.settings.contrast, 1.0);
+    assert_eq!(controls.settings, Settings { contrast: controls.settings.contrast, ..Settings::default() });
+}
+
+#[test]
+fn untouched_values_stay_bit_for_bit() {
+    let mut state = 7u64;
+    let mut next = |n: u64| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) % n
+    };
+    for round in 0..60 {
+        let mut float = |reach: f32| next(1 << 20) as f32 / (1 << 20) as f32 * reach;
+        let settings = Settings {
+            // Beyond what the sliders reach, too: the command line allows it.
+            vm: float(40.0),
+            exposure: float(5.0).powi(6) + 1e-7,
+            contrast: float(9.0),
+            gamma: float(9.0),
+            glare: (round % 2 == 0)
+                .then(|| Glare { adaptation: Adaptation::Scotopic, view_angle: float(200.0) }),
+            view: [View::Picture, View::CameraVariance, View::LightVariance][round % 3],
+            masking: [Masking::LowPass, Masking::Bilateral][round % 2],
+            reconstruction: [Reconstruction::CatmullRom, Reconstruction::Mipmap, Reconstruction::None]
+                [round % 3],
+            kernel: Kernel { taps: 2 + round as u32 % 7, exponent: round as u32 % 5 },
+            curve: [ToneCurve::AgX, ToneCurve::PbrNeutral][round % 2],
+            profile: Profile {
+                name: if round % 4 == 0 { "mine.icc" } else { "rec2020" }.to_string(),
+                ..Profile::srgb()
+            },
+            dither: [Dither::Ordered, Dither::BlueNoise][round % 2],
+            output: [Output::Sdr, Output::ScRgb, Output::Hdr10][round % 3],
+        };
+        let mut controls = Controls {
+            settings: settings.clone(),
+            filter: SplatFilter::Tent,
+            own_profile: None,
+            visible: true,
+            help: round % 5 == 0,
+            show: Show::Picture,
+            target: DEFAULT_TARGET,
+        };
+        let mut panel = Panel::new([700.0, 1500.0]);
+        // settle() also asserts that no action, thus no edit of the selection or the field of view, comes by itself.
+        panel.settle(&readout(), &mut controls);
+        panel.frame(vec![Event::PointerMoved(pos2(150.0, 20.0 * round as f32))], &readout(), &mut controls);
+        assert_eq!(controls.settings, settings);
+        assert_eq!(controls.settings.exposure.to_bits(), settings.exposure.to_bits());
+        assert_eq!(controls.filter, SplatFilter::Tent);
+    }
+}
+
+/// Also while the panel is hidden, and only within the window.
+#[test]
+fn messages_stand_over_the_picture() {
+    let mut controls = Controls { visible: false, ..controls() };
+    for (size, seen) in [([512.0, 512.0], true), ([320.0, 200.0], true), ([40.0, 30.0], false)] {
+        let mut panel = Panel::new(size);
+        let said = Readout { message: Some("saved cornell-001.png".into()), ..readout() };
+        let shapes = panel.settle(&said, &mut controls);
+        assert_eq!(texts(&shapes).iter().any(|(text, _)| text.contains("cornell-001")), seen, "{size:?}");
+        for shape in shapes {
+            let at = shape.clip_rect.intersect(shape.shape.visual_bounding_rect());
+            assert!(
+                !at.is_positive() || (at.right() <= size[0] + 0.5 && at.bottom() <= size[1] + 0.5),
+                "{at:?}"
+            );
+        }
+        assert!(texts(&panel.settle(&readout(), &mut controls)).is_empty(), "and it goes away");
+    }
+}
+
+#[test]
+fn it_stays_within_windows_of_any_size() {
+    for size in [[512.0, 512.0], [1280.0, 720.0], [320.0, 200.0], [40.0, 30.0], [1.0, 1.0], [0.0, 0.0]] {
+        let (readout, mut controls, mut panel) = (readout(), controls(), Panel::new(size));
+        let shapes = panel.settle(&readout, &mut controls);
+        for shape in &shapes {
+            // An empty text has no bounds.
+            if matches!(&shape.shape, Shape::Text(text) if text.galley.text().is_empty()) {
+                continue;
+            }
+            let seen = shape.clip_rect.intersect(shape.shape.visual_bounding_rect());
+            let inside = !seen.is_positive()
+                || (seen.right() <= size[0].min(320.0) + 0.5 && seen.bottom() <= size[1] + 0.5);
+            assert!(inside, "{size:?}: {seen:?}");
+        }
+        assert_eq!(texts(&shapes).is_empty(), size[0] < 60.0, "{size:?}");
+        controls.help = true;
+        panel.settle(&readout, &mut controls);
+    }
+}
+
+#[test]
+fn it_is_cheap_and_its_figures_settle() {
+    let (mut readout, mut controls, mut panel) = (readout(), controls(), Panel::new([1280.0, 720.0]));
+    let shapes = panel.settle(&readout, &mut controls);
+    let triangles: usize = panel
+        .context
+        .tessellate(shapes, 1.0)
+        .iter()
+        .map(|p| match &p.primitive {
+            egui::epaint::Primitive::Mesh(mesh) => mesh.indices.len() / 3,
+            egui::epaint::Primitive::Callback(_) => 0,
+        })
+        .sum();
+    assert!(triangles < 10_000, "{triangles}");
+    panel.time += 1.0;
+    panel.settle(&readout, &mut controls);
+    readout.traced_per_second = 9.87e6;
+    panel.time += 1.0;
+    let rate = |shapes: &[egui::epaint::ClippedShape]| texts(shapes).iter().any(|(t, _)| t == "9.87 M/s");
+    assert!(rate(&panel.frame(vec![], &readout, &mut controls).1));
+    readout.traced_per_second = 1e6;
+    assert!(rate(&panel.frame(vec![], &readout, &mut controls).1), "20 ms later: the old figure");
+    panel.time += 0.2;
+    assert!(!rate(&panel.frame(vec![], &readout, &mut controls).1));
+}
+
+#[test]
+fn hostile_figures_are_shown_without_a_panic() {
+    let odd = Readout {
+        frames: vec![f32::NAN, f32::INFINITY, -1.0, 0.0],
+        percentiles: [f32::NAN, f32::INFINITY, 0.0],
+        traced_per_second: f64::NAN,
+        rasterised_per_second: f64::INFINITY,
+        lods: [Some(f32::NAN), None],
+        ring: (5, 0),
+        passes: vec![("nothing", f64::NAN)],
+        fov: f64::NAN,
+        ..readout()
+    };
+    let mut controls = controls();
+    Panel::new([512.0, 512.0]).settle(&odd, &mut controls);
+    Panel::new([512.0, 512.0]).settle(&Readout::default(), &mut controls);
+}

@@ -1,0 +1,183 @@
+//! What the panel tells of error and costs: the plot and its words, the target, maps with their legends, prices of effects.
+
+use std::sync::Arc;
+
+use crate::headless_panel::{Panel, controls, picture, place, readout, texts};
+use egui::epaint::ClippedShape;
+use egui::{Event, Shape, TextureId, pos2, vec2};
+use pointillist::client::window::panel::{
+    Action, CostState, Effect, EffectCost, ErrorReadout, MapReadout, Overlay, Readout, Scale, Show,
+};
+
+const SIZE: [f32; 2] = [800.0, 1600.0];
+
+fn known() -> ErrorReadout {
+    let curve = |t: f64| [t, 0.2 * t.powf(-0.6)];
+    let word = |value: &str, interval: &str| [value.to_owned(), interval.to_owned()];
+    ErrorReadout {
+        now: Some([
+            word("1.10 %", "1.05–1.16 %"),
+            word("2.31 %", "2.19–2.44 %"),
+            word("3.40 %", "3.11–3.72 %"),
+        ]),
+        looks: (0..16).map(|i| curve(0.6 * 1.25f64.powi(i))).collect(),
+        fit: (0..20).map(|i| curve(3.0 * 1.25f64.powi(i))).collect(),
+        due: Some([62.0, 56.0, 75.0]),
+        words: "1 % in about 42 s (90 %: 36–55 s)".into(),
+        seconds: 20.0,
+    }
+}
+
+fn with(error: ErrorReadout) -> Readout {
+    Readout { error: Some(Arc::new(error)), selection: None, ..readout() }
+}
+
+fn says(shapes: &[ClippedShape], what: &str) -> bool {
+    texts(shapes).iter().any(|(text, _)| text.contains(what))
+}
+
+#[test]
+fn error_curve_and_prediction_are_told() {
+    let (mut controls, mut panel) = (controls(), Panel::new(SIZE));
+    let shapes = panel.settle(&with(known()), &mut controls);
+    for what in [
+        "2.31 %",
+        "or less in 95 % (90 %: 2.19–2.44 %)",
+        "median 1.10 % (1.05–1.16 %)",
+        "99 % 3.40 %",
+        "1 % in about 42 s (90 %: 36–55 s)",
+        "1 s",
+        "10 s",
+        "1 min",
+        "10 %",
+    ] {
+        assert!(says(&shapes, what), "no {what:?} among {:?}", texts(&shapes));
+    }
+    picture(&mut panel, "error.png", shapes);
+    // Nothing known yet, and nothing to be known.
+    let early =
+        ErrorReadout { words: "not known yet: after 4 samples per pixel".into(), ..ErrorReadout::default() };
+    let shapes = Panel::new(SIZE).settle(&with(early), &mut controls);
+    assert!(says(&shapes, "error not known yet: after 4 samples per pixel") && !says(&shapes, "2.31 %"));
+    let shapes = Panel::new(SIZE).settle(&readout(), &mut controls);
+    assert!(says(&shapes, "one randomisation only"));
+}
+
+#[test]
+fn the_target_is_chosen() {
+    let (readout, mut controls, mut panel) = (with(known()), controls(), Panel::new(SIZE));
+    let shapes = panel.settle(&readout, &mut controls);
+    assert_eq!(controls.target, 0.01, "and stays what it is");
+    panel.click(place(&shapes, "Target") + vec2(50.0, 0.0), &readout, &mut controls);
+    let open = panel.settle(&readout, &mut controls);
+    panel.click(place(&open, "0.5 %"), &readout, &mut controls);
+    assert_eq!(controls.target, 0.005);
+}
+
+#[test]
+fn hostile_errors_are_shown_without_a_panic() {
+    let odd = [f64::NAN, f64::INFINITY, -1.0, 0.0, 1e300, 1e-300];
+    for a in odd {
+        for b in odd {
+            let error = ErrorReadout {
+                looks: vec![[a, b], [b, a]],
+                fit: vec![[a, a], [b, b]],
+                due: Some([a, b, a]),
+                seconds: b,
+                ..known()
+            };
+            Panel::new([512.0, 512.0]).settle(&with(error), &mut controls());
+        }
+    }
+}
+
+fn map(show: Show) -> Arc<MapReadout> {
+    let values: Vec<f64> = (0..12).map(|i| 0.002 * 1.5f64.powi(i)).collect();
+    let shares = if show == Show::CostMap { vec![1.0 / 12.0; 12] } else { Vec::new() };
+    let scale = Scale { low: 0.002, high: 0.2, logarithmic: true };
+    Arc::new(MapReadout { show, grid: [4, 3], cells: [3.5, 3.0], values, scale, shares })
+}
+
+/// Rectangles of the texture of a map.
+fn maps(shapes: &[ClippedShape]) -> Vec<egui::Rect> {
+    let of = |shape: &ClippedShape| match &shape.shape {
+        Shape::Rect(rect) if rect.fill_texture_id() != TextureId::default() => Some(rect.rect),
+        Shape::Mesh(mesh) if mesh.texture_id != TextureId::default() => Some(mesh.calc_bounds()),
+        _ => None,
+    };
+    shapes.iter().filter_map(of).collect()
+}
+
+#[test]
+fn maps_lie_over_the_picture_with_a_legend() {
+    let (mut controls, mut panel) = (controls(), Panel::new([800.0, 600.0]));
+    assert!(maps(&panel.settle(&readout(), &mut controls)).is_empty());
+    // Also without the panel.
+    for visible in [true, false] {
+        controls.visible = visible;
+        let shown = Readout { overlay: Overlay::Map(map(Show::ErrorMap)), ..readout() };
+        let shapes = panel.settle(&shown, &mut controls);
+        let [rect] = maps(&shapes)[..] else { panic!("one map") };
+        // The last column hangs over.
+        assert!((rect.width() - 800.0 * 4.0 / 3.5).abs() < 0.1 && (rect.height() - 600.0).abs() < 0.1);
+        for what in ["Relative error of 8×8 pixels", "0.2 %", "2 %", "20 %"] {
+            assert!(says(&shapes, what), "no {what:?} among {:?}", texts(&shapes));
+        }
+    }
+    let shown = Readout { overlay: Overlay::Map(map(Show::CostMap)), ..readout() };
+    panel.frame(vec![Event::PointerMoved(pos2(790.0, 590.0))], &shown, &mut controls);
+    let shapes = panel.frame(vec![], &shown, &mut controls).1;
+    assert!(
+        says(&shapes, "Time of a path, µs") && says(&shapes, "8.3 % of the time"),
+        "{:?}",
+        texts(&shapes)
+    );
+    let why = "no cost map: paths do not start at the picture";
+    let shown = Readout { overlay: Overlay::Missing(why.into()), ..readout() };
+    let shapes = panel.settle(&shown, &mut controls);
+    assert!(says(&shapes, why) && maps(&shapes).is_empty());
+}
+
+#[test]
+fn the_legend_stays_within_windows_of_any_size() {
+    for size in [[512.0, 512.0], [320.0, 200.0], [90.0, 60.0], [40.0, 30.0], [0.0, 0.0]] {
+        for overlay in [Overlay::Map(map(Show::CostMap)), Overlay::Missing("no cost map: why not".into())] {
+            let (mut controls, mut panel) = (controls(), Panel::new(size));
+            controls.visible = false;
+            for shape in panel.settle(&Readout { overlay, ..readout() }, &mut controls) {
+                let seen = shape.clip_rect.intersect(shape.shape.visual_bounding_rect());
+                let inside =
+                    seen.left() >= -0.5 && seen.right() <= size[0] + 0.5 && seen.bottom() <= size[1] + 0.5;
+                assert!(!seen.is_positive() || inside, "{size:?}: {seen:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn costs_are_measured_on_request() {
+    let (mut controls, mut panel) = (controls(), Panel::new(SIZE));
+    let priced = |costs| {
+        let effect =
+            |name, on, cost| Effect { name, on, reason: "glass".into(), can_switch: true, cost: Some(cost) };
+        let effects = vec![
+            effect("dispersion", true, EffectCost::Share(0.124)),
+            effect("lens", false, EffectCost::More(0.317)),
+        ];
+        Readout { effects, costs, selection: None, ..readout() }
+    };
+    let fresh = priced(CostState::Fresh);
+    let shapes = panel.settle(&fresh, &mut controls);
+    panel.click(place(&shapes, "Effects"), &fresh, &mut controls);
+    let shapes = panel.settle(&fresh, &mut controls);
+    for what in ["12 %", "×1.32", "share of the tracing time"] {
+        assert!(says(&shapes, what), "no {what:?} among {:?}", texts(&shapes));
+    }
+    let button = place(&shapes, "Measure costs");
+    assert_eq!(panel.click(button, &fresh, &mut controls), [Action::MeasureCosts]);
+    let shapes = panel.settle(&priced(CostState::Stale), &mut controls);
+    assert!(says(&shapes, "before the last change"));
+    let busy = priced(CostState::Measuring);
+    assert!(says(&panel.settle(&busy, &mut controls), "measuring"));
+    assert_eq!(panel.click(button, &busy, &mut controls), []);
+}
