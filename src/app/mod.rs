@@ -7,6 +7,7 @@ mod device;
 mod drive;
 mod error_report;
 mod explain;
+mod intake;
 mod load;
 mod method;
 mod observer;

@@ -4,13 +4,14 @@ use std::time::Duration;
 
 use egui::{Event, Modifiers, PointerButton, Pos2, RawInput, Rect, Shape, pos2};
 use pointillist::client::settings::{FilmCounts, Settings, SplatFilter};
+use pointillist::client::window::action::Action;
 use pointillist::client::window::panel::{
-    self, Action, Controls, CostState, DEFAULT_TARGET, Effect, Overlay, Parameter, Readout, Selection, Show,
-    Value,
+    self, CostState, DEFAULT_TARGET, EffectRow, MapChoice, PanelControls, PanelData, ParameterValue,
+    PictureOverlay, SceneParameter, Selection,
 };
 
-pub fn readout() -> Readout {
-    Readout {
+pub fn readout() -> PanelData {
+    PanelData {
         device: "llvmpipe (LLVM 15.0.6, 256 bits)".into(),
         method: "path",
         reason: "auto: path — 80 % of what is seen arrives with one bounce or none".into(),
@@ -23,7 +24,6 @@ pub fn readout() -> Readout {
             camera_paths: 1,
             light_paths: 345_678,
         },
-        texels: 270_000,
         traced_per_second: 1.234e6,
         rasterised_per_second: 0.99e6,
         lods: [Some(1.25), None],
@@ -47,35 +47,44 @@ pub fn readout() -> Readout {
             name: "shape \"light\"".into(),
             selected: true,
             parameters: vec![
-                Parameter { label: "emission".into(), value: Value::Scale(1.7) },
-                Parameter { label: "reflectance".into(), value: Value::Color([0.123_456, 0.5, 0.000_1]) },
-                Parameter {
+                SceneParameter { label: "emission".into(), value: ParameterValue::Scale(1.7) },
+                SceneParameter {
+                    label: "reflectance".into(),
+                    value: ParameterValue::Color([0.123_456, 0.5, 0.000_1]),
+                },
+                SceneParameter {
                     label: "interior index".into(),
-                    value: Value::Number { value: 1.504_6, min: 1.0, max: 3.0 },
+                    value: ParameterValue::Number { value: 1.504_6, min: 1.0, max: 3.0 },
                 },
             ],
         }),
         effects: vec![
-            Effect { name: "dispersion", on: true, reason: "glass".into(), can_switch: true, cost: None },
-            Effect { name: "glare", on: false, reason: "--glare off".into(), can_switch: false, cost: None },
+            EffectRow { name: "dispersion", on: true, reason: "glass".into(), can_switch: true, cost: None },
+            EffectRow {
+                name: "glare",
+                on: false,
+                reason: "--glare off".into(),
+                can_switch: false,
+                cost: None,
+            },
         ],
         costs: CostState::Unknown,
         error: None,
-        overlay: Overlay::None,
+        overlay: PictureOverlay::None,
         left_out: vec!["lens"],
         camera: "at 278 273 −800, to 278 273 −799".into(),
         fov: 39.307_7,
     }
 }
 
-pub fn controls() -> Controls {
-    Controls {
+pub fn controls() -> PanelControls {
+    PanelControls {
         settings: Settings::default(),
         filter: SplatFilter::default(),
         own_profile: None,
         visible: true,
         help: false,
-        show: Show::Picture,
+        map: MapChoice::None,
         target: DEFAULT_TARGET,
     }
 }
@@ -95,8 +104,8 @@ impl Panel {
     pub fn frame(
         &mut self,
         events: Vec<Event>,
-        readout: &Readout,
-        controls: &mut Controls,
+        readout: &PanelData,
+        controls: &mut PanelControls,
     ) -> (Vec<Action>, Vec<egui::epaint::ClippedShape>) {
         self.time += 0.02;
         let screen_rect = Some(Rect::from_min_size(Pos2::ZERO, self.size.into()));
@@ -108,7 +117,11 @@ impl Panel {
         (actions, shapes)
     }
 
-    pub fn settle(&mut self, readout: &Readout, controls: &mut Controls) -> Vec<egui::epaint::ClippedShape> {
+    pub fn settle(
+        &mut self,
+        readout: &PanelData,
+        controls: &mut PanelControls,
+    ) -> Vec<egui::epaint::ClippedShape> {
         for _ in 0..3 {
             let (actions, _) = self.frame(vec![], readout, controls);
             assert_eq!(actions, []);
@@ -116,7 +129,7 @@ impl Panel {
         self.frame(vec![], readout, controls).1
     }
 
-    pub fn click(&mut self, at: Pos2, readout: &Readout, controls: &mut Controls) -> Vec<Action> {
+    pub fn click(&mut self, at: Pos2, readout: &PanelData, controls: &mut PanelControls) -> Vec<Action> {
         let button = |pressed| Event::PointerButton {
             pos: at,
             button: PointerButton::Primary,

@@ -3,35 +3,35 @@
 use std::time::{Duration, Instant};
 
 use glam::DVec2;
-use pointillist::client::window::input::{Input, Intent, Signal};
+use pointillist::client::window::action::Action;
+use pointillist::client::window::input::{InputEvent, InputState};
 use pointillist::client::window::navigation::Gesture;
-use pointillist::client::window::panel::Action;
 use winit::event::MouseButton;
 use winit::keyboard::KeyCode;
 
-struct Hand(Input, Instant);
+struct Hand(InputState, Instant);
 
 impl Hand {
     fn new() -> Self {
-        let mut hand = Self(Input::new([200, 100]), Instant::now());
+        let mut hand = Self(InputState::new([200, 100]), Instant::now());
         hand.to(50.0, 50.0);
         hand
     }
 
-    fn give(&mut self, signal: Signal) -> Vec<Intent> {
+    fn give(&mut self, signal: InputEvent) -> Vec<Action> {
         self.0.take(signal, self.1)
     }
 
-    fn to(&mut self, x: f64, y: f64) -> Vec<Intent> {
-        self.give(Signal::Cursor(DVec2::new(x, y)))
+    fn to(&mut self, x: f64, y: f64) -> Vec<Action> {
+        self.give(InputEvent::Cursor(DVec2::new(x, y)))
     }
 
-    fn button(&mut self, button: MouseButton, down: bool) -> Vec<Intent> {
-        self.give(Signal::Button(button, down))
+    fn button(&mut self, button: MouseButton, down: bool) -> Vec<Action> {
+        self.give(InputEvent::Button(button, down))
     }
 
-    fn key(&mut self, code: KeyCode, text: char) -> Vec<Intent> {
-        self.give(Signal::Key(Some(code), Some(text), true))
+    fn key(&mut self, code: KeyCode, text: char) -> Vec<Action> {
+        self.give(InputEvent::Key(Some(code), Some(text), true))
     }
 }
 
@@ -47,15 +47,15 @@ fn buttons_drag_what_they_should() {
     ];
     for (button, shift, gesture) in cases {
         let mut hand = Hand::new();
-        hand.give(Signal::Modifiers(false, shift));
-        assert_eq!(hand.button(button, true), [Intent::EndMove]);
+        hand.give(InputEvent::Modifiers(false, shift));
+        assert_eq!(hand.button(button, true), [Action::EndMove]);
         assert_eq!(hand.to(52.0, 51.0), [], "within the threshold");
-        assert_eq!(hand.to(70.0, 70.0), [Intent::Gesture(gesture)], "nothing of the way is lost");
+        assert_eq!(hand.to(70.0, 70.0), [Action::Gesture(gesture)], "nothing of the way is lost");
         assert!(hand.0.is_dragging());
         // Another button in between changes nothing.
         let other = if button == Left { Right } else { Left };
         assert_eq!((hand.button(other, true), hand.button(other, false)), (vec![], vec![]));
-        assert_eq!(hand.button(button, false), [Intent::EndMove]);
+        assert_eq!(hand.button(button, false), [Action::EndMove]);
         assert_eq!(hand.to(90.0, 90.0), []);
     }
 }
@@ -71,12 +71,12 @@ fn clicks_pick_and_double_clicks_focus() {
         hand.to(50.0, 50.0);
         intents
     };
-    assert_eq!(click(&mut hand, 0), [Intent::Pick([50.0, 50.0])]);
-    assert_eq!(click(&mut hand, 300), [Intent::FocusAt([50.0, 50.0])]);
-    assert_eq!(click(&mut hand, 300), [Intent::Pick([50.0, 50.0])], "a third click begins anew");
-    assert_eq!(click(&mut hand, 900), [Intent::Pick([50.0, 50.0])]);
-    assert_eq!(hand.key(KeyCode::KeyF, 'f'), [Intent::FocusAt([50.0, 50.0])]);
-    hand.give(Signal::CursorLeft);
+    assert_eq!(click(&mut hand, 0), [Action::Pick([50.0, 50.0])]);
+    assert_eq!(click(&mut hand, 300), [Action::FocusAt([50.0, 50.0])]);
+    assert_eq!(click(&mut hand, 300), [Action::Pick([50.0, 50.0])], "a third click begins anew");
+    assert_eq!(click(&mut hand, 900), [Action::Pick([50.0, 50.0])]);
+    assert_eq!(hand.key(KeyCode::KeyF, 'f'), [Action::FocusAt([50.0, 50.0])]);
+    hand.give(InputEvent::CursorLeft);
     assert_eq!(hand.key(KeyCode::KeyF, 'f'), []);
     assert_eq!(hand.button(MouseButton::Left, true), [], "no cursor, no press");
 }
@@ -86,9 +86,9 @@ fn flying_needs_the_right_button_and_keeps_other_keys_silent() {
     let mut hand = Hand::new();
     assert_eq!(hand.key(KeyCode::KeyW, 'w'), []);
     assert_eq!(hand.0.tick(0.01), None);
-    assert_eq!(hand.key(KeyCode::KeyE, 'e'), [Intent::Action(Action::SaveExr)]);
+    assert_eq!(hand.key(KeyCode::KeyE, 'e'), [Action::SaveExr]);
     for key in [KeyCode::KeyW, KeyCode::KeyE] {
-        assert_eq!(hand.give(Signal::Key(Some(key), None, false)), []);
+        assert_eq!(hand.give(InputEvent::Key(Some(key), None, false)), []);
     }
     hand.button(MouseButton::Right, true);
     assert_eq!(hand.0.tick(0.01), None, "none is held any more");
@@ -96,15 +96,15 @@ fn flying_needs_the_right_button_and_keeps_other_keys_silent() {
     assert_eq!(hand.key(KeyCode::KeyD, 'd'), []);
     let Some(Gesture::Fly(slow)) = hand.0.tick(0.01) else { panic!("no flight") };
     assert!((slow.length() - 0.01 * hand.0.speed()).abs() < 1e-15 && slow.x > 0.0 && slow.x == slow.y);
-    hand.give(Signal::Modifiers(false, true));
+    hand.give(InputEvent::Modifiers(false, true));
     let Some(Gesture::Fly(fast)) = hand.0.tick(0.01) else { panic!("no flight") };
     assert!((fast.length() / slow.length() - 4.0).abs() < 1e-12);
     let speed = hand.0.speed();
-    assert_eq!(hand.give(Signal::Wheel(2.0)), []);
+    assert_eq!(hand.give(InputEvent::Wheel(2.0)), []);
     assert!(hand.0.speed() > speed * 1.5);
     let Some(Gesture::Fly(long)) = hand.0.tick(100.0) else { panic!("no flight") };
     assert!(long.length() <= hand.0.speed() * 0.4 + 1e-12, "a stall does not throw the camera away");
-    assert_eq!(hand.button(MouseButton::Right, false), [Intent::EndMove]);
+    assert_eq!(hand.button(MouseButton::Right, false), [Action::EndMove]);
     assert!(!hand.0.is_moving() && hand.0.tick(0.01).is_none());
 }
 
@@ -125,11 +125,11 @@ fn a_key_held_before_the_button_flies_too() {
 #[test]
 fn keys_that_step_are_one_move_until_they_rest() {
     let mut hand = Hand::new();
-    let wider = Intent::Gesture(Gesture::Fov(2.0));
-    assert_eq!(hand.key(KeyCode::BracketRight, ']'), [Intent::EndMove, wider.clone()]);
+    let wider = Action::Gesture(Gesture::Fov(2.0));
+    assert_eq!(hand.key(KeyCode::BracketRight, ']'), [Action::EndMove, wider.clone()]);
     assert_eq!(hand.key(KeyCode::BracketRight, ']'), std::slice::from_ref(&wider));
     hand.1 += Duration::from_secs(1);
-    assert_eq!(hand.key(KeyCode::BracketRight, ']'), [Intent::EndMove, wider]);
+    assert_eq!(hand.key(KeyCode::BracketRight, ']'), [Action::EndMove, wider]);
 }
 
 #[test]
@@ -139,7 +139,7 @@ fn losing_the_keyboard_releases_everything() {
     hand.key(KeyCode::KeyW, 'w');
     assert!(hand.0.is_moving());
     hand.0.tick(0.01);
-    assert_eq!(hand.give(Signal::FocusLost), [Intent::EndMove]);
+    assert_eq!(hand.give(InputEvent::FocusLost), [Action::EndMove]);
     assert!(!hand.0.is_moving() && !hand.0.is_dragging());
     assert_eq!(hand.to(90.0, 90.0), []);
     assert_eq!(hand.button(MouseButton::Right, false), []);
@@ -148,19 +148,19 @@ fn losing_the_keyboard_releases_everything() {
 #[test]
 fn the_wheel_moves_and_rests() {
     let mut hand = Hand::new();
-    assert_eq!(hand.give(Signal::Wheel(1.0)), [Intent::EndMove, Intent::Gesture(Gesture::Dolly(1.0))]);
-    assert_eq!(hand.give(Signal::Wheel(-0.25)), [Intent::Gesture(Gesture::Dolly(-0.25))]);
+    assert_eq!(hand.give(InputEvent::Wheel(1.0)), [Action::EndMove, Action::Gesture(Gesture::Dolly(1.0))]);
+    assert_eq!(hand.give(InputEvent::Wheel(-0.25)), [Action::Gesture(Gesture::Dolly(-0.25))]);
     hand.1 += Duration::from_secs(1);
-    hand.give(Signal::Modifiers(true, false));
-    assert_eq!(hand.give(Signal::Wheel(1.0)), [Intent::EndMove, Intent::Gesture(Gesture::Fov(-2.0))]);
-    assert_eq!(hand.give(Signal::Wheel(f64::NAN)), []);
+    hand.give(InputEvent::Modifiers(true, false));
+    assert_eq!(hand.give(InputEvent::Wheel(1.0)), [Action::EndMove, Action::Gesture(Gesture::Fov(-2.0))]);
+    assert_eq!(hand.give(InputEvent::Wheel(f64::NAN)), []);
 }
 
 #[test]
 fn fractions_follow_the_windows_size() {
     let mut hand = Hand::new();
-    hand.give(Signal::Size(DVec2::new(400.0, 0.0)));
+    hand.give(InputEvent::Size(DVec2::new(400.0, 0.0)));
     hand.button(MouseButton::Left, true);
-    let [Intent::Gesture(Gesture::Orbit(by))] = hand.to(90.0, 50.0)[..] else { panic!("no orbit") };
+    let [Action::Gesture(Gesture::Orbit(by))] = hand.to(90.0, 50.0)[..] else { panic!("no orbit") };
     assert!((by.x - 0.1).abs() < 1e-15);
 }

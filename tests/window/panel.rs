@@ -6,7 +6,8 @@ use pointillist::client::settings::{
     Adaptation, Dither, Glare, Kernel, Masking, Output, Reconstruction, Settings, SplatFilter, ToneCurve,
     View,
 };
-use pointillist::client::window::panel::{Action, Controls, DEFAULT_TARGET, Readout, Show};
+use pointillist::client::window::action::Action;
+use pointillist::client::window::panel::{DEFAULT_TARGET, MapChoice, PanelControls, PanelData};
 use pointillist::color::Profile;
 
 #[test]
@@ -112,13 +113,13 @@ fn untouched_values_stay_bit_for_bit() {
             dither: [Dither::Ordered, Dither::BlueNoise][round % 2],
             output: [Output::Sdr, Output::ScRgb, Output::Hdr10][round % 3],
         };
-        let mut controls = Controls {
+        let mut controls = PanelControls {
             settings: settings.clone(),
             filter: SplatFilter::Tent,
             own_profile: None,
             visible: true,
             help: round % 5 == 0,
-            show: Show::Picture,
+            map: MapChoice::None,
             target: DEFAULT_TARGET,
         };
         let mut panel = Panel::new([700.0, 1500.0]);
@@ -134,10 +135,10 @@ fn untouched_values_stay_bit_for_bit() {
 /// Also while the panel is hidden, and only within the window.
 #[test]
 fn messages_stand_over_the_picture() {
-    let mut controls = Controls { visible: false, ..controls() };
+    let mut controls = PanelControls { visible: false, ..controls() };
     for (size, seen) in [([512.0, 512.0], true), ([320.0, 200.0], true), ([40.0, 30.0], false)] {
         let mut panel = Panel::new(size);
-        let said = Readout { message: Some("saved cornell-001.png".into()), ..readout() };
+        let said = PanelData { message: Some("saved cornell-001.png".into()), ..readout() };
         let shapes = panel.settle(&said, &mut controls);
         assert_eq!(texts(&shapes).iter().any(|(text, _)| text.contains("cornell-001")), seen, "{size:?}");
         for shape in shapes {
@@ -200,7 +201,7 @@ fn it_is_cheap_and_its_figures_settle() {
 
 #[test]
 fn hostile_figures_are_shown_without_a_panic() {
-    let odd = Readout {
+    let odd = PanelData {
         frames: vec![f32::NAN, f32::INFINITY, -1.0, 0.0],
         percentiles: [f32::NAN, f32::INFINITY, 0.0],
         traced_per_second: f64::NAN,
@@ -213,5 +214,5 @@ fn hostile_figures_are_shown_without_a_panic() {
     };
     let mut controls = controls();
     Panel::new([512.0, 512.0]).settle(&odd, &mut controls);
-    Panel::new([512.0, 512.0]).settle(&Readout::default(), &mut controls);
+    Panel::new([512.0, 512.0]).settle(&PanelData::default(), &mut controls);
 }

@@ -5,31 +5,33 @@ use std::sync::Arc;
 use crate::headless_panel::{Panel, controls, picture, place, readout, texts};
 use egui::epaint::ClippedShape;
 use egui::{Event, Shape, TextureId, pos2, vec2};
+use pointillist::client::window::action::Action;
 use pointillist::client::window::panel::{
-    Action, CostState, Effect, EffectCost, ErrorReadout, MapReadout, Overlay, Readout, Scale, Show,
+    ColorScale, CostState, EffectCost, EffectRow, ErrorSummary, FalseColorMap, MapChoice, PanelData,
+    PictureOverlay,
 };
 
 const SIZE: [f32; 2] = [800.0, 1600.0];
 
-fn known() -> ErrorReadout {
+fn known() -> ErrorSummary {
     let curve = |t: f64| [t, 0.2 * t.powf(-0.6)];
     let word = |value: &str, interval: &str| [value.to_owned(), interval.to_owned()];
-    ErrorReadout {
-        now: Some([
+    ErrorSummary {
+        quantiles: Some([
             word("1.10 %", "1.05–1.16 %"),
             word("2.31 %", "2.19–2.44 %"),
             word("3.40 %", "3.11–3.72 %"),
         ]),
-        looks: (0..16).map(|i| curve(0.6 * 1.25f64.powi(i))).collect(),
+        checkpoints: (0..16).map(|i| curve(0.6 * 1.25f64.powi(i))).collect(),
         fit: (0..20).map(|i| curve(3.0 * 1.25f64.powi(i))).collect(),
-        due: Some([62.0, 56.0, 75.0]),
-        words: "1 % in about 42 s (90 %: 36–55 s)".into(),
+        prediction: Some([62.0, 56.0, 75.0]),
+        message: "1 % in about 42 s (90 %: 36–55 s)".into(),
         seconds: 20.0,
     }
 }
 
-fn with(error: ErrorReadout) -> Readout {
-    Readout { error: Some(Arc::new(error)), selection: None, ..readout() }
+fn with(error: ErrorSummary) -> PanelData {
+    PanelData { error: Some(Arc::new(error)), selection: None, ..readout() }
 }
 
 fn says(shapes: &[ClippedShape], what: &str) -> bool {
@@ -55,8 +57,10 @@ fn error_curve_and_prediction_are_told() {
     }
     picture(&mut panel, "error.png", shapes);
     // Nothing known yet, and nothing to be known.
-    let early =
-        ErrorReadout { words: "not known yet: after 4 samples per pixel".into(), ..ErrorReadout::default() };
+    let early = ErrorSummary {
+        message: "not known yet: after 4 samples per pixel".into(),
+        ..ErrorSummary::default()
+    };
     let shapes = Panel::new(SIZE).settle(&with(early), &mut controls);
     assert!(says(&shapes, "error not known yet: after 4 samples per pixel") && !says(&shapes, "2.31 %"));
     let shapes = Panel::new(SIZE).settle(&readout(), &mut controls);
@@ -79,10 +83,10 @@ fn hostile_errors_are_shown_without_a_panic() {
     let odd = [f64::NAN, f64::INFINITY, -1.0, 0.0, 1e300, 1e-300];
     for a in odd {
         for b in odd {
-            let error = ErrorReadout {
-                looks: vec![[a, b], [b, a]],
+            let error = ErrorSummary {
+                checkpoints: vec![[a, b], [b, a]],
                 fit: vec![[a, a], [b, b]],
-                due: Some([a, b, a]),
+                prediction: Some([a, b, a]),
                 seconds: b,
                 ..known()
             };
@@ -91,11 +95,11 @@ fn hostile_errors_are_shown_without_a_panic() {
     }
 }
 
-fn map(show: Show) -> Arc<MapReadout> {
+fn map(kind: MapChoice) -> Arc<FalseColorMap> {
     let values: Vec<f64> = (0..12).map(|i| 0.002 * 1.5f64.powi(i)).collect();
-    let shares = if show == Show::CostMap { vec![1.0 / 12.0; 12] } else { Vec::new() };
-    let scale = Scale { low: 0.002, high: 0.2, logarithmic: true };
-    Arc::new(MapReadout { show, grid: [4, 3], cells: [3.5, 3.0], values, scale, shares })
+    let shares = if kind == MapChoice::Cost { vec![1.0 / 12.0; 12] } else { Vec::new() };
+    let scale = ColorScale { low: 0.002, high: 0.2, logarithmic: true };
+    Arc::new(FalseColorMap { kind, grid: [4, 3], cells: [3.5, 3.0], values, scale, shares })
 }
 
 /// Rectangles of the texture of a map.
@@ -115,7 +119,7 @@ fn maps_lie_over_the_picture_with_a_legend() {
     // Also without the panel.
     for visible in [true, false] {
         controls.visible = visible;
-        let shown = Readout { overlay: Overlay::Map(map(Show::ErrorMap)), ..readout() };
+        let shown = PanelData { overlay: PictureOverlay::Map(map(MapChoice::Error)), ..readout() };
         let shapes = panel.settle(&shown, &mut controls);
         let [rect] = maps(&shapes)[..] else { panic!("one map") };
         // The last column hangs over.
@@ -124,7 +128,7 @@ fn maps_lie_over_the_picture_with_a_legend() {
             assert!(says(&shapes, what), "no {what:?} among {:?}", texts(&shapes));
         }
     }
-    let shown = Readout { overlay: Overlay::Map(map(Show::CostMap)), ..readout() };
+    let shown = PanelData { overlay: PictureOverlay::Map(map(MapChoice::Cost)), ..readout() };
     panel.frame(vec![Event::PointerMoved(pos2(790.0, 590.0))], &shown, &mut controls);
     let shapes = panel.frame(vec![], &shown, &mut controls).1;
     assert!(
@@ -133,7 +137,7 @@ fn maps_lie_over_the_picture_with_a_legend() {
         texts(&shapes)
     );
     let why = "no cost map: paths do not start at the picture";
-    let shown = Readout { overlay: Overlay::Missing(why.into()), ..readout() };
+    let shown = PanelData { overlay: PictureOverlay::Missing(why.into()), ..readout() };
     let shapes = panel.settle(&shown, &mut controls);
     assert!(says(&shapes, why) && maps(&shapes).is_empty());
 }
@@ -141,10 +145,13 @@ fn maps_lie_over_the_picture_with_a_legend() {
 #[test]
 fn the_legend_stays_within_windows_of_any_size() {
     for size in [[512.0, 512.0], [320.0, 200.0], [90.0, 60.0], [40.0, 30.0], [0.0, 0.0]] {
-        for overlay in [Overlay::Map(map(Show::CostMap)), Overlay::Missing("no cost map: why not".into())] {
+        for overlay in [
+            PictureOverlay::Map(map(MapChoice::Cost)),
+            PictureOverlay::Missing("no cost map: why not".into()),
+        ] {
             let (mut controls, mut panel) = (controls(), Panel::new(size));
             controls.visible = false;
-            for shape in panel.settle(&Readout { overlay, ..readout() }, &mut controls) {
+            for shape in panel.settle(&PanelData { overlay, ..readout() }, &mut controls) {
                 let seen = shape.clip_rect.intersect(shape.shape.visual_bounding_rect());
                 let inside =
                     seen.left() >= -0.5 && seen.right() <= size[0] + 0.5 && seen.bottom() <= size[1] + 0.5;
@@ -158,13 +165,18 @@ fn the_legend_stays_within_windows_of_any_size() {
 fn costs_are_measured_on_request() {
     let (mut controls, mut panel) = (controls(), Panel::new(SIZE));
     let priced = |costs| {
-        let effect =
-            |name, on, cost| Effect { name, on, reason: "glass".into(), can_switch: true, cost: Some(cost) };
+        let effect = |name, on, cost| EffectRow {
+            name,
+            on,
+            reason: "glass".into(),
+            can_switch: true,
+            cost: Some(cost),
+        };
         let effects = vec![
             effect("dispersion", true, EffectCost::Share(0.124)),
             effect("lens", false, EffectCost::More(0.317)),
         ];
-        Readout { effects, costs, selection: None, ..readout() }
+        PanelData { effects, costs, selection: None, ..readout() }
     };
     let fresh = priced(CostState::Fresh);
     let shapes = panel.settle(&fresh, &mut controls);

@@ -1,210 +1,164 @@
-//! What the user asks for: camera moves, selection, saving.
+//! What the user asks for with mouse, keys or the panel: camera moves, selection, edits, files.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use miette::{IntoDiagnostic, Result};
+use miette::Result;
 
-use crate::app::outputs::FilmSnapshot;
 use crate::app::run_spec::{RunSpec, display_options};
 use crate::app::tell;
-use crate::app::view::screen::Screen;
-use crate::app::view::viewer::Viewer;
-use crate::client::window::input::Intent;
+use crate::app::view::Viewer;
+use crate::client::window::action::Action;
+use crate::client::window::history::CameraHistory;
 use crate::client::window::navigation::Gesture;
-use crate::client::window::panel::Action;
 use crate::tracer::effects::Effect;
 
 impl Viewer {
-    /// Does what mouse or keys mean.
-    pub fn intend(&mut self, intent: Intent) {
-        match intent {
-            Intent::Gesture(gesture) => self.gesture(gesture),
-            Intent::EndMove => self.user.history.end_move(),
-            Intent::Pick(at) => {
-                let pick = self.user.pick(at, self.size);
-                self.user.select(pick.map(|pick| pick.shape));
-                self.refresh();
-            }
-            Intent::FocusAt(at) => {
-                if let Some(pick) = self.user.pick(at, self.size) {
-                    self.user.history.end_move();
-                    self.gesture(Gesture::Focus(pick.position.as_dvec3()));
-                    self.user.history.end_move();
-                }
-            }
-            Intent::Action(action) => self.actions.push(action),
-            Intent::TogglePanel => {
-                self.controls.visible ^= true;
-                self.refresh();
-            }
-            Intent::ToggleHelp => {
-                self.controls.help ^= true;
-                self.refresh();
-            }
-            Intent::Cancel => {
-                if !std::mem::take(&mut self.controls.help) {
-                    self.user.select(None);
-                }
-                self.refresh();
-            }
-            Intent::Quit => self.quit = true,
-        }
-    }
-
-    /// Moves the camera.
-    pub fn gesture(&mut self, gesture: Gesture) {
-        if self.user.gesture(gesture, self.size) {
-            self.edited();
-        }
-    }
-
-    /// Draws the window anew, with the panel.
-    pub fn refresh(&mut self) {
-        (self.pending.show, self.clock.due) =
-            (true, self.clock.due.min(Instant::now() + self.pacer.budget()));
-        if let Some(ui) = &mut self.ui {
-            ui.refresh();
-        }
-    }
-
-    /// Does what was asked for in the panel or by keys since the last call.
-    pub fn act(&mut self) {
-        if std::mem::take(&mut self.settings_changed) {
+    /// Does what was asked for, and takes over what other threads have finished, since the last call.
+    pub(super) fn act(&mut self) {
+        if self.panel.take_settings_changed() {
             self.controls_changed();
         }
-        if self.costs.take() {
+        if self.panel.take_costs() {
             self.refresh();
         }
-        for message in self.saving.done() {
+        for message in self.saves.done() {
             self.say(message);
         }
-        for action in std::mem::take(&mut self.actions) {
-            match self.perform(&action) {
+        for action in self.panel.take_actions() {
+            let camera = matches!(action, Action::Gesture(_) | Action::EndMove | Action::FocusAt(_));
+            match self.perform(action) {
                 Ok(None) => {}
                 Ok(Some(message)) => self.say(message),
                 Err(error) => self.say(error.to_string()),
             }
-            self.refresh();
+            if !camera {
+                self.refresh();
+            }
         }
     }
 
-    /// Tells the user in the panel, and on standard error.
-    pub fn say(&mut self, message: String) {
-        tell(&message);
-        if let Some(ui) = &mut self.ui {
-            ui.say(message);
-        }
-    }
-
-    /// One action; what is to be said about it.
-    fn perform(&mut self, action: &Action) -> Result<Option<String>> {
+    /// Performs one action; returns a message for the user.
+    fn perform(&mut self, action: Action) -> Result<Option<String>> {
+        let size = self.session.size();
         match action {
+            Action::Gesture(gesture) => self.gesture(gesture),
+            Action::EndMove => self.editor.history().end_move(),
+            Action::Pick(at) => {
+                let pick = self.editor.pick(at, size);
+                self.editor.select(pick.map(|pick| pick.shape));
+            }
+            Action::FocusAt(at) => {
+                if let Some(pick) = self.editor.pick(at, size) {
+                    self.editor.history().end_move();
+                    self.gesture(Gesture::Focus(pick.position.as_dvec3()));
+                    self.editor.history().end_move();
+                }
+            }
+            Action::Deselect => self.editor.select(None),
+            Action::Undo => self.moved(|history| history.undo().is_some()),
+            Action::Redo => self.moved(|history| history.redo().is_some()),
+            Action::ResetCamera => self.moved(|history| history.reset().is_some()),
+            Action::SetFov(fov) => self.moved(|history| history.set_fov(fov)),
+            Action::Edit { index, value } => {
+                self.editor.edit(index, value)?;
+                self.edited();
+            }
+            Action::SetEffect { name, on } => self.set_effect(name, on)?,
+            Action::MeasureCosts => self.panel.measure_costs(&self.session, &self.editor)?,
             Action::SavePng => self.save_picture("png")?,
             Action::SaveExr => self.save_picture("exr")?,
             Action::SaveScene => {
                 return self.save_scene().map(|path| Some(format!("saved {}", path.display())));
             }
             Action::CopyCommand => return self.copy_command().map(Some),
-            Action::Undo => self.moved(|history| history.undo().is_some()),
-            Action::Redo => self.moved(|history| history.redo().is_some()),
-            Action::ResetCamera => self.moved(|history| history.reset().is_some()),
-            Action::SetFov(fov) => self.moved(|history| history.set_fov(*fov)),
-            Action::Edit { index, value } => {
-                self.user.edit(*index, *value)?;
-                self.edited();
+            Action::TogglePanel => self.panel.controls_mut().visible ^= true,
+            Action::ToggleHelp => self.panel.controls_mut().help ^= true,
+            Action::Cancel => {
+                if !std::mem::take(&mut self.panel.controls_mut().help) {
+                    self.editor.select(None);
+                }
             }
-            Action::SetEffect { name, on } => self.set_effect(name, *on)?,
-            Action::MeasureCosts => self.measure_costs()?,
-            Action::EndMove => self.user.history.end_move(),
-            Action::Deselect => self.user.select(None),
+            Action::Quit => self.quit = true,
         }
         Ok(None)
     }
 
-    /// Switches an effect on or off; of what is left out the picture's file will say so.
-    fn set_effect(&mut self, name: &str, on: bool) -> Result<()> {
-        let Some(effect) = Effect::named(name) else {
-            self.controls.settings.switch(name, on);
-            self.settings_changed = true;
-            return Ok(());
-        };
-        self.user.switch(effect)?;
-        let run = &mut self.plan.run;
-        run.effects = self.user.forced().to_vec();
-        run.photons = self.user.desc().integrator.photons;
-        self.edited();
-        Ok(())
-    }
-
-    fn moved(&mut self, change: impl FnOnce(&mut crate::client::window::history::History) -> bool) {
-        if change(&mut self.user.history) {
+    /// Moves the camera.
+    pub(super) fn gesture(&mut self, gesture: Gesture) {
+        if self.editor.gesture(gesture, self.session.size()) {
             self.edited();
         }
     }
 
-    /// Saves the picture as it is now under a new name; the file is told of when it is there.
-    fn save_picture(&mut self, ending: &str) -> Result<()> {
-        let path = self.saving.fresh(&self.plan.name, ending)?;
-        let complete = self.session.is_complete();
-        let deterministic = self.plan.run.deterministic;
-        let prefix = complete && deterministic;
-        let run = self.facts_now()?;
-        let settings = self.controls.settings.clone();
-        let Some(film) = self.screen.as_mut().and_then(Screen::film) else {
-            return Err(miette::miette!("there is no picture to save"));
-        };
-        // In order of index the sums must stay those of whole batches until the last one.
-        film.keep_batch(deterministic && !complete);
-        let snapshot = FilmSnapshot::take(&path, film, &settings);
-        film.keep_batch(false);
-        // The window's own picture may have another encoding.
-        self.pending.repaint = true;
-        let snapshot = snapshot?;
-        self.saving.begin(path, move |path| snapshot.write(path, (&run, prefix), &settings))
+    fn moved(&mut self, change: impl FnOnce(&mut CameraHistory) -> bool) {
+        if change(self.editor.history()) {
+            self.edited();
+        }
     }
 
-    /// What makes the present picture: where camera or scene were changed, a scene file that says so is saved first.
-    pub fn facts_now(&mut self) -> Result<RunSpec> {
-        let mut run =
-            RunSpec { size: Some((self.size[0], self.size[1])), film: self.spec(), ..self.plan.run.clone() };
-        if !self.user.edits().is_empty() {
+    /// Draws the window anew, with the panel.
+    pub(super) fn refresh(&mut self) {
+        self.picture.request_show();
+        self.due = self.due.min(Instant::now() + self.picture.budget());
+        self.panel.refresh();
+    }
+
+    /// Tells the user in the panel, and on standard error.
+    pub(super) fn say(&mut self, message: String) {
+        tell(&message);
+        self.panel.say(message);
+    }
+
+    /// Switches an effect on or off. The files of the picture name the effects that are left out.
+    fn set_effect(&mut self, name: &str, on: bool) -> Result<()> {
+        match Effect::named(name) {
+            Some(effect) => {
+                self.editor.switch(effect)?;
+                self.session.set_effects(&self.editor);
+                self.edited();
+            }
+            None => self.panel.switch_display_effect(name, on),
+        }
+        Ok(())
+    }
+
+    /// Saves the picture as it is now under a new name; a message follows when the file is complete.
+    fn save_picture(&mut self, ending: &str) -> Result<()> {
+        let path = self.saves.free_path(&self.options.name, ending)?;
+        let prefix = self.session.is_complete() && self.session.run_spec().deterministic;
+        let run = self.present_run_spec()?;
+        let settings = self.panel.controls().settings.clone();
+        let snapshot = self.picture.snapshot(&path, &self.session, &settings)?;
+        self.saves.begin(path, move |path| snapshot.write(path, (&run, prefix), &settings))
+    }
+
+    /// What makes the present picture: where camera or scene were changed, a scene file with the changes is saved first.
+    pub(super) fn present_run_spec(&mut self) -> Result<RunSpec> {
+        let [width, height] = self.session.size();
+        let mut run = RunSpec { size: Some((width, height)), ..self.session.run_spec().clone() };
+        if !self.editor.edits().is_empty() {
             run.scene = self.save_scene()?;
             run.defines.clear();
         }
         Ok(run)
     }
 
-    /// Saves camera and edits as a scene that includes the original, unless that was done already.
     fn save_scene(&mut self) -> Result<PathBuf> {
-        let edits = self.user.edits();
-        if let Some((saved, path)) = &self.saved_scene
-            && *saved == edits
-            && path.exists()
-        {
-            return Ok(path.clone());
-        }
-        let path = self.saving.fresh(&self.plan.name, "xml")?;
-        let run = &self.plan.run;
-        edits.write(&path, &run.scene, &run.defines, self.user.original()).into_diagnostic()?;
-        self.saved_scene = Some((edits, path.clone()));
-        Ok(path)
+        self.editor.save(&self.options.name, self.session.run_spec())
     }
 
-    /// The command that repeats this picture without a window, on the clipboard and on standard output.
+    /// Puts the command that repeats this picture without a window on the clipboard and on standard output.
     fn copy_command(&mut self) -> Result<String> {
-        let counts = self.counts();
-        let run = self.facts_now()?;
-        let command =
-            format!("{} {}", run.command(0, counts.paths()), display_options(&self.controls.settings));
+        let (run, paths) = (self.present_run_spec()?, self.picture.counts().paths());
+        let options = display_options(&self.panel.controls().settings);
+        let command = format!("{} {options}", run.command(0, paths));
         // Standard output may be the figures', or a pipe that nobody reads any more.
-        if self.plan.json.as_deref() != Some(Path::new("-")) {
+        if self.options.json.as_deref() != Some(Path::new("-")) {
             let _ = writeln!(std::io::stdout(), "{command}");
         }
-        if let Some(ui) = &mut self.ui {
-            ui.copy(command.clone());
-        }
+        self.panel.copy(command.clone());
         Ok(format!("copied: {command}"))
     }
 }

@@ -1,4 +1,4 @@
-//! What the effects cost, measured beside the window when somebody asks for it.
+//! What the effects cost, measured beside the window when the user asks for it.
 
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
@@ -6,22 +6,52 @@ use miette::{IntoDiagnostic, Result};
 
 use crate::app::explain::price;
 use crate::app::plan::{Cost, EffectSide, PlannedEffect};
-use crate::app::run_spec::RunSpec;
-use crate::app::view::viewer::Viewer;
-use crate::client::window::panel::{CostState, Effect, EffectCost};
+use crate::app::view::editor::SceneEditor;
+use crate::app::view::session::RenderSession;
+use crate::client::window::panel::{CostState, EffectCost};
 use crate::server::Priority;
 
-/// A measurement under way, and what the last one found.
+/// A measurement under way, and the costs that the last one found.
 #[derive(Default)]
-pub struct Costs {
+pub struct EffectCosts {
     running: Option<Receiver<Vec<PlannedEffect>>>,
     known: Vec<(&'static str, Cost)>,
     /// Something has been edited since the last measurement was begun.
     stale: bool,
 }
 
-impl Costs {
-    /// How figures stand to the scene as it is.
+impl EffectCosts {
+    /// Begins to measure what the tracer's effects cost in this scene, seen from here, by this method.
+    ///
+    /// # Errors
+    ///
+    /// When the camera cannot be used or the system gives no thread.
+    pub fn measure(
+        &mut self,
+        session: &RenderSession,
+        editor: &SceneEditor,
+        mut plan: Vec<PlannedEffect>,
+    ) -> Result<()> {
+        if self.is_measuring() {
+            return Ok(());
+        }
+        let (scene, camera) = (editor.scene(), editor.camera(session.size())?);
+        let (desc, run) = (editor.desc().clone(), session.run_spec().clone());
+        let (sender, receiver) = channel();
+        let work = move || {
+            Priority::Background.apply();
+            let charged = price::charge(&mut plan, &desc, (&scene, &camera), (&run, price::BRIEF));
+            if charged.is_ok() {
+                // Nobody listens any more when the window has closed.
+                let _ = sender.send(plan);
+            }
+        };
+        std::thread::Builder::new().name("price".to_owned()).spawn(work).into_diagnostic()?;
+        (self.running, self.stale) = (Some(receiver), false);
+        Ok(())
+    }
+
+    /// Whether the costs are known for the scene as it is.
     pub fn state(&self) -> CostState {
         match (&self.running, self.known.is_empty(), self.stale) {
             (Some(_), ..) => CostState::Measuring,
@@ -31,7 +61,7 @@ impl Costs {
         }
     }
 
-    /// A measurement is under way.
+    /// Whether a measurement is under way.
     pub fn is_measuring(&self) -> bool {
         self.running.is_some()
     }
@@ -46,7 +76,7 @@ impl Costs {
         let Some(running) = &self.running else { return false };
         match running.try_recv() {
             Err(TryRecvError::Empty) => return false,
-            // The scene without an effect could not be made ready: there is nothing to tell.
+            // The scene without an effect could not be prepared: there are no costs.
             Err(TryRecvError::Disconnected) => {}
             Ok(plan) => {
                 let traced = plan.into_iter().filter(|entry| entry.side == EffectSide::Tracer);
@@ -57,46 +87,9 @@ impl Costs {
         true
     }
 
-    /// What the effect at this place of the plan costs: the tracer's come first, and the client has some of the same name.
-    fn of(&self, place: usize, name: &str) -> Option<EffectCost> {
+    /// The cost of the effect at this place of the plan. The tracer's effects come first; the client has some of the same name.
+    pub fn of(&self, place: usize, name: &str) -> Option<EffectCost> {
         let (_, cost) = self.known.get(place).filter(|(known, _)| *known == name)?;
         cost.share.map(EffectCost::Share).or(cost.if_on_share.map(EffectCost::More))
-    }
-}
-
-impl Viewer {
-    /// Begins to measure what the tracer's effects cost in this scene, seen from here, by this method.
-    ///
-    /// # Errors
-    ///
-    /// When the camera cannot be used or the system gives no thread.
-    pub fn measure_costs(&mut self) -> Result<()> {
-        if self.costs.is_measuring() {
-            return Ok(());
-        }
-        let (scene, camera) = (self.user.scene(), self.user.camera(self.size)?);
-        let (desc, mut plan) = (self.user.desc().clone(), self.list());
-        let run = RunSpec { film: self.spec(), ..self.plan.run.clone() };
-        let (sender, receiver) = channel();
-        let work = move || {
-            Priority::Background.apply();
-            let charged = price::charge(&mut plan, &desc, (&scene, &camera), (&run, price::BRIEF));
-            if charged.is_ok() {
-                // Nobody listens any more when the window has closed.
-                let _ = sender.send(plan);
-            }
-        };
-        std::thread::Builder::new().name("price".to_owned()).spawn(work).into_diagnostic()?;
-        (self.costs.running, self.costs.stale) = (Some(receiver), false);
-        Ok(())
-    }
-
-    /// The plan as the panel lists it, with what is known of costs.
-    pub fn priced_effects(&mut self) -> Vec<Effect> {
-        let mut effects = self.effects();
-        for (place, effect) in effects.iter_mut().enumerate() {
-            effect.cost = self.costs.of(place, effect.name);
-        }
-        effects
     }
 }

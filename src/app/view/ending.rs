@@ -1,6 +1,8 @@
 //! What is left behind when the window closes, for whatever reason: pictures, figures, an exit code.
 
-use std::time::{Duration, Instant};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::time::Duration;
 
 use miette::{IntoDiagnostic, Result};
 use serde::Serialize;
@@ -9,24 +11,23 @@ use crate::app::error_report::ErrorReport;
 use crate::app::plan::PlannedEffect;
 use crate::app::report::{Seconds, write_json};
 use crate::app::run_spec::ChoiceReport;
+use crate::app::view::Viewer;
 use crate::app::view::screen::Screen;
-use crate::app::view::viewer::Viewer;
-use crate::app::{process, tell};
-use crate::client::reference::ReferenceFilm;
-use crate::client::window::statistics::Recent;
-use crate::client::{Client, ClientError};
+use crate::app::{predictions, process, tell};
+use crate::client::window::statistics::RecentValues;
 use crate::gpu;
+use crate::study::Quantity;
 
-/// Longest time that the last samples are waited for.
+/// Longest wait for the last samples.
 const LAST_SAMPLES: Duration = Duration::from_secs(2);
 
 /// Figures of a session. Field names are the JSON keys; times in milliseconds.
 #[derive(Serialize)]
-struct Report {
+struct ViewReport {
     version: &'static str,
-    scene: std::path::PathBuf,
+    scene: PathBuf,
     integrator: &'static str,
-    /// Why, where the program chose it.
+    /// Why the program chose this integrator, where it did.
     #[serde(skip_serializing_if = "Option::is_none")]
     auto: Option<ChoiceReport>,
     device: String,
@@ -45,11 +46,11 @@ struct Report {
     /// From the start of the viewer, with the scene loaded, to the first picture.
     first_picture_ms: Option<f64>,
     frames: u64,
-    frame_ms: Percentiles,
-    edit_latency_ms: Percentiles,
+    frame_ms: P50P95P99,
+    edit_latency_ms: P50P95P99,
     edits: usize,
     /// From an edit to the last worker leaving the old epoch.
-    abort_ms: Percentiles,
+    abort_ms: P50P95P99,
     aborts: usize,
     stalls: u64,
     epochs: u64,
@@ -62,168 +63,129 @@ struct Report {
     rasterised_samples: u64,
     traced_samples_per_second: f64,
     rasterised_samples_per_second: f64,
-    /// How wrong the last picture is, if that is known.
+    /// Error of the last picture, where it is known.
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<ErrorReport>,
-    passes_ms: std::collections::BTreeMap<&'static str, f64>,
+    passes_ms: BTreeMap<&'static str, f64>,
     peak_memory_bytes: Option<u64>,
 }
 
+/// Percentiles of a series. Field names are JSON keys.
 #[derive(Serialize)]
-struct Percentiles {
+struct P50P95P99 {
     p50: f32,
     p95: f32,
     p99: f32,
 }
 
-impl Percentiles {
-    fn of(values: &Recent) -> Self {
+impl P50P95P99 {
+    fn of(values: &RecentValues) -> Self {
         let [p50, p95, p99] = values.percentiles([50.0, 95.0, 99.0]);
         Self { p50, p95, p99 }
     }
 }
 
-/// Stops the tracer, writes what was asked for, and gives back why the window closed.
-///
-/// # Errors
-///
-/// The reason, if it was not the user's wish, or else the first file that could not be written.
-pub fn finish(mut viewer: Viewer) -> Result<()> {
-    let lasted = viewer.figures.started.elapsed().as_secs_f64();
-    viewer.session.abort();
-    let last = viewer.last_samples();
-    let report = viewer.report(lasted);
-    viewer.saving.finish().iter().for_each(|message| tell(message));
-    let json = viewer.plan.json.clone();
-    let panicked = viewer.session.panicked().cloned();
-    let outcome = std::mem::replace(&mut viewer.outcome, Ok(()));
-    let captured = viewer.capture.take().map_or(Ok(()), |capture| capture.finish(viewer.session.server()));
-    let written = last.and_then(|()| write_pictures(viewer));
-    let told = json.map_or(Ok(()), |path| write_json(&report, &path));
-    outcome.and(written).and(captured).and(told)?;
-    match panicked {
-        Some((index, message)) => Err(miette::miette!("path {index} panicked: {message}; please report it")),
-        None => Ok(()),
-    }
-}
-
 impl Viewer {
-    /// Takes what the workers have sent.
-    fn last_samples(&mut self) -> Result<()> {
-        if self.plan.outputs.is_empty() {
-            return Ok(());
+    /// Stops the tracer, writes what was asked for, and closes the window.
+    ///
+    /// # Errors
+    ///
+    /// Why the window closed, if the user did not want it, or else the first file that could not be written.
+    pub(super) fn finish(mut self) -> Result<()> {
+        let lasted = self.metrics.started.elapsed().as_secs_f64();
+        self.session.abort();
+        if !self.options.outputs.is_empty()
+            && let Err(error) = self.picture.read_rest(&mut self.session, LAST_SAMPLES)
+        {
+            // The film is lost; kept samples are not.
+            tell(&format!("the last samples could not be rasterised: {error}"));
         }
-        let start = Instant::now();
-        while !self.session.is_through() && start.elapsed() < LAST_SAMPLES || !self.kept.caught_up() {
-            self.session.events();
-            if let Err(error) = self.read(1 << 16) {
-                // The film is lost; kept samples are not.
-                tell(&format!("the last samples could not be rasterised: {error}"));
-                break;
+        let report = self.report(lasted);
+        self.saves.finish().iter().for_each(|message| tell(message));
+        let capture = self.capture.take();
+        let captured = capture.map_or(Ok(()), |capture| capture.finish(self.session.server()));
+        // Where no window was ever opened there is no picture, and the reason is told already.
+        let wanted = !self.options.outputs.is_empty() && self.picture.screen().is_some();
+        let written = if wanted { self.write_pictures() } else { Ok(()) };
+        let (panicked, lost) = (self.session.panicked().cloned(), gpu::display_lost());
+        let Self { picture, panel, options, outcome, .. } = self;
+        picture.close(lost);
+        panel.close(lost);
+        let told = options.json.map_or(Ok(()), |path| write_json(&report, &path));
+        outcome.and(written).and(captured).and(told)?;
+        match panicked {
+            Some((index, message)) => {
+                Err(miette::miette!("path {index} panicked: {message}; please report it"))
             }
-            if self.screen.as_mut().and_then(Screen::film).is_none() {
-                break;
-            }
-            if !self.session.is_through() {
-                self.session.wait(Duration::from_millis(5));
-            }
+            None => Ok(()),
         }
-        Ok(())
     }
 
-    fn report(&mut self, seconds: f64) -> Report {
-        let (traced, error) = (self.session.traced(), self.last_error());
-        let figures = &self.figures;
-        let losses = self.screen.as_ref().map_or([0; 2], |screen| screen.losses);
-        Report {
+    fn report(&self, seconds: f64) -> ViewReport {
+        let (session, metrics, screen) = (&self.session, &self.metrics, self.picture.screen());
+        let (run, [width, height]) = (session.run_spec(), session.size());
+        let (traced, rasterised) = (session.traced(), self.picture.rasterised());
+        ViewReport {
             version: env!("CARGO_PKG_VERSION"),
-            scene: self.plan.run.scene.clone(),
-            integrator: self.plan.run.integrator.name(),
-            auto: self.plan.run.auto.clone(),
-            device: self.plan.run.device.clone(),
-            plan: self.list(),
-            left_out: self.plan.run.left_out().collect(),
-            cores: self.plan.cores.clone(),
-            threads: self.session.threads(),
-            simd: self.user.scene().kernel().name(),
-            width: self.size[0],
-            height: self.size[1],
-            first_picture_ms: figures.first.map(|first| first.as_secs_f64() * 1e3),
-            frames: figures.presented,
-            frame_ms: Percentiles::of(&figures.frames),
-            edit_latency_ms: Percentiles::of(&figures.edits),
-            edits: figures.edits.iter().count(),
-            abort_ms: Percentiles::of(&self.session.aborts),
-            aborts: self.session.aborts.iter().count(),
-            stalls: figures.stalls,
-            epochs: figures.epochs,
-            resizes: figures.resizes,
-            device_losses: losses[0],
-            surface_losses: losses[1],
-            validation_messages: self.screen.as_ref().map_or(0, Screen::validation_messages),
+            scene: run.scene.clone(),
+            integrator: run.integrator.name(),
+            auto: run.auto.clone(),
+            device: run.device.clone(),
+            plan: self.panel.plan(session, &self.editor),
+            left_out: run.left_out().collect(),
+            cores: session.processor_sharing().to_owned(),
+            threads: session.threads(),
+            simd: self.editor.scene().kernel().name(),
+            width,
+            height,
+            first_picture_ms: metrics.first.map(|first| first.as_secs_f64() * 1e3),
+            frames: metrics.presented,
+            frame_ms: P50P95P99::of(&metrics.frames),
+            edit_latency_ms: P50P95P99::of(&metrics.edits),
+            edits: metrics.edits.iter().count(),
+            abort_ms: P50P95P99::of(session.aborts()),
+            aborts: session.aborts().iter().count(),
+            stalls: metrics.stalls,
+            epochs: metrics.epochs,
+            resizes: metrics.resizes,
+            device_losses: screen.map_or(0, Screen::device_losses),
+            surface_losses: screen.map_or(0, Screen::surface_losses),
+            validation_messages: screen.map_or(0, Screen::validation_messages),
             seconds,
             traced_samples: traced,
-            rasterised_samples: figures.rasterised,
+            rasterised_samples: rasterised,
             traced_samples_per_second: traced as f64 / seconds.max(1e-9),
-            rasterised_samples_per_second: figures.rasterised as f64 / seconds.max(1e-9),
-            error,
-            passes_ms: figures.passes.iter().copied().collect(),
+            rasterised_samples_per_second: rasterised as f64 / seconds.max(1e-9),
+            error: self.last_error(),
+            passes_ms: metrics.passes.iter().copied().collect(),
             peak_memory_bytes: process::peak_memory_bytes(),
         }
     }
-}
 
-/// Writes the pictures asked for, from the film or, where that is lost, from the kept samples.
-fn write_pictures(mut viewer: Viewer) -> Result<()> {
-    // Where no window was ever opened there is no picture, and the reason is told already.
-    if viewer.plan.outputs.is_empty() || viewer.screen.is_none() {
-        viewer.close();
-        return Ok(());
+    /// The error of the last picture; the predictions and their outcomes are logged.
+    fn last_error(&self) -> Option<ErrorReport> {
+        let (observer, run) = (self.picture.observer()?, self.session.run_spec());
+        let (state, kept) = observer.end();
+        predictions::log(run, &kept);
+        ErrorReport::new(&state, run, (observer.target(), Quantity::P95), state.reached)
     }
-    let prefix = viewer.session.is_complete();
-    let settings = viewer.controls.settings.clone();
-    let run = viewer.facts_now().unwrap_or_else(|error| {
-        tell(&format!("the changes of the scene could not be saved: {error}"));
-        viewer.plan.run.clone()
-    });
-    let film = viewer.screen.as_mut().and_then(Screen::take_film);
-    let mut seconds = Seconds::default();
-    let outputs = &viewer.plan.outputs;
-    let mut written = Err(miette::miette!("there is no film"));
-    if let Some(film) = film {
-        let mut client = Client::Vulkan(film);
-        written = outputs.write(&mut client, (&run, prefix), &settings, &mut seconds);
-        // Before the device's window goes.
-        drop(client);
-    }
-    if let Err(error) = &written {
+
+    /// Writes the pictures asked for, from the film or, where that is lost, from the kept samples.
+    fn write_pictures(&mut self) -> Result<()> {
+        let prefix = self.session.is_complete();
+        let settings = self.panel.controls().settings.clone();
+        let run = self.present_run_spec().unwrap_or_else(|error| {
+            tell(&format!("the changes of the scene could not be saved: {error}"));
+            self.session.run_spec().clone()
+        });
+        let (outputs, mut seconds) = (&self.options.outputs, Seconds::default());
+        let written = match self.picture.take_film() {
+            Some(mut film) => outputs.write(&mut film, (&run, prefix), &settings, &mut seconds),
+            None => Err(miette::miette!("there is no film")),
+        };
+        let Err(error) = written else { return Ok(()) };
         tell(&format!("{error}; the picture is made without the device"));
-        let mut client = from_kept(&mut viewer).into_diagnostic()?;
-        written = viewer.plan.outputs.write(&mut client, (&run, false), &settings, &mut seconds);
-    }
-    viewer.close();
-    written
-}
-
-/// The CPU twin of the film, filled with the samples that are kept.
-fn from_kept(viewer: &mut Viewer) -> Result<Client, ClientError> {
-    let mut film = ReferenceFilm::new(viewer.spec(), 0)?;
-    viewer.kept.rewind();
-    while let Some((samples, _, paths)) = viewer.kept.feed() {
-        film.count_paths(paths);
-        film.add(samples)?;
-    }
-    film.flush()?;
-    Ok(Client::Reference(film))
-}
-
-impl Viewer {
-    /// Ends the threads and closes the window. Where its display is gone, what belongs to it is left to the system: nobody
-    /// answers any more.
-    fn close(self) {
-        if gpu::display_lost() {
-            std::mem::forget(self.screen);
-            std::mem::forget(self.ui);
-        }
+        let mut film = self.picture.film_without_device(run.film).into_diagnostic()?;
+        outputs.write(&mut film, (&run, false), &settings, &mut seconds)
     }
 }

@@ -1,229 +1,151 @@
-//! One frame, in the paper's order (§4.2, Figure 1).
+//! The loop: one frame in the paper's order (§4.2, Figure 1), and what begins an epoch, replaces the film or ends the loop.
 
 use std::time::{Duration, Instant};
 
-use crate::app::view::screen::Screen;
-use crate::app::view::viewer::Viewer;
-use crate::client::pacing::{FramePlan, Situation};
-use crate::client::{BATCH_CAPACITY, ClientError};
-use crate::gpu::Readiness;
-use crate::stream::block::BLOCK_SAMPLES;
+use miette::{IntoDiagnostic, Result};
 
-/// After an edit the loop waits this long for samples before it looks at messages again.
-const FIRST_SAMPLES_WAIT: Duration = Duration::from_millis(4);
+use crate::app::tell;
+use crate::app::view::Viewer;
+use crate::app::view::screen::{Screen, is_device_lost};
+use crate::client::pacing::FramePlan;
+use crate::client::{ClientError, FilmSpec, Output};
+use crate::gpu::ColorOutput;
 
-/// Samples that make a first picture: LoD shows the scene from few.
-const FIRST_SAMPLES: u64 = 512;
+/// How soon the loop looks again while the device or first samples are waited for.
+const SOON: Duration = Duration::from_millis(1);
+
+/// How long it sleeps at most: signals from outside are heard then.
+const IDLE: Duration = Duration::from_millis(100);
+
+/// An epoch that is not shown may be cut off by the next edit after this long: a scene that is too slow for its first picture
+/// must not hold the camera.
+const PATIENCE: Duration = Duration::from_millis(250);
+
+/// Another method is considered when nothing has been edited for this long.
+const REST: Duration = Duration::from_millis(500);
+
+/// Devices that may be lost before the viewer gives up.
+const MOST_LOSSES: u32 = 1;
 
 impl Viewer {
     /// Messages, read samples, rasterise, repaint, swap.
-    ///
-    /// # Errors
-    ///
-    /// What device, film or surface say.
-    pub fn frame(&mut self) -> Result<(), ClientError> {
+    fn frame(&mut self) -> Result<(), ClientError> {
         let begin = Instant::now();
-        if let Some((index, message)) = self.session.events() {
-            self.say(format!("path {index} panicked and the render has ended: {message}; please report it"));
+        self.hear_server();
+        let plan = self.picture.plan(&self.session, begin);
+        let shows = self.picture.wants_show(&plan, self.panel.is_due(begin)) && self.make_ready()?;
+        self.picture.read_samples(&mut self.session, plan.samples, begin)?;
+        if plan.flush {
+            self.picture.flush()?;
         }
-        if self.screen.as_mut().and_then(Screen::film).is_some_and(|film| film.has_arrived()) {
-            self.pending.repaint = true;
-        }
-        let plan = self.plan_frame(begin);
-        let wanted = plan.repaint || self.pending.show || self.panel_due(begin);
-        let shown = wanted && (!self.pending.hidden || self.pending.show) && self.make_ready()?;
-        self.take(&plan, begin)?;
-        if plan.flush
-            && let Some(screen) = &mut self.screen
-        {
-            screen.flush()?;
-        }
-        if self.session.is_through() && self.kept.caught_up() && std::mem::take(&mut self.pending.end) {
-            self.pending.repaint = true;
-            tracing::info!("the render has ended");
-        }
-        if shown && self.has_picture() {
+        self.picture.hear_end(&self.session);
+        if shows && self.picture.has_picture() {
             self.show(&plan)?;
         }
         self.measure(begin);
         Ok(())
     }
 
-    /// What this frame does.
-    fn plan_frame(&mut self, now: Instant) -> FramePlan {
-        let (then, samples, shown_detail) = self.clock.repainted;
-        let counts = self.counts();
-        let total = counts.camera_samples + counts.light_samples;
-        let spec = self.spec();
-        let [width, height] = spec.padded_extent().map(f64::from);
-        let lod = (total > 0).then(|| 0.5 * (width * height / total as f64).log2() as f32);
-        let situation = Situation {
-            since_edit: now - self.clock.edited,
-            since_repaint: now - then,
-            lod,
-            growth: if samples == 0 { f64::INFINITY } else { total as f64 / samples as f64 },
-            shown_detail,
-            due: self.pending.unseen || self.pending.repaint,
-            waiting: self.session.fill().0 * BLOCK_SAMPLES,
-            // In order of index only full batches are rasterised.
-            batched: if self.plan.run.deterministic { 0 } else { self.batched() },
-        };
-        let mut plan = self.pacer.plan(&situation);
-        if self.plan.run.deterministic {
-            plan.samples = plan.samples.max(BATCH_CAPACITY);
+    /// Does what is due: actions, camera, epoch, frame.
+    pub(super) fn step(&mut self) {
+        let now = Instant::now();
+        if let Some(gesture) = self.panel.input().tick((now - self.tick).as_secs_f64()) {
+            self.gesture(gesture);
         }
-        plan
-    }
-
-    /// An image of the window to draw into, and a film of its size. False when there is nothing to draw into now.
-    fn make_ready(&mut self) -> Result<bool, ClientError> {
-        self.match_output();
-        let Some(screen) = &mut self.screen else { return Ok(false) };
-        let (readiness, extent) = screen.acquire()?;
-        self.pending.hidden = matches!(readiness, Readiness::Hidden);
-        match readiness {
-            Readiness::Ready => {}
-            Readiness::Busy | Readiness::Hidden => return Ok(false),
-            Readiness::SurfaceLost => {
-                screen.replace_surface()?;
-                tracing::info!("the surface was lost and replaced");
-                return Ok(false);
+        self.tick = now;
+        if let Some(gpu) = self.picture.gpu().cloned() {
+            self.metrics.completed(&gpu, self.picture.pacer());
+        }
+        self.act();
+        if let Err(error) = self.choose_method() {
+            return self.fail(error);
+        }
+        let may_cut = self.picture.is_seen() || self.session.elapsed() > PATIENCE;
+        if self.session.is_stale() && may_cut {
+            match self.restart() {
+                Ok(()) => self.due = now,
+                Err(error) => return self.fail(error),
             }
         }
-        if let Some(extent) = extent {
-            self.refit(extent)?;
+        if now < self.due || !self.picture.is_idle() {
+            return;
         }
+        // Until its first picture the window opens; that time has a figure of its own.
+        let open = self.metrics.presented > 0;
+        if open {
+            self.metrics.waited("for the device", now - self.due.max(self.ended));
+        }
+        self.due = self.due.max(now) + self.picture.budget();
+        if let Err(error) = self.frame() {
+            self.recover(error);
+        }
+        self.ended = Instant::now();
+        if open {
+            self.metrics.waited("for a frame", self.ended - now);
+        }
+        if self.picture.awaits_first_picture() {
+            self.due = Instant::now() + SOON;
+        }
+    }
+
+    /// When the loop must look again.
+    pub(super) fn next_look(&mut self, now: Instant) -> Instant {
+        let busy = !self.picture.is_idle();
+        if self.metrics.awaits_edit() || (busy && now >= self.due) {
+            return now + SOON;
+        }
+        let still = self.session.is_through()
+            && !self.session.is_stale()
+            && self.saves.is_empty()
+            && self.picture.is_settled()
+            && !self.panel.is_busy();
+        if !still {
+            return self.due;
+        }
+        self.panel.next_run().map_or(now + IDLE, |due| due.min(now + IDLE)).max(self.due)
+    }
+
+    /// Reads the server's events, and reports a path that panicked.
+    fn hear_server(&mut self) {
+        self.session.hear_server();
+        if let Some((index, message)) = self.session.new_panic() {
+            let text = format!("path {index} panicked and the render has ended: {message}; please report it");
+            self.say(text);
+        }
+    }
+
+    /// Acquires an image of the window to draw into, and makes the film fit it. False when there is nothing to draw into now.
+    fn make_ready(&mut self) -> Result<bool, ClientError> {
+        self.match_output();
+        let Some(extent) = self.picture.acquire()? else { return Ok(false) };
+        self.refit(extent)?;
         Ok(true)
     }
 
-    /// Reads samples and gives them to the film: kept ones first where the film is behind. After an edit it waits a moment
-    /// for the first ones.
-    fn take(&mut self, plan: &FramePlan, begin: Instant) -> Result<(), ClientError> {
-        self.read(plan.samples)?;
-        while self.pending.unseen && !self.session.is_through() && self.samples() < FIRST_SAMPLES {
-            let left = FIRST_SAMPLES_WAIT.saturating_sub(begin.elapsed());
-            if left.is_zero() {
-                break;
-            }
-            self.session.wait(left);
-            self.session.events();
-            self.read(plan.samples)?;
-        }
-        Ok(())
-    }
-
-    /// Reads `budget` samples.
-    ///
-    /// # Errors
-    ///
-    /// What the film says.
-    pub fn read(&mut self, budget: usize) -> Result<(), ClientError> {
-        let Some(film) = self.screen.as_mut().and_then(Screen::film) else {
-            // Without a film samples are kept as long as there is room; then workers park.
-            self.read_ahead(budget);
-            return Ok(());
-        };
-        let mut left = budget;
-        while left > 0
-            && let Some((samples, first_index, paths)) = self.kept.feed()
-        {
-            film.count_paths(paths);
-            film.add(samples)?;
-            if let Some(observer) = &self.observer {
-                observer.samples(first_index, paths, samples);
-            }
-            left = left.saturating_sub(samples.len());
-            self.figures.rasterised += samples.len() as u64;
-        }
-        if !self.kept.caught_up() {
-            self.read_ahead(budget);
-            return Ok(());
-        }
-        let (kept, observer, mut failed) = (&mut self.kept, &self.observer, None);
-        let drained = self.session.drain(left.max(1024), |block| {
-            kept.push(block);
-            if failed.is_none() {
-                film.count_paths(block.header.paths);
-                failed = film.add(block.samples()).err();
-                if let Some(observer) = observer {
-                    observer.block(block);
-                }
-            }
-        });
-        self.figures.rasterised += drained.samples as u64;
-        failed.map_or(Ok(()), Err)
-    }
-
-    /// Takes samples from the lanes for later, so that the tracer need not wait for a film that is behind.
-    fn read_ahead(&mut self, budget: usize) {
-        let mut left = budget;
-        while left > 0 && self.kept.has_room() {
-            let kept = &mut self.kept;
-            let drained = self.session.drain(1024, |block| {
-                kept.push_for_later(block);
-            });
-            if drained.blocks == 0 {
-                break;
-            }
-            left = left.saturating_sub(drained.samples.max(1));
-        }
-    }
-
-    /// Samples on the film.
-    pub fn samples(&mut self) -> u64 {
-        let counts = self.counts();
-        counts.camera_samples + counts.light_samples
-    }
-
-    /// Samples that the film has and has not rasterised.
-    fn batched(&mut self) -> usize {
-        self.screen.as_mut().and_then(Screen::film).map_or(0, |film| film.waiting())
-    }
-
-    /// True when there is something to show that belongs to the present epoch, or the last picture of the one before.
-    fn has_picture(&mut self) -> bool {
-        let painted =
-            self.screen.as_mut().and_then(Screen::film).is_some_and(|film| film.painted().is_some());
-        painted || self.samples() > 0
-    }
-
-    /// Rasterises what was read, repaints if the plan says so, and swaps.
+    /// Runs the panel if it is due, repaints if the plan says so, and swaps.
     fn show(&mut self, plan: &FramePlan) -> Result<(), ClientError> {
         let begin = Instant::now();
-        let samples = self.samples();
-        // In order of index only whole batches are rasterised, so that the sums are those of a headless render.
-        let partial = !self.plan.run.deterministic || self.session.is_complete();
-        let ready = if partial { samples > 0 } else { samples >= BATCH_CAPACITY as u64 };
-        let repaint = (ready && (plan.repaint || self.pending.repaint)).then_some(plan.detail);
-        self.run_panel(begin);
+        if self.panel.is_due(begin)
+            && let Some(window) = self.picture.screen().map(|screen| screen.window().clone())
+        {
+            let Self { session, picture, editor, metrics, .. } = self;
+            let data = self.panel.data(session, picture, editor, metrics, begin);
+            self.panel.run(&window, &data);
+            self.picture.aim(self.panel.target());
+        }
         let panel_time = begin.elapsed();
-        let overlay = self.has_overlay();
-        let Some(screen) = &mut self.screen else { return Ok(()) };
-        if partial && repaint.is_some() {
-            screen.flush()?;
-        }
-        let panel = self.ui.as_mut().filter(|_| overlay);
-        screen.show(&self.controls.settings, repaint, panel.map(|ui| &mut ui.triangles))?;
-        let number = screen.last();
-        self.pacer.panel(panel_time);
-        self.pending.show = false;
-        if let Some(detail) = repaint {
-            self.pending.unseen = false;
-            let shows = self.figures.statistics.shown();
-            self.pending.repaint = false;
-            self.clock.repainted = (begin, samples, detail);
-            self.figures.paints.push_back(detail);
-            self.figures.presented(number, begin, shows);
-        } else {
-            self.figures.presented(number, begin, None);
-        }
+        let (settings, drawing) = self.panel.settings_and_drawing();
+        let shown = self.picture.show(&self.session, plan, settings, drawing, begin)?;
+        self.picture.pacer().panel(panel_time);
+        self.metrics.presented(&shown);
         Ok(())
     }
 
-    /// Learns what the device's frames have cost.
+    /// Learns how long the device's passes took, and records times if asked for.
     fn measure(&mut self, begin: Instant) {
-        let Some(gpu) = self.screen.as_ref().and_then(Screen::gpu).cloned() else { return };
-        self.figures.learn(&gpu.take_timings(), &mut self.pacer);
+        let Some(gpu) = self.picture.gpu().cloned() else { return };
+        let rasterised = self.picture.rasterised();
+        self.metrics.learn(&gpu.take_timings(), rasterised, self.picture.pacer());
         if let Some(capture) = &mut self.capture {
             let written = capture.client("frame", begin).and_then(|()| capture.frame(self.session.server()));
             if let Err(error) = written {
@@ -231,5 +153,140 @@ impl Viewer {
                 self.fail(error);
             }
         }
+    }
+
+    /// Notes an edit of scene or camera.
+    pub(super) fn edited(&mut self) {
+        let now = Instant::now();
+        self.session.edited();
+        self.picture.edited(now);
+        self.panel.edited();
+        self.metrics.statistics.edit(now);
+    }
+
+    /// Begins the next epoch with the present scene, camera and size. The old picture stays until the new one is there.
+    ///
+    /// # Errors
+    ///
+    /// When the camera cannot be used or the server has ended.
+    pub(super) fn restart(&mut self) -> Result<()> {
+        self.session.begin(&self.editor)?;
+        self.picture.begin_epoch(self.session.run_spec()).into_diagnostic()?;
+        self.panel.begin_epoch();
+        self.metrics.epoch();
+        Ok(())
+    }
+
+    /// Chooses the method anew where that is asked for.
+    ///
+    /// # Errors
+    ///
+    /// When the camera cannot be used.
+    pub(super) fn choose_method(&mut self) -> Result<()> {
+        if self.session.choose(&self.editor, self.picture.since_edit() > REST)? {
+            self.refresh();
+        }
+        Ok(())
+    }
+
+    /// Makes the film fit a window of this extent and the chosen filter. Where only the scale has changed the epoch goes on:
+    /// the new film is filled from kept samples, which know no resolution. Another shape is another camera, a new epoch; until
+    /// its first samples are there the old ones are shown, stretched, so that nothing flickers.
+    ///
+    /// # Errors
+    ///
+    /// When the film does not fit into the device.
+    pub(super) fn refit(&mut self, [width, height]: [u32; 2]) -> Result<(), ClientError> {
+        let before = self.session.run_spec().film;
+        let after = FilmSpec { width, height, filter: self.panel.controls().filter, ..before };
+        self.session.set_film(after);
+        match self.picture.refit(self.session.run_spec()) {
+            Ok(true) => {}
+            Ok(false) => return Ok(()),
+            Err(error) => {
+                self.session.set_film(FilmSpec { filter: after.filter, ..before });
+                return Err(error);
+            }
+        }
+        if [before.width, before.height] != [width, height] {
+            self.metrics.resizes += 1;
+        }
+        let cross = |a: u32, b: u32| u64::from(a) * u64::from(b);
+        let same_shape = cross(before.width, height) == cross(before.height, width);
+        // In order of index a film holds whole batches from the first on.
+        if !same_shape || !self.session.covers_film() || self.session.run_spec().deterministic {
+            self.edited();
+        }
+        Ok(())
+    }
+
+    /// Sets the colours of the window to those that are asked for, or to 8 bits where it does not offer them.
+    fn match_output(&mut self) {
+        let settings = &mut self.panel.controls_mut().settings;
+        let wanted = settings.output;
+        let Some(swapchain) = self.picture.screen_mut().and_then(Screen::swapchain) else { return };
+        if swapchain.set_output(colors(wanted)) || wanted == Output::Sdr {
+            return;
+        }
+        let offered: Vec<_> = swapchain.outputs().into_iter().map(words).collect();
+        swapchain.set_output(ColorOutput::Sdr);
+        settings.output = Output::Sdr;
+        self.picture.request_repaint();
+        let (wanted, offered) = (words(colors(wanted)), offered.join(", "));
+        self.say(format!(
+            "warning: no {wanted} on this display, which offers {offered}; the window has 8 bits"
+        ));
+    }
+
+    /// Shows the same samples in another way, after the display controls have changed; another filter needs another film.
+    pub(super) fn controls_changed(&mut self) {
+        self.picture.request_repaint();
+        if let Err(error) = self.refit(self.session.size()) {
+            self.recover(error);
+        }
+    }
+
+    /// Deals with an error of a frame: a lost device is replaced once, and the tracer goes on meanwhile.
+    fn recover(&mut self, error: ClientError) {
+        let screen = self.picture.screen_mut().filter(|_| is_device_lost(&error));
+        if screen.is_none_or(|screen| screen.count_device_loss() >= MOST_LOSSES) {
+            return self.fail(miette::Report::from_err(error));
+        }
+        tell(&format!("the device was lost; opening it again ({error})"));
+        if let Err(error) = self.picture.replace_device(self.session.run_spec()) {
+            return self.fail(miette::Report::from_err(error));
+        }
+        self.metrics.forget_device();
+        if let Some((capture, gpu)) = self.capture.as_mut().zip(self.picture.gpu()) {
+            capture.replace_gpu(gpu);
+        }
+        self.due = Instant::now();
+        if self.session.run_spec().deterministic {
+            self.edited();
+        }
+    }
+
+    /// Ends the loop for this reason; the first one counts.
+    pub(super) fn fail(&mut self, error: miette::Report) {
+        if self.outcome.is_ok() {
+            self.outcome = Err(error);
+        }
+        self.quit = true;
+    }
+}
+
+fn colors(output: Output) -> ColorOutput {
+    match output {
+        Output::Sdr => ColorOutput::Sdr,
+        Output::ScRgb => ColorOutput::ScRgb,
+        Output::Hdr10 => ColorOutput::Hdr10,
+    }
+}
+
+fn words(output: ColorOutput) -> &'static str {
+    match output {
+        ColorOutput::Sdr => "8 bits",
+        ColorOutput::ScRgb => "scRGB",
+        ColorOutput::Hdr10 => "HDR10",
     }
 }

@@ -1,6 +1,7 @@
 //! `pointillist view`: the window, always interactive, whatever the tracer is doing (paper §4.2, Figure 1).
 //!
-//! One thread runs the loop; the server's workers trace beside it and are never waited for.
+//! One thread runs the loop; the server's workers trace beside it and are never waited for. [`Viewer::frame`](frame) is the
+//! paper's list:
 //!
 //! ```text
 //!            ┌──────────────────────────────── frame ───────────────────────────────┐
@@ -11,25 +12,120 @@
 //!  server ── workers ──▶ lanes
 //! ```
 //!
-//! [`handler`] hears winit and decides when a frame is due; [`frame`] reads like the paper's list; [`session`] is the server's
-//! side, [`screen`] the device's; [`user`] the camera and what was edited; [`ui`] the panel; [`watching`] the error and the
-//! maps; [`ending`] what is left behind.
+//! The [`Viewer`] belongs to the event loop. Each thing in it has one owner, which alone changes it:
+//!
+//! ```text
+//! Viewer
+//! ├─ RenderSession   session   server, lanes, epoch; what is rendered and by which method
+//! ├─ LivePicture     picture   kept samples, pacing of frames, observer of the error
+//! │  └─ Screen       screen    window, device, swapchain, and the FILM
+//! ├─ SceneEditor     editor    scene, camera moves, edits, selection; saves them as a scene file
+//! ├─ ViewerPanel     panel     egui, mouse and keys, display controls, list of effects
+//! │  ├─ MapCache     maps      maps of error and cost over the picture
+//! │  └─ EffectCosts  costs     measured costs of the effects
+//! ├─ ViewerMetrics   metrics   frame times, latencies, rates
+//! └─ BackgroundSaves saves     files that are being written
+//! ```
+//!
+//! `start` goes from the command line to the open window; `handler` hears winit and decides when a frame is due; `frame` is the
+//! loop; `actions` does what the user asks for; `ending` writes what is left behind when the window closes.
 
 mod actions;
-mod cores;
 mod costs;
+mod editor;
 mod ending;
-mod figures;
 mod frame;
 mod handler;
-mod refit;
-mod saving;
+mod maps;
+mod metrics;
+mod panel;
+mod picture;
+mod saves;
 mod screen;
 mod session;
 mod start;
-mod ui;
-mod user;
-mod viewer;
-mod watching;
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use miette::Result;
+
+use crate::app::outputs::Outputs;
+use crate::app::timings::TimingCapture;
+use crate::app::view::editor::SceneEditor;
+use crate::app::view::metrics::ViewerMetrics;
+use crate::app::view::panel::ViewerPanel;
+use crate::app::view::picture::LivePicture;
+use crate::app::view::saves::BackgroundSaves;
+use crate::app::view::screen::SimulatedLosses;
+use crate::app::view::session::RenderSession;
+use crate::gpu::DeviceChoice;
 
 pub use start::view;
+
+/// What the command line decides, apart from what is rendered.
+struct ViewOptions {
+    /// Pictures to be written at the end.
+    outputs: Outputs,
+    /// Figures to be written at the end.
+    json: Option<PathBuf>,
+    device: DeviceChoice,
+    /// Where the times of every pass go.
+    timings: Option<PathBuf>,
+    losses: SimulatedLosses,
+    /// Length of a frame; otherwise the display's.
+    budget: Option<Duration>,
+    /// Name of the scene, for title and file names.
+    name: String,
+}
+
+/// The window and everything behind it; owned by the event loop.
+struct Viewer {
+    options: ViewOptions,
+    session: RenderSession,
+    picture: LivePicture,
+    editor: SceneEditor,
+    panel: ViewerPanel,
+    metrics: ViewerMetrics,
+    saves: BackgroundSaves,
+    /// Records times of passes and workers, if asked for.
+    capture: Option<TimingCapture>,
+    /// When the next frame is due.
+    due: Instant,
+    /// When the last frame ended.
+    ended: Instant,
+    /// The last tick of flying.
+    tick: Instant,
+    /// The window is to close.
+    quit: bool,
+    /// Why the window closes, if not because the user wanted it.
+    outcome: Result<()>,
+}
+
+impl Viewer {
+    /// A viewer whose window is not open yet.
+    fn new(
+        options: ViewOptions,
+        session: RenderSession,
+        picture: LivePicture,
+        editor: SceneEditor,
+        panel: ViewerPanel,
+    ) -> Self {
+        let now = Instant::now();
+        Self {
+            options,
+            session,
+            picture,
+            editor,
+            panel,
+            metrics: ViewerMetrics::default(),
+            saves: BackgroundSaves::default(),
+            capture: None,
+            due: now,
+            ended: now,
+            tick: now,
+            quit: false,
+            outcome: Ok(()),
+        }
+    }
+}

@@ -1,4 +1,4 @@
-//! The device's side of the window: swapchain, film and panel drawing, and what is done when one of them is lost.
+//! The window on its device: swapchain, film and the overlay of the panel, and how each is replaced when it is lost.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -6,91 +6,91 @@ use std::time::Duration;
 use raw_window_handle::{HasDisplayHandle, HasWindowHandle, RawDisplayHandle, RawWindowHandle};
 use winit::window::Window;
 
-use crate::app::view::viewer::Plan;
 use crate::client::film::VulkanFilm;
 use crate::client::later::Patience;
+use crate::client::window::host::PanelDrawing;
 use crate::client::{ClientError, FilmSpec, Settings};
 use crate::gpu::{
     DeviceChoice, DeviceKind, FrameNumber, Gpu, GpuError, GpuOptions, Overlay, Readiness, Swapchain,
 };
 
-/// What egui wants drawn.
-#[derive(Default)]
-pub struct Triangles {
-    /// Changes of textures that have not been handed over yet.
-    pub textures: egui::TexturesDelta,
-    /// Triangles of the last run, in points.
-    pub primitives: Vec<egui::ClippedPrimitive>,
-    /// Physical pixels per point.
-    pub pixels_per_point: f32,
-}
-
-/// What is to be lost on purpose, so that tests see what follows.
+/// Losses that are simulated, so that tests see what follows.
 #[derive(Clone, Debug, Default)]
-pub struct Losses {
-    /// Frames that each device lives; devices that are not listed live on.
+pub struct SimulatedLosses {
+    /// Frames after which each device is lost; devices that are not listed stay.
     pub devices: Vec<u64>,
-    /// The surface is lost once after this many attempts to draw.
+    /// Attempts to draw after which the surface is lost once.
     pub surface: Option<u64>,
 }
 
-/// What is made for one device; dropped from the top.
-struct Parts {
-    /// Taken out at the end.
+/// The objects of one device; dropped from the top.
+struct DeviceObjects {
+    /// `None` once it was taken out for the files written at the end.
     film: Option<VulkanFilm>,
     swapchain: Swapchain,
 }
 
-/// The window and all that draws into it.
+/// The window, and the film and swapchain on the device that draws into it.
 pub struct Screen {
-    parts: Option<Parts>,
+    /// `None` after a device was lost for good.
+    objects: Option<DeviceObjects>,
     overlay: Option<Overlay>,
     choice: DeviceChoice,
     window: Arc<Window>,
     /// The last frame that was handed over.
     last: FrameNumber,
-    /// What is still to be lost on purpose.
-    planned: Losses,
+    /// Losses still to be simulated.
+    simulated: SimulatedLosses,
     /// The window shows what a headless render does, bit for bit.
     exact: bool,
-    /// Devices and surfaces lost.
-    pub losses: [u32; 2],
-    /// What the validation layer has said on devices that are gone.
+    /// Number of devices that were lost.
+    device_losses: u32,
+    /// Number of surfaces that were lost.
+    surface_losses: u32,
+    /// Messages of the validation layer on devices that are gone.
     messages: usize,
 }
 
 impl Screen {
-    /// Opens a device for this window and makes a film of its size.
+    /// Opens a device for this window and makes a film of its size. `exact`: the window shows what a headless render does, bit
+    /// for bit.
     ///
     /// # Errors
     ///
     /// When no device can show pictures in this window, or the film does not fit.
-    pub fn open(window: Arc<Window>, plan: &Plan, spec: FilmSpec) -> Result<Self, ClientError> {
+    pub fn open(
+        window: Arc<Window>,
+        choice: &DeviceChoice,
+        simulated: &SimulatedLosses,
+        spec: FilmSpec,
+        exact: bool,
+    ) -> Result<Self, ClientError> {
         let mut screen = Self {
-            parts: None,
+            objects: None,
             overlay: None,
-            choice: plan.choice.clone(),
+            choice: choice.clone(),
             window,
             last: FrameNumber::default(),
-            planned: plan.losses.clone(),
-            exact: plan.run.deterministic,
-            losses: [0; 2],
+            simulated: simulated.clone(),
+            exact,
+            device_losses: 0,
+            surface_losses: 0,
             messages: 0,
         };
-        screen.parts = Some(screen.make(spec)?);
+        screen.objects = Some(screen.make(spec)?);
         Ok(screen)
     }
 
-    fn make(&self, spec: FilmSpec) -> Result<Parts, ClientError> {
+    fn make(&self, spec: FilmSpec) -> Result<DeviceObjects, ClientError> {
         let size = self.window.inner_size();
         let extent = [size.width, size.height];
         let swapchain = Swapchain::open(&self.choice, GpuOptions::from_env(), self.handles()?, extent)?;
         swapchain.gpu().set_timing(true);
-        if let Some(frames) = self.planned.devices.get(self.losses[0] as usize) {
+        if let Some(frames) = self.simulated.devices.get(self.device_losses as usize) {
             swapchain.gpu().lose_after(*frames);
         }
         let film = Some(new_film(swapchain.gpu(), spec, self.exact)?);
-        Ok(Parts { film, swapchain })
+        Ok(DeviceObjects { film, swapchain })
     }
 
     fn handles(&self) -> Result<(RawDisplayHandle, RawWindowHandle), GpuError> {
@@ -100,65 +100,69 @@ impl Screen {
         Ok((display, self.window.window_handle().map_err(gone)?.as_raw()))
     }
 
-    /// The device was lost: a new one, and an empty film of the same kind on it.
+    /// Replaces the device that was lost, and makes an empty film on the new one.
     ///
     /// # Errors
     ///
     /// As [`open`](Self::open). There is no film afterwards.
     pub fn replace_device(&mut self, spec: FilmSpec) -> Result<(), ClientError> {
-        self.losses[0] += 1;
         self.messages += self.gpu().map_or(0, |gpu| gpu.validation_messages().len());
         // Before the new one: a window has one swapchain at a time.
-        self.parts = None;
+        self.objects = None;
         self.last = FrameNumber::default();
-        self.parts = Some(self.make(spec)?);
+        self.objects = Some(self.make(spec)?);
         Ok(())
     }
 
-    /// A new surface for the same window.
+    /// Replaces the surface of the window.
     ///
     /// # Errors
     ///
     /// As [`Swapchain::replace_surface`].
     pub fn replace_surface(&mut self) -> Result<(), ClientError> {
-        self.losses[1] += 1;
+        self.surface_losses += 1;
         let handles = self.handles()?;
-        match &mut self.parts {
-            Some(parts) => Ok(parts.swapchain.replace_surface(handles)?),
+        match &mut self.objects {
+            Some(objects) => Ok(objects.swapchain.replace_surface(handles)?),
             None => Ok(()),
         }
     }
 
-    /// Another film on the same device, empty.
+    /// Replaces the film by an empty one on the same device.
     ///
     /// # Errors
     ///
     /// When it does not fit; the old one stays.
     pub fn replace_film(&mut self, spec: FilmSpec) -> Result<(), ClientError> {
-        if let Some(parts) = &mut self.parts {
-            parts.film = Some(new_film(parts.swapchain.gpu(), spec, self.exact)?);
+        if let Some(objects) = &mut self.objects {
+            objects.film = Some(new_film(objects.swapchain.gpu(), spec, self.exact)?);
         }
         Ok(())
     }
 
     /// The film; `None` after a device was lost for good.
-    pub fn film(&mut self) -> Option<&mut VulkanFilm> {
-        self.parts.as_mut().and_then(|parts| parts.film.as_mut())
+    pub fn film(&self) -> Option<&VulkanFilm> {
+        self.objects.as_ref().and_then(|objects| objects.film.as_ref())
     }
 
-    /// Takes the film out, for the end.
+    /// As [`film`](Self::film), to be changed.
+    pub fn film_mut(&mut self) -> Option<&mut VulkanFilm> {
+        self.objects.as_mut().and_then(|objects| objects.film.as_mut())
+    }
+
+    /// Takes the film out, for the files written at the end.
     pub fn take_film(&mut self) -> Option<VulkanFilm> {
-        self.parts.as_mut().and_then(|parts| parts.film.take())
+        self.objects.as_mut().and_then(|objects| objects.film.take())
     }
 
     /// The window's images.
     pub fn swapchain(&mut self) -> Option<&mut Swapchain> {
-        self.parts.as_mut().map(|parts| &mut parts.swapchain)
+        self.objects.as_mut().map(|objects| &mut objects.swapchain)
     }
 
     /// The device.
     pub fn gpu(&self) -> Option<&Arc<Gpu>> {
-        self.parts.as_ref().map(|parts| parts.swapchain.gpu())
+        self.objects.as_ref().map(|objects| objects.swapchain.gpu())
     }
 
     /// The window.
@@ -166,21 +170,31 @@ impl Screen {
         &self.window
     }
 
-    /// What the validation layer has said so far, on all devices.
+    /// Number of devices that were lost.
+    pub fn device_losses(&self) -> u32 {
+        self.device_losses
+    }
+
+    /// Counts the loss of a device; returns how many were lost before.
+    pub fn count_device_loss(&mut self) -> u32 {
+        self.device_losses += 1;
+        self.device_losses - 1
+    }
+
+    /// Number of surfaces that were lost.
+    pub fn surface_losses(&self) -> u32 {
+        self.surface_losses
+    }
+
+    /// Messages of the validation layer so far, on all devices.
     pub fn validation_messages(&self) -> usize {
         self.messages + self.gpu().map_or(0, |gpu| gpu.validation_messages().len())
     }
 
     /// True when the device has done everything it was given.
     pub fn is_idle(&self) -> bool {
-        let film = self.parts.as_ref().and_then(|parts| parts.film.as_ref());
-        let last = film.map_or(self.last, |film| film.rasterised().max(self.last));
+        let last = self.film().map_or(self.last, |film| film.rasterised().max(self.last));
         self.gpu().is_none_or(|gpu| gpu.has_completed(last))
-    }
-
-    /// Number of the last frame that was handed over.
-    pub fn last(&self) -> FrameNumber {
-        self.last
     }
 
     /// Asks for an image to draw into, without waiting; says its extent.
@@ -189,30 +203,21 @@ impl Screen {
     ///
     /// As [`Swapchain::acquire`].
     pub fn acquire(&mut self) -> Result<(Readiness, Option<[u32; 2]>), ClientError> {
-        let Some(parts) = &mut self.parts else { return Ok((Readiness::Hidden, None)) };
-        match &mut self.planned.surface {
+        let Some(objects) = &mut self.objects else { return Ok((Readiness::Hidden, None)) };
+        match &mut self.simulated.surface {
             Some(0) => {
-                self.planned.surface = None;
-                parts.swapchain.lose_surface_once();
+                self.simulated.surface = None;
+                objects.swapchain.lose_surface_once();
             }
             Some(left) => *left -= 1,
             None => {}
         }
-        let readiness = parts.swapchain.acquire(Duration::ZERO)?;
-        Ok((readiness, parts.swapchain.extent()))
-    }
-
-    /// Rasterises the film's batch.
-    ///
-    /// # Errors
-    ///
-    /// As [`VulkanFilm::flush`].
-    pub fn flush(&mut self) -> Result<(), ClientError> {
-        self.film().map_or(Ok(()), VulkanFilm::flush)
+        let readiness = objects.swapchain.acquire(Duration::ZERO)?;
+        Ok((readiness, objects.swapchain.extent()))
     }
 
     /// Draws the picture and over it the panel into the acquired image, and shows it. `repaint` is the `detail` of a repaint;
-    /// without one the picture is the one painted last.
+    /// without one the picture is the one painted last. Returns the frame's number.
     ///
     /// # Errors
     ///
@@ -221,9 +226,11 @@ impl Screen {
         &mut self,
         settings: &Settings,
         repaint: Option<u32>,
-        panel: Option<&mut Triangles>,
-    ) -> Result<(), ClientError> {
-        let Some(Parts { film: Some(film), swapchain }) = &mut self.parts else { return Ok(()) };
+        panel: Option<&mut PanelDrawing>,
+    ) -> Result<FrameNumber, ClientError> {
+        let Some(DeviceObjects { film: Some(film), swapchain }) = &mut self.objects else {
+            return Ok(self.last);
+        };
         let gpu = swapchain.gpu().clone();
         let mut frame = gpu.begin()?;
         let picture = match repaint {
@@ -243,7 +250,7 @@ impl Screen {
         }
         self.window.pre_present_notify();
         self.last = swapchain.present(frame)?;
-        Ok(())
+        Ok(self.last)
     }
 }
 

@@ -1,25 +1,31 @@
-//! The server's side of the window: one render after another, each with an epoch of its own.
+//! The render session: the server and its lanes, what is rendered, and the method. It runs one render after another, each with
+//! an epoch of its own.
 
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use miette::{IntoDiagnostic, Result};
 
-use crate::app::method::{self, RenderOrder};
+use crate::app::method::{self, Chooser, RenderOrder};
 use crate::app::run_spec::RunSpec;
-use crate::client::window::statistics::Recent;
+use crate::app::view::editor::SceneEditor;
+use crate::client::window::statistics::RecentValues;
+use crate::client::{FilmSpec, SplatFilter};
+use crate::gpu::{DeviceInfo, DeviceKind};
 use crate::server::{Priority, Server};
-use crate::stream::block::Block;
-use crate::stream::control::{Epoch, Event, Finish};
-use crate::stream::ordered::Cursor;
-use crate::stream::{Drained, Lanes, UvWindow};
-use crate::tracer::{Camera, Scene};
+use crate::stream::{Block, Cursor, Drained, Epoch, Event, Finish, Lanes, UvWindow};
 
 /// Abort times that are kept.
 const ABORTS: usize = 4096;
 
+/// Share of the processor that the display is expected to take where the device is the processor, in percent. lavapipe draws
+/// a sample of the Cornell box in half as much time again as it takes to trace; pictures and panel take the rest.
+const DISPLAY_PERCENT: u32 = 65;
+
 /// The server, its lanes, and the render in progress.
-pub struct Session {
+pub struct RenderSession {
+    /// What is rendered: scene file, size, method, seed.
+    run: RunSpec,
+    chooser: Chooser,
     server: Server,
     lanes: Lanes,
     epoch: Epoch,
@@ -27,10 +33,11 @@ pub struct Session {
     cursor: Cursor,
     /// Paths of a render; `None` is no end.
     paths: Option<u64>,
-    deterministic: bool,
     /// Where the samples of this epoch lie.
     window: UvWindow,
-    /// The render has ended, and how.
+    /// Scene or camera have changed since the epoch began.
+    stale: bool,
+    /// How the render has ended, once it has.
     ended: Option<Finish>,
     /// It has ended and every block was taken.
     through: bool,
@@ -38,90 +45,174 @@ pub struct Session {
     /// The epoch that was cut off last, and when.
     cut: Option<(Epoch, Instant)>,
     /// Milliseconds from cutting an epoch off until its last worker has left it.
-    pub aborts: Recent,
+    aborts: RecentValues,
     /// Samples of earlier epochs.
     traced_before: u64,
-    /// The first path that panicked.
+    /// The first path that panicked, and its message.
     panicked: Option<(u64, String)>,
-    /// Photons, which outlast a move of the camera.
+    /// That path was reported.
+    panic_reported: bool,
+    /// The photons of photon mapping, which outlast a move of the camera.
     photons: Option<method::Photons>,
+    /// How tracer and display share the processor, in words; empty until the device is known.
+    processor_sharing: String,
 }
 
-impl Session {
-    /// Starts the threads, in the background of the window; they sleep until the first render.
+impl RenderSession {
+    /// Starts the threads with a lower priority than the window; they sleep until the first render. Where `choose` is set, the
+    /// method is chosen anew whenever the view has changed and come to rest.
     ///
     /// # Errors
     ///
     /// When the system gives no threads.
-    pub fn start(threads: usize, paths: Option<u64>, deterministic: bool) -> Result<Self> {
+    pub fn start(run: RunSpec, choose: bool, threads: usize, paths: Option<u64>) -> Result<Self> {
         let (server, lanes) = Server::start_with(threads, Priority::Background).into_diagnostic()?;
         server.set_cost_map(true);
-        let epoch = Epoch(0);
         Ok(Self {
+            run,
+            chooser: Chooser::new(choose),
             server,
             lanes,
-            epoch,
-            cursor: Cursor::new(epoch, 0),
+            epoch: Epoch(0),
+            cursor: Cursor::new(Epoch(0), 0),
             paths,
-            deterministic,
             window: UvWindow::PICTURE,
+            stale: true,
             ended: None,
             through: false,
             began: Instant::now(),
             cut: None,
-            aborts: Recent::new(ABORTS),
+            aborts: RecentValues::new(ABORTS),
             traced_before: 0,
             panicked: None,
+            panic_reported: false,
             photons: None,
+            processor_sharing: String::new(),
         })
     }
 
-    /// An edit: the next epoch begins at once, and blocks of the last one will be dropped on arrival.
+    /// What is rendered, with the present size and splat filter of the film.
+    pub fn run_spec(&self) -> &RunSpec {
+        &self.run
+    }
+
+    /// Size of the picture, physical pixels.
+    pub fn size(&self) -> [u32; 2] {
+        [self.run.film.width, self.run.film.height]
+    }
+
+    /// The film has another size or filter now.
+    pub fn set_film(&mut self, film: FilmSpec) {
+        self.run.film = film;
+    }
+
+    /// Takes over the effects that the user has forced on or off.
+    pub fn set_effects(&mut self, editor: &SceneEditor) {
+        self.run.effects = editor.forced().to_vec();
+        self.run.photons = editor.desc().integrator.photons;
+    }
+
+    /// Notes the device that draws, and how it shares the processor with the tracing threads.
+    ///
+    /// As many threads trace as there are cores (or as the user asks for), in the background of everything else. A device of
+    /// its own leaves the processor to them: the loop needs little. Where the device is the processor (lavapipe), its driver
+    /// draws on all cores at once, so that an edit is shown soonest, and the tracer has them between.
+    pub fn set_device(&mut self, device: &DeviceInfo) {
+        self.run.device = device.name.clone();
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        let threads = self.threads();
+        self.processor_sharing = if device.kind == DeviceKind::Cpu {
+            format!(
+                "{threads} threads trace on {cores} cores while the display leaves them: it draws on the processor, \
+                 {DISPLAY_PERCENT} % planned"
+            )
+        } else {
+            format!("{threads} threads trace on {cores} cores; the display has a device of its own")
+        };
+    }
+
+    /// How tracer and display share the processor, in words.
+    pub fn processor_sharing(&self) -> &str {
+        &self.processor_sharing
+    }
+
+    /// Notes that scene or camera have changed: a new epoch must begin.
+    pub fn edited(&mut self) {
+        (self.stale, self.chooser.stale) = (true, true);
+    }
+
+    /// Whether a new epoch must begin.
+    pub fn is_stale(&self) -> bool {
+        self.stale
+    }
+
+    /// Chooses the method anew where that is asked for and the view has changed and come to rest; takes over what was chosen.
+    /// Until then the method stays what it is, so that nothing waits for the choice. Returns true when a choice was made.
     ///
     /// # Errors
     ///
-    /// When the server has ended.
-    pub fn render(
-        &mut self,
-        run: &RunSpec,
-        (scene, camera): (Arc<Scene>, Camera),
-        window: UvWindow,
-    ) -> Result<()> {
+    /// When the camera cannot be used.
+    pub fn choose(&mut self, editor: &SceneEditor, at_rest: bool) -> Result<bool> {
+        let chosen = self.chooser.take();
+        let made = chosen.is_some();
+        if let Some(chosen) = chosen {
+            self.stale |= self.run.integrator != chosen.kind;
+            self.run.integrator = chosen.kind;
+            self.run.auto = Some(chosen);
+            method::tell_choice(&self.run);
+        }
+        let first = self.run.auto.is_none();
+        if self.chooser.wanted && self.chooser.stale && (first || at_rest) {
+            let camera = editor.camera(self.size())?;
+            self.chooser.begin(&self.run, &editor.scene(), &camera);
+        }
+        Ok(made)
+    }
+
+    /// Begins the next epoch at once, with the editor's scene and camera. Blocks of the last one will be dropped on arrival.
+    ///
+    /// # Errors
+    ///
+    /// When the camera cannot be used or the server has ended.
+    pub fn begin(&mut self, editor: &SceneEditor) -> Result<()> {
+        let camera = editor.camera(self.size())?;
         self.traced_before += self.server.stats().total().samples;
         self.cut = (self.ended.is_none() && self.epoch != Epoch(0)).then(|| (self.epoch, Instant::now()));
         self.epoch = self.epoch.next();
-        let range = 0..self.paths.unwrap_or(u64::MAX);
-        let order = RenderOrder { scene, camera, range, window, epoch: self.epoch, check: None };
-        method::start(&self.server, run, order, &mut self.photons)?;
-        self.cursor = Cursor::new(self.epoch, 0);
+        let (epoch, window) = (self.epoch, self.wanted_window());
+        let (scene, range) = (editor.scene(), 0..self.paths.unwrap_or(u64::MAX));
+        let order = RenderOrder { scene, camera, range, window, epoch, check: None };
+        method::start(&self.server, &self.run, order, &mut self.photons)?;
+        self.cursor = Cursor::new(epoch, 0);
         self.window = window;
-        (self.ended, self.through, self.began) = (None, false, Instant::now());
+        (self.stale, self.ended, self.through, self.began) = (false, None, false, Instant::now());
         Ok(())
     }
 
-    /// Hears what the server has to say; returns the first path that panicked, once.
-    pub fn events(&mut self) -> Option<(u64, String)> {
-        let mut news = None;
-        while let Some(Event::Finished { epoch, why, at }) = self.server.event() {
-            if let Finish::Panicked { index, message } = &why
-                && self.panicked.is_none()
-            {
-                self.panicked = Some((*index, message.clone()));
-                news = self.panicked.clone();
+    /// Reads the server's events.
+    pub fn hear_server(&mut self) {
+        while let Some(Event::Finished { epoch, why: reason, at }) = self.server.event() {
+            if let Finish::Panicked { index, message } = &reason {
+                self.panicked.get_or_insert_with(|| (*index, message.clone()));
             }
             if epoch == self.epoch {
-                self.ended = Some(why);
+                self.ended = Some(reason);
             }
             if let Some((_, then)) = self.cut.take_if(|(cut, _)| *cut == epoch) {
                 self.aborts.push((at.saturating_duration_since(then).as_secs_f64() * 1e3) as f32);
             }
         }
-        news
     }
 
-    /// Hands over waiting blocks, `budget` samples at most; blocks of older epochs are dropped. Never waits.
+    /// The first path that panicked and its message, once.
+    pub fn new_panic(&mut self) -> Option<(u64, String)> {
+        let reported = std::mem::replace(&mut self.panic_reported, self.panicked.is_some());
+        self.panicked.clone().filter(|_| !reported)
+    }
+
+    /// Hands over waiting blocks, `budget` samples at most. Never waits.
     pub fn drain(&mut self, budget: usize, take: impl FnMut(&Block)) -> Drained {
-        let drained = if self.deterministic {
+        let drained = if self.run.deterministic {
             self.lanes.drain_ordered(&mut self.cursor, budget, take)
         } else {
             self.lanes.drain(self.epoch, budget, take)
@@ -133,7 +224,7 @@ impl Session {
 
     /// Sleeps until a block or an event is there, at most `timeout`.
     pub fn wait(&mut self, timeout: Duration) {
-        if self.deterministic {
+        if self.run.deterministic {
             self.lanes.wait_ordered(&self.cursor, timeout);
         } else {
             self.lanes.wait(timeout);
@@ -145,10 +236,18 @@ impl Session {
         self.server.abort();
     }
 
-    /// True when the samples of this epoch cover this window.
-    pub fn covers(&self, window: &UvWindow) -> bool {
-        let inside = |i: usize| self.window.min[i] <= window.min[i] && self.window.max[i] >= window.max[i];
-        inside(0) && inside(1)
+    /// Whether the samples of this epoch cover a film of the present size and filter.
+    pub fn covers_film(&self) -> bool {
+        let (has, wants) = (&self.window, self.wanted_window());
+        (0..2).all(|i| has.min[i] <= wants.min[i] && has.max[i] >= wants.max[i])
+    }
+
+    /// Where samples must lie for a film of the present size. Samples in index order are those of a headless render, exactly;
+    /// otherwise they suffice for every splat filter, so that changing it asks for no new ones.
+    fn wanted_window(&self) -> UvWindow {
+        let spec = self.run.film;
+        let widest = FilmSpec { filter: SplatFilter::Gaussian, ..spec };
+        if self.run.deterministic { spec.window() } else { widest.window() }
     }
 
     /// The render has ended and every block of it was taken.
@@ -161,12 +260,12 @@ impl Session {
         self.through && self.ended == Some(Finish::Complete)
     }
 
-    /// The path that panicked first, and what it said.
+    /// The path that panicked first, and its message.
     pub fn panicked(&self) -> Option<&(u64, String)> {
         self.panicked.as_ref()
     }
 
-    /// The server, for a capture of its spans.
+    /// The server, for its cost map and its timing spans.
     pub fn server(&self) -> &Server {
         &self.server
     }
@@ -187,8 +286,13 @@ impl Session {
         (fill.blocks, fill.capacity)
     }
 
-    /// Tracing threads.
+    /// Number of tracing threads.
     pub fn threads(&self) -> usize {
         self.server.threads()
+    }
+
+    /// Milliseconds that aborts took.
+    pub fn aborts(&self) -> &RecentValues {
+        &self.aborts
     }
 }

@@ -10,18 +10,18 @@ use winit::event_loop::EventLoop;
 use crate::app::args::ViewArgs;
 use crate::app::device::CPU;
 use crate::app::load::SceneInput;
-use crate::app::method::Chooser;
 use crate::app::outputs::Outputs;
 use crate::app::run_spec::RunSpec;
-use crate::app::view::ending;
-use crate::app::view::screen::Losses;
-use crate::app::view::session::Session;
-use crate::app::view::user::User;
-use crate::app::view::viewer::{Plan, Viewer};
+use crate::app::view::editor::SceneEditor;
+use crate::app::view::panel::ViewerPanel;
+use crate::app::view::picture::LivePicture;
+use crate::app::view::screen::SimulatedLosses;
+use crate::app::view::session::RenderSession;
+use crate::app::view::{ViewOptions, Viewer};
 use crate::app::{load, method, process, tell, timings};
 use crate::client::Settings;
 use crate::client::later;
-use crate::client::window::panel::{Controls, DEFAULT_TARGET, Show};
+use crate::client::window::panel::{DEFAULT_TARGET, MapChoice, PanelControls};
 use crate::color::Profile;
 use crate::gpu::{self, DeviceChoice};
 use crate::scene::desc::IntegratorKind;
@@ -45,7 +45,7 @@ pub fn view(args: &ViewArgs) -> Result<()> {
     process::listen_for_interrupt();
     let events = EventLoop::new().map_err(|error| no_display(&error.to_string()))?;
     let mut viewer = prepare(args, outputs)?;
-    // The window system may be gone in the middle of anything: what was traced is saved all the same.
+    // The window system may fail at any moment: what was traced is saved all the same.
     let run = catch_unwind(AssertUnwindSafe(|| events.run_app(&mut viewer)));
     match run {
         Ok(Ok(())) => {}
@@ -54,13 +54,13 @@ pub fn view(args: &ViewArgs) -> Result<()> {
         Err(_) if gpu::display_lost() => viewer.fail(miette::miette!("the connection to the display broke")),
         Err(panic) => viewer.fail(internal(panic.as_ref())),
     }
-    let outcome = ending::finish(viewer);
-    // What a closed film has left under way must not be inside the driver when the program ends.
+    let outcome = viewer.finish();
+    // Threads that a closed film has left must not be inside the driver when the program ends.
     later::finish();
     outcome
 }
 
-/// A mistake of ours, in its own words.
+/// The error of a panic in the viewer.
 fn internal(panic: &(dyn Any + Send)) -> miette::Report {
     let words = panic.downcast_ref::<&str>().map(ToString::to_string);
     let words = words.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default();
@@ -70,7 +70,7 @@ fn internal(panic: &(dyn Any + Send)) -> miette::Report {
     )
 }
 
-/// What to do where no window system answers. `why` is what winit says, after the place in its source that says so.
+/// The error where no window system answers. `why` is the message of winit, which begins with the place in its source.
 fn no_display(why: &str) -> miette::Report {
     let why =
         why.split_once(".rs:").and_then(|(_, rest)| rest.split_once(": ")).map_or(why, |(_, words)| words);
@@ -92,47 +92,49 @@ fn prepare(args: &ViewArgs, outputs: Outputs) -> Result<Viewer> {
     }
     let forced = load::forced(&loaded.desc, &args.source)?;
     let input = SceneInput { loaded, forced };
-    let mut run =
-        RunSpec { deterministic: args.deterministic, ..RunSpec::of(&args.source, &input, String::new()) };
-    run.replicated = args.replicates > 1;
+    let mut run = RunSpec {
+        deterministic: args.deterministic,
+        replicated: args.replicates > 1,
+        ..RunSpec::of(&args.source, &input, String::new())
+    };
     let SceneInput { loaded, forced } = input;
-    let name =
-        args.source.scene.file_stem().map_or("scene".into(), |stem| stem.to_string_lossy().into_owned());
+    let mut editor = SceneEditor::new(loaded.desc, scene)?;
+    forced.into_iter().try_for_each(|forced| editor.force(forced))?;
+    run.photons = editor.desc().integrator.photons;
     let threads = args.source.threads();
-    let session = Session::start(threads, args.samples, args.deterministic)?;
-    let controls = Controls {
-        settings: Settings { output: args.hdr.output(), ..args.display.settings() },
+    let size = [run.film.width, run.film.height];
+    let mut choose = false;
+    if run.deterministic {
+        method::choose(&mut run, &editor.scene(), &editor.camera(size)?, threads);
+        method::tell_choice(&run);
+    } else if run.integrator == IntegratorKind::Auto {
+        // Until the method is chosen, beside the window.
+        run.integrator = IntegratorKind::Path;
+        choose = true;
+    }
+    let settings = args.display.settings();
+    let controls = PanelControls {
+        own_profile: Some(settings.profile.clone()).filter(|p| Profile::named(&p.name).is_none()),
+        settings: Settings { output: args.hdr.output(), ..settings },
         filter: run.film.filter,
-        own_profile: Some(args.display.settings().profile).filter(|p| Profile::named(&p.name).is_none()),
         visible: !args.no_panel,
         help: false,
-        show: Show::default(),
+        map: MapChoice::default(),
         target: DEFAULT_TARGET,
     };
-    let mut user = User::new(loaded.desc, scene)?;
-    forced.into_iter().try_for_each(|forced| user.force(forced))?;
-    run.photons = user.desc().integrator.photons;
-    let asked = run.integrator == IntegratorKind::Auto;
-    if run.deterministic {
-        let size = [run.film.width, run.film.height];
-        method::choose(&mut run, &user.scene(), &user.camera(size)?, threads);
-        method::tell_choice(&run);
-    } else if asked {
-        run.integrator = IntegratorKind::Path;
-    }
-    let chooser = Chooser::new(asked && !run.deterministic);
-    let plan = Plan {
-        run,
+    let name =
+        args.source.scene.file_stem().map_or("scene".into(), |stem| stem.to_string_lossy().into_owned());
+    let options = ViewOptions {
         outputs,
         json: args.json.clone(),
-        choice: args.source.device.as_deref().map_or(DeviceChoice::Best, DeviceChoice::parse),
-        cores: String::new(),
+        device: args.source.device.as_deref().map_or(DeviceChoice::Best, DeviceChoice::parse),
         timings: args.gpu_timings.clone(),
-        losses: Losses { devices: args.lose_device_after.clone(), surface: args.lose_surface_after },
+        losses: SimulatedLosses { devices: args.lose_device_after.clone(), surface: args.lose_surface_after },
         budget: args.fps.map(|fps| Duration::from_secs_f32(1.0 / fps.clamp(0.1, 1000.0))),
         name,
     };
-    let mut viewer = Viewer::new((plan, chooser), session, user, controls);
-    viewer.start_watching()?;
-    Ok(viewer)
+    let panel = ViewerPanel::new(controls, size);
+    let picture = LivePicture::new(&run, options.budget, panel.target())?;
+    let session = RenderSession::start(run, choose, threads, args.samples)?;
+    Ok(Viewer::new(options, session, picture, editor, panel))
 }

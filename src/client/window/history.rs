@@ -7,21 +7,21 @@ use glam::DVec2;
 
 use crate::client::window::navigation::{Gesture, Pose};
 
-/// Entries that are kept; the oldest go first.
+/// Most entries; beyond it the oldest is forgotten.
 const LONGEST: usize = 500;
 
-/// Where the camera was, is, and could be again.
+/// The poses of the camera that undo and redo walk through.
 #[derive(Clone, Debug)]
-pub struct History {
+pub struct CameraHistory {
     home: Pose,
     poses: VecDeque<Pose>,
     /// Place of the present pose in `poses`.
     at: usize,
-    /// The kind of move that still grows the last entry.
+    /// Kind of the move that still extends the last entry.
     open: Option<Discriminant<Gesture>>,
 }
 
-impl History {
+impl CameraHistory {
     /// Starts at the file's pose.
     pub fn new(home: Pose) -> Self {
         Self { home, poses: VecDeque::from([home]), at: 0, open: None }
@@ -38,13 +38,13 @@ impl History {
     }
 
     /// Moves the camera, in a window of this `shape` (see [`Pose::apply_in`]); returns whether anything changed. Moves of
-    /// one kind are one entry until [`History::end_move`]; flying and looking go together.
+    /// one kind are one entry until [`CameraHistory::end_move`]; flying and looking go together.
     pub fn apply(&mut self, gesture: Gesture, shape: DVec2) -> bool {
         let next = self.pose().apply_in(gesture, shape);
         if next == self.pose() {
             return false;
         }
-        // One drag flies and looks at the same time.
+        // The same drag flies and looks around: both extend one entry.
         let kind = match gesture {
             Gesture::Fly(_) => discriminant(&Gesture::Look(DVec2::ZERO)),
             other => discriminant(&other),
@@ -58,25 +58,25 @@ impl History {
         true
     }
 
-    /// The move is over: the next one is an entry of its own.
+    /// Ends the move: the next one is an entry of its own.
     pub fn end_move(&mut self) {
         self.open = None;
     }
 
-    /// Sets the field of view, degrees; a run of settings is one entry.
+    /// Sets the field of view, in degrees; successive calls are one entry.
     pub fn set_fov(&mut self, fov: f64) -> bool {
         let by = fov - self.pose().fov;
         self.apply(Gesture::Fov(by), DVec2::ONE)
     }
 
-    /// Takes the last entry back; `None` at the beginning.
+    /// Returns to the pose before the last move; `None` at the beginning.
     pub fn undo(&mut self) -> Option<Pose> {
         self.open = None;
         self.at = self.at.checked_sub(1)?;
         Some(self.pose())
     }
 
-    /// Makes the entry again that was taken back last; `None` when there is none.
+    /// Repeats the move that was undone last; `None` when there is none.
     pub fn redo(&mut self) -> Option<Pose> {
         self.open = None;
         if self.at + 1 >= self.poses.len() {
@@ -86,7 +86,7 @@ impl History {
         Some(self.pose())
     }
 
-    /// Back to the file's pose, as an entry that can be taken back; `None` when the camera is there.
+    /// Returns to the file's pose, as an entry that can be undone; `None` when the camera is there already.
     pub fn reset(&mut self) -> Option<Pose> {
         self.open = None;
         if self.pose() == self.home {
@@ -96,12 +96,12 @@ impl History {
         Some(self.home)
     }
 
-    /// Something can be taken back, and made again.
+    /// Whether a move can be undone, and whether one can be redone.
     pub fn can(&self) -> (bool, bool) {
         (self.at > 0, self.at + 1 < self.poses.len())
     }
 
-    /// Adds an entry; what was taken back before is forgotten.
+    /// Adds an entry and forgets all moves that were undone.
     fn push(&mut self, pose: Pose) {
         self.poses.truncate(self.at + 1);
         self.poses.push_back(pose);
@@ -118,8 +118,8 @@ mod tests {
 
     use super::*;
 
-    fn start() -> History {
-        History::new(Pose {
+    fn start() -> CameraHistory {
+        CameraHistory::new(Pose {
             eye: DVec3::Z * 4.0,
             target: DVec3::ZERO,
             up: DVec3::Y,

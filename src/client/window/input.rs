@@ -1,5 +1,5 @@
-//! From the window's events to what the user means. The state machine works on [`Signal`]s, plain data that a test can
-//! make; [`Input::on_window_event`] only translates winit's events into them.
+//! Turns the window's events into [`Action`]s. The state machine works on [`InputEvent`]s, plain data that a test can make;
+//! [`InputState::on_window_event`] only translates winit's events into them.
 
 use std::time::{Duration, Instant};
 
@@ -7,9 +7,9 @@ use glam::{DVec2, DVec3};
 use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
 use winit::keyboard::{Key, KeyCode, PhysicalKey};
 
-use crate::client::window::keys::{self, Effect};
+use crate::client::window::action::Action;
+use crate::client::window::keys::{self, BoundAction, Held};
 use crate::client::window::navigation::Gesture;
-use crate::client::window::panel::Action;
 
 /// Physical pixels that the cursor may move between press and release of a click.
 const CLICK: f64 = 4.0;
@@ -19,37 +19,20 @@ const DOUBLE_CLICK: Duration = Duration::from_millis(400);
 const STEP_REST: Duration = Duration::from_millis(500);
 /// Physical pixels of a touchpad's scrolling that are as much as one step of a wheel.
 const PIXELS_PER_STEP: f64 = 40.0;
-/// Flying speed at the start, distances to the target per second; factor with Shift; factor per step of the wheel; bounds.
-const SPEED: (f64, f64, f64, (f64, f64)) = (0.8, 4.0, 1.25, (1e-3, 1e3));
+/// Flying speed at the start, in distances to the target per second.
+const SPEED: f64 = 0.8;
+/// Bounds of the flying speed.
+const SPEEDS: (f64, f64) = (1e-3, 1e3);
+/// Factor on the flying speed while Shift is held.
+const SHIFT_SPEED: f64 = 4.0;
+/// Factor on the flying speed per step of the wheel.
+const WHEEL_SPEED: f64 = 1.25;
 /// Longest time that one tick flies, seconds: a stall must not throw the camera away.
 const LONGEST_TICK: f64 = 0.1;
 
-/// What the user means.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Intent {
-    /// Moves the camera.
-    Gesture(Gesture),
-    /// The camera move is over: the next one is an entry of its own in the history.
-    EndMove,
-    /// Selects what is seen here, physical pixels.
-    Pick([f64; 2]),
-    /// Focuses on what is seen here, physical pixels.
-    FocusAt([f64; 2]),
-    /// The same as a button of the panel.
-    Action(Action),
-    /// Shows or hides the panel.
-    TogglePanel,
-    /// Shows or hides the list of keys.
-    ToggleHelp,
-    /// Closes the list of keys, or selects nothing when it is closed.
-    Cancel,
-    /// Closes the window.
-    Quit,
-}
-
 /// An event without the window system's baggage. Positions are physical pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Signal {
+pub enum InputEvent {
     /// The cursor is here.
     Cursor(DVec2),
     /// The cursor has left the window.
@@ -81,7 +64,7 @@ struct Press {
 
 /// What is held and where the cursor is.
 #[derive(Clone, Debug)]
-pub struct Input {
+pub struct InputState {
     size: DVec2,
     cursor: Option<DVec2>,
     press: Option<Press>,
@@ -105,7 +88,7 @@ const FLYING: [(KeyCode, DVec3); 6] = [
     (KeyCode::KeyE, DVec3::Y),
 ];
 
-impl Input {
+impl InputState {
     /// For a window of this size in physical pixels.
     pub fn new(size: [u32; 2]) -> Self {
         Self {
@@ -117,43 +100,46 @@ impl Input {
             ctrl: false,
             shift: false,
             held: [false; FLYING.len()],
-            speed: SPEED.0,
+            speed: SPEED,
         }
     }
 
     /// Takes an event of the window. `captured`: the panel has it, so that it starts nothing here (releases still end
     /// what was started).
-    pub fn on_window_event(&mut self, event: &WindowEvent, captured: bool) -> Vec<Intent> {
+    pub fn on_window_event(&mut self, event: &WindowEvent, captured: bool) -> Vec<Action> {
         let Some(signal) = translate(event) else { return Vec::new() };
-        let starts = matches!(signal, Signal::Button(_, true) | Signal::Wheel(_) | Signal::Key(_, _, true));
+        let starts = matches!(
+            signal,
+            InputEvent::Button(_, true) | InputEvent::Wheel(_) | InputEvent::Key(_, _, true)
+        );
         if captured && starts { Vec::new() } else { self.take(signal, Instant::now()) }
     }
 
     /// The same for plain data.
-    pub fn take(&mut self, signal: Signal, now: Instant) -> Vec<Intent> {
+    pub fn take(&mut self, signal: InputEvent, now: Instant) -> Vec<Action> {
         match signal {
-            Signal::Cursor(at) => self.cursor_to(at),
-            Signal::CursorLeft => {
+            InputEvent::Cursor(at) => self.cursor_to(at),
+            InputEvent::CursorLeft => {
                 // While a button is held the window system keeps reporting the cursor.
                 if self.press.is_none() {
                     self.cursor = None;
                 }
                 Vec::new()
             }
-            Signal::Button(button, true) => self.press(button),
-            Signal::Button(button, false) => self.release(button, now),
-            Signal::Wheel(steps) => self.wheel(steps, now),
-            Signal::Key(code, text, pressed) => self.key((code, text, pressed), now),
-            Signal::Modifiers(ctrl, shift) => {
+            InputEvent::Button(button, true) => self.press(button),
+            InputEvent::Button(button, false) => self.release(button, now),
+            InputEvent::Wheel(steps) => self.wheel(steps, now),
+            InputEvent::Key(code, text, pressed) => self.key(code, text, pressed, now),
+            InputEvent::Modifiers(ctrl, shift) => {
                 (self.ctrl, self.shift) = (ctrl, shift);
                 Vec::new()
             }
-            Signal::FocusLost => {
+            InputEvent::FocusLost => {
                 let moved = self.press.take().is_some_and(|p| p.dragging);
                 (self.ctrl, self.shift, self.held) = (false, false, [false; FLYING.len()]);
-                if moved { vec![Intent::EndMove] } else { Vec::new() }
+                if moved { vec![Action::EndMove] } else { Vec::new() }
             }
-            Signal::Size(size) => {
+            InputEvent::Size(size) => {
                 self.size = size.max(DVec2::ONE);
                 Vec::new()
             }
@@ -174,11 +160,11 @@ impl Input {
         if let Some(press) = &mut self.press {
             press.dragging = true;
         }
-        let faster = if self.shift { SPEED.1 } else { 1.0 };
+        let faster = if self.shift { SHIFT_SPEED } else { 1.0 };
         Some(Gesture::Fly(direction * (self.speed * faster * dt.min(LONGEST_TICK))))
     }
 
-    /// [`Input::tick`] must be called for every frame: a flying key is held.
+    /// [`InputState::tick`] must be called for every frame: a flying key is held.
     pub fn is_moving(&self) -> bool {
         self.is_flying() && self.held.contains(&true)
     }
@@ -197,7 +183,7 @@ impl Input {
         self.press.is_some_and(|p| p.button == MouseButton::Right)
     }
 
-    fn cursor_to(&mut self, at: DVec2) -> Vec<Intent> {
+    fn cursor_to(&mut self, at: DVec2) -> Vec<Action> {
         let before = self.cursor.replace(at);
         let (Some(press), Some(before)) = (&mut self.press, before) else { return Vec::new() };
         // The first step of a drag makes up for what the threshold has swallowed.
@@ -207,27 +193,27 @@ impl Input {
         if !press.dragging || by == DVec2::ZERO {
             return Vec::new();
         }
-        vec![Intent::Gesture(match press.button {
+        vec![Action::Gesture(match press.button {
             MouseButton::Right => Gesture::Look(by),
             MouseButton::Left if !press.shift => Gesture::Orbit(by),
             _ => Gesture::Pan(by),
         })]
     }
 
-    fn press(&mut self, button: MouseButton) -> Vec<Intent> {
+    fn press(&mut self, button: MouseButton) -> Vec<Action> {
         let known = matches!(button, MouseButton::Left | MouseButton::Middle | MouseButton::Right);
         // The first button decides; a press without a cursor can only be a touch that we do not know.
         if let (true, None, Some(from)) = (known, self.press, self.cursor) {
             self.press = Some(Press { button, from, shift: self.shift, dragging: false });
-            return vec![Intent::EndMove];
+            return vec![Action::EndMove];
         }
         Vec::new()
     }
 
-    fn release(&mut self, button: MouseButton, now: Instant) -> Vec<Intent> {
+    fn release(&mut self, button: MouseButton, now: Instant) -> Vec<Action> {
         let Some(press) = self.press.take_if(|p| p.button == button) else { return Vec::new() };
         if press.dragging {
-            return vec![Intent::EndMove];
+            return vec![Action::EndMove];
         }
         if button != MouseButton::Left || press.shift {
             return Vec::new();
@@ -236,19 +222,18 @@ impl Input {
             now.saturating_duration_since(when) <= DOUBLE_CLICK && at.distance(press.from) <= CLICK
         });
         if again {
-            return vec![Intent::FocusAt(press.from.to_array())];
+            return vec![Action::FocusAt(press.from.to_array())];
         }
         self.last_click = Some((now, press.from));
-        vec![Intent::Pick(press.from.to_array())]
+        vec![Action::Pick(press.from.to_array())]
     }
 
-    fn wheel(&mut self, steps: f64, now: Instant) -> Vec<Intent> {
+    fn wheel(&mut self, steps: f64, now: Instant) -> Vec<Action> {
         if !steps.is_finite() || steps == 0.0 {
             return Vec::new();
         }
         if self.is_flying() {
-            let (_, _, factor, (least, greatest)) = SPEED;
-            self.speed = (self.speed * factor.powf(steps)).clamp(least, greatest);
+            self.speed = (self.speed * WHEEL_SPEED.powf(steps)).clamp(SPEEDS.0, SPEEDS.1);
             return Vec::new();
         }
         let gesture = if self.ctrl { Gesture::Fov(-keys::FOV_STEP * steps) } else { Gesture::Dolly(steps) };
@@ -256,17 +241,13 @@ impl Input {
     }
 
     /// One step of a run of steps; after a rest a new entry of the history begins.
-    fn step(&mut self, gesture: Gesture, now: Instant) -> Vec<Intent> {
+    fn step(&mut self, gesture: Gesture, now: Instant) -> Vec<Action> {
         let last = self.last_step.replace(now);
         let rested = last.is_none_or(|last| now.saturating_duration_since(last) > STEP_REST);
-        rested.then_some(Intent::EndMove).into_iter().chain([Intent::Gesture(gesture)]).collect()
+        rested.then_some(Action::EndMove).into_iter().chain([Action::Gesture(gesture)]).collect()
     }
 
-    fn key(
-        &mut self,
-        (code, text, pressed): (Option<KeyCode>, Option<char>, bool),
-        now: Instant,
-    ) -> Vec<Intent> {
+    fn key(&mut self, code: Option<KeyCode>, text: Option<char>, pressed: bool, now: Instant) -> Vec<Action> {
         let flying = self.is_flying();
         if let Some(place) = FLYING.iter().position(|(key, _)| Some(*key) == code) {
             // Also before the right button goes down: it flies from then on.
@@ -275,28 +256,29 @@ impl Input {
         if !pressed {
             return Vec::new();
         }
-        match (keys::effect(code, text, [self.ctrl, self.shift, flying]), self.cursor) {
-            (Some(Effect::Intent(Intent::Gesture(gesture))), _) => self.step(*gesture, now),
-            (Some(Effect::Intent(intent)), _) => vec![intent.clone()],
-            (Some(Effect::FocusAtCursor), Some(at)) => vec![Intent::FocusAt(at.to_array())],
+        let held = Held { ctrl: self.ctrl, shift: self.shift, flying };
+        match (keys::lookup(code, text, held), self.cursor) {
+            (Some(BoundAction::Action(Action::Gesture(gesture))), _) => self.step(*gesture, now),
+            (Some(BoundAction::Action(action)), _) => vec![action.clone()],
+            (Some(BoundAction::FocusAtCursor), Some(at)) => vec![Action::FocusAt(at.to_array())],
             _ => Vec::new(),
         }
     }
 }
 
 /// The part of an event that matters here.
-fn translate(event: &WindowEvent) -> Option<Signal> {
+fn translate(event: &WindowEvent) -> Option<InputEvent> {
     Some(match event {
-        WindowEvent::CursorMoved { position, .. } => Signal::Cursor(DVec2::new(position.x, position.y)),
-        WindowEvent::CursorLeft { .. } => Signal::CursorLeft,
+        WindowEvent::CursorMoved { position, .. } => InputEvent::Cursor(DVec2::new(position.x, position.y)),
+        WindowEvent::CursorLeft { .. } => InputEvent::CursorLeft,
         WindowEvent::MouseInput { state, button, .. } => {
-            Signal::Button(*button, *state == ElementState::Pressed)
+            InputEvent::Button(*button, *state == ElementState::Pressed)
         }
         WindowEvent::MouseWheel { delta: MouseScrollDelta::LineDelta(_, y), .. } => {
-            Signal::Wheel(f64::from(*y))
+            InputEvent::Wheel(f64::from(*y))
         }
         WindowEvent::MouseWheel { delta: MouseScrollDelta::PixelDelta(by), .. } => {
-            Signal::Wheel(by.y / PIXELS_PER_STEP)
+            InputEvent::Wheel(by.y / PIXELS_PER_STEP)
         }
         WindowEvent::KeyboardInput { event, .. } if !event.repeat => {
             let code = match event.physical_key {
@@ -307,14 +289,16 @@ fn translate(event: &WindowEvent) -> Option<Signal> {
                 Key::Character(text) => text.chars().next(),
                 _ => None,
             };
-            Signal::Key(code, text, event.state == ElementState::Pressed)
+            InputEvent::Key(code, text, event.state == ElementState::Pressed)
         }
         WindowEvent::ModifiersChanged(modifiers) => {
             let state = modifiers.state();
-            Signal::Modifiers(state.control_key(), state.shift_key())
+            InputEvent::Modifiers(state.control_key(), state.shift_key())
         }
-        WindowEvent::Focused(false) => Signal::FocusLost,
-        WindowEvent::Resized(size) => Signal::Size(DVec2::new(f64::from(size.width), f64::from(size.height))),
+        WindowEvent::Focused(false) => InputEvent::FocusLost,
+        WindowEvent::Resized(size) => {
+            InputEvent::Size(DVec2::new(f64::from(size.width), f64::from(size.height)))
+        }
         _ => return None,
     })
 }

@@ -1,13 +1,18 @@
-//! What a window needs besides the film: camera navigation, the panel, the frame plan. The only place below `app` that knows
-//! winit and egui. Nothing here knows the server or the scene: `app/view` joins the two sides through plain data.
+//! What a window needs besides the film: mouse and keys, camera navigation, and the panel, which egui draws. Nothing here knows
+//! the server or the scene: `app/view` joins the two sides through plain data.
 //!
 //! ```text
-//! winit event ─input (keys)─▶ Intent ─┬─ Gesture ─history─▶ navigation::Pose ─▶ camera of the next epoch
-//!                                     └─ Action  ◀─panel::show── Readout, Controls
-//! presented frames, edits ─statistics─▶ Readout
+//! winit event ─ input ─ keys ─▶ Action ─▶ app/view ─▶ history ─▶ navigation::Pose ─▶ camera of the next epoch
+//!       │                         ▲
+//!       └─▶ host ─▶ panel::show ──┘ ◀── PanelData, PanelControls
 //! ```
+//!
+//! [`action`] lists what the user can ask for; [`keys`] is the one table of keys; [`input`] turns mouse and keys into actions;
+//! [`host`] runs egui in the window, and [`panel`] is what it draws; [`statistics`] keeps the last frame times.
 
+pub mod action;
 pub mod history;
+pub mod host;
 pub mod input;
 pub mod keys;
 pub mod navigation;

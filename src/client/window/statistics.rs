@@ -1,29 +1,29 @@
-//! Frame times and edit latencies over a window of the last ones, with exact percentiles.
+//! The last frame times and edit latencies, with exact percentiles.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-/// Frames that the graph shows.
+/// Number of frames that the graph shows.
 pub const FRAMES: usize = 240;
 
-/// Edits whose latencies are kept.
+/// Number of edits whose latencies are kept.
 const EDITS: usize = 100;
 
 /// The last `capacity` values, oldest first.
 #[derive(Clone, Debug)]
-pub struct Recent {
+pub struct RecentValues {
     values: VecDeque<f32>,
     capacity: usize,
 }
 
-impl Recent {
+impl RecentValues {
     /// Room for `capacity` values, at least 1.
     pub fn new(capacity: usize) -> Self {
         let capacity = capacity.max(1);
         Self { values: VecDeque::with_capacity(capacity), capacity }
     }
 
-    /// Adds a value; the oldest goes when there is no room. What is not a number is left out.
+    /// Adds a value, and drops the oldest where there is no room. A NaN is ignored.
     pub fn push(&mut self, value: f32) {
         if value.is_nan() {
             return;
@@ -56,11 +56,11 @@ impl Recent {
     }
 }
 
-/// What the viewer measures of itself.
+/// Frame times and edit latencies.
 #[derive(Clone, Debug)]
-pub struct Statistics {
-    frames: Recent,
-    edits: Recent,
+pub struct FrameStatistics {
+    frames: RecentValues,
+    edits: RecentValues,
     last_frame: Option<Instant>,
     /// The oldest edit that no epoch contains yet.
     noted: Option<Instant>,
@@ -68,11 +68,11 @@ pub struct Statistics {
     waiting: Option<Instant>,
 }
 
-impl Default for Statistics {
+impl Default for FrameStatistics {
     fn default() -> Self {
         Self {
-            frames: Recent::new(FRAMES),
-            edits: Recent::new(EDITS),
+            frames: RecentValues::new(FRAMES),
+            edits: RecentValues::new(EDITS),
             last_frame: None,
             noted: None,
             waiting: None,
@@ -80,7 +80,7 @@ impl Default for Statistics {
     }
 }
 
-impl Statistics {
+impl FrameStatistics {
     /// A picture was presented now; `shows` is the edit that it is the first to show, as [`shown`](Self::shown) told it.
     pub fn frame(&mut self, now: Instant, shows: Option<Instant>) {
         if let Some(before) = self.last_frame.replace(now) {
@@ -147,7 +147,7 @@ mod tests {
 
     #[test]
     fn percentiles_are_nearest_ranks() {
-        let mut recent = Recent::new(100);
+        let mut recent = RecentValues::new(100);
         assert_eq!(recent.percentiles([50.0, 99.0]), [0.0, 0.0]);
         for value in (1..=100).rev() {
             recent.push(value as f32);
@@ -156,7 +156,7 @@ mod tests {
             recent.percentiles([0.0, 1.0, 50.0, 95.0, 99.0, 100.0]),
             [1.0, 1.0, 50.0, 95.0, 99.0, 100.0]
         );
-        let mut few = Recent::new(8);
+        let mut few = RecentValues::new(8);
         few.push(3.0);
         few.push(f32::NAN);
         few.push(1.0);
@@ -165,7 +165,7 @@ mod tests {
 
     #[test]
     fn only_the_last_values_count() {
-        let mut recent = Recent::new(3);
+        let mut recent = RecentValues::new(3);
         [9.0, 1.0, 2.0, 3.0].into_iter().for_each(|v| recent.push(v));
         assert_eq!(recent.iter().collect::<Vec<_>>(), [1.0, 2.0, 3.0]);
         assert_eq!(recent.last(), Some(3.0));
@@ -173,7 +173,7 @@ mod tests {
 
     #[test]
     fn latency_counts_from_the_first_edit_without_a_picture() {
-        let (mut statistics, start) = (Statistics::default(), Instant::now());
+        let (mut statistics, start) = (FrameStatistics::default(), Instant::now());
         let at = |ms: u64| start + Duration::from_millis(ms);
         statistics.frame(at(0), None);
         assert_eq!(statistics.edit_latency(), None);
@@ -196,7 +196,7 @@ mod tests {
 
     #[test]
     fn a_pause_is_no_frame_time() {
-        let (mut statistics, start) = (Statistics::default(), Instant::now());
+        let (mut statistics, start) = (FrameStatistics::default(), Instant::now());
         statistics.frame(start, None);
         statistics.pause();
         statistics.frame(start + Duration::from_secs(10), None);

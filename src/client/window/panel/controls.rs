@@ -1,112 +1,97 @@
 //! The display controls. A value that the user does not touch stays bit for bit what it was.
 
+use std::ops::RangeInclusive;
+
 use egui::{ComboBox, Response, Sense, Slider, SliderClamping, Ui};
 
 use crate::client::settings::{
     Adaptation, Dither, Glare, Masking, Output, Reconstruction, Settings, SplatFilter, ToneCurve, View,
 };
-use crate::client::window::panel::{Controls, Show, style};
+use crate::client::window::panel::{MapChoice, PanelControls, style};
 use crate::color::Profile;
 
-/// Draws the controls; a double click on a name sets its default again.
-pub(super) fn show(ui: &mut Ui, controls: &mut Controls) {
-    let shows = [("Picture", Show::Picture), ("Error map", Show::ErrorMap), ("Cost map", Show::CostMap)];
+/// Draws the controls; a double click on a label sets its default again.
+pub(super) fn show(ui: &mut Ui, controls: &mut PanelControls) {
+    let PanelControls { settings, filter, own_profile, map, .. } = controls;
+    let default = Settings::default();
+    let maps = [("Picture", MapChoice::None), ("Error map", MapChoice::Error), ("Cost map", MapChoice::Cost)];
     let hint = "The picture, over it its relative error, or the time that paths take by region";
-    choice(ui, "Show", hint, &mut controls.show, &Show::default(), &shows);
-    let (settings, default) = (&mut controls.settings, Settings::default());
-    picture(ui, settings, &default, &mut controls.filter);
-    ui.separator();
-    glare(ui, &mut settings.glare);
-    ui.separator();
-    tone(ui, settings, (&default, controls.own_profile.as_ref()));
-}
-
-fn picture(ui: &mut Ui, settings: &mut Settings, default: &Settings, filter: &mut SplatFilter) {
+    choice(ui, ("Show", hint), map, &MapChoice::default(), &maps);
     let views = [
         ("Picture", View::Picture),
         ("Error, camera", View::CameraVariance),
         ("Error, light", View::LightVariance),
     ];
-    choice(
-        ui,
-        "View",
-        "The picture, or the relative standard error of a stream",
-        &mut settings.view,
-        &default.view,
-        &views,
-    );
+    let hint = "The picture, or the relative standard error of a stream";
+    choice(ui, ("View", hint), &mut settings.view, &default.view, &views);
     use Reconstruction as R;
     let kinds =
         [("Gaussian", R::Gaussian), ("Catmull–Rom", R::CatmullRom), ("Mipmap", R::Mipmap), ("None", R::None)];
-    let hint = "How the sums become a picture while samples are few";
-    choice(ui, "Reconstruction", hint, &mut settings.reconstruction, &default.reconstruction, &kinds);
+    let label = ("Reconstruction", "How the sums become a picture while samples are few");
+    choice(ui, label, &mut settings.reconstruction, &default.reconstruction, &kinds);
     let filters =
         [("Gaussian", SplatFilter::Gaussian), ("Tent", SplatFilter::Tent), ("Box", SplatFilter::Box)];
     let hint = "How a sample is spread over pixels; starts the film anew";
-    choice(ui, "Filter", hint, filter, &SplatFilter::default(), &filters);
-    slide(
-        ui,
-        ("Noise masking", "Vm: extra blur where the variance is high; 0 is off"),
-        &mut settings.vm,
-        default.vm,
-        (0.0, 16.0),
-    );
+    choice(ui, ("Filter", hint), filter, &SplatFilter::default(), &filters);
+    let label = ("Noise masking", "Vm: extra blur where the variance is high; 0 is off");
+    slide(ui, label, &mut settings.vm, default.vm, 0.0..=16.0);
     let kinds = [("Low-pass", Masking::LowPass), ("Bilateral", Masking::Bilateral)];
     ui.add_enabled_ui(settings.vm > 0.0, |ui| {
-        choice(ui, "Masking by", "What hides the noise", &mut settings.masking, &default.masking, &kinds);
+        choice(ui, ("Masking by", "What hides the noise"), &mut settings.masking, &default.masking, &kinds);
     });
+    ui.separator();
+    glare(ui, &mut settings.glare);
+    ui.separator();
+    tone(ui, settings, &default, own_profile.as_ref());
 }
 
 fn glare(ui: &mut Ui, glare: &mut Option<Glare>) {
-    let eye = |adaptation| Some(adaptation);
     let eyes = [
         ("Off", None),
-        ("Day (photopic)", eye(Adaptation::Photopic)),
-        ("Dusk (mesopic)", eye(Adaptation::Mesopic)),
-        ("Night (scotopic)", eye(Adaptation::Scotopic)),
+        ("Day (photopic)", Some(Adaptation::Photopic)),
+        ("Dusk (mesopic)", Some(Adaptation::Mesopic)),
+        ("Night (scotopic)", Some(Adaptation::Scotopic)),
     ];
     let before = glare.map(|g| g.adaptation);
     let mut now = before;
-    choice(ui, "Glare", "Of the observer's eye, by its adaptation", &mut now, &None, &eyes);
+    choice(ui, ("Glare", "Of the observer's eye, by its adaptation"), &mut now, &None, &eyes);
     if now != before {
         *glare = now.map(|adaptation| Glare { adaptation, ..glare.unwrap_or_default() });
     }
     if let Some(glare) = glare {
-        let words = ("View angle", "Degrees that the picture's width fills in the observer's eye");
-        slide(ui, words, &mut glare.view_angle, Glare::default().view_angle, (1.0, 120.0));
+        let label = ("View angle", "Degrees that the picture's width fills in the observer's eye");
+        slide(ui, label, &mut glare.view_angle, Glare::default().view_angle, 1.0..=120.0);
     }
 }
 
-fn tone(ui: &mut Ui, settings: &mut Settings, (default, own): (&Settings, Option<&Profile>)) {
+fn tone(ui: &mut Ui, settings: &mut Settings, default: &Settings, own: Option<&Profile>) {
     let curves = [
         ("1 − exp(−(B·Y)^C)", ToneCurve::Paper),
         ("PBR Neutral", ToneCurve::PbrNeutral),
         ("AgX", ToneCurve::AgX),
     ];
-    choice(ui, "Tone curve", "From scene to display luminance", &mut settings.curve, &default.curve, &curves);
-    slide(ui, ("Brightness B", "Factor on luminance"), &mut settings.exposure, default.exposure, (1e-3, 1e3));
-    slide(
-        ui,
-        ("Contrast C", "Exponent of the tone curve"),
-        &mut settings.contrast,
-        default.contrast,
-        (0.1, 4.0),
-    );
-    slide(ui, ("Gamma G", "Of the display"), &mut settings.gamma, default.gamma, (1.0, 4.0));
+    let label = ("Tone curve", "From scene to display luminance");
+    choice(ui, label, &mut settings.curve, &default.curve, &curves);
+    let label = ("Brightness B", "Factor on luminance");
+    slide(ui, label, &mut settings.exposure, default.exposure, 1e-3..=1e3);
+    let label = ("Contrast C", "Exponent of the tone curve");
+    slide(ui, label, &mut settings.contrast, default.contrast, 0.1..=4.0);
+    slide(ui, ("Gamma G", "Of the display"), &mut settings.gamma, default.gamma, 1.0..=4.0);
     profile(ui, &mut settings.profile, own);
     let kinds = [("None", Dither::None), ("Ordered", Dither::Ordered), ("Blue noise", Dither::BlueNoise)];
-    choice(ui, "Dither", "Hides the steps of 8 bits", &mut settings.dither, &default.dither, &kinds);
+    choice(ui, ("Dither", "Hides the steps of 8 bits"), &mut settings.dither, &default.dither, &kinds);
     let outputs = [("8 bits", Output::Sdr), ("scRGB", Output::ScRgb), ("HDR10", Output::Hdr10)];
-    choice(ui, "Output", "Used where the window offers it", &mut settings.output, &default.output, &outputs);
+    let label = ("Output", "Used where the window offers it");
+    choice(ui, label, &mut settings.output, &default.output, &outputs);
 }
 
-/// Profiles by name. A profile from a file stays until another is chosen.
+/// Chooses a profile by name. A profile from a file stays until another is chosen.
 fn profile(ui: &mut Ui, profile: &mut Profile, own: Option<&Profile>) {
     let present = profile.name.clone();
     let mut name = present.as_str();
     let mut known: Vec<_> = Profile::names().map(|name| (name, name)).to_vec();
     known.extend(own.map(|own| (own.name.as_str(), own.name.as_str())));
-    choice(ui, "Profile", "Primaries and white of the display", &mut name, &"srgb", &known);
+    choice(ui, ("Profile", "Primaries and white of the display"), &mut name, &"srgb", &known);
     if name != present
         && let Some(chosen) = Profile::named(name).or_else(|| own.filter(|own| own.name == name).cloned())
     {
@@ -114,9 +99,12 @@ fn profile(ui: &mut Ui, profile: &mut Profile, own: Option<&Profile>) {
     }
 }
 
-/// A name in the left column; tells of a double click.
-fn name(ui: &mut Ui, name: &str, hint: &str) -> Response {
-    let text = egui::Label::new(egui::RichText::new(name).color(style::DIM)).sense(Sense::click());
+/// Text of a control in the left column, and the hint that stands under the pointer.
+type Label<'a> = (&'a str, &'a str);
+
+/// Draws a label, which senses double clicks.
+fn label(ui: &mut Ui, (text, hint): Label<'_>) -> Response {
+    let text = egui::Label::new(egui::RichText::new(text).color(style::DIM)).sense(Sense::click());
     let size = egui::vec2(92.0, ui.spacing().interact_size.y);
     let layout = egui::Layout::left_to_right(egui::Align::Center);
     let response = ui.allocate_ui_with_layout(size, layout, |ui| {
@@ -126,21 +114,20 @@ fn name(ui: &mut Ui, name: &str, hint: &str) -> Response {
     response.inner.on_hover_text(format!("{hint}.\nDouble click: default."))
 }
 
-/// One of several.
+/// Chooses one of several values.
 fn choice<T: PartialEq + Clone>(
     ui: &mut Ui,
-    label: &str,
-    hint: &str,
+    name: Label<'_>,
     value: &mut T,
     default: &T,
     kinds: &[(&str, T)],
 ) {
     ui.horizontal(|ui| {
-        if name(ui, label, hint).double_clicked() {
+        if label(ui, name).double_clicked() {
             *value = default.clone();
         }
         let shown = kinds.iter().find(|(_, kind)| kind == value).map_or("from a file", |(text, _)| text);
-        ComboBox::from_id_salt(label).selected_text(shown).show_ui(ui, |ui| {
+        ComboBox::from_id_salt(name.0).selected_text(shown).show_ui(ui, |ui| {
             for (text, kind) in kinds {
                 if ui.selectable_label(kind == value, *text).clicked() {
                     *value = kind.clone();
@@ -150,20 +137,15 @@ fn choice<T: PartialEq + Clone>(
     });
 }
 
-/// A number; a range over more than two decades, or from 0, is logarithmic.
-fn slide(
-    ui: &mut Ui,
-    (label, hint): (&str, &str),
-    value: &mut f32,
-    default: f32,
-    (least, greatest): (f32, f32),
-) {
+/// Chooses a number; a range over more than two decades, or from 0, is logarithmic.
+fn slide(ui: &mut Ui, name: Label<'_>, value: &mut f32, default: f32, range: RangeInclusive<f32>) {
     ui.horizontal(|ui| {
-        if name(ui, label, hint).double_clicked() {
+        if label(ui, name).double_clicked() {
             *value = default;
         }
         let mut next = *value;
-        let slider = Slider::new(&mut next, least..=greatest).clamping(SliderClamping::Edits).max_decimals(3);
+        let (least, greatest) = (*range.start(), *range.end());
+        let slider = Slider::new(&mut next, range).clamping(SliderClamping::Edits).max_decimals(3);
         let slider = slider.logarithmic(least == 0.0 || greatest / least > 150.0).smallest_positive(0.01);
         // Widgets may round what they show; only a change by the user counts.
         let response = ui.add(slider);

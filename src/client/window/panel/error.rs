@@ -1,15 +1,14 @@
-//! The error of the picture: now, its curve so far, and when it will be what somebody wants.
+//! The error of the picture: now, its curve so far, and when it will reach the target.
 
 use egui::{ComboBox, RichText, Ui};
 use egui_plot::{AxisHints, GridInput, GridMark, HLine, Line, MarkerShape, Plot, PlotPoints, PlotUi, Points};
 
-use crate::client::window::panel::known::{ErrorReadout, TARGETS};
-use crate::client::window::panel::style;
+use crate::client::window::panel::{ErrorSummary, TARGETS, style};
 
 /// Height of the plot, points.
 const HEIGHT: f32 = 132.0;
 
-/// Times that have a name on the axis, seconds.
+/// Times that have a label on the axis, in seconds.
 const TIMES: [(f64, &str); 14] = [
     (1e-3, "1 ms"),
     (1e-2, "10 ms"),
@@ -27,13 +26,13 @@ const TIMES: [(f64, &str); 14] = [
     (864e6, "10 kd"),
 ];
 
-/// Draws the section; the target is what the user chooses.
-pub(super) fn show(ui: &mut Ui, readout: Option<&ErrorReadout>, target: &mut f64) {
-    let Some(readout) = readout else {
+/// Draws the section; the user chooses the target.
+pub(super) fn show(ui: &mut Ui, error: Option<&ErrorSummary>, target: &mut f64) {
+    let Some(error) = error else {
         ui.colored_label(style::DIM, "Not known: one randomisation only (--replicates 1).");
         return;
     };
-    figures(ui, readout);
+    figures(ui, error);
     ui.horizontal(|ui| {
         ui.colored_label(style::DIM, "Target")
             .on_hover_text("Relative error that 95 % of the picture shall stay below");
@@ -44,17 +43,17 @@ pub(super) fn show(ui: &mut Ui, readout: Option<&ErrorReadout>, target: &mut f64
             }
         });
     });
-    // As high before the first look as after it: nothing moves away from the pointer.
-    let words = if readout.now.is_some() { readout.words.as_str() } else { "" };
-    ui.colored_label(style::ACCENT, words);
-    plot(ui, readout, *target);
+    // The line is there before the first checkpoint too, so that nothing moves away from the pointer.
+    let message = if error.quantiles.is_some() { error.message.as_str() } else { "" };
+    ui.colored_label(style::ACCENT, message);
+    plot(ui, error, *target);
 }
 
-fn figures(ui: &mut Ui, readout: &ErrorReadout) {
-    let Some([median, p95, p99]) = &readout.now else {
+fn figures(ui: &mut Ui, error: &ErrorSummary) {
+    let Some([median, p95, p99]) = &error.quantiles else {
         ui.horizontal(|ui| {
             ui.label(RichText::new("–").color(style::BRIGHT).size(16.0));
-            ui.colored_label(style::DIM, format!("error {}", readout.words));
+            ui.colored_label(style::DIM, format!("error {}", error.message));
         });
         ui.label(RichText::new(" ").small());
         return;
@@ -75,14 +74,14 @@ fn figures(ui: &mut Ui, readout: &ErrorReadout) {
     });
 }
 
-/// Error against time on logarithmic axes, the line on to the target, and when it will be there.
-fn plot(ui: &mut Ui, readout: &ErrorReadout, target: f64) {
-    let [x, y] = bounds(readout, target).unwrap_or_else(|| empty(target));
+/// Plots error against time on logarithmic axes, the fitted line up to the target, and the predicted time of reaching it.
+fn plot(ui: &mut Ui, error: &ErrorSummary, target: f64) {
+    let [x, y] = bounds(error, target).unwrap_or_else(|| empty(target));
     let time = |mark: GridMark, _: &std::ops::RangeInclusive<f64>| time_name(mark.value);
-    let error = |mark: GridMark, _: &std::ops::RangeInclusive<f64>| error_name(mark.value);
+    let percent = |mark: GridMark, _: &std::ops::RangeInclusive<f64>| error_name(mark.value);
     let axis = |axis: AxisHints<'static>| axis.tick_label_color(style::DIM);
     let columns = axis(AxisHints::new_x()).formatter(time).label_spacing(34.0..=46.0);
-    let rows = axis(AxisHints::new_y()).formatter(error).label_spacing(12.0..=18.0).min_thickness(34.0);
+    let rows = axis(AxisHints::new_y()).formatter(percent).label_spacing(12.0..=18.0).min_thickness(34.0);
     Plot::new("error against time")
         .height(HEIGHT)
         .custom_x_axes(vec![columns])
@@ -103,41 +102,41 @@ fn plot(ui: &mut Ui, readout: &ErrorReadout, target: f64) {
         .show(ui, |plot| {
             plot.set_plot_bounds_x(x[0]..=x[1]);
             plot.set_plot_bounds_y(y[0]..=y[1]);
-            draw(plot, readout, target);
+            draw(plot, error, target);
         });
 }
 
-fn draw(plot: &mut PlotUi<'_>, readout: &ErrorReadout, target: f64) {
+fn draw(plot: &mut PlotUi<'_>, error: &ErrorSummary, target: f64) {
     let line = |points: &[[f64; 2]]| -> PlotPoints<'static> { logs(points).collect() };
     plot.hline(HLine::new("target", target.log10()).color(style::ACCENT.gamma_multiply(0.7)).width(1.0));
-    plot.line(Line::new("fit", line(&readout.fit)).color(style::DIM).width(1.0));
-    plot.line(Line::new("error", line(&readout.looks)).color(style::BRIGHT).width(1.0));
-    plot.points(Points::new("looks", line(&readout.looks)).color(style::BRIGHT).radius(1.5));
-    if let Some([due, low, high]) = readout.due {
-        let bar = line(&[[low.max(readout.seconds.min(due)), target], [high, target]]);
+    plot.line(Line::new("fit", line(&error.fit)).color(style::DIM).width(1.0));
+    plot.line(Line::new("error", line(&error.checkpoints)).color(style::BRIGHT).width(1.0));
+    plot.points(Points::new("checkpoints", line(&error.checkpoints)).color(style::BRIGHT).radius(1.5));
+    if let Some([due, low, high]) = error.prediction {
+        let bar = line(&[[low.max(error.seconds.min(due)), target], [high, target]]);
         plot.line(Line::new("interval", bar).color(style::ACCENT).width(4.0));
         let mark = Points::new("due", line(&[[due, target]])).shape(MarkerShape::Diamond);
         plot.points(mark.color(style::ACCENT).radius(4.5));
     }
 }
 
-/// Decimal logarithms of what has one.
+/// Decimal logarithms of all points that are positive and finite.
 fn logs(points: &[[f64; 2]]) -> impl Iterator<Item = [f64; 2]> + '_ {
     let usable = |point: &&[f64; 2]| point.iter().all(|v| *v > 0.0 && v.is_finite());
     points.iter().filter(usable).map(|point| point.map(f64::log10))
 }
 
-/// The same while nothing is known.
+/// The ranges of the axes before the first checkpoint, as logarithms.
 fn empty(target: f64) -> [[f64; 2]; 2] {
     let least = target.clamp(1e-4, 0.1).log10();
     [[-0.1, 2.1], [least - 0.12, least.max(-2.0) + 1.6]]
 }
 
-/// What the axes reach over, as logarithms; `None` without a look.
-fn bounds(readout: &ErrorReadout, target: f64) -> Option<[[f64; 2]; 2]> {
-    let due = readout.due.map(|[_, _, high]| [high, target]);
+/// The ranges of the axes, as logarithms; `None` without a checkpoint.
+fn bounds(error: &ErrorSummary, target: f64) -> Option<[[f64; 2]; 2]> {
+    let due = error.prediction.map(|[_, _, high]| [high, target]);
     let mut range = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
-    for point in logs(&readout.looks).chain(logs(due.as_slice()).collect::<Vec<_>>()) {
+    for point in logs(&error.checkpoints).chain(logs(due.as_slice()).collect::<Vec<_>>()) {
         for (range, value) in range.iter_mut().zip(point) {
             *range = [range[0].min(value), range[1].max(value)];
         }
@@ -147,14 +146,14 @@ fn bounds(readout: &ErrorReadout, target: f64) -> Option<[[f64; 2]; 2]> {
     (x[1] >= x[0]).then(|| [[x[0] - 0.08, (x[1] + 0.1).max(x[0] + 0.5)], [y[0] - 0.12, y[1] + 0.12]])
 }
 
-/// Marks at times that have a name, and between them where there is room.
+/// Places grid lines at times that have a name, and between them where there is room.
 fn times(input: GridInput) -> Vec<GridMark> {
     let named = TIMES.iter().map(|(seconds, _)| (seconds.log10(), 1.0));
     let between = [0.2, 0.5, 2.0, 5.0, 20.0, 120.0, 300.0, 1200.0, 7200.0, 18_000.0];
     within(input, named.chain(between.map(|seconds: f64| (seconds.log10(), 0.31))))
 }
 
-/// Marks at powers of ten, and at twice and five times those.
+/// Places grid lines at powers of ten, and at twice and five times those.
 fn errors(input: GridInput) -> Vec<GridMark> {
     let decades = (-7..=2).flat_map(|decade| {
         [(1.0, 1.0), (2.0f64, 0.31), (5.0, 0.31)].map(|(step, size)| (f64::from(decade) + step.log10(), size))
@@ -213,12 +212,13 @@ mod tests {
 
     #[test]
     fn axes_hold_everything_that_is_drawn() {
-        let mut readout = ErrorReadout { looks: vec![[1.0, 0.2], [10.0, 0.05]], ..ErrorReadout::default() };
-        readout.due = Some([300.0, 200.0, 500.0]);
-        let [x, y] = bounds(&readout, 0.01).expect("looks");
+        let mut error =
+            ErrorSummary { checkpoints: vec![[1.0, 0.2], [10.0, 0.05]], ..ErrorSummary::default() };
+        error.prediction = Some([300.0, 200.0, 500.0]);
+        let [x, y] = bounds(&error, 0.01).expect("checkpoints");
         assert!(x[0] < 0.0 && x[1] > 500f64.log10() && y[0] < -2.0 && y[1] > 0.2f64.log10());
-        readout.looks = vec![[f64::NAN, 0.0], [0.0, f64::INFINITY]];
-        readout.due = None;
-        assert_eq!(bounds(&readout, 0.01), None);
+        error.checkpoints = vec![[f64::NAN, 0.0], [0.0, f64::INFINITY]];
+        error.prediction = None;
+        assert_eq!(bounds(&error, 0.01), None);
     }
 }

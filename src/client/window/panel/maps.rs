@@ -1,47 +1,50 @@
-//! Maps over the picture in false colours, with what the colours mean.
+//! Maps over the picture in false colours, with their legend.
 
 use std::sync::Arc;
 
 use egui::{
-    Align2, Area, Color32, ColorImage, Context, Frame, Id, LayerId, Margin, Order, Rect, TextureHandle,
+    Align2, Color32, ColorImage, Context, Id, LayerId, Order, Rect, TextureHandle, TextureOptions, Ui, Vec2,
+    pos2, vec2,
 };
-use egui::{TextureOptions, Ui, Vec2, pos2, vec2};
 
-use crate::client::window::panel::known::{MapReadout, Overlay, Show};
-use crate::client::window::panel::style;
+use crate::client::window::panel::{FalseColorMap, MapChoice, PictureOverlay, corner, style};
 use crate::color::palette;
 
-/// How much of the picture a map hides.
+/// Opacity of a map over the picture.
 const OPACITY: f32 = 0.85;
 
-/// Size of the legend's colours, points.
+/// Size of the legend's colour bar, points.
 const BAR: Vec2 = vec2(200.0, 10.0);
 
-/// Least distance to the window's edge, points.
-const GAP: f32 = 8.0;
-
-/// Draws what lies over the picture, below the panel.
-pub(super) fn show(ctx: &Context, overlay: &Overlay) {
+/// Draws the map over the picture, below the panel.
+pub(super) fn show(ctx: &Context, overlay: &PictureOverlay) {
     match overlay {
-        Overlay::None => {
-            // The texture goes with it.
+        PictureOverlay::None => {
+            // This frees the texture.
             ctx.data_mut(|data| data.remove::<Drawn>(Id::new("map")));
         }
-        Overlay::Map(map) => {
+        PictureOverlay::Map(map) => {
             cover(ctx, map);
-            corner(ctx, |ui| legend(ui, map));
+            upper_right(ctx, |ui| legend(ui, map));
         }
-        Overlay::Missing(why) => corner(ctx, |ui| {
+        PictureOverlay::Missing(why) => upper_right(ctx, |ui| {
             ui.colored_label(style::BRIGHT, why);
         }),
     }
 }
 
-/// What was drawn last, and its texture.
-type Drawn = (Arc<MapReadout>, TextureHandle);
+fn upper_right(ctx: &Context, contents: impl FnOnce(&mut Ui)) {
+    corner(ctx, "legend", Align2::RIGHT_TOP, |ui, room| {
+        ui.set_max_width(BAR.x.min(room.x - 16.0));
+        contents(ui);
+    });
+}
 
-/// The map itself.
-fn cover(ctx: &Context, map: &Arc<MapReadout>) {
+/// The map that was drawn last, and its texture.
+type Drawn = (Arc<FalseColorMap>, TextureHandle);
+
+/// Draws the map itself.
+fn cover(ctx: &Context, map: &Arc<FalseColorMap>) {
     let [columns, rows] = map.grid;
     if columns * rows == 0 || map.values.len() != columns * rows || map.cells.iter().any(|n| *n <= 0.0) {
         return;
@@ -50,7 +53,7 @@ fn cover(ctx: &Context, map: &Arc<MapReadout>) {
     let texture = match kept {
         Some((drawn, texture)) if Arc::ptr_eq(&drawn, map) => texture,
         _ => {
-            let texture = ctx.load_texture("map", image(map), options(map.show));
+            let texture = ctx.load_texture("map", image(map), options(map.kind));
             ctx.data_mut(|data| data.insert_temp::<Drawn>(Id::new("map"), (map.clone(), texture.clone())));
             texture
         }
@@ -63,37 +66,22 @@ fn cover(ctx: &Context, map: &Arc<MapReadout>) {
     ctx.layer_painter(LayerId::background()).with_clip_rect(window).image(texture.id(), place, whole, tint);
 }
 
-/// Neighbourhoods are what they are; regions of cost are samples of something smooth.
-fn options(show: Show) -> TextureOptions {
-    if show == Show::CostMap { TextureOptions::LINEAR } else { TextureOptions::NEAREST }
+/// Errors belong to single cells; costs are samples of a smooth function, so they are interpolated.
+fn options(kind: MapChoice) -> TextureOptions {
+    if kind == MapChoice::Cost { TextureOptions::LINEAR } else { TextureOptions::NEAREST }
 }
 
-fn image(map: &MapReadout) -> ColorImage {
+fn image(map: &FalseColorMap) -> ColorImage {
     let color = |value: &f64| {
-        let [r, g, b] = palette::color(map.scale.place(*value));
+        let [r, g, b] = palette::color(map.scale.position(*value));
         Color32::from_rgb(r, g, b)
     };
     ColorImage::new(map.grid, map.values.iter().map(color).collect())
 }
 
-/// A sheet at the upper right.
-fn corner(ctx: &Context, contents: impl FnOnce(&mut Ui)) {
-    let room = ctx.content_rect().shrink(GAP).size();
-    if room.x < 60.0 || room.y < 40.0 {
-        return;
-    }
-    let area = Area::new(Id::new("legend")).order(Order::Middle).fade_in(false).interactable(false);
-    area.anchor(Align2::RIGHT_TOP, [-GAP, GAP]).show(ctx, |ui| {
-        Frame::new().fill(style::BACK).inner_margin(Margin::same(8)).show(ui, |ui| {
-            ui.set_max_width(BAR.x.min(room.x - 16.0));
-            contents(ui);
-        });
-    });
-}
-
-fn legend(ui: &mut Ui, map: &MapReadout) {
-    let title = match map.show {
-        Show::CostMap => "Time of a path, µs",
+fn legend(ui: &mut Ui, map: &FalseColorMap) {
+    let title = match map.kind {
+        MapChoice::Cost => "Time of a path, µs",
         _ => "Relative error of 8×8 pixels",
     };
     ui.colored_label(style::BRIGHT, title);
@@ -105,7 +93,7 @@ fn legend(ui: &mut Ui, map: &MapReadout) {
         let part = Rect::from_min_max(pos2(x(i), bar.top()), pos2(x(i + 1), bar.bottom()));
         ui.painter().rect_filled(part, 0.0, Color32::from_rgb(r, g, b));
     }
-    let words = |value: f64| figure(map.show, value);
+    let words = |value: f64| figure(map.kind, value);
     let (text, _) = ui.allocate_exact_size(vec2(bar.width(), 12.0), egui::Sense::hover());
     let font = egui::TextStyle::Small.resolve(ui.style());
     let ends = [
@@ -127,7 +115,7 @@ fn legend(ui: &mut Ui, map: &MapReadout) {
     }
 }
 
-/// What regions take of the time, from the cheapest to the dearest but for the last hundredths: those may be chance.
+/// The range of shares of the time that regions take, without the lowest and highest 2 %, which may be chance.
 fn range(shares: &[f64]) -> Option<String> {
     let mut known: Vec<f64> = shares.iter().copied().filter(|share| *share > 0.0).collect();
     known.sort_by(f64::total_cmp);
@@ -136,8 +124,8 @@ fn range(shares: &[f64]) -> Option<String> {
     Some(format!("regions take {}–{most} of the time", least.trim_end_matches(" %")))
 }
 
-/// Figure and share of the cell under the pointer.
-fn under_pointer(ctx: &Context, map: &MapReadout) -> Option<(f64, Option<f64>)> {
+/// Value and share of the cell under the pointer.
+fn under_pointer(ctx: &Context, map: &FalseColorMap) -> Option<(f64, Option<f64>)> {
     let (window, at) = (ctx.content_rect(), ctx.pointer_latest_pos()?);
     if !window.contains(at) || ctx.layer_id_at(at).is_some_and(|layer| layer.order != Order::Background) {
         return None;
@@ -151,9 +139,9 @@ fn under_pointer(ctx: &Context, map: &MapReadout) -> Option<(f64, Option<f64>)> 
     Some((*value, map.shares.get(i).copied()))
 }
 
-fn figure(show: Show, value: f64) -> String {
-    match show {
-        Show::CostMap => format!("{} µs", significant(value)),
+fn figure(kind: MapChoice, value: f64) -> String {
+    match kind {
+        MapChoice::Cost => format!("{} µs", significant(value)),
         _ => percent(value),
     }
 }
@@ -162,7 +150,7 @@ fn percent(share: f64) -> String {
     format!("{} %", significant(100.0 * share))
 }
 
-/// Two digits or so.
+/// Writes two significant digits.
 fn significant(value: f64) -> String {
     let decimals = match value {
         v if v >= 9.95 || v == 0.0 => 0,
@@ -187,8 +175,8 @@ mod tests {
             [0.0, 0.1, 1.0, 2.5, 31.6, 0.0316].map(significant),
             ["0", "0.1", "1", "2.5", "32", "0.032"]
         );
-        assert_eq!(figure(Show::CostMap, 1.25), "1.2 µs");
-        assert_eq!(figure(Show::ErrorMap, 0.2), "20 %");
+        assert_eq!(figure(MapChoice::Cost, 1.25), "1.2 µs");
+        assert_eq!(figure(MapChoice::Error, 0.2), "20 %");
         let shares = [0.0, 0.000_52, 0.0013];
         assert_eq!(range(&shares).as_deref(), Some("regions take 0.052–0.13 % of the time"));
         assert_eq!(range(&[0.0]), None);
@@ -196,11 +184,11 @@ mod tests {
 
     #[test]
     fn pictures_of_maps_have_their_colours() {
-        let map = MapReadout {
+        let map = FalseColorMap {
             grid: [2, 1],
             values: vec![0.0, f64::NAN],
-            scale: crate::client::window::panel::Scale { low: 0.0, high: 1.0, logarithmic: false },
-            ..MapReadout::default()
+            scale: crate::client::window::panel::ColorScale { low: 0.0, high: 1.0, logarithmic: false },
+            ..FalseColorMap::default()
         };
         let [r, g, b] = palette::NOTHING;
         let image = image(&map);

@@ -1,121 +1,132 @@
-//! The panel: display controls, figures, the selected object, actions. Pure egui over plain data.
+//! The panel: display controls, figures, the selected object, and buttons. Pure egui over plain data: [`show`] draws
+//! [`PanelData`], changes [`PanelControls`] in place and returns the [`Action`]s that the user asks for.
 
-mod actions;
 mod controls;
-mod effects;
+mod data;
 mod error;
-mod frame;
-mod graph;
-mod help;
-mod known;
+mod figures;
 mod maps;
-mod readout;
-mod selection;
-mod statistics;
+mod sections;
 pub mod style;
 
-pub use known::{
-    CostState, DEFAULT_TARGET, EffectCost, ErrorReadout, MapReadout, Overlay, Scale, Show, TARGETS,
+pub use data::*;
+
+use egui::{
+    Align2, Area, CollapsingHeader, Context, Frame, Id, Margin, Order, RichText, ScrollArea, Ui, Vec2,
 };
-pub use readout::{Effect, Parameter, Readout, Selection, Value};
 
 use crate::client::settings::{Settings, SplatFilter};
+use crate::client::window::action::Action;
 use crate::color::Profile;
 
-/// What the user changes in the panel; kept by the viewer.
+/// What the user changes in the panel.
 #[derive(Clone, Debug)]
-pub struct Controls {
-    /// Display controls; never restart the server.
+pub struct PanelControls {
+    /// Display settings; a change of them never restarts the server.
     pub settings: Settings,
-    /// Splat filter; starts the film anew from the samples that are kept.
+    /// Splat filter; a change of it starts the film anew from the kept samples.
     pub filter: SplatFilter,
-    /// A profile that was read from a file, to choose again after another one.
+    /// The profile that was read from a file, so that it can be chosen again after another one.
     pub own_profile: Option<Profile>,
-    /// The panel is shown.
+    /// Whether the panel is shown.
     pub visible: bool,
-    /// The list of keys is shown.
+    /// Whether the list of keys is shown.
     pub help: bool,
-    /// What lies over the picture.
-    pub show: Show,
-    /// Relative error that 95 % of the picture shall stay below.
+    /// The map that is shown over the picture.
+    pub map: MapChoice,
+    /// Target error: the relative error that 95 % of the picture shall stay below.
     pub target: f64,
 }
 
-/// What the user asks for in the panel.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Action {
-    /// Save the displayed picture.
-    SavePng,
-    /// Save the sums.
-    SaveExr,
-    /// Save camera and edits as a scene file that includes the original.
-    SaveScene,
-    /// Copy the command line that repeats this picture.
-    CopyCommand,
-    /// Take the last camera move back.
-    Undo,
-    /// Make it again.
-    Redo,
-    /// Back to the file's camera.
-    ResetCamera,
-    /// Field of view in degrees.
-    SetFov(f64),
-    /// The camera move is over: the next one is an entry of its own.
-    EndMove,
-    /// Change parameter `index` of the selection.
-    Edit {
-        /// Place in [`Selection::parameters`].
-        index: usize,
-        /// New value.
-        value: Value,
-    },
-    /// Measure what the effects of the tracer cost.
-    MeasureCosts,
-    /// Forget the selection.
-    Deselect,
-    /// Leave an effect of the tracer out of the picture, or take it back in.
-    SetEffect {
-        /// Its name.
-        name: &'static str,
-        /// It takes part.
-        on: bool,
-    },
-}
+/// Width of the contents, points.
+const WIDTH: f32 = 292.0;
+/// Distance from the window's edge, points.
+const GAP: f32 = 8.0;
 
-/// Draws the panel; returns what was asked for, in order. Changes `controls` in place.
+/// Draws the panel; returns the actions that the user asks for, in order.
 ///
-/// Figures are taken over ten times a second only, so that they can be read; everything else is as fresh as `readout`.
-pub fn show(ui: &mut egui::Ui, readout: &Readout, controls: &mut Controls) -> Vec<Action> {
+/// Figures change at most ten times a second, so that they can be read; everything else is as fresh as `data`.
+pub fn show(ui: &mut Ui, data: &PanelData, controls: &mut PanelControls) -> Vec<Action> {
     let ctx = ui.ctx().clone();
     style::apply(&ctx);
     let mut actions = Vec::new();
-    maps::show(&ctx, &readout.overlay);
-    if let Some(message) = &readout.message {
-        frame::message(&ctx, message);
+    maps::show(&ctx, &data.overlay);
+    if let Some(message) = &data.message {
+        corner(&ctx, "message", Align2::CENTER_BOTTOM, |ui, room| {
+            ui.set_max_width(room.x - 2.0 * GAP);
+            ui.colored_label(style::BRIGHT, message);
+        });
     }
     if controls.help {
-        help::show(&ctx, &mut controls.help);
+        sections::keys(&ctx, &mut controls.help);
     }
     if !controls.visible {
         return actions;
     }
-    let figures = statistics::settled(&ctx, readout);
-    frame::floating(&ctx, |ui| {
-        if let Some(selection) = &readout.selection {
-            frame::section(ui, "Selection", true, |ui| selection::show(ui, selection, &mut actions));
+    let settled = figures::settled(&ctx, data);
+    sheet(&ctx, |ui| {
+        if let Some(selection) = &data.selection {
+            section(ui, "Selection", true, |ui| sections::selection(ui, selection, &mut actions));
         }
-        frame::section(ui, "Error", true, |ui| {
-            error::show(ui, readout.error.as_deref(), &mut controls.target);
+        section(ui, "Error", true, |ui| error::show(ui, data.error.as_deref(), &mut controls.target));
+        section(ui, "Figures", true, |ui| figures::show(ui, &settled));
+        section(ui, "Display", true, |ui| controls::show(ui, controls));
+        section(ui, "Effects", false, |ui| {
+            sections::effects(ui, &data.effects, data.costs, &mut actions);
         });
-        frame::section(ui, "Figures", true, |ui| statistics::show(ui, &figures));
-        frame::section(ui, "Display", true, |ui| controls::show(ui, controls));
-        frame::section(ui, "Effects", false, |ui| {
-            effects::show(ui, &readout.effects, readout.costs, &mut actions);
+        sections::left_out(ui, &data.left_out);
+        section(ui, "Frame times", true, |ui| figures::frame_times(ui, &settled));
+        section(ui, "Camera and files", true, |ui| {
+            sections::camera_and_files(ui, data, controls, &mut actions);
         });
-        effects::left_out(ui, &readout.left_out);
-        frame::section(ui, "Frame times", true, |ui| graph::show(ui, &figures));
-        frame::section(ui, "Camera and files", true, |ui| actions::show(ui, readout, controls, &mut actions));
-        frame::section(ui, "Passes", false, |ui| statistics::passes(ui, &figures));
+        section(ui, "Passes", false, |ui| figures::passes(ui, &settled));
     });
     actions
+}
+
+/// The size that is left inside the window's edge; `None` where the window is too small to draw into.
+fn room(ctx: &Context, margin: Vec2) -> Option<Vec2> {
+    let room = ctx.content_rect().shrink(GAP).size() - margin;
+    (room.x >= 60.0 && room.y >= 40.0).then_some(room)
+}
+
+/// Draws a sheet at the window's left edge, which scrolls when the window is too low.
+fn sheet(ctx: &Context, contents: impl FnOnce(&mut Ui)) {
+    let frame = Frame::new().fill(style::BACK).inner_margin(Margin::same(8));
+    let Some(room) = room(ctx, frame.total_margin().sum()) else { return };
+    let space = ctx.content_rect().shrink(GAP);
+    let area = Area::new(Id::new("panel")).order(Order::Middle).fixed_pos(space.min).fade_in(false);
+    area.show(ctx, |ui| {
+        // An area offers only what it used last; sections may have been opened since.
+        ui.set_max_size(space.size());
+        frame.show(ui, |ui| {
+            let width = WIDTH.min(room.x);
+            ui.set_width(width);
+            ScrollArea::vertical().max_height(room.y).min_scrolled_height(0.0).show(ui, |ui| {
+                // Room for the scroll bar, which floats over the contents.
+                ui.set_width(width - 8.0);
+                contents(ui);
+            });
+        });
+    });
+}
+
+/// Draws a small sheet at an edge of the window, over the picture; `contents` is told the room that there is.
+fn corner(ctx: &Context, id: &str, align: Align2, contents: impl FnOnce(&mut Ui, Vec2)) {
+    let Some(room) = room(ctx, Vec2::ZERO) else { return };
+    let order = if id == "message" { Order::Foreground } else { Order::Middle };
+    let area = Area::new(Id::new(id)).order(order).fade_in(false).interactable(false);
+    area.anchor(align, align.to_sign() * -GAP).show(ctx, |ui| {
+        Frame::new().fill(style::BACK).inner_margin(Margin::same(8)).show(ui, |ui| contents(ui, room));
+    });
+}
+
+/// Draws a section that folds.
+fn section(ui: &mut Ui, title: &str, open: bool, contents: impl FnOnce(&mut Ui)) {
+    CollapsingHeader::new(RichText::new(title).color(style::BRIGHT).heading())
+        .default_open(open)
+        .show_unindented(ui, |ui| {
+            contents(ui);
+            ui.add_space(4.0);
+        });
 }

@@ -3,99 +3,104 @@
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
+use crate::app::view::picture::ShownFrame;
 use crate::client::pacing::Pacer;
-use crate::client::window::statistics::{Recent, Statistics};
+use crate::client::window::statistics::{FrameStatistics, RecentValues};
 use crate::gpu::{FrameNumber, Gpu, ScopeTime};
 
-/// A loop that is later than this stands still, for whoever looks.
+/// A wait of the loop that is longer than this counts as a stall.
 const STALL: Duration = Duration::from_millis(250);
 
 /// Values kept for the figures of the whole session: four and a half minutes at 60 Hz.
 const KEPT: usize = 16_384;
 
-/// Weight that the past has after each measurement.
+/// Factor on the weight of the past with each measurement.
 const MEMORY: f64 = 0.9;
 
 /// A frame that the device has not finished yet.
-struct InFlight {
+struct FrameInFlight {
     number: FrameNumber,
     began: Instant,
     /// When the edit was made that this frame is the first to show.
     shows: Option<Instant>,
 }
 
-/// Measurements.
-pub struct Figures {
+/// The measurements of a session.
+pub struct ViewerMetrics {
     /// When the viewer began.
     pub started: Instant,
-    /// What the panel shows.
-    pub statistics: Statistics,
+    /// The last frame times and edit latencies, for the panel.
+    pub statistics: FrameStatistics,
     /// Milliseconds from the beginning of a frame to its end on the device.
-    pub frames: Recent,
+    pub frames: RecentValues,
     /// Milliseconds from an edit to the first picture that shows it, finished on the device.
-    pub edits: Recent,
-    /// From the start of the viewer to the first picture on the device.
+    pub edits: RecentValues,
+    /// Time from the start of the viewer to the first picture on the device.
     pub first: Option<Duration>,
-    /// Frames presented.
+    /// Number of frames presented.
     pub presented: u64,
-    /// Samples that the film was given, kept ones again after a resize.
-    pub rasterised: u64,
-    /// Epochs begun.
+    /// Number of epochs begun.
     pub epochs: u64,
-    /// Times that the loop stood still for more than [`STALL`].
+    /// Number of waits of the loop for more than [`STALL`].
     pub stalls: u64,
-    /// Films of another size.
+    /// Number of films of another size.
     pub resizes: u64,
-    /// Milliseconds of each pass, per run, last measured.
+    /// Milliseconds of each pass, per run, smoothed.
     pub passes: Vec<(&'static str, f64)>,
     /// `detail` of the repaints whose times have not been read yet.
-    pub paints: VecDeque<u32>,
-    /// Time on this thread that went into rasterising since the last look.
-    pub raster_cpu: Duration,
-    in_flight: VecDeque<InFlight>,
+    paints: VecDeque<u32>,
+    in_flight: VecDeque<FrameInFlight>,
     /// Seconds and samples of rasterising, fading.
     raster: (f64, f64),
-    /// `rasterised` at the last look.
-    looked: u64,
-    rates: Rates,
+    /// Samples rasterised when times were read last.
+    rasterised: u64,
+    rates: SampleRates,
 }
 
 /// Samples per second over the last half second or so.
-struct Rates {
+struct SampleRates {
     since: Instant,
     counts: [u64; 2],
     values: [f64; 2],
 }
 
-impl Default for Figures {
+impl Default for ViewerMetrics {
     fn default() -> Self {
         Self {
             started: Instant::now(),
-            statistics: Statistics::default(),
-            frames: Recent::new(KEPT),
-            edits: Recent::new(KEPT),
+            statistics: FrameStatistics::default(),
+            frames: RecentValues::new(KEPT),
+            edits: RecentValues::new(KEPT),
             first: None,
             presented: 0,
-            rasterised: 0,
             epochs: 0,
             stalls: 0,
             resizes: 0,
             passes: Vec::new(),
             paints: VecDeque::new(),
-            raster_cpu: Duration::ZERO,
             in_flight: VecDeque::new(),
             raster: (0.0, 0.0),
-            looked: 0,
-            rates: Rates { since: Instant::now(), counts: [0; 2], values: [0.0; 2] },
+            rasterised: 0,
+            rates: SampleRates { since: Instant::now(), counts: [0; 2], values: [0.0; 2] },
         }
     }
 }
 
-impl Figures {
+impl ViewerMetrics {
+    /// An epoch begins that contains all edits so far.
+    pub fn epoch(&mut self) {
+        self.statistics.epoch();
+        self.epochs += 1;
+    }
+
     /// A frame was handed to the device.
-    pub fn presented(&mut self, number: FrameNumber, began: Instant, shows: Option<Instant>) {
+    pub fn presented(&mut self, frame: &ShownFrame) {
         self.presented += 1;
-        self.in_flight.push_back(InFlight { number, began, shows });
+        let shows = frame.detail.and_then(|detail| {
+            self.paints.push_back(detail);
+            self.statistics.shown()
+        });
+        self.in_flight.push_back(FrameInFlight { number: frame.number, began: frame.began, shows });
     }
 
     /// True while a frame that shows an edit is on its way.
@@ -103,7 +108,7 @@ impl Figures {
         self.in_flight.iter().any(|frame| frame.shows.is_some())
     }
 
-    /// Notes the frames that the device has finished by now.
+    /// Measures the frames that the device has finished by now.
     pub fn completed(&mut self, gpu: &Gpu, pacer: &mut Pacer) {
         while let Some(frame) = self.in_flight.pop_front_if(|frame| gpu.has_completed(frame.number)) {
             let now = Instant::now();
@@ -128,24 +133,23 @@ impl Figures {
         }
     }
 
-    /// What was under way on a device that is gone will never be finished.
+    /// Drops the frames in flight on a device that is gone: they will never be finished.
     pub fn forget_device(&mut self) {
         self.in_flight.clear();
         self.paints.clear();
         self.statistics.pause();
     }
 
-    /// Learns from the times of passes that have been measured since the last call.
-    pub fn learn(&mut self, times: &[ScopeTime], pacer: &mut Pacer) {
+    /// Learns from the times of passes that have been measured since the last call, and from the number of samples that were
+    /// `rasterised` by now.
+    pub fn learn(&mut self, times: &[ScopeTime], rasterised: u64, pacer: &mut Pacer) {
         let sum = |names: &[&str]| -> f64 {
             times.iter().filter(|t| names.contains(&t.name)).map(|t| t.milliseconds).sum::<f64>() * 1e-3
         };
         let count = |name: &str| times.iter().filter(|t| t.name == name).map(|t| t.count).sum::<u64>();
-        let samples = (self.rasterised - self.looked) as f64;
-        self.looked = self.rasterised;
+        let samples = (rasterised - std::mem::replace(&mut self.rasterised, rasterised)) as f64;
         // The fold of the variance is nested in its pass.
-        let seconds = sum(&["splat", "variance"]) - sum(&["variance fold"])
-            + std::mem::take(&mut self.raster_cpu).as_secs_f64();
+        let seconds = sum(&["splat", "variance"]) - sum(&["variance fold"]);
         self.raster = (self.raster.0 * MEMORY + seconds, self.raster.1 * MEMORY + samples);
         if self.raster.1 >= 1.0 {
             pacer.samples(self.raster.1 as u64, Duration::from_secs_f64(self.raster.0));
@@ -174,12 +178,12 @@ impl Figures {
         }
     }
 
-    /// Samples per second that were traced and rasterised, given the totals by now.
-    pub fn rates(&mut self, traced: u64) -> [f64; 2] {
+    /// Samples traced and rasterised per second, given the totals by now.
+    pub fn rates(&mut self, traced: u64, rasterised: u64) -> [f64; 2] {
         let now = Instant::now();
         let seconds = (now - self.rates.since).as_secs_f64();
         if seconds >= 0.5 {
-            let counts = [traced, self.rasterised];
+            let counts = [traced, rasterised];
             let before = self.rates.counts;
             self.rates.values = [0, 1].map(|i| counts[i].saturating_sub(before[i]) as f64 / seconds);
             (self.rates.since, self.rates.counts) = (now, counts);

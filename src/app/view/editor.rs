@@ -1,5 +1,7 @@
-//! What the user has done to the scene: camera moves, the selected object, edits.
+//! The scene editor: the scene as the file has it, and what the user has changed of it: camera moves, values of objects,
+//! effects that are forced on or off. It saves the changes as a scene file.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use glam::DVec2;
@@ -7,9 +9,11 @@ use miette::{IntoDiagnostic, Result};
 
 use crate::app::args::effects::Forced;
 use crate::app::load;
-use crate::client::window::history::History;
+use crate::app::run_spec::RunSpec;
+use crate::app::view::saves::free_path;
+use crate::client::window::history::CameraHistory;
 use crate::client::window::navigation::{Gesture, Pose};
-use crate::client::window::panel::{Parameter, Selection, Value};
+use crate::client::window::panel::{ParameterValue, SceneParameter, Selection};
 use crate::scene::SceneDesc;
 use crate::scene::desc::{CameraDesc, FovAxis};
 use crate::scene::edit::{Editable, Edits, NewValue, editable, lights, shape_name};
@@ -17,27 +21,29 @@ use crate::tracer::effects::{Effect, decide};
 use crate::tracer::{Camera, Pick, PrepareOptions, Scene};
 
 /// The scene as it is traced, and how it differs from the file's.
-pub struct User {
-    /// As read, but for the size that the command line asks for.
+pub struct SceneEditor {
+    /// The scene as it was read, with the size that the command line asks for.
     original: SceneDesc,
-    /// With all edits of values, and without what is forced off; the camera is the history's.
+    /// The scene with all edits of values and forced effects; the camera is the history's.
     desc: SceneDesc,
-    /// The same, prepared.
+    /// `desc`, prepared for tracing.
     scene: Arc<Scene>,
     edits: Edits,
     /// Effects that are forced on and off.
     forced: Vec<Forced>,
-    /// Camera moves.
-    pub history: History,
+    /// Moves of the camera.
+    history: CameraHistory,
     /// The selected shape.
     selected: Option<u32>,
+    /// The changes that were saved last, and their file.
+    saved: Option<(Edits, PathBuf)>,
 }
 
 /// Lens numbers of the ray through the centre of the lens.
 const CENTER: [f32; 2] = [0.5; 2];
 
-impl User {
-    /// Nothing done yet.
+impl SceneEditor {
+    /// An editor of a scene without changes.
     ///
     /// # Errors
     ///
@@ -49,28 +55,32 @@ impl User {
         let lens = original.camera.aperture_radius > 0.0;
         let ahead = if lens { original.camera.focus_distance } else { ahead };
         let home = Pose::of(&original.camera.to_world, original.camera.fov, ahead);
-        let history = History::new(home);
+        let history = CameraHistory::new(home);
         let (desc, edits, forced) = (original.clone(), Edits::default(), Vec::new());
-        Ok(Self { original, desc, scene: Arc::new(scene), edits, forced, history, selected: None })
+        Ok(Self {
+            original,
+            desc,
+            scene: Arc::new(scene),
+            edits,
+            forced,
+            history,
+            selected: None,
+            saved: None,
+        })
     }
 
-    /// What is traced.
+    /// The scene that is traced.
     pub fn scene(&self) -> Arc<Scene> {
         self.scene.clone()
     }
 
-    /// The scene as it was read.
-    pub fn original(&self) -> &SceneDesc {
-        &self.original
-    }
-
-    /// The scene as it is traced, but for the camera.
+    /// The description of the scene that is traced, but for the camera.
     pub fn desc(&self) -> &SceneDesc {
         &self.desc
     }
 
     /// The camera as a scene file says it: the file's own where it was not moved.
-    pub fn camera_desc(&self) -> CameraDesc {
+    fn camera_desc(&self) -> CameraDesc {
         let (pose, camera) = (self.history.pose(), self.original.camera.clone());
         if !self.is_moved() {
             return camera;
@@ -104,18 +114,28 @@ impl User {
         Camera::new(&camera, film, &options).into_diagnostic()
     }
 
-    /// Moves the camera; returns whether anything changed.
+    /// Moves of the camera, to undo and redo them.
+    pub fn history(&mut self) -> &mut CameraHistory {
+        &mut self.history
+    }
+
+    /// Field of view, degrees.
+    pub fn fov(&self) -> f64 {
+        self.history.pose().fov
+    }
+
+    /// Moves the camera in a window of this size; returns whether anything changed.
     pub fn gesture(&mut self, gesture: Gesture, size: [u32; 2]) -> bool {
         let shape = shape(self.original.camera.fov_axis, size);
         self.history.apply(gesture, shape)
     }
 
-    /// The camera is not where the file puts it.
-    pub fn is_moved(&self) -> bool {
+    /// Whether the camera is elsewhere than where the file puts it.
+    fn is_moved(&self) -> bool {
         self.history.pose() != self.history.home()
     }
 
-    /// What is seen at this place of a picture of this size, both in pixels.
+    /// The surface that is seen at this position of a picture of this size, both in pixels.
     pub fn pick(&self, at: [f64; 2], size: [u32; 2]) -> Option<Pick> {
         let uv = [at[0] / f64::from(size[0].max(1)), at[1] / f64::from(size[1].max(1))];
         let inside = uv.iter().all(|x| (0.0..1.0).contains(x));
@@ -128,8 +148,8 @@ impl User {
         self.selected = shape;
     }
 
-    /// What can be changed of the selected shape, with the present values; of the lights that nobody can click at, where
-    /// nothing is selected.
+    /// The values of the selected shape that can be changed, as they are now; where nothing is selected, those of the lights that
+    /// have no shape to click at.
     fn editables(&self) -> Vec<Editable> {
         let mut all = match self.selected {
             Some(shape) => editable(&self.original, shape),
@@ -143,18 +163,18 @@ impl User {
 
     /// The selected shape, or the lights, for the panel.
     pub fn selection(&self) -> Option<Selection> {
-        let parameters = self.editables().into_iter().map(|one| Parameter {
+        let parameters = self.editables().into_iter().map(|one| SceneParameter {
             value: match one.value {
-                NewValue::Scale(factor) => Value::Scale(factor),
-                NewValue::Rgb(rgb) => Value::Color(rgb.map(|c| c as f32)),
+                NewValue::Scale(factor) => ParameterValue::Scale(factor),
+                NewValue::Rgb(rgb) => ParameterValue::Color(rgb.map(|c| c as f32)),
                 NewValue::Number(value) => {
                     let [min, max] = one.target.bounds();
-                    Value::Number { value, min, max }
+                    ParameterValue::Number { value, min, max }
                 }
             },
             label: one.label,
         });
-        let parameters: Vec<Parameter> = parameters.collect();
+        let parameters: Vec<SceneParameter> = parameters.collect();
         let name = match self.selected {
             Some(shape) => shape_name(&self.original, shape),
             None if parameters.is_empty() => return None,
@@ -168,12 +188,12 @@ impl User {
     /// # Errors
     ///
     /// When the value is out of range or the scene cannot be made ready with it; it stays as it was.
-    pub fn edit(&mut self, index: usize, value: Value) -> Result<()> {
+    pub fn edit(&mut self, index: usize, value: ParameterValue) -> Result<()> {
         let Some(one) = self.editables().into_iter().nth(index) else { return Ok(()) };
         let value = match value {
-            Value::Scale(factor) => NewValue::Scale(factor),
-            Value::Color(rgb) => NewValue::Rgb(rgb.map(f64::from)),
-            Value::Number { value, .. } => NewValue::Number(value),
+            ParameterValue::Scale(factor) => NewValue::Scale(factor),
+            ParameterValue::Color(rgb) => NewValue::Rgb(rgb.map(f64::from)),
+            ParameterValue::Number { value, .. } => NewValue::Number(value),
         };
         let mut edits = self.edits.clone();
         edits.set(one.target, value).into_diagnostic()?;
@@ -191,12 +211,11 @@ impl User {
         self.change(self.edits.clone(), forced)
     }
 
-    /// Switches an effect: what the scene calls for is forced off and what it does not call for is forced on, each until it is
-    /// switched back.
+    /// Switches an effect: one that the scene calls for is forced off, any other is forced on, until it is switched back.
     ///
     /// # Errors
     ///
-    /// As [`User::force`].
+    /// As [`SceneEditor::force`].
     pub fn switch(&mut self, effect: Effect) -> Result<()> {
         let mut forced = self.forced.clone();
         forced.retain(|forced| forced.effect != effect);
@@ -208,12 +227,12 @@ impl User {
         self.change(self.edits.clone(), forced)
     }
 
-    /// What is forced on and off.
+    /// The effects that are forced on or off.
     pub fn forced(&self) -> &[Forced] {
         &self.forced
     }
 
-    /// Makes the scene ready with these edits and these effects.
+    /// Prepares the scene with these edits and these effects.
     fn change(&mut self, edits: Edits, forced: Vec<Forced>) -> Result<()> {
         let mut desc = edits.apply(&self.original).into_diagnostic()?;
         forced.iter().try_for_each(|forced| load::force(&mut desc, *forced))?;
@@ -226,6 +245,26 @@ impl User {
     pub fn edits(&self) -> Edits {
         let camera = self.is_moved().then(|| self.camera_desc());
         Edits { camera, ..self.edits.clone() }
+    }
+
+    /// Saves camera and edits as a scene that includes the original, unless that was done already. `name` is the name of the
+    /// scene.
+    ///
+    /// # Errors
+    ///
+    /// When the file cannot be written.
+    pub fn save(&mut self, name: &str, run: &RunSpec) -> Result<PathBuf> {
+        let edits = self.edits();
+        if let Some((saved, path)) = &self.saved
+            && *saved == edits
+            && path.exists()
+        {
+            return Ok(path.clone());
+        }
+        let path = free_path(name, "xml", |_| false)?;
+        edits.write(&path, &run.scene, &run.defines, &self.original).into_diagnostic()?;
+        self.saved = Some((edits, path.clone()));
+        Ok(path)
     }
 
     /// The camera in words.
@@ -274,7 +313,7 @@ mod tests {
             let text = format!("<scene version=\"3.0.0\">{sensor}<emitter type=\"constant\"/></scene>");
             let desc = crate::scene::load_str("t.xml", &text, &[]).expect("valid").desc;
             let scene = Scene::prepare(&desc).expect("valid");
-            let mut user = User::new(desc, scene).expect("a camera");
+            let mut user = SceneEditor::new(desc, scene).expect("a camera");
             let before = user.camera_desc().focus_distance;
             user.gesture(Gesture::Focus(point), [200, 100]);
             (before, user.camera_desc().focus_distance)

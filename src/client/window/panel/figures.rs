@@ -1,38 +1,40 @@
-//! The figures.
+//! Figures of the render and the display: counts, rates, frame times, and the time of every pass.
 
 use std::sync::Arc;
 use std::time::Duration;
 
 use egui::{Grid, Id, ProgressBar, Ui};
+use egui_plot::{HLine, Line, Plot, PlotPoints};
 
-use crate::client::window::panel::{Readout, style};
+use crate::client::window::panel::{PanelData, style};
+use crate::client::window::statistics::FRAMES;
 
 /// Least time between two changes of the figures, seconds.
 const SETTLE: f64 = 0.1;
 
-/// The figures as they are shown now: taken over anew at most ten times a second.
-pub(super) fn settled(ctx: &egui::Context, readout: &Readout) -> Arc<Readout> {
-    let (id, now) = (Id::new("settled figures"), ctx.input(|i| i.time));
-    let kept = ctx.data(|data| data.get_temp::<(f64, Arc<Readout>)>(id));
+/// The data as it is shown now: taken over anew at most ten times a second.
+pub(super) fn settled(ctx: &egui::Context, data: &PanelData) -> Arc<PanelData> {
+    let (id, now) = (Id::new("settled figures"), ctx.input(|input| input.time));
+    let kept = ctx.data(|memory| memory.get_temp::<(f64, Arc<PanelData>)>(id));
     if let Some((then, figures)) = kept
         && (0.0..SETTLE).contains(&(now - then))
-        && figures.extent == readout.extent
+        && figures.extent == data.extent
     {
         return figures;
     }
-    let fresh = Arc::new(readout.clone());
-    ctx.data_mut(|data| data.insert_temp(id, (now, fresh.clone())));
+    let fresh = Arc::new(data.clone());
+    ctx.data_mut(|memory| memory.insert_temp(id, (now, fresh.clone())));
     fresh
 }
 
 /// Draws the table.
-pub(super) fn show(ui: &mut Ui, readout: &Readout) {
-    let counts = &readout.counts;
-    let pixels = (f64::from(readout.extent[0]) * f64::from(readout.extent[1])).max(1.0);
+pub(super) fn show(ui: &mut Ui, data: &PanelData) {
+    let counts = &data.counts;
+    let pixels = (f64::from(data.extent[0]) * f64::from(data.extent[1])).max(1.0);
     let samples = counts.camera_samples + counts.light_samples;
     let lod = |lod: Option<f32>| lod.map_or("–".to_owned(), |l| format!("{l:.2}"));
-    let [width, height] = readout.extent;
-    let detail = if readout.detail > 1 { format!(", shown at 1/{}", readout.detail) } else { String::new() };
+    let [width, height] = data.extent;
+    let detail = if data.detail > 1 { format!(", shown at 1/{}", data.detail) } else { String::new() };
     Grid::new("figures").num_columns(2).min_col_width(96.0).spacing([8.0, 1.0]).show(ui, |ui| {
         let mut line = |name: &str, value: String| {
             ui.colored_label(style::DIM, name);
@@ -47,20 +49,20 @@ pub(super) fn show(ui: &mut Ui, readout: &Readout) {
             "Camera / light",
             format!("{} / {}", count(counts.camera_samples as f64), count(counts.light_samples as f64)),
         );
-        line("Light transport", readout.method.to_owned());
+        line("Light transport", data.method.to_owned());
         line("Light paths", count(counts.light_paths as f64));
-        line("Traced", format!("{}/s", count(readout.traced_per_second)));
-        line("Rasterised", format!("{}/s", count(readout.rasterised_per_second)));
-        line("Level of detail", format!("{} camera, {} light", lod(readout.lods[0]), lod(readout.lods[1])));
-        line("Since last edit", time(readout.elapsed));
-        if let Some(last) = readout.edit_latency {
-            let p95 = readout.edit_latency_p95.map_or(String::new(), |p| format!(", p95 {}", time(p)));
+        line("Traced", format!("{}/s", count(data.traced_per_second)));
+        line("Rasterised", format!("{}/s", count(data.rasterised_per_second)));
+        line("Level of detail", format!("{} camera, {} light", lod(data.lods[0]), lod(data.lods[1])));
+        line("Since last edit", time(data.elapsed));
+        if let Some(last) = data.edit_latency {
+            let p95 = data.edit_latency_p95.map_or(String::new(), |p| format!(", p95 {}", time(p)));
             line("Edit to picture", format!("{}{p95}", time(last)));
         }
         line("Resolution", format!("{width}×{height}{detail}"));
-        line("Threads", readout.threads.to_string());
+        line("Threads", data.threads.to_string());
     });
-    let (used, size) = readout.ring;
+    let (used, size) = data.ring;
     let fill = used as f32 / size.max(1) as f32;
     ui.horizontal(|ui| {
         ui.colored_label(style::DIM, "Ring")
@@ -69,22 +71,22 @@ pub(super) fn show(ui: &mut Ui, readout: &Readout) {
         ui.add(bar.fill(if fill > 0.9 { style::ACCENT } else { egui::Color32::from_gray(150) }));
         ui.colored_label(style::BRIGHT, format!("{used}/{size}"));
     });
-    for words in [&readout.reason, &readout.plan, &readout.device] {
+    for words in [&data.reason, &data.plan, &data.device] {
         if !words.is_empty() {
             ui.colored_label(style::DIM, words);
         }
     }
 }
 
-/// Draws the time of every pass, with a bar for its part in the sum.
-pub(super) fn passes(ui: &mut Ui, readout: &Readout) {
-    let sum: f64 = readout.passes.iter().map(|(_, ms)| ms).sum();
-    if readout.passes.is_empty() {
+/// Draws the time of every pass, with a bar for its share of the sum.
+pub(super) fn passes(ui: &mut Ui, data: &PanelData) {
+    let sum: f64 = data.passes.iter().map(|(_, ms)| ms).sum();
+    if data.passes.is_empty() {
         ui.colored_label(style::DIM, "Not timed.");
         return;
     }
     Grid::new("passes").num_columns(3).spacing([8.0, 1.0]).show(ui, |ui| {
-        for (name, ms) in &readout.passes {
+        for (name, ms) in &data.passes {
             ui.colored_label(style::DIM, *name);
             ui.colored_label(style::BRIGHT, format!("{ms:.2} ms"));
             let (bar, _) = ui.allocate_exact_size(egui::vec2(100.0, 8.0), egui::Sense::hover());
@@ -99,8 +101,46 @@ pub(super) fn passes(ui: &mut Ui, readout: &Readout) {
     });
 }
 
-/// A count or rate with three significant digits and a decimal prefix.
-pub(super) fn count(value: f64) -> String {
+/// Draws the times of the last frames against the budget, and their percentiles.
+pub(super) fn frame_times(ui: &mut Ui, data: &PanelData) {
+    let budget = data.budget.as_secs_f64() * 1e3;
+    let [p50, p95, p99] = data.percentiles;
+    let top = (1.25 * f64::from(p99)).max(1.5 * budget).max(1.0);
+    let start = FRAMES.saturating_sub(data.frames.len());
+    let points: PlotPoints<'_> =
+        data.frames.iter().enumerate().map(|(i, ms)| [(start + i) as f64, f64::from(*ms).min(top)]).collect();
+    Plot::new("frame times")
+        .height(54.0)
+        .show_axes(false)
+        .show_grid(false)
+        .show_x(false)
+        .show_y(false)
+        .allow_drag(false)
+        .allow_zoom(false)
+        .allow_scroll(false)
+        .allow_boxed_zoom(false)
+        .allow_double_click_reset(false)
+        .set_margin_fraction(egui::Vec2::ZERO)
+        .default_x_bounds(0.0, (FRAMES - 1) as f64)
+        .default_y_bounds(0.0, top)
+        .auto_bounds(false)
+        .show(ui, |plot| {
+            plot.set_plot_bounds_y(0.0..=top);
+            plot.hline(HLine::new("budget", budget).color(style::ACCENT).width(1.0));
+            plot.line(Line::new("frame", points).color(style::BRIGHT).width(1.0));
+        });
+    ui.horizontal(|ui| {
+        for (name, ms) in [("p50", p50), ("p95", p95), ("p99", p99)] {
+            let over = f64::from(ms) > budget && budget > 0.0;
+            ui.colored_label(style::DIM, name);
+            ui.colored_label(if over { style::ACCENT } else { style::BRIGHT }, format!("{ms:.1}"));
+        }
+        ui.colored_label(style::DIM, format!("ms, budget {budget:.1}"));
+    });
+}
+
+/// Writes a count or rate with three significant digits and a decimal prefix.
+fn count(value: f64) -> String {
     let steps = [(1e12, "T"), (1e9, "G"), (1e6, "M"), (1e3, "k")];
     // 999.7 k would be written as 1000 k: the next prefix begins where rounding reaches it.
     match steps.iter().find(|(step, _)| value >= 0.9995 * step) {
@@ -109,13 +149,13 @@ pub(super) fn count(value: f64) -> String {
     }
 }
 
-/// Three significant digits.
+/// Writes three significant digits.
 fn significant(value: f64) -> String {
     let decimals = if value < 9.995 { 2 } else { usize::from(value < 99.95) };
     format!("{value:.decimals$}")
 }
 
-/// A time as it is read.
+/// Writes a time in the unit that suits it.
 fn time(time: Duration) -> String {
     match time.as_secs_f64() {
         s if s < 1.0 => format!("{:.0} ms", s * 1e3),

@@ -1,0 +1,87 @@
+//! The film's side of the stream: the one routine by which `render`, `view` and `bench` put blocks onto a film.
+
+use super::observer::Observer;
+use crate::client::film::VulkanFilm;
+use crate::client::kept::Kept;
+use crate::client::reference::ReferenceFilm;
+use crate::client::{Client, ClientError};
+use crate::stream::{Block, PathCounts, Sample};
+
+/// A film that samples can be added to.
+pub trait SampleFilm {
+    /// Counts paths that were started, whether or not they gave samples.
+    fn count_paths(&mut self, paths: PathCounts);
+
+    /// Adds samples to the batch; a full batch is rasterised at once.
+    ///
+    /// # Errors
+    ///
+    /// When an image cannot be made, or the device fails.
+    fn add(&mut self, samples: &[Sample]) -> Result<(), ClientError>;
+}
+
+macro_rules! sample_film {
+    ($($film:ty),*) => {
+        $(impl SampleFilm for $film {
+            fn count_paths(&mut self, paths: PathCounts) {
+                self.count_paths(paths);
+            }
+
+            fn add(&mut self, samples: &[Sample]) -> Result<(), ClientError> {
+                self.add(samples)
+            }
+        })*
+    };
+}
+
+sample_film!(Client, VulkanFilm, ReferenceFilm);
+
+/// Puts blocks onto a film: counts their paths, adds their samples, hands a copy to the observer of the error and to the store
+/// of kept samples, and remembers the first error, after which the film gets nothing more.
+pub struct Intake<'a, F> {
+    film: &'a mut F,
+    observer: Option<&'a Observer>,
+    kept: Option<&'a mut Kept>,
+    outcome: Result<(), ClientError>,
+}
+
+impl<'a, F: SampleFilm> Intake<'a, F> {
+    /// An intake of this film.
+    pub fn new(film: &'a mut F, observer: Option<&'a Observer>) -> Self {
+        Self { film, observer, kept: None, outcome: Ok(()) }
+    }
+
+    /// Keeps every block from the lanes as well.
+    pub fn keeping(self, kept: &'a mut Kept) -> Self {
+        Self { kept: Some(kept), ..self }
+    }
+
+    /// Takes a block from the lanes.
+    pub fn block(&mut self, block: &Block) {
+        if let Some(kept) = &mut self.kept {
+            kept.push(block);
+        }
+        self.samples(block.header.first_index, block.header.paths, block.samples());
+    }
+
+    /// Takes the samples of a block that was kept.
+    pub fn samples(&mut self, first_index: u64, paths: PathCounts, samples: &[Sample]) {
+        if self.outcome.is_err() {
+            return;
+        }
+        self.film.count_paths(paths);
+        self.outcome = self.film.add(samples);
+        if let Some(observer) = self.observer {
+            observer.samples(first_index, paths, samples);
+        }
+    }
+
+    /// Ends the intake.
+    ///
+    /// # Errors
+    ///
+    /// The film's first error.
+    pub fn finish(self) -> Result<(), ClientError> {
+        self.outcome
+    }
+}

@@ -1,0 +1,286 @@
+//! The panel of the viewer: egui, mouse and keys, the display controls, the list of effects, and the data that is shown.
+
+use std::time::Instant;
+
+use miette::Result;
+use winit::event::WindowEvent;
+use winit::window::Window;
+
+use crate::app::plan::{self, PlannedEffect};
+use crate::app::view::costs::EffectCosts;
+use crate::app::view::editor::SceneEditor;
+use crate::app::view::maps::{self, MapCache};
+use crate::app::view::metrics::ViewerMetrics;
+use crate::app::view::picture::{LivePicture, level_of_detail};
+use crate::app::view::screen::Screen;
+use crate::app::view::session::RenderSession;
+use crate::client::Settings;
+use crate::client::window::action::Action;
+use crate::client::window::host::{EguiHost, PanelDrawing};
+use crate::client::window::input::InputState;
+use crate::client::window::panel::{EffectRow, MapChoice, PanelControls, PanelData};
+use crate::scene::desc::IntegratorKind;
+use crate::study::{Quantity, Target};
+use crate::tracer::effects::{self, refusal};
+
+/// The panel, and what the user does with mouse and keys.
+pub struct ViewerPanel {
+    /// egui; `None` until the window is open.
+    host: Option<EguiHost>,
+    controls: PanelControls,
+    input: InputState,
+    maps: MapCache,
+    costs: EffectCosts,
+    /// The list of effects, and the method and settings that it holds for; `None` after an edit.
+    effects: Option<(IntegratorKind, Settings, Vec<EffectRow>)>,
+    /// Actions that are asked for, to be done before the next frame.
+    actions: Vec<Action>,
+    /// The display controls have changed since the last frame.
+    settings_changed: bool,
+}
+
+impl ViewerPanel {
+    /// A panel for a window of this size that is not open yet.
+    pub fn new(controls: PanelControls, size: [u32; 2]) -> Self {
+        Self {
+            host: None,
+            controls,
+            input: InputState::new(size),
+            maps: MapCache::default(),
+            costs: EffectCosts::default(),
+            effects: None,
+            actions: Vec::new(),
+            settings_changed: false,
+        }
+    }
+
+    /// The window is open.
+    pub fn open(&mut self, window: &Window) {
+        self.host = Some(EguiHost::new(window));
+    }
+
+    /// Hears an event of the window. Returns true when it asks for actions.
+    pub fn on_event(&mut self, window: &Window, event: &WindowEvent) -> bool {
+        let active = (self.controls.visible || self.controls.help) && !self.input.is_dragging();
+        let taken = self.host.as_mut().is_some_and(|host| host.on_event(window, event, active));
+        let actions = self.input.on_window_event(event, taken);
+        self.actions.extend_from_slice(&actions);
+        !actions.is_empty()
+    }
+
+    /// Mouse and keys.
+    pub fn input(&mut self) -> &mut InputState {
+        &mut self.input
+    }
+
+    /// The display controls.
+    pub fn controls(&self) -> &PanelControls {
+        &self.controls
+    }
+
+    /// As [`controls`](Self::controls), to be changed.
+    pub fn controls_mut(&mut self) -> &mut PanelControls {
+        &mut self.controls
+    }
+
+    /// The error that the user wants.
+    pub fn target(&self) -> Target {
+        Target { error: self.controls.target, at: Quantity::P95 }
+    }
+
+    /// Takes the actions that were asked for since the last call.
+    pub fn take_actions(&mut self) -> Vec<Action> {
+        std::mem::take(&mut self.actions)
+    }
+
+    /// Whether the display controls have changed since the last call.
+    pub fn take_settings_changed(&mut self) -> bool {
+        std::mem::take(&mut self.settings_changed)
+    }
+
+    /// Turns an effect of the display on or off.
+    pub fn switch_display_effect(&mut self, name: &str, on: bool) {
+        self.controls.settings.switch(name, on);
+        self.settings_changed = true;
+    }
+
+    /// Begins to measure what the tracer's effects cost in this scene, seen from here, by this method.
+    ///
+    /// # Errors
+    ///
+    /// When the camera cannot be used or the system gives no thread.
+    pub fn measure_costs(&mut self, session: &RenderSession, editor: &SceneEditor) -> Result<()> {
+        let plan = self.plan(session, editor);
+        self.costs.measure(session, editor, plan)
+    }
+
+    /// Takes over the costs that were measured; true when there are new ones.
+    pub fn take_costs(&mut self) -> bool {
+        self.costs.take()
+    }
+
+    /// Whether something goes on that needs frames or ends soon.
+    pub fn is_busy(&self) -> bool {
+        self.costs.is_measuring() || self.input.is_moving()
+    }
+
+    /// Scene, camera or method have changed.
+    pub fn edited(&mut self) {
+        self.effects = None;
+        self.costs.edited();
+    }
+
+    /// Another epoch begins.
+    pub fn begin_epoch(&mut self) {
+        self.maps.begin_epoch();
+    }
+
+    /// Whether egui draws something over the picture: panel, list of keys, map or message.
+    fn has_overlay(&self) -> bool {
+        self.controls.visible
+            || self.controls.help
+            || self.controls.map != MapChoice::None
+            || self.host.as_ref().is_some_and(EguiHost::has_message)
+    }
+
+    /// When the panel must run next; `None` while nothing of it is visible.
+    pub fn next_run(&self) -> Option<Instant> {
+        self.host.as_ref().filter(|_| self.has_overlay()).map(EguiHost::due)
+    }
+
+    /// Whether the panel must run now.
+    pub fn is_due(&self, now: Instant) -> bool {
+        self.next_run().is_some_and(|due| now >= due)
+    }
+
+    /// Asks for the panel to be drawn anew.
+    pub fn refresh(&mut self) {
+        if let Some(host) = &mut self.host {
+            host.refresh();
+        }
+    }
+
+    /// Shows a message over the picture for a while.
+    pub fn say(&mut self, message: String) {
+        if let Some(host) = &mut self.host {
+            host.say(message);
+        }
+    }
+
+    /// Puts text on the clipboard.
+    pub fn copy(&mut self, text: String) {
+        if let Some(host) = &mut self.host {
+            host.copy(text);
+        }
+    }
+
+    /// Runs the panel.
+    pub fn run(&mut self, window: &Window, data: &PanelData) {
+        let Some(host) = &mut self.host else { return };
+        let before = (self.controls.settings.clone(), self.controls.filter);
+        self.actions.extend(host.run(window, data, &mut self.controls));
+        self.settings_changed |= before != (self.controls.settings.clone(), self.controls.filter);
+    }
+
+    /// The display settings, and what is drawn over the picture.
+    pub fn settings_and_drawing(&mut self) -> (&Settings, Option<&mut PanelDrawing>) {
+        let drawn = self.has_overlay();
+        (&self.controls.settings, self.host.as_mut().filter(|_| drawn).map(EguiHost::drawing))
+    }
+
+    /// Closes the panel. Where the display is gone, egui's part of the window is left to the system: nobody answers any more.
+    pub fn close(self, display_lost: bool) {
+        if display_lost {
+            std::mem::forget(self.host);
+        }
+    }
+
+    /// Every effect of tracer and display, on or off, and why.
+    pub fn plan(&self, session: &RenderSession, editor: &SceneEditor) -> Vec<PlannedEffect> {
+        plan::plan(editor.desc(), session.run_spec(), &self.controls.settings)
+    }
+
+    /// The list of effects with their costs, as far as these are known.
+    fn effects(&mut self, session: &RenderSession, editor: &SceneEditor) -> Vec<EffectRow> {
+        let (method, settings) = (session.run_spec().integrator, &self.controls.settings);
+        let mut rows = match &self.effects {
+            Some((for_method, for_settings, rows)) if *for_method == method && for_settings == settings => {
+                rows.clone()
+            }
+            _ => {
+                let plan = self.plan(session, editor);
+                let rows: Vec<_> = plan.into_iter().map(|entry| effect_row(entry, method, editor)).collect();
+                self.effects = Some((method, settings.clone(), rows.clone()));
+                rows
+            }
+        };
+        for (place, row) in rows.iter_mut().enumerate() {
+            row.cost = self.costs.of(place, row.name);
+        }
+        rows
+    }
+
+    /// Gathers what the panel shows.
+    pub fn data(
+        &mut self,
+        session: &RenderSession,
+        picture: &LivePicture,
+        editor: &SceneEditor,
+        metrics: &mut ViewerMetrics,
+        now: Instant,
+    ) -> PanelData {
+        let (run, counts) = (session.run_spec(), picture.counts());
+        let [traced_per_second, rasterised_per_second] =
+            metrics.rates(session.traced(), picture.rasterised());
+        let statistics = &metrics.statistics;
+        let device = picture.screen().and_then(Screen::gpu).map(|gpu| gpu.info().clone());
+        PanelData {
+            device: device.map_or(String::new(), |d| match d.driver.contains(&d.name) {
+                true => d.driver,
+                false => format!("{} ({})", d.name, d.driver),
+            }),
+            plan: session.processor_sharing().to_owned(),
+            method: run.integrator.name(),
+            reason: run.auto.as_ref().map_or(String::new(), |chosen| chosen.reason.clone()),
+            extent: session.size(),
+            detail: picture.detail(),
+            counts,
+            traced_per_second,
+            rasterised_per_second,
+            lods: [counts.camera_samples, counts.light_samples].map(|n| level_of_detail(&run.film, n)),
+            ring: session.fill(),
+            passes: metrics.passes.clone(),
+            frames: statistics.frames(),
+            percentiles: statistics.percentiles(),
+            budget: picture.budget(),
+            edit_latency: statistics.edit_latency(),
+            edit_latency_p95: statistics.edit_latency_p95(),
+            threads: session.threads(),
+            elapsed: session.elapsed(),
+            message: self.host.as_ref().and_then(|host| host.message(now)).map(str::to_owned),
+            selection: editor.selection(),
+            effects: self.effects(session, editor),
+            costs: self.costs.state(),
+            error: picture.observer().map(|observer| {
+                maps::error_summary(observer, self.controls.target, session.is_through()).into()
+            }),
+            overlay: self.maps.overlay(self.controls.map, session, picture.observer(), now),
+            left_out: run.left_out().collect(),
+            camera: editor.camera_words(),
+            fov: editor.fov(),
+        }
+    }
+}
+
+/// One line of the list of effects. What is forced can be switched back; what is on can be forced off and what is off forced
+/// on, where that is possible.
+fn effect_row(entry: PlannedEffect, method: IntegratorKind, editor: &SceneEditor) -> EffectRow {
+    let on_display = entry.listed.as_ref().is_some_and(|listed| listed.can_switch);
+    let can_switch = entry.effect.map_or(on_display, |effect| {
+        let is_forced = editor.forced().iter().any(|forced| forced.effect == effect);
+        let can_add = effects::force_on(&mut editor.desc().clone(), effect).is_ok();
+        is_forced || entry.on && refusal(effect, method).is_none() || !entry.on && can_add
+    });
+    let place = entry.place.map_or(String::new(), |place| format!(" ({place})"));
+    EffectRow { name: entry.name, on: entry.on, reason: entry.reason + &place, can_switch, cost: None }
+}

@@ -1,0 +1,521 @@
+//! The picture in the window: the screen with the film on it, the samples that are kept to fill another film, the pacing of
+//! frames, and the observer of the error.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use miette::Result;
+
+use crate::app::intake::Intake;
+use crate::app::observer::{Beside, Observer};
+use crate::app::outputs::FilmSnapshot;
+use crate::app::run_spec::RunSpec;
+use crate::app::view::screen::Screen;
+use crate::app::view::session::RenderSession;
+use crate::client::film::VulkanFilm;
+use crate::client::kept::Kept;
+use crate::client::pacing::{FramePlan, Pacer, Situation};
+use crate::client::reference::ReferenceFilm;
+use crate::client::window::host::PanelDrawing;
+use crate::client::{BATCH_CAPACITY, Client, ClientError, FilmCounts, FilmSpec, Settings};
+use crate::gpu::{FrameNumber, Gpu, Readiness};
+use crate::stream::BLOCK_SAMPLES;
+use crate::study::Target;
+
+/// After an edit the loop waits this long for the first samples before it reads messages again.
+const FIRST_SAMPLES_WAIT: Duration = Duration::from_millis(4);
+
+/// Samples that make a first picture: a high level of detail shows the scene from few.
+const FIRST_SAMPLES: u64 = 512;
+
+/// Frame length where neither the command line nor the display says.
+const DEFAULT_BUDGET: Duration = Duration::from_micros(16_667);
+
+/// The last repaint of the picture.
+struct LastRepaint {
+    at: Instant,
+    /// Samples on the film then.
+    samples: u64,
+    /// Internal resolution: picture pixels per reconstructed pixel and axis.
+    detail: u32,
+}
+
+/// A frame that was handed to the device.
+pub struct ShownFrame {
+    /// Its number on the device.
+    pub number: FrameNumber,
+    /// When it began.
+    pub began: Instant,
+    /// Internal resolution of its repaint; `None` where the last picture was shown again.
+    pub detail: Option<u32>,
+}
+
+/// The picture: film, screen, kept samples, pacing, observer.
+pub struct LivePicture {
+    /// The window with the film; `None` until the window is open.
+    screen: Option<Screen>,
+    /// The samples of the present epoch, for films to come.
+    kept: Kept,
+    pacer: Pacer,
+    /// Watches the error, where the render is divided into replicates.
+    observer: Option<Observer>,
+    last_edit: Instant,
+    last_repaint: LastRepaint,
+    /// No picture of the present epoch was shown yet.
+    unseen: bool,
+    /// The picture must be painted anew from the same samples.
+    repaint: bool,
+    /// The window must be drawn, even with the same picture.
+    show: bool,
+    /// The window is not visible, as far as is known: nothing is drawn until it is resized or shown.
+    hidden: bool,
+    /// The render goes on; when it ends, all of its samples must be shown once.
+    running: bool,
+    /// Samples that films were given, kept ones again after a resize.
+    rasterised: u64,
+}
+
+impl LivePicture {
+    /// A picture without a window. Starts the observer, where the render is divided into replicates.
+    ///
+    /// # Errors
+    ///
+    /// When the system refuses a thread.
+    pub fn new(run: &RunSpec, budget: Option<Duration>, target: Target) -> Result<Self> {
+        let observe = || Observer::start(run, Some(target), Beside::Window);
+        let now = Instant::now();
+        Ok(Self {
+            screen: None,
+            kept: Kept::default(),
+            pacer: Pacer::new(budget.unwrap_or(DEFAULT_BUDGET)),
+            observer: run.replicated.then(observe).transpose()?,
+            last_edit: now,
+            last_repaint: LastRepaint { at: now, samples: 0, detail: 1 },
+            unseen: false,
+            repaint: true,
+            show: true,
+            hidden: false,
+            running: true,
+            rasterised: 0,
+        })
+    }
+
+    /// Sets the length of a frame.
+    pub fn set_budget(&mut self, budget: Duration) {
+        self.pacer = Pacer::new(budget);
+    }
+
+    /// The window is open.
+    pub fn set_screen(&mut self, screen: Screen) {
+        self.screen = Some(screen);
+    }
+
+    /// The window with the film; `None` until the window is open.
+    pub fn screen(&self) -> Option<&Screen> {
+        self.screen.as_ref()
+    }
+
+    /// As [`screen`](Self::screen), to be changed.
+    pub fn screen_mut(&mut self) -> Option<&mut Screen> {
+        self.screen.as_mut()
+    }
+
+    /// The device.
+    pub fn gpu(&self) -> Option<&Arc<Gpu>> {
+        self.screen.as_ref().and_then(Screen::gpu)
+    }
+
+    fn film(&self) -> Option<&VulkanFilm> {
+        self.screen.as_ref().and_then(Screen::film)
+    }
+
+    fn film_mut(&mut self) -> Option<&mut VulkanFilm> {
+        self.screen.as_mut().and_then(Screen::film_mut)
+    }
+
+    /// Shares out the time of a frame.
+    pub fn pacer(&mut self) -> &mut Pacer {
+        &mut self.pacer
+    }
+
+    /// Length of a frame.
+    pub fn budget(&self) -> Duration {
+        self.pacer.budget()
+    }
+
+    /// Watches the error; `None` where the render is not divided into replicates.
+    pub fn observer(&self) -> Option<&Observer> {
+        self.observer.as_ref()
+    }
+
+    /// Tells the observer which error is wanted.
+    pub fn aim(&mut self, target: Target) {
+        if let Some(observer) = &mut self.observer {
+            observer.aim(Some(target));
+        }
+    }
+
+    /// Samples and paths on the film.
+    pub fn counts(&self) -> FilmCounts {
+        self.film().map(VulkanFilm::counts).unwrap_or_default()
+    }
+
+    /// Samples on the film.
+    fn samples(&self) -> u64 {
+        let counts = self.counts();
+        counts.camera_samples + counts.light_samples
+    }
+
+    /// Samples that films were given since the start.
+    pub fn rasterised(&self) -> u64 {
+        self.rasterised
+    }
+
+    /// Internal resolution of the last repaint.
+    pub fn detail(&self) -> u32 {
+        self.last_repaint.detail
+    }
+
+    /// Notes an edit of scene or camera.
+    pub fn edited(&mut self, now: Instant) {
+        self.last_edit = now;
+    }
+
+    /// Time since the last edit.
+    pub fn since_edit(&self) -> Duration {
+        self.last_edit.elapsed()
+    }
+
+    /// Asks for the picture to be painted anew from the same samples.
+    pub fn request_repaint(&mut self) {
+        self.repaint = true;
+    }
+
+    /// Asks for the window to be drawn, even with the same picture.
+    pub fn request_show(&mut self) {
+        self.show = true;
+    }
+
+    /// Notes that the window is not visible.
+    pub fn hide(&mut self) {
+        self.hidden = true;
+    }
+
+    /// Whether a visible window waits for the first picture of the epoch.
+    pub fn awaits_first_picture(&self) -> bool {
+        self.unseen && !self.hidden
+    }
+
+    /// Whether the present epoch was shown.
+    pub fn is_seen(&self) -> bool {
+        !self.unseen
+    }
+
+    /// Whether the film has all kept samples and the window shows them.
+    pub fn is_settled(&self) -> bool {
+        self.kept.caught_up() && !(self.unseen || self.repaint || self.show)
+    }
+
+    /// Whether there is a window whose device has done everything it was given.
+    pub fn is_idle(&self) -> bool {
+        self.screen.as_ref().is_some_and(Screen::is_idle)
+    }
+
+    /// Begins with the samples of another epoch. The old picture stays until the new one is there.
+    ///
+    /// # Errors
+    ///
+    /// When the device fails.
+    pub fn begin_epoch(&mut self, run: &RunSpec) -> Result<(), ClientError> {
+        self.kept.clear();
+        if let Some(observer) = &mut self.observer {
+            observer.begin(run);
+        }
+        (self.unseen, self.running) = (true, true);
+        self.film_mut().map_or(Ok(()), VulkanFilm::clear)
+    }
+
+    /// Replaces the film where it has not the present size and filter; returns whether it did. The new film is filled from the
+    /// kept samples, which know no resolution.
+    ///
+    /// # Errors
+    ///
+    /// When the film does not fit into the device.
+    pub fn refit(&mut self, run: &RunSpec) -> Result<bool, ClientError> {
+        let fits = self.film().is_some_and(|film| *film.spec() == run.film);
+        let Some(screen) = self.screen.as_mut().filter(|_| !fits) else { return Ok(false) };
+        screen.replace_film(run.film)?;
+        self.rewind(run);
+        Ok(true)
+    }
+
+    /// Replaces the device that was lost; the film on the new one is filled from the kept samples.
+    ///
+    /// # Errors
+    ///
+    /// When there is no other device. There is no film afterwards.
+    pub fn replace_device(&mut self, run: &RunSpec) -> Result<(), ClientError> {
+        let Some(screen) = &mut self.screen else { return Ok(()) };
+        screen.replace_device(run.film)?;
+        self.rewind(run);
+        self.show = true;
+        Ok(())
+    }
+
+    /// The film is empty: it and its error are made anew from the kept samples, which carry their index and so their
+    /// replicate. Samples for which the store had no room are missing from both.
+    fn rewind(&mut self, run: &RunSpec) {
+        self.kept.rewind();
+        if let Some(observer) = &mut self.observer {
+            observer.begin_again(run);
+        }
+        self.repaint = true;
+    }
+
+    /// Decides what this frame does.
+    pub fn plan(&mut self, session: &RenderSession, now: Instant) -> FramePlan {
+        let run = session.run_spec();
+        if self.film().is_some_and(VulkanFilm::has_arrived) {
+            self.repaint = true;
+        }
+        let (last, samples) = (&self.last_repaint, self.samples());
+        let growth = if last.samples == 0 { f64::INFINITY } else { samples as f64 / last.samples as f64 };
+        let situation = Situation {
+            since_edit: now - self.last_edit,
+            since_repaint: now - last.at,
+            lod: level_of_detail(&run.film, samples),
+            growth,
+            shown_detail: last.detail,
+            due: self.unseen || self.repaint,
+            waiting: session.fill().0 * BLOCK_SAMPLES,
+            // In order of index only full batches are rasterised.
+            batched: if run.deterministic { 0 } else { self.film().map_or(0, VulkanFilm::waiting) },
+        };
+        let mut plan = self.pacer.plan(&situation);
+        if run.deterministic {
+            plan.samples = plan.samples.max(BATCH_CAPACITY);
+        }
+        plan
+    }
+
+    /// Whether a frame with this plan shows something.
+    pub fn wants_show(&self, plan: &FramePlan, panel_is_due: bool) -> bool {
+        self.show || (!self.hidden && (plan.repaint || panel_is_due))
+    }
+
+    /// Acquires an image of the window to draw into; returns its extent, or `None` where there is nothing to draw into now.
+    ///
+    /// # Errors
+    ///
+    /// When the device fails.
+    pub fn acquire(&mut self) -> Result<Option<[u32; 2]>, ClientError> {
+        let Some(screen) = &mut self.screen else { return Ok(None) };
+        let (readiness, extent) = screen.acquire()?;
+        self.hidden = matches!(readiness, Readiness::Hidden);
+        match readiness {
+            Readiness::Ready => return Ok(extent),
+            Readiness::Busy | Readiness::Hidden => {}
+            Readiness::SurfaceLost => {
+                screen.replace_surface()?;
+                tracing::info!("the surface was lost and replaced");
+            }
+        }
+        Ok(None)
+    }
+
+    /// Reads samples of a frame that began at `begin`. After an edit it waits a moment for the first ones.
+    ///
+    /// # Errors
+    ///
+    /// When the film fails.
+    pub fn read_samples(
+        &mut self,
+        session: &mut RenderSession,
+        budget: usize,
+        begin: Instant,
+    ) -> Result<(), ClientError> {
+        self.read(session, budget)?;
+        while self.unseen && !session.is_through() && self.samples() < FIRST_SAMPLES {
+            let left = FIRST_SAMPLES_WAIT.saturating_sub(begin.elapsed());
+            if left.is_zero() {
+                break;
+            }
+            session.wait(left);
+            session.hear_server();
+            self.read(session, budget)?;
+        }
+        Ok(())
+    }
+
+    /// Gives the film `budget` samples: kept ones first where it is behind, then those in the lanes.
+    fn read(&mut self, session: &mut RenderSession, budget: usize) -> Result<(), ClientError> {
+        let observer = self.observer.as_ref();
+        let Some(film) = self.screen.as_mut().and_then(Screen::film_mut) else {
+            // Without a film samples are kept as long as there is room; then workers park.
+            self.read_ahead(session, budget);
+            return Ok(());
+        };
+        let (mut left, mut intake) = (budget, Intake::new(film, observer));
+        while left > 0
+            && let Some((samples, first_index, paths)) = self.kept.feed()
+        {
+            intake.samples(first_index, paths, samples);
+            left = left.saturating_sub(samples.len());
+            self.rasterised += samples.len() as u64;
+        }
+        intake.finish()?;
+        if !self.kept.caught_up() {
+            self.read_ahead(session, budget);
+            return Ok(());
+        }
+        let mut intake = Intake::new(film, observer).keeping(&mut self.kept);
+        let drained = session.drain(left.max(BLOCK_SAMPLES), |block| intake.block(block));
+        self.rasterised += drained.samples as u64;
+        intake.finish()
+    }
+
+    /// Keeps samples from the lanes for later, so that the tracer need not wait for a film that is behind.
+    fn read_ahead(&mut self, session: &mut RenderSession, budget: usize) {
+        let mut left = budget;
+        while left > 0 && self.kept.has_room() {
+            let drained = session.drain(BLOCK_SAMPLES, |block| _ = self.kept.push_for_later(block));
+            if drained.blocks == 0 {
+                break;
+            }
+            left = left.saturating_sub(drained.samples.max(1));
+        }
+    }
+
+    /// Reads the last samples of a render that was stopped, for `time` at most.
+    ///
+    /// # Errors
+    ///
+    /// When the film fails; kept samples are not lost then.
+    pub fn read_rest(&mut self, session: &mut RenderSession, time: Duration) -> Result<(), ClientError> {
+        let start = Instant::now();
+        while !session.is_through() && start.elapsed() < time || !self.kept.caught_up() {
+            session.hear_server();
+            self.read(session, BATCH_CAPACITY)?;
+            if self.film().is_none() {
+                break;
+            }
+            if !session.is_through() {
+                session.wait(Duration::from_millis(5));
+            }
+        }
+        Ok(())
+    }
+
+    /// Rasterises the batch although it is not full.
+    ///
+    /// # Errors
+    ///
+    /// When the device fails.
+    pub fn flush(&mut self) -> Result<(), ClientError> {
+        self.film_mut().map_or(Ok(()), VulkanFilm::flush)
+    }
+
+    /// Asks for a last repaint once the render has ended and the film has all of its samples.
+    pub fn hear_end(&mut self, session: &RenderSession) {
+        if session.is_through() && self.kept.caught_up() && std::mem::take(&mut self.running) {
+            self.repaint = true;
+            tracing::info!("the render has ended");
+        }
+    }
+
+    /// Whether there is something to show: samples of the present epoch, or the last picture of the one before.
+    pub fn has_picture(&mut self) -> bool {
+        self.film_mut().is_some_and(|film| film.painted().is_some()) || self.samples() > 0
+    }
+
+    /// Repaints the picture if the plan says so or it was asked for, draws the panel over it and swaps. The frame `began` with
+    /// the run of the panel.
+    ///
+    /// # Errors
+    ///
+    /// When the device fails.
+    pub fn show(
+        &mut self,
+        session: &RenderSession,
+        plan: &FramePlan,
+        settings: &Settings,
+        panel: Option<&mut PanelDrawing>,
+        began: Instant,
+    ) -> Result<ShownFrame, ClientError> {
+        let samples = self.samples();
+        // In order of index only whole batches are rasterised, so that the sums are those of a headless render.
+        let partial = !session.run_spec().deterministic || session.is_complete();
+        let ready = if partial { samples > 0 } else { samples >= BATCH_CAPACITY as u64 };
+        let detail = (ready && (plan.repaint || self.repaint)).then_some(plan.detail);
+        if partial && detail.is_some() {
+            self.flush()?;
+        }
+        let number = match &mut self.screen {
+            Some(screen) => screen.show(settings, detail, panel)?,
+            None => FrameNumber::default(),
+        };
+        self.show = false;
+        if let Some(detail) = detail {
+            (self.unseen, self.repaint) = (false, false);
+            self.last_repaint = LastRepaint { at: began, samples, detail };
+        }
+        Ok(ShownFrame { number, began, detail })
+    }
+
+    /// Takes the picture as it is now, to be written by another thread.
+    ///
+    /// # Errors
+    ///
+    /// When there is no film or it cannot be read.
+    pub fn snapshot(
+        &mut self,
+        path: &Path,
+        session: &RenderSession,
+        settings: &Settings,
+    ) -> Result<FilmSnapshot> {
+        let Some(film) = self.film_mut() else { return Err(miette::miette!("there is no picture to save")) };
+        // In order of index the sums must stay those of whole batches until the last one.
+        film.keep_batch(session.run_spec().deterministic && !session.is_complete());
+        let snapshot = FilmSnapshot::take(path, film, settings);
+        film.keep_batch(false);
+        // The window's own picture may have another encoding.
+        self.repaint = true;
+        snapshot
+    }
+
+    /// Takes the film out of the window, for the files written at the end.
+    pub fn take_film(&mut self) -> Option<Client> {
+        self.screen.as_mut().and_then(Screen::take_film).map(Client::Vulkan)
+    }
+
+    /// A reference film, on the CPU, filled with the samples that are kept.
+    ///
+    /// # Errors
+    ///
+    /// When the film is too large.
+    pub fn film_without_device(&mut self, spec: FilmSpec) -> Result<Client, ClientError> {
+        let mut film = ReferenceFilm::new(spec, 0)?;
+        let mut intake = Intake::new(&mut film, None);
+        self.kept.rewind();
+        while let Some((samples, first_index, paths)) = self.kept.feed() {
+            intake.samples(first_index, paths, samples);
+        }
+        intake.finish()?;
+        film.flush()?;
+        Ok(Client::Reference(film))
+    }
+
+    /// Closes the window. Where its display is gone, the screen is left to the system: nobody answers any more.
+    pub fn close(self, display_lost: bool) {
+        if display_lost {
+            std::mem::forget(self.screen);
+        }
+    }
+}
+
+/// The level of detail that this many samples allow (paper §4.2); `None` without samples.
+pub fn level_of_detail(spec: &FilmSpec, samples: u64) -> Option<f32> {
+    let [width, height] = spec.padded_extent().map(f64::from);
+    (samples > 0).then(|| 0.5 * (width * height / samples as f64).log2() as f32)
+}

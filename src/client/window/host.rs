@@ -1,0 +1,165 @@
+//! Runs egui in a window: hands it the window's events, runs the panel when it is due, and keeps what is to be drawn.
+
+use std::time::{Duration, Instant};
+
+use winit::event::{ElementState, WindowEvent};
+use winit::window::Window;
+
+use crate::client::window::action::Action;
+use crate::client::window::panel::{self, PanelControls, PanelData};
+
+/// Longest time between two runs of the panel while it is visible.
+const REFRESH: Duration = Duration::from_millis(200);
+
+/// How long a message stands over the picture.
+const MESSAGE: Duration = Duration::from_secs(5);
+
+/// What egui wants drawn.
+#[derive(Default)]
+pub struct PanelDrawing {
+    /// Changes of textures that have not been handed over yet.
+    pub textures: egui::TexturesDelta,
+    /// Triangles of the last run, in points.
+    pub primitives: Vec<egui::ClippedPrimitive>,
+    /// Physical pixels per point.
+    pub pixels_per_point: f32,
+}
+
+/// egui in one window.
+pub struct EguiHost {
+    context: egui::Context,
+    state: egui_winit::State,
+    drawing: PanelDrawing,
+    /// The pointer, in points.
+    pointer: Option<egui::Pos2>,
+    /// egui must run again by then.
+    due: Instant,
+    /// The last message for the user, and until when it stands over the picture.
+    message: Option<(String, Instant)>,
+    /// The message was drawn in the last run.
+    message_drawn: bool,
+}
+
+impl EguiHost {
+    /// Sets egui up for this window.
+    pub fn new(window: &Window) -> Self {
+        let context = egui::Context::default();
+        let scale = Some(window.scale_factor() as f32);
+        let id = egui::ViewportId::ROOT;
+        let state = egui_winit::State::new(context.clone(), id, window, scale, window.theme(), Some(4096));
+        Self {
+            context,
+            state,
+            drawing: PanelDrawing::default(),
+            pointer: None,
+            due: Instant::now(),
+            message: None,
+            message_drawn: false,
+        }
+    }
+
+    /// Gives an event to egui. Returns true when the panel has used it, so that the picture must not react. `active` is false
+    /// while the panel is hidden or the picture is dragged: egui then gets only the events that keep its state valid.
+    pub fn on_event(&mut self, window: &Window, event: &WindowEvent, active: bool) -> bool {
+        if keeps_state(event) {
+            let _ = self.handle(window, event);
+            return false; // None of these starts anything.
+        }
+        active && self.handle(window, event)
+    }
+
+    fn handle(&mut self, window: &Window, event: &WindowEvent) -> bool {
+        let keyboard = matches!(event, WindowEvent::KeyboardInput { .. });
+        if keyboard && !self.context.egui_wants_keyboard_input() {
+            // egui would take Tab for moving its focus.
+            return false;
+        }
+        match event {
+            WindowEvent::CursorMoved { position, .. } => {
+                let scale = f64::from(egui_winit::pixels_per_point(&self.context, window));
+                let at = position.to_logical::<f32>(scale);
+                self.pointer = Some(egui::pos2(at.x, at.y));
+            }
+            WindowEvent::CursorLeft { .. } => self.pointer = None,
+            _ => {}
+        }
+        let response = self.state.on_window_event(window, event);
+        if response.repaint {
+            self.refresh();
+        }
+        // egui answers for where the pointer was when it ran last, which may be long ago on a slow device.
+        let pressed = matches!(event, WindowEvent::MouseInput { .. } | WindowEvent::MouseWheel { .. });
+        response.consumed || (pressed && self.is_under_pointer())
+    }
+
+    /// Whether the pointer is over the panel, the list of keys or an open menu.
+    fn is_under_pointer(&self) -> bool {
+        let layer = self.pointer.and_then(|at| self.context.layer_id_at(at));
+        layer.is_some_and(|layer| layer.order != egui::Order::Background)
+    }
+
+    /// Puts text on the clipboard.
+    pub fn copy(&mut self, text: String) {
+        self.state.set_clipboard_text(text);
+    }
+
+    /// Shows a message over the picture for a while.
+    pub fn say(&mut self, text: String) {
+        self.message = Some((text, Instant::now() + MESSAGE));
+        self.refresh();
+    }
+
+    /// The message that stands over the picture now.
+    pub fn message(&self, now: Instant) -> Option<&str> {
+        self.message.as_ref().filter(|(_, until)| now < *until).map(|(text, _)| text.as_str())
+    }
+
+    /// Whether a message is to be drawn, or was drawn last time and is to be removed.
+    pub fn has_message(&self) -> bool {
+        self.message_drawn || self.message(Instant::now()).is_some()
+    }
+
+    /// Asks for the panel to be drawn anew.
+    pub fn refresh(&mut self) {
+        self.due = Instant::now();
+    }
+
+    /// When egui must run next.
+    pub fn due(&self) -> Instant {
+        self.due
+    }
+
+    /// Runs the panel; returns the actions that the user asks for.
+    pub fn run(&mut self, window: &Window, data: &PanelData, controls: &mut PanelControls) -> Vec<Action> {
+        self.message_drawn = data.message.is_some();
+        let input = self.state.take_egui_input(window);
+        let mut actions = Vec::new();
+        let output = self.context.run_ui(input, |ui| actions.extend(panel::show(ui, data, controls)));
+        self.state.handle_platform_output(window, output.platform_output);
+        self.drawing.textures.append(output.textures_delta);
+        self.drawing.primitives = self.context.tessellate(output.shapes, output.pixels_per_point);
+        self.drawing.pixels_per_point = output.pixels_per_point;
+        let delay = output.viewport_output.values().map(|v| v.repaint_delay).min().unwrap_or(REFRESH);
+        self.due = Instant::now() + delay.min(REFRESH);
+        actions
+    }
+
+    /// The drawing of the last run.
+    pub fn drawing(&mut self) -> &mut PanelDrawing {
+        &mut self.drawing
+    }
+}
+
+/// Events that egui must hear even when they do not concern the panel: what it knows of keys and scale must not grow old.
+fn keeps_state(event: &WindowEvent) -> bool {
+    matches!(
+        event,
+        WindowEvent::ScaleFactorChanged { .. }
+            | WindowEvent::ModifiersChanged(_)
+            | WindowEvent::Focused(_)
+            | WindowEvent::ThemeChanged(_)
+            | WindowEvent::CursorLeft { .. }
+            // A press on the picture is heard by both; without its end egui would hold the button for ever.
+            | WindowEvent::MouseInput { state: ElementState::Released, .. }
+    )
+}

@@ -1,0 +1,186 @@
+//! Sections of the panel that ask for actions: selected object, effects, camera and files; and the list of keys.
+
+use egui::{
+    Align, Align2, Button, Checkbox, Grid, Layout, Order, RichText, ScrollArea, Slider, SliderClamping, Ui,
+    Window,
+};
+
+use crate::client::window::action::Action;
+use crate::client::window::keys::GROUPS;
+use crate::client::window::navigation::FOV;
+use crate::client::window::panel::{
+    CostState, EffectCost, EffectRow, PanelControls, PanelData, ParameterValue, Selection, style,
+};
+
+/// Draws the selected object's values, and asks for an edit for every change.
+pub(super) fn selection(ui: &mut Ui, selection: &Selection, actions: &mut Vec<Action>) {
+    ui.horizontal(|ui| {
+        ui.colored_label(style::ACCENT, &selection.name);
+        if selection.selected && ui.button("Deselect").on_hover_text("Selects nothing  X").clicked() {
+            actions.push(Action::Deselect);
+        }
+    });
+    if selection.parameters.is_empty() {
+        ui.colored_label(style::DIM, "Nothing of it can be changed.");
+    }
+    for (index, parameter) in selection.parameters.iter().enumerate() {
+        ui.horizontal(|ui| {
+            if let Some(value) = edit(ui, parameter.value) {
+                actions.push(Action::Edit { index, value });
+            }
+            ui.colored_label(style::DIM, &parameter.label);
+        });
+    }
+}
+
+/// Draws a widget for a value; returns the new value when the user changes it.
+fn edit(ui: &mut Ui, value: ParameterValue) -> Option<ParameterValue> {
+    let (changed, next) = match value {
+        ParameterValue::Scale(mut factor) => {
+            let slider = Slider::new(&mut factor, 0.0..=1000.0).logarithmic(true).smallest_positive(1e-3);
+            let response = ui.add(slider.clamping(SliderClamping::Edits).max_decimals(3).suffix("×"));
+            (response.changed(), ParameterValue::Scale(factor))
+        }
+        ParameterValue::Color(mut rgb) => {
+            let response = ui.color_edit_button_rgb(&mut rgb);
+            (response.changed(), ParameterValue::Color(rgb.map(|c| c.clamp(0.0, 1.0))))
+        }
+        ParameterValue::Number { mut value, min, max } => {
+            let slider = Slider::new(&mut value, min..=max).clamping(SliderClamping::Edits).max_decimals(4);
+            (ui.add(slider).changed(), ParameterValue::Number { value, min, max })
+        }
+    };
+    (changed && next != value).then_some(next)
+}
+
+/// Draws one line for each effect, with a switch and, once measured, its cost; the reason stands under the pointer.
+pub(super) fn effects(ui: &mut Ui, effects: &[EffectRow], costs: CostState, actions: &mut Vec<Action>) {
+    ui.horizontal(|ui| {
+        let idle = costs != CostState::Measuring;
+        let hint =
+            "Traces this view with each effect of the tracer and without it, in turn, for a second or so";
+        if ui.add_enabled(idle, Button::new("Measure costs")).on_hover_text(hint).clicked() {
+            actions.push(Action::MeasureCosts);
+        }
+        let note = match costs {
+            CostState::Unknown => "",
+            CostState::Measuring => "measuring …",
+            CostState::Fresh => "share of the tracing time",
+            CostState::Stale => "before the last change",
+        };
+        ui.colored_label(style::DIM, note);
+    });
+    for effect in effects {
+        ui.horizontal(|ui| {
+            let mut on = effect.on;
+            let color = if effect.on { style::BRIGHT } else { style::DIM };
+            let name = RichText::new(effect.name).color(color);
+            let line = ui.add_enabled(effect.can_switch, Checkbox::new(&mut on, name));
+            let line = line.on_hover_text(&effect.reason).on_disabled_hover_text(&effect.reason);
+            if line.changed() && on != effect.on {
+                actions.push(Action::SetEffect { name: effect.name, on });
+            }
+            let (text, hint) = match effect.cost {
+                None => return,
+                Some(EffectCost::Share(share)) => {
+                    (format!("{:.0} %", 100.0 * share), "Share of the tracing time that is saved without it")
+                }
+                Some(EffectCost::More(more)) => (
+                    format!("×{:.2}", 1.0 + more),
+                    "Time of a path with a small example of it, beside the present one",
+                ),
+            };
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                let fresh = effect.on && costs == CostState::Fresh;
+                ui.colored_label(if fresh { style::BRIGHT } else { style::DIM }, text).on_hover_text(hint);
+            });
+        });
+    }
+}
+
+/// Names the effects that are forced off, below the switches, so that no switch moves away from the pointer.
+pub(super) fn left_out(ui: &mut Ui, names: &[&str]) {
+    if !names.is_empty() {
+        ui.colored_label(style::ACCENT, format!("without {}", names.join(", ")));
+        ui.add_space(4.0);
+    }
+}
+
+/// Draws the camera and the buttons.
+pub(super) fn camera_and_files(
+    ui: &mut Ui,
+    data: &PanelData,
+    controls: &mut PanelControls,
+    actions: &mut Vec<Action>,
+) {
+    if data.fov > 0.0 {
+        ui.horizontal(|ui| {
+            let mut fov = data.fov;
+            let slider = Slider::new(&mut fov, FOV.0..=FOV.1).clamping(SliderClamping::Edits);
+            let response = ui.add(slider.fixed_decimals(1).suffix("°")).on_hover_text("Field of view  [ ]");
+            if response.changed() && fov != data.fov {
+                actions.push(Action::SetFov(fov));
+            }
+            if response.drag_stopped() || response.lost_focus() {
+                actions.push(Action::EndMove);
+            }
+            ui.colored_label(style::DIM, "field of view");
+        });
+    }
+    if !data.camera.is_empty() {
+        ui.small(&data.camera);
+    }
+    let mut row = |ui: &mut Ui, buttons: &[(&str, &str, Action)]| {
+        ui.horizontal_wrapped(|ui| {
+            for (text, hint, action) in buttons {
+                if ui.button(*text).on_hover_text(*hint).clicked() {
+                    actions.push(action.clone());
+                }
+            }
+        });
+    };
+    let moves = [
+        ("Undo", "Takes the last camera move back  Ctrl+Z", Action::Undo),
+        ("Redo", "Makes it again  Ctrl+Shift+Z", Action::Redo),
+        ("Reset", "Back to the file's camera  R", Action::ResetCamera),
+    ];
+    let files = [
+        ("PNG", "Saves the picture as it is shown, without the panel  P", Action::SavePng),
+        ("EXR", "Saves the sums of both streams  E", Action::SaveExr),
+        ("Scene", "Saves camera and changes as XML that includes the original  Ctrl+S", Action::SaveScene),
+        ("Copy command", "Copies the command line that repeats this picture  C", Action::CopyCommand),
+    ];
+    row(ui, &moves);
+    row(ui, &files);
+    ui.horizontal(|ui| {
+        if ui.button("Keys").on_hover_text("Lists the keys  ?").clicked() {
+            controls.help = !controls.help;
+        }
+        if ui.button("Hide").on_hover_text("Hides the panel  Tab").clicked() {
+            controls.visible = false;
+        }
+    });
+}
+
+/// Draws the list of keys in the middle of the window until it is closed.
+pub(super) fn keys(ctx: &egui::Context, open: &mut bool) {
+    let room = ctx.content_rect().height() - 60.0;
+    let window =
+        Window::new("Keys").open(open).collapsible(false).resizable(false).fade_in(false).fade_out(false);
+    let window = window.order(Order::Foreground).anchor(Align2::CENTER_CENTER, [0.0, 0.0]);
+    window.show(ctx, |ui| {
+        ScrollArea::vertical().max_height(room.max(40.0)).show(ui, |ui| {
+            for group in GROUPS {
+                ui.colored_label(style::BRIGHT, group.title);
+                Grid::new(group.title).num_columns(2).min_col_width(170.0).show(ui, |ui| {
+                    for binding in group.bindings {
+                        ui.colored_label(style::ACCENT, binding.keys);
+                        ui.label(binding.meaning);
+                        ui.end_row();
+                    }
+                });
+                ui.add_space(4.0);
+            }
+        });
+    });
+}
