@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use pointillist::scene;
 use pointillist::server::{RenderJob, Server};
-use pointillist::stream::{Epoch, Event, UvWindow};
+use pointillist::stream::{DrainOrder, Epoch, Event, UvWindow};
 use pointillist::tracer::integrator::{PathTracer, PhotonTracer, RenderContext};
 use pointillist::tracer::{Camera, PrepareOptions, Scene};
 
@@ -65,10 +65,11 @@ fn aborts(path: &Path, threads: usize, photons: bool) -> Vec<f64> {
             } else {
                 server.render(RenderJob::new(tracer.clone(), 0..u64::MAX), epoch).unwrap();
             }
+            lanes.follow(epoch, DrainOrder::Arrival);
             // Some time into the render, another one in every round, the lanes drained as by a client.
             let until = Instant::now() + Duration::from_micros(2000 + 137 * (number % 40));
             while Instant::now() < until {
-                lanes.drain(epoch, usize::MAX, |_| ());
+                lanes.drain(usize::MAX, |_| ());
                 lanes.wait(Duration::from_millis(1));
             }
             while server.event().is_some() {}

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use pointillist::color::Xyz;
 use pointillist::server::{RenderJob, Server};
-use pointillist::stream::{Cursor, Epoch, Event, PathCounts, SampleSink};
+use pointillist::stream::{DrainOrder, Epoch, PathCounts, SampleSink};
 use pointillist::tracer::Integrator;
 
 /// Leaves `SAMPLES` samples per path and computes nothing.
@@ -46,18 +46,10 @@ fn bench<const SAMPLES: usize>(ordered: bool, timed: bool) {
             let deadline = if ordered { None } else { Some(Duration::from_millis(2)) };
             let job = RenderJob { deadline, ..RenderJob::new(Arc::new(Idle::<SAMPLES>), 0..PATHS) };
             server.render(job, epoch).expect("first epoch");
-            let mut cursor = Cursor::new(epoch, 0);
-            loop {
-                let event = server.event();
-                if ordered {
-                    lanes.drain_ordered(&mut cursor, usize::MAX, |_| {});
-                } else {
-                    lanes.drain(epoch, usize::MAX, |_| {});
-                }
-                if let Some(Event::Finished { .. }) = event {
-                    break;
-                }
+            lanes.follow(epoch, if ordered { DrainOrder::Index { first: 0 } } else { DrainOrder::Arrival });
+            while !lanes.is_drained() {
                 lanes.wait(Duration::from_millis(100));
+                lanes.drain(usize::MAX, |_| {});
             }
             let wall = start.elapsed().as_secs_f64();
             let total = server.stats().total();

@@ -19,7 +19,7 @@ use std::time::{Duration, Instant};
 
 use desktop::Desktop;
 use pointillist::server::{RenderJob, Server};
-use pointillist::stream::{Epoch, UvWindow};
+use pointillist::stream::{DrainOrder, Epoch, UvWindow};
 use pointillist::tracer::integrator::PathTracer;
 use pointillist::tracer::{Camera, PrepareOptions, Scene};
 
@@ -53,9 +53,10 @@ fn alone(path: &Path) -> f64 {
     let (server, mut lanes) =
         Server::start(std::thread::available_parallelism().map_or(1, usize::from)).unwrap();
     server.render(RenderJob::new(tracer, 0..u64::MAX), Epoch(1)).unwrap();
+    lanes.follow(Epoch(1), DrainOrder::Arrival);
     let (start, mut samples) = (Instant::now(), 0);
     while start.elapsed().as_secs() < SECONDS {
-        samples += lanes.drain(Epoch(1), usize::MAX, |_| ()).samples;
+        samples += lanes.drain(usize::MAX, |_| ()).samples;
         lanes.wait(Duration::from_millis(10));
     }
     samples as f64 / start.elapsed().as_secs_f64()

@@ -11,9 +11,7 @@ use super::timings::TimingCapture;
 use crate::client::{Client, ClientError};
 use crate::server::Server;
 use crate::stream::block::Block;
-use crate::stream::control::{Epoch, Event, Finish};
-use crate::stream::ordered::Cursor;
-use crate::stream::{Drained, Lanes};
+use crate::stream::{DrainOrder, Drained, Epoch, Event, FinishReason, Lanes};
 use crate::study::Quantity;
 
 /// Samples taken from the lanes before looking at the clock, Ctrl-C and the progress bar again.
@@ -78,17 +76,15 @@ pub fn drive(
 ) -> Result<Driven> {
     let start = Instant::now();
     let mut driven = Driven::default();
-    let mut cursor = Cursor::new(drive.epoch, drive.first_index);
-    let mut finished = None;
+    let order = match drive.deterministic {
+        true => DrainOrder::Index { first: drive.first_index },
+        false => DrainOrder::Arrival,
+    };
+    lanes.follow(drive.epoch, order);
     let mut aborted = false;
     loop {
-        // The event is read before the lanes are drained: every block was committed before it.
-        while let Some(Event::Finished { epoch, why, .. }) = server.event() {
-            finished = (epoch == drive.epoch).then_some(why).or(finished);
-        }
         let rasterise = Instant::now();
-        let drained =
-            take(drive, &mut cursor, lanes, client, (observer, &mut driven.reached)).into_diagnostic()?;
+        let drained = take(drive, lanes, client, (observer, &mut driven.reached)).into_diagnostic()?;
         driven.rasterise += rasterise.elapsed();
         if let Some(timings) = timings {
             if drained.blocks > 0 {
@@ -100,27 +96,27 @@ pub fn drive(
         let shown = state.as_deref().map(|state| (state, drive.quantity));
         bar.update(client.counts().paths(), drive.texels, start.elapsed(), shown);
         driven.reached |= !drive.deterministic && state.is_some_and(|state| state.reached);
+        if lanes.is_drained() {
+            break;
+        }
         if drained.blocks == 0 {
-            match finished.take() {
-                Some(why) => {
-                    driven.complete = why == Finish::Complete;
-                    if let Finish::Panicked { index, message } = why {
-                        driven.panicked = Some((index, message));
-                    }
-                    break;
-                }
-                None => {
-                    let start = Instant::now();
-                    wait(drive, &cursor, lanes);
-                    note(timings, "wait for samples", start)?;
-                }
-            }
+            let start = Instant::now();
+            lanes.wait(Duration::from_millis(20));
+            note(timings, "wait for samples", start)?;
         }
         let late = drive.time.is_some_and(|limit| start.elapsed() >= limit);
         driven.interrupted |= process::is_interrupted();
         if !aborted && (late || driven.interrupted || driven.reached) {
             server.abort();
             aborted = true;
+        }
+    }
+    while let Some(Event::Finished { epoch, reason, .. }) = server.event() {
+        match reason {
+            _ if epoch != drive.epoch => {}
+            FinishReason::Complete => driven.complete = true,
+            FinishReason::Aborted => {}
+            FinishReason::Panicked { index, message } => driven.panicked = Some((index, message)),
         }
     }
     let rasterise = Instant::now();
@@ -133,7 +129,6 @@ pub fn drive(
 
 fn take(
     drive: Drive,
-    cursor: &mut Cursor,
     lanes: &mut Lanes,
     client: &mut Client,
     (observer, reached): (Option<&Observer>, &mut bool),
@@ -153,11 +148,7 @@ fn take(
             *reached = observer.state().reached;
         }
     };
-    let drained = if drive.deterministic {
-        lanes.drain_ordered(cursor, BUDGET, give)
-    } else {
-        lanes.drain(drive.epoch, BUDGET, give)
-    };
+    let drained = lanes.drain(BUDGET, give);
     failed.map_or(Ok(drained), Err)
 }
 
@@ -168,13 +159,4 @@ fn take(
 /// When a file of the capture cannot be written.
 pub fn note(timings: &mut Option<TimingCapture>, name: &'static str, start: Instant) -> Result<()> {
     timings.as_mut().map_or(Ok(()), |timings| timings.client(name, start))
-}
-
-fn wait(drive: Drive, cursor: &Cursor, lanes: &mut Lanes) {
-    let timeout = Duration::from_millis(20);
-    if drive.deterministic {
-        lanes.wait_ordered(cursor, timeout);
-    } else {
-        lanes.wait(timeout);
-    }
 }

@@ -24,16 +24,14 @@
 //! let (server, mut lanes) = Server::start(2)?;
 //! let epoch = Epoch(1);
 //! server.render(RenderJob::new(Arc::new(White), 0..5000), epoch)?;
+//! lanes.follow(epoch, DrainOrder::Arrival);
 //! let mut samples = 0;
-//! let why = loop {
-//!     let event = server.event(); // before draining: all its blocks are in the lanes
-//!     while lanes.drain(epoch, 64 * 1024, |block| samples += block.samples().len()).blocks > 0 {}
-//!     if let Some(Event::Finished { why, .. }) = event {
-//!         break why;
-//!     }
+//! while !lanes.is_drained() {
 //!     lanes.wait(Duration::from_millis(100));
-//! };
-//! assert_eq!((why, samples), (Finish::Complete, 5000));
+//!     lanes.drain(64 * 1024, |block| samples += block.samples().len());
+//! }
+//! let Some(Event::Finished { reason, .. }) = server.event() else { unreachable!("the render has ended") };
+//! assert_eq!((reason, samples), (FinishReason::Complete, 5000));
 //! # Ok::<(), ServerError>(())
 //! ```
 

@@ -12,12 +12,12 @@ use crate::server::priority::Priority;
 use crate::server::spans::SpanLog;
 use crate::server::stats::{StatsCell, Stopwatch};
 use crate::server::wrapper::Message;
-use crate::stream::{BlockSink, Finish};
+use crate::stream::{BlockSink, FinishReason};
 use crate::tracer::Integrator;
 
 /// What a worker does for one render: [`trace_chunks`] for one type of integrator. The only dynamic call, once per
 /// worker and render.
-pub(super) type Work = Arc<dyn Fn(&mut Worker, &Task, &mut Stopwatch) -> Finish + Send + Sync>;
+pub(super) type Work = Arc<dyn Fn(&mut Worker, &Task, &mut Stopwatch) -> FinishReason + Send + Sync>;
 
 /// A render as it is sent to a worker.
 pub(super) struct Assignment {
@@ -41,20 +41,20 @@ pub(super) fn run(mut worker: Worker, assignments: Receiver<Assignment>, done: S
         let mut watch = Stopwatch::start(cell, worker.sink.writer().parked());
         worker.sink.start(task.epoch, task.window);
         // The sink stays usable after a panic: its block is restarted, the lane is untouched between flushes.
-        let why = catch_unwind(AssertUnwindSafe(|| work(&mut worker, &task, &mut watch)))
+        let reason = catch_unwind(AssertUnwindSafe(|| work(&mut worker, &task, &mut watch)))
             .unwrap_or_else(|panic| stop_after_panic(&mut worker, &task, panic.as_ref()));
         cell.totals(worker.sink.totals());
         watch.finish(worker.sink.writer().parked());
         // An idle worker must not keep the integrator alive; its `drop` is foreign code too.
         let _ = catch_unwind(AssertUnwindSafe(|| drop(work)));
-        if done.send(Message::WorkerDone { epoch: task.epoch, why }).is_err() {
+        if done.send(Message::WorkerDone { epoch: task.epoch, reason }).is_err() {
             return;
         }
     }
 }
 
 /// Drops the samples of the path that panicked, stops the other workers and sends what was good.
-fn stop_after_panic(worker: &mut Worker, task: &Task, panic: &(dyn Any + Send)) -> Finish {
+fn stop_after_panic(worker: &mut Worker, task: &Task, panic: &(dyn Any + Send)) -> FinishReason {
     let message = panic
         .downcast_ref::<&str>()
         .map(ToString::to_string)
@@ -63,7 +63,7 @@ fn stop_after_panic(worker: &mut Worker, task: &Task, panic: &(dyn Any + Send)) 
     worker.sink.writer().hub().stop(task.epoch);
     worker.sink.abandon_path();
     worker.sink.flush();
-    Finish::Panicked { index: worker.sink.index(), message }
+    FinishReason::Panicked { index: worker.sink.index(), message }
 }
 
 /// Traces chunks of `task` until there are none or its epoch may not run any more, which is looked up before every path.
@@ -72,7 +72,7 @@ pub(super) fn trace_chunks<I: Integrator>(
     worker: &mut Worker,
     task: &Task,
     watch: &mut Stopwatch,
-) -> Finish {
+) -> FinishReason {
     let Worker { number, sink, spans, .. } = worker;
     let hub = sink.writer().hub().clone();
     let mut scratch = I::Scratch::default();
@@ -86,7 +86,7 @@ pub(super) fn trace_chunks<I: Integrator>(
             if !hub.running().is(task.epoch) {
                 sink.flush();
                 spans.end(*number, span, sink.writer());
-                return Finish::Aborted;
+                return FinishReason::Aborted;
             }
             sink.begin_path(index);
             let begun = probe.begin(index);
@@ -98,10 +98,10 @@ pub(super) fn trace_chunks<I: Integrator>(
         let sent = sink.flush();
         spans.end(*number, span, sink.writer());
         if !sent {
-            return Finish::Aborted;
+            return FinishReason::Aborted;
         }
     }
-    Finish::Complete
+    FinishReason::Complete
 }
 
 /// Looks at the time now and then: after every path when paths are slow, after every 16th when they are fast, so that

@@ -3,10 +3,10 @@
 use crate::color::Xyz;
 use crate::stream::block::Block;
 use crate::stream::control::Epoch;
-use crate::stream::rejected::{Cause, Rejections};
+use crate::stream::lanes::LaneWriter;
+use crate::stream::rejections::{Cause, Rejections};
 use crate::stream::sample::Sample;
 use crate::stream::sink::{PathCounts, SampleSink, UvWindow};
-use crate::stream::writer::LaneWriter;
 
 /// Share of the window's extent by which a position may lie outside: rounding of `min + u · extent`.
 const WINDOW_SLACK: f32 = 1e-6;

@@ -7,7 +7,7 @@ use std::time::Duration;
 use crate::support::synthetic::{Out, finish_of, flat, gather, render_all, synthetic};
 use pointillist::color::Xyz;
 use pointillist::server::{RenderJob, Server, ServerError};
-use pointillist::stream::{Cause, Epoch, Finish, MAX_VALUE, Sample};
+use pointillist::stream::{Cause, DrainOrder, Epoch, FinishReason, MAX_VALUE, Sample};
 
 #[test]
 fn abort_takes_at_most_one_path_per_worker() {
@@ -26,11 +26,11 @@ fn abort_takes_at_most_one_path_per_worker() {
     }
     server.abort();
     let at_abort = started.load(Ordering::SeqCst);
-    let (got, why) = gather(&server, &mut lanes, Epoch(1));
+    let (got, reason) = gather(&server, &mut lanes, Epoch(1));
     // A worker may have passed its check just before the abort: one more path each.
     let total = started.load(Ordering::SeqCst);
     assert!(total <= at_abort + THREADS as u64, "{} paths after the abort", total - at_abort);
-    assert_eq!(why, Finish::Aborted);
+    assert_eq!(reason, FinishReason::Aborted);
     // The begun blocks are sent: nothing that was traced is lost, so the picture so far can be finished.
     assert_eq!((got.indices(), got.samples.len() as u64), (total, total));
     assert_eq!(server.stats().total().paths, total);
@@ -109,12 +109,13 @@ fn a_new_epoch_in_mid_frame_drops_what_is_stale() {
     for n in 1..=20 {
         let epoch = Epoch(n);
         server.render(RenderJob::new(synthetic(flat(n as f32)), 0..u64::MAX), epoch).expect("newer");
+        lanes.follow(epoch, DrainOrder::Arrival);
         // One frame of this epoch, and blocks of it left behind in the lanes.
         let mut samples = 0;
         while samples < 3000 {
             lanes.wait(Duration::from_secs(60));
             samples += lanes
-                .drain(epoch, 4096, |block| {
+                .drain(4096, |block| {
                     assert!(block.samples().iter().all(|s| s.xyz.y == n as f32), "epoch {n}");
                 })
                 .samples;
@@ -139,11 +140,12 @@ fn a_client_that_never_drains_delays_neither_abort_nor_term_nor_the_next_render(
     server.render(endless(), Epoch(1)).expect("first epoch");
     until_full(&lanes);
     server.abort();
-    assert_eq!(finish_of(&server, Epoch(1)), Finish::Aborted);
+    assert_eq!(finish_of(&server, Epoch(1)), FinishReason::Aborted);
     // What was sent before the abort is still there, and paths and samples agree.
     let mut counts = (0, 0);
+    lanes.follow(Epoch(1), DrainOrder::Arrival);
     while lanes
-        .drain(Epoch(1), 1 << 20, |b| {
+        .drain(1 << 20, |b| {
             counts = (counts.0 + b.header.index_count, counts.1 + b.samples().len() as u64);
         })
         .blocks
@@ -155,19 +157,19 @@ fn a_client_that_never_drains_delays_neither_abort_nor_term_nor_the_next_render(
     server.render(endless(), Epoch(2)).expect("newer");
     until_full(&lanes);
     server.render(endless(), Epoch(3)).expect("newer");
-    assert_eq!(finish_of(&server, Epoch(2)), Finish::Aborted);
+    assert_eq!(finish_of(&server, Epoch(2)), FinishReason::Aborted);
     server.term();
-    assert_eq!(finish_of(&server, Epoch(3)), Finish::Aborted);
+    assert_eq!(finish_of(&server, Epoch(3)), FinishReason::Aborted);
     assert!(matches!(server.render(endless(), Epoch(4)), Err(ServerError::Terminated)));
 
     let (server, lanes) = Server::start(2).expect("threads");
     server.render(endless(), Epoch(1)).expect("first epoch");
     until_full(&lanes);
     drop(lanes);
-    assert_eq!(finish_of(&server, Epoch(1)), Finish::Aborted);
+    assert_eq!(finish_of(&server, Epoch(1)), FinishReason::Aborted);
     // Without a client there is nothing to trace for.
     server.render(endless(), Epoch(2)).expect("newer");
-    assert_eq!(finish_of(&server, Epoch(2)), Finish::Aborted);
+    assert_eq!(finish_of(&server, Epoch(2)), FinishReason::Aborted);
 }
 
 #[test]
@@ -178,9 +180,9 @@ fn a_panic_names_its_index_and_the_server_lives_on() {
     });
     let (server, mut lanes) = Server::start(2).expect("threads");
     server.render(RenderJob::new(fragile, 0..u64::MAX), Epoch(1)).expect("first epoch");
-    let (got, why) = gather(&server, &mut lanes, Epoch(1));
-    match why {
-        Finish::Panicked { index, message } => {
+    let (got, reason) = gather(&server, &mut lanes, Epoch(1));
+    match reason {
+        FinishReason::Panicked { index, message } => {
             assert_eq!(index, 2500);
             assert!(message.contains("degenerate triangle"), "{message}");
         }
@@ -189,8 +191,8 @@ fn a_panic_names_its_index_and_the_server_lives_on() {
     assert!(got.samples.iter().all(|s| s.xyz.x != 2500.0));
     assert_eq!(got.samples.len() as u64, got.indices());
     server.render(RenderJob::new(synthetic(flat(1.0)), 0..4000), Epoch(2)).expect("newer");
-    let (got, why) = gather(&server, &mut lanes, Epoch(2));
-    assert_eq!((why, got.samples.len()), (Finish::Complete, 4000));
+    let (got, reason) = gather(&server, &mut lanes, Epoch(2));
+    assert_eq!((reason, got.samples.len()), (FinishReason::Complete, 4000));
 }
 
 #[test]
@@ -214,8 +216,8 @@ fn a_thousand_restarts_leave_nothing_behind() {
     for n in 1..=1000 {
         server.render(RenderJob::new(integrator.clone(), n..n + 100 * (n % 7)), Epoch(n)).expect("newer");
         if n % 100 == 0 {
-            let (got, why) = gather(&server, &mut lanes, Epoch(n));
-            assert_eq!((why, got.indices()), (Finish::Complete, 100 * (n % 7)));
+            let (got, reason) = gather(&server, &mut lanes, Epoch(n));
+            assert_eq!((reason, got.indices()), (FinishReason::Complete, 100 * (n % 7)));
         }
     }
 }
@@ -236,7 +238,7 @@ fn misuse_is_answered_with_a_sentence() {
     // An empty range finishes too.
     gather(&server, &mut lanes, Epoch(5));
     server.render(RenderJob::new(synthetic(flat(1.0)), 10..10), Epoch(6)).expect("newer");
-    assert_eq!(gather(&server, &mut lanes, Epoch(6)).1, Finish::Complete);
+    assert_eq!(gather(&server, &mut lanes, Epoch(6)).1, FinishReason::Complete);
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use pointillist::color::Xyz;
 use pointillist::server::{COST_CELLS, CostMap, RenderJob, Server};
-use pointillist::stream::{Epoch, Event, Lanes, PathCounts, SampleSink};
+use pointillist::stream::{DrainOrder, Epoch, Lanes, PathCounts, SampleSink};
 use pointillist::tracer::Integrator;
 
 /// Costs ten times as much in the left half.
@@ -29,14 +29,12 @@ impl Integrator for Lopsided {
 
 fn run(server: &Server, lanes: &mut Lanes, epoch: u64, paths: u64) -> CostMap {
     server.render(RenderJob::new(Arc::new(Lopsided), 0..paths), Epoch(epoch)).unwrap();
-    loop {
-        let event = server.event();
-        while lanes.drain(Epoch(epoch), usize::MAX, |_| {}).blocks > 0 {}
-        if let Some(Event::Finished { .. }) = event {
-            return server.cost_map();
-        }
+    lanes.follow(Epoch(epoch), DrainOrder::Arrival);
+    while !lanes.is_drained() {
         lanes.wait(Duration::from_millis(100));
+        lanes.drain(usize::MAX, |_| {});
     }
+    server.cost_map()
 }
 
 #[test]

@@ -1,9 +1,9 @@
 //! The samples of a range do not depend on threads; in order they are one sequence.
 
-use crate::support::synthetic::{Gathered, Out, gather, gather_ordered, render_all, synthetic, varied};
+use crate::support::synthetic::{Gathered, Out, gather_in, render_all, synthetic, varied};
 use pointillist::color::Xyz;
 use pointillist::server::{CHUNK, RenderJob, Server};
-use pointillist::stream::{BLOCK_SAMPLES, BlockSink, Cursor, Epoch, Finish, UvWindow, lanes};
+use pointillist::stream::{BLOCK_SAMPLES, BlockSink, DrainOrder, Epoch, FinishReason, UvWindow, lanes};
 
 const START: u64 = 777;
 const END: u64 = 60_001;
@@ -21,7 +21,8 @@ fn expected() -> Gathered {
     }
     sink.flush();
     let mut gathered = Gathered::default();
-    lanes.drain(Epoch(1), usize::MAX, |block| gathered.take(block));
+    lanes.follow(Epoch(1), DrainOrder::Arrival);
+    lanes.drain(usize::MAX, |block| gathered.take(block));
     gathered
 }
 
@@ -29,8 +30,8 @@ fn expected() -> Gathered {
 fn any_thread_count_gives_the_same_multiset_and_counts() {
     let expected = expected();
     for threads in [1, 2, 7] {
-        let (got, why) = render_all(threads, RenderJob::new(synthetic(varied), START..END));
-        assert_eq!(why, Finish::Complete);
+        let (got, reason) = render_all(threads, RenderJob::new(synthetic(varied), START..END));
+        assert_eq!(reason, FinishReason::Complete);
         assert_eq!(got.indices(), END - START, "{threads} threads");
         assert_eq!((got.paths().camera, got.paths().light), (END - START, 2 * (END - START)));
         assert!(got.multiset() == expected.multiset(), "{threads} threads");
@@ -45,9 +46,9 @@ fn ordered_draining_gives_one_sequence_and_full_blocks_only_one_set_of_blocks() 
         let (server, mut lanes) = Server::start(threads).expect("threads");
         let job = RenderJob { deadline, ..RenderJob::new(synthetic(varied), START..END) };
         server.render(job, Epoch(4)).expect("first epoch");
-        let mut cursor = Cursor::new(Epoch(4), START);
-        let (got, why) = gather_ordered(&server, &mut lanes, &mut cursor);
-        assert_eq!((why, cursor.expected()), (Finish::Complete, END));
+        let order = DrainOrder::Index { first: START };
+        let (got, reason) = gather_in(order, &server, &mut lanes, Epoch(4));
+        assert_eq!((reason, lanes.next_index()), (FinishReason::Complete, END));
         assert!(got.sequence() == expected, "{threads} threads, {deadline:?}");
         if deadline.is_none() {
             let blocks: Vec<_> = got.blocks.iter().map(|b| (b.first_index, b.index_count)).collect();
@@ -94,13 +95,12 @@ fn a_path_longer_than_a_block_arrives_whole() {
     let (server, mut lanes) = Server::start(3).expect("threads");
     for (epoch, ordered) in [(Epoch(1), true), (Epoch(2), false)] {
         server.render(RenderJob::new(synthetic(long), 0..5000), epoch).expect("newer");
-        let mut cursor = Cursor::new(epoch, 0);
-        let (got, why) = if ordered {
-            gather_ordered(&server, &mut lanes, &mut cursor)
-        } else {
-            gather(&server, &mut lanes, epoch)
-        };
-        assert_eq!((why, got.indices(), got.samples.len()), (Finish::Complete, 5000, 5000 * PER_PATH));
+        let order = if ordered { DrainOrder::Index { first: 0 } } else { DrainOrder::Arrival };
+        let (got, reason) = gather_in(order, &server, &mut lanes, epoch);
+        assert_eq!(
+            (reason, got.indices(), got.samples.len()),
+            (FinishReason::Complete, 5000, 5000 * PER_PATH)
+        );
         assert!(got.lens.iter().all(|&len| len > 0));
         if ordered {
             let in_order =

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use pointillist::color::Xyz;
 use pointillist::stream::{
-    BLOCK_SAMPLES, Block, BlockSink, Cursor, Epoch, LaneWriter, PathCounts, SampleSink, UvWindow, lanes,
+    BLOCK_SAMPLES, Block, BlockSink, DrainOrder, Epoch, LaneWriter, PathCounts, SampleSink, UvWindow, lanes,
 };
 
 const FAR: Duration = Duration::from_secs(60);
@@ -32,8 +32,9 @@ fn lanes_take_turns_and_the_budget_is_never_exceeded() {
     }
     assert_eq!((lanes.fill().blocks, lanes.fill().capacity), (9, 12));
     let mut order = Vec::new();
+    lanes.follow(Epoch(1), DrainOrder::Arrival);
     let mut drain = |budget| {
-        let done = lanes.drain(Epoch(1), budget, |block| order.push(block.header.first_index));
+        let done = lanes.drain(budget, |block| order.push(block.header.first_index));
         (done.blocks, done.samples)
     };
     assert_eq!(drain(99), (0, 0));
@@ -51,10 +52,12 @@ fn stale_blocks_are_dropped_and_newer_ones_wait() {
         assert!(send(&mut writers[0], Epoch(epoch), first, 5));
     }
     let mut seen = Vec::new();
-    let done = lanes.drain(Epoch(2), 1 << 20, |block| seen.push(block.header.first_index));
-    assert_eq!((done.stale, done.blocks), (1, 2));
-    let done = lanes.drain(Epoch(3), 1 << 20, |block| seen.push(block.header.first_index));
-    assert_eq!((done.stale, done.blocks, lanes.stale_blocks()), (0, 1, 1));
+    lanes.follow(Epoch(2), DrainOrder::Arrival);
+    let done = lanes.drain(1 << 20, |block| seen.push(block.header.first_index));
+    assert_eq!((lanes.stale_blocks(), done.blocks), (1, 2));
+    lanes.follow(Epoch(3), DrainOrder::Arrival);
+    let done = lanes.drain(1 << 20, |block| seen.push(block.header.first_index));
+    assert_eq!((lanes.stale_blocks(), done.blocks), (1, 1));
     assert_eq!(seen, [10, 20, 30]);
     // A writer of an older epoch is refused: its blocks would only be dropped.
     assert!(!send(&mut writers[1], Epoch(2), 40, 5));
@@ -87,11 +90,11 @@ fn ordered_draining_with_the_smallest_lanes_does_not_stall() {
                     }
                 });
             }
-            let mut cursor = Cursor::new(Epoch(1), 0);
+            lanes.follow(Epoch(1), DrainOrder::Index { first: 0 });
             let mut values = Vec::new();
-            while cursor.expected() < 30 * CHUNKS {
-                assert!(lanes.wait_ordered(&cursor, FAR), "stalled at {}", cursor.expected());
-                lanes.drain_ordered(&mut cursor, BLOCK_SAMPLES, |block| {
+            while lanes.next_index() < 30 * CHUNKS {
+                assert!(lanes.wait(FAR), "stalled at {}", lanes.next_index());
+                lanes.drain(BLOCK_SAMPLES, |block| {
                     values.extend(block.samples().iter().map(|sample| sample.xyz.x as u64));
                 });
             }
@@ -106,6 +109,7 @@ fn a_full_lane_parks_its_writer_until_space_or_the_end_of_the_epoch() {
     let (mut writers, mut lanes) = lanes(1, 2);
     lanes.hub().run(Some(Epoch(1)));
     let mut writer = writers.remove(0);
+    lanes.follow(Epoch(1), DrainOrder::Arrival);
     for n in 0..2 {
         assert!(send(&mut writer, Epoch(1), 10 * n, 10));
     }
@@ -115,7 +119,7 @@ fn a_full_lane_parks_its_writer_until_space_or_the_end_of_the_epoch() {
     });
     std::thread::sleep(Duration::from_millis(20));
     assert!(!worker.is_finished());
-    assert_eq!(lanes.drain(Epoch(1), 10, |_| {}).blocks, 1);
+    assert_eq!(lanes.drain(10, |_| {}).blocks, 1);
     let (sent, mut writer) = worker.join().expect("worker");
     assert!(sent && writer.parked() > Duration::ZERO);
 
@@ -125,7 +129,7 @@ fn a_full_lane_parks_its_writer_until_space_or_the_end_of_the_epoch() {
     hub.run(None);
     assert!(!worker.join().expect("worker"), "stopped: the block is not sent");
     let mut indices = Vec::new();
-    lanes.drain(Epoch(1), 1000, |block| indices.push(block.header.first_index));
+    lanes.drain(1000, |block| indices.push(block.header.first_index));
     assert_eq!(indices, [10, 20]);
 }
 
@@ -133,12 +137,13 @@ fn a_full_lane_parks_its_writer_until_space_or_the_end_of_the_epoch() {
 fn a_client_sleeps_until_a_block_or_an_event_comes() {
     let (mut writers, mut lanes) = lanes(1, 2);
     lanes.hub().run(Some(Epoch(1)));
+    lanes.follow(Epoch(1), DrainOrder::Arrival);
     assert!(!lanes.wait(Duration::from_millis(1)), "nothing is there");
     let hub = lanes.hub().clone();
     std::thread::scope(|scope| {
         scope.spawn(|| send(&mut writers[0], Epoch(1), 0, 1));
         assert!(lanes.wait(FAR));
-        lanes.drain(Epoch(1), 1000, |_| {});
+        lanes.drain(1000, |_| {});
         scope.spawn(move || hub.announce());
         assert!(lanes.wait(FAR));
     });
@@ -167,10 +172,35 @@ fn a_path_cut_by_the_end_of_its_epoch_is_not_counted() {
     sink.end_path(PathCounts { camera: 1, light: 1 });
     sink.flush();
     let (mut indices, mut paths) = (0, 0);
-    lanes.drain(Epoch(1), 1 << 20, |block| {
+    lanes.follow(Epoch(1), DrainOrder::Arrival);
+    lanes.drain(1 << 20, |block| {
         indices += block.header.index_count;
         paths += block.header.paths.light;
     });
     assert_eq!((indices, paths), (1, 1));
     assert_eq!(lanes.fill().blocks, 0);
+}
+
+/// A render is drained once the producer has declared its end and no block of it is left, in any order; a gap that an
+/// abort has left does not hold it up.
+#[test]
+fn a_render_is_drained_when_it_has_ended_and_nothing_is_left() {
+    let (mut writers, mut lanes) = lanes(2, 8);
+    let hub = lanes.hub().clone();
+    for (epoch, order) in [(1, DrainOrder::Arrival), (2, DrainOrder::Index { first: 0 })] {
+        hub.run(Some(Epoch(epoch)));
+        lanes.follow(Epoch(epoch), order);
+        assert!(!lanes.is_drained(), "not ended");
+        for (lane, first) in [(1, 10), (0, 0), (0, 40)] {
+            assert!(send(&mut writers[lane], Epoch(epoch), first, 10));
+        }
+        hub.end(Epoch(epoch));
+        let expected = if order == DrainOrder::Arrival { 3 } else { 2 };
+        let mut blocks = 0;
+        while !lanes.is_drained() {
+            assert!(lanes.wait(FAR));
+            blocks += lanes.drain(10, |_| {}).blocks;
+        }
+        assert_eq!(blocks, expected);
+    }
 }

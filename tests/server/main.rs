@@ -1,4 +1,4 @@
-//! The server and its stream of samples: commands, events, threads, lanes, records.
+//! The server and its stream of samples: commands, events, threads and lanes.
 
 #![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
 
@@ -9,4 +9,3 @@ mod control;
 mod cost;
 mod determinism;
 mod lanes;
-mod record;

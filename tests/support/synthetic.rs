@@ -5,7 +5,9 @@ use std::time::{Duration, Instant};
 
 use pointillist::color::Xyz;
 use pointillist::server::{RenderJob, Server};
-use pointillist::stream::{Block, Cursor, Epoch, Event, Finish, Lanes, PathCounts, Sample, SampleSink};
+use pointillist::stream::{
+    Block, DrainOrder, Epoch, Event, FinishReason, Lanes, PathCounts, Sample, SampleSink,
+};
 use pointillist::tracer::Integrator;
 
 /// An integrator made of a function of (index, sink).
@@ -120,51 +122,52 @@ const STEP: Duration = Duration::from_millis(50);
 const HANG: Duration = Duration::from_secs(120);
 
 /// Drains until the render of `epoch` has finished.
-pub fn gather(server: &Server, lanes: &mut Lanes, epoch: Epoch) -> (Gathered, Finish) {
-    let mut gathered = Gathered::default();
-    let start = Instant::now();
-    while start.elapsed() < HANG {
-        let event = server.event();
-        while lanes.drain(epoch, BUDGET, |block| gathered.take(block)).blocks > 0 {}
-        match event {
-            Some(Event::Finished { epoch: ended, why, .. }) if ended == epoch => return (gathered, why),
-            Some(_) => {}
-            None => drop(lanes.wait(STEP)),
-        }
-    }
-    panic!("render {epoch:?} does not finish");
+pub fn gather(server: &Server, lanes: &mut Lanes, epoch: Epoch) -> (Gathered, FinishReason) {
+    gather_in(DrainOrder::Arrival, server, lanes, epoch)
 }
 
-/// The same in order of index.
-pub fn gather_ordered(server: &Server, lanes: &mut Lanes, cursor: &mut Cursor) -> (Gathered, Finish) {
+/// The same in a given order.
+pub fn gather_in(
+    order: DrainOrder,
+    server: &Server,
+    lanes: &mut Lanes,
+    epoch: Epoch,
+) -> (Gathered, FinishReason) {
     let mut gathered = Gathered::default();
     let start = Instant::now();
+    lanes.follow(epoch, order);
     while start.elapsed() < HANG {
-        let event = server.event();
-        while lanes.drain_ordered(cursor, BUDGET, |block| gathered.take(block)).blocks > 0 {}
-        match event {
-            Some(Event::Finished { why, .. }) => return (gathered, why),
-            None => drop(lanes.wait_ordered(cursor, STEP)),
+        while lanes.drain(BUDGET, |block| gathered.take(block)).blocks > 0 {}
+        if !lanes.is_drained() {
+            lanes.wait(STEP);
+            continue;
         }
+        while let Some(Event::Finished { epoch: ended, reason, .. }) = server.event() {
+            if ended == epoch {
+                assert_eq!(lanes.drain(BUDGET, |_| {}).blocks, 0, "drained, but a block was left");
+                return (gathered, reason);
+            }
+        }
+        panic!("render {epoch:?} is drained, but there is no event");
     }
-    panic!("ordered render does not finish; stands at {}", cursor.expected());
+    panic!("render {epoch:?} does not finish; stands at {}", lanes.next_index());
 }
 
 /// Waits for the finish event without draining.
-pub fn finish_of(server: &Server, epoch: Epoch) -> Finish {
+pub fn finish_of(server: &Server, epoch: Epoch) -> FinishReason {
     let start = Instant::now();
     while start.elapsed() < HANG {
-        if let Some(Event::Finished { epoch: ended, why, .. }) = server.wait_event(STEP)
+        if let Some(Event::Finished { epoch: ended, reason, .. }) = server.wait_event(STEP)
             && ended == epoch
         {
-            return why;
+            return reason;
         }
     }
     panic!("render {epoch:?} does not finish");
 }
 
 /// Starts a server and renders one job on it to the end.
-pub fn render_all<I: Integrator>(threads: usize, job: RenderJob<I>) -> (Gathered, Finish) {
+pub fn render_all<I: Integrator>(threads: usize, job: RenderJob<I>) -> (Gathered, FinishReason) {
     let (server, mut lanes) = Server::start(threads).expect("threads");
     server.render(job, Epoch(1)).expect("first epoch");
     gather(&server, &mut lanes, Epoch(1))

@@ -6,11 +6,11 @@ use glam::{DAffine3, DVec3};
 
 use crate::support::agreement::{Method, Plan, compare, measure};
 use crate::support::scenes::*;
-use crate::support::synthetic::{gather_ordered, render_all};
+use crate::support::synthetic::{gather_in, render_all};
 use pointillist::scene::desc::*;
 use pointillist::server::{RenderJob, Server};
 use pointillist::spectrum::{Spectrum, dispersion::Ior};
-use pointillist::stream::{Cursor, Epoch, Finish, UvWindow};
+use pointillist::stream::{DrainOrder, Epoch, FinishReason, UvWindow};
 use pointillist::tracer::Camera;
 use pointillist::tracer::integrator::{PhotonTracer, RenderContext};
 
@@ -209,9 +209,9 @@ fn pictures_do_not_depend_on_the_number_of_threads() {
         let tracer = tracer_of(&desc);
         let job = RenderJob { deadline: None, ..RenderJob::new(tracer.clone(), 100..40_000) };
         server.render(job, Epoch(4)).expect("first epoch");
-        let mut cursor = Cursor::new(Epoch(4), 100);
-        let (got, why) = gather_ordered(&server, &mut lanes, &mut cursor);
-        assert_eq!((why, cursor.expected()), (Finish::Complete, 40_000));
+        let order = DrainOrder::Index { first: 100 };
+        let (got, reason) = gather_in(order, &server, &mut lanes, Epoch(4));
+        assert_eq!((reason, lanes.next_index()), (FinishReason::Complete, 40_000));
         let generations = tracer.map().latest().generations();
         assert!(
             (5..25).contains(&generations),
@@ -227,8 +227,8 @@ fn pictures_do_not_depend_on_the_number_of_threads() {
 fn ranges_rendered_apart_fit_together() {
     let desc = scene("cornell_spheres.xml");
     let render = |range, threads| {
-        let (got, why) = render_all(threads, RenderJob::new(tracer_of(&desc), range));
-        assert_eq!(why, Finish::Complete);
+        let (got, reason) = render_all(threads, RenderJob::new(tracer_of(&desc), range));
+        assert_eq!(reason, FinishReason::Complete);
         got.multiset()
     };
     let whole = render(0..20_000, 2);

@@ -14,7 +14,7 @@ use crate::client::film::VulkanFilm;
 use crate::client::{BATCH_CAPACITY, Settings};
 use crate::gpu::{Access, Format, Gpu, Image, ImageDesc, Inventory, Load, Target, TimingRows};
 use crate::server::{Priority, Server};
-use crate::stream::{Block, Epoch, Lanes};
+use crate::stream::{Block, DrainOrder, Epoch, Lanes};
 use crate::tracer::{Camera, Scene};
 
 /// Frames that are not counted: pipelines are made, memory is touched, the lanes fill.
@@ -76,7 +76,8 @@ pub fn run(
     (settings, count): (&Settings, u32),
     capture: Option<TimingCapture>,
 ) -> Result<Measured> {
-    let (server, lanes) = Server::start_with(threads, Priority::Background).into_diagnostic()?;
+    let (server, mut lanes) = Server::start_with(threads, Priority::Background).into_diagnostic()?;
+    lanes.follow(EPOCH, DrainOrder::Arrival);
     server.set_tracing(capture.is_some());
     let window = film.spec().window();
     let extent = [film.spec().width, film.spec().height];
@@ -131,7 +132,7 @@ impl Loop<'_> {
         self.note("wait for samples", start)?;
         let (start, mut failed) = (Instant::now(), None);
         let film = &mut self.film;
-        self.lanes.drain(EPOCH, BATCH_CAPACITY, |block: &Block| {
+        self.lanes.drain(BATCH_CAPACITY, |block: &Block| {
             if failed.is_none() {
                 film.count_paths(block.header.paths);
                 failed = film.add(block.samples()).err();

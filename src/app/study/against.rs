@@ -13,7 +13,7 @@ use crate::client::develop;
 use crate::image::Grid;
 use crate::image::compare::{Picture, luminance, rel_mse, smape};
 use crate::image::exr;
-use crate::stream::rejected::Cause;
+use crate::stream::Cause;
 use crate::study::data::Reference;
 use crate::study::measured::{Measured, REGIONS, Run};
 use crate::study::{ErrorField, Interval, Part};

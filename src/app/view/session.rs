@@ -12,7 +12,7 @@ use crate::client::window::statistics::RecentValues;
 use crate::client::{FilmSpec, SplatFilter};
 use crate::gpu::{DeviceInfo, DeviceKind};
 use crate::server::{Priority, Server};
-use crate::stream::{Block, Cursor, Drained, Epoch, Event, Finish, Lanes, UvWindow};
+use crate::stream::{Block, DrainOrder, Drained, Epoch, Event, FinishReason, Lanes, UvWindow};
 
 /// Abort times that are kept.
 const ABORTS: usize = 4096;
@@ -29,8 +29,6 @@ pub struct RenderSession {
     server: Server,
     lanes: Lanes,
     epoch: Epoch,
-    /// Where an ordered drain stands.
-    cursor: Cursor,
     /// Paths of a render; `None` is no end.
     paths: Option<u64>,
     /// Where the samples of this epoch lie.
@@ -38,7 +36,7 @@ pub struct RenderSession {
     /// Scene or camera have changed since the epoch began.
     stale: bool,
     /// How the render has ended, once it has.
-    ended: Option<Finish>,
+    ended: Option<FinishReason>,
     /// It has ended and every block was taken.
     through: bool,
     began: Instant,
@@ -74,7 +72,6 @@ impl RenderSession {
             server,
             lanes,
             epoch: Epoch(0),
-            cursor: Cursor::new(Epoch(0), 0),
             paths,
             window: UvWindow::PICTURE,
             stale: true,
@@ -183,7 +180,11 @@ impl RenderSession {
         let (scene, range) = (editor.scene(), 0..self.paths.unwrap_or(u64::MAX));
         let order = RenderOrder { scene, camera, range, window, epoch, check: None };
         method::start(&self.server, &self.run, order, &mut self.photons)?;
-        self.cursor = Cursor::new(epoch, 0);
+        let drain_order = match self.run.deterministic {
+            true => DrainOrder::Index { first: 0 },
+            false => DrainOrder::Arrival,
+        };
+        self.lanes.follow(epoch, drain_order);
         self.window = window;
         (self.stale, self.ended, self.through, self.began) = (false, None, false, Instant::now());
         Ok(())
@@ -191,8 +192,8 @@ impl RenderSession {
 
     /// Reads the server's events.
     pub fn hear_server(&mut self) {
-        while let Some(Event::Finished { epoch, why: reason, at }) = self.server.event() {
-            if let Finish::Panicked { index, message } = &reason {
+        while let Some(Event::Finished { epoch, reason, at }) = self.server.event() {
+            if let FinishReason::Panicked { index, message } = &reason {
                 self.panicked.get_or_insert_with(|| (*index, message.clone()));
             }
             if epoch == self.epoch {
@@ -212,23 +213,14 @@ impl RenderSession {
 
     /// Hands over waiting blocks, `budget` samples at most. Never waits.
     pub fn drain(&mut self, budget: usize, take: impl FnMut(&Block)) -> Drained {
-        let drained = if self.run.deterministic {
-            self.lanes.drain_ordered(&mut self.cursor, budget, take)
-        } else {
-            self.lanes.drain(self.epoch, budget, take)
-        };
-        // The event was read before the lanes: every block had been committed by then.
-        self.through = self.ended.is_some() && drained.blocks == 0 && self.lanes.fill().blocks == 0;
+        let drained = self.lanes.drain(budget, take);
+        self.through = self.ended.is_some() && self.lanes.is_drained();
         drained
     }
 
     /// Sleeps until a block or an event is there, at most `timeout`.
     pub fn wait(&mut self, timeout: Duration) {
-        if self.run.deterministic {
-            self.lanes.wait_ordered(&self.cursor, timeout);
-        } else {
-            self.lanes.wait(timeout);
-        }
+        self.lanes.wait(timeout);
     }
 
     /// Stops the render; what has been sent remains valid.
@@ -257,7 +249,7 @@ impl RenderSession {
 
     /// Every path of the range was traced.
     pub fn is_complete(&self) -> bool {
-        self.through && self.ended == Some(Finish::Complete)
+        self.through && self.ended == Some(FinishReason::Complete)
     }
 
     /// The path that panicked first, and its message.

@@ -70,16 +70,6 @@ impl Rejections {
         self.keep((index, cause));
     }
 
-    /// Puts together what [`Rejections::count`] and [`Rejections::examples`] took apart.
-    pub fn from_parts(
-        counts: [u64; Cause::ALL.len()],
-        examples: impl IntoIterator<Item = (u64, Cause)>,
-    ) -> Self {
-        let mut rejections = Self { counts, ..Self::default() };
-        examples.into_iter().for_each(|example| rejections.keep(example));
-        rejections
-    }
-
     /// Adds the counts of `other` and keeps the smallest indices of both: the result does not depend on the order of
     /// merging, hence not on threads.
     pub fn merge(&mut self, other: &Rejections) {

@@ -1,0 +1,101 @@
+//! The state that both ends of the stream share: which epoch may run, and the two wake-up signals.
+
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+use crate::stream::control::Epoch;
+use crate::stream::signal::Signal;
+
+/// The epoch that may run at this moment. Workers load it between two paths.
+#[derive(Debug)]
+pub struct RunningEpoch(AtomicU64);
+
+impl Default for RunningEpoch {
+    fn default() -> Self {
+        Self(AtomicU64::new(Self::NONE))
+    }
+}
+
+impl RunningEpoch {
+    const NONE: u64 = u64::MAX;
+
+    /// True while `epoch` may go on.
+    #[inline]
+    pub fn is(&self, epoch: Epoch) -> bool {
+        self.0.load(Ordering::Relaxed) == epoch.0
+    }
+
+    /// True while nothing may run.
+    pub fn is_none(&self) -> bool {
+        self.0.load(Ordering::Relaxed) == Self::NONE
+    }
+
+    fn set(&self, epoch: Option<Epoch>) {
+        self.0.store(epoch.map_or(Self::NONE, |epoch| epoch.0), Ordering::SeqCst);
+    }
+
+    fn stop(&self, epoch: Epoch) {
+        // The exchange fails when another epoch runs already. Then there is nothing to stop.
+        let _ = self.0.compare_exchange(epoch.0, Self::NONE, Ordering::SeqCst, Ordering::SeqCst);
+    }
+}
+
+/// What both ends of the lanes share.
+#[derive(Debug, Default)]
+pub struct Hub {
+    running: RunningEpoch,
+    /// Rung when a slot becomes free or `running` changes. Parked workers wait for it.
+    pub(super) space: Signal,
+    /// Rung when a block or an event arrives. The consumer waits for it.
+    pub(super) data: Signal,
+    /// The newest epoch whose render has ended, or 0.
+    ended: AtomicU64,
+    /// Counts calls of [`Hub::announce`] and [`Hub::end`].
+    pub(super) events: AtomicU64,
+    /// The consumer's end is gone.
+    closed: AtomicBool,
+}
+
+impl Hub {
+    /// The epoch that may run.
+    pub fn running(&self) -> &RunningEpoch {
+        &self.running
+    }
+
+    /// Lets `epoch` run, or nothing, and wakes parked workers. Nothing runs once the consumer is gone.
+    pub fn run(&self, epoch: Option<Epoch>) {
+        self.running.set(epoch);
+        if self.closed.load(Ordering::SeqCst) {
+            // This load comes after the store above: whichever of `run` and `close` comes second, nothing runs.
+            self.running.set(None);
+        }
+        self.space.ring();
+    }
+
+    /// Stops `epoch` if it is the one that runs.
+    pub fn stop(&self, epoch: Epoch) {
+        self.running.stop(epoch);
+        self.space.ring();
+    }
+
+    /// Declares that every block of `epoch` is in the lanes. The producer calls it once its last worker is done.
+    pub fn end(&self, epoch: Epoch) {
+        self.ended.fetch_max(epoch.0, Ordering::Release);
+        self.announce();
+    }
+
+    /// Wakes the consumer from [`Lanes::wait`](crate::stream::Lanes::wait), because an event waits for it.
+    pub fn announce(&self) {
+        self.events.fetch_add(1, Ordering::SeqCst);
+        self.data.ring();
+    }
+
+    /// True once [`Hub::end`] was called for `epoch` or a newer one. All blocks of `epoch` are visible then.
+    pub(super) fn has_ended(&self, epoch: Epoch) -> bool {
+        self.ended.load(Ordering::Acquire) >= epoch.0
+    }
+
+    pub(super) fn close(&self) {
+        self.closed.store(true, Ordering::SeqCst);
+        self.run(None);
+    }
+}
