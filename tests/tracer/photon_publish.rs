@@ -6,17 +6,19 @@ use std::thread;
 
 use crate::photons::{Numbers, arrival};
 use glam::Vec3;
-use pointillist::tracer::photon_map::{Batch, Layer, PhotonMap, QueryScratch, Schedule, Snapshot};
+use pointillist::tracer::photon_map::{
+    PhotonBatch, PhotonLayer, PhotonMap, QueryScratch, Schedule, Snapshot,
+};
 
 const PATHS: u64 = 256;
 
 /// Light paths of zero to five photons, each a function of its number, which the flux carries.
-fn trace(paths: Range<u64>, batch: &mut Batch) {
+fn trace(paths: Range<u64>, batch: &mut PhotonBatch) {
     for path in paths {
         let mut r = Numbers(path * 1000);
         for _ in 0..path % 6 {
             let mark = path as f32 + 1.0;
-            let layer = if r.unit() < 0.2 { Layer::Caustic } else { Layer::Global };
+            let layer = if r.unit() < 0.2 { PhotonLayer::Caustic } else { PhotonLayer::Global };
             assert!(batch.push(layer, &arrival(r.point(), mark)));
         }
     }
@@ -30,14 +32,14 @@ fn map() -> PhotonMap {
 fn answers(snapshot: &Snapshot) -> Vec<u32> {
     let mut all = vec![snapshot.generations() as u32, snapshot.light_paths() as u32];
     let mut scratch = QueryScratch::default();
-    for layer in [Layer::Global, Layer::Caustic] {
+    for layer in [PhotonLayer::Global, PhotonLayer::Caustic] {
         let forest = snapshot.layer(layer);
-        forest.within((Vec3::splat(0.5), 2.0), &mut scratch, |photon, distance2| {
+        forest.within(Vec3::splat(0.5), 2.0, &mut scratch, |photon, distance2| {
             all.extend([photon.flux().0.x.to_bits(), distance2.to_bits()]);
         });
         for i in 0..50 {
             let at = Numbers(77 + i).point();
-            for near in forest.nearest((at, 0.5), 10, &mut scratch, |_| true) {
+            for near in forest.nearest(at, 0.5, 10, &mut scratch, |_| true) {
                 all.extend([forest.photon(near).flux().0.x.to_bits(), near.distance2.to_bits()]);
             }
         }
@@ -88,9 +90,9 @@ fn readers_see_whole_generations_only() {
                         assert!(g >= before, "generation {g} after {before}");
                         assert_eq!(snapshot.light_paths(), g * PATHS);
                         let mut sum = 0;
-                        for layer in [Layer::Global, Layer::Caustic] {
+                        for layer in [PhotonLayer::Global, PhotonLayer::Caustic] {
                             let forest = snapshot.layer(layer);
-                            forest.within((Vec3::splat(0.5), 2.0), &mut scratch, |photon, _| {
+                            forest.within(Vec3::splat(0.5), 2.0, &mut scratch, |photon, _| {
                                 sum += photon.flux().0.x.round() as u64;
                             });
                         }
@@ -105,7 +107,7 @@ fn readers_see_whole_generations_only() {
             .map(|_| {
                 s.spawn(|| {
                     while let Some(claim) = map.claim(last * PATHS) {
-                        let mut batch = Batch::default();
+                        let mut batch = PhotonBatch::default();
                         trace(claim.paths(), &mut batch);
                         claim.deposit(batch);
                         thread::yield_now();
@@ -169,16 +171,16 @@ fn samples_do_not_depend_on_the_number_of_threads() {
     };
     let sample = |map: &PhotonMap, index: u64| {
         while let Some(claim) = map.claim(schedule.paths_ahead(index)) {
-            let mut batch = Batch::default();
+            let mut batch = PhotonBatch::default();
             trace(claim.paths(), &mut batch);
             claim.deposit(batch);
         }
         let lookup = schedule.lookup(index);
         let snapshot = map.wait(lookup.generations, trace);
-        let forest = snapshot.layer(Layer::Global);
+        let forest = snapshot.layer(PhotonLayer::Global);
         let mut scratch = QueryScratch::default();
         let at = Numbers(index + 5_000_000).point();
-        let found = forest.nearest((at, lookup.radius), lookup.neighbours, &mut scratch, |_| true);
+        let found = forest.nearest(at, lookup.radius, lookup.neighbours, &mut scratch, |_| true);
         found.iter().map(|n| forest.photon(n).flux().0.x * n.distance2).sum::<f32>().to_bits()
     };
     let alone = map();
@@ -213,7 +215,7 @@ fn a_merge_given_up_is_made_by_another() {
     map.wait(last, trace);
     // The 16th generation merges all; the deposit that completes it finds itself unwanted.
     while let Some(claim) = map.claim((last + 1) * PATHS) {
-        let mut batch = Batch::default();
+        let mut batch = PhotonBatch::default();
         trace(claim.paths(), &mut batch);
         claim.deposit_while(batch, &|| false);
     }
@@ -229,7 +231,7 @@ fn a_merge_given_up_is_made_by_another() {
 #[test]
 fn a_map_stops_growing_at_its_limit() {
     let alone = map();
-    let photons = |s: &Snapshot| s.layer(Layer::Global).len() + s.layer(Layer::Caustic).len();
+    let photons = |s: &Snapshot| s.layer(PhotonLayer::Global).len() + s.layer(PhotonLayer::Caustic).len();
     let limit = photons(&alone.wait(9, trace)) - 1;
     let expected = answers(&alone.wait(9, trace));
     for threads in [1, 3] {

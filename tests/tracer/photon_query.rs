@@ -5,18 +5,20 @@ use std::cell::Cell;
 use crate::photon_cases::{Case, any_photon, by_loop, cases};
 use crate::photons::Numbers;
 use glam::Vec3;
-use pointillist::tracer::photon_map::{Disc, Forest, GrownTree, LEAF, MAX_DEPTH, QueryScratch, Run, Space};
+use pointillist::tracer::photon_map::{
+    Disc, Forest, LEAF, MAX_DEPTH, MortonGrid, Neighbour, QueryScratch, SortedPhotons,
+};
 
 /// The points in `generations` parts of about equal size.
 fn forest(case: &Case, generations: usize) -> Forest {
-    let space = Space::new(case.min, case.max);
+    let grid = MortonGrid::new(case.min, case.max);
     let photons = vec![any_photon(); case.points.len()];
     let part = case.points.len().div_ceil(generations).max(1);
     let mut forest = Forest::default();
     for g in 0..generations {
         let range = (g * part).min(case.points.len())..((g + 1) * part).min(case.points.len());
-        let run = Run::sorted(&space, &case.points[range.clone()], &photons[range]);
-        forest = forest.grown(&space, run, &|| true).expect("it is wanted");
+        let run = SortedPhotons::sorted(&grid, &case.points[range.clone()], &photons[range]);
+        forest = forest.grown(&grid, run, &|| true).expect("it is wanted");
     }
     assert_eq!(forest.len(), case.points.len());
     forest
@@ -41,8 +43,6 @@ fn places(case: &Case) -> Vec<Vec3> {
 fn queries_equal_a_loop_over_all() {
     let mut scratch = QueryScratch::default();
     for case in cases() {
-        let mut grown = GrownTree::new(case.min, case.max);
-        case.points.iter().for_each(|&p| grown.add(p, any_photon()));
         let forests = [1, 7, 32].map(|generations| forest(&case, generations));
         let side = (case.max - case.min).max_element().min(f32::MAX);
         let mut found_any = 0;
@@ -51,26 +51,24 @@ fn queries_equal_a_loop_over_all() {
                 for wanted in [0, 1, 6, 50, 5000] {
                     let expected = by_loop(&case.points, at, wanted, radius);
                     found_any += expected.len();
-                    let sorted = |found: &[pointillist::tracer::photon_map::Near]| {
+                    let sorted = |found: &[Neighbour]| {
                         let mut d: Vec<f32> = found.iter().map(|n| n.distance2).collect();
                         assert!(d.is_empty() || d.iter().all(|&x| x <= d[0]), "the farthest comes first");
                         d.sort_by(f32::total_cmp);
                         d
                     };
                     for f in &forests {
-                        let found = f.nearest((at, radius), wanted, &mut scratch, |_| true).to_vec();
+                        let found = f.nearest(at, radius, wanted, &mut scratch, |_| true).to_vec();
                         assert_eq!(sorted(&found), expected, "{}: {wanted} at {at}, {radius}", case.name);
                         for near in &found {
                             assert_eq!((f.position(near) - at).length_squared(), near.distance2);
                         }
                     }
-                    let found = grown.nearest((at, radius), wanted, &mut scratch, |_| true);
-                    assert_eq!(sorted(found), expected, "{}, grown: {wanted} at {at}, {radius}", case.name);
                 }
                 let expected = by_loop(&case.points, at, usize::MAX, radius);
                 for f in &forests {
                     let mut all = Vec::new();
-                    f.within((at, radius), &mut scratch, |_, d| all.push(d));
+                    f.within(at, radius, &mut scratch, |_, d| all.push(d));
                     all.sort_by(f32::total_cmp);
                     assert_eq!(all, expected, "{}: within {radius} of {at}", case.name);
                 }
@@ -87,7 +85,7 @@ fn refused_photons_do_not_use_up_neighbours() {
     let mut scratch = QueryScratch::default();
     let turn = Cell::new(0);
     // Refuses every photon but one in three: eight are found nevertheless.
-    let found = forest.nearest((Vec3::splat(0.5), 10.0), 8, &mut scratch, |_| {
+    let found = forest.nearest(Vec3::splat(0.5), 10.0, 8, &mut scratch, |_| {
         turn.set(turn.get() + 1);
         turn.get() % 3 == 0
     });
@@ -99,8 +97,8 @@ fn not_a_number_finds_nothing() {
     let case = &cases()[0];
     let forest = forest(case, 3);
     let mut scratch = QueryScratch::default();
-    assert!(forest.nearest((Vec3::NAN, 1.0), 5, &mut scratch, |_| true).is_empty());
-    assert!(forest.nearest((Vec3::ZERO, f32::NAN), 5, &mut scratch, |_| true).is_empty());
+    assert!(forest.nearest(Vec3::NAN, 1.0, 5, &mut scratch, |_| true).is_empty());
+    assert!(forest.nearest(Vec3::ZERO, f32::NAN, 5, &mut scratch, |_| true).is_empty());
 }
 
 #[test]
@@ -135,7 +133,7 @@ fn a_million_photons_in_one_point() {
     let mut scratch = QueryScratch::default();
     for at in [p, p + Vec3::splat(1e-3), Vec3::ZERO] {
         let taken = Cell::new(0);
-        let found = forest.nearest((at, 1.0), 50, &mut scratch, |_| {
+        let found = forest.nearest(at, 1.0, 50, &mut scratch, |_| {
             taken.set(taken.get() + 1);
             true
         });
@@ -149,13 +147,8 @@ fn a_million_photons_in_one_point() {
         assert_eq!(disc.counted().len(), 49);
     }
     let mut all = 0;
-    forest.within((p, 1e-6), &mut scratch, |_, _| all += 1);
+    forest.within(p, 1e-6, &mut scratch, |_, _| all += 1);
     assert_eq!(all, n);
-
-    let mut grown = GrownTree::new(case.min, case.max);
-    case.points.iter().for_each(|&p| grown.add(p, any_photon()));
-    let found = grown.nearest((p, 1.0), 50, &mut scratch, |_| true);
-    assert!(found.len() == 50 && found.iter().all(|n| n.distance2 == 0.0));
 }
 
 /// Counting k − 1 of the k nearest is unbiased for scattered points, counting k is not.
@@ -170,7 +163,7 @@ fn density_of_the_nearest_is_unbiased() {
         let case = Case { name: "even", min: Vec3::ZERO, max: Vec3::new(1.0, 1.0, 0.0), points };
         let forest = forest(&case, 3);
         let at = Vec3::new(0.5, 0.5, 0.0);
-        let found = forest.nearest((at, 0.2), k, &mut scratch, |_| true);
+        let found = forest.nearest(at, 0.2, k, &mut scratch, |_| true);
         let disc = Disc::new(found, k, 0.2, 1e-6).unwrap();
         let density = f64::from(disc.counted().len() as f32 / disc.area()) / f64::from(per_map as u32);
         sum += density;

@@ -10,6 +10,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::color::Xyz;
+use crate::math::bits::mix_sequence;
 use crate::spectrum::{SampledWavelengths, White};
 use crate::stream::{PathCounts, SampleSink};
 use crate::tracer::{Sampler, Scene};
@@ -87,13 +88,9 @@ impl<I: Special> Checked<I> {
         &self.tally
     }
 
-    /// Whether path `index` is compared: by a hash (the finalizer of SplitMix64, Steele et al. 2014), so that no pattern of the
-    /// sequence is preferred.
+    /// Whether path `index` is compared: decided by a hash, so that no pattern of the sequence is preferred.
     fn takes(&self, index: u64) -> bool {
-        let z = index.wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        (z ^ (z >> 31)) >> 32 < self.share
+        mix_sequence(index) >> 32 < self.share
     }
 
     /// What the samples of the special code should be, from those of the general.

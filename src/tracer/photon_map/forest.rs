@@ -1,58 +1,59 @@
 //! A growing set of photons as a few immutable trees of doubling size, like the digits of a binary number.
 //!
-//! Adding generation g merges the trees that the increment of g carries over: a photon is moved O(log g) times in all,
-//! and a query looks at no more than log₂ g + 1 trees, of which the largest holds at least half of everything
-//! (the logarithmic method of Bentley and Saxe 1980, *Decomposable Searching Problems I*). Forests share trees, so the
-//! one before stays valid, and cheap, while somebody reads it.
+//! This is the logarithmic method (Bentley and Saxe, *Decomposable Searching Problems I*, 1980). Adding generation g merges
+//! the trees of the digits that carry over when g is incremented: a photon is moved O(log g) times in all, and a query
+//! traverses at most log₂ g + 1 trees, of which the largest holds at least half of the photons. Forests share their trees,
+//! so an older forest stays valid, at little cost, while somebody reads it.
 
 use std::sync::Arc;
 
 use glam::Vec3;
 
+use super::morton::MortonGrid;
 use super::photon::Photon;
-use super::query::{Near, Nearest, QueryScratch};
-use super::space::Space;
-use super::tree::{Run, Tree, Wanted};
+use super::query::{Candidates, Neighbour, QueryScratch};
+use super::tree::{PhotonTree, SortedPhotons, Wanted};
 
-/// All photons of the first generations. Immutable; cloning copies a few pointers.
+/// All photons of the first generations. Immutable. Cloning copies a few pointers.
 #[derive(Clone, Debug, Default)]
 pub struct Forest {
-    /// Largest first; one for every digit 1 of `generations`.
-    trees: Vec<Arc<Tree>>,
+    /// Largest first: one for every digit 1 of the number `generations`.
+    trees: Vec<Arc<PhotonTree>>,
     generations: u64,
 }
 
 impl Forest {
-    /// This forest with one more generation; `None` once `wanted` says that nobody waits for it.
-    pub fn grown(&self, space: &Space, generation: Run, wanted: Wanted<'_>) -> Option<Forest> {
+    /// This forest with one more generation. `None` once `wanted` returns false.
+    pub fn grown(&self, grid: &MortonGrid, generation: SortedPhotons, wanted: Wanted<'_>) -> Option<Forest> {
         let carried = self.generations.trailing_ones() as usize;
         let mut trees = self.trees.clone();
-        let mut run = generation;
+        let mut photons = generation;
         for tree in trees.drain(trees.len() - carried..).rev() {
-            run = run.merged(space, &tree, wanted)?;
+            photons = photons.merged(grid, &tree, wanted)?;
         }
-        trees.push(Arc::new(Tree::new(space, run, wanted)?));
+        trees.push(Arc::new(PhotonTree::new(grid, photons, wanted)?));
         Some(Forest { trees, generations: self.generations + 1 })
     }
 
-    /// Finds the `wanted` photons nearest to `at` among those that are nearer than `radius` (m) and that `accept` takes.
+    /// Finds the `wanted` photons nearest to `at` among those that are nearer than `radius` (m) and that `accept` accepts.
     ///
-    /// The result is a heap: the farthest photon comes first, the others in no useful order. It is the same for every
-    /// call with the same forest. Equal distances are chosen between arbitrarily, but always alike.
+    /// The result is a heap: the farthest photon comes first, the others in no useful order. Every call on the same forest
+    /// gives the same result, also where distances are equal.
     pub fn nearest<'s>(
         &self,
-        (at, radius): (Vec3, f32),
+        at: Vec3,
+        radius: f32,
         wanted: usize,
         scratch: &'s mut QueryScratch,
         accept: impl Fn(&Photon) -> bool,
-    ) -> &'s [Near] {
-        let QueryScratch { open, found } = scratch;
+    ) -> &'s [Neighbour] {
+        let QueryScratch { stack, found } = scratch;
         found.clear();
-        let mut best = Nearest { wanted, found, limit: if wanted > 0 { radius * radius } else { 0.0 } };
+        let mut best = Candidates { wanted, found, limit: if wanted > 0 { radius * radius } else { 0.0 } };
         for (number, tree) in (0..).zip(&self.trees) {
-            tree.walk(at, best.limit, open, |slot, distance2| {
+            tree.traverse(at, best.limit, stack, |slot, distance2| {
                 if accept(tree.photon(slot)) {
-                    best.add(Near { distance2, tree: number, slot })
+                    best.add(Neighbour { distance2, tree: number, slot })
                 } else {
                     best.limit
                 }
@@ -65,13 +66,14 @@ impl Forest {
     /// order for the same forest.
     pub fn within(
         &self,
-        (at, radius): (Vec3, f32),
+        at: Vec3,
+        radius: f32,
         scratch: &mut QueryScratch,
         mut visit: impl FnMut(&Photon, f32),
     ) {
         let limit = radius * radius;
         for tree in &self.trees {
-            tree.walk(at, limit, &mut scratch.open, |slot, distance2| {
+            tree.traverse(at, limit, &mut scratch.stack, |slot, distance2| {
                 visit(tree.photon(slot), distance2);
                 limit
             });
@@ -80,14 +82,14 @@ impl Forest {
 
     /// A photon that [`Forest::nearest`] of this forest has found.
     #[inline]
-    pub fn photon(&self, near: &Near) -> &Photon {
-        self.trees[near.tree as usize].photon(near.slot)
+    pub fn photon(&self, neighbour: &Neighbour) -> &Photon {
+        self.trees[neighbour.tree as usize].photon(neighbour.slot)
     }
 
-    /// Its position, m.
+    /// The position of such a photon, m.
     #[inline]
-    pub fn position(&self, near: &Near) -> Vec3 {
-        self.trees[near.tree as usize].positions[near.slot as usize]
+    pub fn position(&self, neighbour: &Neighbour) -> Vec3 {
+        self.trees[neighbour.tree as usize].positions[neighbour.slot as usize]
     }
 
     /// Number of photons.
@@ -106,7 +108,7 @@ impl Forest {
     }
 
     /// The trees, largest first.
-    pub fn trees(&self) -> impl ExactSizeIterator<Item = &Tree> {
+    pub fn trees(&self) -> impl ExactSizeIterator<Item = &PhotonTree> {
         self.trees.iter().map(|t| &**t)
     }
 }

@@ -1,65 +1,64 @@
-//! One photon: what gathering needs to know about a light path that arrived at a surface, in 32 bytes.
+//! One photon: a light path's arrival at a surface, stored in 32 bytes.
 //!
-//! **Wavelengths.** A light path and the camera path that gathers it have drawn different wavelengths, and a flux known
-//! at four wavelengths says nothing exact about four others. Turning flux into XYZ when it is stored would multiply
-//! it by reflectances in the wrong space, and filtering photons by wavelength would throw most of them away. So a
-//! photon keeps its flux at *its own* wavelengths, and gathering goes there: the camera path evaluates its throughput
-//! and the BSDF at [`Photon::wavelengths`] and adds `wavelengths.to_xyz(throughput · f · flux)`. That is an unbiased
-//! estimate of the integral over wavelength for every photon, whatever the materials.
-//! Only a camera path that lost its companions to dispersion has a throughput at one wavelength alone; it has to
-//! look for photons near that wavelength, as it looks for photons near its point.
+//! **Wavelengths.** A light path and the camera path that gathers its photon have different wavelengths, and a flux known
+//! at four wavelengths says nothing exact about four others. Converting flux to XYZ when it is stored would multiply it by
+//! reflectances in the wrong space, and filtering photons by wavelength would reject most of them. So a photon keeps its
+//! flux at *its own* wavelengths: the camera path evaluates its throughput and the BSDF at [`Photon::wavelengths`] and
+//! adds `wavelengths.to_xyz(throughput · f · flux)`. This is an unbiased estimate of the integral over wavelength for
+//! every photon and any material. Only a camera path that lost its secondary wavelengths to dispersion has a throughput at
+//! one wavelength alone. It gathers photons near that wavelength, as it gathers photons near its vertex.
 //!
-//! The number that chose the wavelengths is rounded to 16 bits *before* the light path is traced
-//! ([`wavelengths`]), so two bytes store all four exactly. 4 · 65 536 wavelengths over 400 nm lie closer than
-//! any spectrum of a scene can tell apart.
+//! The random number that selects the wavelengths is rounded to 16 bits *before* the light path is traced
+//! ([`wavelengths`]), so two bytes store all four exactly. The 4 · 65 536 wavelengths over 400 nm are denser than any
+//! detail of a scene's spectra.
 
 use glam::{Vec2, Vec3, Vec4};
 
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 
-/// The number of a set of wavelengths, for `u` in [0, 1); to be drawn before the light path is traced.
+/// Rounds the random number `u` in [0, 1) that selects the wavelengths of a light path, before the path is traced.
 #[inline]
 pub fn wavelength_number(u: f32) -> u16 {
     (f64::from(u) * 65_536.0) as u16
 }
 
-/// The wavelengths of a light path with this number.
+/// The wavelengths that a number from [`wavelength_number`] selects.
 #[inline]
 pub fn wavelengths(number: u16) -> SampledWavelengths {
     SampledWavelengths::sample((f32::from(number) + 0.5) / 65_536.0)
 }
 
-/// A light path's arrival at a surface, as the tracer knows it.
+/// A light path's arrival at a surface, before it is packed into a [`Photon`].
 #[derive(Clone, Copy, Debug)]
 pub struct Arrival {
-    /// Where, world space, m.
+    /// Position, world space, m.
     pub position: Vec3,
-    /// Unit vector back along the path, away from the surface: the `wi` of gathering.
+    /// Unit vector back along the path, away from the surface. It is the `wi` of the density estimate.
     pub direction: Vec3,
-    /// Unit geometric normal, on the side of the surface that is lit.
+    /// Unit geometric normal on the lit side of the surface.
     pub normal: Vec3,
-    /// Flux at the wavelengths of the path, in watts per nm, as if this light path were the only one: to be divided by
-    /// the number of light paths of the snapshot.
+    /// Flux at the wavelengths of the path, W/nm, as if this light path were the only one: not yet divided by the number of
+    /// light paths of the snapshot.
     pub flux: SampledSpectrum,
     /// From [`wavelength_number`].
     pub wavelengths: u16,
-    /// True when the path dropped its companions; the other lanes of `flux` then mean nothing.
+    /// True if the path has lost its secondary wavelengths. Only the first lane of `flux` is valid then.
     pub hero_only: bool,
-    /// Segments of the light path; above 32 767 it is that.
+    /// Number of segments of the light path, at most 32 767.
     pub depth: u32,
 }
 
-/// A stored photon without its position: 20 bytes.
+/// A photon without its position, packed into 20 bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Photon {
-    /// Four mantissas of 14 bits and one exponent of 8.
+    /// Four mantissas of 14 bits and a shared exponent of 8 bits.
     flux: [u32; 2],
-    /// Octahedral, 2 · 16 bits.
+    /// Octahedral encoding, 2 · 16 bits.
     direction: u32,
-    /// Octahedral, 2 · 16 bits.
+    /// Octahedral encoding, 2 · 16 bits.
     normal: u32,
     wavelengths: u16,
-    /// Bit 0: hero only; above it the depth.
+    /// Bit 0: hero wavelength only. The depth is above it.
     flags: u16,
 }
 
@@ -71,10 +70,10 @@ const HERO_ONLY: u16 = 1;
 const MAX_DEPTH: u32 = u16::MAX as u32 >> 1;
 
 impl Photon {
-    /// Packs an arrival; `None` when it carries nothing or something that is not a finite, non-negative number.
+    /// Packs an arrival. `None` if its flux is zero, negative or not finite, or its position or a direction is not valid.
     ///
-    /// Directions keep 16 bits per octahedral coordinate (below 0.0001 rad); lanes of the flux keep 14 bits relative to
-    /// the largest of them, rounded to nearest.
+    /// Directions keep 16 bits per octahedral coordinate (an error below 0.0001 rad). Lanes of the flux keep 14 bits relative
+    /// to the largest lane, rounded to nearest.
     pub fn new(arrival: &Arrival) -> Option<Photon> {
         let mut flux = arrival.flux.0;
         if arrival.hero_only {
@@ -93,7 +92,7 @@ impl Photon {
         })
     }
 
-    /// Flux at [`Photon::wavelengths`], W/nm, of one light path.
+    /// Flux of one light path at [`Photon::wavelengths`], W/nm.
     #[inline]
     pub fn flux(&self) -> SampledSpectrum {
         let bits = u64::from(self.flux[0]) | u64::from(self.flux[1]) << 32;
@@ -102,7 +101,7 @@ impl Photon {
         SampledSpectrum(Vec4::new(lane(0), lane(1), lane(2), lane(3)))
     }
 
-    /// The wavelengths that the flux is for.
+    /// The wavelengths of the flux.
     #[inline]
     pub fn wavelengths(&self) -> SampledWavelengths {
         let mut all = wavelengths(self.wavelengths);
@@ -112,20 +111,20 @@ impl Photon {
         all
     }
 
-    /// Segments of the light path.
+    /// Number of segments of the light path.
     #[inline]
     pub fn depth(&self) -> u32 {
         u32::from(self.flags >> 1)
     }
 
-    /// Unit vector away from the surface, towards where the photon came from.
+    /// Unit vector away from the surface, in the direction from which the photon came.
     #[inline]
     pub fn direction(&self) -> Vec3 {
         unpack_unit(self.direction)
     }
 
-    /// Unit geometric normal on the lit side: a gather point accepts photons whose normal agrees with its own, which
-    /// keeps light from the other side of a thin wall out.
+    /// Unit geometric normal on the lit side. A query accepts photons whose normal agrees with that of its vertex, which
+    /// excludes light on the other side of a thin wall.
     #[inline]
     pub fn normal(&self) -> Vec3 {
         unpack_unit(self.normal)
@@ -134,13 +133,13 @@ impl Photon {
 
 const MAX_MANTISSA: u64 = (1 << MANTISSA) - 1;
 
-/// 2^k for the exponents of normal `f64`.
+/// 2^k, where this is a normal `f64`.
 #[inline]
 fn power_of_two(k: i32) -> f64 {
     f64::from_bits(((1023 + k) as u64) << 52)
 }
 
-/// `flux`: finite, non-negative, the largest lane a normal number.
+/// Packs `flux`, which must be finite and non-negative, with a normal number as its largest lane.
 fn pack_flux(flux: Vec4) -> [u32; 2] {
     // The largest lane lies in [2^(e − 127), 2^(e − 126)), so its mantissa fills the 14 bits.
     let e = flux.max_element().to_bits() >> 23;
@@ -154,7 +153,7 @@ fn pack_flux(flux: Vec4) -> [u32; 2] {
 }
 
 /// Octahedral map of the sphere (Cigolle et al., *A Survey of Efficient Representations for Independent Unit Vectors*,
-/// JCGT 3(2), 2014). `None` for what has no direction.
+/// JCGT 3(2), 2014). `None` for a vector without a direction.
 fn pack_unit(v: Vec3) -> Option<u32> {
     let sum = v.abs().element_sum();
     if !(sum.is_finite() && sum > 0.0) {

@@ -1,14 +1,14 @@
-//! Photons from all threads, published in whole generations.
+//! The shared map: photons from all threads, published in whole generations.
 //!
-//! Light paths are claimed in small ranges by whoever renders, and deposited as batches. The thread that brings the last
+//! Render threads claim small ranges of light paths and deposit their photons as batches. The thread that deposits the last
 //! batch of a generation sorts and merges it, outside every lock that a depositor or reader takes, and swaps one pointer
-//! (`arc-swap`). Readers hold what they have read for as long as they like.
+//! (`arc-swap`). Readers keep their snapshot for as long as they like.
 //!
-//! What a snapshot holds depends on its number alone: batches are put in the order of their light paths, and generations
-//! are merged in their order. A claim that is dropped without a deposit (its thread gave up) is handed out again, and
-//! a merge that was given up is begun again by whoever needs it: what takes longer than a millisecond asks now and then
-//! whether it is [`Wanted`]. At a limit the map stops growing: after the first snapshot of so many photons, which also
-//! depends on nothing else, none follows.
+//! The content of a snapshot depends on its number alone: batches are put into the order of their light paths, and
+//! generations are merged in order. A claim that is dropped without a deposit (its thread gave up) is handed out again,
+//! and a merge that was given up is begun again by whoever needs it: everything that takes longer than a millisecond
+//! checks now and then whether it is [`Wanted`]. The map stops growing with the first snapshot that holds a given number
+//! of photons, which again depends on nothing else.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -18,28 +18,28 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, TryLockError};
 use arc_swap::ArcSwap;
 use glam::Vec3;
 
-use super::snapshot::{Batch, LAYERS, Snapshot};
-use super::space::Space;
-use super::tree::{Run, Wanted};
+use super::morton::MortonGrid;
+use super::snapshot::{LAYERS, PhotonBatch, Snapshot};
+use super::tree::{SortedPhotons, Wanted};
 
-/// Finished snapshots that stay within reach: a thread may be this far behind another.
+/// Snapshots that are kept: one thread may be this many generations behind another.
 const KEPT: usize = 16;
 
-/// A photon map that grows while it is read. Shared by all threads; belongs to one epoch of one scene.
+/// A photon map that grows while it is read. All threads share it. It belongs to one epoch of one scene.
 #[derive(Debug)]
 pub struct PhotonMap {
-    space: Arc<Space>,
+    grid: Arc<MortonGrid>,
     paths_per_generation: u64,
-    /// The first light path nobody has claimed.
+    /// The first light path that nobody has claimed.
     next: AtomicU64,
     /// Photons at which the map stops growing.
     limit: usize,
-    /// The last generation: the first that holds `limit` photons.
+    /// The last generation: the first one with `limit` photons.
     last: AtomicU64,
-    /// Whether any claim lies in `Collecting::returned`, to spare the lock.
+    /// True while `Collecting::returned` holds claims: spares the lock.
     returned: AtomicBool,
     collecting: Mutex<Collecting>,
-    /// Held while a generation is merged; only ever tried, never waited for.
+    /// Held while a generation is merged. Threads try it and never wait for it.
     publisher: Mutex<()>,
     /// The last [`KEPT`] snapshots, oldest first, never empty.
     published: ArcSwap<Vec<Arc<Snapshot>>>,
@@ -49,20 +49,20 @@ pub struct PhotonMap {
 
 #[derive(Debug, Default)]
 struct Collecting {
-    /// Per generation that is not complete: batches by first light path.
-    open: BTreeMap<u64, Vec<(u64, Batch)>>,
-    /// Complete and sorted, not yet merged.
-    ready: BTreeMap<u64, [Run; LAYERS]>,
-    /// Claims given back.
+    /// Batches of each incomplete generation, with their first light paths.
+    open: BTreeMap<u64, Vec<(u64, PhotonBatch)>>,
+    /// Generations that are complete and sorted, but not merged.
+    ready: BTreeMap<u64, [SortedPhotons; LAYERS]>,
+    /// Claims that were dropped without a deposit.
     returned: Vec<Range<u64>>,
-    /// Merges given up.
+    /// Number of merges that were given up.
     given_up: u64,
 }
 
-/// Light paths of one claim; a generation is a whole number of claims.
+/// Light paths of one claim. A generation is a whole number of claims.
 const CLAIM: u64 = 64;
 
-/// A lock whose data stays sound if a holder panics: every change under it is a single push, insert or removal.
+/// Locks `mutex`. Its data stays valid if a holder panics, because every change is a single push, insert or removal.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -71,17 +71,17 @@ impl PhotonMap {
     /// An empty map over the box of the scene. `paths_per_generation` is rounded up to a multiple of 64.
     pub fn new(min: Vec3, max: Vec3, paths_per_generation: u64) -> Self {
         let whole = paths_per_generation.max(1).next_multiple_of(CLAIM);
-        Self::over(Arc::new(Space::new(min, max)), whole, usize::MAX)
+        Self::over(Arc::new(MortonGrid::new(min, max)), whole, usize::MAX)
     }
 
-    /// This map, still empty, which stops growing once it holds `photons`.
+    /// Makes the map, which must be empty, stop growing once it holds `photons`.
     pub fn with_limit(self, photons: usize) -> Self {
-        Self::over(self.space, self.paths_per_generation, photons)
+        Self::over(self.grid, self.paths_per_generation, photons)
     }
 
-    fn over(space: Arc<Space>, paths_per_generation: u64, limit: usize) -> Self {
+    fn over(grid: Arc<MortonGrid>, paths_per_generation: u64, limit: usize) -> Self {
         Self {
-            space,
+            grid,
             paths_per_generation,
             next: AtomicU64::new(0),
             limit,
@@ -99,8 +99,8 @@ impl PhotonMap {
         self.paths_per_generation
     }
 
-    /// A range of light paths below number `until` (rounded up to whole claims) that nobody has traced; `None` when all are
-    /// claimed. Cheap to ask with every sample: `map.claim(schedule.paths_ahead(index))`.
+    /// Claims a range of light paths below number `until` (rounded up to whole claims) that nobody has traced. `None` if all
+    /// are claimed. Cheap enough to call with every sample: `map.claim(schedule.paths_ahead(index))`.
     pub fn claim(&self, until: u64) -> Option<Claim<'_>> {
         if self.returned.load(Ordering::Relaxed)
             && let Some(claim) = self.claim_returned()
@@ -127,36 +127,36 @@ impl PhotonMap {
         None
     }
 
-    /// The newest snapshot; never waits.
+    /// The newest snapshot. Never waits.
     #[inline]
     pub fn latest(&self) -> Arc<Snapshot> {
         let kept = self.published.load();
         Arc::clone(kept.last().expect("the list starts with one snapshot and never loses its last"))
     }
 
-    /// The snapshot of exactly so many generations (or the last one, where the map has stopped growing before), if it is
-    /// finished and still kept; never waits.
+    /// The snapshot of exactly `generations` generations (or the last one, if the map has stopped growing before), if it is
+    /// finished and still kept. Never waits.
     #[inline]
     pub fn finished(&self, generations: u64) -> Option<Arc<Snapshot>> {
         let generations = generations.min(self.last.load(Ordering::Acquire));
         self.published.load().iter().find(|s| s.generations == generations).cloned()
     }
 
-    /// The snapshot of exactly so many generations, in whose making this thread takes part: it calls `trace(light paths,
-    /// batch)` as long as some are unclaimed, then sleeps until the other threads have finished theirs. Two threads
-    /// can never wait for each other, as long as `trace` asks nothing of this map.
+    /// The snapshot of exactly `generations` generations. This thread helps to make it: it calls `trace(light paths, batch)`
+    /// while there are unclaimed ones, then sleeps until the other threads have finished theirs. Two threads can never wait
+    /// for each other, provided that `trace` does not use this map.
     ///
-    /// A thread that slept until the snapshot was no longer kept ([`KEPT`] generations) makes it again, alone: slow, but
-    /// the same answer.
-    pub fn wait(&self, generations: u64, trace: impl FnMut(Range<u64>, &mut Batch)) -> Arc<Snapshot> {
-        self.wait_while(generations, trace, &|| true).expect("it is wanted to the end")
+    /// A thread that slept until the snapshot was no longer kept ([`KEPT`] generations) makes it again, alone: this is slow,
+    /// but gives the same result.
+    pub fn wait(&self, generations: u64, trace: impl FnMut(Range<u64>, &mut PhotonBatch)) -> Arc<Snapshot> {
+        self.wait_while(generations, trace, &|| true).expect("always wanted")
     }
 
-    /// As [`PhotonMap::wait`]; `None` soon after `wanted` says that nobody waits for it any more.
+    /// As [`PhotonMap::wait`], but returns `None` soon after `wanted` returns false.
     pub fn wait_while(
         &self,
         generations: u64,
-        mut trace: impl FnMut(Range<u64>, &mut Batch),
+        mut trace: impl FnMut(Range<u64>, &mut PhotonBatch),
         wanted: Wanted<'_>,
     ) -> Option<Arc<Snapshot>> {
         let paths = generations.saturating_mul(self.paths_per_generation);
@@ -170,13 +170,13 @@ impl PhotonMap {
                 return None;
             }
             if map.latest().generations > generations {
-                again = Some(Self::over(Arc::clone(&self.space), self.paths_per_generation, self.limit));
+                again = Some(Self::over(Arc::clone(&self.grid), self.paths_per_generation, self.limit));
             } else if let Some(claim) = map.claim(paths) {
-                let mut batch = Batch::default();
+                let mut batch = PhotonBatch::default();
                 trace(claim.paths(), &mut batch);
                 claim.deposit_while(batch, wanted);
             } else {
-                // Counted first: a merge that is given up from here on does not go unseen.
+                // Read first, so that a merge that is given up from here on is noticed.
                 let given_up = lock(&map.collecting).given_up;
                 map.publish(wanted);
                 map.sleep(generations, given_up);
@@ -191,12 +191,12 @@ impl PhotonMap {
         Some(Claim { map: self, paths, adding: false, done: false })
     }
 
-    /// The generation at which the map has stopped growing; u64::MAX before.
+    /// The generation at which the map has stopped growing, or `u64::MAX` before.
     pub fn last(&self) -> u64 {
         self.last.load(Ordering::Acquire)
     }
 
-    /// Sleeps until there is something to do or to see, or more than `given_up` merges were given up.
+    /// Sleeps until the snapshot is there, a claim was returned, or more than `given_up` merges were given up.
     fn sleep(&self, generations: u64, given_up: u64) {
         let asleep = |c: &mut Collecting| {
             let newest = self.latest().generations;
@@ -206,7 +206,7 @@ impl PhotonMap {
         drop(self.news.wait_while(lock(&self.collecting), asleep));
     }
 
-    fn add(&self, paths: Range<u64>, batch: Batch, wanted: Wanted<'_>) {
+    fn add(&self, paths: Range<u64>, batch: PhotonBatch, wanted: Wanted<'_>) {
         let generation = paths.start / self.paths_per_generation;
         let complete = {
             let mut collecting = lock(&self.collecting);
@@ -217,14 +217,15 @@ impl PhotonMap {
         };
         let Some(mut batches) = complete else { return };
         batches.sort_unstable_by_key(|b| b.0);
-        let mut all = Batch::default();
+        let mut all = PhotonBatch::default();
         batches.into_iter().for_each(|(_, batch)| all.append(batch));
-        let runs = [0, 1].map(|l: usize| Run::sorted(&self.space, &all.positions[l], &all.photons[l]));
+        let runs =
+            [0, 1].map(|l: usize| SortedPhotons::sorted(&self.grid, &all.positions[l], &all.photons[l]));
         lock(&self.collecting).ready.insert(generation, runs);
         self.publish(wanted);
     }
 
-    /// Merges and publishes what is ready and next in turn, unless another thread is at it, which then does this too.
+    /// Merges and publishes the generations that are ready, in order, unless another thread is already doing so.
     fn publish(&self, wanted: Wanted<'_>) {
         loop {
             let guard = match self.publisher.try_lock() {
@@ -246,7 +247,7 @@ impl PhotonMap {
                 return;
             }
             drop(guard);
-            // Looked at after the release: what became ready before it was left to this thread.
+            // Read after the release: generations that became ready before it were left to this thread.
             let next = self.latest().generations;
             if !lock(&self.collecting).ready.contains_key(&next) {
                 return;
@@ -254,10 +255,10 @@ impl PhotonMap {
         }
     }
 
-    /// False when it was given up.
-    fn swap(&self, newest: &Snapshot, runs: [Run; LAYERS], wanted: Wanted<'_>) -> bool {
+    /// Merges one generation and publishes the snapshot. False if the merge was given up.
+    fn swap(&self, newest: &Snapshot, runs: [SortedPhotons; LAYERS], wanted: Wanted<'_>) -> bool {
         let [global, caustic] = runs;
-        let grown = |layer: usize, run| newest.layers[layer].grown(&self.space, run, wanted);
+        let grown = |layer: usize, run| newest.layers[layer].grown(&self.grid, run, wanted);
         let (Some(global), Some(caustic)) = (grown(0, global), grown(1, caustic)) else { return false };
         let generations = newest.generations + 1;
         let photons = global.len() + caustic.len();
@@ -271,14 +272,14 @@ impl PhotonMap {
             self.last.store(generations, Ordering::Release);
         }
         self.published.store(Arc::new(kept));
-        // Under the lock, so that a thread between its last look and its sleep cannot miss the call.
+        // Under the lock, so that a thread between its last check and its sleep cannot miss the notification.
         lock(&self.collecting).ready.remove(&newest.generations);
         self.news.notify_all();
         true
     }
 }
 
-/// Light paths that one thread traces for the map. Dropped without a deposit, they are handed to another.
+/// Light paths that one thread traces for the map. If dropped without a deposit, they are handed to another thread.
 #[derive(Debug)]
 #[must_use]
 pub struct Claim<'a> {
@@ -289,18 +290,18 @@ pub struct Claim<'a> {
 }
 
 impl Claim<'_> {
-    /// Numbers of the light paths.
+    /// Indices of the light paths.
     pub fn paths(&self) -> Range<u64> {
         self.paths.clone()
     }
 
-    /// Hands in the photons of all of these light paths, in their order.
-    pub fn deposit(self, batch: Batch) {
+    /// Deposits the photons of all of these light paths, in order.
+    pub fn deposit(self, batch: PhotonBatch) {
         self.deposit_while(batch, &|| true);
     }
 
-    /// As [`Claim::deposit`]; a merge that falls due is left to others soon after `wanted` says that nobody waits for it.
-    pub fn deposit_while(mut self, batch: Batch, wanted: Wanted<'_>) {
+    /// As [`Claim::deposit`], but leaves a merge that falls due to other threads soon after `wanted` returns false.
+    pub fn deposit_while(mut self, batch: PhotonBatch, wanted: Wanted<'_>) {
         self.adding = true;
         self.map.add(self.paths(), batch, wanted);
         self.done = true;
@@ -313,14 +314,14 @@ impl Drop for Claim<'_> {
             return;
         }
         if self.adding {
-            // A panic, as for want of memory: its photons are lost, and nobody is to wait for a map that holds them.
+            // A panic, such as out of memory: the photons are lost, so the map must stop growing here.
             self.map.last.store(self.map.latest().generations, Ordering::Release);
             drop(lock(&self.map.collecting));
             self.map.news.notify_all();
         } else {
             let mut collecting = lock(&self.map.collecting);
             collecting.returned.push(self.paths());
-            // Stored under the lock: a thread that the lock lets see the range sees the flag.
+            // Stored under the lock, so that whoever sees the range sees the flag.
             self.map.returned.store(true, Ordering::Relaxed);
             drop(collecting);
             self.map.news.notify_all();

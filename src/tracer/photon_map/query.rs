@@ -1,54 +1,55 @@
-//! Questions to photons: the nearest few within a radius, and all within a radius.
+//! Queries: the traversal of one tree, and the density estimate from the photons it finds.
 //!
-//! A walk keeps, per axis, how far the query lies outside a subtree. All of it is differences of the very numbers
-//! that distances are made of, and rounding is monotone, so a bound never exceeds the rounded distance of any photon
-//! below it: answers equal those of a loop over all photons, exactly, at every scale.
+//! The traversal keeps, per axis, how far the query point lies outside a subtree. These numbers are the same differences
+//! that distances are computed from, and rounding is monotone, so the bound of a subtree never exceeds the rounded
+//! distance of any photon in it: results equal those of a loop over all photons, exactly, at every scale.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
+use std::f32::consts::PI;
 
 use glam::Vec3;
 
 use super::photon::Photon;
-use super::tree::{LEAF, Node, Tree};
+use super::tree::{LEAF, PhotonNode, PhotonTree};
 
-/// A photon that was found: a place in the forest or tree that was asked.
+/// A photon that a query has found: its position in the [`Forest`](super::Forest) that was asked.
 #[derive(Clone, Copy, Debug)]
-pub struct Near {
-    /// Squared distance, m².
+pub struct Neighbour {
+    /// Squared distance to the query point, m².
     pub distance2: f32,
     pub(super) tree: u32,
     pub(super) slot: u32,
 }
 
-impl PartialEq for Near {
+impl PartialEq for Neighbour {
     fn eq(&self, other: &Self) -> bool {
         self.cmp(other) == Ordering::Equal
     }
 }
-impl Eq for Near {}
-impl PartialOrd for Near {
+impl Eq for Neighbour {}
+impl PartialOrd for Neighbour {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         Some(self.cmp(other))
     }
 }
-impl Ord for Near {
+impl Ord for Neighbour {
     fn cmp(&self, other: &Self) -> Ordering {
         self.distance2.total_cmp(&other.distance2)
     }
 }
 
-/// What a thread reuses from query to query; allocates only while it grows to the largest `wanted` seen.
+/// Buffers that a thread reuses from query to query. They grow to the largest `wanted` seen, then nothing is allocated.
 #[derive(Debug, Default)]
 pub struct QueryScratch {
-    pub(super) open: Vec<Open>,
-    pub(super) found: BinaryHeap<Near>,
+    pub(super) stack: Vec<Subtree>,
+    pub(super) found: BinaryHeap<Neighbour>,
 }
 
-/// A subtree still to be looked at.
+/// A subtree that has still to be visited.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Open {
-    /// Squared distance below which it holds nothing.
+pub(super) struct Subtree {
+    /// Lower bound of the squared distance of its photons.
     pub bound: f32,
     pub node: u32,
     pub first: u32,
@@ -57,22 +58,22 @@ pub(super) struct Open {
     pub outside: Vec3,
 }
 
-/// The `wanted` best of what a walk comes across.
-pub(super) struct Nearest<'a> {
+/// The best `wanted` photons that a traversal has met so far.
+pub(super) struct Candidates<'a> {
     pub wanted: usize,
-    pub found: &'a mut BinaryHeap<Near>,
-    /// Only what is nearer counts.
+    pub found: &'a mut BinaryHeap<Neighbour>,
+    /// Squared distance below which a photon still counts.
     pub limit: f32,
 }
 
-impl Nearest<'_> {
-    /// Takes in a photon nearer than the limit; returns the new limit.
+impl Candidates<'_> {
+    /// Takes in a photon nearer than the limit and returns the new limit.
     #[inline]
-    pub fn add(&mut self, near: Near) -> f32 {
+    pub fn add(&mut self, neighbour: Neighbour) -> f32 {
         if self.found.len() < self.wanted {
-            self.found.push(near);
+            self.found.push(neighbour);
         } else if let Some(mut farthest) = self.found.peek_mut() {
-            *farthest = near;
+            *farthest = neighbour;
         }
         if self.found.len() == self.wanted {
             self.limit = self.found.peek().map_or(self.limit, |farthest| farthest.distance2);
@@ -81,29 +82,29 @@ impl Nearest<'_> {
     }
 }
 
-impl Tree {
-    /// Calls `visit(slot, squared distance)` for photons nearer than the square root of `limit`, which `visit`
-    /// returns anew each time and may only make smaller.
+impl PhotonTree {
+    /// Calls `visit(slot, squared distance)` for every photon whose squared distance is below `limit`. `visit` returns the
+    /// limit from then on, which may only become smaller.
     #[inline]
-    pub(super) fn walk(
+    pub(super) fn traverse(
         &self,
         at: Vec3,
         mut limit: f32,
-        open: &mut Vec<Open>,
+        stack: &mut Vec<Subtree>,
         mut visit: impl FnMut(u32, f32) -> f32,
     ) {
-        open.clear();
+        stack.clear();
         if self.is_empty() {
             return;
         }
         let outside = (self.min - at).max(at - self.max).max(Vec3::ZERO);
         let bound = outside.length_squared();
-        let mut here = Open { bound, node: 0, first: 0, end: self.len() as u32, outside };
+        let mut here = Subtree { bound, node: 0, first: 0, end: self.len() as u32, outside };
         loop {
             if here.bound < limit {
                 if let Some((near, far)) = self.children(&here, at) {
                     if far.bound < limit {
-                        open.push(far);
+                        stack.push(far);
                     }
                     here = near;
                     continue;
@@ -113,27 +114,27 @@ impl Tree {
                     let distance2 = (p - at).length_squared();
                     if distance2 < limit {
                         limit = visit(slot, distance2);
-                        // Spares the rest of a long leaf whose photons all lie in one point.
+                        // Skips the rest of a long leaf whose photons coincide.
                         if here.bound >= limit {
                             break;
                         }
                     }
                 }
             }
-            let Some(next) = open.pop() else { return };
+            let Some(next) = stack.pop() else { return };
             here = next;
         }
     }
 
-    /// The two sides of a split, the nearer first; `None` for a leaf.
+    /// The two children of a node, the nearer first. `None` for a leaf.
     #[inline(always)]
-    fn children(&self, here: &Open, at: Vec3) -> Option<(Open, Open)> {
+    fn children(&self, here: &Subtree, at: Vec3) -> Option<(Subtree, Subtree)> {
         if here.end - here.first <= LEAF {
             return None;
         }
-        let Node { left_max, right_min, mid, right } = self.nodes[here.node as usize];
+        let PhotonNode { left_max, right_min, mid, right } = self.nodes[here.node as usize];
         let axis = right >> 30;
-        if axis == Node::LONG_LEAF {
+        if axis == PhotonNode::LONG_LEAF {
             return None;
         }
         let axis = axis as usize;
@@ -141,7 +142,7 @@ impl Tree {
         let side = |node, first, end, reach: f32| {
             let mut outside = here.outside;
             outside[axis] = outside[axis].max(reach);
-            Open { bound: outside.length_squared(), node, first, end, outside }
+            Subtree { bound: outside.length_squared(), node, first, end, outside }
         };
         let left = side(here.node + 1, here.first, mid, to_left);
         let right = side(right & (u32::MAX >> 2), mid, here.end, to_right);
@@ -152,5 +153,51 @@ impl Tree {
     #[inline]
     pub(super) fn photon(&self, slot: u32) -> &Photon {
         &self.photons[slot as usize]
+    }
+}
+
+/// The disc of a density estimate: its area, and the photons that count.
+///
+/// Radiance is `Σ f · flux / (area · light paths)` over [`Disc::counted`].
+///
+/// **Fewer than `wanted` photons were found**: all of them count, the area is π r², and the estimate is unbiased where
+/// the density is constant.
+/// **The k nearest were found** (`wanted` = k): the radius is the distance of the k-th photon, so that photon lies on the
+/// rim by construction. Counting it would overestimate by k/(k − 1): for Poisson points of density ρ, π ρ r_k² has a gamma
+/// distribution of shape k, so E[1/(π r_k²)] = ρ/(k − 1). So k − 1 photons count, and the k-th gives the radius only.
+#[derive(Clone, Copy, Debug)]
+pub struct Disc<'a> {
+    counted: &'a [Neighbour],
+    area: f32,
+}
+
+impl<'a> Disc<'a> {
+    /// The disc for the result of [`Forest::nearest`](super::Forest::nearest), asked for `wanted` ≥ 2 photons within
+    /// `radius`. `None` if nothing was found.
+    ///
+    /// The radius is at least `smallest` (m), so that coincident photons, as in the focus of a caustic or in a beam, have a
+    /// finite density.
+    pub fn new(found: &'a [Neighbour], wanted: usize, radius: f32, smallest: f32) -> Option<Self> {
+        let farthest = found.first()?;
+        let (counted, r2) = if found.len() < wanted || wanted < 2 {
+            (found, radius * radius)
+        } else {
+            (&found[1..], farthest.distance2)
+        };
+        // Divided in this order, neither overflows nor becomes 0 before it has to.
+        let area = (PI * r2.max(smallest * smallest)).clamp(f32::MIN_POSITIVE, f32::MAX);
+        Some(Self { counted, area })
+    }
+
+    /// The photons that count.
+    #[inline]
+    pub fn counted(&self) -> &'a [Neighbour] {
+        self.counted
+    }
+
+    /// Area, m².
+    #[inline]
+    pub fn area(&self) -> f32 {
+        self.area
     }
 }

@@ -1,18 +1,17 @@
-//! How photons, radius and neighbours follow the index of a sample.
+//! The number of photons, the radius and the number of neighbours as functions of the sample's index.
 //!
 //! The number of light paths is a linear function of the samples taken (paper §3.4):
-//! `paths_per_generation · (1 + ⌊index / samples_per_generation⌋)`. Nothing here looks at a clock or a counter, so
-//! ranges of indices rendered apart, by other threads or machines, fit together.
+//! `paths_per_generation · (1 + ⌊index / samples_per_generation⌋)`. Nothing here depends on a clock or a counter, so
+//! index ranges that are rendered separately, by other threads or machines, fit together.
 //!
 //! **Radius.** r²_g = r²_1 · Π_{i=1}^{g−1} (i + α)/(i + 1) at generation g (Knaus and Zwicker 2011, *Progressive Photon
-//! Mapping: A Probabilistic Approach*, eq. 15), which falls as g^(α−1). With all photons so far in the map, a disc holds
-//! a number of them that grows as g^α: α = 2/3 makes bias and noise at a point shrink together but costs more and more per
-//! sample; **α = 0 keeps the number, and so the cost, bounded**: O(log n). Noise still vanishes, since a pixel and a final
-//! gather are integrals over an area: queries spread over it see ever more discs that share no photon. The bias falls
-//! as r², so as 1/n for α = 0.
-//! Where photons are dense, `neighbours` bounds the work from the start; there the disc shrinks by itself.
+//! Mapping: A Probabilistic Approach*, eq. 15), which falls as g^(α−1). With all photons so far in the map, the
+//! number in a disc grows as g^α. With α = 2/3 bias and noise at a point shrink together, but a sample costs more and more.
+//! **With α = 0 the number stays bounded, and the cost is O(log n)**. Noise still vanishes, because a pixel and a final
+//! gather are integrals over an area: their queries fall into ever more discs without common photons. The bias falls as
+//! r², hence as 1/n for α = 0. Where photons are dense, `neighbours` bounds the work and the disc shrinks by itself.
 
-/// Photons against samples.
+/// How the photon map grows with the number of samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Schedule {
     /// Light paths of one generation.
@@ -23,36 +22,36 @@ pub struct Schedule {
     pub radius: f32,
     /// Exponent α of the radius, in [0, 1).
     pub alpha: f64,
-    /// Photons a query asks for at most.
+    /// Most photons of one query.
     pub neighbours: usize,
 }
 
-/// What a sample looks up.
+/// The photon query of one sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lookup {
-    /// The snapshot of so many generations.
+    /// Number of generations of the snapshot.
     pub generations: u64,
-    /// Within this radius, m.
+    /// Largest radius, m.
     pub radius: f32,
-    /// So many photons.
+    /// Most photons.
     pub neighbours: usize,
 }
 
 impl Schedule {
-    /// Number of generations that the sample `index` sees: at least one.
+    /// Number of generations that sample `index` uses: at least one.
     #[inline]
     pub fn generations(&self, index: u64) -> u64 {
         1 + index / self.samples_per_generation
     }
 
-    /// What the sample `index` looks up.
+    /// The query of sample `index`.
     pub fn lookup(&self, index: u64) -> Lookup {
         let generations = self.generations(index);
         Lookup { generations, radius: self.radius(generations), neighbours: self.neighbours }
     }
 
-    /// Light paths that should have been started when the sample `index` is: those it needs, and an even share of the
-    /// next generation's, which is complete three quarters of the way there so that its photons can still be sorted.
+    /// Light paths that should have been started by sample `index`: those it needs, and a proportionate part of the next
+    /// generation, which is complete three quarters of the way there so that its photons can be sorted in time.
     pub fn paths_ahead(&self, index: u64) -> u64 {
         let into = index % self.samples_per_generation + 1;
         let share = u128::from(self.paths_per_generation) * u128::from(into) * 4;

@@ -1,69 +1,69 @@
 //! An immutable tree of photons: sorted arrays, and 16 bytes for every split that separates photons.
 //!
-//! Splits stand where the paper puts them, in the middle of the longest side ([`Space`]), until a cell holds at most
-//! [`LEAF`] photons or the depth limit is reached. Splits with all photons on one side are skipped, so there are fewer
-//! nodes than leaves; the depth stays below [`MAX_DEPTH`](super::space::MAX_DEPTH). A node keeps, instead of the
+//! Builder stand where the paper puts them, in the middle of the longest side ([`Space`]), until a cell holds at most
+//! [`LEAF`] photons or the depth limit is reached. Builder with all photons on one side are skipped, so there are fewer
+//! nodes than leaves; the depth stays below [`MAX_DEPTH`](super::morton::MAX_DEPTH). A node keeps, instead of the
 //! splitting plane, how far the photons of each side reach towards it: tighter, and free of rounding (`walk`).
 
 use glam::Vec3;
 
+use super::morton::MortonGrid;
 use super::photon::Photon;
-use super::space::Space;
 
-/// Photons of a leaf, unless the depth limit forces more together (paper §3.4: 5 or 6).
+/// Most photons of a leaf, except at the depth limit (paper §3.4: 5 or 6).
 pub const LEAF: u32 = 6;
 
-/// Asked now and then by what takes long: false when nobody waits for it any more.
+/// A check for cancellation, called about every tenth of a millisecond. It returns false once nobody waits for the result.
 pub type Wanted<'a> = &'a dyn Fn() -> bool;
 
-/// Photons between two such questions: a tenth of a millisecond.
-const PATIENCE: usize = 4096;
+/// Photons that are processed between two checks for cancellation.
+const CHECK_INTERVAL: usize = 4096;
 
-/// Photons sorted by their keys, on the way into a tree.
+/// Photons sorted by Morton code: the input of a tree.
 #[derive(Clone, Debug, Default)]
-pub struct Run {
-    keys: Vec<u64>,
+pub struct SortedPhotons {
+    codes: Vec<u64>,
     positions: Vec<Vec3>,
     photons: Vec<Photon>,
 }
 
-impl Run {
-    /// Sorts photons; those with equal keys keep their order. Positions and photons have the same length.
-    pub fn sorted(space: &Space, positions: &[Vec3], photons: &[Photon]) -> Run {
+impl SortedPhotons {
+    /// Sorts photons. Those with equal codes keep their order. `positions` and `photons` have the same length.
+    pub fn sorted(grid: &MortonGrid, positions: &[Vec3], photons: &[Photon]) -> SortedPhotons {
         debug_assert_eq!(positions.len(), photons.len());
         let mut order: Vec<(u64, u32)> =
-            positions.iter().zip(0..).map(|(&p, slot)| (space.key(p), slot)).collect();
+            positions.iter().zip(0..).map(|(&p, slot)| (grid.code(p), slot)).collect();
         order.sort_unstable();
-        Run {
-            keys: order.iter().map(|o| o.0).collect(),
+        SortedPhotons {
+            codes: order.iter().map(|o| o.0).collect(),
             positions: order.iter().map(|o| positions[o.1 as usize]).collect(),
             photons: order.iter().map(|o| photons[o.1 as usize]).collect(),
         }
     }
 
-    /// This run and the photons of an older tree over the same space; the older ones first among equal keys. Linear.
-    /// `None` once `wanted` says that it is not.
-    pub fn merged(self, space: &Space, older: &Tree, wanted: Wanted<'_>) -> Option<Run> {
+    /// Merges these photons with those of an older tree over the same grid, in linear time. Among equal codes the older
+    /// ones come first. `None` once `wanted` returns false.
+    pub fn merged(self, grid: &MortonGrid, older: &PhotonTree, wanted: Wanted<'_>) -> Option<SortedPhotons> {
         if older.is_empty() {
             return Some(self);
         }
-        let (n, m) = (self.keys.len(), older.len());
-        let mut out = Run {
-            keys: Vec::with_capacity(n + m),
+        let (n, m) = (self.codes.len(), older.len());
+        let mut out = SortedPhotons {
+            codes: Vec::with_capacity(n + m),
             positions: Vec::with_capacity(n + m),
             photons: Vec::with_capacity(n + m),
         };
         let mut next = 0;
         for (slot, (&position, &photon)) in older.positions.iter().zip(&older.photons).enumerate() {
-            if slot % PATIENCE == 0 && !wanted() {
+            if slot % CHECK_INTERVAL == 0 && !wanted() {
                 return None;
             }
-            // Eight bytes per photon less to keep, for a few nanoseconds here.
-            let key = space.key(position);
-            let end = next + self.keys[next..].iter().take_while(|&&k| k < key).count();
+            // Trees do not store codes: computing one again takes a few nanoseconds and saves eight bytes per photon.
+            let code = grid.code(position);
+            let end = next + self.codes[next..].iter().take_while(|&&k| k < code).count();
             out.copy(&self, next..end);
             next = end;
-            out.keys.push(key);
+            out.codes.push(code);
             out.positions.push(position);
             out.photons.push(photon);
         }
@@ -71,8 +71,8 @@ impl Run {
         Some(out)
     }
 
-    fn copy(&mut self, from: &Run, range: std::ops::Range<usize>) {
-        self.keys.extend_from_slice(&from.keys[range.clone()]);
+    fn copy(&mut self, from: &SortedPhotons, range: std::ops::Range<usize>) {
+        self.codes.extend_from_slice(&from.codes[range.clone()]);
         self.positions.extend_from_slice(&from.positions[range.clone()]);
         self.photons.extend_from_slice(&from.photons[range]);
     }
@@ -80,47 +80,47 @@ impl Run {
 
 /// A split of the photons `a..b` into `a..mid` and `mid..b`.
 ///
-/// Nodes stand depth first: the left child, where it is no leaf, is the next node.
+/// Nodes are in depth-first order: the left child, unless it is a leaf, is the next node.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Node {
-    /// Largest coordinate on the left.
+pub(super) struct PhotonNode {
+    /// Largest coordinate of the left child's photons.
     pub left_max: f32,
-    /// Smallest coordinate on the right.
+    /// Smallest coordinate of the right child's photons.
     pub right_min: f32,
     /// First photon of the right child.
     pub mid: u32,
-    /// Axis in the highest two bits (3: no split, all photons lie in a smallest cell); below it the right child's node.
+    /// Axis in the two highest bits (3: no split, all photons lie in one smallest cell), below it the right child's node.
     pub right: u32,
 }
 
-impl Node {
+impl PhotonNode {
     /// Marks a leaf of more than [`LEAF`] photons.
     pub const LONG_LEAF: u32 = 3;
 }
 
-/// Photons of some generations, sorted, with their splits.
+/// Photons of some generations, sorted, with the nodes over them.
 #[derive(Debug, Default)]
-pub struct Tree {
+pub struct PhotonTree {
     pub(super) min: Vec3,
     pub(super) max: Vec3,
-    pub(super) nodes: Vec<Node>,
+    pub(super) nodes: Vec<PhotonNode>,
     pub(super) positions: Vec<Vec3>,
     pub(super) photons: Vec<Photon>,
 }
 
-impl Tree {
-    /// Builds the splits over a sorted run, in linear time. `None` once `wanted` says that it is not.
+impl PhotonTree {
+    /// Builds the nodes over sorted photons, in linear time. `None` once `wanted` returns false.
     ///
     /// # Panics
     /// With 2^30 photons or more (40 GB), which 30-bit node numbers cannot address.
-    pub fn new(space: &Space, run: Run, wanted: Wanted<'_>) -> Option<Tree> {
-        assert!(run.keys.len() < 1 << 30, "a photon tree holds less than 2^30 photons");
-        let Run { keys, positions, photons } = run;
-        let mut splits = Splits { space, keys: &keys, positions: &positions, nodes: Vec::new(), wanted };
-        let (min, max) = splits.add(0, keys.len())?;
-        let mut nodes = splits.nodes;
+    pub fn new(grid: &MortonGrid, sorted: SortedPhotons, wanted: Wanted<'_>) -> Option<PhotonTree> {
+        assert!(sorted.codes.len() < 1 << 30, "a photon tree holds less than 2^30 photons");
+        let SortedPhotons { codes, positions, photons } = sorted;
+        let mut builder = Builder { grid, codes: &codes, positions: &positions, nodes: Vec::new(), wanted };
+        let (min, max) = builder.add(0, codes.len())?;
+        let mut nodes = builder.nodes;
         nodes.shrink_to_fit();
-        Some(Tree { min, max, nodes, positions, photons })
+        Some(PhotonTree { min, max, nodes, positions, photons })
     }
 
     /// Number of photons.
@@ -136,12 +136,12 @@ impl Tree {
 
     /// Bytes of memory.
     pub fn bytes(&self) -> usize {
-        self.nodes.capacity() * size_of::<Node>()
+        self.nodes.capacity() * size_of::<PhotonNode>()
             + self.positions.capacity() * size_of::<Vec3>()
             + self.photons.capacity() * size_of::<Photon>()
     }
 
-    /// Splits on the longest way down.
+    /// Number of splits on the longest path from the root to a leaf.
     pub fn depth(&self) -> u32 {
         let mut deepest = 0;
         let mut open = vec![(0u32, 0, self.len() as u32, 0u32)];
@@ -149,7 +149,7 @@ impl Tree {
             deepest = deepest.max(depth);
             if b - a > LEAF {
                 let n = self.nodes[node as usize];
-                if n.right >> 30 != Node::LONG_LEAF {
+                if n.right >> 30 != PhotonNode::LONG_LEAF {
                     open.push((node + 1, a, n.mid, depth + 1));
                     open.push((n.right & (u32::MAX >> 2), n.mid, b, depth + 1));
                 }
@@ -159,28 +159,28 @@ impl Tree {
     }
 }
 
-struct Splits<'a> {
-    space: &'a Space,
-    keys: &'a [u64],
+struct Builder<'a> {
+    grid: &'a MortonGrid,
+    codes: &'a [u64],
     positions: &'a [Vec3],
-    nodes: Vec<Node>,
+    nodes: Vec<PhotonNode>,
     wanted: Wanted<'a>,
 }
 
-impl Splits<'_> {
-    /// Adds the nodes below the photons `a..b` and returns their bounds. As deep as keys have bits.
+impl Builder<'_> {
+    /// Adds the nodes over the photons `a..b` and returns their bounds. Recurses at most once per bit of a code.
     fn add(&mut self, a: usize, b: usize) -> Option<(Vec3, Vec3)> {
-        if b - a > PATIENCE && !(self.wanted)() {
+        if b - a > CHECK_INTERVAL && !(self.wanted)() {
             return None;
         }
-        let differing = if b - a > LEAF as usize { self.keys[a] ^ self.keys[b - 1] } else { 0 };
+        let differing = if b - a > LEAF as usize { self.codes[a] ^ self.codes[b - 1] } else { 0 };
         if differing == 0 {
             if b - a > LEAF as usize {
-                self.nodes.push(Node {
+                self.nodes.push(PhotonNode {
                     left_max: 0.0,
                     right_min: 0.0,
                     mid: b as u32,
-                    right: Node::LONG_LEAF << 30,
+                    right: PhotonNode::LONG_LEAF << 30,
                 });
             }
             let inside = self.positions[a..b].iter();
@@ -188,13 +188,13 @@ impl Splits<'_> {
             return Some(inside.fold(none, |(lo, hi), &p| (lo.min(p), hi.max(p))));
         }
         let bit = differing.ilog2();
-        let mid = a + self.keys[a..b].partition_point(|k| k >> bit & 1 == 0);
+        let mid = a + self.codes[a..b].partition_point(|k| k >> bit & 1 == 0);
         let here = self.nodes.len();
-        self.nodes.push(Node { left_max: 0.0, right_min: 0.0, mid: mid as u32, right: 0 });
+        self.nodes.push(PhotonNode { left_max: 0.0, right_min: 0.0, mid: mid as u32, right: 0 });
         let left = self.add(a, mid)?;
         let right_node = self.nodes.len() as u32;
         let right = self.add(mid, b)?;
-        let axis = self.space.axis(bit);
+        let axis = self.grid.axis(bit);
         let node = &mut self.nodes[here];
         node.left_max = left.1[usize::from(axis)];
         node.right_min = right.0[usize::from(axis)];

@@ -7,8 +7,9 @@
 
 use std::ops::Range;
 
+use crate::math::bits::mix;
 use crate::tracer::Sampler;
-use crate::tracer::photon_map::{Arrival, Batch, Layer, wavelength_number, wavelengths};
+use crate::tracer::photon_map::{Arrival, PhotonBatch, PhotonLayer, wavelength_number, wavelengths};
 use crate::tracer::subpath::{Vertex, Walk};
 
 use super::{PhotonTracer, spreads};
@@ -17,16 +18,16 @@ use super::{PhotonTracer, spreads};
 const SEED: u32 = 0x5bd1_e995;
 
 /// Traces the light paths of these numbers and leaves their photons in `batch`, in their order.
-pub(super) fn light_paths(tracer: &PhotonTracer, paths: Range<u64>, batch: &mut Batch) {
+pub(super) fn light_paths(tracer: &PhotonTracer, paths: Range<u64>, batch: &mut PhotonBatch) {
     for path in paths {
         light_path(tracer, path, batch);
     }
 }
 
-fn light_path(tracer: &PhotonTracer, path: u64, batch: &mut Batch) {
+fn light_path(tracer: &PhotonTracer, path: u64, batch: &mut PhotonBatch) {
     let context = &tracer.context;
     let (scene, longest) = (&context.scene, context.longest());
-    let sampler = Sampler::at(shuffled(path), context.seed ^ SEED);
+    let sampler = Sampler::at(mix(path), context.seed ^ SEED);
     let number = wavelength_number(sampler.camera().wavelength);
     let lambda = context.white().unwrap_or_else(|| wavelengths(number));
     let numbers = sampler.light();
@@ -42,8 +43,8 @@ fn light_path(tracer: &PhotonTracer, path: u64, batch: &mut Batch) {
         let here = spreads(&vertex.bsdf);
         if here && vertex.depth > 1 && can_be_seen(&vertex) {
             let (layer, wanted) = match spread {
-                true => (Layer::Global, context.photons.gather),
-                false => (Layer::Caustic, context.photons.caustics),
+                true => (PhotonLayer::Global, context.photons.gather),
+                false => (PhotonLayer::Caustic, context.photons.caustics),
             };
             if wanted {
                 batch.push(layer, &arrival(&vertex, number));
@@ -57,14 +58,6 @@ fn light_path(tracer: &PhotonTracer, path: u64, batch: &mut Batch) {
         // The link is 0 after a delta: the coat's mirror spreads nothing.
         spread |= here && walk.step().link > 0.0;
     }
-}
-
-/// A number for each, none twice: the finaliser of splitmix64 (Steele, Lea, Flood 2014).
-fn shuffled(path: u64) -> u64 {
-    let z = path.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
 }
 
 /// The side that is lit reflects something at the path's wavelengths.

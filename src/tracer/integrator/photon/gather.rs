@@ -6,7 +6,7 @@ use crate::color::Xyz;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::Scene;
 use crate::tracer::bsdf::Bsdf;
-use crate::tracer::photon_map::{Disc, Layer, Photon};
+use crate::tracer::photon_map::{Disc, Photon, PhotonLayer};
 use crate::tracer::wavelength_mis::WavelengthMis;
 
 use super::step::Step;
@@ -26,7 +26,7 @@ const WINDOW: f32 = 30.0;
 
 impl Path<'_> {
     /// Adds what the photons of `layer` around `vertex` send along the path.
-    pub(super) fn gather(&mut self, vertex: &Vertex, layer: Layer) {
+    pub(super) fn gather(&mut self, vertex: &Vertex, layer: PhotonLayer) {
         let forest = self.snapshot.layer(layer);
         if forest.is_empty() {
             return;
@@ -43,7 +43,7 @@ impl Path<'_> {
         };
         let throughput = self.throughput * self.counts(WavelengthMis::ALL);
         let Self { scratch, tracer, .. } = self;
-        let found = forest.nearest((vertex.hit.point.p, radius), wanted, &mut scratch.query, accept);
+        let found = forest.nearest(vertex.hit.point.p, radius, wanted, &mut scratch.query, accept);
         let Some(disc) = Disc::new(found, wanted, radius, radius * SMALLEST) else { return };
         let scale = 1.0 / disc.area() / self.snapshot.light_paths() as f32;
         let path =
@@ -65,10 +65,10 @@ impl Path<'_> {
 
     /// How many photons a lookup asks for, within which radius, and within which distance (nm) of the hero where only
     /// that is carried.
-    pub(super) fn reach(&self, layer: Layer) -> (usize, f32, Option<f32>) {
+    pub(super) fn reach(&self, layer: PhotonLayer) -> (usize, f32, Option<f32>) {
         let wanted = match layer {
-            Layer::Global => self.lookup.neighbours,
-            Layer::Caustic => self.lookup.neighbours * CAUSTIC,
+            PhotonLayer::Global => self.lookup.neighbours,
+            PhotonLayer::Caustic => self.lookup.neighbours * CAUSTIC,
         };
         if !self.lambda.is_hero_only() {
             return (wanted, self.lookup.radius, None);

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::tracer::photon_map::{Batch, Snapshot, Wanted};
+use crate::tracer::photon_map::{PhotonBatch, Snapshot, Wanted};
 
 use super::{PhotonScratch, PhotonTracer, emit};
 
@@ -21,12 +21,12 @@ impl PhotonTracer {
         scratch: &mut PhotonScratch,
         wanted: Wanted<'_>,
     ) -> Option<Arc<Snapshot>> {
-        let trace = |paths, batch: &mut Batch| emit::light_paths(self, paths, batch);
+        let trace = |paths, batch: &mut PhotonBatch| emit::light_paths(self, paths, batch);
         scratch.path = scratch.path.wrapping_add(1);
         if scratch.path.is_multiple_of(SHARE)
             && let Some(claim) = self.map.claim(self.schedule.paths_ahead(index))
         {
-            let mut batch = Batch::default();
+            let mut batch = PhotonBatch::default();
             trace(claim.paths(), &mut batch);
             claim.deposit_while(batch, wanted);
         }

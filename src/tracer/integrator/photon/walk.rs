@@ -11,7 +11,7 @@ use crate::tracer::bsdf::Bsdf;
 use crate::tracer::interaction::SurfaceInteraction;
 use crate::tracer::light::{LightSample, LitPoint};
 use crate::tracer::material::Material;
-use crate::tracer::photon_map::{Layer, Lookup, Snapshot};
+use crate::tracer::photon_map::{Lookup, PhotonLayer, Snapshot};
 use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::wavelength_mis::WavelengthMis;
 use crate::tracer::{Sampler, mis, roulette};
@@ -131,7 +131,7 @@ impl<'a> Path<'a> {
             if self.gathered || self.depth == longest {
                 return;
             }
-            let (_, radius, _) = self.reach(Layer::Global);
+            let (_, radius, _) = self.reach(PhotonLayer::Global);
             let near = ray.origin.distance_squared(hit.point.p) < radius * radius;
             match self.arrive(&hit, near, &sampler.vertex(self.depth - 1)) {
                 Some(next) => ray = next,
@@ -151,9 +151,9 @@ impl<'a> Path<'a> {
             self.direct(&vertex, u);
         }
         if spreads {
-            self.gather(&vertex, Layer::Caustic);
+            self.gather(&vertex, PhotonLayer::Caustic);
             if self.stage != Stage::Mirrored && !near {
-                self.gather(&vertex, Layer::Global);
+                self.gather(&vertex, PhotonLayer::Global);
                 self.gathered = true;
             }
         }

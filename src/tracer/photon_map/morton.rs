@@ -1,38 +1,38 @@
-//! The scene's box, halved again and again across its longest side (paper §3.4), as bits of a number.
+//! Morton codes over the scene's bounding box, which is halved again and again across its longest side (paper §3.4).
 //!
-//! All cells of one depth are congruent, so which axis a depth splits depends on the box alone, and a photon's way down
-//! is a bit string: its [`Space::key`]. Photons sorted by key are the leaves of the tree from left to right, a subtree is
-//! a range of them, and two trees over one box are merged like two sorted lists.
+//! All cells of one depth are congruent, so the axis that a level splits depends on the box alone, and the path from the
+//! root to a photon is a bit string: its Morton code ([`MortonGrid::code`]). Photons sorted by code are the leaves of the
+//! tree from left to right, a subtree is a range of them, and two trees over one box are merged like two sorted lists.
 
 use glam::Vec3;
 
-/// Deepest split: bits of a key.
+/// Largest depth: bits of a code.
 pub const MAX_DEPTH: u32 = 64;
-/// Halvings of one axis: cells smaller than the spacing of `f32` at the far end of the box are of no use.
+/// Most splits of one axis. Cells smaller than the spacing of `f32` at the far end of the box would be of no use.
 const MAX_PER_AXIS: u32 = 24;
-/// Bits looked up at a time.
+/// Bits of a coordinate that one table look-up spreads.
 const CHUNK: u32 = 6;
 const CHUNKS: usize = (MAX_PER_AXIS / CHUNK) as usize;
 
-/// Places of the bits of one coordinate in the key, for [`CHUNK`] bits at a time, lowest first.
+/// Bit positions of one coordinate in the code, for [`CHUNK`] bits at a time, lowest first.
 type Spread = [[u64; 1 << CHUNK]; CHUNKS];
 
-/// How the scene's box is split.
+/// The scene's box and the order of its splits.
 #[derive(Debug)]
-pub struct Space {
+pub struct MortonGrid {
     min: [f64; 3],
     /// Cells per metre; 0 for an axis that is never split.
     scale: [f64; 3],
     last: [u32; 3],
     spread: [Spread; 3],
-    /// Axis of every bit of a key.
+    /// Axis that each bit of a code splits.
     axis: [u8; MAX_DEPTH as usize],
     depth: u32,
 }
 
-impl Space {
-    /// The splits of the box from `min` to `max`. Sides may be zero or denormal: such a side is split as far as it has
-    /// an extent at all. Coordinates that are not finite count as the largest finite ones.
+impl MortonGrid {
+    /// The grid over the box from `min` to `max`. Sides may be zero or denormal: a side is split as long as it has an
+    /// extent. Infinite coordinates are clamped to the largest finite ones, NaN counts as 0.
     pub fn new(min: Vec3, max: Vec3) -> Self {
         let finite = |v: Vec3| {
             v.to_array().map(|x| f64::from(if x.is_nan() { 0.0 } else { x }.clamp(f32::MIN, f32::MAX)))
@@ -75,24 +75,24 @@ impl Space {
         }
     }
 
-    /// The way from the root to the smallest cell around `p`, first split in the highest bit. A point outside the box
-    /// counts as the nearest one inside.
+    /// The Morton code of `p`: the path from the root to the smallest cell around it, with the first split in the highest
+    /// bit. A point outside the box is clamped to it.
     #[inline]
-    pub fn key(&self, p: Vec3) -> u64 {
+    pub fn code(&self, p: Vec3) -> u64 {
         let p = p.to_array();
-        let mut key = 0;
+        let mut code = 0;
         for (a, x) in p.into_iter().enumerate() {
             // The cast takes NaN to 0 and stops at 0 and at the largest number.
             let cell = ((f64::from(x) - self.min[a]) * self.scale[a]) as u32;
             let cell = cell.min(self.last[a]);
             for (chunk, places) in self.spread[a].iter().enumerate() {
-                key |= places[(cell >> (chunk as u32 * CHUNK)) as usize & ((1 << CHUNK) - 1)];
+                code |= places[(cell >> (chunk as u32 * CHUNK)) as usize & ((1 << CHUNK) - 1)];
             }
         }
-        key
+        code
     }
 
-    /// Axis that bit `bit` of a key splits.
+    /// Axis that bit `bit` of a code splits.
     #[inline]
     pub fn axis(&self, bit: u32) -> u8 {
         self.axis[bit as usize]
@@ -108,11 +108,11 @@ impl Space {
 mod tests {
     use super::*;
 
-    /// The cell by halving, as the paper says it.
+    /// The code by repeated halving, as the paper describes it.
     fn by_halving(min: Vec3, max: Vec3, p: Vec3, depth: u32) -> u64 {
         let (mut lo, mut hi) = (min.as_dvec3(), max.as_dvec3());
         let p = p.as_dvec3();
-        let mut key = 0;
+        let mut code = 0;
         for _ in 0..depth {
             let side = hi - lo;
             let a = if side.x >= side.y && side.x >= side.z {
@@ -129,22 +129,22 @@ mod tests {
             } else {
                 hi[a] = mid
             }
-            key = key << 1 | u64::from(right);
+            code = code << 1 | u64::from(right);
         }
-        key
+        code
     }
 
     #[test]
-    fn keys_are_the_way_down_of_the_paper() {
+    fn codes_are_the_splits_of_the_paper() {
         let boxes = [(Vec3::ZERO, Vec3::ONE), (Vec3::new(-8.0, 0.5, 2.0), Vec3::new(8.0, 1.0, 6.0))];
         for (min, max) in boxes {
-            let space = Space::new(min, max);
+            let grid = MortonGrid::new(min, max);
             for i in 0..2000 {
                 let f = Vec3::new(i as f32 * 0.618_034, i as f32 * 0.754_878, i as f32 * 0.569_84).fract();
                 let p = min + (max - min) * f;
                 // Exact in f64 for boxes whose sides are powers of two.
                 let depth = 40;
-                assert_eq!(space.key(p) >> (space.depth() - depth), by_halving(min, max, p, depth), "{p}");
+                assert_eq!(grid.code(p) >> (grid.depth() - depth), by_halving(min, max, p, depth), "{p}");
             }
         }
     }
@@ -161,10 +161,10 @@ mod tests {
             (Vec3::ONE, Vec3::ZERO, 0),
             (Vec3::NAN, Vec3::ONE, MAX_DEPTH),
         ] {
-            let space = Space::new(min, max);
-            assert_eq!(space.depth(), depth, "{min} {max}");
+            let grid = MortonGrid::new(min, max);
+            assert_eq!(grid.depth(), depth, "{min} {max}");
             for p in [min, max, Vec3::NAN, Vec3::INFINITY, Vec3::NEG_INFINITY] {
-                assert!(depth == 64 || space.key(p) >> depth == 0, "{p} in {min} {max}");
+                assert!(depth == 64 || grid.code(p) >> depth == 0, "{p} in {min} {max}");
             }
         }
     }
