@@ -12,7 +12,7 @@ use std::sync::{Arc, RwLock};
 use std::time::Instant;
 
 use glam::Vec3;
-use pointillist::tracer::accel::{Accel, Kernel};
+use pointillist::tracer::accel::{Accel, SimdKernel};
 
 #[path = "bench_rays/agree.rs"]
 mod agree;
@@ -90,7 +90,8 @@ fn main() -> ExitCode {
 }
 
 fn lacking() -> String {
-    let names: Vec<&str> = Kernel::ALL.into_iter().filter(|k| !k.is_available()).map(Kernel::name).collect();
+    let names: Vec<&str> =
+        SimdKernel::ALL.into_iter().filter(|k| !k.is_available()).map(SimdKernel::name).collect();
     if names.is_empty() { "none".into() } else { names.join(", ") }
 }
 
@@ -145,7 +146,7 @@ fn measure(model: &Model, device: Option<&Arc<Device>>, choice: &Choice) {
     table::built("ours", accel.bytes(), triangles.len(), seconds);
     let lists = rays::rays(model, &accel, &triangles);
     let accel = Arc::new(RwLock::new(accel));
-    for kernel in Kernel::ALL.into_iter().filter(|k| k.is_available() && choice.has(k.name())) {
+    for kernel in SimdKernel::ALL.into_iter().filter(|k| k.is_available() && choice.has(k.name())) {
         contestants.push(Box::new(Ours { accel: accel.clone(), kernel }));
     }
     let reference = contestants.iter().position(|c| c.name() == "robust").unwrap_or(0);

@@ -11,7 +11,7 @@ use super::report::Seconds;
 use super::tell;
 use crate::scene::desc::{IntegratorKind, SceneDesc};
 use crate::scene::{self, Loaded};
-use crate::tracer::accel::Kernel;
+use crate::tracer::accel::SimdKernel;
 use crate::tracer::effects::{Effect, decide, force_on, refusal, without};
 use crate::tracer::{Camera, PrepareError, Scene};
 
@@ -104,19 +104,19 @@ pub fn load(source: &SceneArgs) -> Result<SceneInput> {
 pub fn prepare(
     make: fn(&SceneDesc) -> Result<Scene, PrepareError>,
     desc: &SceneDesc,
-    simd: impl Into<Kernel>,
+    simd: impl Into<SimdKernel>,
 ) -> Result<Scene> {
     let kernel = simd.into();
     if !kernel.is_available() {
-        return Err(lacking(kernel, Kernel::is_available));
+        return Err(lacking(kernel, SimdKernel::is_available));
     }
     let scene = make(desc).into_diagnostic()?.walked_by(kernel);
-    scene.ok_or_else(|| lacking(kernel, Kernel::is_available))
+    scene.ok_or_else(|| lacking(kernel, SimdKernel::is_available))
 }
 
 /// What to say of a kernel that cannot run here, where `has` those that can.
-fn lacking(kernel: Kernel, has: impl Fn(Kernel) -> bool) -> miette::Report {
-    let there: Vec<&str> = Kernel::ALL.into_iter().filter(|k| has(*k)).map(Kernel::name).collect();
+fn lacking(kernel: SimdKernel, has: impl Fn(SimdKernel) -> bool) -> miette::Report {
+    let there: Vec<&str> = SimdKernel::ALL.into_iter().filter(|k| has(*k)).map(SimdKernel::name).collect();
     miette::miette!(
         help = "leave --simd away, or give auto: that takes the fastest that there is, and the picture is the same",
         "--simd {}: this processor lacks the instructions; it has {}",
@@ -173,10 +173,10 @@ mod tests {
 
     #[test]
     fn a_kernel_that_is_lacking_is_an_error_that_names_the_others() {
-        let (what, help) = words(&lacking(Kernel::Avx512, |kernel| kernel != Kernel::Avx512));
+        let (what, help) = words(&lacking(SimdKernel::Avx512, |kernel| kernel != SimdKernel::Avx512));
         assert_eq!(what, "--simd avx512: this processor lacks the instructions; it has scalar and avx2");
         assert!(help.contains("auto"), "{help}");
-        let (what, _) = words(&lacking(Kernel::Avx2, |kernel| kernel == Kernel::Scalar));
+        let (what, _) = words(&lacking(SimdKernel::Avx2, |kernel| kernel == SimdKernel::Scalar));
         assert_eq!(what, "--simd avx2: this processor lacks the instructions; it has scalar");
     }
 
@@ -186,7 +186,7 @@ mod tests {
         let text = "<scene version=\"3.0.0\"><sensor type=\"perspective\"/><shape type=\"cube\"/>\
                     <emitter type=\"constant\"/></scene>";
         let desc = scene::load_str("t.xml", text, &[]).expect("valid").desc;
-        for kernel in Kernel::ALL {
+        for kernel in SimdKernel::ALL {
             for make in [Scene::prepare, Scene::prepare_general] {
                 let made = prepare(make, &desc, kernel).map(|scene| scene.kernel());
                 assert_eq!(made.ok(), kernel.is_available().then_some(kernel));

@@ -1,6 +1,6 @@
 //! Where an instance stands: between the space of its group and the world.
 //!
-//! A group's primitives stay in its space. A ray is taken there by the walk ([`Accel::seen`](super::accel::Accel::seen)), and the point where
+//! A group's primitives stay in its space. A ray is taken there by the walk ([`Accel::ray_in_instance`](super::accel::Accel::ray_in_instance)), and the point where
 //! it met something is taken back here, both in double precision and rounded once: what is lost is bounded. An instance costs two
 //! matrices here and one there.
 

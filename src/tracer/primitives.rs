@@ -77,7 +77,7 @@ impl Primitives {
     #[inline(never)]
     fn met_instance(&self, ray: &Ray, hit: &Hit, instance: u32) -> SurfaceInteraction {
         let place = &self.placements[instance as usize];
-        let inside = self.met(&self.accel.seen(instance, ray), hit);
+        let inside = self.met(&self.accel.ray_in_instance(instance, ray), hit);
         let n = place.normal(inside.frame.n);
         let along = self.tangents.get(inside.surface as usize).and_then(|t| t.along(hit.prim, &inside.point));
         SurfaceInteraction {

@@ -9,7 +9,7 @@ use crate::math::frame::Frame;
 use crate::scene::SceneDesc;
 use crate::spectrum::White;
 
-use super::accel::{Accel, Kernel, PrimRange, Ray};
+use super::accel::{Accel, PrimRange, Ray, SimdKernel};
 use super::bsdf::Sides;
 use super::interaction::SurfaceInteraction;
 use super::light::{LightSample, Lights};
@@ -98,18 +98,18 @@ impl Scene {
 
     /// This scene with its rays walked by `kernel`: samples are the same bits, and only their time differs. `None` where the
     /// processor lacks what `kernel` needs, or while another scene, [edited](Scene::edited) from this one, shares the tree.
-    pub fn walked_by(mut self, kernel: Kernel) -> Option<Scene> {
+    pub fn walked_by(mut self, kernel: SimdKernel) -> Option<Scene> {
         self.walk_by(kernel).then_some(self)
     }
 
     /// As [`Scene::walked_by`], in place; false, and nothing changes, where that gives `None`.
-    pub(super) fn walk_by(&mut self, kernel: Kernel) -> bool {
+    pub(super) fn walk_by(&mut self, kernel: SimdKernel) -> bool {
         self.kernel() == kernel
             || Arc::get_mut(&mut self.primitives).is_some_and(|alone| alone.accel.set_kernel(kernel))
     }
 
     /// How rays are walked; the fastest way that the processor has, unless another was asked for.
-    pub fn kernel(&self) -> Kernel {
+    pub fn kernel(&self) -> SimdKernel {
         self.primitives.accel.kernel()
     }
 

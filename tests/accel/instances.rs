@@ -9,7 +9,7 @@ use glam::{DAffine3, DMat3, DVec3, Vec3};
 use crate::support::accel::{
     Answer, Primitives, Random, Tally, Verdict, ask, ask_one, bits, check_verdicts, polygon, rounding,
 };
-use pointillist::tracer::accel::{Accel, Group, Hit, Instance, PrimRange, Ray};
+use pointillist::tracer::accel::{Accel, Hit, Instance, PrimRange, PrimitiveGroup, Ray, Shapes};
 use pointillist::tracer::shape::{Disk, Sphere};
 
 const U: f64 = 1.0 / (1 << 24) as f64;
@@ -18,15 +18,15 @@ const U: f64 = 1.0 / (1 << 24) as f64;
 #[derive(Default)]
 struct World {
     all: Primitives,
-    groups: Vec<Group>,
+    groups: Vec<PrimitiveGroup>,
     instances: Vec<Instance>,
 }
 
 impl World {
     fn accel(&self) -> Accel {
         let Primitives { triangles, quads, disks, spheres } = &self.all;
-        let shown = (&self.groups[..], &self.instances[..]);
-        Accel::with_instances((triangles, quads), disks.clone(), spheres.clone(), shown)
+        let shapes = Shapes { triangles, quads, disks: disks.clone(), spheres: spheres.clone() };
+        Accel::with_instances(shapes, &self.groups, &self.instances)
     }
 
     /// Adds `count` triangles, half as many parallelograms, disks and spheres in a ball of radius `size`; a group of them
@@ -53,7 +53,7 @@ impl World {
         let to = counts(all);
         if !direct {
             let [triangles, disks, spheres] = [0, 1, 2].map(|i| from[i]..to[i]);
-            self.groups.push(Group { triangles, disks, spheres });
+            self.groups.push(PrimitiveGroup { triangles, disks, spheres });
         }
     }
 
@@ -65,7 +65,7 @@ impl World {
     fn verdicts(&self, ray: &Ray) -> Vec<(u32, u32, Verdict)> {
         let all = &self.all;
         let (disks, spheres) = (all.triangles.len() as u32, (all.triangles.len() + all.disks.len()) as u32);
-        let grouped = |of: fn(&Group) -> &std::ops::Range<u32>, i: u32| {
+        let grouped = |of: fn(&PrimitiveGroup) -> &std::ops::Range<u32>, i: u32| {
             self.groups.iter().position(|g| of(g).contains(&i))
         };
         let mut found = Vec::new();
@@ -301,7 +301,7 @@ fn coincident_instances_have_one_answer() {
     let ray = Ray::new(Vec3::ZERO, Vec3::Z);
     for (count, own) in [(1, 0), (2, 0), (1000, 0), (3, 1), (1000, 1)] {
         // Id `own` is in the group, the other one stands in the world.
-        let group = Group { triangles: own..own + 1, ..Group::default() };
+        let group = PrimitiveGroup { triangles: own..own + 1, ..PrimitiveGroup::default() };
         let mut world = World { all: Primitives::of(&[face, face]), groups: vec![group], ..World::default() };
         (0..count).for_each(|_| world.show(0, DAffine3::IDENTITY));
         let mut accel = world.accel();
@@ -322,7 +322,7 @@ fn ten_thousand_instances_are_found() {
     let top = [Vec3::new(-0.3, -0.3, 0.1), Vec3::new(0.3, -0.3, 0.1), Vec3::new(0.0, 0.4, 0.1)];
     world.all = Primitives::of(&[top, top.map(|p| p - Vec3::Z * 0.2)]);
     world.all.spheres.push(Sphere { center: Vec3::ZERO, radius: 0.05, inward: false });
-    world.groups.push(Group { triangles: 0..2, spheres: 0..1, ..Group::default() });
+    world.groups.push(PrimitiveGroup { triangles: 0..2, spheres: 0..1, ..PrimitiveGroup::default() });
     let place = |i: usize| DVec3::new((i % 100) as f64, (i / 100) as f64, (i % 7) as f64);
     for i in 0..10_000 {
         let turn = DAffine3::from_rotation_z(6.0 * random.next());
@@ -348,7 +348,7 @@ fn ten_thousand_instances_are_found() {
 fn empty_and_hidden_groups_are_not_seen() {
     let random = &mut Random(12);
     let ray = Ray::new(Vec3::new(0.0, 0.0, -5.0), Vec3::Z);
-    let mut world = World { groups: vec![Group::default()], ..World::default() };
+    let mut world = World { groups: vec![PrimitiveGroup::default()], ..World::default() };
     assert_eq!(ask_one(&mut world.accel(), ray), (None, false));
     world.show(0, DAffine3::IDENTITY);
     world.show(0, DAffine3::from_scale(DVec3::splat(2.0)));

@@ -5,17 +5,17 @@ use std::collections::HashSet;
 use glam::{DVec3, Vec3};
 
 use crate::support::accel::{CLOSED, Primitives, Random, ask, ask_one, icosphere, kernels};
-use pointillist::tracer::accel::{Accel, Kernel, PrimRange, Ray};
+use pointillist::tracer::accel::{Accel, PrimRange, Ray, SimdKernel};
 use pointillist::tracer::shape::{Disk, Sphere};
 
 #[test]
 fn kernels_have_names_and_are_chosen() {
-    let names: HashSet<&str> = Kernel::ALL.into_iter().map(Kernel::name).collect();
-    assert_eq!(names.len(), Kernel::ALL.len());
-    assert!(Kernel::best().is_available() && Kernel::Scalar.is_available());
+    let names: HashSet<&str> = SimdKernel::ALL.into_iter().map(SimdKernel::name).collect();
+    assert_eq!(names.len(), SimdKernel::ALL.len());
+    assert!(SimdKernel::best().is_available() && SimdKernel::Scalar.is_available());
     let mut accel = Accel::new(&[], &[], Vec::new(), Vec::new());
     assert!(accel.kernel().is_available());
-    for kernel in Kernel::ALL {
+    for kernel in SimdKernel::ALL {
         let before = accel.kernel();
         let set = accel.set_kernel(kernel);
         assert_eq!(set, kernel.is_available());

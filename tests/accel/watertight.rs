@@ -6,7 +6,7 @@ use glam::{DAffine3, DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::support::accel::{CLOSED, Closed, Random, icosphere, kernels, moeller_trumbore};
-use pointillist::tracer::accel::{Accel, Kernel, PrimRange, Ray};
+use pointillist::tracer::accel::{Accel, PrimRange, Ray, SimdKernel};
 use pointillist::tracer::shape::Triangle;
 
 /// Rays in all, shared by the meshes. Those of the vector kernels are all of them; the scalar kernel gets every fifth,
@@ -82,7 +82,8 @@ fn assert_closed(closed: &Closed, quads: &[u32], rays: u64) {
     let mut accel = Accel::new(&mesh, quads, Vec::new(), Vec::new());
     for kernel in kernels() {
         assert!(accel.set_kernel(kernel));
-        let every = if kernel == Kernel::Scalar && Kernel::best() != Kernel::Scalar { 5 } else { 1 };
+        let every =
+            if kernel == SimdKernel::Scalar && SimdKernel::best() != SimdKernel::Scalar { 5 } else { 1 };
         // Steps of five would be aimed at vertices and made flat more often than not.
         let of_scalar = (0..rays).into_par_iter().filter(|i| (i / 20).is_multiple_of(every));
         let count = count(&accel, &mesh, closed, of_scalar);

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-use pointillist::tracer::accel::Kernel;
+use pointillist::tracer::accel::SimdKernel;
 use serde_json::Value;
 
 fn run(args: &[&str]) -> Output {
@@ -27,7 +27,7 @@ fn picture(name: &str, scene: &str, options: &[&str]) -> ([Vec<u8>; 2], Value) {
 /// The same bytes by every kernel that this processor has, and by none that is named.
 #[test]
 fn pictures_do_not_depend_on_the_kernel() {
-    let there = || Kernel::ALL.into_iter().filter(|kernel| kernel.is_available());
+    let there = || SimdKernel::ALL.into_iter().filter(|kernel| kernel.is_available());
     for (scene, method) in [("scenes/cornell_spheres.xml", "path"), ("scenes/caustic.xml", "bidirectional")] {
         let of = |simd: &str| picture(simd, scene, &["--integrator", method, "--simd", simd]);
         let (first, figures) = of("scalar");
@@ -38,20 +38,20 @@ fn pictures_do_not_depend_on_the_kernel() {
             assert!(bytes == first, "{scene}, {method}: {} differs from scalar", kernel.name());
         }
         let (bytes, figures) = of("auto");
-        assert_eq!(figures["simd"], Kernel::best().name());
+        assert_eq!(figures["simd"], SimdKernel::best().name());
         assert!(bytes == first, "{scene}, {method}: auto differs from scalar");
         // The comparison can tell pictures apart.
         let (other, figures) = picture("seed", scene, &["--integrator", method, "--seed", "1"]);
-        assert_eq!(figures["simd"], Kernel::best().name());
+        assert_eq!(figures["simd"], SimdKernel::best().name());
         assert!(other[0] != first[0] && other[1] != first[1], "{scene}: the seed changes nothing");
     }
-    println!("compared here: {}", there().map(Kernel::name).collect::<Vec<_>>().join(", "));
+    println!("compared here: {}", there().map(SimdKernel::name).collect::<Vec<_>>().join(", "));
 }
 
 /// Both scenes of `--check-plan`, the planned one and the general one, are walked as asked, and agree.
 #[test]
 fn plans_are_checked_by_every_kernel() {
-    for kernel in Kernel::ALL.into_iter().filter(|kernel| kernel.is_available()) {
+    for kernel in SimdKernel::ALL.into_iter().filter(|kernel| kernel.is_available()) {
         let options = ["--check-plan", "0.2", "--simd", kernel.name()];
         let (_, figures) = picture(&format!("check-{}", kernel.name()), "scenes/cornell.xml", &options);
         assert!(figures["plan_check"]["paths"].as_u64().unwrap() > 0);
@@ -73,7 +73,7 @@ fn other_words_are_refused() {
 /// What the processor lacks is an error that says what it has, before anything is traced.
 #[test]
 fn what_the_processor_lacks_is_refused() {
-    for kernel in Kernel::ALL.into_iter().filter(|kernel| !kernel.is_available()) {
+    for kernel in SimdKernel::ALL.into_iter().filter(|kernel| !kernel.is_available()) {
         let output = run(&["explain", "scenes/cornell.xml", "--no-costs", "--simd", kernel.name()]);
         let errors = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(!output.status.success(), "{} runs without its instructions", kernel.name());

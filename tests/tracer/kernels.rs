@@ -11,7 +11,7 @@ use pointillist::scene::desc::*;
 use pointillist::scene::load;
 use pointillist::spectrum::dispersion::Ior;
 use pointillist::stream::{SampleSink, UvWindow};
-use pointillist::tracer::accel::Kernel;
+use pointillist::tracer::accel::SimdKernel;
 use pointillist::tracer::integrator::{BidirectionalTracer, PhotonTracer, RenderContext};
 use pointillist::tracer::{Camera, Integrator, PathTracer, Scene};
 
@@ -65,7 +65,7 @@ fn trace<I: Integrator>(tracer: &I) -> Taken {
 }
 
 /// The first samples of a scene by one kernel.
-fn samples(desc: &SceneDesc, method: Method, (kernel, seed): (Kernel, u32)) -> Taken {
+fn samples(desc: &SceneDesc, method: Method, (kernel, seed): (SimdKernel, u32)) -> Taken {
     let scene = Scene::prepare(desc).unwrap().walked_by(kernel).unwrap();
     assert_eq!((scene.kernel(), scene.accel().kernel()), (kernel, kernel));
     let camera = Camera::of(desc).unwrap();
@@ -78,28 +78,28 @@ fn samples(desc: &SceneDesc, method: Method, (kernel, seed): (Kernel, u32)) -> T
     }
 }
 
-fn available() -> impl Iterator<Item = Kernel> {
-    Kernel::ALL.into_iter().filter(|kernel| kernel.is_available())
+fn available() -> impl Iterator<Item = SimdKernel> {
+    SimdKernel::ALL.into_iter().filter(|kernel| kernel.is_available())
 }
 
 /// All kernels of this processor against the one that every processor has.
 #[track_caller]
 fn agree(name: &str, desc: &SceneDesc, methods: &[Method]) {
     for &method in methods {
-        let scalar = samples(desc, method, (Kernel::Scalar, 7));
+        let scalar = samples(desc, method, (SimdKernel::Scalar, 7));
         let (count, lit) = (scalar.samples.len(), scalar.lit);
         // Every index has samples, and enough of them have met something and light.
         assert!(
             count as u64 >= INDICES && lit as u64 >= INDICES / 10,
             "{name}, {method:?}: {lit} of {count}"
         );
-        for kernel in available().filter(|kernel| *kernel != Kernel::Scalar) {
+        for kernel in available().filter(|kernel| *kernel != SimdKernel::Scalar) {
             let other = samples(desc, method, (kernel, 7));
             let differs = scalar.samples.iter().zip(&other.samples).find(|(a, b)| a != b);
             assert!(differs.is_none(), "{name}, {method:?}: scalar and {}: {differs:?}", kernel.name());
             assert_eq!(other.samples.len(), count, "{name}, {method:?}: {}", kernel.name());
         }
-        let names: Vec<&str> = available().map(Kernel::name).collect();
+        let names: Vec<&str> = available().map(SimdKernel::name).collect();
         println!("{name}, {method:?}: {INDICES} indices, {count} samples, {lit} lit: {}", names.join(", "));
     }
 }
@@ -177,7 +177,7 @@ fn the_comparison_can_tell_samples_apart() {
     let desc = hills();
     let mut moved = desc.clone();
     moved.shapes[0].to_world.translation.z += 1e-5;
-    let of = |desc: &SceneDesc, seed| samples(desc, Method::Path, (Kernel::Scalar, seed)).samples;
+    let of = |desc: &SceneDesc, seed| samples(desc, Method::Path, (SimdKernel::Scalar, seed)).samples;
     let first = of(&desc, 7);
     assert!(first == of(&desc, 7) && first != of(&desc, 8) && first != of(&moved, 7));
 }
@@ -190,7 +190,7 @@ fn edits_keep_the_kernel() {
     painted.bsdfs[0] = grey(0.2);
     let mut moved = desc.clone();
     moved.shapes[0].to_world.translation.z += 0.1;
-    assert_eq!(Scene::prepare(&desc).unwrap().kernel(), Kernel::best());
+    assert_eq!(Scene::prepare(&desc).unwrap().kernel(), SimdKernel::best());
     for kernel in available() {
         let scene = Scene::prepare(&desc).unwrap().walked_by(kernel).unwrap();
         let edited = scene.edited(&painted).unwrap();
@@ -201,7 +201,7 @@ fn edits_keep_the_kernel() {
         assert!(other.is_none_or(|other| shares.walked_by(other).is_none()));
         assert!(other.is_none_or(|other| scene.walked_by(other).is_some_and(|s| s.kernel() == other)));
     }
-    for kernel in Kernel::ALL.into_iter().filter(|kernel| !kernel.is_available()) {
+    for kernel in SimdKernel::ALL.into_iter().filter(|kernel| !kernel.is_available()) {
         assert!(Scene::prepare(&desc).unwrap().walked_by(kernel).is_none(), "{kernel:?}");
     }
 }

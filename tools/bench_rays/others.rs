@@ -10,7 +10,7 @@ use obvhs::cwbvh::builder::build_cwbvh_from_tris;
 use obvhs::ray::RayHit;
 use obvhs::rt_triangle::RtTriangle;
 use obvhs::triangle::Triangle;
-use pointillist::tracer::accel::{Accel, Kernel, PrimRange, Ray};
+use pointillist::tracer::accel::{Accel, PrimRange, Ray, SimdKernel};
 
 use super::contest::Contestant;
 
@@ -19,7 +19,7 @@ pub struct Ours {
     /// The tree.
     pub accel: Arc<RwLock<Accel>>,
     /// How it is walked.
-    pub kernel: Kernel,
+    pub kernel: SimdKernel,
 }
 
 impl Contestant for Ours {

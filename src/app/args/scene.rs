@@ -8,7 +8,7 @@ use super::effects::{Forced, effect};
 use super::values::{MaxDepth, define, depth, size};
 use crate::client::SplatFilter;
 use crate::scene::desc::IntegratorKind;
-use crate::tracer::accel::Kernel;
+use crate::tracer::accel::SimdKernel;
 
 /// The scene and how it is traced.
 #[derive(Args, Clone, Debug)]
@@ -78,13 +78,13 @@ pub enum SimdArg {
     Avx512,
 }
 
-impl From<SimdArg> for Kernel {
+impl From<SimdArg> for SimdKernel {
     fn from(simd: SimdArg) -> Self {
         match simd {
-            SimdArg::Auto => Kernel::best(),
-            SimdArg::Scalar => Kernel::Scalar,
-            SimdArg::Avx2 => Kernel::Avx2,
-            SimdArg::Avx512 => Kernel::Avx512,
+            SimdArg::Auto => SimdKernel::best(),
+            SimdArg::Scalar => SimdKernel::Scalar,
+            SimdArg::Avx2 => SimdKernel::Avx2,
+            SimdArg::Avx512 => SimdKernel::Avx512,
         }
     }
 }
@@ -117,11 +117,11 @@ mod tests {
     /// Options and kernels have the same words, and every kernel can be asked for.
     #[test]
     fn simd_has_the_words_of_the_kernels() {
-        for kernel in Kernel::ALL {
+        for kernel in SimdKernel::ALL {
             let arg = SimdArg::from_str(kernel.name(), false).expect("a word for each");
-            assert_eq!(Kernel::from(arg), kernel);
+            assert_eq!(SimdKernel::from(arg), kernel);
         }
-        assert_eq!(Kernel::from(SimdArg::Auto), Kernel::best());
-        assert_eq!(SimdArg::value_variants().len(), Kernel::ALL.len() + 1);
+        assert_eq!(SimdKernel::from(SimdArg::Auto), SimdKernel::best());
+        assert_eq!(SimdArg::value_variants().len(), SimdKernel::ALL.len() + 1);
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::gpu;
 use crate::study::data::Machine;
-use crate::tracer::accel::Kernel;
+use crate::tracer::accel::SimdKernel;
 
 /// The processor's name, as far as the system tells.
 pub fn cpu() -> String {
@@ -14,7 +14,7 @@ pub fn cpu() -> String {
 }
 
 /// Everything that a figure depends on besides the scene.
-pub fn machine(device: &str, (threads, kernel): (usize, Kernel)) -> Machine {
+pub fn machine(device: &str, (threads, kernel): (usize, SimdKernel)) -> Machine {
     let driver =
         gpu::devices().ok().and_then(|all| all.into_iter().find(|d| d.name == device).map(|d| d.driver));
     Machine {

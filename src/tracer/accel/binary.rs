@@ -1,9 +1,10 @@
-//! The binary tree: one primitive per leaf, split from the top by the surface area heuristic.
+//! The binary BVH: one primitive per leaf, built top-down by the surface area heuristic (SAH).
 //!
-//! Sixteen bins along each axis (Wald, *On fast Construction of SAH-based Bounding Volume Hierarchies*, 2007), all cuts of the sorted
-//! centres where there are few; then obvhs moves what lies badly (Meister and Bittner, *Parallel Reinsertion for Bounding Volume
-//! Hierarchy Optimization*, 2018). obvhs's own bottom-up tree takes longer to build (1.2 s for 1.6 million, here .7) and to walk. The result does not depend on
-//! the number of threads.
+//! Splits are searched among sixteen bins along each axis (Wald, *On fast Construction of SAH-based Bounding Volume
+//! Hierarchies*, 2007), and for few primitives among all positions in the sorted centroids. Afterwards obvhs reinserts
+//! subtrees (Meister and Bittner, *Parallel Reinsertion for Bounding Volume Hierarchy Optimization*, 2018). obvhs's own
+//! bottom-up build takes longer (1.2 s for 1.6 million triangles, this one .7 s), and its BVH is slower to traverse. The
+//! result does not depend on the number of threads.
 
 use glam::{Vec3, Vec3A};
 use obvhs::aabb::Aabb;
@@ -12,33 +13,34 @@ use obvhs::bvh2::node::Bvh2Node;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use rayon::prelude::*;
 
-/// Bins along an axis for many primitives, and for fewer than [`FEWER`].
+/// Bins along an axis.
 const BINS: usize = 16;
-const FEWER_BINS: usize = 8;
-const FEWER: usize = 24;
-/// Up to so many primitives every cut is looked at.
-const FEW: usize = 6;
-/// From so many on both sides are built at once.
-const MANY: usize = 4096;
-/// From so many on the bins are filled by several threads.
-const CROWD: usize = 1 << 17;
-/// Primitives that a leaf tests for the price of one.
-const AT_ONCE: usize = 8;
-/// Share of the nodes that reinsertion looks at.
-const REINSERTION: f32 = 0.02;
-/// Levels after which sets are halved, whatever it costs.
-const MAX_SPLITS: usize = 64;
+/// Bins along an axis for fewer than [`FEW_BINS_BELOW`] primitives.
+const FEW_BINS: usize = 8;
+const FEW_BINS_BELOW: usize = 24;
+/// Up to this number of primitives every split position is evaluated.
+const MAX_SWEEP: usize = 6;
+/// From this number of primitives on both children are built in parallel.
+const PARALLEL_BUILD: usize = 4096;
+/// From this number of primitives on the bins are filled in parallel.
+const PARALLEL_BINNING: usize = 1 << 17;
+/// Primitives that a leaf tests at once.
+const LEAF_WIDTH: usize = 8;
+/// Fraction of the nodes that reinsertion considers.
+const REINSERTION_FRACTION: f32 = 0.02;
+/// Depth from which on primitives are halved at the median, whatever the cost.
+const MAX_SAH_DEPTH: usize = 64;
 
-/// The box of a primitive.
+/// A primitive's bounding box and index.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Bounded {
+pub(super) struct PrimRef {
     lo: Vec3,
     /// Index of the primitive.
     index: u32,
     hi: Vec3,
 }
 
-impl Bounded {
+impl PrimRef {
     pub(super) fn new((lo, hi): (Vec3, Vec3), index: u32) -> Self {
         Self { lo, index, hi }
     }
@@ -48,67 +50,68 @@ impl Bounded {
         Aabb { min: Vec3A::from(self.lo), max: Vec3A::from(self.hi) }
     }
 
-    /// Twice the centre.
+    /// Twice the centroid of the bounding box.
     #[inline(always)]
-    fn center(&self) -> Vec3A {
+    fn centroid2(&self) -> Vec3A {
         Vec3A::from(self.lo) + Vec3A::from(self.hi)
     }
 }
 
-/// The tree over `primitives`, of which there is at least one; not deeper than 67 + log₂ of their number unless `optimized`.
-pub(super) fn build(primitives: &mut [Bounded], optimized: bool) -> Bvh2 {
-    // By all threads: memory is first touched here.
+/// Builds the BVH over `primitives`, of which there must be at least one. Without `optimized`, which adds reinsertion, its
+/// depth is at most 67 + log₂ of their number.
+pub(super) fn build(primitives: &mut [PrimRef], optimized: bool) -> Bvh2 {
+    // In parallel, because the memory is first touched here.
     let mut nodes: Vec<Bvh2Node> =
         (1..2 * primitives.len()).into_par_iter().map(|_| Bvh2Node::default()).collect();
     let (root, rest) = nodes.split_at_mut(1);
-    let aabb = around(primitives);
-    split(Range { node: &mut root[0], rest, base: 1, primitives, first: 0, level: 0 }, aabb);
+    let aabb = bounds_of(primitives);
+    split(BuildTask { node: &mut root[0], rest, base: 1, primitives, first: 0, level: 0 }, aabb);
     let primitive_indices = primitives.iter().map(|p| p.index).collect();
     let mut bvh = Bvh2 { nodes, primitive_indices, ..Bvh2::default() };
     if optimized && primitives.len() > 2 {
-        ReinsertionOptimizer::default().run(&mut bvh, REINSERTION, None);
+        ReinsertionOptimizer::default().run(&mut bvh, REINSERTION_FRACTION, None);
     }
     bvh
 }
 
-/// Nodes to be made over some primitives: the one and, for n primitives, 2n − 2 below it, its two children first.
-struct Range<'a> {
+/// A subtree to be built over n primitives: its root, and the 2n − 2 nodes below it, of which the two children come first.
+struct BuildTask<'a> {
     node: &'a mut Bvh2Node,
     rest: &'a mut [Bvh2Node],
-    /// Index of the first of `rest`.
+    /// Index of the first node of `rest`.
     base: usize,
-    primitives: &'a mut [Bounded],
-    /// Index of the first of `primitives`.
+    primitives: &'a mut [PrimRef],
+    /// Index of the first primitive.
     first: usize,
     level: usize,
 }
 
-fn split(range: Range, aabb: Aabb) {
-    let Range { node, rest, base, primitives, first, level } = range;
+fn split(task: BuildTask, aabb: Aabb) {
+    let BuildTask { node, rest, base, primitives, first, level } = task;
     let count = primitives.len();
     if count == 1 {
         *node = Bvh2Node::new(aabb, 1, first as u32);
         return;
     }
     *node = Bvh2Node::new(aabb, 0, base as u32);
-    let Halves { left, boxes } = if count == 2 {
-        Halves { left: 1, boxes: [primitives[0].aabb(), primitives[1].aabb()] }
-    } else if count <= FEW {
-        swept(primitives)
+    let Split { left, boxes } = if count == 2 {
+        Split { left: 1, boxes: [primitives[0].aabb(), primitives[1].aabb()] }
+    } else if count <= MAX_SWEEP {
+        sweep_split(primitives)
     } else {
         let binned = match count {
-            _ if level >= MAX_SPLITS => None,
-            0..FEWER => binned::<FEWER_BINS>(primitives),
-            _ => binned::<BINS>(primitives),
+            _ if level >= MAX_SAH_DEPTH => None,
+            0..FEW_BINS_BELOW => binned_split::<FEW_BINS>(primitives),
+            _ => binned_split::<BINS>(primitives),
         };
-        binned.unwrap_or_else(|| halved(primitives, aabb))
+        binned.unwrap_or_else(|| median_split(primitives, aabb))
     };
     let (children, rest) = rest.split_at_mut(2);
     let (one, two) = children.split_at_mut(1);
     let (left_rest, right_rest) = rest.split_at_mut(2 * left - 2);
     let (left_primitives, right_primitives) = primitives.split_at_mut(left);
     let level = level + 1;
-    let one = Range {
+    let one = BuildTask {
         node: &mut one[0],
         rest: left_rest,
         base: base + 2,
@@ -116,7 +119,7 @@ fn split(range: Range, aabb: Aabb) {
         first,
         level,
     };
-    let two = Range {
+    let two = BuildTask {
         node: &mut two[0],
         rest: right_rest,
         base: base + 2 * left,
@@ -124,7 +127,7 @@ fn split(range: Range, aabb: Aabb) {
         first: first + left,
         level,
     };
-    if count >= MANY {
+    if count >= PARALLEL_BUILD {
         rayon::join(|| split(one, boxes[0]), || split(two, boxes[1]));
     } else {
         split(one, boxes[0]);
@@ -132,29 +135,29 @@ fn split(range: Range, aabb: Aabb) {
     }
 }
 
-/// How primitives were divided: so many to the left, and the boxes of both sides.
-struct Halves {
+/// A split: the number of primitives on the left, and the bounding boxes of both sides.
+struct Split {
     left: usize,
     boxes: [Aabb; 2],
 }
 
-fn around(primitives: &[Bounded]) -> Aabb {
+fn bounds_of(primitives: &[PrimRef]) -> Aabb {
     primitives.iter().fold(Aabb::INVALID, |a, p| a.union(&p.aabb()))
 }
 
 #[inline(always)]
-fn price(aabb: &Aabb, count: usize) -> f32 {
-    aabb.half_area() * count.div_ceil(AT_ONCE) as f32
+fn sah_cost(aabb: &Aabb, count: usize) -> f32 {
+    aabb.half_area() * count.div_ceil(LEAF_WIDTH) as f32
 }
 
-/// The best cut of the centres sorted along any axis.
-fn swept(primitives: &mut [Bounded]) -> Halves {
+/// The best split of the centroids sorted along any axis.
+fn sweep_split(primitives: &mut [PrimRef]) -> Split {
     let n = primitives.len();
     let mut best = (f32::INFINITY, 0, 1, [Aabb::INVALID; 2]);
     let mut sorted_along = 3;
     for axis in 0..3 {
         sort(primitives, axis);
-        let mut from_right = [Aabb::INVALID; FEW];
+        let mut from_right = [Aabb::INVALID; MAX_SWEEP];
         let mut right = Aabb::INVALID;
         for i in (1..n).rev() {
             right = right.union(&primitives[i].aabb());
@@ -163,7 +166,7 @@ fn swept(primitives: &mut [Bounded]) -> Halves {
         let mut left = Aabb::INVALID;
         for i in 1..n {
             left = left.union(&primitives[i - 1].aabb());
-            let cost = price(&left, i) + price(&from_right[i], n - i);
+            let cost = sah_cost(&left, i) + sah_cost(&from_right[i], n - i);
             if cost < best.0 {
                 best = (cost, axis, i, [left, from_right[i]]);
             }
@@ -171,16 +174,16 @@ fn swept(primitives: &mut [Bounded]) -> Halves {
         sorted_along = axis;
     }
     if best.0 == f32::INFINITY {
-        // Areas beyond all floats.
-        best = (0.0, sorted_along, 1, [around(&primitives[..1]), around(&primitives[1..])]);
+        // The areas overflow.
+        best = (0.0, sorted_along, 1, [bounds_of(&primitives[..1]), bounds_of(&primitives[1..])]);
     }
     if best.1 != sorted_along {
         sort(primitives, best.1);
     }
-    Halves { left: best.2, boxes: best.3 }
+    Split { left: best.2, boxes: best.3 }
 }
 
-fn sort(few: &mut [Bounded], axis: usize) {
+fn sort(few: &mut [PrimRef], axis: usize) {
     few.sort_unstable_by(|a, b| {
         let [a_at, b_at] = [a, b].map(|p| p.lo[axis] + p.hi[axis]);
         a_at.total_cmp(&b_at).then(a.index.cmp(&b.index))
@@ -195,22 +198,22 @@ struct Bin {
 
 const EMPTY: Bin = Bin { aabb: Aabb::INVALID, count: 0 };
 
-/// Where centres fall.
+/// Maps centroids to bins.
 #[derive(Clone, Copy)]
-struct Grid<const N: usize> {
+struct Binning<const N: usize> {
     lo: Vec3A,
     scale: Vec3A,
 }
 
-impl<const N: usize> Grid<N> {
+impl<const N: usize> Binning<N> {
     #[inline(always)]
-    fn bins_of(&self, p: &Bounded) -> [usize; 3] {
-        let at = (p.center() - self.lo) * self.scale;
+    fn bins_of(&self, p: &PrimRef) -> [usize; 3] {
+        let at = (p.centroid2() - self.lo) * self.scale;
         [at.x, at.y, at.z].map(|x| (x as i32).clamp(0, N as i32 - 1) as usize)
     }
 
-    fn fill(&self, primitives: &[Bounded]) -> [[Bin; N]; 3] {
-        if primitives.len() >= CROWD {
+    fn fill(&self, primitives: &[PrimRef]) -> [[Bin; N]; 3] {
+        if primitives.len() >= PARALLEL_BINNING {
             let (a, b) = primitives.split_at(primitives.len() / 2);
             let (mut a, b) = rayon::join(|| self.fill(a), || self.fill(b));
             for (a, b) in a.iter_mut().flatten().zip(b.iter().flatten()) {
@@ -231,24 +234,24 @@ impl<const N: usize> Grid<N> {
     }
 }
 
-fn centers(primitives: &[Bounded]) -> (Vec3A, Vec3A) {
-    if primitives.len() >= CROWD {
+fn centroid_bounds(primitives: &[PrimRef]) -> (Vec3A, Vec3A) {
+    if primitives.len() >= PARALLEL_BINNING {
         let (a, b) = primitives.split_at(primitives.len() / 2);
-        let (a, b) = rayon::join(|| centers(a), || centers(b));
+        let (a, b) = rayon::join(|| centroid_bounds(a), || centroid_bounds(b));
         return (a.0.min(b.0), a.1.max(b.1));
     }
     let none = (Vec3A::INFINITY, Vec3A::NEG_INFINITY);
-    primitives.iter().fold(none, |(lo, hi), p| (lo.min(p.center()), hi.max(p.center())))
+    primitives.iter().fold(none, |(lo, hi), p| (lo.min(p.centroid2()), hi.max(p.centroid2())))
 }
 
-/// The best cut between bins, or `None` when all centres fall into one.
-fn binned<const N: usize>(primitives: &mut [Bounded]) -> Option<Halves> {
-    let (lo, hi) = centers(primitives);
+/// The best split between bins, or `None` if all centroids fall into one bin.
+fn binned_split<const N: usize>(primitives: &mut [PrimRef]) -> Option<Split> {
+    let (lo, hi) = centroid_bounds(primitives);
     let spread = hi - lo;
-    // A little less than the number of bins: the last centre falls into the last bin.
+    // A little less than the number of bins, so that the last centroid falls into the last bin.
     let scale = (Vec3A::splat(N as f32 * 0.9999) / spread).map(|x| if x.is_finite() { x } else { 0.0 });
-    let grid = Grid::<N> { lo, scale };
-    let bins = grid.fill(primitives);
+    let binning = Binning::<N> { lo, scale };
+    let bins = binning.fill(primitives);
     let n = primitives.len();
     let mut best = (f32::INFINITY, 0, 0, [Aabb::INVALID; 2]);
     for (axis, bins) in bins.iter().enumerate() {
@@ -257,7 +260,7 @@ fn binned<const N: usize>(primitives: &mut [Bounded]) -> Option<Halves> {
         for i in (1..N).rev() {
             right = right.union(&bins[i].aabb);
             count += bins[i].count;
-            from_right[i] = (right, price(&right, count));
+            from_right[i] = (right, sah_cost(&right, count));
         }
         let (mut left, mut count) = (Aabb::INVALID, 0);
         for i in 1..N {
@@ -266,7 +269,7 @@ fn binned<const N: usize>(primitives: &mut [Bounded]) -> Option<Halves> {
             if count == 0 || count == n {
                 continue;
             }
-            let cost = price(&left, count) + from_right[i].1;
+            let cost = sah_cost(&left, count) + from_right[i].1;
             if cost < best.0 {
                 best = (cost, axis, i, [left, from_right[i].0]);
             }
@@ -274,13 +277,13 @@ fn binned<const N: usize>(primitives: &mut [Bounded]) -> Option<Halves> {
     }
     let (cost, axis, cut, boxes) = best;
     (cost < f32::INFINITY).then(|| {
-        let left = partition(primitives, |p| grid.bins_of(p)[axis] < cut);
-        Halves { left, boxes }
+        let left = partition(primitives, |p| binning.bins_of(p)[axis] < cut);
+        Split { left, boxes }
     })
 }
 
-/// Moves what `is_left` to the front; returns how many.
-fn partition(primitives: &mut [Bounded], is_left: impl Fn(&Bounded) -> bool) -> usize {
+/// Moves the primitives for which `is_left` is true to the front, and returns their number.
+fn partition(primitives: &mut [PrimRef], is_left: impl Fn(&PrimRef) -> bool) -> usize {
     let (mut from, mut to) = (0, primitives.len());
     loop {
         while from < to && is_left(&primitives[from]) {
@@ -298,13 +301,13 @@ fn partition(primitives: &mut [Bounded], is_left: impl Fn(&Bounded) -> bool) -> 
     }
 }
 
-/// Half of the primitives to each side, by their centres along the longest axis.
-fn halved(primitives: &mut [Bounded], aabb: Aabb) -> Halves {
+/// Splits the primitives at the median of their centroids along the longest axis.
+fn median_split(primitives: &mut [PrimRef], aabb: Aabb) -> Split {
     let size = aabb.max - aabb.min;
     let axis = if size.x > size.y.max(size.z) { 0 } else { 1 + usize::from(size.z > size.y) };
     let left = primitives.len() / 2;
     primitives.select_nth_unstable_by(left, |a, b| {
-        a.center()[axis].total_cmp(&b.center()[axis]).then(a.index.cmp(&b.index))
+        a.centroid2()[axis].total_cmp(&b.centroid2()[axis]).then(a.index.cmp(&b.index))
     });
-    Halves { left, boxes: [around(&primitives[..left]), around(&primitives[left..])] }
+    Split { left, boxes: [bounds_of(&primitives[..left]), bounds_of(&primitives[left..])] }
 }

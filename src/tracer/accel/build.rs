@@ -1,67 +1,90 @@
-//! Building: boxes, the binary tree, the plan, the lines.
+//! Building the accelerator: bounding boxes of the primitives, then a BVH for each group and for the world.
 
 use std::ops::Range;
 use std::slice::from_ref;
 
-use glam::{DVec3, Vec3};
+use glam::{DAffine3, DVec3, Vec3};
 use obvhs::bvh2::Bvh2;
 
 use crate::math::float::UNIT_ROUNDOFF;
 use crate::tracer::shape::{Disk, Sphere};
 
-use super::binary::{self, Bounded};
-use super::collapse::Source;
-use super::dispatch::Kernel;
-use super::draft::Draft;
-use super::kernels::Walks;
-use super::layout::Child;
-use super::plan::{Item, Plan, plan};
-use super::tree::{Part, Placed, Tree};
-use super::{Accel, Group, Instance};
+use super::Accel;
+use super::binary::{self, PrimRef};
+use super::bvh::{BvhRoot, GroupInstance};
+use super::collapse::{CollapsePlan, Primitive, plan};
+use super::layout::NodeRef;
+use super::write::{ArenaBuilder, BvhWriter};
 
-/// What an accelerator is built over.
-pub(super) struct Shapes<'a> {
-    pub(super) triangles: &'a [[Vec3; 3]],
-    pub(super) quads: &'a [u32],
-    pub(super) disks: Vec<Disk>,
-    pub(super) spheres: Vec<Sphere>,
+/// The primitives of an accelerator.
+#[derive(Clone, Debug, Default)]
+pub struct Shapes<'a> {
+    /// Corners of the triangles.
+    pub triangles: &'a [[Vec3; 3]],
+    /// The first triangles of parallelograms, ascending; see [`Accel::new`].
+    pub quads: &'a [u32],
+    /// Disks.
+    pub disks: Vec<Disk>,
+    /// Spheres.
+    pub spheres: Vec<Sphere>,
 }
 
-pub(super) fn build(shapes: Shapes, groups: &[Group], instances: &[Instance]) -> Accel {
-    let (kernel, mut draft) = (Kernel::best(), Draft::default());
-    let outside = |of: fn(&Group) -> &Range<u32>, all: usize| gaps(groups.iter().map(of), all as u32);
-    let triangles = outside(|g| &g.triangles, shapes.triangles.len());
-    let disks = outside(|g| &g.disks, shapes.disks.len());
-    let spheres = outside(|g| &g.spheres, shapes.spheres.len());
-    let parts: Vec<Part> = groups
+/// Primitives in a space of their own that are visible through instances only: ranges of the lists of triangles, disks and
+/// spheres. Primitives in no group are in world space.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct PrimitiveGroup {
+    /// Triangles.
+    pub triangles: Range<u32>,
+    /// Disks.
+    pub disks: Range<u32>,
+    /// Spheres.
+    pub spheres: Range<u32>,
+}
+
+/// A group placed in the world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Instance {
+    /// Index of the group.
+    pub group: u32,
+    /// The group's space to world space. It must be invertible.
+    pub to_world: DAffine3,
+}
+
+pub(super) fn build(shapes: Shapes, groups: &[PrimitiveGroup], instances: &[Instance]) -> Accel {
+    let mut arena = ArenaBuilder::default();
+    let in_world =
+        |of: fn(&PrimitiveGroup) -> &Range<u32>, all: usize| gaps(groups.iter().map(of), all as u32);
+    let triangles = in_world(|g| &g.triangles, shapes.triangles.len());
+    let disks = in_world(|g| &g.disks, shapes.disks.len());
+    let spheres = in_world(|g| &g.spheres, shapes.spheres.len());
+    let roots: Vec<BvhRoot> = groups
         .iter()
         .map(|g| {
-            let mut boxes = Boxes::default();
-            boxes.add(&shapes, [&g.triangles, &g.disks, &g.spheres].map(from_ref));
-            boxes.build(shapes.triangles, &mut draft)
+            let mut input = BvhInput::default();
+            input.add(&shapes, [&g.triangles, &g.disks, &g.spheres].map(from_ref));
+            input.build(shapes.triangles, &mut arena)
         })
         .collect();
-    let mut boxes = Boxes::default();
-    boxes.add(&shapes, [&triangles, &disks, &spheres]);
+    let mut input = BvhInput::default();
+    input.add(&shapes, [&triangles, &disks, &spheres]);
     for (index, instance) in instances.iter().enumerate() {
-        let part = &parts[instance.group as usize];
-        if part.root != Child::END {
-            boxes.push(Item::Instance(index as u32), placed_bounds(instance, part));
+        let root = &roots[instance.group as usize];
+        if root.root != NodeRef::END {
+            input.push(Primitive::Instance(index as u32), instance_bounds(instance, root));
         }
     }
-    let world = boxes.build(shapes.triangles, &mut draft);
-    let placed = |i: &Instance| Placed { group: i.group, to_group: i.to_world.inverse() };
-    let tree = Tree {
-        arena: draft.finish(),
+    let world = input.build(shapes.triangles, &mut arena);
+    let placed = |i: &Instance| GroupInstance { group: i.group, to_group: i.to_world.inverse() };
+    Accel {
+        arena: arena.finish(),
         world,
-        groups: parts,
+        groups: roots,
         instances: instances.iter().map(placed).collect(),
         first_disk: shapes.triangles.len() as u32,
         disks: shapes.disks,
         spheres: shapes.spheres,
-        walks: Walks::of(kernel),
-    };
-    Accel { tree, kernel }
+        ..Accel::default()
+    }
 }
 
 /// The parts of `0..all` that are in none of `taken`.
@@ -73,10 +96,10 @@ fn gaps<'a>(taken: impl Iterator<Item = &'a Range<u32>>, all: u32) -> Vec<Range<
     ends.zip(starts).map(|(from, to)| from..to).filter(|r| !r.is_empty()).collect()
 }
 
-/// The box around a group at its place, wide enough for the rounding of the box's corners and of the rays seen from the
-/// group: a few roundoffs of the largest coordinate.
-fn placed_bounds(instance: &Instance, part: &Part) -> (Vec3, Vec3) {
-    let (lo, hi) = (part.bounds.0.as_dvec3(), part.bounds.1.as_dvec3());
+/// The bounding box of an instance in world space. It is widened by a few roundoffs of the largest coordinate, for the
+/// rounding of its corners and of rays transformed to the group's space.
+fn instance_bounds(instance: &Instance, group: &BvhRoot) -> (Vec3, Vec3) {
+    let (lo, hi) = (group.bounds.0.as_dvec3(), group.bounds.1.as_dvec3());
     let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for corner in 0..8 {
         let pick = |axis: usize| if corner >> axis & 1 == 1 { hi[axis] } else { lo[axis] };
@@ -90,38 +113,38 @@ fn placed_bounds(instance: &Instance, part: &Part) -> (Vec3, Vec3) {
     ((min - room).as_vec3(), (max + room).as_vec3())
 }
 
-/// Primitives on their way into a tree.
+/// The primitives of one BVH and their bounding boxes.
 #[derive(Default)]
-struct Boxes {
-    items: Vec<Item>,
-    boxes: Vec<Bounded>,
+struct BvhInput {
+    primitives: Vec<Primitive>,
+    refs: Vec<PrimRef>,
     bounds: Option<(Vec3, Vec3)>,
 }
 
-impl Boxes {
-    fn push(&mut self, item: Item, (lo, hi): (Vec3, Vec3)) {
-        self.boxes.push(Bounded::new((lo, hi), self.items.len() as u32));
-        self.items.push(item);
+impl BvhInput {
+    fn push(&mut self, primitive: Primitive, (lo, hi): (Vec3, Vec3)) {
+        self.refs.push(PrimRef::new((lo, hi), self.primitives.len() as u32));
+        self.primitives.push(primitive);
         self.bounds = Some(self.bounds.map_or((lo, hi), |(a, b)| (a.min(lo), b.max(hi))));
     }
 
     /// Adds the primitives of these ranges of triangles, disks and spheres.
     fn add(&mut self, shapes: &Shapes, [triangles, disks, spheres]: [&[Range<u32>]; 3]) {
         let more: usize = triangles.iter().map(|r| r.len()).sum();
-        self.items.reserve(more);
-        self.boxes.reserve(more);
+        self.primitives.reserve(more);
+        self.refs.reserve(more);
         for range in triangles {
             let first_quad = shapes.quads.partition_point(|&q| q < range.start);
             let mut quads = shapes.quads[first_quad..].iter().copied().peekable();
             let mut id = range.start;
             while id < range.end {
-                let bounds = corners(&shapes.triangles[id as usize]);
+                let bounds = triangle_bounds(&shapes.triangles[id as usize]);
                 if quads.next_if_eq(&id).is_some() && id + 1 < range.end {
-                    let other = corners(&shapes.triangles[id as usize + 1]);
-                    self.push(Item::Quad(id), (bounds.0.min(other.0), bounds.1.max(other.1)));
+                    let other = triangle_bounds(&shapes.triangles[id as usize + 1]);
+                    self.push(Primitive::Quad(id), (bounds.0.min(other.0), bounds.1.max(other.1)));
                     id += 2;
                 } else {
-                    self.push(Item::Triangle(id), bounds);
+                    self.push(Primitive::Triangle(id), bounds);
                     id += 1;
                 }
             }
@@ -129,33 +152,33 @@ impl Boxes {
         let first_disk = shapes.triangles.len() as u32;
         let first_sphere = first_disk + shapes.disks.len() as u32;
         for i in disks.iter().cloned().flatten() {
-            self.push(Item::Analytic(first_disk + i), shapes.disks[i as usize].bounds());
+            self.push(Primitive::Analytic(first_disk + i), shapes.disks[i as usize].bounds());
         }
         for i in spheres.iter().cloned().flatten() {
-            self.push(Item::Analytic(first_sphere + i), shapes.spheres[i as usize].bounds());
+            self.push(Primitive::Analytic(first_sphere + i), shapes.spheres[i as usize].bounds());
         }
     }
 
-    /// Builds the tree and writes it.
-    fn build(mut self, triangles: &[[Vec3; 3]], draft: &mut Draft) -> Part {
-        let Some(bounds) = self.bounds else { return Part::default() };
-        let (bvh, plan) = self.planned();
-        let root = Source { bvh: &bvh, plan: &plan, items: &self.items, triangles }.write(draft);
-        Part::new(root, bounds)
+    /// Builds the BVH and writes it to the arena.
+    fn build(mut self, triangles: &[[Vec3; 3]], arena: &mut ArenaBuilder) -> BvhRoot {
+        let Some(bounds) = self.bounds else { return BvhRoot::default() };
+        let (bvh, plan) = self.binary_bvh();
+        let root = BvhWriter { bvh: &bvh, plan: &plan, primitives: &self.primitives, triangles }.write(arena);
+        BvhRoot::new(root, bounds)
     }
 
-    /// The tree and its plan; without what makes it better where that makes it too deep to be walked.
-    fn planned(&mut self) -> (Bvh2, Plan) {
+    /// The binary BVH and the plan of its collapse. Reinsertion is left out if it makes the BVH too deep for the stack.
+    fn binary_bvh(&mut self) -> (Bvh2, CollapsePlan) {
         for optimized in [true, false] {
-            let bvh = binary::build(&mut self.boxes, optimized);
-            if let Ok(plan) = plan(&bvh, &self.items) {
+            let bvh = binary::build(&mut self.refs, optimized);
+            if let Ok(plan) = plan(&bvh, &self.primitives) {
                 return (bvh, plan);
             }
         }
-        unreachable!("a tree that was not optimised has at most 67 + log₂ 2^25 levels")
+        unreachable!("a BVH without reinsertion has at most 67 + log₂ 2^25 levels")
     }
 }
 
-fn corners(t: &[Vec3; 3]) -> (Vec3, Vec3) {
+fn triangle_bounds(t: &[Vec3; 3]) -> (Vec3, Vec3) {
     (t[0].min(t[1]).min(t[2]), t[0].max(t[1]).max(t[2]))
 }

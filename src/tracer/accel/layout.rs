@@ -1,67 +1,68 @@
-//! How the tree lies in memory: one run of cache lines, nodes and blocks of primitives as a walk meets them.
+//! The memory layout: one array of cache lines that contains nodes and leaf blocks in the order of traversal.
 //!
-//! Everything is eight wide; a row is eight numbers of 32 bits. A node takes four lines: six rows of planes (`x_lo x_hi y_lo y_hi
-//! z_lo z_hi`), a row of references, a row left free, with a lane for each child. A block holds up to eight polygons:
+//! Everything is eight lanes wide. A row is eight numbers of 32 bits, a line is two rows. A node takes four lines: six rows of
+//! planes (`x_lo x_hi y_lo y_hi z_lo z_hi`), a row of child references and an unused row, with one lane for each child. A
+//! leaf block holds up to eight polygons:
 //!
 //! | block | rows | lines |
 //! |---|---|---|
-//! | of triangles that share vertices, at most 16 | x, y, z of eight, of eight more; a byte per triangle for each corner, the vertex's number; ids | 4 |
-//! | of triangles | x, y, z by triangle for each of 3 corners; ids | 5 |
-//! | of parallelograms | x, y, z by parallelogram for each of 4 corners; ids | 7 |
+//! | triangles with at most 16 shared vertices | x, y, z of eight vertices, and of eight more; for each corner a byte per triangle, its vertex; ids | 4 |
+//! | triangles | x, y, z by triangle for each of 3 corners; ids | 5 |
+//! | parallelograms | x, y, z by parallelogram for each of 4 corners; ids | 7 |
 //!
-//! In a mesh eight neighbours have nine or ten vertices, so most blocks are of the first kind, and a vertex is put into the
-//! space of the ray once instead of once for every triangle around it.
+//! In a mesh eight adjacent triangles have nine or ten vertices, so most blocks are of the first kind, and each vertex is
+//! transformed to the space of the ray once instead of once for every triangle around it.
 
 use bytemuck::{Pod, Zeroable};
 
-/// Children of a node, primitives of a block.
+/// Children of a node, and primitives of a block.
 pub(super) const WIDTH: usize = 8;
 
-/// One number for each lane.
-pub(super) type Row = [f32; WIDTH];
+/// One number for each lane: a row.
+pub(super) type F32x8 = [f32; WIDTH];
 
 /// A cache line.
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 #[repr(C, align(64))]
-pub(super) struct Line(pub(super) [Row; 2]);
+pub(super) struct CacheLine(pub(super) [F32x8; 2]);
 
 /// Lines of a node.
 pub(super) const NODE_LINES: usize = 4;
 
-/// The row of a node that holds the references.
-pub(super) const CHILDREN: usize = 6;
+/// The row of a node with the child references.
+pub(super) const CHILD_ROW: usize = 6;
 
-/// Rows of a block of polygons of `N` corners: corners by axis, then ids.
+/// Rows of a block of polygons with `corners` corners: the coordinates of each corner, then ids.
 pub(super) const fn block_rows(corners: usize) -> usize {
     3 * corners + 1
 }
 
-/// Most vertices of a block that shares them.
+/// Most vertices of a block of triangles with shared vertices.
 pub(super) const MAX_SHARED: usize = 2 * WIDTH;
 
-/// Rows of a block that shares vertices: two times eight vertices by axis, numbers of corners, ids.
+/// Rows of such a block: twice the coordinates of eight vertices, the vertices of the corners, ids.
 pub(super) const SHARED_ROWS: usize = 8;
 
-/// The row of a block that shares vertices that holds the numbers of corners.
-pub(super) const NUMBERS: usize = 6;
+/// The row of such a block with the vertices of the corners.
+pub(super) const CORNER_ROW: usize = 6;
 
-/// A reference to a node (its first line) or to a leaf: bit 31 marks a leaf, bits 30 to 28 its kind, and the rest is the
-/// first line of its block, or the index of what stands elsewhere.
+/// A reference to a node (its first line) or to a leaf. Bit 31 marks a leaf, bits 30 to 28 hold its kind, and the other bits
+/// the first line of its block, or the id or index of a primitive that is stored elsewhere.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Child(pub(super) u32);
+pub(super) struct NodeRef(pub(super) u32);
 
 const LEAF: u32 = 1 << 31;
 const KIND: u32 = 7 << KIND_SHIFT;
 const KIND_SHIFT: u32 = 28;
 
-/// What a leaf holds.
+/// The content of a leaf.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Leaf {
-    /// A block of triangles that share vertices, at this line.
+    /// A block of triangles with shared vertices, at this line.
     Shared(usize),
-    /// A block of triangles.
+    /// A block of triangles, at this line.
     Triangles(usize),
-    /// A block of parallelograms.
+    /// A block of parallelograms, at this line.
     Quads(usize),
     /// The disk or sphere of this primitive id.
     Analytic(u32),
@@ -69,10 +70,10 @@ pub(super) enum Leaf {
     Instance(u32),
 }
 
-impl Child {
-    /// Instead of a leaf: nothing is left to visit.
-    pub(super) const END: Child = Child(u32::MAX);
-    /// Lines, ids and indices stay below.
+impl NodeRef {
+    /// A leaf reference that marks the end of the traversal, and an absent child.
+    pub(super) const END: NodeRef = NodeRef(u32::MAX);
+    /// Lines, ids and indices are smaller.
     pub(super) const LIMIT: usize = 1 << KIND_SHIFT;
 
     pub(super) fn to_node(line: usize) -> Self {
@@ -103,13 +104,13 @@ impl Child {
         (self.0 & !(LEAF | KIND)) as usize
     }
 
-    /// True when it refers to lines.
+    /// True if it refers to a line.
     fn is_of_lines(self) -> bool {
         !self.is_leaf() || (self.0 & KIND) >> KIND_SHIFT < 3
     }
 
-    /// The same when the lines have moved behind `base` others.
-    pub(super) fn moved(self, base: u32) -> Self {
+    /// The same reference after the lines have moved by `base` lines.
+    pub(super) fn offset(self, base: u32) -> Self {
         if self.is_of_lines() { Self(self.0 + base) } else { self }
     }
 
@@ -125,37 +126,37 @@ impl Child {
     }
 }
 
-/// The lines of a tree. References in them are to nodes and blocks that lie in them whole.
+/// The memory of all nodes and blocks. Every reference in it is to a node or block that lies in it completely.
 #[derive(Debug, Default)]
 pub(super) struct Arena {
-    lines: Vec<Line>,
+    lines: Vec<CacheLine>,
 }
 
 impl Arena {
-    pub(super) fn new(lines: Vec<Line>) -> Self {
-        assert!(lines.len() < Child::LIMIT, "{} lines are more than a reference can count", lines.len());
+    pub(super) fn new(lines: Vec<CacheLine>) -> Self {
+        assert!(lines.len() < NodeRef::LIMIT, "{} lines are more than a reference can count", lines.len());
         Self { lines }
     }
 
-    pub(super) fn lines(&self) -> &[Line] {
+    pub(super) fn lines(&self) -> &[CacheLine] {
         &self.lines
     }
 
-    /// `ROWS` rows from the first of `line`.
+    /// The first `ROWS` rows from `line` on.
     ///
     /// # Safety
     ///
-    /// There must be so many: a node has eight, a block those of its kind.
+    /// They must exist: a node has eight rows, a block those of its kind.
     #[inline(always)]
-    pub(super) unsafe fn rows<const ROWS: usize>(&self, line: usize) -> &[Row; ROWS] {
+    pub(super) unsafe fn rows<const ROWS: usize>(&self, line: usize) -> &[F32x8; ROWS] {
         debug_assert!(line + ROWS.div_ceil(2) <= self.lines.len());
-        // SAFETY: the caller's; a line is two rows without padding.
-        unsafe { &*self.lines.as_ptr().add(line).cast::<[Row; ROWS]>() }
+        // SAFETY: the caller ensures that the rows exist, and a line is two rows without padding.
+        unsafe { &*self.lines.as_ptr().add(line).cast::<[F32x8; ROWS]>() }
     }
 
-    /// Where a node or block begins; for what is neither, an address not to be read.
+    /// The address of a node or block, for prefetching. For other leaves it must not be read.
     #[inline(always)]
-    pub(super) fn address(&self, child: Child) -> *const Line {
+    pub(super) fn address(&self, child: NodeRef) -> *const CacheLine {
         self.lines.as_ptr().wrapping_add(child.line())
     }
 }

@@ -1,4 +1,4 @@
-//! What is asked, and what is answered.
+//! Rays and hits.
 
 use glam::Vec3;
 
@@ -14,7 +14,7 @@ pub struct Ray {
 }
 
 impl Ray {
-    /// A ray without end.
+    /// A ray of infinite length.
     #[inline]
     pub fn new(origin: Vec3, direction: Vec3) -> Self {
         Self { origin, direction, t_max: f32::INFINITY }
@@ -34,14 +34,14 @@ impl PrimRange {
     /// No primitive.
     pub const NONE: PrimRange = PrimRange { first: 0, end: 0 };
 
-    /// True when `id` is in the range.
+    /// True if `id` is in the range.
     #[inline]
     pub fn contains(self, id: u32) -> bool {
         id >= self.first && id < self.end
     }
 }
 
-/// The nearest intersection of a ray.
+/// The closest intersection of a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     /// Ray parameter.
@@ -51,17 +51,15 @@ pub struct Hit {
     /// Barycentric weights of the second and third vertex (outside [0, 1] for the second half of a parallelogram);
     /// zero for spheres and disks.
     pub uv: [f32; 2],
-    /// Index of the instance that shows the primitive, or [`Hit::DIRECT`].
+    /// Index of the instance through which the primitive was hit, or [`Hit::DIRECT`].
     pub instance: u32,
 }
 
 impl Hit {
-    /// Instead of an instance: the primitive itself stands in the world.
+    /// The primitive is in world space, in no instance.
     pub const DIRECT: u32 = u32::MAX;
-}
 
-impl Hit {
-    /// Takes `other` if it is nearer; of two at the same distance the lower id (then instance) wins.
+    /// Replaces this hit by `other` if that is closer. At the same distance the lower id (then the lower instance) wins.
     #[inline(always)]
     pub(super) fn improve(&mut self, other: Hit) {
         let ties = other.t == self.t && (other.prim, other.instance) < (self.prim, self.instance);

@@ -4,7 +4,7 @@ use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 use crate::scene::SceneDesc;
 use crate::scene::desc::{GroupDesc, ShapeKind};
-use crate::tracer::accel::{Group, Instance};
+use crate::tracer::accel::{Instance, PrimitiveGroup};
 use crate::tracer::placement::Placement;
 use crate::tracer::tangents::Tangents;
 
@@ -15,7 +15,7 @@ use super::geometry::{Geometry, MAX_COORDINATE, called};
 /// What groups and instances have become.
 #[derive(Default)]
 pub(super) struct Shown {
-    pub(super) groups: Vec<Group>,
+    pub(super) groups: Vec<PrimitiveGroup>,
     pub(super) instances: Vec<Instance>,
     /// By instance.
     pub(super) placements: Vec<Placement>,
@@ -41,7 +41,7 @@ impl Geometry {
             }
             let end = self.counts();
             let [triangles, disks, spheres] = [0, 1, 2].map(|kind| first[kind]..end[kind]);
-            let prepared = Group { triangles, disks, spheres };
+            let prepared = PrimitiveGroup { triangles, disks, spheres };
             reaches.push((first != end).then(|| self.reach(&prepared)));
             shown.groups.push(prepared);
         }
@@ -83,7 +83,7 @@ impl Geometry {
         [self.triangles.len(), self.disks.len(), self.spheres.len()].map(|n| n as u32)
     }
 
-    fn reach(&self, group: &Group) -> Vec3 {
+    fn reach(&self, group: &PrimitiveGroup) -> Vec3 {
         let range = |r: &std::ops::Range<u32>| r.start as usize..r.end as usize;
         let corners = self.corners[range(&group.triangles)].iter().flatten().copied();
         let disks = self.disks[range(&group.disks)].iter().map(|d| d.bounds());

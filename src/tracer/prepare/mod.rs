@@ -14,7 +14,7 @@ use std::sync::Arc;
 use crate::scene::SceneDesc;
 use crate::scene::desc::FilmDesc;
 
-use super::accel::{Accel, in_large_pages};
+use super::accel::{Accel, Shapes, collect_in_huge_pages};
 use super::effects::{self, planned};
 use super::light::{Extent, Lights};
 use super::primitives::{Face, Primitives};
@@ -112,11 +112,12 @@ fn primitives(geometry: Geometry, shown: Shown) -> Primitives {
     let Geometry { corners, quads, triangles, disks, spheres, prims, normals, backs, tangents, .. } =
         geometry;
     let Shown { groups, instances, placements } = shown;
-    let shown = (&groups[..], &instances[..]);
-    let accel = Accel::with_instances((&corners, &quads), disks.clone(), spheres.clone(), shown);
+    let shapes =
+        Shapes { triangles: &corners, quads: &quads, disks: disks.clone(), spheres: spheres.clone() };
+    let accel = Accel::with_instances(shapes, &groups, &instances);
     drop(corners);
     let round = prims[triangles.len()..].to_vec();
-    let faces = in_large_pages(triangles.iter().zip(&prims).map(|(t, record)| Face::new(*t, *record)));
-    let normals = in_large_pages(normals.into_iter());
+    let faces = collect_in_huge_pages(triangles.iter().zip(&prims).map(|(t, record)| Face::new(*t, *record)));
+    let normals = collect_in_huge_pages(normals.into_iter());
     Primitives { accel, faces, disks, spheres, round, normals, backs, tangents, placements }
 }

@@ -1,4 +1,4 @@
-//! Triangles, for shading; the ray test is in `accel::block`.
+//! Triangles as shading needs them. The intersection test is in `accel::kernels::polygon`.
 
 use glam::{DVec3, Vec3};
 

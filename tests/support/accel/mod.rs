@@ -5,7 +5,7 @@ mod meshes;
 
 use glam::{DVec3, Vec3};
 
-use pointillist::tracer::accel::{Accel, Hit, Kernel, PrimRange, Ray};
+use pointillist::tracer::accel::{Accel, Hit, PrimRange, Ray, SimdKernel};
 use pointillist::tracer::shape::{Disk, Sphere, Triangle};
 
 pub use super::random::Random;
@@ -16,8 +16,8 @@ pub use meshes::{CLOSED, Closed, icosphere, moeller_trumbore};
 pub type Answer = (Option<Hit>, bool);
 
 /// The kernels that this processor can run, slowest first.
-pub fn kernels() -> Vec<Kernel> {
-    Kernel::ALL.into_iter().filter(|k| k.is_available()).collect()
+pub fn kernels() -> Vec<SimdKernel> {
+    SimdKernel::ALL.into_iter().filter(|k| k.is_available()).collect()
 }
 
 /// A hit as bits: equal only when every digit is.
@@ -27,7 +27,7 @@ pub fn bits(hit: Option<Hit>) -> Option<[u32; 5]> {
 
 /// Asks both questions of every kernel, asserts that they answer the same bits, and returns the answers.
 pub fn ask(accel: &mut Accel, questions: &[(Ray, PrimRange)]) -> Vec<Answer> {
-    let mut first: Option<(Kernel, Vec<Answer>)> = None;
+    let mut first: Option<(SimdKernel, Vec<Answer>)> = None;
     for kernel in kernels() {
         assert!(accel.set_kernel(kernel) && accel.kernel() == kernel);
         let answer = |(ray, skip): &(Ray, PrimRange)| (accel.closest(ray), accel.occluded(ray, *skip));

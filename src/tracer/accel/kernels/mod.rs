@@ -1,79 +1,138 @@
-//! The walks, one body compiled for every kind of processor.
+//! The traversal kernels: one generic body, compiled for each SIMD instruction set.
 //!
-//! `walk` is the body, over the eight lanes of `lanes`; `scalar` and `x86` are lanes. A function here is a body with the
-//! instructions it may use. All find the same: what decides on a hit is IEEE arithmetic in one order.
+//! - `simd` is the interface to eight lanes of some processor, which `scalar` and `x86` implement.
+//! - `ray` prepares a ray for the box test and for the polygon test (`polygon`), `stack` is the traversal stack, and
+//!   `traverse` is the loop.
+//!
+//! All kernels find the same hits: the arithmetic that decides on a hit is IEEE arithmetic in one order.
 
-mod lanes;
 mod polygon;
 mod ray;
 mod scalar;
+mod simd;
 mod stack;
-mod walk;
+mod traverse;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
-use super::dispatch::Kernel;
-use super::tree::{Part, Tree};
-use super::{Hit, PrimRange, Ray};
+use super::bvh::BvhRoot;
+use super::{Accel, Hit, PrimRange, Ray};
 
 pub(super) use stack::MAX_DEPTH;
 
-/// The two questions, answered by the instructions of one [`Kernel`], which the processor must have.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Walks {
-    /// Puts what is hit in a part of a tree, as seen through an instance, before the given hit in its place.
-    pub(super) closest: unsafe fn((&Tree, &Part), &Ray, u32, &mut Hit),
-    /// True when anything in a part of a tree is hit but some primitives.
-    pub(super) occluded: unsafe fn((&Tree, &Part), &Ray, PrimRange) -> bool,
+/// An instruction set for the traversal. All give the same results, bit for bit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SimdKernel {
+    /// Any processor.
+    #[default]
+    Scalar,
+    /// x86-64 with AVX2, FMA and BMI.
+    Avx2,
+    /// x86-64 with these and AVX-512 (F, VL, DQ and BW).
+    Avx512,
 }
 
-impl Walks {
-    pub(super) fn of(kernel: Kernel) -> Self {
+impl SimdKernel {
+    /// All kernels, slowest first.
+    pub const ALL: [SimdKernel; 3] = [SimdKernel::Scalar, SimdKernel::Avx2, SimdKernel::Avx512];
+
+    /// True if this processor can run it.
+    pub fn is_available(self) -> bool {
+        match self {
+            SimdKernel::Scalar => true,
+            #[cfg(target_arch = "x86_64")]
+            SimdKernel::Avx2 => {
+                is_x86_feature_detected!("avx2")
+                    && is_x86_feature_detected!("fma")
+                    && is_x86_feature_detected!("bmi1")
+                    && is_x86_feature_detected!("bmi2")
+                    && is_x86_feature_detected!("lzcnt")
+                    && is_x86_feature_detected!("popcnt")
+            }
+            #[cfg(target_arch = "x86_64")]
+            SimdKernel::Avx512 => {
+                SimdKernel::Avx2.is_available()
+                    && is_x86_feature_detected!("avx512f")
+                    && is_x86_feature_detected!("avx512vl")
+                    && is_x86_feature_detected!("avx512dq")
+                    && is_x86_feature_detected!("avx512bw")
+            }
+            #[cfg(not(target_arch = "x86_64"))]
+            _ => false,
+        }
+    }
+
+    /// The fastest kernel that this processor can run.
+    pub fn best() -> Self {
+        Self::ALL.into_iter().rev().find(|k| k.is_available()).unwrap_or_default()
+    }
+
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            SimdKernel::Scalar => "scalar",
+            SimdKernel::Avx2 => "avx2",
+            SimdKernel::Avx512 => "avx512",
+        }
+    }
+}
+
+/// The two traversals, compiled for one [`SimdKernel`]. Call them only on a processor that supports it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TraversalFns {
+    /// Replaces the given hit by the closest one of a BVH, seen through an instance, if that is closer.
+    pub(super) closest: unsafe fn(&Accel, &BvhRoot, &Ray, u32, &mut Hit),
+    /// True if anything of a BVH is hit, except for some primitives.
+    pub(super) occluded: unsafe fn(&Accel, &BvhRoot, &Ray, PrimRange) -> bool,
+}
+
+impl TraversalFns {
+    pub(super) fn of(kernel: SimdKernel) -> Self {
         match kernel {
             #[cfg(target_arch = "x86_64")]
-            Kernel::Avx2 => Self { closest: avx2::closest, occluded: avx2::occluded },
+            SimdKernel::Avx2 => Self { closest: avx2::closest, occluded: avx2::occluded },
             #[cfg(target_arch = "x86_64")]
-            Kernel::Avx512 => Self { closest: avx512::closest, occluded: avx512::occluded },
+            SimdKernel::Avx512 => Self { closest: avx512::closest, occluded: avx512::occluded },
             _ => Self { closest: any::closest, occluded: any::occluded },
         }
     }
 }
 
-impl Default for Walks {
+impl Default for TraversalFns {
     fn default() -> Self {
-        Self::of(Kernel::default())
+        Self::of(SimdKernel::default())
     }
 }
 
-/// Both walks over `$lanes` with the instructions `$features`.
-macro_rules! walks {
-    ($name:ident, $lanes:expr $(, $features:literal)?) => {
+/// Both traversals over the lanes `$simd`, compiled with the instructions `$features`.
+macro_rules! traversals {
+    ($name:ident, $simd:expr $(, $features:literal)?) => {
         mod $name {
             use super::*;
 
             $(#[target_feature(enable = $features)])?
-            pub(super) fn closest(part: (&Tree, &Part), ray: &Ray, instance: u32, best: &mut Hit) {
-                walk::closest($lanes, part, ray, instance, best);
+            pub(super) fn closest(accel: &Accel, bvh: &BvhRoot, ray: &Ray, instance: u32, best: &mut Hit) {
+                traverse::closest($simd, accel, bvh, ray, instance, best);
             }
 
             $(#[target_feature(enable = $features)])?
-            pub(super) fn occluded(part: (&Tree, &Part), ray: &Ray, skip: PrimRange) -> bool {
-                walk::occluded($lanes, part, ray, skip)
+            pub(super) fn occluded(accel: &Accel, bvh: &BvhRoot, ray: &Ray, skip: PrimRange) -> bool {
+                traverse::occluded($simd, accel, bvh, ray, skip)
             }
         }
     };
 }
 
-walks!(any, scalar::Scalar);
+traversals!(any, scalar::Scalar);
 #[cfg(target_arch = "x86_64")]
-walks!(
+traversals!(
     avx2,
     // SAFETY: the features are those the function is compiled with.
     unsafe { x86::X86::<false>::new() },
     "avx2,fma,bmi1,bmi2,lzcnt,popcnt"
 );
 #[cfg(target_arch = "x86_64")]
-walks!(
+traversals!(
     avx512,
     // SAFETY: the features are those the function is compiled with.
     unsafe { x86::X86::<true>::new() },

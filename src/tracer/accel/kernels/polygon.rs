@@ -1,35 +1,35 @@
-//! Eight triangles, or eight parallelograms, at a time, watertight.
+//! Watertight intersection of a ray with eight triangles, or eight parallelograms, at a time.
 //!
-//! Woop, Benthin and Wald, *Watertight Ray/Triangle Intersection*, JCGT 2(1), 2013: the vertices are sheared
-//! into a space where the ray is the z axis, so that a shared vertex rounds the same for every triangle around
-//! it, and the three edge functions are products and differences with separate rounding. Rounding is
-//! monotone: a sign is right or zero, and an edge walked the other way gives the exact negation. Zero counts
-//! as inside on both sides, so no fallback to double precision is needed to decide. A parallelogram has a fourth
-//! edge and is otherwise the same: boxes and rectangles cost half of what their triangles would.
+//! The method is that of Woop, Benthin and Wald, *Watertight Ray/Triangle Intersection*, JCGT 2(1), 2013. Vertices are sheared
+//! into a space where the ray is the z axis, so that a shared vertex is rounded alike for every triangle around it, and the
+//! three edge functions are products and differences with separate rounding. Rounding is monotone: a sign is right or the
+//! value is zero, and the reversed edge gives the exact negation. Zero counts as inside on both sides, so no fallback to
+//! double precision is needed. A parallelogram has a fourth edge and is otherwise treated alike: boxes and rectangles cost
+//! half as much as their triangles would.
 
 use glam::Vec3;
 
 use crate::math::float::UNIT_ROUNDOFF;
 use crate::tracer::accel::Ray;
-use crate::tracer::accel::layout::{NUMBERS, Row, SHARED_ROWS, block_rows};
+use crate::tracer::accel::layout::{CORNER_ROW, F32x8, SHARED_ROWS, block_rows};
 
-use super::lanes::Lanes;
 use super::ray::{Corner, ShearedRay};
+use super::simd::Simd8;
 
-/// Lanes that were hit, with what belongs to them.
-pub(super) struct Hits<S: Lanes> {
-    /// Bit i is set when lane i was hit; where its distance is in doubt, unless a closer look says otherwise.
+/// The hits in a block.
+pub(super) struct BlockHits<S: Simd8> {
+    /// Mask of the lanes that were hit. A lane in `doubtful` counts as a hit only if its exact distance does.
     pub(super) mask: u32,
-    pub(super) t: Row,
-    /// Weights of the second and third corner (and none of the fourth: the plane is that of the first three).
+    pub(super) t: F32x8,
+    /// Barycentric weights of the second and third corner. The fourth has none: the first three define the plane.
     u: S::Floats,
     v: S::Floats,
-    /// Bits of the lanes whose distance is so small that its sign may be rounding: of a polygon that is large, or seen
-    /// edge-on, from close by.
+    /// Mask of the lanes whose distance is so small that rounding may decide its sign, as for large polygons, or polygons seen
+    /// edge-on, close to the origin of the ray.
     pub(super) doubtful: u32,
 }
 
-impl<S: Lanes> Hits<S> {
+impl<S: Simd8> BlockHits<S> {
     /// Barycentric weights of the second and third corner in `lane`.
     #[inline(always)]
     pub(super) fn uv(&self, s: S, lane: usize) -> [f32; 2] {
@@ -37,27 +37,27 @@ impl<S: Lanes> Hits<S> {
     }
 }
 
-/// What a closer look at candidates says, each a mask.
-struct Look {
-    /// The corners lie around the ray, or beside it by no more than their rounding.
-    around: u32,
-    /// The sign of the distance may be rounding.
+/// Masks from checking candidates for the effects of rounding.
+struct HitCheck {
+    /// The bounding box of the corners contains the ray, up to rounding.
+    in_box: u32,
+    /// Rounding may decide the sign of the distance.
     doubtful: u32,
 }
 
-/// Looks at candidates, of which there are few, by their corners and `z · determinant`.
+/// Checks candidates, of which there are few, by their corners and `z · determinant`.
 ///
-/// The edge functions of a polygon much smaller than its distance from the ray may all round to zero: it is hit only if
-/// the ray passes its box, which rounding of the corners moves by less than `u (2 |x| + 5 |z|)`, u the unit roundoff. A mesh has no
-/// holes for it: of polygons that share rounded corners one has the ray within.
+/// The edge functions of a polygon much smaller than its distance from the ray may all round to zero. So it is hit only if
+/// the ray passes through its bounding box, which rounding of the corners moves by less than `u (2 |x| + 5 |z|)`, where u is
+/// the unit roundoff. This makes no holes in a mesh: of polygons that share rounded corners one contains the ray.
 ///
-/// A distance is in doubt below `z · u · (108 x y + 30 z (x + y))`, from the largest |x|, |y|, |z| in the sheared space (Pharr et al.,
-/// *Physically Based Rendering*, 4th ed., §6.8.7, its γ's multiplied out).
+/// A distance is doubtful below `z · u · (108 x y + 30 z (x + y))`, from the largest |x|, |y|, |z| in the sheared space (Pharr
+/// et al., *Physically Based Rendering*, 4th ed., §6.8.7, with its γ terms multiplied out).
 #[inline(always)]
-fn look<S: Lanes, const N: usize>(s: S, corners: [Corner<S>; N], scaled: S::Floats) -> Look {
+fn check_hits<S: Simd8, const N: usize>(s: S, corners: [Corner<S>; N], scaled: S::Floats) -> HitCheck {
     let ([mut low_x, mut low_y, _], [mut high_x, mut high_y, _]) = (corners[0], corners[0]);
     let mut z = s.abs(corners[0][2]);
-    // A loop: a closure handed to `fold` is not compiled with the instructions of this function.
+    // A loop, because a closure passed to `fold` would not be compiled with the target features of this function.
     for c in corners {
         (low_x, high_x) = (s.min(low_x, c[0]), s.max(high_x, c[0]));
         (low_y, high_y) = (s.min(low_y, c[1]), s.max(high_y, c[1]));
@@ -67,63 +67,63 @@ fn look<S: Lanes, const N: usize>(s: S, corners: [Corner<S>; N], scaled: S::Floa
     let room = s.splat(16.0 * UNIT_ROUNDOFF);
     let (room_x, room_y) = (s.mul(s.add(x, z), room), s.mul(s.add(y, z), room));
     let zero = s.splat(0.0);
-    let around = s.le(low_x, room_x)
+    let in_box = s.le(low_x, room_x)
         & s.le(low_y, room_y)
         & s.le(zero, s.add(high_x, room_x))
         & s.le(zero, s.add(high_y, room_y));
     let (a, b) = (s.splat(108.0 * UNIT_ROUNDOFF), s.splat(30.0 * UNIT_ROUNDOFF));
     let doubt = s.mul(z, s.add(s.mul(s.mul(x, y), a), s.mul(s.mul(z, s.add(x, y)), b)));
-    Look { around, doubtful: s.lt(s.abs(scaled), doubt) }
+    HitCheck { in_box, doubtful: s.lt(s.abs(scaled), doubt) }
 }
 
 /// Twice the signed area between the ray and the edge from a to b.
 #[inline(always)]
-fn edge<S: Lanes>(s: S, a: Corner<S>, b: Corner<S>) -> S::Floats {
+fn edge<S: Simd8>(s: S, a: Corner<S>, b: Corner<S>) -> S::Floats {
     s.sub(s.mul(b[0], a[1]), s.mul(b[1], a[0]))
 }
 
-/// Tests plain triangles for hits with `0 < t < t_max`, or `≤` for `CLOSED`.
+/// Intersects triangles without shared vertices: hits with `0 < t < t_max`, or `t ≤ t_max` for `CLOSED`.
 #[inline(always)]
-pub(super) fn triangles<S: Lanes, const CLOSED: bool>(
+pub(super) fn triangles<S: Simd8, const CLOSED: bool>(
     s: S,
-    rows: &[Row; block_rows(3)],
+    rows: &[F32x8; block_rows(3)],
     ray: &ShearedRay,
     t_max: f32,
-) -> Option<Hits<S>> {
+) -> Option<BlockHits<S>> {
     let corners = [ray.shear(s, rows, 0), ray.shear(s, rows, 1), ray.shear(s, rows, 2)];
     triangle::<S, CLOSED>(s, corners, ray, t_max)
 }
 
-/// As [`triangles`], for triangles that share vertices.
+/// As [`triangles`], for a block with shared vertices.
 #[inline(always)]
-pub(super) fn shared<S: Lanes, const CLOSED: bool>(
+pub(super) fn shared<S: Simd8, const CLOSED: bool>(
     s: S,
-    rows: &[Row; SHARED_ROWS],
+    rows: &[F32x8; SHARED_ROWS],
     ray: &ShearedRay,
     t_max: f32,
-) -> Option<Hits<S>> {
+) -> Option<BlockHits<S>> {
     let ([x, y, z], [x2, y2, z2]) = (ray.shear(s, rows, 0), ray.shear(s, rows, 1));
-    let [a, b, c, _] = bytemuck::cast_ref::<Row, [[u8; 8]; 4]>(&rows[NUMBERS]);
-    let (a, b, c) = (s.numbers(a), s.numbers(b), s.numbers(c));
+    let [a, b, c, _] = bytemuck::cast_ref::<F32x8, [[u8; 8]; 4]>(&rows[CORNER_ROW]);
+    let (a, b, c) = (s.widen(a), s.widen(b), s.widen(c));
     let corners = [
-        [s.pick(x, x2, a), s.pick(y, y2, a), s.pick(z, z2, a)],
-        [s.pick(x, x2, b), s.pick(y, y2, b), s.pick(z, z2, b)],
-        [s.pick(x, x2, c), s.pick(y, y2, c), s.pick(z, z2, c)],
+        [s.lookup(x, x2, a), s.lookup(y, y2, a), s.lookup(z, z2, a)],
+        [s.lookup(x, x2, b), s.lookup(y, y2, b), s.lookup(z, z2, b)],
+        [s.lookup(x, x2, c), s.lookup(y, y2, c), s.lookup(z, z2, c)],
     ];
     triangle::<S, CLOSED>(s, corners, ray, t_max)
 }
 
-/// Tests triangles by their corners in the sheared space.
+/// Intersects triangles, given their corners in the sheared space.
 #[inline(always)]
-fn triangle<S: Lanes, const CLOSED: bool>(
+fn triangle<S: Simd8, const CLOSED: bool>(
     s: S,
     [a, b, c]: [Corner<S>; 3],
     ray: &ShearedRay,
     t_max: f32,
-) -> Option<Hits<S>> {
+) -> Option<BlockHits<S>> {
     let (u, v, w) = (edge(s, b, c), edge(s, c, a), edge(s, a, b));
     let zero = s.splat(0.0);
-    // Both only where all are zero: of an empty lane, which is a point, and in the plane of the ray.
+    // Both are true only if all edge functions are zero: for an empty lane, or a triangle in the plane of the ray.
     let inside = s.le(zero, s.min(u, s.min(v, w))) ^ s.le(s.max(u, s.max(v, w)), zero);
     if inside == 0 {
         return None;
@@ -131,20 +131,20 @@ fn triangle<S: Lanes, const CLOSED: bool>(
     let inverse = s.div(s.splat(1.0), s.add(s.add(u, v), w));
     let scaled = s.add(s.add(s.mul(u, a[2]), s.mul(v, b[2])), s.mul(w, c[2]));
     let t = s.mul(s.mul(scaled, inverse), s.splat(ray.scale_z));
-    let Look { around, doubtful } = look(s, [a, b, c], scaled);
-    let mask = inside & around & ahead::<S, CLOSED>(s, t, t_max, doubtful);
+    let HitCheck { in_box, doubtful } = check_hits(s, [a, b, c], scaled);
+    let mask = inside & in_box & ahead::<S, CLOSED>(s, t, t_max, doubtful);
     let (u, v) = (s.mul(v, inverse), s.mul(w, inverse));
-    (mask != 0).then(|| Hits { mask, t: s.to_array(t), u, v, doubtful })
+    (mask != 0).then(|| BlockHits { mask, t: s.to_array(t), u, v, doubtful })
 }
 
 /// As [`triangles`], for parallelograms.
 #[inline(always)]
-pub(super) fn quads<S: Lanes, const CLOSED: bool>(
+pub(super) fn quads<S: Simd8, const CLOSED: bool>(
     s: S,
-    rows: &[Row; block_rows(4)],
+    rows: &[F32x8; block_rows(4)],
     ray: &ShearedRay,
     t_max: f32,
-) -> Option<Hits<S>> {
+) -> Option<BlockHits<S>> {
     let (a, b) = (ray.shear(s, rows, 0), ray.shear(s, rows, 1));
     let (c, d) = (ray.shear(s, rows, 2), ray.shear(s, rows, 3));
     let (ab, bc, cd, da) = (edge(s, a, b), edge(s, b, c), edge(s, c, d), edge(s, d, a));
@@ -154,52 +154,52 @@ pub(super) fn quads<S: Lanes, const CLOSED: bool>(
     if inside == 0 {
         return None;
     }
-    // Opposite edge functions add up to the area: x along ab, y along ad, both in [0, 1].
+    // Opposite edge functions add up to the area: the coordinates x along ab and y along ad are in [0, 1].
     let (x, y) = (s.div(da, s.add(da, bc)), s.div(ab, s.add(ab, cd)));
-    // Seen edge-on one of them may be 0/0: any place between does.
+    // For a parallelogram seen edge-on one of them may be 0/0. Any value in [0, 1] is right then.
     let (x, y) = (s.max(x, zero), s.max(y, zero));
     let tz = s.add(a[2], s.add(s.mul(x, s.sub(b[2], a[2])), s.mul(y, s.sub(d[2], a[2]))));
     let t = s.mul(tz, s.splat(ray.scale_z));
-    let Look { around, doubtful } = look(s, [a, b, c, d], s.mul(tz, s.add(ab, cd)));
-    let mask = inside & around & ahead::<S, CLOSED>(s, t, t_max, doubtful);
-    // a + x·ab + y·ad, in terms of the triangle abc: ad = ac − ab.
+    let HitCheck { in_box, doubtful } = check_hits(s, [a, b, c, d], s.mul(tz, s.add(ab, cd)));
+    let mask = inside & in_box & ahead::<S, CLOSED>(s, t, t_max, doubtful);
+    // The point is a + x·ab + y·ad, and ad = ac − ab gives the weights in the triangle abc.
     let u = s.sub(x, y);
-    (mask != 0).then(|| Hits { mask, t: s.to_array(t), u, v: y, doubtful })
+    (mask != 0).then(|| BlockHits { mask, t: s.to_array(t), u, v: y, doubtful })
 }
 
-/// Lanes with `0 < t < t_max`, or `≤` for `CLOSED`; of doubtful ones also those beyond, which a closer look may bring before
-/// it: what is found must not depend on what was found earlier.
+/// The mask of lanes with `0 < t < t_max`, or `t ≤ t_max` for `CLOSED`. It includes doubtful lanes beyond `t_max`, whose exact
+/// distance may be smaller: the result must not depend on the hits found so far.
 #[inline(always)]
-fn ahead<S: Lanes, const CLOSED: bool>(s: S, t: S::Floats, t_max: f32, doubtful: u32) -> u32 {
+fn ahead<S: Simd8, const CLOSED: bool>(s: S, t: S::Floats, t_max: f32, doubtful: u32) -> u32 {
     let t_max = s.splat(t_max);
     let before = if CLOSED { s.le(t, t_max) } else { s.lt(t, t_max) };
     s.lt(s.splat(0.0), t) & (before | doubtful)
 }
 
-/// The distance to the plane of a polygon again, from its first three corners, in double precision.
+/// The distance to the plane of a polygon in double precision, from its first three corners.
 ///
-/// A spawned ray starts outside the error box of its surface, so this is negative for that surface and for
-/// whatever lies in the same plane. Only a distance that came out positive is looked at again: one that rounds to zero or below is none.
+/// A spawned ray starts outside the error box of its surface, so this distance is negative for that surface and for anything
+/// in the same plane. It is computed only for distances that came out positive in single precision.
 #[cold]
-pub(super) fn plane_t(corners: [Vec3; 3], ray: &Ray) -> f32 {
+pub(super) fn exact_distance(corners: [Vec3; 3], ray: &Ray) -> f32 {
     let [a, b, c] = corners.map(|p| p.as_dvec3());
     let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
     let n = (b - a).cross(c - a);
     ((a - o).dot(n) / d.dot(n)) as f32
 }
 
-/// The first three corners of a polygon of a plain block.
+/// The first three corners of a polygon in a block without shared vertices.
 #[cold]
-pub(super) fn corners(rows: &[Row], lane: usize) -> [Vec3; 3] {
+pub(super) fn corners(rows: &[F32x8], lane: usize) -> [Vec3; 3] {
     [0, 1, 2].map(|corner| Vec3::from_array([0, 1, 2].map(|axis| rows[3 * corner + axis][lane & 7])))
 }
 
-/// The corners of a triangle of a block over shared vertices.
+/// The corners of a triangle in a block with shared vertices.
 #[cold]
-pub(super) fn shared_corners(rows: &[Row], lane: usize) -> [Vec3; 3] {
-    let numbers: &[u8] = bytemuck::cast_slice(&rows[NUMBERS]);
+pub(super) fn shared_corners(rows: &[F32x8], lane: usize) -> [Vec3; 3] {
+    let vertices: &[u8] = bytemuck::cast_slice(&rows[CORNER_ROW]);
     [0, 1, 2].map(|corner| {
-        let n = usize::from(numbers[8 * corner + (lane & 7)]);
+        let n = usize::from(vertices[8 * corner + (lane & 7)]);
         Vec3::from_array([0, 1, 2].map(|axis| rows[n / 8 * 3 + axis][n % 8]))
     })
 }

@@ -1,23 +1,25 @@
-//! A ray in the terms of the box test and of the polygon test.
+//! The ray as the box test and the polygon test need it.
 
 use glam::Vec3A;
 
 use crate::tracer::accel::Ray;
-use crate::tracer::accel::layout::Row;
+use crate::tracer::accel::layout::F32x8;
 
-use super::lanes::Lanes;
+use super::simd::Simd8;
 
-/// Share of the reach (the farthest that any coordinate can be from the origin of the ray or from zero) by which boxes are widened: 25 unit roundoffs.
+/// Boxes are widened by this fraction of the reach, which is the largest distance of any coordinate from the origin of the ray
+/// or from zero: 25 unit roundoffs.
 ///
-/// To first order 15 are enough, so that no box is missed whose polygon the polygon test would accept. Box test: one
-/// rounding each for the moved origin, its product with the reciprocal, the reciprocal, and one or two for the other
-/// product and the sum, of up to twice the reach, displace a plane by 6 (10 for directions beyond 8e37, whose reciprocals are denormal). Polygon test: difference 1, shear (two for its
-/// slope, at most 1; one each for z and the product) 4, and the last difference, of up to twice the reach, 2 displace a vertex
-/// by 7. Its edge functions may come out as zero outside: 2. `tests/accel/watertight.rs` holds it, and fails without.
+/// To first order 15 are enough for the box test to accept every box whose polygon the polygon test would accept. In the
+/// box test, one rounding each of the moved origin, of its product with the reciprocal and of the reciprocal, and one or two
+/// of the other product and of the sum, which is up to twice the reach, displace a plane by 6 (by 10 for directions beyond
+/// 8e37, whose reciprocals are denormal). In the polygon test, the difference (1), the shear (two for its slope, which is at
+/// most 1, and one each for z and the product: 4) and the last difference, of up to twice the reach (2), displace a vertex
+/// by 7. The edge functions may round to zero outside the polygon: 2. The watertightness tests fail without the widening.
 const WIDEN: f32 = 1.5e-6;
 
-/// A ray in the terms of the box test.
-pub(super) struct SlabRay<S: Lanes> {
+/// The ray for the box test (the slab method).
+pub(super) struct SlabRay<S: Simd8> {
     /// Rows of a node that hold the near and the far planes of each axis.
     near: [usize; 3],
     far: [usize; 3],
@@ -28,25 +30,25 @@ pub(super) struct SlabRay<S: Lanes> {
 }
 
 /// The smallest magnitude of a component of a direction in the box test: its reciprocal times any coordinate is finite.
-const FLOOR: f32 = 1e-18;
+const MIN_DIRECTION: f32 = 1e-18;
 
-/// A ray in the terms of both tests, which share their reciprocals. `None` for one that no walk can follow: not finite, from beyond
-/// 1e18, where a float cannot tell anything of a scene apart, or with a direction shorter than 5e-12.
-/// Of that the floor under its components would make another direction.
+/// Prepares a ray for both tests, which share its reciprocals. `None` for a ray that cannot be traversed: it is not finite, or
+/// starts beyond 1e18, where a float cannot resolve any scene, or has a direction shorter than 5e-12, which the minimum of
+/// its components would change.
 ///
-/// `extent` is the largest magnitude of a coordinate of what is walked.
+/// `extent` is the largest magnitude of a coordinate of the BVH.
 #[inline(always)]
-pub(super) fn prepared<S: Lanes>(s: S, extent: f32, ray: &Ray) -> Option<(SlabRay<S>, ShearedRay)> {
+pub(super) fn prepare_ray<S: Simd8>(s: S, extent: f32, ray: &Ray) -> Option<(SlabRay<S>, ShearedRay)> {
     let (o, d) = (Vec3A::from(ray.origin), Vec3A::from(ray.direction));
     let size = d.abs();
     let (from, longest) = (o.abs().max_element(), size.max_element());
-    // What is not finite makes NaN here, and NaN equals nothing.
+    // A component that is not finite becomes NaN here, and NaN equals nothing.
     let finite = (o * 0.0 + d * 0.0).cmpeq(Vec3A::ZERO).all();
     if !(finite && from <= 1e18 && longest >= 5e-12 && ray.t_max > 0.0) {
         return None;
     }
     // A zero component becomes a huge finite reciprocal, so that no box test multiplies 0 by infinity.
-    let inverse = (1.0 / size.max(Vec3A::splat(FLOOR))).copysign(d);
+    let inverse = (1.0 / size.max(Vec3A::splat(MIN_DIRECTION))).copysign(d);
     let shift = Vec3A::splat(WIDEN * (extent + from)).copysign(d);
     let (offset_near, offset_far) = ((-o - shift) * inverse, (shift - o) * inverse);
     let negative = d.is_negative_bitmask() as usize;
@@ -58,7 +60,7 @@ pub(super) fn prepared<S: Lanes>(s: S, extent: f32, ray: &Ray) -> Option<(SlabRa
         offset_near: [s.splat(offset_near.x), s.splat(offset_near.y), s.splat(offset_near.z)],
         offset_far: [s.splat(offset_far.x), s.splat(offset_far.y), s.splat(offset_far.z)],
     };
-    // Which axis is the longest cannot be foretold: arithmetic, not branches. The next two follow in a circle.
+    // The longest axis is unpredictable: arithmetic instead of branches. The next two axes follow cyclically.
     let z = (size.cmpeq(Vec3A::splat(longest)).bitmask().trailing_zeros() & 3) as usize;
     let (x, y) = (0b00_10_01 >> (2 * z) & 3, 0b01_00_10 >> (2 * z) & 3);
     let [o, d, inverse] = [o, d, inverse].map(|v| v.extend(0.0).to_array());
@@ -72,11 +74,11 @@ pub(super) fn prepared<S: Lanes>(s: S, extent: f32, ray: &Ray) -> Option<(SlabRa
     Some((slab, sheared))
 }
 
-impl<S: Lanes> SlabRay<S> {
-    /// Where the ray enters and leaves the boxes of a node, within `0` and `t_max`; it meets those that it enters before it
-    /// leaves.
+impl<S: Simd8> SlabRay<S> {
+    /// The distances at which the ray enters and leaves the boxes of a node, clamped to 0 and `t_max`. It hits the boxes that
+    /// it enters no later than it leaves.
     #[inline(always)]
-    pub(super) fn through(&self, s: S, node: &[Row; 8], t_max: f32) -> (S::Floats, S::Floats) {
+    pub(super) fn intersect_boxes(&self, s: S, node: &[F32x8; 8], t_max: f32) -> (S::Floats, S::Floats) {
         let near = |axis: usize| {
             s.mul_add(s.load(&node[self.near[axis] & 7]), self.inverse[axis], self.offset_near[axis])
         };
@@ -89,24 +91,24 @@ impl<S: Lanes> SlabRay<S> {
     }
 }
 
-/// A ray in the terms of the polygon test.
+/// The ray for the polygon test: the shear that makes it the z axis.
 pub(super) struct ShearedRay {
-    /// Axes x, y, z of the sheared space; z is the longest of the direction.
+    /// Axes x, y, z of the sheared space. z is the axis of the direction's largest component.
     axes: [usize; 3],
     origin: [f32; 3],
     slope: [f32; 2],
     pub(super) scale_z: f32,
 }
 
-/// A corner of every lane's polygon, in the sheared space.
-pub(super) type Corner<S> = [<S as Lanes>::Floats; 3];
+/// One corner of the polygon of each lane, in the sheared space.
+pub(super) type Corner<S> = [<S as Simd8>::Floats; 3];
 
 impl ShearedRay {
-    /// The corners whose coordinates stand in three rows, from row `3 · corner` on.
+    /// Transforms corner number `corner` of each polygon, whose coordinates are the three rows from `3 · corner` on.
     #[inline(always)]
-    pub(super) fn shear<S: Lanes>(&self, s: S, rows: &[Row], corner: usize) -> Corner<S> {
+    pub(super) fn shear<S: Simd8>(&self, s: S, rows: &[F32x8], corner: usize) -> Corner<S> {
         debug_assert!(3 * corner + 3 <= rows.len());
-        // SAFETY: axes are 0, 1 and 2 in some order, and a block has three rows for every corner.
+        // SAFETY: the axes are 0, 1 and 2 in some order, and a block has three rows for every corner.
         let [x, y, z] = unsafe {
             [
                 rows.get_unchecked(3 * corner + self.axes[0]),

@@ -1,11 +1,24 @@
-//! Eight lanes on any processor: plain loops, which a compiler turns into what vectors there are.
+//! Eight lanes on any processor: plain loops, which the compiler vectorises with what the target has.
 
 use std::array::from_fn;
 use std::mem::MaybeUninit;
 
-use crate::tracer::accel::layout::Row;
+use crate::tracer::accel::layout::F32x8;
 
-use super::lanes::{Lanes, Slots};
+use super::simd::{Simd8, Slots};
+
+/// Methods of [`Simd8`] that compute each lane by itself.
+macro_rules! lanewise {
+    ($($name:ident($($x:ident),+) = $lane:expr;)+) => {$(
+        #[inline(always)]
+        fn $name(self, $($x: F32x8),+) -> F32x8 {
+            from_fn(|i| {
+                $(let $x = $x[i];)+
+                $lane
+            })
+        }
+    )+};
+}
 
 /// Any processor.
 #[derive(Clone, Copy)]
@@ -16,83 +29,54 @@ fn mask(of: impl Fn(usize) -> bool) -> u32 {
     (0..8).fold(0, |m, i| m | u32::from(of(i)) << i)
 }
 
-// SAFETY: as the trait asks, to be read below.
-unsafe impl Lanes for Scalar {
-    type Floats = Row;
+// SAFETY: `mask` sets bits 0 to 7 only, and the stores write the slots that the trait demands.
+unsafe impl Simd8 for Scalar {
+    type Floats = F32x8;
     type Ints = [i32; 8];
 
     #[inline(always)]
-    fn splat(self, x: f32) -> Row {
+    fn splat(self, x: f32) -> F32x8 {
         [x; 8]
     }
 
     #[inline(always)]
-    fn load(self, row: &Row) -> Row {
+    fn load(self, row: &F32x8) -> F32x8 {
         *row
     }
 
     #[inline(always)]
-    fn to_array(self, a: Row) -> Row {
+    fn to_array(self, a: F32x8) -> F32x8 {
         a
     }
 
-    #[inline(always)]
-    fn add(self, a: Row, b: Row) -> Row {
-        from_fn(|i| a[i] + b[i])
+    lanewise! {
+        add(a, b) = a + b;
+        sub(a, b) = a - b;
+        mul(a, b) = a * b;
+        div(a, b) = a / b;
+        abs(a) = a.abs();
+        mul_add(a, b, c) = a * b + c;
+        min(a, b) = if a < b { a } else { b };
+        max(a, b) = if a > b { a } else { b };
     }
 
     #[inline(always)]
-    fn sub(self, a: Row, b: Row) -> Row {
-        from_fn(|i| a[i] - b[i])
-    }
-
-    #[inline(always)]
-    fn mul(self, a: Row, b: Row) -> Row {
-        from_fn(|i| a[i] * b[i])
-    }
-
-    #[inline(always)]
-    fn div(self, a: Row, b: Row) -> Row {
-        from_fn(|i| a[i] / b[i])
-    }
-
-    #[inline(always)]
-    fn abs(self, a: Row) -> Row {
-        a.map(f32::abs)
-    }
-
-    #[inline(always)]
-    fn mul_add(self, a: Row, b: Row, c: Row) -> Row {
-        from_fn(|i| a[i] * b[i] + c[i])
-    }
-
-    #[inline(always)]
-    fn min(self, a: Row, b: Row) -> Row {
-        from_fn(|i| if a[i] < b[i] { a[i] } else { b[i] })
-    }
-
-    #[inline(always)]
-    fn max(self, a: Row, b: Row) -> Row {
-        from_fn(|i| if a[i] > b[i] { a[i] } else { b[i] })
-    }
-
-    #[inline(always)]
-    fn le(self, a: Row, b: Row) -> u32 {
+    fn le(self, a: F32x8, b: F32x8) -> u32 {
         mask(|i| a[i] <= b[i])
     }
 
     #[inline(always)]
-    fn lt(self, a: Row, b: Row) -> u32 {
+    fn lt(self, a: F32x8, b: F32x8) -> u32 {
         mask(|i| a[i] < b[i])
     }
 
     #[inline(always)]
-    fn keys(self, distances: Row) -> [i32; 8] {
+    fn keys(self, distances: F32x8) -> [i32; 8] {
         from_fn(|i| distances[i].to_bits() as i32 & !7 | i as i32)
     }
 
     #[inline(always)]
-    fn keys_where_le(self, keys: [i32; 8], (a, b): (Row, Row), other: i32) -> [i32; 8] {
+    fn select_keys_le(self, keys: [i32; 8], a: F32x8, b: F32x8, other: i32) -> [i32; 8] {
         from_fn(|i| if a[i] <= b[i] { keys[i] } else { other })
     }
 
@@ -102,8 +86,8 @@ unsafe impl Lanes for Scalar {
     }
 
     #[inline(always)]
-    fn sorted(self, mut keys: [i32; 8]) -> [i32; 8] {
-        // Insertion: mostly one to three are hits, and what is no hit is all the same.
+    fn sort_descending(self, mut keys: [i32; 8]) -> [i32; 8] {
+        // Insertion sort: mostly one to three lanes are hits, and the other keys are equal.
         for end in 1..8 {
             let key = keys[end];
             let mut at = end;
@@ -117,28 +101,28 @@ unsafe impl Lanes for Scalar {
     }
 
     #[inline(always)]
-    fn numbers(self, bytes: &[u8; 8]) -> [i32; 8] {
+    fn widen(self, bytes: &[u8; 8]) -> [i32; 8] {
         bytes.map(i32::from)
     }
 
     #[inline(always)]
-    fn pick(self, a: Row, b: Row, numbers: [i32; 8]) -> Row {
+    fn lookup(self, a: F32x8, b: F32x8, indices: [i32; 8]) -> F32x8 {
         let both = [a, b];
-        numbers.map(|n| both[(n >> 3 & 1) as usize][(n & 7) as usize])
+        indices.map(|n| both[(n >> 3 & 1) as usize][(n & 7) as usize])
     }
 
     #[inline(always)]
-    fn put(self, keys: [i32; 8], to: &mut Slots<i32>) {
+    fn store(self, keys: [i32; 8], to: &mut Slots<i32>) {
         *to = keys.map(MaybeUninit::new);
     }
 
     #[inline(always)]
-    fn put_named(self, row: &Row, keys: [i32; 8], to: &mut Slots<u32>) {
+    fn store_permuted(self, row: &F32x8, keys: [i32; 8], to: &mut Slots<u32>) {
         *to = keys.map(|key| MaybeUninit::new(row[(key & 7) as usize].to_bits()));
     }
 
     #[inline(always)]
-    fn put_packed(self, row: &Row, mut mask: u32, to: &mut Slots<u32>) {
+    fn store_compressed(self, row: &F32x8, mut mask: u32, to: &mut Slots<u32>) {
         let mut end = 0;
         while mask != 0 {
             to[end & 7].write(row[mask.trailing_zeros() as usize & 7].to_bits());

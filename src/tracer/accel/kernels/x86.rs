@@ -1,35 +1,45 @@
-//! Eight lanes of AVX2, and what AVX-512 does better.
+//! Eight lanes of AVX2, with instructions of AVX-512 where these are better.
 
 use std::arch::x86_64::*;
 
-use crate::tracer::accel::layout::Row;
+use crate::tracer::accel::layout::F32x8;
 
-use super::lanes::{Lanes, Slots};
+use super::simd::{Simd8, Slots};
 
-/// AVX2, FMA and BMI; with `WIDE` also AVX-512 F and VL.
+/// A processor with AVX2, FMA and BMI, and for `WIDE` also AVX-512 F and VL.
 #[derive(Clone, Copy)]
 pub(in crate::tracer::accel) struct X86<const WIDE: bool>(());
 
 impl<const WIDE: bool> X86<WIDE> {
     /// # Safety
     ///
-    /// The processor must have what the type says.
+    /// The processor must support these instruction sets.
     #[inline(always)]
     pub(in crate::tracer::accel) unsafe fn new() -> Self {
         Self(())
     }
 }
 
-/// Intrinsics under the one reason that holds for all: whoever made the value knew that the processor has them.
+/// Calls intrinsics. One reason makes all of these calls safe: a value of [`X86`] proves that the processor has them.
 macro_rules! avx {
     ($call:expr) => {
-        // SAFETY: `X86::new` is unsafe and asks for a processor with these instructions; pointers come from references to
-        // at least as many bytes as are read or written, and the loads and stores used need no alignment.
+        // SAFETY: the caller of `X86::new` promised a processor with these instructions. Pointers come from references to at
+        // least as many bytes as are read or written, and unaligned loads and stores are used.
         unsafe { $call }
     };
 }
 
-/// For every mask the lanes that are set, in order, one per byte.
+/// Methods of [`Simd8`] that are one expression of intrinsics.
+macro_rules! instructions {
+    ($($name:ident($($x:ident),+) = $call:expr;)+) => {$(
+        #[inline(always)]
+        fn $name(self, $($x: __m256),+) -> __m256 {
+            avx!($call)
+        }
+    )+};
+}
+
+/// For every mask, the set lanes in order, one per byte.
 static SET_LANES: [u64; 256] = set_lanes();
 
 const fn set_lanes() -> [u64; 256] {
@@ -48,8 +58,8 @@ const fn set_lanes() -> [u64; 256] {
     table
 }
 
-// SAFETY: as the trait asks: masks come from the signs of eight floats, and all eight slots are written each time.
-unsafe impl<const WIDE: bool> Lanes for X86<WIDE> {
+// SAFETY: masks come from the signs of eight floats, and every store writes all eight slots.
+unsafe impl<const WIDE: bool> Simd8 for X86<WIDE> {
     type Floats = __m256;
     type Ints = __m256i;
 
@@ -59,55 +69,26 @@ unsafe impl<const WIDE: bool> Lanes for X86<WIDE> {
     }
 
     #[inline(always)]
-    fn load(self, row: &Row) -> __m256 {
+    fn load(self, row: &F32x8) -> __m256 {
         avx!(_mm256_loadu_ps(row.as_ptr()))
     }
 
     #[inline(always)]
-    fn to_array(self, a: __m256) -> Row {
+    fn to_array(self, a: __m256) -> F32x8 {
         let mut row = [0.0; 8];
         avx!(_mm256_storeu_ps(row.as_mut_ptr(), a));
         row
     }
 
-    #[inline(always)]
-    fn add(self, a: __m256, b: __m256) -> __m256 {
-        avx!(_mm256_add_ps(a, b))
-    }
-
-    #[inline(always)]
-    fn sub(self, a: __m256, b: __m256) -> __m256 {
-        avx!(_mm256_sub_ps(a, b))
-    }
-
-    #[inline(always)]
-    fn mul(self, a: __m256, b: __m256) -> __m256 {
-        avx!(_mm256_mul_ps(a, b))
-    }
-
-    #[inline(always)]
-    fn div(self, a: __m256, b: __m256) -> __m256 {
-        avx!(_mm256_div_ps(a, b))
-    }
-
-    #[inline(always)]
-    fn abs(self, a: __m256) -> __m256 {
-        avx!(_mm256_andnot_ps(_mm256_set1_ps(-0.0), a))
-    }
-
-    #[inline(always)]
-    fn mul_add(self, a: __m256, b: __m256, c: __m256) -> __m256 {
-        avx!(_mm256_fmadd_ps(a, b, c))
-    }
-
-    #[inline(always)]
-    fn min(self, a: __m256, b: __m256) -> __m256 {
-        avx!(_mm256_min_ps(a, b))
-    }
-
-    #[inline(always)]
-    fn max(self, a: __m256, b: __m256) -> __m256 {
-        avx!(_mm256_max_ps(a, b))
+    instructions! {
+        add(a, b) = _mm256_add_ps(a, b);
+        sub(a, b) = _mm256_sub_ps(a, b);
+        mul(a, b) = _mm256_mul_ps(a, b);
+        div(a, b) = _mm256_div_ps(a, b);
+        abs(a) = _mm256_andnot_ps(_mm256_set1_ps(-0.0), a);
+        mul_add(a, b, c) = _mm256_fmadd_ps(a, b, c);
+        min(a, b) = _mm256_min_ps(a, b);
+        max(a, b) = _mm256_max_ps(a, b);
     }
 
     #[inline(always)]
@@ -129,7 +110,7 @@ unsafe impl<const WIDE: bool> Lanes for X86<WIDE> {
     }
 
     #[inline(always)]
-    fn keys_where_le(self, keys: __m256i, (a, b): (__m256, __m256), other: i32) -> __m256i {
+    fn select_keys_le(self, keys: __m256i, a: __m256, b: __m256, other: i32) -> __m256i {
         avx!({
             let which = _mm256_castps_si256(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b));
             _mm256_blendv_epi8(_mm256_set1_epi32(other), keys, which)
@@ -145,10 +126,10 @@ unsafe impl<const WIDE: bool> Lanes for X86<WIDE> {
         })
     }
 
-    /// Batcher's bitonic network (1968).
+    /// A bitonic sorting network (Batcher, 1968).
     #[inline(always)]
-    fn sorted(self, keys: __m256i) -> __m256i {
-        /// Larger keys of each pair to where `smaller` has no bit.
+    fn sort_descending(self, keys: __m256i) -> __m256i {
+        /// Compares pairs of keys: the smaller key goes to the lanes of `$smaller`, the larger to the others.
         macro_rules! step {
             ($keys:expr, $partner:expr, $smaller:literal) => {{
                 let (keys, partner) = ($keys, $partner);
@@ -170,29 +151,29 @@ unsafe impl<const WIDE: bool> Lanes for X86<WIDE> {
     }
 
     #[inline(always)]
-    fn numbers(self, bytes: &[u8; 8]) -> __m256i {
+    fn widen(self, bytes: &[u8; 8]) -> __m256i {
         avx!(_mm256_cvtepu8_epi32(_mm_loadl_epi64(bytes.as_ptr().cast())))
     }
 
     #[inline(always)]
-    fn pick(self, a: __m256, b: __m256, numbers: __m256i) -> __m256 {
+    fn lookup(self, a: __m256, b: __m256, indices: __m256i) -> __m256 {
         avx!(if WIDE {
-            _mm256_permutex2var_ps(a, numbers, b)
+            _mm256_permutex2var_ps(a, indices, b)
         } else {
-            // The fourth bit of a number moves to the sign.
-            let second = _mm256_castsi256_ps(_mm256_slli_epi32::<28>(numbers));
-            let (a, b) = (_mm256_permutevar8x32_ps(a, numbers), _mm256_permutevar8x32_ps(b, numbers));
+            // Bit 3 of an index selects the table: it moves to the sign.
+            let second = _mm256_castsi256_ps(_mm256_slli_epi32::<28>(indices));
+            let (a, b) = (_mm256_permutevar8x32_ps(a, indices), _mm256_permutevar8x32_ps(b, indices));
             _mm256_blendv_ps(a, b, second)
         })
     }
 
     #[inline(always)]
-    fn put(self, keys: __m256i, to: &mut Slots<i32>) {
+    fn store(self, keys: __m256i, to: &mut Slots<i32>) {
         avx!(_mm256_storeu_si256(to.as_mut_ptr().cast(), keys));
     }
 
     #[inline(always)]
-    fn put_named(self, row: &Row, keys: __m256i, to: &mut Slots<u32>) {
+    fn store_permuted(self, row: &F32x8, keys: __m256i, to: &mut Slots<u32>) {
         avx!({
             let row = _mm256_loadu_si256(row.as_ptr().cast());
             _mm256_storeu_si256(to.as_mut_ptr().cast(), _mm256_permutevar8x32_epi32(row, keys));
@@ -200,7 +181,7 @@ unsafe impl<const WIDE: bool> Lanes for X86<WIDE> {
     }
 
     #[inline(always)]
-    fn put_packed(self, row: &Row, mask: u32, to: &mut Slots<u32>) {
+    fn store_compressed(self, row: &F32x8, mask: u32, to: &mut Slots<u32>) {
         avx!({
             let row = _mm256_loadu_si256(row.as_ptr().cast());
             let lanes = if WIDE {

@@ -1,0 +1,171 @@
+//! The finished accelerator.
+
+use glam::{DAffine3, Vec3};
+
+use crate::tracer::shape::{Disk, Sphere};
+
+use super::build::{self, Instance, PrimitiveGroup, Shapes};
+use super::kernels::{SimdKernel, TraversalFns};
+use super::layout::{Arena, NodeRef};
+use super::{Hit, PrimRange, Ray};
+
+/// The root of one BVH in the arena: of the world, or of a group.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct BvhRoot {
+    /// Where the traversal begins.
+    pub(super) root: NodeRef,
+    /// Corners of the bounding box, both zero if there is nothing.
+    pub(super) bounds: (Vec3, Vec3),
+    /// The largest magnitude of a coordinate of the bounding box.
+    pub(super) extent: f32,
+}
+
+impl BvhRoot {
+    pub(super) fn new(root: NodeRef, bounds: (Vec3, Vec3)) -> Self {
+        Self { root, bounds, extent: bounds.0.abs().max(bounds.1.abs()).max_element() }
+    }
+}
+
+impl Default for BvhRoot {
+    fn default() -> Self {
+        Self::new(NodeRef::END, (Vec3::ZERO, Vec3::ZERO))
+    }
+}
+
+/// An instance as the traversal needs it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct GroupInstance {
+    pub(super) group: u32,
+    /// World space to the group's space.
+    pub(super) to_group: DAffine3,
+}
+
+impl GroupInstance {
+    /// `ray` in the group's space. Distances stay the same.
+    fn transform_ray(&self, ray: &Ray) -> Ray {
+        Ray {
+            origin: self.to_group.transform_point3(ray.origin.as_dvec3()).as_vec3(),
+            direction: self.to_group.transform_vector3(ray.direction.as_dvec3()).as_vec3(),
+            t_max: ray.t_max,
+        }
+    }
+}
+
+/// A BVH over triangles, parallelograms, disks, spheres and instances of groups of them.
+#[derive(Debug, Default)]
+pub struct Accel {
+    pub(super) arena: Arena,
+    pub(super) world: BvhRoot,
+    pub(super) groups: Vec<BvhRoot>,
+    pub(super) instances: Vec<GroupInstance>,
+    pub(super) disks: Vec<Disk>,
+    pub(super) spheres: Vec<Sphere>,
+    /// The first id of a disk.
+    pub(super) first_disk: u32,
+    kernel: SimdKernel,
+    /// The functions of `kernel`.
+    traversal: TraversalFns,
+}
+
+impl Accel {
+    /// Builds the BVH. Every coordinate must be finite and below 1e12 in magnitude, and every triangle must have an area.
+    /// [`Scene::prepare`] drops the others.
+    ///
+    /// `quads` lists, in ascending order, each triangle `abc` whose successor `acd` completes a parallelogram: the two are
+    /// tested as one, and a hit on either is reported for the first, with barycentric weights in its plane.
+    ///
+    /// [`Scene::prepare`]: crate::tracer::Scene::prepare
+    pub fn new(triangles: &[[Vec3; 3]], quads: &[u32], disks: Vec<Disk>, spheres: Vec<Sphere>) -> Self {
+        Self::with_instances(Shapes { triangles, quads, disks, spheres }, &[], &[])
+    }
+
+    /// As [`Accel::new`], with groups of primitives and their instances. Ids are those of the lists in `shapes`, groups
+    /// included. A group's ranges contain both triangles of a parallelogram or neither.
+    pub fn with_instances(shapes: Shapes, groups: &[PrimitiveGroup], instances: &[Instance]) -> Self {
+        let mut accel = build::build(shapes, groups, instances);
+        let best = accel.set_kernel(SimdKernel::best());
+        debug_assert!(best, "the best kernel is one of those that are available");
+        accel
+    }
+
+    /// Bytes of memory that the traversal reads.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.arena.lines()) + size_of_val(&self.instances[..])
+    }
+
+    /// The instruction set of the traversal.
+    pub fn kernel(&self) -> SimdKernel {
+        self.kernel
+    }
+
+    /// Uses `kernel` from now on. Returns false, and changes nothing, if this processor does not support it.
+    #[must_use]
+    pub fn set_kernel(&mut self, kernel: SimdKernel) -> bool {
+        let available = kernel.is_available();
+        if available {
+            (self.kernel, self.traversal) = (kernel, TraversalFns::of(kernel));
+        }
+        available
+    }
+
+    /// Corners of the bounding box of everything, both zero for an empty scene.
+    pub fn bounds(&self) -> (Vec3, Vec3) {
+        self.world.bounds
+    }
+
+    /// The closest hit with `0 < t < ray.t_max`, or `None`. Of several at the same distance it is the one with the lowest id
+    /// (then the lowest instance). A ray hits nothing if it is not finite, starts beyond 1e18, or has a direction shorter
+    /// than 5e-12. In the box test a component of the direction below 1e-18 counts as 1e-18.
+    #[inline]
+    pub fn closest(&self, ray: &Ray) -> Option<Hit> {
+        // The lowest id and instance: no hit at the same distance comes before it.
+        let mut best = Hit { t: ray.t_max, prim: 0, uv: [0.0; 2], instance: 0 };
+        // SAFETY: `set_kernel` sets functions that the processor can run.
+        unsafe { (self.traversal.closest)(self, &self.world, ray, Hit::DIRECT, &mut best) };
+        (best.t < ray.t_max).then_some(best)
+    }
+
+    /// True if anything but the primitives of `skip` is hit with `0 < t < ray.t_max`.
+    #[inline]
+    pub fn occluded(&self, ray: &Ray, skip: PrimRange) -> bool {
+        // SAFETY: `set_kernel` sets functions that the processor can run.
+        unsafe { (self.traversal.occluded)(self, &self.world, ray, skip) }
+    }
+
+    /// `ray` in the space of the group that `instance` shows, with the rounding of the traversal. Distances stay the same.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such instance.
+    pub fn ray_in_instance(&self, instance: u32, ray: &Ray) -> Ray {
+        self.instances[instance as usize].transform_ray(ray)
+    }
+
+    /// The distance to the disk or sphere `prim`, if it is hit before `t_max`.
+    #[inline(never)]
+    pub(super) fn intersect_analytic(&self, prim: u32, ray: &Ray, t_max: f32) -> Option<f32> {
+        let i = (prim - self.first_disk) as usize;
+        match self.disks.get(i) {
+            Some(disk) => disk.intersect(ray, t_max),
+            None => self.spheres.get(i - self.disks.len())?.intersect(ray, t_max),
+        }
+    }
+
+    /// Replaces `best` by a closer hit in an instance, if there is one.
+    #[inline(never)]
+    pub(super) fn closest_in_instance(&self, index: u32, ray: &Ray, best: &mut Hit) {
+        let instance = &self.instances[index as usize];
+        let (group, ray) = (&self.groups[instance.group as usize], instance.transform_ray(ray));
+        // SAFETY: `set_kernel` sets functions that the processor can run.
+        unsafe { (self.traversal.closest)(self, group, &ray, index, best) };
+    }
+
+    /// True if anything of an instance but the primitives of `skip` is hit.
+    #[inline(never)]
+    pub(super) fn occluded_in_instance(&self, index: u32, ray: &Ray, skip: PrimRange) -> bool {
+        let instance = &self.instances[index as usize];
+        let (group, ray) = (&self.groups[instance.group as usize], instance.transform_ray(ray));
+        // SAFETY: `set_kernel` sets functions that the processor can run.
+        unsafe { (self.traversal.occluded)(self, group, &ray, skip) }
+    }
+}
