@@ -127,7 +127,7 @@ impl<'a> Probe<'a> {
     #[cold]
     fn note(self, wall: Duration, cpu: Option<Duration>, sink: &BlockSink) {
         let own = thread_cpu_time().zip(cpu).map(|(now, then)| now.saturating_sub(then));
-        let cell = sink.place_of_path().and_then(CostGrid::cell);
+        let cell = sink.path_position().and_then(CostGrid::cell);
         if let (Some(grid), Some(cell)) = (self.0, cell) {
             grid.add(cell, own.map_or(wall, |own| own.min(wall)));
         }

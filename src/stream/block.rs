@@ -1,30 +1,30 @@
-//! The unit of transfer: samples together with the paths that made them.
+//! The unit of transfer: samples, with the numbers of paths that normalise them.
 
 use crate::stream::{Epoch, PathCounts, Rejections, Sample};
 
-/// Samples a block can hold; 24 KiB, about a millisecond of one worker.
+/// Most samples of a block: 24 KiB, about a millisecond of one worker.
 pub const BLOCK_SAMPLES: usize = 1024;
 
-/// What a block says about its samples.
+/// The header of a block.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Header {
-    /// The render it belongs to.
+    /// The render that the block belongs to.
     pub epoch: Epoch,
-    /// Path index of its first sample, or of the first path it counts.
+    /// Path index of its first sample, or of the first path that it counts.
     pub first_index: u64,
-    /// Paths that *end* in this block: `first_index .. first_index + index_count`, contiguous. A path too long for
-    /// one block is counted by the last one it needs, so the count may be 0.
+    /// Number of paths that *end* in this block: those of the indices `first_index .. first_index + index_count`. A path
+    /// with more samples than a block holds is counted in its last block, so the number may be 0.
     pub index_count: u64,
-    /// Paths started for each stream, counted where they end.
+    /// Numbers of these paths by stream.
     pub paths: PathCounts,
-    /// Samples that were kept out.
+    /// Samples of these paths that were rejected.
     pub rejections: Rejections,
 }
 
-/// One worker's samples of a contiguous range of indices, in order of index.
+/// One worker's samples from a contiguous range of path indices, in order of index.
 #[derive(Clone, Debug)]
 pub struct Block {
-    /// What it says about itself.
+    /// The header.
     pub header: Header,
     len: usize,
     samples: [Sample; BLOCK_SAMPLES],
@@ -44,12 +44,12 @@ impl Block {
         &self.samples[..self.len]
     }
 
-    /// True when neither samples nor paths nor rejections are in it.
+    /// True if it has no samples and counts neither paths nor rejections.
     pub fn is_empty(&self) -> bool {
         self.len == 0 && self.header.index_count == 0 && self.header.rejections.total() == 0
     }
 
-    /// Appends a sample; `false` means the block is full and was left as it is.
+    /// Appends a sample. Returns `false`, and changes nothing, if the block is full.
     #[inline]
     pub fn push(&mut self, sample: Sample) -> bool {
         let Some(slot) = self.samples.get_mut(self.len) else {
@@ -60,12 +60,12 @@ impl Block {
         true
     }
 
-    /// Drops all samples after the first `len`.
+    /// Removes all samples after the first `len`.
     pub fn truncate(&mut self, len: usize) {
         self.len = self.len.min(len);
     }
 
-    /// Makes it an empty block of `epoch` that begins at path `first_index`.
+    /// Clears the block, which then begins with path `first_index` of `epoch`.
     pub fn restart(&mut self, epoch: Epoch, first_index: u64) {
         self.header = Header { epoch, first_index, ..Header::default() };
         self.len = 0;

@@ -1,4 +1,4 @@
-//! The sink of a worker: checks each sample, fills blocks, sends them.
+//! The sink of a worker: it checks samples, fills blocks with them and sends the blocks.
 
 use crate::color::Xyz;
 use crate::stream::block::Block;
@@ -8,7 +8,7 @@ use crate::stream::rejections::{Cause, Rejections};
 use crate::stream::sample::Sample;
 use crate::stream::sink::{PathCounts, SampleSink, UvWindow};
 
-/// Share of the window's extent by which a position may lie outside: rounding of `min + u · extent`.
+/// Fraction of the window's extent by which a position may lie outside, because `min + u · extent` is rounded.
 const WINDOW_SLACK: f32 = 1e-6;
 
 /// Running totals of a [`BlockSink`] since [`BlockSink::start`].
@@ -18,30 +18,30 @@ pub struct Totals {
     pub indices: u64,
     /// Samples sent.
     pub samples: u64,
-    /// Samples thrown away because the render was stopped while the lane was full.
+    /// Samples discarded because the render was stopped while the lane was full.
     pub discarded: u64,
-    /// Samples kept out of the stream.
+    /// Rejected samples.
     pub rejections: Rejections,
 }
 
-/// Turns the samples of one path after another into blocks. See [`SampleSink`] for what enters the stream.
+/// Collects the samples of one path after another in blocks. It rejects samples that break the rules of the stream.
 #[derive(Debug)]
 pub struct BlockSink {
     writer: LaneWriter,
     block: Box<Block>,
     window: UvWindow,
     epoch: Epoch,
-    /// The path being traced, and the samples in the block before it.
+    /// The path in progress, and the number of samples in the block before it.
     index: u64,
     path_start: usize,
-    /// Part of the path was discarded: the rest must not be sent, nor the path counted.
+    /// Part of the path was discarded, so the rest must not be sent and the path not counted.
     broken: bool,
     totals: Totals,
     blocks_sent: u64,
 }
 
 impl BlockSink {
-    /// A sink on `writer`; call [`BlockSink::start`] before use.
+    /// A sink that sends over `writer`. Call [`BlockSink::start`] before use.
     pub fn new(writer: LaneWriter) -> Self {
         Self {
             writer,
@@ -56,7 +56,7 @@ impl BlockSink {
         }
     }
 
-    /// Begins a render: forgets what was not sent, sets totals to zero.
+    /// Begins a render: drops samples that were not sent, and resets the totals.
     pub fn start(&mut self, epoch: Epoch, window: UvWindow) {
         let slack = |axis: usize| WINDOW_SLACK * (window.max[axis] - window.min[axis]);
         self.window = UvWindow {
@@ -68,13 +68,13 @@ impl BlockSink {
         self.begin_chunk(0);
     }
 
-    /// Begins a contiguous range of indices; the block must have been flushed.
+    /// Begins a contiguous range of indices. The block must have been flushed.
     pub fn begin_chunk(&mut self, first_index: u64) {
         self.block.restart(self.epoch, first_index);
         self.path_start = 0;
     }
 
-    /// Begins path `index`, the one after the path before it in this chunk.
+    /// Begins path `index`, which must follow the previous path of this chunk.
     #[inline]
     pub fn begin_path(&mut self, index: u64) {
         self.index = index;
@@ -82,7 +82,7 @@ impl BlockSink {
         self.broken = false;
     }
 
-    /// Ends the path begun last and counts it.
+    /// Ends the path in progress and counts it.
     #[inline]
     pub fn end_path(&mut self, paths: PathCounts) {
         if self.broken {
@@ -94,13 +94,13 @@ impl BlockSink {
         header.paths.light += paths.light;
     }
 
-    /// Forgets the samples of the unfinished path that have not been sent yet.
+    /// Drops the samples of the unfinished path that have not been sent yet.
     pub fn abandon_path(&mut self) {
         self.block.truncate(self.path_start);
     }
 
-    /// Sends what has been gathered, if anything. Sleeps on a full lane while the epoch may run; when it may not any
-    /// more and the lane is full, the block is discarded together with its counts. `false` means discarded.
+    /// Sends the block unless it is empty. Sleeps while the lane is full and the epoch may run. If the epoch has been stopped
+    /// and the lane is full, the block is discarded together with its counts, and the result is `false`.
     pub fn flush(&mut self) -> bool {
         let mut sent = true;
         if !self.block.is_empty() {
@@ -116,25 +116,25 @@ impl BlockSink {
         sent
     }
 
-    /// The path begun last.
+    /// The path in progress.
     pub fn index(&self) -> u64 {
         self.index
     }
 
-    /// Where the path begun last has its first camera sample among those not sent yet; its first sample, if it has none of the
-    /// camera.
-    pub fn place_of_path(&self) -> Option<[f32; 2]> {
+    /// Position of the first camera sample of the path in progress that has not been sent yet, or of its first sample if there
+    /// is no camera sample.
+    pub fn path_position(&self) -> Option<[f32; 2]> {
         let samples = self.block.samples().get(self.path_start..)?;
         let camera = samples.iter().find(|sample| sample.w > 0.0);
         camera.or(samples.first()).map(|sample| sample.uv)
     }
 
-    /// Totals of everything flushed.
+    /// Totals of everything that was flushed.
     pub fn totals(&self) -> &Totals {
         &self.totals
     }
 
-    /// Calls of [`BlockSink::flush`] that had something to send; tells whether one happened since the last look.
+    /// Number of flushes that had a block to send.
     #[inline]
     pub fn flushes(&self) -> u64 {
         self.blocks_sent
@@ -176,7 +176,7 @@ impl BlockSink {
         self.block.header.rejections.add(self.index, cause);
     }
 
-    /// False for NaN.
+    /// True if `uv` lies in the window. False for NaN.
     #[inline]
     fn contains(&self, uv: [f32; 2]) -> bool {
         let UvWindow { min, max } = self.window;

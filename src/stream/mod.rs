@@ -1,14 +1,77 @@
-//! THE CONTRACT between server and client (paper §3): samples, blocks, lanes, epochs.
+//! The contract between tracer and display (paper §3): point samples, sent in blocks over one lane per worker.
 //!
 //! ```text
-//! worker i:  Integrator ─▶ BlockSink (checks, fills a Block) ─▶ LaneWriter ═ ring ═▶ Lanes::drain ─▶ client
+//! worker i:  Integrator ─▶ SampleSink = BlockSink (checks, fills a Block) ─▶ LaneWriter ═ lane i ═▶ Lanes ─▶ consumer
 //! ```
 //!
-//! - A **block** of up to 1024 samples is the unit of transfer; its header carries the path counts that normalise its
-//!   samples, the contiguous range of indices that made them, and what was rejected.
-//! - One **lane** per worker (`ring`: one producer, one consumer). A full lane puts its worker to sleep: no sample is
-//!   dropped. [`Lanes`] is the client's end of all of them, drained in any order or in order of index.
-//! - An **epoch** marks every block; blocks of older epochs are dropped on arrival, so an edit waits for nobody.
+//! Neither side knows the other. This module knows nothing of scenes, of films or of a GPU, and every producer of samples
+//! works with every consumer of them.
+//!
+//! # Samples
+//!
+//! A [`Sample`] is `[u, v], [x, y, z, w]`: a screen position, a colour and a weight. Screen position (0, 0) is the top left
+//! corner of the picture, (1, 1) the bottom right. Samples may lie outside, in the overscan that feeds the filter at the
+//! border. There is no resolution: that is the film's business. The sign of the weight selects one of two streams:
+//!
+//! - The **camera stream** (`w > 0`): `x, y, z` are the CIE XYZ of radiance times `w`. The picture is `Σ xyz / Σ w`.
+//! - The **light stream** (`w = −1`): `x, y, z` are densities over uv, that is, flux per unit of uv². The picture is
+//!   `Σ xyz · (pixels per unit of uv²) / (number of light paths)`.
+//!
+//! [`BlockSink`] rejects samples that break these rules, and counts them by [`Cause`].
+//!
+//! # Blocks, lanes and epochs
+//!
+//! - A **block** of up to 1024 samples is the unit of transfer. Its header holds the numbers of paths that normalise its
+//!   samples, the contiguous range of path indices they come from, and the rejected samples.
+//! - A **lane** is a bounded single-producer single-consumer ring of blocks (`ring`), one per worker. One release store
+//!   publishes a block, and nothing is allocated or copied. A worker sleeps while its lane is full: no sample is dropped.
+//! - An **epoch** numbers the renders. Every edit of the scene starts a new one. Workers load the running epoch between two
+//!   paths, and the consumer drops blocks of older epochs, so nobody waits for an abort.
+//!
+//! # Writing a producer or a consumer
+//!
+//! A producer takes the [`LaneWriter`]s from [`lanes`], one per thread, puts a [`BlockSink`] on each, and tells the [`Hub`]
+//! when an epoch runs and when it has ended. `server` is the producer of the renderer. A consumer owns the [`Lanes`]: it
+//! follows one epoch at a time, in order of arrival or of path index, and drains blocks within a budget of samples.
+//!
+//! ```
+//! use std::time::Duration;
+//! use pointillist::color::Xyz;
+//! use pointillist::stream::*;
+//!
+//! let (mut writers, mut lanes) = lanes(1, LANE_BLOCKS);
+//! let epoch = Epoch(1);
+//! lanes.hub().run(Some(epoch));
+//!
+//! // The producer: 5000 paths with one sample each.
+//! let mut sink = BlockSink::new(writers.remove(0));
+//! let producer = std::thread::spawn(move || {
+//!     sink.start(epoch, UvWindow::PICTURE);
+//!     for index in 0..5000 {
+//!         sink.begin_path(index);
+//!         sink.camera([index as f32 / 5000.0, 0.5], Xyz::new(0.2, 0.3, 0.4), 1.0);
+//!         sink.end_path(PathCounts { camera: 1, light: 0 });
+//!     }
+//!     sink.flush();
+//!     sink.writer().hub().end(epoch);
+//! });
+//!
+//! // The consumer: the mean of all samples.
+//! lanes.follow(epoch, DrainOrder::Index { first: 0 });
+//! let (mut sum, mut weight) = (Xyz::BLACK, 0.0);
+//! while !lanes.is_drained() {
+//!     lanes.wait(Duration::from_millis(100));
+//!     lanes.drain(16 * BLOCK_SAMPLES, |block| {
+//!         for sample in block.samples() {
+//!             sum += sample.xyz;
+//!             weight += sample.w;
+//!         }
+//!     });
+//! }
+//! producer.join().expect("the producer does not panic");
+//! assert_eq!(weight, 5000.0);
+//! assert!((sum.y / weight - 0.3).abs() < 1e-4);
+//! ```
 
 pub mod block;
 pub mod block_sink;

@@ -1,4 +1,4 @@
-//! Samples that may not enter the stream, counted by cause and remembered for replay.
+//! Rejected samples, counted by cause, with examples that can be traced again.
 
 /// Why a sample was rejected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -12,10 +12,10 @@ pub enum Cause {
     ColorNotFinite,
     /// The weight of a camera sample is NaN or infinite.
     WeightNotFinite,
-    /// The weight of a camera sample is zero or negative: on the wire it would mean the light stream.
+    /// The weight of a camera sample is zero or negative, which would mean the light stream.
     WeightNotPositive,
-    /// X, Y or Z, times the weight, or the weight itself exceeds [`MAX_VALUE`](crate::stream::MAX_VALUE): sums of such
-    /// samples would not stay finite.
+    /// X, Y or Z, times the weight, or the weight itself exceeds [`MAX_VALUE`](crate::stream::MAX_VALUE), so that sums might
+    /// overflow.
     ColorTooLarge,
 }
 
@@ -30,7 +30,7 @@ impl Cause {
         Cause::ColorTooLarge,
     ];
 
-    /// A few words for a report.
+    /// A short description for reports.
     pub fn describe(self) -> &'static str {
         match self {
             Cause::PositionNotFinite => "position not finite",
@@ -43,15 +43,15 @@ impl Cause {
     }
 }
 
-/// Examples kept.
+/// Most examples that are kept.
 pub const EXAMPLES: usize = 8;
 
-/// Rejected samples: how many for each cause, and the first few by path index, so that each can be replayed with
-/// `--seed` and its index.
+/// Counts of rejected samples by cause, and the first few of them by path index, so that their paths can be traced again
+/// with `--seed` and the index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rejections {
     counts: [u64; Cause::ALL.len()],
-    /// Ascending; `len` of them are valid.
+    /// Ascending. The first `len` are valid.
     examples: [(u64, Cause); EXAMPLES],
     len: u8,
 }
@@ -63,15 +63,15 @@ impl Default for Rejections {
 }
 
 impl Rejections {
-    /// Notes one sample of path `index`.
+    /// Counts one sample of path `index`.
     #[cold]
     pub fn add(&mut self, index: u64, cause: Cause) {
         self.counts[cause as usize] += 1;
         self.keep((index, cause));
     }
 
-    /// Adds the counts of `other` and keeps the smallest indices of both: the result does not depend on the order of
-    /// merging, hence not on threads.
+    /// Adds the counts of `other` and keeps the smallest indices of both. The result does not depend on the order of merging,
+    /// and so not on threads.
     pub fn merge(&mut self, other: &Rejections) {
         if other.total() == 0 {
             return;
@@ -82,17 +82,17 @@ impl Rejections {
         other.examples().iter().for_each(|&example| self.keep(example));
     }
 
-    /// Rejected samples of one cause.
+    /// Number of samples rejected for one cause.
     pub fn count(&self, cause: Cause) -> u64 {
         self.counts[cause as usize]
     }
 
-    /// Rejected samples of all causes.
+    /// Number of samples rejected for all causes.
     pub fn total(&self) -> u64 {
         self.counts.iter().fold(0, |sum, count| sum.saturating_add(*count))
     }
 
-    /// (path index, cause) of the smallest indices, ascending; at most [`EXAMPLES`].
+    /// The samples with the smallest path indices, ascending, at most [`EXAMPLES`].
     pub fn examples(&self) -> &[(u64, Cause)] {
         &self.examples[..usize::from(self.len)]
     }

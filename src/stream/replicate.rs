@@ -1,25 +1,24 @@
-//! Which randomisation of the sequence an index belongs to, when a render is divided into replicates.
+//! Replicates: independent randomisations of the sequence, from whose difference the error is estimated.
 //!
-//! Chunks of indices alternate between the replicates, so that each has half of the samples at any time. The server
-//! traces them so, and whoever compares them on the client's side knows a sample's replicate from its block's first
-//! index: no block spans two chunks.
+//! Chunks of path indices alternate between the replicates, so that each has half of the samples at any time. The tracer
+//! follows this rule, and a consumer finds a block's replicate from its first index: no block spans two chunks.
 
-/// Indices a worker claims at once: a power of 4, so that every chunk alone covers the whole screen evenly.
+/// Indices that a worker claims at once: a power of 4, so that every chunk covers the whole screen evenly.
 pub const CHUNK: u64 = 1024;
 
-/// Replicates of a divided render. Two, because of what knowing the error costs: R independent randomisations have
-/// R^(s − 1/2) times the error of an undivided run whose error falls as N^(−s), and s is .6 to .8 (`tools/bench replicates`).
+/// Number of replicates. Two keep the price of the estimate low: if the error of one randomisation falls as N^(−s), then R
+/// independent ones with the same number of samples have R^(s − 1/2) times its error, and s is .6 to .8.
 pub const REPLICATES: usize = 2;
 
-/// Replicate of an index of a divided render, and the index in that replicate's own sequence.
+/// The replicate of a path index, and the index in that replicate's own sequence.
 #[inline]
 pub fn replicate(index: u64) -> (usize, u64) {
     let (chunk, place) = (index / CHUNK, index % CHUNK);
     ((chunk % REPLICATES as u64) as usize, chunk / REPLICATES as u64 * CHUNK + place)
 }
 
-/// Seed of a replicate of a render with this seed: that of the first is the render's own. Others differ by more than
-/// 2^30 from any small seed, so that renders with other small seeds stay independent.
+/// The seed of a replicate in a render with seed `seed`. The first replicate has the same seed. Those of the others differ by
+/// more than 2^30 from any small seed, so that renders with other small seeds stay independent.
 pub fn replicate_seed(seed: u32, replicate: usize) -> u32 {
     seed ^ (replicate as u32) << 31
 }

@@ -1,32 +1,32 @@
-//! One lane: a bounded ring with one producer and one consumer, filled and emptied by grant and commit.
+//! A bounded single-producer single-consumer ring, filled and emptied by grant and commit.
 //!
-//! One release store publishes a whole slot; nothing is allocated after construction, nobody ever waits in here. What
-//! to do with a full or an empty ring is the caller's business (`lanes.rs`).
+//! One release store publishes a whole slot. Nothing is allocated after construction, and no call waits. The caller decides
+//! what to do with a full or an empty ring (`lanes`).
 
 use std::ops::{Deref, DerefMut};
 
 use super::sync::{Arc, AtomicUsize, Ordering, UnsafeCell};
 
-/// Keeps each index on cache lines of its own (two lines: adjacent-line prefetch), or the two threads would take the
-/// line from each other at every look.
+/// Keeps each index on cache lines of its own (two, because of adjacent-line prefetch), against false sharing between the two
+/// threads.
 #[repr(align(128))]
 #[derive(Debug)]
 struct Padded(AtomicUsize);
 
 #[derive(Debug)]
 struct Ring<T> {
-    /// Slots the consumer has released; written by the consumer only.
+    /// Number of slots that the consumer has released. Only the consumer writes it.
     head: Padded,
-    /// Slots the producer has committed; written by the producer only. `head <= tail <= head + capacity`.
+    /// Number of slots that the producer has committed. Only the producer writes it. `head <= tail <= head + capacity`.
     tail: Padded,
-    /// A power of two of them, so that wrapping counters keep naming the right slot.
+    /// Their number is a power of two, so that wrapping counters still refer to the right slot.
     slots: Box<[UnsafeCell<T>]>,
 }
 
-// SAFETY: slots are reached only through `Producer` and `Consumer`, of which there is one each and which never name
-// the same slot at the same time: the producer owns [tail, head + capacity), the consumer [head, tail).
+// SAFETY: slots are accessed only through `Producer` and `Consumer`. There is one of each, and they never access the same slot
+// at the same time: the producer owns [tail, head + capacity), the consumer [head, tail).
 unsafe impl<T: Send> Sync for Ring<T> {}
-// SAFETY: owning a ring is owning its values.
+// SAFETY: whoever owns a ring owns its values.
 unsafe impl<T: Send> Send for Ring<T> {}
 
 impl<T> Ring<T> {
@@ -35,7 +35,7 @@ impl<T> Ring<T> {
     }
 }
 
-/// Makes a ring of at least `capacity` slots (rounded up to a power of two), each filled by `fill` once.
+/// Makes a ring of at least `capacity` slots (rounded up to a power of two), whose initial values `fill` makes.
 pub fn ring<T>(capacity: usize, fill: impl FnMut() -> T) -> (Producer<T>, Consumer<T>) {
     let slots = std::iter::repeat_with(fill).take(capacity.max(1).next_power_of_two()).map(UnsafeCell::new);
     let ring = Arc::new(Ring {
@@ -50,26 +50,26 @@ pub fn ring<T>(capacity: usize, fill: impl FnMut() -> T) -> (Producer<T>, Consum
 #[derive(Debug)]
 pub struct Producer<T> {
     ring: Arc<Ring<T>>,
-    /// Its own copy of `ring.tail`, which nobody else writes.
+    /// A copy of `ring.tail`, which nobody else writes.
     tail: usize,
 }
 
 impl<T> Producer<T> {
-    /// Lends the next free slot, or `None` while the consumer still has them all. Never blocks.
+    /// Lends the next free slot, or `None` while the ring is full. Never blocks.
     ///
-    /// The slot holds whatever was left there; only [`WriteGrant::commit`] sends.
+    /// The slot holds an old value. Only [`WriteGrant::commit`] publishes it.
     pub fn grant(&mut self) -> Option<WriteGrant<'_, T>> {
         (!self.is_full()).then_some(WriteGrant { ring: &self.ring, tail: &mut self.tail })
     }
 
-    /// True when [`Producer::grant`] would lend nothing.
+    /// True while the ring is full.
     pub fn is_full(&self) -> bool {
         let head = self.ring.head.0.load(Ordering::Acquire); // pairs with ReadGrant::release
         self.tail.wrapping_sub(head) == self.ring.slots.len()
     }
 }
 
-/// An unpublished slot. Dropping it sends nothing and leaves the slot free.
+/// A free slot on loan to the producer. Dropping it publishes nothing and leaves the slot free.
 #[must_use = "the slot is sent only by commit()"]
 #[derive(Debug)]
 pub struct WriteGrant<'a, T> {
@@ -89,8 +89,8 @@ impl<T> Deref for WriteGrant<'_, T> {
     type Target = T;
 
     fn deref(&self) -> &T {
-        // SAFETY: the slot is at `tail`, unpublished: the consumer does not look at it, and the grant borrows the
-        // only producer.
+        // SAFETY: the slot is at `tail` and unpublished, so the consumer does not access it, and the grant borrows the only
+        // producer.
         self.ring.slot(*self.tail).with(|slot| unsafe { &*slot })
     }
 }
@@ -106,34 +106,34 @@ impl<T> DerefMut for WriteGrant<'_, T> {
 #[derive(Debug)]
 pub struct Consumer<T> {
     ring: Arc<Ring<T>>,
-    /// Its own copy of `ring.head`, which nobody else writes.
+    /// A copy of `ring.head`, which nobody else writes.
     head: usize,
 }
 
 impl<T> Consumer<T> {
-    /// Borrows the oldest published slot, or `None` when there is nothing new. Never blocks.
+    /// Lends the oldest published slot, or `None` if the ring is empty. Never blocks.
     pub fn read(&mut self) -> Option<ReadGrant<'_, T>> {
         (!self.is_empty()).then_some(ReadGrant { ring: &self.ring, head: &mut self.head })
     }
 
-    /// Published slots not yet released; may grow at any moment.
+    /// Number of published slots that have not been released. It may grow at any moment.
     pub fn len(&self) -> usize {
         let tail = self.ring.tail.0.load(Ordering::Acquire); // pairs with WriteGrant::commit
         tail.wrapping_sub(self.head)
     }
 
-    /// True when there is nothing to read at this moment.
+    /// True if the ring is empty at this moment.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Slots in the ring.
+    /// Number of slots.
     pub fn capacity(&self) -> usize {
         self.ring.slots.len()
     }
 }
 
-/// A published slot on loan to the consumer. Dropping it leaves the slot where it is, to be read again.
+/// A published slot on loan to the consumer. Dropping it leaves the slot in place, to be read again.
 #[must_use = "the slot is given back only by release()"]
 #[derive(Debug)]
 pub struct ReadGrant<'a, T> {
@@ -153,8 +153,8 @@ impl<T> Deref for ReadGrant<'_, T> {
     type Target = T;
 
     fn deref(&self) -> &T {
-        // SAFETY: head < tail: the producer published this slot and does not touch it before `head` has moved past
-        // it, which takes `release` and with it this borrow.
+        // SAFETY: head < tail, so the producer has published this slot and does not access it before `head` has moved past it.
+        // That takes `release`, which consumes this grant.
         self.ring.slot(*self.head).with(|slot| unsafe { &*slot })
     }
 }

@@ -1,28 +1,28 @@
-//! The record of the stream.
+//! One sample of the stream.
 
 use crate::color::Xyz;
 
-/// Largest `|x|`, `|y|`, `|z|`, `|w|` that enters the stream, 2^100 ≈ 1.3e30: sums of 2^27 such samples stay finite
-/// in `f32`, and no radiance comes near.
+/// Largest `|x|`, `|y|`, `|z|`, `|w|` in the stream, 2^100 ≈ 1.3e30. Sums of 2^27 such samples stay finite in `f32`, and no
+/// radiance comes near it.
 pub const MAX_VALUE: f32 = 1_267_650_600_228_229_401_496_703_205_376.0;
 
-/// One point sample, `[u, v], [x, y, z, w]`, 24 bytes on the wire (paper §3.1).
+/// One point sample, `[u, v], [x, y, z, w]`, in 24 bytes (paper §3.1).
 ///
-/// `w > 0`: camera stream, averaged: `x, y, z` are already multiplied by `w`.
-/// `w < 0`: light stream, summed; `w` is exactly −1. Zero and NaN weights never enter the stream.
+/// `w > 0` is the camera stream, which is averaged: `x, y, z` are already multiplied by `w`.
+/// `w = −1` is the light stream, which is summed. Other weights never enter the stream.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct Sample {
-    /// Screen position: (0, 0) is the top left corner of the picture, (1, 1) the bottom right; overscan lies outside.
+    /// Screen position: (0, 0) is the top left corner of the picture, (1, 1) the bottom right. Overscan lies outside.
     pub uv: [f32; 2],
-    /// CIE XYZ, times `w` on the camera stream.
+    /// CIE XYZ, on the camera stream multiplied by `w`.
     pub xyz: Xyz,
-    /// Weight and stream, see above.
+    /// Weight and stream.
     pub w: f32,
 }
 
 impl Sample {
-    /// True when colour and weight are numbers within ±[`MAX_VALUE`].
+    /// True if colour and weight are numbers within ±[`MAX_VALUE`].
     #[inline]
     pub fn in_range(&self) -> bool {
         let Sample { xyz: Xyz { x, y, z }, w, .. } = *self;

@@ -1,10 +1,10 @@
-//! Sleeping until another thread has changed something, without a lock on the fast path.
+//! Sleeping until another thread has changed an atomic, without a lock on the fast path (an event count).
 
 use std::time::{Duration, Instant};
 
 use super::sync::{AtomicUsize, Condvar, Mutex, Ordering, fence};
 
-/// A doorbell: whoever changes a shared atomic rings it, whoever waits for such a change sleeps on it.
+/// A wake-up signal: a thread that changes a shared atomic rings it, and a thread that waits for the change sleeps on it.
 ///
 /// Ringing costs one fence and one load while nobody sleeps.
 #[derive(Debug, Default)]
@@ -15,16 +15,17 @@ pub struct Signal {
 }
 
 impl Signal {
-    /// Sleeps until `ready()` is true or `timeout` is over (`None`: no limit); returns the last answer of `ready`.
+    /// Sleeps until `ready()` is true or `timeout` has passed (`None` means no limit). Returns the last result of `ready`, which
+    /// must depend on atomics only.
     ///
-    /// No ring is lost: either the ringer's look at `sleepers` sees this thread, or this thread's look at `ready` sees
-    /// the change (the two fences order the two pairs of accesses). `ready` must depend on atomics only.
+    /// No wake-up is lost: either the ringing thread's load of `sleepers` sees this thread, or this thread's call of `ready`
+    /// sees the change, because the two fences order the two pairs of accesses.
     pub fn wait(&self, timeout: Option<Duration>, mut ready: impl FnMut() -> bool) -> bool {
         if ready() {
             return true;
         }
         let end = timeout.map(|timeout| Instant::now() + timeout.min(Duration::from_secs(1 << 30)));
-        // A panic of another sleeper inside `ready` says nothing about `()`: go on.
+        // Another sleeper may have panicked inside `ready`. The lock protects no data, so that is harmless.
         let mut guard = self.gate.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         self.sleepers.fetch_add(1, Ordering::SeqCst);
         fence(Ordering::SeqCst);
@@ -45,11 +46,11 @@ impl Signal {
         answer
     }
 
-    /// Wakes every sleeper so that it looks again. Call it after the change.
+    /// Wakes every sleeper, which then calls `ready` again. Call it after the change.
     pub fn ring(&self) {
         fence(Ordering::SeqCst);
         if self.sleepers.load(Ordering::Relaxed) != 0 {
-            // A sleeper holds the gate from its announcement to its sleep: passing the gate means it sleeps.
+            // A sleeper holds the lock from its increment of `sleepers` until it sleeps: after locking, it does sleep.
             drop(self.gate.lock());
             self.bell.notify_all();
         }

@@ -1,4 +1,4 @@
-//! The synchronisation primitives under the lanes, behind one name so that a model checker can take their place.
+//! The synchronisation primitives of the lanes, under one name so that a model checker can replace them.
 //!
 //! `tests/loom_ring.rs` compiles `ring.rs` and `signal.rs` against loom's versions of exactly these items.
 

@@ -203,6 +203,7 @@ fn a_thousand_restarts_leave_nothing_behind() {
         server.render(RenderJob::new(integrator.clone(), 0..u64::MAX), Epoch(1)).expect("first epoch");
         match n % 4 {
             0 => {
+                lanes.follow(Epoch(1), DrainOrder::Arrival);
                 lanes.wait(Duration::from_secs(60));
             }
             1 => server.abort(),

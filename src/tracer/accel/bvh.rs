@@ -62,9 +62,9 @@ pub struct Accel {
     pub(super) spheres: Vec<Sphere>,
     /// The first id of a disk.
     pub(super) first_disk: u32,
-    kernel: SimdKernel,
+    pub(super) kernel: SimdKernel,
     /// The functions of `kernel`.
-    traversal: TraversalFns,
+    pub(super) traversal: TraversalFns,
 }
 
 impl Accel {

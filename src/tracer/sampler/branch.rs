@@ -1,13 +1,13 @@
-//! The numbers of a path that has split.
+//! The random numbers of a path that has split.
 
-use super::tables::Lanes;
+use super::tables::Coordinates;
 
-/// One branch of a path that has split into `1 << bits`, at most 16.
+/// One branch of a path that has split into `1 << bits` branches, at most 16.
 ///
-/// All branches use the numbers of their path, with the leading binary digits exchanged: of 4 branches one lies in each
-/// quarter of the square of every pair, and in each quarter of the interval of every single number. Every branch exchanges the
-/// same digits in all paths, so its points are as evenly distributed as those of the paths, in all dimensions together. (Dealing
-/// the quarters anew for every path and pair destroys that: Veach's plates lose 5 % of their efficiency.)
+/// All branches use the numbers of their path with the leading binary digits exchanged: of 4 branches one lies in each quarter
+/// of the square of every pair, and in each quarter of the interval of every single number. A branch exchanges the same digits
+/// in all paths, so its points are as evenly distributed as those of the paths, in all dimensions together. (A new random
+/// assignment for every path and pair destroys this: Veach's plates lose 5 % of their efficiency.)
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Branch {
     pub(super) number: u32,
@@ -15,9 +15,9 @@ pub(super) struct Branch {
 }
 
 impl Branch {
-    /// The numbers of this branch, from those of its path.
+    /// The coordinates of this branch, from those of its path.
     #[inline(always)]
-    pub(super) fn of(self, [a, b, c, d, e, f, g, h]: Lanes) -> Lanes {
+    pub(super) fn of(self, [a, b, c, d, e, f, g, h]: Coordinates) -> Coordinates {
         let n = self.number;
         let [x, y] = [(n & 1) << 31 | (n & 4) << 28, (n & 2) << 30 | (n & 8) << 27];
         let single = n << (32 - self.bits);
@@ -32,7 +32,7 @@ mod tests {
     use crate::tracer::Sampler;
     use crate::tracer::sampler::VertexNumbers;
 
-    /// The cells that the numbers of a vertex lie in, of `side` by `side` for pairs and as many for single numbers.
+    /// The elementary intervals of a vertex's numbers: of `side` by `side` cells for pairs, and of as many for single numbers.
     fn cells(v: &VertexNumbers, side: f32) -> [u32; 5] {
         let square = |[x, y]: [f32; 2]| (x * side) as u32 + side as u32 * (y * side) as u32;
         let line = |x: f32| (x * side * side) as u32;
@@ -74,7 +74,7 @@ mod tests {
         }
     }
 
-    /// Which branch looks where says nothing about where its light samples lie.
+    /// The quarter of a branch's BSDF samples is independent of that of its light samples.
     #[test]
     fn quarters_of_different_pairs_are_independent() {
         let mut count = [[0u32; 4]; 4];

@@ -1,7 +1,8 @@
-//! Numbers for one path: the sequence NX8 with a fixed slot for every number a path can ask for.
+//! The sampler: the low-discrepancy sequence NX8, with a fixed dimension for every random number of a path.
 //!
-//! The sequence comes in blocks of eight dimensions that are low-discrepancy *together*; what interacts most shares a
-//! block. Slots (dimension in block; pairs (0, 1), (2, 3), (4, 5) are the best ones, 6 and 7 the weakest):
+//! The sequence consists of blocks of eight dimensions that have low discrepancy *together*, so numbers that interact most
+//! share a block. These are the dimensions within each block (the pairs (0, 1), (2, 3), (4, 5) are the best, 6 and 7 the
+//! weakest):
 //!
 //! | block | 0, 1 | 2, 3 | 4, 5 | 6 | 7 |
 //! |---|---|---|---|---|---|
@@ -26,36 +27,102 @@
 //! vertices (roulette), so camera and light subpaths share no block.
 
 mod branch;
-mod light;
-mod numbers;
 pub mod nx8;
 pub mod scramble;
 pub mod tables;
 
-pub use light::{LightNumbers, LightSampler};
-pub use numbers::{CameraNumbers, VertexNumbers, unit_f32, unit_f64};
-
 use branch::Branch;
-use numbers::vertex_numbers;
 use scramble::BlockKey;
-use tables::Lanes;
+use tables::Coordinates;
 
-/// The numbers of one path. Every number has a fixed slot: a dimension always means the same thing.
+/// The first block of light subpaths.
+const LIGHT_BLOCK: u32 = 1 << 16;
+
+/// The block that the paths of a group share.
+const GROUP_BLOCK: u32 = 1 << 17;
+
+/// Random numbers for the start of a camera path, all in [0, 1).
+#[derive(Clone, Copy, Debug)]
+pub struct CameraNumbers {
+    /// Position over the whole window. It keeps 32 bits of precision until the splat, and is never exactly 0.
+    pub screen: [f64; 2],
+    /// Position on the lens.
+    pub lens: [f32; 2],
+    /// Wavelength.
+    pub wavelength: f32,
+    /// Time.
+    pub time: f32,
+    /// Selects the connections of bidirectional methods.
+    pub connection: f32,
+}
+
+/// Random numbers for the start of a light subpath, all in [0, 1).
+#[derive(Clone, Copy, Debug)]
+pub struct LightNumbers {
+    /// Point on the light, or on the disk through which the environment illuminates the scene.
+    pub place: [f32; 2],
+    /// Direction of emission.
+    pub direction: [f32; 2],
+    /// Selects the light, with 32 bits of precision.
+    pub choice: f64,
+}
+
+/// Random numbers for one vertex of a path, all in [0, 1).
+#[derive(Clone, Copy, Debug)]
+pub struct VertexNumbers {
+    /// Point on the light.
+    pub light: [f32; 2],
+    /// Direction of the BSDF sample.
+    pub bsdf: [f32; 2],
+    /// Selects the light, with 32 bits of precision, since there may be a million lights.
+    pub light_choice: f64,
+    /// Selects the lobe of the BSDF.
+    pub lobe: f32,
+    /// Russian roulette.
+    pub roulette: f32,
+}
+
+impl VertexNumbers {
+    #[inline(always)]
+    fn new(light: [u32; 2], bsdf: [u32; 2], single: &Coordinates) -> Self {
+        Self {
+            light: light.map(unit_f32),
+            bsdf: bsdf.map(unit_f32),
+            light_choice: unit_f64(single[4]),
+            lobe: unit_f32(single[5]),
+            roulette: unit_f32(single[7]),
+        }
+    }
+}
+
+/// A 32-bit fraction as `f32` in [0, 1). It is shifted before the conversion, which would otherwise round up to 1.
+#[inline(always)]
+pub fn unit_f32(x: u32) -> f32 {
+    (x >> 8) as f32 * (1.0 / 16_777_216.0)
+}
+
+/// A 32-bit fraction as `f64` in (0, 1), at the middle of its cell, exact.
+#[inline(always)]
+pub fn unit_f64(x: u32) -> f64 {
+    (f64::from(x) + 0.5) * (1.0 / 4_294_967_296.0)
+}
+
+/// The random numbers of one path: a pure function of (index, seed), and cheap to copy.
 ///
-/// A pure function of (index, seed) and cheap to copy. The first 2^64 screen positions of a seed are all different.
+/// The first 2^64 screen positions of a seed are all different.
 #[derive(Clone, Copy, Debug)]
 pub struct Sampler {
     /// The index as bit-reversed halves.
     index: [u32; 2],
     seed: u32,
-    first: Lanes,
-    second: Lanes,
-    /// Of a path that has split.
+    first: Coordinates,
+    second: Coordinates,
+    /// Set for a branch of a path that has split.
     branch: Option<Branch>,
 }
 
 impl Sampler {
-    /// The numbers of path `index` under `seed`.
+    /// The numbers of path `index` for `seed`.
     #[inline]
     pub fn at(index: u64, seed: u32) -> Self {
         let index = tables::reversed_halves(index);
@@ -68,7 +135,7 @@ impl Sampler {
         }
     }
 
-    /// The numbers of branch `number` of `1 << bits` into which this path splits.
+    /// The numbers of branch `number` of the `1 << bits` branches into which this path splits.
     #[inline]
     pub fn branch(&self, number: u32, bits: u32) -> Self {
         Self { branch: Some(Branch { number, bits }), ..*self }
@@ -87,7 +154,7 @@ impl Sampler {
         }
     }
 
-    /// Numbers for vertex `depth`; 0 is the first surface point after the camera.
+    /// Numbers for vertex `depth`. Vertex 0 is the first surface point after the camera.
     #[inline]
     pub fn vertex(&self, depth: u32) -> VertexNumbers {
         if depth == 0 {
@@ -98,8 +165,56 @@ impl Sampler {
     }
 
     #[inline(always)]
-    fn part(&self, lanes: Lanes) -> VertexNumbers {
-        let lanes = self.branch.map_or(lanes, |branch| branch.of(lanes));
-        vertex_numbers([lanes[0], lanes[1]], [lanes[2], lanes[3]], &lanes)
+    fn part(&self, point: Coordinates) -> VertexNumbers {
+        let point = self.branch.map_or(point, |branch| branch.of(point));
+        VertexNumbers::new([point[0], point[1]], [point[2], point[3]], &point)
+    }
+
+    /// The random number that selects the wavelengths of all paths of a group. `self` is the sampler of the group's index.
+    #[inline]
+    pub fn group_wavelength(&self) -> f32 {
+        unit_f32(tables::padded_block(self.index, &BlockKey::new(self.seed, GROUP_BLOCK))[0])
+    }
+
+    /// The random numbers of the light subpath of this path.
+    #[inline]
+    pub fn light(&self) -> LightSampler {
+        let (index, seed) = (self.index, self.seed);
+        let block = |n| tables::padded_block(index, &BlockKey::new(seed, n));
+        LightSampler { index, seed, first: block(LIGHT_BLOCK), second: block(LIGHT_BLOCK + 1) }
+    }
+}
+
+/// The random numbers of one light subpath; see [`Sampler::light`].
+#[derive(Clone, Copy, Debug)]
+pub struct LightSampler {
+    index: [u32; 2],
+    seed: u32,
+    first: Coordinates,
+    second: Coordinates,
+}
+
+impl LightSampler {
+    /// Numbers for the emission.
+    #[inline]
+    pub fn emission(&self) -> LightNumbers {
+        let a = &self.first;
+        LightNumbers {
+            place: [a[0], a[1]].map(unit_f32),
+            direction: [a[2], a[3]].map(unit_f32),
+            choice: unit_f64(self.second[4]),
+        }
+    }
+
+    /// Numbers for vertex `depth`. Vertex 0 is the first surface point after the light. `light` is for the lens, and
+    /// `light_choice` is unused.
+    #[inline]
+    pub fn vertex(&self, depth: u32) -> VertexNumbers {
+        if depth == 0 {
+            let b = &self.second;
+            return VertexNumbers::new([b[0], b[1]], [self.first[4], self.first[5]], b);
+        }
+        let b = tables::padded_block(self.index, &BlockKey::new(self.seed, LIGHT_BLOCK + 1 + depth));
+        VertexNumbers::new([b[0], b[1]], [b[2], b[3]], &b)
     }
 }

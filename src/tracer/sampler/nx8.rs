@@ -1,26 +1,26 @@
 //! NX8: an 8-dimensional digital (1, 8)-sequence in base 4, computed from its function field.
 //!
-//! Source of the construction: C. Xing and H. Niederreiter, *A construction of low-discrepancy sequences using global
-//! function fields* (1995). The field is that of the elliptic curve y² + y = x³ over F₄ (genus 1, nine rational
-//! places). Number the functions g₀, g₁, … whose only pole is the place at infinity by the order of that pole; point
-//! n = Σ nᵣ 4ʳ belongs to the function Σ nᵣ gᵣ, and coordinate i has that function's local expansion at place i as its
-//! base-4 digits. By Riemann–Roch every elementary interval then holds its share of points up to t = g = 1.
+//! The construction is that of C. Xing and H. Niederreiter, *A construction of low-discrepancy sequences using global
+//! function fields* (1995), with the field of the elliptic curve y² + y = x³ over F₄ (genus 1, nine rational places). Let g₀,
+//! g₁, … be the functions whose only pole is at infinity, by the order of that pole. Point n = Σ nᵣ 4ʳ belongs to the
+//! function Σ nᵣ gᵣ, and the base-4 digits of coordinate i are the local expansion of that function at place i. By the
+//! theorem of Riemann and Roch every elementary interval contains its share of points, with t equal to the genus 1.
 //!
-//! Two freedoms are used: all g vanish at one more place (a divisor E), and every digit is multiplied by a constant of
-//! F₄ (`RHO`). Neither touches t in base 4; together they make the pairs (0, 1), (2, 3), (4, 5) nearly perfect in
-//! base 2. Without them the screen pair has holes.
+//! The construction has two degrees of freedom: all g vanish at one more place (a divisor E), and every digit is multiplied
+//! by a constant of F₄ (`RHO`). Neither changes t in base 4. Together they make the pairs (0, 1), (2, 3), (4, 5) nearly
+//! perfect in base 2, whereas without them the screen pair has holes.
 
 use std::sync::LazyLock;
 
 /// Dimensions of one block.
 pub const DIMENSIONS: usize = 8;
 
-/// Column `k` of dimension `d` is `columns()[d][k]`: what bit `k` of the index adds (XOR) to the coordinate, as a
-/// 64-bit fixed-point fraction.
+/// The generator matrices: `columns()[d][k]` is XORed to coordinate `d`, a 64-bit fixed-point fraction, if bit `k` of the
+/// index is set.
 pub type Columns = [[u64; 64]; DIMENSIONS];
 
 /// Coefficients t⁰ … t³² of a power series over F₄.
-type Series = [u8; TERMS];
+type PowerSeries = [u8; TERMS];
 
 const TERMS: usize = 33;
 const DIGITS: usize = 32;
@@ -28,21 +28,20 @@ const DIGITS: usize = 32;
 /// Multiplication of F₄ = {0, 1, w, w²}, written 0, 1, 2, 3; addition is XOR.
 const MUL: [[u8; 4]; 4] = [[0, 0, 0, 0], [0, 1, 2, 3], [0, 2, 3, 1], [0, 3, 1, 2]];
 
-/// The finite rational places (x, y) of the curve; the last one is the divisor E.
+/// The finite rational places (x, y) of the curve. The last one is the divisor E.
 const PLACES: [(u8, u8); DIMENSIONS] = [(0, 0), (0, 1), (1, 2), (1, 3), (2, 2), (2, 3), (3, 2), (3, 3)];
 
 /// Multiplier of digit `j` in dimension `i`: `RHO[i][j % 3]`, found by exhaustive search over base-2 quality.
 const RHO: [[u8; 3]; DIMENSIONS] =
     [[3, 2, 2], [1, 3, 1], [1, 2, 1], [2, 3, 3], [3, 2, 3], [2, 3, 2], [2, 3, 2], [2, 3, 3]];
 
-/// The generator columns, computed on first use (tens of microseconds).
+/// The generator matrices, computed on first use in some ten microseconds.
 pub fn columns() -> &'static Columns {
     static COLUMNS: LazyLock<Columns> = LazyLock::new(compute);
     &COLUMNS
 }
 
-/// Coordinates of the unscrambled point `index` as 64-bit fractions. For tests: never render with these, index 0 is
-/// the corner (0, …, 0).
+/// The unscrambled point `index` as 64-bit fractions. Do not render with it: index 0 is the corner (0, …, 0).
 pub fn point(index: u64) -> [u64; DIMENSIONS] {
     let mut x = [0; DIMENSIONS];
     for (x, columns) in x.iter_mut().zip(columns()) {
@@ -73,7 +72,7 @@ fn compute() -> Columns {
 }
 
 /// g₀ … g₃₁ expanded at `place`: 1, x, y, x², xy, x³, … without the constant, each minus its value at E.
-fn functions_at(place: (u8, u8)) -> [Series; DIGITS] {
+fn functions_at(place: (u8, u8)) -> [PowerSeries; DIGITS] {
     let (x, y) = coordinates(place);
     let (e_x, e_y) = PLACES[DIMENSIONS - 1];
     let mut x_power = one(1);
@@ -96,13 +95,13 @@ fn functions_at(place: (u8, u8)) -> [Series; DIGITS] {
 }
 
 /// `x^n` and its value at E.
-fn power(x: &Series, e_x: u8, n: usize) -> (Series, u8) {
+fn power(x: &PowerSeries, e_x: u8, n: usize) -> (PowerSeries, u8) {
     (0..n).fold((one(1), 1), |(f, e), _| (multiply(&f, x), MUL[usize::from(e)][usize::from(e_x)]))
 }
 
 /// x and y as series in the local parameter t = x − x₀: x = x₀ + t, and y = y₀ + p + p² + p⁴ + … with
 /// p = x³ − x₀³, which solves y² + y = x³.
-fn coordinates((x0, y0): (u8, u8)) -> (Series, Series) {
+fn coordinates((x0, y0): (u8, u8)) -> (PowerSeries, PowerSeries) {
     let mut x = one(x0);
     x[1] = 1;
     let mut p = multiply(&multiply(&x, &x), &x);
@@ -117,13 +116,13 @@ fn coordinates((x0, y0): (u8, u8)) -> (Series, Series) {
     (x, y)
 }
 
-fn one(c: u8) -> Series {
+fn one(c: u8) -> PowerSeries {
     let mut s = [0; TERMS];
     s[0] = c;
     s
 }
 
-fn multiply(a: &Series, b: &Series) -> Series {
+fn multiply(a: &PowerSeries, b: &PowerSeries) -> PowerSeries {
     let mut out = [0; TERMS];
     for (i, &a) in a.iter().enumerate().filter(|(_, a)| **a != 0) {
         for (out, &b) in out[i..].iter_mut().zip(b) {

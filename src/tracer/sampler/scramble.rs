@@ -1,13 +1,13 @@
-//! Scrambling: seeds, the nested uniform permutation, the shuffled index.
+//! Randomisation: Owen scrambling, the shuffled index of padded blocks, and their seeds.
 
 use crate::math::bits::mix;
 use crate::tracer::sampler::nx8::DIMENSIONS;
 
 /// Nested uniform (Owen) scrambling by hashing, on **bit-reversed** words: bit 0 is the most significant digit.
 ///
-/// Every bit is flipped depending on the more significant bits only, so elementary intervals map onto elementary
-/// intervals. `seed` must be well mixed: 0 scrambles hardly at all. Form after Laine and Karras, *Stratified Sampling
-/// for Stochastic Transparency* (2011), with the constants found by N. Vegdahl (2021).
+/// Whether a bit is flipped depends on the more significant bits only, so elementary intervals are mapped to elementary
+/// intervals. `seed` must be well mixed: 0 hardly scrambles at all. The form is that of Laine and Karras, *Stratified
+/// Sampling for Stochastic Transparency* (2011), with constants found by N. Vegdahl (2021).
 #[inline(always)]
 pub fn owen_reversed(mut x: u32, seed: u32) -> u32 {
     x ^= x.wrapping_mul(0x3d20_adea);
@@ -17,12 +17,12 @@ pub fn owen_reversed(mut x: u32, seed: u32) -> u32 {
     x ^ x.wrapping_mul(0x53a2_2864)
 }
 
-/// The same on words in natural order (bit 31 first).
+/// [`owen_reversed`] for words in natural order, with bit 31 as the most significant digit.
 pub fn owen(x: u32, seed: u32) -> u32 {
     owen_reversed(x.reverse_bits(), seed).reverse_bits()
 }
 
-/// Everything about a block that depends on (seed, block) only.
+/// The seeds of one block of dimensions, a function of (seed, block).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BlockKey {
     /// One scrambling seed per dimension.
@@ -31,7 +31,7 @@ pub struct BlockKey {
 }
 
 impl BlockKey {
-    /// Mixes seed and block number; any two blocks of any two seeds get unrelated keys.
+    /// Mixes seed and block number. Different blocks, or different seeds, have unrelated keys.
     #[inline(always)]
     pub fn new(seed: u32, block: u32) -> Self {
         let mut word = mix(u64::from(block) << 32 | u64::from(seed));
@@ -43,12 +43,12 @@ impl BlockKey {
         Self { dimensions, shuffle: next(&mut word) }
     }
 
-    /// The shuffled 64-bit index of a padded block, as bit-reversed halves `[low, high]`, from reversed halves.
+    /// The shuffled 64-bit index of a padded block. Both the argument and the result are bit-reversed halves `[low, high]`.
     ///
-    /// A nested uniform scramble of the 64-bit word, most significant bit first: aligned ranges of 2^m indices map
-    /// onto aligned ranges, so each padded block is a net for every such range, but unrelated to the other blocks.
-    /// The high half is shifted so that 0 stays 0: the first 2^32 paths need no look-up for it, and since the
-    /// coordinates are scrambled afterwards nothing is lost.
+    /// The shuffle is an Owen scramble of the 64-bit word, most significant bit first. It maps aligned ranges of 2^m indices
+    /// to aligned ranges, so each padded block is a net for every such range, but is unrelated to the other blocks. The high
+    /// half is XORed with a constant so that 0 stays 0: then the first 2^32 paths need no look-up for it. This loses
+    /// nothing, because the coordinates are scrambled afterwards.
     #[inline(always)]
     pub fn shuffle(&self, [low, high]: [u32; 2]) -> [u32; 2] {
         if high == 0 {
@@ -60,7 +60,7 @@ impl BlockKey {
     }
 }
 
-/// The next 64 bits of a stream (wyrand; Wang Yi, 2019): one wide multiplication each.
+/// The next 64 random bits (wyrand, Wang Yi, 2019), by one wide multiplication.
 #[inline(always)]
 fn next(word: &mut u64) -> u64 {
     *word = word.wrapping_add(0xa076_1d64_78bd_642f);

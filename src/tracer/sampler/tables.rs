@@ -1,20 +1,21 @@
-//! Evaluation: eight coordinates of one point in a dozen table look-ups.
+//! Evaluation of the sequence: the eight coordinates of a point by table look-ups.
 
 use std::sync::LazyLock;
 
 use crate::tracer::sampler::nx8::{self, DIMENSIONS};
 use crate::tracer::sampler::scramble::{BlockKey, owen_reversed};
 
-/// Eight coordinates, one lane per dimension.
-pub type Lanes = [u32; DIMENSIONS];
+/// The eight coordinates of a point, as 32-bit fractions.
+pub type Coordinates = [u32; DIMENSIONS];
 
-/// `TABLES[k][n]`: XOR of the columns whose index bits are set in nibble `k` of the **bit-reversed** index, each
-/// coordinate's top 32 bits bit-reversed too; tables 0–7 are for the low half, 8–15 for the high half. 8 KiB: lives in
-/// the first-level cache. Reversed on both ends because the scramble works on reversed words.
-type Tables = [[Lanes; 16]; 16];
+/// Entry `n` of table `k` is the XOR of the columns of the index bits that are set in `n`, where nibble `k` of the
+/// **bit-reversed** index is `n`. Tables 0–7 are for the low half of the index, 8–15 for the high half. Of each coordinate
+/// the top 32 bits are stored, also bit-reversed, because the scramble works on reversed words. With 8 KiB the tables fit
+/// into the first-level cache.
+type NibbleTables = [[Coordinates; 16]; 16];
 
-fn tables() -> &'static Tables {
-    static TABLES: LazyLock<Box<Tables>> = LazyLock::new(|| {
+fn tables() -> &'static NibbleTables {
+    static TABLES: LazyLock<Box<NibbleTables>> = LazyLock::new(|| {
         let mut tables = Box::new([[[0; DIMENSIONS]; 16]; 16]);
         for (k, table) in tables.iter_mut().enumerate() {
             for (n, entry) in table.iter_mut().enumerate() {
@@ -37,15 +38,15 @@ pub fn reversed_halves(index: u64) -> [u32; 2] {
     [(index as u32).reverse_bits(), ((index >> 32) as u32).reverse_bits()]
 }
 
-/// Top 32 bits of the eight unscrambled coordinates, bit-reversed, at the index given as reversed halves.
+/// The unscrambled point of an index (as reversed halves), with bit-reversed coordinates.
 #[inline(always)]
-pub fn point_reversed([low, high]: [u32; 2]) -> Lanes {
+pub fn point_reversed([low, high]: [u32; 2]) -> Coordinates {
     let tables = tables();
     let mut x = [0; DIMENSIONS];
     for k in 0..8 {
         xor(&mut x, &tables[k][(low >> (4 * k) & 15) as usize]);
     }
-    // Up to 2^32 samples block 0 never needs the high half; a padded block's shuffled index always does.
+    // For indices below 2^32 the high half is 0, also after the shuffle.
     if high != 0 {
         for k in 0..8 {
             xor(&mut x, &tables[8 + k][(high >> (4 * k) & 15) as usize]);
@@ -54,20 +55,20 @@ pub fn point_reversed([low, high]: [u32; 2]) -> Lanes {
     x
 }
 
-/// Block 0 of path `index`: scrambled, not shuffled. 32-bit fractions.
+/// Block 0 of path `index`: scrambled, not shuffled.
 #[inline(always)]
-pub fn first_block(index: [u32; 2], key: &BlockKey) -> Lanes {
+pub fn first_block(index: [u32; 2], key: &BlockKey) -> Coordinates {
     scramble(point_reversed(index), key)
 }
 
-/// A later block of path `index`: shuffled, then scrambled. 32-bit fractions.
+/// A padded block of path `index`: shuffled, then scrambled.
 #[inline(always)]
-pub fn padded_block(index: [u32; 2], key: &BlockKey) -> Lanes {
+pub fn padded_block(index: [u32; 2], key: &BlockKey) -> Coordinates {
     scramble(point_reversed(key.shuffle(index)), key)
 }
 
 #[inline(always)]
-fn scramble(x: Lanes, key: &BlockKey) -> Lanes {
+fn scramble(x: Coordinates, key: &BlockKey) -> Coordinates {
     let mut out = [0; DIMENSIONS];
     for d in 0..DIMENSIONS {
         out[d] = owen_reversed(x[d], key.dimensions[d]);
@@ -79,7 +80,7 @@ fn scramble(x: Lanes, key: &BlockKey) -> Lanes {
 }
 
 #[inline(always)]
-fn xor(x: &mut Lanes, entry: &Lanes) {
+fn xor(x: &mut Coordinates, entry: &Coordinates) {
     for d in 0..DIMENSIONS {
         x[d] ^= entry[d];
     }
