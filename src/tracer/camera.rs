@@ -1,4 +1,4 @@
-//! The camera: maps uv ↔ rays, both directions.
+//! The camera: from uv to rays, and from points in the world to uv.
 
 use glam::{DMat3, DVec2, DVec3, Vec3};
 
@@ -10,13 +10,13 @@ use crate::stream::UvWindow;
 use super::accel::Ray;
 use super::prepare::{PrepareError, PrepareOptions};
 
-/// A perspective camera with Mitsuba's conventions: looks along +z of its own space, +y up, +x to the left.
+/// A perspective camera with Mitsuba's conventions: in camera space it looks along +z, +y is up and +x is to the left.
 ///
-/// With an aperture it is a thin lens in the plane z = 0 of its space: all rays of one uv meet in the plane
-/// z = `focus_distance`, where the ray through the lens's centre meets it. Without one, the lens is a point.
+/// With an aperture it is a thin lens in the plane z = 0 of camera space: all rays of one uv intersect at one point of the
+/// plane z = `focus_distance`. Without an aperture it is a pinhole.
 ///
-/// uv is (0, 0) at the top left corner of the picture (the crop window, if there is one) and (1, 1) at its
-/// bottom right; values outside are overscan and as valid.
+/// uv is (0, 0) at the top left corner of the picture (the crop window, if there is one) and (1, 1) at its bottom right. Values
+/// outside are overscan and valid as well.
 #[derive(Clone, Debug)]
 pub struct Camera {
     position: DVec3,
@@ -29,34 +29,34 @@ pub struct Camera {
     offset: DVec2,
     near: f64,
     far: f64,
-    /// Radius of the lens in world units; 0 is a pinhole.
+    /// Radius of the lens in world units, 0 for a pinhole.
     aperture: f64,
-    /// 1 / z of the plane in focus; 0 for a pinhole.
+    /// 1 / z of the plane in focus, 0 for a pinhole.
     focus: f64,
 }
 
-/// How the camera sees a point.
+/// The connection of a point to the camera.
 #[derive(Clone, Copy, Debug)]
 pub struct CameraView {
-    /// Where in the picture.
+    /// Screen position.
     pub uv: [f32; 2],
-    /// Where the camera's ray to it begins: on the near clip plane.
+    /// Origin of the camera ray to the point, on the near clip plane.
     pub origin: Vec3,
-    /// Unit direction from the camera to it.
+    /// Unit direction from the camera to the point.
     pub direction: Vec3,
-    /// Its squared distance from the lens; infinite for a direction.
+    /// Squared distance of the point from the lens, infinite for a direction.
     pub distance2: f32,
-    /// Area of the picture, in uv, per steradian there.
+    /// Area of the picture, in uv, per steradian at the point.
     pub uv_per_steradian: f32,
 }
 
 impl Camera {
-    /// The camera for a film of `options.width × options.height` pixels (only their ratio matters); the crop
-    /// window is taken from `film` as a fraction of its size.
+    /// The camera for a film of `options.width × options.height` pixels, of which only the ratio matters. The crop window is
+    /// taken from `film` as a fraction of its size.
     ///
     /// # Errors
     ///
-    /// [`PrepareError::Camera`] when a number is not finite, the transform is singular, or a field of view or
+    /// [`PrepareError::Camera`] if a number is not finite, the transform is singular, or a field of view or
     /// clip distance is out of range.
     pub fn new(desc: &CameraDesc, film: &FilmDesc, options: &PrepareOptions) -> Result<Self, PrepareError> {
         let bad = |what: &str| Err(PrepareError::Camera { place: desc.place, what: what.to_owned() });
@@ -88,8 +88,8 @@ impl Camera {
         let size = DVec2::new(f64::from(options.width), f64::from(options.height));
         let aspect = size.x / size.y;
         let half = half_extent(desc, aspect);
-        // Film position s in [0, 1]² (y down) to the plane: x = (1 − 2 s.x) half.x, likewise y. The principal
-        // point is added to s. The crop window then replaces s by corner + uv · part.
+        // From film position s in [0, 1]² (y down) to the plane: x = (1 − 2 s.x) half.x, likewise y. The principal point is
+        // added to s, and the crop window replaces s by corner + uv · part.
         let full = DVec2::new(f64::from(film.width), f64::from(film.height));
         let (corner, part) = film.crop.map_or((DVec2::ZERO, DVec2::ONE), |c| {
             let corner = DVec2::new(f64::from(c.x), f64::from(c.y));
@@ -111,7 +111,7 @@ impl Camera {
         })
     }
 
-    /// The camera of a scene at the size its file asks for.
+    /// The camera of a scene, with the film size that its file specifies.
     ///
     /// # Errors
     ///
@@ -120,8 +120,8 @@ impl Camera {
         Self::new(&desc.camera, &desc.film, &PrepareOptions::from_film(&desc.film))
     }
 
-    /// The ray of `uv` through the point of the lens that belongs to `lens` in [0, 1)², from the near to the far clip
-    /// plane; unit direction. A pinhole takes no notice of `lens`; (½, ½) is the centre.
+    /// The ray of `uv` through a point of the lens, from the near to the far clip plane, with a unit direction. `lens` in [0, 1)²
+    /// selects the point, and (½, ½) is the centre. A pinhole ignores it.
     #[inline]
     pub fn ray(&self, uv: [f64; 2], lens: [f32; 2]) -> Ray {
         let mut xy = self.offset + self.scale * DVec2::from_array(uv);
@@ -143,50 +143,50 @@ impl Camera {
         }
     }
 
-    /// The point of the lens that [`Camera::ray`] looks through, world space, uniform over the lens's area for `lens`
-    /// uniform in [0, 1)²; a pinhole's position.
+    /// The point of the lens, in world space, that [`Camera::ray`] uses for `lens`: uniform over its area if `lens` is uniform in
+    /// [0, 1)². For a pinhole it is the position.
     #[inline]
     pub fn lens_point(&self, lens: [f32; 2]) -> Vec3 {
         (self.position + self.axes.mul_vec3(self.on_lens(lens).extend(0.0))).as_vec3()
     }
 
-    /// The same in the plane z = 0 of camera space.
+    /// That point in the plane z = 0 of camera space.
     #[inline]
     fn on_lens(&self, lens: [f32; 2]) -> DVec2 {
         if self.aperture == 0.0 { DVec2::ZERO } else { warp::disk(lens).as_dvec2() * self.aperture }
     }
 
-    /// Where the world-space point `p` is seen through the centre of the lens: uv and the distance along z, or `None`
-    /// when it lies before the near or behind the far clip plane. uv may lie outside the picture.
+    /// Projects the world-space point `p` through the centre of the lens: uv, which may lie outside the picture, and the
+    /// distance along z. `None` if it lies before the near or behind the far clip plane.
     pub fn project(&self, p: Vec3) -> Option<([f64; 2], f64)> {
-        self.seen(p, DVec2::ZERO)
+        self.project_through(p, DVec2::ZERO)
     }
 
-    /// Where the world-space point `p` is seen through `lens_point` (of [`Camera::lens_point`]): as
-    /// [`Camera::project`], and the same for a pinhole. The inverse of [`Camera::ray`] for one point of the lens.
+    /// As [`Camera::project`], through `lens_point` (from [`Camera::lens_point`]): the inverse of [`Camera::ray`] for one point
+    /// of the lens.
     pub fn project_from(&self, lens_point: Vec3, p: Vec3) -> Option<([f64; 2], f64)> {
         if self.aperture == 0.0 {
-            return self.seen(p, DVec2::ZERO);
+            return self.project_through(p, DVec2::ZERO);
         }
         let on_lens = self.from_world * (lens_point.as_dvec3() - self.position);
-        self.seen(p, on_lens.truncate())
+        self.project_through(p, on_lens.truncate())
     }
 
-    /// Where `p` is seen through the point `on_lens` of the plane z = 0 of camera space.
+    /// Projects `p` through the point `on_lens` of the plane z = 0 of camera space.
     #[inline]
-    fn seen(&self, p: Vec3, on_lens: DVec2) -> Option<([f64; 2], f64)> {
+    fn project_through(&self, p: Vec3, on_lens: DVec2) -> Option<([f64; 2], f64)> {
         let local = self.from_world * (p.as_dvec3() - self.position);
-        let seen = local.z > 0.0 && local.z >= self.near && local.z <= self.far;
+        let visible = local.z > 0.0 && local.z >= self.near && local.z <= self.far;
         let xy = (local.truncate() - on_lens) / local.z + on_lens * self.focus;
         let uv = (xy - self.offset) / self.scale;
-        seen.then_some((uv.to_array(), local.z))
+        visible.then_some((uv.to_array(), local.z))
     }
 
-    /// How the camera sees the world-space point `p` through the point of the lens that belongs to `lens`; `None` when it
-    /// lies before the near or behind the far clip plane, or outside `window`.
+    /// Connects the world-space point `p` to the point of the lens that `lens` selects. `None` if it lies before the near or
+    /// behind the far clip plane, or outside `window`.
     pub fn view(&self, p: Vec3, lens: [f32; 2], window: &UvWindow) -> Option<CameraView> {
         let on_lens = self.on_lens(lens);
-        let (uv, _) = self.seen(p, on_lens)?;
+        let (uv, _) = self.project_through(p, on_lens)?;
         let inside = |i: usize| uv[i] >= f64::from(window.min[i]) && uv[i] < f64::from(window.max[i]);
         if !(inside(0) && inside(1)) {
             return None;
@@ -205,7 +205,7 @@ impl Camera {
         })
     }
 
-    /// The same of what is infinitely far away in `direction` (unit); `None` outside `window`.
+    /// As [`Camera::view`], for a point at infinity in the unit direction `direction`. `None` outside `window`.
     pub fn view_far(&self, direction: Vec3, lens: [f32; 2], window: &UvWindow) -> Option<CameraView> {
         let d = direction.as_dvec3();
         let local = self.from_world * d;
@@ -226,10 +226,10 @@ impl Camera {
         })
     }
 
-    /// Area of the picture, in uv, per steradian around the unit world-space `direction`: the importance that makes
-    /// what arrives a density over uv, and with a window of area A, 1/A of it is the density of a camera ray.
+    /// Area of the picture, in uv, per steradian around the unit world-space `direction`. This is the importance that turns
+    /// arriving flux into a density over uv. Divided by the area of the window, it is the density of camera rays.
     ///
-    /// A solid angle dω is dω / cos³ θ on the plane at distance 1.
+    /// A solid angle dω covers the area dω / cos³ θ of the plane at distance 1.
     #[inline]
     pub fn uv_per_steradian(&self, direction: Vec3) -> f32 {
         self.uv_per_cos3(direction.as_dvec3().dot(self.axes.z_axis))
@@ -239,7 +239,7 @@ impl Camera {
         (1.0 / ((self.scale.x * self.scale.y).abs() * cos * cos * cos)) as f32
     }
 
-    /// Radius of the lens in world units; 0 for a pinhole.
+    /// Radius of the lens in world units, 0 for a pinhole.
     pub fn aperture_radius(&self) -> f64 {
         self.aperture
     }
@@ -250,7 +250,7 @@ impl Camera {
     }
 }
 
-/// Half of the film's extent in the plane z = 1: tan of half the field of view, per axis.
+/// Half of the film's extent in the plane z = 1: the tangent of half the field of view along each axis.
 fn half_extent(desc: &CameraDesc, aspect: f64) -> DVec2 {
     let tan = (0.5 * desc.fov.to_radians()).tan();
     let along_x = match desc.fov_axis {

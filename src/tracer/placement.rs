@@ -1,8 +1,8 @@
-//! Where an instance stands: between the space of its group and the world.
+//! The placement of an instance: transforms between the space of its group and the world.
 //!
-//! A group's primitives stay in its space. A ray is taken there by the walk ([`Accel::ray_in_instance`](super::accel::Accel::ray_in_instance)), and the point where
-//! it met something is taken back here, both in double precision and rounded once: what is lost is bounded. An instance costs two
-//! matrices here and one there.
+//! The primitives of a group stay in its space. The traversal transforms a ray to that space
+//! ([`Accel::ray_in_instance`](super::accel::Accel::ray_in_instance)), and [`Placement::point`] transforms the point that it hits back to
+//! the world. Both use double precision and round once, so the error is bounded.
 
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -13,37 +13,37 @@ use super::shape::SurfacePoint;
 /// An instance of a group.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Placement {
-    /// The space of the group to the world.
+    /// The group's space to world space.
     to_world: DAffine3,
-    /// The way back.
+    /// World space to the group's space.
     to_group: DAffine3,
     /// Index into [`SceneDesc::shapes`](crate::scene::SceneDesc::shapes).
     pub(super) shape: u32,
 }
 
 impl Placement {
-    /// The place that `to_world` says, or `None` where it has no inverse or is not finite.
+    /// The placement with the transform `to_world`, or `None` if that has no inverse or is not finite.
     pub(super) fn new(to_world: DAffine3, shape: u32) -> Option<Self> {
         let to_group = to_world.inverse();
         let usable = to_world.is_finite() && to_group.is_finite() && to_world.matrix3.determinant() != 0.0;
         usable.then_some(Self { to_world, to_group, shape })
     }
 
-    /// The space of the group to the world.
+    /// The group's space to world space.
     pub(super) fn to_world(self) -> DAffine3 {
         self.to_world
     }
 
-    /// A surface point of the group in the world.
+    /// Transforms a surface point of the group to world space.
     ///
-    /// With M the matrix and x the point in the group, of error e, the bound is
-    /// |M|·(e + u·|x|) + u·|Mx + t| + 2⁻⁵⁰·(|M|·|x| + |t|), u the unit roundoff of single precision. The second term is
-    /// for rays that leave: their origins are rounded once more, in the space of the group. The last is for the matrix product
-    /// itself, where its terms cancel.
+    /// Let M be the matrix, t the translation, x the point in the group with error e, and u the unit roundoff of single
+    /// precision. Then the error bound is |M|·(e + u·|x|) + u·|Mx + t| + 2⁻⁵⁰·(|M|·|x| + |t|). The term u·|x| is for spawned
+    /// rays, whose origins are rounded once more in the space of the group. The last term is for cancellation in the matrix
+    /// product.
     pub(super) fn point(&self, point: &SurfacePoint) -> SurfacePoint {
-        /// Above 4 operations in double precision: γ₄ ≈ 2⁻⁵¹.
+        /// An upper bound for 4 operations in double precision: γ₄ ≈ 2⁻⁵¹.
         const PRODUCT: f64 = 4.0 * f64::EPSILON;
-        // A little more than the unit roundoff: the origin of a ray lies beside the point, and the bound is rounded too.
+        // A little above the unit roundoff, because a ray's origin lies beside the point, and the bound is rounded too.
         let u = 1.01 * f64::from(UNIT_ROUNDOFF);
         let (x, e) = (point.p.as_dvec3(), point.error.as_dvec3());
         let (m, t) = (self.to_world.matrix3, self.to_world.translation);
@@ -54,13 +54,13 @@ impl Placement {
         SurfacePoint { p: p.as_vec3(), error: (error * (1.0 + u)).as_vec3(), ng: self.normal(point.ng) }
     }
 
-    /// A unit normal of the group in the world: by the inverse transpose, so that outwards stays outwards also where the
-    /// transform mirrors, as Mitsuba has it.
+    /// Transforms a unit normal of the group to world space. The inverse transpose keeps it on the outside under a mirroring
+    /// transform, as in Mitsuba.
     pub(super) fn normal(&self, n: Vec3) -> Vec3 {
         (self.to_group.matrix3.transpose() * n.as_dvec3()).normalize_or(DVec3::Z).as_vec3()
     }
 
-    /// A direction along a surface of the group in the world, of some length.
+    /// Transforms a tangent of the group to world space, as a unit vector.
     pub(super) fn along(&self, v: Vec3) -> Vec3 {
         self.to_world.transform_vector3(v.as_dvec3()).normalize_or_zero().as_vec3()
     }

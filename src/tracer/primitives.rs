@@ -1,4 +1,4 @@
-//! Everything of a scene that stays when its materials and lights change.
+//! The primitives of a scene: everything that stays the same when materials and lights are edited.
 
 use glam::Vec3;
 
@@ -11,10 +11,10 @@ use super::prepare::backs::Back;
 use super::shape::{Disk, Sphere, SurfacePoint, Triangle};
 use super::tangents::Tangents;
 
-/// Marks the absence of a light or of normals in a record.
+/// The index that marks an absent light, normal or back in a record.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// A primitive's own record.
+/// Indices of the properties of a primitive.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PrimRecord {
     /// Index into the surfaces.
@@ -23,11 +23,11 @@ pub(super) struct PrimRecord {
     pub(super) light: u32,
     /// Index into the vertex normals, or [`NONE`].
     pub(super) normals: u32,
-    /// Index into the backs where another primitive lies back to back with it, or [`NONE`].
+    /// Index into the backs, if another primitive lies back to back with this one, or [`NONE`].
     pub(super) back: u32,
 }
 
-/// A triangle with its record: one cache line, for where a path meets the next triangle nobody knows.
+/// A triangle with its record. Hits are incoherent, so both share one cache line.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 pub(super) struct Face {
@@ -43,41 +43,41 @@ impl Face {
     }
 }
 
-/// The primitives of all shapes: in world space, or in that of their group.
+/// The primitives of all shapes, in world space or in the space of their group.
 #[derive(Debug)]
 pub(super) struct Primitives {
     pub(super) accel: Accel,
-    /// By primitive id: triangles come first.
+    /// Triangles by primitive id: they come first.
     pub(super) faces: Vec<Face>,
     pub(super) disks: Vec<Disk>,
     pub(super) spheres: Vec<Sphere>,
-    /// Of disks, then of spheres.
+    /// Records of disks, then of spheres.
     pub(super) round: Vec<PrimRecord>,
     /// Shading normals of the smooth triangles.
     pub(super) normals: Vec<[Vec3; 3]>,
-    /// What lies on the back of a primitive, in the same place.
+    /// Primitives on the backs of others, in the same place.
     pub(super) backs: Vec<Back>,
-    /// By surface; empty where nothing is brushed.
+    /// Tangents by surface. Empty if nothing is brushed.
     pub(super) tangents: Vec<Tangents>,
-    /// By instance.
+    /// Placements by instance.
     pub(super) placements: Vec<Placement>,
 }
 
 impl Primitives {
-    /// What `ray` met.
+    /// The surface interaction at `hit` of `ray`, in world space.
     #[inline(always)]
     pub(super) fn interaction(&self, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
         match hit.instance {
-            Hit::DIRECT => self.met(ray, hit),
-            instance => self.met_instance(ray, hit, instance),
+            Hit::DIRECT => self.local_interaction(ray, hit),
+            instance => self.instance_interaction(ray, hit, instance),
         }
     }
 
-    /// What `ray` met in the group that `instance` shows.
+    /// The surface interaction with a primitive of the group that `instance` shows.
     #[inline(never)]
-    fn met_instance(&self, ray: &Ray, hit: &Hit, instance: u32) -> SurfaceInteraction {
+    fn instance_interaction(&self, ray: &Ray, hit: &Hit, instance: u32) -> SurfaceInteraction {
         let place = &self.placements[instance as usize];
-        let inside = self.met(&self.accel.ray_in_instance(instance, ray), hit);
+        let inside = self.local_interaction(&self.accel.ray_in_instance(instance, ray), hit);
         let n = place.normal(inside.frame.n);
         let along = self.tangents.get(inside.surface as usize).and_then(|t| t.along(hit.prim, &inside.point));
         SurfaceInteraction {
@@ -88,9 +88,9 @@ impl Primitives {
         }
     }
 
-    /// What `ray` met, both in the space of the primitive.
+    /// The surface interaction in the space of the primitive, which is also that of `ray`.
     #[inline(always)]
-    fn met(&self, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
+    fn local_interaction(&self, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
         let (mut point, mut record) = match self.faces.get(hit.prim as usize) {
             Some(face) => (face.triangle.point(hit.uv), face.record),
             None => self.round_point(ray, hit),
@@ -108,7 +108,7 @@ impl Primitives {
             frame: if self.tangents.is_empty() {
                 Frame::new(n)
             } else {
-                self.frame(record.surface, hit, (&point, n))
+                self.frame(record.surface, hit, &point, n)
             },
             wo: -ray.direction,
             surface: record.surface,
@@ -117,9 +117,9 @@ impl Primitives {
         }
     }
 
-    /// The shading frame with normal `n` of a scene where something is brushed.
+    /// The shading frame with normal `n` in a scene with brushed surfaces.
     #[inline(never)]
-    fn frame(&self, surface: u32, hit: &Hit, (point, n): (&SurfacePoint, Vec3)) -> Frame {
+    fn frame(&self, surface: u32, hit: &Hit, point: &SurfacePoint, n: Vec3) -> Frame {
         match &self.tangents[surface as usize] {
             Tangents::Any => Frame::new(n),
             tangents => tangents.frame(hit.prim, point, n),

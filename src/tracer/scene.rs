@@ -14,7 +14,7 @@ use super::bsdf::Sides;
 use super::interaction::SurfaceInteraction;
 use super::light::{LightSample, Lights};
 use super::material::Material;
-use super::prepare::{Origin, PrepareError, edited, general, prepare};
+use super::prepare::{PrepareError, SceneStructure, edited, general, prepare};
 use super::primitives::Primitives;
 use super::shape::SurfacePoint;
 
@@ -54,7 +54,7 @@ pub struct Scene {
     pub(super) material_class: MaterialClass,
     pub(super) notices: Vec<String>,
     /// What the primitives and the lights were made from.
-    pub(super) origin: Arc<Origin>,
+    pub(super) structure: Arc<SceneStructure>,
 }
 
 impl Scene {

@@ -1,4 +1,4 @@
-//! The directions in which the first texture coordinate runs over a brushed surface.
+//! The direction of the first texture coordinate on brushed (anisotropic) surfaces.
 
 use glam::Vec3;
 
@@ -6,33 +6,33 @@ use crate::math::frame::Frame;
 
 use super::shape::SurfacePoint;
 
-/// ∂p/∂u of one shape, up to a positive factor or a turn around: facets are the same both ways.
+/// ∂p/∂u of one shape, up to a factor of either sign: the microfacet distribution is symmetric.
 #[derive(Debug)]
 pub(super) enum Tangents {
-    /// Nowhere in particular: the shape is not brushed, or it does not say.
+    /// Undefined: the shape is not brushed, or has no texture coordinates.
     Any,
-    /// The same everywhere.
+    /// Constant.
     Fixed(Vec3),
-    /// Away from a point.
+    /// Radial from a point.
     From(Vec3),
     /// Around an axis.
     Around(Vec3),
-    /// By triangle; zero for any.
+    /// By triangle. Zero where it is undefined.
     Each {
         /// The first triangle of the shape.
         first: u32,
-        /// Of it and those that follow.
+        /// ∂p/∂u of this triangle and of those that follow.
         along: Vec<Vec3>,
     },
 }
 
 impl Tangents {
-    /// The shading frame with normal `n` at a point of primitive `prim`: s is what of ∂p/∂u lies at right angles to `n`.
+    /// The shading frame with normal `n` at a point of primitive `prim`. Its s axis is the part of ∂p/∂u perpendicular to `n`.
     pub(super) fn frame(&self, prim: u32, point: &SurfacePoint, n: Vec3) -> Frame {
         self.along(prim, point).map_or_else(|| Frame::new(n), |along| Frame::along(n, along))
     }
 
-    /// ∂p/∂u at a point of primitive `prim`, up to a factor; `None` where any direction will do.
+    /// ∂p/∂u at a point of primitive `prim`, up to a factor. `None` if any direction will do.
     pub(super) fn along(&self, prim: u32, point: &SurfacePoint) -> Option<Vec3> {
         let along = match self {
             Tangents::Any => return None,
@@ -44,7 +44,7 @@ impl Tangents {
                 along.get(i).copied().unwrap_or(Vec3::ZERO)
             }
         };
-        // Without a direction, the one that the geometric normal's frame has.
+        // Where it is undefined, use the s axis of the geometric normal's frame.
         Some(if along == Vec3::ZERO { Frame::new(point.ng).s } else { along })
     }
 }

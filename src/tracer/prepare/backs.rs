@@ -1,13 +1,13 @@
-//! Shapes that lie back to back in exactly the same place, as scenes say that something emits on both sides.
+//! Primitives that lie back to back in exactly the same place. Scenes use them for lights that emit on both sides.
 //!
-//! Two such primitives are one to the tree: which of them a ray met would be left to rounding, and half of the
-//! light would be lost. The second is kept as the back of the first, and whoever looks from there sees it.
+//! Rounding would decide which of the two a ray hits, and half of the light would be lost. So the second one is not put into
+//! the accelerator: it is stored as the back of the first, and rays from that side see it.
 
 use std::collections::HashMap;
 
 use glam::Vec3;
 
-/// What primitive shows on its back, where another one lies.
+/// The primitive on the back of another one.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::tracer) struct Back {
     /// Index into the surfaces.
@@ -16,17 +16,17 @@ pub(in crate::tracer) struct Back {
     pub(in crate::tracer) light: u32,
 }
 
-/// The place of a primitive, to the bit: up to four points, in an order of their own.
+/// The exact place of a primitive: up to four points, sorted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) struct Key([[u32; 3]; 4]);
+pub(super) struct PlaceKey([[u32; 3]; 4]);
 
 fn bits(p: Vec3) -> [u32; 3] {
-    // Both zeros are one.
+    // ShapeInput 0 turns −0 into 0.
     (p + 0.0).to_array().map(f32::to_bits)
 }
 
-impl Key {
-    /// A triangle or parallelogram, wherever its corners start and whichever way around they go.
+impl PlaceKey {
+    /// The key of a triangle or parallelogram. It does not depend on the first corner or the orientation.
     pub(super) fn polygon<const N: usize>(corners: [Vec3; N]) -> Self {
         let mut points = [[u32::MAX; 3]; 4];
         for (point, corner) in points.iter_mut().zip(corners) {
@@ -36,19 +36,19 @@ impl Key {
         Self(points)
     }
 
-    /// A disk with its radii, or a sphere with its radius.
+    /// The key of a disk with its half axes, or of a sphere with its radius.
     pub(super) fn round(center: Vec3, a: Vec3, b: Vec3) -> Self {
         Self([[0, u32::MAX, 0], bits(center), bits(a), bits(b)])
     }
 }
 
-/// Primitives by place, each with its normal; only asked by key, so that its order does not matter.
+/// Primitives by place, each with its normal. The map is never iterated, so its order does not matter.
 #[derive(Debug, Default)]
-pub(super) struct Places(HashMap<Key, (usize, Vec3)>);
+pub(super) struct Places(HashMap<PlaceKey, (usize, Vec3)>);
 
 impl Places {
-    /// The primitive at the same place that faces the other way, if it has no back yet.
-    pub(super) fn take(&mut self, key: Key, n: Vec3) -> Option<usize> {
+    /// Finds the primitive at the same place that faces the other way, if it has no back yet, and removes it.
+    pub(super) fn take(&mut self, key: PlaceKey, n: Vec3) -> Option<usize> {
         let &(index, other) = self.0.get(&key)?;
         if other.dot(n) >= 0.0 {
             return None;
@@ -57,8 +57,8 @@ impl Places {
         Some(index)
     }
 
-    /// Remembers primitive `index` of its kind, unless something lies there already.
-    pub(super) fn add(&mut self, key: Key, n: Vec3, index: usize) {
+    /// Adds primitive `index` of its kind, unless there is one at its place already.
+    pub(super) fn add(&mut self, key: PlaceKey, n: Vec3, index: usize) {
         self.0.entry(key).or_insert((index, n));
     }
 }

@@ -1,4 +1,4 @@
-//! What makes a scene impossible to trace.
+//! Errors of preparation.
 
 use crate::scene::desc::{BsdfId, GroupId, MeshId, Place};
 
@@ -8,9 +8,9 @@ pub enum PrepareError {
     /// The camera cannot be used.
     #[error("the camera at line {}, column {} cannot be used: {what}", place.line, place.column)]
     Camera {
-        /// Where it stands.
+        /// Its place in the scene file.
         place: Place,
-        /// What is wrong and what to do.
+        /// The problem and what to do.
         what: String,
     },
     /// A shape or material names a material that does not exist.
@@ -38,7 +38,7 @@ pub enum PrepareError {
     /// A shape that cannot be part of a group.
     #[error("the shape at line {}, column {} cannot be part of a group: {what}", place.line, place.column)]
     InGroup {
-        /// Where it stands.
+        /// Its place in the scene file.
         place: Place,
         /// What is wrong.
         what: &'static str,

@@ -1,9 +1,9 @@
-//! Shapes to primitives in world space or that of their group, with Mitsuba's sense of front and back.
+//! Conversion of shapes to primitives, in world space or in the space of their group.
 //!
-//! Orientation: the front of a rectangle or disk is where its transformed +z normal points (a mirroring
-//! transform does not turn it), of a mesh where the right-hand rule on the transformed corners says, of a cube
-//! outwards, of a sphere outwards unless the transform mirrors. `flip_normals` turns all of them. A triangle's
-//! corners are stored in the order that gives it its front, so nothing else has to remember a sign.
+//! Front sides follow Mitsuba. The front of a rectangle or disk is the side to which its transformed +z normal points (a
+//! mirroring transform does not turn it). The front of a mesh follows from the right-hand rule on the transformed corners. The
+//! front of a cube is the outside, as is that of a sphere unless the transform mirrors. `flip_normals` turns all of them. The
+//! corners of a triangle are stored in the order that determines its front, so no sign has to be stored.
 
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -16,54 +16,54 @@ use crate::tracer::shape::{Disk, Sphere, Triangle};
 use crate::tracer::tangents::Tangents;
 
 use super::PrepareError;
-use super::backs::{Back, Key, Places};
+use super::backs::{Back, PlaceKey, Places};
 use super::tangents;
 
-/// Largest magnitude of a coordinate: its square and its product with an extent stay finite.
+/// Largest magnitude of a coordinate. Its square and its product with an extent stay finite.
 pub(super) const MAX_COORDINATE: f32 = 1e12;
 
-/// Everything that comes from shapes.
+/// The primitives and lights of the shapes.
 #[derive(Default)]
 pub(super) struct Geometry {
     pub(super) corners: Vec<[Vec3; 3]>,
     pub(super) triangles: Vec<Triangle>,
-    /// First triangles of parallelograms.
+    /// The first triangles of parallelograms.
     pub(super) quads: Vec<u32>,
     pub(super) disks: Vec<Disk>,
     pub(super) spheres: Vec<Sphere>,
-    /// Records of the triangles; those of disks and spheres follow in [`Geometry::finish`].
+    /// Records of the triangles. [`Geometry::finish`] appends those of disks and spheres.
     pub(super) prims: Vec<PrimRecord>,
     disk_prims: Vec<PrimRecord>,
     sphere_prims: Vec<PrimRecord>,
     pub(super) normals: Vec<[Vec3; 3]>,
     pub(super) backs: Vec<Back>,
-    /// By shape; see [`Geometry::finish`].
+    /// Tangents by shape; see [`Geometry::finish`].
     pub(super) tangents: Vec<Tangents>,
     pub(super) places: Places,
     pub(super) lights: Vec<Light>,
-    /// Shapes added so far.
+    /// Number of shapes so far.
     pub(super) shapes: u32,
-    /// Shapes that emit among them: each has a spectrum of its own, in this order.
+    /// Number of emitting shapes among them. Each has a spectrum of its own, in this order.
     pub(super) emitting: u32,
     pub(super) notices: Vec<String>,
 }
 
-/// A shape on its way in.
-struct Adding<'a> {
+/// A shape that is being added.
+struct ShapeInput<'a> {
     shape: &'a ShapeDesc,
     surface: u32,
     /// Index of its spectrum, if it emits.
     spectrum: Option<u32>,
-    /// Primitives without area or with unusable coordinates.
+    /// Number of primitives without area or with unusable coordinates.
     dropped: usize,
-    /// ∂p/∂u by triangle, if it is brushed.
+    /// ∂p/∂u of each triangle, if the shape is brushed.
     along: Option<Vec<Vec3>>,
-    /// Triangles before it.
+    /// Number of triangles before the shape.
     first: usize,
 }
 
 /// Place and name of a shape, for notices.
-pub(super) fn called(desc: &SceneDesc, shape: &ShapeDesc) -> String {
+pub(super) fn describe(desc: &SceneDesc, shape: &ShapeDesc) -> String {
     let name = shape.id.as_deref().unwrap_or("without id");
     let file = desc.files.get(shape.place.file as usize).map(|f| f.display().to_string());
     let (line, column) = (shape.place.line, shape.place.column);
@@ -73,8 +73,8 @@ pub(super) fn called(desc: &SceneDesc, shape: &ShapeDesc) -> String {
 impl Geometry {
     /// Adds one shape.
     ///
-    /// One that emits black is a light like another: an edit may make a light dark, and the scene must be the same
-    /// as if the file had said so.
+    /// A shape that emits black is a light, too: an edit may make a light black, and the scene must then be the same as if it had
+    /// been loaded so.
     pub(super) fn add(&mut self, desc: &SceneDesc, shape: &ShapeDesc) -> Result<(), PrepareError> {
         let surface = self.shapes;
         self.shapes += 1;
@@ -82,35 +82,35 @@ impl Geometry {
         self.emitting += u32::from(spectrum.is_some());
         let brushed = tangents::is_brushed(desc, shape.bsdf);
         let (first, along) = (self.triangles.len(), brushed.then(Vec::new));
-        let mut adding = Adding { shape, surface, spectrum, dropped: 0, along, first };
+        let mut input = ShapeInput { shape, surface, spectrum, dropped: 0, along, first };
         match &shape.kind {
             ShapeKind::Mesh(id) => {
                 let unknown = PrepareError::UnknownMesh { id: *id, place: shape.place };
-                self.add_mesh(desc.meshes.get(id.0 as usize).ok_or(unknown)?, &mut adding);
+                self.add_mesh(desc.meshes.get(id.0 as usize).ok_or(unknown)?, &mut input);
             }
-            ShapeKind::Sphere { center, radius } => self.add_sphere(*center, *radius, &mut adding),
-            ShapeKind::Disk => self.add_disk(&mut adding),
-            ShapeKind::Rectangle => self.add_rectangle(&mut adding),
-            ShapeKind::Cube => self.add_cube(&mut adding),
-            // When all groups are there: `add_groups`.
+            ShapeKind::Sphere { center, radius } => self.add_sphere(*center, *radius, &mut input),
+            ShapeKind::Disk => self.add_disk(&mut input),
+            ShapeKind::Rectangle => self.add_rectangle(&mut input),
+            ShapeKind::Cube => self.add_cube(&mut input),
+            // `add_groups` adds instances.
             ShapeKind::Instance(_) => (),
         }
-        self.tangents.push(match adding.along {
+        self.tangents.push(match input.along {
             None => Tangents::Any,
             Some(along) if along.is_empty() => tangents::of_shape(shape),
             Some(along) => Tangents::Each { first: first as u32, along },
         });
-        if adding.dropped > 0 {
+        if input.dropped > 0 {
             self.notices.push(format!(
                 "{}: {} primitives have no area or coordinates beyond 1e12 and were dropped",
-                called(desc, shape),
-                adding.dropped
+                describe(desc, shape),
+                input.dropped
             ));
         }
         Ok(())
     }
 
-    /// Joins the lists by kind into one numbering: triangles, disks, spheres. Forgets tangents where nothing is brushed.
+    /// Joins the lists of triangles, disks and spheres into one numbering. Drops the tangents if no shape is brushed.
     pub(super) fn finish(mut self) -> Self {
         let triangles = self.triangles.len() as u32;
         let first_sphere = triangles + self.disks.len() as u32;
@@ -130,26 +130,36 @@ impl Geometry {
         self
     }
 
-    /// Registers a light over primitives `first..end` of its kind; [`NONE`] when the shape does not emit.
-    fn light(&mut self, adding: &Adding, range: (usize, usize), shape: impl FnOnce() -> LightShape) -> u32 {
-        let Some(spectrum) = adding.spectrum else { return NONE };
+    /// Adds a light over the primitives `range` of its kind and returns its index, or [`NONE`] if the shape does not emit.
+    fn light(
+        &mut self,
+        input: &ShapeInput,
+        range: (usize, usize),
+        shape: impl FnOnce() -> LightShape,
+    ) -> u32 {
+        let Some(spectrum) = input.spectrum else { return NONE };
         let prims = PrimRange { first: range.0 as u32, end: range.1 as u32 };
         self.lights.push(Light { shape: shape(), spectrum, prims });
         self.lights.len() as u32 - 1
     }
 
-    /// Makes the shape the back of primitive `front`, whose kind has the indices `range`.
-    fn back(&mut self, adding: &Adding, range: (usize, usize), shape: impl FnOnce() -> LightShape) -> u32 {
-        let light = self.light(adding, range, shape);
-        self.backs.push(Back { surface: adding.surface, light });
+    /// Adds the shape as the back of the primitives `range` of its kind and returns its index.
+    fn back(&mut self, input: &ShapeInput, range: (usize, usize), shape: impl FnOnce() -> LightShape) -> u32 {
+        let light = self.light(input, range, shape);
+        self.backs.push(Back { surface: input.surface, light });
         self.backs.len() as u32 - 1
     }
 
-    /// Adds a triangle with front e1 × e2, or counts it as dropped.
-    fn push_triangle(&mut self, corners: [Vec3; 3], adding: &mut Adding, normals: Option<[Vec3; 3]>) -> bool {
+    /// Adds a triangle whose front is the side of e1 × e2, or counts it as dropped.
+    fn push_triangle(
+        &mut self,
+        corners: [Vec3; 3],
+        input: &mut ShapeInput,
+        normals: Option<[Vec3; 3]>,
+    ) -> bool {
         let usable = corners.iter().all(|p| p.is_finite() && p.abs().max_element() <= MAX_COORDINATE);
         let Some(triangle) = Triangle::new(corners).filter(|t| usable && t.area() > 0.0) else {
-            adding.dropped += 1;
+            input.dropped += 1;
             return false;
         };
         self.corners.push(corners);
@@ -158,23 +168,23 @@ impl Geometry {
             self.normals.push(n);
             self.normals.len() as u32 - 1
         });
-        self.prims.push(PrimRecord { surface: adding.surface, light: NONE, normals, back: NONE });
+        self.prims.push(PrimRecord { surface: input.surface, light: NONE, normals, back: NONE });
         true
     }
 
-    /// Notes ∂p/∂u of the triangles that came since it was last called.
-    fn brush(&self, adding: &mut Adding, along: impl FnOnce() -> Vec3) {
-        let Some(known) = &mut adding.along else { return };
-        known.resize(self.triangles.len() - adding.first, along());
+    /// Records ∂p/∂u of the triangles that were added since the last call.
+    fn record_tangents(&self, input: &mut ShapeInput, along: impl FnOnce() -> Vec3) {
+        let Some(known) = &mut input.along else { return };
+        known.resize(self.triangles.len() - input.first, along());
     }
 
-    fn add_mesh(&mut self, mesh: &Mesh, adding: &mut Adding) {
-        let to_world = adding.shape.to_world;
+    fn add_mesh(&mut self, mesh: &Mesh, input: &mut ShapeInput) {
+        let to_world = input.shape.to_world;
         let to_normal = to_world.matrix3.inverse().transpose();
         let at = |i: u32| {
             mesh.positions.get(i as usize).map(|p| to_world.transform_point3(p.as_dvec3()).as_vec3())
         };
-        let flip = adding.shape.flip_normals;
+        let flip = input.shape.flip_normals;
         let normal = |i: u32| {
             let n = (to_normal * mesh.normals.get(i as usize)?.as_dvec3()).try_normalize()?.as_vec3();
             Some(if flip { -n } else { n })
@@ -182,17 +192,17 @@ impl Geometry {
         for &[i, j, k] in &mesh.triangles {
             let (j, k) = if flip { (k, j) } else { (j, k) };
             let (Some(a), Some(b), Some(c)) = (at(i), at(j), at(k)) else {
-                adding.dropped += 1;
+                input.dropped += 1;
                 continue;
             };
             let normals = normal(i).zip(normal(j)).zip(normal(k)).map(|((x, y), z)| [x, y, z]);
-            self.push_mesh_triangle([a, b, c], normals, adding);
-            self.brush(adding, || tangents::of_triangle(mesh, [i, j, k], [a, b, c]));
+            self.push_mesh_triangle([a, b, c], normals, input);
+            self.record_tangents(input, || tangents::of_triangle(mesh, [i, j, k], [a, b, c]));
         }
     }
 
-    /// Vertex normals, where given, say which side is the front; equal ones on a flat face are not kept.
-    fn push_mesh_triangle(&mut self, corners: [Vec3; 3], normals: Option<[Vec3; 3]>, adding: &mut Adding) {
+    /// Adds a triangle of a mesh. Vertex normals, where given, determine the front, and are dropped on a flat face.
+    fn push_mesh_triangle(&mut self, corners: [Vec3; 3], normals: Option<[Vec3; 3]>, input: &mut ShapeInput) {
         let [a, b, c] = corners;
         let (mut corners, mut normals) = (corners, normals);
         if let (Some([x, y, z]), Some(face)) = (normals, Triangle::new(corners)) {
@@ -203,62 +213,62 @@ impl Geometry {
             normals = normals.filter(|_| !flat);
         }
         let first = self.triangles.len();
-        let key = Key::polygon(corners);
-        // A mesh may have millions of triangles: only those that emit are looked after.
-        let face = Triangle::new(corners).filter(|_| adding.spectrum.is_some());
+        let key = PlaceKey::polygon(corners);
+        // A mesh may have millions of triangles, so only emitting ones are entered into `places`.
+        let face = Triangle::new(corners).filter(|_| input.spectrum.is_some());
         if let Some(face) = face
             && let Some(front) = self.places.take(key, face.n)
         {
             let light = || LightShape::Triangle(TriangleLight::new(face));
-            self.prims[front].back = self.back(adding, (front, front + 1), light);
-        } else if self.push_triangle(corners, adding, normals) {
+            self.prims[front].back = self.back(input, (front, front + 1), light);
+        } else if self.push_triangle(corners, input, normals) {
             let triangle = self.triangles[first];
             self.prims[first].light =
-                self.light(adding, (first, first + 1), || LightShape::Triangle(TriangleLight::new(triangle)));
+                self.light(input, (first, first + 1), || LightShape::Triangle(TriangleLight::new(triangle)));
             if face.is_some() {
                 self.places.add(key, triangle.n, first);
             }
         }
     }
 
-    /// Adds a parallelogram, corners in order, front by the right-hand rule, with its light if it emits. Of a
-    /// degenerate one none or one of the halves is added.
-    fn add_parallelogram(&mut self, [a, b, c, d]: [Vec3; 4], adding: &mut Adding) {
+    /// Adds a parallelogram with its light, if it emits. The corners are in order, and the right-hand rule gives the front. If it
+    /// is degenerate, one of its halves or neither is added.
+    fn add_parallelogram(&mut self, [a, b, c, d]: [Vec3; 4], input: &mut ShapeInput) {
         let first = self.triangles.len();
-        let key = Key::polygon([a, b, c, d]);
+        let key = PlaceKey::polygon([a, b, c, d]);
         let light = |n: Vec3| move || LightShape::Parallelogram(ParallelogramLight::new(a, b - a, d - a, n));
         if let Some(face) = Triangle::new([a, b, c])
             && let Some(front) = self.places.take(key, face.n)
         {
-            // Hits on either half are reported for the first.
-            self.prims[front].back = self.back(adding, (front, front + 2), light(face.n));
+            // Hits on either half are reported for the first one.
+            self.prims[front].back = self.back(input, (front, front + 2), light(face.n));
             return;
         }
-        if self.push_triangle([a, b, c], adding, None) && self.push_triangle([a, c, d], adding, None) {
+        if self.push_triangle([a, b, c], input, None) && self.push_triangle([a, c, d], input, None) {
             self.quads.push(first as u32);
             let n = self.triangles[first].n;
-            let light = self.light(adding, (first, first + 2), light(n));
+            let light = self.light(input, (first, first + 2), light(n));
             self.prims[first].light = light;
             self.prims[first + 1].light = light;
             self.places.add(key, n, first);
         }
     }
 
-    fn add_rectangle(&mut self, adding: &mut Adding) {
-        let m = adding.shape.to_world;
+    fn add_rectangle(&mut self, input: &mut ShapeInput) {
+        let m = input.shape.to_world;
         let corner = |x: f64, y: f64| m.transform_point3(DVec3::new(x, y, 0.0)).as_vec3();
-        // e1 × e2 is the front; a mirroring transform turns the product but not the transformed normal.
+        // The front is the side of e1 × e2. A mirroring transform turns this product, but not the transformed normal.
         let mirrored = m.matrix3.determinant() < 0.0;
         let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
         let [a, b, c, d] = corners;
-        let [a, b, c, d] = if mirrored != adding.shape.flip_normals { [a, d, c, b] } else { [a, b, c, d] };
-        self.add_parallelogram([a, b, c, d], adding);
+        let [a, b, c, d] = if mirrored != input.shape.flip_normals { [a, d, c, b] } else { [a, b, c, d] };
+        self.add_parallelogram([a, b, c, d], input);
     }
 
-    fn add_cube(&mut self, adding: &mut Adding) {
-        let m = adding.shape.to_world;
-        // Outwards stays outwards under a mirroring transform.
-        let turned = (m.matrix3.determinant() < 0.0) != adding.shape.flip_normals;
+    fn add_cube(&mut self, input: &mut ShapeInput) {
+        let m = input.shape.to_world;
+        // The outside stays outside under a mirroring transform.
+        let turned = (m.matrix3.determinant() < 0.0) != input.shape.flip_normals;
         for axis in 0..3 {
             for sign in [-1.0, 1.0] {
                 let corner = |x: f64, y: f64| {
@@ -269,69 +279,71 @@ impl Geometry {
                 let [a, b, c, d] =
                     [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
                 let [b, d] = if turned { [d, b] } else { [b, d] };
-                self.add_parallelogram([a, b, c, d], adding);
-                self.brush(adding, || m.transform_vector3(tangents::of_cube_face(axis, sign)).as_vec3());
+                self.add_parallelogram([a, b, c, d], input);
+                self.record_tangents(input, || {
+                    m.transform_vector3(tangents::of_cube_face(axis, sign)).as_vec3()
+                });
             }
         }
     }
 
-    fn add_disk(&mut self, adding: &mut Adding) {
-        let m = adding.shape.to_world;
+    fn add_disk(&mut self, input: &mut ShapeInput) {
+        let m = input.shape.to_world;
         let axis = |v: DVec3| m.transform_vector3(v);
         let mirrored = m.matrix3.determinant() < 0.0;
-        let sign = if mirrored != adding.shape.flip_normals { -1.0 } else { 1.0 };
+        let sign = if mirrored != input.shape.flip_normals { -1.0 } else { 1.0 };
         let front = axis(DVec3::X).cross(axis(DVec3::Y)) * sign;
         let (center, a, b) = (m.translation.as_vec3(), axis(DVec3::X).as_vec3(), axis(DVec3::Y).as_vec3());
         let usable =
             center.abs().max(a.abs()).max(b.abs()).max_element() <= MAX_COORDINATE && center.is_finite();
         let Some(disk) = Disk::new(center, a, b, front).filter(|d| usable && d.area() > 0.0) else {
-            adding.dropped += 1;
+            input.dropped += 1;
             return;
         };
-        let key = Key::round(center, a, b);
+        let key = PlaceKey::round(center, a, b);
         if let Some(front) = self.places.take(key, disk.n) {
             let light = || LightShape::Disk(DiskLight::new(disk));
-            self.disk_prims[front].back = self.back(adding, (front, front + 1), light);
+            self.disk_prims[front].back = self.back(input, (front, front + 1), light);
             return;
         }
         let i = self.disks.len();
         self.places.add(key, disk.n, i);
-        let light = self.light(adding, (i, i + 1), || LightShape::Disk(DiskLight::new(disk)));
+        let light = self.light(input, (i, i + 1), || LightShape::Disk(DiskLight::new(disk)));
         self.disks.push(disk);
-        self.disk_prims.push(PrimRecord { surface: adding.surface, light, normals: NONE, back: NONE });
+        self.disk_prims.push(PrimRecord { surface: input.surface, light, normals: NONE, back: NONE });
     }
 
-    fn add_sphere(&mut self, center: DVec3, radius: f64, adding: &mut Adding) {
-        let m: DAffine3 = adding.shape.to_world;
+    fn add_sphere(&mut self, center: DVec3, radius: f64, input: &mut ShapeInput) {
+        let m: DAffine3 = input.shape.to_world;
         let determinant = m.matrix3.determinant();
         let scale = determinant.abs().cbrt();
         let columns = [m.matrix3.x_axis, m.matrix3.y_axis, m.matrix3.z_axis];
         if columns.iter().any(|c| (c.length() - scale).abs() > 1e-4 * scale) {
             self.notices.push(format!(
                 "shape at line {}: a sphere stays a sphere; its transform stretches, the mean scale is used",
-                adding.shape.place.line
+                input.shape.place.line
             ));
         }
         let center = m.transform_point3(center).as_vec3();
         let radius = (radius.abs() * scale) as f32;
         let usable = center.is_finite() && center.abs().max_element() + radius <= MAX_COORDINATE;
         if !(usable && radius > 0.0) {
-            adding.dropped += 1;
+            input.dropped += 1;
             return;
         }
-        let inward = (determinant < 0.0) != adding.shape.flip_normals;
+        let inward = (determinant < 0.0) != input.shape.flip_normals;
         let sphere = Sphere { center, radius, inward };
-        let key = Key::round(center, Vec3::splat(radius), Vec3::NAN);
+        let key = PlaceKey::round(center, Vec3::splat(radius), Vec3::NAN);
         let side = if inward { -Vec3::X } else { Vec3::X };
         if let Some(front) = self.places.take(key, side) {
             let light = || LightShape::Sphere(SphereLight::new(sphere));
-            self.sphere_prims[front].back = self.back(adding, (front, front + 1), light);
+            self.sphere_prims[front].back = self.back(input, (front, front + 1), light);
             return;
         }
         let i = self.spheres.len();
         self.places.add(key, side, i);
-        let light = self.light(adding, (i, i + 1), || LightShape::Sphere(SphereLight::new(sphere)));
+        let light = self.light(input, (i, i + 1), || LightShape::Sphere(SphereLight::new(sphere)));
         self.spheres.push(sphere);
-        self.sphere_prims.push(PrimRecord { surface: adding.surface, light, normals: NONE, back: NONE });
+        self.sphere_prims.push(PrimRecord { surface: input.surface, light, normals: NONE, back: NONE });
     }
 }

@@ -1,4 +1,4 @@
-//! Groups of shapes in spaces of their own, and where instances show them.
+//! Groups of shapes in spaces of their own, and the instances that place them in the world.
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
@@ -10,11 +10,11 @@ use crate::tracer::tangents::Tangents;
 
 use super::PrepareError;
 use super::backs::Places;
-use super::geometry::{Geometry, MAX_COORDINATE, called};
+use super::geometry::{Geometry, MAX_COORDINATE, describe};
 
-/// What groups and instances have become.
+/// The groups and instances of a scene.
 #[derive(Default)]
-pub(super) struct Shown {
+pub(super) struct PreparedGroups {
     pub(super) groups: Vec<PrimitiveGroup>,
     pub(super) instances: Vec<Instance>,
     /// By instance.
@@ -22,17 +22,17 @@ pub(super) struct Shown {
 }
 
 impl Geometry {
-    /// Adds the shapes of all groups that are shown, each once, and the instances. Comes after the shapes of the scene
-    /// itself: so do their surfaces and primitives. Groups that nothing shows have surfaces only.
-    pub(super) fn add_groups(&mut self, desc: &SceneDesc) -> Result<Shown, PrepareError> {
-        let mut shown = Shown::default();
-        // Farthest from the origin along each axis; of a group that holds nothing, none.
+    /// Adds the instances, and the shapes of all groups that have one. Call it after the shapes of the scene itself were added:
+    /// the surfaces and primitives of groups come after theirs. Groups without an instance have surfaces only.
+    pub(super) fn add_groups(&mut self, desc: &SceneDesc) -> Result<PreparedGroups, PrepareError> {
+        let mut shown = PreparedGroups::default();
+        // The largest coordinates of each group along each axis, `None` for an empty group.
         let mut reaches = Vec::with_capacity(desc.groups.len());
         for (group, is_shown) in desc.groups.iter().zip(desc.shown()) {
             check(group)?;
             let first = self.counts();
             if is_shown {
-                // Nothing lies back to back with what is in another space.
+                // Only shapes in the same space can lie back to back.
                 self.places = Places::default();
                 group.shapes.iter().try_for_each(|shape| self.add(desc, shape))?;
             } else {
@@ -53,32 +53,32 @@ impl Geometry {
         &mut self,
         desc: &SceneDesc,
         reaches: &[Option<Vec3>],
-        shown: &mut Shown,
+        shown: &mut PreparedGroups,
     ) -> Result<(), PrepareError> {
         for (i, shape) in desc.shapes.iter().enumerate() {
             let ShapeKind::Instance(id) = shape.kind else { continue };
             let unknown = PrepareError::UnknownGroup { id, place: shape.place };
-            // That a group holds nothing has been told of its shapes.
+            // An empty group: notices about its shapes say why.
             let Some(reach) = reaches.get(id.0 as usize).ok_or(unknown)? else { continue };
-            let fits = |place: &Placement| {
+            let usable = |place: &Placement| {
                 let m = place.to_world();
                 let far = m.matrix3.abs() * reach.as_dvec3() + m.translation.abs();
-                far.cmple(DVec3::splat(f64::from(MAX_COORDINATE))).all() && is_walked(m)
+                far.cmple(DVec3::splat(f64::from(MAX_COORDINATE))).all() && has_usable_scale(m)
             };
-            if let Some(place) = Placement::new(shape.to_world, i as u32).filter(fits) {
+            if let Some(place) = Placement::new(shape.to_world, i as u32).filter(usable) {
                 shown.instances.push(Instance { group: id.0, to_world: place.to_world() });
                 shown.placements.push(place);
             } else {
                 self.notices.push(format!(
                     "{}: this instance has no inverse transform, one that scales beyond 1e10, or coordinates beyond 1e12 and was dropped",
-                    called(desc, shape)
+                    describe(desc, shape)
                 ));
             }
         }
         Ok(())
     }
 
-    /// Primitives so far: triangles, disks, spheres.
+    /// Numbers of triangles, disks and spheres so far.
     fn counts(&self) -> [u32; 3] {
         [self.triangles.len(), self.disks.len(), self.spheres.len()].map(|n| n as u32)
     }
@@ -93,8 +93,8 @@ impl Geometry {
     }
 }
 
-/// True when rays stay such as a walk can follow where the group sees them: neither far too short nor from far too far.
-fn is_walked(to_world: DAffine3) -> bool {
+/// True if rays that are transformed to the group's space are neither too short nor too far away for the traversal.
+fn has_usable_scale(to_world: DAffine3) -> bool {
     let size = |m: DMat3| m.x_axis.abs().max(m.y_axis.abs()).max(m.z_axis.abs()).max_element();
     size(to_world.matrix3) <= MAX_SCALE && size(to_world.matrix3.inverse()) <= MAX_SCALE
 }
@@ -102,7 +102,7 @@ fn is_walked(to_world: DAffine3) -> bool {
 /// The largest scale of an instance, and of its inverse.
 const MAX_SCALE: f64 = 1e10;
 
-/// Refuses what cannot be shown through an instance.
+/// Refuses shapes that cannot be part of a group.
 fn check(group: &GroupDesc) -> Result<(), PrepareError> {
     for shape in &group.shapes {
         let what = if matches!(shape.kind, ShapeKind::Instance(_)) {

@@ -10,13 +10,13 @@ use crate::tracer::light::{ConstantLight, EnvironmentMap, Light, LightShape, Poi
 
 use super::geometry::Geometry;
 
-/// The spectra of a scene's lights: of each shape that emits, then of each light that is not a shape.
+/// The spectra of a scene's lights: first of each emitting shape, then of each other light.
 pub(super) fn spectra(desc: &SceneDesc) -> Vec<Spectrum> {
     let shapes = desc.shapes.iter().filter_map(|s| s.emission.as_ref());
     shapes.chain(desc.lights.iter().map(LightDesc::spectrum)).cloned().collect()
 }
 
-/// Adds a light that is not a shape and has spectrum `spectrum`, unless it is unusable or a second environment.
+/// Adds a light that is not a shape, with the index of its spectrum, unless it is unusable or a second environment.
 pub(super) fn add_light(desc: &LightDesc, spectrum: u32, geometry: &mut Geometry) {
     let Geometry { lights, notices, .. } = geometry;
     if desc.is_environment() && lights.iter().any(Light::is_environment) {

@@ -1,4 +1,8 @@
-//! From a scene description to a scene: world space, checks, lights, tree.
+//! Preparation: from a scene description to a scene that can be traced.
+//!
+//! `geometry` transforms shapes to primitives in world space and checks them, `groups` adds groups and instances, `backs`
+//! finds primitives that lie back to back, `tangents` determines the directions of brushed surfaces, `lights` and `materials`
+//! convert lights and BSDFs. `structure` decides whether an edit can keep the geometry.
 
 pub(super) mod backs;
 mod error;
@@ -6,7 +10,7 @@ mod geometry;
 mod groups;
 mod lights;
 mod materials;
-mod origin;
+mod structure;
 mod tangents;
 
 use std::sync::Arc;
@@ -20,32 +24,32 @@ use super::light::{Extent, Lights};
 use super::primitives::{Face, Primitives};
 use super::scene::{MaterialClass, Scene};
 use geometry::Geometry;
-use groups::Shown;
+use groups::PreparedGroups;
 use lights::{add_light, spectra};
 
 pub use error::PrepareError;
-pub(super) use origin::Origin;
+pub(super) use structure::SceneStructure;
 
-/// The size of the picture, which a camera has to know beside its description.
+/// The size of the picture, which a camera needs in addition to its description.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PrepareOptions {
-    /// Width of the full film in pixels, before the crop; only the ratio to the height matters.
+    /// Width of the full film in pixels, before the crop. Only the ratio to the height matters.
     pub width: u32,
     /// Height of the full film in pixels.
     pub height: u32,
 }
 
 impl PrepareOptions {
-    /// The size the scene file asks for.
+    /// The size that the scene file specifies.
     pub fn from_film(film: &FilmDesc) -> Self {
         Self { width: film.width, height: film.height }
     }
 }
 
-/// Even if every one has a block of its own (4 lines of memory) and a node (4 lines), references to lines have bits enough.
+/// References to cache lines have 28 bits. They suffice even if every primitive takes a block (4 lines) and a node (4 lines).
 const MAX_PRIMITIVES: usize = 33_000_000;
 
-/// The scene as planned.
+/// Prepares a scene with the plan of effects applied.
 pub(super) fn prepare(desc: &SceneDesc) -> Result<Scene, PrepareError> {
     let planned = planned(desc);
     let mut scene = general(&planned)?;
@@ -53,7 +57,7 @@ pub(super) fn prepare(desc: &SceneDesc) -> Result<Scene, PrepareError> {
     Ok(scene)
 }
 
-/// The scene for whatever it may hold.
+/// Prepares a scene for all effects.
 pub(super) fn general(desc: &SceneDesc) -> Result<Scene, PrepareError> {
     let (materials, surfaces) = materials::of(desc)?;
     let mut geometry = Geometry::default();
@@ -71,27 +75,27 @@ pub(super) fn general(desc: &SceneDesc) -> Result<Scene, PrepareError> {
     }
     let spectra = spectra(desc);
     let dark = geometry.lights.iter().all(|l| l.is_black() || spectra[l.spectrum as usize].is_black());
-    // A scene without any light has been told of where it was read.
+    // The reader has already reported a scene without any light.
     if dark && !spectra.is_empty() {
         geometry.notices.push("no light of the scene can be used: the picture will be black".to_owned());
     }
     let (lights, notices) = (std::mem::take(&mut geometry.lights), std::mem::take(&mut geometry.notices));
     let primitives = primitives(geometry, shown);
     let (lo, hi) = primitives.accel.bounds();
-    // An empty scene has no size; any positive number serves, there is nothing to compare with.
+    // An empty scene has no size, and any positive number serves.
     let radius = (0.5 * (hi - lo).length()).max(f32::MIN_POSITIVE);
     let lights = Lights::new(lights, spectra, Extent { center: 0.5 * (lo + hi), radius });
-    let origin = Arc::new(Origin::of(desc));
+    let structure = Arc::new(SceneStructure::of(desc));
     let (primitives, white, material_class) = (Arc::new(primitives), None, MaterialClass::General);
-    Ok(Scene { primitives, surfaces, materials, lights, white, material_class, notices, origin })
+    Ok(Scene { primitives, surfaces, materials, lights, white, material_class, notices, structure })
 }
 
-/// `scene` with the materials and spectra of `desc`, or a new one where more than those has changed.
+/// `scene` with the materials and spectra of `desc`, or a new scene if more than those has changed.
 pub(super) fn edited(scene: &Scene, desc: &SceneDesc) -> Result<Scene, PrepareError> {
-    if !scene.origin.fits(desc) {
+    if !scene.structure.matches(desc) {
         let mut anew = prepare(desc)?;
         let walked = anew.walk_by(scene.kernel());
-        assert!(walked, "the processor is the same, and nobody else has the new tree");
+        assert!(walked, "the processor is the same, and nobody else has the new geometry");
         return Ok(anew);
     }
     let desc = &planned(desc);
@@ -104,14 +108,14 @@ pub(super) fn edited(scene: &Scene, desc: &SceneDesc) -> Result<Scene, PrepareEr
         white: effects::white(desc),
         material_class: effects::material_class(desc),
         notices: scene.notices.clone(),
-        origin: scene.origin.clone(),
+        structure: scene.structure.clone(),
     })
 }
 
-fn primitives(geometry: Geometry, shown: Shown) -> Primitives {
+fn primitives(geometry: Geometry, shown: PreparedGroups) -> Primitives {
     let Geometry { corners, quads, triangles, disks, spheres, prims, normals, backs, tangents, .. } =
         geometry;
-    let Shown { groups, instances, placements } = shown;
+    let PreparedGroups { groups, instances, placements } = shown;
     let shapes =
         Shapes { triangles: &corners, quads: &quads, disks: disks.clone(), spheres: spheres.clone() };
     let accel = Accel::with_instances(shapes, &groups, &instances);

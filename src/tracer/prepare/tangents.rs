@@ -1,4 +1,4 @@
-//! Which shapes are brushed, and along what: the first texture coordinate, as Mitsuba defines it for each of its shapes.
+//! Brushed (anisotropic) shapes and the direction of their first texture coordinate, as Mitsuba defines it for each shape.
 
 use glam::{DVec3, Vec2, Vec3};
 
@@ -6,9 +6,9 @@ use crate::scene::SceneDesc;
 use crate::scene::desc::{BsdfDesc, BsdfId, Mesh, ShapeDesc, ShapeKind};
 use crate::tracer::tangents::Tangents;
 
-/// True when a material, or a side of it, looks different along the two tangents.
+/// True if a material, or one of its sides, is anisotropic.
 pub(super) fn is_brushed(desc: &SceneDesc, mut id: BsdfId) -> bool {
-    // A circle of two-sided materials is an error that is told elsewhere.
+    // `materials` reports a cycle of two-sided materials.
     for _ in 0..=desc.bsdfs.len() {
         match desc.bsdfs.get(id.0 as usize) {
             Some(
@@ -28,7 +28,7 @@ pub(super) fn is_brushed(desc: &SceneDesc, mut id: BsdfId) -> bool {
     false
 }
 
-/// As [`is_brushed`], for a side: of another pair its front counts.
+/// As [`is_brushed`], for one side. Of a nested two-sided material the front counts.
 fn is_brushed_side(desc: &SceneDesc, id: BsdfId) -> bool {
     match desc.bsdfs.get(id.0 as usize) {
         Some(BsdfDesc::TwoSided { front, .. }) if *front != id => is_brushed(desc, *front),
@@ -37,7 +37,7 @@ fn is_brushed_side(desc: &SceneDesc, id: BsdfId) -> bool {
     }
 }
 
-/// Along what a brushed shape is brushed, where that is not a matter of its triangles.
+/// The tangents of a brushed shape, if they do not depend on its triangles.
 pub(super) fn of_shape(shape: &ShapeDesc) -> Tangents {
     let along = |v: DVec3| shape.to_world.transform_vector3(v).as_vec3();
     match shape.kind {
@@ -48,8 +48,7 @@ pub(super) fn of_shape(shape: &ShapeDesc) -> Tangents {
     }
 }
 
-/// u of a face of the cube, `axis` and `sign` saying where its normal points: Mitsuba's texture coordinates run up the
-/// sides, and elsewhere as they happen to.
+/// The direction of u on the face of a cube whose normal is `sign` times the unit vector of `axis`, as in Mitsuba.
 pub(super) fn of_cube_face(axis: usize, sign: f64) -> DVec3 {
     match axis {
         1 if sign > 0.0 => DVec3::X,
@@ -58,7 +57,7 @@ pub(super) fn of_cube_face(axis: usize, sign: f64) -> DVec3 {
     }
 }
 
-/// ∂p/∂u over a triangle of a mesh with the world-space corners `p`, up to a factor; zero where there is none.
+/// ∂p/∂u of a triangle of a mesh with the world-space corners `p`, up to a factor. Zero if it is undefined.
 pub(super) fn of_triangle(mesh: &Mesh, triangle: [u32; 3], p: [Vec3; 3]) -> Vec3 {
     let uv = |i: usize| mesh.uvs.get(triangle[i] as usize).copied();
     let (Some(a), Some(b), Some(c)) = (uv(0), uv(1), uv(2)) else { return Vec3::ZERO };

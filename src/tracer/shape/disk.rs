@@ -1,4 +1,4 @@
-//! Disks, and their images under any affine map: ellipses.
+//! Disks, and ellipses as their images under affine maps.
 
 use glam::{DVec3, Vec3};
 
@@ -12,24 +12,24 @@ use super::SurfacePoint;
 pub struct Disk {
     /// Centre.
     pub center: Vec3,
-    /// One half axis (conjugate: not necessarily at right angles to `b`).
+    /// One half axis, conjugate to `b` and not necessarily perpendicular to it.
     pub a: Vec3,
-    /// The other.
+    /// The other half axis.
     pub b: Vec3,
     /// Unit normal of the front.
     pub n: Vec3,
-    /// Rows that take an offset from the centre to (x, y).
+    /// Maps an offset from the centre to (x, y).
     to_xy: [DVec3; 2],
     plane: DVec3,
 }
 
 impl Disk {
-    /// The disk, or `None` when it has no area. `front` says which side is the front.
+    /// The disk, or `None` if it has no area. `front` points to its front side.
     pub fn new(center: Vec3, a: Vec3, b: Vec3, front: DVec3) -> Option<Self> {
         let (da, db) = (a.as_dvec3(), b.as_dvec3());
         let cross = da.cross(db);
         let plane = cross.try_normalize()?;
-        // Reciprocal basis in the plane: x·a = 1, x·b = 0.
+        // The reciprocal basis in the plane: x·a = 1, x·b = 0.
         let inverse = 1.0 / cross.length_squared();
         let to_xy = [db.cross(cross) * inverse, cross.cross(da) * inverse];
         let finite = to_xy.iter().all(|v| v.is_finite());
@@ -59,7 +59,7 @@ impl Disk {
         (x * x + y * y <= 1.0 && t > 0.0 && t < t_max).then_some(t)
     }
 
-    /// The point where `ray` hits at `t`, moved into the plane.
+    /// The point at distance `t` of `ray`, moved into the plane.
     #[inline]
     pub fn point(&self, ray: &Ray, t: f32) -> SurfacePoint {
         let p = ray.origin.as_dvec3() - self.center.as_dvec3() + ray.direction.as_dvec3() * f64::from(t);

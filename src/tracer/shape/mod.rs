@@ -1,6 +1,6 @@
-//! Shapes as the tracer holds them: world space, single precision, checked.
+//! Triangles, disks and spheres as the tracer stores them: checked, in single precision.
 //!
-//! Each knows its bounds, how a ray meets it, and the point there with a bound on its error.
+//! Each has its bounds, its intersection with a ray, and the surface point at a hit, with a bound on its error.
 
 mod disk;
 mod sphere;
@@ -17,8 +17,8 @@ pub use triangle::Triangle;
 pub struct SurfacePoint {
     /// Position, world space.
     pub p: Vec3,
-    /// Bound on the distance of `p` to the true surface, per axis.
+    /// Bound on the distance of `p` from the true surface, along each axis.
     pub error: Vec3,
-    /// Unit geometric normal, on the side that materials and emission call the front.
+    /// Unit geometric normal on the front, as materials and emission define it.
     pub ng: Vec3,
 }

@@ -1,4 +1,4 @@
-//! Spheres, exact ones.
+//! Spheres.
 
 use glam::Vec3;
 
@@ -14,7 +14,7 @@ pub struct Sphere {
     pub center: Vec3,
     /// Radius, positive.
     pub radius: f32,
-    /// The front is the inside.
+    /// True if the front is the inside.
     pub inward: bool,
 }
 
@@ -31,9 +31,9 @@ impl Sphere {
 
     /// The nearest hit with `0 < t < t_max`.
     ///
-    /// In double precision, with the discriminant from the distance of the line to the centre: neither a far small
-    /// sphere nor an origin one ulp above the surface loses its digits (Haines, Günther and Akenine-Möller,
-    /// *Precision Improvements for Ray/Sphere Intersection*, Ray Tracing Gems, ch. 7).
+    /// Computed in double precision, with the discriminant from the distance of the line to the centre. So neither a small
+    /// sphere far away nor an origin one ulp above the surface loses precision (Haines, Günther and Akenine-Möller, *Precision
+    /// Improvements for Ray/Sphere Intersection*, Ray Tracing Gems, ch. 7).
     #[inline]
     pub fn intersect(&self, ray: &Ray, t_max: f32) -> Option<f32> {
         let d = ray.direction.as_dvec3();
@@ -54,10 +54,10 @@ impl Sphere {
         (t > 0.0 && t < t_max).then_some(t)
     }
 
-    /// The point where `ray` hits at `t`, moved onto the sphere.
+    /// The point at distance `t` of `ray`, moved onto the sphere.
     #[inline]
     pub fn point(&self, ray: &Ray, t: f32) -> SurfacePoint {
-        // The offset from the centre is found in double precision: far origins would lose the small sphere.
+        // In double precision, because a far origin would swamp a small sphere.
         let from_center =
             ray.origin.as_dvec3() - self.center.as_dvec3() + ray.direction.as_dvec3() * f64::from(t);
         let n = from_center.normalize_or(glam::DVec3::Z).as_vec3();

@@ -20,8 +20,8 @@ pub struct Triangle {
 }
 
 impl Triangle {
-    /// The triangle over three vertices, or `None` when it has no area (or is not finite). The normal is found in
-    /// double precision, so that a needle or a triangle of 1e-15 has one.
+    /// The triangle of three vertices, or `None` if it has no area or is not finite. The normal is computed in double precision,
+    /// so that needles and triangles of size 1e-15 have one.
     pub fn new(v: [Vec3; 3]) -> Option<Self> {
         let [a, b, c] = v.map(|p| p.as_dvec3());
         let cross: DVec3 = (b - a).cross(c - a);
@@ -34,12 +34,12 @@ impl Triangle {
         (0.5 * self.e1.as_dvec3().cross(self.e2.as_dvec3()).length()) as f32
     }
 
-    /// The point with weights `uv` on the second and third vertex.
+    /// The point with barycentric weights `uv` of the second and third vertex.
     #[inline]
     pub fn point(&self, uv: [f32; 2]) -> SurfacePoint {
         let (a, b) = (self.e1 * uv[0], self.e2 * uv[1]);
         let p = self.p0 + (a + b);
-        // Edge, product and sum are rounded once each, the result once more.
+        // Edge, product and sum are rounded once each, and the result once more.
         let error = (a.abs() + b.abs()) * gamma(4) + p.abs() * (1.01 * UNIT_ROUNDOFF);
         SurfacePoint { p, error, ng: self.n }
     }
