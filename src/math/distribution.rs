@@ -1,23 +1,23 @@
-//! Discrete distributions: choosing one of many in proportion to weights.
+//! Discrete distributions in one dimension: sampling an index in proportion to weights.
 
-/// A choice made by [`Distribution::sample`].
+/// A sample of a [`Distribution`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Choice {
-    /// Which entry.
+pub struct SampledIndex {
+    /// The sampled index.
     pub index: usize,
-    /// Its probability, exactly that with which it is chosen.
+    /// Its probability, exactly that with which it is sampled.
     pub probability: f32,
 }
 
-/// Entries with probabilities in proportion to weights. An entry of weight zero is never chosen.
+/// Entries with probabilities in proportion to weights. An entry of weight zero is never sampled.
 ///
-/// Random numbers are multiples of 2⁻³² (cells), so a probability can only be a multiple of that. Each entry is given
-/// a whole number of cells, its share rounded, but at least one if it has any weight; its probability is that number
-/// times 2⁻³². What is reported is therefore what happens, and an estimate that divides by it has no bias, however
-/// many entries there are and however small.
+/// Random numbers are multiples of 2⁻³² (cells), so a probability can only be a multiple of that. Each entry gets a whole number
+/// of cells: its share, rounded, but at least one if its weight is positive. Its probability is that number times 2⁻³². So the
+/// reported probability is the exact one, and an estimate that divides by it is unbiased, for any number of entries and any
+/// weights.
 #[derive(Clone, Debug)]
 pub struct Distribution {
-    /// Entry `i` owns the cells from `first[i]` up to `first[i + 1]`; from 0 to 2³².
+    /// Entry `i` owns the cells from `first[i]` up to `first[i + 1]`, from 0 to 2³².
     first: Vec<u64>,
 }
 
@@ -25,8 +25,8 @@ pub struct Distribution {
 const CELLS: u64 = 1 << 32;
 
 impl Distribution {
-    /// A distribution in proportion to `weights`; `None` if there is no positive weight, if there are more of them
-    /// than cells, or if one is negative or not finite.
+    /// A distribution in proportion to `weights`. `None` if there is no positive weight, if there are more of them than cells, or
+    /// if one is negative or not finite.
     pub fn new(weights: &[f32]) -> Option<Self> {
         let weights: Vec<f64> = weights.iter().map(|w| f64::from(*w)).collect();
         Some(Self { first: boundaries(&weights, CELLS)? })
@@ -37,33 +37,33 @@ impl Distribution {
         self.first.len() - 1
     }
 
-    /// Never true: a distribution has at least one entry that can be chosen.
+    /// Always false: a distribution has at least one entry.
     pub fn is_empty(&self) -> bool {
         false
     }
 
-    /// The probability of entry `index`; 0 for one that does not exist.
+    /// The probability of entry `index`, 0 if it does not exist.
     #[inline]
     pub fn probability(&self, index: usize) -> f32 {
         match self.first.get(index..index + 2) {
-            // To single precision once, and only here: both ways of asking get the same bits.
+            // Rounded to single precision only here, so that `sample` returns the same bits.
             Some([from, to]) => (to - from) as f32 * (1.0 / CELLS as f32),
             _ => 0.0,
         }
     }
 
-    /// Chooses an entry by inversion of the cumulative distribution, from `u` in [0, 1).
+    /// Samples an entry by inversion of the cumulative distribution, with `u` in [0, 1).
     #[inline]
-    pub fn sample(&self, u: f64) -> Choice {
-        // A cast from float saturates, and takes NaN to 0.
+    pub fn sample(&self, u: f64) -> SampledIndex {
+        // A cast from float saturates, and converts NaN to 0.
         let cell = ((u * CELLS as f64) as u64).min(CELLS - 1);
-        // The entry that owns the cell: never one without cells.
+        // The entry that owns the cell. It is never one without cells.
         let index = self.first.partition_point(|first| *first <= cell) - 1;
-        Choice { index, probability: self.probability(index) }
+        SampledIndex { index, probability: self.probability(index) }
     }
 }
 
-/// Shares out `cells` in proportion to `weights`: entry `i` owns those from the `i`-th number returned up to the next.
+/// Distributes `cells` in proportion to `weights`: entry `i` owns the cells from the `i`-th number returned up to the next.
 /// `None` as for [`Distribution::new`].
 pub(super) fn boundaries(weights: &[f64], cells: u64) -> Option<Vec<u64>> {
     if weights.iter().any(|w| !(w.is_finite() && *w >= 0.0)) {
@@ -82,7 +82,7 @@ pub(super) fn boundaries(weights: &[f64], cells: u64) -> Option<Vec<u64>> {
         first.push(cell);
     }
     first[last + 1..].fill(cells);
-    // Entries at the end that were given a cell for their own sake take it from those before them.
+    // Entries at the end that got a cell although their share rounds to 0 take it from those before them.
     for i in (0..=last).rev() {
         let room = first[i + 1].checked_sub(u64::from(weights[i] > 0.0))?;
         first[i] = first[i].min(room);

@@ -1,39 +1,39 @@
-//! Discrete distributions in two dimensions: choosing a cell of a grid in proportion to weights.
+//! Discrete distributions in two dimensions: sampling a cell of a grid in proportion to weights.
 
 use super::distribution::boundaries;
 
-/// Values in [0, 1) that a random number of 24 bits can have.
+/// Number of values in [0, 1) of a random number of 24 bits.
 const STEPS: u32 = 1 << 24;
 
-/// A choice made by [`Distribution2d::sample`].
+/// A sample of a [`Distribution2d`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Choice2d {
+pub struct SampledCell {
     /// Column and row.
     pub cell: [usize; 2],
-    /// Where in the cell, each in (0, 1) and uniform: what the choice left over of the random numbers.
+    /// Position in the cell, uniform in (0, 1)²: the part of the random numbers that the selection of the cell leaves.
     pub offset: [f32; 2],
-    /// The cell's probability, exactly that with which it is chosen.
+    /// Its probability, exactly that with which it is sampled.
     pub probability: f32,
 }
 
-/// Cells of a grid with probabilities in proportion to weights: first a row is chosen, then a column of that row. A
-/// cell of weight zero is never chosen, any other can be.
+/// Cells of a grid with probabilities in proportion to weights. First a row is sampled, then a column of that row. A cell of
+/// weight zero is never sampled, any other can be.
 ///
-/// Random numbers are multiples of 2⁻²⁴, so rows, and columns of a row, are given whole numbers of those, as
-/// [`Distribution`](super::distribution::Distribution) does: what is reported is what happens, also for cells that
-/// are so dim that a plain table of sums would never choose them.
+/// Random numbers are multiples of 2⁻²⁴, so rows, and columns of a row, get whole numbers of these steps, as in
+/// [`Distribution`](super::distribution::Distribution). So the reported probability is the exact one, also for cells so dim that
+/// a plain cumulative table would never sample them.
 #[derive(Clone, Debug)]
 pub struct Distribution2d {
     width: usize,
-    /// Row `y` owns the values from `rows[y]` up to `rows[y + 1]`; from 0 to 2²⁴.
+    /// Row `y` owns the steps from `rows[y]` up to `rows[y + 1]`, from 0 to 2²⁴.
     rows: Vec<u32>,
-    /// `width + 1` bounds for each row, in the same way; all 0 for a row without weight.
+    /// `width + 1` such bounds for each row, all 0 for a row without weight.
     columns: Vec<u32>,
 }
 
 impl Distribution2d {
-    /// A distribution in proportion to `weights`, `[height][width]`; `None` if there is no positive weight, if one is
-    /// negative or not finite, if there are more columns or rows than 2²⁴, or if they are not full rows of `width`.
+    /// A distribution in proportion to `weights`, `[height][width]`. `None` if there is no positive weight, if one is negative or
+    /// not finite, if there are more than 2²⁴ columns or rows, or if `weights` is not a whole number of rows.
     pub fn new(width: usize, weights: &[f32]) -> Option<Self> {
         if width == 0 || !weights.len().is_multiple_of(width) {
             return None;
@@ -63,12 +63,12 @@ impl Distribution2d {
         share(&self.rows, y) * share(self.row(y), x)
     }
 
-    /// Chooses a cell: its row by `u[1]`, its column by `u[0]`, each in [0, 1).
+    /// Samples a cell: its row by `u[1]` and its column by `u[0]`, each in [0, 1).
     #[inline]
-    pub fn sample(&self, u: [f32; 2]) -> Choice2d {
+    pub fn sample(&self, u: [f32; 2]) -> SampledCell {
         let (y, offset_y) = locate(&self.rows, u[1]);
         let (x, offset_x) = locate(self.row(y), u[0]);
-        Choice2d { cell: [x, y], offset: [offset_x, offset_y], probability: self.probability([x, y]) }
+        SampledCell { cell: [x, y], offset: [offset_x, offset_y], probability: self.probability([x, y]) }
     }
 
     #[inline]
@@ -77,14 +77,14 @@ impl Distribution2d {
     }
 }
 
-/// The entry that owns `u`, and where in it `u` lies.
+/// The entry that owns `u`, and the position of `u` in it.
 #[inline]
 fn locate(bounds: &[u32], u: f32) -> (usize, f32) {
-    // A cast from float saturates, and takes NaN to 0.
+    // A cast from float saturates, and converts NaN to 0.
     let step = ((u * STEPS as f32) as u32).min(STEPS - 1);
     let index = bounds.partition_point(|first| *first <= step) - 1;
     let (first, end) = (bounds[index], bounds[index + 1]);
-    // The middle of the step: an entry with a single one is met in its middle.
+    // The middle of the step.
     let offset = ((step - first) as f32 + 0.5) / (end - first) as f32;
     (index, offset.min(1.0 - f32::EPSILON))
 }

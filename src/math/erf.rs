@@ -1,8 +1,7 @@
 //! The error function and its inverse in single precision.
 
-/// erf(x) by Abramowitz and Stegun, *Handbook of Mathematical Functions*, 7.1.26: absolute error 1.5e-7 as a formula, and at most
-/// 17 roundings (2⁻²⁴ each, 1e-6 together) in single precision.
-/// ±1 for ±∞.
+/// erf(x) by Abramowitz and Stegun, *Handbook of Mathematical Functions*, 7.1.26. The absolute error of the formula is 1.5e-7,
+/// and at most 17 roundings in single precision (2⁻²⁴ each) add 1e-6. The value at ±∞ is ±1.
 #[inline]
 pub fn erf(x: f32) -> f32 {
     const A: [f32; 5] = [1.061_405_4, -1.453_152, 1.421_413_7, -0.284_496_74, 0.254_829_6];
@@ -12,8 +11,8 @@ pub fn erf(x: f32) -> f32 {
     (1.0 - polynomial * (-z * z).exp()).copysign(x)
 }
 
-/// The inverse of [`erf`] on (−1, 1), relative error below 1e-5; finite for every argument of at most 1 − 2⁻²⁴ in
-/// magnitude, and ±∞ at ±1 (Giles, *Approximating the erfinv Function*, GPU Computing Gems 2, ch. 10, single
+/// The inverse of [`erf`] on (−1, 1), with a relative error below 1e-5. It is finite for arguments up to 1 − 2⁻²⁴ in magnitude
+/// and ±∞ at ±1 (Giles, *Approximating the erfinv Function*, GPU Computing Gems 2, ch. 10, single
 /// precision).
 #[inline]
 pub fn erf_inv(x: f32) -> f32 {

@@ -1,4 +1,4 @@
-//! Rounding: error bounds, and ray origins that cannot hit the surface they leave.
+//! Bounds on rounding errors, and origins of spawned rays that cannot hit the surface they leave.
 //!
 //! Nothing here depends on the size of a scene: every bound is relative to the numbers that were rounded.
 
@@ -7,23 +7,22 @@ use glam::Vec3;
 /// Unit roundoff of `f32`, 2⁻²⁴: the largest relative error of one rounded operation.
 pub const UNIT_ROUNDOFF: f32 = f32::EPSILON * 0.5;
 
-/// Bound γₙ on the relative error of `n` rounded operations in a row, `n·u / (1 − n·u)`
+/// The bound γₙ on the relative error of `n` rounded operations in sequence, `n·u / (1 − n·u)`
 /// (Higham, *Accuracy and Stability of Numerical Algorithms*, lemma 3.1).
 pub const fn gamma(n: u32) -> f32 {
     let nu = n as f32 * UNIT_ROUNDOFF;
     nu / (1.0 - nu)
 }
 
-/// Longest shadow ray towards a point at parameter 1: the direction and the distance are both rounded,
-/// so that a surface through the target itself may come out this much early.
+/// `t_max` of a shadow ray to a point at parameter 1. Direction and distance are rounded, so that a surface through the target
+/// may be hit this much before it.
 pub const SHADOW_T_MAX: f32 = 1.0 - gamma(16);
 
-/// An origin for a ray that leaves the surface point `p` in direction `d`, outside the error box of `p`.
+/// An origin outside the error box of the surface point `p`, for a ray that leaves it in direction `d`.
 ///
-/// `error` bounds the distance of `p` to the true surface along each axis, `n` is the unit geometric normal
-/// (either side). The origin moves along the normal to the side `d` points to by just so much that the
-/// whole error box lies behind it, and every coordinate is then rounded away from the surface
-/// (Pharr, Jakob, Humphreys, *Physically Based Rendering*, 4th ed., §6.8.6).
+/// `error` bounds the distance of `p` from the true surface along each axis, and `n` is the unit geometric normal of either
+/// side. The origin is offset along the normal, to the side of `d`, until the whole error box lies behind it. Then every
+/// coordinate is rounded away from the surface (Pharr, Jakob, Humphreys, *Physically Based Rendering*, 4th ed., §6.8.6).
 pub fn safe_origin(p: Vec3, error: Vec3, n: Vec3, d: Vec3) -> Vec3 {
     let reach = n.abs().dot(error);
     let offset = if d.dot(n) < 0.0 { n * -reach } else { n * reach };
@@ -31,9 +30,9 @@ pub fn safe_origin(p: Vec3, error: Vec3, n: Vec3, d: Vec3) -> Vec3 {
     Vec3::new(step_along(o.x, offset.x), step_along(o.y, offset.y), step_along(o.z, offset.z))
 }
 
-/// The neighbour of `x` in the direction of the sign of `by`; `x` itself where `by` is zero.
+/// The next float after `x` in the direction of the sign of `by`, or `x` if `by` is zero.
 fn step_along(x: f32, by: f32) -> f32 {
-    // One ulp of |x|, or the smallest normal number near zero: cheaper than an exact neighbour, and never less.
+    // One ulp of |x|, or the smallest normal number near zero: cheaper than the exact next float, and never less.
     let ulp = (x.abs() * f32::EPSILON).max(f32::MIN_POSITIVE);
     if by > 0.0 {
         x + ulp

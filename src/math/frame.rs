@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-/// A right-handed orthonormal frame; `n` is the z axis of its local space.
+/// A right-handed orthonormal frame. `n` is the z axis of its local space.
 #[derive(Clone, Copy, Debug)]
 pub struct Frame {
     /// Local x in world space.
@@ -14,7 +14,7 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// The frame around the unit vector `n` without a branch or a division by zero, also at n = −z
+    /// The frame around the unit vector `n`, without branches and without a division by zero at n = −z
     /// (Duff et al., *Building an Orthonormal Basis, Revisited*, JCGT 6(1), 2017).
     #[inline]
     pub fn new(n: Vec3) -> Self {
@@ -28,28 +28,28 @@ impl Frame {
         }
     }
 
-    /// The frame around the unit vector `n` whose s is the part of `along` (any length) at right angles to `n`; that of
-    /// [`Frame::new`] where there is no such part.
+    /// The frame around the unit vector `n` whose s axis is the part of `along` (of any length) perpendicular to `n`, or that of
+    /// [`Frame::new`] if there is no such part.
     pub fn along(n: Vec3, along: Vec3) -> Self {
         let along = along.normalize_or_zero();
         let across = along - n * n.dot(along);
-        // Below this, what is left is rounding.
+        // Below this, the rest consists of rounding errors.
         if across.length_squared() < 1e-10 {
             return Self::new(n);
         }
-        // Once more: the first difference may have lost digits.
+        // Orthogonalised twice, because the first difference may have lost precision.
         let s = across.normalize();
         let s = (s - n * n.dot(s)).normalize();
         Self { s, t: n.cross(s), n }
     }
 
-    /// World to local.
+    /// World space to local space.
     #[inline]
     pub fn to_local(&self, v: Vec3) -> Vec3 {
         Vec3::new(v.dot(self.s), v.dot(self.t), v.dot(self.n))
     }
 
-    /// Local to world.
+    /// Local space to world space.
     #[inline]
     pub fn to_world(&self, v: Vec3) -> Vec3 {
         self.s * v.x + self.t * v.y + self.n * v.z
@@ -60,7 +60,7 @@ impl Frame {
 mod tests {
     use super::*;
 
-    /// Case N8. Frisvad's form (2012), here as the naive method, breaks down next to n = −z.
+    /// Frisvad's form (2012), the naive method here, breaks down near n = −z.
     #[test]
     fn frames_are_orthonormal_everywhere() {
         let frisvad = |n: Vec3| {
@@ -75,7 +75,7 @@ mod tests {
             (state >> 8) as f32 / 16_777_216.0 * 2.0 - 1.0
         };
         for i in 0..1_000_000 {
-            // Half of them within 1e-3 of the poles, where it is hard.
+            // Half of them within 1e-3 of the poles, the difficult case.
             let squeeze = if i % 2 == 0 { 1.0 } else { 1e-3 };
             let z = if i % 4 < 2 { -1.0 } else { 1.0 };
             let v = Vec3::new(next() * squeeze, next() * squeeze, if i % 2 == 0 { next() } else { z });

@@ -1,5 +1,5 @@
-//! Mathematics that knows nothing of rendering: frames, warps, distributions, the error function, float bounds, mixing of
-//! bits.
+//! Mathematics that knows nothing of rendering: frames, warps of the unit square with their densities, discrete
+//! distributions, probability densities with their measures, the error function, bounds on rounding errors, and bit mixing.
 
 pub mod bits;
 pub mod distribution;

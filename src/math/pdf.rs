@@ -9,13 +9,13 @@ pub struct PdfW(pub f32);
 pub struct PdfA(pub f32);
 
 impl PdfW {
-    /// Never sampled.
+    /// The density of directions that are never sampled.
     pub const ZERO: PdfW = PdfW(0.0);
 }
 
 impl PdfA {
-    /// The same density seen from a point at squared distance `distance2`, where the surface is inclined by
-    /// `cos` (either sign): `pdf_A · r² / |cos|`. Zero when the surface is seen edge-on.
+    /// Converts to solid angle at a point with squared distance `distance2`, where `cos` (of either sign) is the cosine at the
+    /// surface: `pdf_A · r² / |cos|`. Zero if the surface is seen edge-on.
     #[inline]
     pub fn to_solid_angle(self, distance2: f32, cos: f32) -> PdfW {
         let cos = cos.abs();

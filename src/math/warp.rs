@@ -1,5 +1,5 @@
-//! Maps from the unit square, each with its density. All keep neighbours together, so that a low-discrepancy
-//! sequence stays one.
+//! Warps: maps from the unit square, each with its density. All are continuous or nearly so, which preserves the low
+//! discrepancy of the samples.
 
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_4, TAU};
 
@@ -15,8 +15,7 @@ fn sin_cos_octant(x: f32) -> (f32, f32) {
     (sin, cos)
 }
 
-/// Unit square to unit disk, uniform by area, square rings to circles
-/// (Shirley and Chiu, *A Low Distortion Map Between Disk and Square*, JGT 2(3), 1997).
+/// Unit square to unit disk, uniform by area: the concentric map (Shirley and Chiu, *A Low Distortion Map Between Disk and Square*, JGT 2(3), 1997).
 #[inline]
 pub fn disk(u: [f32; 2]) -> Vec2 {
     let (a, b) = (2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0);
@@ -29,27 +28,27 @@ pub fn disk(u: [f32; 2]) -> Vec2 {
     if wide { Vec2::new(r * cos, r * sin) } else { Vec2::new(r * sin, r * cos) }
 }
 
-/// Unit square to the upper unit hemisphere, density cos θ / π.
+/// Unit square to the upper unit hemisphere, with density cos θ / π.
 #[inline]
 pub fn cosine_hemisphere(u: [f32; 2]) -> Vec3 {
     let d = disk(u);
-    // A point on the rim still gets a direction above the horizon.
+    // Keeps directions of points on the rim above the horizon.
     let z = (1.0 - d.length_squared()).max(1e-12).sqrt();
     Vec3::new(d.x, d.y, z)
 }
 
-/// Density of [`cosine_hemisphere`] per steradian; zero below the horizon.
+/// Density of [`cosine_hemisphere`] per steradian, zero below the horizon.
 #[inline]
 pub fn cosine_hemisphere_pdf(cos: f32) -> f32 {
     cos.max(0.0) * FRAC_1_PI
 }
 
-/// Unit square to a direction within the cone around +z where `1 − cos θ ≤ one_minus_cos_max`, uniform by
-/// solid angle. Takes 1 − cos rather than cos, so that a cone of 1e-8 rad is still a cone.
+/// Unit square to the cone around +z with `1 − cos θ ≤ one_minus_cos_max`, uniform by solid angle. The parameter is 1 − cos
+/// instead of cos to represent cones of 1e-8 rad.
 #[inline]
 pub fn cone(u: [f32; 2], one_minus_cos_max: f32) -> Vec3 {
     let d = disk(u);
-    // The squared radius in the disk is the uniform share of 1 − cos θ.
+    // The squared radius in the disk is uniform, as is 1 − cos θ.
     let r2 = d.length_squared();
     if r2 == 0.0 {
         return Vec3::Z;
@@ -65,14 +64,13 @@ pub fn cone_pdf(one_minus_cos_max: f32) -> f32 {
     1.0 / (TAU * one_minus_cos_max)
 }
 
-/// Unit square to the unit sphere, density 1 / 4π.
+/// Unit square to the unit sphere, with density 1 / 4π.
 #[inline]
 pub fn sphere(u: [f32; 2]) -> Vec3 {
     cone(u, 2.0)
 }
 
-/// Unit square to barycentric weights of two vertices of a triangle (the third has the rest), uniform by area
-/// (Heitz, *A Low-Distortion Map Between Triangle and Square*, 2019).
+/// Unit square to barycentric weights of two vertices of a triangle, uniform by area (Heitz, *A Low-Distortion Map Between Triangle and Square*, 2019).
 #[inline]
 pub fn triangle(u: [f32; 2]) -> (f32, f32) {
     if u[0] < u[1] {
@@ -84,16 +82,16 @@ pub fn triangle(u: [f32; 2]) -> (f32, f32) {
     }
 }
 
-/// [0, 1) to [0, 1], with a density that goes linearly from `a` at 0 to `b` at 1, up to a factor; neither negative nor
+/// [0, 1) to [0, 1], with a density proportional to the linear function from `a` at 0 to `b` at 1. Neither may be negative, nor
 /// both 0.
 #[inline]
 pub fn linear(u: f32, a: f32, b: f32) -> f32 {
-    // The root of the sum's square is that of a quadratic in the form that does not cancel for a = b.
+    // The solution of the quadratic equation in the form without cancellation for a = b.
     let root = (a * a + u * (b * b - a * a)).max(0.0).sqrt();
     (u * (a + b) / (a + root).max(f32::MIN_POSITIVE)).min(1.0)
 }
 
-/// Unit square to itself, with the density [`bilinear_pdf`] of the same corners.
+/// Unit square to itself, with the density [`bilinear_pdf`] of the same corner values.
 #[inline]
 pub fn bilinear(u: [f32; 2], corners: [[f32; 2]; 2]) -> [f32; 2] {
     let [[a, b], [c, d]] = corners;
@@ -101,7 +99,7 @@ pub fn bilinear(u: [f32; 2], corners: [[f32; 2]; 2]) -> [f32; 2] {
     [linear(u[0], a + (c - a) * y, b + (d - b) * y), y]
 }
 
-/// Density of [`bilinear`] at `p`: bilinear between `corners[y][x]`, not negative and not all 0.
+/// Density of [`bilinear`] at `p`: bilinear between the values `corners[y][x]`, which must not be negative nor all 0.
 #[inline]
 pub fn bilinear_pdf(p: [f32; 2], corners: [[f32; 2]; 2]) -> f32 {
     let [[a, b], [c, d]] = corners;

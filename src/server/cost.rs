@@ -1,10 +1,9 @@
-//! Where the time goes: what paths cost, by the place of the picture that they begin at.
+//! The cost map: the time that paths take, by the region of the picture where they begin.
 //!
-//! One path of 512 is timed, by two clocks. A system that takes the processor away in the middle of a path would charge its
-//! region with milliseconds, where paths take microseconds; the clock of the thread stands still then. That one costs a
-//! microsecond to read, which is no part of the path: the clock on the wall does not count it. The lesser of both is right.
-//! Where the machine itself is one of several on a host, neither tells: a cell's times go to five sums in turn, and the median
-//! of their means is not moved by one time that is off by a thousand.
+//! One path of 512 is timed by two clocks. Wall time would include the milliseconds during which the operating system runs
+//! another thread, where paths take microseconds. CPU time does not include these, but reading it takes a microsecond that is
+//! no part of the path. So the smaller of both is used. Neither notices time that a hypervisor takes away. Therefore the
+//! times of a cell are added to five sums in turn: one outlier by a factor of a thousand does not change the median of means.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
@@ -12,38 +11,38 @@ use std::time::{Duration, Instant};
 use crate::server::stats::thread_cpu_time;
 use crate::stream::BlockSink;
 
-/// Cells along each axis of a [`CostMap`].
+/// Number of cells along each axis of a [`CostMap`].
 pub const COST_CELLS: usize = 24;
 
-/// One path of 2^9 is timed: more of them would cost more than a few nanoseconds per path.
+/// One path of 2^9 is timed. More of them would cost more than a few nanoseconds per path.
 const TIMED_BITS: u32 = 9;
 
-/// Sums of a cell.
+/// Number of sums per cell.
 const BATCHES: usize = 5;
 
-/// What paths cost by cell, row by row from the top left; `uv` from 0 to 1 along both axes, the overscan left out.
+/// The cost of paths by cell, row by row from the top left. The cells cover the picture without overscan.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CostMap {
-    /// Seconds of one index on one thread, median of means, without what other programs took; 0 where `counts` is.
+    /// Seconds per index on one thread, as a median of means, without the time of other programs. 0 where `counts` is 0.
     pub seconds: Vec<f64>,
-    /// Indices that were timed.
+    /// Number of indices that were timed.
     pub counts: Vec<u64>,
 }
 
 impl CostMap {
-    /// True before anything was timed, or where nobody asked for times.
+    /// True if nothing was timed.
     pub fn is_empty(&self) -> bool {
         self.counts.iter().all(|count| *count == 0)
     }
 
-    /// Share of each cell in the time of all, if as many paths begin in each; 0 where nothing was timed.
+    /// Fraction of each cell in the total time, if equally many paths begin in each cell. 0 where nothing was timed.
     pub fn shares(&self) -> Vec<f64> {
         let sum: f64 = self.seconds.iter().sum();
         self.seconds.iter().map(|seconds| if sum > 0.0 { seconds / sum } else { 0.0 }).collect()
     }
 }
 
-/// Nanoseconds and counts of one worker, cell by cell: nobody else writes them.
+/// Nanoseconds and counts of one worker by cell. Only that worker writes them.
 #[derive(Debug)]
 pub(super) struct CostGrid(Vec<[[AtomicU64; 2]; BATCHES]>);
 
@@ -54,7 +53,7 @@ impl Default for CostGrid {
 }
 
 impl CostGrid {
-    /// The cell of a place; `None` outside of the picture, and for NaN.
+    /// The cell that contains `uv`. `None` outside the picture and for NaN.
     fn cell(uv: [f32; 2]) -> Option<usize> {
         let inside = uv.iter().all(|x| (0.0..1.0).contains(x));
         let [x, y] = uv.map(|x| ((x * COST_CELLS as f32) as usize).min(COST_CELLS - 1));
@@ -70,7 +69,7 @@ impl CostGrid {
         }
     }
 
-    /// What several workers have found.
+    /// The cost map of several workers.
     pub(super) fn read(grids: &[Self]) -> CostMap {
         let cell = |i: usize| {
             let sum = |batch: usize, k: usize| -> u64 {
@@ -87,39 +86,43 @@ impl CostGrid {
     }
 }
 
-/// The middle one, or the mean of both; 0 of none.
+/// The median, 0 for no values.
 fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     let n = values.len();
     if n == 0 { 0.0 } else { 0.5 * (values[n / 2] + values[(n - 1) / 2]) }
 }
 
-/// Times some paths of a worker; without a grid it does nothing.
+/// Times some paths of a worker. Without a grid it does nothing.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Probe<'a>(Option<&'a CostGrid>);
 
-/// When a path was begun, by the clock of the thread and on the wall.
-pub(super) type Begun = (Option<Duration>, Instant);
+/// The start of a path in CPU time and wall time.
+#[derive(Clone, Copy)]
+pub(super) struct StartedPath {
+    cpu: Option<Duration>,
+    wall: Instant,
+}
 
 impl<'a> Probe<'a> {
     pub(super) fn new(grid: Option<&'a CostGrid>) -> Self {
         Self(grid)
     }
 
-    /// The time, if the path of this index is one to be timed.
+    /// Starts timing, if the path of this index is to be timed.
     ///
-    /// Multiples of the golden ratio spread such indices evenly over all remainders: those of a power of 2, as every 512th
-    /// would have, lie side by side in the picture.
+    /// Indices are selected by multiples of the golden ratio, which spreads them evenly over all residues. Every 512th index
+    /// would not do: such paths begin close together in the picture.
     #[inline]
-    pub(super) fn begin(self, index: u64) -> Option<Begun> {
+    pub(super) fn begin(self, index: u64) -> Option<StartedPath> {
         let timed = self.0.is_some() && is_timed(index);
-        timed.then(|| (thread_cpu_time(), Instant::now()))
+        timed.then(|| StartedPath { cpu: thread_cpu_time(), wall: Instant::now() })
     }
 
-    /// Notes the path whose samples the sink has taken since [`BlockSink::begin_path`].
+    /// Records the time of the path whose samples the sink has taken since [`BlockSink::begin_path`].
     #[inline]
-    pub(super) fn end(self, begun: Option<Begun>, sink: &BlockSink) {
-        if let Some((cpu, wall)) = begun {
+    pub(super) fn end(self, started: Option<StartedPath>, sink: &BlockSink) {
+        if let Some(StartedPath { cpu, wall }) = started {
             self.note(wall.elapsed(), cpu, sink);
         }
     }
@@ -156,7 +159,7 @@ mod tests {
         assert!((map.seconds[right] - 9e-6).abs() < 1e-12 && map.counts[right] == 1);
         let shares = map.shares();
         assert!((shares[0] - 0.25).abs() < 1e-9 && (shares[right] - 0.75).abs() < 1e-9);
-        // What has nothing to do with the path.
+        // An outlier that has nothing to do with the path.
         grids[0].add(cell([0.5, 0.0]), Duration::from_millis(5));
         (0..9).for_each(|_| grids[0].add(cell([0.5, 0.0]), Duration::from_micros(7)));
         let top = CostGrid::read(&grids);

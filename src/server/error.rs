@@ -1,4 +1,4 @@
-//! What can go wrong between a caller and the server.
+//! Errors of the server.
 
 use crate::stream::Epoch;
 
@@ -8,22 +8,22 @@ pub enum ServerError {
     /// The operating system refused a thread.
     #[error("cannot start tracer thread {number} of {threads}: {source}; use fewer with --threads")]
     Spawn {
-        /// Which one.
+        /// Number of the thread.
         number: usize,
-        /// How many were wanted.
+        /// Number of threads asked for.
         threads: usize,
-        /// Why.
+        /// The system's error.
         source: std::io::Error,
     },
-    /// Zero threads were asked for.
+    /// The server was to have no threads.
     #[error("a server needs at least one thread; leave --threads out to use every core")]
     NoThreads,
-    /// The epoch of a render command is not newer than the last one's.
+    /// The epoch of a render command is not newer than the last one.
     #[error("render: epoch {new:?} is not newer than {last:?}; take last.next()")]
     StaleEpoch {
-        /// Offered.
+        /// The epoch of the command.
         new: Epoch,
-        /// Highest so far.
+        /// The latest epoch.
         last: Epoch,
     },
     /// The server has been terminated.

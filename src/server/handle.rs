@@ -1,4 +1,4 @@
-//! The caller's handle to the tracing threads.
+//! The caller's interface to the tracing threads.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -9,20 +9,19 @@ use std::time::Duration;
 use crate::server::cost::{CostGrid, CostMap};
 use crate::server::error::ServerError;
 use crate::server::job::{RenderJob, Task};
-use crate::server::priority::Priority;
 use crate::server::spans::{SpanLog, Spans};
 use crate::server::stats::{Stats, StatsCell};
-use crate::server::worker::{self, Work, Worker, trace_chunks};
+use crate::server::worker::{self, Priority, Work, Worker, trace_chunks};
 use crate::server::wrapper::{Message, WorkerHandle, Wrapper};
 use crate::stream::{BlockSink, Command, Epoch, Event, Hub, LANE_BLOCKS, Lanes, lanes};
 use crate::tracer::Integrator;
 
-/// A handle to the tracing threads. All methods may be called from any thread; dropping it is [`Server::term`].
+/// A handle to the tracing threads. All methods may be called from any thread. Dropping it calls [`Server::term`].
 pub struct Server {
     messages: Sender<Message>,
     events: Mutex<Receiver<Event>>,
     hub: Arc<Hub>,
-    /// The render commanded last.
+    /// The latest render.
     latest: Mutex<Option<Arc<Task>>>,
     threads: usize,
     timed: AtomicBool,
@@ -31,16 +30,16 @@ pub struct Server {
 }
 
 impl Server {
-    /// Starts `threads` tracing threads and the wrapper; they sleep until the first render.
+    /// Starts `threads` tracing threads and the wrapper thread. They sleep until the first render.
     ///
     /// # Errors
     ///
-    /// [`ServerError::NoThreads`] for 0, [`ServerError::Spawn`] when the system refuses a thread.
+    /// [`ServerError::NoThreads`] for 0, [`ServerError::Spawn`] if the system refuses a thread.
     pub fn start(threads: usize) -> Result<(Server, Lanes), ServerError> {
         Self::start_with(threads, Priority::Normal)
     }
 
-    /// The same, with tracing threads of this priority.
+    /// As [`start`](Self::start), with a priority for the tracing threads.
     ///
     /// # Errors
     ///
@@ -78,19 +77,19 @@ impl Server {
         Ok((server, lanes))
     }
 
-    /// Command *render*: workers leave the render in progress after their current path and begin this one. Returns at
-    /// once; [`Event::Finished`] follows when the range is done or the render is stopped.
+    /// The command *render*: workers leave the render in progress after their current path and begin this one. Returns at once.
+    /// [`Event::Finished`] follows when the range is done or the render is stopped.
     ///
     /// # Errors
     ///
     /// [`ServerError::StaleEpoch`] unless `epoch` is newer than every one before; [`ServerError::Terminated`].
     pub fn render<I: Integrator>(&self, job: RenderJob<I>, epoch: Epoch) -> Result<(), ServerError> {
         let timed = self.timed.load(Ordering::Relaxed);
-        let task = Arc::new(Task::new(&job, epoch, (self.threads, timed)));
+        let task = Arc::new(Task::new(&job, epoch, self.threads, timed));
         let integrator = job.integrator;
         let work: Work =
             Arc::new(move |worker, task, watch| trace_chunks(integrator.as_ref(), worker, task, watch));
-        // Held to the end, so that epochs, tasks and commands stay in the same order.
+        // Locked until the end, so that epochs, tasks and commands stay in the same order.
         let mut latest = unpoisoned(&self.latest);
         if let Some(last) = latest.as_ref().map(|task| task.epoch).filter(|last| *last >= epoch) {
             return Err(ServerError::StaleEpoch { new: epoch, last });
@@ -104,37 +103,37 @@ impl Server {
         self.messages.send(Message::Command(command)).map_err(|_| ServerError::Terminated)
     }
 
-    /// Command *abort*: stops the render in progress after at most one path per worker. Blocks sent so far, and the
-    /// begun ones that still fit into their lanes, remain valid: the picture so far can be finished from them.
+    /// The command *abort*: stops the render in progress after at most one path per worker. Blocks that were sent, and unfinished
+    /// ones that still fit into their lanes, remain valid: the picture so far can be completed from them.
     pub fn abort(&self) {
         self.hub.run(None);
         let _ = self.messages.send(Message::Command(Command::Abort));
     }
 
-    /// Command *term*: stops the render in progress and ends all threads; returns when they have ended, after at most
-    /// one path per worker, whether or not anybody drains the lanes.
+    /// The command *term*: stops the render in progress and ends all threads. Returns when they have ended, after at most one
+    /// path per worker, whether or not anybody drains the lanes.
     pub fn term(&self) {
         let _latest = unpoisoned(&self.latest);
         self.hub.run(None);
         let _ = self.messages.send(Message::Command(Command::Term));
         if let Some(wrapper) = unpoisoned(&self.wrapper).take() {
-            // It panics nowhere; and if it did there would be nothing left to do here.
+            // The wrapper does not panic, and if it did there would be nothing left to do here.
             let _ = wrapper.join();
         }
     }
 
-    /// The oldest event not yet taken. [`Lanes::wait`] wakes up for events too.
+    /// The oldest event that has not been read. [`Lanes::wait`] wakes up for events, too.
     pub fn event(&self) -> Option<Event> {
         unpoisoned(&self.events).try_recv().ok()
     }
 
-    /// As [`Server::event`], but waits for one. The lanes must be drained by another thread meanwhile, or a render
-    /// that fills them cannot finish.
+    /// As [`Server::event`], but waits for an event. Another thread must drain the lanes meanwhile, or a render that fills them
+    /// cannot finish.
     pub fn wait_event(&self, timeout: Duration) -> Option<Event> {
         unpoisoned(&self.events).recv_timeout(timeout).ok()
     }
 
-    /// What the workers have done for the render commanded last; exact once it has finished, a moment old before.
+    /// Statistics of the latest render. They are exact once it has finished, and slightly out of date before.
     pub fn stats(&self) -> Stats {
         unpoisoned(&self.latest).as_ref().map_or_else(Stats::default, |task| Stats {
             epoch: task.epoch,
@@ -142,33 +141,32 @@ impl Server {
         })
     }
 
-    /// Has paths timed by the region of the picture, or not, from the next render on; see [`Server::cost_map`]. It costs
-    /// a few nanoseconds per path.
+    /// Switches the cost map on or off from the next render on; see [`Server::cost_map`]. It costs a few nanoseconds per path.
     pub fn set_cost_map(&self, on: bool) {
         self.timed.store(on, Ordering::Relaxed);
     }
 
-    /// What paths of the render commanded last cost by region; nothing unless [`Server::set_cost_map`] asked for it before.
+    /// The cost of the latest render's paths by region of the picture. Empty unless [`Server::set_cost_map`] was called before.
     ///
-    /// A path is charged to the place of its first camera sample, or of its first sample where it has none: the map means
-    /// something for methods whose indices are one path each from the camera.
+    /// A path is attributed to the position of its first camera sample, or of its first sample if there is none. So the map is
+    /// meaningful for methods that trace one path from the camera per index.
     pub fn cost_map(&self) -> CostMap {
         unpoisoned(&self.latest).as_ref().map_or_else(CostMap::default, |task| CostGrid::read(&task.costs))
     }
 
-    /// Switches the recording of [`Span`](crate::server::Span)s on or off, for the chunks that begin from now on. Off, it
-    /// costs one relaxed load per chunk.
+    /// Switches the recording of [`ChunkSpan`](crate::server::ChunkSpan)s on or off for chunks that begin from now on. When off,
+    /// it costs one relaxed load per chunk.
     pub fn set_tracing(&self, on: bool) {
         self.spans.set(on);
     }
 
-    /// Takes what was recorded since the last call; of each worker the last
-    /// [`MAX_SPANS`](crate::server::spans::MAX_SPANS) chunks at most.
+    /// Takes the chunks recorded since the last call: of each worker at most the last
+    /// [`MAX_SPANS`](crate::server::spans::MAX_SPANS).
     pub fn take_spans(&self) -> Spans {
         self.spans.take()
     }
 
-    /// Tracing threads.
+    /// Number of tracing threads.
     pub fn threads(&self) -> usize {
         self.threads
     }
@@ -189,7 +187,7 @@ fn spawn_worker(worker: Worker, done: Sender<Message>) -> std::io::Result<Worker
     Ok(WorkerHandle { assign, thread })
 }
 
-/// The state behind these locks is whole at every moment: a panic elsewhere does not spoil it.
+/// Locks `mutex`. The state behind these locks is valid at every moment, so a panic elsewhere does not invalidate it.
 fn unpoisoned<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
 }

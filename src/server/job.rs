@@ -1,4 +1,4 @@
-//! What to render, and how its indices are handed out.
+//! The description of a render, and the distribution of its indices to the workers.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -12,47 +12,47 @@ use crate::tracer::Integrator;
 
 pub use crate::stream::CHUNK;
 
-/// Blocks are sent at this age even when they are not full.
+/// The age at which a block is sent even if it is not full.
 pub const DEADLINE: Duration = Duration::from_millis(2);
 
-/// A range of the sample sequence to be traced.
+/// A render: a range of path indices to be traced.
 #[derive(Debug)]
 pub struct RenderJob<I> {
-    /// What traces one index.
+    /// The algorithm that traces one index.
     pub integrator: Arc<I>,
-    /// Indices; `0..u64::MAX` goes on until aborted.
+    /// The path indices. `0..u64::MAX` goes on until aborted.
     pub range: Range<u64>,
-    /// Where samples may lie; the same window as the integrator's.
+    /// The window in which samples may lie, the same as the integrator's.
     pub window: UvWindow,
-    /// Age at which an unfinished block is sent. `None`: full blocks (and ends of chunks) only, which makes the
-    /// blocks themselves, not only their samples, independent of time and threads.
+    /// The age at which a block is sent even if it is not full. With `None` only full blocks and ends of chunks are sent. Then
+    /// the blocks themselves, and not only their samples, are independent of time and threads.
     pub deadline: Option<Duration>,
 }
 
 impl<I: Integrator> RenderJob<I> {
-    /// A job over the picture's window with the usual deadline.
+    /// A job for the window of the picture, with the default deadline.
     pub fn new(integrator: Arc<I>, range: Range<u64>) -> Self {
         Self { integrator, range, window: UvWindow::PICTURE, deadline: Some(DEADLINE) }
     }
 }
 
-/// One render as the workers share it.
+/// One render, as the workers share it.
 #[derive(Debug)]
 pub(super) struct Task {
     pub(super) epoch: Epoch,
     pub(super) window: UvWindow,
     pub(super) deadline: Option<Duration>,
     pub(super) stats: Vec<StatsCell>,
-    /// One per worker, or none.
+    /// One grid per worker, or none.
     pub(super) costs: Vec<CostGrid>,
     range: Range<u64>,
-    /// Chunks handed out.
+    /// Number of chunks handed out.
     claimed: AtomicU64,
 }
 
 impl Task {
-    /// `timed`: some paths are timed, for a map of costs.
-    pub(super) fn new<I>(job: &RenderJob<I>, epoch: Epoch, (threads, timed): (usize, bool)) -> Self {
+    /// The task for `threads` workers. `timed` switches the cost map on.
+    pub(super) fn new<I>(job: &RenderJob<I>, epoch: Epoch, threads: usize, timed: bool) -> Self {
         let grids = if timed { threads } else { 0 };
         Self {
             epoch,
@@ -65,7 +65,7 @@ impl Task {
         }
     }
 
-    /// The next chunk: contiguous, aligned to [`CHUNK`], cut at the ends of the range. Ascending over all workers.
+    /// Claims the next chunk: contiguous indices, aligned to [`CHUNK`] and clipped to the range, ascending over all workers.
     pub(super) fn claim(&self) -> Option<Range<u64>> {
         let Range { start, end } = self.range;
         let chunk = (start / CHUNK).checked_add(self.claimed.fetch_add(1, Ordering::Relaxed))?;

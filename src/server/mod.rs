@@ -1,14 +1,22 @@
-//! The server (paper §4.1): threads that trace without pause and answer to three commands.
+//! The server (paper §4.1): threads that trace without pause and obey three commands.
 //!
 //! ```text
-//! Server::start(threads) ─▶ Server (commands, events, statistics) and Lanes (the samples, for the client)
+//! Server::start(threads) ─▶ Server (commands, events, statistics) and Lanes (the samples, for the consumer)
 //!   wrapper thread: term | abort | render ─▶ one assignment per worker ─▶ finish event when the last one is done
 //!   worker i: claim a chunk of 1024 indices ─▶ trace ─▶ block ─▶ lane i
 //! ```
 //!
-//! - *render* and *abort* take effect at once: workers look at one atomic epoch between paths.
-//! - The *finish* event is asynchronous; draining the lanes is the paper's synchronous query.
-//! - A path that panics ends its render with an event that names the index; the threads live on.
+//! - *render* and *abort* take effect at once, because workers load one atomic epoch between two paths.
+//! - The *finish* event is asynchronous. Draining the lanes is the paper's synchronous query.
+//! - A path that panics ends its render with an event that names the path's index. The threads live on.
+//!
+//! `handle` is the interface. `job` describes a render and hands out chunks of its indices. `wrapper` is the thread that
+//! executes commands, and `worker` a tracing thread. `stats`, `cost` and `spans` measure.
+//!
+//! # Writing another producer
+//!
+//! Whatever makes samples needs no server: [`stream`](crate::stream) describes how a producer fills the lanes. To trace with
+//! another algorithm, implement [`Integrator`](crate::tracer::Integrator) and hand it to [`Server::render`], as this example does:
 //!
 //! ```
 //! # use std::{sync::Arc, time::Duration};
@@ -39,7 +47,6 @@ pub mod cost;
 pub mod error;
 pub mod handle;
 pub mod job;
-pub mod priority;
 pub mod spans;
 pub mod stats;
 mod worker;
@@ -49,6 +56,6 @@ pub use cost::{COST_CELLS, CostMap};
 pub use error::ServerError;
 pub use handle::Server;
 pub use job::{CHUNK, DEADLINE, RenderJob};
-pub use priority::Priority;
-pub use spans::{Span, Spans};
+pub use spans::{ChunkSpan, Spans};
 pub use stats::{Stats, WorkerStats, thread_cpu_time};
+pub use worker::Priority;

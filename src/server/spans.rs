@@ -1,4 +1,4 @@
-//! When each worker traced which chunk, for a timeline; recorded only when asked for.
+//! A timeline of the chunks that each worker traced, recorded on request.
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -7,51 +7,56 @@ use std::time::{Duration, Instant};
 
 use crate::stream::LaneWriter;
 
-/// Chunks remembered per worker; a chunk takes about a millisecond. The oldest ones go first.
+/// Most chunks that are kept per worker; a chunk takes about a millisecond. The oldest ones are dropped first.
 pub const MAX_SPANS: usize = 4096;
 
-/// One chunk as one worker traced it.
+/// The time that one worker spent on one chunk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Span {
+pub struct ChunkSpan {
     /// The worker.
     pub worker: usize,
     /// First index of the chunk.
     pub first: u64,
     /// When it was claimed.
     pub start: Instant,
-    /// When its last block was in the lane.
+    /// When its last block was sent.
     pub end: Instant,
-    /// Time of it asleep on a full lane, in all.
+    /// Total time asleep on a full lane meanwhile.
     pub parked: Duration,
     /// Begin and end of the last of those sleeps.
     pub last_park: Option<(Instant, Instant)>,
 }
 
-/// What [`Server::take_spans`](crate::server::Server::take_spans) hands out.
+/// The result of [`Server::take_spans`](crate::server::Server::take_spans).
 #[derive(Clone, Debug, Default)]
 pub struct Spans {
-    /// By worker, then in order of time.
-    pub spans: Vec<Span>,
-    /// Lost since the last call because nobody took them in time.
+    /// The chunks, by worker, then in order of time.
+    pub spans: Vec<ChunkSpan>,
+    /// Number of chunks that were dropped since the last call.
     pub dropped: u64,
 }
 
-/// Where the workers write. Each has a lock of its own, which nobody else wants except for the moment of taking.
+/// The log that the workers write. Each worker has a lock of its own, which is contended only while the log is read.
 #[derive(Debug)]
 pub(super) struct SpanLog {
     on: AtomicBool,
-    workers: Vec<Mutex<Ring>>,
+    workers: Vec<Mutex<WorkerSpans>>,
 }
 
 #[derive(Debug, Default)]
 #[repr(align(128))]
-struct Ring {
-    spans: VecDeque<Span>,
+struct WorkerSpans {
+    spans: VecDeque<ChunkSpan>,
     dropped: u64,
 }
 
-/// A chunk that was begun: its first index, when, and the time slept so far.
-pub(super) type Begun = Option<(u64, Instant, Duration)>;
+/// The start of a chunk: its first index, the time, and the time parked so far.
+#[derive(Clone, Copy)]
+pub(super) struct StartedSpan {
+    first: u64,
+    start: Instant,
+    parked: Duration,
+}
 
 impl SpanLog {
     pub(super) fn new(threads: usize) -> Self {
@@ -63,19 +68,23 @@ impl SpanLog {
         self.on.store(on, Ordering::Relaxed);
     }
 
-    /// Notes the begin of a chunk; `None` while nothing is recorded.
+    /// Starts a span. `None` while nothing is recorded.
     #[inline]
-    pub(super) fn begin(&self, first: u64, writer: &LaneWriter) -> Begun {
-        self.on.load(Ordering::Relaxed).then(|| (first, Instant::now(), writer.parked()))
+    pub(super) fn begin(&self, first: u64, writer: &LaneWriter) -> Option<StartedSpan> {
+        self.on.load(Ordering::Relaxed).then(|| StartedSpan {
+            first,
+            start: Instant::now(),
+            parked: writer.parked(),
+        })
     }
 
-    /// Notes its end.
+    /// Ends a span.
     #[inline]
-    pub(super) fn end(&self, worker: usize, begun: Begun, writer: &LaneWriter) {
-        let Some((first, start, parked)) = begun else { return };
+    pub(super) fn end(&self, worker: usize, started: Option<StartedSpan>, writer: &LaneWriter) {
+        let Some(StartedSpan { first, start, parked }) = started else { return };
         let parked = writer.parked() - parked;
         let last_park = writer.last_park().filter(|_| parked > Duration::ZERO);
-        let span = Span { worker, first, start, end: Instant::now(), parked, last_park };
+        let span = ChunkSpan { worker, first, start, end: Instant::now(), parked, last_park };
         let mut ring = self.workers[worker].lock().unwrap_or_else(PoisonError::into_inner);
         if ring.spans.len() == MAX_SPANS {
             ring.spans.pop_front();

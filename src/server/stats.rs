@@ -1,4 +1,4 @@
-//! What the workers have done, readable at any time.
+//! Statistics of the workers, readable at any time.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -6,37 +6,36 @@ use std::time::{Duration, Instant};
 
 use crate::stream::{Epoch, Rejections, Totals};
 
-/// One worker's share of a render.
+/// Statistics of one worker in one render.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WorkerStats {
-    /// Time in the render without the time parked on a full lane.
+    /// Time spent on the render, without the time parked on a full lane.
     pub busy: Duration,
-    /// Time on a processor, where the system tells (Linux): unlike `busy` not lengthened by other programs.
+    /// CPU time, where the system reports it (Linux). Unlike `busy` it does not include the time of other programs.
     pub cpu: Option<Duration>,
     /// Time parked on a full lane.
     pub parked: Duration,
-    /// Indices traced.
+    /// Number of indices traced.
     pub paths: u64,
-    /// Samples sent.
+    /// Number of samples sent.
     pub samples: u64,
-    /// Samples discarded because the render was stopped while the lane was full.
+    /// Number of samples discarded because the render was stopped while the lane was full.
     pub discarded: u64,
-    /// Samples kept out of the stream.
+    /// Rejected samples.
     pub rejections: Rejections,
 }
 
-/// A snapshot of the last render.
+/// Statistics of the latest render.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Stats {
-    /// Which render; `Epoch(0)` before the first.
+    /// The render, `Epoch(0)` before the first one.
     pub epoch: Epoch,
     /// One entry per worker.
     pub workers: Vec<WorkerStats>,
 }
 
 impl Stats {
-    /// The sum over all workers. `busy` (or `cpu`) is then the number of *tracing seconds*; `cpu` is `None` when one
-    /// worker does not know it.
+    /// The sum over all workers. `cpu` is `None` if it is unknown for one of them.
     pub fn total(&self) -> WorkerStats {
         let zero = WorkerStats { cpu: Some(Duration::ZERO), ..WorkerStats::default() };
         self.workers.iter().fold(zero, |mut sum, worker| {
@@ -52,7 +51,7 @@ impl Stats {
     }
 }
 
-/// Where one worker publishes its numbers; on cache lines of its own.
+/// The statistics that one worker publishes, on cache lines of its own.
 #[derive(Debug, Default)]
 #[repr(align(128))]
 pub(super) struct StatsCell {
@@ -106,7 +105,7 @@ fn nanoseconds(time: Duration) -> u64 {
     u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
 }
 
-/// Time this thread has spent on a processor; `None` where the system does not tell. About a microsecond to read.
+/// CPU time of this thread, `None` where the system does not report it. Reading it takes about a microsecond.
 pub fn thread_cpu_time() -> Option<Duration> {
     #[cfg(target_os = "linux")]
     {
@@ -128,13 +127,13 @@ pub(super) struct Stopwatch<'a> {
 }
 
 impl<'a> Stopwatch<'a> {
-    /// `parked`: what the lane's writer says at this moment.
+    /// Starts it. `parked` is the present value of [`LaneWriter::parked`](crate::stream::LaneWriter::parked).
     pub(super) fn start(cell: &'a StatsCell, parked: Duration) -> Self {
         let now = Instant::now();
         Self { cell, start: now, parked_before: parked, cpu_before: thread_cpu_time(), cpu_read: now }
     }
 
-    /// Publishes wall times, and processor time now and then.
+    /// Publishes wall times, and every 100 ms CPU time.
     pub(super) fn lap(&mut self, now: Instant, parked: Duration) {
         let parked = parked.saturating_sub(self.parked_before);
         self.cell.times((now - self.start).saturating_sub(parked), parked);

@@ -1,4 +1,4 @@
-//! One tracing thread: claims chunks, traces paths, flushes blocks in time.
+//! One tracing thread: it claims chunks, traces their paths and flushes blocks in time.
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -8,24 +8,47 @@ use std::time::{Duration, Instant};
 
 use crate::server::cost::Probe;
 use crate::server::job::Task;
-use crate::server::priority::Priority;
 use crate::server::spans::SpanLog;
 use crate::server::stats::{StatsCell, Stopwatch};
 use crate::server::wrapper::Message;
 use crate::stream::{BlockSink, FinishReason};
 use crate::tracer::Integrator;
 
-/// What a worker does for one render: [`trace_chunks`] for one type of integrator. The only dynamic call, once per
-/// worker and render.
+/// Scheduling priority of the tracing threads.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Priority {
+    /// That of every other thread.
+    #[default]
+    Normal,
+    /// The lowest: the window, or a driver that renders on the CPU, comes first. The scheduler of Linux shares by weight, so
+    /// the threads still run and respond to commands.
+    Background,
+}
+
+impl Priority {
+    /// Gives the calling thread this priority. Lowering it needs no privileges. On systems without thread priorities nothing
+    /// changes.
+    fn apply(self) {
+        #[cfg(target_os = "linux")]
+        if self == Priority::Background {
+            /// The lowest priority of nice(2).
+            const LOWEST: i32 = 19;
+            // On Linux a nice value belongs to a thread, and `None` stands for the calling one.
+            let _ = rustix::process::setpriority_process(None, LOWEST);
+        }
+    }
+}
+
+/// [`trace_chunks`] for one type of integrator. This is the only dynamic call: one per worker and render.
 pub(super) type Work = Arc<dyn Fn(&mut Worker, &Task, &mut Stopwatch) -> FinishReason + Send + Sync>;
 
-/// A render as it is sent to a worker.
+/// A render, as it is sent to a worker.
 pub(super) struct Assignment {
     pub(super) task: Arc<Task>,
     pub(super) work: Work,
 }
 
-/// What one thread owns.
+/// The state of a tracing thread.
 pub(super) struct Worker {
     pub(super) number: usize,
     pub(super) sink: BlockSink,
@@ -33,19 +56,19 @@ pub(super) struct Worker {
     pub(super) priority: Priority,
 }
 
-/// Body of a tracing thread: one assignment after another until the wrapper hangs up.
+/// The body of a tracing thread: one assignment after another until the wrapper closes the channel.
 pub(super) fn run(mut worker: Worker, assignments: Receiver<Assignment>, done: Sender<Message>) {
     worker.priority.apply();
     for Assignment { task, work } in assignments {
         let cell = &task.stats[worker.number];
         let mut watch = Stopwatch::start(cell, worker.sink.writer().parked());
         worker.sink.start(task.epoch, task.window);
-        // The sink stays usable after a panic: its block is restarted, the lane is untouched between flushes.
+        // The sink stays usable after a panic: its block is restarted, and the lane is not touched between flushes.
         let reason = catch_unwind(AssertUnwindSafe(|| work(&mut worker, &task, &mut watch)))
             .unwrap_or_else(|panic| stop_after_panic(&mut worker, &task, panic.as_ref()));
         cell.totals(worker.sink.totals());
         watch.finish(worker.sink.writer().parked());
-        // An idle worker must not keep the integrator alive; its `drop` is foreign code too.
+        // An idle worker must not keep the integrator alive, and its `drop` may panic, too.
         let _ = catch_unwind(AssertUnwindSafe(|| drop(work)));
         if done.send(Message::WorkerDone { epoch: task.epoch, reason }).is_err() {
             return;
@@ -53,7 +76,7 @@ pub(super) fn run(mut worker: Worker, assignments: Receiver<Assignment>, done: S
     }
 }
 
-/// Drops the samples of the path that panicked, stops the other workers and sends what was good.
+/// Drops the samples of the path that panicked, stops the other workers and sends the samples of complete paths.
 fn stop_after_panic(worker: &mut Worker, task: &Task, panic: &(dyn Any + Send)) -> FinishReason {
     let message = panic
         .downcast_ref::<&str>()
@@ -66,7 +89,7 @@ fn stop_after_panic(worker: &mut Worker, task: &Task, panic: &(dyn Any + Send)) 
     FinishReason::Panicked { index: worker.sink.index(), message }
 }
 
-/// Traces chunks of `task` until there are none or its epoch may not run any more, which is looked up before every path.
+/// Traces chunks of `task` until there are none left or its epoch is stopped, which is checked before every path.
 pub(super) fn trace_chunks<I: Integrator>(
     integrator: &I,
     worker: &mut Worker,
@@ -78,7 +101,7 @@ pub(super) fn trace_chunks<I: Integrator>(
     let mut scratch = I::Scratch::default();
     let paths = integrator.paths_per_index();
     let probe = Probe::new(task.costs.get(*number));
-    let mut clock = Clock::new((watch, &task.stats[*number]), task.deadline, sink);
+    let mut timer = FlushTimer::new(watch, &task.stats[*number], task.deadline, sink);
     while let Some(chunk) = task.claim() {
         let span = spans.begin(chunk.start, sink.writer());
         sink.begin_chunk(chunk.start);
@@ -93,7 +116,7 @@ pub(super) fn trace_chunks<I: Integrator>(
             integrator.trace(index, &mut scratch, sink);
             probe.end(begun, sink);
             sink.end_path(paths);
-            clock.after_path(sink);
+            timer.after_path(sink);
         }
         let sent = sink.flush();
         spans.end(*number, span, sink.writer());
@@ -104,28 +127,29 @@ pub(super) fn trace_chunks<I: Integrator>(
     FinishReason::Complete
 }
 
-/// Looks at the time now and then: after every path when paths are slow, after every 16th when they are fast, so that
-/// the look costs a nanosecond or two per path and no block waits much beyond its deadline.
-struct Clock<'a, 'b> {
+/// Reads the clock after every path if paths are slow, and after every 16th if they are fast. So it costs a nanosecond or two
+/// per path, and no block waits much longer than its deadline.
+struct FlushTimer<'a, 'b> {
     watch: &'a mut Stopwatch<'b>,
     cell: &'a StatsCell,
     deadline: Option<Duration>,
-    /// Paths until the next look.
+    /// Paths until the next reading.
     countdown: u32,
-    /// Paths between two looks.
+    /// Paths between two readings.
     every: u32,
-    last_look: Instant,
-    /// Flushes counted at the last look, and the time of the look that first saw that count.
+    last_reading: Instant,
+    /// The number of flushes at the last reading, and the time of the reading that first saw that number.
     flushes: u64,
     flushed: Instant,
 }
 
-/// Most paths between two looks. Small, because paths may become slow from one to the next.
+/// Most paths between two readings. It is small, because paths may become slow from one to the next.
 const MAX_EVERY: u32 = 16;
 
-impl<'a, 'b> Clock<'a, 'b> {
+impl<'a, 'b> FlushTimer<'a, 'b> {
     fn new(
-        (watch, cell): (&'a mut Stopwatch<'b>, &'a StatsCell),
+        watch: &'a mut Stopwatch<'b>,
+        cell: &'a StatsCell,
         deadline: Option<Duration>,
         sink: &BlockSink,
     ) -> Self {
@@ -136,7 +160,7 @@ impl<'a, 'b> Clock<'a, 'b> {
             deadline,
             countdown: 1,
             every: 1,
-            last_look: now,
+            last_reading: now,
             flushes: sink.flushes(),
             flushed: now,
         }
@@ -146,25 +170,25 @@ impl<'a, 'b> Clock<'a, 'b> {
     fn after_path(&mut self, sink: &mut BlockSink) {
         self.countdown -= 1;
         if self.countdown == 0 {
-            self.look(sink);
+            self.check(sink);
         }
     }
 
     #[cold]
-    fn look(&mut self, sink: &mut BlockSink) {
+    fn check(&mut self, sink: &mut BlockSink) {
         let now = Instant::now();
         if sink.flushes() != self.flushes {
-            // Sent between two looks, because it was full or its chunk ended.
-            self.note_flush(sink, self.last_look);
+            // The block was sent between two readings, because it was full or its chunk ended.
+            self.note_flush(sink, self.last_reading);
         }
         if self.deadline.is_some_and(|deadline| now - self.flushed >= deadline) {
             sink.flush();
             self.note_flush(sink, now);
         }
         let fast = self.deadline.unwrap_or(Duration::from_millis(10)) / 8;
-        self.every = if now - self.last_look < fast { (2 * self.every).min(MAX_EVERY) } else { 1 };
+        self.every = if now - self.last_reading < fast { (2 * self.every).min(MAX_EVERY) } else { 1 };
         self.countdown = self.every;
-        self.last_look = now;
+        self.last_reading = now;
     }
 
     fn note_flush(&mut self, sink: &BlockSink, when: Instant) {

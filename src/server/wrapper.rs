@@ -1,4 +1,4 @@
-//! The wrapper thread (paper §4.1): takes commands, hands renders to the workers, reports how they ended.
+//! The wrapper thread (paper §4.1): it takes commands, hands renders to the workers and reports how they ended.
 
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender};
@@ -9,7 +9,7 @@ use crate::server::job::Task;
 use crate::server::worker::{Assignment, Work};
 use crate::stream::{Command, Epoch, Event, FinishReason, Hub};
 
-/// What the wrapper sleeps on.
+/// A message to the wrapper.
 pub(super) enum Message {
     /// From the caller.
     Command(Command<(Arc<Task>, Work)>),
@@ -17,14 +17,14 @@ pub(super) enum Message {
     WorkerDone { epoch: Epoch, reason: FinishReason },
 }
 
-/// A tracing thread as the wrapper sees it.
+/// The wrapper's handle to a tracing thread.
 pub(super) struct WorkerHandle {
     pub(super) assign: Sender<Assignment>,
     pub(super) thread: JoinHandle<()>,
 }
 
-/// A render some workers are still busy with.
-struct Pending {
+/// A render that some workers are still tracing.
+struct PendingRender {
     epoch: Epoch,
     workers: usize,
     reason: FinishReason,
@@ -40,14 +40,14 @@ pub(super) struct Wrapper {
 impl Wrapper {
     /// The command loop: *term*, *abort*, *render*. Returns when every thread has ended.
     pub(super) fn run(mut self, messages: Receiver<Message>) {
-        let mut pending: Vec<Pending> = Vec::new();
+        let mut pending: Vec<PendingRender> = Vec::new();
         for message in &messages {
             match message {
                 Message::Command(Command::Term) => break,
-                // The caller has stopped the epoch already, so that no command queue delays an abort.
+                // The caller has already stopped the epoch, so that the queue does not delay an abort.
                 Message::Command(Command::Abort) => {}
                 Message::Command(Command::Render { job: (task, work), epoch }) => {
-                    pending.push(Pending {
+                    pending.push(PendingRender {
                         epoch,
                         workers: self.workers.len(),
                         reason: FinishReason::Complete,
@@ -55,7 +55,7 @@ impl Wrapper {
                     for worker in &self.workers {
                         let assignment = Assignment { task: task.clone(), work: work.clone() };
                         if worker.assign.send(assignment).is_err() {
-                            // A worker that is gone must not be waited for.
+                            // The worker is gone, so do not wait for it.
                             self.worker_done(&mut pending, epoch, FinishReason::Aborted);
                         }
                     }
@@ -66,7 +66,7 @@ impl Wrapper {
         self.hub.run(None);
         let threads: Vec<_> = self.workers.drain(..).map(|worker| worker.thread).collect();
         for thread in threads {
-            // A worker's panic has been reported as an event.
+            // Panics of a worker were reported as events.
             let _ = thread.join();
         }
         for render in pending {
@@ -74,29 +74,29 @@ impl Wrapper {
         }
     }
 
-    /// Counts down; the last worker of a render makes the event.
-    fn worker_done(&self, pending: &mut Vec<Pending>, epoch: Epoch, reason: FinishReason) {
+    /// Counts down the workers of a render, and reports its end when the last one is done.
+    fn worker_done(&self, pending: &mut Vec<PendingRender>, epoch: Epoch, reason: FinishReason) {
         let Some(at) = pending.iter().position(|render| render.epoch == epoch) else { return };
         let render = &mut pending[at];
         render.workers -= 1;
-        // The gravest reason wins; of several panics the one at the smallest index, as any of them may come first.
-        let grave = |reason: &FinishReason| match reason {
+        // The most severe reason wins. Of several panics, in any order, it is the one at the smallest index.
+        let severity = |reason: &FinishReason| match reason {
             FinishReason::Complete => (0, 0),
             FinishReason::Aborted => (1, 0),
             FinishReason::Panicked { index, .. } => (2, u64::MAX - index),
         };
-        if grave(&reason) > grave(&render.reason) {
+        if severity(&reason) > severity(&render.reason) {
             render.reason = reason;
         }
         if render.workers == 0 {
-            let Pending { epoch, reason, .. } = pending.swap_remove(at);
+            let PendingRender { epoch, reason, .. } = pending.swap_remove(at);
             self.finish(epoch, reason);
         }
     }
 
-    /// Reports that a render has ended: first the event, then the end of the epoch, so that whoever sees the end finds the event.
+    /// Reports the end of a render. The event comes first, so that whoever sees the end of the epoch finds the event.
     fn finish(&self, epoch: Epoch, reason: FinishReason) {
-        // Nobody may be listening any more.
+        // The receiver may be gone.
         let _ = self.events.send(Event::Finished { epoch, reason, at: Instant::now() });
         self.hub.end(epoch);
     }
