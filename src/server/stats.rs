@@ -1,7 +1,6 @@
 //! Statistics of the workers, readable at any time.
 
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use crate::stream::{Epoch, Rejections, Totals};
@@ -51,58 +50,28 @@ impl Stats {
     }
 }
 
-/// The statistics that one worker publishes, on cache lines of its own.
+/// The statistics that one worker publishes, on cache lines of its own. It does so about every millisecond.
 #[derive(Debug, Default)]
 #[repr(align(128))]
-pub(super) struct StatsCell {
-    busy: AtomicU64,
-    /// 0 means unknown.
-    cpu: AtomicU64,
-    parked: AtomicU64,
-    paths: AtomicU64,
-    samples: AtomicU64,
-    discarded: AtomicU64,
-    rejections: Mutex<Rejections>,
-}
+pub(super) struct StatsCell(Mutex<WorkerStats>);
 
 impl StatsCell {
-    pub(super) fn times(&self, busy: Duration, parked: Duration) {
-        self.busy.store(nanoseconds(busy), Ordering::Relaxed);
-        self.parked.store(nanoseconds(parked), Ordering::Relaxed);
-    }
-
-    pub(super) fn cpu(&self, cpu: Duration) {
-        self.cpu.store(nanoseconds(cpu), Ordering::Relaxed);
-    }
-
     pub(super) fn totals(&self, totals: &Totals) {
-        self.paths.store(totals.indices, Ordering::Relaxed);
-        self.samples.store(totals.samples, Ordering::Relaxed);
-        self.discarded.store(totals.discarded, Ordering::Relaxed);
-        if totals.rejections.total() != 0
-            && let Ok(mut rejections) = self.rejections.lock()
-        {
-            *rejections = totals.rejections;
-        }
+        self.update(|stats| {
+            stats.paths = totals.indices;
+            stats.samples = totals.samples;
+            stats.discarded = totals.discarded;
+            stats.rejections = totals.rejections;
+        });
     }
 
     pub(super) fn read(&self) -> WorkerStats {
-        let load = |cell: &AtomicU64| cell.load(Ordering::Relaxed);
-        let cpu = load(&self.cpu);
-        WorkerStats {
-            busy: Duration::from_nanos(load(&self.busy)),
-            cpu: (cpu != 0).then(|| Duration::from_nanos(cpu)),
-            parked: Duration::from_nanos(load(&self.parked)),
-            paths: load(&self.paths),
-            samples: load(&self.samples),
-            discarded: load(&self.discarded),
-            rejections: self.rejections.lock().map(|r| *r).unwrap_or_default(),
-        }
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
-}
 
-fn nanoseconds(time: Duration) -> u64 {
-    u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
+    fn update(&self, change: impl FnOnce(&mut WorkerStats)) {
+        change(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner));
+    }
 }
 
 /// CPU time of this thread, `None` where the system does not report it. Reading it takes about a microsecond.
@@ -136,7 +105,8 @@ impl<'a> Stopwatch<'a> {
     /// Publishes wall times, and every 100 ms CPU time.
     pub(super) fn lap(&mut self, now: Instant, parked: Duration) {
         let parked = parked.saturating_sub(self.parked_before);
-        self.cell.times((now - self.start).saturating_sub(parked), parked);
+        let busy = (now - self.start).saturating_sub(parked);
+        self.cell.update(|stats| (stats.busy, stats.parked) = (busy, parked));
         if now - self.cpu_read >= Duration::from_millis(100) {
             self.cpu_read = now;
             self.publish_cpu();
@@ -151,7 +121,7 @@ impl<'a> Stopwatch<'a> {
 
     fn publish_cpu(&self) {
         if let Some((now, before)) = thread_cpu_time().zip(self.cpu_before) {
-            self.cell.cpu(now.saturating_sub(before));
+            self.cell.update(|stats| stats.cpu = Some(now.saturating_sub(before)));
         }
     }
 }

@@ -28,7 +28,7 @@ pub enum Priority {
 impl Priority {
     /// Gives the calling thread this priority. Lowering it needs no privileges. On systems without thread priorities nothing
     /// changes.
-    fn apply(self) {
+    pub fn apply(self) {
         #[cfg(target_os = "linux")]
         if self == Priority::Background {
             /// The lowest priority of nice(2).
@@ -106,7 +106,7 @@ pub(super) fn trace_chunks<I: Integrator>(
         let span = spans.begin(chunk.start, sink.writer());
         sink.begin_chunk(chunk.start);
         for index in chunk {
-            if !hub.running().is(task.epoch) {
+            if !hub.is_running(task.epoch) {
                 sink.flush();
                 spans.end(*number, span, sink.writer());
                 return FinishReason::Aborted;

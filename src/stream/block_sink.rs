@@ -206,6 +206,6 @@ impl SampleSink for BlockSink {
     }
 
     fn is_wanted(&self) -> bool {
-        self.writer.hub().running().is(self.epoch)
+        self.writer.hub().is_running(self.epoch)
     }
 }

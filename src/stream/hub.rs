@@ -5,44 +5,14 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use crate::stream::control::Epoch;
 use crate::stream::signal::Signal;
 
-/// The epoch that may run at this moment. Workers load it between two paths.
-#[derive(Debug)]
-pub struct RunningEpoch(AtomicU64);
-
-impl Default for RunningEpoch {
-    fn default() -> Self {
-        Self(AtomicU64::new(Self::NONE))
-    }
-}
-
-impl RunningEpoch {
-    const NONE: u64 = u64::MAX;
-
-    /// True while `epoch` may go on.
-    #[inline]
-    pub fn is(&self, epoch: Epoch) -> bool {
-        self.0.load(Ordering::Relaxed) == epoch.0
-    }
-
-    /// True while nothing may run.
-    pub fn is_none(&self) -> bool {
-        self.0.load(Ordering::Relaxed) == Self::NONE
-    }
-
-    fn set(&self, epoch: Option<Epoch>) {
-        self.0.store(epoch.map_or(Self::NONE, |epoch| epoch.0), Ordering::SeqCst);
-    }
-
-    fn stop(&self, epoch: Epoch) {
-        // The exchange fails when another epoch runs already. Then there is nothing to stop.
-        let _ = self.0.compare_exchange(epoch.0, Self::NONE, Ordering::SeqCst, Ordering::SeqCst);
-    }
-}
+/// Instead of an epoch: nothing may run.
+const NONE: u64 = u64::MAX;
 
 /// What both ends of the lanes share.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Hub {
-    running: RunningEpoch,
+    /// The epoch that may run at this moment, or [`NONE`].
+    running: AtomicU64,
     /// Rung when a slot becomes free or `running` changes. Parked workers wait for it.
     pub(super) space: Signal,
     /// Rung when a block or an event arrives. The consumer waits for it.
@@ -55,25 +25,45 @@ pub struct Hub {
     closed: AtomicBool,
 }
 
+impl Default for Hub {
+    fn default() -> Self {
+        Self {
+            running: AtomicU64::new(NONE),
+            space: Signal::default(),
+            data: Signal::default(),
+            ended: AtomicU64::new(0),
+            events: AtomicU64::new(0),
+            closed: AtomicBool::new(false),
+        }
+    }
+}
+
 impl Hub {
-    /// The epoch that may run.
-    pub fn running(&self) -> &RunningEpoch {
-        &self.running
+    /// True while `epoch` may run. Workers ask between two paths: it costs one relaxed load.
+    #[inline]
+    pub fn is_running(&self, epoch: Epoch) -> bool {
+        self.running.load(Ordering::Relaxed) == epoch.0
+    }
+
+    /// True while nothing may run.
+    pub fn is_idle(&self) -> bool {
+        self.running.load(Ordering::Relaxed) == NONE
     }
 
     /// Lets `epoch` run, or nothing, and wakes parked workers. Nothing runs once the consumer is gone.
     pub fn run(&self, epoch: Option<Epoch>) {
-        self.running.set(epoch);
+        self.running.store(epoch.map_or(NONE, |epoch| epoch.0), Ordering::SeqCst);
         if self.closed.load(Ordering::SeqCst) {
             // This load comes after the store above: whichever of `run` and `close` comes second, nothing runs.
-            self.running.set(None);
+            self.running.store(NONE, Ordering::SeqCst);
         }
         self.space.ring();
     }
 
     /// Stops `epoch` if it is the one that runs.
     pub fn stop(&self, epoch: Epoch) {
-        self.running.stop(epoch);
+        // The exchange fails when another epoch runs already. Then there is nothing to stop.
+        let _ = self.running.compare_exchange(epoch.0, NONE, Ordering::SeqCst, Ordering::SeqCst);
         self.space.ring();
     }
 

@@ -43,15 +43,15 @@ impl LaneWriter {
     /// its epoch was stopped while the lane was full, or because a newer epoch runs.
     pub fn send(&mut self, block: &mut Box<Block>) -> bool {
         let epoch = block.header.epoch;
-        let running = self.hub.running();
-        if self.producer.is_full() && running.is(epoch) {
+        let hub = &self.hub;
+        if self.producer.is_full() && hub.is_running(epoch) {
             let start = Instant::now();
-            self.hub.space.wait(None, || !self.producer.is_full() || !running.is(epoch));
+            hub.space.wait(None, || !self.producer.is_full() || !hub.is_running(epoch));
             let end = Instant::now();
             self.parked += end - start;
             self.last_park = Some((start, end));
         }
-        if !running.is(epoch) && !running.is_none() {
+        if !hub.is_running(epoch) && !hub.is_idle() {
             return false;
         }
         let Some(mut slot) = self.producer.grant() else {

@@ -89,7 +89,7 @@ pub mod sync;
 pub use block::{BLOCK_SAMPLES, Block, Header};
 pub use block_sink::{BlockSink, Totals};
 pub use control::{Command, Epoch, Event, FinishReason};
-pub use hub::{Hub, RunningEpoch};
+pub use hub::Hub;
 pub use lanes::{DrainOrder, Drained, Fill, LANE_BLOCKS, LaneWriter, Lanes, lanes};
 pub use rejections::{Cause, Rejections};
 pub use replicate::{CHUNK, REPLICATES, replicate, replicate_seed};

@@ -187,22 +187,13 @@ impl Camera {
     pub fn view(&self, p: Vec3, lens: [f32; 2], window: &UvWindow) -> Option<CameraView> {
         let on_lens = self.on_lens(lens);
         let (uv, _) = self.project_through(p, on_lens)?;
-        let inside = |i: usize| uv[i] >= f64::from(window.min[i]) && uv[i] < f64::from(window.max[i]);
-        if !(inside(0) && inside(1)) {
+        if !is_inside(uv, window) {
             return None;
         }
         let from = self.position + self.axes.mul_vec3(on_lens.extend(0.0));
         let offset = p.as_dvec3() - from;
         let distance2 = offset.length_squared();
-        let direction = offset / distance2.sqrt();
-        let cos = direction.dot(self.axes.z_axis);
-        Some(CameraView {
-            uv: uv.map(|c| c as f32),
-            origin: (from + direction * (self.near / cos)).as_vec3(),
-            direction: direction.as_vec3(),
-            distance2: distance2 as f32,
-            uv_per_steradian: self.uv_per_cos3(cos),
-        })
+        Some(self.connection(uv, from, offset / distance2.sqrt(), distance2 as f32))
     }
 
     /// As [`Camera::view`], for a point at infinity in the unit direction `direction`. `None` outside `window`.
@@ -215,15 +206,20 @@ impl Camera {
         let on_lens = self.on_lens(lens);
         let from = self.position + self.axes.mul_vec3(on_lens.extend(0.0));
         let uv = (local.truncate() / local.z + on_lens * self.focus - self.offset) / self.scale;
-        let inside = |i: usize| uv[i] >= f64::from(window.min[i]) && uv[i] < f64::from(window.max[i]);
-        let cos = d.dot(self.axes.z_axis);
-        (inside(0) && inside(1)).then(|| CameraView {
-            uv: uv.to_array().map(|c| c as f32),
-            origin: (from + d * (self.near / cos)).as_vec3(),
-            direction,
-            distance2: f32::INFINITY,
+        is_inside(uv.to_array(), window).then(|| self.connection(uv.to_array(), from, d, f32::INFINITY))
+    }
+
+    /// The connection in the unit direction `direction` from the point `from` of the lens.
+    #[inline]
+    fn connection(&self, uv: [f64; 2], from: DVec3, direction: DVec3, distance2: f32) -> CameraView {
+        let cos = direction.dot(self.axes.z_axis);
+        CameraView {
+            uv: uv.map(|c| c as f32),
+            origin: (from + direction * (self.near / cos)).as_vec3(),
+            direction: direction.as_vec3(),
+            distance2,
             uv_per_steradian: self.uv_per_cos3(cos),
-        })
+        }
     }
 
     /// Area of the picture, in uv, per steradian around the unit world-space `direction`. This is the importance that turns
@@ -248,6 +244,12 @@ impl Camera {
     pub fn position(&self) -> Vec3 {
         self.position.as_vec3()
     }
+}
+
+#[inline]
+fn is_inside(uv: [f64; 2], window: &UvWindow) -> bool {
+    let inside = |i: usize| uv[i] >= f64::from(window.min[i]) && uv[i] < f64::from(window.max[i]);
+    inside(0) && inside(1)
 }
 
 /// Half of the film's extent in the plane z = 1: the tangent of half the field of view along each axis.

@@ -301,16 +301,31 @@ impl Geometry {
             return;
         };
         let key = PlaceKey::round(center, a, b);
-        if let Some(front) = self.places.take(key, disk.n) {
-            let light = || LightShape::Disk(DiskLight::new(disk));
-            self.disk_prims[front].back = self.back(input, (front, front + 1), light);
-            return;
+        let light = || LightShape::Disk(DiskLight::new(disk));
+        if self.add_record(|g| &mut g.disk_prims, key, disk.n, input, light) {
+            self.disks.push(disk);
         }
-        let i = self.disks.len();
-        self.places.add(key, disk.n, i);
-        let light = self.light(input, (i, i + 1), || LightShape::Disk(DiskLight::new(disk)));
-        self.disks.push(disk);
-        self.disk_prims.push(PrimRecord { surface: input.surface, light, normals: NONE, back: NONE });
+    }
+
+    /// Adds the record of a disk or sphere with its light, if it emits. Returns false if it became the back of another one.
+    fn add_record(
+        &mut self,
+        records: fn(&mut Self) -> &mut Vec<PrimRecord>,
+        key: PlaceKey,
+        front: Vec3,
+        input: &ShapeInput,
+        light: impl FnOnce() -> LightShape,
+    ) -> bool {
+        if let Some(other) = self.places.take(key, front) {
+            let back = self.back(input, (other, other + 1), light);
+            records(self)[other].back = back;
+            return false;
+        }
+        let i = records(self).len();
+        self.places.add(key, front, i);
+        let light = self.light(input, (i, i + 1), light);
+        records(self).push(PrimRecord { surface: input.surface, light, normals: NONE, back: NONE });
+        true
     }
 
     fn add_sphere(&mut self, center: DVec3, radius: f64, input: &mut ShapeInput) {
@@ -335,15 +350,9 @@ impl Geometry {
         let sphere = Sphere { center, radius, inward };
         let key = PlaceKey::round(center, Vec3::splat(radius), Vec3::NAN);
         let side = if inward { -Vec3::X } else { Vec3::X };
-        if let Some(front) = self.places.take(key, side) {
-            let light = || LightShape::Sphere(SphereLight::new(sphere));
-            self.sphere_prims[front].back = self.back(input, (front, front + 1), light);
-            return;
+        let light = || LightShape::Sphere(SphereLight::new(sphere));
+        if self.add_record(|g| &mut g.sphere_prims, key, side, input, light) {
+            self.spheres.push(sphere);
         }
-        let i = self.spheres.len();
-        self.places.add(key, side, i);
-        let light = self.light(input, (i, i + 1), || LightShape::Sphere(SphereLight::new(sphere)));
-        self.spheres.push(sphere);
-        self.sphere_prims.push(PrimRecord { surface: input.surface, light, normals: NONE, back: NONE });
     }
 }

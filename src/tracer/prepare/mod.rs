@@ -92,7 +92,7 @@ pub(super) fn general(desc: &SceneDesc) -> Result<Scene, PrepareError> {
 
 /// `scene` with the materials and spectra of `desc`, or a new scene if more than those has changed.
 pub(super) fn edited(scene: &Scene, desc: &SceneDesc) -> Result<Scene, PrepareError> {
-    if !scene.structure.matches(desc) {
+    if *scene.structure != SceneStructure::of(desc) {
         let mut anew = prepare(desc)?;
         let walked = anew.walk_by(scene.kernel());
         assert!(walked, "the processor is the same, and nobody else has the new geometry");
