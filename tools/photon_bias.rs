@@ -8,9 +8,6 @@
 #[path = "../tests/support/agreement.rs"]
 mod agreement;
 #[allow(dead_code, unused_imports, reason = "each tool uses a part")]
-#[path = "../tests/support/random.rs"]
-mod random;
-#[allow(dead_code, unused_imports, reason = "each tool uses a part")]
 #[path = "../tests/support/scenes/mod.rs"]
 mod scenes;
 #[allow(dead_code, unused_imports, reason = "each tool uses a part")]

@@ -1,5 +1,5 @@
 //! Mathematics that knows nothing of rendering: frames, warps, distributions, the error function, float bounds, mixing of
-//! bits.
+//! bits, random numbers for tests.
 
 pub mod bits;
 pub mod distribution;
@@ -8,4 +8,5 @@ pub mod erf;
 pub mod float;
 pub mod frame;
 pub mod pdf;
+pub mod random;
 pub mod warp;

@@ -8,6 +8,7 @@ use pointillist::client::{Dither, Masking, Output, Reconstruction, Settings, Spl
 use pointillist::color::{Profile, TransferTable, Xyz};
 use pointillist::gpu::{Region, read_image};
 use pointillist::image::Grid;
+use pointillist::math::random::Random;
 use pointillist::stream::Sample;
 
 /// What `paint` shows at this internal resolution, its texels' bytes.
@@ -201,12 +202,12 @@ fn masking_and_views_equal_the_twin() {
 /// Luminances of the picture that the GPU makes of one step, 1 to 1.5, under noise of 60 %, exposed by `scale`.
 fn step_edge(masking: Masking, vm: f32, scale: f32) -> Vec<f32> {
     let spec = spec(96, 96, SplatFilter::Box);
-    let mut random = crate::common::Uniform(4242);
+    let mut random = Random(4242);
     let samples: Vec<Sample> = (0..96 * 96 * 64)
         .map(|_| {
-            let uv = [random.next(), random.next()];
+            let uv = [random.f32(), random.f32()];
             // Uniform noise has a deviation of width / sqrt(12).
-            let noise = 1.0 + 0.6 * (random.next() - 0.5) * 12f32.sqrt();
+            let noise = 1.0 + 0.6 * (random.f32() - 0.5) * 12f32.sqrt();
             let y = if uv[0] < 0.5 { 1.0 } else { 1.5 } * noise * scale;
             Sample { uv, xyz: Xyz::new(0.95, 1.0, 1.09) * y, w: 1.0 }
         })

@@ -14,6 +14,7 @@ use pointillist::client::{
 };
 use pointillist::color::Xyz;
 use pointillist::image::Grid;
+use pointillist::math::random::Random;
 use pointillist::stream::{PathCounts, Sample};
 
 /// Largest difference, relative to the largest value of its channel.
@@ -73,10 +74,10 @@ fn compare_sums(spec: FilmSpec) {
 #[test]
 fn variance_survives_a_huge_mean() {
     let spec = spec(4, 4, SplatFilter::Box);
-    let mut random = crate::common::Uniform(9);
+    let mut random = Random(9);
     let samples: Vec<Sample> = (0..50_000)
         .map(|i| {
-            let y = 1e5 + random.next();
+            let y = 1e5 + random.f32();
             let uv = [(i % 4) as f32 / 4.0 + 0.1, (i / 4 % 4) as f32 / 4.0 + 0.1];
             Sample { uv, xyz: Xyz::new(y, y, y), w: 1.0 }
         })
@@ -218,14 +219,14 @@ fn coarse_pictures_equal_the_twin() {
 #[test]
 fn the_number_of_light_samples_is_noise() {
     let spec = spec(96, 64, SplatFilter::Gaussian);
-    let mut random = crate::common::Uniform(17);
+    let mut random = Random(17);
     let window = spec.window();
     let size = [0, 1].map(|k| window.max[k] - window.min[k]);
     let [width, height] = spec.padded_extent();
     let count = width * height;
     let samples: Vec<Sample> = (0..count)
         .map(|_| {
-            let uv = [0, 1].map(|k| window.min[k] + size[k] * random.next());
+            let uv = [0, 1].map(|k| window.min[k] + size[k] * random.f32());
             Sample { uv, xyz: Xyz::new(1.0, 1.0, 1.0) * (size[0] * size[1]), w: -1.0 }
         })
         .collect();

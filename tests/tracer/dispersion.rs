@@ -78,8 +78,8 @@ fn samples_are_the_values() {
         let mut parted = 0;
         for i in 0..20_000 {
             let bsdf = glass_at(turned(ETA, i % 4), alpha);
-            let wo = direction(random.unit() * 2.0 - 1.0, 0.3);
-            let Some(s) = bsdf.sample(wo, [random.unit(), random.unit()], random.unit()) else { continue };
+            let wo = direction(random.f32() * 2.0 - 1.0, 0.3);
+            let Some(s) = bsdf.sample(wo, [random.f32(), random.f32()], random.f32()) else { continue };
             assert!(!s.hero_only && s.weight.is_finite());
             let counts = bsdf.part(wo, s.wi).wavelength_mis.weight();
             assert!((1.0..=4.0).contains(&counts), "{counts}");

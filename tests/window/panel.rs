@@ -9,6 +9,7 @@ use pointillist::client::settings::{
 use pointillist::client::window::action::Action;
 use pointillist::client::window::panel::{DEFAULT_TARGET, MapChoice, PanelControls, PanelData};
 use pointillist::color::Profile;
+use pointillist::math::random::Random;
 
 #[test]
 fn pictures_on_demand() {
@@ -85,13 +86,9 @@ fn choices_and_resets_change_the_settings() {
 
 #[test]
 fn untouched_values_stay_bit_for_bit() {
-    let mut state = 7u64;
-    let mut next = |n: u64| {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 33) % n
-    };
+    let mut random = Random(7);
     for round in 0..60 {
-        let mut float = |reach: f32| next(1 << 20) as f32 / (1 << 20) as f32 * reach;
+        let mut float = |reach: f32| random.f32() * reach;
         let settings = Settings {
             // Beyond what the sliders reach, too: the command line allows it.
             vm: float(40.0),
