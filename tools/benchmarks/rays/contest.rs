@@ -6,6 +6,8 @@ use std::time::Instant;
 
 use pointillist::tracer::accel::Ray;
 
+use crate::common::thread_seconds;
+
 /// A way to answer the two questions.
 pub trait Contestant: Sync {
     /// Name, as in the tables.
@@ -99,9 +101,9 @@ pub fn contest(
 fn ask(of: &dyn Contestant, question: Question, rays: &[Ray], found: &mut [f32], threads: usize) -> f64 {
     of.prepare();
     if threads == 1 {
-        let start = cpu_seconds();
+        let start = thread_seconds();
         question.ask(of, rays, found);
-        return cpu_seconds() - start;
+        return thread_seconds() - start;
     }
     let pieces: Vec<_> = rays.chunks(PIECE).zip(found.chunks_mut(PIECE)).map(Mutex::new).collect();
     let next = AtomicUsize::new(0);
@@ -118,18 +120,4 @@ fn ask(of: &dyn Contestant, question: Question, rays: &[Ray], found: &mut [f32],
         }
     });
     start.elapsed().as_secs_f64()
-}
-
-/// Seconds this thread has run, where the system tells; else seconds on the wall.
-fn cpu_seconds() -> f64 {
-    #[cfg(target_os = "linux")]
-    {
-        let now = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
-        now.tv_sec as f64 + 1e-9 * now.tv_nsec as f64
-    }
-    #[cfg(not(target_os = "linux"))]
-    {
-        static START: std::sync::LazyLock<Instant> = std::sync::LazyLock::new(Instant::now);
-        START.elapsed().as_secs_f64()
-    }
 }

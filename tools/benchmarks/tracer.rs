@@ -1,10 +1,7 @@
 //! Speed of the tracer alone, one thread: camera paths per second of CPU time, rays per path, time per ray.
-//!
-//! `cargo run --release --example bench_tracer [seconds per run] [runs]`. The machine may be busy: the best of
-//! several short runs is what counts.
+//! The machine may be busy: the best of several short runs is what counts.
 
 use std::sync::Arc;
-use std::time::Instant;
 
 use glam::{DAffine3, DVec2, DVec3};
 
@@ -16,6 +13,19 @@ use pointillist::tracer::accel::{PrimRange, Ray};
 use pointillist::tracer::integrator::RenderContext;
 use pointillist::tracer::{Camera, Integrator, PathTracer, Sampler, Scene};
 
+use super::common::{Outcome, thread_seconds};
+
+/// How long to measure.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// CPU seconds of one run
+    #[arg(default_value_t = 1.0)]
+    seconds: f64,
+    /// Runs, of which the best counts
+    #[arg(default_value_t = 5)]
+    runs: u32,
+}
+
 struct Sum(f64, u64);
 
 impl SampleSink for Sum {
@@ -26,23 +36,23 @@ impl SampleSink for Sum {
     fn light(&mut self, _: [f32; 2], _: Xyz) {}
 }
 
-fn main() {
-    let mut args = std::env::args().skip(1).map(|a| a.parse::<f64>().unwrap_or(1.0));
-    let (seconds, runs) = (args.next().unwrap_or(1.0), args.next().unwrap_or(5.0) as u32);
+/// Measures the Cornell box with blocks and with spheres.
+pub fn run(arguments: &Arguments) -> Outcome {
     for spheres in [false, true] {
         let desc = cornell_box(spheres);
-        let scene = Scene::prepare(&desc).expect("the box is valid");
-        let camera = Camera::of(&desc).expect("the camera is valid");
+        let scene = Scene::prepare(&desc)?;
+        let camera = Camera::of(&desc)?;
         let tracer = PathTracer::new(Arc::new(scene), camera, &desc.integrator, 1, UvWindow::PICTURE);
         let name = if spheres { "Cornell box, mirror and glass sphere" } else { "Cornell box" };
         let (mut best, mut sum) = (0f64, Sum(0.0, 0));
-        for _ in 0..runs {
-            best = best.max(paths_per_second(&tracer, seconds, &mut sum));
+        for _ in 0..arguments.runs {
+            best = best.max(paths_per_second(&tracer, arguments.seconds, &mut sum));
         }
         println!("{name}: {:.3} M paths/s, mean Y {:.5}", best / 1e6, sum.0 / sum.1 as f64);
         rays(&tracer.context);
         noise(&tracer, 16);
     }
+    Ok(())
 }
 
 /// A picture of 512 × 512 sums, box filter.
@@ -61,7 +71,7 @@ impl SampleSink for Picture {
 /// relMSE = mean((x − ref)² / (ref_Y² + 0.01)) of linear RGB from the difference of two randomisations, whose
 /// errors are independent: half the mean square difference, with their mean for the reference.
 fn noise(tracer: &PathTracer, per_pixel: u64) {
-    let start = cpu_seconds();
+    let start = thread_seconds();
     let [a, b] = [11, 12].map(|seed| {
         let tracer = PathTracer { context: RenderContext { seed, ..tracer.context.clone() } };
         let mut picture = Picture(vec![Xyz::BLACK; SIZE * SIZE]);
@@ -69,7 +79,7 @@ fn noise(tracer: &PathTracer, per_pixel: u64) {
         (0..n).for_each(|i| tracer.trace(i, &mut (), &mut picture));
         picture.0
     });
-    let seconds = (cpu_seconds() - start) / 2.0;
+    let seconds = (thread_seconds() - start) / 2.0;
     let rgb = pointillist::color::Profile::srgb().from_xyz;
     let (mut sum, mut luminance) = (0.0, 0.0);
     for (a, b) in a.iter().zip(&b) {
@@ -86,23 +96,14 @@ fn noise(tracer: &PathTracer, per_pixel: u64) {
     );
 }
 
-/// Seconds this thread has run, where the system tells (Linux); else seconds on the wall.
-fn cpu_seconds() -> f64 {
-    let own = std::fs::read_to_string("/proc/thread-self/schedstat");
-    let nanoseconds = own.ok().and_then(|s| s.split_whitespace().next()?.parse::<f64>().ok());
-    nanoseconds.map_or_else(|| START.elapsed().as_secs_f64(), |ns| ns * 1e-9)
-}
-
-static START: std::sync::LazyLock<Instant> = std::sync::LazyLock::new(Instant::now);
-
 fn paths_per_second(tracer: &PathTracer, seconds: f64, sum: &mut Sum) -> f64 {
-    let (start, first) = (cpu_seconds(), sum.1);
-    while cpu_seconds() - start < seconds {
+    let (start, first) = (thread_seconds(), sum.1);
+    while thread_seconds() - start < seconds {
         for _ in 0..4096 {
             tracer.trace(sum.1, &mut (), sum);
         }
     }
-    (sum.1 - first) as f64 / (cpu_seconds() - start)
+    (sum.1 - first) as f64 / (thread_seconds() - start)
 }
 
 /// Time of the two questions on rays that bounce around the scene.
@@ -123,9 +124,9 @@ fn rays(RenderContext { scene, camera, .. }: &RenderContext) {
     for (name, ask) in [("closest", closest as fn(&Scene, &Ray) -> bool), ("occluded", occluded)] {
         let mut best = f64::INFINITY;
         for _ in 0..20 {
-            let start = cpu_seconds();
+            let start = thread_seconds();
             let hits = rays.iter().filter(|r| ask(scene, r)).count();
-            best = best.min((cpu_seconds() - start) * 1e9 / rays.len() as f64);
+            best = best.min((thread_seconds() - start) * 1e9 / rays.len() as f64);
             assert!(hits <= rays.len());
         }
         line.push(format!("{name} {best:.1} ns"));

@@ -1,16 +1,10 @@
 //! Numbers of the contests as text.
 
 use super::contest::{Contestant, Question};
+use crate::common::median;
 
 /// Width of the first column, of a yardstick's, of another's.
 const WIDTHS: [usize; 3] = [19, 8, 21];
-
-/// The middle one, or the mean of the two in the middle.
-pub fn median(mut of: Vec<f64>) -> f64 {
-    of.sort_by(f64::total_cmp);
-    let n = of.len();
-    if n == 0 { f64::NAN } else { 0.5 * (of[(n - 1) / 2] + of[n / 2]) }
-}
 
 /// How many times as fast `who` is as `yardstick`: geometric mean over the rounds, and its standard error.
 fn ratio(rounds: &[Vec<f64>], who: usize, yardstick: usize) -> (f64, f64) {

@@ -1,11 +1,7 @@
-//! Times of the Vulkan client's passes and of their CPU twins, as a table.
+//! Times of the Vulkan client's passes and of their references on the CPU, as a table.
 //!
-//! ```sh
-//! cargo run --release --example bench_client -- [SIZE] [DEVICE]
-//! ```
-//!
-//! SIZE is the side of a square picture (512). GPU times are timestamps; on lavapipe they leave out clears of targets.
-//! Samples are uniform over the window, in batches of 65,536. "CPU" columns are the process's CPU time, all threads.
+//! GPU times are timestamps; on lavapipe they leave out clears of targets. Samples are uniform over the window, in batches of
+//! 65,536. "CPU" columns are the process's CPU time, all threads.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -16,17 +12,28 @@ use pointillist::client::{Adaptation, FilmSpec, Glare, Reconstruction, Settings,
 use pointillist::color::{Profile, Xyz};
 use pointillist::gpu::{DeviceChoice, Gpu};
 use pointillist::image::{exr, png};
+use pointillist::math::random::Random;
 use pointillist::stream::Sample;
 
-type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
+use super::common::{Outcome, process_seconds};
+
+/// What to measure.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Pixels along a side of the picture
+    #[arg(default_value_t = 512)]
+    size: u32,
+    /// The Vulkan device, by number or by a part of its name
+    #[arg(default_value = "")]
+    device: String,
+}
 
 const BATCH: usize = 65_536;
 const BATCHES: usize = 16;
 
-fn main() -> Outcome<()> {
-    let mut arguments = std::env::args().skip(1);
-    let size: u32 = arguments.next().map_or(Ok(512), |a| a.parse())?;
-    let choice = DeviceChoice::parse(&arguments.next().unwrap_or_default());
+/// Measures every pass.
+pub fn run(arguments: &Arguments) -> Outcome {
+    let (size, choice) = (arguments.size, DeviceChoice::parse(&arguments.device));
     let start = Instant::now();
     let gpu = Gpu::new(&choice)?;
     let opened = start.elapsed().as_secs_f64() * 1e3;
@@ -62,7 +69,7 @@ fn main() -> Outcome<()> {
 }
 
 /// From nothing to the first picture: what a user waits for.
-fn first_picture(gpu: &Arc<Gpu>, spec: FilmSpec, samples: &[Sample], opened: f64) -> Outcome<()> {
+fn first_picture(gpu: &Arc<Gpu>, spec: FilmSpec, samples: &[Sample], opened: f64) -> Outcome {
     let start = Instant::now();
     let mut film = VulkanFilm::new(gpu.clone(), spec)?;
     film.add(&samples[..1024])?;
@@ -77,19 +84,19 @@ fn first_picture(gpu: &Arc<Gpu>, spec: FilmSpec, samples: &[Sample], opened: f64
 }
 
 /// Splat, fold and variance of one stream.
-fn raster(gpu: &Arc<Gpu>, spec: FilmSpec, samples: &[Sample]) -> Outcome<()> {
+fn raster(gpu: &Arc<Gpu>, spec: FilmSpec, samples: &[Sample]) -> Outcome {
     let mut film = VulkanFilm::new(gpu.clone(), spec)?;
     film.add(samples)?;
     film.develop()?;
     gpu.take_timings();
     gpu.set_timing(true);
-    let (start, cpu) = (Instant::now(), cpu_seconds());
+    let (start, cpu) = (Instant::now(), process_seconds());
     for _ in 0..BATCHES {
         film.add(samples)?;
     }
     film.flush()?;
     wait(gpu)?;
-    let (seconds, cpu) = (start.elapsed().as_secs_f64(), cpu_seconds() - cpu);
+    let (seconds, cpu) = (start.elapsed().as_secs_f64(), process_seconds() - cpu);
     gpu.set_timing(false);
     let total = (BATCH * BATCHES) as f64;
     println!("\n{:?}: {:.2} Msamples/s in all, {:.2} s CPU", spec.filter, total / seconds / 1e6, cpu);
@@ -97,20 +104,20 @@ fn raster(gpu: &Arc<Gpu>, spec: FilmSpec, samples: &[Sample]) -> Outcome<()> {
         let each = scope.milliseconds / scope.count as f64;
         println!("  {:<14} {each:8.2} ms {:8.2} Msamples/s", scope.name, BATCH as f64 / each / 1e3);
     }
-    let mut twin = ReferenceFilm::new(spec, 0)?;
-    twin.add(samples)?;
+    let mut reference = ReferenceFilm::new(spec, 0)?;
+    reference.add(samples)?;
     let start = Instant::now();
     for _ in 0..BATCHES {
-        twin.add(samples)?;
+        reference.add(samples)?;
     }
-    println!("  twin, all passes: {:.2} Msamples/s", total / start.elapsed().as_secs_f64() / 1e6);
+    println!("  reference, all passes: {:.2} Msamples/s", total / start.elapsed().as_secs_f64() / 1e6);
     Ok(())
 }
 
 /// The whole mip chain of the colour against a pass that copies level 0 texel by texel.
 ///
 /// The chain reads 4/3 and writes 1/3 of the texels, the copy reads and writes all: the last figure scales by bytes.
-fn mips(gpu: &Arc<Gpu>, spec: FilmSpec, samples: &[Sample]) -> Outcome<()> {
+fn mips(gpu: &Arc<Gpu>, spec: FilmSpec, samples: &[Sample]) -> Outcome {
     let mut film = VulkanFilm::new(gpu.clone(), spec)?;
     let mut one = |kind, scope: &str| -> Outcome<f64> {
         film.clear()?;
@@ -136,7 +143,7 @@ fn mips(gpu: &Arc<Gpu>, spec: FilmSpec, samples: &[Sample]) -> Outcome<()> {
 }
 
 /// Glare against a pass that copies the picture texel by texel, and what a change of its settings costs.
-fn glare(gpu: &Arc<Gpu>, spec: FilmSpec, samples: &[Sample]) -> Outcome<()> {
+fn glare(gpu: &Arc<Gpu>, spec: FilmSpec, samples: &[Sample]) -> Outcome {
     let mut film = VulkanFilm::new(gpu.clone(), spec)?;
     film.add(samples)?;
     for adaptation in [Adaptation::Photopic, Adaptation::Scotopic] {
@@ -175,17 +182,17 @@ fn display(
     samples: &[Sample],
     count: usize,
     (kind, vm): (Reconstruction, f32),
-) -> Outcome<()> {
+) -> Outcome {
     const REPEATS: usize = 4;
     let settings = settings(kind, vm);
     let mut film = VulkanFilm::new(gpu.clone(), spec)?;
-    let mut twin = ReferenceFilm::new(spec, 0)?;
+    let mut reference = ReferenceFilm::new(spec, 0)?;
     for _ in 0..count {
         film.add(samples)?;
-        twin.add(samples)?;
+        reference.add(samples)?;
     }
     film.display(&settings)?;
-    twin.display(&settings)?;
+    reference.display(&settings)?;
     gpu.take_timings();
     let (mut gpu_cpu, mut gpu_wall) = (0.0, 0.0);
     gpu.set_timing(true);
@@ -193,25 +200,25 @@ fn display(
         film.add(&samples[..1])?;
         film.flush()?;
         wait(gpu)?;
-        let (cpu, start) = (cpu_seconds(), Instant::now());
+        let (cpu, start) = (process_seconds(), Instant::now());
         film.display(&settings)?;
-        gpu_cpu += cpu_seconds() - cpu;
+        gpu_cpu += process_seconds() - cpu;
         gpu_wall += start.elapsed().as_secs_f64();
     }
     gpu.set_timing(false);
-    let cpu = cpu_seconds();
+    let cpu = process_seconds();
     for _ in 0..REPEATS {
-        twin.display(&settings)?;
+        reference.display(&settings)?;
     }
-    let twin_cpu = cpu_seconds() - cpu;
+    let reference_cpu = process_seconds() - cpu;
     let per_pixel = |s: f64| s * 1e9 / (REPEATS as f64 * f64::from(spec.width) * f64::from(spec.height));
     println!(
-        "\n{kind:?}, Vm {vm}, {:.2} samples/texel: {:.1} ms; CPU {:.0} ns/pixel, twin {:.0}, ratio {:.2}",
+        "\n{kind:?}, Vm {vm}, {:.2} samples/texel: {:.1} ms; CPU {:.0} ns/pixel, reference {:.0}, ratio {:.2}",
         (count * BATCH) as f64 / (f64::from(spec.width) * f64::from(spec.height)),
         gpu_wall * 1e3 / REPEATS as f64,
         per_pixel(gpu_cpu),
-        per_pixel(twin_cpu),
-        gpu_cpu / twin_cpu
+        per_pixel(reference_cpu),
+        gpu_cpu / reference_cpu
     );
     let shown = ["mips", "atlas", "reconstruct", "tonemap", "readback"];
     for scope in gpu.take_timings().iter().filter(|s| shown.contains(&s.name)) {
@@ -221,11 +228,11 @@ fn display(
 }
 
 /// EXR with all layers, and PNG.
-fn files(spec: FilmSpec, samples: &[Sample]) -> Outcome<()> {
+fn files(spec: FilmSpec, samples: &[Sample]) -> Outcome {
     let mut film = ReferenceFilm::new(spec, 0)?;
     (0..BATCHES).try_for_each(|_| film.add(samples))?;
     let (data, shown) = (film.develop()?, film.display(&settings(Reconstruction::Gaussian, 0.0))?);
-    let exr = std::env::temp_dir().join(format!("bench_client-{}.exr", std::process::id()));
+    let exr = std::env::temp_dir().join(format!("benchmarks-{}.exr", std::process::id()));
     let png = exr.with_extension("png");
     let start = Instant::now();
     let layers = develop::layers(&data, &Profile::srgb(), spec.filter.energy(), &[]);
@@ -242,7 +249,7 @@ fn files(spec: FilmSpec, samples: &[Sample]) -> Outcome<()> {
 }
 
 /// Waits until the GPU has done everything.
-fn wait(gpu: &Arc<Gpu>) -> Outcome<()> {
+fn wait(gpu: &Arc<Gpu>) -> Outcome {
     Ok(gpu.wait(gpu.begin()?.submit()?)?)
 }
 
@@ -250,13 +257,10 @@ fn settings(reconstruction: Reconstruction, vm: f32) -> Settings {
     Settings { reconstruction, vm, ..Settings::default() }
 }
 
-/// Samples over the whole window (a linear congruential generator; Knuth's constants).
+/// Random samples over the whole window.
 fn uniform(spec: &FilmSpec, count: usize) -> Vec<Sample> {
-    let mut state = 1_u64;
-    let mut next = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 40) as f32 / 16_777_216.0
-    };
+    let mut random = Random(1);
+    let mut next = || random.f32();
     let window = spec.window();
     (0..count)
         .map(|_| {
@@ -265,16 +269,4 @@ fn uniform(spec: &FilmSpec, count: usize) -> Vec<Sample> {
             Sample { uv, xyz: Xyz::new(next(), next(), next()), w: 1.0 }
         })
         .collect()
-}
-
-/// CPU time of this process, all threads, seconds; wall time where the system does not tell.
-fn cpu_seconds() -> f64 {
-    let ticks = std::fs::read_to_string("/proc/self/stat").ok().and_then(|text| {
-        // Fields 14 and 15, user and system, counted after the name in parentheses; in hundredths of a second.
-        let rest = text.rsplit(')').next()?.to_owned();
-        let fields: Vec<&str> = rest.split_whitespace().collect();
-        Some(fields.get(11)?.parse::<f64>().ok()? + fields.get(12)?.parse::<f64>().ok()?)
-    });
-    static START: std::sync::OnceLock<Instant> = std::sync::OnceLock::new();
-    ticks.map_or_else(|| START.get_or_init(Instant::now).elapsed().as_secs_f64(), |t| t / 100.0)
 }

@@ -1,25 +1,26 @@
-//! Bias of photon mapping against the number of samples: `cargo run --release --example photon_bias [scene]...`.
+//! Bias of photon mapping against the number of samples.
 //!
 //! Each picture (16×16 pixels, luminance) is the mean over independent seeds of n samples each. First a furnace, a closed box
 //! that emits 1 and reflects half, whose radiance is 2 everywhere: all bias is that of its edges. Then scenes (the Cornell
 //! box), against path tracing with many more samples. The bias of a pixel is what noise does not explain of the squared distance.
 
-#[allow(dead_code, unused_imports, reason = "each tool uses a part")]
-#[path = "../tests/support/agreement.rs"]
-mod agreement;
-#[allow(dead_code, unused_imports, reason = "each tool uses a part")]
-#[path = "../tests/support/scenes/mod.rs"]
-mod scenes;
-#[allow(dead_code, unused_imports, reason = "each tool uses a part")]
-#[path = "../tests/support/welch.rs"]
-mod welch;
-
 use glam::{DAffine3, DVec3};
 
-use agreement::{Method, Plan, measure};
 use pointillist::image::compare::Measured;
 use pointillist::scene::desc::{SceneDesc, ShapeKind};
 use pointillist::stream::UvWindow;
+
+use super::common::{Outcome, line};
+use super::support::agreement::{Method, Plan, measure};
+use super::support::scenes;
+
+/// What to measure.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Scenes of `scenes/`
+    #[arg(default_value = "cornell.xml")]
+    scenes: Vec<String>,
+}
 
 const SIDE: usize = 16;
 
@@ -39,16 +40,6 @@ fn bias(found: &Measured, reference: &Measured) -> [(f64, f64); 2] {
     [whole, (root, spread / (2.0 * root.max(spread.sqrt())))]
 }
 
-/// Least squares slope of log y against log x.
-fn slope(points: &[(f64, f64)]) -> f64 {
-    let n = points.len() as f64;
-    let logs: Vec<(f64, f64)> = points.iter().map(|(x, y)| (x.ln(), y.ln())).collect();
-    let (mx, my) = logs.iter().fold((0.0, 0.0), |(x, y), p| (x + p.0 / n, y + p.1 / n));
-    let (xy, xx) =
-        logs.iter().fold((0.0, 0.0), |(xy, xx), p| (xy + (p.0 - mx) * (p.1 - my), xx + (p.0 - mx).powi(2)));
-    xy / xx
-}
-
 const PLAN: Plan = Plan { side: SIDE, paths_per_pixel: 4096, seeds: 32, window: UvWindow::PICTURE };
 
 fn curve(name: &str, desc: &SceneDesc, reference: &Measured) {
@@ -66,10 +57,10 @@ fn curve(name: &str, desc: &SceneDesc, reference: &Measured) {
             whole.0, whole.1, pixel.0, pixel.1,
         );
         if whole.0.abs() > 3.0 * whole.1 {
-            points.push((samples as f64, whole.0.abs()));
+            points.push(((samples as f64).ln(), whole.0.abs().ln()));
         }
     }
-    let slope = slope(&points);
+    let (slope, _) = line(&points);
     println!(
         "  slope of the mean's bias over {} levels that stand out of the noise: {slope:.2}",
         points.len()
@@ -87,19 +78,16 @@ fn furnace() {
     curve("furnace", &desc, &Measured { width: SIDE, height: SIDE, mean, variance });
 }
 
-fn scene(name: &str) {
+fn scene(name: &str) -> Outcome {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
-    let mut desc = match pointillist::scene::load(&path, &[]) {
-        Ok(loaded) => loaded.desc,
-        Err(error) => return eprintln!("{name}: {error}"),
-    };
+    let mut desc = pointillist::scene::load(&path, &[])?.desc;
     (desc.film.width, desc.film.height) = (SIDE as u32, SIDE as u32);
     curve(name, &desc, &measure(&desc, Method::Path, PLAN));
+    Ok(())
 }
 
-fn main() {
+/// Measures the furnace and the scenes.
+pub fn run(arguments: &Arguments) -> Outcome {
     furnace();
-    let named: Vec<String> = std::env::args().skip(1).collect();
-    let scenes = if named.is_empty() { vec!["cornell.xml".to_string()] } else { named };
-    scenes.iter().for_each(|name| scene(name));
+    arguments.scenes.iter().try_for_each(|name| scene(name))
 }

@@ -1,77 +1,85 @@
 //! The viewer under a user who never rests: camera moves, resizes, controls, for minutes, on a display of its own.
 //!
-//! Usage: `soak [seconds] [side] [scene] [acts]`, where acts are some of `camera,resize,control` (without: all). Memory is read from outside, second by second; stalls, latencies and validation
-//! messages are the viewer's own figures (`--json`). Screenshots go to `target/soak`. Exit status 1 when a bound is broken.
-
-#![allow(clippy::unwrap_used, reason = "a measuring tool: a panic is the message")]
-
-#[allow(dead_code, unused_imports, reason = "each tool uses a part")]
-#[path = "../tests/support/desktop.rs"]
-mod desktop;
-#[allow(dead_code, unused_imports, reason = "each tool uses a part")]
-#[path = "../tests/support/xserver.rs"]
-mod xserver;
+//! Memory is read from outside, second by second; stalls, latencies and validation
+//! messages are the viewer's own figures (`--json`). Screenshots go to `target/soak`.
 
 use std::fs;
 use std::path::Path;
-use std::process::{Child, Command, ExitCode};
 use std::time::{Duration, Instant};
 
-use desktop::Desktop;
+use clap::ValueEnum;
+use pointillist::math::random::Random;
+
+use super::common::Outcome;
+use super::support::desktop::Desktop;
+use super::viewer::{Viewer, figures};
+
+/// What the user does, and for how long.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Seconds in all
+    #[arg(default_value_t = 300)]
+    seconds: u64,
+    /// Pixels along a side of the picture
+    #[arg(default_value_t = 512)]
+    side: u32,
+    /// The scene file
+    #[arg(default_value = "scenes/cornell.xml")]
+    scene: String,
+    /// What the user does, separated by commas
+    #[arg(value_enum, value_delimiter = ',', default_values_t = [Act::Camera, Act::Resize, Act::Control])]
+    acts: Vec<Act>,
+}
+
+/// A kind of thing that a user does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Act {
+    Camera,
+    Resize,
+    Control,
+}
 
 /// Largest ratio of the most memory in the last third of the time to the most in the second. (Within each third it follows the
 /// size of the window and the effects that are on.)
 const MEMORY_GROWTH: f64 = 1.05;
 
-/// A small generator: the same user every time.
-struct Dice(u64);
+/// The same user every time.
+struct Dice(Random);
 
 impl Dice {
-    fn below(&mut self, n: u64) -> u64 {
-        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (self.0 >> 33) % n
+    fn below(&mut self, n: usize) -> usize {
+        self.0.below(n)
     }
 
     fn between(&mut self, low: i32, high: i32) -> i32 {
-        low + self.below((high - low).max(1) as u64) as i32
+        low + self.below((high - low).max(1) as usize) as i32
     }
 }
 
-fn main() -> ExitCode {
-    let mut args = std::env::args().skip(1);
-    let seconds: u64 = args.next().map_or(300, |a| a.parse().expect("seconds"));
-    let side: u32 = args.next().map_or(512, |a| a.parse().expect("side in pixels"));
-    let scene = args.next().unwrap_or("scenes/cornell.xml".into());
-    let acts = args.next().unwrap_or("camera,resize,control".into());
+/// Uses the viewer until the time is over, and checks its figures.
+///
+/// # Errors
+///
+/// A bound is broken.
+pub fn run(arguments: &Arguments) -> Outcome {
+    let side = arguments.side;
     let folder = Path::new("target/soak");
     let _ = fs::remove_dir_all(folder);
-    fs::create_dir_all(folder).unwrap();
-    let scene = fs::canonicalize(scene).unwrap();
-    let desktop = Desktop::start(1280, 1024);
-    let mut viewer = Command::new(fs::canonicalize("target/release/pointillist").expect("a release build"))
-        .current_dir(folder)
-        .env("DISPLAY", &desktop.display)
-        .env_remove("WAYLAND_DISPLAY")
-        .env("POINTILLIST_VALIDATION", "1")
-        .arg("view")
-        .arg(&scene)
-        .args(["--size", &format!("{side}x{side}"), "-o", "last.png", "--json", "figures.json"])
-        .spawn()
-        .unwrap();
-    let Some(window) = desktop.find("ointillist", Duration::from_secs(30)) else {
-        let _ = viewer.kill().and_then(|()| viewer.wait());
-        eprintln!("soak: no window within 30 s");
-        return ExitCode::FAILURE;
-    };
+    fs::create_dir_all(folder)?;
+    let scene = fs::canonicalize(&arguments.scene)?.display().to_string();
+    let mut viewer = Viewer::open([1280, 1024], &scene, |command| {
+        command.current_dir(folder).env("POINTILLIST_VALIDATION", "1");
+        command.args(["--size", &format!("{side}x{side}"), "-o", "last.png", "--json", "figures.json"]);
+    })?;
     std::thread::sleep(Duration::from_secs(2));
-    let memory = torment(&desktop, window, &mut viewer, (seconds, side, &acts, folder));
-    ask_to_end(&viewer);
+    let memory = torment(&mut viewer, arguments, folder);
+    viewer.ask_to_end();
     let end = Instant::now();
     let status = loop {
-        match viewer.try_wait().unwrap() {
+        match viewer.process.try_wait()? {
             Some(status) => break Some(status),
             None if end.elapsed() > Duration::from_secs(20) => {
-                let _ = viewer.kill().and_then(|()| viewer.wait());
+                let _ = viewer.process.kill().and_then(|()| viewer.process.wait());
                 break None;
             }
             None => std::thread::sleep(Duration::from_millis(20)),
@@ -81,21 +89,20 @@ fn main() -> ExitCode {
 }
 
 /// Does what users do until the time is over; returns resident memory in KiB for every second.
-fn torment(
-    desktop: &Desktop,
-    window: u32,
-    viewer: &mut Child,
-    (seconds, side, acts, folder): (u64, u32, &str, &Path),
-) -> Vec<u64> {
-    let mut dice = Dice(1);
+fn torment(viewer: &mut Viewer, arguments: &Arguments, folder: &Path) -> Vec<u64> {
+    let Arguments { seconds, side, ref acts, .. } = *arguments;
+    let (desktop, window) = (&viewer.desktop, viewer.window);
+    let mut dice = Dice(Random(1));
     let (start, mut memory, mut size) = (Instant::now(), Vec::new(), side as i32);
     let mut shot = 0;
-    while start.elapsed().as_secs() < seconds && viewer.try_wait().unwrap().is_none() {
+    while start.elapsed().as_secs() < seconds && viewer.process.try_wait().unwrap().is_none() {
         let act = dice.below(12);
-        let kind = ["resize", "resize", "camera", "camera", "camera", "camera"]
-            .get(act as usize)
-            .unwrap_or(&"control");
-        if !acts.contains(kind) {
+        let kind = match act {
+            0 | 1 => Act::Resize,
+            2..=5 => Act::Camera,
+            _ => Act::Control,
+        };
+        if !acts.contains(&kind) {
             continue;
         }
         match act {
@@ -116,10 +123,10 @@ fn torment(
             10 => click(desktop, &mut dice, size),
             _ => key(desktop, &mut dice),
         }
-        std::thread::sleep(Duration::from_millis(50 + dice.below(200)));
+        std::thread::sleep(Duration::from_millis(50 + dice.below(200) as u64));
         let second = start.elapsed().as_secs();
         while (memory.len() as u64) < second {
-            memory.push(resident_kib(viewer.id()));
+            memory.push(resident_kib(viewer.process.id()));
         }
         if second / 30 >= shot {
             save(desktop, window, &folder.join(format!("{shot:02}.png")));
@@ -167,7 +174,7 @@ fn wheel(desktop: &Desktop, dice: &mut Dice, reach: i32) {
 fn key(desktop: &Desktop, dice: &mut Dice) {
     const TAB: u32 = 0xff09;
     const KEYS: [u32; 6] = [TAB, 0xff50, 0xffbe, 0xffbe, 0x5b, 0x5d];
-    let key = KEYS[dice.below(KEYS.len() as u64) as usize];
+    let key = KEYS[dice.below(KEYS.len())];
     for down in [true, false] {
         desktop.key(key, down);
         std::thread::sleep(Duration::from_millis(20));
@@ -190,12 +197,7 @@ fn save(desktop: &Desktop, window: u32, path: &Path) {
     encoder.write_header().unwrap().write_image_data(&rgb).unwrap();
 }
 
-/// As a session manager does.
-fn ask_to_end(viewer: &Child) {
-    let _ = Command::new("kill").args(["-TERM", &viewer.id().to_string()]).status();
-}
-
-fn report(memory: &[u64], success: Option<bool>, folder: &Path) -> ExitCode {
+fn report(memory: &[u64], success: Option<bool>, folder: &Path) -> Outcome {
     let third = memory.len() / 3;
     let range = |part: &[u64]| {
         let known = || part.iter().copied().filter(|&m| m > 0);
@@ -210,15 +212,14 @@ fn report(memory: &[u64], success: Option<bool>, folder: &Path) -> ExitCode {
         last.0 >> 10,
         last.1 >> 10
     );
-    let figures = fs::read_to_string(folder.join("figures.json")).unwrap_or_default();
-    let figures: serde_json::Value = serde_json::from_str(&figures).unwrap_or_default();
+    let figures = figures(&folder.join("figures.json"));
     println!("{figures:#}");
     let picture = folder.join("last.png").exists();
     println!("picture written at the end: {picture}");
     let clean = figures["stalls"] == 0 && figures["validation_messages"] == 0;
     if success == Some(true) && growth <= MEMORY_GROWTH && clean && picture {
-        ExitCode::SUCCESS
+        Ok(())
     } else {
-        ExitCode::FAILURE
+        Err("soak: the viewer failed, or a bound is broken".into())
     }
 }

@@ -1,12 +1,8 @@
-//! Error times CPU time of the methods of light transport, one thread: `bench_methods SCENE METHOD … [--size N] [--spp N]
-//! [--seeds N]`, METHOD path, light or bidirectional. They take turns seed by seed, so that what else the machine does
-//! meets all of them.
+//! Error times CPU time of the methods of light transport, one thread. They take turns seed by seed, so that what else the
+//! machine does meets all of them.
 
-#![allow(clippy::unwrap_used, reason = "a measuring tool: a panic is the message")]
-
-use std::path::Path;
+use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::Instant;
 
 use glam::Vec3;
 
@@ -16,6 +12,35 @@ use pointillist::tracer::integrator::{
     BidirectionalTracer, Integrator, ParticleTracer, PathTracer, RenderContext,
 };
 use pointillist::tracer::{Camera, PrepareOptions, Scene};
+
+use super::common::{Outcome, thread_seconds};
+
+/// What to compare.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// The scene file
+    scene: PathBuf,
+    /// The methods in the order of the table
+    #[arg(required = true)]
+    methods: Vec<Method>,
+    /// Pixels along a side of the picture
+    #[arg(long, default_value_t = 128)]
+    size: usize,
+    /// Samples per pixel
+    #[arg(long, default_value_t = 32)]
+    spp: usize,
+    /// Independent pictures of each method
+    #[arg(long, default_value_t = 4)]
+    seeds: u32,
+}
+
+/// A method of light transport.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Method {
+    Path,
+    Light,
+    Bidirectional,
+}
 
 /// Sums per pixel, box filter.
 struct Picture {
@@ -37,15 +62,6 @@ impl SampleSink for Picture {
     }
 }
 
-/// Seconds that this thread has run.
-fn cpu_seconds() -> f64 {
-    let own = std::fs::read_to_string("/proc/thread-self/schedstat");
-    let nanoseconds = own.ok().and_then(|s| s.split_whitespace().next()?.parse::<f64>().ok());
-    nanoseconds.map_or_else(|| START.elapsed().as_secs_f64(), |ns| ns * 1e-9)
-}
-
-static START: std::sync::LazyLock<Instant> = std::sync::LazyLock::new(Instant::now);
-
 /// The picture in linear RGB and luminance, with the seconds and splats it took.
 struct Taken {
     rgb: Vec<(Vec3, f32)>,
@@ -60,9 +76,9 @@ fn take<I: Integrator>(tracer: &I, size: usize, spp: usize) -> Taken {
     let counts = tracer.paths_per_index();
     let indices = spp * n / counts.camera.max(counts.light) as usize;
     let mut scratch = I::Scratch::default();
-    let start = cpu_seconds();
+    let start = thread_seconds();
     (0..indices as u64).for_each(|i| tracer.trace(i, &mut scratch, &mut picture));
-    let seconds = cpu_seconds() - start;
+    let seconds = thread_seconds() - start;
     let matrix = Profile::srgb().from_xyz;
     let camera = n as f32 / (indices as f32 * counts.camera.max(1) as f32);
     let light = n as f32 / (indices as f32 * counts.light.max(1) as f32);
@@ -73,44 +89,36 @@ fn take<I: Integrator>(tracer: &I, size: usize, spp: usize) -> Taken {
     Taken { rgb: rgb.collect(), seconds, splats: picture.splats }
 }
 
-fn render(context: &RenderContext, method: &str, seed: u32, size: usize, spp: usize) -> Taken {
+fn render(context: &RenderContext, method: Method, seed: u32, size: usize, spp: usize) -> Taken {
     let context = RenderContext { seed, ..context.clone() };
     match method {
-        "path" => take(&PathTracer { context }, size, spp),
-        "light" => take(&ParticleTracer { context }, size, spp),
-        "bidirectional" => take(&BidirectionalTracer { context }, size, spp),
-        other => panic!("no such method: {other}"),
+        Method::Path => take(&PathTracer { context }, size, spp),
+        Method::Light => take(&ParticleTracer { context }, size, spp),
+        Method::Bidirectional => take(&BidirectionalTracer { context }, size, spp),
     }
 }
 
-fn main() {
-    let mut args: Vec<String> = std::env::args().skip(1).collect();
-    let mut option = |name: &str, default: usize| {
-        args.iter().position(|a| a == name).map_or(default, |i| {
-            let value = args[i + 1].parse().unwrap();
-            args.drain(i..i + 2);
-            value
-        })
-    };
-    let (size, spp, seeds) = (option("--size", 128), option("--spp", 32), option("--seeds", 4));
-    let path = args.remove(0);
-    let desc = pointillist::scene::load(Path::new(&path), &[]).unwrap().desc;
-    let scene = Arc::new(Scene::prepare(&desc).unwrap());
+/// Renders every method with every seed, and prints error and time.
+pub fn run(arguments: &Arguments) -> Outcome {
+    let Arguments { scene: ref path, ref methods, size, spp, seeds } = *arguments;
+    let desc = pointillist::scene::load(path, &[])?.desc;
+    let scene = Arc::new(Scene::prepare(&desc)?);
     let options = PrepareOptions { width: size as u32, height: size as u32 };
-    let camera = Camera::new(&desc.camera, &desc.film, &options).unwrap();
+    let camera = Camera::new(&desc.camera, &desc.film, &options)?;
     let context = RenderContext::new(scene, camera, &desc.integrator, 0, UvWindow::PICTURE);
-    let mut runs: Vec<Vec<Taken>> = args.iter().map(|_| Vec::new()).collect();
-    for seed in 0..seeds as u32 {
-        for (method, runs) in args.iter().zip(&mut runs) {
+    let mut runs: Vec<Vec<Taken>> = methods.iter().map(|_| Vec::new()).collect();
+    for seed in 0..seeds {
+        for (&method, runs) in methods.iter().zip(&mut runs) {
             runs.push(render(&context, method, 100 + seed, size, spp));
         }
     }
-    println!("{path} {size}² {spp} spp {seeds} seeds; error is relMSE at 512² and 20 CPU s");
+    println!("{} {size}² {spp} spp {seeds} seeds; error is relMSE at 512² and 20 CPU s", path.display());
     println!(
         "{:<40}{:>9}{:>9}{:>9}{:>9}{:>9}{:>9}",
         "method", "us/path", "splats/p", "meanY", "relMSE", "error", "of Y"
     );
-    for (method, runs) in args.iter().zip(&runs) {
+    for (method, runs) in methods.iter().zip(&runs) {
+        let method = format!("{method:?}").to_lowercase();
         let n = (size * size) as f64;
         let seconds = runs.iter().map(|r| r.seconds).sum::<f64>() / runs.len() as f64;
         let (mut error, mut error_y, mut mean_y) = (0.0, 0.0, 0.0);
@@ -134,4 +142,5 @@ fn main() {
             error_y * scale
         );
     }
+    Ok(())
 }

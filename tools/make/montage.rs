@@ -1,16 +1,15 @@
-//! Joins PNG pictures of one height side by side: `montage OUT.png IN.png…`, for the figures of the README.
+//! Pictures side by side, for the figures of the README.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use pointillist::image::png::{Picture, Transfer, read, write};
 
 /// Columns of white between two pictures, pixels.
 const GAP: usize = 4;
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut paths = std::env::args_os().skip(1).map(PathBuf::from);
-    let out = paths.next().ok_or("montage OUT.png IN.png…")?;
-    let pictures = paths.map(|path| read(&path)).collect::<Result<Vec<_>, _>>()?;
+/// Joins PNG pictures of one height and writes them to `out`.
+pub fn join(out: &Path, pictures: &[PathBuf]) -> Result<(), Box<dyn std::error::Error>> {
+    let pictures = pictures.iter().map(|path| read(path)).collect::<Result<Vec<_>, _>>()?;
     let height = pictures.first().ok_or("no picture to join")?.1;
     if pictures.iter().any(|(_, h, _)| *h != height) {
         return Err("the pictures differ in height".into());
@@ -26,6 +25,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let width = (rgb.len() / height as usize) as u32;
     let primaries = pointillist::color::Profile::srgb().primaries;
     let picture = Picture { width, height, rgb: &rgb, transfer: Transfer::Gamma(2.2), primaries };
-    write(&out, picture, &[])?;
+    write(out, picture, &[])?;
     Ok(())
 }

@@ -1,13 +1,16 @@
-//! Nanoseconds per block and per path of the sampler: `cargo run --release --example bench_sampler`.
+//! Nanoseconds per block and per path of the sampler.
 
 use std::hint::black_box;
 use std::time::Instant;
 
 use pointillist::tracer::Sampler;
 
+use super::common::Outcome;
+
 const PATHS: u64 = 1 << 20;
 
-fn main() {
+/// Times paths of three lengths.
+pub fn run() -> Outcome {
     let time = |name: &str, blocks: f64, path: &dyn Fn(u64) -> f32| {
         let best = (0..7)
             .map(|round| {
@@ -22,6 +25,7 @@ fn main() {
     time("camera and first vertex", 2.0, &|index| walk(index, 1));
     time("path of five vertices", 6.0, &|index| walk(index, 5));
     time("path of ten vertices", 11.0, &|index| walk(index, 10));
+    Ok(())
 }
 
 fn walk(index: u64, vertices: u32) -> f32 {

@@ -1,16 +1,26 @@
-//! Photon map in figures: `cargo run --release --example bench_photons [largest number of photons, default 1e7]`.
+//! Cost of the photon map against its size, and its throughput with one and two threads.
 //!
-//! Photons lie on the walls of a box and, half of them, in the focus of a caustic; queries are for the 50 nearest,
-//! on the same surfaces. First cost against number, then both ways of sharing with one and two threads.
+//! Photons lie on the walls of a box and, half of them, in the focus of a caustic. Queries are for the 50 nearest, on the same
+//! surfaces.
 
 use std::hint::black_box;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use glam::Vec3;
+use pointillist::math::bits::mix;
 use pointillist::spectrum::SampledSpectrum;
-use pointillist::tracer::photon_map::{Arrival, Batch, Layer, LockedTree, Photon, PhotonMap, QueryScratch};
+use pointillist::tracer::photon_map::{Arrival, Batch, Layer, Photon, PhotonMap, QueryScratch};
+
+use super::common::{Outcome, line};
+
+/// How far to go.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// The largest number of photons
+    #[arg(default_value_t = 1e7)]
+    largest: f64,
+}
 
 /// Photons of a light path, a claim of 64 of which is deposited at a time.
 const PER_PATH: u64 = 5;
@@ -20,12 +30,9 @@ const NEIGHBOURS: usize = 50;
 /// Larger than any disc of 50 photons.
 const RADIUS: f32 = 10.0;
 
-/// Uniform numbers in [0, 1) from a counter (the finaliser of splitmix64).
+/// A number in [0, 1) for each counter.
 fn unit(counter: u64) -> f32 {
-    let mut z = counter.wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    ((z ^ (z >> 31)) >> 40) as f32 / 16_777_216.0
+    (mix(counter) >> 40) as f32 / 16_777_216.0
 }
 
 /// A point on the six walls of the unit cube; every second one on the floor, the denser the nearer to its middle.
@@ -55,67 +62,24 @@ fn arrival(number: u64) -> Arrival {
     }
 }
 
-/// Both ways of sharing, as a renderer uses them.
-trait Shared: Sync {
-    const NAME: &'static str;
-    fn new() -> Self;
-    /// Traces and hands in 64 light paths, claimed from `next`.
-    fn add(&self, next: &AtomicU64);
-    fn nearest(&self, at: Vec3, scratch: &mut QueryScratch) -> usize;
-    fn bytes(&self) -> usize;
-    fn parts(&self) -> usize;
+/// Traces and hands in 64 light paths.
+fn add(map: &PhotonMap) {
+    let Some(claim) = map.claim(u64::MAX) else { return };
+    let mut batch = Batch::default();
+    for number in claim.paths().start * PER_PATH..claim.paths().end * PER_PATH {
+        batch.push(Layer::Global, &arrival(number));
+    }
+    claim.deposit(batch);
 }
 
-impl Shared for PhotonMap {
-    const NAME: &'static str = "published batches";
-    fn new() -> Self {
-        PhotonMap::new(Vec3::ZERO, Vec3::ONE, PATHS_PER_GENERATION)
-    }
-    fn add(&self, _: &AtomicU64) {
-        let Some(claim) = self.claim(u64::MAX) else { return };
-        let mut batch = Batch::default();
-        for number in claim.paths().start * PER_PATH..claim.paths().end * PER_PATH {
-            batch.push(Layer::Global, &arrival(number));
-        }
-        claim.deposit(batch);
-    }
-    fn nearest(&self, at: Vec3, scratch: &mut QueryScratch) -> usize {
-        let snapshot = self.latest();
-        snapshot.layer(Layer::Global).nearest((at, RADIUS), NEIGHBOURS, scratch, upwards).len()
-    }
-    fn bytes(&self) -> usize {
-        self.latest().layer(Layer::Global).bytes()
-    }
-    fn parts(&self) -> usize {
-        self.latest().layer(Layer::Global).trees().len()
-    }
+/// The number of photons that a query finds.
+fn nearest(map: &PhotonMap, at: Vec3, scratch: &mut QueryScratch) -> usize {
+    let snapshot = map.latest();
+    snapshot.layer(Layer::Global).nearest((at, RADIUS), NEIGHBOURS, scratch, upwards).len()
 }
 
-impl Shared for LockedTree {
-    const NAME: &'static str = "reader-writer lock";
-    fn new() -> Self {
-        LockedTree::new(Vec3::ZERO, Vec3::ONE)
-    }
-    fn add(&self, next: &AtomicU64) {
-        let first = next.fetch_add(CLAIM * PER_PATH, Ordering::Relaxed);
-        let (mut positions, mut photons) = (Vec::new(), Vec::new());
-        for a in (first..first + CLAIM * PER_PATH).map(arrival) {
-            if let Some(photon) = Photon::new(&a) {
-                positions.push(a.position);
-                photons.push(photon);
-            }
-        }
-        LockedTree::add(self, &positions, &photons);
-    }
-    fn nearest(&self, at: Vec3, scratch: &mut QueryScratch) -> usize {
-        self.read().nearest((at, RADIUS), NEIGHBOURS, scratch, upwards).len()
-    }
-    fn bytes(&self) -> usize {
-        self.read().bytes()
-    }
-    fn parts(&self) -> usize {
-        1
-    }
+fn empty() -> PhotonMap {
+    PhotonMap::new(Vec3::ZERO, Vec3::ONE, PATHS_PER_GENERATION)
 }
 
 fn upwards(photon: &Photon) -> bool {
@@ -128,13 +92,13 @@ fn place(i: u64) -> Vec3 {
 }
 
 /// Nanoseconds per query: the best of thirty short rounds, which other work on the machine disturbs least.
-fn query_ns(map: &impl Shared, queries: u64) -> f64 {
+fn query_ns(map: &PhotonMap, queries: u64) -> f64 {
     let mut scratch = QueryScratch::default();
     (0..30)
         .map(|round| {
             let start = Instant::now();
             for i in 0..queries {
-                black_box(map.nearest(place(i + round * queries), &mut scratch));
+                black_box(nearest(map, place(i + round * queries), &mut scratch));
             }
             start.elapsed().as_secs_f64() * 1e9 / queries as f64
         })
@@ -142,10 +106,10 @@ fn query_ns(map: &impl Shared, queries: u64) -> f64 {
 }
 
 /// Cost at growing numbers of photons, up to `largest`.
-fn growth<M: Shared>(largest: f64) {
-    println!("\n{}, one thread", M::NAME);
+fn growth(largest: f64) {
+    println!("\none thread");
     println!("     photons  parts  insert ns/photon  bytes/photon  query ns  + per doubling");
-    let (map, next) = (M::new(), AtomicU64::new(0));
+    let map = empty();
     let (mut photons, mut spent, mut before) = (0.0, Duration::ZERO, None);
     let mut points = Vec::new();
     let mut wanted: f64 = 1e4;
@@ -155,31 +119,26 @@ fn growth<M: Shared>(largest: f64) {
         let target = (wanted / generation).ceil() * generation;
         let start = Instant::now();
         while photons < target {
-            map.add(&next);
+            add(&map);
             photons += (CLAIM * PER_PATH) as f64;
         }
         spent += start.elapsed();
         let ns = query_ns(&map, 4000);
         let slope: Option<f64> = before.map(|(n, t): (f64, f64)| (ns - t) / (photons / n).log2());
         let slope = slope.map_or(String::new(), |s| format!("{s:14.0}"));
-        let (insert, bytes) = (spent.as_secs_f64() * 1e9 / photons, map.bytes() as f64 / photons);
-        println!("{photons:12} {:6} {insert:17.0} {bytes:13.1} {ns:9.0} {slope}", map.parts());
+        let (insert, bytes) =
+            (spent.as_secs_f64() * 1e9 / photons, map.latest().layer(Layer::Global).bytes() as f64 / photons);
+        println!(
+            "{photons:12} {:6} {insert:17.0} {bytes:13.1} {ns:9.0} {slope}",
+            map.latest().layer(Layer::Global).trees().len()
+        );
         points.push((photons.log2(), ns));
         before = Some((photons, ns));
         wanted *= 10f64.sqrt();
     }
-    let (slope, at_million) = line(&points);
+    let (slope, at_zero) = line(&points);
+    let at_million = at_zero + slope * 1e6f64.log2();
     println!("  fit: {at_million:.0} ns at 10^6 photons, {slope:+.0} ns per doubling");
-}
-
-/// Least squares: slope, and value at log₂ 10⁶.
-fn line(points: &[(f64, f64)]) -> (f64, f64) {
-    let n = points.len() as f64;
-    let (mx, my) = points.iter().fold((0.0, 0.0), |(x, y), p| (x + p.0 / n, y + p.1 / n));
-    let (xy, xx) =
-        points.iter().fold((0.0, 0.0), |(xy, xx), p| (xy + (p.0 - mx) * (p.1 - my), xx + (p.0 - mx).powi(2)));
-    let slope = if xx > 0.0 { xy / xx } else { 0.0 };
-    (slope, my + slope * (1e6f64.log2() - mx))
 }
 
 /// Per thread: events, and the longest of them in seconds.
@@ -187,21 +146,20 @@ type Load = (u64, f64);
 
 /// Runs `threads` of the load for `seconds`: one claim of light paths to every `queries` queries (none if 0; no light
 /// paths if `u64::MAX`). Returns photons per second, queries per second, longest query in ms, queries above 1 ms.
-fn load(map: &impl Shared, threads: usize, queries: u64, seconds: f64) -> (f64, f64, f64, u64) {
-    let next = AtomicU64::new(1 << 32);
+fn load(map: &PhotonMap, threads: usize, queries: u64, seconds: f64) -> (f64, f64, f64, u64) {
     let start = Instant::now();
     let work = |number: u64| {
         let mut scratch = QueryScratch::default();
         let (mut claims, mut asked, mut late): (u64, Load, u64) = (0, (0, 0.0), 0);
         while start.elapsed().as_secs_f64() < seconds {
             if queries != u64::MAX {
-                map.add(&next);
+                add(map);
                 claims += 1;
             }
             for _ in 0..queries.min(64) {
                 let at = place(asked.0 + (number << 36));
                 let began = Instant::now();
-                black_box(map.nearest(at, &mut scratch));
+                black_box(nearest(map, at, &mut scratch));
                 let took = began.elapsed().as_secs_f64();
                 asked = (asked.0 + 1, asked.1.max(took));
                 late += u64::from(took > 1e-3);
@@ -222,8 +180,8 @@ fn load(map: &impl Shared, threads: usize, queries: u64, seconds: f64) -> (f64, 
     ((claims * CLAIM * PER_PATH) as f64 / took, asked as f64 / took, longest * 1e3, late)
 }
 
-fn sharing<M: Shared>() {
-    println!("\n{}: throughput", M::NAME);
+fn throughput() {
+    println!("\nthroughput");
     println!(
         "  load                          threads  Mphotons/s  Mqueries/s  longest query ms  queries > 1 ms"
     );
@@ -231,9 +189,9 @@ fn sharing<M: Shared>() {
         [("light paths only", 0), ("64 light paths, 64 queries", 64), ("queries only", u64::MAX)]
     {
         for threads in [1, 2] {
-            let (map, next) = (M::new(), AtomicU64::new(0));
+            let map = empty();
             // The same start for all: 10^6 photons.
-            (0..49 * PATHS_PER_GENERATION / CLAIM).for_each(|_| map.add(&next));
+            (0..49 * PATHS_PER_GENERATION / CLAIM).for_each(|_| add(&map));
             let (photons, asked, longest, late) = load(&map, threads, queries, 3.0);
             let (photons, asked) = (photons / 1e6, asked / 1e6);
             println!("  {name:<29} {threads:7} {photons:11.2} {asked:11.3} {longest:17.2} {late:15}");
@@ -241,11 +199,10 @@ fn sharing<M: Shared>() {
     }
 }
 
-fn main() {
-    let largest = std::env::args().nth(1).and_then(|a| a.parse().ok()).unwrap_or(1e7);
+/// Grows a map, then puts load on one of 10⁶ photons.
+pub fn run(arguments: &Arguments) -> Outcome {
     println!("{} bytes per photon besides splits", size_of::<Vec3>() + size_of::<Photon>());
-    growth::<PhotonMap>(largest);
-    growth::<LockedTree>(largest);
-    sharing::<PhotonMap>();
-    sharing::<LockedTree>();
+    growth(arguments.largest);
+    throughput();
+    Ok(())
 }

@@ -36,10 +36,10 @@ T95 = [12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23, 2.20, 2.18, 
 
 
 class Worker:
-    """A running `turns`."""
+    """A running `benchmarks turns`."""
 
     def __init__(self, order, *arguments):
-        command = [BUILDS / f"turns.{order}", *arguments]
+        command = [BUILDS / f"benchmarks.{order}", "turns", *arguments]
         self.process = subprocess.Popen(command, cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 
     def turn(self, milliseconds):
@@ -57,8 +57,8 @@ class Worker:
 
 
 def build(orders):
-    """Builds `turns` and links it in `orders` random orders of its functions."""
-    command = ["cargo", "rustc", "--release", "--locked", "--quiet", "--example", "turns"]
+    """Builds the benchmarks and links it in `orders` random orders of its functions."""
+    command = ["cargo", "rustc", "--release", "--locked", "--quiet", "--example", "benchmarks"]
     command += ["--", "-C", "save-temps", "--print", "link-args"]
     linked = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True).stdout
     BUILDS.mkdir(parents=True, exist_ok=True)
@@ -66,7 +66,7 @@ def build(orders):
     if not lines:
         sys.exit("rustc does not tell how it links; is the compiler not the usual one?")
     for order in range(orders):
-        relink(lines[-1], BUILDS / f"turns.{order}", order + 1)
+        relink(lines[-1], BUILDS / f"benchmarks.{order}", order + 1)
 
 
 def relink(line, out, seed):
@@ -111,7 +111,7 @@ def instructions(scene, *arguments):
 
     # A line asks for a millisecond, in which valgrind traces the 32 paths that come at once and no more.
     def traced(lines):
-        command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", BUILDS / "turns.0", "trace", scene]
+        command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", BUILDS / "benchmarks.0", "turns", "trace", scene]
         run = subprocess.run([*command, *arguments], cwd=ROOT, input="1\n" * lines, capture_output=True, text=True, check=True)
         return int(re.search(r"Collected : (\d+)", run.stderr)[1])
 

@@ -1,26 +1,27 @@
-//! From command to standstill: how long `abort` takes in every scene of `scenes/`, path tracing and photon mapping; p99
-//! must stay below 5 ms.
-//!
-//! `cargo run --release --example bench_abort [threads]`; by default all cores trace, then all but one.
-
-#![allow(clippy::unwrap_used, reason = "a measuring tool: a panic is the message")]
+//! The time from `abort` to standstill in every scene of `scenes/`, by path tracing and photon mapping; p99 must stay below 5 ms.
 
 use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use pointillist::scene;
 use pointillist::server::{RenderJob, Server};
-use pointillist::stream::{Epoch, Event, UvWindow};
-use pointillist::tracer::integrator::{PathTracer, PhotonTracer, RenderContext};
-use pointillist::tracer::{Camera, PrepareOptions, Scene};
+use pointillist::stream::{Epoch, Event};
+use pointillist::tracer::integrator::{PathTracer, PhotonTracer};
+
+use super::common::{Outcome, context, cores, quantiles};
+
+/// What to measure.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// The number of tracing threads; all cores and then all but one when not given
+    threads: Option<usize>,
+}
 
 /// Aborts per scene.
 const ABORTS: u64 = 500;
 
-fn main() {
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let given = std::env::args().nth(1).and_then(|text| text.parse().ok());
+/// Aborts renders of every scene again and again.
+pub fn run(arguments: &Arguments) -> Outcome {
     let mut scenes: Vec<_> = std::fs::read_dir("scenes")
         .unwrap()
         .map(|entry| entry.unwrap().path())
@@ -28,34 +29,27 @@ fn main() {
         .collect();
     scenes.sort();
     println!("abort to finish event, {ABORTS} times, ms");
-    for threads in given.map_or(vec![cores, (cores - 1).max(1)], |n| vec![n]) {
+    let usual = vec![cores(), (cores() - 1).max(1)];
+    for threads in arguments.threads.map_or(usual, |n| vec![n]) {
         for path in &scenes {
             for photons in [false, true] {
-                let mut times = aborts(path, threads, photons);
-                times.sort_by(f64::total_cmp);
-                let at = |q: f64| times[((times.len() - 1) as f64 * q).round() as usize];
+                let [p50, p99, max] = quantiles(aborts(path, threads, photons)?, [0.5, 0.99, 1.0]);
                 println!(
-                    "  {:<28} {:<6} {threads} threads  p50 {:.3}  p99 {:.3}  max {:.3}",
+                    "  {:<28} {:<6} {threads} threads  p50 {p50:.3}  p99 {p99:.3}  max {max:.3}",
                     path.display(),
                     if photons { "photon" } else { "path" },
-                    at(0.5),
-                    at(0.99),
-                    at(1.0)
                 );
             }
         }
     }
+    Ok(())
 }
 
-fn aborts(path: &Path, threads: usize, photons: bool) -> Vec<f64> {
-    let desc = scene::load(path, &[]).unwrap().desc;
-    let prepared = Scene::prepare(&desc).unwrap();
-    let camera = Camera::new(&desc.camera, &desc.film, &PrepareOptions::from_film(&desc.film)).unwrap();
-    let context = RenderContext::new(Arc::new(prepared), camera, &desc.integrator, 0, UvWindow::PICTURE);
-    let RenderContext { scene, camera, seed, window, .. } = context.clone();
-    let tracer = Arc::new(PathTracer::new(scene, camera, &desc.integrator, seed, window));
-    let (server, mut lanes) = Server::start(threads).unwrap();
-    (1..=ABORTS)
+fn aborts(path: &Path, threads: usize, photons: bool) -> Outcome<Vec<f64>> {
+    let context = context(path)?;
+    let tracer = Arc::new(PathTracer { context: context.clone() });
+    let (server, mut lanes) = Server::start(threads)?;
+    let milliseconds = (1..=ABORTS)
         .map(|number| {
             let epoch = Epoch(number);
             if photons {
@@ -82,5 +76,6 @@ fn aborts(path: &Path, threads: usize, photons: bool) -> Vec<f64> {
             }
             start.elapsed().as_secs_f64() * 1e3
         })
-        .collect()
+        .collect();
+    Ok(milliseconds)
 }

@@ -1,13 +1,13 @@
-//! One side of `tools/bench effects`: traces paths for as long as it is asked to, again and again. Processes that answer in turn have the
-//! same share of the machine.
+//! One side of `tools/bench effects`: works for a while on each request, so that two processes that answer in turn share the
+//! machine alike.
 //!
-//! `turns trace SCENE.xml [everything] [bidirectional] [grey]` traces on one thread, as planned or with everything, by the scene's method
-//! or bidirectionally, in colour or without; `turns paint` has a Vulkan device take a
-//! batch of samples and paint the picture, 512×512, as plain as it can be. Reads a number of milliseconds per line and answers with the
-//! nanoseconds of a path, or of a frame.
+//! `trace` traces on one thread, as planned or with the general code; `paint` has a Vulkan device take a batch of samples and paint
+//! the picture, 512×512, as plain as it can be. Each line of standard input is a number of milliseconds; the answer is the nanoseconds
+//! of one path or one frame.
 
 use std::hint::black_box;
 use std::io::{BufRead, Write};
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -17,44 +17,67 @@ use pointillist::color::Xyz;
 use pointillist::gpu::{DeviceChoice, Gpu};
 use pointillist::scene::desc::IntegratorKind;
 use pointillist::scene::load;
-use pointillist::stream::{PathCounts, Sample, SampleSink, UvWindow};
+use pointillist::stream::{PathCounts, Sample, UvWindow};
 use pointillist::tracer::effects::{Effect, without};
 use pointillist::tracer::integrator::{
     BidirectionalTracer, ParticleTracer, PathTracer, PhotonTracer, RenderContext,
 };
 use pointillist::tracer::{Camera, Integrator, Scene};
 
-type Outcome = Result<(), Box<dyn std::error::Error>>;
+use super::common::{Nowhere, Outcome};
 
-/// Indices between two looks at the clock.
+/// What to do.
+#[derive(clap::Args)]
+pub struct Arguments {
+    #[command(subcommand)]
+    work: Work,
+}
+
+#[derive(clap::Subcommand)]
+enum Work {
+    /// Traces paths
+    Trace {
+        /// The scene file
+        scene: PathBuf,
+        /// `everything` takes the general code, `bidirectional` the bidirectional method, `grey` one wavelength for all
+        how: Vec<How>,
+    },
+    /// Paints frames
+    Paint,
+}
+
+/// How a scene is traced.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum How {
+    Everything,
+    Bidirectional,
+    Grey,
+}
+
+/// Indices between two readings of the clock.
 const AT_ONCE: u64 = 32;
 
 /// Beyond the first paths of the sequence, which do not split.
 const FIRST: u64 = 1 << 20;
 
-fn main() -> Outcome {
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
-    match &arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
-        ["trace", scene, how @ ..] => trace(scene, how),
-        ["paint"] => paint(),
-        _ => Err("usage: turns trace SCENE.xml [everything] [bidirectional] [grey] | turns paint".into()),
+/// Answers until standard input ends.
+pub fn run(arguments: &Arguments) -> Outcome {
+    match &arguments.work {
+        Work::Trace { scene, how } => trace(scene, how),
+        Work::Paint => paint(),
     }
 }
 
-fn trace(scene: &str, how: &[&str]) -> Outcome {
-    let known = ["everything", "bidirectional", "grey"];
-    if let Some(unknown) = how.iter().find(|word| !known.contains(word)) {
-        return Err(format!("{unknown}: there are {}", known.join(", ")).into());
-    }
+fn trace(scene: &Path, how: &[How]) -> Outcome {
     let is = |word| how.contains(&word);
-    let mut desc = load(scene.as_ref(), &[])?.desc;
-    if is("grey") {
+    let mut desc = load(scene, &[])?.desc;
+    if is(How::Grey) {
         without(&mut desc, Effect::Wavelengths)?;
     }
-    if is("bidirectional") {
+    if is(How::Bidirectional) {
         desc.integrator.kind = IntegratorKind::Bidirectional;
     }
-    let scene = if is("everything") { Scene::prepare_general(&desc)? } else { Scene::prepare(&desc)? };
+    let scene = if is(How::Everything) { Scene::prepare_general(&desc)? } else { Scene::prepare(&desc)? };
     let context =
         RenderContext::new(Arc::new(scene), Camera::of(&desc)?, &desc.integrator, 0, UvWindow::PICTURE);
     match desc.integrator.kind {
@@ -100,7 +123,7 @@ fn paint() -> Outcome {
 }
 
 /// Answers every line: for so many milliseconds does `work`, which says how much it did, and prints the nanoseconds of one.
-fn answer(mut work: impl FnMut() -> Result<u64, Box<dyn std::error::Error>>) -> Outcome {
+fn answer(mut work: impl FnMut() -> Outcome<u64>) -> Outcome {
     for line in std::io::stdin().lock().lines() {
         let time = Duration::from_millis(line?.trim().parse()?);
         let (start, mut done) = (Instant::now(), 0);
@@ -111,17 +134,4 @@ fn answer(mut work: impl FnMut() -> Result<u64, Box<dyn std::error::Error>>) -> 
         std::io::stdout().flush()?;
     }
     Ok(())
-}
-
-/// Takes samples and forgets them.
-struct Nowhere;
-
-impl SampleSink for Nowhere {
-    fn camera(&mut self, uv: [f32; 2], value: Xyz, weight: f32) {
-        black_box((uv, value, weight));
-    }
-
-    fn light(&mut self, uv: [f32; 2], value: Xyz) {
-        black_box((uv, value));
-    }
 }

@@ -1,40 +1,28 @@
 //! Rays per second of the tracer's tree, beside Embree 3 and obvhs's compressed tree: same meshes, same rays, in turn.
 //!
-//! `cargo run --release --example bench_rays [WORD]...` takes about six minutes. Words leave the rest out: meshes
+//! It takes about six minutes. Words leave the rest out: meshes
 //! `spheres`, `bigmesh`; kernels `scalar`, `avx2`, `avx512`, others `obvhs`, `high` (Embree's best tree, measured only if
 //! named); rays `primary`, `shuffled`, `path`, `shadow`; threads `1`, `2`. `quick` measures an eighth of it.
 //! Embree as it is by default and Embree robust are the yardsticks; without the library the rest is measured.
 
-#![allow(clippy::unwrap_used, reason = "a measuring tool: a panic is the message")]
-
-use std::process::ExitCode;
 use std::sync::{Arc, RwLock};
-use std::time::Instant;
 
 use glam::Vec3;
 use pointillist::tracer::accel::{Accel, Kernel};
 
-#[path = "bench_rays/agree.rs"]
 mod agree;
-#[path = "bench_rays/contest.rs"]
 mod contest;
-#[path = "bench_rays/embree.rs"]
 mod embree;
-#[path = "meshes/mod.rs"]
-#[allow(dead_code, reason = "colours and the sky are for pictures")]
-mod meshes;
-#[path = "bench_rays/others.rs"]
+mod lists;
 mod others;
-#[path = "bench_rays/rays.rs"]
-mod rays;
-#[path = "bench_rays/table.rs"]
 mod table;
 
+use super::common::{Outcome, timed};
+use super::meshes::{self, Model};
 use contest::{Contestant, Effort, Question};
 use embree::{Device, Mode, Scene};
-use meshes::Model;
+use lists::Kind;
 use others::{Obvhs, Ours};
-use rays::Kind;
 
 /// Every word, by what it chooses from.
 const WORDS: [&[&str]; 5] = [
@@ -45,19 +33,17 @@ const WORDS: [&[&str]; 5] = [
     &["quick"],
 ];
 
-/// The words given.
-struct Choice(Vec<String>);
+/// What to measure.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Measures these and leaves out the others of their kind; `quick` measures an eighth, `high` adds Embree's best tree
+    #[arg(value_parser = WORDS.concat())]
+    words: Vec<String>,
+}
 
-impl Choice {
-    fn parse(words: Vec<String>) -> Result<Self, String> {
-        match words.iter().find(|w| !WORDS.iter().any(|known| known.contains(&w.as_str()))) {
-            Some(word) => Err(format!("no {word:?}; the words are {}", WORDS.concat().join(", "))),
-            None => Ok(Self(words)),
-        }
-    }
-
+impl Arguments {
     fn says(&self, word: &str) -> bool {
-        self.0.iter().any(|w| w == word)
+        self.words.iter().any(|w| w == word)
     }
 
     /// True for a word given, and for all of its kind when none is.
@@ -67,14 +53,8 @@ impl Choice {
     }
 }
 
-fn main() -> ExitCode {
-    let choice = match Choice::parse(std::env::args().skip(1).collect()) {
-        Ok(choice) => choice,
-        Err(e) => {
-            eprintln!("bench_rays: {e}");
-            return ExitCode::from(2);
-        }
-    };
+/// Measures both meshes.
+pub fn run(choice: &Arguments) -> Outcome {
     let device = Device::open().inspect_err(|e| println!("{e}")).ok();
     if let Some(device) = &device {
         println!("Embree {}, one ray at a time", embree::version_text(device.version()));
@@ -83,10 +63,10 @@ fn main() -> ExitCode {
     for make in [meshes::spheres, meshes::bigmesh] {
         let model = make();
         if choice.has(model.name) {
-            measure(&model, device.as_ref(), &choice);
+            measure(&model, device.as_ref(), choice);
         }
     }
-    ExitCode::SUCCESS
+    Ok(())
 }
 
 fn lacking() -> String {
@@ -106,15 +86,8 @@ fn build<T>(times: usize, make: impl Fn() -> (T, f64)) -> (T, Vec<f64>) {
     }
 }
 
-/// What is made, and in how many seconds.
-fn timed<T>(make: impl Fn() -> T) -> (T, f64) {
-    let start = Instant::now();
-    let made = make();
-    (made, start.elapsed().as_secs_f64())
-}
-
 /// All tables of one mesh.
-fn measure(model: &Model, device: Option<&Arc<Device>>, choice: &Choice) {
+fn measure(model: &Model, device: Option<&Arc<Device>>, choice: &Arguments) {
     let (vertices, faces) = model.merged();
     let triangles: Vec<[Vec3; 3]> = faces.iter().map(|f| f.map(|v| vertices[v as usize])).collect();
     let times = if choice.says("quick") { 1 } else { 3 };
@@ -143,7 +116,7 @@ fn measure(model: &Model, device: Option<&Arc<Device>>, choice: &Choice) {
     }
     let (accel, seconds) = build(times, || timed(|| Accel::new(&triangles, &[], Vec::new(), Vec::new())));
     table::built("ours", accel.bytes(), triangles.len(), seconds);
-    let lists = rays::rays(model, &accel, &triangles);
+    let lists = lists::rays(model, &accel, &triangles);
     let accel = Arc::new(RwLock::new(accel));
     for kernel in Kernel::ALL.into_iter().filter(|k| k.is_available() && choice.has(k.name())) {
         contestants.push(Box::new(Ours { accel: accel.clone(), kernel }));

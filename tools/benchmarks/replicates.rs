@@ -1,7 +1,7 @@
-//! `tools/bench replicates`: what it costs to know the error of a picture, and how true it is.
+//! How true the stated errors of replicates are, and what they cost.
 //!
-//! `replicates [SCENE METHOD]... [--size N] [--spp N] [--runs N] [--filter box|gaussian]` renders every scene again and again, each
-//! time with another seed, undivided and divided into two replicates. The reference of each picture is the mean of all others.
+//! Every scene is rendered again and again, each time with another seed, undivided and divided into two replicates. The reference
+//! of each picture is the mean of all others.
 //!
 //! First table: stated over true error, half a 90 % interval's logarithm, and how often the intervals held the picture's true error.
 //! Second table: error of each way to divide a run over that of an undivided one. Independent randomisations follow from the
@@ -24,10 +24,34 @@ use pointillist::tracer::integrator::{
 };
 use pointillist::tracer::{Camera, Integrator, Scene};
 
-type Outcome = Result<(), Box<dyn std::error::Error>>;
+use super::common::Outcome;
 
-const USAGE: &str =
-    "usage: replicates [SCENE METHOD]... [--size N] [--spp N] [--runs N] [--filter box|gaussian]";
+/// What to measure.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Scene and method, in pairs; three usual pairs when not given
+    #[arg(value_names = ["SCENE METHOD"])]
+    scenes: Vec<String>,
+    /// Pixels along a side of the picture
+    #[arg(long, default_value_t = 128)]
+    size: u32,
+    /// Samples per pixel
+    #[arg(long, default_value_t = 32)]
+    spp: u64,
+    /// Runs each way
+    #[arg(long, default_value_t = 34)]
+    runs: u32,
+    /// The pixel filter
+    #[arg(long, value_enum, default_value = "box")]
+    filter: Filter,
+}
+
+/// The pixel filter.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+enum Filter {
+    Box,
+    Gaussian,
+}
 
 #[derive(Clone, Copy)]
 struct Options {
@@ -50,27 +74,25 @@ struct Level {
 
 type Run = Vec<Level>;
 
-fn main() -> Outcome {
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let mut options = Options { side: 128, spp: 32, runs: 34, filter: SplatFilter::Box };
-    let (mut scenes, mut rest) = (Vec::new(), arguments.iter());
-    while let Some(word) = rest.next() {
-        let value = rest.next().ok_or(USAGE)?;
-        match (word.as_str(), value.as_str()) {
-            ("--size", _) => options.side = value.parse()?,
-            ("--spp", _) => options.spp = value.parse()?,
-            ("--runs", _) => options.runs = value.parse()?,
-            ("--filter", "box") => options.filter = SplatFilter::Box,
-            ("--filter", "gaussian") => options.filter = SplatFilter::Gaussian,
-            (option, _) if option.starts_with("--") => return Err(USAGE.into()),
-            (scene, method) => scenes.push((scene.to_string(), method.to_string())),
-        }
+/// Measures every pair of scene and method.
+pub fn run(arguments: &Arguments) -> Outcome {
+    let filter = match arguments.filter {
+        Filter::Box => SplatFilter::Box,
+        Filter::Gaussian => SplatFilter::Gaussian,
+    };
+    let options = Options { side: arguments.size, spp: arguments.spp, runs: arguments.runs, filter };
+    let usual = [
+        ["scenes/cornell.xml", "path"],
+        ["scenes/cornell_spheres.xml", "bidirectional"],
+        ["scenes/veach_plates.xml", "path"],
+    ];
+    if arguments.scenes.is_empty() {
+        return usual.iter().try_for_each(|[scene, method]| study(scene.as_ref(), method, options));
     }
-    if scenes.is_empty() {
-        let usual = [("cornell", "path"), ("cornell_spheres", "bidirectional"), ("veach_plates", "path")];
-        scenes = usual.map(|(scene, method)| (format!("scenes/{scene}.xml"), method.to_string())).to_vec();
-    }
-    scenes.iter().try_for_each(|(scene, method)| study(scene.as_ref(), method, options))
+    let (pairs, []) = arguments.scenes.as_chunks::<2>() else {
+        return Err("every scene takes a method: SCENE METHOD".into());
+    };
+    pairs.iter().try_for_each(|[scene, method]| study(scene.as_ref(), method, options))
 }
 
 fn study(path: &Path, method: &str, options: Options) -> Outcome {
@@ -82,7 +104,11 @@ fn study(path: &Path, method: &str, options: Options) -> Outcome {
         ("bidirectional", IntegratorKind::Bidirectional),
         ("photon", IntegratorKind::Photon),
     ];
-    desc.integrator.kind = kinds.into_iter().find(|(name, _)| *name == method).ok_or(USAGE)?.1;
+    desc.integrator.kind = kinds
+        .into_iter()
+        .find(|(name, _)| *name == method)
+        .ok_or("the methods are path, light, bidirectional and photon")?
+        .1;
     let (scene, camera) = (Arc::new(Scene::prepare(&desc)?), Camera::of(&desc)?);
     let run = |seed: u32, divided: bool| {
         let context =

@@ -1,54 +1,36 @@
-//! Writes the meshes of `tools/bench rays` as Mitsuba 3 scenes, to look at them or to render them.
-//!
-//! `cargo run --release --example meshes FOLDER [obj]` writes `spheres.xml` and `bigmesh.xml` (512 × 512) with one file
-//! per material beside them: PLY (binary, little endian), or OBJ for programs that read only that.
+//! The meshes of `tools/bench rays` as Mitsuba 3 scenes, to look at them or to render them.
 
 use std::fs::File;
 use std::io::{BufWriter, Error, Write};
 use std::path::Path;
-use std::process::ExitCode;
 
 use glam::Vec3;
 
-#[path = "meshes/mod.rs"]
-#[allow(dead_code, reason = "the merged list is for rays")]
-mod meshes;
+use super::MeshFormat;
+use super::meshes::{self, Light, Model, Part};
 
-use meshes::{Light, Model, Part};
-
-fn main() -> ExitCode {
-    let args: Vec<String> = std::env::args().skip(1).collect();
-    let (folder, kind) = match &args[..] {
-        [folder] => (folder, "ply"),
-        [folder, kind] if kind == "obj" => (folder, "obj"),
-        _ => {
-            eprintln!(
-                "meshes: tell the folder to write to, and \"obj\" where PLY is not wanted: meshes FOLDER [obj]"
-            );
-            return ExitCode::from(2);
-        }
-    };
+/// Writes `spheres.xml` and `bigmesh.xml` (512 × 512) with one file per material beside them.
+pub fn write(folder: &Path, format: MeshFormat) -> Result<(), Box<dyn std::error::Error>> {
     for make in [meshes::spheres, meshes::bigmesh] {
         let model = make();
-        if let Err(e) = write(&model, Path::new(folder), kind) {
-            eprintln!("meshes: cannot write {} to {folder}: {e}", model.name);
-            return ExitCode::FAILURE;
-        }
+        write_model(&model, folder, format)
+            .map_err(|e| format!("cannot write {} to {}: {e}", model.name, folder.display()))?;
         let triangles: usize = model.parts.iter().map(|p| p.faces.len()).sum();
-        println!("{folder}/{}.xml: {} triangles", model.name, triangles + 2);
+        println!("{}/{}.xml: {} triangles", folder.display(), model.name, triangles + 2);
     }
-    ExitCode::SUCCESS
+    Ok(())
 }
 
 /// Writes one model: a mesh per part, and the scene that names them.
-fn write(model: &Model, folder: &Path, kind: &str) -> Result<(), Error> {
+fn write_model(model: &Model, folder: &Path, format: MeshFormat) -> Result<(), Error> {
+    let kind = if format == MeshFormat::Obj { "obj" } else { "ply" };
     std::fs::create_dir_all(folder)?;
     let numbers = |v: &[f32]| v.iter().map(f32::to_string).collect::<Vec<_>>().join(", ");
     let point = |v: Vec3| numbers(&v.to_array());
     let Model { camera, light: Light { centre, half: [u, v], radiance }, .. } = model;
     let mut xml = format!(
         r#"<?xml version="1.0" encoding="utf-8"?>
-<!-- Written by tools/meshes.rs. Names to set with -D: spp, res. -->
+<!-- Written by tools/make/mitsuba.rs. Names to set with -D: spp, res. -->
 <scene version="3.0.0">
   <default name="spp" value="64"/>
   <default name="res" value="512"/>
@@ -100,10 +82,9 @@ fn write(model: &Model, folder: &Path, kind: &str) -> Result<(), Error> {
     for part in &model.parts {
         let name = format!("{}_{}.{kind}", model.name, part.name);
         let mut out = BufWriter::new(File::create(folder.join(&name))?);
-        if kind == "obj" {
-            obj(part, &mut out)?
-        } else {
-            ply(part, &mut out)?
+        match format {
+            MeshFormat::Obj => obj(part, &mut out)?,
+            MeshFormat::Ply => ply(part, &mut out)?,
         }
         out.flush()?;
         xml += &format!(

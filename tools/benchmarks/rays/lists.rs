@@ -5,8 +5,9 @@ use pointillist::math::frame::Frame;
 use pointillist::math::warp::cosine_hemisphere;
 use pointillist::tracer::accel::{Accel, Ray};
 
-use super::meshes::noise::Random;
-use super::meshes::{Light, Model};
+use pointillist::math::random::Random;
+
+use crate::meshes::{Light, Model};
 
 /// Pixels along a side of the picture.
 const SIDE: usize = 1024;
@@ -62,7 +63,7 @@ pub fn rays(model: &Model, accel: &Accel, triangles: &[[Vec3; 3]]) -> [Vec<Ray>;
         let p = ray.origin + ray.direction * hit.t;
         // Far enough off the surface for every float, and far less than any triangle is large.
         let p = p + n * (1e-5 * p.abs().max_element().max(1.0));
-        let d = cosine_hemisphere([random.unit(), random.unit()]);
+        let d = cosine_hemisphere([random.f32(), random.f32()]);
         path.push(Ray::new(p, Frame::new(n).to_world(d)));
         let to = centre + u * random.within(-1.0, 1.0) + v * random.within(-1.0, 1.0);
         shadow.push(Ray { origin: p, direction: to - p, t_max: 0.999 });

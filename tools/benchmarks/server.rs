@@ -1,4 +1,4 @@
-//! Nanoseconds per path of server and stream around an empty integrator: `cargo run --release --example bench_server`.
+//! Nanoseconds per path of server and stream around an empty integrator.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -7,6 +7,8 @@ use pointillist::color::Xyz;
 use pointillist::server::{RenderJob, Server};
 use pointillist::stream::{Cursor, Epoch, Event, PathCounts, SampleSink};
 use pointillist::tracer::Integrator;
+
+use super::common::Outcome;
 
 /// Leaves `SAMPLES` samples per path and computes nothing.
 struct Idle<const SAMPLES: usize>;
@@ -26,13 +28,15 @@ impl<const SAMPLES: usize> Integrator for Idle<SAMPLES> {
     }
 }
 
-fn main() {
+/// Times zero to four samples per path, in order and in any order.
+pub fn run() -> Outcome {
     println!("one tracing thread, the client drains and drops; ns per path");
     bench::<0>(false, false);
     bench::<1>(false, false);
     bench::<1>(false, true);
     bench::<1>(true, false);
     bench::<4>(false, false);
+    Ok(())
 }
 
 fn bench<const SAMPLES: usize>(ordered: bool, timed: bool) {

@@ -1,14 +1,11 @@
-//! Makes the golden pictures of `tests/golden/` anew: `tools/golden`. Only after a picture was checked against
-//! Mitsuba; the reason belongs into the commit message.
+//! The golden pictures of `tests/golden/`. Make them anew only after a picture was checked against Mitsuba, and give the
+//! reason in the commit message.
 
 use std::path::Path;
 
-use pointillist::image::ImageError;
 use pointillist::image::exr::{self, Layers};
 
-#[allow(clippy::unwrap_used, reason = "shared with a test, where a panic is the message")]
-#[path = "../tests/support/replicates.rs"]
-mod replicates;
+use super::replicates;
 
 /// Scenes and the side of their golden picture in pixels. Caustics that only a scattered ray can find are so rare
 /// that a pixel needs thousands of samples before its mean is normally distributed, as the z-test asks: hence few
@@ -18,7 +15,8 @@ const SCENES: [(&str, u32); 3] = [("cornell", 64), ("cornell_spheres", 12), ("fu
 /// Paths of one replicate, over the whole picture.
 const SAMPLES: u32 = 1 << 20;
 
-fn main() -> Result<(), ImageError> {
+/// Renders and writes all of them.
+pub fn make() -> Result<(), Box<dyn std::error::Error>> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     for (name, side) in SCENES {
         let samples_per_pixel = u64::from(SAMPLES / (side * side));
