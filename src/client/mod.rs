@@ -20,6 +20,7 @@
 
 pub mod develop;
 pub mod dither;
+pub mod effect_list;
 pub mod effects;
 pub mod error;
 pub mod film;
@@ -28,7 +29,6 @@ pub mod glare;
 pub mod kept;
 pub mod later;
 pub mod layout;
-pub mod listed;
 pub mod lod;
 pub mod pacing;
 pub mod pass;

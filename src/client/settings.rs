@@ -1,24 +1,66 @@
-//! What the user may change at any time without restarting the server (paper §4.2).
+//! The display settings, which change at any time without restarting the server (paper §4.2), and what a film is made of.
+//!
+//! The names of every option with a closed set of values stand here once: the command line, the lists of effects and the
+//! attributes of files take them from clap's derive ([`OptionNames::name`]), the panel from [`OptionNames::label`]. Shaders
+//! number the values in the order in which they are declared.
+
+use clap::ValueEnum;
 
 use crate::color::Profile;
+pub use crate::gpu::ColorOutput;
+
+/// The names of a display option's values.
+pub trait OptionNames: ValueEnum {
+    /// The value's name in the panel.
+    fn label(&self) -> &'static str;
+
+    /// The value's name on the command line, in lists and in files.
+    fn name(&self) -> String {
+        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+    }
+}
+
+/// Gives every value its name in the panel.
+macro_rules! labels {
+    ($($option:ident { $($value:ident: $label:literal,)* })*) => {
+        $(impl OptionNames for $option {
+            fn label(&self) -> &'static str {
+                match self {
+                    $($option::$value => $label,)*
+                }
+            }
+        })*
+    };
+}
+
+labels! {
+    SplatFilter { Gaussian: "Gaussian", Tent: "Tent", Box: "Box", }
+    Reconstruction { Gaussian: "Gaussian", CatmullRom: "Catmull–Rom", Mipmap: "Mipmap", None: "None", }
+    Masking { LowPass: "Low-pass", Bilateral: "Bilateral", }
+    DisplayView { Picture: "Picture", CameraVariance: "Error, camera", LightVariance: "Error, light", }
+    Adaptation { Photopic: "Day (photopic)", Mesopic: "Dusk (mesopic)", Scotopic: "Night (scotopic)", }
+    ToneCurve { Paper: "1 − exp(−(B·Y)^C)", PbrNeutral: "PBR Neutral", AgX: "AgX", }
+    Dither { None: "None", Ordered: "Ordered", BlueNoise: "Blue noise", }
+    ColorOutput { Sdr: "8 bits", ScRgb: "scRGB", Hdr10: "HDR10", }
+}
 
 /// Samples that a batch holds: it is splatted and folded when full, or on `flush`.
 pub const BATCH_CAPACITY: usize = 65_536;
 
 /// How a sample is spread over texels.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, ValueEnum)]
 pub enum SplatFilter {
-    /// Windowed Gaussian of 5×5 texels, interpolated: the paper's, 6 texels of support.
+    /// Windowed Gaussian of 5×5 texels, interpolated (the paper's).
     #[default]
     Gaussian,
     /// Tent of radius 1 texel.
     Tent,
-    /// Exactly one texel, for comparison with other renderers.
+    /// Exactly one texel: for comparison with other renderers.
     Box,
 }
 
 /// How the float images become a picture (the paper's Figure 2).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, ValueEnum)]
 pub enum Reconstruction {
     /// Windowed Gaussian on two mip levels, interpolated.
     #[default]
@@ -31,24 +73,24 @@ pub enum Reconstruction {
     None,
 }
 
-/// Where the Gaussian of the reconstruction ends: `exp(−σd²)·(1 − smoothstep(0, R, d)^E)` over the texels within `R` per axis
+/// The support of the reconstruction's Gaussian: `exp(−σd²)·(1 − smoothstep(0, R, d)^E)` over the texels within `R` per axis
 /// (paper §4.3).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Kernel {
+pub struct ReconstructionKernel {
     /// `2R`: texels along each axis, 2 to 8.
     pub taps: u32,
     /// `E`; 0 leaves the window out, and the Gaussian is cut off.
     pub exponent: u32,
 }
 
-impl Default for Kernel {
+impl Default for ReconstructionKernel {
     /// The paper's R = 2.5 and E = 8.
     fn default() -> Self {
         Self { taps: 5, exponent: 8 }
     }
 }
 
-impl Kernel {
+impl ReconstructionKernel {
     /// `R`, texels.
     pub fn radius(self) -> f32 {
         0.5 * self.taps as f32
@@ -67,29 +109,29 @@ pub enum Summation {
 }
 
 /// How blur is spent where the variance asks for it (the paper's §4.2).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, ValueEnum)]
 pub enum Masking {
-    /// A wider reconstruction kernel: the only choice while the picture is undersampled.
+    /// A wider reconstruction kernel.
     #[default]
     LowPass,
-    /// Averages over neighbours whose difference the variance explains; keeps features.
+    /// Averages over neighbours whose difference the variance explains; below 4 samples per pixel as low-pass.
     Bilateral,
 }
 
-/// What is shown.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum View {
+/// What is shown: the picture, or the relative standard error of a stream as grey.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, ValueEnum)]
+pub enum DisplayView {
     /// The picture.
     #[default]
     Picture,
-    /// Relative standard error of the camera stream, as grey.
+    /// Relative standard error of the camera stream.
     CameraVariance,
-    /// Relative standard error of the light stream, as grey.
+    /// Relative standard error of the light stream.
     LightVariance,
 }
 
 /// State of the observer's eye, which decides the components of its glare (Spencer et al. 1995, table 1).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, ValueEnum)]
 pub enum Adaptation {
     /// Daylight, above 3 cd/m².
     #[default]
@@ -116,19 +158,20 @@ impl Default for Glare {
 }
 
 /// The curve from scene luminance to display luminance.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, ValueEnum)]
 pub enum ToneCurve {
-    /// The paper's `1 − exp(−(B·Y)^C)`.
+    /// The paper's 1 − exp(−(B·Y)^C) on luminance.
     #[default]
     Paper,
-    /// Khronos PBR Neutral.
+    /// Khronos PBR Neutral: base colours stay as they are.
     PbrNeutral,
-    /// AgX (Sobotka).
+    /// AgX (Sobotka): film-like, highlights lose their colour.
+    #[value(name = "agx")]
     AgX,
 }
 
 /// What hides the steps of 8 bits.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, ValueEnum)]
 pub enum Dither {
     /// Plain rounding.
     #[default]
@@ -137,18 +180,6 @@ pub enum Dither {
     Ordered,
     /// Blue noise.
     BlueNoise,
-}
-
-/// What the encoded picture is meant for.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Output {
-    /// 8 bits, gamma-encoded.
-    #[default]
-    Sdr,
-    /// Linear extended sRGB in half floats, 1.0 = 80 cd/m² (scRGB).
-    ScRgb,
-    /// Rec.2020 with the PQ transfer, 10 bits (HDR10).
-    Hdr10,
 }
 
 /// The form of the running variance.
@@ -182,13 +213,13 @@ pub struct Settings {
     /// Reconstruction.
     pub reconstruction: Reconstruction,
     /// Where its Gaussian ends.
-    pub kernel: Kernel,
+    pub kernel: ReconstructionKernel,
     /// Noise masking strength `Vm`: mip levels of extra blur per factor 4 of excess variance; 0 is off.
     pub vm: f32,
     /// How noise is masked where `vm` is above 0.
     pub masking: Masking,
     /// What is shown.
-    pub view: View,
+    pub view: DisplayView,
     /// Glare of the eye; `None` is off.
     pub glare: Option<Glare>,
     /// Tone curve.
@@ -203,8 +234,8 @@ pub struct Settings {
     pub profile: Profile,
     /// What hides the steps of 8 bits.
     pub dither: Dither,
-    /// What the picture is encoded for; files and 8-bit windows are [`Output::Sdr`].
-    pub output: Output,
+    /// What the picture is encoded for; files and 8-bit windows are [`ColorOutput::Sdr`].
+    pub output: ColorOutput,
 }
 
 impl Default for Settings {
@@ -212,10 +243,10 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             reconstruction: Reconstruction::default(),
-            kernel: Kernel::default(),
+            kernel: ReconstructionKernel::default(),
             vm: 0.0,
             masking: Masking::default(),
-            view: View::default(),
+            view: DisplayView::default(),
             glare: None,
             curve: ToneCurve::default(),
             exposure: 1.0,
@@ -223,7 +254,7 @@ impl Default for Settings {
             gamma: 2.2,
             profile: Profile::srgb(),
             dither: Dither::default(),
-            output: Output::default(),
+            output: ColorOutput::default(),
         }
     }
 }

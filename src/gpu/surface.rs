@@ -13,15 +13,16 @@ use super::instance::Instance;
 /// A window and the connection to its display.
 pub(in crate::gpu) type WindowHandles = (RawDisplayHandle, RawWindowHandle);
 
-/// How the window's colours are encoded.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// How the encoded picture and the window's images hold colours.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, clap::ValueEnum)]
 pub enum ColorOutput {
-    /// 8 bits, sRGB colour space, values as given.
+    /// 8 bits, gamma-encoded.
     #[default]
     Sdr,
-    /// Half floats, linear extended sRGB.
+    /// Linear extended sRGB in half floats, 1.0 = 80 cd/m².
+    #[value(name = "scrgb")]
     ScRgb,
-    /// 10 bits, Rec.2020 PQ.
+    /// Rec.2020 with the PQ transfer, 10 bits.
     Hdr10,
 }
 

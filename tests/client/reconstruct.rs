@@ -8,7 +8,7 @@ use pointillist::client::reference::mips::{pyramid, trilinear};
 use pointillist::client::reference::reconstruct::{
     ReconstructParameters, StreamView, catmull_rom, level_of_detail, reconstruct,
 };
-use pointillist::client::{FilmSpec, Kernel, Reconstruction, SplatFilter};
+use pointillist::client::{FilmSpec, Reconstruction, ReconstructionKernel, SplatFilter};
 use pointillist::image::Grid;
 use pointillist::math::random::Random;
 
@@ -36,7 +36,7 @@ fn parameters(method: Reconstruction) -> ReconstructParameters {
     ReconstructParameters {
         spec: spec(),
         method,
-        kernel: Kernel::default(),
+        kernel: ReconstructionKernel::default(),
         vm: 0.0,
         luminance_scale: 1.0,
         light_scale: 1.0,

@@ -4,7 +4,9 @@ use crate::common::{Both, assert_one_step, assert_silent, film, gpu, scene, sett
 use glam::Vec3;
 use pointillist::client::film::VulkanFilm;
 use pointillist::client::reference::tonemap::{DisplayParameters, tone_curve, tonemap};
-use pointillist::client::{Dither, Masking, Output, Reconstruction, Settings, SplatFilter, ToneCurve, View};
+use pointillist::client::{
+    ColorOutput, DisplayView, Dither, Masking, Reconstruction, Settings, SplatFilter, ToneCurve,
+};
 use pointillist::color::{Profile, TransferTable, Xyz};
 use pointillist::gpu::{Region, read_image};
 use pointillist::image::Grid;
@@ -88,7 +90,7 @@ fn hdr_outputs_equal_the_twin() {
     for curve in [ToneCurve::Paper, ToneCurve::PbrNeutral, ToneCurve::AgX] {
         let base = Settings { curve, exposure: 2.0, ..settings(Reconstruction::Gaussian, 0.0) };
         let xyz = film.reconstruct(&base).expect("reconstruct");
-        for output in [Output::ScRgb, Output::Hdr10] {
+        for output in [ColorOutput::ScRgb, ColorOutput::Hdr10] {
             let settings = Settings { output, ..base.clone() };
             let p = DisplayParameters::from(&settings);
             let bytes = painted(&mut film, &settings, 1);
@@ -96,7 +98,7 @@ fn hdr_outputs_equal_the_twin() {
             for (i, xyz) in xyz.iter().enumerate() {
                 let wanted = p.signal(Vec3::from_array(*xyz));
                 let got = match output {
-                    Output::ScRgb => {
+                    ColorOutput::ScRgb => {
                         [0, 1, 2].map(|c| half([bytes[8 * i + 2 * c], bytes[8 * i + 2 * c + 1]]))
                     }
                     _ => {
@@ -106,7 +108,7 @@ fn hdr_outputs_equal_the_twin() {
                 };
                 brightest = brightest.max(wanted.max_element());
                 let worst = (Vec3::from(got) - wanted).abs().max_element();
-                let bound = if output == Output::ScRgb {
+                let bound = if output == ColorOutput::ScRgb {
                     1.5e-3 * wanted.max_element().max(0.1)
                 } else {
                     0.6 / 1023.0
@@ -114,7 +116,7 @@ fn hdr_outputs_equal_the_twin() {
                 assert!(worst < bound, "{curve:?} {output:?}: {got:?} instead of {wanted}");
             }
             // Highlights lie above diffuse white: 203/80 in scRGB, 0.58 in PQ; AgX ends there.
-            let white = if output == Output::ScRgb { 203.0 / 80.0 } else { 0.5807 };
+            let white = if output == ColorOutput::ScRgb { 203.0 / 80.0 } else { 0.5807 };
             assert_eq!(
                 brightest > white + 1e-3,
                 curve != ToneCurve::AgX,
@@ -141,11 +143,11 @@ fn every_number_has_a_colour() {
     let values =
         [0.0, -1.0, f32::MIN_POSITIVE / 1024.0, 1e-30, 1e-3, 1.0, 1e10, f32::MAX, f32::INFINITY, f32::NAN];
     for curve in [ToneCurve::Paper, ToneCurve::PbrNeutral, ToneCurve::AgX] {
-        for output in [Output::Sdr, Output::ScRgb, Output::Hdr10] {
+        for output in [ColorOutput::Sdr, ColorOutput::ScRgb, ColorOutput::Hdr10] {
             for (exposure, contrast) in [(1.0, 1.0), (1e-6, 0.3), (1e6, 3.0)] {
                 let settings = Settings { curve, output, exposure, contrast, ..Settings::default() };
                 let p = DisplayParameters::from(&settings);
-                let top = if output == Output::ScRgb { p.ceiling() * 203.0 / 80.0 } else { 1.0 };
+                let top = if output == ColorOutput::ScRgb { p.ceiling() * 203.0 / 80.0 } else { 1.0 };
                 for i in 0..values.len().pow(3) {
                     let n = values.len();
                     let xyz = Vec3::new(values[i % n], values[i / n % n], values[i / n / n]);
@@ -189,8 +191,8 @@ fn masking_and_views_equal_the_twin() {
         both.add_scene(count, every_light);
         let bilateral = Settings { masking: Masking::Bilateral, ..settings(Reconstruction::Gaussian, 1.0) };
         let catmull_rom = Settings { reconstruction: Reconstruction::CatmullRom, ..bilateral.clone() };
-        let camera = Settings { view: View::CameraVariance, ..bilateral.clone() };
-        let light = Settings { view: View::LightVariance, ..bilateral.clone() };
+        let camera = Settings { view: DisplayView::CameraVariance, ..bilateral.clone() };
+        let light = Settings { view: DisplayView::LightVariance, ..bilateral.clone() };
         for settings in [bilateral, catmull_rom, camera, light] {
             let what = format!("{:?} {:?}, {count} samples", settings.view, settings.reconstruction);
             both.assert_display(&settings, 50, &what);

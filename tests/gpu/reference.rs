@@ -10,7 +10,7 @@ use pointillist::client::reference::mips::pyramid;
 use pointillist::client::reference::reconstruct::{ReconstructParameters, StreamView, reconstruct};
 use pointillist::client::reference::tonemap::{DisplayParameters, tonemap};
 use pointillist::client::{
-    FilmData, FilmSpec, Kernel, Reconstruction, Settings, SplatFilter, Summation, VarianceForm,
+    FilmData, FilmSpec, Reconstruction, ReconstructionKernel, Settings, SplatFilter, Summation, VarianceForm,
 };
 use pointillist::color::Xyz;
 use pointillist::image::Grid;
@@ -182,7 +182,7 @@ fn pictures_of_other_kernels_equal_the_twin() {
         let data = film.develop_padded().expect("develop");
         for (taps, exponent) in [(2, 8), (3, 0), (4, 1), (5, 0), (5, 32), (7, 8), (8, 0)] {
             for vm in [0.0, 0.5] {
-                let kernel = Kernel { taps, exponent };
+                let kernel = ReconstructionKernel { taps, exponent };
                 let settings = Settings { kernel, ..settings(Reconstruction::Gaussian, vm) };
                 let got = film.reconstruct(&settings).expect("reconstruct");
                 let worst = difference(&got, &twin_picture(&data, spec, &settings));

@@ -3,8 +3,8 @@
 use crate::headless_panel::{Panel, controls, picture, place, readout, texts};
 use egui::{Event, Shape, pos2, vec2};
 use pointillist::client::settings::{
-    Adaptation, Dither, Glare, Kernel, Masking, Output, Reconstruction, Settings, SplatFilter, ToneCurve,
-    View,
+    Adaptation, ColorOutput, DisplayView, Dither, Glare, Masking, Reconstruction, ReconstructionKernel,
+    Settings, SplatFilter, ToneCurve,
 };
 use pointillist::client::window::action::Action;
 use pointillist::client::window::panel::{DEFAULT_TARGET, MapChoice, PanelControls, PanelData};
@@ -97,18 +97,18 @@ fn untouched_values_stay_bit_for_bit() {
             gamma: float(9.0),
             glare: (round % 2 == 0)
                 .then(|| Glare { adaptation: Adaptation::Scotopic, view_angle: float(200.0) }),
-            view: [View::Picture, View::CameraVariance, View::LightVariance][round % 3],
+            view: [DisplayView::Picture, DisplayView::CameraVariance, DisplayView::LightVariance][round % 3],
             masking: [Masking::LowPass, Masking::Bilateral][round % 2],
             reconstruction: [Reconstruction::CatmullRom, Reconstruction::Mipmap, Reconstruction::None]
                 [round % 3],
-            kernel: Kernel { taps: 2 + round as u32 % 7, exponent: round as u32 % 5 },
+            kernel: ReconstructionKernel { taps: 2 + round as u32 % 7, exponent: round as u32 % 5 },
             curve: [ToneCurve::AgX, ToneCurve::PbrNeutral][round % 2],
             profile: Profile {
                 name: if round % 4 == 0 { "mine.icc" } else { "rec2020" }.to_string(),
                 ..Profile::srgb()
             },
             dither: [Dither::Ordered, Dither::BlueNoise][round % 2],
-            output: [Output::Sdr, Output::ScRgb, Output::Hdr10][round % 3],
+            output: [ColorOutput::Sdr, ColorOutput::ScRgb, ColorOutput::Hdr10][round % 3],
         };
         let mut controls = PanelControls {
             settings: settings.clone(),

@@ -115,7 +115,7 @@ fn prepare(args: &ViewArgs, outputs: Outputs) -> Result<Viewer> {
     let settings = args.display.settings();
     let controls = PanelControls {
         own_profile: Some(settings.profile.clone()).filter(|p| Profile::named(&p.name).is_none()),
-        settings: Settings { output: args.hdr.output(), ..settings },
+        settings: Settings { output: args.hdr, ..settings },
         filter: run.film.filter,
         visible: !args.no_panel,
         help: false,

@@ -6,7 +6,7 @@ use crate::client::layout::ReconstructPush;
 use crate::client::lod::{MIN_LOD, StreamLod};
 use crate::client::pass::images::StreamImages;
 use crate::client::pass::{Variants, fullscreen};
-use crate::client::settings::{Kernel, Reconstruction};
+use crate::client::settings::{Reconstruction, ReconstructionKernel};
 use crate::gpu::{Access, Cmd, Format, Gpu, GpuError, Image, Load, Pipeline, Sampler, Target, Texture};
 
 /// How much of the kernel one stream needs; see `reconstruct.frag`.
@@ -25,12 +25,12 @@ struct Key {
     masking: bool,
     camera: Extent,
     light: Extent,
-    kernel: Kernel,
+    kernel: ReconstructionKernel,
 }
 
 impl Key {
     fn constants(self) -> [u32; 6] {
-        let Kernel { taps, exponent } = self.kernel;
+        let ReconstructionKernel { taps, exponent } = self.kernel;
         [self.kind, u32::from(self.masking), self.camera as u32, self.light as u32, taps, exponent]
     }
 }
@@ -67,12 +67,12 @@ impl ReconstructPass {
         gpu: &Arc<Gpu>,
         cmd: &mut Cmd<'_>,
         streams: [Option<StreamInput<'_>>; 2],
-        ((kind, kernel), mut push): ((Reconstruction, Kernel), ReconstructPush),
+        ((kind, kernel), mut push): ((Reconstruction, ReconstructionKernel), ReconstructPush),
         target: &mut Image,
     ) -> Result<(), GpuError> {
         let masking = push.noise_masking > 0.0 && streams.iter().flatten().any(|s| s.filtered.is_none());
         let [camera, light] = [0, 1].map(|i| extent(kind, masking, streams[i].as_ref()));
-        let key = Key { kind: kind_constant(kind), masking, camera, light, kernel };
+        let key = Key { kind: kind as u32, masking, camera, light, kernel };
         let pipeline = self.pipelines.get(key, || make(gpu, key))?;
         for (i, stream) in streams.iter().enumerate() {
             if let Some(stream) = stream {
@@ -136,16 +136,6 @@ fn extent(kind: Reconstruction, masking: bool, stream: Option<&StreamInput<'_>>)
         Some(lod) if lod.base <= MIN_LOD => Extent::Texel,
         Some(lod) if lod.base < 0.0 => Extent::OneLevel,
         Some(_) => Extent::TwoLevels,
-    }
-}
-
-/// The reconstruction as the shader numbers it.
-fn kind_constant(kind: Reconstruction) -> u32 {
-    match kind {
-        Reconstruction::Gaussian => 0,
-        Reconstruction::CatmullRom => 1,
-        Reconstruction::Mipmap => 2,
-        Reconstruction::None => 3,
     }
 }
 

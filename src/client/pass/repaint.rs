@@ -14,7 +14,9 @@ use crate::client::pass::images::{PictureImages, StreamImages};
 use crate::client::pass::mips::MipsPass;
 use crate::client::pass::reconstruct::{ReconstructPass, StreamInput, levels_needed};
 use crate::client::pass::tonemap::TonemapPass;
-use crate::client::settings::{DisplayImage, FilmSpec, Kernel, Output, Reconstruction, Settings, View};
+use crate::client::settings::{
+    ColorOutput, DisplayImage, DisplayView, FilmSpec, Reconstruction, ReconstructionKernel, Settings,
+};
 use crate::gpu::{Access, Buffer, BufferUse, Cmd, Format, Gpu, Image, Load, Region, Target, read_image};
 
 /// Camera and light, each with its level of detail; `None` without samples.
@@ -119,7 +121,7 @@ impl Repaint {
     pub fn display(&mut self, sums: Sums<'_>, settings: &Settings) -> Result<DisplayImage, ClientError> {
         let gpu = self.gpu.clone();
         self.patience = Patience::Wait;
-        let settings = Settings { output: Output::Sdr, ..settings.clone() };
+        let settings = Settings { output: ColorOutput::Sdr, ..settings.clone() };
         let mut frame = gpu.begin()?;
         let cmd = &mut frame.cmd();
         self.paint(cmd, sums, &settings, 1)?;
@@ -190,9 +192,11 @@ impl Repaint {
             ..ReconstructPush::default()
         };
         match effects.view {
-            View::Picture => self.record_picture(cmd, sums.streams, effects, ((kind, settings.kernel), push)),
-            View::CameraVariance => self.record_error(cmd, (0, sums.streams), effects, push),
-            View::LightVariance => self.record_error(cmd, (1, sums.streams), effects, push),
+            DisplayView::Picture => {
+                self.record_picture(cmd, sums.streams, effects, ((kind, settings.kernel), push))
+            }
+            DisplayView::CameraVariance => self.record_error(cmd, (0, sums.streams), effects, push),
+            DisplayView::LightVariance => self.record_error(cmd, (1, sums.streams), effects, push),
         }?;
         if let Some(glare) = settings.glare.filter(|_| effects.glare) {
             let (target, _) = self.picture.get(&self.gpu, effects)?;
@@ -207,7 +211,7 @@ impl Repaint {
         cmd: &mut Cmd<'_>,
         mut streams: Streams<'_>,
         effects: &Effects,
-        (method, push): ((Reconstruction, Kernel), ReconstructPush),
+        (method, push): ((Reconstruction, ReconstructionKernel), ReconstructPush),
     ) -> Result<(), ClientError> {
         for (i, stream) in streams.iter_mut().enumerate() {
             let Some((images, lod)) = stream.as_mut().filter(|(_, lod)| effects.bilateral(lod)) else {

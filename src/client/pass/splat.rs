@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::client::layout::SplatPush;
-use crate::client::settings::{FilmSpec, SplatFilter};
+use crate::client::settings::FilmSpec;
 use crate::client::upload::STRIDE;
 use crate::gpu::{
     Access, Blend, Buffer, Cmd, Format, Gpu, GpuError, GraphicsDesc, Image, Load, Pipeline, Target, Topology,
@@ -57,18 +57,9 @@ impl SplatPass {
     }
 }
 
-/// The filter as the shaders number it (`glsl/include/filter.glsl`).
-pub fn filter_constant(filter: SplatFilter) -> u32 {
-    match filter {
-        SplatFilter::Gaussian => 0,
-        SplatFilter::Tent => 1,
-        SplatFilter::Box => 2,
-    }
-}
-
 /// The constants that all shaders of sprites begin with: filter and slots.
 pub fn sprite_constants(spec: &FilmSpec) -> [u32; 2] {
-    [filter_constant(spec.filter), spec.batch_slots()]
+    [spec.filter as u32, spec.batch_slots()]
 }
 
 /// A pipeline that draws sprites additively into one target. The constants of `frag` begin with [`sprite_constants`];

@@ -15,7 +15,7 @@ use crate::client::reference::splat::Bins;
 use crate::client::reference::tonemap::{DisplayParameters, tonemap};
 use crate::client::reference::variance::VarianceParameters;
 use crate::client::settings::{
-    BATCH_CAPACITY, DisplayImage, FilmCounts, FilmData, FilmSpec, Output, Settings, View,
+    BATCH_CAPACITY, ColorOutput, DisplayImage, DisplayView, FilmCounts, FilmData, FilmSpec, Settings,
 };
 use crate::client::state::FilmState;
 use crate::image::Grid;
@@ -154,7 +154,7 @@ impl ReferenceFilm {
     /// film does not keep.
     pub fn display(&mut self, settings: &Settings) -> Result<DisplayImage, ClientError> {
         self.flush()?;
-        let settings = Settings { output: Output::Sdr, ..settings.clone() };
+        let settings = Settings { output: ColorOutput::Sdr, ..settings.clone() };
         let (spec, lods) = (self.state.spec(), self.state.lods());
         let p = ReconstructParameters {
             spec: *spec,
@@ -175,9 +175,9 @@ impl ReferenceFilm {
             let camera = camera.as_ref().zip(lods[0]).map(|(levels, lod)| levels.view(lod, false));
             let light = light.as_ref().zip(lods[1]).map(|(levels, lod)| levels.view(lod, true));
             let picture = match settings.view {
-                View::Picture => masked(&p, &effects, [camera, light]),
-                View::CameraVariance => error_view(&p, camera.as_ref()),
-                View::LightVariance => error_view(&p, light.as_ref()),
+                DisplayView::Picture => masked(&p, &effects, [camera, light]),
+                DisplayView::CameraVariance => error_view(&p, camera.as_ref()),
+                DisplayView::LightVariance => error_view(&p, light.as_ref()),
             };
             let picture = picture.ok_or_else(|| Accumulator::out_of_memory("the displayed picture", spec))?;
             let picture = match settings.glare.filter(|_| effects.glare) {

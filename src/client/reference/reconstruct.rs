@@ -8,7 +8,7 @@ use crate::client::lod::{MIN_LOD, Place, StreamLod};
 use crate::client::reference::kernel::gaussian;
 use crate::client::reference::mips::trilinear;
 use crate::client::reference::truncated::truncated;
-use crate::client::settings::{FilmSpec, Kernel, Reconstruction};
+use crate::client::settings::{FilmSpec, Reconstruction, ReconstructionKernel};
 use crate::image::Grid;
 
 /// Catmull–Rom weight sums below this part of the bilinear one fall back to bilinear: negative lobes
@@ -35,7 +35,7 @@ pub struct ReconstructParameters {
     /// The way of reconstruction.
     pub method: Reconstruction,
     /// Where its Gaussian ends.
-    pub kernel: Kernel,
+    pub kernel: ReconstructionKernel,
     /// Noise masking strength; 0 is off.
     pub vm: f32,
     /// The film's luminance scale, a power of two.
@@ -114,14 +114,14 @@ pub fn level_of_detail(p: &ReconstructParameters, stream: &StreamView<'_>, uv: [
 /// The paper's rule "while σ < t: σ ← 4σ, next level" ends with t ≤ σ < 4t on one level; the other of the two levels is the
 /// finer one, with a quarter of that σ. Wide kernels on both are what keeps texels from showing. At LoD 0 the kernel spans
 /// a texel (σ = t); below, it narrows to the texel alone at LoD −1.
-fn blur(kernel: Kernel, levels: &[Grid<Vec4>], at: Pixel, lod: f32) -> Vec4 {
+fn blur(kernel: ReconstructionKernel, levels: &[Grid<Vec4>], at: Pixel, lod: f32) -> Vec4 {
     if lod <= MIN_LOD {
         return levels[0].at(at.texel[0], at.texel[1]);
     }
     let four_to = |x: f32| RECONSTRUCTION_THRESHOLD * (2.0 * x).exp2();
     let mean = |level: usize, sigma: f32| {
         let (image, p) = (&levels[level], position(levels, at, level));
-        if kernel == Kernel::default() {
+        if kernel == ReconstructionKernel::default() {
             gaussian(image, p, sigma)
         } else {
             truncated(kernel, image, p, sigma)

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use crate::client::dither::thresholds;
 use crate::client::effects;
 use crate::client::reference::curves::{MAX_TONE_INPUT, agx, pbr_neutral};
-use crate::client::settings::{DisplayImage, Dither, Output, Settings, ToneCurve, View};
+use crate::client::settings::{ColorOutput, DisplayImage, DisplayView, Dither, Settings, ToneCurve};
 use crate::color::profile::{rec709_from_xyz, rec709_luminance};
 use crate::color::{TransferTable, pq};
 use crate::image::Grid;
@@ -54,7 +54,7 @@ pub struct DisplayParameters {
     /// Tone curve.
     pub curve: ToneCurve,
     /// What the picture is encoded for.
-    pub output: Output,
+    pub output: ColorOutput,
     /// The display's own transfer instead of a power.
     pub transfer: Option<TransferTable>,
     /// What hides the steps.
@@ -65,7 +65,7 @@ impl From<&Settings> for DisplayParameters {
     fn from(s: &Settings) -> Self {
         Self {
             tone: ToneParameters::from(s),
-            grey: s.view != View::Picture,
+            grey: s.view != DisplayView::Picture,
             curve: s.curve,
             output: s.output,
             transfer: s.profile.transfer.clone(),
@@ -77,7 +77,7 @@ impl From<&Settings> for DisplayParameters {
 impl DisplayParameters {
     /// Luminance that nothing exceeds, 1 being diffuse white.
     pub fn ceiling(&self) -> f32 {
-        if self.output == Output::Sdr { 1.0 } else { pq::PEAK / pq::DIFFUSE_WHITE }
+        if self.output == ColorOutput::Sdr { 1.0 } else { pq::PEAK / pq::DIFFUSE_WHITE }
     }
 
     /// Display-linear RGB of a pixel, 1 being diffuse white.
@@ -88,16 +88,16 @@ impl DisplayParameters {
         curved(xyz, &self.tone, self.curve, self.ceiling())
     }
 
-    /// What is stored for a pixel before rounding: 0 … 1, or any positive number for [`Output::ScRgb`].
+    /// What is stored for a pixel before rounding: 0 … 1, or any positive number for [`ColorOutput::ScRgb`].
     pub fn signal(&self, xyz: Vec3) -> Vec3 {
         let rgb = self.linear(xyz);
         match (self.output, &self.transfer) {
-            (Output::ScRgb, _) => rgb * (pq::DIFFUSE_WHITE / pq::SCRGB_WHITE),
-            (Output::Hdr10, _) => {
+            (ColorOutput::ScRgb, _) => rgb * (pq::DIFFUSE_WHITE / pq::SCRGB_WHITE),
+            (ColorOutput::Hdr10, _) => {
                 Vec3::from(rgb.to_array().map(|c| pq::encode(c * (pq::DIFFUSE_WHITE / pq::PQ_PEAK))))
             }
-            (Output::Sdr, Some(table)) => table.apply(rgb),
-            (Output::Sdr, None) => rgb.powf(self.tone.inverse_gamma),
+            (ColorOutput::Sdr, Some(table)) => table.apply(rgb),
+            (ColorOutput::Sdr, None) => rgb.powf(self.tone.inverse_gamma),
         }
     }
 }

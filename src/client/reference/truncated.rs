@@ -2,12 +2,12 @@
 
 use glam::Vec4;
 
-use crate::client::settings::Kernel;
+use crate::client::settings::ReconstructionKernel;
 use crate::image::Grid;
 
 /// `Σ g w T / Σ g w` of one level at `p`, in texels of that level, over the `2R × 2R` texels around it; texels outside do not
 /// count. The same as [`gaussian`](super::kernel::gaussian) for R = 2.5 and E = 8.
-pub fn truncated(kernel: Kernel, level: &Grid<Vec4>, p: [f32; 2], sigma: f32) -> Vec4 {
+pub fn truncated(kernel: ReconstructionKernel, level: &Grid<Vec4>, p: [f32; 2], sigma: f32) -> Vec4 {
     let radius = kernel.radius();
     let first = p.map(|p| (p - radius - 0.5).ceil() as i32);
     let (mut sum, mut total) = (Vec4::ZERO, 0.0);
@@ -28,7 +28,7 @@ pub fn truncated(kernel: Kernel, level: &Grid<Vec4>, p: [f32; 2], sigma: f32) ->
 }
 
 /// `exp(−σd²)` times the window at the squared distance `d2`.
-fn weight(kernel: Kernel, d2: f32, sigma: f32) -> f32 {
+fn weight(kernel: ReconstructionKernel, d2: f32, sigma: f32) -> f32 {
     let gaussian = (-sigma * d2).exp();
     if kernel.exponent == 0 {
         return gaussian;
@@ -55,7 +55,10 @@ mod tests {
         for i in 0..300 {
             let p = [(i % 20) as f32 * 0.63, (i / 20) as f32 * 0.64];
             for sigma in [1.0, 2.5, 3.9] {
-                let (a, b) = (truncated(Kernel::default(), &level, p, sigma), gaussian(&level, p, sigma));
+                let (a, b) = (
+                    truncated(ReconstructionKernel::default(), &level, p, sigma),
+                    gaussian(&level, p, sigma),
+                );
                 assert!((a - b).abs().max_element() < 1e-6, "{p:?} σ {sigma}: {a} {b}");
             }
         }
@@ -65,7 +68,7 @@ mod tests {
     fn small_ones_see_less() {
         let level = noise();
         let p = [6.5, 4.5];
-        let at = |taps, exponent| truncated(Kernel { taps, exponent }, &level, p, 1.0).x;
+        let at = |taps, exponent| truncated(ReconstructionKernel { taps, exponent }, &level, p, 1.0).x;
         let middle = level.at(6, 4).x;
         assert!((at(3, 0) - middle).abs() > 1e-3 && (at(3, 0) - at(5, 0)).abs() > 1e-4);
         // A window that closes early: hardly more than the texel itself.
