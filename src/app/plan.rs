@@ -90,16 +90,16 @@ pub fn plan(desc: &SceneDesc, run: &RunSpec, settings: &Settings) -> Vec<Planned
     });
     let listed = effect_list(&run.film, settings, streams(run.integrator));
     let shown = listed.into_iter().map(|listed| PlannedEffect {
-            name: listed.name,
-            side: EffectSide::Client,
-            on: listed.on,
-            reason: listed.reason.clone(),
-            place: None,
-            at_run_time: listed.at_run_time,
-            cost: Cost::default(),
-            effect: None,
-            listed: Some(listed),
-        });
+        name: listed.name,
+        side: EffectSide::Client,
+        on: listed.on,
+        reason: listed.reason.clone(),
+        place: None,
+        at_run_time: listed.at_run_time,
+        cost: Cost::default(),
+        effect: None,
+        listed: Some(listed),
+    });
     traced.chain(shown).collect()
 }
 

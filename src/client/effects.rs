@@ -1,4 +1,4 @@
-//! What is compiled into the display shaders: the one place that turns [`Settings`] into specialization constants.
+//! The effects that are compiled into the display shaders: the one place that turns [`Settings`] into specialization constants.
 //!
 //! An effect that is off is not in the code that runs, and with all of them off the code is that of the plain picture.
 
@@ -9,7 +9,7 @@ use crate::client::settings::{
     ColorOutput, DisplayView, Dither, Masking, Reconstruction, Settings, ToneCurve,
 };
 use crate::color::{Profile, profile};
-use crate::gpu::Format;
+use crate::gpu::TexelFormat;
 
 /// Internal resolutions of a repaint: picture pixels per reconstructed one, along each axis.
 pub const DETAILS: [u32; 3] = [1, 2, 4];
@@ -21,26 +21,26 @@ pub struct Effects {
     pub detail: u32,
     /// How noise is masked; `None` is not at all.
     pub masking: Option<Masking>,
-    /// What is shown.
+    /// The quantity that is shown.
     pub view: DisplayView,
     /// Glare of the eye; at full resolution only.
     pub glare: bool,
     /// Tone curve.
     pub curve: ToneCurve,
-    /// What the picture is encoded for.
+    /// The encoding of the picture.
     pub output: ColorOutput,
-    /// The transfer is the profile's table.
+    /// Whether the transfer is the profile's table.
     pub table: bool,
-    /// What hides the steps.
+    /// The dither that hides the steps of the encoding.
     pub dither: Dither,
 }
 
 impl Effects {
-    /// What these settings ask for; `detail` is rounded down to one of [`DETAILS`].
+    /// The effects that these settings ask for; `detail` is rounded down to one of [`DETAILS`].
     pub fn new(settings: &Settings, detail: u32) -> Self {
         let detail = DETAILS.into_iter().rfind(|d| *d <= detail).unwrap_or(1);
         let (view, output) = (settings.view, settings.output);
-        // What is not used does not make another pipeline.
+        // Settings without effect do not make another pipeline.
         let curve = if view == DisplayView::Picture { settings.curve } else { ToneCurve::Paper };
         let table = output == ColorOutput::Sdr && settings.profile.transfer.is_some();
         let dither = if output == ColorOutput::ScRgb { Dither::None } else { settings.dither };
@@ -60,12 +60,12 @@ impl Effects {
         Self { glare: glare && effects.detail == 2, ..effects }
     }
 
-    /// Stream with this level of detail is filtered bilaterally; with too few samples low-pass masking takes its place.
+    /// Whether a stream with this level of detail is filtered bilaterally; with too few samples low-pass masking takes its place.
     pub fn bilateral(&self, lod: &StreamLod) -> bool {
         self.masking == Some(Masking::Bilateral) && lod.allows_bilateral()
     }
 
-    /// The variance is read.
+    /// Whether the variance is read.
     pub fn reads_variance(&self) -> bool {
         self.masking.is_some() || self.view != DisplayView::Picture
     }
@@ -86,16 +86,16 @@ impl Effects {
     }
 
     /// Format of the encoded picture.
-    pub fn encoded_format(&self) -> Format {
+    pub fn encoded_format(&self) -> TexelFormat {
         match self.output {
-            ColorOutput::Sdr => Format::Rgba8,
-            ColorOutput::ScRgb => Format::Rgba16F,
-            ColorOutput::Hdr10 => Format::Rgb10A2,
+            ColorOutput::Sdr => TexelFormat::Rgba8,
+            ColorOutput::ScRgb => TexelFormat::Rgba16F,
+            ColorOutput::Hdr10 => TexelFormat::Rgb10A2,
         }
     }
 }
 
-/// The matrix `P` to the linear RGB of the output, from what the curve gives: XYZ after the paper's, Rec.709 after the others.
+/// The matrix `P` from the curve's result, XYZ after the paper's and Rec.709 after the others, to the linear RGB of the output.
 /// HDR outputs have primaries of their own, which replace the profile's.
 pub fn matrix(settings: &Settings) -> Mat3 {
     let from_xyz = match settings.output {

@@ -44,10 +44,10 @@ labels! {
     ColorOutput { Sdr: "8 bits", ScRgb: "scRGB", Hdr10: "HDR10", }
 }
 
-/// Samples that a batch holds: it is splatted and folded when full, or on `flush`.
+/// Number of samples that a batch holds: it is splatted and folded when full, or on `flush`.
 pub const BATCH_CAPACITY: usize = 65_536;
 
-/// How a sample is spread over texels.
+/// The filter that spreads a sample over texels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, ValueEnum)]
 pub enum SplatFilter {
     /// Windowed Gaussian of 5×5 texels, interpolated (the paper's).
@@ -59,7 +59,7 @@ pub enum SplatFilter {
     Box,
 }
 
-/// How the float images become a picture (the paper's Figure 2).
+/// The reconstruction of the picture from the sums (the paper's Figure 2).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, ValueEnum)]
 pub enum Reconstruction {
     /// Windowed Gaussian on two mip levels, interpolated.
@@ -97,7 +97,7 @@ impl ReconstructionKernel {
     }
 }
 
-/// How batches are added up in a film.
+/// The summation of batches in a film.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Summation {
     /// Two floats: what the larger one rounds off is kept in the smaller.
@@ -108,7 +108,7 @@ pub enum Summation {
     Plain,
 }
 
-/// How blur is spent where the variance asks for it (the paper's §4.2).
+/// The kind of noise masking where the variance asks for blur (the paper's §4.2).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, ValueEnum)]
 pub enum Masking {
     /// A wider reconstruction kernel.
@@ -118,7 +118,7 @@ pub enum Masking {
     Bilateral,
 }
 
-/// What is shown: the picture, or the relative standard error of a stream as grey.
+/// The quantity that is shown: the picture, or the relative standard error of a stream as grey.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, ValueEnum)]
 pub enum DisplayView {
     /// The picture.
@@ -170,7 +170,7 @@ pub enum ToneCurve {
     AgX,
 }
 
-/// What hides the steps of 8 bits.
+/// The dither that hides the steps of 8 bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, ValueEnum)]
 pub enum Dither {
     /// Plain rounding.
@@ -192,7 +192,7 @@ pub enum VarianceForm {
     Paper,
 }
 
-/// What a film is made of; changing any of these starts it anew.
+/// The specification of a film; changing any of these starts it anew.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct FilmSpec {
     /// Width of the picture in pixels, without padding.
@@ -203,7 +203,7 @@ pub struct FilmSpec {
     pub filter: SplatFilter,
     /// Form of the running variance; `None`: there is none, neither pass nor images.
     pub variance: Option<VarianceForm>,
-    /// How batches are added up.
+    /// Summation of the batches.
     pub sums: Summation,
 }
 
@@ -212,13 +212,13 @@ pub struct FilmSpec {
 pub struct Settings {
     /// Reconstruction.
     pub reconstruction: Reconstruction,
-    /// Where its Gaussian ends.
+    /// The support of its Gaussian.
     pub kernel: ReconstructionKernel,
     /// Noise masking strength `Vm`: mip levels of extra blur per factor 4 of excess variance; 0 is off.
     pub vm: f32,
-    /// How noise is masked where `vm` is above 0.
+    /// The kind of noise masking where `vm` is above 0.
     pub masking: Masking,
-    /// What is shown.
+    /// The quantity that is shown.
     pub view: DisplayView,
     /// Glare of the eye; `None` is off.
     pub glare: Option<Glare>,
@@ -232,9 +232,9 @@ pub struct Settings {
     pub gamma: f32,
     /// Primaries and white of the display: the matrix `P`.
     pub profile: Profile,
-    /// What hides the steps of 8 bits.
+    /// The dither that hides the steps of 8 bits.
     pub dither: Dither,
-    /// What the picture is encoded for; files and 8-bit windows are [`ColorOutput::Sdr`].
+    /// The encoding of the picture; files and 8-bit windows are [`ColorOutput::Sdr`].
     pub output: ColorOutput,
 }
 
@@ -259,7 +259,7 @@ impl Default for Settings {
     }
 }
 
-/// What a film has received since it was cleared.
+/// The numbers of samples and paths that a film has received since it was cleared.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FilmCounts {
     /// Samples of the camera stream.
@@ -296,7 +296,7 @@ pub struct FilmData {
     pub light_variance: Vec<f32>,
     /// Power of two by which luminance is divided in the variance images, so that no exposure overflows.
     pub luminance_scale: f32,
-    /// What the sums were made of.
+    /// The numbers of samples and paths in the sums.
     pub counts: FilmCounts,
 }
 
@@ -312,7 +312,7 @@ pub struct DisplayImage {
 }
 
 impl FilmCounts {
-    /// What sums of the light stream are multiplied by: texels of the picture per light path
+    /// The factor of the light stream's sums: texels of the picture per light path
     /// (values are densities over uv); 0 without light paths.
     pub fn light_scale(&self, spec: &FilmSpec) -> f32 {
         if self.light_paths == 0 {

@@ -39,15 +39,15 @@ pub fn film(spec: FilmSpec) -> VulkanFilm {
     VulkanFilm::new(gpu().clone(), spec).expect("a film")
 }
 
-/// A film on the shared device and its twin, which get the same samples.
+/// A film on the shared device and its reference, which get the same samples.
 pub struct Both {
     pub film: VulkanFilm,
-    pub twin: ReferenceFilm,
+    pub reference: ReferenceFilm,
 }
 
 impl Both {
     pub fn new(spec: FilmSpec) -> Self {
-        Self { film: film(spec), twin: ReferenceFilm::new(spec, 2).expect("a film") }
+        Self { film: film(spec), reference: ReferenceFilm::new(spec, 2).expect("a film") }
     }
 
     /// `count` more samples of [`scene`], with as many camera and light paths.
@@ -55,15 +55,15 @@ impl Both {
         let samples = scene(&self.film.spec().clone(), count, count as u64, every_light);
         let paths = PathCounts { camera: count as u64, light: count as u64 };
         self.film.add(&samples).expect("add");
-        self.twin.add(&samples).expect("add");
+        self.reference.add(&samples).expect("add");
         self.film.count_paths(paths);
-        self.twin.count_paths(paths);
+        self.reference.count_paths(paths);
     }
 
     /// Both display the same; bounds as in [`assert_one_step`].
     pub fn assert_display(&mut self, settings: &Settings, rare: usize, what: &str) {
         let got = self.film.display(settings).expect("display");
-        assert_one_step(&got, &self.twin.display(settings).expect("display"), rare, what);
+        assert_one_step(&got, &self.reference.display(settings).expect("display"), rare, what);
     }
 }
 

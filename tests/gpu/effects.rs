@@ -1,4 +1,4 @@
-//! Effects of the display on the Vulkan device: internal resolution, curves, dither, outputs, against their twins.
+//! Effects of the display on the Vulkan device: internal resolution, curves, dither, outputs, against their references.
 
 use crate::common::{Both, assert_one_step, assert_silent, film, gpu, scene, settings, spec};
 use glam::Vec3;
@@ -54,9 +54,9 @@ fn coarse_pictures_are_interpolated() {
     assert_silent(gpu());
 }
 
-/// Every combination that is compiled apart: the GPU's bytes against the twin's, from the same XYZ.
+/// Every combination that is compiled apart: the GPU's bytes against the reference's, from the same XYZ.
 #[test]
-fn tone_maps_equal_the_twin() {
+fn tone_maps_equal_the_reference() {
     let spec = spec(70, 66, SplatFilter::Gaussian);
     let mut film = film(spec);
     film.add(&scene(&spec, 40_000, 78, 0)).expect("add");
@@ -83,7 +83,7 @@ fn tone_maps_equal_the_twin() {
 
 /// Pictures for HDR displays, before they are cut to a window's format.
 #[test]
-fn hdr_outputs_equal_the_twin() {
+fn hdr_outputs_equal_the_reference() {
     let spec = spec(40, 30, SplatFilter::Gaussian);
     let mut film = film(spec);
     film.add(&scene(&spec, 20_000, 79, 0)).expect("add");
@@ -183,7 +183,7 @@ fn desaturation_keeps_luminance() {
 
 /// Bilateral masking and the views of the variance, both streams, both ways.
 #[test]
-fn masking_and_views_equal_the_twin() {
+fn masking_and_views_equal_the_reference() {
     let spec = spec(72, 51, SplatFilter::Gaussian);
     let mut both = Both::new(spec);
     // Few samples: low-pass instead. Many: camera alone, then both streams.

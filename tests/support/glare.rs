@@ -1,7 +1,7 @@
 //! What the tests of glare share: pictures, and the convolution written out.
 
 use glam::{DVec3, Vec3};
-use pointillist::client::glare::Kernel;
+use pointillist::client::glare::GlareKernel;
 use pointillist::client::{Adaptation, Glare};
 use pointillist::image::Grid;
 use pointillist::math::random::Random;
@@ -33,7 +33,7 @@ pub fn point([width, height]: [usize; 2], [x, y]: [usize; 2], value: Vec3) -> Gr
 /// The definition: `Σ_q K(p − q) g(q) I(q)`, in double precision.
 pub fn direct(picture: &Grid<Vec3>, glare: &Glare) -> Vec<DVec3> {
     let (width, height) = (picture.width(), picture.height());
-    let kernel = Kernel::new([width, height], glare).expect("memory");
+    let kernel = GlareKernel::new([width, height], glare).expect("memory");
     let mut out = vec![DVec3::ZERO; width * height];
     for (q, value) in picture.pixels().iter().enumerate() {
         let (qx, qy) = (q % width, q / width);

@@ -20,7 +20,7 @@ use crate::app::view::session::RenderSession;
 use crate::app::view::{ViewOptions, Viewer};
 use crate::app::{load, method, process, tell, timings};
 use crate::client::Settings;
-use crate::client::later;
+use crate::client::background;
 use crate::client::window::panel::{DEFAULT_TARGET, MapChoice, PanelControls};
 use crate::color::Profile;
 use crate::gpu::{self, DeviceChoice};
@@ -56,7 +56,7 @@ pub fn view(args: &ViewArgs) -> Result<()> {
     }
     let outcome = viewer.finish();
     // Threads that a closed film has left must not be inside the driver when the program ends.
-    later::finish();
+    background::join_abandoned();
     outcome
 }
 

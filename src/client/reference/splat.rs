@@ -1,7 +1,7 @@
-//! Twin of `splat_color`: draws one batch of samples as filter-shaped sprites, additively.
+//! The reference of `splat_color`: draws one batch of samples as filter-shaped sprites, additively.
 //!
 //! The sum in every texel is the plain `f32` sum in sample order, as additive blending gives it. Rows are
-//! cut into bands; a band draws its own samples in order, so threads and bands cannot change a bit.
+//! cut into bands; a band draws its own samples in order, so the result does not depend on threads or bands.
 
 use std::ops::Range;
 

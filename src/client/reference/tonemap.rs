@@ -1,4 +1,4 @@
-//! Twin of `tonemap`: scene-linear XYZ becomes encoded display RGB (paper §4.2, steps 6 to 8).
+//! The reference of `tonemap`: scene-linear XYZ becomes encoded display RGB (paper §4.2, steps 6 to 8).
 //!
 //! The paper scales X and Z "by Y/Y'", which is the ratio upside down: it is Y'/Y.
 
@@ -16,10 +16,10 @@ use crate::image::Grid;
 /// Below this argument `1 − exp(−t)` is taken from its series, which does not cancel.
 pub const SERIES_BELOW: f32 = 1e-2;
 
-/// Largest `X/Y` and `Z/Y` used: no real stimulus comes near, and `∞` would have no hue.
+/// Largest `X/Y` and `Z/Y` that are used: no real stimulus comes near them, and infinity would have no hue.
 pub const MAX_CHROMATICITY_RATIO: f32 = 1e4;
 
-/// The values of one repaint, as the shader gets them.
+/// The push constants of the shader.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ToneParameters {
     /// Brightness `B`.
@@ -44,20 +44,20 @@ impl From<&Settings> for ToneParameters {
     }
 }
 
-/// All that decides the encoded picture.
+/// All parameters of the encoded picture.
 #[derive(Clone, Debug)]
 pub struct DisplayParameters {
     /// Curve's parameters and matrix.
     pub tone: ToneParameters,
-    /// The picture holds a grey that is shown as it is.
+    /// Whether the picture holds a grey that is shown without a curve.
     pub grey: bool,
     /// Tone curve.
     pub curve: ToneCurve,
-    /// What the picture is encoded for.
+    /// The encoding of the picture.
     pub output: ColorOutput,
     /// The display's own transfer instead of a power.
     pub transfer: Option<TransferTable>,
-    /// What hides the steps.
+    /// The dither that hides the steps of the encoding.
     pub dither: Dither,
 }
 
@@ -75,7 +75,7 @@ impl From<&Settings> for DisplayParameters {
 }
 
 impl DisplayParameters {
-    /// Luminance that nothing exceeds, 1 being diffuse white.
+    /// The largest displayed luminance, 1 being diffuse white.
     pub fn ceiling(&self) -> f32 {
         if self.output == ColorOutput::Sdr { 1.0 } else { pq::PEAK / pq::DIFFUSE_WHITE }
     }
@@ -88,7 +88,7 @@ impl DisplayParameters {
         curved(xyz, &self.tone, self.curve, self.ceiling())
     }
 
-    /// What is stored for a pixel before rounding: 0 … 1, or any positive number for [`ColorOutput::ScRgb`].
+    /// The encoded value of a pixel before rounding: 0 … 1, or any positive number for [`ColorOutput::ScRgb`].
     pub fn signal(&self, xyz: Vec3) -> Vec3 {
         let rgb = self.linear(xyz);
         match (self.output, &self.transfer) {

@@ -1,6 +1,6 @@
 //! The Vulkan instance, the validation layer and its messages.
 
-use std::ffi::{CStr, c_char, c_void};
+use std::ffi::{CStr, CString, c_char, c_void};
 use std::sync::Mutex;
 
 use ash::{ext, vk};
@@ -14,7 +14,7 @@ const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 type Messages = Mutex<Vec<String>>;
 
 /// Owns the loader, the instance and, where the extension exists, the debug messenger.
-pub(in crate::gpu) struct Instance {
+pub(in crate::gpu) struct VulkanInstance {
     /// Keeps the loader's library open.
     pub entry: ash::Entry,
     pub raw: ash::Instance,
@@ -25,7 +25,7 @@ pub(in crate::gpu) struct Instance {
     messages: Box<Messages>,
 }
 
-impl Instance {
+impl VulkanInstance {
     /// Loads Vulkan and makes an instance of version 1.3; one for windows of `display` where that is given.
     pub fn new(validation: bool, display: Option<RawDisplayHandle>) -> Result<Self, GpuError> {
         // SAFETY: the loader is the system's Vulkan library; its initialisers are trusted as any system library's.
@@ -71,7 +71,7 @@ impl Instance {
             vk::Result::ERROR_INCOMPATIBLE_DRIVER => GpuError::NoDevice,
             result => GpuError::Call { call: "vkCreateInstance".into(), result },
         })?;
-        let mut this = Instance { entry, raw, names, messenger: None, messages: Box::default() };
+        let mut this = VulkanInstance { entry, raw, names, messenger: None, messages: Box::default() };
         if names && validation {
             this.listen()?;
         }
@@ -100,13 +100,13 @@ impl Instance {
         Ok(())
     }
 
-    /// What the validation layer has said so far.
+    /// All messages of the validation layer so far.
     pub fn messages(&self) -> Vec<String> {
         self.messages.lock().map(|m| m.clone()).unwrap_or_default()
     }
 }
 
-impl Drop for Instance {
+impl Drop for VulkanInstance {
     fn drop(&mut self) {
         // SAFETY: `Gpu` and `Surface` hold the instance and destroy what they made of it before they let go of it.
         unsafe {
@@ -114,6 +114,41 @@ impl Drop for Instance {
                 loader.destroy_debug_utils_messenger(messenger, None);
             }
             self.raw.destroy_instance(None);
+        }
+    }
+}
+
+/// Names objects and commands for debuggers and messages, where the extension exists.
+pub(in crate::gpu) struct DebugNames(Option<ext::debug_utils::Device>);
+
+impl DebugNames {
+    pub fn new(instance: &VulkanInstance, device: &ash::Device) -> Self {
+        Self(instance.names.then(|| ext::debug_utils::Device::new(&instance.raw, device)))
+    }
+
+    /// Names an object of the device.
+    pub fn name(&self, handle: impl vk::Handle, name: &str) {
+        if let (Some(debug), Ok(name)) = (&self.0, CString::new(name)) {
+            let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(handle).object_name(&name);
+            // SAFETY: the handle belongs to this device; a failure only costs the name.
+            let _ = unsafe { debug.set_debug_utils_object_name(&info) };
+        }
+    }
+
+    /// Begins a labelled part of a command buffer that is being recorded.
+    pub fn begin_label(&self, commands: vk::CommandBuffer, name: &str) {
+        if let (Some(debug), Ok(name)) = (&self.0, CString::new(name)) {
+            let label = vk::DebugUtilsLabelEXT::default().label_name(&name);
+            // SAFETY: the command buffer is being recorded.
+            unsafe { debug.cmd_begin_debug_utils_label(commands, &label) };
+        }
+    }
+
+    /// Ends the part that was begun last.
+    pub fn end_label(&self, commands: vk::CommandBuffer) {
+        if let Some(debug) = &self.0 {
+            // SAFETY: every label was begun by `begin_label`.
+            unsafe { debug.cmd_end_debug_utils_label(commands) };
         }
     }
 }
@@ -158,7 +193,7 @@ unsafe extern "system" fn on_message(
     } else {
         tracing::warn!(target: "vulkan", "{text}");
     }
-    // SAFETY: `user` is the list boxed in `Instance`, which outlives the messenger.
+    // SAFETY: `user` is the list boxed in `VulkanInstance`, which outlives the messenger.
     if let Some(messages) = unsafe { user.cast::<Messages>().as_ref() }
         && let Ok(mut messages) = messages.lock()
     {

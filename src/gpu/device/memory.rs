@@ -10,7 +10,7 @@ use gpu_allocator::vulkan::{
 };
 use gpu_allocator::{AllocationError, AllocationSizes, MemoryLocation};
 
-use crate::gpu::device::instance::Instance;
+use crate::gpu::device::instance::VulkanInstance;
 use crate::gpu::error::GpuError;
 
 const MIB: u64 = 1 << 20;
@@ -18,13 +18,13 @@ const MIB: u64 = 1 << 20;
 /// The allocator behind a lock. Not dropped by itself: [`Memory::destroy`] must come before the device is destroyed.
 pub(in crate::gpu) struct Memory {
     allocator: ManuallyDrop<Arc<Mutex<Allocator>>>,
-    /// Allocations that may still succeed.
+    /// Number of allocations that may still succeed.
     left: AtomicU64,
 }
 
 impl Memory {
     pub fn new(
-        instance: &Instance,
+        instance: &VulkanInstance,
         device: &ash::Device,
         physical: vk::PhysicalDevice,
     ) -> Result<Self, GpuError> {
@@ -66,7 +66,7 @@ impl Memory {
         allocator.allocate(&desc).map_err(|source| GpuError::Memory { name: name.into(), source })
     }
 
-    /// The allocator itself, for the panel's renderer, which must be dropped before [`destroy`](Self::destroy).
+    /// The allocator itself, for renderers of other crates, which must be dropped before [`destroy`](Self::destroy).
     pub fn shared(&self) -> Arc<Mutex<Allocator>> {
         Arc::clone(&self.allocator)
     }

@@ -1,17 +1,39 @@
-//! Objects that were dropped while the GPU may still use them.
+//! Objects that were dropped while a frame in flight may still use them.
 
 use ash::vk;
 use gpu_allocator::vulkan::Allocation;
 
 use crate::gpu::device::memory::Memory;
-use crate::gpu::window::painter::Painter;
+
+/// A pipeline's handles.
+#[derive(Clone, Copy, Default)]
+pub(in crate::gpu) struct PipelineHandles {
+    pub pipeline: vk::Pipeline,
+    pub layout: vk::PipelineLayout,
+    pub set_layout: vk::DescriptorSetLayout,
+}
+
+impl PipelineHandles {
+    /// # Safety
+    ///
+    /// No command that uses them is pending or will be submitted.
+    pub unsafe fn destroy(self, device: &ash::Device) {
+        // SAFETY: the caller promises that the GPU is done with them; null handles are allowed here.
+        unsafe {
+            device.destroy_pipeline(self.pipeline, None);
+            device.destroy_pipeline_layout(self.layout, None);
+            device.destroy_descriptor_set_layout(self.set_layout, None);
+        }
+    }
+}
 
 /// The handles of a dropped object.
 pub(in crate::gpu) enum Retired {
     Buffer(vk::Buffer, Option<Allocation>),
     Image(vk::Image, Vec<vk::ImageView>, Option<Allocation>),
-    Painter(Box<Painter>),
-    Pipeline(vk::Pipeline, vk::PipelineLayout, vk::DescriptorSetLayout),
+    Pipeline(PipelineHandles),
+    /// The command pool and the renderer of a [`ForeignRenderer`](crate::gpu::ForeignRenderer), which destroys its own objects.
+    Foreign(vk::CommandPool, Option<Box<dyn Send>>),
 }
 
 impl Retired {
@@ -33,18 +55,17 @@ impl Retired {
                     device.destroy_image(image, None);
                     allocation.into_iter().for_each(|a| memory.free(a));
                 }
-                Retired::Painter(painter) => painter.destroy(device),
-                Retired::Pipeline(pipeline, layout, set_layout) => {
-                    device.destroy_pipeline(pipeline, None);
-                    device.destroy_pipeline_layout(layout, None);
-                    device.destroy_descriptor_set_layout(set_layout, None);
+                Retired::Pipeline(handles) => handles.destroy(device),
+                Retired::Foreign(pool, renderer) => {
+                    device.destroy_command_pool(pool, None);
+                    drop(renderer);
                 }
             }
         }
     }
 }
 
-/// What waits for a frame to complete, in the order of dropping.
+/// Dropped objects that wait for a frame to complete, in the order of dropping.
 #[derive(Default)]
 pub(in crate::gpu) struct RetireQueue {
     waiting: Vec<(u64, Retired)>,

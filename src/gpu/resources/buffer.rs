@@ -6,11 +6,11 @@ use ash::vk;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::Allocation;
 
-use crate::gpu::device::Gpu;
+use crate::gpu::device::gpu::Gpu;
 use crate::gpu::device::retire::Retired;
 use crate::gpu::error::{GpuError, Named};
 
-/// Who writes a buffer and who reads it.
+/// Which side writes a buffer, and which reads it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BufferUse {
     /// Vertices: written by the host, read by draws.
@@ -21,7 +21,7 @@ pub enum BufferUse {
     Readback,
     /// Tables: written by the host, read by compute shaders.
     Table,
-    /// Scratch: written and read by compute shaders, out of the host's sight.
+    /// Scratch: written and read by compute shaders; the host cannot see it.
     Scratch,
 }
 

@@ -6,14 +6,14 @@ use ash::vk;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::Allocation;
 
-use crate::gpu::commands::sync::Access;
-use crate::gpu::device::Gpu;
+use crate::gpu::device::gpu::Gpu;
 use crate::gpu::device::retire::Retired;
 use crate::gpu::error::{GpuError, Named};
+use crate::gpu::resources::sync::{Access, levels};
 
-/// What a texel holds.
+/// The format of a texel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Format {
+pub enum TexelFormat {
     /// Four floats.
     Rgba32F,
     /// One float.
@@ -26,37 +26,37 @@ pub enum Format {
     Rgb10A2,
 }
 
-impl Format {
+impl TexelFormat {
     /// Bytes per texel.
     pub fn bytes(self) -> usize {
         match self {
-            Format::Rgba32F => 16,
-            Format::Rgba16F => 8,
-            Format::R32F | Format::Rgba8 | Format::Rgb10A2 => 4,
+            TexelFormat::Rgba32F => 16,
+            TexelFormat::Rgba16F => 8,
+            TexelFormat::R32F | TexelFormat::Rgba8 | TexelFormat::Rgb10A2 => 4,
         }
     }
 
     pub(in crate::gpu) fn raw(self) -> vk::Format {
         match self {
-            Format::Rgba32F => vk::Format::R32G32B32A32_SFLOAT,
-            Format::R32F => vk::Format::R32_SFLOAT,
-            Format::Rgba8 => vk::Format::R8G8B8A8_UNORM,
-            Format::Rgba16F => vk::Format::R16G16B16A16_SFLOAT,
-            Format::Rgb10A2 => vk::Format::A2B10G10R10_UNORM_PACK32,
+            TexelFormat::Rgba32F => vk::Format::R32G32B32A32_SFLOAT,
+            TexelFormat::R32F => vk::Format::R32_SFLOAT,
+            TexelFormat::Rgba8 => vk::Format::R8G8B8A8_UNORM,
+            TexelFormat::Rgba16F => vk::Format::R16G16B16A16_SFLOAT,
+            TexelFormat::Rgb10A2 => vk::Format::A2B10G10R10_UNORM_PACK32,
         }
     }
 }
 
-/// What an image is made of.
+/// The description of an image.
 #[derive(Clone, Copy, Debug)]
 pub struct ImageDesc<'a> {
     /// Name for debuggers and messages.
     pub name: &'a str,
     /// Texel format.
-    pub format: Format,
+    pub format: TexelFormat,
     /// Width and height of level 0, texels.
     pub extent: [u32; 2],
-    /// Down to 1×1 when true, level 0 only otherwise.
+    /// Whether there are mip levels down to 1×1, or level 0 only.
     pub mips: bool,
 }
 
@@ -64,16 +64,16 @@ pub struct ImageDesc<'a> {
 pub struct Image {
     gpu: Arc<Gpu>,
     pub(in crate::gpu) raw: vk::Image,
-    /// View of each level, and one of all of them.
+    /// A view of each level, and one of all of them.
     views: Vec<vk::ImageView>,
-    /// How each level was used last.
+    /// The last use of each level.
     pub(in crate::gpu) access: Vec<Access>,
     allocation: Option<Allocation>,
-    format: Format,
+    format: TexelFormat,
     extent: [u32; 2],
 }
 
-/// What the driver would say.
+/// The error that the driver would return.
 fn out_of_memory(name: &str, size: u64) -> GpuError {
     let call = format!("vkAllocateMemory({name}, {size} bytes)");
     GpuError::Call { call, result: vk::Result::ERROR_OUT_OF_DEVICE_MEMORY }
@@ -89,7 +89,7 @@ impl Image {
         Self::with_usage(gpu, desc, vk::ImageUsageFlags::empty())
     }
 
-    /// As [`new`](Self::new), of format [`Format::Rgba32F`], for compute shaders to write as well.
+    /// As [`new`](Self::new), of format [`TexelFormat::Rgba32F`], for compute shaders to write as well.
     ///
     /// # Errors
     ///
@@ -108,7 +108,7 @@ impl Image {
         if size > gpu.max_allocation {
             return Err(out_of_memory(desc.name, size));
         }
-        let levels = if desc.mips { width.max(height).ilog2() + 1 } else { 1 };
+        let level_count = if desc.mips { width.max(height).ilog2() + 1 } else { 1 };
         let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT
             | vk::ImageUsageFlags::SAMPLED
             | vk::ImageUsageFlags::TRANSFER_SRC
@@ -118,7 +118,7 @@ impl Image {
             .image_type(vk::ImageType::TYPE_2D)
             .format(desc.format.raw())
             .extent(vk::Extent3D { width, height, depth: 1 })
-            .mip_levels(levels)
+            .mip_levels(level_count)
             .array_layers(1)
             .samples(vk::SampleCountFlags::TYPE_1)
             .tiling(vk::ImageTiling::OPTIMAL)
@@ -131,17 +131,17 @@ impl Image {
             gpu: gpu.clone(),
             raw,
             views: Vec::new(),
-            access: vec![Access::Undefined; levels as usize],
+            access: vec![Access::Undefined; level_count as usize],
             allocation: None,
             format: desc.format,
             extent: desc.extent,
         };
         gpu.name(raw, desc.name);
         image.bind(desc.name)?;
-        for level in 0..levels {
+        for level in 0..level_count {
             image.view(level, 1, desc.name)?;
         }
-        image.view(0, levels, desc.name)?;
+        image.view(0, level_count, desc.name)?;
         Ok(image)
     }
 
@@ -163,13 +163,7 @@ impl Image {
             .image(self.raw)
             .view_type(vk::ImageViewType::TYPE_2D)
             .format(self.format.raw())
-            .subresource_range(vk::ImageSubresourceRange {
-                aspect_mask: vk::ImageAspectFlags::COLOR,
-                base_mip_level: first,
-                level_count: count,
-                base_array_layer: 0,
-                layer_count: 1,
-            });
+            .subresource_range(levels(first, count));
         // SAFETY: the levels exist.
         let view = unsafe { self.gpu.device.create_image_view(&info, None) }
             .named(&format!("vkCreateImageView({name})"))?;
@@ -195,7 +189,7 @@ impl Image {
     }
 
     /// Texel format.
-    pub fn format(&self) -> Format {
+    pub fn format(&self) -> TexelFormat {
         self.format
     }
 }

@@ -1,31 +1,30 @@
-//! Graphics pipelines for dynamic rendering, specialised by constants.
+//! Graphics and compute pipelines, specialized by constants.
 
 use std::sync::Arc;
 
 use ash::vk;
 
-use crate::gpu::device::Gpu;
-use crate::gpu::device::retire::Retired;
-use crate::gpu::device::spare::{Handles, Key};
+use crate::gpu::device::gpu::Gpu;
+use crate::gpu::device::retire::{PipelineHandles, Retired};
 use crate::gpu::error::{GpuError, Named};
-use crate::gpu::resources::image::Format;
-use crate::gpu::resources::shader;
+use crate::gpu::resources::image::TexelFormat;
+use crate::gpu::resources::shader::ShaderModule;
 
-/// What happens to the texel that is already there.
+/// How a new value is combined with the texel that is already there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Blend {
-    /// It is replaced.
+    /// It replaces the texel.
     Replace,
-    /// The new value is added.
+    /// It is added.
     Add,
-    /// The new value, premultiplied by its alpha, covers the old one.
+    /// Premultiplied by its alpha, it covers the texel.
     Over,
 }
 
-/// What vertices become.
+/// The primitives that vertices become.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Topology {
-    /// One triangle without vertex data that covers the target.
+    /// One triangle without vertex data that covers the attachments.
     Fullscreen,
     /// One point for each vertex.
     Points,
@@ -42,7 +41,7 @@ pub struct VertexLayout<'a> {
     pub attributes: &'a [(u32, u32)],
 }
 
-/// What a pipeline is made of.
+/// The description of a graphics pipeline.
 #[derive(Clone, Copy, Debug)]
 pub struct GraphicsDesc<'a> {
     /// Name for debuggers and messages.
@@ -55,141 +54,206 @@ pub struct GraphicsDesc<'a> {
     pub push_bytes: usize,
     /// Number of textures, at set 0, bindings 0, 1, ….
     pub textures: u32,
-    /// Format and blending of each target.
-    pub targets: &'a [(Format, Blend)],
-    /// What is drawn.
+    /// Format and blending of each attachment.
+    pub attachments: &'a [(TexelFormat, Blend)],
+    /// The primitives that are drawn.
     pub topology: Topology,
-    /// What a vertex holds; not used by [`Topology::Fullscreen`].
+    /// Attributes of a vertex; not used by [`Topology::Fullscreen`].
     pub vertex: VertexLayout<'a>,
 }
 
-/// A compiled pipeline with its layouts. Dropping it leaves it to the next one of the same kind.
+/// A graphics pipeline with its layouts. Dropping it leaves it to the next one of the same description.
 pub struct Pipeline {
     gpu: Arc<Gpu>,
-    key: Key,
-    pub(in crate::gpu) raw: vk::Pipeline,
-    pub(in crate::gpu) layout: vk::PipelineLayout,
-    set_layout: vk::DescriptorSetLayout,
+    /// The description as text, by which the pipeline is found again.
+    description: String,
+    pub(in crate::gpu) handles: PipelineHandles,
     pub(in crate::gpu) textures: u32,
     pub(in crate::gpu) push_bytes: usize,
 }
 
-/// Stages that see push constants.
+/// Stages of a graphics pipeline that see push constants.
 pub(in crate::gpu) const PUSH_STAGES: vk::ShaderStageFlags = vk::ShaderStageFlags::from_raw(
     vk::ShaderStageFlags::VERTEX.as_raw() | vk::ShaderStageFlags::FRAGMENT.as_raw(),
 );
 
 impl Pipeline {
-    /// A pipeline of this kind: one that nobody uses any more, else a new one.
+    /// A pipeline of this description: one that nobody holds any more, else a new one.
     ///
     /// # Errors
     ///
     /// [`GpuError::Shader`] for an unknown shader, [`GpuError::Call`] naming the pipeline.
     pub fn new(gpu: &Arc<Gpu>, desc: &GraphicsDesc<'_>) -> Result<Self, GpuError> {
-        let key = Key::of(desc);
-        let spare = gpu.spares.lock().unwrap_or_else(|e| e.into_inner()).take(&key);
-        if let Some(Handles { pipeline, layout, set_layout }) = spare {
-            let (gpu, textures, push_bytes) = (gpu.clone(), desc.textures, desc.push_bytes);
-            return Ok(Self { gpu, key, raw: pipeline, layout, set_layout, textures, push_bytes });
-        }
-        Self::compile(gpu, desc, key)
-    }
-
-    fn compile(gpu: &Arc<Gpu>, desc: &GraphicsDesc<'_>, key: Key) -> Result<Self, GpuError> {
-        let (set_layout, layout) = layouts(gpu, desc)?;
-        // From here on a failure drops `pipeline`, which retires the layouts.
+        let description = format!("{desc:?}");
+        let spare = gpu.take_spare(&description);
+        // From here on a failure drops `pipeline`, which retires what has been made.
         let mut pipeline = Pipeline {
             gpu: gpu.clone(),
-            key,
-            raw: vk::Pipeline::null(),
-            layout,
-            set_layout,
+            description,
+            handles: spare.unwrap_or_default(),
             textures: desc.textures,
             push_bytes: desc.push_bytes,
         };
-        gpu.name(set_layout, desc.name);
-        gpu.name(layout, desc.name);
-        let vert = shader::module(gpu, desc.vert.0)?;
-        let made = shader::module(gpu, desc.frag.0).and_then(|frag| {
-            let made = compile(gpu, desc, layout, [vert, frag]);
-            // SAFETY: modules are not needed once the pipeline is made.
-            unsafe { gpu.device.destroy_shader_module(frag, None) };
-            made
-        });
-        // SAFETY: as above.
-        unsafe { gpu.device.destroy_shader_module(vert, None) };
-        pipeline.raw = made?;
-        gpu.name(pipeline.raw, desc.name);
-        gpu.note_compiled(desc.frag);
+        if spare.is_none() {
+            let (texture, fragment) =
+                (vk::DescriptorType::COMBINED_IMAGE_SAMPLER, vk::ShaderStageFlags::FRAGMENT);
+            let bindings = vec![(texture, fragment); desc.textures as usize];
+            make_layouts(gpu, desc.name, &bindings, PUSH_STAGES, desc.push_bytes, &mut pipeline.handles)?;
+            pipeline.handles.pipeline = compile(gpu, desc, pipeline.handles.layout)?;
+            gpu.name(pipeline.handles.pipeline, desc.name);
+            gpu.note_compiled(desc.frag.0, desc.frag.1);
+        }
         Ok(pipeline)
     }
 }
 
 impl Drop for Pipeline {
     fn drop(&mut self) {
-        let handles = Handles { pipeline: self.raw, layout: self.layout, set_layout: self.set_layout };
-        if self.raw == vk::Pipeline::null() {
+        if self.handles.pipeline == vk::Pipeline::null() {
             // It could not be compiled.
-            self.gpu.retire(Retired::Pipeline(self.raw, self.layout, self.set_layout));
-            return;
+            self.gpu.retire(Retired::Pipeline(self.handles));
+        } else {
+            self.gpu.keep_spare(std::mem::take(&mut self.description), self.handles);
         }
-        self.gpu.spares.lock().unwrap_or_else(|e| e.into_inner()).put(self.key.clone(), handles);
     }
 }
 
-/// One push descriptor set of textures, and the push constants.
-fn layouts(
+/// The description of a compute pipeline.
+#[derive(Clone, Copy, Debug)]
+pub struct ComputeDesc<'a> {
+    /// The shader, and its specialization constants, ids 0, 1, ….
+    pub shader: (&'a str, &'a [u32]),
+    /// Size of the push constants in bytes, at most 128.
+    pub push_bytes: usize,
+    /// The bindings 0, 1, … of set 0: true for a storage image, false for a storage buffer.
+    pub images: &'a [bool],
+}
+
+/// A compute pipeline with its layouts. Dropping it retires it.
+pub struct ComputePipeline {
+    gpu: Arc<Gpu>,
+    pub(in crate::gpu) handles: PipelineHandles,
+    pub(in crate::gpu) push_bytes: usize,
+    pub(in crate::gpu) bindings: usize,
+}
+
+impl ComputePipeline {
+    /// Compiles a pipeline.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError::Shader`] for an unknown shader, [`GpuError::Call`] naming it.
+    pub fn new(gpu: &Arc<Gpu>, desc: &ComputeDesc<'_>) -> Result<Self, GpuError> {
+        let (name, constants) = desc.shader;
+        // A failure drops `pipeline`, which retires what has been made.
+        let mut pipeline = ComputePipeline {
+            gpu: gpu.clone(),
+            handles: PipelineHandles::default(),
+            push_bytes: desc.push_bytes,
+            bindings: desc.images.len(),
+        };
+        let compute = vk::ShaderStageFlags::COMPUTE;
+        let kind = |image: &bool| match image {
+            true => vk::DescriptorType::STORAGE_IMAGE,
+            false => vk::DescriptorType::STORAGE_BUFFER,
+        };
+        let bindings: Vec<_> = desc.images.iter().map(|image| (kind(image), compute)).collect();
+        make_layouts(gpu, name, &bindings, compute, desc.push_bytes, &mut pipeline.handles)?;
+        let module = ShaderModule::new(gpu, name)?;
+        let constants = Constants::new(constants);
+        let constants = constants.info();
+        let stage = vk::PipelineShaderStageCreateInfo::default()
+            .stage(compute)
+            .module(module.raw)
+            .name(c"main")
+            .specialization_info(&constants);
+        let info = vk::ComputePipelineCreateInfo::default().stage(stage).layout(pipeline.handles.layout);
+        // SAFETY: every pointer in `info` lives until the call returns.
+        let made = unsafe { gpu.device.create_compute_pipelines(vk::PipelineCache::null(), &[info], None) };
+        pipeline.handles.pipeline = made
+            .map(|list| list[0])
+            .map_err(|(_, result)| result)
+            .named(&format!("vkCreateComputePipelines({name})"))?;
+        gpu.name(pipeline.handles.pipeline, name);
+        gpu.note_compiled(name, desc.shader.1);
+        Ok(pipeline)
+    }
+}
+
+impl Drop for ComputePipeline {
+    fn drop(&mut self) {
+        self.gpu.retire(Retired::Pipeline(self.handles));
+    }
+}
+
+/// Makes the layouts of one push descriptor set with these bindings, and of the push constants.
+fn make_layouts(
     gpu: &Gpu,
-    desc: &GraphicsDesc<'_>,
-) -> Result<(vk::DescriptorSetLayout, vk::PipelineLayout), GpuError> {
-    let bindings: Vec<_> = (0..desc.textures)
-        .map(|binding| {
+    name: &str,
+    bindings: &[(vk::DescriptorType, vk::ShaderStageFlags)],
+    push_stages: vk::ShaderStageFlags,
+    push_bytes: usize,
+    handles: &mut PipelineHandles,
+) -> Result<(), GpuError> {
+    let bindings: Vec<_> = (0..)
+        .zip(bindings)
+        .map(|(binding, (kind, stages))| {
             vk::DescriptorSetLayoutBinding::default()
                 .binding(binding)
-                .descriptor_type(vk::DescriptorType::COMBINED_IMAGE_SAMPLER)
+                .descriptor_type(*kind)
                 .descriptor_count(1)
-                .stage_flags(vk::ShaderStageFlags::FRAGMENT)
+                .stage_flags(*stages)
         })
         .collect();
     let info = vk::DescriptorSetLayoutCreateInfo::default()
         .flags(vk::DescriptorSetLayoutCreateFlags::PUSH_DESCRIPTOR_KHR)
         .bindings(&bindings);
     // SAFETY: VK_KHR_push_descriptor is enabled; fewer than 32 bindings.
-    let set_layout = unsafe { gpu.device.create_descriptor_set_layout(&info, None) }
-        .named(&format!("vkCreateDescriptorSetLayout({})", desc.name))?;
-    let ranges =
-        [vk::PushConstantRange { stage_flags: PUSH_STAGES, offset: 0, size: desc.push_bytes as u32 }];
-    let sets = [set_layout];
+    handles.set_layout = unsafe { gpu.device.create_descriptor_set_layout(&info, None) }
+        .named(&format!("vkCreateDescriptorSetLayout({name})"))?;
+    gpu.name(handles.set_layout, name);
+    let ranges = [vk::PushConstantRange { stage_flags: push_stages, offset: 0, size: push_bytes as u32 }];
+    let sets = [handles.set_layout];
     let info = vk::PipelineLayoutCreateInfo::default()
         .set_layouts(&sets)
-        .push_constant_ranges(if desc.push_bytes > 0 { &ranges } else { &[] });
+        .push_constant_ranges(if push_bytes > 0 { &ranges } else { &[] });
     // SAFETY: the set layout was made above; client/layout.rs asserts at most 128 bytes.
-    let layout = unsafe { gpu.device.create_pipeline_layout(&info, None) };
-    match layout.named(&format!("vkCreatePipelineLayout({})", desc.name)) {
-        Ok(layout) => Ok((set_layout, layout)),
-        Err(error) => {
-            // SAFETY: nothing uses it.
-            unsafe { gpu.device.destroy_descriptor_set_layout(set_layout, None) };
-            Err(error)
+    handles.layout = unsafe { gpu.device.create_pipeline_layout(&info, None) }
+        .named(&format!("vkCreatePipelineLayout({name})"))?;
+    gpu.name(handles.layout, name);
+    Ok(())
+}
+
+/// Specialization constants: constant `i` is the `i`-th word.
+struct Constants {
+    map: Vec<vk::SpecializationMapEntry>,
+    data: Vec<u8>,
+}
+
+impl Constants {
+    fn new(constants: &[u32]) -> Self {
+        let entry = |i| vk::SpecializationMapEntry { constant_id: i, offset: 4 * i, size: 4 };
+        Self {
+            map: (0..constants.len() as u32).map(entry).collect(),
+            data: constants.iter().flat_map(|word| word.to_ne_bytes()).collect(),
         }
+    }
+
+    fn info(&self) -> vk::SpecializationInfo<'_> {
+        vk::SpecializationInfo::default().map_entries(&self.map).data(&self.data)
     }
 }
 
-fn compile(
-    gpu: &Gpu,
-    desc: &GraphicsDesc<'_>,
-    layout: vk::PipelineLayout,
-    [vert, frag]: [vk::ShaderModule; 2],
-) -> Result<vk::Pipeline, GpuError> {
-    let (vert_map, frag_map) = (entries(desc.vert.1), entries(desc.frag.1));
-    let (vert_data, frag_data) = (words(desc.vert.1), words(desc.frag.1));
-    let vert_spec = vk::SpecializationInfo::default().map_entries(&vert_map).data(&vert_data);
-    let frag_spec = vk::SpecializationInfo::default().map_entries(&frag_map).data(&frag_data);
-    let stage =
-        |flag, module| vk::PipelineShaderStageCreateInfo::default().stage(flag).module(module).name(c"main");
+fn compile(gpu: &Gpu, desc: &GraphicsDesc<'_>, layout: vk::PipelineLayout) -> Result<vk::Pipeline, GpuError> {
+    let (vert, frag) = (ShaderModule::new(gpu, desc.vert.0)?, ShaderModule::new(gpu, desc.frag.0)?);
+    let constants = [desc.vert.1, desc.frag.1].map(Constants::new);
+    let constants = constants.each_ref().map(Constants::info);
+    let stage = |flag, module: &ShaderModule<'_>| {
+        vk::PipelineShaderStageCreateInfo::default().stage(flag).module(module.raw).name(c"main")
+    };
     let stages = [
-        stage(vk::ShaderStageFlags::VERTEX, vert).specialization_info(&vert_spec),
-        stage(vk::ShaderStageFlags::FRAGMENT, frag).specialization_info(&frag_spec),
+        stage(vk::ShaderStageFlags::VERTEX, &vert).specialization_info(&constants[0]),
+        stage(vk::ShaderStageFlags::FRAGMENT, &frag).specialization_info(&constants[1]),
     ];
     let (binding, attributes) = vertex_input(desc);
     let bindings = [binding];
@@ -208,11 +272,11 @@ fn compile(
     let raster = vk::PipelineRasterizationStateCreateInfo::default().line_width(1.0);
     let samples =
         vk::PipelineMultisampleStateCreateInfo::default().rasterization_samples(vk::SampleCountFlags::TYPE_1);
-    let blends: Vec<_> = desc.targets.iter().map(|(_, blend)| attachment(*blend)).collect();
+    let blends: Vec<_> = desc.attachments.iter().map(|(_, blend)| blend_state(*blend)).collect();
     let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&blends);
     let dynamic = vk::PipelineDynamicStateCreateInfo::default()
         .dynamic_states(&[vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR]);
-    let formats: Vec<_> = desc.targets.iter().map(|(format, _)| format.raw()).collect();
+    let formats: Vec<_> = desc.attachments.iter().map(|(format, _)| format.raw()).collect();
     let mut rendering = vk::PipelineRenderingCreateInfo::default().color_attachment_formats(&formats);
     let info = vk::GraphicsPipelineCreateInfo::default()
         .stages(&stages)
@@ -254,7 +318,7 @@ fn vertex_input(
     (binding, attributes.collect())
 }
 
-fn attachment(blend: Blend) -> vk::PipelineColorBlendAttachmentState {
+fn blend_state(blend: Blend) -> vk::PipelineColorBlendAttachmentState {
     let kept = match blend {
         Blend::Over => vk::BlendFactor::ONE_MINUS_SRC_ALPHA,
         Blend::Add | Blend::Replace => vk::BlendFactor::ONE,
@@ -269,15 +333,4 @@ fn attachment(blend: Blend) -> vk::PipelineColorBlendAttachmentState {
         alpha_blend_op: vk::BlendOp::ADD,
         color_write_mask: vk::ColorComponentFlags::RGBA,
     }
-}
-
-/// Constant `i` is the `i`-th word.
-pub(in crate::gpu) fn entries(constants: &[u32]) -> Vec<vk::SpecializationMapEntry> {
-    (0..constants.len() as u32)
-        .map(|i| vk::SpecializationMapEntry { constant_id: i, offset: 4 * i, size: 4 })
-        .collect()
-}
-
-pub(in crate::gpu) fn words(constants: &[u32]) -> Vec<u8> {
-    constants.iter().flat_map(|word| word.to_ne_bytes()).collect()
 }

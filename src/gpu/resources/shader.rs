@@ -2,7 +2,7 @@
 
 use ash::vk;
 
-use crate::gpu::device::Gpu;
+use crate::gpu::device::gpu::Gpu;
 use crate::gpu::error::{GpuError, Named};
 
 /// Name and code of every shader; see `glsl/build.rs`.
@@ -23,14 +23,28 @@ pub fn shader_code(name: &str) -> Result<&'static [u8], GpuError> {
     found.map(|(_, code)| *code).ok_or_else(|| GpuError::Shader(name.to_owned()))
 }
 
-/// Makes a module, to be destroyed by the caller once its pipelines are made.
-pub(in crate::gpu) fn module(gpu: &Gpu, name: &str) -> Result<vk::ShaderModule, GpuError> {
-    let mut bytes = std::io::Cursor::new(shader_code(name)?);
-    let words = ash::util::read_spv(&mut bytes).map_err(|_| GpuError::Shader(name.to_owned()))?;
-    let info = vk::ShaderModuleCreateInfo::default().code(&words);
-    // SAFETY: the code is SPIR-V for Vulkan 1.3, compiled from `glsl/` and validated by the tests.
-    let module = unsafe { gpu.device.create_shader_module(&info, None) }
-        .named(&format!("vkCreateShaderModule({name})"))?;
-    gpu.name(module, name);
-    Ok(module)
+/// A shader module. It is needed until its pipelines are made.
+pub(in crate::gpu) struct ShaderModule<'g> {
+    gpu: &'g Gpu,
+    pub raw: vk::ShaderModule,
+}
+
+impl<'g> ShaderModule<'g> {
+    pub fn new(gpu: &'g Gpu, name: &str) -> Result<Self, GpuError> {
+        let mut bytes = std::io::Cursor::new(shader_code(name)?);
+        let words = ash::util::read_spv(&mut bytes).map_err(|_| GpuError::Shader(name.to_owned()))?;
+        let info = vk::ShaderModuleCreateInfo::default().code(&words);
+        // SAFETY: the code is SPIR-V for Vulkan 1.3, compiled from `glsl/` and validated by the tests.
+        let raw = unsafe { gpu.device.create_shader_module(&info, None) }
+            .named(&format!("vkCreateShaderModule({name})"))?;
+        gpu.name(raw, name);
+        Ok(Self { gpu, raw })
+    }
+}
+
+impl Drop for ShaderModule<'_> {
+    fn drop(&mut self) {
+        // SAFETY: pipelines do not need their modules once they are made.
+        unsafe { self.gpu.device.destroy_shader_module(self.raw, None) };
+    }
 }

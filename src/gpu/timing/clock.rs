@@ -1,45 +1,37 @@
-//! From timestamps of the device to the host's monotonic clock.
-//!
-//! Where the device's clock can be read (VK_KHR/EXT_calibrated_timestamps), a reading lies between two looks at the host's
-//! clock: half their distance bounds the error. Read anew every [`EVERY`], so that drift has no time to grow.
-//! Elsewhere each frame bounds the offset: its first timestamp lies after its submission, its last one before the host saw it
-//! complete.
+//! Converts timestamps of the device to the host's monotonic clock; the methods are described in [`timing`](super).
 
 use std::ffi::CStr;
 use std::time::{Duration, Instant};
 
 use ash::{ext, khr, vk};
 
-use crate::gpu::device::capability::Capability;
-use crate::gpu::device::instance::Instance;
-
-/// Age at which a calibration is renewed: at 10 ppm the clocks part by 1 µs meanwhile.
+/// Age at which a calibration is renewed: at 10 ppm the clocks drift apart by 1 µs meanwhile.
 const EVERY: Duration = Duration::from_millis(100);
 
-/// Readings of which the best one counts: most looks at the clock are undisturbed.
+/// Readings per calibration, of which the most precise one is taken.
 const TRIES: usize = 4;
 
-/// By how much two clocks part at most (parts per unit), where only frames tell: bounds grow older by this.
+/// Largest relative drift between the two clocks that is allowed for where frames bound the offset.
 const DRIFT: f64 = 1e-4;
 
-/// The call that reads the device's clock.
-enum Reader {
+/// The extension whose call reads the device's clock.
+enum CalibrationReader {
     Khr(khr::calibrated_timestamps::Device),
     Ext(ext::calibrated_timestamps::Device),
 }
 
-/// A moment on both clocks.
+/// The same moment on both clocks.
 #[derive(Clone, Copy, Debug)]
 struct Calibration {
     ticks: u64,
     host: Instant,
-    /// Nanoseconds.
+    /// Largest error of `host`, nanoseconds.
     error: f64,
 }
 
-/// Knows when, on the host's clock, a timestamp was written.
-pub(in crate::gpu) struct Clock {
-    reader: Option<Reader>,
+/// Converts timestamps to moments on the host's clock.
+pub(in crate::gpu) struct DeviceClock {
+    reader: Option<CalibrationReader>,
     /// Nanoseconds per tick.
     period: f64,
     /// Valid bits of a timestamp.
@@ -50,46 +42,52 @@ pub(in crate::gpu) struct Clock {
     pub correction: f64,
 }
 
-/// The extension of this device that reads the clock of timestamps, if it has one.
-pub(in crate::gpu) fn extension(instance: &Instance, device: vk::PhysicalDevice) -> Option<&'static CStr> {
-    // SAFETY: plain query.
-    let offered = unsafe { instance.raw.enumerate_device_extension_properties(device) }.unwrap_or_default();
+/// The extension of this device that reads the clock of timestamps, if it offers one.
+pub(in crate::gpu) fn extension(
+    entry: &ash::Entry,
+    instance: &ash::Instance,
+    device: vk::PhysicalDevice,
+    offered: &[vk::ExtensionProperties],
+) -> Option<&'static CStr> {
     let has = |name: &CStr| offered.iter().any(|e| e.extension_name_as_c_str() == Ok(name));
-    let (name, domains) = if has(khr::calibrated_timestamps::NAME) {
-        let loader = khr::calibrated_timestamps::Instance::new(&instance.entry, &instance.raw);
-        // SAFETY: the device has the extension.
-        let domains = unsafe { loader.get_physical_device_calibrateable_time_domains(device) };
-        (khr::calibrated_timestamps::NAME, domains)
-    } else if has(ext::calibrated_timestamps::NAME) {
-        let loader = ext::calibrated_timestamps::Instance::new(&instance.entry, &instance.raw);
-        // SAFETY: as above.
-        let domains = unsafe { loader.get_physical_device_calibrateable_time_domains(device) };
-        (ext::calibrated_timestamps::NAME, domains)
-    } else {
-        return None;
+    // SAFETY: plain queries through an extension that the device has.
+    let (name, domains) = unsafe {
+        if has(khr::calibrated_timestamps::NAME) {
+            let loader = khr::calibrated_timestamps::Instance::new(entry, instance);
+            let domains = loader.get_physical_device_calibrateable_time_domains(device);
+            (khr::calibrated_timestamps::NAME, domains)
+        } else if has(ext::calibrated_timestamps::NAME) {
+            let loader = ext::calibrated_timestamps::Instance::new(entry, instance);
+            let domains = loader.get_physical_device_calibrateable_time_domains(device);
+            (ext::calibrated_timestamps::NAME, domains)
+        } else {
+            return None;
+        }
     };
     domains.is_ok_and(|d| d.contains(&vk::TimeDomainKHR::DEVICE)).then_some(name)
 }
 
-impl Clock {
-    /// The clock of an open device; `None` where there are no timestamps. `period` is nanoseconds per tick.
+impl DeviceClock {
+    /// The clock of an open device with timestamps of `bits` valid bits and `period` nanoseconds per tick; `None` where
+    /// there are no timestamps. `calibrated` is the [`extension`] that was enabled.
     pub fn new(
-        instance: &Instance,
+        instance: &ash::Instance,
         device: &ash::Device,
-        capability: &Capability,
+        calibrated: Option<&CStr>,
+        bits: u32,
         period: f32,
     ) -> Option<Self> {
-        let reader = capability.calibrated.map(|name| match name {
-            name if name == khr::calibrated_timestamps::NAME => {
-                Reader::Khr(khr::calibrated_timestamps::Device::new(&instance.raw, device))
+        let reader = calibrated.map(|name| {
+            if name == khr::calibrated_timestamps::NAME {
+                CalibrationReader::Khr(khr::calibrated_timestamps::Device::new(instance, device))
+            } else {
+                CalibrationReader::Ext(ext::calibrated_timestamps::Device::new(instance, device))
             }
-            _ => Reader::Ext(ext::calibrated_timestamps::Device::new(&instance.raw, device)),
         });
-        let bits = capability.timestamp_bits;
-        (bits > 0 && period > 0.0).then(|| Self::of(reader, f64::from(period), bits))
+        (bits > 0 && period > 0.0).then(|| Self::with(reader, f64::from(period), bits))
     }
 
-    fn of(reader: Option<Reader>, period: f64, bits: u32) -> Self {
+    fn with(reader: Option<CalibrationReader>, period: f64, bits: u32) -> Self {
         Self { reader, period, bits, now: None, worst: 0.0, correction: 0.0 }
     }
 
@@ -114,7 +112,7 @@ impl Clock {
         match best {
             Some(next) if fine(&next) => self.adopt(next),
             Some(_) => {}
-            None => self.reader = None, // the call failed: frames tell
+            None => self.reader = None, // the call failed: frames bound the offset from now on
         }
     }
 
@@ -127,9 +125,9 @@ impl Clock {
         self.now = Some(next);
     }
 
-    /// Learns from a frame, where the clock cannot be read: the first timestamp lies after `submitted`, the last one
-    /// before `seen`.
-    pub fn align(&mut self, (first, last): (u64, u64), (submitted, seen): (Instant, Instant)) {
+    /// Narrows the offset by a frame where the clock cannot be read: the first of its timestamps lies after `submitted`,
+    /// the last one before `seen`.
+    pub fn align(&mut self, first: u64, last: u64, submitted: Instant, seen: Instant) {
         if self.reader.is_some() {
             return;
         }
@@ -140,7 +138,7 @@ impl Clock {
         if let Some(known) = self.now {
             let middle = self.distance(submitted, self.host(first));
             let slack = known.error + DRIFT * self.ticks_between(known.ticks, first).abs();
-            // Clocks that part faster than expected: believe the frame alone.
+            // Where the clocks drift faster than expected, the frame alone counts.
             if middle - slack <= high && middle + slack >= low {
                 (low, high) = (low.max(middle - slack), high.min(middle + slack));
             }
@@ -151,7 +149,7 @@ impl Clock {
         self.worst = self.worst.max(error);
     }
 
-    /// Uncertainty now, nanoseconds.
+    /// Largest error of the present calibration, nanoseconds.
     pub fn error(&self) -> f64 {
         self.now.map_or(f64::INFINITY, |c| c.error)
     }
@@ -178,15 +176,15 @@ impl Clock {
     }
 }
 
-/// One reading between two looks at the host's clock.
-fn read(reader: &Reader) -> Option<Calibration> {
+/// Reads the device's clock between two readings of the host's.
+fn read(reader: &CalibrationReader) -> Option<Calibration> {
     let domain = [vk::CalibratedTimestampInfoKHR::default().time_domain(vk::TimeDomainKHR::DEVICE)];
     let before = Instant::now();
     // SAFETY: the extension is enabled and the domain offered, as `extension` has checked.
     let read = unsafe {
         match reader {
-            Reader::Khr(loader) => loader.get_calibrated_timestamps(&domain),
-            Reader::Ext(loader) => loader.get_calibrated_timestamps(&domain),
+            CalibrationReader::Khr(loader) => loader.get_calibrated_timestamps(&domain),
+            CalibrationReader::Ext(loader) => loader.get_calibrated_timestamps(&domain),
         }
     };
     let half = before.elapsed() / 2;
@@ -201,23 +199,23 @@ mod tests {
     /// A counter of 36 bits that wraps between two timestamps still tells their distance.
     #[test]
     fn counters_wrap() {
-        let clock = Clock::of(None, 2.0, 36);
+        let clock = DeviceClock::with(None, 2.0, 36);
         assert_eq!(clock.ticks_between((1 << 36) - 10, 5), 30.0);
         assert_eq!(clock.ticks_between(5, (1 << 36) - 10), -30.0);
-        assert_eq!(Clock::of(None, 1.0, 64).ticks_between(u64::MAX, 4), 5.0);
+        assert_eq!(DeviceClock::with(None, 1.0, 64).ticks_between(u64::MAX, 4), 5.0);
     }
 
     /// Without a readable clock frames bound the offset, better with every frame, and the truth stays within the bound.
     #[test]
     fn frames_bound_the_offset() {
-        let mut clock = Clock::of(None, 1.0, 64);
+        let mut clock = DeviceClock::with(None, 1.0, 64);
         let start = Instant::now() + Duration::from_secs(5);
         let at = |ns: u64| start + Duration::from_nanos(ns);
         let device = |ns: u64| 777_000 + ns; // the device's clock at a moment of the host's
         for (i, (queued, late)) in [(500, 9_000), (3_000, 400), (100, 700)].into_iter().enumerate() {
             let t = 1_000_000 * i as u64;
             let (first, last) = (device(t + queued), device(t + queued + 20_000));
-            clock.align((first, last), (at(t), at(t + queued + 20_000 + late)));
+            clock.align(first, last, at(t), at(t + queued + 20_000 + late));
             let off = clock.distance(clock.host(first), at(t + queued)).abs();
             assert!(off <= clock.error() + 2.0, "off by {off} ns, bound {}", clock.error());
         }

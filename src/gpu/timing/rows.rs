@@ -1,13 +1,23 @@
-//! One row per frame and scope, told in the host's clock, in bounded memory.
+//! One row per frame and scope, in times of the host's clock, in bounded memory.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-use crate::gpu::timing::clock::Clock;
-use crate::gpu::timing::queries::ScopeTime;
+use crate::gpu::timing::clock::DeviceClock;
 
-/// Rows that wait to be taken: about two hundred frames; the oldest ones go first.
+/// Most rows that are kept until they are taken, those of about two hundred frames; the oldest are dropped first.
 const MAX_ROWS: usize = 8192;
+
+/// The sum of one scope's runs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ScopeTime {
+    /// Name given to [`Cmd::scope`](crate::gpu::Cmd::scope).
+    pub name: &'static str,
+    /// How often it ran.
+    pub count: u64,
+    /// Time between its first and last command, milliseconds, summed over the runs.
+    pub milliseconds: f64,
+}
 
 /// One run of a scope.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,28 +26,28 @@ pub struct ScopeRow {
     pub frame: u64,
     /// Name given to [`Cmd::scope`](crate::gpu::Cmd::scope).
     pub name: &'static str,
-    /// Scopes around it.
+    /// Number of scopes that enclose it.
     pub depth: u32,
-    /// When everything before its first command had been done.
+    /// When everything before its first command had completed.
     pub start: Instant,
-    /// When its last command had been done.
+    /// When its last command had completed.
     pub end: Instant,
 }
 
 /// A frame as the host saw it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FrameTimes {
-    /// Its number.
+    /// The frame's number.
     pub frame: u64,
     /// Just before it was handed to the driver.
     pub submitted: Instant,
     /// When the host noticed that it had completed, at the latest two frames later.
     pub seen: Instant,
-    /// Scopes for which there was no timestamp left.
+    /// Number of scopes for which no timestamps were left.
     pub untimed: u32,
 }
 
-/// What [`Gpu::take_rows`](crate::gpu::Gpu::take_rows) hands out.
+/// The timings of completed frames, from [`Gpu::take_rows`](crate::gpu::Gpu::take_rows).
 #[derive(Clone, Debug, Default)]
 pub struct TimingRows {
     /// Scopes, in the order in which they began.
@@ -48,12 +58,12 @@ pub struct TimingRows {
     pub dropped: u64,
 }
 
-/// How trustworthy rows are.
+/// How timestamps become times of the host, and how precise those are.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TimingInfo {
     /// Valid bits of a timestamp; 0: nothing is timed.
     pub bits: u32,
-    /// How device times became host times, in words.
+    /// How device times become host times, in words.
     pub method: String,
     /// Largest uncertainty of a calibration so far, nanoseconds; `None` before the first.
     pub deviation: Option<f64>,
@@ -63,13 +73,13 @@ pub struct TimingInfo {
     pub untimed: Vec<String>,
 }
 
-/// What is known of completed frames, until it is taken.
+/// The timings of completed frames, until they are taken.
 #[derive(Default)]
 pub(in crate::gpu) struct Readings {
     /// Sums of the scopes by name.
     pub totals: Vec<ScopeTime>,
     /// `None` without timestamps.
-    pub clock: Option<Clock>,
+    pub clock: Option<DeviceClock>,
     rows: VecDeque<ScopeRow>,
     frames: VecDeque<FrameTimes>,
     dropped: u64,
@@ -78,24 +88,34 @@ pub(in crate::gpu) struct Readings {
 }
 
 impl Readings {
-    /// Renews the calibration where it has grown old.
-    pub fn calibrate(&mut self) {
-        if let Some(clock) = &mut self.clock {
-            clock.calibrate();
-        }
+    /// Readings in the times of this clock.
+    pub fn new(clock: Option<DeviceClock>) -> Self {
+        Self { clock, ..Self::default() }
     }
 
-    /// Adds a frame's scopes: name, depth, and the timestamps at both ends, in the order in which they began.
+    /// Adds a frame's scopes: name, depth, and the timestamps at both ends, in the order in which they began; a tick takes
+    /// `tick` nanoseconds.
     pub fn frame(
         &mut self,
         frame: FrameTimes,
+        tick: f64,
         scopes: impl Iterator<Item = (&'static str, u32, [u64; 2])> + Clone,
     ) {
+        for (name, _, [start, end]) in scopes.clone() {
+            let milliseconds = end.saturating_sub(start) as f64 * tick * 1e-6;
+            match self.totals.iter_mut().find(|t| t.name == name) {
+                Some(total) => {
+                    total.count += 1;
+                    total.milliseconds += milliseconds;
+                }
+                None => self.totals.push(ScopeTime { name, count: 1, milliseconds }),
+            }
+        }
         let Some(clock) = &mut self.clock else { return };
         let outer = scopes.clone().map(|(_, _, ticks)| ticks);
         let last = outer.clone().map(|t| t[1]).max();
         if let Some((first, last)) = outer.clone().map(|t| t[0]).next().zip(last) {
-            clock.align((first, last), (frame.submitted, frame.seen));
+            clock.align(first, last, frame.submitted, frame.seen);
         }
         // The queue runs frames in order; a new calibration may shift them against each other by its correction.
         let slack = Duration::from_nanos((2.0 * clock.error()).clamp(1e3, 1e9) as u64);
@@ -129,7 +149,7 @@ impl Readings {
         }
     }
 
-    /// How trustworthy rows are. `software`: the device is a processor.
+    /// See [`TimingInfo`]; `software` says that the device is a processor.
     pub fn info(&self, software: bool) -> TimingInfo {
         let mut untimed = Vec::new();
         let (mut bits, mut deviation, mut correction) = (0, None, 0.0);

@@ -1,13 +1,12 @@
-//! A window as Vulkan sees it: which devices can show pictures in it, and in which colours.
+//! A window's surface: which devices can present images in it, and in which formats.
 
 use std::sync::Arc;
 
 use ash::{khr, vk};
 use raw_window_handle::{RawDisplayHandle, RawWindowHandle};
 
-use crate::gpu::device::capability::{self, Capability};
-use crate::gpu::device::choice::{DeviceChoice, DeviceInfo, enumerate, pick};
-use crate::gpu::device::instance::Instance;
+use crate::gpu::device::instance::VulkanInstance;
+use crate::gpu::device::physical::{DeviceChoice, PhysicalDevice, enumerate, names, pick};
 use crate::gpu::error::{GpuError, Named};
 
 /// A window and the connection to its display.
@@ -48,12 +47,12 @@ impl ColorOutput {
 pub(in crate::gpu) struct Surface {
     pub raw: vk::SurfaceKHR,
     loader: khr::surface::Instance,
-    instance: Arc<Instance>,
+    instance: Arc<VulkanInstance>,
 }
 
 impl Surface {
     /// Makes the surface of a window.
-    pub fn new(instance: &Arc<Instance>, (display, window): WindowHandles) -> Result<Self, GpuError> {
+    pub fn new(instance: &Arc<VulkanInstance>, (display, window): WindowHandles) -> Result<Self, GpuError> {
         // SAFETY: the handles belong to a live window, as `Swapchain::open` demands; the instance, which this surface
         // keeps alive, was made with the extensions of this display.
         let raw =
@@ -63,44 +62,29 @@ impl Surface {
         Ok(Self { raw, loader, instance: instance.clone() })
     }
 
-    /// The device of this choice, among those that can show pictures here.
-    pub fn pick(
-        &self,
-        choice: &DeviceChoice,
-    ) -> Result<((vk::PhysicalDevice, DeviceInfo), Capability), GpuError> {
+    /// The device of this choice, among those that can present images here.
+    pub fn pick(&self, choice: &DeviceChoice) -> Result<PhysicalDevice, GpuError> {
         let mut devices = enumerate(&self.instance)?;
-        let mut shows_any = false;
-        for (device, info) in &mut devices {
-            let own = info.missing.len();
-            info.missing = self.check(*device).missing;
-            shows_any |= info.missing.len() == own;
+        let mut any = false;
+        for device in &mut devices {
+            let (raw, missing) = (device.raw, device.info.missing.len());
+            device.check_window(|family| self.is_shown_by(raw, family));
+            any |= device.info.missing.len() == missing;
         }
-        if !shows_any {
-            let names: Vec<_> = devices.iter().map(|(_, d)| format!("{} {}", d.index, d.name)).collect();
+        if !any {
             let why = "none of the devices can show pictures in it; there are:";
-            return Err(GpuError::NoWindow(format!("{why} {}", names.join(", "))));
+            return Err(GpuError::NoWindow(format!("{why} {}", names(&devices))));
         }
-        let picked = pick(devices, choice)?;
-        let capability = self.check(picked.0);
-        Ok((picked, capability))
+        pick(devices, choice)
     }
 
-    /// What a device offers, with the queue family that can both draw and show.
-    fn check(&self, device: vk::PhysicalDevice) -> Capability {
-        let mut capability = capability::check(&self.instance, device);
-        capability::check_window(&self.instance, device, &mut capability, |family| {
-            self.is_shown_by(device, family)
-        });
-        capability
-    }
-
-    /// Whether queues of this family can show pictures here.
+    /// Whether queues of this family can present images here.
     pub fn is_shown_by(&self, device: vk::PhysicalDevice, family: u32) -> bool {
         // SAFETY: device and surface belong to this instance, and the family exists.
         unsafe { self.loader.get_physical_device_surface_support(device, family, self.raw) }.unwrap_or(false)
     }
 
-    /// Sizes and uses that the surface allows now.
+    /// The sizes and uses that the surface allows now.
     pub fn capabilities(&self, device: vk::PhysicalDevice) -> Result<vk::SurfaceCapabilitiesKHR, vk::Result> {
         // SAFETY: device and surface belong to this instance.
         unsafe { self.loader.get_physical_device_surface_capabilities(device, self.raw) }
@@ -121,7 +105,7 @@ impl Surface {
         Ok(ColorOutput::ALL.into_iter().filter_map(|output| find(output).map(|f| (output, *f))).collect())
     }
 
-    /// Whether pictures can be blitted into images of this format.
+    /// Whether images of this format can be drawn and blitted into.
     fn can_be_filled(&self, device: vk::PhysicalDevice, format: vk::Format) -> bool {
         use vk::FormatFeatureFlags as F;
         // SAFETY: plain query.
@@ -129,7 +113,7 @@ impl Surface {
         have.optimal_tiling_features.contains(F::BLIT_DST | F::COLOR_ATTACHMENT)
     }
 
-    /// The mode that neither blocks nor tears where there is one, and FIFO, which is everywhere, otherwise.
+    /// Mailbox, which neither blocks nor tears, where the surface offers it; otherwise FIFO, which every surface offers.
     pub fn present_mode(&self, device: vk::PhysicalDevice) -> Result<vk::PresentModeKHR, vk::Result> {
         // SAFETY: as above.
         let offered = unsafe { self.loader.get_physical_device_surface_present_modes(device, self.raw) }?;

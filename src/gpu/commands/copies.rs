@@ -5,11 +5,11 @@ use std::sync::Arc;
 use ash::vk;
 
 use crate::gpu::commands::cmd::Cmd;
-use crate::gpu::commands::sync::Access;
-use crate::gpu::device::Gpu;
+use crate::gpu::device::gpu::Gpu;
 use crate::gpu::error::GpuError;
 use crate::gpu::resources::buffer::{Buffer, BufferUse};
 use crate::gpu::resources::image::Image;
+use crate::gpu::resources::sync::{Access, BufferBarrier, level};
 
 /// A rectangle of level 0, texels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,9 +37,9 @@ impl Cmd<'_> {
         assert!(x + width <= extent[0] && y + height <= extent[1], "region beyond the image");
         assert!(region.bytes(image) <= buffer.bytes(), "readback buffer too small");
         self.access_levels(image, 0..1, Access::TransferRead);
-        self.copies_in_turn();
+        self.buffer_barrier(BufferBarrier::CopiesInTurn);
         let copy = vk::BufferImageCopy::default()
-            .image_subresource(layers(0))
+            .image_subresource(level(0))
             .image_offset(vk::Offset3D { x: x as i32, y: y as i32, z: 0 })
             .image_extent(vk::Extent3D { width, height, depth: 1 });
         // SAFETY: the rectangle lies within the image and the bytes within the buffer, as asserted above.
@@ -52,18 +52,16 @@ impl Cmd<'_> {
                 &[copy],
             );
         }
-        self.copies_to_host();
+        self.buffer_barrier(BufferBarrier::CopiesToHost);
     }
-}
 
-impl Cmd<'_> {
     /// Fills level 0 of `image` with the start of `buffer`, row by row without gaps.
     pub fn copy_from_buffer(&mut self, buffer: &Buffer, image: &mut Image) {
         let [width, height] = image.extent(0);
         let whole = Region { origin: [0, 0], extent: [width, height] };
         assert!(whole.bytes(image) <= buffer.bytes(), "upload buffer too small");
         self.access_levels(image, 0..1, Access::TransferWrite);
-        let copy = vk::BufferImageCopy::default().image_subresource(layers(0)).image_extent(vk::Extent3D {
+        let copy = vk::BufferImageCopy::default().image_subresource(level(0)).image_extent(vk::Extent3D {
             width,
             height,
             depth: 1,
@@ -81,13 +79,13 @@ impl Cmd<'_> {
         self.access(target, Access::TransferWrite);
         let regions: Vec<_> = (0..)
             .zip(origins)
-            .map(|(level, [x, y])| {
-                let [width, height] = source.extent(level);
+            .map(|(i, [x, y])| {
+                let [width, height] = source.extent(i);
                 let room = target.extent(0);
                 assert!(x + width <= room[0] && y + height <= room[1], "level beyond the target");
                 vk::ImageCopy::default()
-                    .src_subresource(layers(level))
-                    .dst_subresource(layers(0))
+                    .src_subresource(level(i))
+                    .dst_subresource(level(0))
                     .dst_offset(vk::Offset3D { x: *x as i32, y: *y as i32, z: 0 })
                     .extent(vk::Extent3D { width, height, depth: 1 })
             })
@@ -97,16 +95,6 @@ impl Cmd<'_> {
         unsafe {
             self.gpu.device.cmd_copy_image(self.raw, source.raw, from, target.raw, to, &regions);
         }
-    }
-}
-
-/// One level of the only layer.
-fn layers(mip_level: u32) -> vk::ImageSubresourceLayers {
-    vk::ImageSubresourceLayers {
-        aspect_mask: vk::ImageAspectFlags::COLOR,
-        mip_level,
-        base_array_layer: 0,
-        layer_count: 1,
     }
 }
 
