@@ -30,11 +30,10 @@ pub fn run(arguments: &Arguments) -> Outcome {
     println!("{side} x {side} pixels, {paths} paths for each");
     for name in scenes {
         let desc = pointillist::scene::load(name, &[])?.desc;
-        let plan = (side, paths);
-        report(name, "path", side, &by_pixel(&desc, IntegratorKind::Path, plan));
-        report(name, "bidirectional", side, &by_pixel(&desc, IntegratorKind::Bidirectional, plan));
-        report(name, "photon", side, &by_pixel(&desc, IntegratorKind::Photon, plan));
-        report(name, "light", side, &by_particles(&desc, plan));
+        report(name, "path", side, &by_pixel(&desc, IntegratorKind::Path, side, paths));
+        report(name, "bidirectional", side, &by_pixel(&desc, IntegratorKind::Bidirectional, side, paths));
+        report(name, "photon", side, &by_pixel(&desc, IntegratorKind::Photon, side, paths));
+        report(name, "light", side, &by_particles(&desc, side, paths));
     }
     Ok(())
 }
