@@ -1,14 +1,14 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// One stage of noise masking by bilateral filtering guided by the variance (paper §4.2): 5x5 texels, `stride` apart, count the
-// less the more standard errors their difference takes. Twin of src/client/reference/bilateral.rs.
+// One stage of noise masking by bilateral filtering guided by the variance (paper §4.2): 5x5 texels, `stride` apart, weigh
+// less the more standard errors lie between them and the centre. Reference: src/client/reference/bilateral.rs.
 
 #define BILATERAL_PUSH
 #include "include/layout.glsl"
 #include "include/lod.glsl"
 
-// The light stream: its sums are shown.
+// Whether it is the light stream, whose sums are shown.
 layout(constant_id = 0) const bool SUMMED = false;
 // Stage 0 takes neighbours, stage 1 every second texel, and so on.
 layout(constant_id = 1) const uint STAGE = 0u;
@@ -30,7 +30,7 @@ const float LEAST_ERROR = 1e-6;
 // Binomial coefficients: a spline, as of the a-trous wavelet transform.
 const float TAPS[5] = float[5](1.0 / 16.0, 4.0 / 16.0, 6.0 / 16.0, 4.0 / 16.0, 1.0 / 16.0);
 
-// What the texel shows, in units of the luminance scale.
+// The displayed value of the texel, in units of the luminance scale.
 vec3 shown(vec4 sum) {
     if (SUMMED) {
         return sum.xyz * push.inverse_scale;

@@ -1,13 +1,13 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// Squared standard error of what one texel shows, in units of the luminance scale. Twin of src/client/reference/bilateral.rs.
+// Squared standard error of a texel's displayed value, in units of the luminance scale. Reference: src/client/reference/bilateral.rs.
 
 #define BILATERAL_PUSH
 #include "include/layout.glsl"
 #include "include/lod.glsl"
 
-// The light stream: its sums are shown.
+// Whether it is the light stream, whose sums are shown.
 layout(constant_id = 0) const bool SUMMED = false;
 
 layout(set = 0, binding = 0) uniform sampler2D color;

@@ -10,7 +10,7 @@
 // Inputs of one output along x and y: 2 where the extent is even, 3 where it is odd, 1 where it is 1.
 layout(constant_id = 0) const int TAPS_X = 3;
 layout(constant_id = 1) const int TAPS_Y = 3;
-// A second image, the variance, takes the same way.
+// Whether a second image, the variance, is averaged alike.
 layout(constant_id = 2) const bool VARIANCE = false;
 
 layout(set = 0, binding = 0) uniform sampler2D color;

@@ -7,7 +7,7 @@
 #include "include/layout.glsl"
 #include "include/lod.glsl"
 
-// The light stream: its sums are shown, and the number of samples is random too.
+// Whether it is the light stream, whose sums are shown: the number of samples is random too.
 layout(constant_id = 0) const bool SUMMED = false;
 
 layout(set = 0, binding = 0) uniform sampler2D color;

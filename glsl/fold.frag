@@ -7,9 +7,9 @@
 #include "include/layout.glsl"
 #include "include/two_float.glsl"
 
-// Copies of the target in the batch image, one below the other.
+// Number of copies of the film in the batch image, one below the other.
 layout(constant_id = 0) const uint SLOTS = 1u;
-// There is a third target for the means.
+// Whether there is a third attachment for the means.
 layout(constant_id = 1) const bool MEANS = true;
 
 layout(set = 0, binding = 0) uniform sampler2D old_hi;
@@ -19,7 +19,7 @@ layout(set = 0, binding = 2) uniform sampler2D batch;
 layout(location = 0) out vec4 new_hi;
 layout(location = 1) out vec4 new_lo;
 // Mean luminance in units of the scale, as two floats each: before (xy) and after (zw). The second float keeps
-// deviations right where the mean is 10^6 times the deviation (stability.md N15).
+// deviations right where the mean is 10^6 times the deviation.
 layout(location = 2) out vec4 means;
 
 // x, y: sum / weight as two floats.

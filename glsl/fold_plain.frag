@@ -1,14 +1,14 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// Adds a batch image to sums of one float each: what the second float of fold.frag is compared with.
+// Adds a batch image to sums of one float each, to show the effect of the second float of fold.frag.
 
 #define FOLD_PUSH
 #include "include/layout.glsl"
 
-// Copies of the target in the batch image, one below the other.
+// Number of copies of the film in the batch image, one below the other.
 layout(constant_id = 0) const uint SLOTS = 1u;
-// There is a second target for the means.
+// Whether there is a second attachment for the means.
 layout(constant_id = 1) const bool MEANS = true;
 
 layout(set = 0, binding = 0) uniform sampler2D old_sums;

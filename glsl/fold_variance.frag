@@ -5,7 +5,7 @@
 
 #include "include/two_float.glsl"
 
-// Copies of the target in the batch image, one below the other.
+// Number of copies of the film in the batch image, one below the other.
 layout(constant_id = 0) const uint SLOTS = 1u;
 
 layout(set = 0, binding = 0) uniform sampler2D old_hi;

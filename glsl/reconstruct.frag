@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 
 // The two images of sums become one image of radiance: blur by sample count and variance, normalise, add (paper §4.3).
-// What is not wanted is compiled out: a stream without samples, noise masking, the second level.
+// Specialization constants compile out what is off: a stream without samples, noise masking, the second level.
 
 #define RECONSTRUCT_PUSH
 #include "include/layout.glsl"
@@ -14,7 +14,7 @@ const uint CATMULL_ROM = 1u;
 const uint MIPMAP = 2u;
 const uint NONE = 3u;
 
-// How much of the kernel a stream needs; the host knows the level of detail unless noise is masked.
+// The part of the kernel that a stream needs; the host knows the level of detail unless noise is masked.
 const uint ABSENT = 0u;      // no samples yet
 const uint TEXEL = 1u;       // level of detail <= -1: the blur is below one texel, or was done before
 const uint ONE_LEVEL = 2u;   // between -1 and 0
@@ -24,7 +24,7 @@ layout(constant_id = 0) const uint KIND = GAUSSIAN;
 layout(constant_id = 1) const bool MASKING = false;
 layout(constant_id = 2) const uint CAMERA = TWO_LEVELS;
 layout(constant_id = 3) const uint LIGHT = ABSENT;
-// Where the Gaussian ends: 2R texels along each axis, and E, 0 for no window.
+// Support of the Gaussian: 2R texels along each axis, and E, 0 for no window.
 layout(constant_id = 4) const int TAPS = 5;
 layout(constant_id = 5) const int EXPONENT = 8;
 

@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 
 // f · (Y - m0)(Y - m1), in units of the squared luminance scale, added to the batch image by the blender.
-// m0 and m1 are the texel's mean before and after this batch (stability.md P2); the paper's own form has m1 twice.
+// m0 and m1 are the texel's mean before and after this batch; the paper's own form has m1 twice.
 
 #define SPLAT_PUSH
 #include "include/layout.glsl"

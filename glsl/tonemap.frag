@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 
 // XYZ becomes an encoded picture: tone curve, matrix P, constant-luminance desaturation, transfer (paper §4.3), dither.
-// What is off is compiled out; the constants come from src/client/effects.rs.
+// Specialization constants, from src/client/effects.rs, compile out what is off.
 
 #define TONEMAP_PUSH
 #include "include/layout.glsl"
@@ -23,11 +23,11 @@ const uint HDR10 = 2u;
 
 // Picture pixels per pixel of `radiance`, along each axis.
 layout(constant_id = 0) const uint DETAIL = 1u;
-// `radiance` holds a grey to be shown as it is: no curve.
+// Whether `radiance` holds a grey that is shown without a curve.
 layout(constant_id = 1) const bool GREY = false;
 layout(constant_id = 2) const uint CURVE = PAPER;
 layout(constant_id = 3) const uint OUTPUT = SDR;
-// The transfer is the table's, not a power.
+// Whether the transfer is the table's, not a power.
 layout(constant_id = 4) const bool TABLE = false;
 layout(constant_id = 5) const uint DITHER = UNDITHERED;
 

@@ -1,4 +1,4 @@
-// Tone curve, gamut and transfer (paper §4.3). Twin of src/client/reference/tonemap.rs.
+// Tone curve, gamut and transfer (paper §4.3). Reference: src/client/reference/tonemap.rs.
 
 // 1 - exp(-t) for t >= 0 without cancellation: Taylor's series below 1/2, error below one part in 10^7.
 float one_minus_exp(float t) {

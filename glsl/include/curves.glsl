@@ -1,4 +1,4 @@
-// Tone curves in linear Rec.709 RGB. Twin of src/client/reference/curves.rs.
+// Tone curves in linear Rec.709 RGB. Reference: src/client/reference/curves.rs.
 
 // Columns of XYZ to linear Rec.709, and the luminances of its primaries; src/color/profile.rs.
 const mat3 REC709 = mat3(3.2405963, -0.9692304, 0.0556565, -1.5372059, 1.8759419, -0.20407383, -0.49855328, 0.041554492, 1.0574735);

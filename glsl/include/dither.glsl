@@ -1,4 +1,4 @@
-// Rounding to steps with a pattern that hides them. Twin of src/client/dither.rs.
+// Rounding to steps with a pattern that hides them. The same as src/client/dither.rs.
 
 const uint UNDITHERED = 0u;
 const uint ORDERED = 1u;
@@ -16,7 +16,7 @@ float bayer(ivec2 at) {
 // The mask's shifts for red, green and blue: in step, the three would make the noise grey and as visible as it can be.
 const ivec2 SHIFTS[3] = ivec2[3](ivec2(0, 0), ivec2(21, 37), ivec2(43, 13));
 
-// What is added before rounding down, per channel, in (0, 1).
+// The threshold that is added before rounding down, per channel, in (0, 1).
 vec3 thresholds(const uint kind, sampler2D mask, ivec2 at) {
     if (kind == ORDERED) {
         return vec3(bayer(at));

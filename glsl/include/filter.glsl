@@ -1,5 +1,5 @@
 // The splat filter's 1-D weight, by arithmetic: NVIDIA's hardware bilinear filter has 8-bit fractions.
-// Twin of src/client/filter.rs.
+// The same as src/client/filter.rs.
 
 const uint GAUSSIAN = 0u;
 const uint TENT = 1u;

@@ -111,7 +111,7 @@ void stage(uint radix, uint span, bool back) {
     barrier();
 }
 
-// What was written to `line` becomes its frequencies.
+// Transforms the contents of `line` to frequencies.
 void forward() {
     barrier();
     if (R0 > 1u) stage(R0, HALF, false);
@@ -124,7 +124,7 @@ void forward() {
     if (R7 > 1u) stage(R7, S7, false);
 }
 
-// Frequencies become the line, times HALF.
+// Transforms frequencies back to the line, times HALF.
 void backward() {
     barrier();
     if (R7 > 1u) stage(R7, S7, true);

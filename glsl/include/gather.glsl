@@ -2,14 +2,14 @@
 // Each returns an average of sums: XYZ and W keep their ratio, and levels mix rightly.
 //
 // A level is a rectangle of the only level of some image: the view of one level, or the atlas of all levels where the
-// level differs from pixel to pixel. Fetching from different levels within a quad is what lavapipe cannot do (it takes
+// level differs from pixel to pixel. Fetching from different levels within a quad is impossible on lavapipe (it takes
 // the first pixel's level for all four), and a constant level is also the faster path.
 struct Level {
     ivec2 origin;
     ivec2 size;
 };
 
-// The level of an atlas, whose level 0 has the extent `full`; twin of `atlas_origin` in src/client/pass/images.rs.
+// The level of an atlas, whose level 0 has the extent `full`; the same as `atlas_origin` in src/client/pass/images.rs.
 Level atlas_level(ivec2 full, int level) {
     ivec2 size = max(full >> level, ivec2(1));
     // The next power of two.

@@ -1,5 +1,5 @@
-// Every block a shader reads from the host; twin of src/client/layout.rs, member by member.
-// tests/gpu_shaders.rs walks the compiled offsets and compares them with the Rust structs.
+// Every block that a shader reads from the host, member by member as in src/client/layout.rs.
+// tests/gpu/shaders.rs walks the compiled offsets and compares them with the Rust structs.
 // A shader defines the name of the block it wants before including this file.
 
 #ifdef SPLAT_PUSH

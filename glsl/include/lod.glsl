@@ -1,5 +1,5 @@
 // Noise masking: the level of detail at which the relative error of the mean is acceptable (paper §4.3, made
-// relative and dimensionless, see stability.md P4). Twin of src/client/lod.rs.
+// relative and dimensionless). The same as src/client/lod.rs.
 
 // The relative variance that needs no further blur: 5 % standard error.
 const float ACCEPTED = 0.05 * 0.05;

@@ -1,5 +1,5 @@
-// The Gaussian of the reconstruction with any radius and window (TAPS and EXPONENT of the including shader): what the usual
-// one, windowed_gaussian, is compared with. Twin of src/client/reference/truncated.rs.
+// The Gaussian of the reconstruction with any radius and window (TAPS and EXPONENT of the including shader): to compare
+// windowed_gaussian, the usual one, with. Reference: src/client/reference/kernel.rs.
 
 // Mean of the TAPS × TAPS texels around `p` by exp(-sigma d^2) (1 - smoothstep(0, R, d)^E), R = TAPS / 2. Out-of-range texels
 // are skipped.

@@ -1,4 +1,4 @@
-//! Where the picture is rasterised: a Vulkan device, or the CPU twins.
+//! Where the picture is rasterised: a Vulkan device, or the CPU references.
 
 use std::io::{ErrorKind, Write};
 
@@ -17,7 +17,7 @@ pub const CPU: &str = "cpu";
 pub enum Device {
     /// Through Vulkan.
     Vulkan(std::sync::Arc<Gpu>),
-    /// Through the twins.
+    /// Through the references.
     Cpu,
 }
 
@@ -63,7 +63,7 @@ impl Device {
         }
     }
 
-    /// Makes a film on it; `threads` is for the CPU twins.
+    /// Makes a film on it; `threads` is for the CPU references.
     ///
     /// # Errors
     ///

@@ -2,8 +2,8 @@
 
 use super::observer::Observer;
 use crate::client::film::VulkanFilm;
-use crate::client::kept::Kept;
 use crate::client::reference::ReferenceFilm;
+use crate::client::retained::RetainedSamples;
 use crate::client::{Client, ClientError};
 use crate::stream::{Block, PathCounts, Sample};
 
@@ -41,7 +41,7 @@ sample_film!(Client, VulkanFilm, ReferenceFilm);
 pub struct Intake<'a, F> {
     film: &'a mut F,
     observer: Option<&'a Observer>,
-    kept: Option<&'a mut Kept>,
+    kept: Option<&'a mut RetainedSamples>,
     outcome: Result<(), ClientError>,
 }
 
@@ -52,7 +52,7 @@ impl<'a, F: SampleFilm> Intake<'a, F> {
     }
 
     /// Keeps every block from the lanes as well.
-    pub fn keeping(self, kept: &'a mut Kept) -> Self {
+    pub fn keeping(self, kept: &'a mut RetainedSamples) -> Self {
         Self { kept: Some(kept), ..self }
     }
 

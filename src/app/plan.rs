@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::run_spec::RunSpec;
 use crate::client::Settings;
-use crate::client::listed::{Listed, listed};
+use crate::client::effect_list::{ClientEffect, effect_list};
 use crate::scene::SceneDesc;
 use crate::scene::desc::{IntegratorKind, Place};
 use crate::tracer::effects::{self, Effect};
@@ -34,7 +34,7 @@ pub struct PlannedEffect {
     pub effect: Option<Effect>,
     /// Its passes and images, if the client simulates it.
     #[serde(skip)]
-    pub listed: Option<Listed>,
+    pub listed: Option<ClientEffect>,
 }
 
 /// Who simulates an effect.
@@ -88,18 +88,18 @@ pub fn plan(desc: &SceneDesc, run: &RunSpec, settings: &Settings) -> Vec<Planned
             listed: None,
         }
     });
-    let shown =
-        listed(&run.film, settings, streams(run.integrator)).into_iter().map(|listed| PlannedEffect {
-            name: listed.name,
-            side: EffectSide::Client,
-            on: listed.on,
-            reason: listed.reason.to_string(),
-            place: None,
-            at_run_time: listed.at_run_time,
-            cost: Cost::default(),
-            effect: None,
-            listed: Some(listed),
-        });
+    let listed = effect_list(&run.film, settings, streams(run.integrator));
+    let shown = listed.into_iter().map(|listed| PlannedEffect {
+        name: listed.name,
+        side: EffectSide::Client,
+        on: listed.on,
+        reason: listed.reason.clone(),
+        place: None,
+        at_run_time: listed.at_run_time,
+        cost: Cost::default(),
+        effect: None,
+        listed: Some(listed),
+    });
     traced.chain(shown).collect()
 }
 

@@ -7,10 +7,7 @@ use serde::Serialize;
 use super::args::effects::Forced;
 use super::args::scene::SceneArgs;
 use super::load::SceneInput;
-use crate::client::{
-    Adaptation, Dither, FilmSpec, Kernel, Masking, Reconstruction, Settings, SplatFilter, ToneCurve,
-    VarianceForm, View,
-};
+use crate::client::{FilmSpec, OptionNames, ReconstructionKernel, Settings, SplatFilter, VarianceForm};
 use crate::image::Attribute;
 use crate::scene::desc::{IntegratorKind, PhotonDesc, ReconstructionFilter};
 use crate::tracer::choice::Choice;
@@ -117,7 +114,7 @@ impl RunSpec {
             Some(ReconstructionFilter::Tent) => SplatFilter::Tent,
             Some(ReconstructionFilter::Gaussian) | None => SplatFilter::Gaussian,
         };
-        let filter = source.filter.map_or_else(from_file, SplatFilter::from);
+        let filter = source.filter.unwrap_or_else(from_file);
         let integrator = &loaded.desc.integrator;
         Self {
             scene: source.scene.clone(),
@@ -194,11 +191,7 @@ impl RunSpec {
             command += &format!(" --effects {}", effects.join(","));
         }
         let depth = self.max_depth.map_or("-1".to_string(), |d| d.to_string());
-        let filter = match self.film.filter {
-            SplatFilter::Gaussian => "gaussian",
-            SplatFilter::Tent => "tent",
-            SplatFilter::Box => "box",
-        };
+        let filter = self.film.filter.name();
         if first > 0 {
             command += &format!(" --first-index {first}");
         }
@@ -215,53 +208,35 @@ impl RunSpec {
 
 /// The display options of a picture as they stand on the command line.
 pub fn display_options(s: &Settings) -> String {
-    let kind = match s.reconstruction {
-        Reconstruction::Gaussian => "gaussian",
-        Reconstruction::CatmullRom => "catmull-rom",
-        Reconstruction::Mipmap => "mipmap",
-        Reconstruction::None => "none",
-    };
     let mut options = format!(
-        "--reconstruct {kind} --vm {} --exposure {} --contrast {} --gamma {} --profile {}",
+        "--reconstruct {} --vm {} --exposure {} --contrast {} --gamma {} --profile {}",
+        s.reconstruction.name(),
         s.vm,
         s.exposure,
         s.contrast,
         s.gamma,
         quoted(&s.profile.name)
     );
-    // What is off or usual is left out.
-    if s.kernel != Kernel::default() {
+    // Options with their usual values are left out.
+    if s.kernel != ReconstructionKernel::default() {
         let exponent = match s.kernel.exponent {
             0 => "none".to_string(),
             exponent => exponent.to_string(),
         };
         options += &format!(" --kernel {},{exponent}", s.kernel.radius());
     }
-    if s.masking == Masking::Bilateral {
-        options += " --masking bilateral";
-    }
-    options += match s.view {
-        View::Picture => "",
-        View::CameraVariance => " --show camera-variance",
-        View::LightVariance => " --show light-variance",
+    let default = Settings::default();
+    let mut add = |option: &str, value: String, usual: bool| {
+        if !usual {
+            options += &format!(" --{option} {value}");
+        }
     };
-    options += match s.curve {
-        ToneCurve::Paper => "",
-        ToneCurve::PbrNeutral => " --curve pbr-neutral",
-        ToneCurve::AgX => " --curve agx",
-    };
-    options += match s.dither {
-        Dither::None => "",
-        Dither::Ordered => " --dither ordered",
-        Dither::BlueNoise => " --dither blue-noise",
-    };
+    add("masking", s.masking.name(), s.masking == default.masking);
+    add("show", s.view.name(), s.view == default.view);
+    add("curve", s.curve.name(), s.curve == default.curve);
+    add("dither", s.dither.name(), s.dither == default.dither);
     if let Some(glare) = s.glare {
-        let state = match glare.adaptation {
-            Adaptation::Photopic => "photopic",
-            Adaptation::Mesopic => "mesopic",
-            Adaptation::Scotopic => "scotopic",
-        };
-        options += &format!(" --glare {state} --view-angle {}", glare.view_angle);
+        options += &format!(" --glare {} --view-angle {}", glare.adaptation.name(), glare.view_angle);
     }
     options
 }

@@ -1,13 +1,15 @@
-//! What is compiled into the display shaders: the one place that turns [`Settings`] into specialization constants.
+//! The effects that are compiled into the display shaders: the one place that turns [`Settings`] into specialization constants.
 //!
 //! An effect that is off is not in the code that runs, and with all of them off the code is that of the plain picture.
 
 use glam::Mat3;
 
 use crate::client::lod::StreamLod;
-use crate::client::settings::{Dither, Masking, Output, Reconstruction, Settings, ToneCurve, View};
+use crate::client::settings::{
+    ColorOutput, DisplayView, Dither, Masking, Reconstruction, Settings, ToneCurve,
+};
 use crate::color::{Profile, profile};
-use crate::gpu::Format;
+use crate::gpu::TexelFormat;
 
 /// Internal resolutions of a repaint: picture pixels per reconstructed one, along each axis.
 pub const DETAILS: [u32; 3] = [1, 2, 4];
@@ -19,53 +21,53 @@ pub struct Effects {
     pub detail: u32,
     /// How noise is masked; `None` is not at all.
     pub masking: Option<Masking>,
-    /// What is shown.
-    pub view: View,
+    /// The quantity that is shown.
+    pub view: DisplayView,
     /// Glare of the eye; at full resolution only.
     pub glare: bool,
     /// Tone curve.
     pub curve: ToneCurve,
-    /// What the picture is encoded for.
-    pub output: Output,
-    /// The transfer is the profile's table.
+    /// The encoding of the picture.
+    pub output: ColorOutput,
+    /// Whether the transfer is the profile's table.
     pub table: bool,
-    /// What hides the steps.
+    /// The dither that hides the steps of the encoding.
     pub dither: Dither,
 }
 
 impl Effects {
-    /// What these settings ask for; `detail` is rounded down to one of [`DETAILS`].
+    /// The effects that these settings ask for; `detail` is rounded down to one of [`DETAILS`].
     pub fn new(settings: &Settings, detail: u32) -> Self {
         let detail = DETAILS.into_iter().rfind(|d| *d <= detail).unwrap_or(1);
         let (view, output) = (settings.view, settings.output);
-        // What is not used does not make another pipeline.
-        let curve = if view == View::Picture { settings.curve } else { ToneCurve::Paper };
-        let table = output == Output::Sdr && settings.profile.transfer.is_some();
-        let dither = if output == Output::ScRgb { Dither::None } else { settings.dither };
+        // Settings without effect do not make another pipeline.
+        let curve = if view == DisplayView::Picture { settings.curve } else { ToneCurve::Paper };
+        let table = output == ColorOutput::Sdr && settings.profile.transfer.is_some();
+        let dither = if output == ColorOutput::ScRgb { Dither::None } else { settings.dither };
         // A coarse picture is shown while there is no time: the cheaper masking.
         let kind = if detail == 1 { settings.masking } else { Masking::LowPass };
-        let masking = (settings.vm > 0.0 && view == View::Picture).then_some(kind);
+        let masking = (settings.vm > 0.0 && view == DisplayView::Picture).then_some(kind);
         // Nor is there time for a convolution, which would need a kernel of its own for every resolution.
-        let glare = detail == 1 && view == View::Picture && settings.glare.is_some();
+        let glare = detail == 1 && view == DisplayView::Picture && settings.glare.is_some();
         Self { detail, masking, view, glare, curve, output, table, dither }
     }
 
     /// As [`new`](Self::new), with glare on the grid of half the resolution, and so the whole picture where it is on: its transforms
     /// take a quarter of the time.
     pub fn with_coarse_glare(settings: &Settings, detail: u32) -> Self {
-        let glare = settings.view == View::Picture && settings.glare.is_some();
+        let glare = settings.view == DisplayView::Picture && settings.glare.is_some();
         let effects = Self::new(settings, if glare { detail.max(2) } else { detail });
         Self { glare: glare && effects.detail == 2, ..effects }
     }
 
-    /// Stream with this level of detail is filtered bilaterally; with too few samples low-pass masking takes its place.
+    /// Whether a stream with this level of detail is filtered bilaterally; with too few samples low-pass masking takes its place.
     pub fn bilateral(&self, lod: &StreamLod) -> bool {
         self.masking == Some(Masking::Bilateral) && lod.allows_bilateral()
     }
 
-    /// The variance is read.
+    /// Whether the variance is read.
     pub fn reads_variance(&self) -> bool {
-        self.masking.is_some() || self.view != View::Picture
+        self.masking.is_some() || self.view != DisplayView::Picture
     }
 
     /// The reconstruction: where pixels are larger than texels, single texels cannot stand for them.
@@ -76,44 +78,30 @@ impl Effects {
         }
     }
 
-    /// Specialization constants of `tonemap.frag`, in their order.
+    /// The specialization constants of `tonemap.frag`, in order; it numbers curves, outputs and dithers as the enums do.
     pub fn tonemap_constants(&self) -> [u32; 6] {
-        let grey = u32::from(self.view != View::Picture);
-        let curve = match self.curve {
-            ToneCurve::Paper => 0,
-            ToneCurve::PbrNeutral => 1,
-            ToneCurve::AgX => 2,
-        };
-        let output = match self.output {
-            Output::Sdr => 0,
-            Output::ScRgb => 1,
-            Output::Hdr10 => 2,
-        };
-        let dither = match self.dither {
-            Dither::None => 0,
-            Dither::Ordered => 1,
-            Dither::BlueNoise => 2,
-        };
+        let grey = u32::from(self.view != DisplayView::Picture);
+        let (curve, output, dither) = (self.curve as u32, self.output as u32, self.dither as u32);
         [self.detail, grey, curve, output, u32::from(self.table), dither]
     }
 
     /// Format of the encoded picture.
-    pub fn encoded_format(&self) -> Format {
+    pub fn encoded_format(&self) -> TexelFormat {
         match self.output {
-            Output::Sdr => Format::Rgba8,
-            Output::ScRgb => Format::Rgba16F,
-            Output::Hdr10 => Format::Rgb10A2,
+            ColorOutput::Sdr => TexelFormat::Rgba8,
+            ColorOutput::ScRgb => TexelFormat::Rgba16F,
+            ColorOutput::Hdr10 => TexelFormat::Rgb10A2,
         }
     }
 }
 
-/// The matrix `P` to the linear RGB of the output, from what the curve gives: XYZ after the paper's, Rec.709 after the others.
+/// The matrix `P` from the curve's result, XYZ after the paper's and Rec.709 after the others, to the linear RGB of the output.
 /// HDR outputs have primaries of their own, which replace the profile's.
 pub fn matrix(settings: &Settings) -> Mat3 {
     let from_xyz = match settings.output {
-        Output::Sdr => settings.profile.from_xyz,
-        Output::ScRgb => Profile::srgb().from_xyz,
-        Output::Hdr10 => Profile::rec2020().from_xyz,
+        ColorOutput::Sdr => settings.profile.from_xyz,
+        ColorOutput::ScRgb => Profile::srgb().from_xyz,
+        ColorOutput::Hdr10 => Profile::rec2020().from_xyz,
     };
     match settings.curve {
         ToneCurve::Paper => from_xyz,
@@ -135,7 +123,7 @@ mod tests {
         let of = |detail| Effects::with_coarse_glare(&glare, detail);
         assert_eq!([1, 2, 4].map(|d| (of(d).detail, of(d).glare)), [(2, true), (2, true), (4, false)]);
         assert_eq!([1, 2].map(|d| Effects::new(&glare, d).glare), [true, false]);
-        let error = Settings { view: View::CameraVariance, ..glare.clone() };
+        let error = Settings { view: DisplayView::CameraVariance, ..glare.clone() };
         assert_eq!(Effects::with_coarse_glare(&error, 1), Effects::new(&error, 1));
     }
 }

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
+use crate::client::background::BackgroundPolicy;
 use crate::client::error::ClientError;
-use crate::client::later::Patience;
 use crate::client::layout::FoldPush;
 use crate::client::pass::fold::FoldPass;
 use crate::client::pass::images::{BatchImages, StreamImages};
-use crate::client::pass::repaint::{Repaint, Sums, floats};
+use crate::client::pass::repaint::{FilmSums, Repaint, floats};
 use crate::client::pass::splat::{SplatPass, Sprites, splat_push};
 use crate::client::pass::variance::VariancePass;
 use crate::client::settings::{DisplayImage, FilmCounts, FilmData, FilmSpec, Settings};
@@ -16,7 +16,7 @@ use crate::client::upload::{Batch, VertexBuffers};
 use crate::gpu::{Cmd, FrameNumber, Gpu, Image, Region, read_image};
 use crate::stream::{PathCounts, Sample};
 
-/// A film on a Vulkan device; the twin of [`ReferenceFilm`](crate::client::reference::ReferenceFilm).
+/// A film on a Vulkan device; [`ReferenceFilm`](crate::client::reference::ReferenceFilm) is its reference.
 ///
 /// The same samples in the same order give the same bits on the same device, however they are split into calls.
 pub struct VulkanFilm {
@@ -30,15 +30,15 @@ pub struct VulkanFilm {
     streams: [Option<StreamImages>; 2],
     /// Made with the first repaint.
     repaint: Option<Repaint>,
-    /// Of [`paint`](Self::paint).
-    patience: Patience,
-    /// The last batch.
+    /// Whether [`paint`](Self::paint) waits for tables that take long to make.
+    policy: BackgroundPolicy,
+    /// The frame that rasterises the last batch.
     rasterised: FrameNumber,
-    /// Only full batches are rasterised.
+    /// Whether only full batches are rasterised.
     keep_batch: bool,
 }
 
-/// The passes of a batch and what they draw into.
+/// The passes of a batch and the images that they draw into.
 struct Passes {
     splat: SplatPass,
     fold: FoldPass,
@@ -46,7 +46,7 @@ struct Passes {
     targets: BatchImages,
 }
 
-/// What a stream's images are called.
+/// The prefixes of the names of the streams' images.
 const STREAM_NAMES: [&str; 2] = ["camera", "light"];
 
 impl VulkanFilm {
@@ -64,7 +64,7 @@ impl VulkanFilm {
             passes: None,
             streams: [None, None],
             repaint: None,
-            patience: Patience::Wait,
+            policy: BackgroundPolicy::Block,
             rasterised: FrameNumber::default(),
             keep_batch: false,
         })
@@ -135,14 +135,14 @@ impl VulkanFilm {
                 continue;
             }
             stream.changed();
-            let sprites = Sprites { vertices, range };
+            let sprites = Sprites { vertices, range, push };
             let targets = &mut passes.targets;
-            passes.splat.record(cmd, &sprites, &push, &mut targets.color);
+            passes.splat.record(cmd, &sprites, &mut targets.color);
             passes.fold.record(cmd, &mut stream.color, targets, &FoldPush { inverse_scale });
             if let (Some(pass), Some(batch), Some(sums)) =
                 (&passes.variance, &mut targets.deviations, &mut stream.variance)
             {
-                pass.record(cmd, &sprites, &push, batch, sums);
+                pass.record(cmd, &sprites, batch, sums);
             }
         }
         let number = frame.submit()?;
@@ -171,7 +171,7 @@ impl VulkanFilm {
     ///
     /// # Errors
     ///
-    /// None today; kept for the twins' common shape.
+    /// None today; [`ReferenceFilm::clear`](crate::client::reference::ReferenceFilm::clear) has the same signature.
     pub fn clear(&mut self) -> Result<(), ClientError> {
         self.batch.clear();
         self.streams.iter_mut().flatten().for_each(StreamImages::forget);
@@ -214,26 +214,26 @@ impl VulkanFilm {
         settings: &Settings,
         detail: u32,
     ) -> Result<&mut Image, ClientError> {
-        let patience = self.patience;
+        let policy = self.policy;
         let (repaint, sums) = self.sums()?;
-        repaint.patience = patience;
+        repaint.policy = policy;
         repaint.paint(cmd, sums, settings, detail)
     }
 
     /// Whether [`paint`](Self::paint) waits for tables that take long to make, as it does at first, or shows the picture
     /// without them meanwhile; [`display`](Self::display) always waits.
-    pub fn set_patience(&mut self, patience: Patience) {
-        self.patience = patience;
+    pub fn set_background_policy(&mut self, policy: BackgroundPolicy) {
+        self.policy = policy;
     }
 
-    /// True while something is being made that [`paint`](Self::paint) has done without.
+    /// Whether something is being made in the background that [`paint`](Self::paint) went without.
     pub fn awaits_background(&self) -> bool {
-        self.repaint.as_ref().is_some_and(|repaint| repaint.background().0)
+        self.repaint.as_ref().is_some_and(Repaint::awaits_background)
     }
 
-    /// True when it is there: the next [`paint`](Self::paint) shows another picture.
-    pub fn has_arrived(&self) -> bool {
-        self.repaint.as_ref().is_some_and(|repaint| repaint.background().1)
+    /// Whether it is ready: the next [`paint`](Self::paint) shows another picture.
+    pub fn is_background_ready(&self) -> bool {
+        self.repaint.as_ref().is_some_and(Repaint::is_background_ready)
     }
 
     /// What [`paint`](Self::paint) has made last, to be shown again; `None` before the first time.
@@ -316,7 +316,7 @@ impl VulkanFilm {
     }
 
     /// Rasterises the batch, and hands out what shows the sums together with them.
-    fn repaint(&mut self) -> Result<(&mut Repaint, Sums<'_>), ClientError> {
+    fn repaint(&mut self) -> Result<(&mut Repaint, FilmSums<'_>), ClientError> {
         self.complete()?;
         self.sums()
     }
@@ -327,7 +327,7 @@ impl VulkanFilm {
     }
 
     /// What shows the sums, together with them.
-    fn sums(&mut self) -> Result<(&mut Repaint, Sums<'_>), ClientError> {
+    fn sums(&mut self) -> Result<(&mut Repaint, FilmSums<'_>), ClientError> {
         let lods = self.state.lods();
         let (light_scale, inverse_scale) = (self.state.light_scale(), self.state.scale().recip());
         let repaint = match &mut self.repaint {
@@ -336,7 +336,7 @@ impl VulkanFilm {
         };
         let [camera, light] = &mut self.streams;
         let streams = [camera.as_mut().zip(lods[0]), light.as_mut().zip(lods[1])];
-        Ok((repaint, Sums { streams, light_scale, inverse_scale }))
+        Ok((repaint, FilmSums { streams, light_scale, inverse_scale }))
     }
 
     /// Makes what a batch needs: passes and targets with the first, a stream's images with its first sample.

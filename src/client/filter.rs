@@ -1,6 +1,6 @@
 //! The splat filter: how far a sample reaches and with which weights (paper §4.2).
 //!
-//! Every figure that the Vulkan passes and their CPU twins must share about filters stands here or in
+//! Every constant of filters that the Vulkan passes and their references share stands here or in
 //! [`lod`](crate::client::lod). Weights are computed with arithmetic, never with hardware bilinear
 //! filtering, whose fractions have 8 bits on common devices.
 
@@ -187,7 +187,7 @@ mod tests {
         assert!((g0 + 2.0 * g1 + 2.0 * g2 - 1.0).abs() < 3e-8);
     }
 
-    /// One sprite adds 1 in all wherever it lies, and a sprite of 5 texels would not (gpu.md's 2 %).
+    /// One sprite adds 1 in all wherever it lies, and a sprite of 5 texels would not.
     #[test]
     fn one_sprite_sums_to_one() {
         let mut worst_of_five = 0.0f32;

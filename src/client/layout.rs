@@ -1,4 +1,4 @@
-//! Every block that a shader reads from the host; twin of `glsl/include/layout.glsl`, member by member.
+//! Every block that a shader reads from the host, member by member as in `glsl/include/layout.glsl`.
 //!
 //! Offsets follow std430: scalars at multiples of 4, `vec2` of 8, `vec4` of 16. `tests/gpu/shaders.rs` walks the
 //! compiled shaders and compares every member with [`BLOCKS`]. Vertices are [`Sample`](crate::stream::Sample)s.
@@ -9,29 +9,30 @@ pub const MAX_PUSH_BYTES: usize = 128;
 /// A member's name and offset in bytes.
 pub type Member = (&'static str, usize);
 
-/// Declares a block and lists its members.
-macro_rules! block {
-    ($(#[$doc:meta])* $name:ident, $bytes:literal { $($(#[$member_doc:meta])* $member:ident: $kind:ty,)* }) => {
-        $(#[$doc])*
+/// Declares the blocks and lists them with their members.
+macro_rules! blocks {
+    ($($(#[$doc:meta])* $name:ident, $bytes:literal {
+        $($(#[$member_doc:meta])* $member:ident: $kind:ty,)*
+    })*) => {
+        $($(#[$doc])*
         #[repr(C)]
         #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
         pub struct $name {
             $($(#[$member_doc])* pub $member: $kind,)*
         }
 
-        impl $name {
-            /// Name and offset of every member.
-            pub const MEMBERS: &[Member] = &[$((stringify!($member), std::mem::offset_of!($name, $member)),)*];
-        }
+        const _: () = assert!(size_of::<$name>() == $bytes && $bytes <= MAX_PUSH_BYTES);)*
 
-        const _: () = {
-            assert!(size_of::<$name>() == $bytes);
-            assert!(size_of::<$name>() <= MAX_PUSH_BYTES);
-        };
+        /// Name, size in bytes and members of every block.
+        pub const BLOCKS: &[(&str, usize, &[Member])] = &[$((
+            stringify!($name),
+            size_of::<$name>(),
+            &[$((stringify!($member), std::mem::offset_of!($name, $member)),)*],
+        ),)*];
     };
 }
 
-block! {
+blocks! {
     /// Constants of `splat.vert`.
     SplatPush, 32 {
         /// Width and height of the picture: texels per unit of uv.
@@ -45,25 +46,19 @@ block! {
         /// 1 / luminance scale, a power of two.
         inverse_scale: f32,
     }
-}
 
-block! {
     /// Constants of `fold.frag`.
     FoldPush, 4 {
         /// 1 / luminance scale, a power of two.
         inverse_scale: f32,
     }
-}
 
-block! {
     /// Constants of `downsample.frag`.
     DownsamplePush, 8 {
         /// Extent of the finer level, texels.
         source: [i32; 2],
     }
-}
 
-block! {
     /// Constants of `reconstruct.frag`; pairs are camera, light.
     ReconstructPush, 56 {
         /// Level of detail by sample count.
@@ -89,9 +84,7 @@ block! {
         /// Fills the last 8 bytes.
         padding: f32,
     }
-}
 
-block! {
     /// Constants of `bilateral_error.frag` and `bilateral.frag`.
     BilateralPush, 32 {
         /// 1 / extent of the padded target.
@@ -109,9 +102,7 @@ block! {
         /// Fills the last 8 bytes.
         padding: f32,
     }
-}
 
-block! {
     /// Constants of `tonemap.frag`.
     TonemapPush, 64 {
         /// First row of `P`, XYZ to linear RGB; the fourth number is not used.
@@ -129,9 +120,7 @@ block! {
         /// Fills the last 16 bytes.
         padding: f32,
     }
-}
 
-block! {
     /// Constants of `glare_rows.comp`, `glare_columns.comp` and `glare_back.comp`.
     GlarePush, 12 {
         /// Width and height of the picture, pixels.
@@ -140,14 +129,3 @@ block! {
         channel: u32,
     }
 }
-
-/// Name, size in bytes and members of every block.
-pub const BLOCKS: &[(&str, usize, &[Member])] = &[
-    ("SplatPush", size_of::<SplatPush>(), SplatPush::MEMBERS),
-    ("FoldPush", size_of::<FoldPush>(), FoldPush::MEMBERS),
-    ("DownsamplePush", size_of::<DownsamplePush>(), DownsamplePush::MEMBERS),
-    ("ReconstructPush", size_of::<ReconstructPush>(), ReconstructPush::MEMBERS),
-    ("BilateralPush", size_of::<BilateralPush>(), BilateralPush::MEMBERS),
-    ("GlarePush", size_of::<GlarePush>(), GlarePush::MEMBERS),
-    ("TonemapPush", size_of::<TonemapPush>(), TonemapPush::MEMBERS),
-];

@@ -28,7 +28,7 @@ pub fn log4(x: f32) -> f32 {
     0.5 * x.log2()
 }
 
-/// What one stream's blur depends on, the same for the whole picture.
+/// The level of detail of one stream, the same for the whole picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StreamLod {
     /// `log₄(P/S)`, unclamped.
@@ -47,7 +47,7 @@ impl StreamLod {
         if samples == 0 {
             return None;
         }
-        // In f64: counts above 2^24 stay exact, and the twin and the GPU get the same number.
+        // In f64: counts above 2^24 stay exact, and the reference and the GPU get the same number.
         let raw = (0.5 * (texels as f64 / samples as f64).log2()) as f32;
         let max_level = levels.saturating_sub(1) as f32;
         Some(Self {
@@ -91,7 +91,7 @@ impl StreamLod {
     /// Where the sum itself is shown, the number of samples is random too: the relative variance of a sum of N terms, N of
     /// Poisson's distribution, is (v + 1)/N instead of v/N.
     #[inline]
-    pub fn relative_variance(&self, place: &Place, scale: f32, energy: f32) -> f32 {
+    pub fn relative_variance(&self, place: &LocalStatistics, scale: f32, energy: f32) -> f32 {
         if place.weight.is_nan() || place.weight <= 0.0 {
             return 1.0;
         }
@@ -106,9 +106,9 @@ impl StreamLod {
     }
 }
 
-/// Mip averages around one place of one stream, all at the same level.
+/// Mip averages around one position in one stream, all at the same level.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub struct LocalStatistics {
     /// `Σ f Y·w`.
     pub luminance: f32,
     /// `Σ f w`.
@@ -159,14 +159,17 @@ mod tests {
     fn one_sample_is_not_clean() {
         // The naive V/(n−1) is 0/0 here; the paper's V alone says "perfectly clean".
         let lod = StreamLod::new(1024, 1024, 6).expect("has samples");
-        let one = Place { luminance: 1.0, weight: 1.0, variance: 0.0, summed: false };
+        let one = LocalStatistics { luminance: 1.0, weight: 1.0, variance: 0.0, summed: false };
         let r = lod.relative_variance(&one, 1.0, 1.0);
         assert!(r > 50.0 * TARGET_RELATIVE_VARIANCE, "{r}");
-        assert_eq!(lod.relative_variance(&Place { luminance: 0.0, weight: 0.0, ..one }, 1.0, 1.0), 1.0);
+        assert_eq!(
+            lod.relative_variance(&LocalStatistics { luminance: 0.0, weight: 0.0, ..one }, 1.0, 1.0),
+            1.0
+        );
         // Equal samples of known mean: a mean of many is exact, a sum of N of them is off by 1/√N.
-        let many = Place { luminance: 1e4, weight: 1e4, variance: 0.0, summed: false };
+        let many = LocalStatistics { luminance: 1e4, weight: 1e4, variance: 0.0, summed: false };
         assert!(lod.relative_variance(&many, 1.0, 1.0) < 1e-7);
-        let r = lod.relative_variance(&Place { summed: true, ..many }, 1.0, 1.0);
+        let r = lod.relative_variance(&LocalStatistics { summed: true, ..many }, 1.0, 1.0);
         assert!((r / 1e-4 - 1.0).abs() < 1e-3, "{r}");
     }
 

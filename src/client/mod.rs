@@ -1,38 +1,58 @@
 //! The client: point samples become a picture (paper §4.2, §4.3).
 //!
-//! What a client does, in the paper's order:
+//! # From a sample in a lane to the screen
 //!
-//! 1. [`Client::add`] copies samples into the batch, the camera and the light stream apart.
-//! 2. A full batch, or [`Client::flush`], is rasterised: **splat** draws every sample as a filter-shaped
-//!    sprite into a fresh image, **fold** adds the image to the two-float sums `[X, Y, Z, W]`.
+//! Nothing here knows lanes or the server: `app` drains the lanes and passes the samples on.
+//!
+//! 1. `app` gives blocks of samples to [`Client::add`] or [`film::VulkanFilm::add`]. The film copies them into its batch, the
+//!    camera's and the light's samples apart ([`upload`]).
+//! 2. A full batch, or [`Client::flush`], is rasterised: **splat** draws every sample as a filter-shaped sprite into the batch
+//!    image, **fold** adds that image to the two-float sums `[X, Y, Z, W]`.
 //! 3. **variance** draws the same samples again: squared deviations of luminance from the mean.
-//! 4. [`Client::display`] builds **mips** of both, and takes **LoD** = log₄(P/S) of each stream ([`lod`]).
-//! 5. **reconstruct** raises LoD where the variance asks for it (strength `Vm`), reads both streams through
+//! 4. A repaint builds **mips** of both, and takes the level of detail log₄(P/S) of each stream ([`lod`]).
+//! 5. **reconstruct** raises the level of detail where the variance asks for it (strength `Vm`), reads both streams through
 //!    a windowed Gaussian on two levels, normalises, and adds light stream · Lw.
-//! 6. **tonemap**: Y' = 1 − exp(−(B·Y)^C), matrix P, desaturation at constant luminance, gamma G.
+//! 6. **glare**, if it is on, convolves the picture with the eye's point-spread function.
+//! 7. **tonemap**: Y' = 1 − exp(−(B·Y)^C), matrix P, desaturation at constant luminance, gamma G, dither.
+//! 8. [`Client::display`] reads the encoded picture back; a window instead calls [`film::VulkanFilm::paint`] and copies the
+//!    encoded image into the acquired image of its [`Swapchain`](crate::gpu::Swapchain). [`Client::develop`] hands out the
+//!    sums as they are, and [`develop::linear_rgb`] makes the scene-linear picture of them.
 //!
-//! [`Client::develop`] instead hands out the sums as they are, and [`develop::linear_rgb`] makes the
-//! scene-linear picture of them. Values of [`Settings`] may change from one display to the next; what
-//! [`FilmSpec`] holds may not.
+//! # Who owns what
 //!
-//! The Vulkan film is [`film`] with its passes in [`pass`]; every pass exists as plain Rust in [`mod@reference`]. What twins
-//! must share stands in [`filter`], [`lod`] and [`state`].
+//! A film owns its batch, its sums and everything that is derived from them: [`film::VulkanFilm`] on a device,
+//! [`reference::ReferenceFilm`] on the CPU. `app` owns the film: in the window it stands beside the swapchain and the
+//! [`retained`] samples, from which a film of another size is filled. Values of [`Settings`] may change from one repaint to
+//! the next; another [`FilmSpec`] needs another film.
+//!
+//! # Where to look
+//!
+//! | module | what |
+//! |---|---|
+//! | [`film`], [`pass`] | the Vulkan film and its passes; [`pass`] says how to add one |
+//! | [`mod@reference`] | the same in plain Rust: the definition of every pass |
+//! | [`filter`], [`lod`], [`state`], [`dither`], [`glare`] | what a film and its reference share |
+//! | [`settings`], [`effects`], [`effect_list`] | what the user sets, what is compiled in for it, and the list that people read |
+//! | [`layout`] | push constants, member by member as in the shaders |
+//! | [`pacing`] | how the time of a frame is split between samples and repaints |
+//! | [`retained`], [`background`] | samples that outlive a film; tables that are made on another thread |
+//! | [`window`] | input, camera navigation and the panel |
 
+pub mod background;
 pub mod develop;
 pub mod dither;
+pub mod effect_list;
 pub mod effects;
 pub mod error;
 pub mod film;
 pub mod filter;
 pub mod glare;
-pub mod kept;
-pub mod later;
 pub mod layout;
-pub mod listed;
 pub mod lod;
 pub mod pacing;
 pub mod pass;
 pub mod reference;
+pub mod retained;
 pub mod settings;
 pub mod state;
 pub mod upload;
@@ -47,16 +67,16 @@ use crate::stream::{PathCounts, Sample};
 
 /// A film and the passes that fill and show it, on one device.
 ///
-/// The closed set of back ends; the choice is made once, where the film is made.
+/// The choice between the two back ends is made once, where the film is made.
 #[expect(clippy::large_enum_variant, reason = "a program has one client, and it stays where it is")]
 pub enum Client {
-    /// The CPU twins.
+    /// The passes in plain Rust.
     Reference(ReferenceFilm),
     /// A Vulkan device.
     Vulkan(VulkanFilm),
 }
 
-/// Calls the same method on whichever film it is.
+/// Calls the same method of either film.
 macro_rules! each {
     ($client:expr, $film:ident => $call:expr) => {
         match $client {
@@ -96,7 +116,7 @@ impl Client {
         each!(self, film => film.clear())
     }
 
-    /// What was received since the last [`clear`](Self::clear).
+    /// The numbers of samples and paths received since the last [`clear`](Self::clear).
     pub fn counts(&self) -> FilmCounts {
         each!(self, film => film.counts())
     }

@@ -1,4 +1,4 @@
-//! How much of a frame goes to what: samples to take, internal resolution, whether the picture is repainted.
+//! Splits the time of a frame: number of samples to take, internal resolution, and whether the picture is repainted.
 //!
 //! Plain arithmetic on measured costs; the caller owns every clock. The budget of a frame is split in this order: the panel,
 //! the repaint if there is one, samples. Samples that do not fit wait in their lanes: none is dropped.
@@ -14,22 +14,22 @@ pub const CHANGING: Duration = Duration::from_millis(300);
 /// A picture that blurs over at least this many mip levels loses nothing by a coarser grid.
 const COARSE_LOD: f32 = 1.0;
 
-/// A still picture is repainted when its samples have grown by this factor: the error falls by 1.5 %, which nobody sees.
+/// A still picture is repainted when its samples have grown by this factor: the error falls by 1.5 %, which is invisible.
 const GROWTH: f64 = 1.03;
 
 /// A still picture is repainted no more often than this many times its own cost.
 const REST: f64 = 4.0;
 
-/// Part of the budget that a repaint may take while the picture changes, before it gets coarser.
+/// Share of the budget that a repaint may take while the picture changes, before it gets coarser.
 const REPAINT_SHARE: f64 = 0.5;
 
-/// Part of the budget that samples get even where the budget cannot hold, so that the picture always gets on.
+/// Share of the budget that samples get even where the rest exceeds it, so that the picture always makes progress.
 const LEAST_SAMPLES_SHARE: f64 = 0.25;
 
-/// Most samples of one frame, whatever they seem to cost: the look at messages must come round.
+/// Upper bound on the samples of a frame, whatever they seem to cost, so that input is polled in time.
 const MOST_SAMPLES: usize = 64 * BATCH_CAPACITY;
 
-/// Most samples taken beyond what the budget affords while the picture is still: a next edit must not wait for long.
+/// Upper bound on the samples taken beyond the budget while the picture is still, so that the next edit does not wait long.
 const MOST_WAITING: usize = BATCH_CAPACITY / 2;
 
 /// Weight of a new measurement.
@@ -51,7 +51,7 @@ impl Mean {
     }
 }
 
-/// What the viewer knows when it plans a frame.
+/// The state of the viewer when it plans a frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Situation {
     /// Time since the last edit or gesture.
@@ -72,20 +72,20 @@ pub struct Situation {
     pub batched: usize,
 }
 
-/// What a frame does.
+/// The plan of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FramePlan {
     /// Samples to take at most; a multiple of a block.
     pub samples: usize,
     /// Picture pixels per reconstructed one and axis: 1, 2 or 4.
     pub detail: u32,
-    /// Show the samples anew.
+    /// Repaint the picture.
     pub repaint: bool,
     /// Rasterise the batch although it is not full, and show nothing yet: the repaint is for the next frame.
     pub flush: bool,
 }
 
-/// Learns costs and splits budgets.
+/// Learns the costs of samples and repaints, and splits the budget of each frame.
 #[derive(Clone, Debug)]
 pub struct Pacer {
     budget: f64,
@@ -94,7 +94,7 @@ pub struct Pacer {
     /// For `detail` 1, 2, 4.
     repaint: [Mean; 3],
     panel: Mean,
-    /// Part of what the costs seem to allow that is used: falls when frames come late for reasons that were not measured.
+    /// Share of the affordable samples that is taken: it falls when frames are late for reasons that were not measured.
     trust: f64,
 }
 
@@ -144,7 +144,7 @@ impl Pacer {
         self.trust = (if late { self.trust * 0.9 } else { self.trust + 0.02 }).clamp(1.0 / 16.0, 1.0);
     }
 
-    /// What the next frame does.
+    /// Plans the next frame.
     pub fn plan(&self, now: &Situation) -> FramePlan {
         let changing = now.since_edit < CHANGING || now.lod.is_none_or(|lod| lod >= COARSE_LOD);
         let detail = if changing { self.coarseness() } else { 1 };
@@ -154,7 +154,7 @@ impl Pacer {
         let finer = detail < now.shown_detail;
         let repaint = now.due || (rested && (finer || now.growth >= GROWTH));
         let batch = now.batched as f64 * self.per_sample.get() + self.per_batch.get();
-        // Nobody waits for the next picture of a still scene, but an edit may come while the device is busy.
+        // The next picture of a still scene is not urgent, but an edit may come while the device is busy.
         if repaint && !changing && !now.due && now.batched > 0 && batch + cost > self.budget {
             return FramePlan { samples: 0, detail, repaint: false, flush: true };
         }
@@ -167,11 +167,6 @@ impl Pacer {
         let waiting = if patient { now.waiting.min(MOST_WAITING) / BLOCK_SAMPLES * BLOCK_SAMPLES } else { 0 };
         let samples = self.affordable(left * self.trust).max(waiting);
         FramePlan { samples, detail, repaint, flush: false }
-    }
-
-    /// Time that a repaint at this `detail` is expected to take.
-    pub fn repaint_time(&self, detail: u32) -> Duration {
-        Duration::from_secs_f64(self.repaint_cost(detail))
     }
 
     /// Whole blocks that can be rasterised in this time, at least one.

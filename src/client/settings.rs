@@ -1,24 +1,66 @@
-//! What the user may change at any time without restarting the server (paper §4.2).
+//! The display settings, which change at any time without restarting the server (paper §4.2), and what a film is made of.
+//!
+//! The names of every option with a closed set of values stand here once: the command line, the lists of effects and the
+//! attributes of files take them from clap's derive ([`OptionNames::name`]), the panel from [`OptionNames::label`]. Shaders
+//! number the values in the order in which they are declared.
+
+use clap::ValueEnum;
 
 use crate::color::Profile;
+pub use crate::gpu::ColorOutput;
 
-/// Samples that a batch holds: it is splatted and folded when full, or on `flush`.
+/// The names of a display option's values.
+pub trait OptionNames: ValueEnum {
+    /// The value's name in the panel.
+    fn label(&self) -> &'static str;
+
+    /// The value's name on the command line, in lists and in files.
+    fn name(&self) -> String {
+        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+    }
+}
+
+/// Gives every value its name in the panel.
+macro_rules! labels {
+    ($($option:ident { $($value:ident: $label:literal,)* })*) => {
+        $(impl OptionNames for $option {
+            fn label(&self) -> &'static str {
+                match self {
+                    $($option::$value => $label,)*
+                }
+            }
+        })*
+    };
+}
+
+labels! {
+    SplatFilter { Gaussian: "Gaussian", Tent: "Tent", Box: "Box", }
+    Reconstruction { Gaussian: "Gaussian", CatmullRom: "Catmull–Rom", Mipmap: "Mipmap", None: "None", }
+    Masking { LowPass: "Low-pass", Bilateral: "Bilateral", }
+    DisplayView { Picture: "Picture", CameraVariance: "Error, camera", LightVariance: "Error, light", }
+    Adaptation { Photopic: "Day (photopic)", Mesopic: "Dusk (mesopic)", Scotopic: "Night (scotopic)", }
+    ToneCurve { Paper: "1 − exp(−(B·Y)^C)", PbrNeutral: "PBR Neutral", AgX: "AgX", }
+    Dither { None: "None", Ordered: "Ordered", BlueNoise: "Blue noise", }
+    ColorOutput { Sdr: "8 bits", ScRgb: "scRGB", Hdr10: "HDR10", }
+}
+
+/// Number of samples that a batch holds: it is splatted and folded when full, or on `flush`.
 pub const BATCH_CAPACITY: usize = 65_536;
 
-/// How a sample is spread over texels.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+/// The filter that spreads a sample over texels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, ValueEnum)]
 pub enum SplatFilter {
-    /// Windowed Gaussian of 5×5 texels, interpolated: the paper's, 6 texels of support.
+    /// Windowed Gaussian of 5×5 texels, interpolated (the paper's).
     #[default]
     Gaussian,
     /// Tent of radius 1 texel.
     Tent,
-    /// Exactly one texel, for comparison with other renderers.
+    /// Exactly one texel: for comparison with other renderers.
     Box,
 }
 
-/// How the float images become a picture (the paper's Figure 2).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+/// The reconstruction of the picture from the sums (the paper's Figure 2).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, ValueEnum)]
 pub enum Reconstruction {
     /// Windowed Gaussian on two mip levels, interpolated.
     #[default]
@@ -31,31 +73,31 @@ pub enum Reconstruction {
     None,
 }
 
-/// Where the Gaussian of the reconstruction ends: `exp(−σd²)·(1 − smoothstep(0, R, d)^E)` over the texels within `R` per axis
+/// The support of the reconstruction's Gaussian: `exp(−σd²)·(1 − smoothstep(0, R, d)^E)` over the texels within `R` per axis
 /// (paper §4.3).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Kernel {
+pub struct ReconstructionKernel {
     /// `2R`: texels along each axis, 2 to 8.
     pub taps: u32,
     /// `E`; 0 leaves the window out, and the Gaussian is cut off.
     pub exponent: u32,
 }
 
-impl Default for Kernel {
+impl Default for ReconstructionKernel {
     /// The paper's R = 2.5 and E = 8.
     fn default() -> Self {
         Self { taps: 5, exponent: 8 }
     }
 }
 
-impl Kernel {
+impl ReconstructionKernel {
     /// `R`, texels.
     pub fn radius(self) -> f32 {
         0.5 * self.taps as f32
     }
 }
 
-/// How batches are added up in a film.
+/// The summation of batches in a film.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Summation {
     /// Two floats: what the larger one rounds off is kept in the smaller.
@@ -66,30 +108,30 @@ pub enum Summation {
     Plain,
 }
 
-/// How blur is spent where the variance asks for it (the paper's §4.2).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+/// The kind of noise masking where the variance asks for blur (the paper's §4.2).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, ValueEnum)]
 pub enum Masking {
-    /// A wider reconstruction kernel: the only choice while the picture is undersampled.
+    /// A wider reconstruction kernel.
     #[default]
     LowPass,
-    /// Averages over neighbours whose difference the variance explains; keeps features.
+    /// Averages over neighbours whose difference the variance explains; below 4 samples per pixel as low-pass.
     Bilateral,
 }
 
-/// What is shown.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum View {
+/// The quantity that is shown: the picture, or the relative standard error of a stream as grey.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, ValueEnum)]
+pub enum DisplayView {
     /// The picture.
     #[default]
     Picture,
-    /// Relative standard error of the camera stream, as grey.
+    /// Relative standard error of the camera stream.
     CameraVariance,
-    /// Relative standard error of the light stream, as grey.
+    /// Relative standard error of the light stream.
     LightVariance,
 }
 
 /// State of the observer's eye, which decides the components of its glare (Spencer et al. 1995, table 1).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, ValueEnum)]
 pub enum Adaptation {
     /// Daylight, above 3 cd/m².
     #[default]
@@ -116,19 +158,20 @@ impl Default for Glare {
 }
 
 /// The curve from scene luminance to display luminance.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, ValueEnum)]
 pub enum ToneCurve {
-    /// The paper's `1 − exp(−(B·Y)^C)`.
+    /// The paper's 1 − exp(−(B·Y)^C) on luminance.
     #[default]
     Paper,
-    /// Khronos PBR Neutral.
+    /// Khronos PBR Neutral: base colours stay as they are.
     PbrNeutral,
-    /// AgX (Sobotka).
+    /// AgX (Sobotka): film-like, highlights lose their colour.
+    #[value(name = "agx")]
     AgX,
 }
 
-/// What hides the steps of 8 bits.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+/// The dither that hides the steps of 8 bits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, ValueEnum)]
 pub enum Dither {
     /// Plain rounding.
     #[default]
@@ -137,18 +180,6 @@ pub enum Dither {
     Ordered,
     /// Blue noise.
     BlueNoise,
-}
-
-/// What the encoded picture is meant for.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Output {
-    /// 8 bits, gamma-encoded.
-    #[default]
-    Sdr,
-    /// Linear extended sRGB in half floats, 1.0 = 80 cd/m² (scRGB).
-    ScRgb,
-    /// Rec.2020 with the PQ transfer, 10 bits (HDR10).
-    Hdr10,
 }
 
 /// The form of the running variance.
@@ -161,7 +192,7 @@ pub enum VarianceForm {
     Paper,
 }
 
-/// What a film is made of; changing any of these starts it anew.
+/// The specification of a film; changing any of these starts it anew.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct FilmSpec {
     /// Width of the picture in pixels, without padding.
@@ -172,7 +203,7 @@ pub struct FilmSpec {
     pub filter: SplatFilter,
     /// Form of the running variance; `None`: there is none, neither pass nor images.
     pub variance: Option<VarianceForm>,
-    /// How batches are added up.
+    /// Summation of the batches.
     pub sums: Summation,
 }
 
@@ -181,14 +212,14 @@ pub struct FilmSpec {
 pub struct Settings {
     /// Reconstruction.
     pub reconstruction: Reconstruction,
-    /// Where its Gaussian ends.
-    pub kernel: Kernel,
+    /// The support of its Gaussian.
+    pub kernel: ReconstructionKernel,
     /// Noise masking strength `Vm`: mip levels of extra blur per factor 4 of excess variance; 0 is off.
     pub vm: f32,
-    /// How noise is masked where `vm` is above 0.
+    /// The kind of noise masking where `vm` is above 0.
     pub masking: Masking,
-    /// What is shown.
-    pub view: View,
+    /// The quantity that is shown.
+    pub view: DisplayView,
     /// Glare of the eye; `None` is off.
     pub glare: Option<Glare>,
     /// Tone curve.
@@ -201,10 +232,10 @@ pub struct Settings {
     pub gamma: f32,
     /// Primaries and white of the display: the matrix `P`.
     pub profile: Profile,
-    /// What hides the steps of 8 bits.
+    /// The dither that hides the steps of 8 bits.
     pub dither: Dither,
-    /// What the picture is encoded for; files and 8-bit windows are [`Output::Sdr`].
-    pub output: Output,
+    /// The encoding of the picture; files and 8-bit windows are [`ColorOutput::Sdr`].
+    pub output: ColorOutput,
 }
 
 impl Default for Settings {
@@ -212,10 +243,10 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             reconstruction: Reconstruction::default(),
-            kernel: Kernel::default(),
+            kernel: ReconstructionKernel::default(),
             vm: 0.0,
             masking: Masking::default(),
-            view: View::default(),
+            view: DisplayView::default(),
             glare: None,
             curve: ToneCurve::default(),
             exposure: 1.0,
@@ -223,12 +254,12 @@ impl Default for Settings {
             gamma: 2.2,
             profile: Profile::srgb(),
             dither: Dither::default(),
-            output: Output::default(),
+            output: ColorOutput::default(),
         }
     }
 }
 
-/// What a film has received since it was cleared.
+/// The numbers of samples and paths that a film has received since it was cleared.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FilmCounts {
     /// Samples of the camera stream.
@@ -265,7 +296,7 @@ pub struct FilmData {
     pub light_variance: Vec<f32>,
     /// Power of two by which luminance is divided in the variance images, so that no exposure overflows.
     pub luminance_scale: f32,
-    /// What the sums were made of.
+    /// The numbers of samples and paths in the sums.
     pub counts: FilmCounts,
 }
 
@@ -281,7 +312,7 @@ pub struct DisplayImage {
 }
 
 impl FilmCounts {
-    /// What sums of the light stream are multiplied by: texels of the picture per light path
+    /// The factor of the light stream's sums: texels of the picture per light path
     /// (values are densities over uv); 0 without light paths.
     pub fn light_scale(&self, spec: &FilmSpec) -> f32 {
         if self.light_paths == 0 {

@@ -1,5 +1,5 @@
-//! What a film knows of its samples apart from its images, alike on every device: counts, the luminance scale, when a batch
-//! is full.
+//! The state of a film apart from its images, alike on every device: counts of samples and paths, the luminance scale, and
+//! how full the batch is.
 
 use crate::client::error::ClientError;
 use crate::client::filter::{MAX_EXTENT, accepts};

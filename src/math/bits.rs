@@ -1,6 +1,7 @@
 //! Bit mixing: the one hash behind scrambling seeds, shuffled paths and checks by chance.
 
-const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
+/// 2⁶⁴ over the golden ratio: the step of SplitMix64.
+pub const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
 
 /// A bijection that changes half of the bits on average: one step of SplitMix64 from state `z` (Steele, Lea and Flood,
 /// *Fast Splittable Pseudorandom Number Generators*, 2014).

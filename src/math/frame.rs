@@ -59,6 +59,7 @@ impl Frame {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::random::Random;
 
     /// Frisvad's form (2012), the naive method here, breaks down near n = −z.
     #[test]
@@ -69,11 +70,8 @@ mod tests {
             (Vec3::new(1.0 - n.x * n.x * a, b, -n.x), Vec3::new(b, 1.0 - n.y * n.y * a, -n.y))
         };
         let (mut worst, mut worst_naive) = (0f32, 0f32);
-        let mut state = 1u32;
-        let mut next = || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (state >> 8) as f32 / 16_777_216.0 * 2.0 - 1.0
-        };
+        let mut random = Random(1);
+        let mut next = || random.within(-1.0, 1.0);
         for i in 0..1_000_000 {
             // Half of them within 1e-3 of the poles, the difficult case.
             let squeeze = if i % 2 == 0 { 1.0 } else { 1e-3 };

@@ -1,5 +1,6 @@
-//! Mathematics that knows nothing of rendering: frames, warps of the unit square with their densities, discrete
-//! distributions, probability densities with their measures, the error function, bounds on rounding errors, and bit mixing.
+//! Mathematics that knows nothing of rendering: frames, warps of the unit square with their densities, discrete distributions,
+//! probability densities with their measures, the error function, bounds on rounding errors, bit mixing, and random numbers
+//! for tests.
 
 pub mod bits;
 pub mod distribution;
@@ -8,4 +9,5 @@ pub mod erf;
 pub mod float;
 pub mod frame;
 pub mod pdf;
+pub mod random;
 pub mod warp;

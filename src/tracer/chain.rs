@@ -90,6 +90,7 @@ impl Chain {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::random::Random;
 
     /// The densities of a path by light and camera walk at all vertices: the ways' weights, naively and by chains.
     fn weights(light: &[f32], camera: &[f32], solid: bool) -> (Vec<f64>, Vec<f64>) {
@@ -138,11 +139,8 @@ mod tests {
     /// Case N13: densities over the whole range of f32, paths of up to seven vertices.
     #[test]
     fn weights_are_a_partition_of_one_over_the_whole_range() {
-        let mut state = 7u32;
-        let mut next = || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (state >> 8) as f32 / 16_777_216.0
-        };
+        let mut random = Random(7);
+        let mut next = || random.f32();
         let (mut naive_failures, mut compared) = (0, 0);
         for round in 0..20_000 {
             let n = 3 + round % 5;

@@ -108,15 +108,13 @@ pub fn part(eta: Vec4) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::random::Random;
 
     /// Over the whole range of f32: Σ A_h = 1 over the heroes, nothing is NaN, and values stay below four times the hero's.
     #[test]
     fn weights_are_a_partition_of_one_over_the_whole_range() {
-        let mut state = 3u32;
-        let mut next = || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            10f32.powf(60.0 * ((state >> 8) as f32 / 16_777_216.0) - 30.0)
-        };
+        let mut random = Random(3);
+        let mut next = || 10f32.powf(random.within(-30.0, 30.0));
         let mut naive_failures = 0;
         for _ in 0..20_000 {
             let (a, b) = (Vec4::from_array([0; 4].map(|_| next())), Vec4::from_array([0; 4].map(|_| next())));

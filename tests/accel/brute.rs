@@ -209,7 +209,7 @@ fn small_scenes_are_brute_force_and_exact() {
 fn the_tree_is_brute_force() {
     for count in [1usize, 2, 3, 7, 40, 700] {
         let random = &mut Random(count as u64);
-        let mut point = |size: f64| (random.direction() * size * random.next()).as_vec3();
+        let mut point = |size: f64| (random.direction() * size * random.f64()).as_vec3();
         let mut all = Primitives::default();
         for i in 0..count {
             let p = point(10.0);
@@ -269,7 +269,7 @@ fn grids_are_brute_force() {
                 all.triangle([at, at + side(1, 1.0) + side(2, 1.0), at + side(2, 1.0)]);
             }
         }
-        let mut grid = |reach: f64| ((random.next() * 2.0 - 1.0) * reach).round() as f32;
+        let mut grid = |reach: f64| ((random.f64() * 2.0 - 1.0) * reach).round() as f32;
         let rays: Vec<Ray> = (0..1500)
             .map(|i| {
                 let mut origin = Vec3::new(grid(13.0), grid(13.0), grid(13.0)) * 0.5;

@@ -116,7 +116,7 @@ fn scenes_over_forty_decades_are_walked_to_the_bottom() {
         let random = &mut Random(3);
         let mut tally = Tally::default();
         for i in 0..600 {
-            let scale = 10f64.powf(random.next() * 40.0 - 29.0);
+            let scale = 10f64.powf(random.f64() * 40.0 - 29.0);
             let tilt = random.direction() * 0.1 * scale;
             let (origin, direction) = match i % 3 {
                 0 => (DVec3::ZERO, DVec3::Z + tilt / scale),
@@ -164,7 +164,7 @@ fn coordinates_up_to_1e12_are_right() {
     let random = &mut Random(19);
     let mut all = Primitives::default();
     for i in 0..200 {
-        let size = 10f64.powf(random.next() * 13.0 - 1.0);
+        let size = 10f64.powf(random.f64() * 13.0 - 1.0);
         let mut corner = || (random.direction() * size).as_vec3();
         let (a, b, c) = (corner(), corner(), corner());
         if i % 3 == 0 { all.quad(a, (b - a) * 0.4, (c - a) * 0.4) } else { all.triangle([a, b, c]) }
@@ -174,8 +174,8 @@ fn coordinates_up_to_1e12_are_right() {
     let (mut accel, singles, polygons) = (all.accel(), all.singles(), all.polygons());
     let (mut tally, mut prims) = (Tally::default(), HashSet::new());
     for i in 0..3000 {
-        let origin = (random.direction() * 10f64.powf(random.next() * 14.0 - 2.0)).as_vec3();
-        let target = (random.direction() * 10f64.powf(random.next() * 13.0 - 1.0)).as_vec3();
+        let origin = (random.direction() * 10f64.powf(random.f64() * 14.0 - 2.0)).as_vec3();
+        let target = (random.direction() * 10f64.powf(random.f64() * 13.0 - 1.0)).as_vec3();
         let direction = if i % 2 == 0 { target - origin } else { (target - origin).normalize() };
         let ray = Ray::new(origin, direction);
         let answer = ask_one(&mut accel, ray);
@@ -259,7 +259,7 @@ fn strange_rays_are_answered_rightly_or_miss() {
     let odd = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY];
     let values: Vec<f32> = values.into_iter().chain(odd).collect();
     let (all, random) = (around(), &mut Random(31));
-    let mut pick = || values[(random.next() * values.len() as f64) as usize];
+    let mut pick = || values[(random.f64() * values.len() as f64) as usize];
     let mut asked = Vec::new();
     for i in 0..60_000 {
         let mut ray = Ray::new(Vec3::new(0.1, 0.2, -0.15), Vec3::new(0.2, -0.1, 1.0));
@@ -316,7 +316,7 @@ fn directions_of_any_length_find_the_same() {
     let (mut accel, random) = (around().accel(), &mut Random(37));
     let mut zeros = 0;
     for i in 0..3000 {
-        let origin = (random.direction() * 1.9 * random.next()).as_vec3();
+        let origin = (random.direction() * 1.9 * random.f64()).as_vec3();
         let mut direction = random.direction().as_vec3();
         if i % 3 == 0 {
             direction[i / 3 % 3] = 0.0;

@@ -32,7 +32,7 @@ impl World {
     /// Adds `count` triangles, half as many parallelograms, disks and spheres in a ball of radius `size`; a group of them
     /// unless `direct`.
     fn add(&mut self, random: &mut Random, count: usize, size: f64, direct: bool) {
-        let mut point = |reach: f64| (random.direction() * size * reach * random.next()).as_vec3();
+        let mut point = |reach: f64| (random.direction() * size * reach * random.f64()).as_vec3();
         let all = &mut self.all;
         let counts =
             |all: &Primitives| [all.triangles.len(), all.disks.len(), all.spheres.len()].map(|n| n as u32);
@@ -172,7 +172,7 @@ fn granted(m: DAffine3, ray: &Ray, slack: f64, reach: f64) -> f64 {
 
 /// Maps of every kind.
 fn maps(random: &mut Random) -> Vec<(&'static str, DAffine3)> {
-    let turn = |random: &mut Random| DAffine3::from_axis_angle(random.direction(), 6.0 * random.next());
+    let turn = |random: &mut Random| DAffine3::from_axis_angle(random.direction(), 6.0 * random.f64());
     let shear = DMat3::from_cols(DVec3::X, DVec3::new(0.8, 1.0, 0.0), DVec3::new(-0.5, 0.3, 1.0));
     let at = |v: DVec3| DAffine3::from_translation(v);
     vec![
@@ -190,7 +190,7 @@ fn maps(random: &mut Random) -> Vec<(&'static str, DAffine3)> {
 /// Rays between points around what `m` shows, not all of unit length, some that end.
 fn rays(random: &mut Random, m: DAffine3, count: usize) -> Vec<Ray> {
     let mut point =
-        |reach: f64| m.transform_point3(random.direction() * (reach * random.next().cbrt())).as_vec3();
+        |reach: f64| m.transform_point3(random.direction() * (reach * random.f64().cbrt())).as_vec3();
     (0..count)
         .map(|i| {
             let (origin, target) = (point(1.8), point(1.0));
@@ -325,7 +325,7 @@ fn ten_thousand_instances_are_found() {
     world.groups.push(PrimitiveGroup { triangles: 0..2, spheres: 0..1, ..PrimitiveGroup::default() });
     let place = |i: usize| DVec3::new((i % 100) as f64, (i / 100) as f64, (i % 7) as f64);
     for i in 0..10_000 {
-        let turn = DAffine3::from_rotation_z(6.0 * random.next());
+        let turn = DAffine3::from_rotation_z(6.0 * random.f64());
         world.show(0, DAffine3::from_translation(place(i)) * turn);
     }
     let mut accel = world.accel();

@@ -27,7 +27,7 @@ fn kernels_have_names_and_are_chosen() {
 /// `count` of each kind in a ball of radius 10, times `size`.
 fn soup(random: &mut Random, count: usize, size: f64) -> Primitives {
     let mut all = Primitives::default();
-    let mut point = |reach: f64| (random.direction() * (reach * size * random.next())).as_vec3();
+    let mut point = |reach: f64| (random.direction() * (reach * size * random.f64())).as_vec3();
     for i in 0..count {
         let p = point(10.0);
         if i % 2 == 0 {
@@ -46,10 +46,10 @@ fn questions(random: &mut Random, all: &Primitives, size: f64, count: usize) -> 
     let ids = all.triangles.len() + all.disks.len() + all.spheres.len();
     (0..count)
         .map(|i| {
-            let mut point = |reach: f64| (random.direction() * (reach * size * random.next())).as_vec3();
+            let mut point = |reach: f64| (random.direction() * (reach * size * random.f64())).as_vec3();
             let (origin, mut target) = (point(12.0), point(8.0));
             if i % 3 == 0 && !all.triangles.is_empty() {
-                target = all.triangles[(random.next() * all.triangles.len() as f64) as usize][i % 2];
+                target = all.triangles[(random.f64() * all.triangles.len() as f64) as usize][i % 2];
             }
             let mut direction = target - origin;
             if i % 4 != 0 {
@@ -61,10 +61,10 @@ fn questions(random: &mut Random, all: &Primitives, size: f64, count: usize) -> 
             let t_max = if i % 2 == 0 {
                 f32::INFINITY
             } else {
-                (random.next() * 1.5) as f32 * (target - origin).length()
+                (random.f64() * 1.5) as f32 * (target - origin).length()
             };
-            let first = (random.next() * ids as f64) as u32;
-            let skip = PrimRange { first, end: first + (random.next() * 0.5 * ids as f64) as u32 };
+            let first = (random.f64() * ids as f64) as u32;
+            let skip = PrimRange { first, end: first + (random.f64() * 0.5 * ids as f64) as u32 };
             (Ray { origin, direction, t_max }, if i % 3 == 1 { skip } else { PrimRange::NONE })
         })
         .collect()
@@ -128,9 +128,9 @@ fn kernels_agree_on_meshes() {
         let mut asked = Vec::new();
         for i in 0..40_000 {
             let at = |d: DVec3, reach: f64| (closed.center + d * reach * closed.inside).as_vec3();
-            let origin = at(random.direction(), 3.0 * random.next());
-            let face = mesh[(random.next() * mesh.len() as f64) as usize];
-            let (x, y) = (random.next() as f32, random.next() as f32);
+            let origin = at(random.direction(), 3.0 * random.f64());
+            let face = mesh[(random.f64() * mesh.len() as f64) as usize];
+            let (x, y) = (random.f64() as f32, random.f64() as f32);
             let target = match i % 4 {
                 0 => face[0],
                 1 => face[0] + (face[1] - face[0]) * x,
@@ -183,7 +183,7 @@ fn powers_of_two_change_no_digit() {
         let mut other = Primitives::of(&scaled).accel();
         let random = &mut Random(13);
         for _ in 0..2_000 {
-            let origin = (random.direction() * 2.0 * random.next()).as_vec3();
+            let origin = (random.direction() * 2.0 * random.f64()).as_vec3();
             let ray = Ray::new(origin, random.direction().as_vec3());
             let hit = ask_one(&mut accel, ray).0;
             let large = Ray::new(origin * size, ray.direction);

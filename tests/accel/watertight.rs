@@ -20,14 +20,14 @@ const NAIVE: u64 = 400;
 /// every fifth one component is made zero: it points anywhere, along a plane of the grid of a cube.
 fn aimed(mesh: &[[Vec3; 3]], closed: &Closed, index: u64) -> (Ray, f32) {
     let random = &mut Random(index.wrapping_mul(0x9e37_79b9_7f4a_7c15));
-    let origin = (random.direction() * random.next() * closed.inside + closed.center).as_vec3();
-    let face = mesh[(random.next() * mesh.len() as f64) as usize];
-    let corner = (random.next() * 3.0) as usize;
+    let origin = (random.direction() * random.f64() * closed.inside + closed.center).as_vec3();
+    let face = mesh[(random.f64() * mesh.len() as f64) as usize];
+    let corner = (random.f64() * 3.0) as usize;
     let (a, b) = (face[corner % 3], face[(corner + 1) % 3]);
-    let target = a + (b - a) * if index.is_multiple_of(4) { 0.0 } else { random.next() as f32 };
+    let target = a + (b - a) * if index.is_multiple_of(4) { 0.0 } else { random.f64() as f32 };
     let mut ray = Ray::new(origin, (target - origin).normalize());
     if index.is_multiple_of(5) {
-        ray.direction[(random.next() * 3.0) as usize] = 0.0;
+        ray.direction[(random.f64() * 3.0) as usize] = 0.0;
         return (ray, f32::INFINITY);
     }
     // No farther than the target by more than the edges around it: a ray that leaks out of a bay may hit another.
@@ -172,10 +172,10 @@ fn parallelograms_are_their_two_triangles() {
 
 fn compare_box(boxed: &Accel, halves: &Accel, (mesh, m): (&[[Vec3; 3]], DAffine3), random: &mut Random) {
     for i in 0..100_000 {
-        let inside = DVec3::new(random.next(), random.next(), random.next()) * 1.8 - 0.9;
+        let inside = DVec3::new(random.f64(), random.f64(), random.f64()) * 1.8 - 0.9;
         let origin = m.transform_point3(inside).as_vec3();
-        let face = mesh[(random.next() * 12.0) as usize];
-        let target = face[0] + (face[1] - face[0]) * if i % 4 == 0 { 0.0 } else { random.next() as f32 };
+        let face = mesh[(random.f64() * 12.0) as usize];
+        let target = face[0] + (face[1] - face[0]) * if i % 4 == 0 { 0.0 } else { random.f64() as f32 };
         let ray = Ray::new(origin, (target - origin).normalize());
         let (one, two) = (boxed.closest(&ray).expect("closed"), halves.closest(&ray).expect("closed"));
         assert!((one.t - two.t).abs() <= 2e-4 * one.t.max(0.01), "{one:?} {two:?}");

@@ -78,18 +78,18 @@ fn expected(desc: &SceneDesc, paths: u32) -> (f64, f64) {
     let mut random = Random(17);
     let mut one = |_| {
         // One wavelength alone: materials treat it as they would light of one colour.
-        let lambda = SampledWavelengths::sample(random.unit());
+        let lambda = SampledWavelengths::sample(random.f32());
         let alone = lambda.alone(0);
         let mut throughput = SampledSpectrum::ONE;
-        let mut ray = camera.ray([random.next(), random.next()], [0.5; 2]);
+        let mut ray = camera.ray([random.f64(), random.f64()], [0.5; 2]);
         // Throughput of what loses nothing does not fall: a walk ends by leaving.
         for _ in 0..10_000 {
             let Some(hit) = scene.closest(&ray) else {
                 return f64::from(lambda.to_xyz(SampledSpectrum(throughput.0 * Vec4::X * 4.0)).y);
             };
             let (material, frame) = scene.material(&hit);
-            let numbers = [random.unit(), random.unit()];
-            let Some(s) = material.bsdf(&alone).sample(frame.to_local(hit.wo), numbers, random.unit()) else {
+            let numbers = [random.f32(), random.f32()];
+            let Some(s) = material.bsdf(&alone).sample(frame.to_local(hit.wo), numbers, random.f32()) else {
                 return 0.0;
             };
             throughput *= s.weight;

@@ -42,12 +42,12 @@ fn a_map_all_around() {
     let to_world = DAffine3::from_rotation_x(1.2) * DAffine3::from_rotation_y(0.7);
     let (scale, place) = (Spectrum::Constant(1.0), Place::default());
     desc.lights.push(LightDesc::Map { map, scale, to_world, place });
-    assert_all_pairs("map", &desc, (PLAN, PHOTONS));
+    assert_all_pairs("map", &desc, PLAN, PHOTONS);
 }
 
 #[test]
 fn a_lens() {
     let mut desc = lit(open_room([grey(0.6), grey(0.3)]));
     (desc.camera.aperture_radius, desc.camera.focus_distance) = (0.4, 3.0);
-    assert_all_pairs("lens", &desc, (PLAN, PHOTONS));
+    assert_all_pairs("lens", &desc, PLAN, PHOTONS);
 }

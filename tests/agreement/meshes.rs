@@ -99,19 +99,15 @@ fn rough_plastic(alpha: f32) -> BsdfDesc {
 
 #[test]
 fn shading_normals_on_diffuse_and_metal() {
-    assert_all_pairs("diffuse and metal", &room([grey(0.8), metal([0.3; 2])]), (PLAN, PHOTONS));
+    assert_all_pairs("diffuse and metal", &room([grey(0.8), metal([0.3; 2])]), PLAN, PHOTONS);
 }
 
 #[test]
 fn shading_normals_on_glass_and_plastic() {
-    assert_all_pairs(
-        "glass and plastic",
-        &room([rough_glass([0.4; 2]), rough_plastic(0.3)]),
-        (PLAN, PHOTONS),
-    );
+    assert_all_pairs("glass and plastic", &room([rough_glass([0.4; 2]), rough_plastic(0.3)]), PLAN, PHOTONS);
 }
 
 #[test]
 fn brushed() {
-    assert_all_pairs("brushed", &room([metal([0.15, 0.5]), rough_glass([0.6, 0.3])]), (PLAN, PHOTONS));
+    assert_all_pairs("brushed", &room([metal([0.15, 0.5]), rough_glass([0.6, 0.3])]), PLAN, PHOTONS);
 }

@@ -11,7 +11,7 @@ use pointillist::tracer::{Camera, Scene};
 pub const METHODS: [Method; 4] = [Method::Path, Method::Particle, Method::Bidirectional, Method::Photon];
 
 /// The relative difference of a block, and of the mean, that counts as none for photon mapping: its bias at the number of paths
-/// of [`PLAN`] where light has no sharp features (`tools/photon_bias.rs` shows how it shrinks).
+/// of [`PLAN`] where light has no sharp features (`tools/benchmarks/photon_bias.rs` shows how it shrinks).
 pub const PHOTONS: f64 = 0.02;
 
 /// 64 blocks, 32 repetitions of 16 384 paths.
@@ -54,7 +54,7 @@ fn seen_from_lights(desc: &SceneDesc, side: usize) -> Vec<bool> {
 ///
 /// For each pair: Welch's t in every block, at a level that all blocks of all pairs share (Bonferroni); and the mean of the
 /// blocks, likewise, whose variance is taken from the repetitions, so that what neighbours share counts.
-pub fn assert_all_pairs(name: &str, desc: &SceneDesc, (plan, photons): (Plan, f64)) {
+pub fn assert_all_pairs(name: &str, desc: &SceneDesc, plan: Plan, photons: f64) {
     let visible = seen_from_lights(desc, plan.side);
     let pictures = METHODS.map(|method| repeat(desc, method, plan));
     let pairs: Vec<_> = (0..METHODS.len()).flat_map(|b| (0..b).map(move |a| (a, b))).collect();

@@ -6,42 +6,42 @@ use crate::support::agreement::Plan;
 /// In side × side blocks, with this many paths per block and repetition. Where path tracing finds light seldom and strongly,
 /// blocks are larger: the mean of few such finds is skewed, and below what it will be.
 /// `photons`: see [`PHOTONS`].
-fn check(name: &str, (side, paths_per_pixel): (usize, u64), photons: f64) {
+fn check(name: &str, side: usize, paths_per_pixel: u64, photons: f64) {
     let plan = Plan { side, paths_per_pixel, ..PLAN };
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
     let mut desc = pointillist::scene::load(&path, &[]).expect("the scene can be read").desc;
     (desc.film.width, desc.film.height) = (plan.side as u32, plan.side as u32);
-    assert_all_pairs(name, &desc, (plan, photons));
+    assert_all_pairs(name, &desc, plan, photons);
 }
 
 #[test]
 fn cornell() {
-    check("cornell.xml", (8, 256), PHOTONS);
+    check("cornell.xml", 8, 256, PHOTONS);
 }
 
 #[test]
 fn cove() {
-    check("cove.xml", (8, 256), PHOTONS);
+    check("cove.xml", 8, 256, PHOTONS);
 }
 
 #[test]
 fn furnace() {
-    check("furnace.xml", (8, 1024), PHOTONS);
+    check("furnace.xml", 8, 1024, PHOTONS);
 }
 
 #[test]
 fn rough() {
-    // `photon_bias rough.xml` at 65 536 samples: 8.8 % ± 0.7 % of a pixel, at 2^20: 1.8 % ± 0.5 %.
-    check("rough.xml", (4, 3072), 0.09);
+    // `photon-bias rough.xml` at 65 536 samples: 8.8 % ± 0.7 % of a pixel, at 2^20: 1.8 % ± 0.5 %.
+    check("rough.xml", 4, 3072, 0.09);
 }
 
 #[test]
 fn veach_plates() {
-    check("veach_plates.xml", (8, 1024), PHOTONS);
+    check("veach_plates.xml", 8, 1024, PHOTONS);
 }
 
 #[test]
 fn veach_door() {
-    // `photon_bias veach_door.xml` at 16 384 samples: 6.5 % ± 1.8 % of a pixel, at 2^20: 2.5 % ± 0.8 %.
-    check("veach_door.xml", (4, 1536), 0.065);
+    // `photon-bias veach_door.xml` at 16 384 samples: 6.5 % ± 1.8 % of a pixel, at 2^20: 2.5 % ± 0.8 %.
+    check("veach_door.xml", 4, 1536, 0.065);
 }

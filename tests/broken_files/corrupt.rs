@@ -1,22 +1,7 @@
 //! A thousand broken scene files and a thousand broken meshes: each is read, or refused with a place.
 
 use crate::guard::{assert_has_place, folder, outcome, write};
-
-/// Numbers that are the same each time: xorshift64* (Vigna 2016).
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, n: usize) -> usize {
-        self.0 ^= self.0 >> 12;
-        self.0 ^= self.0 << 25;
-        self.0 ^= self.0 >> 27;
-        (self.0.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 33) as usize % n.max(1)
-    }
-
-    fn pick<'a>(&mut self, from: &[&'a str]) -> &'a str {
-        from[self.below(from.len())]
-    }
-}
+use pointillist::math::random::Random;
 
 /// Numbers that break readers.
 const NUMBERS: &[&str] = &[
@@ -134,8 +119,8 @@ fn corrupt(bytes: &mut Vec<u8>, random: &mut Random, pieces: &[&str]) {
             let to = random.below(bytes.len());
             bytes.splice(to..to, copy);
         }
-        5 => drop(bytes.splice(at..at, random.pick(pieces).bytes())),
-        _ => number(bytes, at, random.pick(NUMBERS)),
+        5 => drop(bytes.splice(at..at, pieces[random.below(pieces.len())].bytes())),
+        _ => number(bytes, at, NUMBERS[random.below(NUMBERS.len())]),
     }
     if bytes.is_empty() {
         bytes.push(b'\n');

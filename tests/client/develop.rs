@@ -6,6 +6,7 @@ use pointillist::client::{FilmSpec, SplatFilter, VarianceForm, develop};
 use pointillist::color::{Profile, Xyz};
 use pointillist::image::compare::{Measured, z_test};
 use pointillist::image::exr;
+use pointillist::math::random::Random;
 use pointillist::stream::{PathCounts, Sample};
 
 use glam::Mat3;
@@ -27,11 +28,9 @@ fn rec709() -> Profile {
 }
 
 /// A film of noisy samples around `u + gain`, and as many light samples of mean 1 over all paths.
-fn noisy(spec: FilmSpec, mut seed: u64, gain: f32) -> ReferenceFilm {
-    let mut next = || {
-        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (seed >> 40) as f32 / 16_777_216.0
-    };
+fn noisy(spec: FilmSpec, seed: u64, gain: f32) -> ReferenceFilm {
+    let mut random = Random(seed);
+    let mut next = || random.f32();
     let window = spec.window();
     let size = [0, 1].map(|i| window.max[i] - window.min[i]);
     let mut film = ReferenceFilm::new(spec, 2).expect("film");

@@ -6,6 +6,7 @@ use pointillist::client::{
     BATCH_CAPACITY, ClientError, FilmSpec, Reconstruction, Settings, SplatFilter, VarianceForm, develop,
 };
 use pointillist::color::Xyz;
+use pointillist::math::random::Random;
 use pointillist::stream::{PathCounts, Sample};
 
 const FILTERS: [SplatFilter; 3] = [SplatFilter::Gaussian, SplatFilter::Tent, SplatFilter::Box];
@@ -24,28 +25,18 @@ fn settings(reconstruction: Reconstruction, vm: f32) -> Settings {
     Settings { reconstruction, vm, ..Settings::default() }
 }
 
-/// Numbers in 0…1 from a fixed congruential sequence.
-struct Numbers(u64);
-
-impl Numbers {
-    fn next(&mut self) -> f32 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 40) as f32 / 16_777_216.0
-    }
-}
-
 /// Samples over the whole window, every fourth on the light stream.
 fn mixed(spec: &FilmSpec, n: usize) -> Vec<Sample> {
-    let (mut numbers, window) = (Numbers(11), spec.window());
-    let mut at = |i: usize| window.min[i] + (window.max[i] - window.min[i]) * numbers.next();
+    let (mut numbers, window) = (Random(11), spec.window());
+    let mut at = |i: usize| window.min[i] + (window.max[i] - window.min[i]) * numbers.f32();
     let positions: Vec<[f32; 2]> = (0..n).map(|_| [at(0), at(1)]).collect();
-    let mut numbers = Numbers(12);
+    let mut numbers = Random(12);
     positions
         .into_iter()
         .enumerate()
         .map(|(i, uv)| Sample {
             uv,
-            xyz: Xyz::new(numbers.next(), numbers.next() * 3.0, numbers.next()),
+            xyz: Xyz::new(numbers.f32(), numbers.f32() * 3.0, numbers.f32()),
             w: if i % 4 == 3 { -1.0 } else { 1.0 },
         })
         .collect()
@@ -157,9 +148,9 @@ fn one_sprite_sums_to_one() {
         // A picture wide enough that the whole sprite is within the cropped sums.
         let spec = spec(16, 16, filter);
         let mut film = film(spec);
-        let mut numbers = Numbers(5);
+        let mut numbers = Random(5);
         for _ in 0..300 {
-            let uv = [0.25 + 0.5 * numbers.next(), 0.25 + 0.5 * numbers.next()];
+            let uv = [0.25 + 0.5 * numbers.f32(), 0.25 + 0.5 * numbers.f32()];
             film.clear().expect("clear");
             film.add(&[Sample { uv, xyz: Xyz::new(1.0, 2.0, 4.0), w: 1.0 }]).expect("add");
             let data = film.develop().expect("develop");
@@ -272,8 +263,8 @@ fn extreme_values_do_not_spread() {
 /// Any bits as samples, any size, any settings: no panic, every pixel finite.
 #[test]
 fn any_bits_are_survived() {
-    let mut state = Numbers(21);
-    let mut bits = || (state.next().to_bits() << 9) ^ (state.next() * 16_777_216.0) as u32;
+    let mut state = Random(21);
+    let mut bits = || (state.f32().to_bits() << 9) ^ (state.f32() * 16_777_216.0) as u32;
     for round in 0..150 {
         let filter = FILTERS[round % 3];
         let spec = spec(1 + bits() % 40, 1 + bits() % 40, filter);

@@ -1,10 +1,10 @@
-//! Glare on the CPU: the kernel against the published functions, the twin against the convolution written out.
+//! Glare on the CPU: the kernel against the published functions, the reference against the convolution written out.
 
 use crate::support::glare::{ADAPTATIONS, difference, direct, glare, noise, point, total};
 use glam::{DVec3, Vec3};
-use pointillist::client::glare::Kernel;
-use pointillist::client::glare::components::{mixture, point_spread};
-use pointillist::client::reference::glare::GlareTwin;
+use pointillist::client::glare::GlareKernel;
+use pointillist::client::glare::point_spread::{mixture, point_spread};
+use pointillist::client::reference::glare::ReferenceGlare;
 use pointillist::client::{Adaptation, Glare};
 use pointillist::image::Grid;
 
@@ -13,12 +13,12 @@ const EXTENTS: [[usize; 2]; 9] =
     [[1, 1], [1, 7], [2, 2], [3, 5], [17, 33], [24, 9], [40, 31], [64, 64], [75, 20]];
 
 fn apply(picture: &Grid<Vec3>, glare: &Glare) -> Grid<Vec3> {
-    GlareTwin::default().apply(picture, glare).expect("memory")
+    ReferenceGlare::default().apply(picture, glare).expect("memory")
 }
 
 /// Bound: 10⁻⁵ of the root mean square, which is 2·10⁻⁷ of the brightest pixel: rounding of f32 in each of log₂ n stages.
 #[test]
-fn twin_equals_direct_convolution() {
+fn reference_equals_direct_convolution() {
     for adaptation in ADAPTATIONS {
         for extent in EXTENTS {
             let (picture, glare) = (noise(extent, 7), glare(adaptation));
@@ -36,7 +36,7 @@ fn light_does_not_wrap_around() {
     let got = apply(&picture, &glare);
     let (near, far) = (got.at(1, 12).y, got.at(0, 12).y);
     assert!(far < near && far > 0.0, "{far} at the far border, {near} beside it");
-    let kernel = Kernel::new(extent, &glare).expect("memory");
+    let kernel = GlareKernel::new(extent, &glare).expect("memory");
     let wrapped = kernel.quadrant.at(1, 0)[1] / kernel.quadrant.at(31, 0)[1];
     assert!(wrapped > 100.0, "case too easy: wrap-around is only {wrapped} times too bright");
 }
@@ -74,7 +74,7 @@ fn a_uniform_picture_stays_nearly_uniform() {
         for (i, v) in got.pixels().iter().enumerate() {
             assert!((*v - 1.0).abs().max_element() < 0.06, "{adaptation:?}: {v} at {}, {}", i % 128, i / 128);
         }
-        let kernel = Kernel::new(extent, &glare(adaptation)).expect("memory");
+        let kernel = GlareKernel::new(extent, &glare(adaptation)).expect("memory");
         let lost = 1.0 - 1.0 / kernel.gain_at(0, 0)[1];
         assert!(lost > 0.1, "case too easy: a corner would lose {lost}");
     }
@@ -87,7 +87,7 @@ fn kernels_are_positive_and_sum_to_one() {
         for (extent, view_angle) in
             [([1, 1], 40.0), ([9, 4], 40.0), ([300, 200], 40.0), ([300, 200], 2.0), ([65, 200], 170.0)]
         {
-            let kernel = Kernel::new(extent, &Glare { adaptation, view_angle }).expect("memory");
+            let kernel = GlareKernel::new(extent, &Glare { adaptation, view_angle }).expect("memory");
             let mut sum = [0.0f64; 3];
             for y in 0..extent[1] {
                 for (x, value) in kernel.quadrant.row(y).iter().enumerate() {
@@ -118,7 +118,7 @@ fn kernels_are_positive_and_sum_to_one() {
 fn pixels_hold_integrals_of_the_published_function() {
     let glare = Glare { adaptation: Adaptation::Photopic, view_angle: 40.0 };
     let extent = [200, 200];
-    let kernel = Kernel::new(extent, &glare).expect("memory");
+    let kernel = GlareKernel::new(extent, &glare).expect("memory");
     let tangent = 2.0 * 20f64.to_radians().tan() / 200.0;
     let brute = |x: f64, y: f64, n: usize| {
         let step = 1.0 / n as f64;
@@ -151,7 +151,7 @@ fn pixels_hold_integrals_of_the_published_function() {
 /// At night a white point gets a ring of 3°, blue inside and red outside.
 #[test]
 fn the_halo_is_blue_inside_and_red_outside() {
-    let kernel = Kernel::new([512, 8], &glare(Adaptation::Scotopic)).expect("memory");
+    let kernel = GlareKernel::new([512, 8], &glare(Adaptation::Scotopic)).expect("memory");
     let pixel = (2.0 * 20f64.to_radians().tan() / 512.0).to_degrees();
     let at = |degrees: f64| kernel.quadrant.at((degrees / pixel) as usize, 0);
     let [x, y, z] = at(2.35);

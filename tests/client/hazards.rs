@@ -6,19 +6,10 @@ use pointillist::client::reference::fold::two_float_add;
 use pointillist::client::reference::tonemap::{ToneParameters, display_linear, encode, tone_curve};
 use pointillist::client::{FilmData, FilmSpec, Reconstruction, Settings, SplatFilter, VarianceForm};
 use pointillist::color::Xyz;
+use pointillist::math::random::Random;
 use pointillist::stream::Sample;
 
 use glam::{Mat3, Vec3};
-
-/// Numbers in 0…1 from a fixed congruential sequence.
-struct Numbers(u64);
-
-impl Numbers {
-    fn next(&mut self) -> f32 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 40) as f32 / 16_777_216.0
-    }
-}
 
 fn grey(y: f32, w: f32) -> Sample {
     Sample { uv: [0.5, 0.5], xyz: Xyz::new(y, y, y), w }
@@ -57,8 +48,8 @@ fn exact_deviations(samples: &[Sample]) -> f64 {
 /// says 0 after the first sample of every texel.
 #[test]
 fn product_form_is_right_for_any_batch() {
-    let mut numbers = Numbers(1);
-    let samples: Vec<Sample> = (0..240).map(|_| grey(numbers.next(), 1.0)).collect();
+    let mut numbers = Random(1);
+    let samples: Vec<Sample> = (0..240).map(|_| grey(numbers.f32(), 1.0)).collect();
     let exact = exact_deviations(&samples);
     let mut worst_of_paper = 0.0f64;
     for batch in [1, 2, 3, 7, 60, 240] {
@@ -72,7 +63,7 @@ fn product_form_is_right_for_any_batch() {
     // Unbiased: over many short runs of one-sample batches the mean of V/(n − 1) is σ² = 1/12.
     let (mut product, mut paper, n, runs) = (0.0, 0.0, 4usize, 3000);
     for _ in 0..runs {
-        let samples: Vec<Sample> = (0..n).map(|_| grey(numbers.next(), 1.0)).collect();
+        let samples: Vec<Sample> = (0..n).map(|_| grey(numbers.f32(), 1.0)).collect();
         product += deviations(&one_texel(VarianceForm::Product, &samples, 1));
         paper += deviations(&one_texel(VarianceForm::Paper, &samples, 1));
     }
@@ -87,8 +78,8 @@ fn product_form_is_right_for_any_batch() {
 #[test]
 fn variance_beside_a_large_mean() {
     for (mean, tolerance) in [(1e3f32, 1e-4), (1e5, 1e-3), (1e6, 1e-3)] {
-        let mut numbers = Numbers(2);
-        let samples: Vec<Sample> = (0..4000).map(|_| grey(mean + numbers.next(), 1.0)).collect();
+        let mut numbers = Random(2);
+        let samples: Vec<Sample> = (0..4000).map(|_| grey(mean + numbers.f32(), 1.0)).collect();
         let exact = exact_deviations(&samples);
         // Some samples per texel and batch, as in a picture. (Thousands in one texel of one batch would
         // make the f32 sum itself, and with it the mean, wrong by more than the deviation.)
@@ -162,14 +153,14 @@ fn the_blur_does_not_depend_on_the_exposure() {
         sums: Default::default(),
     };
     let picture = |k: i32| {
-        let (mut numbers, scale) = (Numbers(3), 2.0f32.powi(k));
+        let (mut numbers, scale) = (Random(3), 2.0f32.powi(k));
         let mut film = ReferenceFilm::new(spec, 2).expect("film");
         // Black samples first: the scale must not be taken from them.
         for round in 0..4 {
             let samples: Vec<Sample> = (0..700)
                 .map(|_| {
-                    let uv = [numbers.next(), numbers.next()];
-                    let y = if round == 0 { 0.0 } else { numbers.next().powi(8) * 5.0 * scale };
+                    let uv = [numbers.f32(), numbers.f32()];
+                    let y = if round == 0 { 0.0 } else { numbers.f32().powi(8) * 5.0 * scale };
                     Sample { uv, xyz: Xyz::new(y * 0.5, y, y * 0.25), w: 1.0 }
                 })
                 .collect();

@@ -8,8 +8,9 @@ use pointillist::client::reference::mips::{pyramid, trilinear};
 use pointillist::client::reference::reconstruct::{
     ReconstructParameters, StreamView, catmull_rom, level_of_detail, reconstruct,
 };
-use pointillist::client::{FilmSpec, Kernel, Reconstruction, SplatFilter};
+use pointillist::client::{FilmSpec, Reconstruction, ReconstructionKernel, SplatFilter};
 use pointillist::image::Grid;
+use pointillist::math::random::Random;
 
 const SIZE: usize = 53;
 
@@ -25,11 +26,8 @@ fn spec() -> FilmSpec {
 
 /// Levels of an image of noise in colour and weight.
 fn levels() -> Vec<Grid<Vec4>> {
-    let mut seed = 9u32;
-    let mut next = || {
-        seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        (seed >> 8) as f32 / 16_777_216.0
-    };
+    let mut random = Random(9);
+    let mut next = || random.f32();
     let texels = (0..SIZE * SIZE).map(|_| Vec4::new(next(), next(), next(), 1.0) * (0.1 + next()));
     pyramid(Grid::from_rows(SIZE, SIZE, texels.collect()).expect("53² texels")).expect("memory")
 }
@@ -38,7 +36,7 @@ fn parameters(method: Reconstruction) -> ReconstructParameters {
     ReconstructParameters {
         spec: spec(),
         method,
-        kernel: Kernel::default(),
+        kernel: ReconstructionKernel::default(),
         vm: 0.0,
         luminance_scale: 1.0,
         light_scale: 1.0,
@@ -199,7 +197,7 @@ fn noise_is_masked_where_it_is() {
     assert_eq!(spec.pad(), 0);
 }
 
-/// The trilinear twin is continuous over levels and clamps at the edge.
+/// The trilinear reference is continuous over levels and clamps at the edge.
 #[test]
 fn trilinear_is_continuous() {
     let levels = levels();

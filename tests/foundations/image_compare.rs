@@ -2,24 +2,21 @@
 
 use pointillist::image::compare::{Measured, critical_value, rel_mse, z_test};
 use pointillist::image::{Grid, ImageError};
+use pointillist::math::random::Random;
 
-/// Standard normal numbers by Box and Muller from a fixed congruential sequence.
-struct Normal(u64);
+/// Standard normal numbers (Box and Muller 1958).
+struct Normal(Random);
 
 impl Normal {
-    fn uniform(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        ((self.0 >> 11) as f64 + 0.5) / (1u64 << 53) as f64
-    }
-
     fn next(&mut self) -> f64 {
-        let (u, v) = (self.uniform(), self.uniform());
+        // 1 − u is never 0.
+        let (u, v) = (1.0 - self.0.f64(), self.0.f64());
         (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
     }
 }
 
 fn measured(seed: u64, bias: f64) -> Measured {
-    let mut normal = Normal(seed);
+    let mut normal = Normal(Random(seed));
     let sigma = |i: usize| 0.01 * (1 + i % 7) as f64;
     Measured {
         width: 100,

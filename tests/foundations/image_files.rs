@@ -10,6 +10,7 @@ use pointillist::image::exr::{self, Layers};
 use pointillist::image::png::{self, Picture, Transfer};
 use pointillist::image::write::{Format, check_target};
 use pointillist::image::{Attribute, ImageError};
+use pointillist::math::random::Random;
 
 /// A folder of this test's own, removed at the end.
 struct Folder(PathBuf);
@@ -192,15 +193,14 @@ fn damaged_files_are_errors() {
     let path = folder.file("a.exr");
     exr::write(&path, &layers()).expect("write");
     let good = fs::read(&path).expect("read");
-    let mut seed = 3u32;
+    let mut random = Random(3);
     for round in 0..300 {
         let mut bad = good.clone();
-        seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        let at = (seed >> 4) as usize % good.len().min(if round % 2 == 0 { 400 } else { usize::MAX });
+        let at = random.below(good.len().min(if round % 2 == 0 { 400 } else { usize::MAX }));
         if round % 3 == 0 {
             bad.truncate(at);
         } else {
-            bad[at] ^= (seed >> 24) as u8 | 1;
+            bad[at] ^= random.bits() as u8 | 1;
         }
         fs::write(&path, &bad).expect("write");
         if let Err(e) = exr::read(&path) {

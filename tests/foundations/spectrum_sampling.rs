@@ -3,19 +3,8 @@
 use glam::{DVec3, Vec4};
 use pointillist::color::cie;
 use pointillist::color::profile::rec709_from_xyz;
+use pointillist::math::random::Random;
 use pointillist::spectrum::{SampledWavelengths, Spectrum, dispersion::Ior, metals};
-
-/// A reproducible sequence of uniform numbers on the 2⁻²⁴ grid (SplitMix64, Steele et al. 2014).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f32 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 40) as f32 / 16_777_216.0
-    }
-}
 
 /// Mean of `to_xyz` over `n` samples, and its standard error.
 fn estimate(spectrum: &Spectrum, hero_only: bool, numbers: impl Iterator<Item = f32>) -> (DVec3, DVec3) {
@@ -63,7 +52,7 @@ fn random_wavelengths_estimate_the_tabulated_integral() {
     for hero_only in [false, true] {
         for (seed, (name, spectrum)) in spectra().into_iter().enumerate() {
             let mut random = Random(seed as u64 + 100 * u64::from(hero_only));
-            let numbers = std::iter::repeat_with(|| random.next()).take(1 << 20);
+            let numbers = std::iter::repeat_with(|| random.f32()).take(1 << 20);
             let (mean, error) = estimate(&spectrum, hero_only, numbers);
             let z = (mean - tabulated(&spectrum)) / error;
             println!("{name:14} hero only {hero_only:5}: z = {z:.2}");
@@ -96,7 +85,7 @@ fn the_wrong_density_is_found_out() {
     let (mut random, n) = (Random(7), 1 << 16);
     let mut y = 0.0;
     for _ in 0..n {
-        let lambda = SampledWavelengths::sample(random.next());
+        let lambda = SampledWavelengths::sample(random.f32());
         y += lambda.lambda().to_array().map(|l| cie::Rows::get().at(l).y * 401.0 / 4.0).iter().sum::<f32>();
     }
     assert!((y / n as f32 - 1.0).abs() > 0.05, "{}", y / n as f32);
@@ -105,7 +94,7 @@ fn the_wrong_density_is_found_out() {
 #[test]
 fn one_wavelength_has_more_noise_than_four_of_equal_steps() {
     let mut random = Random(3);
-    let numbers: Vec<f32> = std::iter::repeat_with(|| random.next()).take(1 << 16).collect();
+    let numbers: Vec<f32> = std::iter::repeat_with(|| random.f32()).take(1 << 16).collect();
     let (_, four) = estimate(&Spectrum::d65(1.0), false, numbers.iter().copied());
     let (_, one) = estimate(&Spectrum::d65(1.0), true, numbers.iter().copied());
     // Independent wavelengths would gain a factor 2; equal steps of a good density gain more than twice that.

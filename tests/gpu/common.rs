@@ -7,6 +7,7 @@ use pointillist::client::reference::ReferenceFilm;
 use pointillist::client::{DisplayImage, FilmSpec, Reconstruction, Settings, SplatFilter, VarianceForm};
 use pointillist::color::Xyz;
 use pointillist::gpu::{DeviceChoice, Gpu, GpuOptions};
+use pointillist::math::random::Random;
 use pointillist::stream::{PathCounts, Sample};
 
 static GPU: LazyLock<Arc<Gpu>> = LazyLock::new(|| open(false));
@@ -38,15 +39,15 @@ pub fn film(spec: FilmSpec) -> VulkanFilm {
     VulkanFilm::new(gpu().clone(), spec).expect("a film")
 }
 
-/// A film on the shared device and its twin, which get the same samples.
+/// A film on the shared device and its reference, which get the same samples.
 pub struct Both {
     pub film: VulkanFilm,
-    pub twin: ReferenceFilm,
+    pub reference: ReferenceFilm,
 }
 
 impl Both {
     pub fn new(spec: FilmSpec) -> Self {
-        Self { film: film(spec), twin: ReferenceFilm::new(spec, 2).expect("a film") }
+        Self { film: film(spec), reference: ReferenceFilm::new(spec, 2).expect("a film") }
     }
 
     /// `count` more samples of [`scene`], with as many camera and light paths.
@@ -54,15 +55,15 @@ impl Both {
         let samples = scene(&self.film.spec().clone(), count, count as u64, every_light);
         let paths = PathCounts { camera: count as u64, light: count as u64 };
         self.film.add(&samples).expect("add");
-        self.twin.add(&samples).expect("add");
+        self.reference.add(&samples).expect("add");
         self.film.count_paths(paths);
-        self.twin.count_paths(paths);
+        self.reference.count_paths(paths);
     }
 
     /// Both display the same; bounds as in [`assert_one_step`].
     pub fn assert_display(&mut self, settings: &Settings, rare: usize, what: &str) {
         let got = self.film.display(settings).expect("display");
-        assert_one_step(&got, &self.twin.display(settings).expect("display"), rare, what);
+        assert_one_step(&got, &self.reference.display(settings).expect("display"), rare, what);
     }
 }
 
@@ -88,32 +89,22 @@ pub const FILTERS: [SplatFilter; 3] = [SplatFilter::Gaussian, SplatFilter::Tent,
 pub const RECONSTRUCTIONS: [Reconstruction; 4] =
     [Reconstruction::Gaussian, Reconstruction::CatmullRom, Reconstruction::Mipmap, Reconstruction::None];
 
-/// A fixed sequence of numbers in 0 … 1 (a linear congruential generator; Knuth's constants).
-pub struct Uniform(pub u64);
-
-impl Uniform {
-    pub fn next(&mut self) -> f32 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 40) as f32 / 16_777_216.0
-    }
-}
-
 /// Samples of a picture with an edge, a gradient and noise, over the film's whole window; one in `every_light` (0: none)
 /// belongs to the light stream.
 pub fn scene(spec: &FilmSpec, count: usize, seed: u64, every_light: usize) -> Vec<Sample> {
-    let mut random = Uniform(seed);
+    let mut random = Random(seed);
     let window = spec.window();
     (0..count)
         .map(|i| {
-            let t = [random.next(), random.next()];
+            let t = [random.f32(), random.f32()];
             let uv = [0, 1].map(|k| window.min[k] + t[k] * (window.max[k] - window.min[k]));
             let bright = if uv[0] > 0.5 { 2.0 } else { 0.25 } + uv[1];
-            let y = bright * (0.5 + random.next());
+            let y = bright * (0.5 + random.f32());
             let xyz = Xyz::new(0.9 * y, y, (0.3 + 0.5 * uv[0]) * y);
             if every_light > 0 && i % every_light == 0 {
                 Sample { uv, xyz: xyz * 0.5, w: -1.0 }
             } else {
-                let w = 0.5 + random.next();
+                let w = 0.5 + random.f32();
                 Sample { uv, xyz: xyz * w, w }
             }
         })

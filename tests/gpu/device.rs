@@ -6,8 +6,8 @@ use crate::common::{assert_silent, gpu};
 use pointillist::client::film::VulkanFilm;
 use pointillist::client::{Reconstruction, SplatFilter};
 use pointillist::gpu::{
-    Access, Blend, DeviceChoice, Format, Gpu, GpuError, GraphicsDesc, Image, ImageDesc, Load, Pipeline,
-    Sampler, Target, Texture, Topology, VertexLayout, devices,
+    Access, Attachment, Blend, DeviceChoice, Gpu, GpuError, GraphicsDesc, Image, ImageDesc, Pipeline,
+    TexelFormat, Texture, Topology, VertexLayout, devices,
 };
 
 #[test]
@@ -43,7 +43,8 @@ fn an_unknown_device_is_a_sentence() {
 fn validation_catches_a_planted_hazard() {
     let own = crate::common::open(false);
     let make = |name| {
-        Image::new(&own, ImageDesc { name, format: Format::R32F, extent: [8, 8], mips: false }).expect(name)
+        Image::new(&own, ImageDesc { name, format: TexelFormat::R32F, extent: [8, 8], mips: false })
+            .expect(name)
     };
     let [mut source, mut copy, mut hi, mut lo] = ["source", "copy", "hi", "lo"].map(make);
     let pipeline = Pipeline::new(
@@ -54,7 +55,7 @@ fn validation_catches_a_planted_hazard() {
             frag: ("fold_variance.frag", &[]),
             push_bytes: 0,
             textures: 3,
-            targets: &[(Format::R32F, Blend::Replace); 2],
+            attachments: &[(TexelFormat::R32F, Blend::Replace); 2],
             topology: Topology::Fullscreen,
             vertex: VertexLayout::default(),
         },
@@ -64,19 +65,15 @@ fn validation_catches_a_planted_hazard() {
         let mut frame = own.begin().expect("a frame");
         let cmd = &mut frame.cmd();
         cmd.access(&mut source, Access::ColorWrite);
-        cmd.rendering(&[Target { image: &source, level: 0, load: Load::Clear }], |_| ());
+        cmd.rendering(&[Attachment::cleared(&source)], |_| ());
         cmd.copy_levels(&mut source, &mut copy, &[[0, 0]]);
         if !planted {
             cmd.access(&mut copy, Access::Sampled);
         }
         cmd.access(&mut hi, Access::ColorWrite);
         cmd.access(&mut lo, Access::ColorWrite);
-        let targets = [&hi, &lo].map(|image| Target { image, level: 0, load: Load::Discard });
-        let read = Texture { image: &copy, level: Some(0), sampler: Sampler::Nearest };
-        cmd.rendering(&targets, |cmd| {
-            cmd.bind(&pipeline, &[], &[read; 3]);
-            cmd.draw_fullscreen();
-        });
+        let attachments = [&hi, &lo].map(Attachment::whole);
+        cmd.draw_fullscreen(&pipeline, &[], &[Texture::texels(&copy); 3], &attachments);
         if planted {
             drop(frame); // never submitted
         } else {

@@ -1,13 +1,16 @@
-//! Effects of the display on the Vulkan device: internal resolution, curves, dither, outputs, against their twins.
+//! Effects of the display on the Vulkan device: internal resolution, curves, dither, outputs, against their references.
 
 use crate::common::{Both, assert_one_step, assert_silent, film, gpu, scene, settings, spec};
 use glam::Vec3;
 use pointillist::client::film::VulkanFilm;
 use pointillist::client::reference::tonemap::{DisplayParameters, tone_curve, tonemap};
-use pointillist::client::{Dither, Masking, Output, Reconstruction, Settings, SplatFilter, ToneCurve, View};
+use pointillist::client::{
+    ColorOutput, DisplayView, Dither, Masking, Reconstruction, Settings, SplatFilter, ToneCurve,
+};
 use pointillist::color::{Profile, TransferTable, Xyz};
 use pointillist::gpu::{Region, read_image};
 use pointillist::image::Grid;
+use pointillist::math::random::Random;
 use pointillist::stream::Sample;
 
 /// What `paint` shows at this internal resolution, its texels' bytes.
@@ -51,9 +54,9 @@ fn coarse_pictures_are_interpolated() {
     assert_silent(gpu());
 }
 
-/// Every combination that is compiled apart: the GPU's bytes against the twin's, from the same XYZ.
+/// Every combination that is compiled apart: the GPU's bytes against the reference's, from the same XYZ.
 #[test]
-fn tone_maps_equal_the_twin() {
+fn tone_maps_equal_the_reference() {
     let spec = spec(70, 66, SplatFilter::Gaussian);
     let mut film = film(spec);
     film.add(&scene(&spec, 40_000, 78, 0)).expect("add");
@@ -80,14 +83,14 @@ fn tone_maps_equal_the_twin() {
 
 /// Pictures for HDR displays, before they are cut to a window's format.
 #[test]
-fn hdr_outputs_equal_the_twin() {
+fn hdr_outputs_equal_the_reference() {
     let spec = spec(40, 30, SplatFilter::Gaussian);
     let mut film = film(spec);
     film.add(&scene(&spec, 20_000, 79, 0)).expect("add");
     for curve in [ToneCurve::Paper, ToneCurve::PbrNeutral, ToneCurve::AgX] {
         let base = Settings { curve, exposure: 2.0, ..settings(Reconstruction::Gaussian, 0.0) };
         let xyz = film.reconstruct(&base).expect("reconstruct");
-        for output in [Output::ScRgb, Output::Hdr10] {
+        for output in [ColorOutput::ScRgb, ColorOutput::Hdr10] {
             let settings = Settings { output, ..base.clone() };
             let p = DisplayParameters::from(&settings);
             let bytes = painted(&mut film, &settings, 1);
@@ -95,7 +98,7 @@ fn hdr_outputs_equal_the_twin() {
             for (i, xyz) in xyz.iter().enumerate() {
                 let wanted = p.signal(Vec3::from_array(*xyz));
                 let got = match output {
-                    Output::ScRgb => {
+                    ColorOutput::ScRgb => {
                         [0, 1, 2].map(|c| half([bytes[8 * i + 2 * c], bytes[8 * i + 2 * c + 1]]))
                     }
                     _ => {
@@ -105,7 +108,7 @@ fn hdr_outputs_equal_the_twin() {
                 };
                 brightest = brightest.max(wanted.max_element());
                 let worst = (Vec3::from(got) - wanted).abs().max_element();
-                let bound = if output == Output::ScRgb {
+                let bound = if output == ColorOutput::ScRgb {
                     1.5e-3 * wanted.max_element().max(0.1)
                 } else {
                     0.6 / 1023.0
@@ -113,7 +116,7 @@ fn hdr_outputs_equal_the_twin() {
                 assert!(worst < bound, "{curve:?} {output:?}: {got:?} instead of {wanted}");
             }
             // Highlights lie above diffuse white: 203/80 in scRGB, 0.58 in PQ; AgX ends there.
-            let white = if output == Output::ScRgb { 203.0 / 80.0 } else { 0.5807 };
+            let white = if output == ColorOutput::ScRgb { 203.0 / 80.0 } else { 0.5807 };
             assert_eq!(
                 brightest > white + 1e-3,
                 curve != ToneCurve::AgX,
@@ -140,11 +143,11 @@ fn every_number_has_a_colour() {
     let values =
         [0.0, -1.0, f32::MIN_POSITIVE / 1024.0, 1e-30, 1e-3, 1.0, 1e10, f32::MAX, f32::INFINITY, f32::NAN];
     for curve in [ToneCurve::Paper, ToneCurve::PbrNeutral, ToneCurve::AgX] {
-        for output in [Output::Sdr, Output::ScRgb, Output::Hdr10] {
+        for output in [ColorOutput::Sdr, ColorOutput::ScRgb, ColorOutput::Hdr10] {
             for (exposure, contrast) in [(1.0, 1.0), (1e-6, 0.3), (1e6, 3.0)] {
                 let settings = Settings { curve, output, exposure, contrast, ..Settings::default() };
                 let p = DisplayParameters::from(&settings);
-                let top = if output == Output::ScRgb { p.ceiling() * 203.0 / 80.0 } else { 1.0 };
+                let top = if output == ColorOutput::ScRgb { p.ceiling() * 203.0 / 80.0 } else { 1.0 };
                 for i in 0..values.len().pow(3) {
                     let n = values.len();
                     let xyz = Vec3::new(values[i % n], values[i / n % n], values[i / n / n]);
@@ -180,7 +183,7 @@ fn desaturation_keeps_luminance() {
 
 /// Bilateral masking and the views of the variance, both streams, both ways.
 #[test]
-fn masking_and_views_equal_the_twin() {
+fn masking_and_views_equal_the_reference() {
     let spec = spec(72, 51, SplatFilter::Gaussian);
     let mut both = Both::new(spec);
     // Few samples: low-pass instead. Many: camera alone, then both streams.
@@ -188,8 +191,8 @@ fn masking_and_views_equal_the_twin() {
         both.add_scene(count, every_light);
         let bilateral = Settings { masking: Masking::Bilateral, ..settings(Reconstruction::Gaussian, 1.0) };
         let catmull_rom = Settings { reconstruction: Reconstruction::CatmullRom, ..bilateral.clone() };
-        let camera = Settings { view: View::CameraVariance, ..bilateral.clone() };
-        let light = Settings { view: View::LightVariance, ..bilateral.clone() };
+        let camera = Settings { view: DisplayView::CameraVariance, ..bilateral.clone() };
+        let light = Settings { view: DisplayView::LightVariance, ..bilateral.clone() };
         for settings in [bilateral, catmull_rom, camera, light] {
             let what = format!("{:?} {:?}, {count} samples", settings.view, settings.reconstruction);
             both.assert_display(&settings, 50, &what);
@@ -201,12 +204,12 @@ fn masking_and_views_equal_the_twin() {
 /// Luminances of the picture that the GPU makes of one step, 1 to 1.5, under noise of 60 %, exposed by `scale`.
 fn step_edge(masking: Masking, vm: f32, scale: f32) -> Vec<f32> {
     let spec = spec(96, 96, SplatFilter::Box);
-    let mut random = crate::common::Uniform(4242);
+    let mut random = Random(4242);
     let samples: Vec<Sample> = (0..96 * 96 * 64)
         .map(|_| {
-            let uv = [random.next(), random.next()];
+            let uv = [random.f32(), random.f32()];
             // Uniform noise has a deviation of width / sqrt(12).
-            let noise = 1.0 + 0.6 * (random.next() - 0.5) * 12f32.sqrt();
+            let noise = 1.0 + 0.6 * (random.f32() - 0.5) * 12f32.sqrt();
             let y = if uv[0] < 0.5 { 1.0 } else { 1.5 } * noise * scale;
             Sample { uv, xyz: Xyz::new(0.95, 1.0, 1.09) * y, w: 1.0 }
         })

@@ -1,11 +1,10 @@
 //! The Vulkan film by itself: sums, flat fields, determinism, odd sizes, epochs.
 
-use crate::common::{
-    FILTERS, RECONSTRUCTIONS, Uniform, assert_silent, film, gpu, open, scene, settings, spec,
-};
+use crate::common::{FILTERS, RECONSTRUCTIONS, assert_silent, film, gpu, open, scene, settings, spec};
 use pointillist::client::film::VulkanFilm;
 use pointillist::client::{FilmData, FilmSpec, Reconstruction, Settings, SplatFilter, VarianceForm};
 use pointillist::color::Xyz;
+use pointillist::math::random::Random;
 use pointillist::stream::{PathCounts, Sample};
 
 fn develop(spec: FilmSpec, samples: &[Sample]) -> FilmData {
@@ -21,13 +20,13 @@ fn one_sprite_sums_to_one() {
     const CELLS: u32 = 24;
     for filter in FILTERS {
         let spec = spec(CELL * CELLS, CELL * CELLS, filter);
-        let mut random = Uniform(5);
+        let mut random = Random(5);
         // One sprite in the middle of every cell: they do not touch.
         let offsets: Vec<[f32; 2]> = (0..CELLS * CELLS)
             .map(|i| match i {
                 0..4 => [0.5 * (i & 1) as f32, 0.25 * (i & 2) as f32],
                 4..8 => [1.0 / 512.0 * (i - 4) as f32, 1.0 / 1024.0],
-                _ => [random.next(), random.next()],
+                _ => [random.f32(), random.f32()],
             })
             .collect();
         let size = (CELL * CELLS) as f32;
@@ -129,9 +128,9 @@ fn bits_do_not_depend_on_calls() {
         assert_eq!(whole, develop(spec, &samples), "a second run differs");
         let mut pieces = film(spec);
         let mut rest = &samples[..];
-        let mut random = Uniform(3);
+        let mut random = Random(3);
         while !rest.is_empty() {
-            let n = ((random.next() * 40_000.0) as usize).clamp(1, rest.len());
+            let n = ((random.f32() * 40_000.0) as usize).clamp(1, rest.len());
             pieces.add(&rest[..n]).expect("add");
             rest = &rest[n..];
         }

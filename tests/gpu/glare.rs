@@ -1,12 +1,12 @@
-//! Glare on the GPU against its twin and against the convolution written out.
+//! Glare on the GPU against its reference and against the convolution written out.
 
 use crate::common::{assert_silent, film, gpu, settings, spec};
 use crate::support::glare::{ADAPTATIONS, difference, direct, glare, noise, point, total};
 use glam::{DVec3, Vec3};
+use pointillist::client::background::{BackgroundPolicy, join_abandoned};
 use pointillist::client::film::VulkanFilm;
-use pointillist::client::glare::Kernel;
-use pointillist::client::later::{Patience, finish};
-use pointillist::client::reference::glare::GlareTwin;
+use pointillist::client::glare::GlareKernel;
+use pointillist::client::reference::glare::ReferenceGlare;
 use pointillist::client::{Adaptation, Glare, Reconstruction, Settings, SplatFilter};
 use pointillist::color::Xyz;
 use pointillist::gpu::{Region, read_image};
@@ -42,7 +42,7 @@ fn picture(film: &mut VulkanFilm, glare: Option<Glare>) -> Grid<Vec3> {
 
 /// Bound as in `client_glare.rs`: 10⁻⁵ of the root mean square, 2·10⁻⁷ of the brightest pixel.
 #[test]
-fn gpu_equals_direct_convolution_and_twin() {
+fn gpu_equals_direct_convolution_and_reference() {
     for extent in [[1, 1], [1, 7], [2, 2], [3, 5], [17, 33], [24, 9], [40, 31], [64, 64], [75, 20]] {
         let mut film = showing(&noise(extent, 7));
         let before = picture(&mut film, None);
@@ -51,10 +51,10 @@ fn gpu_equals_direct_convolution_and_twin() {
             let got = picture(&mut film, Some(glare));
             let error = difference(got.pixels(), &direct(&before, &glare));
             assert!(error < 1e-5, "{extent:?} {adaptation:?}: {error:e} from the definition");
-            let twin = GlareTwin::default().apply(&before, &glare).expect("memory");
-            let twin: Vec<_> = twin.pixels().iter().map(|v| v.as_dvec3()).collect();
-            let error = difference(got.pixels(), &twin);
-            assert!(error < 1e-5, "{extent:?} {adaptation:?}: {error:e} from the twin");
+            let reference = ReferenceGlare::default().apply(&before, &glare).expect("memory");
+            let reference: Vec<_> = reference.pixels().iter().map(|v| v.as_dvec3()).collect();
+            let error = difference(got.pixels(), &reference);
+            assert!(error < 1e-5, "{extent:?} {adaptation:?}: {error:e} from the reference");
         }
         assert_eq!(picture(&mut film, None), before, "off again");
     }
@@ -64,7 +64,7 @@ fn gpu_equals_direct_convolution_and_twin() {
 /// A convolution on the torus: what a transform without padding computes.
 fn wrapped(picture: &Grid<Vec3>, glare: &Glare) -> Vec<DVec3> {
     let extent @ [width, height] = [picture.width(), picture.height()];
-    let kernel = Kernel::new(extent, glare).expect("memory");
+    let kernel = GlareKernel::new(extent, glare).expect("memory");
     // Offsets of either sign that are the same on the torus, all in one.
     let folded = |d: usize, n: usize| if d == 0 { vec![0] } else { vec![d, n - d] };
     let mut out = vec![DVec3::ZERO; width * height];
@@ -107,7 +107,7 @@ fn nothing_wraps_around_a_border() {
 fn an_impatient_film_has_the_same_glare_later() {
     let mut film = showing(&noise([40, 31], 5));
     let settings = Settings { glare: Some(glare(Adaptation::Scotopic)), ..plain() };
-    film.set_patience(Patience::Ask);
+    film.set_background_policy(BackgroundPolicy::Background);
     let paint = |film: &mut VulkanFilm| {
         film.flush().expect("flush");
         let mut frame = gpu().begin().expect("a frame");
@@ -118,38 +118,38 @@ fn an_impatient_film_has_the_same_glare_later() {
     };
     let first = paint(&mut film);
     assert!(film.awaits_background());
-    while !film.has_arrived() {
+    while !film.is_background_ready() {
         std::thread::yield_now();
     }
     let second = paint(&mut film);
-    assert!(!film.awaits_background() && !film.has_arrived());
+    assert!(!film.awaits_background() && !film.is_background_ready());
     assert_ne!(first, second, "glare changes the picture");
     let rgb: Vec<_> = second.chunks_exact(4).map(|c| [c[0], c[1], c[2]]).collect();
     assert_eq!(film.display(&settings).expect("display").rgb, rgb);
     // Dropped with something under way.
-    film.set_patience(Patience::Ask);
+    film.set_background_policy(BackgroundPolicy::Background);
     let other = Settings { glare: Some(glare(Adaptation::Mesopic)), ..plain() };
     let mut frame = gpu().begin().expect("a frame");
     film.paint(&mut frame.cmd(), &other, 1).expect("paint");
     gpu().wait(frame.submit().expect("submit")).expect("wait");
     drop(film);
-    finish();
+    join_abandoned();
     assert_silent(gpu());
 }
 
 /// Several stages of every radix, more columns than threads. Bound: 10⁻⁴ of the root mean square, which is far below
 /// the brightest pixel; energy within 10⁻⁵.
 #[test]
-fn large_pictures_equal_the_twin_and_keep_their_energy() {
+fn large_pictures_equal_the_reference_and_keep_their_energy() {
     for extent in [[512, 288], [270, 600], [1100, 3]] {
         let mut film = showing(&noise(extent, 11));
         let before = picture(&mut film, None);
         let glare = Glare { adaptation: Adaptation::Scotopic, view_angle: 25.0 };
         let got = picture(&mut film, Some(glare));
-        let twin = GlareTwin::default().apply(&before, &glare).expect("memory");
-        let twin: Vec<_> = twin.pixels().iter().map(|v| v.as_dvec3()).collect();
-        let error = difference(got.pixels(), &twin);
-        assert!(error < 1e-4, "{extent:?}: {error:e} from the twin");
+        let reference = ReferenceGlare::default().apply(&before, &glare).expect("memory");
+        let reference: Vec<_> = reference.pixels().iter().map(|v| v.as_dvec3()).collect();
+        let error = difference(got.pixels(), &reference);
+        assert!(error < 1e-4, "{extent:?}: {error:e} from the reference");
         let energy = (total(got.pixels()) / total(before.pixels()) - 1.0).abs().max_element();
         assert!(energy < 1e-5, "{extent:?}: energy differs by {energy:e}");
     }

@@ -5,7 +5,8 @@ use std::time::Duration;
 use crate::common::assert_silent;
 use crate::x11_window::Window;
 use egui::{Color32, Context, RawInput, Rect, TexturesDelta, pos2, vec2};
-use pointillist::gpu::{DeviceChoice, GpuError, GpuOptions, Overlay, Readiness, Swapchain};
+use pointillist::client::window::panel_renderer::PanelRenderer;
+use pointillist::gpu::{DeviceChoice, GpuError, GpuOptions, Readiness, Swapchain};
 
 const SIZE: [u32; 2] = [200, 120];
 
@@ -26,14 +27,14 @@ fn ui(context: &Context, contents: impl FnMut(&mut egui::Ui)) -> Output {
     (output.textures_delta, triangles)
 }
 
-fn draw(swapchain: &mut Swapchain, overlay: &mut Overlay, (textures, triangles): Output) {
+fn draw(swapchain: &mut Swapchain, overlay: &mut PanelRenderer, (textures, triangles): Output) {
     let outcome = try_draw(swapchain, overlay, (textures, triangles));
     outcome.expect("the panel");
 }
 
 fn try_draw(
     swapchain: &mut Swapchain,
-    overlay: &mut Overlay,
+    overlay: &mut PanelRenderer,
     (textures, triangles): Output,
 ) -> Result<(), GpuError> {
     assert_eq!(swapchain.acquire(Duration::from_secs(10)).expect("acquire"), Readiness::Ready);
@@ -52,7 +53,7 @@ fn the_panel_covers_the_picture() {
     let window = Window::new(SIZE);
     let mut swapchain = open(&window);
     let gpu = swapchain.gpu().clone();
-    let mut overlay = Overlay::new(&swapchain).expect("an overlay");
+    let mut overlay = PanelRenderer::new(&swapchain).expect("an overlay");
     let context = Context::default();
     context.set_pixels_per_point(1.0);
     let left = Rect::from_min_size(pos2(10.0, 20.0), vec2(30.0, 40.0));
@@ -91,7 +92,7 @@ fn textures_outlive_what_happens_to_the_window() {
     let window = Window::new(SIZE);
     let mut swapchain = open(&window);
     let mut gpu = swapchain.gpu().clone();
-    let mut overlay = Overlay::new(&swapchain).expect("an overlay");
+    let mut overlay = PanelRenderer::new(&swapchain).expect("an overlay");
     let context = Context::default();
     let mut own = None;
     for i in 0..59_u32 {
@@ -154,7 +155,7 @@ fn a_lost_device_is_an_error_of_the_panel_too() {
     let window = Window::new(SIZE);
     let mut swapchain = open(&window);
     let gpu = swapchain.gpu().clone();
-    let mut overlay = Overlay::new(&swapchain).expect("an overlay");
+    let mut overlay = PanelRenderer::new(&swapchain).expect("an overlay");
     let context = Context::default();
     let output = ui(&context, |ui| drop(ui.label("before")));
     draw(&mut swapchain, &mut overlay, output);

@@ -51,11 +51,14 @@ fn what_is_off_is_not_there() {
     // What needs a variance says so.
     let (refused, ..) = show(without, &settings(Reconstruction::Gaussian, 1.0));
     assert!(matches!(refused, Err(ClientError::NoVariance)));
-    let mut twin = ReferenceFilm::new(without, 1).expect("a film");
-    twin.add(&samples).expect("add");
-    assert!(matches!(twin.display(&settings(Reconstruction::Gaussian, 1.0)), Err(ClientError::NoVariance)));
+    let mut reference = ReferenceFilm::new(without, 1).expect("a film");
+    reference.add(&samples).expect("add");
+    assert!(matches!(
+        reference.display(&settings(Reconstruction::Gaussian, 1.0)),
+        Err(ClientError::NoVariance)
+    ));
     let mut full = ReferenceFilm::new(with, 1).expect("a film");
     full.add(&samples).expect("add");
-    assert_eq!(twin.display(&plain).expect("display"), full.display(&plain).expect("display"));
-    assert!(twin.develop().expect("develop").camera_variance.is_empty());
+    assert_eq!(reference.display(&plain).expect("display"), full.display(&plain).expect("display"));
+    assert!(reference.develop().expect("develop").camera_variance.is_empty());
 }

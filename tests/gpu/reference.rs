@@ -1,4 +1,4 @@
-//! The Vulkan passes against their twins in `client/reference`, image by image.
+//! The Vulkan passes against their references in `client/reference`, image by image.
 
 use crate::common::{
     Both, FILTERS, RECONSTRUCTIONS, assert_one_step, assert_silent, film, gpu, scene, settings, spec,
@@ -10,10 +10,11 @@ use pointillist::client::reference::mips::pyramid;
 use pointillist::client::reference::reconstruct::{ReconstructParameters, StreamView, reconstruct};
 use pointillist::client::reference::tonemap::{DisplayParameters, tonemap};
 use pointillist::client::{
-    FilmData, FilmSpec, Kernel, Reconstruction, Settings, SplatFilter, Summation, VarianceForm,
+    FilmData, FilmSpec, Reconstruction, ReconstructionKernel, Settings, SplatFilter, Summation, VarianceForm,
 };
 use pointillist::color::Xyz;
 use pointillist::image::Grid;
+use pointillist::math::random::Random;
 use pointillist::stream::{PathCounts, Sample};
 
 /// Largest difference, relative to the largest value of its channel.
@@ -32,7 +33,7 @@ fn singles(values: &[f32]) -> Vec<[f32; 1]> {
 
 /// Splat, fold and variance: sums of thousands of products in another order, so rounding is all that may differ.
 #[test]
-fn sums_equal_the_twin() {
+fn sums_equal_the_reference() {
     for filter in FILTERS {
         for variance in [VarianceForm::Product, VarianceForm::Paper] {
             compare_sums(FilmSpec { variance: Some(variance), ..spec(131, 67, filter) });
@@ -43,7 +44,7 @@ fn sums_equal_the_twin() {
 
 /// Sums of one float, with and without a variance beside them.
 #[test]
-fn plain_sums_equal_the_twin() {
+fn plain_sums_equal_the_reference() {
     for variance in [None, Some(VarianceForm::Product)] {
         compare_sums(FilmSpec { sums: Summation::Plain, variance, ..spec(131, 67, SplatFilter::Gaussian) });
     }
@@ -52,18 +53,18 @@ fn plain_sums_equal_the_twin() {
 
 fn compare_sums(spec: FilmSpec) {
     let samples = scene(&spec, 200_000, 42, 3);
-    let mut twin = ReferenceFilm::new(spec, 1).expect("a film");
-    twin.add(&samples).expect("add");
-    let twin = twin.develop().expect("develop");
+    let mut reference = ReferenceFilm::new(spec, 1).expect("a film");
+    reference.add(&samples).expect("add");
+    let reference = reference.develop().expect("develop");
     let mut film = film(spec);
     film.add(&samples).expect("add");
     let data = film.develop().expect("develop");
-    assert_eq!(data.luminance_scale, twin.luminance_scale);
-    assert_eq!(data.counts, twin.counts);
-    let color = difference(&data.camera, &twin.camera).max(difference(&data.light, &twin.light));
+    assert_eq!(data.luminance_scale, reference.luminance_scale);
+    assert_eq!(data.counts, reference.counts);
+    let color = difference(&data.camera, &reference.camera).max(difference(&data.light, &reference.light));
     assert!(color < 2e-6, "{spec:?}: colour differs by {color}");
     let of = |d: &FilmData| (singles(&d.camera_variance), singles(&d.light_variance));
-    let ((a, b), (c, d)) = (of(&data), of(&twin));
+    let ((a, b), (c, d)) = (of(&data), of(&reference));
     let variance = difference(&a, &c).max(difference(&b, &d));
     assert!(variance < 2e-5, "{spec:?}: variance differs by {variance}");
 }
@@ -73,10 +74,10 @@ fn compare_sums(spec: FilmSpec) {
 #[test]
 fn variance_survives_a_huge_mean() {
     let spec = spec(4, 4, SplatFilter::Box);
-    let mut random = crate::common::Uniform(9);
+    let mut random = Random(9);
     let samples: Vec<Sample> = (0..50_000)
         .map(|i| {
-            let y = 1e5 + random.next();
+            let y = 1e5 + random.f32();
             let uv = [(i % 4) as f32 / 4.0 + 0.1, (i / 4 % 4) as f32 / 4.0 + 0.1];
             Sample { uv, xyz: Xyz::new(y, y, y), w: 1.0 }
         })
@@ -103,13 +104,18 @@ fn variance_survives_a_huge_mean() {
     assert_silent(gpu());
 }
 
-/// The twin's picture of the very sums that the GPU holds.
-fn twin_picture(data: &FilmData, spec: FilmSpec, settings: &Settings) -> Vec<[f32; 3]> {
-    coarse_twin_picture(data, spec, settings, 1)
+/// The reference's picture of the very sums that the GPU holds.
+fn reference_picture(data: &FilmData, spec: FilmSpec, settings: &Settings) -> Vec<[f32; 3]> {
+    coarse_reference_picture(data, spec, settings, 1)
 }
 
 /// The same of one pixel per `detail` texels and axis.
-fn coarse_twin_picture(data: &FilmData, spec: FilmSpec, settings: &Settings, detail: u32) -> Vec<[f32; 3]> {
+fn coarse_reference_picture(
+    data: &FilmData,
+    spec: FilmSpec,
+    settings: &Settings,
+    detail: u32,
+) -> Vec<[f32; 3]> {
     let (w, h) = (data.width as usize, data.height as usize);
     let color = |sums: &[[f32; 4]]| {
         let grid = Grid::from_rows(w, h, sums.iter().map(|v| Vec4::from_array(*v)).collect());
@@ -142,7 +148,7 @@ fn coarse_twin_picture(data: &FilmData, spec: FilmSpec, settings: &Settings, det
 
 /// Mips and reconstruction of the same sums, from one sample a picture to many a texel: every level of detail.
 #[test]
-fn pictures_equal_the_twin() {
+fn pictures_equal_the_reference() {
     for filter in [SplatFilter::Gaussian, SplatFilter::Box] {
         let spec = spec(95, 62, filter);
         let mut film = film(spec);
@@ -156,7 +162,7 @@ fn pictures_equal_the_twin() {
                 for vm in [0.0, 0.5] {
                     let settings = settings(kind, vm);
                     let got = film.reconstruct(&settings).expect("reconstruct");
-                    let wanted = twin_picture(&data, spec, &settings);
+                    let wanted = reference_picture(&data, spec, &settings);
                     // Empty texels beside full ones: XYZ/W is whatever rounding lets through from either side.
                     let sharp = filter == SplatFilter::Box && !matches!(kind, Reconstruction::Gaussian);
                     let kept = |i: &usize| !sharp || data.camera[*i][3] > 0.0;
@@ -172,7 +178,7 @@ fn pictures_equal_the_twin() {
 
 /// Every radius, windows that close early, late and not at all; also where the level differs from pixel to pixel.
 #[test]
-fn pictures_of_other_kernels_equal_the_twin() {
+fn pictures_of_other_kernels_equal_the_reference() {
     let spec = spec(61, 43, SplatFilter::Gaussian);
     for count in [40, 1_500, 9_000] {
         let mut film = film(spec);
@@ -181,10 +187,10 @@ fn pictures_of_other_kernels_equal_the_twin() {
         let data = film.develop_padded().expect("develop");
         for (taps, exponent) in [(2, 8), (3, 0), (4, 1), (5, 0), (5, 32), (7, 8), (8, 0)] {
             for vm in [0.0, 0.5] {
-                let kernel = Kernel { taps, exponent };
+                let kernel = ReconstructionKernel { taps, exponent };
                 let settings = Settings { kernel, ..settings(Reconstruction::Gaussian, vm) };
                 let got = film.reconstruct(&settings).expect("reconstruct");
-                let worst = difference(&got, &twin_picture(&data, spec, &settings));
+                let worst = difference(&got, &reference_picture(&data, spec, &settings));
                 assert!(worst < 4e-5, "{kernel:?}, Vm {vm}, {count} samples: {worst}");
             }
         }
@@ -194,7 +200,7 @@ fn pictures_of_other_kernels_equal_the_twin() {
 
 /// The coarse pictures that are shown while there is no time for fine ones, sizes that do not divide included.
 #[test]
-fn coarse_pictures_equal_the_twin() {
+fn coarse_pictures_equal_the_reference() {
     let spec = spec(83, 61, SplatFilter::Gaussian);
     for count in [30, 3_000, 100_000] {
         let mut film = film(spec);
@@ -205,7 +211,7 @@ fn coarse_pictures_equal_the_twin() {
             for vm in [0.0, 0.5] {
                 let settings = settings(Reconstruction::Gaussian, vm);
                 let got = film.reconstruct_coarse(&settings, detail).expect("reconstruct");
-                let worst = difference(&got, &coarse_twin_picture(&data, spec, &settings, detail));
+                let worst = difference(&got, &coarse_reference_picture(&data, spec, &settings, detail));
                 assert!(worst < 4e-5, "detail {detail}, Vm {vm}, {count} samples: {worst}");
             }
         }
@@ -218,14 +224,14 @@ fn coarse_pictures_equal_the_twin() {
 #[test]
 fn the_number_of_light_samples_is_noise() {
     let spec = spec(96, 64, SplatFilter::Gaussian);
-    let mut random = crate::common::Uniform(17);
+    let mut random = Random(17);
     let window = spec.window();
     let size = [0, 1].map(|k| window.max[k] - window.min[k]);
     let [width, height] = spec.padded_extent();
     let count = width * height;
     let samples: Vec<Sample> = (0..count)
         .map(|_| {
-            let uv = [0, 1].map(|k| window.min[k] + size[k] * random.next());
+            let uv = [0, 1].map(|k| window.min[k] + size[k] * random.f32());
             Sample { uv, xyz: Xyz::new(1.0, 1.0, 1.0) * (size[0] * size[1]), w: -1.0 }
         })
         .collect();
@@ -236,7 +242,7 @@ fn the_number_of_light_samples_is_noise() {
     let mut error = |vm: f32| {
         let settings = settings(Reconstruction::Gaussian, vm);
         let got = film.reconstruct(&settings).expect("reconstruct");
-        assert!(difference(&got, &twin_picture(&data, spec, &settings)) < 4e-5);
+        assert!(difference(&got, &reference_picture(&data, spec, &settings)) < 4e-5);
         let squares: f32 = got.iter().map(|c| (c[1] - 1.0).powi(2)).sum();
         (squares / got.len() as f32).sqrt()
     };
@@ -248,7 +254,7 @@ fn the_number_of_light_samples_is_noise() {
 
 /// The tone map: at most one step of 255, where a value lies at a rounding edge; and the whole way to the screen.
 #[test]
-fn tone_map_equals_the_twin() {
+fn tone_map_equals_the_reference() {
     let spec = spec(64, 48, SplatFilter::Gaussian);
     let mut film = film(spec);
     film.add(&scene(&spec, 40_000, 77, 0)).expect("add");
@@ -266,7 +272,7 @@ fn tone_map_equals_the_twin() {
 
 /// From samples to the encoded picture, both ways on their own: at most one step of 255 apart.
 #[test]
-fn displays_equal_the_twin() {
+fn displays_equal_the_reference() {
     let spec = spec(90, 61, SplatFilter::Gaussian);
     let mut both = Both::new(spec);
     for (count, every_light) in [(50, 0), (2_000, 3), (90_000, 4)] {

@@ -3,13 +3,14 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::common::{Uniform, assert_silent};
+use crate::common::assert_silent;
 use crate::support::xserver::Server;
 use crate::x11_window::Window;
 use pointillist::gpu::{
-    Buffer, BufferUse, ColorOutput, DeviceChoice, Format, Gpu, GpuError, GpuOptions, Image, ImageDesc,
-    Readiness, Swapchain,
+    Buffer, BufferUse, ColorOutput, DeviceChoice, Gpu, GpuError, GpuOptions, Image, ImageDesc, Readiness,
+    Swapchain, TexelFormat,
 };
+use pointillist::math::random::Random;
 use raw_window_handle::{RawDisplayHandle, WindowsDisplayHandle};
 
 const PATIENCE: Duration = Duration::from_secs(10);
@@ -21,10 +22,10 @@ fn open(window: &Window, extent: [u32; 2]) -> Swapchain {
 
 /// A picture of noise, and its bytes.
 fn noise(gpu: &Arc<Gpu>, [width, height]: [u32; 2], seed: u64) -> (Image, Vec<[u8; 3]>) {
-    let mut numbers = Uniform(seed);
+    let mut numbers = Random(seed);
     let pixels: Vec<[u8; 3]> =
-        (0..width * height).map(|_| [(); 3].map(|()| (numbers.next() * 256.0) as u8)).collect();
-    let desc = ImageDesc { name: "noise", format: Format::Rgba8, extent: [width, height], mips: false };
+        (0..width * height).map(|_| [(); 3].map(|()| (numbers.f32() * 256.0) as u8)).collect();
+    let desc = ImageDesc { name: "noise", format: TexelFormat::Rgba8, extent: [width, height], mips: false };
     let mut image = Image::new(gpu, desc).expect("an image");
     let bytes: Vec<u8> = pixels.iter().flat_map(|[r, g, b]| [*r, *g, *b, 255]).collect();
     let mut buffer = Buffer::new(gpu, "noise", BufferUse::Upload, bytes.len()).expect("a buffer");
@@ -91,10 +92,10 @@ fn images_follow_the_window() {
     let window = Window::new([50, 40]);
     let mut swapchain = open(&window, [50, 40]);
     let gpu = swapchain.gpu().clone();
-    let mut numbers = Uniform(7);
+    let mut numbers = Random(7);
     let (mut picture, pixels) = noise(&gpu, [60, 60], 1);
     for i in 0..200 {
-        let size = [(); 2].map(|()| 1 + (numbers.next() * 70.0) as u32);
+        let size = [(); 2].map(|()| 1 + (numbers.f32() * 70.0) as u32);
         window.resize(size);
         // The window system may be ahead of the program's events, or behind.
         if i % 3 != 0 {

@@ -111,36 +111,49 @@ pub fn measure(desc: &SceneDesc, method: Method, plan: Plan) -> Measured {
     Measured { width: plan.side, height: plan.side, mean, variance }
 }
 
-/// A method against path tracing, told on standard output. Variances come from as many pictures as there are seeds, so
-/// pixels are accepted by Student's distribution; at a level of 1 % for all of them together.
-pub fn compare(desc: &SceneDesc, method: Method, plan: Plan) -> ZTest {
-    let path = measure(desc, Method::Path, plan);
-    let other = measure(desc, method, plan);
-    let mut test = z_test(&other, &path, 0.01).expect("equal sizes");
-    let agrees = |i: &usize| {
-        let [a, b] = [&other, &path].map(|of| (of.mean[*i], of.variance[*i]));
-        let (t, freedom) = welch::t(a, b, 0.0, f64::from(plan.seeds));
-        welch::p_value(t, freedom) >= 0.01 / other.mean.len() as f64
-    };
-    test.accepted = (0..other.mean.len()).filter(agrees).count() as f64 / other.mean.len() as f64;
-    println!(
-        "{method:?}: ratio {:.5} ± {:.5}, mean z² {:.3}, largest {:.2}, accepted {:.4}; variances {:.3e} {:.3e}",
-        test.mean_ratio,
-        test.mean_ratio_error,
-        test.mean_z2,
-        test.largest_z,
-        test.accepted,
-        other.variance.iter().sum::<f64>(),
-        path.variance.iter().sum::<f64>(),
-    );
-    test
+/// The picture of a scene by path tracing, rendered once for all methods that are compared with it.
+pub struct PathReference<'a> {
+    desc: &'a SceneDesc,
+    plan: Plan,
+    picture: Measured,
 }
 
-/// The two pictures have the same expectation: in at least `share` of the pixels, and their means within `within` of each
-/// other.
-pub fn assert_mostly(desc: &SceneDesc, method: Method, (plan, share): (Plan, f64), within: f64) {
-    let test = compare(desc, method, plan);
-    assert!(test.accepted >= share, "{method:?}: {test:?}");
-    let off = (test.mean_ratio - 1.0).abs();
-    assert!(off <= 4.0 * test.mean_ratio_error && off <= within, "{method:?}: {test:?}");
+impl<'a> PathReference<'a> {
+    pub fn new(desc: &'a SceneDesc, plan: Plan) -> Self {
+        Self { desc, plan, picture: measure(desc, Method::Path, plan) }
+    }
+
+    /// Compares a method with path tracing, and prints the result.
+    ///
+    /// Variances come from as many pictures as there are seeds, so pixels are accepted by Student's distribution, at a level of 1 %
+    /// for all of them together.
+    pub fn compare(&self, method: Method) -> ZTest {
+        let (path, other) = (&self.picture, measure(self.desc, method, self.plan));
+        let mut test = z_test(&other, path, 0.01).expect("equal sizes");
+        let agrees = |i: &usize| {
+            let [a, b] = [&other, path].map(|of| (of.mean[*i], of.variance[*i]));
+            let (t, freedom) = welch::t(a, b, 0.0, f64::from(self.plan.seeds));
+            welch::p_value(t, freedom) >= 0.01 / other.mean.len() as f64
+        };
+        test.accepted = (0..other.mean.len()).filter(agrees).count() as f64 / other.mean.len() as f64;
+        println!(
+            "{method:?}: ratio {:.5} ± {:.5}, mean z² {:.3}, largest {:.2}, accepted {:.4}; variances {:.3e} {:.3e}",
+            test.mean_ratio,
+            test.mean_ratio_error,
+            test.mean_z2,
+            test.largest_z,
+            test.accepted,
+            other.variance.iter().sum::<f64>(),
+            path.variance.iter().sum::<f64>(),
+        );
+        test
+    }
+
+    /// Asserts the same expectation in at least `share` of the pixels, and means within `within` of each other.
+    pub fn assert_mostly(&self, method: Method, share: f64, within: f64) {
+        let test = self.compare(method);
+        assert!(test.accepted >= share, "{method:?}: {test:?}");
+        let off = (test.mean_ratio - 1.0).abs();
+        assert!(off <= 4.0 * test.mean_ratio_error && off <= within, "{method:?}: {test:?}");
+    }
 }

@@ -1,9 +1,10 @@
 //! What the tests of glare share: pictures, and the convolution written out.
 
 use glam::{DVec3, Vec3};
-use pointillist::client::glare::Kernel;
+use pointillist::client::glare::GlareKernel;
 use pointillist::client::{Adaptation, Glare};
 use pointillist::image::Grid;
+use pointillist::math::random::Random;
 
 pub const ADAPTATIONS: [Adaptation; 3] = [Adaptation::Photopic, Adaptation::Mesopic, Adaptation::Scotopic];
 
@@ -13,11 +14,8 @@ pub fn glare(adaptation: Adaptation) -> Glare {
 
 /// Noise of five decades with one very bright pixel; fixed.
 pub fn noise([width, height]: [usize; 2], seed: u64) -> Grid<Vec3> {
-    let mut state = seed;
-    let mut random = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 40) as f32 / 16_777_216.0
-    };
+    let mut numbers = Random(seed);
+    let mut random = || numbers.f32();
     let mut pixels: Vec<Vec3> = (0..width * height)
         .map(|_| Vec3::new(random(), random(), random()) * 10f32.powf(5.0 * random() - 3.0))
         .collect();
@@ -35,7 +33,7 @@ pub fn point([width, height]: [usize; 2], [x, y]: [usize; 2], value: Vec3) -> Gr
 /// The definition: `Σ_q K(p − q) g(q) I(q)`, in double precision.
 pub fn direct(picture: &Grid<Vec3>, glare: &Glare) -> Vec<DVec3> {
     let (width, height) = (picture.width(), picture.height());
-    let kernel = Kernel::new([width, height], glare).expect("memory");
+    let kernel = GlareKernel::new([width, height], glare).expect("memory");
     let mut out = vec![DVec3::ZERO; width * height];
     for (q, value) in picture.pixels().iter().enumerate() {
         let (qx, qy) = (q % width, q / width);

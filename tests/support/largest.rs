@@ -79,7 +79,7 @@ fn render_context(desc: &SceneDesc, window: UvWindow) -> RenderContext {
 /// The pixels of a grid of `side` × `side` over a picture of 512 × 512, by `paths` camera paths within each: by path tracing,
 /// by photon mapping, each pixel with a map of its own, or bidirectionally, with its share of light subpaths, whose samples in the
 /// pixel count, too. Two threads.
-pub fn by_pixel(desc: &SceneDesc, method: IntegratorKind, (side, paths): (usize, u64)) -> Vec<Tally> {
+pub fn by_pixel(desc: &SceneDesc, method: IntegratorKind, side: usize, paths: u64) -> Vec<Tally> {
     let whole = render_context(desc, UvWindow::PICTURE);
     let pixel = |i: usize| {
         let at = |k: usize| ((k as f32 + 0.5) / side as f32 * 512.0).floor() / 512.0;
@@ -109,7 +109,7 @@ pub fn by_pixel(desc: &SceneDesc, method: IntegratorKind, (side, paths): (usize,
 }
 
 /// The pixels of a picture of `side` × `side` by particle tracing: `paths` light paths for each pixel. Two threads.
-pub fn by_particles(desc: &SceneDesc, (side, paths): (usize, u64)) -> Vec<Tally> {
+pub fn by_particles(desc: &SceneDesc, side: usize, paths: u64) -> Vec<Tally> {
     let tracer = ParticleTracer { context: render_context(desc, UvWindow::PICTURE) };
     let total = paths * (side * side) as u64;
     let part = |range: std::ops::Range<u64>| {

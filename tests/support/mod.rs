@@ -7,7 +7,6 @@ pub mod agreement;
 pub mod desktop;
 pub mod glare;
 pub mod largest;
-pub mod random;
 pub mod replicates;
 pub mod scenes;
 pub mod synthetic;

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use pointillist::color::Xyz;
+use pointillist::math::bits::mix;
 use pointillist::server::{RenderJob, Server};
 use pointillist::stream::{
     Block, DrainOrder, Epoch, Event, FinishReason, Lanes, PathCounts, Sample, SampleSink,
@@ -46,17 +47,9 @@ pub fn synthetic<F: Fn(u64, &mut dyn Out) + Send + Sync + 'static>(f: F) -> Arc<
     Arc::new(Synthetic(f))
 }
 
-/// SplitMix64.
-pub fn hash(index: u64) -> u64 {
-    let mut z = index.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
-}
-
 /// Zero to three samples a path, on both streams, that name their index.
 pub fn varied(index: u64, out: &mut dyn Out) {
-    let h = hash(index);
+    let h = mix(index);
     for i in 0..h % 4 {
         let uv = [(h >> 40) as f32 / 16_777_216.0, i as f32 / 4.0];
         let value = Xyz::new((index % 65_536) as f32, (index / 65_536) as f32, i as f32);

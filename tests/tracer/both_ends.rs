@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
 
-use crate::support::agreement::{Method, Plan, assert_mostly};
+use crate::support::agreement::{Method, PathReference, Plan};
 use crate::support::scenes::*;
 use pointillist::scene::desc::*;
 use pointillist::spectrum::{EmissionMap, Spectrum, dispersion::Ior};
@@ -48,8 +48,9 @@ fn lit(mut desc: SceneDesc) -> SceneDesc {
 }
 
 fn assert_both(desc: &SceneDesc) {
+    let path = PathReference::new(desc, PLAN);
     for (method, within) in BOTH {
-        assert_mostly(desc, method, (PLAN, 0.99), within);
+        path.assert_mostly(method, 0.99, within);
     }
 }
 
@@ -67,7 +68,8 @@ fn metal_and_plastic() {
         specular_reflectance: one,
         nonlinear: true,
     };
-    assert_mostly(&lit(open_room([metal, plastic])), Method::Bidirectional, (PLAN, 0.99), 1e-2);
+    let desc = lit(open_room([metal, plastic]));
+    PathReference::new(&desc, PLAN).assert_mostly(Method::Bidirectional, 0.99, 1e-2);
 }
 
 /// Also glass that disperses: what its facets refract is weighted over wavelengths, the same from either end.

@@ -121,7 +121,7 @@ fn samples_follow_density_and_value() {
             let mut counts = vec![0; HEIGHTS * TURNS];
             let (mut sum, mut squares, mut random) = (0.0, 0.0, Random(z.to_bits().into()));
             for _ in 0..n {
-                let s = bsdf.sample(wo, [random.unit(), random.unit()], random.unit());
+                let s = bsdf.sample(wo, [random.f32(), random.f32()], random.f32());
                 let Some(s) = s.filter(|s| !s.delta) else { continue };
                 counts[cell(s.wi)] += 1;
                 sum += f64::from(s.weight.0.x);
@@ -147,8 +147,8 @@ fn sample_and_eval_agree() {
         let tolerance = if name.contains("0.001") { 5e-2 } else { 1e-2 };
         let (mut random, mut compared) = (Random(7), 0);
         for i in 0..3000 {
-            let wo = direction(VIEWS[i % 6] * (1.0 - 0.3 * random.unit()), 6.0 * random.unit());
-            let Some(s) = bsdf.sample(wo, [random.unit(), random.unit()], random.unit()) else { continue };
+            let wo = direction(VIEWS[i % 6] * (1.0 - 0.3 * random.f32()), 6.0 * random.f32());
+            let Some(s) = bsdf.sample(wo, [random.f32(), random.f32()], random.f32()) else { continue };
             assert_eq!(s.transmitted, s.wi.z * wo.z < 0.0);
             assert!((s.wi.length() - 1.0).abs() < 1e-5);
             if s.delta || s.wi.z.abs() < 1e-2 {
@@ -195,7 +195,7 @@ fn reciprocity() {
 fn albedo(bsdf: &Bsdf, wo: Vec3, n: u32) -> f64 {
     let mut random = Random(3);
     let one = |_| {
-        let s = bsdf.sample(wo, [random.unit(), random.unit()], random.unit());
+        let s = bsdf.sample(wo, [random.f32(), random.f32()], random.f32());
         s.map_or(0.0, |s| f64::from(s.weight.0.x) * f64::from(s.eta2))
     };
     (0..n).map(one).sum::<f64>() / f64::from(n)
@@ -248,7 +248,7 @@ fn smooth_limit_of_glass() {
             for i in 0..200 {
                 let lobe = (i as f32 + 0.5) / 200.0;
                 let (Some(a), Some(b)) =
-                    (smooth.sample(wo, lobe), rough.sample(wo, [random.unit(), random.unit()], lobe))
+                    (smooth.sample(wo, lobe), rough.sample(wo, [random.f32(), random.f32()], lobe))
                 else {
                     continue;
                 };

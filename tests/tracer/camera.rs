@@ -48,7 +48,7 @@ fn rays_and_projection_are_inverse_also_in_the_overscan() {
     let camera = camera(&desc);
     let mut random = Random(1);
     for _ in 0..1000 {
-        let uv = [random.next() * 1.4 - 0.2, random.next() * 1.4 - 0.2];
+        let uv = [random.f64() * 1.4 - 0.2, random.f64() * 1.4 - 0.2];
         let ray = camera.ray(uv, CENTER);
         assert!((ray.direction.length() - 1.0).abs() < 1e-6);
         let (back, z) = camera.project(ray.origin + ray.direction * 7.0).expect("in front");
@@ -115,8 +115,8 @@ fn a_lens_without_size_is_a_pinhole() {
     let without = camera(&desc);
     let mut random = Random(2);
     for _ in 0..100 {
-        let uv = [random.next(), random.next()];
-        let (a, b) = (without.ray(uv, CENTER), without.ray(uv, [random.next() as f32, 0.9]));
+        let uv = [random.f64(), random.f64()];
+        let (a, b) = (without.ray(uv, CENTER), without.ray(uv, [random.f64() as f32, 0.9]));
         assert!(a.origin == b.origin && a.direction == b.direction && a.t_max == b.t_max);
         let p = a.origin + a.direction;
         assert_eq!(without.project_from(without.lens_point([0.1, 0.7]), p), without.project(p));
@@ -141,8 +141,8 @@ fn rays_through_a_lens_meet_in_focus() {
     let (mut widest, mut square) = (0f32, 0f32);
     let n = 1000;
     for _ in 0..n {
-        let uv = [random.next() * 1.4 - 0.2, random.next() * 1.4 - 0.2];
-        let u = [random.next() as f32, random.next() as f32];
+        let uv = [random.f64() * 1.4 - 0.2, random.f64() * 1.4 - 0.2];
+        let u = [random.f64() as f32, random.f64() as f32];
         let (ray, through) = (lens.ray(uv, u), hole.ray(uv, u));
         let at = |r: &pointillist::tracer::accel::Ray, depth: f32| {
             r.origin + r.direction * ((depth - z(r.origin)) / r.direction.dot(forward))

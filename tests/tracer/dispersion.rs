@@ -1,11 +1,12 @@
 //! Dispersion: rough and smooth glass at four wavelengths, all methods against each other, and its limits.
 
 use std::f64::consts::PI;
+use std::ops::Range;
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Vec3, Vec4};
 
-use crate::support::agreement::{Method, Plan, compare};
+use crate::support::agreement::{Method, PathReference, Plan};
 use crate::support::scenes::*;
 use pointillist::color::Xyz;
 use pointillist::scene::desc::*;
@@ -78,8 +79,8 @@ fn samples_are_the_values() {
         let mut parted = 0;
         for i in 0..20_000 {
             let bsdf = glass_at(turned(ETA, i % 4), alpha);
-            let wo = direction(random.unit() * 2.0 - 1.0, 0.3);
-            let Some(s) = bsdf.sample(wo, [random.unit(), random.unit()], random.unit()) else { continue };
+            let wo = direction(random.f32() * 2.0 - 1.0, 0.3);
+            let Some(s) = bsdf.sample(wo, [random.f32(), random.f32()], random.f32()) else { continue };
             assert!(!s.hero_only && s.weight.is_finite());
             let counts = bsdf.part(wo, s.wi).wavelength_mis.weight();
             assert!((1.0..=4.0).contains(&counts), "{counts}");
@@ -139,11 +140,12 @@ fn all_methods_agree() {
         ("floor beside smooth glass", floor, true),
     ] {
         println!("{name}");
+        let path = PathReference::new(&desc, PLAN);
         for method in [Method::Bidirectional, Method::Particle] {
             if method == Method::Particle && !seen_by_particles {
                 continue;
             }
-            let test = compare(&desc, method, PLAN);
+            let test = path.compare(method);
             let off = (test.mean_ratio - 1.0).abs();
             assert!(test.accepted >= 0.985 && test.mean_z2 < 2.0, "{name}, {method:?}: {test:?}");
             // Particles show smooth facets of glass seldom and strongly.
@@ -153,8 +155,8 @@ fn all_methods_agree() {
     }
 }
 
-/// Mean XYZ of a picture and its standard errors, from seeds that begin at `first`.
-fn mean_xyz(desc: &SceneDesc, method: Method, (first, seeds, paths): (u32, u32, u64)) -> [[f64; 3]; 2] {
+/// Mean XYZ of a picture by `paths` paths of each seed, and its standard errors.
+fn mean_xyz(desc: &SceneDesc, method: Method, seeds: Range<u32>, paths: u64) -> [[f64; 3]; 2] {
     // Also where nothing has a colour paths are to carry wavelengths here.
     let scene = Arc::new(Scene::prepare_general(desc).expect("valid"));
     let camera = Camera::of(desc).expect("valid");
@@ -175,8 +177,8 @@ fn mean_xyz(desc: &SceneDesc, method: Method, (first, seeds, paths): (u32, u32, 
         let share = camera as f64 / light as f64;
         [0, 1, 2].map(|k| (sum.camera[k] + share * sum.light[k]) / n)
     };
-    let pictures: Vec<_> = (first..first + seeds).map(picture).collect();
-    let r = f64::from(seeds);
+    let pictures: Vec<_> = seeds.map(picture).collect();
+    let r = pictures.len() as f64;
     let mean = [0, 1, 2].map(|k| pictures.iter().map(|p| p[k]).sum::<f64>() / r);
     let error = [0, 1, 2].map(|k| {
         let squares = pictures.iter().map(|p| (p[k] - mean[k]).powi(2)).sum::<f64>();
@@ -233,8 +235,8 @@ fn neutral_glass_stays_neutral() {
             // From both ends only the hero goes on where colours part: more noise to average.
             let single = method == Method::Path || name == "rough";
             let paths = if single { 1 << 15 } else { 1 << 17 };
-            let [neutral, error] = mean_xyz(&desc, method, (0, 16, 1 << 15));
-            let [other, other_error] = mean_xyz(&with(Ior::cauchy(1.5, 1e-5)), method, (50, 16, paths));
+            let [neutral, error] = mean_xyz(&desc, method, 0..16, 1 << 15);
+            let [other, other_error] = mean_xyz(&with(Ior::cauchy(1.5, 1e-5)), method, 50..66, paths);
             let z = [0, 1, 2].map(|k| (neutral[k] - other[k]) / error[k].hypot(other_error[k]));
             let [a, b] = [neutral, other].map(|v| lab(v.map(|c| c / neutral[1])));
             let delta = a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
@@ -244,8 +246,8 @@ fn neutral_glass_stays_neutral() {
             assert!(z.iter().all(|z| z.abs() < 4.0), "{name} {method:?}: {z:?}");
             assert!(delta < 0.1, "{name} {method:?}: ΔE {delta}");
             // Far below the precision of directions.
-            let [same, _] = mean_xyz(&with(Ior::Cauchy { a: 1.5, b: 1e-10 }), method, (0, 1, 1 << 10));
-            let [constant, _] = mean_xyz(&desc, method, (0, 1, 1 << 10));
+            let [same, _] = mean_xyz(&with(Ior::Cauchy { a: 1.5, b: 1e-10 }), method, 0..1, 1 << 10);
+            let [constant, _] = mean_xyz(&desc, method, 0..1, 1 << 10);
             assert_eq!(same, constant, "{name} {method:?}");
         }
     }

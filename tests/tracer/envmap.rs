@@ -31,7 +31,7 @@ fn sun((width, height): (usize, usize), at: (usize, usize), sky: f32) -> Arc<Emi
 /// Maps of all kinds: plain, uneven, with a sun at the seam, a pole, in the dark; of one, two and a few texels.
 fn maps() -> Vec<(&'static str, Arc<EmissionMap>)> {
     let mut random = Random(7);
-    let uneven: Vec<f32> = (0..9 * 6).map(|i| if i % 5 == 0 { 0.0 } else { random.next() as f32 }).collect();
+    let uneven: Vec<f32> = (0..9 * 6).map(|i| if i % 5 == 0 { 0.0 } else { random.f64() as f32 }).collect();
     vec![
         ("one texel", grey_map(1, &[2.0])),
         ("one column", grey_map(1, &[1.0, 0.0, 3.0])),
@@ -44,11 +44,6 @@ fn maps() -> Vec<(&'static str, Arc<EmissionMap>)> {
         ("sun at the upper pole", sun((7, 5), (2, 0), 0.0)),
         ("sun at the lower pole", sun((7, 5), (6, 4), 0.0)),
     ]
-}
-
-/// A random number of the kind that a path has.
-fn unit(random: &mut Random) -> f32 {
-    (random.next() * f64::from(1 << 24)).floor() as f32 / (1 << 24) as f32
 }
 
 const BINS: (usize, usize) = (24, 12);
@@ -93,7 +88,7 @@ fn the_density_is_that_of_what_is_sampled() {
         let mut counts = vec![0.0; expected.len()];
         let mut random = Random(11);
         for _ in 0..n {
-            let u = [unit(&mut random), unit(&mut random)];
+            let u = [random.f32(), random.f32()];
             let (wi, pdf) = light.sample_direction(u).expect("it shines");
             assert!(pdf == light.pdf_direction(wi) && pdf.0 > 0.0 && pdf.0.is_finite(), "{what}: {pdf:?}");
             assert!((wi.length() - 1.0).abs() < 1e-6);
@@ -150,8 +145,7 @@ fn estimates_have_the_right_mean_and_little_noise() {
         let (n, mut random) = (50_000, Random(5));
         let (mut total, mut square) = (0.0, 0.0);
         for _ in 0..n {
-            let (wi, pdf) =
-                light.sample_direction([unit(&mut random), unit(&mut random)]).expect("it shines");
+            let (wi, pdf) = light.sample_direction([random.f32(), random.f32()]).expect("it shines");
             let v = radiance(wi) / f64::from(pdf.0);
             (total, square) = (total + v, square + v * v);
         }

@@ -29,11 +29,11 @@ fn spawned_rays_do_not_hit_their_own_surface() {
             for (mesh, triangle) in kept.iter().zip(triangles.iter().flatten()) {
                 let mut alone = accel(&[*mesh]);
                 for _ in 0..100 {
-                    let (a, b) = (random.next() as f32, random.next() as f32);
+                    let (a, b) = (random.f64() as f32, random.f64() as f32);
                     let uv = if a + b > 1.0 { [1.0 - a, 1.0 - b] } else { [a, b] };
                     let point = triangle.point(uv);
                     // Every direction, also within 1e-6 of the plane.
-                    let grazing = if random.next() < 0.5 { 1.0 } else { 1e-6 };
+                    let grazing = if random.f64() < 0.5 { 1.0 } else { 1e-6 };
                     let tangent = random.direction().as_vec3();
                     let tangent = (tangent - triangle.n * tangent.dot(triangle.n)).normalize();
                     let d = (tangent + triangle.n * (random.direction().z as f32 * grazing)).normalize();
@@ -54,12 +54,12 @@ fn needles_are_left_for_good() {
     let mut naive = 0;
     for _ in 0..2000 {
         let (along, place) = (random.direction() * 5.0, random.direction() * 3.0);
-        let across = random.direction() * (0.005 + 5.0 * random.next().powi(6));
-        let mesh = [place, place + along, place + along * random.next() + across].map(|p| p.as_vec3());
+        let across = random.direction() * (0.005 + 5.0 * random.f64().powi(6));
+        let mesh = [place, place + along, place + along * random.f64() + across].map(|p| p.as_vec3());
         let Some(triangle) = Triangle::new(mesh) else { continue };
         let mut alone = accel(&[mesh]);
         for _ in 0..100 {
-            let (a, b) = (random.next() as f32, random.next() as f32);
+            let (a, b) = (random.f64() as f32, random.f64() as f32);
             let point = triangle.point(if a + b > 1.0 { [1.0 - a, 1.0 - b] } else { [a, b] });
             let d = random.direction().as_vec3();
             let o = pointillist::math::float::safe_origin(point.p, point.error, point.ng, d);
@@ -95,7 +95,7 @@ fn spawned_rays_leave_spheres_disks_and_squares() {
                 assert_eq!(ask_one(&mut spheres, spawn(&on_sphere, out)).0, None, "sphere {scale} {shift}");
                 let inwards = ask_one(&mut spheres, spawn(&on_sphere, -out)).0;
                 assert!(inwards.is_some(), "from inside the other side is hit");
-                let (x, y) = (random.next() as f32 - 0.5, random.next() as f32 - 0.5);
+                let (x, y) = (random.f64() as f32 - 0.5, random.f64() as f32 - 0.5);
                 assert_eq!(
                     ask_one(&mut disks, spawn(&disk.point_at(x, y), d)).0,
                     None,
@@ -103,7 +103,7 @@ fn spawned_rays_leave_spheres_disks_and_squares() {
                 );
                 let triangle = Triangle::new(halves[0]).expect("has an area");
                 // On the diagonal, where the other half is next.
-                let on_diagonal = triangle.point([0.0, random.next() as f32]);
+                let on_diagonal = triangle.point([0.0, random.f64() as f32]);
                 assert_eq!(
                     ask_one(&mut square, spawn(&on_diagonal, d)).0,
                     None,
@@ -123,7 +123,7 @@ fn a_near_second_surface_is_hit() {
     let lower = Triangle::new(face(1.0)).expect("has an area");
     let mut random = Random(5);
     for _ in 0..10_000 {
-        let point = lower.point([random.next() as f32 * 0.3 + 0.2, random.next() as f32 * 0.3 + 0.1]);
+        let point = lower.point([random.f64() as f32 * 0.3 + 0.2, random.f64() as f32 * 0.3 + 0.1]);
         let d = random.direction().as_vec3();
         let d = Vec3::new(d.x, d.y, d.z.abs() + 0.1).normalize();
         let spawn = |d| Ray::new(pointillist::math::float::safe_origin(point.p, point.error, point.ng, d), d);

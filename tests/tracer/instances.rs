@@ -153,7 +153,7 @@ fn hits_are_those_of_the_shapes_written_out() {
     let (mut met, mut differ, mut brushed) = (0, 0, 0);
     for _ in 0..60_000 {
         let target =
-            DVec3::new(random.next() * 10.0 - 5.0, random.next() * 8.0 - 4.0, random.next() * 3.0 - 1.0);
+            DVec3::new(random.f64() * 10.0 - 5.0, random.f64() * 8.0 - 4.0, random.f64() * 3.0 - 1.0);
         let origin = target + random.direction() * 12.0;
         let ray = Ray::new(origin.as_vec3(), (target - origin).normalize().as_vec3());
         let (a, b) = match (scene.closest(&ray), reference.closest(&ray)) {

@@ -65,7 +65,7 @@ fn trace<I: Integrator>(tracer: &I) -> Taken {
 }
 
 /// The first samples of a scene by one kernel.
-fn samples(desc: &SceneDesc, method: Method, (kernel, seed): (SimdKernel, u32)) -> Taken {
+fn samples(desc: &SceneDesc, method: Method, kernel: SimdKernel, seed: u32) -> Taken {
     let scene = Scene::prepare(desc).unwrap().walked_by(kernel).unwrap();
     assert_eq!((scene.kernel(), scene.accel().kernel()), (kernel, kernel));
     let camera = Camera::of(desc).unwrap();
@@ -86,7 +86,7 @@ fn available() -> impl Iterator<Item = SimdKernel> {
 #[track_caller]
 fn agree(name: &str, desc: &SceneDesc, methods: &[Method]) {
     for &method in methods {
-        let scalar = samples(desc, method, (SimdKernel::Scalar, 7));
+        let scalar = samples(desc, method, SimdKernel::Scalar, 7);
         let (count, lit) = (scalar.samples.len(), scalar.lit);
         // Every index has samples, and enough of them have met something and light.
         assert!(
@@ -94,7 +94,7 @@ fn agree(name: &str, desc: &SceneDesc, methods: &[Method]) {
             "{name}, {method:?}: {lit} of {count}"
         );
         for kernel in available().filter(|kernel| *kernel != SimdKernel::Scalar) {
-            let other = samples(desc, method, (kernel, 7));
+            let other = samples(desc, method, kernel, 7);
             let differs = scalar.samples.iter().zip(&other.samples).find(|(a, b)| a != b);
             assert!(differs.is_none(), "{name}, {method:?}: scalar and {}: {differs:?}", kernel.name());
             assert_eq!(other.samples.len(), count, "{name}, {method:?}: {}", kernel.name());
@@ -177,7 +177,7 @@ fn the_comparison_can_tell_samples_apart() {
     let desc = hills();
     let mut moved = desc.clone();
     moved.shapes[0].to_world.translation.z += 1e-5;
-    let of = |desc: &SceneDesc, seed| samples(desc, Method::Path, (SimdKernel::Scalar, seed)).samples;
+    let of = |desc: &SceneDesc, seed| samples(desc, Method::Path, SimdKernel::Scalar, seed).samples;
     let first = of(&desc, 7);
     assert!(first == of(&desc, 7) && first != of(&desc, 8) && first != of(&moved, 7));
 }

@@ -15,7 +15,7 @@ use pointillist::tracer::shape::{Sphere, Triangle};
 const EXTENT: Extent = Extent { center: Vec3::ZERO, radius: 10.0 };
 
 fn vec(r: &mut Random, half: f64) -> Vec3 {
-    (glam::DVec3::new(r.next(), r.next(), r.next()) * 2.0 - 1.0).as_vec3() * half as f32
+    (glam::DVec3::new(r.f64(), r.f64(), r.f64()) * 2.0 - 1.0).as_vec3() * half as f32
 }
 
 fn triangle(corners: [Vec3; 3]) -> Option<LightShape> {
@@ -24,12 +24,12 @@ fn triangle(corners: [Vec3; 3]) -> Option<LightShape> {
 
 /// A light of any kind but an environment, within 5 of the origin.
 fn any_light(r: &mut Random) -> LightShape {
-    let (p, size) = (vec(r, 5.0), 10f64.powf(r.next() * 3.0 - 2.5));
+    let (p, size) = (vec(r, 5.0), 10f64.powf(r.f64() * 3.0 - 2.5));
     let (a, b) = (vec(r, size), vec(r, size));
-    match (r.next() * 4.0) as u32 {
+    match (r.f64() * 4.0) as u32 {
         0 => LightShape::Point(PointLight { position: p }),
         1 => {
-            let inward = r.next() < 0.3;
+            let inward = r.f64() < 0.3;
             LightShape::Sphere(SphereLight::new(Sphere { center: p, radius: size as f32, inward }))
         }
         2 => LightShape::Parallelogram(ParallelogramLight::new(p, a, b, a.cross(b).normalize())),
@@ -45,7 +45,7 @@ fn lights(shapes: Vec<LightShape>, value: impl Fn(usize) -> f32) -> Lights {
 }
 
 fn lit(r: &mut Random) -> LitPoint {
-    LitPoint { p: vec(r, 6.0), n: r.direction().as_vec3(), through: r.next() < 0.25, glossy: false }
+    LitPoint { p: vec(r, 6.0), n: r.direction().as_vec3(), through: r.f64() < 0.25, glossy: false }
 }
 
 fn total(lights: &Lights, at: LitPoint) -> f64 {
@@ -67,7 +67,7 @@ fn sets() -> Vec<Lights> {
             if environment {
                 shapes.push(LightShape::Constant(ConstantLight));
             }
-            let values: Vec<f32> = shapes.iter().map(|_| 10f64.powf(r.next() * 6.0 - 3.0) as f32).collect();
+            let values: Vec<f32> = shapes.iter().map(|_| 10f64.powf(r.f64() * 6.0 - 3.0) as f32).collect();
             sets.push(lights(shapes, |i| values[i]));
         }
     }
@@ -94,7 +94,7 @@ fn samples_carry_the_probability_of_their_light() {
     for set in sets() {
         for _ in 0..3000 {
             let at = lit(&mut r);
-            let Some((light, sample)) = set.sample(at, r.next(), [r.unit(), r.unit()]) else { continue };
+            let Some((light, sample)) = set.sample(at, r.f64(), [r.f32(), r.f32()]) else { continue };
             let p = set.probability(light, at);
             assert!(p > 0.0 && sample.pdf.0 > 0.0 && sample.pdf.0 < f32::INFINITY, "{sample:?}");
             if sample.delta {
@@ -114,18 +114,18 @@ fn chi_squared_of_the_choice_among_spheres() {
     let mut r = Random(4);
     for n in [2, 16, 17, 500] {
         let sphere = |r: &mut Random| {
-            let radius = 0.02 + 0.1 * r.unit();
+            let radius = 0.02 + 0.1 * r.f32();
             LightShape::Sphere(SphereLight::new(Sphere { center: vec(r, 4.0), radius, inward: false }))
         };
         let shapes = (0..n).map(|_| sphere(&mut r)).collect();
-        let values: Vec<f32> = (0..n).map(|_| 0.1 + 10.0 * r.unit()).collect();
+        let values: Vec<f32> = (0..n).map(|_| 0.1 + 10.0 * r.f32()).collect();
         let set = lights(shapes, |i| values[i]);
         for _ in 0..5 {
             let at = LitPoint { p: vec(&mut r, 1.0) + Vec3::X * 6.0, ..lit(&mut r) };
             let samples = 200_000;
             let mut counts = vec![0; n];
             for _ in 0..samples {
-                let (light, sample) = set.sample(at, r.next(), [0.3, 0.6]).expect("seen from outside");
+                let (light, sample) = set.sample(at, r.f64(), [0.3, 0.6]).expect("seen from outside");
                 counts[light as usize] += 1;
                 let hit = pointillist::tracer::shape::SurfacePoint {
                     p: sample.target.expect("a surface"),
@@ -151,9 +151,9 @@ fn only_what_cannot_light_the_point_is_left_out() {
             let at = lit(&mut r);
             // Any light that a uniform choice of direction or point finds.
             let numbers = pointillist::tracer::sampler::LightNumbers {
-                choice: r.next(),
-                place: [r.unit(), r.unit()],
-                direction: [r.unit(), r.unit()],
+                choice: r.f64(),
+                place: [r.f32(), r.f32()],
+                direction: [r.f32(), r.f32()],
             };
             let Some(emission) = set.emit(&numbers) else { continue };
             if set.environment() == Some(emission.light) {
@@ -202,8 +202,8 @@ fn degenerate_lights_and_points() {
                         let sum = total(&set, at);
                         let bound = if n > 100 { 1e-5 } else { 1e-6 };
                         assert!((sum - 1.0).abs() < bound, "{n} × {shape:?}, {value}, {odd}: {sum} at {p}");
-                        for u in [0.0, r.next(), 1.0 - f64::EPSILON / 2.0] {
-                            if let Some((light, sample)) = set.sample(at, u, [r.unit(), r.unit()]) {
+                        for u in [0.0, r.f64(), 1.0 - f64::EPSILON / 2.0] {
+                            if let Some((light, sample)) = set.sample(at, u, [r.f32(), r.f32()]) {
                                 assert!(set.probability(light, at) > 0.0 && !sample.pdf.0.is_nan());
                             }
                         }
@@ -268,7 +268,7 @@ fn many_lights_are_chosen_by_what_they_bring() {
         let mut count = 0;
         while count < 20_000 {
             count += 1;
-            let Some((light, s)) = set.sample(at, r.next(), [0.5, 0.5]) else { continue };
+            let Some((light, s)) = set.sample(at, r.f64(), [0.5, 0.5]) else { continue };
             let value = s.wi.dot(at.n).max(0.0) / s.pdf.0;
             let p = set.probability(light, at);
             sum += f64::from(value);

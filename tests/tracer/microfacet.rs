@@ -124,7 +124,7 @@ fn visible_normals_are_chosen_by_their_density() {
                 let mut random = Random(seed as u64 + 1);
                 let mut counts = vec![0; RADII * TURNS];
                 for _ in 0..n {
-                    let m = microfacet.sample_visible(wo, [random.unit(), random.unit()]);
+                    let m = microfacet.sample_visible(wo, [random.f32(), random.f32()]);
                     assert!((m.length() - 1.0).abs() < 1e-5 && m.z >= 0.0, "{facets:?} {alpha:?} {wo}: {m}");
                     counts[cell(alpha, m)] += 1;
                 }

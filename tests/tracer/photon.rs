@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
 
-use crate::support::agreement::{Method, Plan, compare, measure};
+use crate::support::agreement::{Method, PathReference, Plan, measure};
 use crate::support::scenes::*;
 use crate::support::synthetic::{gather_in, render_all};
 use pointillist::scene::desc::*;
@@ -24,8 +24,8 @@ fn scene(name: &str) -> SceneDesc {
 }
 
 /// The pictures agree in their mean within `bias` (besides noise), and in `share` of the pixels.
-fn assert_within(desc: &SceneDesc, (plan, share): (Plan, f64), bias: f64) {
-    let test = compare(desc, Method::Photon, plan);
+fn assert_within(desc: &SceneDesc, plan: Plan, share: f64, bias: f64) {
+    let test = PathReference::new(desc, plan).compare(Method::Photon);
     let off = (test.mean_ratio - 1.0).abs();
     assert!(off <= 4.0 * test.mean_ratio_error + bias, "{test:?}");
     assert!(test.accepted >= share, "{test:?}");
@@ -35,18 +35,18 @@ fn assert_within(desc: &SceneDesc, (plan, share): (Plan, f64), bias: f64) {
 /// misses behind them.
 #[test]
 fn cornell_box() {
-    assert_within(&scene("cornell.xml"), (PLAN, 0.9), 0.006);
+    assert_within(&scene("cornell.xml"), PLAN, 0.9, 0.006);
 }
 
 #[test]
 fn glass_and_mirror() {
-    assert_within(&scene("cornell_spheres.xml"), (PLAN, 0.9), 0.01);
+    assert_within(&scene("cornell_spheres.xml"), PLAN, 0.9, 0.01);
 }
 
 /// Rough metal and rough glass spread nothing here: they are walked through from both ends.
 #[test]
 fn rough_metal_and_glass() {
-    assert_within(&scene("rough.xml"), (PLAN, 0.9), 0.02);
+    assert_within(&scene("rough.xml"), PLAN, 0.9, 0.02);
 }
 
 /// A floor under a sheet of glass of index 1, which changes nothing but that no light can be sampled through it: the
@@ -96,7 +96,7 @@ fn dispersion() {
         material(&mut desc, glass(Ior::named("sf11").or_else(|| Ior::named("bk7")).expect("a glass")));
     shape(&mut desc, sphere(DVec3::new(0.0, 0.0, 0.9), 0.9), DAffine3::IDENTITY, (flint, 0.0));
     environment(&mut desc);
-    assert_within(&desc, (PLAN, 0.9), 0.02);
+    assert_within(&desc, PLAN, 0.9, 0.02);
     // Ground so finely that wavelengths have parted as if it were smooth.
     let sf11 = Ior::named("sf11").expect("a named glass");
     let (int_ior, ext_ior) = (sf11, Ior::Constant(1.0));
@@ -110,7 +110,7 @@ fn dispersion() {
         roughness,
     };
     desc.bsdfs[1] = ground;
-    assert_within(&desc, (PLAN, 0.9), 0.02);
+    assert_within(&desc, PLAN, 0.9, 0.02);
 }
 
 /// A picture from another place finds the photons of the one before.
@@ -143,7 +143,7 @@ fn settings() {
         desc.integrator.max_depth = max_depth;
         desc.integrator.hide_emitters = hide_emitters;
         println!("{max_depth:?} {hide_emitters}");
-        assert_within(&desc, (plan, 0.8), 0.01);
+        assert_within(&desc, plan, 0.8, 0.01);
     }
 }
 

@@ -3,7 +3,8 @@
 use glam::Vec3;
 use pointillist::tracer::photon_map::Photon;
 
-use crate::photons::{Numbers, arrival};
+use crate::photons::arrival;
+use pointillist::math::random::Random;
 
 /// One photon, whatever it is.
 pub fn any_photon() -> Photon {
@@ -29,10 +30,10 @@ pub struct Case {
 
 /// Point sets that are hard for a tree which splits space.
 pub fn cases() -> Vec<Case> {
-    let mut r = Numbers(1);
+    let mut r = Random(1);
     let n = 3000;
     let tiny = f32::from_bits(1);
-    let mut make = |name, min: Vec3, max: Vec3, f: &mut dyn FnMut(&mut Numbers, usize) -> Vec3| Case {
+    let mut make = |name, min: Vec3, max: Vec3, f: &mut dyn FnMut(&mut Random, usize) -> Vec3| Case {
         name,
         min,
         max,
@@ -41,21 +42,21 @@ pub fn cases() -> Vec<Case> {
     let (zero, one) = (Vec3::ZERO, Vec3::ONE);
     let mut all = vec![
         make("random", zero, one, &mut |r, _| r.point()),
-        make("coincident in hundreds", zero, one, &mut |_, i| Numbers(i as u64 / 100).point()),
-        make("collinear, axis", zero, one, &mut |r, _| Vec3::new(0.3, r.unit(), 0.7)),
-        make("collinear, diagonal", zero, one, &mut |r, _| Vec3::splat(r.unit())),
+        make("coincident in hundreds", zero, one, &mut |_, i| Random(i as u64 / 100).point()),
+        make("collinear, axis", zero, one, &mut |r, _| Vec3::new(0.3, r.f32(), 0.7)),
+        make("collinear, diagonal", zero, one, &mut |r, _| Vec3::splat(r.f32())),
         make("collinear, slanted", zero, one, &mut |r, _| {
-            Vec3::new(0.1, 0.2, 0.3) + r.unit() * Vec3::new(0.7, 0.1, 0.5)
+            Vec3::new(0.1, 0.2, 0.3) + r.f32() * Vec3::new(0.7, 0.1, 0.5)
         }),
-        make("on one face", zero, one, &mut |r, _| Vec3::new(r.unit(), 1.0, r.unit())),
+        make("on one face", zero, one, &mut |r, _| Vec3::new(r.f32(), 1.0, r.f32())),
         make("on splitting planes", zero, one, &mut |r, _| (r.point() * 8.0).floor() / 8.0),
         make("one cell deep down", zero, one, &mut |r, _| Vec3::splat(0.3) + r.point() * 1e-6),
-        make("geometric towards a corner", zero, one, &mut |r, _| 2f32.powf(-140.0 * r.unit()) * r.point()),
+        make("geometric towards a corner", zero, one, &mut |r, _| 2f32.powf(-140.0 * r.f32()) * r.point()),
         make("outside the box", zero, one, &mut |r, _| r.point() * 40.0 - 20.0),
         make("denormal extent", zero, Vec3::splat(tiny * 1000.0), &mut |r, _| {
             (r.point() * 1000.0).floor() * tiny
         }),
-        make("flat box", zero, Vec3::new(1.0, 0.0, 1.0), &mut |r, _| Vec3::new(r.unit(), 0.0, r.unit())),
+        make("flat box", zero, Vec3::new(1.0, 0.0, 1.0), &mut |r, _| Vec3::new(r.f32(), 0.0, r.f32())),
         make("point box", one, one, &mut |_, _| one),
         make("far away", Vec3::splat(1e6), Vec3::splat(1e6 + 4.0), &mut |r, _| {
             Vec3::splat(1e6) + 4.0 * r.point()

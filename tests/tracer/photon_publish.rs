@@ -4,8 +4,9 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
 
-use crate::photons::{Numbers, arrival};
+use crate::photons::arrival;
 use glam::Vec3;
+use pointillist::math::random::Random;
 use pointillist::tracer::photon_map::{
     PhotonBatch, PhotonLayer, PhotonMap, QueryScratch, Schedule, Snapshot,
 };
@@ -15,10 +16,10 @@ const PATHS: u64 = 256;
 /// Light paths of zero to five photons, each a function of its number, which the flux carries.
 fn trace(paths: Range<u64>, batch: &mut PhotonBatch) {
     for path in paths {
-        let mut r = Numbers(path * 1000);
+        let mut r = Random(path * 1000);
         for _ in 0..path % 6 {
             let mark = path as f32 + 1.0;
-            let layer = if r.unit() < 0.2 { PhotonLayer::Caustic } else { PhotonLayer::Global };
+            let layer = if r.f32() < 0.2 { PhotonLayer::Caustic } else { PhotonLayer::Global };
             assert!(batch.push(layer, &arrival(r.point(), mark)));
         }
     }
@@ -38,7 +39,7 @@ fn answers(snapshot: &Snapshot) -> Vec<u32> {
             all.extend([photon.flux().0.x.to_bits(), distance2.to_bits()]);
         });
         for i in 0..50 {
-            let at = Numbers(77 + i).point();
+            let at = Random(77 + i).point();
             for near in forest.nearest(at, 0.5, 10, &mut scratch, |_| true) {
                 all.extend([forest.photon(near).flux().0.x.to_bits(), near.distance2.to_bits()]);
             }
@@ -179,7 +180,7 @@ fn samples_do_not_depend_on_the_number_of_threads() {
         let snapshot = map.wait(lookup.generations, trace);
         let forest = snapshot.layer(PhotonLayer::Global);
         let mut scratch = QueryScratch::default();
-        let at = Numbers(index + 5_000_000).point();
+        let at = Random(index + 5_000_000).point();
         let found = forest.nearest(at, lookup.radius, lookup.neighbours, &mut scratch, |_| true);
         found.iter().map(|n| forest.photon(n).flux().0.x * n.distance2).sum::<f32>().to_bits()
     };

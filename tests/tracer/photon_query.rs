@@ -3,8 +3,8 @@
 use std::cell::Cell;
 
 use crate::photon_cases::{Case, any_photon, by_loop, cases};
-use crate::photons::Numbers;
 use glam::Vec3;
+use pointillist::math::random::Random;
 use pointillist::tracer::photon_map::{
     Disc, Forest, LEAF, MAX_DEPTH, MortonGrid, Neighbour, QueryScratch, SortedPhotons,
 };
@@ -26,7 +26,7 @@ fn forest(case: &Case, generations: usize) -> Forest {
 
 /// Where to ask: at photons, near them, in the box, around it.
 fn places(case: &Case) -> Vec<Vec3> {
-    let mut r = Numbers(99);
+    let mut r = Random(99);
     let side = case.max - case.min;
     let mut all = vec![case.min, case.max, case.min * 0.5 + case.max * 0.5];
     for i in 0..12 {
@@ -124,7 +124,7 @@ fn a_million_photons_in_one_point() {
     let n = 1_000_000;
     let p = Vec3::new(0.3, 0.4, 0.5);
     let mut points = vec![p; n];
-    points.extend((0..1000).map(|i| Numbers(i).point()));
+    points.extend((0..1000).map(|i| Random(i).point()));
     let case = Case { name: "million", min: Vec3::ZERO, max: Vec3::ONE, points };
     let forest = forest(&case, 3);
     for tree in forest.trees() {
@@ -158,8 +158,8 @@ fn density_of_the_nearest_is_unbiased() {
     let mut scratch = QueryScratch::default();
     let (mut sum, mut sum2) = (0.0, 0.0);
     for map in 0..maps {
-        let mut r = Numbers(1000 + map);
-        let points = (0..per_map).map(|_| Vec3::new(r.unit(), r.unit(), 0.0)).collect();
+        let mut r = Random(1000 + map);
+        let points = (0..per_map).map(|_| Vec3::new(r.f32(), r.f32(), 0.0)).collect();
         let case = Case { name: "even", min: Vec3::ZERO, max: Vec3::new(1.0, 1.0, 0.0), points };
         let forest = forest(&case, 3);
         let at = Vec3::new(0.5, 0.5, 0.0);

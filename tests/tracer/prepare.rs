@@ -92,8 +92,8 @@ fn sample_and_pdf_are_pairs() {
     let mut random = Random(9);
     let mut seen = [0; 5];
     for _ in 0..20_000 {
-        let u = [random.next() as f32, random.next() as f32];
-        let Some((light, sample)) = scene.lights().sample(lit, random.next(), u) else { continue };
+        let u = [random.f64() as f32, random.f64() as f32];
+        let Some((light, sample)) = scene.lights().sample(lit, random.f64(), u) else { continue };
         let hit = scene.closest(&Ray::new(lit.p, sample.wi));
         if hit.and_then(|h| h.light) != sample.target.map(|_| light) {
             continue; // Another light in front, or the last ulp of an edge.

@@ -1,17 +1,11 @@
 //! The sequence NX8: its check values, its quality parameter by linear algebra, and what the sampler makes of it.
 
+use pointillist::math::bits::mix;
 use pointillist::tracer::Sampler;
 use pointillist::tracer::sampler::nx8::{columns, point};
 use pointillist::tracer::sampler::scramble::{BlockKey, owen};
 use pointillist::tracer::sampler::tables::{first_block, padded_block, point_reversed, reversed_halves};
 use pointillist::tracer::sampler::{unit_f32, unit_f64};
-
-fn mix(index: u64) -> u64 {
-    let mut z = index.wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
-}
 
 /// Figures computed by an independent program from the same definition.
 #[test]

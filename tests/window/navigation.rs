@@ -2,17 +2,14 @@
 
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 use pointillist::client::window::navigation::{Gesture, Pose};
+use pointillist::math::random::Random;
 
-/// A small generator (SplitMix64), so that failures repeat.
-struct Random(u64);
+/// Random poses and gestures.
+struct RandomMoves(Random);
 
-impl Random {
+impl RandomMoves {
     fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+        self.0.f64()
     }
 
     fn within(&mut self, reach: f64) -> f64 {
@@ -61,7 +58,7 @@ fn assert_near(a: &Pose, b: &Pose, bound: f64) {
 
 #[test]
 fn the_transform_goes_there_and_back() {
-    let mut random = Random(1);
+    let mut random = RandomMoves(Random(1));
     for _ in 0..2000 {
         let pose = random.pose();
         let matrix = pose.to_world();
@@ -120,7 +117,7 @@ fn the_scene_follows_the_cursor_when_orbiting() {
 
 #[test]
 fn orbiting_and_looking_keep_the_distance_and_never_turn_over() {
-    let mut random = Random(2);
+    let mut random = RandomMoves(Random(2));
     for _ in 0..300 {
         let start = random.pose();
         let mut pose = start;
@@ -153,7 +150,7 @@ fn at_the_pole_a_sideways_drag_still_turns_and_nothing_jumps() {
 
 #[test]
 fn panning_keeps_the_point_under_the_cursor() {
-    let mut random = Random(3);
+    let mut random = RandomMoves(Random(3));
     for _ in 0..1000 {
         let pose = random.pose();
         let shape = DVec2::new(0.5 + random.unit(), 0.5 + random.unit());
@@ -172,7 +169,7 @@ fn panning_keeps_the_point_under_the_cursor() {
 
 #[test]
 fn dolly_is_inverted_and_never_passes_the_target() {
-    let mut random = Random(4);
+    let mut random = RandomMoves(Random(4));
     for _ in 0..500 {
         let pose = random.pose();
         let steps = random.within(40.0);
@@ -212,7 +209,7 @@ fn focus_puts_the_point_in_the_middle() {
 
 #[test]
 fn a_power_of_two_scales_every_move_exactly() {
-    let mut random = Random(5);
+    let mut random = RandomMoves(Random(5));
     for _ in 0..200 {
         let start = random.pose();
         for exponent in [-20, 20] {
@@ -234,7 +231,7 @@ fn a_power_of_two_scales_every_move_exactly() {
 
 #[test]
 fn hostile_poses_and_gestures_change_nothing_or_stay_usable() {
-    let mut random = Random(6);
+    let mut random = RandomMoves(Random(6));
     let odd = [f64::NAN, f64::INFINITY, -f64::INFINITY, 1e308, -1e300, 1e-308, 0.0, 1e6];
     for _ in 0..3000 {
         let mut pick = || odd[(random.unit() * odd.len() as f64) as usize];

@@ -3,12 +3,13 @@
 use crate::headless_panel::{Panel, controls, picture, place, readout, texts};
 use egui::{Event, Shape, pos2, vec2};
 use pointillist::client::settings::{
-    Adaptation, Dither, Glare, Kernel, Masking, Output, Reconstruction, Settings, SplatFilter, ToneCurve,
-    View,
+    Adaptation, ColorOutput, DisplayView, Dither, Glare, Masking, Reconstruction, ReconstructionKernel,
+    Settings, SplatFilter, ToneCurve,
 };
 use pointillist::client::window::action::Action;
 use pointillist::client::window::panel::{DEFAULT_TARGET, MapChoice, PanelControls, PanelData};
 use pointillist::color::Profile;
+use pointillist::math::random::Random;
 
 #[test]
 fn pictures_on_demand() {
@@ -85,13 +86,9 @@ fn choices_and_resets_change_the_settings() {
 
 #[test]
 fn untouched_values_stay_bit_for_bit() {
-    let mut state = 7u64;
-    let mut next = |n: u64| {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 33) % n
-    };
+    let mut random = Random(7);
     for round in 0..60 {
-        let mut float = |reach: f32| next(1 << 20) as f32 / (1 << 20) as f32 * reach;
+        let mut float = |reach: f32| random.f32() * reach;
         let settings = Settings {
             // Beyond what the sliders reach, too: the command line allows it.
             vm: float(40.0),
@@ -100,18 +97,18 @@ fn untouched_values_stay_bit_for_bit() {
             gamma: float(9.0),
             glare: (round % 2 == 0)
                 .then(|| Glare { adaptation: Adaptation::Scotopic, view_angle: float(200.0) }),
-            view: [View::Picture, View::CameraVariance, View::LightVariance][round % 3],
+            view: [DisplayView::Picture, DisplayView::CameraVariance, DisplayView::LightVariance][round % 3],
             masking: [Masking::LowPass, Masking::Bilateral][round % 2],
             reconstruction: [Reconstruction::CatmullRom, Reconstruction::Mipmap, Reconstruction::None]
                 [round % 3],
-            kernel: Kernel { taps: 2 + round as u32 % 7, exponent: round as u32 % 5 },
+            kernel: ReconstructionKernel { taps: 2 + round as u32 % 7, exponent: round as u32 % 5 },
             curve: [ToneCurve::AgX, ToneCurve::PbrNeutral][round % 2],
             profile: Profile {
                 name: if round % 4 == 0 { "mine.icc" } else { "rec2020" }.to_string(),
                 ..Profile::srgb()
             },
             dither: [Dither::Ordered, Dither::BlueNoise][round % 2],
-            output: [Output::Sdr, Output::ScRgb, Output::Hdr10][round % 3],
+            output: [ColorOutput::Sdr, ColorOutput::ScRgb, ColorOutput::Hdr10][round % 3],
         };
         let mut controls = PanelControls {
             settings: settings.clone(),

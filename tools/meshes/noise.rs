@@ -1,35 +1,14 @@
-//! Random numbers and gradient noise. Source of the noise: Perlin, *Improving Noise* (2002), with a hash for the table.
+//! Random directions and gradient noise. Source of the noise: Perlin, *Improving Noise* (2002), with a hash for the table.
 
 use glam::{Vec3, vec3};
 
-/// A sequence of random numbers; `SplitMix64` of Steele, Lea and Flood (2014).
-pub struct Random(pub u64);
+pub use pointillist::math::random::Random;
 
-impl Random {
-    /// The next 64 bits.
-    pub fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    /// The next number in [0, 1).
-    pub fn unit(&mut self) -> f32 {
-        (self.bits() >> 40) as f32 / (1u32 << 24) as f32
-    }
-
-    /// The next number in [lo, hi).
-    pub fn within(&mut self, lo: f32, hi: f32) -> f32 {
-        lo + (hi - lo) * self.unit()
-    }
-
-    /// A direction, uniform on the sphere.
-    pub fn direction(&mut self) -> Vec3 {
-        let (z, angle) = (self.within(-1.0, 1.0), self.within(0.0, std::f32::consts::TAU));
-        let r = (1.0 - z * z).sqrt();
-        vec3(r * angle.cos(), z, r * angle.sin())
-    }
+/// A direction, uniform on the sphere.
+pub fn direction(random: &mut Random) -> Vec3 {
+    let (z, angle) = (random.within(-1.0, 1.0), random.within(0.0, std::f32::consts::TAU));
+    let r = (1.0 - z * z).sqrt();
+    vec3(r * angle.cos(), z, r * angle.sin())
 }
 
 /// Slope of the noise at a corner of the lattice, times the offset from it.

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use glam::{Mat3, Quat, Vec3, vec3};
 
 use super::Part;
-use super::noise::{Random, fractal};
+use super::noise::{Random, direction, fractal};
 
 /// The unit sphere as an icosahedron whose triangles were quartered `level` times: 20 · 4^level triangles.
 pub fn icosphere(level: u32) -> (Vec<Vec3>, Vec<[u32; 3]>) {
@@ -56,8 +56,8 @@ pub fn boulder(
     size: f32,
     random: &mut Random,
 ) {
-    let planes: Vec<(Vec3, f32)> = (0..11).map(|_| (random.direction(), random.within(0.55, 0.95))).collect();
-    let place = random.direction() * 50.0;
+    let planes: Vec<(Vec3, f32)> = (0..11).map(|_| (direction(random), random.within(0.55, 0.95))).collect();
+    let place = direction(random) * 50.0;
     let axis = vec3(random.within(-0.35, 0.35), 1.0, random.within(-0.35, 0.35)).normalize();
     let turn = Mat3::from_quat(Quat::from_axis_angle(axis, random.within(0.0, std::f32::consts::TAU)));
     let stretch = vec3(random.within(0.85, 1.3), random.within(0.55, 0.95), random.within(0.75, 1.1));

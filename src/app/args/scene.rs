@@ -50,7 +50,7 @@ pub struct SceneArgs {
 
     /// Splat filter [default: what the scene asks for, else gaussian].
     #[arg(long, value_name = "KIND")]
-    pub filter: Option<FilterArg>,
+    pub filter: Option<SplatFilter>,
 
     /// Vulkan device by index or part of its name, or `cpu` for none [default: the best there is].
     #[arg(long, value_name = "NAME|INDEX|cpu")]
@@ -85,27 +85,6 @@ impl From<SimdArg> for SimdKernel {
             SimdArg::Scalar => SimdKernel::Scalar,
             SimdArg::Avx2 => SimdKernel::Avx2,
             SimdArg::Avx512 => SimdKernel::Avx512,
-        }
-    }
-}
-
-/// `--filter`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum FilterArg {
-    /// Windowed Gaussian, 5×5 texels.
-    Gaussian,
-    /// Tent of radius 1.
-    Tent,
-    /// Exactly one texel.
-    Box,
-}
-
-impl From<FilterArg> for SplatFilter {
-    fn from(filter: FilterArg) -> Self {
-        match filter {
-            FilterArg::Gaussian => SplatFilter::Gaussian,
-            FilterArg::Tent => SplatFilter::Tent,
-            FilterArg::Box => SplatFilter::Box,
         }
     }
 }

@@ -6,8 +6,9 @@ use std::time::Duration;
 use clap::{Args, ValueEnum};
 
 use super::display::DisplayArgs;
-use super::scene::{FilterArg, SimdArg};
+use super::scene::SimdArg;
 use super::values::seconds;
+use crate::client::SplatFilter;
 use crate::scene::desc::IntegratorKind;
 
 /// Options of `pointillist study`.
@@ -59,7 +60,7 @@ pub struct StudyArgs {
 
     /// Splat filter [default: box, so that pixels compare with those of other programs].
     #[arg(long, value_name = "KIND", default_value = "box")]
-    pub filter: FilterArg,
+    pub filter: SplatFilter,
 
     /// Tracer threads [default: one per core].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]

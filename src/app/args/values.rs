@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::Duration;
 
-use crate::client::Kernel;
+use crate::client::ReconstructionKernel;
 use crate::color::{Profile, icc};
 
 /// Value of `--max-depth`; `None` is unlimited.
@@ -71,7 +71,7 @@ pub(super) fn error(text: &str) -> Result<f64, String> {
 }
 
 /// The reconstruction's radius and the exponent of its window, `2.5,8` or `1.5,none`.
-pub(super) fn kernel(text: &str) -> Result<Kernel, String> {
+pub(super) fn kernel(text: &str) -> Result<ReconstructionKernel, String> {
     let (radius, exponent) = text.split_once(',').unwrap_or((text, "8"));
     let taps = radius.trim().parse::<f32>().ok().map(|radius| 2.0 * radius);
     let taps = taps.filter(|taps| taps.fract() == 0.0 && (2.0..=8.0).contains(taps));
@@ -79,7 +79,8 @@ pub(super) fn kernel(text: &str) -> Result<Kernel, String> {
         "none" => Some(0),
         number => number.parse::<u32>().ok().filter(|exponent| (1..=64).contains(exponent)),
     };
-    let kernel = taps.zip(exponent).map(|(taps, exponent)| Kernel { taps: taps as u32, exponent });
+    let kernel =
+        taps.zip(exponent).map(|(taps, exponent)| ReconstructionKernel { taps: taps as u32, exponent });
     kernel.ok_or_else(|| {
         "expected a radius of 1 to 4 texels in halves and an exponent of 1 to 64 or none, such as 2.5,8"
             .to_string()
@@ -169,9 +170,9 @@ mod tests {
 
     #[test]
     fn kernels_are_a_radius_and_a_window() {
-        assert_eq!(kernel("2.5,8"), Ok(Kernel::default()));
-        assert_eq!(kernel("1.5, none"), Ok(Kernel { taps: 3, exponent: 0 }));
-        assert_eq!(kernel("4"), Ok(Kernel { taps: 8, exponent: 8 }));
+        assert_eq!(kernel("2.5,8"), Ok(ReconstructionKernel::default()));
+        assert_eq!(kernel("1.5, none"), Ok(ReconstructionKernel { taps: 3, exponent: 0 }));
+        assert_eq!(kernel("4"), Ok(ReconstructionKernel { taps: 8, exponent: 8 }));
         for bad in ["", ",", "0.5", "2.4", "4.5,8", "nan", "2,0", "2,65", "2,-1", "2,8,8", "1e9,8"] {
             assert!(kernel(bad).is_err(), "{bad:?} was accepted");
         }

@@ -7,7 +7,7 @@ use clap::Args;
 use super::display::DisplayArgs;
 use super::scene::SceneArgs;
 use super::values::{count, positive};
-use crate::client::Output;
+use crate::client::ColorOutput;
 
 /// Options of `pointillist view`.
 #[derive(Args, Debug)]
@@ -46,7 +46,7 @@ pub struct ViewArgs {
 
     /// Colours of the window, where the display offers them.
     #[arg(long, value_name = "KIND", default_value = "sdr")]
-    pub hdr: HdrArg,
+    pub hdr: ColorOutput,
 
     /// For tests: the device is lost after this many frames; given again, the one after it, too.
     #[arg(long, value_name = "N", hide = true)]
@@ -63,26 +63,4 @@ pub struct ViewArgs {
     /// Write figures of the session as JSON when the window closes; `-` is standard output.
     #[arg(long, value_name = "FILE|-")]
     pub json: Option<PathBuf>,
-}
-
-/// `--hdr`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum HdrArg {
-    /// 8 bits.
-    Sdr,
-    /// Linear half floats.
-    Scrgb,
-    /// Rec.2020 with PQ, 10 bits.
-    Hdr10,
-}
-
-impl HdrArg {
-    /// What the picture is encoded for.
-    pub fn output(self) -> Output {
-        match self {
-            Self::Sdr => Output::Sdr,
-            Self::Scrgb => Output::ScRgb,
-            Self::Hdr10 => Output::Hdr10,
-        }
-    }
 }

@@ -12,7 +12,7 @@ use crate::app::run_spec::RunSpec;
 use crate::app::timings::TimingCapture;
 use crate::client::film::VulkanFilm;
 use crate::client::{BATCH_CAPACITY, Settings};
-use crate::gpu::{Access, Format, Gpu, Image, ImageDesc, Inventory, Load, Target, TimingRows};
+use crate::gpu::{Access, Attachment, Gpu, Image, ImageDesc, Inventory, TexelFormat, TimingRows};
 use crate::server::{Priority, Server};
 use crate::stream::{Block, DrainOrder, Epoch, Lanes};
 use crate::tracer::{Camera, Scene};
@@ -81,7 +81,7 @@ pub fn run(
     server.set_tracing(capture.is_some());
     let window = film.spec().window();
     let extent = [film.spec().width, film.spec().height];
-    let make = |name| Image::new(gpu, ImageDesc { name, format: Format::Rgba32F, extent, mips: false });
+    let make = |name| Image::new(gpu, ImageDesc { name, format: TexelFormat::Rgba32F, extent, mips: false });
     let copy = [make("copy source").into_diagnostic()?, make("copy target").into_diagnostic()?];
     let measured = Measured { threads, ..Measured::default() };
     let (ends, sums) = Default::default();
@@ -151,7 +151,7 @@ impl Loop<'_> {
         if number == 0 {
             // Memory that was never written may not be there.
             cmd.access(source, Access::ColorWrite);
-            cmd.rendering(&[Target { image: source, level: 0, load: Load::Clear }], |_| ());
+            cmd.rendering(&[Attachment::cleared(source)], |_| ());
         }
         cmd.scope("copy").copy_levels(source, target, &[[0, 0]]);
         let end = frame.submit().into_diagnostic()?;

@@ -5,7 +5,7 @@ use miette::Result;
 use crate::app::bench::Measured;
 use crate::app::plan::PlannedEffect;
 use crate::client::Settings;
-use crate::client::listed::Listed;
+use crate::client::effect_list::ClientEffect;
 use crate::gpu::Inventory;
 use crate::scene::desc::IntegratorKind;
 
@@ -24,7 +24,8 @@ pub fn charge(
     let base = measure(settings, kind)?;
     let all = time_of(&base, |_| true);
     for entry in plan {
-        let Some(Listed { passes, changes, images, can_switch, .. }) = entry.listed else { continue };
+        let Some(listed) = &entry.listed else { continue };
+        let &ClientEffect { passes, changes, images, can_switch, .. } = listed;
         let other = match entry.name {
             "light-stream" if !entry.on => Some(measure(settings, IntegratorKind::Bidirectional)?),
             // The variance comes with what reads it.

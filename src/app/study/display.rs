@@ -11,7 +11,8 @@ use crate::app::bench;
 use crate::app::process;
 use crate::app::run_spec::RunSpec;
 use crate::client::{
-    FilmSpec, Glare, Kernel, Masking, Reconstruction, Settings, SplatFilter, Summation, VarianceForm,
+    FilmSpec, Glare, Masking, Reconstruction, ReconstructionKernel, Settings, SplatFilter, Summation,
+    VarianceForm,
 };
 use crate::image::compare::rel_mse;
 use crate::study::Interval;
@@ -127,7 +128,7 @@ fn settings(stage: &Stage) -> Vec<Setting> {
     for (name, taps, exponent) in KERNELS {
         let settings = Settings {
             reconstruction: Reconstruction::Gaussian,
-            kernel: Kernel { taps, exponent },
+            kernel: ReconstructionKernel { taps, exponent },
             ..usual.clone()
         };
         add("kernel", name, &settings, plain, settings == usual);

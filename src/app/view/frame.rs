@@ -8,8 +8,7 @@ use crate::app::tell;
 use crate::app::view::Viewer;
 use crate::app::view::screen::{Screen, is_device_lost};
 use crate::client::pacing::FramePlan;
-use crate::client::{ClientError, FilmSpec, Output};
-use crate::gpu::ColorOutput;
+use crate::client::{ClientError, ColorOutput, FilmSpec, OptionNames};
 
 /// How soon the loop looks again while the device or first samples are waited for.
 const SOON: Duration = Duration::from_millis(1);
@@ -225,14 +224,14 @@ impl Viewer {
         let settings = &mut self.panel.controls_mut().settings;
         let wanted = settings.output;
         let Some(swapchain) = self.picture.screen_mut().and_then(Screen::swapchain) else { return };
-        if swapchain.set_output(colors(wanted)) || wanted == Output::Sdr {
+        if swapchain.set_output(wanted) || wanted == ColorOutput::Sdr {
             return;
         }
-        let offered: Vec<_> = swapchain.outputs().into_iter().map(words).collect();
+        let offered: Vec<_> = swapchain.outputs().iter().map(ColorOutput::label).collect();
         swapchain.set_output(ColorOutput::Sdr);
-        settings.output = Output::Sdr;
+        settings.output = ColorOutput::Sdr;
         self.picture.request_repaint();
-        let (wanted, offered) = (words(colors(wanted)), offered.join(", "));
+        let (wanted, offered) = (wanted.label(), offered.join(", "));
         self.say(format!(
             "warning: no {wanted} on this display, which offers {offered}; the window has 8 bits"
         ));
@@ -272,21 +271,5 @@ impl Viewer {
             self.outcome = Err(error);
         }
         self.quit = true;
-    }
-}
-
-fn colors(output: Output) -> ColorOutput {
-    match output {
-        Output::Sdr => ColorOutput::Sdr,
-        Output::ScRgb => ColorOutput::ScRgb,
-        Output::Hdr10 => ColorOutput::Hdr10,
-    }
-}
-
-fn words(output: ColorOutput) -> &'static str {
-    match output {
-        ColorOutput::Sdr => "8 bits",
-        ColorOutput::ScRgb => "scRGB",
-        ColorOutput::Hdr10 => "HDR10",
     }
 }

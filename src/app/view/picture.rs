@@ -14,9 +14,9 @@ use crate::app::run_spec::RunSpec;
 use crate::app::view::screen::Screen;
 use crate::app::view::session::RenderSession;
 use crate::client::film::VulkanFilm;
-use crate::client::kept::Kept;
 use crate::client::pacing::{FramePlan, Pacer, Situation};
 use crate::client::reference::ReferenceFilm;
+use crate::client::retained::RetainedSamples;
 use crate::client::window::host::PanelDrawing;
 use crate::client::{BATCH_CAPACITY, Client, ClientError, FilmCounts, FilmSpec, Settings};
 use crate::gpu::{FrameNumber, Gpu, Readiness};
@@ -56,7 +56,7 @@ pub struct LivePicture {
     /// The window with the film; `None` until the window is open.
     screen: Option<Screen>,
     /// The samples of the present epoch, for films to come.
-    kept: Kept,
+    kept: RetainedSamples,
     pacer: Pacer,
     /// Watches the error, where the render is divided into replicates.
     observer: Option<Observer>,
@@ -87,7 +87,7 @@ impl LivePicture {
         let now = Instant::now();
         Ok(Self {
             screen: None,
-            kept: Kept::default(),
+            kept: RetainedSamples::default(),
             pacer: Pacer::new(budget.unwrap_or(DEFAULT_BUDGET)),
             observer: run.replicated.then(observe).transpose()?,
             last_edit: now,
@@ -276,7 +276,7 @@ impl LivePicture {
     /// Decides what this frame does.
     pub fn plan(&mut self, session: &RenderSession, now: Instant) -> FramePlan {
         let run = session.run_spec();
-        if self.film().is_some_and(VulkanFilm::has_arrived) {
+        if self.film().is_some_and(VulkanFilm::is_background_ready) {
             self.repaint = true;
         }
         let (last, samples) = (&self.last_repaint, self.samples());

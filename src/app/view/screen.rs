@@ -6,13 +6,12 @@ use std::time::Duration;
 use raw_window_handle::{HasDisplayHandle, HasWindowHandle, RawDisplayHandle, RawWindowHandle};
 use winit::window::Window;
 
+use crate::client::background::BackgroundPolicy;
 use crate::client::film::VulkanFilm;
-use crate::client::later::Patience;
 use crate::client::window::host::PanelDrawing;
+use crate::client::window::panel_renderer::PanelRenderer;
 use crate::client::{ClientError, FilmSpec, Settings};
-use crate::gpu::{
-    DeviceChoice, DeviceKind, FrameNumber, Gpu, GpuError, GpuOptions, Overlay, Readiness, Swapchain,
-};
+use crate::gpu::{DeviceChoice, DeviceKind, FrameNumber, Gpu, GpuError, GpuOptions, Readiness, Swapchain};
 
 /// Losses that are simulated, so that tests see what follows.
 #[derive(Clone, Debug, Default)]
@@ -34,7 +33,7 @@ struct DeviceObjects {
 pub struct Screen {
     /// `None` after a device was lost for good.
     objects: Option<DeviceObjects>,
-    overlay: Option<Overlay>,
+    overlay: Option<PanelRenderer>,
     choice: DeviceChoice,
     window: Arc<Window>,
     /// The last frame that was handed over.
@@ -221,7 +220,7 @@ impl Screen {
     ///
     /// # Errors
     ///
-    /// As [`VulkanFilm::paint`], [`Overlay::draw`] and [`Swapchain::present`].
+    /// As [`VulkanFilm::paint`], [`PanelRenderer::draw`] and [`Swapchain::present`].
     pub fn show(
         &mut self,
         settings: &Settings,
@@ -243,7 +242,7 @@ impl Screen {
         if let Some(panel) = panel {
             let overlay = match &mut self.overlay {
                 Some(overlay) => overlay,
-                empty => empty.insert(Overlay::new(swapchain)?),
+                empty => empty.insert(PanelRenderer::new(swapchain)?),
             };
             let textures = std::mem::take(&mut panel.textures);
             overlay.draw(swapchain, &mut frame, textures, &panel.primitives, panel.pixels_per_point)?;
@@ -259,7 +258,11 @@ fn new_film(gpu: &Arc<Gpu>, spec: FilmSpec, exact: bool) -> Result<VulkanFilm, C
     let mut film = VulkanFilm::new(gpu.clone(), spec)?;
     // Where the device is the processor, glare at full resolution takes longer than a frame may.
     let hurry = gpu.info().kind == DeviceKind::Cpu && !exact;
-    film.set_patience(if hurry { Patience::Hurry } else { Patience::Ask });
+    film.set_background_policy(if hurry {
+        BackgroundPolicy::BackgroundCoarse
+    } else {
+        BackgroundPolicy::Background
+    });
     Ok(film)
 }
 

@@ -20,7 +20,7 @@ use crate::app::view::session::RenderSession;
 use crate::app::view::{ViewOptions, Viewer};
 use crate::app::{load, method, process, tell, timings};
 use crate::client::Settings;
-use crate::client::later;
+use crate::client::background;
 use crate::client::window::panel::{DEFAULT_TARGET, MapChoice, PanelControls};
 use crate::color::Profile;
 use crate::gpu::{self, DeviceChoice};
@@ -56,7 +56,7 @@ pub fn view(args: &ViewArgs) -> Result<()> {
     }
     let outcome = viewer.finish();
     // Threads that a closed film has left must not be inside the driver when the program ends.
-    later::finish();
+    background::join_abandoned();
     outcome
 }
 
@@ -115,7 +115,7 @@ fn prepare(args: &ViewArgs, outputs: Outputs) -> Result<Viewer> {
     let settings = args.display.settings();
     let controls = PanelControls {
         own_profile: Some(settings.profile.clone()).filter(|p| Profile::named(&p.name).is_none()),
-        settings: Settings { output: args.hdr.output(), ..settings },
+        settings: Settings { output: args.hdr, ..settings },
         filter: run.film.filter,
         visible: !args.no_panel,
         help: false,

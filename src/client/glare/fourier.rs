@@ -10,12 +10,12 @@ use rayon::prelude::*;
 use rustfft::num_complex::Complex32;
 use rustfft::{Fft, FftPlanner};
 
-use crate::client::glare::kernel::Kernel;
+use crate::client::glare::kernel::GlareKernel;
 
 /// The transform along one axis.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Axis {
-    /// Pixels of the picture.
+pub struct FourierAxis {
+    /// PixelIntegrator of the picture.
     pub pixels: usize,
     /// Length `m` of each half of the transform: at least `pixels`, a product of 2, 3 and 5.
     pub half: usize,
@@ -23,7 +23,7 @@ pub struct Axis {
     pub radices: Vec<u32>,
 }
 
-impl Axis {
+impl FourierAxis {
     /// The shortest transform for this many pixels, at least 1.
     pub fn new(pixels: usize) -> Self {
         let lengths = [1, 3, 5, 9, 15].map(|odd| odd * pixels.div_ceil(odd).next_power_of_two());
@@ -72,7 +72,7 @@ impl Axis {
 ///
 /// It is real and even, so the frequencies `0 ..= half` of either axis are kept: `[plane][kx][ky]`, with one plane
 /// where all channels are equal and three otherwise. `None` without memory for it.
-pub fn spectrum(kernel: &Kernel, [across, down]: [&Axis; 2]) -> Option<Vec<f32>> {
+pub fn spectrum(kernel: &GlareKernel, [across, down]: [&FourierAxis; 2]) -> Option<Vec<f32>> {
     let planes = if kernel.chromatic { 3 } else { 1 };
     let (columns, rows) = (across.half + 1, down.half + 1);
     let mut planner = FftPlanner::new();
@@ -82,9 +82,9 @@ pub fn spectrum(kernel: &Kernel, [across, down]: [&Axis; 2]) -> Option<Vec<f32>>
     let scale = 1.0 / (across.length() as f32 * down.length() as f32);
     for (plane, result) in result.chunks_exact_mut(columns * rows).enumerate() {
         let value = |x: usize, y: usize| kernel.quadrant.at(x, y)[plane];
-        even_pairs(&mut by_row, columns, (across.pixels, &fft_x), value);
+        even_pairs(&mut by_row, columns, across.pixels, &fft_x, value);
         let value = |y: usize, kx: usize| by_row[y * columns + kx] * scale;
-        even_pairs(result, rows, (down.pixels, &fft_y), value);
+        even_pairs(result, rows, down.pixels, &fft_y, value);
     }
     Some(result)
 }
@@ -95,7 +95,8 @@ pub fn spectrum(kernel: &Kernel, [across, down]: [&Axis; 2]) -> Option<Vec<f32>>
 fn even_pairs(
     out: &mut [f32],
     count: usize,
-    (pixels, fft): (usize, &Arc<dyn Fft<f32>>),
+    pixels: usize,
+    fft: &Arc<dyn Fft<f32>>,
     value: impl Fn(usize, usize) -> f32 + Sync,
 ) {
     let length = fft.len();
@@ -132,10 +133,10 @@ mod tests {
         for (pixels, half) in
             [(1, 1), (2, 2), (3, 3), (33, 36), (512, 512), (1080, 1152), (1920, 1920), (4096, 4096)]
         {
-            assert_eq!(Axis::new(pixels).half, half, "{pixels} pixels");
+            assert_eq!(FourierAxis::new(pixels).half, half, "{pixels} pixels");
         }
         for pixels in 1..=5000 {
-            let axis = Axis::new(pixels);
+            let axis = FourierAxis::new(pixels);
             assert!(axis.half >= pixels && axis.half * 4 <= pixels * 5, "{pixels} pixels: {}", axis.half);
             assert_eq!(axis.radices.iter().product::<u32>() as usize, axis.half);
             assert!(axis.radices.len() <= 8 || pixels > 4096, "{:?}", axis.radices);
@@ -145,10 +146,10 @@ mod tests {
     /// The stages in the order that the shader runs them, against the definition.
     #[test]
     fn places_have_the_frequencies_that_the_stages_leave() {
-        let axis = Axis { pixels: 60, half: 60, radices: vec![3, 5, 4] };
+        let axis = FourierAxis { pixels: 60, half: 60, radices: vec![3, 5, 4] };
         assert_eq!(axis.frequencies()[..3], [0, 15, 30]);
         for pixels in [1, 7, 24, 45, 240, 1152] {
-            let mut all = Axis::new(pixels).frequencies();
+            let mut all = FourierAxis::new(pixels).frequencies();
             all.sort_unstable();
             assert!(all.iter().enumerate().all(|(i, f)| *f as usize == i), "{pixels} pixels");
         }

@@ -2,18 +2,17 @@
 
 use rayon::prelude::*;
 
-use crate::client::glare::profile::Profile;
-use crate::client::glare::quadrature::{GAUSS_4, add, integrate, integrate_pixel};
+use crate::client::glare::point_spread::GlareProfile;
 use crate::client::settings::Glare;
 use crate::image::Grid;
 
 /// Largest angle that the picture's width may fill, degrees: it is seen in a plane.
 pub const MAX_VIEW_ANGLE: f32 = 170.0;
 
-/// What a pixel scatters to every other one, for pictures of one extent.
+/// The light that a pixel scatters to every other one, for pictures of one extent.
 ///
 /// Offsets reach over the whole picture both ways. The kernel is even in both directions, so one quadrant is kept.
-pub struct Kernel {
+pub struct GlareKernel {
     /// Parts of the light of pixel 0 that pixel `(x, y)` gets, for X, Y, Z; over all offsets, of either sign, they
     /// sum to 1.
     pub quadrant: Grid<[f32; 3]>,
@@ -24,15 +23,15 @@ pub struct Kernel {
     pub chromatic: bool,
 }
 
-impl Kernel {
+impl GlareKernel {
     /// The kernel for pictures of `width` × `height` pixels, both at least 1; `None` without memory for it.
     ///
     /// Angles are those of a plane that is seen perpendicularly at the centre of the picture: `tan θ = r · t`, with
-    /// `t` the tangent that a pixel spans there. Pixels take their part of solid angle, `cos³θ t²`.
+    /// `t` the tangent that a pixel spans there. PixelIntegrator take their part of solid angle, `cos³θ t²`.
     pub fn new([width, height]: [usize; 2], glare: &Glare) -> Option<Self> {
-        let profile = Profile::new(glare.adaptation);
+        let profile = GlareProfile::new(glare.adaptation);
         let angle = glare.view_angle.clamp(1e-3, MAX_VIEW_ANGLE);
-        let pixels = Pixels {
+        let pixels = PixelIntegrator {
             profile: &profile,
             tangent: 2.0 * (f64::from(angle).to_radians() / 2.0).tan() / width as f64,
         };
@@ -62,14 +61,14 @@ impl Kernel {
     }
 }
 
-/// The profile seen in a picture.
-struct Pixels<'a> {
-    profile: &'a Profile,
+/// Integrates the profile over the pixels of a picture.
+struct PixelIntegrator<'a> {
+    profile: &'a GlareProfile,
     /// Tangent of the angle that a pixel spans at the centre.
     tangent: f64,
 }
 
-impl Pixels<'_> {
+impl PixelIntegrator<'_> {
     /// Light per pixel at `r` pixels from the source.
     fn density(&self, r: f64) -> [f64; 3] {
         let tan = r * self.tangent;
@@ -168,4 +167,64 @@ fn gains(sums: &Grid<[f32; 3]>, whole: [f32; 3]) -> Option<Grid<[f32; 3]>> {
         }
     });
     Some(gain)
+}
+
+/// Nodes on `[−1, 1]` and weights of the Gauss–Legendre rule with 2 points (Abramowitz and Stegun, table 25.4): exact for
+/// cubics.
+const GAUSS_2: [(f64, f64); 2] = [(-0.577_350_269_189_625_8, 1.0), (0.577_350_269_189_625_8, 1.0)];
+
+/// The same with 4 points: exact up to degree 7.
+const GAUSS_4: [(f64, f64); 4] = [
+    (-0.861_136_311_594_052_6, 0.347_854_845_137_453_85),
+    (-0.339_981_043_584_856_26, 0.652_145_154_862_546_2),
+    (0.339_981_043_584_856_26, 0.652_145_154_862_546_2),
+    (0.861_136_311_594_052_6, 0.347_854_845_137_453_85),
+];
+
+/// `∫_a^b f` for three functions at once, 4 points on each of `panels` equal parts.
+fn integrate([a, b]: [f64; 2], panels: usize, f: impl Fn(f64) -> [f64; 3]) -> [f64; 3] {
+    let half = 0.5 * (b - a) / panels as f64;
+    let mut sum = [0.0; 3];
+    for panel in 0..panels {
+        let middle = a + (2 * panel + 1) as f64 * half;
+        for (node, weight) in GAUSS_4 {
+            add(&mut sum, f(middle + node * half), weight * half);
+        }
+    }
+    sum
+}
+
+/// `∬ f(x, y)` over the square of side 1 about `center`, 2×2 points on each of `n × n` equal parts.
+fn integrate_pixel(center: [f64; 2], n: usize, f: impl Fn(f64, f64) -> [f64; 3]) -> [f64; 3] {
+    let half = 0.5 / n as f64;
+    let at = |origin: f64, part: usize, node: f64| origin - 0.5 + ((2 * part + 1) as f64 + node) * half;
+    let mut sum = [0.0; 3];
+    for (row, column) in (0..n * n).map(|i| (i / n, i % n)) {
+        for (v, _) in GAUSS_2 {
+            for (u, _) in GAUSS_2 {
+                add(&mut sum, f(at(center[0], column, u), at(center[1], row, v)), half * half);
+            }
+        }
+    }
+    sum
+}
+
+/// `sum += weight · value`.
+fn add(sum: &mut [f64; 3], value: [f64; 3], weight: f64) {
+    for (sum, value) in sum.iter_mut().zip(value) {
+        *sum += weight * value;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn polynomials_are_exact() {
+        let [a, b, c] = integrate([1.0, 3.0], 1, |x| [x.powi(7), x, 1.0]);
+        assert!((a - 820.0).abs() < 1e-10 && (b - 4.0).abs() < 1e-13 && (c - 2.0).abs() < 1e-13);
+        let [a, b, _] = integrate_pixel([2.0, 1.0], 3, |x, y| [x * x * y, 1.0, 0.0]);
+        assert!((a - (4.0 + 1.0 / 12.0)).abs() < 1e-13 && (b - 1.0).abs() < 1e-13);
+    }
 }

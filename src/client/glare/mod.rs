@@ -5,10 +5,8 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | [`components`] | the published components f₀ … f₃ and their mixtures, per steradian |
-//! | [`profile`] | the mixture seen by X, Y and Z: integrated over wavelength with the 1931 observer |
+//! | [`point_spread`] | the published components f₀ … f₃, their mixtures, and the function that X, Y and Z see |
 //! | [`kernel`] | the profile integrated over pixels, normalised; how much of it stays in the picture |
-//! | [`quadrature`] | the rules of integration that the kernel is made with |
 //! | [`fourier`] | lengths of transforms, order of their results, spectrum of a kernel |
 //!
 //! **In XYZ.** Each channel has a kernel of its own: f₃, the lenticular halo, has a radius proportional to wavelength,
@@ -19,13 +17,11 @@
 //! **At the border.** What every pixel scatters is scaled so that all of it stays in the picture: energy is preserved
 //! whatever the picture shows at its border, nothing wraps around to the other side, and no border darkens for want of
 //! light from beyond it. Hence pixel `p` becomes `Σ_q K(p − q) · g(q) · I(q)` with `g(q) = 1 / Σ_p K(p − q)` over the
-//! pixels `p` of the picture ([`kernel::Kernel::gain`]).
+//! pixels `p` of the picture ([`kernel::GlareKernel::gain`]).
 
-pub mod components;
 pub mod fourier;
 pub mod kernel;
-pub mod profile;
-pub mod quadrature;
+pub mod point_spread;
 
-pub use fourier::{Axis, spectrum};
-pub use kernel::Kernel;
+pub use fourier::{FourierAxis, spectrum};
+pub use kernel::GlareKernel;

@@ -3,35 +3,35 @@
 use std::sync::Arc;
 
 use crate::client::layout::BilateralPush;
+use crate::client::pass::ShaderVariants;
 use crate::client::pass::images::StreamImages;
-use crate::client::pass::{Variants, fullscreen, texels};
 use crate::client::reference::bilateral::STAGES;
-use crate::gpu::{
-    Access, Cmd, Format, Gpu, GpuError, Image, ImageDesc, Load, Pipeline, Sampler, Target, Texture,
-};
+use crate::gpu::{Access, Attachment, Cmd, Gpu, GpuError, Image, ImageDesc, TexelFormat, Texture};
 
 /// Averages the sums of a stream over neighbours whose difference the variance explains, in three stages.
 ///
 /// Reads: all levels of `color` and `variance` of the stream. Writes: images of its own, of level 0's extent.
-#[derive(Default)]
 pub struct BilateralPass {
-    errors: Variants<bool>,
-    stages: Variants<(bool, u32)>,
+    gpu: Arc<Gpu>,
+    /// Constants: whether the stream is summed.
+    errors: ShaderVariants,
+    /// Constants: whether the stream is summed, and the stage.
+    stages: ShaderVariants,
     /// Camera and light, made when they are filtered first.
-    images: [Option<Scratch>; 2],
+    images: [Option<BilateralImages>; 2],
 }
 
-/// Sums and squared errors, each twice: a stage reads the one and writes the other.
-struct Scratch {
+/// Sums and squared errors, each twice: a stage reads one and writes the other.
+struct BilateralImages {
     sums: [Image; 2],
     errors: [Image; 2],
 }
 
-impl Scratch {
+impl BilateralImages {
     fn new(gpu: &Arc<Gpu>, extent: [u32; 2]) -> Result<Self, GpuError> {
         let make = |name, format| Image::new(gpu, ImageDesc { name, format, extent, mips: false });
-        let sums = |name| make(name, Format::Rgba32F);
-        let errors = |name| make(name, Format::R32F);
+        let sums = |name| make(name, TexelFormat::Rgba32F);
+        let errors = |name| make(name, TexelFormat::R32F);
         Ok(Self {
             sums: [sums("bilateral sums 0")?, sums("bilateral sums 1")?],
             errors: [errors("bilateral errors 0")?, errors("bilateral errors 1")?],
@@ -39,73 +39,66 @@ impl Scratch {
     }
 }
 
+/// Index of the image that the last stage writes.
+const RESULT: usize = STAGES as usize % 2;
+
 impl BilateralPass {
-    /// Filters stream `i`, 0 the camera's and 1 the light's; [`filtered`](Self::filtered) is the result.
+    /// A pass without pipelines.
+    pub fn new(gpu: &Arc<Gpu>) -> Self {
+        let push_bytes = size_of::<BilateralPush>();
+        Self {
+            gpu: gpu.clone(),
+            errors: ShaderVariants::new(gpu, "bilateral_error.frag", push_bytes, 2),
+            stages: ShaderVariants::new(gpu, "bilateral.frag", push_bytes, 4),
+            images: [None, None],
+        }
+    }
+
+    /// Filters a stream; `summed` for the light stream. [`filtered`](Self::filtered) is the result.
     ///
     /// # Errors
     ///
     /// [`GpuError::Call`] naming the pipeline, [`GpuError::Memory`] for the images.
     pub fn record(
         &mut self,
-        gpu: &Arc<Gpu>,
         cmd: &mut Cmd<'_>,
-        (i, stream): (usize, &mut StreamImages),
+        stream: &StreamImages,
+        summed: bool,
         push: &BilateralPush,
     ) -> Result<(), GpuError> {
-        let summed = i == 1;
-        let scratch = match &mut self.images[i] {
+        let images = match &mut self.images[usize::from(summed)] {
             Some(images) => images,
-            empty => empty.insert(Scratch::new(gpu, stream.color.sums().extent(0))?),
+            empty => empty.insert(BilateralImages::new(&self.gpu, stream.color.sums().extent(0))?),
         };
         let cmd = &mut cmd.scope("bilateral");
-        let (color, variance) = (stream.color.sums(), stream.variance_sums());
-        let all = |image| Texture { image, level: None, sampler: Sampler::Trilinear };
-        let pipeline = self.errors.get(summed, || make_errors(gpu, summed))?;
+        let color = stream.color.sums();
+        let all = [color, stream.variance_sums()].map(Texture::trilinear);
         let push = bytemuck::bytes_of(push);
-        cmd.access(&mut scratch.errors[0], Access::ColorWrite);
-        cmd.rendering(&[target(&scratch.errors[0])], |cmd| {
-            cmd.bind(pipeline, push, &[all(color), all(variance)]);
-            cmd.draw_fullscreen();
-        });
+        let BilateralImages { sums, errors } = images;
+        let pipeline = self.errors.get(&[u32::from(summed)], &[TexelFormat::R32F])?;
+        cmd.access(&mut errors[0], Access::ColorWrite);
+        cmd.draw_fullscreen(pipeline, push, &all, &[Attachment::whole(&errors[0])]);
         for stage in 0..STAGES {
             let (old, new) = (stage as usize % 2, 1 - stage as usize % 2);
-            let pipeline = self.stages.get((summed, stage), || make_stage(gpu, summed, stage))?;
-            cmd.access(&mut scratch.errors[old], Access::Sampled);
-            cmd.access(&mut scratch.errors[new], Access::ColorWrite);
+            let formats = [TexelFormat::Rgba32F, TexelFormat::R32F];
+            let pipeline = self.stages.get(&[u32::from(summed), stage], &formats)?;
+            cmd.access(&mut errors[old], Access::Sampled);
+            cmd.access(&mut errors[new], Access::ColorWrite);
             if stage > 0 {
-                cmd.access(&mut scratch.sums[old], Access::Sampled);
+                cmd.access(&mut sums[old], Access::Sampled);
             }
-            cmd.access(&mut scratch.sums[new], Access::ColorWrite);
-            let sums = if stage == 0 { color } else { &scratch.sums[old] };
-            cmd.rendering(&[target(&scratch.sums[new]), target(&scratch.errors[new])], |cmd| {
-                let read = [texels(sums), texels(&scratch.errors[old]), all(color), all(variance)];
-                cmd.bind(pipeline, push, &read);
-                cmd.draw_fullscreen();
-            });
+            cmd.access(&mut sums[new], Access::ColorWrite);
+            let read = if stage == 0 { color } else { &sums[old] };
+            let textures = [Texture::texels(read), Texture::texels(&errors[old]), all[0], all[1]];
+            let attachments = [Attachment::whole(&sums[new]), Attachment::whole(&errors[new])];
+            cmd.draw_fullscreen(pipeline, push, &textures, &attachments);
         }
-        cmd.access(&mut scratch.sums[RESULT], Access::Sampled);
+        cmd.access(&mut sums[RESULT], Access::Sampled);
         Ok(())
     }
 
-    /// The filtered sums of stream `i`, ready to be sampled.
-    pub fn filtered(&self, i: usize) -> Option<&Image> {
-        self.images[i].as_ref().map(|images| &images.sums[RESULT])
+    /// The filtered sums of the camera's or the light's stream, ready to be sampled.
+    pub fn filtered(&self, summed: bool) -> Option<&Image> {
+        self.images[usize::from(summed)].as_ref().map(|images| &images.sums[RESULT])
     }
-}
-
-/// Which image the last stage writes.
-const RESULT: usize = STAGES as usize % 2;
-
-fn target(image: &Image) -> Target<'_> {
-    Target { image, level: 0, load: Load::Discard }
-}
-
-fn make_errors(gpu: &Arc<Gpu>, summed: bool) -> Result<Pipeline, GpuError> {
-    let frag = ("bilateral_error.frag", &[u32::from(summed)][..]);
-    fullscreen(gpu, frag, size_of::<BilateralPush>(), 2, &[Format::R32F])
-}
-
-fn make_stage(gpu: &Arc<Gpu>, summed: bool, stage: u32) -> Result<Pipeline, GpuError> {
-    let frag = ("bilateral.frag", &[u32::from(summed), stage][..]);
-    fullscreen(gpu, frag, size_of::<BilateralPush>(), 4, &[Format::Rgba32F, Format::R32F])
 }

@@ -1,12 +1,12 @@
-//! Adds a batch image to the accumulator, as two floats (stability.md P6): fp32 blending alone stands still at 2^24.
+//! Adds a batch image to the accumulator, as two floats: a sum of one `f32` stands still at 2^24 unit weights.
 
 use std::sync::Arc;
 
 use crate::client::layout::FoldPush;
-use crate::client::pass::images::{Accumulator, BatchImages, Deviations};
-use crate::client::pass::{fullscreen, texels};
+use crate::client::pass::fullscreen;
+use crate::client::pass::images::{AccumulatorImages, BatchImages};
 use crate::client::settings::{FilmSpec, Summation};
-use crate::gpu::{Access, Cmd, Format, Gpu, GpuError, Load, Pipeline, Target};
+use crate::gpu::{Cmd, Gpu, GpuError, Pipeline, TexelFormat};
 
 /// Folds the colour of a batch.
 ///
@@ -27,41 +27,21 @@ impl FoldPass {
             Summation::TwoFloat => ("fold.frag", 2),
             Summation::Plain => ("fold_plain.frag", 1),
         };
-        let targets = &[Format::Rgba32F; 3][..floats + usize::from(means)];
-        let constants = [spec.batch_slots(), u32::from(means)];
-        let pipeline =
-            fullscreen(gpu, (shader, &constants), size_of::<FoldPush>(), floats as u32 + 1, targets)?;
-        Ok(Self { pipeline })
+        let formats = &[TexelFormat::Rgba32F; 3][..floats + usize::from(means)];
+        let frag = (shader, &[spec.batch_slots(), u32::from(means)][..]);
+        Ok(Self { pipeline: fullscreen(gpu, frag, size_of::<FoldPush>(), floats as u32 + 1, formats)? })
     }
 
     /// Adds `batch.color` to `sums`; both the old and the new sums are there afterwards.
     pub fn record(
         &self,
         cmd: &mut Cmd<'_>,
-        sums: &mut Accumulator,
+        sums: &mut AccumulatorImages,
         batch: &mut BatchImages,
         push: &FoldPush,
     ) {
+        let means = batch.deviations.as_mut().map(|deviations| &mut deviations.means);
         let cmd = &mut cmd.scope("fold");
-        let mut images = sums.flip();
-        for image in &mut images.old {
-            cmd.access_levels(image, 0..1, Access::Sampled);
-        }
-        for image in &mut images.new {
-            cmd.access_levels(image, 0..1, Access::ColorWrite);
-        }
-        cmd.access(&mut batch.color, Access::Sampled);
-        if let Some(Deviations { means, .. }) = &mut batch.deviations {
-            cmd.access(means, Access::ColorWrite);
-        }
-        let target = |image| Target { image, level: 0, load: Load::Discard };
-        let mut targets: Vec<_> = images.new.iter().map(|image| target(&**image)).collect();
-        targets.extend(batch.deviations.as_ref().map(|d| target(&d.means)));
-        cmd.rendering(&targets, |cmd| {
-            let mut read: Vec<_> = images.old.iter().map(|image| texels(image)).collect();
-            read.push(texels(&batch.color));
-            cmd.bind(&self.pipeline, bytemuck::bytes_of(push), &read);
-            cmd.draw_fullscreen();
-        });
+        sums.fold(cmd, &self.pipeline, bytemuck::bytes_of(push), &mut batch.color, means);
     }
 }

@@ -2,51 +2,51 @@
 
 use std::sync::Arc;
 
+use crate::client::background::{BackgroundPolicy, BackgroundTask};
 use crate::client::error::ClientError;
-use crate::client::glare::{Axis, Kernel, spectrum};
-use crate::client::later::{Later, Patience};
+use crate::client::glare::{FourierAxis, GlareKernel, spectrum};
 use crate::client::layout::GlarePush;
 use crate::client::settings::Glare;
 use crate::gpu::{
-    Access, Binding, Buffer, BufferUse, Cmd, ComputeDesc, ComputePipeline, Gpu, GpuError, Image,
+    Access, Buffer, BufferUse, Cmd, ComputeDesc, ComputePipeline, Gpu, GpuError, Image, StorageBinding,
 };
 
-/// Most stages of a transform.
+/// Largest number of stages of a transform.
 const STAGES: usize = 8;
 
-/// The picture as an eye sees it that scatters light. Nothing is made before the first [`record`](Self::record).
+/// Adds the light that the observer's eye scatters. Nothing is made before the first [`record`](Self::record).
 ///
 /// Reads and writes: the picture. Three passes: rows to frequencies, columns times kernel, rows back; one workgroup
 /// transforms one line in shared memory. Cost depends on the picture's extent alone.
-#[derive(Default)]
 pub struct GlarePass {
-    made: Option<Made>,
-    under_way: Option<(Key, Later<Result<Made, ClientError>>)>,
+    gpu: Arc<Gpu>,
+    convolution: Option<GlareConvolution>,
+    under_way: Option<(GlareKey, BackgroundTask<Result<GlareConvolution, ClientError>>)>,
 }
 
 /// Extent of the picture and state of the eye.
-type Key = ([u32; 2], Glare);
+type GlareKey = ([u32; 2], Glare);
 
-/// What depends on both.
-struct Made {
-    key: Key,
-    tables: Tables,
-    pipelines: Arc<Pipelines>,
+/// Tables and shaders of the convolution for one picture and one eye.
+struct GlareConvolution {
+    key: GlareKey,
+    tables: GlareTables,
+    shaders: Arc<GlareShaders>,
 }
 
-/// The shaders for these lengths.
-struct Pipelines {
+/// The shaders for transforms of these lengths.
+struct GlareShaders {
     halves: [usize; 2],
     rows: ComputePipeline,
     columns: ComputePipeline,
     back: ComputePipeline,
 }
 
-/// What the shaders read and write.
-struct Tables {
+/// The buffers that the shaders read and write.
+struct GlareTables {
     extent: [u32; 2],
-    axes: [Axis; 2],
-    /// Twiddles and places of either axis.
+    axes: [FourierAxis; 2],
+    /// Twiddle factors and places of the frequencies, of either axis.
     lines: [Buffer; 2],
     gain: Buffer,
     /// Spectrum of each channel's kernel; a single one where they are equal.
@@ -56,9 +56,14 @@ struct Tables {
 }
 
 impl GlarePass {
-    /// Adds glare to the picture, in place; `picture` was made by [`Image::storage`]. What depends on its extent and on
-    /// `glare` is made when either changes: at once, or in the background, and then until it is there the picture gets
-    /// the glare of before, or none where its extent is another.
+    /// A pass without a convolution.
+    pub fn new(gpu: &Arc<Gpu>) -> Self {
+        Self { gpu: gpu.clone(), convolution: None, under_way: None }
+    }
+
+    /// Adds glare to the picture, in place; `picture` was made by [`Image::storage`]. The convolution is made when the
+    /// picture's extent or `glare` changes, at once or in the background as `policy` says; until it is ready the picture
+    /// gets the glare of before, or none where its extent is another.
     ///
     /// # Errors
     ///
@@ -66,72 +71,74 @@ impl GlarePass {
     /// into the memory that a workgroup shares, or a channel into a buffer.
     pub fn record(
         &mut self,
-        gpu: &Arc<Gpu>,
         cmd: &mut Cmd<'_>,
         picture: &mut Image,
-        (glare, patience): (&Glare, Patience),
+        glare: &Glare,
+        policy: BackgroundPolicy,
     ) -> Result<(), ClientError> {
         let extent = picture.extent(0);
-        self.make(gpu, (extent, *glare), patience)?;
-        if let Some(made) = self.made.as_ref().filter(|made| made.key.0 == extent) {
-            made.pipelines.record(&mut cmd.scope("glare"), &made.tables, picture);
+        self.make((extent, *glare), policy)?;
+        if let Some(convolution) = self.convolution.as_ref().filter(|made| made.key.0 == extent) {
+            convolution.shaders.record(&mut cmd.scope("glare"), &convolution.tables, picture);
         }
         Ok(())
     }
 
-    /// True while something is made in the background.
-    pub fn awaits(&self) -> bool {
+    /// Whether a convolution is being made in the background.
+    pub fn is_under_way(&self) -> bool {
         self.under_way.is_some()
     }
 
-    /// True when something that was made in the background is there to be shown.
-    pub fn has_arrived(&self) -> bool {
-        self.under_way.as_ref().is_some_and(|(_, later)| later.is_there())
+    /// Whether a convolution that was made in the background is ready to be used.
+    pub fn is_ready(&self) -> bool {
+        self.under_way.as_ref().is_some_and(|(_, task)| task.is_ready())
     }
 
-    /// Makes what `key` needs, or sees to it that it is being made.
-    fn make(&mut self, gpu: &Arc<Gpu>, key: Key, patience: Patience) -> Result<(), ClientError> {
-        let ready = |later: &Later<_>| patience == Patience::Wait || later.is_there();
-        if self.made.as_ref().is_some_and(|made| made.key == key) {
+    /// Makes the convolution for `key`, or starts to make it.
+    fn make(&mut self, key: GlareKey, policy: BackgroundPolicy) -> Result<(), ClientError> {
+        let block = policy == BackgroundPolicy::Block;
+        let ready = |task: &BackgroundTask<_>| block || task.is_ready();
+        if self.convolution.as_ref().is_some_and(|made| made.key == key) {
             self.under_way = None;
-        } else if let Some((_, later)) = self.under_way.take_if(|(k, later)| *k == key && ready(later))
-            && let Some(made) = later.wait()
+        } else if let Some((_, task)) = self.under_way.take_if(|(k, task)| *k == key && ready(task))
+            && let Some(made) = task.wait()
         {
-            self.made = Some(made?);
-        } else if patience == Patience::Wait {
-            (self.made, self.under_way) = (Some(Made::new(gpu, key, self.pipelines())?), None);
-        } else if self.under_way.as_ref().is_none_or(|(_, later)| later.is_there()) {
-            // One at a time: while a slider moves, what it passes by is not made.
-            let (device, pipelines) = (gpu.clone(), self.pipelines());
-            match Later::begin(move || Made::new(&device, key, pipelines)) {
-                Some(later) => self.under_way = Some((key, later)),
-                None => self.made = Some(Made::new(gpu, key, self.pipelines())?),
+            self.convolution = Some(made?);
+        } else if block {
+            self.convolution = Some(GlareConvolution::new(&self.gpu, key, self.shaders())?);
+            self.under_way = None;
+        } else if self.under_way.as_ref().is_none_or(|(_, task)| task.is_ready()) {
+            // One at a time: while a slider moves, its intermediate values are skipped.
+            let (device, shaders) = (self.gpu.clone(), self.shaders());
+            match BackgroundTask::start(move || GlareConvolution::new(&device, key, shaders)) {
+                Some(task) => self.under_way = Some((key, task)),
+                None => self.convolution = Some(GlareConvolution::new(&self.gpu, key, self.shaders())?),
             }
         }
         Ok(())
     }
 
-    fn pipelines(&self) -> Option<Arc<Pipelines>> {
-        self.made.as_ref().map(|made| made.pipelines.clone())
+    fn shaders(&self) -> Option<Arc<GlareShaders>> {
+        self.convolution.as_ref().map(|made| made.shaders.clone())
     }
 }
 
-impl Made {
-    /// `old` is used again where the lengths are the same.
-    fn new(gpu: &Arc<Gpu>, key: Key, old: Option<Arc<Pipelines>>) -> Result<Self, ClientError> {
-        let tables = Tables::new(gpu, key.0, &key.1)?;
+impl GlareConvolution {
+    /// `old` shaders are used again where the lengths are the same.
+    fn new(gpu: &Arc<Gpu>, key: GlareKey, old: Option<Arc<GlareShaders>>) -> Result<Self, ClientError> {
+        let tables = GlareTables::new(gpu, key.0, &key.1)?;
         let halves = [tables.axes[0].half, tables.axes[1].half];
-        let pipelines = match old.filter(|old| old.halves == halves) {
+        let shaders = match old.filter(|old| old.halves == halves) {
             Some(old) => old,
-            None => Arc::new(Pipelines::new(gpu, &tables.axes)?),
+            None => Arc::new(GlareShaders::new(gpu, &tables.axes)?),
         };
-        Ok(Self { key, tables, pipelines })
+        Ok(Self { key, tables, shaders })
     }
 }
 
-impl Pipelines {
-    fn new(gpu: &Arc<Gpu>, [across, down]: &[Axis; 2]) -> Result<Self, GpuError> {
-        let make = |shader, axis: &Axis, images: &[bool]| {
+impl GlareShaders {
+    fn new(gpu: &Arc<Gpu>, [across, down]: &[FourierAxis; 2]) -> Result<Self, GpuError> {
+        let make = |shader, axis: &FourierAxis, images: &[bool]| {
             let mut constants = [1; STAGES + 1];
             constants[0] = axis.half as u32;
             constants[1..=axis.radices.len()].copy_from_slice(&axis.radices);
@@ -146,35 +153,36 @@ impl Pipelines {
         })
     }
 
-    fn record(&self, cmd: &mut Cmd<'_>, tables: &Tables, picture: &mut Image) {
+    fn record(&self, cmd: &mut Cmd<'_>, tables: &GlareTables, picture: &mut Image) {
         let pairs = tables.extent[1].div_ceil(2);
         let push = |channel| GlarePush { extent: tables.extent, channel };
-        let lines = tables.lines.each_ref().map(Binding::Buffer);
-        let work = tables.work.each_ref().map(Binding::Buffer);
+        let lines = tables.lines.each_ref().map(StorageBinding::Buffer);
+        let work = tables.work.each_ref().map(StorageBinding::Buffer);
         cmd.access(picture, Access::Storage);
         cmd.storage_in_turn();
         for (channel, work) in (0..).zip(work) {
-            let bindings = [lines[0], Binding::Image(picture), Binding::Buffer(&tables.gain), work];
+            let bindings =
+                [lines[0], StorageBinding::Image(picture), StorageBinding::Buffer(&tables.gain), work];
             cmd.dispatch(&self.rows, bytemuck::bytes_of(&push(channel)), &bindings, pairs);
         }
         cmd.storage_in_turn();
         for (channel, work) in (0..).zip(work) {
             let kernel = &tables.kernels[(channel as usize).min(tables.kernels.len() - 1)];
-            let bindings = [lines[1], Binding::Buffer(kernel), work];
+            let bindings = [lines[1], StorageBinding::Buffer(kernel), work];
             let columns = tables.axes[0].half as u32 + 1;
             cmd.dispatch(&self.columns, bytemuck::bytes_of(&push(channel)), &bindings, columns);
         }
         cmd.storage_in_turn();
         cmd.access(picture, Access::Storage);
-        let bindings = [lines[0], Binding::Image(picture), work[0], work[1], work[2]];
+        let bindings = [lines[0], StorageBinding::Image(picture), work[0], work[1], work[2]];
         cmd.dispatch(&self.back, bytemuck::bytes_of(&push(0)), &bindings, pairs);
     }
 }
 
-impl Tables {
+impl GlareTables {
     fn new(gpu: &Arc<Gpu>, extent: [u32; 2], glare: &Glare) -> Result<Self, ClientError> {
         let [width, height] = extent;
-        let axes = extent.map(|n| Axis::new(n as usize));
+        let axes = extent.map(|n| FourierAxis::new(n as usize));
         let no_memory = || ClientError::Memory {
             what: "glare",
             bytes: u64::from(width) * u64::from(height) * 2 * size_of::<[f32; 3]>() as u64,
@@ -190,7 +198,7 @@ impl Tables {
                 GpuError::TooLarge { name: "the picture for glare".into(), width, height, limit }.into()
             );
         }
-        let kernel = Kernel::new([width as usize, height as usize], glare).ok_or_else(no_memory)?;
+        let kernel = GlareKernel::new([width as usize, height as usize], glare).ok_or_else(no_memory)?;
         let spectra = spectrum(&kernel, [&axes[0], &axes[1]]).ok_or_else(no_memory)?;
         let kernels = spectra.chunks_exact(columns * (axes[1].half + 1));
         let scratch = |name| Buffer::new(gpu, name, BufferUse::Scratch, work);
@@ -207,8 +215,8 @@ impl Tables {
     }
 }
 
-/// Twiddles, then the place of every frequency, as `include/fourier.glsl` reads them.
-fn line_table(gpu: &Arc<Gpu>, axis: &Axis) -> Result<Buffer, GpuError> {
+/// Twiddle factors, then the place of every frequency, as `include/fourier.glsl` reads them.
+fn line_table(gpu: &Arc<Gpu>, axis: &FourierAxis) -> Result<Buffer, GpuError> {
     let mut data = axis.twiddles();
     let mut places = vec![[0.0f32; 2]; axis.half];
     for (place, frequency) in axis.frequencies().into_iter().enumerate() {

@@ -1,34 +1,37 @@
-//! The images of a film: accumulators of each stream, targets of a batch, what is shown.
+//! The images of a film: accumulators of each stream, images of a batch, images of the picture.
+//!
+//! # Memory
+//!
+//! Bytes per texel of the padded film, for each stream that has samples: the colour takes 2 × 16 for the rounded sums with a
+//! third more for their mip levels, and 2 × 16 for the rests: 75. The variance takes a quarter of that, 19, where it is kept.
+//! The batch takes 16, and 20 more for the variance and the means; it is shared by the streams, and a film below 190² texels
+//! has several copies of it ([`FilmSpec::batch_slots`]). Per pixel of the picture, XYZ takes 16 and the encoded picture 4 or
+//! 8. Noise masking adds an atlas of 24 per texel and stream, bilateral filtering 40; glare adds its tables and three channels
+//! of frequencies. Nothing is made before it is drawn into first.
 
 use std::sync::Arc;
 
 use crate::client::effects::{DETAILS, Effects};
 use crate::client::settings::{FilmSpec, Summation};
-use crate::gpu::{Access, Cmd, Format, Gpu, GpuError, Image, ImageDesc, Load, Target};
+use crate::gpu::{Access, Attachment, Cmd, Gpu, GpuError, Image, ImageDesc, Pipeline, TexelFormat, Texture};
 
-/// A sum of two floats, or of one: each is a pair of images, the old and the new, that change places with every fold.
-pub struct Accumulator {
+/// Sums of two floats per value, or of one: each is a pair of images, the old and the new, which change places with every
+/// fold.
+pub struct AccumulatorImages {
     /// Rounded sums, with mip levels.
     hi: [Image; 2],
-    /// What rounding left out; `None` for plain sums.
+    /// The rests that rounding left out; `None` for plain sums.
     lo: Option<[Image; 2]>,
     /// Which of each pair holds the sums.
     current: usize,
 }
 
-/// One accumulator as a fold uses it.
-pub struct FoldImages<'a> {
-    /// Sums before the fold: hi, lo; plain ones have hi only.
-    pub old: Vec<&'a mut Image>,
-    /// Sums after it.
-    pub new: Vec<&'a mut Image>,
-}
-
-impl Accumulator {
+impl AccumulatorImages {
     fn new(
         gpu: &Arc<Gpu>,
         name: &str,
-        (format, sums): (Format, Summation),
+        format: TexelFormat,
+        sums: Summation,
         extent: [u32; 2],
     ) -> Result<Self, GpuError> {
         let make = |half: &str, mips| {
@@ -44,17 +47,35 @@ impl Accumulator {
         })
     }
 
-    /// Makes the new sums the current ones, and hands out both.
-    pub fn flip(&mut self) -> FoldImages<'_> {
+    /// Adds `batch` to the sums with a pipeline that reads the old sums and the batch, and writes the new sums, which become
+    /// the current ones, and the `means` where they are wanted.
+    pub fn fold(
+        &mut self,
+        cmd: &mut Cmd<'_>,
+        pipeline: &Pipeline,
+        push: &[u8],
+        batch: &mut Image,
+        means: Option<&mut Image>,
+    ) {
         let old = self.current;
         self.current = 1 - old;
-        let mut images = FoldImages { old: Vec::new(), new: Vec::new() };
-        for [zero, one] in std::iter::once(&mut self.hi).chain(&mut self.lo) {
-            let (before, after) = if old == 0 { (zero, one) } else { (one, zero) };
-            images.old.push(before);
-            images.new.push(after);
+        for pair in std::iter::once(&mut self.hi).chain(&mut self.lo) {
+            cmd.access_levels(&mut pair[old], 0..1, Access::Sampled);
+            cmd.access_levels(&mut pair[1 - old], 0..1, Access::ColorWrite);
         }
-        images
+        cmd.access(batch, Access::Sampled);
+        let mut textures = Vec::new();
+        let mut attachments = Vec::new();
+        for pair in std::iter::once(&self.hi).chain(&self.lo) {
+            textures.push(Texture::texels(&pair[old]));
+            attachments.push(Attachment::whole(&pair[1 - old]));
+        }
+        textures.push(Texture::texels(batch));
+        if let Some(means) = means {
+            cmd.access(means, Access::ColorWrite);
+            attachments.push(Attachment::whole(means));
+        }
+        cmd.draw_fullscreen(pipeline, push, &textures, &attachments);
     }
 
     /// The current sums, rounded, and their mip levels.
@@ -68,7 +89,7 @@ impl Accumulator {
     }
 }
 
-/// How far the mip levels below the sums are up to date.
+/// The number of mip levels that are up to date.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MipState {
     /// Levels of the colour, level 0 included, that hold averages of the current sums.
@@ -77,13 +98,13 @@ pub struct MipState {
     pub variance: u32,
 }
 
-/// What one stream needs; made when its first sample comes.
+/// The images of one stream, made when its first sample arrives.
 pub struct StreamImages {
     /// Sums of X, Y, Z and W.
-    pub color: Accumulator,
+    pub color: AccumulatorImages,
     /// Sums of squared deviations of luminance, if they are kept.
-    pub variance: Option<Accumulator>,
-    /// Mip levels that can be read.
+    pub variance: Option<AccumulatorImages>,
+    /// Mip levels that are up to date.
     pub mips: MipState,
     /// All levels of the colour side by side; made when noise is masked first.
     atlas: Option<Image>,
@@ -102,11 +123,11 @@ impl StreamImages {
     pub fn new(gpu: &Arc<Gpu>, name: &str, spec: &FilmSpec) -> Result<Self, GpuError> {
         let extent = spec.padded_extent();
         let sums = |what: &str, format, sums| {
-            Accumulator::new(gpu, &format!("{name} {what}"), (format, sums), extent)
+            AccumulatorImages::new(gpu, &format!("{name} {what}"), format, sums, extent)
         };
-        let variance = || sums("variance", Format::R32F, Summation::TwoFloat);
+        let variance = || sums("variance", TexelFormat::R32F, Summation::TwoFloat);
         Ok(Self {
-            color: sums("color", Format::Rgba32F, spec.sums)?,
+            color: sums("color", TexelFormat::Rgba32F, spec.sums)?,
             variance: spec.variance.map(|_| variance()).transpose()?,
             mips: MipState::default(),
             atlas: None,
@@ -122,7 +143,7 @@ impl StreamImages {
         self.atlas_done = false;
     }
 
-    /// Notes that the sums have changed: what was made of them is out of date.
+    /// Notes that the sums have changed: mip levels and atlas are out of date.
     pub fn changed(&mut self) {
         self.mips = MipState { color: 1, variance: 1 };
         self.atlas_done = false;
@@ -140,7 +161,7 @@ impl StreamImages {
             Some(atlas) => atlas,
             None => {
                 let extent = atlas_extent(full, sums.levels());
-                let desc = ImageDesc { name: "atlas", format: Format::Rgba32F, extent, mips: false };
+                let desc = ImageDesc { name: "atlas", format: TexelFormat::Rgba32F, extent, mips: false };
                 Image::new(gpu, desc)?
             }
         };
@@ -183,14 +204,13 @@ impl StreamImages {
             for image in &mut images {
                 cmd.access_levels(image, 0..1, Access::ColorWrite);
             }
-            let targets: Vec<_> =
-                images.iter().map(|image| Target { image, level: 0, load: Load::Clear }).collect();
-            cmd.rendering(&targets, |_| ());
+            let attachments: Vec<_> = images.iter().map(|image| Attachment::cleared(image)).collect();
+            cmd.rendering(&attachments, |_| ());
         }
     }
 }
 
-/// Left top texel of a level in the atlas: level 0 at the left, the others below each other at its right. Twin of
+/// Left top texel of a level in the atlas: level 0 at the left, the others below each other at its right. The same as
 /// `atlas_level` in `glsl/include/gather.glsl`.
 fn atlas_origin(full: [u32; 2], level: u32) -> [u32; 2] {
     let high = full[1].next_power_of_two();
@@ -203,15 +223,15 @@ fn atlas_extent(full: [u32; 2], levels: u32) -> [u32; 2] {
     [full[0] + (full[0] / 2).max(1), full[1].max(last + 1)]
 }
 
-/// What one batch is drawn into; both streams use it in turn.
+/// The images of one batch; both streams use them in turn.
 pub struct BatchImages {
     /// `Σ f [x, y, z, w]`.
     pub color: Image,
-    /// What the variance needs, if it is kept.
+    /// The images of the variance, if it is kept.
     pub deviations: Option<Deviations>,
 }
 
-/// A batch's part of the variance.
+/// The images of a batch's variance.
 pub struct Deviations {
     /// `Σ f (Y − m₀)(Y − m₁)`.
     pub variance: Image,
@@ -232,17 +252,17 @@ impl BatchImages {
         };
         let high = height * spec.batch_slots();
         let deviations = || {
-            let variance = make("batch variance", Format::R32F, high)?;
-            Ok(Deviations { variance, means: make("batch means", Format::Rgba32F, height)? })
+            let variance = make("batch variance", TexelFormat::R32F, high)?;
+            Ok(Deviations { variance, means: make("batch means", TexelFormat::Rgba32F, height)? })
         };
         Ok(Self {
-            color: make("batch color", Format::Rgba32F, high)?,
+            color: make("batch color", TexelFormat::Rgba32F, high)?,
             deviations: spec.variance.map(|_| deviations()).transpose()?,
         })
     }
 }
 
-/// What a repaint writes.
+/// The images that a repaint writes.
 pub struct PictureImages {
     extent: [u32; 2],
     /// Scene-linear XYZ for each of [`DETAILS`], made when it is asked for first.
@@ -275,7 +295,7 @@ impl PictureImages {
             Some(image) => image,
             empty => {
                 let coarse = self.extent.map(|n| n.div_ceil(DETAILS[at]));
-                let (name, format) = ("picture XYZ", Format::Rgba32F);
+                let (name, format) = ("picture XYZ", TexelFormat::Rgba32F);
                 // Glare writes it from a compute shader.
                 empty.insert(Image::storage(gpu, ImageDesc { name, format, extent: coarse, mips: false })?)
             }

@@ -1,6 +1,6 @@
-//! The passes of the Vulkan film, one file and one struct each: a pipeline in, `record` with what it reads and writes.
+//! The passes of the Vulkan film, one file and one struct each: pipelines, and `record` with what it reads and writes.
 //!
-//! | file | pass | twin in `client/reference` |
+//! | file | pass | reference in `client/reference` |
 //! |---|---|---|
 //! | [`splat`] | samples → batch image, filter-shaped sprites, additive | `splat` |
 //! | [`fold`] | batch image → two-float sums, means | `fold` |
@@ -12,8 +12,26 @@
 //! | [`glare`] | scatter of the eye: convolution by FFT in compute | `glare` |
 //! | [`tonemap`] | tone curve, matrix, desaturation, transfer, dither | `tonemap`, `curves` |
 //!
-//! [`repaint`] puts these from mips on in order, the film itself the others; [`images`] holds what they read and write. Pipelines are made on first use and specialised: what a film or a
-//! repaint does not need is not in the code that runs.
+//! [`VulkanFilm`](crate::client::film::VulkanFilm) runs the passes of a batch, down to `variance`; [`repaint`] runs the
+//! others in order. [`images`] holds what they read and write. Pipelines are made on first use and specialized: what a film
+//! or a repaint does not need is not in the code that runs.
+//!
+//! # Adding a display pass
+//!
+//! 1. **Setting.** Add a field to [`Settings`](crate::client::Settings). An option with a closed set of values derives
+//!    `clap::ValueEnum` and gets its labels in `client/settings.rs`; the command line takes it in `app/args/display.rs`.
+//! 2. **Plan.** [`Effects`](crate::client::effects::Effects) decides whether the pass runs, and yields its specialization
+//!    constants. A line in [`effect_list`](crate::client::effect_list::effect_list) names the effect, its passes and its
+//!    images.
+//! 3. **Reference.** Write the pass in plain Rust in `client/reference` and call it from
+//!    [`ReferenceFilm::display`](crate::client::reference::ReferenceFilm::display). It defines what the shader computes.
+//! 4. **Layout.** Push constants are a `block!` in [`layout`](crate::client::layout) and a block of the same name and
+//!    members in `glsl/include/layout.glsl`; the test of the shaders compares the offsets.
+//! 5. **Shader.** Put `name.frag` into `glsl/`, compile it with the feature `shaderc`, and commit its SPIR-V in `glsl/spv`.
+//! 6. **Pass.** A file here with one struct: a [`ShaderVariants`] for the pipelines and a `record` that opens a scope, makes
+//!    images ready with [`Cmd::access`](crate::gpu::Cmd::access), and draws. [`repaint::Repaint`] calls it at its place.
+//! 7. **Tests.** Compare both films in the tests of the GPU, and test the reference against its formula in those of the
+//!    client.
 
 pub mod bilateral;
 pub mod error_view;
@@ -29,30 +47,36 @@ pub mod variance;
 
 use std::sync::Arc;
 
-use crate::gpu::{Blend, Format, Gpu, GpuError, GraphicsDesc, Image, Pipeline, Sampler, Texture, Topology};
+use crate::gpu::{Blend, Gpu, GpuError, GraphicsDesc, Pipeline, TexelFormat, Topology, VertexLayout};
 
-/// Pipelines of one pass by what they are specialised for, made on first use.
-pub(in crate::client) struct Variants<K> {
-    made: Vec<(K, Pipeline)>,
+/// The pipelines of a fragment shader that runs once for every texel of its attachments: one for each set of
+/// specialization constants, made on first use.
+pub struct ShaderVariants {
+    gpu: Arc<Gpu>,
+    frag: &'static str,
+    push_bytes: usize,
+    textures: u32,
+    made: Vec<(Vec<u32>, Pipeline)>,
 }
 
-impl<K> Default for Variants<K> {
-    fn default() -> Self {
-        Self { made: Vec::new() }
+impl ShaderVariants {
+    /// Variants of this shader, with `push_bytes` of push constants and this number of textures.
+    pub fn new(gpu: &Arc<Gpu>, frag: &'static str, push_bytes: usize, textures: u32) -> Self {
+        Self { gpu: gpu.clone(), frag, push_bytes, textures, made: Vec::new() }
     }
-}
 
-impl<K: Copy + PartialEq> Variants<K> {
-    /// The pipeline for `key`, made by `make` when it is asked for first.
-    fn get(
-        &mut self,
-        key: K,
-        make: impl FnOnce() -> Result<Pipeline, GpuError>,
-    ) -> Result<&Pipeline, GpuError> {
-        let at = match self.made.iter().position(|(k, _)| *k == key) {
+    /// The pipeline with these constants, which draws into attachments of these formats.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError::Call`] naming the pipeline.
+    pub fn get(&mut self, constants: &[u32], formats: &[TexelFormat]) -> Result<&Pipeline, GpuError> {
+        let at = match self.made.iter().position(|(made, _)| made == constants) {
             Some(at) => at,
             None => {
-                self.made.push((key, make()?));
+                let frag = (self.frag, constants);
+                let made = fullscreen(&self.gpu, frag, self.push_bytes, self.textures, formats)?;
+                self.made.push((constants.to_vec(), made));
                 self.made.len() - 1
             }
         };
@@ -60,15 +84,15 @@ impl<K: Copy + PartialEq> Variants<K> {
     }
 }
 
-/// A pipeline whose fragment shader runs once for every texel of its targets.
+/// A pipeline whose fragment shader runs once for every texel of its attachments.
 fn fullscreen(
     gpu: &Arc<Gpu>,
     frag: (&str, &[u32]),
     push_bytes: usize,
     textures: u32,
-    targets: &[Format],
+    formats: &[TexelFormat],
 ) -> Result<Pipeline, GpuError> {
-    let targets: Vec<_> = targets.iter().map(|format| (*format, Blend::Replace)).collect();
+    let attachments: Vec<_> = formats.iter().map(|format| (*format, Blend::Replace)).collect();
     Pipeline::new(
         gpu,
         &GraphicsDesc {
@@ -77,14 +101,9 @@ fn fullscreen(
             frag,
             push_bytes,
             textures,
-            targets: &targets,
+            attachments: &attachments,
             topology: Topology::Fullscreen,
-            vertex: Default::default(),
+            vertex: VertexLayout::default(),
         },
     )
-}
-
-/// Level 0 of an image, read texel by texel.
-fn texels(image: &Image) -> Texture<'_> {
-    Texture { image, level: Some(0), sampler: Sampler::Nearest }
 }

@@ -4,35 +4,18 @@ use std::sync::Arc;
 
 use crate::client::layout::ReconstructPush;
 use crate::client::lod::{MIN_LOD, StreamLod};
+use crate::client::pass::ShaderVariants;
 use crate::client::pass::images::StreamImages;
-use crate::client::pass::{Variants, fullscreen};
-use crate::client::settings::{Kernel, Reconstruction};
-use crate::gpu::{Access, Cmd, Format, Gpu, GpuError, Image, Load, Pipeline, Sampler, Target, Texture};
+use crate::client::settings::{Reconstruction, ReconstructionKernel};
+use crate::gpu::{Access, Attachment, Cmd, Gpu, GpuError, Image, TexelFormat, Texture};
 
-/// How much of the kernel one stream needs; see `reconstruct.frag`.
+/// The part of the kernel that is compiled in for one stream; see `reconstruct.frag`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Extent {
+enum KernelExtent {
     Absent = 0,
     Texel = 1,
     OneLevel = 2,
     TwoLevels = 3,
-}
-
-/// The specialization constants of the shader, in their order.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Key {
-    kind: u32,
-    masking: bool,
-    camera: Extent,
-    light: Extent,
-    kernel: Kernel,
-}
-
-impl Key {
-    fn constants(self) -> [u32; 6] {
-        let Kernel { taps, exponent } = self.kernel;
-        [self.kind, u32::from(self.masking), self.camera as u32, self.light as u32, taps, exponent]
-    }
 }
 
 /// One stream as the pass reads it.
@@ -41,7 +24,7 @@ pub struct StreamInput<'a> {
     pub images: &'a StreamImages,
     /// Its level of detail.
     pub lod: StreamLod,
-    /// Its noise was filtered: these sums are shown, texel by texel.
+    /// Its sums with the noise filtered, which are shown texel by texel; `None` where it was not filtered.
     pub filtered: Option<&'a Image>,
 }
 
@@ -49,13 +32,18 @@ pub struct StreamInput<'a> {
 ///
 /// Reads: all levels of `color` (and `variance` where noise is masked) of the streams that have samples.
 /// Writes: `picture.xyz`.
-#[derive(Default)]
 pub struct ReconstructPass {
-    pipelines: Variants<Key>,
+    /// Constants: reconstruction, masking, extents of the camera's and the light's kernel, taps and exponent.
+    pipelines: ShaderVariants,
 }
 
 impl ReconstructPass {
-    /// Draws the picture; at least one stream must be there.
+    /// A pass without pipelines.
+    pub fn new(gpu: &Arc<Gpu>) -> Self {
+        Self { pipelines: ShaderVariants::new(gpu, "reconstruct.frag", size_of::<ReconstructPush>(), 8) }
+    }
+
+    /// Draws the picture from the camera's and the light's stream, of which at least one must be there.
     ///
     /// `push.lod` and `push.variance_lod` are filled in here.
     ///
@@ -64,59 +52,55 @@ impl ReconstructPass {
     /// [`GpuError::Call`] naming the pipeline.
     pub fn record(
         &mut self,
-        gpu: &Arc<Gpu>,
         cmd: &mut Cmd<'_>,
         streams: [Option<StreamInput<'_>>; 2],
-        ((kind, kernel), mut push): ((Reconstruction, Kernel), ReconstructPush),
+        method: (Reconstruction, ReconstructionKernel),
+        mut push: ReconstructPush,
         target: &mut Image,
     ) -> Result<(), GpuError> {
+        let (kind, ReconstructionKernel { taps, exponent }) = method;
         let masking = push.noise_masking > 0.0 && streams.iter().flatten().any(|s| s.filtered.is_none());
-        let [camera, light] = [0, 1].map(|i| extent(kind, masking, streams[i].as_ref()));
-        let key = Key { kind: kind_constant(kind), masking, camera, light, kernel };
-        let pipeline = self.pipelines.get(key, || make(gpu, key))?;
+        let [camera, light] =
+            streams.each_ref().map(|stream| kernel_extent(kind, masking, stream.as_ref()) as u32);
+        let constants = [kind as u32, u32::from(masking), camera, light, taps, exponent];
+        let pipeline = self.pipelines.get(&constants, &[TexelFormat::Rgba32F])?;
         for (i, stream) in streams.iter().enumerate() {
             if let Some(stream) = stream {
-                push.lod[i] = stream.lod.base;
-                push.variance_lod[i] = stream.lod.variance;
+                (push.lod[i], push.variance_lod[i]) = (stream.lod.base, stream.lod.variance);
             }
         }
         // A binding that is not read holds an image that is: every binding must hold one.
         let Some(any) = streams.iter().flatten().next() else {
             return Ok(());
         };
-        let read = [0, 1].map(|i| textures(streams[i].as_ref().unwrap_or(any), masking));
-        let read: Vec<_> = read.into_iter().flatten().collect();
-
+        let read = streams.each_ref().map(|stream| textures(stream.as_ref().unwrap_or(any), masking));
         let cmd = &mut cmd.scope("reconstruct");
         cmd.access(target, Access::ColorWrite);
-        cmd.rendering(&[Target { image: target, level: 0, load: Load::Discard }], |cmd| {
-            cmd.bind(pipeline, bytemuck::bytes_of(&push), &read);
-            cmd.draw_fullscreen();
-        });
+        let attachments = [Attachment::whole(target)];
+        cmd.draw_fullscreen(pipeline, bytemuck::bytes_of(&push), read.as_flattened(), &attachments);
         Ok(())
     }
 }
 
-/// What the shader binds for one stream: all levels of colour and variance, and the two levels around its level of detail
-/// (twice the atlas where noise is masked).
+/// The textures of one stream: all levels of colour and variance, and the two levels around its level of detail (twice the
+/// atlas where noise is masked).
 fn textures<'a>(stream: &StreamInput<'a>, masking: bool) -> [Texture<'a>; 4] {
     let color = stream.images.color.sums();
-    let all = |image| Texture { image, level: None, sampler: Sampler::Trilinear };
-    let one = |image, level| Texture { image, level: Some(level), sampler: Sampler::Nearest };
+    let all = Texture::trilinear(color);
     if let Some(filtered) = stream.filtered {
-        return [0; 4].map(|level| one(filtered, level));
+        return [Texture::texels(filtered); 4];
     }
     if let Some(atlas) = stream.images.atlas().filter(|_| masking) {
-        let variance = stream.images.variance_sums();
-        return [all(color), all(variance), one(atlas, 0), one(atlas, 0)];
+        let variance = Texture::trilinear(stream.images.variance_sums());
+        return [all, variance, Texture::texels(atlas), Texture::texels(atlas)];
     }
     let near = stream.lod.base.max(0.0) as u32;
     let far = (near + 1).min(color.levels() - 1);
     // The variance is not read: its binding repeats the colour.
-    [all(color), all(color), one(color, near), one(color, far)]
+    [all, all, Texture::level(color, near), Texture::level(color, far)]
 }
 
-/// Mip levels, level 0 included, that will be read of a stream.
+/// Number of mip levels, level 0 included, that will be read of a stream.
 pub fn levels_needed(kind: Reconstruction, masking: bool, lod: &StreamLod) -> u32 {
     let all = lod.max_level as u32 + 1;
     match kind {
@@ -127,29 +111,14 @@ pub fn levels_needed(kind: Reconstruction, masking: bool, lod: &StreamLod) -> u3
     }
 }
 
-/// How much of the kernel to compile in for one stream.
-fn extent(kind: Reconstruction, masking: bool, stream: Option<&StreamInput<'_>>) -> Extent {
-    match stream.map(|s| &s.lod) {
-        None => Extent::Absent,
-        Some(_) if stream.is_some_and(|s| s.filtered.is_some()) => Extent::Texel,
-        Some(_) if kind != Reconstruction::Gaussian || masking => Extent::TwoLevels,
-        Some(lod) if lod.base <= MIN_LOD => Extent::Texel,
-        Some(lod) if lod.base < 0.0 => Extent::OneLevel,
-        Some(_) => Extent::TwoLevels,
+/// The part of the kernel to compile in for one stream.
+fn kernel_extent(kind: Reconstruction, masking: bool, stream: Option<&StreamInput<'_>>) -> KernelExtent {
+    match stream {
+        None => KernelExtent::Absent,
+        Some(stream) if stream.filtered.is_some() => KernelExtent::Texel,
+        Some(_) if kind != Reconstruction::Gaussian || masking => KernelExtent::TwoLevels,
+        Some(stream) if stream.lod.base <= MIN_LOD => KernelExtent::Texel,
+        Some(stream) if stream.lod.base < 0.0 => KernelExtent::OneLevel,
+        Some(_) => KernelExtent::TwoLevels,
     }
-}
-
-/// The reconstruction as the shader numbers it.
-fn kind_constant(kind: Reconstruction) -> u32 {
-    match kind {
-        Reconstruction::Gaussian => 0,
-        Reconstruction::CatmullRom => 1,
-        Reconstruction::Mipmap => 2,
-        Reconstruction::None => 3,
-    }
-}
-
-fn make(gpu: &Arc<Gpu>, key: Key) -> Result<Pipeline, GpuError> {
-    let frag = ("reconstruct.frag", &key.constants()[..]);
-    fullscreen(gpu, frag, size_of::<ReconstructPush>(), 8, &[Format::Rgba32F])
 }

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
+use crate::client::background::BackgroundPolicy;
 use crate::client::effects::Effects;
 use crate::client::error::ClientError;
-use crate::client::later::Patience;
 use crate::client::layout::{BilateralPush, ReconstructPush};
 use crate::client::lod::StreamLod;
 use crate::client::pass::bilateral::BilateralPass;
@@ -14,14 +14,14 @@ use crate::client::pass::images::{PictureImages, StreamImages};
 use crate::client::pass::mips::MipsPass;
 use crate::client::pass::reconstruct::{ReconstructPass, StreamInput, levels_needed};
 use crate::client::pass::tonemap::TonemapPass;
-use crate::client::settings::{DisplayImage, FilmSpec, Kernel, Output, Reconstruction, Settings, View};
-use crate::gpu::{Access, Buffer, BufferUse, Cmd, Format, Gpu, Image, Load, Region, Target, read_image};
+use crate::client::settings::{ColorOutput, DisplayImage, DisplayView, FilmSpec, Settings};
+use crate::gpu::{Access, Attachment, Buffer, BufferUse, Cmd, Gpu, Image, Region, TexelFormat, read_image};
 
 /// Camera and light, each with its level of detail; `None` without samples.
 type Streams<'a> = [Option<(&'a mut StreamImages, StreamLod)>; 2];
 
 /// The sums that a repaint shows.
-pub struct Sums<'a> {
+pub struct FilmSums<'a> {
     /// Camera and light.
     pub streams: Streams<'a>,
     /// Texels of the picture / light paths; 0 while there are none.
@@ -30,7 +30,7 @@ pub struct Sums<'a> {
     pub inverse_scale: f32,
 }
 
-/// The passes from sums to picture, with the images that they draw into; made with the first repaint.
+/// The passes from sums to picture and the images that they draw into; made with the first repaint.
 pub struct Repaint {
     gpu: Arc<Gpu>,
     spec: FilmSpec,
@@ -42,9 +42,9 @@ pub struct Repaint {
     tonemap: TonemapPass,
     picture: PictureImages,
     readback: Buffer,
-    /// Whether a repaint waits for what it needs.
-    pub patience: Patience,
-    /// The last repaint was to show glare.
+    /// Whether a repaint waits for tables that take long to make.
+    pub policy: BackgroundPolicy,
+    /// Whether the last repaint was to show glare.
     shows_glare: bool,
 }
 
@@ -55,19 +55,19 @@ impl Repaint {
     ///
     /// [`ClientError::Gpu`] when there is no memory.
     pub fn new(gpu: &Arc<Gpu>, spec: FilmSpec) -> Result<Self, ClientError> {
-        let bytes = spec.width as usize * spec.height as usize * Format::Rgba8.bytes();
+        let bytes = spec.width as usize * spec.height as usize * TexelFormat::Rgba8.bytes();
         Ok(Self {
             gpu: gpu.clone(),
             spec,
-            mips: MipsPass::default(),
-            bilateral: BilateralPass::default(),
-            reconstruct: ReconstructPass::default(),
-            error_view: ErrorViewPass::default(),
-            glare: GlarePass::default(),
-            tonemap: TonemapPass::default(),
+            mips: MipsPass::new(gpu),
+            bilateral: BilateralPass::new(gpu),
+            reconstruct: ReconstructPass::new(gpu),
+            error_view: ErrorViewPass::new(gpu),
+            glare: GlarePass::new(gpu),
+            tonemap: TonemapPass::new(gpu),
             picture: PictureImages::new([spec.width, spec.height]),
             readback: Buffer::new(gpu, "picture readback", BufferUse::Readback, bytes)?,
-            patience: Patience::Wait,
+            policy: BackgroundPolicy::Block,
             shows_glare: false,
         })
     }
@@ -81,31 +81,36 @@ impl Repaint {
     pub fn paint(
         &mut self,
         cmd: &mut Cmd<'_>,
-        sums: Sums<'_>,
+        sums: FilmSums<'_>,
         settings: &Settings,
         detail: u32,
     ) -> Result<&mut Image, ClientError> {
         let effects = self.effects(settings, detail);
         self.record(cmd, sums, settings, &effects)?;
         let (xyz, encoded) = self.picture.get(&self.gpu, &effects)?;
-        self.tonemap.record(&self.gpu, cmd, [xyz, &mut *encoded], (&effects, settings))?;
+        self.tonemap.record(cmd, &effects, settings, xyz, encoded)?;
         Ok(encoded)
     }
 
-    /// What is made in the background for the next repaint: whether there is anything, and whether it is there.
-    pub fn background(&self) -> (bool, bool) {
-        (self.shows_glare && self.glare.awaits(), self.shows_glare && self.glare.has_arrived())
+    /// Whether something is being made in the background for the next repaint.
+    pub fn awaits_background(&self) -> bool {
+        self.shows_glare && self.glare.is_under_way()
     }
 
-    /// What is compiled in.
+    /// Whether something that was made in the background is ready.
+    pub fn is_background_ready(&self) -> bool {
+        self.shows_glare && self.glare.is_ready()
+    }
+
+    /// The effects of a repaint at this internal resolution.
     fn effects(&self, settings: &Settings, detail: u32) -> Effects {
-        match self.patience {
-            Patience::Hurry => Effects::with_coarse_glare(settings, detail),
+        match self.policy {
+            BackgroundPolicy::BackgroundCoarse => Effects::with_coarse_glare(settings, detail),
             _ => Effects::new(settings, detail),
         }
     }
 
-    /// The encoded picture as it was painted last; `None` before the first time.
+    /// The encoded picture of the last repaint; `None` before the first.
     pub fn painted(&mut self) -> Option<&mut Image> {
         self.picture.painted()
     }
@@ -116,10 +121,10 @@ impl Repaint {
     ///
     /// [`ClientError::Gpu`] when there is no memory or the device was lost, [`ClientError::NoVariance`] when the settings need
     /// what the film does not keep.
-    pub fn display(&mut self, sums: Sums<'_>, settings: &Settings) -> Result<DisplayImage, ClientError> {
+    pub fn display(&mut self, sums: FilmSums<'_>, settings: &Settings) -> Result<DisplayImage, ClientError> {
         let gpu = self.gpu.clone();
-        self.patience = Patience::Wait;
-        let settings = Settings { output: Output::Sdr, ..settings.clone() };
+        self.policy = BackgroundPolicy::Block;
+        let settings = Settings { output: ColorOutput::Sdr, ..settings.clone() };
         let mut frame = gpu.begin()?;
         let cmd = &mut frame.cmd();
         self.paint(cmd, sums, &settings, 1)?;
@@ -137,13 +142,13 @@ impl Repaint {
     /// As [`display`](Self::display).
     pub fn reconstruct(
         &mut self,
-        sums: Sums<'_>,
+        sums: FilmSums<'_>,
         settings: &Settings,
         detail: u32,
     ) -> Result<Vec<[f32; 3]>, ClientError> {
         let gpu = self.gpu.clone();
         let effects = self.effects(settings, detail);
-        self.patience = Patience::Wait;
+        self.policy = BackgroundPolicy::Block;
         let mut frame = gpu.begin()?;
         self.record(&mut frame.cmd(), sums, settings, &effects)?;
         frame.submit()?;
@@ -152,11 +157,11 @@ impl Repaint {
         Ok(floats(&bytes).chunks_exact(4).map(|c| [c[0], c[1], c[2]]).collect())
     }
 
-    /// Mips, reconstruction, glare; black without samples.
+    /// Records mips, noise masking, reconstruction and glare, or the error view; black without samples.
     fn record(
         &mut self,
         cmd: &mut Cmd<'_>,
-        mut sums: Sums<'_>,
+        mut sums: FilmSums<'_>,
         settings: &Settings,
         effects: &Effects,
     ) -> Result<(), ClientError> {
@@ -170,13 +175,22 @@ impl Repaint {
             // Sums that were never written, because the batch that made the images could not be drawn.
             images.define(cmd);
             let levels = levels_needed(kind, variance, lod);
-            self.mips.record(&self.gpu, cmd, images, levels, variance)?;
+            self.mips.record(cmd, images, levels, variance)?;
             if effects.masking.is_some() && !effects.bilateral(lod) {
                 images.fill_atlas(&self.gpu, cmd)?;
             }
         }
-        let Some(max_level) = sums.streams.iter().flatten().map(|(_, lod)| lod.max_level).next() else {
-            return self.black(cmd, effects);
+        let (target, _) = self.picture.get(&self.gpu, effects)?;
+        let shown = match effects.view {
+            DisplayView::Picture => sums.streams.iter().flatten().next(),
+            DisplayView::CameraVariance => sums.streams[0].as_ref(),
+            DisplayView::LightVariance => sums.streams[1].as_ref(),
+        };
+        let Some(max_level) = shown.map(|(_, lod)| lod.max_level) else {
+            // Black without samples.
+            cmd.access(target, Access::ColorWrite);
+            cmd.rendering(&[Attachment::cleared(target)], |_| ());
+            return Ok(());
         };
         let push = ReconstructPush {
             inverse_target: self.spec.padded_extent().map(|n| 1.0 / n as f32),
@@ -189,28 +203,15 @@ impl Repaint {
             detail: effects.detail as f32,
             ..ReconstructPush::default()
         };
-        match effects.view {
-            View::Picture => self.record_picture(cmd, sums.streams, effects, ((kind, settings.kernel), push)),
-            View::CameraVariance => self.record_error(cmd, (0, sums.streams), effects, push),
-            View::LightVariance => self.record_error(cmd, (1, sums.streams), effects, push),
-        }?;
-        if let Some(glare) = settings.glare.filter(|_| effects.glare) {
-            let (target, _) = self.picture.get(&self.gpu, effects)?;
-            self.glare.record(&self.gpu, cmd, target, (&glare, self.patience))?;
+        if effects.view != DisplayView::Picture {
+            let light = effects.view == DisplayView::LightVariance;
+            if let Some((images, lod)) = &sums.streams[usize::from(light)] {
+                self.error_view.record(cmd, images, *lod, light, push, target)?;
+            }
+            return Ok(());
         }
-        Ok(())
-    }
-
-    /// Noise masking and reconstruction of both streams.
-    fn record_picture(
-        &mut self,
-        cmd: &mut Cmd<'_>,
-        mut streams: Streams<'_>,
-        effects: &Effects,
-        (method, push): ((Reconstruction, Kernel), ReconstructPush),
-    ) -> Result<(), ClientError> {
-        for (i, stream) in streams.iter_mut().enumerate() {
-            let Some((images, lod)) = stream.as_mut().filter(|(_, lod)| effects.bilateral(lod)) else {
+        for (light, stream) in [false, true].into_iter().zip(&sums.streams) {
+            let Some((images, lod)) = stream.as_ref().filter(|(_, lod)| effects.bilateral(lod)) else {
                 continue;
             };
             let push = BilateralPush {
@@ -222,43 +223,18 @@ impl Repaint {
                 inverse_scale: push.inverse_scale,
                 padding: 0.0,
             };
-            self.bilateral.record(&self.gpu, cmd, (i, images), &push)?;
+            self.bilateral.record(cmd, images, light, &push)?;
         }
-        let mut at = 0..2;
-        let bilateral = &self.bilateral;
-        let streams = streams.map(|stream| {
-            let i = at.next().unwrap_or_default();
-            stream.map(|(images, lod)| {
-                let filtered = effects.bilateral(&lod).then(|| bilateral.filtered(i)).flatten();
-                StreamInput { images, lod, filtered }
-            })
-        });
-        let (target, _) = self.picture.get(&self.gpu, effects)?;
-        self.reconstruct.record(&self.gpu, cmd, streams, (method, push), target)?;
-        Ok(())
-    }
-
-    /// The error of stream `i` in place of the picture.
-    fn record_error(
-        &mut self,
-        cmd: &mut Cmd<'_>,
-        (i, streams): (usize, Streams<'_>),
-        effects: &Effects,
-        push: ReconstructPush,
-    ) -> Result<(), ClientError> {
-        let Some((images, lod)) = &streams[i] else {
-            return self.black(cmd, effects);
+        let input = |light: bool| {
+            let (images, lod) = sums.streams[usize::from(light)].as_ref()?;
+            let filtered = effects.bilateral(lod).then(|| self.bilateral.filtered(light)).flatten();
+            Some(StreamInput { images, lod: *lod, filtered })
         };
-        let (target, _) = self.picture.get(&self.gpu, effects)?;
-        self.error_view.record(&self.gpu, cmd, (i, images, *lod), push, target)?;
-        Ok(())
-    }
-
-    /// What is shown without samples.
-    fn black(&mut self, cmd: &mut Cmd<'_>, effects: &Effects) -> Result<(), ClientError> {
-        let (target, _) = self.picture.get(&self.gpu, effects)?;
-        cmd.access(target, Access::ColorWrite);
-        cmd.rendering(&[Target { image: target, level: 0, load: Load::Clear }], |_| ());
+        let streams = [input(false), input(true)];
+        self.reconstruct.record(cmd, streams, (kind, settings.kernel), push, target)?;
+        if let Some(glare) = settings.glare.filter(|_| effects.glare) {
+            self.glare.record(cmd, target, &glare, self.policy)?;
+        }
         Ok(())
     }
 }
@@ -268,7 +244,7 @@ fn region(spec: &FilmSpec, detail: u32) -> Region {
     Region { origin: [0, 0], extent: [spec.width, spec.height].map(|n| n.div_ceil(detail)) }
 }
 
-/// What the GPU has written, as numbers.
+/// The numbers that the GPU has written.
 pub fn floats(bytes: &[u8]) -> Vec<f32> {
     bytes.chunks_exact(4).map(|b| f32::from_ne_bytes([b[0], b[1], b[2], b[3]])).collect()
 }

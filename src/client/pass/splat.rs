@@ -4,11 +4,11 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::client::layout::SplatPush;
-use crate::client::settings::{FilmSpec, SplatFilter};
+use crate::client::settings::FilmSpec;
 use crate::client::upload::STRIDE;
 use crate::gpu::{
-    Access, Blend, Buffer, Cmd, Format, Gpu, GpuError, GraphicsDesc, Image, Load, Pipeline, Target, Topology,
-    VertexLayout,
+    Access, Attachment, Blend, Buffer, Cmd, Gpu, GpuError, GraphicsDesc, Image, Pipeline, TexelFormat,
+    Texture, Topology, VertexLayout,
 };
 
 /// The samples of one stream in a vertex buffer.
@@ -17,13 +17,18 @@ pub struct Sprites<'a> {
     pub vertices: &'a Buffer,
     /// The stream's part of it.
     pub range: Range<u32>,
+    /// The constants of `splat.vert`.
+    pub push: SplatPush,
 }
 
 impl Sprites<'_> {
-    /// Draws them with the pipeline that is bound.
-    pub fn draw(&self, cmd: &mut Cmd<'_>) {
-        let count = self.range.end - self.range.start;
-        cmd.draw_sprites(self.vertices, STRIDE, self.range.start, count);
+    /// Draws them into `target`, cleared first, with a pipeline of [`sprite_pipeline`].
+    pub fn draw(&self, cmd: &mut Cmd<'_>, pipeline: &Pipeline, textures: &[Texture<'_>], target: &mut Image) {
+        cmd.access(target, Access::ColorWrite);
+        cmd.rendering(&[Attachment::cleared(target)], |cmd| {
+            cmd.bind(pipeline, bytemuck::bytes_of(&self.push), textures);
+            cmd.draw_sprites(self.vertices, STRIDE, self.range.start, self.range.end - self.range.start);
+        });
     }
 }
 
@@ -42,43 +47,32 @@ impl SplatPass {
     /// [`GpuError::Call`] naming the pipeline.
     pub fn new(gpu: &Arc<Gpu>, spec: &FilmSpec) -> Result<Self, GpuError> {
         let frag = ("splat_color.frag", &sprite_constants(spec)[..]);
-        let pipeline = sprite_pipeline(gpu, frag, false, 0, Format::Rgba32F)?;
-        Ok(Self { pipeline })
+        Ok(Self { pipeline: sprite_pipeline(gpu, frag, false, 0, TexelFormat::Rgba32F)? })
     }
 
     /// Draws `sprites` into `target`.
-    pub fn record(&self, cmd: &mut Cmd<'_>, sprites: &Sprites<'_>, push: &SplatPush, target: &mut Image) {
-        let cmd = &mut cmd.scope("splat");
-        cmd.access(target, Access::ColorWrite);
-        cmd.rendering(&[Target { image: target, level: 0, load: Load::Clear }], |cmd| {
-            cmd.bind(&self.pipeline, bytemuck::bytes_of(push), &[]);
-            sprites.draw(cmd);
-        });
-    }
-}
-
-/// The filter as the shaders number it (`glsl/include/filter.glsl`).
-pub fn filter_constant(filter: SplatFilter) -> u32 {
-    match filter {
-        SplatFilter::Gaussian => 0,
-        SplatFilter::Tent => 1,
-        SplatFilter::Box => 2,
+    pub fn record(&self, cmd: &mut Cmd<'_>, sprites: &Sprites<'_>, target: &mut Image) {
+        sprites.draw(&mut cmd.scope("splat"), &self.pipeline, &[], target);
     }
 }
 
 /// The constants that all shaders of sprites begin with: filter and slots.
 pub fn sprite_constants(spec: &FilmSpec) -> [u32; 2] {
-    [filter_constant(spec.filter), spec.batch_slots()]
+    [spec.filter as u32, spec.batch_slots()]
 }
 
-/// A pipeline that draws sprites additively into one target. The constants of `frag` begin with [`sprite_constants`];
-/// `luminance` is that of `splat.vert`.
+/// A pipeline that draws sprites additively into one attachment. The constants of `frag` begin with [`sprite_constants`];
+/// `luminance` is a constant of `splat.vert`.
+///
+/// # Errors
+///
+/// [`GpuError::Call`] naming the pipeline.
 pub fn sprite_pipeline(
     gpu: &Arc<Gpu>,
     frag: (&str, &[u32]),
     luminance: bool,
     textures: u32,
-    format: Format,
+    format: TexelFormat,
 ) -> Result<Pipeline, GpuError> {
     let quads = !gpu.large_points();
     let (filter, slots) = (frag.1[0], frag.1[1]);
@@ -90,7 +84,7 @@ pub fn sprite_pipeline(
             frag,
             push_bytes: size_of::<SplatPush>(),
             textures,
-            targets: &[(format, Blend::Add)],
+            attachments: &[(format, Blend::Add)],
             topology: if quads { Topology::Quads } else { Topology::Points },
             // uv, and xyz with w.
             vertex: VertexLayout { stride: STRIDE as u32, attributes: &[(2, 0), (4, 8)] },

@@ -5,24 +5,33 @@ use std::sync::Arc;
 use crate::client::dither::{MASK_SIDE, blue_noise};
 use crate::client::effects::{self, Effects};
 use crate::client::layout::TonemapPush;
-use crate::client::pass::{Variants, fullscreen, texels};
+use crate::client::pass::ShaderVariants;
 use crate::client::settings::{Dither, Settings};
 use crate::color::TransferTable;
-use crate::gpu::{Access, Buffer, BufferUse, Cmd, Format, Gpu, GpuError, Image, ImageDesc, Load, Target};
+use crate::gpu::{
+    Access, Attachment, Buffer, BufferUse, Cmd, Gpu, GpuError, Image, ImageDesc, TexelFormat, Texture,
+};
 
 /// Tone curve, matrix, desaturation at constant luminance, transfer, dither and rounding.
 ///
 /// Reads: the reconstructed picture, interpolated where it is coarser; the profile's transfer and the blue-noise mask where
 /// they are wanted. Writes: the encoded picture.
-#[derive(Default)]
 pub struct TonemapPass {
-    pipelines: Variants<Effects>,
-    /// The transfer that the image holds.
+    gpu: Arc<Gpu>,
+    /// Constants: [`Effects::tonemap_constants`].
+    pipelines: ShaderVariants,
+    /// The profile's transfer, and the image that holds it.
     transfer: Option<(TransferTable, Image)>,
     mask: Option<Image>,
 }
 
 impl TonemapPass {
+    /// A pass without pipelines and tables.
+    pub fn new(gpu: &Arc<Gpu>) -> Self {
+        let pipelines = ShaderVariants::new(gpu, "tonemap.frag", size_of::<TonemapPush>(), 3);
+        Self { gpu: gpu.clone(), pipelines, transfer: None, mask: None }
+    }
+
     /// Encodes the picture.
     ///
     /// # Errors
@@ -30,50 +39,41 @@ impl TonemapPass {
     /// [`GpuError::Call`] naming the pipeline, [`GpuError::Memory`] for a table.
     pub fn record(
         &mut self,
-        gpu: &Arc<Gpu>,
         cmd: &mut Cmd<'_>,
-        [xyz, encoded]: [&mut Image; 2],
-        (effects, settings): (&Effects, &Settings),
+        effects: &Effects,
+        settings: &Settings,
+        xyz: &mut Image,
+        encoded: &mut Image,
     ) -> Result<(), GpuError> {
-        self.upload(gpu, cmd, (effects, settings))?;
-        let pipeline = self.pipelines.get(*effects, || {
-            let frag = ("tonemap.frag", &effects.tonemap_constants()[..]);
-            fullscreen(gpu, frag, size_of::<TonemapPush>(), 3, &[effects.encoded_format()])
-        })?;
+        self.upload(cmd, effects, settings)?;
+        let pipeline = self.pipelines.get(&effects.tonemap_constants(), &[effects.encoded_format()])?;
         let cmd = &mut cmd.scope("tonemap");
         cmd.access(xyz, Access::Sampled);
         cmd.access(encoded, Access::ColorWrite);
         // A binding that is not read holds an image that is: every binding must hold one.
         let transfer = self.transfer.as_ref().filter(|_| effects.table).map_or(&*xyz, |(_, image)| image);
         let mask = self.mask.as_ref().unwrap_or(&*xyz);
+        let textures = [&*xyz, transfer, mask].map(Texture::texels);
         let push = tonemap_push(settings);
-        cmd.rendering(&[Target { image: encoded, level: 0, load: Load::Discard }], |cmd| {
-            let read = [texels(xyz), texels(transfer), texels(mask)];
-            cmd.bind(pipeline, bytemuck::bytes_of(&push), &read);
-            cmd.draw_fullscreen();
-        });
+        cmd.draw_fullscreen(pipeline, bytemuck::bytes_of(&push), &textures, &[Attachment::whole(encoded)]);
         Ok(())
     }
 
     /// Brings the tables that are read to the device, once.
-    fn upload(
-        &mut self,
-        gpu: &Arc<Gpu>,
-        cmd: &mut Cmd<'_>,
-        (effects, settings): (&Effects, &Settings),
-    ) -> Result<(), GpuError> {
+    fn upload(&mut self, cmd: &mut Cmd<'_>, effects: &Effects, settings: &Settings) -> Result<(), GpuError> {
         if let Some(table) = settings.profile.transfer.as_ref().filter(|_| effects.table)
             && self.transfer.as_ref().is_none_or(|(held, _)| held != table)
         {
             let texels: Vec<[f32; 4]> = table.0.iter().map(|[r, g, b]| [*r, *g, *b, 0.0]).collect();
-            let extent = [texels.len() as u32, 1];
-            let desc = ImageDesc { name: "transfer", format: Format::Rgba32F, extent, mips: false };
-            self.transfer = Some((table.clone(), filled(gpu, cmd, desc, bytemuck::cast_slice(&texels))?));
+            let (format, extent) = (TexelFormat::Rgba32F, [texels.len() as u32, 1]);
+            let desc = ImageDesc { name: "transfer", format, extent, mips: false };
+            self.transfer =
+                Some((table.clone(), filled(&self.gpu, cmd, desc, bytemuck::cast_slice(&texels))?));
         }
         if effects.dither == Dither::BlueNoise && self.mask.is_none() {
-            let extent = [MASK_SIDE as u32; 2];
-            let desc = ImageDesc { name: "blue noise", format: Format::R32F, extent, mips: false };
-            self.mask = Some(filled(gpu, cmd, desc, bytemuck::cast_slice(blue_noise()))?);
+            let (format, extent) = (TexelFormat::R32F, [MASK_SIDE as u32; 2]);
+            let desc = ImageDesc { name: "blue noise", format, extent, mips: false };
+            self.mask = Some(filled(&self.gpu, cmd, desc, bytemuck::cast_slice(blue_noise()))?);
         }
         Ok(())
     }

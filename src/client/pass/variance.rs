@@ -1,13 +1,13 @@
-//! Draws the samples a second time: squared deviations of luminance (paper §4.2, step 5; stability.md P2).
+//! Draws the samples a second time and adds up squared deviations of luminance (paper §4.2, step 5). The mean square minus
+//! the squared mean would cancel.
 
 use std::sync::Arc;
 
-use crate::client::layout::SplatPush;
-use crate::client::pass::images::{Accumulator, Deviations};
+use crate::client::pass::fullscreen;
+use crate::client::pass::images::{AccumulatorImages, Deviations};
 use crate::client::pass::splat::{Sprites, sprite_constants, sprite_pipeline};
-use crate::client::pass::{fullscreen, texels};
 use crate::client::settings::{FilmSpec, VarianceForm};
-use crate::gpu::{Access, Cmd, Format, Gpu, GpuError, Load, Pipeline, Target};
+use crate::gpu::{Access, Cmd, Gpu, GpuError, Pipeline, TexelFormat, Texture};
 
 /// Adds one batch to a stream's sum of squared deviations.
 ///
@@ -25,10 +25,9 @@ impl VariancePass {
     /// [`GpuError::Call`] naming the pipeline.
     pub fn new(gpu: &Arc<Gpu>, spec: &FilmSpec, form: VarianceForm) -> Result<Self, GpuError> {
         let [filter, slots] = sprite_constants(spec);
-        let paper = u32::from(form == VarianceForm::Paper);
-        let frag = ("splat_variance.frag", &[filter, slots, paper][..]);
-        let splat = sprite_pipeline(gpu, frag, true, 1, Format::R32F)?;
-        let fold = fullscreen(gpu, ("fold_variance.frag", &[slots]), 0, 3, &[Format::R32F; 2])?;
+        let frag = ("splat_variance.frag", &[filter, slots, form as u32][..]);
+        let splat = sprite_pipeline(gpu, frag, true, 1, TexelFormat::R32F)?;
+        let fold = fullscreen(gpu, ("fold_variance.frag", &[slots]), 0, 3, &[TexelFormat::R32F; 2])?;
         Ok(Self { splat, fold })
     }
 
@@ -37,35 +36,12 @@ impl VariancePass {
         &self,
         cmd: &mut Cmd<'_>,
         sprites: &Sprites<'_>,
-        push: &SplatPush,
         batch: &mut Deviations,
-        sums: &mut Accumulator,
+        sums: &mut AccumulatorImages,
     ) {
         let cmd = &mut cmd.scope("variance");
         cmd.access(&mut batch.means, Access::Sampled);
-        cmd.access(&mut batch.variance, Access::ColorWrite);
-        cmd.rendering(&[Target { image: &batch.variance, level: 0, load: Load::Clear }], |cmd| {
-            cmd.bind(&self.splat, bytemuck::bytes_of(push), &[texels(&batch.means)]);
-            sprites.draw(cmd);
-        });
-        self.record_fold(cmd, batch, sums);
-    }
-
-    fn record_fold(&self, cmd: &mut Cmd<'_>, batch: &mut Deviations, sums: &mut Accumulator) {
-        let cmd = &mut cmd.scope("variance fold");
-        let mut images = sums.flip();
-        for image in &mut images.old {
-            cmd.access_levels(image, 0..1, Access::Sampled);
-        }
-        for image in &mut images.new {
-            cmd.access_levels(image, 0..1, Access::ColorWrite);
-        }
-        cmd.access(&mut batch.variance, Access::Sampled);
-        let target = |image| Target { image, level: 0, load: Load::Discard };
-        cmd.rendering(&[target(&*images.new[0]), target(&*images.new[1])], |cmd| {
-            let read = [texels(images.old[0]), texels(images.old[1]), texels(&batch.variance)];
-            cmd.bind(&self.fold, &[], &read);
-            cmd.draw_fullscreen();
-        });
+        sprites.draw(cmd, &self.splat, &[Texture::texels(&batch.means)], &mut batch.variance);
+        sums.fold(&mut cmd.scope("variance fold"), &self.fold, &[], &mut batch.variance, None);
     }
 }

@@ -23,22 +23,23 @@ pub struct Accumulator {
     variance_lo: Vec<f32>,
 }
 
-/// What one thread reuses from band to band.
+/// Buffers that a thread reuses from band to band.
 #[derive(Default)]
-struct Scratch {
+struct BandScratch {
     color: Vec<Vec4>,
     variance: Vec<f32>,
     means: Means,
 }
 
-impl Scratch {
+impl BandScratch {
     /// Splats and folds the colour of a band.
     fn add_color(
         &mut self,
         p: VarianceParameters,
         band: Band,
         sprites: &[Sprite],
-        (hi, lo): (&mut [Vec4], &mut [Vec4]),
+        hi: &mut [Vec4],
+        lo: &mut [Vec4],
     ) {
         for part in sprites.chunks(p.samples_per_sum) {
             reset(&mut self.color, hi.len(), Vec4::ZERO);
@@ -79,21 +80,21 @@ impl Accumulator {
         let band =
             |i: usize, rows: &[Vec4]| Band { first_row: i * BAND_ROWS, rows: rows.len() / width, width };
         if self.variance_hi.is_empty() {
-            color.enumerate().for_each_init(Scratch::default, |scratch, (i, (hi, lo))| {
-                scratch.add_color(p, band(i, hi), bins.band(i), (hi, lo));
+            color.enumerate().for_each_init(BandScratch::default, |scratch, (i, (hi, lo))| {
+                scratch.add_color(p, band(i, hi), bins.band(i), hi, lo);
             });
             return;
         }
         let variance = self.variance_hi.par_chunks_mut(texels).zip(self.variance_lo.par_chunks_mut(texels));
         color.zip(variance).enumerate().for_each_init(
-            Scratch::default,
+            BandScratch::default,
             |scratch, (i, ((hi, lo), (variance_hi, variance_lo)))| {
                 let (band, sprites) = (band(i, hi), bins.band(i));
                 if sprites.is_empty() {
                     return;
                 }
                 scratch.means.set_old(hi, lo);
-                scratch.add_color(p, band, sprites, (hi, lo));
+                scratch.add_color(p, band, sprites, hi, lo);
                 scratch.means.set_new(hi, lo);
                 for part in sprites.chunks(p.samples_per_sum) {
                     reset(&mut scratch.variance, hi.len(), 0.0);

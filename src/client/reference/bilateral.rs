@@ -1,14 +1,13 @@
-//! Twin of `bilateral`: noise masking that keeps features (paper §4.2, bilateral filtering guided by the variance).
+//! The reference of `bilateral`: noise masking that preserves features (paper §4.2, bilateral filtering guided by the variance).
 //!
-//! Three stages of 5×5 texels, 1, 2 and 4 apart (the à-trous scheme; Dammertz et al. 2010). A neighbour counts the less the
-//! more standard errors lie between it and the centre; a stage hands on what is left of the error. How many stages a
-//! texel passes, in parts, is what low-pass masking calls levels of extra blur.
+//! Three stages of 5×5 texels, 1, 2 and 4 apart (the à-trous scheme; Dammertz et al. 2010). The weight of a neighbour
+//! falls with the number of standard errors between it and the centre; each stage passes the remaining error on. The
+//! (fractional) number of stages of a texel is the number of levels by which low-pass masking would raise its blur.
 
 use glam::{Vec3, Vec4, Vec4Swizzles};
 use rayon::prelude::*;
 
-use crate::client::lod::{LUMINANCE_FLOOR, Place, StreamLod};
-use crate::client::reference::mips::trilinear;
+use crate::client::lod::{LUMINANCE_FLOOR, StreamLod};
 use crate::client::reference::reconstruct::{ReconstructParameters, StreamView};
 use crate::image::Grid;
 
@@ -38,8 +37,13 @@ pub fn bilateral(p: &ReconstructParameters, stream: &StreamView<'_>) -> Option<G
         let mut next = Grid::try_filled(width, height, Vec4::ZERO)?;
         let mut next_known = Grid::try_filled(width, height, [0.0; 2])?;
         let rows = next.pixels_mut().par_chunks_mut(width).zip(next_known.pixels_mut().par_chunks_mut(width));
-        let input =
-            Stage { sums: &sums, known: &known, stage, summed: stream.summed, scale: p.luminance_scale };
+        let input = BilateralStage {
+            sums: &sums,
+            known: &known,
+            stage,
+            summed: stream.summed,
+            scale: p.luminance_scale,
+        };
         rows.enumerate().for_each(|(y, (row, row_known))| {
             for (x, (out, out_known)) in row.iter_mut().zip(row_known).enumerate() {
                 (*out, *out_known) = input.texel(x, y);
@@ -50,22 +54,20 @@ pub fn bilateral(p: &ReconstructParameters, stream: &StreamView<'_>) -> Option<G
     Some(sums)
 }
 
-/// Squared standard error of what a texel shows in units of the luminance scale, and the levels of blur that it asks for.
+/// Squared standard error of a texel's displayed value, in units of the luminance scale, and the levels of blur that it asks
+/// for.
 fn error_and_level(p: &ReconstructParameters, stream: &StreamView<'_>, at: [usize; 2]) -> [f32; 2] {
     let extent = p.spec.padded_extent();
     let uv = [0, 1].map(|i| (at[i] as f32 + 0.5) / extent[i] as f32);
-    let color = trilinear(stream.color, uv, stream.lod.variance);
-    let variance = stream.variance.map_or(0.0, |v| trilinear(v, uv, stream.lod.variance));
+    let (color, r) = stream.relative_variance(p, uv, 0.0).unwrap_or_default();
     let lod = StreamLod { base: 0.0, ..stream.lod };
-    let place = Place { luminance: color.y, weight: color.w, variance, summed: stream.summed };
-    let r = lod.relative_variance(&place, p.luminance_scale, p.spec.filter.energy());
     let y = if color.w > 0.0 { color.y / color.w / p.luminance_scale } else { 0.0 };
     let error = r * (y * y + LUMINANCE_FLOOR * LUMINANCE_FLOOR);
     [if stream.summed { error * color.w * color.w } else { error }, lod.masked(r, p.vm)]
 }
 
-/// What one stage reads.
-struct Stage<'a> {
+/// The inputs of one stage.
+struct BilateralStage<'a> {
     sums: &'a Grid<Vec4>,
     /// Squared error, levels of blur.
     known: &'a Grid<[f32; 2]>,
@@ -74,8 +76,8 @@ struct Stage<'a> {
     scale: f32,
 }
 
-impl Stage<'_> {
-    /// What the texel shows, in units of the luminance scale.
+impl BilateralStage<'_> {
+    /// The displayed value of a texel, in units of the luminance scale.
     fn shown(&self, sum: Vec4) -> Vec3 {
         match self.summed {
             true => sum.xyz() / self.scale,
@@ -102,10 +104,10 @@ impl Stage<'_> {
                 let Some(tx) = inside(x, kx, self.sums.width()) else { continue };
                 let (there, [error_there, _]) = (self.sums.at(tx, ty), self.known.at(tx, ty));
                 let d = self.shown(there) - value;
-                // Luminance, and what colour differs by beyond it.
+                // Difference in luminance, and in chromaticity at a quarter of the weight.
                 let d2 = d.y * d.y + 0.25 * ((d.x - d.y).powi(2) + (d.z - d.y).powi(2));
                 let mut w = tap_x * tap_y;
-                // Nothing is known of an empty texel: it takes from all, and has nothing to give.
+                // An empty texel has no value: it takes from all neighbours and gives nothing.
                 if self.summed || (here.w > 0.0 && there.w > 0.0) {
                     w *= (-d2 / (TOLERANCE * (error + error_there + LEAST_ERROR))).exp();
                 }

@@ -1,4 +1,4 @@
-//! Tone curves in linear Rec.709 RGB; twin of `glsl/include/curves.glsl`.
+//! Tone curves in linear Rec.709 RGB: the reference of `glsl/include/curves.glsl`.
 
 use glam::{Mat3, Vec3};
 

@@ -1,10 +1,8 @@
-//! Twin of `error_view`: the relative standard error of one stream as grey (the paper's Figure 5, right).
+//! The reference of `error_view`: the relative standard error of one stream as grey (the paper's Figure 5, right).
 
 use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::client::lod::Place;
-use crate::client::reference::mips::trilinear;
 use crate::client::reference::reconstruct::{ReconstructParameters, StreamView};
 use crate::image::Grid;
 
@@ -12,7 +10,7 @@ use crate::image::Grid;
 pub fn error_view(p: &ReconstructParameters, stream: Option<&StreamView<'_>>) -> Option<Grid<Vec3>> {
     let (width, height) = (p.spec.width as usize, p.spec.height as usize);
     let mut picture = Grid::try_filled(width, height, Vec3::ZERO)?;
-    let Some((stream, variance)) = stream.and_then(|s| Some((s, s.variance?))) else {
+    let Some(stream) = stream.filter(|stream| stream.variance.is_some()) else {
         return Some(picture);
     };
     let (extent, pad) = (p.spec.padded_extent(), p.spec.pad() as f32);
@@ -20,10 +18,7 @@ pub fn error_view(p: &ReconstructParameters, stream: Option<&StreamView<'_>>) ->
         for (x, out) in row.iter_mut().enumerate() {
             let at = [x as f32 + 0.5 + pad, y as f32 + 0.5 + pad];
             let uv = [0, 1].map(|i| at[i] / extent[i] as f32);
-            let color = trilinear(stream.color, uv, stream.lod.variance);
-            let variance = trilinear(variance, uv, stream.lod.variance);
-            let place = Place { luminance: color.y, weight: color.w, variance, summed: stream.summed };
-            let r = stream.lod.relative_variance(&place, p.luminance_scale, p.spec.filter.energy());
+            let r = stream.relative_variance(p, uv, stream.lod.base).map_or(0.0, |(_, r)| r);
             *out = Vec3::splat(r.sqrt().min(1.0));
         }
     });

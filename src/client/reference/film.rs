@@ -8,33 +8,33 @@ use crate::client::lod::StreamLod;
 use crate::client::reference::accumulator::Accumulator;
 use crate::client::reference::bilateral::bilateral;
 use crate::client::reference::error_view::error_view;
-use crate::client::reference::glare::GlareTwin;
+use crate::client::reference::glare::ReferenceGlare;
 use crate::client::reference::mips::{Pyramid, pyramid};
 use crate::client::reference::reconstruct::{ReconstructParameters, StreamView, reconstruct};
 use crate::client::reference::splat::Bins;
 use crate::client::reference::tonemap::{DisplayParameters, tonemap};
 use crate::client::reference::variance::VarianceParameters;
 use crate::client::settings::{
-    BATCH_CAPACITY, DisplayImage, FilmCounts, FilmData, FilmSpec, Output, Settings, View,
+    BATCH_CAPACITY, ColorOutput, DisplayImage, DisplayView, FilmCounts, FilmData, FilmSpec, Settings,
 };
 use crate::client::state::FilmState;
 use crate::image::Grid;
 use crate::stream::{PathCounts, Sample};
 
-/// A film whose passes are plain Rust: `--device cpu`, and the twin the Vulkan film is tested against.
+/// A film whose passes are plain Rust: `--device cpu`, and the definition that the Vulkan film is tested against.
 ///
 /// The same samples in the same order give the same bits for any number of threads.
 pub struct ReferenceFilm {
     state: FilmState,
     pool: rayon::ThreadPool,
-    camera: Stream,
-    light: Stream,
-    glare: GlareTwin,
+    camera: ReferenceStream,
+    light: ReferenceStream,
+    glare: ReferenceGlare,
 }
 
-/// One stream: what waits in the batch, and the sums; no image before the first sample.
+/// One stream: the samples of the batch, and the sums, which are made with the first sample.
 #[derive(Default)]
-struct Stream {
+struct ReferenceStream {
     batch: Vec<Sample>,
     bins: Bins,
     sums: Option<Accumulator>,
@@ -56,9 +56,9 @@ impl ReferenceFilm {
         Ok(Self {
             state,
             pool,
-            camera: Stream::default(),
-            light: Stream::default(),
-            glare: GlareTwin::default(),
+            camera: ReferenceStream::default(),
+            light: ReferenceStream::default(),
+            glare: ReferenceGlare::default(),
         })
     }
 
@@ -154,7 +154,7 @@ impl ReferenceFilm {
     /// film does not keep.
     pub fn display(&mut self, settings: &Settings) -> Result<DisplayImage, ClientError> {
         self.flush()?;
-        let settings = Settings { output: Output::Sdr, ..settings.clone() };
+        let settings = Settings { output: ColorOutput::Sdr, ..settings.clone() };
         let (spec, lods) = (self.state.spec(), self.state.lods());
         let p = ReconstructParameters {
             spec: *spec,
@@ -175,9 +175,9 @@ impl ReferenceFilm {
             let camera = camera.as_ref().zip(lods[0]).map(|(levels, lod)| levels.view(lod, false));
             let light = light.as_ref().zip(lods[1]).map(|(levels, lod)| levels.view(lod, true));
             let picture = match settings.view {
-                View::Picture => masked(&p, &effects, [camera, light]),
-                View::CameraVariance => error_view(&p, camera.as_ref()),
-                View::LightVariance => error_view(&p, light.as_ref()),
+                DisplayView::Picture => masked(&p, &effects, [camera, light]),
+                DisplayView::CameraVariance => error_view(&p, camera.as_ref()),
+                DisplayView::LightVariance => error_view(&p, light.as_ref()),
             };
             let picture = picture.ok_or_else(|| Accumulator::out_of_memory("the displayed picture", spec))?;
             let picture = match settings.glare.filter(|_| effects.glare) {
@@ -196,8 +196,9 @@ impl ReferenceFilm {
     pub fn develop(&mut self) -> Result<FilmData, ClientError> {
         self.flush()?;
         let spec = self.state.spec();
-        let color = |s: &Stream| s.sums.as_ref().map(|a| a.crop_color(spec)).unwrap_or_default();
-        let variance = |s: &Stream| s.sums.as_ref().map(|a| a.crop_variance(spec)).unwrap_or_default();
+        let color = |s: &ReferenceStream| s.sums.as_ref().map(|a| a.crop_color(spec)).unwrap_or_default();
+        let variance =
+            |s: &ReferenceStream| s.sums.as_ref().map(|a| a.crop_variance(spec)).unwrap_or_default();
         Ok(FilmData {
             width: spec.width,
             height: spec.height,

@@ -1,4 +1,4 @@
-//! Twin of `fold`: adds a batch image to the two-float accumulators.
+//! The reference of `fold`: adds a batch image to the two-float accumulators.
 //!
 //! A plain `f32` sum of unit weights stops at 2^24, and a filter tap of weight f is lost once W > f·2^24
 //! (paper §4.2 blends into one texture). Each batch is summed on its own and added by TwoSum
@@ -48,7 +48,7 @@ pub fn fold_variance(hi: &mut [f32], lo: &mut [f32], batch: &[f32]) {
 mod tests {
     use super::*;
 
-    /// P6, N16: 10^8 equal adds as batches, and one by one where plain f32 stands still.
+    /// 10^8 equal additions as batches, and one by one where a plain f32 stands still.
     #[test]
     fn sums_stay_exact_where_f32_stands_still() {
         let mut pair = (16_777_216.0f32, 0.0f32);
@@ -73,7 +73,7 @@ mod tests {
         assert!(error(f64::from(naive)) > 1e-6, "{}", error(f64::from(naive)));
     }
 
-    /// N16: small parts survive beside a sum 10^7 times as large.
+    /// Small parts survive beside a sum 10^7 times as large.
     #[test]
     fn mixture_of_sizes() {
         let (mut pair, mut naive) = ((1e7f32, 0.0f32), 1e7f32);

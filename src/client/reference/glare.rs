@@ -1,4 +1,4 @@
-//! Twin of `glare`: convolution with the eye's point-spread function, in XYZ (paper §4.2, step 5).
+//! The reference of `glare`: convolution with the eye's point-spread function, in XYZ (paper §4.2, step 5).
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use rustfft::num_complex::Complex32;
 use rustfft::{Fft, FftPlanner};
 
 use crate::client::glare::fourier::zeros;
-use crate::client::glare::{Axis, Kernel, spectrum};
+use crate::client::glare::{FourierAxis, GlareKernel, spectrum};
 use crate::client::settings::Glare;
 use crate::image::Grid;
 
@@ -18,19 +18,20 @@ pub const SCALE: f32 = 1.0 / (1 << 30) as f32;
 
 /// The glare of pictures of one extent; made anew when extent or settings change.
 #[derive(Default)]
-pub struct GlareTwin {
-    made: Option<Made>,
+pub struct ReferenceGlare {
+    made: Option<ReferenceConvolution>,
 }
 
-struct Made {
+/// Kernel and transforms for pictures of one extent.
+struct ReferenceConvolution {
     extent: [usize; 2],
     glare: Glare,
-    kernel: Kernel,
-    axes: [Axis; 2],
+    kernel: GlareKernel,
+    axes: [FourierAxis; 2],
     spectrum: Vec<f32>,
 }
 
-impl GlareTwin {
+impl ReferenceGlare {
     /// The picture with glare, or `None` when there is no memory. NaN counts as 0, infinity as the largest number.
     pub fn apply(&mut self, picture: &Grid<Vec3>, glare: &Glare) -> Option<Grid<Vec3>> {
         let extent = [picture.width(), picture.height()];
@@ -39,16 +40,16 @@ impl GlareTwin {
         }
         if !self.made.as_ref().is_some_and(|made| made.extent == extent && made.glare == *glare) {
             self.made = None;
-            let kernel = Kernel::new(extent, glare)?;
-            let axes = extent.map(Axis::new);
+            let kernel = GlareKernel::new(extent, glare)?;
+            let axes = extent.map(FourierAxis::new);
             let spectrum = spectrum(&kernel, [&axes[0], &axes[1]])?;
-            self.made = Some(Made { extent, glare: *glare, kernel, axes, spectrum });
+            self.made = Some(ReferenceConvolution { extent, glare: *glare, kernel, axes, spectrum });
         }
         self.made.as_ref()?.convolve(picture)
     }
 }
 
-impl Made {
+impl ReferenceConvolution {
     /// All three channels, one after the other.
     fn convolve(&self, picture: &Grid<Vec3>) -> Option<Grid<Vec3>> {
         let [columns, rows] = [self.axes[0].half + 1, self.axes[1].half + 1];
@@ -77,7 +78,7 @@ impl Made {
             v * SCALE * gain
         };
         by_row.par_chunks_mut(2 * columns).enumerate().for_each_init(
-            || Line::new(&fft),
+            || FftLine::new(&fft),
             |line, (pair, out)| {
                 line.fill(picture.width(), |x| Complex32::new(value(x, 2 * pair), value(x, 2 * pair + 1)));
                 line.run(&fft);
@@ -97,7 +98,7 @@ impl Made {
         let mut planner = FftPlanner::new();
         let (forward, back) = (planner.plan_fft_forward(length), planner.plan_fft_inverse(length));
         by_column.par_chunks_mut(height).enumerate().for_each_init(
-            || Line::new(&forward),
+            || FftLine::new(&forward),
             |line, (kx, out)| {
                 line.fill(height, |y| by_row[y * columns + kx]);
                 line.run(&forward);
@@ -116,7 +117,7 @@ impl Made {
         let fft = FftPlanner::new().plan_fft_inverse(length);
         let width = result.width();
         result.pixels_mut().par_chunks_mut(2 * width).enumerate().for_each_init(
-            || Line::new(&fft),
+            || FftLine::new(&fft),
             |line, (pair, out)| {
                 let at = |kx: usize, y: usize| {
                     if y < height { by_column[kx * height + y] } else { Complex32::ZERO }
@@ -136,12 +137,12 @@ impl Made {
 }
 
 /// A line to be transformed in place.
-struct Line {
+struct FftLine {
     data: Vec<Complex32>,
     scratch: Vec<Complex32>,
 }
 
-impl Line {
+impl FftLine {
     fn new(fft: &Arc<dyn Fft<f32>>) -> Self {
         let scratch = vec![Complex32::ZERO; fft.get_inplace_scratch_len()];
         Self { data: vec![Complex32::ZERO; fft.len()], scratch }

@@ -1,7 +1,7 @@
-//! The CPU twins of the Vulkan passes, under the same names.
+//! The passes in plain Rust, under the names of the Vulkan passes.
 //!
-//! They are the definition that the shaders are tested against, and the whole client where there is no
-//! Vulkan driver (`--device cpu`).
+//! They define what the shaders compute and are what these are tested against; with `--device cpu`, where there is no Vulkan
+//! driver, they are the whole client.
 //!
 //! | file | pass | paper |
 //! |---|---|---|
@@ -30,7 +30,6 @@ pub mod mips;
 pub mod reconstruct;
 pub mod splat;
 pub mod tonemap;
-mod truncated;
 pub mod variance;
 
 pub use film::ReferenceFilm;

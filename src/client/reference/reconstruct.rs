@@ -1,14 +1,13 @@
-//! Twin of `reconstruct`: blurs both streams as far as their samples ask for, and sums them (paper §4.2, §4.3).
+//! The reference of `reconstruct`: blurs both streams as far as their sample counts require, and adds them (paper §4.2, §4.3).
 
 use glam::{Vec3, Vec4, Vec4Swizzles};
 use rayon::prelude::*;
 
 use crate::client::filter::RECONSTRUCTION_THRESHOLD;
-use crate::client::lod::{MIN_LOD, Place, StreamLod};
-use crate::client::reference::kernel::gaussian;
+use crate::client::lod::{LocalStatistics, MIN_LOD, StreamLod};
+use crate::client::reference::kernel::{gaussian, windowed_gaussian};
 use crate::client::reference::mips::trilinear;
-use crate::client::reference::truncated::truncated;
-use crate::client::settings::{FilmSpec, Kernel, Reconstruction};
+use crate::client::settings::{FilmSpec, Reconstruction, ReconstructionKernel};
 use crate::image::Grid;
 
 /// Catmull–Rom weight sums below this part of the bilinear one fall back to bilinear: negative lobes
@@ -27,15 +26,32 @@ pub struct StreamView<'a> {
     pub summed: bool,
 }
 
-/// What the reconstruction is specialised for and its constants.
+impl StreamView<'_> {
+    /// At `uv` over the padded film: the colour at the level where variance and mean are read, and the relative variance of
+    /// the mean after a blur of level `base`. `None` without variance.
+    pub fn relative_variance(
+        &self,
+        p: &ReconstructParameters,
+        uv: [f32; 2],
+        base: f32,
+    ) -> Option<(Vec4, f32)> {
+        let color = trilinear(self.color, uv, self.lod.variance);
+        let variance = trilinear(self.variance?, uv, self.lod.variance);
+        let lod = StreamLod { base, ..self.lod };
+        let at = LocalStatistics { luminance: color.y, weight: color.w, variance, summed: self.summed };
+        Some((color, lod.relative_variance(&at, p.luminance_scale, p.spec.filter.energy())))
+    }
+}
+
+/// The parameters of the reconstruction.
 #[derive(Clone, Copy, Debug)]
 pub struct ReconstructParameters {
     /// Size, padding, filter.
     pub spec: FilmSpec,
-    /// The way of reconstruction.
+    /// The reconstruction method.
     pub method: Reconstruction,
-    /// Where its Gaussian ends.
-    pub kernel: Kernel,
+    /// The support of its Gaussian.
+    pub kernel: ReconstructionKernel,
     /// Noise masking strength; 0 is off.
     pub vm: f32,
     /// The film's luminance scale, a power of two.
@@ -48,7 +64,7 @@ pub struct ReconstructParameters {
 
 /// A place of the picture in padded texels, the texel that it lies in, and the screen position over the padded film.
 #[derive(Clone, Copy)]
-struct Pixel {
+struct PixelPosition {
     place: [f32; 2],
     texel: [usize; 2],
     uv: [f32; 2],
@@ -70,7 +86,7 @@ pub fn reconstruct(
         for (x, out) in row.iter_mut().enumerate() {
             let place = [x, y].map(|i| (i as f32 + 0.5) * detail + pad);
             let uv = [0, 1].map(|i| place[i] / extent[i] as f32);
-            let at = Pixel { place, texel: place.map(|p| p as usize), uv };
+            let at = PixelPosition { place, texel: place.map(|p| p as usize), uv };
             let mut xyz = Vec3::ZERO;
             if let Some(stream) = camera {
                 let sum = read(p, stream, at);
@@ -89,7 +105,7 @@ pub fn reconstruct(
 
 /// The blurred `[X, Y, Z, W]` of one stream at one pixel.
 #[inline]
-fn read(p: &ReconstructParameters, stream: &StreamView<'_>, at: Pixel) -> Vec4 {
+fn read(p: &ReconstructParameters, stream: &StreamView<'_>, at: PixelPosition) -> Vec4 {
     let lod = level_of_detail(p, stream, at.uv);
     match p.method {
         Reconstruction::Gaussian => blur(p.kernel, stream.color, at, lod),
@@ -101,30 +117,24 @@ fn read(p: &ReconstructParameters, stream: &StreamView<'_>, at: Pixel) -> Vec4 {
 
 /// `LoD'` of one stream at `uv` over the padded film.
 pub fn level_of_detail(p: &ReconstructParameters, stream: &StreamView<'_>, uv: [f32; 2]) -> f32 {
-    let Some(variance) = stream.variance else {
-        return stream.lod.base;
-    };
-    let color = trilinear(stream.color, uv, stream.lod.variance);
-    let variance = trilinear(variance, uv, stream.lod.variance);
-    let place = Place { luminance: color.y, weight: color.w, variance, summed: stream.summed };
-    let r = stream.lod.relative_variance(&place, p.luminance_scale, p.spec.filter.energy());
-    stream.lod.masked(r, p.vm)
+    let known = stream.relative_variance(p, uv, stream.lod.base);
+    known.map_or(stream.lod.base, |(_, r)| stream.lod.masked(r, p.vm))
 }
 
 /// The paper's rule "while σ < t: σ ← 4σ, next level" ends with t ≤ σ < 4t on one level; the other of the two levels is the
 /// finer one, with a quarter of that σ. Wide kernels on both are what keeps texels from showing. At LoD 0 the kernel spans
 /// a texel (σ = t); below, it narrows to the texel alone at LoD −1.
-fn blur(kernel: Kernel, levels: &[Grid<Vec4>], at: Pixel, lod: f32) -> Vec4 {
+fn blur(kernel: ReconstructionKernel, levels: &[Grid<Vec4>], at: PixelPosition, lod: f32) -> Vec4 {
     if lod <= MIN_LOD {
         return levels[0].at(at.texel[0], at.texel[1]);
     }
     let four_to = |x: f32| RECONSTRUCTION_THRESHOLD * (2.0 * x).exp2();
     let mean = |level: usize, sigma: f32| {
         let (image, p) = (&levels[level], position(levels, at, level));
-        if kernel == Kernel::default() {
+        if kernel == ReconstructionKernel::default() {
             gaussian(image, p, sigma)
         } else {
-            truncated(kernel, image, p, sigma)
+            windowed_gaussian(kernel, image, p, sigma)
         }
     };
     if lod < 0.0 {
@@ -137,7 +147,7 @@ fn blur(kernel: Kernel, levels: &[Grid<Vec4>], at: Pixel, lod: f32) -> Vec4 {
 }
 
 /// Catmull–Rom on two levels, interpolated; trilinear where the weight all but cancels.
-fn spline(levels: &[Grid<Vec4>], at: Pixel, lod: f32) -> Vec4 {
+fn spline(levels: &[Grid<Vec4>], at: PixelPosition, lod: f32) -> Vec4 {
     let lod = lod.max(0.0);
     let level = (lod as usize).min(levels.len() - 1);
     let f = lod - level as f32;
@@ -152,7 +162,7 @@ fn spline(levels: &[Grid<Vec4>], at: Pixel, lod: f32) -> Vec4 {
 }
 
 /// Position in texels of a level; exact on level 0.
-fn position(levels: &[Grid<Vec4>], at: Pixel, level: usize) -> [f32; 2] {
+fn position(levels: &[Grid<Vec4>], at: PixelPosition, level: usize) -> [f32; 2] {
     let size = [levels[level].width(), levels[level].height()];
     let full = [levels[0].width(), levels[0].height()];
     [0, 1].map(|i| at.place[i] * (size[i] as f32 / full[i] as f32))

@@ -1,7 +1,7 @@
-//! Twin of `splat_color`: draws one batch of samples as filter-shaped sprites, additively.
+//! The reference of `splat_color`: draws one batch of samples as filter-shaped sprites, additively.
 //!
 //! The sum in every texel is the plain `f32` sum in sample order, as additive blending gives it. Rows are
-//! cut into bands; a band draws its own samples in order, so threads and bands cannot change a bit.
+//! cut into bands; a band draws its own samples in order, so the result does not depend on threads or bands.
 
 use std::ops::Range;
 
@@ -154,6 +154,7 @@ fn clip<const N: usize>(taps: &Taps, origin: usize, len: usize) -> (usize, Range
 mod tests {
     use super::*;
     use crate::color::Xyz;
+    use crate::math::random::Random;
 
     fn spec(width: u32, height: u32, filter: SplatFilter) -> FilmSpec {
         FilmSpec { width, height, filter, variance: Some(Default::default()), sums: Default::default() }
@@ -165,11 +166,8 @@ mod tests {
         for filter in [SplatFilter::Gaussian, SplatFilter::Tent, SplatFilter::Box] {
             let spec = spec(37, 71, filter);
             let [w, h] = spec.padded_extent().map(|n| n as usize);
-            let mut seed = 1u32;
-            let mut next = || {
-                seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-                (seed >> 8) as f32 / 16_777_216.0
-            };
+            let mut random = Random(1);
+            let mut next = || random.f32();
             let samples: Vec<Sample> = (0..3000)
                 .map(|_| Sample {
                     uv: [next() * 1.3 - 0.15, next() * 1.3 - 0.15],

@@ -1,4 +1,4 @@
-//! Twin of `tonemap`: scene-linear XYZ becomes encoded display RGB (paper §4.2, steps 6 to 8).
+//! The reference of `tonemap`: scene-linear XYZ becomes encoded display RGB (paper §4.2, steps 6 to 8).
 //!
 //! The paper scales X and Z "by Y/Y'", which is the ratio upside down: it is Y'/Y.
 
@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use crate::client::dither::thresholds;
 use crate::client::effects;
 use crate::client::reference::curves::{MAX_TONE_INPUT, agx, pbr_neutral};
-use crate::client::settings::{DisplayImage, Dither, Output, Settings, ToneCurve, View};
+use crate::client::settings::{ColorOutput, DisplayImage, DisplayView, Dither, Settings, ToneCurve};
 use crate::color::profile::{rec709_from_xyz, rec709_luminance};
 use crate::color::{TransferTable, pq};
 use crate::image::Grid;
@@ -16,10 +16,10 @@ use crate::image::Grid;
 /// Below this argument `1 − exp(−t)` is taken from its series, which does not cancel.
 pub const SERIES_BELOW: f32 = 1e-2;
 
-/// Largest `X/Y` and `Z/Y` used: no real stimulus comes near, and `∞` would have no hue.
+/// Largest `X/Y` and `Z/Y` that are used: no real stimulus comes near them, and infinity would have no hue.
 pub const MAX_CHROMATICITY_RATIO: f32 = 1e4;
 
-/// The values of one repaint, as the shader gets them.
+/// The push constants of the shader.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ToneParameters {
     /// Brightness `B`.
@@ -44,20 +44,20 @@ impl From<&Settings> for ToneParameters {
     }
 }
 
-/// All that decides the encoded picture.
+/// All parameters of the encoded picture.
 #[derive(Clone, Debug)]
 pub struct DisplayParameters {
     /// Curve's parameters and matrix.
     pub tone: ToneParameters,
-    /// The picture holds a grey that is shown as it is.
+    /// Whether the picture holds a grey that is shown without a curve.
     pub grey: bool,
     /// Tone curve.
     pub curve: ToneCurve,
-    /// What the picture is encoded for.
-    pub output: Output,
+    /// The encoding of the picture.
+    pub output: ColorOutput,
     /// The display's own transfer instead of a power.
     pub transfer: Option<TransferTable>,
-    /// What hides the steps.
+    /// The dither that hides the steps of the encoding.
     pub dither: Dither,
 }
 
@@ -65,7 +65,7 @@ impl From<&Settings> for DisplayParameters {
     fn from(s: &Settings) -> Self {
         Self {
             tone: ToneParameters::from(s),
-            grey: s.view != View::Picture,
+            grey: s.view != DisplayView::Picture,
             curve: s.curve,
             output: s.output,
             transfer: s.profile.transfer.clone(),
@@ -75,9 +75,9 @@ impl From<&Settings> for DisplayParameters {
 }
 
 impl DisplayParameters {
-    /// Luminance that nothing exceeds, 1 being diffuse white.
+    /// The largest displayed luminance, 1 being diffuse white.
     pub fn ceiling(&self) -> f32 {
-        if self.output == Output::Sdr { 1.0 } else { pq::PEAK / pq::DIFFUSE_WHITE }
+        if self.output == ColorOutput::Sdr { 1.0 } else { pq::PEAK / pq::DIFFUSE_WHITE }
     }
 
     /// Display-linear RGB of a pixel, 1 being diffuse white.
@@ -88,16 +88,16 @@ impl DisplayParameters {
         curved(xyz, &self.tone, self.curve, self.ceiling())
     }
 
-    /// What is stored for a pixel before rounding: 0 … 1, or any positive number for [`Output::ScRgb`].
+    /// The encoded value of a pixel before rounding: 0 … 1, or any positive number for [`ColorOutput::ScRgb`].
     pub fn signal(&self, xyz: Vec3) -> Vec3 {
         let rgb = self.linear(xyz);
         match (self.output, &self.transfer) {
-            (Output::ScRgb, _) => rgb * (pq::DIFFUSE_WHITE / pq::SCRGB_WHITE),
-            (Output::Hdr10, _) => {
+            (ColorOutput::ScRgb, _) => rgb * (pq::DIFFUSE_WHITE / pq::SCRGB_WHITE),
+            (ColorOutput::Hdr10, _) => {
                 Vec3::from(rgb.to_array().map(|c| pq::encode(c * (pq::DIFFUSE_WHITE / pq::PQ_PEAK))))
             }
-            (Output::Sdr, Some(table)) => table.apply(rgb),
-            (Output::Sdr, None) => rgb.powf(self.tone.inverse_gamma),
+            (ColorOutput::Sdr, Some(table)) => table.apply(rgb),
+            (ColorOutput::Sdr, None) => rgb.powf(self.tone.inverse_gamma),
         }
     }
 }

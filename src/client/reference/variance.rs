@@ -1,4 +1,4 @@
-//! Twin of `splat_variance`: adds squared deviations of luminance to the variance batch.
+//! The reference of `splat_variance`: adds squared deviations of luminance to the variance batch.
 //!
 //! The paper adds `(Y − Ȳ_new)²`, which is biased low: the first sample of a texel gives 0, "perfectly
 //! clean" where least is known. The product `(Y − Ȳ_old)(Y − Ȳ_new)` equals the merge of Chan, Golub and
@@ -11,7 +11,7 @@ use crate::client::settings::{SplatFilter, Summation, VarianceForm};
 
 /// Mean luminance of every texel of a band before and after a fold, each as two floats.
 ///
-/// The second float keeps deviations right where the mean is 10^6 times the deviation (N15).
+/// The second float keeps deviations exact where the mean is 10^6 times the deviation.
 #[derive(Debug, Default)]
 pub struct Means {
     old: Vec<f32>,
@@ -27,7 +27,7 @@ pub fn two_float_mean(hi: Vec4, lo: Vec4) -> Option<(f32, f32)> {
         return None;
     }
     let mean = hi.y / hi.w;
-    // What `mean · weight` leaves of the sum, exact in f64 as a fused multiply-add would be.
+    // The remainder of the sum after `mean · weight`, exact in f64 as a fused multiply-add would be.
     let left = f64::from(hi.y) - f64::from(mean) * f64::from(hi.w);
     Some((mean, (left as f32 + (lo.y - mean * lo.w)) / hi.w))
 }
@@ -65,7 +65,7 @@ fn fill(mean: &mut Vec<f32>, rest: &mut Vec<f32>, hi: &[Vec4], lo: &[Vec4]) {
     }
 }
 
-/// What the passes of a batch are specialised for.
+/// The parameters of the passes of a batch.
 #[derive(Clone, Copy, Debug)]
 pub struct VarianceParameters {
     /// Splat filter.

@@ -17,4 +17,5 @@ pub mod input;
 pub mod keys;
 pub mod navigation;
 pub mod panel;
+pub mod panel_renderer;
 pub mod statistics;

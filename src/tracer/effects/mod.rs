@@ -9,7 +9,7 @@
 //! ```
 //!
 //! [`Scene::prepare`](crate::tracer::Scene::prepare) makes ready what [`planned`] leaves: what the plan calls off is not there any
-//! more. The client's half is `client/listed.rs`; `app/plan.rs` joins the two. A new effect is a line of the table below, a file
+//! more. The client's half is `client/effect_list.rs`; `app/plan.rs` joins the two. A new effect is a line of the table below, a file
 //! beside this one, and a test.
 
 mod decide;

@@ -8,9 +8,9 @@ use glam::{DVec3, Vec3};
 use pointillist::tracer::accel::{Accel, Hit, PrimRange, Ray, SimdKernel};
 use pointillist::tracer::shape::{Disk, Sphere, Triangle};
 
-pub use super::random::Random;
 pub use exact::{Tally, Verdict, check, check_verdicts, polygon, rounding};
 pub use meshes::{CLOSED, Closed, icosphere, moeller_trumbore};
+pub use pointillist::math::random::Random;
 
 /// What the two questions were answered with.
 pub type Answer = (Option<Hit>, bool);

@@ -11,9 +11,9 @@ use pointillist::spectrum::{Spectrum, dispersion::Ior};
 use pointillist::stream::UvWindow;
 use pointillist::tracer::{Camera, PathTracer, Scene};
 
-pub use super::random::Random;
 pub use chi2::assert_counts;
 pub use mean::{Luminances, assert_mean, luminances, mean};
+pub use pointillist::math::random::Random;
 
 /// A scene without anything in it: the camera at the origin looks along +z, 1° wide.
 pub fn empty() -> SceneDesc {

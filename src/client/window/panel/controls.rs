@@ -2,11 +2,10 @@
 
 use std::ops::RangeInclusive;
 
+use clap::ValueEnum;
 use egui::{ComboBox, Response, Sense, Slider, SliderClamping, Ui};
 
-use crate::client::settings::{
-    Adaptation, Dither, Glare, Masking, Output, Reconstruction, Settings, SplatFilter, ToneCurve, View,
-};
+use crate::client::settings::{Adaptation, Glare, OptionNames, Settings, SplatFilter};
 use crate::client::window::panel::{MapChoice, PanelControls, style};
 use crate::color::Profile;
 
@@ -17,27 +16,16 @@ pub(super) fn show(ui: &mut Ui, controls: &mut PanelControls) {
     let maps = [("Picture", MapChoice::None), ("Error map", MapChoice::Error), ("Cost map", MapChoice::Cost)];
     let hint = "The picture, over it its relative error, or the time that paths take by region";
     choice(ui, ("Show", hint), map, &MapChoice::default(), &maps);
-    let views = [
-        ("Picture", View::Picture),
-        ("Error, camera", View::CameraVariance),
-        ("Error, light", View::LightVariance),
-    ];
     let hint = "The picture, or the relative standard error of a stream";
-    choice(ui, ("View", hint), &mut settings.view, &default.view, &views);
-    use Reconstruction as R;
-    let kinds =
-        [("Gaussian", R::Gaussian), ("Catmull–Rom", R::CatmullRom), ("Mipmap", R::Mipmap), ("None", R::None)];
+    option(ui, ("View", hint), &mut settings.view, default.view);
     let label = ("Reconstruction", "How the sums become a picture while samples are few");
-    choice(ui, label, &mut settings.reconstruction, &default.reconstruction, &kinds);
-    let filters =
-        [("Gaussian", SplatFilter::Gaussian), ("Tent", SplatFilter::Tent), ("Box", SplatFilter::Box)];
+    option(ui, label, &mut settings.reconstruction, default.reconstruction);
     let hint = "How a sample is spread over pixels; starts the film anew";
-    choice(ui, ("Filter", hint), filter, &SplatFilter::default(), &filters);
+    option(ui, ("Filter", hint), filter, SplatFilter::default());
     let label = ("Noise masking", "Vm: extra blur where the variance is high; 0 is off");
     slide(ui, label, &mut settings.vm, default.vm, 0.0..=16.0);
-    let kinds = [("Low-pass", Masking::LowPass), ("Bilateral", Masking::Bilateral)];
     ui.add_enabled_ui(settings.vm > 0.0, |ui| {
-        choice(ui, ("Masking by", "What hides the noise"), &mut settings.masking, &default.masking, &kinds);
+        option(ui, ("Masking by", "What hides the noise"), &mut settings.masking, default.masking);
     });
     ui.separator();
     glare(ui, &mut settings.glare);
@@ -46,12 +34,8 @@ pub(super) fn show(ui: &mut Ui, controls: &mut PanelControls) {
 }
 
 fn glare(ui: &mut Ui, glare: &mut Option<Glare>) {
-    let eyes = [
-        ("Off", None),
-        ("Day (photopic)", Some(Adaptation::Photopic)),
-        ("Dusk (mesopic)", Some(Adaptation::Mesopic)),
-        ("Night (scotopic)", Some(Adaptation::Scotopic)),
-    ];
+    let states = Adaptation::value_variants().iter().map(|state| (state.label(), Some(*state)));
+    let eyes: Vec<_> = std::iter::once(("Off", None)).chain(states).collect();
     let before = glare.map(|g| g.adaptation);
     let mut now = before;
     choice(ui, ("Glare", "Of the observer's eye, by its adaptation"), &mut now, &None, &eyes);
@@ -65,24 +49,16 @@ fn glare(ui: &mut Ui, glare: &mut Option<Glare>) {
 }
 
 fn tone(ui: &mut Ui, settings: &mut Settings, default: &Settings, own: Option<&Profile>) {
-    let curves = [
-        ("1 − exp(−(B·Y)^C)", ToneCurve::Paper),
-        ("PBR Neutral", ToneCurve::PbrNeutral),
-        ("AgX", ToneCurve::AgX),
-    ];
     let label = ("Tone curve", "From scene to display luminance");
-    choice(ui, label, &mut settings.curve, &default.curve, &curves);
+    option(ui, label, &mut settings.curve, default.curve);
     let label = ("Brightness B", "Factor on luminance");
     slide(ui, label, &mut settings.exposure, default.exposure, 1e-3..=1e3);
     let label = ("Contrast C", "Exponent of the tone curve");
     slide(ui, label, &mut settings.contrast, default.contrast, 0.1..=4.0);
     slide(ui, ("Gamma G", "Of the display"), &mut settings.gamma, default.gamma, 1.0..=4.0);
     profile(ui, &mut settings.profile, own);
-    let kinds = [("None", Dither::None), ("Ordered", Dither::Ordered), ("Blue noise", Dither::BlueNoise)];
-    choice(ui, ("Dither", "Hides the steps of 8 bits"), &mut settings.dither, &default.dither, &kinds);
-    let outputs = [("8 bits", Output::Sdr), ("scRGB", Output::ScRgb), ("HDR10", Output::Hdr10)];
-    let label = ("Output", "Used where the window offers it");
-    choice(ui, label, &mut settings.output, &default.output, &outputs);
+    option(ui, ("Dither", "Hides the steps of 8 bits"), &mut settings.dither, default.dither);
+    option(ui, ("Output", "Used where the window offers it"), &mut settings.output, default.output);
 }
 
 /// Chooses a profile by name. A profile from a file stays until another is chosen.
@@ -112,6 +88,12 @@ fn label(ui: &mut Ui, (text, hint): Label<'_>) -> Response {
         ui.add(text)
     });
     response.inner.on_hover_text(format!("{hint}.\nDouble click: default."))
+}
+
+/// Chooses a value of a display option.
+fn option<T: OptionNames + PartialEq>(ui: &mut Ui, name: Label<'_>, value: &mut T, default: T) {
+    let kinds: Vec<_> = T::value_variants().iter().map(|kind| (kind.label(), kind.clone())).collect();
+    choice(ui, name, value, &default, &kinds);
 }
 
 /// Chooses one of several values.

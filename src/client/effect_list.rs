@@ -1,0 +1,245 @@
+//! The list of the client's effects: which of them settings and streams call for, and why. People read it.
+//!
+//! Nothing is decided here: [`Effects`] and [`FilmSpec`] decide for the code that runs, and this reports the result. The
+//! tracer has a list of its own; `app/plan.rs` joins the two.
+
+use crate::client::effects::Effects;
+use crate::client::settings::{
+    ColorOutput, DisplayView, Dither, FilmSpec, Glare, Masking, OptionNames, Reconstruction, Settings,
+    VarianceForm,
+};
+
+/// One effect of the client.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ClientEffect {
+    /// Its name.
+    pub name: &'static str,
+    /// Whether it is part of the picture.
+    pub on: bool,
+    /// Which stream or option asks for it, or would.
+    pub reason: String,
+    /// What decides it while the program runs.
+    pub at_run_time: &'static str,
+    /// Its own passes, by their names in the timings.
+    pub passes: &'static [&'static str],
+    /// Passes of other effects that take longer with it.
+    pub changes: &'static [&'static str],
+    /// Prefixes of the names of the images and buffers that only it needs.
+    pub images: &'static [&'static str],
+    /// Whether [`Settings::switch`] turns it on and off.
+    pub can_switch: bool,
+}
+
+const ON_FIRST_USE: &str = "which pipelines, images and passes there are: made on first use";
+const CONSTANT: &str = "a specialization constant of tonemap.frag";
+
+/// All effects, in the order of the passes, of a film that receives these `streams`: camera, light.
+pub fn effect_list(spec: &FilmSpec, settings: &Settings, streams: [bool; 2]) -> Vec<ClientEffect> {
+    let effects = Effects::new(settings, 1);
+    let picture = effects.view == DisplayView::Picture;
+    let effect = |name, (on, reason): (bool, String)| ClientEffect {
+        name,
+        on,
+        reason,
+        at_run_time: ON_FIRST_USE,
+        passes: &[],
+        changes: &[],
+        images: &[],
+        can_switch: SWITCHES.contains(&name) && picture,
+    };
+    let either = |on: bool, yes: &str, no: &str| (on, if on { yes } else { no }.to_string());
+    // One pass draws both streams: its time counts for the first of them.
+    let splat = |stream| if stream == usize::from(!streams[0]) { &["splat"][..] } else { &[] };
+    vec![
+        ClientEffect {
+            passes: splat(0),
+            images: &["camera color"],
+            ..effect(
+                "camera-stream",
+                either(
+                    streams[0],
+                    "the method traces paths from the camera",
+                    "no path begins at the camera: no image, no splat",
+                ),
+            )
+        },
+        ClientEffect {
+            passes: splat(1),
+            changes: &["splat", "fold", "mips", "reconstruct"],
+            images: &["light color"],
+            ..effect(
+                "light-stream",
+                either(
+                    streams[1],
+                    "the method shows light paths to the camera",
+                    "no light path is shown: no image, no splat, no mips",
+                ),
+            )
+        },
+        ClientEffect {
+            passes: &["fold"],
+            images: &["batch color"],
+            at_run_time: "every batch is folded",
+            ..effect(
+                "fold",
+                (true, "batches are added up as two floats, so that long renders do not stand still".into()),
+            )
+        },
+        ClientEffect {
+            passes: &["variance"],
+            images: &["camera variance", "light variance", "batch variance", "batch means"],
+            ..effect("variance", variance(spec))
+        },
+        ClientEffect {
+            passes: &["mips"],
+            at_run_time: "the coarsest level that the number of samples asks for",
+            ..effect("mips", (true, "blur where samples are few".into()))
+        },
+        ClientEffect {
+            passes: &["atlas", "bilateral"],
+            changes: &["reconstruct"],
+            images: &["atlas", "bilateral"],
+            ..effect("masking", masking(&effects))
+        },
+        ClientEffect {
+            passes: &["reconstruct", "error view"],
+            images: &["picture XYZ"],
+            ..effect("reconstruction", reconstruction(settings))
+        },
+        ClientEffect { passes: &["glare"], images: &["glare"], ..effect("glare", glare(settings, &effects)) },
+        ClientEffect {
+            passes: &["tonemap"],
+            images: &["picture encoded", "transfer"],
+            at_run_time: CONSTANT,
+            ..effect(
+                "tone-curve",
+                match picture {
+                    true => (true, format!("--curve {}", effects.curve.name())),
+                    false => (false, "--show: greys are encoded as they are".into()),
+                },
+            )
+        },
+        ClientEffect { at_run_time: CONSTANT, ..effect("gamut", gamut(&effects)) },
+        ClientEffect {
+            changes: &["tonemap"],
+            images: &["blue noise"],
+            at_run_time: CONSTANT,
+            ..effect(
+                "dither",
+                (effects.dither != Dither::None, format!("--dither {}", effects.dither.name())),
+            )
+        },
+    ]
+}
+
+fn variance(spec: &FilmSpec) -> (bool, String) {
+    let reason = match spec.variance {
+        Some(VarianceForm::Product) => "for --vm, --show, an EXR file, or a window that may ask for them",
+        Some(VarianceForm::Paper) => "in the paper's form",
+        None => "no noise masking, no error view, no EXR file",
+    };
+    (spec.variance.is_some(), reason.to_string())
+}
+
+fn masking(effects: &Effects) -> (bool, String) {
+    let reason = match effects.masking {
+        Some(Masking::LowPass) => "--vm above 0: a wider kernel where there is noise",
+        Some(Masking::Bilateral) => "--vm above 0, --masking bilateral",
+        None if effects.view == DisplayView::Picture => "--vm is 0",
+        None => "--show: it is the noise that is shown",
+    };
+    (effects.masking.is_some(), reason.to_string())
+}
+
+fn reconstruction(settings: &Settings) -> (bool, String) {
+    match settings.reconstruction {
+        _ if settings.view != DisplayView::Picture => (true, "--show: the relative standard error".into()),
+        Reconstruction::None => (false, "--reconstruct none: texels are copied as they are".into()),
+        kind => (true, format!("--reconstruct {}", kind.name())),
+    }
+}
+
+fn glare(settings: &Settings, effects: &Effects) -> (bool, String) {
+    let reason = match (effects.glare, settings.glare) {
+        (true, _) => "--glare",
+        (false, Some(_)) => "--show: there is no light to scatter",
+        (false, None) => "--glare off",
+    };
+    (effects.glare, reason.to_string())
+}
+
+fn gamut(effects: &Effects) -> (bool, String) {
+    let (on, reason) = match (effects.view, effects.output) {
+        (DisplayView::Picture, ColorOutput::ScRgb) => (false, "scRGB holds all colours"),
+        (DisplayView::Picture, _) => (true, "colours that the display lacks lose saturation, not luminance"),
+        _ => (false, "--show: no colours"),
+    };
+    (on, reason.to_string())
+}
+
+/// Effects that one setting turns on and off.
+const SWITCHES: [&str; 4] = ["masking", "reconstruction", "glare", "dither"];
+
+impl Settings {
+    /// Turns an effect of [`effect_list`] on, in its plainest form, or off. Effects without a switch stay as they are.
+    pub fn switch(&mut self, name: &str, on: bool) {
+        match name {
+            "masking" => self.vm = if on { 1.0 } else { 0.0 },
+            "reconstruction" if on => self.reconstruction = Reconstruction::Gaussian,
+            "reconstruction" => self.reconstruction = Reconstruction::None,
+            "glare" => self.glare = on.then(Glare::default),
+            "dither" if on => self.dither = Dither::Ordered,
+            "dither" => self.dither = Dither::None,
+            _ => (),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn on(spec: &FilmSpec, settings: &Settings, streams: [bool; 2]) -> Vec<&'static str> {
+        effect_list(spec, settings, streams).into_iter().filter(|d| d.on).map(|d| d.name).collect()
+    }
+
+    const PLAIN: FilmSpec = FilmSpec {
+        width: 8,
+        height: 8,
+        filter: crate::client::SplatFilter::Gaussian,
+        variance: None,
+        sums: crate::client::Summation::TwoFloat,
+    };
+
+    #[test]
+    fn what_is_asked_for_is_on() {
+        let always = ["fold", "mips", "reconstruction", "tone-curve", "gamut"];
+        let found = on(&PLAIN, &Settings::default(), [true, false]);
+        assert_eq!(found, [&["camera-stream"][..], &always].concat());
+        let all = Settings {
+            vm: 1.0,
+            glare: Some(Glare::default()),
+            dither: Dither::Ordered,
+            ..Settings::default()
+        };
+        let spec = FilmSpec { variance: Some(VarianceForm::Product), ..PLAIN };
+        assert_eq!(on(&spec, &all, [true; 2]).len(), effect_list(&spec, &all, [true; 2]).len());
+        let error = Settings { view: DisplayView::CameraVariance, ..all };
+        assert_eq!(
+            on(&spec, &error, [true, false]),
+            ["camera-stream", "fold", "variance", "mips", "reconstruction", "dither"]
+        );
+    }
+
+    #[test]
+    fn switches_switch() {
+        let effects = effect_list(&PLAIN, &Settings::default(), [true; 2]);
+        for ClientEffect { name, on: before, .. } in effects.into_iter().filter(|l| l.can_switch) {
+            let mut settings = Settings::default();
+            for wanted in [!before, before] {
+                settings.switch(name, wanted);
+                assert_eq!(on(&PLAIN, &settings, [true; 2]).contains(&name), wanted, "{name}");
+            }
+        }
+    }
+}

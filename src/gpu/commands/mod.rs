@@ -1,0 +1,9 @@
+//! Recording and submitting commands.
+//!
+//! - [`cmd`]: [`Cmd`](cmd::Cmd) records barriers, draws, dispatches and timed scopes.
+//! - [`copies`]: between images and buffers.
+//! - [`frame`]: what is recorded together; two frames are in flight.
+
+pub(in crate::gpu) mod cmd;
+pub(in crate::gpu) mod copies;
+pub(in crate::gpu) mod frame;

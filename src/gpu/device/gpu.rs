@@ -1,0 +1,445 @@
+//! The open device, which every other object holds by `Arc`.
+
+use std::collections::HashMap;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use ash::{khr, vk};
+
+use crate::gpu::device::instance::{DebugNames, VulkanInstance};
+use crate::gpu::device::loss::Loss;
+use crate::gpu::device::memory::{Memory, keep_freed_host_memory};
+use crate::gpu::device::physical::{DeviceChoice, DeviceInfo, DeviceKind, PhysicalDevice, enumerate, pick};
+use crate::gpu::device::retire::{PipelineHandles, RetireQueue, Retired};
+use crate::gpu::device::ring::FrameRing;
+use crate::gpu::error::{GpuError, Named};
+use crate::gpu::timing::clock::DeviceClock;
+use crate::gpu::timing::rows::{ScopeTime, TimingInfo, TimingRows};
+
+/// How a [`Gpu`] is opened.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct GpuOptions {
+    /// Run the validation layer with synchronization validation; slow.
+    pub validation: bool,
+    /// Draw sprites as instanced quads even where large points exist (the fallback, for its tests).
+    pub quads: bool,
+}
+
+impl GpuOptions {
+    /// Validation when `POINTILLIST_VALIDATION` is set to anything but `0`.
+    pub fn from_env() -> Self {
+        let validation = std::env::var("POINTILLIST_VALIDATION").is_ok_and(|v| !v.is_empty() && v != "0");
+        Self { validation, quads: false }
+    }
+}
+
+/// The number of a submitted frame, to wait for it; numbers only grow.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct FrameNumber(pub(in crate::gpu) u64);
+
+impl FrameNumber {
+    /// The number itself, as it stands in [`ScopeRow::frame`](crate::gpu::ScopeRow::frame).
+    pub fn get(self) -> u64 {
+        self.0
+    }
+}
+
+/// Everything that was made on a device and still exists.
+#[derive(Clone, Debug, Default)]
+pub struct Inventory {
+    /// Images and buffers, with the bytes of device memory that each holds; sorted by name.
+    pub memory: Vec<(String, u64)>,
+    /// Pipelines that were compiled, with the constants that each is specialized for, in that order.
+    pub pipelines: Vec<String>,
+}
+
+/// An open device with its queue, its memory and its frames.
+///
+/// One thread records at a time ([`Gpu::begin`] holds a lock until the frame is submitted); everything else may be
+/// called from any thread.
+pub struct Gpu {
+    pub(in crate::gpu) device: ash::Device,
+    pub(in crate::gpu) push_descriptor: khr::push_descriptor::Device,
+    pub(in crate::gpu) debug: DebugNames,
+    pub(in crate::gpu) queue: vk::Queue,
+    pub(in crate::gpu) queue_family: u32,
+    pub(in crate::gpu) physical: vk::PhysicalDevice,
+    pub(in crate::gpu) memory: Memory,
+    pub(in crate::gpu) timeline: vk::Semaphore,
+    frames: Mutex<FrameRing>,
+    /// Number of the frame begun last.
+    pub(in crate::gpu) begun: AtomicU64,
+    pub(in crate::gpu) timing: AtomicBool,
+    /// Number of timestamps recorded.
+    pub(in crate::gpu) queries: AtomicU64,
+    /// Largest side of an image, texels.
+    pub(in crate::gpu) max_extent: u32,
+    /// Largest allocation, bytes.
+    pub(in crate::gpu) max_allocation: u64,
+    /// Bytes that a workgroup can share, and that a shader can see of one buffer.
+    max_shared: u32,
+    max_storage: u32,
+    /// The loss of the device that tests have planned.
+    pub(in crate::gpu) loss: Loss,
+    retired: Mutex<RetireQueue>,
+    /// Graphics pipelines without a holder, by their descriptions.
+    spares: Mutex<HashMap<String, Vec<PipelineHandles>>>,
+    /// Names and constants of the pipelines that were compiled.
+    compiled: Mutex<Vec<String>>,
+    /// Nearest and trilinear.
+    pub(in crate::gpu) samplers: [vk::Sampler; 2],
+    info: DeviceInfo,
+    large_points: bool,
+    /// The last field: it is destroyed after the device.
+    pub(in crate::gpu) instance: Arc<VulkanInstance>,
+}
+
+/// The contents of a lock, also after another thread has panicked while it held it: every change is made in one step.
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Gpu {
+    /// Opens the device of this choice, with validation as the environment says.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError::NoLoader`], [`GpuError::NoDevice`], [`GpuError::NoMatch`] and [`GpuError::Unsuitable`] say what to
+    /// install or to choose; [`GpuError::Call`] names the call that failed.
+    pub fn new(choice: &DeviceChoice) -> Result<Arc<Self>, GpuError> {
+        Self::with_options(choice, GpuOptions::from_env())
+    }
+
+    /// Opens the device of this choice with these options.
+    ///
+    /// # Errors
+    ///
+    /// As [`Gpu::new`], and [`GpuError::NoValidationLayer`].
+    pub fn with_options(choice: &DeviceChoice, options: GpuOptions) -> Result<Arc<Self>, GpuError> {
+        let instance = Arc::new(VulkanInstance::new(options.validation, None)?);
+        let physical = pick(enumerate(&instance)?, choice)?;
+        Self::open(instance, physical, options, false)
+    }
+
+    /// Opens a physical device; `windows` when it is to draw into windows.
+    pub(in crate::gpu) fn open(
+        instance: Arc<VulkanInstance>,
+        physical: PhysicalDevice,
+        options: GpuOptions,
+        windows: bool,
+    ) -> Result<Arc<Self>, GpuError> {
+        if physical.info.kind == DeviceKind::Cpu {
+            keep_freed_host_memory();
+        }
+        let tick = if physical.timestamp_bits > 0 { physical.limits.timestamp_period } else { 0.0 };
+        let mut gpu = Self::bare(instance, physical, options, windows)?;
+        // From here on a failure drops `gpu`, which destroys what has been made.
+        gpu.fill(tick)?;
+        Ok(Arc::new(gpu))
+    }
+
+    /// A device with memory, but without what [`fill`](Self::fill) makes.
+    fn bare(
+        instance: Arc<VulkanInstance>,
+        physical: PhysicalDevice,
+        options: GpuOptions,
+        windows: bool,
+    ) -> Result<Self, GpuError> {
+        let device = create_device(&instance, &physical, windows)?;
+        let memory = match Memory::new(&instance, &device, physical.raw) {
+            Ok(memory) => memory,
+            Err(error) => {
+                // SAFETY: nothing was made of the device.
+                unsafe { device.destroy_device(None) };
+                return Err(error);
+            }
+        };
+        let mut v11 = vk::PhysicalDeviceVulkan11Properties::default();
+        let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut v11);
+        // SAFETY: plain query of a device that knows Vulkan 1.3, as was checked when it was picked.
+        unsafe { instance.raw.get_physical_device_properties2(physical.raw, &mut properties) };
+        let PhysicalDevice { limits, queue_family, timestamp_bits, calibrated, .. } = physical;
+        let clock =
+            DeviceClock::new(&instance.raw, &device, calibrated, timestamp_bits, limits.timestamp_period);
+        Ok(Gpu {
+            push_descriptor: khr::push_descriptor::Device::new(&instance.raw, &device),
+            debug: DebugNames::new(&instance, &device),
+            // SAFETY: `create_device` has asked for one queue of this family.
+            queue: unsafe { device.get_device_queue(queue_family, 0) },
+            queue_family,
+            physical: physical.raw,
+            memory,
+            timeline: vk::Semaphore::null(),
+            frames: Mutex::new(FrameRing::new(clock)),
+            begun: AtomicU64::new(0),
+            timing: AtomicBool::new(false),
+            queries: AtomicU64::new(0),
+            max_extent: limits.max_image_dimension2_d,
+            max_allocation: v11.max_memory_allocation_size,
+            max_shared: limits.max_compute_shared_memory_size,
+            max_storage: limits.max_storage_buffer_range,
+            loss: Loss::default(),
+            retired: Mutex::default(),
+            spares: Mutex::default(),
+            compiled: Mutex::default(),
+            samplers: [vk::Sampler::null(); 2],
+            large_points: physical.large_points && !options.quads,
+            info: physical.info,
+            device,
+            instance,
+        })
+    }
+
+    /// Makes the semaphore of the frames, the samplers and the frames; a timestamp's tick takes `tick` nanoseconds.
+    fn fill(&mut self, tick: f32) -> Result<(), GpuError> {
+        let mut kind = vk::SemaphoreTypeCreateInfo::default().semaphore_type(vk::SemaphoreType::TIMELINE);
+        let info = vk::SemaphoreCreateInfo::default().push_next(&mut kind);
+        // SAFETY: timelineSemaphore is enabled.
+        self.timeline = unsafe { self.device.create_semaphore(&info, None) }.named("vkCreateSemaphore")?;
+        self.name(self.queue, "queue");
+        self.name(self.timeline, "frame timeline");
+        let modes = [
+            (vk::Filter::NEAREST, vk::SamplerMipmapMode::NEAREST, "sampler nearest"),
+            (vk::Filter::LINEAR, vk::SamplerMipmapMode::LINEAR, "sampler trilinear"),
+        ];
+        for (i, (filter, mipmap, name)) in modes.into_iter().enumerate() {
+            let edge = vk::SamplerAddressMode::CLAMP_TO_EDGE;
+            let info = vk::SamplerCreateInfo::default()
+                .mag_filter(filter)
+                .min_filter(filter)
+                .mipmap_mode(mipmap)
+                .address_mode_u(edge)
+                .address_mode_v(edge)
+                .address_mode_w(edge)
+                .max_lod(vk::LOD_CLAMP_NONE);
+            // SAFETY: no feature beyond core 1.0 is asked for.
+            self.samplers[i] = unsafe { self.device.create_sampler(&info, None) }.named("vkCreateSampler")?;
+            self.name(self.samplers[i], name);
+        }
+        let frames = self.frames.get_mut().unwrap_or_else(PoisonError::into_inner);
+        frames.fill(&self.device, &self.debug, self.queue_family, tick)
+    }
+
+    /// Describes this device.
+    pub fn info(&self) -> &DeviceInfo {
+        &self.info
+    }
+
+    /// Whether points of at least 8 pixels can be drawn; sprites are instanced quads otherwise.
+    pub fn large_points(&self) -> bool {
+        self.large_points
+    }
+
+    /// Bytes that the threads of one workgroup can share.
+    pub fn shared_bytes(&self) -> usize {
+        self.max_shared as usize
+    }
+
+    /// Bytes of one buffer that a shader can see.
+    pub fn storage_bytes(&self) -> usize {
+        self.max_storage as usize
+    }
+
+    /// All messages of the validation layer so far, oldest first; empty without validation.
+    pub fn validation_messages(&self) -> Vec<String> {
+        self.instance.messages()
+    }
+
+    /// Lists what exists on the device; what was dropped in the last frames may still be in the list.
+    pub fn inventory(&self) -> Inventory {
+        let report = locked(&self.memory.shared()).generate_report();
+        let mut memory: Vec<_> = report.allocations.into_iter().map(|a| (a.name, a.size)).collect();
+        memory.sort();
+        Inventory { memory, pipelines: locked(&self.compiled).clone() }
+    }
+
+    /// Notes that a pipeline of this shader with these constants was compiled.
+    pub(in crate::gpu) fn note_compiled(&self, shader: &str, constants: &[u32]) {
+        let constants = constants.iter().map(u32::to_string).collect::<Vec<_>>().join(" ");
+        locked(&self.compiled).push(format!("{shader} [{constants}]"));
+    }
+
+    /// Lets `count` more images and buffers get memory; all later ones are refused as if it were exhausted. For tests of
+    /// what happens then; `u64::MAX` ends it.
+    pub fn fail_allocations_after(&self, count: u64) {
+        self.memory.fail_after(count);
+    }
+
+    /// Lets `submits` more frames be submitted; then the device behaves as if it were lost, for good: submitting,
+    /// waiting, acquiring and presenting fail with an error for which [`GpuError::is_device_lost`] holds. For tests.
+    pub fn lose_after(&self, submits: u64) {
+        self.loss.after(submits);
+    }
+
+    /// The error of `call` after the device was lost on purpose.
+    pub(in crate::gpu) fn alive(&self, call: &str) -> Result<(), GpuError> {
+        self.loss.check(call)
+    }
+
+    /// Switches timestamps on or off for the frames that begin from now on.
+    pub fn set_timing(&self, on: bool) {
+        self.timing.store(on, Ordering::Relaxed);
+    }
+
+    /// Takes the sums of all scopes of completed frames since the last call, in the order of their first use.
+    ///
+    /// lavapipe does not count clears of attachments in the scope that does them.
+    pub fn take_timings(&self) -> Vec<ScopeTime> {
+        let mut frames = self.frames();
+        let readings = frames.read_completed(&self.device, self.completed().unwrap_or(0));
+        std::mem::take(&mut readings.totals)
+    }
+
+    /// Takes the rows of all scopes of completed frames since the last call, in the order of the frames; see
+    /// [`TimingRows`]. To get those of every frame, call it at least every few hundred frames.
+    pub fn take_rows(&self) -> TimingRows {
+        let mut frames = self.frames();
+        frames.read_completed(&self.device, self.completed().unwrap_or(0)).take_rows()
+    }
+
+    /// How timestamps of this device become times of the host, and what cannot be timed.
+    pub fn timing_info(&self) -> TimingInfo {
+        self.frames().readings.info(self.info.kind == DeviceKind::Cpu)
+    }
+
+    /// Number of timestamps recorded since the device was opened: stays 0 while timing is off.
+    pub fn queries_recorded(&self) -> u64 {
+        self.queries.load(Ordering::Relaxed)
+    }
+
+    /// Waits until a frame has completed on the GPU.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError::Call`] when the device was lost.
+    pub fn wait(&self, frame: FrameNumber) -> Result<(), GpuError> {
+        self.alive("vkWaitSemaphores")?;
+        let (semaphores, values) = ([self.timeline], [frame.0]);
+        let info = vk::SemaphoreWaitInfo::default().semaphores(&semaphores).values(&values);
+        // SAFETY: the timeline lives as long as `self`; every number given out was submitted.
+        unsafe { self.device.wait_semaphores(&info, u64::MAX) }.named("vkWaitSemaphores")
+    }
+
+    /// Whether this frame has completed on the GPU, or the device is lost; never waits.
+    pub fn has_completed(&self, frame: FrameNumber) -> bool {
+        self.completed().map_or(true, |last| last >= frame.0)
+    }
+
+    /// Number of the last frame that has completed.
+    pub(in crate::gpu) fn completed(&self) -> Result<u64, GpuError> {
+        self.alive("vkGetSemaphoreCounterValue")?;
+        // SAFETY: the timeline lives as long as `self`.
+        unsafe { self.device.get_semaphore_counter_value(self.timeline) }.named("vkGetSemaphoreCounterValue")
+    }
+
+    /// The frames in flight; whoever holds the lock may record and submit.
+    pub(in crate::gpu) fn frames(&self) -> MutexGuard<'_, FrameRing> {
+        locked(&self.frames)
+    }
+
+    /// Destroys `object` as soon as no frame can use it any more.
+    pub(in crate::gpu) fn retire(&self, object: Retired) {
+        let frame = self.begun.load(Ordering::Acquire);
+        locked(&self.retired).push(frame, object);
+    }
+
+    /// Destroys what was retired in frames that have completed.
+    pub(in crate::gpu) fn collect_retired(&self, completed: u64) {
+        // SAFETY: the timeline has reached `completed`.
+        unsafe { locked(&self.retired).collect(completed, &self.device, &self.memory) };
+    }
+
+    /// A pipeline of this description that nobody holds, if there is one: a film of another size compiles nothing.
+    pub(in crate::gpu) fn take_spare(&self, description: &str) -> Option<PipelineHandles> {
+        locked(&self.spares).get_mut(description)?.pop()
+    }
+
+    /// Keeps a pipeline for the next holder. It may still be in use on the device: pipelines do not change.
+    pub(in crate::gpu) fn keep_spare(&self, description: String, handles: PipelineHandles) {
+        locked(&self.spares).entry(description).or_default().push(handles);
+    }
+
+    /// Gives a handle its name in debuggers and messages.
+    pub(in crate::gpu) fn name(&self, handle: impl vk::Handle, name: &str) {
+        self.debug.name(handle, name);
+    }
+}
+
+/// Creates the device with one graphics queue and the features that were found when it was picked.
+fn create_device(
+    instance: &VulkanInstance,
+    physical: &PhysicalDevice,
+    windows: bool,
+) -> Result<ash::Device, GpuError> {
+    let queues = [vk::DeviceQueueCreateInfo::default()
+        .queue_family_index(physical.queue_family)
+        .queue_priorities(&[1.0])];
+    let mut extensions = vec![khr::push_descriptor::NAME.as_ptr()];
+    if windows {
+        extensions.push(khr::swapchain::NAME.as_ptr());
+    }
+    extensions.extend(physical.calibrated.map(|name| name.as_ptr()));
+    let features = vk::PhysicalDeviceFeatures::default().large_points(physical.large_points);
+    let mut v12 =
+        vk::PhysicalDeviceVulkan12Features::default().timeline_semaphore(true).host_query_reset(true);
+    let mut v13 = vk::PhysicalDeviceVulkan13Features::default()
+        .dynamic_rendering(true)
+        .synchronization2(true)
+        .maintenance4(true);
+    let info = vk::DeviceCreateInfo::default()
+        .queue_create_infos(&queues)
+        .enabled_extension_names(&extensions)
+        .enabled_features(&features)
+        .push_next(&mut v12)
+        .push_next(&mut v13);
+    // SAFETY: the physical device offers all features and extensions; pointers outlive the call.
+    unsafe { instance.raw.create_device(physical.raw, &info, None) }.named("vkCreateDevice")
+}
+
+impl std::fmt::Debug for Gpu {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Gpu").field("info", &self.info).finish_non_exhaustive()
+    }
+}
+
+impl Drop for Gpu {
+    fn drop(&mut self) {
+        let spares = std::mem::take(&mut *locked(&self.spares));
+        // SAFETY: this is the last owner (everything else holds an `Arc<Gpu>`), and after the wait nothing is pending; null
+        // handles, of a device that could not be opened, are allowed here.
+        unsafe {
+            let _ = self.device.device_wait_idle();
+            self.collect_retired(u64::MAX);
+            spares.into_values().flatten().for_each(|handles| handles.destroy(&self.device));
+            self.frames().destroy(&self.device);
+            self.samplers.into_iter().for_each(|s| self.device.destroy_sampler(s, None));
+            self.device.destroy_semaphore(self.timeline, None);
+            self.memory.destroy();
+            self.device.destroy_device(None);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What was made before an error is destroyed, children before the device and the device before the instance: the
+    /// validation layer reports every object that is left.
+    #[test]
+    fn an_error_leaves_nothing_behind() {
+        let instance = VulkanInstance::new(true, None);
+        let instance = Arc::new(instance.expect("the validation layer (Debian: vulkan-validationlayers)"));
+        for filled in [false, true] {
+            let physical = pick(enumerate(&instance).expect("a driver"), &DeviceChoice::Best);
+            let options = GpuOptions::default();
+            let gpu = Gpu::bare(instance.clone(), physical.expect("a device"), options, false);
+            let mut gpu = gpu.expect("a device");
+            if filled {
+                gpu.fill(1.0).expect("its parts");
+            }
+        }
+        let messages = instance.messages();
+        assert!(messages.is_empty(), "{messages:?}");
+    }
+}

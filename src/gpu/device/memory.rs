@@ -1,0 +1,120 @@
+//! Device memory: one allocator, shared by all resources.
+
+use std::mem::ManuallyDrop;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
+
+use ash::vk;
+use gpu_allocator::vulkan::{
+    Allocation, AllocationCreateDesc, AllocationScheme, Allocator, AllocatorCreateDesc,
+};
+use gpu_allocator::{AllocationError, AllocationSizes, MemoryLocation};
+
+use crate::gpu::device::instance::VulkanInstance;
+use crate::gpu::error::GpuError;
+
+const MIB: u64 = 1 << 20;
+
+/// The allocator behind a lock. Not dropped by itself: [`Memory::destroy`] must come before the device is destroyed.
+pub(in crate::gpu) struct Memory {
+    allocator: ManuallyDrop<Arc<Mutex<Allocator>>>,
+    /// Number of allocations that may still succeed.
+    left: AtomicU64,
+}
+
+impl Memory {
+    pub fn new(
+        instance: &VulkanInstance,
+        device: &ash::Device,
+        physical: vk::PhysicalDevice,
+    ) -> Result<Self, GpuError> {
+        let allocator = Allocator::new(&AllocatorCreateDesc {
+            instance: instance.raw.clone(),
+            device: device.clone(),
+            physical_device: physical,
+            debug_settings: Default::default(),
+            buffer_device_address: false,
+            // Films of 512² need some 30 MiB a stream: the library's blocks of 256 MiB would waste memory on CPU devices.
+            allocation_sizes: AllocationSizes::new(32 * MIB, 8 * MIB)
+                .with_max_device_memblock_size(256 * MIB),
+        })
+        .map_err(|source| GpuError::Memory { name: "the allocator".into(), source })?;
+        let left = AtomicU64::new(u64::MAX);
+        Ok(Self { allocator: ManuallyDrop::new(Arc::new(Mutex::new(allocator))), left })
+    }
+
+    /// Memory for a resource of these requirements. `linear` is true for buffers.
+    pub fn allocate(
+        &self,
+        name: &str,
+        requirements: vk::MemoryRequirements,
+        location: MemoryLocation,
+        linear: bool,
+    ) -> Result<Allocation, GpuError> {
+        let one_less = |left: u64| left.checked_sub(1);
+        if self.left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, one_less).is_err() {
+            return Err(GpuError::Memory { name: name.into(), source: AllocationError::OutOfMemory });
+        }
+        let desc = AllocationCreateDesc {
+            name,
+            requirements,
+            location,
+            linear,
+            allocation_scheme: AllocationScheme::GpuAllocatorManaged,
+        };
+        let mut allocator = self.allocator.lock().unwrap_or_else(|e| e.into_inner());
+        allocator.allocate(&desc).map_err(|source| GpuError::Memory { name: name.into(), source })
+    }
+
+    /// The allocator itself, for renderers of other crates, which must be dropped before [`destroy`](Self::destroy).
+    pub fn shared(&self) -> Arc<Mutex<Allocator>> {
+        Arc::clone(&self.allocator)
+    }
+
+    /// Lets `count` more allocations succeed.
+    pub fn fail_after(&self, count: u64) {
+        self.left.store(count, Ordering::Relaxed);
+    }
+
+    /// Gives memory back; the resource that used it must be destroyed already.
+    pub fn free(&self, allocation: Allocation) {
+        let mut allocator = self.allocator.lock().unwrap_or_else(|e| e.into_inner());
+        if let Err(error) = allocator.free(allocation) {
+            tracing::error!("GPU memory could not be freed: {error}");
+        }
+    }
+
+    /// Frees all blocks.
+    ///
+    /// # Safety
+    ///
+    /// Called once, while the device still lives, and nothing is allocated or freed afterwards, also by those who share
+    /// it.
+    pub unsafe fn destroy(&mut self) {
+        // SAFETY: the caller promises that this is the last use.
+        unsafe { ManuallyDrop::drop(&mut self.allocator) };
+    }
+}
+
+/// Tells the C library to keep what a driver on the CPU frees in small pieces, up to 64 MiB in each arena, and to map pieces
+/// of 4 MiB and more by themselves.
+///
+/// lavapipe allocates the scene of every pass anew, in pieces of 64 KiB; glibc would give each scene back to the system and
+/// take as many page faults with the next: half of the CPU time of drawing sprites into a small film. Images and blocks of
+/// device memory are larger and live as long as a film: within the heap they would leave holes that nothing fits into, and
+/// the heap would grow with every new size of the window. Elsewhere this does nothing.
+pub(in crate::gpu) fn keep_freed_host_memory() {
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    {
+        use std::ffi::c_int;
+        unsafe extern "C" {
+            fn mallopt(parameter: c_int, value: c_int) -> c_int;
+        }
+        /// `M_TRIM_THRESHOLD` and `M_MMAP_THRESHOLD` of glibc's malloc.h: bytes; the second at most 32 MiB.
+        const THRESHOLDS: [(c_int, c_int); 2] = [(-1, 64 << 20), (-3, 4 << 20)];
+        for (parameter, bytes) in THRESHOLDS {
+            // SAFETY: glibc's own function with its documented parameters; it takes the allocator's lock.
+            unsafe { mallopt(parameter, bytes) };
+        }
+    }
+}

@@ -1,0 +1,301 @@
+//! The devices of the machine: what each offers, what it lacks, and which one is taken.
+
+use std::ffi::CStr;
+
+use ash::{khr, vk};
+
+use crate::gpu::device::instance::VulkanInstance;
+use crate::gpu::error::{GpuError, Named};
+use crate::gpu::timing::clock;
+
+/// The user's choice of a device.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum DeviceChoice {
+    /// The best usable device: discrete before integrated, virtual and CPU.
+    #[default]
+    Best,
+    /// The device at this place of the list that [`devices`] returns.
+    Index(usize),
+    /// The device with this text in its name, in any case of letters.
+    Name(String),
+}
+
+impl DeviceChoice {
+    /// Reads a word of the command line: empty is [`Best`](Self::Best), a number is an index, anything else a name.
+    pub fn parse(text: &str) -> Self {
+        match (text.is_empty(), text.parse()) {
+            (true, _) => DeviceChoice::Best,
+            (_, Ok(index)) => DeviceChoice::Index(index),
+            _ => DeviceChoice::Name(text.to_owned()),
+        }
+    }
+}
+
+/// The kind of hardware of a device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum DeviceKind {
+    /// A graphics card.
+    Discrete,
+    /// Graphics that shares the processor's memory.
+    Integrated,
+    /// A graphics card lent to a virtual machine.
+    Virtual,
+    /// A software rasteriser such as lavapipe.
+    Cpu,
+    /// Anything else.
+    Other,
+}
+
+impl std::fmt::Display for DeviceKind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            DeviceKind::Discrete => "discrete GPU",
+            DeviceKind::Integrated => "integrated GPU",
+            DeviceKind::Virtual => "virtual GPU",
+            DeviceKind::Cpu => "CPU",
+            DeviceKind::Other => "other",
+        })
+    }
+}
+
+/// A device as the user sees it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DeviceInfo {
+    /// Index in the list, for `--device`.
+    pub index: usize,
+    /// Name as the driver gives it.
+    pub name: String,
+    /// Kind of hardware.
+    pub kind: DeviceKind,
+    /// Driver's name and version, such as `llvmpipe Mesa 22.3.6 (LLVM 15.0.6)`.
+    pub driver: String,
+    /// Vulkan version, `major.minor.patch`.
+    pub api: String,
+    /// One sentence for each unmet requirement; empty when the device can be used.
+    pub missing: Vec<String>,
+}
+
+impl DeviceInfo {
+    /// Whether the device meets all requirements.
+    pub fn is_suitable(&self) -> bool {
+        self.missing.is_empty()
+    }
+
+    /// One sentence: usable, or what is missing.
+    pub fn suitability(&self) -> String {
+        if self.is_suitable() { "can be used".into() } else { self.missing.join(" ") }
+    }
+}
+
+/// All devices of this machine, in the driver's order.
+///
+/// # Errors
+///
+/// [`GpuError::NoLoader`] and [`GpuError::NoDevice`] where Vulkan or its drivers are not installed.
+pub fn devices() -> Result<Vec<DeviceInfo>, GpuError> {
+    Ok(enumerate(&VulkanInstance::new(false, None)?)?.into_iter().map(|device| device.info).collect())
+}
+
+/// A physical device and what it offers of what this program needs.
+pub(in crate::gpu) struct PhysicalDevice {
+    pub raw: vk::PhysicalDevice,
+    pub info: DeviceInfo,
+    /// Whether points of at least 8 pixels can be drawn; otherwise sprites are instanced quads.
+    pub large_points: bool,
+    /// Family of a queue for graphics.
+    pub queue_family: u32,
+    /// Valid bits of a timestamp on that queue; 0: no timing.
+    pub timestamp_bits: u32,
+    /// The extension that reads the clock of timestamps.
+    pub calibrated: Option<&'static CStr>,
+    pub limits: vk::PhysicalDeviceLimits,
+    extensions: Vec<vk::ExtensionProperties>,
+    families: Vec<vk::QueueFamilyProperties>,
+}
+
+/// All devices of the instance, each checked against the requirements.
+pub(in crate::gpu) fn enumerate(instance: &VulkanInstance) -> Result<Vec<PhysicalDevice>, GpuError> {
+    // SAFETY: plain query of a live instance.
+    let handles = unsafe { instance.raw.enumerate_physical_devices() }.named("vkEnumeratePhysicalDevices")?;
+    if handles.is_empty() {
+        return Err(GpuError::NoDevice);
+    }
+    Ok(handles.into_iter().enumerate().map(|(i, raw)| PhysicalDevice::describe(instance, raw, i)).collect())
+}
+
+impl PhysicalDevice {
+    fn describe(instance: &VulkanInstance, raw: vk::PhysicalDevice, index: usize) -> Self {
+        let mut driver = vk::PhysicalDeviceDriverProperties::default();
+        let mut all = vk::PhysicalDeviceProperties2::default().push_next(&mut driver);
+        // SAFETY: the handle comes from this instance; drivers ignore structures that they do not know.
+        let (extensions, families) = unsafe {
+            instance.raw.get_physical_device_properties2(raw, &mut all);
+            (
+                instance.raw.enumerate_device_extension_properties(raw).unwrap_or_default(),
+                instance.raw.get_physical_device_queue_family_properties(raw),
+            )
+        };
+        let p = all.properties;
+        let text = |s: Result<&CStr, _>| s.map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+        let version = p.api_version;
+        let (major, minor) = (vk::api_version_major(version), vk::api_version_minor(version));
+        let driver = [driver.driver_name_as_c_str(), driver.driver_info_as_c_str()].map(text).join(" ");
+        let info = DeviceInfo {
+            index,
+            name: text(p.device_name_as_c_str()),
+            kind: match p.device_type {
+                vk::PhysicalDeviceType::DISCRETE_GPU => DeviceKind::Discrete,
+                vk::PhysicalDeviceType::INTEGRATED_GPU => DeviceKind::Integrated,
+                vk::PhysicalDeviceType::VIRTUAL_GPU => DeviceKind::Virtual,
+                vk::PhysicalDeviceType::CPU => DeviceKind::Cpu,
+                _ => DeviceKind::Other,
+            },
+            driver: driver.trim().to_owned(),
+            api: format!("{major}.{minor}.{}", vk::api_version_patch(version)),
+            missing: Vec::new(),
+        };
+        let calibrated = clock::extension(&instance.entry, &instance.raw, raw, &extensions);
+        let mut device = Self {
+            raw,
+            info,
+            large_points: false,
+            queue_family: 0,
+            timestamp_bits: 0,
+            calibrated,
+            limits: p.limits,
+            extensions,
+            families,
+        };
+        if version < vk::API_VERSION_1_3 {
+            device.lacks(format!(
+                "Vulkan 1.3 is needed, the driver offers {major}.{minor}: update the graphics driver."
+            ));
+        } else {
+            device.check_features(instance);
+        }
+        if !device.offers(khr::push_descriptor::NAME) {
+            device.lacks("The extension VK_KHR_push_descriptor is missing: update the graphics driver.");
+        }
+        device.check_formats(instance);
+        device.take_queue_family(|_| true, "It has no queue for graphics.");
+        device
+    }
+
+    /// Narrows the choice of a queue family to those that can present images in a window, as `presents` tells.
+    pub fn check_window(&mut self, presents: impl Fn(u32) -> bool) {
+        if !self.offers(khr::swapchain::NAME) {
+            return self.lacks("It cannot draw into windows (VK_KHR_swapchain is missing).");
+        }
+        self.take_queue_family(presents, "It cannot show pictures in this window.");
+    }
+
+    fn lacks(&mut self, sentence: impl Into<String>) {
+        self.info.missing.push(sentence.into());
+    }
+
+    fn offers(&self, extension: &CStr) -> bool {
+        self.extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(extension))
+    }
+
+    /// Takes the first family for graphics that is `fit`; without one, `missing` is what the device lacks.
+    fn take_queue_family(&mut self, fit: impl Fn(u32) -> bool, missing: &str) {
+        let graphics = |f: &vk::QueueFamilyProperties| f.queue_flags.contains(vk::QueueFlags::GRAPHICS);
+        match (0..).zip(&self.families).find(|(family, f)| graphics(f) && fit(*family)) {
+            Some((family, properties)) => {
+                (self.queue_family, self.timestamp_bits) = (family, properties.timestamp_valid_bits);
+            }
+            None => self.lacks(missing),
+        }
+    }
+
+    /// Checks the core features of 1.2 and 1.3.
+    fn check_features(&mut self, instance: &VulkanInstance) {
+        let mut v12 = vk::PhysicalDeviceVulkan12Features::default();
+        let mut v13 = vk::PhysicalDeviceVulkan13Features::default();
+        let mut all = vk::PhysicalDeviceFeatures2::default().push_next(&mut v12).push_next(&mut v13);
+        // SAFETY: the chain holds structures of versions that this device knows.
+        unsafe { instance.raw.get_physical_device_features2(self.raw, &mut all) };
+        let large_points = all.features.large_points == vk::TRUE;
+        self.large_points = large_points && self.limits.point_size_range[1] >= 8.0;
+        for (have, name) in [
+            (v12.timeline_semaphore, "timelineSemaphore"),
+            (v12.host_query_reset, "hostQueryReset"),
+            (v13.dynamic_rendering, "dynamicRendering"),
+            (v13.synchronization2, "synchronization2"),
+            (v13.maintenance4, "maintenance4"), // SPIR-V 1.6 gives the size of workgroups by constants
+        ] {
+            if have == vk::FALSE {
+                self.lacks(format!(
+                    "The feature {name} of Vulkan 1.3 is missing: update the graphics driver."
+                ));
+            }
+        }
+    }
+
+    /// Checks what must be possible with each format.
+    fn check_formats(&mut self, instance: &VulkanInstance) {
+        use vk::FormatFeatureFlags as F;
+        let accumulate = F::COLOR_ATTACHMENT
+            | F::COLOR_ATTACHMENT_BLEND
+            | F::SAMPLED_IMAGE
+            | F::SAMPLED_IMAGE_FILTER_LINEAR;
+        let copied = F::TRANSFER_SRC | F::TRANSFER_DST;
+        for (format, needs) in [
+            (vk::Format::R32G32B32A32_SFLOAT, accumulate | copied),
+            (vk::Format::R32_SFLOAT, accumulate | copied),
+            (vk::Format::R8G8B8A8_UNORM, F::COLOR_ATTACHMENT | F::SAMPLED_IMAGE | copied),
+        ] {
+            // SAFETY: plain query.
+            let have = unsafe { instance.raw.get_physical_device_format_properties(self.raw, format) };
+            let lacks = needs & !have.optimal_tiling_features;
+            for (flag, verb) in [
+                (F::COLOR_ATTACHMENT, "be drawn into"),
+                (
+                    F::COLOR_ATTACHMENT_BLEND,
+                    "be blended (COLOR_ATTACHMENT_BLEND), so samples cannot be added up",
+                ),
+                (F::SAMPLED_IMAGE, "be read by a shader"),
+                (F::SAMPLED_IMAGE_FILTER_LINEAR, "be read with linear filtering"),
+                (F::TRANSFER_SRC, "be copied from"),
+                (F::TRANSFER_DST, "be copied to"),
+            ] {
+                if lacks.contains(flag) {
+                    self.lacks(format!("Images of format {format:?} cannot {verb}."));
+                }
+            }
+        }
+    }
+}
+
+/// The device of this choice.
+pub(in crate::gpu) fn pick(
+    mut devices: Vec<PhysicalDevice>,
+    choice: &DeviceChoice,
+) -> Result<PhysicalDevice, GpuError> {
+    let available = names(&devices);
+    // A stable sort by suitability, then kind: the driver's order decides between equals.
+    devices.sort_by_key(|device| (!device.info.is_suitable(), device.info.kind));
+    let found = devices.into_iter().find(|device| match choice {
+        DeviceChoice::Best => true,
+        DeviceChoice::Index(index) => device.info.index == *index,
+        DeviceChoice::Name(name) => device.info.name.to_lowercase().contains(&name.to_lowercase()),
+    });
+    let device = found.ok_or_else(|| GpuError::NoMatch {
+        wanted: match choice {
+            DeviceChoice::Best => "best".into(),
+            DeviceChoice::Index(index) => index.to_string(),
+            DeviceChoice::Name(name) => name.clone(),
+        },
+        available,
+    })?;
+    if !device.info.is_suitable() {
+        return Err(GpuError::Unsuitable { device: device.info.name, missing: device.info.missing });
+    }
+    Ok(device)
+}
+
+/// Index and name of every device.
+pub(in crate::gpu) fn names(devices: &[PhysicalDevice]) -> String {
+    let names: Vec<_> = devices.iter().map(|d| format!("{} {}", d.info.index, d.info.name)).collect();
+    names.join(", ")
+}

@@ -1,0 +1,202 @@
+//! Two-dimensional images with mip levels.
+
+use std::sync::Arc;
+
+use ash::vk;
+use gpu_allocator::MemoryLocation;
+use gpu_allocator::vulkan::Allocation;
+
+use crate::gpu::device::gpu::Gpu;
+use crate::gpu::device::retire::Retired;
+use crate::gpu::error::{GpuError, Named};
+use crate::gpu::resources::sync::{Access, levels};
+
+/// The format of a texel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum TexelFormat {
+    /// Four floats.
+    Rgba32F,
+    /// One float.
+    R32F,
+    /// Four bytes, 0 … 255 stands for 0 … 1.
+    Rgba8,
+    /// Four half floats.
+    Rgba16F,
+    /// Ten bits for each colour, 0 … 1023 stands for 0 … 1, red in the lowest; two bits of alpha above.
+    Rgb10A2,
+}
+
+impl TexelFormat {
+    /// Bytes per texel.
+    pub fn bytes(self) -> usize {
+        match self {
+            TexelFormat::Rgba32F => 16,
+            TexelFormat::Rgba16F => 8,
+            TexelFormat::R32F | TexelFormat::Rgba8 | TexelFormat::Rgb10A2 => 4,
+        }
+    }
+
+    pub(in crate::gpu) fn raw(self) -> vk::Format {
+        match self {
+            TexelFormat::Rgba32F => vk::Format::R32G32B32A32_SFLOAT,
+            TexelFormat::R32F => vk::Format::R32_SFLOAT,
+            TexelFormat::Rgba8 => vk::Format::R8G8B8A8_UNORM,
+            TexelFormat::Rgba16F => vk::Format::R16G16B16A16_SFLOAT,
+            TexelFormat::Rgb10A2 => vk::Format::A2B10G10R10_UNORM_PACK32,
+        }
+    }
+}
+
+/// The description of an image.
+#[derive(Clone, Copy, Debug)]
+pub struct ImageDesc<'a> {
+    /// Name for debuggers and messages.
+    pub name: &'a str,
+    /// Texel format.
+    pub format: TexelFormat,
+    /// Width and height of level 0, texels.
+    pub extent: [u32; 2],
+    /// Whether there are mip levels down to 1×1, or level 0 only.
+    pub mips: bool,
+}
+
+/// An image to draw into and to read from. Dropping it retires it.
+pub struct Image {
+    gpu: Arc<Gpu>,
+    pub(in crate::gpu) raw: vk::Image,
+    /// A view of each level, and one of all of them.
+    views: Vec<vk::ImageView>,
+    /// The last use of each level.
+    pub(in crate::gpu) access: Vec<Access>,
+    allocation: Option<Allocation>,
+    format: TexelFormat,
+    extent: [u32; 2],
+}
+
+/// The error that the driver would return.
+fn out_of_memory(name: &str, size: u64) -> GpuError {
+    let call = format!("vkAllocateMemory({name}, {size} bytes)");
+    GpuError::Call { call, result: vk::Result::ERROR_OUT_OF_DEVICE_MEMORY }
+}
+
+impl Image {
+    /// Makes an image with undefined contents.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError::TooLarge`], [`GpuError::Memory`] or [`GpuError::Call`], naming the image.
+    pub fn new(gpu: &Arc<Gpu>, desc: ImageDesc<'_>) -> Result<Self, GpuError> {
+        Self::with_usage(gpu, desc, vk::ImageUsageFlags::empty())
+    }
+
+    /// As [`new`](Self::new), of format [`TexelFormat::Rgba32F`], for compute shaders to write as well.
+    ///
+    /// # Errors
+    ///
+    /// As [`new`](Self::new).
+    pub fn storage(gpu: &Arc<Gpu>, desc: ImageDesc<'_>) -> Result<Self, GpuError> {
+        Self::with_usage(gpu, desc, vk::ImageUsageFlags::STORAGE)
+    }
+
+    fn with_usage(gpu: &Arc<Gpu>, desc: ImageDesc<'_>, more: vk::ImageUsageFlags) -> Result<Self, GpuError> {
+        let [width, height] = desc.extent;
+        if width.max(height) > gpu.max_extent || width.min(height) == 0 {
+            return Err(GpuError::TooLarge { name: desc.name.into(), width, height, limit: gpu.max_extent });
+        }
+        // Level 0 alone; a driver may not even be asked for an image beyond what it can hold.
+        let size = u64::from(width) * u64::from(height) * desc.format.bytes() as u64;
+        if size > gpu.max_allocation {
+            return Err(out_of_memory(desc.name, size));
+        }
+        let level_count = if desc.mips { width.max(height).ilog2() + 1 } else { 1 };
+        let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT
+            | vk::ImageUsageFlags::SAMPLED
+            | vk::ImageUsageFlags::TRANSFER_SRC
+            | vk::ImageUsageFlags::TRANSFER_DST
+            | more;
+        let info = vk::ImageCreateInfo::default()
+            .image_type(vk::ImageType::TYPE_2D)
+            .format(desc.format.raw())
+            .extent(vk::Extent3D { width, height, depth: 1 })
+            .mip_levels(level_count)
+            .array_layers(1)
+            .samples(vk::SampleCountFlags::TYPE_1)
+            .tiling(vk::ImageTiling::OPTIMAL)
+            .usage(usage);
+        // SAFETY: the format's features were checked when the device was chosen, the extent above.
+        let raw = unsafe { gpu.device.create_image(&info, None) }
+            .named(&format!("vkCreateImage({})", desc.name))?;
+        // From here on a failure drops `image`, which retires what has been made.
+        let mut image = Image {
+            gpu: gpu.clone(),
+            raw,
+            views: Vec::new(),
+            access: vec![Access::Undefined; level_count as usize],
+            allocation: None,
+            format: desc.format,
+            extent: desc.extent,
+        };
+        gpu.name(raw, desc.name);
+        image.bind(desc.name)?;
+        for level in 0..level_count {
+            image.view(level, 1, desc.name)?;
+        }
+        image.view(0, level_count, desc.name)?;
+        Ok(image)
+    }
+
+    fn bind(&mut self, name: &str) -> Result<(), GpuError> {
+        // SAFETY: the image was just made and has no memory yet.
+        let needs = unsafe { self.gpu.device.get_image_memory_requirements(self.raw) };
+        if needs.size > self.gpu.max_allocation {
+            return Err(out_of_memory(name, needs.size));
+        }
+        let memory = self.gpu.memory.allocate(name, needs, MemoryLocation::GpuOnly, false)?;
+        // SAFETY: the allocation fits the requirements and is used by this image alone.
+        let bound = unsafe { self.gpu.device.bind_image_memory(self.raw, memory.memory(), memory.offset()) };
+        self.allocation = Some(memory);
+        bound.named(&format!("vkBindImageMemory({name})"))
+    }
+
+    fn view(&mut self, first: u32, count: u32, name: &str) -> Result<(), GpuError> {
+        let info = vk::ImageViewCreateInfo::default()
+            .image(self.raw)
+            .view_type(vk::ImageViewType::TYPE_2D)
+            .format(self.format.raw())
+            .subresource_range(levels(first, count));
+        // SAFETY: the levels exist.
+        let view = unsafe { self.gpu.device.create_image_view(&info, None) }
+            .named(&format!("vkCreateImageView({name})"))?;
+        self.gpu.name(view, &format!("{name} levels {first}+{count}"));
+        self.views.push(view);
+        Ok(())
+    }
+
+    /// The view of one level, or of all of them.
+    pub(in crate::gpu) fn view_of(&self, level: Option<u32>) -> vk::ImageView {
+        let last = self.views.len() - 1;
+        self.views[level.map_or(last, |level| level as usize)]
+    }
+
+    /// Width and height of a level, texels: halved and rounded down from level to level, at least 1.
+    pub fn extent(&self, level: u32) -> [u32; 2] {
+        self.extent.map(|n| (n >> level).max(1))
+    }
+
+    /// Number of mip levels.
+    pub fn levels(&self) -> u32 {
+        self.access.len() as u32
+    }
+
+    /// Texel format.
+    pub fn format(&self) -> TexelFormat {
+        self.format
+    }
+}
+
+impl Drop for Image {
+    fn drop(&mut self) {
+        let views = std::mem::take(&mut self.views);
+        self.gpu.retire(Retired::Image(self.raw, views, self.allocation.take()));
+    }
+}

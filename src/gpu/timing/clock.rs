@@ -1,0 +1,224 @@
+//! Converts timestamps of the device to the host's monotonic clock; the methods are described in [`timing`](super).
+
+use std::ffi::CStr;
+use std::time::{Duration, Instant};
+
+use ash::{ext, khr, vk};
+
+/// Age at which a calibration is renewed: at 10 ppm the clocks drift apart by 1 µs meanwhile.
+const EVERY: Duration = Duration::from_millis(100);
+
+/// Readings per calibration, of which the most precise one is taken.
+const TRIES: usize = 4;
+
+/// Largest relative drift between the two clocks that is allowed for where frames bound the offset.
+const DRIFT: f64 = 1e-4;
+
+/// The extension whose call reads the device's clock.
+enum CalibrationReader {
+    Khr(khr::calibrated_timestamps::Device),
+    Ext(ext::calibrated_timestamps::Device),
+}
+
+/// The same moment on both clocks.
+#[derive(Clone, Copy, Debug)]
+struct Calibration {
+    ticks: u64,
+    host: Instant,
+    /// Largest error of `host`, nanoseconds.
+    error: f64,
+}
+
+/// Converts timestamps to moments on the host's clock.
+pub(in crate::gpu) struct DeviceClock {
+    reader: Option<CalibrationReader>,
+    /// Nanoseconds per tick.
+    period: f64,
+    /// Valid bits of a timestamp.
+    pub bits: u32,
+    now: Option<Calibration>,
+    /// Largest error and largest correction at a new calibration so far, nanoseconds.
+    pub worst: f64,
+    pub correction: f64,
+}
+
+/// The extension of this device that reads the clock of timestamps, if it offers one.
+pub(in crate::gpu) fn extension(
+    entry: &ash::Entry,
+    instance: &ash::Instance,
+    device: vk::PhysicalDevice,
+    offered: &[vk::ExtensionProperties],
+) -> Option<&'static CStr> {
+    let has = |name: &CStr| offered.iter().any(|e| e.extension_name_as_c_str() == Ok(name));
+    // SAFETY: plain queries through an extension that the device has.
+    let (name, domains) = unsafe {
+        if has(khr::calibrated_timestamps::NAME) {
+            let loader = khr::calibrated_timestamps::Instance::new(entry, instance);
+            let domains = loader.get_physical_device_calibrateable_time_domains(device);
+            (khr::calibrated_timestamps::NAME, domains)
+        } else if has(ext::calibrated_timestamps::NAME) {
+            let loader = ext::calibrated_timestamps::Instance::new(entry, instance);
+            let domains = loader.get_physical_device_calibrateable_time_domains(device);
+            (ext::calibrated_timestamps::NAME, domains)
+        } else {
+            return None;
+        }
+    };
+    domains.is_ok_and(|d| d.contains(&vk::TimeDomainKHR::DEVICE)).then_some(name)
+}
+
+impl DeviceClock {
+    /// The clock of an open device with timestamps of `bits` valid bits and `period` nanoseconds per tick; `None` where
+    /// there are no timestamps. `calibrated` is the [`extension`] that was enabled.
+    pub fn new(
+        instance: &ash::Instance,
+        device: &ash::Device,
+        calibrated: Option<&CStr>,
+        bits: u32,
+        period: f32,
+    ) -> Option<Self> {
+        let reader = calibrated.map(|name| {
+            if name == khr::calibrated_timestamps::NAME {
+                CalibrationReader::Khr(khr::calibrated_timestamps::Device::new(instance, device))
+            } else {
+                CalibrationReader::Ext(ext::calibrated_timestamps::Device::new(instance, device))
+            }
+        });
+        (bits > 0 && period > 0.0).then(|| Self::with(reader, f64::from(period), bits))
+    }
+
+    fn with(reader: Option<CalibrationReader>, period: f64, bits: u32) -> Self {
+        Self { reader, period, bits, now: None, worst: 0.0, correction: 0.0 }
+    }
+
+    /// True where the device's clock can be read.
+    pub fn is_calibrated(&self) -> bool {
+        self.reader.is_some()
+    }
+
+    /// Reads the device's clock again where the last reading has grown old.
+    pub fn calibrate(&mut self) {
+        let Some(reader) = &self.reader else { return };
+        let age = self.now.map(|c| c.host.elapsed());
+        if age.is_some_and(|age| age < EVERY) {
+            return;
+        }
+        let tries = (0..TRIES).filter_map(|_| read(reader));
+        let best = tries.min_by(|a, b| a.error.total_cmp(&b.error));
+        // A disturbed reading is worse than a good one that has drifted for a second.
+        let fine = |c: &Calibration| {
+            age.is_none_or(|a| a > Duration::from_secs(1)) || c.error < 2.0 * self.worst.max(5e3)
+        };
+        match best {
+            Some(next) if fine(&next) => self.adopt(next),
+            Some(_) => {}
+            None => self.reader = None, // the call failed: frames bound the offset from now on
+        }
+    }
+
+    fn adopt(&mut self, next: Calibration) {
+        if self.now.is_some() {
+            let jump = self.distance(self.host(next.ticks), next.host);
+            self.correction = self.correction.max(jump.abs());
+        }
+        self.worst = self.worst.max(next.error);
+        self.now = Some(next);
+    }
+
+    /// Narrows the offset by a frame where the clock cannot be read: the first of its timestamps lies after `submitted`,
+    /// the last one before `seen`.
+    pub fn align(&mut self, first: u64, last: u64, submitted: Instant, seen: Instant) {
+        if self.reader.is_some() {
+            return;
+        }
+        // Bounds of the moment of `first`.
+        let length = self.ticks_between(first, last);
+        let latest = seen.checked_sub(Duration::from_nanos(length.max(0.0) as u64)).unwrap_or(seen);
+        let (mut low, mut high) = (0.0, self.distance(submitted, latest).max(0.0));
+        if let Some(known) = self.now {
+            let middle = self.distance(submitted, self.host(first));
+            let slack = known.error + DRIFT * self.ticks_between(known.ticks, first).abs();
+            // Where the clocks drift faster than expected, the frame alone counts.
+            if middle - slack <= high && middle + slack >= low {
+                (low, high) = (low.max(middle - slack), high.min(middle + slack));
+            }
+        }
+        let (middle, error) = (0.5 * (low + high), 0.5 * (high - low));
+        let host = submitted + Duration::from_nanos(middle.max(0.0) as u64);
+        self.now = Some(Calibration { ticks: first, host, error });
+        self.worst = self.worst.max(error);
+    }
+
+    /// Largest error of the present calibration, nanoseconds.
+    pub fn error(&self) -> f64 {
+        self.now.map_or(f64::INFINITY, |c| c.error)
+    }
+
+    /// The moment of a timestamp; right now before the first calibration.
+    pub fn host(&self, ticks: u64) -> Instant {
+        let Some(known) = self.now else { return Instant::now() };
+        let ns = self.ticks_between(known.ticks, ticks);
+        let away = Duration::from_nanos(ns.abs() as u64);
+        let moved = if ns < 0.0 { known.host.checked_sub(away) } else { known.host.checked_add(away) };
+        moved.unwrap_or(known.host)
+    }
+
+    /// Nanoseconds from one timestamp to another, which may have wrapped around.
+    fn ticks_between(&self, from: u64, to: u64) -> f64 {
+        let unused = 64 - self.bits.clamp(1, 64);
+        let ticks = (to.wrapping_sub(from) << unused) as i64 >> unused;
+        ticks as f64 * self.period
+    }
+
+    /// Nanoseconds from `a` to `b`.
+    fn distance(&self, a: Instant, b: Instant) -> f64 {
+        b.saturating_duration_since(a).as_nanos() as f64 - a.saturating_duration_since(b).as_nanos() as f64
+    }
+}
+
+/// Reads the device's clock between two readings of the host's.
+fn read(reader: &CalibrationReader) -> Option<Calibration> {
+    let domain = [vk::CalibratedTimestampInfoKHR::default().time_domain(vk::TimeDomainKHR::DEVICE)];
+    let before = Instant::now();
+    // SAFETY: the extension is enabled and the domain offered, as `extension` has checked.
+    let read = unsafe {
+        match reader {
+            CalibrationReader::Khr(loader) => loader.get_calibrated_timestamps(&domain),
+            CalibrationReader::Ext(loader) => loader.get_calibrated_timestamps(&domain),
+        }
+    };
+    let half = before.elapsed() / 2;
+    let ticks = *read.ok()?.0.first()?;
+    Some(Calibration { ticks, host: before + half, error: half.as_nanos() as f64 })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A counter of 36 bits that wraps between two timestamps still tells their distance.
+    #[test]
+    fn counters_wrap() {
+        let clock = DeviceClock::with(None, 2.0, 36);
+        assert_eq!(clock.ticks_between((1 << 36) - 10, 5), 30.0);
+        assert_eq!(clock.ticks_between(5, (1 << 36) - 10), -30.0);
+        assert_eq!(DeviceClock::with(None, 1.0, 64).ticks_between(u64::MAX, 4), 5.0);
+    }
+
+    /// Without a readable clock frames bound the offset, better with every frame, and the truth stays within the bound.
+    #[test]
+    fn frames_bound_the_offset() {
+        let mut clock = DeviceClock::with(None, 1.0, 64);
+        let start = Instant::now() + Duration::from_secs(5);
+        let at = |ns: u64| start + Duration::from_nanos(ns);
+        let device = |ns: u64| 777_000 + ns; // the device's clock at a moment of the host's
+        for (i, (queued, late)) in [(500, 9_000), (3_000, 400), (100, 700)].into_iter().enumerate() {
+            let t = 1_000_000 * i as u64;
+            let (first, last) = (device(t + queued), device(t + queued + 20_000));
+            clock.align(first, last, at(t), at(t + queued + 20_000 + late));
+            let off = clock.distance(clock.host(first), at(t + queued)).abs();
+            assert!(off <= clock.error() + 2.0, "off by {off} ns, bound {}", clock.error());
+        }
+        assert!(clock.error() <= 900.0, "{} ns after three frames", clock.error());
+    }
+}

@@ -1,0 +1,237 @@
+//! Renderers of other crates, which draw over the picture in a window.
+
+use std::sync::{Arc, Mutex};
+
+use ash::vk;
+use gpu_allocator::vulkan::Allocator;
+
+use crate::gpu::commands::cmd::{Cmd, LoadOp, Texture};
+use crate::gpu::commands::frame::GpuFrame;
+use crate::gpu::device::gpu::Gpu;
+use crate::gpu::device::retire::Retired;
+use crate::gpu::device::ring::IN_FLIGHT;
+use crate::gpu::error::{GpuError, Named};
+use crate::gpu::resources::image::{Image, ImageDesc, TexelFormat};
+use crate::gpu::resources::pipeline::{Blend, GraphicsDesc, Pipeline, Topology, VertexLayout};
+use crate::gpu::resources::sync::Access;
+use crate::gpu::window::images::WindowImage;
+use crate::gpu::window::surface::ColorOutput;
+use crate::gpu::window::swapchain::Swapchain;
+
+/// What a foreign renderer is made with.
+pub struct RendererParts {
+    /// The device.
+    pub device: ash::Device,
+    /// The allocator of the device's memory.
+    pub allocator: Arc<Mutex<Allocator>>,
+    /// Format of the images that it draws into.
+    pub format: vk::Format,
+    /// Number of frames in flight.
+    pub frames: usize,
+}
+
+/// A renderer of another crate that draws over the picture in a window. Dropping it retires it.
+///
+/// Where the window holds wide-range colours, the renderer draws into an image of 8 bits, which is then converted and
+/// blended over the picture.
+pub struct ForeignRenderer<R: Send + 'static> {
+    gpu: Arc<Gpu>,
+    /// Taken only by `drop`.
+    renderer: Option<Box<R>>,
+    /// The pool of its uploads.
+    uploads: vk::CommandPool,
+    /// Format of the window's images.
+    format: vk::Format,
+    conversion: Option<Conversion>,
+}
+
+/// The image of 8 bits, and the pipeline that blends it over the picture.
+struct Conversion {
+    pipeline: Pipeline,
+    image: Option<Image>,
+}
+
+impl<R: Send + 'static> ForeignRenderer<R> {
+    /// Makes a renderer for the images of a window; `None` while the window has none.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError`] naming the call, and the errors of `make`.
+    pub fn for_window(
+        swapchain: &Swapchain,
+        make: impl FnOnce(RendererParts) -> Result<R, GpuError>,
+    ) -> Result<Option<Self>, GpuError> {
+        if swapchain.format() == vk::Format::UNDEFINED {
+            return Ok(None);
+        }
+        Self::new(swapchain.gpu(), swapchain.format(), swapchain.output(), make).map(Some)
+    }
+
+    /// Makes a renderer that draws over images of this format, which hold colours as `output` says.
+    ///
+    /// # Errors
+    ///
+    /// As [`for_window`](Self::for_window).
+    pub fn for_images(
+        gpu: &Arc<Gpu>,
+        format: TexelFormat,
+        output: ColorOutput,
+        make: impl FnOnce(RendererParts) -> Result<R, GpuError>,
+    ) -> Result<Self, GpuError> {
+        Self::new(gpu, format.raw(), output, make)
+    }
+
+    fn new(
+        gpu: &Arc<Gpu>,
+        format: vk::Format,
+        output: ColorOutput,
+        make: impl FnOnce(RendererParts) -> Result<R, GpuError>,
+    ) -> Result<Self, GpuError> {
+        let wide = match output {
+            ColorOutput::Sdr => None,
+            ColorOutput::ScRgb => Some((TexelFormat::Rgba16F, 0)),
+            ColorOutput::Hdr10 => Some((TexelFormat::Rgb10A2, 1)),
+        };
+        let conversion = match wide {
+            Some((target, encoding)) => {
+                Some(Conversion { pipeline: blend(gpu, target, encoding)?, image: None })
+            }
+            None => None,
+        };
+        let drawn = if conversion.is_some() { TexelFormat::Rgba8.raw() } else { format };
+        let info = vk::CommandPoolCreateInfo::default()
+            .flags(vk::CommandPoolCreateFlags::TRANSIENT)
+            .queue_family_index(gpu.queue_family);
+        // SAFETY: the family exists.
+        let uploads = unsafe { gpu.device.create_command_pool(&info, None) }.named("vkCreateCommandPool")?;
+        gpu.name(uploads, "panel uploads");
+        // From here on a failure drops `this`, which retires the pool.
+        let mut this = Self { gpu: gpu.clone(), renderer: None, uploads, format, conversion };
+        let (device, allocator) = (gpu.device.clone(), gpu.memory.shared());
+        let parts = RendererParts { device, allocator, format: drawn, frames: IN_FLIGHT };
+        this.renderer = Some(Box::new(make(parts)?));
+        Ok(this)
+    }
+
+    /// Whether it can draw into the window's images.
+    pub fn fits(&self, swapchain: &Swapchain) -> bool {
+        Arc::ptr_eq(&self.gpu, swapchain.gpu()) && self.format == swapchain.format()
+    }
+
+    /// Calls `change` with the renderer, and with the queue and the pool of its uploads.
+    ///
+    /// # Errors
+    ///
+    /// The errors of `change`, and a lost device.
+    pub fn change(
+        &mut self,
+        change: impl FnOnce(&mut R, vk::Queue, vk::CommandPool) -> Result<(), GpuError>,
+    ) -> Result<(), GpuError> {
+        self.gpu.alive("vkQueueSubmit")?;
+        self.renderer.as_mut().map_or(Ok(()), |renderer| change(renderer, self.gpu.queue, self.uploads))
+    }
+
+    /// Draws over the acquired image of the window, if there is one; `record` records the renderer's commands for an
+    /// image of this extent.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError`] naming the call, and the errors of `record`.
+    pub fn draw(
+        &mut self,
+        swapchain: &mut Swapchain,
+        frame: &mut GpuFrame<'_>,
+        record: impl FnOnce(&mut R, vk::CommandBuffer, vk::Extent2D) -> Result<(), GpuError>,
+    ) -> Result<(), GpuError> {
+        self.gpu.alive("vkQueueSubmit")?;
+        let Some(acquired) = &mut swapchain.acquired else { return Ok(()) };
+        acquired.claim(frame);
+        let mut cmd = frame.cmd();
+        let mut cmd = cmd.scope("panel");
+        if acquired.image.access == Access::Acquired {
+            cmd.clear_shown(&mut acquired.image);
+        }
+        self.draw_over(&mut cmd, &mut acquired.image, record)
+    }
+
+    /// Draws over level 0 of an image of the format that the renderer was made for.
+    ///
+    /// # Errors
+    ///
+    /// As [`draw`](Self::draw).
+    pub fn draw_image(
+        &mut self,
+        cmd: &mut Cmd<'_>,
+        image: &mut Image,
+        record: impl FnOnce(&mut R, vk::CommandBuffer, vk::Extent2D) -> Result<(), GpuError>,
+    ) -> Result<(), GpuError> {
+        let mut target = WindowImage::of(image);
+        let outcome = self.draw_over(cmd, &mut target, record);
+        image.access[0] = target.access;
+        outcome
+    }
+
+    fn draw_over(
+        &mut self,
+        cmd: &mut Cmd<'_>,
+        target: &mut WindowImage,
+        record: impl FnOnce(&mut R, vk::CommandBuffer, vk::Extent2D) -> Result<(), GpuError>,
+    ) -> Result<(), GpuError> {
+        let Some(renderer) = &mut self.renderer else { return Ok(()) };
+        let [width, height] = target.extent;
+        let mut outcome = Ok(());
+        let paint = |cmd: &mut Cmd<'_>, view, load| {
+            cmd.render_into(&[(view, load)], [width, height], |cmd| {
+                outcome = record(renderer, cmd.raw, vk::Extent2D { width, height });
+            });
+        };
+        let Some(conversion) = &mut self.conversion else {
+            cmd.access_shown(target.raw, &mut target.access, Access::ColorBlend);
+            paint(cmd, target.view, LoadOp::Keep);
+            return outcome;
+        };
+        let image = match conversion.image.take().filter(|image| image.extent(0) == target.extent) {
+            Some(image) => image,
+            None => {
+                let (format, extent) = (TexelFormat::Rgba8, target.extent);
+                Image::new(&self.gpu, ImageDesc { name: "panel", format, extent, mips: false })?
+            }
+        };
+        let image = conversion.image.insert(image);
+        cmd.access(image, Access::ColorWrite);
+        paint(cmd, image.view_of(Some(0)), LoadOp::Clear);
+        outcome?;
+        cmd.access(image, Access::Sampled);
+        cmd.access_shown(target.raw, &mut target.access, Access::ColorBlend);
+        let texture = Texture::texels(image);
+        cmd.render_into(&[(target.view, LoadOp::Keep)], target.extent, |cmd| {
+            cmd.bind(&conversion.pipeline, &[], &[texture]);
+            cmd.draw_triangle();
+        });
+        Ok(())
+    }
+}
+
+/// The pipeline that converts the image of 8 bits to an output's encoding and blends it over images of this format.
+fn blend(gpu: &Arc<Gpu>, format: TexelFormat, encoding: u32) -> Result<Pipeline, GpuError> {
+    Pipeline::new(
+        gpu,
+        &GraphicsDesc {
+            name: "panel",
+            vert: ("fullscreen.vert", &[]),
+            frag: ("panel.frag", &[encoding]),
+            push_bytes: 0,
+            textures: 1,
+            attachments: &[(format, Blend::Over)],
+            topology: Topology::Fullscreen,
+            vertex: VertexLayout::default(),
+        },
+    )
+}
+
+impl<R: Send + 'static> Drop for ForeignRenderer<R> {
+    fn drop(&mut self) {
+        let renderer = self.renderer.take().map(|renderer| renderer as Box<dyn Send>);
+        self.gpu.retire(Retired::Foreign(self.uploads, renderer));
+    }
+}

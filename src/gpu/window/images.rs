@@ -1,0 +1,254 @@
+//! One generation of a window's images, and what is recorded into them. They are made anew whenever the window's size or
+//! its format changes.
+
+use ash::{khr, vk};
+
+use crate::gpu::commands::cmd::Cmd;
+use crate::gpu::device::gpu::Gpu;
+use crate::gpu::error::{GpuError, Named};
+use crate::gpu::resources::image::Image;
+use crate::gpu::resources::sync::{Access, level, levels};
+use crate::gpu::window::surface::Surface;
+
+/// The description of a generation.
+pub(in crate::gpu) struct ImagesDesc {
+    pub capabilities: vk::SurfaceCapabilitiesKHR,
+    pub extent: [u32; 2],
+    pub format: vk::SurfaceFormatKHR,
+    pub mode: vk::PresentModeKHR,
+    /// The generation before, or null.
+    pub old: vk::SwapchainKHR,
+}
+
+/// One image of a window.
+pub(in crate::gpu) struct SwapchainImage {
+    pub raw: vk::Image,
+    pub view: vk::ImageView,
+    /// The frame that has drawn the image signals it, and presenting waits for it. It is free again when the image is
+    /// acquired the next time; a semaphore of a frame in flight would not be.
+    pub drawn: vk::Semaphore,
+}
+
+/// A `VkSwapchainKHR` with its images.
+pub(in crate::gpu) struct SwapchainImages {
+    pub raw: vk::SwapchainKHR,
+    pub images: Vec<SwapchainImage>,
+    pub extent: [u32; 2],
+    pub format: vk::Format,
+    pub mode: vk::PresentModeKHR,
+    /// Whether one of the images was presented.
+    pub presented: bool,
+}
+
+impl SwapchainImages {
+    /// Makes the images; those of the generation before may still be shown, but not acquired any more.
+    pub fn new(
+        gpu: &Gpu,
+        loader: &khr::swapchain::Device,
+        surface: &Surface,
+        desc: &ImagesDesc,
+    ) -> Result<Self, GpuError> {
+        let limits = &desc.capabilities;
+        // One that is shown, one that is shown next, one that is drawn.
+        let most = if limits.max_image_count == 0 { u32::MAX } else { limits.max_image_count };
+        let count = (limits.min_image_count + 1).max(3).min(most);
+        let opaque = vk::CompositeAlphaFlagsKHR::OPAQUE;
+        let alpha = if limits.supported_composite_alpha.contains(opaque) {
+            opaque
+        } else {
+            vk::CompositeAlphaFlagsKHR::INHERIT
+        };
+        let [width, height] = desc.extent;
+        let info = vk::SwapchainCreateInfoKHR::default()
+            .surface(surface.raw)
+            .min_image_count(count)
+            .image_format(desc.format.format)
+            .image_color_space(desc.format.color_space)
+            .image_extent(vk::Extent2D { width, height })
+            .image_array_layers(1)
+            .image_usage(vk::ImageUsageFlags::TRANSFER_DST | vk::ImageUsageFlags::COLOR_ATTACHMENT)
+            .pre_transform(limits.current_transform)
+            .composite_alpha(alpha)
+            .present_mode(desc.mode)
+            .clipped(true)
+            .old_swapchain(desc.old);
+        // SAFETY: all values are among those that the surface has offered; the old chain belongs to this surface.
+        let raw = unsafe { loader.create_swapchain(&info, None) }.named("vkCreateSwapchainKHR")?;
+        gpu.name(raw, "window");
+        let (images, format) = (Vec::new(), desc.format.format);
+        let mut chain =
+            SwapchainImages { raw, images, extent: desc.extent, format, mode: desc.mode, presented: false };
+        match chain.fill(gpu, loader) {
+            Ok(()) => Ok(chain),
+            Err(error) => {
+                // SAFETY: nothing uses it yet.
+                unsafe { chain.destroy(gpu, loader) };
+                Err(error)
+            }
+        }
+    }
+
+    fn fill(&mut self, gpu: &Gpu, loader: &khr::swapchain::Device) -> Result<(), GpuError> {
+        // SAFETY: the chain was made above.
+        let images = unsafe { loader.get_swapchain_images(self.raw) }.named("vkGetSwapchainImagesKHR")?;
+        for (i, raw) in images.into_iter().enumerate() {
+            gpu.name(raw, &format!("window image {i}"));
+            let info = vk::SemaphoreCreateInfo::default();
+            // SAFETY: nothing is asked for that could be missing.
+            let drawn = unsafe { gpu.device.create_semaphore(&info, None) }.named("vkCreateSemaphore")?;
+            gpu.name(drawn, &format!("window image {i} drawn"));
+            self.images.push(SwapchainImage { raw, view: vk::ImageView::null(), drawn });
+            let info = vk::ImageViewCreateInfo::default()
+                .image(raw)
+                .view_type(vk::ImageViewType::TYPE_2D)
+                .format(self.format)
+                .subresource_range(levels(0, 1));
+            // SAFETY: the image belongs to the chain and can be drawn into.
+            let view = unsafe { gpu.device.create_image_view(&info, None) }
+                .named(&format!("vkCreateImageView(window image {i})"))?;
+            gpu.name(view, &format!("window image {i}"));
+            if let Some(image) = self.images.last_mut() {
+                image.view = view;
+            }
+        }
+        Ok(())
+    }
+
+    /// Destroys everything.
+    ///
+    /// # Safety
+    ///
+    /// No frame that uses the images is pending, and none of them is acquired or waits to be shown.
+    pub unsafe fn destroy(self, gpu: &Gpu, loader: &khr::swapchain::Device) {
+        // SAFETY: the caller promises that nothing is pending; null handles are allowed here.
+        unsafe {
+            for image in self.images {
+                gpu.device.destroy_image_view(image.view, None);
+                gpu.device.destroy_semaphore(image.drawn, None);
+            }
+            loader.destroy_swapchain(self.raw, None);
+        }
+    }
+}
+
+/// The colour of the window where there is no picture.
+const BACKGROUND: vk::ClearColorValue = vk::ClearColorValue { float32: [0.0, 0.0, 0.0, 1.0] };
+
+/// The image of a window that is drawn into.
+#[derive(Clone, Copy)]
+pub(in crate::gpu) struct WindowImage {
+    pub raw: vk::Image,
+    pub view: vk::ImageView,
+    pub extent: [u32; 2],
+    /// The last use.
+    pub access: Access,
+}
+
+impl WindowImage {
+    /// Level 0 of an ordinary image.
+    pub fn of(image: &Image) -> Self {
+        let (view, extent, access) = (image.view_of(Some(0)), image.extent(0), image.access[0]);
+        Self { raw: image.raw, view, extent, access }
+    }
+}
+
+impl Cmd<'_> {
+    /// Copies level 0 of `picture`, texel by texel from the left top, and clears what it does not cover.
+    ///
+    /// A blit without scaling: the channels find their places, and the values of equal formats stay the same bits.
+    pub(in crate::gpu) fn show(&mut self, picture: &mut Image, shown: &mut WindowImage) {
+        let (from, to) = (picture.extent(0), shown.extent);
+        let both = [from[0].min(to[0]), from[1].min(to[1])];
+        if both != to {
+            self.clear_shown(shown);
+        }
+        self.access_levels(picture, 0..1, Access::TransferRead);
+        self.access_shown(shown.raw, &mut shown.access, Access::TransferWrite);
+        let corners = [vk::Offset3D::default(), vk::Offset3D { x: both[0] as i32, y: both[1] as i32, z: 1 }];
+        let blit = vk::ImageBlit::default()
+            .src_subresource(level(0))
+            .src_offsets(corners)
+            .dst_subresource(level(0))
+            .dst_offsets(corners);
+        // SAFETY: the rectangle lies within both images, whose layouts were set above.
+        unsafe {
+            self.gpu.device.cmd_blit_image(
+                self.raw,
+                picture.raw,
+                Access::TransferRead.layout(),
+                shown.raw,
+                Access::TransferWrite.layout(),
+                &[blit],
+                vk::Filter::NEAREST,
+            );
+        }
+    }
+
+    /// Fills the whole image with the background.
+    pub(in crate::gpu) fn clear_shown(&mut self, shown: &mut WindowImage) {
+        self.access_shown(shown.raw, &mut shown.access, Access::TransferWrite);
+        // SAFETY: the image can be copied to and is in this layout.
+        unsafe {
+            self.gpu.device.cmd_clear_color_image(
+                self.raw,
+                shown.raw,
+                Access::TransferWrite.layout(),
+                &BACKGROUND,
+                &[levels(0, 1)],
+            );
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::gpu::commands::copies::{Region, read_image};
+    use crate::gpu::device::gpu::GpuOptions;
+    use crate::gpu::device::physical::DeviceChoice;
+    use crate::gpu::resources::buffer::{Buffer, BufferUse};
+    use crate::gpu::resources::image::{ImageDesc, TexelFormat};
+
+    use super::*;
+
+    /// Pictures reach images of their own format as they are, whatever the format; what is left is background.
+    #[test]
+    fn every_output_is_shown_bit_by_bit() {
+        let options = GpuOptions { validation: true, quads: false };
+        let gpu = Gpu::with_options(&DeviceChoice::Best, options).expect("a device with validation");
+        let (from, to) = ([37, 21], [40, 30]);
+        for (format, background) in [
+            (TexelFormat::Rgba8, 0xff00_0000_u64),
+            (TexelFormat::Rgb10A2, 0xc000_0000),
+            (TexelFormat::Rgba16F, 0x3c00 << 48),
+        ] {
+            let image =
+                |name, extent| Image::new(&gpu, ImageDesc { name, format, extent, mips: false }).expect(name);
+            let (mut picture, mut window) = (image("picture", from), image("window", to));
+            let size = format.bytes();
+            let mut buffer =
+                Buffer::new(&gpu, "texels", BufferUse::Upload, size * 37 * 21).expect("a buffer");
+            for (i, byte) in buffer.mapped_mut().iter_mut().enumerate() {
+                // Half floats must be numbers, and normal ones: the exponent, in the odd bytes, is bounded.
+                let noise = (i as u32).wrapping_mul(2_654_435_761).rotate_left(9) as u8;
+                *byte = if format == TexelFormat::Rgba16F && i % 2 == 1 { 16 + noise % 64 } else { noise };
+            }
+            let texels = buffer.mapped().to_vec();
+            let mut frame = gpu.begin().expect("a frame");
+            let mut cmd = frame.cmd();
+            cmd.copy_from_buffer(&buffer, &mut picture);
+            let mut shown = WindowImage::of(&window);
+            cmd.show(&mut picture, &mut shown);
+            window.access[0] = shown.access;
+            gpu.wait(frame.submit().expect("submit")).expect("wait");
+            let read = read_image(&gpu, &mut window, Region { origin: [0, 0], extent: to }).expect("read");
+            for (i, texel) in read.chunks_exact(size).enumerate() {
+                let (x, y) = (i % 40, i / 40);
+                let at = (y * 37 + x) * size;
+                let black = &background.to_le_bytes()[..size];
+                let wanted = if x < 37 && y < 21 { &texels[at..at + size] } else { black };
+                assert!(texel == wanted, "{format:?}: {texel:?} at {x}, {y} instead of {wanted:?}");
+            }
+        }
+        assert!(gpu.validation_messages().is_empty(), "{:?}", gpu.validation_messages());
+    }
+}

@@ -1,0 +1,443 @@
+//! A window's swapchain: its images from generation to generation and from frame to frame.
+//!
+//! - `recreate` makes images for the window's size and format; earlier generations live until nothing needs them.
+//! - [`Swapchain::acquire`] takes the next image, [`Swapchain::draw`] copies the picture into it, and
+//!   [`Swapchain::present`] shows it.
+
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+use ash::{khr, vk};
+use raw_window_handle::{RawDisplayHandle, RawWindowHandle};
+
+use crate::gpu::commands::frame::GpuFrame;
+use crate::gpu::device::gpu::{FrameNumber, Gpu, GpuOptions};
+use crate::gpu::device::instance::VulkanInstance;
+use crate::gpu::device::physical::DeviceChoice;
+use crate::gpu::error::{GpuError, Named};
+use crate::gpu::resources::image::Image;
+use crate::gpu::resources::sync::Access;
+use crate::gpu::window::images::{ImagesDesc, SwapchainImage, SwapchainImages, WindowImage};
+use crate::gpu::window::surface::{ColorOutput, Surface};
+
+/// The outcome of an attempt to acquire an image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Readiness {
+    /// An image can be drawn.
+    Ready,
+    /// No image within the time given: try later.
+    Busy,
+    /// Minimised or without extent: nothing to draw into.
+    Hidden,
+    /// The surface is gone: make a new one with [`Swapchain::replace_surface`].
+    SurfaceLost,
+}
+
+/// An image that waits to be drawn.
+pub(in crate::gpu) struct Acquired {
+    index: u32,
+    /// The semaphore that is signalled when it may be drawn.
+    semaphore: vk::Semaphore,
+    /// Number of the frame that waits for the semaphore.
+    waiting: Option<u64>,
+    pub image: WindowImage,
+}
+
+impl Acquired {
+    /// Makes the first frame that uses the image wait until it may.
+    pub fn claim(&mut self, frame: &mut GpuFrame<'_>) {
+        if self.waiting.is_none() {
+            frame.wait_for(self.semaphore);
+            self.waiting = Some(frame.number().0);
+        }
+    }
+}
+
+/// An earlier generation.
+struct OldImages {
+    /// Number of the last frame that can use it.
+    frame: u64,
+    /// Number of presented images, in all, from which on it is not needed.
+    presents: u64,
+    chain: SwapchainImages,
+}
+
+/// The images of one window. Recreates itself when out of date.
+///
+/// Resizing does not wait for the GPU: images of the old size live until the frames that use them have completed and
+/// some of the new ones have been shown. Dropping it waits. The window must outlive it.
+pub struct Swapchain {
+    gpu: Arc<Gpu>,
+    loader: khr::swapchain::Device,
+    surface: Surface,
+    chain: Option<SwapchainImages>,
+    /// Earlier generations.
+    old: Vec<OldImages>,
+    /// How many images were presented.
+    presents: u64,
+    /// Semaphores to acquire with, each with the number of the frame that waits for it.
+    semaphores: Vec<(u64, vk::Semaphore)>,
+    pub(in crate::gpu) acquired: Option<Acquired>,
+    /// The extent that the window was said to have.
+    wanted: [u32; 2],
+    output: ColorOutput,
+    outputs: Vec<ColorOutput>,
+    /// The chain does not fit the window any more.
+    stale: bool,
+    hidden: bool,
+    surface_lost: bool,
+    /// What the next attempt to acquire answers, for tests.
+    planned: Option<vk::Result>,
+}
+
+impl Swapchain {
+    /// Opens a device that can show pictures in this window, and the window's images. `extent` is the window's size in
+    /// physical pixels, used where the window system leaves it to the program (Wayland).
+    ///
+    /// The handles must be those of a live window and of its connection, and both must outlive what is returned.
+    ///
+    /// # Errors
+    ///
+    /// As [`Gpu::with_options`], [`GpuError::NoWindow`] where no device can show pictures in this window, and
+    /// [`GpuError::Call`] for surface and swapchain.
+    pub fn open(
+        choice: &DeviceChoice,
+        options: GpuOptions,
+        window: (RawDisplayHandle, RawWindowHandle),
+        extent: [u32; 2],
+    ) -> Result<Self, GpuError> {
+        let instance = Arc::new(VulkanInstance::new(options.validation, Some(window.0))?);
+        let surface = Surface::new(&instance, window)?;
+        let gpu = Gpu::open(instance, surface.pick(choice)?, options, true)?;
+        let mut swapchain = Self {
+            loader: khr::swapchain::Device::new(&gpu.instance.raw, &gpu.device),
+            gpu,
+            surface,
+            chain: None,
+            old: Vec::new(),
+            presents: 0,
+            semaphores: Vec::new(),
+            acquired: None,
+            wanted: extent,
+            output: ColorOutput::Sdr,
+            outputs: Vec::new(),
+            stale: false,
+            hidden: false,
+            surface_lost: false,
+            planned: None,
+        };
+        swapchain.recreate()?;
+        Ok(swapchain)
+    }
+
+    /// The device.
+    pub fn gpu(&self) -> &Arc<Gpu> {
+        &self.gpu
+    }
+
+    /// The window's extent in physical pixels, as it is drawn; `None` while hidden.
+    pub fn extent(&self) -> Option<[u32; 2]> {
+        self.chain.as_ref().filter(|_| !self.hidden).map(|chain| chain.extent)
+    }
+
+    /// What the window's colours are.
+    pub fn output(&self) -> ColorOutput {
+        self.output
+    }
+
+    /// The outputs that the surface offers.
+    pub fn outputs(&self) -> Vec<ColorOutput> {
+        self.outputs.clone()
+    }
+
+    /// How images follow each other on the screen: `mailbox` (the newest replaces one that waits) or `fifo` (one for
+    /// each refresh).
+    pub fn present_mode(&self) -> &'static str {
+        match self.chain.as_ref().map(|chain| chain.mode) {
+            Some(vk::PresentModeKHR::MAILBOX) => "mailbox",
+            Some(_) => "fifo",
+            None => "none",
+        }
+    }
+
+    /// Format of the window's images; undefined before there are any.
+    pub(in crate::gpu) fn format(&self) -> vk::Format {
+        self.chain.as_ref().map_or(vk::Format::UNDEFINED, |chain| chain.format)
+    }
+
+    /// Whether an image is acquired, to be drawn.
+    pub fn is_acquired(&self) -> bool {
+        self.acquired.is_some()
+    }
+
+    /// Asks for another output; takes effect with the next image. `false` where it is not offered.
+    pub fn set_output(&mut self, output: ColorOutput) -> bool {
+        let offered = self.outputs.contains(&output);
+        if offered && self.output != output {
+            self.output = output;
+            self.stale = true;
+        }
+        offered
+    }
+
+    /// Says that the window has a new size.
+    pub fn resize(&mut self, extent: [u32; 2]) {
+        self.wanted = extent;
+        self.stale |= self.chain.as_ref().is_none_or(|chain| chain.extent != extent);
+    }
+
+    /// Makes the next [`acquire`](Self::acquire) find the surface lost. For tests.
+    pub fn lose_surface_once(&mut self) {
+        self.planned = Some(vk::Result::ERROR_SURFACE_LOST_KHR);
+    }
+
+    /// Makes the next [`acquire`](Self::acquire) find the images out of date. For tests.
+    pub fn outdate_once(&mut self) {
+        self.planned = Some(vk::Result::ERROR_OUT_OF_DATE_KHR);
+    }
+
+    /// Copies `picture` into the acquired image, texel by texel from the left top, and clears what it does not cover.
+    pub fn draw(&mut self, frame: &mut GpuFrame<'_>, picture: &mut Image) {
+        if let Some(acquired) = &mut self.acquired {
+            acquired.claim(frame);
+            frame.cmd().scope("show").show(picture, &mut acquired.image);
+        }
+    }
+
+    /// A new surface for the same window, after the old one was lost.
+    ///
+    /// # Errors
+    ///
+    /// As [`open`](Self::open).
+    pub fn replace_surface(&mut self, window: (RawDisplayHandle, RawWindowHandle)) -> Result<(), GpuError> {
+        self.clear();
+        self.surface = Surface::new(&self.gpu.instance, window)?;
+        if !self.surface.is_shown_by(self.gpu.physical, self.gpu.queue_family) {
+            return Err(GpuError::NoWindow("this device cannot show pictures in it any more.".into()));
+        }
+        (self.surface_lost, self.stale) = (false, false);
+        self.recreate()
+    }
+
+    /// Takes the next image, waiting at most `timeout`; recreates the swapchain where it must be. An image that was taken
+    /// and not presented is kept.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError::Call`]; [`GpuError::is_device_lost`] tells whether a new device helps.
+    pub fn acquire(&mut self, timeout: Duration) -> Result<Readiness, GpuError> {
+        self.gpu.alive("vkAcquireNextImageKHR")?;
+        if self.acquired.is_some() {
+            return Ok(Readiness::Ready);
+        }
+        // A window that is being resized may be out of date again at once: then the next frame tries.
+        for _ in 0..3 {
+            if self.stale || self.chain.is_none() {
+                self.recreate()?;
+            }
+            match (self.surface_lost, self.hidden, &self.chain) {
+                (true, ..) => return Ok(Readiness::SurfaceLost),
+                (_, true, _) => return Ok(Readiness::Hidden),
+                (.., None) => return Ok(Readiness::Busy),
+                _ => {}
+            }
+            if let Some(readiness) = self.take_image(timeout)? {
+                return Ok(readiness);
+            }
+        }
+        Ok(Readiness::Busy)
+    }
+
+    /// One attempt to acquire; `None` when the chain must be recreated first.
+    fn take_image(&mut self, timeout: Duration) -> Result<Option<Readiness>, GpuError> {
+        if let Some(result) = self.planned.take() {
+            self.note(result).named("vkAcquireNextImageKHR")?;
+            return Ok(self.surface_lost.then_some(Readiness::SurfaceLost));
+        }
+        let completed = self.gpu.completed()?;
+        self.destroy_old(completed);
+        let semaphore = self.free_semaphore(completed)?;
+        let Some(chain) = &self.chain else { return Ok(None) };
+        let nanoseconds = u64::try_from(timeout.as_nanos()).unwrap_or(u64::MAX);
+        // SAFETY: nothing waits for the semaphore, and it is not signalled; no other image is acquired.
+        let taken =
+            unsafe { self.loader.acquire_next_image(chain.raw, nanoseconds, semaphore, vk::Fence::null()) };
+        let (index, suboptimal) = match taken {
+            Ok(taken) => taken,
+            Err(result) => {
+                self.semaphores.push((0, semaphore));
+                if matches!(result, vk::Result::NOT_READY | vk::Result::TIMEOUT) {
+                    return Ok(Some(Readiness::Busy));
+                }
+                self.note(result).named("vkAcquireNextImageKHR")?;
+                return Ok(self.surface_lost.then_some(Readiness::SurfaceLost));
+            }
+        };
+        let SwapchainImage { raw, view, .. } = chain.images[index as usize];
+        let image = WindowImage { raw, view, extent: chain.extent, access: Access::Acquired };
+        self.acquired = Some(Acquired { index, semaphore, waiting: None, image });
+        self.stale |= suboptimal;
+        Ok(Some(Readiness::Ready))
+    }
+
+    /// A semaphore that nothing uses.
+    fn free_semaphore(&mut self, completed: u64) -> Result<vk::Semaphore, GpuError> {
+        if let Some(i) = self.semaphores.iter().position(|(frame, _)| *frame <= completed) {
+            return Ok(self.semaphores.swap_remove(i).1);
+        }
+        let info = vk::SemaphoreCreateInfo::default();
+        // SAFETY: nothing is asked for that could be missing.
+        let made = unsafe { self.gpu.device.create_semaphore(&info, None) }.named("vkCreateSemaphore")?;
+        self.gpu.name(made, "window image acquired");
+        Ok(made)
+    }
+
+    /// Remembers what a result says about the window; errors that say something else are returned.
+    fn note(&mut self, result: vk::Result) -> Result<(), vk::Result> {
+        match result {
+            vk::Result::ERROR_OUT_OF_DATE_KHR | vk::Result::SUBOPTIMAL_KHR => self.stale = true,
+            vk::Result::ERROR_SURFACE_LOST_KHR => self.surface_lost = true,
+            other => return Err(other),
+        }
+        Ok(())
+    }
+
+    /// Submits the frame and shows the acquired image. Suboptimal and out of date are no errors: the next
+    /// [`acquire`](Self::acquire) recreates.
+    ///
+    /// # Errors
+    ///
+    /// As [`acquire`](Self::acquire).
+    pub fn present(&mut self, mut frame: GpuFrame<'_>) -> Result<FrameNumber, GpuError> {
+        let (Some(mut acquired), Some(chain)) = (self.acquired.take(), &mut self.chain) else {
+            return frame.submit();
+        };
+        acquired.claim(&mut frame);
+        let shown = &mut acquired.image;
+        if shown.access == Access::Acquired {
+            frame.cmd().clear_shown(shown);
+        }
+        frame.cmd().access_shown(shown.raw, &mut shown.access, Access::Present);
+        let drawn = chain.images[acquired.index as usize].drawn;
+        let submitted = frame.finish(Some(drawn));
+        let Ok(number) = submitted else {
+            // Still acquired; what this frame has drawn is not there.
+            acquired.waiting = acquired.waiting.filter(|number| *number != frame.number().0);
+            acquired.image.access = Access::Acquired;
+            self.acquired = Some(acquired);
+            return submitted;
+        };
+        self.semaphores.push((number.0, acquired.semaphore));
+        let (waits, chains, indices) = ([drawn], [chain.raw], [acquired.index]);
+        let info =
+            vk::PresentInfoKHR::default().wait_semaphores(&waits).swapchains(&chains).image_indices(&indices);
+        // SAFETY: the image is acquired and in the layout to be shown; the frame still locks the queue.
+        let presented = unsafe { self.loader.queue_present(self.gpu.queue, &info) };
+        drop(frame);
+        chain.presented = true;
+        self.presents += 1;
+        match presented {
+            Ok(suboptimal) => self.stale |= suboptimal,
+            Err(result) => self.note(result).named("vkQueuePresentKHR")?,
+        }
+        Ok(number)
+    }
+
+    /// Makes images for the window as it is now, unless it has no extent.
+    fn recreate(&mut self) -> Result<(), GpuError> {
+        match self.try_recreate() {
+            Err(GpuError::Call { result: vk::Result::ERROR_SURFACE_LOST_KHR, .. }) => {
+                self.surface_lost = true;
+                Ok(())
+            }
+            outcome => outcome,
+        }
+    }
+
+    fn try_recreate(&mut self) -> Result<(), GpuError> {
+        let physical = self.gpu.physical;
+        let capabilities =
+            self.surface.capabilities(physical).named("vkGetPhysicalDeviceSurfaceCapabilitiesKHR")?;
+        let formats = self.surface.formats(physical).named("vkGetPhysicalDeviceSurfaceFormatsKHR")?;
+        self.outputs = formats.iter().map(|(output, _)| *output).collect();
+        let extent = extent(&capabilities, self.wanted);
+        self.hidden = extent.contains(&0);
+        if self.hidden {
+            return Ok(());
+        }
+        let mode = self.surface.present_mode(physical).named("vkGetPhysicalDeviceSurfacePresentModesKHR")?;
+        let wanted = formats.iter().find(|(output, _)| *output == self.output).or(formats.first());
+        let &(output, format) = wanted.ok_or_else(|| {
+            GpuError::NoWindow("it offers no format that pictures can be copied to unchanged.".into())
+        })?;
+        self.output = output;
+        let old = self.chain.take();
+        let raw = old.as_ref().map_or(vk::SwapchainKHR::null(), |chain| chain.raw);
+        let desc = ImagesDesc { capabilities, extent, format, mode, old: raw };
+        let made = SwapchainImages::new(&self.gpu, &self.loader, &self.surface, &desc);
+        if let Some(old) = old {
+            // Presenting is not part of a frame: once images of the next generation were presented, the last one of this
+            // generation has been, too. A generation of which nothing was presented need not wait for that.
+            let more = if old.presented { old.images.len() as u64 } else { 0 };
+            let frame = self.gpu.begun.load(Ordering::Acquire);
+            self.old.push(OldImages { frame, presents: self.presents + more, chain: old });
+        }
+        self.chain = Some(made?);
+        self.stale = false;
+        Ok(())
+    }
+
+    /// Destroys the generations that nothing can need any more.
+    fn destroy_old(&mut self, completed: u64) {
+        let presents = self.presents;
+        for old in self.old.extract_if(.., |old| old.frame <= completed && old.presents <= presents) {
+            // SAFETY: the frames that used it have completed, and its images have been shown.
+            unsafe { old.chain.destroy(&self.gpu, &self.loader) };
+        }
+    }
+
+    /// Waits until nothing is pending, and destroys all images and semaphores.
+    fn clear(&mut self) {
+        if let Some(mut acquired) = self.acquired.take() {
+            // Its semaphore will be signalled; only a frame that waits makes sure that it has been.
+            if let Ok(mut frame) = self.gpu.begin() {
+                acquired.claim(&mut frame);
+            }
+            self.semaphores.push((0, acquired.semaphore));
+        }
+        let frames = self.gpu.frames();
+        // SAFETY: the lock keeps others from submitting. After a lost device nothing is pending either.
+        let _ = unsafe { self.gpu.device.queue_wait_idle(self.gpu.queue) };
+        drop(frames);
+        let chains = self.old.drain(..).map(|old| old.chain).chain(self.chain.take());
+        for chain in chains {
+            // SAFETY: the queue is idle, and presenting is an operation of this queue.
+            unsafe { chain.destroy(&self.gpu, &self.loader) };
+        }
+        for (_, semaphore) in self.semaphores.drain(..) {
+            // SAFETY: as above.
+            unsafe { self.gpu.device.destroy_semaphore(semaphore, None) };
+        }
+    }
+}
+
+impl Drop for Swapchain {
+    fn drop(&mut self) {
+        self.clear();
+    }
+}
+
+/// The extent that images of a surface must have, or may, where it has none of its own.
+fn extent(capabilities: &vk::SurfaceCapabilitiesKHR, wanted: [u32; 2]) -> [u32; 2] {
+    let (current, low, high) =
+        (capabilities.current_extent, capabilities.min_image_extent, capabilities.max_image_extent);
+    if wanted.contains(&0) || high.width.min(high.height) == 0 {
+        return [0, 0];
+    }
+    if current.width == u32::MAX {
+        let clamp = |n: u32, low: u32, high: u32| n.max(low).min(high);
+        return [clamp(wanted[0], low.width, high.width), clamp(wanted[1], low.height, high.height)];
+    }
+    [current.width, current.height]
+}

@@ -1,0 +1,100 @@
+//! Measures the speed of every part, as tables. `tools/bench` runs the usual ones; `--help` lists them all.
+//!
+//! `cargo run --release --example benchmarks -- PART --help` says what a part takes.
+
+#![allow(clippy::unwrap_used, reason = "a measuring tool: a panic is the message")]
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+mod abort;
+mod client;
+mod common;
+mod largest;
+mod latency;
+#[path = "../meshes/mod.rs"]
+#[allow(dead_code, reason = "colours and the sky are for pictures")]
+mod meshes;
+mod methods;
+mod photon_bias;
+mod photons;
+mod rays;
+mod replicates;
+mod sampler;
+mod server;
+mod share;
+mod soak;
+mod support;
+mod tracer;
+mod turns;
+mod viewer;
+
+/// Measures the speed of one part.
+#[derive(Parser)]
+#[command(name = "benchmarks")]
+struct Arguments {
+    #[command(subcommand)]
+    part: Part,
+}
+
+#[derive(Subcommand)]
+enum Part {
+    /// The time from `abort` to standstill in every scene, by path tracing and photon mapping; p99 must stay below 5 ms
+    Abort(abort::Arguments),
+    /// The passes of the Vulkan client and their references on the CPU
+    Client(client::Arguments),
+    /// The share of the largest sample of a pixel in its sum, by method
+    Largest(largest::Arguments),
+    /// The time from synthetic input to changed pixels, measured from outside the program
+    Latency(latency::Arguments),
+    /// Error times CPU time of the methods of light transport, one thread, in turn
+    Methods(methods::Arguments),
+    /// Bias of photon mapping against the number of samples
+    PhotonBias(photon_bias::Arguments),
+    /// Cost of the photon map against its size, and its throughput with one and two threads
+    Photons(photons::Arguments),
+    /// Rays per second of the tracer's tree, beside Embree 3 and obvhs's compressed tree
+    Rays(rays::Arguments),
+    /// How true the stated errors of replicates are, and what they cost
+    Replicates(replicates::Arguments),
+    /// Nanoseconds per path of the sampler
+    Sampler,
+    /// Nanoseconds per path of server and stream around an empty integrator
+    Server,
+    /// Samples per second with the window open over those of tracing alone
+    Share(share::Arguments),
+    /// Memory, stalls and latency of the viewer under a user who never rests
+    Soak(soak::Arguments),
+    /// Paths per second, rays per path and noise of path tracing alone, one thread
+    Tracer(tracer::Arguments),
+    /// Traces or paints for as many milliseconds as each line of standard input says; see `tools/effects.py`
+    Turns(turns::Arguments),
+}
+
+fn main() -> ExitCode {
+    let outcome = match Arguments::parse().part {
+        Part::Abort(arguments) => abort::run(&arguments),
+        Part::Client(arguments) => client::run(&arguments),
+        Part::Largest(arguments) => largest::run(&arguments),
+        Part::Latency(arguments) => latency::run(&arguments),
+        Part::Methods(arguments) => methods::run(&arguments),
+        Part::PhotonBias(arguments) => photon_bias::run(&arguments),
+        Part::Photons(arguments) => photons::run(&arguments),
+        Part::Rays(arguments) => rays::run(&arguments),
+        Part::Replicates(arguments) => replicates::run(&arguments),
+        Part::Sampler => sampler::run(),
+        Part::Server => server::run(),
+        Part::Share(arguments) => share::run(&arguments),
+        Part::Soak(arguments) => soak::run(&arguments),
+        Part::Tracer(arguments) => tracer::run(&arguments),
+        Part::Turns(arguments) => turns::run(&arguments),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("benchmarks: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}

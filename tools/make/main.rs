@@ -1,0 +1,69 @@
+//! Makes data: golden pictures, meshes, and pictures side by side. `cargo run --release --example make -- --help`.
+
+#![allow(clippy::unwrap_used, reason = "shared with tests, where a panic is the message")]
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand, ValueEnum};
+
+mod golden;
+#[path = "../meshes/mod.rs"]
+#[allow(dead_code, reason = "the merged list is for rays")]
+mod meshes;
+mod mitsuba;
+mod montage;
+#[path = "../../tests/support/replicates.rs"]
+mod replicates;
+
+/// Makes data for tests, benchmarks and figures.
+#[derive(Parser)]
+#[command(name = "make")]
+struct Arguments {
+    #[command(subcommand)]
+    what: What,
+}
+
+/// The file format of a mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum MeshFormat {
+    Ply,
+    Obj,
+}
+
+#[derive(Subcommand)]
+enum What {
+    /// Makes the golden pictures of tests/golden/ anew, only after they were checked against Mitsuba
+    Golden,
+    /// Writes the meshes of `tools/bench rays` as Mitsuba 3 scenes: spheres.xml and bigmesh.xml, with one file per material
+    Meshes {
+        /// The folder to write to
+        folder: PathBuf,
+        /// PLY is binary, little endian; OBJ is for programs that read only that
+        #[arg(value_enum, default_value = "ply")]
+        format: MeshFormat,
+    },
+    /// Joins PNG pictures of one height side by side
+    Montage {
+        /// The picture to write
+        out: PathBuf,
+        /// The pictures to join
+        #[arg(required = true)]
+        pictures: Vec<PathBuf>,
+    },
+}
+
+fn main() -> ExitCode {
+    let outcome = match Arguments::parse().what {
+        What::Golden => golden::make(),
+        What::Meshes { folder, format } => mitsuba::write(&folder, format),
+        What::Montage { out, pictures } => montage::join(&out, &pictures),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("make: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
