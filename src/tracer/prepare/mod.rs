@@ -16,7 +16,7 @@ use crate::scene::desc::FilmDesc;
 
 use super::accel::{Accel, in_large_pages};
 use super::effects::{self, planned};
-use super::light::{Extent, Lights};
+use super::light::{BoundingSphere, Lights};
 use super::primitives::{Face, Primitives};
 use super::scene::{MaterialClass, Scene};
 use geometry::Geometry;
@@ -80,7 +80,7 @@ pub(super) fn general(desc: &SceneDesc) -> Result<Scene, PrepareError> {
     let (lo, hi) = primitives.accel.bounds();
     // An empty scene has no size; any positive number serves, there is nothing to compare with.
     let radius = (0.5 * (hi - lo).length()).max(f32::MIN_POSITIVE);
-    let lights = Lights::new(lights, spectra, Extent { center: 0.5 * (lo + hi), radius });
+    let lights = Lights::new(lights, spectra, BoundingSphere { center: 0.5 * (lo + hi), radius });
     let origin = Arc::new(Origin::of(desc));
     let (primitives, white, material_class) = (Arc::new(primitives), None, MaterialClass::General);
     Ok(Scene { primitives, surfaces, materials, lights, white, material_class, notices, origin })
