@@ -14,10 +14,10 @@ use crate::scene::desc::IntegratorKind;
 use crate::server::{RenderJob, Server};
 use crate::stream::control::Epoch;
 use crate::stream::{PathCounts, UvWindow};
-use crate::tracer::choice::{self, CANDIDATES, Choice, Survey, Trial};
+use crate::tracer::choice::{self, CANDIDATES, IntegratorChoice, Survey, Trial};
 use crate::tracer::integrator::{
-    BidirectionalTracer, CAMERA_SUBPATHS, Checked, ParticleTracer, PathTracer, PhotonTracer, RenderContext,
-    Replicated, Special, Tally,
+    BidirectionalTracer, CAMERA_SUBPATHS, CheckedIntegrator, ParticleTracer, PathTracer, PhotonTracer,
+    PlanCheckTally, RenderContext, Replicated, SpecializedIntegrator,
 };
 use crate::tracer::{Camera, Integrator, Scene};
 
@@ -75,7 +75,7 @@ pub fn start(
     run: &RunSpec,
     order: RenderOrder,
     photons: &mut Option<Photons>,
-) -> Result<Option<Arc<Tally>>> {
+) -> Result<Option<Arc<PlanCheckTally>>> {
     let last = photons.take();
     match run.integrator {
         IntegratorKind::Path | IntegratorKind::Auto => special::<PathTracer>(server, run, order),
@@ -102,18 +102,22 @@ fn context_of(run: &RunSpec, order: &RenderOrder) -> RenderContext {
 }
 
 /// Sends a tracer with special code, checked if that is ordered.
-fn special<I: Special>(server: &Server, run: &RunSpec, order: RenderOrder) -> Result<Option<Arc<Tally>>> {
+fn special<I: SpecializedIntegrator>(
+    server: &Server,
+    run: &RunSpec,
+    order: RenderOrder,
+) -> Result<Option<Arc<PlanCheckTally>>> {
     let context = context_of(run, &order);
     let Some(check) = order.check.clone() else {
         return send(server, run, Replicated::new(&context, run.replicated, I::from), order).map(|()| None);
     };
-    let checked = Checked::<I>::new(context, check.general, check.share);
+    let checked = CheckedIntegrator::<I>::new(context, check.general, check.share);
     let tally = checked.tally().clone();
     send(server, run, checked, order).map(|()| Some(tally))
 }
 
 /// A sample of photon mapping is made of many paths, so both codes must have traced all of them.
-fn check_photons(server: &Server, run: &RunSpec, order: RenderOrder) -> Result<Option<Arc<Tally>>> {
+fn check_photons(server: &Server, run: &RunSpec, order: RenderOrder) -> Result<Option<Arc<PlanCheckTally>>> {
     let complete = order.check.as_ref().is_some_and(|check| check.share >= 1.0) && run.deterministic;
     if !complete || order.scene.white().is_some() {
         return Err(miette::miette!(
@@ -157,7 +161,7 @@ fn trial_context(run: &RunSpec, scene: &Arc<Scene>, camera: &Camera) -> RenderCo
 }
 
 /// Chooses as [`choice::choose`] does, with the trials in parallel.
-fn choose_in_parallel(context: &RenderContext) -> Choice {
+fn choose_in_parallel(context: &RenderContext) -> IntegratorChoice {
     let survey = Survey::of(context);
     let trials: Vec<Trial> = std::thread::scope(|scope| {
         let trial = |kind| {
@@ -180,7 +184,7 @@ pub struct Chooser {
     pub wanted: bool,
     /// Scene or view have changed since the last choice was begun.
     pub stale: bool,
-    running: Option<Receiver<Choice>>,
+    running: Option<Receiver<IntegratorChoice>>,
 }
 
 impl Chooser {

@@ -25,7 +25,7 @@ use crate::stream::Cause;
 use crate::stream::Lanes;
 use crate::stream::control::Epoch;
 use crate::study::Target;
-use crate::tracer::integrator::Tally;
+use crate::tracer::integrator::PlanCheckTally;
 use crate::tracer::{Camera, Scene};
 
 /// Runs the subcommand.
@@ -120,8 +120,8 @@ pub fn render(args: &RenderArgs) -> Result<()> {
 }
 
 /// The command that traces what went wrong at `index` again; what differs from the plan is differing together with all that did.
-fn again(run: &RunSpec, tally: Option<&Tally>, index: u64) -> String {
-    let Some((first, last)) = tally.and_then(Tally::reach) else { return run.command(index, 1) };
+fn again(run: &RunSpec, tally: Option<&PlanCheckTally>, index: u64) -> String {
+    let Some((first, last)) = tally.and_then(PlanCheckTally::reach) else { return run.command(index, 1) };
     let per_index = method::paths_per_index(run.integrator);
     run.command(first, (last - first + 1) * per_index) + " --check-plan 1"
 }
@@ -159,7 +159,7 @@ fn trace(
     ((scene, camera), check): ((Arc<Scene>, Camera), Option<CheckOrder>),
     (server, lanes, client): (&Server, &mut Lanes, &mut Client),
     (timings, observer): (&mut Option<TimingCapture>, Option<&Observer>),
-) -> Result<(Driven, Option<Arc<Tally>>)> {
+) -> Result<(Driven, Option<Arc<PlanCheckTally>>)> {
     let [pw, ph] = run.film.padded_extent().map(u64::from);
     let wanted = args.samples.unwrap_or_else(|| run.spp.saturating_mul(pw * ph));
     let first = run.first_index;

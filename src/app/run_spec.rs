@@ -10,7 +10,7 @@ use super::load::SceneInput;
 use crate::client::{FilmSpec, OptionNames, ReconstructionKernel, Settings, SplatFilter, VarianceForm};
 use crate::image::Attribute;
 use crate::scene::desc::{IntegratorKind, PhotonDesc, ReconstructionFilter};
-use crate::tracer::choice::Choice;
+use crate::tracer::choice::IntegratorChoice;
 use crate::tracer::effects::{Effect, refusal};
 
 /// Everything that decides the sums of a film, besides the number of paths.
@@ -83,8 +83,8 @@ pub struct Candidate {
     pub mean: f64,
 }
 
-impl From<Choice> for ChoiceReport {
-    fn from(choice: Choice) -> Self {
+impl From<IntegratorChoice> for ChoiceReport {
+    fn from(choice: IntegratorChoice) -> Self {
         let best = choice.ratings.iter().find(|r| r.kind == choice.kind).map_or(1.0, |r| r.time());
         let candidates = choice.ratings.iter().map(|r| Candidate {
             method: r.kind.name(),

@@ -1,11 +1,15 @@
-//! A hit, ready for shading.
+//! Where paths meet surfaces: a hit, and a hit with its material.
 
 use glam::Vec3;
 
 use crate::math::float::{SHADOW_T_MAX, safe_origin};
 use crate::math::frame::Frame;
+use crate::spectrum::SampledWavelengths;
 
+use super::Scene;
 use super::accel::Ray;
+use super::bsdf::{Bsdf, Scattering};
+use super::light::LightSampleContext;
 use super::shape::SurfacePoint;
 
 impl SurfacePoint {
@@ -24,17 +28,30 @@ pub struct SurfaceInteraction {
     pub point: SurfacePoint,
     /// Shading frame; `frame.n` lies on the front.
     pub frame: Frame,
-    /// Towards where the ray came from, unit length, world space.
+    /// Unit direction back along the ray, world space.
     pub wo: Vec3,
-    /// Index of the surface in the scene: what materials it shows.
+    /// Index of the surface in the scene, which has the materials of its two sides.
     pub surface: u32,
-    /// Light that this primitive is, if any.
+    /// The light that this primitive belongs to, if it emits.
     pub light: Option<u32>,
     /// The shading normal is interpolated and may differ from the geometric one.
     pub smooth: bool,
 }
 
 impl SurfaceInteraction {
+    /// The light that this point belongs to, if it emits to where the ray came from.
+    #[inline(always)]
+    pub fn emitter(&self) -> Option<u32> {
+        self.light.filter(|_| self.wo.dot(self.point.ng) > 0.0)
+    }
+
+    /// The geometric normal on the side of `wo`.
+    #[inline]
+    pub fn facing_normal(&self) -> Vec3 {
+        let ng = self.point.ng;
+        if self.wo.dot(ng) < 0.0 { -ng } else { ng }
+    }
+
     /// A ray that leaves in direction `d` (world space) and cannot hit this surface at once.
     #[inline]
     pub fn spawn(&self, d: Vec3) -> Ray {
@@ -48,8 +65,8 @@ impl SurfaceInteraction {
         self.point.spawn_to(target, towards)
     }
 
-    /// False when a smooth normal sends light through a surface that should reflect it, or the other way:
-    /// `wo` and `wi` (world space) must lie on the sides that the shading normal says also by the geometric normal.
+    /// False when an interpolated normal lets light through a surface that should reflect it, or the reverse: the geometric
+    /// normal must have `wo` and `wi` (world space) on the same sides as the shading normal has them.
     #[inline]
     pub fn sides_agree(&self, wi: Vec3, transmitted: bool) -> bool {
         if !self.smooth {
@@ -57,5 +74,39 @@ impl SurfaceInteraction {
         }
         let same = self.wo.dot(self.point.ng) * wi.dot(self.point.ng) > 0.0;
         same != transmitted
+    }
+}
+
+/// A path vertex on a surface: a hit and its material at the wavelengths of the path.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfaceVertex<B = Bsdf> {
+    /// The hit; `hit.wo` points back along the path, world space.
+    pub hit: SurfaceInteraction,
+    /// The shading frame of `bsdf` and `wo`.
+    pub frame: Frame,
+    /// The material at the wavelengths of the path.
+    pub bsdf: B,
+    /// `hit.wo` in `frame`.
+    pub wo: Vec3,
+}
+
+impl<B: Scattering> SurfaceVertex<B> {
+    /// Evaluates the material of `hit` at `lambda`.
+    #[inline]
+    pub fn new(scene: &Scene, hit: SurfaceInteraction, lambda: &SampledWavelengths) -> Self {
+        let (material, frame) = scene.material(&hit);
+        Self { frame, bsdf: B::of(material, lambda), wo: frame.to_local(hit.wo), hit }
+    }
+
+    /// What sampling a light from here depends on, seen from the side that the path came from.
+    #[inline]
+    pub fn light_context(&self) -> LightSampleContext {
+        self.light_context_from(self.wo)
+    }
+
+    /// What sampling a light from here depends on, seen from the side of the local direction `eye`.
+    #[inline]
+    pub fn light_context_from(&self, eye: Vec3) -> LightSampleContext {
+        LightSampleContext::new(self.hit.point.p, &self.frame, &self.bsdf, eye)
     }
 }

@@ -1,28 +1,38 @@
 //! The tracer: one path at a time, a pure function of (scene, integrator, seed, index).
 //!
-//! Knows no thread, no clock, no file and no resolution.
+//! It knows no thread, no clock, no file and no resolution.
+//!
+//! # Reading path
 //!
 //! ```text
-//! SceneDesc ─ prepare ─▶ Scene { accel, shapes, materials, lights }   immutable, shared by Arc
-//! CameraDesc, FilmDesc ──▶ Camera                                      small, the integrator's own
-//!   integrator::path: Sampler → Camera::ray → Scene::closest → SurfaceInteraction
-//!     Material at the wavelengths of the path → Bsdf: eval, pdf, sample
-//!     Lights: sample, pdf → Scene::visible → mis
-//!   integrator::{particle, bidirectional}: Sampler::light → Lights::emit → subpath::Walk → Vertex, its densities in chain
-//!     Vertex → Camera::view → light stream; Vertex ↔ Vertex → camera stream
-//!   choice: which of these suits a scene, from a few thousand paths of each
-//!   effects: what a scene calls for, and why
+//! SceneDesc ─ effects::planned ─ prepare ─▶ Scene { accel, surfaces, materials, lights }   immutable, shared by Arc
+//! Integrator::trace(index)
+//!   Sampler::at(index) ─▶ the random numbers of the path
+//!   Camera::ray ─ Scene::closest ─▶ SurfaceInteraction ─ Material at the wavelengths ─▶ SurfaceVertex { hit, bsdf, … }
+//!   Lights::sample ─ Bsdf::eval ─ Scene::visible                                         next-event estimation
+//!   Bsdf::sample ─▶ the next ray
+//!   SampledSpectrum ─ to_xyz ─▶ SampleSink::camera or SampleSink::light
 //! ```
 //!
-//! A material is one file in `bsdf/` and one line in each of its enums; so is a light in `light/`, a shape in `shape/`.
+//! - **Next-event estimation** is `sample_direct` in `integrator/direct_lighting.rs`, for all integrators. Path tracing and
+//!   photon mapping weight it there by `unoccluded_contribution`; the bidirectional method in `bidirectional/strategies.rs`.
+//! - **A sample** leaves the tracer in [`Integrator::trace`], which gives it to a [`SampleSink`](crate::stream::SampleSink): in the
+//!   renderer [`BlockSink`](crate::stream::BlockSink), which fills blocks for the lane of its worker. From there the client draws
+//!   it into the film.
+//! - **A bsdf** is one file in `bsdf/` and one line in its table; [`bsdf`] says how to add one.
+//! - **A light** is one file in `light/` and one line in its table; [`light`] says how to add one.
+//! - **Whether dispersion is simulated**, or any other effect, is decided once per scene by [`effects::decide`]; the file of the
+//!   effect (`effects/dispersion.rs`) says what calls for it. [`effects::planned`] takes the rest out of the scene. While paths are
+//!   traced, `Bsdf::parts_colors` tells whether a material disperses light.
+//! - **How colours part** within a path of four wavelengths, and what that does to its weight: [`wavelength_mis`].
+//! - **MIS weights**: [`mis`] for two strategies, [`subpath_mis`] for all strategies of the bidirectional method.
+//! - **Which integrator** suits a scene: [`choice`]; what each is for: [`integrator`].
 
 pub mod accel;
 pub mod bsdf;
 pub mod camera;
-pub mod chain;
 pub mod choice;
 pub mod effects;
-
 pub mod integrator;
 pub mod interaction;
 pub mod light;
@@ -37,6 +47,7 @@ pub mod sampler;
 pub mod scene;
 pub mod shape;
 pub mod subpath;
+pub mod subpath_mis;
 mod tangents;
 pub mod wavelength_mis;
 

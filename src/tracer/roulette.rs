@@ -1,54 +1,48 @@
-//! Russian roulette: the one policy of all walks.
+//! Russian roulette: when paths end at random, for all integrators.
 
-/// Roulette never lets a path live for certain: two mirrors must not hold it for ever.
+/// No path survives with certainty: two mirrors must not hold it for ever.
 const MAX_SURVIVAL: f32 = 0.95;
 
-/// Roulette begins here at the latest, whatever the scene says: in a closed white room it is all that ends a path,
-/// and one path must not keep a worker from hearing an abort.
-pub const LATEST: u32 = 1024;
+/// Roulette begins here at the latest, whatever the scene says. In a closed white room nothing else ends a path, and one
+/// path must not keep a worker from hearing an abort.
+const LATEST: u32 = 1024;
 
-/// Roulette spares what carries more than the inverse of this. By experiment on the Cornell box: against 1, the error
+/// Paths whose throughput exceeds the inverse of this are spared. By experiment on the Cornell box: against 1, the error
 /// times time is 6 % lower in RGB and 1 to 2 % in luminance; 2 and 3, a square root, or an earlier start gain no more.
-const SPARING: f32 = 1.5;
+const SURVIVAL: f32 = 1.5;
 
-/// When and how roulette ends a walk.
+/// When and how roulette ends a path.
 #[derive(Clone, Copy, Debug)]
 pub struct Policy {
-    /// From this many segments on at the latest, whatever the scene says.
+    /// Roulette begins with this number of segments at the latest, whatever the scene says.
     pub latest: u32,
-    /// Survival over what is carried.
-    pub sparing: f32,
+    /// Probability of survival over throughput.
+    pub survival: f32,
 }
 
-/// Subpaths from a light: each vertex adds much the same to the picture whatever it carries, so they end early. Error
+/// Subpaths from a light. Each vertex adds much the same to the picture whatever its throughput, so they end early: error
 /// times time of particle tracing in a room with lights in a cove is 8 % lower than from the 8th segment on with 1.5.
-pub const FROM_LIGHT: Policy = Policy { latest: 3, sparing: 2.0 };
+pub const FROM_LIGHT: Policy = Policy { latest: 3, survival: 2.0 };
 
-/// Camera subpaths that are connected to light subpaths, which makes up for what they miss far from the camera.
-pub const FROM_CAMERA: Policy = Policy { latest: 3, sparing: SPARING };
+/// Camera subpaths. They are connected to light subpaths, which make up for what they miss far from the camera.
+pub const FROM_CAMERA: Policy = Policy { latest: 3, survival: SURVIVAL };
 
 /// Branches of a camera path: one of them is cheap to lose. By experiment on the Cornell box error times time is 11 % above
 /// that of 2 with 1.5, 27 % with 1, and 48 % with 0.7.
-pub const OF_BRANCHES: Policy = Policy { latest: 2, sparing: 2.0 };
+pub const OF_BRANCHES: Policy = Policy { latest: 2, survival: 2.0 };
 
 /// Camera paths that have not split.
-pub const OF_PATHS: Policy = Policy { latest: LATEST, sparing: SPARING };
+pub const OF_PATHS: Policy = Policy { latest: LATEST, survival: SURVIVAL };
 
-/// The factor by which a path that carries `carried` (1 at its start) goes on, or `None` when it ends. Until `armed`, all
-/// go on that carry anything.
+/// The factor on the throughput of a path that survives with this probability, or a little less than 1; `None` when it
+/// ends. Until roulette is `armed`, every path survives whose probability is positive.
 #[inline]
-pub fn survivor(carried: f32, armed: bool, u: f32) -> Option<f32> {
-    survivor_of(SPARING * carried, armed, u)
-}
-
-/// [`survivor`] of a path that goes on with probability `wanted`, or a little less than 1.
-#[inline]
-pub fn survivor_of(wanted: f32, armed: bool, u: f32) -> Option<f32> {
+pub fn survival_factor(probability: f32, armed: bool, u: f32) -> Option<f32> {
     if !armed {
-        return (wanted > 0.0).then_some(1.0);
+        return (probability > 0.0).then_some(1.0);
     }
     // NaN does not survive; `min` would take it for the other number.
-    let survival = if wanted > MAX_SURVIVAL { MAX_SURVIVAL } else { wanted };
+    let survival = if probability > MAX_SURVIVAL { MAX_SURVIVAL } else { probability };
     (u < survival).then(|| 1.0 / survival)
 }
 
@@ -56,14 +50,14 @@ pub fn survivor_of(wanted: f32, armed: bool, u: f32) -> Option<f32> {
 mod tests {
     use super::*;
 
-    /// Over all random numbers, what survives carries what was there before, and nothing lives for certain.
+    /// Over all random numbers the mean throughput stays, and no path survives with certainty.
     #[test]
     fn roulette_keeps_the_mean() {
         for carried in [0.001f32, 0.1, 0.6, 0.7, 1.0, 3.0] {
             let n = 10_000;
             let (mut sum, mut lived) = (0.0, 0);
             for i in 0..n {
-                if let Some(factor) = survivor(carried, true, (i as f32 + 0.5) / n as f32) {
+                if let Some(factor) = survival_factor(SURVIVAL * carried, true, (i as f32 + 0.5) / n as f32) {
                     (sum, lived) = (sum + factor * 0.5 * carried, lived + 1);
                 }
             }
@@ -74,6 +68,6 @@ mod tests {
             );
             assert!(lived > 0 && lived < n, "{carried}: {lived} of {n} live");
         }
-        assert_eq!(survivor(f32::NAN, true, 0.0), None);
+        assert_eq!(survival_factor(f32::NAN, true, 0.0), None);
     }
 }

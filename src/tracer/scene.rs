@@ -1,4 +1,4 @@
-//! The prepared scene: what a path asks of it.
+//! The prepared scene, and what paths ask of it.
 
 use std::sync::Arc;
 
@@ -18,30 +18,30 @@ use super::prepare::{PrepareError, SceneStructure, edited, general, prepare};
 use super::primitives::Primitives;
 use super::shape::SurfacePoint;
 
-/// What is seen at a point of the picture.
+/// The object that is seen at a point of the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pick {
     /// Index into [`SceneDesc::shapes`].
     pub shape: u32,
-    /// Where it was met, world space.
+    /// Where the ray hits it, world space.
     pub position: Vec3,
-    /// From the origin of the ray, which for a camera lies on its near plane.
+    /// Distance from the origin of the ray, which for a camera lies on its near plane.
     pub distance: f32,
 }
 
-/// Which materials the surfaces of a scene are of: integrators have code for each.
+/// The class of materials in a scene. Integrators have special code for each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MaterialClass {
-    /// Diffuse ones only.
+    /// Diffuse materials only.
     Diffuse,
     /// Also mirrors, clear glass and smooth coats.
     Specular,
-    /// Anything.
+    /// All materials.
     General,
 }
 
-/// A scene ready for tracing: immutable, shared by all workers. It holds no camera: that is the integrator's, so
-/// that moving it or changing the size of the picture leaves the scene as it is.
+/// A scene ready for tracing: immutable, shared by all workers. The camera belongs to the integrator, so that moving it or
+/// changing the size of the picture leaves the scene as it is.
 #[derive(Debug)]
 pub struct Scene {
     pub(super) primitives: Arc<Primitives>,
@@ -49,11 +49,11 @@ pub struct Scene {
     pub(super) surfaces: Vec<Sides>,
     pub(super) materials: Vec<Material>,
     pub(super) lights: Lights,
-    /// The one white of all that is seen, if nothing has a colour.
+    /// The white of all light, if nothing has a colour.
     pub(super) white: Option<White>,
     pub(super) material_class: MaterialClass,
     pub(super) notices: Vec<String>,
-    /// What the primitives and the lights were made from.
+    /// The description that the primitives and the lights were made from.
     pub(super) structure: Arc<SceneStructure>,
 }
 
@@ -62,7 +62,19 @@ impl Scene {
     /// ([`effects::planned`](super::effects::planned)).
     ///
     /// What cannot be traced but does no harm (triangles without area, coordinates that are not finite or beyond
-    /// 1e12) is dropped, counted and told in [`Scene::notices`].
+    /// 1e12) is dropped, counted and reported in [`Scene::notices`].
+    ///
+    /// ```
+    /// use pointillist::scene;
+    /// use pointillist::tracer::accel::Ray;
+    /// use pointillist::tracer::{Camera, Scene};
+    ///
+    /// let desc = scene::load("scenes/cornell.xml".as_ref(), &[])?.desc;
+    /// let (scene, camera) = (Scene::prepare(&desc)?, Camera::of(&desc)?);
+    /// let ray: Ray = camera.ray([0.5, 0.5], [0.5, 0.5]);
+    /// assert!(scene.closest(&ray).is_some(), "the middle of the picture shows a surface");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     ///
     /// # Errors
     ///
@@ -71,7 +83,7 @@ impl Scene {
         prepare(desc)
     }
 
-    /// As [`Scene::prepare`], but for everything, whether `desc` calls for it or not: what `--check-plan` compares with.
+    /// As [`Scene::prepare`], but with everything, whether `desc` calls for it or not: `--check-plan` compares with it.
     ///
     /// # Errors
     ///
@@ -83,10 +95,10 @@ impl Scene {
     /// This scene with the materials and the light of `desc`, in effect the same as [`Scene::prepare`] of `desc`.
     ///
     /// Where `desc` is this scene's description with other materials and other spectra, the primitives and their tree
-    /// are shared and the cost does not depend on them; how lights are chosen is worked out anew. Where anything else
-    /// differs (a shape moved, a light came or went, a mesh that is not shared), everything is prepared. Rays are walked as here.
+    /// are shared and the cost does not depend on them; only the selection of lights is prepared anew. Where anything else
+    /// differs (a shape moved, a light came or went, a mesh that is not shared), everything is prepared. The kernel stays.
     ///
-    /// A light whose emission becomes zero stays a light: it is met and then gives nothing, and is never chosen while
+    /// A light whose emission becomes zero stays a light: it is hit and then emits nothing, and is never chosen while
     /// another light shines.
     ///
     /// # Errors
@@ -96,7 +108,7 @@ impl Scene {
         edited(self, desc)
     }
 
-    /// This scene with its rays walked by `kernel`: samples are the same bits, and only their time differs. `None` where the
+    /// This scene with rays traced by `kernel`: samples are the same bits, and only their time differs. `None` where the
     /// processor lacks what `kernel` needs, or while another scene, [edited](Scene::edited) from this one, shares the tree.
     pub fn walked_by(mut self, kernel: SimdKernel) -> Option<Scene> {
         self.walk_by(kernel).then_some(self)
@@ -108,23 +120,23 @@ impl Scene {
             || Arc::get_mut(&mut self.primitives).is_some_and(|alone| alone.accel.set_kernel(kernel))
     }
 
-    /// How rays are walked; the fastest way that the processor has, unless another was asked for.
+    /// The kernel that traces rays: the fastest that the processor has, unless another was asked for.
     pub fn kernel(&self) -> SimdKernel {
         self.primitives.accel.kernel()
     }
 
-    /// The one white of all light, where nothing in the scene has a colour.
+    /// The white of all light, where nothing in the scene has a colour.
     pub fn white(&self) -> Option<White> {
         self.white
     }
 
-    /// Which materials the surfaces are of, as planned.
+    /// The class of the materials, as planned.
     #[inline]
     pub fn material_class(&self) -> MaterialClass {
         self.material_class
     }
 
-    /// What the user should know about the scene, one sentence each.
+    /// Notices for the user about the scene, one sentence each.
     pub fn notices(&self) -> &[String] {
         &self.notices
     }
@@ -139,13 +151,13 @@ impl Scene {
         &self.primitives.accel
     }
 
-    /// What `ray` (of unit direction) meets first.
+    /// The first hit of `ray`, whose direction has unit length.
     #[inline(always)]
     pub fn closest(&self, ray: &Ray) -> Option<SurfaceInteraction> {
         self.primitives.accel.closest(ray).map(|hit| self.primitives.interaction(ray, &hit))
     }
 
-    /// The shape that is seen along `ray`; `None` where nothing is but the environment. Of two shapes back to back in
+    /// The shape that is seen along `ray`; `None` where only the environment is. Of two shapes back to back in
     /// one place it is the one whose side is seen; of what a group holds, the instance that shows it.
     pub fn pick(&self, ray: &Ray) -> Option<Pick> {
         let hit = self.primitives.accel.closest(ray)?;
@@ -177,11 +189,11 @@ impl Scene {
     #[inline]
     pub fn connected(&self, from: &SurfaceInteraction, to: &SurfaceInteraction, d: Vec3) -> bool {
         let SurfacePoint { p, error, ng } = to.point;
-        // Both ends are moved off their surfaces: each may be met a rounding error early.
+        // Both ends are moved off their surfaces: each may be hit a rounding error early.
         !self.occluded(&from.spawn_to(safe_origin(p, error, ng, -d), d))
     }
 
-    /// What `ray` meets first that is not a light.
+    /// The first hit of `ray` that is not on a light.
     pub fn closest_unlit(&self, mut ray: Ray) -> Option<SurfaceInteraction> {
         loop {
             let hit = self.closest(&ray)?;

@@ -1,5 +1,5 @@
 //! Multiple importance sampling over the wavelengths of a path (Wilkie et al., *Hero Wavelength Spectral Sampling*,
-//! 2014, §3), in a form that goes with any method and any weights between ways to find a path.
+//! 2014, §3), in a form that goes with any integrator and any MIS weights of strategies to find a path.
 //!
 //! A path carries four wavelengths. One of them, the hero, lane 0, chooses directions; since the hero is any of the four
 //! with equal probability, a path X counts with the hero h at all four wavelengths, weighted by a partition of one over
@@ -10,14 +10,14 @@
 //! ```
 //!
 //! v are the vertices where densities depend on the wavelength: refractions of dispersive glass. Anything may stand for
-//! g that depends on *the path alone* and not on the way it was found. What stands here is the lane's value of the
-//! refraction without its colour, in the form that does not change when light and eye are exchanged. Then:
+//! g that depends on *the path alone* and not on the strategy that found it. Here g is the lane's value of the refraction
+//! without its colour, in the form that does not change when light and eye are exchanged. Then:
 //!
-//! - the weights between ways of one path (next-event estimation and chance; all ways of the bidirectional method) are
-//!   those of the hero alone, B(way | h), and the product is a partition of one: Σ_h A_h Σ_way B(way | h) = 1. Densities of
-//!   the other three are not needed, not even for ways that were not taken;
+//! - the weights of the strategies of one path (next-event estimation and hits; all strategies of the bidirectional method) are
+//!   those of the hero alone, B(s | h), and the product is a partition of one: Σ_h A_h Σ_s B(s | h) = 1. Densities of
+//!   the other three are not needed, not even for strategies that were not used;
 //! - a lane counts 4 f_h f_j / (p_h Σ_i f_i) where colours part, at most four times what the hero counts alone, whatever the
-//!   way: f_h / p_h is the usual weight of a sample. With visible normals p_h is nearly proportional to f_h, and the
+//!   strategy: f_h / p_h is the usual weight of a sample. With visible normals p_h is nearly proportional to f_h, and the
 //!   weights are nearly those of the balance heuristic;
 //! - as the lanes' directions draw together all g become equal and A_h = ¼: nothing is lost. As they part, A_h → 1, the
 //!   others' values → 0: the hero goes on alone, four times. A smooth interface is that limit, g = (1, 0, 0, 0); its
@@ -38,18 +38,18 @@
 
 use glam::Vec4;
 
-/// What is smaller than this counts nothing.
+/// A sum below this has no weight.
 const SMALLEST: f32 = 1e-30;
 
-/// How readily each of the four wavelengths, as the hero, would have chosen the refractions of a path; relative.
+/// Relative densities with which each of the four wavelengths, as the hero, would have chosen the refractions of a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WavelengthMis(Vec4);
 
 impl WavelengthMis {
-    /// All of them alike.
+    /// All with the same density.
     pub const ALL: Self = Self(Vec4::ONE);
 
-    /// No other than the hero: a smooth refraction.
+    /// None but the hero: a smooth dispersive refraction.
     pub const ALONE: Self = Self(Vec4::X);
 
     /// From g ≥ 0 of one refraction, and the hero's g / max g, which belongs into its value. `None` if the hero's is not
@@ -64,20 +64,19 @@ impl WavelengthMis {
         })
     }
 
-    /// Of two parts of a path together.
+    /// That of two parts of a path together.
     #[inline]
     pub fn and(self, other: Self) -> Self {
         Self(self.0 * other.0)
     }
 
-    /// True when no other than the hero would have.
+    /// True when none but the hero would have chosen this path.
     #[inline]
     pub fn is_alone(self) -> bool {
         self.0.y == 0.0 && self.0.z == 0.0 && self.0.w == 0.0
     }
 
-    /// What the path counts for: 1 where no colours part, up to 4 with the hero alone, and whatever the parts of a path
-    /// have in common. Finite, never negative.
+    /// The weight of the path: 1 where no colours part, 4 with the hero alone. Finite, never negative.
     #[inline]
     pub fn weight(self) -> f32 {
         let sum = self.0.element_sum();
@@ -85,21 +84,21 @@ impl WavelengthMis {
     }
 }
 
-/// A refraction as all four wavelengths see it.
+/// A refraction for all four wavelengths.
 #[derive(Clone, Copy, Debug)]
 pub struct Parted {
-    /// How readily each would have chosen it.
+    /// Relative density of each to choose it.
     pub wavelength_mis: WavelengthMis,
     /// Each lane's (nᵢ/nₒ)² over the hero's: takes a weight for radiance to one for light paths.
     pub eta2: Vec4,
 }
 
 impl Parted {
-    /// Nothing parts.
+    /// No dispersion.
     pub const NOTHING: Self = Self { wavelength_mis: WavelengthMis::ALL, eta2: Vec4::ONE };
 }
 
-/// True when wavelengths with these indices part: directions differ by more than the precision of numbers.
+/// True when wavelengths with these indices of refraction part: directions differ by more than rounding.
 #[inline]
 pub fn part(eta: Vec4) -> bool {
     (eta - eta.x).abs().max_element() > 4.0 * f32::EPSILON * eta.x

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use pointillist::scene::desc::IntegratorKind;
 use pointillist::scene::{self, SceneDesc};
 use pointillist::stream::UvWindow;
-use pointillist::tracer::choice::{Choice, Survey, choose};
+use pointillist::tracer::choice::{IntegratorChoice, Survey, choose};
 use pointillist::tracer::integrator::RenderContext;
 use pointillist::tracer::{Camera, Scene};
 
@@ -20,7 +20,7 @@ fn of_scene(name: &str) -> RenderContext {
     render_context(&scene::load(&path, &[]).unwrap().desc)
 }
 
-fn of_file(name: &str) -> Choice {
+fn of_file(name: &str) -> IntegratorChoice {
     let choice = choose(&of_scene(name));
     println!("{name}: {:?}: {}", choice.kind, choice.reason);
     for rating in &choice.ratings {
@@ -67,7 +67,7 @@ fn a_scene_has_one_choice() {
 #[test]
 fn brightness_does_not_matter() {
     let bright = LAMP.replace("value=\"5\"", "value=\"5000\"");
-    let times = |choice: Choice| choice.ratings.iter().map(|r| r.time()).collect::<Vec<_>>();
+    let times = |choice: IntegratorChoice| choice.ratings.iter().map(|r| r.time()).collect::<Vec<_>>();
     let (dim, bright) = (choose(&floor(LAMP)), choose(&floor(&bright)));
     assert_eq!(dim.kind, bright.kind);
     for (a, b) in times(dim).into_iter().zip(times(bright)) {

@@ -9,8 +9,8 @@ use pointillist::color::Xyz;
 use pointillist::scene::{SceneDesc, load, load_str};
 use pointillist::stream::{SampleSink, UvWindow};
 use pointillist::tracer::integrator::{
-    BidirectionalTracer, CAMERA_SUBPATHS, Checked, ParticleTracer, PathTracer, PhotonTracer, RenderContext,
-    Special,
+    BidirectionalTracer, CAMERA_SUBPATHS, CheckedIntegrator, ParticleTracer, PathTracer, PhotonTracer,
+    RenderContext, SpecializedIntegrator,
 };
 use pointillist::tracer::{Camera, Integrator, Scene};
 use proptest::prelude::*;
@@ -40,8 +40,8 @@ fn render_context(desc: &SceneDesc, scene: Scene) -> RenderContext {
 }
 
 /// Every one of `count` indices is traced twice; what differs panics. Returns how many a rounding has decided.
-fn checked<I: Special>(context: &RenderContext, general: &Arc<Scene>, count: u64) -> u64 {
-    let checked = Checked::<I>::new(context.clone(), general.clone(), 1.0);
+fn checked<I: SpecializedIntegrator>(context: &RenderContext, general: &Arc<Scene>, count: u64) -> u64 {
+    let checked = CheckedIntegrator::<I>::new(context.clone(), general.clone(), 1.0);
     let mut scratch = Default::default();
     // Paths that split and the first ones, which do not.
     for index in (0..count / 2).chain(1 << 20..(1 << 20) + count / 2) {
@@ -67,7 +67,7 @@ fn photons_are_as_planned() {
         let desc = load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name), &[]).unwrap().desc;
         let context = render_context(&desc, Scene::prepare(&desc).unwrap());
         let general = Arc::new(Scene::prepare_general(&desc).unwrap());
-        let checked = Checked::<PhotonTracer>::new(context, general, 1.0);
+        let checked = CheckedIntegrator::<PhotonTracer>::new(context, general, 1.0);
         let mut scratch = Default::default();
         (0..2000).for_each(|index| checked.trace(index, &mut scratch, &mut Sum::default()));
         assert_eq!(checked.tally().counts(), [2000, 0], "{name}");

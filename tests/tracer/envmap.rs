@@ -9,7 +9,8 @@ use crate::support::scenes::*;
 use pointillist::scene::desc::*;
 use pointillist::scene::edit::{Edits, NewValue, Target};
 use pointillist::spectrum::{EmissionMap, SampledWavelengths, Spectrum};
-use pointillist::tracer::light::{EnvironmentMap, LitPoint};
+use pointillist::tracer::light::{EnvironmentMap, LightSampleContext, LightSource};
+use pointillist::tracer::sampler::LightNumbers;
 
 /// A turn about no axis of the map.
 fn askew() -> DMat3 {
@@ -266,12 +267,14 @@ fn directions_that_do_not_depend_on_the_point() {
     desc.lights.remove(0);
     let mapped = prepare(&desc);
     for lights in [scene.lights(), mapped.lights()] {
-        let (wi, pdf) = lights.sample_direction(0, [0.3, 0.6]).expect("it shines");
-        assert_eq!(lights.pdf_direction(0, wi), pdf);
-        let lit = LitPoint { p: Vec3::ZERO, n: wi, through: false, glossy: false };
+        let numbers = LightNumbers { place: [0.5; 2], direction: [0.3, 0.6], choice: 0.5 };
+        let emission = lights.emit(&numbers).expect("it shines");
+        assert_eq!(lights.emission_pdf(0, Vec3::ZERO, emission.direction), emission.pdf);
+        let wi = -emission.direction;
+        let lit = LightSampleContext { p: Vec3::ZERO, n: wi, through: false, glossy: false };
         let (light, sample) = lights.sample(lit, 0.5, [0.3, 0.6]).expect("it shines");
         assert!(light == 0 && sample.target.is_none() && !sample.delta);
-        let again = lights.pdf(0, lit, (sample.wi, None));
+        let again = lights.pdf(0, lit, sample.wi, None);
         assert!((again.0 / sample.pdf.0 - 1.0).abs() < 1e-5, "{again:?} {:?}", sample.pdf);
     }
 }

@@ -7,12 +7,12 @@ use crate::support::scenes::*;
 use pointillist::spectrum::Spectrum;
 use pointillist::tracer::accel::PrimRange;
 use pointillist::tracer::light::{
-    ConstantLight, Extent, Light, LightShape, Lights, LitPoint, ParallelogramLight, PointLight, SphereLight,
-    TriangleLight,
+    BoundingSphere, ConstantLight, Light, LightSampleContext, LightShape, Lights, ParallelogramLight,
+    PointLight, SphereLight, TriangleLight,
 };
 use pointillist::tracer::shape::{Sphere, Triangle};
 
-const EXTENT: Extent = Extent { center: Vec3::ZERO, radius: 10.0 };
+const EXTENT: BoundingSphere = BoundingSphere { center: Vec3::ZERO, radius: 10.0 };
 
 fn vec(r: &mut Random, half: f64) -> Vec3 {
     (glam::DVec3::new(r.f64(), r.f64(), r.f64()) * 2.0 - 1.0).as_vec3() * half as f32
@@ -44,11 +44,11 @@ fn lights(shapes: Vec<LightShape>, value: impl Fn(usize) -> f32) -> Lights {
     Lights::new(shapes.into_iter().enumerate().map(light).collect(), spectra, EXTENT)
 }
 
-fn lit(r: &mut Random) -> LitPoint {
-    LitPoint { p: vec(r, 6.0), n: r.direction().as_vec3(), through: r.f64() < 0.25, glossy: false }
+fn lit(r: &mut Random) -> LightSampleContext {
+    LightSampleContext { p: vec(r, 6.0), n: r.direction().as_vec3(), through: r.f64() < 0.25, glossy: false }
 }
 
-fn total(lights: &Lights, at: LitPoint) -> f64 {
+fn total(lights: &Lights, at: LightSampleContext) -> f64 {
     let probability = |i| {
         let p = lights.probability(i, at);
         assert!((0.0..=1.0).contains(&p), "{i}: {p} at {at:?}");
@@ -101,7 +101,7 @@ fn samples_carry_the_probability_of_their_light() {
                 assert_eq!(sample.pdf.0, p);
             }
             if set.environment() == Some(light) {
-                let again = set.pdf(light, at, (sample.wi, None)).0;
+                let again = set.pdf(light, at, sample.wi, None).0;
                 assert!((again - sample.pdf.0).abs() < 1e-5, "{again} {sample:?}");
             }
         }
@@ -121,7 +121,7 @@ fn chi_squared_of_the_choice_among_spheres() {
         let values: Vec<f32> = (0..n).map(|_| 0.1 + 10.0 * r.f32()).collect();
         let set = lights(shapes, |i| values[i]);
         for _ in 0..5 {
-            let at = LitPoint { p: vec(&mut r, 1.0) + Vec3::X * 6.0, ..lit(&mut r) };
+            let at = LightSampleContext { p: vec(&mut r, 1.0) + Vec3::X * 6.0, ..lit(&mut r) };
             let samples = 200_000;
             let mut counts = vec![0; n];
             for _ in 0..samples {
@@ -132,7 +132,7 @@ fn chi_squared_of_the_choice_among_spheres() {
                     error: Vec3::ZERO,
                     ng: -sample.wi,
                 };
-                assert_eq!(set.pdf(light, at, (sample.wi, Some(&hit))), sample.pdf, "to the bit");
+                assert_eq!(set.pdf(light, at, sample.wi, Some(&hit)), sample.pdf, "to the bit");
             }
             let share = |i| f64::from(set.probability(i as u32, at)) * f64::from(samples);
             let expected: Vec<f64> = (0..n).map(share).collect();
@@ -160,7 +160,7 @@ fn only_what_cannot_light_the_point_is_left_out() {
                 continue;
             }
             let wi = (emission.from.p - at.p).normalize();
-            let cos_light = if emission.pdf.origin == pointillist::tracer::light::Origin::Point {
+            let cos_light = if emission.pdf.origin == pointillist::tracer::light::EmissionOrigin::Point {
                 1.0
             } else {
                 -wi.dot(emission.from.ng)
@@ -198,7 +198,7 @@ fn degenerate_lights_and_points() {
                         Vec3::NAN,
                         Vec3::INFINITY,
                     ] {
-                        let at = LitPoint { p, n: Vec3::Z, through: n == 2, glossy: false };
+                        let at = LightSampleContext { p, n: Vec3::Z, through: n == 2, glossy: false };
                         let sum = total(&set, at);
                         let bound = if n > 100 { 1e-5 } else { 1e-6 };
                         assert!((sum - 1.0).abs() < bound, "{n} × {shape:?}, {value}, {odd}: {sum} at {p}");
@@ -221,7 +221,7 @@ fn a_tree_is_never_too_deep() {
     let shapes = (0..20_000).map(|i| LightShape::Point(PointLight { position: place(i) })).collect();
     let set = lights(shapes, |i| 2f32.powi(-(i as i32 % 100)));
     for p in [Vec3::ZERO, Vec3::Z, Vec3::X * 9.0] {
-        let sum = total(&set, LitPoint { p, n: Vec3::Z, through: true, glossy: false });
+        let sum = total(&set, LightSampleContext { p, n: Vec3::Z, through: true, glossy: false });
         assert!((sum - 1.0).abs() < 1e-5, "{sum}");
     }
 }
@@ -257,7 +257,7 @@ fn many_lights_are_chosen_by_what_they_bring() {
     let power = 1.0 / n as f32;
     let (mut ours, mut by_power) = (0.0, 0.0);
     for _ in 0..50 {
-        let at = LitPoint {
+        let at = LightSampleContext {
             p: vec(&mut r, 7.0) * Vec3::new(1.0, 1.0, 0.05),
             n: Vec3::Z,
             through: false,

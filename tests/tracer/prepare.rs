@@ -9,7 +9,7 @@ use glam::{DAffine3, DVec3, Vec3};
 use crate::support::scenes::*;
 use pointillist::scene::desc::*;
 use pointillist::tracer::accel::Ray;
-use pointillist::tracer::light::LitPoint;
+use pointillist::tracer::light::LightSampleContext;
 use pointillist::tracer::{PrepareError, Scene};
 
 /// Case N5: unusable triangles are counted and told; the light they were part of still adds up.
@@ -28,7 +28,7 @@ fn unusable_triangles_are_dropped_and_told() {
     let scene = prepare(&desc);
     assert!(scene.notices().iter().any(|n| n.contains("6 primitives")), "{:?}", scene.notices());
     assert_eq!(scene.lights().len(), 1);
-    let at = LitPoint { p: Vec3::new(0.2, 0.2, 1.0), n: -Vec3::Z, through: false, glossy: false };
+    let at = LightSampleContext { p: Vec3::new(0.2, 0.2, 1.0), n: -Vec3::Z, through: false, glossy: false };
     let (light, sample) = scene.lights().sample(at, 0.999_999_9, [0.3, 0.3]).expect("in front");
     assert_eq!(light, 0);
     assert!(sample.pdf.0 > 0.0);
@@ -88,7 +88,7 @@ fn sample_and_pdf_are_pairs() {
     );
     environment(&mut desc);
     let scene = prepare(&desc);
-    let lit = LitPoint { p: Vec3::new(0.3, 0.1, 0.0), n: Vec3::Z, through: false, glossy: false };
+    let lit = LightSampleContext { p: Vec3::new(0.3, 0.1, 0.0), n: Vec3::Z, through: false, glossy: false };
     let mut random = Random(9);
     let mut seen = [0; 5];
     for _ in 0..20_000 {
@@ -99,7 +99,7 @@ fn sample_and_pdf_are_pairs() {
             continue; // Another light in front, or the last ulp of an edge.
         }
         seen[light as usize] += 1;
-        let pdf = scene.lights().pdf(light, lit, (sample.wi, hit.as_ref().map(|h| &h.point)));
+        let pdf = scene.lights().pdf(light, lit, sample.wi, hit.as_ref().map(|h| &h.point));
         assert!((pdf.0 / sample.pdf.0 - 1.0).abs() < 1e-4, "light {light}: {pdf:?} {:?}", sample.pdf);
     }
     assert!(seen.iter().all(|&n| n > 20), "{seen:?}");

@@ -1,9 +1,9 @@
 //! The decision: least variance × cost, with two safeguards.
 //!
 //! The estimate of a method's error at equal time is the mean over the picture of its relative variance per path (relMSE:
-//! variance / (Y² + floor²)), times what a path costs. It is not to be trusted where a method has not found all there is, so
+//! variance / (Y² + floor²)), times the cost of a path. It is too low where a method has not found all light, so
 //!
-//! - particles are out where the picture shows a delta, which they never find;
+//! - particle tracing is excluded where the picture shows a delta, which it never finds;
 //! - where a method's mean in a part of the picture is significantly below another's, it is charged for what it has missed:
 //!   paths that bring a mean of Δ and of which none was among n have a second moment of at least n Δ².
 
@@ -12,34 +12,36 @@ use crate::scene::desc::IntegratorKind;
 use super::grid::{CELLS, SIDE};
 use super::survey::Survey;
 use super::trial::Trial;
-use super::words;
 
 /// Parts of the picture in which means are compared, along either side.
 const BLOCKS: usize = 4;
 
-/// Standard errors from which a difference of means counts.
+/// Number of standard errors from which a difference of means counts.
 const SIGNIFICANT: f64 = 4.0;
 
 /// Luminance below which errors count as absolute, as a share of the picture's mean.
 const FLOOR: f64 = 0.1;
 
-/// Another method must be better than path tracing by this factor: less is within the error of the estimate, and path
-/// tracing spreads its samples over the picture most evenly from the first frame on.
+/// Factor by which another method must beat path tracing: less is within the error of the estimate, and path tracing spreads
+/// its samples over the picture most evenly from the first frame on.
 const WORTH: f64 = 1.25;
 
-/// What photons must gain over the best of the others: their samples share one map, so that noise falls more slowly than a
-/// trial can tell, and they blur.
+/// Factor by which photon mapping must beat the best of the others: its samples share one map, so that noise falls more slowly
+/// than a trial can tell, and they blur.
 const PHOTONS_WORTH: f64 = 6.0;
 
-/// Share of the picture that may show deltas before particles are out: none, but for a stray ray between two edges.
+/// Share of the picture that may show deltas before particle tracing is excluded: none, but for a stray ray between two edges.
 const DELTAS: f64 = 0.0002;
 
-/// How one method is judged.
+/// The reason mentions light that a method missed from this share on.
+const WORTH_TELLING: f64 = 0.02;
+
+/// The judgement of one method.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Rating {
+pub struct IntegratorRating {
     /// The method.
     pub kind: IntegratorKind,
-    /// It can show all of the picture.
+    /// The method can show all of the picture.
     pub complete: bool,
     /// Relative variance per path, with what was missed.
     pub variance: f64,
@@ -51,37 +53,37 @@ pub struct Rating {
     pub mean: f64,
 }
 
-impl Rating {
+impl IntegratorRating {
     /// Time to a given error; infinite where it can never be reached.
     pub fn time(&self) -> f64 {
         if self.complete { self.variance * self.cost } else { f64::INFINITY }
     }
 
-    /// The same, on the safe side for photons.
+    /// The same, on the safe side for photon mapping.
     fn cautious_time(&self) -> f64 {
         if self.kind == IntegratorKind::Photon { PHOTONS_WORTH * self.time() } else { self.time() }
     }
 }
 
-/// A method and why.
+/// A method, and why it was chosen.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Choice {
+pub struct IntegratorChoice {
     /// The method; never [`IntegratorKind::Auto`].
     pub kind: IntegratorKind,
     /// One sentence without its end.
     pub reason: String,
     /// All that were tried.
-    pub ratings: Vec<Rating>,
+    pub ratings: Vec<IntegratorRating>,
 }
 
 /// Picks one of the methods that were tried.
-pub fn decide(survey: &Survey, trials: &[Trial]) -> Choice {
+pub fn decide(survey: &Survey, trials: &[Trial]) -> IntegratorChoice {
     let complete = |t: &Trial| t.kind != IntegratorKind::Light || survey.delta_seen <= DELTAS;
     let complete: Vec<bool> = trials.iter().map(complete).collect();
     let brightness = brightness(trials, &complete);
     let mean = brightness.iter().sum::<f64>() / CELLS as f64;
     let floor = (FLOOR * mean).powi(2);
-    let ratings: Vec<Rating> = trials
+    let ratings: Vec<IntegratorRating> = trials
         .iter()
         .zip(&complete)
         .map(|(trial, &complete)| {
@@ -89,24 +91,32 @@ pub fn decide(survey: &Survey, trials: &[Trial]) -> Choice {
             let scattered = |cell: usize| grid.variance(cell) / (brightness[cell].powi(2) + floor);
             let variance =
                 if mean > 0.0 { (0..CELLS).map(scattered).sum::<f64>() / CELLS as f64 } else { 0.0 };
-            let mut rating =
-                Rating { kind: trial.kind, complete, variance, missed: 0.0, cost: trial.cost, mean: 0.0 };
+            let mut rating = IntegratorRating {
+                kind: trial.kind,
+                complete,
+                variance,
+                missed: 0.0,
+                cost: trial.cost,
+                mean: 0.0,
+            };
             rating.mean = (0..CELLS).map(|cell| grid.mean(cell)).sum::<f64>() / CELLS as f64;
-            charge(&mut rating, trial, (trials, &brightness, floor));
+            charge(&mut rating, trial, trials, &brightness, floor);
             rating
         })
         .collect();
     let best =
         ratings.iter().filter(|r| r.complete).min_by(|a, b| a.cautious_time().total_cmp(&b.cautious_time()));
     let path = ratings.iter().find(|r| r.kind == IntegratorKind::Path);
-    let near = |best: &Rating, path: &Rating| path.cautious_time() <= WORTH * best.cautious_time();
+    let near = |best: &IntegratorRating, path: &IntegratorRating| {
+        path.cautious_time() <= WORTH * best.cautious_time()
+    };
     let kind = match (best, path) {
         (Some(best), Some(path)) if near(best, path) => path.kind,
         (Some(best), _) => best.kind,
         (None, _) => IntegratorKind::Path,
     };
-    let reason = words::reason(kind, survey, &ratings);
-    Choice { kind, reason, ratings }
+    let reason = reason(kind, survey, &ratings);
+    IntegratorChoice { kind, reason, ratings }
 }
 
 /// Luminance of each cell, of all that can show it, smoothed: single cells are noise. Photons are left out: all samples of their
@@ -142,7 +152,7 @@ fn block(trial: &Trial, block: usize) -> (f64, f64) {
 }
 
 /// Charges a method for light that another one, photons excepted, has found and it has not.
-fn charge(rating: &mut Rating, trial: &Trial, (others, brightness, floor): (&[Trial], &[f64], f64)) {
+fn charge(rating: &mut IntegratorRating, trial: &Trial, others: &[Trial], brightness: &[f64], floor: f64) {
     let (blocks, width) = (BLOCKS * BLOCKS, SIDE / BLOCKS);
     let mut missed = 0.0;
     for i in 0..blocks {
@@ -166,4 +176,62 @@ fn charge(rating: &mut Rating, trial: &Trial, (others, brightness, floor): (&[Tr
     }
     let mean = brightness.iter().sum::<f64>() / CELLS as f64;
     rating.missed = if mean > 0.0 { missed / mean } else { 0.0 };
+}
+
+/// The reason of a choice, for people: one sentence without its end.
+fn reason(kind: IntegratorKind, survey: &Survey, ratings: &[IntegratorRating]) -> String {
+    let of = |kind: IntegratorKind| ratings.iter().find(|r| r.kind == kind);
+    let (Some(path), Some(chosen)) = (of(IntegratorKind::Path), of(kind)) else {
+        return "nothing else was tried".to_string();
+    };
+    if survey.lights == 0 || ratings.iter().all(|r| r.mean <= 0.0) {
+        return "no light was found, so every method shows the same".to_string();
+    }
+    let mut parts = Vec::new();
+    // The brightest: the others may have missed some.
+    let all = ratings.iter().filter(|r| r.complete).map(|r| r.mean).fold(0.0, f64::max);
+    let indirect = (1.0 - survey.direct / all).clamp(0.0, 1.0);
+    parts.push(match kind == IntegratorKind::Path && indirect < 0.5 {
+        true => format!("{} of what is seen arrives with one bounce or none", percent(1.0 - indirect)),
+        false => format!("{} of what is seen arrives over 2 or more bounces", percent(indirect)),
+    });
+    if path.missed >= WORTH_TELLING && kind != IntegratorKind::Path {
+        parts.push(format!("trial paths from the camera missed {} of the light", percent(path.missed)));
+    }
+    let mut rivals: Vec<&IntegratorRating> =
+        ratings.iter().filter(|r| r.kind != kind && r.complete).collect();
+    rivals.sort_by(|a, b| a.time().total_cmp(&b.time()));
+    for rival in rivals {
+        parts.push(compare(rival, rival.time() / chosen.time()));
+    }
+    if ratings.iter().any(|r| !r.complete) {
+        let seen = percent(survey.delta_seen);
+        parts.push(format!("particles alone cannot show mirrors and glass ({seen} of the picture)"));
+    }
+    parts.join("; ")
+}
+
+/// `ratio`: time of the rival over that of the chosen method.
+fn compare(rival: &IntegratorRating, ratio: f64) -> String {
+    let name = match rival.kind {
+        IntegratorKind::Path | IntegratorKind::Auto => "camera paths",
+        IntegratorKind::Light => "particles",
+        IntegratorKind::Bidirectional => "paths from both ends",
+        IntegratorKind::Photon => "photons",
+    };
+    match ratio {
+        r if !r.is_finite() || r > 1000.0 => format!("{name} need over 1000 times as long"),
+        r if r >= 10.0 => format!("{name} need {r:.0} times as long"),
+        r if r >= 1.05 => format!("{name} need {r:.1} times as long"),
+        r if r >= 0.95 => format!("{name} need as long"),
+        r => format!("{name} would gain too little to be sure of ({:.1} times as fast)", 1.0 / r),
+    }
+}
+
+fn percent(share: f64) -> String {
+    match share * 100.0 {
+        p if p > 0.0 && p < 1.0 => "under 1 %".to_string(),
+        p if p < 100.0 && p > 99.0 => "over 99 %".to_string(),
+        p => format!("{p:.0} %"),
+    }
 }

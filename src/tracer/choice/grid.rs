@@ -3,15 +3,15 @@
 use crate::color::Xyz;
 use crate::stream::{PathCounts, SampleSink};
 
-/// Cells along either side of the picture: none is without a place that camera paths start from.
+/// Cells along either side of the picture: camera paths start in each.
 pub(super) const SIDE: usize = 16;
 
-/// Cells.
+/// Number of cells.
 pub(super) const CELLS: usize = SIDE * SIDE;
 
 /// Sums of luminance in one cell.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Cell {
+pub(super) struct MomentCell {
     /// Number, sum and squares of camera samples.
     camera: [f64; 3],
     /// Pairs of camera samples from one place, and half the sum of their squared differences.
@@ -21,25 +21,30 @@ pub(super) struct Cell {
 }
 
 /// A camera sample: its place, its cell and luminance.
-type Placed = ([u32; 2], usize, f64);
+type PlacedSample = ([u32; 2], usize, f64);
 
-/// What a trial has found.
+/// The samples of a trial.
 #[derive(Clone, Debug)]
-pub(super) struct Grid {
-    cells: Vec<Cell>,
-    /// Until they are paired.
-    placed: Vec<Placed>,
+pub(super) struct MomentGrid {
+    cells: Vec<MomentCell>,
+    /// Camera samples that are yet to be paired.
+    placed: Vec<PlacedSample>,
     light_paths: f64,
-    /// Camera paths to a light path; 1 without camera paths.
+    /// Camera paths per light path; 1 without camera paths.
     camera_paths: f64,
 }
 
-impl Grid {
+impl MomentGrid {
     pub(super) fn new() -> Self {
-        Self { cells: vec![Cell::default(); CELLS], placed: Vec::new(), light_paths: 0.0, camera_paths: 1.0 }
+        Self {
+            cells: vec![MomentCell::default(); CELLS],
+            placed: Vec::new(),
+            light_paths: 0.0,
+            camera_paths: 1.0,
+        }
     }
 
-    /// That was all: so many indices were traced, of `counts` paths each.
+    /// Ends the trial, after so many indices of `counts` paths each.
     pub(super) fn finish(&mut self, indices: u64, counts: PathCounts) {
         self.pair();
         self.light_paths += (indices * counts.light) as f64;
@@ -48,7 +53,7 @@ impl Grid {
         }
     }
 
-    /// What a picture shows from one side of a cell to the other is no noise: samples are compared with those from the same place.
+    /// Pairs samples from the same place: what differs from one side of a cell to the other is no noise.
     fn pair(&mut self) {
         let mut placed = std::mem::take(&mut self.placed);
         placed.sort_by_key(|p| p.0);
@@ -77,15 +82,15 @@ impl Grid {
     }
 
     /// Variance of a pixel's luminance inside the cell, times the paths that were started per unit of picture (from
-    /// the camera, where there are such): no resolution is left in it. A pixel is so small that a light path meets it rarely: its variance is its second
-    /// moment.
+    /// the camera, where there are such): it does not depend on the resolution. Light paths hit a pixel so rarely that their
+    /// variance is their second moment.
     pub(super) fn variance(&self, cell: usize) -> f64 {
         let c = &self.cells[cell];
         let camera = if c.pairs[0] > 0.0 { c.pairs[1] / c.pairs[0] } else { 0.0 };
         camera + self.camera_paths * self.per_light_path(c.light[1])
     }
 
-    /// The same of a cell's luminance: what it shows here and there is part of that.
+    /// The same of a cell's luminance, which includes how it varies over the cell.
     pub(super) fn variance_of_mean(&self, cell: usize) -> f64 {
         let c = &self.cells[cell];
         let [n, sum, squares] = c.camera;
@@ -99,7 +104,7 @@ impl Grid {
     }
 }
 
-impl SampleSink for Grid {
+impl SampleSink for MomentGrid {
     fn camera(&mut self, uv: [f32; 2], value: Xyz, weight: f32) {
         let y = f64::from(value.y * weight);
         if let Some(cell) = Self::cell(uv).filter(|_| y.is_finite()) {

@@ -8,7 +8,7 @@ use super::used::Used;
 
 pub(super) const ENTRY: Entry = Entry {
     name: "light-choice",
-    at_run_time: "how many lights the prepared scene has: one, few that are all looked at, or a tree (Choice)",
+    at_run_time: "how many lights the prepared scene has: one, few that are all evaluated, or a tree (LightSelector)",
     find,
     refusal: |_| Some("a light is chosen where there are several: leave the others out of the scene"),
     without: |_| (),

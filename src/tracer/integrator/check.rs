@@ -1,70 +1,70 @@
-//! The proof of the plan: a share of the paths is traced for everything too, and must give the same samples.
+//! The check of the plan of effects (`--check-plan`): a share of the paths is also traced without the plan, and must give the
+//! same samples.
 //!
-//! What is traced is the scene as planned: what the plan calls off has been taken out of it
-//! ([`planned`](crate::tracer::effects::planned)). The scene with everything must give the same samples, bit for bit. Where a plan
-//! changes the arithmetic by design they are compared within a bound: in a scene without colour, a path carries the wavelengths of
-//! its light's white and not wavelengths of its own, so that its samples are the general ones times the quotient of white as it is
-//! to white as those wavelengths show it.
+//! The scene as planned lacks what the plan calls off ([`planned`](crate::tracer::effects::planned)). The scene with everything
+//! must give the same samples, bit for bit. One plan changes the arithmetic by design: in a scene without colour, a path carries
+//! the wavelengths of its light's white and not wavelengths of its own. There its samples are the general ones times the quotient
+//! of white as it is and white as those wavelengths show it, and they are compared within a bound.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::color::Xyz;
-use crate::math::bits::mix_sequence;
+use crate::math::bits::mix;
 use crate::spectrum::{SampledWavelengths, White};
 use crate::stream::{PathCounts, SampleSink};
 use crate::tracer::{Sampler, Scene};
 
 use super::{Integrator, RenderContext};
 
-/// An integrator with special code, which its settings choose.
-pub trait Special: Integrator + From<RenderContext> {
-    /// The number that chooses the wavelengths of the path that takes its numbers from `sampler`.
+/// An integrator with special code for what a plan leaves of a scene.
+pub trait SpecializedIntegrator: Integrator + From<RenderContext> {
+    /// The number that chooses the wavelengths of the path whose numbers are those of `sampler`.
     fn wavelength_number(sampler: &Sampler) -> f32 {
         sampler.camera().wavelength
     }
 }
 
-/// Traces paths as `I` does, and a share of them twice.
+/// Traces paths as `I` does, and a share of them a second time without the plan.
 #[derive(Clone, Debug)]
-pub struct Checked<I> {
+pub struct CheckedIntegrator<I> {
     special: I,
     general: I,
     seed: u32,
     white: Option<White>,
-    /// Of 2^32.
+    /// The share of paths that are compared, times 2^32.
     share: u64,
-    tally: Arc<Tally>,
+    tally: Arc<PlanCheckTally>,
 }
 
-/// How many paths were compared.
+/// The numbers of paths that were compared.
 #[derive(Debug, Default)]
-pub struct Tally {
+pub struct PlanCheckTally {
     checked: AtomicU64,
     different: AtomicU64,
     /// First and last index whose samples differ.
     reach: Mutex<Option<(u64, u64)>>,
 }
 
-/// Where arithmetic differs by design: relative to the largest component.
+/// Bound of the difference where arithmetic differs by design, relative to the largest component.
 const BOUND: f32 = 1e-4;
 
-/// There, roulette and choices may fall on either side of a rounding: so many paths may differ in a million, and some anyway.
+/// Share of paths, and number beside it, that may differ more there: roulette and choices may fall on either side of a rounding.
 const RARE: f64 = 20e-6;
 const ANYWAY: f64 = 3.0;
 
-impl Tally {
+impl PlanCheckTally {
     /// Paths that were traced by both, and those whose samples differ by more than rounding allows for one.
     pub fn counts(&self) -> [u64; 2] {
         [self.checked.load(Ordering::Relaxed), self.different.load(Ordering::Relaxed)]
     }
 
-    /// The first and the last index whose samples differ, if any do: tracing these and what lies between shows it again.
+    /// The first and the last index whose samples differ, if any do. Tracing this range shows it again.
     pub fn reach(&self) -> Option<(u64, u64)> {
         *self.reach.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Counts one that differs; how many there are.
+    /// Counts a path that differs and returns their number.
     fn differs(&self, index: u64) -> u64 {
         let mut reach = self.reach.lock().unwrap_or_else(PoisonError::into_inner);
         let (first, last) = reach.unwrap_or((index, index));
@@ -73,9 +73,9 @@ impl Tally {
     }
 }
 
-impl<I: Special> Checked<I> {
-    /// Traces with the settings of `context`, and the share `share` in [0, 1] of the paths in the same scene prepared for
-    /// everything too ([`Scene::prepare_general`]).
+impl<I: SpecializedIntegrator> CheckedIntegrator<I> {
+    /// Traces with the settings of `context`, and the share `share` in [0, 1] of the paths also in `general`, the same scene
+    /// prepared for everything ([`Scene::prepare_general`]).
     pub fn new(context: RenderContext, general: Arc<Scene>, share: f64) -> Self {
         let (seed, white) = (context.seed, context.scene.white().filter(|_| general.white().is_none()));
         let general = I::from(RenderContext { scene: general, ..context.clone() });
@@ -83,51 +83,56 @@ impl<I: Special> Checked<I> {
         Self { special: I::from(context), general, seed, white, share, tally: Arc::default() }
     }
 
-    /// What was found so far.
-    pub fn tally(&self) -> &Arc<Tally> {
+    /// The outcome so far.
+    pub fn tally(&self) -> &Arc<PlanCheckTally> {
         &self.tally
     }
 
-    /// Whether path `index` is compared: decided by a hash, so that no pattern of the sequence is preferred.
+    /// True if path `index` is compared: by a hash, so that no pattern of the sequence is preferred.
     fn takes(&self, index: u64) -> bool {
-        mix_sequence(index) >> 32 < self.share
+        mix(index) >> 32 < self.share
     }
 
-    /// What the samples of the special code should be, from those of the general.
-    fn expected(&self, index: u64, sample: Taken) -> Taken {
+    /// What a sample of the special code should be, from that of the general.
+    fn expected(&self, index: u64, sample: CollectedSample) -> CollectedSample {
         let Some(white) = self.white else { return sample };
         let lambda = SampledWavelengths::sample(I::wavelength_number(&Sampler::at(index, self.seed)));
         let drawn = lambda.to_xyz(white.spectrum().sample(&lambda));
         let exact = white.wavelengths();
         let exact = exact.to_xyz(white.spectrum().sample(&exact));
-        // Of three components the one that these wavelengths show best tells the size.
+        // The component that these wavelengths show best gives the quotient.
         let size = [(sample.value.x, drawn.x), (sample.value.y, drawn.y), (sample.value.z, drawn.z)];
         let (value, unit) =
             size.into_iter().fold((0.0, 0.0), |best, new| if new.1 > best.1 { new } else { best });
         let value = if unit > 0.0 { exact * (value / unit) } else { Xyz::BLACK };
-        Taken { value, ..sample }
+        CollectedSample { value, ..sample }
     }
 
-    /// Compares two lists of samples of path `index`; the first difference, in words.
-    fn difference(&self, index: u64, special: &[Taken], general: &[Taken]) -> Option<String> {
+    /// Compares two lists of samples of path `index` and describes the first difference.
+    fn difference(
+        &self,
+        index: u64,
+        special: &[CollectedSample],
+        general: &[CollectedSample],
+    ) -> Option<String> {
         if special.len() != general.len() {
             return Some(format!("{} samples, and {} with everything", special.len(), general.len()));
         }
         let pairs = special.iter().zip(general).map(|(s, g)| (s, self.expected(index, *g)));
-        let differs = |(s, g): &(&Taken, Taken)| match self.white {
+        let differs = |(s, g): &(&CollectedSample, CollectedSample)| match self.white {
             None => **s != *g,
             Some(_) => !s.is_near(g),
         };
         pairs.into_iter().find(differs).map(|(s, g)| format!("{s:?}, and {g:?} with everything"))
     }
 
-    /// Compares the samples of path `index` as planned with those with everything.
+    /// Compares the samples of path `index` with and without the plan.
     ///
     /// # Panics
     ///
     /// When the plan is refuted: the run ends and names the path.
     #[cold]
-    fn check(&self, index: u64, special: &[Taken], general: &[Taken]) {
+    fn check(&self, index: u64, special: &[CollectedSample], general: &[CollectedSample]) {
         let checked = self.tally.checked.fetch_add(1, Ordering::Relaxed) + 1;
         let Some(what) = self.difference(index, special, general) else { return };
         let different = self.tally.differs(index);
@@ -142,7 +147,7 @@ impl<I: Special> Checked<I> {
     }
 }
 
-impl<I: Special> Integrator for Checked<I> {
+impl<I: SpecializedIntegrator> Integrator for CheckedIntegrator<I> {
     type Scratch = [I::Scratch; 2];
 
     fn trace(&self, index: u64, [scratch, other]: &mut [I::Scratch; 2], out: &mut impl SampleSink) {
@@ -151,11 +156,11 @@ impl<I: Special> Integrator for Checked<I> {
         }
         let special = collect(&self.special, index, scratch, out);
         let general = collect(&self.general, index, other, out);
-        // Who is told to stop may have ended in the middle.
+        // An integrator that is told to stop may have ended in the middle.
         if out.is_wanted() {
             self.check(index, &special, &general);
         }
-        for Taken { uv, value, weight } in special {
+        for CollectedSample { uv, value, weight } in special {
             match weight {
                 Some(weight) => out.camera(uv, value, weight),
                 None => out.light(uv, value),
@@ -168,15 +173,15 @@ impl<I: Special> Integrator for Checked<I> {
     }
 }
 
-/// A sample; of the light stream without weight.
+/// A sample. One of the light stream has no weight.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Taken {
+struct CollectedSample {
     uv: [f32; 2],
     value: Xyz,
     weight: Option<f32>,
 }
 
-impl Taken {
+impl CollectedSample {
     fn is_near(&self, other: &Self) -> bool {
         let (a, b) = (self.value, other.value);
         let size = a.x.max(a.y).max(a.z).max(f32::MIN_POSITIVE);
@@ -186,31 +191,31 @@ impl Taken {
     }
 }
 
-/// The samples of path `index`, which are on their way to `out`.
+/// The samples of path `index` that are meant for `out`.
 fn collect<I: Integrator>(
     from: &I,
     index: u64,
     scratch: &mut I::Scratch,
     out: &impl SampleSink,
-) -> Vec<Taken> {
-    let mut samples = Collected { out, taken: Vec::new() };
+) -> Vec<CollectedSample> {
+    let mut samples = CollectingSink { out, taken: Vec::new() };
     from.trace(index, scratch, &mut samples);
     samples.taken
 }
 
 /// Keeps the samples of a path.
-struct Collected<'a, S> {
+struct CollectingSink<'a, S> {
     out: &'a S,
-    taken: Vec<Taken>,
+    taken: Vec<CollectedSample>,
 }
 
-impl<S: SampleSink> SampleSink for Collected<'_, S> {
+impl<S: SampleSink> SampleSink for CollectingSink<'_, S> {
     fn camera(&mut self, uv: [f32; 2], value: Xyz, weight: f32) {
-        self.taken.push(Taken { uv, value, weight: Some(weight) });
+        self.taken.push(CollectedSample { uv, value, weight: Some(weight) });
     }
 
     fn light(&mut self, uv: [f32; 2], value: Xyz) {
-        self.taken.push(Taken { uv, value, weight: None });
+        self.taken.push(CollectedSample { uv, value, weight: None });
     }
 
     fn is_wanted(&self) -> bool {
@@ -228,9 +233,9 @@ mod tests {
 
     /// Counts samples.
     #[derive(Default)]
-    struct Count(u64);
+    struct CountingSink(u64);
 
-    impl SampleSink for Count {
+    impl SampleSink for CountingSink {
         fn camera(&mut self, _: [f32; 2], _: Xyz, _: f32) {
             self.0 += 1;
         }
@@ -247,20 +252,20 @@ mod tests {
         <emitter type='area'><rgb name='radiance' value='5, 4, 3'/></emitter></shape></scene>";
 
     /// A plan that forgets one of `forgotten`.
-    fn checked(forgotten: &[Effect], share: f64) -> Checked<PathTracer> {
+    fn checked(forgotten: &[Effect], share: f64) -> CheckedIntegrator<PathTracer> {
         let desc = load_str("check.xml", PRISM, &[]).expect("a scene").desc;
         let mut less = desc.clone();
         forgotten.iter().for_each(|effect| without(&mut less, *effect).expect("possible"));
         let scene = |desc| Arc::new(Scene::prepare(desc).expect("a scene"));
         let camera = Camera::of(&desc).expect("a camera");
         let context = RenderContext::new(scene(&less), camera, &desc.integrator, 0, UvWindow::PICTURE);
-        Checked::new(context, Arc::new(Scene::prepare_general(&desc).expect("a scene")), share)
+        CheckedIntegrator::new(context, Arc::new(Scene::prepare_general(&desc).expect("a scene")), share)
     }
 
     #[test]
     fn a_wrong_plan_is_refuted() {
-        let trace = |checked: &Checked<PathTracer>, count| {
-            let mut samples = Count::default();
+        let trace = |checked: &CheckedIntegrator<PathTracer>, count| {
+            let mut samples = CountingSink::default();
             (0..count).for_each(|index| checked.trace(index, &mut Default::default(), &mut samples));
             samples.0
         };

@@ -1,22 +1,24 @@
-//! What a method that starts paths at lights is given, and how such paths reach the camera.
+//! What every integrator is given, and how vertices of light paths are connected to the camera.
 
 use std::sync::Arc;
 
 use crate::scene::desc::{IntegratorDesc, PhotonDesc};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths, White};
 use crate::stream::UvWindow;
+use crate::tracer::accel::Ray;
 use crate::tracer::bsdf::Scattering;
 use crate::tracer::camera::CameraView;
-use crate::tracer::light::{Emission, Origin};
-use crate::tracer::subpath::{Scattered, Vertex};
+use crate::tracer::interaction::SurfaceInteraction;
+use crate::tracer::light::{Emission, EmissionOrigin};
+use crate::tracer::subpath::{SubpathVertex, VertexScattering};
 use crate::tracer::{Camera, Scene};
 
-/// Scene, view and settings. Depth counts as in Mitsuba: `max_depth` segments at most, so 1 shows lights only.
+/// Scene, view and settings. Depth counts as in Mitsuba: a path has `max_depth` segments at most, so 1 shows lights only.
 #[derive(Clone, Debug)]
 pub struct RenderContext {
     /// The scene.
     pub scene: Arc<Scene>,
-    /// Where it is seen from.
+    /// The camera.
     pub camera: Camera,
     /// Which randomisation of the sequence.
     pub seed: u32,
@@ -24,24 +26,24 @@ pub struct RenderContext {
     pub window: UvWindow,
     /// Longest path in segments; `None` is unlimited.
     pub max_depth: Option<u32>,
-    /// Number of segments from which roulette may end a subpath, at the latest; branches and subpaths have limits of their own
+    /// Number of segments from which roulette may end a path, at the latest. Branches and subpaths have limits of their own
     /// (`tracer/roulette.rs`).
     pub rr_depth: u32,
     /// The camera looks through lights.
     pub hide_emitters: bool,
-    /// So many places along each side of the window, spread unevenly, are all that camera paths start from: what differs
-    /// between paths from one place is noise. `None`: they start from everywhere, as for any picture.
+    /// If set, camera paths start only from this number of places along each side of the window, spread unevenly: what
+    /// differs between paths from one place is noise. `None`, as for any picture: they start from everywhere.
     pub places: Option<u32>,
     /// How photons are looked up, where there are any.
     pub photons: PhotonDesc,
 }
 
-/// A vertex of a light subpath as the camera sees it.
+/// A vertex of a light subpath, connected to the camera.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Seen {
+pub(super) struct CameraConnection {
     pub(super) view: CameraView,
-    pub(super) scattered: Scattered,
-    /// Density over uv that it adds, before any weight.
+    pub(super) scattering: VertexScattering,
+    /// Density over uv that it adds if nothing occludes it, without any MIS weight.
     pub(super) value: SampledSpectrum,
 }
 
@@ -58,7 +60,7 @@ impl RenderContext {
         Self { scene, camera, seed, window, max_depth, rr_depth, hide_emitters, places: None, photons }
     }
 
-    /// Where a camera path starts whose screen numbers are these.
+    /// Maps screen numbers in [0, 1)² to the uv where a camera path starts.
     #[inline]
     pub(super) fn place(&self, screen: [f64; 2]) -> [f64; 2] {
         let UvWindow { min, max } = &self.window;
@@ -80,13 +82,13 @@ impl RenderContext {
         })
     }
 
-    /// The wavelengths of the path with number `u`: drawn, or where nothing has a colour those of the one white.
+    /// The wavelengths of a path: drawn by the number `u`, or where nothing has a colour those of the one white.
     #[inline]
     pub(super) fn wavelengths(&self, u: f32) -> SampledWavelengths {
         self.white().unwrap_or_else(|| SampledWavelengths::sample(u))
     }
 
-    /// The wavelengths that stand for the white of all that is seen; `None` where they are drawn.
+    /// The wavelengths that stand for the one white of the scene; `None` where wavelengths are drawn.
     #[inline]
     pub(super) fn white(&self) -> Option<SampledWavelengths> {
         self.scene.white().map(White::wavelengths)
@@ -103,24 +105,50 @@ impl RenderContext {
         (max[0] - min[0]) * (max[1] - min[1])
     }
 
-    /// `vertex` as the camera sees it through `lens` (in [0, 1)²), if nothing stood in between. A path has one point of the
-    /// lens, chosen uniformly whichever way it is found, so that its density drops out of all weights.
-    #[inline]
-    pub(super) fn see<B: Scattering>(&self, vertex: &Vertex<B>, lens: [f32; 2]) -> Option<Seen> {
-        if vertex.bsdf.is_delta() || self.hide_emitters && vertex.hit.light.is_some() {
-            return None;
-        }
-        let view = self.camera.view(vertex.hit.point.p, lens, &self.window)?;
-        let scattered = vertex.scatter_to::<true>(-view.direction)?;
-        let counts = vertex.wavelength_mis.and(scattered.wavelength_mis).weight();
-        let value = vertex.throughput * scattered.value * (counts * view.uv_per_steradian / view.distance2);
-        value.is_finite().then_some(Seen { view, scattered, value })
+    /// True where lights are looked through: on the first segment of a camera path, if the scene asks for it.
+    #[inline(always)]
+    fn hides_emitters(&self, depth: u32) -> bool {
+        depth == 0 && self.hide_emitters
     }
 
-    /// True when nothing stands between the camera and a vertex that it sees.
+    /// The first hit of a segment of a camera path, where `depth` segments came before.
+    #[inline(always)]
+    pub(in crate::tracer) fn closest(&self, ray: &Ray, depth: u32) -> Option<SurfaceInteraction> {
+        match self.hides_emitters(depth) {
+            true => self.scene.closest_unlit(*ray),
+            false => self.scene.closest(ray),
+        }
+    }
+
+    /// The environment, if a segment of a camera path sees it, where `depth` segments came before.
+    #[inline(always)]
+    pub(super) fn environment(&self, depth: u32) -> Option<u32> {
+        if self.hides_emitters(depth) { None } else { self.scene.lights().environment() }
+    }
+
+    /// Connects `vertex` to the camera through the point `lens` (in [0, 1)²), without asking what stands in between. A path
+    /// has one point of the lens, chosen uniformly by every strategy, so that its density drops out of all weights.
     #[inline]
-    pub(super) fn is_open<B: Scattering>(&self, vertex: &Vertex<B>, view: &CameraView) -> bool {
-        let mut ray = vertex.hit.spawn_to(view.origin, -view.direction);
+    pub(super) fn connect_to_camera<B: Scattering>(
+        &self,
+        vertex: &SubpathVertex<B>,
+        lens: [f32; 2],
+    ) -> Option<CameraConnection> {
+        let surface = &vertex.surface;
+        if surface.bsdf.is_delta() || self.hide_emitters && surface.hit.light.is_some() {
+            return None;
+        }
+        let view = self.camera.view(surface.hit.point.p, lens, &self.window)?;
+        let scattering = vertex.scatter_to::<true>(-view.direction)?;
+        let weight = vertex.wavelength_mis.and(scattering.wavelength_mis).weight();
+        let value = vertex.throughput * scattering.value * (weight * view.uv_per_steradian / view.distance2);
+        value.is_finite().then_some(CameraConnection { view, scattering, value })
+    }
+
+    /// True when nothing stands between the camera and the vertex at `hit`.
+    #[inline]
+    pub(super) fn is_visible_to_camera(&self, hit: &SurfaceInteraction, view: &CameraView) -> bool {
+        let mut ray = hit.spawn_to(view.origin, -view.direction);
         if !self.hide_emitters {
             return !self.scene.occluded(&ray);
         }
@@ -134,17 +162,21 @@ impl RenderContext {
         true
     }
 
-    /// How the camera sees the light itself: where, and the factor on the light's spectrum. `None` for what it cannot
-    /// see, and where something stands in between.
+    /// Connects the light itself to the camera: the view, and the factor on the light's spectrum. `None` for what the camera
+    /// cannot see, and where something stands in between.
     #[inline]
-    pub(super) fn see_light(&self, emission: &Emission, lens: [f32; 2]) -> Option<(CameraView, f32)> {
+    pub(super) fn connect_light_to_camera(
+        &self,
+        emission: &Emission,
+        lens: [f32; 2],
+    ) -> Option<(CameraView, f32)> {
         let Emission { light, from, direction, pdf } = emission;
         if self.hide_emitters {
             return None;
         }
         match pdf.origin {
-            Origin::Point => None,
-            Origin::Surface => {
+            EmissionOrigin::Point => None,
+            EmissionOrigin::Surface => {
                 let view = self.camera.view(from.p, lens, &self.window)?;
                 let pdf = self.scene.lights.emission_pdf(*light, from.p, -view.direction);
                 let scale = pdf.cos * view.uv_per_steradian / (view.distance2 * pdf.vertex);
@@ -152,7 +184,7 @@ impl RenderContext {
                 let open = scale > 0.0 && !self.scene.occluded(&ray);
                 open.then_some((view, scale))
             }
-            Origin::Far => {
+            EmissionOrigin::Infinite => {
                 let view = self.camera.view_far(-*direction, lens, &self.window)?;
                 let ray = self.camera.ray(view.uv.map(f64::from), lens);
                 let open = self.scene.closest(&ray).is_none();

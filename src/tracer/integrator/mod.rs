@@ -1,15 +1,51 @@
 //! Integrators: each turns one point of the sample sequence into samples on the stream.
+//!
+//! ```text
+//! context          what every integrator is given; how vertices of light paths are connected to the camera
+//! direct_lighting  next-event estimation and emission with MIS; PathState, what a camera path carries
+//! path             path tracing
+//! particle         particle tracing, from the lights
+//! bidirectional    subpaths from both ends, connected
+//! photon           photon mapping
+//! replicated       a render divided into independent randomisations, for its error
+//! check            `--check-plan`: the plan of effects is compared with the code for everything
+//! ```
+//!
+//! # Which integrator for what
+//!
+//! | method | finds paths | is for | is not for |
+//! |---|---|---|---|
+//! | `path` ([`PathTracer`]) | from the camera, with a light sampled at each vertex | lamps that shine on what is seen; rough metal; the evenest first picture | light around corners; caustics of small lamps |
+//! | `light` ([`ParticleTracer`]) | from the lamps, each vertex connected to the camera | rooms lit from a cove; caustics on diffuse surfaces | what is seen in or through mirrors, glass and smooth plastic: it stays black |
+//! | `bidirectional` ([`BidirectionalTracer`]) | from both ends, the pairs of largest importance connected | caustics and mirrors together; half-hidden lamps | what camera paths find anyway: an index costs several times a camera path |
+//! | `photon` ([`PhotonTracer`]) | camera paths gather what light paths left behind | caustics seen in mirrors and through glass, of lamps that nothing can hit | an exact picture soon: it begins too smooth, and its blur shrinks with the number of samples |
+//! | `auto` ([`choice`](crate::tracer::choice)) | by one of these, and says why | when you do not know | |
+//!
+//! `path` and `bidirectional` are unbiased. `light` is, except for what it cannot find: a delta that the camera sees. `photon` is
+//! biased by density estimation; `photon/mod.rs` says how its bias falls with the number of photons.
+//!
+//! # Adding an integrator
+//!
+//! 1. A file here with a struct that holds a [`RenderContext`] and implements [`Integrator`]. `particle.rs` is the shortest.
+//!    Camera paths build on `direct_lighting::PathState`, light paths and connections on [`Walk`](crate::tracer::subpath::Walk).
+//!    Random numbers come only from [`Sampler::at`](crate::tracer::Sampler::at) the index, so that a path is a pure function.
+//! 2. `impl From<RenderContext>` and [`SpecializedIntegrator`], by which `--check-plan` compares its special code with the general.
+//! 3. A variant of `scene::desc::IntegratorKind` with its name for file and command line, and the arms that the compiler then asks
+//!    for: `app/method.rs` starts it, `tracer/choice` tries it ([`CANDIDATES`](crate::tracer::choice::CANDIDATES)).
+//! 4. A row in the table above, and lines in `tests/agreement`, where all integrators must agree on every scene, and in
+//!    `tests/tracer/effects_check.rs`.
 
 mod bidirectional;
 mod check;
 mod context;
+mod direct_lighting;
 mod particle;
 mod path;
 mod photon;
 mod replicated;
 
 pub use bidirectional::{BidirectionalTracer, CAMERA_SUBPATHS, LIGHT_SUBPATHS};
-pub use check::{Checked, Special, Tally};
+pub use check::{CheckedIntegrator, PlanCheckTally, SpecializedIntegrator};
 pub use context::RenderContext;
 pub use particle::ParticleTracer;
 pub use path::PathTracer;
@@ -20,8 +56,38 @@ use crate::stream::{PathCounts, SampleSink};
 
 /// Turns one point of the sample sequence into samples on the stream.
 ///
-/// Owns (or shares by `Arc`) the prepared scene, its settings, the seed and the [`UvWindow`] to cover, so that a
+/// An integrator owns (or shares by `Arc`) the prepared scene, its settings, the seed and the [`UvWindow`] to cover, so that a
 /// path is a pure function of `(self, index)`.
+///
+/// ```
+/// use pointillist::color::Xyz;
+/// use pointillist::scene;
+/// use pointillist::stream::{SampleSink, UvWindow};
+/// use pointillist::tracer::{Camera, Integrator, PathTracer, Scene};
+///
+/// /// Collects the samples of the camera stream.
+/// #[derive(Default)]
+/// struct Samples(Vec<([f32; 2], Xyz)>);
+///
+/// impl SampleSink for Samples {
+///     fn camera(&mut self, uv: [f32; 2], value: Xyz, _weight: f32) {
+///         self.0.push((uv, value));
+///     }
+///
+///     fn light(&mut self, _uv: [f32; 2], _value: Xyz) {}
+/// }
+///
+/// let desc = scene::load("scenes/cornell.xml".as_ref(), &[])?.desc;
+/// let (scene, camera) = (Scene::prepare(&desc)?.into(), Camera::of(&desc)?);
+/// let tracer = PathTracer::new(scene, camera, &desc.integrator, 0, UvWindow::PICTURE);
+/// let mut samples = Samples::default();
+/// for index in 0..64 {
+///     tracer.trace(index, &mut (), &mut samples);
+/// }
+/// assert_eq!(samples.0.len(), 64);
+/// assert!(samples.0.iter().any(|(_, value)| value.y > 0.0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 ///
 /// [`UvWindow`]: crate::stream::UvWindow
 pub trait Integrator: Send + Sync + 'static {

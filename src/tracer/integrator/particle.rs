@@ -1,18 +1,18 @@
-//! Particle tracing: paths from lights, each vertex connected to the camera.
+//! Particle tracing: paths from lights, each vertex connected to the camera (Dutré, Lafortune and Willems 1993).
 
 use crate::stream::{PathCounts, SampleSink};
 use crate::tracer::accel::Ray;
 use crate::tracer::bsdf::{Bsdf, Diffuse, Scattering, Smooth};
 use crate::tracer::sampler::{CameraNumbers, LightSampler};
-use crate::tracer::subpath::{Vertex, Walk};
+use crate::tracer::subpath::{SubpathVertex, Walk};
 use crate::tracer::{MaterialClass, Sampler};
 
-use super::{Integrator, RenderContext, Special};
+use super::{Integrator, RenderContext, SpecializedIntegrator};
 
-/// Traces paths from lights. Fills the light stream only: every vertex that the camera sees adds a density over uv.
+/// Traces paths from lights. It fills the light stream only: every vertex that the camera sees adds a density over uv.
 ///
-/// What a delta shows (the room in a mirror, a lamp behind glass) it cannot find: no vertex of a light path lies on the
-/// camera, and a delta sends nothing towards a given point.
+/// It cannot find what a delta shows (the room in a mirror, a lamp behind glass): no vertex of a light path lies on the
+/// camera, and a delta scatters nothing towards a given point.
 #[derive(Clone, Debug)]
 pub struct ParticleTracer {
     /// Scene, view and settings.
@@ -27,13 +27,13 @@ impl Integrator for ParticleTracer {
         let scene = &context.scene;
         let sampler = Sampler::at(index, context.seed);
         let CameraNumbers { lens, wavelength, .. } = sampler.camera();
-        let lambda = self.context.wavelengths(wavelength);
+        let lambda = context.wavelengths(wavelength);
         let numbers = sampler.light();
         let Some(emission) = scene.lights.emit(&numbers.emission()) else { return };
         let emitted = scene.lights.spectrum(emission.light, -emission.direction, &lambda);
         if context.longest() >= 1
             && !emitted.is_black()
-            && let Some((view, scale)) = context.see_light(&emission, lens)
+            && let Some((view, scale)) = context.connect_light_to_camera(&emission, lens)
         {
             out.light(view.uv, lambda.to_xyz(emitted * scale));
         }
@@ -57,10 +57,10 @@ impl From<RenderContext> for ParticleTracer {
     }
 }
 
-impl Special for ParticleTracer {}
+impl SpecializedIntegrator for ParticleTracer {}
 
 impl ParticleTracer {
-    /// Shows the vertices of a walk, from the one at the end of `ray` on, to the camera.
+    /// Follows a walk along `ray` to its end and connects each vertex to the camera.
     fn follow<B: Scattering>(
         &self,
         mut walk: Walk<true>,
@@ -71,15 +71,15 @@ impl ParticleTracer {
         let context = &self.context;
         while walk.depth() + 1 < context.longest() {
             let Some(hit) = context.scene.closest(&ray) else { return };
-            let vertex: Vertex<B> = walk.arrive(&context.scene, hit);
+            let vertex: SubpathVertex<B> = walk.arrive(&context.scene, hit);
             let u = numbers.vertex(walk.depth() - 1);
-            if let Some(seen) = context.see(&vertex, u.light)
-                && context.is_open(&vertex, &seen.view)
+            if let Some(connection) = context.connect_to_camera(&vertex, u.light)
+                && context.is_visible_to_camera(&vertex.surface.hit, &connection.view)
             {
-                out.light(seen.view.uv, walk.lambda.to_xyz(seen.value));
+                out.light(connection.view.uv, walk.lambda.to_xyz(connection.value));
             }
             let each = |own, ray| self.follow::<B>(own, ray, numbers, out);
-            match walk.scatter_each(&vertex, (&u, context.rr_depth), each) {
+            match walk.scatter_each(&vertex, &u, context.rr_depth, each) {
                 Some(next) => ray = next,
                 None => return,
             }

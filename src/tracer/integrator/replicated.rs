@@ -1,26 +1,26 @@
-//! A render divided into independent randomisations, so that their difference tells the error of their mean.
+//! A render divided into independent randomisations, whose differences give the error of their mean.
 
 use crate::stream::{PathCounts, REPLICATES, SampleSink, replicate, replicate_seed};
 use crate::tracer::Integrator;
 
 use super::RenderContext;
 
-/// One tracer that traces everything, or one for each replicate, which take turns chunk by chunk
-/// ([`replicate`](crate::stream::replicate())). A photon map, too, is each replicate's own.
+/// One integrator for all indices, or one for each replicate, which take turns chunk by chunk
+/// ([`replicate`](crate::stream::replicate())). Each replicate has a photon map of its own.
 #[derive(Clone, Debug)]
 pub struct Replicated<I> {
     parts: Vec<I>,
 }
 
 impl<I> Replicated<I> {
-    /// Tracers made of `context` by `make`, which is called for every replicate's seed; once only unless `divided`.
+    /// Integrators that `make` makes of `context` with the seed of each replicate, or of `context` alone unless `divided`.
     pub fn new(context: &RenderContext, divided: bool, make: impl FnMut(RenderContext) -> I) -> Self {
         let count = if divided { REPLICATES } else { 1 };
         let context_of = |r| RenderContext { seed: replicate_seed(context.seed, r), ..context.clone() };
         Self { parts: (0..count).map(context_of).map(make).collect() }
     }
 
-    /// The tracers, one per replicate.
+    /// The integrators, one per replicate.
     pub fn parts(&self) -> &[I] {
         &self.parts
     }

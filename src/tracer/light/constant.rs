@@ -1,45 +1,60 @@
 //! The same radiance from everywhere.
 
+use glam::Vec3;
+
 use crate::math::frame::Frame;
 use crate::math::pdf::PdfW;
 use crate::math::warp;
-use glam::Vec3;
+use crate::tracer::sampler::LightNumbers;
+use crate::tracer::shape::SurfacePoint;
 
-use super::{LightSample, LitPoint};
+use super::bounds::LightBounds;
+use super::emission::{UNIFORM_PDF, infinite_pdf, infinite_ray};
+use super::{BoundingSphere, EmissionPdf, LightSample, LightSampleContext, LightSource};
 
 /// A constant environment. What matters about a direction is the cosine at the lit point, so that is what
-/// directions are chosen by: only the hemisphere that is seen is sampled.
+/// directions are sampled by: only the hemisphere that is seen is sampled.
 #[derive(Clone, Debug)]
 pub struct ConstantLight;
 
-impl ConstantLight {
-    /// A unit direction towards the environment and its density per steradian; the same for every point of the scene.
-    #[inline]
-    pub fn sample_direction(&self, u: [f32; 2]) -> (Vec3, PdfW) {
-        (warp::sphere(u), self.pdf_direction())
-    }
-
-    /// The density of [`ConstantLight::sample_direction`].
-    #[inline]
-    pub fn pdf_direction(&self) -> PdfW {
-        PdfW(warp::cone_pdf(2.0))
-    }
+impl LightSource for ConstantLight {
+    const IS_ENVIRONMENT: bool = true;
 
     #[inline]
-    pub(super) fn sample(&self, at: LitPoint, u: [f32; 2]) -> Option<LightSample> {
+    fn sample(&self, at: LightSampleContext, u: [f32; 2]) -> Option<LightSample> {
         let local = warp::cosine_hemisphere(u);
         let pdf = PdfW(warp::cosine_hemisphere_pdf(local.z));
-        Some(LightSample {
-            wi: Frame::new(at.n).to_world(local),
-            target: None,
-            scale: 1.0,
-            pdf,
-            delta: false,
-        })
+        let wi = Frame::new(at.n).to_world(local);
+        Some(LightSample { wi, target: None, scale: 1.0, pdf, delta: false })
     }
 
     #[inline]
-    pub(super) fn pdf(&self, at: LitPoint, wi: Vec3) -> PdfW {
-        PdfW(warp::cosine_hemisphere_pdf(wi.dot(at.n)))
+    fn pdf(&self, at: LightSampleContext, wi: Vec3, hit: Option<&SurfacePoint>) -> PdfW {
+        match hit {
+            None => PdfW(warp::cosine_hemisphere_pdf(wi.dot(at.n))),
+            Some(_) => PdfW::ZERO,
+        }
+    }
+
+    fn power(&self, scene: BoundingSphere) -> f32 {
+        scene.environment_power()
+    }
+
+    fn light_bounds(&self, power: f32, scene: BoundingSphere) -> LightBounds {
+        LightBounds::infinite(power, scene)
+    }
+
+    fn bounding_box(&self) -> Option<[Vec3; 2]> {
+        None
+    }
+
+    #[inline]
+    fn emit(&self, u: &LightNumbers, scene: BoundingSphere) -> Option<(SurfacePoint, Vec3)> {
+        Some(infinite_ray(warp::sphere(u.direction), u.place, scene))
+    }
+
+    #[inline]
+    fn emission_pdf(&self, _: Vec3, _: Vec3, scene: BoundingSphere, choice: f32) -> EmissionPdf {
+        infinite_pdf(choice * UNIFORM_PDF, scene)
     }
 }

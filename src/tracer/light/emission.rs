@@ -1,7 +1,7 @@
-//! Light that leaves a light: the first ray of a light subpath, and the densities of a given one.
+//! Emission: the first ray of a light subpath, and the densities of a given one.
 //!
-//! A surface chooses a point, then a direction by the cosine. The environment is the other way round: first the
-//! direction, which takes the place of the point, then where the ray passes, on a disk that is perpendicular to it and as
+//! From a surface a point is sampled, then a direction by the cosine. From the environment it is the other way round: first
+//! the direction, which takes the place of the point, then where the ray passes, on a disk that is perpendicular to it and as
 //! large as the scene (Veach 1997, §8.2.2.4; Pharr, Jakob, Humphreys, *Physically Based Rendering*, 4th ed., §16.1.2).
 
 use glam::Vec3;
@@ -14,7 +14,7 @@ use crate::tracer::accel::Ray;
 use crate::tracer::sampler::LightNumbers;
 use crate::tracer::shape::SurfacePoint;
 
-use super::{Light, LightShape, Lights};
+use super::Lights;
 
 /// What a light subpath begins with.
 #[derive(Clone, Copy, Debug)]
@@ -33,7 +33,7 @@ pub struct Emission {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EmissionPdf {
     /// From what sort of light it comes, and so what the densities are per unit of.
-    pub origin: Origin,
+    pub origin: EmissionOrigin,
     /// Of the light's vertex, with the choice of the light: per unit of area, per steradian for the environment
     /// (whose vertex is a direction), a probability for a point.
     pub vertex: f32,
@@ -43,27 +43,32 @@ pub struct EmissionPdf {
     pub cos: f32,
 }
 
-/// Sorts of light, by where a light subpath begins.
+/// Where a light subpath begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Origin {
+pub enum EmissionOrigin {
     /// A point of a surface.
     Surface,
     /// The only point there is: nothing meets it by chance.
     Point,
     /// Infinitely far away.
-    Far,
+    Infinite,
 }
 
 /// The sphere around a scene.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Extent {
+pub struct BoundingSphere {
     /// World space.
     pub center: Vec3,
     /// World units.
     pub radius: f32,
 }
 
-impl Extent {
+impl BoundingSphere {
+    /// Power over π of an environment of radiance 1.
+    pub(super) fn environment_power(&self) -> f32 {
+        4.0 * std::f32::consts::PI * self.radius * self.radius
+    }
+
     /// Density of a point on the disk as large as the scene.
     fn disk_pdf(&self) -> f32 {
         std::f32::consts::FRAC_1_PI / (self.radius * self.radius)
@@ -76,8 +81,8 @@ impl Emission {
     pub fn ray(&self) -> Ray {
         let SurfacePoint { p, error, ng } = self.from;
         match self.pdf.origin {
-            Origin::Surface => Ray::new(safe_origin(p, error, ng, self.direction), self.direction),
-            Origin::Point | Origin::Far => Ray::new(p, self.direction),
+            EmissionOrigin::Surface => Ray::new(safe_origin(p, error, ng, self.direction), self.direction),
+            EmissionOrigin::Point | EmissionOrigin::Infinite => Ray::new(p, self.direction),
         }
     }
 
@@ -88,82 +93,63 @@ impl Emission {
     }
 }
 
+/// Density of a direction that is uniform over the sphere.
+pub(super) const UNIFORM_PDF: f32 = 0.25 * std::f32::consts::FRAC_1_PI;
+
+/// The ray of direction `d` from a point of the disk before the scene, by the numbers `place`.
+#[inline]
+pub(super) fn infinite_ray(d: Vec3, place: [f32; 2], scene: BoundingSphere) -> (SurfacePoint, Vec3) {
+    let frame = Frame::new(d);
+    let xy = warp::disk(place);
+    let offset = frame.s * xy.x + frame.t * xy.y - d;
+    (SurfacePoint { p: scene.center + offset * scene.radius, error: Vec3::ZERO, ng: d }, d)
+}
+
+/// The densities of a ray from infinity whose direction has the density `vertex`.
+#[inline]
+pub(super) fn infinite_pdf(vertex: f32, scene: BoundingSphere) -> EmissionPdf {
+    EmissionPdf { origin: EmissionOrigin::Infinite, vertex, next: scene.disk_pdf(), cos: 1.0 }
+}
+
+/// The densities of a ray in `direction` from a point of a surface that has the density `vertex` and the normal `n`.
+#[inline]
+pub(super) fn surface_pdf(n: Vec3, direction: Vec3, vertex: f32) -> EmissionPdf {
+    let cos = n.dot(direction).max(0.0);
+    let next = warp::cosine_hemisphere_pdf(cos);
+    EmissionPdf { origin: EmissionOrigin::Surface, vertex, next, cos }
+}
+
 impl Lights {
     /// Chooses a light by power, and a ray that leaves it.
     #[inline]
     pub fn emit(&self, u: &LightNumbers) -> Option<Emission> {
         let chosen = self.by_power.as_ref()?.sample(u.choice);
-        let light = &self.lights[chosen.index];
-        let (from, direction) = match &light.shape {
-            LightShape::Constant(_) => self.emit_far(warp::sphere(u.direction), u.place),
-            LightShape::Map(map) => self.emit_far(-map.sample_direction(u.direction)?.0, u.place),
-            LightShape::Point(l) => {
-                let d = warp::sphere(u.direction);
-                (SurfacePoint { p: l.position, error: Vec3::ZERO, ng: d }, d)
-            }
-            _ => {
-                let from = light.point(u.place)?;
-                (from, Frame::new(from.ng).to_world(warp::cosine_hemisphere(u.direction)))
-            }
-        };
-        let index = chosen.index as u32;
-        let pdf = self.emission_pdf(index, from.p, direction);
+        let (from, direction) = self.lights[chosen.index].shape.emit(u, self.scene)?;
+        let light = chosen.index as u32;
+        let pdf = self.emission_pdf(light, from.p, direction);
         // A density of 0 is one that underflowed: such a ray has no weight.
-        (pdf.vertex > 0.0 && pdf.next > 0.0).then_some(Emission { light: index, from, direction, pdf })
+        (pdf.vertex > 0.0 && pdf.next > 0.0).then_some(Emission { light, from, direction, pdf })
     }
 
-    /// A ray of direction `d` from a point of the disk before the scene.
-    fn emit_far(&self, d: Vec3, place: [f32; 2]) -> (SurfacePoint, Vec3) {
-        let frame = Frame::new(d);
-        let xy = warp::disk(place);
-        let offset = frame.s * xy.x + frame.t * xy.y - d;
-        (SurfacePoint { p: self.extent.center + offset * self.extent.radius, error: Vec3::ZERO, ng: d }, d)
-    }
-
-    /// The densities with which [`Lights::emit`] sends a ray from the point `p` of `light` in `direction`; `p` is not
-    /// looked at for the environment.
+    /// The densities with which [`Lights::emit`] sends a ray from the point `p` of `light` (not used for the environment) in
+    /// `direction`.
     #[inline]
     pub fn emission_pdf(&self, light: u32, p: Vec3, direction: Vec3) -> EmissionPdf {
-        const UNIFORM: f32 = 0.25 * std::f32::consts::FRAC_1_PI;
         let choice = self.by_power.as_ref().map_or(0.0, |c| c.probability(light as usize));
-        let light = &self.lights[light as usize];
-        match &light.shape {
-            LightShape::Constant(_) => EmissionPdf {
-                origin: Origin::Far,
-                vertex: choice * UNIFORM,
-                next: self.extent.disk_pdf(),
-                cos: 1.0,
-            },
-            LightShape::Map(map) => EmissionPdf {
-                origin: Origin::Far,
-                vertex: choice * map.pdf_direction(-direction).0,
-                next: self.extent.disk_pdf(),
-                cos: 1.0,
-            },
-            LightShape::Point(_) => {
-                EmissionPdf { origin: Origin::Point, vertex: choice, next: UNIFORM, cos: 1.0 }
-            }
-            _ => {
-                let cos = light.normal(p).dot(direction).max(0.0);
-                let vertex = choice / light.extent(0.0);
-                let next = warp::cosine_hemisphere_pdf(cos);
-                EmissionPdf { origin: Origin::Surface, vertex, next, cos }
-            }
-        }
+        self.lights[light as usize].shape.emission_pdf(p, direction, self.scene, choice)
     }
 
-    /// How much denser a light subpath chooses the edge from `light` to a point it lights than next-event estimation
-    /// does, which chose the direction `-direction` with density `direct` from there: the quotient of the former, for
-    /// both ends of the edge, and of the latter, per unit of area at the lit point, whose surface is inclined by `cos`.
+    /// The density with which a light subpath begins with `edge`, for both of its ends, over that of next-event estimation
+    /// from the lit point; per unit of area there.
     #[inline]
-    pub fn walk_over_direct(&self, edge: &LitEdge) -> f32 {
-        let LitEdge { light, target, direction, distance2, cos, direct } = *edge;
+    pub fn emission_over_direct(&self, edge: &LightEdge) -> f32 {
+        let LightEdge { light, target, direction, distance2, cos, direct } = *edge;
         let pdf = self.emission_pdf(light, target, direction);
         let scale = match pdf.origin {
             // cos / d² of the light turns both densities into ones by area and drops out.
-            Origin::Surface => pdf.next / pdf.cos,
-            Origin::Point => pdf.next / distance2,
-            Origin::Far => pdf.next,
+            EmissionOrigin::Surface => pdf.next / pdf.cos,
+            EmissionOrigin::Point => pdf.next / distance2,
+            EmissionOrigin::Infinite => pdf.next,
         };
         pdf.vertex / direct.0 * (scale * cos)
     }
@@ -171,10 +157,10 @@ impl Lights {
 
 /// The edge between a light and a point that next-event estimation lights.
 #[derive(Clone, Copy, Debug)]
-pub struct LitEdge {
+pub struct LightEdge {
     /// The light.
     pub light: u32,
-    /// The point on it; not looked at for the environment.
+    /// The point on it; not used for the environment.
     pub target: Vec3,
     /// Unit direction from the light.
     pub direction: Vec3,
@@ -184,30 +170,4 @@ pub struct LitEdge {
     pub cos: f32,
     /// Density of next-event estimation.
     pub direct: PdfW,
-}
-
-impl Light {
-    /// A point of the surface, uniformly by area; `None` for what has none.
-    #[inline]
-    fn point(&self, u: [f32; 2]) -> Option<SurfacePoint> {
-        match &self.shape {
-            LightShape::Triangle(l) => Some(l.point(u)),
-            LightShape::Parallelogram(l) => Some(l.point(u)),
-            LightShape::Disk(l) => Some(l.point(u)),
-            LightShape::Sphere(l) => Some(l.point(u)),
-            LightShape::Point(_) | LightShape::Constant(_) | LightShape::Map(_) => None,
-        }
-    }
-
-    /// The unit normal of the side that emits, at the point `p` of the surface; zero for what has none.
-    #[inline]
-    fn normal(&self, p: Vec3) -> Vec3 {
-        match &self.shape {
-            LightShape::Triangle(l) => l.normal(),
-            LightShape::Parallelogram(l) => l.normal(),
-            LightShape::Disk(l) => l.normal(),
-            LightShape::Sphere(l) => l.normal(p),
-            LightShape::Point(_) | LightShape::Constant(_) | LightShape::Map(_) => Vec3::ZERO,
-        }
-    }
 }

@@ -9,8 +9,12 @@ use crate::math::distribution_2d::Distribution2d;
 use crate::math::pdf::PdfW;
 use crate::math::warp;
 use crate::spectrum::{EmissionMap, SampledSpectrum, SampledWavelengths};
+use crate::tracer::sampler::LightNumbers;
+use crate::tracer::shape::SurfacePoint;
 
-use super::LightSample;
+use super::bounds::LightBounds;
+use super::emission::{infinite_pdf, infinite_ray};
+use super::{BoundingSphere, EmissionPdf, LightSample, LightSampleContext, LightSource};
 
 /// An environment with the orientation of Mitsuba's `envmap`: in its own space +y is up, the top row of texels; the
 /// middle of the picture is seen along +z, a quarter of its width left of that along +x, and its left and right edges
@@ -37,7 +41,7 @@ pub struct EnvironmentMap {
 }
 
 /// Where a direction meets the picture.
-struct Place {
+struct MapPosition {
     /// Column and row of the cell.
     cell: [usize; 2],
     /// Longitude within the cell, in [0, 1].
@@ -86,16 +90,11 @@ impl EnvironmentMap {
         self.mean
     }
 
-    /// True when no radiance comes from anywhere.
-    pub fn is_black(&self) -> bool {
-        self.map.is_black()
-    }
-
     /// Radiance that arrives from the unit direction `wi`, world space.
     #[inline]
     pub fn radiance(&self, wi: Vec3, lambda: &SampledWavelengths) -> SampledSpectrum {
-        let place = self.place(wi);
-        self.map.bilinear(place.cell, [place.s, place.t], lambda)
+        let at = self.position(wi);
+        self.map.bilinear(at.cell, [at.s, at.t], lambda)
     }
 
     /// A unit direction towards the environment, world space, and its density per steradian; the same for every
@@ -121,25 +120,19 @@ impl EnvironmentMap {
     #[inline]
     pub fn pdf_direction(&self, wi: Vec3) -> PdfW {
         let Some(cells) = &self.cells else { return PdfW::ZERO };
-        let place = self.place(wi);
-        let probability = cells.probability(place.cell);
+        let at = self.position(wi);
+        let probability = cells.probability(at.cell);
         if probability == 0.0 {
             return PdfW::ZERO;
         }
-        let y = place.cell[1];
+        let y = at.cell[1];
         let solid_angle = (self.heights[y + 1] - self.heights[y]) as f32 * (TAU / self.map.width() as f32);
-        let within = warp::bilinear_pdf([place.s, place.h], shape(corners(&self.map, place.cell)));
+        let within = warp::bilinear_pdf([at.s, at.h], shape(corners(&self.map, at.cell)));
         PdfW(probability * within / solid_angle)
     }
 
     #[inline]
-    pub(super) fn sample(&self, u: [f32; 2]) -> Option<LightSample> {
-        let (wi, pdf) = self.sample_direction(u)?;
-        Some(LightSample { wi, target: None, scale: 1.0, pdf, delta: false })
-    }
-
-    #[inline]
-    fn place(&self, wi: Vec3) -> Place {
+    fn position(&self, wi: Vec3) -> MapPosition {
         let (width, rows) = (self.map.width(), self.map.height());
         let d = self.to_local * wi;
         let sin2 = d.x * d.x + d.z * d.z;
@@ -157,7 +150,54 @@ impl EnvironmentMap {
         let height = if d.y > 0.0 { small } else { 2.0 - small };
         let (first, next) = (self.heights[y], self.heights[y + 1]);
         let h = ((height - first) / (next - first)).clamp(0.0, 1.0) as f32;
-        Place { cell: [x, y], s, t, h }
+        MapPosition { cell: [x, y], s, t, h }
+    }
+}
+
+impl LightSource for EnvironmentMap {
+    const IS_ENVIRONMENT: bool = true;
+    const IS_DIRECTIONAL: bool = true;
+
+    #[inline]
+    fn sample(&self, _: LightSampleContext, u: [f32; 2]) -> Option<LightSample> {
+        let (wi, pdf) = self.sample_direction(u)?;
+        Some(LightSample { wi, target: None, scale: 1.0, pdf, delta: false })
+    }
+
+    #[inline]
+    fn pdf(&self, _: LightSampleContext, wi: Vec3, hit: Option<&SurfacePoint>) -> PdfW {
+        if hit.is_none() { self.pdf_direction(wi) } else { PdfW::ZERO }
+    }
+
+    fn power(&self, scene: BoundingSphere) -> f32 {
+        scene.environment_power() * self.mean_luminance()
+    }
+
+    fn light_bounds(&self, power: f32, scene: BoundingSphere) -> LightBounds {
+        LightBounds::infinite(power, scene)
+    }
+
+    fn bounding_box(&self) -> Option<[Vec3; 2]> {
+        None
+    }
+
+    #[inline]
+    fn emit(&self, u: &LightNumbers, scene: BoundingSphere) -> Option<(SurfacePoint, Vec3)> {
+        Some(infinite_ray(-self.sample_direction(u.direction)?.0, u.place, scene))
+    }
+
+    #[inline]
+    fn emission_pdf(&self, _: Vec3, d: Vec3, scene: BoundingSphere, choice: f32) -> EmissionPdf {
+        infinite_pdf(choice * self.pdf_direction(-d).0, scene)
+    }
+
+    #[inline]
+    fn directional(&self, wi: Vec3, lambda: &SampledWavelengths) -> Option<SampledSpectrum> {
+        Some(self.radiance(wi, lambda))
+    }
+
+    fn is_black(&self) -> bool {
+        self.map.is_black()
     }
 }
 

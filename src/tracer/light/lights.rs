@@ -5,13 +5,53 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use crate::math::distribution::Distribution;
+use crate::math::frame::Frame;
 use crate::math::pdf::PdfW;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
 use crate::tracer::accel::PrimRange;
+use crate::tracer::bsdf::Scattering;
 use crate::tracer::shape::SurfacePoint;
 
-use super::choice::Choice;
-use super::{Extent, Light, LightSample, LightShape, LitPoint};
+use super::selector::LightSelector;
+use super::{BoundingSphere, Light};
+
+/// What sampling a light depends on at the point that is lit.
+#[derive(Clone, Copy, Debug)]
+pub struct LightSampleContext {
+    /// Position, world space.
+    pub p: Vec3,
+    /// Unit shading normal on the side that is seen.
+    pub n: Vec3,
+    /// The surface also lets light through from the other side.
+    pub through: bool,
+    /// The material has a peak, which the choice of a light does not consider: where lights are few, each is sampled.
+    pub glossy: bool,
+}
+
+impl LightSampleContext {
+    /// The point `p` of `bsdf` in `frame`, seen from the side of the local direction `eye`.
+    #[inline]
+    pub fn new(p: Vec3, frame: &Frame, bsdf: &impl Scattering, eye: Vec3) -> Self {
+        let n = if eye.z < 0.0 { -frame.n } else { frame.n };
+        Self { p, n, through: bsdf.transmits(), glossy: bsdf.is_glossy() }
+    }
+}
+
+/// A sampled direction towards a light.
+#[derive(Clone, Copy, Debug)]
+pub struct LightSample {
+    /// Unit direction to the light.
+    pub wi: Vec3,
+    /// The point on the light; `None` is infinitely far.
+    pub target: Option<Vec3>,
+    /// Factor on the light's spectrum: 1, or 1/r² for a point; times the inverse of its share where one sample stands
+    /// for those of several lights.
+    pub scale: f32,
+    /// Density, including the choice of the light once it comes out of [`Lights::sample`].
+    pub pdf: PdfW,
+    /// No path can hit the light by chance.
+    pub delta: bool,
+}
 
 /// All lights of a scene and how one is chosen: from a lit point by what each may bring there, for a light subpath by
 /// power.
@@ -23,28 +63,29 @@ pub struct Lights {
     /// By power, for emission; `None` when there is nothing to choose.
     pub(super) by_power: Option<Distribution>,
     /// From a lit point.
-    choice: Choice,
+    selector: LightSelector,
     /// The environment, if there is one.
     environment: Option<u32>,
-    pub(super) extent: Extent,
+    /// The sphere around the scene.
+    pub(super) scene: BoundingSphere,
 }
 
 impl Lights {
-    /// All lights, their spectra, and the extent of the scene (for an environment).
-    pub fn new(lights: Vec<Light>, spectra: Vec<Spectrum>, extent: Extent) -> Self {
-        Self::with(lights.into(), spectra, extent)
+    /// All lights, their spectra, and the sphere around the scene (for an environment).
+    pub fn new(lights: Vec<Light>, spectra: Vec<Spectrum>, scene: BoundingSphere) -> Self {
+        Self::with(lights.into(), spectra, scene)
     }
 
     /// The same lights with other spectra, of which there must be as many.
     pub fn relit(&self, spectra: Vec<Spectrum>) -> Self {
-        Self::with(self.lights.clone(), spectra, self.extent)
+        Self::with(self.lights.clone(), spectra, self.scene)
     }
 
-    fn with(lights: Arc<[Light]>, spectra: Vec<Spectrum>, extent: Extent) -> Self {
+    fn with(lights: Arc<[Light]>, spectra: Vec<Spectrum>, scene: BoundingSphere) -> Self {
         // Colours that the eye hardly sees must still be sampled.
         let brightness = |s: &Spectrum| s.luminance().max(1e-3 * s.max());
         let brightness: Vec<f32> = spectra.iter().map(brightness).collect();
-        let power = |l: &Light| l.extent(extent.radius) * brightness[l.spectrum as usize];
+        let power = |l: &Light| l.shape.power(scene) * brightness[l.spectrum as usize];
         let weights: Vec<f32> = lights.iter().map(power).collect();
         // Powers that cannot be compared (overflow, underflow) leave every light the same chance.
         let equal = vec![1.0; lights.len()];
@@ -52,9 +93,9 @@ impl Lights {
             Some(by_power) => (Some(by_power), &weights),
             None => (Distribution::new(&equal), &equal),
         };
-        let choice = Choice::new(&lights, weights, extent);
+        let selector = LightSelector::new(&lights, weights, scene);
         let environment = lights.iter().position(Light::is_environment).map(|i| i as u32);
-        Self { by_power, choice, lights, spectra, environment, extent }
+        Self { by_power, selector, lights, spectra, environment, scene }
     }
 
     /// The environment's index, if there is one.
@@ -75,9 +116,9 @@ impl Lights {
 
     /// Chooses a light by `choice` and a direction towards it by `u`; returns the light's index with it.
     #[inline(always)]
-    pub fn sample(&self, at: LitPoint, choice: f64, u: [f32; 2]) -> Option<(u32, LightSample)> {
-        let (light, probability) = self.choice.sample(at, choice)?;
-        let mut sample = self.lights[light as usize].sample(at, u)?;
+    pub fn sample(&self, at: LightSampleContext, choice: f64, u: [f32; 2]) -> Option<(u32, LightSample)> {
+        let (light, probability) = self.selector.sample(at, choice)?;
+        let mut sample = self.lights[light as usize].shape.sample(at, u)?;
         if self.each(at).is_some() {
             sample.scale /= probability;
         } else {
@@ -86,25 +127,26 @@ impl Lights {
         Some((light, sample))
     }
 
-    /// As [`Lights::sample`], with `value` what a sample is worth but for shadows, MIS weight and all, or `None` for
-    /// nothing. Where each light is sampled ([`LitPoint::glossy`]) one of the samples is taken in proportion to
-    /// that, so that a single shadow ray serves all, and its value stands for theirs (Talbot, Cline, Egbert,
+    /// As [`Lights::sample`], where `contribution` is what a sample contributes if nothing occludes it, MIS weight and all, or
+    /// `None` for nothing. Where each light is sampled ([`LightSampleContext::glossy`]) one of the samples is taken in
+    /// proportion to that, so that a single shadow ray serves all, and its value stands for theirs (Talbot, Cline, Egbert,
     /// *Importance Resampling for Global Illumination*, EGSR 2005, with one sample of every light).
     #[inline]
-    pub fn sample_by(
+    pub fn sample_by_contribution(
         &self,
-        at: LitPoint,
-        (choice, u): (f64, [f32; 2]),
-        mut value: impl FnMut(u32, &LightSample) -> Option<SampledSpectrum>,
+        at: LightSampleContext,
+        choice: f64,
+        u: [f32; 2],
+        mut contribution: impl FnMut(u32, &LightSample) -> Option<SampledSpectrum>,
     ) -> Option<(u32, LightSample, SampledSpectrum)> {
         let Some(each) = self.each(at) else {
             let (light, sample) = self.sample(at, choice, u)?;
-            return value(light, &sample).map(|value| (light, sample, value));
+            return contribution(light, &sample).map(|value| (light, sample, value));
         };
         let (mut total, mut chosen, mut left) = (0.0, None, choice);
         for &light in each {
-            let Some(sample) = self.lights[light as usize].sample(at, u) else { continue };
-            let Some(value) = value(light, &sample) else { continue };
+            let Some(sample) = self.lights[light as usize].shape.sample(at, u) else { continue };
+            let Some(value) = contribution(light, &sample) else { continue };
             let share = value.0.element_sum();
             if !(share > 0.0 && share.is_finite()) {
                 continue;
@@ -121,23 +163,23 @@ impl Lights {
         chosen.map(|(light, sample, value, share)| (light, sample, value * (total / share)))
     }
 
-    /// The density of `wi` towards `light`, where it was met at `hit` (nowhere, for the environment).
+    /// The density of `wi` towards `light`, which it hits at `hit` (nowhere, for the environment).
     #[inline]
-    pub fn pdf(&self, light: u32, at: LitPoint, to: (Vec3, Option<&SurfacePoint>)) -> PdfW {
-        let pdf = self.lights[light as usize].pdf(at, to.0, to.1);
+    pub fn pdf(&self, light: u32, at: LightSampleContext, wi: Vec3, hit: Option<&SurfacePoint>) -> PdfW {
+        let pdf = self.lights[light as usize].shape.pdf(at, wi, hit);
         PdfW(pdf.0 * self.probability(light, at))
     }
 
     /// The probability that `light` is sampled from `at`.
     #[inline]
-    pub fn probability(&self, light: u32, at: LitPoint) -> f32 {
-        if self.each(at).is_some() { 1.0 } else { self.choice.probability(light, at) }
+    pub fn probability(&self, light: u32, at: LightSampleContext) -> f32 {
+        if self.each(at).is_some() { 1.0 } else { self.selector.probability(light, at) }
     }
 
     /// The lights, where each is sampled.
     #[inline(always)]
-    fn each(&self, at: LitPoint) -> Option<&[u32]> {
-        if at.glossy { self.choice.each() } else { None }
+    fn each(&self, at: LightSampleContext) -> Option<&[u32]> {
+        if at.glossy { self.selector.each() } else { None }
     }
 
     /// The light's spectrum at the wavelengths of a path, as seen along the unit direction `wi` (towards the light):
@@ -146,35 +188,16 @@ impl Lights {
     pub fn spectrum(&self, light: u32, wi: Vec3, lambda: &SampledWavelengths) -> SampledSpectrum {
         let Light { shape, spectrum, .. } = &self.lights[light as usize];
         let spectrum = self.spectra[*spectrum as usize].sample(lambda);
-        match shape {
-            LightShape::Map(map) => spectrum * map.radiance(wi, lambda),
-            _ => spectrum,
+        match shape.directional(wi, lambda) {
+            Some(factor) => spectrum * factor,
+            None => spectrum,
         }
     }
 
     /// True when [`Lights::spectrum`] of this light depends on the direction.
     #[inline]
     pub fn is_directional(&self, light: u32) -> bool {
-        matches!(self.lights[light as usize].shape, LightShape::Map(_))
-    }
-
-    /// A unit direction towards the environment `light`, and its density per steradian (without the choice of the
-    /// light): the same for every point, as emission from it needs. `None` for other lights, and where all is black.
-    pub fn sample_direction(&self, light: u32, u: [f32; 2]) -> Option<(Vec3, PdfW)> {
-        match &self.lights[light as usize].shape {
-            LightShape::Constant(l) => Some(l.sample_direction(u)),
-            LightShape::Map(l) => l.sample_direction(u),
-            _ => None,
-        }
-    }
-
-    /// The density of [`Lights::sample_direction`] at `wi`; 0 for lights that are no environment.
-    pub fn pdf_direction(&self, light: u32, wi: Vec3) -> PdfW {
-        match &self.lights[light as usize].shape {
-            LightShape::Constant(l) => l.pdf_direction(),
-            LightShape::Map(l) => l.pdf_direction(wi),
-            _ => PdfW::ZERO,
-        }
+        self.lights[light as usize].shape.is_directional()
     }
 
     /// The primitives that never shadow `light`.

@@ -1,44 +1,169 @@
-//! Everything that emits.
+//! Everything that emits, and how one of many lights is sampled.
+//!
+//! ```text
+//! flat sphere point constant envmap   the sorts of lights, one file each: LightSource
+//! lights      all lights of a scene: sampling one from a lit point, and the density of a direction
+//! emission    rays that leave lights, and their densities: how light subpaths begin
+//! selector    which light a point samples: one, few that are all looked at, or a tree of them
+//! bounds      how much light a light, or a group of them, may bring to a point
+//! tree        the tree of many lights
+//! ```
 //!
 //! Conventions: `wi` points from the lit point to the light, unit length, world space. A density is per
 //! steradian at the lit point and includes the probability of choosing the light; sample and pdf are pairs:
 //! [`Lights::pdf`] returns for a direction exactly what [`Lights::sample`] would have reported for it, and 0
-//! where it would never have chosen it. Where each light is sampled ([`LitPoint::glossy`]) the probability of choosing
-//! a light is 1. A delta light has the probability of its choice as density and
+//! where it would never have chosen it. Where each light is sampled ([`LightSampleContext::glossy`]) the probability of
+//! choosing a light is 1. A delta light has the probability of its choice as density and
 //! [`LightSample::delta`] set. `None` means that sampling failed: no light from there.
+//!
+//! # Adding a light
+//!
+//! 1. A file here with a struct that implements [`LightSource`]: `point.rs` is the shortest, `sphere.rs` one that paths can
+//!    hit, `envmap.rs` one around the scene.
+//! 2. One line in the table of [`LightShape`] below. Next-event estimation, light subpaths, the choice among lights and the
+//!    densities of hits then work by themselves.
+//! 3. What makes one: a variant of `scene::desc::LightDesc` and its reader in `scene/mitsuba/emitter.rs`, and
+//!    `tracer/prepare/lights.rs`, which makes the struct of the description. A shape that emits needs neither:
+//!    `tracer/prepare/geometry.rs` registers it with its primitives.
+//! 4. Tests: `tests/tracer/lights.rs` compares the irradiance with its exact value, `light_choice.rs` samples with densities.
 
-mod area;
-mod build;
-mod choice;
-mod cluster;
+mod bounds;
 mod constant;
 mod emission;
 mod envmap;
+mod flat;
 mod lights;
 mod point;
-mod sample;
+mod selector;
 mod sphere;
 mod tree;
 
 use glam::Vec3;
 
 use crate::math::pdf::PdfW;
+use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 
 use super::accel::PrimRange;
+use super::sampler::LightNumbers;
 use super::shape::SurfacePoint;
+use bounds::LightBounds;
 
-pub use area::{DiskLight, ParallelogramLight, TriangleLight};
 pub use constant::ConstantLight;
-pub use emission::{Emission, EmissionPdf, Extent, LitEdge, Origin};
+pub use emission::{BoundingSphere, Emission, EmissionOrigin, EmissionPdf, LightEdge};
 pub use envmap::EnvironmentMap;
-pub use lights::Lights;
+pub use flat::{DiskLight, ParallelogramLight, TriangleLight};
+pub use lights::{LightSample, LightSampleContext, Lights};
 pub use point::PointLight;
-pub use sample::{LightSample, LitPoint};
 pub use sphere::SphereLight;
 
-/// The geometry of a light.
-#[derive(Clone, Debug)]
-pub enum LightShape {
+/// What every sort of light implements. Densities here are without the probability of choosing the light, unless said.
+pub trait LightSource {
+    /// The light surrounds the scene, infinitely far away. A scene has at most one of these.
+    const IS_ENVIRONMENT: bool = false;
+
+    /// Its emission depends on the direction: [`LightSource::directional`].
+    const IS_DIRECTIONAL: bool = false;
+
+    /// Samples a direction from the lit point `at` by the numbers `u`.
+    fn sample(&self, at: LightSampleContext, u: [f32; 2]) -> Option<LightSample>;
+
+    /// The density of [`LightSource::sample`] for the direction `wi`, which hit the light at `hit`; that is `None` for an
+    /// environment.
+    fn pdf(&self, at: LightSampleContext, wi: Vec3, hit: Option<&SurfacePoint>) -> PdfW;
+
+    /// Power over π of a light of spectrum 1: its area for a surface.
+    fn power(&self, scene: BoundingSphere) -> f32;
+
+    /// A bound of the light of power `power` (over π), for choosing among lights.
+    fn light_bounds(&self, power: f32, scene: BoundingSphere) -> LightBounds;
+
+    /// Corners of the box around it; an environment has none.
+    fn bounding_box(&self) -> Option<[Vec3; 2]>;
+
+    /// Samples a ray that leaves the light: origin, for an environment on a disk before the scene, and direction.
+    fn emit(&self, u: &LightNumbers, scene: BoundingSphere) -> Option<(SurfacePoint, Vec3)>;
+
+    /// The densities of [`LightSource::emit`] for the ray from `p` (not used for an environment) in `direction`, where the
+    /// light is chosen with probability `choice`.
+    fn emission_pdf(&self, p: Vec3, direction: Vec3, scene: BoundingSphere, choice: f32) -> EmissionPdf;
+
+    /// The factor on the light's spectrum for light that arrives along `wi`, if it depends on the direction.
+    #[inline]
+    fn directional(&self, _wi: Vec3, _lambda: &SampledWavelengths) -> Option<SampledSpectrum> {
+        None
+    }
+
+    /// True if it emits nothing whatever its spectrum.
+    fn is_black(&self) -> bool {
+        false
+    }
+}
+
+/// Makes [`LightShape`] of the table of lights, with every method of [`LightSource`] by one match.
+macro_rules! light_shapes {
+    ($($(#[$doc:meta])* $variant:ident($light:ty),)*) => {
+        /// The geometry of a light.
+        #[derive(Clone, Debug)]
+        pub enum LightShape {
+            $($(#[$doc])* $variant($light),)*
+        }
+
+        impl LightShape {
+            #[inline(always)]
+            fn sample(&self, at: LightSampleContext, u: [f32; 2]) -> Option<LightSample> {
+                match self { $(Self::$variant(l) => l.sample(at, u),)* }
+            }
+
+            #[inline]
+            fn pdf(&self, at: LightSampleContext, wi: Vec3, hit: Option<&SurfacePoint>) -> PdfW {
+                match self { $(Self::$variant(l) => l.pdf(at, wi, hit),)* }
+            }
+
+            fn power(&self, scene: BoundingSphere) -> f32 {
+                match self { $(Self::$variant(l) => l.power(scene),)* }
+            }
+
+            fn light_bounds(&self, power: f32, scene: BoundingSphere) -> LightBounds {
+                match self { $(Self::$variant(l) => l.light_bounds(power, scene),)* }
+            }
+
+            fn bounding_box(&self) -> Option<[Vec3; 2]> {
+                match self { $(Self::$variant(l) => l.bounding_box(),)* }
+            }
+
+            #[inline]
+            fn emit(&self, u: &LightNumbers, scene: BoundingSphere) -> Option<(SurfacePoint, Vec3)> {
+                match self { $(Self::$variant(l) => l.emit(u, scene),)* }
+            }
+
+            #[inline]
+            fn emission_pdf(&self, p: Vec3, d: Vec3, scene: BoundingSphere, choice: f32) -> EmissionPdf {
+                match self { $(Self::$variant(l) => l.emission_pdf(p, d, scene, choice),)* }
+            }
+
+            #[inline]
+            fn directional(&self, wi: Vec3, lambda: &SampledWavelengths) -> Option<SampledSpectrum> {
+                match self { $(Self::$variant(l) => l.directional(wi, lambda),)* }
+            }
+
+            #[inline]
+            fn is_environment(&self) -> bool {
+                match self { $(Self::$variant(_) => <$light>::IS_ENVIRONMENT,)* }
+            }
+
+            #[inline]
+            fn is_directional(&self) -> bool {
+                match self { $(Self::$variant(_) => <$light>::IS_DIRECTIONAL,)* }
+            }
+
+            fn is_black(&self) -> bool {
+                match self { $(Self::$variant(l) => l.is_black(),)* }
+            }
+        }
+    };
+}
+
+light_shapes! {
     /// One triangle of a mesh.
     Triangle(TriangleLight),
     /// A rectangle under an affine map.
@@ -49,7 +174,7 @@ pub enum LightShape {
     Sphere(SphereLight),
     /// A point.
     Point(PointLight),
-    /// The same from all around.
+    /// The same radiance from all around.
     Constant(ConstantLight),
     /// A picture of what is all around.
     Map(EnvironmentMap),
@@ -58,7 +183,7 @@ pub enum LightShape {
 /// Anything that emits.
 #[derive(Clone, Debug)]
 pub struct Light {
-    /// Where it emits from.
+    /// Its geometry.
     pub shape: LightShape,
     /// Index into the spectra of [`Lights`].
     pub spectrum: u32,
@@ -67,55 +192,14 @@ pub struct Light {
 }
 
 impl Light {
-    #[inline(always)]
-    fn sample(&self, at: LitPoint, u: [f32; 2]) -> Option<LightSample> {
-        match &self.shape {
-            LightShape::Triangle(l) => l.sample(at, u),
-            LightShape::Parallelogram(l) => l.sample(at, u),
-            LightShape::Disk(l) => l.sample(at, u),
-            LightShape::Sphere(l) => l.sample(at, u),
-            LightShape::Point(l) => l.sample(at),
-            LightShape::Constant(l) => l.sample(at, u),
-            LightShape::Map(l) => l.sample(u),
-        }
-    }
-
-    #[inline]
-    fn pdf(&self, at: LitPoint, wi: Vec3, hit: Option<&SurfacePoint>) -> PdfW {
-        match (&self.shape, hit) {
-            (LightShape::Triangle(l), Some(hit)) => l.pdf(at, hit),
-            (LightShape::Parallelogram(l), Some(hit)) => l.pdf(at, hit),
-            (LightShape::Disk(l), Some(hit)) => l.pdf(at, hit),
-            (LightShape::Sphere(l), Some(_)) => l.pdf(at),
-            (LightShape::Constant(l), None) => l.pdf(at, wi),
-            (LightShape::Map(l), None) => l.pdf_direction(wi),
-            _ => PdfW::ZERO,
-        }
-    }
-
     /// True for light that comes from infinitely far, from all around; a scene has at most one.
     #[inline]
     pub fn is_environment(&self) -> bool {
-        matches!(self.shape, LightShape::Constant(_) | LightShape::Map(_))
+        self.shape.is_environment()
     }
 
     /// True when it gives no light whatever its spectrum.
     pub fn is_black(&self) -> bool {
-        matches!(&self.shape, LightShape::Map(l) if l.is_black())
-    }
-
-    /// Power over π, up to the spectrum: area for a surface, 4 for a point, and so on.
-    fn extent(&self, scene_radius: f32) -> f32 {
-        match &self.shape {
-            LightShape::Triangle(l) => l.area(),
-            LightShape::Parallelogram(l) => l.area(),
-            LightShape::Disk(l) => l.area(),
-            LightShape::Sphere(l) => l.area(),
-            LightShape::Point(_) => 4.0,
-            LightShape::Constant(_) => 4.0 * std::f32::consts::PI * scene_radius * scene_radius,
-            LightShape::Map(l) => {
-                4.0 * std::f32::consts::PI * scene_radius * scene_radius * l.mean_luminance()
-            }
-        }
+        self.shape.is_black()
     }
 }

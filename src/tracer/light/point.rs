@@ -3,8 +3,13 @@
 use glam::Vec3;
 
 use crate::math::pdf::PdfW;
+use crate::math::warp;
+use crate::tracer::sampler::LightNumbers;
+use crate::tracer::shape::SurfacePoint;
 
-use super::{LightSample, LitPoint};
+use super::bounds::LightBounds;
+use super::emission::UNIFORM_PDF;
+use super::{BoundingSphere, EmissionOrigin, EmissionPdf, LightSample, LightSampleContext, LightSource};
 
 /// A point.
 #[derive(Clone, Debug)]
@@ -13,9 +18,9 @@ pub struct PointLight {
     pub position: Vec3,
 }
 
-impl PointLight {
+impl LightSource for PointLight {
     #[inline]
-    pub(super) fn sample(&self, at: LitPoint) -> Option<LightSample> {
+    fn sample(&self, at: LightSampleContext, _: [f32; 2]) -> Option<LightSample> {
         let to = self.position - at.p;
         let distance2 = to.length_squared();
         let scale = 1.0 / distance2;
@@ -27,5 +32,33 @@ impl PointLight {
             pdf: PdfW(1.0),
             delta: true,
         })
+    }
+
+    #[inline]
+    fn pdf(&self, _: LightSampleContext, _: Vec3, _: Option<&SurfacePoint>) -> PdfW {
+        PdfW::ZERO
+    }
+
+    fn power(&self, _: BoundingSphere) -> f32 {
+        4.0
+    }
+
+    fn light_bounds(&self, power: f32, _: BoundingSphere) -> LightBounds {
+        LightBounds::round(self.position, 0.0, power)
+    }
+
+    fn bounding_box(&self) -> Option<[Vec3; 2]> {
+        Some([self.position; 2])
+    }
+
+    #[inline]
+    fn emit(&self, u: &LightNumbers, _: BoundingSphere) -> Option<(SurfacePoint, Vec3)> {
+        let d = warp::sphere(u.direction);
+        Some((SurfacePoint { p: self.position, error: Vec3::ZERO, ng: d }, d))
+    }
+
+    #[inline]
+    fn emission_pdf(&self, _: Vec3, _: Vec3, _: BoundingSphere, choice: f32) -> EmissionPdf {
+        EmissionPdf { origin: EmissionOrigin::Point, vertex: choice, next: UNIFORM_PDF, cos: 1.0 }
     }
 }

@@ -1,4 +1,4 @@
-//! Spheres that emit: outside, sampled by the cone they fill; inside (inward normals), by all directions.
+//! Spheres that emit: from outside sampled by the cone they subtend, from inside (inward normals) by all directions.
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -7,9 +7,12 @@ use glam::Vec3;
 use crate::math::frame::Frame;
 use crate::math::pdf::PdfW;
 use crate::math::warp;
+use crate::tracer::sampler::LightNumbers;
 use crate::tracer::shape::{Sphere, SurfacePoint};
 
-use super::{LightSample, LitPoint};
+use super::bounds::LightBounds;
+use super::emission::surface_pdf;
+use super::{BoundingSphere, EmissionPdf, LightSample, LightSampleContext, LightSource};
 
 /// A sphere that emits from its front.
 #[derive(Clone, Debug)]
@@ -17,8 +20,8 @@ pub struct SphereLight {
     sphere: Sphere,
 }
 
-/// The sphere as one point sees it.
-struct View {
+/// The cone under which a point outside sees the sphere.
+struct SubtendedCone {
     to_center: Vec3,
     distance2: f32,
     /// 1 − cos of the half angle of the cone.
@@ -31,18 +34,10 @@ impl SphereLight {
         Self { sphere }
     }
 
-    pub(super) fn sphere(&self) -> &Sphere {
-        &self.sphere
-    }
-
-    pub(super) fn area(&self) -> f32 {
-        self.sphere.area()
-    }
-
     /// `None` from the inside. 1 − cos is taken as sin² / (1 + cos), and cos from (d − r)(d + r): neither a far
     /// sphere nor a touching one cancels.
     #[inline]
-    fn view(&self, p: Vec3) -> Option<View> {
+    fn cone(&self, p: Vec3) -> Option<SubtendedCone> {
         let to_center = self.sphere.center - p;
         let (distance2, r) = (to_center.length_squared(), self.sphere.radius);
         let d = distance2.sqrt();
@@ -51,18 +46,27 @@ impl SphereLight {
         }
         let cos = ((d - r) * (d + r)).sqrt() / d;
         let sin = r / d;
-        Some(View { to_center, distance2, one_minus_cos: sin * sin / (1.0 + cos) })
+        Some(SubtendedCone { to_center, distance2, one_minus_cos: sin * sin / (1.0 + cos) })
     }
 
+    /// The normal of the side that emits.
     #[inline]
-    pub(super) fn sample(&self, at: LitPoint, u: [f32; 2]) -> Option<LightSample> {
+    fn normal(&self, p: Vec3) -> Vec3 {
+        let n = (p - self.sphere.center).normalize_or_zero();
+        if self.sphere.inward { -n } else { n }
+    }
+}
+
+impl LightSource for SphereLight {
+    #[inline]
+    fn sample(&self, at: LightSampleContext, u: [f32; 2]) -> Option<LightSample> {
         let Sphere { center, radius, inward } = self.sphere;
-        let view = self.view(at.p);
-        if view.is_some() == inward {
+        let cone = self.cone(at.p);
+        if cone.is_some() == inward {
             // From the dark side: an inward sphere from outside, or an outward one from within.
             return None;
         }
-        let Some(View { to_center, distance2, one_minus_cos }) = view else {
+        let Some(SubtendedCone { to_center, distance2, one_minus_cos }) = cone else {
             let wi = warp::sphere(u);
             let b = wi.dot(center - at.p);
             let inside = radius * radius - (center - at.p).length_squared();
@@ -81,27 +85,37 @@ impl SphereLight {
         Some(LightSample { wi, target: Some(at.p + wi * distance), scale: 1.0, pdf, delta: false })
     }
 
-    /// The density of any direction that meets the sphere.
+    /// The density is the same for all directions that hit the sphere.
     #[inline]
-    pub(super) fn pdf(&self, at: LitPoint) -> PdfW {
-        match (self.view(at.p), self.sphere.inward) {
-            (Some(view), false) => PdfW(warp::cone_pdf(view.one_minus_cos)),
-            (None, true) => PdfW(0.25 * FRAC_1_PI),
+    fn pdf(&self, at: LightSampleContext, _: Vec3, hit: Option<&SurfacePoint>) -> PdfW {
+        match (hit, self.cone(at.p), self.sphere.inward) {
+            (Some(_), Some(cone), false) => PdfW(warp::cone_pdf(cone.one_minus_cos)),
+            (Some(_), None, true) => PdfW(0.25 * FRAC_1_PI),
             _ => PdfW::ZERO,
         }
     }
 
-    /// Uniform by area.
-    #[inline]
-    pub(super) fn point(&self, u: [f32; 2]) -> SurfacePoint {
-        self.sphere.point_towards(warp::sphere(u))
+    fn power(&self, _: BoundingSphere) -> f32 {
+        self.sphere.area()
     }
 
-    /// The normal of the side that emits.
+    fn light_bounds(&self, power: f32, _: BoundingSphere) -> LightBounds {
+        LightBounds::round(self.sphere.center, self.sphere.radius.powi(2), power)
+    }
+
+    fn bounding_box(&self) -> Option<[Vec3; 2]> {
+        Some(self.sphere.bounds().into())
+    }
+
     #[inline]
-    pub(super) fn normal(&self, p: Vec3) -> Vec3 {
-        let n = (p - self.sphere.center).normalize_or_zero();
-        if self.sphere.inward { -n } else { n }
+    fn emit(&self, u: &LightNumbers, _: BoundingSphere) -> Option<(SurfacePoint, Vec3)> {
+        let from = self.sphere.point_towards(warp::sphere(u.place));
+        Some((from, Frame::new(from.ng).to_world(warp::cosine_hemisphere(u.direction))))
+    }
+
+    #[inline]
+    fn emission_pdf(&self, p: Vec3, direction: Vec3, _: BoundingSphere, choice: f32) -> EmissionPdf {
+        surface_pdf(self.normal(p), direction, choice / self.sphere.area())
     }
 }
 
@@ -128,14 +142,17 @@ mod tests {
     }
 
     fn irradiance(sphere: Sphere) -> f64 {
-        let (light, at) =
-            (SphereLight::new(sphere), LitPoint { p: Vec3::ZERO, n: Vec3::Z, through: false, glossy: false });
+        let (light, at) = (
+            SphereLight::new(sphere),
+            LightSampleContext { p: Vec3::ZERO, n: Vec3::Z, through: false, glossy: false },
+        );
         let n = 512;
         let mut sum = 0.0;
         for i in 0..n * n {
             let u = [((i % n) as f32 + 0.5) / n as f32, ((i / n) as f32 + 0.5) / n as f32];
             if let Some(s) = light.sample(at, u) {
-                assert_eq!(s.pdf, light.pdf(at));
+                let hit = SurfacePoint { p: s.target.expect("a point"), error: Vec3::ZERO, ng: -s.wi };
+                assert_eq!(s.pdf, light.pdf(at, s.wi, Some(&hit)));
                 assert!((s.wi.length() - 1.0).abs() < 1e-5);
                 sum += f64::from(s.wi.z.max(0.0)) / f64::from(s.pdf.0);
             }

@@ -1,55 +1,61 @@
-//! Choosing one of many lights by walking down a tree of clusters.
+//! Choosing one of many lights by walking down a tree of light bounds, and building that tree.
 //!
-//! At each node the path takes a child in proportion to the importance of both (Conty Estevez and Kulla 2018, §5), with
-//! one number that is stretched again after each choice. The environment is beside the root.
+//! At each node the walk takes a child in proportion to the importance of both (Conty Estevez and Kulla 2018, §5), with
+//! one number that is stretched again after each choice. The environment is beside the root. The tree is built top down, by
+//! binned splits that keep groups of lights small, of one direction and weak.
 
-use super::LitPoint;
-use super::build::{self, Item};
-use super::cluster::Cluster;
+use glam::Vec3;
+
+use super::bounds::LightBounds;
+use super::{BoundingSphere, Light, LightSampleContext};
 
 /// The environment's probability is at least this, and at most 1 less this, where there is also a tree.
 const LEAST: f32 = 0.1;
 
-/// A node; the first child of an interior one is the next node.
+/// A node. The first child of an interior one is the next node.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Node {
-    pub(super) cluster: Cluster,
+struct LightTreeNode {
+    bounds: LightBounds,
     /// The second child, or [`LEAF`] with the light.
-    pub(super) link: u32,
+    link: u32,
 }
 
 /// Marks a leaf.
-pub(super) const LEAF: u32 = 1 << 31;
+const LEAF: u32 = 1 << 31;
 
-/// The way of a light that is not in the tree.
-pub(super) const NO_WAY: u64 = u64::MAX;
+/// The trail of a light that is not in the tree.
+const NO_TRAIL: u64 = u64::MAX;
 
 /// All lights that shine.
 #[derive(Clone, Debug)]
-pub(super) struct Tree {
-    nodes: Vec<Node>,
-    /// By light: at which nodes the second child is taken, the root's bit lowest.
-    ways: Vec<u64>,
+pub(super) struct LightTree {
+    nodes: Vec<LightTreeNode>,
+    /// Bit trails, by light: at which nodes the second child is taken, the root's bit lowest.
+    trails: Vec<u64>,
     /// The environment.
-    far: Option<(u32, Cluster)>,
+    far: Option<(u32, LightBounds)>,
     near2: f32,
 }
 
-impl Tree {
+impl LightTree {
     /// A tree of `items`, of `all` lights; those without an item never shine.
-    pub(super) fn new(mut items: Vec<Item>, all: usize, near2: f32) -> Self {
-        let far = items.iter().position(|item| item.cluster.is_far());
-        let far = far.map(|i| items.swap_remove(i)).map(|item| (item.light, item.cluster));
-        let mut ways = vec![NO_WAY; all];
-        let nodes = build::tree(&mut items, &mut ways);
-        Self { nodes, ways, far, near2 }
+    pub(super) fn new(mut items: Vec<TreeItem>, all: usize, near2: f32) -> Self {
+        let far = items.iter().position(|item| item.bounds.is_far());
+        let far = far.map(|i| items.swap_remove(i)).map(|item| (item.light, item.bounds));
+        let mut trails = vec![NO_TRAIL; all];
+        // Children are behind their parents.
+        let mut nodes = Vec::with_capacity(2 * items.len());
+        if !items.is_empty() {
+            grow(&mut items, 0, 0, &mut nodes, &mut trails);
+        }
+        Self { nodes, trails, far, near2 }
     }
 
     /// The probability of the environment.
     #[inline]
-    fn far(&self, at: LitPoint) -> f32 {
+    fn far(&self, at: LightSampleContext) -> f32 {
         let Some((_, far)) = &self.far else { return 0.0 };
-        let near = self.nodes[0].cluster.importance(at, self.near2);
+        let near = self.nodes[0].bounds.importance(at, self.near2);
         let share = far.power / (far.power + near);
         // NaN fails the comparison.
         if share > LEAST { share.min(1.0 - LEAST) } else { LEAST }
@@ -57,7 +63,7 @@ impl Tree {
 
     /// The probability of the first of two children.
     #[inline]
-    fn first(&self, children: [&Cluster; 2], at: LitPoint) -> f32 {
+    fn first(&self, children: [&LightBounds; 2], at: LightSampleContext) -> f32 {
         let [a, b] = children.map(|c| c.importance(at, self.near2));
         let share = a / (a + b);
         // Neither seems to light the point, or the point is nowhere.
@@ -71,7 +77,7 @@ impl Tree {
 
     /// A light and its probability, by `u` in [0, 1).
     #[inline]
-    pub(super) fn sample(&self, at: LitPoint, mut u: f64) -> (u32, f32) {
+    pub(super) fn sample(&self, at: LightSampleContext, mut u: f64) -> (u32, f32) {
         let mut probability = 1.0;
         let mut take = |first: f32| {
             let p = f64::from(first);
@@ -92,7 +98,7 @@ impl Tree {
         let mut node = 0;
         while self.nodes[node].link & LEAF == 0 {
             let children = self.children(node);
-            let first = self.first(children.map(|i| &self.nodes[i].cluster), at);
+            let first = self.first(children.map(|i| &self.nodes[i].bounds), at);
             node = children[usize::from(take(first))];
         }
         (self.nodes[node].link & !LEAF, probability as f32)
@@ -100,23 +106,23 @@ impl Tree {
 
     /// The probability of `light`, by the same steps.
     #[inline]
-    pub(super) fn probability(&self, light: u32, at: LitPoint) -> f32 {
+    pub(super) fn probability(&self, light: u32, at: LightSampleContext) -> f32 {
         let far = f64::from(self.far(at));
         if self.far.is_some_and(|(far, _)| far == light) {
             return far as f32;
         }
-        let mut way = self.ways[light as usize];
-        if way == NO_WAY {
+        let mut trail = self.trails[light as usize];
+        if trail == NO_TRAIL {
             return 0.0;
         }
         let mut probability = if self.far.is_some() { 1.0 - far } else { 1.0 };
         let mut node = 0;
         while self.nodes[node].link & LEAF == 0 && probability > 0.0 {
             let children = self.children(node);
-            let p = f64::from(self.first(children.map(|i| &self.nodes[i].cluster), at));
-            probability *= if way & 1 == 1 { 1.0 - p } else { p };
-            node = children[(way & 1) as usize];
-            way >>= 1;
+            let p = f64::from(self.first(children.map(|i| &self.nodes[i].bounds), at));
+            probability *= if trail & 1 == 1 { 1.0 - p } else { p };
+            node = children[(trail & 1) as usize];
+            trail >>= 1;
         }
         probability as f32
     }
@@ -124,3 +130,197 @@ impl Tree {
 
 /// The largest number below 1.
 const BELOW_1: f64 = 1.0 - f64::EPSILON / 2.0;
+
+/// A light from which the tree is built.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TreeItem {
+    /// Its index among all lights.
+    pub(super) light: u32,
+    pub(super) bounds: LightBounds,
+    /// Corners of its box, which contains no point for the environment.
+    lo: Vec3,
+    hi: Vec3,
+}
+
+impl TreeItem {
+    /// `light`, of power `power` over π.
+    pub(super) fn new(index: u32, light: &Light, power: f32, scene: BoundingSphere) -> Self {
+        let [lo, hi] = light.shape.bounding_box().unwrap_or([Vec3::INFINITY, Vec3::NEG_INFINITY]);
+        Self { light: index, bounds: light.shape.light_bounds(power, scene), lo, hi }
+    }
+}
+
+/// Bins of a split.
+const BINS: usize = 16;
+
+/// For up to this many lights all three axes are tried, for more only the longest.
+const ALL_AXES: usize = 4096;
+
+/// From this depth on lights are split into halves, so that the trail of a light fits into 63 bits.
+const HALVING_DEPTH: u32 = 28;
+
+/// Adds the nodes over `items` and returns their bounds. `trail`, of `depth` bits, leads there.
+fn grow(
+    items: &mut [TreeItem],
+    trail: u64,
+    depth: u32,
+    nodes: &mut Vec<LightTreeNode>,
+    trails: &mut [u64],
+) -> GroupBounds {
+    let at = nodes.len();
+    if let [TreeItem { light, bounds, .. }] = *items {
+        nodes.push(LightTreeNode { bounds, link: LEAF | light });
+        trails[light as usize] = trail;
+        return GroupBounds::of(&items[0]);
+    }
+    let middle = split(items, depth);
+    let (first, second) = items.split_at_mut(middle);
+    // The bounds are known once the children are.
+    nodes.push(LightTreeNode { bounds: first[0].bounds, link: 0 });
+    let a = grow(first, trail, depth + 1, nodes, trails);
+    let link = nodes.len() as u32;
+    let b = grow(second, trail | 1 << depth, depth + 1, nodes, trails);
+    let both = a.join(&b);
+    nodes[at] = LightTreeNode { bounds: both.light_bounds(), link };
+    both
+}
+
+/// Orders `items` so that those up to the index returned are one child: neither is empty.
+fn split(items: &mut [TreeItem], depth: u32) -> usize {
+    let center = |item: &TreeItem| 0.5 * (item.lo + item.hi);
+    let (lo, hi) = items.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(lo, hi), item| {
+        (lo.min(center(item)), hi.max(center(item)))
+    });
+    let size = hi - lo;
+    let longest = usize::from(size.y > size.x);
+    let longest = if size.z > size[longest] { 2 } else { longest };
+    let half = items.len() / 2;
+    if depth >= HALVING_DEPTH {
+        let key = |item: &TreeItem| center(item)[longest];
+        items.select_nth_unstable_by(half, |a, b| key(a).total_cmp(&key(b)));
+        return half;
+    }
+    let axes = if items.len() <= ALL_AXES { 0..3 } else { longest..longest + 1 };
+    let bin = |item: &TreeItem, axis: usize| {
+        let place = (center(item)[axis] - lo[axis]) / size[axis];
+        ((place * BINS as f32) as usize).min(BINS - 1)
+    };
+    let mut best: Option<(f64, usize, usize)> = None;
+    for axis in axes.filter(|axis| size[*axis] > 0.0) {
+        let mut bins = [const { None::<GroupBounds> }; BINS];
+        for item in items.iter() {
+            let (bin, this) = (&mut bins[bin(item, axis)], GroupBounds::of(item));
+            *bin = Some(bin.as_ref().map_or(this, |b| b.join(&this)));
+        }
+        // Thin boxes are worth less to cut the short way.
+        let stretch = f64::from(size[longest] / size[axis]);
+        for (cost, end) in costs(&bins) {
+            if best.is_none_or(|(least, ..)| cost * stretch < least) {
+                best = Some((cost * stretch, axis, end));
+            }
+        }
+    }
+    // All in one place.
+    let Some((_, axis, end)) = best else { return half };
+    let mut middle = 0;
+    for i in 0..items.len() {
+        if bin(&items[i], axis) < end {
+            items.swap(i, middle);
+            middle += 1;
+        }
+    }
+    middle
+}
+
+/// The cost of each split that leaves neither side empty, with the bin that the second side begins with.
+fn costs(bins: &[Option<GroupBounds>; BINS]) -> impl Iterator<Item = (f64, usize)> {
+    let joined = |a: &Option<GroupBounds>, b: &Option<GroupBounds>| match (a, b) {
+        (Some(a), Some(b)) => Some(a.join(b)),
+        (a, b) => *if a.is_some() { a } else { b },
+    };
+    let mut behind = *bins;
+    for i in (0..BINS - 1).rev() {
+        behind[i] = joined(&bins[i], &behind[i + 1]);
+    }
+    let (bins, mut before) = (*bins, None);
+    (1..BINS).filter_map(move |end| {
+        before = joined(&before, &bins[end - 1]);
+        let (a, b) = (before.as_ref()?, behind[end].as_ref()?);
+        // A side that no further bin adds to has been looked at.
+        bins[end - 1].is_some().then(|| (a.cost() + b.cost(), end))
+    })
+}
+
+/// GroupBounds of several lights.
+#[derive(Clone, Copy, Debug)]
+struct GroupBounds {
+    lo: Vec3,
+    hi: Vec3,
+    axis: Vec3,
+    /// Half angle of the cone of normals.
+    angle: f32,
+    power: f64,
+}
+
+impl GroupBounds {
+    fn of(item: &TreeItem) -> Self {
+        let LightBounds { axis, cos, power, .. } = item.bounds;
+        let angle = if cos > 0.0 { 0.0 } else { std::f32::consts::PI };
+        Self { lo: item.lo, hi: item.hi, axis, angle, power: f64::from(power) }
+    }
+
+    fn join(&self, other: &Self) -> Self {
+        let (axis, angle) = join_cones(self.axis, self.angle, other.axis, other.angle);
+        let (lo, hi) = (self.lo.min(other.lo), self.hi.max(other.hi));
+        Self { lo, hi, axis, angle, power: self.power + other.power }
+    }
+
+    /// Power, surface and the measure of directions (Conty Estevez and Kulla 2018, eq. 1 and 2).
+    fn cost(&self) -> f64 {
+        let d = (self.hi - self.lo).as_dvec3();
+        let surface = d.x * d.y + d.y * d.z + d.z * d.x;
+        // Lights in a line have no surface, but a length.
+        let surface = surface + 1e-4 * d.length_squared();
+        let (o, pi) = (f64::from(self.angle), std::f64::consts::PI);
+        let w = (o + 0.5 * pi).min(pi);
+        let spread = 0.5 * pi * (2.0 * w * o.sin() - (o - 2.0 * w).cos() - 2.0 * o * o.sin() + o.cos());
+        self.power * surface * (2.0 * pi * (1.0 - o.cos()) + spread)
+    }
+
+    fn light_bounds(&self) -> LightBounds {
+        LightBounds {
+            center: 0.5 * (self.lo + self.hi),
+            radius2: 0.25 * (self.hi - self.lo).length_squared(),
+            axis: self.axis,
+            // Widened by what rounding may have taken.
+            cos: if self.angle < 3.1 { (self.angle + 1e-3).cos() } else { -1.0 },
+            power: self.power as f32,
+        }
+    }
+}
+
+/// The smallest cone around two, by axis and half angle.
+fn join_cones(a: Vec3, angle_a: f32, b: Vec3, angle_b: f32) -> (Vec3, f32) {
+    const PI: f32 = std::f32::consts::PI;
+    if angle_b > angle_a {
+        return join_cones(b, angle_b, a, angle_a);
+    }
+    let cos = a.dot(b);
+    // The usual case, of lights that face the same way.
+    if angle_a >= PI || (angle_b == 0.0 && cos >= 1.0) {
+        return (a, angle_a);
+    }
+    let between = cos.clamp(-1.0, 1.0).acos();
+    if between + angle_b <= angle_a {
+        return (a, angle_a);
+    }
+    let angle = 0.5 * (angle_a + between + angle_b);
+    let aside = (b - a * cos).try_normalize();
+    match aside {
+        Some(aside) if angle < PI => {
+            let (sin, cos) = (angle - angle_a).sin_cos();
+            ((a * cos + aside * sin).normalize(), angle)
+        }
+        _ => (a, PI),
+    }
+}

@@ -20,7 +20,7 @@ use crate::scene::desc::FilmDesc;
 
 use super::accel::{Accel, Shapes, collect_in_huge_pages};
 use super::effects::{self, planned};
-use super::light::{Extent, Lights};
+use super::light::{BoundingSphere, Lights};
 use super::primitives::{Face, Primitives};
 use super::scene::{MaterialClass, Scene};
 use geometry::Geometry;
@@ -84,7 +84,7 @@ pub(super) fn general(desc: &SceneDesc) -> Result<Scene, PrepareError> {
     let (lo, hi) = primitives.accel.bounds();
     // An empty scene has no size, and any positive number serves.
     let radius = (0.5 * (hi - lo).length()).max(f32::MIN_POSITIVE);
-    let lights = Lights::new(lights, spectra, Extent { center: 0.5 * (lo + hi), radius });
+    let lights = Lights::new(lights, spectra, BoundingSphere { center: 0.5 * (lo + hi), radius });
     let structure = Arc::new(SceneStructure::of(desc));
     let (primitives, white, material_class) = (Arc::new(primitives), None, MaterialClass::General);
     Ok(Scene { primitives, surfaces, materials, lights, white, material_class, notices, structure })

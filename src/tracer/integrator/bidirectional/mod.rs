@@ -1,35 +1,35 @@
 //! Bidirectional path tracing (Veach and Guibas 1994; Lafortune and Willems 1993; Veach 1997, ch. 10).
 //!
 //! One index is [`CAMERA_SUBPATHS`] subpaths from the camera and [`LIGHT_SUBPATHS`] from lights, all of the same
-//! wavelengths; each of the former is connected to all of the latter (`choose` says to which of their vertices). A path of k segments is found
-//! in up to k + 1 ways, with s vertices from the light and t = k + 1 − s from the camera:
+//! wavelengths. Each of the former is connected to all of the latter; [`connections`] says at which of their vertices. A
+//! path of k segments is found by up to k + 1 strategies, with s vertices from the light and t = k + 1 − s from the camera:
 //!
-//! | s | t | | stream |
+//! | s | t | strategy | stream |
 //! |---|---|---|---|
-//! | 0 | ≥ 2 | the camera subpath meets a light | camera |
+//! | 0 | ≥ 2 | the camera subpath hits a light | camera |
 //! | 1 | ≥ 2 | next-event estimation, with the numbers of the camera's vertex | camera |
-//! | ≥ 2 | ≥ 2 | vertices of the two are connected | camera |
+//! | ≥ 2 | ≥ 2 | a vertex of each subpath are connected | camera |
 //! | ≥ 2 | 1 | a vertex of the light subpath is connected to the camera | light |
 //!
-//! A light that the camera sees directly is found by s = 0 alone. The ways are weighted by the power heuristic
-//! (`weight`, and [`crate::tracer::chain`]).
+//! A light that the camera sees directly is found by s = 0 alone. [`strategies`] has what each contributes, weighted by the
+//! power heuristic over all of them ([`crate::tracer::subpath_mis`]).
 //!
-//! A dispersive delta leaves the hero wavelength only, from there on and in every connection of such a vertex; other
+//! A dispersive delta leaves the hero wavelength only, from there on and in every connection of such a vertex. Other
 //! dispersion is weighted over wavelengths ([`crate::tracer::wavelength_mis`]).
 
-mod choose;
-mod connect;
-mod found;
-mod grow;
-mod weight;
+mod connections;
+mod strategies;
 
+use crate::spectrum::SampledWavelengths;
 use crate::stream::{PathCounts, SampleSink};
 use crate::tracer::bsdf::{Bsdf, Diffuse, Scattering, Smooth};
+use crate::tracer::sampler::LightSampler;
+use crate::tracer::subpath::{SubpathVertex, Walk};
 use crate::tracer::{MaterialClass, Sampler};
 
-use super::{Integrator, RenderContext, Special};
-use choose::{End, Pool};
-use found::Found;
+use super::{Integrator, RenderContext, SpecializedIntegrator};
+use connections::{ConnectableVertex, ConnectionCandidates};
+use strategies::PathContribution;
 
 /// Subpaths from the camera in one index.
 pub const CAMERA_SUBPATHS: u64 = 8;
@@ -37,7 +37,7 @@ pub const CAMERA_SUBPATHS: u64 = 8;
 /// Subpaths from lights in one index.
 pub const LIGHT_SUBPATHS: u64 = 4;
 
-/// What t = 1 has of samples for one of each other way.
+/// Number of samples of the strategy t = 1 for one of each other strategy.
 const LIGHTS_PER_CAMERA: f32 = LIGHT_SUBPATHS as f32 / CAMERA_SUBPATHS as f32;
 
 /// Traces subpaths from either end and connects them.
@@ -47,51 +47,131 @@ pub struct BidirectionalTracer {
     pub context: RenderContext,
 }
 
-/// What a worker reuses: of these, what the scene's surfaces call for.
+/// What a worker reuses; only the vertices of the scene's [`MaterialClass`] are used.
 #[derive(Debug, Default)]
 pub struct Scratch {
-    matt: Ends<Diffuse>,
-    smooth: Ends<Smooth>,
-    any: Ends<Bsdf>,
+    diffuse: SubpathVertices<Diffuse>,
+    specular: SubpathVertices<Smooth>,
+    general: SubpathVertices<Bsdf>,
 }
 
 /// Vertices of the subpaths of an index.
 #[derive(Debug)]
-struct Ends<B> {
-    lights: Vec<End<B>>,
-    eyes: Vec<End<B>>,
-    promises: Vec<f32>,
+struct SubpathVertices<B> {
+    light: Vec<ConnectableVertex<B>>,
+    camera: Vec<ConnectableVertex<B>>,
+    importances: Vec<f32>,
 }
 
-impl<B> Default for Ends<B> {
+impl<B> Default for SubpathVertices<B> {
     fn default() -> Self {
-        Self { lights: Vec::new(), eyes: Vec::new(), promises: Vec::new() }
+        Self { light: Vec::new(), camera: Vec::new(), importances: Vec::new() }
     }
 }
 
 impl BidirectionalTracer {
-    fn trace_as<B: Scattering>(&self, index: u64, ends: &mut Ends<B>, out: &mut impl SampleSink) {
+    fn trace_as<B: Scattering>(
+        &self,
+        index: u64,
+        vertices: &mut SubpathVertices<B>,
+        out: &mut impl SampleSink,
+    ) {
         let seed = self.context.seed;
-        let Ends { lights, eyes, promises } = ends;
+        let SubpathVertices { light, camera, importances } = vertices;
         let lambda = self.context.wavelengths(Self::wavelength_number(&Sampler::at(index, seed)));
-        lights.clear();
+        light.clear();
         // Beyond 2^61 indices the paths repeat.
         let first = index.wrapping_mul(LIGHT_SUBPATHS);
         for number in 0..LIGHT_SUBPATHS {
             let numbers = Sampler::at(first.wrapping_add(number), seed).light();
-            self.light_subpath((lambda, &numbers), lights, out);
+            self.trace_light_subpath(lambda, &numbers, light, out);
         }
         let first = index.wrapping_mul(CAMERA_SUBPATHS);
         for number in 0..CAMERA_SUBPATHS {
             let sampler = Sampler::at(first.wrapping_add(number), seed);
             let numbers = sampler.camera();
             let uv = self.context.place(numbers.screen);
-            let mut found = Found::new(lambda);
-            eyes.clear();
-            self.camera_subpath(&mut found, uv, &sampler, eyes);
-            let pool = Pool { eyes, lights, promises, share: 1.0 / LIGHT_SUBPATHS as f32 };
-            self.connect_some(&mut found, pool, numbers.connection);
-            out.camera(uv.map(|c| c as f32), lambda.to_xyz(found.radiance), 1.0);
+            let mut path = PathContribution::new(lambda);
+            camera.clear();
+            self.trace_camera_subpath(&mut path, uv, &sampler, camera);
+            let candidates =
+                ConnectionCandidates { camera, light, importances, share: 1.0 / LIGHT_SUBPATHS as f32 };
+            self.add_connections(&mut path, candidates, numbers.connection);
+            out.camera(uv.map(|c| c as f32), lambda.to_xyz(path.radiance), 1.0);
+        }
+    }
+
+    /// Walks from a light, connects each vertex to the camera and adds those that can be connected to `vertices`.
+    fn trace_light_subpath<B: Scattering>(
+        &self,
+        lambda: SampledWavelengths,
+        numbers: &LightSampler,
+        vertices: &mut Vec<ConnectableVertex<B>>,
+        out: &mut impl SampleSink,
+    ) {
+        let RenderContext { scene, rr_depth, .. } = &self.context;
+        let Some(emission) = scene.lights.emit(&numbers.emission()) else { return };
+        let emitted = scene.lights.spectrum(emission.light, -emission.direction, &lambda);
+        let Some(mut walk) = Walk::from_light(lambda, &emission, emitted) else { return };
+        let mut ray = emission.ray();
+        // One more segment leads to the camera.
+        while walk.depth() + 1 < self.context.longest() {
+            let Some(hit) = scene.closest(&ray) else { return };
+            let mut vertex: SubpathVertex<B> = walk.arrive(scene, hit);
+            let u = numbers.vertex(walk.depth() - 1);
+            if !vertex.surface.bsdf.is_delta() {
+                if vertex.depth == 1 {
+                    vertex.mis.link = self.link_to_light(&vertex, &emission);
+                }
+                self.add_to_camera(&walk.lambda, u.light, &vertex, out);
+                vertices.push(ConnectableVertex::new(vertex));
+            }
+            match walk.scatter(&vertex, &u, *rr_depth) {
+                Some(next) => ray = next,
+                None => return,
+            }
+        }
+    }
+
+    /// Walks from the camera through `uv`, adds the emission and the direct light that it finds, and leaves the vertices that
+    /// can be connected in `vertices`.
+    fn trace_camera_subpath<B: Scattering>(
+        &self,
+        path: &mut PathContribution,
+        uv: [f64; 2],
+        sampler: &Sampler,
+        vertices: &mut Vec<ConnectableVertex<B>>,
+    ) {
+        let context = &self.context;
+        let RenderContext { scene, camera, rr_depth, .. } = context;
+        let longest = context.longest();
+        let lens = sampler.camera().lens;
+        let mut ray = camera.ray(uv, lens);
+        let pdf = camera.uv_per_steradian(ray.direction) / context.window_area();
+        let mut walk = Walk::from_camera(path.lambda, camera.lens_point(lens), pdf, LIGHTS_PER_CAMERA);
+        let mut last: Option<SubpathVertex<B>> = None;
+        while walk.depth() < longest {
+            let Some(hit) = context.closest(&ray, walk.depth()) else {
+                if let Some(light) = context.environment(walk.depth()) {
+                    self.add_environment(path, light, &walk, last.as_ref(), ray.direction);
+                }
+                return;
+            };
+            let vertex = walk.arrive(scene, hit);
+            self.add_emitted(path, last.as_ref(), &vertex);
+            if walk.depth() == longest {
+                return;
+            }
+            let numbers = sampler.vertex(walk.depth() - 1);
+            if !vertex.surface.bsdf.is_delta() {
+                self.add_direct(path, &vertex, &numbers);
+                vertices.push(ConnectableVertex::new(vertex));
+            }
+            match walk.scatter(&vertex, &numbers, *rr_depth) {
+                Some(next) => ray = next,
+                None => return,
+            }
+            last = Some(vertex);
         }
     }
 }
@@ -101,9 +181,9 @@ impl Integrator for BidirectionalTracer {
 
     fn trace(&self, index: u64, scratch: &mut Scratch, out: &mut impl SampleSink) {
         match self.context.scene.material_class() {
-            MaterialClass::Diffuse => self.trace_as(index, &mut scratch.matt, out),
-            MaterialClass::Specular => self.trace_as(index, &mut scratch.smooth, out),
-            MaterialClass::General => self.trace_as(index, &mut scratch.any, out),
+            MaterialClass::Diffuse => self.trace_as(index, &mut scratch.diffuse, out),
+            MaterialClass::Specular => self.trace_as(index, &mut scratch.specular, out),
+            MaterialClass::General => self.trace_as(index, &mut scratch.general, out),
         }
     }
 
@@ -118,7 +198,7 @@ impl From<RenderContext> for BidirectionalTracer {
     }
 }
 
-impl Special for BidirectionalTracer {
+impl SpecializedIntegrator for BidirectionalTracer {
     fn wavelength_number(sampler: &Sampler) -> f32 {
         sampler.group_wavelength()
     }

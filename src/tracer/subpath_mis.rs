@@ -1,18 +1,18 @@
-//! The sums over strategies that bidirectional weights are made of, kept up while a subpath grows.
+//! The sums over strategies that bidirectional MIS weights are made of, carried on while a subpath grows.
 //!
-//! A path of n + 1 vertices can be found in several ways, by how many of its vertices come from the light. Next to the
-//! way that found it, the others are products of quotients: moving vertex j to the other subpath multiplies the
-//! density of the path by qⱼ = revⱼ / fwdⱼ, its density per area seen from the other end over that of the walk. With the
-//! power heuristic the weight is 1 / (1 + Σ products²), one sum per subpath (Veach 1997, §10.2.1). Seen from vertex n
-//! the sum is
+//! A path of n + 1 vertices can be found by several strategies, which differ in how many of its vertices come from the
+//! light. Relative to the strategy that found it, the densities of the others are products of quotients: moving vertex j to
+//! the other subpath multiplies the density of the path by qⱼ = revⱼ / fwdⱼ, its density per area seen from the other end
+//! over that of the walk. With the power heuristic the weight is 1 / (1 + Σ products²), one sum per subpath (Veach 1997,
+//! §10.2.1). Seen from vertex n the sum is
 //!
 //! ```text
 //! Sₙ² = qₙ² (cₙ² + qₙ₋₁² (cₙ₋₁² + … ))     Sₙ = qₙ · hypot(cₙ, Sₙ₋₁)
 //! ```
 //!
-//! where cⱼ, the *link*, belongs to the way in which j is the first vertex of the other side: 0 where that is
-//! impossible, since its edge to vertex j − 1 ends at a delta, else 1; next-event estimation, which does not choose
-//! the light's vertex as the walk does, has the quotient of the two densities there. Sₙ and Sₙ₋₁ depend on what
+//! where cⱼ, the *link*, belongs to the strategy in which j is the first vertex of the other side. It is 0 where that is
+//! impossible, since the edge to vertex j − 1 ends at a delta, else 1; for next-event estimation, which does not choose
+//! the light's vertex as the walk does, it is the quotient of the two densities. Sₙ and Sₙ₋₁ depend on what
 //! vertex n is connected to, Sₙ₋₂ does not: it is the *tail* that a walk carries on (after Georgiev, *Implementing Vertex
 //! Connection and Merging*, 2012, and van Antwerpen 2011, who carry the same for the balance heuristic).
 //!
@@ -20,10 +20,10 @@
 //! quotient of two `f32` lies within 10^±83, so that three of them in a row can neither overflow nor vanish, and no
 //! infinity meets a zero.
 
-/// Largest sum that is carried: its square is still finite.
+/// Largest sum that is carried. Its square is still finite.
 const LARGEST: f64 = 1e150;
 
-/// `a / b` where equal infinities (or zeros) are 1, and nothing is NaN.
+/// `a / b`, where equal infinities (or zeros) give 1 and nothing gives NaN.
 #[inline]
 pub fn quotient(a: f32, b: f32) -> f64 {
     if a == b {
@@ -36,25 +36,25 @@ pub fn quotient(a: f32, b: f32) -> f64 {
 
 /// √(link² + sum²), bounded.
 #[inline]
-pub fn join(link: f32, sum: f64) -> f64 {
+fn join(link: f32, sum: f64) -> f64 {
     let link = f64::from(link);
     // A NaN in the link fails the comparison.
     let squares = sum * sum + if link > 0.0 { link * link } else { 0.0 };
     squares.min(LARGEST * LARGEST).sqrt()
 }
 
-/// The weight of a way whose alternatives are the sums `camera` and `light`: in [0, 1].
+/// The MIS weight of a strategy whose alternatives have the sums `camera` and `light`: in [0, 1].
 #[inline]
 pub fn weight(camera: f64, light: f64) -> f32 {
     (1.0 / (1.0 + camera * camera + light * light)) as f32
 }
 
-/// What vertex n of a subpath knows about the other ways to find it; densities are per unit of area.
+/// What vertex n of a subpath knows about the other strategies to find it. Densities are per unit of area.
 #[derive(Clone, Copy, Debug)]
-pub struct Chain {
+pub struct SubpathMis {
     /// Density of this vertex by the walk.
     pub fwd: f32,
-    /// Its density per steradian, as it was chosen at vertex n − 1; 1 after a delta.
+    /// Density per steradian with which vertex n − 1 chose its direction; 1 after a delta.
     pub fwd_w: f32,
     /// Takes a density per steradian here to one per area at vertex n − 1: |cos| / d²; 1 where vertex n − 1 is a
     /// direction.
@@ -70,8 +70,8 @@ pub struct Chain {
     pub tail: f64,
 }
 
-impl Chain {
-    /// Sₙ₋₁, if from here vertex n − 1 is chosen with density `rev_w` per steradian.
+impl SubpathMis {
+    /// Sₙ₋₁, if vertex n − 1 is chosen from here with density `rev_w` per steradian.
     #[inline]
     pub fn previous_sum(&self, rev_w: f32) -> f64 {
         let q = quotient(rev_w, self.previous_fwd) * f64::from(self.back);
@@ -92,7 +92,7 @@ mod tests {
     use super::*;
     use crate::math::random::Random;
 
-    /// The densities of a path by light and camera walk at all vertices: the ways' weights, naively and by chains.
+    /// The densities of a path by light and camera walk at all vertices: the weights of the strategies, naively and by sums.
     fn weights(light: &[f32], camera: &[f32], solid: bool) -> (Vec<f64>, Vec<f64>) {
         let n = light.len();
         let way = |s: usize| -> f64 {
@@ -120,7 +120,7 @@ mod tests {
         let mut tail = 0.0;
         let mut last = 0.0;
         for n in 1..walk.len() {
-            let chain = Chain {
+            let mis = SubpathMis {
                 fwd: walk[n].0,
                 fwd_w: walk[n].0,
                 back,
@@ -130,8 +130,8 @@ mod tests {
                 tail,
             };
             let rev_w = walk[n - 1].1 / back;
-            last = chain.sum(walk[n].1, rev_w, false);
-            tail = chain.previous_sum(rev_w);
+            last = mis.sum(walk[n].1, rev_w, false);
+            tail = mis.previous_sum(rev_w);
         }
         last
     }
@@ -168,7 +168,7 @@ mod tests {
         for a in values {
             for b in values {
                 for link in values {
-                    let chain = Chain {
+                    let mis = SubpathMis {
                         fwd: a,
                         fwd_w: a,
                         back: b.min(1e38),
@@ -177,7 +177,7 @@ mod tests {
                         previous_link: link,
                         tail: LARGEST,
                     };
-                    let w = weight(chain.sum(b, a, false), 0.0);
+                    let w = weight(mis.sum(b, a, false), 0.0);
                     assert!((0.0..=1.0).contains(&w), "{a} {b} {link}: {w}");
                 }
             }

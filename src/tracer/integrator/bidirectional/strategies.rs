@@ -1,0 +1,206 @@
+//! What each strategy contributes to a path, and its MIS weight by the power heuristic over all strategies.
+//!
+//! [`SubpathMis`] holds what the rest of a subpath adds to the weight; here is what the completing edge adds. Connections of
+//! two subpaths (s ≥ 2, t ≥ 2) are chosen in [`super::connections`].
+
+use glam::Vec3;
+
+use crate::math::pdf::PdfW;
+use crate::spectrum::{SampledSpectrum, SampledWavelengths};
+use crate::stream::SampleSink;
+use crate::tracer::bsdf::Scattering;
+use crate::tracer::integrator::direct_lighting::{EmissionCache, sample_direct};
+use crate::tracer::light::{Emission, EmissionOrigin, EmissionPdf, LightEdge, LightSample};
+use crate::tracer::sampler::VertexNumbers;
+use crate::tracer::subpath::{SubpathVertex, VertexScattering, Walk};
+use crate::tracer::subpath_mis::{SubpathMis, quotient, weight};
+
+use super::{BidirectionalTracer, LIGHTS_PER_CAMERA};
+
+/// What all strategies of the camera stream have found for one path, while it is traced.
+pub(super) struct PathContribution {
+    /// The wavelengths of the path.
+    pub(super) lambda: SampledWavelengths,
+    /// Radiance at them.
+    pub(super) radiance: SampledSpectrum,
+    emission: EmissionCache,
+}
+
+impl PathContribution {
+    pub(super) fn new(lambda: SampledWavelengths) -> Self {
+        Self { lambda, radiance: SampledSpectrum::ZERO, emission: EmissionCache::default() }
+    }
+
+    /// Sum over the wavelengths of what was found.
+    #[inline]
+    pub(super) fn brightness(&self) -> f32 {
+        self.radiance.0.element_sum()
+    }
+}
+
+/// The weight of s = 0, a light that was hit by chance: `mis` is that of the vertex on the light, or of the direction in
+/// which the scene was left. `light_pdf` is the density of next-event estimation from the vertex before, per steradian;
+/// `emission` has the densities with which a light subpath begins with this edge.
+#[inline]
+fn emitted_weight(mis: &SubpathMis, light_pdf: PdfW, emission: EmissionPdf) -> f32 {
+    // After a delta no other strategy finds the edge, however large its density.
+    let one = if mis.link[0] > 0.0 { quotient(light_pdf.0, mis.fwd_w) } else { 0.0 };
+    let two = quotient(emission.vertex, mis.fwd) * mis.previous_sum(emission.next);
+    weight(one, two)
+}
+
+/// The weight of s = 1, next-event estimation. `density` is that of a light subpath to choose vertex and edge, over
+/// next-event estimation's for the latter, per unit of area at the vertex.
+#[inline]
+fn direct_weight(mis: &SubpathMis, scattering: &VertexScattering, sample: &LightSample, density: f32) -> f32 {
+    let hit = if sample.delta { 0.0 } else { quotient(scattering.fwd_w, sample.pdf.0) };
+    weight(mis.sum(density, scattering.rev_w, scattering.through), hit)
+}
+
+/// The weight of s ≥ 2, t ≥ 2: an edge of squared length 1 / `inverse` between two subpaths, each of which scatters to the
+/// other.
+#[inline]
+pub(super) fn connection_weight(
+    camera: &SubpathMis,
+    at_camera: &VertexScattering,
+    light: &SubpathMis,
+    at_light: &VertexScattering,
+    inverse: f32,
+) -> f32 {
+    let from_camera =
+        camera.sum(at_light.fwd_w * at_camera.cos * inverse, at_camera.rev_w, at_camera.through);
+    let from_light = light.sum(at_camera.fwd_w * at_light.cos * inverse, at_light.rev_w, at_light.through);
+    weight(from_camera, from_light)
+}
+
+/// The weight of t = 1. `density` is the camera's of the vertex, per unit of area. This strategy has fewer samples than the
+/// others.
+#[inline]
+fn camera_weight(mis: &SubpathMis, scattering: &VertexScattering, density: f32) -> f32 {
+    let others = mis.sum(density, scattering.rev_w, scattering.through);
+    weight(0.0, others / f64::from(LIGHTS_PER_CAMERA))
+}
+
+impl BidirectionalTracer {
+    /// The links of the first vertex of a light subpath: the density with which next-event estimation would have chosen
+    /// the light's vertex over that of the walk, for an eye on the side of the light and for one on the other side.
+    pub(super) fn link_to_light<B: Scattering>(
+        &self,
+        vertex: &SubpathVertex<B>,
+        emission: &Emission,
+    ) -> [f32; 2] {
+        let (lights, surface) = (&self.context.scene.lights, &vertex.surface);
+        let on = (emission.pdf.origin == EmissionOrigin::Surface).then_some(&emission.from);
+        [surface.wo, -surface.wo].map(|eye| {
+            let context = surface.light_context_from(eye);
+            if emission.pdf.origin == EmissionOrigin::Point {
+                return lights.probability(emission.light, context) / emission.pdf.vertex;
+            }
+            let pdf = lights.pdf(emission.light, context, surface.hit.wo, on);
+            pdf.0 * vertex.mis.back / emission.pdf.vertex
+        })
+    }
+
+    /// s = 0: adds the emission of the light at `vertex`, if it is on one. `last` is the vertex before.
+    #[inline]
+    pub(super) fn add_emitted<B: Scattering>(
+        &self,
+        path: &mut PathContribution,
+        last: Option<&SubpathVertex<B>>,
+        vertex: &SubpathVertex<B>,
+    ) {
+        let hit = &vertex.surface.hit;
+        let Some(light) = hit.emitter() else { return };
+        let lights = &self.context.scene.lights;
+        let weight = last.map_or(1.0, |last| {
+            let pdf = lights.pdf(light, last.surface.light_context(), -hit.wo, Some(&hit.point));
+            emitted_weight(&vertex.mis, pdf, lights.emission_pdf(light, hit.point.p, hit.wo))
+        });
+        let emitted = path.emission.emission(lights, light, -hit.wo, &path.lambda);
+        path.radiance += vertex.throughput * emitted * (weight * vertex.wavelength_mis.weight());
+    }
+
+    /// s = 0: adds the emission of the environment `light`, where the camera subpath leaves the scene in `direction`.
+    pub(super) fn add_environment<B: Scattering>(
+        &self,
+        path: &mut PathContribution,
+        light: u32,
+        walk: &Walk<false>,
+        last: Option<&SubpathVertex<B>>,
+        direction: Vec3,
+    ) {
+        let lights = &self.context.scene.lights;
+        let weight = last.map_or(1.0, |last| {
+            let pdf = lights.pdf(light, last.surface.light_context(), direction, None);
+            let emission = lights.emission_pdf(light, Vec3::ZERO, -direction);
+            emitted_weight(&walk.previous().infinite(), pdf, emission)
+        });
+        let emitted = path.emission.emission(lights, light, direction, &path.lambda);
+        path.radiance += walk.throughput * emitted * (weight * walk.wavelength_mis.weight());
+    }
+
+    /// s = 1: adds light that arrives at `vertex` straight from a light, by next-event estimation.
+    #[inline]
+    pub(super) fn add_direct<B: Scattering>(
+        &self,
+        path: &mut PathContribution,
+        vertex: &SubpathVertex<B>,
+        u: &VertexNumbers,
+    ) {
+        let direct = sample_direct(&self.context.scene, &vertex.surface, u, |light, sample| {
+            self.unoccluded_contribution(path, vertex, light, sample)
+        });
+        if let Some(direct) = direct {
+            path.radiance += direct;
+        }
+    }
+
+    /// What a light sample contributes if nothing occludes it; `None` for nothing.
+    #[inline]
+    fn unoccluded_contribution<B: Scattering>(
+        &self,
+        path: &mut PathContribution,
+        vertex: &SubpathVertex<B>,
+        light: u32,
+        sample: &LightSample,
+    ) -> Option<SampledSpectrum> {
+        let lights = &self.context.scene.lights;
+        let scattering = vertex.scatter_to::<false>(sample.wi)?;
+        let emitted = path.emission.emission(lights, light, sample.wi, &path.lambda);
+        let value = vertex.throughput * scattering.value * emitted * (sample.scale / sample.pdf.0);
+        if value.is_black() || !value.is_finite() {
+            return None;
+        }
+        let target = sample.target.unwrap_or(Vec3::ZERO);
+        let density = lights.emission_over_direct(&LightEdge {
+            light,
+            target,
+            direction: -sample.wi,
+            distance2: target.distance_squared(vertex.surface.hit.point.p),
+            cos: scattering.cos,
+            direct: sample.pdf,
+        });
+        let wavelength_weight = vertex.wavelength_mis.and(scattering.wavelength_mis).weight();
+        let value = value * (wavelength_weight * direct_weight(&vertex.mis, &scattering, sample, density));
+        (!value.is_black()).then_some(value)
+    }
+
+    /// t = 1: connects a vertex of the light subpath to the camera.
+    #[inline]
+    pub(super) fn add_to_camera<B: Scattering>(
+        &self,
+        lambda: &SampledWavelengths,
+        lens: [f32; 2],
+        vertex: &SubpathVertex<B>,
+        out: &mut impl SampleSink,
+    ) {
+        let Some(connection) = self.context.connect_to_camera(vertex, lens) else { return };
+        let (view, scattering) = (&connection.view, &connection.scattering);
+        let pdf = view.uv_per_steradian / self.context.window_area();
+        let density = pdf * scattering.cos / view.distance2;
+        let value = connection.value * camera_weight(&vertex.mis, scattering, density);
+        if !value.is_black() && self.context.is_visible_to_camera(&vertex.surface.hit, view) {
+            out.light(view.uv, lambda.to_xyz(value));
+        }
+    }
+}

@@ -1,0 +1,281 @@
+//! Direct lighting: next-event estimation, and the emission of lights that a path hits by chance.
+//!
+//! Both find the same paths. Their contributions are combined by multiple importance sampling with the power heuristic
+//! (Veach and Guibas 1995). Path tracing and the camera paths of photon mapping carry a [`PathState`] and share everything
+//! here. The bidirectional method has weights of its own over all strategies ([`super::bidirectional`]): it uses
+//! [`sample_direct`] and [`EmissionCache`] with them.
+
+use glam::{Vec3, Vec4};
+
+use crate::math::pdf::PdfW;
+use crate::spectrum::{SampledSpectrum, SampledWavelengths};
+use crate::tracer::accel::Ray;
+use crate::tracer::bsdf::{BsdfSample, Scattering};
+use crate::tracer::interaction::{SurfaceInteraction, SurfaceVertex};
+use crate::tracer::light::{LightSample, LightSampleContext, Lights};
+use crate::tracer::sampler::VertexNumbers;
+use crate::tracer::wavelength_mis::WavelengthMis;
+use crate::tracer::{Scene, mis, roulette};
+
+use super::RenderContext;
+
+/// Next-event estimation: samples a light from `vertex` and returns what it contributes, or `None` for nothing.
+///
+/// `unoccluded` returns the contribution of a light sample including its MIS weight, as if nothing stood in between. The
+/// shadow ray is the costly part, so it is traced only for a sample that contributes.
+#[inline]
+pub(super) fn sample_direct<B: Scattering>(
+    scene: &Scene,
+    vertex: &SurfaceVertex<B>,
+    u: &VertexNumbers,
+    unoccluded: impl FnMut(u32, &LightSample) -> Option<SampledSpectrum>,
+) -> Option<SampledSpectrum> {
+    let context = vertex.light_context();
+    let (light, sample, value) =
+        scene.lights().sample_by_contribution(context, u.light_choice, u.light, unoccluded)?;
+    scene.visible(&vertex.hit, light, &sample).then_some(value)
+}
+
+/// The emission of the light that a path asked for last: most paths ask for one light again and again.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct EmissionCache(Option<(u32, SampledSpectrum)>);
+
+impl EmissionCache {
+    /// The spectrum of `light` seen along `wi`. It is kept if it is the same in all directions; the cache must be cleared
+    /// when `lambda` changes.
+    #[inline(always)]
+    pub(super) fn emission(
+        &mut self,
+        lights: &Lights,
+        light: u32,
+        wi: Vec3,
+        lambda: &SampledWavelengths,
+    ) -> SampledSpectrum {
+        match self.0 {
+            Some((known, value)) if known == light => value,
+            _ => {
+                let value = lights.spectrum(light, wi, lambda);
+                if !lights.is_directional(light) {
+                    self.0 = Some((light, value));
+                }
+                value
+            }
+        }
+    }
+}
+
+/// Whether a camera path splits into branches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Splitting {
+    /// The path splits at its first vertex that is no delta.
+    Pending,
+    /// The path is a branch of one that has split.
+    Branch,
+    /// The path stays whole.
+    Never,
+}
+
+/// A camera path on its way, or one of its branches: what it carries from vertex to vertex and what it has found.
+#[derive(Clone)]
+pub(super) struct PathState {
+    /// The wavelengths at which materials and lights are evaluated: those of the path, or one of them alone.
+    pub(super) lambda: SampledWavelengths,
+    /// Product of the weights of all scatterings so far.
+    pub(super) throughput: SampledSpectrum,
+    /// Radiance found so far, at the wavelengths of the path.
+    pub(super) radiance: SampledSpectrum,
+    /// The wavelengths that would have chosen the same directions.
+    pub(super) wavelength_mis: WavelengthMis,
+    /// The weight that follows from `wavelength_mis`.
+    pub(super) wavelength_weight: f32,
+    /// Takes the throughput to what roulette compares with 1: undoes the radiance scaling of refraction and the share
+    /// of a branch.
+    relative: f32,
+    /// Where and with which density the last direction was sampled; `None` after a delta and at the camera.
+    last: Option<(LightSampleContext, PdfW)>,
+    emission: EmissionCache,
+    /// Number of scatterings so far.
+    pub(super) depth: u32,
+    splitting: Splitting,
+}
+
+impl PathState {
+    /// A path that starts at these wavelengths.
+    pub(super) fn new(lambda: SampledWavelengths, splitting: Splitting) -> Self {
+        Self {
+            lambda,
+            throughput: SampledSpectrum::ONE,
+            radiance: SampledSpectrum::ZERO,
+            wavelength_mis: WavelengthMis::ALL,
+            wavelength_weight: 1.0,
+            relative: 1.0,
+            last: None,
+            emission: EmissionCache::default(),
+            depth: 0,
+            splitting,
+        }
+    }
+
+    /// True for a path that has yet to split.
+    #[inline]
+    pub(super) fn splits(&self) -> bool {
+        self.splitting == Splitting::Pending
+    }
+
+    /// One of `count` equal branches, which has found nothing yet.
+    #[inline]
+    pub(super) fn branch(&self, count: u32) -> Self {
+        let share = 1.0 / count as f32;
+        Self {
+            throughput: self.throughput * share,
+            relative: self.relative * count as f32,
+            radiance: SampledSpectrum::ZERO,
+            splitting: Splitting::Branch,
+            ..*self
+        }
+    }
+
+    /// The path of the wavelength of `lane` alone, after the dispersive refraction `s`, which has the factor `eta2` there.
+    pub(super) fn alone(&self, lane: usize, s: &BsdfSample, eta2: f32) -> Self {
+        Self {
+            lambda: self.lambda.alone(lane),
+            throughput: self.throughput * SampledSpectrum(s.weight.0 * Vec4::AXES[lane]),
+            radiance: SampledSpectrum::ZERO,
+            relative: self.relative * eta2,
+            last: None,
+            emission: EmissionCache::default(),
+            depth: self.depth + 1,
+            ..*self
+        }
+    }
+
+    /// Goes on with the hero wavelength alone, which goes the way that was sampled. The radiance found so far is right for
+    /// all wavelengths: the caller has taken it.
+    #[cold]
+    pub(super) fn drop_companions(&mut self) {
+        self.radiance = SampledSpectrum::ZERO;
+        self.lambda.terminate_companions();
+        self.throughput = SampledSpectrum(self.throughput.0 * Vec4::X);
+        self.emission = EmissionCache::default();
+        self.wavelength_weight = self.weight_of(self.wavelength_mis);
+    }
+
+    /// The weight of a path with this wavelength MIS. That the hero counts four times where it is alone is a matter of the
+    /// densities of its wavelengths.
+    #[inline]
+    fn weight_of(&self, wavelength_mis: WavelengthMis) -> f32 {
+        match self.lambda.is_hero_only() {
+            true => 0.25 * wavelength_mis.and(WavelengthMis::ALONE).weight(),
+            false => wavelength_mis.weight(),
+        }
+    }
+
+    /// Traces `ray` to the next surface and returns the hit if the path goes on from there. Emission that is found at its
+    /// end is added if `takes_emission`.
+    #[inline(always)]
+    pub(super) fn arrive(
+        &mut self,
+        context: &RenderContext,
+        ray: &Ray,
+        takes_emission: bool,
+    ) -> Option<SurfaceInteraction> {
+        let (lights, longest) = (context.scene.lights(), context.longest());
+        if self.depth >= longest {
+            return None;
+        }
+        let hit = context.closest(ray, self.depth);
+        let wi = ray.direction;
+        let Some(hit) = hit else {
+            if takes_emission && let Some(light) = context.environment(self.depth) {
+                self.add_emitted(lights, light, wi, |from| lights.pdf(light, from, wi, None));
+            }
+            return None;
+        };
+        if takes_emission && let Some(light) = hit.emitter() {
+            self.add_emitted(lights, light, wi, |from| lights.pdf(light, from, wi, Some(&hit.point)));
+        }
+        (self.depth + 1 < longest).then_some(hit)
+    }
+
+    /// Adds the emission of a light that the path hit by chance along `wi`. `light_pdf` is the density with which
+    /// next-event estimation would have sampled that direction.
+    #[inline]
+    fn add_emitted(
+        &mut self,
+        lights: &Lights,
+        light: u32,
+        wi: Vec3,
+        light_pdf: impl FnOnce(LightSampleContext) -> PdfW,
+    ) {
+        let weight = self.last.map_or(1.0, |(from, bsdf_pdf)| mis::power(bsdf_pdf, light_pdf(from)));
+        let emission = self.emission.emission(lights, light, wi, &self.lambda);
+        self.radiance += self.throughput * emission * (weight * self.wavelength_weight);
+    }
+
+    /// Adds light that arrives at `vertex` straight from a light, by next-event estimation.
+    #[inline]
+    pub(super) fn add_direct<B: Scattering>(
+        &mut self,
+        scene: &Scene,
+        vertex: &SurfaceVertex<B>,
+        u: &VertexNumbers,
+    ) {
+        let direct = sample_direct(scene, vertex, u, |light, sample| {
+            self.unoccluded_contribution(scene.lights(), vertex, light, sample)
+        });
+        if let Some(direct) = direct {
+            self.radiance += direct;
+        }
+    }
+
+    /// What a light sample contributes if nothing occludes it; `None` for nothing.
+    #[inline]
+    fn unoccluded_contribution<B: Scattering>(
+        &mut self,
+        lights: &Lights,
+        vertex: &SurfaceVertex<B>,
+        light: u32,
+        sample: &LightSample,
+    ) -> Option<SampledSpectrum> {
+        let wi = vertex.frame.to_local(sample.wi);
+        let (f, pdf) = vertex.bsdf.eval(vertex.wo, wi)?;
+        if !vertex.hit.sides_agree(sample.wi, vertex.wo.z * wi.z < 0.0) {
+            return None;
+        }
+        let weight = if sample.delta { 1.0 } else { mis::power(sample.pdf, pdf) };
+        let emission = self.emission.emission(lights, light, sample.wi, &self.lambda);
+        let wavelength_weight = match vertex.bsdf.parts_colors() {
+            true => self.weight_of(self.wavelength_mis.and(vertex.bsdf.part(vertex.wo, wi).wavelength_mis)),
+            false => self.wavelength_weight,
+        };
+        let value =
+            self.throughput * f * emission * (wavelength_weight * sample.scale * weight / sample.pdf.0);
+        (!value.is_black()).then_some(value)
+    }
+
+    /// Goes on from `vertex` in the direction of `s`.
+    #[inline]
+    pub(super) fn scatter<B: Scattering>(&mut self, vertex: &SurfaceVertex<B>, s: &BsdfSample) {
+        self.throughput *= s.weight;
+        self.relative *= s.eta2;
+        self.last = (!s.delta).then(|| (vertex.light_context(), s.pdf));
+        self.depth += 1;
+        if s.transmitted && !s.hero_only && vertex.bsdf.parts_colors() {
+            self.wavelength_mis = self.wavelength_mis.and(vertex.bsdf.part(vertex.wo, s.wi).wavelength_mis);
+            self.wavelength_weight = self.weight_of(self.wavelength_mis);
+        }
+    }
+
+    /// Russian roulette: paths that carry little end at random once they have `rr_depth` scatterings. Returns the factor by
+    /// which the throughput of a survivor has grown.
+    #[inline]
+    pub(super) fn roulette(&mut self, rr_depth: u32, u: f32) -> Option<f32> {
+        let branch = self.splitting == Splitting::Branch;
+        let policy = if branch { roulette::OF_BRANCHES } else { roulette::OF_PATHS };
+        let throughput = self.throughput.max_element() * self.relative;
+        let armed = self.depth >= rr_depth.min(policy.latest);
+        let factor = roulette::survival_factor(policy.survival * throughput, armed, u)?;
+        self.throughput *= factor;
+        Some(factor)
+    }
+}

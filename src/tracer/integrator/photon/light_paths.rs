@@ -1,0 +1,125 @@
+//! Light paths: where they leave photons, and which photons a sample sees.
+//!
+//! Light paths take points of the sequence in a random order. In the order of the sequence neighbouring photons would keep a
+//! distance, wherever light arrives without having been spread; the area of the k nearest is then about k − ½ cells large,
+//! not k − 1 as among independent points ([`Disc`](crate::tracer::photon_map::Disc)), and a caustic stays darker by
+//! 1/(2k) for good: 2.1 % were measured with k = 24, 65 536 light paths and a point light.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use crate::math::bits::mix;
+use crate::tracer::Sampler;
+use crate::tracer::photon_map::{
+    Arrival, PhotonBatch, PhotonLayer, Snapshot, Wanted, wavelength_number, wavelengths,
+};
+use crate::tracer::subpath::{SubpathVertex, Walk};
+
+use super::{PhotonScratch, PhotonTracer, has_diffuse_part};
+
+/// Makes the random numbers of light paths differ from those of the camera paths of the same index.
+const SEED: u32 = 0x5bd1_e995;
+
+/// Number of samples after which a worker asks for a newer snapshot.
+const SAMPLES_PER_SNAPSHOT: u32 = 64;
+
+/// Least number of samples between two claims of light paths: a render that begins far out in the sequence goes on with
+/// its samples while it catches up.
+const SAMPLES_PER_CLAIM: u32 = 16;
+
+impl PhotonTracer {
+    /// Traces this index's share of light paths and returns the photons that it sees; `None` when nobody waits for it.
+    pub(super) fn photons(
+        &self,
+        index: u64,
+        scratch: &mut PhotonScratch,
+        wanted: Wanted<'_>,
+    ) -> Option<Arc<Snapshot>> {
+        let trace = |paths, batch: &mut PhotonBatch| self.trace_light_paths(paths, batch);
+        scratch.samples = scratch.samples.wrapping_add(1);
+        if scratch.samples.is_multiple_of(SAMPLES_PER_CLAIM)
+            && let Some(claim) = self.map.claim(self.schedule.paths_ahead(index))
+        {
+            let mut batch = PhotonBatch::default();
+            trace(claim.paths(), &mut batch);
+            claim.deposit_while(batch, wanted);
+        }
+        let needed = self.schedule.generations(index).min(self.map.last());
+        let known = scratch.snapshot.take().filter(|known| match self.deterministic {
+            true => known.generations() == needed,
+            false => !scratch.samples.is_multiple_of(SAMPLES_PER_SNAPSHOT),
+        });
+        if known.is_some() {
+            return known;
+        }
+        let newest = (!self.deterministic).then(|| self.map.latest()).filter(|s| s.generations() > 0);
+        let needed = if self.deterministic { needed } else { 1 };
+        newest.or_else(|| self.map.wait_while(needed, trace, wanted))
+    }
+
+    /// Traces the light paths of these numbers and leaves their photons in `batch`, in their order.
+    fn trace_light_paths(&self, paths: Range<u64>, batch: &mut PhotonBatch) {
+        for path in paths {
+            trace_light_path(self, path, batch);
+        }
+    }
+}
+
+fn trace_light_path(tracer: &PhotonTracer, path: u64, batch: &mut PhotonBatch) {
+    let context = &tracer.context;
+    let (scene, longest) = (&context.scene, context.longest());
+    let sampler = Sampler::at(mix(path), context.seed ^ SEED);
+    let number = wavelength_number(sampler.camera().wavelength);
+    let lambda = context.white().unwrap_or_else(|| wavelengths(number));
+    let numbers = sampler.light();
+    let Some(emission) = scene.lights.emit(&numbers.emission()) else { return };
+    let emitted = scene.lights.spectrum(emission.light, -emission.direction, &lambda);
+    let Some(mut walk) = Walk::from_light(lambda, &emission, emitted) else { return };
+    let mut ray = emission.ray();
+    let mut spread = false;
+    // One more segment leads to the camera.
+    while walk.depth() + 1 < longest {
+        let Some(hit) = scene.closest(&ray) else { return };
+        let vertex = walk.arrive(scene, hit);
+        let here = has_diffuse_part(&vertex.surface.bsdf);
+        if here && vertex.depth > 1 && reflects(&vertex) {
+            let (layer, wanted) = match spread {
+                true => (PhotonLayer::Global, context.photons.gather),
+                false => (PhotonLayer::Caustic, context.photons.caustics),
+            };
+            if wanted {
+                batch.push(layer, &arrival(&vertex, number));
+            }
+        }
+        let u = numbers.vertex(walk.depth() - 1);
+        match walk.scatter(&vertex, &u, context.rr_depth) {
+            Some(next) => ray = next,
+            None => return,
+        }
+        // The link is 0 after a delta: the coat's mirror spreads nothing.
+        spread |= here && walk.previous().link > 0.0;
+    }
+}
+
+/// True if the lit side reflects anything at the wavelengths of the path: else no camera path gathers there.
+fn reflects(vertex: &SubpathVertex) -> bool {
+    let surface = &vertex.surface;
+    surface.bsdf.eval(surface.wo, surface.wo).is_some_and(|(f, _)| !f.is_black())
+}
+
+fn arrival(vertex: &SubpathVertex, wavelengths: u16) -> Arrival {
+    let SubpathVertex { surface, throughput, wavelength_mis, depth, .. } = vertex;
+    let hit = &surface.hit;
+    // A photon of the hero alone counts four times by its wavelengths.
+    let (weight, hero_only) = (wavelength_mis.weight(), wavelength_mis.is_alone());
+    let weight = if hero_only { 0.25 * weight } else { weight };
+    Arrival {
+        position: hit.point.p,
+        direction: hit.wo,
+        normal: hit.facing_normal(),
+        flux: *throughput * weight,
+        wavelengths,
+        hero_only,
+        depth: *depth,
+    }
+}

@@ -1,0 +1,221 @@
+//! Flat lights that are sampled uniformly by area: triangles, parallelograms, disks. They emit from the front.
+
+use glam::Vec3;
+
+use crate::math::float::{UNIT_ROUNDOFF, gamma};
+use crate::math::frame::Frame;
+use crate::math::pdf::{PdfA, PdfW};
+use crate::math::warp;
+use crate::tracer::sampler::LightNumbers;
+use crate::tracer::shape::{Disk, SurfacePoint, Triangle};
+
+use super::bounds::LightBounds;
+use super::emission::surface_pdf;
+use super::{BoundingSphere, EmissionPdf, LightSample, LightSampleContext, LightSource};
+
+/// A flat surface whose points can be sampled uniformly by area.
+pub trait FlatShape {
+    /// The density of its points.
+    fn area_pdf(&self) -> PdfA;
+
+    /// The point of the numbers `u`.
+    fn position(&self, u: [f32; 2]) -> Vec3;
+
+    /// The same point with its error bound.
+    fn point(&self, u: [f32; 2]) -> SurfacePoint;
+
+    /// Unit normal of the front.
+    fn normal(&self) -> Vec3;
+
+    /// Corners of the box around it.
+    fn bounding_box(&self) -> [Vec3; 2];
+}
+
+/// A flat shape that emits from its front.
+#[derive(Clone, Debug)]
+pub struct FlatLight<S> {
+    shape: S,
+    pdf: PdfA,
+}
+
+/// A triangle that emits.
+pub type TriangleLight = FlatLight<Triangle>;
+
+/// A parallelogram that emits: the image of a rectangle.
+pub type ParallelogramLight = FlatLight<Parallelogram>;
+
+/// A disk that emits.
+pub type DiskLight = FlatLight<Disk>;
+
+impl TriangleLight {
+    /// The light on `triangle`.
+    pub fn new(triangle: Triangle) -> Self {
+        Self::of(triangle)
+    }
+}
+
+impl ParallelogramLight {
+    /// The light over `corner + x·a + y·b`, x and y in [0, 1], with unit front normal `n`.
+    pub fn new(corner: Vec3, a: Vec3, b: Vec3, n: Vec3) -> Self {
+        Self::of(Parallelogram { corner, a, b, n })
+    }
+}
+
+impl DiskLight {
+    /// The light on `disk`.
+    pub fn new(disk: Disk) -> Self {
+        Self::of(disk)
+    }
+}
+
+impl<S: FlatShape> FlatLight<S> {
+    fn of(shape: S) -> Self {
+        Self { pdf: shape.area_pdf(), shape }
+    }
+
+    fn area(&self) -> f32 {
+        1.0 / self.pdf.0
+    }
+}
+
+impl<S: FlatShape> LightSource for FlatLight<S> {
+    #[inline]
+    fn sample(&self, at: LightSampleContext, u: [f32; 2]) -> Option<LightSample> {
+        let target = self.shape.position(u);
+        let to = target - at.p;
+        let distance2 = to.length_squared();
+        let wi = to * (1.0 / distance2.sqrt());
+        let cos = -wi.dot(self.shape.normal());
+        // Refuses NaN, too: the light may pass through the lit point.
+        let seen = cos > 0.0;
+        let pdf = self.pdf.to_solid_angle(distance2, cos);
+        seen.then_some(LightSample { wi, target: Some(target), scale: 1.0, pdf, delta: false })
+    }
+
+    #[inline]
+    fn pdf(&self, at: LightSampleContext, _: Vec3, hit: Option<&SurfacePoint>) -> PdfW {
+        let Some(hit) = hit else { return PdfW::ZERO };
+        let to = hit.p - at.p;
+        let distance2 = to.length_squared();
+        let cos = -to.dot(hit.ng) * (1.0 / distance2.sqrt());
+        if cos > 0.0 { self.pdf.to_solid_angle(distance2, cos) } else { PdfW::ZERO }
+    }
+
+    fn power(&self, _: BoundingSphere) -> f32 {
+        self.area()
+    }
+
+    fn light_bounds(&self, power: f32, _: BoundingSphere) -> LightBounds {
+        LightBounds::flat(self.shape.bounding_box(), self.shape.normal(), power)
+    }
+
+    fn bounding_box(&self) -> Option<[Vec3; 2]> {
+        Some(self.shape.bounding_box())
+    }
+
+    #[inline]
+    fn emit(&self, u: &LightNumbers, _: BoundingSphere) -> Option<(SurfacePoint, Vec3)> {
+        let from = self.shape.point(u.place);
+        Some((from, Frame::new(from.ng).to_world(warp::cosine_hemisphere(u.direction))))
+    }
+
+    #[inline]
+    fn emission_pdf(&self, _: Vec3, direction: Vec3, _: BoundingSphere, choice: f32) -> EmissionPdf {
+        surface_pdf(self.shape.normal(), direction, choice / self.area())
+    }
+}
+
+impl FlatShape for Triangle {
+    fn area_pdf(&self) -> PdfA {
+        PdfA(1.0 / self.area())
+    }
+
+    #[inline]
+    fn position(&self, u: [f32; 2]) -> Vec3 {
+        let (a, b) = warp::triangle(u);
+        self.p0 + self.e1 * a + self.e2 * b
+    }
+
+    #[inline]
+    fn point(&self, u: [f32; 2]) -> SurfacePoint {
+        let (a, b) = warp::triangle(u);
+        Triangle::point(self, [a, b])
+    }
+
+    #[inline]
+    fn normal(&self) -> Vec3 {
+        self.n
+    }
+
+    fn bounding_box(&self) -> [Vec3; 2] {
+        let Triangle { p0, e1, e2, .. } = *self;
+        [p0 + e1.min(e2).min(Vec3::ZERO), p0 + e1.max(e2).max(Vec3::ZERO)]
+    }
+}
+
+/// The points `corner + x·a + y·b`, x and y in [0, 1].
+#[derive(Clone, Debug)]
+pub struct Parallelogram {
+    corner: Vec3,
+    a: Vec3,
+    b: Vec3,
+    n: Vec3,
+}
+
+impl FlatShape for Parallelogram {
+    fn area_pdf(&self) -> PdfA {
+        PdfA((1.0 / self.a.as_dvec3().cross(self.b.as_dvec3()).length()) as f32)
+    }
+
+    #[inline]
+    fn position(&self, u: [f32; 2]) -> Vec3 {
+        self.corner + self.a * u[0] + self.b * u[1]
+    }
+
+    #[inline]
+    fn point(&self, u: [f32; 2]) -> SurfacePoint {
+        let (a, b) = (self.a * u[0], self.b * u[1]);
+        let p = self.corner + (a + b);
+        // As of a triangle; the corner itself may be rounded once.
+        let error = (a.abs() + b.abs()) * gamma(4) + p.abs() * (2.02 * UNIT_ROUNDOFF);
+        SurfacePoint { p, error, ng: self.n }
+    }
+
+    #[inline]
+    fn normal(&self) -> Vec3 {
+        self.n
+    }
+
+    fn bounding_box(&self) -> [Vec3; 2] {
+        let low = self.a.min(Vec3::ZERO) + self.b.min(Vec3::ZERO);
+        let high = self.a.max(Vec3::ZERO) + self.b.max(Vec3::ZERO);
+        [self.corner + low, self.corner + high]
+    }
+}
+
+impl FlatShape for Disk {
+    fn area_pdf(&self) -> PdfA {
+        PdfA(1.0 / self.area())
+    }
+
+    #[inline]
+    fn position(&self, u: [f32; 2]) -> Vec3 {
+        let xy = warp::disk(u);
+        self.center + self.a * xy.x + self.b * xy.y
+    }
+
+    #[inline]
+    fn point(&self, u: [f32; 2]) -> SurfacePoint {
+        let xy = warp::disk(u);
+        self.point_at(xy.x, xy.y)
+    }
+
+    #[inline]
+    fn normal(&self) -> Vec3 {
+        self.n
+    }
+
+    fn bounding_box(&self) -> [Vec3; 2] {
+        self.bounds().into()
+    }
+}
