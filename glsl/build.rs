@@ -95,7 +95,7 @@ fn check(glsl: &Path, shaders: &[(String, u64)]) -> Outcome<()> {
     .into())
 }
 
-/// A Rust slice of `(name, bytes)`, included by `src/gpu/shader.rs`. `folder`: beginning of the arguments of `concat!` for
+/// A Rust slice of `(name, bytes)`, included by `src/gpu/resources/shader.rs`. `folder`: beginning of the arguments of `concat!` for
 /// a path; no absolute one, so that a checkout may be moved.
 fn table(shaders: &[(String, u64)], folder: &str) -> String {
     let mut text = String::from("&[\n");

@@ -49,10 +49,7 @@ const LONGEST: usize = 600;
 /// External crates and the only places that may name them.
 const PLACES: &[(&[&str], &[&str])] = &[
     (&["ash", "vk", "ash_window", "gpu_allocator"], &["src/gpu/"]),
-    (
-        &["egui", "egui_plot", "egui_winit", "egui_ash_renderer"],
-        &["src/client/window/", "src/gpu/overlay.rs", "src/gpu/painter.rs"],
-    ),
+    (&["egui", "egui_plot", "egui_winit", "egui_ash_renderer"], &["src/client/window/"]),
     // The event loop needs the window itself.
     (&["winit"], &["src/client/window/", "src/app/view/"]),
 ];

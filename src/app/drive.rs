@@ -12,7 +12,7 @@ use crate::client::{Client, ClientError};
 use crate::server::Server;
 use crate::stream::block::Block;
 use crate::stream::{DrainOrder, Drained, Epoch, Event, FinishReason, Lanes};
-use crate::study::Quantity;
+use crate::study::ErrorQuantile;
 
 /// Samples taken from the lanes before looking at the clock, Ctrl-C and the progress bar again.
 const BUDGET: usize = 1 << 16;
@@ -31,7 +31,7 @@ pub struct Drive {
     /// Texels of the film, to show samples per pixel.
     pub texels: f64,
     /// The error that is shown, and for which the render stops where the observer has a target.
-    pub quantity: Quantity,
+    pub quantity: ErrorQuantile,
 }
 
 /// What came of it.

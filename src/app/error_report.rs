@@ -4,10 +4,10 @@ use serde::Serialize;
 
 use super::run_spec::RunSpec;
 use crate::scene::desc::IntegratorKind;
-use crate::study::curve::{Fit, Look};
+use crate::study::curve::{Checkpoint, PowerLaw};
+use crate::study::format::{percent, round_percent};
 use crate::study::prediction::Prediction;
-use crate::study::words::{percent, round_percent};
-use crate::study::{Interval, Quantity, State, Target};
+use crate::study::{ErrorQuantile, ErrorStatus, ErrorTarget, Interval};
 
 /// How wrong the unblurred picture is, each figure with its 90 % interval. Field names are JSON keys.
 #[derive(Clone, Debug, Serialize)]
@@ -33,35 +33,35 @@ pub struct ErrorReport {
     pub prediction: Option<Prediction>,
     /// Slope of the logarithms of error and samples.
     pub slope: Option<Interval>,
-    /// Seconds, paths and error of every look.
+    /// Seconds, paths and error of every checkpoint.
     pub curve: Vec<[f64; 3]>,
 }
 
 impl ErrorReport {
     /// The figures of a run that has ended; `None` where there was too little to know anything.
     pub fn new(
-        state: &State,
+        state: &ErrorStatus,
         run: &RunSpec,
-        (target, at): (Option<Target>, Quantity),
+        (target, at): (Option<ErrorTarget>, ErrorQuantile),
         reached: bool,
     ) -> Option<Self> {
-        state.looks.last()?;
-        let [median, p95, p99] = state.stated.relative;
+        state.checkpoints.last()?;
+        let [median, p95, p99] = state.held_out.relative;
         Some(Self {
             median,
             p95,
             p99,
-            rel_mse: state.stated.rel_mse,
+            rel_mse: state.held_out.rel_mse,
             besides: (run.integrator == IntegratorKind::Photon).then_some("the blur of photon mapping"),
             quantile: at.share(),
             target: target.map(|target| target.error),
             reached,
             prediction: state.prediction,
-            slope: Fit::new(&state.looks).map(|fit| fit.slope()),
+            slope: PowerLaw::new(&state.checkpoints).map(|fit| fit.slope()),
             curve: state
-                .looks
+                .checkpoints
                 .iter()
-                .map(|&Look { seconds, samples, error, .. }| [seconds, samples, error])
+                .map(|&Checkpoint { seconds, samples, error, .. }| [seconds, samples, error])
                 .collect(),
         })
     }
@@ -69,8 +69,8 @@ impl ErrorReport {
     /// For the summary of a run.
     pub fn summary(&self) -> String {
         let Interval { value, low, high } = match self.quantile {
-            share if share == Quantity::Median.share() => self.median,
-            share if share == Quantity::P99.share() => self.p99,
+            share if share == ErrorQuantile::Median.share() => self.median,
+            share if share == ErrorQuantile::P99.share() => self.p99,
             _ => self.p95,
         };
         let [value, low, high] = [value, low, high].map(percent);

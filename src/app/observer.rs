@@ -17,9 +17,9 @@ use super::run_spec::RunSpec;
 use crate::server::Priority;
 use crate::stream::block::Block;
 use crate::stream::{PathCounts, Sample};
-use crate::study::error::Pixel;
-use crate::study::prediction::Kept;
-use crate::study::{State, Target, Watch};
+use crate::study::error::ReplicatePixel;
+use crate::study::prediction::PredictionOutcome;
+use crate::study::{ErrorMonitor, ErrorStatus, ErrorTarget};
 
 /// Samples that wait for the thread at most: 64 MiB.
 const MOST: usize = (64 << 20) / size_of::<Sample>();
@@ -50,14 +50,14 @@ enum Message {
         at: Duration,
     },
     /// Another render begins, after the last one has taken so long: everything before is forgotten.
-    Begin(Box<Watch>, Duration, Arc<RunSpec>),
-    Aim(Option<Target>),
+    Begin(Box<ErrorMonitor>, Duration, Arc<RunSpec>),
+    Aim(Option<ErrorTarget>),
     /// Answers when everything before has been seen.
     Sync(Sender<()>),
     /// Answers with what every pixel knows of itself.
-    Pixels(Sender<Vec<Pixel>>),
+    Pixels(Sender<Vec<ReplicatePixel>>),
     /// Takes stock a last time and says what came of the predictions.
-    End(Duration, Sender<Vec<Kept>>),
+    End(Duration, Sender<Vec<PredictionOutcome>>),
 }
 
 /// What both sides know.
@@ -67,8 +67,8 @@ struct Shared {
     news: Condvar,
     /// There is room again.
     room: Condvar,
-    /// What was known at the last look, and of which render.
-    state: Mutex<(u64, Arc<State>)>,
+    /// What was known at the last checkpoint, and of which render.
+    state: Mutex<(u64, Arc<ErrorStatus>)>,
 }
 
 /// What waits for the thread.
@@ -93,7 +93,7 @@ pub struct Observer {
     beside: Beside,
     began: Instant,
     run: Arc<RunSpec>,
-    target: Option<Target>,
+    target: Option<ErrorTarget>,
 }
 
 impl Observer {
@@ -102,7 +102,7 @@ impl Observer {
     /// # Errors
     ///
     /// When the system refuses a thread.
-    pub fn start(run: &RunSpec, target: Option<Target>, beside: Beside) -> Result<Self> {
+    pub fn start(run: &RunSpec, target: Option<ErrorTarget>, beside: Beside) -> Result<Self> {
         let inbox = Inbox {
             messages: VecDeque::new(),
             samples: 0,
@@ -161,7 +161,7 @@ impl Observer {
     }
 
     /// Another error is wanted.
-    pub fn aim(&mut self, target: Option<Target>) {
+    pub fn set_target(&mut self, target: Option<ErrorTarget>) {
         if self.target != target {
             self.target = target;
             self.send(Message::Aim(target), false);
@@ -169,7 +169,7 @@ impl Observer {
     }
 
     /// What is wanted.
-    pub fn target(&self) -> Option<Target> {
+    pub fn target(&self) -> Option<ErrorTarget> {
         self.target
     }
 
@@ -197,8 +197,8 @@ impl Observer {
         }
     }
 
-    /// What was known at the last look; with [`sync`](Self::sync) before, at the last one that was due.
-    pub fn state(&self) -> Arc<State> {
+    /// What was known at the last checkpoint; with [`sync`](Self::sync) before, at the last one that was due.
+    pub fn state(&self) -> Arc<ErrorStatus> {
         unpoisoned(&self.shared.state).1.clone()
     }
 
@@ -223,14 +223,14 @@ impl Observer {
 
     /// What every pixel knows of itself by now, as [`Replicates::pixels`](crate::study::Replicates::pixels) has it; nothing before
     /// each replicate has traced a path.
-    pub fn pixels(&self) -> Vec<Pixel> {
+    pub fn pixels(&self) -> Vec<ReplicatePixel> {
         let (answer, answers) = channel();
         self.send(Message::Pixels(answer), true);
         answers.recv().unwrap_or_default()
     }
 
     /// Takes stock of everything: the last state, and the predictions with what came of them.
-    pub fn end(&self) -> (Arc<State>, Vec<Kept>) {
+    pub fn end(&self) -> (Arc<ErrorStatus>, Vec<PredictionOutcome>) {
         let (answer, answers) = channel();
         self.send(Message::End(self.began.elapsed(), answer), true);
         let kept = answers.recv().unwrap_or_default();
@@ -290,10 +290,10 @@ impl Shared {
     }
 
     /// Makes known what `watch` has seen of render `number`, unless that is over.
-    fn publish(&self, number: u64, watch: &Watch) {
+    fn publish(&self, number: u64, watch: &ErrorMonitor) {
         let mut state = unpoisoned(&self.state);
         if state.0 == number {
-            state.1 = Arc::new(watch.state().clone());
+            state.1 = Arc::new(watch.status().clone());
         }
     }
 }
@@ -310,28 +310,28 @@ impl Drop for Gone<'_> {
     }
 }
 
-fn watch(run: &RunSpec, target: Option<Target>) -> Watch {
-    Watch::new([run.film.width, run.film.height], run.film.filter.energy(), target)
+fn watch(run: &RunSpec, target: Option<ErrorTarget>) -> ErrorMonitor {
+    ErrorMonitor::new([run.film.width, run.film.height], run.film.filter.energy(), target)
 }
 
 /// The thread.
-fn observe(mut watch: Watch, shared: &Shared) {
+fn observe(mut watch: ErrorMonitor, shared: &Shared) {
     let mut number = 0;
     while let Some(message) = shared.next() {
         match message {
             Message::Block { first_index, paths, samples, at } => {
                 watch.add(first_index, paths, &samples);
                 if watch.is_due() {
-                    watch.look(at.as_secs_f64());
+                    watch.take_checkpoint(at.as_secs_f64());
                     shared.publish(number, &watch);
                 }
             }
             Message::Begin(new, ended, run) => {
-                predictions::log(&run, &watch.kept(ended.as_secs_f64()));
+                predictions::log(&run, &watch.prediction_outcomes(ended.as_secs_f64()));
                 (watch, number) = (*new, number + 1);
             }
             Message::Aim(target) => {
-                watch.aim(target);
+                watch.set_target(target);
                 shared.publish(number, &watch);
             }
             Message::Sync(answer) => {
@@ -341,9 +341,9 @@ fn observe(mut watch: Watch, shared: &Shared) {
                 let _ = answer.send(watch.replicates().pixels().unwrap_or_default());
             }
             Message::End(at, answer) => {
-                watch.look(at.as_secs_f64());
+                watch.take_checkpoint(at.as_secs_f64());
                 shared.publish(number, &watch);
-                let _ = answer.send(watch.kept(at.as_secs_f64()));
+                let _ = answer.send(watch.prediction_outcomes(at.as_secs_f64()));
             }
         }
     }

@@ -9,19 +9,19 @@ use serde::{Deserialize, Serialize};
 use super::run_spec::RunSpec;
 use super::tell;
 use crate::study::data::PredictionScore;
-use crate::study::prediction::{Kept, score};
+use crate::study::prediction::{PredictionOutcome, score};
 
 /// Bytes after which a new log begins; the one before is kept beside it.
 const MAX_BYTES: u64 = 8 << 20;
 
 /// One line of the log.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-struct Line {
+struct LogLine {
     scene: String,
     method: String,
     size: [u32; 2],
     #[serde(flatten)]
-    kept: Kept,
+    kept: PredictionOutcome,
 }
 
 /// Where the log is: in `$POINTILLIST_STATE`, else where the system keeps state of programs. `None` without a home.
@@ -35,7 +35,7 @@ pub fn file() -> Option<PathBuf> {
 
 /// Adds what came of a render's predictions. A log that cannot be written is no reason to lose a picture: it is told of only
 /// to those who ask.
-pub fn log(run: &RunSpec, kept: &[Kept]) {
+pub fn log(run: &RunSpec, kept: &[PredictionOutcome]) {
     if kept.is_empty() {
         return;
     }
@@ -44,11 +44,11 @@ pub fn log(run: &RunSpec, kept: &[Kept]) {
     }
 }
 
-fn append(run: &RunSpec, kept: &[Kept]) -> std::io::Result<()> {
+fn append(run: &RunSpec, kept: &[PredictionOutcome]) -> std::io::Result<()> {
     let Some(path) = file() else { return Ok(()) };
     let mut text = String::new();
     for &kept in kept {
-        let line = Line {
+        let line = LogLine {
             scene: run.scene.display().to_string(),
             method: run.integrator.name().to_string(),
             size: [run.film.width, run.film.height],
@@ -67,7 +67,7 @@ fn append(run: &RunSpec, kept: &[Kept]) -> std::io::Result<()> {
 }
 
 /// Everything in the log, by method. Lines that cannot be read are counted and left where they are.
-fn read() -> Result<(Vec<Line>, usize)> {
+fn read() -> Result<(Vec<LogLine>, usize)> {
     let Some(path) = file() else { return Err(no_home()) };
     let text = match std::fs::read_to_string(&path) {
         Ok(text) => text,
@@ -76,7 +76,7 @@ fn read() -> Result<(Vec<Line>, usize)> {
             return Err(error).into_diagnostic().wrap_err_with(|| format!("cannot read {}", path.display()));
         }
     };
-    let lines: Vec<Option<Line>> = text.lines().map(|line| serde_json::from_str(line).ok()).collect();
+    let lines: Vec<Option<LogLine>> = text.lines().map(|line| serde_json::from_str(line).ok()).collect();
     let broken = lines.iter().filter(|line| line.is_none()).count();
     Ok((lines.into_iter().flatten().collect(), broken))
 }
@@ -100,7 +100,7 @@ pub fn print() -> Result<()> {
         tell(&format!("no prediction yet in {place}: render something for some seconds"));
         return Ok(());
     }
-    let mut groups: Vec<(String, Vec<Kept>)> = Vec::new();
+    let mut groups: Vec<(String, Vec<PredictionOutcome>)> = Vec::new();
     for line in &lines {
         let name = format!("{} {}", line.scene, line.method);
         match groups.iter_mut().find(|(group, _)| *group == name) {
@@ -113,7 +113,7 @@ pub fn print() -> Result<()> {
         "predictions of 90 %", "known", "held", "", "open"
     );
     groups.sort_by(|a, b| a.0.cmp(&b.0));
-    let all: Vec<Kept> = lines.iter().map(|line| line.kept).collect();
+    let all: Vec<PredictionOutcome> = lines.iter().map(|line| line.kept).collect();
     groups.push(("all".to_string(), all));
     for (name, kept) in &groups {
         let PredictionScore { known, held, open, ratio } = score(kept);

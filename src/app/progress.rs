@@ -5,7 +5,7 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::report::human;
-use crate::study::{Quantity, State};
+use crate::study::{ErrorQuantile, ErrorStatus};
 
 /// How far a run is to go.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,7 +43,13 @@ impl Progress {
     }
 
     /// Shows where the run stands; `error` is what is known of it.
-    pub fn update(&self, paths: u64, pixels: f64, elapsed: Duration, error: Option<(&State, Quantity)>) {
+    pub fn update(
+        &self,
+        paths: u64,
+        pixels: f64,
+        elapsed: Duration,
+        error: Option<(&ErrorStatus, ErrorQuantile)>,
+    ) {
         let seconds = elapsed.as_secs_f64().max(1e-9);
         let predicted =
             error.and_then(|(state, _)| state.prediction).map_or(f64::INFINITY, |said| said.seconds.value);

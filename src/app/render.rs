@@ -24,7 +24,7 @@ use crate::server::{Server, Stats};
 use crate::stream::Cause;
 use crate::stream::Lanes;
 use crate::stream::control::Epoch;
-use crate::study::Target;
+use crate::study::ErrorTarget;
 use crate::tracer::integrator::PlanCheckTally;
 use crate::tracer::{Camera, Scene};
 
@@ -148,8 +148,8 @@ fn run_spec(args: &RenderArgs, input: &SceneInput, device: String) -> RunSpec {
 }
 
 /// What `--error` asks for.
-fn target(args: &RenderArgs) -> Option<Target> {
-    args.error.map(|error| Target { error, at: args.error_at.into() })
+fn target(args: &RenderArgs) -> Option<ErrorTarget> {
+    args.error.map(|error| ErrorTarget { error, at: args.error_at.into() })
 }
 
 /// Renders until the sample count, the time or Ctrl-C.

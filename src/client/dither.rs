@@ -1,4 +1,4 @@
-//! Patterns that hide the steps of 8 bits: what is added to a value, in steps, before it is rounded down.
+//! Patterns that hide the steps of 8 bits: a threshold is added to a value, in steps, before it is rounded down.
 //!
 //! Thresholds are spread evenly over (0, 1), so that the mean over a tile is the value itself.
 
@@ -15,7 +15,7 @@ const MASK: usize = MASK_SIDE * MASK_SIDE;
 /// Shifts of the mask for red, green and blue: in step, the three would make the noise grey and as visible as it can be.
 const SHIFTS: [[usize; 2]; 3] = [[0, 0], [21, 37], [43, 13]];
 
-/// What is added before rounding down, per channel.
+/// The thresholds that are added before rounding down, one per channel.
 #[inline]
 pub fn thresholds(kind: Dither, x: usize, y: usize) -> [f32; 3] {
     match kind {
@@ -41,7 +41,7 @@ pub fn blue_noise() -> &'static [f32] {
     &MADE
 }
 
-/// Standard deviation of the Gaussian that tells how crowded a place is, texels (Ulichney's 1.5).
+/// Standard deviation of the Gaussian that measures how crowded a texel's neighbourhood is, texels (Ulichney's 1.5).
 const SIGMA: f32 = 1.5;
 
 /// Beyond this distance along an axis the Gaussian counts as zero: it is below 2e-8.

@@ -16,9 +16,9 @@ pub struct ClientEffect {
     pub name: &'static str,
     /// Whether it is part of the picture.
     pub on: bool,
-    /// Which stream or option asks for it, or would.
+    /// The stream or option that asks for it, or would.
     pub reason: String,
-    /// What decides it while the program runs.
+    /// The mechanism that decides it while the program runs.
     pub at_run_time: &'static str,
     /// Its own passes, by their names in the timings.
     pub passes: &'static [&'static str],

@@ -19,7 +19,7 @@ pub const DETAILS: [u32; 3] = [1, 2, 4];
 pub struct Effects {
     /// Picture pixels per reconstructed one, along each axis: one of [`DETAILS`].
     pub detail: u32,
-    /// How noise is masked; `None` is not at all.
+    /// The kind of noise masking, if any.
     pub masking: Option<Masking>,
     /// The quantity that is shown.
     pub view: DisplayView,

@@ -1,4 +1,4 @@
-//! What can go wrong in the client, each with what to do about it.
+//! Errors of the client, in sentences that say what to do.
 
 /// An error of the client.
 #[derive(Debug, thiserror::Error)]
@@ -19,7 +19,7 @@ pub enum ClientError {
     /// The images of the film do not fit into memory.
     #[error("no memory for {what} ({bytes} bytes): choose a smaller --size or close other programs")]
     Memory {
-        /// Which images.
+        /// The images.
         what: &'static str,
         /// Bytes asked for.
         bytes: u64,
@@ -30,11 +30,11 @@ pub enum ClientError {
     Threads {
         /// Threads asked for.
         threads: usize,
-        /// What the system said.
+        /// The error of the system.
         reason: String,
     },
 
-    /// What is to be shown is made of the variance.
+    /// The settings need the variance, which the film does not keep.
     #[error("the film keeps no variance, which noise masking and the error view need: make it with one")]
     NoVariance,
 

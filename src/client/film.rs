@@ -12,7 +12,7 @@ use crate::client::pass::splat::{SplatPass, Sprites, splat_push};
 use crate::client::pass::variance::VariancePass;
 use crate::client::settings::{DisplayImage, FilmCounts, FilmData, FilmSpec, Settings};
 use crate::client::state::FilmState;
-use crate::client::upload::{Batch, VertexBuffers};
+use crate::client::upload::{SampleBatch, VertexBuffers};
 use crate::gpu::{Cmd, FrameNumber, Gpu, Image, Region, read_image};
 use crate::stream::{PathCounts, Sample};
 
@@ -22,7 +22,7 @@ use crate::stream::{PathCounts, Sample};
 pub struct VulkanFilm {
     gpu: Arc<Gpu>,
     state: FilmState,
-    batch: Batch,
+    batch: SampleBatch,
     vertices: VertexBuffers,
     /// Made with the first batch.
     passes: Option<Passes>,
@@ -60,7 +60,7 @@ impl VulkanFilm {
             state: FilmState::new(spec)?,
             vertices: VertexBuffers::new(&gpu)?,
             gpu,
-            batch: Batch::default(),
+            batch: SampleBatch::default(),
             passes: None,
             streams: [None, None],
             repaint: None,
@@ -70,7 +70,7 @@ impl VulkanFilm {
         })
     }
 
-    /// What the film is made of.
+    /// The specification of the film.
     pub fn spec(&self) -> &FilmSpec {
         self.state.spec()
     }
@@ -179,12 +179,12 @@ impl VulkanFilm {
         Ok(())
     }
 
-    /// What was received since the last [`clear`](Self::clear).
+    /// The numbers of samples and paths received since the last [`clear`](Self::clear).
     pub fn counts(&self) -> FilmCounts {
         self.state.counts()
     }
 
-    /// Which streams, camera and light, have images: those that ever had a sample.
+    /// Whether the camera and the light stream have images, because they had a sample.
     pub fn allocated_streams(&self) -> [bool; 2] {
         [self.streams[0].is_some(), self.streams[1].is_some()]
     }
@@ -236,7 +236,7 @@ impl VulkanFilm {
         self.repaint.as_ref().is_some_and(Repaint::is_background_ready)
     }
 
-    /// What [`paint`](Self::paint) has made last, to be shown again; `None` before the first time.
+    /// The encoded picture of the last [`paint`](Self::paint), to be shown again; `None` before the first.
     pub fn painted(&mut self) -> Option<&mut Image> {
         self.repaint.as_mut().and_then(Repaint::painted)
     }
@@ -315,7 +315,7 @@ impl VulkanFilm {
         Ok(data)
     }
 
-    /// Rasterises the batch, and hands out what shows the sums together with them.
+    /// Rasterises the batch; returns the passes of a repaint, and the sums.
     fn repaint(&mut self) -> Result<(&mut Repaint, FilmSums<'_>), ClientError> {
         self.complete()?;
         self.sums()
@@ -326,7 +326,7 @@ impl VulkanFilm {
         if self.keep_batch { Ok(()) } else { self.flush() }
     }
 
-    /// What shows the sums, together with them.
+    /// The passes of a repaint, and the sums.
     fn sums(&mut self) -> Result<(&mut Repaint, FilmSums<'_>), ClientError> {
         let lods = self.state.lods();
         let (light_scale, inverse_scale) = (self.state.light_scale(), self.state.scale().recip());

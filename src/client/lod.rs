@@ -1,4 +1,4 @@
-//! How far a stream is blurred: from the number of its samples, then from their variance (paper §4.2).
+//! The level of detail of a stream: from the number of its samples, then from their variance (paper §4.2).
 //!
 //! The paper's `LoD' = LoD + Vm·log₄(Var)` takes the absolute variance, so its blur would depend on the
 //! exposure and would be −∞ where variance is 0. Here the *relative variance of the mean* steers it, with

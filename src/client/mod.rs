@@ -2,7 +2,7 @@
 //!
 //! # From a sample in a lane to the screen
 //!
-//! Nothing here knows lanes or the server: `app` drains the lanes and passes the samples on.
+//! This module knows neither lanes nor the server: `app` drains the lanes and passes the samples on.
 //!
 //! 1. `app` gives blocks of samples to [`Client::add`] or [`film::VulkanFilm::add`]. The film copies them into its batch, the
 //!    camera's and the light's samples apart ([`upload`]).
@@ -29,7 +29,7 @@
 //!
 //! | module | what |
 //! |---|---|
-//! | [`film`], [`pass`] | the Vulkan film and its passes; [`pass`] says how to add one |
+//! | [`film`], [`pass`] | the Vulkan film and its passes; [`pass`] says how to add one, [`pass::images`] counts bytes per pixel |
 //! | [`mod@reference`] | the same in plain Rust: the definition of every pass |
 //! | [`filter`], [`lod`], [`state`], [`dither`], [`glare`] | what a film and its reference share |
 //! | [`settings`], [`effects`], [`effect_list`] | what the user sets, what is compiled in for it, and the list that people read |

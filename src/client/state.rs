@@ -34,7 +34,7 @@ impl FilmState {
         Ok(Self { spec, counts, waiting: 0, luminance: (0.0, 0), luminance_scale: None })
     }
 
-    /// What the film is made of.
+    /// The specification of the film.
     pub fn spec(&self) -> &FilmSpec {
         &self.spec
     }
@@ -89,7 +89,7 @@ impl FilmState {
         (self.luminance, self.luminance_scale) = ((0.0, 0), None);
     }
 
-    /// What was received since the last [`clear`](Self::clear).
+    /// The numbers of samples and paths received since the last [`clear`](Self::clear).
     pub fn counts(&self) -> FilmCounts {
         self.counts
     }

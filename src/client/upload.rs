@@ -17,7 +17,7 @@ pub const STRIDE: usize = size_of::<Sample>();
 
 /// Samples that wait for the next flush, in the order in which they came.
 #[derive(Default)]
-pub struct Batch {
+pub struct SampleBatch {
     samples: Vec<Sample>,
     /// Bucket of every sample: its tile, those of the light stream after those of the camera stream.
     buckets: Vec<u32>,
@@ -25,7 +25,7 @@ pub struct Batch {
     starts: Vec<u32>,
 }
 
-/// Where the two streams lie in a vertex buffer: camera at the front, light at the back.
+/// The ranges of the two streams in a vertex buffer: camera at the front, light at the back.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Partition {
     /// Vertices of the camera stream.
@@ -34,7 +34,7 @@ pub struct Partition {
     pub light: Range<u32>,
 }
 
-impl Batch {
+impl SampleBatch {
     /// Adds one valid sample; [`BATCH_CAPACITY`] at most.
     #[inline]
     pub fn push(&mut self, sample: Sample) {
@@ -117,7 +117,7 @@ impl VertexBuffers {
     /// [`ClientError::Gpu`] when the device was lost.
     pub fn upload(
         &mut self,
-        batch: &mut Batch,
+        batch: &mut SampleBatch,
         spec: &FilmSpec,
     ) -> Result<(&Buffer, Partition), ClientError> {
         let (buffer, frame) = &mut self.buffers[self.next];
@@ -150,7 +150,7 @@ mod tests {
             variance: Some(Default::default()),
             sums: Default::default(),
         };
-        let mut batch = Batch::default();
+        let mut batch = SampleBatch::default();
         let sample = |i: u32| Sample {
             uv: [(i * 37 % 101) as f32 / 100.0, (i * 53 % 97) as f32 / 80.0],
             xyz: Xyz::new(i as f32, 1.0, 1.0),

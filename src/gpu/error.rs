@@ -1,8 +1,8 @@
-//! What can go wrong with Vulkan, in sentences that say what to do.
+//! Errors of Vulkan, in sentences that say what to do.
 
 use ash::vk;
 
-/// Why a Vulkan operation did not succeed.
+/// An error of a Vulkan operation.
 #[derive(Debug, thiserror::Error)]
 pub enum GpuError {
     /// There is no Vulkan loader on this machine.
@@ -26,7 +26,7 @@ pub enum GpuError {
     /// No device matches the choice.
     #[error("no Vulkan device matches \"{wanted}\"; there are: {available}")]
     NoMatch {
-        /// What was asked for.
+        /// The device that was asked for.
         wanted: String,
         /// Index and name of every device.
         available: String,
@@ -50,7 +50,7 @@ pub enum GpuError {
     Call {
         /// The Vulkan function and, where it helps, the object.
         call: String,
-        /// What it answered.
+        /// Its result.
         result: vk::Result,
     },
     /// Memory could not be allocated.
@@ -58,7 +58,7 @@ pub enum GpuError {
     Memory {
         /// Debug name of the resource.
         name: String,
-        /// What the allocator says.
+        /// The error of the allocator.
         source: gpu_allocator::AllocationError,
     },
     /// An image is larger than the device allows.
@@ -81,13 +81,13 @@ pub enum GpuError {
 }
 
 impl GpuError {
-    /// True when the device is gone and a new one may help.
+    /// Whether the device is lost and a new one may help.
     pub fn is_device_lost(&self) -> bool {
         matches!(self, GpuError::Call { result: vk::Result::ERROR_DEVICE_LOST, .. })
     }
 }
 
-/// What the reader can do about a result.
+/// Advice to the reader about a result.
 fn hint(result: vk::Result) -> &'static str {
     match result {
         vk::Result::ERROR_DEVICE_LOST => {

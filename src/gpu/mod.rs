@@ -33,7 +33,7 @@ pub use device::gpu::{FrameNumber, Gpu, GpuOptions, Inventory};
 pub use device::physical::{DeviceChoice, DeviceInfo, DeviceKind, devices};
 pub use error::GpuError;
 pub use resources::buffer::{Buffer, BufferUse};
-pub use resources::image::{Image, ImageDesc, TexelFormat};
+pub use resources::image::{Image, TexelFormat};
 pub use resources::pipeline::{
     Blend, ComputeDesc, ComputePipeline, GraphicsDesc, Pipeline, Topology, VertexLayout,
 };

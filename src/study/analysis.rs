@@ -1,27 +1,27 @@
-//! From single measurements to a study.
+//! Makes a study from single measurements.
 
-use crate::study::data::{Regions, Stability, Study};
+use crate::study::data::{RegionWinners, Stability, Study};
 use crate::study::interval::Interval;
-use crate::study::measured::{Measured, REGIONS, Run};
-use crate::study::method::{Own, method, pictures};
-use crate::study::prediction::{Kept, score};
+use crate::study::measurement::{Measurement, REGIONS, RenderMeasurement};
+use crate::study::method_curve::{ReferenceError, method, pictures};
+use crate::study::prediction::{PredictionOutcome, score};
 
-/// Fills in everything that follows from `measurements`; `study` names scene and machine.
-pub fn study(mut study: Study, measurements: &[Measured]) -> Study {
-    let mut runs: Vec<&Run> = Vec::new();
+/// Completes `study`, which names scene and machine, by everything that follows from `measurements`.
+pub fn study(mut study: Study, measurements: &[Measurement]) -> Study {
+    let mut runs: Vec<&RenderMeasurement> = Vec::new();
     let (mut unused, mut commands) = (Vec::new(), Vec::new());
     for measured in measurements {
         match measured {
-            Measured::Command { command } => commands.push(command.clone()),
-            Measured::Reference(reference) => study.reference = Some(reference.clone()),
-            Measured::Run(run) => runs.push(run),
-            Measured::Effect(effect) => replace(&mut study.effects, effect, |e| e.name.clone()),
-            Measured::Unused { ratio } => unused.push(*ratio),
-            Measured::Display(price) => replace(&mut study.display, price, |p| {
+            Measurement::Command { command } => commands.push(command.clone()),
+            Measurement::Reference(reference) => study.reference = Some(reference.clone()),
+            Measurement::Run(run) => runs.push(run),
+            Measurement::Effect(effect) => replace(&mut study.effects, effect, |e| e.name.clone()),
+            Measurement::Unused { ratio } => unused.push(*ratio),
+            Measurement::Display(price) => replace(&mut study.display, price, |p| {
                 (p.knob.clone(), p.setting.clone(), p.samples_per_pixel.to_bits())
             }),
-            Measured::Numeric(price) => replace(&mut study.numeric, price, |p| p.choice.clone()),
-            Measured::Scheme(price) => replace(&mut study.schemes, price, |p| p.name.clone()),
+            Measurement::Numeric(price) => replace(&mut study.numeric, price, |p| p.choice.clone()),
+            Measurement::Scheme(price) => replace(&mut study.schemes, price, |p| p.name.clone()),
         }
     }
     study.unused_effects = Interval::of_mean(&unused);
@@ -33,8 +33,10 @@ pub fn study(mut study: Study, measurements: &[Measured]) -> Study {
             names.push(&run.method);
         }
     }
-    let of = |name: &str| -> Vec<&Run> { runs.iter().filter(|run| run.method == name).copied().collect() };
-    let own = study.reference.as_ref().map_or(Own::default(), Own::of);
+    let of = |name: &str| -> Vec<&RenderMeasurement> {
+        runs.iter().filter(|run| run.method == name).copied().collect()
+    };
+    let own = study.reference.as_ref().map_or(ReferenceError::default(), ReferenceError::of);
     study.methods = names.iter().map(|name| method(&of(name), own)).collect();
     study.regions = regions(&names.iter().map(|name| of(name)).collect::<Vec<_>>());
     let shared = study.regions.as_ref().map(|regions| regions.seconds);
@@ -43,12 +45,12 @@ pub fn study(mut study: Study, measurements: &[Measured]) -> Study {
     }
     study.stability =
         names.iter().map(|name| of(name)).filter(|runs| !runs[0].peer).map(|runs| stability(&runs)).collect();
-    let kept: Vec<Kept> = runs.iter().flat_map(|run| run.kept.iter().copied()).collect();
+    let kept: Vec<PredictionOutcome> = runs.iter().flat_map(|run| run.predictions.iter().copied()).collect();
     study.predictions = (!kept.is_empty()).then(|| score(&kept));
     study
 }
 
-/// A later measurement of the same thing takes the place of the earlier.
+/// Replaces an earlier measurement of the same thing, or adds the new one.
 fn replace<T: Clone, K: PartialEq>(list: &mut Vec<T>, new: &T, key: impl Fn(&T) -> K) {
     match list.iter_mut().find(|old| key(old) == key(new)) {
         Some(old) => *old = new.clone(),
@@ -56,10 +58,11 @@ fn replace<T: Clone, K: PartialEq>(list: &mut Vec<T>, new: &T, key: impl Fn(&T) 
     }
 }
 
-/// Who is best where, at the longest time that all of ours have had.
-fn regions(methods: &[Vec<&Run>]) -> Option<Regions> {
-    let has =
-        |runs: &[&Run], budget: f64| runs.iter().any(|run| run.budget == budget && !run.regions.is_empty());
+/// The best method of each region, at the longest time that all own methods have had.
+fn regions(methods: &[Vec<&RenderMeasurement>]) -> Option<RegionWinners> {
+    let has = |runs: &[&RenderMeasurement], budget: f64| {
+        runs.iter().any(|run| run.budget == budget && !run.regions.is_empty())
+    };
     let taking_part: Vec<usize> = (0..methods.len())
         .filter(|&m| methods[m].iter().any(|run| !run.peer && !run.regions.is_empty()))
         .collect();
@@ -83,10 +86,10 @@ fn regions(methods: &[Vec<&Run>]) -> Option<Regions> {
         winner.push(rated[0].1);
         margin.push(rated.get(1).map_or(1.0, |second| second.0 / rated[0].0.max(1e-12)));
     }
-    Some(Regions { seconds: shared, grid: REGIONS, winner, margin })
+    Some(RegionWinners { seconds: shared, grid: REGIONS, winner, margin })
 }
 
-fn stability(runs: &[&Run]) -> Stability {
+fn stability(runs: &[&RenderMeasurement]) -> Stability {
     let mut rejected: Vec<(String, u64, String)> = Vec::new();
     for (cause, count, command) in runs.iter().flat_map(|run| &run.rejected) {
         match rejected.iter_mut().find(|(known, ..)| known == cause) {
@@ -94,7 +97,7 @@ fn stability(runs: &[&Run]) -> Stability {
             None => rejected.push((cause.clone(), *count, command.clone())),
         }
     }
-    // The longest ones of which there are three, or nobody knows how far they scatter.
+    // The longest renders of which there are three: fewer do not tell their spread.
     let of = |budget: f64| {
         runs.iter().filter(|run| run.budget == budget).map(|run| run.energy).collect::<Vec<f64>>()
     };
@@ -111,11 +114,11 @@ fn stability(runs: &[&Run]) -> Stability {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::data::Reference;
+    use crate::study::data::ReferenceImage;
 
-    fn run(method: &str, seconds: f64, error: f64, seed: u32) -> Measured {
+    fn run(method: &str, seconds: f64, error: f64, seed: u32) -> Measurement {
         let interval = Interval::of_log(error, 0.05);
-        Measured::Run(Box::new(Run {
+        Measurement::Run(Box::new(RenderMeasurement {
             method: method.to_string(),
             budget: seconds,
             seed,
@@ -128,7 +131,7 @@ mod tests {
             regions: vec![error as f32; REGIONS[0] * REGIONS[1]],
             rejected: vec![("NaN".to_string(), 2, "render".to_string())],
             energy: 1.0,
-            ..Run::default()
+            ..RenderMeasurement::default()
         }))
     }
 
@@ -150,7 +153,7 @@ mod tests {
         assert_eq!(photon.flags.len(), 1);
         let bias = path.points[2].bias.expect("replicates");
         assert!((bias.value / path.points[2].rel_mse.value - 0.1).abs() < 1e-6);
-        // 5 % after 4 seconds, measured; 1 % after 100, drawn further.
+        // 5 % after 4 seconds, measured; 1 % after 100, extrapolated.
         let [five, _, one, _] = &path.prices[..] else { panic!("four prices") };
         assert!(five.measured && five.seconds.is_some_and(|s| (s.value / 4.0).ln().abs() < 0.2));
         assert!(!one.measured && one.seconds.is_some_and(|s| s.holds(100.0)));
@@ -161,17 +164,17 @@ mod tests {
         assert_eq!(study.stability[0].paths, 6000);
     }
 
-    /// What is bias falls otherwise than noise; what is as small as the reference's own error is no part of a curve.
+    /// Bias falls differently from noise, and errors below the reference's own are not part of a curve: neither is extrapolated.
     #[test]
-    fn lines_are_not_drawn_where_nobody_knows() {
-        let changed = |measured: Measured, change: &dyn Fn(&mut Run)| match measured {
-            Measured::Run(mut run) => {
+    fn neither_bias_nor_the_error_of_the_reference_is_extrapolated() {
+        let changed = |measured: Measurement, change: &dyn Fn(&mut RenderMeasurement)| match measured {
+            Measurement::Run(mut run) => {
                 change(&mut run);
-                Measured::Run(run)
+                Measurement::Run(run)
             }
             other => other,
         };
-        let curve = |change: &dyn Fn(&mut Run)| -> Vec<Measured> {
+        let curve = |change: &dyn Fn(&mut RenderMeasurement)| -> Vec<Measurement> {
             let at = |t: f64| run("path", t, 0.1 * t.powf(-0.5), 0);
             [0.1, 1.0, 10.0].map(|t| changed(at(t), change)).into()
         };
@@ -180,8 +183,9 @@ mod tests {
         let half = curve(&|run| run.noise = run.noise.map(|noise| noise.map(|e| 0.5 * e)));
         let biased = study(Study::default(), &half).methods.remove(0);
         assert!(biased.biased && biased.prices[0].seconds.is_some() && biased.prices[2].seconds.is_none());
-        let reference = Reference { relative: [0.05; 3], rel_mse: Some(0.0025), ..Reference::default() };
-        let mut measured = vec![Measured::Reference(reference)];
+        let reference =
+            ReferenceImage { relative: [0.05; 3], rel_mse: Some(0.0025), ..ReferenceImage::default() };
+        let mut measured = vec![Measurement::Reference(reference)];
         measured.extend(half);
         let short = study(Study::default(), &measured).methods.remove(0);
         // 10 s are below the reference's own 5 %: two points are left, and no bias is known of the third.
@@ -190,13 +194,13 @@ mod tests {
         assert!(!short.prices[0].measured);
     }
 
-    /// Another method has had longer: its picture beside the others is that of their time.
+    /// A method that has had longer shows the picture of the time that all methods share.
     #[test]
     fn pictures_side_by_side_are_of_one_time() {
         let seen = |method: &str, t: f64| match run(method, t, 0.1, 0) {
-            Measured::Run(mut run) => {
+            Measurement::Run(mut run) => {
                 (run.picture, run.error_map) = (Some(format!("{method} {t}")), Some(String::new()));
-                Measured::Run(run)
+                Measurement::Run(run)
             }
             other => other,
         };
@@ -213,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_gives_nothing_and_later_figures_replace_earlier_ones() {
+    fn nothing_gives_nothing_and_later_measurements_replace_earlier_ones() {
         assert_eq!(study(Study::default(), &[]), Study::default());
         let scheme = |value| {
             let price = crate::study::data::SchemePrice {
@@ -221,9 +225,9 @@ mod tests {
                 error: Interval::exact(value),
                 ..Default::default()
             };
-            Measured::Scheme(price)
+            Measurement::Scheme(price)
         };
-        let study = study(Study::default(), &[scheme(1.0), scheme(2.0), Measured::Unused { ratio: 1.5 }]);
+        let study = study(Study::default(), &[scheme(1.0), scheme(2.0), Measurement::Unused { ratio: 1.5 }]);
         assert_eq!((study.schemes.len(), study.schemes[0].error.value), (1, 2.0));
         assert_eq!(study.unused_effects, Some(Interval::exact(1.5)));
     }

@@ -1,10 +1,10 @@
-//! Error against samples: a line through the logarithms, with what is known of it.
+//! Error against samples: a power law, fitted to checkpoints as a line through the logarithms.
 
-use crate::study::interval::Interval;
+use crate::study::interval::{Interval, Z90};
 
-/// One look at a picture that is being rendered.
+/// The error of a picture at one moment of its render.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Look {
+pub struct Checkpoint {
     /// Seconds since the render began.
     pub seconds: f64,
     /// Paths so far.
@@ -15,10 +15,10 @@ pub struct Look {
     pub deviation: f64,
 }
 
-/// `ln error = level − slope · ln(samples / reference)` with the covariance of both, `reference` being the samples of the last look.
+/// `ln error = level − slope · ln(samples / self.samples)`, with the covariance of level and slope.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Fit {
-    /// Samples of the last look.
+pub struct PowerLaw {
+    /// Samples of the last checkpoint.
     pub samples: f64,
     /// Logarithm of the error there.
     pub level: f64,
@@ -28,46 +28,45 @@ pub struct Fit {
     pub covariance: [f64; 3],
 }
 
-/// Slope that is expected before anything is seen, and its standard deviation: what the project's scenes have
-/// (`tools/bench replicates`).
-const EXPECTED: (f64, f64) = (0.58, 0.1);
+/// Prior of the slope: mean and standard deviation over this project's scenes (`tools/bench replicates`).
+const PRIOR_SLOPE: (f64, f64) = (0.58, 0.1);
 
-/// What the curve of a low-discrepancy sequence departs from a line: standard deviation of the logarithm, besides chance.
-const WAVES: f64 = 0.03;
+/// Standard deviation of the logarithm by which low-discrepancy sequences depart from a power law, besides noise.
+const SEQUENCE_DEVIATION: f64 = 0.03;
 
-/// Looks that are nearer than this factor of samples share nearly all of them: one of them stands for both.
-const APART: f64 = 1.5;
+/// Checkpoints within this factor of samples share most of them, so only one of them enters a fit.
+const MIN_SAMPLE_RATIO: f64 = 1.5;
 
-/// Looks that a fit uses: older ones may have had another slope.
-const USED: usize = 6;
+/// Checkpoints that a fit uses at most: the slope may have been another before.
+const MAX_CHECKPOINTS: usize = 6;
 
-impl Fit {
-    /// A line through the last looks; `None` of none with an error.
-    pub fn new(looks: &[Look]) -> Option<Self> {
-        Self::with(looks, Some(EXPECTED))
+impl PowerLaw {
+    /// Fits the last checkpoints of one render, with the prior of the slope. `None` if none has an error.
+    pub fn new(checkpoints: &[Checkpoint]) -> Option<Self> {
+        Self::with(checkpoints, Some(PRIOR_SLOPE))
     }
 
-    /// The same from independent points without an expectation; `None` of fewer than two.
-    pub fn free(looks: &[Look]) -> Option<Self> {
-        (looks.len() >= 2).then(|| Self::with(looks, None)).flatten()
+    /// Fits independent points without a prior. `None` for fewer than two.
+    pub fn free(checkpoints: &[Checkpoint]) -> Option<Self> {
+        (checkpoints.len() >= 2).then(|| Self::with(checkpoints, None)).flatten()
     }
 
-    fn with(looks: &[Look], expected: Option<(f64, f64)>) -> Option<Self> {
-        let usable = |look: &&Look| look.error > 0.0 && look.samples > 0.0 && look.error.is_finite();
-        let last = *looks.iter().rfind(usable)?;
-        // Normal equations, the slope's expectation among them.
-        let precision = expected.map_or(0.0, |(_, deviation)| deviation.powi(-2));
+    fn with(checkpoints: &[Checkpoint], prior: Option<(f64, f64)>) -> Option<Self> {
+        let usable = |c: &&Checkpoint| c.error > 0.0 && c.samples > 0.0 && c.error.is_finite();
+        let last = *checkpoints.iter().rfind(usable)?;
+        // Normal equations of weighted least squares; the prior counts as one more observation of the slope.
+        let precision = prior.map_or(0.0, |(_, deviation)| deviation.powi(-2));
         let (mut n, mut x1, mut x2) = (0.0, 0.0, precision);
-        let (mut y1, mut xy) = (0.0, expected.map_or(0.0, |(slope, _)| precision * slope));
+        let (mut y1, mut xy) = (0.0, prior.map_or(0.0, |(slope, _)| precision * slope));
         let (mut next, mut used) = (f64::INFINITY, 0);
-        for look in looks.iter().rev().filter(usable) {
-            if expected.is_some() && (look.samples > next || used == USED) {
+        for checkpoint in checkpoints.iter().rev().filter(usable) {
+            if prior.is_some() && (checkpoint.samples > next || used == MAX_CHECKPOINTS) {
                 continue;
             }
-            (next, used) = (look.samples / APART, used + 1);
-            let weight = 1.0 / (look.deviation.powi(2) + WAVES * WAVES);
-            let x = -(look.samples / last.samples).ln();
-            let y = look.error.ln();
+            (next, used) = (checkpoint.samples / MIN_SAMPLE_RATIO, used + 1);
+            let weight = 1.0 / (checkpoint.deviation.powi(2) + SEQUENCE_DEVIATION * SEQUENCE_DEVIATION);
+            let x = -(checkpoint.samples / last.samples).ln();
+            let y = checkpoint.error.ln();
             n += weight;
             x1 += weight * x;
             x2 += weight * x * x;
@@ -85,17 +84,17 @@ impl Fit {
 
     /// The slope of error against samples, negative where the error falls, with its interval.
     pub fn slope(&self) -> Interval {
-        let half = crate::study::interval::Z90 * self.covariance[2].max(0.0).sqrt();
+        let half = Z90 * self.covariance[2].max(0.0).sqrt();
         Interval { value: -self.slope, low: -self.slope - half, high: -self.slope + half }
     }
 
-    /// The error at so many samples.
+    /// The error after so many samples.
     pub fn error(&self, samples: f64) -> f64 {
         (self.level - self.slope * (samples / self.samples).ln()).exp()
     }
 
-    /// Natural logarithm of samples until `error`, relative to the last look, and its standard deviation; negative if it is reached.
-    /// `None` where the error does not fall.
+    /// Natural logarithm of the factor of samples until `error`, counted from the last checkpoint, and its standard deviation;
+    /// negative if the error is reached already. `None` where the error does not fall.
     pub fn until(&self, error: f64) -> Option<(f64, f64)> {
         let [level, both, slope] = self.covariance;
         if !(self.slope > 0.05 && error > 0.0) {
@@ -111,39 +110,39 @@ impl Fit {
 mod tests {
     use super::*;
 
-    fn looks(slope: f64, deviation: f64) -> Vec<Look> {
+    fn checkpoints(slope: f64, deviation: f64) -> Vec<Checkpoint> {
         (0..20)
             .map(|i| {
                 let samples = 1000.0 * 1.25f64.powi(i);
-                Look { seconds: samples / 500.0, samples, error: samples.powf(-slope), deviation }
+                Checkpoint { seconds: samples / 500.0, samples, error: samples.powf(-slope), deviation }
             })
             .collect()
     }
 
     #[test]
-    fn a_line_is_found_and_drawn_further() {
-        let looks = looks(0.7, 0.001);
-        let fit = Fit::new(&looks).expect("twenty looks");
+    fn a_power_law_is_found_and_extrapolated() {
+        let checkpoints = checkpoints(0.7, 0.001);
+        let fit = PowerLaw::new(&checkpoints).expect("twenty checkpoints");
         assert!((fit.slope - 0.7).abs() < 0.02, "{}", fit.slope);
         let (x, deviation) = fit.until(fit.error(4.0 * fit.samples)).expect("it falls");
         assert!((x - 4f64.ln()).abs() < 1e-9 && deviation > 0.0 && deviation < 0.3);
         assert!(fit.slope().holds(-0.7));
-        let free = Fit::free(&looks).expect("twenty looks");
+        let free = PowerLaw::free(&checkpoints).expect("twenty checkpoints");
         assert!((free.slope - 0.7).abs() < 1e-6);
     }
 
     #[test]
-    fn without_a_second_look_the_expectation_speaks() {
-        assert_eq!(Fit::new(&[]), None);
-        let one = Fit::new(&looks(0.7, 0.1)[..1]).expect("one look");
-        assert!((one.slope - EXPECTED.0).abs() < 1e-9);
-        assert_eq!(Fit::free(&looks(0.7, 0.1)[..1]), None);
-        // Noise that is as large as the fall teaches little.
-        let noisy = Fit::new(&looks(0.2, 2.0)).expect("twenty looks");
-        assert!((noisy.slope - EXPECTED.0).abs() < 0.1);
-        let broken = Look { error: f64::NAN, samples: 1.0, ..Look::default() };
-        assert_eq!(Fit::new(&[broken]), None);
-        // An error that grows is never small enough.
-        assert_eq!(Fit::free(&looks(-0.5, 0.01)).and_then(|fit| fit.until(1e-9)), None);
+    fn without_a_second_checkpoint_the_prior_decides() {
+        assert_eq!(PowerLaw::new(&[]), None);
+        let one = PowerLaw::new(&checkpoints(0.7, 0.1)[..1]).expect("one checkpoint");
+        assert!((one.slope - PRIOR_SLOPE.0).abs() < 1e-9);
+        assert_eq!(PowerLaw::free(&checkpoints(0.7, 0.1)[..1]), None);
+        // Noise as large as the fall barely moves the prior.
+        let noisy = PowerLaw::new(&checkpoints(0.2, 2.0)).expect("twenty checkpoints");
+        assert!((noisy.slope - PRIOR_SLOPE.0).abs() < 0.1);
+        let broken = Checkpoint { error: f64::NAN, samples: 1.0, ..Checkpoint::default() };
+        assert_eq!(PowerLaw::new(&[broken]), None);
+        // An error that grows never becomes small enough.
+        assert_eq!(PowerLaw::free(&checkpoints(-0.5, 0.01)).and_then(|fit| fit.until(1e-9)), None);
     }
 }

@@ -1,4 +1,4 @@
-//! What a study has found: the content of `study.json`, of which tables, page and CSV are made. A second run reads it and adds to it.
+//! The results of a study: the content of `study.json`, from which the page, the terminal's summary and the CSV are made.
 //!
 //! Errors are those of the unblurred linear picture unless said otherwise; relative errors are shares (0.01 is 1 %); times are
 //! wall-clock seconds of the stated machine.
@@ -10,39 +10,39 @@ use crate::study::interval::Interval;
 /// Everything about one scene.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Study {
-    /// Format of the file; another one is not read.
+    /// Format of the file; other formats are not read.
     pub format: u32,
     /// The scene file as given.
     pub scene: String,
     /// Width and height in pixels.
     pub size: [u32; 2],
-    /// Where it was measured. Runs on another machine are not added to.
+    /// Where it was measured. A study is not continued on another machine.
     pub machine: Machine,
-    /// The exact commands to repeat it, one per line.
+    /// The commands that repeat it, one per line.
     pub command: String,
-    /// Seconds to load and prepare the scene, which no curve holds.
+    /// Seconds to load and prepare the scene, which are part of no curve.
     pub load_seconds: f64,
-    /// What errors are measured against.
-    pub reference: Option<Reference>,
-    /// Part 1 and 2: one curve and one list of prices per method; peers among them.
-    pub methods: Vec<Method>,
-    /// The equal-time comparison: which method wins where.
-    pub regions: Option<Regions>,
-    /// Part 3.
+    /// The reference of all errors.
+    pub reference: Option<ReferenceImage>,
+    /// Parts 1 and 2: the curve and the times to errors of each method, other programs included.
+    pub methods: Vec<MethodResult>,
+    /// The best method of each region at equal time.
+    pub regions: Option<RegionWinners>,
+    /// Part 3: costs of effects.
     pub effects: Vec<EffectPrice>,
-    /// Speed as planned over that of the code for everything: what leaving out the effects that the scene does not call for saves.
+    /// Speed of the specialised code over that of the code for all effects.
     pub unused_effects: Option<Interval>,
-    /// Part 4.
+    /// Part 4: costs of display settings.
     pub display: Vec<DisplayPrice>,
-    /// Part 5.
+    /// Part 5: costs of exact arithmetic.
     pub numeric: Vec<NumericPrice>,
-    /// What it costs to know the error, by scheme.
+    /// The cost of knowing the error, by way of dividing a run.
     pub schemes: Vec<SchemePrice>,
-    /// Part 6.
+    /// Part 6: how predictions held.
     pub predictions: Option<PredictionScore>,
-    /// Part 7.
+    /// Part 7: rejected samples and brightness.
     pub stability: Vec<Stability>,
-    /// Parts that were asked for and are not there yet, because the run was interrupted or its budget was spent.
+    /// Parts that were requested but are missing, because the run was interrupted or its budget was spent.
     pub missing: Vec<String>,
 }
 
@@ -65,7 +65,7 @@ pub struct Machine {
 
 /// The reference.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Reference {
+pub struct ReferenceImage {
     /// The file.
     pub file: String,
     /// How it was made: a method, or “given”.
@@ -83,26 +83,26 @@ pub struct Reference {
     pub picture: String,
 }
 
-/// A method of light transport, or a peer.
+/// The results of one method of light transport, or of another program.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Method {
+pub struct MethodResult {
     /// `path`, `bidirectional`, …, `Mitsuba 3.9.1 path`.
     pub name: String,
     /// Another program.
     pub peer: bool,
     /// In order of time.
-    pub points: Vec<Point>,
+    pub points: Vec<CurvePoint>,
     /// Relative RMS error against seconds: slope of the logarithms.
     pub slope: Option<Interval>,
     /// The same against samples.
     pub slope_samples: Option<Interval>,
-    /// Its picture at the end of the curve has more than noise: nobody knows how that falls, and nothing is drawn further.
+    /// The error at the end of the curve is more than noise, so the curve is not extrapolated.
     #[serde(default)]
     pub biased: bool,
-    /// What is to be warned of, such as “slope flatter than −0.4: heavy tail or bias”.
+    /// Warnings, such as “slope flatter than −0.4: heavy tail or bias”.
     pub flags: Vec<String>,
-    /// Seconds to a relative error; in falling order of the error.
-    pub prices: Vec<Price>,
+    /// Times to relative errors, from the largest error down.
+    pub prices: Vec<TimeToError>,
     /// 1/(variance · second), relMSE units.
     pub efficiency: Option<Interval>,
     /// Pictures at the time that all methods share, as `data:` URIs: as displayed, and the FLIP error map.
@@ -113,7 +113,7 @@ pub struct Method {
 
 /// One point of a curve.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Point {
+pub struct CurvePoint {
     /// Seconds that were asked for.
     pub budget: f64,
     /// Wall-clock seconds of rendering: tracing and splatting, which run side by side.
@@ -128,17 +128,17 @@ pub struct Point {
     pub samples_per_pixel: f64,
     /// Independent runs in the figures.
     pub runs: usize,
-    /// relMSE against the reference, the reference's own error taken off.
+    /// relMSE against the reference, after subtraction of the reference's own.
     pub rel_mse: Interval,
-    /// Without the worst 0.1 % of pixels.
+    /// The same without the worst 0.1 % of pixels.
     pub rel_mse_trimmed: Interval,
-    /// The part of `rel_mse` that is noise, from replicates; `None` where there are none (peers).
+    /// The part of `rel_mse` that is noise, from replicates; `None` for other programs, which have none.
     pub noise: Option<Interval>,
     /// The part that is bias: `rel_mse − noise`.
     pub bias: Option<Interval>,
     /// Relative error against the reference that half, 95 % and 99 % of the picture (8×8 pixels each) stay below.
     pub relative: Option<[Interval; 3]>,
-    /// The same as the replicates state it, without a reference; `None` where there are none.
+    /// The same errors as the replicates state them without a reference; `None` for other programs.
     #[serde(default)]
     pub stated: Option<[Interval; 3]>,
     /// SMAPE; of one run, without an interval.
@@ -150,8 +150,8 @@ pub struct Point {
     pub picture: Option<String>,
 }
 
-impl Point {
-    /// True where more than chance and a fifth of the noise is bias.
+impl CurvePoint {
+    /// True where the bias is significant and larger than a fifth of the noise.
     pub fn is_biased(&self) -> bool {
         let noise = self.noise.map_or(0.0, |noise| noise.value);
         self.bias.is_some_and(|bias| bias.low > 0.0 && bias.value > 0.2 * noise)
@@ -160,18 +160,18 @@ impl Point {
 
 /// Time to an error.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Price {
+pub struct TimeToError {
     /// Relative error at 95 % of the picture: 0.05, 0.02, 0.01, 0.005.
     pub error: f64,
-    /// Seconds; `None` where the curve says that it will not get there.
+    /// Seconds; `None` where the curve does not reach the error.
     pub seconds: Option<Interval>,
-    /// True when it was measured, false when the curve was drawn further.
+    /// False when the time is extrapolated.
     pub measured: bool,
 }
 
-/// Winners on a coarse grid.
+/// The best method of each cell of a coarse grid.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Regions {
+pub struct RegionWinners {
     /// Seconds that every method had.
     pub seconds: f64,
     /// Columns and rows.
@@ -187,13 +187,13 @@ pub struct Regions {
 pub struct EffectPrice {
     /// As `pointillist explain` calls it.
     pub name: String,
-    /// The scene calls for it.
+    /// The scene uses it.
     pub on: bool,
-    /// Why.
+    /// Why it is on or off.
     pub reason: String,
     /// Time of a path with it over the time without.
     pub time: Option<Interval>,
-    /// Share of the variance that is there with it and not without; negative if it is larger without.
+    /// Share of the variance that it causes; negative if the variance is larger without it.
     pub variance: Option<f64>,
     /// By how much the mean FLIP against the reference grows when it is left out.
     pub loss: Option<f64>,
@@ -237,12 +237,12 @@ pub struct NumericPrice {
     pub what: String,
 }
 
-/// A way to divide a run so that its error is known.
+/// The cost of a way to divide a run so that its error is known.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SchemePrice {
     /// `2 independent randomisations`.
     pub name: String,
-    /// It is the one in use.
+    /// It is in use.
     pub used: bool,
     /// Error over that of an undivided run of as many samples.
     pub error: Interval,
@@ -250,25 +250,25 @@ pub struct SchemePrice {
     pub stated: Interval,
 }
 
-/// How often predictions were kept.
+/// How often predictions held.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PredictionScore {
     /// Predictions whose outcome is known.
     pub known: usize,
     /// Those whose 90 % interval held.
     pub held: usize,
-    /// Predictions whose time had not come when the run ended.
+    /// Predictions that were not due when the run ended.
     pub open: usize,
     /// Predicted over true time, geometric mean.
     pub ratio: f64,
 }
 
-/// What one method's samples looked like.
+/// The samples of one method.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Stability {
     /// The method.
     pub method: String,
-    /// Paths looked at.
+    /// Paths checked.
     pub paths: u64,
     /// Samples that were not finite: cause, count, command that replays the first.
     pub rejected: Vec<(String, u64, String)>,

@@ -1,69 +1,70 @@
-//! The error of a picture, from the difference of its replicates.
+//! The error of a picture, estimated from the difference of its replicates.
 //!
-//! Of two independent pictures a and b of equal expectation, the mean has the variance (a − b)²/4 in the mean, whatever the
-//! sequence within each: that is exact, and needs no reference. One pixel's difference says little; the errors that are stated
-//! are those of neighbourhoods of 8×8 pixels, and of the whole picture.
+//! Let a and b be independent pictures of equal expectation, whose sums [`Replicates`](crate::study::Replicates) keeps. The picture
+//! that is shown is their mean, and (a − b)²/4 is an unbiased estimate of its variance. This holds for any sampling sequence within a
+//! and within b, because only the two randomisations have to be independent, and it needs no reference. One pixel's difference says
+//! little, so errors are stated for tiles of 8×8 pixels and for the whole picture.
 //!
-//! A picture's mean and its replicates' difference are uncorrelated and, where noise is symmetric, independent: what is decided
-//! by the difference does not bias the picture.
+//! Mean and difference of the replicates are uncorrelated, and independent where the noise is symmetric: a decision that depends on
+//! the difference does not bias the picture.
 
 use crate::math::bits::mix;
 use crate::study::interval::{Interval, Z90};
 
-/// Pixels along each side of a neighbourhood.
+/// Width and height of a tile in pixels.
 pub const TILE: usize = 8;
 
-/// Relative errors are relative to a neighbourhood's luminance and this share of the picture's, so that black has one.
+/// Errors are relative to a tile's mean luminance plus this share of the picture's, so that black tiles have a relative error too.
 pub const FLOOR: f64 = 0.01;
 
 /// Share of the pixels that both replicates must have reached before an error is stated.
-const SEEN: f64 = 0.9;
+const MIN_COVERAGE: f64 = 0.9;
 
-/// Neighbourhoods below which a picture is not divided into parts.
-const FEW: usize = 16;
+/// A picture of fewer tiles is not divided into deciding and held-out tiles.
+const MIN_TILES: usize = 16;
 
-/// Selections of half of what is known, to see how far figures depend on chance.
-const HALVES: usize = 16;
+/// Number of half-samples from which intervals are estimated.
+const HALF_SAMPLES: usize = 16;
 
-/// One pixel, linear Rec.709.
+/// Mean and difference of the replicates in one pixel, linear Rec.709.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Pixel {
+pub struct ReplicatePixel {
     /// Mean of the replicates, weighted by their samples.
     pub mean: [f32; 3],
-    /// First less second.
+    /// First replicate minus second.
     pub difference: [f32; 3],
-    /// Variance of the mean in units of the squared difference: product of the weights, 1/4 for equal ones.
+    /// Variance of the mean over the squared difference: the product of both weights, 1/4 for equal ones.
     pub factor: f32,
-    /// Both replicates have samples there.
+    /// Both replicates have samples here.
     pub seen: bool,
 }
 
-/// Which neighbourhoods a figure is taken from. Decisions are made from one half and results stated from the other, or the result
-/// would be the luckiest of all that were looked at.
+/// The tiles that an estimate is taken from. A render that stops at a target decides by one half of the tiles and states the error of
+/// the other: a held-out half avoids the bias of stopping at a lucky checkpoint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Part {
-    /// All.
+pub enum TileSubset {
+    /// All tiles.
     All,
-    /// The white squares of a chessboard.
-    Decide,
-    /// The black ones.
-    State,
+    /// The white squares of a chessboard, which decide whether a target is reached.
+    Deciding,
+    /// The black squares, whose error is stated.
+    HeldOut,
 }
 
-impl Part {
-    /// True for a neighbourhood in this column and row.
-    fn holds(self, x: usize, y: usize) -> bool {
+impl TileSubset {
+    /// True for the tile in this column and row.
+    fn contains(self, x: usize, y: usize) -> bool {
         match self {
-            Part::All => true,
-            Part::Decide => (x + y).is_multiple_of(2),
-            Part::State => !(x + y).is_multiple_of(2),
+            TileSubset::All => true,
+            TileSubset::Deciding => (x + y).is_multiple_of(2),
+            TileSubset::HeldOut => !(x + y).is_multiple_of(2),
         }
     }
 }
 
-/// What is known of one pixel.
-struct Value {
-    /// What its error is relative to.
+/// The error of one pixel.
+struct PixelError {
+    /// The luminance that the error is relative to.
     luminance: f64,
     /// Squared error by channel.
     squares: [f64; 3],
@@ -71,37 +72,37 @@ struct Value {
     square: f64,
 }
 
-/// What is known of one quarter of a neighbourhood: sums over its pixels.
+/// Sums over the pixels of one quarter of a tile.
 #[derive(Clone, Copy, Debug, Default)]
-struct Quarter {
+struct QuarterSums {
     pixels: f64,
     /// Squared error of luminance.
     square: f64,
-    /// Squared error as relMSE has it.
+    /// Squared error relative to squared luminance, as in relMSE.
     relative: f64,
 }
 
-/// A neighbourhood of [`TILE`]² pixels.
+/// Sums of a tile of [`TILE`]² pixels.
 #[derive(Clone, Copy, Debug, Default)]
-struct Tile {
-    quarters: [Quarter; 4],
+struct ErrorTile {
+    quarters: [QuarterSums; 4],
     luminance: f64,
 }
 
-/// The error of a picture, to be asked for figures.
+/// The error of a picture, tile by tile; [`estimate`](Self::estimate) states it.
 #[derive(Clone, Debug)]
 pub struct ErrorField {
-    /// Columns and rows of neighbourhoods.
+    /// Columns and rows of tiles.
     grid: [usize; 2],
-    tiles: Vec<Tile>,
+    tiles: Vec<ErrorTile>,
     /// Mean luminance of the picture.
     mean: f64,
 }
 
-/// Figures, each with the interval that holds the error of this very picture with 90 %.
+/// Errors of a picture. Each interval contains the true error of this very picture with a probability of 90 %.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Figures {
-    /// Relative error that half, 95 % and 99 % of the neighbourhoods stay below.
+pub struct ErrorEstimate {
+    /// Relative errors that 50 %, 95 % and 99 % of the tiles stay below.
     pub relative: [Interval; 3],
     /// relMSE over RGB.
     pub rel_mse: Interval,
@@ -109,7 +110,7 @@ pub struct Figures {
     pub mean_square: f64,
 }
 
-/// The quantiles of [`Figures::relative`].
+/// The quantiles of [`ErrorEstimate::relative`].
 pub const QUANTILES: [f64; 3] = [0.5, 0.95, 0.99];
 
 fn luminance(rgb: [f32; 3]) -> f64 {
@@ -117,13 +118,13 @@ fn luminance(rgb: [f32; 3]) -> f64 {
 }
 
 impl ErrorField {
-    /// The error of a picture of `size` pixels. `None` while too few of them have been reached by both replicates.
+    /// The error of a picture of `size` pixels. `None` while both replicates have reached too few of them.
     ///
-    /// relMSE divides by the square of a pixel's true luminance. A noisy one in its place would hide the error of just those pixels
-    /// that are too bright, so that the mean of a quarter of the neighbourhood takes it.
-    pub fn new(pixels: &[Pixel], size: [usize; 2]) -> Option<Self> {
+    /// relMSE divides by the squared true luminance of a pixel. The noisy luminance in its place would hide the error of exactly those
+    /// pixels that are too bright, so the mean of a quarter of the tile stands for it.
+    pub fn new(pixels: &[ReplicatePixel], size: [usize; 2]) -> Option<Self> {
         let [columns, side] = [size[0].div_ceil(TILE / 2), TILE / 2];
-        // Of the neighbourhood that a pixel lies in, the quarter.
+        // The quarter of a tile that a pixel lies in.
         let quarter = move |[x, y]: [usize; 2]| y / side * columns + x / side;
         let places = move || (0..size[1]).flat_map(move |y| (0..size[0]).map(move |x| [x, y]));
         let mut means = vec![(0.0, 0.0); columns * size[1].div_ceil(side)];
@@ -131,50 +132,60 @@ impl ErrorField {
             let (sum, count) = &mut means[quarter(at)];
             (*sum, *count) = (*sum + luminance(pixel.mean), *count + 1.0);
         }
-        let squared =
-            |pixel: &Pixel| pixel.difference.map(|d| f64::from(d).powi(2) * f64::from(pixel.factor));
-        let value = |(pixel, at): (&Pixel, [usize; 2])| {
-            let (sum, count) = means[quarter(at)];
-            let square = luminance(pixel.difference).powi(2) * f64::from(pixel.factor);
-            pixel.seen.then(|| Value { luminance: sum / count, squares: squared(pixel), square })
+        let mean = |i: usize| {
+            let (sum, count) = means[quarter([i % size[0], i / size[0]])];
+            sum / count
         };
-        Self::of(pixels.iter().zip(places()).map(value), (pixels.len(), size))
+        Self::of_replicates(pixels, mean, size)
     }
 
-    /// The error of a picture whose true colours are known, from its replicates all the same: what of the
-    /// [true error](Self::against) is noise. Linear Rec.709, all of `size` pixels.
-    pub fn noise(pixels: &[Pixel], reference: &[[f32; 3]], size: [usize; 2]) -> Option<Self> {
-        let value = |(pixel, reference): (&Pixel, &[f32; 3])| {
-            let [factor, y] = [f64::from(pixel.factor), luminance(pixel.difference)];
+    /// The noise of a picture from its replicates, relative to the luminance of a reference: the part of the
+    /// [true error](Self::against) that is not bias. Linear Rec.709, all of `size` pixels.
+    pub fn noise(pixels: &[ReplicatePixel], reference: &[[f32; 3]], size: [usize; 2]) -> Option<Self> {
+        let truth = |i: usize| luminance(reference[i]);
+        (reference.len() == pixels.len()).then(|| Self::of_replicates(pixels, truth, size)).flatten()
+    }
+
+    /// The error of `pixels` relative to the luminance that `relative_to` knows of each.
+    fn of_replicates(
+        pixels: &[ReplicatePixel],
+        relative_to: impl Fn(usize) -> f64,
+        size: [usize; 2],
+    ) -> Option<Self> {
+        let error = |(i, pixel): (usize, &ReplicatePixel)| {
+            let factor = f64::from(pixel.factor);
             let squares = pixel.difference.map(|d| f64::from(d).powi(2) * factor);
-            pixel.seen.then(|| Value { luminance: luminance(*reference), squares, square: y * y * factor })
+            let square = luminance(pixel.difference).powi(2) * factor;
+            pixel.seen.then(|| PixelError { luminance: relative_to(i), squares, square })
         };
-        Self::of(pixels.iter().zip(reference).map(value), (pixels.len().min(reference.len()), size))
+        Self::of(pixels.iter().enumerate().map(error), size)
     }
 
-    /// The true error of a picture, against its reference: linear Rec.709, both of `size` pixels.
+    /// The true error of a picture against its reference, linear Rec.709, both of `size` pixels.
     pub fn against(picture: &[[f32; 3]], reference: &[[f32; 3]], size: [usize; 2]) -> Option<Self> {
         let value = |(x, r): (&[f32; 3], &[f32; 3])| {
             let difference = [x[0] - r[0], x[1] - r[1], x[2] - r[2]];
             let squares = difference.map(|d| f64::from(d).powi(2));
-            Some(Value { luminance: luminance(*r), squares, square: luminance(difference).powi(2) })
+            Some(PixelError { luminance: luminance(*r), squares, square: luminance(difference).powi(2) })
         };
-        Self::of(picture.iter().zip(reference).map(value), (picture.len().min(reference.len()), size))
+        (picture.len() == reference.len())
+            .then(|| Self::of(picture.iter().zip(reference).map(value), size))
+            .flatten()
     }
 
-    /// From `count` values, row by row.
+    /// Sums up the errors of all pixels, row by row.
     fn of(
-        mut values: impl Iterator<Item = Option<Value>>,
-        (count, [width, height]): (usize, [usize; 2]),
+        mut errors: impl ExactSizeIterator<Item = Option<PixelError>>,
+        [width, height]: [usize; 2],
     ) -> Option<Self> {
         let grid = [width.div_ceil(TILE), height.div_ceil(TILE)];
-        let mut tiles = vec![Tile::default(); grid[0] * grid[1]];
-        let (mut seen, mut sum) = (0usize, 0.0);
+        let mut tiles = vec![ErrorTile::default(); grid[0] * grid[1]];
+        let (mut seen, mut sum, count) = (0usize, 0.0, errors.len());
         if count != width * height || count == 0 {
             return None;
         }
         for (y, x) in (0..height).flat_map(|y| (0..width).map(move |x| (y, x))) {
-            let Some(Some(Value { luminance, squares, square })) = values.next() else { continue };
+            let Some(Some(PixelError { luminance, squares, square })) = errors.next() else { continue };
             let tile = &mut tiles[y / TILE * grid[0] + x / TILE];
             let quarter = &mut tile.quarters[x % TILE / (TILE / 2) + 2 * (y % TILE / (TILE / 2))];
             quarter.pixels += 1.0;
@@ -183,15 +194,15 @@ impl ErrorField {
             tile.luminance += luminance;
             (seen, sum) = (seen + 1, sum + luminance);
         }
-        (seen as f64 >= SEEN * count as f64).then(|| Self { grid, tiles, mean: sum / seen as f64 })
+        (seen as f64 >= MIN_COVERAGE * count as f64).then(|| Self { grid, tiles, mean: sum / seen as f64 })
     }
 
-    /// Columns and rows of the neighbourhoods.
+    /// Columns and rows of tiles.
     pub fn grid(&self) -> [usize; 2] {
         self.grid
     }
 
-    /// Relative error of every neighbourhood, row by row; 0 where nothing is known.
+    /// Relative error of every tile, row by row; 0 where it is unknown.
     pub fn map(&self) -> Vec<f64> {
         self.tiles.iter().map(|tile| self.relative(tile, &[0, 1, 2, 3]).unwrap_or(0.0)).collect()
     }
@@ -204,7 +215,7 @@ impl ErrorField {
     }
 
     /// Mean square error of luminance on a coarser grid of so many columns and rows, relative to the picture's squared mean
-    /// luminance; row by row. Nothing for a picture of fewer neighbourhoods than cells.
+    /// luminance, row by row. Empty for a picture of fewer tiles than cells.
     pub fn coarse(&self, [columns, rows]: [usize; 2]) -> Vec<f32> {
         if self.grid[0] < columns || self.grid[1] < rows {
             return Vec::new();
@@ -223,7 +234,7 @@ impl ErrorField {
             .collect()
     }
 
-    fn relative(&self, tile: &Tile, quarters: &[usize]) -> Option<f64> {
+    fn relative(&self, tile: &ErrorTile, quarters: &[usize]) -> Option<f64> {
         let all: f64 = tile.quarters.iter().map(|q| q.pixels).sum();
         let pixels: f64 = quarters.iter().map(|&q| tile.quarters[q].pixels).sum();
         let square: f64 = quarters.iter().map(|&q| tile.quarters[q].square).sum();
@@ -231,12 +242,12 @@ impl ErrorField {
         (pixels > 0.0 && against > 0.0).then(|| (square / pixels).sqrt() / against)
     }
 
-    /// Quantiles and relMSE of a part, from the first `count` of the quarters that `choose` orders for every tile.
-    fn values(&self, part: Part, choose: impl Fn(usize) -> [usize; 4], count: usize) -> [f64; 4] {
+    /// Quantiles and relMSE of some tiles, from the first `count` of the quarters that `choose` orders for every tile.
+    fn values(&self, subset: TileSubset, choose: impl Fn(usize) -> [usize; 4], count: usize) -> [f64; 4] {
         let mut errors = Vec::with_capacity(self.tiles.len());
         let (mut relative, mut pixels) = (0.0, 0.0);
         for (i, tile) in
-            self.tiles.iter().enumerate().filter(|(i, _)| part.holds(i % self.grid[0], i / self.grid[0]))
+            self.tiles.iter().enumerate().filter(|(i, _)| subset.contains(i % self.grid[0], i / self.grid[0]))
         {
             let quarters = choose(i);
             errors.extend(self.relative(tile, &quarters[..count]));
@@ -252,36 +263,36 @@ impl ErrorField {
         [a, b, c, if pixels > 0.0 { relative / pixels } else { 0.0 }]
     }
 
-    /// The figures and their intervals; those of the whole where a part holds none. Errors are 0 where nothing has luminance.
+    /// States the error of some tiles (of all in a tiny picture) with its intervals. Errors are 0 where nothing has luminance.
     ///
-    /// How far a figure would differ with other replicates is seen by taking half of each neighbourhood at random: the difference to
-    /// the whole has the variance that the whole has (half-samples; McCarthy 1969). The true error of this picture varies as
-    /// much again, independently.
-    pub fn figures(&self, part: Part) -> Figures {
-        let part = if self.tiles.len() < FEW { Part::All } else { part };
-        let whole = self.values(part, |_| [0, 1, 2, 3], 4);
+    /// The variance of each number is estimated by balanced half-samples (McCarthy 1969): a number from a random half of each tile
+    /// differs from the number of the whole with the same variance that the whole itself has. The true error of this picture varies
+    /// as much again, independently, which makes the factor 2 in the interval.
+    pub fn estimate(&self, tiles: TileSubset) -> ErrorEstimate {
+        let tiles = if self.tiles.len() < MIN_TILES { TileSubset::All } else { tiles };
+        let whole = self.values(tiles, |_| [0, 1, 2, 3], 4);
         let (mut sums, mut squares) = ([0.0; 4], [0.0; 4]);
-        for half in 0..HALVES as u64 {
+        for half in 0..HALF_SAMPLES as u64 {
             let choose = |tile: usize| {
                 let word = mix(tile as u64 ^ half << 40);
                 let mut kept = [0, 1, 2, 3];
-                // A random order of the quarters; the first half is kept.
+                // A random order of the quarters, of which the first two are kept.
                 for i in (1..4).rev() {
                     kept.swap(i, (word >> (16 * i)) as usize % (i + 1));
                 }
                 kept
             };
-            let some = self.values(part, choose, 2);
+            let some = self.values(tiles, choose, 2);
             for i in 0..4 {
                 let log = if whole[i] > 0.0 { (some[i] / whole[i]).max(1e-9).ln() } else { 0.0 };
                 (sums[i], squares[i]) = (sums[i] + log, squares[i] + log * log);
             }
         }
-        // Around their own mean: quantiles of fewer pixels lie further out, all of them.
-        let count = HALVES as f64;
+        // Around their own mean, because quantiles of fewer pixels all lie further out.
+        let count = HALF_SAMPLES as f64;
         let variance = |i: usize| ((squares[i] - sums[i] * sums[i] / count) / (count - 1.0)).max(0.0);
         let interval = |i: usize| Interval::of_log(whole[i], (2.0 * variance(i)).sqrt());
-        Figures {
+        ErrorEstimate {
             relative: [interval(0), interval(1), interval(2)],
             rel_mse: interval(3),
             mean_square: self.mean_square(),
@@ -289,8 +300,8 @@ impl ErrorField {
     }
 }
 
-impl Figures {
-    /// Standard deviation of the logarithm of the stated error alone, without that of the true one: what a fit weighs it by.
+impl ErrorEstimate {
+    /// Standard deviation of the logarithm of the stated error alone, without the variance of the true one, as the weight in a fit.
     pub fn log_deviation(interval: &Interval) -> f64 {
         if interval.value > 0.0 {
             (interval.high / interval.value).ln() / Z90 / std::f64::consts::SQRT_2
@@ -305,13 +316,13 @@ mod tests {
     use super::*;
 
     /// Noise of a known size: 5 % of the luminance in either replicate, independent.
-    fn noisy(side: usize, seed: u64) -> Vec<Pixel> {
+    fn noisy(side: usize, seed: u64) -> Vec<ReplicatePixel> {
         let uniform = |i: u64| (mix(i) >> 11) as f64 / (1u64 << 53) as f64;
         // Sums of twelve uniform numbers less six: variance 1.
         let normal = |i: u64| (0..12).map(|k| uniform(seed << 40 ^ i << 4 ^ k)).sum::<f64>() - 6.0;
         let pixel = |i: usize| {
             let [a, b] = [0, 1].map(|r| (1.0 + 0.05 * normal(2 * i as u64 + r)) as f32);
-            Pixel { mean: [(a + b) / 2.0; 3], difference: [a - b; 3], factor: 0.25, seen: true }
+            ReplicatePixel { mean: [(a + b) / 2.0; 3], difference: [a - b; 3], factor: 0.25, seen: true }
         };
         (0..side * side).map(pixel).collect()
     }
@@ -322,15 +333,17 @@ mod tests {
         for seed in 0..200 {
             let pixels = noisy(side, seed);
             let field = ErrorField::new(&pixels, [side; 2]).expect("every pixel was seen");
-            let figures = field.figures(Part::All);
+            let figures = field.estimate(TileSubset::All);
             let median = figures.relative[0].value * 1.01;
             assert!((median / (0.05 / 2f64.sqrt()) - 1.0).abs() < 0.08, "{median}");
             let mean: Vec<[f32; 3]> = pixels.iter().map(|pixel| pixel.mean).collect();
             let truth = vec![[1.0; 3]; side * side];
             let against = ErrorField::against(&mean, &truth, [side; 2]).expect("two pictures");
-            held += usize::from(figures.relative[1].holds(against.figures(Part::All).relative[1].value));
+            held +=
+                usize::from(figures.relative[1].holds(against.estimate(TileSubset::All).relative[1].value));
             let noise = ErrorField::noise(&pixels, &truth, [side; 2]).expect("every pixel was seen");
-            let ratio = noise.figures(Part::All).rel_mse.value / against.figures(Part::All).rel_mse.value;
+            let ratio = noise.estimate(TileSubset::All).rel_mse.value
+                / against.estimate(TileSubset::All).rel_mse.value;
             assert!((ratio - 1.0).abs() < 0.2, "{ratio}");
         }
         // 90 % of 200, within three standard deviations and what 16 selections do to a tail.
@@ -339,22 +352,23 @@ mod tests {
 
     #[test]
     fn black_pictures_and_tiny_ones_are_no_trouble() {
-        let black = vec![Pixel { factor: 0.25, seen: true, ..Pixel::default() }; 64];
+        let black = vec![ReplicatePixel { factor: 0.25, seen: true, ..ReplicatePixel::default() }; 64];
         let field = ErrorField::new(&black, [8, 8]).expect("every pixel was seen");
-        assert_eq!(field.figures(Part::State).relative[1].value, 0.0);
+        assert_eq!(field.estimate(TileSubset::HeldOut).relative[1].value, 0.0);
         assert!(field.coarse([12, 12]).is_empty() && field.map() == [0.0]);
         let one = noisy(1, 7);
         let field = ErrorField::new(&one, [1, 1]).expect("one pixel");
-        assert!(field.figures(Part::Decide).relative[1].value >= 0.0);
+        assert!(field.estimate(TileSubset::Deciding).relative[1].value >= 0.0);
         assert!(ErrorField::new(&[], [0, 0]).is_none());
-        let unseen = vec![Pixel::default(); 64];
+        let unseen = vec![ReplicatePixel::default(); 64];
         assert!(ErrorField::new(&unseen, [8, 8]).is_none());
     }
 
     #[test]
     fn both_halves_of_a_picture_say_the_same() {
         let field = ErrorField::new(&noisy(128, 3), [128; 2]).expect("every pixel was seen");
-        let [a, b] = [Part::Decide, Part::State].map(|part| field.figures(part).relative[0].value);
+        let [a, b] =
+            [TileSubset::Deciding, TileSubset::HeldOut].map(|part| field.estimate(part).relative[0].value);
         assert!((a / b - 1.0).abs() < 0.05 && a != b, "{a} {b}");
         assert_eq!(field.coarse([4, 4]).len(), 16);
     }

@@ -1,17 +1,17 @@
-//! A figure with what is known of its error.
+//! A number with its 90 % confidence interval.
 
 use serde::{Deserialize, Serialize};
 
-/// A figure with its 90 % interval, in whatever unit stands beside it.
+/// A number with its 90 % confidence interval, in whatever unit stands beside it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Interval {
-    /// The best guess.
+    /// The best estimate.
     #[serde(deserialize_with = "number")]
     pub value: f64,
-    /// 5 % of the probability lies below.
+    /// Lower bound: 5 % of the probability lies below.
     #[serde(deserialize_with = "number")]
     pub low: f64,
-    /// 5 % lies above.
+    /// Upper bound: 5 % of the probability lies above.
     #[serde(deserialize_with = "number")]
     pub high: f64,
 }
@@ -20,7 +20,7 @@ pub struct Interval {
 pub const Z90: f64 = 1.644_853_626_951;
 
 impl Interval {
-    /// A figure that is known exactly.
+    /// A number that is known exactly.
     pub const fn exact(value: f64) -> Self {
         Self { value, low: value, high: value }
     }
@@ -31,7 +31,7 @@ impl Interval {
         Self { value, low: value / factor, high: value * factor }
     }
 
-    /// Mean and interval of independent figures, by Student's t; of one figure that figure alone. `None` of nothing.
+    /// Mean and interval of independent numbers by Student's t; one number alone counts as exact. `None` without numbers.
     pub fn of_mean(figures: &[f64]) -> Option<Self> {
         let n = figures.len() as f64;
         let mean = figures.iter().sum::<f64>() / n;
@@ -46,14 +46,14 @@ impl Interval {
         }
     }
 
-    /// Median and its interval by order statistics: the ranks that a binomial distribution allows. Fewer than five figures allow
-    /// none, and have their range. `None` of nothing.
+    /// Median and its interval by order statistics: the ranks come from the binomial distribution. Fewer than five numbers allow no
+    /// such interval and get their range. `None` without numbers.
     pub fn of_median(figures: &[f64]) -> Option<Self> {
         let mut sorted = figures.to_vec();
         sorted.sort_unstable_by(f64::total_cmp);
         let n = sorted.len();
         let value = *sorted.get(n / 2)?;
-        // The most figures below which the median lies with 5 % at most.
+        // The largest rank below which the median lies with a probability of at most 5 %.
         let (mut term, mut sum, mut low) = (0.5f64.powi(n as i32), 0.0, 0);
         for k in 0..n / 2 {
             sum += term;
@@ -66,11 +66,47 @@ impl Interval {
         Some(Self { value, low: sorted[low], high: sorted[n - 1 - low] })
     }
 
-    /// The same figure in another unit.
+    /// A share of successes with Wilson's score interval. `None` without trials.
+    pub fn of_share(successes: usize, trials: usize) -> Option<Self> {
+        if trials == 0 {
+            return None;
+        }
+        let (n, z2) = (trials as f64, Z90 * Z90);
+        let p = successes.min(trials) as f64 / n;
+        let middle = (p + z2 / (2.0 * n)) / (1.0 + z2 / n);
+        let half = Z90 / (1.0 + z2 / n) * (p * (1.0 - p) / n + z2 / (4.0 * n * n)).sqrt();
+        Some(Self { value: p, low: (middle - half).max(0.0), high: (middle + half).min(1.0) })
+    }
+
+    /// Applies a monotonic function to the value and both bounds.
     #[must_use]
     pub fn map(self, f: impl Fn(f64) -> f64) -> Self {
         let [a, b] = [f(self.low), f(self.high)];
         Self { value: f(self.value), low: a.min(b), high: a.max(b) }
+    }
+
+    /// The interval with ordered bounds around a finite value; a bound that is no number becomes the value. `None` without a value.
+    pub fn cleaned(&self) -> Option<Self> {
+        let bound = |x: f64| if x.is_nan() { self.value } else { x };
+        let (a, b) = (bound(self.low), bound(self.high));
+        let (low, high) = (a.min(b).min(self.value), a.max(b).max(self.value));
+        self.value.is_finite().then_some(Self { value: self.value, low, high })
+    }
+
+    /// The root of a mean square; a negative one, which is noise, counts as 0.
+    pub fn root(&self) -> Option<Self> {
+        self.cleaned().map(|i| i.map(|x| x.max(0.0).sqrt()))
+    }
+
+    /// `self / other` of independent positive values whose logarithms are taken as normal.
+    pub fn ratio(&self, other: &Self) -> Option<Self> {
+        let sigma = |i: &Self| {
+            let width = if i.low > 0.0 && i.high.is_finite() { (i.high / i.low).ln() } else { 0.0 };
+            width / (2.0 * Z90)
+        };
+        let value = self.value / other.value;
+        (self.value > 0.0 && other.value > 0.0 && value.is_finite())
+            .then(|| Self::of_log(value, sigma(self).hypot(sigma(other))))
     }
 
     /// True when `x` lies in the interval.
@@ -79,7 +115,7 @@ impl Interval {
     }
 }
 
-/// JSON has no infinities: what was none is written as `null`, and read as no number.
+/// JSON has no infinities: they are written as `null` and read back as NaN.
 fn number<'de, D: serde::Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
     Ok(Option::<f64>::deserialize(from)?.unwrap_or(f64::NAN))
 }

@@ -1,20 +1,75 @@
-//! How wrong a picture is, and what it costs to make it less so: analysis only. `app` runs the renders that it needs.
+//! Accuracy: the error of a picture, its interval, the time to a smaller error, and the study of a scene. Analysis only; `app` runs the
+//! renders.
+//!
+//! # How the error is estimated
+//!
+//! 1. [`replicates`]: every render is two. Chunks of the sample sequence belong in turn to one of two independent randomisations, and
+//!    [`Replicates`] keeps the sums of both, pixel by pixel. Their mean is the picture, so nothing is wasted.
+//! 2. [`error`]: half the difference of the replicates, squared, is in expectation exactly the variance of their mean, whatever the
+//!    sequence does within each. No reference is needed. [`ErrorField`] collects these squares in tiles of 8×8 pixels. The **relative
+//!    error** of a tile is the root mean square of its luminance error over its mean luminance plus 1 % of the picture's.
+//! 3. [`interval`]: [`ErrorEstimate`] states the relative errors that 50 %, 95 % and 99 % of the tiles stay below, each with an
+//!    [`Interval`] that contains the true error of this very picture with a probability of 90 %.
+//! 4. [`curve`] and [`prediction`]: [`ErrorMonitor`] takes checkpoints of the error during a render, fits a power law through them and
+//!    predicts the time to the target. It is silent before 4 samples per pixel and predicts nothing before 8. Every prediction is
+//!    scored afterwards.
+//!
+//! A render that stops at a target (`--error 1%`) decides by one half of the tiles and states the error of the other, the **held-out**
+//! half. Otherwise the stop would select a checkpoint whose error was small by luck.
+//!
+//! # What the error does not contain
+//!
+//! It is the error of the unblurred picture, as the EXR has it. It excludes light that has not been sampled yet, and the bias of photon
+//! mapping, which both replicates share.
+//!
+//! # Example
+//!
+//! ```
+//! use pointillist::color::Xyz;
+//! use pointillist::math::bits::mix;
+//! use pointillist::stream::{CHUNK, PathCounts, Sample};
+//! use pointillist::study::{ErrorField, Replicates, TileSubset};
+//!
+//! // A grey picture of 64×64 pixels with 16 samples per pixel, each off by up to 50 %.
+//! let mut sums = Replicates::new([64, 64], 1.0);
+//! for chunk in 0..64 {
+//!     let sample = |i: u64| {
+//!         let uniform = |k: u64| (mix(3 * (chunk * CHUNK + i) + k) >> 40) as f32 / (1 << 24) as f32;
+//!         let y = 0.5 + uniform(2);
+//!         Sample { uv: [uniform(0), uniform(1)], xyz: Xyz::new(0.95 * y, y, 1.09 * y), w: 1.0 }
+//!     };
+//!     let samples: Vec<Sample> = (0..CHUNK).map(sample).collect();
+//!     sums.add(chunk * CHUNK, PathCounts { camera: CHUNK, light: 0 }, &samples);
+//! }
+//! let pixels = sums.pixels().expect("both replicates have traced paths");
+//! let field = ErrorField::new(&pixels, sums.size()).expect("both replicates have reached every pixel");
+//! let median = field.estimate(TileSubset::All).relative[0];
+//! // A uniform deviation of ±50 % has the standard deviation 0.289; 16 samples divide it by 4.
+//! assert!((0.06..0.09).contains(&median.value), "{median:?}");
+//! assert!(median.low < 0.289 / 4.0 && 0.289 / 4.0 < median.high);
+//! ```
+//!
+//! # The study of a scene
+//!
+//! `pointillist study` keeps what it measures in a folder, line by line ([`measurement`]). [`analysis`] makes a [`data::Study`] from the
+//! lines: the curve of each method and its times to an error, the cost of effects and settings. [`pages`] shows it to people; [`format`]
+//! writes numbers with the digits that their intervals support.
 
 pub mod analysis;
 pub mod curve;
 pub mod data;
 pub mod error;
+pub mod format;
 pub mod interval;
-pub mod measured;
-mod method;
+pub mod measurement;
+mod method_curve;
+mod monitor;
 pub mod pages;
 pub mod prediction;
 pub mod replicates;
-pub mod smooth;
-pub mod watch;
-pub mod words;
+mod smooth;
 
-pub use error::{ErrorField, Figures, Part};
+pub use error::{ErrorEstimate, ErrorField, TileSubset};
 pub use interval::Interval;
+pub use monitor::{ErrorMonitor, ErrorQuantile, ErrorStatus, ErrorTarget};
 pub use replicates::Replicates;
-pub use watch::{Quantity, State, Target, Watch};

@@ -1,69 +1,69 @@
-//! How long until a picture is as good as somebody wants: said while it is rendered, and held against what then happened.
+//! Predicts the time to a target error while a picture is rendered, and scores past predictions.
 
 use serde::{Deserialize, Serialize};
 
-use crate::study::curve::{Fit, Look};
+use crate::study::curve::{Checkpoint, PowerLaw};
 use crate::study::data::PredictionScore;
-use crate::study::interval::Interval;
+use crate::study::interval::{Interval, Z90};
 
-/// Relative errors that are predicted where nobody asks for one: the next of these.
+/// Round relative errors; without a target the next of them is predicted.
 pub const LADDER: [f64; 12] = [0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005, 0.0002, 0.0001];
 
-/// Standard deviation of the logarithm of what remains, besides that of the curve: a machine is not always as fast.
-const PACE: f64 = 0.05;
+/// Standard deviation of the logarithm of the remaining time by which the speed of the machine varies.
+const SPEED_DEVIATION: f64 = 0.05;
 
-/// How much less is known of the curve with every factor e of samples ahead, as a share of the logarithm.
-const BEYOND: f64 = 0.1;
+/// Growth of the deviation with every factor e of samples ahead: a curve is a power law only approximately.
+const EXTRAPOLATION_DEVIATION: f64 = 0.1;
 
-/// Samples of the last look over those of the first, before anything is predicted.
-const OCTAVE: f64 = 2.0;
+/// Ratio of samples between first and last checkpoint that a prediction needs.
+const MIN_RANGE: f64 = 2.0;
 
-/// A prediction. Times are seconds since the render began.
+/// A prediction of the time to an error. Times are seconds since the render began.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Prediction {
-    /// When it was made.
+    /// When the prediction was made.
     pub at: f64,
-    /// The error then.
+    /// The error at that time.
     pub error: f64,
-    /// The error that it is about.
+    /// The error that is to be reached.
     pub target: f64,
-    /// When that will be reached.
+    /// When the target will be reached.
     pub seconds: Interval,
 }
 
-/// A prediction and what then happened.
+/// A prediction and its outcome.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Kept {
-    /// What was said.
+pub struct PredictionOutcome {
+    /// The prediction.
     pub prediction: Prediction,
-    /// When the error was reached; `None` if the render ended before.
+    /// When the target was reached; `None` if the render ended before.
     pub reached: Option<f64>,
     /// When the render ended.
     pub ended: f64,
 }
 
-/// The next error of the [ladder](LADDER) below this one.
+/// The next of the [round errors](LADDER) below this one.
 pub fn next_target(error: f64) -> Option<f64> {
     LADDER.into_iter().find(|target| *target < 0.95 * error)
 }
 
-/// When `target` will be reached. `None` before the second octave of samples, and where the error does not fall: where light is
-/// found by few paths, the first looks have not met it yet, and their errors are too small.
-pub fn predict(looks: &[Look], target: f64) -> Option<Prediction> {
-    let (last, fit) = (looks.last()?, Fit::new(looks)?);
-    if last.samples < OCTAVE * looks.first()?.samples {
+/// Predicts when `target` will be reached. `None` before the samples have doubled since the first checkpoint, because light that few
+/// paths find is missing from the first errors, and where the error does not fall.
+pub fn predict(checkpoints: &[Checkpoint], target: f64) -> Option<Prediction> {
+    let (last, fit) = (checkpoints.last()?, PowerLaw::new(checkpoints)?);
+    if last.samples < MIN_RANGE * checkpoints.first()?.samples {
         return None;
     }
     let (x, deviation) = fit.until(target)?;
     let x = x.max(0.0);
-    // It is reached when it is measured to be, which depends on chance as any look does.
+    // The target counts as reached when a checkpoint says so, and checkpoints are noisy.
     let crossing = last.deviation / fit.slope;
-    let spread = (deviation.powi(2) + crossing.powi(2) + (BEYOND * x).powi(2)).sqrt();
-    let rate = pace(looks)?;
+    let spread = (deviation.powi(2) + crossing.powi(2) + (EXTRAPOLATION_DEVIATION * x).powi(2)).sqrt();
+    let rate = sampling_rate(checkpoints)?;
     let seconds =
         |x: f64, pace: f64| last.seconds + (last.samples * x.exp() - last.samples).max(0.0) / rate * pace;
-    let z = crate::study::interval::Z90;
-    let drift = (z * PACE).exp();
+    let z = Z90;
+    let drift = (z * SPEED_DEVIATION).exp();
     let interval = Interval {
         value: seconds(x, 1.0),
         low: seconds(x - z * spread, 1.0 / drift),
@@ -73,51 +73,56 @@ pub fn predict(looks: &[Look], target: f64) -> Option<Prediction> {
     finite.then_some(Prediction { at: last.seconds, error: last.error, target, seconds: interval })
 }
 
-/// The fitted line as seconds and errors, from the looks that it goes through on to `until` seconds; nothing before the
-/// second look.
-pub fn course(looks: &[Look], until: f64) -> Vec<[f64; 2]> {
-    let (Some(last), Some(fit), Some(rate)) = (looks.last(), Fit::new(looks), pace(looks)) else {
+/// The fitted power law as seconds and errors, through the recent checkpoints and on to `until` seconds; empty before the second
+/// checkpoint.
+pub fn predicted_curve(checkpoints: &[Checkpoint], until: f64) -> Vec<[f64; 2]> {
+    let (Some(last), Some(fit), Some(rate)) =
+        (checkpoints.last(), PowerLaw::new(checkpoints), sampling_rate(checkpoints))
+    else {
         return Vec::new();
     };
-    let first = looks.partition_point(|look| look.samples < last.samples * BACK);
-    let past = looks[first..].iter().map(|look| [look.seconds, fit.error(look.samples)]);
-    let ahead = (1..=STEPS).map(|i| {
-        let seconds = last.seconds * (until / last.seconds).max(1.0).powf(f64::from(i) / f64::from(STEPS));
+    let first = checkpoints.partition_point(|checkpoint| checkpoint.samples < last.samples * CURVE_START);
+    let past =
+        checkpoints[first..].iter().map(|checkpoint| [checkpoint.seconds, fit.error(checkpoint.samples)]);
+    let ahead = (1..=CURVE_POINTS).map(|i| {
+        let seconds =
+            last.seconds * (until / last.seconds).max(1.0).powf(f64::from(i) / f64::from(CURVE_POINTS));
         [seconds, fit.error(last.samples + rate * (seconds - last.seconds))]
     });
-    if looks.len() < 2 { Vec::new() } else { past.chain(ahead).collect() }
+    if checkpoints.len() < 2 { Vec::new() } else { past.chain(ahead).collect() }
 }
 
-/// The line is drawn from this share of the samples on: about what a fit reaches back.
-const BACK: f64 = 0.1;
+/// The curve starts at this share of the samples, about as far back as a fit reaches.
+const CURVE_START: f64 = 0.1;
 
-/// Steps of the line beyond the last look.
-const STEPS: u32 = 16;
+/// Points of the curve beyond the last checkpoint.
+const CURVE_POINTS: u32 = 16;
 
-/// Samples per second over the last half of the render: the first ones may have been slower, or another method's.
-fn pace(looks: &[Look]) -> Option<f64> {
-    let last = looks.last()?;
-    let before = looks.iter().rfind(|look| look.seconds <= 0.5 * last.seconds);
-    let (seconds, samples) = before.map_or((0.0, 0.0), |look| (look.seconds, look.samples));
+/// Samples per second over the last half of the render; its beginning may have been slower.
+fn sampling_rate(checkpoints: &[Checkpoint]) -> Option<f64> {
+    let last = checkpoints.last()?;
+    let before = checkpoints.iter().rfind(|checkpoint| checkpoint.seconds <= 0.5 * last.seconds);
+    let (seconds, samples) = before.map_or((0.0, 0.0), |checkpoint| (checkpoint.seconds, checkpoint.samples));
     let rate = (last.samples - samples) / (last.seconds - seconds);
     (rate.is_finite() && rate > 0.0).then_some(rate)
 }
 
-/// When the error first was at `target` after `since` seconds, between two looks by the line through both.
-pub fn reached(looks: &[Look], target: f64, since: f64) -> Option<f64> {
-    let at = looks.iter().position(|look| look.seconds > since && look.error <= target)?;
-    let after = looks[at];
-    let Some(before) = at.checked_sub(1).map(|i| looks[i]) else { return Some(after.seconds) };
+/// When the error first fell to `target` after `since` seconds, interpolated between two checkpoints on logarithmic axes.
+pub fn time_reached(checkpoints: &[Checkpoint], target: f64, since: f64) -> Option<f64> {
+    let at =
+        checkpoints.iter().position(|checkpoint| checkpoint.seconds > since && checkpoint.error <= target)?;
+    let after = checkpoints[at];
+    let Some(before) = at.checked_sub(1).map(|i| checkpoints[i]) else { return Some(after.seconds) };
     let share = ((before.error / target).ln() / (before.error / after.error).ln()).clamp(0.0, 1.0);
     Some(before.seconds * (after.seconds / before.seconds).powf(share))
 }
 
-/// How often predictions held. What counts must not depend on what happened: those whose whole time was over when the render
-/// ended, and those of a render that ended because the error was reached. All others are open.
-pub fn score(kept: &[Kept]) -> PredictionScore {
+/// Scores predictions by how often their intervals held. Whether a prediction counts must not depend on its outcome: those count whose
+/// interval was over when the render ended, and those of a render that ended because it reached its target. All others are open.
+pub fn score(kept: &[PredictionOutcome]) -> PredictionScore {
     let mut score = PredictionScore::default();
     let (mut logs, mut timed) = (0.0, 0.0);
-    for Kept { prediction, reached, ended } in kept {
+    for PredictionOutcome { prediction, reached, ended } in kept {
         let over = prediction.seconds.high <= *ended;
         let stopped = reached.is_some_and(|at| at >= 0.999 * ended);
         if !over && !stopped {
@@ -127,7 +132,7 @@ pub fn score(kept: &[Kept]) -> PredictionScore {
         score.known += 1;
         score.held += usize::from(reached.is_some_and(|at| prediction.seconds.holds(at)));
         if let Some(at) = reached {
-            // Of what remained, not of what had passed already.
+            // Ratios of the remaining time, without the time that had passed already.
             let [said, was] = [prediction.seconds.value, *at].map(|t| (t - prediction.at).max(1e-3));
             (logs, timed) = (logs + (said / was).ln(), timed + 1.0);
         }
@@ -140,66 +145,77 @@ pub fn score(kept: &[Kept]) -> PredictionScore {
 mod tests {
     use super::*;
 
-    fn looks() -> Vec<Look> {
-        let look = |i: i32| {
+    fn checkpoints() -> Vec<Checkpoint> {
+        let checkpoint = |i: i32| {
             let samples = 100.0 * 1.3f64.powi(i);
-            Look { seconds: samples / 100.0, samples, error: (samples / 100.0).powf(-0.6), deviation: 0.01 }
+            Checkpoint {
+                seconds: samples / 100.0,
+                samples,
+                error: (samples / 100.0).powf(-0.6),
+                deviation: 0.01,
+            }
         };
-        (0..12).map(look).collect()
+        (0..12).map(checkpoint).collect()
     }
 
     #[test]
-    fn what_is_predicted_comes_true_where_the_curve_is_a_line() {
-        let looks = looks();
-        let now = looks[7];
-        let target = looks[11].error;
-        let said = predict(&looks[..8], target).expect("eight looks");
-        assert!(said.seconds.holds(looks[11].seconds), "{said:?}");
+    fn predictions_hold_where_the_error_is_a_power_law() {
+        let checkpoints = checkpoints();
+        let now = checkpoints[7];
+        let target = checkpoints[11].error;
+        let said = predict(&checkpoints[..8], target).expect("eight checkpoints");
+        assert!(said.seconds.holds(checkpoints[11].seconds), "{said:?}");
         assert!(said.seconds.low > now.seconds && said.at == now.seconds);
-        let was = reached(&looks, target, now.seconds).expect("it is the last");
-        assert!((was - looks[11].seconds).abs() < 1e-9);
+        let was = time_reached(&checkpoints, target, now.seconds).expect("it is the last");
+        assert!((was - checkpoints[11].seconds).abs() < 1e-9);
         let score = score(&[
-            Kept { prediction: said, reached: Some(was), ended: was },
-            Kept { prediction: said, reached: None, ended: now.seconds },
-            Kept { prediction: said, reached: None, ended: 1e6 },
+            PredictionOutcome { prediction: said, reached: Some(was), ended: was },
+            PredictionOutcome { prediction: said, reached: None, ended: now.seconds },
+            PredictionOutcome { prediction: said, reached: None, ended: 1e6 },
         ]);
         assert_eq!((score.known, score.held, score.open), (2, 1, 1));
         assert!((score.ratio - 1.0).abs() < 0.1);
     }
 
-    /// An error that was too small at first, because rare light had not been found, is no arrival.
+    /// An error that was too small at first, because rare light had not been found, does not count as reached.
     #[test]
-    fn what_was_before_a_prediction_is_no_outcome_of_it() {
-        let mut looks = looks();
-        looks[1].error = 0.01;
-        let (since, target) = (looks[5].seconds, looks[9].error * 1.000_001);
-        assert!(reached(&looks, target, 0.0).is_some_and(|at| at < since));
-        assert!(reached(&looks, target, since).is_some_and(|at| (at / looks[9].seconds - 1.0).abs() < 1e-3));
+    fn only_times_after_a_prediction_are_its_outcome() {
+        let mut checkpoints = checkpoints();
+        checkpoints[1].error = 0.01;
+        let (since, target) = (checkpoints[5].seconds, checkpoints[9].error * 1.000_001);
+        assert!(time_reached(&checkpoints, target, 0.0).is_some_and(|at| at < since));
+        assert!(
+            time_reached(&checkpoints, target, since)
+                .is_some_and(|at| (at / checkpoints[9].seconds - 1.0).abs() < 1e-3)
+        );
     }
 
     #[test]
-    fn the_line_goes_on_to_the_target() {
-        let looks = looks();
-        let course = course(&looks[..8], looks[11].seconds);
+    fn the_predicted_curve_continues_to_the_target() {
+        let checkpoints = checkpoints();
+        let course = predicted_curve(&checkpoints[..8], checkpoints[11].seconds);
         let [seconds, error] = course[course.len() - 1];
-        assert!((seconds / looks[11].seconds - 1.0).abs() < 1e-9);
-        assert!((error / looks[11].error - 1.0).abs() < 0.1, "{error} {}", looks[11].error);
+        assert!((seconds / checkpoints[11].seconds - 1.0).abs() < 1e-9);
+        assert!((error / checkpoints[11].error - 1.0).abs() < 0.1, "{error} {}", checkpoints[11].error);
         assert!(course.is_sorted_by(|a, b| a[0] <= b[0] && a[1] >= b[1]));
-        assert!(super::course(&looks[..1], 9.0).is_empty() && super::course(&[], 9.0).is_empty());
+        assert!(
+            super::predicted_curve(&checkpoints[..1], 9.0).is_empty()
+                && super::predicted_curve(&[], 9.0).is_empty()
+        );
     }
 
     #[test]
-    fn nothing_is_said_before_the_first_look() {
+    fn nothing_is_predicted_before_the_first_checkpoint() {
         assert_eq!(predict(&[], 0.01), None);
-        assert_eq!(predict(&looks()[..2], 0.01), None);
-        assert_eq!(reached(&[], 0.01, 0.0), None);
+        assert_eq!(predict(&checkpoints()[..2], 0.01), None);
+        assert_eq!(time_reached(&[], 0.01, 0.0), None);
         assert_eq!(
             (next_target(0.03), next_target(0.0200001), next_target(1e-9)),
             (Some(0.02), Some(0.01), None)
         );
-        // What is reached is due now.
-        let looks = looks();
-        let said = predict(&looks, 2.0).expect("reached long ago");
-        assert_eq!(said.seconds.value, looks[11].seconds);
+        // A target that is reached already is due now.
+        let checkpoints = checkpoints();
+        let said = predict(&checkpoints, 2.0).expect("reached long ago");
+        assert_eq!(said.seconds.value, checkpoints[11].seconds);
     }
 }

@@ -1,24 +1,24 @@
-//! The sums of each replicate, pixel by pixel: what the error of a picture is known from while it is rendered.
+//! The sums of each replicate, pixel by pixel, from which the error of a picture is estimated while it is rendered.
 //!
-//! Samples are counted into the pixel they lie in, which is one addition to memory each. The film's filter is wider; its effect is
-//! computed from these sums when somebody asks (`smooth`).
+//! A sample is added to the one pixel it lies in, which is a single addition to memory. The effect of the film's wider filter is
+//! computed from these sums when an estimate is due (`smooth`).
 
 use crate::color::{Profile, Xyz};
 use crate::stream::{PathCounts, REPLICATES, Sample, replicate};
-use crate::study::error::Pixel;
-use crate::study::smooth::Kernel;
+use crate::study::error::ReplicatePixel;
+use crate::study::smooth::SmoothingKernel;
 
 /// Sums `[X, Y, Z, W]` of the camera stream and `[X, Y, Z]` of the light stream over pixels, for each replicate.
 #[derive(Clone, Debug)]
 pub struct Replicates {
     size: [usize; 2],
-    kernel: Kernel,
-    parts: [Sums; REPLICATES],
+    kernel: SmoothingKernel,
+    parts: [ReplicateSums; REPLICATES],
 }
 
-/// Sums of one replicate; a stream has none before its first sample.
+/// Sums of one replicate; those of a stream are empty before its first sample.
 #[derive(Clone, Debug, Default)]
-struct Sums {
+struct ReplicateSums {
     camera: Vec<[f32; 4]>,
     light: Vec<[f32; 4]>,
     paths: PathCounts,
@@ -28,7 +28,11 @@ impl Replicates {
     /// Empty sums of a picture of `size` pixels, whose film has a filter of this
     /// [energy](crate::client::SplatFilter::energy) (1 for the box).
     pub fn new(size: [u32; 2], energy: f32) -> Self {
-        Self { size: size.map(|n| n as usize), kernel: Kernel::of_energy(energy), parts: Default::default() }
+        Self {
+            size: size.map(|n| n as usize),
+            kernel: SmoothingKernel::of_energy(energy),
+            parts: Default::default(),
+        }
     }
 
     /// Width and height in pixels.
@@ -36,17 +40,17 @@ impl Replicates {
         self.size
     }
 
-    /// Paths so far, of all replicates.
+    /// Paths so far, in all replicates.
     pub fn paths(&self) -> u64 {
         self.parts.iter().map(|part| part.paths.camera.max(part.paths.light)).sum()
     }
 
-    /// Forgets everything.
+    /// Clears all sums.
     pub fn clear(&mut self) {
         self.parts = Default::default();
     }
 
-    /// Takes a block that begins at path `first_index`: no block spans two chunks.
+    /// Adds a block that begins at path `first_index`; no block spans two chunks.
     pub fn add(&mut self, first_index: u64, paths: PathCounts, samples: &[Sample]) {
         let [width, height] = self.size;
         let part = &mut self.parts[replicate(first_index).0];
@@ -70,9 +74,9 @@ impl Replicates {
         }
     }
 
-    /// What every pixel knows of itself: the mean and the difference of the replicates, linear Rec.709, as the film's filter would
-    /// have them. `None` before each replicate has traced a path.
-    pub fn pixels(&self) -> Option<Vec<Pixel>> {
+    /// Mean and difference of the replicates in every pixel, linear Rec.709, with the film's filter applied. `None` before each
+    /// replicate has traced a path.
+    pub fn pixels(&self) -> Option<Vec<ReplicatePixel>> {
         if self.parts.iter().any(|part| part.paths == PathCounts::default()) {
             return None;
         }
@@ -88,7 +92,7 @@ impl Replicates {
                 false => (true, share),
             };
             let mix = |i: usize| a[i] * first + b[i] * (1.0 - first);
-            Pixel {
+            ReplicatePixel {
                 mean: [mix(0), mix(1), mix(2)],
                 difference: [a[0] - b[0], a[1] - b[1], a[2] - b[2]],
                 factor: first * (1.0 - first),
@@ -99,9 +103,9 @@ impl Replicates {
     }
 }
 
-impl Sums {
-    /// Linear Rec.709 and the weight of the camera stream.
-    fn picture(&self, size: [usize; 2], kernel: &Kernel) -> Vec<[f32; 4]> {
+impl ReplicateSums {
+    /// Linear Rec.709 and the weight of the camera stream, pixel by pixel.
+    fn picture(&self, size: [usize; 2], kernel: &SmoothingKernel) -> Vec<[f32; 4]> {
         let mut picture = match self.camera.is_empty() {
             true => vec![[0.0; 4]; size[0] * size[1]],
             false => kernel.apply(&self.camera, size),

@@ -1,14 +1,14 @@
-//! The film's filter on sums of whole pixels.
+//! The effect of the film's filter on sums of whole pixels.
 
-/// A symmetric row of five weights, applied to columns and rows; its sum is 1.
+/// A symmetric row of five weights with the sum 1, applied to columns and rows.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Kernel {
+pub struct SmoothingKernel {
     weights: [f32; 3],
 }
 
-impl Kernel {
-    /// The Gaussian row whose squares sum up to the root of `energy`, the share of a pixel's variance that a splat filter leaves
-    /// over both axes. What lies within a pixel has lost its place, so that the row itself is narrower than the filter's.
+impl SmoothingKernel {
+    /// The Gaussian row whose squares sum up to the root of `energy`, the share of a pixel's variance that a splat filter leaves over
+    /// both axes. The row is narrower than the filter, because samples within a pixel have lost their positions already.
     pub fn of_energy(energy: f32) -> Self {
         let wanted = f64::from(energy).clamp(0.05, 1.0).sqrt();
         let row = |width: f64| {
@@ -26,13 +26,13 @@ impl Kernel {
         Self { weights: weights.map(|w| w as f32) }
     }
 
-    /// `sums` of `width × height` pixels, filtered; beyond the border there is nothing.
+    /// Filters `sums` of `width × height` pixels; pixels beyond the border count as 0.
     pub fn apply(&self, sums: &[[f32; 4]], [width, height]: [usize; 2]) -> Vec<[f32; 4]> {
         if self.weights[0] == 1.0 || sums.is_empty() {
             return sums.to_vec();
         }
         let mut columns = Vec::with_capacity(sums.len());
-        // Two pixels of nothing before and after each row.
+        // Two pixels of 0 before and after each row.
         let mut padded = vec![[0.0; 4]; width + 4];
         for row in sums.chunks_exact(width) {
             padded[2..][..width].copy_from_slice(row);
@@ -51,7 +51,7 @@ impl Kernel {
         filtered
     }
 
-    /// Of five in a row.
+    /// The weighted mean of five pixels.
     fn mean(&self, five: [&[f32; 4]; 5]) -> [f32; 4] {
         let [c, a, b] = self.weights;
         std::array::from_fn(|i| {
@@ -67,7 +67,7 @@ mod tests {
     #[test]
     fn the_row_has_the_energy_that_was_asked_for() {
         for energy in [0.1386, 0.4444, 0.9, 1.0] {
-            let Kernel { weights: [c, a, b] } = Kernel::of_energy(energy);
+            let SmoothingKernel { weights: [c, a, b] } = SmoothingKernel::of_energy(energy);
             assert!((c + 2.0 * (a + b) - 1.0).abs() < 1e-5);
             let squares = c * c + 2.0 * (a * a + b * b);
             assert!((squares * squares / energy - 1.0).abs() < 1e-3, "{energy}: {squares}");
@@ -76,7 +76,7 @@ mod tests {
 
     #[test]
     fn a_point_spreads_over_both_axes_and_not_beyond_the_border() {
-        let kernel = Kernel::of_energy(0.4);
+        let kernel = SmoothingKernel::of_energy(0.4);
         let mut sums = vec![[0.0; 4]; 7 * 6];
         sums[3 * 7 + 3] = [1.0; 4];
         let spread = kernel.apply(&sums, [7, 6]);

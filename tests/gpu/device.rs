@@ -6,8 +6,8 @@ use crate::common::{assert_silent, gpu};
 use pointillist::client::film::VulkanFilm;
 use pointillist::client::{Reconstruction, SplatFilter};
 use pointillist::gpu::{
-    Access, Attachment, Blend, DeviceChoice, Gpu, GpuError, GraphicsDesc, Image, ImageDesc, Pipeline,
-    TexelFormat, Texture, Topology, VertexLayout, devices,
+    Access, Attachment, Blend, DeviceChoice, Gpu, GpuError, GraphicsDesc, Image, Pipeline, TexelFormat,
+    Texture, Topology, VertexLayout, devices,
 };
 
 #[test]
@@ -42,10 +42,7 @@ fn an_unknown_device_is_a_sentence() {
 #[test]
 fn validation_catches_a_planted_hazard() {
     let own = crate::common::open(false);
-    let make = |name| {
-        Image::new(&own, ImageDesc { name, format: TexelFormat::R32F, extent: [8, 8], mips: false })
-            .expect(name)
-    };
+    let make = |name| Image::new(&own, name, TexelFormat::R32F, [8, 8]).expect(name);
     let [mut source, mut copy, mut hi, mut lo] = ["source", "copy", "hi", "lo"].map(make);
     let pipeline = Pipeline::new(
         &own,

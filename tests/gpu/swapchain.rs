@@ -7,8 +7,8 @@ use crate::common::assert_silent;
 use crate::support::xserver::Server;
 use crate::x11_window::Window;
 use pointillist::gpu::{
-    Buffer, BufferUse, ColorOutput, DeviceChoice, Gpu, GpuError, GpuOptions, Image, ImageDesc, Readiness,
-    Swapchain, TexelFormat,
+    Buffer, BufferUse, ColorOutput, DeviceChoice, Gpu, GpuError, GpuOptions, Image, Readiness, Swapchain,
+    TexelFormat,
 };
 use pointillist::math::random::Random;
 use raw_window_handle::{RawDisplayHandle, WindowsDisplayHandle};
@@ -25,8 +25,7 @@ fn noise(gpu: &Arc<Gpu>, [width, height]: [u32; 2], seed: u64) -> (Image, Vec<[u
     let mut numbers = Random(seed);
     let pixels: Vec<[u8; 3]> =
         (0..width * height).map(|_| [(); 3].map(|()| (numbers.f32() * 256.0) as u8)).collect();
-    let desc = ImageDesc { name: "noise", format: TexelFormat::Rgba8, extent: [width, height], mips: false };
-    let mut image = Image::new(gpu, desc).expect("an image");
+    let mut image = Image::new(gpu, "noise", TexelFormat::Rgba8, [width, height]).expect("an image");
     let bytes: Vec<u8> = pixels.iter().flat_map(|[r, g, b]| [*r, *g, *b, 255]).collect();
     let mut buffer = Buffer::new(gpu, "noise", BufferUse::Upload, bytes.len()).expect("a buffer");
     buffer.mapped_mut().copy_from_slice(&bytes);

@@ -18,7 +18,7 @@ use pointillist::image::compare::luminance;
 use pointillist::scene::desc::IntegratorKind;
 use pointillist::scene::load;
 use pointillist::stream::{Sample, SampleSink, UvWindow};
-use pointillist::study::{ErrorField, Interval, Part, Replicates};
+use pointillist::study::{ErrorField, Interval, Replicates, TileSubset};
 use pointillist::tracer::integrator::{
     BidirectionalTracer, ParticleTracer, PathTracer, PhotonTracer, RenderContext, Replicated,
 };
@@ -178,7 +178,7 @@ fn trace<I: Integrator + From<RenderContext>>(
 /// A level of a divided run.
 fn stated(spp: u64, sums: &Replicates) -> Level {
     let known = sums.pixels().unwrap_or_default();
-    let figures = ErrorField::new(&known, sums.size()).map(|field| field.figures(Part::All));
+    let figures = ErrorField::new(&known, sums.size()).map(|field| field.estimate(TileSubset::All));
     let stated = figures.map(|f| [f.relative[0], f.relative[1], f.relative[2], f.rel_mse]);
     Level { spp, picture: known.iter().map(|pixel| pixel.mean).collect(), stated, quarters: None }
 }
@@ -244,7 +244,7 @@ impl Report {
         let reference: Vec<[f32; 3]> = self.sum.iter().zip(&last.picture).map(without).collect();
         let off = 1.0 + run[level].spp as f64 / last.spp as f64 / others;
         let Some(field) = ErrorField::against(&run[level].picture, &reference, size) else { return [0.0; 4] };
-        let figures = field.figures(Part::All);
+        let figures = field.estimate(TileSubset::All);
         let [a, b, c] = figures.relative.map(|i| i.value / off.sqrt());
         [a, b, c, figures.rel_mse.value / off]
     }

@@ -8,7 +8,7 @@ use clap::{ArgGroup, Args, ValueEnum};
 use super::display::DisplayArgs;
 use super::scene::SceneArgs;
 use super::values::{count, error, seconds, share};
-use crate::study::Quantity;
+use crate::study::ErrorQuantile;
 
 /// `--error-at`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -21,12 +21,12 @@ pub enum QuantityArg {
     P99,
 }
 
-impl From<QuantityArg> for Quantity {
+impl From<QuantityArg> for ErrorQuantile {
     fn from(at: QuantityArg) -> Self {
         match at {
-            QuantityArg::Median => Quantity::Median,
-            QuantityArg::P95 => Quantity::P95,
-            QuantityArg::P99 => Quantity::P99,
+            QuantityArg::Median => ErrorQuantile::Median,
+            QuantityArg::P95 => ErrorQuantile::P95,
+            QuantityArg::P99 => ErrorQuantile::P99,
         }
     }
 }

@@ -12,7 +12,7 @@ use crate::app::run_spec::RunSpec;
 use crate::app::timings::TimingCapture;
 use crate::client::film::VulkanFilm;
 use crate::client::{BATCH_CAPACITY, Settings};
-use crate::gpu::{Access, Attachment, Gpu, Image, ImageDesc, Inventory, TexelFormat, TimingRows};
+use crate::gpu::{Access, Attachment, Gpu, Image, Inventory, TexelFormat, TimingRows};
 use crate::server::{Priority, Server};
 use crate::stream::{Block, DrainOrder, Epoch, Lanes};
 use crate::tracer::{Camera, Scene};
@@ -81,7 +81,7 @@ pub fn run(
     server.set_tracing(capture.is_some());
     let window = film.spec().window();
     let extent = [film.spec().width, film.spec().height];
-    let make = |name| Image::new(gpu, ImageDesc { name, format: TexelFormat::Rgba32F, extent, mips: false });
+    let make = |name| Image::new(gpu, name, TexelFormat::Rgba32F, extent);
     let copy = [make("copy source").into_diagnostic()?, make("copy target").into_diagnostic()?];
     let measured = Measured { threads, ..Measured::default() };
     let (ends, sums) = Default::default();

@@ -9,7 +9,7 @@ use crate::color::Xyz;
 use crate::scene::desc::{IntegratorKind, PhotonDesc};
 use crate::stream::block::BLOCK_SAMPLES;
 use crate::stream::control::Epoch;
-use crate::study::Quantity;
+use crate::study::ErrorQuantile;
 
 fn run(width: u32, height: u32) -> RunSpec {
     RunSpec {
@@ -48,8 +48,8 @@ fn chunk(number: u64) -> Block {
     block
 }
 
-fn aim(error: f64) -> Option<Target> {
-    Some(Target { error, at: Quantity::P95 })
+fn aim(error: f64) -> Option<ErrorTarget> {
+    Some(ErrorTarget { error, at: ErrorQuantile::P95 })
 }
 
 #[test]
@@ -58,21 +58,24 @@ fn the_error_is_known_after_four_samples_per_pixel_and_falls() {
     observer.begin(&run(64, 64));
     (0..8).for_each(|i| observer.block(&chunk(i)));
     observer.sync();
-    assert!(observer.state().looks.is_empty(), "two samples per pixel");
+    assert!(observer.state().checkpoints.is_empty(), "two samples per pixel");
     (8..64).for_each(|i| observer.block(&chunk(i)));
     observer.sync();
     let state = observer.state();
-    let looks = &state.looks;
-    assert!(looks.len() >= 5 && looks[looks.len() - 1].error < looks[0].error, "{looks:?}");
-    // Another target is answered without another look.
+    let checkpoints = &state.checkpoints;
+    assert!(
+        checkpoints.len() >= 5 && checkpoints[checkpoints.len() - 1].error < checkpoints[0].error,
+        "{checkpoints:?}"
+    );
+    // Another target is answered without another checkpoint.
     let before = state.prediction.map(|said| said.target);
-    observer.aim(aim(0.001));
+    observer.set_target(aim(0.001));
     observer.sync();
     let after = observer.state();
-    assert_eq!((before, after.looks.len()), (Some(0.01), looks.len()));
+    assert_eq!((before, after.checkpoints.len()), (Some(0.01), checkpoints.len()));
     assert_eq!(after.prediction.map(|said| said.target), Some(0.001));
     observer.begin(&run(64, 64));
-    assert!(observer.state().looks.is_empty(), "of the new render nothing is known");
+    assert!(observer.state().checkpoints.is_empty(), "of the new render nothing is known");
 }
 
 #[test]

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use miette::Result;
 
-use super::folder::{self, Folder};
-use super::stage::Stage;
+use super::folder::{self, StudyFolder};
+use super::stage::StudyRenderer;
 use super::{display, machine};
 use crate::app::args::StudyArgs;
 use crate::app::args::scene::SceneArgs;
@@ -13,7 +13,7 @@ use crate::app::args::study::Knob;
 use crate::app::run_spec::quoted;
 use crate::scene::desc::IntegratorKind;
 use crate::study::data::Study;
-use crate::study::measured::Measured;
+use crate::study::measurement::Measurement;
 
 /// The methods that are compared.
 ///
@@ -50,20 +50,20 @@ pub fn source(args: &StudyArgs, scene: PathBuf) -> SceneArgs {
 }
 
 /// Scene and machine; and what is not there yet.
-pub fn about(args: &StudyArgs, stage: &Stage, folder: &Folder) -> Study {
-    let has = |f: &dyn Fn(&Measured) -> bool| folder.measured.iter().any(f);
+pub fn about(args: &StudyArgs, stage: &StudyRenderer, folder: &StudyFolder) -> Study {
+    let has = |f: &dyn Fn(&Measurement) -> bool| folder.measurements.iter().any(f);
     let mut missing = Vec::new();
     for (knob, name, there) in [
         (
             Knob::Methods,
             "convergence, prices, pictures, predictions, stability: --knobs methods",
-            has(&|m| matches!(m, Measured::Run(_))),
+            has(&|m| matches!(m, Measurement::Run(_))),
         ),
         // What is measured last.
-        (Knob::Effects, "effects: --knobs effects", has(&|m| matches!(m, Measured::Unused { .. }))),
+        (Knob::Effects, "effects: --knobs effects", has(&|m| matches!(m, Measurement::Unused { .. }))),
         (Knob::Display, "display: --knobs display", display::is_complete(folder)),
-        (Knob::Numeric, "numeric choices: --knobs numeric", has(&|m| matches!(m, Measured::Numeric(_)))),
-        (Knob::Replicates, "replicates: --knobs replicates", has(&|m| matches!(m, Measured::Scheme(_)))),
+        (Knob::Numeric, "numeric choices: --knobs numeric", has(&|m| matches!(m, Measurement::Numeric(_)))),
+        (Knob::Replicates, "replicates: --knobs replicates", has(&|m| matches!(m, Measurement::Scheme(_)))),
     ] {
         if !there && (args.knobs.is_empty() || args.knobs.contains(&knob)) {
             missing.push(name.to_string());

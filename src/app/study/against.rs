@@ -4,9 +4,9 @@ use std::path::Path;
 
 use miette::{IntoDiagnostic, Result};
 
-use super::folder::Folder;
+use super::folder::StudyFolder;
 use super::pictures::{difference, linear, uri};
-use super::stage::{Limit, Stage, Traced};
+use super::stage::{RenderLimit, StudyRender, StudyRenderer};
 use super::unbiased;
 use crate::app::run_spec::RunSpec;
 use crate::client::develop;
@@ -14,12 +14,12 @@ use crate::image::Grid;
 use crate::image::compare::{Picture, luminance, rel_mse, smape};
 use crate::image::exr;
 use crate::stream::Cause;
-use crate::study::data::Reference;
-use crate::study::measured::{Measured, REGIONS, Run};
-use crate::study::{ErrorField, Interval, Part};
+use crate::study::data::ReferenceImage;
+use crate::study::measurement::{Measurement, REGIONS, RenderMeasurement};
+use crate::study::{ErrorField, Interval, TileSubset};
 
 /// The reference, ready to be compared with.
-pub struct Against {
+pub struct ReferencePicture {
     rgb: Grid<[f32; 3]>,
     /// As displayed, linear.
     pub shown: Grid<[f32; 3]>,
@@ -38,20 +38,25 @@ const LONGER: f64 = 2.5;
 /// The file in the folder.
 const FILE: &str = "reference.exr";
 
-impl Against {
+impl ReferencePicture {
     /// The picture that was given, that of an earlier run unless `seconds` are much more than it took, or one that is rendered
     /// now for `seconds`; what was measured against another picture counts no more.
     ///
     /// # Errors
     ///
     /// When the picture cannot be read or has another size, or nothing can be rendered.
-    pub fn find(stage: &mut Stage, folder: &mut Folder, given: Option<&Path>, seconds: f64) -> Result<Self> {
-        let known = folder.measured.iter().rev().find_map(|measured| match measured {
-            Measured::Reference(reference) => Some(reference.clone()),
+    pub fn find(
+        stage: &mut StudyRenderer,
+        folder: &mut StudyFolder,
+        given: Option<&Path>,
+        seconds: f64,
+    ) -> Result<Self> {
+        let known = folder.measurements.iter().rev().find_map(|measured| match measured {
+            Measurement::Reference(reference) => Some(reference.clone()),
             _ => None,
         });
         let given = given.map(|file| std::path::absolute(file).unwrap_or(file.to_path_buf()));
-        let same = |reference: &Reference| match &given {
+        let same = |reference: &ReferenceImage| match &given {
             Some(given) => reference.file == given.display().to_string(),
             // A much longer one allows longer pictures.
             None => reference.seconds * LONGER >= seconds,
@@ -64,17 +69,17 @@ impl Against {
         let reference = match &given {
             Some(file) => {
                 let made_by = "given".to_string();
-                Reference { file: file.display().to_string(), made_by, ..Reference::default() }
+                ReferenceImage { file: file.display().to_string(), made_by, ..ReferenceImage::default() }
             }
             None => render(stage, folder, seconds)?,
         };
         let against = Self::read(stage, &folder.file(&reference.file), &reference)?;
         let picture = uri(&against.shown).unwrap_or_default();
-        folder.keep(Measured::Reference(Reference { picture, ..reference }))?;
+        folder.keep(Measurement::Reference(ReferenceImage { picture, ..reference }))?;
         Ok(against)
     }
 
-    fn read(stage: &Stage, file: &Path, reference: &Reference) -> Result<Self> {
+    fn read(stage: &StudyRenderer, file: &Path, reference: &ReferenceImage) -> Result<Self> {
         let rgb = Picture::read(file, None).into_diagnostic()?.rgb;
         let wanted = (stage.run.film.width as usize, stage.run.film.height as usize);
         if (rgb.width(), rgb.height()) != wanted {
@@ -111,12 +116,12 @@ impl Against {
         })
     }
 
-    /// How wrong a picture is: everything of a [`Run`] that follows from its pixels.
-    pub fn judge(&self, rgb: &Grid<[f32; 3]>, shown: &Grid<[f32; 3]>) -> Result<Run> {
+    /// How wrong a picture is: everything of a [`RenderMeasurement`] that follows from its pixels.
+    pub fn judge(&self, rgb: &Grid<[f32; 3]>, shown: &Grid<[f32; 3]>) -> Result<RenderMeasurement> {
         let error = rel_mse(rgb, &self.rgb).into_diagnostic()?;
         let size = [rgb.width(), rgb.height()];
         let field = ErrorField::against(rgb.pixels(), self.rgb.pixels(), size);
-        let figures = field.as_ref().map(|field| field.figures(Part::All)).unwrap_or_default();
+        let figures = field.as_ref().map(|field| field.estimate(TileSubset::All)).unwrap_or_default();
         // What the reference itself is wrong by is no error of the picture; at most half of it is taken off.
         let off = |value: f64, own: f64| (value - own).max(0.5 * value);
         let squared = |i: usize| figures.relative[i].map(|e| off(e * e, self.relative[i].powi(2)).sqrt());
@@ -126,7 +131,7 @@ impl Against {
             true => interval.map(|x| x / interval.value * whole),
             false => Interval::exact(whole),
         };
-        Ok(Run {
+        Ok(RenderMeasurement {
             rel_mse: spread(figures.rel_mse),
             trimmed: off(error.trimmed, self.own),
             relative: [0, 1, 2].map(squared),
@@ -136,19 +141,25 @@ impl Against {
             regions: field.map(|field| field.coarse(REGIONS)).unwrap_or_default(),
             picture: uri(shown),
             error_map,
-            ..Run::default()
+            ..RenderMeasurement::default()
         })
     }
 
     /// What of a picture's relMSE is noise.
-    fn noise(&self, traced: &Traced) -> Option<Interval> {
+    fn noise(&self, traced: &StudyRender) -> Option<Interval> {
         let size = [self.rgb.width(), self.rgb.height()];
         let field = ErrorField::noise(&traced.pixels, self.rgb.pixels(), size)?;
-        Some(field.figures(Part::All).rel_mse)
+        Some(field.estimate(TileSubset::All).rel_mse)
     }
 
     /// The same with all that is known of how the picture came about.
-    pub fn judge_run(&self, stage: &Stage, run: &RunSpec, traced: &Traced, budget: f64) -> Result<Run> {
+    pub fn judge_run(
+        &self,
+        stage: &StudyRenderer,
+        run: &RunSpec,
+        traced: &StudyRender,
+        budget: f64,
+    ) -> Result<RenderMeasurement> {
         let shown = linear(&traced.shown, &stage.settings).unwrap_or_default();
         let (total, paths) = (traced.stats.total(), traced.data.counts.paths());
         let rejections = total.rejections;
@@ -158,8 +169,8 @@ impl Against {
             index.map_or(String::new(), |index| run.command(index, 1))
         };
         let rejected = Cause::ALL.into_iter().filter(|&cause| rejections.count(cause) > 0);
-        let known = traced.state.looks.last().map(|_| traced.state.figures);
-        Ok(Run {
+        let known = traced.state.checkpoints.last().map(|_| traced.state.estimate);
+        Ok(RenderMeasurement {
             method: run.integrator.name().to_string(),
             budget,
             seed: run.seed,
@@ -174,7 +185,7 @@ impl Against {
             rejected: rejected
                 .map(|cause| (cause.describe().to_string(), rejections.count(cause), command(cause)))
                 .collect(),
-            kept: traced.kept.clone(),
+            predictions: traced.predictions.clone(),
             ..self.judge(&traced.rgb, &shown)?
         })
     }
@@ -185,10 +196,10 @@ fn mean_luminance(rgb: &Grid<[f32; 3]>) -> f64 {
 }
 
 /// Makes a reference by the method that suits the scene, of those without bias.
-fn render(stage: &mut Stage, folder: &Folder, seconds: f64) -> Result<Reference> {
+fn render(stage: &mut StudyRenderer, folder: &StudyFolder, seconds: f64) -> Result<ReferenceImage> {
     let run = RunSpec { seed: SEED, ..unbiased(stage) };
-    let traced = stage.trace(&run, Limit::Time(std::time::Duration::from_secs_f64(seconds)))?;
-    if traced.driven.interrupted || traced.state.looks.is_empty() {
+    let traced = stage.trace(&run, RenderLimit::Time(std::time::Duration::from_secs_f64(seconds)))?;
+    if traced.driven.interrupted || traced.state.checkpoints.is_empty() {
         return Err(miette::miette!(
             help = "give more --budget, a smaller --size, or a picture with --against",
             "the reference needs more time: too little of it was rendered to be compared with"
@@ -205,8 +216,8 @@ fn render(stage: &mut Stage, folder: &Folder, seconds: f64) -> Result<Reference>
         layers.push(name, traced.rgb.pixels().iter().map(|rgb| rgb[i]));
     }
     exr::write(&file, &layers).into_diagnostic()?;
-    let known = traced.state.looks.last().map(|_| traced.state.figures);
-    Ok(Reference {
+    let known = traced.state.checkpoints.last().map(|_| traced.state.estimate);
+    Ok(ReferenceImage {
         file: FILE.to_string(),
         made_by: run.integrator.name().to_string(),
         seconds: traced.driven.wall.as_secs_f64(),

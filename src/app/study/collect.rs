@@ -23,11 +23,9 @@ pub fn collect(folder: &Path, output: &Path) -> Result<()> {
     let linked: Vec<(String, &Study)> =
         studies.iter().map(|(name, study)| (format!("{name}.html"), study)).collect();
     let mut files = vec![("index.html".to_string(), pages::index(&linked))];
-    files.extend(linked.iter().map(|(link, study)| (link.clone(), pages::html(study))));
-    for (name, study) in &studies {
-        files.push((format!("{name}-convergence.svg"), pages::convergence_svg(study)));
-        files.push((format!("{name}-prices.svg"), pages::prices_svg(study)));
-        files.push((format!("{name}-effects.svg"), pages::effects_svg(study)));
+    for ((link, study), (name, _)) in linked.iter().zip(&studies) {
+        files.push((link.clone(), pages::html(study)));
+        files.extend(pages::svg_files(study).map(|(end, text)| (format!("{name}-{end}"), text)));
     }
     for (name, text) in &files {
         atomically(&output.join(name), text.as_bytes()).into_diagnostic()?;

@@ -4,17 +4,17 @@ use std::time::Duration;
 
 use miette::Result;
 
-use super::against::Against;
-use super::folder::Folder;
-use super::stage::{Limit, Stage};
-use super::{Clock, pictures};
+use super::against::ReferencePicture;
+use super::folder::StudyFolder;
+use super::stage::{RenderLimit, StudyRenderer};
+use super::{TimeBudget, pictures};
 use crate::app::args::study::Peer;
 use crate::app::{predictions, process, tell};
 use crate::client::develop;
 use crate::image::Grid;
 use crate::image::compare::Picture;
 use crate::scene::desc::IntegratorKind;
-use crate::study::measured::{FIGURES, Measured, Run};
+use crate::study::measurement::{FIGURES, Measurement, RenderMeasurement};
 
 /// Seconds that pictures are given: those of the paper's Figures 3 and 4, and between.
 pub const LADDER: [f64; 9] = [FIGURES[0], 0.1, FIGURES[1], 1.0, FIGURES[2], 10.0, FIGURES[3], 100.0, 300.0];
@@ -35,37 +35,37 @@ const JUDGING: f64 = 0.4;
 ///
 /// When nothing can be rendered or kept.
 pub fn converge(
-    stage: &mut Stage,
-    folder: &mut Folder,
-    (against, methods): (&Against, &[IntegratorKind]),
-    clock: &Clock,
+    stage: &mut StudyRenderer,
+    folder: &mut StudyFolder,
+    (against, methods): (&ReferencePicture, &[IntegratorKind]),
+    clock: &TimeBudget,
 ) -> Result<()> {
     for kind in methods {
         // Pipelines, tables, pages of memory: once, before anything is timed.
-        stage.trace(&stage.run(*kind, 0), Limit::Time(Duration::from_millis(50)))?;
+        stage.trace(&stage.run(*kind, 0), RenderLimit::Time(Duration::from_millis(50)))?;
     }
     while let Some(budget) = next(folder, methods, against.longest, clock) {
         for kind in methods {
             let seed = 1 + runs(folder, *kind, budget) as u32 + (budget * 1000.0) as u32 * 100;
             let run = stage.run(*kind, seed);
             clock.say(&format!("{} for {budget:.2} s", kind.name()));
-            let traced = stage.trace(&run, Limit::Time(Duration::from_secs_f64(budget)))?;
+            let traced = stage.trace(&run, RenderLimit::Time(Duration::from_secs_f64(budget)))?;
             if traced.driven.interrupted {
                 return Ok(());
             }
-            predictions::log(&run, &traced.kept);
+            predictions::log(&run, &traced.predictions);
             let mut run = against.judge_run(stage, &run, &traced, budget)?;
             let first = runs(folder, *kind, budget) == 0;
             run.picture = run.picture.filter(|_| first && (budget >= SHOWN || FIGURES.contains(&budget)));
             run.error_map = run.error_map.filter(|_| first && budget >= SHOWN);
-            folder.keep(Measured::Run(Box::new(run)))?;
+            folder.keep(Measurement::Run(Box::new(run)))?;
         }
     }
     Ok(())
 }
 
 /// The time that is due next; `None` when all that fit have been measured often enough.
-fn next(folder: &Folder, methods: &[IntegratorKind], longest: f64, clock: &Clock) -> Option<f64> {
+fn next(folder: &StudyFolder, methods: &[IntegratorKind], longest: f64, clock: &TimeBudget) -> Option<f64> {
     if process::is_interrupted() {
         return None;
     }
@@ -77,10 +77,10 @@ fn next(folder: &Folder, methods: &[IntegratorKind], longest: f64, clock: &Clock
 }
 
 /// Pictures of a method and time so far.
-fn runs(folder: &Folder, kind: IntegratorKind, budget: f64) -> usize {
+fn runs(folder: &StudyFolder, kind: IntegratorKind, budget: f64) -> usize {
     let name = kind.name();
-    let same = |run: &Run| run.method == name && run.budget == budget;
-    folder.measured.iter().filter(|m| matches!(m, Measured::Run(run) if same(run))).count()
+    let same = |run: &RenderMeasurement| run.method == name && run.budget == budget;
+    folder.measurements.iter().filter(|m| matches!(m, Measurement::Run(run) if same(run))).count()
 }
 
 /// Pictures of other programs.
@@ -88,10 +88,15 @@ fn runs(folder: &Folder, kind: IntegratorKind, budget: f64) -> usize {
 /// # Errors
 ///
 /// When one cannot be read or has another size.
-pub fn peers(stage: &Stage, folder: &mut Folder, against: &Against, peers: &[Peer]) -> Result<()> {
+pub fn peers(
+    stage: &StudyRenderer,
+    folder: &mut StudyFolder,
+    against: &ReferencePicture,
+    peers: &[Peer],
+) -> Result<()> {
     for peer in peers {
-        let same = |run: &Run| run.method == peer.name && run.seconds == peer.seconds;
-        if folder.measured.iter().any(|m| matches!(m, Measured::Run(run) if same(run))) {
+        let same = |run: &RenderMeasurement| run.method == peer.name && run.seconds == peer.seconds;
+        if folder.measurements.iter().any(|m| matches!(m, Measurement::Run(run) if same(run))) {
             continue;
         }
         let mut picture = Picture::read(&peer.file, None)
@@ -104,7 +109,7 @@ pub fn peers(stage: &Stage, folder: &mut Folder, against: &Against, peers: &[Pee
         let judged = against
             .judge(&picture.rgb, &shown)
             .map_err(|error| miette::miette!("--peer {}: {error}", peer.name))?;
-        let run = Run {
+        let run = RenderMeasurement {
             method: peer.name.clone(),
             peer: true,
             budget: peer.seconds,
@@ -112,7 +117,7 @@ pub fn peers(stage: &Stage, folder: &mut Folder, against: &Against, peers: &[Pee
             picture: pictures::uri(&shown),
             ..judged
         };
-        folder.keep(Measured::Run(Box::new(run)))?;
+        folder.keep(Measurement::Run(Box::new(run)))?;
     }
     Ok(())
 }

@@ -2,11 +2,11 @@
 
 use miette::Result;
 
-use super::against::Against;
-use super::folder::Folder;
+use super::against::ReferencePicture;
+use super::folder::StudyFolder;
 use super::pictures::{difference, linear};
-use super::stage::{Limit, Stage};
-use super::{Clock, chosen};
+use super::stage::{RenderLimit, StudyRenderer};
+use super::{TimeBudget, chosen};
 use crate::app::bench;
 use crate::app::process;
 use crate::app::run_spec::RunSpec;
@@ -17,7 +17,7 @@ use crate::client::{
 use crate::image::compare::rel_mse;
 use crate::study::Interval;
 use crate::study::data::DisplayPrice;
-use crate::study::measured::Measured;
+use crate::study::measurement::Measurement;
 
 /// Samples per pixel of the pictures that are judged: the paper's Figure 2, and some more.
 const SAMPLES: [f64; 2] = [0.1, 4.0];
@@ -40,7 +40,7 @@ const KERNELS: [(&str, u32, u32); 7] = [
 const BATCH: [&str; 3] = ["splat", "fold", "variance"];
 
 /// A setting: its knob, its name, what it makes of the usual ones, and whether it concerns samples.
-struct Setting {
+struct DisplaySetting {
     knob: &'static str,
     name: &'static str,
     settings: Settings,
@@ -54,7 +54,12 @@ struct Setting {
 /// # Errors
 ///
 /// When the device fails.
-pub fn display(stage: &mut Stage, folder: &mut Folder, against: &Against, clock: &Clock) -> Result<()> {
+pub fn display(
+    stage: &mut StudyRenderer,
+    folder: &mut StudyFolder,
+    against: &ReferencePicture,
+    clock: &TimeBudget,
+) -> Result<()> {
     let run = chosen(stage);
     for samples in SAMPLES {
         let paths = (samples * stage.texels()).round() as u64;
@@ -63,7 +68,7 @@ pub fn display(stage: &mut Stage, folder: &mut Folder, against: &Against, clock:
             let same = |p: &DisplayPrice| {
                 (&*p.knob, &*p.setting, p.samples_per_pixel) == (setting.knob, setting.name, samples)
             };
-            if folder.measured.iter().any(|m| matches!(m, Measured::Display(price) if same(price))) {
+            if folder.measurements.iter().any(|m| matches!(m, Measurement::Display(price) if same(price))) {
                 continue;
             }
             if process::is_interrupted() || clock.left() < 0.0 {
@@ -73,7 +78,7 @@ pub fn display(stage: &mut Stage, folder: &mut Folder, against: &Against, clock:
             if film != Some(setting.spec) {
                 stage.remake(setting.spec)?;
                 let run = RunSpec { film: setting.spec, ..run.clone() };
-                if stage.trace(&run, Limit::Paths(paths))?.driven.interrupted {
+                if stage.trace(&run, RenderLimit::Paths(paths))?.driven.interrupted {
                     return stage.remake(stage.run.film);
                 }
                 film = Some(setting.spec);
@@ -85,7 +90,7 @@ pub fn display(stage: &mut Stage, folder: &mut Folder, against: &Against, clock:
                 true => time(stage, &run, &setting)?,
                 false => earlier(folder, &setting),
             };
-            folder.keep(Measured::Display(DisplayPrice {
+            folder.keep(Measurement::Display(DisplayPrice {
                 knob: setting.knob.to_string(),
                 setting: setting.name.to_string(),
                 default: setting.default,
@@ -101,20 +106,20 @@ pub fn display(stage: &mut Stage, folder: &mut Folder, against: &Against, clock:
 }
 
 /// True if the last setting has been judged at the last number of samples.
-pub fn is_complete(folder: &Folder) -> bool {
+pub fn is_complete(folder: &StudyFolder) -> bool {
     let last = |price: &DisplayPrice| price.setting == "box" && price.samples_per_pixel == SAMPLES[1];
-    folder.measured.iter().any(|m| matches!(m, Measured::Display(price) if last(price)))
+    folder.measurements.iter().any(|m| matches!(m, Measurement::Display(price) if last(price)))
 }
 
 /// Everything that is varied, one at a time.
-fn settings(stage: &Stage) -> Vec<Setting> {
+fn settings(stage: &StudyRenderer) -> Vec<DisplaySetting> {
     let usual = Settings { vm: 0.0, glare: None, ..stage.settings.clone() };
     let plain = FilmSpec { variance: None, ..stage.run.film };
     let varied = FilmSpec { variance: Some(VarianceForm::Product), ..plain };
     let mut all = Vec::new();
     let mut add = |knob, name, settings: &Settings, spec: FilmSpec, default| {
         let per_sample = matches!(knob, "filter" | "variance" | "sums");
-        all.push(Setting { knob, name, settings: settings.clone(), spec, per_sample, default });
+        all.push(DisplaySetting { knob, name, settings: settings.clone(), spec, per_sample, default });
     };
     for (name, reconstruction) in [
         ("windowed Gaussian", Reconstruction::Gaussian),
@@ -154,7 +159,7 @@ fn settings(stage: &Stage) -> Vec<Setting> {
 }
 
 /// Milliseconds on the device, per repaint or per million samples; `None` where there is no device with clocks.
-fn time(stage: &Stage, run: &RunSpec, setting: &Setting) -> Result<Option<Interval>> {
+fn time(stage: &StudyRenderer, run: &RunSpec, setting: &DisplaySetting) -> Result<Option<Interval>> {
     let Some(gpu) = stage.device.gpu() else { return Ok(None) };
     let run = RunSpec { film: setting.spec, ..run.clone() };
     let scene = (stage.scene.clone(), stage.camera.clone());
@@ -175,9 +180,9 @@ fn time(stage: &Stage, run: &RunSpec, setting: &Setting) -> Result<Option<Interv
 }
 
 /// The time that was measured with the first picture.
-fn earlier(folder: &Folder, setting: &Setting) -> Option<Interval> {
-    folder.measured.iter().rev().find_map(|measured| match measured {
-        Measured::Display(price) if price.knob == setting.knob && price.setting == setting.name => {
+fn earlier(folder: &StudyFolder, setting: &DisplaySetting) -> Option<Interval> {
+    folder.measurements.iter().rev().find_map(|measured| match measured {
+        Measurement::Display(price) if price.knob == setting.knob && price.setting == setting.name => {
             price.milliseconds
         }
         _ => None,

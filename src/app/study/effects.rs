@@ -5,17 +5,17 @@ use std::time::Duration;
 
 use miette::{IntoDiagnostic, Result};
 
-use super::against::Against;
-use super::folder::Folder;
+use super::against::ReferencePicture;
+use super::folder::StudyFolder;
 use super::pictures::{difference, linear, uri};
-use super::stage::{Limit, Stage};
-use super::{Clock, chosen};
+use super::stage::{RenderLimit, StudyRenderer};
+use super::{TimeBudget, chosen};
 use crate::app::explain::price;
 use crate::app::run_spec::RunSpec;
 use crate::app::{load, plan, process};
 use crate::study::Interval;
 use crate::study::data::EffectPrice;
-use crate::study::measured::Measured;
+use crate::study::measurement::Measurement;
 use crate::tracer::effects::{self, Effect};
 use crate::tracer::{Camera, Scene};
 
@@ -27,11 +27,16 @@ const TURNS: usize = 9;
 /// # Errors
 ///
 /// When a scene without an effect cannot be prepared or rendered.
-pub fn effects(stage: &mut Stage, folder: &mut Folder, against: &Against, clock: &Clock) -> Result<()> {
-    let known = |name: &str, folder: &Folder| {
-        folder.measured.iter().any(|m| matches!(m, Measured::Effect(price) if price.name == name))
+pub fn effects(
+    stage: &mut StudyRenderer,
+    folder: &mut StudyFolder,
+    against: &ReferencePicture,
+    clock: &TimeBudget,
+) -> Result<()> {
+    let known = |name: &str, folder: &StudyFolder| {
+        folder.measurements.iter().any(|m| matches!(m, Measurement::Effect(price) if price.name == name))
     };
-    if folder.measured.iter().filter(|m| matches!(m, Measured::Unused { .. })).count() >= TURNS {
+    if folder.measurements.iter().filter(|m| matches!(m, Measurement::Unused { .. })).count() >= TURNS {
         return Ok(());
     }
     let run = chosen(stage);
@@ -41,12 +46,12 @@ pub fn effects(stage: &mut Stage, folder: &mut Folder, against: &Against, clock:
     let on: Vec<Effect> = plan.iter().filter(|entry| entry.on).filter_map(|entry| entry.effect).collect();
     // Half a share for the picture with everything, one for each without something.
     let seconds = (clock.left() / (on.len() as f64 + 2.0) - 0.6).clamp(0.3, 10.0);
-    let limit = Limit::Time(Duration::from_secs_f64(seconds));
+    let limit = RenderLimit::Time(Duration::from_secs_f64(seconds));
     let whole = stage.trace(&run, limit)?;
     if whole.driven.interrupted {
         return Ok(());
     }
-    let same = Limit::Paths(whole.data.counts.paths());
+    let same = RenderLimit::Paths(whole.data.counts.paths());
     let (flip_whole, _) =
         difference(&linear(&whole.shown, &stage.settings).unwrap_or_default(), &against.shown);
     for (entry, turns) in plan.iter().zip(ratios) {
@@ -64,8 +69,8 @@ pub fn effects(stage: &mut Stage, folder: &mut Folder, against: &Against, clock:
             && time.is_some()
             && let Some(without) = leave_out(stage, &run, effect, same)?
         {
-            let noise = |traced: &super::stage::Traced| {
-                let figures = traced.state.looks.last().map(|_| traced.state.figures.mean_square)?;
+            let noise = |traced: &super::stage::StudyRender| {
+                let figures = traced.state.checkpoints.last().map(|_| traced.state.estimate.mean_square)?;
                 Some(figures)
             };
             if without.driven.interrupted {
@@ -76,18 +81,18 @@ pub fn effects(stage: &mut Stage, folder: &mut Folder, against: &Against, clock:
             price.loss = Some((difference(&shown, &against.shown).0 - flip_whole).max(0.0));
             price.picture = uri(&shown);
         }
-        folder.keep(Measured::Effect(price))?;
+        folder.keep(Measurement::Effect(price))?;
     }
     unused(stage, folder, &run)
 }
 
 /// The scene without an effect, rendered; `None` where it cannot be left out.
 fn leave_out(
-    stage: &mut Stage,
+    stage: &mut StudyRenderer,
     run: &RunSpec,
     effect: Effect,
-    limit: Limit,
-) -> Result<Option<super::stage::Traced>> {
+    limit: RenderLimit,
+) -> Result<Option<super::stage::StudyRender>> {
     let mut other = stage.desc.clone();
     other.integrator.kind = run.integrator;
     if effects::without(&mut other, effect).is_err() {
@@ -100,7 +105,7 @@ fn leave_out(
 }
 
 /// What leaving out unused effects saves: the scene as planned against the code for everything, in turn.
-fn unused(stage: &Stage, folder: &mut Folder, run: &RunSpec) -> Result<()> {
+fn unused(stage: &StudyRenderer, folder: &mut StudyFolder, run: &RunSpec) -> Result<()> {
     let general = Arc::new(load::prepare(Scene::prepare_general, &stage.desc, stage.scene.kernel())?);
     let mut desc = stage.desc.clone();
     desc.integrator.kind = run.integrator;
@@ -111,7 +116,7 @@ fn unused(stage: &Stage, folder: &mut Folder, run: &RunSpec) -> Result<()> {
     }
     for _ in 0..TURNS {
         let ratio = everything(price::THOROUGH.turn) / planned(price::THOROUGH.turn);
-        folder.keep(Measured::Unused { ratio })?;
+        folder.keep(Measurement::Unused { ratio })?;
     }
     Ok(())
 }

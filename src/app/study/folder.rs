@@ -6,16 +6,16 @@ use std::path::{Path, PathBuf};
 use miette::{IntoDiagnostic, Result, WrapErr};
 use serde::{Deserialize, Serialize};
 
-use super::stage::Stage;
+use super::stage::StudyRenderer;
 use crate::app::tell;
 use crate::image::write::atomically;
 use crate::study::data::Study;
-use crate::study::measured::Measured;
+use crate::study::measurement::Measurement;
 use crate::study::pages;
 
 /// What the measurements of a folder belong to: its first line. Others do not go together with them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct Heading {
+struct FolderHeader {
     format: u32,
     program: String,
     /// Hash of all that the scene holds and of how it is shown.
@@ -32,23 +32,23 @@ struct Heading {
 pub const FORMAT: u32 = 1;
 
 /// A folder that is open.
-pub struct Folder {
+pub struct StudyFolder {
     path: PathBuf,
     file: std::fs::File,
     /// Everything that was measured in it, by this run or one before.
-    pub measured: Vec<Measured>,
+    pub measurements: Vec<Measurement>,
     grown: bool,
 }
 
 const LINES: &str = "measurements.jsonl";
 
-impl Folder {
+impl StudyFolder {
     /// Opens a folder, or makes it.
     ///
     /// # Errors
     ///
     /// When it cannot be made or read, or holds the study of something else.
-    pub fn open(path: &Path, stage: &Stage) -> Result<Self> {
+    pub fn open(path: &Path, stage: &StudyRenderer) -> Result<Self> {
         let cannot = |what: &str| format!("cannot {what} {}", path.display());
         std::fs::create_dir_all(path).into_diagnostic().wrap_err_with(|| cannot("make the folder"))?;
         let lines = path.join(LINES);
@@ -64,7 +64,7 @@ impl Folder {
         let heading = heading(stage);
         let mut parts = text.split_inclusive('\n');
         if let Some(first) = parts.next() {
-            let there: Option<Heading> = serde_json::from_str(first).ok();
+            let there: Option<FolderHeader> = serde_json::from_str(first).ok();
             if there.as_ref() != Some(&heading) {
                 return Err(miette::miette!(
                     help = "give another folder with -o, or remove this one",
@@ -75,7 +75,7 @@ impl Folder {
         }
         // A line without an end was being written when the run ended.
         let whole = text.rfind('\n').map_or(0, |end| end + 1);
-        let read: Vec<Option<Measured>> =
+        let read: Vec<Option<Measurement>> =
             parts.filter(|line| line.ends_with('\n')).map(|line| serde_json::from_str(line).ok()).collect();
         let broken = read.iter().filter(|line| line.is_none()).count();
         if broken > 0 {
@@ -89,7 +89,7 @@ impl Folder {
         if whole == 0 {
             writeln!(file, "{}", serde_json::to_string(&heading).into_diagnostic()?).into_diagnostic()?;
         }
-        Ok(Self { path: path.to_path_buf(), file, measured, grown: false })
+        Ok(Self { path: path.to_path_buf(), file, measurements: measured, grown: false })
     }
 
     /// A file of the folder.
@@ -102,11 +102,11 @@ impl Folder {
     /// # Errors
     ///
     /// When the file cannot be written.
-    pub fn keep(&mut self, measured: Measured) -> Result<()> {
+    pub fn keep(&mut self, measured: Measurement) -> Result<()> {
         let line = serde_json::to_string(&measured).into_diagnostic()? + "\n";
         let written = self.file.write_all(line.as_bytes()).into_diagnostic();
         written.wrap_err_with(|| format!("cannot write {}", self.path.join(LINES).display()))?;
-        take(&mut self.measured, measured);
+        take(&mut self.measurements, measured);
         self.grown = true;
         Ok(())
     }
@@ -123,16 +123,10 @@ impl Folder {
     /// When a file cannot be written; the others are.
     pub fn publish(&self, study: &Study) -> Result<()> {
         let json = serde_json::to_string_pretty(study).into_diagnostic()? + "\n";
-        let files = [
-            ("study.json", json),
-            ("study.csv", pages::csv(study)),
-            ("index.html", pages::html(study)),
-            ("convergence.svg", pages::convergence_svg(study)),
-            ("prices.svg", pages::prices_svg(study)),
-            ("effects.svg", pages::effects_svg(study)),
-        ];
+        let texts =
+            [("study.json", json), ("study.csv", pages::csv(study)), ("index.html", pages::html(study))];
         let mut outcome = Ok(());
-        for (name, text) in files {
+        for (name, text) in texts.into_iter().chain(pages::svg_files(study)) {
             let written = atomically(&self.path.join(name), text.as_bytes());
             outcome = outcome.and(written);
         }
@@ -141,16 +135,16 @@ impl Folder {
 }
 
 /// Adds a measurement; what was measured against another reference does not count any more.
-fn take(all: &mut Vec<Measured>, new: Measured) {
-    if matches!(new, Measured::Reference(_)) {
+fn take(all: &mut Vec<Measurement>, new: Measurement) {
+    if matches!(new, Measurement::Reference(_)) {
         all.clear();
     }
     all.push(new);
 }
 
-fn heading(stage: &Stage) -> Heading {
+fn heading(stage: &StudyRenderer) -> FolderHeader {
     let run = &stage.run;
-    Heading {
+    FolderHeader {
         format: FORMAT,
         program: env!("CARGO_PKG_VERSION").to_string(),
         scene: format!("{:016x}", hash(&(&stage.desc, &stage.settings))),

@@ -23,11 +23,11 @@ use super::args::study::Knob;
 use super::run_spec::RunSpec;
 use super::{method, predictions, process, tell};
 use crate::scene::desc::IntegratorKind;
-use crate::study::measured::Measured;
+use crate::study::measurement::Measurement;
 use crate::study::{analysis, pages};
-use against::Against;
-use folder::Folder;
-use stage::Stage;
+use against::ReferencePicture;
+use folder::StudyFolder;
+use stage::StudyRenderer;
 
 /// Shares of the budget: the reference, and each part.
 const REFERENCE: f64 = 0.2;
@@ -40,13 +40,13 @@ const PARTS: [(Knob, f64); 5] = [
 ];
 
 /// What a part may still take.
-pub struct Clock {
+pub struct TimeBudget {
     start: Instant,
     seconds: f64,
     quiet: bool,
 }
 
-impl Clock {
+impl TimeBudget {
     /// Seconds that are left; negative afterwards.
     pub fn left(&self) -> f64 {
         self.seconds - self.start.elapsed().as_secs_f64()
@@ -74,21 +74,21 @@ pub fn study(args: &StudyArgs) -> Result<()> {
     }
     let Some(scene) = &args.scene else { return Ok(()) };
     process::listen_for_interrupt();
-    let budget = Clock { start: Instant::now(), seconds: args.budget.as_secs_f64(), quiet: args.quiet };
-    let mut stage = Stage::new(args, &about::source(args, scene.clone()))?;
+    let budget = TimeBudget { start: Instant::now(), seconds: args.budget.as_secs_f64(), quiet: args.quiet };
+    let mut stage = StudyRenderer::new(args, &about::source(args, scene.clone()))?;
     let path = args.output.clone().unwrap_or_else(|| {
         let stem = scene.file_stem().unwrap_or_default().to_string_lossy();
         PathBuf::from(format!("study-{stem}"))
     });
-    let mut folder = Folder::open(&path, &stage)?;
+    let mut folder = StudyFolder::open(&path, &stage)?;
     budget.say("the reference");
     let against =
-        Against::find(&mut stage, &mut folder, args.against.as_deref(), REFERENCE * budget.seconds)?;
+        ReferencePicture::find(&mut stage, &mut folder, args.against.as_deref(), REFERENCE * budget.seconds)?;
     let outcome = measure(args, &mut stage, (&mut folder, &against), &budget);
     if folder.has_grown() {
-        folder.keep(Measured::Command { command: about::command() })?;
+        folder.keep(Measurement::Command { command: about::command() })?;
     }
-    let study = analysis::study(about::about(args, &stage, &folder), &folder.measured);
+    let study = analysis::study(about::about(args, &stage, &folder), &folder.measurements);
     folder.publish(&study)?;
     if !args.quiet {
         super::report::print(&pages::terminal(&study), "the study");
@@ -100,9 +100,9 @@ pub fn study(args: &StudyArgs) -> Result<()> {
 /// One part after another; each takes its share of what is left.
 fn measure(
     args: &StudyArgs,
-    stage: &mut Stage,
-    (folder, against): (&mut Folder, &Against),
-    budget: &Clock,
+    stage: &mut StudyRenderer,
+    (folder, against): (&mut StudyFolder, &ReferencePicture),
+    budget: &TimeBudget,
 ) -> Result<()> {
     converge::peers(stage, folder, against, &args.peer)?;
     let wanted = |knob: Knob| args.knobs.is_empty() || args.knobs.contains(&knob);
@@ -113,7 +113,7 @@ fn measure(
             continue;
         }
         let share = if Some(i) == last { 1.0 } else { share };
-        let clock = Clock { start: Instant::now(), seconds: share * budget.left(), quiet: args.quiet };
+        let clock = TimeBudget { start: Instant::now(), seconds: share * budget.left(), quiet: args.quiet };
         match knob {
             Knob::Methods => converge::converge(stage, folder, (against, &methods), &clock)?,
             Knob::Effects => effects::effects(stage, folder, against, &clock)?,
@@ -126,14 +126,14 @@ fn measure(
 }
 
 /// The method that `auto` chooses, which effects and display are measured with.
-fn chosen(stage: &Stage) -> RunSpec {
+fn chosen(stage: &StudyRenderer) -> RunSpec {
     let mut run = stage.run(IntegratorKind::Auto, 1);
     method::choose(&mut run, &stage.scene, &stage.camera, stage.threads);
     run
 }
 
 /// The same, but for photon mapping, whose pictures have more than noise.
-fn unbiased(stage: &Stage) -> RunSpec {
+fn unbiased(stage: &StudyRenderer) -> RunSpec {
     let mut run = chosen(stage);
     if run.integrator == IntegratorKind::Photon {
         run.integrator = IntegratorKind::Bidirectional;

@@ -5,11 +5,11 @@ use std::time::Instant;
 
 use miette::Result;
 
-use super::folder::Folder;
-use super::stage::Stage;
+use super::folder::StudyFolder;
+use super::stage::StudyRenderer;
 use crate::study::Interval;
 use crate::study::data::NumericPrice;
-use crate::study::measured::Measured;
+use crate::study::measurement::Measurement;
 
 /// Values in a sum: what one pixel receives in an hour of a fast tracer.
 const TERMS: usize = 1 << 20;
@@ -22,8 +22,8 @@ const SUMS: usize = 9;
 /// # Errors
 ///
 /// When the measurements cannot be kept.
-pub fn numeric(stage: &Stage, folder: &mut Folder) -> Result<()> {
-    if folder.measured.iter().any(|m| matches!(m, Measured::Numeric(_))) {
+pub fn numeric(stage: &StudyRenderer, folder: &mut StudyFolder) -> Result<()> {
+    if folder.measurements.iter().any(|m| matches!(m, Measurement::Numeric(_))) {
         return Ok(());
     }
     let values = luminances(stage);
@@ -67,7 +67,7 @@ pub fn numeric(stage: &Stage, folder: &mut Folder) -> Result<()> {
             "variance of 2^20 luminances of this scene",
         ),
     ] {
-        folder.keep(Measured::Numeric(NumericPrice {
+        folder.keep(Measurement::Numeric(NumericPrice {
             choice: choice.to_string(),
             forms: forms.map(str::to_string),
             time,
@@ -105,7 +105,7 @@ fn compare(
 }
 
 /// Luminances of the scene's samples, repeated as often as needed.
-fn luminances(stage: &Stage) -> Vec<f32> {
+fn luminances(stage: &StudyRenderer) -> Vec<f32> {
     let run = super::chosen(stage);
     let samples =
         crate::app::explain::price::samples(&run, (stage.scene.clone(), stage.camera.clone()), 1 << 14);

@@ -2,15 +2,15 @@
 
 use miette::Result;
 
-use super::against::Against;
-use super::folder::Folder;
-use super::stage::{Limit, Stage};
-use super::{Clock, unbiased};
+use super::against::ReferencePicture;
+use super::folder::StudyFolder;
+use super::stage::{RenderLimit, StudyRenderer};
+use super::{TimeBudget, unbiased};
 use crate::app::process;
 use crate::app::run_spec::RunSpec;
 use crate::study::Interval;
 use crate::study::data::SchemePrice;
-use crate::study::measured::Measured;
+use crate::study::measurement::Measurement;
 
 /// Samples per pixel of the pictures.
 const SAMPLES: f64 = 16.0;
@@ -20,12 +20,17 @@ const SAMPLES: f64 = 16.0;
 /// # Errors
 ///
 /// When nothing can be rendered or kept.
-pub fn schemes(stage: &mut Stage, folder: &mut Folder, against: &Against, clock: &Clock) -> Result<()> {
-    if folder.measured.iter().any(|m| matches!(m, Measured::Scheme(_))) || clock.left() <= 0.0 {
+pub fn schemes(
+    stage: &mut StudyRenderer,
+    folder: &mut StudyFolder,
+    against: &ReferencePicture,
+    clock: &TimeBudget,
+) -> Result<()> {
+    if folder.measurements.iter().any(|m| matches!(m, Measurement::Scheme(_))) || clock.left() <= 0.0 {
         return Ok(());
     }
     let run = unbiased(stage);
-    let paths = Limit::Paths((SAMPLES * stage.texels()) as u64);
+    let paths = RenderLimit::Paths((SAMPLES * stage.texels()) as u64);
     let (mut ratios, mut stated) = (Vec::new(), Vec::new());
     for seed in 7000.. {
         clock.say("a picture with replicates and one without");
@@ -50,7 +55,7 @@ pub fn schemes(stage: &mut Stage, folder: &mut Folder, against: &Against, clock:
         }
     }
     let mean = |logs: &[f64]| Interval::of_mean(logs).unwrap_or_default().map(f64::exp);
-    folder.keep(Measured::Scheme(SchemePrice {
+    folder.keep(Measurement::Scheme(SchemePrice {
         name: "two independent randomisations".to_string(),
         used: true,
         error: mean(&ratios),

@@ -23,14 +23,14 @@ use crate::scene::desc::IntegratorKind;
 use crate::server::{Server, Stats};
 use crate::stream::Lanes;
 use crate::stream::control::Epoch;
-use crate::study::error::Pixel;
-use crate::study::prediction::Kept;
-use crate::study::{Quantity, State};
+use crate::study::error::ReplicatePixel;
+use crate::study::prediction::PredictionOutcome;
+use crate::study::{ErrorQuantile, ErrorStatus};
 use crate::tracer::{Camera, Scene};
 
 /// How long a picture is traced.
 #[derive(Clone, Copy, Debug)]
-pub enum Limit {
+pub enum RenderLimit {
     /// Wall-clock time.
     Time(Duration),
     /// Paths.
@@ -38,7 +38,7 @@ pub enum Limit {
 }
 
 /// A prepared scene and all that renders it.
-pub struct Stage {
+pub struct StudyRenderer {
     /// What runs are made of; method and seed differ.
     pub run: RunSpec,
     /// The scene as planned.
@@ -62,7 +62,7 @@ pub struct Stage {
 }
 
 /// A picture and how it came about.
-pub struct Traced {
+pub struct StudyRender {
     /// Linear Rec.709, unblurred.
     pub rgb: Grid<[f32; 3]>,
     /// The sums.
@@ -76,14 +76,14 @@ pub struct Traced {
     /// From sums to displayed picture, seconds.
     pub display_seconds: f64,
     /// What its replicates say; nothing for an undivided run.
-    pub state: Arc<State>,
-    /// Its predictions.
-    pub kept: Vec<Kept>,
+    pub state: Arc<ErrorStatus>,
+    /// Its predictions and their outcomes.
+    pub predictions: Vec<PredictionOutcome>,
     /// What its replicates know of every pixel; nothing for an undivided run.
-    pub pixels: Vec<Pixel>,
+    pub pixels: Vec<ReplicatePixel>,
 }
 
-impl Stage {
+impl StudyRenderer {
     /// Loads and prepares the scene of a command line.
     ///
     /// # Errors
@@ -131,7 +131,7 @@ impl Stage {
     /// # Errors
     ///
     /// As [`trace_other`](Self::trace_other).
-    pub fn trace(&mut self, run: &RunSpec, limit: Limit) -> Result<Traced> {
+    pub fn trace(&mut self, run: &RunSpec, limit: RenderLimit) -> Result<StudyRender> {
         self.trace_other(run, (self.scene.clone(), self.camera.clone()), limit)
     }
 
@@ -144,13 +144,13 @@ impl Stage {
         &mut self,
         run: &RunSpec,
         (scene, camera): (Arc<Scene>, Camera),
-        limit: Limit,
-    ) -> Result<Traced> {
+        limit: RenderLimit,
+    ) -> Result<StudyRender> {
         self.client.clear().into_diagnostic()?;
         self.epoch = self.epoch.next();
         let (range, time) = match limit {
-            Limit::Time(time) => (0..u64::MAX, Some(time)),
-            Limit::Paths(paths) => (0..paths, None),
+            RenderLimit::Time(time) => (0..u64::MAX, Some(time)),
+            RenderLimit::Paths(paths) => (0..paths, None),
         };
         let order =
             RenderOrder { scene, camera, range, window: run.film.window(), epoch: self.epoch, check: None };
@@ -163,7 +163,7 @@ impl Stage {
             deterministic: false,
             time,
             texels: self.texels(),
-            quantity: Quantity::P95,
+            quantity: ErrorQuantile::P95,
         };
         let onlookers = Onlookers { bar: &bar, timings: &mut None, observer: observer.as_ref() };
         let driven = drive(plan, &self.server, &mut self.lanes, &mut self.client, onlookers)?;
@@ -171,13 +171,13 @@ impl Stage {
             return Err(miette::miette!("path {index} panicked: {message}: {}", run.command(*index, 1)));
         }
         let pixels = observer.as_ref().map(Observer::pixels).unwrap_or_default();
-        let (state, kept) = observer.map(|observer| observer.end()).unwrap_or_default();
+        let (state, predictions) = observer.map(|observer| observer.end()).unwrap_or_default();
         let stats = self.server.stats();
         let (data, shown, display_seconds) = self.develop()?;
         let size = (run.film.width as usize, run.film.height as usize);
         let rgb = Grid::from_rows(size.0, size.1, develop::linear_rgb(&data, &Profile::srgb()));
         let rgb = rgb.ok_or_else(|| miette::miette!("the film has another size than its picture"))?;
-        Ok(Traced { rgb, data, shown, driven, stats, display_seconds, state, kept, pixels })
+        Ok(StudyRender { rgb, data, shown, driven, stats, display_seconds, state, predictions, pixels })
     }
 
     fn develop(&mut self) -> Result<(FilmData, DisplayImage, f64)> {

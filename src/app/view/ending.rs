@@ -16,7 +16,7 @@ use crate::app::view::screen::Screen;
 use crate::app::{predictions, process, tell};
 use crate::client::window::statistics::RecentValues;
 use crate::gpu;
-use crate::study::Quantity;
+use crate::study::ErrorQuantile;
 
 /// Longest wait for the last samples.
 const LAST_SAMPLES: Duration = Duration::from_secs(2);
@@ -167,7 +167,7 @@ impl Viewer {
         let (observer, run) = (self.picture.observer()?, self.session.run_spec());
         let (state, kept) = observer.end();
         predictions::log(run, &kept);
-        ErrorReport::new(&state, run, (observer.target(), Quantity::P95), state.reached)
+        ErrorReport::new(&state, run, (observer.target(), ErrorQuantile::P95), state.reached)
     }
 
     /// Writes the pictures asked for, from the film or, where that is lost, from the kept samples.

@@ -9,9 +9,9 @@ use crate::client::window::panel::{ColorScale, ErrorSummary, FalseColorMap, MapC
 use crate::scene::desc::IntegratorKind;
 use crate::server::{COST_CELLS, CostMap};
 use crate::study::error::TILE;
-use crate::study::prediction::course;
-use crate::study::words::{duration, percent, round_percent, when};
-use crate::study::{Interval, Quantity, State};
+use crate::study::format::{duration, percent, remaining, round_percent};
+use crate::study::prediction::predicted_curve;
+use crate::study::{ErrorQuantile, ErrorStatus, Interval};
 
 /// The map of costs is made anew this often: each time is a texture to be sent.
 const REFRESH: Duration = Duration::from_secs(1);
@@ -22,7 +22,7 @@ const ENOUGH: u64 = 4;
 /// The maps that were made last; each is made anew only from new data.
 #[derive(Default)]
 pub struct MapCache {
-    state: Arc<State>,
+    state: Arc<ErrorStatus>,
     error: Option<Arc<FalseColorMap>>,
     cost: Option<(Instant, Arc<FalseColorMap>)>,
 }
@@ -60,7 +60,7 @@ impl MapCache {
         map.map_or_else(|why| PictureOverlay::Missing(why.into()), PictureOverlay::Map)
     }
 
-    fn error_map(&mut self, state: Arc<State>, size: [u32; 2]) -> Option<Arc<FalseColorMap>> {
+    fn error_map(&mut self, state: Arc<ErrorStatus>, size: [u32; 2]) -> Option<Arc<FalseColorMap>> {
         if !Arc::ptr_eq(&state, &self.state) {
             self.error = error_map(&state, size).map(Arc::new);
             self.state = state;
@@ -82,22 +82,22 @@ pub fn error_summary(observer: &Observer, target: f64, ended: bool) -> ErrorSumm
 }
 
 /// The error for the panel, `seconds` after the render began.
-fn summary(state: &State, target: f64, seconds: f64, ended: bool) -> ErrorSummary {
-    let Some(last) = state.looks.last() else {
+fn summary(state: &ErrorStatus, target: f64, seconds: f64, ended: bool) -> ErrorSummary {
+    let Some(last) = state.checkpoints.last() else {
         let message = "not known yet: after 4 samples per pixel".to_owned();
         return ErrorSummary { message, seconds, ..ErrorSummary::default() };
     };
-    let error = state.figures.relative[Quantity::P95.index()].value;
+    let error = state.estimate.relative[ErrorQuantile::P95.index()].value;
     let said = state.prediction.filter(|said| said.target == target && !ended);
     let goal = round_percent(target);
     let message = match said {
         _ if error <= target => {
-            let at = crate::study::prediction::reached(&state.looks, target, f64::NEG_INFINITY)
+            let at = crate::study::prediction::time_reached(&state.checkpoints, target, f64::NEG_INFINITY)
                 .unwrap_or(last.seconds);
             format!("{goal} reached after {}", duration(at))
         }
         Some(said) if said.seconds.high > seconds => {
-            format!("{goal} in about {}", when(seconds, said.seconds))
+            format!("{goal} in about {}", remaining(seconds, said.seconds))
         }
         Some(_) => format!("{goal} is due"),
         None if ended => format!("the render ended before {goal}"),
@@ -105,9 +105,9 @@ fn summary(state: &State, target: f64, seconds: f64, ended: bool) -> ErrorSummar
     };
     let until = said.map_or(last.seconds, |said| said.seconds.value);
     ErrorSummary {
-        quantiles: Some(state.figures.relative.map(in_words)),
-        checkpoints: state.looks.iter().map(|look| [look.seconds, look.error]).collect(),
-        fit: course(&state.looks, until),
+        quantiles: Some(state.estimate.relative.map(in_words)),
+        checkpoints: state.checkpoints.iter().map(|c| [c.seconds, c.error]).collect(),
+        fit: predicted_curve(&state.checkpoints, until),
         prediction: said.map(|said| [said.seconds.value, said.seconds.low, said.seconds.high]),
         message,
         seconds,
@@ -121,10 +121,10 @@ fn in_words(figure: Interval) -> [String; 2] {
 }
 
 /// The map of errors at the last checkpoint; `None` before the first.
-fn error_map(state: &State, size: [u32; 2]) -> Option<FalseColorMap> {
+fn error_map(state: &ErrorStatus, size: [u32; 2]) -> Option<FalseColorMap> {
     let (columns, values) = &state.map;
     let rows = values.len().checked_div(*columns).filter(|rows| *rows > 0)?;
-    let p95 = state.figures.relative[Quantity::P95.index()].value;
+    let p95 = state.estimate.relative[ErrorQuantile::P95.index()].value;
     // Round, so that colours stay where they are for a while.
     let top = round_up(2.0 * p95);
     let cells = |i: usize| f64::from(size[i]) / TILE as f64;
@@ -170,30 +170,35 @@ fn round_up(value: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::study::Interval;
-    use crate::study::curve::Look;
-    use crate::study::error::Figures;
+    use crate::study::curve::Checkpoint;
+    use crate::study::error::ErrorEstimate;
     use crate::study::prediction::Prediction;
 
-    fn state() -> State {
-        let look = |i: i32| {
+    fn state() -> ErrorStatus {
+        let checkpoint = |i: i32| {
             let samples = 1e5 * 1.25f64.powi(i);
-            Look { seconds: samples / 1e5, samples, error: 0.1 * (samples / 1e5).powf(-0.6), deviation: 0.02 }
+            Checkpoint {
+                seconds: samples / 1e5,
+                samples,
+                error: 0.1 * (samples / 1e5).powf(-0.6),
+                deviation: 0.02,
+            }
         };
-        let looks: Vec<Look> = (0..8).map(look).collect();
-        let error = looks[7].error;
+        let checkpoints: Vec<Checkpoint> = (0..8).map(checkpoint).collect();
+        let error = checkpoints[7].error;
         let seconds = Interval { value: 52.0, low: 46.0, high: 65.0 };
-        State {
-            figures: Figures { relative: [Interval::exact(error); 3], ..Figures::default() },
-            prediction: Some(Prediction { at: looks[7].seconds, error, target: 0.01, seconds }),
-            looks,
+        ErrorStatus {
+            estimate: ErrorEstimate { relative: [Interval::exact(error); 3], ..ErrorEstimate::default() },
+            prediction: Some(Prediction { at: checkpoints[7].seconds, error, target: 0.01, seconds }),
+            checkpoints,
             map: (2, vec![0.1; 6]),
-            ..State::default()
+            ..ErrorStatus::default()
         }
     }
 
     #[test]
     fn the_panel_says_what_is_known() {
-        let nothing = summary(&State::default(), 0.01, 0.5, false);
+        let nothing = summary(&ErrorStatus::default(), 0.01, 0.5, false);
         assert_eq!(
             (nothing.message.as_str(), nothing.quantiles),
             ("not known yet: after 4 samples per pixel", None)
@@ -215,7 +220,7 @@ mod tests {
         assert_eq!([0.07, 0.1, 0.11, 3.0, 7.0].map(round_up), [0.1, 0.1, 0.2, 5.0, 10.0]);
         let map = error_map(&state(), [15, 20]).expect("a look");
         assert_eq!((map.grid, map.cells), ([2, 3], [15.0 / 8.0, 2.5]));
-        assert!(error_map(&State::default(), [15, 20]).is_none());
+        assert!(error_map(&ErrorStatus::default(), [15, 20]).is_none());
         assert!(cost_map(&CostMap::default()).is_none());
         let n = COST_CELLS * COST_CELLS;
         let mut costs = CostMap { seconds: vec![2e-6; n], counts: vec![9; n] };

@@ -20,7 +20,7 @@ use crate::client::window::host::{EguiHost, PanelDrawing};
 use crate::client::window::input::InputState;
 use crate::client::window::panel::{EffectRow, MapChoice, PanelControls, PanelData};
 use crate::scene::desc::IntegratorKind;
-use crate::study::{Quantity, Target};
+use crate::study::{ErrorQuantile, ErrorTarget};
 use crate::tracer::effects::{self, refusal};
 
 /// The panel, and what the user does with mouse and keys.
@@ -84,8 +84,8 @@ impl ViewerPanel {
     }
 
     /// The error that the user wants.
-    pub fn target(&self) -> Target {
-        Target { error: self.controls.target, at: Quantity::P95 }
+    pub fn target(&self) -> ErrorTarget {
+        ErrorTarget { error: self.controls.target, at: ErrorQuantile::P95 }
     }
 
     /// Takes the actions that were asked for since the last call.

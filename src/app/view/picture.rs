@@ -21,7 +21,7 @@ use crate::client::window::host::PanelDrawing;
 use crate::client::{BATCH_CAPACITY, Client, ClientError, FilmCounts, FilmSpec, Settings};
 use crate::gpu::{FrameNumber, Gpu, Readiness};
 use crate::stream::BLOCK_SAMPLES;
-use crate::study::Target;
+use crate::study::ErrorTarget;
 
 /// After an edit the loop waits this long for the first samples before it reads messages again.
 const FIRST_SAMPLES_WAIT: Duration = Duration::from_millis(4);
@@ -82,7 +82,7 @@ impl LivePicture {
     /// # Errors
     ///
     /// When the system refuses a thread.
-    pub fn new(run: &RunSpec, budget: Option<Duration>, target: Target) -> Result<Self> {
+    pub fn new(run: &RunSpec, budget: Option<Duration>, target: ErrorTarget) -> Result<Self> {
         let observe = || Observer::start(run, Some(target), Beside::Window);
         let now = Instant::now();
         Ok(Self {
@@ -150,9 +150,9 @@ impl LivePicture {
     }
 
     /// Tells the observer which error is wanted.
-    pub fn aim(&mut self, target: Target) {
+    pub fn aim(&mut self, target: ErrorTarget) {
         if let Some(observer) = &mut self.observer {
-            observer.aim(Some(target));
+            observer.set_target(Some(target));
         }
     }
 

@@ -6,7 +6,7 @@ use crate::client::layout::BilateralPush;
 use crate::client::pass::ShaderVariants;
 use crate::client::pass::images::StreamImages;
 use crate::client::reference::bilateral::STAGES;
-use crate::gpu::{Access, Attachment, Cmd, Gpu, GpuError, Image, ImageDesc, TexelFormat, Texture};
+use crate::gpu::{Access, Attachment, Cmd, Gpu, GpuError, Image, TexelFormat, Texture};
 
 /// Averages the sums of a stream over neighbours whose difference the variance explains, in three stages.
 ///
@@ -29,9 +29,8 @@ struct BilateralImages {
 
 impl BilateralImages {
     fn new(gpu: &Arc<Gpu>, extent: [u32; 2]) -> Result<Self, GpuError> {
-        let make = |name, format| Image::new(gpu, ImageDesc { name, format, extent, mips: false });
-        let sums = |name| make(name, TexelFormat::Rgba32F);
-        let errors = |name| make(name, TexelFormat::R32F);
+        let sums = |name| Image::new(gpu, name, TexelFormat::Rgba32F, extent);
+        let errors = |name| Image::new(gpu, name, TexelFormat::R32F, extent);
         Ok(Self {
             sums: [sums("bilateral sums 0")?, sums("bilateral sums 1")?],
             errors: [errors("bilateral errors 0")?, errors("bilateral errors 1")?],

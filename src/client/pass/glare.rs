@@ -205,9 +205,16 @@ impl GlareTables {
         Ok(Self {
             extent,
             lines: [line_table(gpu, &axes[0])?, line_table(gpu, &axes[1])?],
-            gain: table(gpu, "glare gain", bytemuck::cast_slice(kernel.gain.pixels()))?,
+            gain: Buffer::filled(
+                gpu,
+                "glare gain",
+                BufferUse::Table,
+                bytemuck::cast_slice(kernel.gain.pixels()),
+            )?,
             kernels: kernels
-                .map(|plane| table(gpu, "glare kernel", bytemuck::cast_slice(plane)))
+                .map(|plane| {
+                    Buffer::filled(gpu, "glare kernel", BufferUse::Table, bytemuck::cast_slice(plane))
+                })
                 .collect::<Result<_, _>>()?,
             work: [scratch("glare X")?, scratch("glare Y")?, scratch("glare Z")?],
             axes,
@@ -223,12 +230,5 @@ fn line_table(gpu: &Arc<Gpu>, axis: &FourierAxis) -> Result<Buffer, GpuError> {
         places[frequency as usize][0] = place as f32; // below 2²⁴: exact
     }
     data.append(&mut places);
-    table(gpu, "glare line", bytemuck::cast_slice(&data))
-}
-
-/// A buffer with these contents.
-fn table(gpu: &Arc<Gpu>, name: &str, bytes: &[u8]) -> Result<Buffer, GpuError> {
-    let mut buffer = Buffer::new(gpu, name, BufferUse::Table, bytes.len())?;
-    buffer.mapped_mut().copy_from_slice(bytes);
-    Ok(buffer)
+    Buffer::filled(gpu, "glare line", BufferUse::Table, bytemuck::cast_slice(&data))
 }

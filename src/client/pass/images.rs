@@ -1,19 +1,27 @@
 //! The images of a film: accumulators of each stream, images of a batch, images of the picture.
 //!
-//! # Memory
+//! # Bytes per pixel
 //!
-//! Bytes per texel of the padded film, for each stream that has samples: the colour takes 2 × 16 for the rounded sums with a
-//! third more for their mip levels, and 2 × 16 for the rests: 75. The variance takes a quarter of that, 19, where it is kept.
-//! The batch takes 16, and 20 more for the variance and the means; it is shared by the streams, and a film below 190² texels
-//! has several copies of it ([`FilmSpec::batch_slots`]). Per pixel of the picture, XYZ takes 16 and the encoded picture 4 or
-//! 8. Noise masking adds an atlas of 24 per texel and stream, bilateral filtering 40; glare adds its tables and three channels
-//! of frequencies. Nothing is made before it is drawn into first.
+//! The paper has 40 bytes per pixel in two streams. Here every stream that has samples holds a sum of two floats, twice (a
+//! fold reads one and writes the other), with mip levels of the rounded sums:
+//!
+//! | images | bytes per texel | made |
+//! |---|---|---|
+//! | colour of a stream: 2 × (16 · 4/3 + 16) | 75 | with its first sample |
+//! | variance of a stream: a quarter of that | 19 | if the film keeps it: noise masking, error view, EXR files |
+//! | batch: colour, and variance with means | 16 + 20 | with the first batch, for both streams |
+//! | picture: XYZ and encoded | 16 + 4, or 8 for scRGB | with the first repaint |
+//! | atlas of mip levels, bilateral filter | 24, 40 | with the first repaint that masks noise so |
+//!
+//! With the overscan of a 512² film these are 77 bytes per pixel for the colour and 41 for variance and means. A film below
+//! 190² texels has several copies of the batch ([`FilmSpec::batch_slots`]). The window keeps the variance: its samples would be
+//! gone when someone asks for it. Glare has tables of its own and one complex number per channel and frequency.
 
 use std::sync::Arc;
 
 use crate::client::effects::{DETAILS, Effects};
 use crate::client::settings::{FilmSpec, Summation};
-use crate::gpu::{Access, Attachment, Cmd, Gpu, GpuError, Image, ImageDesc, Pipeline, TexelFormat, Texture};
+use crate::gpu::{Access, Attachment, Cmd, Gpu, GpuError, Image, Pipeline, TexelFormat, Texture};
 
 /// Sums of two floats per value, or of one: each is a pair of images, the old and the new, which change places with every
 /// fold.
@@ -22,7 +30,7 @@ pub struct AccumulatorImages {
     hi: [Image; 2],
     /// The rests that rounding left out; `None` for plain sums.
     lo: Option<[Image; 2]>,
-    /// Which of each pair holds the sums.
+    /// Index of the image of each pair that holds the sums.
     current: usize,
 }
 
@@ -34,13 +42,13 @@ impl AccumulatorImages {
         sums: Summation,
         extent: [u32; 2],
     ) -> Result<Self, GpuError> {
-        let make = |half: &str, mips| {
-            Image::new(gpu, ImageDesc { name: &format!("{name} {half}"), format, extent, mips })
-        };
+        let name = |half: &str| format!("{name} {half}");
+        let hi = |half| Image::with_mips(gpu, &name(half), format, extent);
+        let lo = |half| Image::new(gpu, &name(half), format, extent);
         Ok(Self {
-            hi: [make("hi 0", true)?, make("hi 1", true)?],
+            hi: [hi("hi 0")?, hi("hi 1")?],
             lo: match sums {
-                Summation::TwoFloat => Some([make("lo 0", false)?, make("lo 1", false)?]),
+                Summation::TwoFloat => Some([lo("lo 0")?, lo("lo 1")?]),
                 Summation::Plain => None,
             },
             current: 0,
@@ -159,11 +167,7 @@ impl StreamImages {
         let full = sums.extent(0);
         let mut atlas = match self.atlas.take() {
             Some(atlas) => atlas,
-            None => {
-                let extent = atlas_extent(full, sums.levels());
-                let desc = ImageDesc { name: "atlas", format: TexelFormat::Rgba32F, extent, mips: false };
-                Image::new(gpu, desc)?
-            }
+            None => Image::new(gpu, "atlas", TexelFormat::Rgba32F, atlas_extent(full, sums.levels()))?,
         };
         if !std::mem::replace(&mut self.atlas_done, true) {
             let origins: Vec<_> = (0..sums.levels()).map(|level| atlas_origin(full, level)).collect();
@@ -247,9 +251,7 @@ impl BatchImages {
     /// As [`Image::new`].
     pub fn new(gpu: &Arc<Gpu>, spec: &FilmSpec) -> Result<Self, GpuError> {
         let [width, height] = spec.padded_extent();
-        let make = |name, format, height| {
-            Image::new(gpu, ImageDesc { name, format, extent: [width, height], mips: false })
-        };
+        let make = |name, format, height| Image::new(gpu, name, format, [width, height]);
         let high = height * spec.batch_slots();
         let deviations = || {
             let variance = make("batch variance", TexelFormat::R32F, high)?;
@@ -288,22 +290,20 @@ impl PictureImages {
     ///
     /// As [`Image::new`].
     pub fn get(&mut self, gpu: &Arc<Gpu>, effects: &Effects) -> Result<(&mut Image, &mut Image), GpuError> {
-        let make = |name, format, extent| Image::new(gpu, ImageDesc { name, format, extent, mips: false });
         let at = DETAILS.iter().position(|d| *d == effects.detail).unwrap_or(0);
         let format = effects.encoded_format();
         let xyz = match &mut self.xyz[at] {
             Some(image) => image,
             empty => {
                 let coarse = self.extent.map(|n| n.div_ceil(DETAILS[at]));
-                let (name, format) = ("picture XYZ", TexelFormat::Rgba32F);
                 // Glare writes it from a compute shader.
-                empty.insert(Image::storage(gpu, ImageDesc { name, format, extent: coarse, mips: false })?)
+                empty.insert(Image::storage(gpu, "picture XYZ", coarse)?)
             }
         };
         self.encoded = self.encoded.take().filter(|image| image.format() == format);
         let encoded = match &mut self.encoded {
             Some(image) => image,
-            empty => empty.insert(make("picture encoded", format, self.extent)?),
+            empty => empty.insert(Image::new(gpu, "picture encoded", format, self.extent)?),
         };
         Ok((xyz, encoded))
     }

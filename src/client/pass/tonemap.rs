@@ -8,9 +8,7 @@ use crate::client::layout::TonemapPush;
 use crate::client::pass::ShaderVariants;
 use crate::client::settings::{Dither, Settings};
 use crate::color::TransferTable;
-use crate::gpu::{
-    Access, Attachment, Buffer, BufferUse, Cmd, Gpu, GpuError, Image, ImageDesc, TexelFormat, Texture,
-};
+use crate::gpu::{Access, Attachment, Buffer, BufferUse, Cmd, Gpu, GpuError, Image, TexelFormat, Texture};
 
 /// Tone curve, matrix, desaturation at constant luminance, transfer, dither and rounding.
 ///
@@ -65,25 +63,30 @@ impl TonemapPass {
             && self.transfer.as_ref().is_none_or(|(held, _)| held != table)
         {
             let texels: Vec<[f32; 4]> = table.0.iter().map(|[r, g, b]| [*r, *g, *b, 0.0]).collect();
-            let (format, extent) = (TexelFormat::Rgba32F, [texels.len() as u32, 1]);
-            let desc = ImageDesc { name: "transfer", format, extent, mips: false };
-            self.transfer =
-                Some((table.clone(), filled(&self.gpu, cmd, desc, bytemuck::cast_slice(&texels))?));
+            let extent = [texels.len() as u32, 1];
+            let texels = bytemuck::cast_slice(&texels);
+            let image = filled(&self.gpu, cmd, "transfer", TexelFormat::Rgba32F, extent, texels)?;
+            self.transfer = Some((table.clone(), image));
         }
         if effects.dither == Dither::BlueNoise && self.mask.is_none() {
-            let (format, extent) = (TexelFormat::R32F, [MASK_SIDE as u32; 2]);
-            let desc = ImageDesc { name: "blue noise", format, extent, mips: false };
-            self.mask = Some(filled(&self.gpu, cmd, desc, bytemuck::cast_slice(blue_noise()))?);
+            let (extent, texels) = ([MASK_SIDE as u32; 2], bytemuck::cast_slice(blue_noise()));
+            self.mask = Some(filled(&self.gpu, cmd, "blue noise", TexelFormat::R32F, extent, texels)?);
         }
         Ok(())
     }
 }
 
-/// An image with these texels, to be sampled.
-fn filled(gpu: &Arc<Gpu>, cmd: &mut Cmd<'_>, desc: ImageDesc<'_>, texels: &[u8]) -> Result<Image, GpuError> {
-    let mut buffer = Buffer::new(gpu, desc.name, BufferUse::Upload, texels.len())?;
-    buffer.mapped_mut().copy_from_slice(texels);
-    let mut image = Image::new(gpu, desc)?;
+/// An image with these texels, ready to be sampled.
+fn filled(
+    gpu: &Arc<Gpu>,
+    cmd: &mut Cmd<'_>,
+    name: &str,
+    format: TexelFormat,
+    extent: [u32; 2],
+    texels: &[u8],
+) -> Result<Image, GpuError> {
+    let buffer = Buffer::filled(gpu, name, BufferUse::Upload, texels)?;
+    let mut image = Image::new(gpu, name, format, extent)?;
     let cmd = &mut cmd.scope("upload");
     cmd.copy_from_buffer(&buffer, &mut image);
     cmd.access(&mut image, Access::Sampled);

@@ -62,7 +62,7 @@ impl ReferenceFilm {
         })
     }
 
-    /// What the film is made of.
+    /// The specification of the film.
     pub fn spec(&self) -> &FilmSpec {
         self.state.spec()
     }
@@ -142,7 +142,7 @@ impl ReferenceFilm {
         Ok(())
     }
 
-    /// What was received since the last [`clear`](Self::clear).
+    /// The numbers of samples and paths received since the last [`clear`](Self::clear).
     pub fn counts(&self) -> FilmCounts {
         self.state.counts()
     }

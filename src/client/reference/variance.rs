@@ -70,7 +70,7 @@ fn fill(mean: &mut Vec<f32>, rest: &mut Vec<f32>, hi: &[Vec4], lo: &[Vec4]) {
 pub struct VarianceParameters {
     /// Splat filter.
     pub filter: SplatFilter,
-    /// How parts are added up.
+    /// The summation of the parts.
     pub sums: Summation,
     /// Product or the paper's form.
     pub form: VarianceForm,

@@ -151,8 +151,7 @@ fn paste(whole: &mut ImageDelta, part: &ImageDelta) {
 mod tests {
     use super::*;
     use crate::gpu::{
-        Access, Attachment, ColorOutput, DeviceChoice, GpuOptions, Image, ImageDesc, Region, TexelFormat,
-        read_image,
+        Access, Attachment, ColorOutput, DeviceChoice, GpuOptions, Image, Region, TexelFormat, read_image,
     };
 
     /// The bytes of a texel of an image that holds colours as `output` says, after an opaque rectangle of one grey was drawn
@@ -160,8 +159,7 @@ mod tests {
     fn drawn(output: ColorOutput, format: TexelFormat, grey: u8) -> Vec<u8> {
         let options = GpuOptions { validation: true, quads: false };
         let gpu = Gpu::with_options(&DeviceChoice::Best, options).expect("a device with validation");
-        let desc = ImageDesc { name: "target", format, extent: [32, 32], mips: false };
-        let mut target = Image::new(&gpu, desc).expect("an image");
+        let mut target = Image::new(&gpu, "target", format, [32, 32]).expect("an image");
         let mut panel = ForeignRenderer::for_images(&gpu, format, output, renderer).expect("a panel");
         let context = egui::Context::default();
         let rect = egui::Rect::from_min_max(egui::pos2(-9.0, -9.0), egui::pos2(99.0, 99.0));

@@ -53,7 +53,7 @@ impl<'a> Attachment<'a> {
     }
 }
 
-/// How a texture is sampled.
+/// The sampler of a texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TextureSampler {
     /// The texel that holds the position.
@@ -69,7 +69,7 @@ pub struct Texture<'a> {
     pub image: &'a Image,
     /// One level, or `None` for all of them.
     pub level: Option<u32>,
-    /// How it is sampled.
+    /// Its sampler.
     pub sampler: TextureSampler,
 }
 

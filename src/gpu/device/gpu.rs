@@ -16,7 +16,7 @@ use crate::gpu::error::{GpuError, Named};
 use crate::gpu::timing::clock::DeviceClock;
 use crate::gpu::timing::rows::{ScopeTime, TimingInfo, TimingRows};
 
-/// How a [`Gpu`] is opened.
+/// Options of opening a [`Gpu`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct GpuOptions {
     /// Run the validation layer with synchronization validation; slow.
@@ -44,7 +44,7 @@ impl FrameNumber {
     }
 }
 
-/// Everything that was made on a device and still exists.
+/// The objects that exist on a device.
 #[derive(Clone, Debug, Default)]
 pub struct Inventory {
     /// Images and buffers, with the bytes of device memory that each holds; sorted by name.
@@ -297,7 +297,7 @@ impl Gpu {
         frames.read_completed(&self.device, self.completed().unwrap_or(0)).take_rows()
     }
 
-    /// How timestamps of this device become times of the host, and what cannot be timed.
+    /// The method that turns timestamps of this device into times of the host, and what cannot be timed.
     pub fn timing_info(&self) -> TimingInfo {
         self.frames().readings.info(self.info.kind == DeviceKind::Cpu)
     }

@@ -13,7 +13,7 @@ use crate::gpu::timing::rows::{FrameTimes, Readings};
 /// Number of frames that may be in flight.
 pub(in crate::gpu) const IN_FLIGHT: usize = 2;
 
-/// What one frame in flight needs.
+/// The objects of one frame in flight.
 pub(in crate::gpu) struct FrameSlot {
     pub pool: vk::CommandPool,
     pub commands: vk::CommandBuffer,

@@ -10,7 +10,7 @@ use crate::gpu::device::gpu::Gpu;
 use crate::gpu::device::retire::Retired;
 use crate::gpu::error::{GpuError, Named};
 
-/// Which side writes a buffer, and which reads it.
+/// The use of a buffer: who writes it, and who reads it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BufferUse {
     /// Vertices: written by the host, read by draws.
@@ -62,6 +62,17 @@ impl Buffer {
         let bound = unsafe { gpu.device.bind_buffer_memory(raw, memory.memory(), memory.offset()) };
         buffer.allocation = Some(memory);
         bound.named(&format!("vkBindBufferMemory({name})"))?;
+        Ok(buffer)
+    }
+
+    /// Makes a buffer that holds these bytes; not for [`BufferUse::Scratch`], which the host cannot see.
+    ///
+    /// # Errors
+    ///
+    /// As [`new`](Self::new).
+    pub fn filled(gpu: &Arc<Gpu>, name: &str, usage: BufferUse, bytes: &[u8]) -> Result<Self, GpuError> {
+        let mut buffer = Self::new(gpu, name, usage, bytes.len())?;
+        buffer.mapped_mut().copy_from_slice(bytes);
         Ok(buffer)
     }
 

@@ -47,19 +47,6 @@ impl TexelFormat {
     }
 }
 
-/// The description of an image.
-#[derive(Clone, Copy, Debug)]
-pub struct ImageDesc<'a> {
-    /// Name for debuggers and messages.
-    pub name: &'a str,
-    /// Texel format.
-    pub format: TexelFormat,
-    /// Width and height of level 0, texels.
-    pub extent: [u32; 2],
-    /// Whether there are mip levels down to 1×1, or level 0 only.
-    pub mips: bool,
-}
-
 /// An image to draw into and to read from. Dropping it retires it.
 pub struct Image {
     gpu: Arc<Gpu>,
@@ -80,13 +67,28 @@ fn out_of_memory(name: &str, size: u64) -> GpuError {
 }
 
 impl Image {
-    /// Makes an image with undefined contents.
+    /// Makes an image with undefined contents, without mip levels. `extent` is width and height in texels, `name` is for
+    /// debuggers and messages.
     ///
     /// # Errors
     ///
     /// [`GpuError::TooLarge`], [`GpuError::Memory`] or [`GpuError::Call`], naming the image.
-    pub fn new(gpu: &Arc<Gpu>, desc: ImageDesc<'_>) -> Result<Self, GpuError> {
-        Self::with_usage(gpu, desc, vk::ImageUsageFlags::empty())
+    pub fn new(gpu: &Arc<Gpu>, name: &str, format: TexelFormat, extent: [u32; 2]) -> Result<Self, GpuError> {
+        Self::create(gpu, name, format, extent, false, vk::ImageUsageFlags::empty())
+    }
+
+    /// As [`new`](Self::new), with mip levels down to 1×1.
+    ///
+    /// # Errors
+    ///
+    /// As [`new`](Self::new).
+    pub fn with_mips(
+        gpu: &Arc<Gpu>,
+        name: &str,
+        format: TexelFormat,
+        extent: [u32; 2],
+    ) -> Result<Self, GpuError> {
+        Self::create(gpu, name, format, extent, true, vk::ImageUsageFlags::empty())
     }
 
     /// As [`new`](Self::new), of format [`TexelFormat::Rgba32F`], for compute shaders to write as well.
@@ -94,21 +96,28 @@ impl Image {
     /// # Errors
     ///
     /// As [`new`](Self::new).
-    pub fn storage(gpu: &Arc<Gpu>, desc: ImageDesc<'_>) -> Result<Self, GpuError> {
-        Self::with_usage(gpu, desc, vk::ImageUsageFlags::STORAGE)
+    pub fn storage(gpu: &Arc<Gpu>, name: &str, extent: [u32; 2]) -> Result<Self, GpuError> {
+        Self::create(gpu, name, TexelFormat::Rgba32F, extent, false, vk::ImageUsageFlags::STORAGE)
     }
 
-    fn with_usage(gpu: &Arc<Gpu>, desc: ImageDesc<'_>, more: vk::ImageUsageFlags) -> Result<Self, GpuError> {
-        let [width, height] = desc.extent;
+    fn create(
+        gpu: &Arc<Gpu>,
+        name: &str,
+        format: TexelFormat,
+        extent: [u32; 2],
+        mips: bool,
+        more: vk::ImageUsageFlags,
+    ) -> Result<Self, GpuError> {
+        let [width, height] = extent;
         if width.max(height) > gpu.max_extent || width.min(height) == 0 {
-            return Err(GpuError::TooLarge { name: desc.name.into(), width, height, limit: gpu.max_extent });
+            return Err(GpuError::TooLarge { name: name.into(), width, height, limit: gpu.max_extent });
         }
         // Level 0 alone; a driver may not even be asked for an image beyond what it can hold.
-        let size = u64::from(width) * u64::from(height) * desc.format.bytes() as u64;
+        let size = u64::from(width) * u64::from(height) * format.bytes() as u64;
         if size > gpu.max_allocation {
-            return Err(out_of_memory(desc.name, size));
+            return Err(out_of_memory(name, size));
         }
-        let level_count = if desc.mips { width.max(height).ilog2() + 1 } else { 1 };
+        let level_count = if mips { width.max(height).ilog2() + 1 } else { 1 };
         let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT
             | vk::ImageUsageFlags::SAMPLED
             | vk::ImageUsageFlags::TRANSFER_SRC
@@ -116,7 +125,7 @@ impl Image {
             | more;
         let info = vk::ImageCreateInfo::default()
             .image_type(vk::ImageType::TYPE_2D)
-            .format(desc.format.raw())
+            .format(format.raw())
             .extent(vk::Extent3D { width, height, depth: 1 })
             .mip_levels(level_count)
             .array_layers(1)
@@ -124,8 +133,8 @@ impl Image {
             .tiling(vk::ImageTiling::OPTIMAL)
             .usage(usage);
         // SAFETY: the format's features were checked when the device was chosen, the extent above.
-        let raw = unsafe { gpu.device.create_image(&info, None) }
-            .named(&format!("vkCreateImage({})", desc.name))?;
+        let raw =
+            unsafe { gpu.device.create_image(&info, None) }.named(&format!("vkCreateImage({})", name))?;
         // From here on a failure drops `image`, which retires what has been made.
         let mut image = Image {
             gpu: gpu.clone(),
@@ -133,15 +142,15 @@ impl Image {
             views: Vec::new(),
             access: vec![Access::Undefined; level_count as usize],
             allocation: None,
-            format: desc.format,
-            extent: desc.extent,
+            format,
+            extent,
         };
-        gpu.name(raw, desc.name);
-        image.bind(desc.name)?;
+        gpu.name(raw, name);
+        image.bind(name)?;
         for level in 0..level_count {
-            image.view(level, 1, desc.name)?;
+            image.view(level, 1, name)?;
         }
-        image.view(0, level_count, desc.name)?;
+        image.view(0, level_count, name)?;
         Ok(image)
     }
 

@@ -10,7 +10,7 @@ use crate::gpu::error::{GpuError, Named};
 use crate::gpu::resources::image::TexelFormat;
 use crate::gpu::resources::shader::ShaderModule;
 
-/// How a new value is combined with the texel that is already there.
+/// The combination of a new value with the texel that is already there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Blend {
     /// It replaces the texel.

@@ -5,7 +5,7 @@
 
 use ash::vk;
 
-/// How a level of an image is used.
+/// A use of a level of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Access {
     /// Never used; the contents are undefined.

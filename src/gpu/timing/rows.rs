@@ -13,7 +13,7 @@ const MAX_ROWS: usize = 8192;
 pub struct ScopeTime {
     /// Name given to [`Cmd::scope`](crate::gpu::Cmd::scope).
     pub name: &'static str,
-    /// How often it ran.
+    /// Number of runs.
     pub count: u64,
     /// Time between its first and last command, milliseconds, summed over the runs.
     pub milliseconds: f64,
@@ -63,13 +63,13 @@ pub struct TimingRows {
 pub struct TimingInfo {
     /// Valid bits of a timestamp; 0: nothing is timed.
     pub bits: u32,
-    /// How device times become host times, in words.
+    /// The method that turns device times into host times.
     pub method: String,
     /// Largest uncertainty of a calibration so far, nanoseconds; `None` before the first.
     pub deviation: Option<f64>,
     /// Largest correction at a recalibration so far (drift between two), nanoseconds.
     pub correction: f64,
-    /// What this device cannot time, one sentence each.
+    /// One sentence for each thing that this device cannot time.
     pub untimed: Vec<String>,
 }
 
@@ -140,7 +140,7 @@ impl Readings {
         }
     }
 
-    /// Everything since the last call.
+    /// The timings since the last call.
     pub fn take_rows(&mut self) -> TimingRows {
         TimingRows {
             rows: self.rows.drain(..).collect(),

@@ -11,14 +11,14 @@ use crate::gpu::device::gpu::Gpu;
 use crate::gpu::device::retire::Retired;
 use crate::gpu::device::ring::IN_FLIGHT;
 use crate::gpu::error::{GpuError, Named};
-use crate::gpu::resources::image::{Image, ImageDesc, TexelFormat};
+use crate::gpu::resources::image::{Image, TexelFormat};
 use crate::gpu::resources::pipeline::{Blend, GraphicsDesc, Pipeline, Topology, VertexLayout};
 use crate::gpu::resources::sync::Access;
 use crate::gpu::window::images::WindowImage;
 use crate::gpu::window::surface::ColorOutput;
 use crate::gpu::window::swapchain::Swapchain;
 
-/// What a foreign renderer is made with.
+/// The parts of the device that a foreign renderer is made with.
 pub struct RendererParts {
     /// The device.
     pub device: ash::Device,
@@ -192,10 +192,7 @@ impl<R: Send + 'static> ForeignRenderer<R> {
         };
         let image = match conversion.image.take().filter(|image| image.extent(0) == target.extent) {
             Some(image) => image,
-            None => {
-                let (format, extent) = (TexelFormat::Rgba8, target.extent);
-                Image::new(&self.gpu, ImageDesc { name: "panel", format, extent, mips: false })?
-            }
+            None => Image::new(&self.gpu, "panel", TexelFormat::Rgba8, target.extent)?,
         };
         let image = conversion.image.insert(image);
         cmd.access(image, Access::ColorWrite);

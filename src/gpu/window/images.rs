@@ -206,7 +206,7 @@ mod tests {
     use crate::gpu::device::gpu::GpuOptions;
     use crate::gpu::device::physical::DeviceChoice;
     use crate::gpu::resources::buffer::{Buffer, BufferUse};
-    use crate::gpu::resources::image::{ImageDesc, TexelFormat};
+    use crate::gpu::resources::image::TexelFormat;
 
     use super::*;
 
@@ -221,8 +221,7 @@ mod tests {
             (TexelFormat::Rgb10A2, 0xc000_0000),
             (TexelFormat::Rgba16F, 0x3c00 << 48),
         ] {
-            let image =
-                |name, extent| Image::new(&gpu, ImageDesc { name, format, extent, mips: false }).expect(name);
+            let image = |name, extent| Image::new(&gpu, name, format, extent).expect(name);
             let (mut picture, mut window) = (image("picture", from), image("window", to));
             let size = format.bytes();
             let mut buffer =

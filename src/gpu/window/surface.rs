@@ -12,7 +12,7 @@ use crate::gpu::error::{GpuError, Named};
 /// A window and the connection to its display.
 pub(in crate::gpu) type WindowHandles = (RawDisplayHandle, RawWindowHandle);
 
-/// How the encoded picture and the window's images hold colours.
+/// The encoding of colours in the picture and in the window's images.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, clap::ValueEnum)]
 pub enum ColorOutput {
     /// 8 bits, gamma-encoded.

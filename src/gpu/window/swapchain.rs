@@ -74,20 +74,20 @@ pub struct Swapchain {
     chain: Option<SwapchainImages>,
     /// Earlier generations.
     old: Vec<OldImages>,
-    /// How many images were presented.
+    /// Number of images presented.
     presents: u64,
     /// Semaphores to acquire with, each with the number of the frame that waits for it.
     semaphores: Vec<(u64, vk::Semaphore)>,
     pub(in crate::gpu) acquired: Option<Acquired>,
-    /// The extent that the window was said to have.
+    /// The extent of the window, as the caller has told.
     wanted: [u32; 2],
     output: ColorOutput,
     outputs: Vec<ColorOutput>,
-    /// The chain does not fit the window any more.
+    /// Whether the images do not fit the window any more.
     stale: bool,
     hidden: bool,
     surface_lost: bool,
-    /// What the next attempt to acquire answers, for tests.
+    /// The result that tests have planned for the next attempt to acquire.
     planned: Option<vk::Result>,
 }
 
@@ -141,7 +141,7 @@ impl Swapchain {
         self.chain.as_ref().filter(|_| !self.hidden).map(|chain| chain.extent)
     }
 
-    /// What the window's colours are.
+    /// The encoding of the window's colours.
     pub fn output(&self) -> ColorOutput {
         self.output
     }
@@ -151,7 +151,7 @@ impl Swapchain {
         self.outputs.clone()
     }
 
-    /// How images follow each other on the screen: `mailbox` (the newest replaces one that waits) or `fifo` (one for
+    /// The present mode: `mailbox` (the newest replaces one that waits) or `fifo` (one for
     /// each refresh).
     pub fn present_mode(&self) -> &'static str {
         match self.chain.as_ref().map(|chain| chain.mode) {
@@ -181,7 +181,7 @@ impl Swapchain {
         offered
     }
 
-    /// Says that the window has a new size.
+    /// Notes that the window has a new size.
     pub fn resize(&mut self, extent: [u32; 2]) {
         self.wanted = extent;
         self.stale |= self.chain.as_ref().is_none_or(|chain| chain.extent != extent);
@@ -293,7 +293,7 @@ impl Swapchain {
         Ok(made)
     }
 
-    /// Remembers what a result says about the window; errors that say something else are returned.
+    /// Notes results that concern the window; other errors are returned.
     fn note(&mut self, result: vk::Result) -> Result<(), vk::Result> {
         match result {
             vk::Result::ERROR_OUT_OF_DATE_KHR | vk::Result::SUBOPTIMAL_KHR => self.stale = true,

@@ -1,35 +1,48 @@
-//! A study as people read it: a table for the terminal, one HTML page, CSV, and plots as files of their own.
+//! A study as people read it: a summary for the terminal, one HTML page, CSV, and charts as files of their own.
 //!
-//! Everything here is a function from [`Study`](crate::study::data::Study) to text; it renders nothing, reads no file and asks no
-//! clock. What a reader has to know comes first: which method to use, how long an error takes, what is dearest, what to be
-//! wary of. Every sentence is made from the figures, and what is missing is said with the command that gets it.
+//! Everything here is a function from [`Study`] to text; it renders nothing, reads no file and asks no clock. Every sentence is made
+//! from the numbers, and a missing part names the command that measures it.
 //!
-//! - `verdict`: what follows from the figures, used by all outputs alike, so that they cannot disagree
-//! - `sections`: the page's seven parts, one file each, with the box at the top and the origin at the end
-//! - `plot`: SVG with axes, bands, intervals; the same drawing stands in a page (whose style it takes) or alone
-//! - `number`, `escape`: figures with the digits that their intervals bear out; text from outside made harmless
+//! - `verdict`: conclusions that all outputs share
+//! - `page`: the page of a scene and the index of scenes; `sections` has its seven parts and the box at the top, `parts` what they
+//!   are made of
+//! - `chart`: the SVG of charts, in a page or alone; `page.js` makes the curves of a page interactive with uPlot
 //!
-//! The page is XML as well as HTML, holds its pictures, fetches nothing and runs nothing. Figures that are not finite appear as
-//! “—” and are left out of plots; no content of a study makes it fail.
+//! A page is one file that fetches nothing. Numbers that are not finite appear as “—” and are left out of charts; no content of a
+//! study makes a page fail, and the template escapes every name.
 
+mod chart;
 mod csv;
-mod escape;
-mod html;
-mod index;
-mod number;
+mod page;
 mod parts;
-mod plot;
 #[cfg(test)]
 mod sample;
 mod sections;
-mod standalone;
-mod table;
+mod terminal;
 #[cfg(test)]
 mod tests;
 mod verdict;
 
 pub use csv::csv;
-pub use html::html;
-pub use index::index;
-pub use standalone::{convergence_svg, effects_svg, prices_svg};
-pub use table::terminal;
+pub use page::{html, index};
+pub use terminal::terminal;
+
+use crate::study::data::Study;
+use chart::{ChartSize, Drawing};
+use sections::{convergence, effects, prices};
+
+/// The charts of a study as SVG files of their own, with the ends of their names.
+pub fn svg_files(study: &Study) -> [(&'static str, String); 3] {
+    let named =
+        |drawing: Drawing, label: &str| drawing.standalone(&format!("{}: {label}", verdict::name(study)));
+    let (curves, mut times, effects) =
+        (convergence::overall(study), prices::chart(study), effects::chart(study));
+    for panel in &mut times.panels {
+        panel.title = "time, with 90 % intervals; hollow: extrapolated".into();
+    }
+    [
+        ("convergence.svg", named(curves.draw(ChartSize::Wide), &curves.label)),
+        ("prices.svg", named(times.draw(ChartSize::Wide), &times.label)),
+        ("effects.svg", named(effects.draw(ChartSize::Wide), &effects.label)),
+    ]
+}

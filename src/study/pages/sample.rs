@@ -2,7 +2,7 @@
 
 use crate::study::Interval;
 use crate::study::data::*;
-use crate::study::measured::FIGURES;
+use crate::study::measurement::FIGURES;
 
 /// A grey pixel.
 pub const PIXEL: &str = "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGNoAAAAggCBd81ytgAAAABJRU5ErkJggg==";
@@ -12,11 +12,11 @@ fn near(value: f64, spread: f64) -> Interval {
 }
 
 /// A curve `error · t^slope` at 2, 4 … 32 s, and its prices.
-fn method(name: &str, error: f64, slope: f64, per_second: f64) -> Method {
+fn method(name: &str, error: f64, slope: f64, per_second: f64) -> MethodResult {
     let point = |i: i32| {
         let seconds = 2f64.powi(i);
         let rms = error * seconds.powf(slope) * (1.0 + 0.03 * f64::from((i * 7) % 3 - 1));
-        Point {
+        CurvePoint {
             stated: None,
             budget: seconds,
             seconds: seconds * 1.01,
@@ -37,13 +37,13 @@ fn method(name: &str, error: f64, slope: f64, per_second: f64) -> Method {
     };
     let price = |e: f64| {
         let seconds = (e / (1.2 * error)).powf(1.0 / slope);
-        Price { error: e, seconds: Some(near(seconds, 0.12)), measured: seconds < 32.0 }
+        TimeToError { error: e, seconds: Some(near(seconds, 0.12)), measured: seconds < 32.0 }
     };
-    let mut points: Vec<Point> = (1..=5).map(point).collect();
+    let mut points: Vec<CurvePoint> = (1..=5).map(point).collect();
     for (point, seconds) in points.iter_mut().zip(FIGURES) {
         (point.budget, point.picture) = (seconds, Some(PIXEL.into()));
     }
-    Method {
+    MethodResult {
         name: name.into(),
         points,
         slope: Some(Interval { value: slope, low: slope - 0.02, high: slope + 0.02 }),
@@ -52,11 +52,11 @@ fn method(name: &str, error: f64, slope: f64, per_second: f64) -> Method {
         efficiency: Some(near(1.0 / (error * error), 0.2)),
         picture: Some(PIXEL.into()),
         error_map: Some(PIXEL.into()),
-        ..Method::default()
+        ..MethodResult::default()
     }
 }
 
-fn methods() -> Vec<Method> {
+fn methods() -> Vec<MethodResult> {
     let mut photon = method("photon", 0.035, -0.33, 9.0);
     photon.flags = vec!["slope flatter than −0.4: heavy tail or bias".into()];
     for p in &mut photon.points {
@@ -164,7 +164,7 @@ pub fn study() -> Study {
         },
         command: "pointillist study scenes/cornell_spheres.xml --time 600".into(),
         load_seconds: 0.21,
-        reference: Some(Reference {
+        reference: Some(ReferenceImage {
             relative: [0.0; 3],
             file: "target/references/cornell_spheres.exr".into(),
             made_by: "bidirectional".into(),
@@ -174,7 +174,7 @@ pub fn study() -> Study {
             picture: PIXEL.into(),
         }),
         methods: methods(),
-        regions: Some(Regions {
+        regions: Some(RegionWinners {
             seconds: 32.0,
             grid: [16, 12],
             margin: (0..192).map(|i| 1.0 + f64::from(i % 9) * 0.5).collect(),

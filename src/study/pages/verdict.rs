@@ -1,37 +1,36 @@
-//! What follows from a study: which method to use, what a method costs against another, what is dearest.
+//! Conclusions from a study, shared by all outputs so that they cannot disagree: which method to use, what a method costs against
+//! another, which effect is the most expensive.
 
 use crate::study::Interval;
-use crate::study::data::{EffectPrice, Method, Point, Price, Study};
-use crate::study::interval::Z90;
-use crate::study::method::FLAT;
-use crate::study::pages::number::{clean, root};
+use crate::study::data::{CurvePoint, EffectPrice, MethodResult, Study, TimeToError};
+use crate::study::method_curve::FLAT;
 
-/// The method to use and why.
-pub struct Answer<'a> {
-    /// The winner: the program's own method that is soonest at `error`.
-    pub method: &'a Method,
-    /// Relative error at 95 % of the picture that decided: 1 % if any method gets there, else the least that one does.
+/// The recommended method and the reasons for it.
+pub struct Recommendation<'a> {
+    /// The program's own method that reaches `error` first.
+    pub method: &'a MethodResult,
+    /// The relative error at 95 % of the picture that decided: 1 % if any method reaches it, else the smallest that one reaches.
     pub error: f64,
     /// Its time to that error.
     pub seconds: Interval,
-    /// False if the curve was drawn further.
+    /// False if the time is extrapolated.
     pub measured: bool,
-    /// The next of its own methods and its time over the winner's; no ratio where it does not get there.
-    pub second: Option<(&'a Method, Option<Interval>)>,
-    /// The best of other programs and its time over the winner's, or where it has no prices the winner's efficiency over its.
-    pub peer: Option<(&'a Method, Interval)>,
+    /// The second-fastest of the program's methods and its time over the winner's; no ratio where it does not reach the error.
+    pub second: Option<(&'a MethodResult, Option<Interval>)>,
+    /// The best of other programs and its time over the winner's, or the winner's efficiency over its own where it has no times.
+    pub peer: Option<(&'a MethodResult, Interval)>,
 }
 
-/// The price of an error, if the method has it.
-pub fn price(method: &Method, error: f64) -> Option<(&Price, Interval)> {
-    let near = |p: &&Price| p.error > 0.0 && (p.error / error).ln().abs() < 0.01;
+/// A method's time to an error, if it has one.
+pub fn price(method: &MethodResult, error: f64) -> Option<(&TimeToError, Interval)> {
+    let near = |p: &&TimeToError| p.error > 0.0 && (p.error / error).ln().abs() < 0.01;
     let price = method.prices.iter().find(near)?;
-    let seconds = clean(price.seconds.as_ref()?)?;
+    let seconds = price.seconds?.cleaned()?;
     (seconds.value > 0.0).then_some((price, seconds))
 }
 
-/// Every error that has a price in the study, falling, at most six.
-pub fn errors(methods: &[Method]) -> Vec<f64> {
+/// The errors that have a time in the study, from the largest down, at most six.
+pub fn errors(methods: &[MethodResult]) -> Vec<f64> {
     let prices = methods.iter().flat_map(|m| &m.prices);
     let mut errors: Vec<f64> = prices.map(|p| p.error).filter(|e| e.is_finite() && *e > 0.0).collect();
     errors.sort_by(|a, b| b.total_cmp(a));
@@ -40,17 +39,17 @@ pub fn errors(methods: &[Method]) -> Vec<f64> {
     errors
 }
 
-/// The method to use, or `None` if no price is known.
-pub fn answer(study: &Study) -> Option<Answer<'_>> {
-    let own: Vec<&Method> = study.methods.iter().filter(|m| !m.peer).collect();
+/// The recommended method, or `None` if no time is known.
+pub fn recommend(study: &Study) -> Option<Recommendation<'_>> {
+    let own: Vec<&MethodResult> = study.methods.iter().filter(|m| !m.peer).collect();
     let reached = |error: f64| own.iter().any(|m| price(m, error).is_some());
     let error = if reached(0.01) { 0.01 } else { *errors(&study.methods).iter().rfind(|e| reached(**e))? };
     let ranked = ranked(&own, error);
     let (method, found) = ranked.first()?;
     let (price, seconds) = (*found)?;
-    let second = ranked.get(1).map(|(m, p)| (*m, p.and_then(|(_, s)| ratio(&s, &seconds))));
-    let peers: Vec<&Method> = study.methods.iter().filter(|m| m.peer).collect();
-    Some(Answer {
+    let second = ranked.get(1).map(|(m, p)| (*m, p.and_then(|(_, s)| s.ratio(&seconds))));
+    let peers: Vec<&MethodResult> = study.methods.iter().filter(|m| m.peer).collect();
+    Some(Recommendation {
         method,
         error,
         seconds,
@@ -60,54 +59,46 @@ pub fn answer(study: &Study) -> Option<Answer<'_>> {
     })
 }
 
-/// The methods by their time to an error; those that do not get there last, by efficiency.
-pub fn ranked<'a>(methods: &[&'a Method], error: f64) -> Vec<(&'a Method, Option<(&'a Price, Interval)>)> {
+/// The methods by their time to an error; those that do not reach it come last, by efficiency.
+pub fn ranked<'a>(
+    methods: &[&'a MethodResult],
+    error: f64,
+) -> Vec<(&'a MethodResult, Option<(&'a TimeToError, Interval)>)> {
     let mut ranked: Vec<_> = methods.iter().map(|m| (*m, price(m, error))).collect();
     ranked.sort_by(|(a, p), (b, q)| {
-        let time = |p: &Option<(&Price, Interval)>| p.map_or(f64::INFINITY, |(_, s)| s.value);
+        let time = |p: &Option<(&TimeToError, Interval)>| p.map_or(f64::INFINITY, |(_, s)| s.value);
         time(p).total_cmp(&time(q)).then(efficiency(b).total_cmp(&efficiency(a)))
     });
     ranked
 }
 
-fn efficiency(method: &Method) -> f64 {
-    method.efficiency.as_ref().and_then(clean).map_or(0.0, |e| e.value)
+fn efficiency(method: &MethodResult) -> f64 {
+    method.efficiency.and_then(|e| e.cleaned()).map_or(0.0, |e| e.value)
 }
 
 fn peer<'a>(
-    peers: &[&'a Method],
-    winner: &Method,
+    peers: &[&'a MethodResult],
+    winner: &MethodResult,
     error: f64,
     seconds: &Interval,
-) -> Option<(&'a Method, Interval)> {
+) -> Option<(&'a MethodResult, Interval)> {
     let (method, found) = ranked(peers, error).into_iter().next()?;
     let over = match found {
-        Some((_, theirs)) => ratio(&theirs, seconds),
-        None => ratio(&clean(winner.efficiency.as_ref()?)?, &clean(method.efficiency.as_ref()?)?),
+        Some((_, theirs)) => theirs.ratio(seconds),
+        None => winner.efficiency?.cleaned()?.ratio(&method.efficiency?.cleaned()?),
     };
     Some((method, over?))
 }
 
-/// `a / b` of independent positive figures, their logarithms taken as normal.
-pub fn ratio(a: &Interval, b: &Interval) -> Option<Interval> {
-    let sigma = |i: &Interval| {
-        let width = if i.low > 0.0 && i.high.is_finite() { (i.high / i.low).ln() } else { 0.0 };
-        width / (2.0 * Z90)
-    };
-    let value = a.value / b.value;
-    (a.value > 0.0 && b.value > 0.0 && value.is_finite())
-        .then(|| Interval::of_log(value, sigma(a).hypot(sigma(b))))
-}
-
 /// The error at which a method ended: that of 95 % of the picture if its replicates tell, else the root of relMSE.
-pub fn error_now(method: &Method) -> Option<(Interval, f64)> {
+pub fn error_now(method: &MethodResult) -> Option<(Interval, f64)> {
     let last = method.points.last()?;
     Some((error_of(last)?, last.seconds))
 }
 
 /// Seconds that halving the error takes on top: from the second-lowest price to the lowest if these are a factor of two
 /// apart, else from the end of the curve by its slope. With the error from which it is reckoned.
-pub fn halving(method: &Method) -> Option<(f64, Interval)> {
+pub fn halving(method: &MethodResult) -> Option<(f64, Interval)> {
     let pair = method.prices.iter().rev().find_map(|p| {
         let from = price(method, 2.0 * p.error)?.1;
         let to = price(method, p.error)?.1;
@@ -117,23 +108,25 @@ pub fn halving(method: &Method) -> Option<(f64, Interval)> {
     });
     pair.or_else(|| {
         let (error, seconds) = error_now(method).filter(|_| !method.biased)?;
-        let slope = clean(method.slope.as_ref()?)?;
+        let slope = method.slope?.cleaned()?;
         let longer = |slope: f64| {
             if slope < -0.01 { seconds * (2f64.powf(-1.0 / slope) - 1.0) } else { f64::INFINITY }
         };
-        clean(&slope.map(longer)).map(|more| (error.value, more))
+        slope.map(longer).cleaned().map(|more| (error.value, more))
     })
 }
 
 /// The effect of the scene that costs most per path.
-pub fn dearest(study: &Study) -> Option<(&EffectPrice, Interval)> {
-    let priced = study.effects.iter().filter(|e| e.on).filter_map(|e| Some((e, clean(e.time.as_ref()?)?)));
+pub fn most_expensive_effect(study: &Study) -> Option<(&EffectPrice, Interval)> {
+    let priced = study.effects.iter().filter(|e| e.on).filter_map(|e| Some((e, e.time?.cleaned()?)));
     priced.max_by(|(_, a), (_, b)| a.value.total_cmp(&b.value))
 }
 
-/// Every flag with its method.
-pub fn flags(study: &Study) -> Vec<(&str, &str)> {
-    study.methods.iter().flat_map(|m| m.flags.iter().map(|f| (m.name.as_str(), f.as_str()))).collect()
+/// The warnings of a method.
+pub fn flags(method: &MethodResult) -> Vec<String> {
+    let flat = method.flags.is_empty() && flat(method);
+    let unflagged = flat.then(|| "slope flatter than −0.4: heavy tail or bias".to_string());
+    method.flags.iter().cloned().chain(unflagged).collect()
 }
 
 /// Samples that were not finite, over all methods, and paths looked at.
@@ -142,18 +135,6 @@ pub fn rejected(study: &Study) -> (u64, u64) {
         let more = s.rejected.iter().fold(0u64, |n, (_, count, _)| n.saturating_add(*count));
         (bad.saturating_add(more), paths.saturating_add(s.paths))
     })
-}
-
-/// A share of successes with its 90 % interval, after Wilson. `None` of nothing.
-pub fn share(held: usize, known: usize) -> Option<Interval> {
-    if known == 0 {
-        return None;
-    }
-    let (n, z2) = (known as f64, Z90 * Z90);
-    let p = held.min(known) as f64 / n;
-    let middle = (p + z2 / (2.0 * n)) / (1.0 + z2 / n);
-    let half = Z90 / (1.0 + z2 / n) * (p * (1.0 - p) / n + z2 / (4.0 * n * n)).sqrt();
-    Some(Interval { value: p, low: (middle - half).max(0.0), high: (middle + half).min(1.0) })
 }
 
 /// The scene's name: the file's, without folders and `.xml`.
@@ -170,23 +151,23 @@ pub fn shared_seconds(study: &Study) -> Option<f64> {
 }
 
 /// The point of a method that is nearest to a time.
-pub fn at_time(method: &Method, seconds: f64) -> Option<&Point> {
-    let far = |p: &&Point| (p.seconds / seconds).ln().abs();
+pub fn at_time(method: &MethodResult, seconds: f64) -> Option<&CurvePoint> {
+    let far = |p: &&CurvePoint| (p.seconds / seconds).ln().abs();
     let timed = method.points.iter().filter(|p| p.seconds > 0.0 && p.seconds.is_finite());
     timed.min_by(|a, b| far(a).total_cmp(&far(b)))
 }
 
 /// The relative error of a point: that of 95 % of the picture if its replicates tell, else the root of relMSE.
-pub fn error_of(point: &Point) -> Option<Interval> {
-    point.relative.as_ref().map_or_else(|| root(&point.rel_mse), |[_, p95, _]| clean(p95))
+pub fn error_of(point: &CurvePoint) -> Option<Interval> {
+    point.relative.map_or_else(|| point.rel_mse.root(), |relative| relative[1].cleaned())
 }
 
 /// True where a curve is flatter than −0.4: a heavy tail, or bias.
-pub fn flat(method: &Method) -> bool {
-    method.slope.as_ref().and_then(clean).is_some_and(|s| s.value > FLAT)
+pub fn flat(method: &MethodResult) -> bool {
+    method.slope.and_then(|s| s.cleaned()).is_some_and(|s| s.value > FLAT)
 }
 
 /// True where a point at least is off by more than noise.
-pub fn biased(method: &Method) -> bool {
-    method.points.iter().any(Point::is_biased)
+pub fn biased(method: &MethodResult) -> bool {
+    method.points.iter().any(CurvePoint::is_biased)
 }

@@ -1,107 +1,105 @@
-//! The box at the top: which method, how long, what is dearest, what to be wary of.
+//! The box at the top: the method to use, how long it takes, what is expensive, what to watch out for.
+
+use maud::{Markup, html};
 
 use crate::study::Interval;
-use crate::study::data::Study;
-use crate::study::pages::escape::xml;
-use crate::study::pages::number::{THIN, count, extra, goal, percent, seconds, times};
+use crate::study::data::{MethodResult, Study};
+use crate::study::format::{THIN, count, factor, goal, increase, percent_of, seconds};
 use crate::study::pages::parts::list;
-use crate::study::pages::verdict::{self, Answer};
+use crate::study::pages::verdict::{self, Recommendation};
 
-/// A reference with a larger error is worth a word.
-const ROUGH: f64 = 0.02;
+/// The error of a reference above which the reader is warned.
+const ROUGH_REFERENCE: f64 = 0.02;
 
-/// The first sentence: `Use path: 1 % at 95 % of the picture in about 42 s (90 %: 36–55).`
+/// The first sentence: `Use path: 95 % of the picture is within 1 % after about 42 s (90 %: 36–55).`
 pub fn headline(study: &Study) -> String {
-    match verdict::answer(study) {
-        Some(a) => {
-            let how = if a.measured { "in" } else { "in about" };
-            let (error, time) = (goal(a.error), seconds(&a.seconds).prose());
-            format!("Use {}: {error} at 95{THIN}% of the picture {how} {time}.", a.method.name)
-        }
+    match verdict::recommend(study) {
+        Some(a) => format!(
+            "Use {}: 95{THIN}% of the picture is within {} after {}{}.",
+            a.method.name,
+            goal(a.error),
+            if a.measured { "" } else { "about " },
+            seconds(&a.seconds).prose()
+        ),
         None if study.methods.is_empty() => "Nothing has been measured yet.".into(),
-        None => "The measurements do not reach far enough to name a method.".into(),
+        None => "The measurements do not reach far enough to recommend a method.".into(),
     }
 }
 
-/// What stands below it, one sentence each.
+/// The reasons below it, one sentence each.
 pub fn reasons(study: &Study) -> Vec<String> {
     let mut lines = Vec::new();
-    if let Some(a) = verdict::answer(study) {
+    if let Some(a) = verdict::recommend(study) {
         if a.error > 0.0101 {
-            let (error, one) = (goal(a.error), goal(0.01));
+            let reached = goal(a.error);
             lines.push(format!(
-                "No curve tells when {one} is reached; {error} is the least error that one does."
+                "No curve reaches {}; the smallest error that one reaches is {reached}.",
+                goal(0.01)
             ));
         }
         if !a.measured {
-            lines.push("This time was not measured: the curve was drawn further.".into());
+            lines.push("This time is extrapolated from the curve, not measured.".into());
         }
-        lines.extend(second(&a));
-        lines.extend(peer(&a));
-        lines.extend(sooner(study, &a));
+        lines.extend(runner_up(&a));
+        lines.extend(other_program(&a));
+        lines.extend(faster_preview(study, &a));
     }
-    if let Some((effect, time)) = verdict::dearest(study) {
-        let share = extra(&time).prose();
-        lines.push(format!("Dearest effect: {}, {share} time per path.", effect.name));
+    if let Some((effect, time)) = verdict::most_expensive_effect(study) {
+        let time = increase(&time).prose();
+        lines.push(format!("Most expensive effect: {}, {time} time per path.", effect.name));
     }
     lines
 }
 
-fn second(a: &Answer) -> Option<String> {
+fn runner_up(a: &Recommendation) -> Option<String> {
     let (method, ratio) = a.second.as_ref()?;
+    let name = &method.name;
     Some(match ratio {
         Some(r) if r.holds(1.0) => {
             format!(
-                "Runner-up: {}, {} of its time: no difference that these measurements show.",
-                method.name,
-                times(r).prose()
+                "Runner-up: {name} takes {} as long, which is no measurable difference.",
+                factor(r).prose()
             )
         }
-        Some(r) => format!("Runner-up: {}, {} of its time.", method.name, times(r).prose()),
-        None => format!(
-            "Runner-up: {}, whose curve does not tell when it gets to {}.",
-            method.name,
-            goal(a.error)
-        ),
+        Some(r) => format!("Runner-up: {name} takes {} as long.", factor(r).prose()),
+        None => format!("Runner-up: {name}, whose curve does not reach {}.", goal(a.error)),
     })
 }
 
-fn peer(a: &Answer) -> Option<String> {
+fn other_program(a: &Recommendation) -> Option<String> {
     let (method, ratio) = a.peer.as_ref()?;
-    let time = format!("{} of its time", times(ratio).prose());
     let what = if verdict::price(method, a.error).is_some() { "" } else { " for the same relMSE" };
-    Some(match ratio {
-        r if r.holds(1.0) => format!("{} is about as fast: {time}{what}.", method.name),
-        r if r.value < 1.0 => format!("{} is faster: {time}{what}.", method.name),
-        _ => format!("{} needs {time}{what}.", method.name),
+    let time = format!("{} takes {} as long{what}", method.name, factor(ratio).prose());
+    Some(if ratio.holds(1.0) {
+        format!("{time}, which is no measurable difference.")
+    } else {
+        format!("{time}.")
     })
 }
 
-/// Another method that is sooner at the largest error, for a first look.
-fn sooner(study: &Study, a: &Answer) -> Option<String> {
-    let first = *verdict::errors(&study.methods).first()?;
+/// Another method that is faster at the largest error, for a preview.
+fn faster_preview(study: &Study, a: &Recommendation) -> Option<String> {
+    let error = *verdict::errors(&study.methods).first()?;
     let own: Vec<_> = study.methods.iter().filter(|m| !m.peer).collect();
-    let (method, found) = verdict::ranked(&own, first).into_iter().next()?;
+    let (method, found) = verdict::ranked(&own, error).into_iter().next()?;
     let (_, time) = found?;
-    let surely = verdict::price(a.method, first)
-        .is_none_or(|(_, t)| verdict::ratio(&t, &time).is_some_and(|r| r.low > 1.0));
+    let surely =
+        verdict::price(a.method, error).is_none_or(|(_, t)| t.ratio(&time).is_some_and(|r| r.low > 1.0));
     (method.name != a.method.name && surely)
-        .then(|| format!("For {} already, {} is sooner: {}.", goal(first), method.name, seconds(&time)))
+        .then(|| format!("For a preview at {}, {} is faster: {}.", goal(error), method.name, seconds(&time)))
 }
 
-/// What to be wary of.
-pub fn caveats(study: &Study) -> Vec<String> {
-    let mut lines: Vec<String> =
-        verdict::flags(study).into_iter().map(|(method, flag)| format!("{method}: {flag}.")).collect();
-    let unflagged = |m: &&crate::study::data::Method| verdict::flat(m) && m.flags.is_empty();
-    for method in study.methods.iter().filter(unflagged) {
-        lines.push(format!("{}: slope flatter than −0.4: heavy tail or bias.", method.name));
-    }
-    if let Some(own) = study.reference.as_ref().map(|r| r.relative[1]).filter(|own| *own > ROUGH) {
+/// What to watch out for.
+pub fn warnings(study: &Study) -> Vec<String> {
+    let flagged = |m: &MethodResult| {
+        verdict::flags(m).iter().map(|flag| format!("{}: {flag}.", m.name)).collect::<Vec<_>>()
+    };
+    let mut lines: Vec<String> = study.methods.iter().flat_map(flagged).collect();
+    if let Some(own) = study.reference.as_ref().map(|r| r.relative[1]).filter(|own| *own > ROUGH_REFERENCE) {
         lines.push(format!(
-            "The reference itself is within {} at 95{THIN}% of the picture: no smaller error is measured; --budget makes a longer one, \
-             --against takes another.",
-            percent(&Interval::exact(own)).main
+            "The reference is itself only within {} at 95{THIN}% of the picture, so smaller errors cannot be measured. A larger --budget \
+             makes a better one; --against takes one from a file.",
+            percent_of(own)
         ));
     }
     let (bad, paths) = verdict::rejected(study);
@@ -113,34 +111,28 @@ pub fn caveats(study: &Study) -> Vec<String> {
         ));
     }
     for s in &study.stability {
-        if s.energy.as_ref().is_some_and(|e| !e.holds(1.0) && (e.value - 1.0).abs() > 0.01) {
-            let energy = s.energy.unwrap_or(Interval::exact(1.0));
-            lines.push(format!(
-                "{}: mean brightness {} of the reference's.",
-                s.method,
-                times(&energy).prose()
-            ));
+        let off = |e: &Interval| !e.holds(1.0) && (e.value - 1.0).abs() > 0.01;
+        if let Some(energy) = s.energy.filter(off) {
+            let ratio = factor(&energy).prose();
+            lines.push(format!("{}: the picture's mean brightness is {ratio} the reference's.", s.method));
         }
     }
     if !study.missing.is_empty() {
-        lines.push(format!("Not there yet: {}.", list(&study.missing)));
+        lines.push(format!("Not measured yet: {}.", list(&study.missing)));
     }
     lines
 }
 
 /// The box.
-pub fn html(study: &Study) -> String {
-    let items =
-        |lines: Vec<String>| -> String { lines.iter().map(|l| format!("<li>{}</li>\n", xml(l))).collect() };
-    let (reasons, caveats) = (items(reasons(study)), items(caveats(study)));
-    let reasons = if reasons.is_empty() { reasons } else { format!("<ul>\n{reasons}</ul>\n") };
-    let caveats = if caveats.is_empty() {
-        caveats
-    } else {
-        format!("<div class=\"caveats\"><h2>To be wary of</h2><ul>\n{caveats}</ul></div>\n")
-    };
-    format!(
-        "<div class=\"answer\" id=\"answer\">\n<p class=\"headline\">{}</p>\n{reasons}{caveats}</div>\n",
-        xml(&headline(study))
-    )
+pub fn html(study: &Study) -> Markup {
+    let warnings = warnings(study);
+    html! {
+        div.answer #answer {
+            p.headline { (headline(study)) }
+            ul { @for reason in reasons(study) { li { (reason) } } }
+            @if !warnings.is_empty() {
+                div.caveats { h2 { "Watch out" } ul { @for warning in warnings { li { (warning) } } } }
+            }
+        }
+    }
 }

@@ -1,101 +1,194 @@
-//! Part 1: how the error falls.
+//! Part 1: how the error falls with time and samples.
 
-use crate::study::data::{Method, Point, Study};
-use crate::study::pages::escape::xml;
-use crate::study::pages::number::{Figure, THIN, count, figure, percent, root, seconds_of};
-use crate::study::pages::parts::{
-    cell, heading, heads, list, maybe, method, missing, more, note, plot, section, table,
-};
-use crate::study::pages::plot::{Lines, looks};
-use crate::study::pages::sections::{curves, pictures, snapshots};
+use maud::{Markup, html};
+
+use crate::study::Interval;
+use crate::study::data::{CurvePoint, MethodResult, Study};
+use crate::study::format::{THIN, count, percent_interval, seconds_of, with_unit};
+use crate::study::pages::chart::{ChartPoint, Curve, CurveChart, MethodStyle, extension, styles};
+use crate::study::pages::parts::{cell, curves, details, list, maybe, method, missing, note, section, table};
+use crate::study::pages::sections::pictures;
 use crate::study::pages::verdict;
 
-/// The sentence to take away.
-pub fn takeaway(study: &Study) -> String {
-    let Some(seconds) = verdict::shared_seconds(study) else { return "No curve has been measured.".into() };
+/// The conclusion.
+pub fn conclusion(study: &Study) -> String {
     let own = study.methods.iter().filter(|m| !m.peer);
-    let mut errors: Vec<_> =
-        own.filter_map(|m| Some((m, verdict::error_of(verdict::at_time(m, seconds)?)?))).collect();
+    let shared = verdict::shared_seconds(study);
+    let error = |m| Some((m, verdict::error_of(verdict::at_time(m, shared?)?)?));
+    let mut errors: Vec<(&MethodResult, Interval)> = own.filter_map(error).collect();
     errors.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
     let Some(((best, least), rest)) = errors.split_first() else {
         return "No curve has been measured.".into();
     };
     let mut text = format!(
         "After {}, {} is within {} at 95{THIN}% of the picture",
-        seconds_of(seconds),
+        seconds_of(shared.unwrap_or_default()),
         best.name,
-        percent(least).prose()
+        percent_interval(least).prose()
     );
     let others: Vec<String> =
-        rest.iter().map(|(m, e)| format!("{} within {}", m.name, percent(e).main)).collect();
+        rest.iter().map(|(m, e)| format!("{} within {}", m.name, percent_interval(e).main)).collect();
     text += &if others.is_empty() { ".".into() } else { format!(", {}.", list(&others)) };
     let flat: Vec<String> =
         study.methods.iter().filter(|m| verdict::flat(m)).map(|m| m.name.clone()).collect();
     if !flat.is_empty() {
-        text +=
-            &format!(" The error of {} falls slower than noise does (slope flatter than −0.4).", list(&flat));
+        text += &format!(
+            " The error of {} falls more slowly than noise does (slope flatter than −0.4).",
+            list(&flat)
+        );
     }
     text
 }
 
 /// The section.
-pub fn html(study: &Study) -> String {
-    let mut body = String::new();
-    if study.methods.iter().all(|m| m.points.is_empty()) {
-        body += &missing(study, "Curves were", "convergence");
-        return section("convergence", "1  Convergence", &takeaway(study), &body);
-    }
-    body += &drawn(
-        &curves::at_most(study),
-        "Error against time, both logarithmic. Bands and bars: 90 %. Dotted, hollow markers: the curve drawn further, to the prices of part 2.",
-    );
-    body += &drawn(
-        &curves::overall(study),
-        "Root of relMSE, which every program can be measured by; it weighs the few worst pixels. Dotted: the fitted slope drawn further.",
-    );
-    body += &drawn(
-        &curves::by_samples(study),
-        "The same against samples: what a path is worth, without what it costs.",
-    );
-    let bias = curves::bias(study);
-    if !bias.is_empty() {
-        body += &drawn(
-            &bias,
-            "Bias (line) and noise (thin) of the methods that are off by more than noise: bias² = MSE − variance.",
-        );
-    }
-    body += &ends(study);
-    body += &slopes(study);
-    body += &more("Every measured point", &points(study));
-    body += &note(&how(study));
-    body += &snapshots::html(study);
-    body += &heading("Equal-time pictures");
-    body += &pictures::html(study);
-    section("convergence", "1  Convergence", &takeaway(study), &body)
+pub fn html(study: &Study) -> Markup {
+    let body = html! {
+        @if study.methods.iter().all(|m| m.points.is_empty()) { (missing(study, "Curves were", "convergence")) }
+        @else {
+            (curves(&at_95_percent(study), "Error against time, both axes logarithmic. Bands and bars: 90 % intervals. Dotted with hollow \
+                markers: the curve extrapolated to the errors of part 2."))
+            (curves(&overall(study), "Root of relMSE, the one error that can be measured for every program; a few very bad pixels dominate \
+                it. Dotted: the fitted slope, extrapolated."))
+            (curves(&by_samples(study), "The same against samples: the quality of a path, regardless of its cost."))
+            (curves(&bias(study), "Bias (thick) and noise (thin) of the methods whose error is more than noise: bias² = MSE − variance."))
+            (last_errors(study))
+            (slopes(study))
+            (details("Every measured point", every_point(study)))
+            (note(&how(study)))
+            (pictures::html(study))
+        }
+    };
+    section("convergence", "1  How the error falls", &conclusion(study), body)
 }
 
-fn drawn(lines: &Lines, caption: &str) -> String {
-    if lines.is_empty() { String::new() } else { plot(&lines.label, caption, |size| lines.draw(size)) }
+type Styled<'a> = (&'a MethodResult, MethodStyle);
+
+fn styled(study: &Study) -> impl Iterator<Item = Styled<'_>> {
+    study.methods.iter().zip(styles(&study.methods))
 }
 
-/// Where each method ended.
-fn ends(study: &Study) -> String {
-    let row = |(m, look): (&Method, _)| {
+/// A method's curve of `y` over `x`.
+fn curve(
+    (m, style): Styled<'_>,
+    x: impl Fn(&CurvePoint) -> f64,
+    y: impl Fn(&CurvePoint) -> Option<Interval>,
+) -> Curve {
+    let point = |p: &CurvePoint| {
+        let (x, y) = (x(p), y(p)?);
+        let samples = if p.samples_per_pixel > 0.0 {
+            format!(", {} samples per pixel", count(p.samples_per_pixel))
+        } else {
+            String::new()
+        };
+        Some(ChartPoint {
+            x,
+            y,
+            note: format!("{} after {}{samples}", percent_interval(&y).prose(), seconds_of(p.seconds)),
+        })
+    };
+    Curve::new(&m.name, style, m.points.iter().filter_map(point))
+}
+
+fn chart(label: &str, [x_name, y_name]: [&str; 2], curves: impl Iterator<Item = Curve>) -> CurveChart {
+    CurveChart {
+        label: label.into(),
+        x_name: x_name.into(),
+        y_name: y_name.into(),
+        curves: curves.filter(|c| !c.points.is_empty()).collect(),
+        targets: Vec::new(),
+    }
+}
+
+/// Error at 95 % of the picture against seconds, extrapolated to the prices that were not measured.
+fn at_95_percent(study: &Study) -> CurveChart {
+    let make = |(m, style): Styled<'_>| {
+        let mut c = curve((m, style), |p| p.seconds, |p| p.relative.map(|r| r[1]));
+        let last = c.points.last().map(|p| [p.x, p.y.value]);
+        let extrapolated = m.prices.iter().filter(|p| !p.measured);
+        let mut far: Vec<[f64; 2]> = extrapolated
+            .filter_map(|p| Some([verdict::price(m, p.error)?.1.value, p.error]))
+            .filter(|far| last.is_some_and(|[x, y]| far[0] > x && far[1] < y && far[0] < 200.0 * x))
+            .collect();
+        far.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        if !far.is_empty() {
+            c.marked = true;
+            c.beyond = last.into_iter().chain(far).collect();
+        }
+        c
+    };
+    let axes = ["seconds", "relative error that 95 % of the picture stays below"];
+    let label = "Relative error at 95 % of the picture against seconds";
+    CurveChart { targets: verdict::errors(&study.methods), ..chart(label, axes, styled(study).map(make)) }
+}
+
+/// Root of relMSE against `x` with the fitted slope, extrapolated by a factor.
+fn root_mean_square(
+    study: &Study,
+    [label, x_name]: [&str; 2],
+    x: impl Fn(&CurvePoint) -> f64 + Copy,
+    slope: impl Fn(&MethodResult) -> (Option<Interval>, f64),
+) -> CurveChart {
+    let end = study.methods.iter().flat_map(|m| m.points.last()).map(x).fold(0.0, f64::max);
+    let make = |(m, style): Styled<'_>| {
+        let mut c = curve((m, style), x, |p| p.rel_mse.root());
+        let (slope, further) = slope(m);
+        c.beyond = extension(&c.points, slope.filter(|_| !m.biased), further * end);
+        c
+    };
+    chart(label, [x_name, "relative RMS error of the picture"], styled(study).map(make))
+}
+
+/// Root of relMSE against seconds, of all methods and other programs.
+pub fn overall(study: &Study) -> CurveChart {
+    let label = "Relative root mean square error against seconds";
+    root_mean_square(study, [label, "seconds"], |p| p.seconds, |m| (m.slope, 4.0))
+}
+
+fn by_samples(study: &Study) -> CurveChart {
+    let label = "Relative root mean square error against samples per pixel";
+    root_mean_square(
+        study,
+        [label, "samples (paths) per pixel"],
+        |p| p.samples_per_pixel,
+        |m| (m.slope_samples, 2.0),
+    )
+}
+
+/// Bias and noise of the methods that are biased, as roots.
+fn bias(study: &Study) -> CurveChart {
+    let both = |(m, style): Styled<'_>| {
+        let mut bias = curve((m, style), |p| p.seconds, |p| p.bias?.root());
+        bias.name = format!("{}: bias", m.name);
+        let hollow = MethodStyle { hollow: true, ..style };
+        let mut noise = curve((m, hollow), |p| p.seconds, |p| p.noise?.root());
+        (noise.name, noise.thin) = (format!("{}: noise", m.name), true);
+        [bias, noise]
+    };
+    let biased = styled(study).filter(|(m, _)| verdict::biased(m));
+    chart(
+        "Bias and noise against seconds",
+        ["seconds", "root of the mean square, relative"],
+        biased.flat_map(both),
+    )
+}
+
+/// The errors at the end of each curve.
+fn last_errors(study: &Study) -> Markup {
+    let row = |(m, style): Styled<'_>| {
         let last = m.points.last()?;
-        let rel = |i: usize| maybe(last.relative.as_ref().map(|r| r[i]), percent);
+        let relative = |i: usize| maybe(last.relative.map(|r| percent_interval(&r[i])));
         Some(vec![
-            method(&m.name, look),
-            seconds_of(last.seconds),
-            rel(0),
-            rel(1),
-            rel(2),
+            method(&m.name, style),
+            cell(seconds_of(last.seconds)),
+            relative(0),
+            relative(1),
+            relative(2),
             rms(&last.rel_mse),
             rms(&last.rel_mse_trimmed),
-            cell(&figure(&last.flip, 1.0, "")),
+            cell(with_unit(&last.flip, 1.0, "")),
         ])
     };
-    let rows: Vec<_> = study.methods.iter().zip(looks(&study.methods)).filter_map(row).collect();
-    let heads = heads(&[
+    let heads = [
         "At the end of the curve",
         "time",
         "50 % within",
@@ -104,52 +197,44 @@ fn ends(study: &Study) -> String {
         "RMS error",
         "… without the worst 0.1 %",
         "FLIP",
-    ]);
-    table("Errors at the ends of the curves", &heads, &rows)
+    ];
+    table("Errors at the ends of the curves", &heads, &styled(study).filter_map(row).collect::<Vec<_>>())
 }
 
-/// How fast each method's error falls, and what is to be warned of.
-fn slopes(study: &Study) -> String {
-    let row = |(m, look): (&Method, _)| {
-        let slope = |s: &Option<crate::study::Interval>| maybe(*s, |s| figure(s, 1.0, ""));
-        let mut flags = m.flags.clone();
-        if flags.is_empty() && verdict::flat(m) {
-            flags.push("slope flatter than −0.4: heavy tail or bias".into());
-        }
-        let flags = format!("<span class=\"text warn\">{}</span>", xml(&flags.join("; ")));
-        vec![method(&m.name, look), slope(&m.slope), slope(&m.slope_samples), flags]
+/// How fast each method's error falls, with warnings.
+fn slopes(study: &Study) -> Markup {
+    let slope = |s: &Option<Interval>| maybe(s.map(|s| with_unit(&s, 1.0, "")));
+    let row = |(m, style): Styled<'_>| {
+        let flags = html! { span.text.warn { (verdict::flags(m).join("; ")) } };
+        vec![method(&m.name, style), slope(&m.slope), slope(&m.slope_samples), flags]
     };
-    let measured = study.methods.iter().zip(looks(&study.methods)).filter(|(m, _)| !m.points.is_empty());
-    let rows: Vec<_> = measured.map(row).collect();
-    table(
-        "Slopes of the curves",
-        &heads(&["Slope of RMS error", "against seconds", "against samples", "to be wary of"]),
-        &rows,
-    )
+    let measured = styled(study).filter(|(m, _)| !m.points.is_empty());
+    let heads = ["Slope of the RMS error", "against seconds", "against samples", "warnings"];
+    table("Slopes of the curves", &heads, &measured.map(row).collect::<Vec<_>>())
 }
 
-fn points(study: &Study) -> String {
-    let row = |m: &Method, look, p: &Point| {
+fn every_point(study: &Study) -> Markup {
+    let row = |(m, style): Styled<'_>, p: &CurvePoint| {
         vec![
-            method(&m.name, look),
-            seconds_of(p.seconds),
-            count(p.samples_per_pixel),
-            p.runs.to_string(),
+            method(&m.name, style),
+            cell(seconds_of(p.seconds)),
+            cell(count(p.samples_per_pixel)),
+            cell(p.runs.to_string()),
             rms(&p.rel_mse),
             rms(&p.rel_mse_trimmed),
-            maybe(p.relative.as_ref().map(|r| r[1]), percent),
-            maybe(p.noise.as_ref().and_then(root), percent),
-            maybe(p.bias.as_ref().and_then(root), percent),
-            cell(&figure(&p.smape, 1.0, "")),
-            cell(&figure(&p.flip, 1.0, "")),
-            seconds_of(p.trace_seconds),
-            seconds_of(p.splat_seconds),
-            seconds_of(p.display_seconds),
+            maybe(p.relative.map(|r| percent_interval(&r[1]))),
+            maybe(p.noise.and_then(|i| i.root()).map(|i| percent_interval(&i))),
+            maybe(p.bias.and_then(|i| i.root()).map(|i| percent_interval(&i))),
+            cell(with_unit(&p.smape, 1.0, "")),
+            cell(with_unit(&p.flip, 1.0, "")),
+            cell(seconds_of(p.trace_seconds)),
+            cell(seconds_of(p.splat_seconds)),
+            cell(seconds_of(p.display_seconds)),
         ]
     };
-    let each = study.methods.iter().zip(looks(&study.methods));
-    let rows: Vec<_> = each.flat_map(|(m, look)| m.points.iter().map(move |p| row(m, look, p))).collect();
-    let heads = heads(&[
+    let rows: Vec<_> =
+        styled(study).flat_map(|(m, s)| m.points.iter().map(move |p| row((m, s), p))).collect();
+    let heads = [
         "Method",
         "time",
         "samples/pixel",
@@ -164,35 +249,30 @@ fn points(study: &Study) -> String {
         "tracing (CPU)",
         "splatting",
         "display",
-    ]);
+    ];
     table("Every measured point", &heads, &rows)
 }
 
-/// The root of a relMSE as a cell.
-fn rms(rel_mse: &crate::study::Interval) -> String {
-    cell(&root(rel_mse).map_or_else(Figure::none, |r| percent(&r)))
+/// The root of a relMSE.
+fn rms(rel_mse: &Interval) -> Markup {
+    maybe(rel_mse.root().map(|root| percent_interval(&root)))
 }
 
 fn how(study: &Study) -> String {
     let runs = study.methods.iter().flat_map(|m| m.points.iter().map(|p| p.runs));
     let (least, most) = runs.fold((usize::MAX, 0), |(a, b), n| (a.min(n), b.max(n)));
-    let runs = match (least, most) {
-        (a, b) if a >= b => format!("{b}"),
-        (a, b) => format!("{a} to {b}"),
-    };
+    let runs = if least >= most { most.to_string() } else { format!("{least} to {most}") };
     let own = study.reference.as_ref().and_then(|r| r.rel_mse).filter(|e| e.is_finite() && *e >= 0.0);
     let own = own.map_or_else(String::new, |e| {
-        format!(
-            " The reference's own error (relMSE {}) is taken off.",
-            figure(&crate::study::Interval::exact(e), 1.0, "").main
-        )
+        let e = with_unit(&Interval::exact(e), 1.0, "").main;
+        format!(" The error of the reference itself (relMSE {e}) is subtracted.")
     });
     format!(
-        "relMSE = mean((x − ref)² / (ref_Y² + 0.01)) of the unblurred linear picture against the reference; plots show its root.{own} \
-         “95 % within” is the relative standard error that 95 % of the picture, in areas of 8×8 pixels, stays below; it comes \
-         from independent randomisations of the same index range ({runs} runs per point), never from the spread of neighbouring \
-         samples. Times are wall-clock seconds of tracing and splatting; loading the scene and compiling shaders ({} here) are \
-         left out. Slopes are least-squares fits of the logarithms; −0.5 is what independent noise gives.",
+        "relMSE = mean((x − ref)² / (ref_Y² + 0.01)) of the unblurred linear picture against the reference; the charts show its root.{own} \
+         “95 % within” is the relative standard error that 95 % of the picture, in tiles of 8×8 pixels, stays below. It comes from \
+         independent randomisations of the same index range ({runs} runs per point), never from the spread of neighbouring samples. Times \
+         are wall-clock seconds of tracing and splatting; loading the scene and compiling shaders ({} here) is left out. Slopes are \
+         least-squares fits of the logarithms; independent noise gives −0.5.",
         seconds_of(study.load_seconds)
     )
 }

@@ -1,121 +1,108 @@
-//! Part 5: what exactness of arithmetic costs and gives.
+//! Part 5: the cost and the benefit of more exact arithmetic.
 
+use maud::{Markup, html};
+
+use crate::study::Interval;
 use crate::study::data::{NumericPrice, Study};
-use crate::study::pages::escape::xml;
-use crate::study::pages::number::{THIN, clean, plain, times};
-use crate::study::pages::parts::{cell, heads, missing, note, plot, section, table};
-use crate::study::pages::plot::axis::label;
-use crate::study::pages::plot::{Mark, Panel, Row, Rows};
+use crate::study::format::{THIN, factor, significant};
+use crate::study::pages::chart::{BarChart, BarMark, BarPanel, BarRow, MethodStyle, PLAIN, tick_label};
+use crate::study::pages::parts::{cell, figure, missing, note, section, table, words};
 
-/// The sentence to take away.
-pub fn takeaway(study: &Study) -> String {
-    let worth = |n: &&NumericPrice| clean(&n.error).is_some_and(|e| e.low > 1.0 && e.value > 1.05);
-    let (pays, not): (Vec<_>, Vec<_>) = study.numeric.iter().partition(worth);
+/// The conclusion.
+pub fn conclusion(study: &Study) -> String {
+    let matters = |n: &&NumericPrice| n.error.cleaned().is_some_and(|e| e.low > 1.0 && e.value > 1.05);
+    let (exact, cheap): (Vec<_>, Vec<_>) = study.numeric.iter().partition(matters);
     if study.numeric.is_empty() {
-        return "No choice of arithmetic has a measured price.".into();
+        return "The cost of more exact arithmetic has not been measured.".into();
+    }
+    if exact.is_empty() {
+        return "The cheap forms are exact enough here: none has measurably more error.".into();
     }
     let one = |n: &&NumericPrice| {
-        let (time, error) = (times(&n.time).main, times(&n.error).main);
-        format!("{} ({time} of the time, the cheap form has {error} of the error)", n.choice)
+        let (time, error) = (factor(&n.time).main, factor(&n.error).main);
+        format!("{} ({time} of the time; the cheap form has {error} of the error)", n.choice)
     };
-    let mut text = match pays.as_slice() {
-        [] => "The cheap forms are exact enough here: none has measurably more error.".to_string(),
-        some => {
-            format!(
-                "The more exact form matters for {}.",
-                some.iter().map(one).collect::<Vec<_>>().join("; ")
-            )
-        }
+    let text =
+        format!("Exact arithmetic matters for {}.", exact.iter().map(one).collect::<Vec<_>>().join("; "));
+    let other = match cheap.len() {
+        0 => String::new(),
+        1 => " The other choice makes no measurable difference to the error.".into(),
+        n => format!(" {n} other choices make no measurable difference to the error."),
     };
-    if !pays.is_empty() && !not.is_empty() {
-        let n = not.len();
-        text += &format!(
-            " {n} other choice{} no measurable difference to the error.",
-            if n == 1 { " makes" } else { "s make" }
-        );
-    }
-    text
+    text + &other
 }
 
 /// The choice whose exact form saves most error, in a few words.
-pub fn shortly(study: &Study) -> String {
-    let errors = study.numeric.iter().filter_map(|n| Some((n, clean(&n.error)?)));
-    match errors.max_by(|a, b| a.1.value.total_cmp(&b.1.value)) {
-        Some((n, error)) => {
-            format!(
-                "{}, cheap form: error {}, time of the exact one {}",
-                n.choice,
-                times(&error).main,
-                times(&n.time).main
-            )
-        }
-        None => "not measured".into(),
-    }
+pub fn summary(study: &Study) -> String {
+    let errors = study.numeric.iter().filter_map(|n| Some((n, n.error.cleaned()?)));
+    let most = errors.max_by(|a, b| a.1.value.total_cmp(&b.1.value));
+    most.map_or_else(
+        || "not measured".into(),
+        |(n, error)| {
+            let [error, time] = [&error, &n.time].map(|i| factor(i).main);
+            format!("{}, cheap form: error {error}; exact form: time {time}", n.choice)
+        },
+    )
 }
 
-fn rows(study: &Study) -> Rows {
-    let row = |n: &NumericPrice| Row {
-        group: None,
-        name: n.choice.clone(),
-        class: "m0",
-        marker: 0,
-        hollow: false,
-        figures: vec![clean(&n.time), clean(&n.error)],
-    };
-    let panel = |title: &str| Panel {
+/// Ratios as rows of dots around 1.
+pub fn ratio_chart<'a>(
+    label: &str,
+    titles: [&str; 2],
+    rows: impl Iterator<Item = (&'a str, bool, [Interval; 2])>,
+) -> BarChart {
+    let panel = |title: &str| BarPanel {
         title: title.into(),
-        mark: Mark::Dot,
-        tick: |x| format!("×{THIN}{}", label(x)),
-        figure: |i| times(i).main,
+        mark: BarMark::Dot,
+        tick: |x| format!("×{THIN}{}", tick_label(x)),
+        number: |i| factor(i).main,
         base: Some(1.0),
     };
-    Rows {
-        label: "Time and error by choice of arithmetic".into(),
-        panels: vec![panel("time, exact : cheap"), panel("error, cheap : exact")],
-        rows: study.numeric.iter().map(row).collect(),
-    }
+    let row = |(name, hollow, values): (&str, bool, [Interval; 2])| BarRow {
+        group: None,
+        name: name.into(),
+        style: MethodStyle { hollow, ..PLAIN },
+        values: values.map(Some).to_vec(),
+    };
+    BarChart { label: label.into(), panels: titles.map(panel).to_vec(), rows: rows.map(row).collect() }
 }
 
 /// The section.
-pub fn html(study: &Study) -> String {
-    let title = "5  Price of each numeric choice";
-    if study.numeric.is_empty() {
-        let body = missing(study, "Prices of numeric choices were", "numeric");
-        return section("numeric", title, &takeaway(study), &body);
-    }
-    let rows = rows(study);
-    let drawn = plot(
-        &rows.label,
-        "Left: what the more exact form costs. Right: what it saves. At 1 there is no difference.",
-        |size| rows.draw(size),
+pub fn html(study: &Study) -> Markup {
+    let rows = study.numeric.iter().map(|n| (n.choice.as_str(), false, [n.time, n.error]));
+    let chart = ratio_chart(
+        "Time and error by choice of arithmetic",
+        ["time, exact : cheap", "error, cheap : exact"],
+        rows,
     );
     let line = |n: &NumericPrice| {
         vec![
-            xml(&n.choice),
-            format!("<span class=\"text\">{}</span>", xml(&n.forms[0])),
-            format!("<span class=\"text\">{}</span>", xml(&n.forms[1])),
-            cell(&times(&n.time)),
-            cell(&times(&n.error)),
-            format!("<span class=\"text\">{}</span>", xml(&n.what)),
+            cell(&n.choice),
+            words(&n.forms[0]),
+            words(&n.forms[1]),
+            cell(factor(&n.time)),
+            cell(factor(&n.error)),
+            words(&n.what),
         ]
     };
-    let lines: Vec<_> = study.numeric.iter().map(line).collect();
-    let table = table(
-        "Numeric choices",
-        &heads(&[
-            "Choice",
-            "cheap form",
-            "exact form",
-            "time, exact : cheap",
-            "error, cheap : exact",
-            "what is the error",
-        ]),
-        &lines,
-    );
-    let worst = study.numeric.iter().filter_map(|n| clean(&n.error)).map(|e| e.value).fold(0.0, f64::max);
-    let how = note(&format!(
-        "Both forms run in turn on the same samples; ratios are taken pair by pair. The largest ratio of errors is ×{THIN}{}.",
-        plain(worst, 3)
-    ));
-    section("numeric", title, &takeaway(study), &(drawn + &table + &how))
+    let heads = [
+        "Choice",
+        "cheap form",
+        "exact form",
+        "time, exact : cheap",
+        "error, cheap : exact",
+        "error of what",
+    ];
+    let worst = study.numeric.iter().filter_map(|n| n.error.cleaned()).map(|e| e.value).fold(0.0, f64::max);
+    let body = html! {
+        @if study.numeric.is_empty() { (missing(study, "Costs of arithmetic were", "numeric")) }
+        @else {
+            (figure(&chart.label, "Left: the cost of the more exact form. Right: the error that it avoids. At 1 there is no difference.",
+                |size| chart.draw(size)))
+            (table("Choices of arithmetic", &heads, &study.numeric.iter().map(line).collect::<Vec<_>>()))
+            (note(&format!("Both forms run in turn on the same samples; ratios are taken pair by pair. The largest ratio of errors is \
+                ×{THIN}{}.", significant(worst, 3))))
+        }
+    };
+    section("numeric", "5  Cost of exact arithmetic", &conclusion(study), body)
 }

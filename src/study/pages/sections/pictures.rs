@@ -1,15 +1,49 @@
-//! Part 1, continued: pictures of equal time, error maps, the winner of each region.
+//! Part 1, continued: pictures as time goes on, pictures of equal time with their error maps, the best method of each region.
 
-use crate::study::data::{Method, Study};
-use crate::study::pages::escape::{picture, xml};
-use crate::study::pages::number::{THIN, percent, plain, seconds_of};
-use crate::study::pages::parts::{list, method, missing, paragraph, plot};
-use crate::study::pages::plot::{Look, Map, looks};
+use maud::{Markup, html};
+
+use crate::study::data::{CurvePoint, MethodResult, Study};
+use crate::study::format::{THIN, percent_interval, percent_of, seconds_of, significant};
+use crate::study::measurement::FIGURES;
+use crate::study::pages::chart::{MethodStyle, RegionMap, styles};
+use crate::study::pages::page::reference_origin;
+use crate::study::pages::parts::{embedded, list, method, missing, note, pictures};
 use crate::study::pages::verdict;
 
-/// Which method wins how much of the picture.
-pub fn takeaway(study: &Study) -> Option<String> {
-    let map = map(study)?;
+/// Pictures, error maps and the map of regions.
+pub fn html(study: &Study) -> Markup {
+    let shown: Vec<Markup> = study
+        .methods
+        .iter()
+        .zip(styles(&study.methods))
+        .filter_map(|(m, style)| equal_time(study, m, style))
+        .collect();
+    let reference = study.reference.as_ref().and_then(|r| {
+        let caption = html! { "Reference: " (reference_origin(r)) };
+        Some(pictures(&[(embedded(Some(&r.picture))?, "the reference".into())], &caption))
+    });
+    html! {
+        (as_time_goes_on(study))
+        h3 { "Equal-time pictures" }
+        @if let Some(text) = conclusion(study) { p { (text) } }
+        @if shown.is_empty() { (missing(study, "Pictures of equal time were", "pictures")) }
+        @else {
+            div.pictures.broad { @if let Some(reference) = reference { (reference) } @for picture in shown { (picture) } }
+            p.dim { "Below each picture is its FLIP error map: where a viewer would see a difference from the reference. Brighter is worse." }
+        }
+        @if let Some(map) = region_map(study) {
+            figure.regions {
+                (map.draw().inline("The method of least error, region by region"))
+                (map.legend())
+                figcaption { "The method of least mean square error in each region, at equal time." }
+            }
+        }
+    }
+}
+
+/// The share of the picture in which each method is best.
+pub fn conclusion(study: &Study) -> Option<String> {
+    let map = region_map(study)?;
     let mut shares: Vec<(f64, &str)> =
         map.shares().into_iter().zip(map.methods.iter().map(|m| m.0)).collect();
     shares.retain(|(share, _)| *share > 0.0);
@@ -19,81 +53,105 @@ pub fn takeaway(study: &Study) -> Option<String> {
     if rest.is_empty() {
         return Some(format!("In {time}, {best} has the least error in every region."));
     }
-    let rest: Vec<String> =
-        rest.iter().map(|(s, name)| format!("{name} in {}{THIN}%", plain(100.0 * s, 2))).collect();
+    let rest: Vec<String> = rest.iter().map(|(s, name)| format!("{name} in {}", percent_of(*s))).collect();
     Some(format!(
-        "In {time}, {best} has the least error in {}{THIN}% of the picture, {}.",
-        plain(100.0 * share, 2),
+        "In {time}, {best} has the least error in {} of the picture, {}.",
+        percent_of(*share),
         list(&rest)
     ))
 }
 
-fn map(study: &Study) -> Option<Map<'_>> {
-    let regions = study.regions.as_ref()?;
+fn region_map(study: &Study) -> Option<RegionMap<'_>> {
     let [width, height] = study.size.map(f64::from);
     let names = study.methods.iter().map(|m| m.name.as_str());
-    Some(Map {
-        label: "The method of least error, region by region".into(),
-        regions,
-        methods: names.zip(looks(&study.methods)).collect(),
+    Some(RegionMap {
+        regions: study.regions.as_ref()?,
+        methods: names.zip(styles(&study.methods)).collect(),
         aspect: height / width,
-        picture: study.reference.as_ref().map_or("", |r| r.picture.as_str()),
+        picture: embedded(study.reference.as_ref().map(|r| r.picture.as_str())),
     })
 }
 
-/// Pictures and map.
-pub fn html(study: &Study) -> String {
-    let mut body = String::new();
-    if let Some(text) = takeaway(study) {
-        body += &paragraph(&text);
-    }
-    let shown: String = study
-        .methods
-        .iter()
-        .zip(looks(&study.methods))
-        .filter_map(|(m, look)| pair(study, m, look))
-        .collect();
-    if shown.is_empty() {
-        body += &missing(study, "Pictures of equal time were", "pictures");
-    } else {
-        let reference = study.reference.as_ref().and_then(|r| {
-            Some(figure(
-                &[(picture(&r.picture)?, "the reference")],
-                &xml(&format!("Reference: {}", crate::study::pages::sections::origin::made_by(r))),
-            ))
-        });
-        body += &format!("<div class=\"pictures broad\">\n{}{shown}</div>\n", reference.unwrap_or_default());
-        body += "<p class=\"dim\">Below each picture, its FLIP error map: where the displayed picture differs visibly from the \
-                 reference. Brighter is worse.</p>\n";
-    }
-    if let Some(map) = map(study) {
-        body += &plot(
-            &map.label,
-            "The method of least mean square error in each region, at equal time.",
-            |size| map.draw(size),
-        );
-    }
-    body
-}
-
-/// A method's picture and error map.
-fn pair(study: &Study, m: &Method, look: Look) -> Option<String> {
-    let seen = m.picture.as_deref().and_then(picture)?;
-    let mut all = vec![(seen, "displayed picture")];
-    all.extend(m.error_map.as_deref().and_then(picture).map(|uri| (uri, "FLIP error map")));
+/// The picture and the error map of a method.
+fn equal_time(study: &Study, m: &MethodResult, style: MethodStyle) -> Option<Markup> {
+    let mut all = vec![(embedded(m.picture.as_deref())?, format!("{}, displayed picture", m.name))];
+    all.extend(embedded(m.error_map.as_deref()).map(|uri| (uri, format!("{}, FLIP error map", m.name))));
     let seconds = study.regions.as_ref().map(|r| r.seconds).or_else(|| verdict::shared_seconds(study));
     let point = seconds.and_then(|s| verdict::at_time(m, s));
-    let error = point.and_then(|p| Some((verdict::error_of(p)?, p)));
-    let text = error.map_or_else(String::new, |(e, p)| {
-        let (error, flip) = (percent(&e).main, plain(p.flip.value, 2));
-        format!(" after {}: {error}, FLIP {flip}", seconds_of(p.seconds))
-    });
-    Some(figure(&all, &format!("{}{}", method(&m.name, look), xml(&text))))
+    let caption = html! {
+        (method(&m.name, style))
+        @if let Some((p, error)) = point.and_then(|p| Some((p, verdict::error_of(p)?))) {
+            " after " (seconds_of(p.seconds)) ": " (percent_interval(&error).main) ", FLIP " (significant(p.flip.value, 2))
+        }
+    };
+    Some(pictures(&all, &caption))
 }
 
-/// Pictures above one another; the caption is HTML already.
-fn figure(pictures: &[(&str, &str)], caption: &str) -> String {
-    let image = |(uri, alt): &(&str, &str)| format!("<img src=\"{}\" alt=\"{}\"/>", xml(uri), xml(alt));
-    let images: String = pictures.iter().map(image).collect();
-    format!("<figure>{images}<figcaption>{caption}</figcaption></figure>\n")
+/// The methods after 1/30, 1/3, 3 and 30 seconds side by side, as in Figures 3 and 4 of the paper.
+fn as_time_goes_on(study: &Study) -> Markup {
+    let at = |m: &MethodResult, seconds: f64| {
+        m.points.iter().position(|p| p.budget == seconds && p.picture.is_some())
+    };
+    let row = |m: &MethodResult| -> Vec<Markup> {
+        FIGURES
+            .into_iter()
+            .filter_map(|seconds| snapshot(&m.name, seconds, &m.points[at(m, seconds)?]))
+            .collect()
+    };
+    let rows: Vec<_> = study
+        .methods
+        .iter()
+        .zip(styles(&study.methods))
+        .map(|(m, s)| (m, s, row(m)))
+        .filter(|r| !r.2.is_empty())
+        .collect();
+    let missing = FIGURES.into_iter().filter(|s| study.methods.iter().all(|m| at(m, *s).is_none()));
+    let late: Vec<String> = missing.map(time_name).collect();
+    html! {
+        @if !rows.is_empty() {
+            h3 { "As time goes on" }
+            @for (m, style, cells) in &rows {
+                p.dim { (method(&m.name, *style)) }
+                div.snapshots { @for cell in cells { (cell) } }
+            }
+            @let missing = if late.is_empty() { String::new() } else { format!(" {} did not fit into the budget.", list(&late)) };
+            (note(&format!("The displayed picture, its error at 95{THIN}% of the picture, and its FLIP.{missing}")))
+        }
+    }
+}
+
+fn snapshot(of: &str, seconds: f64, point: &CurvePoint) -> Option<Markup> {
+    let time = time_name(seconds);
+    let error =
+        verdict::error_of(point).map_or_else(String::new, |e| format!(": {}", percent_interval(&e).main));
+    let caption = html! { (time) (error) ", FLIP " (significant(point.flip.value, 2)) };
+    Some(pictures(&[(embedded(point.picture.as_deref())?, format!("{of} after {time}"))], &caption))
+}
+
+/// `1/30 s`.
+fn time_name(seconds: f64) -> String {
+    if seconds < 1.0 { format!("1/{:.0}{THIN}s", 1.0 / seconds) } else { format!("{seconds:.0}{THIN}s") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::pages::sample;
+
+    #[test]
+    fn the_times_of_the_paper_stand_side_by_side() {
+        let mut study = sample::study();
+        let text = as_time_goes_on(&study).into_string();
+        for time in ["1/30", "1/3", "3", "30"] {
+            assert!(text.contains(&format!("path after {time}{THIN}s")), "{time}: {text}");
+        }
+        assert!(!text.contains("did not fit"));
+        for m in &mut study.methods {
+            m.points.retain(|p| p.budget < 3.0);
+        }
+        let text = as_time_goes_on(&study).into_string();
+        assert!(text.contains(&format!("3{THIN}s and 30{THIN}s did not fit")), "{text}");
+        study.methods.clear();
+        assert_eq!(as_time_goes_on(&study).into_string(), "");
+    }
 }

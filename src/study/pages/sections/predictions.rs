@@ -1,107 +1,82 @@
 //! Part 6: whether predictions came true, and what it costs to know the error.
 
-use crate::study::data::{SchemePrice, Study};
-use crate::study::pages::escape::xml;
-use crate::study::pages::number::{THIN, percent, plain, times};
-use crate::study::pages::parts::{cell, heading, heads, missing, note, plot, section, table};
-use crate::study::pages::plot::axis::label;
-use crate::study::pages::plot::{Mark, Panel, Row, Rows};
-use crate::study::pages::verdict;
+use maud::{Markup, html};
 
-/// What the intervals are stated to hold.
+use crate::study::Interval;
+use crate::study::data::{PredictionScore, SchemePrice, Study};
+use crate::study::format::{THIN, factor, percent_interval, significant};
+use crate::study::pages::parts::{cell, figure, maybe, missing, note, section, table};
+use crate::study::pages::sections::numeric::ratio_chart;
+
+/// The share of outcomes that an interval should contain.
 const STATED: f64 = 0.9;
 
-/// The sentence to take away.
-pub fn takeaway(study: &Study) -> String {
+/// The conclusion.
+pub fn conclusion(study: &Study) -> String {
     let Some(p) = &study.predictions else { return "No prediction has been recorded.".into() };
-    let Some(share) = verdict::share(p.held, p.known) else {
-        return format!("Of {} predictions none has come due.", p.open);
+    let Some(share) = Interval::of_share(p.held, p.known) else {
+        return format!("None of {} predictions has come due.", p.open);
     };
-    let (held, known) = (p.held, p.known);
     let judgement = match share {
         s if s.holds(STATED) => "as often as stated",
         s if s.value < STATED => "less often than stated: the intervals are too narrow",
         _ => "more often than stated: the intervals are wider than they need be",
     };
-    format!(
-        "The stated 90{THIN}% intervals held in {held} of {known} predictions, {}: {judgement}.",
-        percent(&share).prose()
-    )
+    let (held, known, share) = (p.held, p.known, percent_interval(&share).prose());
+    format!("The 90{THIN}% intervals held in {held} of {known} predictions, {share}: {judgement}.")
 }
 
 /// The section.
-pub fn html(study: &Study) -> String {
-    let mut body = String::new();
-    match &study.predictions {
-        None => body += &missing(study, "Predictions were", "predictions"),
-        Some(p) => {
-            let ratio = if p.ratio > 0.0 && p.ratio.is_finite() {
-                format!("×{THIN}{}", plain(p.ratio, 3))
-            } else {
-                "—".into()
-            };
-            let hit = verdict::share(p.held, p.known).map_or_else(|| "—".into(), |s| cell(&percent(&s)));
-            let row = vec![
-                p.known.to_string(),
-                p.held.to_string(),
-                hit,
-                format!("90{THIN}%"),
-                ratio,
-                p.open.to_string(),
-            ];
-            let heads = heads(&[
-                "outcome known",
-                "interval held",
-                "hit rate",
-                "stated",
-                "predicted over true time",
-                "still open",
-            ]);
-            body += &table("Predictions", &heads, &[row]);
+pub fn html(study: &Study) -> Markup {
+    let body = html! {
+        @match &study.predictions {
+            None => (missing(study, "Predictions were", "predictions")),
+            Some(p) => (score(p)),
         }
-    }
-    if !study.schemes.is_empty() {
-        body += &heading("What it costs to know the error");
-        body += &schemes(study);
-    }
-    if study.predictions.is_some() {
-        body += &note(
-            "While a picture is rendered, its error and the time to a smaller one are predicted from what is known then, with a 90 % \
-         interval; each prediction is logged and compared with the time at which the error was reached. The hit rate's own \
-         interval is Wilson's. Predictions whose time had not come when the run ended are counted apart and judged nowhere.",
-        );
-    }
-    section("predictions", "6  Predictions", &takeaway(study), &body)
+        @if !study.schemes.is_empty() {
+            h3 { "What it costs to know the error" }
+            (schemes(study))
+        }
+        @if study.predictions.is_some() {
+            (note("While a picture is rendered, its error and the time to a smaller one are predicted with a 90 % interval. Each prediction \
+                is logged and compared with the time at which the error was reached. The interval of the hit rate is Wilson's. Predictions \
+                whose time had not come when the run ended are counted apart and not judged."))
+        }
+    };
+    section("predictions", "6  Predictions", &conclusion(study), body)
 }
 
-fn schemes(study: &Study) -> String {
-    let row = |s: &SchemePrice| Row {
-        group: None,
-        name: if s.used { format!("{} (in use)", s.name) } else { s.name.clone() },
-        class: "m0",
-        marker: 0,
-        hollow: !s.used,
-        figures: vec![Some(s.error), Some(s.stated)],
-    };
-    let panel = |title: &str| Panel {
-        title: title.into(),
-        mark: Mark::Dot,
-        tick: |x| format!("×{THIN}{}", label(x)),
-        figure: |i| times(i).main,
-        base: Some(1.0),
-    };
-    let rows = Rows {
-        label: "Schemes to know the error".into(),
-        panels: vec![panel("error, over undivided"), panel("stated : true error")],
-        rows: study.schemes.iter().map(row).collect(),
-    };
+fn score(p: &PredictionScore) -> Markup {
+    let ratio = (p.ratio > 0.0 && p.ratio.is_finite()).then(|| format!("×{THIN}{}", significant(p.ratio, 3)));
+    let row = vec![
+        cell(p.known.to_string()),
+        cell(p.held.to_string()),
+        maybe(Interval::of_share(p.held, p.known).map(|s| percent_interval(&s))),
+        cell(format!("90{THIN}%")),
+        maybe(ratio),
+        cell(p.open.to_string()),
+    ];
+    let heads =
+        ["Predictions with an outcome", "held", "hit rate", "stated", "predicted : true time", "not due yet"];
+    table("How predictions held", &heads, &[row])
+}
+
+fn schemes(study: &Study) -> Markup {
+    let rows = study.schemes.iter().map(|s| (s.name.as_str(), !s.used, [s.error, s.stated]));
+    let chart = ratio_chart("Ways to know the error", ["error, over undivided", "stated : true error"], rows);
     let line = |s: &SchemePrice| {
-        let used = if s.used { "in use" } else { "" };
-        vec![xml(&s.name), used.into(), cell(&times(&s.error)), cell(&times(&s.stated))]
+        vec![
+            cell(&s.name),
+            cell(if s.used { "in use" } else { "" }),
+            cell(factor(&s.error)),
+            cell(factor(&s.stated)),
+        ]
     };
-    let lines: Vec<_> = study.schemes.iter().map(line).collect();
-    let caption = "A run that is divided, so that its error is known, gives up some evenness of its samples. Left: error over that of an \
-                   undivided run of as many samples. Right: stated over true error; 1 is honest.";
-    let heads = heads(&["Scheme", "", "error over an undivided run", "stated over true error"]);
-    plot(&rows.label, caption, |size| rows.draw(size)) + &table("Schemes", &heads, &lines)
+    let caption = "A run that is divided so that its error is known gives up some evenness of its samples. Left: its error over that of an \
+        undivided run of as many samples. Right: stated over true error; 1 is honest.";
+    html! {
+        (figure(&chart.label, caption, |size| chart.draw(size)))
+        (table("Ways to know the error", &["Division", "", "error over an undivided run", "stated over true error"],
+            &study.schemes.iter().map(line).collect::<Vec<_>>()))
+    }
 }

@@ -1,8 +1,11 @@
-//! The summary for the terminal: one screen, 24 lines of 100 characters at most.
+//! The summary for the terminal: one screen of at most 24 lines of 100 characters.
 
-use crate::study::data::{Method, Study};
-use crate::study::pages::escape::short;
-use crate::study::pages::number::{Figure, THIN, extra, figure, goal, percent, seconds, times};
+use crate::study::Interval;
+use crate::study::data::{MethodResult, Study};
+use crate::study::format::{
+    FormattedInterval, factor, goal, increase, percent_interval, seconds, with_plain_spaces, with_unit,
+};
+use crate::study::pages::chart::shortened;
 use crate::study::pages::parts::list;
 use crate::study::pages::sections::{answer, numeric, predictions, stability};
 use crate::study::pages::verdict;
@@ -22,25 +25,23 @@ pub fn terminal(study: &Study) -> String {
     lines.extend(prices(study));
     lines.push(String::new());
     lines.extend(parts(study));
-    let caveats = answer::caveats(study);
+    let warnings = answer::warnings(study);
     let room = HEIGHT.saturating_sub(lines.len());
-    let more = caveats.len().saturating_sub(room);
-    for (i, caveat) in caveats.iter().take(room).enumerate() {
+    let more = warnings.len().saturating_sub(room);
+    for (i, warning) in warnings.iter().take(room).enumerate() {
         let last = more > 0 && i + 1 == room;
-        lines.push(if last { format!("! … and {} more", more + 1) } else { format!("! {caveat}") });
+        lines.push(if last { format!("! … and {} more", more + 1) } else { format!("! {warning}") });
     }
-    let line = |l: &String| {
-        let text: String = l.replace([THIN, '\u{a0}'], " ").chars().filter(|c| !c.is_control()).collect();
-        short(text.trim_end(), WIDTH) + "\n"
-    };
+    let line = |l: &String| shortened(with_plain_spaces(l).trim_end(), WIDTH) + "\n";
     lines.iter().map(line).collect()
 }
 
 fn title(study: &Study) -> String {
     let m = &study.machine;
     let threads = if m.threads == 0 { String::new() } else { format!(", {} threads", m.threads) };
-    let cpu = if m.cpu.is_empty() { String::new() } else { format!(" · {}{threads}", short(&m.cpu, 40)) };
-    let name = short(&verdict::name(study), 30);
+    let cpu =
+        if m.cpu.is_empty() { String::new() } else { format!(" · {}{threads}", shortened(&m.cpu, 40)) };
+    let name = shortened(&verdict::name(study), 30);
     format!("{name} · {}×{}{cpu} · {}", study.size[0], study.size[1], m.date)
 }
 
@@ -65,8 +66,8 @@ fn prices(study: &Study) -> Vec<String> {
     lines
 }
 
-fn row(m: &Method, errors: &[f64]) -> String {
-    let mut line = format!("{:<22}", short(&m.name, 21));
+fn row(m: &MethodResult, errors: &[f64]) -> String {
+    let mut line = format!("{:<22}", shortened(&m.name, 21));
     for error in errors {
         let text = match verdict::price(m, *error) {
             Some((p, time)) => format!("{}{}", if p.measured { "" } else { "≈ " }, seconds(&time).main),
@@ -75,10 +76,10 @@ fn row(m: &Method, errors: &[f64]) -> String {
         };
         line += &right(&text, 11);
     }
-    let slope = m.slope.as_ref().map_or_else(|| "—".into(), |s| figure(s, 1.0, "").main);
+    let slope = m.slope.map_or_else(|| "—".into(), |s| with_unit(&s, 1.0, "").main);
     let end = verdict::error_now(m).map_or_else(
         || "—".into(),
-        |(e, s)| format!("{} at {}", percent(&e).main, seconds(&crate::study::Interval::exact(s)).main),
+        |(e, s)| format!("{} at {}", percent_interval(&e).main, seconds(&Interval::exact(s)).main),
     );
     line + &right(&slope, 9) + &right(&end, 22)
 }
@@ -91,35 +92,42 @@ fn parts(study: &Study) -> Vec<String> {
         .filter_map(|e| Some((e, e.time.filter(|t| t.value.is_finite())?)))
         .collect();
     effects.sort_by(|a, b| b.1.value.total_cmp(&a.1.value));
-    let costs: Vec<String> =
-        effects.iter().take(4).map(|(e, t)| format!("{} {}", short(&e.name, 20), extra(t).main)).collect();
+    let costs: Vec<String> = effects
+        .iter()
+        .take(4)
+        .map(|(e, t)| format!("{} {}", shortened(&e.name, 20), increase(t).main))
+        .collect();
     let mut lines = Vec::new();
     if !costs.is_empty() {
-        let unused = study.unused_effects.as_ref().map_or_else(Figure::none, times);
+        let unused = study.unused_effects.as_ref().map_or_else(FormattedInterval::none, factor);
         lines.push(format!("Effects      {}", list(&costs)));
-        lines.push(format!("             not called for: speed {unused} of that without"));
+        lines.push(format!(
+            "             effects not used: specialised code {unused} as fast as the general code"
+        ));
     }
-    let dearest = study.display.iter().filter(|d| d.default && !d.per_sample).filter_map(|d| d.milliseconds);
-    if let Some(ms) = dearest.max_by(|a, b| a.value.total_cmp(&b.value)) {
-        lines.push(format!("Display      {} per repaint with the defaults", figure(&ms, 1.0, " ms")));
+    let defaults = study.display.iter().filter(|d| d.default && !d.per_sample).filter_map(|d| d.milliseconds);
+    if let Some(ms) = defaults.max_by(|a, b| a.value.total_cmp(&b.value)) {
+        lines.push(format!("Display      {} per repaint with the defaults", with_unit(&ms, 1.0, " ms")));
     }
     if !study.numeric.is_empty() {
-        lines.push(format!("Arithmetic   {}", numeric::shortly(study)));
+        lines.push(format!("Arithmetic   {}", numeric::summary(study)));
     }
     if let Some(p) = &study.predictions {
-        let rate = verdict::share(p.held, p.known).map_or_else(
-            || predictions::takeaway(study),
-            |s| format!("{} of {} intervals held, {}; stated are 90 %", p.held, p.known, percent(&s)),
+        let rate = Interval::of_share(p.held, p.known).map_or_else(
+            || predictions::conclusion(study),
+            |s| {
+                format!("{} of {} intervals held, {}; 90 % are stated", p.held, p.known, percent_interval(&s))
+            },
         );
         lines.push(format!("Predictions  {rate}"));
     }
     if !study.stability.is_empty() {
-        lines.push(format!("Stability    {}", stability::shortly(study)));
+        lines.push(format!("Stability    {}", stability::summary(study)));
     }
     lines
 }
 
 fn right(text: &str, width: usize) -> String {
-    let text = text.replace(THIN, " ");
+    let text = with_plain_spaces(text);
     format!("{}{text}", " ".repeat(width.saturating_sub(text.chars().count()).max(1)))
 }

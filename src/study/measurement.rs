@@ -1,50 +1,50 @@
-//! What a study measures, piece by piece: lines of `measurements.jsonl`. Each is written when it is known, so that a run that is
-//! interrupted keeps what it has, and a second run adds to it.
+//! The measurements of a study, lines of `measurements.jsonl`. Each is written at once, so that an interrupted run keeps them and a
+//! second run adds to them.
 
 use serde::{Deserialize, Serialize};
 
-use crate::study::data::{DisplayPrice, EffectPrice, NumericPrice, Reference, SchemePrice};
+use crate::study::data::{DisplayPrice, EffectPrice, NumericPrice, ReferenceImage, SchemePrice};
 use crate::study::interval::Interval;
-use crate::study::prediction::Kept;
+use crate::study::prediction::PredictionOutcome;
 
-/// One line.
+/// One line of the file.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "measured")]
-pub enum Measured {
-    /// What errors are measured against.
-    Reference(Reference),
-    /// The command of a run that added what stands before it.
+pub enum Measurement {
+    /// The reference of all errors; measurements before it were made against another one.
+    Reference(ReferenceImage),
+    /// The command that made the lines before it.
     Command {
-        /// As it was given.
+        /// The command line.
         command: String,
     },
-    /// One picture.
-    Run(Box<Run>),
-    /// An effect of the scene.
+    /// One rendered picture.
+    Run(Box<RenderMeasurement>),
+    /// The cost of an effect of the scene.
     Effect(EffectPrice),
     /// What leaving out unused effects saves.
     Unused {
-        /// Speed as planned over that of the code for everything.
+        /// Speed of the specialised code over that of the general code.
         ratio: f64,
     },
-    /// A setting of the display.
+    /// The cost of a setting of the display.
     Display(DisplayPrice),
-    /// A choice of arithmetic.
+    /// The cost of a choice of arithmetic.
     Numeric(NumericPrice),
-    /// A way to divide a run.
+    /// The cost of a way to divide a run.
     Scheme(SchemePrice),
 }
 
-/// One picture: how it was made, and how wrong it is.
+/// One rendered picture: how it was made, and its errors.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub struct Run {
-    /// Method or peer.
+pub struct RenderMeasurement {
+    /// Name of the method, or of the other program.
     pub method: String,
-    /// Another program's.
+    /// Another program made it.
     pub peer: bool,
-    /// Seconds that it was given.
+    /// Seconds that the render was given.
     pub budget: f64,
-    /// Its seed; a second one of the same method, budget and seed is no other measurement.
+    /// Its seed.
     pub seed: u32,
     /// Wall-clock seconds of rendering.
     pub seconds: f64,
@@ -58,15 +58,15 @@ pub struct Run {
     pub samples_per_pixel: f64,
     /// Paths.
     pub paths: u64,
-    /// relMSE against the reference, the reference's own taken off.
+    /// relMSE against the reference, after subtraction of the reference's own.
     pub rel_mse: Interval,
     /// The same without the worst 0.1 % of pixels.
     pub trimmed: f64,
     /// Relative error against the reference at median, p95 and p99 of the picture.
     pub relative: [Interval; 3],
-    /// relMSE as the replicates state it.
+    /// relMSE that the replicates state.
     pub noise: Option<Interval>,
-    /// Relative errors as the replicates state them.
+    /// Relative errors that the replicates state.
     pub stated: Option<[Interval; 3]>,
     /// SMAPE.
     pub smape: f64,
@@ -76,18 +76,19 @@ pub struct Run {
     pub energy: f64,
     /// Mean square error on the grid of [`REGIONS`], row by row, relative to the squared mean luminance.
     pub regions: Vec<f32>,
-    /// As displayed, `data:` URI.
+    /// The displayed picture, a `data:` URI.
     pub picture: Option<String>,
-    /// FLIP map, `data:` URI.
+    /// The FLIP error map, a `data:` URI.
     pub error_map: Option<String>,
-    /// Samples that were not finite: cause, count, command.
+    /// Samples that were not finite: cause, count, command that repeats the first.
     pub rejected: Vec<(String, u64, String)>,
-    /// Predictions of this run.
-    pub kept: Vec<Kept>,
+    /// Predictions of this render and their outcomes.
+    #[serde(rename = "kept")]
+    pub predictions: Vec<PredictionOutcome>,
 }
 
-/// Seconds of the paper's Figures 3 and 4, whose pictures the page shows side by side.
+/// Seconds of Figures 3 and 4 of the paper; the page shows these pictures side by side.
 pub const FIGURES: [f64; 4] = [1.0 / 30.0, 1.0 / 3.0, 3.0, 30.0];
 
-/// Columns and rows of the regions whose winners are shown.
+/// Columns and rows of the regions whose best methods are shown.
 pub const REGIONS: [usize; 2] = [12, 12];

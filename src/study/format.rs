@@ -1,0 +1,350 @@
+//! Numbers as people read them: as many digits as the interval supports, units, a real minus sign.
+//!
+//! The space before a unit is narrow and does not break ([`THIN`]). Terminals and the window get ordinary spaces by
+//! [`with_plain_spaces`], which [`percent`], [`round_percent`], [`duration`] and [`remaining`] apply.
+
+use std::fmt;
+
+use crate::study::Interval;
+use crate::study::monitor::{ErrorQuantile, ErrorStatus};
+
+/// Narrow no-break space.
+pub const THIN: char = '\u{202f}';
+
+/// A number and its 90 % interval, in words.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FormattedInterval {
+    /// The number with its unit: `42 s`.
+    pub main: String,
+    /// `36–55`, in the same unit; `None` for a number that is exact or missing.
+    pub range: Option<String>,
+}
+
+impl FormattedInterval {
+    /// Stands for a missing number.
+    pub fn none() -> Self {
+        Self { main: "—".into(), range: None }
+    }
+
+    /// `42 s (90 %: 36–55)`.
+    pub fn prose(&self) -> String {
+        match &self.range {
+            Some(range) => format!("{} (90{THIN}%: {range})", self.main),
+            None => self.main.clone(),
+        }
+    }
+}
+
+impl fmt::Display for FormattedInterval {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.range {
+            Some(range) => write!(f, "{} ({range})", self.main),
+            None => f.write_str(&self.main),
+        }
+    }
+}
+
+/// The same text with ordinary spaces, for terminals and the window.
+pub fn with_plain_spaces(text: &str) -> String {
+    text.replace([THIN, '\u{a0}'], " ")
+}
+
+/// A share in per cent for a terminal: `0.98 %`.
+pub fn percent(share: f64) -> String {
+    with_plain_spaces(&percent_of(share))
+}
+
+/// A chosen share in per cent for a terminal: `1 %`, `0.5 %`.
+pub fn round_percent(share: f64) -> String {
+    with_plain_spaces(&goal(share))
+}
+
+/// A time for a terminal: `8.3 s`, `42 s`, `12 min`, `3.4 h`, `5.0 days`.
+pub fn duration(seconds: f64) -> String {
+    with_plain_spaces(&seconds_of(seconds))
+}
+
+/// The time from `now` to a predicted one, for a terminal: `42 s (90 %: 36–55 s)`.
+pub fn remaining(now: f64, seconds: Interval) -> String {
+    let left = seconds.map(|s| (s - now).max(0.0));
+    let [value, low, high] = [left.value, left.low, left.high].map(duration);
+    // A unit that both bounds share is written once.
+    let unit = |text: &str| text.split_once(' ').map(|(_, unit)| unit.to_string());
+    let short = if unit(&low) == unit(&high) { low.split(' ').next().unwrap_or(&low) } else { &low };
+    format!("{value} (90 %: {short}–{high})")
+}
+
+impl ErrorStatus {
+    /// `error 2.31 %, 1 % in about 42 s (90 %: 36–55 s)`, as far as it is known.
+    pub fn sentence(&self, at: ErrorQuantile) -> String {
+        let Some(last) = self.checkpoints.last() else { return "error not known yet".to_string() };
+        let error = percent(self.estimate.relative[at.index()].value);
+        match self.prediction {
+            Some(prediction) => {
+                let time = remaining(last.seconds, prediction.seconds);
+                format!("error {error}, {} in about {time}", round_percent(prediction.target))
+            }
+            None => format!("error {error}"),
+        }
+    }
+}
+
+/// `x` with so many significant digits.
+pub fn significant(x: f64, digits: usize) -> String {
+    if !x.is_finite() || x == 0.0 {
+        return at(x, 0);
+    }
+    let power = exponent(x, digits);
+    let place = power - digits as i32 + 1;
+    if (-4..7).contains(&power) {
+        return at(x, place);
+    }
+    format!("{}·10{}", at(x / 10f64.powi(power), 1 - digits as i32), raised(power))
+}
+
+/// An interval in a unit that is `scale` times smaller than its own; the unit is written as it is given.
+pub fn with_unit(i: &Interval, scale: f64, unit: &str) -> FormattedInterval {
+    let Some(i) = i.map(|x| x * scale).cleaned() else { return FormattedInterval::none() };
+    let digits = digits(&i);
+    let power = exponent(i.value, digits);
+    let known = i.low == i.high;
+    if i.value == 0.0 || (-4..7).contains(&power) {
+        let place = if i.value == 0.0 { zero_place(&i) } else { power - digits as i32 + 1 };
+        let range = (!known).then(|| span(&i, place));
+        return FormattedInterval { main: format!("{}{unit}", at(i.value, place)), range };
+    }
+    let small = i.map(|x| x / 10f64.powi(power));
+    let (place, power_of_ten) = (1 - digits as i32, format!("·10{}", raised(power)));
+    let range = (!known).then(|| format!("({}){power_of_ten}", span(&small, place)));
+    FormattedInterval { main: format!("{}{power_of_ten}{unit}", at(small.value, place)), range }
+}
+
+/// A share with its interval in per cent.
+pub fn percent_interval(share: &Interval) -> FormattedInterval {
+    with_unit(share, 100.0, "\u{202f}%")
+}
+
+/// A share in per cent, with two or three digits.
+pub fn percent_of(share: f64) -> String {
+    if !share.is_finite() {
+        return "—".into();
+    }
+    let decimals = match 100.0 * share.abs() {
+        p if p >= 99.5 || p == 0.0 => 0,
+        p if p >= 9.95 => 1,
+        p if p >= 0.1 => 2,
+        _ => 3,
+    };
+    format!("{}{THIN}%", at(100.0 * share, -decimals))
+}
+
+/// A share that was chosen, not measured, in per cent: `1 %`, `0.5 %`.
+pub fn goal(share: f64) -> String {
+    format!("{}{THIN}%", trimmed(&significant(100.0 * share, 2)))
+}
+
+/// A number without the zeros at the end of its decimals.
+pub fn trimmed(number: &str) -> &str {
+    if number.contains('.') && !number.contains('·') {
+        number.trim_end_matches('0').trim_end_matches('.')
+    } else {
+        number
+    }
+}
+
+/// A ratio of times as an increase: `+23 % (+21 to +25)`.
+pub fn increase(i: &Interval) -> FormattedInterval {
+    let Some(i) = i.cleaned() else { return FormattedInterval::none() };
+    let added = i.map(|x| 100.0 * (x - 1.0));
+    // As many decimals as half the interval supports.
+    let half = (added.high - added.low) / 2.0;
+    let place = if half > 0.0 && half.is_finite() { (half.log10().floor() as i32).clamp(-2, 1) } else { -1 };
+    let signed = |x: f64| {
+        format!("{}{}", if at(x, place).starts_with('−') || x <= 0.0 { "" } else { "+" }, at(x, place))
+    };
+    let range = (i.low != i.high).then(|| format!("{} to {}", signed(added.low), signed(added.high)));
+    FormattedInterval { main: format!("{}{THIN}%", signed(added.value)), range }
+}
+
+/// A ratio: `× 2.3 (1.6–3.4)`.
+pub fn factor(i: &Interval) -> FormattedInterval {
+    let mut number = with_unit(i, 1.0, "");
+    if number.main != "—" {
+        number.main.insert_str(0, &format!("×{THIN}"));
+    }
+    number
+}
+
+/// A time, in the unit that suits it.
+pub fn seconds(i: &Interval) -> FormattedInterval {
+    let (factor, unit) = unit(i.value);
+    with_unit(i, factor, &format!("{THIN}{unit}"))
+}
+
+/// A time without an interval.
+pub fn seconds_of(x: f64) -> String {
+    if !x.is_finite() {
+        return "—".into();
+    }
+    let (factor, unit) = unit(x);
+    format!("{}{THIN}{unit}", significant(x * factor, if x * factor >= 100.0 { 3 } else { 2 }))
+}
+
+/// A count: `12 345`, `1.2 M`.
+pub fn count(x: f64) -> String {
+    let (factor, unit) = match x.abs() {
+        a if a >= 1e12 => (1.0, ""),
+        a if a >= 1e9 => (1e-9, "G"),
+        a if a >= 1e6 => (1e-6, "M"),
+        a if a >= 1e3 => return at(x, 0),
+        _ => (1.0, ""),
+    };
+    if unit.is_empty() && x.fract() == 0.0 {
+        return at(x, 0);
+    }
+    let space = if unit.is_empty() { String::new() } else { THIN.to_string() };
+    format!("{}{space}{unit}", significant(x * factor, 2))
+}
+
+fn unit(x: f64) -> (f64, &'static str) {
+    match x.abs() {
+        0.0 => (1.0, "s"),
+        x if x < 0.1 => (1e3, "ms"),
+        x if x < 119.5 => (1.0, "s"),
+        x if x < 7170.0 => (1.0 / 60.0, "min"),
+        x if x < 172_000.0 => (1.0 / 3600.0, "h"),
+        x if x < 6e7 => (1.0 / 86_400.0, "days"),
+        _ => (1.0 / 31_557_600.0, "years"),
+    }
+}
+
+/// Significant digits that an interval supports: 2 where it is wide, up to 4.
+fn digits(i: &Interval) -> usize {
+    match (i.high - i.low) / (2.0 * i.value.abs()) {
+        0.0 => 3,
+        w if w < 0.01 => 4,
+        w if w < 0.1 => 3,
+        _ => 2,
+    }
+}
+
+fn zero_place(i: &Interval) -> i32 {
+    let half = (i.high - i.low) / 2.0;
+    if half > 0.0 && half.is_finite() { half.log10().floor() as i32 - 1 } else { 0 }.clamp(-6, 0)
+}
+
+/// The decimal exponent of `x`, rounded to so many digits.
+fn exponent(x: f64, digits: usize) -> i32 {
+    if x == 0.0 || !x.is_finite() {
+        return 0;
+    }
+    format!("{:.*e}", digits.saturating_sub(1), x.abs())
+        .rsplit('e')
+        .next()
+        .and_then(|e| e.parse().ok())
+        .unwrap_or(0)
+}
+
+fn span(i: &Interval, place: i32) -> String {
+    let dash = if i.low < 0.0 { " to " } else { "–" };
+    format!("{}{dash}{}", at(i.low, place), at(i.high, place))
+}
+
+/// Rounds `x` at the decimal place `10^place`; thousands are separated from 10 000 on.
+fn at(x: f64, place: i32) -> String {
+    if x.is_nan() {
+        return "—".into();
+    }
+    let sign = if x < 0.0 { "−" } else { "" };
+    if x.is_infinite() || x.abs() > 1e15 {
+        return format!("{sign}∞");
+    }
+    let step = 10f64.powi(place.max(0));
+    let rounded = if place > 0 { (x.abs() / step).round() * step } else { x.abs() };
+    let text = format!("{:.*}", (-place).clamp(0, 12) as usize, rounded);
+    let sign = if text.chars().all(|c| c == '0' || c == '.') { "" } else { sign };
+    let (whole, rest) = text.split_at(text.find('.').unwrap_or(text.len()));
+    if whole.len() < 5 {
+        return format!("{sign}{text}");
+    }
+    let mut grouped = String::new();
+    for (i, c) in whole.chars().enumerate() {
+        if i > 0 && (whole.len() - i) % 3 == 0 {
+            grouped.push(THIN);
+        }
+        grouped.push(c);
+    }
+    format!("{sign}{grouped}{rest}")
+}
+
+fn raised(power: i32) -> String {
+    let digits = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+    power.to_string().chars().map(|c| c.to_digit(10).map_or('⁻', |d| digits[d as usize])).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::curve::Checkpoint;
+    use crate::study::error::ErrorEstimate;
+    use crate::study::prediction::Prediction;
+
+    #[test]
+    fn a_terminal_gets_sentences_with_ordinary_spaces() {
+        assert_eq!([0.0098, 0.123, 1.5, 0.0004].map(percent), ["0.98 %", "12.3 %", "150 %", "0.040 %"]);
+        assert_eq!([0.01, 0.005, 0.0001, 0.2].map(round_percent), ["1 %", "0.5 %", "0.01 %", "20 %"]);
+        assert_eq!(
+            [2.04, 42.0, 600.0, 1e4, 1e6].map(duration),
+            ["2.0 s", "42 s", "10 min", "2.8 h", "12 days"]
+        );
+        let mut status = ErrorStatus::default();
+        assert_eq!(status.sentence(ErrorQuantile::P95), "error not known yet");
+        status.checkpoints.push(Checkpoint { seconds: 10.0, samples: 1.0, error: 0.0231, deviation: 0.1 });
+        status.estimate =
+            ErrorEstimate { relative: [Interval::exact(0.0231); 3], ..ErrorEstimate::default() };
+        assert_eq!(status.sentence(ErrorQuantile::P95), "error 2.31 %");
+        for (high, interval) in [(65.0, "36–55 s"), (650.0, "36 s–11 min")] {
+            let seconds = Interval { value: 52.0, low: 46.0, high };
+            status.prediction = Some(Prediction { at: 10.0, error: 0.0231, target: 0.01, seconds });
+            let expected = format!("error 2.31 %, 1 % in about 42 s (90 %: {interval})");
+            assert_eq!(status.sentence(ErrorQuantile::P95), expected);
+        }
+    }
+
+    fn i(value: f64, low: f64, high: f64) -> Interval {
+        Interval { value, low, high }
+    }
+
+    fn plainly(number: &FormattedInterval) -> String {
+        with_plain_spaces(&number.to_string())
+    }
+
+    #[test]
+    fn numbers_have_the_digits_that_their_intervals_support() {
+        assert_eq!(plainly(&seconds(&i(42.3, 36.1, 55.2))), "42 s (36–55)");
+        assert_eq!(plainly(&seconds(&i(0.0421, 0.0412, 0.0431))), "42.1 ms (41.2–43.1)");
+        assert_eq!(plainly(&seconds(&i(754.0, 600.0, 900.0))), "13 min (10–15)");
+        assert_eq!(plainly(&factor(&i(1.0021, 0.9971, 1.0081))), "× 1.002 (0.997–1.008)");
+        assert_eq!(plainly(&percent_interval(&i(0.0123, 0.0123, 0.0123))), "1.23 %");
+        assert_eq!(plainly(&with_unit(&i(1.21e-5, 1.0e-5, 1.5e-5), 1.0, "")), "1.2·10⁻⁵ ((1.0–1.5)·10⁻⁵)");
+        assert_eq!(plainly(&with_unit(&i(-0.5, -0.52, -0.48), 1.0, "")), "−0.500 (−0.520 to −0.480)");
+        assert_eq!(plainly(&increase(&i(1.23, 1.21, 1.25))), "+23 % (+21 to +25)");
+        assert_eq!(plainly(&increase(&i(1.001, 0.997, 1.005))), "+0.1 % (−0.3 to +0.5)");
+    }
+
+    #[test]
+    fn missing_numbers_are_dashes() {
+        for x in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert_eq!(seconds(&Interval::exact(x)), FormattedInterval::none());
+            assert_eq!(increase(&Interval::exact(x)), FormattedInterval::none());
+            assert_eq!(percent_of(x), "—");
+        }
+        assert_eq!(plainly(&seconds(&i(2.0, 1.0, f64::INFINITY))), "2.0 s (1.0–∞)");
+        assert_eq!(seconds(&Interval::exact(0.0)).main.replace(THIN, " "), "0 s");
+        for x in [1e300, -1e300, 1e-300, -1e-300, 5e-324, 9.999_999, 999_999.5] {
+            assert!(!with_unit(&i(x, x / 2.0, x * 2.0), 1.0, "").main.is_empty() && !count(x).is_empty());
+        }
+        assert_eq!(count(12345.0).replace(THIN, " "), "12 345");
+        assert_eq!(count(1_234_567.0).replace(THIN, " "), "1.2 M");
+    }
+}

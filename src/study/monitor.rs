@@ -1,0 +1,194 @@
+//! Monitors the error of a picture while it is rendered: checkpoints, predictions, and whether the target is reached.
+
+use crate::stream::{PathCounts, Sample};
+use crate::study::curve::{Checkpoint, PowerLaw};
+use crate::study::error::{ErrorEstimate, ErrorField, TileSubset};
+use crate::study::prediction::{Prediction, PredictionOutcome, next_target, predict, time_reached};
+use crate::study::replicates::Replicates;
+
+/// Samples per pixel at the first checkpoint.
+const FIRST_CHECKPOINT: f64 = 4.0;
+
+/// Ratio of samples between two checkpoints: each costs as much time as some thousand paths.
+const CHECKPOINT_RATIO: f64 = 1.25;
+
+/// The same ratio close to the target.
+const CLOSE_CHECKPOINT_RATIO: f64 = 1.05;
+
+/// Predictions are scored only if they look ahead by this factor of time.
+const SCORED_RATIO: f64 = 1.25;
+
+/// The quantile of the picture's errors that one number stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum ErrorQuantile {
+    /// Median error.
+    Median,
+    /// The error that 95 % of the picture stays below.
+    #[default]
+    P95,
+    /// The error that 99 % of the picture stays below.
+    P99,
+}
+
+impl ErrorQuantile {
+    /// Index into [`ErrorEstimate::relative`].
+    pub fn index(self) -> usize {
+        self as usize
+    }
+
+    /// The share of the picture in words: `95 %`.
+    pub fn share(self) -> &'static str {
+        ["50 %", "95 %", "99 %"][self.index()]
+    }
+}
+
+/// The error at which a render may stop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ErrorTarget {
+    /// Relative error.
+    pub error: f64,
+    /// The quantile that must reach it.
+    pub at: ErrorQuantile,
+}
+
+/// The error of a render as of its last checkpoint.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ErrorStatus {
+    /// Paths per pixel at the last checkpoint; 0 before the first.
+    pub samples_per_pixel: f64,
+    /// The error of the whole picture.
+    pub estimate: ErrorEstimate,
+    /// The error of the held-out tiles, which take no part in the decision to stop; of all tiles where there is no target.
+    pub held_out: ErrorEstimate,
+    /// The error so far.
+    pub checkpoints: Vec<Checkpoint>,
+    /// When the target, or the next round error, will be reached.
+    pub prediction: Option<Prediction>,
+    /// The deciding tiles have reached the target.
+    pub reached: bool,
+    /// Number of columns of tiles, and the relative error of each tile.
+    pub map: (usize, Vec<f64>),
+}
+
+/// Takes the samples of one render and keeps its [`ErrorStatus`].
+#[derive(Debug)]
+pub struct ErrorMonitor {
+    sums: Replicates,
+    target: Option<ErrorTarget>,
+    at: ErrorQuantile,
+    status: ErrorStatus,
+    predictions: Vec<Prediction>,
+    /// Paths at the next checkpoint.
+    due: f64,
+}
+
+impl ErrorMonitor {
+    /// Monitors a picture of `size` pixels whose film has a filter of this [energy](Replicates::new).
+    pub fn new(size: [u32; 2], energy: f32, target: Option<ErrorTarget>) -> Self {
+        let pixels = f64::from(size[0]) * f64::from(size[1]);
+        Self {
+            sums: Replicates::new(size, energy),
+            at: target.map(|target| target.at).unwrap_or_default(),
+            target,
+            status: ErrorStatus::default(),
+            predictions: Vec::new(),
+            due: FIRST_CHECKPOINT * pixels,
+        }
+    }
+
+    /// Sets another target at the same quantile and predicts it from the checkpoints so far.
+    pub fn set_target(&mut self, target: Option<ErrorTarget>) {
+        self.target = target;
+        self.status.reached = false;
+        if let Some(&Checkpoint { samples, error, .. }) = self.status.checkpoints.last() {
+            self.update_prediction(samples, error);
+        }
+    }
+
+    /// Adds a block; see [`Replicates::add`].
+    pub fn add(&mut self, first_index: u64, paths: PathCounts, samples: &[Sample]) {
+        self.sums.add(first_index, paths, samples);
+    }
+
+    /// True when there are enough new samples for a checkpoint.
+    pub fn is_due(&self) -> bool {
+        self.sums.paths() as f64 >= self.due
+    }
+
+    /// The status as of the last checkpoint.
+    pub fn status(&self) -> &ErrorStatus {
+        &self.status
+    }
+
+    /// The sums of the replicates.
+    pub fn replicates(&self) -> &Replicates {
+        &self.sums
+    }
+
+    /// Estimates the error, `seconds` after the render began, and updates the prediction.
+    pub fn take_checkpoint(&mut self, seconds: f64) {
+        let samples = self.sums.paths() as f64;
+        self.due = samples.max(1.0) * CHECKPOINT_RATIO;
+        let size = self.sums.size();
+        let field = self.sums.pixels().and_then(|pixels| ErrorField::new(&pixels, size));
+        let Some(field) = field else { return };
+        let estimate = field.estimate(TileSubset::All);
+        let error = estimate.relative[self.at.index()];
+        // A picture that is still black has no small error.
+        if error.value <= 0.0 || !error.value.is_finite() {
+            return;
+        }
+        let deviation = ErrorEstimate::log_deviation(&error);
+        let status = &mut self.status;
+        status.checkpoints.push(Checkpoint { seconds, samples, error: error.value, deviation });
+        status.samples_per_pixel = samples / (size[0] * size[1]) as f64;
+        status.estimate = estimate;
+        status.held_out = if self.target.is_some() { field.estimate(TileSubset::HeldOut) } else { estimate };
+        status.map = (field.grid()[0], field.map());
+        if let Some(target) = self.target {
+            let deciding = field.estimate(TileSubset::Deciding).relative[target.at.index()].value;
+            // Never at the first checkpoint: light that few paths find may be missing from it.
+            status.reached |= status.checkpoints.len() > 1 && deciding > 0.0 && deciding <= target.error;
+        }
+        self.update_prediction(samples, error.value);
+    }
+
+    /// Predicts, and brings the next checkpoint forward where the target is close.
+    fn update_prediction(&mut self, samples: f64, error: f64) {
+        let target = self.target.map(|target| target.error).or_else(|| next_target(error));
+        let checkpoints = &self.status.checkpoints;
+        self.status.prediction =
+            target.filter(|target| error > *target).and_then(|target| predict(checkpoints, target));
+        self.predictions.extend(self.status.prediction);
+        if let (Some(target), Some(fit)) = (self.target, PowerLaw::new(checkpoints))
+            && let Some((x, _)) = fit.until(target.error)
+        {
+            self.due = samples * x.exp().clamp(CLOSE_CHECKPOINT_RATIO, CHECKPOINT_RATIO);
+        }
+    }
+
+    /// The predictions that count and their outcomes, now that the render has ended after `seconds`.
+    pub fn prediction_outcomes(&self, seconds: f64) -> Vec<PredictionOutcome> {
+        let checkpoints = &self.status.checkpoints;
+        let stopped = |prediction: &Prediction| {
+            let wanted = self.target.is_some_and(|target| target.error == prediction.target);
+            (wanted && self.status.reached).then_some(seconds)
+        };
+        let outcome = |&prediction: &Prediction| PredictionOutcome {
+            prediction,
+            reached: stopped(&prediction)
+                .or_else(|| time_reached(checkpoints, prediction.target, prediction.at)),
+            ended: seconds,
+        };
+        // One for each doubling of time: many predictions are made from nearly the same checkpoints.
+        let mut scored: Vec<Prediction> = Vec::new();
+        for new in &self.predictions {
+            let before = scored.iter().rfind(|other| other.target == new.target);
+            if new.seconds.value > SCORED_RATIO * new.at && before.is_none_or(|other| new.at > 2.0 * other.at)
+            {
+                scored.push(*new);
+            }
+        }
+        scored.iter().map(outcome).collect()
+    }
+}

@@ -1,0 +1,120 @@
+//! Charts as SVG: curves on logarithmic axes, rows of bars or dots with their intervals, a map of regions.
+//!
+//! A page holds each chart twice, for wide and for narrow screens, and shows the one that fits; `page.js` replaces curves by
+//! interactive ones. Drawing never fails: values that are not finite are left out, values beyond an axis are drawn at its end.
+
+mod bars;
+mod curves;
+mod regions;
+mod scale;
+mod style;
+
+use maud::{Markup, PreEscaped, html};
+
+pub use bars::{BarChart, BarMark, BarPanel, BarRow};
+pub use curves::{ChartPoint, Curve, CurveChart, extension};
+pub use regions::RegionMap;
+pub use scale::tick_label;
+pub use style::{MethodStyle, PLAIN, key, style_of, styles};
+
+/// Colours, lines and text of every chart. A page includes it once, a standalone drawing has it inside.
+pub const STYLE: &str = include_str!("chart.css");
+
+/// The width that a chart is drawn for, so that its text keeps its size on the screen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ChartSize {
+    /// 720 units, for 720 pixels.
+    Wide,
+    /// 340 units, for telephones.
+    Narrow,
+    /// 240 units, for lists.
+    Thumbnail,
+}
+
+impl ChartSize {
+    /// Width of the drawing.
+    pub fn width(self) -> f64 {
+        match self {
+            Self::Wide => 720.0,
+            Self::Narrow => 340.0,
+            Self::Thumbnail => 240.0,
+        }
+    }
+
+    /// Mean width of a character of the chart's text.
+    fn character(self) -> f64 {
+        if self == Self::Wide { 6.7 } else { 5.9 }
+    }
+}
+
+/// A finished drawing.
+pub struct Drawing {
+    size: ChartSize,
+    width: f64,
+    height: f64,
+    body: Markup,
+}
+
+impl Drawing {
+    /// The drawing within a page that has [`STYLE`].
+    pub fn inline(&self, label: &str) -> Markup {
+        let class = match self.size {
+            ChartSize::Wide => "chart wide",
+            ChartSize::Narrow => "chart narrow",
+            ChartSize::Thumbnail => "chart thumbnail",
+        };
+        html! {
+            svg class=(class) viewBox={ "0 0 " (px(self.width)) " " (px(self.height)) } role="img" aria-label=(label) {
+                (self.body)
+            }
+        }
+    }
+
+    /// The drawing as a file of its own, with its style inside; it is light or dark as the reader's screen is.
+    pub fn standalone(&self, title: &str) -> String {
+        let [width, height] = [self.width, self.height].map(px);
+        let svg = html! {
+            svg xmlns="http://www.w3.org/2000/svg" class="chart wide" viewBox={ "0 0 " (width) " " (height) }
+                width=(width) height=(height) role="img" {
+                title { (shortened(title, 120)) }
+                style { (PreEscaped(STYLE)) }
+                rect.paper width=(width) height=(height) rx="6" {}
+                (self.body)
+            }
+        };
+        svg.into_string() + "\n"
+    }
+}
+
+/// `text` without control characters, which XML does not allow, in at most `length` characters; `…` marks a cut.
+pub fn shortened(text: &str, length: usize) -> String {
+    let text: String =
+        text.chars().filter(|c| !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}')).collect();
+    if text.chars().count() <= length {
+        return text;
+    }
+    text.chars().take(length.saturating_sub(1)).chain(['…']).collect()
+}
+
+/// A coordinate with one decimal; a number that SVG does not know becomes 0.
+fn px(x: f64) -> String {
+    let x = if x.is_finite() { x.clamp(-1e5, 1e5) } else { 0.0 };
+    let text = format!("{x:.1}");
+    text.strip_suffix(".0").map_or(text.clone(), str::to_string)
+}
+
+/// A chain of straight lines, or the area within.
+fn path(class: &str, points: &[[f64; 2]]) -> Markup {
+    let steps: Vec<String> = points.iter().map(|[x, y]| format!("{} {}", px(*x), px(*y))).collect();
+    html! { @if !steps.is_empty() { path class=(class) d={ "M" (steps.join("L")) } {} } }
+}
+
+/// Text; class `end` ends at the place, `middle` is centred there.
+fn text(class: &str, [x, y]: [f64; 2], text: &str) -> Markup {
+    html! { text class=(class) x=(px(x)) y=(px(y)) { (shortened(text, 60)) } }
+}
+
+/// What a pointer that rests on a mark is told.
+fn tooltip(text: &str) -> Markup {
+    html! { title { (shortened(text, 200)) } }
+}

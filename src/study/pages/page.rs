@@ -1,0 +1,238 @@
+//! The page of a scene, put together from its sections, and the index of all scenes.
+
+use maud::{DOCTYPE, Markup, html};
+
+use crate::study::Interval;
+use crate::study::data::{MethodResult, ReferenceImage, Study};
+use crate::study::format::{count, goal, seconds_of, with_unit};
+use crate::study::pages::chart::{self, ChartSize, key, shortened, styles};
+use crate::study::pages::parts::{command, command_of, list, raw, table};
+use crate::study::pages::sections::{
+    answer, convergence, display, effects, numeric, predictions, prices, stability,
+};
+use crate::study::pages::verdict;
+
+const STYLE: &str = include_str!("style.css");
+const PLOTS: [&str; 2] = [include_str!("uplot/uPlot.iife.min.js"), include_str!("page.js")];
+const PLOT_STYLE: &str = include_str!("uplot/uPlot.min.css");
+
+const CONTENTS: [(&str, &str); 8] = [
+    ("#convergence", "1 Error"),
+    ("#prices", "2 Time to an error"),
+    ("#effects", "3 Effects"),
+    ("#display", "4 Display"),
+    ("#numeric", "5 Arithmetic"),
+    ("#predictions", "6 Predictions"),
+    ("#stability", "7 Stability"),
+    ("#origin", "Machine"),
+];
+
+/// The page of a study: one file, which fetches nothing. Without JavaScript its curves are still pictures.
+pub fn html(study: &Study) -> String {
+    let name = verdict::name(study);
+    let body = html! {
+        main {
+            header { h1 { (name) } p.dim { (subtitle(study)) } }
+            (answer::html(study))
+            nav { @for (link, text) in CONTENTS { a href=(link) { (text) } " " } }
+            noscript { p.absent { "JavaScript is off: the curves are still pictures, without tooltips and zoom. The tables are complete." } }
+            (convergence::html(study))
+            (prices::html(study))
+            (effects::html(study))
+            (display::html(study))
+            (numeric::html(study))
+            (predictions::html(study))
+            (stability::html(study))
+            (origin(study))
+        }
+        @for script in PLOTS { script { (raw(script)) } }
+    };
+    document(&format!("{}: what accuracy costs in time", shortened(&name, 80)), body)
+}
+
+/// The page of all scenes: one row each with the answers and a small curve. A study comes with the link to its own page.
+pub fn index(studies: &[(String, &Study)]) -> String {
+    let body = html! {
+        main.broad {
+            header {
+                h1 { "What accuracy costs in time" }
+                p { (index_summary(studies)) }
+                p.dim {
+                    "A scene's name links to its page beside this one. If that page is missing, because the repository keeps only this "
+                    "one, " code { "tools/study scenes/NAME.xml" } " makes it."
+                }
+            }
+            (times_to_one_percent(studies))
+            (legend(studies))
+            @for (link, study) in studies { (scene(link, study)) }
+        }
+    };
+    document("What accuracy costs in time", body)
+}
+
+fn document(title: &str, body: Markup) -> String {
+    let page = html! {
+        (DOCTYPE)
+        html lang="en-GB" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                title { (title) }
+                style { (raw(PLOT_STYLE)) "\n" (raw(STYLE)) (raw(chart::STYLE)) }
+            }
+            body { (body) }
+        }
+    };
+    page.into_string() + "\n"
+}
+
+/// The line under the title.
+fn subtitle(study: &Study) -> String {
+    let m = &study.machine;
+    let mut parts = vec!["What accuracy costs in time".to_string()];
+    if study.size != [0, 0] {
+        parts.push(format!("{} × {} pixels", study.size[0], study.size[1]));
+    }
+    if !m.cpu.is_empty() {
+        let threads = if m.threads == 0 { String::new() } else { format!("{} threads of ", m.threads) };
+        parts.push(format!("{threads}{}", m.cpu));
+    }
+    parts.extend([&m.device, &m.program, &m.date].into_iter().filter(|s| !s.is_empty()).cloned());
+    if let Some(seconds) = verdict::shared_seconds(study) {
+        parts.push(format!("{} per method", seconds_of(seconds)));
+    }
+    parts.join(" · ")
+}
+
+/// The end of the page: machine, versions, reference, the command that repeats it all.
+fn origin(study: &Study) -> Markup {
+    let m = &study.machine;
+    let mut rows = vec![
+        ("Scene", study.scene.clone()),
+        ("Picture", format!("{} × {} pixels", study.size[0], study.size[1])),
+        ("Processor", m.cpu.clone()),
+        ("Tracing threads", if m.threads == 0 { String::new() } else { m.threads.to_string() }),
+        ("Vulkan device", m.device.clone()),
+        ("Driver", m.driver.clone()),
+        ("Program", m.program.clone()),
+        ("Date", m.date.clone()),
+        ("Loading, not in any time", seconds_of(study.load_seconds)),
+    ];
+    if let Some(r) = &study.reference {
+        let own = r.rel_mse.map_or_else(String::new, |e| with_unit(&Interval::exact(e), 1.0, "").main);
+        rows.extend([
+            ("Reference", r.file.clone()),
+            ("… made by", reference_origin(r)),
+            ("… its own relMSE", own),
+        ]);
+    }
+    let peers: Vec<&str> = study.methods.iter().filter(|m| m.peer).map(|m| m.name.as_str()).collect();
+    if !peers.is_empty() {
+        rows.push(("Compared with", peers.join(", ")));
+    }
+    html! {
+        section #origin {
+            h2 { "Machine and command" }
+            dl { @for (name, value) in &rows { div { dt { (name) } dd { @if value.is_empty() { "unknown" } @else { (value) } } } } }
+            @if !study.missing.is_empty() { p { "Requested but not measured yet: " (study.missing.join("; ")) "." } }
+            p { "To repeat it, or to continue where it stopped:" }
+            (command(&command_of(study)))
+        }
+    }
+}
+
+/// How the reference was made.
+pub fn reference_origin(r: &ReferenceImage) -> String {
+    let mut text = r.made_by.clone();
+    if r.samples_per_pixel > 0.0 {
+        text += &format!(", {} samples per pixel", count(r.samples_per_pixel));
+    }
+    if r.seconds > 0.0 {
+        text += &format!(", {}", seconds_of(r.seconds));
+    }
+    text
+}
+
+/// How many scenes there are, and on how many each method is recommended.
+fn index_summary(studies: &[(String, &Study)]) -> String {
+    let scenes = match studies.len() {
+        0 => return "No scene has been studied yet.".into(),
+        1 => "1 scene".to_string(),
+        n => format!("{n} scenes"),
+    };
+    let mut wins: Vec<(&str, usize)> = Vec::new();
+    for recommended in studies.iter().filter_map(|(_, s)| verdict::recommend(s)) {
+        match wins.iter_mut().find(|(name, _)| *name == recommended.method.name) {
+            Some((_, n)) => *n += 1,
+            None => wins.push((&recommended.method.name, 1)),
+        }
+    }
+    wins.sort_by(|a, b| b.1.cmp(&a.1).then(a.0.cmp(b.0)));
+    let wins: Vec<String> = wins.into_iter().map(|(name, n)| format!("{name} on {n}")).collect();
+    if wins.is_empty() {
+        format!("{scenes}.")
+    } else {
+        format!("{scenes}. The method to use is {}.", list(&wins))
+    }
+}
+
+/// Time to 1 % by scene and method.
+fn times_to_one_percent(studies: &[(String, &Study)]) -> Markup {
+    let mut names: Vec<&str> = Vec::new();
+    for method in studies.iter().flat_map(|(_, s)| &s.methods).filter(|m| !m.peer) {
+        if !names.contains(&method.name.as_str()) {
+            names.push(&method.name);
+        }
+    }
+    let mut heads = vec![format!("Time to {}", goal(0.01))];
+    heads.extend(names.iter().map(|n| (*n).to_string()));
+    let row = |(link, study): &(String, &Study)| {
+        let best = verdict::recommend(study).filter(|a| a.error == 0.01).map(|a| a.method.name.as_str());
+        let cell = |name: &&str| {
+            let method = study.methods.iter().find(|m: &&MethodResult| !m.peer && m.name == *name);
+            let price = method.map_or_else(|| html! { "—" }, |m| prices::price(m, 0.01));
+            html! { @if best == Some(*name) { b { (price) } } @else { (price) } }
+        };
+        let name = html! { a href=(link) { (verdict::name(study)) } };
+        std::iter::once(name).chain(names.iter().map(cell)).collect()
+    };
+    table(
+        "Time to an error of 1 %, by scene and method",
+        &heads,
+        &studies.iter().map(row).collect::<Vec<_>>(),
+    )
+}
+
+fn legend(studies: &[(String, &Study)]) -> Markup {
+    let mut seen: Vec<(&str, chart::MethodStyle)> = Vec::new();
+    for (_, study) in studies {
+        for (method, style) in study.methods.iter().zip(styles(&study.methods)) {
+            if !seen.contains(&(&method.name, style)) {
+                seen.push((&method.name, style));
+            }
+        }
+    }
+    html! {
+        @if !seen.is_empty() {
+            p.keys.dim { "Relative RMS error against seconds: " @for (name, style) in seen { span { (key(style)) " " (name) } " " } }
+        }
+    }
+}
+
+fn scene(link: &str, study: &Study) -> Markup {
+    let curves = convergence::overall(study);
+    html! {
+        div.scene {
+            div { (curves.draw(ChartSize::Thumbnail).inline(&curves.label)) }
+            div {
+                h2 { a href=(link) { (verdict::name(study)) } }
+                p.first { (answer::headline(study)) }
+                ul {
+                    @for reason in answer::reasons(study) { li { (reason) } }
+                    @for warning in answer::warnings(study) { li.warn { (warning) } }
+                }
+            }
+        }
+    }
+}
