@@ -116,7 +116,7 @@ mod tests {
         assert_eq!((d.probability(7), d.probability(usize::MAX - 2)), (0.0, 0.0));
     }
 
-    /// What is reported is what happens, for every single entry: its cells are found from both ends. With the former
+    /// The reported probability is the exact one, for every single entry: its cells are found from both ends. With the former
     /// 24 bits, 1e5 equal entries were off by up to half a percent and 1e6 by up to 6 %.
     #[test]
     fn the_probability_reported_is_the_one_realised() {

@@ -11,8 +11,8 @@ use crate::server::error::ServerError;
 use crate::server::job::{RenderJob, Task};
 use crate::server::spans::{SpanLog, Spans};
 use crate::server::stats::{Stats, StatsCell};
-use crate::server::worker::{self, Priority, Work, Worker, trace_chunks};
-use crate::server::wrapper::{Message, WorkerHandle, Wrapper};
+use crate::server::worker::{self, Message, Priority, Work, Worker, trace_chunks};
+use crate::server::wrapper::{WorkerHandle, Wrapper};
 use crate::stream::{BlockSink, Command, Epoch, Event, Hub, LANE_BLOCKS, Lanes, lanes};
 use crate::tracer::Integrator;
 

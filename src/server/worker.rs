@@ -10,7 +10,6 @@ use crate::server::cost::Probe;
 use crate::server::job::Task;
 use crate::server::spans::SpanLog;
 use crate::server::stats::{StatsCell, Stopwatch};
-use crate::server::wrapper::Message;
 use crate::stream::{BlockSink, FinishReason};
 use crate::tracer::Integrator;
 
@@ -46,6 +45,14 @@ pub(super) type Work = Arc<dyn Fn(&mut Worker, &Task, &mut Stopwatch) -> FinishR
 pub(super) struct Assignment {
     pub(super) task: Arc<Task>,
     pub(super) work: Work,
+}
+
+/// A message to the wrapper.
+pub(super) enum Message {
+    /// From the caller.
+    Command(Command<(Arc<Task>, Work)>),
+    /// From a worker.
+    WorkerDone { epoch: Epoch, reason: FinishReason },
 }
 
 /// The state of a tracing thread.

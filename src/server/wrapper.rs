@@ -6,16 +6,8 @@ use std::thread::JoinHandle;
 use std::time::Instant;
 
 use crate::server::job::Task;
-use crate::server::worker::{Assignment, Work};
+use crate::server::worker::{Assignment, Message};
 use crate::stream::{Command, Epoch, Event, FinishReason, Hub};
-
-/// A message to the wrapper.
-pub(super) enum Message {
-    /// From the caller.
-    Command(Command<(Arc<Task>, Work)>),
-    /// From a worker.
-    WorkerDone { epoch: Epoch, reason: FinishReason },
-}
 
 /// The wrapper's handle to a tracing thread.
 pub(super) struct WorkerHandle {

@@ -20,7 +20,7 @@ impl Epoch {
 pub enum Command<J> {
     /// Trace this job; a render in progress is aborted.
     Render {
-        /// What to trace.
+        /// The job.
         job: J,
         /// Newer than every epoch before.
         epoch: Epoch,
@@ -45,7 +45,7 @@ pub enum Event {
     },
 }
 
-/// How a render ended.
+/// The reason why a render ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum FinishReason {
     /// Every index of the range was traced and sent.

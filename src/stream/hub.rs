@@ -8,7 +8,7 @@ use crate::stream::signal::Signal;
 /// Instead of an epoch: nothing may run.
 const NONE: u64 = u64::MAX;
 
-/// What both ends of the lanes share.
+/// The state that both ends of the lanes share.
 #[derive(Debug)]
 pub struct Hub {
     /// The epoch that may run at this moment, or [`NONE`].

@@ -73,7 +73,7 @@ impl LaneWriter {
         self.last_park
     }
 
-    /// What both ends share.
+    /// The state that both ends share.
     pub fn hub(&self) -> &Arc<Hub> {
         &self.hub
     }
@@ -100,7 +100,7 @@ pub enum DrainOrder {
     },
 }
 
-/// What one call of [`Lanes::drain`] did.
+/// The result of [`Lanes::drain`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Drained {
     /// Blocks handed over.
@@ -109,7 +109,7 @@ pub struct Drained {
     pub samples: usize,
 }
 
-/// How full the lanes are.
+/// The fill level of the lanes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fill {
     /// Blocks waiting, over all lanes.
@@ -192,7 +192,7 @@ impl Lanes {
         self.next_index
     }
 
-    /// How full the lanes are.
+    /// The fill level of the lanes.
     pub fn fill(&self) -> Fill {
         Fill {
             blocks: self.lanes.iter().map(Consumer::len).sum(),
@@ -205,7 +205,7 @@ impl Lanes {
         self.stale
     }
 
-    /// What both ends share. A producer starts, stops and ends epochs with it.
+    /// The state that both ends share. A producer starts, stops and ends epochs with it.
     pub fn hub(&self) -> &Arc<Hub> {
         &self.hub
     }

@@ -1,6 +1,6 @@
 //! The synchronisation primitives of the lanes, under one name so that a model checker can replace them.
 //!
-//! `tests/loom_ring.rs` compiles `ring.rs` and `signal.rs` against loom's versions of exactly these items.
+//! The loom test compiles `ring.rs` and `signal.rs` against loom's versions of exactly these items.
 
 pub use std::sync::Arc;
 pub use std::sync::atomic::{AtomicUsize, Ordering, fence};

@@ -41,7 +41,7 @@ pub(super) struct PrimRef {
 }
 
 impl PrimRef {
-    pub(super) fn new((lo, hi): (Vec3, Vec3), index: u32) -> Self {
+    pub(super) fn new(lo: Vec3, hi: Vec3, index: u32) -> Self {
         Self { lo, index, hi }
     }
 

@@ -9,11 +9,12 @@ use obvhs::bvh2::Bvh2;
 use crate::math::float::UNIT_ROUNDOFF;
 use crate::tracer::shape::{Disk, Sphere};
 
-use super::Accel;
 use super::binary::{self, PrimRef};
-use super::bvh::{BvhRoot, GroupInstance};
+use super::bvh::{Accel, BvhRoot, GroupInstance};
 use super::collapse::{CollapsePlan, Primitive, plan};
+use super::kernels::traversals;
 use super::layout::NodeRef;
+use super::simd_kernel::SimdKernel;
 use super::write::{ArenaBuilder, BvhWriter};
 
 /// The primitives of an accelerator.
@@ -50,40 +51,67 @@ pub struct Instance {
     pub to_world: DAffine3,
 }
 
-pub(super) fn build(shapes: Shapes, groups: &[PrimitiveGroup], instances: &[Instance]) -> Accel {
-    let mut arena = ArenaBuilder::default();
-    let in_world =
-        |of: fn(&PrimitiveGroup) -> &Range<u32>, all: usize| gaps(groups.iter().map(of), all as u32);
-    let triangles = in_world(|g| &g.triangles, shapes.triangles.len());
-    let disks = in_world(|g| &g.disks, shapes.disks.len());
-    let spheres = in_world(|g| &g.spheres, shapes.spheres.len());
-    let roots: Vec<BvhRoot> = groups
-        .iter()
-        .map(|g| {
-            let mut input = BvhInput::default();
-            input.add(&shapes, [&g.triangles, &g.disks, &g.spheres].map(from_ref));
-            input.build(shapes.triangles, &mut arena)
-        })
-        .collect();
-    let mut input = BvhInput::default();
-    input.add(&shapes, [&triangles, &disks, &spheres]);
-    for (index, instance) in instances.iter().enumerate() {
-        let root = &roots[instance.group as usize];
-        if root.root != NodeRef::END {
-            input.push(Primitive::Instance(index as u32), instance_bounds(instance, root));
+impl Accel {
+    /// Builds the BVH. Every coordinate must be finite and below 1e12 in magnitude, and every triangle must have an area.
+    /// [`Scene::prepare`] drops the others.
+    ///
+    /// `quads` lists, in ascending order, each triangle `abc` whose successor `acd` completes a parallelogram: the two are
+    /// tested as one, and a hit on either is reported for the first, with barycentric weights in its plane.
+    ///
+    /// [`Scene::prepare`]: crate::tracer::Scene::prepare
+    pub fn new(triangles: &[[Vec3; 3]], quads: &[u32], disks: Vec<Disk>, spheres: Vec<Sphere>) -> Self {
+        Self::with_instances(Shapes { triangles, quads, disks, spheres }, &[], &[])
+    }
+
+    /// As [`Accel::new`], with groups of primitives and their instances. Ids are those of the lists in `shapes`, groups
+    /// included. A group's ranges contain both triangles of a parallelogram or neither.
+    pub fn with_instances(shapes: Shapes, groups: &[PrimitiveGroup], instances: &[Instance]) -> Self {
+        let kernel = SimdKernel::best();
+        let mut arena = ArenaBuilder::default();
+        let in_world =
+            |of: fn(&PrimitiveGroup) -> &Range<u32>, all: usize| gaps(groups.iter().map(of), all as u32);
+        let triangles = in_world(|g| &g.triangles, shapes.triangles.len());
+        let disks = in_world(|g| &g.disks, shapes.disks.len());
+        let spheres = in_world(|g| &g.spheres, shapes.spheres.len());
+        let roots: Vec<BvhRoot> = groups
+            .iter()
+            .map(|g| {
+                let mut input = BvhInput::default();
+                input.add(&shapes, [&g.triangles, &g.disks, &g.spheres].map(from_ref));
+                input.build(shapes.triangles, &mut arena)
+            })
+            .collect();
+        let mut input = BvhInput::default();
+        input.add(&shapes, [&triangles, &disks, &spheres]);
+        for (index, instance) in instances.iter().enumerate() {
+            let root = &roots[instance.group as usize];
+            if root.root != NodeRef::END {
+                input.push(Primitive::Instance(index as u32), instance_bounds(instance, root));
+            }
+        }
+        let world = input.build(shapes.triangles, &mut arena);
+        let placed = |i: &Instance| GroupInstance { group: i.group, to_group: i.to_world.inverse() };
+        Accel {
+            arena: arena.finish(),
+            world,
+            groups: roots,
+            instances: instances.iter().map(placed).collect(),
+            first_disk: shapes.triangles.len() as u32,
+            disks: shapes.disks,
+            spheres: shapes.spheres,
+            kernel,
+            traversal: traversals(kernel),
         }
     }
-    let world = input.build(shapes.triangles, &mut arena);
-    let placed = |i: &Instance| GroupInstance { group: i.group, to_group: i.to_world.inverse() };
-    Accel {
-        arena: arena.finish(),
-        world,
-        groups: roots,
-        instances: instances.iter().map(placed).collect(),
-        first_disk: shapes.triangles.len() as u32,
-        disks: shapes.disks,
-        spheres: shapes.spheres,
-        ..Accel::default()
+
+    /// Uses `kernel` from now on. Returns false, and changes nothing, if this processor does not support it.
+    #[must_use]
+    pub fn set_kernel(&mut self, kernel: SimdKernel) -> bool {
+        let available = kernel.is_available();
+        if available {
+            (self.kernel, self.traversal) = (kernel, traversals(kernel));
+        }
+        available
     }
 }
 
@@ -123,7 +151,7 @@ struct BvhInput {
 
 impl BvhInput {
     fn push(&mut self, primitive: Primitive, (lo, hi): (Vec3, Vec3)) {
-        self.refs.push(PrimRef::new((lo, hi), self.primitives.len() as u32));
+        self.refs.push(PrimRef::new(lo, hi, self.primitives.len() as u32));
         self.primitives.push(primitive);
         self.bounds = Some(self.bounds.map_or((lo, hi), |(a, b)| (a.min(lo), b.max(hi))));
     }

@@ -4,10 +4,9 @@ use glam::{DAffine3, Vec3};
 
 use crate::tracer::shape::{Disk, Sphere};
 
-use super::build::{self, Instance, PrimitiveGroup, Shapes};
-use super::kernels::{SimdKernel, TraversalFns};
 use super::layout::{Arena, NodeRef};
-use super::{Hit, PrimRange, Ray};
+use super::ray::{Hit, PrimRange, Ray};
+use super::simd_kernel::SimdKernel;
 
 /// The root of one BVH in the arena: of the world, or of a group.
 #[derive(Clone, Copy, Debug)]
@@ -51,8 +50,17 @@ impl GroupInstance {
     }
 }
 
+/// The two traversals, compiled for one [`SimdKernel`]. Call them only on a processor that supports it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TraversalFns {
+    /// Replaces the given hit by the closest one of a BVH, seen through an instance, if that is closer.
+    pub(super) closest: unsafe fn(&Accel, &BvhRoot, &Ray, u32, &mut Hit),
+    /// True if anything of a BVH is hit, except for some primitives.
+    pub(super) occluded: unsafe fn(&Accel, &BvhRoot, &Ray, PrimRange) -> bool,
+}
+
 /// A BVH over triangles, parallelograms, disks, spheres and instances of groups of them.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Accel {
     pub(super) arena: Arena,
     pub(super) world: BvhRoot,
@@ -68,26 +76,6 @@ pub struct Accel {
 }
 
 impl Accel {
-    /// Builds the BVH. Every coordinate must be finite and below 1e12 in magnitude, and every triangle must have an area.
-    /// [`Scene::prepare`] drops the others.
-    ///
-    /// `quads` lists, in ascending order, each triangle `abc` whose successor `acd` completes a parallelogram: the two are
-    /// tested as one, and a hit on either is reported for the first, with barycentric weights in its plane.
-    ///
-    /// [`Scene::prepare`]: crate::tracer::Scene::prepare
-    pub fn new(triangles: &[[Vec3; 3]], quads: &[u32], disks: Vec<Disk>, spheres: Vec<Sphere>) -> Self {
-        Self::with_instances(Shapes { triangles, quads, disks, spheres }, &[], &[])
-    }
-
-    /// As [`Accel::new`], with groups of primitives and their instances. Ids are those of the lists in `shapes`, groups
-    /// included. A group's ranges contain both triangles of a parallelogram or neither.
-    pub fn with_instances(shapes: Shapes, groups: &[PrimitiveGroup], instances: &[Instance]) -> Self {
-        let mut accel = build::build(shapes, groups, instances);
-        let best = accel.set_kernel(SimdKernel::best());
-        debug_assert!(best, "the best kernel is one of those that are available");
-        accel
-    }
-
     /// Bytes of memory that the traversal reads.
     pub fn bytes(&self) -> usize {
         size_of_val(self.arena.lines()) + size_of_val(&self.instances[..])
@@ -96,16 +84,6 @@ impl Accel {
     /// The instruction set of the traversal.
     pub fn kernel(&self) -> SimdKernel {
         self.kernel
-    }
-
-    /// Uses `kernel` from now on. Returns false, and changes nothing, if this processor does not support it.
-    #[must_use]
-    pub fn set_kernel(&mut self, kernel: SimdKernel) -> bool {
-        let available = kernel.is_available();
-        if available {
-            (self.kernel, self.traversal) = (kernel, TraversalFns::of(kernel));
-        }
-        available
     }
 
     /// Corners of the bounding box of everything, both zero for an empty scene.
@@ -120,7 +98,7 @@ impl Accel {
     pub fn closest(&self, ray: &Ray) -> Option<Hit> {
         // The lowest id and instance: no hit at the same distance comes before it.
         let mut best = Hit { t: ray.t_max, prim: 0, uv: [0.0; 2], instance: 0 };
-        // SAFETY: `set_kernel` sets functions that the processor can run.
+        // SAFETY: `Accel::set_kernel` sets functions that the processor can run.
         unsafe { (self.traversal.closest)(self, &self.world, ray, Hit::DIRECT, &mut best) };
         (best.t < ray.t_max).then_some(best)
     }
@@ -128,7 +106,7 @@ impl Accel {
     /// True if anything but the primitives of `skip` is hit with `0 < t < ray.t_max`.
     #[inline]
     pub fn occluded(&self, ray: &Ray, skip: PrimRange) -> bool {
-        // SAFETY: `set_kernel` sets functions that the processor can run.
+        // SAFETY: `Accel::set_kernel` sets functions that the processor can run.
         unsafe { (self.traversal.occluded)(self, &self.world, ray, skip) }
     }
 
@@ -156,7 +134,7 @@ impl Accel {
     pub(super) fn closest_in_instance(&self, index: u32, ray: &Ray, best: &mut Hit) {
         let instance = &self.instances[index as usize];
         let (group, ray) = (&self.groups[instance.group as usize], instance.transform_ray(ray));
-        // SAFETY: `set_kernel` sets functions that the processor can run.
+        // SAFETY: `Accel::set_kernel` sets functions that the processor can run.
         unsafe { (self.traversal.closest)(self, group, &ray, index, best) };
     }
 
@@ -165,7 +143,7 @@ impl Accel {
     pub(super) fn occluded_in_instance(&self, index: u32, ray: &Ray, skip: PrimRange) -> bool {
         let instance = &self.instances[index as usize];
         let (group, ray) = (&self.groups[instance.group as usize], instance.transform_ray(ray));
-        // SAFETY: `set_kernel` sets functions that the processor can run.
+        // SAFETY: `Accel::set_kernel` sets functions that the processor can run.
         unsafe { (self.traversal.occluded)(self, group, &ray, skip) }
     }
 }

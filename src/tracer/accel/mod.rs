@@ -28,10 +28,11 @@ mod huge_pages;
 mod kernels;
 mod layout;
 mod ray;
+mod simd_kernel;
 mod write;
 
 pub use build::{Instance, PrimitiveGroup, Shapes};
 pub use bvh::Accel;
 pub(super) use huge_pages::collect_in_huge_pages;
-pub use kernels::SimdKernel;
 pub use ray::{Hit, PrimRange, Ray};
+pub use simd_kernel::SimdKernel;

@@ -1,9 +1,9 @@
-//! An immutable tree of photons: sorted arrays, and 16 bytes for every split that separates photons.
+//! An immutable binary tree over photons: sorted arrays, and a node of 16 bytes for every split that separates photons.
 //!
-//! Builder stand where the paper puts them, in the middle of the longest side ([`Space`]), until a cell holds at most
-//! [`LEAF`] photons or the depth limit is reached. Builder with all photons on one side are skipped, so there are fewer
-//! nodes than leaves; the depth stays below [`MAX_DEPTH`](super::morton::MAX_DEPTH). A node keeps, instead of the
-//! splitting plane, how far the photons of each side reach towards it: tighter, and free of rounding (`walk`).
+//! A cell is split in the middle of its longest side ([`MortonGrid`]) until it holds at most [`LEAF`] photons or the depth
+//! limit is reached. Splits with all photons on one side are skipped, so there are fewer nodes than leaves, and the depth
+//! stays below [`MAX_DEPTH`](super::morton::MAX_DEPTH). Instead of the splitting plane, a node stores how far the photons
+//! of each side reach towards it: this is tighter and free of rounding (`query`).
 
 use glam::Vec3;
 

@@ -40,7 +40,7 @@ pub enum PrepareError {
     InGroup {
         /// Its place in the scene file.
         place: Place,
-        /// What is wrong.
+        /// The problem.
         what: &'static str,
     },
     /// Two-sided materials contain each other.
@@ -52,7 +52,7 @@ pub enum PrepareError {
     /// More primitives than ids.
     #[error("{count} primitives are too many: at most 33 million fit; simplify the meshes")]
     TooManyPrimitives {
-        /// How many there are.
+        /// Their number.
         count: usize,
     },
 }

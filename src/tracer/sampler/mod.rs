@@ -14,17 +14,20 @@
 //! | L + 1 + d, light vertex d ≥ 1 | lens | bsdf | –, lobe | – | roulette |
 //! | 2^17 | wavelength of a group of paths, – | – | – | – | – |
 //!
-//! L = 2^16: light subpaths. Their vertex 0 is the first surface point after the light; it is seen through the lens.
+//! Light subpaths begin at block L = 2^16. Their vertex 0 is the first surface point after the light, and it is connected to
+//! the lens. No path has 2^16 vertices (Russian roulette ends it before), so camera and light subpaths share no block.
 //!
-//! A path may split; its branches share its slots and have the leading digits of every number exchanged ([`Sampler::branch`]).
+//! A path may split. Its branches use the same dimensions and exchange the leading digits of every number
+//! ([`Sampler::branch`]).
 //!
-//! Dimension 6 is used in block 0 only: between two blocks it is the one dimension whose correlation is noticeably
-//! larger than chance (2.5/√N; `tests/tracer/sampler_nets.rs`).
+//! Dimension 6 is used in block 0 only, because between two blocks it is the one dimension whose correlation is noticeably
+//! larger than chance (2.5/√N).
 //!
-//! A slot is never "the next free dimension": which branch a path takes does not change what a number means.
-//! Block 0 uses the index itself, so that every aligned chunk of 4^k indices covers the whole screen evenly; later
-//! blocks use a shuffled index (`scramble`). Every dimension is Owen-scrambled with its own seed. No path has 2^16
-//! vertices (roulette), so camera and light subpaths share no block.
+//! A number's dimension is never "the next free one": the meaning of a dimension does not depend on the path. Block 0 uses
+//! the index itself, so that every aligned range of 4^k indices covers the whole screen evenly. The other blocks are padded:
+//! they use a shuffled index (`scramble`). Every dimension is Owen-scrambled with its own seed.
+//!
+//! `nx8` constructs the sequence, `tables` evaluates it, and `scramble` randomises it.
 
 mod branch;
 pub mod nx8;

@@ -15,97 +15,25 @@ mod traverse;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
-use super::bvh::BvhRoot;
-use super::{Accel, Hit, PrimRange, Ray};
+use super::bvh::{Accel, BvhRoot, TraversalFns};
+use super::ray::{Hit, PrimRange, Ray};
+use super::simd_kernel::SimdKernel;
 
 pub(super) use stack::MAX_DEPTH;
 
-/// An instruction set for the traversal. All give the same results, bit for bit.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum SimdKernel {
-    /// Any processor.
-    #[default]
-    Scalar,
-    /// x86-64 with AVX2, FMA and BMI.
-    Avx2,
-    /// x86-64 with these and AVX-512 (F, VL, DQ and BW).
-    Avx512,
-}
-
-impl SimdKernel {
-    /// All kernels, slowest first.
-    pub const ALL: [SimdKernel; 3] = [SimdKernel::Scalar, SimdKernel::Avx2, SimdKernel::Avx512];
-
-    /// True if this processor can run it.
-    pub fn is_available(self) -> bool {
-        match self {
-            SimdKernel::Scalar => true,
-            #[cfg(target_arch = "x86_64")]
-            SimdKernel::Avx2 => {
-                is_x86_feature_detected!("avx2")
-                    && is_x86_feature_detected!("fma")
-                    && is_x86_feature_detected!("bmi1")
-                    && is_x86_feature_detected!("bmi2")
-                    && is_x86_feature_detected!("lzcnt")
-                    && is_x86_feature_detected!("popcnt")
-            }
-            #[cfg(target_arch = "x86_64")]
-            SimdKernel::Avx512 => {
-                SimdKernel::Avx2.is_available()
-                    && is_x86_feature_detected!("avx512f")
-                    && is_x86_feature_detected!("avx512vl")
-                    && is_x86_feature_detected!("avx512dq")
-                    && is_x86_feature_detected!("avx512bw")
-            }
-            #[cfg(not(target_arch = "x86_64"))]
-            _ => false,
-        }
-    }
-
-    /// The fastest kernel that this processor can run.
-    pub fn best() -> Self {
-        Self::ALL.into_iter().rev().find(|k| k.is_available()).unwrap_or_default()
-    }
-
-    /// Its name on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            SimdKernel::Scalar => "scalar",
-            SimdKernel::Avx2 => "avx2",
-            SimdKernel::Avx512 => "avx512",
-        }
-    }
-}
-
-/// The two traversals, compiled for one [`SimdKernel`]. Call them only on a processor that supports it.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct TraversalFns {
-    /// Replaces the given hit by the closest one of a BVH, seen through an instance, if that is closer.
-    pub(super) closest: unsafe fn(&Accel, &BvhRoot, &Ray, u32, &mut Hit),
-    /// True if anything of a BVH is hit, except for some primitives.
-    pub(super) occluded: unsafe fn(&Accel, &BvhRoot, &Ray, PrimRange) -> bool,
-}
-
-impl TraversalFns {
-    pub(super) fn of(kernel: SimdKernel) -> Self {
-        match kernel {
-            #[cfg(target_arch = "x86_64")]
-            SimdKernel::Avx2 => Self { closest: avx2::closest, occluded: avx2::occluded },
-            #[cfg(target_arch = "x86_64")]
-            SimdKernel::Avx512 => Self { closest: avx512::closest, occluded: avx512::occluded },
-            _ => Self { closest: any::closest, occluded: any::occluded },
-        }
-    }
-}
-
-impl Default for TraversalFns {
-    fn default() -> Self {
-        Self::of(SimdKernel::default())
+/// The traversals that are compiled for `kernel`.
+pub(super) fn traversals(kernel: SimdKernel) -> TraversalFns {
+    match kernel {
+        #[cfg(target_arch = "x86_64")]
+        SimdKernel::Avx2 => TraversalFns { closest: avx2::closest, occluded: avx2::occluded },
+        #[cfg(target_arch = "x86_64")]
+        SimdKernel::Avx512 => TraversalFns { closest: avx512::closest, occluded: avx512::occluded },
+        _ => TraversalFns { closest: any::closest, occluded: any::occluded },
     }
 }
 
 /// Both traversals over the lanes `$simd`, compiled with the instructions `$features`.
-macro_rules! traversals {
+macro_rules! compile {
     ($name:ident, $simd:expr $(, $features:literal)?) => {
         mod $name {
             use super::*;
@@ -123,16 +51,16 @@ macro_rules! traversals {
     };
 }
 
-traversals!(any, scalar::Scalar);
+compile!(any, scalar::Scalar);
 #[cfg(target_arch = "x86_64")]
-traversals!(
+compile!(
     avx2,
     // SAFETY: the features are those the function is compiled with.
     unsafe { x86::X86::<false>::new() },
     "avx2,fma,bmi1,bmi2,lzcnt,popcnt"
 );
 #[cfg(target_arch = "x86_64")]
-traversals!(
+compile!(
     avx512,
     // SAFETY: the features are those the function is compiled with.
     unsafe { x86::X86::<true>::new() },
