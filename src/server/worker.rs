@@ -10,7 +10,7 @@ use crate::server::cost::Probe;
 use crate::server::job::Task;
 use crate::server::spans::SpanLog;
 use crate::server::stats::{StatsCell, Stopwatch};
-use crate::stream::{BlockSink, FinishReason};
+use crate::stream::{BlockSink, Command, Epoch, FinishReason};
 use crate::tracer::Integrator;
 
 /// Scheduling priority of the tracing threads.
