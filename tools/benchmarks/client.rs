@@ -241,7 +241,7 @@ fn files(spec: FilmSpec, samples: &[Sample]) -> Outcome {
     let start = Instant::now();
     let [width, height] = [shown.width, shown.height];
     let (transfer, primaries) = (png::Transfer::Gamma(2.2), Profile::srgb().primaries);
-    png::write(&png, png::Picture { width, height, rgb: &shown.rgb, transfer, primaries }, &[])?;
+    png::write(&png, png::PngPicture { width, height, rgb: &shown.rgb, transfer, primaries }, &[])?;
     let channels = layers.channels.len();
     println!("\nEXR of {channels} channels {wrote:.0} ms, PNG {:.0} ms", start.elapsed().as_secs_f64() * 1e3);
     std::fs::remove_file(exr)?;
