@@ -1,4 +1,4 @@
-//! All methods agree on meshes whose shading normals differ much from their faces, and on what is brushed along its texture
+//! All methods agree on meshes whose shading normals differ much from their faces, and on anisotropic materials that follow texture
 //! coordinates.
 
 use std::sync::Arc;

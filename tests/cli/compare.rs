@@ -13,7 +13,7 @@ use pointillist::image::exr::{self, Layers};
 use pointillist::image::png;
 use serde_json::Value;
 
-/// A folder of this test's own, empty at the start.
+/// An empty folder for one test.
 fn folder(name: &str) -> PathBuf {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("compare_cli").join(name);
     let _ = fs::remove_dir_all(&path);

@@ -1,5 +1,5 @@
-//! The variance that a developed film states for its means: noisy films of the same field agree with it from file to file,
-//! films of slightly different fields do not.
+//! The variance that a developed film states for its means: by it, noisy films of the same field agree, and films of slightly
+//! different fields do not.
 
 use pointillist::client::reference::ReferenceFilm;
 use pointillist::client::{FilmSpec, SplatFilter, VarianceForm, develop};

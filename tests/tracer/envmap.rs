@@ -1,4 +1,4 @@
-//! Environment maps: what is sampled is what the density says, and nothing that shines is missed.
+//! Environment maps: samples follow their density, and every emitting part can be sampled.
 
 use std::f32::consts::{PI, TAU};
 use std::sync::Arc;
@@ -255,7 +255,7 @@ fn a_black_map_is_night() {
     assert_eq!(mean(&desc, 1000), (0.0, 0.0));
 }
 
-/// Both sorts of environment, asked without a point: density and directions fit, and only one is used.
+/// Both kinds of environment, sampled without a reference point: density and directions agree, and only one is used.
 #[test]
 fn directions_that_do_not_depend_on_the_point() {
     let mut desc = empty();

@@ -68,7 +68,7 @@ fn scale(x: f64, y: f64, z: f64) -> DAffine3 {
     DAffine3::from_scale(DVec3::new(x, y, z))
 }
 
-/// Turned somehow.
+/// A rotation about no axis of the scene.
 fn turned(angle: f64) -> DAffine3 {
     DAffine3::from_mat3(DMat3::from_axis_angle(DVec3::new(1.0, -2.0, 0.7).normalize(), angle))
 }

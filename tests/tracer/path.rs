@@ -8,7 +8,7 @@ use crate::support::scenes::*;
 use pointillist::scene::desc::*;
 use pointillist::spectrum::{Spectrum, dispersion::Ior};
 
-/// A convex body in a uniform environment sends back its albedo, wherever it is looked at.
+/// A convex body in a uniform environment reflects its albedo, wherever the camera looks at it.
 #[test]
 fn white_furnace() {
     for albedo in [0.0f32, 0.18, 0.5, 1.0] {
@@ -227,7 +227,7 @@ fn equal_media_are_invisible() {
     assert!(differing <= 2, "{differing} of 4096 paths differ");
 }
 
-/// Case N25: nothing, nothing that emits, a camera inside a surface, a mirror maze without light.
+/// An empty scene, a scene without lights, a camera inside a surface, and a mirror maze without light.
 #[test]
 fn extremes_give_black_not_panic() {
     let black = |desc: &SceneDesc| luminances(desc, 1024).iter().all(|&y| y == 0.0);
@@ -287,7 +287,7 @@ fn hidden_lights() {
     assert!(hidden > 0.0 && hidden < lit, "{hidden} against {lit}");
 }
 
-/// Case N4: a scene twice (or 2^-20 times) as large gives the same picture, to the bit.
+/// Scale invariance: a scene 2 or 2^-20 times as large gives the same picture, to the bit.
 #[test]
 fn scale_by_a_power_of_two_changes_nothing() {
     let build = |scale: f64| {

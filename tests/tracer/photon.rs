@@ -43,7 +43,7 @@ fn glass_and_mirror() {
     assert_within(&scene("cornell_spheres.xml"), PLAN, 0.9, 0.01);
 }
 
-/// Rough metal and rough glass spread nothing here: they are walked through from both ends.
+/// Photons are not gathered on rough metal and rough glass: paths go on through them from both ends.
 #[test]
 fn rough_metal_and_glass() {
     assert_within(&scene("rough.xml"), PLAN, 0.9, 0.02);
@@ -113,7 +113,7 @@ fn dispersion() {
     assert_within(&desc, PLAN, 0.9, 0.02);
 }
 
-/// A picture from another place finds the photons of the one before.
+/// A picture from another camera reuses the photons of the one before.
 #[test]
 fn photons_outlast_a_move_of_the_camera() {
     let desc = scene("cornell.xml");

@@ -12,7 +12,7 @@ use pointillist::tracer::accel::Ray;
 use pointillist::tracer::light::LightSampleContext;
 use pointillist::tracer::{PrepareError, Scene};
 
-/// Case N5: unusable triangles are counted and told; the light they were part of still adds up.
+/// Unusable triangles are counted and reported; the power of their light remains right.
 #[test]
 fn unusable_triangles_are_dropped_and_told() {
     let mut desc = empty();
@@ -63,7 +63,7 @@ fn unusable_vertices_hide_nothing() {
     }
 }
 
-/// A light sample's density is the density of meeting that point by chance, for every kind of light.
+/// The density of a light sample equals the density that a ray hits that point, for every kind of light.
 #[test]
 fn sample_and_pdf_are_pairs() {
     let mut desc = empty();

@@ -1,5 +1,5 @@
-//! A prism against closed forms: angles by Snell's law at each wavelength, and the spectrum it shows against an integral
-//! over wavelengths.
+//! A prism against closed forms: angles by Snell's law at each wavelength, and its picture of a bright strip against an integral over
+//! wavelengths.
 
 use std::sync::Arc;
 
