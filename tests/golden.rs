@@ -24,7 +24,7 @@ const SAMPLES: u32 = 1 << 17;
 /// standard errors of the mean would take minutes to come down to it.
 const NOTICED: f64 = 0.002;
 
-/// Mean and variance of each channel as they stand in the file.
+/// Mean and variance of each channel, as the file has them.
 fn golden(path: &Path) -> [Measured; 3] {
     let layers = exr::read(path).unwrap();
     let wide = |name: &str| layers.channel(name).unwrap().iter().map(|&v| f64::from(v)).collect::<Vec<_>>();

@@ -24,7 +24,7 @@ mod timings;
 mod trace;
 mod view;
 
-pub use args::{Cli, Command};
+pub use args::{Cli, CliCommand};
 pub use process::tell;
 
 use miette::Result;
@@ -36,12 +36,12 @@ use miette::Result;
 /// Everything that stops the run, ready to be printed: with file, line and column where a scene is at fault.
 pub fn run(cli: Cli) -> Result<()> {
     match cli.command {
-        Command::Render(args) => render::render(&args),
-        Command::View(args) => view::view(&args),
-        Command::Bench(args) => bench::bench(&args),
-        Command::Explain(args) => explain::explain(&args),
-        Command::Compare(args) => compare::compare(&args),
-        Command::Study(args) => study::study(&args),
-        Command::Devices => device::list(),
+        CliCommand::Render(args) => render::render(&args),
+        CliCommand::View(args) => view::view(&args),
+        CliCommand::Bench(args) => bench::bench(&args),
+        CliCommand::Explain(args) => explain::explain(&args),
+        CliCommand::Compare(args) => compare::compare(&args),
+        CliCommand::Study(args) => study::study(&args),
+        CliCommand::Devices => device::list(),
     }
 }

@@ -12,13 +12,13 @@ use crate::client::effects::Effects;
 use crate::client::film::VulkanFilm;
 use crate::client::{Client, DisplayImage, FilmData, Settings, develop};
 use crate::color::Profile;
-use crate::image::png::{Picture, Transfer};
-use crate::image::write::{Format, check_place, check_target, destination};
+use crate::image::png::{PngPicture, Transfer};
+use crate::image::write::{FileFormat, check_place, check_target, same_file};
 use crate::image::{Attribute, ImageError, exr, png};
 
 /// Where the pictures of a run go.
 pub struct Outputs {
-    files: Vec<(PathBuf, Format)>,
+    files: Vec<(PathBuf, FileFormat)>,
 }
 
 impl Outputs {
@@ -46,8 +46,7 @@ impl Outputs {
         let files = paths.into_iter().map(check).collect::<Result<Vec<_>>>()?;
         if let Some(json) = json.filter(|p| !is_special(p)) {
             check_place(json).into_diagnostic()?;
-            let place = |path: &Path| destination(path).ok();
-            if files.iter().map(|(path, _)| path).chain([scene]).any(|p| place(p) == place(json)) {
+            if files.iter().map(|(path, _)| path).chain([scene]).any(|path| same_file(path, json)) {
                 return Err(miette::miette!(
                     "--json {} would overwrite the picture or the scene; choose another name",
                     json.display()
@@ -69,7 +68,7 @@ impl Outputs {
 
     /// True when the variance is part of a file, or steers what is shown in one.
     pub fn read_variance(&self, settings: &Settings) -> bool {
-        let exr = self.files.iter().any(|(_, format)| *format == Format::Exr);
+        let exr = self.files.iter().any(|(_, format)| *format == FileFormat::Exr);
         exr || Effects::new(settings, 1).reads_variance()
     }
 
@@ -88,16 +87,16 @@ impl Outputs {
         let mut first_error = Ok(());
         let wants = |format| self.files.iter().any(|(_, f)| *f == format);
         let start = Instant::now();
-        let shown = wants(Format::Png).then(|| client.display(settings)).transpose().into_diagnostic()?;
+        let shown = wants(FileFormat::Png).then(|| client.display(settings)).transpose().into_diagnostic()?;
         seconds.display = start.elapsed().as_secs_f64();
         let start = Instant::now();
-        let data = wants(Format::Exr).then(|| client.develop()).transpose().into_diagnostic()?;
+        let data = wants(FileFormat::Exr).then(|| client.develop()).transpose().into_diagnostic()?;
         for (path, format) in &self.files {
             let written = match (format, &shown, &data) {
-                (Format::Png, Some(shown), _) => {
+                (FileFormat::Png, Some(shown), _) => {
                     write_png(path, shown, (run, prefix, client.counts().paths()), settings)
                 }
-                (Format::Exr, _, Some(data)) => exr::write(path, &layers(run, prefix, data)),
+                (FileFormat::Exr, _, Some(data)) => exr::write(path, &layers(run, prefix, data)),
                 _ => continue,
             };
             first_error = first_error.and(written);
@@ -123,11 +122,11 @@ impl FilmSnapshot {
     /// When the film cannot be read, or there is no such format.
     pub fn take(path: &Path, film: &mut VulkanFilm, settings: &Settings) -> Result<Self> {
         Ok(match check_target(path).into_diagnostic()? {
-            Format::Png => {
+            FileFormat::Png => {
                 let paths = film.counts().paths();
                 FilmSnapshot::Png(film.display(settings).into_diagnostic()?, paths)
             }
-            Format::Exr => FilmSnapshot::Exr(film.develop().into_diagnostic()?),
+            FileFormat::Exr => FilmSnapshot::Exr(film.develop().into_diagnostic()?),
         })
     }
 
@@ -151,7 +150,7 @@ fn write_png(
     (run, prefix, paths): (&RunSpec, bool, u64),
     settings: &Settings,
 ) -> std::result::Result<(), ImageError> {
-    let picture = Picture {
+    let picture = PngPicture {
         width: shown.width,
         height: shown.height,
         rgb: &shown.rgb,

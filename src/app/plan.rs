@@ -34,7 +34,7 @@ pub struct PlannedEffect {
     pub effect: Option<Effect>,
     /// Its passes and images, if the client simulates it.
     #[serde(skip)]
-    pub listed: Option<ClientEffect>,
+    pub client: Option<ClientEffect>,
 }
 
 /// Who simulates an effect.
@@ -85,7 +85,7 @@ pub fn plan(desc: &SceneDesc, run: &RunSpec, settings: &Settings) -> Vec<Planned
             at_run_time: d.effect.at_run_time(),
             cost: Cost::default(),
             effect: Some(d.effect),
-            listed: None,
+            client: None,
         }
     });
     let listed = effect_list(&run.film, settings, streams(run.integrator));
@@ -98,7 +98,7 @@ pub fn plan(desc: &SceneDesc, run: &RunSpec, settings: &Settings) -> Vec<Planned
         at_run_time: listed.at_run_time,
         cost: Cost::default(),
         effect: None,
-        listed: Some(listed),
+        client: Some(listed),
     });
     traced.chain(shown).collect()
 }

@@ -10,10 +10,10 @@ pub use super::error_report::ErrorReport;
 use super::plan::PlannedEffect;
 use super::run_spec::ChoiceReport;
 use super::tell;
-use crate::image::write::{atomically, check_place, destination};
+use crate::image::write::{atomically, check_place, same_file};
 
 /// Everything that is said about a finished run. Field names are the JSON keys.
-#[derive(Clone, Debug, Default, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub struct RenderReport {
     /// Version of the program.
     pub version: &'static str,
@@ -178,6 +178,23 @@ impl RenderReport {
     }
 }
 
+/// Percentiles of a list, by nearest rank. Field names are JSON keys.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Percentiles {
+    /// Median.
+    pub p50: f64,
+    /// 95 % of the values are at most this.
+    pub p95: f64,
+}
+
+impl Percentiles {
+    /// The percentiles of an ascending list; 0 of an empty one.
+    pub fn of(sorted: &[f64]) -> Self {
+        let at = |p: f64| sorted.get(((sorted.len() as f64 * p).ceil() as usize).saturating_sub(1));
+        Self { p50: at(0.5).copied().unwrap_or(0.0), p95: at(0.95).copied().unwrap_or(0.0) }
+    }
+}
+
 /// Writes figures as JSON to `path`, or to standard output if it is `-`.
 ///
 /// # Errors
@@ -205,7 +222,7 @@ pub fn write_json(figures: &impl Serialize, path: &Path) -> Result<()> {
 pub fn check_json(json: Option<&Path>, scene: &Path) -> Result<()> {
     let Some(json) = json.filter(|path| !is_special(path)) else { return Ok(()) };
     check_place(json).into_diagnostic()?;
-    if destination(json).ok() == destination(scene).ok() {
+    if same_file(json, scene) {
         return Err(miette::miette!("--json {} would overwrite the scene", json.display()));
     }
     let is_scene = json.extension().is_some_and(|e| e.eq_ignore_ascii_case("xml"));

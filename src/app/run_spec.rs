@@ -7,6 +7,7 @@ use serde::Serialize;
 use super::args::effects::Forced;
 use super::args::scene::SceneArgs;
 use super::load::SceneInput;
+use crate::client::effects::Effects;
 use crate::client::{FilmSpec, OptionNames, ReconstructionKernel, Settings, SplatFilter, VarianceForm};
 use crate::image::Attribute;
 use crate::scene::desc::{IntegratorKind, PhotonDesc, ReconstructionFilter};
@@ -204,6 +205,11 @@ impl RunSpec {
         }
         command + " --device " + &quoted(&self.device)
     }
+}
+
+/// The form of variance that a film needs to be shown with these settings.
+pub fn shown_variance(settings: &Settings) -> Option<VarianceForm> {
+    Effects::new(settings, 1).reads_variance().then_some(VarianceForm::Product)
 }
 
 /// The display options of a picture as they stand on the command line.

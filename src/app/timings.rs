@@ -1,8 +1,9 @@
 //! `--gpu-timings`: what GPU, workers and client did when, as CSV and as a Chrome trace, on one clock.
 //!
-//! Both files grow beside their names and take their places at the end. Memory is bounded: what waits is handed on with every
-//! [`TimingCapture::frame`], and what nobody could take in time is counted and told at the end of both files.
+//! Both files grow beside their names and take their places at the end. Memory is bounded: every [`TimingCapture::frame`]
+//! writes what waits, and records that could not be taken in time are counted at the end of both files.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -10,27 +11,27 @@ use std::time::{Duration, Instant};
 use miette::{IntoDiagnostic, Result};
 use serde_json::{Value, json};
 
-use super::trace::{Event, Trace, Track};
+use super::trace::{Trace, TraceSpan, Track};
 use crate::gpu::{Gpu, TimingRows};
-use crate::image::write::{AtomicFile, check_place, destination};
+use crate::image::write::{AtomicFile, check_place, same_file};
 use crate::server::{Server, Spans};
 
-/// How often the device and the workers are asked for what they have recorded.
+/// Interval at which the records of the device and the workers are taken.
 const EVERY: Duration = Duration::from_millis(50);
 
-/// A capture that runs.
+/// A running capture.
 pub struct TimingCapture {
     gpu: Option<Arc<Gpu>>,
     /// Zero of all times.
     origin: Instant,
     csv: AtomicFile,
     trace: Trace,
-    /// When rows were taken last.
+    /// When rows were last taken.
     taken: Instant,
     lost: Lost,
 }
 
-/// What is missing.
+/// Numbers of records that were lost.
 #[derive(Clone, Copy, Debug, Default)]
 struct Lost {
     scopes_untimed: u64,
@@ -59,8 +60,7 @@ pub fn check<'a>(path: &Path, others: impl IntoIterator<Item = &'a PathBuf>) -> 
         check_place(file).into_diagnostic()?;
     }
     for other in others {
-        let place = |path: &Path| destination(path).ok();
-        if mine.iter().any(|file| file == other || (place(file).is_some() && place(file) == place(other))) {
+        if mine.iter().any(|file| same_file(file, other)) {
             return Err(miette::miette!(
                 "--gpu-timings {} would overwrite {}; choose another name",
                 path.display(),
@@ -97,7 +97,7 @@ impl TimingCapture {
     ///
     /// When a file cannot be written.
     pub fn client(&mut self, name: &'static str, start: Instant) -> Result<()> {
-        self.span(Track::Client, name, (start, Instant::now()), Value::Null)
+        self.span(Track::Client, name, start..Instant::now(), Value::Null)
     }
 
     /// Takes what has been recorded since, if that was long ago: call it once per frame, with no frame being recorded.
@@ -106,15 +106,11 @@ impl TimingCapture {
     ///
     /// When a file cannot be written.
     pub fn frame(&mut self, server: &Server) -> Result<()> {
-        if self.taken.elapsed() < EVERY {
-            return Ok(());
+        match self.gpu.clone() {
+            Some(gpu) if self.is_due() => self.rows(&gpu.take_rows())?,
+            _ => {}
         }
-        self.taken = Instant::now();
-        self.spans(server.take_spans())?;
-        if let Some(gpu) = self.gpu.clone() {
-            self.rows(&gpu.take_rows())?;
-        }
-        self.trace.write(self.time(self.taken)).into_diagnostic()
+        self.frame_of_cpu(server)
     }
 
     /// As [`frame`](Self::frame), for a caller that hands over the device's [`rows`](Self::rows) itself.
@@ -123,12 +119,16 @@ impl TimingCapture {
     ///
     /// When a file cannot be written.
     pub fn frame_of_cpu(&mut self, server: &Server) -> Result<()> {
-        if self.taken.elapsed() < EVERY {
+        if !self.is_due() {
             return Ok(());
         }
         self.taken = Instant::now();
         self.spans(server.take_spans())?;
         self.trace.write(self.time(self.taken)).into_diagnostic()
+    }
+
+    fn is_due(&self) -> bool {
+        self.taken.elapsed() >= EVERY
     }
 
     /// Records what the workers did.
@@ -141,14 +141,10 @@ impl TimingCapture {
         for span in spans.spans {
             let track = Track::Worker(span.worker);
             let parked = span.parked.as_micros() as u64;
-            self.span(
-                track,
-                "chunk",
-                (span.start, span.end),
-                json!({ "first": span.first, "parked_us": parked }),
-            )?;
-            if let Some(park) = span.last_park {
-                self.span(track, "parked", park, Value::Null)?;
+            let args = json!({ "first": span.first, "parked_us": parked });
+            self.span(track, "chunk", span.start..span.end, args)?;
+            if let Some((start, end)) = span.last_park {
+                self.span(track, "parked", start..end, Value::Null)?;
             }
         }
         Ok(())
@@ -177,13 +173,12 @@ impl TimingCapture {
                 "submitted_us": seen.map(|f| us(f.submitted)),
                 "seen_complete_us": seen.map(|f| us(f.seen)),
             });
-            self.span(Track::Gpu, row.name, (row.start, row.end), args)?;
+            self.span(Track::Gpu, row.name, row.start..row.end, args)?;
         }
         Ok(())
     }
 
     /// Goes on with another device, after the first was lost.
-    #[allow(dead_code, reason = "only a window survives the loss of a device")]
     pub fn replace_gpu(&mut self, gpu: &Arc<Gpu>) {
         gpu.set_timing(true);
         self.gpu = Some(gpu.clone());
@@ -225,15 +220,9 @@ impl TimingCapture {
         self.csv.commit().into_diagnostic()
     }
 
-    fn span(
-        &mut self,
-        track: Track,
-        name: &'static str,
-        (start, end): (Instant, Instant),
-        args: Value,
-    ) -> Result<()> {
-        let (start, end) = (self.time(start), self.time(end));
-        self.trace.push(Event { start, end, track, name, args }).into_diagnostic()
+    fn span(&mut self, track: Track, name: &'static str, time: Range<Instant>, args: Value) -> Result<()> {
+        let time = self.time(time.start)..self.time(time.end);
+        self.trace.push(TraceSpan { time, track, name, args }).into_diagnostic()
     }
 
     /// Nanoseconds since the capture began.

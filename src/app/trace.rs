@@ -2,6 +2,7 @@
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
+use std::ops::Range;
 use std::path::Path;
 
 use serde_json::{Value, json};
@@ -9,13 +10,13 @@ use serde_json::{Value, json};
 use crate::image::ImageError;
 use crate::image::write::AtomicFile;
 
-/// Events wait this long, nanoseconds, so that those that become known late still come in order: GPU times two frames.
+/// Spans wait this long, in nanoseconds, so that those of the GPU, which are known two frames late, still come in order.
 const HOLD: u64 = 2_000_000_000;
 
-/// Events that wait at most; beyond, the oldest ones are written at once.
+/// Spans that wait at most; beyond, the oldest ones are written at once.
 const MAX_WAITING: usize = 65_536;
 
-/// Where a span is drawn.
+/// The row of the trace that a span is drawn on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Track {
     /// The device's queue.
@@ -37,28 +38,27 @@ impl Track {
     }
 }
 
-/// One span: nanoseconds since the capture began.
+/// One span of time.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Event {
-    /// Begin.
-    pub start: u64,
-    /// End.
-    pub end: u64,
-    /// Where.
+pub struct TraceSpan {
+    /// Begin and end in nanoseconds since the capture began.
+    pub time: Range<u64>,
+    /// The track that it is drawn on.
     pub track: Track,
-    /// What.
+    /// The name that it is drawn with.
     pub name: &'static str,
-    /// More about it.
+    /// Further values to show.
     pub args: Value,
 }
 
-/// Sorted by begin; of those that begin together the longest first, so that it encloses the others.
+/// A span that waits to be written. The order is by begin; of those that begin together the longest is first, so that it
+/// encloses the others.
 #[derive(Debug)]
-struct Waiting(Event, u64);
+struct Waiting(TraceSpan, u64);
 
 impl Waiting {
     fn key(&self) -> (u64, Reverse<u64>, u64) {
-        (self.0.start, Reverse(self.0.end), self.1)
+        (self.0.time.start, Reverse(self.0.time.end), self.1)
     }
 }
 
@@ -87,7 +87,7 @@ impl Ord for Waiting {
 pub struct Trace {
     file: AtomicFile,
     waiting: BinaryHeap<Reverse<Waiting>>,
-    /// Events taken so far.
+    /// Spans taken so far.
     count: u64,
     workers: usize,
 }
@@ -118,20 +118,20 @@ impl Trace {
         self.file.append(format!("{line},\n"))
     }
 
-    /// Takes one span.
+    /// Adds a span.
     ///
     /// # Errors
     ///
     /// When the file cannot be written.
-    pub fn push(&mut self, event: Event) -> Result<(), ImageError> {
-        if let Track::Worker(number) = event.track {
+    pub fn push(&mut self, span: TraceSpan) -> Result<(), ImageError> {
+        if let Track::Worker(number) = span.track {
             while self.workers <= number {
                 self.name("thread_name", Track::Worker(self.workers), &format!("tracer {}", self.workers))?;
                 self.workers += 1;
             }
         }
         self.count += 1;
-        self.waiting.push(Reverse(Waiting(event, self.count)));
+        self.waiting.push(Reverse(Waiting(span, self.count)));
         Ok(())
     }
 
@@ -142,15 +142,15 @@ impl Trace {
     /// When the file cannot be written.
     pub fn write(&mut self, now: u64) -> Result<(), ImageError> {
         while let Some(Reverse(first)) = self.waiting.peek() {
-            if first.0.start.saturating_add(HOLD) > now && self.waiting.len() <= MAX_WAITING {
+            if first.0.time.start.saturating_add(HOLD) > now && self.waiting.len() <= MAX_WAITING {
                 break;
             }
-            let Some(Reverse(Waiting(event, _))) = self.waiting.pop() else { break };
-            let (pid, tid) = event.track.ids();
+            let Some(Reverse(Waiting(span, _))) = self.waiting.pop() else { break };
+            let (pid, tid) = span.track.ids();
             // Microseconds with all nanoseconds, as text: a double would round them after a few days.
             let us = |ns: u64| format!("{}.{:03}", ns / 1000, ns % 1000);
-            let (ts, duration) = (us(event.start), us(event.end.saturating_sub(event.start)));
-            let (name, args) = (Value::from(event.name), event.args);
+            let (ts, duration) = (us(span.time.start), us(span.time.end.saturating_sub(span.time.start)));
+            let (name, args) = (Value::from(span.name), span.args);
             self.file.append(format!(
                 "{{\"ph\":\"X\",\"name\":{name},\"pid\":{pid},\"tid\":{tid},\"ts\":{ts},\"dur\":{duration},\"args\":{args}}},\n"
             ))?;

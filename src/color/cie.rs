@@ -16,15 +16,15 @@ pub const FIRST_NM: f32 = 380.0;
 pub const COUNT: usize = 401;
 
 /// The observer and D65, with a row of zeros at either end for invisible wavelengths.
-struct Table {
+struct CieData {
     rows: [Vec4; COUNT + 2],
     /// ∫ȳ dλ in nm.
     y_integral: f64,
 }
 
-static TABLE: LazyLock<Table> = LazyLock::new(Table::read);
+static TABLE: LazyLock<CieData> = LazyLock::new(CieData::read);
 
-impl Table {
+impl CieData {
     fn read() -> Self {
         let lines = include_str!("cie_1931.csv").lines().filter(|line| !line.starts_with('#'));
         let (observer, d65): (Vec<DVec3>, Vec<f64>) = lines
@@ -50,7 +50,7 @@ impl Table {
 pub struct Rows(&'static [Vec4; COUNT + 2]);
 
 impl Rows {
-    /// The table; the first call in the program builds it (microseconds).
+    /// The rows; the first call in the program reads them (microseconds).
     #[inline]
     pub fn get() -> Self {
         Rows(&TABLE.rows)

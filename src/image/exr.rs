@@ -15,7 +15,6 @@ use exr::prelude::{
 };
 
 use crate::image::error::ImageError;
-use crate::image::grid::Grid;
 use crate::image::{Attribute, write};
 
 /// Pixels in named channels, `[height][width]` each, with what the file tells about itself.
@@ -181,19 +180,22 @@ fn decode(text: &Text) -> String {
     String::from_utf8_lossy(text.as_slice()).into_owned()
 }
 
-/// Reads the main layer: linear R, G, B.
-///
-/// # Errors
-/// As [`read`], and [`ImageError::Channel`] without these three channels.
-pub fn read_rgb(path: &Path) -> Result<Grid<[f32; 3]>, ImageError> {
-    let layers = read(path)?;
-    let [r, g, b] =
-        [channel(path, &layers, "R")?, channel(path, &layers, "G")?, channel(path, &layers, "B")?];
-    let pixels = r.iter().zip(g).zip(b).map(|((&r, &g), &b)| [r, g, b]).collect();
-    Grid::from_rows(layers.width, layers.height, pixels).ok_or_else(|| ImageError::Decode {
-        path: path.to_path_buf(),
-        reason: "a channel is cut short".to_owned(),
-    })
+/// Refuses a file of more than `most` pixels by its header, before anything of that size is allocated.
+pub(super) fn check_size(bytes: &[u8], most: usize) -> Result<(), String> {
+    let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false);
+    for header in meta.map_err(|e| e.to_string())?.headers {
+        check_pixels(header.layer_size.0, header.layer_size.1, most)?;
+    }
+    Ok(())
+}
+
+/// Refuses no pixels, and more than `most`.
+pub(super) fn check_pixels(width: usize, height: usize, most: usize) -> Result<(), String> {
+    match width.checked_mul(height) {
+        Some(0) => Err("it has no pixels".to_owned()),
+        Some(n) if n <= most => Ok(()),
+        _ => Err(format!("{width}×{height} pixels are more than {most}")),
+    }
 }
 
 /// A channel that must be there.
@@ -201,9 +203,14 @@ pub fn read_rgb(path: &Path) -> Result<Grid<[f32; 3]>, ImageError> {
 /// # Errors
 /// [`ImageError::Channel`] with the names of those that are.
 pub fn channel<'a>(path: &Path, layers: &'a Layers, name: &str) -> Result<&'a [f32], ImageError> {
-    layers.channel(name).ok_or_else(|| ImageError::Channel {
+    layers.channel(name).ok_or_else(|| no_channel(path, layers, name))
+}
+
+/// The error for a channel that is missing.
+pub(super) fn no_channel(path: &Path, layers: &Layers, name: &str) -> ImageError {
+    ImageError::Channel {
         path: path.to_path_buf(),
         channel: name.to_owned(),
         found: layers.channels.iter().map(|(n, _)| n.as_str()).collect::<Vec<_>>().join(", "),
-    })
+    }
 }

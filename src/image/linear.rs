@@ -1,76 +1,50 @@
-//! Pictures as light: linear Rec.709 from any format that is read here.
+//! Pictures as light: linear Rec.709 from OpenEXR and PNG files.
 
 use std::io::Cursor;
 use std::path::Path;
 
 use crate::color::srgb;
 use crate::image::error::ImageError;
-use crate::image::exr::{self, Layers};
+use crate::image::exr;
 use crate::image::grid::Grid;
-use crate::image::layer;
+use crate::image::layer::{self, Layer};
 
-/// Linear R, G, B of the file with these `bytes`; `path` only names it in errors. What it is, its first bytes say:
-/// OpenEXR (`R G B`, or `Y` for grey), or PNG of any kind, which is decoded from the curve of sRGB (IEC 61966-2-1),
+/// Linear R, G, B of the file with these `bytes`; `path` only names it in errors. The first bytes tell the format: OpenEXR
+/// (the main layer, see [`layer::main`]), or PNG of any kind, which is decoded by the curve of sRGB (IEC 61966-2-1)
 /// with alpha ignored.
 ///
 /// # Errors
 /// [`ImageError::Decode`] for other formats, damaged files, and more than `most` pixels; [`ImageError::Channel`] for an
-/// EXR file without these channels.
+/// EXR file without a main layer.
 pub fn decode(path: &Path, bytes: &[u8], most: usize) -> Result<Grid<[f32; 3]>, ImageError> {
     let refuse = |reason: String| ImageError::Decode { path: path.to_path_buf(), reason };
-    let check = |width: usize, height: usize| match width.checked_mul(height) {
-        Some(0) => Err(refuse("it has no pixels".to_owned())),
-        Some(n) if n <= most => Ok(()),
-        _ => Err(refuse(format!("{width}×{height} pixels are more than {most}"))),
-    };
     let (width, height, pixels) = match bytes {
         [0x76, 0x2f, 0x31, 0x01, ..] => {
-            // The size first: what it says is then allocated.
-            let meta = ::exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false);
-            for header in meta.map_err(|e| refuse(e.to_string()))?.headers {
-                check(header.layer_size.0, header.layer_size.1)?;
-            }
+            exr::check_size(bytes, most).map_err(refuse)?;
             let layers = exr::decode_layers(path, Cursor::new(bytes))?;
-            (layers.width, layers.height, colours(path, &layers)?)
+            let main = layer::main(&layers).as_ref().map(Layer::pixels);
+            let pixels = main.ok_or_else(|| exr::no_channel(path, &layers, "R"))?;
+            (layers.width, layers.height, pixels)
         }
-        [0x89, b'P', b'N', b'G', ..] => png(bytes, check).map_err(|e| match e {
-            PngError::Checked(e) => e,
-            PngError::Png(e) => refuse(e.to_string()),
-        })?,
+        [0x89, b'P', b'N', b'G', ..] => png(bytes, most).map_err(refuse)?,
         [b'#', b'?', ..] => return Err(refuse("Radiance RGBE is not read, only OpenEXR and PNG".to_owned())),
         _ => return Err(refuse("it is neither OpenEXR nor PNG".to_owned())),
     };
     Grid::from_rows(width, height, pixels).ok_or_else(|| refuse("it is cut short".to_owned()))
 }
 
-/// The colours of an EXR file: of the main layer, or of the only one.
-fn colours(path: &Path, layers: &Layers) -> Result<Vec<[f32; 3]>, ImageError> {
-    if let Some(layer) = layer::main(layers) {
-        return Ok(layer.pixels());
-    }
-    let channel = |name: &str| exr::channel(path, layers, name);
-    let (r, g, b) = (channel("R")?, channel("G")?, channel("B")?);
-    Ok(r.iter().zip(g).zip(b).map(|((r, g), b)| [*r, *g, *b]).collect())
-}
-
-enum PngError {
-    Checked(ImageError),
-    Png(png::DecodingError),
-}
-
-type Pixels = (usize, usize, Vec<[f32; 3]>);
-
-fn png(bytes: &[u8], check: impl Fn(usize, usize) -> Result<(), ImageError>) -> Result<Pixels, PngError> {
+/// Width, height and pixels of a PNG file.
+fn png(bytes: &[u8], most: usize) -> Result<(usize, usize, Vec<[f32; 3]>), String> {
     let mut decoder = png::Decoder::new(Cursor::new(bytes));
     decoder.set_transformations(png::Transformations::EXPAND);
-    let mut reader = decoder.read_info().map_err(PngError::Png)?;
+    let mut reader = decoder.read_info().map_err(|e| e.to_string())?;
     let (width, height) = (reader.info().width as usize, reader.info().height as usize);
-    check(width, height).map_err(PngError::Checked)?;
+    exr::check_pixels(width, height, most)?;
     let (color, depth) = reader.output_color_type();
     let samples = color.samples();
     let wide = depth == png::BitDepth::Sixteen;
     let mut data = vec![0; reader.output_buffer_size().unwrap_or_default()];
-    reader.next_frame(&mut data).map_err(PngError::Png)?;
+    reader.next_frame(&mut data).map_err(|e| e.to_string())?;
     let curve: Vec<f32> = (0..=255u8).map(|v| srgb::decode(f32::from(v) / 255.0)).collect();
     let value = |i: usize| match wide {
         true => srgb::decode(f32::from(u16::from_be_bytes([data[2 * i], data[2 * i + 1]])) / 65_535.0),
@@ -86,6 +60,7 @@ fn png(bytes: &[u8], check: impl Fn(usize, usize) -> Result<(), ImageError>) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::image::exr::Layers;
 
     fn encoded(color: png::ColorType, depth: png::BitDepth, data: &[u8]) -> Vec<u8> {
         let mut bytes = Vec::new();

@@ -19,9 +19,9 @@ pub enum Transfer {
 /// CIE xy of D65, as the standards round it.
 const D65: DVec2 = DVec2::new(0.312_7, 0.329_0);
 
-/// A picture to be written.
+/// A picture to be encoded.
 #[derive(Clone, Copy, Debug)]
-pub struct Picture<'a> {
+pub struct PngPicture<'a> {
     /// Width in pixels.
     pub width: u32,
     /// Height in pixels.
@@ -41,7 +41,7 @@ pub struct Picture<'a> {
 /// (1 to 79 Latin letters); [`ImageError::Write`] when the system refuses.
 pub fn write(
     path: &Path,
-    picture: Picture<'_>,
+    picture: PngPicture<'_>,
     attributes: &[(String, Attribute)],
 ) -> Result<(), ImageError> {
     let bytes = encode(picture, attributes)
@@ -51,7 +51,7 @@ pub fn write(
 
 /// The bytes of the file.
 pub(super) fn encode(
-    picture: Picture<'_>,
+    picture: PngPicture<'_>,
     attributes: &[(String, Attribute)],
 ) -> Result<Vec<u8>, png::EncodingError> {
     let mut bytes = Vec::new();

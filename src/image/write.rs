@@ -12,14 +12,14 @@ use crate::image::error::ImageError;
 
 /// Formats that can be written, told by the end of the name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Format {
+pub enum FileFormat {
     /// OpenEXR: scene-linear floats, all layers.
     Exr,
     /// PNG: the displayed picture.
     Png,
 }
 
-impl Format {
+impl FileFormat {
     /// The format that a name asks for.
     ///
     /// # Errors
@@ -27,8 +27,8 @@ impl Format {
     pub fn of(path: &Path) -> Result<Self, ImageError> {
         let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
         match extension.as_deref() {
-            Some("exr") => Ok(Format::Exr),
-            Some("png") => Ok(Format::Png),
+            Some("exr") => Ok(FileFormat::Exr),
+            Some("png") => Ok(FileFormat::Png),
             _ => Err(ImageError::Extension { path: path.to_path_buf() }),
         }
     }
@@ -38,8 +38,8 @@ impl Format {
 ///
 /// # Errors
 /// [`ImageError::Extension`], or [`ImageError::Write`] when no file can be made in the folder.
-pub fn check_target(path: &Path) -> Result<Format, ImageError> {
-    let format = Format::of(path)?;
+pub fn check_target(path: &Path) -> Result<FileFormat, ImageError> {
+    let format = FileFormat::of(path)?;
     check_place(path)?;
     Ok(format)
 }
@@ -76,6 +76,11 @@ pub fn destination(path: &Path) -> Result<PathBuf, ImageError> {
     let folder = real.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let name = real.file_name().ok_or_else(|| failed(ErrorKind::IsADirectory.into()))?;
     Ok(folder.canonicalize().map_err(failed)?.join(name))
+}
+
+/// True when both paths name the same file, whether it exists or not.
+pub fn same_file(a: &Path, b: &Path) -> bool {
+    a == b || matches!((destination(a), destination(b)), (Ok(a), Ok(b)) if a == b)
 }
 
 /// Replaces the file at `path` by one that holds `bytes`.

@@ -56,8 +56,6 @@ impl Default for PhotonDesc {
 /// The methods the program has. The comments are the help of `--integrator`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum IntegratorKind {
-    /// The method that suits the scene, chosen by a short trial of each; the program says why. Path tracing until then.
-    Auto,
     /// Path tracing: from the camera, with next-event estimation at each vertex.
     Path,
     /// Particle tracing: from the lights, each vertex connected to the camera. Nothing is seen in mirrors or glass.
@@ -66,6 +64,8 @@ pub enum IntegratorKind {
     Bidirectional,
     /// One-pass photon mapping: final gathering from photons that light paths leave. It converges: its blur shrinks as it goes.
     Photon,
+    /// The method that suits the scene, chosen by a short trial of each; the program says why. Path tracing until then.
+    Auto,
 }
 
 impl IntegratorKind {

@@ -1,20 +1,17 @@
-//! A picture whose texels are emission spectra: what an environment map is made of.
+//! A picture whose texels are emission spectra, for environment maps.
 
 use std::fmt;
 
 use glam::Vec4;
 
-use super::chroma::ChromaTable;
-use super::sigmoid::Sigmoid;
+use super::spectrum::BRIGHTEST;
+use super::upsample::{ChromaTable, Sigmoid};
 use super::{SampledSpectrum, SampledWavelengths, Spectrum};
 
 /// Luminance of linear Rec.709 components.
 const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
 
-/// Larger components are cut, as those of every other emission.
-const BRIGHTEST: f32 = 1e30;
-
-/// Radiance that no light can have, at a texel.
+/// A texel with a radiance that no light can have.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
     "texel ({x}, {y}) is {}, {}, {}: radiance is finite and not negative; repair the picture, by setting such texels to 0",
@@ -25,7 +22,7 @@ pub struct TexelError {
     pub x: usize,
     /// Row from the top, from 0.
     pub y: usize,
-    /// What stands there.
+    /// The texel.
     pub rgb: [f32; 3],
 }
 
@@ -41,8 +38,7 @@ pub struct EmissionMap {
 }
 
 impl EmissionMap {
-    /// The spectra of linear Rec.709 `rgb`, rows of `width` texels from the top; of a picture with a single row, that
-    /// row twice.
+    /// Makes the spectra of linear Rec.709 `rgb`, rows of `width` texels from the top. A single row is doubled.
     ///
     /// # Errors
     ///
@@ -83,7 +79,7 @@ impl EmissionMap {
         self.luminances[y * self.width + x]
     }
 
-    /// True when no texel shines.
+    /// True when all texels are black.
     pub fn is_black(&self) -> bool {
         self.luminances.iter().all(|y| *y == 0.0)
     }

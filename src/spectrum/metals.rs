@@ -83,11 +83,9 @@ const ENERGIES: [f64; 18] = [
     3.50,
 ];
 
-/// Name, then η and k at [`ENERGIES`].
-type Measured = (&'static str, [f64; 18], [f64; 18]);
-
-/// P. B. Johnson, R. W. Christy, *Optical constants of the noble metals*, Phys. Rev. B 6, 4370 (1972), table I.
-const MEASURED: [Measured; 3] = [
+/// P. B. Johnson, R. W. Christy, *Optical constants of the noble metals*, Phys. Rev. B 6, 4370 (1972), table I: name, then
+/// η and k at [`ENERGIES`].
+const MEASURED: [(&str, [f64; 18], [f64; 18]); 3] = [
     (
         "Cu",
         [
@@ -127,7 +125,7 @@ const MEASURED: [Measured; 3] = [
 /// see [`names`]), or `None`.
 pub fn named(name: &str) -> Option<(Spectrum, Spectrum)> {
     if let Some((_, eta, k)) = MEASURED.iter().find(|m| m.0 == name) {
-        return tables(|energy| [between(eta, energy), between(k, energy)]);
+        return tables(|energy| [interpolate(eta, energy), interpolate(k, energy)]);
     }
     let model = LORENTZ_DRUDE.iter().find(|m| m.name == name)?;
     tables(|energy| model.index(energy))
@@ -153,7 +151,7 @@ fn tables(index: impl Fn(f64) -> [f64; 2]) -> Option<(Spectrum, Spectrum)> {
 }
 
 /// Linear interpolation of figures at [`ENERGIES`].
-fn between(figures: &[f64; 18], energy: f64) -> f64 {
+fn interpolate(figures: &[f64; 18], energy: f64) -> f64 {
     let i = ENERGIES.partition_point(|e| *e <= energy).clamp(1, ENERGIES.len() - 1);
     let t = (energy - ENERGIES[i - 1]) / (ENERGIES[i] - ENERGIES[i - 1]);
     figures[i - 1] + (figures[i] - figures[i - 1]) * t

@@ -1,16 +1,17 @@
-//! Spectra: what a path carries ([`SampledSpectrum`] at [`SampledWavelengths`]) and what a scene
-//! holds ([`Spectrum`], [`dispersion::Ior`], named metals).
+//! Spectra: the values that a path carries ([`SampledSpectrum`] at [`SampledWavelengths`]) and the functions of wavelength
+//! that a scene holds ([`Spectrum`], [`EmissionMap`], [`dispersion::Ior`], named metals).
+//!
+//! A path has one hero wavelength and three companions. `upsample` turns RGB into smooth spectra; `white` serves scenes
+//! without colour, whose paths all carry the spectrum of one white.
 
 pub mod blackbody;
-mod chroma;
 pub mod dispersion;
 pub mod emission_map;
 pub mod metals;
 mod sampled;
-pub mod sigmoid;
 #[allow(clippy::module_inception, reason = "the file is named after its type")]
 mod spectrum;
-pub mod table;
+mod table;
 mod upsample;
 mod wavelengths;
 mod white;
@@ -18,6 +19,8 @@ mod white;
 pub use emission_map::EmissionMap;
 pub use sampled::SampledSpectrum;
 pub use spectrum::Spectrum;
+pub use table::Table;
+pub use upsample::Sigmoid;
 pub use wavelengths::SampledWavelengths;
 pub use white::White;
 

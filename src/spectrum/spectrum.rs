@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3, Vec4};
 
-use super::sigmoid::Sigmoid;
 use super::table::Table;
-use super::{LAMBDA_MAX, LAMBDA_MIN, SampledSpectrum, SampledWavelengths, upsample};
+use super::upsample::{self, Sigmoid};
+use super::{LAMBDA_MAX, LAMBDA_MIN, SampledSpectrum, SampledWavelengths};
 use crate::color::{Profile, cie};
 
 /// A function of wavelength, ready to be evaluated in the hot loop. Cheap to clone.
@@ -37,7 +37,7 @@ pub enum Spectrum {
 }
 
 /// Larger components are cut: sums over a picture must stay finite in single precision.
-const BRIGHTEST: f32 = 1e30;
+pub(super) const BRIGHTEST: f32 = 1e30;
 
 impl Spectrum {
     /// The values at the wavelengths of a path.

@@ -82,11 +82,7 @@ impl Table {
 
     /// The values at four wavelengths.
     pub fn at_each(&self, lambda: Vec4) -> Vec4 {
-        let mut values = lambda.to_array();
-        for value in &mut values {
-            *value = self.at(*value);
-        }
-        Vec4::from_array(values)
+        Vec4::from_array(lambda.to_array().map(|lambda| self.at(lambda)))
     }
 
     /// The largest value.

@@ -18,8 +18,8 @@ const CLOSE_CHECKPOINT_RATIO: f64 = 1.05;
 /// Predictions are scored only if they look ahead by this factor of time.
 const SCORED_RATIO: f64 = 1.25;
 
-/// The quantile of the picture's errors that one number stands for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+/// The quantile of the picture's errors that one number stands for. The comments are the help of `--error-at`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, clap::ValueEnum)]
 pub enum ErrorQuantile {
     /// Median error.
     Median,

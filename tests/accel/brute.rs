@@ -1,5 +1,5 @@
-//! The tree is brute force: what it finds is what asking every primitive alone finds, to the last bit, the lowest id first
-//! among equals; and that is what exact geometry says, within a bound.
+//! The tree gives the answers of brute force: the hit it finds is the nearest over all primitives tested alone, bit for bit, with the
+//! lowest id among equals; and it agrees with exact geometry within a bound.
 
 use std::cell::Cell;
 
@@ -62,7 +62,7 @@ fn rectangle(a: Vec3, x: Vec3, y: Vec3, quad: bool) -> Vec<Shape> {
     if quad { vec![(true, [a, x, y])] } else { vec![(false, [a, x, x + y]), (false, [a, x + y, y])] }
 }
 
-/// A ray in terms of the scene, see [`aim`].
+/// A ray described relative to the scene, see [`aim`].
 #[derive(Clone, Debug)]
 struct Aim {
     /// From a point of the grid, or from a point of a primitive.
@@ -97,11 +97,11 @@ fn aims() -> impl Strategy<Value = Aim> + Clone {
     })
 }
 
-/// A scene and rays, with what is done to both: copies, a scale and a shift.
+/// A scene and rays, and the copies, scale and shift that are applied to both.
 #[derive(Clone, Debug)]
 struct Case {
     shapes: Vec<Vec<Shape>>,
-    /// Shapes that stand there again, turned over or not.
+    /// Copies of shapes in the same place, with or without reversed orientation.
     again: Vec<(usize, bool)>,
     aims: Vec<Aim>,
     place: (i32, f32),

@@ -1,5 +1,5 @@
-//! Scenes that break builders and rays that break walks: no crash, no endless walk, a right answer or a miss, and the same
-//! one from every kernel.
+//! Degenerate scenes and rays: the builder and the traversal neither crash nor loop, the answer is right or a miss, and every kernel
+//! gives the same one.
 
 use std::collections::HashSet;
 
@@ -83,7 +83,7 @@ fn identical_primitives_are_one_deep_and_the_first_is_hit() {
     }
 }
 
-/// Each inside the next, a thousand times: every box holds all smaller ones.
+/// A thousand nested triangles: every box holds all smaller ones.
 #[test]
 fn nested_triangles_are_peeled_one_by_one() {
     let (n, ratio) = (1000, 1.01f32);

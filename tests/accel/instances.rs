@@ -61,7 +61,7 @@ impl World {
         self.instances.push(Instance { group: group as u32, to_world });
     }
 
-    /// What is known of every primitive in every place where it is seen.
+    /// The verdict on every primitive in every place where an instance shows it.
     fn verdicts(&self, ray: &Ray) -> Vec<(u32, u32, Verdict)> {
         let all = &self.all;
         let (disks, spheres) = (all.triangles.len() as u32, (all.triangles.len() + all.disks.len()) as u32);
@@ -220,7 +220,7 @@ fn check_world(world: &World, accel: &mut Accel, rays: &[Ray], tally: &mut Tally
     answers
 }
 
-/// One group, one instance, one kind of map at a time, beside primitives of the world.
+/// One group, one instance and one kind of map at a time, beside primitives of the top level.
 #[test]
 fn an_instance_is_its_group_moved() {
     let random = &mut Random(2);
@@ -343,7 +343,7 @@ fn ten_thousand_instances_are_found() {
     }
 }
 
-/// Groups that hold nothing, that nothing shows, and scenes of nothing else.
+/// Empty groups, groups without instances, and scenes that hold nothing else.
 #[test]
 fn empty_and_hidden_groups_are_not_seen() {
     let random = &mut Random(12);

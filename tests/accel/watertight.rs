@@ -1,4 +1,4 @@
-//! Case N2: a ray from inside a closed mesh hits it, whatever vertex or edge it is aimed at, in every kernel.
+//! Watertightness: a ray from inside a closed mesh hits it, whatever vertex or edge it is aimed at, in every kernel.
 
 use std::ops::AddAssign;
 
@@ -35,7 +35,7 @@ fn aimed(mesh: &[[Vec3; 3]], closed: &Closed, index: u64) -> (Ray, f32) {
     (ray, target.distance(origin) * 1.0001 + 3.0 * edges)
 }
 
-/// What went wrong, and how much was tried.
+/// The failures, and the number of rays tried.
 #[derive(Clone, Copy, Debug, Default)]
 struct Count {
     rays: u64,

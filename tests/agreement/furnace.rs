@@ -1,8 +1,8 @@
-//! White furnaces: what is lit by radiance 1 from everywhere, by every method.
+//! White furnaces: every method renders objects that radiance 1 lights from everywhere.
 //!
-//! A material that loses nothing shows exactly 1. Facets that scatter once lose what meets a second one; how much, follows from
-//! the material alone: the mean throughput of a walk that goes on until it leaves the scene, without lights, roulette or
-//! multiple importance sampling. Every method must find that number within noise.
+//! A material without loss shows exactly 1. Single-scattering microfacets lose the light that would meet a second facet. The loss
+//! follows from the material alone: it is the mean throughput of a random walk until it leaves the scene, without lights, roulette or
+//! multiple importance sampling. Every method must agree with that number within noise.
 
 use glam::{DAffine3, DVec3, Vec4};
 
@@ -60,10 +60,10 @@ fn furnace(bsdf: BsdfDesc, enclosed: bool) -> SceneDesc {
     let mut desc = empty();
     desc.camera.fov = 20.0;
     let m = material(&mut desc, bsdf);
-    shape(&mut desc, sphere(DVec3::new(0.0, 0.0, 3.0), 1.0), DAffine3::IDENTITY, (m, 0.0));
+    shape(&mut desc, sphere(DVec3::new(0.0, 0.0, 3.0), 1.0), DAffine3::IDENTITY, m, 0.0);
     if enclosed {
         let black = material(&mut desc, grey(0.0));
-        shape(&mut desc, sphere(DVec3::new(0.1, 0.2, 3.0), 3.3), DAffine3::IDENTITY, (black, 1.0));
+        shape(&mut desc, sphere(DVec3::new(0.1, 0.2, 3.0), 3.3), DAffine3::IDENTITY, black, 1.0);
         desc.shapes[1].flip_normals = true;
     } else {
         environment(&mut desc);
@@ -108,7 +108,7 @@ fn moments(values: &[f64]) -> (f64, f64) {
     (mean, (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0) / n).sqrt())
 }
 
-/// `lossless`: the walk, too, must give 1.
+/// With `lossless`, the random walk must give 1 too.
 fn check(name: &str, bsdf: BsdfDesc, methods: &[Method], lossless: bool) {
     let (wanted, wanted_error) = expected(&furnace(bsdf.clone(), false), 1 << 17);
     println!("{name}: expected {wanted:.5} ± {wanted_error:.5}");

@@ -15,10 +15,10 @@ fn open_room(materials: [BsdfDesc; 2]) -> SceneDesc {
     desc.camera = look(DVec3::new(0.0, -4.0, 3.0), DVec3::new(0.0, 4.0, -2.8), 50.0);
     (desc.film.width, desc.film.height) = (8, 8);
     let white = material(&mut desc, grey(0.7));
-    shape(&mut desc, ShapeKind::Rectangle, DAffine3::from_scale(DVec3::splat(3.0)), (white, 0.0));
+    shape(&mut desc, ShapeKind::Rectangle, DAffine3::from_scale(DVec3::splat(3.0)), white, 0.0);
     for (bsdf, x) in materials.into_iter().zip([-0.9, 0.9]) {
         let bsdf = material(&mut desc, bsdf);
-        shape(&mut desc, sphere(DVec3::new(x, 0.1, 0.8), 0.75), DAffine3::IDENTITY, (bsdf, 0.0));
+        shape(&mut desc, sphere(DVec3::new(x, 0.1, 0.8), 0.75), DAffine3::IDENTITY, bsdf, 0.0);
     }
     desc
 }
@@ -27,7 +27,7 @@ fn open_room(materials: [BsdfDesc; 2]) -> SceneDesc {
 fn lit(mut desc: SceneDesc) -> SceneDesc {
     let black = material(&mut desc, grey(0.2));
     let turn = DAffine3::from_translation(DVec3::new(0.0, 0.0, 3.5)) * DAffine3::from_rotation_x(2.8);
-    shape(&mut desc, ShapeKind::Rectangle, turn * DAffine3::from_scale(DVec3::splat(0.8)), (black, 8.0));
+    shape(&mut desc, ShapeKind::Rectangle, turn * DAffine3::from_scale(DVec3::splat(0.8)), black, 8.0);
     environment(&mut desc);
     desc
 }

@@ -1,4 +1,4 @@
-//! All methods agree on meshes whose shading normals differ much from their faces, and on what is brushed along its texture
+//! All methods agree on meshes whose shading normals differ much from their faces, and on anisotropic materials that follow texture
 //! coordinates.
 
 use std::sync::Arc;
@@ -43,16 +43,16 @@ fn room(materials: [BsdfDesc; 2]) -> SceneDesc {
     desc.camera = look(DVec3::new(0.0, -4.0, 3.0), DVec3::new(0.0, 4.0, -2.8), 50.0);
     (desc.film.width, desc.film.height) = (8, 8);
     let white = material(&mut desc, grey(0.7));
-    shape(&mut desc, ShapeKind::Rectangle, DAffine3::from_scale(DVec3::splat(3.0)), (white, 0.0));
+    shape(&mut desc, ShapeKind::Rectangle, DAffine3::from_scale(DVec3::splat(3.0)), white, 0.0);
     desc.meshes.push(Arc::new(icosahedron()));
     for (bsdf, x) in materials.into_iter().zip([-0.9, 0.9]) {
         let bsdf = material(&mut desc, bsdf);
         let place =
             DAffine3::from_translation(DVec3::new(x, 0.1, 0.8)) * DAffine3::from_scale(DVec3::splat(0.85));
-        shape(&mut desc, ShapeKind::Mesh(MeshId(0)), place, (bsdf, 0.0));
+        shape(&mut desc, ShapeKind::Mesh(MeshId(0)), place, bsdf, 0.0);
     }
     let turn = DAffine3::from_translation(DVec3::new(0.0, 0.0, 3.5)) * DAffine3::from_rotation_x(2.8);
-    shape(&mut desc, ShapeKind::Rectangle, turn * DAffine3::from_scale(DVec3::splat(0.8)), (white, 8.0));
+    shape(&mut desc, ShapeKind::Rectangle, turn * DAffine3::from_scale(DVec3::splat(0.8)), white, 8.0);
     environment(&mut desc);
     desc
 }

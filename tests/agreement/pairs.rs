@@ -1,4 +1,4 @@
-//! Every pair of methods on one scene: do they have the same expectation, in blocks of the picture and as a whole?
+//! Tests every pair of methods on one scene for equal expectation, in blocks of the picture and as a whole.
 
 use crate::support::agreement::{Method, Plan, repeat};
 use crate::support::welch;
@@ -17,15 +17,15 @@ pub const PHOTONS: f64 = 0.02;
 /// 64 blocks, 32 repetitions of 16 384 paths.
 pub const PLAN: Plan = Plan { side: 8, paths_per_pixel: 256, seeds: 32, window: UvWindow::PICTURE };
 
-/// The probability with which one scene fails although all of its pairs agree, about: that of each of its two tests.
+/// The significance level of each of the two tests of a scene: about the probability of a false alarm.
 const LEVEL: f64 = 1e-3;
 
-/// The sharpest lobe that light subpaths can show to the camera, density per steradian of its peak: that of a metal of
-/// roughness 0.05. Of a sharper one a block gets so few particles, each so strong, that 32 repetitions say nothing.
+/// The sharpest lobe that light subpaths can connect to the camera, as the density per steradian of its peak: that of a metal of
+/// roughness 0.05. A sharper one gives a block so few and so strong particles that 32 repetitions say nothing.
 const SHARPEST: f32 = 32.0;
 
-/// Light subpaths cannot show what a camera ray meets first where that is a mirror, clear glass, a coat or nearly one of
-/// these; true for the blocks where no ray does, of a fine grid.
+/// True for the blocks where light subpaths can reach the camera: where no ray of a fine grid first meets a mirror, clear glass, a
+/// coat, or a lobe that is nearly one of these.
 fn seen_from_lights(desc: &SceneDesc, side: usize) -> Vec<bool> {
     let scene = Scene::prepare(desc).expect("the scene is valid");
     let camera = Camera::of(desc).expect("the camera is valid");
@@ -52,8 +52,8 @@ fn seen_from_lights(desc: &SceneDesc, side: usize) -> Vec<bool> {
 
 /// Fails when two of [`METHODS`] differ on this scene.
 ///
-/// For each pair: Welch's t in every block, at a level that all blocks of all pairs share (Bonferroni); and the mean of the
-/// blocks, likewise, whose variance is taken from the repetitions, so that what neighbours share counts.
+/// Each pair takes Welch's t-test in every block, at a level divided by the number of blocks and pairs (Bonferroni), and one on the
+/// mean of the blocks, whose variance comes from the repetitions, so that correlation between neighbours counts.
 pub fn assert_all_pairs(name: &str, desc: &SceneDesc, plan: Plan, photons: f64) {
     let visible = seen_from_lights(desc, plan.side);
     let pictures = METHODS.map(|method| repeat(desc, method, plan));

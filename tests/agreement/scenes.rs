@@ -3,9 +3,10 @@
 use crate::pairs::{PHOTONS, PLAN, assert_all_pairs};
 use crate::support::agreement::Plan;
 
-/// In side × side blocks, with this many paths per block and repetition. Where path tracing finds light seldom and strongly,
-/// blocks are larger: the mean of few such finds is skewed, and below what it will be.
-/// `photons`: see [`PHOTONS`].
+/// Compares all methods in side × side blocks, with this many paths per block and repetition.
+///
+/// Where path tracing finds light rarely and strongly, blocks are larger: the mean of few such finds has a skewed distribution.
+/// `photons` is the bias granted to photon mapping, see [`PHOTONS`].
 fn check(name: &str, side: usize, paths_per_pixel: u64, photons: f64) {
     let plan = Plan { side, paths_per_pixel, ..PLAN };
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);

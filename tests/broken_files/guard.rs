@@ -1,5 +1,5 @@
-//! A guard around the scene reader that can fail: a counting allocator bounds what the reader holds at
-//! any time, and a watchdog ends the test when one file takes longer than any of them may.
+//! Runs the scene reader under limits: a counting allocator bounds its memory, and a watchdog ends the test when one file takes too
+//! long.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::path::{Path, PathBuf};
@@ -10,11 +10,11 @@ use std::time::Duration;
 use miette::{GraphicalReportHandler, GraphicalTheme};
 use pointillist::scene::load;
 
-/// What one small broken file may make the reader hold, in bytes. Inputs here are below 2 MB.
+/// The most memory that the reader may hold for one small broken file, in bytes. Inputs here are below 2 MB.
 pub const MEMORY: usize = 256 << 20;
 
-/// What one file may take. Hundreds of times what the slowest needs, so that a busy machine does not
-/// matter, but an endless loop does.
+/// The time that one file may take: hundreds of times that of the slowest, so that a busy machine does not fail the test, but an
+/// endless loop does.
 const TIME: Duration = Duration::from_secs(60);
 
 /// Counts the bytes held, and the most ever held.
@@ -39,7 +39,7 @@ unsafe impl GlobalAlloc for Counting {
     }
 }
 
-/// One at a time, so that what is counted is the reader's alone.
+/// Lets one reader run at a time, so that only its memory is counted.
 static ALONE: Mutex<()> = Mutex::new(());
 
 #[global_allocator]

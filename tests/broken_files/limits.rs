@@ -1,4 +1,4 @@
-//! Inputs that are too large, too deep or go round in circles are refused, in time and with a place.
+//! Inputs that are too large, too deep or include themselves are refused in time, with a place.
 
 use crate::guard::{MEMORY, assert_has_place, folder, guarded, outcome, render, write};
 use pointillist::scene::{SceneError, load_str};
@@ -98,7 +98,7 @@ fn one_line_with_thousands_of_shapes_is_read_in_time() {
     assert!(warnings.len() < 300 && warnings.last().is_some_and(|w| w.to_string().contains("more warnings")));
 }
 
-/// A list of wavelengths is worked out once, not once for each of its references.
+/// A list of wavelengths is processed once, not once for each reference to it.
 #[test]
 fn a_spectrum_with_many_references_is_read_in_time() {
     let list: String = (0..20_000).map(|i| format!("{}:1 ", 300.0 + f64::from(i) * 0.02)).collect();

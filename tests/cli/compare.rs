@@ -13,7 +13,7 @@ use pointillist::image::exr::{self, Layers};
 use pointillist::image::png;
 use serde_json::Value;
 
-/// A folder of this test's own, empty at the start.
+/// An empty folder for one test.
 fn folder(name: &str) -> PathBuf {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("compare_cli").join(name);
     let _ = fs::remove_dir_all(&path);
@@ -252,9 +252,9 @@ fn bad_requests_say_what_to_do_and_leave_files_alone() {
         (&["a.exr", "small.exr"], &["a.exr has 20×10", "small.exr has 2×1", "same size"]),
         (
             &["a.exr", "b.exr", "--metric", "z"],
-            &["z cannot be had", "a.exr has no channel variance.Y", "render"],
+            &["z cannot be measured", "a.exr has no channel variance.Y", "render"],
         ),
-        (&["a.exr", "b.exr", "--metric", "rse"], &["rse cannot be had", "a.exr"]),
+        (&["a.exr", "b.exr", "--metric", "rse"], &["rse cannot be measured", "a.exr"]),
         (&["b.exr", "a.exr", "--metric", "flip,z"], &["a.exr has no channel variance.Y"]),
         (&["a.exr", "b.exr", "--layer", "a,b,c"], &["--layer takes one name"]),
         (&["a.exr", "b.exr", "--layer", "sky"], &["a.exr", "no layer “sky”"]),

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 
-/// A folder of this test's own, empty at the start.
+/// An empty folder for one test.
 fn folder(name: &str) -> PathBuf {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cli").join(name);
     let _ = fs::remove_dir_all(&path);
@@ -121,7 +121,7 @@ fn methods_of_light_transport() {
     }
 }
 
-/// The choice is told and kept, gives the bytes of the method that it names, and does not depend on the number of threads.
+/// The chosen method is stated and recorded, gives the bytes of that method, and does not depend on the number of threads.
 #[test]
 fn a_method_is_chosen() {
     let dir = folder("auto");

@@ -1,10 +1,10 @@
-//! The variance that a developed film states for its means: noisy films of the same field agree with it from file to file,
-//! films of slightly different fields do not.
+//! The variance that a developed film states for its means: by it, noisy films of the same field agree, and films of slightly
+//! different fields do not.
 
 use pointillist::client::reference::ReferenceFilm;
 use pointillist::client::{FilmSpec, SplatFilter, VarianceForm, develop};
 use pointillist::color::{Profile, Xyz};
-use pointillist::image::compare::{Measured, z_test};
+use pointillist::image::compare::{Picture, z_test};
 use pointillist::image::exr;
 use pointillist::math::random::Random;
 use pointillist::stream::{PathCounts, Sample};
@@ -65,7 +65,7 @@ fn stated_variance_is_that_of_the_means() {
             let data = noisy(spec, seed, gain).develop().expect("develop");
             let path = folder.join(format!("{seed}.exr"));
             exr::write(&path, &develop::layers(&data, &rec709(), filter.energy(), &[])).expect("write");
-            Measured::read(&path).expect("read")
+            Picture::read(&path, None).expect("read").measured().expect("a variance").clone()
         };
         let reference = measure(1, 1.0);
         let same = z_test(&measure(2, 1.0), &reference, 0.01).expect("one size");

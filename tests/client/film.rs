@@ -1,5 +1,5 @@
-//! The CPU film as a whole: threads and batches leave no trace, fields are flat, sprites sum to one, the
-//! light stream has the right brightness, and nothing a stream can carry breaks the picture.
+//! The film on the CPU: its result does not depend on threads and batches, fields are flat, sprites sum to one, the light stream has
+//! the right brightness, and no sample breaks the picture.
 
 use pointillist::client::reference::ReferenceFilm;
 use pointillist::client::{
@@ -91,7 +91,7 @@ fn calls_leave_no_trace() {
     assert_eq!(one_call.develop().expect("develop"), many.develop().expect("develop"));
 }
 
-/// P7: uniform samples give the same value in every texel, corners included. Without the overscan the
+/// Uniform samples give the same value in every texel, corners included. Without the overscan the
 /// border has less weight, and sums (the light stream) would be dark there.
 #[test]
 fn a_flat_field_is_flat() {
@@ -200,7 +200,7 @@ fn streams_without_samples_have_no_image() {
     assert_eq!((data.camera.len(), data.light.len(), data.light_variance.len()), (16, 0, 0));
 }
 
-/// N23: one sample in the whole picture, W = 0 texels, tiny and odd films, unusable samples.
+/// One sample in the whole picture, W = 0 texels, tiny and odd films, unusable samples.
 #[test]
 fn hard_films_stay_finite() {
     for (width, height) in [(1, 1), (1, 7), (5, 1), (3, 3), (37, 11)] {

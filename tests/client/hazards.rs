@@ -1,4 +1,4 @@
-//! The paper's own formulas that are numerically unsafe, each shown to fail beside what is used instead.
+//! Formulas of the paper that are numerically unsafe: each is shown to fail beside the one that is used instead.
 
 use pointillist::client::lod::{StreamLod, TARGET_RELATIVE_VARIANCE};
 use pointillist::client::reference::ReferenceFilm;
@@ -44,7 +44,7 @@ fn exact_deviations(samples: &[Sample]) -> f64 {
     samples.iter().map(|s| (y(s) - mean).powi(2)).sum()
 }
 
-/// P2: the product form gives the sum of squares for batches of any size; the paper's form is low, and
+/// The product form gives the sum of squares for batches of any size; the paper's form is low, and
 /// says 0 after the first sample of every texel.
 #[test]
 fn product_form_is_right_for_any_batch() {
@@ -74,7 +74,7 @@ fn product_form_is_right_for_any_batch() {
     assert!(relative(paper) < 0.8, "{}", relative(paper));
 }
 
-/// N15: mean 10^6 times the deviation. The paper's warning about `Y2 − Ȳ²` holds: it fails by far.
+/// A mean of 10^6 times the deviation. The paper's warning about `Y2 − Ȳ²` holds: it fails by far.
 #[test]
 fn variance_beside_a_large_mean() {
     for (mean, tolerance) in [(1e3f32, 1e-4), (1e5, 1e-3), (1e6, 1e-3)] {
@@ -111,7 +111,7 @@ fn equal_samples_have_no_variance() {
     }
 }
 
-/// P6: 2^26 unit samples into one texel, splatted in batches as the film does it, at batch level: W exact
+/// 2^26 unit samples into one texel, splatted in batches as the film does it, at batch level: W exact
 /// and X within 1e-6, where plain f32 stands still at 2^24.
 #[test]
 fn sums_of_many_samples_stay_exact() {
@@ -141,7 +141,7 @@ fn sums_of_many_samples_stay_exact() {
     assert!((f64::from(x) / 16_384.0 / 0.1 - 1.0).abs() < 1e-6, "{x}");
 }
 
-/// P4: scaling all lights by 2^k leaves the LoD map, hence the blur, as it is: bit for bit the same hue
+/// Scaling all lights by 2^k leaves the LoD map, hence the blur, as it is: bit for bit the same hue
 /// and, at an exposure scaled back, the same picture. The paper's absolute variance would not.
 #[test]
 fn the_blur_does_not_depend_on_the_exposure() {
@@ -188,7 +188,7 @@ fn the_blur_does_not_depend_on_the_exposure() {
     assert!((paper(10) - paper(0) - 7.0).abs() < 1e-4);
 }
 
-/// P4: no sample, more samples than texels, no variance: always a level that exists.
+/// No sample, more samples than texels, no variance: always a level that exists.
 #[test]
 fn levels_are_always_there() {
     for samples in [0, 1, 5, 1 << 20, u64::MAX] {
@@ -214,7 +214,7 @@ fn positive_floats() -> impl Iterator<Item = f32> {
     (1..=f32::MAX.to_bits()).step_by(997).map(f32::from_bits).chain([f32::MAX, f32::INFINITY])
 }
 
-/// P5: over the whole range the curve is finite, in 0…1 and never falls.
+/// Over the whole range the curve is finite, in 0…1 and never falls.
 #[test]
 fn tone_curve_over_all_floats() {
     for (exposure, contrast) in [(1.0, 1.0), (8.0, 0.5), (0.01, 1.7), (1e30, 1.0)] {
@@ -261,7 +261,7 @@ fn parameters() -> ToneParameters {
     ToneParameters { exposure: 1.0, contrast: 1.0, inverse_gamma: 1.0 / 2.2, from_xyz }
 }
 
-/// P5: the hue stays at any brightness, where the ratio as printed (Y/Y') or taken first (Y'/Y, which
+/// The hue stays at any brightness, where the ratio as printed (Y/Y') or taken first (Y'/Y, which
 /// overflows) gives white, black or NaN.
 #[test]
 fn hue_stays_at_any_brightness() {

@@ -197,7 +197,7 @@ fn noise_is_masked_where_it_is() {
     assert_eq!(spec.pad(), 0);
 }
 
-/// The trilinear reference is continuous over levels and clamps at the edge.
+/// Trilinear filtering is continuous over levels and clamps at the edge.
 #[test]
 fn trilinear_is_continuous() {
     let levels = levels();

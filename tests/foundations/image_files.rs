@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use pointillist::client::{FilmCounts, FilmData, SplatFilter, develop};
 use pointillist::color::Profile;
 use pointillist::image::exr::{self, Layers};
-use pointillist::image::png::{self, Picture, Transfer};
-use pointillist::image::write::{Format, check_target};
+use pointillist::image::png::{self, PngPicture, Transfer};
+use pointillist::image::write::{FileFormat, check_target};
 use pointillist::image::{Attribute, ImageError};
 use pointillist::math::random::Random;
 
@@ -67,8 +67,8 @@ fn exr_keeps_every_bit() {
     for (name, value) in &written.attributes {
         assert_eq!(read.attribute(name), Some(value));
     }
-    let rgb = exr::read_rgb(&path).expect("main layer");
-    assert_eq!(rgb.at(5, 2)[1], written.channels[1].1[2 * 37 + 5]);
+    let green = exr::channel(&path, &read, "G").expect("main layer");
+    assert_eq!(green[2 * 37 + 5], written.channels[1].1[2 * 37 + 5]);
     assert_eq!(folder.names(), ["a.exr"], "the temporary file is gone");
 }
 
@@ -100,7 +100,7 @@ fn png_keeps_every_pixel_and_its_attributes() {
     let attributes = [("Scene".to_owned(), Attribute::Text("Küche".into()))];
     let primaries = Profile::named("rec2020").expect("a known profile").primaries;
     for transfer in [Transfer::Srgb, Transfer::Gamma(2.2)] {
-        let picture = Picture { width: 37, height: 21, rgb: &rgb, transfer, primaries };
+        let picture = PngPicture { width: 37, height: 21, rgb: &rgb, transfer, primaries };
         png::write(&path, picture, &attributes).expect("write");
         assert_eq!(png::read(&path).expect("read"), (37, 21, rgb.clone()));
         let bytes = fs::read(&path).expect("file");
@@ -110,7 +110,7 @@ fn png_keeps_every_pixel_and_its_attributes() {
         // x of Rec.2020's red in units of 1e-5.
         assert_eq!(has(&70_800u32.to_be_bytes()), transfer != Transfer::Srgb);
     }
-    let short = Picture { width: 37, height: 22, rgb: &rgb, transfer: Transfer::Srgb, primaries };
+    let short = PngPicture { width: 37, height: 22, rgb: &rgb, transfer: Transfer::Srgb, primaries };
     assert!(matches!(png::write(&path, short, &[]), Err(ImageError::Encode { .. })));
     assert_eq!(png::read(&path).expect("the old picture").1, 21);
 }
@@ -150,8 +150,8 @@ fn errors_name_the_file_and_what_to_do() {
 
     let message = check_target(&folder.file("a.tiff")).expect_err("format").to_string();
     assert!(message.contains("a.tiff") && message.contains(".exr or .png"), "{message}");
-    assert!(Format::of(Path::new("noextension")).is_err());
-    assert_eq!(Format::of(Path::new("b.EXR")).expect("format"), Format::Exr);
+    assert!(FileFormat::of(Path::new("noextension")).is_err());
+    assert_eq!(FileFormat::of(Path::new("b.EXR")).expect("format"), FileFormat::Exr);
 
     fs::write(folder.file("plain"), "x").expect("write");
     let message = exr::write(&folder.file("plain/a.exr"), &layers()).expect_err("a file").to_string();
@@ -172,7 +172,8 @@ fn errors_name_the_file_and_what_to_do() {
 
     let only_r = Layers { channels: vec![("R".into(), vec![0.0; 37 * 21])], ..layers() };
     exr::write(&folder.file("r.exr"), &only_r).expect("write");
-    let message = exr::read_rgb(&folder.file("r.exr")).expect_err("no G").to_string();
+    let read = exr::read(&folder.file("r.exr")).expect("read");
+    let message = exr::channel(&folder.file("r.exr"), &read, "G").expect_err("no G").to_string();
     assert!(message.contains("no channel G") && message.contains("holds R"), "{message}");
 }
 

@@ -137,7 +137,7 @@ fn half(bytes: [u8; 2]) -> f32 {
     }
 }
 
-/// P5 for every curve: the whole range of floats gives finite values in range.
+/// For every curve, the whole range of floats gives finite values in range.
 #[test]
 fn every_number_has_a_colour() {
     let values =

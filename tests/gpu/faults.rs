@@ -1,4 +1,4 @@
-//! The Vulkan film where memory ends: errors with a sentence, and a film that goes on.
+//! The Vulkan film without memory: errors are clear, and the film goes on.
 
 use crate::common::{assert_silent, gpu, open, scene, settings, spec};
 use pointillist::client::film::VulkanFilm;

@@ -50,7 +50,7 @@ fn one_sprite_sums_to_one() {
     assert_silent(gpu());
 }
 
-/// Samples on a regular grid over the window feed every texel alike, corners included (P7: without overscan or with
+/// Samples on a regular grid over the window feed every texel alike, corners included (without overscan or with
 /// clipped sprites the border would get less).
 #[test]
 fn flat_field_is_flat() {
@@ -91,7 +91,7 @@ fn flat_field_is_flat() {
     assert_silent(gpu());
 }
 
-/// P6: 2^26 unit samples into one texel. A plain f32 accumulator goes wrong by percents, and even one batch of 65,536
+/// 2^26 unit samples into one texel. A plain f32 accumulator goes wrong by percents, and even one batch of 65,536
 /// summed by blending alone is off by 6e-4: the slots of the batch and the two-float fold must be off by neither.
 #[test]
 fn sums_stay_exact_to_two_to_the_26() {
@@ -153,7 +153,7 @@ fn quads_equal_points() {
     assert_silent(&quads);
 }
 
-/// N23: tiny and odd films, every reconstruction, one sample in the whole picture, an empty film.
+/// Tiny and odd films, every reconstruction, one sample in the whole picture, an empty film.
 #[test]
 fn odd_sizes_give_finite_pictures() {
     for (width, height) in [(1, 1), (3, 5), (2, 7), (33, 1), (511, 513)] {
@@ -239,7 +239,7 @@ fn clearing_starts_anew() {
     assert_silent(gpu());
 }
 
-/// P4: scaling all lights by a power of two leaves the picture's blur, and so every ratio, bit-identical.
+/// Scaling all lights by a power of two leaves the picture's blur, and so every ratio, bit-identical.
 #[test]
 fn masking_does_not_depend_on_exposure() {
     let spec = FilmSpec { variance: Some(VarianceForm::Product), ..spec(48, 48, SplatFilter::Gaussian) };

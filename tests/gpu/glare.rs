@@ -40,7 +40,7 @@ fn picture(film: &mut VulkanFilm, glare: Option<Glare>) -> Grid<Vec3> {
     Grid::from_rows(width, height, xyz.into_iter().map(Vec3::from_array).collect()).expect("its size")
 }
 
-/// Bound as in `client_glare.rs`: 10⁻⁵ of the root mean square, 2·10⁻⁷ of the brightest pixel.
+/// Bound as in `client/glare.rs`: 10⁻⁵ of the root mean square, 2·10⁻⁷ of the brightest pixel.
 #[test]
 fn gpu_equals_direct_convolution_and_reference() {
     for extent in [[1, 1], [1, 7], [2, 2], [3, 5], [17, 33], [24, 9], [40, 31], [64, 64], [75, 20]] {

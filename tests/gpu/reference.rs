@@ -69,7 +69,7 @@ fn compare_sums(spec: FilmSpec) {
     assert!(variance < 2e-5, "{spec:?}: variance differs by {variance}");
 }
 
-/// N15: a mean far above the deviation; the naive sum of squares in f32 fails by orders of magnitude. Batches are small:
+/// A mean far above the deviation; the naive sum of squares in f32 fails by orders of magnitude. Batches are small:
 /// the sum of one batch is a plain f32, whose rounding is all that the means suffer from.
 #[test]
 fn variance_survives_a_huge_mean() {

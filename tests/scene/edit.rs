@@ -224,7 +224,7 @@ fn faults_of_edits_have_a_place() {
 fn a_scene_without_a_file() {
     let mut desc = crate::support::scenes::empty();
     let m = crate::support::scenes::material(&mut desc, crate::support::scenes::glass(Ior::Constant(1.5)));
-    crate::support::scenes::shape(&mut desc, ShapeKind::Disk, DAffine3::IDENTITY, (m, 1.0));
+    crate::support::scenes::shape(&mut desc, ShapeKind::Disk, DAffine3::IDENTITY, m, 1.0);
     environment(&mut desc);
     assert_eq!(shape_name(&desc, 0), "disk");
     let edited = edits(&[(Target::Light(0), NewValue::Scale(2.0))]).apply(&desc).unwrap();

@@ -1,4 +1,4 @@
-//! What the tests of glare share: pictures, and the convolution written out.
+//! Pictures for the tests of glare, and the convolution by its definition.
 
 use glam::{DVec3, Vec3};
 use pointillist::client::glare::GlareKernel;

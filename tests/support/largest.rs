@@ -1,4 +1,4 @@
-//! How much of a pixel's mean is one sample: the share of the largest in the sum.
+//! The share of the largest sample of a pixel in its sum.
 //!
 //! Shared by a test and by the tool that measures it at full length.
 

@@ -66,7 +66,7 @@ pub fn flat(y: f32) -> impl Fn(u64, &mut dyn Out) + Send + Sync + 'static {
     move |_, out| out.camera([0.5, 0.5], Xyz::new(y, y, y), 1.0)
 }
 
-/// What a client has gathered.
+/// The blocks and samples that a client has received.
 #[derive(Default)]
 pub struct Gathered {
     pub samples: Vec<Sample>,
@@ -111,7 +111,7 @@ fn bits(s: &Sample) -> [u32; 6] {
 
 const BUDGET: usize = 64 * 1024;
 const STEP: Duration = Duration::from_millis(50);
-/// Far beyond anything that happens unless something hangs.
+/// A time that passes only when something hangs.
 const HANG: Duration = Duration::from_secs(120);
 
 /// Drains until the render of `epoch` has finished.
@@ -119,7 +119,7 @@ pub fn gather(server: &Server, lanes: &mut Lanes, epoch: Epoch) -> (Gathered, Fi
     gather_in(DrainOrder::Arrival, server, lanes, epoch)
 }
 
-/// The same in a given order.
+/// Drains in a given order until the render of `epoch` has finished.
 pub fn gather_in(
     order: DrainOrder,
     server: &Server,

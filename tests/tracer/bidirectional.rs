@@ -30,17 +30,17 @@ fn open_room(smooth: bool) -> SceneDesc {
     (desc.film.width, desc.film.height) = (16, 16);
     let white = material(&mut desc, grey(0.7));
     let grey = material(&mut desc, grey(0.4));
-    shape(&mut desc, ShapeKind::Rectangle, DAffine3::from_scale(DVec3::splat(3.0)), (white, 0.0));
-    shape(&mut desc, sphere(DVec3::new(-0.9, 0.3, 0.8), 0.8), DAffine3::IDENTITY, (grey, 0.0));
+    shape(&mut desc, ShapeKind::Rectangle, DAffine3::from_scale(DVec3::splat(3.0)), white, 0.0);
+    shape(&mut desc, sphere(DVec3::new(-0.9, 0.3, 0.8), 0.8), DAffine3::IDENTITY, grey, 0.0);
     let ball = if smooth { material(&mut desc, glass(Ior::Constant(1.5))) } else { white };
-    shape(&mut desc, sphere(DVec3::new(0.9, -0.3, 0.7), 0.6), DAffine3::IDENTITY, (ball, 0.0));
+    shape(&mut desc, sphere(DVec3::new(0.9, -0.3, 0.7), 0.6), DAffine3::IDENTITY, ball, 0.0);
     desc
 }
 
 fn lamp(desc: &mut SceneDesc, at: DVec3, size: f64, radiance: f32) {
     let black = material(desc, grey(0.2));
     let turn = DAffine3::from_translation(at) * DAffine3::from_rotation_x(PI * 0.9);
-    shape(desc, ShapeKind::Rectangle, turn * DAffine3::from_scale(DVec3::splat(size)), (black, radiance));
+    shape(desc, ShapeKind::Rectangle, turn * DAffine3::from_scale(DVec3::splat(size)), black, radiance);
 }
 
 fn point(desc: &mut SceneDesc, position: DVec3) {
@@ -111,14 +111,14 @@ fn furnaces() {
         let mut desc = empty();
         desc.camera.fov = 70.0;
         let m = material(&mut desc, grey(0.5));
-        shape(&mut desc, kind, DAffine3::from_scale(DVec3::new(1.0, 1.5, 2.0)), (m, 1.0));
+        shape(&mut desc, kind, DAffine3::from_scale(DVec3::new(1.0, 1.5, 2.0)), m, 1.0);
         desc.shapes[0].flip_normals = true;
         desc
     };
     let mut ball = empty();
     ball.camera.fov = 50.0;
     let white = material(&mut ball, grey(1.0));
-    shape(&mut ball, sphere(DVec3::Z * 3.0, 1.0), DAffine3::IDENTITY, (white, 0.0));
+    shape(&mut ball, sphere(DVec3::Z * 3.0, 1.0), DAffine3::IDENTITY, white, 0.0);
     environment(&mut ball);
     let mut sphere_room = closed(sphere(DVec3::new(0.1, 0.0, 0.2), 1.0));
     sphere_room.shapes[0].to_world = DAffine3::IDENTITY;
@@ -149,12 +149,12 @@ fn lights_of_every_kind() {
         ("point", |d| point(d, DVec3::new(1.0, -1.0, 3.0))),
         ("sphere", |d| {
             let m = material(d, grey(0.5));
-            shape(d, sphere(DVec3::new(0.3, 0.2, 2.4), 0.3), DAffine3::IDENTITY, (m, 8.0));
+            shape(d, sphere(DVec3::new(0.3, 0.2, 2.4), 0.3), DAffine3::IDENTITY, m, 8.0);
         }),
         ("disk", |d| {
             let m = material(d, grey(0.5));
             let at = DAffine3::from_translation(DVec3::new(0.3, 0.2, 2.0)) * DAffine3::from_rotation_x(PI);
-            shape(d, ShapeKind::Disk, at * DAffine3::from_scale(DVec3::new(0.5, 0.2, 1.0)), (m, 8.0));
+            shape(d, ShapeKind::Disk, at * DAffine3::from_scale(DVec3::new(0.5, 0.2, 1.0)), m, 8.0);
         }),
         ("all", |d| {
             environment(d);

@@ -139,7 +139,7 @@ fn samples_follow_density_and_value() {
     }
 }
 
-/// For the chosen direction, both ways of asking agree in value and density, also where lobes are sharp.
+/// For a sampled direction, `sample` and `eval` agree in value and density, also where lobes are sharp.
 #[test]
 fn sample_and_eval_agree() {
     for (name, bsdf, _) in materials(&[[1e-3, 1e-3], [0.02, 0.02], [0.3, 0.3], [2.0, 2.0], [0.01, 1.0]]) {
@@ -166,7 +166,7 @@ fn sample_and_eval_agree() {
     }
 }
 
-/// Light can go both ways: f(wo, wi) nᵢ² = f(wi, wo) nₒ², for all pairs of sides.
+/// Reciprocity: f(wo, wi) nᵢ² = f(wi, wo) nₒ², for all pairs of sides.
 #[test]
 fn reciprocity() {
     for (name, bsdf, behind) in materials(&[[0.1, 0.1], [0.5, 0.5], [0.2, 1.0]]) {
@@ -201,7 +201,7 @@ fn albedo(bsdf: &Bsdf, wo: Vec3, n: u32) -> f64 {
     (0..n).map(one).sum::<f64>() / f64::from(n)
 }
 
-/// Case N1: nothing makes light; what is smooth and clear loses none; what is rough loses what scatters twice.
+/// No material creates energy; smooth clear ones lose none; rough ones lose what would scatter twice.
 #[test]
 fn energy() {
     for (name, bsdf, _) in
@@ -260,7 +260,7 @@ fn smooth_limit_of_glass() {
     }
 }
 
-/// Cases N9, N17: corners of the numbers, grazing views, roughness and indices at their ends: finite or nothing.
+/// Random numbers at their limits, grazing views, extreme roughness and indices: the sample is finite or absent.
 #[test]
 fn extremes_stay_finite() {
     let numbers = [0.0, 1e-7, 0.5, 0.999_999_94];
@@ -297,7 +297,7 @@ fn extremes_stay_finite() {
     }
 }
 
-/// Equal indices: nothing to see, and no facet to be found.
+/// With equal indices the surface is invisible, and no facet is sampled.
 #[test]
 fn equal_media_are_no_rough_interface() {
     let facets = microfacet(Facets::Ggx, [0.3, 0.3]);

@@ -1,4 +1,4 @@
-//! The choice of a method: the same for the same scene, right where it is clear, and for the reason that it gives.
+//! The choice of a method is deterministic, right where the right one is clear, and made for the reason that it states.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -135,7 +135,7 @@ fn a_survey_counts_what_is_there() {
     assert!(survey.camera.open < survey.camera.vertices, "{survey:?}");
 }
 
-/// Long walks are dear, so that few are tried: even then no part of the picture may look black to the one and bright to the other.
+/// Long paths are expensive, so that few are tried: even then no part of the picture may look black to one method and bright to the other.
 #[test]
 fn unbiased_methods_see_the_same_light() {
     let white = "<bsdf type=\"twosided\"><bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"0.95\"/></bsdf></bsdf>";

@@ -111,13 +111,13 @@ fn room(materials: [BsdfDesc; 2]) -> SceneDesc {
     desc.camera = look(DVec3::new(0.0, -4.0, 3.0), DVec3::new(0.0, 4.0, -2.8), 50.0);
     (desc.film.width, desc.film.height) = (16, 16);
     let white = material(&mut desc, grey(0.7));
-    shape(&mut desc, ShapeKind::Rectangle, DAffine3::from_scale(DVec3::splat(3.0)), (white, 0.0));
+    shape(&mut desc, ShapeKind::Rectangle, DAffine3::from_scale(DVec3::splat(3.0)), white, 0.0);
     for (bsdf, x) in materials.into_iter().zip([-0.9, 0.9]) {
         let bsdf = material(&mut desc, bsdf);
-        shape(&mut desc, sphere(DVec3::new(x, 0.1, 0.8), 0.75), DAffine3::IDENTITY, (bsdf, 0.0));
+        shape(&mut desc, sphere(DVec3::new(x, 0.1, 0.8), 0.75), DAffine3::IDENTITY, bsdf, 0.0);
     }
     let turn = DAffine3::from_translation(DVec3::new(0.0, 0.0, 3.5)) * DAffine3::from_rotation_x(PI * 0.9);
-    shape(&mut desc, ShapeKind::Rectangle, turn * DAffine3::from_scale(DVec3::splat(0.8)), (white, 8.0));
+    shape(&mut desc, ShapeKind::Rectangle, turn * DAffine3::from_scale(DVec3::splat(0.8)), white, 8.0);
     environment(&mut desc);
     desc
 }
@@ -127,7 +127,7 @@ fn strong() -> Ior {
     Ior::cauchy(1.45, 0.03)
 }
 
-/// Rough glass alone, nearly smooth glass, and rough next to smooth: paths with both kinds of parting, in either order.
+/// Rough glass alone, nearly smooth glass, and rough next to smooth: paths split by dispersion at both kinds, in either order.
 #[test]
 fn all_methods_agree() {
     let black = || BsdfDesc::Diffuse { reflectance: Spectrum::Constant(0.1) };
@@ -215,9 +215,8 @@ fn lab([x, y, z]: [f64; 3]) -> [f64; 3] {
     [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
 }
 
-/// Case N19: glass that nearly does not disperse is glass that does not: the same XYZ, and a difference in colour that
-/// nobody sees, though smooth glass still follows each wavelength on its own. With equal indices nothing parts, and a
-/// picture is the same to the bit.
+/// Glass with almost no dispersion looks like glass with none: the XYZ agree, and the colour difference is invisible, although smooth
+/// glass still follows each wavelength on its own. With equal indices no path splits, and the picture is the same to the bit.
 #[test]
 fn neutral_glass_stays_neutral() {
     type Make = fn(Ior) -> BsdfDesc;

@@ -1,5 +1,5 @@
-//! The plan is checked: the scene as planned, traced by code for what it holds, gives the samples of the scene with everything,
-//! traced by code for anything; in every scene of ours and in random ones that combine whatever there is.
+//! The plan of effects changes no sample: the scene as planned, traced by special code, gives the samples of the same scene with every
+//! effect on, traced by the general code, in every scene of `scenes/` and in random ones that combine everything.
 
 use std::fs;
 use std::path::Path;
@@ -39,7 +39,7 @@ fn render_context(desc: &SceneDesc, scene: Scene) -> RenderContext {
     RenderContext::new(Arc::new(scene), Camera::of(desc).unwrap(), &desc.integrator, 11, UvWindow::PICTURE)
 }
 
-/// Every one of `count` indices is traced twice; what differs panics. Returns how many a rounding has decided.
+/// Traces each of `count` indices twice and panics on a difference. Returns how many paths a rounding has decided.
 fn checked<I: SpecializedIntegrator>(context: &RenderContext, general: &Arc<Scene>, count: u64) -> u64 {
     let checked = CheckedIntegrator::<I>::new(context.clone(), general.clone(), 1.0);
     let mut scratch = Default::default();
@@ -200,7 +200,7 @@ fn scene((grey, class): (bool, usize)) -> impl Strategy<Value = (bool, String)> 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 192, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Also: a scene that was made without colour has none, and one with colours has.
+    /// A scene made without colour has no wavelengths in its plan, and one with colours has.
     #[test]
     fn random_scenes_are_as_planned((grey, text) in (any::<bool>(), 0..3usize).prop_flat_map(scene)) {
         let desc = load_str("random.xml", &text, &[]).unwrap().desc;

@@ -1,4 +1,4 @@
-//! The plan of effects: what is on in every scene, with a reason that points into the file, and what is off once it is forced off.
+//! The plan of effects: which are on in every scene, with a reason that points into the file, and which go off when forced off.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -51,7 +51,7 @@ fn every_scene_has_its_effects() {
     }
 }
 
-/// What is on because of an object says where in the file it stands, and there it stands.
+/// An effect that is on because of an object names the place of that object in the file.
 #[test]
 fn reasons_point_into_the_file() {
     for (name, desc) in scenes() {
@@ -70,7 +70,7 @@ fn reasons_point_into_the_file() {
     }
 }
 
-/// Forced off is off, nothing else comes on, and what is left can be traced.
+/// An effect that is forced off is off, no other comes on, and the rest can be traced.
 #[test]
 fn what_is_forced_off_is_off() {
     let mut refused = BTreeSet::new();

@@ -1,4 +1,4 @@
-//! Environment maps: what is sampled is what the density says, and nothing that shines is missed.
+//! Environment maps: samples follow their density, and every emitting part can be sampled.
 
 use std::f32::consts::{PI, TAU};
 use std::sync::Arc;
@@ -204,7 +204,7 @@ fn a_floor_is_lit_as_the_integral_says() {
         desc.integrator.max_depth = Some(2);
         let white = material(&mut desc, grey(0.8));
         let facing = DAffine3::from_translation(DVec3::Z) * DAffine3::from_rotation_x(std::f64::consts::PI);
-        shape(&mut desc, ShapeKind::Rectangle, facing, (white, 0.0));
+        shape(&mut desc, ShapeKind::Rectangle, facing, white, 0.0);
         desc.lights.push(map_light(map.clone()));
         let light = EnvironmentMap::new(map, askew());
         // Greys: luminance is the value at any wavelength over that of D65.
@@ -249,13 +249,13 @@ fn a_black_map_is_night() {
     assert_eq!(light.pdf_direction(Vec3::X).0, 0.0);
     let mut desc = empty();
     let white = material(&mut desc, grey(0.8));
-    shape(&mut desc, sphere(DVec3::Z * 3.0, 1.0), DAffine3::IDENTITY, (white, 0.0));
+    shape(&mut desc, sphere(DVec3::Z * 3.0, 1.0), DAffine3::IDENTITY, white, 0.0);
     desc.lights.push(map_light(grey_map(4, &[0.0; 12])));
     assert!(prepare(&desc).notices().iter().any(|n| n.contains("black")));
     assert_eq!(mean(&desc, 1000), (0.0, 0.0));
 }
 
-/// Both sorts of environment, asked without a point: density and directions fit, and only one is used.
+/// Both kinds of environment, sampled without a reference point: density and directions agree, and only one is used.
 #[test]
 fn directions_that_do_not_depend_on_the_point() {
     let mut desc = empty();

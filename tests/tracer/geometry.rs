@@ -1,4 +1,4 @@
-//! Rays that leave a surface do not meet it again, and meet what is near it.
+//! Rays that leave a surface do not hit it again, and hit what is near it.
 
 use glam::{DVec3, Vec3};
 
@@ -10,7 +10,7 @@ fn accel(triangles: &[[Vec3; 3]]) -> Accel {
     Accel::new(triangles, &[], Vec::new(), Vec::new())
 }
 
-/// Case N3: rays that leave a convex body never meet it again, at any scale and place; a ray into it always does.
+/// Rays that leave a convex body never hit it again, at any scale and place; a ray into it always does.
 #[test]
 fn spawned_rays_do_not_hit_their_own_surface() {
     let (points, faces) = icosphere(2);

@@ -68,7 +68,7 @@ fn scale(x: f64, y: f64, z: f64) -> DAffine3 {
     DAffine3::from_scale(DVec3::new(x, y, z))
 }
 
-/// Turned somehow.
+/// A rotation about no axis of the scene.
 fn turned(angle: f64) -> DAffine3 {
     DAffine3::from_mat3(DMat3::from_axis_angle(DVec3::new(1.0, -2.0, 0.7).normalize(), angle))
 }
@@ -82,7 +82,7 @@ fn several() -> SceneDesc {
     let [metal, clear] = [brushed(), glass(Ior::Constant(1.5))].map(|m| material(&mut desc, m));
     let sides = material(&mut desc, BsdfDesc::TwoSided { front: white, back: metal });
     desc.meshes.extend([ball(true), ball(false)].map(Arc::new));
-    shape(&mut desc, ShapeKind::Rectangle, at(0.0, 0.0, -1.6) * scale(9.0, 9.0, 1.0), (white, 0.0));
+    shape(&mut desc, ShapeKind::Rectangle, at(0.0, 0.0, -1.6) * scale(9.0, 9.0, 1.0), white, 0.0);
     let plain = |mesh, white, dark| {
         vec![
             member(ShapeKind::Mesh(MeshId(mesh)), at(0.0, 0.0, 0.0), metal),
@@ -104,13 +104,13 @@ fn several() -> SceneDesc {
     group(&mut desc, all);
     instance(&mut desc, 1, at(-3.0, 2.0, 0.0));
     instance(&mut desc, 1, at(3.0, 2.0, 0.0) * turned(2.5) * scale(-0.8, 0.8, 0.8));
-    shape(&mut desc, sphere(DVec3::new(0.0, 5.0, 0.0), 1.0), DAffine3::IDENTITY, (dark, 0.0));
+    shape(&mut desc, sphere(DVec3::new(0.0, 5.0, 0.0), 1.0), DAffine3::IDENTITY, dark, 0.0);
     instance(&mut desc, 0, at(-3.0, -2.0, 0.0) * turned(0.5) * scale(0.7, 1.2, 0.4));
     instance(&mut desc, 0, at(3.0, -2.5, 0.3) * scale(0.5, -1.0, 0.8) * turned(0.9));
     instance(&mut desc, 0, at(0.0, -3.0, 0.0) * scale(-0.5, 0.5, 0.7) * turned(-2.0) * scale(1.0, 1.0, -1.3));
     instance(&mut desc, 1, at(0.0, 1.0, 2.0) * scale(0.5, 0.5, 0.5));
     let lamp = at(1.0, -3.0, 7.0) * DAffine3::from_rotation_x(2.9) * scale(1.5, 1.5, 1.0);
-    shape(&mut desc, ShapeKind::Rectangle, lamp, (dark, 9.0));
+    shape(&mut desc, ShapeKind::Rectangle, lamp, dark, 9.0);
     environment(&mut desc);
     desc
 }
@@ -289,7 +289,7 @@ fn pictures_are_those_of_the_shapes_written_out() {
 fn groups_that_nothing_shows_take_no_part() {
     let mut desc = empty();
     let [white, clear] = [grey(0.7), glass(Ior::Constant(1.5))].map(|m| material(&mut desc, m));
-    shape(&mut desc, ShapeKind::Cube, DAffine3::IDENTITY, (white, 0.0));
+    shape(&mut desc, ShapeKind::Cube, DAffine3::IDENTITY, white, 0.0);
     desc.meshes.push(Arc::new(ball(true)));
     let far = at(1000.0, 0.0, 0.0);
     let shapes = vec![

@@ -158,10 +158,10 @@ fn hills() -> SceneDesc {
     desc.meshes.extend([hill, pane].map(Arc::new));
     let at = |z: f64| DAffine3::from_translation(DVec3::new(0.0, 0.0, z));
     let wide = DAffine3::from_scale(DVec3::new(2.0, 2.0, 1.0));
-    shape(&mut desc, ShapeKind::Mesh(MeshId(0)), wide, (white, 0.0));
-    shape(&mut desc, ShapeKind::Mesh(MeshId(1)), at(0.6), (clear, 0.0));
-    shape(&mut desc, ShapeKind::Disk, at(0.3) * DAffine3::from_rotation_y(0.4), (white, 0.0));
-    shape(&mut desc, ShapeKind::Rectangle, at(5.0) * DAffine3::from_rotation_x(3.0), (white, 9.0));
+    shape(&mut desc, ShapeKind::Mesh(MeshId(0)), wide, white, 0.0);
+    shape(&mut desc, ShapeKind::Mesh(MeshId(1)), at(0.6), clear, 0.0);
+    shape(&mut desc, ShapeKind::Disk, at(0.3) * DAffine3::from_rotation_y(0.4), white, 0.0);
+    shape(&mut desc, ShapeKind::Rectangle, at(5.0) * DAffine3::from_rotation_x(3.0), white, 9.0);
     environment(&mut desc);
     desc
 }

@@ -32,7 +32,7 @@ fn any_light(r: &mut Random) -> LightShape {
             let inward = r.f64() < 0.3;
             LightShape::Sphere(SphereLight::new(Sphere { center: p, radius: size as f32, inward }))
         }
-        2 => LightShape::Parallelogram(ParallelogramLight::new(p, a, b, a.cross(b).normalize())),
+        2 => LightShape::Parallelogram(ParallelogramLight::over(p, a, b, a.cross(b).normalize())),
         _ => triangle([p, p + a, p + b]).unwrap_or(LightShape::Point(PointLight { position: p })),
     }
 }
@@ -181,8 +181,12 @@ fn only_what_cannot_light_the_point_is_left_out() {
 fn degenerate_lights_and_points() {
     let mut r = Random(6);
     let tiny = triangle([Vec3::ZERO, Vec3::X * 1e-15, Vec3::Y * 1e-15]).expect("it has a normal");
-    let square =
-        LightShape::Parallelogram(ParallelogramLight::new(Vec3::ZERO, Vec3::X * 2.0, Vec3::Y * 2.0, Vec3::Z));
+    let square = LightShape::Parallelogram(ParallelogramLight::over(
+        Vec3::ZERO,
+        Vec3::X * 2.0,
+        Vec3::Y * 2.0,
+        Vec3::Z,
+    ));
     let point = LightShape::Point(PointLight { position: Vec3::ZERO });
     let far = LightShape::Point(PointLight { position: Vec3::splat(1e12) });
     for n in [2, 17, 3000] {
@@ -250,7 +254,7 @@ fn many_lights_are_chosen_by_what_they_bring() {
     let lamp = |r: &mut Random| {
         let p = Vec3::new(vec(r, 8.0).x, vec(r, 8.0).y, 1.0);
         let (a, b) = (Vec3::Y * 0.02, Vec3::X * 0.02);
-        LightShape::Parallelogram(ParallelogramLight::new(p, a, b, Vec3::NEG_Z))
+        LightShape::Parallelogram(ParallelogramLight::over(p, a, b, Vec3::NEG_Z))
     };
     let shapes: Vec<LightShape> = (0..n).map(|_| lamp(&mut r)).collect();
     let set = lights(shapes, |_| 1.0);

@@ -15,7 +15,7 @@ fn floor() -> SceneDesc {
     desc.camera = look(DVec3::new(0.02, 0.0, 0.999), DVec3::new(-0.02, 0.0, 0.001), 1e-3);
     let m = material(&mut desc, grey(0.6));
     let turn = DAffine3::from_translation(DVec3::Z) * DAffine3::from_rotation_x(PI);
-    shape(&mut desc, ShapeKind::Rectangle, turn * DAffine3::from_scale(DVec3::splat(30.0)), (m, 0.0));
+    shape(&mut desc, ShapeKind::Rectangle, turn * DAffine3::from_scale(DVec3::splat(30.0)), m, 0.0);
     desc.integrator.max_depth = Some(2);
     desc
 }
@@ -45,7 +45,7 @@ fn lit_by(n: Option<u32>, to_world: DAffine3) -> (f64, f64) {
         }
         None => ShapeKind::Rectangle,
     };
-    shape(&mut desc, kind, to_world, (m, 1.0));
+    shape(&mut desc, kind, to_world, m, 1.0);
     mean(&desc, 1 << 17)
 }
 
@@ -84,7 +84,7 @@ fn coincident_shapes_back_to_back_emit_on_both_sides() {
                 let at = DAffine3::from_translation(DVec3::new(0.4 * i as f64, 0.1, -0.3))
                     * DAffine3::from_rotation_y(-turn);
                 for &flip in sides {
-                    shape(&mut desc, kind.clone(), at, (m, 1.0));
+                    shape(&mut desc, kind.clone(), at, m, 1.0);
                     desc.shapes.last_mut().expect("just added").flip_normals = flip;
                 }
                 desc
@@ -108,7 +108,7 @@ fn a_two_sided_material_does_not_emit_from_the_back() {
         let white = material(&mut desc, grey(0.5));
         let both = material(&mut desc, BsdfDesc::TwoSided { front: white, back: white });
         // The camera looks along +z, at the back of a rectangle whose normal is +z.
-        shape(&mut desc, ShapeKind::Rectangle, DAffine3::from_translation(DVec3::Z), (both, 3.0));
+        shape(&mut desc, ShapeKind::Rectangle, DAffine3::from_translation(DVec3::Z), both, 3.0);
         desc.shapes[0].flip_normals = flip;
         environment(&mut desc);
         // Reflection of the environment of radiance 1, and the emission only from the front.
@@ -125,7 +125,7 @@ fn each_side_shows_its_own() {
             let black = material(&mut desc, grey(0.0));
             let at = DAffine3::from_translation(DVec3::Z * 3.0);
             for flip in order {
-                shape(&mut desc, kind.clone(), at, (black, if flip { 5.0 } else { 2.0 }));
+                shape(&mut desc, kind.clone(), at, black, if flip { 5.0 } else { 2.0 });
                 desc.shapes.last_mut().expect("just added").flip_normals = flip;
             }
             // A cube's outside is seen, of the others the side of the flipped normal.

@@ -76,7 +76,7 @@ fn over_facets(microfacet: &Microfacet, alpha: [f32; 2], f: impl Fn(Vec3) -> f64
     sum
 }
 
-/// What single precision and the quadrature leave; found: 6e-6.
+/// The error of single precision and of the quadrature; measured: 6e-6.
 const EXACT: f64 = 3e-5;
 
 #[test]
@@ -106,7 +106,7 @@ fn cross_section_is_what_is_seen_of_the_facets() {
     }
 }
 
-/// Case N9: chi² in the plane of slopes, where every roughness is as hard as another.
+/// Pearson's χ² in the plane of slopes, where every roughness is equally hard.
 #[test]
 fn visible_normals_are_chosen_by_their_density() {
     let n = 40_000u32;

@@ -8,14 +8,14 @@ use crate::support::scenes::*;
 use pointillist::scene::desc::*;
 use pointillist::spectrum::{Spectrum, dispersion::Ior};
 
-/// A convex body in a uniform environment sends back its albedo, wherever it is looked at.
+/// A convex body in a uniform environment reflects its albedo, wherever the camera looks at it.
 #[test]
 fn white_furnace() {
     for albedo in [0.0f32, 0.18, 0.5, 1.0] {
         let mut desc = empty();
         desc.camera.fov = 10.0;
         let m = material(&mut desc, grey(albedo));
-        shape(&mut desc, sphere(DVec3::new(0.0, 0.0, 3.0), 1.0), DAffine3::IDENTITY, (m, 0.0));
+        shape(&mut desc, sphere(DVec3::new(0.0, 0.0, 3.0), 1.0), DAffine3::IDENTITY, m, 0.0);
         environment(&mut desc);
         if albedo == 0.0 {
             assert!(luminances(&desc, 4096).iter().all(|&y| y == 0.0));
@@ -38,7 +38,7 @@ fn closed_sphere() {
         ] {
             let mut desc = empty();
             let m = material(&mut desc, grey(albedo));
-            shape(&mut desc, sphere(DVec3::new(0.2, -0.3, 0.1), 2.0), DAffine3::IDENTITY, (m, 1.0));
+            shape(&mut desc, sphere(DVec3::new(0.2, -0.3, 0.1), 2.0), DAffine3::IDENTITY, m, 1.0);
             desc.shapes[0].flip_normals = true;
             desc.integrator.max_depth = max_depth;
             desc.integrator.rr_depth = 3;
@@ -52,7 +52,7 @@ fn closed_sphere() {
 fn closed_cube() {
     let mut desc = empty();
     let m = material(&mut desc, grey(0.5));
-    shape(&mut desc, ShapeKind::Cube, DAffine3::from_scale(DVec3::new(1.0, 2.0, 3.0)), (m, 1.0));
+    shape(&mut desc, ShapeKind::Cube, DAffine3::from_scale(DVec3::new(1.0, 2.0, 3.0)), m, 1.0);
     desc.shapes[0].flip_normals = true;
     assert_mean(&desc, 2.0, 2e-2, "cube");
 }
@@ -64,7 +64,7 @@ fn floor(albedo: f32) -> SceneDesc {
     let m = material(&mut desc, grey(albedo));
     // The rectangle's front is +z; turned about x it looks down the −z axis, towards the camera.
     let turn = DAffine3::from_translation(DVec3::Z) * DAffine3::from_rotation_x(PI);
-    shape(&mut desc, ShapeKind::Rectangle, turn * DAffine3::from_scale(DVec3::splat(10.0)), (m, 0.0));
+    shape(&mut desc, ShapeKind::Rectangle, turn * DAffine3::from_scale(DVec3::splat(10.0)), m, 0.0);
     desc.integrator.max_depth = Some(2);
     desc
 }
@@ -81,7 +81,7 @@ fn direct_light_of_a_disk() {
         let m = material(&mut desc, grey(0.0));
         let at = DAffine3::from_translation(DVec3::Z * (1.0 - height))
             * DAffine3::from_scale(DVec3::splat(radius));
-        shape(&mut desc, ShapeKind::Disk, at, (m, 1.0));
+        shape(&mut desc, ShapeKind::Disk, at, m, 1.0);
         let e = PI * radius * radius / (radius * radius + height * height);
         // The camera must not look through the lamp: it stands at height 0.5.
         if height < 0.5 {
@@ -99,7 +99,7 @@ fn direct_light_of_a_rectangle() {
         let m = material(&mut desc, grey(0.0));
         let at =
             DAffine3::from_translation(DVec3::Z * (1.0 - h)) * DAffine3::from_scale(DVec3::new(x, y, 1.0));
-        shape(&mut desc, ShapeKind::Rectangle, at, (m, 1.0));
+        shape(&mut desc, ShapeKind::Rectangle, at, m, 1.0);
         // Four times a parallel rectangle above its corner (Howell's catalogue, B-3).
         let (a, b) = (x / h, y / h);
         let term = |a: f64, b: f64| a / (1.0 + a * a).sqrt() * (b / (1.0 + a * a).sqrt()).atan();
@@ -113,7 +113,7 @@ fn direct_light_of_a_sphere() {
         let mut desc = floor(0.6);
         desc.camera = look(DVec3::new(0.02, 0.0, 0.999), DVec3::new(-0.02, 0.0, 0.001), 1e-3);
         let m = material(&mut desc, grey(0.0));
-        shape(&mut desc, sphere(DVec3::Z * (1.0 - distance), radius), DAffine3::IDENTITY, (m, 1.0));
+        shape(&mut desc, sphere(DVec3::Z * (1.0 - distance), radius), DAffine3::IDENTITY, m, 1.0);
         let e = PI * (radius / distance).powi(2);
         assert_irradiance(&desc, e, &format!("sphere {radius} at {distance}"));
     }
@@ -140,7 +140,7 @@ fn several_lights_add_up() {
     let mut expected = 0.0;
     for (i, power) in [1.0f32, 0.01, 30.0, 0.0].into_iter().enumerate() {
         let center = DVec3::new(i as f64 - 1.5, 1.0, 0.0);
-        shape(&mut desc, sphere(center, 0.1), DAffine3::IDENTITY, (m, power));
+        shape(&mut desc, sphere(center, 0.1), DAffine3::IDENTITY, m, power);
         let d = DVec3::Z - center;
         expected += PI * f64::from(power) * 0.01 / d.length_squared() * (1.0 / d.length());
     }
@@ -171,7 +171,7 @@ fn sides() {
         let at = DAffine3::from_translation(DVec3::Z) * DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
         for kind in [ShapeKind::Disk, ShapeKind::Rectangle] {
             desc.shapes.clear();
-            shape(&mut desc, kind, at, (m, 1.0));
+            shape(&mut desc, kind, at, m, 1.0);
             desc.shapes[0].flip_normals = flip;
             // +z stays the front under a mirroring transform; the camera sees the back.
             let seen = luminances(&desc, 64).iter().any(|&y| y > 0.0);
@@ -189,7 +189,7 @@ fn glass_furnace() {
         let mut desc = empty();
         desc.camera.fov = 30.0;
         let m = material(&mut desc, glass(ior.clone()));
-        shape(&mut desc, sphere(DVec3::Z * 3.0, 1.0), DAffine3::IDENTITY, (m, 0.0));
+        shape(&mut desc, sphere(DVec3::Z * 3.0, 1.0), DAffine3::IDENTITY, m, 0.0);
         environment(&mut desc);
         assert_mean(&desc, 1.0, 1e-2, &format!("{ior:?}"));
     }
@@ -201,8 +201,8 @@ fn a_closed_white_room_ends_whatever_the_roulette_depth() {
     let mut desc = empty();
     let white = material(&mut desc, grey(1.0));
     let white = material(&mut desc, BsdfDesc::TwoSided { front: white, back: white });
-    shape(&mut desc, ShapeKind::Cube, DAffine3::from_scale(DVec3::splat(4.0)), (white, 0.0));
-    shape(&mut desc, sphere(DVec3::Z * 2.0, 0.5), DAffine3::IDENTITY, (white, 1.0));
+    shape(&mut desc, ShapeKind::Cube, DAffine3::from_scale(DVec3::splat(4.0)), white, 0.0);
+    shape(&mut desc, sphere(DVec3::Z * 2.0, 0.5), DAffine3::IDENTITY, white, 1.0);
     desc.integrator.rr_depth = u32::MAX;
     let values = luminances(&desc, 64);
     assert!(values.iter().any(|&y| y > 0.0) && values.iter().all(|y| y.is_finite()));
@@ -215,11 +215,11 @@ fn equal_media_are_invisible() {
     desc.camera.fov = 40.0;
     let black = material(&mut desc, grey(0.0));
     let lamp = DAffine3::from_translation(DVec3::Z * 5.0) * DAffine3::from_rotation_x(PI);
-    shape(&mut desc, ShapeKind::Rectangle, lamp, (black, 1.0));
+    shape(&mut desc, ShapeKind::Rectangle, lamp, black, 1.0);
     desc.integrator.rr_depth = 100;
     let without = luminances(&desc, 4096);
     let m = material(&mut desc, glass(Ior::Constant(1.0)));
-    shape(&mut desc, sphere(DVec3::Z * 2.0, 1.0), DAffine3::IDENTITY, (m, 0.0));
+    shape(&mut desc, sphere(DVec3::Z * 2.0, 1.0), DAffine3::IDENTITY, m, 0.0);
     assert!(without.iter().any(|&y| y > 0.0) && without.contains(&0.0), "the case is too easy");
     let with = luminances(&desc, 4096);
     let differing = with.iter().zip(&without).filter(|(a, b)| (*a - *b).abs() > 1e-6).count();
@@ -227,7 +227,7 @@ fn equal_media_are_invisible() {
     assert!(differing <= 2, "{differing} of 4096 paths differ");
 }
 
-/// Case N25: nothing, nothing that emits, a camera inside a surface, a mirror maze without light.
+/// An empty scene, a scene without lights, a camera inside a surface, and a mirror maze without light.
 #[test]
 fn extremes_give_black_not_panic() {
     let black = |desc: &SceneDesc| luminances(desc, 1024).iter().all(|&y| y == 0.0);
@@ -237,21 +237,21 @@ fn extremes_give_black_not_panic() {
 
     let mut unusable = empty();
     let m = material(&mut unusable, grey(0.9));
-    shape(&mut unusable, ShapeKind::Rectangle, DAffine3::from_scale(DVec3::splat(1e20)), (m, 1.0));
+    shape(&mut unusable, ShapeKind::Rectangle, DAffine3::from_scale(DVec3::splat(1e20)), m, 1.0);
     assert!(black(&unusable));
     let notices = prepare(&unusable).notices().join("; ");
     assert!(notices.contains("were dropped") && notices.contains("no light of the scene"), "{notices}");
 
     let m = material(&mut desc, grey(0.9));
-    shape(&mut desc, ShapeKind::Rectangle, DAffine3::IDENTITY, (m, 0.0));
-    shape(&mut desc, ShapeKind::Rectangle, DAffine3::IDENTITY, (m, 0.0));
+    shape(&mut desc, ShapeKind::Rectangle, DAffine3::IDENTITY, m, 0.0);
+    shape(&mut desc, ShapeKind::Rectangle, DAffine3::IDENTITY, m, 0.0);
     assert!(black(&desc), "a camera inside coincident faces");
 
     let none = || Spectrum::Constant(0.0);
     let one = || Spectrum::Constant(1.0);
     let mirror =
         material(&mut desc, BsdfDesc::Conductor { eta: none(), k: one(), specular_reflectance: one() });
-    shape(&mut desc, ShapeKind::Cube, DAffine3::IDENTITY, (mirror, 0.0));
+    shape(&mut desc, ShapeKind::Cube, DAffine3::IDENTITY, mirror, 0.0);
     desc.shapes[2].flip_normals = true;
     assert!(black(&desc), "a mirror box must not hold a path for ever");
 
@@ -266,7 +266,7 @@ fn touching_light_and_too_white_walls_stay_finite() {
     desc.integrator.max_depth = Some(50);
     let m = material(&mut desc, grey(1.5));
     let touching = DAffine3::from_translation(DVec3::new(0.0, 0.0, 1.0)) * DAffine3::from_rotation_y(1.57);
-    shape(&mut desc, ShapeKind::Rectangle, touching, (m, 1.0));
+    shape(&mut desc, ShapeKind::Rectangle, touching, m, 1.0);
     assert!(luminances(&desc, 10_000).iter().all(|y| y.is_finite() && *y >= 0.0));
 }
 
@@ -276,10 +276,10 @@ fn hidden_lights() {
     let mut desc = empty();
     let m = material(&mut desc, grey(0.5));
     let facing = |z: f64| DAffine3::from_translation(DVec3::Z * z) * DAffine3::from_rotation_x(PI);
-    shape(&mut desc, ShapeKind::Rectangle, facing(4.0), (m, 0.0));
+    shape(&mut desc, ShapeKind::Rectangle, facing(4.0), m, 0.0);
     environment(&mut desc);
     let lit = mean(&desc, 4096).0;
-    shape(&mut desc, ShapeKind::Disk, facing(2.0), (m, 7.0));
+    shape(&mut desc, ShapeKind::Disk, facing(2.0), m, 7.0);
     assert!((mean(&desc, 4096).0 / 7.0 - 1.0).abs() < 0.6, "seen");
     desc.integrator.hide_emitters = true;
     let hidden = mean(&desc, 65_536).0;
@@ -287,7 +287,7 @@ fn hidden_lights() {
     assert!(hidden > 0.0 && hidden < lit, "{hidden} against {lit}");
 }
 
-/// Case N4: a scene twice (or 2^-20 times) as large gives the same picture, to the bit.
+/// Scale invariance: a scene 2 or 2^-20 times as large gives the same picture, to the bit.
 #[test]
 fn scale_by_a_power_of_two_changes_nothing() {
     let build = |scale: f64| {
@@ -297,16 +297,17 @@ fn scale_by_a_power_of_two_changes_nothing() {
         (desc.camera.near_clip, desc.camera.far_clip) = (0.1 * scale, 100.0 * scale);
         let white = material(&mut desc, grey(0.7));
         let clear = material(&mut desc, glass(Ior::Constant(1.5)));
-        shape(&mut desc, ShapeKind::Cube, s * DAffine3::from_scale(DVec3::splat(4.0)), (white, 0.0));
+        shape(&mut desc, ShapeKind::Cube, s * DAffine3::from_scale(DVec3::splat(4.0)), white, 0.0);
         desc.shapes[0].flip_normals = true;
-        shape(&mut desc, sphere(DVec3::new(0.5, 0.0, 0.3), 0.7), s, (clear, 0.0));
+        shape(&mut desc, sphere(DVec3::new(0.5, 0.0, 0.3), 0.7), s, clear, 0.0);
         let lamp = DAffine3::from_translation(DVec3::Y * 3.0) * DAffine3::from_rotation_x(PI / 2.0);
-        shape(&mut desc, ShapeKind::Rectangle, s * lamp, (white, 5.0));
+        shape(&mut desc, ShapeKind::Rectangle, s * lamp, white, 5.0);
         shape(
             &mut desc,
             ShapeKind::Disk,
             s * DAffine3::from_translation(DVec3::new(-1.0, 0.0, 1.0)),
-            (white, 2.0),
+            white,
+            2.0,
         );
         luminances(&desc, 4096)
     };

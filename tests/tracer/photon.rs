@@ -43,7 +43,7 @@ fn glass_and_mirror() {
     assert_within(&scene("cornell_spheres.xml"), PLAN, 0.9, 0.01);
 }
 
-/// Rough metal and rough glass spread nothing here: they are walked through from both ends.
+/// Photons are not gathered on rough metal and rough glass: paths go on through them from both ends.
 #[test]
 fn rough_metal_and_glass() {
     assert_within(&scene("rough.xml"), PLAN, 0.9, 0.02);
@@ -59,11 +59,11 @@ fn caustic_seen_through_glass() {
         desc.camera = look(DVec3::new(0.0, -1.5, 4.0), DVec3::new(0.0, 1.5, -4.0), 30.0);
         (desc.film.width, desc.film.height) = (16, 16);
         let white = material(&mut desc, grey(0.7));
-        shape(&mut desc, ShapeKind::Rectangle, DAffine3::from_scale(DVec3::splat(2.5)), (white, 0.0));
+        shape(&mut desc, ShapeKind::Rectangle, DAffine3::from_scale(DVec3::splat(2.5)), white, 0.0);
         if sheet {
             let clear = material(&mut desc, glass(Ior::Constant(1.0)));
             let flat = DAffine3::from_scale(DVec3::new(6.0, 6.0, 0.1));
-            shape(&mut desc, ShapeKind::Cube, DAffine3::from_translation(DVec3::Z) * flat, (clear, 0.0));
+            shape(&mut desc, ShapeKind::Cube, DAffine3::from_translation(DVec3::Z) * flat, clear, 0.0);
         }
         let intensity = pointillist::spectrum::Spectrum::Constant(10.0);
         let position = DVec3::new(0.5, 0.3, 2.5);
@@ -91,10 +91,10 @@ fn dispersion() {
     desc.camera = look(DVec3::new(0.0, -4.0, 3.0), DVec3::new(0.0, 4.0, -2.8), 40.0);
     (desc.film.width, desc.film.height) = (16, 16);
     let white = material(&mut desc, grey(0.7));
-    shape(&mut desc, ShapeKind::Rectangle, DAffine3::from_scale(DVec3::splat(3.0)), (white, 0.0));
+    shape(&mut desc, ShapeKind::Rectangle, DAffine3::from_scale(DVec3::splat(3.0)), white, 0.0);
     let flint =
         material(&mut desc, glass(Ior::named("sf11").or_else(|| Ior::named("bk7")).expect("a glass")));
-    shape(&mut desc, sphere(DVec3::new(0.0, 0.0, 0.9), 0.9), DAffine3::IDENTITY, (flint, 0.0));
+    shape(&mut desc, sphere(DVec3::new(0.0, 0.0, 0.9), 0.9), DAffine3::IDENTITY, flint, 0.0);
     environment(&mut desc);
     assert_within(&desc, PLAN, 0.9, 0.02);
     // Ground so finely that wavelengths have parted as if it were smooth.
@@ -113,7 +113,7 @@ fn dispersion() {
     assert_within(&desc, PLAN, 0.9, 0.02);
 }
 
-/// A picture from another place finds the photons of the one before.
+/// A picture from another camera reuses the photons of the one before.
 #[test]
 fn photons_outlast_a_move_of_the_camera() {
     let desc = scene("cornell.xml");
@@ -156,14 +156,14 @@ fn furnaces() {
         let mut desc = empty();
         desc.camera.fov = 70.0;
         let m = material(&mut desc, grey(0.5));
-        shape(&mut desc, kind, DAffine3::from_scale(scale), (m, 1.0));
+        shape(&mut desc, kind, DAffine3::from_scale(scale), m, 1.0);
         desc.shapes[0].flip_normals = true;
         desc
     };
     let mut ball = empty();
     ball.camera.fov = 50.0;
     let white = material(&mut ball, grey(1.0));
-    shape(&mut ball, sphere(DVec3::Z * 3.0, 1.0), DAffine3::IDENTITY, (white, 0.0));
+    shape(&mut ball, sphere(DVec3::Z * 3.0, 1.0), DAffine3::IDENTITY, white, 0.0);
     environment(&mut ball);
     let room = closed(sphere(DVec3::new(0.1, 0.0, 0.2), 1.0), DVec3::ONE);
     let cube = closed(ShapeKind::Cube, DVec3::new(1.0, 1.5, 2.0));

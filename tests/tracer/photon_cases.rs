@@ -6,7 +6,7 @@ use pointillist::tracer::photon_map::Photon;
 use crate::photons::arrival;
 use pointillist::math::random::Random;
 
-/// One photon, whatever it is.
+/// An arbitrary photon.
 pub fn any_photon() -> Photon {
     Photon::new(&arrival(Vec3::ZERO, 1.0)).expect("a sound arrival")
 }

@@ -29,7 +29,7 @@ fn map() -> PhotonMap {
     PhotonMap::new(Vec3::ZERO, Vec3::ONE, PATHS)
 }
 
-/// Everything a query tells, in the order in which it tells it.
+/// Everything that a query returns, in its order.
 fn answers(snapshot: &Snapshot) -> Vec<u32> {
     let mut all = vec![snapshot.generations() as u32, snapshot.light_paths() as u32];
     let mut scratch = QueryScratch::default();
@@ -160,7 +160,7 @@ fn old_snapshots_stay_valid_while_they_are_held() {
     assert_eq!(map.latest().generations(), 40);
 }
 
-/// A renderer in small: each index takes its share of light paths and reads the generation that the schedule names.
+/// A small renderer: each index traces its share of light paths and reads the generation that the schedule names.
 #[test]
 fn samples_do_not_depend_on_the_number_of_threads() {
     let schedule = Schedule {
@@ -209,7 +209,7 @@ fn samples_do_not_depend_on_the_number_of_threads() {
     assert_eq!(sample(&apart, 4321), expected[4321]);
 }
 
-/// A merge that nobody waits for any more is given up, and loses nothing: whoever needs it begins again.
+/// A merge that nobody waits for any more is given up without loss: the next thread that needs it begins again.
 #[test]
 fn a_merge_given_up_is_made_by_another() {
     let (map, last) = (map(), 15);

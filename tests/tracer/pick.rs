@@ -12,10 +12,10 @@ fn the_nearest_shape_its_place_and_its_distance() {
     let mut desc = empty();
     let m = material(&mut desc, grey(0.5));
     let at = |x: f64, z: f64| DAffine3::from_translation(DVec3::new(x, 0.0, z));
-    shape(&mut desc, sphere(DVec3::new(0.0, 0.0, 9.0), 1.0), DAffine3::IDENTITY, (m, 0.0));
-    shape(&mut desc, ShapeKind::Rectangle, at(0.0, 5.0), (m, 0.0));
-    shape(&mut desc, ShapeKind::Disk, at(10.0, 5.0), (m, 3.0));
-    shape(&mut desc, ShapeKind::Cube, at(20.0, 5.0), (m, 0.0));
+    shape(&mut desc, sphere(DVec3::new(0.0, 0.0, 9.0), 1.0), DAffine3::IDENTITY, m, 0.0);
+    shape(&mut desc, ShapeKind::Rectangle, at(0.0, 5.0), m, 0.0);
+    shape(&mut desc, ShapeKind::Disk, at(10.0, 5.0), m, 3.0);
+    shape(&mut desc, ShapeKind::Cube, at(20.0, 5.0), m, 0.0);
     environment(&mut desc);
     let scene = prepare(&desc);
     let along = |x: f32| scene.pick(&Ray::new(Vec3::new(x, 0.0, 0.0), Vec3::Z));
@@ -38,7 +38,7 @@ fn of_two_shapes_back_to_back_the_side_that_is_seen() {
         let mut desc = empty();
         let m = material(&mut desc, grey(0.5));
         for flip in [false, true] {
-            shape(&mut desc, kind.clone(), DAffine3::IDENTITY, (m, 1.0));
+            shape(&mut desc, kind.clone(), DAffine3::IDENTITY, m, 1.0);
             desc.shapes.last_mut().expect("just added").flip_normals = flip;
         }
         let scene = prepare(&desc);
@@ -60,7 +60,7 @@ fn a_click_finds_what_is_drawn_there() {
     let m = material(&mut desc, grey(0.5));
     let centers: Vec<DVec3> = (0..9).map(|i| DVec3::new(f64::from(i % 3), f64::from(i / 3), 1.0)).collect();
     for &center in &centers {
-        shape(&mut desc, sphere(center, 0.2), DAffine3::IDENTITY, (m, 0.0));
+        shape(&mut desc, sphere(center, 0.2), DAffine3::IDENTITY, m, 0.0);
     }
     let (scene, camera) = (prepare(&desc), Camera::of(&desc).expect("the camera is valid"));
     for (i, center) in centers.iter().enumerate() {
@@ -79,9 +79,9 @@ fn a_click_finds_what_is_drawn_there() {
 fn shapes_that_were_dropped_keep_their_numbers() {
     let mut desc = empty();
     let m = material(&mut desc, grey(0.5));
-    shape(&mut desc, sphere(DVec3::ZERO, 0.0), DAffine3::IDENTITY, (m, 1.0));
-    shape(&mut desc, ShapeKind::Rectangle, DAffine3::from_scale(DVec3::new(1.0, 0.0, 1.0)), (m, 0.0));
-    shape(&mut desc, ShapeKind::Disk, DAffine3::from_translation(DVec3::Z), (m, 0.0));
+    shape(&mut desc, sphere(DVec3::ZERO, 0.0), DAffine3::IDENTITY, m, 1.0);
+    shape(&mut desc, ShapeKind::Rectangle, DAffine3::from_scale(DVec3::new(1.0, 0.0, 1.0)), m, 0.0);
+    shape(&mut desc, ShapeKind::Disk, DAffine3::from_translation(DVec3::Z), m, 0.0);
     let found = prepare(&desc).pick(&Ray::new(Vec3::ZERO, Vec3::Z));
     assert_eq!(found.map(|p| p.shape), Some(2));
     assert_eq!(prepare(&empty()).pick(&Ray::new(Vec3::ZERO, Vec3::Z)), None);

@@ -12,7 +12,7 @@ use pointillist::tracer::accel::Ray;
 use pointillist::tracer::light::LightSampleContext;
 use pointillist::tracer::{PrepareError, Scene};
 
-/// Case N5: unusable triangles are counted and told; the light they were part of still adds up.
+/// Unusable triangles are counted and reported; the power of their light remains right.
 #[test]
 fn unusable_triangles_are_dropped_and_told() {
     let mut desc = empty();
@@ -22,9 +22,9 @@ fn unusable_triangles_are_dropped_and_told() {
     positions.extend([Vec3::NAN, Vec3::splat(f32::INFINITY), Vec3::splat(1e30), Vec3::X * 2.0]);
     let triangles = vec![[0, 1, 2], [0, 1, 3], [0, 1, 4], [5, 1, 2], [0, 0, 1], [0, 1, 6], [0, 1, 99]];
     desc.meshes.push(Arc::new(Mesh { positions, triangles, ..Mesh::default() }));
-    shape(&mut desc, ShapeKind::Mesh(MeshId(0)), DAffine3::IDENTITY, (m, 1.0));
-    shape(&mut desc, ShapeKind::Rectangle, DAffine3::from_scale(DVec3::new(1.0, 0.0, 1.0)), (m, 1.0));
-    shape(&mut desc, sphere(DVec3::ZERO, 0.0), DAffine3::IDENTITY, (m, 1.0));
+    shape(&mut desc, ShapeKind::Mesh(MeshId(0)), DAffine3::IDENTITY, m, 1.0);
+    shape(&mut desc, ShapeKind::Rectangle, DAffine3::from_scale(DVec3::new(1.0, 0.0, 1.0)), m, 1.0);
+    shape(&mut desc, sphere(DVec3::ZERO, 0.0), DAffine3::IDENTITY, m, 1.0);
     let scene = prepare(&desc);
     assert!(scene.notices().iter().any(|n| n.contains("6 primitives")), "{:?}", scene.notices());
     assert_eq!(scene.lights().len(), 1);
@@ -53,7 +53,7 @@ fn unusable_vertices_hide_nothing() {
         mesh.triangles.push([first, first + 1, first + 2]);
     }
     desc.meshes.push(Arc::new(mesh));
-    shape(&mut desc, ShapeKind::Mesh(MeshId(0)), DAffine3::IDENTITY, (m, 0.0));
+    shape(&mut desc, ShapeKind::Mesh(MeshId(0)), DAffine3::IDENTITY, m, 0.0);
     let scene = prepare(&desc);
     assert!(scene.notices().iter().any(|n| n.contains("100 primitives")), "{:?}", scene.notices());
     for i in 0..700 {
@@ -63,20 +63,21 @@ fn unusable_vertices_hide_nothing() {
     }
 }
 
-/// A light sample's density is the density of meeting that point by chance, for every kind of light.
+/// The density of a light sample equals the density that a ray hits that point, for every kind of light.
 #[test]
 fn sample_and_pdf_are_pairs() {
     let mut desc = empty();
     let m = material(&mut desc, grey(0.5));
     let turned = DAffine3::from_axis_angle(DVec3::X, PI) * DAffine3::from_scale(DVec3::new(0.3, 0.4, 1.0));
     let at = |x: f64| DAffine3::from_translation(DVec3::new(x, 0.0, 2.0)) * turned;
-    shape(&mut desc, ShapeKind::Rectangle, at(-3.0), (m, 1.0));
-    shape(&mut desc, ShapeKind::Disk, at(0.0), (m, 2.0));
+    shape(&mut desc, ShapeKind::Rectangle, at(-3.0), m, 1.0);
+    shape(&mut desc, ShapeKind::Disk, at(0.0), m, 2.0);
     shape(
         &mut desc,
         sphere(DVec3::ZERO, 1.0),
         at(3.0) * DAffine3::from_scale(DVec3::new(4.0, 3.0, 1.2) * 0.1),
-        (m, 3.0),
+        m,
+        3.0,
     );
     let positions = vec![Vec3::ZERO, Vec3::Y, Vec3::X];
     desc.meshes.push(Arc::new(Mesh { positions, triangles: vec![[0, 1, 2]], ..Mesh::default() }));
@@ -84,7 +85,8 @@ fn sample_and_pdf_are_pairs() {
         &mut desc,
         ShapeKind::Mesh(MeshId(0)),
         DAffine3::from_translation(DVec3::new(6.0, 0.0, 2.0)),
-        (m, 1.0),
+        m,
+        1.0,
     );
     environment(&mut desc);
     let scene = prepare(&desc);
@@ -117,7 +119,7 @@ fn fronts_under_mirroring_and_flipping() {
             for flip in [false, true] {
                 let mut desc = empty();
                 let m = material(&mut desc, grey(0.5));
-                shape(&mut desc, kind.clone(), to_world, (m, 0.0));
+                shape(&mut desc, kind.clone(), to_world, m, 0.0);
                 desc.shapes[0].flip_normals = flip;
                 let ray = Ray::new(Vec3::new(0.1, 0.2, 5.0), -Vec3::Z);
                 let hit = prepare(&desc).closest(&ray).expect("hit");
@@ -151,7 +153,7 @@ fn smooth_normals_keep_the_furnace() {
     desc.meshes.push(Arc::new(mesh));
     let m = material(&mut desc, grey(0.8));
     let far = DAffine3::from_translation(DVec3::Z * 3.0);
-    shape(&mut desc, ShapeKind::Mesh(MeshId(0)), far, (m, 0.0));
+    shape(&mut desc, ShapeKind::Mesh(MeshId(0)), far, m, 0.0);
     environment(&mut desc);
     let (found, _) = mean(&desc, 1 << 16);
     assert!((0.76..0.801).contains(&found), "{found}");
@@ -162,7 +164,7 @@ fn inconsistent_descriptions_are_errors() {
     let error = |change: fn(&mut SceneDesc)| {
         let mut desc = empty();
         let m = material(&mut desc, grey(0.5));
-        shape(&mut desc, ShapeKind::Disk, DAffine3::IDENTITY, (m, 0.0));
+        shape(&mut desc, ShapeKind::Disk, DAffine3::IDENTITY, m, 0.0);
         change(&mut desc);
         Scene::prepare(&desc).expect_err("inconsistent")
     };

@@ -1,5 +1,5 @@
-//! A prism against closed forms: angles by Snell's law at each wavelength, and the spectrum it shows against an integral
-//! over wavelengths.
+//! A prism against closed forms: angles by Snell's law at each wavelength, and its picture of a bright strip against an integral over
+//! wavelengths.
 
 use std::sync::Arc;
 
@@ -43,7 +43,7 @@ fn prism(side: f32) -> SceneDesc {
     }
     desc.meshes.push(Arc::new(Mesh { positions, normals: Vec::new(), uvs: Vec::new(), triangles }));
     let m = material(&mut desc, glass(flint()));
-    shape(&mut desc, ShapeKind::Mesh(MeshId(0)), DAffine3::IDENTITY, (m, 0.0));
+    shape(&mut desc, ShapeKind::Mesh(MeshId(0)), DAffine3::IDENTITY, m, 0.0);
     desc
 }
 
@@ -130,7 +130,7 @@ fn spectroscope() -> SceneDesc {
     let (far, out) = (1e5, towards(lamp_angle()));
     let size = DVec3::new(far * (LAMP / 2.0).tan(), far * 0.02, 1.0);
     let at = DAffine3::from_mat3_translation(frame(-out), out * far) * DAffine3::from_scale(size);
-    shape(&mut desc, ShapeKind::Rectangle, at, (black, 10.0));
+    shape(&mut desc, ShapeKind::Rectangle, at, black, 10.0);
     // Two refractions and the lamp: no light that was reflected within.
     desc.integrator.max_depth = Some(3);
     desc

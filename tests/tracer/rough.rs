@@ -45,10 +45,10 @@ fn furnace(bsdf: BsdfDesc, enclosed: bool) -> SceneDesc {
     let mut desc = empty();
     desc.camera.fov = 10.0;
     let m = material(&mut desc, bsdf);
-    shape(&mut desc, sphere(DVec3::new(0.0, 0.0, 3.0), 1.0), DAffine3::IDENTITY, (m, 0.0));
+    shape(&mut desc, sphere(DVec3::new(0.0, 0.0, 3.0), 1.0), DAffine3::IDENTITY, m, 0.0);
     if enclosed {
         let black = material(&mut desc, grey(0.0));
-        shape(&mut desc, sphere(DVec3::new(0.1, 0.2, 3.0), 6.0), DAffine3::IDENTITY, (black, 1.0));
+        shape(&mut desc, sphere(DVec3::new(0.1, 0.2, 3.0), 6.0), DAffine3::IDENTITY, black, 1.0);
         desc.shapes[1].flip_normals = true;
     } else {
         environment(&mut desc);

@@ -1,4 +1,5 @@
-//! What rendering relies on: nets survive scrambling, shuffling and chunking; blocks are independent; means converge.
+//! The properties of the sampler that rendering relies on: nets survive scrambling, shuffling and chunking; blocks are independent;
+//! means converge.
 
 use pointillist::math::bits::mix;
 use pointillist::tracer::Sampler;

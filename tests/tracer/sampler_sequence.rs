@@ -1,4 +1,4 @@
-//! The sequence NX8: its check values, its quality parameter by linear algebra, and what the sampler makes of it.
+//! The sequence NX8: its check values, its quality parameter by linear algebra, and the sampler that is built on it.
 
 use pointillist::math::bits::mix;
 use pointillist::tracer::Sampler;
@@ -150,7 +150,7 @@ fn bit_loop_byte_tables_nibble_tables_and_increments_agree() {
     }
 }
 
-/// One independent coin per node of the tree of prefixes: what the hash stands for.
+/// Owen scrambling with one independent coin per node of the tree of prefixes, which the hash replaces.
 fn exact_owen(x: u32, seed: u32) -> u32 {
     (0..32).fold(0, |y, k| {
         let prefix = (u64::from(x) >> (32 - k)) | 1 << k;

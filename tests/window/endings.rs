@@ -1,4 +1,4 @@
-//! Bad days of the window: the device or the surface is lost, or there is no display at all.
+//! Failures of the window system: the device or the surface is lost, or there is no display at all.
 
 use std::path::Path;
 use std::process::Child;
@@ -34,7 +34,7 @@ fn paths_in(folder: &Path) -> u64 {
     digits.parse().unwrap()
 }
 
-/// What an undisturbed viewer leaves.
+/// The picture that an undisturbed viewer leaves.
 fn undisturbed(desktop: &Desktop) -> f64 {
     let folder = folder("undisturbed");
     let output = end_when(view(desktop, &folder, &[]), &[ENDED]);

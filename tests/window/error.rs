@@ -1,4 +1,4 @@
-//! The window knows the error of its picture: in its figures, anew after a resize, and never at the cost of a stall.
+//! The window states the error of its picture in its figures, computes it anew after a resize, and never stalls for it.
 
 use std::path::Path;
 use std::process::Child;

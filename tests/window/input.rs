@@ -1,4 +1,4 @@
-//! Input: what drags, clicks, the wheel and keys mean.
+//! Input: the meaning of drags, clicks, the wheel and keys.
 
 use std::time::{Duration, Instant};
 
@@ -108,7 +108,7 @@ fn flying_needs_the_right_button_and_keeps_other_keys_silent() {
     assert!(!hand.0.is_moving() && hand.0.tick(0.01).is_none());
 }
 
-/// Whichever comes first, key or button, and again after the button was let go.
+/// The result is the same whether the key or the button comes first, and again after the button was released.
 #[test]
 fn a_key_held_before_the_button_flies_too() {
     let mut hand = Hand::new();

@@ -1,4 +1,4 @@
-//! What the panel tells of error and costs: the plot and its words, the target, maps with their legends, prices of effects.
+//! Error and costs in the panel: the plot and its text, the target, maps with their legends, prices of effects.
 
 use std::sync::Arc;
 

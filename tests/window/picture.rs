@@ -1,4 +1,4 @@
-//! The window as it is seen from outside: on a display of its own, the real program.
+//! The real program on a display of its own: its window as seen from outside.
 
 use std::time::{Duration, Instant};
 

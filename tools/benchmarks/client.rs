@@ -61,7 +61,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
             (Reconstruction::Mipmap, 0.0),
             (Reconstruction::None, 0.0),
         ] {
-            display(&gpu, spec, &samples, count, (kind, vm))?;
+            display(&gpu, spec, &samples, count, &settings(kind, vm))?;
         }
     }
     glare(&gpu, spec, &samples)?;
@@ -176,23 +176,16 @@ fn glare(gpu: &Arc<Gpu>, spec: FilmSpec, samples: &[Sample]) -> Outcome {
 }
 
 /// One way of display, with `count` batches in the film.
-fn display(
-    gpu: &Arc<Gpu>,
-    spec: FilmSpec,
-    samples: &[Sample],
-    count: usize,
-    (kind, vm): (Reconstruction, f32),
-) -> Outcome {
+fn display(gpu: &Arc<Gpu>, spec: FilmSpec, samples: &[Sample], count: usize, settings: &Settings) -> Outcome {
     const REPEATS: usize = 4;
-    let settings = settings(kind, vm);
     let mut film = VulkanFilm::new(gpu.clone(), spec)?;
     let mut reference = ReferenceFilm::new(spec, 0)?;
     for _ in 0..count {
         film.add(samples)?;
         reference.add(samples)?;
     }
-    film.display(&settings)?;
-    reference.display(&settings)?;
+    film.display(settings)?;
+    reference.display(settings)?;
     gpu.take_timings();
     let (mut gpu_cpu, mut gpu_wall) = (0.0, 0.0);
     gpu.set_timing(true);
@@ -201,19 +194,21 @@ fn display(
         film.flush()?;
         wait(gpu)?;
         let (cpu, start) = (process_seconds(), Instant::now());
-        film.display(&settings)?;
+        film.display(settings)?;
         gpu_cpu += process_seconds() - cpu;
         gpu_wall += start.elapsed().as_secs_f64();
     }
     gpu.set_timing(false);
     let cpu = process_seconds();
     for _ in 0..REPEATS {
-        reference.display(&settings)?;
+        reference.display(settings)?;
     }
     let reference_cpu = process_seconds() - cpu;
     let per_pixel = |s: f64| s * 1e9 / (REPEATS as f64 * f64::from(spec.width) * f64::from(spec.height));
     println!(
-        "\n{kind:?}, Vm {vm}, {:.2} samples/texel: {:.1} ms; CPU {:.0} ns/pixel, reference {:.0}, ratio {:.2}",
+        "\n{:?}, Vm {}, {:.2} samples/texel: {:.1} ms; CPU {:.0} ns/pixel, reference {:.0}, ratio {:.2}",
+        settings.reconstruction,
+        settings.vm,
         (count * BATCH) as f64 / (f64::from(spec.width) * f64::from(spec.height)),
         gpu_wall * 1e3 / REPEATS as f64,
         per_pixel(gpu_cpu),
@@ -241,7 +236,7 @@ fn files(spec: FilmSpec, samples: &[Sample]) -> Outcome {
     let start = Instant::now();
     let [width, height] = [shown.width, shown.height];
     let (transfer, primaries) = (png::Transfer::Gamma(2.2), Profile::srgb().primaries);
-    png::write(&png, png::Picture { width, height, rgb: &shown.rgb, transfer, primaries }, &[])?;
+    png::write(&png, png::PngPicture { width, height, rgb: &shown.rgb, transfer, primaries }, &[])?;
     let channels = layers.channels.len();
     println!("\nEXR of {channels} channels {wrote:.0} ms, PNG {:.0} ms", start.elapsed().as_secs_f64() * 1e3);
     std::fs::remove_file(exr)?;

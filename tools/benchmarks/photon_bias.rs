@@ -72,7 +72,7 @@ fn furnace() {
     desc.camera.fov = 70.0;
     let half = scenes::material(&mut desc, scenes::grey(0.5));
     let size = DAffine3::from_scale(DVec3::new(1.0, 1.5, 2.0));
-    scenes::shape(&mut desc, ShapeKind::Cube, size, (half, 1.0));
+    scenes::shape(&mut desc, ShapeKind::Cube, size, half, 1.0);
     desc.shapes[0].flip_normals = true;
     let (mean, variance) = (vec![2.0; SIDE * SIDE], vec![0.0; SIDE * SIDE]);
     curve("furnace", &desc, &Measured { width: SIDE, height: SIDE, mean, variance });

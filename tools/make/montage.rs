@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use pointillist::image::png::{Picture, Transfer, read, write};
+use pointillist::image::png::{PngPicture, Transfer, read, write};
 
 /// Columns of white between two pictures, pixels.
 const GAP: usize = 4;
@@ -24,7 +24,7 @@ pub fn join(out: &Path, pictures: &[PathBuf]) -> Result<(), Box<dyn std::error::
     }
     let width = (rgb.len() / height as usize) as u32;
     let primaries = pointillist::color::Profile::srgb().primaries;
-    let picture = Picture { width, height, rgb: &rgb, transfer: Transfer::Gamma(2.2), primaries };
+    let picture = PngPicture { width, height, rgb: &rgb, transfer: Transfer::Gamma(2.2), primaries };
     write(out, picture, &[])?;
     Ok(())
 }

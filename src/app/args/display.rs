@@ -9,35 +9,36 @@ use crate::client::{
     ToneCurve,
 };
 
-/// Display controls: none of them changes the samples.
+/// Display options: none of them changes the samples.
 #[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Display")]
 pub struct DisplayArgs {
-    /// Reconstruction of the displayed picture.
+    /// How the sums of the film become a picture.
     #[arg(long, value_name = "KIND", default_value = "gaussian")]
     pub reconstruct: Reconstruction,
 
-    /// Where the Gaussian of --reconstruct ends: its radius R, 1 to 4 texels in halves, and the exponent E of the window
-    /// 1 − smoothstep(0, R, d)^E, 1 to 64 or none.
+    /// Support of the reconstruction's Gaussian: its radius R, 1 to 4 texels in halves, and the exponent E of the window
+    /// 1 − smoothstep(0, R, d)^E, 1 to 64 or none. The default is the paper's.
     #[arg(long, value_name = "R,E", default_value = "2.5,8", value_parser = kernel)]
     pub kernel: ReconstructionKernel,
 
-    /// Noise masking strength Vm, 0 is off.
+    /// Strength of noise masking, in mip levels of blur per factor 4 of excess variance; 0 is off.
     #[arg(long, value_name = "X", default_value_t = Settings::default().vm, value_parser = non_negative)]
     pub vm: f32,
 
-    /// How noise is masked where --vm is above 0.
+    /// How noise is masked if --vm is above 0.
     #[arg(long, value_name = "KIND", default_value = "low-pass")]
     pub masking: Masking,
 
-    /// What is shown: the picture, or the relative standard error of a stream as grey (white is 100 %).
+    /// Show the picture, or the relative standard error of a stream as grey (white is 100 %).
     #[arg(long, value_name = "WHAT", default_value = "picture")]
     pub show: DisplayView,
 
-    /// Tone curve.
+    /// Tone curve; --exposure and --contrast act before each.
     #[arg(long, value_name = "NAME", default_value = "paper")]
     pub curve: ToneCurve,
 
-    /// What hides the steps of 8 bits.
+    /// Dithering, which hides the steps of 8 bits.
     #[arg(long, value_name = "KIND", default_value = "none")]
     pub dither: Dither,
 
@@ -49,7 +50,7 @@ pub struct DisplayArgs {
     #[arg(long, value_name = "C", default_value_t = Settings::default().contrast, value_parser = positive)]
     pub contrast: f32,
 
-    /// Display gamma G.
+    /// Display gamma.
     #[arg(long, value_name = "G", default_value_t = Settings::default().gamma, value_parser = positive)]
     pub gamma: f32,
 
@@ -57,11 +58,11 @@ pub struct DisplayArgs {
     #[arg(long, value_name = "NAME|FILE", default_value = "srgb", value_parser = profile)]
     pub profile: crate::color::Profile,
 
-    /// Glare of the observer's eye in this state.
+    /// Glare of the observer's eye (Spencer et al. 1995).
     #[arg(long, value_name = "STATE", default_value = "off")]
     pub glare: GlareArg,
 
-    /// Angle that the picture's width fills in the observer's eye, for glare.
+    /// Angle that the picture's width fills in the observer's eye, for --glare.
     #[arg(long, value_name = "DEGREES", default_value_t = Glare::default().view_angle, value_parser = view_angle)]
     pub view_angle: f32,
 }

@@ -1,19 +1,19 @@
-//! The command line, turned into plain option structs: one file per subcommand, and the groups that they share.
+//! The command line: one struct of options per subcommand, and the groups of options that they share.
+//!
+//! The doc comments of the options are the program's `--help`.
 
-pub mod bench;
 pub mod compare;
 pub mod display;
 pub mod effects;
-pub mod explain;
+pub mod measure;
 pub mod render;
 pub mod scene;
 pub mod study;
 mod values;
 pub mod view;
 
-pub use bench::BenchArgs;
 pub use compare::CompareArgs;
-pub use explain::ExplainArgs;
+pub use measure::{BenchArgs, ExplainArgs};
 pub use render::RenderArgs;
 pub use study::StudyArgs;
 pub use view::ViewArgs;
@@ -21,30 +21,68 @@ pub use view::ViewArgs;
 use clap::{Parser, Subcommand};
 
 /// Interactive global illumination: point samples become the best picture possible, at once.
+///
+/// `pointillist COMMAND --help` explains every option. In the environment, POINTILLIST_LOG=info prints more messages, and
+/// POINTILLIST_VALIDATION=1 switches Vulkan's validation layers on.
 #[derive(Parser, Debug)]
 #[command(name = "pointillist", version, about, max_term_width = 110)]
 pub struct Cli {
-    /// What to do.
+    /// The subcommand and its options.
     #[command(subcommand)]
-    pub command: Command,
+    pub command: CliCommand,
 }
 
 /// The subcommands.
 #[derive(Subcommand, Debug)]
-pub enum Command {
+pub enum CliCommand {
     /// Render a Mitsuba 3 scene file to EXR and PNG, without a window.
+    ///
+    /// EXR files hold the unblurred scene-linear picture in Rec.709 (R G B), the raw sums of both streams, their variances,
+    /// the counts of paths, and the command that repeats the run. PNG files hold the picture as it is displayed. A file is
+    /// replaced only when the new one is complete. Ctrl-C finishes the picture from the samples so far.
+    ///
+    /// Every render consists of two independent randomisations. Half their squared difference is an unbiased estimate of the
+    /// variance of their mean, which is the picture, so that its error is known without a reference. The stated error is the
+    /// relative error (root mean square of luminance over 8×8 pixels, by their mean luminance and 1 % of the picture's) that
+    /// 50, 95 or 99 % of the picture stay below, with a 90 % interval. The estimate excludes light that has not been sampled
+    /// yet, and the bias of photon mapping.
     Render(Box<RenderArgs>),
+
     /// Open a window that shows the scene at once, and sharper by the second.
     View(Box<ViewArgs>),
-    /// Measure every pass of the client without a window.
+
+    /// Measure every pass of the viewer on the device, without a window.
+    ///
+    /// Runs the viewer's frames and prints for each pass the median and 95 % quantile of its time, the bytes that it moves
+    /// by a stated model, GB/s, and the ratio to an image copy of the picture in the same run.
     Bench(Box<BenchArgs>),
-    /// Say which effects a scene calls for, why, and what each costs.
+
+    /// List the effects of a scene: which are simulated, why, and what each costs.
+    ///
+    /// For every effect of tracer and client: whether it is on, the object of the file that calls for it or why nothing does,
+    /// and its cost, or what it would cost, measured in some seconds. The JSON also has what decides the effect at run time,
+    /// and every image, buffer and pipeline on the device.
     Explain(Box<ExplainArgs>),
-    /// Say how far a picture is from a reference, by several figures; reads EXR files of any program.
+
+    /// Compare a picture with a reference by several metrics; reads EXR files of any program.
+    ///
+    /// The files may hold half, float or integer channels in scan lines or tiles: `R G B`, one layer of them, or `Y`. A pixel
+    /// that is not finite counts as wrong.
     Compare(Box<CompareArgs>),
-    /// Say what accuracy costs in time: convergence, prices, predictions, as a page and a table.
+
+    /// Measure what accuracy costs in time, and write a page, tables and plots of it.
+    ///
+    /// Measures, in turn and repeatedly: the error of each method after 1/30 s, 0.1, 1/3, 1, 3, … s against a long render or
+    /// --against; the time to an error of 5, 2, 1 and 0.5 %; the cost of each effect and what the picture loses without it;
+    /// the cost and error of each display setting; the cost of more exact arithmetic, and of knowing the error; how well
+    /// predictions held; and rejected samples, with the command that replays them.
+    ///
+    /// The folder receives index.html (one file that needs no network), study.csv, study.json and plots. An interrupted study
+    /// keeps its measurements, and another run adds to them. The time to an error is left out where a method's bias shows or
+    /// its error comes close to that of the reference.
     Study(Box<StudyArgs>),
-    /// List the Vulkan devices and say of each whether it can be used.
+
+    /// List the Vulkan devices, and for each whether it can be used.
     Devices,
 }
 

@@ -12,23 +12,27 @@ use crate::tracer::accel::SimdKernel;
 
 /// The scene and how it is traced.
 #[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Scene and light transport")]
 pub struct SceneArgs {
     /// The scene, a Mitsuba 3 XML file.
     pub scene: PathBuf,
 
-    /// Give a value to a $name in the scene; may be given several times.
+    /// Value for a $NAME in the scene; may be given several times.
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = define)]
     pub defines: Vec<(String, String)>,
 
-    /// Picture size in pixels; replaces the film's size and crop.
+    /// Picture size in pixels, instead of the film's size and crop.
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub size: Option<(u32, u32)>,
 
-    /// Light transport: from the camera, from the lights, or both [default: what the scene asks for, else path].
+    /// Method of light transport [default: what the scene asks for, else path].
     #[arg(long, value_name = "KIND")]
     pub integrator: Option<IntegratorKind>,
 
-    /// Effects of the tracer to force off (-) or on (+), as `pointillist explain` calls them; what is off stands in the picture's file.
+    /// Effects of the tracer to force off (-) or on (+), as `pointillist explain` lists them.
+    ///
+    /// An effect that is forced off is left out of the light transport; the picture's file, the report and the summary say so.
+    /// Switches without effect are reported; impossible ones are errors.
     #[arg(long, value_name = "+X,-Y", value_delimiter = ',', allow_hyphen_values = true, value_parser = effect)]
     pub effects: Vec<Forced>,
 
@@ -36,11 +40,11 @@ pub struct SceneArgs {
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = depth)]
     pub max_depth: Option<MaxDepth>,
 
-    /// Tracer threads [default: one per core].
+    /// Number of tracer threads [default: one per core].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
 
-    /// Instructions that walk the rays; the picture is the same by all of them.
+    /// Processor instructions that trace rays; all give the same samples, bit for bit.
     #[arg(long, value_name = "KIND", default_value = "auto")]
     pub simd: SimdArg,
 
@@ -48,11 +52,11 @@ pub struct SceneArgs {
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u32,
 
-    /// Splat filter [default: what the scene asks for, else gaussian].
+    /// Splat filter: how a sample is spread over pixels [default: what the scene asks for, else gaussian].
     #[arg(long, value_name = "KIND")]
     pub filter: Option<SplatFilter>,
 
-    /// Vulkan device by index or part of its name, or `cpu` for none [default: the best there is].
+    /// Vulkan device by index or part of its name, or `cpu` for the same passes in Rust [default: the best device].
     #[arg(long, value_name = "NAME|INDEX|cpu")]
     pub device: Option<String>,
 }
@@ -68,13 +72,13 @@ impl SceneArgs {
 /// `--simd`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum SimdArg {
-    /// The fastest that the processor has.
+    /// The fastest that the processor has
     Auto,
-    /// Those of any processor.
+    /// Instructions of any processor
     Scalar,
-    /// AVX2 of x86-64, with FMA and BMI.
+    /// AVX2 of x86-64, with FMA and BMI
     Avx2,
-    /// AVX-512 of x86-64 (F, VL, DQ, BW), besides these.
+    /// AVX-512 of x86-64 (F, VL, DQ, BW), besides these
     Avx512,
 }
 

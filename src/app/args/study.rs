@@ -18,11 +18,11 @@ pub struct StudyArgs {
     #[arg(required_unless_present_any = ["predictions", "collect"])]
     pub scene: Option<PathBuf>,
 
-    /// Methods that are compared [default: path, light, bidirectional, photon].
+    /// Methods to compare [default: path, light, bidirectional, photon].
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     pub methods: Vec<IntegratorKind>,
 
-    /// Parts that are measured [default: all].
+    /// Parts to measure [default: all].
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     pub knobs: Vec<Knob>,
 
@@ -30,55 +30,61 @@ pub struct StudyArgs {
     #[arg(long, value_name = "REF.exr")]
     pub against: Option<PathBuf>,
 
-    /// Seconds that it may take; what does not fit is left to the next run, which adds to this one.
+    /// Seconds that the study may take. A further run adds to its measurements.
+    ///
+    /// Four methods with pictures up to 30 s take about 480 s. With a far larger budget a run makes a longer reference, and
+    /// measures anew against it.
     #[arg(long, value_name = "SECONDS", default_value = "120", value_parser = seconds)]
     pub budget: Duration,
 
-    /// Folder for the page, the tables and all that is measured [default: study-SCENE].
+    /// Folder for the page, the tables and all measurements [default: study-SCENE].
     #[arg(short = 'o', long = "output", value_name = "DIR")]
     pub output: Option<PathBuf>,
 
-    /// A picture of another program, its name and the wall-clock seconds that it took; may be given several times.
+    /// A picture of another program to show beside ours: name, wall-clock seconds, file; may be given several times.
     #[arg(long, value_name = "NAME=SECONDS:FILE.exr", value_parser = peer)]
     pub peer: Vec<Peer>,
 
-    /// Print how often the predictions of renders on this machine held, and end.
+    /// Print how often the intervals of predicted times held on this machine, and end.
+    ///
+    /// Renders log every prediction with its outcome in ~/.local/state/pointillist/predictions.jsonl, or in the folder
+    /// $POINTILLIST_STATE.
     #[arg(long)]
     pub predictions: bool,
 
-    /// Make one page of the studies in the folders below DIR, in the folder of -o, and end.
+    /// Collect the studies in the folders below DIR into one page in the folder of -o, and end.
     #[arg(long, value_name = "DIR", requires = "output")]
     pub collect: Option<PathBuf>,
 
-    /// Give a value to a $name in the scene; may be given several times.
-    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = super::values::define)]
+    /// Value for a $NAME in the scene; may be given several times.
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = super::values::define, help_heading = "Scene")]
     pub defines: Vec<(String, String)>,
 
-    /// Picture size in pixels; replaces the film's size and crop.
-    #[arg(long, value_name = "WxH", value_parser = super::values::size)]
+    /// Picture size in pixels, instead of the film's size and crop.
+    #[arg(long, value_name = "WxH", value_parser = super::values::size, help_heading = "Scene")]
     pub size: Option<(u32, u32)>,
 
-    /// Splat filter [default: box, so that pixels compare with those of other programs].
-    #[arg(long, value_name = "KIND", default_value = "box")]
+    /// Splat filter. Box makes pixels comparable with those of other programs.
+    #[arg(long, value_name = "KIND", default_value = "box", help_heading = "Scene")]
     pub filter: SplatFilter,
 
-    /// Tracer threads [default: one per core].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    /// Number of tracer threads [default: one per core].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024), help_heading = "Scene")]
     pub threads: Option<u16>,
 
-    /// Instructions that walk the rays.
-    #[arg(long, value_name = "KIND", default_value = "auto")]
+    /// Processor instructions that trace rays; all give the same samples, bit for bit.
+    #[arg(long, value_name = "KIND", default_value = "auto", help_heading = "Scene")]
     pub simd: SimdArg,
 
-    /// Vulkan device by index or part of its name, or `cpu` for none [default: the best there is].
-    #[arg(long, value_name = "NAME|INDEX|cpu")]
+    /// Vulkan device by index or part of its name, or `cpu` for the same passes in Rust [default: the best device].
+    #[arg(long, value_name = "NAME|INDEX|cpu", help_heading = "Scene")]
     pub device: Option<String>,
 
     /// How it is shown.
     #[command(flatten)]
     pub display: DisplayArgs,
 
-    /// No progress, no summary; errors only.
+    /// Show no progress and no summary, only errors.
     #[arg(long, short)]
     pub quiet: bool,
 }
@@ -86,22 +92,22 @@ pub struct StudyArgs {
 /// A part of a study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Knob {
-    /// Convergence and prices, predictions, stability: all that curves tell.
+    /// Error against time of each method, time to an error, predictions, rejected samples
     Methods,
-    /// What each effect costs, and what the picture loses without it.
+    /// The cost of each effect in time and noise, and what the picture loses without it (FLIP)
     Effects,
-    /// Reconstruction and its kernel, filter, sums, variance, glare: milliseconds against error.
+    /// Cost and error of reconstruction, its kernel, masking, glare, splat filter, variance and sums
     Display,
-    /// Cheap arithmetic against more exact arithmetic.
+    /// The cost of more exact arithmetic
     Numeric,
-    /// What it costs to know the error.
+    /// The cost of knowing the error
     Replicates,
 }
 
 /// `--peer`.
 #[derive(Clone, Debug)]
 pub struct Peer {
-    /// What it is called.
+    /// The program's name.
     pub name: String,
     /// Wall-clock seconds.
     pub seconds: f64,

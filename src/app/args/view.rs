@@ -16,37 +16,45 @@ pub struct ViewArgs {
     #[command(flatten)]
     pub source: SceneArgs,
 
-    /// Pictures per second aimed at [default: the display's rate].
-    #[arg(long, value_name = "N", value_parser = positive)]
-    pub fps: Option<f32>,
-
-    /// Write the picture here when the window closes, .exr or .png; may be given several times.
-    #[arg(short = 'o', long = "output", value_name = "FILE")]
-    pub outputs: Vec<PathBuf>,
-
-    /// Stop tracing after this many camera paths; the window stays open.
-    #[arg(long, value_name = "N", value_parser = count)]
-    pub samples: Option<u64>,
-
-    /// Rasterise in index order and whole batches: with --samples the same bytes as `render --deterministic`.
-    #[arg(long)]
-    pub deterministic: bool,
-
-    /// Randomisations side by side, whose difference tells the error: 2, or 1 for a picture that does not know its own.
-    #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=2))]
-    pub replicates: u8,
-
     /// How it is shown.
     #[command(flatten)]
     pub display: DisplayArgs,
 
+    /// Pictures per second aimed at [default: the display's rate].
+    #[arg(long, value_name = "N", value_parser = positive, help_heading = "Window")]
+    pub fps: Option<f32>,
+
     /// Begin without the panel.
-    #[arg(long)]
+    #[arg(long, help_heading = "Window")]
     pub no_panel: bool,
 
-    /// Colours of the window, where the display offers them.
-    #[arg(long, value_name = "KIND", default_value = "sdr")]
+    /// Colour encoding of the window, if the display offers it.
+    #[arg(long, value_name = "KIND", default_value = "sdr", help_heading = "Window")]
     pub hdr: ColorOutput,
+
+    /// Stop tracing after this many camera paths (k, M, G are accepted); the window stays open.
+    #[arg(long, value_name = "N", value_parser = count, help_heading = "Sampling")]
+    pub samples: Option<u64>,
+
+    /// Rasterise in index order and whole batches: with --samples the same bytes as `render --deterministic`.
+    #[arg(long, help_heading = "Sampling")]
+    pub deterministic: bool,
+
+    /// Number of independent randomisations: 2 tell the error of their mean, 1 does not know its own error.
+    #[arg(long, value_name = "1|2", default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=2), help_heading = "Sampling")]
+    pub replicates: u8,
+
+    /// Write the picture to this .exr or .png file when the window closes, however it closes; may be given several times.
+    #[arg(short = 'o', long = "output", value_name = "FILE", help_heading = "Output")]
+    pub outputs: Vec<PathBuf>,
+
+    /// Write a report of the session as JSON when the window closes; `-` is standard output.
+    #[arg(long, value_name = "FILE|-", help_heading = "Output")]
+    pub json: Option<PathBuf>,
+
+    /// Write when every pass, worker and client step ran: FILE as CSV, FILE.json as a Chrome trace (see `render --help`).
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub gpu_timings: Option<PathBuf>,
 
     /// For tests: the device is lost after this many frames; given again, the one after it, too.
     #[arg(long, value_name = "N", hide = true)]
@@ -55,12 +63,4 @@ pub struct ViewArgs {
     /// For tests: the surface is lost once after this many frames.
     #[arg(long, value_name = "N", hide = true)]
     pub lose_surface_after: Option<u64>,
-
-    /// Time every pass on the device and write one row per frame and scope: FILE as CSV, FILE.json as a Chrome trace.
-    #[arg(long, value_name = "FILE")]
-    pub gpu_timings: Option<PathBuf>,
-
-    /// Write figures of the session as JSON when the window closes; `-` is standard output.
-    #[arg(long, value_name = "FILE|-")]
-    pub json: Option<PathBuf>,
 }

@@ -23,9 +23,9 @@ pub const WARM_UP: u32 = 8;
 /// Most time a frame waits for samples.
 const PATIENCE: Duration = Duration::from_millis(16);
 
-/// What was measured.
+/// What was measured of every pass.
 #[derive(Debug, Default)]
-pub struct Measured {
+pub struct PassTimes {
     /// Milliseconds of each pass, one entry per frame in which it ran; by the order of first use.
     pub passes: Vec<(&'static str, Vec<f64>)>,
     /// Milliseconds from one frame's begin to the next, host's clock.
@@ -46,7 +46,7 @@ pub struct Measured {
     pub inventory: Inventory,
 }
 
-/// One frame after another.
+/// The state of the loop over frames.
 struct Loop<'a> {
     gpu: &'a Arc<Gpu>,
     film: VulkanFilm,
@@ -55,7 +55,7 @@ struct Loop<'a> {
     /// The yardstick: two images of the picture's size.
     copy: [Image; 2],
     capture: Option<TimingCapture>,
-    measured: Measured,
+    measured: PassTimes,
     /// Last frame number of the device for each frame of the loop that has not been read yet.
     ends: BTreeMap<u64, u32>,
     /// Milliseconds by frame of the loop and pass.
@@ -64,18 +64,32 @@ struct Loop<'a> {
 
 const EPOCH: Epoch = Epoch(1);
 
-/// Runs the warm-up and `count` frames; Ctrl-C ends early.
+/// The frames that are to be run.
+pub struct BenchJob<'a> {
+    /// The device.
+    pub gpu: &'a Arc<Gpu>,
+    /// What is rendered.
+    pub run: &'a RunSpec,
+    /// The scene.
+    pub scene: Arc<Scene>,
+    /// The view of it.
+    pub camera: Camera,
+    /// Tracer threads.
+    pub threads: usize,
+    /// How it is shown.
+    pub settings: &'a Settings,
+    /// Frames after the warm-up.
+    pub frames: u32,
+}
+
+/// Runs the warm-up and the frames of a job; Ctrl-C ends early.
 ///
 /// # Errors
 ///
 /// Device and files.
-pub fn run(
-    gpu: &Arc<Gpu>,
-    film: VulkanFilm,
-    (run, (scene, camera), threads): (&RunSpec, (Arc<Scene>, Camera), usize),
-    (settings, count): (&Settings, u32),
-    capture: Option<TimingCapture>,
-) -> Result<Measured> {
+pub fn measure(job: BenchJob<'_>, capture: Option<TimingCapture>) -> Result<PassTimes> {
+    let BenchJob { gpu, run, scene, camera, threads, settings, frames } = job;
+    let film = VulkanFilm::new(gpu.clone(), run.film).into_diagnostic()?;
     let (server, mut lanes) = Server::start_with(threads, Priority::Background).into_diagnostic()?;
     lanes.follow(EPOCH, DrainOrder::Arrival);
     server.set_tracing(capture.is_some());
@@ -83,7 +97,7 @@ pub fn run(
     let extent = [film.spec().width, film.spec().height];
     let make = |name| Image::new(gpu, name, TexelFormat::Rgba32F, extent);
     let copy = [make("copy source").into_diagnostic()?, make("copy target").into_diagnostic()?];
-    let measured = Measured { threads, ..Measured::default() };
+    let measured = PassTimes { threads, ..PassTimes::default() };
     let (ends, sums) = Default::default();
     let mut this = Loop { gpu, film, lanes, settings, copy, capture, measured, ends, sums };
     let order = RenderOrder { scene, camera, range: 0..u64::MAX, window, epoch: EPOCH, check: None };
@@ -91,7 +105,7 @@ pub fn run(
     gpu.take_rows();
     gpu.set_timing(true);
     let (mut start, mut before) = (Instant::now(), this.film.counts());
-    for number in 0..WARM_UP + count {
+    for number in 0..WARM_UP + frames {
         if number == WARM_UP {
             (start, before) = (Instant::now(), this.film.counts());
         }
@@ -190,7 +204,7 @@ impl Loop<'_> {
     }
 
     /// Moves the sums to their passes, ascending.
-    fn sorted(mut self) -> Measured {
+    fn sorted(mut self) -> PassTimes {
         for (name, times) in &mut self.measured.passes {
             times.extend(self.sums.iter().filter(|((_, n), _)| n == name).map(|(_, t)| *t));
             times.sort_by(f64::total_cmp);

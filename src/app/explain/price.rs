@@ -20,36 +20,45 @@ use crate::tracer::{Camera, Integrator, Scene};
 /// How well costs are measured.
 #[derive(Clone, Copy, Debug)]
 pub struct Effort {
-    /// Time of one turn.
+    /// Duration of one turn.
     pub turn: Duration,
-    /// Turns of each; the median counts.
+    /// Number of turns; the median counts.
     pub turns: usize,
 }
 
-/// For a table of figures.
+/// For a printed table.
 pub const THOROUGH: Effort = Effort { turn: Duration::from_millis(20), turns: 9 };
 
-/// For somebody who waits: about a second of a processor for all effects.
+/// For the window: about a second of one processor for all effects.
 pub const BRIEF: Effort = Effort { turn: Duration::from_millis(6), turns: 7 };
 
-/// Indices between two looks at the clock.
+/// Indices between two readings of the clock.
 const AT_ONCE: u64 = 64;
 
-/// Charges the tracer's effects: those that are on with the share of the tracing time that is saved without them, those that are
-/// off with what a small example of them would add. Nothing, where an effect cannot be left out or added.
+/// The scene whose effects are measured.
+#[derive(Clone, Copy)]
+pub struct Subject<'a> {
+    /// The description that `scene` was made from.
+    pub desc: &'a SceneDesc,
+    /// The scene.
+    pub scene: &'a Arc<Scene>,
+    /// The view of it.
+    pub camera: &'a Camera,
+    /// The run; its method is measured.
+    pub run: &'a RunSpec,
+}
+
+/// Measures the cost of the tracer's effects: of those that are on, the share of the tracing time that is saved without them;
+/// of those that are off, the time that a small example of them would add. An effect that can neither be left out nor added
+/// gets no cost.
 ///
-/// What is measured is the time of an index, and paths without an effect may also be shorter.
+/// The time is that of an index, and paths without an effect may also be shorter.
 ///
 /// # Errors
 ///
 /// When a scene without an effect, or with it, cannot be prepared.
-pub fn charge(
-    plan: &mut [PlannedEffect],
-    desc: &SceneDesc,
-    (scene, camera): (&Arc<Scene>, &Camera),
-    (run, effort): (&RunSpec, Effort),
-) -> Result<()> {
-    let measured = ratios(plan, desc, (scene, camera), (run, effort))?;
+pub fn charge(plan: &mut [PlannedEffect], subject: Subject<'_>, effort: Effort) -> Result<()> {
+    let measured = ratios(plan, subject, effort)?;
     for (entry, mut turns) in plan.iter_mut().zip(measured) {
         turns.sort_by(f64::total_cmp);
         let Some(ratio) = turns.get(turns.len() / 2) else { continue };
@@ -61,19 +70,15 @@ pub fn charge(
     Ok(())
 }
 
-/// For every entry of the plan: the time of a path without the effect, or with it where it is off, over that of a path of the
-/// scene as it is, turn by turn. No turn where the effect cannot be left out or added.
+/// For every effect of the plan, turn by turn: the time of a path without the effect (or with it, if it is off) over that of
+/// a path of the scene as it is. An effect that can neither be left out nor added has no turns.
 ///
 /// # Errors
 ///
 /// As [`charge`].
-pub fn ratios(
-    plan: &[PlannedEffect],
-    desc: &SceneDesc,
-    (scene, camera): (&Arc<Scene>, &Camera),
-    (run, Effort { turn, turns }): (&RunSpec, Effort),
-) -> Result<Vec<Vec<f64>>> {
-    let mut now = runner(run, (scene.clone(), camera.clone()), desc);
+pub fn ratios(plan: &[PlannedEffect], subject: Subject<'_>, effort: Effort) -> Result<Vec<Vec<f64>>> {
+    let (Subject { desc, scene, camera, run }, Effort { turn, turns }) = (subject, effort);
+    let mut now = runner(run, scene.clone(), camera.clone(), desc);
     now(turn);
     let mut all = vec![Vec::new(); plan.len()];
     for (entry, measured) in plan.iter().zip(&mut all) {
@@ -89,18 +94,18 @@ pub fn ratios(
         }
         let scene = Arc::new(scene.edited(&other).into_diagnostic()?);
         let camera = Camera::of(&other).into_diagnostic()?;
-        let mut other = runner(run, (scene, camera), &other);
+        let mut other = runner(run, scene, camera, &other);
         other(turn);
         *measured = (0..turns).map(|_| other(turn) / now(turn)).collect();
     }
     Ok(all)
 }
 
-/// Traces for about as long as it is told to, and tells the seconds of a path.
+/// Traces for about as long as it is told to, and returns the seconds per path.
 pub type Runner = Box<dyn FnMut(Duration) -> f64>;
 
-/// A runner of a scene by its method; `desc` names it.
-pub fn runner(run: &RunSpec, (scene, camera): (Arc<Scene>, Camera), desc: &SceneDesc) -> Runner {
+/// A runner of a scene by the method that `desc` names.
+pub fn runner(run: &RunSpec, scene: Arc<Scene>, camera: Camera, desc: &SceneDesc) -> Runner {
     let run = RunSpec { photons: desc.integrator.photons, ..run.clone() };
     let context = method::render_context(&run, scene, camera, UvWindow::PICTURE);
     match desc.integrator.kind {
@@ -132,7 +137,7 @@ fn tracing_timer<I: Integrator>(integrator: I) -> Runner {
 }
 
 /// Luminances of the samples of the first `paths` paths by path tracing.
-pub fn samples(run: &RunSpec, scene: (Arc<Scene>, Camera), paths: u64) -> Vec<f32> {
+pub fn samples(run: &RunSpec, scene: Arc<Scene>, camera: Camera, paths: u64) -> Vec<f32> {
     struct Luminances(Vec<f32>);
     impl SampleSink for Luminances {
         fn camera(&mut self, _: [f32; 2], value: Xyz, _: f32) {
@@ -143,13 +148,13 @@ pub fn samples(run: &RunSpec, scene: (Arc<Scene>, Camera), paths: u64) -> Vec<f3
             self.0.push(value.y);
         }
     }
-    let tracer = PathTracer { context: method::render_context(run, scene.0, scene.1, UvWindow::PICTURE) };
+    let tracer = PathTracer { context: method::render_context(run, scene, camera, UvWindow::PICTURE) };
     let mut out = Luminances(Vec::new());
     (0..paths).for_each(|index| tracer.trace(index, &mut Default::default(), &mut out));
     out.0
 }
 
-/// Takes samples and forgets them.
+/// A sink that forgets its samples.
 struct Nowhere;
 
 impl SampleSink for Nowhere {

@@ -7,7 +7,7 @@ use super::folder::StudyFolder;
 use super::pictures::{difference, linear};
 use super::stage::{RenderLimit, StudyRenderer};
 use super::{TimeBudget, chosen};
-use crate::app::bench;
+use crate::app::bench::{self, BenchJob};
 use crate::app::process;
 use crate::app::run_spec::RunSpec;
 use crate::client::{
@@ -162,8 +162,16 @@ fn settings(stage: &StudyRenderer) -> Vec<DisplaySetting> {
 fn time(stage: &StudyRenderer, run: &RunSpec, setting: &DisplaySetting) -> Result<Option<Interval>> {
     let Some(gpu) = stage.device.gpu() else { return Ok(None) };
     let run = RunSpec { film: setting.spec, ..run.clone() };
-    let scene = (stage.scene.clone(), stage.camera.clone());
-    let measured = bench::measure(gpu, (&run, scene, stage.threads), (&setting.settings, FRAMES))?;
+    let job = BenchJob {
+        gpu,
+        run: &run,
+        scene: stage.scene.clone(),
+        camera: stage.camera.clone(),
+        threads: stage.threads,
+        settings: &setting.settings,
+        frames: FRAMES,
+    };
+    let measured = bench::measure(job, None)?;
     let passes = measured.passes.iter();
     let wanted = passes.filter(|(name, _)| *name != "copy" && BATCH.contains(name) == setting.per_sample);
     let mut frames = vec![0.0; measured.frames.len()];

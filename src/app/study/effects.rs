@@ -41,8 +41,8 @@ pub fn effects(
     }
     let run = chosen(stage);
     let plan = plan::plan(&stage.desc, &run, &stage.settings);
-    let view = (&stage.scene, &stage.camera);
-    let ratios = price::ratios(&plan, &stage.desc, view, (&run, price::THOROUGH))?;
+    let subject = price::Subject { desc: &stage.desc, scene: &stage.scene, camera: &stage.camera, run: &run };
+    let ratios = price::ratios(&plan, subject, price::THOROUGH)?;
     let on: Vec<Effect> = plan.iter().filter(|entry| entry.on).filter_map(|entry| entry.effect).collect();
     // Half a share for the picture with everything, one for each without something.
     let seconds = (clock.left() / (on.len() as f64 + 2.0) - 0.6).clamp(0.3, 10.0);
@@ -109,8 +109,8 @@ fn unused(stage: &StudyRenderer, folder: &mut StudyFolder, run: &RunSpec) -> Res
     let general = Arc::new(load::prepare(Scene::prepare_general, &stage.desc, stage.scene.kernel())?);
     let mut desc = stage.desc.clone();
     desc.integrator.kind = run.integrator;
-    let mut planned = price::runner(run, (stage.scene.clone(), stage.camera.clone()), &desc);
-    let mut everything = price::runner(run, (general, stage.camera.clone()), &desc);
+    let mut planned = price::runner(run, stage.scene.clone(), stage.camera.clone(), &desc);
+    let mut everything = price::runner(run, general, stage.camera.clone(), &desc);
     for run in [&mut planned, &mut everything] {
         run(price::THOROUGH.turn);
     }

@@ -108,7 +108,7 @@ fn compare(
 fn luminances(stage: &StudyRenderer) -> Vec<f32> {
     let run = super::chosen(stage);
     let samples =
-        crate::app::explain::price::samples(&run, (stage.scene.clone(), stage.camera.clone()), 1 << 14);
+        crate::app::explain::price::samples(&run, stage.scene.clone(), stage.camera.clone(), 1 << 14);
     let seen: Vec<f32> = samples.into_iter().filter(|y| *y > 0.0).collect();
     match seen.is_empty() {
         true => (0..TERMS).map(|i| 0.1 + (i % 7) as f32).collect(),

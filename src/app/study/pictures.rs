@@ -3,7 +3,7 @@
 use crate::client::{DisplayImage, Settings};
 use crate::color::palette;
 use crate::image::compare::{PIXELS_PER_DEGREE, flip};
-use crate::image::png::{Picture, Transfer};
+use crate::image::png::{PngPicture, Transfer};
 use crate::image::{Grid, data_uri};
 
 /// Longest side on the page, pixels.
@@ -22,7 +22,7 @@ pub fn uri(linear: &Grid<[f32; 3]>) -> Option<String> {
     let encode = |c: f32| if c.is_finite() { crate::color::srgb::encode_8bit(c) } else { 0 };
     let rgb: Vec<[u8; 3]> = small.pixels().iter().map(|rgb| rgb.map(encode)).collect();
     let side = |n: usize| u32::try_from(n).ok();
-    data_uri::seen(side(small.width())?, side(small.height())?, &rgb)
+    data_uri::jpeg(side(small.width())?, side(small.height())?, &rgb)
 }
 
 /// Mean FLIP between two display-linear pictures and its map for the page; an error of 1 for pictures of different sizes.
@@ -40,7 +40,7 @@ pub fn difference(picture: &Grid<[f32; 3]>, reference: &Grid<[f32; 3]>) -> (f64,
 fn png<T: Copy>(rgb: &[[u8; 3]], size: &Grid<T>) -> Option<String> {
     let (width, height) = (u32::try_from(size.width()).ok()?, u32::try_from(size.height()).ok()?);
     let primaries = crate::color::Profile::srgb().primaries;
-    data_uri::exact(Picture { width, height, rgb, transfer: Transfer::Srgb, primaries })
+    data_uri::png(PngPicture { width, height, rgb, transfer: Transfer::Srgb, primaries })
 }
 
 /// Means over squares of pixels, so that the longest side fits.

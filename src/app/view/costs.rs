@@ -40,7 +40,8 @@ impl EffectCosts {
         let (sender, receiver) = channel();
         let work = move || {
             Priority::Background.apply();
-            let charged = price::charge(&mut plan, &desc, (&scene, &camera), (&run, price::BRIEF));
+            let subject = price::Subject { desc: &desc, scene: &scene, camera: &camera, run: &run };
+            let charged = price::charge(&mut plan, subject, price::BRIEF);
             if charged.is_ok() {
                 // Nobody listens any more when the window has closed.
                 let _ = sender.send(plan);

@@ -1,6 +1,6 @@
 //! FLIP: what a person sees when two pictures alternate in the same place.
 
-use super::pixels::{is_finite, map, mean, same_size};
+use super::{MetricMap, is_finite, map, same_size};
 use crate::color::srgb;
 use crate::image::error::ImageError;
 use crate::image::grid::Grid;
@@ -14,16 +14,8 @@ const SENSIBLE: (f32, f32) = (1.0, 500.0);
 /// Most pixels: the library counts bytes in 32 bits.
 const MOST_PIXELS: usize = 1 << 28;
 
-/// LDR-FLIP.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Flip {
-    /// Mean over the pixels, the authors' choice where one number must do; 0 equal to 1.
-    pub mean: f64,
-    /// Every pixel's error, 0 to 1.
-    pub map: Grid<f32>,
-}
-
-/// LDR-FLIP of two displayed pictures, linear sRGB in [0, 1], as their 8-bit sRGB encodings.
+/// LDR-FLIP of two displayed pictures, linear sRGB in [0, 1], as their 8-bit sRGB encodings: 0 (equal) to 1 in every pixel.
+/// The mean over the pixels is the authors' choice where one number must do.
 ///
 /// A pixel that is not finite is black to its neighbours and has itself the error 1. `pixels_per_degree` is usually
 /// [`PIXELS_PER_DEGREE`]; what is not finite means that, and what is outside 1 to 500 is clamped.
@@ -37,11 +29,11 @@ pub fn flip(
     picture: &Grid<[f32; 3]>,
     reference: &Grid<[f32; 3]>,
     pixels_per_degree: f32,
-) -> Result<Flip, ImageError> {
+) -> Result<MetricMap, ImageError> {
     let size = (picture.width(), picture.height());
     same_size(size, (reference.width(), reference.height()))?;
     if picture.pixels().is_empty() {
-        return Ok(Flip { mean: 0.0, map: map(picture, reference, |_, _| 0.0)? });
+        return map(picture, reference, |_, _| 0.0).map(MetricMap::new);
     }
     let too_large = || ImageError::TooLarge { size, most: MOST_PIXELS };
     let (Ok(width), Ok(height)) = (u32::try_from(size.0), u32::try_from(size.1)) else {
@@ -59,8 +51,7 @@ pub fn flip(
     let seen = nv_flip::flip(encoded(reference), encoded(picture), ppd.clamp(SENSIBLE.0, SENSIBLE.1));
     let seen = Grid::from_rows(size.0, size.1, seen.to_vec()).ok_or_else(too_large)?;
     let odd = map(picture, reference, |x, r| if is_finite(x) && is_finite(r) { 0.0 } else { 1.0 })?;
-    let map = map(&seen, &odd, f32::max)?;
-    Ok(Flip { mean: mean(map.pixels()), map })
+    map(&seen, &odd, f32::max).map(MetricMap::new)
 }
 
 #[cfg(test)]
@@ -71,7 +62,7 @@ mod tests {
         Grid::from_rows(width, height, vec![rgb; width * height]).expect("as many")
     }
 
-    fn of(a: &Grid<[f32; 3]>, b: &Grid<[f32; 3]>) -> Flip {
+    fn of(a: &Grid<[f32; 3]>, b: &Grid<[f32; 3]>) -> MetricMap {
         flip(a, b, PIXELS_PER_DEGREE).expect("same size")
     }
 

@@ -3,8 +3,7 @@
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-use super::measured::Measured;
-use super::pixels::{is_finite, luminance};
+use super::{Measured, is_finite, luminance};
 use crate::image::error::ImageError;
 use crate::image::exr::{self, Layers};
 use crate::image::grid::Grid;
@@ -99,14 +98,7 @@ fn check(bytes: &[u8]) -> Result<(), String> {
     if bytes.get(5).is_some_and(|flags| flags & HAS_DEEP_DATA != 0) {
         return Err("deep pixels are not read: flatten it".to_owned());
     }
-    let meta = ::exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false);
-    for header in meta.map_err(|e| e.to_string())?.headers {
-        let (width, height) = (header.layer_size.0, header.layer_size.1);
-        if width.checked_mul(height).is_none_or(|n| n > MOST_PIXELS) {
-            return Err(format!("{width}×{height} pixels are more than {MOST_PIXELS}"));
-        }
-    }
-    Ok(())
+    exr::check_size(bytes, MOST_PIXELS)
 }
 
 /// Why no layer was chosen, and what there is.

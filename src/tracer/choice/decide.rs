@@ -13,7 +13,7 @@ use super::grid::{CELLS, SIDE};
 use super::survey::Survey;
 use super::trial::Trial;
 
-/// Parts of the picture in which means are compared, along either side.
+/// Number of blocks along either side of the picture in which means are compared.
 const BLOCKS: usize = 4;
 
 /// Number of standard errors from which a difference of means counts.
@@ -43,9 +43,9 @@ pub struct IntegratorRating {
     pub kind: IntegratorKind,
     /// The method can show all of the picture.
     pub complete: bool,
-    /// Relative variance per path, with what was missed.
+    /// Relative variance per path, including the charge for missed light.
     pub variance: f64,
-    /// Share of the light that it has missed, where that is significant.
+    /// Share of the light that the method has missed, where that is significant.
     pub missed: f64,
     /// Cost of one index, in units of a camera vertex.
     pub cost: f64,
@@ -54,7 +54,7 @@ pub struct IntegratorRating {
 }
 
 impl IntegratorRating {
-    /// Time to a given error; infinite where it can never be reached.
+    /// Time to a given error, relative; infinite where the method cannot reach it.
     pub fn time(&self) -> f64 {
         if self.complete { self.variance * self.cost } else { f64::INFINITY }
     }
@@ -72,11 +72,11 @@ pub struct IntegratorChoice {
     pub kind: IntegratorKind,
     /// One sentence without its end.
     pub reason: String,
-    /// All that were tried.
+    /// The judgement of every method that was tried.
     pub ratings: Vec<IntegratorRating>,
 }
 
-/// Picks one of the methods that were tried.
+/// Chooses one of the methods that were tried.
 pub fn decide(survey: &Survey, trials: &[Trial]) -> IntegratorChoice {
     let complete = |t: &Trial| t.kind != IntegratorKind::Light || survey.delta_seen <= DELTAS;
     let complete: Vec<bool> = trials.iter().map(complete).collect();
@@ -91,15 +91,9 @@ pub fn decide(survey: &Survey, trials: &[Trial]) -> IntegratorChoice {
             let scattered = |cell: usize| grid.variance(cell) / (brightness[cell].powi(2) + floor);
             let variance =
                 if mean > 0.0 { (0..CELLS).map(scattered).sum::<f64>() / CELLS as f64 } else { 0.0 };
-            let mut rating = IntegratorRating {
-                kind: trial.kind,
-                complete,
-                variance,
-                missed: 0.0,
-                cost: trial.cost,
-                mean: 0.0,
-            };
-            rating.mean = (0..CELLS).map(|cell| grid.mean(cell)).sum::<f64>() / CELLS as f64;
+            let mean = (0..CELLS).map(|cell| grid.mean(cell)).sum::<f64>() / CELLS as f64;
+            let Trial { kind, cost, .. } = *trial;
+            let mut rating = IntegratorRating { kind, complete, variance, missed: 0.0, cost, mean };
             charge(&mut rating, trial, trials, &brightness, floor);
             rating
         })
@@ -119,8 +113,8 @@ pub fn decide(survey: &Survey, trials: &[Trial]) -> IntegratorChoice {
     IntegratorChoice { kind, reason, ratings }
 }
 
-/// Luminance of each cell, of all that can show it, smoothed: single cells are noise. Photons are left out: all samples of their
-/// trial share one map, whose blotches no number of samples averages.
+/// Luminance of each cell by all methods that can show it, smoothed, since single cells are noisy. Photon mapping is left out:
+/// all samples of its trial share one map, whose blotches no number of samples averages.
 fn brightness(trials: &[Trial], complete: &[bool]) -> Vec<f64> {
     let used = trials.iter().zip(complete).filter(|(t, c)| **c && t.kind != IntegratorKind::Photon);
     let used: Vec<&Trial> = used.map(|(t, _)| t).collect();
@@ -138,40 +132,43 @@ fn brightness(trials: &[Trial], complete: &[bool]) -> Vec<f64> {
         .collect()
 }
 
-/// Mean of a block and its variance.
-fn block(trial: &Trial, block: usize) -> (f64, f64) {
-    let width = SIDE / BLOCKS;
-    let (left, top) = (block % BLOCKS * width, block / BLOCKS * width);
-    let cells = (0..width * width).map(|i| (top + i / width) * SIDE + left + i % width);
-    let n = (width * width) as f64;
-    let (mean, variance) = cells.fold((0.0, 0.0), |(mean, variance), cell| {
+/// Number of cells along either side of a block.
+const WIDTH: usize = SIDE / BLOCKS;
+
+/// The cells of a block, row by row.
+fn cells_of(block: usize) -> impl Iterator<Item = usize> {
+    let (left, top) = (block % BLOCKS * WIDTH, block / BLOCKS * WIDTH);
+    (0..WIDTH * WIDTH).map(move |i| (top + i / WIDTH) * SIDE + left + i % WIDTH)
+}
+
+/// The mean of a block and its variance.
+fn mean_of(trial: &Trial, block: usize) -> (f64, f64) {
+    let n = (WIDTH * WIDTH) as f64;
+    let (mean, variance) = cells_of(block).fold((0.0, 0.0), |(mean, variance), cell| {
         (mean + trial.grid.mean(cell), variance + trial.grid.variance_of_mean(cell))
     });
     // `paths` per unit of picture, n / CELLS of the picture.
     (mean / n, variance / n / (trial.paths as f64 * n / CELLS as f64))
 }
 
-/// Charges a method for light that another one, photons excepted, has found and it has not.
+/// Charges a method for light that another one, photon mapping excepted, has found and it has not.
 fn charge(rating: &mut IntegratorRating, trial: &Trial, others: &[Trial], brightness: &[f64], floor: f64) {
-    let (blocks, width) = (BLOCKS * BLOCKS, SIDE / BLOCKS);
+    const COUNT: f64 = (BLOCKS * BLOCKS) as f64;
     let mut missed = 0.0;
-    for i in 0..blocks {
-        let (mean, variance) = block(trial, i);
+    for block in 0..BLOCKS * BLOCKS {
+        let (mean, variance) = mean_of(trial, block);
         let gap = |other: &Trial| {
-            let (more, v) = block(other, i);
+            let (more, v) = mean_of(other, block);
             let gap = more - mean;
             if gap > SIGNIFICANT * (v + variance).sqrt() { gap } else { 0.0 }
         };
         let others = others.iter().filter(|o| o.kind != trial.kind && o.kind != IntegratorKind::Photon);
         let gap = others.map(gap).fold(0.0, f64::max);
-        let (left, top) = (i % BLOCKS * width, i / BLOCKS * width);
-        let y =
-            (0..width * width).map(|i| brightness[(top + i / width) * SIDE + left + i % width]).sum::<f64>();
-        let y = y / (width * width) as f64;
-        let paths = trial.paths as f64 / blocks as f64;
         if gap > 0.0 {
-            rating.variance += paths * gap * gap / (y * y + floor) / blocks as f64;
-            missed += gap / blocks as f64;
+            let y = cells_of(block).map(|cell| brightness[cell]).sum::<f64>() / (WIDTH * WIDTH) as f64;
+            let paths = trial.paths as f64 / COUNT;
+            rating.variance += paths * gap * gap / (y * y + floor) / COUNT;
+            missed += gap / COUNT;
         }
     }
     let mean = brightness.iter().sum::<f64>() / CELLS as f64;
@@ -211,7 +208,7 @@ fn reason(kind: IntegratorKind, survey: &Survey, ratings: &[IntegratorRating]) -
     parts.join("; ")
 }
 
-/// `ratio`: time of the rival over that of the chosen method.
+/// Compares a rival with the chosen method, over whose time its own is `ratio`.
 fn compare(rival: &IntegratorRating, ratio: f64) -> String {
     let name = match rival.kind {
         IntegratorKind::Path | IntegratorKind::Auto => "camera paths",

@@ -26,24 +26,24 @@ const DIRECT: u64 = 2048;
 /// Mean numbers of vertices of a walk.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SubpathLengths {
-    /// Surface points.
+    /// Number of vertices.
     pub vertices: f64,
-    /// Those that can be connected: not delta.
+    /// Number of vertices that can be connected, which are not delta.
     pub open: f64,
 }
 
 /// Measurements of a scene and a view.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Survey {
-    /// Lights, triangles of emitting meshes one by one.
+    /// Number of lights; each triangle of a mesh that emits is one.
     pub lights: usize,
     /// Share of the picture that shows a surface with a delta part: mirror, glass, a smooth coat.
     pub delta_seen: f64,
     /// Mean luminance of what arrives with one bounce or none.
     pub direct: f64,
-    /// Walks from the camera.
+    /// Lengths of walks from the camera.
     pub camera: SubpathLengths,
-    /// Walks from lights.
+    /// Lengths of walks from lights.
     pub light: SubpathLengths,
 }
 

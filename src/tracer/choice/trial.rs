@@ -28,17 +28,17 @@ const PATHS: [f64; 2] = [(FROM_ONE_PLACE * CELLS as u64) as f64, 16_384.0];
 
 /// Cost of starting a walk: numbers, camera or light.
 const START: f64 = 1.0;
-/// A vertex of a camera path.
+/// Cost of a vertex of a camera path.
 const VERTEX: f64 = 1.0;
-/// A vertex that keeps its densities for the other end, or splats.
+/// Cost of a vertex that keeps its densities for MIS, or is connected to the camera.
 const VERTEX_OF_BOTH: f64 = 1.5;
-/// A shadow ray, with the scattering at its ends.
+/// Cost of a shadow ray, with the scattering at its ends.
 const SHADOW: f64 = 1.0;
-/// What a camera subpath spends on connections: about six shadow rays, and the importance of all pairs.
+/// Cost of the connections of a camera subpath: about six shadow rays, and the importance of all pairs.
 const CONNECTIONS: f64 = 8.0;
-/// What follows the split of a camera path: its branches, some of which roulette ends early.
+/// Factor on the cost of what follows the split of a camera path: its branches, some of which roulette ends early.
 const BRANCHES: f64 = 3.4;
-/// A path that gathers photons, its share of light paths included, over a path.
+/// Cost of a path that gathers photons, with its share of light paths, over that of a path.
 const GATHERING: f64 = 2.0;
 
 /// The outcome of one method.
@@ -85,7 +85,7 @@ fn run<I: Integrator>(integrator: &I, paths: u64) -> MomentGrid {
     grid
 }
 
-/// Mean cost of one path: of those from the camera, if there are any, with what belongs to each.
+/// Mean cost of one path: of those from the camera, if there are any, with its share of light paths.
 fn cost_of(kind: IntegratorKind, survey: &Survey) -> f64 {
     let (camera, light) = (&survey.camera, &survey.light);
     // The first surface, and all after it.

@@ -25,7 +25,7 @@ pub struct LightBounds {
 }
 
 impl LightBounds {
-    /// Bounds of a flat light in this box, with front normal `axis`.
+    /// Bounds of a flat light in the box from `lo` to `hi`, with front normal `axis`.
     pub(super) fn flat([lo, hi]: [Vec3; 2], axis: Vec3, power: f32) -> Self {
         let (center, radius2) = (0.5 * (lo + hi), 0.25 * (hi - lo).length_squared());
         Self { center, radius2, axis, cos: 1.0, power }
@@ -37,10 +37,12 @@ impl LightBounds {
         Self { center, radius2, axis: Vec3::Z, cos: -1.0, power: 0.25 * power }
     }
 
-    /// Bounds of an environment.
-    pub(super) fn infinite(power: f32, scene: BoundingSphere) -> Self {
+    /// Bounds of an environment, whose box contains no point.
+    pub(super) fn infinite(power: f32, scene: BoundingSphere) -> (Self, [Vec3; 2]) {
         let far = 1.0 / (scene.radius * scene.radius).max(f32::MIN_POSITIVE);
-        Self { power: (0.25 * power * far).min(f32::MAX), ..Self::round(scene.center, -1.0, power) }
+        let bounds =
+            Self { power: (0.25 * power * far).min(f32::MAX), ..Self::round(scene.center, -1.0, power) };
+        (bounds, [Vec3::INFINITY, Vec3::NEG_INFINITY])
     }
 
     /// True for the environment.

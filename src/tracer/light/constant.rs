@@ -18,8 +18,6 @@ use super::{BoundingSphere, EmissionPdf, LightSample, LightSampleContext, LightS
 pub struct ConstantLight;
 
 impl LightSource for ConstantLight {
-    const IS_ENVIRONMENT: bool = true;
-
     #[inline]
     fn sample(&self, at: LightSampleContext, u: [f32; 2]) -> Option<LightSample> {
         let local = warp::cosine_hemisphere(u);
@@ -40,12 +38,12 @@ impl LightSource for ConstantLight {
         scene.environment_power()
     }
 
-    fn light_bounds(&self, power: f32, scene: BoundingSphere) -> LightBounds {
+    fn bounds(&self, power: f32, scene: BoundingSphere) -> (LightBounds, [Vec3; 2]) {
         LightBounds::infinite(power, scene)
     }
 
-    fn bounding_box(&self) -> Option<[Vec3; 2]> {
-        None
+    fn is_environment(&self) -> bool {
+        true
     }
 
     #[inline]

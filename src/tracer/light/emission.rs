@@ -14,30 +14,30 @@ use crate::tracer::accel::Ray;
 use crate::tracer::sampler::LightNumbers;
 use crate::tracer::shape::SurfacePoint;
 
-use super::Lights;
+use super::{LightSource, Lights, with_light};
 
-/// What a light subpath begins with.
+/// A sampled ray that leaves a light: the beginning of a light subpath.
 #[derive(Clone, Copy, Debug)]
 pub struct Emission {
-    /// Which light.
+    /// The light.
     pub light: u32,
-    /// Where it leaves the light; for the environment a point of the disk, outside the scene.
+    /// The point where the ray leaves the light; for the environment a point of the disk, outside the scene.
     pub from: SurfacePoint,
-    /// Where it goes: unit length, world space.
+    /// Unit direction of the ray, world space.
     pub direction: Vec3,
-    /// How likely that was.
+    /// The densities of the ray.
     pub pdf: EmissionPdf,
 }
 
 /// The densities of one emitted ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EmissionPdf {
-    /// From what sort of light it comes, and so what the densities are per unit of.
+    /// Where the ray comes from, which decides the units of the densities.
     pub origin: EmissionOrigin,
-    /// Of the light's vertex, with the choice of the light: per unit of area, per steradian for the environment
+    /// Density of the light's vertex, with the choice of the light: per unit of area, per steradian for the environment
     /// (whose vertex is a direction), a probability for a point.
     pub vertex: f32,
-    /// Of what follows: per steradian; per unit of area of the disk for the environment.
+    /// Density of the direction per steradian; for the environment of the point on the disk, per unit of area.
     pub next: f32,
     /// Cosine of the ray to the light's normal, ≥ 0; 1 without a normal.
     pub cos: f32,
@@ -48,7 +48,7 @@ pub struct EmissionPdf {
 pub enum EmissionOrigin {
     /// A point of a surface.
     Surface,
-    /// The only point there is: nothing meets it by chance.
+    /// A point light, which no path hits by chance.
     Point,
     /// Infinitely far away.
     Infinite,
@@ -57,9 +57,9 @@ pub enum EmissionOrigin {
 /// The sphere around a scene.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct BoundingSphere {
-    /// World space.
+    /// Centre, world space.
     pub center: Vec3,
-    /// World units.
+    /// Radius in world units.
     pub radius: f32,
 }
 
@@ -86,7 +86,7 @@ impl Emission {
         }
     }
 
-    /// What the light's spectrum is multiplied with: cosine over the densities.
+    /// The factor on the light's spectrum: cosine over the densities.
     #[inline]
     pub fn scale(&self) -> f32 {
         self.pdf.cos / self.pdf.vertex / self.pdf.next
@@ -124,7 +124,8 @@ impl Lights {
     #[inline]
     pub fn emit(&self, u: &LightNumbers) -> Option<Emission> {
         let chosen = self.by_power.as_ref()?.sample(u.choice);
-        let (from, direction) = self.lights[chosen.index].shape.emit(u, self.scene)?;
+        let shape = &self.lights[chosen.index].shape;
+        let (from, direction) = with_light!(shape, l => l.emit(u, self.scene))?;
         let light = chosen.index as u32;
         let pdf = self.emission_pdf(light, from.p, direction);
         // A density of 0 is one that underflowed: such a ray has no weight.
@@ -136,7 +137,8 @@ impl Lights {
     #[inline]
     pub fn emission_pdf(&self, light: u32, p: Vec3, direction: Vec3) -> EmissionPdf {
         let choice = self.by_power.as_ref().map_or(0.0, |c| c.probability(light as usize));
-        self.lights[light as usize].shape.emission_pdf(p, direction, self.scene, choice)
+        let shape = &self.lights[light as usize].shape;
+        with_light!(shape, l => l.emission_pdf(p, direction, self.scene, choice))
     }
 
     /// The density with which a light subpath begins with `edge`, for both of its ends, over that of next-event estimation

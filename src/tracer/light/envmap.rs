@@ -155,9 +155,6 @@ impl EnvironmentMap {
 }
 
 impl LightSource for EnvironmentMap {
-    const IS_ENVIRONMENT: bool = true;
-    const IS_DIRECTIONAL: bool = true;
-
     #[inline]
     fn sample(&self, _: LightSampleContext, u: [f32; 2]) -> Option<LightSample> {
         let (wi, pdf) = self.sample_direction(u)?;
@@ -173,12 +170,12 @@ impl LightSource for EnvironmentMap {
         scene.environment_power() * self.mean_luminance()
     }
 
-    fn light_bounds(&self, power: f32, scene: BoundingSphere) -> LightBounds {
+    fn bounds(&self, power: f32, scene: BoundingSphere) -> (LightBounds, [Vec3; 2]) {
         LightBounds::infinite(power, scene)
     }
 
-    fn bounding_box(&self) -> Option<[Vec3; 2]> {
-        None
+    fn is_environment(&self) -> bool {
+        true
     }
 
     #[inline]
@@ -191,9 +188,13 @@ impl LightSource for EnvironmentMap {
         infinite_pdf(choice * self.pdf_direction(-d).0, scene)
     }
 
+    fn is_directional(&self) -> bool {
+        true
+    }
+
     #[inline]
-    fn directional(&self, wi: Vec3, lambda: &SampledWavelengths) -> Option<SampledSpectrum> {
-        Some(self.radiance(wi, lambda))
+    fn directional(&self, wi: Vec3, lambda: &SampledWavelengths) -> SampledSpectrum {
+        self.radiance(wi, lambda)
     }
 
     fn is_black(&self) -> bool {
@@ -223,7 +224,7 @@ fn mean([[a, b], [c, d]]: [[f32; 2]; 2]) -> f32 {
     0.25 * a + 0.25 * b + 0.25 * c + 0.25 * d
 }
 
-/// What points of a cell are chosen by; of mean 1, so that squares stay in range.
+/// The bilinear density by which points of a cell are sampled; its mean is 1, so that squares stay in range.
 #[inline]
 fn shape(corners: [[f32; 2]; 2]) -> [[f32; 2]; 2] {
     let mean = mean(corners).max(f32::MIN_POSITIVE);

@@ -47,34 +47,21 @@ pub type ParallelogramLight = FlatLight<Parallelogram>;
 /// A disk that emits.
 pub type DiskLight = FlatLight<Disk>;
 
-impl TriangleLight {
-    /// The light on `triangle`.
-    pub fn new(triangle: Triangle) -> Self {
-        Self::of(triangle)
-    }
-}
-
-impl ParallelogramLight {
-    /// The light over `corner + x·a + y·b`, x and y in [0, 1], with unit front normal `n`.
-    pub fn new(corner: Vec3, a: Vec3, b: Vec3, n: Vec3) -> Self {
-        Self::of(Parallelogram { corner, a, b, n })
-    }
-}
-
-impl DiskLight {
-    /// The light on `disk`.
-    pub fn new(disk: Disk) -> Self {
-        Self::of(disk)
-    }
-}
-
 impl<S: FlatShape> FlatLight<S> {
-    fn of(shape: S) -> Self {
+    /// The light on `shape`.
+    pub fn new(shape: S) -> Self {
         Self { pdf: shape.area_pdf(), shape }
     }
 
     fn area(&self) -> f32 {
         1.0 / self.pdf.0
+    }
+}
+
+impl ParallelogramLight {
+    /// The light over `corner + x·a + y·b`, x and y in [0, 1], with unit front normal `n`.
+    pub fn over(corner: Vec3, a: Vec3, b: Vec3, n: Vec3) -> Self {
+        Self::new(Parallelogram { corner, a, b, n })
     }
 }
 
@@ -105,12 +92,9 @@ impl<S: FlatShape> LightSource for FlatLight<S> {
         self.area()
     }
 
-    fn light_bounds(&self, power: f32, _: BoundingSphere) -> LightBounds {
-        LightBounds::flat(self.shape.bounding_box(), self.shape.normal(), power)
-    }
-
-    fn bounding_box(&self) -> Option<[Vec3; 2]> {
-        Some(self.shape.bounding_box())
+    fn bounds(&self, power: f32, _: BoundingSphere) -> (LightBounds, [Vec3; 2]) {
+        let corners = self.shape.bounding_box();
+        (LightBounds::flat(corners, self.shape.normal(), power), corners)
     }
 
     #[inline]

@@ -13,7 +13,7 @@ use crate::tracer::bsdf::Scattering;
 use crate::tracer::shape::SurfacePoint;
 
 use super::selector::LightSelector;
-use super::{BoundingSphere, Light};
+use super::{BoundingSphere, Light, LightSource, with_light};
 
 /// What sampling a light depends on at the point that is lit.
 #[derive(Clone, Copy, Debug)]
@@ -42,7 +42,7 @@ impl LightSampleContext {
 pub struct LightSample {
     /// Unit direction to the light.
     pub wi: Vec3,
-    /// The point on the light; `None` is infinitely far.
+    /// The point on the light; `None` if it is infinitely far.
     pub target: Option<Vec3>,
     /// Factor on the light's spectrum: 1, or 1/r² for a point; times the inverse of its share where one sample stands
     /// for those of several lights.
@@ -53,16 +53,16 @@ pub struct LightSample {
     pub delta: bool,
 }
 
-/// All lights of a scene and how one is chosen: from a lit point by what each may bring there, for a light subpath by
-/// power.
+/// All lights of a scene and how one is chosen: from a lit point by its importance there, for a light subpath by
+/// its power.
 #[derive(Clone, Debug, Default)]
 pub struct Lights {
-    /// Where they emit from; shared between scenes that differ in their spectra.
+    /// Their geometry; shared between scenes that differ in their spectra.
     pub(super) lights: Arc<[Light]>,
     spectra: Vec<Spectrum>,
-    /// By power, for emission; `None` when there is nothing to choose.
+    /// The choice by power, for emission; `None` when there is nothing to choose.
     pub(super) by_power: Option<Distribution>,
-    /// From a lit point.
+    /// The choice from a lit point.
     selector: LightSelector,
     /// The environment, if there is one.
     environment: Option<u32>,
@@ -85,7 +85,7 @@ impl Lights {
         // Colours that the eye hardly sees must still be sampled.
         let brightness = |s: &Spectrum| s.luminance().max(1e-3 * s.max());
         let brightness: Vec<f32> = spectra.iter().map(brightness).collect();
-        let power = |l: &Light| l.shape.power(scene) * brightness[l.spectrum as usize];
+        let power = |l: &Light| with_light!(&l.shape, s => s.power(scene)) * brightness[l.spectrum as usize];
         let weights: Vec<f32> = lights.iter().map(power).collect();
         // Powers that cannot be compared (overflow, underflow) leave every light the same chance.
         let equal = vec![1.0; lights.len()];
@@ -118,7 +118,7 @@ impl Lights {
     #[inline(always)]
     pub fn sample(&self, at: LightSampleContext, choice: f64, u: [f32; 2]) -> Option<(u32, LightSample)> {
         let (light, probability) = self.selector.sample(at, choice)?;
-        let mut sample = self.lights[light as usize].shape.sample(at, u)?;
+        let mut sample = with_light!(&self.lights[light as usize].shape, l => l.sample(at, u))?;
         if self.each(at).is_some() {
             sample.scale /= probability;
         } else {
@@ -145,7 +145,8 @@ impl Lights {
         };
         let (mut total, mut chosen, mut left) = (0.0, None, choice);
         for &light in each {
-            let Some(sample) = self.lights[light as usize].shape.sample(at, u) else { continue };
+            let sample = with_light!(&self.lights[light as usize].shape, l => l.sample(at, u));
+            let Some(sample) = sample else { continue };
             let Some(value) = contribution(light, &sample) else { continue };
             let share = value.0.element_sum();
             if !(share > 0.0 && share.is_finite()) {
@@ -166,7 +167,7 @@ impl Lights {
     /// The density of `wi` towards `light`, which it hits at `hit` (nowhere, for the environment).
     #[inline]
     pub fn pdf(&self, light: u32, at: LightSampleContext, wi: Vec3, hit: Option<&SurfacePoint>) -> PdfW {
-        let pdf = self.lights[light as usize].shape.pdf(at, wi, hit);
+        let pdf = with_light!(&self.lights[light as usize].shape, l => l.pdf(at, wi, hit));
         PdfW(pdf.0 * self.probability(light, at))
     }
 
@@ -176,7 +177,7 @@ impl Lights {
         if self.each(at).is_some() { 1.0 } else { self.selector.probability(light, at) }
     }
 
-    /// The lights, where each is sampled.
+    /// The lights, if each of them is sampled from `at`.
     #[inline(always)]
     fn each(&self, at: LightSampleContext) -> Option<&[u32]> {
         if at.glossy { self.selector.each() } else { None }
@@ -188,16 +189,13 @@ impl Lights {
     pub fn spectrum(&self, light: u32, wi: Vec3, lambda: &SampledWavelengths) -> SampledSpectrum {
         let Light { shape, spectrum, .. } = &self.lights[light as usize];
         let spectrum = self.spectra[*spectrum as usize].sample(lambda);
-        match shape.directional(wi, lambda) {
-            Some(factor) => spectrum * factor,
-            None => spectrum,
-        }
+        with_light!(shape, l => if l.is_directional() { spectrum * l.directional(wi, lambda) } else { spectrum })
     }
 
     /// True when [`Lights::spectrum`] of this light depends on the direction.
     #[inline]
     pub fn is_directional(&self, light: u32) -> bool {
-        self.lights[light as usize].shape.is_directional()
+        with_light!(&self.lights[light as usize].shape, l => l.is_directional())
     }
 
     /// The primitives that never shadow `light`.

@@ -58,12 +58,6 @@ pub use sphere::SphereLight;
 
 /// What every sort of light implements. Densities here are without the probability of choosing the light, unless said.
 pub trait LightSource {
-    /// The light surrounds the scene, infinitely far away. A scene has at most one of these.
-    const IS_ENVIRONMENT: bool = false;
-
-    /// Its emission depends on the direction: [`LightSource::directional`].
-    const IS_DIRECTIONAL: bool = false;
-
     /// Samples a direction from the lit point `at` by the numbers `u`.
     fn sample(&self, at: LightSampleContext, u: [f32; 2]) -> Option<LightSample>;
 
@@ -74,11 +68,8 @@ pub trait LightSource {
     /// Power over π of a light of spectrum 1: its area for a surface.
     fn power(&self, scene: BoundingSphere) -> f32;
 
-    /// A bound of the light of power `power` (over π), for choosing among lights.
-    fn light_bounds(&self, power: f32, scene: BoundingSphere) -> LightBounds;
-
-    /// Corners of the box around it; an environment has none.
-    fn bounding_box(&self) -> Option<[Vec3; 2]>;
+    /// Bounds of the light of power `power` (over π), for choosing among lights, and corners of the box around it.
+    fn bounds(&self, power: f32, scene: BoundingSphere) -> (LightBounds, [Vec3; 2]);
 
     /// Samples a ray that leaves the light: origin, for an environment on a disk before the scene, and direction.
     fn emit(&self, u: &LightNumbers, scene: BoundingSphere) -> Option<(SurfacePoint, Vec3)>;
@@ -87,10 +78,22 @@ pub trait LightSource {
     /// light is chosen with probability `choice`.
     fn emission_pdf(&self, p: Vec3, direction: Vec3, scene: BoundingSphere, choice: f32) -> EmissionPdf;
 
-    /// The factor on the light's spectrum for light that arrives along `wi`, if it depends on the direction.
+    /// True if it surrounds the scene, infinitely far away. A scene has at most one of these.
     #[inline]
-    fn directional(&self, _wi: Vec3, _lambda: &SampledWavelengths) -> Option<SampledSpectrum> {
-        None
+    fn is_environment(&self) -> bool {
+        false
+    }
+
+    /// True if its emission depends on the direction.
+    #[inline]
+    fn is_directional(&self) -> bool {
+        false
+    }
+
+    /// The factor on the light's spectrum for light that arrives along `wi`, of a directional light.
+    #[inline]
+    fn directional(&self, _wi: Vec3, _lambda: &SampledWavelengths) -> SampledSpectrum {
+        SampledSpectrum::ONE
     }
 
     /// True if it emits nothing whatever its spectrum.
@@ -99,71 +102,25 @@ pub trait LightSource {
     }
 }
 
-/// Makes [`LightShape`] of the table of lights, with every method of [`LightSource`] by one match.
+/// Makes [`LightShape`] of the table of lights, and the macro `with_light` that reaches the [`LightSource`] in one by a match.
 macro_rules! light_shapes {
-    ($($(#[$doc:meta])* $variant:ident($light:ty),)*) => {
+    ($d:tt $($(#[$doc:meta])* $variant:ident($light:ty),)*) => {
         /// The geometry of a light.
         #[derive(Clone, Debug)]
         pub enum LightShape {
             $($(#[$doc])* $variant($light),)*
         }
 
-        impl LightShape {
-            #[inline(always)]
-            fn sample(&self, at: LightSampleContext, u: [f32; 2]) -> Option<LightSample> {
-                match self { $(Self::$variant(l) => l.sample(at, u),)* }
-            }
-
-            #[inline]
-            fn pdf(&self, at: LightSampleContext, wi: Vec3, hit: Option<&SurfacePoint>) -> PdfW {
-                match self { $(Self::$variant(l) => l.pdf(at, wi, hit),)* }
-            }
-
-            fn power(&self, scene: BoundingSphere) -> f32 {
-                match self { $(Self::$variant(l) => l.power(scene),)* }
-            }
-
-            fn light_bounds(&self, power: f32, scene: BoundingSphere) -> LightBounds {
-                match self { $(Self::$variant(l) => l.light_bounds(power, scene),)* }
-            }
-
-            fn bounding_box(&self) -> Option<[Vec3; 2]> {
-                match self { $(Self::$variant(l) => l.bounding_box(),)* }
-            }
-
-            #[inline]
-            fn emit(&self, u: &LightNumbers, scene: BoundingSphere) -> Option<(SurfacePoint, Vec3)> {
-                match self { $(Self::$variant(l) => l.emit(u, scene),)* }
-            }
-
-            #[inline]
-            fn emission_pdf(&self, p: Vec3, d: Vec3, scene: BoundingSphere, choice: f32) -> EmissionPdf {
-                match self { $(Self::$variant(l) => l.emission_pdf(p, d, scene, choice),)* }
-            }
-
-            #[inline]
-            fn directional(&self, wi: Vec3, lambda: &SampledWavelengths) -> Option<SampledSpectrum> {
-                match self { $(Self::$variant(l) => l.directional(wi, lambda),)* }
-            }
-
-            #[inline]
-            fn is_environment(&self) -> bool {
-                match self { $(Self::$variant(_) => <$light>::IS_ENVIRONMENT,)* }
-            }
-
-            #[inline]
-            fn is_directional(&self) -> bool {
-                match self { $(Self::$variant(_) => <$light>::IS_DIRECTIONAL,)* }
-            }
-
-            fn is_black(&self) -> bool {
-                match self { $(Self::$variant(l) => l.is_black(),)* }
-            }
+        macro_rules! with_light {
+            ($d shape:expr, $d light:ident => $d value:expr) => {
+                match $d shape { $($crate::tracer::light::LightShape::$variant($d light) => $d value,)* }
+            };
         }
     };
 }
 
 light_shapes! {
+    $
     /// One triangle of a mesh.
     Triangle(TriangleLight),
     /// A rectangle under an affine map.
@@ -180,6 +137,8 @@ light_shapes! {
     Map(EnvironmentMap),
 }
 
+use with_light;
+
 /// Anything that emits.
 #[derive(Clone, Debug)]
 pub struct Light {
@@ -195,11 +154,11 @@ impl Light {
     /// True for light that comes from infinitely far, from all around; a scene has at most one.
     #[inline]
     pub fn is_environment(&self) -> bool {
-        self.shape.is_environment()
+        with_light!(&self.shape, l => l.is_environment())
     }
 
     /// True when it gives no light whatever its spectrum.
     pub fn is_black(&self) -> bool {
-        self.shape.is_black()
+        with_light!(&self.shape, l => l.is_black())
     }
 }

@@ -43,12 +43,8 @@ impl LightSource for PointLight {
         4.0
     }
 
-    fn light_bounds(&self, power: f32, _: BoundingSphere) -> LightBounds {
-        LightBounds::round(self.position, 0.0, power)
-    }
-
-    fn bounding_box(&self) -> Option<[Vec3; 2]> {
-        Some([self.position; 2])
+    fn bounds(&self, power: f32, _: BoundingSphere) -> (LightBounds, [Vec3; 2]) {
+        (LightBounds::round(self.position, 0.0, power), [self.position; 2])
     }
 
     #[inline]

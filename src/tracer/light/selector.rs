@@ -66,7 +66,7 @@ impl LightSelector {
         }
     }
 
-    /// The probability of `light`.
+    /// The probability with which `light` is chosen.
     #[inline]
     pub(super) fn probability(&self, light: u32, at: LightSampleContext) -> f32 {
         match self {

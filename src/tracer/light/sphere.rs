@@ -99,12 +99,9 @@ impl LightSource for SphereLight {
         self.sphere.area()
     }
 
-    fn light_bounds(&self, power: f32, _: BoundingSphere) -> LightBounds {
-        LightBounds::round(self.sphere.center, self.sphere.radius.powi(2), power)
-    }
-
-    fn bounding_box(&self) -> Option<[Vec3; 2]> {
-        Some(self.sphere.bounds().into())
+    fn bounds(&self, power: f32, _: BoundingSphere) -> (LightBounds, [Vec3; 2]) {
+        let Sphere { center, radius, .. } = self.sphere;
+        (LightBounds::round(center, radius.powi(2), power), self.sphere.bounds().into())
     }
 
     #[inline]

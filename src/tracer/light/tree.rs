@@ -7,9 +7,9 @@
 use glam::Vec3;
 
 use super::bounds::LightBounds;
-use super::{BoundingSphere, Light, LightSampleContext};
+use super::{BoundingSphere, Light, LightSampleContext, LightSource, with_light};
 
-/// The environment's probability is at least this, and at most 1 less this, where there is also a tree.
+/// Least probability of the environment and of the tree, where there are both.
 const LEAST: f32 = 0.1;
 
 /// A node. The first child of an interior one is the next node.
@@ -145,12 +145,12 @@ pub(super) struct TreeItem {
 impl TreeItem {
     /// `light`, of power `power` over π.
     pub(super) fn new(index: u32, light: &Light, power: f32, scene: BoundingSphere) -> Self {
-        let [lo, hi] = light.shape.bounding_box().unwrap_or([Vec3::INFINITY, Vec3::NEG_INFINITY]);
-        Self { light: index, bounds: light.shape.light_bounds(power, scene), lo, hi }
+        let (bounds, [lo, hi]) = with_light!(&light.shape, l => l.bounds(power, scene));
+        Self { light: index, bounds, lo, hi }
     }
 }
 
-/// Bins of a split.
+/// Number of bins of a split.
 const BINS: usize = 16;
 
 /// For up to this many lights all three axes are tried, for more only the longest.
@@ -185,7 +185,7 @@ fn grow(
     both
 }
 
-/// Orders `items` so that those up to the index returned are one child: neither is empty.
+/// Reorders `items` and returns where the second child begins. Neither child is empty.
 fn split(items: &mut [TreeItem], depth: u32) -> usize {
     let center = |item: &TreeItem| 0.5 * (item.lo + item.hi);
     let (lo, hi) = items.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(lo, hi), item| {
@@ -251,7 +251,7 @@ fn costs(bins: &[Option<GroupBounds>; BINS]) -> impl Iterator<Item = (f64, usize
     })
 }
 
-/// GroupBounds of several lights.
+/// Bounds of a group of lights while the tree is built.
 #[derive(Clone, Copy, Debug)]
 struct GroupBounds {
     lo: Vec3,
@@ -275,7 +275,7 @@ impl GroupBounds {
         Self { lo, hi, axis, angle, power: self.power + other.power }
     }
 
-    /// Power, surface and the measure of directions (Conty Estevez and Kulla 2018, eq. 1 and 2).
+    /// The cost of the group: power times surface times the measure of directions (Conty Estevez and Kulla 2018, eq. 1 and 2).
     fn cost(&self) -> f64 {
         let d = (self.hi - self.lo).as_dvec3();
         let surface = d.x * d.y + d.y * d.z + d.z * d.x;

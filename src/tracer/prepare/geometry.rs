@@ -236,7 +236,7 @@ impl Geometry {
     fn add_parallelogram(&mut self, [a, b, c, d]: [Vec3; 4], input: &mut ShapeInput) {
         let first = self.triangles.len();
         let key = PlaceKey::polygon([a, b, c, d]);
-        let light = |n: Vec3| move || LightShape::Parallelogram(ParallelogramLight::new(a, b - a, d - a, n));
+        let light = |n: Vec3| move || LightShape::Parallelogram(ParallelogramLight::over(a, b - a, d - a, n));
         if let Some(face) = Triangle::new([a, b, c])
             && let Some(front) = self.places.take(key, face.n)
         {

@@ -1,4 +1,4 @@
-//! What a ray hits, in double precision, and how far single precision may be off.
+//! The exact hit of a ray in double precision, and the error that single precision may have.
 //!
 //! The bound is a displacement: an answer is right when it is exact for corners that were moved by at most `slack` each,
 //! along each axis. In single precision, with R the largest distance of a corner from the ray's origin along an axis
@@ -14,7 +14,7 @@ use super::{Answer, Primitives};
 
 const U: f64 = 1.0 / (1 << 24) as f64;
 
-/// What is known of one polygon and one ray.
+/// The exact result for one polygon and one ray.
 #[derive(Clone, Copy, Debug)]
 pub enum Verdict {
     Miss,
@@ -97,13 +97,13 @@ pub fn polygon(corners: &[DVec3], ray: &Ray, slack: f64) -> Verdict {
     Verdict::Hit { t, off, uv: [half[2] / whole, half[0] / whole], uv_off: 2.0 * uv_off }
 }
 
-/// How often the reference had something to say.
+/// How often the exact result was certain.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Tally {
     /// Rays that hit something for certain, and rays that hit nothing for certain.
     pub hits: u32,
     pub misses: u32,
-    /// Rays of which all that is known is what they do not hit.
+    /// Rays for which only some misses are certain.
     pub unsure: u32,
 }
 

@@ -27,7 +27,7 @@ const fn closed(name: &'static str, map: fn(DVec3) -> DVec3, center: [f64; 3], i
     Closed { name, map, center: DVec3::from_array(center), inside: DVec3::from_array(inside) }
 }
 
-/// The meshes of case N2.
+/// The closed meshes that rays must not leave.
 pub const CLOSED: [Closed; 7] = [
     closed("bumpy sphere", bumpy, [0.0; 3], [0.6; 3]),
     closed("bumpy sphere far out", bumpy, [1234.0, -777.0, 3000.0], [0.6; 3]),

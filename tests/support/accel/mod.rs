@@ -1,4 +1,4 @@
-//! Scenes, and what the accelerator is compared with; nothing here knows a scene description.
+//! Primitives for the ray accelerator and the exact answers it is compared with, without scene descriptions.
 
 mod exact;
 mod meshes;
@@ -12,7 +12,7 @@ pub use exact::{Tally, Verdict, check, check_verdicts, polygon, rounding};
 pub use meshes::{CLOSED, Closed, icosphere, moeller_trumbore};
 pub use pointillist::math::random::Random;
 
-/// What the two questions were answered with.
+/// The answers to the two queries, closest hit and any hit.
 pub type Answer = (Option<Hit>, bool);
 
 /// The kernels that this processor can run, slowest first.
@@ -25,7 +25,7 @@ pub fn bits(hit: Option<Hit>) -> Option<[u32; 5]> {
     hit.map(|h| [h.t.to_bits(), h.prim, h.uv[0].to_bits(), h.uv[1].to_bits(), h.instance])
 }
 
-/// Asks both questions of every kernel, asserts that they answer the same bits, and returns the answers.
+/// Asks both queries of every kernel, asserts that all give the same bits, and returns the answers.
 pub fn ask(accel: &mut Accel, questions: &[(Ray, PrimRange)]) -> Vec<Answer> {
     let mut first: Option<(SimdKernel, Vec<Answer>)> = None;
     for kernel in kernels() {
@@ -44,12 +44,12 @@ pub fn ask(accel: &mut Accel, questions: &[(Ray, PrimRange)]) -> Vec<Answer> {
     first.expect("the scalar kernel runs everywhere").1
 }
 
-/// Both questions of every kernel, nothing skipped.
+/// Asks both queries of every kernel, with nothing skipped.
 pub fn ask_one(accel: &mut Accel, ray: Ray) -> Answer {
     ask(accel, &[(ray, PrimRange::NONE)])[0]
 }
 
-/// What an accelerator is made of.
+/// The primitives of an accelerator.
 #[derive(Clone, Debug, Default)]
 pub struct Primitives {
     pub triangles: Vec<[Vec3; 3]>,

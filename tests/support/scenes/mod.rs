@@ -72,7 +72,7 @@ pub fn glass(int_ior: Ior) -> BsdfDesc {
 }
 
 /// Adds a shape; `emission` > 0 makes it a light.
-pub fn shape(desc: &mut SceneDesc, kind: ShapeKind, to_world: DAffine3, (bsdf, emission): (BsdfId, f32)) {
+pub fn shape(desc: &mut SceneDesc, kind: ShapeKind, to_world: DAffine3, bsdf: BsdfId, emission: f32) {
     desc.shapes.push(ShapeDesc {
         id: None,
         place: Place::default(),

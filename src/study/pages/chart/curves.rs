@@ -183,8 +183,8 @@ impl Curve {
 
 #[cfg(test)]
 mod tests {
-    use super::super::style::PLAIN;
     use super::*;
+    use crate::study::pages::chart::style::PLAIN;
 
     #[test]
     fn extensions_keep_the_slope_and_curves_only_what_can_be_drawn() {

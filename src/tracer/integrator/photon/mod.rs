@@ -6,8 +6,8 @@
 //!
 //! | path | by |
 //! |---|---|
-//! | E S* L | meeting the light, and sampling it from rough mirrors (weighted by the power heuristic) |
-//! | E S* S̄ L, and … S̄ L at every later spread | sampling the light and meeting it (weighted likewise) |
+//! | E S* L | hitting the light, and sampling it from rough mirrors (weighted by the power heuristic) |
+//! | E S* S̄ L, and … S̄ L at every later spread | sampling the light and hitting it (weighted likewise) |
 //! | … S̄ S⁺ L | photons of the caustic layer: at every spread, the first one included |
 //! | E S* S̄ (S* S̄)⁺ … | a ray sampled by the material of the first spread, and photons of the global layer where it ends |
 //!
@@ -46,10 +46,10 @@ use camera_path::{CameraPath, RecordedScattering};
 /// Light paths of one generation. They take a few hundredths of a second, so that the first picture is not kept waiting.
 const PATHS: u64 = 4096;
 
-/// Samples to a generation: four to a light path.
+/// Samples per generation: four per light path.
 const SAMPLES: u64 = 16_384;
 
-/// Photons of a lookup in the global layer.
+/// Number of photons of a lookup in the global layer.
 const NEIGHBOURS: usize = 12;
 
 /// Photons at which a map stops growing: 1.3 GB, and up to 2.5 times as much in all while its largest trees are merged. From
@@ -58,7 +58,7 @@ const LIMIT: usize = 1 << 25;
 
 /// Traces paths from the camera and light paths into a map of photons that both share.
 ///
-/// Owns the map; clones share it, and so do tracers of other views ([`PhotonTracer::after`]).
+/// Clones share the map, and so do tracers of other views ([`PhotonTracer::after`]).
 #[derive(Clone, Debug)]
 pub struct PhotonTracer {
     context: RenderContext,
@@ -78,7 +78,7 @@ pub struct PhotonScratch {
 }
 
 impl PhotonTracer {
-    /// A tracer with an empty map. `deterministic`: a sample sees exactly the photons that its index demands, whoever
+    /// A tracer with an empty map. If `deterministic`, a sample sees exactly the photons that its index demands, whichever worker
     /// traces it and when; otherwise the newest.
     pub fn new(context: RenderContext, deterministic: bool) -> Self {
         let (min, max) = context.scene.accel().bounds();
@@ -94,8 +94,8 @@ impl PhotonTracer {
         Self { schedule, map: Arc::new(map), ..self }
     }
 
-    /// This tracer with the photons of `before` where they would be the same: they do not depend on the camera. In index order
-    /// every picture begins with the first of them, so there nothing is kept.
+    /// This tracer with the photons of `before` if they would be the same: they do not depend on the camera. A deterministic
+    /// picture begins with the first photons, so that it keeps none.
     pub fn after(self, before: &Self) -> Self {
         let of = |t: &Self| {
             let RenderContext { seed, max_depth, rr_depth, photons, .. } = t.context;
@@ -173,7 +173,7 @@ impl Integrator for PhotonTracer {
     }
 }
 
-/// In index order, as a check of the plan needs it.
+/// A deterministic tracer, as a check of the plan needs it.
 impl From<RenderContext> for PhotonTracer {
     fn from(context: RenderContext) -> Self {
         Self::new(context, true)
