@@ -11,14 +11,14 @@ use crate::server::error::ServerError;
 use crate::server::job::{RenderJob, Task};
 use crate::server::spans::{SpanLog, Spans};
 use crate::server::stats::{Stats, StatsCell};
-use crate::server::worker::{self, Message, Priority, Work, Worker, trace_chunks};
+use crate::server::worker::{self, Priority, ServerMessage, Work, Worker, trace_chunks};
 use crate::server::wrapper::{WorkerHandle, Wrapper};
 use crate::stream::{BlockSink, Command, Epoch, Event, Hub, LANE_BLOCKS, Lanes, lanes};
 use crate::tracer::Integrator;
 
 /// A handle to the tracing threads. All methods may be called from any thread. Dropping it calls [`Server::term`].
 pub struct Server {
-    messages: Sender<Message>,
+    messages: Sender<ServerMessage>,
     events: Mutex<Receiver<Event>>,
     hub: Arc<Hub>,
     /// The latest render.
@@ -100,14 +100,14 @@ impl Server {
         self.hub.run(Some(epoch));
         *latest = Some(task.clone());
         let command = Command::Render { job: (task, work), epoch };
-        self.messages.send(Message::Command(command)).map_err(|_| ServerError::Terminated)
+        self.messages.send(ServerMessage::Command(command)).map_err(|_| ServerError::Terminated)
     }
 
     /// The command *abort*: stops the render in progress after at most one path per worker. Blocks that were sent, and unfinished
     /// ones that still fit into their lanes, remain valid: the picture so far can be completed from them.
     pub fn abort(&self) {
         self.hub.run(None);
-        let _ = self.messages.send(Message::Command(Command::Abort));
+        let _ = self.messages.send(ServerMessage::Command(Command::Abort));
     }
 
     /// The command *term*: stops the render in progress and ends all threads. Returns when they have ended, after at most one
@@ -115,7 +115,7 @@ impl Server {
     pub fn term(&self) {
         let _latest = unpoisoned(&self.latest);
         self.hub.run(None);
-        let _ = self.messages.send(Message::Command(Command::Term));
+        let _ = self.messages.send(ServerMessage::Command(Command::Term));
         if let Some(wrapper) = unpoisoned(&self.wrapper).take() {
             // The wrapper does not panic, and if it did there would be nothing left to do here.
             let _ = wrapper.join();
@@ -178,7 +178,7 @@ impl Drop for Server {
     }
 }
 
-fn spawn_worker(worker: Worker, done: Sender<Message>) -> std::io::Result<WorkerHandle> {
+fn spawn_worker(worker: Worker, done: Sender<ServerMessage>) -> std::io::Result<WorkerHandle> {
     let (assign, assignments) = channel();
     let thread = Builder::new()
         .name(format!("tracer {}", worker.number))

@@ -48,7 +48,7 @@ pub(super) struct Assignment {
 }
 
 /// A message to the wrapper.
-pub(super) enum Message {
+pub(super) enum ServerMessage {
     /// From the caller.
     Command(Command<(Arc<Task>, Work)>),
     /// From a worker.
@@ -64,7 +64,7 @@ pub(super) struct Worker {
 }
 
 /// The body of a tracing thread: one assignment after another until the wrapper closes the channel.
-pub(super) fn run(mut worker: Worker, assignments: Receiver<Assignment>, done: Sender<Message>) {
+pub(super) fn run(mut worker: Worker, assignments: Receiver<Assignment>, done: Sender<ServerMessage>) {
     worker.priority.apply();
     for Assignment { task, work } in assignments {
         let cell = &task.stats[worker.number];
@@ -77,7 +77,7 @@ pub(super) fn run(mut worker: Worker, assignments: Receiver<Assignment>, done: S
         watch.finish(worker.sink.writer().parked());
         // An idle worker must not keep the integrator alive, and its `drop` may panic, too.
         let _ = catch_unwind(AssertUnwindSafe(|| drop(work)));
-        if done.send(Message::WorkerDone { epoch: task.epoch, reason }).is_err() {
+        if done.send(ServerMessage::WorkerDone { epoch: task.epoch, reason }).is_err() {
             return;
         }
     }

@@ -5,8 +5,7 @@ use std::sync::mpsc::{Receiver, Sender};
 use std::thread::JoinHandle;
 use std::time::Instant;
 
-use crate::server::job::Task;
-use crate::server::worker::{Assignment, Message};
+use crate::server::worker::{Assignment, ServerMessage};
 use crate::stream::{Command, Epoch, Event, FinishReason, Hub};
 
 /// The wrapper's handle to a tracing thread.
@@ -31,14 +30,14 @@ pub(super) struct Wrapper {
 
 impl Wrapper {
     /// The command loop: *term*, *abort*, *render*. Returns when every thread has ended.
-    pub(super) fn run(mut self, messages: Receiver<Message>) {
+    pub(super) fn run(mut self, messages: Receiver<ServerMessage>) {
         let mut pending: Vec<PendingRender> = Vec::new();
         for message in &messages {
             match message {
-                Message::Command(Command::Term) => break,
+                ServerMessage::Command(Command::Term) => break,
                 // The caller has already stopped the epoch, so that the queue does not delay an abort.
-                Message::Command(Command::Abort) => {}
-                Message::Command(Command::Render { job: (task, work), epoch }) => {
+                ServerMessage::Command(Command::Abort) => {}
+                ServerMessage::Command(Command::Render { job: (task, work), epoch }) => {
                     pending.push(PendingRender {
                         epoch,
                         workers: self.workers.len(),
@@ -52,7 +51,7 @@ impl Wrapper {
                         }
                     }
                 }
-                Message::WorkerDone { epoch, reason } => self.worker_done(&mut pending, epoch, reason),
+                ServerMessage::WorkerDone { epoch, reason } => self.worker_done(&mut pending, epoch, reason),
             }
         }
         self.hub.run(None);

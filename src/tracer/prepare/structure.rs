@@ -15,15 +15,15 @@ use super::tangents;
 pub(in crate::tracer) struct SceneStructure {
     shapes: Vec<ShapeStructure>,
     groups: Vec<Vec<ShapeStructure>>,
-    meshes: Vec<Shared<Mesh>>,
+    meshes: Vec<SameAllocation<Mesh>>,
     lights: Vec<LightStructure>,
 }
 
 /// Data that counts as equal only if it is the same allocation.
 #[derive(Debug)]
-struct Shared<T>(Arc<T>);
+struct SameAllocation<T>(Arc<T>);
 
-impl<T> PartialEq for Shared<T> {
+impl<T> PartialEq for SameAllocation<T> {
     fn eq(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.0, &other.0)
     }
@@ -43,7 +43,7 @@ struct ShapeStructure {
 #[derive(Debug, PartialEq)]
 enum LightStructure {
     Constant,
-    Map { map: Shared<EmissionMap>, to_world: DAffine3 },
+    Map { map: SameAllocation<EmissionMap>, to_world: DAffine3 },
     Point(DVec3),
 }
 
@@ -60,14 +60,14 @@ impl SceneStructure {
         let light = |light: &LightDesc| match light {
             LightDesc::Constant { .. } => LightStructure::Constant,
             LightDesc::Map { map, to_world, .. } => {
-                LightStructure::Map { map: Shared(map.clone()), to_world: *to_world }
+                LightStructure::Map { map: SameAllocation(map.clone()), to_world: *to_world }
             }
             LightDesc::Point { position, .. } => LightStructure::Point(*position),
         };
         Self {
             shapes: desc.shapes.iter().map(shape).collect(),
             groups: desc.groups.iter().map(|group| group.shapes.iter().map(shape).collect()).collect(),
-            meshes: desc.meshes.iter().cloned().map(Shared).collect(),
+            meshes: desc.meshes.iter().cloned().map(SameAllocation).collect(),
             lights: desc.lights.iter().map(light).collect(),
         }
     }
