@@ -63,10 +63,8 @@ const TWICE: &[(&str, &str)] = &[
     ("Entry", "of the parameters of a plugin, private to its file; of the table of effects"),
     ("Event", "of a timing trace, in its format's words; the paper's name for what the server sends"),
     ("Measured", "by the benchmark of a scene; a picture with the variance of its mean"),
-    ("Message", "to the thread of the observer, private to its file; to that of the server"),
     ("Object", "of a scene that edits name; of a scene that an effect depends on"),
     ("Picture", "of a PNG file; of a comparison"),
-    ("Shared", "private to one file each: of the observer, of the structure of a scene"),
     ("Table", "of the observer, private to its file; of a spectrum"),
 ];
 
