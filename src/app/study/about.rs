@@ -1,25 +1,26 @@
-//! What a study is about: the scene as other subcommands take it, the methods, and the head of what comes out.
+//! What a study is about: its scene, its methods, its machine, and the parts that are still missing.
 
 use std::path::PathBuf;
 
 use miette::Result;
 
+use super::display;
 use super::folder::{self, StudyFolder};
-use super::stage::StudyRenderer;
-use super::{display, machine};
+use super::renderer::StudyRenderer;
 use crate::app::args::StudyArgs;
 use crate::app::args::scene::SceneArgs;
 use crate::app::args::study::Knob;
 use crate::app::run_spec::quoted;
+use crate::gpu;
 use crate::scene::desc::IntegratorKind;
-use crate::study::data::Study;
+use crate::study::data::{Machine, Study};
 use crate::study::measurement::Measurement;
 
 /// The methods that are compared.
 ///
 /// # Errors
 ///
-/// Where nothing is left to compare.
+/// When `auto` is among them.
 pub fn methods(args: &StudyArgs) -> Result<Vec<IntegratorKind>> {
     use IntegratorKind::{Auto, Bidirectional, Light, Path, Photon};
     if args.methods.contains(&Auto) {
@@ -32,7 +33,7 @@ pub fn methods(args: &StudyArgs) -> Result<Vec<IntegratorKind>> {
     Ok(if args.methods.is_empty() { all() } else { args.methods.clone() })
 }
 
-/// What is traced, as other subcommands take it.
+/// The options that name the scene, as other subcommands take them.
 pub fn source(args: &StudyArgs, scene: PathBuf) -> SceneArgs {
     SceneArgs {
         scene,
@@ -49,9 +50,9 @@ pub fn source(args: &StudyArgs, scene: PathBuf) -> SceneArgs {
     }
 }
 
-/// Scene and machine; and what is not there yet.
-pub fn about(args: &StudyArgs, stage: &StudyRenderer, folder: &StudyFolder) -> Study {
-    let has = |f: &dyn Fn(&Measurement) -> bool| folder.measurements.iter().any(f);
+/// A study with its scene, its machine and its missing parts.
+pub fn about(args: &StudyArgs, renderer: &StudyRenderer, folder: &StudyFolder) -> Study {
+    let has = |f: &dyn Fn(&Measurement) -> bool| folder.has(f);
     let mut missing = Vec::new();
     for (knob, name, there) in [
         (
@@ -59,7 +60,7 @@ pub fn about(args: &StudyArgs, stage: &StudyRenderer, folder: &StudyFolder) -> S
             "convergence, prices, pictures, predictions, stability: --knobs methods",
             has(&|m| matches!(m, Measurement::Run(_))),
         ),
-        // What is measured last.
+        // Of this part it is measured last.
         (Knob::Effects, "effects: --knobs effects", has(&|m| matches!(m, Measurement::Unused { .. }))),
         (Knob::Display, "display: --knobs display", display::is_complete(folder)),
         (Knob::Numeric, "numeric choices: --knobs numeric", has(&|m| matches!(m, Measurement::Numeric(_)))),
@@ -69,20 +70,75 @@ pub fn about(args: &StudyArgs, stage: &StudyRenderer, folder: &StudyFolder) -> S
             missing.push(name.to_string());
         }
     }
-    let spec = stage.run.film;
+    let spec = renderer.run.film;
     Study {
         format: folder::FORMAT,
         scene: args.scene.as_ref().map(|path| path.display().to_string()).unwrap_or_default(),
         size: [spec.width, spec.height],
-        machine: machine::machine(&stage.run.device, (stage.threads, stage.scene.kernel())),
-        load_seconds: stage.load_seconds,
+        machine: machine(renderer),
+        load_seconds: renderer.load_seconds,
         missing,
         ..Study::default()
     }
 }
 
-/// The command that this program was started by.
+/// The command line of this run.
 pub fn command() -> String {
     let words = std::env::args_os().skip(1).map(|word| quoted(&word.to_string_lossy()));
     std::iter::once("pointillist".to_string()).chain(words).collect::<Vec<_>>().join(" ")
+}
+
+/// The processor's name, as far as the system tells.
+pub fn cpu() -> String {
+    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let name = info.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
+    let name = name.map_or(std::env::consts::ARCH, |(_, name)| name.trim());
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    format!("{name}, {cores} cores")
+}
+
+/// Everything besides the scene that a number depends on.
+fn machine(renderer: &StudyRenderer) -> Machine {
+    let device = &renderer.run.device;
+    let driver =
+        gpu::devices().ok().and_then(|all| all.into_iter().find(|d| d.name == *device).map(|d| d.driver));
+    Machine {
+        cpu: format!("{}, {}", cpu(), renderer.scene.kernel().name()),
+        threads: renderer.threads,
+        device: device.clone(),
+        driver: driver.unwrap_or_default(),
+        program: format!("pointillist {}", env!("CARGO_PKG_VERSION")),
+        date: today(),
+    }
+}
+
+/// Today as `2026-11-21`, by the civil calendar (H. Hinnant, *chrono-compatible low-level date algorithms*), UTC.
+fn today() -> String {
+    let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
+    date(since.as_secs() / 86_400)
+}
+
+fn date(days: u64) -> String {
+    // Days since 1 March 0000, in eras of 400 years.
+    let days = days + 719_468;
+    let (era, day) = (days / 146_097, days % 146_097);
+    let year = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;
+    let day = day - (365 * year + year / 4 - year / 100);
+    let month = (5 * day + 2) / 153;
+    let (of_month, month) = (day - (153 * month + 2) / 5 + 1, if month < 10 { month + 3 } else { month - 9 });
+    let year = era * 400 + year + u64::from(month <= 2);
+    format!("{year:04}-{month:02}-{of_month:02}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn days_become_dates() {
+        assert_eq!(
+            [0, 59, 11_016, 20_778].map(date),
+            ["1970-01-01", "1970-03-01", "2000-02-29", "2026-11-21"]
+        );
+    }
 }

@@ -1,12 +1,12 @@
-//! Parts 1 and 2: every method at the same times, in turn, again and again.
+//! Parts 1 and 2: renders every method for the same times, in turn, again and again.
 
 use std::time::Duration;
 
 use miette::Result;
 
-use super::against::ReferencePicture;
 use super::folder::StudyFolder;
-use super::stage::{RenderLimit, StudyRenderer};
+use super::reference::ReferencePicture;
+use super::renderer::{RenderLimit, StudyRenderer};
 use super::{TimeBudget, pictures};
 use crate::app::args::study::Peer;
 use crate::app::{predictions, process, tell};
@@ -16,62 +16,63 @@ use crate::image::compare::Picture;
 use crate::scene::desc::IntegratorKind;
 use crate::study::measurement::{FIGURES, Measurement, RenderMeasurement};
 
-/// Seconds that pictures are given: those of the paper's Figures 3 and 4, and between.
+/// Seconds that pictures are rendered for: those of Figures 3 and 4 of the paper, and some between.
 pub const LADDER: [f64; 9] = [FIGURES[0], 0.1, FIGURES[1], 1.0, FIGURES[2], 10.0, FIGURES[3], 100.0, 300.0];
 
-/// Pictures of one method and time after which more tell little.
+/// Pictures of one method and time; more would add little.
 const ENOUGH: usize = 6;
 
-/// Seconds from which on the first error map of a time is kept for the page: the longest is shown.
+/// Least seconds of a picture whose error map is kept; the page shows the longest.
 const SHOWN: f64 = 0.3;
 
-/// Seconds that judging a picture takes besides, about.
+/// Approximate seconds that measuring the errors of a picture takes.
 const JUDGING: f64 = 0.4;
 
-/// Measures until the time is spent. All methods have had every time equally often, whenever it ends; a time that is n times as
-/// long is repeated √n times less often.
+/// Measures until the budget is spent. Whenever it ends, all methods have been rendered equally often; a time that is n times as long
+/// is repeated √n times less often.
 ///
 /// # Errors
 ///
 /// When nothing can be rendered or kept.
 pub fn converge(
-    stage: &mut StudyRenderer,
+    renderer: &mut StudyRenderer,
     folder: &mut StudyFolder,
-    (against, methods): (&ReferencePicture, &[IntegratorKind]),
-    clock: &TimeBudget,
+    reference: &ReferencePicture,
+    methods: &[IntegratorKind],
+    budget: &TimeBudget,
 ) -> Result<()> {
     for kind in methods {
-        // Pipelines, tables, pages of memory: once, before anything is timed.
-        stage.trace(&stage.run(*kind, 0), RenderLimit::Time(Duration::from_millis(50)))?;
+        // Warms up pipelines, tables and memory before anything is timed.
+        renderer.trace(&renderer.run(*kind, 0), RenderLimit::Time(Duration::from_millis(50)))?;
     }
-    while let Some(budget) = next(folder, methods, against.longest, clock) {
+    while let Some(seconds) = next(folder, methods, reference.longest, budget) {
         for kind in methods {
-            let seed = 1 + runs(folder, *kind, budget) as u32 + (budget * 1000.0) as u32 * 100;
-            let run = stage.run(*kind, seed);
-            clock.say(&format!("{} for {budget:.2} s", kind.name()));
-            let traced = stage.trace(&run, RenderLimit::Time(Duration::from_secs_f64(budget)))?;
+            let seed = 1 + runs(folder, *kind, seconds) as u32 + (seconds * 1000.0) as u32 * 100;
+            let run = renderer.run(*kind, seed);
+            budget.say(&format!("{} for {seconds:.2} s", kind.name()));
+            let traced = renderer.trace(&run, RenderLimit::Time(Duration::from_secs_f64(seconds)))?;
             if traced.driven.interrupted {
                 return Ok(());
             }
             predictions::log(&run, &traced.predictions);
-            let mut run = against.judge_run(stage, &run, &traced, budget)?;
-            let first = runs(folder, *kind, budget) == 0;
-            run.picture = run.picture.filter(|_| first && (budget >= SHOWN || FIGURES.contains(&budget)));
-            run.error_map = run.error_map.filter(|_| first && budget >= SHOWN);
+            let mut run = reference.judge_run(renderer, &run, &traced, seconds)?;
+            let first = runs(folder, *kind, seconds) == 0;
+            run.picture = run.picture.filter(|_| first && (seconds >= SHOWN || FIGURES.contains(&seconds)));
+            run.error_map = run.error_map.filter(|_| first && seconds >= SHOWN);
             folder.keep(Measurement::Run(Box::new(run)))?;
         }
     }
     Ok(())
 }
 
-/// The time that is due next; `None` when all that fit have been measured often enough.
-fn next(folder: &StudyFolder, methods: &[IntegratorKind], longest: f64, clock: &TimeBudget) -> Option<f64> {
+/// The time that is due next; `None` when all times that fit have been measured often enough.
+fn next(folder: &StudyFolder, methods: &[IntegratorKind], longest: f64, budget: &TimeBudget) -> Option<f64> {
     if process::is_interrupted() {
         return None;
     }
     let had = |budget: f64| methods.iter().map(|kind| runs(folder, *kind, budget)).min().unwrap_or(0);
     let cost = |budget: f64| methods.len() as f64 * (budget + JUDGING);
-    let due = LADDER.into_iter().filter(|&b| b <= longest && had(b) < ENOUGH && cost(b) <= clock.left());
+    let due = LADDER.into_iter().filter(|&b| b <= longest && had(b) < ENOUGH && cost(b) <= budget.left());
     let turn = |budget: f64| budget.sqrt() * (had(budget) + 1) as f64;
     due.min_by(|&a, &b| turn(a).total_cmp(&turn(b)))
 }
@@ -83,20 +84,20 @@ fn runs(folder: &StudyFolder, kind: IntegratorKind, budget: f64) -> usize {
     folder.measurements.iter().filter(|m| matches!(m, Measurement::Run(run) if same(run))).count()
 }
 
-/// Pictures of other programs.
+/// Measures the errors of pictures of other programs.
 ///
 /// # Errors
 ///
 /// When one cannot be read or has another size.
 pub fn peers(
-    stage: &StudyRenderer,
+    renderer: &StudyRenderer,
     folder: &mut StudyFolder,
-    against: &ReferencePicture,
+    reference: &ReferencePicture,
     peers: &[Peer],
 ) -> Result<()> {
     for peer in peers {
         let same = |run: &RenderMeasurement| run.method == peer.name && run.seconds == peer.seconds;
-        if folder.measurements.iter().any(|m| matches!(m, Measurement::Run(run) if same(run))) {
+        if folder.has(|m| matches!(m, Measurement::Run(run) if same(run))) {
             continue;
         }
         let mut picture = Picture::read(&peer.file, None)
@@ -105,8 +106,8 @@ pub fn peers(
         if black > 0 {
             tell(&format!("note: --peer {}: {black} pixels are not finite; they count as black", peer.name));
         }
-        let shown = develop::shown(&picture.rgb, &stage.settings);
-        let judged = against
+        let shown = develop::shown(&picture.rgb, &renderer.settings);
+        let judged = reference
             .judge(&picture.rgb, &shown)
             .map_err(|error| miette::miette!("--peer {}: {error}", peer.name))?;
         let run = RenderMeasurement {
@@ -122,7 +123,7 @@ pub fn peers(
     Ok(())
 }
 
-/// Makes pixels black that are not finite, and counts them.
+/// Makes pixels black that are not finite and counts them.
 fn blacken(rgb: &mut Grid<[f32; 3]>) -> usize {
     let bad = rgb.pixels_mut().iter_mut().filter(|rgb| !rgb.iter().all(|c| c.is_finite()));
     bad.map(|rgb| *rgb = [0.0; 3]).count()

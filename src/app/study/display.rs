@@ -1,11 +1,11 @@
-//! Part 4: what each setting of the display costs on the device, and what it does to the picture.
+//! Part 4: the cost of each display setting on the device, and its effect on the picture.
 
 use miette::Result;
 
-use super::against::ReferencePicture;
 use super::folder::StudyFolder;
 use super::pictures::{difference, linear};
-use super::stage::{RenderLimit, StudyRenderer};
+use super::reference::ReferencePicture;
+use super::renderer::{RenderLimit, StudyRenderer};
 use super::{TimeBudget, chosen};
 use crate::app::bench::{self, BenchJob};
 use crate::app::process;
@@ -25,7 +25,7 @@ const SAMPLES: [f64; 2] = [0.1, 4.0];
 /// Frames whose passes are timed.
 const FRAMES: u32 = 16;
 
-/// Radii and windows of the reconstruction, `(name, 2R, E)`: the paper's, R varied, E varied.
+/// Radii and windows of the reconstruction, `(name, 2R, E)`: the paper's values, then R and E varied.
 const KERNELS: [(&str, u32, u32); 7] = [
     ("R = 2.5, E = 8", 5, 8),
     ("R = 1.5, E = 8", 3, 8),
@@ -36,10 +36,10 @@ const KERNELS: [(&str, u32, u32); 7] = [
     ("R = 1.5, cut off", 3, 0),
 ];
 
-/// Passes of a batch; all others are of a repaint.
+/// Passes of a batch of samples; all others belong to a repaint.
 const BATCH: [&str; 3] = ["splat", "fold", "variance"];
 
-/// A setting: its knob, its name, what it makes of the usual ones, and whether it concerns samples.
+/// A setting of one knob: the complete display settings and film, and whether its cost is one of samples.
 struct DisplaySetting {
     knob: &'static str,
     name: &'static str,
@@ -55,39 +55,39 @@ struct DisplaySetting {
 ///
 /// When the device fails.
 pub fn display(
-    stage: &mut StudyRenderer,
+    renderer: &mut StudyRenderer,
     folder: &mut StudyFolder,
-    against: &ReferencePicture,
-    clock: &TimeBudget,
+    reference: &ReferencePicture,
+    budget: &TimeBudget,
 ) -> Result<()> {
-    let run = chosen(stage);
+    let run = chosen(renderer);
     for samples in SAMPLES {
-        let paths = (samples * stage.texels()).round() as u64;
+        let paths = (samples * renderer.texels()).round() as u64;
         let mut film = None;
-        for setting in settings(stage) {
+        for setting in settings(renderer) {
             let same = |p: &DisplayPrice| {
                 (&*p.knob, &*p.setting, p.samples_per_pixel) == (setting.knob, setting.name, samples)
             };
-            if folder.measurements.iter().any(|m| matches!(m, Measurement::Display(price) if same(price))) {
+            if folder.has(|m| matches!(m, Measurement::Display(price) if same(price))) {
                 continue;
             }
-            if process::is_interrupted() || clock.left() < 0.0 {
-                return stage.remake(stage.run.film);
+            if process::is_interrupted() || budget.left() < 0.0 {
+                return renderer.remake(renderer.run.film);
             }
-            // The wide ones need a film with variances; a filter has one of its own.
+            // Settings that read variances and splat filters need a film of their own.
             if film != Some(setting.spec) {
-                stage.remake(setting.spec)?;
+                renderer.remake(setting.spec)?;
                 let run = RunSpec { film: setting.spec, ..run.clone() };
-                if stage.trace(&run, RenderLimit::Paths(paths))?.driven.interrupted {
-                    return stage.remake(stage.run.film);
+                if renderer.trace(&run, RenderLimit::Paths(paths))?.driven.interrupted {
+                    return renderer.remake(renderer.run.film);
                 }
                 film = Some(setting.spec);
             }
-            clock.say(&format!("{} {} at {samples} samples per pixel", setting.knob, setting.name));
-            let (shown, _) = stage.show(&setting.settings)?;
+            budget.say(&format!("{} {} at {samples} samples per pixel", setting.knob, setting.name));
+            let shown = renderer.show(&setting.settings)?;
             let shown = linear(&shown, &setting.settings).unwrap_or_default();
             let milliseconds = match samples == SAMPLES[0] {
-                true => time(stage, &run, &setting)?,
+                true => time(renderer, &run, &setting)?,
                 false => earlier(folder, &setting),
             };
             folder.keep(Measurement::Display(DisplayPrice {
@@ -96,25 +96,25 @@ pub fn display(
                 default: setting.default,
                 milliseconds,
                 per_sample: setting.per_sample,
-                rel_mse: rel_mse(&shown, &against.shown).ok().map(|error| error.whole),
-                flip: Some(difference(&shown, &against.shown).0),
+                rel_mse: rel_mse(&shown, &reference.shown).ok().map(|error| error.whole),
+                flip: Some(difference(&shown, &reference.shown).0),
                 samples_per_pixel: samples,
             }))?;
         }
     }
-    stage.remake(stage.run.film)
+    renderer.remake(renderer.run.film)
 }
 
 /// True if the last setting has been judged at the last number of samples.
 pub fn is_complete(folder: &StudyFolder) -> bool {
     let last = |price: &DisplayPrice| price.setting == "box" && price.samples_per_pixel == SAMPLES[1];
-    folder.measurements.iter().any(|m| matches!(m, Measurement::Display(price) if last(price)))
+    folder.has(|m| matches!(m, Measurement::Display(price) if last(price)))
 }
 
-/// Everything that is varied, one at a time.
-fn settings(stage: &StudyRenderer) -> Vec<DisplaySetting> {
-    let usual = Settings { vm: 0.0, glare: None, ..stage.settings.clone() };
-    let plain = FilmSpec { variance: None, ..stage.run.film };
+/// All settings; each varies one of the usual ones.
+fn settings(renderer: &StudyRenderer) -> Vec<DisplaySetting> {
+    let usual = Settings { vm: 0.0, glare: None, ..renderer.settings.clone() };
+    let plain = FilmSpec { variance: None, ..renderer.run.film };
     let varied = FilmSpec { variance: Some(VarianceForm::Product), ..plain };
     let mut all = Vec::new();
     let mut add = |knob, name, settings: &Settings, spec: FilmSpec, default| {
@@ -159,15 +159,15 @@ fn settings(stage: &StudyRenderer) -> Vec<DisplaySetting> {
 }
 
 /// Milliseconds on the device, per repaint or per million samples; `None` where there is no device with clocks.
-fn time(stage: &StudyRenderer, run: &RunSpec, setting: &DisplaySetting) -> Result<Option<Interval>> {
-    let Some(gpu) = stage.device.gpu() else { return Ok(None) };
+fn time(renderer: &StudyRenderer, run: &RunSpec, setting: &DisplaySetting) -> Result<Option<Interval>> {
+    let Some(gpu) = renderer.device.gpu() else { return Ok(None) };
     let run = RunSpec { film: setting.spec, ..run.clone() };
     let job = BenchJob {
         gpu,
         run: &run,
-        scene: stage.scene.clone(),
-        camera: stage.camera.clone(),
-        threads: stage.threads,
+        scene: renderer.scene.clone(),
+        camera: renderer.camera.clone(),
+        threads: renderer.threads,
         settings: &setting.settings,
         frames: FRAMES,
     };
@@ -187,7 +187,7 @@ fn time(stage: &StudyRenderer, run: &RunSpec, setting: &DisplaySetting) -> Resul
     Ok(Interval::of_median(&frames).map(|mean| mean.map(|ms| ms * scale)))
 }
 
-/// The time that was measured with the first picture.
+/// The time that was measured at the first number of samples.
 fn earlier(folder: &StudyFolder, setting: &DisplaySetting) -> Option<Interval> {
     folder.measurements.iter().rev().find_map(|measured| match measured {
         Measurement::Display(price) if price.knob == setting.knob && price.setting == setting.name => {

@@ -1,14 +1,14 @@
-//! Part 3: what each effect of the tracer costs in time and noise, and what the picture loses without it.
+//! Part 3: the cost of each of the tracer's effects in time and noise, and what the picture loses without it.
 
 use std::sync::Arc;
 use std::time::Duration;
 
 use miette::{IntoDiagnostic, Result};
 
-use super::against::ReferencePicture;
 use super::folder::StudyFolder;
 use super::pictures::{difference, linear, uri};
-use super::stage::{RenderLimit, StudyRenderer};
+use super::reference::ReferencePicture;
+use super::renderer::{RenderLimit, StudyRenderer};
 use super::{TimeBudget, chosen};
 use crate::app::explain::price;
 use crate::app::run_spec::RunSpec;
@@ -19,7 +19,7 @@ use crate::study::measurement::Measurement;
 use crate::tracer::effects::{self, Effect};
 use crate::tracer::{Camera, Scene};
 
-/// Turns between the scene as planned and the code for everything.
+/// Turns between the specialised and the general code.
 const TURNS: usize = 9;
 
 /// Measures every effect that can be left out or added.
@@ -28,38 +28,39 @@ const TURNS: usize = 9;
 ///
 /// When a scene without an effect cannot be prepared or rendered.
 pub fn effects(
-    stage: &mut StudyRenderer,
+    renderer: &mut StudyRenderer,
     folder: &mut StudyFolder,
-    against: &ReferencePicture,
-    clock: &TimeBudget,
+    reference: &ReferencePicture,
+    budget: &TimeBudget,
 ) -> Result<()> {
     let known = |name: &str, folder: &StudyFolder| {
-        folder.measurements.iter().any(|m| matches!(m, Measurement::Effect(price) if price.name == name))
+        folder.has(|m| matches!(m, Measurement::Effect(price) if price.name == name))
     };
     if folder.measurements.iter().filter(|m| matches!(m, Measurement::Unused { .. })).count() >= TURNS {
         return Ok(());
     }
-    let run = chosen(stage);
-    let plan = plan::plan(&stage.desc, &run, &stage.settings);
-    let subject = price::Subject { desc: &stage.desc, scene: &stage.scene, camera: &stage.camera, run: &run };
+    let run = chosen(renderer);
+    let plan = plan::plan(&renderer.desc, &run, &renderer.settings);
+    let subject =
+        price::Subject { desc: &renderer.desc, scene: &renderer.scene, camera: &renderer.camera, run: &run };
     let ratios = price::ratios(&plan, subject, price::THOROUGH)?;
     let on: Vec<Effect> = plan.iter().filter(|entry| entry.on).filter_map(|entry| entry.effect).collect();
     // Half a share for the picture with everything, one for each without something.
-    let seconds = (clock.left() / (on.len() as f64 + 2.0) - 0.6).clamp(0.3, 10.0);
+    let seconds = (budget.left() / (on.len() as f64 + 2.0) - 0.6).clamp(0.3, 10.0);
     let limit = RenderLimit::Time(Duration::from_secs_f64(seconds));
-    let whole = stage.trace(&run, limit)?;
+    let whole = renderer.trace(&run, limit)?;
     if whole.driven.interrupted {
         return Ok(());
     }
     let same = RenderLimit::Paths(whole.data.counts.paths());
     let (flip_whole, _) =
-        difference(&linear(&whole.shown, &stage.settings).unwrap_or_default(), &against.shown);
+        difference(&linear(&whole.shown, &renderer.settings).unwrap_or_default(), &reference.shown);
     for (entry, turns) in plan.iter().zip(ratios) {
         if process::is_interrupted() {
             return Ok(());
         }
         let Some(effect) = entry.effect.filter(|effect| !known(effect.name(), folder)) else { continue };
-        clock.say(&format!("the picture without {}", effect.name()));
+        budget.say(&format!("the picture without {}", effect.name()));
         let time =
             Interval::of_median(&turns).map(|ratio| if entry.on { ratio.map(|r| 1.0 / r) } else { ratio });
         let reason = entry.reason.to_string();
@@ -67,9 +68,9 @@ pub fn effects(
             EffectPrice { name: effect.name().to_string(), on: entry.on, reason, time, ..Default::default() };
         if entry.on
             && time.is_some()
-            && let Some(without) = leave_out(stage, &run, effect, same)?
+            && let Some(without) = leave_out(renderer, &run, effect, same)?
         {
-            let noise = |traced: &super::stage::StudyRender| {
+            let noise = |traced: &super::renderer::StudyRender| {
                 let figures = traced.state.checkpoints.last().map(|_| traced.state.estimate.mean_square)?;
                 Some(figures)
             };
@@ -77,40 +78,40 @@ pub fn effects(
                 return Ok(());
             }
             price.variance = noise(&without).zip(noise(&whole)).map(|(without, with)| 1.0 - without / with);
-            let shown = linear(&without.shown, &stage.settings).unwrap_or_default();
-            price.loss = Some((difference(&shown, &against.shown).0 - flip_whole).max(0.0));
+            let shown = linear(&without.shown, &renderer.settings).unwrap_or_default();
+            price.loss = Some((difference(&shown, &reference.shown).0 - flip_whole).max(0.0));
             price.picture = uri(&shown);
         }
         folder.keep(Measurement::Effect(price))?;
     }
-    unused(stage, folder, &run)
+    unused(renderer, folder, &run)
 }
 
 /// The scene without an effect, rendered; `None` where it cannot be left out.
 fn leave_out(
-    stage: &mut StudyRenderer,
+    renderer: &mut StudyRenderer,
     run: &RunSpec,
     effect: Effect,
     limit: RenderLimit,
-) -> Result<Option<super::stage::StudyRender>> {
-    let mut other = stage.desc.clone();
+) -> Result<Option<super::renderer::StudyRender>> {
+    let mut other = renderer.desc.clone();
     other.integrator.kind = run.integrator;
     if effects::without(&mut other, effect).is_err() {
         return Ok(None);
     }
-    let scene = Arc::new(stage.scene.edited(&other).into_diagnostic()?);
+    let scene = Arc::new(renderer.scene.edited(&other).into_diagnostic()?);
     let camera = Camera::of(&other).into_diagnostic()?;
     let run = RunSpec { integrator: other.integrator.kind, photons: other.integrator.photons, ..run.clone() };
-    stage.trace_other(&run, (scene, camera), limit).map(Some)
+    renderer.trace_other(&run, scene, camera, limit).map(Some)
 }
 
-/// What leaving out unused effects saves: the scene as planned against the code for everything, in turn.
-fn unused(stage: &StudyRenderer, folder: &mut StudyFolder, run: &RunSpec) -> Result<()> {
-    let general = Arc::new(load::prepare(Scene::prepare_general, &stage.desc, stage.scene.kernel())?);
-    let mut desc = stage.desc.clone();
+/// Measures what leaving out unused effects saves: the specialised against the general code, in turn.
+fn unused(renderer: &StudyRenderer, folder: &mut StudyFolder, run: &RunSpec) -> Result<()> {
+    let general = Arc::new(load::prepare(Scene::prepare_general, &renderer.desc, renderer.scene.kernel())?);
+    let mut desc = renderer.desc.clone();
     desc.integrator.kind = run.integrator;
-    let mut planned = price::runner(run, stage.scene.clone(), stage.camera.clone(), &desc);
-    let mut everything = price::runner(run, general, stage.camera.clone(), &desc);
+    let mut planned = price::runner(run, renderer.scene.clone(), renderer.camera.clone(), &desc);
+    let mut everything = price::runner(run, general, renderer.camera.clone(), &desc);
     for run in [&mut planned, &mut everything] {
         run(price::THOROUGH.turn);
     }

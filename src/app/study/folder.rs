@@ -1,4 +1,4 @@
-//! The folder of a study: what is measured, line by line, and what is made of it.
+//! The folder of a study: its measurements, line by line, and the files that are made from them.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -6,19 +6,19 @@ use std::path::{Path, PathBuf};
 use miette::{IntoDiagnostic, Result, WrapErr};
 use serde::{Deserialize, Serialize};
 
-use super::stage::StudyRenderer;
+use super::renderer::StudyRenderer;
 use crate::app::tell;
 use crate::image::write::atomically;
 use crate::study::data::Study;
 use crate::study::measurement::Measurement;
 use crate::study::pages;
 
-/// What the measurements of a folder belong to: its first line. Others do not go together with them.
+/// The first line of a folder: what its measurements belong to. Measurements of anything else are refused.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct FolderHeader {
     format: u32,
     program: String,
-    /// Hash of all that the scene holds and of how it is shown.
+    /// Hash of the scene's description and of the display settings.
     scene: String,
     size: [u32; 2],
     filter: String,
@@ -31,11 +31,11 @@ struct FolderHeader {
 /// The format of the folder.
 pub const FORMAT: u32 = 1;
 
-/// A folder that is open.
+/// An open folder.
 pub struct StudyFolder {
     path: PathBuf,
     file: std::fs::File,
-    /// Everything that was measured in it, by this run or one before.
+    /// The measurements of this run and of those before.
     pub measurements: Vec<Measurement>,
     grown: bool,
 }
@@ -43,12 +43,12 @@ pub struct StudyFolder {
 const LINES: &str = "measurements.jsonl";
 
 impl StudyFolder {
-    /// Opens a folder, or makes it.
+    /// Opens a folder, or creates it.
     ///
     /// # Errors
     ///
-    /// When it cannot be made or read, or holds the study of something else.
-    pub fn open(path: &Path, stage: &StudyRenderer) -> Result<Self> {
+    /// When it cannot be created or read, or holds the study of something else.
+    pub fn open(path: &Path, renderer: &StudyRenderer) -> Result<Self> {
         let cannot = |what: &str| format!("cannot {what} {}", path.display());
         std::fs::create_dir_all(path).into_diagnostic().wrap_err_with(|| cannot("make the folder"))?;
         let lines = path.join(LINES);
@@ -61,7 +61,7 @@ impl StudyFolder {
                     .wrap_err_with(|| format!("cannot read {}", lines.display()));
             }
         };
-        let heading = heading(stage);
+        let heading = heading(renderer);
         let mut parts = text.split_inclusive('\n');
         if let Some(first) = parts.next() {
             let there: Option<FolderHeader> = serde_json::from_str(first).ok();
@@ -73,7 +73,7 @@ impl StudyFolder {
                 ));
             }
         }
-        // A line without an end was being written when the run ended.
+        // A last line without an end was cut when the run ended.
         let whole = text.rfind('\n').map_or(0, |end| end + 1);
         let read: Vec<Option<Measurement>> =
             parts.filter(|line| line.ends_with('\n')).map(|line| serde_json::from_str(line).ok()).collect();
@@ -97,7 +97,7 @@ impl StudyFolder {
         self.path.join(name)
     }
 
-    /// Keeps a measurement, at once.
+    /// Writes a measurement at once.
     ///
     /// # Errors
     ///
@@ -111,16 +111,21 @@ impl StudyFolder {
         Ok(())
     }
 
+    /// True if a measurement of this kind is there.
+    pub fn has(&self, kind: impl Fn(&Measurement) -> bool) -> bool {
+        self.measurements.iter().any(kind)
+    }
+
     /// True if this run has added something.
     pub fn has_grown(&self) -> bool {
         self.grown
     }
 
-    /// Makes page, table and JSON anew.
+    /// Writes page, table, JSON and charts.
     ///
     /// # Errors
     ///
-    /// When a file cannot be written; the others are.
+    /// When a file cannot be written; the others are written all the same.
     pub fn publish(&self, study: &Study) -> Result<()> {
         let json = serde_json::to_string_pretty(study).into_diagnostic()? + "\n";
         let texts =
@@ -134,7 +139,7 @@ impl StudyFolder {
     }
 }
 
-/// Adds a measurement; what was measured against another reference does not count any more.
+/// Adds a measurement; a new reference discards what was measured against another.
 fn take(all: &mut Vec<Measurement>, new: Measurement) {
     if matches!(new, Measurement::Reference(_)) {
         all.clear();
@@ -142,22 +147,22 @@ fn take(all: &mut Vec<Measurement>, new: Measurement) {
     all.push(new);
 }
 
-fn heading(stage: &StudyRenderer) -> FolderHeader {
-    let run = &stage.run;
+fn heading(renderer: &StudyRenderer) -> FolderHeader {
+    let run = &renderer.run;
     FolderHeader {
         format: FORMAT,
         program: env!("CARGO_PKG_VERSION").to_string(),
-        scene: format!("{:016x}", hash(&(&stage.desc, &stage.settings))),
+        scene: format!("{:016x}", hash(&(&renderer.desc, &renderer.settings))),
         size: [run.film.width, run.film.height],
         filter: format!("{:?}", run.film.filter),
-        cpu: super::machine::cpu(),
-        threads: stage.threads,
-        simd: stage.scene.kernel().name().to_string(),
+        cpu: super::about::cpu(),
+        threads: renderer.threads,
+        simd: renderer.scene.kernel().name().to_string(),
         device: run.device.clone(),
     }
 }
 
-/// FNV-1a of everything that a description says of itself.
+/// FNV-1a hash of the debug form of a description.
 fn hash(desc: &impl std::fmt::Debug) -> u64 {
     struct Fnv(u64);
     impl std::fmt::Write for Fnv {

@@ -1,17 +1,16 @@
 //! `pointillist study`: what accuracy costs in time, on one scene and this machine.
 
 mod about;
-mod against;
 mod collect;
 mod converge;
 mod display;
 mod effects;
 mod folder;
-mod machine;
 mod numeric;
 mod pictures;
+mod reference;
+mod renderer;
 mod schemes;
-mod stage;
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -25,12 +24,13 @@ use super::{method, predictions, process, tell};
 use crate::scene::desc::IntegratorKind;
 use crate::study::measurement::Measurement;
 use crate::study::{analysis, pages};
-use against::ReferencePicture;
 use folder::StudyFolder;
-use stage::StudyRenderer;
+use reference::ReferencePicture;
+use renderer::StudyRenderer;
 
-/// Shares of the budget: the reference, and each part.
+/// Share of the budget for the reference.
 const REFERENCE: f64 = 0.2;
+/// Parts in their order, with shares of what is left of the budget.
 const PARTS: [(Knob, f64); 5] = [
     (Knob::Methods, 0.7),
     (Knob::Effects, 0.5),
@@ -39,7 +39,7 @@ const PARTS: [(Knob, f64); 5] = [
     (Knob::Replicates, 1.0),
 ];
 
-/// What a part may still take.
+/// The time that a part of the study may take.
 pub struct TimeBudget {
     start: Instant,
     seconds: f64,
@@ -52,7 +52,7 @@ impl TimeBudget {
         self.seconds - self.start.elapsed().as_secs_f64()
     }
 
-    /// Says what is being measured.
+    /// Tells the user what is being measured.
     pub fn say(&self, text: &str) {
         if !self.quiet {
             tell(&format!("  {text}"));
@@ -64,7 +64,7 @@ impl TimeBudget {
 ///
 /// # Errors
 ///
-/// Whatever stops it; what was measured before is kept.
+/// When a part fails; earlier measurements are kept.
 pub fn study(args: &StudyArgs) -> Result<()> {
     if args.predictions {
         return predictions::print();
@@ -75,36 +75,44 @@ pub fn study(args: &StudyArgs) -> Result<()> {
     let Some(scene) = &args.scene else { return Ok(()) };
     process::listen_for_interrupt();
     let budget = TimeBudget { start: Instant::now(), seconds: args.budget.as_secs_f64(), quiet: args.quiet };
-    let mut stage = StudyRenderer::new(args, &about::source(args, scene.clone()))?;
+    let mut renderer = StudyRenderer::new(args, &about::source(args, scene.clone()))?;
     let path = args.output.clone().unwrap_or_else(|| {
         let stem = scene.file_stem().unwrap_or_default().to_string_lossy();
         PathBuf::from(format!("study-{stem}"))
     });
-    let mut folder = StudyFolder::open(&path, &stage)?;
+    let mut folder = StudyFolder::open(&path, &renderer)?;
     budget.say("the reference");
-    let against =
-        ReferencePicture::find(&mut stage, &mut folder, args.against.as_deref(), REFERENCE * budget.seconds)?;
-    let outcome = measure(args, &mut stage, (&mut folder, &against), &budget);
+    let reference = ReferencePicture::find(
+        &mut renderer,
+        &mut folder,
+        args.against.as_deref(),
+        REFERENCE * budget.seconds,
+    )?;
+    let outcome = measure(args, &mut renderer, &mut folder, &reference, &budget);
     if folder.has_grown() {
         folder.keep(Measurement::Command { command: about::command() })?;
     }
-    let study = analysis::study(about::about(args, &stage, &folder), &folder.measurements);
+    let study = analysis::study(about::about(args, &renderer, &folder), &folder.measurements);
     folder.publish(&study)?;
     if !args.quiet {
         super::report::print(&pages::terminal(&study), "the study");
-        tell(&format!("page, table and figures: {}", folder.file("index.html").display()));
+        tell(&format!(
+            "the page is {}; tables and charts are beside it",
+            folder.file("index.html").display()
+        ));
     }
     outcome
 }
 
-/// One part after another; each takes its share of what is left.
+/// Measures one part after another; each takes its share of what is left.
 fn measure(
     args: &StudyArgs,
-    stage: &mut StudyRenderer,
-    (folder, against): (&mut StudyFolder, &ReferencePicture),
+    renderer: &mut StudyRenderer,
+    folder: &mut StudyFolder,
+    reference: &ReferencePicture,
     budget: &TimeBudget,
 ) -> Result<()> {
-    converge::peers(stage, folder, against, &args.peer)?;
+    converge::peers(renderer, folder, reference, &args.peer)?;
     let wanted = |knob: Knob| args.knobs.is_empty() || args.knobs.contains(&knob);
     let methods = about::methods(args)?;
     let last = PARTS.iter().rposition(|(knob, _)| wanted(*knob));
@@ -113,28 +121,28 @@ fn measure(
             continue;
         }
         let share = if Some(i) == last { 1.0 } else { share };
-        let clock = TimeBudget { start: Instant::now(), seconds: share * budget.left(), quiet: args.quiet };
+        let part = TimeBudget { start: Instant::now(), seconds: share * budget.left(), quiet: args.quiet };
         match knob {
-            Knob::Methods => converge::converge(stage, folder, (against, &methods), &clock)?,
-            Knob::Effects => effects::effects(stage, folder, against, &clock)?,
-            Knob::Display => display::display(stage, folder, against, &clock)?,
-            Knob::Numeric => numeric::numeric(stage, folder)?,
-            Knob::Replicates => schemes::schemes(stage, folder, against, &clock)?,
+            Knob::Methods => converge::converge(renderer, folder, reference, &methods, &part)?,
+            Knob::Effects => effects::effects(renderer, folder, reference, &part)?,
+            Knob::Display => display::display(renderer, folder, reference, &part)?,
+            Knob::Numeric => numeric::numeric(renderer, folder)?,
+            Knob::Replicates => schemes::schemes(renderer, folder, reference, &part)?,
         }
     }
     Ok(())
 }
 
-/// The method that `auto` chooses, which effects and display are measured with.
-fn chosen(stage: &StudyRenderer) -> RunSpec {
-    let mut run = stage.run(IntegratorKind::Auto, 1);
-    method::choose(&mut run, &stage.scene, &stage.camera, stage.threads);
+/// A run by the method that `auto` chooses, for measuring effects and display.
+fn chosen(renderer: &StudyRenderer) -> RunSpec {
+    let mut run = renderer.run(IntegratorKind::Auto, 1);
+    method::choose(&mut run, &renderer.scene, &renderer.camera, renderer.threads);
     run
 }
 
-/// The same, but for photon mapping, whose pictures have more than noise.
-fn unbiased(stage: &StudyRenderer) -> RunSpec {
-    let mut run = chosen(stage);
+/// The same by an unbiased method: bidirectional path tracing in place of photon mapping.
+fn unbiased(renderer: &StudyRenderer) -> RunSpec {
+    let mut run = chosen(renderer);
     if run.integrator == IntegratorKind::Photon {
         run.integrator = IntegratorKind::Bidirectional;
     }

@@ -1,4 +1,4 @@
-//! Part 5: what more exact arithmetic costs, and what it is good for.
+//! Part 5: the cost and the benefit of more exact arithmetic.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -6,12 +6,12 @@ use std::time::Instant;
 use miette::Result;
 
 use super::folder::StudyFolder;
-use super::stage::StudyRenderer;
+use super::renderer::StudyRenderer;
 use crate::study::Interval;
 use crate::study::data::NumericPrice;
 use crate::study::measurement::Measurement;
 
-/// Values in a sum: what one pixel receives in an hour of a fast tracer.
+/// Values in a sum, about as many as one pixel receives in an hour of a fast tracer.
 const TERMS: usize = 1 << 20;
 
 /// Sums that are compared.
@@ -22,15 +22,15 @@ const SUMS: usize = 9;
 /// # Errors
 ///
 /// When the measurements cannot be kept.
-pub fn numeric(stage: &StudyRenderer, folder: &mut StudyFolder) -> Result<()> {
-    if folder.measurements.iter().any(|m| matches!(m, Measurement::Numeric(_))) {
+pub fn numeric(renderer: &StudyRenderer, folder: &mut StudyFolder) -> Result<()> {
+    if folder.has(|m| matches!(m, Measurement::Numeric(_))) {
         return Ok(());
     }
-    let values = luminances(stage);
+    let values = luminances(renderer);
     let exact: f64 = values.iter().map(|&v| f64::from(v)).sum();
     let plain = |values: &[f32]| f64::from(values.iter().fold(0.0f32, |sum, v| sum + v));
     let folded = |values: &[f32]| {
-        // As the film does it: short sums in one float, folded into two (Knuth's two-sum).
+        // Like the film: short sums in one float, folded into two (Knuth's two-sum).
         let (mut hi, mut lo) = (0.0f32, 0.0f32);
         for part in values.chunks(crate::client::filter::ADDS_PER_SUM as usize) {
             let short = part.iter().fold(0.0f32, |sum, v| sum + v);
@@ -105,10 +105,10 @@ fn compare(
 }
 
 /// Luminances of the scene's samples, repeated as often as needed.
-fn luminances(stage: &StudyRenderer) -> Vec<f32> {
-    let run = super::chosen(stage);
+fn luminances(renderer: &StudyRenderer) -> Vec<f32> {
+    let run = super::chosen(renderer);
     let samples =
-        crate::app::explain::price::samples(&run, stage.scene.clone(), stage.camera.clone(), 1 << 14);
+        crate::app::explain::price::samples(&run, renderer.scene.clone(), renderer.camera.clone(), 1 << 14);
     let seen: Vec<f32> = samples.into_iter().filter(|y| *y > 0.0).collect();
     match seen.is_empty() {
         true => (0..TERMS).map(|i| 0.1 + (i % 7) as f32).collect(),

@@ -1,10 +1,10 @@
-//! What it costs to know the error: pictures with replicates and without, of as many samples.
+//! The cost of knowing the error: pictures with and without replicates, of equally many samples.
 
 use miette::Result;
 
-use super::against::ReferencePicture;
 use super::folder::StudyFolder;
-use super::stage::{RenderLimit, StudyRenderer};
+use super::reference::ReferencePicture;
+use super::renderer::{RenderLimit, StudyRenderer};
 use super::{TimeBudget, unbiased};
 use crate::app::process;
 use crate::app::run_spec::RunSpec;
@@ -15,33 +15,33 @@ use crate::study::measurement::Measurement;
 /// Samples per pixel of the pictures.
 const SAMPLES: f64 = 16.0;
 
-/// Measures pairs of pictures until the time is spent; three at least.
+/// Measures pairs of pictures until the budget is spent, but at least three.
 ///
 /// # Errors
 ///
 /// When nothing can be rendered or kept.
 pub fn schemes(
-    stage: &mut StudyRenderer,
+    renderer: &mut StudyRenderer,
     folder: &mut StudyFolder,
-    against: &ReferencePicture,
-    clock: &TimeBudget,
+    reference: &ReferencePicture,
+    budget: &TimeBudget,
 ) -> Result<()> {
-    if folder.measurements.iter().any(|m| matches!(m, Measurement::Scheme(_))) || clock.left() <= 0.0 {
+    if folder.has(|m| matches!(m, Measurement::Scheme(_))) || budget.left() <= 0.0 {
         return Ok(());
     }
-    let run = unbiased(stage);
-    let paths = RenderLimit::Paths((SAMPLES * stage.texels()) as u64);
+    let run = unbiased(renderer);
+    let paths = RenderLimit::Paths((SAMPLES * renderer.texels()) as u64);
     let (mut ratios, mut stated) = (Vec::new(), Vec::new());
     for seed in 7000.. {
-        clock.say("a picture with replicates and one without");
+        budget.say("a picture with replicates and one without");
         let mut errors = [0.0; 2];
         for (error, replicated) in errors.iter_mut().zip([true, false]) {
             let run = RunSpec { seed, replicated, ..run.clone() };
-            let traced = stage.trace(&run, paths)?;
+            let traced = renderer.trace(&run, paths)?;
             if traced.driven.interrupted {
                 return Ok(());
             }
-            let run = against.judge_run(stage, &run, &traced, 0.0)?;
+            let run = reference.judge_run(renderer, &run, &traced, 0.0)?;
             *error = run.rel_mse.value.sqrt();
             stated.extend(run.noise.map(|noise| 0.5 * (noise.value / run.rel_mse.value).ln()));
         }
@@ -49,7 +49,7 @@ pub fn schemes(
             return Ok(()); // black: there is nothing to know
         }
         ratios.push((errors[0] / errors[1]).ln());
-        let full = clock.left() < 0.0 && ratios.len() >= 3;
+        let full = budget.left() < 0.0 && ratios.len() >= 3;
         if full || ratios.len() >= 8 || process::is_interrupted() {
             break;
         }

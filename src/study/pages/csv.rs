@@ -1,5 +1,7 @@
 //! The numbers of a study as tidy CSV: one number per line, named by its part, its subject and what it is.
 
+use serde::Serialize;
+
 use crate::study::Interval;
 use crate::study::data::{CurvePoint, MethodResult, Study};
 
@@ -20,24 +22,23 @@ const COLUMNS: [&str; 14] = [
     "measured",
 ];
 
-/// What the numbers of some lines are about.
-#[derive(Clone)]
-struct CsvSubject<'a> {
+/// A line, or what several lines have in common.
+#[derive(Clone, Default, Serialize)]
+struct CsvLine<'a> {
+    scene: &'a str,
     part: &'a str,
     subject: &'a str,
     peer: bool,
     setting: String,
-    seconds: Option<f64>,
-    samples: Option<f64>,
-    runs: Option<usize>,
+    seconds: String,
+    samples_per_pixel: String,
+    runs: String,
+    figure: &'a str,
+    unit: &'a str,
+    value: String,
+    low: String,
+    high: String,
     measured: bool,
-}
-
-impl<'a> CsvSubject<'a> {
-    fn new(part: &'a str, subject: &'a str, setting: impl Into<String>) -> Self {
-        let setting = setting.into();
-        Self { part, subject, peer: false, setting, seconds: None, samples: None, runs: None, measured: true }
-    }
 }
 
 struct CsvText<'a> {
@@ -45,29 +46,26 @@ struct CsvText<'a> {
     writer: csv::Writer<Vec<u8>>,
 }
 
-impl CsvText<'_> {
-    /// A line for each number that is there.
-    fn add(&mut self, about: &CsvSubject<'_>, numbers: &[(&str, &str, Option<Interval>)]) {
-        for (name, unit, value) in numbers {
-            let Some(Interval { value, low, high }) = value else { continue };
-            let line = [
-                self.scene.to_string(),
-                about.part.to_string(),
-                about.subject.to_string(),
-                about.peer.to_string(),
-                about.setting.clone(),
-                about.seconds.map_or_else(String::new, number),
-                about.samples.map_or_else(String::new, number),
-                about.runs.map_or_else(String::new, |n| n.to_string()),
-                (*name).to_string(),
-                (*unit).to_string(),
-                number(*value),
-                number(*low),
-                number(*high),
-                about.measured.to_string(),
-            ];
-            // Writing to memory cannot fail, and every line has as many cells as the header.
-            let _ = self.writer.write_record(&line);
+impl<'a> CsvText<'a> {
+    /// What the lines about one subject have in common.
+    fn about(&self, part: &'a str, subject: &'a str, setting: impl Into<String>) -> CsvLine<'a> {
+        CsvLine {
+            scene: self.scene,
+            part,
+            subject,
+            setting: setting.into(),
+            measured: true,
+            ..CsvLine::default()
+        }
+    }
+
+    /// Adds a line for each number that is there.
+    fn add(&mut self, about: &CsvLine<'a>, numbers: &[(&'a str, &'a str, Option<Interval>)]) {
+        for &(figure, unit, interval) in numbers {
+            let Some(interval) = interval else { continue };
+            let [value, low, high] = [interval.value, interval.low, interval.high].map(number);
+            // Writing to memory cannot fail.
+            let _ = self.writer.serialize(CsvLine { figure, unit, value, low, high, ..about.clone() });
         }
     }
 }
@@ -88,7 +86,10 @@ fn exact(x: f64) -> Option<Interval> {
 /// All curves, times and costs. Shares are shares (0.01 is 1 %), times are seconds unless the unit says otherwise; `low` and `high`
 /// bound 90 %.
 pub fn csv(study: &Study) -> String {
-    let mut text = CsvText { scene: &study.scene, writer: csv::Writer::from_writer(Vec::new()) };
+    let mut text = CsvText {
+        scene: &study.scene,
+        writer: csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new()),
+    };
     let _ = text.writer.write_record(COLUMNS);
     for m in &study.methods {
         method(&mut text, m);
@@ -98,30 +99,26 @@ pub fn csv(study: &Study) -> String {
     String::from_utf8(text.writer.into_inner().unwrap_or_default()).unwrap_or_default()
 }
 
-fn method(text: &mut CsvText<'_>, m: &MethodResult) {
-    let about =
-        |part, setting: String| CsvSubject { peer: m.peer, ..CsvSubject::new(part, &m.name, setting) };
+fn method<'a>(text: &mut CsvText<'a>, m: &'a MethodResult) {
     for p in &m.points {
-        let curve = CsvSubject {
-            seconds: Some(p.seconds),
-            samples: Some(p.samples_per_pixel),
-            runs: Some(p.runs),
-            ..about("curve", number(p.budget))
+        let curve = CsvLine {
+            peer: m.peer,
+            seconds: number(p.seconds),
+            samples_per_pixel: number(p.samples_per_pixel),
+            runs: p.runs.to_string(),
+            ..text.about("curve", &m.name, number(p.budget))
         };
         text.add(&curve, &point(p));
     }
-    text.add(
-        &about("method", String::new()),
-        &[
-            ("slope_seconds", "1", m.slope),
-            ("slope_samples", "1", m.slope_samples),
-            ("efficiency", "1/s", m.efficiency),
-        ],
-    );
+    let whole = CsvLine { peer: m.peer, ..text.about("method", &m.name, "") };
+    let slopes = [("slope_seconds", "1", m.slope), ("slope_samples", "1", m.slope_samples)];
+    text.add(&whole, &slopes);
+    text.add(&whole, &[("efficiency", "1/s", m.efficiency)]);
     for price in &m.prices {
         // A time that is missing is a finding too: its value is empty.
         let seconds = price.seconds.unwrap_or(Interval::exact(f64::NAN));
-        let about = CsvSubject { measured: price.measured, ..about("price", number(price.error)) };
+        let about = text.about("price", &m.name, number(price.error));
+        let about = CsvLine { peer: m.peer, measured: price.measured, ..about };
         text.add(&about, &[("seconds_to_error", "s", Some(seconds))]);
     }
 }
@@ -145,40 +142,43 @@ fn point(p: &CurvePoint) -> [(&'static str, &'static str, Option<Interval>); 12]
 }
 
 /// Effects, settings of the display, arithmetic, schemes.
-fn costs(text: &mut CsvText<'_>, study: &Study) {
+fn costs<'a>(text: &mut CsvText<'a>, study: &'a Study) {
     for e in &study.effects {
         let [variance, loss] = [e.variance, e.loss].map(|x| x.map(Interval::exact));
+        let about = text.about("effect", &e.name, if e.on { "on" } else { "off" });
         text.add(
-            &CsvSubject::new("effect", &e.name, if e.on { "on" } else { "off" }),
+            &about,
             &[("time_ratio", "1", e.time), ("variance_share", "1", variance), ("flip_without", "1", loss)],
         );
     }
-    text.add(&CsvSubject::new("effect", "unused", ""), &[("speed_ratio", "1", study.unused_effects)]);
+    let about = text.about("effect", "unused", "");
+    text.add(&about, &[("speed_ratio", "1", study.unused_effects)]);
     for d in &study.display {
-        let about = CsvSubject {
-            samples: Some(d.samples_per_pixel),
-            ..CsvSubject::new("display", &d.knob, &d.setting)
+        let about = CsvLine {
+            samples_per_pixel: number(d.samples_per_pixel),
+            ..text.about("display", &d.knob, &d.setting)
         };
         let time = if d.per_sample { "time_per_million_samples" } else { "time_per_repaint" };
         let [rel_mse, flip] = [d.rel_mse, d.flip].map(|x| x.map(Interval::exact));
         text.add(&about, &[(time, "ms", d.milliseconds), ("rel_mse", "1", rel_mse), ("flip", "1", flip)]);
     }
     for n in &study.numeric {
-        let about = CsvSubject::new("numeric", &n.choice, format!("{} : {}", n.forms[1], n.forms[0]));
+        let about = text.about("numeric", &n.choice, format!("{} : {}", n.forms[1], n.forms[0]));
         text.add(&about, &[("time_ratio", "1", Some(n.time)), ("error_ratio", "1", Some(n.error))]);
     }
     for s in &study.schemes {
-        let about = CsvSubject::new("scheme", &s.name, if s.used { "used" } else { "" });
+        let about = text.about("scheme", &s.name, if s.used { "used" } else { "" });
         text.add(&about, &[("error_ratio", "1", Some(s.error)), ("stated_over_true", "1", Some(s.stated))]);
     }
 }
 
 /// Predictions and stability.
-fn outcomes(text: &mut CsvText<'_>, study: &Study) {
+fn outcomes<'a>(text: &mut CsvText<'a>, study: &'a Study) {
     if let Some(p) = &study.predictions {
         let [known, held, open] = [p.known, p.held, p.open].map(|n| exact(n as f64));
+        let about = text.about("prediction", "", "");
         text.add(
-            &CsvSubject::new("prediction", "", ""),
+            &about,
             &[
                 ("known", "1", known),
                 ("held", "1", held),
@@ -188,10 +188,10 @@ fn outcomes(text: &mut CsvText<'_>, study: &Study) {
         );
     }
     for s in &study.stability {
-        let about = CsvSubject::new("stability", &s.method, "");
+        let about = text.about("stability", &s.method, "");
         text.add(&about, &[("paths", "1", exact(s.paths as f64)), ("energy_ratio", "1", s.energy)]);
         for (cause, count, _) in &s.rejected {
-            let about = CsvSubject { setting: cause.clone(), ..about.clone() };
+            let about = CsvLine { setting: cause.clone(), ..about.clone() };
             text.add(&about, &[("rejected", "1", exact(*count as f64))]);
         }
     }

@@ -20,8 +20,8 @@
 
   function axis(label, text, side) {
     return {
-      label, stroke: () => css("--dim"), grid: { stroke: () => css("--rule"), width: 1 }, ticks: { show: false },
-      font: "12px system-ui, sans-serif", labelFont: "600 12px system-ui, sans-serif", size: side === 0 ? 30 : 54, labelSize: 20,
+      label, labelGap: 4, stroke: () => css("--dim"), grid: { stroke: () => css("--rule"), width: 1 }, ticks: { show: false },
+      font: "12px system-ui, sans-serif", labelFont: "600 12px system-ui, sans-serif", size: side === 0 ? 30 : 54, labelSize: side === 0 ? 22 : 0,
       splits: (u, _, low, high) => ticks(low, high, (side === 0 ? u.bbox.width : 1.5 * u.bbox.height) / devicePixelRatio),
       filter: (_, splits) => splits, values: (_, splits) => splits.map(text),
     };
@@ -31,6 +31,9 @@
     const { x, y, chart } = JSON.parse(figure.querySelector("script").textContent);
     const holder = figure.insertBefore(document.createElement("div"), figure.lastElementChild);
     holder.className = "interactive";
+    const name = holder.appendChild(document.createElement("p"));
+    name.className = "axis-name";
+    name.textContent = chart.y_name;
     const tip = document.createElement("div");
     tip.className = "tip";
     const legend = document.createElement("p");
@@ -96,7 +99,7 @@
     function hover(u) {
       const { left, top } = u.cursor;
       let [nearest, least] = [null, 24];
-      for (const curve of chart.curves) {
+      for (const curve of left < 0 ? [] : chart.curves) {
         for (const p of curve.points) {
           const [px, py] = [u.valToPos(p.x, "x"), u.valToPos(p.y.value, "y")], far = Math.hypot(px - left, py - top);
           if (far < least) [nearest, least] = [{ px, py, text: `${curve.name}: ${p.note}` }, far];
@@ -116,7 +119,7 @@
       ...size(),
       scales: { x: scale, y: scale },
       series: [{}, { stroke: "transparent", points: { show: false } }],
-      axes: [axis(chart.x_name, number, 0), axis(chart.y_name, (v) => `${number(100 * v)}\u202f%`, 3)],
+      axes: [axis(chart.x_name, number, 0), axis(undefined, (v) => `${number(100 * v)}\u202f%`, 3)],
       legend: { show: false },
       cursor: { drag: { x: true, y: true, uni: 20 }, points: { show: false } },
       hooks: { draw: [draw], setCursor: [hover] },

@@ -1,44 +1,44 @@
-//! What the plan knows of an effect.
+//! What the file of an effect says: when it takes part and why, and a scene without it and with it.
 
 use crate::scene::SceneDesc;
 use crate::scene::desc::{IntegratorKind, Place};
 
 use super::used::{Object, Used};
 
-/// One effect of the tracer: its file holds one of these.
+/// One effect of the tracer. Its file holds one of these.
 pub(super) struct Entry {
-    /// What it is called on the command line and in files.
+    /// Its name on the command line and in files.
     pub(super) name: &'static str,
     /// What decides it while paths are traced, and how often.
     pub(super) at_run_time: &'static str,
-    /// What calls for it, in a scene that is traced by this method.
+    /// Finds what calls for it, in a scene that is traced by this method.
     pub(super) find: fn(&Used, IntegratorKind) -> Found,
-    /// Why it cannot be left out of what this method traces: a sentence that says what to do instead.
+    /// Says why it cannot be left out of what this method traces, and what to do instead.
     pub(super) refusal: fn(IntegratorKind) -> Option<&'static str>,
-    /// Takes it out of a description. Where nothing calls for it this changes nothing.
+    /// Takes it out of a description. Changes nothing where nothing calls for it.
     pub(super) without: fn(&mut SceneDesc),
-    /// Puts a small example into a description; false where nothing can carry it.
+    /// Puts a small example into a description; false if nothing there can carry it.
     pub(super) with: fn(&mut SceneDesc) -> bool,
 }
 
 /// What calls for an effect, or why nothing does.
 pub(super) type Found = Result<Reason, &'static str>;
 
-/// What calls for an effect, in words, and where it stands in the file.
+/// The words that say what calls for an effect, and its place in the file.
 pub(super) type Reason = (String, Option<Place>);
 
-/// For what can always be left out.
+/// The refusal of an effect that can always be left out.
 pub(super) fn possible(_: IntegratorKind) -> Option<&'static str> {
     None
 }
 
-/// For what only photon mapping has. Which method `Auto` is stands not yet: it may be that one.
+/// The refusal of an effect that only photon mapping has. `Auto` may turn out to be photon mapping.
 pub(super) fn of_photons(kind: IntegratorKind) -> Option<&'static str> {
     let may_be = matches!(kind, IntegratorKind::Photon | IntegratorKind::Auto);
     (!may_be).then_some("only photon mapping has photons: choose --integrator photon")
 }
 
-/// The object that calls for something and why, or why nothing does.
+/// Says that `object` calls for an effect and why, or why nothing does.
 pub(super) fn by(object: Option<Object>, why: &str, why_not: &'static str) -> Found {
     let Object { name, place, others } = object.ok_or(why_not)?;
     let more = match others {
@@ -48,7 +48,7 @@ pub(super) fn by(object: Option<Object>, why: &str, why_not: &'static str) -> Fo
     Ok((format!("{name} {why}{more}"), place))
 }
 
-/// The same words for all scenes.
+/// Says the same words for all scenes.
 pub(super) fn says(words: &str) -> Found {
     Ok((words.to_string(), None))
 }

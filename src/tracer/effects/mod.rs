@@ -1,18 +1,28 @@
-//! What a scene calls for, on the tracer's side: the one place that decides it.
+//! The effects of the tracer, and the plan of a scene: which of them it calls for, and why. The only place that decides it.
 //!
 //! ```text
-//! mod     the table of effects, one file each
-//! entry   what such a file says: when it takes part and why, what decides it at run time, a scene without it, a scene with it
+//! mod     the table of effects; the plan of a scene (decide); the scene as planned
+//! entry   what the file of an effect says
 //! used    the materials and lights that take part in a scene
-//! kinds   what kind each material is
-//! decide  the plan of a scene; the scene as planned
+//! kinds   what the descriptions of materials call for
+//! dispersion, transmission, …   the effects, one file each
 //! ```
 //!
-//! [`Scene::prepare`](crate::tracer::Scene::prepare) makes ready what [`planned`] leaves: what the plan calls off is not there any
-//! more. The client's half is `client/effect_list.rs`; `app/plan.rs` joins the two. A new effect is a line of the table below, a file
-//! beside this one, and a test.
+//! The plan is made once per scene, before anything is traced. [`decide`] asks every effect whether the scene calls for it
+//! ([`Decision`] has the object that does, and its line). [`planned`] takes out of the description what nothing calls for or what the
+//! user forced off ([`without`]), and [`Scene::prepare`](crate::tracer::Scene::prepare) prepares what is left. So an effect that is
+//! off costs nothing: there is no texture, lobe or light to evaluate, and [`material_class`] picks code that has no branch for it.
+//! `--check-plan` traces paths without the plan too and compares. The client's half is `client/effect_list.rs`; `app/plan.rs` joins the
+//! two.
+//!
+//! # Adding an effect
+//!
+//! 1. A file beside this one with an `ENTRY`: its name, what decides it while paths are traced, what in a scene calls for it, why it
+//!    cannot be left out of a method, and how it is taken out of a description and put into one. `lens.rs` is a short example.
+//! 2. One line in the table below. The command line (`--effects`), `explain`, the window's panel and the study then know it.
+//! 3. A scene that calls for it and one that does not in `tests/tracer/effects_plan.rs`. `effects_check.rs` there generates scenes of all
+//!    effects and compares them with and without the plan.
 
-mod decide;
 mod entry;
 mod kinds;
 mod used;
@@ -30,15 +40,16 @@ mod smooth_normals;
 mod transmission;
 mod wavelengths;
 
-pub use decide::{Decision, decide, material_class, planned, white};
-
 use crate::scene::SceneDesc;
-use crate::scene::desc::IntegratorKind;
+use crate::scene::desc::{IntegratorKind, Place};
+use crate::spectrum::White;
+use crate::tracer::scene::MaterialClass;
 use entry::Entry;
+use used::Used;
 
 macro_rules! table {
     ($($(#[$doc:meta])* $effect:ident = $file:ident,)*) => {
-        /// Something that paths may have to deal with.
+        /// Something that paths simulate where a scene calls for it.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
         pub enum Effect {
             $($(#[$doc])* $effect,)*
@@ -90,7 +101,7 @@ impl Effect {
         Effect::ALL.into_iter().find(|effect| effect.name() == name)
     }
 
-    /// What it is called on the command line and in files.
+    /// Its name on the command line and in files.
     pub fn name(self) -> &'static str {
         self.entry().name
     }
@@ -101,7 +112,7 @@ impl Effect {
     }
 }
 
-/// Takes `effect` out of `desc`; what is left instead stands in the file of the effect. Changes nothing where it is off.
+/// Takes `effect` out of `desc`. The file of the effect says what is left instead. Changes nothing where it is off.
 ///
 /// # Errors
 ///
@@ -121,11 +132,11 @@ pub fn refusal(effect: Effect, kind: IntegratorKind) -> Option<&'static str> {
     (effect.entry().refusal)(kind)
 }
 
-/// Has `effect` take part in `desc` although nothing calls for it.
+/// Forces `effect` to take part in `desc` although nothing calls for it.
 ///
 /// # Errors
 ///
-/// Where there is nothing to simulate: what to do instead.
+/// If there is nothing to simulate, with what to do instead.
 pub fn force_on(desc: &mut SceneDesc, effect: Effect) -> Result<(), &'static str> {
     match effect {
         Effect::Wavelengths => {
@@ -139,7 +150,65 @@ pub fn force_on(desc: &mut SceneDesc, effect: Effect) -> Result<(), &'static str
     }
 }
 
-/// Puts a small example of `effect` into `desc`, to see what it costs. False where nothing can carry it.
+/// Puts a small example of `effect` into `desc`, to measure its cost. False if nothing in the scene can carry it.
 pub fn with(desc: &mut SceneDesc, effect: Effect) -> bool {
     (effect.entry().with)(desc)
+}
+
+/// The decision about one effect.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Decision {
+    /// The effect.
+    pub effect: Effect,
+    /// True if it is simulated.
+    pub on: bool,
+    /// The object that calls for it, or why nothing does.
+    pub reason: String,
+    /// Where that object stands in the file.
+    pub place: Option<Place>,
+}
+
+/// Decides all of [`Effect::ALL`], in their order, for a scene that is traced by `kind` (`Auto` counts as `Path`).
+///
+/// A pure function: what is decided depends on nothing that happens while paths are traced.
+pub fn decide(desc: &SceneDesc, kind: IntegratorKind) -> Vec<Decision> {
+    let used = Used::of(desc);
+    let of = |effect: Effect| {
+        let (on, (reason, place)) = match (effect.entry().find)(&used, kind) {
+            Ok(found) => (true, found),
+            Err(why_not) => (false, (why_not.to_string(), None)),
+        };
+        Decision { effect, on, reason, place }
+    };
+    Effect::ALL.map(of).into()
+}
+
+/// `desc` without the effects that its plan calls off: what is traced. A right plan leaves the picture as it is, bit for bit, and
+/// `--check-plan` finds a wrong one. Effects that depend on the method are left to the method.
+pub fn planned(desc: &SceneDesc) -> SceneDesc {
+    let mut planned = desc.clone();
+    for decision in decide(desc, IntegratorKind::Path) {
+        if !decision.on && refusal(decision.effect, IntegratorKind::Path).is_none() {
+            (decision.effect.entry().without)(&mut planned);
+        }
+    }
+    planned
+}
+
+/// The class of the materials of a planned scene.
+pub fn material_class(desc: &SceneDesc) -> MaterialClass {
+    let used = Used::of(desc);
+    let has = |effect: Effect| (effect.entry().find)(&used, IntegratorKind::Path).is_ok();
+    match (has(Effect::Glossy), has(Effect::Deltas)) {
+        (true, _) => MaterialClass::General,
+        (false, true) => MaterialClass::Specular,
+        (false, false) => MaterialClass::Diffuse,
+    }
+}
+
+/// The one white of a scene in which nothing has a colour: all values along a path are in proportion to its spectrum.
+/// `None` where [`Effect::Wavelengths`] is on, and without light.
+pub fn white(desc: &SceneDesc) -> Option<White> {
+    let white = wavelengths::colors(&Used::of(desc)).err()?;
+    white.filter(|_| !desc.integrator.spectral)
 }

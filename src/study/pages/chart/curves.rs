@@ -22,7 +22,7 @@ pub struct ChartPoint {
 
 /// One curve.
 #[derive(Clone, Debug, Serialize)]
-pub struct Curve {
+pub struct ChartCurve {
     /// Its name in the legend.
     pub name: String,
     /// Colour, marker and dash.
@@ -48,12 +48,12 @@ pub struct CurveChart {
     /// Name of the vertical axis.
     pub y_name: String,
     /// Names and points.
-    pub curves: Vec<Curve>,
+    pub curves: Vec<ChartCurve>,
     /// Ordinates to aim at.
     pub targets: Vec<f64>,
 }
 
-impl Curve {
+impl ChartCurve {
     /// A curve of the points that can be drawn: finite and positive.
     pub fn new(name: &str, style: MethodStyle, points: impl Iterator<Item = ChartPoint>) -> Self {
         let drawable = |p: ChartPoint| {
@@ -144,7 +144,7 @@ impl CurveChart {
     }
 }
 
-impl Curve {
+impl ChartCurve {
     fn draw(&self, [x, y]: &[Scale; 2], r: f64) -> Markup {
         let at = |p: &ChartPoint, value: f64| [x.at(p.x), y.at(value)];
         let upper = self.points.iter().map(|p| at(p, p.y.high));
@@ -189,7 +189,7 @@ mod tests {
     #[test]
     fn extensions_keep_the_slope_and_curves_only_what_can_be_drawn() {
         let point = |x: f64| ChartPoint { x, y: Interval::exact(x.powf(-0.5)), note: String::new() };
-        let curve = Curve::new("path", PLAIN, [4.0, f64::NAN, 1.0, -1.0].map(point).into_iter());
+        let curve = ChartCurve::new("path", PLAIN, [4.0, f64::NAN, 1.0, -1.0].map(point).into_iter());
         assert_eq!(curve.points.iter().map(|p| p.x).collect::<Vec<_>>(), [1.0, 4.0]);
         let line = extension(&curve.points, Some(Interval::exact(-0.5)), 100.0);
         assert!((line[0][1] - 0.5).abs() < 1e-9 && (line[1][1] - 0.1).abs() < 1e-9);

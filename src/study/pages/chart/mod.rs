@@ -12,7 +12,7 @@ mod style;
 use maud::{Markup, PreEscaped, html};
 
 pub use bars::{BarChart, BarMark, BarPanel, BarRow};
-pub use curves::{ChartPoint, Curve, CurveChart, extension};
+pub use curves::{ChartCurve, ChartPoint, CurveChart, extension};
 pub use regions::RegionMap;
 pub use scale::tick_label;
 pub use style::{MethodStyle, PLAIN, key, style_of, styles};

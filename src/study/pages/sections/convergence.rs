@@ -5,7 +5,7 @@ use maud::{Markup, html};
 use crate::study::Interval;
 use crate::study::data::{CurvePoint, MethodResult, Study};
 use crate::study::format::{THIN, count, percent_interval, seconds_of, with_unit};
-use crate::study::pages::chart::{ChartPoint, Curve, CurveChart, MethodStyle, extension, styles};
+use crate::study::pages::chart::{ChartCurve, ChartPoint, CurveChart, MethodStyle, extension, styles};
 use crate::study::pages::parts::{cell, curves, details, list, maybe, method, missing, note, section, table};
 use crate::study::pages::sections::pictures;
 use crate::study::pages::verdict;
@@ -72,7 +72,7 @@ fn curve(
     (m, style): Styled<'_>,
     x: impl Fn(&CurvePoint) -> f64,
     y: impl Fn(&CurvePoint) -> Option<Interval>,
-) -> Curve {
+) -> ChartCurve {
     let point = |p: &CurvePoint| {
         let (x, y) = (x(p), y(p)?);
         let samples = if p.samples_per_pixel > 0.0 {
@@ -86,10 +86,10 @@ fn curve(
             note: format!("{} after {}{samples}", percent_interval(&y).prose(), seconds_of(p.seconds)),
         })
     };
-    Curve::new(&m.name, style, m.points.iter().filter_map(point))
+    ChartCurve::new(&m.name, style, m.points.iter().filter_map(point))
 }
 
-fn chart(label: &str, [x_name, y_name]: [&str; 2], curves: impl Iterator<Item = Curve>) -> CurveChart {
+fn chart(label: &str, [x_name, y_name]: [&str; 2], curves: impl Iterator<Item = ChartCurve>) -> CurveChart {
     CurveChart {
         label: label.into(),
         x_name: x_name.into(),

@@ -2,11 +2,9 @@
 
 use maud::{Markup, html};
 
-use crate::study::Interval;
 use crate::study::data::{NumericPrice, Study};
 use crate::study::format::{THIN, factor, significant};
-use crate::study::pages::chart::{BarChart, BarMark, BarPanel, BarRow, MethodStyle, PLAIN, tick_label};
-use crate::study::pages::parts::{cell, figure, missing, note, section, table, words};
+use crate::study::pages::parts::{cell, missing, note, section, table, words};
 
 /// The conclusion.
 pub fn conclusion(study: &Study) -> String {
@@ -45,36 +43,8 @@ pub fn summary(study: &Study) -> String {
     )
 }
 
-/// Ratios as rows of dots around 1.
-pub fn ratio_chart<'a>(
-    label: &str,
-    titles: [&str; 2],
-    rows: impl Iterator<Item = (&'a str, bool, [Interval; 2])>,
-) -> BarChart {
-    let panel = |title: &str| BarPanel {
-        title: title.into(),
-        mark: BarMark::Dot,
-        tick: |x| format!("×{THIN}{}", tick_label(x)),
-        number: |i| factor(i).main,
-        base: Some(1.0),
-    };
-    let row = |(name, hollow, values): (&str, bool, [Interval; 2])| BarRow {
-        group: None,
-        name: name.into(),
-        style: MethodStyle { hollow, ..PLAIN },
-        values: values.map(Some).to_vec(),
-    };
-    BarChart { label: label.into(), panels: titles.map(panel).to_vec(), rows: rows.map(row).collect() }
-}
-
 /// The section.
 pub fn html(study: &Study) -> Markup {
-    let rows = study.numeric.iter().map(|n| (n.choice.as_str(), false, [n.time, n.error]));
-    let chart = ratio_chart(
-        "Time and error by choice of arithmetic",
-        ["time, exact : cheap", "error, cheap : exact"],
-        rows,
-    );
     let line = |n: &NumericPrice| {
         vec![
             cell(&n.choice),
@@ -97,10 +67,8 @@ pub fn html(study: &Study) -> Markup {
     let body = html! {
         @if study.numeric.is_empty() { (missing(study, "Costs of arithmetic were", "numeric")) }
         @else {
-            (figure(&chart.label, "Left: the cost of the more exact form. Right: the error that it avoids. At 1 there is no difference.",
-                |size| chart.draw(size)))
             (table("Choices of arithmetic", &heads, &study.numeric.iter().map(line).collect::<Vec<_>>()))
-            (note(&format!("Both forms run in turn on the same samples; ratios are taken pair by pair. The largest ratio of errors is \
+            (note(&format!("Both forms run in turn on the same samples; ratios are taken pair by pair. The time is the cost of the exact form, the error what it avoids; at 1 there is no difference. The largest ratio of errors is \
                 ×{THIN}{}.", significant(worst, 3))))
         }
     };

@@ -5,8 +5,7 @@ use maud::{Markup, html};
 use crate::study::Interval;
 use crate::study::data::{PredictionScore, SchemePrice, Study};
 use crate::study::format::{THIN, factor, percent_interval, significant};
-use crate::study::pages::parts::{cell, figure, maybe, missing, note, section, table};
-use crate::study::pages::sections::numeric::ratio_chart;
+use crate::study::pages::parts::{cell, maybe, missing, note, section, table};
 
 /// The share of outcomes that an interval should contain.
 const STATED: f64 = 0.9;
@@ -62,8 +61,6 @@ fn score(p: &PredictionScore) -> Markup {
 }
 
 fn schemes(study: &Study) -> Markup {
-    let rows = study.schemes.iter().map(|s| (s.name.as_str(), !s.used, [s.error, s.stated]));
-    let chart = ratio_chart("Ways to know the error", ["error, over undivided", "stated : true error"], rows);
     let line = |s: &SchemePrice| {
         vec![
             cell(&s.name),
@@ -72,11 +69,12 @@ fn schemes(study: &Study) -> Markup {
             cell(factor(&s.stated)),
         ]
     };
-    let caption = "A run that is divided so that its error is known gives up some evenness of its samples. Left: its error over that of an \
-        undivided run of as many samples. Right: stated over true error; 1 is honest.";
+    let heads = ["Division", "", "error over an undivided run", "stated over true error"];
     html! {
-        (figure(&chart.label, caption, |size| chart.draw(size)))
-        (table("Ways to know the error", &["Division", "", "error over an undivided run", "stated over true error"],
-            &study.schemes.iter().map(line).collect::<Vec<_>>()))
+        (table("Ways to know the error", &heads, &study.schemes.iter().map(line).collect::<Vec<_>>()))
+        p.dim {
+            "A run that is divided so that its error is known gives up some evenness of its samples. The first ratio compares its error "
+            "with that of an undivided run of as many samples, the second the stated with the true error: 1 is honest."
+        }
     }
 }

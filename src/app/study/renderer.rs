@@ -1,4 +1,4 @@
-//! Where the pictures of a study are made: one scene, one device, one set of threads, warm from picture to picture.
+//! Renders the pictures of a study: one scene, one device and one set of threads, which stay warm from picture to picture.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -30,7 +30,7 @@ use crate::tracer::{Camera, Scene};
 /// How long a picture is traced.
 #[derive(Clone, Copy, Debug)]
 pub enum RenderLimit {
-    /// Wall-clock time.
+    /// Wall-budget time.
     Time(Duration),
     /// Paths.
     Paths(u64),
@@ -38,17 +38,17 @@ pub enum RenderLimit {
 
 /// A prepared scene and all that renders it.
 pub struct StudyRenderer {
-    /// What runs are made of; method and seed differ.
+    /// The specification of all runs, which differ in method and seed.
     pub run: RunSpec,
-    /// The scene as planned.
+    /// The prepared scene.
     pub scene: Arc<Scene>,
-    /// Its view.
+    /// Its camera.
     pub camera: Camera,
-    /// What it was prepared from.
+    /// The description of the scene.
     pub desc: SceneDesc,
     /// How pictures are shown.
     pub settings: Settings,
-    /// Where they are rasterised.
+    /// The device that rasterises them.
     pub device: Device,
     /// Tracing threads.
     pub threads: usize,
@@ -60,25 +60,25 @@ pub struct StudyRenderer {
     epoch: Epoch,
 }
 
-/// A picture and how it came about.
+/// A picture and the record of its render.
 pub struct StudyRender {
     /// Linear Rec.709, unblurred.
     pub rgb: Grid<[f32; 3]>,
     /// The sums.
     pub data: FilmData,
-    /// As displayed.
+    /// The displayed picture.
     pub shown: DisplayImage,
     /// Time and end of the render.
     pub driven: Driven,
-    /// What the threads did.
+    /// Statistics of the tracing threads.
     pub stats: Stats,
-    /// From sums to displayed picture, seconds.
+    /// Seconds from sums to displayed picture.
     pub display_seconds: f64,
-    /// What its replicates say; nothing for an undivided run.
+    /// The error that its replicates state; empty for an undivided run.
     pub state: Arc<ErrorStatus>,
     /// Its predictions and their outcomes.
     pub predictions: Vec<PredictionOutcome>,
-    /// What its replicates know of every pixel; nothing for an undivided run.
+    /// Mean and difference of its replicates; empty for an undivided run.
     pub pixels: Vec<ReplicatePixel>,
 }
 
@@ -120,18 +120,18 @@ impl StudyRenderer {
         width * height
     }
 
-    /// What a run by `kind` with this seed is made of.
+    /// The specification of a run by `kind` with this seed.
     pub fn run(&self, kind: IntegratorKind, seed: u32) -> RunSpec {
         RunSpec { integrator: kind, seed, ..self.run.clone() }
     }
 
-    /// Renders the scene as planned.
+    /// Renders the scene.
     ///
     /// # Errors
     ///
     /// As [`trace_other`](Self::trace_other).
     pub fn trace(&mut self, run: &RunSpec, limit: RenderLimit) -> Result<StudyRender> {
-        self.trace_other(run, (self.scene.clone(), self.camera.clone()), limit)
+        self.trace_other(run, self.scene.clone(), self.camera.clone(), limit)
     }
 
     /// Renders another scene on the same film.
@@ -142,7 +142,8 @@ impl StudyRenderer {
     pub fn trace_other(
         &mut self,
         run: &RunSpec,
-        (scene, camera): (Arc<Scene>, Camera),
+        scene: Arc<Scene>,
+        camera: Camera,
         limit: RenderLimit,
     ) -> Result<StudyRender> {
         self.client.clear().into_diagnostic()?;
@@ -172,21 +173,17 @@ impl StudyRenderer {
         let pixels = observer.as_ref().map(Observer::pixels).unwrap_or_default();
         let (state, predictions) = observer.map(|observer| observer.end()).unwrap_or_default();
         let stats = self.server.stats();
-        let (data, shown, display_seconds) = self.develop()?;
+        let start = Instant::now();
+        let shown = self.show(&self.settings.clone())?;
+        let display_seconds = start.elapsed().as_secs_f64();
+        let data = self.client.develop().into_diagnostic()?;
         let size = (run.film.width as usize, run.film.height as usize);
         let rgb = Grid::from_rows(size.0, size.1, develop::linear_rgb(&data, &Profile::srgb()));
         let rgb = rgb.ok_or_else(|| miette::miette!("the film has another size than its picture"))?;
         Ok(StudyRender { rgb, data, shown, driven, stats, display_seconds, state, predictions, pixels })
     }
 
-    fn develop(&mut self) -> Result<(FilmData, DisplayImage, f64)> {
-        let start = Instant::now();
-        let shown = self.client.display(&self.settings).into_diagnostic()?;
-        let seconds = start.elapsed().as_secs_f64();
-        Ok((self.client.develop().into_diagnostic()?, shown, seconds))
-    }
-
-    /// Another film, empty.
+    /// Replaces the film by an empty one.
     ///
     /// # Errors
     ///
@@ -196,14 +193,12 @@ impl StudyRenderer {
         Ok(())
     }
 
-    /// The last picture again, shown with other settings.
+    /// Displays the last picture with some settings.
     ///
     /// # Errors
     ///
     /// When the device fails.
-    pub fn show(&mut self, settings: &Settings) -> Result<(DisplayImage, f64)> {
-        let start = Instant::now();
-        let shown = self.client.display(settings).into_diagnostic()?;
-        Ok((shown, start.elapsed().as_secs_f64()))
+    pub fn show(&mut self, settings: &Settings) -> Result<DisplayImage> {
+        self.client.display(settings).into_diagnostic()
     }
 }

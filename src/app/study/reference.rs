@@ -1,4 +1,4 @@
-//! What errors are measured against, and measuring them.
+//! The reference of a study, and the errors of pictures against it.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use miette::{IntoDiagnostic, Result};
 
 use super::folder::StudyFolder;
 use super::pictures::{difference, linear, uri};
-use super::stage::{RenderLimit, StudyRender, StudyRenderer};
+use super::renderer::{RenderLimit, StudyRender, StudyRenderer};
 use super::unbiased;
 use crate::app::run_spec::RunSpec;
 use crate::client::develop;
@@ -18,7 +18,7 @@ use crate::study::data::ReferenceImage;
 use crate::study::measurement::{Measurement, REGIONS, RenderMeasurement};
 use crate::study::{ErrorField, Interval, TileSubset};
 
-/// The reference, ready to be compared with.
+/// The reference picture with what is needed to compare with it.
 pub struct ReferencePicture {
     rgb: Grid<[f32; 3]>,
     /// As displayed, linear.
@@ -28,25 +28,25 @@ pub struct ReferencePicture {
     /// Its own relative errors.
     relative: [f64; 3],
     mean: f64,
-    /// Seconds of the longest render that it can judge.
+    /// Seconds of the longest render whose error it can measure.
     pub longest: f64,
 }
 
-/// How much longer than the pictures a reference is rendered, at least.
+/// Least ratio of the reference's render time to that of a picture.
 const LONGER: f64 = 2.5;
 
 /// The file in the folder.
 const FILE: &str = "reference.exr";
 
 impl ReferencePicture {
-    /// The picture that was given, that of an earlier run unless `seconds` are much more than it took, or one that is rendered
-    /// now for `seconds`; what was measured against another picture counts no more.
+    /// Finds the reference: the given picture, or that of an earlier run unless `seconds` are much more than it took, or one that is
+    /// rendered now for `seconds`. Measurements against another reference are discarded.
     ///
     /// # Errors
     ///
     /// When the picture cannot be read or has another size, or nothing can be rendered.
     pub fn find(
-        stage: &mut StudyRenderer,
+        renderer: &mut StudyRenderer,
         folder: &mut StudyFolder,
         given: Option<&Path>,
         seconds: f64,
@@ -64,24 +64,24 @@ impl ReferencePicture {
         if let Some(reference) = known.filter(same)
             && folder.file(&reference.file).exists()
         {
-            return Self::read(stage, &folder.file(&reference.file), &reference);
+            return Self::read(renderer, &folder.file(&reference.file), &reference);
         }
         let reference = match &given {
             Some(file) => {
                 let made_by = "given".to_string();
                 ReferenceImage { file: file.display().to_string(), made_by, ..ReferenceImage::default() }
             }
-            None => render(stage, folder, seconds)?,
+            None => render(renderer, folder, seconds)?,
         };
-        let against = Self::read(stage, &folder.file(&reference.file), &reference)?;
-        let picture = uri(&against.shown).unwrap_or_default();
+        let prepared = Self::read(renderer, &folder.file(&reference.file), &reference)?;
+        let picture = uri(&prepared.shown).unwrap_or_default();
         folder.keep(Measurement::Reference(ReferenceImage { picture, ..reference }))?;
-        Ok(against)
+        Ok(prepared)
     }
 
-    fn read(stage: &StudyRenderer, file: &Path, reference: &ReferenceImage) -> Result<Self> {
+    fn read(renderer: &StudyRenderer, file: &Path, reference: &ReferenceImage) -> Result<Self> {
         let rgb = Picture::read(file, None).into_diagnostic()?.rgb;
-        let wanted = (stage.run.film.width as usize, stage.run.film.height as usize);
+        let wanted = (renderer.run.film.width as usize, renderer.run.film.height as usize);
         if (rgb.width(), rgb.height()) != wanted {
             return Err(miette::miette!(
                 help = "give --size, or another reference",
@@ -103,7 +103,7 @@ impl ReferencePicture {
                 rgb.pixels()[i]
             ));
         }
-        let shown = develop::shown(&rgb, &stage.settings);
+        let shown = develop::shown(&rgb, &renderer.settings);
         let mean = mean_luminance(&rgb);
         let longest = if reference.seconds > 0.0 { reference.seconds / LONGER } else { f64::INFINITY };
         Ok(Self {
@@ -116,13 +116,13 @@ impl ReferencePicture {
         })
     }
 
-    /// How wrong a picture is: everything of a [`RenderMeasurement`] that follows from its pixels.
+    /// Measures the errors of a picture: everything of a [`RenderMeasurement`] that follows from its pixels.
     pub fn judge(&self, rgb: &Grid<[f32; 3]>, shown: &Grid<[f32; 3]>) -> Result<RenderMeasurement> {
         let error = rel_mse(rgb, &self.rgb).into_diagnostic()?;
         let size = [rgb.width(), rgb.height()];
         let field = ErrorField::against(rgb.pixels(), self.rgb.pixels(), size);
         let figures = field.as_ref().map(|field| field.estimate(TileSubset::All)).unwrap_or_default();
-        // What the reference itself is wrong by is no error of the picture; at most half of it is taken off.
+        // The error of the reference itself is subtracted, but never more than half.
         let off = |value: f64, own: f64| (value - own).max(0.5 * value);
         let squared = |i: usize| figures.relative[i].map(|e| off(e * e, self.relative[i].powi(2)).sqrt());
         let (flip, error_map) = difference(shown, &self.shown);
@@ -145,22 +145,22 @@ impl ReferencePicture {
         })
     }
 
-    /// What of a picture's relMSE is noise.
+    /// The part of a picture's relMSE that is noise.
     fn noise(&self, traced: &StudyRender) -> Option<Interval> {
         let size = [self.rgb.width(), self.rgb.height()];
         let field = ErrorField::noise(&traced.pixels, self.rgb.pixels(), size)?;
         Some(field.estimate(TileSubset::All).rel_mse)
     }
 
-    /// The same with all that is known of how the picture came about.
+    /// Measures the errors of a render and adds its times, samples and predictions.
     pub fn judge_run(
         &self,
-        stage: &StudyRenderer,
+        renderer: &StudyRenderer,
         run: &RunSpec,
         traced: &StudyRender,
         budget: f64,
     ) -> Result<RenderMeasurement> {
-        let shown = linear(&traced.shown, &stage.settings).unwrap_or_default();
+        let shown = linear(&traced.shown, &renderer.settings).unwrap_or_default();
         let (total, paths) = (traced.stats.total(), traced.data.counts.paths());
         let rejections = total.rejections;
         let command = |cause: Cause| {
@@ -178,7 +178,7 @@ impl ReferencePicture {
             trace_seconds: total.cpu.unwrap_or(total.busy).as_secs_f64(),
             splat_seconds: traced.driven.rasterise.as_secs_f64(),
             display_seconds: traced.display_seconds,
-            samples_per_pixel: paths as f64 / stage.texels(),
+            samples_per_pixel: paths as f64 / renderer.texels(),
             paths,
             noise: self.noise(traced),
             stated: known.map(|figures| figures.relative),
@@ -195,10 +195,10 @@ fn mean_luminance(rgb: &Grid<[f32; 3]>) -> f64 {
     rgb.pixels().iter().map(|&rgb| luminance(rgb)).sum::<f64>() / rgb.pixels().len().max(1) as f64
 }
 
-/// Makes a reference by the method that suits the scene, of those without bias.
-fn render(stage: &mut StudyRenderer, folder: &StudyFolder, seconds: f64) -> Result<ReferenceImage> {
-    let run = RunSpec { seed: SEED, ..unbiased(stage) };
-    let traced = stage.trace(&run, RenderLimit::Time(std::time::Duration::from_secs_f64(seconds)))?;
+/// Renders a reference by the unbiased method that suits the scene.
+fn render(renderer: &mut StudyRenderer, folder: &StudyFolder, seconds: f64) -> Result<ReferenceImage> {
+    let run = RunSpec { seed: SEED, ..unbiased(renderer) };
+    let traced = renderer.trace(&run, RenderLimit::Time(std::time::Duration::from_secs_f64(seconds)))?;
     if traced.driven.interrupted || traced.state.checkpoints.is_empty() {
         return Err(miette::miette!(
             help = "give more --budget, a smaller --size, or a picture with --against",
@@ -221,7 +221,7 @@ fn render(stage: &mut StudyRenderer, folder: &StudyFolder, seconds: f64) -> Resu
         file: FILE.to_string(),
         made_by: run.integrator.name().to_string(),
         seconds: traced.driven.wall.as_secs_f64(),
-        samples_per_pixel: traced.data.counts.paths() as f64 / stage.texels(),
+        samples_per_pixel: traced.data.counts.paths() as f64 / renderer.texels(),
         rel_mse: known.map(|figures| figures.rel_mse.value),
         relative: known.map(|figures| figures.relative.map(|i| i.value)).unwrap_or_default(),
         picture: String::new(),
