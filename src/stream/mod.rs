@@ -30,7 +30,7 @@
 //!
 //! # Writing a producer or a consumer
 //!
-//! A producer takes the [`LaneWriter`]s from [`lanes`], one per thread, puts a [`BlockSink`] on each, and tells the [`Hub`]
+//! A producer takes the [`LaneWriter`]s from [`lanes()`], one per thread, puts a [`BlockSink`] on each, and tells the [`Hub`]
 //! when an epoch runs and when it has ended. `server` is the producer of the renderer. A consumer owns the [`Lanes`]: it
 //! follows one epoch at a time, in order of arrival or of path index, and drains blocks within a budget of samples.
 //!
