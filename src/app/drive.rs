@@ -4,6 +4,7 @@ use std::time::{Duration, Instant};
 
 use miette::{IntoDiagnostic, Result};
 
+use super::intake::Intake;
 use super::observer::Observer;
 use super::process;
 use super::progress::Progress;
@@ -133,23 +134,21 @@ fn take(
     client: &mut Client,
     (observer, reached): (Option<&Observer>, &mut bool),
 ) -> std::result::Result<Drained, ClientError> {
-    let mut failed = None;
+    let mut intake = Intake::new(client, observer);
+    let goal = observer.filter(|observer| drive.deterministic && observer.target().is_some());
     let give = |block: &Block| {
         // In index order the picture ends with the very block that made it good enough.
-        if failed.is_some() || drive.deterministic && *reached {
+        if drive.deterministic && *reached {
             return;
         }
-        client.count_paths(block.header.paths);
-        failed = client.add(block.samples()).err();
-        let Some(observer) = observer else { return };
-        observer.block(block);
-        if drive.deterministic && observer.target().is_some() {
+        intake.block(block);
+        if let Some(observer) = goal {
             observer.sync();
             *reached = observer.state().reached;
         }
     };
     let drained = lanes.drain(BUDGET, give);
-    failed.map_or(Ok(drained), Err)
+    intake.finish().map(|()| drained)
 }
 
 /// Records what the client did since `start`, where that is asked for.

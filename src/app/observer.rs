@@ -15,7 +15,6 @@ use miette::{IntoDiagnostic, Result, WrapErr};
 use super::predictions;
 use super::run_spec::RunSpec;
 use crate::server::Priority;
-use crate::stream::block::Block;
 use crate::stream::{PathCounts, Sample};
 use crate::study::error::ReplicatePixel;
 use crate::study::prediction::PredictionOutcome;
@@ -173,12 +172,7 @@ impl Observer {
         self.target
     }
 
-    /// Takes a copy of a block that goes to the film.
-    pub fn block(&self, block: &Block) {
-        self.samples(block.header.first_index, block.header.paths, block.samples());
-    }
-
-    /// The same for a block in parts.
+    /// Takes a copy of the samples of a block that goes to the film.
     pub fn samples(&self, first_index: u64, paths: PathCounts, samples: &[Sample]) {
         let (at, count) = (self.began.elapsed(), samples.len());
         let samples: Box<[Sample]> = samples.into();

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use miette::{IntoDiagnostic, Result};
 
+use crate::app::intake::Intake;
 use crate::app::method::{self, RenderOrder};
 use crate::app::process;
 use crate::app::run_spec::RunSpec;
@@ -14,7 +15,7 @@ use crate::client::film::VulkanFilm;
 use crate::client::{BATCH_CAPACITY, Settings};
 use crate::gpu::{Access, Attachment, Gpu, Image, Inventory, TexelFormat, TimingRows};
 use crate::server::{Priority, Server};
-use crate::stream::{Block, DrainOrder, Epoch, Lanes};
+use crate::stream::{DrainOrder, Epoch, Lanes};
 use crate::tracer::{Camera, Scene};
 
 /// Frames that are not counted: pipelines are made, memory is touched, the lanes fill.
@@ -144,15 +145,9 @@ impl Loop<'_> {
         let start = Instant::now();
         self.lanes.wait(PATIENCE);
         self.note("wait for samples", start)?;
-        let (start, mut failed) = (Instant::now(), None);
-        let film = &mut self.film;
-        self.lanes.drain(BATCH_CAPACITY, |block: &Block| {
-            if failed.is_none() {
-                film.count_paths(block.header.paths);
-                failed = film.add(block.samples()).err();
-            }
-        });
-        failed.map_or(Ok(()), Err).into_diagnostic()?;
+        let (start, mut intake) = (Instant::now(), Intake::new(&mut self.film, None));
+        self.lanes.drain(BATCH_CAPACITY, |block| intake.block(block));
+        intake.finish().into_diagnostic()?;
         self.note("drain", start)?;
         let start = Instant::now();
         self.film.flush().into_diagnostic()?;

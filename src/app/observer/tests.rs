@@ -7,7 +7,7 @@ use crate::app::run_spec::RunSpec;
 use crate::client::{FilmSpec, SplatFilter};
 use crate::color::Xyz;
 use crate::scene::desc::{IntegratorKind, PhotonDesc};
-use crate::stream::block::BLOCK_SAMPLES;
+use crate::stream::block::{BLOCK_SAMPLES, Block};
 use crate::stream::control::Epoch;
 use crate::study::ErrorQuantile;
 
@@ -52,14 +52,19 @@ fn aim(error: f64) -> Option<ErrorTarget> {
     Some(ErrorTarget { error, at: ErrorQuantile::P95 })
 }
 
+/// Hands a block to the observer.
+fn give(observer: &Observer, block: &Block) {
+    observer.samples(block.header.first_index, block.header.paths, block.samples());
+}
+
 #[test]
 fn the_error_is_known_after_four_samples_per_pixel_and_falls() {
     let mut observer = Observer::start(&run(64, 64), aim(0.01), Beside::Window).expect("a thread");
     observer.begin(&run(64, 64));
-    (0..8).for_each(|i| observer.block(&chunk(i)));
+    (0..8).for_each(|i| give(&observer, &chunk(i)));
     observer.sync();
     assert!(observer.state().checkpoints.is_empty(), "two samples per pixel");
-    (8..64).for_each(|i| observer.block(&chunk(i)));
+    (8..64).for_each(|i| give(&observer, &chunk(i)));
     observer.sync();
     let state = observer.state();
     let checkpoints = &state.checkpoints;
@@ -85,13 +90,13 @@ fn sixty_renders_in_a_second_leave_nothing_behind() {
     let block = chunk(0);
     for _ in 0..60 {
         observer.begin(&large);
-        (0..40).for_each(|_| observer.block(&block));
+        (0..40).for_each(|_| give(&observer, &block));
         assert!(observer.waiting() <= 40 * BLOCK_SAMPLES, "{}", observer.waiting());
         std::thread::sleep(Duration::from_millis(2));
     }
     // A render that lasts is watched, from its first block on.
     observer.begin(&run(16, 16));
-    (0..8).for_each(|i| observer.block(&chunk(i)));
+    (0..8).for_each(|i| give(&observer, &chunk(i)));
     let (state, _) = observer.end();
     assert!((state.samples_per_pixel - 32.0).abs() < 1e-9 && observer.waiting() == 0);
 }
@@ -103,13 +108,13 @@ fn what_waits_is_bounded() {
     observer.begin(&small);
     let blocks = 3 * MOST / BLOCK_SAMPLES;
     for i in 0..blocks as u64 {
-        observer.block(&chunk(i % 2));
+        give(&observer, &chunk(i % 2));
         assert!(observer.waiting() <= MOST);
     }
     observer.end();
     // Beside a render nothing is left out: it waits.
     let observer = Observer::start(&small, None, Beside::Render).expect("a thread");
-    (0..blocks as u64).for_each(|i| observer.block(&chunk(i % 2)));
+    (0..blocks as u64).for_each(|i| give(&observer, &chunk(i % 2)));
     let (state, _) = observer.end();
     assert_eq!(state.samples_per_pixel, (blocks * BLOCK_SAMPLES) as f64 / 256.0);
 }

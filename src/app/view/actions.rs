@@ -102,13 +102,13 @@ impl Viewer {
     pub(super) fn refresh(&mut self) {
         self.picture.request_show();
         self.due = self.due.min(Instant::now() + self.picture.budget());
-        self.panel.refresh();
+        self.panel.host().refresh();
     }
 
     /// Tells the user in the panel, and on standard error.
     pub(super) fn say(&mut self, message: String) {
         tell(&message);
-        self.panel.say(message);
+        self.panel.host().say(message);
     }
 
     /// Switches an effect on or off. The files of the picture name the effects that are left out.
@@ -158,7 +158,7 @@ impl Viewer {
         if self.options.json.as_deref() != Some(Path::new("-")) {
             let _ = writeln!(std::io::stdout(), "{command}");
         }
-        self.panel.copy(command.clone());
+        self.panel.host().copy(command.clone());
         Ok(format!("copied: {command}"))
     }
 }

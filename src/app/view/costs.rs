@@ -22,10 +22,6 @@ pub struct EffectCosts {
 
 impl EffectCosts {
     /// Begins to measure what the tracer's effects cost in this scene, seen from here, by this method.
-    ///
-    /// # Errors
-    ///
-    /// When the camera cannot be used or the system gives no thread.
     pub fn measure(
         &mut self,
         session: &RenderSession,

@@ -44,10 +44,6 @@ const CENTER: [f32; 2] = [0.5; 2];
 
 impl SceneEditor {
     /// An editor of a scene without changes.
-    ///
-    /// # Errors
-    ///
-    /// When the file's camera cannot be used.
     pub fn new(original: SceneDesc, scene: Scene) -> Result<Self> {
         let camera = Camera::of(&original).into_diagnostic()?;
         let ahead = scene.pick(&camera.ray([0.5, 0.5], CENTER)).map_or(1.0, |pick| f64::from(pick.distance));
@@ -91,10 +87,6 @@ impl SceneEditor {
     }
 
     /// The camera for a picture of this size in pixels.
-    ///
-    /// # Errors
-    ///
-    /// When the camera cannot be used.
     pub fn camera(&self, [width, height]: [u32; 2]) -> Result<Camera> {
         // A lens that is forced off is gone from there.
         let aperture_radius = self.desc.camera.aperture_radius;
@@ -183,11 +175,7 @@ impl SceneEditor {
         Some(Selection { name, selected: self.selected.is_some(), parameters })
     }
 
-    /// Changes parameter `index` of the selected shape.
-    ///
-    /// # Errors
-    ///
-    /// When the value is out of range or the scene cannot be made ready with it; it stays as it was.
+    /// Changes parameter `index` of the selected shape. On an error, such as a value out of range, the scene stays as it was.
     pub fn edit(&mut self, index: usize, value: ParameterValue) -> Result<()> {
         let Some(one) = self.editables().into_iter().nth(index) else { return Ok(()) };
         let value = match value {
@@ -200,11 +188,7 @@ impl SceneEditor {
         self.change(edits, self.forced.clone())
     }
 
-    /// Forces an effect on or off.
-    ///
-    /// # Errors
-    ///
-    /// When that is not possible; the scene stays as it was.
+    /// Forces an effect on or off. On an error the scene stays as it was.
     pub fn force(&mut self, new: Forced) -> Result<()> {
         let others = self.forced.iter().filter(|forced| forced.effect != new.effect);
         let forced = others.copied().chain([new]).collect();
@@ -212,10 +196,6 @@ impl SceneEditor {
     }
 
     /// Switches an effect: one that the scene calls for is forced off, any other is forced on, until it is switched back.
-    ///
-    /// # Errors
-    ///
-    /// As [`SceneEditor::force`].
     pub fn switch(&mut self, effect: Effect) -> Result<()> {
         let mut forced = self.forced.clone();
         forced.retain(|forced| forced.effect != effect);
@@ -249,10 +229,6 @@ impl SceneEditor {
 
     /// Saves camera and edits as a scene that includes the original, unless that was done already. `name` is the name of the
     /// scene.
-    ///
-    /// # Errors
-    ///
-    /// When the file cannot be written.
     pub fn save(&mut self, name: &str, run: &RunSpec) -> Result<PathBuf> {
         let edits = self.edits();
         if let Some((saved, path)) = &self.saved

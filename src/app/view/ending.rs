@@ -46,11 +46,11 @@ struct ViewReport {
     /// From the start of the viewer, with the scene loaded, to the first picture.
     first_picture_ms: Option<f64>,
     frames: u64,
-    frame_ms: P50P95P99,
-    edit_latency_ms: P50P95P99,
+    frame_ms: TimePercentiles,
+    edit_latency_ms: TimePercentiles,
     edits: usize,
     /// From an edit to the last worker leaving the old epoch.
-    abort_ms: P50P95P99,
+    abort_ms: TimePercentiles,
     aborts: usize,
     stalls: u64,
     epochs: u64,
@@ -70,15 +70,15 @@ struct ViewReport {
     peak_memory_bytes: Option<u64>,
 }
 
-/// Percentiles of a series. Field names are JSON keys.
+/// Percentiles of times in milliseconds. Field names are JSON keys.
 #[derive(Serialize)]
-struct P50P95P99 {
+struct TimePercentiles {
     p50: f32,
     p95: f32,
     p99: f32,
 }
 
-impl P50P95P99 {
+impl TimePercentiles {
     fn of(values: &RecentValues) -> Self {
         let [p50, p95, p99] = values.percentiles([50.0, 95.0, 99.0]);
         Self { p50, p95, p99 }
@@ -86,11 +86,8 @@ impl P50P95P99 {
 }
 
 impl Viewer {
-    /// Stops the tracer, writes what was asked for, and closes the window.
-    ///
-    /// # Errors
-    ///
-    /// Why the window closed, if the user did not want it, or else the first file that could not be written.
+    /// Stops the tracer, writes what was asked for, and closes the window. The error says why the window closed, if the user did
+    /// not want it, or else names the first file that could not be written.
     pub(super) fn finish(mut self) -> Result<()> {
         let lasted = self.metrics.started.elapsed().as_secs_f64();
         self.session.abort();
@@ -107,10 +104,12 @@ impl Viewer {
         // Where no window was ever opened there is no picture, and the reason is told already.
         let wanted = !self.options.outputs.is_empty() && self.picture.screen().is_some();
         let written = if wanted { self.write_pictures() } else { Ok(()) };
-        let (panicked, lost) = (self.session.panicked().cloned(), gpu::display_lost());
+        let panicked = self.session.panicked().cloned();
         let Self { picture, panel, options, outcome, .. } = self;
-        picture.close(lost);
-        panel.close(lost);
+        if gpu::display_lost() {
+            // What belongs to the window is left to the system: nobody answers any more.
+            std::mem::forget((picture, panel));
+        }
         let told = options.json.map_or(Ok(()), |path| write_json(&report, &path));
         outcome.and(written).and(captured).and(told)?;
         match panicked {
@@ -124,6 +123,7 @@ impl Viewer {
     fn report(&self, seconds: f64) -> ViewReport {
         let (session, metrics, screen) = (&self.session, &self.metrics, self.picture.screen());
         let (run, [width, height]) = (session.run_spec(), session.size());
+        let [device_losses, surface_losses] = screen.map_or([0; 2], Screen::losses);
         let (traced, rasterised) = (session.traced(), self.picture.rasterised());
         ViewReport {
             version: env!("CARGO_PKG_VERSION"),
@@ -140,16 +140,16 @@ impl Viewer {
             height,
             first_picture_ms: metrics.first.map(|first| first.as_secs_f64() * 1e3),
             frames: metrics.presented,
-            frame_ms: P50P95P99::of(&metrics.frames),
-            edit_latency_ms: P50P95P99::of(&metrics.edits),
+            frame_ms: TimePercentiles::of(&metrics.frames),
+            edit_latency_ms: TimePercentiles::of(&metrics.edits),
             edits: metrics.edits.iter().count(),
-            abort_ms: P50P95P99::of(session.aborts()),
+            abort_ms: TimePercentiles::of(session.aborts()),
             aborts: session.aborts().iter().count(),
             stalls: metrics.stalls,
             epochs: metrics.epochs,
             resizes: metrics.resizes,
-            device_losses: screen.map_or(0, Screen::device_losses),
-            surface_losses: screen.map_or(0, Screen::surface_losses),
+            device_losses,
+            surface_losses,
             validation_messages: screen.map_or(0, Screen::validation_messages),
             seconds,
             traced_samples: traced,

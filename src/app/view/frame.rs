@@ -160,14 +160,10 @@ impl Viewer {
         self.session.edited();
         self.picture.edited(now);
         self.panel.edited();
-        self.metrics.statistics.edit(now);
+        self.metrics.edit(now);
     }
 
     /// Begins the next epoch with the present scene, camera and size. The old picture stays until the new one is there.
-    ///
-    /// # Errors
-    ///
-    /// When the camera cannot be used or the server has ended.
     pub(super) fn restart(&mut self) -> Result<()> {
         self.session.begin(&self.editor)?;
         self.picture.begin_epoch(self.session.run_spec()).into_diagnostic()?;
@@ -177,10 +173,6 @@ impl Viewer {
     }
 
     /// Chooses the method anew where that is asked for.
-    ///
-    /// # Errors
-    ///
-    /// When the camera cannot be used.
     pub(super) fn choose_method(&mut self) -> Result<()> {
         if self.session.choose(&self.editor, self.picture.since_edit() > REST)? {
             self.refresh();
@@ -191,10 +183,6 @@ impl Viewer {
     /// Makes the film fit a window of this extent and the chosen filter. Where only the scale has changed the epoch goes on:
     /// the new film is filled from kept samples, which know no resolution. Another shape is another camera, a new epoch; until
     /// its first samples are there the old ones are shown, stretched, so that nothing flickers.
-    ///
-    /// # Errors
-    ///
-    /// When the film does not fit into the device.
     pub(super) fn refit(&mut self, [width, height]: [u32; 2]) -> Result<(), ClientError> {
         let before = self.session.run_spec().film;
         let after = FilmSpec { width, height, filter: self.panel.controls().filter, ..before };

@@ -78,7 +78,7 @@ impl Viewer {
                 self.picture.set_budget(Duration::from_secs_f64(1e3 / f64::from(rate)));
             }
         }
-        self.panel.open(&window);
+        self.panel.host().open(&window);
         // Tracing begins while the device is opened, by path tracing where the method is to be chosen.
         self.choose_method()?;
         self.restart()?;
@@ -103,6 +103,6 @@ impl Viewer {
         }
         self.picture.request_show();
         self.due = Instant::now();
-        self.panel.refresh();
+        self.panel.host().refresh();
     }
 }

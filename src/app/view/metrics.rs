@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use crate::app::view::picture::ShownFrame;
 use crate::client::pacing::Pacer;
-use crate::client::window::statistics::{FrameStatistics, RecentValues};
+use crate::client::window::statistics::{FRAMES, RecentValues};
 use crate::gpu::{FrameNumber, Gpu, ScopeTime};
 
 /// A wait of the loop that is longer than this counts as a stall.
@@ -13,6 +13,9 @@ const STALL: Duration = Duration::from_millis(250);
 
 /// Values kept for the figures of the whole session: four and a half minutes at 60 Hz.
 const KEPT: usize = 16_384;
+
+/// Number of edits whose latencies the panel shows.
+const RECENT_EDITS: usize = 100;
 
 /// Factor on the weight of the past with each measurement.
 const MEMORY: f64 = 0.9;
@@ -29,12 +32,14 @@ struct FrameInFlight {
 pub struct ViewerMetrics {
     /// When the viewer began.
     pub started: Instant,
-    /// The last frame times and edit latencies, for the panel.
-    pub statistics: FrameStatistics,
     /// Milliseconds from the beginning of a frame to its end on the device.
     pub frames: RecentValues,
+    /// Milliseconds from one frame's end on the device to the next, for the panel.
+    pub intervals: RecentValues,
     /// Milliseconds from an edit to the first picture that shows it, finished on the device.
     pub edits: RecentValues,
+    /// The last of `edits`, for the panel.
+    pub recent_edits: RecentValues,
     /// Time from the start of the viewer to the first picture on the device.
     pub first: Option<Duration>,
     /// Number of frames presented.
@@ -50,6 +55,11 @@ pub struct ViewerMetrics {
     /// `detail` of the repaints whose times have not been read yet.
     paints: VecDeque<u32>,
     in_flight: VecDeque<FrameInFlight>,
+    last_end: Option<Instant>,
+    /// The oldest edit that no epoch contains yet.
+    noted_edit: Option<Instant>,
+    /// The oldest edit that the present epoch contains and no presented picture shows.
+    waiting_edit: Option<Instant>,
     /// Seconds and samples of rasterising, fading.
     raster: (f64, f64),
     /// Samples rasterised when times were read last.
@@ -68,9 +78,10 @@ impl Default for ViewerMetrics {
     fn default() -> Self {
         Self {
             started: Instant::now(),
-            statistics: FrameStatistics::default(),
             frames: RecentValues::new(KEPT),
+            intervals: RecentValues::new(FRAMES),
             edits: RecentValues::new(KEPT),
+            recent_edits: RecentValues::new(RECENT_EDITS),
             first: None,
             presented: 0,
             epochs: 0,
@@ -79,6 +90,9 @@ impl Default for ViewerMetrics {
             passes: Vec::new(),
             paints: VecDeque::new(),
             in_flight: VecDeque::new(),
+            last_end: None,
+            noted_edit: None,
+            waiting_edit: None,
             raster: (0.0, 0.0),
             rasterised: 0,
             rates: SampleRates { since: Instant::now(), counts: [0; 2], values: [0.0; 2] },
@@ -87,18 +101,24 @@ impl Default for ViewerMetrics {
 }
 
 impl ViewerMetrics {
+    /// Something was edited now. While edits wait for their picture, the latency counts from the first.
+    pub fn edit(&mut self, now: Instant) {
+        self.noted_edit.get_or_insert(now);
+    }
+
     /// An epoch begins that contains all edits so far.
     pub fn epoch(&mut self) {
-        self.statistics.epoch();
+        let noted = self.noted_edit.take();
+        self.waiting_edit = self.waiting_edit.or(noted);
         self.epochs += 1;
     }
 
-    /// A frame was handed to the device.
+    /// A frame was handed to the device. A repaint is the first to show the edits that wait; later ones are not in it.
     pub fn presented(&mut self, frame: &ShownFrame) {
         self.presented += 1;
         let shows = frame.detail.and_then(|detail| {
             self.paints.push_back(detail);
-            self.statistics.shown()
+            self.waiting_edit.take()
         });
         self.in_flight.push_back(FrameInFlight { number: frame.number, began: frame.began, shows });
     }
@@ -112,16 +132,22 @@ impl ViewerMetrics {
     pub fn completed(&mut self, gpu: &Gpu, pacer: &mut Pacer) {
         while let Some(frame) = self.in_flight.pop_front_if(|frame| gpu.has_completed(frame.number)) {
             let now = Instant::now();
-            let took = now - frame.began;
-            self.first.get_or_insert(now - self.started);
-            self.frames.push((took.as_secs_f64() * 1e3) as f32);
-            pacer.frame(took);
-            self.statistics.frame(now, frame.shows);
-            if frame.shows.is_some()
-                && let Some(latency) = self.statistics.edit_latency()
-            {
-                self.edits.push((latency.as_secs_f64() * 1e3) as f32);
-            }
+            pacer.frame(now - frame.began);
+            self.finished(&frame, now);
+        }
+    }
+
+    /// The device has finished a frame now.
+    fn finished(&mut self, frame: &FrameInFlight, now: Instant) {
+        let since = |then| milliseconds(now.saturating_duration_since(then));
+        self.first.get_or_insert(now - self.started);
+        self.frames.push(since(frame.began));
+        if let Some(last) = self.last_end.replace(now) {
+            self.intervals.push(since(last));
+        }
+        if let Some(edited) = frame.shows {
+            self.edits.push(since(edited));
+            self.recent_edits.push(since(edited));
         }
     }
 
@@ -137,7 +163,8 @@ impl ViewerMetrics {
     pub fn forget_device(&mut self) {
         self.in_flight.clear();
         self.paints.clear();
-        self.statistics.pause();
+        // The gap is no frame time.
+        self.last_end = None;
     }
 
     /// Learns from the times of passes that have been measured since the last call, and from the number of samples that were
@@ -189,5 +216,55 @@ impl ViewerMetrics {
             (self.rates.since, self.rates.counts) = (now, counts);
         }
         self.rates.values
+    }
+}
+
+fn milliseconds(time: Duration) -> f32 {
+    (time.as_secs_f64() * 1e3) as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Presents a repaint and returns it as the device gets it.
+    fn present(metrics: &mut ViewerMetrics, began: Instant) -> FrameInFlight {
+        metrics.presented(&ShownFrame { number: FrameNumber::default(), began, detail: Some(1) });
+        metrics.in_flight.pop_back().expect("a frame")
+    }
+
+    #[test]
+    fn latency_counts_from_the_first_edit_without_a_picture() {
+        let (mut metrics, start) = (ViewerMetrics::default(), Instant::now());
+        let at = |ms: u64| start + Duration::from_millis(ms);
+        let frame = present(&mut metrics, start);
+        metrics.finished(&frame, at(0));
+        assert_eq!(metrics.edits.last(), None);
+        metrics.edit(at(5));
+        metrics.epoch();
+        metrics.edit(at(20));
+        metrics.finished(&frame, at(16));
+        metrics.epoch();
+        let frame = present(&mut metrics, at(30));
+        // The next edit comes while that picture is on its way: it is not in it.
+        metrics.edit(at(44));
+        metrics.finished(&frame, at(45));
+        assert!(present(&mut metrics, at(50)).shows.is_none());
+        metrics.finished(&FrameInFlight { shows: None, ..frame }, at(60));
+        let latency = metrics.edits.last().expect("an edit was shown");
+        assert!((latency - 40.0).abs() < 1e-3, "{latency:?}");
+        assert_eq!(metrics.recent_edits.percentiles([95.0]), [latency]);
+        assert_eq!(metrics.intervals.iter().count(), 3);
+    }
+
+    #[test]
+    fn a_lost_device_is_no_frame_time() {
+        let (mut metrics, start) = (ViewerMetrics::default(), Instant::now());
+        let frame = present(&mut metrics, start);
+        metrics.finished(&frame, start);
+        metrics.forget_device();
+        metrics.finished(&frame, start + Duration::from_secs(10));
+        metrics.finished(&frame, start + Duration::from_millis(10_016));
+        assert_eq!(metrics.intervals.percentiles([50.0, 95.0, 99.0]).map(f32::round), [16.0; 3]);
     }
 }

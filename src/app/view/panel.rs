@@ -1,6 +1,6 @@
 //! The panel of the viewer: egui, mouse and keys, the display controls, the list of effects, and the data that is shown.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use miette::Result;
 use winit::event::WindowEvent;
@@ -25,8 +25,7 @@ use crate::tracer::effects::{self, refusal};
 
 /// The panel, and what the user does with mouse and keys.
 pub struct ViewerPanel {
-    /// egui; `None` until the window is open.
-    host: Option<EguiHost>,
+    host: EguiHost,
     controls: PanelControls,
     input: InputState,
     maps: MapCache,
@@ -43,7 +42,7 @@ impl ViewerPanel {
     /// A panel for a window of this size that is not open yet.
     pub fn new(controls: PanelControls, size: [u32; 2]) -> Self {
         Self {
-            host: None,
+            host: EguiHost::default(),
             controls,
             input: InputState::new(size),
             maps: MapCache::default(),
@@ -54,15 +53,15 @@ impl ViewerPanel {
         }
     }
 
-    /// The window is open.
-    pub fn open(&mut self, window: &Window) {
-        self.host = Some(EguiHost::new(window));
+    /// egui, which draws the panel.
+    pub fn host(&mut self) -> &mut EguiHost {
+        &mut self.host
     }
 
     /// Hears an event of the window. Returns true when it asks for actions.
     pub fn on_event(&mut self, window: &Window, event: &WindowEvent) -> bool {
         let active = (self.controls.visible || self.controls.help) && !self.input.is_dragging();
-        let taken = self.host.as_mut().is_some_and(|host| host.on_event(window, event, active));
+        let taken = self.host.on_event(window, event, active);
         let actions = self.input.on_window_event(event, taken);
         self.actions.extend_from_slice(&actions);
         !actions.is_empty()
@@ -105,10 +104,6 @@ impl ViewerPanel {
     }
 
     /// Begins to measure what the tracer's effects cost in this scene, seen from here, by this method.
-    ///
-    /// # Errors
-    ///
-    /// When the camera cannot be used or the system gives no thread.
     pub fn measure_costs(&mut self, session: &RenderSession, editor: &SceneEditor) -> Result<()> {
         let plan = self.plan(session, editor);
         self.costs.measure(session, editor, plan)
@@ -140,12 +135,12 @@ impl ViewerPanel {
         self.controls.visible
             || self.controls.help
             || self.controls.map != MapChoice::None
-            || self.host.as_ref().is_some_and(EguiHost::has_message)
+            || self.host.has_message()
     }
 
     /// When the panel must run next; `None` while nothing of it is visible.
     pub fn next_run(&self) -> Option<Instant> {
-        self.host.as_ref().filter(|_| self.has_overlay()).map(EguiHost::due)
+        self.has_overlay().then(|| self.host.due())
     }
 
     /// Whether the panel must run now.
@@ -153,46 +148,17 @@ impl ViewerPanel {
         self.next_run().is_some_and(|due| now >= due)
     }
 
-    /// Asks for the panel to be drawn anew.
-    pub fn refresh(&mut self) {
-        if let Some(host) = &mut self.host {
-            host.refresh();
-        }
-    }
-
-    /// Shows a message over the picture for a while.
-    pub fn say(&mut self, message: String) {
-        if let Some(host) = &mut self.host {
-            host.say(message);
-        }
-    }
-
-    /// Puts text on the clipboard.
-    pub fn copy(&mut self, text: String) {
-        if let Some(host) = &mut self.host {
-            host.copy(text);
-        }
-    }
-
     /// Runs the panel.
     pub fn run(&mut self, window: &Window, data: &PanelData) {
-        let Some(host) = &mut self.host else { return };
         let before = (self.controls.settings.clone(), self.controls.filter);
-        self.actions.extend(host.run(window, data, &mut self.controls));
+        self.actions.extend(self.host.run(window, data, &mut self.controls));
         self.settings_changed |= before != (self.controls.settings.clone(), self.controls.filter);
     }
 
     /// The display settings, and what is drawn over the picture.
     pub fn settings_and_drawing(&mut self) -> (&Settings, Option<&mut PanelDrawing>) {
         let drawn = self.has_overlay();
-        (&self.controls.settings, self.host.as_mut().filter(|_| drawn).map(EguiHost::drawing))
-    }
-
-    /// Closes the panel. Where the display is gone, egui's part of the window is left to the system: nobody answers any more.
-    pub fn close(self, display_lost: bool) {
-        if display_lost {
-            std::mem::forget(self.host);
-        }
+        (&self.controls.settings, drawn.then(|| self.host.drawing()))
     }
 
     /// Every effect of tracer and display, on or off, and why.
@@ -232,7 +198,8 @@ impl ViewerPanel {
         let (run, counts) = (session.run_spec(), picture.counts());
         let [traced_per_second, rasterised_per_second] =
             metrics.rates(session.traced(), picture.rasterised());
-        let statistics = &metrics.statistics;
+        let latency = |milliseconds| Duration::try_from_secs_f32(milliseconds * 1e-3).unwrap_or_default();
+        let last_edit = metrics.recent_edits.last();
         let device = picture.screen().and_then(Screen::gpu).map(|gpu| gpu.info().clone());
         PanelData {
             device: device.map_or(String::new(), |d| match d.driver.contains(&d.name) {
@@ -250,14 +217,14 @@ impl ViewerPanel {
             lods: [counts.camera_samples, counts.light_samples].map(|n| level_of_detail(&run.film, n)),
             ring: session.fill(),
             passes: metrics.passes.clone(),
-            frames: statistics.frames(),
-            percentiles: statistics.percentiles(),
+            frames: metrics.intervals.iter().collect(),
+            percentiles: metrics.intervals.percentiles([50.0, 95.0, 99.0]),
             budget: picture.budget(),
-            edit_latency: statistics.edit_latency(),
-            edit_latency_p95: statistics.edit_latency_p95(),
+            edit_latency: last_edit.map(latency),
+            edit_latency_p95: last_edit.map(|_| latency(metrics.recent_edits.percentiles([95.0])[0])),
             threads: session.threads(),
             elapsed: session.elapsed(),
-            message: self.host.as_ref().and_then(|host| host.message(now)).map(str::to_owned),
+            message: self.host.message(now).map(str::to_owned),
             selection: editor.selection(),
             effects: self.effects(session, editor),
             costs: self.costs.state(),

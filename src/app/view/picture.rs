@@ -78,10 +78,6 @@ pub struct LivePicture {
 
 impl LivePicture {
     /// A picture without a window. Starts the observer, where the render is divided into replicates.
-    ///
-    /// # Errors
-    ///
-    /// When the system refuses a thread.
     pub fn new(run: &RunSpec, budget: Option<Duration>, target: ErrorTarget) -> Result<Self> {
         let observe = || Observer::start(run, Some(target), Beside::Window);
         let now = Instant::now();
@@ -223,10 +219,6 @@ impl LivePicture {
     }
 
     /// Begins with the samples of another epoch. The old picture stays until the new one is there.
-    ///
-    /// # Errors
-    ///
-    /// When the device fails.
     pub fn begin_epoch(&mut self, run: &RunSpec) -> Result<(), ClientError> {
         self.kept.clear();
         if let Some(observer) = &mut self.observer {
@@ -238,10 +230,6 @@ impl LivePicture {
 
     /// Replaces the film where it has not the present size and filter; returns whether it did. The new film is filled from the
     /// kept samples, which know no resolution.
-    ///
-    /// # Errors
-    ///
-    /// When the film does not fit into the device.
     pub fn refit(&mut self, run: &RunSpec) -> Result<bool, ClientError> {
         let fits = self.film().is_some_and(|film| *film.spec() == run.film);
         let Some(screen) = self.screen.as_mut().filter(|_| !fits) else { return Ok(false) };
@@ -250,11 +238,8 @@ impl LivePicture {
         Ok(true)
     }
 
-    /// Replaces the device that was lost; the film on the new one is filled from the kept samples.
-    ///
-    /// # Errors
-    ///
-    /// When there is no other device. There is no film afterwards.
+    /// Replaces the device that was lost; the film on the new one is filled from the kept samples. On an
+    /// error there is no film afterwards.
     pub fn replace_device(&mut self, run: &RunSpec) -> Result<(), ClientError> {
         let Some(screen) = &mut self.screen else { return Ok(()) };
         screen.replace_device(run.film)?;
@@ -305,10 +290,6 @@ impl LivePicture {
     }
 
     /// Acquires an image of the window to draw into; returns its extent, or `None` where there is nothing to draw into now.
-    ///
-    /// # Errors
-    ///
-    /// When the device fails.
     pub fn acquire(&mut self) -> Result<Option<[u32; 2]>, ClientError> {
         let Some(screen) = &mut self.screen else { return Ok(None) };
         let (readiness, extent) = screen.acquire()?;
@@ -325,10 +306,6 @@ impl LivePicture {
     }
 
     /// Reads samples of a frame that began at `begin`. After an edit it waits a moment for the first ones.
-    ///
-    /// # Errors
-    ///
-    /// When the film fails.
     pub fn read_samples(
         &mut self,
         session: &mut RenderSession,
@@ -387,11 +364,7 @@ impl LivePicture {
         }
     }
 
-    /// Reads the last samples of a render that was stopped, for `time` at most.
-    ///
-    /// # Errors
-    ///
-    /// When the film fails; kept samples are not lost then.
+    /// Reads the last samples of a render that was stopped, for `time` at most. On an error the kept samples remain.
     pub fn read_rest(&mut self, session: &mut RenderSession, time: Duration) -> Result<(), ClientError> {
         let start = Instant::now();
         while !session.is_through() && start.elapsed() < time || !self.kept.caught_up() {
@@ -408,10 +381,6 @@ impl LivePicture {
     }
 
     /// Rasterises the batch although it is not full.
-    ///
-    /// # Errors
-    ///
-    /// When the device fails.
     pub fn flush(&mut self) -> Result<(), ClientError> {
         self.film_mut().map_or(Ok(()), VulkanFilm::flush)
     }
@@ -431,10 +400,6 @@ impl LivePicture {
 
     /// Repaints the picture if the plan says so or it was asked for, draws the panel over it and swaps. The frame `began` with
     /// the run of the panel.
-    ///
-    /// # Errors
-    ///
-    /// When the device fails.
     pub fn show(
         &mut self,
         session: &RenderSession,
@@ -464,10 +429,6 @@ impl LivePicture {
     }
 
     /// Takes the picture as it is now, to be written by another thread.
-    ///
-    /// # Errors
-    ///
-    /// When there is no film or it cannot be read.
     pub fn snapshot(
         &mut self,
         path: &Path,
@@ -490,10 +451,6 @@ impl LivePicture {
     }
 
     /// A reference film, on the CPU, filled with the samples that are kept.
-    ///
-    /// # Errors
-    ///
-    /// When the film is too large.
     pub fn film_without_device(&mut self, spec: FilmSpec) -> Result<Client, ClientError> {
         let mut film = ReferenceFilm::new(spec, 0)?;
         let mut intake = Intake::new(&mut film, None);
@@ -504,13 +461,6 @@ impl LivePicture {
         intake.finish()?;
         film.flush()?;
         Ok(Client::Reference(film))
-    }
-
-    /// Closes the window. Where its display is gone, the screen is left to the system: nobody answers any more.
-    pub fn close(self, display_lost: bool) {
-        if display_lost {
-            std::mem::forget(self.screen);
-        }
     }
 }
 

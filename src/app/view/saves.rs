@@ -11,10 +11,6 @@ pub struct BackgroundSaves(Vec<(PathBuf, JoinHandle<Result<()>>)>);
 
 impl BackgroundSaves {
     /// Begins to write a file.
-    ///
-    /// # Errors
-    ///
-    /// When the system gives no thread.
     pub fn begin(
         &mut self,
         path: PathBuf,
@@ -27,10 +23,6 @@ impl BackgroundSaves {
     }
 
     /// A path for a new file, as [`free_path`], which is not being written either.
-    ///
-    /// # Errors
-    ///
-    /// When there is none.
     pub fn free_path(&self, name: &str, ending: &str) -> Result<PathBuf> {
         free_path(name, ending, |path| self.0.iter().any(|(taken, _)| taken == path))
     }
@@ -52,10 +44,6 @@ impl BackgroundSaves {
 }
 
 /// `NAME-001.ENDING`, or the next number that is free in the working folder and not `taken`.
-///
-/// # Errors
-///
-/// When there is none.
 pub fn free_path(name: &str, ending: &str, taken: impl Fn(&Path) -> bool) -> Result<PathBuf> {
     let mut paths = (1..100_000).map(|i| PathBuf::from(format!("{name}-{i:03}.{ending}")));
     let free = paths.find(|path| !path.exists() && !taken(path));

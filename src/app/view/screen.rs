@@ -53,10 +53,6 @@ pub struct Screen {
 impl Screen {
     /// Opens a device for this window and makes a film of its size. `exact`: the window shows what a headless render does, bit
     /// for bit.
-    ///
-    /// # Errors
-    ///
-    /// When no device can show pictures in this window, or the film does not fit.
     pub fn open(
         window: Arc<Window>,
         choice: &DeviceChoice,
@@ -99,11 +95,8 @@ impl Screen {
         Ok((display, self.window.window_handle().map_err(gone)?.as_raw()))
     }
 
-    /// Replaces the device that was lost, and makes an empty film on the new one.
-    ///
-    /// # Errors
-    ///
-    /// As [`open`](Self::open). There is no film afterwards.
+    /// Replaces the device that was lost, and makes an empty film on the new one. On an error there is no film
+    /// afterwards.
     pub fn replace_device(&mut self, spec: FilmSpec) -> Result<(), ClientError> {
         self.messages += self.gpu().map_or(0, |gpu| gpu.validation_messages().len());
         // Before the new one: a window has one swapchain at a time.
@@ -114,10 +107,6 @@ impl Screen {
     }
 
     /// Replaces the surface of the window.
-    ///
-    /// # Errors
-    ///
-    /// As [`Swapchain::replace_surface`].
     pub fn replace_surface(&mut self) -> Result<(), ClientError> {
         self.surface_losses += 1;
         let handles = self.handles()?;
@@ -127,11 +116,7 @@ impl Screen {
         }
     }
 
-    /// Replaces the film by an empty one on the same device.
-    ///
-    /// # Errors
-    ///
-    /// When it does not fit; the old one stays.
+    /// Replaces the film by an empty one on the same device. On an error the old one stays.
     pub fn replace_film(&mut self, spec: FilmSpec) -> Result<(), ClientError> {
         if let Some(objects) = &mut self.objects {
             objects.film = Some(new_film(objects.swapchain.gpu(), spec, self.exact)?);
@@ -169,20 +154,15 @@ impl Screen {
         &self.window
     }
 
-    /// Number of devices that were lost.
-    pub fn device_losses(&self) -> u32 {
-        self.device_losses
-    }
-
     /// Counts the loss of a device; returns how many were lost before.
     pub fn count_device_loss(&mut self) -> u32 {
         self.device_losses += 1;
         self.device_losses - 1
     }
 
-    /// Number of surfaces that were lost.
-    pub fn surface_losses(&self) -> u32 {
-        self.surface_losses
+    /// Number of devices and of surfaces that were lost.
+    pub fn losses(&self) -> [u32; 2] {
+        [self.device_losses, self.surface_losses]
     }
 
     /// Messages of the validation layer so far, on all devices.
@@ -197,10 +177,6 @@ impl Screen {
     }
 
     /// Asks for an image to draw into, without waiting; says its extent.
-    ///
-    /// # Errors
-    ///
-    /// As [`Swapchain::acquire`].
     pub fn acquire(&mut self) -> Result<(Readiness, Option<[u32; 2]>), ClientError> {
         let Some(objects) = &mut self.objects else { return Ok((Readiness::Hidden, None)) };
         match &mut self.simulated.surface {
@@ -217,10 +193,6 @@ impl Screen {
 
     /// Draws the picture and over it the panel into the acquired image, and shows it. `repaint` is the `detail` of a repaint;
     /// without one the picture is the one painted last. Returns the frame's number.
-    ///
-    /// # Errors
-    ///
-    /// As [`VulkanFilm::paint`], [`PanelRenderer::draw`] and [`Swapchain::present`].
     pub fn show(
         &mut self,
         settings: &Settings,

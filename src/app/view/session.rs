@@ -59,10 +59,6 @@ pub struct RenderSession {
 impl RenderSession {
     /// Starts the threads with a lower priority than the window; they sleep until the first render. Where `choose` is set, the
     /// method is chosen anew whenever the view has changed and come to rest.
-    ///
-    /// # Errors
-    ///
-    /// When the system gives no threads.
     pub fn start(run: RunSpec, choose: bool, threads: usize, paths: Option<u64>) -> Result<Self> {
         let (server, lanes) = Server::start_with(threads, Priority::Background).into_diagnostic()?;
         server.set_cost_map(true);
@@ -145,10 +141,6 @@ impl RenderSession {
 
     /// Chooses the method anew where that is asked for and the view has changed and come to rest; takes over what was chosen.
     /// Until then the method stays what it is, so that nothing waits for the choice. Returns true when a choice was made.
-    ///
-    /// # Errors
-    ///
-    /// When the camera cannot be used.
     pub fn choose(&mut self, editor: &SceneEditor, at_rest: bool) -> Result<bool> {
         let chosen = self.chooser.take();
         let made = chosen.is_some();
@@ -167,10 +159,6 @@ impl RenderSession {
     }
 
     /// Begins the next epoch at once, with the editor's scene and camera. Blocks of the last one will be dropped on arrival.
-    ///
-    /// # Errors
-    ///
-    /// When the camera cannot be used or the server has ended.
     pub fn begin(&mut self, editor: &SceneEditor) -> Result<()> {
         let camera = editor.camera(self.size())?;
         self.traced_before += self.server.stats().total().samples;

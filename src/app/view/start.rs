@@ -27,11 +27,7 @@ use crate::gpu::{self, DeviceChoice};
 use crate::scene::desc::IntegratorKind;
 use crate::tracer::Scene;
 
-/// Runs the subcommand.
-///
-/// # Errors
-///
-/// Whatever stops the viewer. A picture that was asked for is written all the same.
+/// Runs the subcommand. A picture that was asked for is written even after an error.
 pub fn view(args: &ViewArgs) -> Result<()> {
     if args.source.device.as_deref() == Some(CPU) {
         return Err(miette::miette!(

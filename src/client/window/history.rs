@@ -96,11 +96,6 @@ impl CameraHistory {
         Some(self.home)
     }
 
-    /// Whether a move can be undone, and whether one can be redone.
-    pub fn can(&self) -> (bool, bool) {
-        (self.at > 0, self.at + 1 < self.poses.len())
-    }
-
     /// Adds an entry and forgets all moves that were undone.
     fn push(&mut self, pose: Pose) {
         self.poses.truncate(self.at + 1);
@@ -166,9 +161,9 @@ mod tests {
         }
         history.undo();
         history.undo();
-        assert_eq!(history.can(), (true, true));
+        assert_eq!((history.at, history.poses.len()), (1, 4));
         history.apply(Gesture::Pan(DVec2::X), DVec2::ONE);
-        assert_eq!(history.can(), (true, false));
+        assert_eq!((history.at, history.poses.len()), (2, 3));
         assert_eq!(history.redo(), None);
         assert_eq!(history.poses.len(), 3);
     }
@@ -188,7 +183,7 @@ mod tests {
         let mut history = start();
         assert!(!history.apply(Gesture::Dolly(f64::NAN), DVec2::ONE));
         assert!(!history.apply(Gesture::Focus(DVec3::Z * 4.0), DVec2::ONE));
-        assert_eq!(history.can(), (false, false));
+        assert_eq!((history.at, history.poses.len()), (0, 1));
         assert!(history.set_fov(50.0));
         assert!(!history.set_fov(50.0));
         assert_eq!(history.pose().fov, 50.0);

@@ -25,10 +25,11 @@ pub struct PanelDrawing {
     pub pixels_per_point: f32,
 }
 
-/// egui in one window.
+/// egui in one window, which may not be open yet.
 pub struct EguiHost {
     context: egui::Context,
-    state: egui_winit::State,
+    /// `None` until the window is open.
+    state: Option<egui_winit::State>,
     drawing: PanelDrawing,
     /// The pointer, in points.
     pointer: Option<egui::Pos2>,
@@ -40,22 +41,27 @@ pub struct EguiHost {
     message_drawn: bool,
 }
 
-impl EguiHost {
-    /// Sets egui up for this window.
-    pub fn new(window: &Window) -> Self {
-        let context = egui::Context::default();
-        let scale = Some(window.scale_factor() as f32);
-        let id = egui::ViewportId::ROOT;
-        let state = egui_winit::State::new(context.clone(), id, window, scale, window.theme(), Some(4096));
+impl Default for EguiHost {
+    fn default() -> Self {
         Self {
-            context,
-            state,
+            context: egui::Context::default(),
+            state: None,
             drawing: PanelDrawing::default(),
             pointer: None,
             due: Instant::now(),
             message: None,
             message_drawn: false,
         }
+    }
+}
+
+impl EguiHost {
+    /// Begins to work in this window.
+    pub fn open(&mut self, window: &Window) {
+        let (context, id) = (self.context.clone(), egui::ViewportId::ROOT);
+        let scale = Some(window.scale_factor() as f32);
+        self.state = Some(egui_winit::State::new(context, id, window, scale, window.theme(), Some(4096)));
+        self.refresh();
     }
 
     /// Gives an event to egui. Returns true when the panel has used it, so that the picture must not react. `active` is false
@@ -83,7 +89,8 @@ impl EguiHost {
             WindowEvent::CursorLeft { .. } => self.pointer = None,
             _ => {}
         }
-        let response = self.state.on_window_event(window, event);
+        let Some(state) = &mut self.state else { return false };
+        let response = state.on_window_event(window, event);
         if response.repaint {
             self.refresh();
         }
@@ -100,7 +107,9 @@ impl EguiHost {
 
     /// Puts text on the clipboard.
     pub fn copy(&mut self, text: String) {
-        self.state.set_clipboard_text(text);
+        if let Some(state) = &mut self.state {
+            state.set_clipboard_text(text);
+        }
     }
 
     /// Shows a message over the picture for a while.
@@ -131,11 +140,12 @@ impl EguiHost {
 
     /// Runs the panel; returns the actions that the user asks for.
     pub fn run(&mut self, window: &Window, data: &PanelData, controls: &mut PanelControls) -> Vec<Action> {
+        let Some(state) = &mut self.state else { return Vec::new() };
         self.message_drawn = data.message.is_some();
-        let input = self.state.take_egui_input(window);
+        let input = state.take_egui_input(window);
         let mut actions = Vec::new();
         let output = self.context.run_ui(input, |ui| actions.extend(panel::show(ui, data, controls)));
-        self.state.handle_platform_output(window, output.platform_output);
+        state.handle_platform_output(window, output.platform_output);
         self.drawing.textures.append(output.textures_delta);
         self.drawing.primitives = self.context.tessellate(output.shapes, output.pixels_per_point);
         self.drawing.pixels_per_point = output.pixels_per_point;

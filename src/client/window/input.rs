@@ -30,7 +30,7 @@ const WHEEL_SPEED: f64 = 1.25;
 /// Longest time that one tick flies, seconds: a stall must not throw the camera away.
 const LONGEST_TICK: f64 = 0.1;
 
-/// An event without the window system's baggage. Positions are physical pixels.
+/// An event of mouse or keyboard as plain data. Positions are physical pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum InputEvent {
     /// The cursor is here.
@@ -58,18 +58,18 @@ struct Press {
     from: DVec2,
     /// Shift was held when the button went down.
     shift: bool,
-    /// It has moved too far for a click.
+    /// The cursor has moved too far for a click.
     dragging: bool,
 }
 
-/// What is held and where the cursor is.
+/// State of mouse and keyboard: which buttons and keys are held, and where the cursor is.
 #[derive(Clone, Debug)]
 pub struct InputState {
     size: DVec2,
     cursor: Option<DVec2>,
     press: Option<Press>,
     last_click: Option<(Instant, DVec2)>,
-    /// Of the wheel, or of a key that moves the camera.
+    /// Last step of the wheel, or of a key that moves the camera.
     last_step: Option<Instant>,
     ctrl: bool,
     shift: bool,
@@ -78,7 +78,7 @@ pub struct InputState {
     speed: f64,
 }
 
-/// Keys that fly and the direction they fly in: camera right, up, forward.
+/// Keys that fly, each with its direction: camera right, up, forward.
 const FLYING: [(KeyCode, DVec3); 6] = [
     (KeyCode::KeyW, DVec3::Z),
     (KeyCode::KeyS, DVec3::NEG_Z),
@@ -89,7 +89,7 @@ const FLYING: [(KeyCode, DVec3); 6] = [
 ];
 
 impl InputState {
-    /// For a window of this size in physical pixels.
+    /// Nothing is held, in a window of this size in physical pixels.
     pub fn new(size: [u32; 2]) -> Self {
         Self {
             size: DVec2::from(size.map(f64::from)).max(DVec2::ONE),
@@ -104,8 +104,8 @@ impl InputState {
         }
     }
 
-    /// Takes an event of the window. `captured`: the panel has it, so that it starts nothing here (releases still end
-    /// what was started).
+    /// Interprets an event of the window. An event that the panel has `captured` starts nothing here, but a release still ends
+    /// what was started.
     pub fn on_window_event(&mut self, event: &WindowEvent, captured: bool) -> Vec<Action> {
         let Some(signal) = translate(event) else { return Vec::new() };
         let starts = matches!(
@@ -115,7 +115,7 @@ impl InputState {
         if captured && starts { Vec::new() } else { self.take(signal, Instant::now()) }
     }
 
-    /// The same for plain data.
+    /// Interprets an event that happened `now`.
     pub fn take(&mut self, signal: InputEvent, now: Instant) -> Vec<Action> {
         match signal {
             InputEvent::Cursor(at) => self.cursor_to(at),
@@ -146,7 +146,7 @@ impl InputState {
         }
     }
 
-    /// Flies on for `dt` seconds, as long as the right button and a key are held.
+    /// The flight of the last `dt` seconds, while the right button and a key are held.
     pub fn tick(&mut self, dt: f64) -> Option<Gesture> {
         if !self.is_flying() || dt.is_nan() || dt <= 0.0 {
             return None;
@@ -266,7 +266,7 @@ impl InputState {
     }
 }
 
-/// The part of an event that matters here.
+/// Translates an event of winit; `None` for events that do not concern mouse or keyboard.
 fn translate(event: &WindowEvent) -> Option<InputEvent> {
     Some(match event {
         WindowEvent::CursorMoved { position, .. } => InputEvent::Cursor(DVec2::new(position.x, position.y)),

@@ -8,7 +8,8 @@
 //! ```
 //!
 //! [`action`] lists what the user can ask for; [`keys`] is the one table of keys; [`input`] turns mouse and keys into actions;
-//! [`host`] runs egui in the window, and [`panel`] is what it draws; [`statistics`] keeps the last frame times.
+//! [`host`] runs egui in the window, and [`panel`] is what it draws; [`statistics`] has the
+//! percentiles of recent values.
 
 pub mod action;
 pub mod history;

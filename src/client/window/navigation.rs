@@ -21,7 +21,7 @@ const DOLLY: f64 = 0.9;
 /// Least distance between eye and target, relative to the greatest coordinate: far above the rounding of `f64`.
 const NEAREST: f64 = 1e-9;
 
-/// Where the camera stands and looks, in world space.
+/// Position and orientation of the camera, in world space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
     /// Position.
@@ -36,7 +36,7 @@ pub struct Pose {
     pub mirrored: bool,
 }
 
-/// One move.
+/// One move of the camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Gesture {
     /// Turns around the target, by fractions of the window's size: the scene follows the cursor, half a turn per window.
@@ -112,7 +112,7 @@ impl Pose {
         if next.is_usable() { next } else { *self }
     }
 
-    /// All numbers are finite and eye and target can be told apart.
+    /// Whether all numbers are finite and eye and target differ.
     pub fn is_usable(&self) -> bool {
         let reach = self.eye.abs().max(self.target.abs()).max_element();
         let finite =

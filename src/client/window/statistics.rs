@@ -1,13 +1,9 @@
-//! The last frame times and edit latencies, with exact percentiles.
+//! The last values of a series, with exact percentiles.
 
 use std::collections::VecDeque;
-use std::time::{Duration, Instant};
 
 /// Number of frames that the graph shows.
 pub const FRAMES: usize = 240;
-
-/// Number of edits whose latencies are kept.
-const EDITS: usize = 100;
 
 /// The last `capacity` values, oldest first.
 #[derive(Clone, Debug)]
@@ -56,91 +52,6 @@ impl RecentValues {
     }
 }
 
-/// Frame times and edit latencies.
-#[derive(Clone, Debug)]
-pub struct FrameStatistics {
-    frames: RecentValues,
-    edits: RecentValues,
-    last_frame: Option<Instant>,
-    /// The oldest edit that no epoch contains yet.
-    noted: Option<Instant>,
-    /// The oldest edit that the present epoch contains and no presented picture shows.
-    waiting: Option<Instant>,
-}
-
-impl Default for FrameStatistics {
-    fn default() -> Self {
-        Self {
-            frames: RecentValues::new(FRAMES),
-            edits: RecentValues::new(EDITS),
-            last_frame: None,
-            noted: None,
-            waiting: None,
-        }
-    }
-}
-
-impl FrameStatistics {
-    /// A picture was presented now; `shows` is the edit that it is the first to show, as [`shown`](Self::shown) told it.
-    pub fn frame(&mut self, now: Instant, shows: Option<Instant>) {
-        if let Some(before) = self.last_frame.replace(now) {
-            self.frames.push(milliseconds(now.saturating_duration_since(before)));
-        }
-        if let Some(edited) = shows {
-            self.edits.push(milliseconds(now.saturating_duration_since(edited)));
-        }
-    }
-
-    /// Something was edited now. While edits wait for their picture, the time counts from the first.
-    pub fn edit(&mut self, now: Instant) {
-        self.noted.get_or_insert(now);
-    }
-
-    /// An epoch begins that contains all edits so far.
-    pub fn epoch(&mut self) {
-        let noted = self.noted.take();
-        self.waiting = self.waiting.or(noted);
-    }
-
-    /// A picture of the present epoch is on its way: the edit that it is the first to show. Later edits are not in it.
-    pub fn shown(&mut self) -> Option<Instant> {
-        self.waiting.take()
-    }
-
-    /// Nothing is drawn for a while (minimised, asleep): the gap is not a frame time.
-    pub fn pause(&mut self) {
-        self.last_frame = None;
-    }
-
-    /// Frame times, oldest first, milliseconds.
-    pub fn frames(&self) -> Vec<f32> {
-        self.frames.iter().collect()
-    }
-
-    /// p50, p95, p99 of the frame times, milliseconds.
-    pub fn percentiles(&self) -> [f32; 3] {
-        self.frames.percentiles([50.0, 95.0, 99.0])
-    }
-
-    /// Time from the last edit to the first picture that shows it.
-    pub fn edit_latency(&self) -> Option<Duration> {
-        self.edits.last().map(duration)
-    }
-
-    /// p95 of the last edits' latencies.
-    pub fn edit_latency_p95(&self) -> Option<Duration> {
-        self.edits.last().map(|_| duration(self.edits.percentiles([95.0])[0]))
-    }
-}
-
-fn milliseconds(time: Duration) -> f32 {
-    (time.as_secs_f64() * 1e3) as f32
-}
-
-fn duration(milliseconds: f32) -> Duration {
-    Duration::try_from_secs_f32(milliseconds * 1e-3).unwrap_or_default()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -169,38 +80,5 @@ mod tests {
         [9.0, 1.0, 2.0, 3.0].into_iter().for_each(|v| recent.push(v));
         assert_eq!(recent.iter().collect::<Vec<_>>(), [1.0, 2.0, 3.0]);
         assert_eq!(recent.last(), Some(3.0));
-    }
-
-    #[test]
-    fn latency_counts_from_the_first_edit_without_a_picture() {
-        let (mut statistics, start) = (FrameStatistics::default(), Instant::now());
-        let at = |ms: u64| start + Duration::from_millis(ms);
-        statistics.frame(at(0), None);
-        assert_eq!(statistics.edit_latency(), None);
-        statistics.edit(at(5));
-        statistics.epoch();
-        statistics.edit(at(20));
-        statistics.frame(at(16), None);
-        statistics.epoch();
-        let shows = statistics.shown();
-        // The next edit comes while that picture is on its way: it is not in it.
-        statistics.edit(at(44));
-        statistics.frame(at(45), shows);
-        assert_eq!(statistics.shown(), None);
-        statistics.frame(at(60), None);
-        let latency = statistics.edit_latency().expect("an edit was shown");
-        assert!((latency.as_secs_f64() - 0.040).abs() < 1e-6, "{latency:?}");
-        assert_eq!(statistics.edit_latency_p95(), Some(latency));
-        assert_eq!(statistics.frames().len(), 3);
-    }
-
-    #[test]
-    fn a_pause_is_no_frame_time() {
-        let (mut statistics, start) = (FrameStatistics::default(), Instant::now());
-        statistics.frame(start, None);
-        statistics.pause();
-        statistics.frame(start + Duration::from_secs(10), None);
-        statistics.frame(start + Duration::from_millis(10_016), None);
-        assert_eq!(statistics.percentiles().map(f32::round), [16.0; 3]);
     }
 }

@@ -3,7 +3,7 @@
 use egui::{ComboBox, RichText, Ui};
 use egui_plot::{AxisHints, GridInput, GridMark, HLine, Line, MarkerShape, Plot, PlotPoints, PlotUi, Points};
 
-use crate::client::window::panel::{ErrorSummary, TARGETS, style};
+use crate::client::window::panel::{ErrorSummary, TARGETS, style, trimmed};
 
 /// Height of the plot, points.
 const HEIGHT: f32 = 132.0;
@@ -173,20 +173,15 @@ fn time_name(log: f64) -> String {
     let seconds = 10f64.powf(log);
     match named {
         Some((_, name)) => (*name).to_owned(),
-        None if seconds < 59.0 => format!("{} s", short(seconds)),
-        None if seconds < 3599.0 => format!("{} min", short(seconds / 60.0)),
-        None => format!("{} h", short(seconds / 3600.0)),
+        None if seconds < 59.0 => format!("{} s", trimmed(seconds, 5)),
+        None if seconds < 3599.0 => format!("{} min", trimmed(seconds / 60.0, 5)),
+        None => format!("{} h", trimmed(seconds / 3600.0, 5)),
     }
 }
 
 /// An error, given its logarithm.
 fn error_name(log: f64) -> String {
-    format!("{} %", short(100.0 * 10f64.powf(log)))
-}
-
-fn short(value: f64) -> String {
-    let text = format!("{value:.5}");
-    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    format!("{} %", trimmed(100.0 * 10f64.powf(log), 5))
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use egui::{
     pos2, vec2,
 };
 
-use crate::client::window::panel::{FalseColorMap, MapChoice, PictureOverlay, corner, style};
+use crate::client::window::panel::{FalseColorMap, MapChoice, PictureOverlay, corner, style, trimmed};
 use crate::color::palette;
 
 /// Opacity of a map over the picture.
@@ -158,11 +158,7 @@ fn significant(value: f64) -> String {
         v if v >= 0.0995 => 2,
         _ => 3,
     };
-    let text = format!("{value:.decimals$}");
-    match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
-        false => text,
-    }
+    trimmed(value, decimals)
 }
 
 #[cfg(test)]
