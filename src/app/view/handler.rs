@@ -72,12 +72,8 @@ impl Viewer {
             .with_inner_size(PhysicalSize::new(width, height));
         let window = Arc::new(events.create_window(attributes).into_diagnostic()?);
         gpu::survive_display_loss(window.display_handle().into_diagnostic()?.as_raw());
-        if self.options.budget.is_none() {
-            let rate = window.current_monitor().and_then(|monitor| monitor.refresh_rate_millihertz());
-            if let Some(rate) = rate.filter(|rate| *rate >= 1000) {
-                self.picture.set_budget(Duration::from_secs_f64(1e3 / f64::from(rate)));
-            }
-        }
+        let rate = window.current_monitor().and_then(|monitor| monitor.refresh_rate_millihertz());
+        let rate = rate.filter(|rate| self.options.budget.is_none() && *rate >= 1000);
         self.panel.host().open(&window);
         // Tracing begins while the device is opened, by path tracing where the method is to be chosen.
         self.choose_method()?;
@@ -92,7 +88,7 @@ impl Viewer {
             self.session.server().set_tracing(true);
             self.capture = Some(TimingCapture::new(path, screen.gpu())?);
         }
-        self.picture.set_screen(screen);
+        self.picture.open(screen, rate.map(|rate| Duration::from_secs_f64(1e3 / f64::from(rate))));
         self.due = Instant::now();
         Ok(())
     }

@@ -97,14 +97,12 @@ impl LivePicture {
         })
     }
 
-    /// Sets the length of a frame.
-    pub fn set_budget(&mut self, budget: Duration) {
-        self.pacer = Pacer::new(budget);
-    }
-
-    /// The window is open.
-    pub fn set_screen(&mut self, screen: Screen) {
+    /// The window is open, on a display that wants frames of this length, if it says so.
+    pub fn open(&mut self, screen: Screen, budget: Option<Duration>) {
         self.screen = Some(screen);
+        if let Some(budget) = budget {
+            self.pacer = Pacer::new(budget);
+        }
     }
 
     /// The window with the film; `None` until the window is open.

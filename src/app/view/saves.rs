@@ -5,9 +5,15 @@ use std::thread::{Builder, JoinHandle};
 
 use miette::{IntoDiagnostic, Result, miette};
 
+/// A file that a thread writes.
+struct FileInProgress {
+    path: PathBuf,
+    thread: JoinHandle<Result<()>>,
+}
+
 /// The files that are being written.
 #[derive(Default)]
-pub struct BackgroundSaves(Vec<(PathBuf, JoinHandle<Result<()>>)>);
+pub struct BackgroundSaves(Vec<FileInProgress>);
 
 impl BackgroundSaves {
     /// Begins to write a file.
@@ -18,13 +24,13 @@ impl BackgroundSaves {
     ) -> Result<()> {
         let target = path.clone();
         let thread = Builder::new().name("save".into()).spawn(move || write(&target)).into_diagnostic()?;
-        self.0.push((path, thread));
+        self.0.push(FileInProgress { path, thread });
         Ok(())
     }
 
     /// A path for a new file, as [`free_path`], which is not being written either.
     pub fn free_path(&self, name: &str, ending: &str) -> Result<PathBuf> {
-        free_path(name, ending, |path| self.0.iter().any(|(taken, _)| taken == path))
+        free_path(name, ending, |path| self.0.iter().any(|file| file.path == path))
     }
 
     /// Whether no file is being written.
@@ -34,7 +40,7 @@ impl BackgroundSaves {
 
     /// Messages about the files that are complete by now, or could not be written.
     pub fn done(&mut self) -> Vec<String> {
-        self.0.extract_if(.., |(_, thread)| thread.is_finished()).map(message).collect()
+        self.0.extract_if(.., |file| file.thread.is_finished()).map(message).collect()
     }
 
     /// Waits for all files; returns the messages about them.
@@ -50,7 +56,7 @@ pub fn free_path(name: &str, ending: &str, taken: impl Fn(&Path) -> bool) -> Res
     free.ok_or_else(|| miette!("no free name {name}-….{ending} in this folder"))
 }
 
-fn message((path, thread): (PathBuf, JoinHandle<Result<()>>)) -> String {
+fn message(FileInProgress { path, thread }: FileInProgress) -> String {
     match thread.join() {
         Ok(Ok(())) => format!("saved {}", path.display()),
         Ok(Err(error)) => error.to_string(),
