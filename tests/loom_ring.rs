@@ -1,7 +1,7 @@
 //! The ring and the doorbell under a model checker: every interleaving of a few small histories.
 //!
-//! Compiles the two files as they are against loom's primitives, and nothing else of the crate:
-//! `cargo test --features loom --test loom_ring` (seconds; loom bounds each history by itself).
+//! It compiles the two files as they are against loom's primitives, and nothing else of the crate. It takes seconds: loom bounds each
+//! history by itself.
 
 #![allow(dead_code, reason = "the histories use a part of each interface")]
 

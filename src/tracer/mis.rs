@@ -24,7 +24,7 @@ fn ratio(a: PdfW, b: PdfW) -> f32 {
 mod tests {
     use super::*;
 
-    /// Case N13: densities log-uniform over the whole range of f32.
+    /// Densities log-uniform over the whole range of f32.
     #[test]
     fn weights_are_a_partition_of_one_over_the_whole_range() {
         let naive = |a: f32, b: f32| a * a / (a * a + b * b);

@@ -136,7 +136,7 @@ mod tests {
         last
     }
 
-    /// Case N13: densities over the whole range of f32, paths of up to seven vertices.
+    /// Densities over the whole range of f32, paths of up to seven vertices.
     #[test]
     fn weights_are_a_partition_of_one_over_the_whole_range() {
         let mut random = Random(7);

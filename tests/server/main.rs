@@ -9,3 +9,4 @@ mod control;
 mod cost;
 mod determinism;
 mod lanes;
+mod ring;

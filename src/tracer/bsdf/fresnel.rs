@@ -67,7 +67,7 @@ fn quotient(a: Vec4, b: Vec4) -> Vec4 {
 mod tests {
     use super::*;
 
-    /// Case N17: at eta = 1 the textbook form leaves a residue; ours must be exactly zero.
+    /// At eta = 1 the textbook form leaves a residue; ours must be exactly zero.
     #[test]
     fn equal_media_do_not_reflect() {
         for cos in [1.0, 0.5, 1e-3, 1e-8, 0.0] {
@@ -90,7 +90,7 @@ mod tests {
         assert!((r - (0.64 + 11.56) / (1.44 + 11.56)).abs() < 1e-6);
     }
 
-    /// Case N18: grazing incidence, k = 0, a perfect mirror.
+    /// Grazing incidence, k = 0, a perfect mirror.
     #[test]
     fn grazing_incidence_reflects_all_and_nothing_is_nan() {
         for cos in [0.0, 1e-30, 1e-8, 1e-4] {

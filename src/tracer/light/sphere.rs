@@ -120,7 +120,7 @@ impl LightSource for SphereLight {
 mod tests {
     use super::*;
 
-    /// Case N11. Irradiance of a point that faces the centre of a unit-radiance sphere is π (r/d)², and from
+    /// Irradiance of a point that faces the centre of a unit-radiance sphere is π (r/d)², and from
     /// within, straight "up" into the sphere, π; the cone computed by the textbook 1 − √(1 − sin²) fails.
     #[test]
     fn irradiance_of_small_far_near_and_surrounding_spheres() {
