@@ -58,14 +58,11 @@ const PLACES: &[(&[&str], &[&str])] = &[
 /// Names of types that stand in two modules, each with the reason. Associated types do not count.
 const TWICE: &[(&str, &str)] = &[
     ("Attribute", "of an XML element, private to the reader; of a picture file"),
-    ("Command", "clap's name for the subcommands; the paper's name for what the client sends"),
-    ("Curve", "of an ICC profile, private to its file; of a chart"),
-    ("Entry", "of the parameters of a plugin, private to its file; of the table of effects"),
-    ("Event", "of a timing trace, in its format's words; the paper's name for what the server sends"),
-    ("Measured", "by the benchmark of a scene; a picture with the variance of its mean"),
-    ("Object", "of a scene that edits name; of a scene that an effect depends on"),
-    ("Picture", "of a PNG file; of a comparison"),
-    ("Table", "of the observer, private to its file; of a spectrum"),
+    (
+        "Entry",
+        "of the parameters of a plugin, private to its file; of the table of effects, private to its folder",
+    ),
+    ("Object", "of a scene that edits name; of a scene that an effect depends on, private to its folder"),
 ];
 
 /// Where `unsafe` may stand.
