@@ -1,4 +1,4 @@
-//! The log of predictions: what was said during renders on this machine, and what then happened.
+//! The log of predictions that were made during renders on this machine, with their outcomes.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -11,7 +11,7 @@ use super::tell;
 use crate::study::data::PredictionScore;
 use crate::study::prediction::{PredictionOutcome, score};
 
-/// Bytes after which a new log begins; the one before is kept beside it.
+/// Size in bytes after which a new log begins; the last one stays beside it.
 const MAX_BYTES: u64 = 8 << 20;
 
 /// One line of the log.
@@ -24,7 +24,7 @@ struct LogLine {
     kept: PredictionOutcome,
 }
 
-/// Where the log is: in `$POINTILLIST_STATE`, else where the system keeps state of programs. `None` without a home.
+/// The file of the log: in `$POINTILLIST_STATE`, else in the system's folder for the state of programs. `None` without a home.
 pub fn file() -> Option<PathBuf> {
     let folder = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
     let own = folder("POINTILLIST_STATE");
@@ -33,8 +33,8 @@ pub fn file() -> Option<PathBuf> {
     Some(own.or_else(state).or_else(home)?.join("predictions.jsonl"))
 }
 
-/// Adds what came of a render's predictions. A log that cannot be written is no reason to lose a picture: it is told of only
-/// to those who ask.
+/// Appends the outcomes of a render's predictions. A log that cannot be written only causes a message at the level `info`, because the
+/// picture matters more.
 pub fn log(run: &RunSpec, kept: &[PredictionOutcome]) {
     if kept.is_empty() {
         return;
@@ -62,11 +62,11 @@ fn append(run: &RunSpec, kept: &[PredictionOutcome]) -> std::io::Result<()> {
     if std::fs::metadata(&path).is_ok_and(|m| m.len() > MAX_BYTES) {
         std::fs::rename(&path, path.with_extension("old.jsonl"))?;
     }
-    // One write, so that the lines of renders that end together do not mix.
+    // One write, so that renders that end at the same time do not mix their lines.
     std::fs::OpenOptions::new().create(true).append(true).open(&path)?.write_all(text.as_bytes())
 }
 
-/// Everything in the log, by method. Lines that cannot be read are counted and left where they are.
+/// Reads the log. Lines that cannot be read are counted and skipped.
 fn read() -> Result<(Vec<LogLine>, usize)> {
     let Some(path) = file() else { return Err(no_home()) };
     let text = match std::fs::read_to_string(&path) {
@@ -84,11 +84,11 @@ fn read() -> Result<(Vec<LogLine>, usize)> {
 fn no_home() -> miette::Report {
     miette::miette!(
         help = "set POINTILLIST_STATE to a folder",
-        "there is no home, and so no log of predictions"
+        "there is no home folder for the log of predictions"
     )
 }
 
-/// `pointillist study --predictions`: how often the intervals held.
+/// `pointillist study --predictions`: prints how often the intervals held.
 ///
 /// # Errors
 ///

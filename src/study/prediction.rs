@@ -119,10 +119,10 @@ pub fn time_reached(checkpoints: &[Checkpoint], target: f64, since: f64) -> Opti
 
 /// Scores predictions by how often their intervals held. Whether a prediction counts must not depend on its outcome: those count whose
 /// interval was over when the render ended, and those of a render that ended because it reached its target. All others are open.
-pub fn score(kept: &[PredictionOutcome]) -> PredictionScore {
+pub fn score(outcomes: &[PredictionOutcome]) -> PredictionScore {
     let mut score = PredictionScore::default();
     let (mut logs, mut timed) = (0.0, 0.0);
-    for PredictionOutcome { prediction, reached, ended } in kept {
+    for PredictionOutcome { prediction, reached, ended } in outcomes {
         let over = prediction.seconds.high <= *ended;
         let stopped = reached.is_some_and(|at| at >= 0.999 * ended);
         if !over && !stopped {
@@ -133,8 +133,8 @@ pub fn score(kept: &[PredictionOutcome]) -> PredictionScore {
         score.held += usize::from(reached.is_some_and(|at| prediction.seconds.holds(at)));
         if let Some(at) = reached {
             // Ratios of the remaining time, without the time that had passed already.
-            let [said, was] = [prediction.seconds.value, *at].map(|t| (t - prediction.at).max(1e-3));
-            (logs, timed) = (logs + (said / was).ln(), timed + 1.0);
+            let [predicted, actual] = [prediction.seconds.value, *at].map(|t| (t - prediction.at).max(1e-3));
+            (logs, timed) = (logs + (predicted / actual).ln(), timed + 1.0);
         }
     }
     score.ratio = if timed > 0.0 { (logs / timed).exp() } else { 1.0 };

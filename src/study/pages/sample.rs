@@ -1,4 +1,4 @@
-//! A made-up study for the tests: three methods and a peer on a scene with glass, figures as they come.
+//! A made-up study for the tests: three methods and another program on a scene with glass.
 
 use crate::study::Interval;
 use crate::study::data::*;
