@@ -115,7 +115,7 @@ fn initial_pattern() -> Pattern {
     let mut state = 0x2545_f491_4f6c_dd1d_u64;
     let mut left = MASK / 10;
     while left > 0 {
-        // Marsaglia's xorshift; any scatter will do.
+        // Marsaglia's xorshift; another generator would change the bytes of dithered pictures.
         state ^= state << 13;
         state ^= state >> 7;
         state ^= state << 17;

@@ -359,6 +359,35 @@ impl Gpu {
         locked(&self.spares).entry(description).or_default().push(handles);
     }
 
+    /// Makes a semaphore of this name.
+    pub(in crate::gpu) fn semaphore(&self, name: &str) -> Result<vk::Semaphore, GpuError> {
+        // SAFETY: no feature is needed.
+        let made = unsafe { self.device.create_semaphore(&vk::SemaphoreCreateInfo::default(), None) };
+        let semaphore = made.named(&format!("vkCreateSemaphore({name})"))?;
+        self.name(semaphore, name);
+        Ok(semaphore)
+    }
+
+    /// Makes a view, of this name, of levels that the image has.
+    pub(in crate::gpu) fn view(
+        &self,
+        image: vk::Image,
+        format: vk::Format,
+        levels: vk::ImageSubresourceRange,
+        name: &str,
+    ) -> Result<vk::ImageView, GpuError> {
+        let info = vk::ImageViewCreateInfo::default()
+            .image(image)
+            .view_type(vk::ImageViewType::TYPE_2D)
+            .format(format)
+            .subresource_range(levels);
+        // SAFETY: the image has these levels and this format.
+        let made = unsafe { self.device.create_image_view(&info, None) };
+        let view = made.named(&format!("vkCreateImageView({name})"))?;
+        self.name(view, name);
+        Ok(view)
+    }
+
     /// Gives a handle its name in debuggers and messages.
     pub(in crate::gpu) fn name(&self, handle: impl vk::Handle, name: &str) {
         self.debug.name(handle, name);

@@ -147,10 +147,10 @@ impl Image {
         };
         gpu.name(raw, name);
         image.bind(name)?;
-        for level in 0..level_count {
-            image.view(level, 1, name)?;
+        for (first, count) in (0..level_count).map(|level| (level, 1)).chain([(0, level_count)]) {
+            let name = format!("{name} levels {first}+{count}");
+            image.views.push(gpu.view(raw, format.raw(), levels(first, count), &name)?);
         }
-        image.view(0, level_count, name)?;
         Ok(image)
     }
 
@@ -165,20 +165,6 @@ impl Image {
         let bound = unsafe { self.gpu.device.bind_image_memory(self.raw, memory.memory(), memory.offset()) };
         self.allocation = Some(memory);
         bound.named(&format!("vkBindImageMemory({name})"))
-    }
-
-    fn view(&mut self, first: u32, count: u32, name: &str) -> Result<(), GpuError> {
-        let info = vk::ImageViewCreateInfo::default()
-            .image(self.raw)
-            .view_type(vk::ImageViewType::TYPE_2D)
-            .format(self.format.raw())
-            .subresource_range(levels(first, count));
-        // SAFETY: the levels exist.
-        let view = unsafe { self.gpu.device.create_image_view(&info, None) }
-            .named(&format!("vkCreateImageView({name})"))?;
-        self.gpu.name(view, &format!("{name} levels {first}+{count}"));
-        self.views.push(view);
-        Ok(())
     }
 
     /// The view of one level, or of all of them.

@@ -93,23 +93,9 @@ impl SwapchainImages {
         let images = unsafe { loader.get_swapchain_images(self.raw) }.named("vkGetSwapchainImagesKHR")?;
         for (i, raw) in images.into_iter().enumerate() {
             gpu.name(raw, &format!("window image {i}"));
-            let info = vk::SemaphoreCreateInfo::default();
-            // SAFETY: nothing is asked for that could be missing.
-            let drawn = unsafe { gpu.device.create_semaphore(&info, None) }.named("vkCreateSemaphore")?;
-            gpu.name(drawn, &format!("window image {i} drawn"));
+            let drawn = gpu.semaphore(&format!("window image {i} drawn"))?;
             self.images.push(SwapchainImage { raw, view: vk::ImageView::null(), drawn });
-            let info = vk::ImageViewCreateInfo::default()
-                .image(raw)
-                .view_type(vk::ImageViewType::TYPE_2D)
-                .format(self.format)
-                .subresource_range(levels(0, 1));
-            // SAFETY: the image belongs to the chain and can be drawn into.
-            let view = unsafe { gpu.device.create_image_view(&info, None) }
-                .named(&format!("vkCreateImageView(window image {i})"))?;
-            gpu.name(view, &format!("window image {i}"));
-            if let Some(image) = self.images.last_mut() {
-                image.view = view;
-            }
+            self.images[i].view = gpu.view(raw, self.format, levels(0, 1), &format!("window image {i}"))?;
         }
         Ok(())
     }

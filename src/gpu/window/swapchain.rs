@@ -286,11 +286,7 @@ impl Swapchain {
         if let Some(i) = self.semaphores.iter().position(|(frame, _)| *frame <= completed) {
             return Ok(self.semaphores.swap_remove(i).1);
         }
-        let info = vk::SemaphoreCreateInfo::default();
-        // SAFETY: nothing is asked for that could be missing.
-        let made = unsafe { self.gpu.device.create_semaphore(&info, None) }.named("vkCreateSemaphore")?;
-        self.gpu.name(made, "window image acquired");
-        Ok(made)
+        self.gpu.semaphore("window image acquired")
     }
 
     /// Notes results that concern the window; other errors are returned.
