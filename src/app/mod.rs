@@ -1,4 +1,78 @@
-//! The program: the only module that knows both server and client. One file per subcommand.
+//! The program: the only module that knows both server and client.
+//!
+//! | files | what |
+//! |---|---|
+//! | `args/` | the command line; its comments are the `--help` |
+//! | `render.rs`, `view/`, `bench.rs`, `explain.rs`, `compare.rs`, `study/`, `device.rs` | the subcommands |
+//! | `load.rs`, `run_spec.rs`, `method.rs` | scene and device; what a run is made of; its method of light transport |
+//! | `drive.rs`, `intake.rs`, `observer.rs`, `predictions.rs`, `progress.rs` | from lanes to film; the error of the picture meanwhile |
+//! | `plan.rs`, `outputs.rs`, `report.rs`, `error_report.rs` | the list of effects; pictures; figures |
+//! | `timings.rs`, `trace.rs`, `process.rs` | `--gpu-timings`; Ctrl-C and standard error |
+//!
+//! # Rendering from another program
+//!
+//! The program is made of public parts. This loads a scene, renders it with the CPU implementation of the passes, and reads
+//! the error of the picture:
+//!
+//! ```
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! use std::path::Path;
+//! use std::sync::Arc;
+//! use std::time::Duration;
+//!
+//! use pointillist::client::reference::ReferenceFilm;
+//! use pointillist::client::{FilmSpec, SplatFilter, develop};
+//! use pointillist::color::Profile;
+//! use pointillist::server::{RenderJob, Server};
+//! use pointillist::stream::{DrainOrder, Epoch};
+//! use pointillist::study::ErrorMonitor;
+//! use pointillist::tracer::integrator::{RenderContext, Replicated};
+//! use pointillist::tracer::{Camera, PathTracer, Scene};
+//!
+//! let desc = pointillist::scene::load(Path::new("scenes/cornell.xml"), &[])?.desc;
+//! let filter = SplatFilter::Gaussian;
+//! let spec = FilmSpec { width: 64, height: 64, filter, variance: None, sums: Default::default() };
+//! let context = RenderContext {
+//!     scene: Arc::new(Scene::prepare(&desc)?),
+//!     camera: Camera::of(&desc)?,
+//!     seed: 0,
+//!     window: spec.window(),
+//!     max_depth: desc.integrator.max_depth,
+//!     rr_depth: desc.integrator.rr_depth,
+//!     hide_emitters: desc.integrator.hide_emitters,
+//!     places: None,
+//!     photons: desc.integrator.photons,
+//! };
+//! // Two independent randomisations, whose difference tells the error of their mean.
+//! let tracer = Replicated::new(&context, true, PathTracer::from);
+//! let [width, height] = spec.padded_extent().map(u64::from);
+//! let mut job = RenderJob::new(Arc::new(tracer), 0..16 * width * height);
+//! job.window = spec.window();
+//!
+//! let (mut film, mut monitor) = (ReferenceFilm::new(spec, 1)?, ErrorMonitor::new([64, 64], filter.energy(), None));
+//! let (server, mut lanes) = Server::start(2)?;
+//! lanes.follow(Epoch(1), DrainOrder::Arrival);
+//! server.render(job, Epoch(1))?;
+//! while !lanes.is_drained() {
+//!     lanes.wait(Duration::from_millis(20));
+//!     let mut added = Ok(());
+//!     lanes.drain(65_536, |block| {
+//!         film.count_paths(block.header.paths);
+//!         monitor.add(block.header.first_index, block.header.paths, block.samples());
+//!         added = std::mem::replace(&mut added, Ok(())).and_then(|()| film.add(block.samples()));
+//!     });
+//!     added?;
+//! }
+//! film.flush()?;
+//! monitor.take_checkpoint(0.0);
+//!
+//! let picture = develop::linear_rgb(&film.develop()?, &Profile::srgb());
+//! let [median, p95, _] = monitor.status().estimate.relative;
+//! println!("95 % of the picture have an error below {:.1} % (90 %: {:.1}–{:.1})", 100.0 * p95.value, 100.0 * p95.low, 100.0 * p95.high);
+//! assert!(picture.len() == 64 * 64 && 0.0 < median.value && median.value < p95.value);
+//! # Ok(())
+//! # }
+//! ```
 
 mod args;
 mod bench;
