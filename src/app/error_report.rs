@@ -25,6 +25,9 @@ pub struct ErrorReport {
     pub besides: Option<&'static str>,
     /// The quantile of `target`, `prediction` and `curve`.
     pub quantile: &'static str,
+    /// The same quantile.
+    #[serde(skip)]
+    pub at: ErrorQuantile,
     /// What was asked for, by `--error` or in the window.
     pub target: Option<f64>,
     /// It was reached; a render stops there.
@@ -42,7 +45,8 @@ impl ErrorReport {
     pub fn new(
         state: &ErrorStatus,
         run: &RunSpec,
-        (target, at): (Option<ErrorTarget>, ErrorQuantile),
+        target: Option<ErrorTarget>,
+        at: ErrorQuantile,
         reached: bool,
     ) -> Option<Self> {
         state.checkpoints.last()?;
@@ -54,6 +58,7 @@ impl ErrorReport {
             rel_mse: state.held_out.rel_mse,
             besides: (run.integrator == IntegratorKind::Photon).then_some("the blur of photon mapping"),
             quantile: at.share(),
+            at,
             target: target.map(|target| target.error),
             reached,
             prediction: state.prediction,
@@ -68,11 +73,7 @@ impl ErrorReport {
 
     /// For the summary of a run.
     pub fn summary(&self) -> String {
-        let Interval { value, low, high } = match self.quantile {
-            share if share == ErrorQuantile::Median.share() => self.median,
-            share if share == ErrorQuantile::P99.share() => self.p99,
-            _ => self.p95,
-        };
+        let Interval { value, low, high } = [self.median, self.p95, self.p99][self.at.index()];
         let [value, low, high] = [value, low, high].map(percent);
         let low = low.trim_end_matches(" %");
         let mut text =

@@ -16,7 +16,7 @@ use crate::image::png::{PngPicture, Transfer};
 use crate::image::write::{FileFormat, check_place, check_target, same_file};
 use crate::image::{Attribute, ImageError, exr, png};
 
-/// Where the pictures of a run go.
+/// The picture files of a run.
 pub struct Outputs {
     files: Vec<(PathBuf, FileFormat)>,
 }
@@ -80,7 +80,8 @@ impl Outputs {
     pub fn write(
         &self,
         client: &mut Client,
-        (run, prefix): (&RunSpec, bool),
+        run: &RunSpec,
+        prefix: bool,
         settings: &Settings,
         seconds: &mut Seconds,
     ) -> Result<()> {
@@ -94,7 +95,7 @@ impl Outputs {
         for (path, format) in &self.files {
             let written = match (format, &shown, &data) {
                 (FileFormat::Png, Some(shown), _) => {
-                    write_png(path, shown, (run, prefix, client.counts().paths()), settings)
+                    write_png(path, shown, run.attributes(client.counts().paths(), prefix), settings)
                 }
                 (FileFormat::Exr, _, Some(data)) => exr::write(path, &layers(run, prefix, data)),
                 _ => continue,
@@ -106,9 +107,9 @@ impl Outputs {
     }
 }
 
-/// One picture of a film, to be written without it: encoding takes longer than a frame.
+/// A picture taken from a film, to be written on another thread, because encoding takes longer than a frame.
 pub enum FilmSnapshot {
-    /// As it is shown, and the paths in it.
+    /// The displayed picture, and the number of paths in it.
     Png(DisplayImage, u64),
     /// The sums.
     Exr(FilmData),
@@ -130,14 +131,16 @@ impl FilmSnapshot {
         })
     }
 
-    /// Writes it; `prefix` as in [`RunSpec::attributes`].
+    /// Writes the picture; `prefix` as in [`RunSpec::attributes`].
     ///
     /// # Errors
     ///
     /// When the file cannot be written.
-    pub fn write(&self, path: &Path, (run, prefix): (&RunSpec, bool), settings: &Settings) -> Result<()> {
+    pub fn write(&self, path: &Path, run: &RunSpec, prefix: bool, settings: &Settings) -> Result<()> {
         match self {
-            FilmSnapshot::Png(shown, paths) => write_png(path, shown, (run, prefix, *paths), settings),
+            FilmSnapshot::Png(shown, paths) => {
+                write_png(path, shown, run.attributes(*paths, prefix), settings)
+            }
             FilmSnapshot::Exr(data) => exr::write(path, &layers(run, prefix, data)),
         }
         .into_diagnostic()
@@ -147,7 +150,7 @@ impl FilmSnapshot {
 fn write_png(
     path: &Path,
     shown: &DisplayImage,
-    (run, prefix, paths): (&RunSpec, bool, u64),
+    mut attributes: Vec<(String, Attribute)>,
     settings: &Settings,
 ) -> std::result::Result<(), ImageError> {
     let picture = PngPicture {
@@ -157,7 +160,6 @@ fn write_png(
         transfer: Transfer::Gamma(settings.gamma),
         primaries: settings.profile.primaries,
     };
-    let mut attributes = run.attributes(paths, prefix);
     attributes.push(("display".to_string(), Attribute::Text(display_options(settings))));
     png::write(path, picture, &attributes)
 }

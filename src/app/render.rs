@@ -223,7 +223,7 @@ impl<'a> BatchRender<'a> {
     fn write(&mut self, outputs: &Outputs, traced: &Traced) -> Result<()> {
         let prefix = traced.driven.complete || self.run.deterministic;
         let start = Instant::now();
-        let written = outputs.write(&mut self.client, (&self.run, prefix), &self.settings, &mut self.seconds);
+        let written = outputs.write(&mut self.client, &self.run, prefix, &self.settings, &mut self.seconds);
         if let Some(mut timings) = self.timings.take() {
             timings.client("display and write", start)?;
             timings.finish(&self.server)?;
@@ -235,7 +235,7 @@ impl<'a> BatchRender<'a> {
         let (run, driven, counts) = (&self.run, &traced.driven, self.client.counts());
         let [width, height] = run.film.padded_extent().map(f64::from);
         let per = |n: u64, time: Duration| n as f64 / time.as_secs_f64().max(1e-9);
-        let target = (self.target(), self.args.error_at);
+        let (target, at) = (self.target(), self.args.error_at);
         let error = traced.error.as_ref();
         let warnings = self.loaded.warnings.iter().map(ToString::to_string);
         RenderReport {
@@ -256,7 +256,7 @@ impl<'a> BatchRender<'a> {
             samples_per_second: per(counts.paths(), driven.wall),
             paths_per_trace_second: per(counts.paths(), tracing_time(&traced.stats)),
             seconds: self.seconds,
-            error: error.and_then(|(state, _)| ErrorReport::new(state, run, target, driven.reached)),
+            error: error.and_then(|(state, _)| ErrorReport::new(state, run, target, at, driven.reached)),
             rejected: rejected(run, &traced.stats),
             device: run.device.clone(),
             threads: self.threads,

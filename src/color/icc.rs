@@ -2,6 +2,8 @@
 //!
 //! Colorants are stored for the profile connection space, whose white is D50. They are brought to D65, which is white here,
 //! by undoing the profile's own adaptation (`chad`) and, where there is none, Bradford's.
+//!
+//! The few tags are read here: `moxcms` would take most of its build time for transforms that the tone mapper does itself.
 
 use std::sync::Arc;
 

@@ -131,7 +131,7 @@ impl Viewer {
         let run = self.present_run_spec()?;
         let settings = self.panel.controls().settings.clone();
         let snapshot = self.picture.snapshot(&path, &self.session, &settings)?;
-        self.saves.begin(path, move |path| snapshot.write(path, (&run, prefix), &settings))
+        self.saves.begin(path, move |path| snapshot.write(path, &run, prefix, &settings))
     }
 
     /// What makes the present picture: where camera or scene were changed, a scene file with the changes is saved first.

@@ -167,7 +167,7 @@ impl Viewer {
         let (observer, run) = (self.picture.observer()?, self.session.run_spec());
         let (state, kept) = observer.end();
         predictions::log(run, &kept);
-        ErrorReport::new(&state, run, (observer.target(), ErrorQuantile::P95), state.reached)
+        ErrorReport::new(&state, run, observer.target(), ErrorQuantile::P95, state.reached)
     }
 
     /// Writes the pictures asked for, from the film or, where that is lost, from the kept samples.
@@ -180,12 +180,12 @@ impl Viewer {
         });
         let (outputs, mut seconds) = (&self.options.outputs, Seconds::default());
         let written = match self.picture.take_film() {
-            Some(mut film) => outputs.write(&mut film, (&run, prefix), &settings, &mut seconds),
+            Some(mut film) => outputs.write(&mut film, &run, prefix, &settings, &mut seconds),
             None => Err(miette::miette!("there is no film")),
         };
         let Err(error) = written else { return Ok(()) };
         tell(&format!("{error}; the picture is made without the device"));
         let mut film = self.picture.film_without_device(run.film).into_diagnostic()?;
-        outputs.write(&mut film, (&run, false), &settings, &mut seconds)
+        outputs.write(&mut film, &run, false, &settings, &mut seconds)
     }
 }
