@@ -8,8 +8,12 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
 
-use crate::spectrum::{EmissionMap, Spectrum, dispersion::Ior};
+use crate::spectrum::{EmissionMap, Spectrum};
 
+pub use super::bsdf::{
+    BsdfDesc, ConductorDesc, DielectricDesc, DiffuseDesc, Facets, PlasticDesc, RoughConductorDesc,
+    RoughDielectricDesc, RoughPlasticDesc, Roughness, TwoSidedDesc,
+};
 pub use super::group::{GroupDesc, GroupId};
 pub use super::names::{Name, Names, Place};
 pub use super::transport::{IntegratorDesc, IntegratorKind, PhotonDesc};
@@ -127,129 +131,6 @@ pub enum ReconstructionFilter {
     Tent,
     /// A windowed Gaussian.
     Gaussian,
-}
-
-/// A material.
-#[derive(Clone, Debug)]
-pub enum BsdfDesc {
-    /// Lambert.
-    Diffuse {
-        /// Albedo.
-        reflectance: Spectrum,
-    },
-    /// Smooth interface between two transparent media.
-    Dielectric {
-        /// Index on the side the normal points away from.
-        int_ior: Ior,
-        /// Index on the side the normal points to.
-        ext_ior: Ior,
-        /// Factor on reflection, 1 in nature.
-        specular_reflectance: Spectrum,
-        /// Factor on transmission, 1 in nature.
-        specular_transmittance: Spectrum,
-    },
-    /// Smooth metal.
-    Conductor {
-        /// Real part of the index of refraction.
-        eta: Spectrum,
-        /// Imaginary part; η = 0 with k = 1 reflects everything (`material="none"`).
-        k: Spectrum,
-        /// Factor on reflection, 1 in nature.
-        specular_reflectance: Spectrum,
-    },
-    /// Rough metal.
-    RoughConductor {
-        /// Real part of the index of refraction.
-        eta: Spectrum,
-        /// Imaginary part.
-        k: Spectrum,
-        /// Factor on reflection, 1 in nature.
-        specular_reflectance: Spectrum,
-        /// Its facets.
-        roughness: Roughness,
-    },
-    /// Rough interface between two transparent media of different index.
-    RoughDielectric {
-        /// Index on the side the normal points away from.
-        int_ior: Ior,
-        /// Index on the side the normal points to.
-        ext_ior: Ior,
-        /// Factor on reflection, 1 in nature.
-        specular_reflectance: Spectrum,
-        /// Factor on transmission, 1 in nature.
-        specular_transmittance: Spectrum,
-        /// Its facets.
-        roughness: Roughness,
-    },
-    /// Smooth transparent coat over a diffuse base.
-    Plastic {
-        /// Index of the coat.
-        int_ior: Ior,
-        /// Index outside.
-        ext_ior: Ior,
-        /// Albedo of the base.
-        diffuse_reflectance: Spectrum,
-        /// Factor on the reflection of the coat, 1 in nature.
-        specular_reflectance: Spectrum,
-        /// Colours shift with every reflection between coat and base.
-        nonlinear: bool,
-    },
-    /// Rough transparent coat over a diffuse base.
-    RoughPlastic {
-        /// Index of the coat; that at the sodium line counts for all wavelengths.
-        int_ior: Ior,
-        /// Index outside, likewise.
-        ext_ior: Ior,
-        /// Albedo of the base.
-        diffuse_reflectance: Spectrum,
-        /// Factor on the reflection of the coat, 1 in nature.
-        specular_reflectance: Spectrum,
-        /// Colours shift with every reflection between coat and base.
-        nonlinear: bool,
-        /// Facets of the coat, the same along both tangents.
-        roughness: Roughness,
-    },
-    /// Makes a one-sided material two-sided.
-    TwoSided {
-        /// Seen from the side of the normal.
-        front: BsdfId,
-        /// Seen from the other side.
-        back: BsdfId,
-    },
-}
-
-impl BsdfDesc {
-    /// What Mitsuba calls it.
-    pub fn plugin(&self) -> &'static str {
-        match self {
-            BsdfDesc::Diffuse { .. } => "diffuse",
-            BsdfDesc::Dielectric { .. } => "dielectric",
-            BsdfDesc::Conductor { .. } => "conductor",
-            BsdfDesc::RoughConductor { .. } => "roughconductor",
-            BsdfDesc::RoughDielectric { .. } => "roughdielectric",
-            BsdfDesc::Plastic { .. } => "plastic",
-            BsdfDesc::RoughPlastic { .. } => "roughplastic",
-            BsdfDesc::TwoSided { .. } => "twosided",
-        }
-    }
-}
-
-/// How the facets of a rough surface are spread, Mitsuba's `distribution` and `alpha`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Roughness {
-    /// The family of distributions.
-    pub facets: Facets,
-    /// Root mean square slope (for Beckmann) along the two tangents.
-    pub alpha: [f32; 2],
-}
-
-/// A family of distributions of facet normals.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Facets {
-    /// Gaussian slopes.
-    Beckmann,
-    /// Long tails (Trowbridge and Reitz).
-    Ggx,
 }
 
 /// A surface in the scene.

@@ -12,6 +12,7 @@
 //!
 //! This module knows nothing of rendering.
 
+mod bsdf;
 pub mod desc;
 mod diagnostic;
 pub mod edit;

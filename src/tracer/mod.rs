@@ -36,7 +36,6 @@ pub mod effects;
 pub mod integrator;
 pub mod interaction;
 pub mod light;
-pub mod material;
 pub mod mis;
 pub mod photon_map;
 mod placement;

@@ -10,10 +10,9 @@ use crate::scene::SceneDesc;
 use crate::spectrum::White;
 
 use super::accel::{Accel, PrimRange, Ray, SimdKernel};
-use super::bsdf::Sides;
+use super::bsdf::{Material, Sides};
 use super::interaction::SurfaceInteraction;
 use super::light::{LightSample, Lights};
-use super::material::Material;
 use super::prepare::{PrepareError, SceneStructure, edited, general, prepare};
 use super::primitives::Primitives;
 use super::shape::SurfacePoint;

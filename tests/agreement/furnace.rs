@@ -12,6 +12,7 @@ use pointillist::scene::desc::*;
 use pointillist::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum, dispersion::Ior};
 use pointillist::stream::UvWindow;
 use pointillist::tracer::Camera;
+use pointillist::tracer::bsdf::ScatteringModel;
 
 const PLAN: Plan = Plan { side: 4, paths_per_pixel: 256, seeds: 16, window: UvWindow::PICTURE };
 
@@ -26,32 +27,38 @@ fn facets(facets: Facets, alpha: f32) -> Roughness {
 /// Reflects everything.
 fn silver(roughness: Roughness) -> BsdfDesc {
     let eta = Spectrum::Constant(0.0);
-    BsdfDesc::RoughConductor { eta, k: one(), specular_reflectance: one(), roughness }
+    BsdfDesc::RoughConductor(RoughConductorDesc { eta, k: one(), specular_reflectance: one(), roughness })
 }
 
 fn rough_glass(int_ior: Ior, roughness: Roughness) -> BsdfDesc {
     let [specular_reflectance, specular_transmittance] = [one(), one()];
     let ext_ior = Ior::Constant(1.0);
-    BsdfDesc::RoughDielectric { int_ior, ext_ior, specular_reflectance, specular_transmittance, roughness }
+    BsdfDesc::RoughDielectric(RoughDielectricDesc {
+        int_ior,
+        ext_ior,
+        specular_reflectance,
+        specular_transmittance,
+        roughness,
+    })
 }
 
 fn plastic(int_ior: Ior) -> BsdfDesc {
     let [diffuse_reflectance, specular_reflectance] = [one(), one()];
     let (ext_ior, nonlinear) = (Ior::Constant(1.0), true);
-    BsdfDesc::Plastic { int_ior, ext_ior, diffuse_reflectance, specular_reflectance, nonlinear }
+    BsdfDesc::Plastic(PlasticDesc { int_ior, ext_ior, diffuse_reflectance, specular_reflectance, nonlinear })
 }
 
 fn rough_plastic(roughness: Roughness) -> BsdfDesc {
     let [diffuse_reflectance, specular_reflectance] = [one(), one()];
     let [int_ior, ext_ior] = [1.49, 1.0].map(Ior::Constant);
-    BsdfDesc::RoughPlastic {
+    BsdfDesc::RoughPlastic(RoughPlasticDesc {
         int_ior,
         ext_ior,
         diffuse_reflectance,
         specular_reflectance,
         nonlinear: true,
         roughness,
-    }
+    })
 }
 
 /// A ball of a material that fills the picture, lit by radiance 1 from everywhere: by the environment, or by a sphere around

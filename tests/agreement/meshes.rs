@@ -67,19 +67,24 @@ fn facets(alpha: [f32; 2]) -> Roughness {
 
 fn metal(alpha: [f32; 2]) -> BsdfDesc {
     let [eta, k] = [0.2, 3.9].map(Spectrum::Constant);
-    BsdfDesc::RoughConductor { eta, k, specular_reflectance: one(), roughness: facets(alpha) }
+    BsdfDesc::RoughConductor(RoughConductorDesc {
+        eta,
+        k,
+        specular_reflectance: one(),
+        roughness: facets(alpha),
+    })
 }
 
 fn rough_glass(alpha: [f32; 2]) -> BsdfDesc {
     let [int_ior, ext_ior] = [1.5, 1.0].map(Ior::Constant);
     let [specular_reflectance, specular_transmittance] = [one(), one()];
-    BsdfDesc::RoughDielectric {
+    BsdfDesc::RoughDielectric(RoughDielectricDesc {
         int_ior,
         ext_ior,
         specular_reflectance,
         specular_transmittance,
         roughness: facets(alpha),
-    }
+    })
 }
 
 fn rough_plastic(alpha: f32) -> BsdfDesc {
@@ -87,14 +92,14 @@ fn rough_plastic(alpha: f32) -> BsdfDesc {
     let diffuse_reflectance = Spectrum::Constant(0.5);
     let roughness = facets([alpha; 2]);
     let (specular_reflectance, nonlinear) = (one(), true);
-    BsdfDesc::RoughPlastic {
+    BsdfDesc::RoughPlastic(RoughPlasticDesc {
         int_ior,
         ext_ior,
         diffuse_reflectance,
         specular_reflectance,
         nonlinear,
         roughness,
-    }
+    })
 }
 
 #[test]

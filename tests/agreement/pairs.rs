@@ -5,6 +5,7 @@ use crate::support::welch;
 use pointillist::scene::desc::SceneDesc;
 use pointillist::spectrum::SampledWavelengths;
 use pointillist::stream::UvWindow;
+use pointillist::tracer::bsdf::ScatteringModel;
 use pointillist::tracer::{Camera, Scene};
 
 /// The methods that are compared.

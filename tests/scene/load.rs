@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use pointillist::scene::desc::{BsdfDesc, FovAxis, LightDesc, ShapeKind};
+use pointillist::scene::desc::{BsdfDesc, ConductorDesc, DielectricDesc, FovAxis, LightDesc, ShapeKind};
 use pointillist::scene::{Loaded, load};
 
 fn scene(name: &str, overrides: &[(&str, &str)]) -> Loaded {
@@ -66,11 +66,11 @@ fn spheres_are_a_mirror_and_glass() {
     let mut kinds: Vec<&str> = Vec::new();
     for s in desc.shapes.iter().filter(|s| matches!(s.kind, ShapeKind::Sphere { .. })) {
         kinds.push(match &desc.bsdfs[s.bsdf.0 as usize] {
-            BsdfDesc::Conductor { eta, k, .. } => {
+            BsdfDesc::Conductor(ConductorDesc { eta, k, .. }) => {
                 assert!(eta.is_black() && k.is_constant() && k.max() == 1.0);
                 "mirror"
             }
-            BsdfDesc::Dielectric { int_ior, ext_ior, .. } => {
+            BsdfDesc::Dielectric(DielectricDesc { int_ior, ext_ior, .. }) => {
                 assert_eq!(format!("{int_ior:?} {ext_ior:?}"), "Constant(1.7) Constant(1.0)");
                 "glass"
             }

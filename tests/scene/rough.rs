@@ -1,7 +1,9 @@
 //! Rough materials and plastic as scene files say them: Mitsuba's defaults, and faults at their place.
 
 use miette::{GraphicalReportHandler, GraphicalTheme};
-use pointillist::scene::desc::{BsdfDesc, Facets, Roughness};
+use pointillist::scene::desc::{
+    BsdfDesc, Facets, PlasticDesc, RoughConductorDesc, RoughDielectricDesc, Roughness,
+};
 use pointillist::scene::{Loaded, SceneError, load_str};
 use pointillist::spectrum::{Spectrum, dispersion::Ior};
 
@@ -30,7 +32,8 @@ fn refuse(text: &str) -> String {
 #[test]
 fn rough_materials() {
     let rough = |text: &str| match bsdf(text) {
-        BsdfDesc::RoughConductor { roughness, .. } | BsdfDesc::RoughDielectric { roughness, .. } => roughness,
+        BsdfDesc::RoughConductor(RoughConductorDesc { roughness, .. })
+        | BsdfDesc::RoughDielectric(RoughDielectricDesc { roughness, .. }) => roughness,
         other => panic!("{text}: {other:?}"),
     };
     for kind in ["roughconductor", "roughdielectric"] {
@@ -59,8 +62,13 @@ fn rough_materials() {
     let same = "<float name=\"int_ior\" value=\"1.2\"/><float name=\"ext_ior\" value=\"1.2\"/>";
     refuse(&format!("<bsdf type=\"roughdielectric\">{same}</bsdf>"));
     refuse("<bsdf type=\"twosided\"><bsdf type=\"roughdielectric\"/></bsdf>");
-    let BsdfDesc::Plastic { int_ior, ext_ior, diffuse_reflectance, specular_reflectance, nonlinear } =
-        bsdf("<bsdf type=\"plastic\"/>")
+    let BsdfDesc::Plastic(PlasticDesc {
+        int_ior,
+        ext_ior,
+        diffuse_reflectance,
+        specular_reflectance,
+        nonlinear,
+    }) = bsdf("<bsdf type=\"plastic\"/>")
     else {
         panic!("plastic")
     };

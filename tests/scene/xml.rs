@@ -3,7 +3,8 @@
 use glam::{DAffine3, DMat3, DVec3};
 use miette::{GraphicalReportHandler, GraphicalTheme, Severity};
 use pointillist::scene::desc::{
-    BsdfDesc, Crop, FovAxis, LightDesc, PhotonDesc, ReconstructionFilter, ShapeDesc, ShapeKind,
+    BsdfDesc, ConductorDesc, Crop, DielectricDesc, DiffuseDesc, FovAxis, LightDesc, PhotonDesc,
+    ReconstructionFilter, ShapeDesc, ShapeKind, TwoSidedDesc,
 };
 use pointillist::scene::{FindingKind, Loaded, SceneError, load_str};
 use pointillist::spectrum::{Spectrum, dispersion::Ior};
@@ -159,17 +160,19 @@ fn references_and_aliases_share_one_material() {
 
 #[test]
 fn default_materials() {
-    assert!(matches!(bsdf(""), BsdfDesc::Diffuse { reflectance: Spectrum::Constant(r) } if r == 0.5));
+    assert!(
+        matches!(bsdf(""), BsdfDesc::Diffuse(DiffuseDesc { reflectance: Spectrum::Constant(r) }) if r == 0.5)
+    );
     // A lamp without a material reflects nothing, as in Mitsuba.
     assert!(
-        matches!(bsdf("<emitter type=\"area\"/>"), BsdfDesc::Diffuse { reflectance } if reflectance.is_black())
+        matches!(bsdf("<emitter type=\"area\"/>"), BsdfDesc::Diffuse(DiffuseDesc { reflectance }) if reflectance.is_black())
     );
 }
 
 #[test]
 fn spectra_of_each_role() {
     let diffuse = |value: &str| match bsdf(&format!("<bsdf type=\"diffuse\">{value}</bsdf>")) {
-        BsdfDesc::Diffuse { reflectance } => reflectance,
+        BsdfDesc::Diffuse(DiffuseDesc { reflectance }) => reflectance,
         other => panic!("{other:?}"),
     };
     assert_eq!(diffuse("<spectrum name=\"reflectance\" value=\"0.3\"/>"), Spectrum::Constant(0.3));
@@ -211,7 +214,9 @@ fn glass_metal_and_two_sides() {
     let glass = bsdf(
         "<bsdf type=\"dielectric\"><float name=\"int_ior\" value=\"1.5\"/><string name=\"ext_ior\" value=\"air\"/></bsdf>",
     );
-    let BsdfDesc::Dielectric { int_ior, ext_ior, specular_reflectance, .. } = glass else { panic!("glass") };
+    let BsdfDesc::Dielectric(DielectricDesc { int_ior, ext_ior, specular_reflectance, .. }) = glass else {
+        panic!("glass")
+    };
     assert_eq!((int_ior, Some(ext_ior)), (Ior::Constant(1.5), Ior::named("air")));
     assert_eq!(specular_reflectance, Spectrum::Constant(1.0));
     let one = Spectrum::Constant(1.0);
@@ -219,13 +224,15 @@ fn glass_metal_and_two_sides() {
         "<bsdf type=\"conductor\"/>",
         "<bsdf type=\"conductor\"><string name=\"material\" value=\"none\"/></bsdf>",
     ] {
-        let BsdfDesc::Conductor { eta, k, .. } = bsdf(mirror) else { panic!("metal") };
+        let BsdfDesc::Conductor(ConductorDesc { eta, k, .. }) = bsdf(mirror) else { panic!("metal") };
         assert!(eta.is_black() && k == one);
     }
     let desc =
         read("<bsdf type=\"twosided\" id=\"t\"><bsdf type=\"diffuse\"/><bsdf type=\"conductor\"/></bsdf>")
             .desc;
-    assert!(matches!(desc.bsdfs[2], BsdfDesc::TwoSided { front, back } if front.0 == 0 && back.0 == 1));
+    assert!(
+        matches!(desc.bsdfs[2], BsdfDesc::TwoSided(TwoSidedDesc { front, back }) if front.0 == 0 && back.0 == 1)
+    );
     for bad in [
         "<bsdf type=\"dielectric\"><string name=\"int_ior\" value=\"unobtainium\"/></bsdf>",
         "<bsdf type=\"dielectric\"><float name=\"int_ior\" value=\"0\"/></bsdf>",

@@ -22,7 +22,13 @@ fn rough_glass(int_ior: Ior) -> BsdfDesc {
     let [specular_reflectance, specular_transmittance] = [1.0; 2].map(Spectrum::Constant);
     let ext_ior = Ior::Constant(1.0);
     let roughness = facets(0.4);
-    BsdfDesc::RoughDielectric { int_ior, ext_ior, specular_reflectance, specular_transmittance, roughness }
+    BsdfDesc::RoughDielectric(RoughDielectricDesc {
+        int_ior,
+        ext_ior,
+        specular_reflectance,
+        specular_transmittance,
+        roughness,
+    })
 }
 
 /// A floor and two spheres of these materials, under a lamp and the sky.
@@ -59,15 +65,19 @@ fn assert_both(desc: &SceneDesc) {
 #[test]
 fn metal_and_plastic() {
     let [eta, k, one] = [0.2, 3.9, 1.0].map(Spectrum::Constant);
-    let metal =
-        BsdfDesc::RoughConductor { eta, k, specular_reflectance: one.clone(), roughness: facets(0.3) };
-    let plastic = BsdfDesc::Plastic {
+    let metal = BsdfDesc::RoughConductor(RoughConductorDesc {
+        eta,
+        k,
+        specular_reflectance: one.clone(),
+        roughness: facets(0.3),
+    });
+    let plastic = BsdfDesc::Plastic(PlasticDesc {
         int_ior: Ior::Constant(1.49),
         ext_ior: Ior::Constant(1.0),
         diffuse_reflectance: Spectrum::Constant(0.5),
         specular_reflectance: one,
         nonlinear: true,
-    };
+    });
     let desc = lit(open_room([metal, plastic]));
     PathReference::new(&desc, PLAN).assert_mostly(Method::Bidirectional, 0.99, 1e-2);
 }

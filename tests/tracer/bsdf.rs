@@ -7,7 +7,7 @@ use pointillist::scene::desc::{Facets, Roughness};
 use pointillist::spectrum::SampledSpectrum;
 use pointillist::tracer::bsdf::{
     Base, Bsdf, Coat, Dielectric, Diffuse, Microfacet, Plastic, RoughConductor, RoughDielectric,
-    RoughPlastic, Transmittance, coat, fresnel,
+    RoughPlastic, ScatteringModel, Transmittance, fresnel, internal_reflectance,
 };
 
 const ONE: SampledSpectrum = SampledSpectrum::ONE;
@@ -42,7 +42,7 @@ fn plastic(albedo: f32, eta: f32, nonlinear: bool) -> Bsdf {
 fn rough_plastic(facets: Facets, alpha: f32, eta: f32, albedo: f32) -> Bsdf {
     let microfacet = microfacet(facets, [alpha; 2]);
     let coat = Coat { eta, microfacet, transmittance: Transmittance::of(&microfacet, eta) };
-    let internal = SampledSpectrum::splat(coat::internal_reflectance(&microfacet, eta));
+    let internal = SampledSpectrum::splat(internal_reflectance(&microfacet, eta));
     let base = Base { albedo: SampledSpectrum::splat(albedo), internal, nonlinear: true };
     Bsdf::RoughPlastic(RoughPlastic::new(&coat, ONE, base, false))
 }
@@ -248,7 +248,7 @@ fn smooth_limit_of_glass() {
             for i in 0..200 {
                 let lobe = (i as f32 + 0.5) / 200.0;
                 let (Some(a), Some(b)) =
-                    (smooth.sample(wo, lobe), rough.sample(wo, [random.f32(), random.f32()], lobe))
+                    (smooth.sample(wo, [0.5; 2], lobe), rough.sample(wo, [random.f32(), random.f32()], lobe))
                 else {
                     continue;
                 };

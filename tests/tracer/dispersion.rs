@@ -12,7 +12,7 @@ use pointillist::color::Xyz;
 use pointillist::scene::desc::*;
 use pointillist::spectrum::{SampledSpectrum, Spectrum, dispersion::Ior};
 use pointillist::stream::{PathCounts, SampleSink, UvWindow};
-use pointillist::tracer::bsdf::{Bsdf, Microfacet, RoughDielectric};
+use pointillist::tracer::bsdf::{Bsdf, Microfacet, RoughDielectric, ScatteringModel};
 use pointillist::tracer::integrator::{BidirectionalTracer, RenderContext};
 use pointillist::tracer::{Camera, Integrator, PathTracer, Scene};
 
@@ -102,7 +102,13 @@ fn rough(int_ior: Ior, alpha: f32) -> BsdfDesc {
     let [specular_reflectance, specular_transmittance] = [1.0; 2].map(Spectrum::Constant);
     let ext_ior = Ior::Constant(1.0);
     let roughness = Roughness { facets: Facets::Ggx, alpha: [alpha; 2] };
-    BsdfDesc::RoughDielectric { int_ior, ext_ior, specular_reflectance, specular_transmittance, roughness }
+    BsdfDesc::RoughDielectric(RoughDielectricDesc {
+        int_ior,
+        ext_ior,
+        specular_reflectance,
+        specular_transmittance,
+        roughness,
+    })
 }
 
 /// A floor and two spheres of these materials under a lamp, with the sky.
@@ -130,7 +136,7 @@ fn strong() -> Ior {
 /// Rough glass alone, nearly smooth glass, and rough next to smooth: paths split by dispersion at both kinds, in either order.
 #[test]
 fn all_methods_agree() {
-    let black = || BsdfDesc::Diffuse { reflectance: Spectrum::Constant(0.1) };
+    let black = || BsdfDesc::Diffuse(DiffuseDesc { reflectance: Spectrum::Constant(0.1) });
     let mut floor = room([black(), glass(strong())]);
     floor.camera = look(DVec3::new(0.9, -2.2, 0.6), DVec3::new(0.0, 0.7, -0.6), 30.0);
     floor.lights.clear();

@@ -39,12 +39,12 @@ fn ball(smooth: bool) -> Mesh {
 }
 
 fn brushed() -> BsdfDesc {
-    BsdfDesc::RoughConductor {
+    BsdfDesc::RoughConductor(RoughConductorDesc {
         eta: Spectrum::Constant(0.2),
         k: Spectrum::Constant(3.0),
         specular_reflectance: Spectrum::Constant(0.9),
         roughness: Roughness { facets: Facets::Ggx, alpha: [0.1, 0.4] },
-    }
+    })
 }
 
 fn member(kind: ShapeKind, to_world: DAffine3, bsdf: BsdfId) -> ShapeDesc {
@@ -80,7 +80,7 @@ fn several() -> SceneDesc {
     desc.camera = look(DVec3::new(0.0, -14.0, 5.0), DVec3::new(0.0, 14.0, -4.0), 45.0);
     let [white, dark] = [0.7, 0.3].map(|albedo| material(&mut desc, grey(albedo)));
     let [metal, clear] = [brushed(), glass(Ior::Constant(1.5))].map(|m| material(&mut desc, m));
-    let sides = material(&mut desc, BsdfDesc::TwoSided { front: white, back: metal });
+    let sides = material(&mut desc, BsdfDesc::TwoSided(TwoSidedDesc { front: white, back: metal }));
     desc.meshes.extend([ball(true), ball(false)].map(Arc::new));
     shape(&mut desc, ShapeKind::Rectangle, at(0.0, 0.0, -1.6) * scale(9.0, 9.0, 1.0), white, 0.0);
     let plain = |mesh, white, dark| {

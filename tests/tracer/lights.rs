@@ -106,7 +106,7 @@ fn a_two_sided_material_does_not_emit_from_the_back() {
     for flip in [false, true] {
         let mut desc = empty();
         let white = material(&mut desc, grey(0.5));
-        let both = material(&mut desc, BsdfDesc::TwoSided { front: white, back: white });
+        let both = material(&mut desc, BsdfDesc::TwoSided(TwoSidedDesc { front: white, back: white }));
         // The camera looks along +z, at the back of a rectangle whose normal is +z.
         shape(&mut desc, ShapeKind::Rectangle, DAffine3::from_translation(DVec3::Z), both, 3.0);
         desc.shapes[0].flip_normals = flip;

@@ -162,7 +162,8 @@ fn sides() {
     desc.shapes[0].flip_normals = true;
     assert!(luminances(&desc, 1024).iter().all(|&y| y == 0.0), "the back of a diffuse surface is black");
     let black = material(&mut desc, grey(0.0));
-    desc.shapes[0].bsdf = material(&mut desc, BsdfDesc::TwoSided { front: black, back: BsdfId(0) });
+    desc.shapes[0].bsdf =
+        material(&mut desc, BsdfDesc::TwoSided(TwoSidedDesc { front: black, back: BsdfId(0) }));
     assert_mean(&desc, 0.6, 1e-2, "two-sided back");
 
     for flip in [false, true] {
@@ -200,7 +201,7 @@ fn glass_furnace() {
 fn a_closed_white_room_ends_whatever_the_roulette_depth() {
     let mut desc = empty();
     let white = material(&mut desc, grey(1.0));
-    let white = material(&mut desc, BsdfDesc::TwoSided { front: white, back: white });
+    let white = material(&mut desc, BsdfDesc::TwoSided(TwoSidedDesc { front: white, back: white }));
     shape(&mut desc, ShapeKind::Cube, DAffine3::from_scale(DVec3::splat(4.0)), white, 0.0);
     shape(&mut desc, sphere(DVec3::Z * 2.0, 0.5), DAffine3::IDENTITY, white, 1.0);
     desc.integrator.rr_depth = u32::MAX;
@@ -249,8 +250,10 @@ fn extremes_give_black_not_panic() {
 
     let none = || Spectrum::Constant(0.0);
     let one = || Spectrum::Constant(1.0);
-    let mirror =
-        material(&mut desc, BsdfDesc::Conductor { eta: none(), k: one(), specular_reflectance: one() });
+    let mirror = material(
+        &mut desc,
+        BsdfDesc::Conductor(ConductorDesc { eta: none(), k: one(), specular_reflectance: one() }),
+    );
     shape(&mut desc, ShapeKind::Cube, DAffine3::IDENTITY, mirror, 0.0);
     desc.shapes[2].flip_normals = true;
     assert!(black(&desc), "a mirror box must not hold a path for ever");

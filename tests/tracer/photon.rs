@@ -102,13 +102,13 @@ fn dispersion() {
     let (int_ior, ext_ior) = (sf11, Ior::Constant(1.0));
     let roughness = Roughness { facets: Facets::Ggx, alpha: [1e-3; 2] };
     let [specular_reflectance, specular_transmittance] = [(); 2].map(|()| Spectrum::Constant(1.0));
-    let ground = BsdfDesc::RoughDielectric {
+    let ground = BsdfDesc::RoughDielectric(RoughDielectricDesc {
         int_ior,
         ext_ior,
         specular_reflectance,
         specular_transmittance,
         roughness,
-    };
+    });
     desc.bsdfs[1] = ground;
     assert_within(&desc, PLAN, 0.9, 0.02);
 }

@@ -174,6 +174,7 @@ fn inconsistent_descriptions_are_errors() {
     ));
     let mesh = error(|d| d.shapes[0].kind = ShapeKind::Mesh(MeshId(3)));
     assert!(matches!(mesh, PrepareError::UnknownMesh { .. }) && mesh.to_string().contains("mesh 3"));
-    let nested = error(|d| d.bsdfs[0] = BsdfDesc::TwoSided { front: BsdfId(0), back: BsdfId(0) });
+    let nested =
+        error(|d| d.bsdfs[0] = BsdfDesc::TwoSided(TwoSidedDesc { front: BsdfId(0), back: BsdfId(0) }));
     assert!(matches!(nested, PrepareError::NestedTwoSided { .. }));
 }

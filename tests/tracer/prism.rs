@@ -11,7 +11,7 @@ use pointillist::scene::desc::*;
 use pointillist::spectrum::{SampledWavelengths, dispersion::Ior};
 use pointillist::stream::{PathCounts, SampleSink, UvWindow};
 use pointillist::tracer::accel::Ray;
-use pointillist::tracer::bsdf::fresnel;
+use pointillist::tracer::bsdf::{ScatteringModel, fresnel};
 use pointillist::tracer::integrator::{BidirectionalTracer, RenderContext};
 use pointillist::tracer::{Camera, Integrator, PathTracer, Scene};
 

@@ -17,27 +17,32 @@ fn roughness(facets: Facets, alpha: f32) -> Roughness {
 
 fn silver(facets: Facets, alpha: f32) -> BsdfDesc {
     let (eta, k) = (Spectrum::Constant(0.0), one());
-    BsdfDesc::RoughConductor { eta, k, specular_reflectance: one(), roughness: roughness(facets, alpha) }
+    BsdfDesc::RoughConductor(RoughConductorDesc {
+        eta,
+        k,
+        specular_reflectance: one(),
+        roughness: roughness(facets, alpha),
+    })
 }
 
 fn rough_glass(int_ior: Ior, alpha: f32) -> BsdfDesc {
-    BsdfDesc::RoughDielectric {
+    BsdfDesc::RoughDielectric(RoughDielectricDesc {
         int_ior,
         ext_ior: Ior::Constant(1.0),
         specular_reflectance: one(),
         specular_transmittance: one(),
         roughness: roughness(Facets::Ggx, alpha),
-    }
+    })
 }
 
 fn plastic(int_ior: Ior, albedo: f32) -> BsdfDesc {
-    BsdfDesc::Plastic {
+    BsdfDesc::Plastic(PlasticDesc {
         int_ior,
         ext_ior: Ior::Constant(1.0),
         diffuse_reflectance: Spectrum::Constant(albedo),
         specular_reflectance: one(),
         nonlinear: true,
-    }
+    })
 }
 
 /// A ball of a material, lit by radiance 1 from everywhere: by the environment, or by a sphere around all of it.

@@ -5,7 +5,8 @@ use glam::Vec3;
 use pointillist::scene::desc::{Facets, Roughness};
 use pointillist::spectrum::SampledSpectrum;
 use pointillist::tracer::bsdf::{
-    Base, Bsdf, Coat, Microfacet, Plastic, RoughPlastic, Transmittance, coat, fresnel,
+    Base, Bsdf, Coat, Microfacet, Plastic, RoughPlastic, ScatteringModel, Transmittance, fresnel,
+    internal_reflectance,
 };
 
 fn splat(v: f32) -> SampledSpectrum {
@@ -19,7 +20,7 @@ fn microfacet(facets: Facets, alpha: f32) -> Microfacet {
 /// `colors` = [base, coat].
 fn rough_plastic(microfacet: Microfacet, eta: f32, nonlinear: bool, colors: [f32; 2]) -> Bsdf {
     let coat = Coat { eta, microfacet, transmittance: Transmittance::of(&microfacet, eta) };
-    let internal = splat(coat::internal_reflectance(&microfacet, eta));
+    let internal = splat(internal_reflectance(&microfacet, eta));
     let base = Base { albedo: splat(colors[0]), internal, nonlinear };
     Bsdf::RoughPlastic(RoughPlastic::new(&coat, splat(colors[1]), base, false))
 }

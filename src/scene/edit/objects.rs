@@ -1,6 +1,8 @@
 //! What can be changed of an object, and what it is called.
 
-use crate::scene::desc::{BsdfDesc, BsdfId, LightDesc, Name, Place, SceneDesc, ShapeDesc, ShapeKind};
+use crate::scene::desc::{
+    BsdfDesc, BsdfId, LightDesc, Name, Place, SceneDesc, ShapeDesc, ShapeKind, TwoSidedDesc,
+};
 
 use super::target::{NewValue, Object, PARAMETERS, Target};
 
@@ -46,8 +48,8 @@ pub fn editable(desc: &SceneDesc, shape: u32) -> Vec<Editable> {
 /// The one-sided materials of a material, with what to say of each.
 fn sides(desc: &SceneDesc, bsdf: BsdfId) -> Vec<(BsdfId, &'static str)> {
     match desc.bsdfs.get(bsdf.0 as usize) {
-        Some(BsdfDesc::TwoSided { front, back }) if front == back => vec![(*front, "")],
-        Some(BsdfDesc::TwoSided { front, back }) => {
+        Some(BsdfDesc::TwoSided(TwoSidedDesc { front, back })) if front == back => vec![(*front, "")],
+        Some(BsdfDesc::TwoSided(TwoSidedDesc { front, back })) => {
             vec![(*front, " of the front"), (*back, " of the back")]
         }
         _ => vec![(bsdf, "")],
@@ -78,7 +80,7 @@ fn of(desc: &SceneDesc, object: Object, index: u32, note: &str) -> Vec<Editable>
 /// ` (shared by 3 shapes)` for a material that is seen on more than one.
 fn shared(desc: &SceneDesc, id: BsdfId) -> String {
     let shows = |of: BsdfId| match desc.bsdfs.get(of.0 as usize) {
-        Some(BsdfDesc::TwoSided { front, back }) => *front == id || *back == id,
+        Some(BsdfDesc::TwoSided(TwoSidedDesc { front, back })) => *front == id || *back == id,
         _ => of == id,
     };
     // Scenes may have many shapes but few materials: each is asked once.

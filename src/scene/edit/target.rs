@@ -2,7 +2,7 @@
 
 use glam::Vec4;
 
-use crate::scene::desc::{BsdfDesc, BsdfId, LightDesc, SceneDesc};
+use crate::scene::desc::{BsdfId, LightDesc, SceneDesc};
 use crate::spectrum::Spectrum;
 use crate::spectrum::dispersion::{Ior, SODIUM_D};
 
@@ -133,7 +133,7 @@ impl Range {
         match (self, value) {
             (Range::Scale, NewValue::Scale(v)) => (0.0..=BRIGHTEST).contains(&v),
             (Range::Reflectance, NewValue::Rgb(rgb)) => rgb.iter().all(|v| (0.0..=1.0).contains(v)),
-            (Range::Ior, NewValue::Number(v)) => crate::scene::mitsuba::is_ior(v) && v as f32 > 0.0,
+            (Range::Ior, NewValue::Number(v)) => crate::scene::bsdf::is_ior(v) && v as f32 > 0.0,
             _ => false,
         }
     }
@@ -310,50 +310,24 @@ fn tint(spectrum: &mut Spectrum, value: NewValue) {
 }
 
 fn reflectance(desc: &SceneDesc, index: u32) -> Option<NewValue> {
-    let bsdf = desc.bsdfs.get(index as usize)?;
-    let (BsdfDesc::Diffuse { reflectance }
-    | BsdfDesc::Plastic { diffuse_reflectance: reflectance, .. }
-    | BsdfDesc::RoughPlastic { diffuse_reflectance: reflectance, .. }) = bsdf
-    else {
-        return None;
-    };
-    Some(NewValue::Rgb(reflectance.reflected_rgb().map(|v| f64::from(v).clamp(0.0, 1.0))))
+    let albedo = desc.bsdfs.get(index as usize)?.parts().albedo?;
+    Some(NewValue::Rgb(albedo.reflected_rgb().map(|v| f64::from(v).clamp(0.0, 1.0))))
 }
 
 /// Through the same smooth spectra as an `rgb` of a file.
 fn set_reflectance(desc: &mut SceneDesc, index: u32, value: NewValue) {
-    if let (
-        BsdfDesc::Diffuse { reflectance }
-        | BsdfDesc::Plastic { diffuse_reflectance: reflectance, .. }
-        | BsdfDesc::RoughPlastic { diffuse_reflectance: reflectance, .. },
-        NewValue::Rgb(rgb),
-    ) = (&mut desc.bsdfs[index as usize], value)
-    {
-        *reflectance = Spectrum::reflectance_rgb(rgb.map(|v| v as f32));
+    if let (Some(albedo), NewValue::Rgb(rgb)) = (desc.bsdfs[index as usize].parts_mut().albedo, value) {
+        *albedo = Spectrum::reflectance_rgb(rgb.map(|v| v as f32));
     }
 }
 
 fn int_ior(desc: &SceneDesc, index: u32) -> Option<NewValue> {
-    let bsdf = desc.bsdfs.get(index as usize)?;
-    let (BsdfDesc::Dielectric { int_ior, .. }
-    | BsdfDesc::RoughDielectric { int_ior, .. }
-    | BsdfDesc::Plastic { int_ior, .. }
-    | BsdfDesc::RoughPlastic { int_ior, .. }) = bsdf
-    else {
-        return None;
-    };
+    let int_ior = desc.bsdfs.get(index as usize)?.parts().int_ior?;
     Some(NewValue::Number(f64::from(int_ior.eval(Vec4::splat(SODIUM_D)).x)))
 }
 
 fn set_int_ior(desc: &mut SceneDesc, index: u32, value: NewValue) {
-    if let (
-        BsdfDesc::Dielectric { int_ior, .. }
-        | BsdfDesc::RoughDielectric { int_ior, .. }
-        | BsdfDesc::Plastic { int_ior, .. }
-        | BsdfDesc::RoughPlastic { int_ior, .. },
-        NewValue::Number(n),
-    ) = (&mut desc.bsdfs[index as usize], value)
-    {
+    if let (Some(int_ior), NewValue::Number(n)) = (desc.bsdfs[index as usize].parts_mut().int_ior, value) {
         *int_ior = Ior::Constant(n as f32);
     }
 }

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::document::ElementId;
 use super::params::Params;
-use super::reader::Reader;
+use super::reader::{PluginTable, Reader};
 use super::sensor::is_rigid;
 use super::spectrum::{self, Role};
 use crate::image::linear;
@@ -16,25 +16,18 @@ use crate::scene::files::read_bytes;
 use crate::scene::limits;
 use crate::spectrum::{EmissionMap, Spectrum};
 
-/// Reader of one light that is not a shape.
-type Plugin = fn(&mut Reader<'_>, &Params<'_>) -> Result<LightDesc, SceneError>;
-
 /// Every light that is not a shape.
-const PLUGINS: &[(&str, Plugin)] = &[("constant", constant), ("envmap", envmap), ("point", point)];
+const PLUGINS: PluginTable<LightDesc> = &[("constant", constant), ("envmap", envmap), ("point", point)];
 
 /// Reads a light of the scene itself.
 pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<(), SceneError> {
     let params = Params::new(reader.document, id)?;
-    let Some((_, plugin)) = PLUGINS.iter().find(|(name, _)| *name == params.plugin()) else {
-        if params.plugin() == "area" {
-            let found =
-                reader.document.finding(FindingKind::Plugin, params.span(), "an area light needs a shape");
-            return Err(found.help("put it into the <shape> that shall emit").error());
-        }
-        let names: Vec<&str> = PLUGINS.iter().map(|p| p.0).chain(["area"]).collect();
-        return Err(reader.unknown_plugin(&params, &names));
-    };
-    let light = plugin(reader, &params)?;
+    if params.plugin() == "area" {
+        let found =
+            reader.document.finding(FindingKind::Plugin, params.span(), "an area light needs a shape");
+        return Err(found.help("put it into the <shape> that shall emit").error());
+    }
+    let light = reader.plugin(&params, PLUGINS, &["area"])?(reader, &params)?;
     if light.is_environment() && reader.lights.iter().any(LightDesc::is_environment) {
         let found =
             reader.document.finding(FindingKind::Parameter, params.span(), "a second light all around");

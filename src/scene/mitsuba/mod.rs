@@ -17,7 +17,6 @@
 //! Adding a plugin is one function and one line in its group's table. A reader asks `params.rs` for
 //! each parameter it knows; what nobody asked for is reported.
 
-mod bsdf;
 mod document;
 mod edit;
 mod emitter;
@@ -28,7 +27,6 @@ mod integrator;
 mod params;
 mod prescan;
 mod reader;
-mod roughness;
 mod sensor;
 mod shape;
 mod source;
@@ -39,7 +37,10 @@ mod transform;
 mod value;
 mod variables;
 
-pub(crate) use bsdf::is_ior;
+pub(crate) use document::ElementId;
+pub(crate) use params::Params;
+pub(crate) use reader::{PluginTable, Reader};
+pub(crate) use spectrum::{Role, read as read_spectrum};
 
 use std::path::Path;
 

@@ -10,7 +10,8 @@ use super::shape::MeshKey;
 use super::source::Span;
 use super::spectrum::Role;
 use super::tags::TagKind;
-use super::{Loaded, bsdf, edit, emitter, group, integrator, sensor, shape, suggest};
+use super::{Loaded, edit, emitter, group, integrator, sensor, shape, suggest};
+use crate::scene::bsdf;
 use crate::scene::desc::{
     BsdfDesc, BsdfId, GroupDesc, GroupId, IntegratorDesc, LightDesc, Mesh, MeshId, Name, Names, Place,
     SceneDesc, ShapeDesc,
@@ -18,6 +19,12 @@ use crate::scene::desc::{
 use crate::scene::diagnostic::{FindingKind, SceneError, SceneWarning};
 use crate::scene::limits;
 use crate::spectrum::Spectrum;
+
+/// The plugins of one group: the name of each and the function that reads it.
+pub(crate) type PluginTable<T> = &'static [(&'static str, PluginReader<T>)];
+
+/// Reads one plugin with its parameters.
+pub(crate) type PluginReader<T> = fn(&mut Reader<'_>, &Params<'_>) -> Result<T, SceneError>;
 
 /// What has been read so far.
 pub(crate) struct Reader<'d> {
@@ -121,6 +128,24 @@ impl Reader<'_> {
     pub(crate) fn name(&self, id: ElementId) -> Name {
         let element = self.document.element(id);
         Name { id: element.value("id").map(str::to_owned), place: self.place(element.span) }
+    }
+
+    /// Finds the plugin of an element in the table of its group.
+    ///
+    /// # Errors
+    ///
+    /// A name that is neither in the table nor read elsewhere is an error; `others` are suggested, too.
+    pub(crate) fn plugin<P: Copy>(
+        &self,
+        params: &Params<'_>,
+        table: &[(&'static str, P)],
+        others: &[&str],
+    ) -> Result<P, SceneError> {
+        let found = table.iter().find(|(name, _)| *name == params.plugin());
+        found.map(|(_, plugin)| *plugin).ok_or_else(|| {
+            let names: Vec<&str> = table.iter().map(|p| p.0).chain(others.iter().copied()).collect();
+            self.unknown_plugin(params, &names)
+        })
     }
 
     /// An error: no plugin of this name.

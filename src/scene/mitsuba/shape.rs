@@ -8,17 +8,18 @@ use glam::{DAffine3, DMat3, DVec3};
 use super::document::ElementId;
 use super::params::Params;
 use super::reader::Reader;
-use super::{bsdf, emitter, group};
+use super::{emitter, group};
+use crate::scene::bsdf;
 use crate::scene::desc::{MeshId, ShapeDesc, ShapeKind};
 use crate::scene::diagnostic::{FindingKind, SceneError};
 use crate::scene::limits;
 use crate::scene::mesh::{self, MeshOptions};
 
 /// Reader of one shape's geometry, given its `to_world`.
-type Plugin = fn(&mut Reader<'_>, &Params<'_>, &DAffine3) -> Result<ShapeKind, SceneError>;
+type ShapePlugin = fn(&mut Reader<'_>, &Params<'_>, &DAffine3) -> Result<ShapeKind, SceneError>;
 
 /// Every shape with geometry of its own; groups and instances are read in `group.rs`.
-const PLUGINS: &[(&str, Plugin)] = &[
+const PLUGINS: &[(&str, ShapePlugin)] = &[
     ("obj", obj),
     ("rectangle", |_, _, _| Ok(ShapeKind::Rectangle)),
     ("cube", |_, _, _| Ok(ShapeKind::Cube)),
@@ -43,10 +44,7 @@ pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<(), SceneEr
 /// A shape with geometry of its own, with its material and emission.
 pub(crate) fn single(reader: &mut Reader<'_>, id: ElementId) -> Result<ShapeDesc, SceneError> {
     let params = Params::new(reader.document, id)?;
-    let Some((_, plugin)) = PLUGINS.iter().find(|(name, _)| *name == params.plugin()) else {
-        let names: Vec<&str> = PLUGINS.iter().map(|p| p.0).chain([group::GROUP, group::INSTANCE]).collect();
-        return Err(reader.unknown_plugin(&params, &names));
-    };
+    let plugin = reader.plugin(&params, PLUGINS, &[group::GROUP, group::INSTANCE])?;
     let to_world = params.to_world()?;
     let flip_normals = params.boolean("flip_normals", false)?;
     let kind = plugin(reader, &params, &to_world)?;

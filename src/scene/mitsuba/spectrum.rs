@@ -6,9 +6,9 @@
 
 use super::document::{Element, ElementId};
 use super::params::Params;
-use super::reader::Reader;
+use super::reader::{PluginTable, Reader};
 use super::source::Span;
-use super::{suggest, value};
+use super::value;
 use crate::scene::diagnostic::Finding;
 use crate::scene::diagnostic::{FindingKind, SceneError};
 use crate::scene::excerpt::LineAt;
@@ -27,11 +27,8 @@ pub(crate) enum Role {
     Unbounded,
 }
 
-/// Reader of one spectrum plugin.
-type Plugin = fn(&mut Reader<'_>, &Params<'_>) -> Result<Spectrum, SceneError>;
-
 /// Every `<spectrum type="…">`.
-const PLUGINS: &[(&str, Plugin)] =
+const PLUGINS: PluginTable<Spectrum> =
     &[("uniform", uniform), ("d65", d65), ("regular", regular), ("irregular", irregular)];
 
 /// The parameter `name` as a spectrum, or nothing if it is not given.
@@ -167,13 +164,7 @@ fn table(points: &[(f64, f64)]) -> Result<Spectrum, String> {
 /// `<spectrum type="…">`.
 fn plugin(reader: &mut Reader<'_>, id: ElementId) -> Result<Spectrum, SceneError> {
     let params = Params::new(reader.document, id)?;
-    let Some((_, read)) = PLUGINS.iter().find(|(name, _)| *name == params.plugin()) else {
-        let names: Vec<&str> = PLUGINS.iter().map(|p| p.0).collect();
-        let m = format!("there is no spectrum `{}`", params.plugin());
-        let found = reader.document.finding(FindingKind::Plugin, params.element().span_of("type"), m);
-        return Err(found.help(suggest::hint(params.plugin(), &names)).error());
-    };
-    let spectrum = read(reader, &params)?;
+    let spectrum = reader.plugin(&params, PLUGINS, &[])?(reader, &params)?;
     reader.finish(params);
     Ok(spectrum)
 }

@@ -3,9 +3,23 @@
 use glam::Vec3;
 
 use crate::math::pdf::PdfW;
-use crate::spectrum::SampledSpectrum;
+use crate::scene::desc::ConductorDesc;
+use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 
-use super::{BsdfSample, fresnel};
+use super::{BsdfSample, MaterialModel, ScatteringModel, fresnel};
+
+/// A smooth metal, which needs no preparation.
+pub type ConductorMaterial = ConductorDesc;
+
+impl MaterialModel for ConductorMaterial {
+    type Bsdf = Conductor;
+
+    #[inline]
+    fn bsdf(&self, lambda: &SampledWavelengths) -> Conductor {
+        let reflectance = self.specular_reflectance.sample(lambda);
+        Conductor::new(self.eta.sample(lambda), self.k.sample(lambda), reflectance)
+    }
+}
 
 /// A mirror with the Fresnel reflectance of a metal.
 #[derive(Clone, Copy, Debug)]
@@ -21,17 +35,23 @@ impl Conductor {
     pub fn new(eta: SampledSpectrum, k: SampledSpectrum, reflectance: SampledSpectrum) -> Self {
         Self { eta, k, reflectance }
     }
+}
 
+impl ScatteringModel for Conductor {
     /// The mirror direction; always delta.
     #[inline]
-    pub fn sample(&self, wo: Vec3) -> Option<BsdfSample> {
+    fn sample(&self, wo: Vec3, _: [f32; 2], _: f32) -> Option<BsdfSample> {
         if wo.z <= 0.0 {
             return None;
         }
         let weight =
             SampledSpectrum(fresnel::conductor(wo.z.min(1.0), self.eta.0, self.k.0)) * self.reflectance;
         let wi = Vec3::new(-wo.x, -wo.y, wo.z);
-        let (delta, transmitted, hero_only) = (true, false, false);
-        Some(BsdfSample { wi, weight, pdf: PdfW(1.0), delta, transmitted, hero_only, eta2: 1.0 })
+        Some(BsdfSample { delta: true, ..BsdfSample::reflection(wi, weight, PdfW(1.0)) })
+    }
+
+    #[inline]
+    fn is_delta(&self) -> bool {
+        true
     }
 }

@@ -3,15 +3,29 @@
 use glam::{Vec3, Vec4};
 
 use crate::math::pdf::PdfW;
-use crate::spectrum::SampledSpectrum;
+use crate::scene::desc::DielectricDesc;
+use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::wavelength_mis;
 
-use super::{BsdfSample, fresnel};
+use super::{BsdfSample, MaterialModel, ScatteringModel, fresnel};
+
+/// A smooth interface, which needs no preparation.
+pub type DielectricMaterial = DielectricDesc;
+
+impl MaterialModel for DielectricMaterial {
+    type Bsdf = Dielectric;
+
+    #[inline]
+    fn bsdf(&self, lambda: &SampledWavelengths) -> Dielectric {
+        let factors = [self.specular_reflectance.sample(lambda), self.specular_transmittance.sample(lambda)];
+        Dielectric::new([self.int_ior.sample(lambda), self.ext_ior.sample(lambda)], factors)
+    }
+}
 
 /// A smooth dielectric.
 ///
 /// Reflection is the same direction for every wavelength, refraction is not when the media are dispersive: then
-/// each wavelength goes its own way ([`Dielectric::refract`]). The lobe is chosen by the mean reflectance of the carried
+/// each wavelength goes its own way ([`ScatteringModel::refract`]). The lobe is chosen by the mean reflectance of the carried
 /// wavelengths, whichever is the hero, and each lane gets its own reflectance over that mean: the single-sample
 /// estimator with the balance heuristic over wavelengths (Wilkie et al., *Hero Wavelength Spectral Sampling*, 2014, §3).
 #[derive(Clone, Copy, Debug)]
@@ -32,27 +46,26 @@ impl Dielectric {
         Self { eta, reflection, transmission, parts_colors: wavelength_mis::part(eta) }
     }
 
-    /// True when lanes refract to different directions.
+    /// Index of the far side over that of the side of `wo`.
     #[inline]
-    pub fn parts_colors(&self) -> bool {
-        self.parts_colors
+    fn eta_from(&self, wo: Vec3) -> Vec4 {
+        if wo.z >= 0.0 { self.eta } else { 1.0 / self.eta }
     }
+}
 
+impl ScatteringModel for Dielectric {
     /// Reflects or refracts; always delta. Where the hero alone is totally reflected, a refraction has its lane black
     /// and no direction of its own: straight through.
     #[inline]
-    pub fn sample(&self, wo: Vec3, lobe: f32) -> Option<BsdfSample> {
+    fn sample(&self, wo: Vec3, _: [f32; 2], lobe: f32) -> Option<BsdfSample> {
         let eta = self.eta_from(wo);
         let cos = wo.z.abs().min(1.0);
         let r = fresnel::dielectric(cos, eta);
         let q = r.element_sum() * 0.25;
-        let delta = true;
         if lobe < q {
-            let pdf = PdfW(q);
             let weight = SampledSpectrum(r / q) * self.reflection;
-            let (transmitted, hero_only) = (false, false);
             let wi = Vec3::new(-wo.x, -wo.y, wo.z);
-            return Some(BsdfSample { wi, weight, pdf, delta, transmitted, hero_only, eta2: 1.0 });
+            return Some(BsdfSample { delta: true, ..BsdfSample::reflection(wi, weight, PdfW(q)) });
         }
         let hero_only = self.parts_colors;
         let wi = match refract(wo, eta.x) {
@@ -62,20 +75,23 @@ impl Dielectric {
         };
         let (pdf, eta2) = (PdfW(1.0 - q), eta * eta);
         let weight = SampledSpectrum((1.0 - r) / ((1.0 - q) * eta2)) * self.transmission;
-        Some(BsdfSample { wi, weight, pdf, delta, transmitted: true, hero_only, eta2: eta2.x })
+        Some(BsdfSample { wi, weight, pdf, delta: true, transmitted: true, hero_only, eta2: eta2.x })
     }
 
-    /// Where `lane` refracts to, and its (nᵢ/nₒ)²; `None` on total reflection.
     #[inline]
-    pub fn refract(&self, wo: Vec3, lane: usize) -> Option<(Vec3, f32)> {
+    fn is_delta(&self) -> bool {
+        true
+    }
+
+    #[inline]
+    fn parts_colors(&self) -> bool {
+        self.parts_colors
+    }
+
+    #[inline]
+    fn refract(&self, wo: Vec3, lane: usize) -> Option<(Vec3, f32)> {
         let eta = self.eta_from(wo)[lane];
         Some((refract(wo, eta)?, eta * eta))
-    }
-
-    /// Index of the far side over that of the side of `wo`.
-    #[inline]
-    fn eta_from(&self, wo: Vec3) -> Vec4 {
-        if wo.z >= 0.0 { self.eta } else { 1.0 / self.eta }
     }
 }
 
@@ -110,7 +126,9 @@ mod tests {
             let wo = Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
             let (mut sum, n) = (Vec4::ZERO, 4096);
             for i in 0..n {
-                let s = glass([1.5; 4]).sample(wo, (i as f32 + 0.5) / n as f32).expect("always samples");
+                let s = glass([1.5; 4])
+                    .sample(wo, [0.5; 2], (i as f32 + 0.5) / n as f32)
+                    .expect("always samples");
                 assert!((s.wi.length() - 1.0).abs() < 1e-6);
                 sum += s.weight.0 * s.eta2 / n as f32;
             }
@@ -129,7 +147,7 @@ mod tests {
                 let (g, wo) = (glass(lanes), Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos));
                 let (mut reflected, mut sum, n) = (Vec4::ZERO, Vec4::ZERO, 16_384);
                 for i in 0..n {
-                    let Some(s) = g.sample(wo, (i as f32 + 0.5) / n as f32) else { continue };
+                    let Some(s) = g.sample(wo, [0.5; 2], (i as f32 + 0.5) / n as f32) else { continue };
                     if !s.transmitted {
                         assert!(!s.hero_only);
                         reflected += s.weight.0 / n as f32;
@@ -160,7 +178,7 @@ mod tests {
     fn equal_media_let_everything_straight_through() {
         let wo = Vec3::new(0.6, 0.0, 0.8);
         for lobe in [0.0, 0.5, 0.999_999_94] {
-            let s = glass([1.0; 4]).sample(wo, lobe).expect("always samples");
+            let s = glass([1.0; 4]).sample(wo, [0.5; 2], lobe).expect("always samples");
             assert_eq!((s.wi, s.weight.0), (-wo, Vec4::ONE));
         }
     }

@@ -6,9 +6,22 @@ use glam::Vec3;
 
 use crate::math::pdf::PdfW;
 use crate::math::warp;
-use crate::spectrum::SampledSpectrum;
+use crate::scene::desc::DiffuseDesc;
+use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 
-use super::BsdfSample;
+use super::{BsdfSample, MaterialModel, ScatteringModel};
+
+/// A diffuse material, which needs no preparation.
+pub type DiffuseMaterial = DiffuseDesc;
+
+impl MaterialModel for DiffuseMaterial {
+    type Bsdf = Diffuse;
+
+    #[inline]
+    fn bsdf(&self, lambda: &SampledWavelengths) -> Diffuse {
+        Diffuse::new(self.reflectance.sample(lambda))
+    }
+}
 
 /// A diffuse reflector.
 #[derive(Clone, Copy, Debug)]
@@ -28,23 +41,34 @@ impl Diffuse {
     pub fn albedo(&self) -> SampledSpectrum {
         self.albedo
     }
+}
 
+impl ScatteringModel for Diffuse {
     /// `albedo · cos θᵢ / π`.
     #[inline]
-    pub fn eval(&self, wo: Vec3, wi: Vec3) -> Option<(SampledSpectrum, PdfW)> {
+    fn eval(&self, wo: Vec3, wi: Vec3) -> Option<(SampledSpectrum, PdfW)> {
         let density = wi.z * FRAC_1_PI;
         (wo.z > 0.0 && wi.z > 0.0).then(|| (self.albedo * density, PdfW(density)))
     }
 
     /// Cosine-weighted; the weight is the albedo.
     #[inline]
-    pub fn sample(&self, wo: Vec3, u: [f32; 2]) -> Option<BsdfSample> {
+    fn sample(&self, wo: Vec3, u: [f32; 2], _: f32) -> Option<BsdfSample> {
         if wo.z <= 0.0 || self.albedo.is_black() {
             return None;
         }
         let wi = warp::cosine_hemisphere(u);
         let pdf = PdfW(warp::cosine_hemisphere_pdf(wi.z));
-        let (delta, transmitted, hero_only) = (false, false, false);
-        Some(BsdfSample { wi, weight: self.albedo, pdf, delta, transmitted, hero_only, eta2: 1.0 })
+        Some(BsdfSample::reflection(wi, self.albedo, pdf))
+    }
+
+    #[inline]
+    fn as_diffuse(&self) -> Option<&Diffuse> {
+        Some(self)
+    }
+
+    #[inline]
+    fn has_diffuse_part(&self) -> bool {
+        true
     }
 }

@@ -1,12 +1,41 @@
 //! Scattering at a surface point, at the wavelengths of one path.
 //!
-//! Conventions: directions are unit vectors in the local shading space, z the front; `wo` points to where the
-//! path came from, `wi` to where it goes on, both away from the surface. Values **include the cosine** of `wi`:
-//! [`Bsdf::eval`] is f·|cos θᵢ|, the weight of a sample is f·|cos θᵢ| / pdf. Radiance is carried from light to
-//! eye, so that transmission scales by (nₒ/nᵢ)². Delta materials evaluate to nothing and can only be sampled; a material with
-//! a delta and another part evaluates to the other, with the density that it is chosen and sampled. `None`: the path ends.
+//! A [`Material`] says what a surface is made of, before the wavelengths of a path are known. A [`Bsdf`] is a material at one point and
+//! at the wavelengths of one path. Both are enums that the table below makes from one file per model of scattering. Paths call them
+//! through the traits of `scattering.rs`. [`microfacet`] and [`fresnel`] hold what several models share, and [`Sides`] says which
+//! material a surface shows to which side.
+//!
+//! # Conventions
+//!
+//! Directions are unit vectors in the local shading space, z the front; `wo` points to where the path came from, `wi` to where it goes
+//! on, both away from the surface. Values **include the cosine** of `wi`: [`ScatteringModel::eval`] is f·|cos θᵢ|, the weight of a sample
+//! is f·|cos θᵢ| / pdf. Radiance is carried from light to eye, so that transmission scales by (nₒ/nᵢ)². Delta materials evaluate to
+//! `None` and can only be sampled. A material with a delta and another part evaluates to the other part, with the density that it is
+//! chosen and sampled. `None`: the path ends.
+//!
+//! # Adding a bsdf
+//!
+//! A bsdf is one file and one line on either side of the border between the scene and the tracer, which the scene does not import.
+//! For a model called `Velvet`:
+//!
+//! 1. **Description**: `src/scene/bsdf/velvet.rs` holds `VelvetDesc`, the parameters as plain data. Implement `BsdfPlugin` for it: the
+//!    plugin's name, how parameters are read, and under `parts!` which of them are an albedo, a factor, an index. With that, colours
+//!    and indices can be edited, and the plan of effects knows whether the scene needs wavelengths, dispersion, deltas and so on.
+//!    Add the `mod` line and a line to the table in `src/scene/bsdf/mod.rs`.
+//! 2. **Model**: `src/tracer/bsdf/velvet.rs` holds `VelvetMaterial`, made by `From<VelvetDesc>` (tables, integrals: whatever does not
+//!    depend on the path; a type alias of the description if there is nothing to prepare), and `Velvet`, the material at the
+//!    wavelengths of a path. Implement [`MaterialModel`] for the first and [`ScatteringModel`] for the second. Add the `mod` line and a
+//!    line to the table below: under `smooth` if the model has no rough part, else under `rough`.
+//! 3. **Contract**: `sample` chooses directions with exactly the density that `eval` states, over all of its random numbers; its weight
+//!    is `eval`'s value over that density. `eval` and `sample` agree on which lobe exists. Nothing but black, `None` or finite
+//!    numbers leaves either. Where the model is reciprocal, f(wo, wi)/nᵢ² = f(wi, wo)/nₒ². No more light leaves than arrives.
+//! 4. **Tests** find the model by its place in these lists: `tests/tracer` has the list of materials of the bsdf tests (chi² of `sample`
+//!    against `eval`'s density, weights against values, reciprocity, energy, grazing and normal directions) and the furnace (a closed
+//!    furnace must read 1 with every method); `tests/scene` reads the plugin and its faults; `tests/agreement` compares a rendered
+//!    scene with Mitsuba's picture, whose reference `tools/compare_mitsuba` makes.
+//!
+//! [`Diffuse`] with `DiffuseDesc` is the shortest example, [`RoughPlastic`] one with a table made ahead.
 
-pub mod coat;
 mod conductor;
 mod dielectric;
 mod diffuse;
@@ -17,118 +46,167 @@ mod rough_conductor;
 mod rough_dielectric;
 mod rough_plastic;
 mod scattering;
-mod smooth;
-mod twosided;
+mod two_sided;
 
 use glam::Vec3;
 
 use crate::math::pdf::PdfW;
-use crate::spectrum::SampledSpectrum;
+use crate::scene::desc::BsdfDesc;
+use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::wavelength_mis::Parted;
 
-pub use coat::Transmittance;
-pub use conductor::Conductor;
-pub use dielectric::Dielectric;
-pub use diffuse::Diffuse;
 pub use microfacet::Microfacet;
-pub use plastic::{Base, Plastic};
-pub use rough_conductor::RoughConductor;
-pub use rough_dielectric::RoughDielectric;
-pub use rough_plastic::{Coat, RoughPlastic};
-pub use scattering::{BsdfSample, Scattering};
-pub use smooth::Smooth;
-pub use twosided::Sides;
+pub use plastic::Base;
+pub use rough_plastic::{Coat, Transmittance, internal_reflectance};
+pub use scattering::{BsdfSample, MaterialModel, Scattering, ScatteringModel};
+pub use two_sided::Sides;
 
-/// A material at one point and at the wavelengths of one path.
-#[derive(Clone, Copy, Debug)]
-pub enum Bsdf {
-    /// Lambert.
-    Diffuse(Diffuse),
-    /// Smooth interface.
-    Dielectric(Dielectric),
-    /// Smooth metal.
-    Conductor(Conductor),
-    /// Rough metal.
-    RoughConductor(RoughConductor),
-    /// Rough interface.
-    RoughDielectric(RoughDielectric),
-    /// Smooth coat over a diffuse base.
-    Plastic(Plastic),
-    /// Rough coat over a diffuse base.
-    RoughPlastic(RoughPlastic),
+/// Makes an enum of models that hands every call on to the model it holds.
+macro_rules! bsdf_set {
+    ($(#[$set_doc:meta])* $set:ident { $($(#[$doc:meta])* $kind:ident,)* }) => {
+        $(#[$set_doc])*
+        #[derive(Clone, Copy, Debug)]
+        pub enum $set {
+            $($(#[$doc])* $kind($kind),)*
+        }
+
+        $(impl From<$kind> for $set {
+            #[inline]
+            fn from(bsdf: $kind) -> Self {
+                Self::$kind(bsdf)
+            }
+        })*
+
+        impl Scattering for $set {
+            #[inline]
+            fn of(material: &Material, lambda: &SampledWavelengths) -> Self {
+                match material {
+                    $(Material::$kind(material) => material.bsdf(lambda).into(),)*
+                    #[allow(unreachable_patterns, reason = "the largest set has all models")]
+                    _ => Diffuse::new(SampledSpectrum::ZERO).into(),
+                }
+            }
+        }
+
+        impl ScatteringModel for $set {
+            #[inline]
+            fn eval(&self, wo: Vec3, wi: Vec3) -> Option<(SampledSpectrum, PdfW)> {
+                match self { $(Self::$kind(bsdf) => bsdf.eval(wo, wi),)* }
+            }
+
+            #[inline]
+            fn sample(&self, wo: Vec3, u: [f32; 2], lobe: f32) -> Option<BsdfSample> {
+                match self { $(Self::$kind(bsdf) => bsdf.sample(wo, u, lobe),)* }
+            }
+
+            #[inline]
+            fn as_diffuse(&self) -> Option<&Diffuse> {
+                match self { $(Self::$kind(bsdf) => bsdf.as_diffuse(),)* }
+            }
+
+            #[inline]
+            fn has_diffuse_part(&self) -> bool {
+                match self { $(Self::$kind(bsdf) => bsdf.has_diffuse_part(),)* }
+            }
+
+            #[inline]
+            fn is_delta(&self) -> bool {
+                match self { $(Self::$kind(bsdf) => bsdf.is_delta(),)* }
+            }
+
+            #[inline]
+            fn is_glossy(&self) -> bool {
+                match self { $(Self::$kind(bsdf) => bsdf.is_glossy(),)* }
+            }
+
+            #[inline]
+            fn transmits(&self) -> bool {
+                match self { $(Self::$kind(bsdf) => bsdf.transmits(),)* }
+            }
+
+            #[inline]
+            fn parts_colors(&self) -> bool {
+                match self { $(Self::$kind(bsdf) => bsdf.parts_colors(),)* }
+            }
+
+            #[inline]
+            fn part(&self, wo: Vec3, wi: Vec3) -> Parted {
+                match self { $(Self::$kind(bsdf) => bsdf.part(wo, wi),)* }
+            }
+
+            #[inline]
+            fn refract(&self, wo: Vec3, lane: usize) -> Option<(Vec3, f32)> {
+                match self { $(Self::$kind(bsdf) => bsdf.refract(wo, lane),)* }
+            }
+        }
+    };
 }
 
-impl Bsdf {
-    /// f·|cos θᵢ| and the density with which [`Bsdf::sample`] chooses `wi`; `None` where that is zero.
-    #[inline]
-    pub fn eval(&self, wo: Vec3, wi: Vec3) -> Option<(SampledSpectrum, PdfW)> {
-        match self {
-            Bsdf::Diffuse(b) => b.eval(wo, wi),
-            Bsdf::Dielectric(_) | Bsdf::Conductor(_) => None,
-            Bsdf::RoughConductor(b) => b.eval(wo, wi),
-            Bsdf::RoughDielectric(b) => b.eval(wo, wi),
-            Bsdf::Plastic(b) => b.eval(wo, wi),
-            Bsdf::RoughPlastic(b) => b.eval(wo, wi),
+/// Makes [`Material`], [`Bsdf`] and [`Smooth`] from the models: `Model: file::Material`.
+macro_rules! bsdfs {
+    (
+        smooth { $($(#[$smooth_doc:meta])* $smooth:ident: $smooth_file:ident::$smooth_material:ident,)* }
+        rough { $($(#[$rough_doc:meta])* $rough:ident: $rough_file:ident::$rough_material:ident,)* }
+    ) => {
+        $(pub use $smooth_file::{$smooth, $smooth_material};)*
+        $(pub use $rough_file::{$rough, $rough_material};)*
+
+        /// A one-sided material. Two-sidedness is a pair of these per surface, see [`Sides`].
+        #[derive(Clone, Debug)]
+        pub enum Material {
+            $($(#[$smooth_doc])* $smooth($smooth_material),)*
+            $($(#[$rough_doc])* $rough($rough_material),)*
         }
-    }
 
-    /// Chooses a direction with the numbers `u` (direction) and `lobe`.
-    #[inline]
-    pub fn sample(&self, wo: Vec3, u: [f32; 2], lobe: f32) -> Option<BsdfSample> {
-        match self {
-            Bsdf::Diffuse(b) => b.sample(wo, u),
-            Bsdf::Dielectric(b) => b.sample(wo, lobe),
-            Bsdf::Conductor(b) => b.sample(wo),
-            Bsdf::RoughConductor(b) => b.sample(wo, u),
-            Bsdf::RoughDielectric(b) => b.sample(wo, u, lobe),
-            Bsdf::Plastic(b) => b.sample(wo, u, lobe),
-            Bsdf::RoughPlastic(b) => b.sample(wo, u, lobe),
+        impl Material {
+            /// Prepares a description; `None` for a two-sided pair.
+            pub fn new(desc: &BsdfDesc) -> Option<Self> {
+                Some(match desc.clone() {
+                    $(BsdfDesc::$smooth(desc) => Self::$smooth(desc.into()),)*
+                    $(BsdfDesc::$rough(desc) => Self::$rough(desc.into()),)*
+                    BsdfDesc::TwoSided(_) => return None,
+                })
+            }
+
+            /// The material at the wavelengths of a path, whatever its model.
+            #[inline]
+            pub fn bsdf(&self, lambda: &SampledWavelengths) -> Bsdf {
+                Bsdf::of(self, lambda)
+            }
         }
-    }
 
-    /// True when [`Bsdf::eval`] has a peak: which light matters depends on it.
-    #[inline]
-    pub fn is_glossy(&self) -> bool {
-        matches!(self, Bsdf::RoughConductor(_) | Bsdf::RoughDielectric(_) | Bsdf::RoughPlastic(_))
-    }
-
-    /// True when [`Bsdf::eval`] may be something for directions on opposite sides.
-    #[inline]
-    pub fn transmits(&self) -> bool {
-        matches!(self, Bsdf::RoughDielectric(_))
-    }
-
-    /// True when refraction is in another direction for each lane.
-    #[inline]
-    pub fn parts_colors(&self) -> bool {
-        match self {
-            Bsdf::Dielectric(b) => b.parts_colors(),
-            Bsdf::RoughDielectric(b) => b.parts_colors(),
-            _ => false,
+        bsdf_set! {
+            /// Every model of scattering.
+            Bsdf {
+                $($(#[$smooth_doc])* $smooth,)*
+                $($(#[$rough_doc])* $rough,)*
+            }
         }
-    }
 
-    /// How the lanes share what [`Bsdf::eval`] and [`Bsdf::sample`] give where colours part and it is no delta.
-    #[inline]
-    pub fn part(&self, wo: Vec3, wi: Vec3) -> Parted {
-        match self {
-            Bsdf::RoughDielectric(b) => b.part(wo, wi),
-            _ => Parted::NOTHING,
+        bsdf_set! {
+            /// The models without rough parts: what most scenes of mirrors and glass are made of.
+            Smooth { $($(#[$smooth_doc])* $smooth,)* }
         }
-    }
+    };
+}
 
-    /// Where a delta refracts `lane` to, and its (nᵢ/nₒ)²; `None` on total reflection.
-    #[inline]
-    pub fn refract(&self, wo: Vec3, lane: usize) -> Option<(Vec3, f32)> {
-        match self {
-            Bsdf::Dielectric(b) => b.refract(wo, lane),
-            _ => None,
-        }
+bsdfs! {
+    smooth {
+        /// Lambert's cosine law.
+        Diffuse: diffuse::DiffuseMaterial,
+        /// Smooth interface between two transparent media.
+        Dielectric: dielectric::DielectricMaterial,
+        /// Smooth metal.
+        Conductor: conductor::ConductorMaterial,
+        /// Smooth coat over a diffuse base.
+        Plastic: plastic::PlasticMaterial,
     }
-
-    /// True when [`Bsdf::eval`] is always nothing: no light needs to be sampled.
-    #[inline]
-    pub fn is_delta(&self) -> bool {
-        matches!(self, Bsdf::Dielectric(_) | Bsdf::Conductor(_))
+    rough {
+        /// Rough metal.
+        RoughConductor: rough_conductor::RoughConductorMaterial,
+        /// Rough interface between two transparent media.
+        RoughDielectric: rough_dielectric::RoughDielectricMaterial,
+        /// Rough coat over a diffuse base.
+        RoughPlastic: rough_plastic::RoughPlasticMaterial,
     }
 }

@@ -6,13 +6,55 @@ use glam::{Vec3, Vec4};
 
 use crate::math::pdf::PdfW;
 use crate::math::warp;
-use crate::spectrum::SampledSpectrum;
+use crate::scene::desc::PlasticDesc;
+use crate::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum, dispersion::Ior};
 
-use super::{BsdfSample, fresnel};
+use super::{BsdfSample, MaterialModel, ScatteringModel, fresnel};
+
+/// A diffuse base under a smooth coat.
+#[derive(Clone, Debug)]
+pub struct PlasticMaterial {
+    desc: PlasticDesc,
+    /// Reflectance of the coat from within for diffuse light.
+    internal: Spectrum,
+}
+
+impl From<PlasticDesc> for PlasticMaterial {
+    fn from(desc: PlasticDesc) -> Self {
+        Self { internal: internal_reflectance(&desc.int_ior, &desc.ext_ior), desc }
+    }
+}
+
+impl MaterialModel for PlasticMaterial {
+    type Bsdf = Plastic;
+
+    #[inline]
+    fn bsdf(&self, lambda: &SampledWavelengths) -> Plastic {
+        let desc = &self.desc;
+        let eta = [desc.int_ior.sample(lambda), desc.ext_ior.sample(lambda)];
+        let albedo = desc.diffuse_reflectance.sample(lambda);
+        let base = Base { albedo, internal: self.internal.sample(lambda), nonlinear: desc.nonlinear };
+        Plastic::new(eta, desc.specular_reflectance.sample(lambda), base, lambda.is_hero_only())
+    }
+}
+
+/// What a coat reflects of diffuse light from within; a table over wavelengths where a medium disperses.
+fn internal_reflectance(int_ior: &Ior, ext_ior: &Ior) -> Spectrum {
+    let at = |nm: f32| {
+        let lambda = Vec4::splat(nm);
+        fresnel::diffuse_within(int_ior.eval(lambda).x / ext_ior.eval(lambda).x)
+    };
+    let constant = Spectrum::Constant(at(550.0));
+    if !int_ior.is_dispersive() && !ext_ior.is_dispersive() {
+        return constant;
+    }
+    let points: Vec<(f32, f32)> = (0..=50).map(|i| 350.0 + 10.0 * i as f32).map(|nm| (nm, at(nm))).collect();
+    Spectrum::table(&points).unwrap_or(constant)
+}
 
 /// A smooth coat over Lambert, with the light that the coat sends back to the base; the model of Mitsuba 3's `plastic`.
 ///
-/// Both a delta and a diffuse material: [`Plastic::eval`] is the diffuse base alone, and its density counts that the
+/// Both a delta and a diffuse material: `eval` is the diffuse base alone, and its density counts that the
 /// base was chosen; a sample of the coat is delta.
 #[derive(Clone, Copy, Debug)]
 pub struct Plastic {
@@ -57,38 +99,6 @@ impl Plastic {
         Self { eta, coat, base: base.within(eta), coat_share, hero_only }
     }
 
-    /// The base: `albedo / (1 − internal) · (1 − Fₒ)(1 − Fᵢ) cos θᵢ / (π η²)`.
-    #[inline]
-    pub fn eval(&self, wo: Vec3, wi: Vec3) -> Option<(SampledSpectrum, PdfW)> {
-        if wo.z <= 0.0 || wi.z <= 0.0 {
-            return None;
-        }
-        let f_o = self.fresnel(wo);
-        let pdf = (1.0 - self.coat_probability(f_o)?) * warp::cosine_hemisphere_pdf(wi.z);
-        let value = self.base * SampledSpectrum((1.0 - f_o) * (1.0 - self.fresnel(wi)));
-        (pdf > 0.0).then_some((value * (wi.z * FRAC_1_PI), PdfW(pdf)))
-    }
-
-    /// The mirror direction of the coat, or a cosine-weighted one of the base.
-    #[inline]
-    pub fn sample(&self, wo: Vec3, u: [f32; 2], lobe: f32) -> Option<BsdfSample> {
-        if wo.z <= 0.0 {
-            return None;
-        }
-        let f_o = self.fresnel(wo);
-        let p = self.coat_probability(f_o)?;
-        let (transmitted, hero_only, eta2) = (false, false, 1.0);
-        if lobe < p {
-            let (wi, delta, pdf) = (Vec3::new(-wo.x, -wo.y, wo.z), true, PdfW(p));
-            let weight = SampledSpectrum(f_o / p) * self.coat;
-            return Some(BsdfSample { wi, weight, pdf, delta, transmitted, hero_only, eta2 });
-        }
-        let (wi, delta) = (warp::cosine_hemisphere(u), false);
-        let pdf = PdfW((1.0 - p) * warp::cosine_hemisphere_pdf(wi.z));
-        let weight = self.base * SampledSpectrum((1.0 - f_o) * (1.0 - self.fresnel(wi)) / (1.0 - p));
-        Some(BsdfSample { wi, weight, pdf, delta, transmitted, hero_only, eta2 })
-    }
-
     #[inline]
     fn fresnel(&self, w: Vec3) -> Vec4 {
         fresnel::dielectric(w.z.min(1.0), self.eta)
@@ -100,6 +110,44 @@ impl Plastic {
         let f = if self.hero_only { f_o.x } else { f_o.element_sum() * 0.25 };
         let (coat, base) = (f * self.coat_share, (1.0 - f) * (1.0 - self.coat_share));
         (coat + base > 0.0).then(|| coat / (coat + base))
+    }
+}
+
+impl ScatteringModel for Plastic {
+    /// The base: `albedo / (1 − internal) · (1 − Fₒ)(1 − Fᵢ) cos θᵢ / (π η²)`.
+    #[inline]
+    fn eval(&self, wo: Vec3, wi: Vec3) -> Option<(SampledSpectrum, PdfW)> {
+        if wo.z <= 0.0 || wi.z <= 0.0 {
+            return None;
+        }
+        let f_o = self.fresnel(wo);
+        let pdf = (1.0 - self.coat_probability(f_o)?) * warp::cosine_hemisphere_pdf(wi.z);
+        let value = self.base * SampledSpectrum((1.0 - f_o) * (1.0 - self.fresnel(wi)));
+        (pdf > 0.0).then_some((value * (wi.z * FRAC_1_PI), PdfW(pdf)))
+    }
+
+    /// The mirror direction of the coat, or a cosine-weighted one of the base.
+    #[inline]
+    fn sample(&self, wo: Vec3, u: [f32; 2], lobe: f32) -> Option<BsdfSample> {
+        if wo.z <= 0.0 {
+            return None;
+        }
+        let f_o = self.fresnel(wo);
+        let p = self.coat_probability(f_o)?;
+        if lobe < p {
+            let wi = Vec3::new(-wo.x, -wo.y, wo.z);
+            let weight = SampledSpectrum(f_o / p) * self.coat;
+            return Some(BsdfSample { delta: true, ..BsdfSample::reflection(wi, weight, PdfW(p)) });
+        }
+        let wi = warp::cosine_hemisphere(u);
+        let pdf = PdfW((1.0 - p) * warp::cosine_hemisphere_pdf(wi.z));
+        let weight = self.base * SampledSpectrum((1.0 - f_o) * (1.0 - self.fresnel(wi)) / (1.0 - p));
+        Some(BsdfSample::reflection(wi, weight, pdf))
+    }
+
+    #[inline]
+    fn has_diffuse_part(&self) -> bool {
+        true
     }
 }
 

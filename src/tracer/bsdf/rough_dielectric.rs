@@ -4,17 +4,54 @@
 use glam::{Vec3, Vec4};
 
 use crate::math::pdf::PdfW;
-use crate::spectrum::SampledSpectrum;
+use crate::scene::desc::RoughDielectricDesc;
+use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::wavelength_mis::{self, Parted, WavelengthMis};
 
 use super::microfacet::Microfacet;
-use super::{BsdfSample, fresnel};
+use super::{Bsdf, BsdfSample, DielectricMaterial, MaterialModel, ScatteringModel, fresnel};
+
+/// A rough interface.
+#[derive(Clone, Debug)]
+pub struct RoughDielectricMaterial {
+    /// The interface as it would be without facets.
+    smooth: DielectricMaterial,
+    microfacet: Microfacet,
+}
+
+impl From<RoughDielectricDesc> for RoughDielectricMaterial {
+    fn from(desc: RoughDielectricDesc) -> Self {
+        let RoughDielectricDesc { int_ior, ext_ior, specular_reflectance, specular_transmittance, roughness } =
+            desc;
+        Self {
+            smooth: DielectricMaterial { int_ior, ext_ior, specular_reflectance, specular_transmittance },
+            microfacet: Microfacet::new(roughness),
+        }
+    }
+}
+
+impl MaterialModel for RoughDielectricMaterial {
+    type Bsdf = Bsdf;
+
+    /// A smooth interface where the indices are too close at these wavelengths.
+    #[inline]
+    fn bsdf(&self, lambda: &SampledWavelengths) -> Bsdf {
+        let DielectricMaterial { int_ior, ext_ior, specular_reflectance, specular_transmittance } =
+            &self.smooth;
+        let eta = [int_ior.sample(lambda), ext_ior.sample(lambda)];
+        let factors = [specular_reflectance.sample(lambda), specular_transmittance.sample(lambda)];
+        match RoughDielectric::new(eta, factors, &self.microfacet) {
+            Some(rough) => rough.into(),
+            None => self.smooth.bsdf(lambda).into(),
+        }
+    }
+}
 
 /// A microfacet interface: each facet is a smooth dielectric and scatters once.
 ///
 /// The facet and the lobe are the hero's; reflection has one direction for all lanes and one density, the share of
 /// reflections being the mean reflectance of the lanes. With dispersion a pair of directions belongs to another facet at
-/// each wavelength: every lane's value is that of its own, and [`RoughDielectric::part`] says how readily each would have
+/// each wavelength: every lane's value is that of its own, and [`ScatteringModel::part`] says how readily each would have
 /// chosen it. Values and weights of a refraction hold the factor of [`WavelengthMis::of`].
 #[derive(Clone, Copy, Debug)]
 pub struct RoughDielectric {
@@ -70,15 +107,48 @@ impl RoughDielectric {
         })
     }
 
-    /// True when lanes refract to different directions.
+    /// `None` for a grazing view, which meets no facet.
     #[inline]
-    pub fn parts_colors(&self) -> bool {
-        self.parts_colors
+    fn facing(&self, wo: Vec3) -> Option<Facing> {
+        let (eta, side) = if wo.z > 0.0 { (self.eta, 1.0) } else { (1.0 / self.eta, -1.0) };
+        (wo.z != 0.0).then(|| Facing { wo: Vec3::new(wo.x, wo.y, wo.z * side), eta, side })
     }
 
+    /// `None` for a facet that is not seen, or where there is none.
+    #[inline]
+    fn facet(&self, facing: &Facing, m: Vec3) -> Option<Facet> {
+        let cos = facing.wo.dot(m).min(1.0);
+        let density = self.microfacet.d(m) / self.microfacet.cross_section(facing.wo);
+        if cos.is_nan() || cos <= 0.0 || density <= 0.0 {
+            return None;
+        }
+        let r = fresnel::dielectric(cos, facing.eta);
+        let q = r.element_sum() * 0.25;
+        Some(Facet { m, cos, r, q, density })
+    }
+
+    /// The value of a refraction per lane, each by the facet that refracts it so, without colour and masking of `wi`.
+    fn lanes(&self, facing: &Facing, wi: Vec3) -> Vec4 {
+        let over_section = 1.0 / self.microfacet.cross_section(facing.wo);
+        let lane = |eta: f32| {
+            let half = facing.wo + wi * eta;
+            let m = half.normalize_or_zero() * 1f32.copysign(half.z);
+            let (cos, cos_i) = (facing.wo.dot(m).min(1.0), (-wi.dot(m)).min(1.0));
+            let lit = cos > 0.0 && cos_i > 0.0;
+            let through = 1.0 - fresnel::dielectric(cos.max(0.0), Vec4::splat(eta)).x;
+            let half = cos - eta * cos_i;
+            let value = self.microfacet.d(m) * over_section * cos * cos_i * through / (half * half);
+            // A NaN is no value.
+            if lit && value > 0.0 { value.min(f32::MAX) } else { 0.0 }
+        };
+        Vec4::from_array(facing.eta.to_array().map(lane))
+    }
+}
+
+impl ScatteringModel for RoughDielectric {
     /// Reflection for `wi` on the side of `wo`, refraction on the other.
     #[inline]
-    pub fn eval(&self, wo: Vec3, wi: Vec3) -> Option<(SampledSpectrum, PdfW)> {
+    fn eval(&self, wo: Vec3, wi: Vec3) -> Option<(SampledSpectrum, PdfW)> {
         let facing = self.facing(wo)?;
         let wi = Vec3::new(wi.x, wi.y, wi.z * facing.side);
         if wi.z > 0.0 {
@@ -108,7 +178,7 @@ impl RoughDielectric {
 
     /// Reflects or refracts in a visible facet.
     #[inline]
-    pub fn sample(&self, wo: Vec3, u: [f32; 2], lobe: f32) -> Option<BsdfSample> {
+    fn sample(&self, wo: Vec3, u: [f32; 2], lobe: f32) -> Option<BsdfSample> {
         let facing = self.facing(wo)?;
         let facet = self.facet(&facing, self.microfacet.sample_visible(facing.wo, u))?;
         let Facet { m, cos, q, density, .. } = facet;
@@ -150,28 +220,23 @@ impl RoughDielectric {
         })
     }
 
-    /// `None` for a grazing view, which meets no facet.
     #[inline]
-    fn facing(&self, wo: Vec3) -> Option<Facing> {
-        let (eta, side) = if wo.z > 0.0 { (self.eta, 1.0) } else { (1.0 / self.eta, -1.0) };
-        (wo.z != 0.0).then(|| Facing { wo: Vec3::new(wo.x, wo.y, wo.z * side), eta, side })
+    fn is_glossy(&self) -> bool {
+        true
     }
 
-    /// `None` for a facet that is not seen, or where there is none.
     #[inline]
-    fn facet(&self, facing: &Facing, m: Vec3) -> Option<Facet> {
-        let cos = facing.wo.dot(m).min(1.0);
-        let density = self.microfacet.d(m) / self.microfacet.cross_section(facing.wo);
-        if cos.is_nan() || cos <= 0.0 || density <= 0.0 {
-            return None;
-        }
-        let r = fresnel::dielectric(cos, facing.eta);
-        let q = r.element_sum() * 0.25;
-        Some(Facet { m, cos, r, q, density })
+    fn transmits(&self) -> bool {
+        true
+    }
+
+    #[inline]
+    fn parts_colors(&self) -> bool {
+        self.parts_colors
     }
 
     /// How the lanes share a refraction between `wo` and `wi`; nothing parts in a reflection.
-    pub fn part(&self, wo: Vec3, wi: Vec3) -> Parted {
+    fn part(&self, wo: Vec3, wi: Vec3) -> Parted {
         let Some(facing) = self.facing(wo).filter(|_| self.parts_colors && wo.z * wi.z < 0.0) else {
             return Parted::NOTHING;
         };
@@ -181,23 +246,6 @@ impl RoughDielectric {
             .map_or(WavelengthMis::ALL, |(wavelength_mis, _)| wavelength_mis);
         let relative = facing.eta / facing.eta.x;
         Parted { wavelength_mis, eta2: relative * relative }
-    }
-
-    /// The value of a refraction per lane, each by the facet that refracts it so, without colour and masking of `wi`.
-    fn lanes(&self, facing: &Facing, wi: Vec3) -> Vec4 {
-        let over_section = 1.0 / self.microfacet.cross_section(facing.wo);
-        let lane = |eta: f32| {
-            let half = facing.wo + wi * eta;
-            let m = half.normalize_or_zero() * 1f32.copysign(half.z);
-            let (cos, cos_i) = (facing.wo.dot(m).min(1.0), (-wi.dot(m)).min(1.0));
-            let lit = cos > 0.0 && cos_i > 0.0;
-            let through = 1.0 - fresnel::dielectric(cos.max(0.0), Vec4::splat(eta)).x;
-            let half = cos - eta * cos_i;
-            let value = self.microfacet.d(m) * over_section * cos * cos_i * through / (half * half);
-            // A NaN is no value.
-            if lit && value > 0.0 { value.min(f32::MAX) } else { 0.0 }
-        };
-        Vec4::from_array(facing.eta.to_array().map(lane))
     }
 }
 

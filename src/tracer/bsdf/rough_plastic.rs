@@ -6,13 +6,56 @@ use glam::{Vec3, Vec4};
 
 use crate::math::pdf::PdfW;
 use crate::math::warp;
-use crate::spectrum::SampledSpectrum;
+use crate::scene::desc::RoughPlasticDesc;
+use crate::spectrum::dispersion::SODIUM_D;
+use crate::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
 
 use super::plastic::share;
-use super::{Base, BsdfSample, Microfacet, Transmittance, fresnel};
+use super::{Base, BsdfSample, MaterialModel, Microfacet, ScatteringModel, fresnel};
+
+/// A diffuse base under a rough coat.
+#[derive(Clone, Debug)]
+pub struct RoughPlasticMaterial {
+    coat: Coat,
+    /// Factor on the reflection of the coat.
+    reflectance: Spectrum,
+    /// Albedo of the base.
+    base: Spectrum,
+    /// Reflectance of the coat from within for diffuse light.
+    internal: f32,
+    /// Light is coloured at every reflection between coat and base.
+    nonlinear: bool,
+}
+
+impl From<RoughPlasticDesc> for RoughPlasticMaterial {
+    /// Tabulates the coat by its index at the sodium line.
+    fn from(desc: RoughPlasticDesc) -> Self {
+        let lambda = Vec4::splat(SODIUM_D);
+        let eta = desc.int_ior.eval(lambda).x / desc.ext_ior.eval(lambda).x;
+        let microfacet = Microfacet::new(desc.roughness);
+        Self {
+            coat: Coat { eta, microfacet, transmittance: Transmittance::of(&microfacet, eta) },
+            reflectance: desc.specular_reflectance,
+            base: desc.diffuse_reflectance,
+            internal: internal_reflectance(&microfacet, eta),
+            nonlinear: desc.nonlinear,
+        }
+    }
+}
+
+impl MaterialModel for RoughPlasticMaterial {
+    type Bsdf = RoughPlastic;
+
+    #[inline]
+    fn bsdf(&self, lambda: &SampledWavelengths) -> RoughPlastic {
+        let internal = SampledSpectrum::splat(self.internal);
+        let base = Base { albedo: self.base.sample(lambda), internal, nonlinear: self.nonlinear };
+        RoughPlastic::new(&self.coat, self.reflectance.sample(lambda), base, lambda.is_hero_only())
+    }
+}
 
 /// A rough coat over Lambert, with the light that the coat sends back to the base; the model of Mitsuba 3's
-/// `roughplastic`. The index of the coat is the same for all wavelengths.
+/// `roughplastic`. The index of the coat is the same for all wavelengths, and what it lets through is tabulated over the angle.
 #[derive(Clone, Copy, Debug)]
 pub struct RoughPlastic {
     /// Index of the coat over that of the outside.
@@ -47,9 +90,18 @@ impl RoughPlastic {
         Self { eta, coat: reflectance, base, coat_share, microfacet, transmittance }
     }
 
+    /// How likely the coat is chosen; `None` when nothing is reflected at all.
+    #[inline]
+    fn coat_probability(&self, t_o: f32) -> Option<f32> {
+        let (coat, base) = ((1.0 - t_o) * self.coat_share, t_o * (1.0 - self.coat_share));
+        (coat + base > 0.0).then(|| coat / (coat + base))
+    }
+}
+
+impl ScatteringModel for RoughPlastic {
     /// `F D G₁G₁ / (4 cos θₒ)` of the coat and `albedo / (1 − internal) · Tₒ Tᵢ cos θᵢ / (π η²)` of the base.
     #[inline]
-    pub fn eval(&self, wo: Vec3, wi: Vec3) -> Option<(SampledSpectrum, PdfW)> {
+    fn eval(&self, wo: Vec3, wi: Vec3) -> Option<(SampledSpectrum, PdfW)> {
         if wo.z <= 0.0 || wi.z <= 0.0 {
             return None;
         }
@@ -67,7 +119,7 @@ impl RoughPlastic {
 
     /// Mirrors in a visible facet of the coat, or a cosine-weighted direction of the base; both parts count for either.
     #[inline]
-    pub fn sample(&self, wo: Vec3, u: [f32; 2], lobe: f32) -> Option<BsdfSample> {
+    fn sample(&self, wo: Vec3, u: [f32; 2], lobe: f32) -> Option<BsdfSample> {
         if wo.z <= 0.0 {
             return None;
         }
@@ -79,14 +131,107 @@ impl RoughPlastic {
         };
         let (value, pdf) = self.eval(wo, wi)?;
         let weight = value * (1.0 / pdf.0);
-        let (delta, transmitted, hero_only) = (false, false, false);
-        weight.is_finite().then_some(BsdfSample { wi, weight, pdf, delta, transmitted, hero_only, eta2: 1.0 })
+        weight.is_finite().then_some(BsdfSample::reflection(wi, weight, pdf))
     }
 
-    /// How likely the coat is chosen; `None` when nothing is reflected at all.
     #[inline]
-    fn coat_probability(&self, t_o: f32) -> Option<f32> {
-        let (coat, base) = ((1.0 - t_o) * self.coat_share, t_o * (1.0 - self.coat_share));
-        (coat + base > 0.0).then(|| coat / (coat + base))
+    fn has_diffuse_part(&self) -> bool {
+        true
     }
+
+    #[inline]
+    fn is_glossy(&self) -> bool {
+        true
+    }
+}
+
+/// Nodes of the table, evenly in √cos θ: near grazing angles the curve is steep.
+const NODES: usize = 16;
+
+/// Points of the quadrature over visible normals in each of its two numbers.
+const POINTS: u32 = 32;
+
+/// Cosines over which Mitsuba takes the mean of what comes back from within, both ends included.
+const COSINES: u32 = 64;
+
+/// The share of light that a rough interface lets through by one refraction, over the cosine of the angle to the normal:
+/// ∫ (1 − F) G₁ over the visible normals.
+///
+/// As little of a `Bsdf` as will do (32 bytes). Cubic between its nodes: for indices from 1.3 to 2 within
+/// 2e-3, next to grazing angles (cosines below 0.1) within 6e-3.
+#[derive(Clone, Copy, Debug)]
+pub struct Transmittance([u16; NODES]);
+
+impl Transmittance {
+    /// Of an interface with these facets (the same along both tangents) and index `eta`, far over near side.
+    pub fn of(microfacet: &Microfacet, eta: f32) -> Self {
+        let mut nodes = [0; NODES];
+        for (i, node) in nodes.iter_mut().enumerate() {
+            let t = i as f32 / (NODES - 1) as f32;
+            let share =
+                over_visible(microfacet, (t * t).max(1e-6), |wo, m| refracted(microfacet, eta, wo, m));
+            *node = (share.clamp(0.0, 1.0) * f64::from(u16::MAX)).round() as u16;
+        }
+        Self(nodes)
+    }
+
+    /// At a cosine from 0 to 1: a number from 0 to 1.
+    #[inline]
+    pub fn at(&self, cos: f32) -> f32 {
+        let x = cos.clamp(0.0, 1.0).sqrt() * (NODES - 1) as f32;
+        let first = (x as usize).clamp(1, NODES - 3) - 1;
+        let f = x - first as f32;
+        // Lagrange's polynomial through four neighbours.
+        let (a, b, c, d) = (f, f - 1.0, f - 2.0, f - 3.0);
+        let weights = Vec4::new(b * c * d / -6.0, a * c * d * 0.5, a * b * d * -0.5, a * b * c / 6.0);
+        let node = |i: usize| f32::from(self.0[first + i]);
+        let values = Vec4::new(node(0), node(1), node(2), node(3));
+        (weights.dot(values) / f32::from(u16::MAX)).clamp(0.0, 1.0)
+    }
+}
+
+/// The share of diffuse light from within that a rough coat of index `eta` (coat over outside) throws back: twice the mean
+/// of ∫ F G₁ cos θ over 64 cosines from 0 to 1.
+///
+/// That is how Mitsuba sums it; with both ends in the mean it is below the integral, so that a base comes out darker by
+/// 0.6 % (roughness 0.5) to 1.6 % (0.02) than it would. A scene made for Mitsuba shall look the same here.
+pub fn internal_reflectance(microfacet: &Microfacet, eta: f32) -> f32 {
+    let within = 1.0 / eta;
+    let sum: f64 = (0..COSINES)
+        .map(|i| (i as f32 / (COSINES - 1) as f32).max(1e-6))
+        .map(|cos| {
+            f64::from(cos) * over_visible(microfacet, cos, |wo, m| reflected(microfacet, within, wo, m))
+        })
+        .sum();
+    (2.0 * sum / f64::from(COSINES)).clamp(0.0, 1.0) as f32
+}
+
+/// The mean of `f` over the visible normals from an angle of this cosine.
+fn over_visible(microfacet: &Microfacet, cos: f32, f: impl Fn(Vec3, Vec3) -> f32) -> f64 {
+    let wo = Vec3::new(((1.0 - cos) * (1.0 + cos)).max(0.0).sqrt(), 0.0, cos);
+    // Denser towards the edges of the square, where the facets are that face away: there the integrand is steep.
+    let at = |i: u32| {
+        let t = (i as f32 + 0.5) / POINTS as f32;
+        (t * t * (3.0 - 2.0 * t), 6.0 * t * (1.0 - t))
+    };
+    let (mut sum, mut total) = (0.0, 0.0);
+    for ((u, du), (v, dv)) in (0..POINTS).flat_map(|i| (0..POINTS).map(move |j| (at(i), at(j)))) {
+        sum += f64::from(du * dv * f(wo, microfacet.sample_visible(wo, [u, v])));
+        total += f64::from(du * dv);
+    }
+    sum / total
+}
+
+fn reflected(microfacet: &Microfacet, eta: f32, wo: Vec3, m: Vec3) -> f32 {
+    let cos = wo.dot(m).clamp(0.0, 1.0);
+    let wi = m * (2.0 * cos) - wo;
+    if wi.z > 0.0 { fresnel::dielectric(cos, Vec4::splat(eta)).x * microfacet.g1(wi) } else { 0.0 }
+}
+
+fn refracted(microfacet: &Microfacet, eta: f32, wo: Vec3, m: Vec3) -> f32 {
+    let cos = wo.dot(m).clamp(0.0, 1.0);
+    let cos_i = (1.0 - (1.0 - cos) * (1.0 + cos) / (eta * eta)).max(0.0).sqrt();
+    let wi = m * (cos / eta - cos_i) - wo / eta;
+    let through = 1.0 - fresnel::dielectric(cos, Vec4::splat(eta)).x;
+    if wi.z < 0.0 { through * microfacet.g1(wi.normalize_or_zero()) } else { 0.0 }
 }

@@ -1,23 +1,12 @@
-//! What a path asks of a material at a point. Integrators are generic over it, so that the code for a scene of matt surfaces holds
-//! nothing of mirrors, glass and rough metal.
-//!
-//! Paths per second as planned against those with everything, same program, 95 % over random orders of its functions
-//! (`tools/bench effects`), and instructions per path:
-//!
-//! | scene | code for | path tracing | | bidirectional |
-//! |---|---|---|---|---|
-//! | Cornell box | [`Diffuse`] | 1.069 [1.064, 1.073] | 28 800, not 30 900 | 1.097 [1.074, 1.121] |
-//! | lit from a cove | [`Diffuse`] | | | 1.064 [1.035, 1.094] |
-//! | with mirror and glass balls | [`Smooth`](super::Smooth) | 1.056 [1.048, 1.064] | 32 200, not 33 100 | 1.033 [1.024, 1.041] |
+//! What paths ask of a material: the contract of every model of scattering, and of the sets of models that code is made for.
 
 use glam::Vec3;
 
 use crate::math::pdf::PdfW;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
-use crate::tracer::material::Material;
 use crate::tracer::wavelength_mis::Parted;
 
-use super::{Bsdf, Diffuse};
+use super::{Diffuse, Material};
 
 /// A direction chosen by a material.
 #[derive(Clone, Copy, Debug)]
@@ -32,141 +21,112 @@ pub struct BsdfSample {
     pub delta: bool,
     /// The direction went through the surface.
     pub transmitted: bool,
-    /// The direction is right for the hero wavelength only: [`Bsdf::refract`] knows those of the others.
+    /// The direction is right for the hero wavelength only: [`ScatteringModel::refract`] gives those of the others.
     pub hero_only: bool,
     /// (nᵢ/nₒ)² for transmission, else 1: undoes the radiance scaling where roulette looks at throughput.
     pub eta2: f32,
 }
 
-/// A material at one point and at the wavelengths of one path; every method as [`Bsdf`] has it.
-pub trait Scattering: Copy {
-    /// The material at the wavelengths of a path. One that this type does not know sends nothing back.
-    fn of(material: &Material, lambda: &SampledWavelengths) -> Self;
+impl BsdfSample {
+    /// A reflection that is not delta.
+    #[inline]
+    pub fn reflection(wi: Vec3, weight: SampledSpectrum, pdf: PdfW) -> Self {
+        Self { wi, weight, pdf, delta: false, transmitted: false, hero_only: false, eta2: 1.0 }
+    }
+}
 
-    /// [`Bsdf::eval`].
-    fn eval(&self, wo: Vec3, wi: Vec3) -> Option<(SampledSpectrum, PdfW)>;
+/// A material before the wavelengths of a path are known: a description made ready for quick evaluation.
+pub trait MaterialModel {
+    /// The material at the wavelengths of a path.
+    type Bsdf;
 
-    /// [`Bsdf::sample`].
+    /// Evaluates spectra and indices at the wavelengths of a path. Called once per path vertex.
+    fn bsdf(&self, lambda: &SampledWavelengths) -> Self::Bsdf;
+}
+
+/// A model of scattering at one point and at the wavelengths of one path, in the conventions of [the module](super).
+pub trait ScatteringModel: Copy {
+    /// f·|cos θᵢ| and the density with which [`sample`](Self::sample) chooses `wi`; `None` where that is zero, and always for a delta.
+    #[inline]
+    fn eval(&self, _wo: Vec3, _wi: Vec3) -> Option<(SampledSpectrum, PdfW)> {
+        None
+    }
+
+    /// Chooses a direction with the numbers `u` (direction) and `lobe`; `None` where the path ends.
     fn sample(&self, wo: Vec3, u: [f32; 2], lobe: f32) -> Option<BsdfSample>;
 
     /// The material, where it is diffuse and nothing else.
-    fn as_diffuse(&self) -> Option<&Diffuse>;
+    #[inline]
+    fn as_diffuse(&self) -> Option<&Diffuse> {
+        None
+    }
 
-    /// [`Bsdf::is_delta`].
+    /// True when the material has a diffuse part: photons lie there and are gathered there. This depends on the material alone, not on
+    /// directions or wavelengths: both ends of a path must agree.
+    #[inline]
+    fn has_diffuse_part(&self) -> bool {
+        false
+    }
+
+    /// True when [`eval`](Self::eval) is always `None`: no light needs to be sampled.
     #[inline]
     fn is_delta(&self) -> bool {
         false
     }
 
-    /// [`Bsdf::is_glossy`].
+    /// True when [`eval`](Self::eval) has a peak: which light matters depends on it.
     #[inline]
     fn is_glossy(&self) -> bool {
         false
     }
 
-    /// [`Bsdf::transmits`].
+    /// True when [`eval`](Self::eval) may be positive for directions on opposite sides.
     #[inline]
     fn transmits(&self) -> bool {
         false
     }
 
-    /// [`Bsdf::parts_colors`].
+    /// True when refraction has another direction for each lane.
     #[inline]
     fn parts_colors(&self) -> bool {
         false
     }
 
-    /// [`Bsdf::part`].
+    /// How the lanes share what [`eval`](Self::eval) and [`sample`](Self::sample) give, where colours part and it is no delta.
     #[inline]
     fn part(&self, _wo: Vec3, _wi: Vec3) -> Parted {
         Parted::NOTHING
     }
 
-    /// [`Bsdf::refract`].
+    /// Where a delta refracts `lane` to, and its (nᵢ/nₒ)²; `None` on total reflection.
     #[inline]
     fn refract(&self, _wo: Vec3, _lane: usize) -> Option<(Vec3, f32)> {
         None
     }
 }
 
-/// Everything.
-impl Scattering for Bsdf {
-    #[inline]
-    fn of(material: &Material, lambda: &SampledWavelengths) -> Self {
-        material.bsdf(lambda)
-    }
-
-    #[inline]
-    fn eval(&self, wo: Vec3, wi: Vec3) -> Option<(SampledSpectrum, PdfW)> {
-        Bsdf::eval(self, wo, wi)
-    }
-
-    #[inline]
-    fn sample(&self, wo: Vec3, u: [f32; 2], lobe: f32) -> Option<BsdfSample> {
-        Bsdf::sample(self, wo, u, lobe)
-    }
-
-    #[inline]
-    fn as_diffuse(&self) -> Option<&Diffuse> {
-        match self {
-            Bsdf::Diffuse(b) => Some(b),
-            _ => None,
-        }
-    }
-
-    #[inline]
-    fn is_delta(&self) -> bool {
-        Bsdf::is_delta(self)
-    }
-
-    #[inline]
-    fn is_glossy(&self) -> bool {
-        Bsdf::is_glossy(self)
-    }
-
-    #[inline]
-    fn transmits(&self) -> bool {
-        Bsdf::transmits(self)
-    }
-
-    #[inline]
-    fn parts_colors(&self) -> bool {
-        Bsdf::parts_colors(self)
-    }
-
-    #[inline]
-    fn part(&self, wo: Vec3, wi: Vec3) -> Parted {
-        Bsdf::part(self, wo, wi)
-    }
-
-    #[inline]
-    fn refract(&self, wo: Vec3, lane: usize) -> Option<(Vec3, f32)> {
-        Bsdf::refract(self, wo, lane)
-    }
+/// A set of models that covers the materials of a scene. Integrators are generic over it, so that the code for a scene of diffuse
+/// surfaces contains no mirrors, glass or rough metal.
+///
+/// Speed of the code for the smallest set over that of the code for all, same program, 95 % over random orders of its functions
+/// (`tools/bench effects`), and instructions per path:
+///
+/// | scene | code for | path tracing | | bidirectional |
+/// |---|---|---|---|---|
+/// | Cornell box | [`Diffuse`] | 1.069 [1.064, 1.073] | 28 800, not 30 900 | 1.097 [1.074, 1.121] |
+/// | lit from a cove | [`Diffuse`] | | | 1.064 [1.035, 1.094] |
+/// | with mirror and glass balls | [`Smooth`](super::Smooth) | 1.056 [1.048, 1.064] | 32 200, not 33 100 | 1.033 [1.024, 1.041] |
+pub trait Scattering: ScatteringModel {
+    /// The material at the wavelengths of a path. A material whose model is not in the set is black.
+    fn of(material: &Material, lambda: &SampledWavelengths) -> Self;
 }
 
-/// Matt surfaces only.
 impl Scattering for Diffuse {
     #[inline]
     fn of(material: &Material, lambda: &SampledWavelengths) -> Self {
         match material {
-            Material::Diffuse { reflectance } => Diffuse::new(reflectance.sample(lambda)),
+            Material::Diffuse(material) => material.bsdf(lambda),
             _ => Diffuse::new(SampledSpectrum::ZERO),
         }
-    }
-
-    #[inline]
-    fn eval(&self, wo: Vec3, wi: Vec3) -> Option<(SampledSpectrum, PdfW)> {
-        Diffuse::eval(self, wo, wi)
-    }
-
-    #[inline]
-    fn sample(&self, wo: Vec3, u: [f32; 2], _: f32) -> Option<BsdfSample> {
-        Diffuse::sample(self, wo, u)
-    }
-
-    #[inline]
-    fn as_diffuse(&self) -> Option<&Diffuse> {
-        Some(self)
     }
 }

@@ -5,6 +5,7 @@ use crate::spectrum::SampledWavelengths;
 use crate::stream::{SampleSink, UvWindow};
 use crate::tracer::Sampler;
 use crate::tracer::accel::Ray;
+use crate::tracer::bsdf::ScatteringModel;
 use crate::tracer::integrator::{Integrator, PathTracer, RenderContext};
 use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::subpath::{SubpathVertex, Walk};

@@ -1,9 +1,8 @@
 //! Photons that have met mirrors, glass or coats only, looked up where they are seen.
 
-use crate::scene::desc::IntegratorKind;
+use crate::scene::desc::{BsdfDesc, IntegratorKind};
 
 use super::entry::{Entry, by, of_photons};
-use super::kinds::focuses;
 
 pub(super) const ENTRY: Entry = Entry {
     name: "caustic-photons",
@@ -11,7 +10,7 @@ pub(super) const ENTRY: Entry = Entry {
     find: |used, kind| match kind {
         IntegratorKind::Photon if !used.desc.integrator.photons.caustics => Err("forced off"),
         IntegratorKind::Photon => {
-            by(used.material(focuses), "may focus light", "nothing mirrors or refracts light")
+            by(used.material(BsdfDesc::is_specular), "may focus light", "nothing mirrors or refracts light")
         }
         _ => Err("the method has no photons"),
     },
@@ -20,6 +19,6 @@ pub(super) const ENTRY: Entry = Entry {
     without: |desc| desc.integrator.photons.caustics = false,
     with: |desc| {
         desc.integrator.kind = IntegratorKind::Photon;
-        super::used::Used::of(desc).material(focuses).is_some()
+        super::used::Used::of(desc).material(BsdfDesc::is_specular).is_some()
     },
 };

@@ -3,10 +3,11 @@
 use glam::Vec4;
 
 use crate::scene::SceneDesc;
+use crate::scene::desc::BsdfDesc;
 use crate::spectrum::dispersion::{Ior, SODIUM_D};
 
 use super::entry::{Entry, by, possible};
-use super::kinds::{disperses, indices_mut, shown, transmits};
+use super::kinds::{disperses, shown};
 
 pub(super) const ENTRY: Entry = Entry {
     name: "dispersion",
@@ -21,14 +22,17 @@ pub(super) const ENTRY: Entry = Entry {
     refusal: possible,
     without,
     with: |desc| {
-        shown(desc, transmits).and_then(indices_mut).map(|[inside, _]| *inside = crown(inside)).is_some()
+        let inside = shown(desc, BsdfDesc::transmits).and_then(|bsdf| bsdf.parts_mut().int_ior);
+        inside.map(|index| *index = crown(index)).is_some()
     },
 };
 
 /// Indices at the sodium line.
 fn without(desc: &mut SceneDesc) {
-    let glass = desc.bsdfs.iter_mut().filter(|bsdf| disperses(bsdf));
-    glass.filter_map(indices_mut).flatten().for_each(at_sodium);
+    for bsdf in desc.bsdfs.iter_mut().filter(|bsdf| disperses(bsdf)) {
+        let parts = bsdf.parts_mut();
+        [parts.int_ior, parts.ext_ior].into_iter().flatten().for_each(at_sodium);
+    }
 }
 
 pub(super) fn at_sodium(ior: &mut Ior) {

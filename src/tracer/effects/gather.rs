@@ -1,16 +1,17 @@
 //! Photons of light that was spread before, gathered from one bounce away.
 
-use crate::scene::desc::IntegratorKind;
+use crate::scene::desc::{BsdfDesc, IntegratorKind};
 
 use super::entry::{Entry, by, of_photons};
-use super::kinds::spreads;
 
 pub(super) const ENTRY: Entry = Entry {
     name: "gather",
     at_run_time: "the method; rays are sent out where a path is first spread (PhotonDesc::gather)",
     find: |used, kind| match kind {
         IntegratorKind::Photon if !used.desc.integrator.photons.gather => Err("forced off"),
-        IntegratorKind::Photon => by(used.material(spreads), "spreads light", "nothing has a diffuse part"),
+        IntegratorKind::Photon => {
+            by(used.material(BsdfDesc::is_diffuse), "spreads light", "nothing has a diffuse part")
+        }
         _ => Err("the method has no photons"),
     },
     refusal: of_photons,
@@ -18,6 +19,6 @@ pub(super) const ENTRY: Entry = Entry {
     without: |desc| desc.integrator.photons.gather = false,
     with: |desc| {
         desc.integrator.kind = IntegratorKind::Photon;
-        super::used::Used::of(desc).material(spreads).is_some()
+        super::used::Used::of(desc).material(BsdfDesc::is_diffuse).is_some()
     },
 };

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::scene::desc::{BsdfDesc, LightDesc, Name, Place, SceneDesc, ShapeDesc, ShapeKind};
+use crate::scene::desc::{BsdfDesc, LightDesc, Name, Place, SceneDesc, ShapeDesc, ShapeKind, TwoSidedDesc};
 use crate::spectrum::{Spectrum, White};
 
 /// A description with the materials that its shapes show.
@@ -28,12 +28,12 @@ impl<'a> Used<'a> {
         while let Some(i) = open.pop() {
             // Also ends where materials form a circle, which preparing refuses.
             if seen.insert(i)
-                && let Some(BsdfDesc::TwoSided { front, back }) = desc.bsdfs.get(i)
+                && let Some(BsdfDesc::TwoSided(TwoSidedDesc { front, back })) = desc.bsdfs.get(i)
             {
                 open.extend([front.0 as usize, back.0 as usize]);
             }
         }
-        let one_sided = |i: &usize| !matches!(desc.bsdfs.get(*i), None | Some(BsdfDesc::TwoSided { .. }));
+        let one_sided = |i: &usize| !matches!(desc.bsdfs.get(*i), None | Some(BsdfDesc::TwoSided(_)));
         Self { desc, bsdfs: seen.into_iter().filter(one_sided).collect() }
     }
 

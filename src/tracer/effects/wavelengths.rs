@@ -5,13 +5,13 @@ use std::sync::Arc;
 use glam::Vec4;
 
 use crate::scene::SceneDesc;
-use crate::scene::desc::{BsdfDesc, LightDesc};
+use crate::scene::desc::LightDesc;
 use crate::spectrum::dispersion::SODIUM_D;
 use crate::spectrum::{Spectrum, White};
 
 use super::dispersion;
 use super::entry::{Entry, Reason, by, possible, says};
-use super::kinds::{indices_mut, is_colored};
+use super::kinds::is_colored;
 use super::used::Used;
 
 pub(super) const ENTRY: Entry = Entry {
@@ -55,25 +55,11 @@ fn grey(desc: &mut SceneDesc) {
         return;
     }
     for bsdf in &mut desc.bsdfs {
-        indices_mut(bsdf).into_iter().flatten().for_each(dispersion::at_sodium);
-        match bsdf {
-            BsdfDesc::Diffuse { reflectance } => reflected(reflectance),
-            BsdfDesc::Dielectric { specular_reflectance: r, specular_transmittance: t, .. }
-            | BsdfDesc::RoughDielectric { specular_reflectance: r, specular_transmittance: t, .. } => {
-                [r, t].into_iter().for_each(reflected);
-            }
-            BsdfDesc::Conductor { eta, k, specular_reflectance: r }
-            | BsdfDesc::RoughConductor { eta, k, specular_reflectance: r, .. } => {
-                [eta, k].into_iter().for_each(|index| {
-                    *index = Spectrum::Constant(index.eval(Vec4::splat(SODIUM_D)).x);
-                });
-                reflected(r);
-            }
-            BsdfDesc::Plastic { diffuse_reflectance: d, specular_reflectance: r, .. }
-            | BsdfDesc::RoughPlastic { diffuse_reflectance: d, specular_reflectance: r, .. } => {
-                [d, r].into_iter().for_each(reflected);
-            }
-            BsdfDesc::TwoSided { .. } => (),
+        let parts = bsdf.parts_mut();
+        [parts.int_ior, parts.ext_ior].into_iter().flatten().for_each(dispersion::at_sodium);
+        [parts.albedo, parts.reflection, parts.transmission].into_iter().flatten().for_each(reflected);
+        for index in [parts.eta, parts.k].into_iter().flatten() {
+            *index = Spectrum::Constant(index.eval(Vec4::splat(SODIUM_D)).x);
         }
     }
     desc.shapes.iter_mut().filter_map(|shape| shape.emission.as_mut()).for_each(emitted);

@@ -1,13 +1,8 @@
 //! Materials: one list of one-sided ones, and what each description shows to either side.
 
-use glam::Vec4;
-
 use crate::scene::SceneDesc;
-use crate::scene::desc::{BsdfDesc, BsdfId, ShapeKind};
-use crate::spectrum::Spectrum;
-use crate::spectrum::dispersion::{Ior, SODIUM_D};
-use crate::tracer::bsdf::{Coat, Microfacet, Sides, Transmittance, coat, fresnel};
-use crate::tracer::material::Material;
+use crate::scene::desc::{BsdfDesc, BsdfId, ShapeKind, TwoSidedDesc};
+use crate::tracer::bsdf::{Material, Sides};
 
 use super::PrepareError;
 
@@ -34,7 +29,7 @@ fn prepare(descs: &[BsdfDesc]) -> Result<(Vec<Material>, Vec<Sides>), PrepareErr
     let own: Vec<Option<u32>> = descs
         .iter()
         .map(|desc| {
-            one_sided(desc).map(|material| {
+            Material::new(desc).map(|material| {
                 materials.push(material);
                 materials.len() as u32 - 1
             })
@@ -44,7 +39,7 @@ fn prepare(descs: &[BsdfDesc]) -> Result<(Vec<Material>, Vec<Sides>), PrepareErr
         for _ in 0..=descs.len() {
             match descs.get(id.0 as usize) {
                 None => return Err(PrepareError::UnknownMaterial { id }),
-                Some(BsdfDesc::TwoSided { front, .. }) => id = *front,
+                Some(BsdfDesc::TwoSided(TwoSidedDesc { front, .. })) => id = *front,
                 Some(_) => return own[id.0 as usize].ok_or(PrepareError::UnknownMaterial { id }),
             }
         }
@@ -54,7 +49,7 @@ fn prepare(descs: &[BsdfDesc]) -> Result<(Vec<Material>, Vec<Sides>), PrepareErr
         .iter()
         .enumerate()
         .map(|(i, desc)| match desc {
-            BsdfDesc::TwoSided { front, back } => {
+            BsdfDesc::TwoSided(TwoSidedDesc { front, back }) => {
                 Ok(Sides::Two { front: front_of(*front)?, back: front_of(*back)? })
             }
             _ => front_of(BsdfId(i as u32)).map(Sides::Single),
@@ -63,96 +58,17 @@ fn prepare(descs: &[BsdfDesc]) -> Result<(Vec<Material>, Vec<Sides>), PrepareErr
     Ok((materials, sides))
 }
 
-/// The material of a description, `None` for a two-sided pair.
-fn one_sided(desc: &BsdfDesc) -> Option<Material> {
-    Some(match desc.clone() {
-        BsdfDesc::Diffuse { reflectance } => Material::Diffuse { reflectance },
-        BsdfDesc::Dielectric { int_ior, ext_ior, specular_reflectance, specular_transmittance } => {
-            let factors = [specular_reflectance, specular_transmittance];
-            Material::Dielectric { int_ior, ext_ior, factors }
-        }
-        BsdfDesc::Conductor { eta, k, specular_reflectance } => {
-            Material::Conductor { eta, k, reflectance: specular_reflectance }
-        }
-        BsdfDesc::RoughConductor { eta, k, specular_reflectance, roughness } => Material::RoughConductor {
-            index: [eta, k],
-            reflectance: specular_reflectance,
-            microfacet: Microfacet::new(roughness),
-        },
-        BsdfDesc::RoughDielectric {
-            int_ior,
-            ext_ior,
-            specular_reflectance,
-            specular_transmittance,
-            roughness,
-        } => Material::RoughDielectric {
-            int_ior,
-            ext_ior,
-            factors: [specular_reflectance, specular_transmittance],
-            microfacet: Microfacet::new(roughness),
-        },
-        BsdfDesc::Plastic { int_ior, ext_ior, diffuse_reflectance, specular_reflectance, nonlinear } => {
-            Material::Plastic {
-                internal: internal_reflectance(&int_ior, &ext_ior),
-                ior: [int_ior, ext_ior],
-                coat: specular_reflectance,
-                base: diffuse_reflectance,
-                nonlinear,
-            }
-        }
-        BsdfDesc::RoughPlastic {
-            int_ior,
-            ext_ior,
-            diffuse_reflectance,
-            specular_reflectance,
-            nonlinear,
-            roughness,
-        } => {
-            let coat = rough_coat(&int_ior, &ext_ior, Microfacet::new(roughness));
-            Material::RoughPlastic {
-                internal: coat::internal_reflectance(&coat.microfacet, coat.eta),
-                coat,
-                reflectance: specular_reflectance,
-                base: diffuse_reflectance,
-                nonlinear,
-            }
-        }
-        BsdfDesc::TwoSided { .. } => return None,
-    })
-}
-
-/// A coat by its index at the sodium line.
-fn rough_coat(int_ior: &Ior, ext_ior: &Ior, microfacet: Microfacet) -> Coat {
-    let lambda = Vec4::splat(SODIUM_D);
-    let eta = int_ior.eval(lambda).x / ext_ior.eval(lambda).x;
-    Coat { eta, microfacet, transmittance: Transmittance::of(&microfacet, eta) }
-}
-
-/// What a coat reflects of diffuse light from within; a table over wavelengths where a medium disperses.
-fn internal_reflectance(int_ior: &Ior, ext_ior: &Ior) -> Spectrum {
-    let at = |nm: f32| {
-        let lambda = Vec4::splat(nm);
-        fresnel::diffuse_within(int_ior.eval(lambda).x / ext_ior.eval(lambda).x)
-    };
-    let constant = Spectrum::Constant(at(550.0));
-    if !int_ior.is_dispersive() && !ext_ior.is_dispersive() {
-        return constant;
-    }
-    let points: Vec<(f32, f32)> = (0..=50).map(|i| 350.0 + 10.0 * i as f32).map(|nm| (nm, at(nm))).collect();
-    Spectrum::table(&points).unwrap_or(constant)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn two(front: u32, back: u32) -> BsdfDesc {
-        BsdfDesc::TwoSided { front: BsdfId(front), back: BsdfId(back) }
+        BsdfDesc::TwoSided(TwoSidedDesc { front: BsdfId(front), back: BsdfId(back) })
     }
 
     #[test]
     fn nested_and_circular_pairs() {
-        let diffuse = || BsdfDesc::Diffuse { reflectance: Spectrum::Constant(0.5) };
+        let diffuse = || BsdfDesc::grey(0.5);
         let (materials, sides) = prepare(&[two(2, 1), diffuse(), two(3, 1), diffuse()]).expect("valid");
         assert_eq!(materials.len(), 2);
         assert_eq!(sides[0], Sides::Two { front: 1, back: 0 });

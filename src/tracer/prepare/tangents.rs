@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec2, Vec3};
 
 use crate::scene::SceneDesc;
-use crate::scene::desc::{BsdfDesc, BsdfId, Mesh, ShapeDesc, ShapeKind};
+use crate::scene::desc::{BsdfDesc, BsdfId, Mesh, ShapeDesc, ShapeKind, TwoSidedDesc};
 use crate::tracer::tangents::Tangents;
 
 /// True if a material, or one of its sides, is anisotropic.
@@ -11,18 +11,14 @@ pub(super) fn is_brushed(desc: &SceneDesc, mut id: BsdfId) -> bool {
     // `materials` reports a cycle of two-sided materials.
     for _ in 0..=desc.bsdfs.len() {
         match desc.bsdfs.get(id.0 as usize) {
-            Some(
-                BsdfDesc::RoughConductor { roughness, .. } | BsdfDesc::RoughDielectric { roughness, .. },
-            ) => {
-                return roughness.alpha[0] != roughness.alpha[1];
-            }
-            Some(BsdfDesc::TwoSided { front, back }) => {
+            Some(BsdfDesc::TwoSided(TwoSidedDesc { front, back })) => {
                 if front != back && is_brushed_side(desc, *back) {
                     return true;
                 }
                 id = *front;
             }
-            _ => return false,
+            Some(bsdf) => return bsdf.roughness().is_some_and(|r| r.alpha[0] != r.alpha[1]),
+            None => return false,
         }
     }
     false
@@ -31,8 +27,8 @@ pub(super) fn is_brushed(desc: &SceneDesc, mut id: BsdfId) -> bool {
 /// As [`is_brushed`], for one side. Of a nested two-sided material the front counts.
 fn is_brushed_side(desc: &SceneDesc, id: BsdfId) -> bool {
     match desc.bsdfs.get(id.0 as usize) {
-        Some(BsdfDesc::TwoSided { front, .. }) if *front != id => is_brushed(desc, *front),
-        Some(BsdfDesc::TwoSided { .. }) | None => false,
+        Some(BsdfDesc::TwoSided(TwoSidedDesc { front, .. })) if *front != id => is_brushed(desc, *front),
+        Some(BsdfDesc::TwoSided(_)) | None => false,
         Some(_) => is_brushed(desc, id),
     }
 }

@@ -57,18 +57,18 @@ pub fn material(desc: &mut SceneDesc, bsdf: BsdfDesc) -> BsdfId {
 
 /// Lambert with the same albedo at every wavelength.
 pub fn grey(albedo: f32) -> BsdfDesc {
-    BsdfDesc::Diffuse { reflectance: Spectrum::Constant(albedo) }
+    BsdfDesc::Diffuse(DiffuseDesc { reflectance: Spectrum::Constant(albedo) })
 }
 
 /// Glass that reflects and transmits all.
 pub fn glass(int_ior: Ior) -> BsdfDesc {
     let one = || Spectrum::Constant(1.0);
-    BsdfDesc::Dielectric {
+    BsdfDesc::Dielectric(DielectricDesc {
         int_ior,
         ext_ior: Ior::Constant(1.0),
         specular_reflectance: one(),
         specular_transmittance: one(),
-    }
+    })
 }
 
 /// Adds a shape; `emission` > 0 makes it a light.

@@ -5,15 +5,14 @@ use glam::{Vec3, Vec4};
 use crate::color::Xyz;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::accel::Ray;
-use crate::tracer::bsdf::{Bsdf, BsdfSample};
+use crate::tracer::bsdf::{Bsdf, BsdfSample, Material, ScatteringModel};
 use crate::tracer::integrator::direct_lighting::{PathState, Splitting};
 use crate::tracer::interaction::{SurfaceInteraction, SurfaceVertex};
-use crate::tracer::material::Material;
 use crate::tracer::photon_map::{Lookup, PhotonLayer, Snapshot};
 use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::{Sampler, Scene};
 
-use super::{PhotonScratch, PhotonTracer, has_diffuse_part};
+use super::{PhotonScratch, PhotonTracer};
 
 /// A path whose wavelength MIS weight exceeds this goes on with the hero alone: 1 is no dispersion, 4 is complete.
 const DISPERSED: f32 = 2.0;
@@ -83,7 +82,7 @@ impl<'a> CameraPath<'a> {
     fn shade(&mut self, hit: SurfaceInteraction, near: bool, u: &VertexNumbers) -> Option<Ray> {
         let scene = &self.tracer.context.scene;
         let vertex = SurfaceVertex::<Bsdf>::new(scene, hit, &self.state.lambda);
-        let diffuse = has_diffuse_part(&vertex.bsdf);
+        let diffuse = vertex.bsdf.has_diffuse_part();
         if diffuse || self.class == PathClass::Mirrored && !vertex.bsdf.is_delta() {
             self.state.add_direct(scene, &vertex, u);
         }

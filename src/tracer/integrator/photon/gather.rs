@@ -5,9 +5,8 @@ use glam::{Vec3, Vec4};
 use crate::color::Xyz;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::Scene;
-use crate::tracer::bsdf::Bsdf;
+use crate::tracer::bsdf::{Bsdf, Material, ScatteringModel};
 use crate::tracer::interaction::SurfaceVertex;
-use crate::tracer::material::Material;
 use crate::tracer::photon_map::{Disc, Photon, PhotonLayer};
 
 use super::camera_path::{CameraPath, RecordedScattering};

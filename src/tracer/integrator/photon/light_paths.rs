@@ -10,12 +10,13 @@ use std::sync::Arc;
 
 use crate::math::bits::mix;
 use crate::tracer::Sampler;
+use crate::tracer::bsdf::ScatteringModel;
 use crate::tracer::photon_map::{
     Arrival, PhotonBatch, PhotonLayer, Snapshot, Wanted, wavelength_number, wavelengths,
 };
 use crate::tracer::subpath::{SubpathVertex, Walk};
 
-use super::{PhotonScratch, PhotonTracer, has_diffuse_part};
+use super::{PhotonScratch, PhotonTracer};
 
 /// Makes the random numbers of light paths differ from those of the camera paths of the same index.
 const SEED: u32 = 0x5bd1_e995;
@@ -81,7 +82,7 @@ fn trace_light_path(tracer: &PhotonTracer, path: u64, batch: &mut PhotonBatch) {
     while walk.depth() + 1 < longest {
         let Some(hit) = scene.closest(&ray) else { return };
         let vertex = walk.arrive(scene, hit);
-        let here = has_diffuse_part(&vertex.surface.bsdf);
+        let here = vertex.surface.bsdf.has_diffuse_part();
         if here && vertex.depth > 1 && reflects(&vertex) {
             let (layer, wanted) = match spread {
                 true => (PhotonLayer::Global, context.photons.gather),

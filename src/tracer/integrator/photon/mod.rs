@@ -37,7 +37,6 @@ use glam::Vec3;
 use crate::scene::desc::PhotonDesc;
 use crate::stream::{PathCounts, SampleSink};
 use crate::tracer::Sampler;
-use crate::tracer::bsdf::Bsdf;
 use crate::tracer::photon_map::{Lookup, PhotonMap, QueryScratch, Schedule, Snapshot};
 
 use super::{Integrator, RenderContext, SpecializedIntegrator};
@@ -139,16 +138,6 @@ fn schedule(min: Vec3, max: Vec3, desc: &PhotonDesc) -> Schedule {
         alpha: desc.alpha.unwrap_or(0.0),
         neighbours,
     }
-}
-
-/// True when the surface has a diffuse part: photons lie there and are gathered there. This depends on the material alone,
-/// not on directions or wavelengths: both ends of a path must agree.
-#[inline]
-fn has_diffuse_part(bsdf: &Bsdf) -> bool {
-    !matches!(
-        bsdf,
-        Bsdf::Dielectric(_) | Bsdf::Conductor(_) | Bsdf::RoughConductor(_) | Bsdf::RoughDielectric(_)
-    )
 }
 
 impl Integrator for PhotonTracer {

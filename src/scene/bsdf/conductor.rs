@@ -1,0 +1,54 @@
+//! `conductor`: a smooth metal, and how the index of a metal is read.
+
+use super::{BsdfPlugin, color, parts};
+use crate::scene::diagnostic::SceneError;
+use crate::scene::mitsuba::{Params, Reader, Role, read_spectrum};
+use crate::spectrum::{Spectrum, dispersion::Ior, metals};
+
+/// A smooth metal.
+#[derive(Clone, Debug)]
+pub struct ConductorDesc {
+    /// Real part of the index of refraction.
+    pub eta: Spectrum,
+    /// Imaginary part; η = 0 with k = 1 reflects everything (`material="none"`).
+    pub k: Spectrum,
+    /// Factor on reflection, 1 in nature.
+    pub specular_reflectance: Spectrum,
+}
+
+impl BsdfPlugin for ConductorDesc {
+    const NAME: &'static str = "conductor";
+
+    fn read(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<Self, SceneError> {
+        let (eta, k) = metal(reader, params)?;
+        Ok(Self { eta, k, specular_reflectance: color(reader, params, "specular_reflectance", 1.0)? })
+    }
+
+    parts! { reflection: specular_reflectance, eta: eta, k: k }
+}
+
+/// The complex index η + i k of a metal: by the name of a `material`, or as `eta` and `k`.
+pub(super) fn metal(
+    reader: &mut Reader<'_>,
+    params: &Params<'_>,
+) -> Result<(Spectrum, Spectrum), SceneError> {
+    let material = params.string("material")?;
+    let given = params.has("eta") || params.has("k");
+    match material.as_deref().filter(|m| *m != "none") {
+        Some(_) if given => {
+            Err(params.error("material", "either `material` or `eta` and `k`, not both").error())
+        }
+        Some(name) => metals::named(name).ok_or_else(|| {
+            let shown: String = name.chars().take(64).collect();
+            let found = params.error("material", format!("no metal `{shown}` is known"));
+            found.help("give `eta` and `k`, or a name such as Au, Ag, Al, Cu, or `none`").error()
+        }),
+        None => {
+            let mut index = |name, default| {
+                let given = read_spectrum(reader, params, name, Role::Unbounded)?;
+                Ok(given.unwrap_or(Spectrum::Constant(default)))
+            };
+            Ok((index("eta", 0.0)?, index("k", 1.0)?))
+        }
+    }
+}

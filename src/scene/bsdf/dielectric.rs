@@ -1,0 +1,66 @@
+//! `dielectric`: a smooth interface between two transparent media, and how an index of refraction is read.
+
+use super::{BsdfPlugin, color, parts};
+use crate::scene::diagnostic::SceneError;
+use crate::scene::mitsuba::{Params, Reader};
+use crate::spectrum::{Spectrum, dispersion::Ior};
+
+/// A smooth interface between two transparent media.
+#[derive(Clone, Debug)]
+pub struct DielectricDesc {
+    /// Index on the side the normal points away from.
+    pub int_ior: Ior,
+    /// Index on the side the normal points to.
+    pub ext_ior: Ior,
+    /// Factor on reflection, 1 in nature.
+    pub specular_reflectance: Spectrum,
+    /// Factor on transmission, 1 in nature.
+    pub specular_transmittance: Spectrum,
+}
+
+impl BsdfPlugin for DielectricDesc {
+    const NAME: &'static str = "dielectric";
+
+    fn read(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<Self, SceneError> {
+        Ok(Self {
+            int_ior: ior(params, "int_ior", "bk7")?,
+            ext_ior: ior(params, "ext_ior", "air")?,
+            specular_reflectance: color(reader, params, "specular_reflectance", 1.0)?,
+            specular_transmittance: color(reader, params, "specular_transmittance", 1.0)?,
+        })
+    }
+
+    parts! {
+        reflection: specular_reflectance,
+        transmission: specular_transmittance,
+        int_ior: int_ior,
+        ext_ior: ext_ior,
+    }
+}
+
+/// An index of refraction: a number, or the name of a medium.
+pub(super) fn ior(params: &Params<'_>, name: &'static str, default: &str) -> Result<Ior, SceneError> {
+    let by_name = |medium: &str| {
+        Ior::named(medium).ok_or_else(|| {
+            let shown: String = medium.chars().take(64).collect();
+            let found = params.error(name, format!("no index of refraction is known for `{shown}`"));
+            found.help("give a number: <float name=\"int_ior\" value=\"1.5\"/>").error()
+        })
+    };
+    match params.get(name).map(|e| e.tag.name) {
+        None => by_name(default),
+        Some("string") => by_name(&params.string(name)?.unwrap_or_default()),
+        Some(_) => {
+            let n = params.float(name)?.unwrap_or(1.0);
+            if is_ior(n) {
+                return Ok(Ior::Constant(n as f32));
+            }
+            Err(params.error(name, "an index of refraction is above 0 and not above 1000").error())
+        }
+    }
+}
+
+/// True for a number that can be an index of refraction.
+pub(crate) fn is_ior(n: f64) -> bool {
+    n > 0.0 && n <= 1e3
+}

@@ -1,0 +1,270 @@
+//! Descriptions of materials: what Mitsuba's bsdf plugins say, one file per plugin.
+//!
+//! A file holds the parameters of its plugin as plain data, reads them from the scene file ([`BsdfPlugin::read`]), and says which of
+//! them others may ask for without knowing the plugin ([`BsdfParts`]): the editor of colours, the effects that simplify a scene, the
+//! checks of `twosided`. A new plugin is such a file, its `mod` line and one line of the table below; how it scatters light is the other
+//! half, see `src/tracer/bsdf/mod.rs`.
+
+mod conductor;
+mod dielectric;
+mod diffuse;
+mod plastic;
+mod rough_conductor;
+mod rough_dielectric;
+mod rough_plastic;
+mod roughness;
+mod two_sided;
+
+use crate::scene::desc::{BsdfId, Name};
+use crate::scene::diagnostic::{FindingKind, SceneError};
+use crate::scene::limits;
+use crate::scene::mitsuba::{ElementId, Params, PluginTable, Reader, Role, read_spectrum};
+use crate::spectrum::{Spectrum, dispersion::Ior};
+
+pub(crate) use dielectric::is_ior;
+pub use roughness::{Facets, Roughness};
+
+/// What every bsdf plugin provides.
+pub(crate) trait BsdfPlugin: Sized {
+    /// Mitsuba's name of the plugin.
+    const NAME: &'static str;
+
+    /// The index of refraction counts at every wavelength; otherwise at the sodium line only.
+    const SPECTRAL_INDEX: bool = true;
+
+    /// Reads the plugin's parameters; those that it does not ask for are reported.
+    fn read(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<Self, SceneError>;
+
+    /// The parameters that others may ask for.
+    fn parts(&self) -> BsdfParts<&Spectrum, &Ior>;
+
+    /// The same, to change.
+    fn parts_mut(&mut self) -> BsdfParts<&mut Spectrum, &mut Ior>;
+
+    /// How rough the surface is; `None` for a smooth or a diffuse one.
+    fn roughness(&self) -> Option<Roughness> {
+        None
+    }
+}
+
+/// The parameters of a bsdf by what they mean, in whichever plugin: references, shared or mutable.
+pub(crate) struct BsdfParts<S, I> {
+    /// Albedo of the diffuse part.
+    pub(crate) albedo: Option<S>,
+    /// Factor on specular reflection.
+    pub(crate) reflection: Option<S>,
+    /// Factor on specular transmission.
+    pub(crate) transmission: Option<S>,
+    /// Real part of the index of refraction of a metal.
+    pub(crate) eta: Option<S>,
+    /// Imaginary part of the same.
+    pub(crate) k: Option<S>,
+    /// Index of refraction behind the surface, or of a coat.
+    pub(crate) int_ior: Option<I>,
+    /// Index of refraction in front of the surface.
+    pub(crate) ext_ior: Option<I>,
+}
+
+impl<S, I> Default for BsdfParts<S, I> {
+    fn default() -> Self {
+        Self {
+            albedo: None,
+            reflection: None,
+            transmission: None,
+            eta: None,
+            k: None,
+            int_ior: None,
+            ext_ior: None,
+        }
+    }
+}
+
+/// Writes [`BsdfPlugin::parts`] and [`BsdfPlugin::parts_mut`]: which field is which part.
+macro_rules! parts {
+    ($($part:ident: $field:ident),* $(,)?) => {
+        fn parts(&self) -> crate::scene::bsdf::BsdfParts<&Spectrum, &Ior> {
+            crate::scene::bsdf::BsdfParts { $($part: Some(&self.$field),)* ..Default::default() }
+        }
+
+        fn parts_mut(&mut self) -> crate::scene::bsdf::BsdfParts<&mut Spectrum, &mut Ior> {
+            crate::scene::bsdf::BsdfParts { $($part: Some(&mut self.$field),)* ..Default::default() }
+        }
+    };
+}
+use parts;
+
+/// Makes the enum of all descriptions, and hands calls on to the plugin.
+macro_rules! bsdfs {
+    ($($(#[$doc:meta])* $kind:ident = $file:ident::$desc:ident,)*) => {
+        $(pub use $file::$desc;)*
+
+        /// A material.
+        #[derive(Clone, Debug)]
+        pub enum BsdfDesc {
+            $($(#[$doc])* $kind($desc),)*
+        }
+
+        /// Every plugin.
+        const PLUGINS: PluginTable<BsdfDesc> =
+            &[$(($desc::NAME, |reader, params| Ok(BsdfDesc::$kind($desc::read(reader, params)?)))),*];
+
+        impl BsdfDesc {
+            /// Mitsuba's name of the plugin.
+            pub fn plugin(&self) -> &'static str {
+                match self {
+                    $(Self::$kind(_) => $desc::NAME,)*
+                }
+            }
+
+            /// The parameters by what they mean.
+            pub(crate) fn parts(&self) -> BsdfParts<&Spectrum, &Ior> {
+                match self {
+                    $(Self::$kind(desc) => desc.parts(),)*
+                }
+            }
+
+            /// The same, to change.
+            pub(crate) fn parts_mut(&mut self) -> BsdfParts<&mut Spectrum, &mut Ior> {
+                match self {
+                    $(Self::$kind(desc) => desc.parts_mut(),)*
+                }
+            }
+
+            /// How rough the surface is; `None` for a smooth or a diffuse one.
+            pub(crate) fn roughness(&self) -> Option<Roughness> {
+                match self {
+                    $(Self::$kind(desc) => desc.roughness(),)*
+                }
+            }
+
+            /// The index of refraction counts at every wavelength; otherwise at the sodium line only.
+            fn has_spectral_index(&self) -> bool {
+                match self {
+                    $(Self::$kind(_) => $desc::SPECTRAL_INDEX,)*
+                }
+            }
+        }
+
+        $(impl From<$desc> for BsdfDesc {
+            fn from(desc: $desc) -> Self {
+                Self::$kind(desc)
+            }
+        })*
+    };
+}
+
+bsdfs! {
+    /// Lambert's cosine law.
+    Diffuse = diffuse::DiffuseDesc,
+    /// Smooth interface between two transparent media.
+    Dielectric = dielectric::DielectricDesc,
+    /// Smooth metal.
+    Conductor = conductor::ConductorDesc,
+    /// Rough interface between two transparent media.
+    RoughDielectric = rough_dielectric::RoughDielectricDesc,
+    /// Rough metal.
+    RoughConductor = rough_conductor::RoughConductorDesc,
+    /// Smooth transparent coat over a diffuse base.
+    Plastic = plastic::PlasticDesc,
+    /// Rough transparent coat over a diffuse base.
+    RoughPlastic = rough_plastic::RoughPlasticDesc,
+    /// Two one-sided materials, one for each side.
+    TwoSided = two_sided::TwoSidedDesc,
+}
+
+/// Classes of scattering, which decide the effects that a scene needs.
+impl BsdfDesc {
+    /// A grey material of this albedo.
+    pub fn grey(albedo: f32) -> Self {
+        DiffuseDesc { reflectance: Spectrum::Constant(albedo) }.into()
+    }
+
+    /// True for a material with a diffuse part.
+    pub(crate) fn is_diffuse(&self) -> bool {
+        self.parts().albedo.is_some()
+    }
+
+    /// True for a material with a single direction of reflection or refraction.
+    pub(crate) fn is_delta(&self) -> bool {
+        self.is_specular() && self.roughness().is_none()
+    }
+
+    /// True for a material with a rough specular part.
+    pub(crate) fn is_glossy(&self) -> bool {
+        self.is_specular() && self.roughness().is_some()
+    }
+
+    /// True for a material with a specular part, smooth or rough. One whose factors are all black has none, unless a coat counts: it
+    /// takes light from its base.
+    pub(crate) fn is_specular(&self) -> bool {
+        let parts = self.parts();
+        (parts.reflection.is_some() || parts.transmission.is_some()) && !self.is_black()
+    }
+
+    /// True for a material that lets light through.
+    pub(crate) fn transmits(&self) -> bool {
+        self.parts().transmission.is_some_and(|factor| !factor.is_black())
+    }
+
+    /// True for a material without a diffuse part whose factors are all black.
+    pub(crate) fn is_black(&self) -> bool {
+        let parts = self.parts();
+        parts.albedo.is_none()
+            && [parts.reflection, parts.transmission].into_iter().flatten().all(Spectrum::is_black)
+    }
+
+    /// Indices of refraction behind the surface and in front of it, where they count at every wavelength.
+    pub(crate) fn spectral_indices(&self) -> Option<[&Ior; 2]> {
+        let parts = self.parts();
+        Some([parts.int_ior?, parts.ext_ior?]).filter(|_| self.has_spectral_index())
+    }
+}
+
+/// The material of an element; read once however often it is referred to.
+pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<BsdfId, SceneError> {
+    if let Some(&known) = reader.known_bsdfs.get(&id) {
+        return Ok(known);
+    }
+    let element = reader.document.element(id);
+    if reader.open_bsdfs.contains(&id) || reader.open_bsdfs.len() >= limits::REFERENCE_DEPTH {
+        let message = "this material contains itself, or too many others within each other";
+        return Err(reader.document.finding(FindingKind::Reference, element.span, message).error());
+    }
+    let params = Params::new(reader.document, id)?;
+    let plugin = reader.plugin(&params, PLUGINS, &[])?;
+    reader.open_bsdfs.push(id);
+    let bsdf = plugin(reader, &params)?;
+    reader.open_bsdfs.pop();
+    reader.finish(params);
+    let name = reader.name(id);
+    let new = push(reader, bsdf, name);
+    reader.known_bsdfs.insert(id, new);
+    Ok(new)
+}
+
+/// The material of a shape that names none: grey, or black if it emits, as Mitsuba.
+pub(crate) fn default(reader: &mut Reader<'_>, emits: bool) -> BsdfId {
+    if let Some(known) = reader.default_bsdfs[usize::from(emits)] {
+        return known;
+    }
+    let new = push(reader, BsdfDesc::grey(if emits { 0.0 } else { 0.5 }), Name::default());
+    reader.default_bsdfs[usize::from(emits)] = Some(new);
+    new
+}
+
+fn push(reader: &mut Reader<'_>, bsdf: BsdfDesc, name: Name) -> BsdfId {
+    reader.names.bsdfs.push(name);
+    reader.bsdfs.push(bsdf);
+    BsdfId(reader.bsdfs.len() as u32 - 1)
+}
+
+/// A reflectance or transmittance, with its default.
+fn color(
+    reader: &mut Reader<'_>,
+    params: &Params<'_>,
+    name: &'static str,
+    default: f32,
+) -> Result<Spectrum, SceneError> {
+    let given = read_spectrum(reader, params, name, Role::Reflectance)?;
+    Ok(given.unwrap_or(Spectrum::Constant(default)))
+}

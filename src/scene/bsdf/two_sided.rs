@@ -1,0 +1,50 @@
+//! `twosided`: a one-sided material for each side of a surface.
+
+use super::{BsdfDesc, BsdfPlugin, parts};
+use crate::scene::desc::BsdfId;
+use crate::scene::diagnostic::{FindingKind, SceneError};
+use crate::scene::mitsuba::{Params, Reader};
+use crate::spectrum::{Spectrum, dispersion::Ior};
+
+/// Makes one-sided materials two-sided.
+#[derive(Clone, Copy, Debug)]
+pub struct TwoSidedDesc {
+    /// Seen from the side of the normal.
+    pub front: BsdfId,
+    /// Seen from the other side.
+    pub back: BsdfId,
+}
+
+impl BsdfPlugin for TwoSidedDesc {
+    const NAME: &'static str = "twosided";
+
+    fn read(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<Self, SceneError> {
+        let sides = params.objects("bsdf");
+        let wrong = |reader: &Reader<'_>, span, m: &str| {
+            Err(reader.document.finding(FindingKind::Parameter, span, m).error())
+        };
+        let (front, back) = match sides.as_slice() {
+            [one] => (*one, *one),
+            [front, back] => (*front, *back),
+            [] => {
+                let message = "a twosided needs a bsdf for its front, and may have one for its back";
+                return wrong(reader, params.span(), message);
+            }
+            [_, _, (_, third), ..] => return wrong(reader, *third, "a twosided has one or two bsdfs"),
+        };
+        let mut ids = [BsdfId(0); 2];
+        for (out, (id, span)) in ids.iter_mut().zip([front, back]) {
+            *out = super::read(reader, id)?;
+            match &reader.bsdfs[out.0 as usize] {
+                BsdfDesc::TwoSided(_) => return wrong(reader, span, "this material is two-sided already"),
+                bsdf if bsdf.parts().transmission.is_some() => {
+                    return wrong(reader, span, "a material that lets light through has two sides already");
+                }
+                _ => {}
+            }
+        }
+        Ok(Self { front: ids[0], back: ids[1] })
+    }
+
+    parts! {}
+}
