@@ -14,9 +14,6 @@ pub use super::bsdf::{
     BsdfDesc, ConductorDesc, DielectricDesc, DiffuseDesc, Facets, PlasticDesc, RoughConductorDesc,
     RoughDielectricDesc, RoughPlasticDesc, Roughness, TwoSidedDesc,
 };
-pub use super::group::{GroupDesc, GroupId};
-pub use super::names::{Name, Names, Place};
-pub use super::transport::{IntegratorDesc, IntegratorKind, PhotonDesc};
 
 /// A whole scene.
 #[derive(Clone, Debug)]
@@ -41,8 +38,68 @@ pub struct SceneDesc {
     pub groups: Vec<GroupDesc>,
     /// Lights that are not shapes.
     pub lights: Vec<LightDesc>,
-    /// What the file calls the materials and lights, for messages and for saving changes.
+    /// Names and places of the materials and lights, for messages and for saving changes.
     pub names: Names,
+}
+
+impl SceneDesc {
+    /// The shapes whose surfaces are seen where `shape` stands: itself, or those of the group that it shows.
+    pub fn parts<'a>(&'a self, shape: &'a ShapeDesc) -> &'a [ShapeDesc] {
+        match shape.kind {
+            ShapeKind::Instance(id) => self.groups.get(id.0 as usize).map_or(&[], |group| &group.shapes),
+            _ => std::slice::from_ref(shape),
+        }
+    }
+
+    /// For each group, true if an instance shows it.
+    pub fn shown(&self) -> Vec<bool> {
+        let mut shown = vec![false; self.groups.len()];
+        for shape in &self.shapes {
+            if let ShapeKind::Instance(id) = shape.kind
+                && let Some(group) = shown.get_mut(id.0 as usize)
+            {
+                *group = true;
+            }
+        }
+        shown
+    }
+
+    /// Every shape that has a surface in the world, each once: those of the scene itself that are no instances, then those
+    /// of the groups that are shown.
+    pub fn surfaces(&self) -> impl Iterator<Item = &ShapeDesc> {
+        let own = self.shapes.iter().filter(|s| !matches!(s.kind, ShapeKind::Instance(_)));
+        let groups = self.groups.iter().zip(self.shown()).filter(|(_, shown)| *shown);
+        own.chain(groups.flat_map(|(group, _)| &group.shapes))
+    }
+}
+
+/// A place in a source file; lines and columns count from 1.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Place {
+    /// Index into [`SceneDesc::files`].
+    pub file: u32,
+    /// Line.
+    pub line: u32,
+    /// Column, in characters.
+    pub column: u32,
+}
+
+/// Names and places of objects whose descriptions have none; empty for a scene that was not read from a file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Names {
+    /// Names of [`SceneDesc::bsdfs`].
+    pub bsdfs: Vec<Name>,
+    /// Names of [`SceneDesc::lights`].
+    pub lights: Vec<Name>,
+}
+
+/// The name of an element of a file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Name {
+    /// Its `id`, if it has one.
+    pub id: Option<String>,
+    /// Its place; line 0 for an object that is not in the file, such as the material of a shape that names none.
+    pub place: Place,
 }
 
 /// Index into [`SceneDesc::bsdfs`].
@@ -50,7 +107,7 @@ pub struct SceneDesc {
 pub struct BsdfId(pub u32);
 
 impl BsdfId {
-    /// Of an instance: the shapes of its group have materials of their own.
+    /// The material of an instance: the shapes of its group have materials of their own.
     pub const NONE: BsdfId = BsdfId(u32::MAX);
 }
 
@@ -65,7 +122,7 @@ pub struct CameraDesc {
     pub to_world: DAffine3,
     /// Full field of view along [`CameraDesc::fov_axis`], in degrees.
     pub fov: f64,
-    /// What `fov` is measured along.
+    /// The axis along which `fov` is measured.
     pub fov_axis: FovAxis,
     /// Offset of the principal point, as a fraction of the film size.
     pub principal_point_offset: DVec2,
@@ -77,7 +134,7 @@ pub struct CameraDesc {
     pub aperture_radius: f64,
     /// Distance along z of the plane in focus; of no effect on a pinhole.
     pub focus_distance: f64,
-    /// Where it stands in the file.
+    /// Its place in the file.
     pub place: Place,
 }
 
@@ -133,24 +190,105 @@ pub enum ReconstructionFilter {
     Gaussian,
 }
 
+/// The light transport method and its parameters.
+#[derive(Clone, Debug)]
+pub struct IntegratorDesc {
+    /// The method.
+    pub kind: IntegratorKind,
+    /// Longest path in segments (1 = only what is emitted towards the camera, 2 = direct light); `None` is unlimited.
+    pub max_depth: Option<u32>,
+    /// Path depth from which Russian roulette may end a path.
+    pub rr_depth: u32,
+    /// Lights are not seen directly by the camera.
+    pub hide_emitters: bool,
+    /// Four wavelengths are drawn for each path even where nothing has a colour.
+    pub spectral: bool,
+    /// Parameters of photon mapping.
+    pub photons: PhotonDesc,
+}
+
+impl Default for IntegratorDesc {
+    /// The integrator of a scene that names none, as in Mitsuba.
+    fn default() -> Self {
+        let photons = PhotonDesc::default();
+        Self {
+            kind: IntegratorKind::Path,
+            max_depth: None,
+            rr_depth: 5,
+            hide_emitters: false,
+            spectral: false,
+            photons,
+        }
+    }
+}
+
+/// Parameters of photon lookups; those that are `None` follow from the size of the scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PhotonDesc {
+    /// Radius of the first lookups, m; the largest there is.
+    pub initial_radius: Option<f32>,
+    /// α of Knaus and Zwicker 2011 in [0, 1): r² falls as n^(α−1).
+    pub alpha: Option<f64>,
+    /// Photons of a lookup, at most.
+    pub lookup_size: Option<u32>,
+    /// Photons that only mirrors, glass and coats have met are looked up.
+    pub caustics: bool,
+    /// All other photons are gathered.
+    pub gather: bool,
+}
+
+impl Default for PhotonDesc {
+    fn default() -> Self {
+        Self { initial_radius: None, alpha: None, lookup_size: None, caustics: true, gather: true }
+    }
+}
+
+/// The methods the program has. The comments are the help of `--integrator`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum IntegratorKind {
+    /// Path tracing: from the camera, with next-event estimation at each vertex.
+    Path,
+    /// Particle tracing: from the lights, each vertex connected to the camera. Nothing is seen in mirrors or glass.
+    Light,
+    /// Bidirectional path tracing: subpaths from both ends, connected at every vertex.
+    Bidirectional,
+    /// One-pass photon mapping: final gathering from photons that light paths leave. It converges: its blur shrinks as it goes.
+    Photon,
+    /// The method that suits the scene, chosen by a short trial of each; the program says why. Path tracing until then.
+    Auto,
+}
+
+impl IntegratorKind {
+    /// The method's name on the command line and in files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            IntegratorKind::Auto => "auto",
+            IntegratorKind::Path => "path",
+            IntegratorKind::Light => "light",
+            IntegratorKind::Bidirectional => "bidirectional",
+            IntegratorKind::Photon => "photon",
+        }
+    }
+}
+
 /// A surface in the scene.
 #[derive(Clone, Debug)]
 pub struct ShapeDesc {
     /// `id` of the element, for messages.
     pub id: Option<String>,
-    /// Where it stands in the file.
+    /// Its place in the file.
     pub place: Place,
     /// Geometry in object space.
     pub kind: ShapeKind,
     /// Object space to world space.
     pub to_world: DAffine3,
-    /// Turn normals (and with them the emitting side) around.
+    /// Turns normals, and with them the emitting side, around.
     pub flip_normals: bool,
     /// Its material; [`BsdfId::NONE`] of an instance.
     pub bsdf: BsdfId,
     /// Emitted radiance, from the side of the normal only (as Mitsuba's `area`): a `twosided` material scatters on
-    /// both sides and still emits on one. What shall emit on both is two shapes in the same place, the second with
-    /// [`ShapeDesc::flip_normals`]; each is then seen, lit and lights from its own side only.
+    /// both sides and still emits on one. To emit on both, put two shapes in the same place, the second with
+    /// [`ShapeDesc::flip_normals`]; each is then seen, lit and emits on its own side only.
     pub emission: Option<Spectrum>,
 }
 
@@ -176,6 +314,21 @@ pub enum ShapeKind {
     Instance(GroupId),
 }
 
+/// Index into [`SceneDesc::groups`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct GroupId(pub u32);
+
+/// Shapes in a space of their own, Mitsuba's `shapegroup`: seen only through instances ([`ShapeKind::Instance`]).
+#[derive(Clone, Debug)]
+pub struct GroupDesc {
+    /// `id` of the element, for messages.
+    pub id: Option<String>,
+    /// Its place in the file.
+    pub place: Place,
+    /// Its shapes, which neither emit nor are instances; `to_world` takes them to the space of the group.
+    pub shapes: Vec<ShapeDesc>,
+}
+
 /// An indexed triangle mesh; already checked: indices in range, vertices finite, no triangle without area.
 #[derive(Clone, Debug, Default)]
 pub struct Mesh {
@@ -196,7 +349,7 @@ pub enum LightDesc {
     Constant {
         /// Radiance.
         radiance: Spectrum,
-        /// Where it stands in the file.
+        /// Its place in the file.
         place: Place,
     },
     /// Radiance from all around by a picture (Mitsuba's `envmap`).
@@ -207,7 +360,7 @@ pub enum LightDesc {
         scale: Spectrum,
         /// The map's space to world space: a rotation, or one with a mirror; moving it changes nothing.
         to_world: DAffine3,
-        /// Where it stands in the file.
+        /// Its place in the file.
         place: Place,
     },
     /// A point (Mitsuba's `point`).
@@ -216,7 +369,7 @@ pub enum LightDesc {
         position: DVec3,
         /// Radiant intensity.
         intensity: Spectrum,
-        /// Where it stands in the file.
+        /// Its place in the file.
         place: Place,
     },
 }
@@ -227,7 +380,7 @@ impl LightDesc {
         matches!(self, LightDesc::Constant { .. } | LightDesc::Map { .. })
     }
 
-    /// Where it stands in the file.
+    /// Its place in the file.
     pub fn place(&self) -> Place {
         match self {
             LightDesc::Constant { place, .. }

@@ -1,15 +1,18 @@
 //! Errors and warnings with their place: file, line, column and the source line under a caret.
+//!
+//! Only the line that a message is about is kept, cut to a readable width, so that a message about a file of one line and 60 MB is
+//! still a message.
 
 use std::fmt;
 
-use miette::{Diagnostic, LabeledSpan, Severity, SourceCode};
-
-use super::excerpt::{Excerpt, LineAt, printable};
+use miette::{
+    Diagnostic, LabeledSpan, MietteError, MietteSpanContents, Severity, SourceCode, SourceSpan, SpanContents,
+};
 
 /// Characters of a message at most.
 const LONGEST: usize = 600;
 
-/// What a finding is about.
+/// The subject of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FindingKind {
     /// A file could not be read.
@@ -26,7 +29,7 @@ pub enum FindingKind {
     Parameter,
     /// A value that cannot be understood or used.
     Value,
-    /// Something that must be there is not.
+    /// Something required is missing.
     Missing,
     /// A name that refers to nothing, twice to the same, or to itself.
     Reference,
@@ -34,7 +37,7 @@ pub enum FindingKind {
     Mesh,
 }
 
-/// What errors and warnings have in common.
+/// An error or a warning before it is decided which.
 #[derive(Clone, Debug)]
 pub(crate) struct Finding {
     kind: FindingKind,
@@ -58,37 +61,37 @@ impl Finding {
         }
     }
 
-    /// Says what to do about it.
+    /// Adds advice on what to do.
     pub(crate) fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(tidy(help.into()));
         self
     }
 
-    /// Replaces the word under the caret.
+    /// Replaces the label under the caret.
     pub(crate) fn label(mut self, label: impl Into<String>) -> Self {
         self.label = label.into();
         self
     }
 
-    /// As an error.
+    /// Makes it an error.
     pub(crate) fn error(self) -> SceneError {
         SceneError(Box::new(self))
     }
 
-    /// As a warning.
+    /// Makes it a warning.
     pub(crate) fn warning(mut self) -> SceneWarning {
         self.severity = Severity::Warning;
         SceneWarning(Box::new(self))
     }
 
-    /// As a remark that needs no action.
+    /// Makes it a remark that needs no action.
     pub(crate) fn advice(mut self) -> SceneWarning {
         self.severity = Severity::Advice;
         SceneWarning(Box::new(self))
     }
 }
 
-/// A text of a readable length, whatever a file calls its things.
+/// Cuts a text to a readable length and takes control characters out.
 fn tidy(text: String) -> String {
     if text.len() <= LONGEST && !text.contains(char::is_control) {
         return text;
@@ -100,11 +103,11 @@ fn tidy(text: String) -> String {
     short
 }
 
-/// Why a scene could not be read. Shown by `miette` with the source line and a caret.
+/// The reason why a scene could not be read. `miette` shows it with the source line and a caret.
 #[derive(Clone)]
 pub struct SceneError(Box<Finding>);
 
-/// Something in a scene that the user should know but that does not prevent a picture.
+/// A remark on a scene that does not prevent a picture.
 ///
 /// Its miette severity is `Warning`, or `Advice` for a setting that has no effect here and needs none.
 #[derive(Clone)]
@@ -113,7 +116,7 @@ pub struct SceneWarning(Box<Finding>);
 macro_rules! finding {
     ($name:ident) => {
         impl $name {
-            /// What it is about.
+            /// The subject.
             pub fn kind(&self) -> FindingKind {
                 self.0.kind
             }
@@ -162,6 +165,105 @@ macro_rules! finding {
 
 finding!(SceneError);
 finding!(SceneWarning);
+
+/// Characters of the source line shown on each side of the caret.
+const CONTEXT: usize = 100;
+
+/// Characters underlined at most.
+const UNDERLINED: usize = 60;
+
+/// A line of a file, as a finding needs it.
+pub(crate) struct LineAt<'a> {
+    /// Name of the file.
+    pub(crate) file: &'a str,
+    /// The whole line without its end.
+    pub(crate) text: &'a str,
+    /// Line number, from 1.
+    pub(crate) line: usize,
+    /// Column of the start of `range`, in characters, from 1.
+    pub(crate) column: usize,
+    /// The part meant, in bytes of `text`; cut to the line and to character boundaries.
+    pub(crate) range: (usize, usize),
+}
+
+/// One line of a source, as much of it as is worth showing.
+#[derive(Clone, Debug)]
+struct Excerpt {
+    /// Name of the file.
+    name: String,
+    /// The shown part of the line.
+    text: String,
+    /// The underlined part, in bytes of `text`.
+    label: (usize, usize),
+    /// Line, from 1.
+    line: usize,
+    /// Column in characters, from 1.
+    column: usize,
+}
+
+impl SourceCode for Excerpt {
+    fn read_span<'a>(
+        &'a self,
+        _span: &SourceSpan,
+        _before: usize,
+        _after: usize,
+    ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
+        Ok(Box::new(MietteSpanContents::new_named(
+            self.name.clone(),
+            self.text.as_bytes(),
+            (0, self.text.len()).into(),
+            self.line - 1,
+            self.column - 1,
+            1,
+        )))
+    }
+}
+
+impl Excerpt {
+    /// The line of `at`, cut.
+    fn new(at: LineAt<'_>) -> Self {
+        let text = at.text;
+        let start = floor_boundary(text, at.range.0);
+        let end = floor_boundary(text, at.range.1).max(start);
+        let before: Vec<char> = text[..start].chars().rev().take(CONTEXT).collect();
+        let mut shown: String = before.into_iter().rev().map(printable).collect();
+        let label_start = shown.len();
+        let meant: String = text[start..end].chars().take(UNDERLINED).map(printable).collect();
+        shown.push_str(&meant);
+        let label_len = meant.len();
+        shown.extend(text[end..].chars().take(CONTEXT).map(printable));
+        if label_len == 0 {
+            shown.push(' ');
+        }
+        Excerpt {
+            name: at.file.to_owned(),
+            text: shown,
+            label: (label_start, label_len.max(1)),
+            line: at.line,
+            column: at.column,
+        }
+    }
+}
+
+/// A character that cannot disturb a terminal.
+fn printable(c: char) -> char {
+    if c == '\t' {
+        ' '
+    } else if c.is_control() || matches!(c, '\u{feff}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}') {
+        '\u{fffd}'
+    } else {
+        c
+    }
+}
+
+/// The last character boundary at or before `i`.
+fn floor_boundary(text: &str, i: usize) -> usize {
+    let mut i = i.min(text.len());
+    while !text.is_char_boundary(i) {
+        i -= 1;
+    }
+    i
+}
 
 #[cfg(test)]
 mod tests {

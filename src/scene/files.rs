@@ -1,4 +1,4 @@
-//! Reading files without being hurt by them: regular files only, up to a limit.
+//! Reads files safely: regular files only, up to a limit of bytes.
 
 use std::fs::File;
 use std::io::Read;
@@ -6,10 +6,10 @@ use std::path::Path;
 
 use crate::scene::diagnostic::FindingKind;
 
-/// Why a file could not be read.
+/// The reason why a file could not be read.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum ReadError {
-    /// The operating system says no.
+    /// The operating system reports an error.
     #[error("cannot read {path}: {source}")]
     Io {
         /// The file.
@@ -25,7 +25,7 @@ pub(crate) enum ReadError {
     TooLarge {
         /// The file.
         path: String,
-        /// What would have been accepted.
+        /// The limit.
         limit: u64,
     },
 }

@@ -1,4 +1,4 @@
-//! How large an input may be. A file beyond a limit is refused with a message that names the limit.
+//! Limits on the size of inputs. A file beyond a limit is refused with a message that names the limit.
 
 /// Bytes of one XML file.
 pub const XML_BYTES: u64 = 64 << 20;

@@ -1,4 +1,4 @@
-//! What is in a scene file, as plain data with ids.
+//! The content of a scene file, as plain data with ids.
 //!
 //! [`load`] reads Mitsuba 3 XML and everything it names (includes, meshes, spectra) into a
 //! [`SceneDesc`]. Three rules hold here:
@@ -16,14 +16,10 @@ mod bsdf;
 pub mod desc;
 mod diagnostic;
 pub mod edit;
-mod excerpt;
 mod files;
-mod group;
 pub mod limits;
 pub mod mesh;
 pub mod mitsuba;
-mod names;
-mod transport;
 
 pub use desc::SceneDesc;
 pub use diagnostic::{FindingKind, SceneError, SceneWarning};

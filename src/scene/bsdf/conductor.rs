@@ -2,7 +2,7 @@
 
 use super::{BsdfPlugin, color, parts};
 use crate::scene::diagnostic::SceneError;
-use crate::scene::mitsuba::{Params, Reader, Role, read_spectrum};
+use crate::scene::mitsuba::{Params, Reader, Role, read_spectrum, shorten};
 use crate::spectrum::{Spectrum, dispersion::Ior, metals};
 
 /// A smooth metal.
@@ -39,8 +39,7 @@ pub(super) fn metal(
             Err(params.error("material", "either `material` or `eta` and `k`, not both").error())
         }
         Some(name) => metals::named(name).ok_or_else(|| {
-            let shown: String = name.chars().take(64).collect();
-            let found = params.error("material", format!("no metal `{shown}` is known"));
+            let found = params.error("material", format!("no metal `{}` is known", shorten(name)));
             found.help("give `eta` and `k`, or a name such as Au, Ag, Al, Cu, or `none`").error()
         }),
         None => {

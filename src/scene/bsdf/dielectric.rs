@@ -2,7 +2,7 @@
 
 use super::{BsdfPlugin, color, parts};
 use crate::scene::diagnostic::SceneError;
-use crate::scene::mitsuba::{Params, Reader};
+use crate::scene::mitsuba::{Params, Reader, shorten};
 use crate::spectrum::{Spectrum, dispersion::Ior};
 
 /// A smooth interface between two transparent media.
@@ -42,8 +42,8 @@ impl BsdfPlugin for DielectricDesc {
 pub(super) fn ior(params: &Params<'_>, name: &'static str, default: &str) -> Result<Ior, SceneError> {
     let by_name = |medium: &str| {
         Ior::named(medium).ok_or_else(|| {
-            let shown: String = medium.chars().take(64).collect();
-            let found = params.error(name, format!("no index of refraction is known for `{shown}`"));
+            let message = format!("no index of refraction is known for `{}`", shorten(medium));
+            let found = params.error(name, message);
             found.help("give a number: <float name=\"int_ior\" value=\"1.5\"/>").error()
         })
     };

@@ -24,7 +24,7 @@ use crate::spectrum::{Spectrum, dispersion::Ior};
 pub(crate) use dielectric::is_ior;
 pub use roughness::{Facets, Roughness};
 
-/// What every bsdf plugin provides.
+/// The interface of a bsdf plugin.
 pub(crate) trait BsdfPlugin: Sized {
     /// Mitsuba's name of the plugin.
     const NAME: &'static str;
@@ -38,10 +38,10 @@ pub(crate) trait BsdfPlugin: Sized {
     /// The parameters that others may ask for.
     fn parts(&self) -> BsdfParts<&Spectrum, &Ior>;
 
-    /// The same, to change.
+    /// The parameters that others may change.
     fn parts_mut(&mut self) -> BsdfParts<&mut Spectrum, &mut Ior>;
 
-    /// How rough the surface is; `None` for a smooth or a diffuse one.
+    /// Roughness of the specular part; `None` for a smooth or a diffuse material.
     fn roughness(&self) -> Option<Roughness> {
         None
     }
@@ -123,14 +123,14 @@ macro_rules! bsdfs {
                 }
             }
 
-            /// The same, to change.
+            /// The parameters by what they mean, to change.
             pub(crate) fn parts_mut(&mut self) -> BsdfParts<&mut Spectrum, &mut Ior> {
                 match self {
                     $(Self::$kind(desc) => desc.parts_mut(),)*
                 }
             }
 
-            /// How rough the surface is; `None` for a smooth or a diffuse one.
+            /// Roughness of the specular part; `None` for a smooth or a diffuse material.
             pub(crate) fn roughness(&self) -> Option<Roughness> {
                 match self {
                     $(Self::$kind(desc) => desc.roughness(),)*
@@ -194,8 +194,8 @@ impl BsdfDesc {
         self.is_specular() && self.roughness().is_some()
     }
 
-    /// True for a material with a specular part, smooth or rough. One whose factors are all black has none, unless a coat counts: it
-    /// takes light from its base.
+    /// True for a material with a specular part, smooth or rough, that reflects or transmits anything. A black coat counts: it takes
+    /// light from its base.
     pub(crate) fn is_specular(&self) -> bool {
         let parts = self.parts();
         (parts.reflection.is_some() || parts.transmission.is_some()) && !self.is_black()
@@ -222,40 +222,40 @@ impl BsdfDesc {
 
 /// The material of an element; read once however often it is referred to.
 pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<BsdfId, SceneError> {
-    if let Some(&known) = reader.known_bsdfs.get(&id) {
+    if let Some(&known) = reader.known.bsdfs.get(&id) {
         return Ok(known);
     }
     let element = reader.document.element(id);
-    if reader.open_bsdfs.contains(&id) || reader.open_bsdfs.len() >= limits::REFERENCE_DEPTH {
+    if reader.known.open_bsdfs.contains(&id) || reader.known.open_bsdfs.len() >= limits::REFERENCE_DEPTH {
         let message = "this material contains itself, or too many others within each other";
         return Err(reader.document.finding(FindingKind::Reference, element.span, message).error());
     }
     let params = Params::new(reader.document, id)?;
     let plugin = reader.plugin(&params, PLUGINS, &[])?;
-    reader.open_bsdfs.push(id);
+    reader.known.open_bsdfs.push(id);
     let bsdf = plugin(reader, &params)?;
-    reader.open_bsdfs.pop();
+    reader.known.open_bsdfs.pop();
     reader.finish(params);
     let name = reader.name(id);
     let new = push(reader, bsdf, name);
-    reader.known_bsdfs.insert(id, new);
+    reader.known.bsdfs.insert(id, new);
     Ok(new)
 }
 
 /// The material of a shape that names none: grey, or black if it emits, as Mitsuba.
 pub(crate) fn default(reader: &mut Reader<'_>, emits: bool) -> BsdfId {
-    if let Some(known) = reader.default_bsdfs[usize::from(emits)] {
+    if let Some(known) = reader.known.default_bsdfs[usize::from(emits)] {
         return known;
     }
     let new = push(reader, BsdfDesc::grey(if emits { 0.0 } else { 0.5 }), Name::default());
-    reader.default_bsdfs[usize::from(emits)] = Some(new);
+    reader.known.default_bsdfs[usize::from(emits)] = Some(new);
     new
 }
 
 fn push(reader: &mut Reader<'_>, bsdf: BsdfDesc, name: Name) -> BsdfId {
-    reader.names.bsdfs.push(name);
-    reader.bsdfs.push(bsdf);
-    BsdfId(reader.bsdfs.len() as u32 - 1)
+    reader.lists.names.bsdfs.push(name);
+    reader.lists.bsdfs.push(bsdf);
+    BsdfId(reader.lists.bsdfs.len() as u32 - 1)
 }
 
 /// A reflectance or transmittance, with its default.

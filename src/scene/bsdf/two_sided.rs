@@ -6,7 +6,7 @@ use crate::scene::diagnostic::{FindingKind, SceneError};
 use crate::scene::mitsuba::{Params, Reader};
 use crate::spectrum::{Spectrum, dispersion::Ior};
 
-/// Makes one-sided materials two-sided.
+/// A pair of one-sided materials.
 #[derive(Clone, Copy, Debug)]
 pub struct TwoSidedDesc {
     /// Seen from the side of the normal.
@@ -35,7 +35,7 @@ impl BsdfPlugin for TwoSidedDesc {
         let mut ids = [BsdfId(0); 2];
         for (out, (id, span)) in ids.iter_mut().zip([front, back]) {
             *out = super::read(reader, id)?;
-            match &reader.bsdfs[out.0 as usize] {
+            match &reader.lists.bsdfs[out.0 as usize] {
                 BsdfDesc::TwoSided(_) => return wrong(reader, span, "this material is two-sided already"),
                 bsdf if bsdf.parts().transmission.is_some() => {
                     return wrong(reader, span, "a material that lets light through has two sides already");

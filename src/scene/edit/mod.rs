@@ -6,17 +6,72 @@
 //! Edits::write ─▶ XML: <sensor> <include> <edit>… ─ scene::load ─▶ the same SceneDesc
 //! ```
 //!
-//! Edits are always applied to the description as it was read, so that nothing drifts and undoing is removing.
-//! What there is to edit is one table, [`target::PARAMETERS`]: a [`Target`] is one variant and one line of it. No material
-//! of this program is rough yet; roughness will be such a line.
+//! Edits are always applied to the description as it was read, so that nothing drifts and undoing is removing. What can be edited is
+//! one table in `target.rs`: a [`Target`] is one variant and one line of it.
 
-mod apply;
 pub(crate) mod objects;
 mod save;
-mod sensor;
 pub(crate) mod target;
 
-pub use apply::Edits;
+use crate::scene::desc::{CameraDesc, SceneDesc};
+
 pub use objects::{Editable, editable, light_name, lights, shape_name};
 pub use save::SaveError;
 pub use target::{EditError, NewValue, Target};
+
+/// All changes relative to the file; at most one per target.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Edits {
+    /// The camera, if it was moved.
+    pub camera: Option<CameraDesc>,
+    /// Values in the order in which they were first changed.
+    pub values: Vec<(Target, NewValue)>,
+}
+
+impl Edits {
+    /// True when there are no changes.
+    pub fn is_empty(&self) -> bool {
+        self.camera.is_none() && self.values.is_empty()
+    }
+
+    /// The value set for a target, if it was.
+    pub fn get(&self, target: Target) -> Option<NewValue> {
+        self.values.iter().find(|(t, _)| *t == target).map(|(_, v)| *v)
+    }
+
+    /// Sets a value, in the place of an earlier one for the same target. [`Edits::apply`] says whether the scene has
+    /// that target.
+    ///
+    /// # Errors
+    ///
+    /// [`EditError::Value`] when the target cannot have this value; nothing is changed then.
+    pub fn set(&mut self, target: Target, value: NewValue) -> Result<(), EditError> {
+        target.check(value)?;
+        match self.values.iter_mut().find(|(t, _)| *t == target) {
+            Some((_, known)) => *known = value,
+            None => self.values.push((target, value)),
+        }
+        Ok(())
+    }
+
+    /// Takes a change back: the file's value counts again.
+    pub fn unset(&mut self, target: Target) {
+        self.values.retain(|(t, _)| *t != target);
+    }
+
+    /// The scene with all changes. `original` is the description as it was read, never one that is edited already.
+    ///
+    /// # Errors
+    ///
+    /// [`EditError`] for the first change that the scene has no place for.
+    pub fn apply(&self, original: &SceneDesc) -> Result<SceneDesc, EditError> {
+        let mut desc = original.clone();
+        if let Some(camera) = &self.camera {
+            desc.camera = camera.clone();
+        }
+        for (target, value) in &self.values {
+            target.set(&mut desc, *value)?;
+        }
+        Ok(desc)
+    }
+}

@@ -1,29 +1,29 @@
-//! What can be changed of an object, and what it is called.
+//! Lists the values of an object that can be changed, and names objects for the panel and for saved files.
 
 use crate::scene::desc::{
     BsdfDesc, BsdfId, LightDesc, Name, Place, SceneDesc, ShapeDesc, ShapeKind, TwoSidedDesc,
 };
 
-use super::target::{NewValue, Object, PARAMETERS, Target};
+use super::target::{NewValue, ObjectKind, PARAMETERS, Target};
 
-/// Something that can be changed.
+/// A value that can be changed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Editable {
-    /// For the panel, as `reflectance (shared by 3 shapes)`.
+    /// Label in the panel, such as `reflectance (shared by 3 shapes)`.
     pub label: String,
-    /// What to change.
+    /// Identifies the value.
     pub target: Target,
-    /// What the description says now; a factor is 1.
+    /// The value in the description; 1 for a factor.
     pub value: NewValue,
 }
 
-/// What can be changed of shape `shape` (an index into [`SceneDesc::shapes`]): its emission, and what its material has
-/// for either side; of an instance, the materials of all shapes of its group. Nothing for a shape that does not exist.
+/// The values of shape `shape` (an index into [`SceneDesc::shapes`]) that can be changed: those of its emission, and those of its
+/// material on either side; for an instance, those of the materials of its group. Empty for a shape that does not exist.
 ///
 /// A material that several shapes refer to is changed for all of them; the label says so.
 pub fn editable(desc: &SceneDesc, shape: u32) -> Vec<Editable> {
     let Some(described) = desc.shapes.get(shape as usize) else { return Vec::new() };
-    let mut all: Vec<Editable> = of(desc, Object::Shape, shape, "");
+    let mut all: Vec<Editable> = of(desc, ObjectKind::Shape, shape, "");
     let mut bsdfs: Vec<(BsdfId, &ShapeDesc)> = Vec::new();
     for part in desc.parts(described) {
         if bsdfs.iter().all(|(known, _)| *known != part.bsdf) {
@@ -38,7 +38,7 @@ pub fn editable(desc: &SceneDesc, shape: u32) -> Vec<Editable> {
             // Two pairs may have a side in common.
             if !seen.contains(&id) {
                 seen.push(id);
-                all.extend(of(desc, Object::Bsdf, id.0, &format!("{name}{side}{}", shared(desc, id))));
+                all.extend(of(desc, ObjectKind::Bsdf, id.0, &format!("{name}{side}{}", shared(desc, id))));
             }
         }
     }
@@ -56,20 +56,20 @@ fn sides(desc: &SceneDesc, bsdf: BsdfId) -> Vec<(BsdfId, &'static str)> {
     }
 }
 
-/// What the panel calls the material of one shape of several: its `id`, else the shape's, else what shape it is.
+/// Names the material of one shape of several for the panel: by its `id`, else by the shape's, else by the kind of shape.
 fn part_name(desc: &SceneDesc, part: &ShapeDesc) -> String {
     let id = id_of(&desc.names.bsdfs, part.bsdf.0 as usize).or(part.id.as_deref());
     id.map_or_else(|| format!("the {}", shape_kind(&part.kind)), str::to_owned)
 }
 
-/// What can be changed of the lights that are not shapes.
+/// The values of lights, other than shapes, that can be changed.
 pub fn lights(desc: &SceneDesc) -> Vec<Editable> {
     (0..desc.lights.len() as u32)
-        .flat_map(|i| of(desc, Object::Light, i, &format!(" of {}", light_name(desc, i))))
+        .flat_map(|i| of(desc, ObjectKind::Light, i, &format!(" of {}", light_name(desc, i))))
         .collect()
 }
 
-fn of(desc: &SceneDesc, object: Object, index: u32, note: &str) -> Vec<Editable> {
+fn of(desc: &SceneDesc, object: ObjectKind, index: u32, note: &str) -> Vec<Editable> {
     let found = PARAMETERS.iter().filter(|p| p.object == object).filter_map(|p| {
         let value = (p.get)(desc, index)?;
         Some(Editable { label: format!("{}{note}", p.label), target: (p.target)(index), value })
@@ -95,7 +95,7 @@ fn shared(desc: &SceneDesc, id: BsdfId) -> String {
     if count > 1 { format!(" (shared by {count} shapes)") } else { String::new() }
 }
 
-/// What the panel calls a shape: its `id`, else its kind with file and line.
+/// Names a shape for the panel: by its `id`, else by its kind with file and line.
 pub fn shape_name(desc: &SceneDesc, shape: u32) -> String {
     match desc.shapes.get(shape as usize) {
         None => format!("shape {shape}, which does not exist"),
@@ -103,7 +103,7 @@ pub fn shape_name(desc: &SceneDesc, shape: u32) -> String {
     }
 }
 
-/// What the panel calls a light that is not a shape.
+/// Names a light that is not a shape for the panel.
 pub fn light_name(desc: &SceneDesc, light: u32) -> String {
     match desc.lights.get(light as usize) {
         None => format!("light {light}, which does not exist"),
@@ -125,31 +125,31 @@ fn named(desc: &SceneDesc, id: Option<&str>, (kind, place): (&str, Place)) -> St
     }
 }
 
-/// How a saved file tells an object from others.
+/// Identifies an object in a saved file.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Address<'a> {
     /// Its `id`, if it has one.
     pub(crate) id: Option<&'a str>,
     /// The name of its plugin.
     pub(crate) kind: &'static str,
-    /// How many objects of this sort the scene has.
+    /// Count of objects of this kind in the scene.
     pub(crate) count: usize,
 }
 
 /// The address of an object, or `None` if there is none of this index.
-pub(crate) fn address(desc: &SceneDesc, object: Object, index: u32) -> Option<Address<'_>> {
+pub(crate) fn address(desc: &SceneDesc, object: ObjectKind, index: u32) -> Option<Address<'_>> {
     let i = index as usize;
     Some(match object {
-        Object::Shape => {
+        ObjectKind::Shape => {
             let shape = desc.shapes.get(i)?;
             Address { id: shape.id.as_deref(), kind: shape_kind(&shape.kind), count: desc.shapes.len() }
         }
-        Object::Bsdf => Address {
+        ObjectKind::Bsdf => Address {
             id: id_of(&desc.names.bsdfs, i),
             kind: desc.bsdfs.get(i)?.plugin(),
             count: desc.bsdfs.len(),
         },
-        Object::Light => Address {
+        ObjectKind::Light => Address {
             id: id_of(&desc.names.lights, i),
             kind: light_kind(desc.lights.get(i)?),
             count: desc.lights.len(),

@@ -1,18 +1,20 @@
-//! Changes as a scene file that includes the original.
+//! Saves changes as a scene file that includes the original.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use crate::image::ImageError;
 use crate::image::write::atomically;
-use crate::scene::desc::SceneDesc;
+use glam::{DMat4, DVec2};
 
-use super::apply::Edits;
+use crate::scene::desc::{CameraDesc, FilmDesc, SceneDesc};
+use crate::scene::mitsuba::{AXES, FILTERS, load_str};
+
+use super::Edits;
 use super::objects::address;
-use super::sensor;
 use super::target::{EditError, NewValue, Target};
 
-/// Why changes could not be saved. Nothing was written or replaced then.
+/// The reason why changes could not be saved. Nothing was written or replaced then.
 #[derive(Debug, thiserror::Error)]
 pub enum SaveError {
     /// The name given is that of a file the scene was read from.
@@ -21,10 +23,10 @@ pub enum SaveError {
         /// The name.
         path: String,
     },
-    /// The operating system says no.
+    /// The operating system reports an error.
     #[error("cannot {what} {path}: {source}")]
     Io {
-        /// What was tried.
+        /// The operation.
         what: &'static str,
         /// The file.
         path: String,
@@ -34,17 +36,17 @@ pub enum SaveError {
     /// The file cannot be written.
     #[error(transparent)]
     Write(#[from] ImageError),
-    /// A name that a scene file cannot say.
+    /// A name that cannot be written to a scene file.
     #[error("{what} `{text}` cannot stand in a scene file: {why}")]
     Text {
-        /// What the name is of.
+        /// The thing that the name belongs to.
         what: &'static str,
         /// The name.
         text: String,
         /// Why not.
         why: &'static str,
     },
-    /// A value that the scene has no place for.
+    /// A value that does not belong to the scene.
     #[error(transparent)]
     Edit(#[from] EditError),
     /// A camera that the reader would not read back as it is.
@@ -52,13 +54,13 @@ pub enum SaveError {
     Camera(String),
 }
 
-/// Says what the file is. The reader is told nothing by it.
+/// Explains the file to people; the reader skips it.
 const COMMENT: &str = "    \
     <!-- Changes to a scene, saved by the viewer. The camera, film and sample count given here take the place of the\n         \
     original's, so names set with -D no longer reach those. <edit> is an element of Pointillist: Mitsuba loads this\n         \
     file while it has none, and refuses it rather than show the original's values. -->\n";
 
-/// Folders named for Mitsuba, which looks for a mesh beside the file it was told to load only.
+/// Most folders that are named. They are for Mitsuba, which looks for meshes only beside the file it was told to load.
 const MOST_FOLDERS: usize = 4;
 
 impl Edits {
@@ -114,7 +116,7 @@ impl Edits {
             }
         }
         if let Some(camera) = &self.camera {
-            out.push_str(&sensor::xml(camera, desc)?);
+            out.push_str(&sensor(camera, desc)?);
         }
         let (parent, include) = relative(folder, original)?;
         let mut folders = vec![parent];
@@ -182,7 +184,7 @@ fn relative(folder: &Path, file: &Path) -> Result<(String, String), SaveError> {
 }
 
 /// `text` as the value of an attribute.
-pub(super) fn attribute(what: &'static str, text: &str) -> Result<String, SaveError> {
+fn attribute(what: &'static str, text: &str) -> Result<String, SaveError> {
     let refuse = |why| Err(SaveError::Text { what, text: text.chars().take(200).collect(), why });
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
@@ -202,4 +204,87 @@ pub(super) fn attribute(what: &'static str, text: &str) -> Result<String, SaveEr
 
 fn io<T>(what: &'static str, path: &Path, result: std::io::Result<T>) -> Result<T, SaveError> {
     result.map_err(|source| SaveError::Io { what, path: path.display().to_string(), source })
+}
+
+/// A complete `<sensor>`: `camera`, and film and sample count of `desc`. Stands in front of the include, because the
+/// first of two sensors counts, here as in Mitsuba.
+///
+/// # Errors
+///
+/// [`SaveError::Camera`] when the reader would not read the same camera and film back.
+fn sensor(camera: &CameraDesc, desc: &SceneDesc) -> Result<String, SaveError> {
+    let lens = camera.aperture_radius > 0.0;
+    let mut out = format!("    <sensor type=\"{}\">\n", if lens { "thinlens" } else { "perspective" });
+    let rows = DMat4::from(camera.to_world).transpose().to_cols_array().map(|v| format!("{v:?}")).join(" ");
+    let _ = writeln!(
+        out,
+        "        <transform name=\"to_world\">\n            <matrix value=\"{rows}\"/>\n        </transform>"
+    );
+    let mut float = |name: &str, v: f64| {
+        let _ = writeln!(out, "        <float name=\"{name}\" value=\"{v:?}\"/>");
+    };
+    float("fov", camera.fov);
+    float("near_clip", camera.near_clip);
+    float("far_clip", camera.far_clip);
+    if lens {
+        float("aperture_radius", camera.aperture_radius);
+        float("focus_distance", camera.focus_distance);
+    }
+    // Mitsuba's thin lens has none, and refuses what it does not know.
+    if !lens || camera.principal_point_offset != DVec2::ZERO {
+        float("principal_point_offset_x", camera.principal_point_offset.x);
+        float("principal_point_offset_y", camera.principal_point_offset.y);
+    }
+    let _ = writeln!(out, "        <string name=\"fov_axis\" value=\"{}\"/>", name_of(AXES, camera.fov_axis));
+    out.push_str(&film_element(&desc.film));
+    if let Some(n) = desc.samples_per_pixel {
+        let _ = writeln!(
+            out,
+            "        <sampler type=\"independent\">\n            <integer name=\"sample_count\" value=\"{n}\"/>\n        </sampler>"
+        );
+    }
+    out.push_str("    </sensor>\n");
+    check_sensor(&out, camera, &desc.film).map(|()| out)
+}
+
+/// The name of a value in a table of names.
+fn name_of<T: Copy + PartialEq>(table: &[(&'static str, T)], value: T) -> &'static str {
+    table.iter().find(|(_, known)| *known == value).map_or("", |(name, _)| name)
+}
+
+fn film_element(film: &FilmDesc) -> String {
+    let mut out = String::from("        <film type=\"hdrfilm\">\n");
+    let mut integer = |name: &str, v: u32| {
+        let _ = writeln!(out, "            <integer name=\"{name}\" value=\"{v}\"/>");
+    };
+    integer("width", film.width);
+    integer("height", film.height);
+    if let Some(crop) = film.crop {
+        integer("crop_offset_x", crop.x);
+        integer("crop_offset_y", crop.y);
+        integer("crop_width", crop.width);
+        integer("crop_height", crop.height);
+    }
+    if let Some(filter) = film.rfilter {
+        let _ = writeln!(out, "            <rfilter type=\"{}\"/>", name_of(FILTERS, filter));
+    }
+    out.push_str("        </film>\n");
+    out
+}
+
+/// Reads the element back: an element that the reader refuses or understands otherwise must not be written.
+fn check_sensor(sensor: &str, camera: &CameraDesc, film: &FilmDesc) -> Result<(), SaveError> {
+    let text = format!("<scene version=\"3.0.0\">{sensor}</scene>");
+    let read = load_str("camera", &text, &[]).map_err(|e| SaveError::Camera(e.to_string()))?.desc;
+    let numbers =
+        |c: &CameraDesc| (c.to_world, c.fov, c.fov_axis, c.principal_point_offset, c.near_clip, c.far_clip);
+    let lens_of =
+        |c: &CameraDesc| (c.aperture_radius, if c.aperture_radius > 0.0 { c.focus_distance } else { 0.0 });
+    let same_film = (read.film.width, read.film.height, read.film.crop, read.film.rfilter)
+        == (film.width, film.height, film.crop, film.rfilter);
+    let same_lens = lens_of(&read.camera) == lens_of(camera);
+    if numbers(&read.camera) == numbers(camera) && same_lens && same_film {
+        return Ok(());
+    }
+    Err(SaveError::Camera("a number of it does not survive being written".to_owned()))
 }

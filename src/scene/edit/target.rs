@@ -1,4 +1,4 @@
-//! What can be changed: one table.
+//! The table of values that can be changed.
 
 use glam::Vec4;
 
@@ -15,7 +15,7 @@ pub enum Target {
     EmissionColor(u32),
     /// Factor on a light that is not a shape (index into `lights`).
     Light(u32),
-    /// The same as [`Target::EmissionColor`] for a light that is not a shape.
+    /// Colour of a light that is not a shape, as [`Target::EmissionColor`].
     LightColor(u32),
     /// Reflectance of a diffuse material or of the base of a plastic, linear Rec.709.
     Reflectance(BsdfId),
@@ -34,15 +34,15 @@ pub enum NewValue {
     Number(f64),
 }
 
-/// Why a value cannot be set.
+/// The reason why a value cannot be set.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum EditError {
-    /// The scene has no such thing, or not of a kind that has this value.
+    /// The scene has no such object, or the object has no such value.
     #[error("{object} {index} of this scene has no {parameter} to change")]
     NoTarget {
-        /// What kind of object.
+        /// Kind of object.
         object: &'static str,
-        /// Which one.
+        /// Index of the object.
         index: u32,
         /// The value's name.
         parameter: &'static str,
@@ -52,16 +52,16 @@ pub enum EditError {
     Value {
         /// The value's name.
         parameter: &'static str,
-        /// What was given.
+        /// The given value.
         value: String,
-        /// What can be given.
+        /// The accepted values.
         wanted: &'static str,
     },
 }
 
-/// A list of the description.
+/// The kind of an object that can be changed: a list of the description.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Object {
+pub(crate) enum ObjectKind {
     /// [`SceneDesc::shapes`].
     Shape,
     /// [`SceneDesc::bsdfs`].
@@ -70,16 +70,16 @@ pub(crate) enum Object {
     Light,
 }
 
-impl Object {
+impl ObjectKind {
     /// All of them.
-    pub(crate) const ALL: [Object; 3] = [Object::Shape, Object::Bsdf, Object::Light];
+    pub(crate) const ALL: [ObjectKind; 3] = [ObjectKind::Shape, ObjectKind::Bsdf, ObjectKind::Light];
 
     /// The element's name in a file.
     pub(crate) fn tag(self) -> &'static str {
         match self {
-            Object::Shape => "shape",
-            Object::Bsdf => "bsdf",
-            Object::Light => "emitter",
+            ObjectKind::Shape => "shape",
+            ObjectKind::Bsdf => "bsdf",
+            ObjectKind::Light => "emitter",
         }
     }
 }
@@ -87,9 +87,9 @@ impl Object {
 /// Largest factor on an emission: what a spectrum can hold.
 const BRIGHTEST: f64 = 1e30;
 
-/// The type of a value, and its range.
+/// The type of a value and its range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Range {
+pub(crate) enum ValueKind {
     /// A factor from 0.
     Scale,
     /// Three shares of light.
@@ -98,100 +98,100 @@ pub(crate) enum Range {
     Ior,
 }
 
-impl Range {
+impl ValueKind {
     /// The value of this type made of `numbers`, if there are as many as it has.
     pub(crate) fn value(self, numbers: &[f64]) -> Option<NewValue> {
         match (self, numbers) {
-            (Range::Scale, [v]) => Some(NewValue::Scale(*v)),
-            (Range::Reflectance, [r, g, b]) => Some(NewValue::Rgb([*r, *g, *b])),
-            (Range::Ior, [v]) => Some(NewValue::Number(*v)),
+            (ValueKind::Scale, [v]) => Some(NewValue::Scale(*v)),
+            (ValueKind::Reflectance, [r, g, b]) => Some(NewValue::Rgb([*r, *g, *b])),
+            (ValueKind::Ior, [v]) => Some(NewValue::Number(*v)),
             _ => None,
         }
     }
 
-    /// What is accepted, in words.
+    /// The accepted values, in words.
     fn wanted(self) -> &'static str {
         match self {
-            Range::Scale => "it is a factor from 0 to 1e30",
-            Range::Reflectance => "it is a colour of three numbers from 0 to 1",
-            Range::Ior => "an index of refraction is above 0 and not above 1000",
+            ValueKind::Scale => "it is a factor from 0 to 1e30",
+            ValueKind::Reflectance => "it is a colour of three numbers from 0 to 1",
+            ValueKind::Ior => "an index of refraction is above 0 and not above 1000",
         }
     }
 
     /// Least and greatest number.
     fn bounds(self) -> [f64; 2] {
         match self {
-            Range::Scale => [0.0, BRIGHTEST],
-            Range::Reflectance => [0.0, 1.0],
+            ValueKind::Scale => [0.0, BRIGHTEST],
+            ValueKind::Reflectance => [0.0, 1.0],
             // The reader's bound is above 0, which no slider can say.
-            Range::Ior => [1e-3, 1e3],
+            ValueKind::Ior => [1e-3, 1e3],
         }
     }
 
     fn accepts(self, value: NewValue) -> bool {
         // None of these comparisons holds for what is not a number.
         match (self, value) {
-            (Range::Scale, NewValue::Scale(v)) => (0.0..=BRIGHTEST).contains(&v),
-            (Range::Reflectance, NewValue::Rgb(rgb)) => rgb.iter().all(|v| (0.0..=1.0).contains(v)),
-            (Range::Ior, NewValue::Number(v)) => crate::scene::bsdf::is_ior(v) && v as f32 > 0.0,
+            (ValueKind::Scale, NewValue::Scale(v)) => (0.0..=BRIGHTEST).contains(&v),
+            (ValueKind::Reflectance, NewValue::Rgb(rgb)) => rgb.iter().all(|v| (0.0..=1.0).contains(v)),
+            (ValueKind::Ior, NewValue::Number(v)) => crate::scene::bsdf::is_ior(v) && v as f32 > 0.0,
             _ => false,
         }
     }
 }
 
-/// Something that can be changed of a kind of object.
+/// A value of a kind of objects that can be changed.
 #[derive(Debug)]
-pub(crate) struct Parameter {
+pub(crate) struct EditableParameter {
     /// Its name in a saved file.
     pub(crate) name: &'static str,
     /// Its name for the user.
     pub(crate) label: &'static str,
-    /// What has it.
-    pub(crate) object: Object,
-    /// What it can be.
-    pub(crate) range: Range,
+    /// Kind of the objects that have the value.
+    pub(crate) object: ObjectKind,
+    /// Type and range of the value.
+    pub(crate) range: ValueKind,
     /// The target of an object by its index.
     pub(crate) target: fn(u32) -> Target,
-    /// What the description says; `None` where the object has no such thing.
+    /// Reads the value; `None` where the object has no such value.
     pub(crate) get: fn(&SceneDesc, u32) -> Option<NewValue>,
     /// Changes an object that has it, by an accepted value.
     set: fn(&mut SceneDesc, u32, NewValue),
 }
 
 /// Everything that can be changed. A new [`Target`] is one line here and one in [`Target::key`].
-pub(crate) const PARAMETERS: &[Parameter] = &[
-    Parameter {
+pub(crate) const PARAMETERS: &[EditableParameter] = &[
+    EditableParameter {
         name: "emission_scale",
         label: "emission",
-        object: Object::Shape,
-        range: Range::Scale,
+        object: ObjectKind::Shape,
+        range: ValueKind::Scale,
         target: Target::Emission,
         get: |desc, i| desc.shapes.get(i as usize)?.emission.as_ref().map(|_| NewValue::Scale(1.0)),
         set: |desc, i, v| desc.shapes[i as usize].emission.iter_mut().for_each(|s| scale(s, v)),
     },
-    Parameter {
+    EditableParameter {
         name: "emission_color",
         label: "emission colour",
-        object: Object::Shape,
-        range: Range::Reflectance,
+        object: ObjectKind::Shape,
+        range: ValueKind::Reflectance,
         target: Target::EmissionColor,
         get: |desc, i| desc.shapes.get(i as usize)?.emission.as_ref().map(hue),
         set: |desc, i, v| desc.shapes[i as usize].emission.iter_mut().for_each(|s| tint(s, v)),
     },
-    Parameter {
+    EditableParameter {
         name: "emission_scale",
         label: "emission",
-        object: Object::Light,
-        range: Range::Scale,
+        object: ObjectKind::Light,
+        range: ValueKind::Scale,
         target: Target::Light,
         get: |desc, i| desc.lights.get(i as usize).map(|_| NewValue::Scale(1.0)),
         set: |desc, i, v| scale(desc.lights[i as usize].spectrum_mut(), v),
     },
-    Parameter {
+    EditableParameter {
         name: "emission_color",
         label: "emission colour",
-        object: Object::Light,
-        range: Range::Reflectance,
+        object: ObjectKind::Light,
+        range: ValueKind::Reflectance,
         target: Target::LightColor,
         get: |desc, i| match desc.lights.get(i as usize)? {
             LightDesc::Map { .. } => None, // its texels have colours of their own
@@ -199,20 +199,20 @@ pub(crate) const PARAMETERS: &[Parameter] = &[
         },
         set: |desc, i, v| tint(desc.lights[i as usize].spectrum_mut(), v),
     },
-    Parameter {
+    EditableParameter {
         name: "reflectance",
         label: "reflectance",
-        object: Object::Bsdf,
-        range: Range::Reflectance,
+        object: ObjectKind::Bsdf,
+        range: ValueKind::Reflectance,
         target: |i| Target::Reflectance(BsdfId(i)),
         get: reflectance,
         set: set_reflectance,
     },
-    Parameter {
+    EditableParameter {
         name: "int_ior",
         label: "index of refraction",
-        object: Object::Bsdf,
-        range: Range::Ior,
+        object: ObjectKind::Bsdf,
+        range: ValueKind::Ior,
         target: |i| Target::IntIor(BsdfId(i)),
         get: int_ior,
         set: set_int_ior,
@@ -221,29 +221,29 @@ pub(crate) const PARAMETERS: &[Parameter] = &[
 
 impl Target {
     /// Its object and its name in a saved file, and which one of the objects.
-    fn key(self) -> (Object, &'static str, u32) {
+    fn key(self) -> (ObjectKind, &'static str, u32) {
         match self {
-            Target::Emission(i) => (Object::Shape, "emission_scale", i),
-            Target::Light(i) => (Object::Light, "emission_scale", i),
-            Target::EmissionColor(i) => (Object::Shape, "emission_color", i),
-            Target::LightColor(i) => (Object::Light, "emission_color", i),
-            Target::Reflectance(id) => (Object::Bsdf, "reflectance", id.0),
-            Target::IntIor(id) => (Object::Bsdf, "int_ior", id.0),
+            Target::Emission(i) => (ObjectKind::Shape, "emission_scale", i),
+            Target::Light(i) => (ObjectKind::Light, "emission_scale", i),
+            Target::EmissionColor(i) => (ObjectKind::Shape, "emission_color", i),
+            Target::LightColor(i) => (ObjectKind::Light, "emission_color", i),
+            Target::Reflectance(id) => (ObjectKind::Bsdf, "reflectance", id.0),
+            Target::IntIor(id) => (ObjectKind::Bsdf, "int_ior", id.0),
         }
     }
 
     /// Its line in the table, and which one of the objects.
-    pub(crate) fn parameter(self) -> (&'static Parameter, u32) {
+    pub(crate) fn parameter(self) -> (&'static EditableParameter, u32) {
         let (object, name, index) = self.key();
         let found = PARAMETERS.iter().find(|p| p.object == object && p.name == name);
         (found.expect("every target has its line: held by a test"), index)
     }
 
-    /// What `desc` says: the factor 1, a colour, a number.
+    /// Reads the value from `desc`: the factor 1, a colour or a number.
     ///
     /// # Errors
     ///
-    /// [`EditError::NoTarget`] when the scene has no such thing.
+    /// [`EditError::NoTarget`] when the scene has no such value.
     pub fn get(self, desc: &SceneDesc) -> Result<NewValue, EditError> {
         let (p, index) = self.parameter();
         let none = EditError::NoTarget { object: p.object.tag(), index, parameter: p.label };
@@ -276,7 +276,7 @@ impl Target {
     ///
     /// # Errors
     ///
-    /// As [`Target::get`] and [`Target::check`]; `desc` is then as it was.
+    /// The errors of [`Target::get`] and [`Target::check`]; `desc` then remains unchanged.
     pub fn set(self, desc: &mut SceneDesc, value: NewValue) -> Result<(), EditError> {
         self.get(desc)?;
         self.check(value)?;

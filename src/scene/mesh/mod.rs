@@ -1,4 +1,4 @@
-//! Mesh files, checked: what comes out is fit to be traced.
+//! Mesh files. A mesh that comes out has indices in range, finite vertices and triangles with area.
 
 mod check;
 mod clean;
@@ -8,7 +8,7 @@ pub mod obj;
 use crate::scene::desc::Mesh;
 use crate::scene::diagnostic::{FindingKind, SceneError, SceneWarning};
 
-/// How a mesh file is to be read.
+/// Options of reading a mesh file.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct MeshOptions {
     /// Facets: no shading normals, even if the file has some.
@@ -27,11 +27,11 @@ pub struct MeshRead {
     pub bytes: usize,
     /// The mesh; at least one triangle.
     pub mesh: Mesh,
-    /// What was dropped and mended: one warning for each kind of fault, at its first place.
+    /// One warning for each kind of fault that was dropped or mended, at its first place.
     pub warnings: Vec<SceneWarning>,
 }
 
-/// Why a mesh could not be read.
+/// The reason why a mesh could not be read.
 #[derive(Debug, thiserror::Error)]
 pub enum MeshError {
     /// A fault in the file, with its place.

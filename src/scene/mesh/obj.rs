@@ -9,8 +9,7 @@ use super::check::{self, Repairs};
 use super::clean::{CleanLines, Count, Faults, Keep};
 use super::{MeshError, MeshOptions, MeshRead, normals};
 use crate::scene::desc::Mesh;
-use crate::scene::diagnostic::{Finding, FindingKind, SceneError, SceneWarning};
-use crate::scene::excerpt::LineAt;
+use crate::scene::diagnostic::{Finding, FindingKind, LineAt, SceneError, SceneWarning};
 use crate::scene::files::read_bytes;
 use crate::scene::limits;
 

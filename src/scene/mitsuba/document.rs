@@ -13,10 +13,10 @@ pub(crate) struct ElementId(pub(crate) u32);
 
 /// One attribute, its value after substitution.
 #[derive(Debug)]
-pub(crate) struct Attribute {
-    /// As written.
+pub(crate) struct XmlAttribute {
+    /// Its name.
     pub(crate) name: &'static str,
-    /// After substitution.
+    /// The value after substitution.
     pub(crate) value: String,
     /// The value in the file.
     pub(crate) span: Span,
@@ -25,19 +25,19 @@ pub(crate) struct Attribute {
 /// One element.
 #[derive(Debug)]
 pub(crate) struct Element {
-    /// What it is.
+    /// Its kind and attributes in the format.
     pub(crate) tag: &'static Tag,
     /// Its opening `<tag`.
     pub(crate) span: Span,
-    /// In the order of the file.
-    pub(crate) attributes: Vec<Attribute>,
-    /// In the order of the file.
+    /// Attributes, in the order of the file.
+    pub(crate) attributes: Vec<XmlAttribute>,
+    /// Children, in the order of the file.
     pub(crate) children: Vec<ElementId>,
 }
 
 impl Element {
     /// The attribute of this name.
-    pub(crate) fn attribute(&self, name: &str) -> Option<&Attribute> {
+    pub(crate) fn attribute(&self, name: &str) -> Option<&XmlAttribute> {
         self.attributes.iter().find(|a| a.name == name)
     }
 
@@ -46,7 +46,7 @@ impl Element {
         self.attribute(name).map(|a| a.value.as_str())
     }
 
-    /// Where an attribute stands, or the element itself.
+    /// The place of an attribute, or of the element if the attribute is not there.
     pub(crate) fn span_of(&self, name: &str) -> Span {
         self.attribute(name).map_or(self.span, |a| a.span)
     }
@@ -76,8 +76,8 @@ impl Document {
         self.sources.finding(kind, span, message)
     }
 
-    /// A file named in the scene: as seen from the file that names it, then from each `path`.
-    /// What does not exist anywhere is returned as seen from the file.
+    /// Finds a file named in the scene: relative to the file that names it, then to each `path`.
+    /// A file that does not exist anywhere is returned relative to the file that names it.
     pub(crate) fn resolve(&self, name: &str, from: Span) -> PathBuf {
         let here = self.sources.path(from.file).parent().unwrap_or(Path::new("")).join(name);
         if here.exists() {

@@ -13,11 +13,12 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::document::{Document, Element, ElementId};
 use super::source::Span;
-use super::{suggest, value};
+use super::suggest;
+use super::value::{self, shorten};
 use crate::scene::desc::SceneDesc;
 use crate::scene::diagnostic::{Finding, FindingKind, SceneError};
 use crate::scene::edit::objects::address;
-use crate::scene::edit::target::{EditError, Object, PARAMETERS, Parameter};
+use crate::scene::edit::target::{EditError, EditableParameter, ObjectKind, PARAMETERS};
 
 /// Objects with an id, by sort and id.
 type Ids = BTreeMap<(&'static str, String), u32>;
@@ -60,10 +61,10 @@ pub(crate) fn apply(
     Ok(())
 }
 
-/// Every object that has an id. What an id of the file names twice cannot occur: the ids of a file are unique.
+/// Every object that has an id. The ids of a file are unique.
 fn ids(desc: &SceneDesc) -> Ids {
     let mut ids = Ids::new();
-    for object in Object::ALL {
+    for object in ObjectKind::ALL {
         let all = (0..).map_while(|i| address(desc, object, i));
         for (i, found) in all.enumerate() {
             if let Some(id) = found.id {
@@ -86,14 +87,14 @@ impl<'a> Edit<'a> {
         self.document.finding(kind, span, message)
     }
 
-    /// What is changed, and of which object.
-    fn target(&self, ids: &Ids) -> Result<(&'static Parameter, u32), SceneError> {
+    /// Finds the value that is changed, and the index of its object.
+    fn target(&self, ids: &Ids) -> Result<(&'static EditableParameter, u32), SceneError> {
         let text = |name: &str| self.element.value(name).unwrap_or_default();
         if let Some(&child) = self.element.children.first() {
             let span = self.document.element(child).span;
             return Err(self.fault(FindingKind::Unknown, span, "an edit has attributes only").error());
         }
-        let Some(object) = Object::ALL.into_iter().find(|o| o.tag() == text("object")) else {
+        let Some(object) = ObjectKind::ALL.into_iter().find(|o| o.tag() == text("object")) else {
             let found =
                 self.fault(FindingKind::Value, self.element.span_of("object"), "no such sort of object");
             return Err(found.help("an edit changes a shape, a bsdf or an emitter").error());
@@ -112,26 +113,22 @@ impl<'a> Edit<'a> {
         Ok((parameter, index))
     }
 
-    fn by_id(&self, object: Object, id: &str, ids: &Ids) -> Result<u32, SceneError> {
+    fn by_id(&self, object: ObjectKind, id: &str, ids: &Ids) -> Result<u32, SceneError> {
         if let Some(extra) = ["index", "count", "type"].iter().find_map(|n| self.element.attribute(n)) {
             let message = "an edit names its object by `id`, or by `index`, `count` and `type`";
             return Err(self.fault(FindingKind::Parameter, extra.span, message).error());
         }
         ids.get(&(object.tag(), id.to_owned())).copied().ok_or_else(|| {
-            let shown: String = id.chars().take(64).collect();
-            let message = format!("there is no {} with the id `{shown}`", object.tag());
+            let message = format!("there is no {} with the id `{}`", object.tag(), shorten(id));
             let names: Vec<&str> =
                 ids.keys().filter(|k| k.0 == object.tag()).map(|k| k.1.as_str()).take(1000).collect();
             let found = self.fault(FindingKind::Reference, self.element.span_of("id"), message);
-            match suggest::nearest(id, names) {
-                Some(near) => found.help(format!("did you mean `{near}`?")).error(),
-                None => found.help(CHANGED).error(),
-            }
+            found.help(suggest::nearest_or(id, names, CHANGED)).error()
         })
     }
 
     /// The object of this index, if the scene has as many as it had and it is of the same kind.
-    fn by_index(&self, object: Object) -> Result<u32, SceneError> {
+    fn by_index(&self, object: ObjectKind) -> Result<u32, SceneError> {
         let [index, count] = [self.natural("index")?, self.natural("count")?];
         let Some(kind) = self.element.value("type") else {
             let message = "an edit of an object without `id` says its `index`, `count` and `type`";
@@ -171,10 +168,6 @@ impl<'a> Edit<'a> {
     }
 }
 
-/// What to do about an edit that does not fit.
+/// Advice about an edit that does not fit.
 const CHANGED: &str =
     "the included scene was changed since; make the edit anew, and give the object an id to be safe";
-
-fn shorten(text: &str) -> String {
-    text.chars().take(64).collect()
-}

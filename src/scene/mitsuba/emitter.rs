@@ -28,14 +28,14 @@ pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<(), SceneEr
         return Err(found.help("put it into the <shape> that shall emit").error());
     }
     let light = reader.plugin(&params, PLUGINS, &["area"])?(reader, &params)?;
-    if light.is_environment() && reader.lights.iter().any(LightDesc::is_environment) {
+    if light.is_environment() && reader.lists.lights.iter().any(LightDesc::is_environment) {
         let found =
             reader.document.finding(FindingKind::Parameter, params.span(), "a second light all around");
         return Err(found.help("a scene has at most one `constant` or `envmap` emitter").error());
     }
-    reader.lights.push(light);
+    reader.lists.lights.push(light);
     let name = reader.name(id);
-    reader.names.lights.push(name);
+    reader.lists.names.lights.push(name);
     reader.finish(params);
     Ok(())
 }

@@ -1,17 +1,16 @@
-//! From text to [`Document`]: XML, `default` and `$name`, `include`, `path`, `alias`.
+//! Expands text to a [`Document`]: XML, `default` and `$name`, `include`, `path`, `alias`.
 
 use std::path::{Path, PathBuf};
 
 use roxmltree::{Node, ParsingOptions};
 
-use super::document::{Attribute, Document, Element, ElementId};
+use super::document::{Document, Element, ElementId, XmlAttribute};
 use super::prescan;
 use super::source::Span;
 use super::suggest;
 use super::tags::{self, TAGS, Tag, TagKind};
 use super::variables::{Unresolved, Variables};
-use crate::scene::diagnostic::{Finding, FindingKind, SceneError, SceneWarning};
-use crate::scene::excerpt::LineAt;
+use crate::scene::diagnostic::{Finding, FindingKind, LineAt, SceneError, SceneWarning};
 use crate::scene::files::{ReadError, read_bytes};
 use crate::scene::limits;
 
@@ -26,7 +25,7 @@ pub(crate) struct Expander {
     bytes: u64,
 }
 
-/// What [`Expander::finish`] hands over.
+/// The result of [`Expander::finish`].
 pub(crate) type Expanded = (Document, Vec<SceneWarning>);
 
 impl Expander {
@@ -221,7 +220,7 @@ impl Expander {
         file: u32,
         node: Node<'_, '_>,
         tag: &'static Tag,
-    ) -> Result<Vec<Attribute>, SceneError> {
+    ) -> Result<Vec<XmlAttribute>, SceneError> {
         let mut attributes = Vec::with_capacity(node.attributes().len());
         for a in node.attributes() {
             let Some(name) = tag.attributes.iter().find(|n| **n == a.name()) else {
@@ -232,7 +231,7 @@ impl Expander {
             };
             let span = Span::new(file, a.range_value());
             let value = self.substitute(a.value(), span)?;
-            attributes.push(Attribute { name, value, span });
+            attributes.push(XmlAttribute { name, value, span });
         }
         for required in tag.required {
             if !attributes.iter().any(|a| a.name == *required) {

@@ -4,6 +4,7 @@ use super::document::ElementId;
 use super::params::Params;
 use super::reader::Reader;
 use super::suggest;
+use super::value::shorten;
 use crate::scene::desc::{IntegratorDesc, IntegratorKind, PhotonDesc};
 use crate::scene::diagnostic::{FindingKind, SceneError};
 
@@ -28,8 +29,8 @@ pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<IntegratorD
     let kind = match KINDS.iter().find(|(name, _)| *name == params.plugin()) {
         Some((_, kind)) => *kind,
         None => {
-            let shown: String = params.plugin().chars().take(64).collect();
-            let message = format!("there is no integrator `{shown}`: path tracing is used");
+            let message =
+                format!("there is no integrator `{}`: path tracing is used", shorten(params.plugin()));
             let found =
                 reader.document.finding(FindingKind::Plugin, params.element().span_of("type"), message);
             let names: Vec<&str> = KINDS.iter().map(|k| k.0).collect();
@@ -86,10 +87,9 @@ pub(crate) fn sampler(reader: &mut Reader<'_>, id: ElementId) -> Result<Option<u
     let params = Params::new(reader.document, id)?;
     params.without_effect(&["seed", "jitter", "strength"]);
     if !SAMPLERS.contains(&params.plugin()) {
-        let shown: String = params.plugin().chars().take(64).collect();
         let span = params.element().span_of("type");
-        let found =
-            reader.document.finding(FindingKind::Plugin, span, format!("the sampler `{shown}` is not known"));
+        let message = format!("the sampler `{}` is not known", shorten(params.plugin()));
+        let found = reader.document.finding(FindingKind::Plugin, span, message);
         params.note(found.help("only its sample_count is used").warning());
     }
     let count = params.integer("sample_count")?;

@@ -5,24 +5,21 @@
 //!
 //! | group | file | plugins |
 //! |---|---|---|
-//! | shape | `shape.rs` | obj, rectangle, cube, sphere, disk |
-//! | shape | `group.rs` | shapegroup, instance |
-//! | bsdf | `bsdf.rs` | diffuse, dielectric, conductor, twosided |
+//! | shape | `shape.rs` | obj, rectangle, cube, sphere, disk, shapegroup, instance |
+//! | bsdf | `scene/bsdf/`, one file each | diffuse, dielectric, conductor, plastic, the same rough, twosided |
 //! | emitter | `emitter.rs` | area, constant, envmap, point |
-//! | sensor, film, rfilter | `sensor.rs`, `film.rs` | perspective, thinlens; films and filters |
-//! | integrator, sampler | `integrator.rs` | path; any sampler |
+//! | sensor, film, rfilter | `sensor.rs` | perspective, thinlens; films and filters |
+//! | integrator, sampler | `integrator.rs` | path, ptracer and our own; any sampler |
 //! | spectrum | `spectrum.rs` | uniform, d65, regular, irregular |
 //! | edit | `edit.rs` | changes saved by the viewer; no element of Mitsuba's |
 //!
-//! Adding a plugin is one function and one line in its group's table. A reader asks `params.rs` for
-//! each parameter it knows; what nobody asked for is reported.
+//! Adding a plugin is one function and one line in its group's table (a bsdf is a file of its own). A plugin asks `params.rs` for each
+//! parameter it knows; parameters that nobody asked for are reported.
 
 mod document;
 mod edit;
 mod emitter;
 mod expand;
-mod film;
-mod group;
 mod integrator;
 mod params;
 mod prescan;
@@ -40,14 +37,16 @@ mod variables;
 pub(crate) use document::ElementId;
 pub(crate) use params::Params;
 pub(crate) use reader::{PluginTable, Reader};
+pub(crate) use sensor::{AXES, FILTERS};
 pub(crate) use spectrum::{Role, read as read_spectrum};
+pub(crate) use value::shorten;
 
 use std::path::Path;
 
 use crate::scene::desc::SceneDesc;
 use crate::scene::diagnostic::{SceneError, SceneWarning};
 
-/// A scene as read, with what the user should know about it.
+/// A scene as read, with warnings for the user.
 #[derive(Clone, Debug)]
 pub struct Loaded {
     /// The scene.
@@ -72,7 +71,7 @@ pub fn load(path: &Path, overrides: &[(String, String)]) -> Result<Loaded, Scene
 ///
 /// # Errors
 ///
-/// As [`load`].
+/// The errors of [`load`].
 pub fn load_str(name: &str, text: &str, overrides: &[(String, String)]) -> Result<Loaded, SceneError> {
     reader::read(expand::Expander::new(overrides).string(Path::new(name), text)?)
 }

@@ -1,4 +1,4 @@
-//! The parameters of one plugin. Every one is asked for by the plugin's reader, or reported.
+//! The parameters of one plugin. A parameter that the plugin does not ask for is reported.
 
 use std::cell::{Cell, RefCell};
 
@@ -11,10 +11,10 @@ use super::{suggest, transform, value};
 use crate::scene::diagnostic::{Finding, FindingKind, SceneError, SceneWarning};
 
 /// One child of a plugin, with references followed.
-struct Entry<'d> {
+struct PluginChild<'d> {
     name: Option<&'d str>,
     element: ElementId,
-    /// Where the child itself stands (for a `ref`, not its target).
+    /// Place of the child itself (for a `ref`, not of its target).
     span: Span,
     used: Cell<bool>,
 }
@@ -24,7 +24,7 @@ pub(crate) struct Params<'d> {
     document: &'d Document,
     /// The plugin's element.
     pub(crate) id: ElementId,
-    entries: Vec<Entry<'d>>,
+    children: Vec<PluginChild<'d>>,
     asked: RefCell<Vec<&'static str>>,
     notes: RefCell<Vec<SceneWarning>>,
 }
@@ -34,7 +34,7 @@ impl<'d> Params<'d> {
     /// references to nothing.
     pub(crate) fn new(document: &'d Document, id: ElementId) -> Result<Self, SceneError> {
         let plugin = document.element(id);
-        let mut entries: Vec<Entry<'d>> = Vec::with_capacity(plugin.children.len());
+        let mut children: Vec<PluginChild<'d>> = Vec::with_capacity(plugin.children.len());
         let mut names = std::collections::BTreeSet::new();
         for &child in &plugin.children {
             let element = document.element(child);
@@ -58,9 +58,9 @@ impl<'d> Params<'d> {
                     .finding(FindingKind::Parameter, element.span_of("name"), message)
                     .error());
             }
-            entries.push(Entry { name, element: target, span: element.span, used: Cell::new(false) });
+            children.push(PluginChild { name, element: target, span: element.span, used: Cell::new(false) });
         }
-        Ok(Self { document, id, entries, asked: RefCell::default(), notes: RefCell::default() })
+        Ok(Self { document, id, children, asked: RefCell::default(), notes: RefCell::default() })
     }
 
     /// The plugin's element.
@@ -73,7 +73,7 @@ impl<'d> Params<'d> {
         self.element().value("type").unwrap_or_default()
     }
 
-    /// Where the plugin stands.
+    /// Place of the plugin.
     pub(crate) fn span(&self) -> Span {
         self.element().span
     }
@@ -88,9 +88,9 @@ impl<'d> Params<'d> {
         self.find(name).map(|e| e.element)
     }
 
-    fn find(&self, name: &'static str) -> Option<&Entry<'d>> {
+    fn find(&self, name: &'static str) -> Option<&PluginChild<'d>> {
         self.asked.borrow_mut().push(name);
-        let found = self.entries.iter().find(|e| e.name == Some(name));
+        let found = self.children.iter().find(|e| e.name == Some(name));
         found.inspect(|e| e.used.set(true))
     }
 
@@ -101,8 +101,8 @@ impl<'d> Params<'d> {
 
     /// An error at a parameter's value, or at the plugin if the parameter is not there.
     pub(crate) fn error(&self, name: &'static str, message: impl Into<String>) -> Finding {
-        let entry = self.entries.iter().find(|e| e.name == Some(name));
-        let span = entry.map_or(self.span(), |e| self.document.element(e.element).span_of("value"));
+        let child = self.children.iter().find(|e| e.name == Some(name));
+        let span = child.map_or(self.span(), |e| self.document.element(e.element).span_of("value"));
         self.document.finding(FindingKind::Value, span, message)
     }
 
@@ -163,7 +163,7 @@ impl<'d> Params<'d> {
 
     /// All children with this tag (references followed), now counted as used.
     pub(crate) fn objects(&self, tag: &'static str) -> Vec<(ElementId, Span)> {
-        let of_tag = self.entries.iter().filter(|e| self.document.element(e.element).tag.name == tag);
+        let of_tag = self.children.iter().filter(|e| self.document.element(e.element).tag.name == tag);
         of_tag.inspect(|e| e.used.set(true)).map(|e| (e.element, e.span)).collect()
     }
 
@@ -183,19 +183,19 @@ impl<'d> Params<'d> {
     /// Parameters that exist in Mitsuba but change nothing here: remarks, not warnings.
     pub(crate) fn without_effect(&self, names: &[&'static str]) {
         for name in names {
-            if let Some(entry) = self.find(name) {
+            if let Some(child) = self.find(name) {
                 let message = format!("`{name}` has no effect in this program");
-                self.note(self.document.finding(FindingKind::Parameter, entry.span, message).advice());
+                self.note(self.document.finding(FindingKind::Parameter, child.span, message).advice());
             }
         }
     }
 
-    /// Warns about every child nobody asked for and returns all warnings of this plugin.
+    /// Warns about every child that was not asked for, and returns all warnings of this plugin.
     pub(crate) fn finish(self) -> Vec<SceneWarning> {
         let asked = self.asked.into_inner();
         let mut notes = self.notes.into_inner();
         let plugin = self.document.element(self.id);
-        for e in self.entries.iter().filter(|e| !e.used.get()) {
+        for e in self.children.iter().filter(|e| !e.used.get()) {
             let what = self.document.element(e.element).tag.name;
             let message = match e.name {
                 Some(name) => format!("the {} `{}` has no `{name}`", plugin.tag.name, kind_of(plugin)),
@@ -225,12 +225,8 @@ pub(crate) fn follow(document: &Document, reference: &Element) -> Result<Element
     let id = reference.value("id").unwrap_or_default();
     document.ids.get(id).copied().ok_or_else(|| {
         let names: Vec<&str> = document.ids.keys().map(String::as_str).take(1000).collect();
-        let message =
-            format!("there is no element with the id `{}`", id.chars().take(64).collect::<String>());
+        let message = format!("there is no element with the id `{}`", value::shorten(id));
         let found = document.finding(FindingKind::Reference, reference.span_of("id"), message);
-        match suggest::nearest(id, names) {
-            Some(near) => found.help(format!("did you mean `{near}`?")).error(),
-            None => found.help("give the element meant an id").error(),
-        }
+        found.help(suggest::nearest_or(id, names, "give the element meant an id")).error()
     })
 }

@@ -1,20 +1,20 @@
-//! A first look at an XML text, before a tree is built from it.
+//! Checks the size of an XML text before a tree is built from it.
 //!
 //! The XML library is iterative and safe, but some of its checks take quadratic time (attributes of
 //! one element, namespaces), and a tree can be many times larger than its text. This scan is linear,
-//! reads exactly the tags the library would read up to the first fault, and stops what is too much.
-//! Faults themselves are left to the library, whose messages are better.
+//! reads exactly the tags the library would read up to the first fault, and refuses texts beyond the
+//! limits. Faults themselves are left to the library, whose messages are better.
 
 use std::ops::Range;
 
 use crate::scene::limits;
 
-/// Too much of something, and where.
+/// A limit that is exceeded, and the place.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct Excess {
-    /// What is wrong, as a sentence without a full stop.
+    /// The message, without a full stop.
     pub(crate) message: String,
-    /// Where, in bytes.
+    /// The place, in bytes.
     pub(crate) at: Range<usize>,
 }
 
@@ -58,7 +58,7 @@ pub(crate) fn check(text: &str) -> Result<(), Excess> {
     Ok(())
 }
 
-/// Where the tag that opens at `open` ends. Quotes hide what is inside them.
+/// The end of the tag that opens at `open`. Markup inside quotes does not count.
 fn tag(bytes: &[u8], open: usize) -> Result<usize, Excess> {
     let (mut i, mut attributes) = (open + 1, 0);
     while i < bytes.len() {

@@ -1,4 +1,4 @@
-//! The walk over a scene's elements, and what all groups of plugins share.
+//! Walks over a scene's elements and hands each plugin to the function that reads it.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -10,7 +10,8 @@ use super::shape::MeshKey;
 use super::source::Span;
 use super::spectrum::Role;
 use super::tags::TagKind;
-use super::{Loaded, edit, emitter, group, integrator, sensor, shape, suggest};
+use super::value::shorten;
+use super::{Loaded, edit, emitter, integrator, sensor, shape, suggest};
 use crate::scene::bsdf;
 use crate::scene::desc::{
     BsdfDesc, BsdfId, GroupDesc, GroupId, IntegratorDesc, LightDesc, Mesh, MeshId, Name, Names, Place,
@@ -26,74 +27,67 @@ pub(crate) type PluginTable<T> = &'static [(&'static str, PluginReader<T>)];
 /// Reads one plugin with its parameters.
 pub(crate) type PluginReader<T> = fn(&mut Reader<'_>, &Params<'_>) -> Result<T, SceneError>;
 
-/// What has been read so far.
+/// Reads a scene: the lists of its description so far, and what is needed to add to them.
 pub(crate) struct Reader<'d> {
     /// The elements.
     pub(crate) document: &'d Document,
-    /// Materials.
-    pub(crate) bsdfs: Vec<BsdfDesc>,
-    /// Materials by the element they come from, so that references share them.
-    pub(crate) known_bsdfs: BTreeMap<ElementId, BsdfId>,
-    /// Materials of shapes that name none: those that do not emit, those that do.
-    pub(crate) default_bsdfs: [Option<BsdfId>; 2],
-    /// Materials being read, to see cycles.
-    pub(crate) open_bsdfs: Vec<ElementId>,
-    /// Meshes.
-    pub(crate) meshes: Vec<Arc<Mesh>>,
-    /// Meshes by file and options, so that each file is read once.
-    pub(crate) known_meshes: BTreeMap<MeshKey, MeshId>,
-    /// Triangles of all meshes.
-    pub(crate) mesh_triangles: usize,
-    /// Bytes of all mesh files read.
-    pub(crate) mesh_bytes: u64,
-    /// Spectra by the element they come from, so that references share them.
-    pub(crate) known_spectra: BTreeMap<(ElementId, Role), Spectrum>,
-    /// Bytes of spectrum files read so far.
-    pub(crate) spectrum_bytes: usize,
-    /// Shapes.
-    pub(crate) shapes: Vec<ShapeDesc>,
-    /// Groups of shapes.
-    pub(crate) groups: Vec<GroupDesc>,
-    /// Groups by the element they come from.
-    pub(crate) known_groups: BTreeMap<ElementId, GroupId>,
-    /// Lights that are not shapes.
-    pub(crate) lights: Vec<LightDesc>,
-    /// What materials and lights are called.
-    pub(crate) names: Names,
+    /// The lists of the description.
+    pub(crate) lists: SceneLists,
+    /// Objects that were read before, and sizes so far.
+    pub(crate) known: Known,
     sensor: Option<sensor::Sensor>,
     integrator: Option<IntegratorDesc>,
     samples: Option<u64>,
     /// Changes, in the order of the file.
     edits: Vec<ElementId>,
     warnings: Vec<SceneWarning>,
-    unheard: usize,
+    /// Warnings beyond [`limits::WARNINGS`], which are only counted.
+    more_warnings: usize,
+}
+
+/// The lists of a [`SceneDesc`].
+#[derive(Default)]
+pub(crate) struct SceneLists {
+    pub(crate) bsdfs: Vec<BsdfDesc>,
+    pub(crate) meshes: Vec<Arc<Mesh>>,
+    pub(crate) shapes: Vec<ShapeDesc>,
+    pub(crate) groups: Vec<GroupDesc>,
+    pub(crate) lights: Vec<LightDesc>,
+    pub(crate) names: Names,
+}
+
+/// Objects that references share, by the element or file they come from, and sizes that have limits.
+#[derive(Default)]
+pub(crate) struct Known {
+    pub(crate) bsdfs: BTreeMap<ElementId, BsdfId>,
+    /// Materials of shapes that name none: those that do not emit, those that do.
+    pub(crate) default_bsdfs: [Option<BsdfId>; 2],
+    /// Materials being read, to see cycles.
+    pub(crate) open_bsdfs: Vec<ElementId>,
+    /// Meshes by file and options, so that each file is read once.
+    pub(crate) meshes: BTreeMap<MeshKey, MeshId>,
+    pub(crate) groups: BTreeMap<ElementId, GroupId>,
+    pub(crate) spectra: BTreeMap<(ElementId, Role), Spectrum>,
+    /// Triangles of all meshes.
+    pub(crate) mesh_triangles: usize,
+    /// Bytes of all mesh files.
+    pub(crate) mesh_bytes: u64,
+    /// Bytes of all spectrum files.
+    pub(crate) spectrum_bytes: usize,
 }
 
 /// The scene that an expanded document describes.
 pub(crate) fn read((document, warnings): Expanded) -> Result<Loaded, SceneError> {
     let mut reader = Reader {
         document: &document,
-        bsdfs: Vec::new(),
-        known_bsdfs: BTreeMap::new(),
-        default_bsdfs: [None; 2],
-        open_bsdfs: Vec::new(),
-        meshes: Vec::new(),
-        known_meshes: BTreeMap::new(),
-        mesh_triangles: 0,
-        mesh_bytes: 0,
-        known_spectra: BTreeMap::new(),
-        spectrum_bytes: 0,
-        shapes: Vec::new(),
-        groups: Vec::new(),
-        known_groups: BTreeMap::new(),
-        lights: Vec::new(),
-        names: Names::default(),
+        lists: SceneLists::default(),
+        known: Known::default(),
         sensor: None,
         integrator: None,
         samples: None,
         edits: Vec::new(),
         warnings,
-        unheard: 0,
+        more_warnings: 0,
     };
     reader.version();
     for &id in &document.element(ElementId(0)).children {
@@ -108,7 +102,7 @@ impl Reader<'_> {
         if self.warnings.len() < limits::WARNINGS {
             self.warnings.push(warning);
         } else {
-            self.unheard += 1;
+            self.more_warnings += 1;
         }
     }
 
@@ -124,7 +118,7 @@ impl Reader<'_> {
         self.document.sources.place(span)
     }
 
-    /// What an element is called and where it stands.
+    /// The id and place of an element.
     pub(crate) fn name(&self, id: ElementId) -> Name {
         let element = self.document.element(id);
         Name { id: element.value("id").map(str::to_owned), place: self.place(element.span) }
@@ -151,9 +145,9 @@ impl Reader<'_> {
     /// An error: no plugin of this name.
     pub(crate) fn unknown_plugin(&self, params: &Params<'_>, known: &[&str]) -> SceneError {
         let (tag, name) = (params.element().tag.name, params.plugin());
-        let shown: String = name.chars().take(64).collect();
-        let span = params.element().span_of("type");
-        let found = self.document.finding(FindingKind::Plugin, span, format!("there is no {tag} `{shown}`"));
+        let (span, message) =
+            (params.element().span_of("type"), format!("there is no {tag} `{}`", shorten(name)));
+        let found = self.document.finding(FindingKind::Plugin, span, message);
         found.help(suggest::hint(name, known)).error()
     }
 
@@ -236,30 +230,31 @@ impl Reader<'_> {
             let found = self.document.finding(FindingKind::Missing, root, "the scene has no sensor");
             return Err(found.help("add <sensor type=\"perspective\">").error());
         };
-        if self.lights.is_empty() && self.shapes.iter().all(|s| s.emission.is_none()) {
+        if self.lists.lights.is_empty() && self.lists.shapes.iter().all(|s| s.emission.is_none()) {
             let found =
                 self.document.finding(FindingKind::Missing, root, "the scene has no light: it will be black");
             self.warn(
                 found.help("add <emitter type=\"constant\"/>, or an area emitter in a shape").warning(),
             );
         }
-        group::unseen(&mut self);
-        if self.unheard > 0 {
-            let message = format!("{} more warnings are not shown", self.unheard);
+        shape::unseen(&mut self);
+        if self.more_warnings > 0 {
+            let message = format!("{} more warnings are not shown", self.more_warnings);
             self.warnings.push(self.document.finding(FindingKind::Limit, root, message).warning());
         }
+        let SceneLists { bsdfs, meshes, shapes, groups, lights, names } = self.lists;
         let mut desc = SceneDesc {
             files: self.document.sources.paths(),
             camera: sensor.camera,
             film: sensor.film,
             integrator: self.integrator.unwrap_or_default(),
             samples_per_pixel: self.samples,
-            bsdfs: self.bsdfs,
-            meshes: self.meshes,
-            shapes: self.shapes,
-            groups: self.groups,
-            lights: self.lights,
-            names: self.names,
+            bsdfs,
+            meshes,
+            shapes,
+            groups,
+            lights,
+            names,
         };
         edit::apply(self.document, &mut desc, &self.edits)?;
         Ok(Loaded { desc, warnings: self.warnings })

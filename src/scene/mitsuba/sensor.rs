@@ -1,13 +1,14 @@
-//! Cameras.
+//! Cameras with their films and reconstruction filters.
 
 use glam::{DAffine3, DVec2};
 
 use super::document::ElementId;
 use super::params::Params;
-use super::reader::Reader;
-use super::{film, integrator};
-use crate::scene::desc::{CameraDesc, FilmDesc, FovAxis};
+use super::reader::{PluginTable, Reader};
+use super::{integrator, suggest};
+use crate::scene::desc::{CameraDesc, Crop, FilmDesc, FovAxis, ReconstructionFilter};
 use crate::scene::diagnostic::{FindingKind, SceneError};
+use crate::scene::limits;
 
 /// A camera, its film, and the sample count of its sampler.
 pub(crate) struct Sensor {
@@ -16,14 +17,11 @@ pub(crate) struct Sensor {
     pub(crate) samples: Option<u64>,
 }
 
-/// Reader of one camera.
-type Plugin = fn(&mut Reader<'_>, &Params<'_>) -> Result<CameraDesc, SceneError>;
-
 /// Every camera.
-const PLUGINS: &[(&str, Plugin)] = &[("perspective", pinhole), ("thinlens", thinlens)];
+const PLUGINS: PluginTable<CameraDesc> = &[("perspective", pinhole), ("thinlens", thinlens)];
 
 /// Names of [`FovAxis`].
-const AXES: &[(&str, FovAxis)] = &[
+pub(crate) const AXES: &[(&str, FovAxis)] = &[
     ("x", FovAxis::X),
     ("y", FovAxis::Y),
     ("diagonal", FovAxis::Diagonal),
@@ -31,20 +29,29 @@ const AXES: &[(&str, FovAxis)] = &[
     ("larger", FovAxis::Larger),
 ];
 
+/// Every film. They differ in what they write, which is not the scene's business here.
+const FILMS: &[&str] = &["hdrfilm", "ldrfilm", "specfilm"];
+
+/// Every filter that can be splatted.
+pub(crate) const FILTERS: &[(&str, ReconstructionFilter)] = &[
+    ("box", ReconstructionFilter::Box),
+    ("tent", ReconstructionFilter::Tent),
+    ("gaussian", ReconstructionFilter::Gaussian),
+];
+
+/// Filters of Mitsuba that have negative lobes; a Gaussian stands in for them.
+const REPLACED: &[&str] = &["mitchell", "catmullrom", "lanczos"];
+
 /// Diagonal of 35 mm film (36 × 24 mm), which focal lengths refer to, in mm.
 const FILM_DIAGONAL_MM: f64 = 43.266_615_305_567_87;
 
 /// Reads a camera with its film and sampler.
 pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<Sensor, SceneError> {
     let params = Params::new(reader.document, id)?;
-    let Some((_, plugin)) = PLUGINS.iter().find(|(name, _)| *name == params.plugin()) else {
-        let names: Vec<&str> = PLUGINS.iter().map(|p| p.0).collect();
-        return Err(reader.unknown_plugin(&params, &names));
-    };
-    let camera = plugin(reader, &params)?;
+    let camera = reader.plugin(&params, PLUGINS, &[])?(reader, &params)?;
     let film = match params.object("film")? {
-        Some(id) => film::read(reader, id)?,
-        None => film::default(),
+        Some(id) => film(reader, id)?,
+        None => default_film(),
     };
     let samples = match params.object("sampler")? {
         Some(id) => integrator::sampler(reader, id)?,
@@ -148,7 +155,7 @@ fn axis(params: &Params<'_>) -> Result<FovAxis, SceneError> {
     found.map(|(_, axis)| *axis).ok_or_else(|| {
         let names: Vec<&str> = AXES.iter().map(|a| a.0).collect();
         let found = params.error("fov_axis", "this is no axis of a field of view");
-        found.help(super::suggest::hint(&name, &names)).error()
+        found.help(suggest::hint(&name, &names)).error()
     })
 }
 
@@ -157,4 +164,89 @@ pub(super) fn is_rigid(m: &DAffine3) -> bool {
     let gram = m.matrix3.transpose() * m.matrix3;
     let off = (gram - glam::DMat3::IDENTITY).to_cols_array();
     off.iter().all(|v| v.abs() < 1e-3)
+}
+
+/// The film of a camera without one: Mitsuba's size.
+fn default_film() -> FilmDesc {
+    FilmDesc { width: 768, height: 576, crop: None, rfilter: None }
+}
+
+/// Reads a film with its reconstruction filter.
+fn film(reader: &mut Reader<'_>, id: ElementId) -> Result<FilmDesc, SceneError> {
+    let params = Params::new(reader.document, id)?;
+    if !FILMS.contains(&params.plugin()) {
+        return Err(reader.unknown_plugin(&params, FILMS));
+    }
+    params.without_effect(&[
+        "file_format",
+        "pixel_format",
+        "component_format",
+        "compensate",
+        "sample_border",
+        "banner",
+        "high_quality_edges",
+        "attach_log",
+    ]);
+    let width = side(&params, "width", i64::from(default_film().width))?;
+    let height = side(&params, "height", i64::from(default_film().height))?;
+    if width * height > limits::FILM_PIXELS {
+        let message = format!("the film has more than {} pixels", limits::FILM_PIXELS);
+        return Err(params.error("width", message).error());
+    }
+    let crop = crop(&params, width, height)?;
+    let rfilter = match params.object("rfilter")? {
+        Some(id) => Some(filter(reader, id)?),
+        None => None,
+    };
+    reader.finish(params);
+    Ok(FilmDesc { width: width as u32, height: height as u32, crop, rfilter })
+}
+
+fn side(params: &Params<'_>, name: &'static str, default: i64) -> Result<i64, SceneError> {
+    let v = params.integer(name)?.unwrap_or(default);
+    if (1..=limits::FILM_SIDE).contains(&v) {
+        return Ok(v);
+    }
+    Err(params.error(name, format!("a film is 1 to {} pixels wide and high", limits::FILM_SIDE)).error())
+}
+
+/// The part to render; `None` when it is the whole film.
+fn crop(params: &Params<'_>, width: i64, height: i64) -> Result<Option<Crop>, SceneError> {
+    let x = params.integer("crop_offset_x")?.unwrap_or(0);
+    let y = params.integer("crop_offset_y")?.unwrap_or(0);
+    let w = params.integer("crop_width")?.unwrap_or(width);
+    let h = params.integer("crop_height")?.unwrap_or(height);
+    let fits = |offset: i64, size: i64, whole: i64| {
+        offset >= 0 && size >= 1 && offset.checked_add(size).is_some_and(|end| end <= whole)
+    };
+    for (name, ok) in [("crop_width", fits(x, w, width)), ("crop_height", fits(y, h, height))] {
+        if !ok {
+            return Err(params
+                .error(name, format!("the crop leaves the film of {width} × {height} pixels"))
+                .error());
+        }
+    }
+    let whole = (x, y, w, h) == (0, 0, width, height);
+    Ok((!whole).then_some(Crop { x: x as u32, y: y as u32, width: w as u32, height: h as u32 }))
+}
+
+fn filter(reader: &mut Reader<'_>, id: ElementId) -> Result<ReconstructionFilter, SceneError> {
+    let params = Params::new(reader.document, id)?;
+    let filter = if REPLACED.contains(&params.plugin()) {
+        let message = format!("the filter `{}` is replaced by a Gaussian", params.plugin());
+        let found = reader.document.finding(FindingKind::Plugin, params.element().span_of("type"), message);
+        params.note(found.help("filters with negative lobes cannot be splatted").warning());
+        params.without_effect(&["A", "B", "lobes"]);
+        ReconstructionFilter::Gaussian
+    } else {
+        reader.plugin(&params, FILTERS, &[])?
+    };
+    for name in ["radius", "stddev"] {
+        if params.has(name) {
+            let found = params.error(name, "filters have a fixed size here; this is not used");
+            params.note(found.help("choose a filter on the command line with --filter").warning());
+        }
+    }
+    reader.finish(params);
+    Ok(filter)
 }

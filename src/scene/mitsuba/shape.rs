@@ -1,16 +1,19 @@
-//! Shapes.
+//! Shapes, groups of shapes, and the instances that show groups.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::document::ElementId;
+use super::emitter;
 use super::params::Params;
 use super::reader::Reader;
-use super::{emitter, group};
+use super::source::Span;
+use super::value::shorten;
 use crate::scene::bsdf;
-use crate::scene::desc::{MeshId, ShapeDesc, ShapeKind};
+use crate::scene::desc::{BsdfId, GroupDesc, GroupId, MeshId, ShapeDesc, ShapeKind};
 use crate::scene::diagnostic::{FindingKind, SceneError};
 use crate::scene::limits;
 use crate::scene::mesh::{self, MeshOptions};
@@ -18,7 +21,7 @@ use crate::scene::mesh::{self, MeshOptions};
 /// Reader of one shape's geometry, given its `to_world`.
 type ShapePlugin = fn(&mut Reader<'_>, &Params<'_>, &DAffine3) -> Result<ShapeKind, SceneError>;
 
-/// Every shape with geometry of its own; groups and instances are read in `group.rs`.
+/// Every shape with geometry of its own.
 const PLUGINS: &[(&str, ShapePlugin)] = &[
     ("obj", obj),
     ("rectangle", |_, _, _| Ok(ShapeKind::Rectangle)),
@@ -27,24 +30,30 @@ const PLUGINS: &[(&str, ShapePlugin)] = &[
     ("disk", |_, _, _| Ok(ShapeKind::Disk)),
 ];
 
-/// What makes two meshes the same: the file, and how it is read.
+/// The plugin of a group.
+const GROUP: &str = "shapegroup";
+
+/// The plugin of an instance.
+const INSTANCE: &str = "instance";
+
+/// Identifies a mesh: by its file and the options of reading it.
 pub(crate) type MeshKey = (PathBuf, MeshOptions);
 
 /// Reads a shape of the scene itself: a group, an instance of one, or a shape with its material and emission.
 pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<(), SceneError> {
     let shape = match reader.document.element(id).value("type") {
-        Some(group::GROUP) => return group::read(reader, id).map(|_| ()),
-        Some(group::INSTANCE) => group::instance(reader, id)?,
+        Some(GROUP) => return group(reader, id).map(|_| ()),
+        Some(INSTANCE) => instance(reader, id)?,
         _ => single(reader, id)?,
     };
-    reader.shapes.push(shape);
+    reader.lists.shapes.push(shape);
     Ok(())
 }
 
 /// A shape with geometry of its own, with its material and emission.
 pub(crate) fn single(reader: &mut Reader<'_>, id: ElementId) -> Result<ShapeDesc, SceneError> {
     let params = Params::new(reader.document, id)?;
-    let plugin = reader.plugin(&params, PLUGINS, &[group::GROUP, group::INSTANCE])?;
+    let plugin = reader.plugin(&params, PLUGINS, &[GROUP, INSTANCE])?;
     let to_world = params.to_world()?;
     let flip_normals = params.boolean("flip_normals", false)?;
     let kind = plugin(reader, &params, &to_world)?;
@@ -107,7 +116,7 @@ fn obj(reader: &mut Reader<'_>, params: &Params<'_>, to_world: &DAffine3) -> Res
     };
     let path = reader.document.resolve(&name, params.span());
     let key = (path, options);
-    if let Some(&known) = reader.known_meshes.get(&key) {
+    if let Some(&known) = reader.known.meshes.get(&key) {
         return Ok(ShapeKind::Mesh(known));
     }
     let read = mesh::obj::load(&key.0, &key.1).map_err(|e| match e {
@@ -120,16 +129,132 @@ fn obj(reader: &mut Reader<'_>, params: &Params<'_>, to_world: &DAffine3) -> Res
     for warning in read.warnings {
         reader.warn(warning);
     }
-    reader.mesh_triangles += read.mesh.triangles.len();
-    reader.mesh_bytes += read.bytes as u64;
-    if reader.mesh_triangles > limits::SCENE_TRIANGLES || reader.mesh_bytes > limits::TOTAL_MESH_BYTES {
+    reader.known.mesh_triangles += read.mesh.triangles.len();
+    reader.known.mesh_bytes += read.bytes as u64;
+    if reader.known.mesh_triangles > limits::SCENE_TRIANGLES
+        || reader.known.mesh_bytes > limits::TOTAL_MESH_BYTES
+    {
         let (triangles, bytes) = (limits::SCENE_TRIANGLES, limits::TOTAL_MESH_BYTES);
         let message =
             format!("the meshes of this scene have more than {triangles} triangles or {bytes} bytes");
         return Err(reader.document.finding(FindingKind::Limit, params.span(), message).error());
     }
-    reader.meshes.push(Arc::new(read.mesh));
-    let new = MeshId(reader.meshes.len() as u32 - 1);
-    reader.known_meshes.insert(key, new);
+    reader.lists.meshes.push(Arc::new(read.mesh));
+    let new = MeshId(reader.lists.meshes.len() as u32 - 1);
+    reader.known.meshes.insert(key, new);
     Ok(ShapeKind::Mesh(new))
+}
+
+/// Reads a group; once, wherever it stands and however often it is shown.
+fn group(reader: &mut Reader<'_>, id: ElementId) -> Result<GroupId, SceneError> {
+    if let Some(&known) = reader.known.groups.get(&id) {
+        return Ok(known);
+    }
+    let params = Params::new(reader.document, id)?;
+    refuse(
+        reader,
+        &params,
+        "a group has no material or light of its own",
+        "put it into the shapes of the group",
+    )?;
+    let parts = params.objects("shape");
+    if parts.is_empty() {
+        let found = reader.document.finding(FindingKind::Missing, params.span(), "a group without shapes");
+        return Err(found.help("put a <shape> into it").error());
+    }
+    let shapes = parts.into_iter().map(|part| member(reader, part)).collect::<Result<_, _>>()?;
+    let name = params.element().value("id").map(str::to_owned);
+    reader.lists.groups.push(GroupDesc { id: name, place: reader.place(params.span()), shapes });
+    let new = GroupId(reader.lists.groups.len() as u32 - 1);
+    reader.known.groups.insert(id, new);
+    reader.finish(params);
+    Ok(new)
+}
+
+/// One shape of a group; `span` is where the group names it.
+fn member(reader: &mut Reader<'_>, (id, span): (ElementId, Span)) -> Result<ShapeDesc, SceneError> {
+    let wrong = |reader: &Reader<'_>, span, message: &str, help: &str| {
+        Err(reader.document.finding(FindingKind::Plugin, span, message).help(help).error())
+    };
+    match reader.document.element(id).value("type") {
+        Some(GROUP) => return wrong(reader, span, "a group in a group", "put its shapes into this one"),
+        Some(INSTANCE) => {
+            let help = "put the shapes that it shows into the group";
+            return wrong(reader, span, "an instance in a group", help);
+        }
+        _ => {}
+    }
+    let shape = single(reader, id)?;
+    if shape.emission.is_some() {
+        let children = reader.document.element(id).children.iter().map(|c| reader.document.element(*c));
+        let emitter = children.into_iter().find(|c| c.tag.name == "emitter").map_or(span, |e| e.span);
+        let help = "what shines is a shape of the scene itself: move it out of the group";
+        return wrong(reader, emitter, "a light in a group", help);
+    }
+    Ok(shape)
+}
+
+/// Reads an instance.
+fn instance(reader: &mut Reader<'_>, id: ElementId) -> Result<ShapeDesc, SceneError> {
+    let params = Params::new(reader.document, id)?;
+    let help = "give it to the shapes of the group";
+    refuse(reader, &params, "an instance has no material or light of its own", help)?;
+    let groups = params.objects("shape");
+    let wrong = |kind, span, message: String, help: &str| {
+        Err(reader.document.finding(kind, span, message).help(help).error())
+    };
+    let (group, span) = match groups.as_slice() {
+        [one] => *one,
+        [] => {
+            let help = "add <ref id=\"…\"/> with the id of a <shape type=\"shapegroup\">";
+            let message = "an instance shows a group, and this one names none".to_owned();
+            return wrong(FindingKind::Missing, params.span(), message, help);
+        }
+        [_, (_, second), ..] => {
+            let message = "an instance shows one group, and this is a second one".to_owned();
+            return wrong(FindingKind::Parameter, *second, message, "make another instance for it");
+        }
+    };
+    let target = reader.document.element(group);
+    if target.value("type") != Some(GROUP) {
+        let plugin = shorten(target.value("type").unwrap_or_default());
+        let message = format!("an instance shows a `{GROUP}`, and this is the shape `{plugin}`");
+        let help = "put the shape into a <shape type=\"shapegroup\"> and refer to that";
+        return wrong(FindingKind::Reference, span, message, help);
+    }
+    let group = self::group(reader, group)?;
+    let shape = ShapeDesc {
+        id: params.element().value("id").map(str::to_owned),
+        place: reader.place(params.span()),
+        kind: ShapeKind::Instance(group),
+        to_world: params.to_world()?,
+        flip_normals: false,
+        bsdf: BsdfId::NONE,
+        emission: None,
+    };
+    reader.finish(params);
+    Ok(shape)
+}
+
+/// Refuses materials and lights among the children of a group or an instance.
+fn refuse(reader: &Reader<'_>, params: &Params<'_>, message: &str, help: &str) -> Result<(), SceneError> {
+    let found = ["bsdf", "emitter"].into_iter().find_map(|tag| params.objects(tag).first().copied());
+    let at = |span| reader.document.finding(FindingKind::Parameter, span, message).help(help).error();
+    found.map_or(Ok(()), |(_, span)| Err(at(span)))
+}
+
+/// Remarks on groups that no instance shows.
+pub(crate) fn unseen(reader: &mut Reader<'_>) {
+    let group_of = |shape: &ShapeDesc| match shape.kind {
+        ShapeKind::Instance(group) => Some(group.0),
+        _ => None,
+    };
+    let shown: BTreeSet<u32> = reader.lists.shapes.iter().filter_map(group_of).collect();
+    for (id, group) in std::mem::take(&mut reader.known.groups) {
+        if !shown.contains(&group.0) {
+            let span = reader.document.element(id).span;
+            let found = reader.document.finding(FindingKind::Parameter, span, "no instance shows this group");
+            reader.warn(found.help("it is not seen: add a <shape type=\"instance\"> for it").advice());
+        }
+    }
 }

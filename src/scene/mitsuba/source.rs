@@ -3,8 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::scene::desc::Place;
-use crate::scene::diagnostic::{Finding, FindingKind};
-use crate::scene::excerpt::LineAt;
+use crate::scene::diagnostic::{Finding, FindingKind, LineAt};
 
 /// A piece of a file, in bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -30,7 +29,7 @@ const STRIDE: usize = 1024;
 
 /// One file, or a text that stands for one.
 #[derive(Debug)]
-struct Source {
+struct SourceText {
     path: PathBuf,
     text: String,
     /// Byte at which each line starts.
@@ -42,7 +41,7 @@ struct Source {
 
 /// All texts of a scene.
 #[derive(Debug, Default)]
-pub(crate) struct Sources(Vec<Source>);
+pub(crate) struct Sources(Vec<SourceText>);
 
 impl Sources {
     /// Adds a text of less than 4 GiB and returns its index.
@@ -55,7 +54,7 @@ impl Sources {
             characters.push(count);
             count += starts_of_characters(chunk);
         }
-        self.0.push(Source { path, text: text.into(), lines, characters });
+        self.0.push(SourceText { path, text: text.into(), lines, characters });
         self.0.len() as u32 - 1
     }
 
@@ -112,7 +111,7 @@ impl Sources {
     }
 }
 
-impl Source {
+impl SourceText {
     /// Characters that start before a byte.
     fn characters_before(&self, byte: usize) -> u32 {
         let Some(&count) = self.characters.get(byte / STRIDE) else {

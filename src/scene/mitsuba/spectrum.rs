@@ -1,6 +1,6 @@
-//! Colours and spectra: `rgb`, `spectrum`, `float`, according to what they are for.
+//! Reads colours and spectra: `rgb`, `spectrum` and `float`, according to their use.
 //!
-//! As Mitsuba 3.9.1 in its spectral mode: an `rgb` or a `float` of a light multiplies D65; a
+//! The rules are those of Mitsuba 3.9.1 in its spectral mode: an `rgb` or a `float` of a light multiplies D65; a
 //! `spectrum` is taken as it stands, also in a light, where 1 at every wavelength is the
 //! equal-energy white of Y = 1.
 
@@ -9,14 +9,12 @@ use super::params::Params;
 use super::reader::{PluginTable, Reader};
 use super::source::Span;
 use super::value;
-use crate::scene::diagnostic::Finding;
-use crate::scene::diagnostic::{FindingKind, SceneError};
-use crate::scene::excerpt::LineAt;
+use crate::scene::diagnostic::{Finding, FindingKind, LineAt, SceneError};
 use crate::scene::files::read_bytes;
 use crate::scene::limits;
 use crate::spectrum::Spectrum;
 
-/// What a spectrum is for; decides what an RGB colour means.
+/// The use of a spectrum, which decides what an RGB colour means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Role {
     /// A share of light in [0, 1].
@@ -73,9 +71,9 @@ pub(crate) fn read(
     Ok(Some(spectrum))
 }
 
-/// A `spectrum`, worked out once however often it is referred to.
+/// Reads a `spectrum`; once, however often it is referred to.
 fn shared(reader: &mut Reader<'_>, id: ElementId, role: Role) -> Result<Spectrum, SceneError> {
-    if let Some(known) = reader.known_spectra.get(&(id, role)) {
+    if let Some(known) = reader.known.spectra.get(&(id, role)) {
         return Ok(known.clone());
     }
     let element = reader.document.element(id);
@@ -84,7 +82,7 @@ fn shared(reader: &mut Reader<'_>, id: ElementId, role: Role) -> Result<Spectrum
         None => values(reader, element)?,
     };
     if element.attribute("id").is_some() {
-        reader.known_spectra.insert((id, role), spectrum.clone());
+        reader.known.spectra.insert((id, role), spectrum.clone());
     }
     Ok(spectrum)
 }
@@ -128,8 +126,8 @@ fn file(reader: &mut Reader<'_>, name: &str, span: Span) -> Result<Spectrum, Sce
     let path = reader.document.resolve(name, span);
     let at = |reader: &Reader<'_>, kind, m: String| reader.document.finding(kind, span, m).error();
     let bytes = read_bytes(&path, limits::SPECTRUM_BYTES).map_err(|e| at(reader, e.kind(), e.to_string()))?;
-    reader.spectrum_bytes += bytes.len();
-    if reader.spectrum_bytes > limits::TOTAL_SPECTRUM_BYTES {
+    reader.known.spectrum_bytes += bytes.len();
+    if reader.known.spectrum_bytes > limits::TOTAL_SPECTRUM_BYTES {
         let m =
             format!("the spectrum files of this scene have more than {} bytes", limits::TOTAL_SPECTRUM_BYTES);
         return Err(at(reader, FindingKind::Limit, m));

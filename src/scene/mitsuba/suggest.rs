@@ -1,44 +1,29 @@
-//! “Did you mean …?”
+//! Suggestions for misspelt names.
 
-/// The candidate nearest to `name`, if it is near enough to be a slip of the hand.
-pub(crate) fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let name: Vec<char> = name.chars().take(65).collect();
-    if name.is_empty() || name.len() > 64 {
+/// The candidate nearest to `name`, if it is near enough to be a slip of the hand. Case is free.
+fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let length = name.chars().take(65).count();
+    if !(1..=64).contains(&length) {
         return None;
     }
-    let allowed = (name.len() / 3).clamp(1, 3);
-    let by_distance = candidates.into_iter().map(|c| (distance(&name, c), c));
+    let (name, allowed) = (name.to_ascii_lowercase(), (length / 3).clamp(1, 3));
+    let distance = |c: &str| strsim::osa_distance(&name, &c.to_ascii_lowercase());
+    let by_distance = candidates.into_iter().map(|c| (distance(c), c));
     by_distance.min_by_key(|(d, _)| *d).filter(|(d, _)| *d <= allowed).map(|(_, c)| c)
 }
 
-/// “did you mean …?”, or a list of what there is.
-pub(crate) fn hint(name: &str, candidates: &[&str]) -> String {
-    match nearest(name, candidates.iter().copied()) {
-        Some(c) => format!("did you mean `{c}`?"),
-        None => format!("known here: {}", candidates.join(", ")),
-    }
+/// “did you mean …?”, or another advice where no candidate is near.
+pub(crate) fn nearest_or<'a>(
+    name: &str,
+    candidates: impl IntoIterator<Item = &'a str>,
+    advice: impl Into<String>,
+) -> String {
+    nearest(name, candidates).map_or_else(|| advice.into(), |near| format!("did you mean `{near}`?"))
 }
 
-/// Edits (insert, delete, replace, swap neighbours; case is free) from `a` to `b`: Damerau 1964, each
-/// letter touched once.
-fn distance(a: &[char], b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let same = |i: usize, j: usize| a[i].eq_ignore_ascii_case(&b[j]);
-    let mut before: Vec<usize> = Vec::new();
-    let mut last: Vec<usize> = (0..=b.len()).collect();
-    for i in 0..a.len() {
-        let mut row = vec![i + 1];
-        for j in 0..b.len() {
-            let replaced = last[j] + usize::from(!same(i, j));
-            let mut best = replaced.min(row[j] + 1).min(last[j + 1] + 1);
-            if i > 0 && j > 0 && same(i, j - 1) && same(i - 1, j) {
-                best = best.min(before[j - 1] + 1);
-            }
-            row.push(best);
-        }
-        before = std::mem::replace(&mut last, row);
-    }
-    last[b.len()]
+/// “did you mean …?”, or a list of the known names.
+pub(crate) fn hint(name: &str, candidates: &[&str]) -> String {
+    nearest_or(name, candidates.iter().copied(), format!("known here: {}", candidates.join(", ")))
 }
 
 #[cfg(test)]

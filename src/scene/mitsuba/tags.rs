@@ -1,11 +1,11 @@
 //! The elements of the format and their attributes.
 
-/// What an element is.
+/// The kind of an element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TagKind {
     /// The root.
     Scene,
-    /// Acts on the reading itself and leaves no element.
+    /// Acts on the reader itself and leaves no element.
     Directive,
     /// A plugin.
     Object,
@@ -24,9 +24,9 @@ pub(crate) enum TagKind {
 /// An element of the format.
 #[derive(Debug)]
 pub(crate) struct Tag {
-    /// As written.
+    /// Its name.
     pub(crate) name: &'static str,
-    /// What it is.
+    /// Its kind.
     pub(crate) kind: TagKind,
     /// Attributes it may have.
     pub(crate) attributes: &'static [&'static str],

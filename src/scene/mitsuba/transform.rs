@@ -1,4 +1,4 @@
-//! `transform`: steps in the order of the file, each applied after the ones before it.
+//! Reads `transform`: its steps apply in the order of the file.
 
 use glam::{DAffine3, DMat3, DMat4, DVec3, DVec4};
 
@@ -6,18 +6,17 @@ use super::document::{Document, Element};
 use super::source::Span;
 use super::value;
 
-/// What went wrong, and where.
+/// A place and a message.
 type Fault = (Span, String);
 
-/// Reader of one step.
-type Step = fn(&Element) -> Result<DAffine3, Fault>;
+/// Reads one step.
+type TransformStep = fn(&Element) -> Result<DAffine3, Fault>;
 
 /// Every step there is.
-const STEPS: &[(&str, Step)] =
+const STEPS: &[(&str, TransformStep)] =
     &[("translate", translate), ("scale", scale), ("rotate", rotate), ("lookat", lookat), ("matrix", matrix)];
 
-/// A matrix flatter than this, as its determinant over the product of its columns' lengths, has no
-/// useful inverse.
+/// Least determinant over the product of the columns' lengths: a flatter matrix has no useful inverse.
 const FLATTEST: f64 = 1e-12;
 
 /// The product of the steps of `element`; last step leftmost. Invertible and finite, also in single precision.

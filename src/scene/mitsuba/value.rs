@@ -2,13 +2,17 @@
 
 use glam::DVec3;
 
+/// The beginning of a name or value of a file, for messages.
+pub(crate) fn shorten(text: &str) -> String {
+    text.chars().take(64).collect()
+}
+
 /// One number.
 pub(crate) fn number(text: &str) -> Result<f64, String> {
     let text = text.trim();
-    let shown = || text.chars().take(40).collect::<String>();
-    let value: f64 = text.parse().map_err(|_| format!("`{}` is not a number", shown()))?;
+    let value: f64 = text.parse().map_err(|_| format!("`{}` is not a number", shorten(text)))?;
     if !value.is_finite() || value.abs() > f64::from(f32::MAX) {
-        return Err(format!("`{}` is not a finite number of single precision", shown()));
+        return Err(format!("`{}` is not a finite number of single precision", shorten(text)));
     }
     Ok(value)
 }
@@ -20,9 +24,7 @@ pub(crate) fn numbers(text: &str) -> Result<Vec<f64>, String> {
 
 /// An integer.
 pub(crate) fn integer(text: &str) -> Result<i64, String> {
-    text.trim()
-        .parse()
-        .map_err(|_| format!("`{}` is not an integer", text.chars().take(40).collect::<String>()))
+    text.trim().parse().map_err(|_| format!("`{}` is not an integer", shorten(text)))
 }
 
 /// `true` or `false`.
@@ -30,7 +32,7 @@ pub(crate) fn boolean(text: &str) -> Result<bool, String> {
     match text.trim().to_ascii_lowercase().as_str() {
         "true" => Ok(true),
         "false" => Ok(false),
-        _ => Err(format!("`{}` is neither true nor false", text.chars().take(40).collect::<String>())),
+        _ => Err(format!("`{}` is neither true nor false", shorten(text))),
     }
 }
 
@@ -58,7 +60,7 @@ pub(crate) fn rgb(text: &str) -> Result<[f64; 3], String> {
 pub(crate) fn wavelength_list(text: &str) -> Result<Vec<(f64, f64)>, String> {
     let tokens = text.split(|c: char| c == ',' || c.is_whitespace()).filter(|t| !t.is_empty());
     let pair = |t: &str| {
-        let wanted = || format!("`{}` is not wavelength:value", t.chars().take(40).collect::<String>());
+        let wanted = || format!("`{}` is not wavelength:value", shorten(t));
         let (l, v) = t.split_once(':').ok_or_else(wanted)?;
         Ok((number(l)?, number(v)?))
     };

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use crate::scene::diagnostic::{Finding, FindingKind, SceneWarning};
-use crate::scene::excerpt::LineAt;
+use super::value::shorten;
+use crate::scene::diagnostic::{Finding, FindingKind, LineAt, SceneWarning};
 use crate::scene::limits;
 
 /// A `$name`.
@@ -52,7 +52,7 @@ impl Variables {
             let ends = word.char_indices().map(|(i, c)| i + c.len_utf8()).take(256);
             let end = ends.filter(|&e| self.0.contains_key(&word[..e])).max().unwrap_or(0);
             let Some(variable) = self.0.get_mut(&word[..end]) else {
-                return Err(Unresolved::Unknown(word.chars().take(64).collect()));
+                return Err(Unresolved::Unknown(shorten(word)));
             };
             variable.used = true;
             out.push_str(&variable.value);

@@ -19,7 +19,7 @@ pub fn dielectric(cos: f32, eta: Vec4) -> Vec4 {
     Vec4::select(eta.cmpeq(Vec4::ONE), Vec4::ZERO, r)
 }
 
-/// On a metal of complex index `eta + i k` (relative to the near side). 1 at grazing incidence, and 1
+/// Reflectance of a metal of complex index `eta + i k` (relative to the near side). 1 at grazing incidence, and 1
 /// everywhere for `eta` = 0.
 #[inline]
 pub fn conductor(cos: f32, eta: Vec4, k: Vec4) -> Vec4 {

@@ -38,7 +38,7 @@ impl MaterialModel for PlasticMaterial {
     }
 }
 
-/// What a coat reflects of diffuse light from within; a table over wavelengths where a medium disperses.
+/// Reflectance of the coat from within for diffuse light; a table over wavelengths where a medium disperses.
 fn internal_reflectance(int_ior: &Ior, ext_ior: &Ior) -> Spectrum {
     let at = |nm: f32| {
         let lambda = Vec4::splat(nm);
@@ -61,14 +61,14 @@ pub struct Plastic {
     /// Index of the coat over that of the outside, per lane.
     eta: Vec4,
     coat: SampledSpectrum,
-    /// Of the base, with internal scattering and 1/η².
+    /// Albedo of the base, with internal scattering and 1/η².
     base: SampledSpectrum,
     /// Share of the coat in what can be reflected.
     coat_share: f32,
     hero_only: bool,
 }
 
-/// What lies under a coat, and what happens to light within it.
+/// The diffuse base under a coat, and the scattering between the two.
 #[derive(Clone, Copy, Debug)]
 pub struct Base {
     /// Albedo of the base.
@@ -104,7 +104,7 @@ impl Plastic {
         fresnel::dielectric(w.z.min(1.0), self.eta)
     }
 
-    /// How likely the coat is chosen; `None` when nothing is reflected at all.
+    /// Probability of choosing the coat; `None` when nothing is reflected at all.
     #[inline]
     fn coat_probability(&self, f_o: Vec4) -> Option<f32> {
         let f = if self.hero_only { f_o.x } else { f_o.element_sum() * 0.25 };

@@ -235,7 +235,7 @@ impl ScatteringModel for RoughDielectric {
         self.parts_colors
     }
 
-    /// How the lanes share a refraction between `wo` and `wi`; nothing parts in a reflection.
+    /// The shares of the lanes in a refraction between `wo` and `wi`. Lanes do not part in a reflection.
     fn part(&self, wo: Vec3, wi: Vec3) -> Parted {
         let Some(facing) = self.facing(wo).filter(|_| self.parts_colors && wo.z * wi.z < 0.0) else {
             return Parted::NOTHING;

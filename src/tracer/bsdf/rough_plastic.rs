@@ -61,7 +61,7 @@ pub struct RoughPlastic {
     /// Index of the coat over that of the outside.
     eta: f32,
     coat: SampledSpectrum,
-    /// Of the base, with internal scattering and 1/η².
+    /// Albedo of the base, with internal scattering and 1/η².
     base: SampledSpectrum,
     /// Share of the coat in what can be reflected.
     coat_share: f32,
@@ -76,7 +76,7 @@ pub struct Coat {
     pub eta: f32,
     /// Its facets, the same along both tangents.
     pub microfacet: Microfacet,
-    /// What it lets through to the base, and from the base out.
+    /// The share of light that it lets through, to the base and out again.
     pub transmittance: Transmittance,
 }
 
@@ -90,7 +90,7 @@ impl RoughPlastic {
         Self { eta, coat: reflectance, base, coat_share, microfacet, transmittance }
     }
 
-    /// How likely the coat is chosen; `None` when nothing is reflected at all.
+    /// Probability of choosing the coat; `None` when nothing is reflected at all.
     #[inline]
     fn coat_probability(&self, t_o: f32) -> Option<f32> {
         let (coat, base) = ((1.0 - t_o) * self.coat_share, t_o * (1.0 - self.coat_share));
@@ -157,13 +157,13 @@ const COSINES: u32 = 64;
 /// The share of light that a rough interface lets through by one refraction, over the cosine of the angle to the normal:
 /// ∫ (1 − F) G₁ over the visible normals.
 ///
-/// As little of a `Bsdf` as will do (32 bytes). Cubic between its nodes: for indices from 1.3 to 2 within
+/// Kept small (32 bytes), because it is part of every `Bsdf`. Cubic between its nodes: for indices from 1.3 to 2 within
 /// 2e-3, next to grazing angles (cosines below 0.1) within 6e-3.
 #[derive(Clone, Copy, Debug)]
 pub struct Transmittance([u16; NODES]);
 
 impl Transmittance {
-    /// Of an interface with these facets (the same along both tangents) and index `eta`, far over near side.
+    /// The table of an interface with these facets (the same along both tangents) and index `eta`, far over near side.
     pub fn of(microfacet: &Microfacet, eta: f32) -> Self {
         let mut nodes = [0; NODES];
         for (i, node) in nodes.iter_mut().enumerate() {
@@ -175,7 +175,7 @@ impl Transmittance {
         Self(nodes)
     }
 
-    /// At a cosine from 0 to 1: a number from 0 to 1.
+    /// The share at a cosine from 0 to 1.
     #[inline]
     pub fn at(&self, cos: f32) -> f32 {
         let x = cos.clamp(0.0, 1.0).sqrt() * (NODES - 1) as f32;
@@ -194,7 +194,7 @@ impl Transmittance {
 /// of ∫ F G₁ cos θ over 64 cosines from 0 to 1.
 ///
 /// That is how Mitsuba sums it; with both ends in the mean it is below the integral, so that a base comes out darker by
-/// 0.6 % (roughness 0.5) to 1.6 % (0.02) than it would. A scene made for Mitsuba shall look the same here.
+/// 0.6 % (roughness 0.5) to 1.6 % (0.02) than it would. A scene made for Mitsuba looks the same here.
 pub fn internal_reflectance(microfacet: &Microfacet, eta: f32) -> f32 {
     let within = 1.0 / eta;
     let sum: f64 = (0..COSINES)

@@ -1,4 +1,4 @@
-//! What paths ask of a material: the contract of every model of scattering, and of the sets of models that code is made for.
+//! The contract between paths and materials: of every model of scattering, and of the sets of models that code is compiled for.
 
 use glam::Vec3;
 
@@ -92,13 +92,13 @@ pub trait ScatteringModel: Copy {
         false
     }
 
-    /// How the lanes share what [`eval`](Self::eval) and [`sample`](Self::sample) give, where colours part and it is no delta.
+    /// The shares of the lanes in the results of [`eval`](Self::eval) and [`sample`](Self::sample), for rough dispersive refraction.
     #[inline]
     fn part(&self, _wo: Vec3, _wi: Vec3) -> Parted {
         Parted::NOTHING
     }
 
-    /// Where a delta refracts `lane` to, and its (nᵢ/nₒ)²; `None` on total reflection.
+    /// The direction into which a delta refracts `lane`, and its (nᵢ/nₒ)²; `None` on total reflection.
     #[inline]
     fn refract(&self, _wo: Vec3, _lane: usize) -> Option<(Vec3, f32)> {
         None

@@ -11,9 +11,9 @@ pub enum Sides {
     Single(u32),
     /// Seen from the front and from behind; each is lit and seen as if that side were its front.
     Two {
-        /// From the side of the normal.
+        /// The material seen from the side of the normal.
         front: u32,
-        /// From the other side.
+        /// The material seen from the other side.
         back: u32,
     },
 }

@@ -81,7 +81,7 @@ fn trace_light_path(tracer: &PhotonTracer, path: u64, batch: &mut PhotonBatch) {
     // One more segment leads to the camera.
     while walk.depth() + 1 < longest {
         let Some(hit) = scene.closest(&ray) else { return };
-        let vertex = walk.arrive(scene, hit);
+        let vertex: SubpathVertex = walk.arrive(scene, hit);
         let here = vertex.surface.bsdf.has_diffuse_part();
         if here && vertex.depth > 1 && reflects(&vertex) {
             let (layer, wanted) = match spread {
