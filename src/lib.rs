@@ -1,9 +1,8 @@
 //! Pointillist: an interactive global-illumination renderer in two halves.
 //!
-//! The words are those of Radziszewski, Alda and Boryczko, *Interactive Ray Tracing Client*. A
-//! **server** traces paths on every core and never stops producing point samples `[u, v], [x, y, z, w]`.
-//! A **client** splats them into float images, blurs by sample count and variance, and shows the best
-//! picture it can. Data goes one way:
+//! It implements the system of Radziszewski, Alda and Boryczko, *Interactive Ray Tracing Client* (WSCG 2010), and keeps its words. A
+//! **server** traces paths on every core and never stops producing point samples `[u, v], [x, y, z, w]`. A **client** splats them into
+//! floating-point images, blurs by sample count and variance, and shows the best picture it can. Data goes one way:
 //!
 //! ```text
 //! scenes/*.xml ─ scene::mitsuba ─▶ SceneDesc ─ tracer::Scene::prepare ─▶ Scene (immutable)
@@ -13,6 +12,21 @@
 //!   client: lanes.drain ─▶ splat ─▶ fold ─▶ variance ─▶ mips ─▶ reconstruct ─▶ glare ─▶ tonemap
 //!     ─▶ PNG, EXR, or with the panel over it the swapchain: app::view runs this as a loop, once a frame
 //! ```
+//!
+//! # A sample from the integrator to the screen
+//!
+//! 1. `server/worker.rs` claims a chunk of indices and calls [`Integrator::trace`](tracer::Integrator::trace) for each.
+//! 2. The integrator hands its samples to a [`BlockSink`](stream::BlockSink), which fills a block of the worker's lane and commits it.
+//! 3. `app` drains the lanes ([`stream::Lanes::drain`]): `app/drive.rs` for a render, `app/view/picture.rs` for the window, both through
+//!    `app/intake.rs`, which counts paths, adds the samples to the film and feeds the observer of the error.
+//! 4. The film ([`client::film::VulkanFilm`], or its [`client::reference`] on the CPU) splats a full batch, folds it into its sums and updates the variance.
+//! 5. A repaint (`client/pass/repaint.rs`) builds mips, reconstructs, adds glare and tone-maps.
+//! 6. `app/view/screen.rs` copies the picture to the swapchain and draws the panel over it; without a window it is read back and written.
+//!
+//! # Where to begin
+//!
+//! [`tracer`] for light transport, [`stream`] for the contract, [`client`] for the display, [`study`] for the error and its interval, [`app`] for the
+//! program, with an example that loads a scene, renders it and reads the error.
 //!
 //! Imports go downwards only; `tests/architecture.rs` holds the table and fails with file and line.
 

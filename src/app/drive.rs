@@ -35,16 +35,16 @@ pub struct Drive {
     pub quantity: ErrorQuantile,
 }
 
-/// What came of it.
+/// The outcome of draining a render.
 #[derive(Clone, Debug, Default)]
-pub struct Driven {
+pub struct DriveOutcome {
     /// Wall time from start to the last sample on the film.
     pub wall: Duration,
-    /// Part of it spent in the client.
+    /// The part of `wall` that was spent in the client.
     pub rasterise: Duration,
-    /// Ctrl-C ended it.
+    /// Ctrl-C ended the render.
     pub interrupted: bool,
-    /// A path panicked and ended it: its index and what it said.
+    /// A path panicked and ended the render: its index and the panic's message.
     pub panicked: Option<(u64, String)>,
     /// Every index of the range was traced.
     pub complete: bool,
@@ -52,13 +52,13 @@ pub struct Driven {
     pub reached: bool,
 }
 
-/// Who looks on.
-pub struct Onlookers<'a> {
+/// What is updated while a render is drained.
+pub struct DriveObservers<'a> {
     /// The progress bar.
     pub bar: &'a Progress,
-    /// What `--gpu-timings` asks for.
+    /// The capture of `--gpu-timings`, if it is asked for.
     pub timings: &'a mut Option<TimingCapture>,
-    /// Who watches the error.
+    /// The thread that estimates the error, if there is one.
     pub observer: Option<&'a Observer>,
 }
 
@@ -73,10 +73,10 @@ pub fn drive(
     server: &Server,
     lanes: &mut Lanes,
     client: &mut Client,
-    Onlookers { bar, timings, observer }: Onlookers<'_>,
-) -> Result<Driven> {
+    DriveObservers { bar, timings, observer }: DriveObservers<'_>,
+) -> Result<DriveOutcome> {
     let start = Instant::now();
-    let mut driven = Driven::default();
+    let mut driven = DriveOutcome::default();
     let order = match drive.deterministic {
         true => DrainOrder::Index { first: drive.first_index },
         false => DrainOrder::Arrival,
@@ -85,7 +85,7 @@ pub fn drive(
     let mut aborted = false;
     loop {
         let rasterise = Instant::now();
-        let drained = take(drive, lanes, client, (observer, &mut driven.reached)).into_diagnostic()?;
+        let drained = take(drive, lanes, client, observer, &mut driven.reached).into_diagnostic()?;
         driven.rasterise += rasterise.elapsed();
         if let Some(timings) = timings {
             if drained.blocks > 0 {
@@ -128,11 +128,13 @@ pub fn drive(
     Ok(driven)
 }
 
+/// Moves up to [`BUDGET`] samples to the client. In index order `reached` is set by the block with which the error meets its target.
 fn take(
     drive: Drive,
     lanes: &mut Lanes,
     client: &mut Client,
-    (observer, reached): (Option<&Observer>, &mut bool),
+    observer: Option<&Observer>,
+    reached: &mut bool,
 ) -> std::result::Result<Drained, ClientError> {
     let mut intake = Intake::new(client, observer);
     let goal = observer.filter(|observer| drive.deterministic && observer.target().is_some());

@@ -20,7 +20,7 @@ pub struct ErrorReport {
     pub p99: Interval,
     /// Mean of the squared error over the squared luminance plus 0.01.
     pub rel_mse: Interval,
-    /// What these figures cannot know of.
+    /// What these figures do not contain.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub besides: Option<&'static str>,
     /// The quantile of `target`, `prediction` and `curve`.
@@ -28,9 +28,9 @@ pub struct ErrorReport {
     /// The same quantile.
     #[serde(skip)]
     pub at: ErrorQuantile,
-    /// What was asked for, by `--error` or in the window.
+    /// The target, from `--error` or the window.
     pub target: Option<f64>,
-    /// It was reached; a render stops there.
+    /// The target was reached; a render stops there.
     pub reached: bool,
     /// When the target, or the next round error, would have been reached.
     pub prediction: Option<Prediction>,

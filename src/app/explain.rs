@@ -50,7 +50,7 @@ struct Explained<'a> {
 ///
 /// # Errors
 ///
-/// Whatever stops the run: the scene, the device, the place of `--json`.
+/// When the scene, the device or the place of `--json` cannot be used.
 pub fn explain(args: &ExplainArgs) -> Result<()> {
     check_json(args.json.as_deref(), &args.source.scene)?;
     process::listen_for_interrupt();
@@ -105,7 +105,7 @@ pub fn explain(args: &ExplainArgs) -> Result<()> {
 ///
 /// # Errors
 ///
-/// Those of `measure`.
+/// As `measure`.
 fn charge_client(
     plan: &mut [PlannedEffect],
     settings: &Settings,

@@ -67,11 +67,11 @@ pub fn tell_warnings(loaded: &Loaded) {
     }
 }
 
-/// Reads the scene; size and method are those of the command line.
+/// Reads the scene, with the size and the method of the command line.
 ///
 /// # Errors
 ///
-/// Whatever is wrong with the file.
+/// When the file cannot be read or has a fault.
 pub fn read(source: &SceneArgs) -> Result<Loaded> {
     let mut loaded = scene::load(&source.scene, &source.defines)?;
     let desc = &mut loaded.desc;
@@ -83,11 +83,11 @@ pub fn read(source: &SceneArgs) -> Result<Loaded> {
     Ok(loaded)
 }
 
-/// Reads the scene and forces on and off what the command line says.
+/// Reads the scene and forces effects on and off as the command line says.
 ///
 /// # Errors
 ///
-/// As [`read`], and what cannot be forced.
+/// As [`read`], and when an effect cannot be forced.
 pub fn load(source: &SceneArgs) -> Result<SceneInput> {
     let mut loaded = read(source)?;
     let forced = forced(&loaded.desc, source)?;
@@ -95,12 +95,12 @@ pub fn load(source: &SceneArgs) -> Result<SceneInput> {
     Ok(SceneInput { loaded, forced })
 }
 
-/// Makes `desc` ready for tracing by `make` ([`Scene::prepare`] or [`Scene::prepare_general`]), its rays walked as `--simd` says
-/// or as a kernel does.
+/// Prepares `desc` for tracing with `make` ([`Scene::prepare`] or [`Scene::prepare_general`]) and chooses the SIMD kernel that traverses
+/// its acceleration structure.
 ///
 /// # Errors
 ///
-/// When the processor lacks what that needs, and what `make` finds wrong.
+/// When the processor lacks the kernel's instructions, or `make` fails.
 pub fn prepare(
     make: fn(&SceneDesc) -> Result<Scene, PrepareError>,
     desc: &SceneDesc,
@@ -114,7 +114,7 @@ pub fn prepare(
     scene.ok_or_else(|| lacking(kernel, SimdKernel::is_available))
 }
 
-/// What to say of a kernel that cannot run here, where `has` those that can.
+/// The error for a kernel that cannot run here; `has` tells which kernels can.
 fn lacking(kernel: SimdKernel, has: impl Fn(SimdKernel) -> bool) -> miette::Report {
     let there: Vec<&str> = SimdKernel::ALL.into_iter().filter(|k| has(*k)).map(SimdKernel::name).collect();
     miette::miette!(
@@ -125,11 +125,11 @@ fn lacking(kernel: SimdKernel, has: impl Fn(SimdKernel) -> bool) -> miette::Repo
     )
 }
 
-/// What the command line forces on and off that is not so already; the rest is told of, since it changes nothing.
+/// The effects that the command line switches on or off and that are not so already. Switches without effect are reported.
 ///
 /// # Errors
 ///
-/// What cannot be forced.
+/// When an effect cannot be forced.
 pub fn forced(desc: &SceneDesc, source: &SceneArgs) -> Result<Vec<Forced>> {
     let kind = desc.integrator.kind;
     let plan = decide(desc, kind);
@@ -180,7 +180,7 @@ mod tests {
         assert_eq!(what, "--simd avx2: this processor lacks the instructions; it has scalar");
     }
 
-    /// What the processor lacks is refused before anything is made; the rest is walked as asked.
+    /// A kernel that the processor lacks is refused before the scene is prepared; the others are used as asked.
     #[test]
     fn scenes_are_walked_as_asked() {
         let text = "<scene version=\"3.0.0\"><sensor type=\"perspective\"/><shape type=\"cube\"/>\

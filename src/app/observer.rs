@@ -1,8 +1,8 @@
 //! A thread that watches the error of the picture, so that neither tracing nor the display waits for it.
 //!
-//! What waits for the thread is bounded, and belongs to the present render: when another one begins, the blocks of the last
-//! are forgotten where they stand. Beside a window the thread gives way to everything else, and leaves a render alone that
-//! has only just begun: a camera that is dragged begins sixty of them per second, and nobody reads their error.
+//! The queue of blocks is bounded and belongs to the present render: when another render begins, the blocks of the last one are dropped.
+//! Beside a window the thread runs at the lowest priority and ignores a render that has only just begun, because a dragged camera
+//! begins sixty renders per second and nobody reads their error.
 
 use std::collections::VecDeque;
 use std::sync::mpsc::{Sender, channel};
@@ -20,27 +20,27 @@ use crate::study::error::ReplicatePixel;
 use crate::study::prediction::PredictionOutcome;
 use crate::study::{ErrorMonitor, ErrorStatus, ErrorTarget};
 
-/// Samples that wait for the thread at most: 64 MiB.
+/// Upper bound on the samples in the queue: 64 MiB.
 const MOST: usize = (64 << 20) / size_of::<Sample>();
 
-/// Beside a window a render is left alone for so long.
+/// Beside a window the observer pauses for this long between two updates.
 const REST: Duration = Duration::from_millis(250);
 
-/// Blocks are taken together that arrive within so long: a thread that wakes up for each takes more from the tracers than its
+/// Blocks that arrive within this time are processed together: waking up for each would cost the tracer threads more than the
 /// sums do.
 const PAUSE: Duration = Duration::from_millis(50);
 
-/// Beside whom the thread runs.
+/// What the thread runs beside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Beside {
-    /// A render without a window: where the thread is behind, whoever hands it a block waits.
+    /// A render without a window: the caller blocks while the queue is full.
     Render,
-    /// A window, which never waits: blocks for which there is no room are left out, so that the error is said to be larger
-    /// than it is, never smaller.
+    /// A window, which never waits: blocks that do not fit into the queue are left out, so that the stated error is too large,
+    /// never too small.
     Window,
 }
 
-/// What is said to the thread.
+/// A message to the thread.
 enum Message {
     Block {
         first_index: u64,
@@ -48,40 +48,40 @@ enum Message {
         samples: Box<[Sample]>,
         at: Duration,
     },
-    /// Another render begins, after the last one has taken so long: everything before is forgotten.
+    /// Another render begins, after the last one took this long. Everything before is dropped.
     Begin(Box<ErrorMonitor>, Duration, Arc<RunSpec>),
     Aim(Option<ErrorTarget>),
-    /// Answers when everything before has been seen.
+    /// Answers when everything before has been processed.
     Sync(Sender<()>),
-    /// Answers with what every pixel knows of itself.
+    /// Answers with the mean and the difference of the replicates of every pixel.
     Pixels(Sender<Vec<ReplicatePixel>>),
-    /// Takes stock a last time and says what came of the predictions.
+    /// Takes a last checkpoint and answers with the outcomes of the predictions.
     End(Duration, Sender<Vec<PredictionOutcome>>),
 }
 
-/// What both sides know.
+/// State shared by the handle and the thread.
 struct Shared {
     inbox: Mutex<Inbox>,
-    /// There is something to do.
+    /// Signals that there is something to do.
     news: Condvar,
-    /// There is room again.
+    /// Signals that there is room again.
     room: Condvar,
-    /// What was known at the last checkpoint, and of which render.
+    /// The number of the render, and its status at the last checkpoint.
     state: Mutex<(u64, Arc<ErrorStatus>)>,
 }
 
-/// What waits for the thread.
+/// The queue of messages.
 struct Inbox {
     messages: VecDeque<Message>,
-    /// Samples in it.
+    /// Samples in the queue.
     samples: usize,
-    /// Somebody waits for an answer.
+    /// A caller waits for an answer.
     asked: bool,
-    /// Blocks are left alone until then.
+    /// Blocks are not processed before this time.
     rest: Instant,
-    /// No more will come.
+    /// No more messages will come.
     closed: bool,
-    /// The thread is gone.
+    /// The thread has ended.
     gone: bool,
 }
 
@@ -215,7 +215,7 @@ impl Observer {
         let _ = answers.recv();
     }
 
-    /// What every pixel knows of itself by now, as [`Replicates::pixels`](crate::study::Replicates::pixels) has it; nothing before
+    /// Mean and difference of the replicates of every pixel so far, as [`Replicates::pixels`](crate::study::Replicates::pixels) returns them; empty before
     /// each replicate has traced a path.
     pub fn pixels(&self) -> Vec<ReplicatePixel> {
         let (answer, answers) = channel();
@@ -223,7 +223,7 @@ impl Observer {
         answers.recv().unwrap_or_default()
     }
 
-    /// Takes stock of everything: the last state, and the predictions with what came of them.
+    /// Takes a last checkpoint; returns the status and the outcomes of the predictions.
     pub fn end(&self) -> (Arc<ErrorStatus>, Vec<PredictionOutcome>) {
         let (answer, answers) = channel();
         self.send(Message::End(self.began.elapsed(), answer), true);
@@ -292,7 +292,7 @@ impl Shared {
     }
 }
 
-/// Sees to it that nobody waits for a thread that is gone.
+/// Marks the thread as ended when it is dropped, so that no caller waits for it.
 struct Gone<'a>(&'a Shared);
 
 impl Drop for Gone<'_> {
@@ -343,7 +343,7 @@ fn observe(mut watch: ErrorMonitor, shared: &Shared) {
     }
 }
 
-/// What is behind the lock is whole at every moment.
+/// Locks, even after a panic: the data behind the lock is consistent at every moment.
 fn unpoisoned<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
 }

@@ -15,18 +15,18 @@ pub struct PlannedEffect {
     /// Its name.
     #[serde(rename = "effect")]
     pub name: &'static str,
-    /// Who simulates it.
+    /// The side that simulates it.
     pub side: EffectSide,
     /// It is simulated.
     pub on: bool,
-    /// What calls for it, or why nothing does.
+    /// The object that calls for it, or why nothing does.
     pub reason: String,
     /// `file:line:column` of the object that calls for it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub place: Option<String>,
-    /// What decides it while the program runs.
+    /// The code that decides it while the program runs.
     pub at_run_time: &'static str,
-    /// What was measured, if it was.
+    /// Its measured cost, if it was measured.
     #[serde(flatten)]
     pub cost: Cost,
     /// The effect, if the tracer simulates it.
@@ -88,17 +88,17 @@ pub fn plan(desc: &SceneDesc, run: &RunSpec, settings: &Settings) -> Vec<Planned
             client: None,
         }
     });
-    let listed = effect_list(&run.film, settings, streams(run.integrator));
-    let shown = listed.into_iter().map(|listed| PlannedEffect {
-        name: listed.name,
+    let entries = effect_list(&run.film, settings, streams(run.integrator));
+    let shown = entries.into_iter().map(|entry| PlannedEffect {
+        name: entry.name,
         side: EffectSide::Client,
-        on: listed.on,
-        reason: listed.reason.clone(),
+        on: entry.on,
+        reason: entry.reason.clone(),
         place: None,
-        at_run_time: listed.at_run_time,
+        at_run_time: entry.at_run_time,
         cost: Cost::default(),
         effect: None,
-        client: Some(listed),
+        client: Some(entry),
     });
     traced.chain(shown).collect()
 }

@@ -109,7 +109,7 @@ pub fn print() -> Result<()> {
         }
     }
     let mut text = format!(
-        "{:48} {:>6} {:>6} {:>7} {:>6}  said/true\n",
+        "{:48} {:>6} {:>6} {:>7} {:>6}  stated/true\n",
         "predictions of 90 %", "known", "held", "", "open"
     );
     groups.sort_by(|a, b| a.0.cmp(&b.0));

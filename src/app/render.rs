@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use miette::{IntoDiagnostic, Result};
 
 use super::args::RenderArgs;
-use super::drive::{Drive, Driven, Onlookers, drive};
+use super::drive::{Drive, DriveObservers, DriveOutcome, drive};
 use super::load::{self, Opened};
 use super::method::{self, CheckOrder, RenderOrder};
 use super::observer::{Beside, Observer};
@@ -34,7 +34,7 @@ use crate::tracer::{Camera, Scene};
 ///
 /// # Errors
 ///
-/// Whatever stops the run. Outputs are checked before anything is rendered, and replaced only when complete.
+/// When a step of the run fails. Outputs are checked before anything is rendered, and replaced only when complete.
 pub fn render(args: &RenderArgs) -> Result<()> {
     let start = Instant::now();
     let outputs = check_options(args)?;
@@ -91,9 +91,9 @@ struct BatchRender<'a> {
     seconds: Seconds,
 }
 
-/// What tracing has brought, besides the film.
+/// The outcome of tracing, apart from the film.
 struct Traced {
-    driven: Driven,
+    driven: DriveOutcome,
     stats: Stats,
     /// What `--check-plan` has found.
     tally: Option<Arc<PlanCheckTally>>,
@@ -183,7 +183,7 @@ impl<'a> BatchRender<'a> {
             texels: (width * height) as f64,
             quantity: args.error_at,
         };
-        let onlookers = Onlookers { bar: &bar, timings: &mut self.timings, observer: observer.as_ref() };
+        let onlookers = DriveObservers { bar: &bar, timings: &mut self.timings, observer: observer.as_ref() };
         let driven = drive(plan, &self.server, &mut self.lanes, &mut self.client, onlookers)?;
         bar.finish();
         let stats = self.server.stats();

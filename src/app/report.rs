@@ -77,12 +77,12 @@ pub struct RenderReport {
     pub outputs: Vec<PathBuf>,
 }
 
-/// What the general code has confirmed.
+/// Result of `--check-plan`: paths traced by special and by general code.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct PlanCheck {
     /// Paths that were traced twice.
     pub paths: u64,
-    /// Those whose samples fell on the other side of a rounding, where arithmetic differs by design.
+    /// Paths whose samples differ by a rounding, where the arithmetic differs by design.
     pub different: u64,
 }
 
@@ -199,7 +199,7 @@ impl Percentiles {
 ///
 /// # Errors
 ///
-/// Whatever the file system says; a file is replaced only once the new one is complete.
+/// When the file cannot be written; an existing file is replaced only once the new one is complete.
 pub fn write_json(figures: &impl Serialize, path: &Path) -> Result<()> {
     let text = serde_json::to_string_pretty(figures).into_diagnostic()? + "\n";
     if path == Path::new("-") {
@@ -218,7 +218,7 @@ pub fn write_json(figures: &impl Serialize, path: &Path) -> Result<()> {
 ///
 /// # Errors
 ///
-/// What is wrong with the place.
+/// When the place cannot be written, or is the scene.
 pub fn check_json(json: Option<&Path>, scene: &Path) -> Result<()> {
     let Some(json) = json.filter(|path| !is_special(path)) else { return Ok(()) };
     check_place(json).into_diagnostic()?;

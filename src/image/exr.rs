@@ -4,9 +4,10 @@
 //! name and are what viewers show. The same picture gives the same bytes: the library keeps attributes
 //! in a hash map, so they are sorted after it has written them.
 
-use std::io::{BufReader, Cursor, Read, Seek};
+use std::io::{BufReader, Cursor, Read, Seek, SeekFrom};
 use std::path::Path;
 
+use exr::meta::MetaData;
 use exr::meta::attribute::Chromaticities;
 use exr::prelude::{
     AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples, Image,
@@ -127,6 +128,9 @@ fn sort_attributes(file: &mut [u8]) -> Option<()> {
     Some(())
 }
 
+/// More bytes of pixels than this per byte of file cannot be: zlib packs at most 1032 to 1, and PXR24 drops a quarter before.
+const LARGEST_RATIO: u64 = 2000;
+
 /// Reads all channels and attributes of a file; of several parts those of every part, with the part's name
 /// before the channel's.
 ///
@@ -139,9 +143,27 @@ pub fn read(path: &Path) -> Result<Layers, ImageError> {
     decode_layers(path, BufReader::new(file))
 }
 
+/// Refuses a file whose headers promise more pixels than its bytes can hold: the decoder allocates what the headers say.
+/// Leaves the file at its beginning.
+fn check_ratio(file: &mut (impl Read + Seek)) -> Result<(), String> {
+    let length = file.seek(SeekFrom::End(0)).map_err(|e| e.to_string())?;
+    file.rewind().map_err(|e| e.to_string())?;
+    let meta = MetaData::read_from_buffered(&mut *file, false).map_err(|e| e.to_string())?;
+    file.rewind().map_err(|e| e.to_string())?;
+    let bytes = meta.headers.iter().fold(0u64, |sum, header| {
+        let pixels = header.layer_size.0 as u64 * header.layer_size.1 as u64;
+        sum.saturating_add(pixels.saturating_mul(header.channels.bytes_per_pixel as u64))
+    });
+    match bytes > length.saturating_mul(LARGEST_RATIO) {
+        true => Err(format!("its header promises {bytes} bytes of pixels, which {length} bytes cannot hold")),
+        false => Ok(()),
+    }
+}
+
 /// Reads the bytes of a file as [`read`] does; `path` only names it in errors.
-pub(super) fn decode_layers(path: &Path, file: impl Read + Seek) -> Result<Layers, ImageError> {
+pub(super) fn decode_layers(path: &Path, mut file: impl Read + Seek) -> Result<Layers, ImageError> {
     let refuse = |reason: String| ImageError::Decode { path: path.to_path_buf(), reason };
+    check_ratio(&mut file).map_err(refuse)?;
     let image = exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()

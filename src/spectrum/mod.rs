@@ -4,7 +4,6 @@
 //! A path has one hero wavelength and three companions. `upsample` turns RGB into smooth spectra; `white` serves scenes
 //! without colour, whose paths all carry the spectrum of one white.
 
-pub mod blackbody;
 pub mod dispersion;
 pub mod emission_map;
 pub mod metals;

@@ -31,7 +31,7 @@ pub struct PowerLaw {
 /// Prior of the slope: mean and standard deviation over this project's scenes (`tools/bench replicates`).
 const PRIOR_SLOPE: (f64, f64) = (0.58, 0.1);
 
-/// Standard deviation of the logarithm by which low-discrepancy sequences depart from a power law, besides noise.
+/// Standard deviation, in ln error, of real curves from a power law, in addition to noise.
 const SEQUENCE_DEVIATION: f64 = 0.03;
 
 /// Checkpoints within this factor of samples share most of them, so only one of them enters a fit.

@@ -33,7 +33,7 @@ pub struct ReplicatePixel {
     pub mean: [f32; 3],
     /// First replicate minus second.
     pub difference: [f32; 3],
-    /// Variance of the mean over the squared difference: the product of both weights, 1/4 for equal ones.
+    /// The squared difference times this is the variance of the mean: the product of both weights, 1/4 for equal ones.
     pub factor: f32,
     /// Both replicates have samples here.
     pub seen: bool,
@@ -265,8 +265,8 @@ impl ErrorField {
 
     /// States the error of some tiles (of all in a tiny picture) with its intervals. Errors are 0 where nothing has luminance.
     ///
-    /// The variance of each number is estimated by balanced half-samples (McCarthy 1969): a number from a random half of each tile
-    /// differs from the number of the whole with the same variance that the whole itself has. The true error of this picture varies
+    /// The variance of each number is estimated by balanced half-samples (McCarthy 1969): recomputing a number from a
+    /// random half of each tile scatters it by about as much as the number itself scatters. The true error of this picture varies
     /// as much again, independently, which makes the factor 2 in the interval.
     pub fn estimate(&self, tiles: TileSubset) -> ErrorEstimate {
         let tiles = if self.tiles.len() < MIN_TILES { TileSubset::All } else { tiles };

@@ -8,7 +8,7 @@
 //! 2. [`error`]: half the difference of the replicates, squared, is in expectation exactly the variance of their mean, whatever the
 //!    sequence does within each. No reference is needed. [`ErrorField`] collects these squares in tiles of 8×8 pixels. The **relative
 //!    error** of a tile is the root mean square of its luminance error over its mean luminance plus 1 % of the picture's.
-//! 3. [`interval`]: [`ErrorEstimate`] states the relative errors that 50 %, 95 % and 99 % of the tiles stay below, each with an
+//! 3. [`error`], [`interval`]: [`ErrorEstimate`] states the relative errors that 50 %, 95 % and 99 % of the tiles stay below, each with an
 //!    [`Interval`] that contains the true error of this very picture with a probability of 90 %.
 //! 4. [`curve`] and [`prediction`]: [`ErrorMonitor`] takes checkpoints of the error during a render, fits a power law through them and
 //!    predicts the time to the target. It is silent before 4 samples per pixel and predicts nothing before 8. Every prediction is

@@ -12,7 +12,7 @@ pub const LADDER: [f64; 12] = [0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.
 /// Standard deviation of the logarithm of the remaining time by which the speed of the machine varies.
 const SPEED_DEVIATION: f64 = 0.05;
 
-/// Growth of the deviation with every factor e of samples ahead: a curve is a power law only approximately.
+/// Extra standard deviation per e-fold of extrapolation, because a curve is only approximately a power law.
 const EXTRAPOLATION_DEVIATION: f64 = 0.1;
 
 /// Ratio of samples between first and last checkpoint that a prediction needs.

@@ -14,8 +14,8 @@
 //!   SampledSpectrum ─ to_xyz ─▶ SampleSink::camera or SampleSink::light
 //! ```
 //!
-//! - **Next-event estimation** is `sample_direct` in `integrator/direct_lighting.rs`, for all integrators. Path tracing and
-//!   photon mapping weight it there by `unoccluded_contribution`; the bidirectional method in `bidirectional/strategies.rs`.
+//! - **Next-event estimation** is `sample_direct` in `integrator/direct_lighting.rs`, for all integrators except particle tracing. Path
+//!   tracing and photon mapping compute the MIS weight there; the bidirectional method does in `bidirectional/strategies.rs`.
 //! - **A sample** leaves the tracer in [`Integrator::trace`], which gives it to a [`SampleSink`](crate::stream::SampleSink): in the
 //!   renderer [`BlockSink`](crate::stream::BlockSink), which fills blocks for the lane of its worker. From there the client draws
 //!   it into the film.

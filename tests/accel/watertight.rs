@@ -182,8 +182,9 @@ fn compare_box(boxed: &Accel, halves: &Accel, (mesh, m): (&[[Vec3; 3]], DAffine3
         assert!(boxed.occluded(&ray, PrimRange::NONE));
         let point = Triangle::new(mesh[one.prim as usize]).expect("has an area").point(one.uv);
         let along = ray.origin + ray.direction * one.t;
-        // Within rounding times the inverse cosine, which reaches 300 in this thin box.
-        assert!(point.p.distance(along) < 2e-4, "{point:?} {along}");
+        // Within rounding of the points times the inverse cosine, which reaches some hundreds in this thin box.
+        let cosine = ray.direction.dot(point.ng).abs();
+        assert!(point.p.distance(along) * cosine < 1e-6, "{point:?} {along}");
         // Leaving the point outwards meets nothing, but for the neighbour at an edge, a few ulps away.
         let d = random.direction().as_vec3();
         let d = d * d.dot(point.ng).signum() * point.ng.dot(ray.direction).signum();

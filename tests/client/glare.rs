@@ -16,14 +16,15 @@ fn apply(picture: &Grid<Vec3>, glare: &Glare) -> Grid<Vec3> {
     ReferenceGlare::default().apply(picture, glare).expect("memory")
 }
 
-/// Bound: 10⁻⁵ of the root mean square, which is 2·10⁻⁷ of the brightest pixel: rounding of f32 in each of log₂ n stages.
+/// Bound: 2·10⁻⁵ of the root mean square, which is 3·10⁻⁷ or five units in the last place of the brightest pixel: rounding of f32
+/// that adds up over the 28 stages of two transforms of 128×128.
 #[test]
 fn reference_equals_direct_convolution() {
     for adaptation in ADAPTATIONS {
         for extent in EXTENTS {
             let (picture, glare) = (noise(extent, 7), glare(adaptation));
             let error = difference(apply(&picture, &glare).pixels(), &direct(&picture, &glare));
-            assert!(error < 1e-5, "{extent:?} {adaptation:?}: {error:e}");
+            assert!(error < 2e-5, "{extent:?} {adaptation:?}: {error:e}");
         }
     }
 }

@@ -70,6 +70,6 @@ fn beside(scene: &str, side: u32) -> Outcome<(f64, String)> {
     viewer.ask_to_end();
     viewer.process.wait()?;
     let figures = figures(json);
-    let plan = figures["plan"].as_str().unwrap_or("no plan").to_string();
+    let plan = figures["cores"].as_str().unwrap_or("no plan of cores").to_string();
     Ok((figures["traced_samples_per_second"].as_f64().unwrap_or(0.0), plan))
 }

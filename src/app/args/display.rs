@@ -68,7 +68,7 @@ pub struct DisplayArgs {
 }
 
 impl DisplayArgs {
-    /// As the client takes them.
+    /// The settings as the client takes them.
     pub fn settings(&self) -> Settings {
         Settings {
             reconstruction: self.reconstruct,

@@ -5,9 +5,9 @@ use crate::tracer::effects::Effect;
 /// One effect that is forced on or off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Forced {
-    /// Which.
+    /// The effect.
     pub effect: Effect,
-    /// It takes part although nothing calls for it; else it is left out although something does.
+    /// True: simulated although nothing calls for it. False: left out although something does.
     pub on: bool,
 }
 
@@ -31,7 +31,7 @@ pub fn effect(text: &str) -> Result<Forced, String> {
     }
 }
 
-/// What was said of each effect last.
+/// The last switch of each effect.
 pub fn last_of_each(said: &[Forced]) -> Vec<Forced> {
     let again = |i: usize| said[i + 1..].iter().any(|later| later.effect == said[i].effect);
     (0..said.len()).filter(|i| !again(*i)).map(|i| said[i]).collect()

@@ -7,7 +7,7 @@ use miette::{IntoDiagnostic, Result};
 
 use crate::app::args::StudyArgs;
 use crate::app::device::Device;
-use crate::app::drive::{Drive, Driven, Onlookers, drive};
+use crate::app::drive::{Drive, DriveObservers, DriveOutcome, drive};
 use crate::app::load::{self, Opened};
 use crate::app::method::{self, RenderOrder};
 use crate::app::observer::{Beside, Observer};
@@ -69,7 +69,7 @@ pub struct StudyRender {
     /// The displayed picture.
     pub shown: DisplayImage,
     /// Time and end of the render.
-    pub driven: Driven,
+    pub driven: DriveOutcome,
     /// Statistics of the tracing threads.
     pub stats: Stats,
     /// Seconds from sums to displayed picture.
@@ -165,7 +165,7 @@ impl StudyRenderer {
             texels: self.texels(),
             quantity: ErrorQuantile::P95,
         };
-        let onlookers = Onlookers { bar: &bar, timings: &mut None, observer: observer.as_ref() };
+        let onlookers = DriveObservers { bar: &bar, timings: &mut None, observer: observer.as_ref() };
         let driven = drive(plan, &self.server, &mut self.lanes, &mut self.client, onlookers)?;
         if let Some((index, message)) = &driven.panicked {
             return Err(miette::miette!("path {index} panicked: {message}: {}", run.command(*index, 1)));

@@ -218,7 +218,7 @@ mod tests {
     #[test]
     fn maps_have_round_scales() {
         assert_eq!([0.07, 0.1, 0.11, 3.0, 7.0].map(round_up), [0.1, 0.1, 0.2, 5.0, 10.0]);
-        let map = error_map(&state(), [15, 20]).expect("a look");
+        let map = error_map(&state(), [15, 20]).expect("a checkpoint");
         assert_eq!((map.grid, map.cells), ([2, 3], [15.0 / 8.0, 2.5]));
         assert!(error_map(&ErrorStatus::default(), [15, 20]).is_none());
         assert!(cost_map(&CostMap::default()).is_none());

@@ -239,10 +239,9 @@ impl ViewerPanel {
     }
 }
 
-/// One line of the list of effects. What is forced can be switched back; what is on can be forced off and what is off forced
-/// on, where that is possible.
+/// One row of the list of effects. A forced effect can be switched back; any other can be forced off or on where that is possible.
 fn effect_row(entry: PlannedEffect, method: IntegratorKind, editor: &SceneEditor) -> EffectRow {
-    let on_display = entry.client.as_ref().is_some_and(|listed| listed.can_switch);
+    let on_display = entry.client.as_ref().is_some_and(|effect| effect.can_switch);
     let can_switch = entry.effect.map_or(on_display, |effect| {
         let is_forced = editor.forced().iter().any(|forced| forced.effect == effect);
         let can_add = effects::force_on(&mut editor.desc().clone(), effect).is_ok();

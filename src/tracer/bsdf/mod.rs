@@ -10,18 +10,19 @@
 //! Directions are unit vectors in the local shading space, z the front; `wo` points to where the path came from, `wi` to where it goes
 //! on, both away from the surface. Values **include the cosine** of `wi`: [`ScatteringModel::eval`] is f·|cos θᵢ|, the weight of a sample
 //! is f·|cos θᵢ| / pdf. Radiance is carried from light to eye, so that transmission scales by (nₒ/nᵢ)². Delta materials evaluate to
-//! `None` and can only be sampled. A material with a delta and another part evaluates to the other part, with the density that it is
-//! chosen and sampled. `None`: the path ends.
+//! `None` and can only be sampled. A material that mixes a delta with another lobe evaluates only that lobe; its density
+//! includes the probability of choosing the lobe. `None` from `sample` ends the path.
 //!
 //! # Adding a bsdf
 //!
-//! A bsdf is one file and one line on either side of the border between the scene and the tracer, which the scene does not import.
-//! For a model called `Velvet`:
+//! A bsdf is one file and one line in the table of `scene`, and the same in `tracer`, because `scene` never imports `tracer`. For a model
+//! called `Velvet`:
 //!
 //! 1. **Description**: `src/scene/bsdf/velvet.rs` holds `VelvetDesc`, the parameters as plain data. Implement `BsdfPlugin` for it: the
 //!    plugin's name, how parameters are read, and under `parts!` which of them are an albedo, a factor, an index. With that, colours
 //!    and indices can be edited, and the plan of effects knows whether the scene needs wavelengths, dispersion, deltas and so on.
-//!    Add the `mod` line and a line to the table in `src/scene/bsdf/mod.rs`.
+//!    Add the `mod` line and a line to the table in `src/scene/bsdf/mod.rs`, its name to the `pub use` in `src/scene/desc.rs`, and a word to the
+//!    row of bsdfs in `scenes/README.md`.
 //! 2. **Model**: `src/tracer/bsdf/velvet.rs` holds `VelvetMaterial`, made by `From<VelvetDesc>` (tables, integrals: whatever does not
 //!    depend on the path; a type alias of the description if there is nothing to prepare), and `Velvet`, the material at the
 //!    wavelengths of a path. Implement [`MaterialModel`] for the first and [`ScatteringModel`] for the second. Add the `mod` line and a
@@ -29,10 +30,11 @@
 //! 3. **Contract**: `sample` chooses directions with exactly the density that `eval` states, over all of its random numbers; its weight
 //!    is `eval`'s value over that density. `eval` and `sample` agree on which lobe exists. Nothing but black, `None` or finite
 //!    numbers leaves either. Where the model is reciprocal, f(wo, wi)/nᵢ² = f(wi, wo)/nₒ². No more light leaves than arrives.
-//! 4. **Tests** find the model by its place in these lists: `tests/tracer` has the list of materials of the bsdf tests (chi² of `sample`
-//!    against `eval`'s density, weights against values, reciprocity, energy, grazing and normal directions) and the furnace (a closed
-//!    furnace must read 1 with every method); `tests/scene` reads the plugin and its faults; `tests/agreement` compares a rendered
-//!    scene with Mitsuba's picture, whose reference `tools/compare_mitsuba` makes.
+//! 4. **Tests**: add the model to each of these lists by hand. `materials()` in `tests/tracer/bsdf.rs` (chi² of `sample` against `eval`'s density,
+//!    weights against values, reciprocity, energy, grazing and normal directions); the generator of random scenes in
+//!    `tests/tracer/effects_check.rs`; the furnaces of `tests/agreement/furnace.rs` and the agreement of all methods in
+//!    `tests/agreement/materials.rs`; the plugin's defaults and faults in `tests/scene`. `tools/compare_mitsuba SCENE` compares a scene that uses
+//!    it with Mitsuba.
 //!
 //! [`Diffuse`] with `DiffuseDesc` is the shortest example, [`RoughPlastic`] one with a table made ahead.
 

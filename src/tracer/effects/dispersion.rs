@@ -16,7 +16,7 @@ pub(super) const ENTRY: Entry = Entry {
         by(
             used.material(disperses),
             "has an index that depends on the wavelength",
-            "nothing lets light through by an index that depends on the wavelength",
+            "no transparent material has an index that depends on the wavelength",
         )
     },
     refusal: possible,

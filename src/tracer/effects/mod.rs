@@ -1,4 +1,5 @@
-//! The effects of the tracer, and the plan of a scene: which of them it calls for, and why. The only place that decides it.
+//! The effects of the tracer, and the plan of a scene: which of them it calls for, and why. Everything is decided here,
+//! except for what the user forces off (`--effects -NAME`, applied to the description by `app/load.rs` before).
 //!
 //! ```text
 //! mod     the table of effects; the plan of a scene (decide); the scene as planned

@@ -88,8 +88,8 @@ pub(super) struct PathState {
     pub(super) wavelength_mis: WavelengthMis,
     /// The weight that follows from `wavelength_mis`.
     pub(super) wavelength_weight: f32,
-    /// Takes the throughput to what roulette compares with 1: undoes the radiance scaling of refraction and the share
-    /// of a branch.
+    /// Factor that converts the throughput to the value that roulette compares with 1. It undoes the radiance scaling of
+    /// refraction and the share of a branch.
     relative: f32,
     /// Where and with which density the last direction was sampled; `None` after a delta and at the camera.
     last: Option<(LightSampleContext, PdfW)>,
@@ -160,8 +160,8 @@ impl PathState {
         self.wavelength_weight = self.weight_of(self.wavelength_mis);
     }
 
-    /// The weight of a path with this wavelength MIS. That the hero counts four times where it is alone is a matter of the
-    /// densities of its wavelengths.
+    /// The weight of a path with this wavelength MIS. The factor 4 of a lone hero is already in the densities of its
+    /// wavelengths, so it is removed here.
     #[inline]
     fn weight_of(&self, wavelength_mis: WavelengthMis) -> f32 {
         match self.lambda.is_hero_only() {

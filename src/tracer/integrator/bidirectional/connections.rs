@@ -1,8 +1,8 @@
 //! Which vertices of camera and light subpaths are connected: a few of all pairs, chosen by their importance.
 //!
 //! The importance of a pair is an estimate of what it would contribute. A connection that is made stands for those that are
-//! not: its contribution is divided by its probability, so that expected values and weights are those of full connection. relMSE at equal time (scaled to 512 × 512 and 20 CPU seconds,
-//! `tools/bench_methods`), the first six with one light subpath to each camera subpath:
+//! not: its contribution is divided by its probability, so that expected values and weights are those of full
+//! connection. relMSE at equal time (scaled to 512 × 512 and 20 CPU seconds, `benchmarks methods`), the first six with one light subpath to each camera subpath:
 //!
 //! | connections of a camera subpath | Cornell box | with glass and mirror | lit from a cove |
 //! |---|---|---|---|
