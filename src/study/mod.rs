@@ -52,7 +52,7 @@
 //! # The study of a scene
 //!
 //! `pointillist study` keeps what it measures in a folder, line by line ([`measurement`]). [`analysis`] makes a [`data::Study`] from the
-//! lines: the curve of each method and its times to an error, the cost of effects and settings. [`pages`] shows it to people; [`format`]
+//! lines: the curve of each method and its times to an error, the cost of effects and settings. [`pages`] shows it to people; [`mod@format`]
 //! writes numbers with the digits that their intervals support.
 
 pub mod analysis;

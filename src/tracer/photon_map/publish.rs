@@ -146,7 +146,7 @@ impl PhotonMap {
     /// while there are unclaimed ones, then sleeps until the other threads have finished theirs. Two threads can never wait
     /// for each other, provided that `trace` does not use this map.
     ///
-    /// A thread that slept until the snapshot was no longer kept ([`KEPT`] generations) makes it again, alone: this is slow,
+    /// A thread that slept until the snapshot was no longer kept (`KEPT` generations) makes it again, alone: this is slow,
     /// but gives the same result.
     pub fn wait(&self, generations: u64, trace: impl FnMut(Range<u64>, &mut PhotonBatch)) -> Arc<Snapshot> {
         self.wait_while(generations, trace, &|| true).expect("always wanted")
