@@ -50,6 +50,14 @@ pub fn total(pixels: &[Vec3]) -> DVec3 {
     pixels.iter().map(|v| v.as_dvec3()).sum()
 }
 
+/// The most that rounding of f32 in each of log₂ n stages may make of a [`difference`]: 10⁻⁵ of the root mean square, or 2·10⁻⁷ of the
+/// brightest value where that is more.
+pub fn rounding_bound(wanted: &[DVec3]) -> f64 {
+    let square = wanted.iter().map(|v| v.length_squared()).sum::<f64>() / (3 * wanted.len()) as f64;
+    let brightest = wanted.iter().map(|v| v.max_element()).fold(0.0, f64::max);
+    (2e-7 * brightest / square.sqrt().max(f64::MIN_POSITIVE)).max(1e-5)
+}
+
 /// Largest difference of a channel, relative to the root mean square of the wanted values: what rounding in a Fourier
 /// transform is measured by.
 pub fn difference(got: &[Vec3], wanted: &[DVec3]) -> f64 {
