@@ -108,22 +108,3 @@ pub fn matrix(settings: &Settings) -> Mat3 {
         _ => (from_xyz.as_dmat3() * profile::xyz_from_rec709()).as_mat3(),
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn coarse_glare_takes_the_picture_along() {
-        let plain = Settings::default();
-        let glare = Settings { glare: Some(Default::default()), ..plain.clone() };
-        for detail in DETAILS {
-            assert_eq!(Effects::with_coarse_glare(&plain, detail), Effects::new(&plain, detail));
-        }
-        let of = |detail| Effects::with_coarse_glare(&glare, detail);
-        assert_eq!([1, 2, 4].map(|d| (of(d).detail, of(d).glare)), [(2, true), (2, true), (4, false)]);
-        assert_eq!([1, 2].map(|d| Effects::new(&glare, d).glare), [true, false]);
-        let error = Settings { view: DisplayView::CameraVariance, ..glare.clone() };
-        assert_eq!(Effects::with_coarse_glare(&error, 1), Effects::new(&error, 1));
-    }
-}

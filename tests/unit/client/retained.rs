@@ -1,0 +1,59 @@
+//! Tests of `client::retained`.
+
+use pointillist::client::retained::*;
+use pointillist::stream::block::{BLOCK_SAMPLES, Block};
+use pointillist::stream::control::Epoch;
+use pointillist::stream::{PathCounts, Sample};
+
+fn block(samples: usize, first: u64) -> Block {
+    let mut block = Block::default();
+    block.restart(Epoch(1), first);
+    block.header.paths = PathCounts { camera: samples as u64, light: 0 };
+    for i in 0..samples {
+        assert!(block.push(Sample { uv: [0.0, (first + i as u64) as f32], w: 1.0, ..Sample::default() }));
+    }
+    block
+}
+
+fn all(store: &mut RetainedSamples) -> (Vec<f32>, u64) {
+    let (mut seen, mut paths) = (Vec::new(), 0);
+    while let Some((samples, first_index, counts)) = store.feed() {
+        assert!(samples.first().is_none_or(|s| s.uv[1] == first_index as f32));
+        seen.extend(samples.iter().map(|s| s.uv[1]));
+        paths += counts.camera;
+    }
+    (seen, paths)
+}
+
+#[test]
+fn a_new_film_gets_everything_in_order() {
+    let mut store = RetainedSamples::with_room(8 * BLOCK_SAMPLES, 100);
+    for i in 0..5 {
+        assert!(store.push(&block(3, 3 * i)));
+    }
+    assert!(store.caught_up() && store.feed().is_none());
+    store.rewind();
+    assert!(store.feed().is_some_and(|(samples, ..)| samples.len() == 3));
+    // While the new film is behind, blocks queue up.
+    assert!(store.push_for_later(&block(2, 15)));
+    let (seen, paths) = all(&mut store);
+    assert_eq!(seen, (3..17).map(|i| i as f32).collect::<Vec<_>>());
+    assert_eq!(paths, 14);
+    assert!(store.push(&block(1, 17)) && store.caught_up());
+}
+
+#[test]
+fn the_store_is_bounded_and_has_no_gap() {
+    let mut store = RetainedSamples::with_room(2 * BLOCK_SAMPLES, 100);
+    assert!(store.push(&block(BLOCK_SAMPLES, 0)) && store.push(&block(10, 1024)));
+    assert!(store.complete() && !store.has_room() && !store.push(&block(BLOCK_SAMPLES, 1034)));
+    // A small one would fit, but not without a gap.
+    assert!(!store.push(&block(1, 5000)) && !store.complete());
+    store.rewind();
+    assert_eq!(all(&mut store).1, 1034);
+    store.clear();
+    assert!(store.complete() && store.is_empty() && store.caught_up() && store.push(&block(5, 0)));
+    // Blocks are bounded too.
+    let mut store = RetainedSamples::with_room(1 << 20, 3);
+    assert_eq!((0..10).filter(|&i| store.push(&block(1, i))).count(), 3);
+}

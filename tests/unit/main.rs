@@ -1,0 +1,88 @@
+//! Tests of single modules: `tests/unit/a/b.rs` tests `src/a/b.rs`.
+
+#![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
+
+mod client {
+    mod dither;
+    mod effect_list;
+    mod effects;
+    mod filter;
+    mod glare {
+        mod fourier;
+    }
+    mod lod;
+    mod reference {
+        mod fold;
+        mod mips;
+    }
+    mod retained;
+    mod state;
+    mod window {
+        mod keys;
+        mod statistics;
+    }
+}
+mod color {
+    mod cie;
+    mod oklab;
+    mod pq;
+    mod profile;
+    mod srgb;
+}
+mod image {
+    mod compare {
+        mod flip;
+        mod metrics;
+        mod variance;
+    }
+    mod data_uri;
+    mod grid;
+    mod layer;
+    mod linear;
+}
+mod math {
+    mod erf;
+    mod float;
+    mod frame;
+    mod pdf;
+}
+mod spectrum {
+    mod emission_map;
+    mod metals;
+    mod spectrum;
+    mod table;
+    mod white;
+}
+mod stream {
+    mod rejections;
+    mod replicate;
+}
+mod study {
+    mod analysis;
+    mod error;
+    mod format;
+    mod interval;
+    mod prediction;
+    mod replicates;
+}
+mod tracer {
+    mod bsdf {
+        mod dielectric;
+        mod fresnel;
+    }
+    mod integrator {
+        mod check;
+    }
+    mod light {
+        mod sphere;
+    }
+    mod mis;
+    mod photon_map {
+        mod photon;
+        mod schedule;
+    }
+    mod sampler {
+        mod branch;
+        mod scramble;
+    }
+}

@@ -1,0 +1,61 @@
+//! Tests of `study::error`.
+
+use pointillist::math::bits::mix;
+use pointillist::study::error::*;
+
+/// Noise of a known size: 5 % of the luminance in either replicate, independent.
+fn noisy(side: usize, seed: u64) -> Vec<ReplicatePixel> {
+    let uniform = |i: u64| (mix(i) >> 11) as f64 / (1u64 << 53) as f64;
+    // Sums of twelve uniform numbers less six: variance 1.
+    let normal = |i: u64| (0..12).map(|k| uniform(seed << 40 ^ i << 4 ^ k)).sum::<f64>() - 6.0;
+    let pixel = |i: usize| {
+        let [a, b] = [0, 1].map(|r| (1.0 + 0.05 * normal(2 * i as u64 + r)) as f32);
+        ReplicatePixel { mean: [(a + b) / 2.0; 3], difference: [a - b; 3], factor: 0.25, seen: true }
+    };
+    (0..side * side).map(pixel).collect()
+}
+
+#[test]
+fn the_error_is_that_of_the_mean_and_its_interval_holds_the_truth() {
+    let (side, mut held) = (64, 0);
+    for seed in 0..200 {
+        let pixels = noisy(side, seed);
+        let field = ErrorField::new(&pixels, [side; 2]).expect("every pixel was seen");
+        let figures = field.estimate(TileSubset::All);
+        let median = figures.relative[0].value * 1.01;
+        assert!((median / (0.05 / 2f64.sqrt()) - 1.0).abs() < 0.08, "{median}");
+        let mean: Vec<[f32; 3]> = pixels.iter().map(|pixel| pixel.mean).collect();
+        let truth = vec![[1.0; 3]; side * side];
+        let against = ErrorField::against(&mean, &truth, [side; 2]).expect("two pictures");
+        held += usize::from(figures.relative[1].holds(against.estimate(TileSubset::All).relative[1].value));
+        let noise = ErrorField::noise(&pixels, &truth, [side; 2]).expect("every pixel was seen");
+        let ratio =
+            noise.estimate(TileSubset::All).rel_mse.value / against.estimate(TileSubset::All).rel_mse.value;
+        assert!((ratio - 1.0).abs() < 0.2, "{ratio}");
+    }
+    // 90 % of 200, within three standard deviations and what 16 selections do to a tail.
+    assert!((165..=195).contains(&held), "{held}");
+}
+
+#[test]
+fn black_pictures_and_tiny_ones_are_no_trouble() {
+    let black = vec![ReplicatePixel { factor: 0.25, seen: true, ..ReplicatePixel::default() }; 64];
+    let field = ErrorField::new(&black, [8, 8]).expect("every pixel was seen");
+    assert_eq!(field.estimate(TileSubset::HeldOut).relative[1].value, 0.0);
+    assert!(field.coarse([12, 12]).is_empty() && field.map() == [0.0]);
+    let one = noisy(1, 7);
+    let field = ErrorField::new(&one, [1, 1]).expect("one pixel");
+    assert!(field.estimate(TileSubset::Deciding).relative[1].value >= 0.0);
+    assert!(ErrorField::new(&[], [0, 0]).is_none());
+    let unseen = vec![ReplicatePixel::default(); 64];
+    assert!(ErrorField::new(&unseen, [8, 8]).is_none());
+}
+
+#[test]
+fn both_halves_of_a_picture_say_the_same() {
+    let field = ErrorField::new(&noisy(128, 3), [128; 2]).expect("every pixel was seen");
+    let [a, b] =
+        [TileSubset::Deciding, TileSubset::HeldOut].map(|part| field.estimate(part).relative[0].value);
+    assert!((a / b - 1.0).abs() < 0.05 && a != b, "{a} {b}");
+    assert_eq!(field.coarse([4, 4]).len(), 16);
+}
