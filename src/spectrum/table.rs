@@ -82,7 +82,12 @@ impl Table {
 
     /// The values at four wavelengths.
     pub fn at_each(&self, lambda: Vec4) -> Vec4 {
-        Vec4::from_array(lambda.to_array().map(|lambda| self.at(lambda)))
+        // `array::map` makes a function call of each value here.
+        let mut values = lambda.to_array();
+        for value in &mut values {
+            *value = self.at(*value);
+        }
+        Vec4::from_array(values)
     }
 
     /// The largest value.

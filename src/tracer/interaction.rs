@@ -92,7 +92,7 @@ pub struct SurfaceVertex<B = Bsdf> {
 
 impl<B: Scattering> SurfaceVertex<B> {
     /// Evaluates the material of `hit` at `lambda`.
-    #[inline]
+    #[inline(always)]
     pub fn new(scene: &Scene, hit: SurfaceInteraction, lambda: &SampledWavelengths) -> Self {
         let (material, frame) = scene.material(&hit);
         Self { frame, bsdf: B::of(material, lambda), wo: frame.to_local(hit.wo), hit }

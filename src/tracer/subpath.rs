@@ -211,7 +211,7 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
     }
 
     /// The vertex at `hit`.
-    #[inline]
+    #[inline(always)]
     pub fn arrive<B: Scattering>(&mut self, scene: &Scene, hit: SurfaceInteraction) -> SubpathVertex<B> {
         self.depth += 1;
         let previous = &self.previous;
@@ -234,7 +234,7 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
 
     /// Chooses where to go on from `vertex`, the last one; `None` when the walk ends there. Roulette may end it once
     /// it has `rr_depth` segments.
-    #[inline]
+    #[inline(always)]
     pub fn scatter<B: Scattering>(
         &mut self,
         vertex: &SubpathVertex<B>,
@@ -290,7 +290,7 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
     }
 
     /// Goes on as `s` says.
-    #[inline]
+    #[inline(always)]
     fn follow<B: Scattering>(
         &mut self,
         vertex: &SubpathVertex<B>,

@@ -23,7 +23,7 @@ use super::RenderContext;
 ///
 /// `unoccluded` returns the contribution of a light sample including its MIS weight, as if nothing stood in between. The
 /// shadow ray is the costly part, so it is traced only for a sample that contributes.
-#[inline]
+#[inline(always)]
 pub(super) fn sample_direct<B: Scattering>(
     scene: &Scene,
     vertex: &SurfaceVertex<B>,

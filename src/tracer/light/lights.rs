@@ -131,7 +131,7 @@ impl Lights {
     /// `None` for nothing. Where each light is sampled ([`LightSampleContext::glossy`]) one of the samples is taken in
     /// proportion to that, so that a single shadow ray serves all, and its value stands for theirs (Talbot, Cline, Egbert,
     /// *Importance Resampling for Global Illumination*, EGSR 2005, with one sample of every light).
-    #[inline]
+    #[inline(always)]
     pub fn sample_by_contribution(
         &self,
         at: LightSampleContext,

@@ -58,6 +58,7 @@ struct DiffuseSummary {
 }
 
 impl<B: Scattering> ConnectableVertex<B> {
+    #[inline(always)]
     pub(super) fn new(vertex: SubpathVertex<B>) -> Self {
         let surface = &vertex.surface;
         let (throughput, diffuse) = match surface.bsdf.as_diffuse() {
@@ -153,7 +154,7 @@ pub(super) struct ConnectionCandidates<'a, B> {
 impl<B: Scattering> ConnectionCandidates<'_, B> {
     /// Works out the importance of every pair and returns their sum. Pairs that make paths of more than `longest` segments
     /// have none.
-    #[inline]
+    #[inline(always)]
     fn find_importances(&mut self, longest: u32) -> f32 {
         self.importances.clear();
         let mut total = 0.0;
@@ -173,7 +174,7 @@ impl<B: Scattering> ConnectionCandidates<'_, B> {
 impl BidirectionalTracer {
     /// s ≥ 2, t ≥ 2: adds about [`CONNECTIONS`] connections, each made with a probability in proportion to its importance
     /// (and fewer, where what was found otherwise is large beside that), by systematic sampling with the one number `u`.
-    #[inline]
+    #[inline(always)]
     pub(super) fn add_connections<B: Scattering>(
         &self,
         path: &mut PathContribution,

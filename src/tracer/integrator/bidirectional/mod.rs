@@ -70,6 +70,8 @@ impl<B> Default for SubpathVertices<B> {
 }
 
 impl BidirectionalTracer {
+    /// The loops over subpaths inline what they call: vertices are large, and a call would copy them through memory.
+    #[inline(never)]
     fn trace_as<B: Scattering>(
         &self,
         index: u64,
@@ -102,6 +104,7 @@ impl BidirectionalTracer {
     }
 
     /// Walks from a light, connects each vertex to the camera and adds those that can be connected to `vertices`.
+    #[inline(always)]
     fn trace_light_subpath<B: Scattering>(
         &self,
         lambda: SampledWavelengths,
@@ -124,9 +127,12 @@ impl BidirectionalTracer {
                     vertex.mis.link = self.link_to_light(&vertex, &emission);
                 }
                 self.add_to_camera(&walk.lambda, u.light, &vertex, out);
+            }
+            let next = walk.scatter(&vertex, &u, *rr_depth);
+            if !vertex.surface.bsdf.is_delta() {
                 vertices.push(ConnectableVertex::new(vertex));
             }
-            match walk.scatter(&vertex, &u, *rr_depth) {
+            match next {
                 Some(next) => ray = next,
                 None => return,
             }
@@ -135,6 +141,7 @@ impl BidirectionalTracer {
 
     /// Walks from the camera through `uv`, adds the emission and the direct light that it finds, and leaves the vertices that
     /// can be connected in `vertices`.
+    #[inline(always)]
     fn trace_camera_subpath<B: Scattering>(
         &self,
         path: &mut PathContribution,
@@ -149,29 +156,33 @@ impl BidirectionalTracer {
         let mut ray = camera.ray(uv, lens);
         let pdf = camera.uv_per_steradian(ray.direction) / context.window_area();
         let mut walk = Walk::from_camera(path.lambda, camera.lens_point(lens), pdf, LIGHTS_PER_CAMERA);
-        let mut last: Option<SubpathVertex<B>> = None;
+        // Where next-event estimation would have found the light that is hit next.
+        let mut last = None;
         while walk.depth() < longest {
             let Some(hit) = context.closest(&ray, walk.depth()) else {
                 if let Some(light) = context.environment(walk.depth()) {
-                    self.add_environment(path, light, &walk, last.as_ref(), ray.direction);
+                    self.add_environment(path, light, &walk, last, ray.direction);
                 }
                 return;
             };
-            let vertex = walk.arrive(scene, hit);
-            self.add_emitted(path, last.as_ref(), &vertex);
+            let vertex: SubpathVertex<B> = walk.arrive(scene, hit);
+            self.add_emitted(path, last, &vertex);
             if walk.depth() == longest {
                 return;
             }
             let numbers = sampler.vertex(walk.depth() - 1);
             if !vertex.surface.bsdf.is_delta() {
                 self.add_direct(path, &vertex, &numbers);
+            }
+            last = Some(vertex.surface.light_context());
+            let next = walk.scatter(&vertex, &numbers, *rr_depth);
+            if !vertex.surface.bsdf.is_delta() {
                 vertices.push(ConnectableVertex::new(vertex));
             }
-            match walk.scatter(&vertex, &numbers, *rr_depth) {
+            match next {
                 Some(next) => ray = next,
                 None => return,
             }
-            last = Some(vertex);
         }
     }
 }

@@ -10,7 +10,9 @@ use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::stream::SampleSink;
 use crate::tracer::bsdf::Scattering;
 use crate::tracer::integrator::direct_lighting::{EmissionCache, sample_direct};
-use crate::tracer::light::{Emission, EmissionOrigin, EmissionPdf, LightEdge, LightSample};
+use crate::tracer::light::{
+    Emission, EmissionOrigin, EmissionPdf, LightEdge, LightSample, LightSampleContext,
+};
 use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::subpath::{SubpathVertex, VertexScattering, Walk};
 use crate::tracer::subpath_mis::{SubpathMis, quotient, weight};
@@ -101,19 +103,20 @@ impl BidirectionalTracer {
         })
     }
 
-    /// s = 0: adds the emission of the light at `vertex`, if it is on one. `last` is the vertex before.
-    #[inline]
+    /// s = 0: adds the emission of the light at `vertex`, if it is on one. `last` is the vertex before, as a point that lights
+    /// are sampled from.
+    #[inline(always)]
     pub(super) fn add_emitted<B: Scattering>(
         &self,
         path: &mut PathContribution,
-        last: Option<&SubpathVertex<B>>,
+        last: Option<LightSampleContext>,
         vertex: &SubpathVertex<B>,
     ) {
         let hit = &vertex.surface.hit;
         let Some(light) = hit.emitter() else { return };
         let lights = &self.context.scene.lights;
         let weight = last.map_or(1.0, |last| {
-            let pdf = lights.pdf(light, last.surface.light_context(), -hit.wo, Some(&hit.point));
+            let pdf = lights.pdf(light, last, -hit.wo, Some(&hit.point));
             emitted_weight(&vertex.mis, pdf, lights.emission_pdf(light, hit.point.p, hit.wo))
         });
         let emitted = path.emission.emission(lights, light, -hit.wo, &path.lambda);
@@ -121,17 +124,17 @@ impl BidirectionalTracer {
     }
 
     /// s = 0: adds the emission of the environment `light`, where the camera subpath leaves the scene in `direction`.
-    pub(super) fn add_environment<B: Scattering>(
+    pub(super) fn add_environment(
         &self,
         path: &mut PathContribution,
         light: u32,
         walk: &Walk<false>,
-        last: Option<&SubpathVertex<B>>,
+        last: Option<LightSampleContext>,
         direction: Vec3,
     ) {
         let lights = &self.context.scene.lights;
         let weight = last.map_or(1.0, |last| {
-            let pdf = lights.pdf(light, last.surface.light_context(), direction, None);
+            let pdf = lights.pdf(light, last, direction, None);
             let emission = lights.emission_pdf(light, Vec3::ZERO, -direction);
             emitted_weight(&walk.previous().infinite(), pdf, emission)
         });
@@ -140,7 +143,7 @@ impl BidirectionalTracer {
     }
 
     /// s = 1: adds light that arrives at `vertex` straight from a light, by next-event estimation.
-    #[inline]
+    #[inline(always)]
     pub(super) fn add_direct<B: Scattering>(
         &self,
         path: &mut PathContribution,
