@@ -7,7 +7,6 @@ use crate::math::frame::Frame;
 use super::accel::{Accel, Hit, Ray};
 use super::interaction::SurfaceInteraction;
 use super::placement::Placement;
-use super::prepare::backs::Back;
 use super::shape::{Disk, Sphere, SurfacePoint, Triangle};
 use super::tangents::Tangents;
 
@@ -25,6 +24,15 @@ pub(super) struct PrimRecord {
     pub(super) normals: u32,
     /// Index into the backs, if another primitive lies back to back with this one, or [`NONE`].
     pub(super) back: u32,
+}
+
+/// The primitive on the back of another one. It is not in the accelerator: rays that hit the other one from that side see it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Back {
+    /// Index into the surfaces.
+    pub(super) surface: u32,
+    /// Index into the lights, or [`NONE`].
+    pub(super) light: u32,
 }
 
 /// A triangle with its record. Hits are incoherent, so both share one cache line.

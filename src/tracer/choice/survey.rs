@@ -10,7 +10,7 @@ use crate::tracer::integrator::{Integrator, PathTracer, RenderContext};
 use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::subpath::{SubpathVertex, Walk};
 
-use super::trial::SEED;
+use super::SEED;
 
 /// Number of walks from either end.
 const WALKS: u64 = 2048;

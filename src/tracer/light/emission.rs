@@ -8,13 +8,12 @@ use glam::Vec3;
 
 use crate::math::float::safe_origin;
 use crate::math::frame::Frame;
-use crate::math::pdf::PdfW;
 use crate::math::warp;
 use crate::tracer::accel::Ray;
 use crate::tracer::sampler::LightNumbers;
 use crate::tracer::shape::SurfacePoint;
 
-use super::{LightSource, Lights, with_light};
+use super::{LightSample, LightSource, Lights, with_light};
 
 /// A sampled ray that leaves a light: the beginning of a light subpath.
 #[derive(Clone, Copy, Debug)]
@@ -141,35 +140,18 @@ impl Lights {
         with_light!(shape, l => l.emission_pdf(p, direction, self.scene, choice))
     }
 
-    /// The density with which a light subpath begins with `edge`, for both of its ends, over that of next-event estimation
-    /// from the lit point; per unit of area there.
+    /// The density with which a light subpath begins with the edge of `sample`, for both of its ends, over that of next-event
+    /// estimation from the lit point `p`; per unit of area there. `cos` is |cos| at the lit point, geometric.
     #[inline]
-    pub fn emission_over_direct(&self, edge: &LightEdge) -> f32 {
-        let LightEdge { light, target, direction, distance2, cos, direct } = *edge;
-        let pdf = self.emission_pdf(light, target, direction);
+    pub fn emission_over_direct(&self, light: u32, sample: &LightSample, p: Vec3, cos: f32) -> f32 {
+        let target = sample.target.unwrap_or(Vec3::ZERO);
+        let pdf = self.emission_pdf(light, target, -sample.wi);
         let scale = match pdf.origin {
             // cos / d² of the light turns both densities into ones by area and drops out.
             EmissionOrigin::Surface => pdf.next / pdf.cos,
-            EmissionOrigin::Point => pdf.next / distance2,
+            EmissionOrigin::Point => pdf.next / target.distance_squared(p),
             EmissionOrigin::Infinite => pdf.next,
         };
-        pdf.vertex / direct.0 * (scale * cos)
+        pdf.vertex / sample.pdf.0 * (scale * cos)
     }
-}
-
-/// The edge between a light and a point that next-event estimation lights.
-#[derive(Clone, Copy, Debug)]
-pub struct LightEdge {
-    /// The light.
-    pub light: u32,
-    /// The point on it; not used for the environment.
-    pub target: Vec3,
-    /// Unit direction from the light.
-    pub direction: Vec3,
-    /// Squared length.
-    pub distance2: f32,
-    /// |cos| at the lit point, geometric.
-    pub cos: f32,
-    /// Density of next-event estimation.
-    pub direct: PdfW,
 }

@@ -49,7 +49,7 @@ use super::shape::SurfacePoint;
 use bounds::LightBounds;
 
 pub use constant::ConstantLight;
-pub use emission::{BoundingSphere, Emission, EmissionOrigin, EmissionPdf, LightEdge};
+pub use emission::{BoundingSphere, Emission, EmissionOrigin, EmissionPdf};
 pub use envmap::EnvironmentMap;
 pub use flat::{DiskLight, ParallelogramLight, TriangleLight};
 pub use lights::{LightSample, LightSampleContext, Lights};

@@ -52,7 +52,7 @@ impl Forest {
         let mut best = Candidates { wanted, found, limit: if wanted > 0 { radius * radius } else { 0.0 } };
         for (number, tree) in (0..).zip(&self.trees) {
             tree.traverse(at, best.limit, stack, |slot, distance2| {
-                if accept(tree.photon(slot)) {
+                if accept(&tree.photons[slot as usize]) {
                     best.add(Neighbour { distance2, tree: number, slot })
                 } else {
                     best.limit
@@ -62,28 +62,10 @@ impl Forest {
         scratch.found.as_slice()
     }
 
-    /// Calls `visit(photon, squared distance)` for every photon nearer to `at` than `radius` (m), always in the same
-    /// order for the same forest.
-    pub fn within(
-        &self,
-        at: Vec3,
-        radius: f32,
-        scratch: &mut QueryScratch,
-        mut visit: impl FnMut(&Photon, f32),
-    ) {
-        let limit = radius * radius;
-        for tree in &self.trees {
-            tree.traverse(at, limit, &mut scratch.stack, |slot, distance2| {
-                visit(tree.photon(slot), distance2);
-                limit
-            });
-        }
-    }
-
     /// A photon that [`Forest::nearest`] of this forest has found.
     #[inline]
     pub fn photon(&self, neighbour: &Neighbour) -> &Photon {
-        self.trees[neighbour.tree as usize].photon(neighbour.slot)
+        &self.trees[neighbour.tree as usize].photons[neighbour.slot as usize]
     }
 
     /// The position of such a photon, m.

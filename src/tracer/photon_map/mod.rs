@@ -3,10 +3,10 @@
 //! ```text
 //! any thread:  PhotonMap::claim → trace light paths → Claim::deposit(PhotonBatch)
 //!                 last deposit of a generation: sort, merge (Forest), publish one pointer
-//! any thread:  PhotonMap::latest or ::finished(g) → Arc<Snapshot> → Forest::nearest / ::within → Disc
+//! any thread:  PhotonMap::latest or ::finished(g) → Arc<Snapshot> → Forest::nearest → Disc
 //! ```
 //!
-//! - `photon` packs one photon. `snapshot` holds batches of them, and the global and the caustic map ([`PhotonLayer`]).
+//! - `photon` packs one photon.
 //! - `morton` and `tree`: **space is split, not the photons**, in the middle of the longest side of the scene's box. So no
 //!   photon's position in the tree depends on the others, and trees are merged like sorted lists. `forest` keeps a
 //!   logarithmic number of trees, `query` traverses them.
@@ -24,14 +24,12 @@ mod photon;
 mod publish;
 mod query;
 mod schedule;
-mod snapshot;
 mod tree;
 
 pub use forest::Forest;
 pub use morton::{MAX_DEPTH, MortonGrid};
 pub use photon::{Arrival, Photon, wavelength_number, wavelengths};
-pub use publish::{Claim, PhotonMap};
+pub use publish::{Claim, PhotonBatch, PhotonLayer, PhotonMap, Snapshot};
 pub use query::{Disc, Neighbour, QueryScratch};
 pub use schedule::{Lookup, Schedule};
-pub use snapshot::{PhotonBatch, PhotonLayer, Snapshot};
 pub use tree::{LEAF, PhotonTree, SortedPhotons, Wanted};

@@ -10,7 +10,6 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
-use super::photon::Photon;
 use super::tree::{LEAF, PhotonNode, PhotonTree};
 
 /// A photon that a query has found: its position in the [`Forest`](super::Forest) that was asked.
@@ -148,17 +147,11 @@ impl PhotonTree {
         let right = side(right & (u32::MAX >> 2), mid, here.end, to_right);
         Some(if to_left <= to_right { (left, right) } else { (right, left) })
     }
-
-    /// Photon of a slot.
-    #[inline]
-    pub(super) fn photon(&self, slot: u32) -> &Photon {
-        &self.photons[slot as usize]
-    }
 }
 
 /// The disc of a density estimate: its area, and the photons that count.
 ///
-/// Radiance is `Σ f · flux / (area · light paths)` over [`Disc::counted`].
+/// Radiance is `Σ f · flux / (area · light paths)` over `counted`.
 ///
 /// **Fewer than `wanted` photons were found**: all of them count, the area is π r², and the estimate is unbiased where
 /// the density is constant.
@@ -167,8 +160,10 @@ impl PhotonTree {
 /// distribution of shape k, so E[1/(π r_k²)] = ρ/(k − 1). So k − 1 photons count, and the k-th gives the radius only.
 #[derive(Clone, Copy, Debug)]
 pub struct Disc<'a> {
-    counted: &'a [Neighbour],
-    area: f32,
+    /// The photons that count.
+    pub counted: &'a [Neighbour],
+    /// Area, m².
+    pub area: f32,
 }
 
 impl<'a> Disc<'a> {
@@ -187,17 +182,5 @@ impl<'a> Disc<'a> {
         // Divided in this order, neither overflows nor becomes 0 before it has to.
         let area = (PI * r2.max(smallest * smallest)).clamp(f32::MIN_POSITIVE, f32::MAX);
         Some(Self { counted, area })
-    }
-
-    /// The photons that count.
-    #[inline]
-    pub fn counted(&self) -> &'a [Neighbour] {
-        self.counted
-    }
-
-    /// Area, m².
-    #[inline]
-    pub fn area(&self) -> f32 {
-        self.area
     }
 }

@@ -9,8 +9,7 @@ use crate::tracer::placement::Placement;
 use crate::tracer::tangents::Tangents;
 
 use super::PrepareError;
-use super::backs::Places;
-use super::geometry::{Geometry, MAX_COORDINATE, describe};
+use super::geometry::{Geometry, MAX_COORDINATE, Places, describe};
 
 /// The groups and instances of a scene.
 #[derive(Default)]

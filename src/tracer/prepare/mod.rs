@@ -1,14 +1,12 @@
 //! Preparation: from a scene description to a scene that can be traced.
 //!
-//! `geometry` transforms shapes to primitives in world space and checks them, `groups` adds groups and instances, `backs`
-//! finds primitives that lie back to back, `tangents` determines the directions of brushed surfaces, `lights` and `materials`
-//! convert lights and BSDFs. `structure` decides whether an edit can keep the geometry.
+//! `geometry` transforms shapes to primitives in world space, checks them and adds lights, `groups` adds groups and instances,
+//! `tangents` determines the directions of brushed surfaces, `materials` converts BSDFs. `structure` decides whether an edit can
+//! keep the geometry.
 
-pub(super) mod backs;
 mod error;
 mod geometry;
 mod groups;
-mod lights;
 mod materials;
 mod structure;
 mod tangents;
@@ -16,7 +14,8 @@ mod tangents;
 use std::sync::Arc;
 
 use crate::scene::SceneDesc;
-use crate::scene::desc::FilmDesc;
+use crate::scene::desc::{FilmDesc, LightDesc};
+use crate::spectrum::Spectrum;
 
 use super::accel::{Accel, Shapes, collect_in_huge_pages};
 use super::effects::{self, planned};
@@ -25,7 +24,6 @@ use super::primitives::{Face, Primitives};
 use super::scene::{MaterialClass, Scene};
 use geometry::Geometry;
 use groups::PreparedGroups;
-use lights::{add_light, spectra};
 
 pub use error::PrepareError;
 pub(super) use structure::SceneStructure;
@@ -49,67 +47,108 @@ impl PrepareOptions {
 /// References to cache lines have 28 bits. They suffice even if every primitive takes a block (4 lines) and a node (4 lines).
 const MAX_PRIMITIVES: usize = 33_000_000;
 
-/// Prepares a scene with the plan of effects applied.
-pub(super) fn prepare(desc: &SceneDesc) -> Result<Scene, PrepareError> {
-    let planned = planned(desc);
-    let mut scene = general(&planned)?;
-    (scene.white, scene.material_class) = (effects::white(&planned), effects::material_class(&planned));
-    Ok(scene)
+impl Scene {
+    /// Makes `desc` ready for tracing: world space, tree, lights, materials; of these what its plan of effects calls for
+    /// ([`effects::planned`](super::effects::planned)).
+    ///
+    /// What cannot be traced but does no harm (triangles without area, coordinates that are not finite or beyond
+    /// 1e12) is dropped, counted and reported in [`Scene::notices`].
+    ///
+    /// ```
+    /// use pointillist::scene;
+    /// use pointillist::tracer::accel::Ray;
+    /// use pointillist::tracer::{Camera, Scene};
+    ///
+    /// let desc = scene::load("scenes/cornell.xml".as_ref(), &[])?.desc;
+    /// let (scene, camera) = (Scene::prepare(&desc)?, Camera::of(&desc)?);
+    /// let ray: Ray = camera.ray([0.5, 0.5], [0.5, 0.5]);
+    /// assert!(scene.closest(&ray).is_some(), "the middle of the picture shows a surface");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`PrepareError`] when an id points nowhere, or materials form a circle.
+    pub fn prepare(desc: &SceneDesc) -> Result<Scene, PrepareError> {
+        let planned = planned(desc);
+        let mut scene = Scene::prepare_general(&planned)?;
+        (scene.white, scene.material_class) = (effects::white(&planned), effects::material_class(&planned));
+        Ok(scene)
+    }
+
+    /// As [`Scene::prepare`], but with everything, whether `desc` calls for it or not: `--check-plan` compares with it.
+    ///
+    /// # Errors
+    ///
+    /// As [`Scene::prepare`].
+    pub fn prepare_general(desc: &SceneDesc) -> Result<Scene, PrepareError> {
+        let (materials, surfaces) = materials::of(desc)?;
+        let mut geometry = Geometry::default();
+        for shape in &desc.shapes {
+            geometry.add(desc, shape)?;
+        }
+        let shown = geometry.add_groups(desc)?;
+        let mut geometry = geometry.finish();
+        let count = geometry.prims.len() + shown.instances.len();
+        if count > MAX_PRIMITIVES {
+            return Err(PrepareError::TooManyPrimitives { count });
+        }
+        for (light, i) in desc.lights.iter().zip(geometry.emitting..) {
+            geometry.add_light(light, i);
+        }
+        let spectra = spectra(desc);
+        let dark = geometry.lights.iter().all(|l| l.is_black() || spectra[l.spectrum as usize].is_black());
+        // The reader has already reported a scene without any light.
+        if dark && !spectra.is_empty() {
+            geometry.notices.push("no light of the scene can be used: the picture will be black".to_owned());
+        }
+        let (lights, notices) = (std::mem::take(&mut geometry.lights), std::mem::take(&mut geometry.notices));
+        let primitives = primitives(geometry, shown);
+        let (lo, hi) = primitives.accel.bounds();
+        // An empty scene has no size, and any positive number serves.
+        let radius = (0.5 * (hi - lo).length()).max(f32::MIN_POSITIVE);
+        let lights = Lights::new(lights, spectra, BoundingSphere { center: 0.5 * (lo + hi), radius });
+        let structure = Arc::new(SceneStructure::of(desc));
+        let (primitives, white, material_class) = (Arc::new(primitives), None, MaterialClass::General);
+        Ok(Scene { primitives, surfaces, materials, lights, white, material_class, notices, structure })
+    }
+
+    /// This scene with the materials and the light of `desc`, in effect the same as [`Scene::prepare`] of `desc`.
+    ///
+    /// Where `desc` is this scene's description with other materials and other spectra, the primitives and their tree
+    /// are shared and the cost does not depend on them; only the selection of lights is prepared anew. Where anything else
+    /// differs (a shape moved, a light came or went, a mesh that is not shared), everything is prepared. The kernel stays.
+    ///
+    /// A light whose emission becomes zero stays a light: it is hit and then emits nothing, and is never chosen while
+    /// another light shines.
+    ///
+    /// # Errors
+    ///
+    /// As [`Scene::prepare`].
+    pub fn edited(&self, desc: &SceneDesc) -> Result<Scene, PrepareError> {
+        if *self.structure != SceneStructure::of(desc) {
+            let anew = Scene::prepare(desc)?.with_kernel(self.kernel());
+            return Ok(anew.expect("the processor is the same, and nobody else has the new geometry"));
+        }
+        let desc = &planned(desc);
+        let (materials, surfaces) = materials::of(desc)?;
+        Ok(Scene {
+            primitives: self.primitives.clone(),
+            surfaces,
+            materials,
+            lights: self.lights.relit(spectra(desc)),
+            white: effects::white(desc),
+            material_class: effects::material_class(desc),
+            notices: self.notices.clone(),
+            structure: self.structure.clone(),
+        })
+    }
 }
 
-/// Prepares a scene for all effects.
-pub(super) fn general(desc: &SceneDesc) -> Result<Scene, PrepareError> {
-    let (materials, surfaces) = materials::of(desc)?;
-    let mut geometry = Geometry::default();
-    for shape in &desc.shapes {
-        geometry.add(desc, shape)?;
-    }
-    let shown = geometry.add_groups(desc)?;
-    let mut geometry = geometry.finish();
-    let count = geometry.prims.len() + shown.instances.len();
-    if count > MAX_PRIMITIVES {
-        return Err(PrepareError::TooManyPrimitives { count });
-    }
-    for (light, i) in desc.lights.iter().zip(geometry.emitting..) {
-        add_light(light, i, &mut geometry);
-    }
-    let spectra = spectra(desc);
-    let dark = geometry.lights.iter().all(|l| l.is_black() || spectra[l.spectrum as usize].is_black());
-    // The reader has already reported a scene without any light.
-    if dark && !spectra.is_empty() {
-        geometry.notices.push("no light of the scene can be used: the picture will be black".to_owned());
-    }
-    let (lights, notices) = (std::mem::take(&mut geometry.lights), std::mem::take(&mut geometry.notices));
-    let primitives = primitives(geometry, shown);
-    let (lo, hi) = primitives.accel.bounds();
-    // An empty scene has no size, and any positive number serves.
-    let radius = (0.5 * (hi - lo).length()).max(f32::MIN_POSITIVE);
-    let lights = Lights::new(lights, spectra, BoundingSphere { center: 0.5 * (lo + hi), radius });
-    let structure = Arc::new(SceneStructure::of(desc));
-    let (primitives, white, material_class) = (Arc::new(primitives), None, MaterialClass::General);
-    Ok(Scene { primitives, surfaces, materials, lights, white, material_class, notices, structure })
-}
-
-/// `scene` with the materials and spectra of `desc`, or a new scene if more than those has changed.
-pub(super) fn edited(scene: &Scene, desc: &SceneDesc) -> Result<Scene, PrepareError> {
-    if *scene.structure != SceneStructure::of(desc) {
-        let mut anew = prepare(desc)?;
-        let walked = anew.walk_by(scene.kernel());
-        assert!(walked, "the processor is the same, and nobody else has the new geometry");
-        return Ok(anew);
-    }
-    let desc = &planned(desc);
-    let (materials, surfaces) = materials::of(desc)?;
-    Ok(Scene {
-        primitives: scene.primitives.clone(),
-        surfaces,
-        materials,
-        lights: scene.lights.relit(spectra(desc)),
-        white: effects::white(desc),
-        material_class: effects::material_class(desc),
-        notices: scene.notices.clone(),
-        structure: scene.structure.clone(),
-    })
+/// The spectra of a scene's lights: first of each emitting shape, then of each other light.
+fn spectra(desc: &SceneDesc) -> Vec<Spectrum> {
+    let shapes = desc.shapes.iter().filter_map(|s| s.emission.as_ref());
+    shapes.chain(desc.lights.iter().map(LightDesc::spectrum)).cloned().collect()
 }
 
 fn primitives(geometry: Geometry, shown: PreparedGroups) -> Primitives {

@@ -44,7 +44,7 @@ impl CameraPath<'_> {
         let Self { scratch, tracer, .. } = self;
         let found = forest.nearest(vertex.hit.point.p, radius, wanted, &mut scratch.query, accept);
         let Some(disc) = Disc::new(found, wanted, radius, radius * SMALLEST) else { return };
-        let scale = 1.0 / disc.area() / self.snapshot.light_paths() as f32;
+        let scale = 1.0 / disc.area / self.snapshot.light_paths as f32;
         let scene = &tracer.context.scene;
         let path = RecordedPath {
             scene,
@@ -53,7 +53,7 @@ impl CameraPath<'_> {
             white: tracer.context.white(),
         };
         let (mut xyz, mut value) = (Xyz::BLACK, SampledSpectrum::ZERO);
-        for near in disc.counted() {
+        for near in disc.counted {
             let photon = forest.photon(near);
             match window {
                 None => xyz += path.at_wavelengths_of(photon, vertex, scale),

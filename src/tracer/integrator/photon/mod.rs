@@ -61,8 +61,10 @@ const LIMIT: usize = 1 << 25;
 #[derive(Clone, Debug)]
 pub struct PhotonTracer {
     context: RenderContext,
-    map: Arc<PhotonMap>,
-    schedule: Schedule,
+    /// The photons.
+    pub map: Arc<PhotonMap>,
+    /// How photons follow samples.
+    pub schedule: Schedule,
     deterministic: bool,
 }
 
@@ -82,14 +84,14 @@ impl PhotonTracer {
     pub fn new(context: RenderContext, deterministic: bool) -> Self {
         let (min, max) = context.scene.accel().bounds();
         let schedule = schedule(min, max, &context.photons);
-        let map = PhotonMap::new(min, max, schedule.paths_per_generation).with_limit(LIMIT);
+        let map = PhotonMap::new(min, max, schedule.paths_per_generation, LIMIT);
         Self { context, map: Arc::new(map), schedule, deterministic }
     }
 
     /// This tracer with another schedule, and an empty map that stops growing at `limit` photons.
     pub fn with_schedule(self, schedule: Schedule, limit: usize) -> Self {
         let (min, max) = self.context.scene.accel().bounds();
-        let map = PhotonMap::new(min, max, schedule.paths_per_generation).with_limit(limit);
+        let map = PhotonMap::new(min, max, schedule.paths_per_generation, limit);
         Self { schedule, map: Arc::new(map), ..self }
     }
 
@@ -105,16 +107,6 @@ impl PhotonTracer {
             true => Self { map: Arc::clone(&before.map), ..self },
             false => self,
         }
-    }
-
-    /// How photons follow samples.
-    pub fn schedule(&self) -> &Schedule {
-        &self.schedule
-    }
-
-    /// The photons.
-    pub fn map(&self) -> &PhotonMap {
-        &self.map
     }
 }
 
@@ -145,7 +137,7 @@ impl Integrator for PhotonTracer {
 
     fn trace(&self, index: u64, scratch: &mut PhotonScratch, out: &mut impl SampleSink) {
         let Some(snapshot) = self.photons(index, scratch, &|| out.is_wanted()) else { return };
-        let generations = snapshot.generations();
+        let generations = snapshot.generations;
         let lookup =
             Lookup { generations, radius: self.schedule.radius(generations), ..self.schedule.lookup(index) };
         let sampler = Sampler::at(index, self.context.seed);
