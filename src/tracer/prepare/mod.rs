@@ -157,7 +157,7 @@ fn primitives(geometry: Geometry, shown: PreparedGroups) -> Primitives {
     let PreparedGroups { groups, instances, placements } = shown;
     let shapes =
         Shapes { triangles: &corners, quads: &quads, disks: disks.clone(), spheres: spheres.clone() };
-    let accel = Accel::with_instances(shapes, &groups, &instances);
+    let accel = Accel::new(shapes, &groups, &instances);
     drop(corners);
     let round = prims[triangles.len()..].to_vec();
     let faces = collect_in_huge_pages(triangles.iter().zip(&prims).map(|(t, record)| Face::new(*t, *record)));
