@@ -107,6 +107,8 @@ impl<B: Scattering> SurfaceVertex<B> {
     /// What sampling a light from here depends on, seen from the side of the local direction `eye`.
     #[inline]
     pub fn light_context_from(&self, eye: Vec3) -> LightSampleContext {
-        LightSampleContext::new(self.hit.point.p, &self.frame, &self.bsdf, eye)
+        let n = if eye.z < 0.0 { -self.frame.n } else { self.frame.n };
+        let (through, glossy) = (self.bsdf.transmits(), self.bsdf.is_glossy());
+        LightSampleContext { p: self.hit.point.p, n, through, glossy }
     }
 }

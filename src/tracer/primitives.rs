@@ -39,17 +39,11 @@ pub(super) struct Back {
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 pub(super) struct Face {
-    triangle: Triangle,
-    record: PrimRecord,
+    pub(super) triangle: Triangle,
+    pub(super) record: PrimRecord,
 }
 
 const _: () = assert!(size_of::<Face>() == 64);
-
-impl Face {
-    pub(super) fn new(triangle: Triangle, record: PrimRecord) -> Self {
-        Self { triangle, record }
-    }
-}
 
 /// The primitives of all shapes, in world space or in the space of their group.
 #[derive(Debug)]

@@ -4,14 +4,13 @@ use std::ops::Range;
 use std::slice::from_ref;
 
 use glam::{DAffine3, DVec3, Vec3};
-use obvhs::bvh2::Bvh2;
 
 use crate::math::float::UNIT_ROUNDOFF;
 use crate::tracer::shape::{Disk, Sphere};
 
 use super::binary::{self, PrimRef};
 use super::bvh::{Accel, BvhRoot, GroupInstance};
-use super::collapse::{CollapsePlan, Primitive, plan};
+use super::collapse::{Primitive, plan};
 use super::kernels::traversals;
 use super::layout::NodeRef;
 use super::simd_kernel::SimdKernel;
@@ -178,23 +177,16 @@ impl BvhInput {
         input
     }
 
-    /// Builds the BVH and writes it to the arena.
+    /// Builds the BVH and writes it to the arena. Reinsertion is left out if it makes the BVH too deep for the stack.
     fn build(mut self, triangles: &[[Vec3; 3]], arena: &mut ArenaBuilder) -> BvhRoot {
         let Some(bounds) = self.bounds else { return BvhRoot::default() };
-        let (bvh, plan) = self.binary_bvh();
+        let planned = [true, false].into_iter().find_map(|optimized| {
+            let bvh = binary::build(&mut self.refs, optimized);
+            plan(&bvh, &self.primitives).ok().map(|plan| (bvh, plan))
+        });
+        let (bvh, plan) = planned.expect("a BVH without reinsertion has at most 67 + log₂ 2^25 levels");
         let root = BvhWriter { bvh: &bvh, plan: &plan, primitives: &self.primitives, triangles }.write(arena);
         BvhRoot::new(root, bounds)
-    }
-
-    /// The binary BVH and the plan of its collapse. Reinsertion is left out if it makes the BVH too deep for the stack.
-    fn binary_bvh(&mut self) -> (Bvh2, CollapsePlan) {
-        for optimized in [true, false] {
-            let bvh = binary::build(&mut self.refs, optimized);
-            if let Ok(plan) = plan(&bvh, &self.primitives) {
-                return (bvh, plan);
-            }
-        }
-        unreachable!("a BVH without reinsertion has at most 67 + log₂ 2^25 levels")
     }
 }
 

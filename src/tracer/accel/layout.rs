@@ -104,14 +104,10 @@ impl NodeRef {
         (self.0 & !(LEAF | KIND)) as usize
     }
 
-    /// True if it refers to a line.
-    fn is_of_lines(self) -> bool {
-        !self.is_leaf() || (self.0 & KIND) >> KIND_SHIFT < 3
-    }
-
     /// The same reference after the lines have moved by `base` lines.
     pub(super) fn offset(self, base: u32) -> Self {
-        if self.is_of_lines() { Self(self.0 + base) } else { self }
+        let is_of_lines = !self.is_leaf() || (self.0 & KIND) >> KIND_SHIFT < 3;
+        if is_of_lines { Self(self.0 + base) } else { self }
     }
 
     #[inline(always)]

@@ -120,11 +120,11 @@ fn follow<const FROM_LIGHT: bool>(
 ) {
     let scene = &context.scene;
     let longest = context.max_depth.unwrap_or(u32::MAX).min(LONGEST);
-    while walk.depth() + 1 < longest {
+    while walk.depth + 1 < longest {
         let Some(hit) = scene.closest(&ray) else { return };
         let vertex = walk.arrive(scene, hit);
         visit(&vertex);
-        match walk.scatter(&vertex, &numbers(walk.depth() - 1), context.rr_depth) {
+        match walk.scatter(&vertex, &numbers(walk.depth - 1), context.rr_depth) {
             Some(next) => ray = next,
             None => return,
         }

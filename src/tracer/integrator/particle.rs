@@ -69,10 +69,10 @@ impl ParticleTracer {
         out: &mut impl SampleSink,
     ) {
         let context = &self.context;
-        while walk.depth() + 1 < context.longest() {
+        while walk.depth + 1 < context.longest() {
             let Some(hit) = context.scene.closest(&ray) else { return };
             let vertex: SubpathVertex<B> = walk.arrive(&context.scene, hit);
-            let u = numbers.vertex(walk.depth() - 1);
+            let u = numbers.vertex(walk.depth - 1);
             if let Some(connection) = context.connect_to_camera(&vertex, u.light)
                 && context.is_visible_to_camera(&vertex.surface.hit, &connection.view)
             {

@@ -5,11 +5,9 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use crate::math::distribution::Distribution;
-use crate::math::frame::Frame;
 use crate::math::pdf::PdfW;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
 use crate::tracer::accel::PrimRange;
-use crate::tracer::bsdf::Scattering;
 use crate::tracer::shape::SurfacePoint;
 
 use super::selector::LightSelector;
@@ -26,15 +24,6 @@ pub struct LightSampleContext {
     pub through: bool,
     /// The material has a peak, which the choice of a light does not consider: where lights are few, each is sampled.
     pub glossy: bool,
-}
-
-impl LightSampleContext {
-    /// The point `p` of `bsdf` in `frame`, seen from the side of the local direction `eye`.
-    #[inline]
-    pub fn new(p: Vec3, frame: &Frame, bsdf: &impl Scattering, eye: Vec3) -> Self {
-        let n = if eye.z < 0.0 { -frame.n } else { frame.n };
-        Self { p, n, through: bsdf.transmits(), glossy: bsdf.is_glossy() }
-    }
 }
 
 /// A sampled direction towards a light.
@@ -72,16 +61,7 @@ pub struct Lights {
 
 impl Lights {
     /// All lights, their spectra, and the sphere around the scene (for an environment).
-    pub fn new(lights: Vec<Light>, spectra: Vec<Spectrum>, scene: BoundingSphere) -> Self {
-        Self::with(lights.into(), spectra, scene)
-    }
-
-    /// The same lights with other spectra, of which there must be as many.
-    pub fn relit(&self, spectra: Vec<Spectrum>) -> Self {
-        Self::with(self.lights.clone(), spectra, self.scene)
-    }
-
-    fn with(lights: Arc<[Light]>, spectra: Vec<Spectrum>, scene: BoundingSphere) -> Self {
+    pub fn new(lights: Arc<[Light]>, spectra: Vec<Spectrum>, scene: BoundingSphere) -> Self {
         // Colours that the eye hardly sees must still be sampled.
         let brightness = |s: &Spectrum| s.luminance().max(1e-3 * s.max());
         let brightness: Vec<f32> = spectra.iter().map(brightness).collect();
@@ -107,6 +87,11 @@ impl Lights {
     /// How many lights there are.
     pub fn len(&self) -> usize {
         self.lights.len()
+    }
+
+    /// The same lights with other spectra, of which there must be as many.
+    pub fn relit(&self, spectra: Vec<Spectrum>) -> Self {
+        Self::new(self.lights.clone(), spectra, self.scene)
     }
 
     /// True when nothing emits.

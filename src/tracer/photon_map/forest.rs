@@ -11,7 +11,7 @@ use glam::Vec3;
 
 use super::morton::MortonGrid;
 use super::photon::Photon;
-use super::query::{Candidates, Neighbour, QueryScratch};
+use super::query::{Neighbour, QueryScratch};
 use super::tree::{PhotonTree, SortedPhotons, Wanted};
 
 /// All photons of the first generations. Immutable. Cloning copies a few pointers.
@@ -49,14 +49,22 @@ impl Forest {
     ) -> &'s [Neighbour] {
         let QueryScratch { stack, found } = scratch;
         found.clear();
-        let mut best = Candidates { wanted, found, limit: if wanted > 0 { radius * radius } else { 0.0 } };
+        // The squared distance below which a photon still counts.
+        let mut limit = if wanted > 0 { radius * radius } else { 0.0 };
         for (number, tree) in (0..).zip(&self.trees) {
-            tree.traverse(at, best.limit, stack, |slot, distance2| {
+            tree.traverse(at, limit, stack, |slot, distance2| {
                 if accept(&tree.photons[slot as usize]) {
-                    best.add(Neighbour { distance2, tree: number, slot })
-                } else {
-                    best.limit
+                    let neighbour = Neighbour { distance2, tree: number, slot };
+                    if found.len() < wanted {
+                        found.push(neighbour);
+                    } else if let Some(mut farthest) = found.peek_mut() {
+                        *farthest = neighbour;
+                    }
+                    if found.len() == wanted {
+                        limit = found.peek().map_or(limit, |farthest| farthest.distance2);
+                    }
                 }
+                limit
             });
         }
         scratch.found.as_slice()

@@ -57,30 +57,6 @@ pub(super) struct Subtree {
     pub outside: Vec3,
 }
 
-/// The best `wanted` photons that a traversal has met so far.
-pub(super) struct Candidates<'a> {
-    pub wanted: usize,
-    pub found: &'a mut BinaryHeap<Neighbour>,
-    /// Squared distance below which a photon still counts.
-    pub limit: f32,
-}
-
-impl Candidates<'_> {
-    /// Takes in a photon nearer than the limit and returns the new limit.
-    #[inline]
-    pub fn add(&mut self, neighbour: Neighbour) -> f32 {
-        if self.found.len() < self.wanted {
-            self.found.push(neighbour);
-        } else if let Some(mut farthest) = self.found.peek_mut() {
-            *farthest = neighbour;
-        }
-        if self.found.len() == self.wanted {
-            self.limit = self.found.peek().map_or(self.limit, |farthest| farthest.distance2);
-        }
-        self.limit
-    }
-}
-
 impl PhotonTree {
     /// Calls `visit(slot, squared distance)` for every photon whose squared distance is below `limit`. `visit` returns the
     /// limit from then on, which may only become smaller.

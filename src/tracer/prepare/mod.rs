@@ -107,7 +107,7 @@ impl Scene {
         let (lo, hi) = primitives.accel.bounds();
         // An empty scene has no size, and any positive number serves.
         let radius = (0.5 * (hi - lo).length()).max(f32::MIN_POSITIVE);
-        let lights = Lights::new(lights, spectra, BoundingSphere { center: 0.5 * (lo + hi), radius });
+        let lights = Lights::new(lights.into(), spectra, BoundingSphere { center: 0.5 * (lo + hi), radius });
         let structure = Arc::new(SceneStructure::of(desc));
         let (primitives, white, material_class) = (Arc::new(primitives), None, MaterialClass::General);
         Ok(Scene { primitives, surfaces, materials, lights, white, material_class, notices, structure })
@@ -160,7 +160,9 @@ fn primitives(geometry: Geometry, shown: PreparedGroups) -> Primitives {
     let accel = Accel::new(shapes, &groups, &instances);
     drop(corners);
     let round = prims[triangles.len()..].to_vec();
-    let faces = collect_in_huge_pages(triangles.iter().zip(&prims).map(|(t, record)| Face::new(*t, *record)));
+    let faces = collect_in_huge_pages(
+        triangles.iter().zip(&prims).map(|(&triangle, &record)| Face { triangle, record }),
+    );
     let normals = collect_in_huge_pages(normals.into_iter());
     Primitives { accel, faces, disks, spheres, round, normals, backs, tangents, placements }
 }

@@ -42,41 +42,33 @@ impl TraversalStack {
         (Self { keys, children }, BOTTOM)
     }
 
-    /// The topmost entry.
-    #[inline(always)]
-    pub(super) fn last(&self, top: Top) -> (i32, NodeRef) {
-        debug_assert!((1..=CAPACITY).contains(&top));
-        // SAFETY: `top` is at least 1, because END lies at the bottom twice and the traversal ends when it has been popped
-        // once. All entries below `top` were written.
-        unsafe {
-            let (key, child) = (self.keys.get_unchecked(top - 1), self.children.get_unchecked(top - 1));
-            (key.assume_init(), NodeRef(child.assume_init()))
-        }
-    }
-
     /// Pops the topmost entry.
     #[inline(always)]
     pub(super) fn pop(&self, top: &mut Top) -> (i32, NodeRef) {
-        let last = self.last(*top);
+        debug_assert!((1..=CAPACITY).contains(top));
         *top -= 1;
-        last
+        // SAFETY: `top` was at least 1, because END lies at the bottom twice and the traversal ends when it has been popped
+        // once. All entries below it were written.
+        unsafe {
+            let (key, child) = (self.keys.get_unchecked(*top), self.children.get_unchecked(*top));
+            (key.assume_init(), NodeRef(child.assume_init()))
+        }
     }
 
     /// The topmost node reference.
     #[inline(always)]
     pub(super) fn next_child(&self, top: Top) -> NodeRef {
         debug_assert!((1..=CAPACITY).contains(&top));
-        // SAFETY: as in `last`.
+        // SAFETY: as in `pop`.
         NodeRef(unsafe { self.children.get_unchecked(top - 1).assume_init() })
     }
 
     /// Pops the topmost node reference of a traversal that stores no keys.
     #[inline(always)]
     pub(super) fn pop_child(&self, top: &mut Top) -> NodeRef {
+        let child = self.next_child(*top);
         *top -= 1;
-        debug_assert!(*top < CAPACITY);
-        // SAFETY: as in `last`.
-        NodeRef(unsafe { self.children.get_unchecked(*top).assume_init() })
+        child
     }
 
     /// Pushes the child references of `row` in the order of `keys`, farthest first, of which the first `count` are hits. The

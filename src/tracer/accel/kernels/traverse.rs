@@ -39,8 +39,7 @@ pub(super) fn closest<S: Simd8>(
             if current == NodeRef::END {
                 return;
             }
-            let leaf_ray = LeafRay { ray, sheared: &sheared };
-            closest_in_leaf(s, accel, current, leaf_ray, instance, best);
+            closest_in_leaf(s, accel, current, ray, &sheared, instance, best);
             (key, current) = stack.pop(&mut top);
         } else {
             // SAFETY: `current` was read from a node of this BVH, or is its root, and is not a leaf.
@@ -72,19 +71,13 @@ pub(super) fn closest<S: Simd8>(
     }
 }
 
-/// A ray at a leaf, as it is and as the polygon test needs it.
-#[derive(Clone, Copy)]
-struct LeafRay<'a> {
-    ray: &'a Ray,
-    sheared: &'a ShearedRay,
-}
-
 #[inline(always)]
 fn closest_in_leaf<S: Simd8>(
     s: S,
     accel: &Accel,
     leaf: NodeRef,
-    LeafRay { ray, sheared }: LeafRay,
+    ray: &Ray,
+    sheared: &ShearedRay,
     instance: u32,
     best: &mut Hit,
 ) {
@@ -95,7 +88,7 @@ fn closest_in_leaf<S: Simd8>(
             // SAFETY: `leaf` was read from a node of this BVH, or is its root, and refers to a block of this kind.
             let rows = unsafe { accel.arena.rows::<{ $rows }>($line) };
             if let Some(hits) = $test::<S, true>(s, rows, sheared, best.t) {
-                closest_of(s, (rows, $corners), &hits, ray, instance, best);
+                closest_of(s, rows, $corners, &hits, ray, instance, best);
             }
         }};
     }
@@ -112,13 +105,14 @@ fn closest_in_leaf<S: Simd8>(
     }
 }
 
-/// The rows of a block, and the function that finds the corners of a lane in them.
-type LeafBlock<'a> = (&'a [F32x8], fn(&[F32x8], usize) -> [Vec3; 3]);
+/// Finds the corners of a lane in the rows of a block.
+type CornersOf = fn(&[F32x8], usize) -> [Vec3; 3];
 
 #[inline(always)]
 fn closest_of<S: Simd8>(
     s: S,
-    block: LeafBlock,
+    rows: &[F32x8],
+    corners: CornersOf,
     hits: &BlockHits<S>,
     ray: &Ray,
     instance: u32,
@@ -128,16 +122,22 @@ fn closest_of<S: Simd8>(
     while mask != 0 {
         let lane = mask.trailing_zeros() as usize;
         mask &= mask - 1;
-        let t = distance(block, hits, lane, ray);
+        let t = distance(rows, corners, hits, lane, ray);
         if t > 0.0 && t <= best.t {
-            best.improve(Hit { t, prim: id(block.0, lane), uv: hits.uv(s, lane), instance });
+            best.improve(Hit { t, prim: id(rows, lane), uv: hits.uv(s, lane), instance });
         }
     }
 }
 
 /// The distance in `lane`, computed exactly if it is doubtful.
 #[inline(always)]
-fn distance<S: Simd8>((rows, corners): LeafBlock, hits: &BlockHits<S>, lane: usize, ray: &Ray) -> f32 {
+fn distance<S: Simd8>(
+    rows: &[F32x8],
+    corners: CornersOf,
+    hits: &BlockHits<S>,
+    lane: usize,
+    ray: &Ray,
+) -> f32 {
     if hits.doubtful >> lane & 1 == 1 { exact_distance(corners(rows, lane), ray) } else { hits.t[lane & 7] }
 }
 
@@ -158,7 +158,7 @@ pub(super) fn occluded<S: Simd8>(s: S, accel: &Accel, bvh: &BvhRoot, ray: &Ray, 
             if current == NodeRef::END {
                 return false;
             }
-            if occluded_in_leaf(s, accel, current, LeafRay { ray, sheared: &sheared }, skip) {
+            if occluded_in_leaf(s, accel, current, ray, &sheared, skip) {
                 return true;
             }
             current = stack.pop_child(&mut top);
@@ -181,7 +181,8 @@ fn occluded_in_leaf<S: Simd8>(
     s: S,
     accel: &Accel,
     leaf: NodeRef,
-    LeafRay { ray, sheared }: LeafRay,
+    ray: &Ray,
+    sheared: &ShearedRay,
     skip: PrimRange,
 ) -> bool {
     // As in `closest_in_leaf`.
@@ -191,7 +192,7 @@ fn occluded_in_leaf<S: Simd8>(
             // SAFETY: `leaf` was read from a node of this BVH, or is its root, and refers to a block of this kind.
             let rows = unsafe { accel.arena.rows::<{ $rows }>($line) };
             let hits = $test::<S, false>(s, rows, sheared, ray.t_max);
-            hits.is_some_and(|hits| any_of((rows, $corners), &hits, ray, skip))
+            hits.is_some_and(|hits| any_of(rows, $corners, &hits, ray, skip))
         }};
     }
     match leaf.leaf() {
@@ -206,7 +207,13 @@ fn occluded_in_leaf<S: Simd8>(
 }
 
 #[inline(always)]
-fn any_of<S: Simd8>(block: LeafBlock, hits: &BlockHits<S>, ray: &Ray, skip: PrimRange) -> bool {
+fn any_of<S: Simd8>(
+    rows: &[F32x8],
+    corners: CornersOf,
+    hits: &BlockHits<S>,
+    ray: &Ray,
+    skip: PrimRange,
+) -> bool {
     let mut mask = hits.mask;
     if mask & !hits.doubtful != 0 && skip == PrimRange::NONE {
         return true;
@@ -214,8 +221,8 @@ fn any_of<S: Simd8>(block: LeafBlock, hits: &BlockHits<S>, ray: &Ray, skip: Prim
     while mask != 0 {
         let lane = mask.trailing_zeros() as usize;
         mask &= mask - 1;
-        let t = distance(block, hits, lane, ray);
-        if t > 0.0 && t < ray.t_max && !skip.contains(id(block.0, lane)) {
+        let t = distance(rows, corners, hits, lane, ray);
+        if t > 0.0 && t < ray.t_max && !skip.contains(id(rows, lane)) {
             return true;
         }
     }

@@ -28,7 +28,7 @@ use crate::tracer::subpath::{SubpathVertex, Walk};
 use crate::tracer::{MaterialClass, Sampler};
 
 use super::{Integrator, RenderContext, SpecializedIntegrator};
-use connections::{ConnectableVertex, ConnectionCandidates};
+use connections::ConnectableVertex;
 use strategies::PathContribution;
 
 /// Subpaths from the camera in one index.
@@ -94,9 +94,7 @@ impl BidirectionalTracer {
             let mut path = PathContribution::new(lambda);
             camera.clear();
             self.trace_camera_subpath(&mut path, uv, &sampler, camera);
-            let candidates =
-                ConnectionCandidates { camera, light, importances, share: 1.0 / LIGHT_SUBPATHS as f32 };
-            self.add_connections(&mut path, candidates, numbers.connection);
+            self.add_connections(&mut path, camera, light, importances, numbers.connection);
             out.camera(uv.map(|c| c as f32), lambda.to_xyz(path.radiance), 1.0);
         }
     }
@@ -115,10 +113,10 @@ impl BidirectionalTracer {
         let Some(mut walk) = Walk::from_light(lambda, &emission, emitted) else { return };
         let mut ray = emission.ray();
         // One more segment leads to the camera.
-        while walk.depth() + 1 < self.context.longest() {
+        while walk.depth + 1 < self.context.longest() {
             let Some(hit) = scene.closest(&ray) else { return };
             let mut vertex: SubpathVertex<B> = walk.arrive(scene, hit);
-            let u = numbers.vertex(walk.depth() - 1);
+            let u = numbers.vertex(walk.depth - 1);
             if !vertex.surface.bsdf.is_delta() {
                 if vertex.depth == 1 {
                     vertex.mis.link = self.link_to_light(&vertex, &emission);
@@ -150,19 +148,19 @@ impl BidirectionalTracer {
         let pdf = camera.uv_per_steradian(ray.direction) / context.window_area();
         let mut walk = Walk::from_camera(path.lambda, camera.lens_point(lens), pdf, LIGHTS_PER_CAMERA);
         let mut last: Option<SubpathVertex<B>> = None;
-        while walk.depth() < longest {
-            let Some(hit) = context.closest(&ray, walk.depth()) else {
-                if let Some(light) = context.environment(walk.depth()) {
+        while walk.depth < longest {
+            let Some(hit) = context.closest(&ray, walk.depth) else {
+                if let Some(light) = context.environment(walk.depth) {
                     self.add_environment(path, light, &walk, last.as_ref(), ray.direction);
                 }
                 return;
             };
             let vertex = walk.arrive(scene, hit);
             self.add_emitted(path, last.as_ref(), &vertex);
-            if walk.depth() == longest {
+            if walk.depth == longest {
                 return;
             }
-            let numbers = sampler.vertex(walk.depth() - 1);
+            let numbers = sampler.vertex(walk.depth - 1);
             if !vertex.surface.bsdf.is_delta() {
                 self.add_direct(path, &vertex, &numbers);
                 vertices.push(ConnectableVertex::new(vertex));

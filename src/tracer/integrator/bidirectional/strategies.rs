@@ -30,12 +30,6 @@ impl PathContribution {
     pub(super) fn new(lambda: SampledWavelengths) -> Self {
         Self { lambda, radiance: SampledSpectrum::ZERO, emission: EmissionCache::default() }
     }
-
-    /// Sum over the wavelengths of what was found.
-    #[inline]
-    pub(super) fn brightness(&self) -> f32 {
-        self.radiance.0.element_sum()
-    }
 }
 
 /// The weight of s = 0, a light that was hit by chance: `mis` is that of the vertex on the light, or of the direction in
@@ -133,7 +127,7 @@ impl BidirectionalTracer {
         let weight = last.map_or(1.0, |last| {
             let pdf = lights.pdf(light, last.surface.light_context(), direction, None);
             let emission = lights.emission_pdf(light, Vec3::ZERO, -direction);
-            emitted_weight(&walk.previous().infinite(), pdf, emission)
+            emitted_weight(&walk.previous.infinite(), pdf, emission)
         });
         let emitted = path.emission.emission(lights, light, direction, &path.lambda);
         path.radiance += walk.throughput * emitted * (weight * walk.wavelength_mis.weight());

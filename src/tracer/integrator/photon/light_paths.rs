@@ -75,7 +75,7 @@ fn trace_light_path(tracer: &PhotonTracer, path: u64, batch: &mut PhotonBatch) {
     let mut ray = emission.ray();
     let mut spread = false;
     // One more segment leads to the camera.
-    while walk.depth() + 1 < longest {
+    while walk.depth + 1 < longest {
         let Some(hit) = scene.closest(&ray) else { return };
         let vertex: SubpathVertex = walk.arrive(scene, hit);
         let here = vertex.surface.bsdf.has_diffuse_part();
@@ -88,13 +88,13 @@ fn trace_light_path(tracer: &PhotonTracer, path: u64, batch: &mut PhotonBatch) {
                 batch.push(layer, &arrival(&vertex, number));
             }
         }
-        let u = numbers.vertex(walk.depth() - 1);
+        let u = numbers.vertex(walk.depth - 1);
         match walk.scatter(&vertex, &u, context.rr_depth) {
             Some(next) => ray = next,
             None => return,
         }
         // The link is 0 after a delta: the coat's mirror spreads nothing.
-        spread |= here && walk.previous().link > 0.0;
+        spread |= here && walk.previous.link > 0.0;
     }
 }
 
