@@ -7,7 +7,6 @@
 //! particle         particle tracing, from the lights
 //! bidirectional    subpaths from both ends, connected
 //! photon           photon mapping
-//! replicated       a render divided into independent randomisations, for its error
 //! check            `--check-plan`: the plan of effects is compared with the code for everything
 //! ```
 //!
@@ -42,7 +41,6 @@ mod direct_lighting;
 mod particle;
 mod path;
 mod photon;
-mod replicated;
 
 pub use bidirectional::{BidirectionalTracer, CAMERA_SUBPATHS, LIGHT_SUBPATHS};
 pub use check::{CheckedIntegrator, PlanCheckTally, SpecializedIntegrator};
@@ -50,9 +48,8 @@ pub use context::RenderContext;
 pub use particle::ParticleTracer;
 pub use path::PathTracer;
 pub use photon::{PhotonScratch, PhotonTracer};
-pub use replicated::Replicated;
 
-use crate::stream::{PathCounts, SampleSink};
+use crate::stream::{PathCounts, REPLICATES, SampleSink, replicate, replicate_seed};
 
 /// Turns one point of the sample sequence into samples on the stream.
 ///
@@ -99,4 +96,39 @@ pub trait Integrator: Send + Sync + 'static {
 
     /// Paths started by one call of [`Integrator::trace`]: `{camera: 1, light: 0}` for path tracing.
     fn paths_per_index(&self) -> PathCounts;
+}
+
+/// A render divided into independent randomisations, whose differences give the error of their mean: one integrator for all indices, or one for each replicate, which take turns chunk by chunk
+/// ([`replicate`](crate::stream::replicate())). Each replicate has a photon map of its own.
+#[derive(Clone, Debug)]
+pub struct Replicated<I> {
+    parts: Vec<I>,
+}
+
+impl<I> Replicated<I> {
+    /// Integrators that `make` makes of `context` with the seed of each replicate, or of `context` alone unless `divided`.
+    pub fn new(context: &RenderContext, divided: bool, make: impl FnMut(RenderContext) -> I) -> Self {
+        let count = if divided { REPLICATES } else { 1 };
+        let context_of = |r| RenderContext { seed: replicate_seed(context.seed, r), ..context.clone() };
+        Self { parts: (0..count).map(context_of).map(make).collect() }
+    }
+
+    /// The integrators, one per replicate.
+    pub fn parts(&self) -> &[I] {
+        &self.parts
+    }
+}
+
+impl<I: Integrator> Integrator for Replicated<I> {
+    type Scratch = [I::Scratch; REPLICATES];
+
+    #[inline]
+    fn trace(&self, index: u64, scratch: &mut Self::Scratch, out: &mut impl SampleSink) {
+        let (r, own) = if self.parts.len() > 1 { replicate(index) } else { (0, index) };
+        self.parts[r].trace(own, &mut scratch[r], out);
+    }
+
+    fn paths_per_index(&self) -> PathCounts {
+        self.parts[0].paths_per_index()
+    }
 }

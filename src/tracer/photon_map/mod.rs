@@ -9,7 +9,7 @@
 //! - `photon` packs one photon.
 //! - `morton` and `tree`: **space is split, not the photons**, in the middle of the longest side of the scene's box. So no
 //!   photon's position in the tree depends on the others, and trees are merged like sorted lists. `forest` keeps a
-//!   logarithmic number of trees, `query` traverses them.
+//!   logarithmic number of trees and traverses them.
 //! - `publish`: **a generation** is a fixed range of light paths. Its photons appear all at once, in an order that no
 //!   scheduling can change: a [`Snapshot`] holds all photons of the generations 0 … g − 1 and is a pure function of g.
 //!   **Readers never wait**, because a snapshot is immutable and the latest one is reached by one atomic load.
@@ -22,14 +22,12 @@ mod forest;
 mod morton;
 mod photon;
 mod publish;
-mod query;
 mod schedule;
 mod tree;
 
-pub use forest::Forest;
+pub use forest::{Disc, Forest, Neighbour, QueryScratch};
 pub use morton::{MAX_DEPTH, MortonGrid};
 pub use photon::{Arrival, Photon, wavelength_number, wavelengths};
 pub use publish::{Claim, PhotonBatch, PhotonLayer, PhotonMap, Snapshot};
-pub use query::{Disc, Neighbour, QueryScratch};
 pub use schedule::{Lookup, Schedule};
 pub use tree::{LEAF, PhotonTree, SortedPhotons, Wanted};

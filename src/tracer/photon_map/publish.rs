@@ -101,15 +101,9 @@ impl PhotonMap {
         }
         let last = self.last.load(Ordering::Relaxed);
         let until = until.min(last.saturating_mul(self.paths_per_generation));
-        let mut start = self.next.load(Ordering::Relaxed);
-        while start < until {
-            let end = start + CLAIM;
-            match self.next.compare_exchange_weak(start, end, Ordering::Relaxed, Ordering::Relaxed) {
-                Ok(_) => return Some(Claim { map: self, paths: start..end, adding: false, done: false }),
-                Err(now) => start = now,
-            }
-        }
-        None
+        let end = |start| (start < until).then(|| start + CLAIM);
+        let start = self.next.fetch_update(Ordering::Relaxed, Ordering::Relaxed, end).ok()?;
+        Some(Claim { map: self, paths: start..start + CLAIM, adding: false, done: false })
     }
 
     /// The newest snapshot. Never waits.

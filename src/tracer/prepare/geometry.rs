@@ -22,10 +22,9 @@ use crate::tracer::light::{
 };
 use crate::tracer::primitives::{Back, NONE, PrimRecord};
 use crate::tracer::shape::{Disk, Sphere, Triangle};
-use crate::tracer::tangents::Tangents;
+use crate::tracer::tangents::{self, Tangents};
 
 use super::PrepareError;
-use super::tangents;
 
 /// Largest magnitude of a coordinate. Its square and its product with an extent stay finite.
 pub(super) const MAX_COORDINATE: f32 = 1e12;

@@ -1,20 +1,18 @@
 //! Preparation: from a scene description to a scene that can be traced.
 //!
 //! `geometry` transforms shapes to primitives in world space, checks them and adds lights, `groups` adds groups and instances,
-//! `tangents` determines the directions of brushed surfaces, `materials` converts BSDFs. `structure` decides whether an edit can
+//! `materials` converts BSDFs. `structure` decides whether an edit can
 //! keep the geometry.
 
-mod error;
 mod geometry;
 mod groups;
 mod materials;
 mod structure;
-mod tangents;
 
 use std::sync::Arc;
 
 use crate::scene::SceneDesc;
-use crate::scene::desc::{FilmDesc, LightDesc};
+use crate::scene::desc::{BsdfId, FilmDesc, GroupId, LightDesc, MeshId, Place};
 use crate::spectrum::Spectrum;
 
 use super::accel::{Accel, Shapes, collect_in_huge_pages};
@@ -25,8 +23,62 @@ use super::scene::{MaterialClass, Scene};
 use geometry::Geometry;
 use groups::PreparedGroups;
 
-pub use error::PrepareError;
 pub(super) use structure::SceneStructure;
+
+/// Why a scene cannot be traced.
+#[derive(Clone, Debug, thiserror::Error, PartialEq)]
+pub enum PrepareError {
+    /// The camera cannot be used.
+    #[error("the camera at line {}, column {} cannot be used: {what}", place.line, place.column)]
+    Camera {
+        /// Its place in the scene file.
+        place: Place,
+        /// The problem and what to do.
+        what: String,
+    },
+    /// A shape or material names a material that does not exist.
+    #[error("material {} is named but does not exist: the scene description is inconsistent", id.0)]
+    UnknownMaterial {
+        /// The id.
+        id: BsdfId,
+    },
+    /// A shape names a mesh that does not exist.
+    #[error("the shape at line {}, column {} names mesh {}, which does not exist", place.line, place.column, id.0)]
+    UnknownMesh {
+        /// The id.
+        id: MeshId,
+        /// The shape.
+        place: Place,
+    },
+    /// An instance names a group that does not exist.
+    #[error("the instance at line {}, column {} names group {}, which does not exist", place.line, place.column, id.0)]
+    UnknownGroup {
+        /// The id.
+        id: GroupId,
+        /// The instance.
+        place: Place,
+    },
+    /// A shape that cannot be part of a group.
+    #[error("the shape at line {}, column {} cannot be part of a group: {what}", place.line, place.column)]
+    InGroup {
+        /// Its place in the scene file.
+        place: Place,
+        /// The problem.
+        what: &'static str,
+    },
+    /// Two-sided materials contain each other.
+    #[error("material {} is two-sided and contains itself: name a one-sided material for each side", id.0)]
+    NestedTwoSided {
+        /// The id.
+        id: BsdfId,
+    },
+    /// More primitives than ids.
+    #[error("{count} primitives are too many: at most 33 million fit; simplify the meshes")]
+    TooManyPrimitives {
+        /// Their number.
+        count: usize,
+    },
+}
 
 /// The size of the picture, which a camera needs in addition to its description.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -15,8 +15,7 @@ mod traverse;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
-use super::bvh::{Accel, BvhRoot, TraversalFns};
-use super::ray::{Hit, PrimRange, Ray};
+use super::bvh::{Accel, BvhRoot, Hit, PrimRange, Ray, TraversalFns};
 use super::simd_kernel::SimdKernel;
 
 pub(super) use stack::MAX_DEPTH;

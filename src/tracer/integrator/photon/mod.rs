@@ -26,7 +26,6 @@
 //! the camera path are recorded (`camera_path`) and evaluated again for each photon.
 
 mod camera_path;
-mod gather;
 mod light_paths;
 
 use std::f32::consts::PI;
