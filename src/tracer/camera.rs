@@ -111,11 +111,7 @@ impl Camera {
         })
     }
 
-    /// The camera of a scene, with the film size that its file specifies.
-    ///
-    /// # Errors
-    ///
-    /// As [`Camera::new`].
+    /// The camera of a scene, with the film size that its file specifies. It fails as [`Camera::new`] does.
     pub fn of(desc: &SceneDesc) -> Result<Self, PrepareError> {
         Self::new(&desc.camera, &desc.film, &PrepareOptions::from_film(&desc.film))
     }
@@ -218,11 +214,6 @@ impl Camera {
 
     fn uv_per_cos3(&self, cos: f64) -> f32 {
         (1.0 / ((self.scale.x * self.scale.y).abs() * cos * cos * cos)) as f32
-    }
-
-    /// Radius of the lens in world units, 0 for a pinhole.
-    pub fn aperture_radius(&self) -> f64 {
-        self.aperture
     }
 
     /// World-space position: the pinhole, or the centre of the lens.

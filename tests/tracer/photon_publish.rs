@@ -183,7 +183,7 @@ fn samples_do_not_depend_on_the_number_of_threads() {
             trace(claim.paths(), &mut batch);
             claim.deposit(batch, &|| true);
         }
-        let lookup = schedule.lookup(index);
+        let lookup = schedule.lookup(schedule.generations(index));
         let snapshot = wait(map, lookup.generations);
         let forest = snapshot.layer(PhotonLayer::Global);
         let mut scratch = QueryScratch::default();

@@ -35,7 +35,6 @@ const MAX_SAH_DEPTH: usize = 64;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PrimRef {
     lo: Vec3,
-    /// Index of the primitive.
     index: u32,
     hi: Vec3,
 }

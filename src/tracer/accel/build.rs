@@ -12,7 +12,7 @@ use super::binary::{self, PrimRef};
 use super::bvh::{Accel, BvhRoot, GroupInstance};
 use super::collapse::{Primitive, plan};
 use super::kernels::traversals;
-use super::layout::NodeRef;
+use super::layout::{Arena, NodeRef};
 use super::simd_kernel::SimdKernel;
 use super::write::{ArenaBuilder, BvhWriter};
 
@@ -80,7 +80,7 @@ impl Accel {
         let world = input.build(shapes.triangles, &mut arena);
         let placed = |i: &Instance| GroupInstance { group: i.group, to_group: i.to_world.inverse() };
         Accel {
-            arena: arena.finish(),
+            arena: Arena::new(arena.lines),
             world,
             groups: roots,
             instances: instances.iter().map(placed).collect(),

@@ -21,12 +21,10 @@ pub(super) const WIDTH: usize = 8;
 /// One number for each lane: a row.
 pub(super) type F32x8 = [f32; WIDTH];
 
-/// A cache line.
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub(super) struct CacheLine(pub(super) [F32x8; 2]);
 
-/// Lines of a node.
 pub(super) const NODE_LINES: usize = 4;
 
 /// The row of a node with the child references.

@@ -211,15 +211,13 @@ impl MaterialModel for RoughPlasticMaterial {
 /// `roughplastic`. The index of the coat is the same for all wavelengths, and what it lets through is tabulated over the angle.
 #[derive(Clone, Copy, Debug)]
 pub struct RoughPlastic {
-    /// Index of the coat over that of the outside.
-    eta: f32,
-    coat: SampledSpectrum,
+    coat: Coat,
+    /// Factor on the reflection of the coat.
+    reflectance: SampledSpectrum,
     /// Albedo of the base, with internal scattering and 1/η².
     base: SampledSpectrum,
     /// Share of the coat in what can be reflected.
     coat_share: f32,
-    microfacet: Microfacet,
-    transmittance: Transmittance,
 }
 
 /// A rough coat.
@@ -237,16 +235,8 @@ impl RoughPlastic {
     /// `reflectance`: factor on the reflection of the coat; `hero_only`: only the hero wavelength is carried.
     #[inline]
     pub fn new(coat: &Coat, reflectance: SampledSpectrum, base: Base, hero_only: bool) -> Self {
-        let Coat { eta, microfacet, transmittance } = *coat;
         let coat_share = share(reflectance, base.albedo, hero_only);
-        let base = base.within(Vec4::splat(eta));
-        Self { eta, coat: reflectance, base, coat_share, microfacet, transmittance }
-    }
-
-    /// Probability of choosing the coat, which lets `t_o` through; `None` when nothing is reflected at all.
-    #[inline]
-    fn coat_probability(&self, t_o: f32) -> Option<f32> {
-        coat_probability(1.0 - t_o, t_o, self.coat_share)
+        Self { coat: *coat, reflectance, base: base.within(Vec4::splat(coat.eta)), coat_share }
     }
 }
 
@@ -257,14 +247,15 @@ impl ScatteringModel for RoughPlastic {
         if wo.z <= 0.0 || wi.z <= 0.0 {
             return None;
         }
-        let t_o = self.transmittance.at(wo.z);
-        let p = self.coat_probability(t_o)?;
+        let Coat { eta, microfacet, transmittance } = &self.coat;
+        let t_o = transmittance.at(wo.z);
+        let p = coat_probability(1.0 - t_o, t_o, self.coat_share)?;
         let m = (wo + wi).normalize_or_zero();
-        let density = self.microfacet.d(m) / (4.0 * self.microfacet.cross_section(wo));
+        let density = microfacet.d(m) / (4.0 * microfacet.cross_section(wo));
         let cos = wo.dot(m).clamp(0.0, 1.0);
-        let r = fresnel::dielectric(cos, Vec4::splat(self.eta)).x;
-        let coat = self.coat * (r * density * self.microfacet.g1(wi));
-        let base = self.base * (t_o * self.transmittance.at(wi.z) * wi.z * FRAC_1_PI);
+        let r = fresnel::dielectric(cos, Vec4::splat(*eta)).x;
+        let coat = self.reflectance * (r * density * microfacet.g1(wi));
+        let base = self.base * (t_o * transmittance.at(wi.z) * wi.z * FRAC_1_PI);
         let pdf = p * density + (1.0 - p) * warp::cosine_hemisphere_pdf(wi.z);
         (pdf > 0.0).then_some((coat + base, PdfW(pdf)))
     }
@@ -275,8 +266,9 @@ impl ScatteringModel for RoughPlastic {
         if wo.z <= 0.0 {
             return None;
         }
-        let wi = if lobe < self.coat_probability(self.transmittance.at(wo.z))? {
-            let m = self.microfacet.sample_visible(wo, u);
+        let t_o = self.coat.transmittance.at(wo.z);
+        let wi = if lobe < coat_probability(1.0 - t_o, t_o, self.coat_share)? {
+            let m = self.coat.microfacet.sample_visible(wo, u);
             (m * (2.0 * wo.dot(m)) - wo).normalize()
         } else {
             warp::cosine_hemisphere(u)

@@ -94,7 +94,6 @@ fn cost_of(kind: IntegratorKind, survey: &Survey) -> f64 {
 /// Cells along either side of the picture: camera paths start in each.
 pub(super) const SIDE: usize = 16;
 
-/// Number of cells.
 pub(super) const CELLS: usize = SIDE * SIDE;
 
 /// Sums of luminance in one cell.

@@ -126,10 +126,7 @@ impl Effect {
 }
 
 /// Takes `effect` out of `desc`. The entry of the effect says what is left instead. Changes nothing where it is off.
-///
-/// # Errors
-///
-/// As [`refusal`].
+/// It fails with the [`refusal`] of the effect.
 pub fn without(desc: &mut SceneDesc, effect: Effect) -> Result<(), &'static str> {
     refusal(effect, desc.integrator.kind).map_or(Ok(()), Err)?;
     (effect.entry().without)(desc);

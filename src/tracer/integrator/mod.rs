@@ -28,7 +28,7 @@
 //! 1. A file here with a struct that holds a [`RenderContext`] and implements [`Integrator`]. `particle.rs` is the shortest.
 //!    Camera paths build on `direct_lighting::PathState`, light paths and connections on [`Walk`](crate::tracer::subpath::Walk).
 //!    Random numbers come only from [`Sampler::at`](crate::tracer::Sampler::at) the index, so that a path is a pure function.
-//! 2. `impl From<RenderContext>` and [`SpecializedIntegrator`], by which `--check-plan` compares its special code with the general.
+//! 2. `impl From<RenderContext>`, by which `--check-plan` compares its special code with the general.
 //! 3. A variant of `scene::desc::IntegratorKind` with its name for file and command line, and the arms that the compiler then asks
 //!    for: `app/method.rs` starts it, `tracer/choice` tries it ([`CANDIDATES`](crate::tracer::choice::CANDIDATES)).
 //! 4. A row in the table above, and lines in `tests/agreement`, where all integrators must agree on every scene, and in
@@ -43,13 +43,14 @@ mod path;
 mod photon;
 
 pub use bidirectional::{BidirectionalTracer, CAMERA_SUBPATHS, LIGHT_SUBPATHS};
-pub use check::{CheckedIntegrator, PlanCheckTally, SpecializedIntegrator};
+pub use check::{CheckedIntegrator, PlanCheckTally};
 pub use context::RenderContext;
 pub use particle::ParticleTracer;
 pub use path::PathTracer;
 pub use photon::{PhotonScratch, PhotonTracer};
 
 use crate::stream::{PathCounts, REPLICATES, SampleSink, replicate, replicate_seed};
+use crate::tracer::Sampler;
 
 /// Turns one point of the sample sequence into samples on the stream.
 ///
@@ -60,6 +61,7 @@ use crate::stream::{PathCounts, REPLICATES, SampleSink, replicate, replicate_see
 /// use pointillist::color::Xyz;
 /// use pointillist::scene;
 /// use pointillist::stream::{SampleSink, UvWindow};
+/// use pointillist::tracer::integrator::RenderContext;
 /// use pointillist::tracer::{Camera, Integrator, PathTracer, Scene};
 ///
 /// /// Collects the samples of the camera stream.
@@ -76,7 +78,8 @@ use crate::stream::{PathCounts, REPLICATES, SampleSink, replicate, replicate_see
 ///
 /// let desc = scene::load("scenes/cornell.xml".as_ref(), &[])?.desc;
 /// let (scene, camera) = (Scene::prepare(&desc)?.into(), Camera::of(&desc)?);
-/// let tracer = PathTracer::new(scene, camera, &desc.integrator, 0, UvWindow::PICTURE);
+/// let context = RenderContext::new(scene, camera, &desc.integrator, 0, UvWindow::PICTURE);
+/// let tracer = PathTracer { context };
 /// let mut samples = Samples::default();
 /// for index in 0..64 {
 ///     tracer.trace(index, &mut (), &mut samples);
@@ -96,13 +99,19 @@ pub trait Integrator: Send + Sync + 'static {
 
     /// Paths started by one call of [`Integrator::trace`]: `{camera: 1, light: 0}` for path tracing.
     fn paths_per_index(&self) -> PathCounts;
+
+    /// The number that chooses the wavelengths of the path whose numbers are those of `sampler`.
+    fn wavelength_number(sampler: &Sampler) -> f32 {
+        sampler.camera().wavelength
+    }
 }
 
 /// A render divided into independent randomisations, whose differences give the error of their mean: one integrator for all indices, or one for each replicate, which take turns chunk by chunk
 /// ([`replicate`](crate::stream::replicate())). Each replicate has a photon map of its own.
 #[derive(Clone, Debug)]
 pub struct Replicated<I> {
-    parts: Vec<I>,
+    /// The integrators, one per replicate.
+    pub parts: Vec<I>,
 }
 
 impl<I> Replicated<I> {
@@ -111,11 +120,6 @@ impl<I> Replicated<I> {
         let count = if divided { REPLICATES } else { 1 };
         let context_of = |r| RenderContext { seed: replicate_seed(context.seed, r), ..context.clone() };
         Self { parts: (0..count).map(context_of).map(make).collect() }
-    }
-
-    /// The integrators, one per replicate.
-    pub fn parts(&self) -> &[I] {
-        &self.parts
     }
 }
 

@@ -7,7 +7,7 @@ use crate::tracer::sampler::{CameraNumbers, LightSampler};
 use crate::tracer::subpath::{SubpathVertex, Walk};
 use crate::tracer::{MaterialClass, Sampler};
 
-use super::{Integrator, RenderContext, SpecializedIntegrator};
+use super::{Integrator, RenderContext};
 
 /// Traces paths from lights. It fills the light stream only: every vertex that the camera sees adds a density over uv.
 ///
@@ -56,8 +56,6 @@ impl From<RenderContext> for ParticleTracer {
         Self { context }
     }
 }
-
-impl SpecializedIntegrator for ParticleTracer {}
 
 impl ParticleTracer {
     /// Follows a walk along `ray` to its end and connects each vertex to the camera.

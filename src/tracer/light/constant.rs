@@ -8,8 +8,8 @@ use crate::math::warp;
 use crate::tracer::sampler::LightNumbers;
 use crate::tracer::shape::SurfacePoint;
 
-use super::bounds::LightBounds;
-use super::emission::{UNIFORM_PDF, infinite_pdf, infinite_ray};
+use super::lights::{UNIFORM_PDF, infinite_pdf, infinite_ray};
+use super::selector::LightBounds;
 use super::{BoundingSphere, EmissionPdf, LightSample, LightSampleContext, LightSource};
 
 /// A constant environment. What matters about a direction is the cosine at the lit point, so that is what

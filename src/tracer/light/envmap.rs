@@ -12,8 +12,8 @@ use crate::spectrum::{EmissionMap, SampledSpectrum, SampledWavelengths};
 use crate::tracer::sampler::LightNumbers;
 use crate::tracer::shape::SurfacePoint;
 
-use super::bounds::LightBounds;
-use super::emission::{infinite_pdf, infinite_ray};
+use super::lights::{infinite_pdf, infinite_ray};
+use super::selector::LightBounds;
 use super::{BoundingSphere, EmissionPdf, LightSample, LightSampleContext, LightSource};
 
 /// An environment with the orientation of Mitsuba's `envmap`: in its own space +y is up, the top row of texels; the
@@ -36,8 +36,8 @@ pub struct EnvironmentMap {
     cells: Option<Distribution2d>,
     /// 1 − cos θ at each row of nodes.
     heights: Vec<f64>,
-    /// Mean luminance over the sphere.
-    mean: f32,
+    /// Mean luminance Y over all directions.
+    pub mean_luminance: f32,
 }
 
 /// Where a direction meets the picture.
@@ -80,14 +80,9 @@ impl EnvironmentMap {
             to_world: to_world.as_mat3(),
             to_local: to_world.transpose().as_mat3(),
             heights,
-            mean: mean as f32,
+            mean_luminance: mean as f32,
             map,
         }
-    }
-
-    /// Mean luminance Y over all directions.
-    pub fn mean_luminance(&self) -> f32 {
-        self.mean
     }
 
     /// Radiance that arrives from the unit direction `wi`, world space.
@@ -167,7 +162,7 @@ impl LightSource for EnvironmentMap {
     }
 
     fn power(&self, scene: BoundingSphere) -> f32 {
-        scene.environment_power() * self.mean_luminance()
+        scene.environment_power() * self.mean_luminance
     }
 
     fn bounds(&self, power: f32, scene: BoundingSphere) -> (LightBounds, [Vec3; 2]) {

@@ -2,10 +2,9 @@
 //!
 //! ```text
 //! flat sphere point constant envmap   the sorts of lights, one file each: LightSource
-//! lights      all lights of a scene: sampling one from a lit point, and the density of a direction
-//! emission    rays that leave lights, and their densities: how light subpaths begin
-//! selector    which light a point samples: one, few that are all looked at, or a tree of them
-//! bounds      how much light a light, or a group of them, may bring to a point
+//! lights      all lights of a scene: sampling one from a lit point, and the density of a direction; rays that leave lights, and
+//!             their densities: how light subpaths begin
+//! selector    which light a point samples: one, few that are all looked at, or a tree of them; how much light each may bring
 //! tree        the tree of many lights
 //! ```
 //!
@@ -27,9 +26,7 @@
 //!    `tracer/prepare/geometry.rs` registers it with its primitives.
 //! 4. Tests: `tests/tracer/lights.rs` compares the irradiance with its exact value, `light_choice.rs` samples with densities.
 
-mod bounds;
 mod constant;
-mod emission;
 mod envmap;
 mod flat;
 mod lights;
@@ -46,13 +43,14 @@ use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use super::accel::PrimRange;
 use super::sampler::LightNumbers;
 use super::shape::SurfacePoint;
-use bounds::LightBounds;
+use selector::LightBounds;
 
 pub use constant::ConstantLight;
-pub use emission::{BoundingSphere, Emission, EmissionOrigin, EmissionPdf};
 pub use envmap::EnvironmentMap;
 pub use flat::{DiskLight, ParallelogramLight, TriangleLight};
-pub use lights::{LightSample, LightSampleContext, Lights};
+pub use lights::{
+    BoundingSphere, Emission, EmissionOrigin, EmissionPdf, LightSample, LightSampleContext, Lights,
+};
 pub use point::PointLight;
 pub use sphere::SphereLight;
 

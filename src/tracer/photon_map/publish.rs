@@ -94,10 +94,12 @@ impl PhotonMap {
     /// Claims a range of light paths below number `until` (rounded up to whole claims) that nobody has traced. `None` if all
     /// are claimed. Cheap enough to call with every sample: `map.claim(schedule.paths_ahead(index))`.
     pub fn claim(&self, until: u64) -> Option<Claim<'_>> {
-        if self.returned.load(Ordering::Relaxed)
-            && let Some(claim) = self.claim_returned()
-        {
-            return Some(claim);
+        if self.returned.load(Ordering::Relaxed) {
+            let mut collecting = lock(&self.collecting);
+            if let Some(paths) = collecting.returned.pop() {
+                self.returned.store(!collecting.returned.is_empty(), Ordering::Relaxed);
+                return Some(Claim { map: self, paths, adding: false, done: false });
+            }
         }
         let last = self.last.load(Ordering::Relaxed);
         let until = until.min(last.saturating_mul(self.paths_per_generation));
@@ -156,13 +158,6 @@ impl PhotonMap {
                 map.sleep(generations, given_up);
             }
         }
-    }
-
-    fn claim_returned(&self) -> Option<Claim<'_>> {
-        let mut collecting = lock(&self.collecting);
-        let paths = collecting.returned.pop()?;
-        self.returned.store(!collecting.returned.is_empty(), Ordering::Relaxed);
-        Some(Claim { map: self, paths, adding: false, done: false })
     }
 
     /// The generation at which the map has stopped growing, or `u64::MAX` before.
@@ -307,7 +302,6 @@ pub enum PhotonLayer {
     Caustic = 1,
 }
 
-/// Number of layers.
 const LAYERS: usize = 2;
 
 /// Photons of one claim, in the order of their light paths.

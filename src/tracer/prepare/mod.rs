@@ -129,10 +129,6 @@ impl Scene {
     }
 
     /// As [`Scene::prepare`], but with everything, whether `desc` calls for it or not: `--check-plan` compares with it.
-    ///
-    /// # Errors
-    ///
-    /// As [`Scene::prepare`].
     pub fn prepare_general(desc: &SceneDesc) -> Result<Scene, PrepareError> {
         let (materials, surfaces) = materials::of(desc)?;
         let mut geometry = Geometry::default();
@@ -173,10 +169,6 @@ impl Scene {
     ///
     /// A light whose emission becomes zero stays a light: it is hit and then emits nothing, and is never chosen while
     /// another light shines.
-    ///
-    /// # Errors
-    ///
-    /// As [`Scene::prepare`].
     pub fn edited(&self, desc: &SceneDesc) -> Result<Scene, PrepareError> {
         if *self.structure != SceneStructure::of(desc) {
             let anew = Scene::prepare(desc)?.with_kernel(self.kernel());

@@ -47,7 +47,6 @@ enum LightStructure {
 }
 
 impl SceneStructure {
-    /// The structure of `desc`.
     pub(super) fn of(desc: &SceneDesc) -> Self {
         let shape = |shape: &ShapeDesc| ShapeStructure {
             kind: shape.kind.clone(),

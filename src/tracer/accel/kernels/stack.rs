@@ -32,7 +32,7 @@ pub(super) type Top = usize;
 
 impl TraversalStack {
     #[inline(always)]
-    pub(super) fn new() -> (Self, Top) {
+    pub fn new() -> (Self, Top) {
         let (mut keys, mut children) =
             ([const { MaybeUninit::uninit() }; CAPACITY], [const { MaybeUninit::uninit() }; CAPACITY]);
         for bottom in 0..BOTTOM {
@@ -44,7 +44,7 @@ impl TraversalStack {
 
     /// Pops the topmost entry.
     #[inline(always)]
-    pub(super) fn pop(&self, top: &mut Top) -> (i32, NodeRef) {
+    pub fn pop(&self, top: &mut Top) -> (i32, NodeRef) {
         debug_assert!((1..=CAPACITY).contains(top));
         *top -= 1;
         // SAFETY: `top` was at least 1, because END lies at the bottom twice and the traversal ends when it has been popped
@@ -57,7 +57,7 @@ impl TraversalStack {
 
     /// The topmost node reference.
     #[inline(always)]
-    pub(super) fn next_child(&self, top: Top) -> NodeRef {
+    pub fn next_child(&self, top: Top) -> NodeRef {
         debug_assert!((1..=CAPACITY).contains(&top));
         // SAFETY: as in `pop`.
         NodeRef(unsafe { self.children.get_unchecked(top - 1).assume_init() })
@@ -65,7 +65,7 @@ impl TraversalStack {
 
     /// Pops the topmost node reference of a traversal that stores no keys.
     #[inline(always)]
-    pub(super) fn pop_child(&self, top: &mut Top) -> NodeRef {
+    pub fn pop_child(&self, top: &mut Top) -> NodeRef {
         let child = self.next_child(*top);
         *top -= 1;
         child
@@ -74,14 +74,7 @@ impl TraversalStack {
     /// Pushes the child references of `row` in the order of `keys`, farthest first, of which the first `count` are hits. The
     /// closest, which is visited at once, stays above the top. Without a hit the topmost entry is popped.
     #[inline(always)]
-    pub(super) fn push_sorted<S: Simd8>(
-        &mut self,
-        s: S,
-        row: &F32x8,
-        keys: S::Ints,
-        count: usize,
-        top: &mut Top,
-    ) {
+    pub fn push_sorted<S: Simd8>(&mut self, s: S, row: &F32x8, keys: S::Ints, count: usize, top: &mut Top) {
         s.store(keys, slots(&mut self.keys, *top));
         s.store_permuted(row, keys, slots(&mut self.children, *top));
         *top = *top + count - 1;
@@ -90,7 +83,7 @@ impl TraversalStack {
     /// Pushes the child references of `row` in the lanes of `mask`, in order. The last, which is visited at once, stays above
     /// the top. Without one the topmost entry is popped.
     #[inline(always)]
-    pub(super) fn push_masked<S: Simd8>(&mut self, s: S, row: &F32x8, mask: u32, top: &mut Top) {
+    pub fn push_masked<S: Simd8>(&mut self, s: S, row: &F32x8, mask: u32, top: &mut Top) {
         s.store_compressed(row, mask, slots(&mut self.children, *top));
         *top = *top + mask.count_ones() as usize - 1;
     }

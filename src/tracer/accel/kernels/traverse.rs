@@ -21,14 +21,7 @@ const AHEAD: usize = 4;
 /// skipped only if they begin beyond the best distance. (For a polygon seen so exactly edge-on that its distance consists of
 /// rounding this is tested, not proven.)
 #[inline(always)]
-pub(super) fn closest<S: Simd8>(
-    s: S,
-    accel: &Accel,
-    bvh: &BvhRoot,
-    ray: &Ray,
-    instance: u32,
-    best: &mut Hit,
-) {
+pub fn closest<S: Simd8>(s: S, accel: &Accel, bvh: &BvhRoot, ray: &Ray, instance: u32, best: &mut Hit) {
     let Some((slab, sheared)) = prepare_ray(s, bvh.extent, ray) else { return };
     let (mut stack, mut top) = TraversalStack::new();
     let mut current = bvh.root;
@@ -105,13 +98,13 @@ fn closest_in_leaf<S: Simd8>(
 }
 
 /// Finds the corners of a lane in the rows of a block.
-type CornersOf = fn(&[F32x8], usize) -> [Vec3; 3];
+type Corners = fn(&[F32x8], usize) -> [Vec3; 3];
 
 #[inline(always)]
 fn closest_of<S: Simd8>(
     s: S,
     rows: &[F32x8],
-    corners: CornersOf,
+    corners: Corners,
     hits: &BlockHits<S>,
     ray: &Ray,
     instance: u32,
@@ -130,13 +123,7 @@ fn closest_of<S: Simd8>(
 
 /// The distance in `lane`, computed exactly if it is doubtful.
 #[inline(always)]
-fn distance<S: Simd8>(
-    rows: &[F32x8],
-    corners: CornersOf,
-    hits: &BlockHits<S>,
-    lane: usize,
-    ray: &Ray,
-) -> f32 {
+fn distance<S: Simd8>(rows: &[F32x8], corners: Corners, hits: &BlockHits<S>, lane: usize, ray: &Ray) -> f32 {
     if hits.doubtful >> lane & 1 == 1 { exact_distance(corners(rows, lane), ray) } else { hits.t[lane & 7] }
 }
 
@@ -148,7 +135,7 @@ fn id(rows: &[F32x8], lane: usize) -> u32 {
 
 /// True if anything of `bvh` but the primitives of `skip` is hit.
 #[inline(always)]
-pub(super) fn occluded<S: Simd8>(s: S, accel: &Accel, bvh: &BvhRoot, ray: &Ray, skip: PrimRange) -> bool {
+pub fn occluded<S: Simd8>(s: S, accel: &Accel, bvh: &BvhRoot, ray: &Ray, skip: PrimRange) -> bool {
     let Some((slab, sheared)) = prepare_ray(s, bvh.extent, ray) else { return false };
     let (mut stack, mut top) = TraversalStack::new();
     let mut current = bvh.root;
@@ -208,7 +195,7 @@ fn occluded_in_leaf<S: Simd8>(
 #[inline(always)]
 fn any_of<S: Simd8>(
     rows: &[F32x8],
-    corners: CornersOf,
+    corners: Corners,
     hits: &BlockHits<S>,
     ray: &Ray,
     skip: PrimRange,

@@ -65,7 +65,7 @@ impl<B: Scattering> ConnectableVertex<B> {
         let surface = &vertex.surface;
         let (throughput, diffuse) = match surface.bsdf.as_diffuse() {
             Some(b) if surface.wo.z > 0.0 => {
-                ((vertex.throughput * b.albedo()).0 * std::f32::consts::FRAC_1_PI, true)
+                ((vertex.throughput * b.albedo).0 * std::f32::consts::FRAC_1_PI, true)
             }
             // Seen from behind it is black.
             Some(_) => (Vec4::ZERO, true),

@@ -27,7 +27,7 @@ use crate::tracer::sampler::LightSampler;
 use crate::tracer::subpath::{SubpathVertex, Walk};
 use crate::tracer::{MaterialClass, Sampler};
 
-use super::{Integrator, RenderContext, SpecializedIntegrator};
+use super::{Integrator, RenderContext};
 use connections::ConnectableVertex;
 use strategies::PathContribution;
 
@@ -50,34 +50,29 @@ pub struct BidirectionalTracer {
 /// What a worker reuses; only the vertices of the scene's [`MaterialClass`] are used.
 #[derive(Debug, Default)]
 pub struct Scratch {
-    diffuse: SubpathVertices<Diffuse>,
-    specular: SubpathVertices<Smooth>,
-    general: SubpathVertices<Bsdf>,
+    diffuse: Subpaths<Diffuse>,
+    specular: Subpaths<Smooth>,
+    general: Subpaths<Bsdf>,
 }
 
 /// Vertices of the subpaths of an index.
 #[derive(Debug)]
-struct SubpathVertices<B> {
+struct Subpaths<B> {
     light: Vec<ConnectableVertex<B>>,
     camera: Vec<ConnectableVertex<B>>,
     importances: Vec<f32>,
 }
 
-impl<B> Default for SubpathVertices<B> {
+impl<B> Default for Subpaths<B> {
     fn default() -> Self {
         Self { light: Vec::new(), camera: Vec::new(), importances: Vec::new() }
     }
 }
 
 impl BidirectionalTracer {
-    fn trace_as<B: Scattering>(
-        &self,
-        index: u64,
-        vertices: &mut SubpathVertices<B>,
-        out: &mut impl SampleSink,
-    ) {
+    fn trace_as<B: Scattering>(&self, index: u64, vertices: &mut Subpaths<B>, out: &mut impl SampleSink) {
         let seed = self.context.seed;
-        let SubpathVertices { light, camera, importances } = vertices;
+        let Subpaths { light, camera, importances } = vertices;
         let lambda = self.context.wavelengths(Self::wavelength_number(&Sampler::at(index, seed)));
         light.clear();
         // Beyond 2^61 indices the paths repeat.
@@ -188,16 +183,14 @@ impl Integrator for BidirectionalTracer {
     fn paths_per_index(&self) -> PathCounts {
         PathCounts { camera: CAMERA_SUBPATHS, light: LIGHT_SUBPATHS }
     }
+
+    fn wavelength_number(sampler: &Sampler) -> f32 {
+        sampler.group_wavelength()
+    }
 }
 
 impl From<RenderContext> for BidirectionalTracer {
     fn from(context: RenderContext) -> Self {
         Self { context }
-    }
-}
-
-impl SpecializedIntegrator for BidirectionalTracer {
-    fn wavelength_number(sampler: &Sampler) -> f32 {
-        sampler.group_wavelength()
     }
 }

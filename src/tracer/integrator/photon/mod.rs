@@ -36,9 +36,9 @@ use glam::Vec3;
 use crate::scene::desc::PhotonDesc;
 use crate::stream::{PathCounts, SampleSink};
 use crate::tracer::Sampler;
-use crate::tracer::photon_map::{Lookup, PhotonMap, QueryScratch, Schedule, Snapshot};
+use crate::tracer::photon_map::{PhotonMap, QueryScratch, Schedule, Snapshot};
 
-use super::{Integrator, RenderContext, SpecializedIntegrator};
+use super::{Integrator, RenderContext};
 use camera_path::{CameraPath, RecordedScattering};
 
 /// Light paths of one generation. They take a few hundredths of a second, so that the first picture is not kept waiting.
@@ -136,9 +136,7 @@ impl Integrator for PhotonTracer {
 
     fn trace(&self, index: u64, scratch: &mut PhotonScratch, out: &mut impl SampleSink) {
         let Some(snapshot) = self.photons(index, scratch, &|| out.is_wanted()) else { return };
-        let generations = snapshot.generations;
-        let lookup =
-            Lookup { generations, radius: self.schedule.radius(generations), ..self.schedule.lookup(index) };
+        let lookup = self.schedule.lookup(snapshot.generations);
         let sampler = Sampler::at(index, self.context.seed);
         let numbers = sampler.camera();
         let uv = self.context.place(numbers.screen);
@@ -159,5 +157,3 @@ impl From<RenderContext> for PhotonTracer {
         Self::new(context, true)
     }
 }
-
-impl SpecializedIntegrator for PhotonTracer {}
