@@ -11,9 +11,8 @@ use crate::tracer::shape::{Disk, Sphere};
 use super::binary::{self, PrimRef};
 use super::bvh::{Accel, BvhRoot, GroupInstance};
 use super::collapse::{Primitive, plan};
-use super::kernels::traversals;
+use super::kernels::{SimdKernel, traversals};
 use super::layout::{Arena, NodeRef};
-use super::simd_kernel::SimdKernel;
 use super::write::{ArenaBuilder, BvhWriter};
 
 /// The primitives of an accelerator.

@@ -4,8 +4,8 @@ use glam::{DAffine3, Vec3};
 
 use crate::tracer::shape::{Disk, Sphere};
 
+use super::kernels::SimdKernel;
 use super::layout::{Arena, NodeRef};
-use super::simd_kernel::SimdKernel;
 
 /// A ray: the points `origin + t · direction`, `0 < t < t_max`. The direction need not have unit length.
 #[derive(Clone, Copy, Debug)]
