@@ -124,10 +124,8 @@ fn follow<const FROM_LIGHT: bool>(
         let Some(hit) = scene.closest(&ray) else { return };
         let vertex = walk.arrive(scene, hit);
         visit(&vertex);
-        match walk.scatter(&vertex, &numbers(walk.depth - 1), context.rr_depth) {
-            Some(next) => ray = next,
-            None => return,
-        }
+        let Some(next) = walk.scatter(&vertex, &numbers(walk.depth - 1), context.rr_depth) else { return };
+        ray = next;
     }
 }
 

@@ -17,7 +17,7 @@
 //!
 //! # Adding an effect
 //!
-//! 1. An [`Entry`] in `materials.rs` or `methods.rs`: its name, what decides it while paths are traced, what in a scene calls for it,
+//! 1. An `Entry` in `materials.rs` or `methods.rs`: its name, what decides it while paths are traced, what in a scene calls for it,
 //!    why it cannot be left out of a method, and how it is taken out of a description and put into one. `LENS` is a short example.
 //! 2. One line in the table below. The command line (`--effects`), `explain`, the window's panel and the study then know it.
 //! 3. A scene that calls for it and one that does not in `tests/tracer/effects_plan.rs`. `effects_check.rs` there generates scenes of all

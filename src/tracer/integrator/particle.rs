@@ -77,10 +77,8 @@ impl ParticleTracer {
                 out.light(connection.view.uv, walk.lambda.to_xyz(connection.value));
             }
             let each = |own, ray| self.follow::<B>(own, ray, numbers, out);
-            match walk.scatter_each(&vertex, &u, context.rr_depth, each) {
-                Some(next) => ray = next,
-                None => return,
-            }
+            let Some(next) = walk.scatter_each(&vertex, &u, context.rr_depth, each) else { return };
+            ray = next;
         }
     }
 }

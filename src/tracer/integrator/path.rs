@@ -56,10 +56,8 @@ impl PathTracer {
                 }
                 path.add_direct(scene, &vertex, &u);
             }
-            match self.scatter(path, &vertex, sampler, &u) {
-                Some(next) => ray = next,
-                None => return,
-            }
+            let Some(next) = self.scatter(path, &vertex, sampler, &u) else { return };
+            ray = next;
         }
     }
 

@@ -119,10 +119,8 @@ impl BidirectionalTracer {
                 self.add_to_camera(&walk.lambda, u.light, &vertex, out);
                 vertices.push(ConnectableVertex::new(vertex));
             }
-            match walk.scatter(&vertex, &u, *rr_depth) {
-                Some(next) => ray = next,
-                None => return,
-            }
+            let Some(next) = walk.scatter(&vertex, &u, *rr_depth) else { return };
+            ray = next;
         }
     }
 
@@ -160,10 +158,8 @@ impl BidirectionalTracer {
                 self.add_direct(path, &vertex, &numbers);
                 vertices.push(ConnectableVertex::new(vertex));
             }
-            match walk.scatter(&vertex, &numbers, *rr_depth) {
-                Some(next) => ray = next,
-                None => return,
-            }
+            let Some(next) = walk.scatter(&vertex, &numbers, *rr_depth) else { return };
+            ray = next;
             last = Some(vertex);
         }
     }

@@ -83,10 +83,8 @@ impl<'a> CameraPath<'a> {
             // The last ray was too short for the photons at its end to stand for what it saw.
             let (_, radius, _) = self.reach(PhotonLayer::Global);
             let near = ray.origin.distance_squared(hit.point.p) < radius * radius;
-            match self.shade(hit, near, &sampler.vertex(self.state.depth)) {
-                Some(next) => ray = next,
-                None => break,
-            }
+            let Some(next) = self.shade(hit, near, &sampler.vertex(self.state.depth)) else { break };
+            ray = next;
         }
         self.xyz + self.state.lambda.to_xyz(self.state.radiance)
     }

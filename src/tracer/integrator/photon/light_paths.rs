@@ -89,10 +89,8 @@ fn trace_light_path(tracer: &PhotonTracer, path: u64, batch: &mut PhotonBatch) {
             }
         }
         let u = numbers.vertex(walk.depth - 1);
-        match walk.scatter(&vertex, &u, context.rr_depth) {
-            Some(next) => ray = next,
-            None => return,
-        }
+        let Some(next) = walk.scatter(&vertex, &u, context.rr_depth) else { return };
+        ray = next;
         // The link is 0 after a delta: the coat's mirror spreads nothing.
         spread |= here && walk.previous.link > 0.0;
     }
