@@ -110,7 +110,7 @@ pub fn prepare(
     if !kernel.is_available() {
         return Err(lacking(kernel, SimdKernel::is_available));
     }
-    let scene = make(desc).into_diagnostic()?.walked_by(kernel);
+    let scene = make(desc).into_diagnostic()?.with_kernel(kernel);
     scene.ok_or_else(|| lacking(kernel, SimdKernel::is_available))
 }
 

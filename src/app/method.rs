@@ -17,7 +17,7 @@ use crate::stream::{PathCounts, UvWindow};
 use crate::tracer::choice::{self, CANDIDATES, IntegratorChoice, Survey, Trial};
 use crate::tracer::integrator::{
     BidirectionalTracer, CAMERA_SUBPATHS, CheckedIntegrator, ParticleTracer, PathTracer, PhotonTracer,
-    PlanCheckTally, RenderContext, Replicated, SpecializedIntegrator,
+    PlanCheckTally, RenderContext, Replicated,
 };
 use crate::tracer::{Camera, Integrator, Scene};
 
@@ -83,7 +83,7 @@ pub fn start(
         IntegratorKind::Bidirectional => special::<BidirectionalTracer>(server, run, order),
         IntegratorKind::Photon if order.check.is_some() => check_photons(server, run, order),
         IntegratorKind::Photon => {
-            let mut last = last.iter().flat_map(Replicated::parts);
+            let mut last = last.iter().flat_map(|last| &last.parts);
             let tracer =
                 photons.insert(Replicated::new(&context_of(run, &order), run.replicated, |context| {
                     let new = PhotonTracer::new(context, run.deterministic);
@@ -102,7 +102,7 @@ fn context_of(run: &RunSpec, order: &RenderOrder) -> RenderContext {
 }
 
 /// Sends a tracer with special code, checked if that is ordered.
-fn special<I: SpecializedIntegrator>(
+fn special<I: Integrator + From<RenderContext>>(
     server: &Server,
     run: &RunSpec,
     order: RenderOrder,

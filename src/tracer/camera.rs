@@ -111,11 +111,7 @@ impl Camera {
         })
     }
 
-    /// The camera of a scene, with the film size that its file specifies.
-    ///
-    /// # Errors
-    ///
-    /// As [`Camera::new`].
+    /// The camera of a scene, with the film size that its file specifies. It fails as [`Camera::new`] does.
     pub fn of(desc: &SceneDesc) -> Result<Self, PrepareError> {
         Self::new(&desc.camera, &desc.film, &PrepareOptions::from_film(&desc.film))
     }
@@ -156,37 +152,22 @@ impl Camera {
         if self.aperture == 0.0 { DVec2::ZERO } else { warp::disk(lens).as_dvec2() * self.aperture }
     }
 
-    /// Projects the world-space point `p` through the centre of the lens: uv, which may lie outside the picture, and the
-    /// distance along z. `None` if it lies before the near or behind the far clip plane.
-    pub fn project(&self, p: Vec3) -> Option<([f64; 2], f64)> {
-        self.project_through(p, DVec2::ZERO)
-    }
-
-    /// As [`Camera::project`], through `lens_point` (from [`Camera::lens_point`]): the inverse of [`Camera::ray`] for one point
-    /// of the lens.
-    pub fn project_from(&self, lens_point: Vec3, p: Vec3) -> Option<([f64; 2], f64)> {
-        if self.aperture == 0.0 {
-            return self.project_through(p, DVec2::ZERO);
-        }
-        let on_lens = self.from_world * (lens_point.as_dvec3() - self.position);
-        self.project_through(p, on_lens.truncate())
-    }
-
-    /// Projects `p` through the point `on_lens` of the plane z = 0 of camera space.
+    /// The uv of the world-space point `p` through the point `on_lens` of the plane z = 0 of camera space; it may lie outside the
+    /// picture. `None` if `p` lies before the near or behind the far clip plane.
     #[inline]
-    fn project_through(&self, p: Vec3, on_lens: DVec2) -> Option<([f64; 2], f64)> {
+    fn project(&self, p: Vec3, on_lens: DVec2) -> Option<[f64; 2]> {
         let local = self.from_world * (p.as_dvec3() - self.position);
         let visible = local.z > 0.0 && local.z >= self.near && local.z <= self.far;
         let xy = (local.truncate() - on_lens) / local.z + on_lens * self.focus;
         let uv = (xy - self.offset) / self.scale;
-        visible.then_some((uv.to_array(), local.z))
+        visible.then_some(uv.to_array())
     }
 
-    /// Connects the world-space point `p` to the point of the lens that `lens` selects. `None` if it lies before the near or
+    /// Connects the world-space point `p` to the point of the lens that `lens` selects, the inverse of [`Camera::ray`]. `None` if it lies before the near or
     /// behind the far clip plane, or outside `window`.
     pub fn view(&self, p: Vec3, lens: [f32; 2], window: &UvWindow) -> Option<CameraView> {
         let on_lens = self.on_lens(lens);
-        let (uv, _) = self.project_through(p, on_lens)?;
+        let uv = self.project(p, on_lens)?;
         if !is_inside(uv, window) {
             return None;
         }
@@ -233,11 +214,6 @@ impl Camera {
 
     fn uv_per_cos3(&self, cos: f64) -> f32 {
         (1.0 / ((self.scale.x * self.scale.y).abs() * cos * cos * cos)) as f32
-    }
-
-    /// Radius of the lens in world units, 0 for a pinhole.
-    pub fn aperture_radius(&self) -> f64 {
-        self.aperture
     }
 
     /// World-space position: the pinhole, or the centre of the lens.

@@ -13,6 +13,12 @@ use super::light::LightSampleContext;
 use super::shape::SurfacePoint;
 
 impl SurfacePoint {
+    /// A ray that leaves in direction `d` (world space) and cannot hit this surface at once.
+    #[inline]
+    pub fn spawn(&self, d: Vec3) -> Ray {
+        Ray::new(safe_origin(self.p, self.error, self.ng, d), d)
+    }
+
     /// A ray that ends just before the world-space point `target`, seen from here in direction `towards`.
     #[inline]
     pub fn spawn_to(&self, target: Vec3, towards: Vec3) -> Ray {
@@ -55,8 +61,7 @@ impl SurfaceInteraction {
     /// A ray that leaves in direction `d` (world space) and cannot hit this surface at once.
     #[inline]
     pub fn spawn(&self, d: Vec3) -> Ray {
-        let SurfacePoint { p, error, ng } = self.point;
-        Ray::new(safe_origin(p, error, ng, d), d)
+        self.point.spawn(d)
     }
 
     /// A ray that ends just before the world-space point `target`, seen from here in direction `towards`.
@@ -107,6 +112,8 @@ impl<B: Scattering> SurfaceVertex<B> {
     /// What sampling a light from here depends on, seen from the side of the local direction `eye`.
     #[inline]
     pub fn light_context_from(&self, eye: Vec3) -> LightSampleContext {
-        LightSampleContext::new(self.hit.point.p, &self.frame, &self.bsdf, eye)
+        let n = if eye.z < 0.0 { -self.frame.n } else { self.frame.n };
+        let (through, glossy) = (self.bsdf.transmits(), self.bsdf.is_glossy());
+        LightSampleContext { p: self.hit.point.p, n, through, glossy }
     }
 }

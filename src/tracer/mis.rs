@@ -8,14 +8,9 @@ use crate::math::pdf::PdfW;
 /// `a` is 0 or NaN.
 #[inline]
 pub fn power(a: PdfW, b: PdfW) -> f32 {
-    let r = ratio(a, b);
+    // Equal infinities share evenly.
+    let r = if a.0 == b.0 && a.0 > 0.0 { 1.0 } else { b.0 / a.0 };
     let r = r * r;
     // NaN comes from a = b = 0 or from a NaN: such a sample has no weight.
     if r.is_nan() { 0.0 } else { 1.0 / (1.0 + r) }
-}
-
-/// `b / a`, with the limits that make the weights right: equal infinities (or zeros) share evenly.
-#[inline]
-fn ratio(a: PdfW, b: PdfW) -> f32 {
-    if a.0 == b.0 && a.0 > 0.0 { 1.0 } else { b.0 / a.0 }
 }

@@ -21,8 +21,8 @@
 //!   it into the film.
 //! - **A bsdf** is one file in `bsdf/` and one line in its table; [`bsdf`] says how to add one.
 //! - **A light** is one file in `light/` and one line in its table; [`light`] says how to add one.
-//! - **Whether dispersion is simulated**, or any other effect, is decided once per scene by [`effects::decide`]; the file of the
-//!   effect (`effects/dispersion.rs`) says what calls for it. [`effects::planned`] takes the rest out of the scene. While paths are
+//! - **Whether dispersion is simulated**, or any other effect, is decided once per scene by [`effects::decide`]; the entry
+//!   of the effect (`effects/materials.rs`) says what calls for it. [`effects::planned`] takes the rest out of the scene. While paths are
 //!   traced, `Bsdf::parts_colors` tells whether a material disperses light.
 //! - **How colours part** within a path of four wavelengths, and what that does to its weight: [`wavelength_mis`].
 //! - **MIS weights**: [`mis`] for two strategies, [`subpath_mis`] for all strategies of the bidirectional method.

@@ -14,7 +14,7 @@ use super::shape::SurfacePoint;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Placement {
     /// The group's space to world space.
-    to_world: DAffine3,
+    pub(super) to_world: DAffine3,
     /// World space to the group's space.
     to_group: DAffine3,
     /// Index into [`SceneDesc::shapes`](crate::scene::SceneDesc::shapes).
@@ -27,11 +27,6 @@ impl Placement {
         let to_group = to_world.inverse();
         let usable = to_world.is_finite() && to_group.is_finite() && to_world.matrix3.determinant() != 0.0;
         usable.then_some(Self { to_world, to_group, shape })
-    }
-
-    /// The group's space to world space.
-    pub(super) fn to_world(self) -> DAffine3 {
-        self.to_world
     }
 
     /// Transforms a surface point of the group to world space.

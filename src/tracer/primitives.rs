@@ -7,7 +7,6 @@ use crate::math::frame::Frame;
 use super::accel::{Accel, Hit, Ray};
 use super::interaction::SurfaceInteraction;
 use super::placement::Placement;
-use super::prepare::backs::Back;
 use super::shape::{Disk, Sphere, SurfacePoint, Triangle};
 use super::tangents::Tangents;
 
@@ -27,21 +26,24 @@ pub(super) struct PrimRecord {
     pub(super) back: u32,
 }
 
+/// The primitive on the back of another one. It is not in the accelerator: rays that hit the other one from that side see it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Back {
+    /// Index into the surfaces.
+    pub(super) surface: u32,
+    /// Index into the lights, or [`NONE`].
+    pub(super) light: u32,
+}
+
 /// A triangle with its record. Hits are incoherent, so both share one cache line.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 pub(super) struct Face {
-    triangle: Triangle,
-    record: PrimRecord,
+    pub(super) triangle: Triangle,
+    pub(super) record: PrimRecord,
 }
 
 const _: () = assert!(size_of::<Face>() == 64);
-
-impl Face {
-    pub(super) fn new(triangle: Triangle, record: PrimRecord) -> Self {
-        Self { triangle, record }
-    }
-}
 
 /// The primitives of all shapes, in world space or in the space of their group.
 #[derive(Debug)]

@@ -6,21 +6,20 @@ use glam::Vec3;
 
 use crate::math::float::safe_origin;
 use crate::math::frame::Frame;
-use crate::scene::SceneDesc;
 use crate::spectrum::White;
 
 use super::accel::{Accel, PrimRange, Ray, SimdKernel};
 use super::bsdf::{Material, Sides};
 use super::interaction::SurfaceInteraction;
 use super::light::{LightSample, Lights};
-use super::prepare::{PrepareError, SceneStructure, edited, general, prepare};
+use super::prepare::SceneStructure;
 use super::primitives::Primitives;
 use super::shape::SurfacePoint;
 
 /// The object that is seen at a point of the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pick {
-    /// Index into [`SceneDesc::shapes`].
+    /// Index into [`SceneDesc::shapes`](crate::scene::SceneDesc::shapes).
     pub shape: u32,
     /// Where the ray hits it, world space.
     pub position: Vec3,
@@ -57,66 +56,12 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Makes `desc` ready for tracing: world space, tree, lights, materials; of these what its plan of effects calls for
-    /// ([`effects::planned`](super::effects::planned)).
-    ///
-    /// What cannot be traced but does no harm (triangles without area, coordinates that are not finite or beyond
-    /// 1e12) is dropped, counted and reported in [`Scene::notices`].
-    ///
-    /// ```
-    /// use pointillist::scene;
-    /// use pointillist::tracer::accel::Ray;
-    /// use pointillist::tracer::{Camera, Scene};
-    ///
-    /// let desc = scene::load("scenes/cornell.xml".as_ref(), &[])?.desc;
-    /// let (scene, camera) = (Scene::prepare(&desc)?, Camera::of(&desc)?);
-    /// let ray: Ray = camera.ray([0.5, 0.5], [0.5, 0.5]);
-    /// assert!(scene.closest(&ray).is_some(), "the middle of the picture shows a surface");
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    ///
-    /// # Errors
-    ///
-    /// [`PrepareError`] when an id points nowhere, or materials form a circle.
-    pub fn prepare(desc: &SceneDesc) -> Result<Scene, PrepareError> {
-        prepare(desc)
-    }
-
-    /// As [`Scene::prepare`], but with everything, whether `desc` calls for it or not: `--check-plan` compares with it.
-    ///
-    /// # Errors
-    ///
-    /// As [`Scene::prepare`].
-    pub fn prepare_general(desc: &SceneDesc) -> Result<Scene, PrepareError> {
-        general(desc)
-    }
-
-    /// This scene with the materials and the light of `desc`, in effect the same as [`Scene::prepare`] of `desc`.
-    ///
-    /// Where `desc` is this scene's description with other materials and other spectra, the primitives and their tree
-    /// are shared and the cost does not depend on them; only the selection of lights is prepared anew. Where anything else
-    /// differs (a shape moved, a light came or went, a mesh that is not shared), everything is prepared. The kernel stays.
-    ///
-    /// A light whose emission becomes zero stays a light: it is hit and then emits nothing, and is never chosen while
-    /// another light shines.
-    ///
-    /// # Errors
-    ///
-    /// As [`Scene::prepare`].
-    pub fn edited(&self, desc: &SceneDesc) -> Result<Scene, PrepareError> {
-        edited(self, desc)
-    }
-
     /// This scene with rays traced by `kernel`: samples are the same bits, and only their time differs. `None` where the
     /// processor lacks what `kernel` needs, or while another scene, [edited](Scene::edited) from this one, shares the tree.
-    pub fn walked_by(mut self, kernel: SimdKernel) -> Option<Scene> {
-        self.walk_by(kernel).then_some(self)
-    }
-
-    /// As [`Scene::walked_by`], in place; false, and nothing changes, where that gives `None`.
-    pub(super) fn walk_by(&mut self, kernel: SimdKernel) -> bool {
-        self.kernel() == kernel
-            || Arc::get_mut(&mut self.primitives).is_some_and(|alone| alone.accel.set_kernel(kernel))
+    pub fn with_kernel(mut self, kernel: SimdKernel) -> Option<Scene> {
+        let set = |alone: &mut Primitives| alone.accel.set_kernel(kernel);
+        let is_set = self.kernel() == kernel || Arc::get_mut(&mut self.primitives).is_some_and(set);
+        is_set.then_some(self)
     }
 
     /// The kernel that traces rays: the fastest that the processor has, unless another was asked for.

@@ -100,9 +100,9 @@ pub struct Walk<const FROM_LIGHT: bool> {
     /// Takes the throughput to what roulette compares with 1.
     relative: f32,
     /// Segments so far.
-    depth: u32,
+    pub depth: u32,
     /// The vertex that was left last, as the next one sees it.
-    previous: PreviousVertex,
+    pub previous: PreviousVertex,
 }
 
 /// What the last vertex leaves for the densities of the next.
@@ -198,16 +198,6 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
         previous: PreviousVertex,
     ) -> Self {
         Self { lambda, throughput, wavelength_mis: WavelengthMis::ALL, relative, depth: 0, previous }
-    }
-
-    /// What the last vertex left behind: for a walk that leaves the scene.
-    pub fn previous(&self) -> &PreviousVertex {
-        &self.previous
-    }
-
-    /// Segments so far.
-    pub fn depth(&self) -> u32 {
-        self.depth
     }
 
     /// The vertex at `hit`.

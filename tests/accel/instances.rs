@@ -26,7 +26,7 @@ impl World {
     fn accel(&self) -> Accel {
         let Primitives { triangles, quads, disks, spheres } = &self.all;
         let shapes = Shapes { triangles, quads, disks: disks.clone(), spheres: spheres.clone() };
-        Accel::with_instances(shapes, &self.groups, &self.instances)
+        Accel::new(shapes, &self.groups, &self.instances)
     }
 
     /// Adds `count` triangles, half as many parallelograms, disks and spheres in a ball of radius `size`; a group of them

@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use glam::{DVec3, Vec3};
 
 use crate::support::accel::{CLOSED, Primitives, Random, ask, ask_one, icosphere, kernels};
-use pointillist::tracer::accel::{Accel, PrimRange, Ray, SimdKernel};
+use pointillist::tracer::accel::{Accel, PrimRange, Ray, Shapes, SimdKernel};
 use pointillist::tracer::shape::{Disk, Sphere};
 
 #[test]
@@ -13,7 +13,7 @@ fn kernels_have_names_and_are_chosen() {
     let names: HashSet<&str> = SimdKernel::ALL.into_iter().map(SimdKernel::name).collect();
     assert_eq!(names.len(), SimdKernel::ALL.len());
     assert!(SimdKernel::best().is_available() && SimdKernel::Scalar.is_available());
-    let mut accel = Accel::new(&[], &[], Vec::new(), Vec::new());
+    let mut accel = Accel::new(Shapes::default(), &[], &[]);
     assert!(accel.kernel().is_available());
     for kernel in SimdKernel::ALL {
         let before = accel.kernel();

@@ -6,7 +6,7 @@ use glam::{DAffine3, DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::support::accel::{CLOSED, Closed, Random, icosphere, kernels, moeller_trumbore};
-use pointillist::tracer::accel::{Accel, PrimRange, Ray, SimdKernel};
+use pointillist::tracer::accel::{Accel, PrimRange, Ray, Shapes, SimdKernel};
 use pointillist::tracer::shape::Triangle;
 
 /// Rays in all, shared by the meshes. Those of the vector kernels are all of them; the scalar kernel gets every fifth,
@@ -79,7 +79,7 @@ fn count(
 fn assert_closed(closed: &Closed, quads: &[u32], rays: u64) {
     let mesh = closed.triangles();
     assert_eq!(mesh.len(), 27_648);
-    let mut accel = Accel::new(&mesh, quads, Vec::new(), Vec::new());
+    let mut accel = Accel::new(Shapes { triangles: &mesh, quads, ..Shapes::default() }, &[], &[]);
     for kernel in kernels() {
         assert!(accel.set_kernel(kernel));
         let every =
@@ -131,7 +131,7 @@ fn small_spheres_have_no_holes() {
         let corner = |i: usize| (points[i] * size + shift).as_vec3();
         let mesh: Vec<[Vec3; 3]> = faces.iter().map(|f| f.map(corner)).collect();
         let closed = Closed { center: shift, inside: DVec3::splat(0.6 * size), ..CLOSED[0] };
-        let mut accel = Accel::new(&mesh, &[], Vec::new(), Vec::new());
+        let mut accel = Accel::new(Shapes { triangles: &mesh, ..Shapes::default() }, &[], &[]);
         for kernel in kernels() {
             assert!(accel.set_kernel(kernel));
             let count = count(&accel, &mesh, &closed, (0..100_000).into_par_iter());
@@ -162,8 +162,8 @@ fn parallelograms_are_their_two_triangles() {
         }
     }
     let quads = [0, 2, 4, 6, 8, 10];
-    let mut boxed = Accel::new(&mesh, &quads, Vec::new(), Vec::new());
-    let mut halves = Accel::new(&mesh, &[], Vec::new(), Vec::new());
+    let mut boxed = Accel::new(Shapes { triangles: &mesh, quads: &quads, ..Shapes::default() }, &[], &[]);
+    let mut halves = Accel::new(Shapes { triangles: &mesh, ..Shapes::default() }, &[], &[]);
     for (seed, kernel) in (17..).zip(kernels()) {
         assert!(boxed.set_kernel(kernel) && halves.set_kernel(kernel));
         compare_box(&boxed, &halves, (&mesh, m), &mut Random(seed));

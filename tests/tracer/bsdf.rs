@@ -6,7 +6,7 @@ use crate::support::scenes::{Random, assert_counts};
 use pointillist::scene::desc::{Facets, Roughness};
 use pointillist::spectrum::SampledSpectrum;
 use pointillist::tracer::bsdf::{
-    Base, Bsdf, Coat, Dielectric, Diffuse, Microfacet, Plastic, RoughConductor, RoughDielectric,
+    Base, Bsdf, Coat, Conductor, Dielectric, Diffuse, Microfacet, Plastic, RoughConductor, RoughDielectric,
     RoughPlastic, ScatteringModel, Transmittance, fresnel, internal_reflectance,
 };
 
@@ -17,19 +17,19 @@ fn microfacet(facets: Facets, alpha: [f32; 2]) -> Microfacet {
 }
 
 fn metal(facets: Facets, alpha: [f32; 2]) -> Bsdf {
-    let index = [SampledSpectrum::splat(0.2), SampledSpectrum(Vec4::new(3.0, 2.5, 2.0, 1.5))];
-    Bsdf::RoughConductor(RoughConductor::new(index, ONE, &microfacet(facets, alpha)))
+    let (eta, k) = (SampledSpectrum::splat(0.2), SampledSpectrum(Vec4::new(3.0, 2.5, 2.0, 1.5)));
+    Bsdf::RoughConductor(RoughConductor::new(Conductor::new(eta, k, ONE), &microfacet(facets, alpha)))
 }
 
 /// Reflects everything.
 fn silver(facets: Facets, alpha: [f32; 2]) -> Bsdf {
-    let index = [SampledSpectrum::ZERO, ONE];
-    Bsdf::RoughConductor(RoughConductor::new(index, ONE, &microfacet(facets, alpha)))
+    let smooth = Conductor::new(SampledSpectrum::ZERO, ONE, ONE);
+    Bsdf::RoughConductor(RoughConductor::new(smooth, &microfacet(facets, alpha)))
 }
 
 fn glass(facets: Facets, alpha: [f32; 2], eta: [f32; 4]) -> Bsdf {
     let eta = [SampledSpectrum(Vec4::from_array(eta)), ONE];
-    let bsdf = RoughDielectric::new(eta, [ONE, ONE], &microfacet(facets, alpha));
+    let bsdf = RoughDielectric::new(Dielectric::new(eta, [ONE, ONE]), &microfacet(facets, alpha));
     Bsdf::RoughDielectric(bsdf.expect("the indices differ"))
 }
 
@@ -303,6 +303,6 @@ fn equal_media_are_no_rough_interface() {
     let facets = microfacet(Facets::Ggx, [0.3, 0.3]);
     for eta in [1.0, 1.0 + 1e-5, 1.0 - 1e-5] {
         let eta = [SampledSpectrum::splat(eta), ONE];
-        assert!(RoughDielectric::new(eta, [ONE, ONE], &facets).is_none());
+        assert!(RoughDielectric::new(Dielectric::new(eta, [ONE, ONE]), &facets).is_none());
     }
 }

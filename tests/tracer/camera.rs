@@ -4,10 +4,14 @@ use glam::{DAffine3, DVec2, DVec3, Vec3};
 
 use crate::support::scenes::*;
 use pointillist::scene::desc::*;
+use pointillist::stream::UvWindow;
 use pointillist::tracer::{Camera, PrepareError, PrepareOptions};
 
 /// Numbers of the centre of the lens.
 const CENTER: [f32; 2] = [0.5; 2];
+
+/// The picture and its overscan.
+const OVERSCAN: UvWindow = UvWindow { min: [-1.0; 2], max: [2.0; 2] };
 
 fn camera(desc: &SceneDesc) -> Camera {
     Camera::new(&desc.camera, &desc.film, &PrepareOptions::from_film(&desc.film)).expect("valid")
@@ -51,13 +55,15 @@ fn rays_and_projection_are_inverse_also_in_the_overscan() {
         let uv = [random.f64() * 1.4 - 0.2, random.f64() * 1.4 - 0.2];
         let ray = camera.ray(uv, CENTER);
         assert!((ray.direction.length() - 1.0).abs() < 1e-6);
-        let (back, z) = camera.project(ray.origin + ray.direction * 7.0).expect("in front");
+        let seen = |p: Vec3| camera.view(p, CENTER, &OVERSCAN);
+        let view = seen(ray.origin + ray.direction * 7.0).expect("in front");
+        let back = view.uv.map(f64::from);
         assert!((back[0] - uv[0]).abs() < 1e-5 && (back[1] - uv[1]).abs() < 1e-5, "{uv:?} {back:?}");
-        assert!(z > 7.0 * 0.5);
-        assert_eq!(camera.project(camera.position() - ray.direction), None, "behind");
-        assert_eq!(camera.project(camera.position() + ray.direction * 0.2), None, "before the near plane");
+        assert!(view.distance2 > 7.0 * 7.0);
+        assert!(seen(camera.position() - ray.direction).is_none(), "behind");
+        assert!(seen(camera.position() + ray.direction * 0.2).is_none(), "before the near plane");
         let end = ray.origin + ray.direction * ray.t_max;
-        assert_eq!(camera.project(camera.position() + (end - camera.position()) * 1.01), None, "beyond far");
+        assert!(seen(camera.position() + (end - camera.position()) * 1.01).is_none(), "beyond far");
     }
 }
 
@@ -119,7 +125,8 @@ fn a_lens_without_size_is_a_pinhole() {
         let (a, b) = (without.ray(uv, CENTER), without.ray(uv, [random.f64() as f32, 0.9]));
         assert!(a.origin == b.origin && a.direction == b.direction && a.t_max == b.t_max);
         let p = a.origin + a.direction;
-        assert_eq!(without.project_from(without.lens_point([0.1, 0.7]), p), without.project(p));
+        let seen = |lens| without.view(p, lens, &OVERSCAN).expect("in front").uv;
+        assert_eq!(seen([0.1, 0.7]), seen(CENTER));
         assert_eq!(without.lens_point([0.1, 0.7]), without.position());
     }
 }
@@ -154,11 +161,13 @@ fn rays_through_a_lens_meet_in_focus() {
         assert!((z(ray.origin) - 0.25).abs() < 1e-5 && (ray.direction.length() - 1.0).abs() < 1e-6);
         assert!((z(ray.origin + ray.direction * ray.t_max) - 40.0).abs() < 1e-3);
         for t in [1.0, 5.0, 20.0] {
-            let (back, depth) = lens.project_from(q, ray.origin + ray.direction * t).expect("in front");
+            let p = ray.origin + ray.direction * t;
+            let view = lens.view(p, u, &OVERSCAN).expect("in front");
+            let back = view.uv.map(f64::from);
             assert!((back[0] - uv[0]).abs() < 1e-5 && (back[1] - uv[1]).abs() < 1e-5, "{uv:?} {back:?}");
-            assert!((depth - f64::from(z(ray.origin + ray.direction * t))).abs() < 1e-4);
+            assert!((view.distance2.sqrt() - (p - q).length()).abs() < 1e-4);
         }
-        assert_eq!(lens.project_from(q, q - ray.direction), None, "behind");
+        assert!(lens.view(q - ray.direction, u, &OVERSCAN).is_none(), "behind");
         widest = widest.max((q - eye).length());
         square += (q - eye).length_squared() / n as f32;
     }

@@ -12,7 +12,7 @@ use pointillist::color::Xyz;
 use pointillist::scene::desc::*;
 use pointillist::spectrum::{SampledSpectrum, Spectrum, dispersion::Ior};
 use pointillist::stream::{PathCounts, SampleSink, UvWindow};
-use pointillist::tracer::bsdf::{Bsdf, Microfacet, RoughDielectric, ScatteringModel};
+use pointillist::tracer::bsdf::{Bsdf, Dielectric, Microfacet, RoughDielectric, ScatteringModel};
 use pointillist::tracer::integrator::{BidirectionalTracer, RenderContext};
 use pointillist::tracer::{Camera, Integrator, PathTracer, Scene};
 
@@ -24,7 +24,8 @@ fn glass_at(eta: [f32; 4], alpha: f32) -> Bsdf {
     let one = SampledSpectrum::ONE;
     let microfacet = Microfacet::new(Roughness { facets: Facets::Ggx, alpha: [alpha; 2] });
     let eta = [SampledSpectrum(Vec4::from_array(eta)), one];
-    Bsdf::RoughDielectric(RoughDielectric::new(eta, [one, one], &microfacet).expect("glass"))
+    let smooth = Dielectric::new(eta, [one, one]);
+    Bsdf::RoughDielectric(RoughDielectric::new(smooth, &microfacet).expect("glass"))
 }
 
 fn turned(eta: [f32; 4], by: usize) -> [f32; 4] {

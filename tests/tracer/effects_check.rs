@@ -10,7 +10,7 @@ use pointillist::scene::{SceneDesc, load, load_str};
 use pointillist::stream::{SampleSink, UvWindow};
 use pointillist::tracer::integrator::{
     BidirectionalTracer, CAMERA_SUBPATHS, CheckedIntegrator, ParticleTracer, PathTracer, PhotonTracer,
-    RenderContext, SpecializedIntegrator,
+    RenderContext,
 };
 use pointillist::tracer::{Camera, Integrator, Scene};
 use proptest::prelude::*;
@@ -40,7 +40,11 @@ fn render_context(desc: &SceneDesc, scene: Scene) -> RenderContext {
 }
 
 /// Traces each of `count` indices twice and panics on a difference. Returns how many paths a rounding has decided.
-fn checked<I: SpecializedIntegrator>(context: &RenderContext, general: &Arc<Scene>, count: u64) -> u64 {
+fn checked<I: Integrator + From<RenderContext>>(
+    context: &RenderContext,
+    general: &Arc<Scene>,
+    count: u64,
+) -> u64 {
     let checked = CheckedIntegrator::<I>::new(context.clone(), general.clone(), 1.0);
     let mut scratch = Default::default();
     // Paths that split and the first ones, which do not.

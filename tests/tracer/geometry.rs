@@ -3,11 +3,11 @@
 use glam::{DVec3, Vec3};
 
 use crate::support::accel::{Random, ask_one, icosphere, moeller_trumbore};
-use pointillist::tracer::accel::{Accel, Ray};
+use pointillist::tracer::accel::{Accel, Ray, Shapes};
 use pointillist::tracer::shape::{Disk, Sphere, Triangle};
 
 fn accel(triangles: &[[Vec3; 3]]) -> Accel {
-    Accel::new(triangles, &[], Vec::new(), Vec::new())
+    Accel::new(Shapes { triangles, ..Shapes::default() }, &[], &[])
 }
 
 /// Rays that leave a convex body never hit it again, at any scale and place; a ray into it always does.
@@ -80,8 +80,8 @@ fn spawned_rays_leave_spheres_disks_and_squares() {
             let (a, b) = (Vec3::new(1.0, 0.2, 0.1) * scale, Vec3::new(-0.3, 1.0, 0.2) * scale);
             let sphere = Sphere { center, radius: scale, inward: false };
             let disk = Disk::new(center, a, b, DVec3::Z).expect("has an area");
-            let mut spheres = Accel::new(&[], &[], Vec::new(), vec![sphere]);
-            let mut disks = Accel::new(&[], &[], vec![disk], Vec::new());
+            let mut spheres = Accel::new(Shapes { spheres: vec![sphere], ..Shapes::default() }, &[], &[]);
+            let mut disks = Accel::new(Shapes { disks: vec![disk], ..Shapes::default() }, &[], &[]);
             let [p, q, r, s] = [center, center + a, center + a + b, center + b];
             let halves = [[p, q, r], [p, r, s]];
             let mut square = accel(&halves);

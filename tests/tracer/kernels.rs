@@ -66,7 +66,7 @@ fn trace<I: Integrator>(tracer: &I) -> Taken {
 
 /// The first samples of a scene by one kernel.
 fn samples(desc: &SceneDesc, method: Method, kernel: SimdKernel, seed: u32) -> Taken {
-    let scene = Scene::prepare(desc).unwrap().walked_by(kernel).unwrap();
+    let scene = Scene::prepare(desc).unwrap().with_kernel(kernel).unwrap();
     assert_eq!((scene.kernel(), scene.accel().kernel()), (kernel, kernel));
     let camera = Camera::of(desc).unwrap();
     let context = RenderContext::new(Arc::new(scene), camera, &desc.integrator, seed, UvWindow::PICTURE);
@@ -192,16 +192,16 @@ fn edits_keep_the_kernel() {
     moved.shapes[0].to_world.translation.z += 0.1;
     assert_eq!(Scene::prepare(&desc).unwrap().kernel(), SimdKernel::best());
     for kernel in available() {
-        let scene = Scene::prepare(&desc).unwrap().walked_by(kernel).unwrap();
+        let scene = Scene::prepare(&desc).unwrap().with_kernel(kernel).unwrap();
         let edited = scene.edited(&painted).unwrap();
         assert_eq!((edited.kernel(), scene.edited(&moved).unwrap().kernel()), (kernel, kernel));
-        assert_eq!(edited.walked_by(kernel).unwrap().kernel(), kernel);
+        assert_eq!(edited.with_kernel(kernel).unwrap().kernel(), kernel);
         let shares = scene.edited(&painted).unwrap();
         let other = available().find(|other| *other != kernel);
-        assert!(other.is_none_or(|other| shares.walked_by(other).is_none()));
-        assert!(other.is_none_or(|other| scene.walked_by(other).is_some_and(|s| s.kernel() == other)));
+        assert!(other.is_none_or(|other| shares.with_kernel(other).is_none()));
+        assert!(other.is_none_or(|other| scene.with_kernel(other).is_some_and(|s| s.kernel() == other)));
     }
     for kernel in SimdKernel::ALL.into_iter().filter(|kernel| !kernel.is_available()) {
-        assert!(Scene::prepare(&desc).unwrap().walked_by(kernel).is_none(), "{kernel:?}");
+        assert!(Scene::prepare(&desc).unwrap().with_kernel(kernel).is_none(), "{kernel:?}");
     }
 }

@@ -125,7 +125,7 @@ fn photons_outlast_a_move_of_the_camera() {
     };
     let first = tracer(0, false);
     let _ = render_all(1, RenderJob::new(Arc::new(first.clone()), 0..100));
-    let paths = |t: &PhotonTracer| t.map().latest().light_paths();
+    let paths = |t: &PhotonTracer| t.map.latest().light_paths;
     assert!(paths(&first) > 0);
     assert_eq!(paths(&tracer(0, false).after(&first)), paths(&first));
     for other in [tracer(1, false), tracer(0, true)] {
@@ -190,7 +190,7 @@ fn tracer_of(desc: &SceneDesc) -> Arc<PhotonTracer> {
     let context = RenderContext::new(Arc::new(prepare(desc)), camera, &desc.integrator, 5, UvWindow::PICTURE);
     let tracer = PhotonTracer::new(context, true);
     // Small generations: the range of these tests has many.
-    let schedule = *tracer.schedule();
+    let schedule = tracer.schedule;
     let schedule = pointillist::tracer::photon_map::Schedule {
         paths_per_generation: 512,
         samples_per_generation: 1500,
@@ -212,7 +212,7 @@ fn pictures_do_not_depend_on_the_number_of_threads() {
         let order = DrainOrder::Index { first: 100 };
         let (got, reason) = gather_in(order, &server, &mut lanes, Epoch(4));
         assert_eq!((reason, lanes.next_index()), (FinishReason::Complete, 40_000));
-        let generations = tracer.map().latest().generations();
+        let generations = tracer.map.latest().generations;
         assert!(
             (5..25).contains(&generations),
             "{generations} generations: the limit was not met on the way"

@@ -1,6 +1,7 @@
 //! The photon map under threads: what a snapshot holds does not depend on who made it, and readers see whole generations.
 
 use std::ops::Range;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
 
@@ -26,18 +27,23 @@ fn trace(paths: Range<u64>, batch: &mut PhotonBatch) {
 }
 
 fn map() -> PhotonMap {
-    PhotonMap::new(Vec3::ZERO, Vec3::ONE, PATHS)
+    PhotonMap::new(Vec3::ZERO, Vec3::ONE, PATHS, usize::MAX)
+}
+
+/// The snapshot of so many generations, whatever it takes.
+fn wait(map: &PhotonMap, generations: u64) -> Arc<Snapshot> {
+    map.wait(generations, trace, &|| true).expect("always wanted")
 }
 
 /// Everything that a query returns, in its order.
 fn answers(snapshot: &Snapshot) -> Vec<u32> {
-    let mut all = vec![snapshot.generations() as u32, snapshot.light_paths() as u32];
+    let mut all = vec![snapshot.generations as u32, snapshot.light_paths as u32];
     let mut scratch = QueryScratch::default();
     for layer in [PhotonLayer::Global, PhotonLayer::Caustic] {
         let forest = snapshot.layer(layer);
-        forest.within(Vec3::splat(0.5), 2.0, &mut scratch, |photon, distance2| {
-            all.extend([photon.flux().0.x.to_bits(), distance2.to_bits()]);
-        });
+        for near in forest.nearest(Vec3::splat(0.5), 2.0, usize::MAX, &mut scratch, |_| true) {
+            all.extend([forest.photon(near).flux().0.x.to_bits(), near.distance2.to_bits()]);
+        }
         for i in 0..50 {
             let at = Random(77 + i).point();
             for near in forest.nearest(at, 0.5, 10, &mut scratch, |_| true) {
@@ -52,13 +58,13 @@ fn answers(snapshot: &Snapshot) -> Vec<u32> {
 fn snapshots_do_not_depend_on_the_number_of_threads() {
     let generations = [1, 2, 3, 7, 8, 21];
     let alone = map();
-    let expected: Vec<_> = generations.iter().map(|&g| answers(&alone.wait(g, trace))).collect();
+    let expected: Vec<_> = generations.iter().map(|&g| answers(&wait(&alone, g))).collect();
     assert!(expected[5].len() > 10_000, "the case is too easy");
     for threads in [2, 3, 8] {
         let shared = map();
         for (g, expected) in generations.iter().zip(&expected) {
             let results: Vec<_> = thread::scope(|s| {
-                let waiting: Vec<_> = (0..threads).map(|_| s.spawn(|| shared.wait(*g, trace))).collect();
+                let waiting: Vec<_> = (0..threads).map(|_| s.spawn(|| wait(&shared, *g))).collect();
                 waiting.into_iter().map(|t| t.join().unwrap()).collect()
             });
             for snapshot in results {
@@ -87,15 +93,16 @@ fn readers_see_whole_generations_only() {
                     let mut before = 0;
                     while !stop.load(Ordering::Relaxed) {
                         let snapshot = map.latest();
-                        let g = snapshot.generations();
+                        let g = snapshot.generations;
                         assert!(g >= before, "generation {g} after {before}");
-                        assert_eq!(snapshot.light_paths(), g * PATHS);
+                        assert_eq!(snapshot.light_paths, g * PATHS);
                         let mut sum = 0;
                         for layer in [PhotonLayer::Global, PhotonLayer::Caustic] {
                             let forest = snapshot.layer(layer);
-                            forest.within(Vec3::splat(0.5), 2.0, &mut scratch, |photon, _| {
-                                sum += photon.flux().0.x.round() as u64;
-                            });
+                            let at = Vec3::splat(0.5);
+                            for near in forest.nearest(at, 2.0, usize::MAX, &mut scratch, |_| true) {
+                                sum += forest.photon(near).flux().0.x.round() as u64;
+                            }
                         }
                         assert_eq!(sum, sum_of_marks(g), "generation {g}");
                         seen.fetch_max(g, Ordering::Relaxed);
@@ -110,7 +117,7 @@ fn readers_see_whole_generations_only() {
                     while let Some(claim) = map.claim(last * PATHS) {
                         let mut batch = PhotonBatch::default();
                         trace(claim.paths(), &mut batch);
-                        claim.deposit(batch);
+                        claim.deposit(batch, &|| true);
                         thread::yield_now();
                     }
                 })
@@ -118,7 +125,7 @@ fn readers_see_whole_generations_only() {
             .collect();
         writers.into_iter().for_each(|w| w.join().unwrap());
         // A writer that found another one publishing has left its generation to that one.
-        assert_eq!(map.latest().generations(), last);
+        assert_eq!(map.latest().generations, last);
         while seen.load(Ordering::Relaxed) < last && !readers.iter().any(|r| r.is_finished()) {
             thread::yield_now();
         }
@@ -134,7 +141,7 @@ fn a_claim_given_up_is_handed_to_another() {
     let snapshot = thread::scope(|s| {
         let lost = map.claim(PATHS).unwrap();
         let other = map.claim(PATHS).unwrap();
-        let waiting = s.spawn(|| map.wait(1, trace));
+        let waiting = s.spawn(|| wait(&map, 1));
         drop(other);
         let panicking = s.spawn(move || {
             let _held = lost;
@@ -143,21 +150,21 @@ fn a_claim_given_up_is_handed_to_another() {
         assert!(panicking.join().is_err());
         waiting.join().unwrap()
     });
-    assert!(answers(&snapshot) == answers(&self::map().wait(1, trace)));
+    assert!(answers(&snapshot) == answers(&wait(&self::map(), 1)));
 }
 
 #[test]
 fn old_snapshots_stay_valid_while_they_are_held() {
     let map = map();
-    let first = map.wait(1, trace);
+    let first = wait(&map, 1);
     let told = answers(&first);
-    map.wait(40, trace);
+    wait(&map, 40);
     assert!(answers(&first) == told);
     assert!(map.finished(40).is_some() && map.finished(30).is_some());
     // Asked for by a thread that slept too long, it is made again.
     assert!(map.finished(1).is_none());
-    assert!(answers(&map.wait(1, trace)) == told);
-    assert_eq!(map.latest().generations(), 40);
+    assert!(answers(&wait(&map, 1)) == told);
+    assert_eq!(map.latest().generations, 40);
 }
 
 /// A small renderer: each index traces its share of light paths and reads the generation that the schedule names.
@@ -174,10 +181,10 @@ fn samples_do_not_depend_on_the_number_of_threads() {
         while let Some(claim) = map.claim(schedule.paths_ahead(index)) {
             let mut batch = PhotonBatch::default();
             trace(claim.paths(), &mut batch);
-            claim.deposit(batch);
+            claim.deposit(batch, &|| true);
         }
-        let lookup = schedule.lookup(index);
-        let snapshot = map.wait(lookup.generations, trace);
+        let lookup = schedule.lookup(schedule.generations(index));
+        let snapshot = wait(map, lookup.generations);
         let forest = snapshot.layer(PhotonLayer::Global);
         let mut scratch = QueryScratch::default();
         let at = Random(index + 5_000_000).point();
@@ -213,18 +220,18 @@ fn samples_do_not_depend_on_the_number_of_threads() {
 #[test]
 fn a_merge_given_up_is_made_by_another() {
     let (map, last) = (map(), 15);
-    map.wait(last, trace);
+    wait(&map, last);
     // The 16th generation merges all; the deposit that completes it finds itself unwanted.
     while let Some(claim) = map.claim((last + 1) * PATHS) {
         let mut batch = PhotonBatch::default();
         trace(claim.paths(), &mut batch);
-        claim.deposit_while(batch, &|| false);
+        claim.deposit(batch, &|| false);
     }
-    assert_eq!(map.latest().generations(), last, "the merge was not given up");
-    assert!(map.wait_while(last + 1, trace, &|| false).is_none());
-    let waiting = |map: &PhotonMap| map.wait(last + 1, trace);
+    assert_eq!(map.latest().generations, last, "the merge was not given up");
+    assert!(map.wait(last + 1, trace, &|| false).is_none());
+    let waiting = |map: &PhotonMap| wait(map, last + 1);
     let snapshot = thread::scope(|s| [0; 3].map(|_| s.spawn(|| waiting(&map))).map(|t| t.join().unwrap()));
-    let expected = answers(&self::map().wait(last + 1, trace));
+    let expected = answers(&wait(&self::map(), last + 1));
     assert!(snapshot.iter().all(|s| answers(s) == expected));
 }
 
@@ -233,20 +240,17 @@ fn a_merge_given_up_is_made_by_another() {
 fn a_map_stops_growing_at_its_limit() {
     let alone = map();
     let photons = |s: &Snapshot| s.layer(PhotonLayer::Global).len() + s.layer(PhotonLayer::Caustic).len();
-    let limit = photons(&alone.wait(9, trace)) - 1;
-    let expected = answers(&alone.wait(9, trace));
+    let limit = photons(&wait(&alone, 9)) - 1;
+    let expected = answers(&wait(&alone, 9));
     for threads in [1, 3] {
-        let map = map().with_limit(limit);
+        let map = PhotonMap::new(Vec3::ZERO, Vec3::ONE, PATHS, limit);
         thread::scope(|s| {
-            let waiting: Vec<_> = (0..threads).map(|_| s.spawn(|| map.wait(1000, trace))).collect();
+            let waiting: Vec<_> = (0..threads).map(|_| s.spawn(|| wait(&map, 1000))).collect();
             for t in waiting {
                 assert!(answers(&t.join().unwrap()) == expected);
             }
         });
-        assert!(map.claim(u64::MAX).is_none() && map.latest().generations() == 9);
-        assert!(
-            answers(&map.wait(5, trace)) == answers(&self::map().wait(5, trace)),
-            "an earlier one, made again"
-        );
+        assert!(map.claim(u64::MAX).is_none() && map.latest().generations == 9);
+        assert!(answers(&wait(&map, 5)) == answers(&wait(&self::map(), 5)), "an earlier one, made again");
     }
 }

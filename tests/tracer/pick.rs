@@ -4,6 +4,7 @@ use glam::{DAffine3, DVec3, Vec3};
 
 use crate::support::scenes::*;
 use pointillist::scene::desc::*;
+use pointillist::stream::UvWindow;
 use pointillist::tracer::Camera;
 use pointillist::tracer::accel::Ray;
 
@@ -64,12 +65,14 @@ fn a_click_finds_what_is_drawn_there() {
     }
     let (scene, camera) = (prepare(&desc), Camera::of(&desc).expect("the camera is valid"));
     for (i, center) in centers.iter().enumerate() {
-        let (uv, _) = camera.project(center.as_vec3()).expect("in front of the camera");
-        let found = scene.pick(&camera.ray(uv, [0.5; 2])).expect("a sphere is there");
+        let project =
+            |p: Vec3| camera.view(p, [0.5; 2], &UvWindow::PICTURE).expect("in front of the camera").uv;
+        let uv = project(center.as_vec3());
+        let found = scene.pick(&camera.ray(uv.map(f64::from), [0.5; 2])).expect("a sphere is there");
         assert_eq!(found.shape, i as u32);
         let to_center = camera.position().distance(center.as_vec3());
         assert!((found.distance + 0.2 - to_center).abs() < 1e-4, "{found:?}");
-        let (again, _) = camera.project(found.position).expect("in front of the camera");
+        let again = project(found.position);
         assert!((0..2).all(|k| (again[k] - uv[k]).abs() < 1e-5), "{again:?} {uv:?}");
     }
 }

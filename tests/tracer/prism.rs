@@ -256,8 +256,7 @@ fn the_spectrum_is_the_integral_over_wavelengths() {
     let exact = reference(&camera);
     let context =
         |seed| RenderContext::new(scene.clone(), camera.clone(), &desc.integrator, seed, UvWindow::PICTURE);
-    let path =
-        |seed| PathTracer::new(scene.clone(), camera.clone(), &desc.integrator, seed, UvWindow::PICTURE);
+    let path = |seed| PathTracer { context: context(seed) };
     let paths = COLUMNS as u64 * 4096;
     let pictures: Vec<_> = (0..16).map(|seed| render(&path(seed), paths)).collect();
     assert_spectrum("path", &pictures, &exact);

@@ -3,9 +3,8 @@
 
 use pointillist::math::bits::mix;
 use pointillist::tracer::Sampler;
-use pointillist::tracer::sampler::nx8::point;
-use pointillist::tracer::sampler::scramble::BlockKey;
-use pointillist::tracer::sampler::tables::{first_block, padded_block, reversed_halves};
+use pointillist::tracer::sampler::nx8::{point, reversed_halves};
+use pointillist::tracer::sampler::scramble::{BlockKey, first_block, padded_block};
 use pointillist::tracer::sampler::{unit_f32, unit_f64};
 
 fn plain(index: u64) -> [u32; 8] {

@@ -2,9 +2,8 @@
 
 use pointillist::math::bits::mix;
 use pointillist::tracer::Sampler;
-use pointillist::tracer::sampler::nx8::{columns, point};
-use pointillist::tracer::sampler::scramble::{BlockKey, owen};
-use pointillist::tracer::sampler::tables::{first_block, padded_block, point_reversed, reversed_halves};
+use pointillist::tracer::sampler::nx8::{columns, point, point_reversed, reversed_halves};
+use pointillist::tracer::sampler::scramble::{BlockKey, first_block, owen, padded_block};
 use pointillist::tracer::sampler::{unit_f32, unit_f64};
 
 /// Figures computed by an independent program from the same definition.

@@ -69,7 +69,7 @@ fn add(map: &PhotonMap) {
     for number in claim.paths().start * PER_PATH..claim.paths().end * PER_PATH {
         batch.push(PhotonLayer::Global, &arrival(number));
     }
-    claim.deposit(batch);
+    claim.deposit(batch, &|| true);
 }
 
 /// The number of photons that a query finds.
@@ -79,7 +79,7 @@ fn nearest(map: &PhotonMap, at: Vec3, scratch: &mut QueryScratch) -> usize {
 }
 
 fn empty() -> PhotonMap {
-    PhotonMap::new(Vec3::ZERO, Vec3::ONE, PATHS_PER_GENERATION)
+    PhotonMap::new(Vec3::ZERO, Vec3::ONE, PATHS_PER_GENERATION, usize::MAX)
 }
 
 fn upwards(photon: &Photon) -> bool {

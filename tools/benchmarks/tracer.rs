@@ -42,7 +42,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
         let desc = cornell_box(spheres);
         let scene = Scene::prepare(&desc)?;
         let camera = Camera::of(&desc)?;
-        let tracer = PathTracer::new(Arc::new(scene), camera, &desc.integrator, 1, UvWindow::PICTURE);
+        let context = RenderContext::new(Arc::new(scene), camera, &desc.integrator, 1, UvWindow::PICTURE);
+        let tracer = PathTracer { context };
         let name = if spheres { "Cornell box, mirror and glass sphere" } else { "Cornell box" };
         let (mut best, mut sum) = (0f64, Sum(0.0, 0));
         for _ in 0..arguments.runs {

@@ -35,7 +35,6 @@ const MAX_SAH_DEPTH: usize = 64;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PrimRef {
     lo: Vec3,
-    /// Index of the primitive.
     index: u32,
     hi: Vec3,
 }
@@ -106,27 +105,15 @@ fn split(task: BuildTask, aabb: Aabb) {
         };
         binned.unwrap_or_else(|| median_split(primitives, aabb))
     };
-    let (children, rest) = rest.split_at_mut(2);
-    let (one, two) = children.split_at_mut(1);
-    let (left_rest, right_rest) = rest.split_at_mut(2 * left - 2);
-    let (left_primitives, right_primitives) = primitives.split_at_mut(left);
+    let Some(([one, two], rest)) = rest.split_first_chunk_mut() else {
+        unreachable!("n primitives have 2n - 2 nodes below their root")
+    };
+    let (near, far) = rest.split_at_mut(2 * left - 2);
+    let (these, those) = primitives.split_at_mut(left);
     let level = level + 1;
-    let one = BuildTask {
-        node: &mut one[0],
-        rest: left_rest,
-        base: base + 2,
-        primitives: left_primitives,
-        first,
-        level,
-    };
-    let two = BuildTask {
-        node: &mut two[0],
-        rest: right_rest,
-        base: base + 2 * left,
-        primitives: right_primitives,
-        first: first + left,
-        level,
-    };
+    let one = BuildTask { node: one, rest: near, base: base + 2, primitives: these, first, level };
+    let (base, first) = (base + 2 * left, first + left);
+    let two = BuildTask { node: two, rest: far, base, primitives: those, first, level };
     if count >= PARALLEL_BUILD {
         rayon::join(|| split(one, boxes[0]), || split(two, boxes[1]));
     } else {

@@ -4,17 +4,15 @@ use std::ops::Range;
 use std::slice::from_ref;
 
 use glam::{DAffine3, DVec3, Vec3};
-use obvhs::bvh2::Bvh2;
 
 use crate::math::float::UNIT_ROUNDOFF;
 use crate::tracer::shape::{Disk, Sphere};
 
 use super::binary::{self, PrimRef};
 use super::bvh::{Accel, BvhRoot, GroupInstance};
-use super::collapse::{CollapsePlan, Primitive, plan};
-use super::kernels::traversals;
-use super::layout::NodeRef;
-use super::simd_kernel::SimdKernel;
+use super::collapse::{Primitive, plan};
+use super::kernels::{SimdKernel, traversals};
+use super::layout::{Arena, NodeRef};
 use super::write::{ArenaBuilder, BvhWriter};
 
 /// The primitives of an accelerator.
@@ -22,7 +20,8 @@ use super::write::{ArenaBuilder, BvhWriter};
 pub struct Shapes<'a> {
     /// Corners of the triangles.
     pub triangles: &'a [[Vec3; 3]],
-    /// The first triangles of parallelograms, ascending; see [`Accel::new`].
+    /// In ascending order each triangle `abc` whose successor `acd` completes a parallelogram: the two are tested as one, and a
+    /// hit on either is reported for the first, with barycentric weights in its plane.
     pub quads: &'a [u32],
     /// Disks.
     pub disks: Vec<Disk>,
@@ -52,47 +51,35 @@ pub struct Instance {
 }
 
 impl Accel {
-    /// Builds the BVH. Every coordinate must be finite and below 1e12 in magnitude, and every triangle must have an area.
-    /// [`Scene::prepare`] drops the others.
-    ///
-    /// `quads` lists, in ascending order, each triangle `abc` whose successor `acd` completes a parallelogram: the two are
-    /// tested as one, and a hit on either is reported for the first, with barycentric weights in its plane.
-    ///
-    /// [`Scene::prepare`]: crate::tracer::Scene::prepare
-    pub fn new(triangles: &[[Vec3; 3]], quads: &[u32], disks: Vec<Disk>, spheres: Vec<Sphere>) -> Self {
-        Self::with_instances(Shapes { triangles, quads, disks, spheres }, &[], &[])
-    }
-
-    /// As [`Accel::new`], with groups of primitives and their instances. Ids are those of the lists in `shapes`, groups
+    /// Builds the BVH over `shapes`, some of them in `groups`, which `instances` show. Ids are those of the lists in `shapes`, groups
     /// included. A group's ranges contain both triangles of a parallelogram or neither.
-    pub fn with_instances(shapes: Shapes, groups: &[PrimitiveGroup], instances: &[Instance]) -> Self {
+    ///
+    /// Every coordinate must be finite and below 1e12 in magnitude, and every triangle must have an area.
+    /// [`Scene::prepare`](crate::tracer::Scene::prepare) drops the others.
+    pub fn new(shapes: Shapes, groups: &[PrimitiveGroup], instances: &[Instance]) -> Self {
         let kernel = SimdKernel::best();
         let mut arena = ArenaBuilder::default();
-        let in_world =
-            |of: fn(&PrimitiveGroup) -> &Range<u32>, all: usize| gaps(groups.iter().map(of), all as u32);
-        let triangles = in_world(|g| &g.triangles, shapes.triangles.len());
-        let disks = in_world(|g| &g.disks, shapes.disks.len());
-        let spheres = in_world(|g| &g.spheres, shapes.spheres.len());
-        let roots: Vec<BvhRoot> = groups
-            .iter()
-            .map(|g| {
-                let mut input = BvhInput::default();
-                input.add(&shapes, [&g.triangles, &g.disks, &g.spheres].map(from_ref));
-                input.build(shapes.triangles, &mut arena)
-            })
-            .collect();
-        let mut input = BvhInput::default();
-        input.add(&shapes, [&triangles, &disks, &spheres]);
+        let root = |group: &PrimitiveGroup| {
+            let PrimitiveGroup { triangles, disks, spheres } = group;
+            let input = BvhInput::new(&shapes, from_ref(triangles), from_ref(disks), from_ref(spheres));
+            input.build(shapes.triangles, &mut arena)
+        };
+        let roots: Vec<BvhRoot> = groups.iter().map(root).collect();
+        let triangles = gaps(groups.iter().map(|g| &g.triangles), shapes.triangles.len());
+        let disks = gaps(groups.iter().map(|g| &g.disks), shapes.disks.len());
+        let spheres = gaps(groups.iter().map(|g| &g.spheres), shapes.spheres.len());
+        let mut input = BvhInput::new(&shapes, &triangles, &disks, &spheres);
         for (index, instance) in instances.iter().enumerate() {
             let root = &roots[instance.group as usize];
             if root.root != NodeRef::END {
-                input.push(Primitive::Instance(index as u32), instance_bounds(instance, root));
+                let (lo, hi) = instance_bounds(instance, root);
+                input.push(Primitive::Instance(index as u32), lo, hi);
             }
         }
         let world = input.build(shapes.triangles, &mut arena);
         let placed = |i: &Instance| GroupInstance { group: i.group, to_group: i.to_world.inverse() };
         Accel {
-            arena: arena.finish(),
+            arena: Arena::new(arena.lines),
             world,
             groups: roots,
             instances: instances.iter().map(placed).collect(),
@@ -116,11 +103,11 @@ impl Accel {
 }
 
 /// The parts of `0..all` that are in none of `taken`.
-fn gaps<'a>(taken: impl Iterator<Item = &'a Range<u32>>, all: u32) -> Vec<Range<u32>> {
+fn gaps<'a>(taken: impl Iterator<Item = &'a Range<u32>>, all: usize) -> Vec<Range<u32>> {
     let mut taken: Vec<_> = taken.filter(|r| !r.is_empty()).collect();
     taken.sort_unstable_by_key(|r| r.start);
     let ends = std::iter::once(0).chain(taken.iter().map(|r| r.end));
-    let starts = taken.iter().map(|r| r.start).chain(std::iter::once(all));
+    let starts = taken.iter().map(|r| r.start).chain(std::iter::once(all as u32));
     ends.zip(starts).map(|(from, to)| from..to).filter(|r| !r.is_empty()).collect()
 }
 
@@ -142,7 +129,6 @@ fn instance_bounds(instance: &Instance, group: &BvhRoot) -> (Vec3, Vec3) {
 }
 
 /// The primitives of one BVH and their bounding boxes.
-#[derive(Default)]
 struct BvhInput {
     primitives: Vec<Primitive>,
     refs: Vec<PrimRef>,
@@ -150,29 +136,29 @@ struct BvhInput {
 }
 
 impl BvhInput {
-    fn push(&mut self, primitive: Primitive, (lo, hi): (Vec3, Vec3)) {
+    fn push(&mut self, primitive: Primitive, lo: Vec3, hi: Vec3) {
         self.refs.push(PrimRef::new(lo, hi, self.primitives.len() as u32));
         self.primitives.push(primitive);
         self.bounds = Some(self.bounds.map_or((lo, hi), |(a, b)| (a.min(lo), b.max(hi))));
     }
 
-    /// Adds the primitives of these ranges of triangles, disks and spheres.
-    fn add(&mut self, shapes: &Shapes, [triangles, disks, spheres]: [&[Range<u32>]; 3]) {
-        let more: usize = triangles.iter().map(|r| r.len()).sum();
-        self.primitives.reserve(more);
-        self.refs.reserve(more);
+    /// The primitives of these ranges of triangles, disks and spheres.
+    fn new(shapes: &Shapes, triangles: &[Range<u32>], disks: &[Range<u32>], spheres: &[Range<u32>]) -> Self {
+        let count: usize = triangles.iter().map(|r| r.len()).sum();
+        let (primitives, refs) = (Vec::with_capacity(count), Vec::with_capacity(count));
+        let mut input = Self { primitives, refs, bounds: None };
         for range in triangles {
             let first_quad = shapes.quads.partition_point(|&q| q < range.start);
             let mut quads = shapes.quads[first_quad..].iter().copied().peekable();
             let mut id = range.start;
             while id < range.end {
-                let bounds = triangle_bounds(&shapes.triangles[id as usize]);
+                let (lo, hi) = triangle_bounds(&shapes.triangles[id as usize]);
                 if quads.next_if_eq(&id).is_some() && id + 1 < range.end {
                     let other = triangle_bounds(&shapes.triangles[id as usize + 1]);
-                    self.push(Primitive::Quad(id), (bounds.0.min(other.0), bounds.1.max(other.1)));
+                    input.push(Primitive::Quad(id), lo.min(other.0), hi.max(other.1));
                     id += 2;
                 } else {
-                    self.push(Primitive::Triangle(id), bounds);
+                    input.push(Primitive::Triangle(id), lo, hi);
                     id += 1;
                 }
             }
@@ -180,30 +166,26 @@ impl BvhInput {
         let first_disk = shapes.triangles.len() as u32;
         let first_sphere = first_disk + shapes.disks.len() as u32;
         for i in disks.iter().cloned().flatten() {
-            self.push(Primitive::Analytic(first_disk + i), shapes.disks[i as usize].bounds());
+            let (lo, hi) = shapes.disks[i as usize].bounds();
+            input.push(Primitive::Analytic(first_disk + i), lo, hi);
         }
         for i in spheres.iter().cloned().flatten() {
-            self.push(Primitive::Analytic(first_sphere + i), shapes.spheres[i as usize].bounds());
+            let (lo, hi) = shapes.spheres[i as usize].bounds();
+            input.push(Primitive::Analytic(first_sphere + i), lo, hi);
         }
+        input
     }
 
-    /// Builds the BVH and writes it to the arena.
+    /// Builds the BVH and writes it to the arena. Reinsertion is left out if it makes the BVH too deep for the stack.
     fn build(mut self, triangles: &[[Vec3; 3]], arena: &mut ArenaBuilder) -> BvhRoot {
         let Some(bounds) = self.bounds else { return BvhRoot::default() };
-        let (bvh, plan) = self.binary_bvh();
+        let planned = [true, false].into_iter().find_map(|optimized| {
+            let bvh = binary::build(&mut self.refs, optimized);
+            plan(&bvh, &self.primitives).ok().map(|plan| (bvh, plan))
+        });
+        let (bvh, plan) = planned.expect("a BVH without reinsertion has at most 67 + log₂ 2^25 levels");
         let root = BvhWriter { bvh: &bvh, plan: &plan, primitives: &self.primitives, triangles }.write(arena);
         BvhRoot::new(root, bounds)
-    }
-
-    /// The binary BVH and the plan of its collapse. Reinsertion is left out if it makes the BVH too deep for the stack.
-    fn binary_bvh(&mut self) -> (Bvh2, CollapsePlan) {
-        for optimized in [true, false] {
-            let bvh = binary::build(&mut self.refs, optimized);
-            if let Ok(plan) = plan(&bvh, &self.primitives) {
-                return (bvh, plan);
-            }
-        }
-        unreachable!("a BVH without reinsertion has at most 67 + log₂ 2^25 levels")
     }
 }
 

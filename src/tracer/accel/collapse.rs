@@ -21,7 +21,6 @@ const INSTANCE_COST: f32 = 4.0;
 /// Depth up to which the two children of a node are planned in parallel.
 const PARALLEL_LEVELS: usize = 12;
 
-/// A primitive of the BVH.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Primitive {
     /// A triangle, by id.
@@ -49,7 +48,6 @@ pub(super) struct CollapsePlan {
 const USED: usize = 24;
 const LEAF: u64 = 1 << 60;
 
-/// Costs of a subtree.
 #[derive(Clone, Copy)]
 struct SubtreeCosts {
     /// The lowest cost if the subtree becomes 1, 2, … wide children.

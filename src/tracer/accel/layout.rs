@@ -21,12 +21,10 @@ pub(super) const WIDTH: usize = 8;
 /// One number for each lane: a row.
 pub(super) type F32x8 = [f32; WIDTH];
 
-/// A cache line.
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub(super) struct CacheLine(pub(super) [F32x8; 2]);
 
-/// Lines of a node.
 pub(super) const NODE_LINES: usize = 4;
 
 /// The row of a node with the child references.
@@ -104,14 +102,10 @@ impl NodeRef {
         (self.0 & !(LEAF | KIND)) as usize
     }
 
-    /// True if it refers to a line.
-    fn is_of_lines(self) -> bool {
-        !self.is_leaf() || (self.0 & KIND) >> KIND_SHIFT < 3
-    }
-
     /// The same reference after the lines have moved by `base` lines.
     pub(super) fn offset(self, base: u32) -> Self {
-        if self.is_of_lines() { Self(self.0 + base) } else { self }
+        let is_of_lines = !self.is_leaf() || (self.0 & KIND) >> KIND_SHIFT < 3;
+        if is_of_lines { Self(self.0 + base) } else { self }
     }
 
     #[inline(always)]

@@ -27,12 +27,9 @@ mod collapse;
 mod huge_pages;
 mod kernels;
 mod layout;
-mod ray;
-mod simd_kernel;
 mod write;
 
 pub use build::{Instance, PrimitiveGroup, Shapes};
-pub use bvh::Accel;
+pub use bvh::{Accel, Hit, PrimRange, Ray};
 pub(super) use huge_pages::collect_in_huge_pages;
-pub use ray::{Hit, PrimRange, Ray};
-pub use simd_kernel::SimdKernel;
+pub use kernels::SimdKernel;

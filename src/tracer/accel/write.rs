@@ -7,14 +7,13 @@ use rayon::prelude::*;
 use super::collapse::{CollapsePlan, Primitive};
 use super::huge_pages::advise_huge_pages;
 use super::layout::{
-    Arena, CHILD_ROW, CORNER_ROW, CacheLine, F32x8, Leaf, MAX_SHARED, NODE_LINES, NodeRef, SHARED_ROWS,
-    WIDTH, block_rows,
+    CHILD_ROW, CORNER_ROW, CacheLine, F32x8, Leaf, MAX_SHARED, NODE_LINES, NodeRef, SHARED_ROWS, WIDTH,
+    block_rows,
 };
 
 /// Levels of nodes that are written first. The subtrees below them are written in parallel.
 const UPPER_LEVELS: usize = 3;
 
-/// Writes one BVH.
 pub(super) struct BvhWriter<'a> {
     pub(super) bvh: &'a Bvh2,
     pub(super) plan: &'a CollapsePlan,
@@ -114,7 +113,7 @@ impl BvhWriter<'_> {
 /// An arena under construction. References are relative to its first line.
 #[derive(Default)]
 pub(super) struct ArenaBuilder {
-    lines: Vec<CacheLine>,
+    pub(super) lines: Vec<CacheLine>,
     /// First lines of the nodes.
     nodes: Vec<u32>,
 }
@@ -219,10 +218,6 @@ impl ArenaBuilder {
                 root.offset(base)
             })
             .collect()
-    }
-
-    pub(super) fn finish(self) -> Arena {
-        Arena::new(self.lines)
     }
 }
 

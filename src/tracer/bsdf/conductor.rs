@@ -1,12 +1,12 @@
-//! A smooth metal, one-sided: black from behind.
+//! Metals, smooth and rough, one-sided: black from behind. Rough facets are mirrors, each scatters once.
 
 use glam::Vec3;
 
 use crate::math::pdf::PdfW;
-use crate::scene::desc::ConductorDesc;
+use crate::scene::desc::{ConductorDesc, RoughConductorDesc};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 
-use super::{BsdfSample, MaterialModel, ScatteringModel, fresnel};
+use super::{BsdfSample, MaterialModel, Microfacet, ScatteringModel, fresnel};
 
 /// A smooth metal, which needs no preparation.
 pub type ConductorMaterial = ConductorDesc;
@@ -35,6 +35,12 @@ impl Conductor {
     pub fn new(eta: SampledSpectrum, k: SampledSpectrum, reflectance: SampledSpectrum) -> Self {
         Self { eta, k, reflectance }
     }
+
+    /// What is reflected at this cosine, in [0, 1].
+    #[inline]
+    fn reflected(&self, cos: f32) -> SampledSpectrum {
+        SampledSpectrum(fresnel::conductor(cos, self.eta.0, self.k.0)) * self.reflectance
+    }
 }
 
 impl ScatteringModel for Conductor {
@@ -44,14 +50,95 @@ impl ScatteringModel for Conductor {
         if wo.z <= 0.0 {
             return None;
         }
-        let weight =
-            SampledSpectrum(fresnel::conductor(wo.z.min(1.0), self.eta.0, self.k.0)) * self.reflectance;
+        let weight = self.reflected(wo.z.min(1.0));
         let wi = Vec3::new(-wo.x, -wo.y, wo.z);
         Some(BsdfSample { delta: true, ..BsdfSample::reflection(wi, weight, PdfW(1.0)) })
     }
 
     #[inline]
     fn is_delta(&self) -> bool {
+        true
+    }
+}
+
+/// A rough metal.
+#[derive(Clone, Debug)]
+pub struct RoughConductorMaterial {
+    /// The metal as it would be without facets.
+    smooth: ConductorMaterial,
+    microfacet: Microfacet,
+}
+
+impl From<RoughConductorDesc> for RoughConductorMaterial {
+    fn from(desc: RoughConductorDesc) -> Self {
+        let RoughConductorDesc { eta, k, specular_reflectance, roughness } = desc;
+        let smooth = ConductorMaterial { eta, k, specular_reflectance };
+        Self { smooth, microfacet: Microfacet::new(roughness) }
+    }
+}
+
+impl MaterialModel for RoughConductorMaterial {
+    type Bsdf = RoughConductor;
+
+    #[inline]
+    fn bsdf(&self, lambda: &SampledWavelengths) -> RoughConductor {
+        RoughConductor::new(self.smooth.bsdf(lambda), &self.microfacet)
+    }
+}
+
+/// A microfacet reflector with the Fresnel reflectance of a metal (Torrance and Sparrow 1967; Walter et al.,
+/// *Microfacet Models for Refraction through Rough Surfaces*, EGSR 2007, eq. 20).
+#[derive(Clone, Copy, Debug)]
+pub struct RoughConductor {
+    smooth: Conductor,
+    microfacet: Microfacet,
+}
+
+impl RoughConductor {
+    /// The metal of `smooth` with these facets.
+    #[inline]
+    pub fn new(smooth: Conductor, microfacet: &Microfacet) -> Self {
+        Self { smooth, microfacet: *microfacet }
+    }
+
+    #[inline]
+    fn density(&self, wo: Vec3, m: Vec3) -> f32 {
+        self.microfacet.d(m) / (4.0 * self.microfacet.cross_section(wo))
+    }
+}
+
+impl ScatteringModel for RoughConductor {
+    /// `F D G₁G₁ / (4 cos θₒ)`, and the density D / (4 σ(wo)).
+    #[inline]
+    fn eval(&self, wo: Vec3, wi: Vec3) -> Option<(SampledSpectrum, PdfW)> {
+        if wo.z <= 0.0 || wi.z <= 0.0 {
+            return None;
+        }
+        let m = (wo + wi).normalize_or_zero();
+        let density = self.density(wo, m);
+        let value = self.smooth.reflected(wo.dot(m).clamp(0.0, 1.0)) * (density * self.microfacet.g1(wi));
+        (density > 0.0).then_some((value, PdfW(density)))
+    }
+
+    /// Mirrors in a visible facet; the weight is F·G₁(wi).
+    #[inline]
+    fn sample(&self, wo: Vec3, u: [f32; 2], _: f32) -> Option<BsdfSample> {
+        if wo.z <= 0.0 {
+            return None;
+        }
+        let m = self.microfacet.sample_visible(wo, u);
+        let cos = wo.dot(m);
+        let wi = (m * (2.0 * cos) - wo).normalize();
+        let pdf = PdfW(self.density(wo, m));
+        if cos <= 0.0 || wi.z <= 0.0 || pdf.0 <= 0.0 {
+            return None;
+        }
+        let weight = self.smooth.reflected(cos.clamp(0.0, 1.0)) * self.microfacet.g1(wi);
+        Some(BsdfSample::reflection(wi, weight, pdf))
+    }
+
+    #[inline]
+    fn is_glossy(&self) -> bool {
         true
     }
 }

@@ -1,13 +1,14 @@
-//! A smooth interface between two transparent media, with dispersion.
+//! Interfaces between two transparent media, smooth and rough, with dispersion. The rough one is that of Walter et al., *Microfacet
+//! Models for Refraction through Rough Surfaces*, EGSR 2007, eq. 20 and 21.
 
 use glam::{Vec3, Vec4};
 
 use crate::math::pdf::PdfW;
-use crate::scene::desc::DielectricDesc;
+use crate::scene::desc::{DielectricDesc, RoughDielectricDesc};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
-use crate::tracer::wavelength_mis;
+use crate::tracer::wavelength_mis::{self, Parted, WavelengthMis};
 
-use super::{BsdfSample, MaterialModel, ScatteringModel, fresnel};
+use super::{Bsdf, BsdfSample, MaterialModel, Microfacet, ScatteringModel, fresnel};
 
 /// A smooth interface, which needs no preparation.
 pub type DielectricMaterial = DielectricDesc;
@@ -108,4 +109,226 @@ fn refract(wo: Vec3, eta: f32) -> Option<Vec3> {
     }
     let (inverse, z) = (1.0 / eta, (1.0 - sin2_t).sqrt());
     Some(Vec3::new(-wo.x * inverse, -wo.y * inverse, -z.copysign(wo.z)).normalize())
+}
+
+/// A rough interface.
+#[derive(Clone, Debug)]
+pub struct RoughDielectricMaterial {
+    /// The interface as it would be without facets.
+    smooth: DielectricMaterial,
+    microfacet: Microfacet,
+}
+
+impl From<RoughDielectricDesc> for RoughDielectricMaterial {
+    fn from(desc: RoughDielectricDesc) -> Self {
+        let RoughDielectricDesc { int_ior, ext_ior, specular_reflectance, specular_transmittance, .. } = desc;
+        let smooth = DielectricMaterial { int_ior, ext_ior, specular_reflectance, specular_transmittance };
+        Self { smooth, microfacet: Microfacet::new(desc.roughness) }
+    }
+}
+
+impl MaterialModel for RoughDielectricMaterial {
+    type Bsdf = Bsdf;
+
+    /// A smooth interface where the indices are too close at these wavelengths.
+    #[inline]
+    fn bsdf(&self, lambda: &SampledWavelengths) -> Bsdf {
+        let smooth = self.smooth.bsdf(lambda);
+        match RoughDielectric::new(smooth, &self.microfacet) {
+            Some(rough) => rough.into(),
+            None => smooth.into(),
+        }
+    }
+}
+
+/// A microfacet interface: each facet is a smooth dielectric and scatters once.
+///
+/// The facet and the lobe are the hero's; reflection has one direction for all lanes and one density, the share of
+/// reflections being the mean reflectance of the lanes. With dispersion a pair of directions belongs to another facet at
+/// each wavelength: every lane's value is that of its own, and [`ScatteringModel::part`] says how readily each would have
+/// chosen it. Values and weights of a refraction hold the factor of [`WavelengthMis::of`].
+#[derive(Clone, Copy, Debug)]
+pub struct RoughDielectric {
+    smooth: Dielectric,
+    microfacet: Microfacet,
+}
+
+/// Both directions on the side where `wo` is above the horizon.
+struct Facing {
+    wo: Vec3,
+    /// Index of the far side over that of the near side, per lane.
+    eta: Vec4,
+    /// +1, or −1 where the surface is seen from behind: the factor on z.
+    side: f32,
+}
+
+/// One facet seen from `wo`.
+struct Facet {
+    m: Vec3,
+    /// Cosine to `wo`.
+    cos: f32,
+    /// Reflectance per lane, and the share of samples that reflect.
+    r: Vec4,
+    q: f32,
+    /// Density of the facet over its cosine: D(m) / σ(wo).
+    density: f32,
+}
+
+impl RoughDielectric {
+    /// The interface of `smooth` with these facets. `None` when the indices are so close (1e-4, reflectance below 3e-9) that no facet can
+    /// be told from the directions: then the surface is `smooth`, which lets everything through.
+    #[inline]
+    pub fn new(smooth: Dielectric, microfacet: &Microfacet) -> Option<Self> {
+        let apart = (smooth.eta.x - 1.0).abs() > 1e-4;
+        apart.then(|| Self { smooth, microfacet: *microfacet })
+    }
+
+    /// `None` for a grazing view, which meets no facet.
+    #[inline]
+    fn facing(&self, wo: Vec3) -> Option<Facing> {
+        let (eta, side) = (self.smooth.eta_from(wo), if wo.z > 0.0 { 1.0 } else { -1.0 });
+        (wo.z != 0.0).then(|| Facing { wo: Vec3::new(wo.x, wo.y, wo.z * side), eta, side })
+    }
+
+    /// `None` for a facet that is not seen, or where there is none.
+    #[inline]
+    fn facet(&self, facing: &Facing, m: Vec3) -> Option<Facet> {
+        let cos = facing.wo.dot(m).min(1.0);
+        let density = self.microfacet.d(m) / self.microfacet.cross_section(facing.wo);
+        if cos.is_nan() || cos <= 0.0 || density <= 0.0 {
+            return None;
+        }
+        let r = fresnel::dielectric(cos, facing.eta);
+        let q = r.element_sum() * 0.25;
+        Some(Facet { m, cos, r, q, density })
+    }
+
+    /// The value of a refraction per lane, each by the facet that refracts it so, without colour and masking of `wi`.
+    fn lanes(&self, facing: &Facing, wi: Vec3) -> Vec4 {
+        let over_section = 1.0 / self.microfacet.cross_section(facing.wo);
+        let lane = |eta: f32| {
+            let half = facing.wo + wi * eta;
+            let m = half.normalize_or_zero() * 1f32.copysign(half.z);
+            let (cos, cos_i) = (facing.wo.dot(m).min(1.0), (-wi.dot(m)).min(1.0));
+            let lit = cos > 0.0 && cos_i > 0.0;
+            let through = 1.0 - fresnel::dielectric(cos.max(0.0), Vec4::splat(eta)).x;
+            let half = cos - eta * cos_i;
+            let value = self.microfacet.d(m) * over_section * cos * cos_i * through / (half * half);
+            // A NaN is no value.
+            if lit && value > 0.0 { value.min(f32::MAX) } else { 0.0 }
+        };
+        Vec4::from_array(facing.eta.to_array().map(lane))
+    }
+}
+
+impl ScatteringModel for RoughDielectric {
+    /// Reflection for `wi` on the side of `wo`, refraction on the other.
+    #[inline]
+    fn eval(&self, wo: Vec3, wi: Vec3) -> Option<(SampledSpectrum, PdfW)> {
+        let facing = self.facing(wo)?;
+        let wi = Vec3::new(wi.x, wi.y, wi.z * facing.side);
+        if wi.z > 0.0 {
+            let facet = self.facet(&facing, (facing.wo + wi).normalize_or_zero())?;
+            let pdf = 0.25 * facet.q * facet.density;
+            let value = SampledSpectrum(facet.r * (0.25 * facet.density * self.microfacet.g1(wi)));
+            return (pdf > 0.0).then_some((value * self.smooth.reflection, PdfW(pdf)));
+        }
+        // From the lighter medium's side the sum points into the denser one.
+        let half = facing.wo + wi * facing.eta.x;
+        let facet = self.facet(&facing, half.normalize_or_zero() * 1f32.copysign(half.z))?;
+        let cos_i = -wi.dot(facet.m);
+        if cos_i <= 0.0 || wi.z == 0.0 {
+            return None;
+        }
+        let jacobian = jacobian(&facing, &facet, cos_i);
+        let pdf = (1.0 - facet.q) * facet.density * facet.cos * jacobian;
+        let g1 = self.microfacet.g1(wi);
+        let value = if self.smooth.parts_colors {
+            let lanes = self.lanes(&facing, wi);
+            lanes * WavelengthMis::of(lanes * facing.eta).map_or(0.0, |(_, own)| own)
+        } else {
+            (1.0 - facet.r) * (facet.density * facet.cos * jacobian / (facing.eta.x * facing.eta.x))
+        };
+        (pdf > 0.0).then_some((SampledSpectrum(value * g1) * self.smooth.transmission, PdfW(pdf)))
+    }
+
+    /// Reflects or refracts in a visible facet.
+    #[inline]
+    fn sample(&self, wo: Vec3, u: [f32; 2], lobe: f32) -> Option<BsdfSample> {
+        let facing = self.facing(wo)?;
+        let facet = self.facet(&facing, self.microfacet.sample_visible(facing.wo, u))?;
+        let Facet { m, cos, q, density, .. } = facet;
+        let reflects = lobe < q;
+        let hero = facing.eta.x;
+        let (wi, weight, pdf, eta2) = if reflects {
+            let wi = m * (2.0 * cos) - facing.wo;
+            (wi, SampledSpectrum(facet.r / q) * self.smooth.reflection, 0.25 * q * density, 1.0)
+        } else {
+            let cos_i = (1.0 - (1.0 - cos) * (1.0 + cos) / (hero * hero)).max(0.0).sqrt();
+            let wi = m * (cos / hero - cos_i) - facing.wo / hero;
+            let pdf = (1.0 - q) * density * cos * jacobian(&facing, &facet, cos_i);
+            let scale = 1.0 / (hero * hero * (1.0 - q));
+            (wi, SampledSpectrum((1.0 - facet.r) * scale) * self.smooth.transmission, pdf, hero * hero)
+        };
+        let wi = wi.normalize();
+        let weight = if self.smooth.parts_colors && !reflects {
+            // The hero's weight, to each lane's value over the hero's.
+            let lanes = self.lanes(&facing, wi);
+            let g = lanes * facing.eta;
+            WavelengthMis::of(g)?;
+            let own = (1.0 - facet.r.x) / (hero * (1.0 - q) * g.max_element());
+            SampledSpectrum(lanes * own) * self.smooth.transmission
+        } else {
+            weight
+        };
+        let right_side = if reflects { wi.z > 0.0 } else { wi.z < 0.0 };
+        if !right_side || pdf.is_nan() || pdf <= 0.0 {
+            return None;
+        }
+        Some(BsdfSample {
+            wi: Vec3::new(wi.x, wi.y, wi.z * facing.side),
+            weight: weight * self.microfacet.g1(wi),
+            pdf: PdfW(pdf),
+            delta: false,
+            transmitted: !reflects,
+            hero_only: false,
+            eta2,
+        })
+    }
+
+    #[inline]
+    fn is_glossy(&self) -> bool {
+        true
+    }
+
+    #[inline]
+    fn transmits(&self) -> bool {
+        true
+    }
+
+    #[inline]
+    fn parts_colors(&self) -> bool {
+        self.smooth.parts_colors
+    }
+
+    /// The shares of the lanes in a refraction between `wo` and `wi`. Lanes do not part in a reflection.
+    fn part(&self, wo: Vec3, wi: Vec3) -> Parted {
+        let Some(facing) = self.facing(wo).filter(|_| self.smooth.parts_colors && wo.z * wi.z < 0.0) else {
+            return Parted::NOTHING;
+        };
+        let lanes = self.lanes(&facing, Vec3::new(wi.x, wi.y, wi.z * facing.side));
+        // With the index it is the same from both sides.
+        let wavelength_mis = WavelengthMis::of(lanes * facing.eta)
+            .map_or(WavelengthMis::ALL, |(wavelength_mis, _)| wavelength_mis);
+        let relative = facing.eta / facing.eta.x;
+        Parted { wavelength_mis, eta2: relative * relative }
+    }
+}
+
+/// Solid angle of facets per solid angle of refracted directions, for the hero (Walter et al., eq. 17).
+#[inline]
+fn jacobian(facing: &Facing, facet: &Facet, cos_i: f32) -> f32 {
+    let eta = facing.eta.x;
+    let half = facet.cos - eta * cos_i;
+    eta * eta * cos_i / (half * half)
 }

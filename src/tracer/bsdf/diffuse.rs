@@ -26,7 +26,8 @@ impl MaterialModel for DiffuseMaterial {
 /// A diffuse reflector.
 #[derive(Clone, Copy, Debug)]
 pub struct Diffuse {
-    albedo: SampledSpectrum,
+    /// The albedo.
+    pub albedo: SampledSpectrum,
 }
 
 impl Diffuse {
@@ -34,12 +35,6 @@ impl Diffuse {
     #[inline]
     pub fn new(albedo: SampledSpectrum) -> Self {
         Self { albedo }
-    }
-
-    /// The albedo.
-    #[inline]
-    pub fn albedo(&self) -> SampledSpectrum {
-        self.albedo
     }
 }
 

@@ -36,7 +36,8 @@
 //!    `tests/agreement/materials.rs`; the plugin's defaults and faults in `tests/scene`. `tools/compare_mitsuba SCENE` compares a scene that uses
 //!    it with Mitsuba.
 //!
-//! [`Diffuse`] with `DiffuseDesc` is the shortest example, [`RoughPlastic`] one with a table made ahead.
+//! [`Diffuse`] with `DiffuseDesc` is the shortest example, [`RoughPlastic`] one with a table made ahead. The smooth and the rough form
+//! of one material stand in one file.
 
 mod conductor;
 mod dielectric;
@@ -44,9 +45,6 @@ mod diffuse;
 pub mod fresnel;
 pub mod microfacet;
 mod plastic;
-mod rough_conductor;
-mod rough_dielectric;
-mod rough_plastic;
 mod scattering;
 mod two_sided;
 
@@ -58,8 +56,7 @@ use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::wavelength_mis::Parted;
 
 pub use microfacet::Microfacet;
-pub use plastic::Base;
-pub use rough_plastic::{Coat, Transmittance, internal_reflectance};
+pub use plastic::{Base, Coat, Transmittance, internal_reflectance};
 pub use scattering::{BsdfSample, MaterialModel, Scattering, ScatteringModel};
 pub use two_sided::Sides;
 
@@ -205,10 +202,10 @@ bsdfs! {
     }
     rough {
         /// Rough metal.
-        RoughConductor: rough_conductor::RoughConductorMaterial,
+        RoughConductor: conductor::RoughConductorMaterial,
         /// Rough interface between two transparent media.
-        RoughDielectric: rough_dielectric::RoughDielectricMaterial,
+        RoughDielectric: dielectric::RoughDielectricMaterial,
         /// Rough coat over a diffuse base.
-        RoughPlastic: rough_plastic::RoughPlasticMaterial,
+        RoughPlastic: plastic::RoughPlasticMaterial,
     }
 }

@@ -9,9 +9,8 @@
 
 use crate::scene::desc::IntegratorKind;
 
-use super::grid::{CELLS, SIDE};
 use super::survey::Survey;
-use super::trial::Trial;
+use super::trial::{CELLS, SIDE, Trial};
 
 /// Number of blocks along either side of the picture in which means are compared.
 const BLOCKS: usize = 4;
@@ -79,20 +78,19 @@ pub struct IntegratorChoice {
 /// Chooses one of the methods that were tried.
 pub fn decide(survey: &Survey, trials: &[Trial]) -> IntegratorChoice {
     let complete = |t: &Trial| t.kind != IntegratorKind::Light || survey.delta_seen <= DELTAS;
-    let complete: Vec<bool> = trials.iter().map(complete).collect();
-    let brightness = brightness(trials, &complete);
+    let brightness = brightness(trials.iter().filter(|t| complete(t)));
     let mean = brightness.iter().sum::<f64>() / CELLS as f64;
     let floor = (FLOOR * mean).powi(2);
     let ratings: Vec<IntegratorRating> = trials
         .iter()
-        .zip(&complete)
-        .map(|(trial, &complete)| {
+        .map(|trial| {
             let grid = &trial.grid;
             let scattered = |cell: usize| grid.variance(cell) / (brightness[cell].powi(2) + floor);
             let variance =
                 if mean > 0.0 { (0..CELLS).map(scattered).sum::<f64>() / CELLS as f64 } else { 0.0 };
             let mean = (0..CELLS).map(|cell| grid.mean(cell)).sum::<f64>() / CELLS as f64;
             let Trial { kind, cost, .. } = *trial;
+            let complete = complete(trial);
             let mut rating = IntegratorRating { kind, complete, variance, missed: 0.0, cost, mean };
             charge(&mut rating, trial, trials, &brightness, floor);
             rating
@@ -100,24 +98,21 @@ pub fn decide(survey: &Survey, trials: &[Trial]) -> IntegratorChoice {
         .collect();
     let best =
         ratings.iter().filter(|r| r.complete).min_by(|a, b| a.cautious_time().total_cmp(&b.cautious_time()));
-    let path = ratings.iter().find(|r| r.kind == IntegratorKind::Path);
-    let near = |best: &IntegratorRating, path: &IntegratorRating| {
-        path.cautious_time() <= WORTH * best.cautious_time()
+    let is_near = |path: &IntegratorRating, best: &IntegratorRating| {
+        path.kind == IntegratorKind::Path && path.cautious_time() <= WORTH * best.cautious_time()
     };
-    let kind = match (best, path) {
-        (Some(best), Some(path)) if near(best, path) => path.kind,
-        (Some(best), _) => best.kind,
-        (None, _) => IntegratorKind::Path,
+    let kind = match best {
+        Some(best) if !ratings.iter().any(|path| is_near(path, best)) => best.kind,
+        _ => IntegratorKind::Path,
     };
     let reason = reason(kind, survey, &ratings);
     IntegratorChoice { kind, reason, ratings }
 }
 
-/// Luminance of each cell by all methods that can show it, smoothed, since single cells are noisy. Photon mapping is left out:
+/// Luminance of each cell by all methods that can show it (`complete`), smoothed, since single cells are noisy. Photon mapping is left out:
 /// all samples of its trial share one map, whose blotches no number of samples averages.
-fn brightness(trials: &[Trial], complete: &[bool]) -> Vec<f64> {
-    let used = trials.iter().zip(complete).filter(|(t, c)| **c && t.kind != IntegratorKind::Photon);
-    let used: Vec<&Trial> = used.map(|(t, _)| t).collect();
+fn brightness<'a>(complete: impl Iterator<Item = &'a Trial>) -> Vec<f64> {
+    let used: Vec<&Trial> = complete.filter(|t| t.kind != IntegratorKind::Photon).collect();
     let raw: Vec<f64> = (0..CELLS)
         .map(|cell| used.iter().map(|t| t.grid.mean(cell)).sum::<f64>() / used.len().max(1) as f64)
         .collect();

@@ -21,7 +21,6 @@
 //! second after the last edit. The reason is printed and stands, with every rating, in the picture's file and in `--json`.
 
 mod decide;
-mod grid;
 mod survey;
 mod trial;
 
@@ -31,6 +30,9 @@ pub use trial::Trial;
 
 use super::integrator::RenderContext;
 use crate::scene::desc::IntegratorKind;
+
+/// The seed of survey and trials: not that of any picture, and always the same.
+const SEED: u32 = 0x6175_746f;
 
 /// The methods that are tried. Another one is one more line here, and an arm in [`Trial::of`] and for its cost beside it.
 pub const CANDIDATES: [IntegratorKind; 4] =

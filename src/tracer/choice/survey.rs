@@ -10,7 +10,7 @@ use crate::tracer::integrator::{Integrator, PathTracer, RenderContext};
 use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::subpath::{SubpathVertex, Walk};
 
-use super::trial::SEED;
+use super::SEED;
 
 /// Number of walks from either end.
 const WALKS: u64 = 2048;
@@ -120,14 +120,12 @@ fn follow<const FROM_LIGHT: bool>(
 ) {
     let scene = &context.scene;
     let longest = context.max_depth.unwrap_or(u32::MAX).min(LONGEST);
-    while walk.depth() + 1 < longest {
+    while walk.depth + 1 < longest {
         let Some(hit) = scene.closest(&ray) else { return };
         let vertex = walk.arrive(scene, hit);
         visit(&vertex);
-        match walk.scatter(&vertex, &numbers(walk.depth() - 1), context.rr_depth) {
-            Some(next) => ray = next,
-            None => return,
-        }
+        let Some(next) = walk.scatter(&vertex, &numbers(walk.depth - 1), context.rr_depth) else { return };
+        ray = next;
     }
 }
 

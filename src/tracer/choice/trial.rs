@@ -1,17 +1,15 @@
 //! A few thousand paths of one method: the variance of its samples, and what a path costs.
 
+use crate::color::Xyz;
 use crate::scene::desc::IntegratorKind;
-use crate::stream::UvWindow;
+use crate::stream::{PathCounts, SampleSink, UvWindow};
 use crate::tracer::integrator::{
     BidirectionalTracer, CAMERA_SUBPATHS, Integrator, LIGHT_SUBPATHS, ParticleTracer, PathTracer,
     PhotonTracer, RenderContext,
 };
 
-use super::grid::{CELLS, MomentGrid};
+use super::SEED;
 use super::survey::Survey;
-
-/// The seed of trials: not that of any picture, and always the same.
-pub(super) const SEED: u32 = 0x6175_746f;
 
 /// Work of one trial, in the units of [`cost_of`].
 const WORK: f64 = 200_000.0;
@@ -64,25 +62,13 @@ impl Trial {
         let context =
             RenderContext { seed, window, hide_emitters: true, places: Some(places), ..context.clone() };
         let grid = match kind {
-            IntegratorKind::Path | IntegratorKind::Auto => run(&PathTracer { context }, paths),
-            IntegratorKind::Light => run(&ParticleTracer { context }, paths),
-            IntegratorKind::Bidirectional => run(&BidirectionalTracer { context }, paths),
-            IntegratorKind::Photon => run(&PhotonTracer::new(context, true), paths),
+            IntegratorKind::Path | IntegratorKind::Auto => MomentGrid::trace(&PathTracer { context }, paths),
+            IntegratorKind::Light => MomentGrid::trace(&ParticleTracer { context }, paths),
+            IntegratorKind::Bidirectional => MomentGrid::trace(&BidirectionalTracer { context }, paths),
+            IntegratorKind::Photon => MomentGrid::trace(&PhotonTracer::new(context, true), paths),
         };
         Self { kind, paths, cost, grid }
     }
-}
-
-fn run<I: Integrator>(integrator: &I, paths: u64) -> MomentGrid {
-    let counts = integrator.paths_per_index();
-    let mut grid = MomentGrid::new();
-    let mut scratch = I::Scratch::default();
-    let indices = paths.div_ceil(counts.camera.max(counts.light));
-    for index in 0..indices {
-        integrator.trace(index, &mut scratch, &mut grid);
-    }
-    grid.finish(indices, counts);
-    grid
 }
 
 /// Mean cost of one path: of those from the camera, if there are any, with its share of light paths.
@@ -102,5 +88,119 @@ fn cost_of(kind: IntegratorKind, survey: &Survey) -> f64 {
             START + VERTEX_OF_BOTH * camera.vertices + SHADOW * camera.open + share * lit + CONNECTIONS * both
         }
         IntegratorKind::Photon => GATHERING * path,
+    }
+}
+
+/// Cells along either side of the picture: camera paths start in each.
+pub(super) const SIDE: usize = 16;
+
+pub(super) const CELLS: usize = SIDE * SIDE;
+
+/// Sums of luminance in one cell.
+#[derive(Clone, Copy, Debug, Default)]
+struct MomentCell {
+    /// Number, sum and squares of camera samples.
+    camera: [f64; 3],
+    /// Pairs of camera samples from one place, and half the sum of their squared differences.
+    pairs: [f64; 2],
+    /// Sum and squares of light samples, which are densities over uv.
+    light: [f64; 2],
+}
+
+/// Means and second moments of both streams on a coarse grid over the picture: the samples of a trial.
+#[derive(Clone, Debug)]
+pub(super) struct MomentGrid {
+    cells: Vec<MomentCell>,
+    /// Camera samples that are yet to be paired: place, cell and luminance.
+    placed: Vec<([u32; 2], usize, f64)>,
+    light_paths: f64,
+    /// Camera paths per light path; 1 without camera paths.
+    camera_paths: f64,
+}
+
+impl MomentGrid {
+    /// Traces `paths` paths of `integrator`.
+    fn trace<I: Integrator>(integrator: &I, paths: u64) -> Self {
+        let PathCounts { camera, light } = integrator.paths_per_index();
+        let indices = paths.div_ceil(camera.max(light));
+        let mut grid = Self {
+            cells: vec![MomentCell::default(); CELLS],
+            placed: Vec::new(),
+            light_paths: (indices * light) as f64,
+            camera_paths: if camera > 0 && light > 0 { camera as f64 / light as f64 } else { 1.0 },
+        };
+        let mut scratch = I::Scratch::default();
+        (0..indices).for_each(|index| integrator.trace(index, &mut scratch, &mut grid));
+        grid.pair();
+        grid
+    }
+
+    /// Pairs samples from the same place: what differs from one side of a cell to the other is no noise.
+    fn pair(&mut self) {
+        let mut placed = std::mem::take(&mut self.placed);
+        placed.sort_by_key(|p| p.0);
+        for same in placed.chunk_by(|a, b| a.0 == b.0) {
+            for pair in same.chunks_exact(2) {
+                let sums = &mut self.cells[pair[0].1].pairs;
+                sums[0] += 1.0;
+                sums[1] += 0.5 * (pair[0].2 - pair[1].2).powi(2);
+            }
+        }
+    }
+
+    fn cell(uv: [f32; 2]) -> Option<usize> {
+        let [x, y] = uv.map(|c| c * SIDE as f32);
+        let side = SIDE as f32;
+        // False for NaN.
+        let inside = x >= 0.0 && y >= 0.0 && x < side && y < side;
+        inside.then(|| y as usize * SIDE + x as usize)
+    }
+
+    /// Mean luminance of a cell.
+    pub(super) fn mean(&self, cell: usize) -> f64 {
+        let c = &self.cells[cell];
+        let camera = if c.camera[0] > 0.0 { c.camera[1] / c.camera[0] } else { 0.0 };
+        camera + self.per_light_path(c.light[0])
+    }
+
+    /// Variance of a pixel's luminance inside the cell, times the paths that were started per unit of picture (from
+    /// the camera, where there are such): it does not depend on the resolution. Light paths hit a pixel so rarely that their
+    /// variance is their second moment.
+    pub(super) fn variance(&self, cell: usize) -> f64 {
+        let c = &self.cells[cell];
+        let camera = if c.pairs[0] > 0.0 { c.pairs[1] / c.pairs[0] } else { 0.0 };
+        camera + self.camera_paths * self.per_light_path(c.light[1])
+    }
+
+    /// The same of a cell's luminance, which includes how it varies over the cell.
+    pub(super) fn variance_of_mean(&self, cell: usize) -> f64 {
+        let c = &self.cells[cell];
+        let [n, sum, squares] = c.camera;
+        let camera = if n > 1.0 { (squares - sum * sum / n).max(0.0) / (n - 1.0) } else { 0.0 };
+        camera + self.camera_paths * self.per_light_path(c.light[1])
+    }
+
+    /// A density over uv, integrated over a cell and summed over light paths, as a mean.
+    fn per_light_path(&self, sum: f64) -> f64 {
+        if self.light_paths > 0.0 { sum * CELLS as f64 / self.light_paths } else { 0.0 }
+    }
+}
+
+impl SampleSink for MomentGrid {
+    fn camera(&mut self, uv: [f32; 2], value: Xyz, weight: f32) {
+        let y = f64::from(value.y * weight);
+        if let Some(cell) = Self::cell(uv).filter(|_| y.is_finite()) {
+            let sums = &mut self.cells[cell].camera;
+            *sums = [sums[0] + 1.0, sums[1] + y, sums[2] + y * y];
+            self.placed.push((uv.map(f32::to_bits), cell, y));
+        }
+    }
+
+    fn light(&mut self, uv: [f32; 2], value: Xyz) {
+        let y = f64::from(value.y);
+        if let Some(cell) = Self::cell(uv).filter(|_| y.is_finite()) {
+            let sums = &mut self.cells[cell].light;
+            (sums[0], sums[1]) = (sums[0] + y, sums[1] + y * y);
+        }
     }
 }

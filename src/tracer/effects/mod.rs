@@ -2,11 +2,10 @@
 //! except for what the user forces off (`--effects -NAME`, applied to the description by `app/load.rs` before).
 //!
 //! ```text
-//! mod     the table of effects; the plan of a scene (decide); the scene as planned
-//! entry   what the file of an effect says
-//! used    the materials and lights that take part in a scene
-//! kinds   what the descriptions of materials call for
-//! dispersion, transmission, …   the effects, one file each
+//! mod        what an effect is; the plan of a scene (decide); the scene as planned
+//! used       the materials and lights that take part in a scene
+//! materials  the effects that materials and meshes call for
+//! methods    the effects that lights, the camera and the method call for
 //! ```
 //!
 //! The plan is made once per scene, before anything is traced. [`decide`] asks every effect whether the scene calls for it
@@ -18,38 +17,51 @@
 //!
 //! # Adding an effect
 //!
-//! 1. A file beside this one with an `ENTRY`: its name, what decides it while paths are traced, what in a scene calls for it, why it
-//!    cannot be left out of a method, and how it is taken out of a description and put into one. `lens.rs` is a short example.
+//! 1. An `Entry` in `materials.rs` or `methods.rs`: its name, what decides it while paths are traced, what in a scene calls for it,
+//!    why it cannot be left out of a method, and how it is taken out of a description and put into one. `LENS` is a short example.
 //! 2. One line in the table below. The command line (`--effects`), `explain`, the window's panel and the study then know it.
 //! 3. A scene that calls for it and one that does not in `tests/tracer/effects_plan.rs`. `effects_check.rs` there generates scenes of all
 //!    effects and compares them with and without the plan.
 
-mod entry;
-mod kinds;
+mod materials;
+mod methods;
 mod used;
-
-mod caustic_photons;
-mod deltas;
-mod dispersion;
-mod environment;
-mod gather;
-mod glossy;
-mod lens;
-mod light_choice;
-mod light_stream;
-mod smooth_normals;
-mod transmission;
-mod wavelengths;
 
 use crate::scene::SceneDesc;
 use crate::scene::desc::{IntegratorKind, Place};
 use crate::spectrum::White;
 use crate::tracer::scene::MaterialClass;
-use entry::Entry;
 use used::Used;
 
+/// What an effect says: when it takes part and why, and a scene without it and with it.
+struct Entry {
+    /// Its name on the command line and in files.
+    name: &'static str,
+    /// What decides it while paths are traced, and how often.
+    at_run_time: &'static str,
+    /// Finds what calls for it, in a scene that is traced by this method.
+    find: fn(&Used, IntegratorKind) -> Found,
+    /// Says why it cannot be left out of what this method traces, and what to do instead.
+    refusal: fn(IntegratorKind) -> Option<&'static str>,
+    /// Takes it out of a description. Changes nothing where nothing calls for it.
+    without: fn(&mut SceneDesc),
+    /// Puts a small example into a description; false if nothing there can carry it.
+    with: fn(&mut SceneDesc) -> bool,
+}
+
+/// What calls for an effect, or why nothing does.
+type Found = Result<Reason, &'static str>;
+
+/// The words that say what calls for an effect, and its place in the file.
+type Reason = (String, Option<Place>);
+
+/// The refusal of an effect that can always be left out.
+fn never(_: IntegratorKind) -> Option<&'static str> {
+    None
+}
+
 macro_rules! table {
-    ($($(#[$doc:meta])* $effect:ident = $file:ident,)*) => {
+    ($($(#[$doc:meta])* $effect:ident = $entry:path,)*) => {
         /// Something that paths simulate where a scene calls for it.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
         pub enum Effect {
@@ -62,7 +74,7 @@ macro_rules! table {
 
             fn entry(self) -> &'static Entry {
                 match self {
-                    $(Effect::$effect => &$file::ENTRY,)*
+                    $(Effect::$effect => &$entry,)*
                 }
             }
         }
@@ -71,29 +83,29 @@ macro_rules! table {
 
 table! {
     /// Samples that add up on the picture, from light paths.
-    LightStream = light_stream,
+    LightStream = methods::LIGHT_STREAM,
     /// Four wavelengths to a path; without it, all that the scene holds has one colour.
-    Wavelengths = wavelengths,
-    /// Glass whose index depends on the wavelength.
-    Dispersion = dispersion,
+    Wavelengths = materials::WAVELENGTHS,
+    /// Glass whose index depends on the wavelength: colours part where light goes through.
+    Dispersion = materials::DISPERSION,
     /// Surfaces that let light through.
-    Transmission = transmission,
-    /// Mirrors, clear glass, smooth coats.
-    Deltas = deltas,
-    /// Rough metal, rough glass, rough coats.
-    Glossy = glossy,
-    /// Light from infinitely far.
-    Environment = environment,
-    /// A choice between lights.
-    LightChoice = light_choice,
+    Transmission = materials::TRANSMISSION,
+    /// Surfaces with a single direction of reflection or refraction: mirrors, clear glass, smooth coats.
+    Deltas = materials::DELTAS,
+    /// Surfaces between mirror and matt: rough metal, rough glass, rough coats.
+    Glossy = materials::GLOSSY,
+    /// Light from infinitely far, all around.
+    Environment = methods::ENVIRONMENT,
+    /// A choice between lights: which one a point asks.
+    LightChoice = methods::LIGHT_CHOICE,
     /// A lens that blurs what is not in focus.
-    Lens = lens,
-    /// Normals that are interpolated over triangles.
-    SmoothNormals = smooth_normals,
+    Lens = methods::LENS,
+    /// Normals that are interpolated between the corners of triangles: a mesh of facets that looks round.
+    SmoothNormals = materials::SMOOTH_NORMALS,
     /// Photons that have met mirrors, glass or coats only, looked up where they are seen.
-    CausticPhotons = caustic_photons,
-    /// All other photons, gathered from one bounce away.
-    Gather = gather,
+    CausticPhotons = methods::CAUSTIC_PHOTONS,
+    /// All other photons, of light that was spread before: gathered from one bounce away.
+    Gather = methods::GATHER,
 }
 
 impl Effect {
@@ -113,19 +125,12 @@ impl Effect {
     }
 }
 
-/// Takes `effect` out of `desc`. The file of the effect says what is left instead. Changes nothing where it is off.
-///
-/// # Errors
-///
-/// As [`refusal`].
+/// Takes `effect` out of `desc`. The entry of the effect says what is left instead. Changes nothing where it is off.
+/// It fails with the [`refusal`] of the effect.
 pub fn without(desc: &mut SceneDesc, effect: Effect) -> Result<(), &'static str> {
-    match refusal(effect, desc.integrator.kind) {
-        Some(advice) => Err(advice),
-        None => {
-            (effect.entry().without)(desc);
-            Ok(())
-        }
-    }
+    refusal(effect, desc.integrator.kind).map_or(Ok(()), Err)?;
+    (effect.entry().without)(desc);
+    Ok(())
 }
 
 /// Why an effect cannot be left out of what is traced by `kind`: a sentence that says what to do instead.
@@ -210,6 +215,6 @@ pub fn material_class(desc: &SceneDesc) -> MaterialClass {
 /// The one white of a scene in which nothing has a colour: all values along a path are in proportion to its spectrum.
 /// `None` where [`Effect::Wavelengths`] is on, and without light.
 pub fn white(desc: &SceneDesc) -> Option<White> {
-    let white = wavelengths::colors(&Used::of(desc)).err()?;
+    let white = materials::colors(&Used::of(desc)).err()?;
     white.filter(|_| !desc.integrator.spectral)
 }

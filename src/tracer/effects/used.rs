@@ -5,6 +5,8 @@ use std::collections::BTreeSet;
 use crate::scene::desc::{BsdfDesc, LightDesc, Name, Place, SceneDesc, ShapeDesc, ShapeKind, TwoSidedDesc};
 use crate::spectrum::{Spectrum, White};
 
+use super::Found;
+
 /// A description with the materials that its shapes show.
 pub(super) struct Used<'a> {
     pub(super) desc: &'a SceneDesc,
@@ -21,6 +23,13 @@ pub(super) struct Object {
     pub(super) others: usize,
 }
 
+/// Says that `object` calls for an effect and why, or why nothing does.
+pub(super) fn by(object: Option<Object>, why: &str, why_not: &'static str) -> Found {
+    let Object { name, place, others } = object.ok_or(why_not)?;
+    let more = if others > 0 { format!(" ({others} more like it)") } else { String::new() };
+    Ok((format!("{name} {why}{more}"), place))
+}
+
 impl<'a> Used<'a> {
     pub(super) fn of(desc: &'a SceneDesc) -> Self {
         let mut seen = BTreeSet::new();
@@ -35,11 +44,6 @@ impl<'a> Used<'a> {
         }
         let one_sided = |i: &usize| !matches!(desc.bsdfs.get(*i), None | Some(BsdfDesc::TwoSided(_)));
         Self { desc, bsdfs: seen.into_iter().filter(one_sided).collect() }
-    }
-
-    /// Index of the first material of which `is` holds.
-    pub(super) fn first(&self, is: fn(&BsdfDesc) -> bool) -> Option<usize> {
-        self.bsdfs.iter().copied().find(|i| is(&self.desc.bsdfs[*i]))
     }
 
     /// The first material of which `is` holds.
@@ -98,4 +102,10 @@ fn white(light: &LightDesc) -> Option<White> {
 /// A place that exists: line 0 stands nowhere.
 pub(super) fn known(place: Place) -> Option<Place> {
     (place.line > 0).then_some(place)
+}
+
+/// The first material that shapes show and of which `is` holds, to change.
+pub(super) fn shown(desc: &mut SceneDesc, is: fn(&BsdfDesc) -> bool) -> Option<&mut BsdfDesc> {
+    let index = Used::of(desc).bsdfs.into_iter().find(|i| is(&desc.bsdfs[*i]))?;
+    desc.bsdfs.get_mut(index)
 }

@@ -17,14 +17,6 @@ use crate::tracer::{Sampler, Scene};
 
 use super::{Integrator, RenderContext};
 
-/// An integrator with special code for what a plan leaves of a scene.
-pub trait SpecializedIntegrator: Integrator + From<RenderContext> {
-    /// The number that chooses the wavelengths of the path whose numbers are those of `sampler`.
-    fn wavelength_number(sampler: &Sampler) -> f32 {
-        sampler.camera().wavelength
-    }
-}
-
 /// Traces paths as `I` does, and a share of them a second time without the plan.
 #[derive(Clone, Debug)]
 pub struct CheckedIntegrator<I> {
@@ -73,7 +65,7 @@ impl PlanCheckTally {
     }
 }
 
-impl<I: SpecializedIntegrator> CheckedIntegrator<I> {
+impl<I: Integrator + From<RenderContext>> CheckedIntegrator<I> {
     /// Traces with the settings of `context`, and the share `share` in [0, 1] of the paths also in `general`, the same scene
     /// prepared for everything ([`Scene::prepare_general`]).
     pub fn new(context: RenderContext, general: Arc<Scene>, share: f64) -> Self {
@@ -94,7 +86,7 @@ impl<I: SpecializedIntegrator> CheckedIntegrator<I> {
     }
 
     /// What a sample of the special code should be, from that of the general.
-    fn expected(&self, index: u64, sample: CollectedSample) -> CollectedSample {
+    fn expected(&self, index: u64, sample: PathSample) -> PathSample {
         let Some(white) = self.white else { return sample };
         let lambda = SampledWavelengths::sample(I::wavelength_number(&Sampler::at(index, self.seed)));
         let drawn = lambda.to_xyz(white.spectrum().sample(&lambda));
@@ -105,21 +97,16 @@ impl<I: SpecializedIntegrator> CheckedIntegrator<I> {
         let (value, unit) =
             size.into_iter().fold((0.0, 0.0), |best, new| if new.1 > best.1 { new } else { best });
         let value = if unit > 0.0 { exact * (value / unit) } else { Xyz::BLACK };
-        CollectedSample { value, ..sample }
+        PathSample { value, ..sample }
     }
 
     /// Compares two lists of samples of path `index` and describes the first difference.
-    fn difference(
-        &self,
-        index: u64,
-        special: &[CollectedSample],
-        general: &[CollectedSample],
-    ) -> Option<String> {
+    fn difference(&self, index: u64, special: &[PathSample], general: &[PathSample]) -> Option<String> {
         if special.len() != general.len() {
             return Some(format!("{} samples, and {} with everything", special.len(), general.len()));
         }
         let pairs = special.iter().zip(general).map(|(s, g)| (s, self.expected(index, *g)));
-        let differs = |(s, g): &(&CollectedSample, CollectedSample)| match self.white {
+        let differs = |(s, g): &(&PathSample, PathSample)| match self.white {
             None => **s != *g,
             Some(_) => !s.is_near(g),
         };
@@ -132,7 +119,7 @@ impl<I: SpecializedIntegrator> CheckedIntegrator<I> {
     ///
     /// When the plan is refuted: the run ends and names the path.
     #[cold]
-    fn check(&self, index: u64, special: &[CollectedSample], general: &[CollectedSample]) {
+    fn check(&self, index: u64, special: &[PathSample], general: &[PathSample]) {
         let checked = self.tally.checked.fetch_add(1, Ordering::Relaxed) + 1;
         let Some(what) = self.difference(index, special, general) else { return };
         let different = self.tally.differs(index);
@@ -147,7 +134,7 @@ impl<I: SpecializedIntegrator> CheckedIntegrator<I> {
     }
 }
 
-impl<I: SpecializedIntegrator> Integrator for CheckedIntegrator<I> {
+impl<I: Integrator + From<RenderContext>> Integrator for CheckedIntegrator<I> {
     type Scratch = [I::Scratch; 2];
 
     fn trace(&self, index: u64, [scratch, other]: &mut [I::Scratch; 2], out: &mut impl SampleSink) {
@@ -160,7 +147,7 @@ impl<I: SpecializedIntegrator> Integrator for CheckedIntegrator<I> {
         if out.is_wanted() {
             self.check(index, &special, &general);
         }
-        for CollectedSample { uv, value, weight } in special {
+        for PathSample { uv, value, weight } in special {
             match weight {
                 Some(weight) => out.camera(uv, value, weight),
                 None => out.light(uv, value),
@@ -175,13 +162,13 @@ impl<I: SpecializedIntegrator> Integrator for CheckedIntegrator<I> {
 
 /// A sample. One of the light stream has no weight.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct CollectedSample {
+struct PathSample {
     uv: [f32; 2],
     value: Xyz,
     weight: Option<f32>,
 }
 
-impl CollectedSample {
+impl PathSample {
     fn is_near(&self, other: &Self) -> bool {
         let (a, b) = (self.value, other.value);
         let size = a.x.max(a.y).max(a.z).max(f32::MIN_POSITIVE);
@@ -197,7 +184,7 @@ fn collect<I: Integrator>(
     index: u64,
     scratch: &mut I::Scratch,
     out: &impl SampleSink,
-) -> Vec<CollectedSample> {
+) -> Vec<PathSample> {
     let mut samples = CollectingSink { out, taken: Vec::new() };
     from.trace(index, scratch, &mut samples);
     samples.taken
@@ -206,16 +193,16 @@ fn collect<I: Integrator>(
 /// Keeps the samples of a path.
 struct CollectingSink<'a, S> {
     out: &'a S,
-    taken: Vec<CollectedSample>,
+    taken: Vec<PathSample>,
 }
 
 impl<S: SampleSink> SampleSink for CollectingSink<'_, S> {
     fn camera(&mut self, uv: [f32; 2], value: Xyz, weight: f32) {
-        self.taken.push(CollectedSample { uv, value, weight: Some(weight) });
+        self.taken.push(PathSample { uv, value, weight: Some(weight) });
     }
 
     fn light(&mut self, uv: [f32; 2], value: Xyz) {
-        self.taken.push(CollectedSample { uv, value, weight: None });
+        self.taken.push(PathSample { uv, value, weight: None });
     }
 
     fn is_wanted(&self) -> bool {

@@ -114,10 +114,7 @@ impl RenderContext {
     /// The first hit of a segment of a camera path, where `depth` segments came before.
     #[inline(always)]
     pub(in crate::tracer) fn closest(&self, ray: &Ray, depth: u32) -> Option<SurfaceInteraction> {
-        match self.hides_emitters(depth) {
-            true => self.scene.closest_unlit(*ray),
-            false => self.scene.closest(ray),
-        }
+        if self.hides_emitters(depth) { self.scene.closest_unlit(*ray) } else { self.scene.closest(ray) }
     }
 
     /// The environment, if a segment of a camera path sees it, where `depth` segments came before.

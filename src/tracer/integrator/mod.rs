@@ -7,7 +7,6 @@
 //! particle         particle tracing, from the lights
 //! bidirectional    subpaths from both ends, connected
 //! photon           photon mapping
-//! replicated       a render divided into independent randomisations, for its error
 //! check            `--check-plan`: the plan of effects is compared with the code for everything
 //! ```
 //!
@@ -29,7 +28,7 @@
 //! 1. A file here with a struct that holds a [`RenderContext`] and implements [`Integrator`]. `particle.rs` is the shortest.
 //!    Camera paths build on `direct_lighting::PathState`, light paths and connections on [`Walk`](crate::tracer::subpath::Walk).
 //!    Random numbers come only from [`Sampler::at`](crate::tracer::Sampler::at) the index, so that a path is a pure function.
-//! 2. `impl From<RenderContext>` and [`SpecializedIntegrator`], by which `--check-plan` compares its special code with the general.
+//! 2. `impl From<RenderContext>`, by which `--check-plan` compares its special code with the general.
 //! 3. A variant of `scene::desc::IntegratorKind` with its name for file and command line, and the arms that the compiler then asks
 //!    for: `app/method.rs` starts it, `tracer/choice` tries it ([`CANDIDATES`](crate::tracer::choice::CANDIDATES)).
 //! 4. A row in the table above, and lines in `tests/agreement`, where all integrators must agree on every scene, and in
@@ -42,17 +41,16 @@ mod direct_lighting;
 mod particle;
 mod path;
 mod photon;
-mod replicated;
 
 pub use bidirectional::{BidirectionalTracer, CAMERA_SUBPATHS, LIGHT_SUBPATHS};
-pub use check::{CheckedIntegrator, PlanCheckTally, SpecializedIntegrator};
+pub use check::{CheckedIntegrator, PlanCheckTally};
 pub use context::RenderContext;
 pub use particle::ParticleTracer;
 pub use path::PathTracer;
 pub use photon::{PhotonScratch, PhotonTracer};
-pub use replicated::Replicated;
 
-use crate::stream::{PathCounts, SampleSink};
+use crate::stream::{PathCounts, REPLICATES, SampleSink, replicate, replicate_seed};
+use crate::tracer::Sampler;
 
 /// Turns one point of the sample sequence into samples on the stream.
 ///
@@ -63,6 +61,7 @@ use crate::stream::{PathCounts, SampleSink};
 /// use pointillist::color::Xyz;
 /// use pointillist::scene;
 /// use pointillist::stream::{SampleSink, UvWindow};
+/// use pointillist::tracer::integrator::RenderContext;
 /// use pointillist::tracer::{Camera, Integrator, PathTracer, Scene};
 ///
 /// /// Collects the samples of the camera stream.
@@ -79,7 +78,8 @@ use crate::stream::{PathCounts, SampleSink};
 ///
 /// let desc = scene::load("scenes/cornell.xml".as_ref(), &[])?.desc;
 /// let (scene, camera) = (Scene::prepare(&desc)?.into(), Camera::of(&desc)?);
-/// let tracer = PathTracer::new(scene, camera, &desc.integrator, 0, UvWindow::PICTURE);
+/// let context = RenderContext::new(scene, camera, &desc.integrator, 0, UvWindow::PICTURE);
+/// let tracer = PathTracer { context };
 /// let mut samples = Samples::default();
 /// for index in 0..64 {
 ///     tracer.trace(index, &mut (), &mut samples);
@@ -99,4 +99,40 @@ pub trait Integrator: Send + Sync + 'static {
 
     /// Paths started by one call of [`Integrator::trace`]: `{camera: 1, light: 0}` for path tracing.
     fn paths_per_index(&self) -> PathCounts;
+
+    /// The number that chooses the wavelengths of the path whose numbers are those of `sampler`.
+    fn wavelength_number(sampler: &Sampler) -> f32 {
+        sampler.camera().wavelength
+    }
+}
+
+/// A render divided into independent randomisations, whose differences give the error of their mean: one integrator for all indices, or one for each replicate, which take turns chunk by chunk
+/// ([`replicate`](crate::stream::replicate())). Each replicate has a photon map of its own.
+#[derive(Clone, Debug)]
+pub struct Replicated<I> {
+    /// The integrators, one per replicate.
+    pub parts: Vec<I>,
+}
+
+impl<I> Replicated<I> {
+    /// Integrators that `make` makes of `context` with the seed of each replicate, or of `context` alone unless `divided`.
+    pub fn new(context: &RenderContext, divided: bool, make: impl FnMut(RenderContext) -> I) -> Self {
+        let count = if divided { REPLICATES } else { 1 };
+        let context_of = |r| RenderContext { seed: replicate_seed(context.seed, r), ..context.clone() };
+        Self { parts: (0..count).map(context_of).map(make).collect() }
+    }
+}
+
+impl<I: Integrator> Integrator for Replicated<I> {
+    type Scratch = [I::Scratch; REPLICATES];
+
+    #[inline]
+    fn trace(&self, index: u64, scratch: &mut Self::Scratch, out: &mut impl SampleSink) {
+        let (r, own) = if self.parts.len() > 1 { replicate(index) } else { (0, index) };
+        self.parts[r].trace(own, &mut scratch[r], out);
+    }
+
+    fn paths_per_index(&self) -> PathCounts {
+        self.parts[0].paths_per_index()
+    }
 }

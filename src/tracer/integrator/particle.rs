@@ -7,7 +7,7 @@ use crate::tracer::sampler::{CameraNumbers, LightSampler};
 use crate::tracer::subpath::{SubpathVertex, Walk};
 use crate::tracer::{MaterialClass, Sampler};
 
-use super::{Integrator, RenderContext, SpecializedIntegrator};
+use super::{Integrator, RenderContext};
 
 /// Traces paths from lights. It fills the light stream only: every vertex that the camera sees adds a density over uv.
 ///
@@ -57,8 +57,6 @@ impl From<RenderContext> for ParticleTracer {
     }
 }
 
-impl SpecializedIntegrator for ParticleTracer {}
-
 impl ParticleTracer {
     /// Follows a walk along `ray` to its end and connects each vertex to the camera.
     fn follow<B: Scattering>(
@@ -69,20 +67,18 @@ impl ParticleTracer {
         out: &mut impl SampleSink,
     ) {
         let context = &self.context;
-        while walk.depth() + 1 < context.longest() {
+        while walk.depth + 1 < context.longest() {
             let Some(hit) = context.scene.closest(&ray) else { return };
             let vertex: SubpathVertex<B> = walk.arrive(&context.scene, hit);
-            let u = numbers.vertex(walk.depth() - 1);
+            let u = numbers.vertex(walk.depth - 1);
             if let Some(connection) = context.connect_to_camera(&vertex, u.light)
                 && context.is_visible_to_camera(&vertex.surface.hit, &connection.view)
             {
                 out.light(connection.view.uv, walk.lambda.to_xyz(connection.value));
             }
             let each = |own, ray| self.follow::<B>(own, ray, numbers, out);
-            match walk.scatter_each(&vertex, &u, context.rr_depth, each) {
-                Some(next) => ray = next,
-                None => return,
-            }
+            let Some(next) = walk.scatter_each(&vertex, &u, context.rr_depth, each) else { return };
+            ray = next;
         }
     }
 }

@@ -18,18 +18,15 @@
 //! The first pictures consist of single samples: there, many places seen once are worth more than few seen well. So the
 //! first paths of the sequence do not split.
 
-use std::sync::Arc;
-
-use crate::scene::desc::IntegratorDesc;
-use crate::stream::{PathCounts, SampleSink, UvWindow};
+use crate::stream::{PathCounts, SampleSink};
 use crate::tracer::accel::Ray;
 use crate::tracer::bsdf::{Bsdf, BsdfSample, Diffuse, Scattering, Smooth};
 use crate::tracer::interaction::SurfaceVertex;
 use crate::tracer::sampler::VertexNumbers;
-use crate::tracer::{Camera, MaterialClass, Sampler, Scene};
+use crate::tracer::{MaterialClass, Sampler};
 
 use super::direct_lighting::{PathState, Splitting};
-use super::{Integrator, RenderContext, SpecializedIntegrator};
+use super::{Integrator, RenderContext};
 
 /// Binary logarithm of the number of branches.
 const BRANCH_BITS: u32 = 2;
@@ -46,17 +43,6 @@ pub struct PathTracer {
 }
 
 impl PathTracer {
-    /// A path tracer with the settings of a scene file.
-    pub fn new(
-        scene: Arc<Scene>,
-        camera: Camera,
-        desc: &IntegratorDesc,
-        seed: u32,
-        window: UvWindow,
-    ) -> Self {
-        Self { context: RenderContext::new(scene, camera, desc, seed, window) }
-    }
-
     /// Follows `path` along `ray` to its end.
     #[inline]
     fn follow<B: Scattering>(&self, path: &mut PathState, mut ray: Ray, sampler: &Sampler) {
@@ -70,10 +56,8 @@ impl PathTracer {
                 }
                 path.add_direct(scene, &vertex, &u);
             }
-            match self.scatter(path, &vertex, sampler, &u) {
-                Some(next) => ray = next,
-                None => return,
-            }
+            let Some(next) = self.scatter(path, &vertex, sampler, &u) else { return };
+            ray = next;
         }
     }
 
@@ -175,5 +159,3 @@ impl From<RenderContext> for PathTracer {
         Self { context }
     }
 }
-
-impl SpecializedIntegrator for PathTracer {}

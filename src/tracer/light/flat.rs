@@ -9,8 +9,8 @@ use crate::math::warp;
 use crate::tracer::sampler::LightNumbers;
 use crate::tracer::shape::{Disk, SurfacePoint, Triangle};
 
-use super::bounds::LightBounds;
-use super::emission::surface_pdf;
+use super::lights::surface_pdf;
+use super::selector::LightBounds;
 use super::{BoundingSphere, EmissionPdf, LightSample, LightSampleContext, LightSource};
 
 /// A flat surface whose points can be sampled uniformly by area.

@@ -1,4 +1,9 @@
-//! All lights of a scene: choosing one, and asking for the density of a direction.
+//! All lights of a scene: choosing one, asking for the density of a direction, and emission: the first ray of a light subpath, and
+//! the densities of a given one.
+//!
+//! From a surface a point is sampled, then a direction by the cosine. From the environment it is the other way round: first
+//! the direction, which takes the place of the point, then where the ray passes, on a disk that is perpendicular to it and as
+//! large as the scene (Veach 1997, §8.2.2.4; Pharr, Jakob, Humphreys, *Physically Based Rendering*, 4th ed., §16.1.2).
 
 use std::sync::Arc;
 
@@ -7,13 +12,14 @@ use glam::Vec3;
 use crate::math::distribution::Distribution;
 use crate::math::frame::Frame;
 use crate::math::pdf::PdfW;
+use crate::math::warp;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
-use crate::tracer::accel::PrimRange;
-use crate::tracer::bsdf::Scattering;
+use crate::tracer::accel::{PrimRange, Ray};
+use crate::tracer::sampler::LightNumbers;
 use crate::tracer::shape::SurfacePoint;
 
 use super::selector::LightSelector;
-use super::{BoundingSphere, Light, LightSource, with_light};
+use super::{Light, LightSource, with_light};
 
 /// What sampling a light depends on at the point that is lit.
 #[derive(Clone, Copy, Debug)]
@@ -26,15 +32,6 @@ pub struct LightSampleContext {
     pub through: bool,
     /// The material has a peak, which the choice of a light does not consider: where lights are few, each is sampled.
     pub glossy: bool,
-}
-
-impl LightSampleContext {
-    /// The point `p` of `bsdf` in `frame`, seen from the side of the local direction `eye`.
-    #[inline]
-    pub fn new(p: Vec3, frame: &Frame, bsdf: &impl Scattering, eye: Vec3) -> Self {
-        let n = if eye.z < 0.0 { -frame.n } else { frame.n };
-        Self { p, n, through: bsdf.transmits(), glossy: bsdf.is_glossy() }
-    }
 }
 
 /// A sampled direction towards a light.
@@ -58,30 +55,21 @@ pub struct LightSample {
 #[derive(Clone, Debug, Default)]
 pub struct Lights {
     /// Their geometry; shared between scenes that differ in their spectra.
-    pub(super) lights: Arc<[Light]>,
+    lights: Arc<[Light]>,
     spectra: Vec<Spectrum>,
     /// The choice by power, for emission; `None` when there is nothing to choose.
-    pub(super) by_power: Option<Distribution>,
+    by_power: Option<Distribution>,
     /// The choice from a lit point.
     selector: LightSelector,
     /// The environment, if there is one.
     environment: Option<u32>,
     /// The sphere around the scene.
-    pub(super) scene: BoundingSphere,
+    scene: BoundingSphere,
 }
 
 impl Lights {
     /// All lights, their spectra, and the sphere around the scene (for an environment).
-    pub fn new(lights: Vec<Light>, spectra: Vec<Spectrum>, scene: BoundingSphere) -> Self {
-        Self::with(lights.into(), spectra, scene)
-    }
-
-    /// The same lights with other spectra, of which there must be as many.
-    pub fn relit(&self, spectra: Vec<Spectrum>) -> Self {
-        Self::with(self.lights.clone(), spectra, self.scene)
-    }
-
-    fn with(lights: Arc<[Light]>, spectra: Vec<Spectrum>, scene: BoundingSphere) -> Self {
+    pub fn new(lights: Arc<[Light]>, spectra: Vec<Spectrum>, scene: BoundingSphere) -> Self {
         // Colours that the eye hardly sees must still be sampled.
         let brightness = |s: &Spectrum| s.luminance().max(1e-3 * s.max());
         let brightness: Vec<f32> = spectra.iter().map(brightness).collect();
@@ -107,6 +95,11 @@ impl Lights {
     /// How many lights there are.
     pub fn len(&self) -> usize {
         self.lights.len()
+    }
+
+    /// The same lights with other spectra, of which there must be as many.
+    pub fn relit(&self, spectra: Vec<Spectrum>) -> Self {
+        Self::new(self.lights.clone(), spectra, self.scene)
     }
 
     /// True when nothing emits.
@@ -202,5 +195,142 @@ impl Lights {
     #[inline]
     pub fn prims(&self, light: u32) -> PrimRange {
         self.lights[light as usize].prims
+    }
+}
+
+/// A sampled ray that leaves a light: the beginning of a light subpath.
+#[derive(Clone, Copy, Debug)]
+pub struct Emission {
+    /// The light.
+    pub light: u32,
+    /// The point where the ray leaves the light; for the environment a point of the disk, outside the scene.
+    pub from: SurfacePoint,
+    /// Unit direction of the ray, world space.
+    pub direction: Vec3,
+    /// The densities of the ray.
+    pub pdf: EmissionPdf,
+}
+
+/// The densities of one emitted ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EmissionPdf {
+    /// Where the ray comes from, which decides the units of the densities.
+    pub origin: EmissionOrigin,
+    /// Density of the light's vertex, with the choice of the light: per unit of area, per steradian for the environment
+    /// (whose vertex is a direction), a probability for a point.
+    pub vertex: f32,
+    /// Density of the direction per steradian; for the environment of the point on the disk, per unit of area.
+    pub next: f32,
+    /// Cosine of the ray to the light's normal, ≥ 0; 1 without a normal.
+    pub cos: f32,
+}
+
+/// Where a light subpath begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EmissionOrigin {
+    /// A point of a surface.
+    Surface,
+    /// A point light, which no path hits by chance.
+    Point,
+    /// Infinitely far away.
+    Infinite,
+}
+
+/// The sphere around a scene.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct BoundingSphere {
+    /// Centre, world space.
+    pub center: Vec3,
+    /// Radius in world units.
+    pub radius: f32,
+}
+
+impl BoundingSphere {
+    /// Power over π of an environment of radiance 1.
+    pub(super) fn environment_power(&self) -> f32 {
+        4.0 * std::f32::consts::PI * self.radius * self.radius
+    }
+}
+
+impl Emission {
+    /// The ray.
+    #[inline]
+    pub fn ray(&self) -> Ray {
+        match self.pdf.origin {
+            EmissionOrigin::Surface => self.from.spawn(self.direction),
+            EmissionOrigin::Point | EmissionOrigin::Infinite => Ray::new(self.from.p, self.direction),
+        }
+    }
+
+    /// The factor on the light's spectrum: cosine over the densities.
+    #[inline]
+    pub fn scale(&self) -> f32 {
+        self.pdf.cos / self.pdf.vertex / self.pdf.next
+    }
+}
+
+/// Density of a direction that is uniform over the sphere.
+pub(super) const UNIFORM_PDF: f32 = 0.25 * std::f32::consts::FRAC_1_PI;
+
+/// The ray of direction `d` from a point of the disk before the scene, by the numbers `place`.
+#[inline]
+pub(super) fn infinite_ray(d: Vec3, place: [f32; 2], scene: BoundingSphere) -> (SurfacePoint, Vec3) {
+    let frame = Frame::new(d);
+    let xy = warp::disk(place);
+    let offset = frame.s * xy.x + frame.t * xy.y - d;
+    (SurfacePoint { p: scene.center + offset * scene.radius, error: Vec3::ZERO, ng: d }, d)
+}
+
+/// The densities of a ray from infinity whose direction has the density `vertex`.
+#[inline]
+pub(super) fn infinite_pdf(vertex: f32, scene: BoundingSphere) -> EmissionPdf {
+    // The density of a point on a disk as large as the scene.
+    let next = std::f32::consts::FRAC_1_PI / (scene.radius * scene.radius);
+    EmissionPdf { origin: EmissionOrigin::Infinite, vertex, next, cos: 1.0 }
+}
+
+/// The densities of a ray in `direction` from a point of a surface that has the density `vertex` and the normal `n`.
+#[inline]
+pub(super) fn surface_pdf(n: Vec3, direction: Vec3, vertex: f32) -> EmissionPdf {
+    let cos = n.dot(direction).max(0.0);
+    let next = warp::cosine_hemisphere_pdf(cos);
+    EmissionPdf { origin: EmissionOrigin::Surface, vertex, next, cos }
+}
+
+impl Lights {
+    /// Chooses a light by power, and a ray that leaves it.
+    #[inline]
+    pub fn emit(&self, u: &LightNumbers) -> Option<Emission> {
+        let chosen = self.by_power.as_ref()?.sample(u.choice);
+        let shape = &self.lights[chosen.index].shape;
+        let (from, direction) = with_light!(shape, l => l.emit(u, self.scene))?;
+        let light = chosen.index as u32;
+        let pdf = self.emission_pdf(light, from.p, direction);
+        // A density of 0 is one that underflowed: such a ray has no weight.
+        (pdf.vertex > 0.0 && pdf.next > 0.0).then_some(Emission { light, from, direction, pdf })
+    }
+
+    /// The densities with which [`Lights::emit`] sends a ray from the point `p` of `light` (not used for the environment) in
+    /// `direction`.
+    #[inline]
+    pub fn emission_pdf(&self, light: u32, p: Vec3, direction: Vec3) -> EmissionPdf {
+        let choice = self.by_power.as_ref().map_or(0.0, |c| c.probability(light as usize));
+        let shape = &self.lights[light as usize].shape;
+        with_light!(shape, l => l.emission_pdf(p, direction, self.scene, choice))
+    }
+
+    /// The density with which a light subpath begins with the edge of `sample`, for both of its ends, over that of next-event
+    /// estimation from the lit point `p`; per unit of area there. `cos` is |cos| at the lit point, geometric.
+    #[inline]
+    pub fn emission_over_direct(&self, light: u32, sample: &LightSample, p: Vec3, cos: f32) -> f32 {
+        let target = sample.target.unwrap_or(Vec3::ZERO);
+        let pdf = self.emission_pdf(light, target, -sample.wi);
+        let scale = match pdf.origin {
+            // cos / d² of the light turns both densities into ones by area and drops out.
+            EmissionOrigin::Surface => pdf.next / pdf.cos,
+            EmissionOrigin::Point => pdf.next / target.distance_squared(p),
+            EmissionOrigin::Infinite => pdf.next,
+        };
+        pdf.vertex / sample.pdf.0 * (scale * cos)
     }
 }

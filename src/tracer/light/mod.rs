@@ -1,11 +1,10 @@
 //! Everything that emits, and how one of many lights is sampled.
 //!
 //! ```text
-//! flat sphere point constant envmap   the sorts of lights, one file each: LightSource
-//! lights      all lights of a scene: sampling one from a lit point, and the density of a direction
-//! emission    rays that leave lights, and their densities: how light subpaths begin
-//! selector    which light a point samples: one, few that are all looked at, or a tree of them
-//! bounds      how much light a light, or a group of them, may bring to a point
+//! flat sphere point environment   the sorts of lights: LightSource
+//! lights      all lights of a scene: sampling one from a lit point, and the density of a direction; rays that leave lights, and
+//!             their densities: how light subpaths begin
+//! selector    which light a point samples: one, few that are all looked at, or a tree of them; how much light each may bring
 //! tree        the tree of many lights
 //! ```
 //!
@@ -19,18 +18,15 @@
 //! # Adding a light
 //!
 //! 1. A file here with a struct that implements [`LightSource`]: `point.rs` is the shortest, `sphere.rs` one that paths can
-//!    hit, `envmap.rs` one around the scene.
+//!    hit, `environment.rs` has those around the scene.
 //! 2. One line in the table of [`LightShape`] below. Next-event estimation, light subpaths, the choice among lights and the
 //!    densities of hits then work by themselves.
 //! 3. What makes one: a variant of `scene::desc::LightDesc` and its reader in `scene/mitsuba/emitter.rs`, and
-//!    `tracer/prepare/lights.rs`, which makes the struct of the description. A shape that emits needs neither:
-//!    `tracer/prepare/geometry.rs` registers it with its primitives.
+//!    `Geometry::add_light` in `tracer/prepare/geometry.rs`, which makes the struct of the description. A shape that emits needs
+//!    neither: it is registered there with its primitives.
 //! 4. Tests: `tests/tracer/lights.rs` compares the irradiance with its exact value, `light_choice.rs` samples with densities.
 
-mod bounds;
-mod constant;
-mod emission;
-mod envmap;
+mod environment;
 mod flat;
 mod lights;
 mod point;
@@ -46,13 +42,13 @@ use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use super::accel::PrimRange;
 use super::sampler::LightNumbers;
 use super::shape::SurfacePoint;
-use bounds::LightBounds;
+use selector::LightBounds;
 
-pub use constant::ConstantLight;
-pub use emission::{BoundingSphere, Emission, EmissionOrigin, EmissionPdf, LightEdge};
-pub use envmap::EnvironmentMap;
+pub use environment::{ConstantLight, EnvironmentMap};
 pub use flat::{DiskLight, ParallelogramLight, TriangleLight};
-pub use lights::{LightSample, LightSampleContext, Lights};
+pub use lights::{
+    BoundingSphere, Emission, EmissionOrigin, EmissionPdf, LightSample, LightSampleContext, Lights,
+};
 pub use point::PointLight;
 pub use sphere::SphereLight;
 

@@ -7,8 +7,8 @@ use crate::math::warp;
 use crate::tracer::sampler::LightNumbers;
 use crate::tracer::shape::SurfacePoint;
 
-use super::bounds::LightBounds;
-use super::emission::UNIFORM_PDF;
+use super::lights::UNIFORM_PDF;
+use super::selector::LightBounds;
 use super::{BoundingSphere, EmissionOrigin, EmissionPdf, LightSample, LightSampleContext, LightSource};
 
 /// A point.

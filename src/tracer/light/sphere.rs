@@ -10,8 +10,8 @@ use crate::math::warp;
 use crate::tracer::sampler::LightNumbers;
 use crate::tracer::shape::{Sphere, SurfacePoint};
 
-use super::bounds::LightBounds;
-use super::emission::surface_pdf;
+use super::lights::surface_pdf;
+use super::selector::LightBounds;
 use super::{BoundingSphere, EmissionPdf, LightSample, LightSampleContext, LightSource};
 
 /// A sphere that emits from its front.

@@ -6,7 +6,7 @@
 
 use glam::Vec3;
 
-use super::bounds::LightBounds;
+use super::selector::LightBounds;
 use super::{BoundingSphere, Light, LightSampleContext, LightSource, with_light};
 
 /// Least probability of the environment and of the tree, where there are both.
@@ -20,7 +20,6 @@ struct LightTreeNode {
     link: u32,
 }
 
-/// Marks a leaf.
 const LEAF: u32 = 1 << 31;
 
 /// The trail of a light that is not in the tree.
@@ -150,7 +149,6 @@ impl TreeItem {
     }
 }
 
-/// Number of bins of a split.
 const BINS: usize = 16;
 
 /// For up to this many lights all three axes are tried, for more only the longest.

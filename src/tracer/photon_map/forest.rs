@@ -4,15 +4,21 @@
 //! the trees of the digits that carry over when g is incremented: a photon is moved O(log g) times in all, and a query
 //! traverses at most log₂ g + 1 trees, of which the largest holds at least half of the photons. Forests share their trees,
 //! so an older forest stays valid, at little cost, while somebody reads it.
+//!
+//! The traversal of a tree keeps, per axis, how far the query point lies outside a subtree. These numbers are the same differences
+//! that distances are computed from, and rounding is monotone, so the bound of a subtree never exceeds the rounded
+//! distance of any photon in it: results equal those of a loop over all photons, exactly, at every scale.
 
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+use std::f32::consts::PI;
 use std::sync::Arc;
 
 use glam::Vec3;
 
 use super::morton::MortonGrid;
 use super::photon::Photon;
-use super::query::{Candidates, Neighbour, QueryScratch};
-use super::tree::{PhotonTree, SortedPhotons, Wanted};
+use super::tree::{LEAF, PhotonNode, PhotonTree, SortedPhotons, Wanted};
 
 /// All photons of the first generations. Immutable. Cloning copies a few pointers.
 #[derive(Clone, Debug, Default)]
@@ -49,41 +55,31 @@ impl Forest {
     ) -> &'s [Neighbour] {
         let QueryScratch { stack, found } = scratch;
         found.clear();
-        let mut best = Candidates { wanted, found, limit: if wanted > 0 { radius * radius } else { 0.0 } };
+        // The squared distance below which a photon still counts.
+        let mut limit = if wanted > 0 { radius * radius } else { 0.0 };
         for (number, tree) in (0..).zip(&self.trees) {
-            tree.traverse(at, best.limit, stack, |slot, distance2| {
-                if accept(tree.photon(slot)) {
-                    best.add(Neighbour { distance2, tree: number, slot })
-                } else {
-                    best.limit
+            tree.traverse(at, limit, stack, |slot, distance2| {
+                if accept(&tree.photons[slot as usize]) {
+                    let neighbour = Neighbour { distance2, tree: number, slot };
+                    if found.len() < wanted {
+                        found.push(neighbour);
+                    } else if let Some(mut farthest) = found.peek_mut() {
+                        *farthest = neighbour;
+                    }
+                    if found.len() == wanted {
+                        limit = found.peek().map_or(limit, |farthest| farthest.distance2);
+                    }
                 }
+                limit
             });
         }
         scratch.found.as_slice()
     }
 
-    /// Calls `visit(photon, squared distance)` for every photon nearer to `at` than `radius` (m), always in the same
-    /// order for the same forest.
-    pub fn within(
-        &self,
-        at: Vec3,
-        radius: f32,
-        scratch: &mut QueryScratch,
-        mut visit: impl FnMut(&Photon, f32),
-    ) {
-        let limit = radius * radius;
-        for tree in &self.trees {
-            tree.traverse(at, limit, &mut scratch.stack, |slot, distance2| {
-                visit(tree.photon(slot), distance2);
-                limit
-            });
-        }
-    }
-
     /// A photon that [`Forest::nearest`] of this forest has found.
     #[inline]
     pub fn photon(&self, neighbour: &Neighbour) -> &Photon {
-        self.trees[neighbour.tree as usize].photon(neighbour.slot)
+        &self.trees[neighbour.tree as usize].photons[neighbour.slot as usize]
     }
 
     /// The position of such a photon, m.
@@ -110,5 +106,154 @@ impl Forest {
     /// The trees, largest first.
     pub fn trees(&self) -> impl ExactSizeIterator<Item = &PhotonTree> {
         self.trees.iter().map(|t| &**t)
+    }
+}
+
+/// A photon that a query has found: its position in the [`Forest`] that was asked.
+#[derive(Clone, Copy, Debug)]
+pub struct Neighbour {
+    /// Squared distance to the query point, m².
+    pub distance2: f32,
+    tree: u32,
+    slot: u32,
+}
+
+impl PartialEq for Neighbour {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+impl Eq for Neighbour {}
+impl PartialOrd for Neighbour {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+impl Ord for Neighbour {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.distance2.total_cmp(&other.distance2)
+    }
+}
+
+/// Buffers that a thread reuses from query to query. They grow to the largest `wanted` seen, then nothing is allocated.
+#[derive(Debug, Default)]
+pub struct QueryScratch {
+    stack: Vec<Subtree>,
+    found: BinaryHeap<Neighbour>,
+}
+
+/// A subtree that has still to be visited.
+#[derive(Clone, Copy, Debug)]
+struct Subtree {
+    /// Lower bound of the squared distance of its photons.
+    bound: f32,
+    node: u32,
+    first: u32,
+    end: u32,
+    /// Distance from the query to the subtree along each axis.
+    outside: Vec3,
+}
+
+impl PhotonTree {
+    /// Calls `visit(slot, squared distance)` for every photon whose squared distance is below `limit`. `visit` returns the
+    /// limit from then on, which may only become smaller.
+    #[inline]
+    fn traverse(
+        &self,
+        at: Vec3,
+        mut limit: f32,
+        stack: &mut Vec<Subtree>,
+        mut visit: impl FnMut(u32, f32) -> f32,
+    ) {
+        stack.clear();
+        if self.is_empty() {
+            return;
+        }
+        let outside = (self.min - at).max(at - self.max).max(Vec3::ZERO);
+        let bound = outside.length_squared();
+        let mut here = Subtree { bound, node: 0, first: 0, end: self.len() as u32, outside };
+        loop {
+            if here.bound < limit {
+                if let Some((near, far)) = self.children(&here, at) {
+                    if far.bound < limit {
+                        stack.push(far);
+                    }
+                    here = near;
+                    continue;
+                }
+                let (first, end) = (here.first as usize, here.end as usize);
+                for (slot, &p) in (here.first..).zip(&self.positions[first..end]) {
+                    let distance2 = (p - at).length_squared();
+                    if distance2 < limit {
+                        limit = visit(slot, distance2);
+                        // Skips the rest of a long leaf whose photons coincide.
+                        if here.bound >= limit {
+                            break;
+                        }
+                    }
+                }
+            }
+            let Some(next) = stack.pop() else { return };
+            here = next;
+        }
+    }
+
+    /// The two children of a node, the nearer first. `None` for a leaf.
+    #[inline(always)]
+    fn children(&self, here: &Subtree, at: Vec3) -> Option<(Subtree, Subtree)> {
+        if here.end - here.first <= LEAF {
+            return None;
+        }
+        let PhotonNode { left_max, right_min, mid, right } = self.nodes[here.node as usize];
+        let axis = right >> 30;
+        if axis == PhotonNode::LONG_LEAF {
+            return None;
+        }
+        let axis = axis as usize;
+        let (to_left, to_right) = (at[axis] - left_max, right_min - at[axis]);
+        let side = |node, first, end, reach: f32| {
+            let mut outside = here.outside;
+            outside[axis] = outside[axis].max(reach);
+            Subtree { bound: outside.length_squared(), node, first, end, outside }
+        };
+        let left = side(here.node + 1, here.first, mid, to_left);
+        let right = side(right & (u32::MAX >> 2), mid, here.end, to_right);
+        Some(if to_left <= to_right { (left, right) } else { (right, left) })
+    }
+}
+
+/// The disc of a density estimate: its area, and the photons that count.
+///
+/// Radiance is `Σ f · flux / (area · light paths)` over `counted`.
+///
+/// **Fewer than `wanted` photons were found**: all of them count, the area is π r², and the estimate is unbiased where
+/// the density is constant.
+/// **The k nearest were found** (`wanted` = k): the radius is the distance of the k-th photon, so that photon lies on the
+/// rim by construction. Counting it would overestimate by k/(k − 1): for Poisson points of density ρ, π ρ r_k² has a gamma
+/// distribution of shape k, so E[1/(π r_k²)] = ρ/(k − 1). So k − 1 photons count, and the k-th gives the radius only.
+#[derive(Clone, Copy, Debug)]
+pub struct Disc<'a> {
+    /// The photons that count.
+    pub counted: &'a [Neighbour],
+    /// Area, m².
+    pub area: f32,
+}
+
+impl<'a> Disc<'a> {
+    /// The disc for the result of [`Forest::nearest`], asked for `wanted` ≥ 2 photons within
+    /// `radius`. `None` if nothing was found.
+    ///
+    /// The radius is at least `smallest` (m), so that coincident photons, as in the focus of a caustic or in a beam, have a
+    /// finite density.
+    pub fn new(found: &'a [Neighbour], wanted: usize, radius: f32, smallest: f32) -> Option<Self> {
+        let farthest = found.first()?;
+        let (counted, r2) = if found.len() < wanted || wanted < 2 {
+            (found, radius * radius)
+        } else {
+            (&found[1..], farthest.distance2)
+        };
+        // Divided in this order, neither overflows nor becomes 0 before it has to.
+        let area = (PI * r2.max(smallest * smallest)).clamp(f32::MIN_POSITIVE, f32::MAX);
+        Some(Self { counted, area })
     }
 }

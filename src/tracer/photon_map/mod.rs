@@ -3,13 +3,13 @@
 //! ```text
 //! any thread:  PhotonMap::claim → trace light paths → Claim::deposit(PhotonBatch)
 //!                 last deposit of a generation: sort, merge (Forest), publish one pointer
-//! any thread:  PhotonMap::latest or ::finished(g) → Arc<Snapshot> → Forest::nearest / ::within → Disc
+//! any thread:  PhotonMap::latest or ::finished(g) → Arc<Snapshot> → Forest::nearest → Disc
 //! ```
 //!
-//! - `photon` packs one photon. `snapshot` holds batches of them, and the global and the caustic map ([`PhotonLayer`]).
+//! - `photon` packs one photon.
 //! - `morton` and `tree`: **space is split, not the photons**, in the middle of the longest side of the scene's box. So no
 //!   photon's position in the tree depends on the others, and trees are merged like sorted lists. `forest` keeps a
-//!   logarithmic number of trees, `query` traverses them.
+//!   logarithmic number of trees and traverses them.
 //! - `publish`: **a generation** is a fixed range of light paths. Its photons appear all at once, in an order that no
 //!   scheduling can change: a [`Snapshot`] holds all photons of the generations 0 … g − 1 and is a pure function of g.
 //!   **Readers never wait**, because a snapshot is immutable and the latest one is reached by one atomic load.
@@ -22,16 +22,12 @@ mod forest;
 mod morton;
 mod photon;
 mod publish;
-mod query;
 mod schedule;
-mod snapshot;
 mod tree;
 
-pub use forest::Forest;
+pub use forest::{Disc, Forest, Neighbour, QueryScratch};
 pub use morton::{MAX_DEPTH, MortonGrid};
 pub use photon::{Arrival, Photon, wavelength_number, wavelengths};
-pub use publish::{Claim, PhotonMap};
-pub use query::{Disc, Neighbour, QueryScratch};
+pub use publish::{Claim, PhotonBatch, PhotonLayer, PhotonMap, Snapshot};
 pub use schedule::{Lookup, Schedule};
-pub use snapshot::{PhotonBatch, PhotonLayer, Snapshot};
 pub use tree::{LEAF, PhotonTree, SortedPhotons, Wanted};

@@ -18,8 +18,9 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, TryLockError};
 use arc_swap::ArcSwap;
 use glam::Vec3;
 
+use super::forest::Forest;
 use super::morton::MortonGrid;
-use super::snapshot::{LAYERS, PhotonBatch, Snapshot};
+use super::photon::{Arrival, Photon};
 use super::tree::{SortedPhotons, Wanted};
 
 /// Snapshots that are kept: one thread may be this many generations behind another.
@@ -68,15 +69,11 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl PhotonMap {
-    /// An empty map over the box of the scene. `paths_per_generation` is rounded up to a multiple of 64.
-    pub fn new(min: Vec3, max: Vec3, paths_per_generation: u64) -> Self {
+    /// An empty map over the box of the scene, which stops growing once it holds `limit` photons. `paths_per_generation` is rounded
+    /// up to a multiple of 64.
+    pub fn new(min: Vec3, max: Vec3, paths_per_generation: u64, limit: usize) -> Self {
         let whole = paths_per_generation.max(1).next_multiple_of(CLAIM);
-        Self::over(Arc::new(MortonGrid::new(min, max)), whole, usize::MAX)
-    }
-
-    /// Makes the map, which must be empty, stop growing once it holds `photons`.
-    pub fn with_limit(self, photons: usize) -> Self {
-        Self::over(self.grid, self.paths_per_generation, photons)
+        Self::over(Arc::new(MortonGrid::new(min, max)), whole, limit)
     }
 
     fn over(grid: Arc<MortonGrid>, paths_per_generation: u64, limit: usize) -> Self {
@@ -94,37 +91,21 @@ impl PhotonMap {
         }
     }
 
-    /// Light paths of a generation.
-    pub fn paths_per_generation(&self) -> u64 {
-        self.paths_per_generation
-    }
-
     /// Claims a range of light paths below number `until` (rounded up to whole claims) that nobody has traced. `None` if all
     /// are claimed. Cheap enough to call with every sample: `map.claim(schedule.paths_ahead(index))`.
     pub fn claim(&self, until: u64) -> Option<Claim<'_>> {
-        if self.returned.load(Ordering::Relaxed)
-            && let Some(claim) = self.claim_returned()
-        {
-            return Some(claim);
+        if self.returned.load(Ordering::Relaxed) {
+            let mut collecting = lock(&self.collecting);
+            if let Some(paths) = collecting.returned.pop() {
+                self.returned.store(!collecting.returned.is_empty(), Ordering::Relaxed);
+                return Some(Claim { map: self, paths, adding: false, done: false });
+            }
         }
         let last = self.last.load(Ordering::Relaxed);
         let until = until.min(last.saturating_mul(self.paths_per_generation));
-        let mut start = self.next.load(Ordering::Relaxed);
-        while start < until {
-            match self.next.compare_exchange_weak(start, start + CLAIM, Ordering::Relaxed, Ordering::Relaxed)
-            {
-                Ok(_) => {
-                    return Some(Claim {
-                        map: self,
-                        paths: start..start + CLAIM,
-                        adding: false,
-                        done: false,
-                    });
-                }
-                Err(now) => start = now,
-            }
-        }
-        None
+        let end = |start| (start < until).then(|| start + CLAIM);
+        let start = self.next.fetch_update(Ordering::Relaxed, Ordering::Relaxed, end).ok()?;
+        Some(Claim { map: self, paths: start..start + CLAIM, adding: false, done: false })
     }
 
     /// The newest snapshot. Never waits.
@@ -142,18 +123,13 @@ impl PhotonMap {
         self.published.load().iter().find(|s| s.generations == generations).cloned()
     }
 
-    /// The snapshot of exactly `generations` generations. This thread helps to make it: it calls `trace(light paths, batch)`
-    /// while there are unclaimed ones, then sleeps until the other threads have finished theirs. Two threads can never wait
+    /// The snapshot of exactly `generations` generations, or `None` soon after `wanted` returns false. This thread helps to make it: it
+    /// calls `trace(light paths, batch)` while there are unclaimed ones, then sleeps until the other threads have finished theirs. Two threads can never wait
     /// for each other, provided that `trace` does not use this map.
     ///
     /// A thread that slept until the snapshot was no longer kept (`KEPT` generations) makes it again, alone: this is slow,
     /// but gives the same result.
-    pub fn wait(&self, generations: u64, trace: impl FnMut(Range<u64>, &mut PhotonBatch)) -> Arc<Snapshot> {
-        self.wait_while(generations, trace, &|| true).expect("always wanted")
-    }
-
-    /// As [`PhotonMap::wait`], but returns `None` soon after `wanted` returns false.
-    pub fn wait_while(
+    pub fn wait(
         &self,
         generations: u64,
         mut trace: impl FnMut(Range<u64>, &mut PhotonBatch),
@@ -174,7 +150,7 @@ impl PhotonMap {
             } else if let Some(claim) = map.claim(paths) {
                 let mut batch = PhotonBatch::default();
                 trace(claim.paths(), &mut batch);
-                claim.deposit_while(batch, wanted);
+                claim.deposit(batch, wanted);
             } else {
                 // Read first, so that a merge that is given up from here on is noticed.
                 let given_up = lock(&map.collecting).given_up;
@@ -182,13 +158,6 @@ impl PhotonMap {
                 map.sleep(generations, given_up);
             }
         }
-    }
-
-    fn claim_returned(&self) -> Option<Claim<'_>> {
-        let mut collecting = lock(&self.collecting);
-        let paths = collecting.returned.pop()?;
-        self.returned.store(!collecting.returned.is_empty(), Ordering::Relaxed);
-        Some(Claim { map: self, paths, adding: false, done: false })
     }
 
     /// The generation at which the map has stopped growing, or `u64::MAX` before.
@@ -295,13 +264,9 @@ impl Claim<'_> {
         self.paths.clone()
     }
 
-    /// Deposits the photons of all of these light paths, in order.
-    pub fn deposit(self, batch: PhotonBatch) {
-        self.deposit_while(batch, &|| true);
-    }
-
-    /// As [`Claim::deposit`], but leaves a merge that falls due to other threads soon after `wanted` returns false.
-    pub fn deposit_while(mut self, batch: PhotonBatch, wanted: Wanted<'_>) {
+    /// Deposits the photons of all of these light paths, in order. Leaves a merge that falls due to other threads soon after
+    /// `wanted` returns false.
+    pub fn deposit(mut self, batch: PhotonBatch, wanted: Wanted<'_>) {
         self.adding = true;
         self.map.add(self.paths(), batch, wanted);
         self.done = true;
@@ -317,14 +282,66 @@ impl Drop for Claim<'_> {
             // A panic, such as out of memory: the photons are lost, so the map must stop growing here.
             self.map.last.store(self.map.latest().generations, Ordering::Release);
             drop(lock(&self.map.collecting));
-            self.map.news.notify_all();
         } else {
             let mut collecting = lock(&self.map.collecting);
             collecting.returned.push(self.paths());
             // Stored under the lock, so that whoever sees the range sees the flag.
             self.map.returned.store(true, Ordering::Relaxed);
-            drop(collecting);
-            self.map.news.notify_all();
         }
+        self.map.news.notify_all();
+    }
+}
+
+/// The two photon maps of Jensen's method: one light path feeds both.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PhotonLayer {
+    /// The global map, for final gathering: all photons but caustic ones.
+    Global = 0,
+    /// The caustic map, for direct density estimation: photons that arrived over mirrors, glass and metal only, smooth or
+    /// rough. These surfaces store no photons themselves.
+    Caustic = 1,
+}
+
+const LAYERS: usize = 2;
+
+/// Photons of one claim, in the order of their light paths.
+#[derive(Debug, Default)]
+pub struct PhotonBatch {
+    positions: [Vec<Vec3>; LAYERS],
+    photons: [Vec<Photon>; LAYERS],
+}
+
+impl PhotonBatch {
+    /// Adds a photon. Returns false, and adds nothing, if [`Photon::new`] refuses it.
+    pub fn push(&mut self, layer: PhotonLayer, arrival: &Arrival) -> bool {
+        let Some(photon) = Photon::new(arrival) else { return false };
+        self.positions[layer as usize].push(arrival.position);
+        self.photons[layer as usize].push(photon);
+        true
+    }
+
+    fn append(&mut self, mut other: PhotonBatch) {
+        for layer in 0..LAYERS {
+            self.positions[layer].append(&mut other.positions[layer]);
+            self.photons[layer].append(&mut other.photons[layer]);
+        }
+    }
+}
+
+/// All photons of the first generations. Immutable.
+#[derive(Clone, Debug, Default)]
+pub struct Snapshot {
+    layers: [Forest; LAYERS],
+    /// Number of generations.
+    pub generations: u64,
+    /// Number of light paths of these generations, by which the flux is to be divided.
+    pub light_paths: u64,
+}
+
+impl Snapshot {
+    /// The photons of a layer.
+    #[inline]
+    pub fn layer(&self, layer: PhotonLayer) -> &Forest {
+        &self.layers[layer as usize]
     }
 }

@@ -44,9 +44,8 @@ impl Schedule {
         1 + index / self.samples_per_generation
     }
 
-    /// The query of sample `index`.
-    pub fn lookup(&self, index: u64) -> Lookup {
-        let generations = self.generations(index);
+    /// The query of a sample in a snapshot of so many generations.
+    pub fn lookup(&self, generations: u64) -> Lookup {
         Lookup { generations, radius: self.radius(generations), neighbours: self.neighbours }
     }
 

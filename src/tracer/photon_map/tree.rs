@@ -3,7 +3,7 @@
 //! A cell is split in the middle of its longest side ([`MortonGrid`]) until it holds at most [`LEAF`] photons or the depth
 //! limit is reached. Splits with all photons on one side are skipped, so there are fewer nodes than leaves, and the depth
 //! stays below [`MAX_DEPTH`](super::morton::MAX_DEPTH). Instead of the splitting plane, a node stores how far the photons
-//! of each side reach towards it: this is tighter and free of rounding (`query`).
+//! of each side reach towards it: this is tighter and free of rounding (`forest`).
 
 use glam::Vec3;
 

@@ -4,20 +4,27 @@
 //! mirroring transform does not turn it). The front of a mesh follows from the right-hand rule on the transformed corners. The
 //! front of a cube is the outside, as is that of a sphere unless the transform mirrors. `flip_normals` turns all of them. The
 //! corners of a triangle are stored in the order that determines its front, so no sign has to be stored.
+//!
+//! Scenes use primitives that lie back to back in exactly the same place for lights that emit on both sides. Rounding would decide
+//! which of the two a ray hits, and half of the light would be lost. So the second one becomes the [`Back`] of the first.
+
+use std::collections::HashMap;
+use std::ops::Range;
 
 use glam::{DAffine3, DVec3, Vec3};
 
 use crate::scene::SceneDesc;
-use crate::scene::desc::{Mesh, ShapeDesc, ShapeKind};
+use crate::scene::desc::{LightDesc, Mesh, ShapeDesc, ShapeKind};
 use crate::tracer::accel::PrimRange;
-use crate::tracer::light::{DiskLight, Light, LightShape, ParallelogramLight, SphereLight, TriangleLight};
-use crate::tracer::primitives::{NONE, PrimRecord};
+use crate::tracer::light::{
+    ConstantLight, DiskLight, EnvironmentMap, Light, LightShape, ParallelogramLight, PointLight, SphereLight,
+    TriangleLight,
+};
+use crate::tracer::primitives::{Back, NONE, PrimRecord};
 use crate::tracer::shape::{Disk, Sphere, Triangle};
-use crate::tracer::tangents::Tangents;
+use crate::tracer::tangents::{self, Tangents};
 
 use super::PrepareError;
-use super::backs::{Back, PlaceKey, Places};
-use super::tangents;
 
 /// Largest magnitude of a coordinate. Its square and its product with an extent stay finite.
 pub(super) const MAX_COORDINATE: f32 = 1e12;
@@ -52,6 +59,8 @@ pub(super) struct Geometry {
 struct ShapeInput<'a> {
     shape: &'a ShapeDesc,
     surface: u32,
+    /// The front is the other side of the right-hand rule: by a transform that mirrors, or by `flip_normals`, but not by both.
+    turned: bool,
     /// Index of its spectrum, if it emits.
     spectrum: Option<u32>,
     /// Number of primitives without area or with unusable coordinates.
@@ -82,7 +91,8 @@ impl Geometry {
         self.emitting += u32::from(spectrum.is_some());
         let brushed = tangents::is_brushed(desc, shape.bsdf);
         let (first, along) = (self.triangles.len(), brushed.then(Vec::new));
-        let mut input = ShapeInput { shape, surface, spectrum, dropped: 0, along, first };
+        let turned = (shape.to_world.matrix3.determinant() < 0.0) != shape.flip_normals;
+        let mut input = ShapeInput { shape, surface, turned, spectrum, dropped: 0, along, first };
         match &shape.kind {
             ShapeKind::Mesh(id) => {
                 let unknown = PrepareError::UnknownMesh { id: *id, place: shape.place };
@@ -130,21 +140,41 @@ impl Geometry {
         self
     }
 
+    /// Adds a light that is not a shape, with the index of its spectrum, unless it is unusable or a second environment.
+    pub(super) fn add_light(&mut self, desc: &LightDesc, spectrum: u32) {
+        let line = desc.place().line;
+        if desc.is_environment() && self.lights.iter().any(Light::is_environment) {
+            let second = "a scene has one environment; this second one is ignored";
+            self.notices.push(format!("line {line}: {second}"));
+            return;
+        }
+        let shape = match desc {
+            LightDesc::Constant { .. } => LightShape::Constant(ConstantLight),
+            LightDesc::Map { map, to_world, .. } => {
+                LightShape::Map(EnvironmentMap::new(map.clone(), to_world.matrix3))
+            }
+            LightDesc::Point { position, .. } if position.as_vec3().is_finite() => {
+                LightShape::Point(PointLight { position: position.as_vec3() })
+            }
+            LightDesc::Point { .. } => {
+                let nowhere = "the point light's position is not finite; it is ignored";
+                self.notices.push(format!("line {line}: {nowhere}"));
+                return;
+            }
+        };
+        self.lights.push(Light { shape, spectrum, prims: PrimRange::NONE });
+    }
+
     /// Adds a light over the primitives `range` of its kind and returns its index, or [`NONE`] if the shape does not emit.
-    fn light(
-        &mut self,
-        input: &ShapeInput,
-        range: (usize, usize),
-        shape: impl FnOnce() -> LightShape,
-    ) -> u32 {
+    fn light(&mut self, input: &ShapeInput, range: Range<usize>, shape: impl FnOnce() -> LightShape) -> u32 {
         let Some(spectrum) = input.spectrum else { return NONE };
-        let prims = PrimRange { first: range.0 as u32, end: range.1 as u32 };
+        let prims = PrimRange { first: range.start as u32, end: range.end as u32 };
         self.lights.push(Light { shape: shape(), spectrum, prims });
         self.lights.len() as u32 - 1
     }
 
     /// Adds the shape as the back of the primitives `range` of its kind and returns its index.
-    fn back(&mut self, input: &ShapeInput, range: (usize, usize), shape: impl FnOnce() -> LightShape) -> u32 {
+    fn back(&mut self, input: &ShapeInput, range: Range<usize>, shape: impl FnOnce() -> LightShape) -> u32 {
         let light = self.light(input, range, shape);
         self.backs.push(Back { surface: input.surface, light });
         self.backs.len() as u32 - 1
@@ -220,20 +250,22 @@ impl Geometry {
             && let Some(front) = self.places.take(key, face.n)
         {
             let light = || LightShape::Triangle(TriangleLight::new(face));
-            self.prims[front].back = self.back(input, (front, front + 1), light);
+            self.prims[front].back = self.back(input, front..front + 1, light);
         } else if self.push_triangle(corners, input, normals) {
             let triangle = self.triangles[first];
-            self.prims[first].light =
-                self.light(input, (first, first + 1), || LightShape::Triangle(TriangleLight::new(triangle)));
+            let light = || LightShape::Triangle(TriangleLight::new(triangle));
+            self.prims[first].light = self.light(input, first..first + 1, light);
             if face.is_some() {
                 self.places.add(key, triangle.n, first);
             }
         }
     }
 
-    /// Adds a parallelogram with its light, if it emits. The corners are in order, and the right-hand rule gives the front. If it
-    /// is degenerate, one of its halves or neither is added.
-    fn add_parallelogram(&mut self, [a, b, c, d]: [Vec3; 4], input: &mut ShapeInput) {
+    /// Adds a parallelogram with its light, if it emits: the image of the square from −1 to 1, whose corners give the front by the
+    /// right-hand rule unless the shape is turned. If it is degenerate, one of its halves or neither is added.
+    fn add_parallelogram(&mut self, corner: impl Fn(f64, f64) -> Vec3, input: &mut ShapeInput) {
+        let [a, b, c, d] = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+        let (b, d) = if input.turned { (d, b) } else { (b, d) };
         let first = self.triangles.len();
         let key = PlaceKey::polygon([a, b, c, d]);
         let light = |n: Vec3| move || LightShape::Parallelogram(ParallelogramLight::over(a, b - a, d - a, n));
@@ -241,13 +273,13 @@ impl Geometry {
             && let Some(front) = self.places.take(key, face.n)
         {
             // Hits on either half are reported for the first one.
-            self.prims[front].back = self.back(input, (front, front + 2), light(face.n));
+            self.prims[front].back = self.back(input, front..front + 2, light(face.n));
             return;
         }
         if self.push_triangle([a, b, c], input, None) && self.push_triangle([a, c, d], input, None) {
             self.quads.push(first as u32);
             let n = self.triangles[first].n;
-            let light = self.light(input, (first, first + 2), light(n));
+            let light = self.light(input, first..first + 2, light(n));
             self.prims[first].light = light;
             self.prims[first + 1].light = light;
             self.places.add(key, n, first);
@@ -256,19 +288,11 @@ impl Geometry {
 
     fn add_rectangle(&mut self, input: &mut ShapeInput) {
         let m = input.shape.to_world;
-        let corner = |x: f64, y: f64| m.transform_point3(DVec3::new(x, y, 0.0)).as_vec3();
-        // The front is the side of e1 × e2. A mirroring transform turns this product, but not the transformed normal.
-        let mirrored = m.matrix3.determinant() < 0.0;
-        let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
-        let [a, b, c, d] = corners;
-        let [a, b, c, d] = if mirrored != input.shape.flip_normals { [a, d, c, b] } else { [a, b, c, d] };
-        self.add_parallelogram([a, b, c, d], input);
+        self.add_parallelogram(|x, y| m.transform_point3(DVec3::new(x, y, 0.0)).as_vec3(), input);
     }
 
     fn add_cube(&mut self, input: &mut ShapeInput) {
         let m = input.shape.to_world;
-        // The outside stays outside under a mirroring transform.
-        let turned = (m.matrix3.determinant() < 0.0) != input.shape.flip_normals;
         for axis in 0..3 {
             for sign in [-1.0, 1.0] {
                 let corner = |x: f64, y: f64| {
@@ -276,10 +300,7 @@ impl Geometry {
                     (p[axis], p[(axis + 1) % 3], p[(axis + 2) % 3]) = (sign, x * sign, y);
                     m.transform_point3(p).as_vec3()
                 };
-                let [a, b, c, d] =
-                    [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
-                let [b, d] = if turned { [d, b] } else { [b, d] };
-                self.add_parallelogram([a, b, c, d], input);
+                self.add_parallelogram(corner, input);
                 self.record_tangents(input, || {
                     m.transform_vector3(tangents::of_cube_face(axis, sign)).as_vec3()
                 });
@@ -290,8 +311,7 @@ impl Geometry {
     fn add_disk(&mut self, input: &mut ShapeInput) {
         let m = input.shape.to_world;
         let axis = |v: DVec3| m.transform_vector3(v);
-        let mirrored = m.matrix3.determinant() < 0.0;
-        let sign = if mirrored != input.shape.flip_normals { -1.0 } else { 1.0 };
+        let sign = if input.turned { -1.0 } else { 1.0 };
         let front = axis(DVec3::X).cross(axis(DVec3::Y)) * sign;
         let (center, a, b) = (m.translation.as_vec3(), axis(DVec3::X).as_vec3(), axis(DVec3::Y).as_vec3());
         let usable =
@@ -317,21 +337,20 @@ impl Geometry {
         light: impl FnOnce() -> LightShape,
     ) -> bool {
         if let Some(other) = self.places.take(key, front) {
-            let back = self.back(input, (other, other + 1), light);
+            let back = self.back(input, other..other + 1, light);
             records(self)[other].back = back;
             return false;
         }
         let i = records(self).len();
         self.places.add(key, front, i);
-        let light = self.light(input, (i, i + 1), light);
+        let light = self.light(input, i..i + 1, light);
         records(self).push(PrimRecord { surface: input.surface, light, normals: NONE, back: NONE });
         true
     }
 
     fn add_sphere(&mut self, center: DVec3, radius: f64, input: &mut ShapeInput) {
         let m: DAffine3 = input.shape.to_world;
-        let determinant = m.matrix3.determinant();
-        let scale = determinant.abs().cbrt();
+        let scale = m.matrix3.determinant().abs().cbrt();
         let columns = [m.matrix3.x_axis, m.matrix3.y_axis, m.matrix3.z_axis];
         if columns.iter().any(|c| (c.length() - scale).abs() > 1e-4 * scale) {
             self.notices.push(format!(
@@ -346,7 +365,7 @@ impl Geometry {
             input.dropped += 1;
             return;
         }
-        let inward = (determinant < 0.0) != input.shape.flip_normals;
+        let inward = input.turned;
         let sphere = Sphere { center, radius, inward };
         let key = PlaceKey::round(center, Vec3::splat(radius), Vec3::NAN);
         let side = if inward { -Vec3::X } else { Vec3::X };
@@ -354,5 +373,52 @@ impl Geometry {
         if self.add_record(|g| &mut g.sphere_prims, key, side, input, light) {
             self.spheres.push(sphere);
         }
+    }
+}
+
+/// The exact place of a primitive: up to four points, sorted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+struct PlaceKey([[u32; 3]; 4]);
+
+fn bits(p: Vec3) -> [u32; 3] {
+    // Adding 0 turns −0 into 0.
+    (p + 0.0).to_array().map(f32::to_bits)
+}
+
+impl PlaceKey {
+    /// The key of a triangle or parallelogram. It does not depend on the first corner or the orientation.
+    fn polygon<const N: usize>(corners: [Vec3; N]) -> Self {
+        let mut points = [[u32::MAX; 3]; 4];
+        for (point, corner) in points.iter_mut().zip(corners) {
+            *point = bits(corner);
+        }
+        points.sort_unstable();
+        Self(points)
+    }
+
+    /// The key of a disk with its half axes, or of a sphere with its radius.
+    fn round(center: Vec3, a: Vec3, b: Vec3) -> Self {
+        Self([[0, u32::MAX, 0], bits(center), bits(a), bits(b)])
+    }
+}
+
+/// Primitives by place, each with its normal. The map is never iterated, so its order does not matter.
+#[derive(Debug, Default)]
+pub(super) struct Places(HashMap<PlaceKey, (usize, Vec3)>);
+
+impl Places {
+    /// Finds the primitive at the same place that faces the other way, if it has no back yet, and removes it.
+    fn take(&mut self, key: PlaceKey, n: Vec3) -> Option<usize> {
+        let &(index, other) = self.0.get(&key)?;
+        if other.dot(n) >= 0.0 {
+            return None;
+        }
+        self.0.remove(&key);
+        Some(index)
+    }
+
+    /// Adds primitive `index` of its kind, unless there is one at its place already.
+    fn add(&mut self, key: PlaceKey, n: Vec3, index: usize) {
+        self.0.entry(key).or_insert((index, n));
     }
 }

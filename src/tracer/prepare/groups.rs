@@ -9,8 +9,7 @@ use crate::tracer::placement::Placement;
 use crate::tracer::tangents::Tangents;
 
 use super::PrepareError;
-use super::backs::Places;
-use super::geometry::{Geometry, MAX_COORDINATE, describe};
+use super::geometry::{Geometry, MAX_COORDINATE, Places, describe};
 
 /// The groups and instances of a scene.
 #[derive(Default)]
@@ -61,12 +60,12 @@ impl Geometry {
             // An empty group: notices about its shapes say why.
             let Some(reach) = reaches.get(id.0 as usize).ok_or(unknown)? else { continue };
             let usable = |place: &Placement| {
-                let m = place.to_world();
+                let m = place.to_world;
                 let far = m.matrix3.abs() * reach.as_dvec3() + m.translation.abs();
                 far.cmple(DVec3::splat(f64::from(MAX_COORDINATE))).all() && has_usable_scale(m)
             };
             if let Some(place) = Placement::new(shape.to_world, i as u32).filter(usable) {
-                shown.instances.push(Instance { group: id.0, to_world: place.to_world() });
+                shown.instances.push(Instance { group: id.0, to_world: place.to_world });
                 shown.placements.push(place);
             } else {
                 self.notices.push(format!(

@@ -1,22 +1,19 @@
 //! Preparation: from a scene description to a scene that can be traced.
 //!
-//! `geometry` transforms shapes to primitives in world space and checks them, `groups` adds groups and instances, `backs`
-//! finds primitives that lie back to back, `tangents` determines the directions of brushed surfaces, `lights` and `materials`
-//! convert lights and BSDFs. `structure` decides whether an edit can keep the geometry.
+//! `geometry` transforms shapes to primitives in world space, checks them and adds lights, `groups` adds groups and instances,
+//! `materials` converts BSDFs. `structure` decides whether an edit can
+//! keep the geometry.
 
-pub(super) mod backs;
-mod error;
 mod geometry;
 mod groups;
-mod lights;
 mod materials;
 mod structure;
-mod tangents;
 
 use std::sync::Arc;
 
 use crate::scene::SceneDesc;
-use crate::scene::desc::FilmDesc;
+use crate::scene::desc::{BsdfId, FilmDesc, GroupId, LightDesc, MeshId, Place};
+use crate::spectrum::Spectrum;
 
 use super::accel::{Accel, Shapes, collect_in_huge_pages};
 use super::effects::{self, planned};
@@ -25,10 +22,63 @@ use super::primitives::{Face, Primitives};
 use super::scene::{MaterialClass, Scene};
 use geometry::Geometry;
 use groups::PreparedGroups;
-use lights::{add_light, spectra};
 
-pub use error::PrepareError;
 pub(super) use structure::SceneStructure;
+
+/// Why a scene cannot be traced.
+#[derive(Clone, Debug, thiserror::Error, PartialEq)]
+pub enum PrepareError {
+    /// The camera cannot be used.
+    #[error("the camera at line {}, column {} cannot be used: {what}", place.line, place.column)]
+    Camera {
+        /// Its place in the scene file.
+        place: Place,
+        /// The problem and what to do.
+        what: String,
+    },
+    /// A shape or material names a material that does not exist.
+    #[error("material {} is named but does not exist: the scene description is inconsistent", id.0)]
+    UnknownMaterial {
+        /// The id.
+        id: BsdfId,
+    },
+    /// A shape names a mesh that does not exist.
+    #[error("the shape at line {}, column {} names mesh {}, which does not exist", place.line, place.column, id.0)]
+    UnknownMesh {
+        /// The id.
+        id: MeshId,
+        /// The shape.
+        place: Place,
+    },
+    /// An instance names a group that does not exist.
+    #[error("the instance at line {}, column {} names group {}, which does not exist", place.line, place.column, id.0)]
+    UnknownGroup {
+        /// The id.
+        id: GroupId,
+        /// The instance.
+        place: Place,
+    },
+    /// A shape that cannot be part of a group.
+    #[error("the shape at line {}, column {} cannot be part of a group: {what}", place.line, place.column)]
+    InGroup {
+        /// Its place in the scene file.
+        place: Place,
+        /// The problem.
+        what: &'static str,
+    },
+    /// Two-sided materials contain each other.
+    #[error("material {} is two-sided and contains itself: name a one-sided material for each side", id.0)]
+    NestedTwoSided {
+        /// The id.
+        id: BsdfId,
+    },
+    /// More primitives than ids.
+    #[error("{count} primitives are too many: at most 33 million fit; simplify the meshes")]
+    TooManyPrimitives {
+        /// Their number.
+        count: usize,
+    },
+}
 
 /// The size of the picture, which a camera needs in addition to its description.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,67 +99,100 @@ impl PrepareOptions {
 /// References to cache lines have 28 bits. They suffice even if every primitive takes a block (4 lines) and a node (4 lines).
 const MAX_PRIMITIVES: usize = 33_000_000;
 
-/// Prepares a scene with the plan of effects applied.
-pub(super) fn prepare(desc: &SceneDesc) -> Result<Scene, PrepareError> {
-    let planned = planned(desc);
-    let mut scene = general(&planned)?;
-    (scene.white, scene.material_class) = (effects::white(&planned), effects::material_class(&planned));
-    Ok(scene)
+impl Scene {
+    /// Makes `desc` ready for tracing: world space, tree, lights, materials; of these what its plan of effects calls for
+    /// ([`effects::planned`](super::effects::planned)).
+    ///
+    /// What cannot be traced but does no harm (triangles without area, coordinates that are not finite or beyond
+    /// 1e12) is dropped, counted and reported in [`Scene::notices`].
+    ///
+    /// ```
+    /// use pointillist::scene;
+    /// use pointillist::tracer::accel::Ray;
+    /// use pointillist::tracer::{Camera, Scene};
+    ///
+    /// let desc = scene::load("scenes/cornell.xml".as_ref(), &[])?.desc;
+    /// let (scene, camera) = (Scene::prepare(&desc)?, Camera::of(&desc)?);
+    /// let ray: Ray = camera.ray([0.5, 0.5], [0.5, 0.5]);
+    /// assert!(scene.closest(&ray).is_some(), "the middle of the picture shows a surface");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`PrepareError`] when an id points nowhere, or materials form a circle.
+    pub fn prepare(desc: &SceneDesc) -> Result<Scene, PrepareError> {
+        let planned = planned(desc);
+        let mut scene = Scene::prepare_general(&planned)?;
+        (scene.white, scene.material_class) = (effects::white(&planned), effects::material_class(&planned));
+        Ok(scene)
+    }
+
+    /// As [`Scene::prepare`], but with everything, whether `desc` calls for it or not: `--check-plan` compares with it.
+    pub fn prepare_general(desc: &SceneDesc) -> Result<Scene, PrepareError> {
+        let (materials, surfaces) = materials::of(desc)?;
+        let mut geometry = Geometry::default();
+        for shape in &desc.shapes {
+            geometry.add(desc, shape)?;
+        }
+        let shown = geometry.add_groups(desc)?;
+        let mut geometry = geometry.finish();
+        let count = geometry.prims.len() + shown.instances.len();
+        if count > MAX_PRIMITIVES {
+            return Err(PrepareError::TooManyPrimitives { count });
+        }
+        for (light, i) in desc.lights.iter().zip(geometry.emitting..) {
+            geometry.add_light(light, i);
+        }
+        let spectra = spectra(desc);
+        let dark = geometry.lights.iter().all(|l| l.is_black() || spectra[l.spectrum as usize].is_black());
+        // The reader has already reported a scene without any light.
+        if dark && !spectra.is_empty() {
+            geometry.notices.push("no light of the scene can be used: the picture will be black".to_owned());
+        }
+        let (lights, notices) = (std::mem::take(&mut geometry.lights), std::mem::take(&mut geometry.notices));
+        let primitives = primitives(geometry, shown);
+        let (lo, hi) = primitives.accel.bounds();
+        // An empty scene has no size, and any positive number serves.
+        let radius = (0.5 * (hi - lo).length()).max(f32::MIN_POSITIVE);
+        let lights = Lights::new(lights.into(), spectra, BoundingSphere { center: 0.5 * (lo + hi), radius });
+        let structure = Arc::new(SceneStructure::of(desc));
+        let (primitives, white, material_class) = (Arc::new(primitives), None, MaterialClass::General);
+        Ok(Scene { primitives, surfaces, materials, lights, white, material_class, notices, structure })
+    }
+
+    /// This scene with the materials and the light of `desc`, in effect the same as [`Scene::prepare`] of `desc`.
+    ///
+    /// Where `desc` is this scene's description with other materials and other spectra, the primitives and their tree
+    /// are shared and the cost does not depend on them; only the selection of lights is prepared anew. Where anything else
+    /// differs (a shape moved, a light came or went, a mesh that is not shared), everything is prepared. The kernel stays.
+    ///
+    /// A light whose emission becomes zero stays a light: it is hit and then emits nothing, and is never chosen while
+    /// another light shines.
+    pub fn edited(&self, desc: &SceneDesc) -> Result<Scene, PrepareError> {
+        if *self.structure != SceneStructure::of(desc) {
+            let anew = Scene::prepare(desc)?.with_kernel(self.kernel());
+            return Ok(anew.expect("the processor is the same, and nobody else has the new geometry"));
+        }
+        let desc = &planned(desc);
+        let (materials, surfaces) = materials::of(desc)?;
+        Ok(Scene {
+            primitives: self.primitives.clone(),
+            surfaces,
+            materials,
+            lights: self.lights.relit(spectra(desc)),
+            white: effects::white(desc),
+            material_class: effects::material_class(desc),
+            notices: self.notices.clone(),
+            structure: self.structure.clone(),
+        })
+    }
 }
 
-/// Prepares a scene for all effects.
-pub(super) fn general(desc: &SceneDesc) -> Result<Scene, PrepareError> {
-    let (materials, surfaces) = materials::of(desc)?;
-    let mut geometry = Geometry::default();
-    for shape in &desc.shapes {
-        geometry.add(desc, shape)?;
-    }
-    let shown = geometry.add_groups(desc)?;
-    let mut geometry = geometry.finish();
-    let count = geometry.prims.len() + shown.instances.len();
-    if count > MAX_PRIMITIVES {
-        return Err(PrepareError::TooManyPrimitives { count });
-    }
-    for (light, i) in desc.lights.iter().zip(geometry.emitting..) {
-        add_light(light, i, &mut geometry);
-    }
-    let spectra = spectra(desc);
-    let dark = geometry.lights.iter().all(|l| l.is_black() || spectra[l.spectrum as usize].is_black());
-    // The reader has already reported a scene without any light.
-    if dark && !spectra.is_empty() {
-        geometry.notices.push("no light of the scene can be used: the picture will be black".to_owned());
-    }
-    let (lights, notices) = (std::mem::take(&mut geometry.lights), std::mem::take(&mut geometry.notices));
-    let primitives = primitives(geometry, shown);
-    let (lo, hi) = primitives.accel.bounds();
-    // An empty scene has no size, and any positive number serves.
-    let radius = (0.5 * (hi - lo).length()).max(f32::MIN_POSITIVE);
-    let lights = Lights::new(lights, spectra, BoundingSphere { center: 0.5 * (lo + hi), radius });
-    let structure = Arc::new(SceneStructure::of(desc));
-    let (primitives, white, material_class) = (Arc::new(primitives), None, MaterialClass::General);
-    Ok(Scene { primitives, surfaces, materials, lights, white, material_class, notices, structure })
-}
-
-/// `scene` with the materials and spectra of `desc`, or a new scene if more than those has changed.
-pub(super) fn edited(scene: &Scene, desc: &SceneDesc) -> Result<Scene, PrepareError> {
-    if *scene.structure != SceneStructure::of(desc) {
-        let mut anew = prepare(desc)?;
-        let walked = anew.walk_by(scene.kernel());
-        assert!(walked, "the processor is the same, and nobody else has the new geometry");
-        return Ok(anew);
-    }
-    let desc = &planned(desc);
-    let (materials, surfaces) = materials::of(desc)?;
-    Ok(Scene {
-        primitives: scene.primitives.clone(),
-        surfaces,
-        materials,
-        lights: scene.lights.relit(spectra(desc)),
-        white: effects::white(desc),
-        material_class: effects::material_class(desc),
-        notices: scene.notices.clone(),
-        structure: scene.structure.clone(),
-    })
+/// The spectra of a scene's lights: first of each emitting shape, then of each other light.
+fn spectra(desc: &SceneDesc) -> Vec<Spectrum> {
+    let shapes = desc.shapes.iter().filter_map(|s| s.emission.as_ref());
+    shapes.chain(desc.lights.iter().map(LightDesc::spectrum)).cloned().collect()
 }
 
 fn primitives(geometry: Geometry, shown: PreparedGroups) -> Primitives {
@@ -118,10 +201,12 @@ fn primitives(geometry: Geometry, shown: PreparedGroups) -> Primitives {
     let PreparedGroups { groups, instances, placements } = shown;
     let shapes =
         Shapes { triangles: &corners, quads: &quads, disks: disks.clone(), spheres: spheres.clone() };
-    let accel = Accel::with_instances(shapes, &groups, &instances);
+    let accel = Accel::new(shapes, &groups, &instances);
     drop(corners);
     let round = prims[triangles.len()..].to_vec();
-    let faces = collect_in_huge_pages(triangles.iter().zip(&prims).map(|(t, record)| Face::new(*t, *record)));
+    let faces = collect_in_huge_pages(
+        triangles.iter().zip(&prims).map(|(&triangle, &record)| Face { triangle, record }),
+    );
     let normals = collect_in_huge_pages(normals.into_iter());
     Primitives { accel, faces, disks, spheres, round, normals, backs, tangents, placements }
 }

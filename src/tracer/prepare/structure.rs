@@ -7,8 +7,7 @@ use glam::{DAffine3, DVec3};
 use crate::scene::SceneDesc;
 use crate::scene::desc::{LightDesc, Mesh, ShapeDesc, ShapeKind};
 use crate::spectrum::EmissionMap;
-
-use super::tangents;
+use crate::tracer::tangents;
 
 /// A description without its materials and spectra. An edit that keeps it needs no new geometry.
 #[derive(Debug, PartialEq)]
@@ -48,7 +47,6 @@ enum LightStructure {
 }
 
 impl SceneStructure {
-    /// The structure of `desc`.
     pub(super) fn of(desc: &SceneDesc) -> Self {
         let shape = |shape: &ShapeDesc| ShapeStructure {
             kind: shape.kind.clone(),

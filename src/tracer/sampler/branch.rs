@@ -1,6 +1,6 @@
 //! The random numbers of a path that has split.
 
-use super::tables::Coordinates;
+use super::nx8::Coordinates;
 
 /// One branch of a path that has split into `1 << bits` branches, at most 16.
 ///

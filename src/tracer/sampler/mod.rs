@@ -27,16 +27,15 @@
 //! the index itself, so that every aligned range of 4^k indices covers the whole screen evenly. The other blocks are padded:
 //! they use a shuffled index (`scramble`). Every dimension is Owen-scrambled with its own seed.
 //!
-//! `nx8` constructs the sequence, `tables` evaluates it, and `scramble` randomises it.
+//! `nx8` constructs and evaluates the sequence, and `scramble` randomises it.
 
 mod branch;
 pub mod nx8;
 pub mod scramble;
-pub mod tables;
 
 use branch::Branch;
-use scramble::BlockKey;
-use tables::Coordinates;
+use nx8::{Coordinates, reversed_halves};
+use scramble::{BlockKey, first_block, padded_block};
 
 /// The first block of light subpaths.
 const LIGHT_BLOCK: u32 = 1 << 16;
@@ -128,12 +127,12 @@ impl Sampler {
     /// The numbers of path `index` for `seed`.
     #[inline]
     pub fn at(index: u64, seed: u32) -> Self {
-        let index = tables::reversed_halves(index);
+        let index = reversed_halves(index);
         Self {
             index,
             seed,
-            first: tables::first_block(index, &BlockKey::new(seed, 0)),
-            second: tables::padded_block(index, &BlockKey::new(seed, 1)),
+            first: first_block(index, &BlockKey::new(seed, 0)),
+            second: padded_block(index, &BlockKey::new(seed, 1)),
             branch: None,
         }
     }
@@ -164,7 +163,7 @@ impl Sampler {
             let (a, b) = (&self.first, &self.second);
             return self.part([a[2], a[3], a[4], a[5], b[4], b[5], b[6], b[7]]);
         }
-        self.part(tables::padded_block(self.index, &BlockKey::new(self.seed, 1 + depth)))
+        self.part(padded_block(self.index, &BlockKey::new(self.seed, 1 + depth)))
     }
 
     #[inline(always)]
@@ -176,14 +175,14 @@ impl Sampler {
     /// The random number that selects the wavelengths of all paths of a group. `self` is the sampler of the group's index.
     #[inline]
     pub fn group_wavelength(&self) -> f32 {
-        unit_f32(tables::padded_block(self.index, &BlockKey::new(self.seed, GROUP_BLOCK))[0])
+        unit_f32(padded_block(self.index, &BlockKey::new(self.seed, GROUP_BLOCK))[0])
     }
 
     /// The random numbers of the light subpath of this path.
     #[inline]
     pub fn light(&self) -> LightSampler {
         let (index, seed) = (self.index, self.seed);
-        let block = |n| tables::padded_block(index, &BlockKey::new(seed, n));
+        let block = |n| padded_block(index, &BlockKey::new(seed, n));
         LightSampler { index, seed, first: block(LIGHT_BLOCK), second: block(LIGHT_BLOCK + 1) }
     }
 }
@@ -217,7 +216,7 @@ impl LightSampler {
             let b = &self.second;
             return VertexNumbers::new([b[0], b[1]], [self.first[4], self.first[5]], b);
         }
-        let b = tables::padded_block(self.index, &BlockKey::new(self.seed, LIGHT_BLOCK + 1 + depth));
+        let b = padded_block(self.index, &BlockKey::new(self.seed, LIGHT_BLOCK + 1 + depth));
         VertexNumbers::new([b[0], b[1]], [b[2], b[3]], &b)
     }
 }

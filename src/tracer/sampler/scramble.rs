@@ -1,7 +1,8 @@
 //! Randomisation: Owen scrambling, the shuffled index of padded blocks, and their seeds.
 
 use crate::math::bits::mix;
-use crate::tracer::sampler::nx8::DIMENSIONS;
+
+use super::nx8::{Coordinates, DIMENSIONS, point_reversed};
 
 /// Nested uniform (Owen) scrambling by hashing, on **bit-reversed** words: bit 0 is the most significant digit.
 ///
@@ -66,4 +67,28 @@ fn next(word: &mut u64) -> u64 {
     *word = word.wrapping_add(0xa076_1d64_78bd_642f);
     let product = u128::from(*word) * u128::from(*word ^ 0xe703_7ed1_a0b4_28db);
     product as u64 ^ (product >> 64) as u64
+}
+
+/// Block 0 of path `index`: scrambled, not shuffled.
+#[inline(always)]
+pub fn first_block(index: [u32; 2], key: &BlockKey) -> Coordinates {
+    scramble(point_reversed(index), key)
+}
+
+/// A padded block of path `index`: shuffled, then scrambled.
+#[inline(always)]
+pub fn padded_block(index: [u32; 2], key: &BlockKey) -> Coordinates {
+    scramble(point_reversed(key.shuffle(index)), key)
+}
+
+#[inline(always)]
+fn scramble(x: Coordinates, key: &BlockKey) -> Coordinates {
+    let mut out = [0; DIMENSIONS];
+    for d in 0..DIMENSIONS {
+        out[d] = owen_reversed(x[d], key.dimensions[d]);
+    }
+    for x in &mut out {
+        *x = x.reverse_bits();
+    }
+    out
 }

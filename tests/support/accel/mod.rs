@@ -5,7 +5,7 @@ mod meshes;
 
 use glam::{DVec3, Vec3};
 
-use pointillist::tracer::accel::{Accel, Hit, PrimRange, Ray, SimdKernel};
+use pointillist::tracer::accel::{Accel, Hit, PrimRange, Ray, Shapes, SimdKernel};
 use pointillist::tracer::shape::{Disk, Sphere, Triangle};
 
 pub use exact::{Tally, Verdict, check, check_verdicts, polygon, rounding};
@@ -81,7 +81,8 @@ impl Primitives {
     }
 
     pub fn accel(&self) -> Accel {
-        Accel::new(&self.triangles, &self.quads, self.disks.clone(), self.spheres.clone())
+        let (disks, spheres) = (self.disks.clone(), self.spheres.clone());
+        Accel::new(Shapes { triangles: &self.triangles, quads: &self.quads, disks, spheres }, &[], &[])
     }
 
     /// Every triangle and parallelogram as its corners in order, with its id.
@@ -108,11 +109,13 @@ impl Primitives {
             let two =
                 [[corners[0], corners[1], corners[2]], [corners[0], corners[2], corners[corners.len() - 1]]];
             let (count, quads) = if corners.len() == 4 { (2, &[0][..]) } else { (1, &[][..]) };
-            all.push((id, Accel::new(&two[..count], quads, Vec::new(), Vec::new())));
+            let shapes = Shapes { triangles: &two[..count], quads, ..Shapes::default() };
+            all.push((id, Accel::new(shapes, &[], &[])));
         }
         let first = self.triangles.len() as u32;
-        let disks = self.disks.iter().map(|&d| Accel::new(&[], &[], vec![d], Vec::new()));
-        let spheres = self.spheres.iter().map(|&s| Accel::new(&[], &[], Vec::new(), vec![s]));
+        let alone = |shapes| Accel::new(shapes, &[], &[]);
+        let disks = self.disks.iter().map(|&d| alone(Shapes { disks: vec![d], ..Shapes::default() }));
+        let spheres = self.spheres.iter().map(|&s| alone(Shapes { spheres: vec![s], ..Shapes::default() }));
         all.extend((first..).zip(disks.chain(spheres)));
         Singles(all)
     }

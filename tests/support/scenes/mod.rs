@@ -9,6 +9,7 @@ use std::sync::Arc;
 use pointillist::scene::desc::*;
 use pointillist::spectrum::{Spectrum, dispersion::Ior};
 use pointillist::stream::UvWindow;
+use pointillist::tracer::integrator::RenderContext;
 use pointillist::tracer::{Camera, PathTracer, Scene};
 
 pub use chi2::assert_counts;
@@ -102,5 +103,5 @@ pub fn prepare(desc: &SceneDesc) -> Scene {
 /// A tracer for a scene.
 pub fn tracer(desc: &SceneDesc) -> PathTracer {
     let camera = Camera::of(desc).expect("the camera is valid");
-    PathTracer::new(Arc::new(prepare(desc)), camera, &desc.integrator, 1, UvWindow::PICTURE)
+    RenderContext::new(Arc::new(prepare(desc)), camera, &desc.integrator, 1, UvWindow::PICTURE).into()
 }

@@ -8,7 +8,7 @@
 use std::sync::{Arc, RwLock};
 
 use glam::Vec3;
-use pointillist::tracer::accel::{Accel, SimdKernel};
+use pointillist::tracer::accel::{Accel, Shapes, SimdKernel};
 
 mod agree;
 mod contest;
@@ -115,7 +115,8 @@ fn measure(model: &Model, device: Option<&Arc<Device>>, choice: &Arguments) {
         table::built(obvhs.name(), obvhs.bytes(), triangles.len(), seconds);
         contestants.push(Box::new(obvhs));
     }
-    let (accel, seconds) = build(times, || timed(|| Accel::new(&triangles, &[], Vec::new(), Vec::new())));
+    let shapes = || Shapes { triangles: &triangles, ..Shapes::default() };
+    let (accel, seconds) = build(times, || timed(|| Accel::new(shapes(), &[], &[])));
     table::built("ours", accel.bytes(), triangles.len(), seconds);
     let lists = lists::rays(model, &accel, &triangles);
     let accel = Arc::new(RwLock::new(accel));

@@ -10,8 +10,8 @@
 use glam::Vec3;
 
 use crate::math::float::UNIT_ROUNDOFF;
+use crate::tracer::accel::Ray;
 use crate::tracer::accel::layout::{CORNER_ROW, F32x8, SHARED_ROWS, block_rows};
-use crate::tracer::accel::ray::Ray;
 
 use super::ray::{Corner, ShearedRay};
 use super::simd::Simd8;

@@ -2,8 +2,8 @@
 
 use glam::Vec3A;
 
+use crate::tracer::accel::Ray;
 use crate::tracer::accel::layout::F32x8;
-use crate::tracer::accel::ray::Ray;
 
 use super::simd::Simd8;
 

@@ -5,20 +5,7 @@ use std::mem::MaybeUninit;
 
 use crate::tracer::accel::layout::F32x8;
 
-use super::simd::{Simd8, Slots};
-
-/// Methods of [`Simd8`] that compute each lane by itself.
-macro_rules! lanewise {
-    ($($name:ident($($x:ident),+) = $lane:expr;)+) => {$(
-        #[inline(always)]
-        fn $name(self, $($x: F32x8),+) -> F32x8 {
-            from_fn(|i| {
-                $(let $x = $x[i];)+
-                $lane
-            })
-        }
-    )+};
-}
+use super::simd::{Simd8, Slots, methods};
 
 /// Any processor.
 #[derive(Clone, Copy)]
@@ -34,55 +21,32 @@ unsafe impl Simd8 for Scalar {
     type Floats = F32x8;
     type Ints = [i32; 8];
 
-    #[inline(always)]
-    fn splat(self, x: f32) -> F32x8 {
-        [x; 8]
-    }
-
-    #[inline(always)]
-    fn load(self, row: &F32x8) -> F32x8 {
-        *row
-    }
-
-    #[inline(always)]
-    fn to_array(self, a: F32x8) -> F32x8 {
-        a
-    }
-
-    lanewise! {
-        add(a, b) = a + b;
-        sub(a, b) = a - b;
-        mul(a, b) = a * b;
-        div(a, b) = a / b;
-        abs(a) = a.abs();
-        mul_add(a, b, c) = a * b + c;
-        min(a, b) = if a < b { a } else { b };
-        max(a, b) = if a > b { a } else { b };
-    }
-
-    #[inline(always)]
-    fn le(self, a: F32x8, b: F32x8) -> u32 {
-        mask(|i| a[i] <= b[i])
-    }
-
-    #[inline(always)]
-    fn lt(self, a: F32x8, b: F32x8) -> u32 {
-        mask(|i| a[i] < b[i])
-    }
-
-    #[inline(always)]
-    fn keys(self, distances: F32x8) -> [i32; 8] {
-        from_fn(|i| distances[i].to_bits() as i32 & !7 | i as i32)
-    }
-
-    #[inline(always)]
-    fn select_keys_le(self, keys: [i32; 8], a: F32x8, b: F32x8, other: i32) -> [i32; 8] {
-        from_fn(|i| if a[i] <= b[i] { keys[i] } else { other })
-    }
-
-    #[inline(always)]
-    fn smallest(self, keys: [i32; 8]) -> i32 {
-        keys.into_iter().fold(i32::MAX, i32::min)
+    methods! {
+        splat(x: f32) -> F32x8 = [x; 8];
+        load(row: &F32x8) -> F32x8 = *row;
+        to_array(a: F32x8) -> F32x8 = a;
+        add(a: F32x8, b: F32x8) -> F32x8 = from_fn(|i| a[i] + b[i]);
+        sub(a: F32x8, b: F32x8) -> F32x8 = from_fn(|i| a[i] - b[i]);
+        mul(a: F32x8, b: F32x8) -> F32x8 = from_fn(|i| a[i] * b[i]);
+        div(a: F32x8, b: F32x8) -> F32x8 = from_fn(|i| a[i] / b[i]);
+        abs(a: F32x8) -> F32x8 = from_fn(|i| a[i].abs());
+        mul_add(a: F32x8, b: F32x8, c: F32x8) -> F32x8 = from_fn(|i| a[i] * b[i] + c[i]);
+        min(a: F32x8, b: F32x8) -> F32x8 = from_fn(|i| if a[i] < b[i] { a[i] } else { b[i] });
+        max(a: F32x8, b: F32x8) -> F32x8 = from_fn(|i| if a[i] > b[i] { a[i] } else { b[i] });
+        le(a: F32x8, b: F32x8) -> u32 = mask(|i| a[i] <= b[i]);
+        lt(a: F32x8, b: F32x8) -> u32 = mask(|i| a[i] < b[i]);
+        keys(distances: F32x8) -> [i32; 8] = from_fn(|i| distances[i].to_bits() as i32 & !7 | i as i32);
+        select_keys_le(keys: [i32; 8], a: F32x8, b: F32x8, other: i32) -> [i32; 8] =
+            from_fn(|i| if a[i] <= b[i] { keys[i] } else { other });
+        smallest(keys: [i32; 8]) -> i32 = keys.into_iter().fold(i32::MAX, i32::min);
+        widen(bytes: &[u8; 8]) -> [i32; 8] = bytes.map(i32::from);
+        lookup(a: F32x8, b: F32x8, indices: [i32; 8]) -> F32x8 = {
+            let both = [a, b];
+            indices.map(|n| both[(n >> 3 & 1) as usize][(n & 7) as usize])
+        };
+        store(keys: [i32; 8], to: &mut Slots<i32>) -> () = *to = keys.map(MaybeUninit::new);
+        store_permuted(row: &F32x8, keys: [i32; 8], to: &mut Slots<u32>) -> () =
+            *to = keys.map(|key| MaybeUninit::new(row[(key & 7) as usize].to_bits()));
     }
 
     #[inline(always)]
@@ -98,27 +62,6 @@ unsafe impl Simd8 for Scalar {
             keys[at] = key;
         }
         keys
-    }
-
-    #[inline(always)]
-    fn widen(self, bytes: &[u8; 8]) -> [i32; 8] {
-        bytes.map(i32::from)
-    }
-
-    #[inline(always)]
-    fn lookup(self, a: F32x8, b: F32x8, indices: [i32; 8]) -> F32x8 {
-        let both = [a, b];
-        indices.map(|n| both[(n >> 3 & 1) as usize][(n & 7) as usize])
-    }
-
-    #[inline(always)]
-    fn store(self, keys: [i32; 8], to: &mut Slots<i32>) {
-        *to = keys.map(MaybeUninit::new);
-    }
-
-    #[inline(always)]
-    fn store_permuted(self, row: &F32x8, keys: [i32; 8], to: &mut Slots<u32>) {
-        *to = keys.map(|key| MaybeUninit::new(row[(key & 7) as usize].to_bits()));
     }
 
     #[inline(always)]

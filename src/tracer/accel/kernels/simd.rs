@@ -10,6 +10,18 @@ use crate::tracer::accel::layout::F32x8;
 /// Eight consecutive entries of a stack.
 pub(in crate::tracer::accel) type Slots<T> = [MaybeUninit<T>; 8];
 
+/// Methods of [`Simd8`] that are one expression each, of arguments whose types are given.
+macro_rules! methods {
+    ($($name:ident($($x:ident: $type:ty),+) -> $result:ty = $value:expr;)+) => {$(
+        #[inline(always)]
+        fn $name(self, $($x: $type),+) -> $result {
+            $value
+        }
+    )+};
+}
+
+pub(super) use methods;
+
 /// Eight lanes of some processor. A value of the type proves that this processor supports them.
 ///
 /// # Safety

@@ -32,7 +32,7 @@ pub(super) type Top = usize;
 
 impl TraversalStack {
     #[inline(always)]
-    pub(super) fn new() -> (Self, Top) {
+    pub fn new() -> (Self, Top) {
         let (mut keys, mut children) =
             ([const { MaybeUninit::uninit() }; CAPACITY], [const { MaybeUninit::uninit() }; CAPACITY]);
         for bottom in 0..BOTTOM {
@@ -42,54 +42,39 @@ impl TraversalStack {
         (Self { keys, children }, BOTTOM)
     }
 
-    /// The topmost entry.
+    /// Pops the topmost entry.
     #[inline(always)]
-    pub(super) fn last(&self, top: Top) -> (i32, NodeRef) {
-        debug_assert!((1..=CAPACITY).contains(&top));
-        // SAFETY: `top` is at least 1, because END lies at the bottom twice and the traversal ends when it has been popped
-        // once. All entries below `top` were written.
+    pub fn pop(&self, top: &mut Top) -> (i32, NodeRef) {
+        debug_assert!((1..=CAPACITY).contains(top));
+        *top -= 1;
+        // SAFETY: `top` was at least 1, because END lies at the bottom twice and the traversal ends when it has been popped
+        // once. All entries below it were written.
         unsafe {
-            let (key, child) = (self.keys.get_unchecked(top - 1), self.children.get_unchecked(top - 1));
+            let (key, child) = (self.keys.get_unchecked(*top), self.children.get_unchecked(*top));
             (key.assume_init(), NodeRef(child.assume_init()))
         }
     }
 
-    /// Pops the topmost entry.
-    #[inline(always)]
-    pub(super) fn pop(&self, top: &mut Top) -> (i32, NodeRef) {
-        let last = self.last(*top);
-        *top -= 1;
-        last
-    }
-
     /// The topmost node reference.
     #[inline(always)]
-    pub(super) fn next_child(&self, top: Top) -> NodeRef {
+    pub fn next_child(&self, top: Top) -> NodeRef {
         debug_assert!((1..=CAPACITY).contains(&top));
-        // SAFETY: as in `last`.
+        // SAFETY: as in `pop`.
         NodeRef(unsafe { self.children.get_unchecked(top - 1).assume_init() })
     }
 
     /// Pops the topmost node reference of a traversal that stores no keys.
     #[inline(always)]
-    pub(super) fn pop_child(&self, top: &mut Top) -> NodeRef {
+    pub fn pop_child(&self, top: &mut Top) -> NodeRef {
+        let child = self.next_child(*top);
         *top -= 1;
-        debug_assert!(*top < CAPACITY);
-        // SAFETY: as in `last`.
-        NodeRef(unsafe { self.children.get_unchecked(*top).assume_init() })
+        child
     }
 
     /// Pushes the child references of `row` in the order of `keys`, farthest first, of which the first `count` are hits. The
     /// closest, which is visited at once, stays above the top. Without a hit the topmost entry is popped.
     #[inline(always)]
-    pub(super) fn push_sorted<S: Simd8>(
-        &mut self,
-        s: S,
-        row: &F32x8,
-        keys: S::Ints,
-        count: usize,
-        top: &mut Top,
-    ) {
+    pub fn push_sorted<S: Simd8>(&mut self, s: S, row: &F32x8, keys: S::Ints, count: usize, top: &mut Top) {
         s.store(keys, slots(&mut self.keys, *top));
         s.store_permuted(row, keys, slots(&mut self.children, *top));
         *top = *top + count - 1;
@@ -98,7 +83,7 @@ impl TraversalStack {
     /// Pushes the child references of `row` in the lanes of `mask`, in order. The last, which is visited at once, stays above
     /// the top. Without one the topmost entry is popped.
     #[inline(always)]
-    pub(super) fn push_masked<S: Simd8>(&mut self, s: S, row: &F32x8, mask: u32, top: &mut Top) {
+    pub fn push_masked<S: Simd8>(&mut self, s: S, row: &F32x8, mask: u32, top: &mut Top) {
         s.store_compressed(row, mask, slots(&mut self.children, *top));
         *top = *top + mask.count_ones() as usize - 1;
     }

@@ -4,9 +4,8 @@ use std::hint::{black_box, select_unpredictable};
 
 use glam::Vec3;
 
-use crate::tracer::accel::bvh::{Accel, BvhRoot};
+use crate::tracer::accel::bvh::{Accel, BvhRoot, Hit, PrimRange, Ray};
 use crate::tracer::accel::layout::{CHILD_ROW, F32x8, Leaf, NodeRef, SHARED_ROWS, block_rows};
-use crate::tracer::accel::ray::{Hit, PrimRange, Ray};
 
 use super::polygon::{BlockHits, corners, exact_distance, quads, shared, shared_corners, triangles};
 use super::ray::{ShearedRay, prepare_ray};
@@ -22,14 +21,7 @@ const AHEAD: usize = 4;
 /// skipped only if they begin beyond the best distance. (For a polygon seen so exactly edge-on that its distance consists of
 /// rounding this is tested, not proven.)
 #[inline(always)]
-pub(super) fn closest<S: Simd8>(
-    s: S,
-    accel: &Accel,
-    bvh: &BvhRoot,
-    ray: &Ray,
-    instance: u32,
-    best: &mut Hit,
-) {
+pub fn closest<S: Simd8>(s: S, accel: &Accel, bvh: &BvhRoot, ray: &Ray, instance: u32, best: &mut Hit) {
     let Some((slab, sheared)) = prepare_ray(s, bvh.extent, ray) else { return };
     let (mut stack, mut top) = TraversalStack::new();
     let mut current = bvh.root;
@@ -39,8 +31,7 @@ pub(super) fn closest<S: Simd8>(
             if current == NodeRef::END {
                 return;
             }
-            let leaf_ray = LeafRay { ray, sheared: &sheared };
-            closest_in_leaf(s, accel, current, leaf_ray, instance, best);
+            closest_in_leaf(s, accel, current, ray, &sheared, instance, best);
             (key, current) = stack.pop(&mut top);
         } else {
             // SAFETY: `current` was read from a node of this BVH, or is its root, and is not a leaf.
@@ -72,19 +63,13 @@ pub(super) fn closest<S: Simd8>(
     }
 }
 
-/// A ray at a leaf, as it is and as the polygon test needs it.
-#[derive(Clone, Copy)]
-struct LeafRay<'a> {
-    ray: &'a Ray,
-    sheared: &'a ShearedRay,
-}
-
 #[inline(always)]
 fn closest_in_leaf<S: Simd8>(
     s: S,
     accel: &Accel,
     leaf: NodeRef,
-    LeafRay { ray, sheared }: LeafRay,
+    ray: &Ray,
+    sheared: &ShearedRay,
     instance: u32,
     best: &mut Hit,
 ) {
@@ -95,7 +80,7 @@ fn closest_in_leaf<S: Simd8>(
             // SAFETY: `leaf` was read from a node of this BVH, or is its root, and refers to a block of this kind.
             let rows = unsafe { accel.arena.rows::<{ $rows }>($line) };
             if let Some(hits) = $test::<S, true>(s, rows, sheared, best.t) {
-                closest_of(s, (rows, $corners), &hits, ray, instance, best);
+                closest_of(s, rows, $corners, &hits, ray, instance, best);
             }
         }};
     }
@@ -112,13 +97,14 @@ fn closest_in_leaf<S: Simd8>(
     }
 }
 
-/// The rows of a block, and the function that finds the corners of a lane in them.
-type LeafBlock<'a> = (&'a [F32x8], fn(&[F32x8], usize) -> [Vec3; 3]);
+/// Finds the corners of a lane in the rows of a block.
+type Corners = fn(&[F32x8], usize) -> [Vec3; 3];
 
 #[inline(always)]
 fn closest_of<S: Simd8>(
     s: S,
-    block: LeafBlock,
+    rows: &[F32x8],
+    corners: Corners,
     hits: &BlockHits<S>,
     ray: &Ray,
     instance: u32,
@@ -128,16 +114,16 @@ fn closest_of<S: Simd8>(
     while mask != 0 {
         let lane = mask.trailing_zeros() as usize;
         mask &= mask - 1;
-        let t = distance(block, hits, lane, ray);
+        let t = distance(rows, corners, hits, lane, ray);
         if t > 0.0 && t <= best.t {
-            best.improve(Hit { t, prim: id(block.0, lane), uv: hits.uv(s, lane), instance });
+            best.improve(Hit { t, prim: id(rows, lane), uv: hits.uv(s, lane), instance });
         }
     }
 }
 
 /// The distance in `lane`, computed exactly if it is doubtful.
 #[inline(always)]
-fn distance<S: Simd8>((rows, corners): LeafBlock, hits: &BlockHits<S>, lane: usize, ray: &Ray) -> f32 {
+fn distance<S: Simd8>(rows: &[F32x8], corners: Corners, hits: &BlockHits<S>, lane: usize, ray: &Ray) -> f32 {
     if hits.doubtful >> lane & 1 == 1 { exact_distance(corners(rows, lane), ray) } else { hits.t[lane & 7] }
 }
 
@@ -149,7 +135,7 @@ fn id(rows: &[F32x8], lane: usize) -> u32 {
 
 /// True if anything of `bvh` but the primitives of `skip` is hit.
 #[inline(always)]
-pub(super) fn occluded<S: Simd8>(s: S, accel: &Accel, bvh: &BvhRoot, ray: &Ray, skip: PrimRange) -> bool {
+pub fn occluded<S: Simd8>(s: S, accel: &Accel, bvh: &BvhRoot, ray: &Ray, skip: PrimRange) -> bool {
     let Some((slab, sheared)) = prepare_ray(s, bvh.extent, ray) else { return false };
     let (mut stack, mut top) = TraversalStack::new();
     let mut current = bvh.root;
@@ -158,7 +144,7 @@ pub(super) fn occluded<S: Simd8>(s: S, accel: &Accel, bvh: &BvhRoot, ray: &Ray, 
             if current == NodeRef::END {
                 return false;
             }
-            if occluded_in_leaf(s, accel, current, LeafRay { ray, sheared: &sheared }, skip) {
+            if occluded_in_leaf(s, accel, current, ray, &sheared, skip) {
                 return true;
             }
             current = stack.pop_child(&mut top);
@@ -181,7 +167,8 @@ fn occluded_in_leaf<S: Simd8>(
     s: S,
     accel: &Accel,
     leaf: NodeRef,
-    LeafRay { ray, sheared }: LeafRay,
+    ray: &Ray,
+    sheared: &ShearedRay,
     skip: PrimRange,
 ) -> bool {
     // As in `closest_in_leaf`.
@@ -191,7 +178,7 @@ fn occluded_in_leaf<S: Simd8>(
             // SAFETY: `leaf` was read from a node of this BVH, or is its root, and refers to a block of this kind.
             let rows = unsafe { accel.arena.rows::<{ $rows }>($line) };
             let hits = $test::<S, false>(s, rows, sheared, ray.t_max);
-            hits.is_some_and(|hits| any_of((rows, $corners), &hits, ray, skip))
+            hits.is_some_and(|hits| any_of(rows, $corners, &hits, ray, skip))
         }};
     }
     match leaf.leaf() {
@@ -206,7 +193,13 @@ fn occluded_in_leaf<S: Simd8>(
 }
 
 #[inline(always)]
-fn any_of<S: Simd8>(block: LeafBlock, hits: &BlockHits<S>, ray: &Ray, skip: PrimRange) -> bool {
+fn any_of<S: Simd8>(
+    rows: &[F32x8],
+    corners: Corners,
+    hits: &BlockHits<S>,
+    ray: &Ray,
+    skip: PrimRange,
+) -> bool {
     let mut mask = hits.mask;
     if mask & !hits.doubtful != 0 && skip == PrimRange::NONE {
         return true;
@@ -214,8 +207,8 @@ fn any_of<S: Simd8>(block: LeafBlock, hits: &BlockHits<S>, ray: &Ray, skip: Prim
     while mask != 0 {
         let lane = mask.trailing_zeros() as usize;
         mask &= mask - 1;
-        let t = distance(block, hits, lane, ray);
-        if t > 0.0 && t < ray.t_max && !skip.contains(id(block.0, lane)) {
+        let t = distance(rows, corners, hits, lane, ray);
+        if t > 0.0 && t < ray.t_max && !skip.contains(id(rows, lane)) {
             return true;
         }
     }

@@ -4,7 +4,7 @@ use std::arch::x86_64::*;
 
 use crate::tracer::accel::layout::F32x8;
 
-use super::simd::{Simd8, Slots};
+use super::simd::{Simd8, Slots, methods};
 
 /// A processor with AVX2, FMA and BMI, and for `WIDE` also AVX-512 F and VL.
 #[derive(Clone, Copy)]
@@ -27,16 +27,6 @@ macro_rules! avx {
         // least as many bytes as are read or written, and unaligned loads and stores are used.
         unsafe { $call }
     };
-}
-
-/// Methods of [`Simd8`] that are one expression of intrinsics.
-macro_rules! instructions {
-    ($($name:ident($($x:ident),+) = $call:expr;)+) => {$(
-        #[inline(always)]
-        fn $name(self, $($x: __m256),+) -> __m256 {
-            avx!($call)
-        }
-    )+};
 }
 
 /// For every mask, the set lanes in order, one per byte.
@@ -63,14 +53,23 @@ unsafe impl<const WIDE: bool> Simd8 for X86<WIDE> {
     type Floats = __m256;
     type Ints = __m256i;
 
-    #[inline(always)]
-    fn splat(self, x: f32) -> __m256 {
-        avx!(_mm256_set1_ps(x))
-    }
-
-    #[inline(always)]
-    fn load(self, row: &F32x8) -> __m256 {
-        avx!(_mm256_loadu_ps(row.as_ptr()))
+    methods! {
+        splat(x: f32) -> __m256 = avx!(_mm256_set1_ps(x));
+        load(row: &F32x8) -> __m256 = avx!(_mm256_loadu_ps(row.as_ptr()));
+        add(a: __m256, b: __m256) -> __m256 = avx!(_mm256_add_ps(a, b));
+        sub(a: __m256, b: __m256) -> __m256 = avx!(_mm256_sub_ps(a, b));
+        mul(a: __m256, b: __m256) -> __m256 = avx!(_mm256_mul_ps(a, b));
+        div(a: __m256, b: __m256) -> __m256 = avx!(_mm256_div_ps(a, b));
+        abs(a: __m256) -> __m256 = avx!(_mm256_andnot_ps(_mm256_set1_ps(-0.0), a));
+        mul_add(a: __m256, b: __m256, c: __m256) -> __m256 = avx!(_mm256_fmadd_ps(a, b, c));
+        min(a: __m256, b: __m256) -> __m256 = avx!(_mm256_min_ps(a, b));
+        max(a: __m256, b: __m256) -> __m256 = avx!(_mm256_max_ps(a, b));
+        le(a: __m256, b: __m256) -> u32 = avx!(_mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b))) as u32;
+        lt(a: __m256, b: __m256) -> u32 = avx!(_mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LT_OQ>(a, b))) as u32;
+        widen(bytes: &[u8; 8]) -> __m256i =
+            avx!(_mm256_cvtepu8_epi32(_mm_loadl_epi64(bytes.as_ptr().cast())));
+        store(keys: __m256i, to: &mut Slots<i32>) -> () =
+            avx!(_mm256_storeu_si256(to.as_mut_ptr().cast(), keys));
     }
 
     #[inline(always)]
@@ -78,27 +77,6 @@ unsafe impl<const WIDE: bool> Simd8 for X86<WIDE> {
         let mut row = [0.0; 8];
         avx!(_mm256_storeu_ps(row.as_mut_ptr(), a));
         row
-    }
-
-    instructions! {
-        add(a, b) = _mm256_add_ps(a, b);
-        sub(a, b) = _mm256_sub_ps(a, b);
-        mul(a, b) = _mm256_mul_ps(a, b);
-        div(a, b) = _mm256_div_ps(a, b);
-        abs(a) = _mm256_andnot_ps(_mm256_set1_ps(-0.0), a);
-        mul_add(a, b, c) = _mm256_fmadd_ps(a, b, c);
-        min(a, b) = _mm256_min_ps(a, b);
-        max(a, b) = _mm256_max_ps(a, b);
-    }
-
-    #[inline(always)]
-    fn le(self, a: __m256, b: __m256) -> u32 {
-        avx!(_mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b))) as u32
-    }
-
-    #[inline(always)]
-    fn lt(self, a: __m256, b: __m256) -> u32 {
-        avx!(_mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LT_OQ>(a, b))) as u32
     }
 
     #[inline(always)]
@@ -151,11 +129,6 @@ unsafe impl<const WIDE: bool> Simd8 for X86<WIDE> {
     }
 
     #[inline(always)]
-    fn widen(self, bytes: &[u8; 8]) -> __m256i {
-        avx!(_mm256_cvtepu8_epi32(_mm_loadl_epi64(bytes.as_ptr().cast())))
-    }
-
-    #[inline(always)]
     fn lookup(self, a: __m256, b: __m256, indices: __m256i) -> __m256 {
         avx!(if WIDE {
             _mm256_permutex2var_ps(a, indices, b)
@@ -165,11 +138,6 @@ unsafe impl<const WIDE: bool> Simd8 for X86<WIDE> {
             let (a, b) = (_mm256_permutevar8x32_ps(a, indices), _mm256_permutevar8x32_ps(b, indices));
             _mm256_blendv_ps(a, b, second)
         })
-    }
-
-    #[inline(always)]
-    fn store(self, keys: __m256i, to: &mut Slots<i32>) {
-        avx!(_mm256_storeu_si256(to.as_mut_ptr().cast(), keys));
     }
 
     #[inline(always)]

@@ -23,14 +23,17 @@ use crate::spectrum::SampledSpectrum;
 use crate::tracer::bsdf::Scattering;
 use crate::tracer::subpath::{SubpathVertex, VertexScattering};
 
-use super::BidirectionalTracer;
 use super::strategies::{PathContribution, connection_weight};
+use super::{BidirectionalTracer, LIGHT_SUBPATHS};
 
 /// Mean number of connections of one camera subpath.
 const CONNECTIONS: f32 = 6.0;
 
 /// A connection is small if it contributes less than this share of the mean. Small ones are made at random, in proportion.
 const SMALL: f32 = 0.25;
+
+/// One over the number of light subpaths.
+const SHARE: f32 = 1.0 / LIGHT_SUBPATHS as f32;
 
 /// Least MIS weight of an importance: the true weight may be larger than what is known of it.
 const LEAST_WEIGHT: f32 = 0.01;
@@ -63,7 +66,7 @@ impl<B: Scattering> ConnectableVertex<B> {
         let surface = &vertex.surface;
         let (throughput, diffuse) = match surface.bsdf.as_diffuse() {
             Some(b) if surface.wo.z > 0.0 => {
-                ((vertex.throughput * b.albedo()).0 * std::f32::consts::FRAC_1_PI, true)
+                ((vertex.throughput * b.albedo).0 * std::f32::consts::FRAC_1_PI, true)
             }
             // Seen from behind it is black.
             Some(_) => (Vec4::ZERO, true),
@@ -101,16 +104,6 @@ fn general_importance<B: Scattering>(camera: &SubpathVertex<B>, light: &SubpathV
     edge.value.0.element_sum() * edge.weight(camera, light).max(LEAST_WEIGHT)
 }
 
-/// How a connection was chosen.
-struct ConnectionChoice {
-    /// The factor on its contribution: over its probability and the number of light subpaths.
-    factor: f32,
-    /// Sum over the wavelengths from which on the connection is made for certain.
-    typical: f32,
-    /// A random number in [0, 1).
-    u: f32,
-}
-
 /// The edge between two vertices, which scatter to each other.
 struct ConnectionEdge {
     at_camera: VertexScattering,
@@ -142,53 +135,49 @@ impl ConnectionEdge {
     }
 }
 
-/// The vertices of a camera subpath and those that it can be connected to, and where the importances of the pairs go.
-pub(super) struct ConnectionCandidates<'a, B> {
-    pub(super) camera: &'a [ConnectableVertex<B>],
-    pub(super) light: &'a [ConnectableVertex<B>],
-    pub(super) importances: &'a mut Vec<f32>,
-    /// One over the number of light subpaths.
-    pub(super) share: f32,
-}
-
-impl<B: Scattering> ConnectionCandidates<'_, B> {
-    /// Works out the importance of every pair and returns their sum. Pairs that make paths of more than `longest` segments
-    /// have none.
-    #[inline(always)]
-    fn find_importances(&mut self, longest: u32) -> f32 {
-        self.importances.clear();
-        let mut total = 0.0;
-        for camera in self.camera {
-            let room = longest - camera.summary.depth;
-            for light in self.light {
-                let fits = light.summary.depth < room;
-                let importance = if fits { importance(camera, light) } else { 0.0 };
-                total += importance;
-                self.importances.push(importance);
-            }
+/// Works out the importance of every pair and returns their sum. Pairs that make paths of more than `longest` segments have none.
+#[inline(always)]
+fn find_importances<B: Scattering>(
+    camera: &[ConnectableVertex<B>],
+    light: &[ConnectableVertex<B>],
+    importances: &mut Vec<f32>,
+    longest: u32,
+) -> f32 {
+    importances.clear();
+    let mut total = 0.0;
+    for camera in camera {
+        let room = longest - camera.summary.depth;
+        for light in light {
+            let fits = light.summary.depth < room;
+            let importance = if fits { importance(camera, light) } else { 0.0 };
+            total += importance;
+            importances.push(importance);
         }
-        total
     }
+    total
 }
 
 impl BidirectionalTracer {
-    /// s ≥ 2, t ≥ 2: adds about [`CONNECTIONS`] connections, each made with a probability in proportion to its importance
-    /// (and fewer, where what was found otherwise is large beside that), by systematic sampling with the one number `u`.
+    /// s ≥ 2, t ≥ 2: adds about [`CONNECTIONS`] connections between these vertices of a camera subpath and of the light subpaths, each
+    /// made with a probability in proportion to its importance (and fewer, where what was found otherwise is large beside
+    /// that), by systematic sampling with the one number `u`.
     #[inline(always)]
     pub(super) fn add_connections<B: Scattering>(
         &self,
         path: &mut PathContribution,
-        mut candidates: ConnectionCandidates<B>,
+        camera: &[ConnectableVertex<B>],
+        light: &[ConnectableVertex<B>],
+        importances: &mut Vec<f32>,
         u: f32,
     ) {
-        let total = candidates.find_importances(self.context.longest());
+        let total = find_importances(camera, light, importances, self.context.longest());
         if total.is_nan() || total <= 0.0 {
             return;
         }
-        let ConnectionCandidates { camera, light, importances, share } = candidates;
         // An infinite sum makes 0 of the scale, with which nothing would be connected.
-        let scale = (CONNECTIONS / (total + path.brightness() / share)).max(f32::MIN_POSITIVE);
-        let typical = SMALL * share / scale;
+        let brightness = path.radiance.0.element_sum();
+        let scale = (CONNECTIONS / (total + brightness / SHARE)).max(f32::MIN_POSITIVE);
+        let typical = SMALL * SHARE / scale;
         let mut sum = u;
         for (camera, row) in camera.iter().zip(importances.chunks_exact(light.len())) {
             for (light, &importance) in light.iter().zip(row) {
@@ -197,24 +186,25 @@ impl BidirectionalTracer {
                 if sum >= 1.0 && importance > 0.0 {
                     sum -= 1.0;
                     // Where a pair was chosen, what is left over is uniform up to its probability.
-                    let choice =
-                        ConnectionChoice { factor: share / probability, typical, u: sum / probability };
-                    self.add_connection(path, &camera.vertex, &light.vertex, choice);
+                    let (factor, u) = (SHARE / probability, sum / probability);
+                    self.add_connection(path, &camera.vertex, &light.vertex, factor, typical, u);
                 }
             }
         }
     }
 
-    /// Makes a connection. One that turns out to contribute little is made only in proportion to that.
+    /// Makes a connection, whose contribution has this factor, over its probability and the number of light subpaths. One that turns
+    /// out to contribute less than `typical`, a sum over the wavelengths, is made only in proportion to that, by the number `u`.
     #[inline]
     fn add_connection<B: Scattering>(
         &self,
         path: &mut PathContribution,
         camera: &SubpathVertex<B>,
         light: &SubpathVertex<B>,
-        choice: ConnectionChoice,
+        factor: f32,
+        typical: f32,
+        u: f32,
     ) {
-        let ConnectionChoice { factor, typical, u } = choice;
         let Some(edge) = ConnectionEdge::new(camera, light) else { return };
         let mut value = edge.value * (edge.weight(camera, light) * factor);
         let probability = value.0.element_sum() / typical;

@@ -27,8 +27,8 @@ use crate::tracer::sampler::LightSampler;
 use crate::tracer::subpath::{SubpathVertex, Walk};
 use crate::tracer::{MaterialClass, Sampler};
 
-use super::{Integrator, RenderContext, SpecializedIntegrator};
-use connections::{ConnectableVertex, ConnectionCandidates};
+use super::{Integrator, RenderContext};
+use connections::ConnectableVertex;
 use strategies::PathContribution;
 
 /// Subpaths from the camera in one index.
@@ -50,20 +50,20 @@ pub struct BidirectionalTracer {
 /// What a worker reuses; only the vertices of the scene's [`MaterialClass`] are used.
 #[derive(Debug, Default)]
 pub struct Scratch {
-    diffuse: SubpathVertices<Diffuse>,
-    specular: SubpathVertices<Smooth>,
-    general: SubpathVertices<Bsdf>,
+    diffuse: Subpaths<Diffuse>,
+    specular: Subpaths<Smooth>,
+    general: Subpaths<Bsdf>,
 }
 
 /// Vertices of the subpaths of an index.
 #[derive(Debug)]
-struct SubpathVertices<B> {
+struct Subpaths<B> {
     light: Vec<ConnectableVertex<B>>,
     camera: Vec<ConnectableVertex<B>>,
     importances: Vec<f32>,
 }
 
-impl<B> Default for SubpathVertices<B> {
+impl<B> Default for Subpaths<B> {
     fn default() -> Self {
         Self { light: Vec::new(), camera: Vec::new(), importances: Vec::new() }
     }
@@ -72,14 +72,9 @@ impl<B> Default for SubpathVertices<B> {
 impl BidirectionalTracer {
     /// The loops over subpaths inline what they call: vertices are large, and a call would copy them through memory.
     #[inline(never)]
-    fn trace_as<B: Scattering>(
-        &self,
-        index: u64,
-        vertices: &mut SubpathVertices<B>,
-        out: &mut impl SampleSink,
-    ) {
+    fn trace_as<B: Scattering>(&self, index: u64, vertices: &mut Subpaths<B>, out: &mut impl SampleSink) {
         let seed = self.context.seed;
-        let SubpathVertices { light, camera, importances } = vertices;
+        let Subpaths { light, camera, importances } = vertices;
         let lambda = self.context.wavelengths(Self::wavelength_number(&Sampler::at(index, seed)));
         light.clear();
         // Beyond 2^61 indices the paths repeat.
@@ -96,9 +91,7 @@ impl BidirectionalTracer {
             let mut path = PathContribution::new(lambda);
             camera.clear();
             self.trace_camera_subpath(&mut path, uv, &sampler, camera);
-            let candidates =
-                ConnectionCandidates { camera, light, importances, share: 1.0 / LIGHT_SUBPATHS as f32 };
-            self.add_connections(&mut path, candidates, numbers.connection);
+            self.add_connections(&mut path, camera, light, importances, numbers.connection);
             out.camera(uv.map(|c| c as f32), lambda.to_xyz(path.radiance), 1.0);
         }
     }
@@ -118,10 +111,10 @@ impl BidirectionalTracer {
         let Some(mut walk) = Walk::from_light(lambda, &emission, emitted) else { return };
         let mut ray = emission.ray();
         // One more segment leads to the camera.
-        while walk.depth() + 1 < self.context.longest() {
+        while walk.depth + 1 < self.context.longest() {
             let Some(hit) = scene.closest(&ray) else { return };
             let mut vertex: SubpathVertex<B> = walk.arrive(scene, hit);
-            let u = numbers.vertex(walk.depth() - 1);
+            let u = numbers.vertex(walk.depth - 1);
             if !vertex.surface.bsdf.is_delta() {
                 if vertex.depth == 1 {
                     vertex.mis.link = self.link_to_light(&vertex, &emission);
@@ -132,10 +125,8 @@ impl BidirectionalTracer {
             if !vertex.surface.bsdf.is_delta() {
                 vertices.push(ConnectableVertex::new(vertex));
             }
-            match next {
-                Some(next) => ray = next,
-                None => return,
-            }
+            let Some(next) = next else { return };
+            ray = next;
         }
     }
 
@@ -158,19 +149,19 @@ impl BidirectionalTracer {
         let mut walk = Walk::from_camera(path.lambda, camera.lens_point(lens), pdf, LIGHTS_PER_CAMERA);
         // Where next-event estimation would have found the light that is hit next.
         let mut last = None;
-        while walk.depth() < longest {
-            let Some(hit) = context.closest(&ray, walk.depth()) else {
-                if let Some(light) = context.environment(walk.depth()) {
+        while walk.depth < longest {
+            let Some(hit) = context.closest(&ray, walk.depth) else {
+                if let Some(light) = context.environment(walk.depth) {
                     self.add_environment(path, light, &walk, last, ray.direction);
                 }
                 return;
             };
             let vertex: SubpathVertex<B> = walk.arrive(scene, hit);
             self.add_emitted(path, last, &vertex);
-            if walk.depth() == longest {
+            if walk.depth == longest {
                 return;
             }
-            let numbers = sampler.vertex(walk.depth() - 1);
+            let numbers = sampler.vertex(walk.depth - 1);
             if !vertex.surface.bsdf.is_delta() {
                 self.add_direct(path, &vertex, &numbers);
             }
@@ -179,10 +170,8 @@ impl BidirectionalTracer {
             if !vertex.surface.bsdf.is_delta() {
                 vertices.push(ConnectableVertex::new(vertex));
             }
-            match next {
-                Some(next) => ray = next,
-                None => return,
-            }
+            let Some(next) = next else { return };
+            ray = next;
         }
     }
 }
@@ -201,16 +190,14 @@ impl Integrator for BidirectionalTracer {
     fn paths_per_index(&self) -> PathCounts {
         PathCounts { camera: CAMERA_SUBPATHS, light: LIGHT_SUBPATHS }
     }
+
+    fn wavelength_number(sampler: &Sampler) -> f32 {
+        sampler.group_wavelength()
+    }
 }
 
 impl From<RenderContext> for BidirectionalTracer {
     fn from(context: RenderContext) -> Self {
         Self { context }
-    }
-}
-
-impl SpecializedIntegrator for BidirectionalTracer {
-    fn wavelength_number(sampler: &Sampler) -> f32 {
-        sampler.group_wavelength()
     }
 }

@@ -10,9 +10,7 @@ use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::stream::SampleSink;
 use crate::tracer::bsdf::Scattering;
 use crate::tracer::integrator::direct_lighting::{EmissionCache, sample_direct};
-use crate::tracer::light::{
-    Emission, EmissionOrigin, EmissionPdf, LightEdge, LightSample, LightSampleContext,
-};
+use crate::tracer::light::{Emission, EmissionOrigin, EmissionPdf, LightSample, LightSampleContext};
 use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::subpath::{SubpathVertex, VertexScattering, Walk};
 use crate::tracer::subpath_mis::{SubpathMis, quotient, weight};
@@ -31,12 +29,6 @@ pub(super) struct PathContribution {
 impl PathContribution {
     pub(super) fn new(lambda: SampledWavelengths) -> Self {
         Self { lambda, radiance: SampledSpectrum::ZERO, emission: EmissionCache::default() }
-    }
-
-    /// Sum over the wavelengths of what was found.
-    #[inline]
-    pub(super) fn brightness(&self) -> f32 {
-        self.radiance.0.element_sum()
     }
 }
 
@@ -136,7 +128,7 @@ impl BidirectionalTracer {
         let weight = last.map_or(1.0, |last| {
             let pdf = lights.pdf(light, last, direction, None);
             let emission = lights.emission_pdf(light, Vec3::ZERO, -direction);
-            emitted_weight(&walk.previous().infinite(), pdf, emission)
+            emitted_weight(&walk.previous.infinite(), pdf, emission)
         });
         let emitted = path.emission.emission(lights, light, direction, &path.lambda);
         path.radiance += walk.throughput * emitted * (weight * walk.wavelength_mis.weight());
@@ -150,42 +142,24 @@ impl BidirectionalTracer {
         vertex: &SubpathVertex<B>,
         u: &VertexNumbers,
     ) {
+        let lights = &self.context.scene.lights;
         let direct = sample_direct(&self.context.scene, &vertex.surface, u, |light, sample| {
-            self.unoccluded_contribution(path, vertex, light, sample)
+            let scattering = vertex.scatter_to::<false>(sample.wi)?;
+            let emitted = path.emission.emission(lights, light, sample.wi, &path.lambda);
+            let value = vertex.throughput * scattering.value * emitted * (sample.scale / sample.pdf.0);
+            if value.is_black() || !value.is_finite() {
+                return None;
+            }
+            let p = vertex.surface.hit.point.p;
+            let density = lights.emission_over_direct(light, sample, p, scattering.cos);
+            let wavelength_weight = vertex.wavelength_mis.and(scattering.wavelength_mis).weight();
+            let value =
+                value * (wavelength_weight * direct_weight(&vertex.mis, &scattering, sample, density));
+            (!value.is_black()).then_some(value)
         });
         if let Some(direct) = direct {
             path.radiance += direct;
         }
-    }
-
-    /// What a light sample contributes if nothing occludes it; `None` for nothing.
-    #[inline]
-    fn unoccluded_contribution<B: Scattering>(
-        &self,
-        path: &mut PathContribution,
-        vertex: &SubpathVertex<B>,
-        light: u32,
-        sample: &LightSample,
-    ) -> Option<SampledSpectrum> {
-        let lights = &self.context.scene.lights;
-        let scattering = vertex.scatter_to::<false>(sample.wi)?;
-        let emitted = path.emission.emission(lights, light, sample.wi, &path.lambda);
-        let value = vertex.throughput * scattering.value * emitted * (sample.scale / sample.pdf.0);
-        if value.is_black() || !value.is_finite() {
-            return None;
-        }
-        let target = sample.target.unwrap_or(Vec3::ZERO);
-        let density = lights.emission_over_direct(&LightEdge {
-            light,
-            target,
-            direction: -sample.wi,
-            distance2: target.distance_squared(vertex.surface.hit.point.p),
-            cos: scattering.cos,
-            direct: sample.pdf,
-        });
-        let wavelength_weight = vertex.wavelength_mis.and(scattering.wavelength_mis).weight();
-        let value = value * (wavelength_weight * direct_weight(&vertex.mis, &scattering, sample, density));
-        (!value.is_black()).then_some(value)
     }
 
     /// t = 1: connects a vertex of the light subpath to the camera.

@@ -36,36 +36,32 @@ impl PhotonTracer {
         scratch: &mut PhotonScratch,
         wanted: Wanted<'_>,
     ) -> Option<Arc<Snapshot>> {
-        let trace = |paths, batch: &mut PhotonBatch| self.trace_light_paths(paths, batch);
+        let trace = |paths: Range<u64>, batch: &mut PhotonBatch| {
+            paths.for_each(|path| trace_light_path(self, path, batch));
+        };
         scratch.samples = scratch.samples.wrapping_add(1);
         if scratch.samples.is_multiple_of(SAMPLES_PER_CLAIM)
             && let Some(claim) = self.map.claim(self.schedule.paths_ahead(index))
         {
             let mut batch = PhotonBatch::default();
             trace(claim.paths(), &mut batch);
-            claim.deposit_while(batch, wanted);
+            claim.deposit(batch, wanted);
         }
         let needed = self.schedule.generations(index).min(self.map.last());
         let known = scratch.snapshot.take().filter(|known| match self.deterministic {
-            true => known.generations() == needed,
+            true => known.generations == needed,
             false => !scratch.samples.is_multiple_of(SAMPLES_PER_SNAPSHOT),
         });
         if known.is_some() {
             return known;
         }
-        let newest = (!self.deterministic).then(|| self.map.latest()).filter(|s| s.generations() > 0);
+        let newest = (!self.deterministic).then(|| self.map.latest()).filter(|s| s.generations > 0);
         let needed = if self.deterministic { needed } else { 1 };
-        newest.or_else(|| self.map.wait_while(needed, trace, wanted))
-    }
-
-    /// Traces the light paths of these numbers and leaves their photons in `batch`, in their order.
-    fn trace_light_paths(&self, paths: Range<u64>, batch: &mut PhotonBatch) {
-        for path in paths {
-            trace_light_path(self, path, batch);
-        }
+        newest.or_else(|| self.map.wait(needed, trace, wanted))
     }
 }
 
+/// Traces the light path of this number and leaves its photons in `batch`.
 fn trace_light_path(tracer: &PhotonTracer, path: u64, batch: &mut PhotonBatch) {
     let context = &tracer.context;
     let (scene, longest) = (&context.scene, context.longest());
@@ -79,7 +75,7 @@ fn trace_light_path(tracer: &PhotonTracer, path: u64, batch: &mut PhotonBatch) {
     let mut ray = emission.ray();
     let mut spread = false;
     // One more segment leads to the camera.
-    while walk.depth() + 1 < longest {
+    while walk.depth + 1 < longest {
         let Some(hit) = scene.closest(&ray) else { return };
         let vertex: SubpathVertex = walk.arrive(scene, hit);
         let here = vertex.surface.bsdf.has_diffuse_part();
@@ -92,13 +88,11 @@ fn trace_light_path(tracer: &PhotonTracer, path: u64, batch: &mut PhotonBatch) {
                 batch.push(layer, &arrival(&vertex, number));
             }
         }
-        let u = numbers.vertex(walk.depth() - 1);
-        match walk.scatter(&vertex, &u, context.rr_depth) {
-            Some(next) => ray = next,
-            None => return,
-        }
+        let u = numbers.vertex(walk.depth - 1);
+        let Some(next) = walk.scatter(&vertex, &u, context.rr_depth) else { return };
+        ray = next;
         // The link is 0 after a delta: the coat's mirror spreads nothing.
-        spread |= here && walk.previous().link > 0.0;
+        spread |= here && walk.previous.link > 0.0;
     }
 }
 

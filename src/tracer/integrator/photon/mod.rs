@@ -26,7 +26,6 @@
 //! the camera path are recorded (`camera_path`) and evaluated again for each photon.
 
 mod camera_path;
-mod gather;
 mod light_paths;
 
 use std::f32::consts::PI;
@@ -37,9 +36,9 @@ use glam::Vec3;
 use crate::scene::desc::PhotonDesc;
 use crate::stream::{PathCounts, SampleSink};
 use crate::tracer::Sampler;
-use crate::tracer::photon_map::{Lookup, PhotonMap, QueryScratch, Schedule, Snapshot};
+use crate::tracer::photon_map::{PhotonMap, QueryScratch, Schedule, Snapshot};
 
-use super::{Integrator, RenderContext, SpecializedIntegrator};
+use super::{Integrator, RenderContext};
 use camera_path::{CameraPath, RecordedScattering};
 
 /// Light paths of one generation. They take a few hundredths of a second, so that the first picture is not kept waiting.
@@ -61,8 +60,10 @@ const LIMIT: usize = 1 << 25;
 #[derive(Clone, Debug)]
 pub struct PhotonTracer {
     context: RenderContext,
-    map: Arc<PhotonMap>,
-    schedule: Schedule,
+    /// The photons.
+    pub map: Arc<PhotonMap>,
+    /// How photons follow samples.
+    pub schedule: Schedule,
     deterministic: bool,
 }
 
@@ -82,14 +83,14 @@ impl PhotonTracer {
     pub fn new(context: RenderContext, deterministic: bool) -> Self {
         let (min, max) = context.scene.accel().bounds();
         let schedule = schedule(min, max, &context.photons);
-        let map = PhotonMap::new(min, max, schedule.paths_per_generation).with_limit(LIMIT);
+        let map = PhotonMap::new(min, max, schedule.paths_per_generation, LIMIT);
         Self { context, map: Arc::new(map), schedule, deterministic }
     }
 
     /// This tracer with another schedule, and an empty map that stops growing at `limit` photons.
     pub fn with_schedule(self, schedule: Schedule, limit: usize) -> Self {
         let (min, max) = self.context.scene.accel().bounds();
-        let map = PhotonMap::new(min, max, schedule.paths_per_generation).with_limit(limit);
+        let map = PhotonMap::new(min, max, schedule.paths_per_generation, limit);
         Self { schedule, map: Arc::new(map), ..self }
     }
 
@@ -105,16 +106,6 @@ impl PhotonTracer {
             true => Self { map: Arc::clone(&before.map), ..self },
             false => self,
         }
-    }
-
-    /// How photons follow samples.
-    pub fn schedule(&self) -> &Schedule {
-        &self.schedule
-    }
-
-    /// The photons.
-    pub fn map(&self) -> &PhotonMap {
-        &self.map
     }
 }
 
@@ -145,9 +136,7 @@ impl Integrator for PhotonTracer {
 
     fn trace(&self, index: u64, scratch: &mut PhotonScratch, out: &mut impl SampleSink) {
         let Some(snapshot) = self.photons(index, scratch, &|| out.is_wanted()) else { return };
-        let generations = snapshot.generations();
-        let lookup =
-            Lookup { generations, radius: self.schedule.radius(generations), ..self.schedule.lookup(index) };
+        let lookup = self.schedule.lookup(snapshot.generations);
         let sampler = Sampler::at(index, self.context.seed);
         let numbers = sampler.camera();
         let uv = self.context.place(numbers.screen);
@@ -168,5 +157,3 @@ impl From<RenderContext> for PhotonTracer {
         Self::new(context, true)
     }
 }
-
-impl SpecializedIntegrator for PhotonTracer {}

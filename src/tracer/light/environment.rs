@@ -1,4 +1,4 @@
-//! Radiance from all around, by a picture in latitude and longitude.
+//! Radiance from all around: the same from everywhere, or by a picture in latitude and longitude.
 
 use std::f32::consts::{FRAC_1_PI, TAU};
 use std::sync::Arc;
@@ -6,15 +6,61 @@ use std::sync::Arc;
 use glam::{DMat3, Mat3, Vec3};
 
 use crate::math::distribution_2d::Distribution2d;
+use crate::math::frame::Frame;
 use crate::math::pdf::PdfW;
 use crate::math::warp;
 use crate::spectrum::{EmissionMap, SampledSpectrum, SampledWavelengths};
 use crate::tracer::sampler::LightNumbers;
 use crate::tracer::shape::SurfacePoint;
 
-use super::bounds::LightBounds;
-use super::emission::{infinite_pdf, infinite_ray};
+use super::lights::{UNIFORM_PDF, infinite_pdf, infinite_ray};
+use super::selector::LightBounds;
 use super::{BoundingSphere, EmissionPdf, LightSample, LightSampleContext, LightSource};
+
+/// A constant environment. What matters about a direction is the cosine at the lit point, so that is what
+/// directions are sampled by: only the hemisphere that is seen is sampled.
+#[derive(Clone, Debug)]
+pub struct ConstantLight;
+
+impl LightSource for ConstantLight {
+    #[inline]
+    fn sample(&self, at: LightSampleContext, u: [f32; 2]) -> Option<LightSample> {
+        let local = warp::cosine_hemisphere(u);
+        let pdf = PdfW(warp::cosine_hemisphere_pdf(local.z));
+        let wi = Frame::new(at.n).to_world(local);
+        Some(LightSample { wi, target: None, scale: 1.0, pdf, delta: false })
+    }
+
+    #[inline]
+    fn pdf(&self, at: LightSampleContext, wi: Vec3, hit: Option<&SurfacePoint>) -> PdfW {
+        match hit {
+            None => PdfW(warp::cosine_hemisphere_pdf(wi.dot(at.n))),
+            Some(_) => PdfW::ZERO,
+        }
+    }
+
+    fn power(&self, scene: BoundingSphere) -> f32 {
+        scene.environment_power()
+    }
+
+    fn bounds(&self, power: f32, scene: BoundingSphere) -> (LightBounds, [Vec3; 2]) {
+        LightBounds::infinite(power, scene)
+    }
+
+    fn is_environment(&self) -> bool {
+        true
+    }
+
+    #[inline]
+    fn emit(&self, u: &LightNumbers, scene: BoundingSphere) -> Option<(SurfacePoint, Vec3)> {
+        Some(infinite_ray(warp::sphere(u.direction), u.place, scene))
+    }
+
+    #[inline]
+    fn emission_pdf(&self, _: Vec3, _: Vec3, scene: BoundingSphere, choice: f32) -> EmissionPdf {
+        infinite_pdf(choice * UNIFORM_PDF, scene)
+    }
+}
 
 /// An environment with the orientation of Mitsuba's `envmap`: in its own space +y is up, the top row of texels; the
 /// middle of the picture is seen along +z, a quarter of its width left of that along +x, and its left and right edges
@@ -36,8 +82,8 @@ pub struct EnvironmentMap {
     cells: Option<Distribution2d>,
     /// 1 − cos θ at each row of nodes.
     heights: Vec<f64>,
-    /// Mean luminance over the sphere.
-    mean: f32,
+    /// Mean luminance Y over all directions.
+    pub mean_luminance: f32,
 }
 
 /// Where a direction meets the picture.
@@ -80,14 +126,9 @@ impl EnvironmentMap {
             to_world: to_world.as_mat3(),
             to_local: to_world.transpose().as_mat3(),
             heights,
-            mean: mean as f32,
+            mean_luminance: mean as f32,
             map,
         }
-    }
-
-    /// Mean luminance Y over all directions.
-    pub fn mean_luminance(&self) -> f32 {
-        self.mean
     }
 
     /// Radiance that arrives from the unit direction `wi`, world space.
@@ -167,7 +208,7 @@ impl LightSource for EnvironmentMap {
     }
 
     fn power(&self, scene: BoundingSphere) -> f32 {
-        scene.environment_power() * self.mean_luminance()
+        scene.environment_power() * self.mean_luminance
     }
 
     fn bounds(&self, power: f32, scene: BoundingSphere) -> (LightBounds, [Vec3; 2]) {
