@@ -97,10 +97,6 @@ pub struct Observer {
 
 impl Observer {
     /// Watches a render of `run`, which must be divided into replicates, from now on.
-    ///
-    /// # Errors
-    ///
-    /// When the system refuses a thread.
     pub fn start(run: &RunSpec, target: Option<ErrorTarget>, beside: Beside) -> Result<Self> {
         let inbox = Inbox {
             messages: VecDeque::new(),

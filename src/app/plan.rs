@@ -12,12 +12,10 @@ use crate::tracer::effects::{self, Effect};
 /// One effect. Field names are JSON keys.
 #[derive(Clone, Debug, Serialize)]
 pub struct PlannedEffect {
-    /// Its name.
     #[serde(rename = "effect")]
     pub name: &'static str,
     /// The side that simulates it.
     pub side: EffectSide,
-    /// It is simulated.
     pub on: bool,
     /// The object that calls for it, or why nothing does.
     pub reason: String,

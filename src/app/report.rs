@@ -15,15 +15,10 @@ use crate::image::write::{atomically, check_place, same_file};
 /// Everything that is said about a finished run. Field names are the JSON keys.
 #[derive(Clone, Debug, Serialize)]
 pub struct RenderReport {
-    /// Version of the program.
     pub version: &'static str,
-    /// The scene file.
     pub scene: PathBuf,
-    /// Picture width in pixels.
     pub width: u32,
-    /// Picture height in pixels.
     pub height: u32,
-    /// Method of light transport.
     pub integrator: &'static str,
     /// Why, where the program chose it.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -36,13 +31,9 @@ pub struct RenderReport {
     /// What `--check-plan` has found.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub plan_check: Option<PlanCheck>,
-    /// Samples of the camera stream that reached the film.
     pub camera_samples: u64,
-    /// Samples of the light stream that reached the film.
     pub light_samples: u64,
-    /// Paths started at the camera.
     pub camera_paths: u64,
-    /// Paths started at lights.
     pub light_paths: u64,
     /// Paths (from either end, or pairs) per texel of the film, overscan included.
     pub samples_per_pixel: f64,
@@ -50,7 +41,6 @@ pub struct RenderReport {
     pub samples_per_second: f64,
     /// The same per second that one tracer thread spent tracing.
     pub paths_per_trace_second: f64,
-    /// Seconds by stage.
     pub seconds: Seconds,
     /// How wrong the picture is; absent for an undivided run.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -59,11 +49,9 @@ pub struct RenderReport {
     pub rejected: Rejected,
     /// Where the picture was rasterised.
     pub device: String,
-    /// Tracer threads.
     pub threads: usize,
     /// Instructions that walked the rays; the picture does not depend on them.
     pub simd: &'static str,
-    /// Seed of the sequence.
     pub seed: u32,
     /// Samples were rasterised in index order.
     pub deterministic: bool,
@@ -71,9 +59,7 @@ pub struct RenderReport {
     pub interrupted: bool,
     /// Largest resident memory in bytes, where the system tells.
     pub peak_memory_bytes: Option<u64>,
-    /// Warnings about the scene.
     pub warnings: Vec<String>,
-    /// Files written.
     pub outputs: Vec<PathBuf>,
 }
 
@@ -86,16 +72,9 @@ pub struct PlanCheck {
     pub different: u64,
 }
 
-impl From<[u64; 2]> for PlanCheck {
-    fn from([paths, different]: [u64; 2]) -> Self {
-        Self { paths, different }
-    }
-}
-
 /// Seconds by stage; wall clock, except `trace`.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Seconds {
-    /// Reading the scene.
     pub load: f64,
     /// Building the acceleration structure and tables.
     pub prepare: f64,
@@ -120,9 +99,7 @@ pub struct Seconds {
 /// Samples that were rejected at the sink.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Rejected {
-    /// All of them.
     pub total: u64,
-    /// Count per cause.
     pub by_cause: std::collections::BTreeMap<String, u64>,
     /// The first few, so that each can be replayed.
     pub examples: Vec<RejectedExample>,
@@ -133,7 +110,6 @@ pub struct Rejected {
 pub struct RejectedExample {
     /// Index of its path in the sequence.
     pub index: u64,
-    /// What was wrong with it.
     pub cause: String,
     /// The command that traces this path alone.
     pub replay: String,
@@ -181,7 +157,6 @@ impl RenderReport {
 /// Percentiles of a list, by nearest rank. Field names are JSON keys.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Percentiles {
-    /// Median.
     pub p50: f64,
     /// 95 % of the values are at most this.
     pub p95: f64,
@@ -214,11 +189,15 @@ pub fn write_json(figures: &impl Serialize, path: &Path) -> Result<()> {
     atomically(path, text.as_bytes()).into_diagnostic()
 }
 
+/// Prints a table, called `what`, unless the figures go to standard output, and writes the figures where `--json` says.
+pub fn publish(table: &str, what: &str, figures: &impl Serialize, json: Option<&Path>) -> Result<()> {
+    if json != Some(Path::new("-")) {
+        print(table, what);
+    }
+    json.map_or(Ok(()), |path| write_json(figures, path))
+}
+
 /// Checks, before anything is measured, that `--json` can be written, and that it is no scene.
-///
-/// # Errors
-///
-/// When the place cannot be written, or is the scene.
 pub fn check_json(json: Option<&Path>, scene: &Path) -> Result<()> {
     let Some(json) = json.filter(|path| !is_special(path)) else { return Ok(()) };
     check_place(json).into_diagnostic()?;

@@ -17,7 +17,6 @@ use crate::tracer::effects::{Effect, refusal};
 /// Everything that decides the sums of a film, besides the number of paths.
 #[derive(Clone, Debug)]
 pub struct RunSpec {
-    /// The scene file.
     pub scene: PathBuf,
     /// `-D` values.
     pub defines: Vec<(String, String)>,
@@ -25,13 +24,11 @@ pub struct RunSpec {
     pub size: Option<(u32, u32)>,
     /// Size, filter, variance form.
     pub film: FilmSpec,
-    /// Longest path.
     pub max_depth: Option<u32>,
     /// Where roulette begins.
     pub rr_depth: u32,
     /// Lights are not seen directly.
     pub hide_emitters: bool,
-    /// Light transport method.
     pub integrator: IntegratorKind,
     /// How photons are looked up.
     pub photons: PhotonDesc,
@@ -41,9 +38,7 @@ pub struct RunSpec {
     pub effects: Vec<Forced>,
     /// Samples per pixel where neither a count nor a time is given.
     pub spp: u64,
-    /// Seed.
     pub seed: u32,
-    /// First index of the sequence.
     pub first_index: u64,
     /// In index order.
     pub deterministic: bool,
@@ -59,16 +54,13 @@ pub struct ChoiceReport {
     /// The method.
     #[serde(skip)]
     pub kind: IntegratorKind,
-    /// One line.
     pub reason: String,
-    /// Every method that was tried.
     pub candidates: Vec<Candidate>,
 }
 
 /// One method that was tried.
 #[derive(Clone, Debug, Serialize)]
 pub struct Candidate {
-    /// Its name.
     pub method: &'static str,
     /// It can show everything that the picture holds.
     pub complete: bool,

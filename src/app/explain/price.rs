@@ -20,7 +20,6 @@ use crate::tracer::{Camera, Integrator, Scene};
 /// How well costs are measured.
 #[derive(Clone, Copy, Debug)]
 pub struct Effort {
-    /// Duration of one turn.
     pub turn: Duration,
     /// Number of turns; the median counts.
     pub turns: usize,
@@ -40,9 +39,7 @@ const AT_ONCE: u64 = 64;
 pub struct Subject<'a> {
     /// The description that `scene` was made from.
     pub desc: &'a SceneDesc,
-    /// The scene.
     pub scene: &'a Arc<Scene>,
-    /// The view of it.
     pub camera: &'a Camera,
     /// The run; its method is measured.
     pub run: &'a RunSpec,
@@ -53,10 +50,6 @@ pub struct Subject<'a> {
 /// gets no cost.
 ///
 /// The time is that of an index, and paths without an effect may also be shorter.
-///
-/// # Errors
-///
-/// When a scene without an effect, or with it, cannot be prepared.
 pub fn charge(plan: &mut [PlannedEffect], subject: Subject<'_>, effort: Effort) -> Result<()> {
     let measured = ratios(plan, subject, effort)?;
     for (entry, mut turns) in plan.iter_mut().zip(measured) {
@@ -72,10 +65,6 @@ pub fn charge(plan: &mut [PlannedEffect], subject: Subject<'_>, effort: Effort) 
 
 /// For every effect of the plan, turn by turn: the time of a path without the effect (or with it, if it is off) over that of
 /// a path of the scene as it is. An effect that can neither be left out nor added has no turns.
-///
-/// # Errors
-///
-/// As [`charge`].
 pub fn ratios(plan: &[PlannedEffect], subject: Subject<'_>, effort: Effort) -> Result<Vec<Vec<f64>>> {
     let (Subject { desc, scene, camera, run }, Effort { turn, turns }) = (subject, effort);
     let mut now = runner(run, scene.clone(), camera.clone(), desc);

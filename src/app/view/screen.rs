@@ -35,16 +35,15 @@ pub struct Screen {
     objects: Option<DeviceObjects>,
     overlay: Option<PanelRenderer>,
     choice: DeviceChoice,
-    window: Arc<Window>,
+    /// The window.
+    pub window: Arc<Window>,
     /// The last frame that was handed over.
     last: FrameNumber,
     /// Losses still to be simulated.
     simulated: SimulatedLosses,
     /// The window shows what a headless render does, bit for bit.
     exact: bool,
-    /// Number of devices that were lost.
     device_losses: u32,
-    /// Number of surfaces that were lost.
     surface_losses: u32,
     /// Messages of the validation layer on devices that are gone.
     messages: usize,
@@ -147,11 +146,6 @@ impl Screen {
     /// The device.
     pub fn gpu(&self) -> Option<&Arc<Gpu>> {
         self.objects.as_ref().map(|objects| objects.swapchain.gpu())
-    }
-
-    /// The window.
-    pub fn window(&self) -> &Arc<Window> {
-        &self.window
     }
 
     /// Counts the loss of a device; returns how many were lost before.

@@ -25,7 +25,7 @@ pub(crate) struct Expander {
     bytes: u64,
 }
 
-/// The result of [`Expander::finish`].
+/// The document, with the warnings about it.
 pub(crate) type Expanded = (Document, Vec<SceneWarning>);
 
 impl Expander {
@@ -42,21 +42,15 @@ impl Expander {
     }
 
     /// Reads the scene file itself.
-    pub(crate) fn file(mut self, path: &Path) -> Result<Expanded, SceneError> {
+    pub(crate) fn file(self, path: &Path) -> Result<Expanded, SceneError> {
         let bytes = read_bytes(path, limits::XML_BYTES).map_err(|e| unreadable(path, &e).error())?;
-        self.open.push(canonical(path));
-        self.text(path.to_owned(), &bytes, None, 0)?;
-        self.finish()
+        self.string(path, &bytes)
     }
 
     /// Reads a text in place of a file called `name`.
-    pub(crate) fn string(mut self, name: &Path, text: &str) -> Result<Expanded, SceneError> {
+    pub(crate) fn string(mut self, name: &Path, text: &[u8]) -> Result<Expanded, SceneError> {
         self.open.push(canonical(name));
-        self.text(name.to_owned(), text.as_bytes(), None, 0)?;
-        self.finish()
-    }
-
-    fn finish(mut self) -> Result<Expanded, SceneError> {
+        self.text(name.to_owned(), text, None, 0)?;
         self.warnings.extend(self.variables.unused());
         Ok((self.document, self.warnings))
     }
@@ -169,18 +163,14 @@ impl Expander {
             return Err(found.help(suggest::hint(name, &all)).error());
         };
         if depth > limits::NESTING || self.document.elements.len() >= limits::ELEMENTS {
-            let message = format!(
-                "more than {} elements, or deeper than {}, counted through includes",
-                limits::ELEMENTS,
-                limits::NESTING
-            );
+            let (count, depth) = (limits::ELEMENTS, limits::NESTING);
+            let message =
+                format!("more than {count} elements, or deeper than {depth}, counted through includes");
             return Err(self.document.finding(FindingKind::Limit, span, message).error());
         }
         if tag.kind == TagKind::Scene && parent.is_some() {
-            return Err(self
-                .document
-                .finding(FindingKind::Syntax, span, "a scene cannot stand inside a scene")
-                .error());
+            let message = "a scene cannot stand inside a scene";
+            return Err(self.document.finding(FindingKind::Syntax, span, message).error());
         }
         let element =
             Element { tag, span, attributes: self.attributes(file, node, tag)?, children: Vec::new() };
@@ -236,10 +226,8 @@ impl Expander {
         for required in tag.required {
             if !attributes.iter().any(|a| a.name == *required) {
                 let message = format!("<{}> needs the attribute `{required}`", tag.name);
-                return Err(self
-                    .document
-                    .finding(FindingKind::Missing, name_span(file, node), message)
-                    .error());
+                let span = name_span(file, node);
+                return Err(self.document.finding(FindingKind::Missing, span, message).error());
             }
         }
         Ok(attributes)
@@ -306,11 +294,8 @@ impl Expander {
         let path = self.document.resolve(element.value("filename").unwrap_or_default(), span);
         let real = canonical(&path);
         if self.open.contains(&real) {
-            return refuse(
-                &self.document,
-                FindingKind::Reference,
-                format!("{} includes itself", path.display()),
-            );
+            let message = format!("{} includes itself", path.display());
+            return refuse(&self.document, FindingKind::Reference, message);
         }
         self.includes += 1;
         if self.open.len() > limits::INCLUDE_DEPTH || self.includes > limits::INCLUDES {

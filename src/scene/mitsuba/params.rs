@@ -54,9 +54,8 @@ impl<'d> Params<'d> {
             let name = element.value("name");
             if let Some(name) = name.filter(|n| !names.insert(*n)) {
                 let message = format!("`{name}` is given twice");
-                return Err(document
-                    .finding(FindingKind::Parameter, element.span_of("name"), message)
-                    .error());
+                let span = element.span_of("name");
+                return Err(document.finding(FindingKind::Parameter, span, message).error());
             }
             children.push(PluginChild { name, element: target, span: element.span, used: Cell::new(false) });
         }
@@ -97,6 +96,24 @@ impl<'d> Params<'d> {
     /// True when the parameter stands in the file; counts as asking for it.
     pub(crate) fn has(&self, name: &'static str) -> bool {
         self.find(name).is_some()
+    }
+
+    /// A finding about the plugin as a whole.
+    pub(crate) fn fault(&self, kind: FindingKind, message: impl Into<String>) -> Finding {
+        self.document.finding(kind, self.span(), message)
+    }
+
+    /// A finding about the plugin's `type`.
+    pub(crate) fn type_fault(&self, message: impl Into<String>) -> Finding {
+        self.document.finding(FindingKind::Plugin, self.element().span_of("type"), message)
+    }
+
+    /// The required name of a file with this ending.
+    pub(crate) fn filename(&self, what: &str, ending: &str) -> Result<String, SceneError> {
+        self.string("filename")?.ok_or_else(|| {
+            let found = self.fault(FindingKind::Missing, format!("{what} needs `filename`"));
+            found.help(format!("add <string name=\"filename\" value=\"….{ending}\"/>")).error()
+        })
     }
 
     /// An error at a parameter's value, or at the plugin if the parameter is not there.
@@ -195,11 +212,12 @@ impl<'d> Params<'d> {
         let asked = self.asked.into_inner();
         let mut notes = self.notes.into_inner();
         let plugin = self.document.element(self.id);
+        let (group, kind) = (plugin.tag.name, plugin.value("type").unwrap_or_default());
         for e in self.children.iter().filter(|e| !e.used.get()) {
             let what = self.document.element(e.element).tag.name;
             let message = match e.name {
-                Some(name) => format!("the {} `{}` has no `{name}`", plugin.tag.name, kind_of(plugin)),
-                None => format!("this {what} has no use in the {} `{}`", plugin.tag.name, kind_of(plugin)),
+                Some(name) => format!("the {group} `{kind}` has no `{name}`"),
+                None => format!("this {what} has no use in the {group} `{kind}`"),
             };
             let found = self.document.finding(FindingKind::Parameter, e.span, message);
             let help = match e.name {
@@ -210,10 +228,6 @@ impl<'d> Params<'d> {
         }
         notes
     }
-}
-
-fn kind_of(plugin: &Element) -> &str {
-    plugin.value("type").unwrap_or_default()
 }
 
 fn plain<T>(element: &Element, parse: impl Fn(&str) -> Result<T, String>) -> Result<T, (Span, String)> {

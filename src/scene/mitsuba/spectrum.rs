@@ -6,24 +6,13 @@
 
 use super::document::{Element, ElementId};
 use super::params::Params;
-use super::reader::{PluginTable, Reader};
+use super::reader::{PluginTable, Reader, Role};
 use super::source::Span;
 use super::value;
 use crate::scene::diagnostic::{Finding, FindingKind, LineAt, SceneError};
 use crate::scene::files::read_bytes;
 use crate::scene::limits;
 use crate::spectrum::Spectrum;
-
-/// The use of a spectrum, which decides what an RGB colour means.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Role {
-    /// A share of light in [0, 1].
-    Reflectance,
-    /// Radiance or intensity.
-    Emission,
-    /// Anything else that is not negative, such as an index of refraction.
-    Unbounded,
-}
 
 /// Every `<spectrum type="…">`.
 const PLUGINS: PluginTable<Spectrum> =
@@ -51,8 +40,7 @@ pub(crate) fn read(
             from_rgb(rgb, role).map_err(|e| fault(reader, e))?
         }
         "float" | "integer" => {
-            let v = non_negative(value::number(text).map_err(|e| fault(reader, e))?)
-                .map_err(|e| fault(reader, e))?;
+            let v = value::number(text).and_then(non_negative).map_err(|e| fault(reader, e))?;
             if role == Role::Emission { Spectrum::d65(v) } else { Spectrum::Constant(v) }
         }
         "spectrum" => shared(reader, id, role)?,
@@ -64,9 +52,8 @@ pub(crate) fn read(
     // Colours are in range already, and their bound may lie a little above them.
     if role == Role::Reflectance && element.tag.name != "rgb" && spectrum.max() > 1.0 + 1e-5 {
         let m = format!("`{name}` is above 1: this surface makes energy");
-        params.note(
-            reader.document.finding(FindingKind::Value, span, m).help("a reflectance is in [0, 1]").warning(),
-        );
+        let found = reader.document.finding(FindingKind::Value, span, m);
+        params.note(found.help("a reflectance is in [0, 1]").warning());
     }
     Ok(Some(spectrum))
 }
@@ -92,10 +79,8 @@ fn non_negative(v: f64) -> Result<f32, String> {
 }
 
 fn from_rgb(rgb: [f64; 3], role: Role) -> Result<Spectrum, String> {
-    let mut color = [0.0; 3];
-    for (c, v) in color.iter_mut().zip(rgb) {
-        *c = non_negative(v)?;
-    }
+    let [r, g, b] = rgb.map(non_negative);
+    let color = [r?, g?, b?];
     match role {
         Role::Reflectance if color.iter().any(|v| *v > 1.0) => Err("a reflectance is in [0, 1]".into()),
         Role::Reflectance => Ok(Spectrum::reflectance_rgb(color)),
@@ -136,12 +121,8 @@ fn file(reader: &mut Reader<'_>, name: &str, span: Span) -> Result<Spectrum, Sce
     let points = value::wavelength_table(&text).map_err(|(line, message)| {
         let file = path.to_string_lossy();
         let shown = text.lines().nth(line - 1).unwrap_or_default();
-        Finding::new(
-            FindingKind::Value,
-            LineAt { file: &file, text: shown, line, column: 1, range: (0, shown.len()) },
-            message,
-        )
-        .error()
+        let at = LineAt { file: &file, text: shown, line, column: 1, range: (0, shown.len()) };
+        Finding::new(FindingKind::Value, at, message).error()
     })?;
     table(&points).map_err(|e| at(reader, FindingKind::Value, format!("{}: {e}", path.display())))
 }
@@ -184,8 +165,7 @@ fn regular(_: &mut Reader<'_>, params: &Params<'_>) -> Result<Spectrum, SceneErr
     let high = params.float("wavelength_max")?.ok_or_else(|| missing("wavelength_max"))?;
     let values = list(params, "values")?;
     let step = (high - low) / (values.len().max(2) - 1) as f64;
-    let points: Vec<(f64, f64)> =
-        values.iter().enumerate().map(|(i, v)| (low + step * i as f64, *v)).collect();
+    let points: Vec<_> = values.iter().enumerate().map(|(i, v)| (low + step * i as f64, *v)).collect();
     table(&points).map_err(|e| params.error("values", e).error())
 }
 

@@ -76,10 +76,8 @@ pub(crate) fn wavelength_table(text: &str) -> Result<Vec<(f64, f64)>, (usize, St
             [] => {}
             [l, v] => points.push((*l, *v)),
             other => {
-                return Err((
-                    i + 1,
-                    format!("a line has a wavelength and a value, not {} numbers", other.len()),
-                ));
+                let message = format!("a line has a wavelength and a value, not {} numbers", other.len());
+                return Err((i + 1, message));
             }
         }
     }

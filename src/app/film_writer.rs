@@ -13,10 +13,6 @@ pub trait SampleFilm {
     fn count_paths(&mut self, paths: PathCounts);
 
     /// Adds samples to the batch; a full batch is rasterised at once.
-    ///
-    /// # Errors
-    ///
-    /// When an image cannot be made, or the device fails.
     fn add(&mut self, samples: &[Sample]) -> Result<(), ClientError>;
 }
 
@@ -38,15 +34,15 @@ sample_film!(Client, VulkanFilm, ReferenceFilm);
 
 /// Puts blocks onto a film: counts their paths, adds their samples, hands a copy to the observer of the error and to the store
 /// of kept samples, and remembers the first error, after which the film gets nothing more.
-pub struct Intake<'a, F> {
+pub struct FilmWriter<'a, F> {
     film: &'a mut F,
     observer: Option<&'a Observer>,
     kept: Option<&'a mut RetainedSamples>,
     outcome: Result<(), ClientError>,
 }
 
-impl<'a, F: SampleFilm> Intake<'a, F> {
-    /// An intake of this film.
+impl<'a, F: SampleFilm> FilmWriter<'a, F> {
+    /// A writer to this film.
     pub fn new(film: &'a mut F, observer: Option<&'a Observer>) -> Self {
         Self { film, observer, kept: None, outcome: Ok(()) }
     }
@@ -76,11 +72,7 @@ impl<'a, F: SampleFilm> Intake<'a, F> {
         }
     }
 
-    /// Ends the intake.
-    ///
-    /// # Errors
-    ///
-    /// The film's first error.
+    /// Ends the writing, with the first error of the film.
     pub fn finish(self) -> Result<(), ClientError> {
         self.outcome
     }
