@@ -26,19 +26,19 @@ use crate::scene::desc::IntegratorKind;
 /// Frames whose passes are timed.
 const FRAMES: u32 = 24;
 
-/// What `--json` writes. Field names are JSON keys.
+/// What `--json` writes. The names of the fields are the keys in JSON.
 #[derive(Debug, Serialize)]
 struct Explained<'a> {
     version: &'static str,
     scene: &'a Path,
     integrator: &'static str,
-    /// Why, where the program chose it.
+    /// The reason for the method, if the program chose it.
     #[serde(skip_serializing_if = "Option::is_none")]
     auto: Option<&'a str>,
-    /// Where passes were timed.
+    /// The device on which the passes were timed.
     device: &'a str,
     plan: &'a [PlannedEffect],
-    /// Images and buffers on the device, bytes.
+    /// Bytes of every image and buffer on the device.
     #[serde(skip_serializing_if = "Option::is_none")]
     memory: Option<Vec<(String, u64)>>,
     /// Pipelines, by shader and what it is specialised for.

@@ -6,7 +6,7 @@
 //! | `render.rs`, `view/`, `bench.rs`, `explain.rs`, `compare.rs`, `study/`, `device.rs` | the subcommands |
 //! | `load.rs`, `run_spec.rs`, `method.rs` | scene and device; what a run is made of; its method of light transport |
 //! | `drive.rs`, `film_writer.rs`, `observer.rs`, `predictions.rs`, `progress.rs` | from lanes to film; the error of the picture meanwhile |
-//! | `plan.rs`, `outputs.rs`, `report.rs`, `error_report.rs` | the list of effects; pictures; figures |
+//! | `plan.rs`, `outputs.rs`, `report.rs` | the list of effects; pictures; figures |
 //! | `timings.rs`, `trace.rs`, `process.rs` | `--gpu-timings`; Ctrl-C and standard error |
 //!
 //! # Rendering from another program
@@ -79,7 +79,6 @@ mod bench;
 mod compare;
 mod device;
 mod drive;
-mod error_report;
 mod explain;
 mod film_writer;
 mod load;

@@ -1,4 +1,4 @@
-//! The figures of a run, for people and for `--json`.
+//! The figures of a run, and of the error of its picture, for people and for `--json`.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -6,13 +6,17 @@ use std::path::{Path, PathBuf};
 use miette::{IntoDiagnostic, Result, WrapErr};
 use serde::Serialize;
 
-pub use super::error_report::ErrorReport;
 use super::plan::PlannedEffect;
-use super::run_spec::ChoiceReport;
+use super::run_spec::{ChoiceReport, RunSpec};
 use super::tell;
 use crate::image::write::{atomically, check_place, same_file};
+use crate::scene::desc::IntegratorKind;
+use crate::study::curve::PowerLaw;
+use crate::study::format::{percent, round_percent};
+use crate::study::prediction::Prediction;
+use crate::study::{ErrorQuantile, ErrorStatus, ErrorTarget, Interval};
 
-/// Everything that is said about a finished run. Field names are the JSON keys.
+/// Everything that is said about a finished run. The names of the fields are the keys in JSON.
 #[derive(Clone, Debug, Serialize)]
 pub struct RenderReport {
     pub version: &'static str,
@@ -20,7 +24,7 @@ pub struct RenderReport {
     pub width: u32,
     pub height: u32,
     pub integrator: &'static str,
-    /// Why, where the program chose it.
+    /// The reason for the method, if the program chose it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub auto: Option<ChoiceReport>,
     /// Every effect, on or off, and why.
@@ -37,20 +41,20 @@ pub struct RenderReport {
     pub light_paths: u64,
     /// Paths (from either end, or pairs) per texel of the film, overscan included.
     pub samples_per_pixel: f64,
-    /// The same per second of rendering.
+    /// Paths per second of rendering.
     pub samples_per_second: f64,
-    /// The same per second that one tracer thread spent tracing.
+    /// Paths per second that one tracer thread spent tracing.
     pub paths_per_trace_second: f64,
     pub seconds: Seconds,
-    /// How wrong the picture is; absent for an undivided run.
+    /// The error of the picture. It is unknown if the run was not divided into replicates.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<ErrorReport>,
     /// Samples that were not finite, by cause.
     pub rejected: Rejected,
-    /// Where the picture was rasterised.
+    /// The device that rasterised the picture.
     pub device: String,
     pub threads: usize,
-    /// Instructions that walked the rays; the picture does not depend on them.
+    /// Instructions that traced the rays. The picture does not depend on them.
     pub simd: &'static str,
     pub seed: u32,
     /// Samples were rasterised in index order.
@@ -116,7 +120,7 @@ pub struct RejectedExample {
 }
 
 impl RenderReport {
-    /// One line for a person.
+    /// A summary of the run in one line.
     pub fn summary(&self) -> String {
         let mut line = format!(
             "{}×{}, {}, {:.1} samples per pixel in {:.1} s ({} paths/s; {} per tracing second), {}",
@@ -151,6 +155,83 @@ impl RenderReport {
             }
         }
         line
+    }
+}
+
+/// The error of the unblurred picture, each figure with its 90 % interval. The names of the fields are the keys in JSON.
+#[derive(Clone, Debug, Serialize)]
+pub struct ErrorReport {
+    /// Relative error that half of the picture stays below.
+    pub median: Interval,
+    /// Relative error that 95 % of the picture stay below.
+    pub p95: Interval,
+    /// Relative error that 99 % of the picture stay below.
+    pub p99: Interval,
+    /// Mean of the squared error over the squared luminance plus 0.01.
+    pub rel_mse: Interval,
+    /// What these figures do not contain.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub besides: Option<&'static str>,
+    /// The quantile of `target`, `prediction` and `curve`.
+    pub quantile: &'static str,
+    /// The same quantile as a value.
+    #[serde(skip)]
+    pub at: ErrorQuantile,
+    /// The target, from `--error` or the window.
+    pub target: Option<f64>,
+    /// The target was reached; a render stops there.
+    pub reached: bool,
+    /// When the target, or the next round error, would have been reached.
+    pub prediction: Option<Prediction>,
+    /// Slope of the logarithms of error and samples.
+    pub slope: Option<Interval>,
+    /// Seconds, paths and error of every checkpoint.
+    pub curve: Vec<[f64; 3]>,
+}
+
+impl ErrorReport {
+    /// The figures of a run that has ended; `None` where there was too little to know anything.
+    pub fn new(
+        state: &ErrorStatus,
+        run: &RunSpec,
+        target: Option<ErrorTarget>,
+        at: ErrorQuantile,
+        reached: bool,
+    ) -> Option<Self> {
+        state.checkpoints.last()?;
+        let [median, p95, p99] = state.held_out.relative;
+        Some(Self {
+            median,
+            p95,
+            p99,
+            rel_mse: state.held_out.rel_mse,
+            besides: (run.integrator == IntegratorKind::Photon).then_some("the blur of photon mapping"),
+            quantile: at.share(),
+            at,
+            target: target.map(|target| target.error),
+            reached,
+            prediction: state.prediction,
+            slope: PowerLaw::new(&state.checkpoints).map(|fit| fit.slope()),
+            curve: state.checkpoints.iter().map(|c| [c.seconds, c.samples, c.error]).collect(),
+        })
+    }
+
+    /// The part of the summary of a run that tells the error.
+    pub fn summary(&self) -> String {
+        let Interval { value, low, high } = [self.median, self.p95, self.p99][self.at.index()];
+        let [value, low, high] = [value, low, high].map(percent);
+        let low = low.trim_end_matches(" %");
+        let mut text =
+            format!("; error {value} or less in {} of the picture (90 %: {low}–{high})", self.quantile);
+        if let Some(besides) = self.besides {
+            text += &format!(" besides {besides}");
+        }
+        match self.target {
+            Some(_) if self.reached => text += ", as asked for",
+            Some(target) => text += &format!(", not the {} that were asked for", round_percent(target)),
+            None => {}
+        }
+        text
     }
 }
 

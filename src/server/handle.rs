@@ -187,7 +187,7 @@ fn spawn_worker(worker: Worker, done: Sender<ServerMessage>) -> std::io::Result<
     Ok(WorkerHandle { assign, thread })
 }
 
-/// Locks `mutex`. The state behind these locks is valid at every moment, so a panic elsewhere does not invalidate it.
-fn unpoisoned<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+/// Locks `mutex`, even after a panic of another thread: for state that is valid at every moment.
+pub(crate) fn unpoisoned<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
 }

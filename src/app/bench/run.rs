@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use miette::{IntoDiagnostic, Result};
 
+use crate::app::drive::note;
 use crate::app::film_writer::FilmWriter;
 use crate::app::method::{self, RenderOrder};
 use crate::app::process;
@@ -132,14 +133,14 @@ impl Loop<'_> {
     fn frame(&mut self, number: u32) -> Result<()> {
         let start = Instant::now();
         self.lanes.wait(PATIENCE);
-        self.note("wait for samples", start)?;
+        note(&mut self.capture, "wait for samples", start)?;
         let (start, mut writer) = (Instant::now(), FilmWriter::new(&mut self.film, None));
         self.lanes.drain(BATCH_CAPACITY, |block| writer.block(block));
         writer.finish().into_diagnostic()?;
-        self.note("drain", start)?;
+        note(&mut self.capture, "drain", start)?;
         let start = Instant::now();
         self.film.flush().into_diagnostic()?;
-        self.note("flush", start)?;
+        note(&mut self.capture, "flush", start)?;
         let start = Instant::now();
         let mut frame = self.gpu.begin().into_diagnostic()?;
         let cmd = &mut frame.cmd();
@@ -153,11 +154,7 @@ impl Loop<'_> {
         cmd.scope("copy").copy_levels(source, target, &[[0, 0]]);
         let end = frame.submit().into_diagnostic()?;
         self.ends.insert(end.get(), number);
-        self.note("paint", start)
-    }
-
-    fn note(&mut self, name: &'static str, start: Instant) -> Result<()> {
-        self.capture.as_mut().map_or(Ok(()), |capture| capture.client(name, start))
+        note(&mut self.capture, "paint", start)
     }
 
     /// Takes the rows of completed frames and adds each to its frame and pass.

@@ -7,9 +7,8 @@ use std::time::Duration;
 use miette::{IntoDiagnostic, Result};
 use serde::Serialize;
 
-use crate::app::error_report::ErrorReport;
 use crate::app::plan::PlannedEffect;
-use crate::app::report::{Seconds, write_json};
+use crate::app::report::{ErrorReport, Seconds, write_json};
 use crate::app::run_spec::ChoiceReport;
 use crate::app::view::Viewer;
 use crate::app::view::screen::Screen;
@@ -123,7 +122,6 @@ impl Viewer {
     fn report(&self, seconds: f64) -> ViewReport {
         let (session, metrics, screen) = (&self.session, &self.metrics, self.picture.screen.as_ref());
         let (run, [width, height]) = (session.run_spec(), session.size());
-        let [device_losses, surface_losses] = screen.map_or([0; 2], Screen::losses);
         let (traced, rasterised) = (session.traced(), self.picture.rasterised);
         ViewReport {
             version: env!("CARGO_PKG_VERSION"),
@@ -148,8 +146,8 @@ impl Viewer {
             stalls: metrics.stalls,
             epochs: metrics.epochs,
             resizes: metrics.resizes,
-            device_losses,
-            surface_losses,
+            device_losses: screen.map_or(0, |screen| screen.device_losses),
+            surface_losses: screen.map_or(0, |screen| screen.surface_losses),
             validation_messages: screen.map_or(0, Screen::validation_messages),
             seconds,
             traced_samples: traced,

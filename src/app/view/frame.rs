@@ -235,8 +235,11 @@ impl Viewer {
 
     /// Deals with an error of a frame: a lost device is replaced once, and the tracer goes on meanwhile.
     fn recover(&mut self, error: ClientError) {
-        let screen = self.picture.screen.as_mut().filter(|_| is_device_lost(&error));
-        if screen.is_none_or(|screen| screen.count_device_loss() >= MOST_LOSSES) {
+        let Some(screen) = self.picture.screen.as_mut().filter(|_| is_device_lost(&error)) else {
+            return self.fail(miette::Report::from_err(error));
+        };
+        screen.device_losses += 1;
+        if screen.device_losses > MOST_LOSSES {
             return self.fail(miette::Report::from_err(error));
         }
         tell(&format!("the device was lost; opening it again ({error})"));

@@ -43,8 +43,10 @@ pub struct Screen {
     simulated: SimulatedLosses,
     /// The window shows what a headless render does, bit for bit.
     exact: bool,
-    device_losses: u32,
-    surface_losses: u32,
+    /// Number of devices that were lost.
+    pub device_losses: u32,
+    /// Number of surfaces that were lost.
+    pub surface_losses: u32,
     /// Messages of the validation layer on devices that are gone.
     messages: usize,
 }
@@ -146,17 +148,6 @@ impl Screen {
     /// The device.
     pub fn gpu(&self) -> Option<&Arc<Gpu>> {
         self.objects.as_ref().map(|objects| objects.swapchain.gpu())
-    }
-
-    /// Counts the loss of a device; returns how many were lost before.
-    pub fn count_device_loss(&mut self) -> u32 {
-        self.device_losses += 1;
-        self.device_losses - 1
-    }
-
-    /// Number of devices and of surfaces that were lost.
-    pub fn losses(&self) -> [u32; 2] {
-        [self.device_losses, self.surface_losses]
     }
 
     /// Messages of the validation layer so far, on all devices.

@@ -27,6 +27,7 @@ use crate::client::window::panel::{DEFAULT_TARGET, MapChoice, PanelControls};
 use crate::color::Profile;
 use crate::gpu::{self, DeviceChoice};
 use crate::scene::desc::IntegratorKind;
+use crate::server::panic_message;
 use crate::tracer::Scene;
 
 /// Runs the subcommand. A picture that was asked for is written even after an error.
@@ -60,8 +61,7 @@ pub fn view(args: &ViewArgs) -> Result<()> {
 
 /// The error of a panic in the viewer.
 fn internal(panic: &(dyn Any + Send)) -> miette::Report {
-    let words = panic.downcast_ref::<&str>().map(ToString::to_string);
-    let words = words.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default();
+    let words = panic_message(panic).unwrap_or_default();
     miette::miette!(
         help = "please report this, with what you did last",
         "the viewer made a mistake and had to close: {words}"

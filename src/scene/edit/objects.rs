@@ -130,7 +130,6 @@ fn named(desc: &SceneDesc, id: Option<&str>, kind: &str, place: Place) -> String
 pub(crate) struct Address<'a> {
     /// Its `id`, if it has one.
     pub(crate) id: Option<&'a str>,
-    /// The name of its plugin.
     pub(crate) kind: &'static str,
     /// Count of objects of this kind in the scene.
     pub(crate) count: usize,

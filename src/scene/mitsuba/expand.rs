@@ -41,7 +41,6 @@ impl Expander {
         }
     }
 
-    /// Reads the scene file itself.
     pub(crate) fn file(self, path: &Path) -> Result<Expanded, SceneError> {
         let bytes = read_bytes(path, limits::XML_BYTES).map_err(|e| unreadable(path, &e).error())?;
         self.string(path, &bytes)

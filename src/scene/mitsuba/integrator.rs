@@ -22,7 +22,6 @@ const KINDS: &[(&str, IntegratorKind)] = &[
 /// Samplers of Mitsuba. The program has a sequence of its own and takes only the count.
 const SAMPLERS: &[&str] = &["independent", "stratified", "multijitter", "orthogonal", "ldsampler"];
 
-/// Reads an integrator.
 pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<IntegratorDesc, SceneError> {
     let params = Params::new(reader.document, id)?;
     params.without_effect(&["samples_per_pass", "block_size", "timeout"]);

@@ -22,7 +22,6 @@ struct PluginChild<'d> {
 /// A plugin and its parameters.
 pub(crate) struct Params<'d> {
     document: &'d Document,
-    /// The plugin's element.
     pub(crate) id: ElementId,
     children: Vec<PluginChild<'d>>,
     asked: RefCell<Vec<&'static str>>,
@@ -62,17 +61,14 @@ impl<'d> Params<'d> {
         Ok(Self { document, id, children, asked: RefCell::default(), notes: RefCell::default() })
     }
 
-    /// The plugin's element.
     pub(crate) fn element(&self) -> &'d Element {
         self.document.element(self.id)
     }
 
-    /// The plugin's `type`.
     pub(crate) fn plugin(&self) -> &'d str {
         self.element().value("type").unwrap_or_default()
     }
 
-    /// Place of the plugin.
     pub(crate) fn span(&self) -> Span {
         self.element().span
     }
@@ -143,7 +139,6 @@ impl<'d> Params<'d> {
         parse(element).map(Some).map_err(at)
     }
 
-    /// A number.
     pub(crate) fn float(&self, name: &'static str) -> Result<Option<f64>, SceneError> {
         let exact = |text: &str| value::integer(text).map(|n| n as f64);
         self.typed(name, &["float", "integer"], |e| match e.tag.name {
@@ -152,22 +147,18 @@ impl<'d> Params<'d> {
         })
     }
 
-    /// An integer.
     pub(crate) fn integer(&self, name: &'static str) -> Result<Option<i64>, SceneError> {
         self.typed(name, &["integer"], |e| plain(e, value::integer))
     }
 
-    /// A truth value.
     pub(crate) fn boolean(&self, name: &'static str, default: bool) -> Result<bool, SceneError> {
         Ok(self.typed(name, &["boolean"], |e| plain(e, value::boolean))?.unwrap_or(default))
     }
 
-    /// A text.
     pub(crate) fn string(&self, name: &'static str) -> Result<Option<String>, SceneError> {
         self.typed(name, &["string"], |e| Ok(e.value("value").unwrap_or_default().to_owned()))
     }
 
-    /// A point or a vector.
     pub(crate) fn point(&self, name: &'static str) -> Result<Option<DVec3>, SceneError> {
         self.typed(name, &["point", "vector"], |e| transform::components(e, None))
     }

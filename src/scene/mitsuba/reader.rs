@@ -25,9 +25,7 @@ pub(crate) type PluginReader<T> = fn(&mut Reader<'_>, &Params<'_>) -> Result<T, 
 
 /// Reads a scene: the lists of its description so far, and what is needed to add to them.
 pub(crate) struct Reader<'d> {
-    /// The elements.
     pub(crate) document: &'d Document,
-    /// The lists of the description.
     pub(crate) lists: SceneLists,
     /// Objects that were read before, and sizes so far.
     pub(crate) known: Known,
@@ -70,16 +68,12 @@ pub(crate) struct Known {
     pub(crate) meshes: BTreeMap<(PathBuf, MeshOptions), MeshId>,
     pub(crate) groups: BTreeMap<ElementId, GroupId>,
     pub(crate) spectra: BTreeMap<(ElementId, Role), Spectrum>,
-    /// Triangles of all meshes.
     pub(crate) mesh_triangles: usize,
-    /// Bytes of all mesh files.
     pub(crate) mesh_bytes: u64,
-    /// Bytes of all spectrum files.
     pub(crate) spectrum_bytes: usize,
 }
 
 impl Reader<'_> {
-    /// Keeps a warning.
     pub(crate) fn warn(&mut self, warning: SceneWarning) {
         if self.warnings.len() < limits::WARNINGS {
             self.warnings.push(warning);

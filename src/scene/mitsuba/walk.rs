@@ -11,7 +11,7 @@ use crate::scene::desc::{IntegratorDesc, SceneDesc};
 use crate::scene::diagnostic::{FindingKind, SceneError};
 
 /// A scene that is being read.
-struct Walk<'d> {
+struct SceneWalk<'d> {
     reader: Reader<'d>,
     sensor: Option<sensor::Sensor>,
     integrator: Option<IntegratorDesc>,
@@ -23,7 +23,7 @@ struct Walk<'d> {
 pub(crate) fn read((document, warnings): Expanded) -> Result<Loaded, SceneError> {
     let (lists, known) = (SceneLists::default(), Known::default());
     let reader = Reader { document: &document, lists, known, warnings, more_warnings: 0 };
-    let mut walk = Walk { reader, sensor: None, integrator: None, edits: Vec::new() };
+    let mut walk = SceneWalk { reader, sensor: None, integrator: None, edits: Vec::new() };
     walk.version();
     for &id in &document.element(ElementId(0)).children {
         walk.top_level(id)?;
@@ -31,7 +31,7 @@ pub(crate) fn read((document, warnings): Expanded) -> Result<Loaded, SceneError>
     walk.done()
 }
 
-impl Walk<'_> {
+impl SceneWalk<'_> {
     /// The format is that of Mitsuba 2 and 3; older files use other names.
     fn version(&mut self) {
         let root = self.reader.document.element(ElementId(0));
