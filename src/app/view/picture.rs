@@ -318,8 +318,11 @@ impl LivePicture {
             self.read_ahead(session, budget);
             return Ok(());
         }
-        let mut writer = FilmWriter::new(film, observer).keeping(&mut self.kept);
-        let drained = session.drain(left.max(BLOCK_SAMPLES), |block| writer.block(block));
+        let mut writer = FilmWriter::new(film, observer);
+        let drained = session.drain(left.max(BLOCK_SAMPLES), |block| {
+            self.kept.push(block);
+            writer.block(block);
+        });
         self.rasterised += drained.samples as u64;
         writer.finish()
     }
@@ -424,15 +427,14 @@ impl LivePicture {
 
     /// A reference film, on the CPU, filled with the samples that are kept.
     pub fn film_without_device(&mut self, spec: FilmSpec) -> Result<Client, ClientError> {
-        let mut film = ReferenceFilm::new(spec, 0)?;
+        let mut film = Client::Reference(ReferenceFilm::new(spec, 0)?);
         let mut writer = FilmWriter::new(&mut film, None);
         self.kept.rewind();
         while let Some((samples, first_index, paths)) = self.kept.feed() {
             writer.samples(first_index, paths, samples);
         }
         writer.finish()?;
-        film.flush()?;
-        Ok(Client::Reference(film))
+        film.flush().map(|()| film)
     }
 }
 
