@@ -225,7 +225,7 @@ pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<BsdfId, Sce
     let element = reader.document.element(id);
     if reader.known.open_bsdfs.contains(&id) || reader.known.open_bsdfs.len() >= limits::REFERENCE_DEPTH {
         let message = "this material contains itself, or too many others within each other";
-        return Err(reader.document.finding(FindingKind::Reference, element.span, message).error());
+        return Err(reader.document.error(FindingKind::Reference, element.span, message));
     }
     let params = Params::new(reader.document, id)?;
     let plugin = reader.plugin(&params, PLUGINS, &[])?;

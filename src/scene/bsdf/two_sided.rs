@@ -20,9 +20,8 @@ impl BsdfPlugin for TwoSidedDesc {
 
     fn read(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<Self, SceneError> {
         let sides = params.objects("bsdf");
-        let wrong = |reader: &Reader<'_>, span, m: &str| {
-            Err(reader.document.finding(FindingKind::Parameter, span, m).error())
-        };
+        let wrong =
+            |reader: &Reader<'_>, span, m: &str| Err(reader.document.error(FindingKind::Parameter, span, m));
         let (front, back) = match sides.as_slice() {
             [one] => (*one, *one),
             [front, back] => (*front, *back),

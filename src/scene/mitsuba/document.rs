@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::source::{Sources, Span};
 use super::tags::Tag;
-use crate::scene::diagnostic::{Finding, FindingKind};
+use crate::scene::diagnostic::{Finding, FindingKind, SceneError};
 
 /// Index of an [`Element`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -67,6 +67,11 @@ impl Document {
 
     pub(crate) fn finding(&self, kind: FindingKind, span: Span, message: impl Into<String>) -> Finding {
         self.sources.finding(kind, span, message)
+    }
+
+    /// An error about a span, without advice.
+    pub(crate) fn error(&self, kind: FindingKind, span: Span, message: impl Into<String>) -> SceneError {
+        self.finding(kind, span, message).error()
     }
 
     /// Finds a file named in the scene: relative to the file that names it, then to each `path`.

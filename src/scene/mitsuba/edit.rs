@@ -45,7 +45,7 @@ pub(crate) fn apply(
         }
         let numbers = value::numbers(edit.element.value("value").unwrap_or_default());
         let (value_span, name_span) = (edit.element.span_of("value"), edit.element.span_of("name"));
-        let at = |message| document.finding(FindingKind::Value, value_span, message).error();
+        let at = |message| document.error(FindingKind::Value, value_span, message);
         let numbers = numbers.map_err(at)?;
         let wrong = || at(format!("`{}` cannot have {} numbers", parameter.name, numbers.len()));
         let value = parameter.range.value(&numbers).ok_or_else(wrong)?;
@@ -54,7 +54,7 @@ pub(crate) fn apply(
                 EditError::NoTarget { .. } => (FindingKind::Reference, name_span),
                 EditError::Value { .. } => (FindingKind::Value, value_span),
             };
-            document.finding(kind, span, e.to_string()).error()
+            document.error(kind, span, e.to_string())
         })?;
     }
     Ok(())
@@ -87,10 +87,7 @@ impl Edit<'_> {
         let text = |name: &str| self.element.value(name).unwrap_or_default();
         if let Some(&child) = self.element.children.first() {
             let span = self.document.element(child).span;
-            return Err(self
-                .document
-                .finding(FindingKind::Unknown, span, "an edit has attributes only")
-                .error());
+            return Err(self.document.error(FindingKind::Unknown, span, "an edit has attributes only"));
         }
         let Some(object) = ObjectKind::ALL.into_iter().find(|o| o.tag() == text("object")) else {
             let found = self.document.finding(
@@ -117,7 +114,7 @@ impl Edit<'_> {
     fn by_id(&self, object: ObjectKind, id: &str, ids: &Ids) -> Result<u32, SceneError> {
         if let Some(extra) = ["index", "count", "type"].iter().find_map(|n| self.element.attribute(n)) {
             let message = "an edit names its object by `id`, or by `index`, `count` and `type`";
-            return Err(self.document.finding(FindingKind::Parameter, extra.span, message).error());
+            return Err(self.document.error(FindingKind::Parameter, extra.span, message));
         }
         ids.get(&(object.tag(), id.to_owned())).copied().ok_or_else(|| {
             let message = format!("there is no {} with the id `{}`", object.tag(), shorten(id));
@@ -133,7 +130,7 @@ impl Edit<'_> {
         let [index, count] = [self.natural("index")?, self.natural("count")?];
         let Some(kind) = self.element.value("type") else {
             let message = "an edit of an object without `id` says its `index`, `count` and `type`";
-            return Err(self.document.finding(FindingKind::Missing, self.element.span, message).error());
+            return Err(self.document.error(FindingKind::Missing, self.element.span, message));
         };
         let first = address(self.desc, object, 0).map_or(0, |a| a.count);
         if first as u64 != u64::from(count) {
@@ -143,10 +140,7 @@ impl Edit<'_> {
         let Some(found) = address(self.desc, object, index) else {
             let message =
                 format!("there is no <{}> {index}: they are 0 to {}", object.tag(), count.saturating_sub(1));
-            return Err(self
-                .document
-                .finding(FindingKind::Reference, self.element.span_of("index"), message)
-                .error());
+            return Err(self.document.error(FindingKind::Reference, self.element.span_of("index"), message));
         };
         if found.kind != kind {
             let message = format!("<{}> {index} is `{}`, not `{}`", object.tag(), found.kind, shorten(kind));
@@ -164,9 +158,9 @@ impl Edit<'_> {
     fn natural(&self, name: &'static str) -> Result<u32, SceneError> {
         let Some(a) = self.element.attribute(name) else {
             let message = format!("an edit of an object without `id` says its `{name}`");
-            return Err(self.document.finding(FindingKind::Missing, self.element.span, message).error());
+            return Err(self.document.error(FindingKind::Missing, self.element.span, message));
         };
-        let wrong = |m: String| self.document.finding(FindingKind::Value, a.span, m).error();
+        let wrong = |m: String| self.document.error(FindingKind::Value, a.span, m);
         let v = value::integer(&a.value).map_err(wrong)?;
         u32::try_from(v).map_err(|_| wrong(format!("{v} is not from 0 to {}", u32::MAX)))
     }

@@ -54,7 +54,7 @@ impl<'d> Params<'d> {
             if let Some(name) = name.filter(|n| !names.insert(*n)) {
                 let message = format!("`{name}` is given twice");
                 let span = element.span_of("name");
-                return Err(document.finding(FindingKind::Parameter, span, message).error());
+                return Err(document.error(FindingKind::Parameter, span, message));
             }
             children.push(PluginChild { name, element: target, span: element.span, used: Cell::new(false) });
         }
@@ -133,9 +133,9 @@ impl<'d> Params<'d> {
         let Some(element) = self.get(name) else { return Ok(None) };
         if !tags.contains(&element.tag.name) {
             let message = format!("`{name}` is a <{}>, not a <{}>", tags.join("> or <"), element.tag.name);
-            return Err(self.document.finding(FindingKind::Parameter, element.span, message).error());
+            return Err(self.document.error(FindingKind::Parameter, element.span, message));
         }
-        let at = |(span, message)| self.document.finding(FindingKind::Value, span, message).error();
+        let at = |(span, message)| self.document.error(FindingKind::Value, span, message);
         parse(element).map(Some).map_err(at)
     }
 
@@ -183,7 +183,7 @@ impl<'d> Params<'d> {
             [_, (_, span), ..] => {
                 let message =
                     format!("a second <{tag}>; only one can stand in a <{}>", self.element().tag.name);
-                Err(self.document.finding(FindingKind::Parameter, *span, message).error())
+                Err(self.document.error(FindingKind::Parameter, *span, message))
             }
         }
     }

@@ -114,7 +114,7 @@ fn obj(reader: &mut Reader<'_>, params: &Params<'_>, to_world: &DAffine3) -> Res
         mesh::MeshError::At(e) => e,
         mesh::MeshError::Unreadable(kind, message) => {
             let span = params.get("filename").map_or(params.span(), |e| e.span_of("value"));
-            reader.document.finding(kind, span, message).error()
+            reader.document.error(kind, span, message)
         }
     })?;
     for warning in read.warnings {

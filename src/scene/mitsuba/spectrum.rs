@@ -28,7 +28,7 @@ pub(crate) fn read(
     let Some(id) = params.get_id(name) else { return Ok(None) };
     let element = reader.document.element(id);
     let span = element.span_of("value");
-    let fault = |reader: &Reader<'_>, m: String| reader.document.finding(FindingKind::Value, span, m).error();
+    let fault = |reader: &Reader<'_>, m: String| reader.document.error(FindingKind::Value, span, m);
     let text = element.value("value").unwrap_or_default();
     let spectrum = match element.tag.name {
         "rgb" => {
@@ -46,7 +46,7 @@ pub(crate) fn read(
         "spectrum" => shared(reader, id, role)?,
         other => {
             let m = format!("`{name}` is an <rgb>, <spectrum> or <float>; a <{other}> is not supported here");
-            return Err(reader.document.finding(FindingKind::Plugin, element.span, m).error());
+            return Err(reader.document.error(FindingKind::Plugin, element.span, m));
         }
     };
     // Colours are in range already, and their bound may lie a little above them.
@@ -92,7 +92,7 @@ fn from_rgb(rgb: [f64; 3], role: Role) -> Result<Spectrum, String> {
 /// `<spectrum>` without a type: a constant, a list, or a file.
 fn values(reader: &mut Reader<'_>, element: &Element) -> Result<Spectrum, SceneError> {
     let span = element.span_of(if element.attribute("value").is_some() { "value" } else { "filename" });
-    let fault = |reader: &Reader<'_>, m: String| reader.document.finding(FindingKind::Value, span, m).error();
+    let fault = |reader: &Reader<'_>, m: String| reader.document.error(FindingKind::Value, span, m);
     match (element.value("value"), element.value("filename")) {
         (Some(text), None) if text.contains(':') => {
             let points = value::wavelength_list(text).map_err(|e| fault(reader, e))?;
@@ -109,7 +109,7 @@ fn values(reader: &mut Reader<'_>, element: &Element) -> Result<Spectrum, SceneE
 
 fn file(reader: &mut Reader<'_>, name: &str, span: Span) -> Result<Spectrum, SceneError> {
     let path = reader.document.resolve(name, span);
-    let at = |reader: &Reader<'_>, kind, m: String| reader.document.finding(kind, span, m).error();
+    let at = |reader: &Reader<'_>, kind, m: String| reader.document.error(kind, span, m);
     let bytes = read_bytes(&path, limits::SPECTRUM_BYTES).map_err(|e| at(reader, e.kind(), e.to_string()))?;
     reader.known.spectrum_bytes += bytes.len();
     if reader.known.spectrum_bytes > limits::TOTAL_SPECTRUM_BYTES {
