@@ -28,19 +28,20 @@ pub(crate) fn read(
     let Some(id) = params.get_id(name) else { return Ok(None) };
     let element = reader.document.element(id);
     let span = element.span_of("value");
-    let fault = |reader: &Reader<'_>, m: String| reader.document.error(FindingKind::Value, span, m);
+    let document = reader.document;
+    let fault = |m: String| document.error(FindingKind::Value, span, m);
     let text = element.value("value").unwrap_or_default();
     let spectrum = match element.tag.name {
         "rgb" => {
-            let rgb = value::rgb(text).map_err(|e| fault(reader, e))?;
+            let rgb = value::rgb(text).map_err(fault)?;
             if text.trim_start().starts_with('#') {
                 let m = "a hexadecimal colour is read as sRGB and decoded; Mitsuba 3.9 refuses it";
                 params.note(reader.document.finding(FindingKind::Value, span, m).advice());
             }
-            from_rgb(rgb, role).map_err(|e| fault(reader, e))?
+            from_rgb(rgb, role).map_err(fault)?
         }
         "float" | "integer" => {
-            let v = value::number(text).and_then(non_negative).map_err(|e| fault(reader, e))?;
+            let v = value::number(text).and_then(non_negative).map_err(fault)?;
             if role == Role::Emission { Spectrum::d65(v) } else { Spectrum::Constant(v) }
         }
         "spectrum" => shared(reader, id, role)?,
@@ -92,30 +93,32 @@ fn from_rgb(rgb: [f64; 3], role: Role) -> Result<Spectrum, String> {
 /// `<spectrum>` without a type: a constant, a list, or a file.
 fn values(reader: &mut Reader<'_>, element: &Element) -> Result<Spectrum, SceneError> {
     let span = element.span_of(if element.attribute("value").is_some() { "value" } else { "filename" });
-    let fault = |reader: &Reader<'_>, m: String| reader.document.error(FindingKind::Value, span, m);
+    let document = reader.document;
+    let fault = |m: String| document.error(FindingKind::Value, span, m);
     match (element.value("value"), element.value("filename")) {
         (Some(text), None) if text.contains(':') => {
-            let points = value::wavelength_list(text).map_err(|e| fault(reader, e))?;
-            table(&points).map_err(|e| fault(reader, e))
+            let points = value::wavelength_list(text).map_err(fault)?;
+            table(&points).map_err(fault)
         }
         (Some(text), None) => {
-            let v = value::number(text).and_then(non_negative).map_err(|e| fault(reader, e))?;
+            let v = value::number(text).and_then(non_negative).map_err(fault)?;
             Ok(Spectrum::Constant(v))
         }
         (None, Some(name)) => file(reader, name, span),
-        _ => Err(fault(reader, "a spectrum has either a `value` or a `filename`".into())),
+        _ => Err(fault("a spectrum has either a `value` or a `filename`".into())),
     }
 }
 
 fn file(reader: &mut Reader<'_>, name: &str, span: Span) -> Result<Spectrum, SceneError> {
     let path = reader.document.resolve(name, span);
-    let at = |reader: &Reader<'_>, kind, m: String| reader.document.error(kind, span, m);
-    let bytes = read_bytes(&path, limits::SPECTRUM_BYTES).map_err(|e| at(reader, e.kind(), e.to_string()))?;
+    let document = reader.document;
+    let at = |kind, m: String| document.error(kind, span, m);
+    let bytes = read_bytes(&path, limits::SPECTRUM_BYTES).map_err(|e| at(e.kind(), e.to_string()))?;
     reader.known.spectrum_bytes += bytes.len();
     if reader.known.spectrum_bytes > limits::TOTAL_SPECTRUM_BYTES {
         let m =
             format!("the spectrum files of this scene have more than {} bytes", limits::TOTAL_SPECTRUM_BYTES);
-        return Err(at(reader, FindingKind::Limit, m));
+        return Err(at(FindingKind::Limit, m));
     }
     let text = String::from_utf8_lossy(&bytes);
     let points = value::wavelength_table(&text).map_err(|(line, message)| {
@@ -124,7 +127,7 @@ fn file(reader: &mut Reader<'_>, name: &str, span: Span) -> Result<Spectrum, Sce
         let at = LineAt { file: &file, text: shown, line, column: 1, range: (0, shown.len()) };
         Finding::new(FindingKind::Value, at, message).error()
     })?;
-    table(&points).map_err(|e| at(reader, FindingKind::Value, format!("{}: {e}", path.display())))
+    table(&points).map_err(|e| at(FindingKind::Value, format!("{}: {e}", path.display())))
 }
 
 /// A table with one value is not a curve; wavelengths must rise and values must not be negative.
