@@ -18,7 +18,7 @@
 //! 1. `server/worker.rs` claims a chunk of indices and calls [`Integrator::trace`](tracer::Integrator::trace) for each.
 //! 2. The integrator hands its samples to a [`BlockSink`](stream::BlockSink), which fills a block of the worker's lane and commits it.
 //! 3. `app` drains the lanes ([`stream::Lanes::drain`]): `app/drive.rs` for a render, `app/view/picture.rs` for the window, both through
-//!    `app/intake.rs`, which counts paths, adds the samples to the film and feeds the observer of the error.
+//!    `app/film_writer.rs`, which counts paths, adds the samples to the film and feeds the observer of the error.
 //! 4. The film ([`client::film::VulkanFilm`], or its [`client::reference`] on the CPU) splats a full batch, folds it into its sums and updates the variance.
 //! 5. A repaint (`client/pass/repaint.rs`) builds mips, reconstructs, adds glare and tone-maps.
 //! 6. `app/view/screen.rs` copies the picture to the swapchain and draws the panel over it; without a window it is read back and written.

@@ -16,7 +16,7 @@ use serde_json::Value;
 use super::args::BenchArgs;
 use super::device::Device;
 use super::load::{self, Opened};
-use super::report::{Percentiles, Seconds, check_json, human, print, write_json};
+use super::report::{Percentiles, Seconds, check_json, human, publish};
 use super::run_spec::RunSpec;
 use super::timings::{self, TimingCapture, describe};
 use super::{method, process};
@@ -53,10 +53,7 @@ pub fn bench(args: &BenchArgs) -> Result<()> {
     let settings = args.display.settings();
     let job = BenchJob { gpu, run: &run, scene, camera, threads, settings: &settings, frames: args.frames };
     let report = BenchReport::new(&measure(job, capture)?, gpu, &run, &settings);
-    if args.json.as_deref() != Some("-".as_ref()) {
-        print(&report.table(), "the report");
-    }
-    args.json.as_ref().map_or(Ok(()), |path| write_json(&report, path))
+    publish(&report.table(), "the report", &report, args.json.as_deref())
 }
 
 /// What `--json` writes. Field names are the JSON keys.
@@ -86,7 +83,6 @@ struct BenchReport {
     rasterised_samples_per_second: Option<f64>,
     samples_per_frame: f64,
     scopes_without_time: u64,
-    /// How bytes are counted.
     bytes_model: &'static str,
     copy: &'static str,
     passes: Vec<PassReport>,

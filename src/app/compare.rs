@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::args::CompareArgs;
 use super::args::compare::Metric;
-use super::report::{is_special, print, write_json};
+use super::report::{is_special, publish};
 use crate::client::{Settings, develop};
 use crate::color::{Profile, palette};
 use crate::image::compare::{
@@ -112,10 +112,7 @@ pub fn compare(args: &CompareArgs) -> Result<()> {
         left_out: &left_out,
         map: args.map.as_deref(),
     };
-    if args.json.as_deref() != Some("-".as_ref()) {
-        print(&table(&report, note.as_deref()), "the metrics");
-    }
-    args.json.as_ref().map_or(Ok(()), |path| write_json(&report, path))
+    publish(&table(&report, note.as_deref()), "the metrics", &report, args.json.as_deref())
 }
 
 /// Checks, before anything is read, that map and report can be written, and over neither picture nor each other.

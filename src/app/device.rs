@@ -15,7 +15,6 @@ pub const CPU: &str = "cpu";
 
 /// An opened device.
 pub enum Device {
-    /// Through Vulkan.
     Vulkan(std::sync::Arc<Gpu>),
     /// Through the references.
     Cpu,
@@ -64,10 +63,6 @@ impl Device {
     }
 
     /// Makes a film on it; `threads` is for the CPU references.
-    ///
-    /// # Errors
-    ///
-    /// When the film does not fit into the device.
     pub fn client(&self, spec: FilmSpec, threads: usize) -> Result<Client> {
         Ok(match self {
             Device::Vulkan(gpu) => Client::Vulkan(VulkanFilm::new(gpu.clone(), spec).into_diagnostic()?),

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use miette::{IntoDiagnostic, Result};
 
-use super::intake::Intake;
+use super::film_writer::FilmWriter;
 use super::observer::Observer;
 use super::process;
 use super::progress::Progress;
@@ -21,7 +21,6 @@ const BUDGET: usize = 1 << 16;
 /// How to drain one render.
 #[derive(Clone, Copy, Debug)]
 pub struct Drive {
-    /// The render.
     pub epoch: Epoch,
     /// First index of its range.
     pub first_index: u64,
@@ -54,7 +53,6 @@ pub struct DriveOutcome {
 
 /// What is updated while a render is drained.
 pub struct DriveObservers<'a> {
-    /// The progress bar.
     pub bar: &'a Progress,
     /// The capture of `--gpu-timings`, if it is asked for.
     pub timings: &'a mut Option<TimingCapture>,
@@ -136,28 +134,24 @@ fn take(
     observer: Option<&Observer>,
     reached: &mut bool,
 ) -> std::result::Result<Drained, ClientError> {
-    let mut intake = Intake::new(client, observer);
+    let mut writer = FilmWriter::new(client, observer);
     let goal = observer.filter(|observer| drive.deterministic && observer.target().is_some());
     let give = |block: &Block| {
         // In index order the picture ends with the very block that made it good enough.
         if drive.deterministic && *reached {
             return;
         }
-        intake.block(block);
+        writer.block(block);
         if let Some(observer) = goal {
             observer.sync();
             *reached = observer.state().reached;
         }
     };
     let drained = lanes.drain(BUDGET, give);
-    intake.finish().map(|()| drained)
+    writer.finish().map(|()| drained)
 }
 
 /// Records what the client did since `start`, where that is asked for.
-///
-/// # Errors
-///
-/// When a file of the capture cannot be written.
 pub fn note(timings: &mut Option<TimingCapture>, name: &'static str, start: Instant) -> Result<()> {
     timings.as_mut().map_or(Ok(()), |timings| timings.client(name, start))
 }

@@ -15,7 +15,7 @@ use super::bench::{BenchJob, PassTimes, measure};
 use super::device::Device;
 use super::load::{self, Opened};
 use super::plan::{EffectSide, PlannedEffect, plan};
-use super::report::{Seconds, check_json, print, write_json};
+use super::report::{Seconds, check_json, publish};
 use super::run_spec::{RunSpec, shown_variance};
 use super::{method, process};
 use crate::client::effect_list::ClientEffect;
@@ -26,19 +26,19 @@ use crate::scene::desc::IntegratorKind;
 /// Frames whose passes are timed.
 const FRAMES: u32 = 24;
 
-/// What `--json` writes. Field names are JSON keys.
+/// What `--json` writes. The names of the fields are the keys in JSON.
 #[derive(Debug, Serialize)]
 struct Explained<'a> {
     version: &'static str,
     scene: &'a Path,
     integrator: &'static str,
-    /// Why, where the program chose it.
+    /// The reason for the method, if the program chose it.
     #[serde(skip_serializing_if = "Option::is_none")]
     auto: Option<&'a str>,
-    /// Where passes were timed.
+    /// The device on which the passes were timed.
     device: &'a str,
     plan: &'a [PlannedEffect],
-    /// Images and buffers on the device, bytes.
+    /// Bytes of every image and buffer on the device.
     #[serde(skip_serializing_if = "Option::is_none")]
     memory: Option<Vec<(String, u64)>>,
     /// Pipelines, by shader and what it is specialised for.
@@ -47,10 +47,6 @@ struct Explained<'a> {
 }
 
 /// Runs the subcommand.
-///
-/// # Errors
-///
-/// When the scene, the device or the place of `--json` cannot be used.
 pub fn explain(args: &ExplainArgs) -> Result<()> {
     check_json(args.json.as_deref(), &args.source.scene)?;
     process::listen_for_interrupt();
@@ -80,32 +76,22 @@ pub fn explain(args: &ExplainArgs) -> Result<()> {
             pipelines = Some(inventory.pipelines);
         }
     }
-    if args.json.as_deref() != Some("-".as_ref()) {
-        print(&table(&plan), "the plan");
-    }
-    if let Some(path) = &args.json {
-        let explained = Explained {
-            version: env!("CARGO_PKG_VERSION"),
-            scene: &run.scene,
-            integrator: run.integrator.name(),
-            auto: run.auto.as_ref().map(|a| a.reason.as_str()),
-            device: &run.device,
-            plan: &plan,
-            memory,
-            pipelines,
-        };
-        write_json(&explained, path)?;
-    }
-    Ok(())
+    let explained = Explained {
+        version: env!("CARGO_PKG_VERSION"),
+        scene: &run.scene,
+        integrator: run.integrator.name(),
+        auto: run.auto.as_ref().map(|a| a.reason.as_str()),
+        device: &run.device,
+        plan: &plan,
+        memory,
+        pipelines,
+    };
+    publish(&table(&plan), "the plan", &explained, args.json.as_deref())
 }
 
 /// Measures time and memory of the client's effects. `measure` runs frames with these settings by this method; it is called
 /// once as asked for, and once for every effect that is switched to see the difference. Returns the resources of the first
 /// run.
-///
-/// # Errors
-///
-/// As `measure`.
 fn charge_client(
     plan: &mut [PlannedEffect],
     settings: &Settings,

@@ -25,21 +25,13 @@ pub struct SceneInput {
 
 /// A scene that is ready to be traced, and the device that shows it.
 pub struct Opened {
-    /// What was read.
     pub input: SceneInput,
-    /// The scene.
     pub scene: Scene,
-    /// The view of it.
     pub camera: Camera,
-    /// The device.
     pub device: Device,
 }
 
 /// Loads and prepares the scene while the device is opened; the time that each step took goes to `seconds`.
-///
-/// # Errors
-///
-/// As [`load`] and [`prepare`], and when the device cannot be opened.
 pub fn open(source: &SceneArgs, seconds: &mut Seconds) -> Result<Opened> {
     std::thread::scope(|scope| {
         let device = scope.spawn(|| {
@@ -68,10 +60,6 @@ pub fn tell_warnings(loaded: &Loaded) {
 }
 
 /// Reads the scene, with the size and the method of the command line.
-///
-/// # Errors
-///
-/// When the file cannot be read or has a fault.
 pub fn read(source: &SceneArgs) -> Result<Loaded> {
     let mut loaded = scene::load(&source.scene, &source.defines)?;
     let desc = &mut loaded.desc;
@@ -84,10 +72,6 @@ pub fn read(source: &SceneArgs) -> Result<Loaded> {
 }
 
 /// Reads the scene and forces effects on and off as the command line says.
-///
-/// # Errors
-///
-/// As [`read`], and when an effect cannot be forced.
 pub fn load(source: &SceneArgs) -> Result<SceneInput> {
     let mut loaded = read(source)?;
     let forced = forced(&loaded.desc, source)?;
@@ -126,10 +110,6 @@ fn lacking(kernel: SimdKernel, has: impl Fn(SimdKernel) -> bool) -> miette::Repo
 }
 
 /// The effects that the command line switches on or off and that are not so already. Switches without effect are reported.
-///
-/// # Errors
-///
-/// When an effect cannot be forced.
 pub fn forced(desc: &SceneDesc, source: &SceneArgs) -> Result<Vec<Forced>> {
     let kind = desc.integrator.kind;
     let plan = decide(desc, kind);
@@ -150,10 +130,6 @@ pub fn forced(desc: &SceneDesc, source: &SceneArgs) -> Result<Vec<Forced>> {
 }
 
 /// Forces one effect.
-///
-/// # Errors
-///
-/// When that is not possible.
 pub fn force(desc: &mut SceneDesc, forced: Forced) -> Result<()> {
     let forcing: fn(&mut SceneDesc, Effect) -> Result<(), &'static str> =
         if forced.on { force_on } else { without };

@@ -27,15 +27,11 @@ pub type Photons = Replicated<PhotonTracer>;
 /// What is to be rendered.
 #[derive(Clone, Debug)]
 pub struct RenderOrder {
-    /// The scene.
     pub scene: Arc<Scene>,
-    /// The view of it.
     pub camera: Camera,
     /// Indices: the first, and one past the last if every index were one path.
     pub range: Range<u64>,
-    /// Where samples may lie.
     pub window: UvWindow,
-    /// The number of this render.
     pub epoch: Epoch,
     /// Whether and how the plan of effects is checked.
     pub check: Option<CheckOrder>,

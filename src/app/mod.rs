@@ -5,8 +5,8 @@
 //! | `args/` | the command line; its comments are the `--help` |
 //! | `render.rs`, `view/`, `bench.rs`, `explain.rs`, `compare.rs`, `study/`, `device.rs` | the subcommands |
 //! | `load.rs`, `run_spec.rs`, `method.rs` | scene and device; what a run is made of; its method of light transport |
-//! | `drive.rs`, `intake.rs`, `observer.rs`, `predictions.rs`, `progress.rs` | from lanes to film; the error of the picture meanwhile |
-//! | `plan.rs`, `outputs.rs`, `report.rs`, `error_report.rs` | the list of effects; pictures; figures |
+//! | `drive.rs`, `film_writer.rs`, `observer.rs`, `predictions.rs`, `progress.rs` | from lanes to film; the error of the picture meanwhile |
+//! | `plan.rs`, `outputs.rs`, `report.rs` | the list of effects; pictures; figures |
 //! | `timings.rs`, `trace.rs`, `process.rs` | `--gpu-timings`; Ctrl-C and standard error |
 //!
 //! # Rendering from another program
@@ -79,9 +79,8 @@ mod bench;
 mod compare;
 mod device;
 mod drive;
-mod error_report;
 mod explain;
-mod intake;
+mod film_writer;
 mod load;
 mod method;
 mod observer;

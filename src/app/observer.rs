@@ -6,7 +6,7 @@
 
 use std::collections::VecDeque;
 use std::sync::mpsc::{Sender, channel};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard};
+use std::sync::{Arc, Condvar, Mutex};
 use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
 
@@ -14,7 +14,7 @@ use miette::{IntoDiagnostic, Result, WrapErr};
 
 use super::predictions;
 use super::run_spec::RunSpec;
-use crate::server::Priority;
+use crate::server::{Priority, unpoisoned};
 use crate::stream::{PathCounts, Sample};
 use crate::study::error::ReplicatePixel;
 use crate::study::prediction::PredictionOutcome;
@@ -97,10 +97,6 @@ pub struct Observer {
 
 impl Observer {
     /// Watches a render of `run`, which must be divided into replicates, from now on.
-    ///
-    /// # Errors
-    ///
-    /// When the system refuses a thread.
     pub fn start(run: &RunSpec, target: Option<ErrorTarget>, beside: Beside) -> Result<Self> {
         let inbox = Inbox {
             messages: VecDeque::new(),
@@ -209,26 +205,26 @@ impl Observer {
 
     /// Waits until everything has been seen that was handed over before.
     pub fn sync(&self) {
-        let (answer, answers) = channel();
-        self.send(Message::Sync(answer), true);
-        // An error means that the thread is gone, and with it what there was to wait for.
-        let _ = answers.recv();
+        self.ask(Message::Sync);
     }
 
     /// Mean and difference of the replicates of every pixel so far, as [`Replicates::pixels`](crate::study::Replicates::pixels) returns them; empty before
     /// each replicate has traced a path.
     pub fn pixels(&self) -> Vec<ReplicatePixel> {
-        let (answer, answers) = channel();
-        self.send(Message::Pixels(answer), true);
-        answers.recv().unwrap_or_default()
+        self.ask(Message::Pixels)
     }
 
     /// Takes a last checkpoint; returns the status and the outcomes of the predictions.
     pub fn end(&self) -> (Arc<ErrorStatus>, Vec<PredictionOutcome>) {
-        let (answer, answers) = channel();
-        self.send(Message::End(self.began.elapsed(), answer), true);
-        let kept = answers.recv().unwrap_or_default();
+        let kept = self.ask(|answer| Message::End(self.began.elapsed(), answer));
         (self.state(), kept)
+    }
+
+    /// Sends a question and waits for its answer. If the thread is gone there is nothing to wait for, and the answer is empty.
+    fn ask<T: Default>(&self, question: impl FnOnce(Sender<T>) -> Message) -> T {
+        let (answer, answers) = channel();
+        self.send(question(answer), true);
+        answers.recv().unwrap_or_default()
     }
 
     fn send(&self, message: Message, asks: bool) {
@@ -341,11 +337,6 @@ fn observe(mut watch: ErrorMonitor, shared: &Shared) {
             }
         }
     }
-}
-
-/// Locks, even after a panic: the data behind the lock is consistent at every moment.
-fn unpoisoned<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
 #[cfg(test)]

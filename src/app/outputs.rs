@@ -14,7 +14,7 @@ use crate::client::{Client, DisplayImage, FilmData, Settings, develop};
 use crate::color::Profile;
 use crate::image::png::{PngPicture, Transfer};
 use crate::image::write::{FileFormat, check_place, check_target, same_file};
-use crate::image::{Attribute, ImageError, exr, png};
+use crate::image::{Attribute, exr, png};
 
 /// The picture files of a run.
 pub struct Outputs {
@@ -37,10 +37,6 @@ impl Outputs {
     }
 
     /// Makes sure that these files can be written, and that none is the report or the scene.
-    ///
-    /// # Errors
-    ///
-    /// As [`plan`](Self::plan).
     pub fn check(paths: Vec<PathBuf>, json: Option<&PathBuf>, scene: &PathBuf) -> Result<Self> {
         let check = |path: PathBuf| Ok((path.clone(), check_target(&path).into_diagnostic()?));
         let files = paths.into_iter().map(check).collect::<Result<Vec<_>>>()?;
@@ -89,21 +85,21 @@ impl Outputs {
         let wants = |format| self.files.iter().any(|(_, f)| *f == format);
         let start = Instant::now();
         let shown = wants(FileFormat::Png).then(|| client.display(settings)).transpose().into_diagnostic()?;
+        let shown = shown.map(|shown| FilmSnapshot::Png(shown, client.counts().paths()));
         seconds.display = start.elapsed().as_secs_f64();
         let start = Instant::now();
         let data = wants(FileFormat::Exr).then(|| client.develop()).transpose().into_diagnostic()?;
+        let data = data.map(FilmSnapshot::Exr);
         for (path, format) in &self.files {
-            let written = match (format, &shown, &data) {
-                (FileFormat::Png, Some(shown), _) => {
-                    write_png(path, shown, run.attributes(client.counts().paths(), prefix), settings)
-                }
-                (FileFormat::Exr, _, Some(data)) => exr::write(path, &layers(run, prefix, data)),
-                _ => continue,
+            let snapshot = match format {
+                FileFormat::Png => &shown,
+                FileFormat::Exr => &data,
             };
+            let written = snapshot.as_ref().map_or(Ok(()), |s| s.write(path, run, prefix, settings));
             first_error = first_error.and(written);
         }
         seconds.write = start.elapsed().as_secs_f64();
-        first_error.into_diagnostic().wrap_err("a picture was rendered but could not be saved")
+        first_error.wrap_err("a picture was rendered but could not be saved")
     }
 }
 
@@ -117,10 +113,6 @@ pub enum FilmSnapshot {
 
 impl FilmSnapshot {
     /// Takes the picture; the ending of `path` says which.
-    ///
-    /// # Errors
-    ///
-    /// When the film cannot be read, or there is no such format.
     pub fn take(path: &Path, film: &mut VulkanFilm, settings: &Settings) -> Result<Self> {
         Ok(match check_target(path).into_diagnostic()? {
             FileFormat::Png => {
@@ -132,39 +124,26 @@ impl FilmSnapshot {
     }
 
     /// Writes the picture; `prefix` as in [`RunSpec::attributes`].
-    ///
-    /// # Errors
-    ///
-    /// When the file cannot be written.
     pub fn write(&self, path: &Path, run: &RunSpec, prefix: bool, settings: &Settings) -> Result<()> {
-        match self {
+        let written = match self {
             FilmSnapshot::Png(shown, paths) => {
-                write_png(path, shown, run.attributes(*paths, prefix), settings)
+                let picture = PngPicture {
+                    width: shown.width,
+                    height: shown.height,
+                    rgb: &shown.rgb,
+                    transfer: Transfer::Gamma(settings.gamma),
+                    primaries: settings.profile.primaries,
+                };
+                let mut attributes = run.attributes(*paths, prefix);
+                attributes.push(("display".to_string(), Attribute::Text(display_options(settings))));
+                png::write(path, picture, &attributes)
             }
-            FilmSnapshot::Exr(data) => exr::write(path, &layers(run, prefix, data)),
-        }
-        .into_diagnostic()
+            FilmSnapshot::Exr(data) => {
+                let (attributes, energy) =
+                    (run.attributes(data.counts.paths(), prefix), run.film.filter.energy());
+                exr::write(path, &develop::layers(data, &Profile::srgb(), energy, &attributes))
+            }
+        };
+        written.into_diagnostic()
     }
-}
-
-fn write_png(
-    path: &Path,
-    shown: &DisplayImage,
-    mut attributes: Vec<(String, Attribute)>,
-    settings: &Settings,
-) -> std::result::Result<(), ImageError> {
-    let picture = PngPicture {
-        width: shown.width,
-        height: shown.height,
-        rgb: &shown.rgb,
-        transfer: Transfer::Gamma(settings.gamma),
-        primaries: settings.profile.primaries,
-    };
-    attributes.push(("display".to_string(), Attribute::Text(display_options(settings))));
-    png::write(path, picture, &attributes)
-}
-
-fn layers(run: &RunSpec, prefix: bool, data: &FilmData) -> exr::Layers {
-    let attributes = run.attributes(data.counts.paths(), prefix);
-    develop::layers(data, &Profile::srgb(), run.film.filter.energy(), &attributes)
 }

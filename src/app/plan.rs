@@ -1,4 +1,5 @@
-//! The plan of a run: every effect of tracer and client, on or off, and why. Joins the two halves; decides nothing.
+//! The plan of a run lists every effect of tracer and client, whether it is on, and why. This module only joins the lists of both
+//! halves; they decide.
 
 use serde::Serialize;
 
@@ -9,15 +10,13 @@ use crate::scene::SceneDesc;
 use crate::scene::desc::{IntegratorKind, Place};
 use crate::tracer::effects::{self, Effect};
 
-/// One effect. Field names are JSON keys.
+/// One effect of the plan. The names of the fields are the keys in JSON.
 #[derive(Clone, Debug, Serialize)]
 pub struct PlannedEffect {
-    /// Its name.
     #[serde(rename = "effect")]
     pub name: &'static str,
     /// The side that simulates it.
     pub side: EffectSide,
-    /// It is simulated.
     pub on: bool,
     /// The object that calls for it, or why nothing does.
     pub reason: String,
@@ -41,13 +40,13 @@ pub struct PlannedEffect {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum EffectSide {
-    /// Paths, on the CPU.
+    /// The tracer, with its paths on the CPU.
     Tracer,
-    /// Passes, on the device.
+    /// The client, with its passes on the device.
     Client,
 }
 
-/// What an effect costs; absent where it was not measured.
+/// The measured cost of an effect. A figure is `None` where it was not measured.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Cost {
     /// Share of the tracing time that is saved without it, or of the device's time that its passes take.
@@ -103,7 +102,7 @@ pub fn plan(desc: &SceneDesc, run: &RunSpec, settings: &Settings) -> Vec<Planned
     traced.chain(shown).collect()
 }
 
-/// Which streams a method fills, camera and light.
+/// Whether a method fills the camera stream, and whether it fills the light stream.
 pub fn streams(kind: IntegratorKind) -> [bool; 2] {
     match kind {
         IntegratorKind::Light => [false, true],

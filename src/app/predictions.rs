@@ -1,5 +1,6 @@
 //! The log of predictions that were made during renders on this machine, with their outcomes.
 
+use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -68,7 +69,11 @@ fn append(run: &RunSpec, kept: &[PredictionOutcome]) -> std::io::Result<()> {
 
 /// Reads the log. Lines that cannot be read are counted and skipped.
 fn read() -> Result<(Vec<LogLine>, usize)> {
-    let Some(path) = file() else { return Err(no_home()) };
+    let no_home = || {
+        let help = "set POINTILLIST_STATE to a folder";
+        miette::miette!(help = help, "there is no home folder for the log of predictions")
+    };
+    let path = file().ok_or_else(no_home)?;
     let text = match std::fs::read_to_string(&path) {
         Ok(text) => text,
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => String::new(),
@@ -81,18 +86,7 @@ fn read() -> Result<(Vec<LogLine>, usize)> {
     Ok((lines.into_iter().flatten().collect(), broken))
 }
 
-fn no_home() -> miette::Report {
-    miette::miette!(
-        help = "set POINTILLIST_STATE to a folder",
-        "there is no home folder for the log of predictions"
-    )
-}
-
 /// `pointillist study --predictions`: prints how often the intervals held.
-///
-/// # Errors
-///
-/// When the log cannot be read.
 pub fn print() -> Result<()> {
     let (lines, broken) = read()?;
     let place = file().map(|path| path.display().to_string()).unwrap_or_default();
@@ -100,27 +94,20 @@ pub fn print() -> Result<()> {
         tell(&format!("no prediction yet in {place}: render something for some seconds"));
         return Ok(());
     }
-    let mut groups: Vec<(String, Vec<PredictionOutcome>)> = Vec::new();
+    let mut groups: BTreeMap<String, Vec<PredictionOutcome>> = BTreeMap::new();
     for line in &lines {
-        let name = format!("{} {}", line.scene, line.method);
-        match groups.iter_mut().find(|(group, _)| *group == name) {
-            Some((_, kept)) => kept.push(line.kept),
-            None => groups.push((name, vec![line.kept])),
-        }
+        groups.entry(format!("{} {}", line.scene, line.method)).or_default().push(line.kept);
     }
     let mut text = format!(
         "{:48} {:>6} {:>6} {:>7} {:>6}  stated/true\n",
         "predictions of 90 %", "known", "held", "", "open"
     );
-    groups.sort_by(|a, b| a.0.cmp(&b.0));
-    let all: Vec<PredictionOutcome> = lines.iter().map(|line| line.kept).collect();
-    groups.push(("all".to_string(), all));
-    for (name, kept) in &groups {
-        let PredictionScore { known, held, open, ratio } = score(kept);
-        let share = if known > 0 {
-            format!("{:.0} %", 100.0 * held as f64 / known as f64)
-        } else {
-            "–".to_string()
+    let all = lines.iter().map(|line| line.kept).collect();
+    for (name, kept) in groups.into_iter().chain([("all".to_string(), all)]) {
+        let PredictionScore { known, held, open, ratio } = score(&kept);
+        let share = match known {
+            0 => "–".to_string(),
+            _ => format!("{:.0} %", 100.0 * held as f64 / known as f64),
         };
         text += &format!("{name:48} {known:>6} {held:>6} {share:>7} {open:>6}  {ratio:.2}\n");
     }

@@ -10,9 +10,7 @@ use crate::study::{ErrorQuantile, ErrorStatus};
 /// How far a run is to go.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Goal {
-    /// This many camera paths.
     Paths(u64),
-    /// This much time.
     Time(Duration),
     /// An error, which nobody knows how long it takes.
     Error,

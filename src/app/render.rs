@@ -247,7 +247,10 @@ impl<'a> BatchRender<'a> {
             auto: run.auto.clone(),
             plan: plan::plan(&self.loaded.desc, run, &self.settings),
             left_out: run.left_out().collect(),
-            plan_check: traced.tally.as_ref().map(|tally| PlanCheck::from(tally.counts())),
+            plan_check: traced.tally.as_ref().map(|tally| {
+                let [paths, different] = tally.counts();
+                PlanCheck { paths, different }
+            }),
             camera_samples: counts.camera_samples,
             light_samples: counts.light_samples,
             camera_paths: counts.camera_paths,

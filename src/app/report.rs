@@ -1,4 +1,4 @@
-//! The figures of a run, for people and for `--json`.
+//! The figures of a run, and of the error of its picture, for people and for `--json`.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -6,26 +6,25 @@ use std::path::{Path, PathBuf};
 use miette::{IntoDiagnostic, Result, WrapErr};
 use serde::Serialize;
 
-pub use super::error_report::ErrorReport;
 use super::plan::PlannedEffect;
-use super::run_spec::ChoiceReport;
+use super::run_spec::{ChoiceReport, RunSpec};
 use super::tell;
 use crate::image::write::{atomically, check_place, same_file};
+use crate::scene::desc::IntegratorKind;
+use crate::study::curve::PowerLaw;
+use crate::study::format::{percent, round_percent};
+use crate::study::prediction::Prediction;
+use crate::study::{ErrorQuantile, ErrorStatus, ErrorTarget, Interval};
 
-/// Everything that is said about a finished run. Field names are the JSON keys.
+/// Everything that is said about a finished run. The names of the fields are the keys in JSON.
 #[derive(Clone, Debug, Serialize)]
 pub struct RenderReport {
-    /// Version of the program.
     pub version: &'static str,
-    /// The scene file.
     pub scene: PathBuf,
-    /// Picture width in pixels.
     pub width: u32,
-    /// Picture height in pixels.
     pub height: u32,
-    /// Method of light transport.
     pub integrator: &'static str,
-    /// Why, where the program chose it.
+    /// The reason for the method, if the program chose it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub auto: Option<ChoiceReport>,
     /// Every effect, on or off, and why.
@@ -36,34 +35,27 @@ pub struct RenderReport {
     /// What `--check-plan` has found.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub plan_check: Option<PlanCheck>,
-    /// Samples of the camera stream that reached the film.
     pub camera_samples: u64,
-    /// Samples of the light stream that reached the film.
     pub light_samples: u64,
-    /// Paths started at the camera.
     pub camera_paths: u64,
-    /// Paths started at lights.
     pub light_paths: u64,
     /// Paths (from either end, or pairs) per texel of the film, overscan included.
     pub samples_per_pixel: f64,
-    /// The same per second of rendering.
+    /// Paths per second of rendering.
     pub samples_per_second: f64,
-    /// The same per second that one tracer thread spent tracing.
+    /// Paths per second that one tracer thread spent tracing.
     pub paths_per_trace_second: f64,
-    /// Seconds by stage.
     pub seconds: Seconds,
-    /// How wrong the picture is; absent for an undivided run.
+    /// The error of the picture. It is unknown if the run was not divided into replicates.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<ErrorReport>,
     /// Samples that were not finite, by cause.
     pub rejected: Rejected,
-    /// Where the picture was rasterised.
+    /// The device that rasterised the picture.
     pub device: String,
-    /// Tracer threads.
     pub threads: usize,
-    /// Instructions that walked the rays; the picture does not depend on them.
+    /// Instructions that traced the rays. The picture does not depend on them.
     pub simd: &'static str,
-    /// Seed of the sequence.
     pub seed: u32,
     /// Samples were rasterised in index order.
     pub deterministic: bool,
@@ -71,9 +63,7 @@ pub struct RenderReport {
     pub interrupted: bool,
     /// Largest resident memory in bytes, where the system tells.
     pub peak_memory_bytes: Option<u64>,
-    /// Warnings about the scene.
     pub warnings: Vec<String>,
-    /// Files written.
     pub outputs: Vec<PathBuf>,
 }
 
@@ -86,16 +76,9 @@ pub struct PlanCheck {
     pub different: u64,
 }
 
-impl From<[u64; 2]> for PlanCheck {
-    fn from([paths, different]: [u64; 2]) -> Self {
-        Self { paths, different }
-    }
-}
-
 /// Seconds by stage; wall clock, except `trace`.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Seconds {
-    /// Reading the scene.
     pub load: f64,
     /// Building the acceleration structure and tables.
     pub prepare: f64,
@@ -120,9 +103,7 @@ pub struct Seconds {
 /// Samples that were rejected at the sink.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Rejected {
-    /// All of them.
     pub total: u64,
-    /// Count per cause.
     pub by_cause: std::collections::BTreeMap<String, u64>,
     /// The first few, so that each can be replayed.
     pub examples: Vec<RejectedExample>,
@@ -133,14 +114,13 @@ pub struct Rejected {
 pub struct RejectedExample {
     /// Index of its path in the sequence.
     pub index: u64,
-    /// What was wrong with it.
     pub cause: String,
     /// The command that traces this path alone.
     pub replay: String,
 }
 
 impl RenderReport {
-    /// One line for a person.
+    /// A summary of the run in one line.
     pub fn summary(&self) -> String {
         let mut line = format!(
             "{}×{}, {}, {:.1} samples per pixel in {:.1} s ({} paths/s; {} per tracing second), {}",
@@ -178,10 +158,86 @@ impl RenderReport {
     }
 }
 
+/// The error of the unblurred picture, each figure with its 90 % interval. The names of the fields are the keys in JSON.
+#[derive(Clone, Debug, Serialize)]
+pub struct ErrorReport {
+    /// Relative error that half of the picture stays below.
+    pub median: Interval,
+    /// Relative error that 95 % of the picture stay below.
+    pub p95: Interval,
+    /// Relative error that 99 % of the picture stay below.
+    pub p99: Interval,
+    /// Mean of the squared error over the squared luminance plus 0.01.
+    pub rel_mse: Interval,
+    /// What these figures do not contain.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub besides: Option<&'static str>,
+    /// The quantile of `target`, `prediction` and `curve`.
+    pub quantile: &'static str,
+    /// The same quantile as a value.
+    #[serde(skip)]
+    pub at: ErrorQuantile,
+    /// The target, from `--error` or the window.
+    pub target: Option<f64>,
+    /// The target was reached; a render stops there.
+    pub reached: bool,
+    /// When the target, or the next round error, would have been reached.
+    pub prediction: Option<Prediction>,
+    /// Slope of the logarithms of error and samples.
+    pub slope: Option<Interval>,
+    /// Seconds, paths and error of every checkpoint.
+    pub curve: Vec<[f64; 3]>,
+}
+
+impl ErrorReport {
+    /// The figures of a run that has ended; `None` where there was too little to know anything.
+    pub fn new(
+        state: &ErrorStatus,
+        run: &RunSpec,
+        target: Option<ErrorTarget>,
+        at: ErrorQuantile,
+        reached: bool,
+    ) -> Option<Self> {
+        state.checkpoints.last()?;
+        let [median, p95, p99] = state.held_out.relative;
+        Some(Self {
+            median,
+            p95,
+            p99,
+            rel_mse: state.held_out.rel_mse,
+            besides: (run.integrator == IntegratorKind::Photon).then_some("the blur of photon mapping"),
+            quantile: at.share(),
+            at,
+            target: target.map(|target| target.error),
+            reached,
+            prediction: state.prediction,
+            slope: PowerLaw::new(&state.checkpoints).map(|fit| fit.slope()),
+            curve: state.checkpoints.iter().map(|c| [c.seconds, c.samples, c.error]).collect(),
+        })
+    }
+
+    /// The part of the summary of a run that tells the error.
+    pub fn summary(&self) -> String {
+        let Interval { value, low, high } = [self.median, self.p95, self.p99][self.at.index()];
+        let [value, low, high] = [value, low, high].map(percent);
+        let low = low.trim_end_matches(" %");
+        let mut text =
+            format!("; error {value} or less in {} of the picture (90 %: {low}–{high})", self.quantile);
+        if let Some(besides) = self.besides {
+            text += &format!(" besides {besides}");
+        }
+        match self.target {
+            Some(_) if self.reached => text += ", as asked for",
+            Some(target) => text += &format!(", not the {} that were asked for", round_percent(target)),
+            None => {}
+        }
+        text
+    }
+}
+
 /// Percentiles of a list, by nearest rank. Field names are JSON keys.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Percentiles {
-    /// Median.
     pub p50: f64,
     /// 95 % of the values are at most this.
     pub p95: f64,
@@ -214,11 +270,15 @@ pub fn write_json(figures: &impl Serialize, path: &Path) -> Result<()> {
     atomically(path, text.as_bytes()).into_diagnostic()
 }
 
+/// Prints a table, called `what`, unless the figures go to standard output, and writes the figures where `--json` says.
+pub fn publish(table: &str, what: &str, figures: &impl Serialize, json: Option<&Path>) -> Result<()> {
+    if json != Some(Path::new("-")) {
+        print(table, what);
+    }
+    json.map_or(Ok(()), |path| write_json(figures, path))
+}
+
 /// Checks, before anything is measured, that `--json` can be written, and that it is no scene.
-///
-/// # Errors
-///
-/// When the place cannot be written, or is the scene.
 pub fn check_json(json: Option<&Path>, scene: &Path) -> Result<()> {
     let Some(json) = json.filter(|path| !is_special(path)) else { return Ok(()) };
     check_place(json).into_diagnostic()?;

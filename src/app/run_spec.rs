@@ -17,7 +17,6 @@ use crate::tracer::effects::{Effect, refusal};
 /// Everything that decides the sums of a film, besides the number of paths.
 #[derive(Clone, Debug)]
 pub struct RunSpec {
-    /// The scene file.
     pub scene: PathBuf,
     /// `-D` values.
     pub defines: Vec<(String, String)>,
@@ -25,50 +24,43 @@ pub struct RunSpec {
     pub size: Option<(u32, u32)>,
     /// Size, filter, variance form.
     pub film: FilmSpec,
-    /// Longest path.
     pub max_depth: Option<u32>,
-    /// Where roulette begins.
+    /// Path length from which Russian roulette may end a path.
     pub rr_depth: u32,
     /// Lights are not seen directly.
     pub hide_emitters: bool,
-    /// Light transport method.
     pub integrator: IntegratorKind,
     /// How photons are looked up.
     pub photons: PhotonDesc,
-    /// Why, where the program chose it.
+    /// The reason for the method, if the program chose it.
     pub auto: Option<ChoiceReport>,
     /// Effects that are forced on or off against what the scene calls for.
     pub effects: Vec<Forced>,
     /// Samples per pixel where neither a count nor a time is given.
     pub spp: u64,
-    /// Seed.
     pub seed: u32,
-    /// First index of the sequence.
     pub first_index: u64,
-    /// In index order.
+    /// Samples are rasterised in index order.
     pub deterministic: bool,
     /// Divided into replicates, so that its error is known.
     pub replicated: bool,
-    /// Where it was rasterised.
+    /// The device that rasterised it.
     pub device: String,
 }
 
-/// What was chosen and why. Field names are JSON keys.
+/// The method that was chosen and the reason. The names of the fields are the keys in JSON.
 #[derive(Clone, Debug, Serialize)]
 pub struct ChoiceReport {
     /// The method.
     #[serde(skip)]
     pub kind: IntegratorKind,
-    /// One line.
     pub reason: String,
-    /// Every method that was tried.
     pub candidates: Vec<Candidate>,
 }
 
 /// One method that was tried.
 #[derive(Clone, Debug, Serialize)]
 pub struct Candidate {
-    /// Its name.
     pub method: &'static str,
     /// It can show everything that the picture holds.
     pub complete: bool,
@@ -105,7 +97,7 @@ impl From<IntegratorChoice> for ChoiceReport {
 const DEFAULT_SPP: u64 = 16;
 
 impl RunSpec {
-    /// What options and scene say; from index 0, in any order.
+    /// The run that options and scene ask for. It begins at index 0 and is rasterised in any order.
     pub fn of(source: &SceneArgs, input: &SceneInput, device: String) -> Self {
         let SceneInput { loaded, forced } = input;
         let film = &loaded.desc.film;

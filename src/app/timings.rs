@@ -47,10 +47,6 @@ pub fn trace_path(csv: &Path) -> PathBuf {
 }
 
 /// Makes sure, before any work, that both files of `--gpu-timings` can be written and are none of `others`.
-///
-/// # Errors
-///
-/// When they cannot, or would overwrite one of the others.
 pub fn check<'a>(path: &Path, others: impl IntoIterator<Item = &'a PathBuf>) -> Result<()> {
     if path == Path::new("-") {
         return Err(miette::miette!("--gpu-timings writes two files and needs a name for them, not `-`"));
@@ -74,10 +70,6 @@ pub fn check<'a>(path: &Path, others: impl IntoIterator<Item = &'a PathBuf>) -> 
 impl TimingCapture {
     /// Begins both files and switches the device's timestamps on; the caller calls [`Server::set_tracing`]. Without a device
     /// (`--device cpu`) there are spans of the CPU only, and the files say so.
-    ///
-    /// # Errors
-    ///
-    /// When a file cannot be made.
     pub fn new(path: &Path, gpu: Option<&Arc<Gpu>>) -> Result<Self> {
         let device = gpu.map(|gpu| gpu.info().name.clone());
         let mut csv = AtomicFile::create(path).into_diagnostic()?;
@@ -92,19 +84,11 @@ impl TimingCapture {
     }
 
     /// Records what the client did from `start` until now.
-    ///
-    /// # Errors
-    ///
-    /// When a file cannot be written.
     pub fn client(&mut self, name: &'static str, start: Instant) -> Result<()> {
         self.span(Track::Client, name, start..Instant::now(), Value::Null)
     }
 
     /// Takes what has been recorded since, if that was long ago: call it once per frame, with no frame being recorded.
-    ///
-    /// # Errors
-    ///
-    /// When a file cannot be written.
     pub fn frame(&mut self, server: &Server) -> Result<()> {
         match self.gpu.clone() {
             Some(gpu) if self.is_due() => self.rows(&gpu.take_rows())?,
@@ -114,10 +98,6 @@ impl TimingCapture {
     }
 
     /// As [`frame`](Self::frame), for a caller that hands over the device's [`rows`](Self::rows) itself.
-    ///
-    /// # Errors
-    ///
-    /// When a file cannot be written.
     pub fn frame_of_cpu(&mut self, server: &Server) -> Result<()> {
         if !self.is_due() {
             return Ok(());
@@ -132,10 +112,6 @@ impl TimingCapture {
     }
 
     /// Records what the workers did.
-    ///
-    /// # Errors
-    ///
-    /// When a file cannot be written.
     pub fn spans(&mut self, spans: Spans) -> Result<()> {
         self.lost.spans += spans.dropped;
         for span in spans.spans {
@@ -151,10 +127,6 @@ impl TimingCapture {
     }
 
     /// Records rows of the device; [`frame`](Self::frame) does it where the caller needs them for nothing else.
-    ///
-    /// # Errors
-    ///
-    /// When a file cannot be written.
     pub fn rows(&mut self, taken: &TimingRows) -> Result<()> {
         self.lost.rows += taken.dropped;
         self.lost.scopes_untimed += taken.frames.iter().map(|f| u64::from(f.untimed)).sum::<u64>();
@@ -185,10 +157,6 @@ impl TimingCapture {
     }
 
     /// Takes the rest, says what is missing, and puts both files in their places.
-    ///
-    /// # Errors
-    ///
-    /// When a file cannot be written.
     pub fn finish(mut self, server: &Server) -> Result<()> {
         server.set_tracing(false);
         self.spans(server.take_spans())?;

@@ -1,7 +1,7 @@
 //! A Chrome trace, written while it grows; Perfetto (ui.perfetto.dev) and chrome://tracing open it.
 
 use std::cmp::Reverse;
-use std::collections::BinaryHeap;
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::Path;
 
@@ -43,50 +43,18 @@ impl Track {
 pub struct TraceSpan {
     /// Begin and end in nanoseconds since the capture began.
     pub time: Range<u64>,
-    /// The track that it is drawn on.
     pub track: Track,
-    /// The name that it is drawn with.
     pub name: &'static str,
-    /// Further values to show.
     pub args: Value,
-}
-
-/// A span that waits to be written. The order is by begin; of those that begin together the longest is first, so that it
-/// encloses the others.
-#[derive(Debug)]
-struct Waiting(TraceSpan, u64);
-
-impl Waiting {
-    fn key(&self) -> (u64, Reverse<u64>, u64) {
-        (self.0.time.start, Reverse(self.0.time.end), self.1)
-    }
-}
-
-impl PartialEq for Waiting {
-    fn eq(&self, other: &Self) -> bool {
-        self.key() == other.key()
-    }
-}
-
-impl Eq for Waiting {}
-
-impl PartialOrd for Waiting {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Waiting {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        self.key().cmp(&other.key())
-    }
 }
 
 /// The trace.
 #[derive(Debug)]
 pub struct Trace {
     file: AtomicFile,
-    waiting: BinaryHeap<Reverse<Waiting>>,
+    /// Spans that wait to be written, by begin, end and the order in which they came. Of those that begin together the longest is
+    /// first, so that it encloses the others.
+    waiting: BTreeMap<(u64, Reverse<u64>, u64), TraceSpan>,
     /// Spans taken so far.
     count: u64,
     workers: usize,
@@ -94,14 +62,10 @@ pub struct Trace {
 
 impl Trace {
     /// Begins a trace; `device` names the process of the GPU, `None` where there is none.
-    ///
-    /// # Errors
-    ///
-    /// When the file cannot be made.
     pub fn create(path: &Path, device: Option<&str>) -> Result<Self, ImageError> {
         let mut file = AtomicFile::create(path)?;
         file.append("{\"displayTimeUnit\":\"ms\",\"traceEvents\":[\n")?;
-        let mut trace = Self { file, waiting: BinaryHeap::new(), count: 0, workers: 0 };
+        let mut trace = Self { file, waiting: BTreeMap::new(), count: 0, workers: 0 };
         if let Some(device) = device {
             trace.name("process_name", Track::Gpu, &format!("GPU {device}"))?;
             trace.name("thread_name", Track::Gpu, "queue")?;
@@ -119,10 +83,6 @@ impl Trace {
     }
 
     /// Adds a span.
-    ///
-    /// # Errors
-    ///
-    /// When the file cannot be written.
     pub fn push(&mut self, span: TraceSpan) -> Result<(), ImageError> {
         if let Track::Worker(number) = span.track {
             while self.workers <= number {
@@ -131,21 +91,17 @@ impl Trace {
             }
         }
         self.count += 1;
-        self.waiting.push(Reverse(Waiting(span, self.count)));
+        self.waiting.insert((span.time.start, Reverse(span.time.end), self.count), span);
         Ok(())
     }
 
     /// Writes what is old enough at the moment `now`, nanoseconds.
-    ///
-    /// # Errors
-    ///
-    /// When the file cannot be written.
     pub fn write(&mut self, now: u64) -> Result<(), ImageError> {
-        while let Some(Reverse(first)) = self.waiting.peek() {
-            if first.0.time.start.saturating_add(HOLD) > now && self.waiting.len() <= MAX_WAITING {
+        while let Some((&(begin, ..), _)) = self.waiting.first_key_value() {
+            if begin.saturating_add(HOLD) > now && self.waiting.len() <= MAX_WAITING {
                 break;
             }
-            let Some(Reverse(Waiting(span, _))) = self.waiting.pop() else { break };
+            let Some((_, span)) = self.waiting.pop_first() else { break };
             let (pid, tid) = span.track.ids();
             // Microseconds with all nanoseconds, as text: a double would round them after a few days.
             let us = |ns: u64| format!("{}.{:03}", ns / 1000, ns % 1000);
@@ -159,10 +115,6 @@ impl Trace {
     }
 
     /// Writes the rest and puts the file in its place; `about` is kept as `otherData`.
-    ///
-    /// # Errors
-    ///
-    /// When the file cannot be written.
     pub fn finish(mut self, about: &Value) -> Result<(), ImageError> {
         self.write(u64::MAX)?;
         let last = json!({ "ph": "M", "name": "process_sort_index", "pid": 1, "tid": 1, "args": { "sort_index": 0 } });

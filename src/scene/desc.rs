@@ -154,7 +154,7 @@ pub enum FovAxis {
 }
 
 /// The picture.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct FilmDesc {
     /// Width of the full film in pixels.
     pub width: u32,
@@ -210,14 +210,13 @@ pub struct IntegratorDesc {
 impl Default for IntegratorDesc {
     /// The integrator of a scene that names none, as in Mitsuba.
     fn default() -> Self {
-        let photons = PhotonDesc::default();
         Self {
             kind: IntegratorKind::Path,
             max_depth: None,
             rr_depth: 5,
             hide_emitters: false,
             spectral: false,
-            photons,
+            photons: PhotonDesc::default(),
         }
     }
 }

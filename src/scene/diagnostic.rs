@@ -73,12 +73,10 @@ impl Finding {
         self
     }
 
-    /// Makes it an error.
     pub(crate) fn error(self) -> SceneError {
         SceneError(Box::new(self))
     }
 
-    /// Makes it a warning.
     pub(crate) fn warning(mut self) -> SceneWarning {
         self.severity = Severity::Warning;
         SceneWarning(Box::new(self))
@@ -174,7 +172,6 @@ const UNDERLINED: usize = 60;
 
 /// A line of a file, as a finding needs it.
 pub(crate) struct LineAt<'a> {
-    /// Name of the file.
     pub(crate) file: &'a str,
     /// The whole line without its end.
     pub(crate) text: &'a str,

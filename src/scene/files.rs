@@ -11,23 +11,13 @@ use crate::scene::diagnostic::FindingKind;
 pub(crate) enum ReadError {
     /// The operating system reports an error.
     #[error("cannot read {path}: {source}")]
-    Io {
-        /// The file.
-        path: String,
-        /// Why.
-        source: std::io::Error,
-    },
+    Io { path: String, source: std::io::Error },
     /// A folder, a pipe or a device.
     #[error("{0} is not a regular file")]
     NotAFile(String),
     /// Larger than the reader accepts.
     #[error("{path} is larger than {limit} bytes")]
-    TooLarge {
-        /// The file.
-        path: String,
-        /// The limit.
-        limit: u64,
-    },
+    TooLarge { path: String, limit: u64 },
 }
 
 impl ReadError {

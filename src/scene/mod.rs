@@ -8,7 +8,7 @@
 //! - **No input may hurt.** Sizes, depths and counts are bounded by [`limits`]; numbers are finite
 //!   or refused; no file can make the reader panic or hang (`tests/broken_files/corrupt.rs`).
 //! - **One plugin, one function, one line.** Each group of plugins has its file in [`mitsuba`] with a
-//!   table of names at its top; a bsdf has a file of its own in `bsdf/`.
+//!   table of names at its top; the bsdfs are in `bsdf/`.
 //!
 //! This module knows nothing of rendering.
 

@@ -8,6 +8,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
+use crate::math::bits::GOLDEN;
 use crate::server::stats::thread_cpu_time;
 use crate::stream::BlockSink;
 
@@ -138,7 +139,7 @@ impl<'a> Probe<'a> {
 }
 
 fn is_timed(index: u64) -> bool {
-    index.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> (u64::BITS - TIMED_BITS) == 0
+    index.wrapping_mul(GOLDEN) >> (u64::BITS - TIMED_BITS) == 0
 }
 
 #[cfg(test)]

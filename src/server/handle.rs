@@ -7,7 +7,6 @@ use std::thread::{Builder, JoinHandle};
 use std::time::Duration;
 
 use crate::server::cost::{CostGrid, CostMap};
-use crate::server::error::ServerError;
 use crate::server::job::{RenderJob, Task};
 use crate::server::spans::{SpanLog, Spans};
 use crate::server::stats::{Stats, StatsCell};
@@ -15,6 +14,35 @@ use crate::server::worker::{self, Priority, ServerMessage, Work, Worker, trace_c
 use crate::server::wrapper::{WorkerHandle, Wrapper};
 use crate::stream::{BlockSink, Command, Epoch, Event, Hub, LANE_BLOCKS, Lanes, lanes};
 use crate::tracer::Integrator;
+
+/// Errors of [`Server`].
+#[derive(Debug, thiserror::Error)]
+pub enum ServerError {
+    /// The operating system refused a thread.
+    #[error("cannot start tracer thread {number} of {threads}: {source}; use fewer with --threads")]
+    Spawn {
+        /// Number of the thread.
+        number: usize,
+        /// Number of threads asked for.
+        threads: usize,
+        /// The system's error.
+        source: std::io::Error,
+    },
+    /// The server was to have no threads.
+    #[error("a server needs at least one thread; leave --threads out to use every core")]
+    NoThreads,
+    /// The epoch of a render command is not newer than the last one.
+    #[error("render: epoch {new:?} is not newer than {last:?}; take last.next()")]
+    StaleEpoch {
+        /// The epoch of the command.
+        new: Epoch,
+        /// The latest epoch.
+        last: Epoch,
+    },
+    /// The server has been terminated.
+    #[error("render: the server has been terminated; start a new one")]
+    Terminated,
+}
 
 /// A handle to the tracing threads. All methods may be called from any thread. Dropping it calls [`Server::term`].
 pub struct Server {
@@ -187,7 +215,7 @@ fn spawn_worker(worker: Worker, done: Sender<ServerMessage>) -> std::io::Result<
     Ok(WorkerHandle { assign, thread })
 }
 
-/// Locks `mutex`. The state behind these locks is valid at every moment, so a panic elsewhere does not invalidate it.
-fn unpoisoned<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+/// Locks `mutex`, even after a panic of another thread: for state that is valid at every moment.
+pub(crate) fn unpoisoned<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
 }

@@ -44,7 +44,6 @@
 //! ```
 
 pub mod cost;
-pub mod error;
 pub mod handle;
 pub mod job;
 pub mod spans;
@@ -53,9 +52,10 @@ mod worker;
 mod wrapper;
 
 pub use cost::{COST_CELLS, CostMap};
-pub use error::ServerError;
-pub use handle::Server;
+pub(crate) use handle::unpoisoned;
+pub use handle::{Server, ServerError};
 pub use job::{CHUNK, DEADLINE, RenderJob};
 pub use spans::{ChunkSpan, Spans};
 pub use stats::{Stats, WorkerStats, thread_cpu_time};
 pub use worker::Priority;
+pub(crate) use worker::panic_message;

@@ -1,10 +1,11 @@
 //! A timeline of the chunks that each worker traced, recorded on request.
 
 use std::collections::VecDeque;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+use crate::server::unpoisoned;
 use crate::stream::LaneWriter;
 
 /// Most chunks that are kept per worker; a chunk takes about a millisecond. The oldest ones are dropped first.
@@ -85,7 +86,7 @@ impl SpanLog {
         let parked = writer.parked() - parked;
         let last_park = writer.last_park().filter(|_| parked > Duration::ZERO);
         let span = ChunkSpan { worker, first, start, end: Instant::now(), parked, last_park };
-        let mut ring = self.workers[worker].lock().unwrap_or_else(PoisonError::into_inner);
+        let mut ring = unpoisoned(&self.workers[worker]);
         if ring.spans.len() == MAX_SPANS {
             ring.spans.pop_front();
             ring.dropped += 1;
@@ -96,7 +97,7 @@ impl SpanLog {
     pub(super) fn take(&self) -> Spans {
         let mut all = Spans::default();
         for worker in &self.workers {
-            let mut ring = worker.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut ring = unpoisoned(worker);
             all.spans.extend(ring.spans.drain(..));
             all.dropped += std::mem::take(&mut ring.dropped);
         }

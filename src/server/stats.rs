@@ -1,8 +1,9 @@
 //! Statistics of the workers, readable at any time.
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
+use crate::server::unpoisoned;
 use crate::stream::{Epoch, Rejections, Totals};
 
 /// Statistics of one worker in one render.
@@ -66,11 +67,11 @@ impl StatsCell {
     }
 
     pub(super) fn read(&self) -> WorkerStats {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        *unpoisoned(&self.0)
     }
 
     fn update(&self, change: impl FnOnce(&mut WorkerStats)) {
-        change(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner));
+        change(&mut unpoisoned(&self.0));
     }
 }
 
@@ -113,7 +114,6 @@ impl<'a> Stopwatch<'a> {
         }
     }
 
-    /// Publishes everything.
     pub(super) fn finish(mut self, parked: Duration) {
         self.lap(Instant::now(), parked);
         self.publish_cpu();

@@ -85,15 +85,17 @@ pub(super) fn run(mut worker: Worker, assignments: Receiver<Assignment>, done: S
 
 /// Drops the samples of the path that panicked, stops the other workers and sends the samples of complete paths.
 fn stop_after_panic(worker: &mut Worker, task: &Task, panic: &(dyn Any + Send)) -> FinishReason {
-    let message = panic
-        .downcast_ref::<&str>()
-        .map(ToString::to_string)
-        .or_else(|| panic.downcast_ref::<String>().cloned())
-        .unwrap_or_else(|| "no message".to_owned());
+    let message = panic_message(panic).unwrap_or_else(|| "no message".to_owned());
     worker.sink.writer().hub().stop(task.epoch);
     worker.sink.abandon_path();
     worker.sink.flush();
     FinishReason::Panicked { index: worker.sink.index(), message }
+}
+
+/// The message of a panic, if it has one.
+pub(crate) fn panic_message(panic: &(dyn Any + Send)) -> Option<String> {
+    let text = panic.downcast_ref::<&str>().map(ToString::to_string);
+    text.or_else(|| panic.downcast_ref::<String>().cloned())
 }
 
 /// Traces chunks of `task` until there are none left or its epoch is stopped, which is checked before every path.

@@ -5,8 +5,7 @@ use crate::stream::block::Block;
 use crate::stream::control::Epoch;
 use crate::stream::lanes::LaneWriter;
 use crate::stream::rejections::{Cause, Rejections};
-use crate::stream::sample::Sample;
-use crate::stream::sink::{PathCounts, SampleSink, UvWindow};
+use crate::stream::sample::{PathCounts, Sample, SampleSink, UvWindow};
 
 /// Fraction of the window's extent by which a position may lie outside, because `min + u · extent` is rounded.
 const WINDOW_SLACK: f32 = 1e-6;

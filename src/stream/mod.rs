@@ -83,7 +83,6 @@ pub mod replicate;
 pub mod ring;
 pub mod sample;
 pub mod signal;
-pub mod sink;
 pub mod sync;
 
 pub use block::{BLOCK_SAMPLES, Block, Header};
@@ -93,5 +92,4 @@ pub use hub::Hub;
 pub use lanes::{DrainOrder, Drained, Fill, LANE_BLOCKS, LaneWriter, Lanes, lanes};
 pub use rejections::{Cause, Rejections};
 pub use replicate::{CHUNK, REPLICATES, replicate, replicate_seed};
-pub use sample::{MAX_VALUE, Sample};
-pub use sink::{PathCounts, SampleSink, UvWindow};
+pub use sample::{MAX_VALUE, PathCounts, Sample, SampleSink, UvWindow};

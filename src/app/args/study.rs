@@ -115,16 +115,12 @@ pub struct Peer {
     pub file: PathBuf,
 }
 
-fn peer(text: &str) -> Result<Peer, String> {
+fn peer(text: &str) -> Result<Peer, &'static str> {
     let parse = || {
         let (name, rest) = text.split_once('=')?;
         let (time, file) = rest.split_once(':')?;
-        let seconds = seconds(time).ok()?.as_secs_f64();
-        (!name.trim().is_empty() && !file.is_empty()).then(|| Peer {
-            name: name.trim().to_string(),
-            seconds,
-            file: file.into(),
-        })
+        let (name, seconds) = (name.trim().to_string(), seconds(time).ok()?.as_secs_f64());
+        (!name.is_empty() && !file.is_empty()).then(|| Peer { name, seconds, file: file.into() })
     };
-    parse().ok_or_else(|| "expected NAME=SECONDS:FILE.exr, such as \"Mitsuba path=3.1:path.exr\"".to_string())
+    parse().ok_or("expected NAME=SECONDS:FILE.exr, such as \"Mitsuba path=3.1:path.exr\"")
 }

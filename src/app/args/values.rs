@@ -10,27 +10,27 @@ use crate::color::{Profile, icc};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MaxDepth(pub Option<u32>);
 
-pub(super) fn define(text: &str) -> Result<(String, String), String> {
+pub(super) fn define(text: &str) -> Result<(String, String), &'static str> {
     match text.split_once('=') {
         Some((name, value)) if !name.is_empty() => Ok((name.to_string(), value.to_string())),
-        _ => Err("expected NAME=VALUE".to_string()),
+        _ => Err("expected NAME=VALUE"),
     }
 }
 
-pub(super) fn size(text: &str) -> Result<(u32, u32), String> {
+pub(super) fn size(text: &str) -> Result<(u32, u32), &'static str> {
     let parse = || {
         let (w, h) = text.split_once(['x', 'X', '×'])?;
         Some((w.trim().parse::<u32>().ok()?, h.trim().parse::<u32>().ok()?))
     };
     match parse() {
         Some((w, h)) if (1..=16384).contains(&w) && (1..=16384).contains(&h) => Ok((w, h)),
-        Some(_) => Err("each side must be 1 to 16384 pixels".to_string()),
-        None => Err("expected WIDTHxHEIGHT, such as 640x480".to_string()),
+        Some(_) => Err("each side must be 1 to 16384 pixels"),
+        None => Err("expected WIDTHxHEIGHT, such as 640x480"),
     }
 }
 
 /// Reads a positive count with an optional decimal suffix k, M or G.
-pub fn count(text: &str) -> Result<u64, String> {
+pub fn count(text: &str) -> Result<u64, &'static str> {
     let (digits, factor) = match text.trim().char_indices().last() {
         Some((at, 'k' | 'K')) => (&text.trim()[..at], 1e3),
         Some((at, 'M')) => (&text.trim()[..at], 1e6),
@@ -40,38 +40,38 @@ pub fn count(text: &str) -> Result<u64, String> {
     if factor == 1.0
         && let Ok(n) = digits.parse::<u64>()
     {
-        return if n > 0 { Ok(n) } else { Err("must be at least 1".to_string()) };
+        return if n > 0 { Ok(n) } else { Err("must be at least 1") };
     }
     match digits.parse::<f64>() {
         Ok(v) if v.is_finite() && (1.0..1.8e19).contains(&(v * factor)) => Ok((v * factor).round() as u64),
-        Ok(_) => Err("must be at least 1 and below 2^64".to_string()),
-        Err(_) => Err("expected a count such as 500, 64k, 1.5M or 2G".to_string()),
+        Ok(_) => Err("must be at least 1 and below 2^64"),
+        Err(_) => Err("expected a count such as 500, 64k, 1.5M or 2G"),
     }
 }
 
-pub(super) fn seconds(text: &str) -> Result<Duration, String> {
+pub(super) fn seconds(text: &str) -> Result<Duration, &'static str> {
     let duration = text.parse::<f64>().ok().and_then(|t| Duration::try_from_secs_f64(t).ok());
-    duration.filter(|t| !t.is_zero()).ok_or_else(|| "expected a positive number of seconds".to_string())
+    duration.filter(|t| !t.is_zero()).ok_or("expected a positive number of seconds")
 }
 
-pub(super) fn share(text: &str) -> Result<f64, String> {
+pub(super) fn share(text: &str) -> Result<f64, &'static str> {
     let share = text.parse::<f64>().ok().filter(|share| (0.0..=1.0).contains(share));
-    share.ok_or_else(|| "expected a share between 0 and 1, such as 0.01".to_string())
+    share.ok_or("expected a share between 0 and 1, such as 0.01")
 }
 
 /// A relative error, `1%` or `0.01`.
-pub(super) fn error(text: &str) -> Result<f64, String> {
+pub(super) fn error(text: &str) -> Result<f64, &'static str> {
     let (number, unit) = match text.trim().strip_suffix('%') {
         Some(number) => (number.trim_end(), 0.01),
         None => (text.trim(), 1.0),
     };
     let error = number.parse::<f64>().ok().map(|value| value * unit);
     let error = error.filter(|error| (1e-6..=10.0).contains(error));
-    error.ok_or_else(|| "expected a relative error between 0.0001% and 1000%, such as 1% or 0.01".to_string())
+    error.ok_or("expected a relative error between 0.0001% and 1000%, such as 1% or 0.01")
 }
 
 /// The reconstruction's radius and the exponent of its window, `2.5,8` or `1.5,none`.
-pub(super) fn kernel(text: &str) -> Result<ReconstructionKernel, String> {
+pub(super) fn kernel(text: &str) -> Result<ReconstructionKernel, &'static str> {
     let (radius, exponent) = text.split_once(',').unwrap_or((text, "8"));
     let taps = radius.trim().parse::<f32>().ok().map(|radius| 2.0 * radius);
     let taps = taps.filter(|taps| taps.fract() == 0.0 && (2.0..=8.0).contains(taps));
@@ -81,30 +81,29 @@ pub(super) fn kernel(text: &str) -> Result<ReconstructionKernel, String> {
     };
     let kernel =
         taps.zip(exponent).map(|(taps, exponent)| ReconstructionKernel { taps: taps as u32, exponent });
-    kernel.ok_or_else(|| {
-        "expected a radius of 1 to 4 texels in halves and an exponent of 1 to 64 or none, such as 2.5,8"
-            .to_string()
-    })
+    kernel.ok_or(
+        "expected a radius of 1 to 4 texels in halves and an exponent of 1 to 64 or none, such as 2.5,8",
+    )
 }
 
-pub(super) fn depth(text: &str) -> Result<MaxDepth, String> {
+pub(super) fn depth(text: &str) -> Result<MaxDepth, &'static str> {
     match text.parse::<i64>() {
         Ok(-1) => Ok(MaxDepth(None)),
         Ok(n @ 0..=0xffff_ffff) => Ok(MaxDepth(Some(n as u32))),
-        _ => Err("expected a path length, or -1 for unlimited".to_string()),
+        _ => Err("expected a path length, or -1 for unlimited"),
     }
 }
 
-pub(super) fn float(text: &str) -> Result<f32, String> {
-    text.parse::<f32>().ok().filter(|v| v.is_finite()).ok_or_else(|| "expected a number".to_string())
+pub(super) fn float(text: &str) -> Result<f32, &'static str> {
+    text.parse::<f32>().ok().filter(|v| v.is_finite()).ok_or("expected a number")
 }
 
-pub(super) fn positive(text: &str) -> Result<f32, String> {
-    float(text).and_then(|v| if v > 0.0 { Ok(v) } else { Err("must be above 0".to_string()) })
+pub(super) fn positive(text: &str) -> Result<f32, &'static str> {
+    float(text).and_then(|v| if v > 0.0 { Ok(v) } else { Err("must be above 0") })
 }
 
-pub(super) fn non_negative(text: &str) -> Result<f32, String> {
-    float(text).and_then(|v| if v >= 0.0 { Ok(v) } else { Err("must not be negative".to_string()) })
+pub(super) fn non_negative(text: &str) -> Result<f32, &'static str> {
+    float(text).and_then(|v| if v >= 0.0 { Ok(v) } else { Err("must not be negative") })
 }
 
 /// An angle that a picture seen in a plane can fill, degrees.

@@ -6,7 +6,8 @@ use std::time::{Duration, Instant};
 
 use miette::{IntoDiagnostic, Result};
 
-use crate::app::intake::Intake;
+use crate::app::drive::note;
+use crate::app::film_writer::FilmWriter;
 use crate::app::method::{self, RenderOrder};
 use crate::app::process;
 use crate::app::run_spec::RunSpec;
@@ -31,15 +32,12 @@ pub struct PassTimes {
     pub passes: Vec<(&'static str, Vec<f64>)>,
     /// Milliseconds from one frame's begin to the next, host's clock.
     pub frames: Vec<f64>,
-    /// Runs of each pass.
     pub runs: BTreeMap<&'static str, u64>,
     /// Samples on the film during the measured frames, and paths traced for them.
     pub samples: u64,
     /// Paths of them.
     pub paths: u64,
-    /// Wall time of the measured frames.
     pub wall: Duration,
-    /// Tracer threads.
     pub threads: usize,
     /// Scopes without timestamps, and rows that were lost.
     pub untimed: u64,
@@ -67,15 +65,10 @@ const EPOCH: Epoch = Epoch(1);
 
 /// The frames that are to be run.
 pub struct BenchJob<'a> {
-    /// The device.
     pub gpu: &'a Arc<Gpu>,
-    /// What is rendered.
     pub run: &'a RunSpec,
-    /// The scene.
     pub scene: Arc<Scene>,
-    /// The view of it.
     pub camera: Camera,
-    /// Tracer threads.
     pub threads: usize,
     /// How it is shown.
     pub settings: &'a Settings,
@@ -84,10 +77,6 @@ pub struct BenchJob<'a> {
 }
 
 /// Runs the warm-up and the frames of a job; Ctrl-C ends early.
-///
-/// # Errors
-///
-/// Device and files.
 pub fn measure(job: BenchJob<'_>, capture: Option<TimingCapture>) -> Result<PassTimes> {
     let BenchJob { gpu, run, scene, camera, threads, settings, frames } = job;
     let film = VulkanFilm::new(gpu.clone(), run.film).into_diagnostic()?;
@@ -144,14 +133,14 @@ impl Loop<'_> {
     fn frame(&mut self, number: u32) -> Result<()> {
         let start = Instant::now();
         self.lanes.wait(PATIENCE);
-        self.note("wait for samples", start)?;
-        let (start, mut intake) = (Instant::now(), Intake::new(&mut self.film, None));
-        self.lanes.drain(BATCH_CAPACITY, |block| intake.block(block));
-        intake.finish().into_diagnostic()?;
-        self.note("drain", start)?;
+        note(&mut self.capture, "wait for samples", start)?;
+        let (start, mut writer) = (Instant::now(), FilmWriter::new(&mut self.film, None));
+        self.lanes.drain(BATCH_CAPACITY, |block| writer.block(block));
+        writer.finish().into_diagnostic()?;
+        note(&mut self.capture, "drain", start)?;
         let start = Instant::now();
         self.film.flush().into_diagnostic()?;
-        self.note("flush", start)?;
+        note(&mut self.capture, "flush", start)?;
         let start = Instant::now();
         let mut frame = self.gpu.begin().into_diagnostic()?;
         let cmd = &mut frame.cmd();
@@ -165,11 +154,7 @@ impl Loop<'_> {
         cmd.scope("copy").copy_levels(source, target, &[[0, 0]]);
         let end = frame.submit().into_diagnostic()?;
         self.ends.insert(end.get(), number);
-        self.note("paint", start)
-    }
-
-    fn note(&mut self, name: &'static str, start: Instant) -> Result<()> {
-        self.capture.as_mut().map_or(Ok(()), |capture| capture.client(name, start))
+        note(&mut self.capture, "paint", start)
     }
 
     /// Takes the rows of completed frames and adds each to its frame and pass.

@@ -20,7 +20,6 @@ use crate::tracer::{Camera, Integrator, Scene};
 /// How well costs are measured.
 #[derive(Clone, Copy, Debug)]
 pub struct Effort {
-    /// Duration of one turn.
     pub turn: Duration,
     /// Number of turns; the median counts.
     pub turns: usize,
@@ -40,9 +39,7 @@ const AT_ONCE: u64 = 64;
 pub struct Subject<'a> {
     /// The description that `scene` was made from.
     pub desc: &'a SceneDesc,
-    /// The scene.
     pub scene: &'a Arc<Scene>,
-    /// The view of it.
     pub camera: &'a Camera,
     /// The run; its method is measured.
     pub run: &'a RunSpec,
@@ -53,10 +50,6 @@ pub struct Subject<'a> {
 /// gets no cost.
 ///
 /// The time is that of an index, and paths without an effect may also be shorter.
-///
-/// # Errors
-///
-/// When a scene without an effect, or with it, cannot be prepared.
 pub fn charge(plan: &mut [PlannedEffect], subject: Subject<'_>, effort: Effort) -> Result<()> {
     let measured = ratios(plan, subject, effort)?;
     for (entry, mut turns) in plan.iter_mut().zip(measured) {
@@ -72,10 +65,6 @@ pub fn charge(plan: &mut [PlannedEffect], subject: Subject<'_>, effort: Effort) 
 
 /// For every effect of the plan, turn by turn: the time of a path without the effect (or with it, if it is off) over that of
 /// a path of the scene as it is. An effect that can neither be left out nor added has no turns.
-///
-/// # Errors
-///
-/// As [`charge`].
 pub fn ratios(plan: &[PlannedEffect], subject: Subject<'_>, effort: Effort) -> Result<Vec<Vec<f64>>> {
     let (Subject { desc, scene, camera, run }, Effort { turn, turns }) = (subject, effort);
     let mut now = runner(run, scene.clone(), camera.clone(), desc);
@@ -120,6 +109,7 @@ fn tracing_timer<I: Integrator>(integrator: I) -> Runner {
     let (mut next, mut scratch) = (0, I::Scratch::default());
     let counts = integrator.paths_per_index();
     let paths = counts.camera.max(counts.light) as f64;
+    let mut nowhere = EachSample(|uv, value, weight| _ = std::hint::black_box((uv, value, weight)));
     Box::new(move |time| {
         // Of this thread, where the system tells: others may have the processor in between.
         let (start, cpu, first) = (Instant::now(), thread_cpu_time(), next);
@@ -128,7 +118,7 @@ fn tracing_timer<I: Integrator>(integrator: I) -> Runner {
         };
         while elapsed() < time {
             for _ in 0..AT_ONCE {
-                integrator.trace(next, &mut scratch, &mut Nowhere);
+                integrator.trace(next, &mut scratch, &mut nowhere);
                 next += 1;
             }
         }
@@ -138,31 +128,22 @@ fn tracing_timer<I: Integrator>(integrator: I) -> Runner {
 
 /// Luminances of the samples of the first `paths` paths by path tracing.
 pub fn samples(run: &RunSpec, scene: Arc<Scene>, camera: Camera, paths: u64) -> Vec<f32> {
-    struct Luminances(Vec<f32>);
-    impl SampleSink for Luminances {
-        fn camera(&mut self, _: [f32; 2], value: Xyz, _: f32) {
-            self.0.push(value.y);
-        }
-
-        fn light(&mut self, _: [f32; 2], value: Xyz) {
-            self.0.push(value.y);
-        }
-    }
     let tracer = PathTracer { context: method::render_context(run, scene, camera, UvWindow::PICTURE) };
-    let mut out = Luminances(Vec::new());
-    (0..paths).for_each(|index| tracer.trace(index, &mut Default::default(), &mut out));
-    out.0
+    let mut luminances = Vec::new();
+    let mut sink = EachSample(|_, value: Xyz, _| luminances.push(value.y));
+    (0..paths).for_each(|index| tracer.trace(index, &mut Default::default(), &mut sink));
+    luminances
 }
 
-/// A sink that forgets its samples.
-struct Nowhere;
+/// A sink that hands position, value and weight of every sample to a function. The weight of a light sample is 1.
+struct EachSample<F>(F);
 
-impl SampleSink for Nowhere {
+impl<F: FnMut([f32; 2], Xyz, f32)> SampleSink for EachSample<F> {
     fn camera(&mut self, uv: [f32; 2], value: Xyz, weight: f32) {
-        std::hint::black_box((uv, value, weight));
+        (self.0)(uv, value, weight);
     }
 
     fn light(&mut self, uv: [f32; 2], value: Xyz) {
-        std::hint::black_box((uv, value));
+        (self.0)(uv, value, 1.0);
     }
 }

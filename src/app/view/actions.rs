@@ -44,16 +44,16 @@ impl Viewer {
         let size = self.session.size();
         match action {
             Action::Gesture(gesture) => self.gesture(gesture),
-            Action::EndMove => self.editor.history().end_move(),
+            Action::EndMove => self.editor.history.end_move(),
             Action::Pick(at) => {
                 let pick = self.editor.pick(at, size);
                 self.editor.select(pick.map(|pick| pick.shape));
             }
             Action::FocusAt(at) => {
                 if let Some(pick) = self.editor.pick(at, size) {
-                    self.editor.history().end_move();
+                    self.editor.history.end_move();
                     self.gesture(Gesture::Focus(pick.position.as_dvec3()));
-                    self.editor.history().end_move();
+                    self.editor.history.end_move();
                 }
             }
             Action::Deselect => self.editor.select(None),
@@ -73,10 +73,10 @@ impl Viewer {
                 return self.save_scene().map(|path| Some(format!("saved {}", path.display())));
             }
             Action::CopyCommand => return self.copy_command().map(Some),
-            Action::TogglePanel => self.panel.controls_mut().visible ^= true,
-            Action::ToggleHelp => self.panel.controls_mut().help ^= true,
+            Action::TogglePanel => self.panel.controls.visible ^= true,
+            Action::ToggleHelp => self.panel.controls.help ^= true,
             Action::Cancel => {
-                if !std::mem::take(&mut self.panel.controls_mut().help) {
+                if !std::mem::take(&mut self.panel.controls.help) {
                     self.editor.select(None);
                 }
             }
@@ -93,7 +93,7 @@ impl Viewer {
     }
 
     fn moved(&mut self, change: impl FnOnce(&mut CameraHistory) -> bool) {
-        if change(self.editor.history()) {
+        if change(&mut self.editor.history) {
             self.edited();
         }
     }
@@ -102,13 +102,13 @@ impl Viewer {
     pub(super) fn refresh(&mut self) {
         self.picture.request_show();
         self.due = self.due.min(Instant::now() + self.picture.budget());
-        self.panel.host().refresh();
+        self.panel.host.refresh();
     }
 
     /// Tells the user in the panel, and on standard error.
     pub(super) fn say(&mut self, message: String) {
         tell(&message);
-        self.panel.host().say(message);
+        self.panel.host.say(message);
     }
 
     /// Switches an effect on or off. The files of the picture name the effects that are left out.
@@ -129,7 +129,7 @@ impl Viewer {
         let path = self.saves.free_path(&self.options.name, ending)?;
         let prefix = self.session.is_complete() && self.session.run_spec().deterministic;
         let run = self.present_run_spec()?;
-        let settings = self.panel.controls().settings.clone();
+        let settings = self.panel.controls.settings.clone();
         let snapshot = self.picture.snapshot(&path, &self.session, &settings)?;
         self.saves.begin(path, move |path| snapshot.write(path, &run, prefix, &settings))
     }
@@ -152,13 +152,13 @@ impl Viewer {
     /// Puts the command that repeats this picture without a window on the clipboard and on standard output.
     fn copy_command(&mut self) -> Result<String> {
         let (run, paths) = (self.present_run_spec()?, self.picture.counts().paths());
-        let options = display_options(&self.panel.controls().settings);
+        let options = display_options(&self.panel.controls.settings);
         let command = format!("{} {options}", run.command(0, paths));
         // Standard output may be the figures', or a pipe that nobody reads any more.
         if self.options.json.as_deref() != Some(Path::new("-")) {
             let _ = writeln!(std::io::stdout(), "{command}");
         }
-        self.panel.host().copy(command.clone());
+        self.panel.host.copy(command.clone());
         Ok(format!("copied: {command}"))
     }
 }

@@ -29,11 +29,9 @@ pub struct SceneEditor {
     /// `desc`, prepared for tracing.
     scene: Arc<Scene>,
     edits: Edits,
-    /// Effects that are forced on and off.
     forced: Vec<Forced>,
-    /// Moves of the camera.
-    history: CameraHistory,
-    /// The selected shape.
+    /// Moves of the camera, to undo and redo them.
+    pub history: CameraHistory,
     selected: Option<u32>,
     /// The changes that were saved last, and their file.
     saved: Option<(Edits, PathBuf)>,
@@ -104,11 +102,6 @@ impl SceneEditor {
             None => PrepareOptions { width, height },
         };
         Camera::new(&camera, film, &options).into_diagnostic()
-    }
-
-    /// Moves of the camera, to undo and redo them.
-    pub fn history(&mut self) -> &mut CameraHistory {
-        &mut self.history
     }
 
     /// Field of view, degrees.

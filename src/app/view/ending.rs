@@ -7,9 +7,8 @@ use std::time::Duration;
 use miette::{IntoDiagnostic, Result};
 use serde::Serialize;
 
-use crate::app::error_report::ErrorReport;
 use crate::app::plan::PlannedEffect;
-use crate::app::report::{Seconds, write_json};
+use crate::app::report::{ErrorReport, Seconds, write_json};
 use crate::app::run_spec::ChoiceReport;
 use crate::app::view::Viewer;
 use crate::app::view::screen::Screen;
@@ -100,11 +99,11 @@ impl Viewer {
         let report = self.report(lasted);
         self.saves.finish().iter().for_each(|message| tell(message));
         let capture = self.capture.take();
-        let captured = capture.map_or(Ok(()), |capture| capture.finish(self.session.server()));
+        let captured = capture.map_or(Ok(()), |capture| capture.finish(&self.session.server));
         // Where no window was ever opened there is no picture, and the reason is told already.
-        let wanted = !self.options.outputs.is_empty() && self.picture.screen().is_some();
+        let wanted = !self.options.outputs.is_empty() && self.picture.screen.is_some();
         let written = if wanted { self.write_pictures() } else { Ok(()) };
-        let panicked = self.session.panicked().cloned();
+        let panicked = self.session.panicked.clone();
         let Self { picture, panel, options, outcome, .. } = self;
         if gpu::display_lost() {
             // What belongs to the window is left to the system: nobody answers any more.
@@ -121,10 +120,9 @@ impl Viewer {
     }
 
     fn report(&self, seconds: f64) -> ViewReport {
-        let (session, metrics, screen) = (&self.session, &self.metrics, self.picture.screen());
+        let (session, metrics, screen) = (&self.session, &self.metrics, self.picture.screen.as_ref());
         let (run, [width, height]) = (session.run_spec(), session.size());
-        let [device_losses, surface_losses] = screen.map_or([0; 2], Screen::losses);
-        let (traced, rasterised) = (session.traced(), self.picture.rasterised());
+        let (traced, rasterised) = (session.traced(), self.picture.rasterised);
         ViewReport {
             version: env!("CARGO_PKG_VERSION"),
             scene: run.scene.clone(),
@@ -133,8 +131,8 @@ impl Viewer {
             device: run.device.clone(),
             plan: self.panel.plan(session, &self.editor),
             left_out: run.left_out().collect(),
-            cores: session.processor_sharing().to_owned(),
-            threads: session.threads(),
+            cores: session.processor_sharing.clone(),
+            threads: session.server.threads(),
             simd: self.editor.scene().kernel().name(),
             width,
             height,
@@ -143,13 +141,13 @@ impl Viewer {
             frame_ms: TimePercentiles::of(&metrics.frames),
             edit_latency_ms: TimePercentiles::of(&metrics.edits),
             edits: metrics.edits.iter().count(),
-            abort_ms: TimePercentiles::of(session.aborts()),
-            aborts: session.aborts().iter().count(),
+            abort_ms: TimePercentiles::of(&session.aborts),
+            aborts: session.aborts.iter().count(),
             stalls: metrics.stalls,
             epochs: metrics.epochs,
             resizes: metrics.resizes,
-            device_losses,
-            surface_losses,
+            device_losses: screen.map_or(0, |screen| screen.device_losses),
+            surface_losses: screen.map_or(0, |screen| screen.surface_losses),
             validation_messages: screen.map_or(0, Screen::validation_messages),
             seconds,
             traced_samples: traced,
@@ -164,7 +162,7 @@ impl Viewer {
 
     /// The error of the last picture; the predictions and their outcomes are logged.
     fn last_error(&self) -> Option<ErrorReport> {
-        let (observer, run) = (self.picture.observer()?, self.session.run_spec());
+        let (observer, run) = (self.picture.observer.as_ref()?, self.session.run_spec());
         let (state, kept) = observer.end();
         predictions::log(run, &kept);
         ErrorReport::new(&state, run, observer.target(), ErrorQuantile::P95, state.reached)
@@ -173,7 +171,7 @@ impl Viewer {
     /// Writes the pictures asked for, from the film or, where that is lost, from the kept samples.
     fn write_pictures(&mut self) -> Result<()> {
         let prefix = self.session.is_complete();
-        let settings = self.panel.controls().settings.clone();
+        let settings = self.panel.controls.settings.clone();
         let run = self.present_run_spec().unwrap_or_else(|error| {
             tell(&format!("the changes of the scene could not be saved: {error}"));
             self.session.run_spec().clone()

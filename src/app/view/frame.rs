@@ -48,12 +48,12 @@ impl Viewer {
     /// Does what is due: actions, camera, epoch, frame.
     pub(super) fn step(&mut self) {
         let now = Instant::now();
-        if let Some(gesture) = self.panel.input().tick((now - self.tick).as_secs_f64()) {
+        if let Some(gesture) = self.panel.input.tick((now - self.tick).as_secs_f64()) {
             self.gesture(gesture);
         }
         self.tick = now;
         if let Some(gpu) = self.picture.gpu().cloned() {
-            self.metrics.completed(&gpu, self.picture.pacer());
+            self.metrics.completed(&gpu, &mut self.picture.pacer);
         }
         self.act();
         if let Err(error) = self.choose_method() {
@@ -125,7 +125,7 @@ impl Viewer {
     fn show(&mut self, plan: &FramePlan) -> Result<(), ClientError> {
         let begin = Instant::now();
         if self.panel.is_due(begin)
-            && let Some(window) = self.picture.screen().map(|screen| screen.window().clone())
+            && let Some(window) = self.picture.screen.as_ref().map(|screen| screen.window.clone())
         {
             let Self { session, picture, editor, metrics, .. } = self;
             let data = self.panel.data(session, picture, editor, metrics, begin);
@@ -135,7 +135,7 @@ impl Viewer {
         let panel_time = begin.elapsed();
         let (settings, drawing) = self.panel.settings_and_drawing();
         let shown = self.picture.show(&self.session, plan, settings, drawing, begin)?;
-        self.picture.pacer().panel(panel_time);
+        self.picture.pacer.panel(panel_time);
         self.metrics.presented(&shown);
         Ok(())
     }
@@ -143,10 +143,10 @@ impl Viewer {
     /// Learns how long the device's passes took, and records times if asked for.
     fn measure(&mut self, begin: Instant) {
         let Some(gpu) = self.picture.gpu().cloned() else { return };
-        let rasterised = self.picture.rasterised();
-        self.metrics.learn(&gpu.take_timings(), rasterised, self.picture.pacer());
+        let rasterised = self.picture.rasterised;
+        self.metrics.learn(&gpu.take_timings(), rasterised, &mut self.picture.pacer);
         if let Some(capture) = &mut self.capture {
-            let written = capture.client("frame", begin).and_then(|()| capture.frame(self.session.server()));
+            let written = capture.client("frame", begin).and_then(|()| capture.frame(&self.session.server));
             if let Err(error) = written {
                 self.capture = None;
                 self.fail(error);
@@ -185,7 +185,7 @@ impl Viewer {
     /// its first samples are there the old ones are shown, stretched, so that nothing flickers.
     pub(super) fn refit(&mut self, [width, height]: [u32; 2]) -> Result<(), ClientError> {
         let before = self.session.run_spec().film;
-        let after = FilmSpec { width, height, filter: self.panel.controls().filter, ..before };
+        let after = FilmSpec { width, height, filter: self.panel.controls.filter, ..before };
         self.session.set_film(after);
         match self.picture.refit(self.session.run_spec()) {
             Ok(true) => {}
@@ -209,9 +209,9 @@ impl Viewer {
 
     /// Sets the colours of the window to those that are asked for, or to 8 bits where it does not offer them.
     fn match_output(&mut self) {
-        let settings = &mut self.panel.controls_mut().settings;
+        let settings = &mut self.panel.controls.settings;
         let wanted = settings.output;
-        let Some(swapchain) = self.picture.screen_mut().and_then(Screen::swapchain) else { return };
+        let Some(swapchain) = self.picture.screen.as_mut().and_then(Screen::swapchain) else { return };
         if swapchain.set_output(wanted) || wanted == ColorOutput::Sdr {
             return;
         }
@@ -235,8 +235,11 @@ impl Viewer {
 
     /// Deals with an error of a frame: a lost device is replaced once, and the tracer goes on meanwhile.
     fn recover(&mut self, error: ClientError) {
-        let screen = self.picture.screen_mut().filter(|_| is_device_lost(&error));
-        if screen.is_none_or(|screen| screen.count_device_loss() >= MOST_LOSSES) {
+        let Some(screen) = self.picture.screen.as_mut().filter(|_| is_device_lost(&error)) else {
+            return self.fail(miette::Report::from_err(error));
+        };
+        screen.device_losses += 1;
+        if screen.device_losses > MOST_LOSSES {
             return self.fail(miette::Report::from_err(error));
         }
         tell(&format!("the device was lost; opening it again ({error})"));

@@ -19,7 +19,7 @@ use crate::gpu;
 
 impl ApplicationHandler for Viewer {
     fn resumed(&mut self, events: &ActiveEventLoop) {
-        if self.picture.screen().is_none()
+        if self.picture.screen.is_none()
             && let Err(error) = self.open(events)
         {
             self.fail(error);
@@ -27,7 +27,7 @@ impl ApplicationHandler for Viewer {
     }
 
     fn window_event(&mut self, _: &ActiveEventLoop, _: WindowId, mut event: WindowEvent) {
-        let Some(window) = self.picture.screen().map(|screen| screen.window().clone()) else { return };
+        let Some(window) = self.picture.screen.as_ref().map(|screen| screen.window.clone()) else { return };
         match &mut event {
             WindowEvent::CloseRequested | WindowEvent::Destroyed => self.quit = true,
             WindowEvent::Resized(size) => self.resized(*size),
@@ -74,7 +74,7 @@ impl Viewer {
         gpu::survive_display_loss(window.display_handle().into_diagnostic()?.as_raw());
         let rate = window.current_monitor().and_then(|monitor| monitor.refresh_rate_millihertz());
         let rate = rate.filter(|rate| self.options.budget.is_none() && *rate >= 1000);
-        self.panel.host().open(&window);
+        self.panel.host.open(&window);
         // Tracing begins while the device is opened, by path tracing where the method is to be chosen.
         self.choose_method()?;
         self.restart()?;
@@ -85,7 +85,7 @@ impl Viewer {
             self.session.set_device(gpu.info());
         }
         if let Some(path) = &self.options.timings {
-            self.session.server().set_tracing(true);
+            self.session.server.set_tracing(true);
             self.capture = Some(TimingCapture::new(path, screen.gpu())?);
         }
         self.picture.open(screen, rate.map(|rate| Duration::from_secs_f64(1e3 / f64::from(rate))));
@@ -94,11 +94,11 @@ impl Viewer {
     }
 
     fn resized(&mut self, size: PhysicalSize<u32>) {
-        if let Some(swapchain) = self.picture.screen_mut().and_then(Screen::swapchain) {
+        if let Some(swapchain) = self.picture.screen.as_mut().and_then(Screen::swapchain) {
             swapchain.resize([size.width, size.height]);
         }
         self.picture.request_show();
         self.due = Instant::now();
-        self.panel.host().refresh();
+        self.panel.host.refresh();
     }
 }

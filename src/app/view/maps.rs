@@ -70,7 +70,7 @@ impl MapCache {
 
     fn cost_map(&mut self, session: &RenderSession, now: Instant) -> Option<Arc<FalseColorMap>> {
         if self.cost.as_ref().is_none_or(|(made, _)| now - *made >= REFRESH) {
-            self.cost = cost_map(&session.server().cost_map()).map(|map| (now, Arc::new(map)));
+            self.cost = cost_map(&session.server.cost_map()).map(|map| (now, Arc::new(map)));
         }
         self.cost.as_ref().map(|(_, map)| map.clone())
     }

@@ -30,7 +30,6 @@ struct FrameInFlight {
 
 /// The measurements of a session.
 pub struct ViewerMetrics {
-    /// When the viewer began.
     pub started: Instant,
     /// Milliseconds from the beginning of a frame to its end on the device.
     pub frames: RecentValues,
@@ -42,9 +41,7 @@ pub struct ViewerMetrics {
     pub recent_edits: RecentValues,
     /// Time from the start of the viewer to the first picture on the device.
     pub first: Option<Duration>,
-    /// Number of frames presented.
     pub presented: u64,
-    /// Number of epochs begun.
     pub epochs: u64,
     /// Number of waits of the loop for more than [`STALL`].
     pub stalls: u64,

@@ -90,9 +90,7 @@ struct Viewer {
     saves: BackgroundSaves,
     /// Records times of passes and workers, if asked for.
     capture: Option<TimingCapture>,
-    /// When the next frame is due.
     due: Instant,
-    /// When the last frame ended.
     ended: Instant,
     /// The last tick of flying.
     tick: Instant,
@@ -100,32 +98,4 @@ struct Viewer {
     quit: bool,
     /// Why the window closes, if not because the user wanted it.
     outcome: Result<()>,
-}
-
-impl Viewer {
-    /// A viewer whose window is not open yet.
-    fn new(
-        options: ViewOptions,
-        session: RenderSession,
-        picture: LivePicture,
-        editor: SceneEditor,
-        panel: ViewerPanel,
-    ) -> Self {
-        let now = Instant::now();
-        Self {
-            options,
-            session,
-            picture,
-            editor,
-            panel,
-            metrics: ViewerMetrics::default(),
-            saves: BackgroundSaves::default(),
-            capture: None,
-            due: now,
-            ended: now,
-            tick: now,
-            quit: false,
-            outcome: Ok(()),
-        }
-    }
 }

@@ -25,9 +25,12 @@ use crate::tracer::effects::{self, refusal};
 
 /// The panel, and what the user does with mouse and keys.
 pub struct ViewerPanel {
-    host: EguiHost,
-    controls: PanelControls,
-    input: InputState,
+    /// egui, which draws the panel.
+    pub host: EguiHost,
+    /// The display controls.
+    pub controls: PanelControls,
+    /// Mouse and keys.
+    pub input: InputState,
     maps: MapCache,
     costs: EffectCosts,
     /// The list of effects, and the method and settings that it holds for; `None` after an edit.
@@ -53,11 +56,6 @@ impl ViewerPanel {
         }
     }
 
-    /// egui, which draws the panel.
-    pub fn host(&mut self) -> &mut EguiHost {
-        &mut self.host
-    }
-
     /// Hears an event of the window. Returns true when it asks for actions.
     pub fn on_event(&mut self, window: &Window, event: &WindowEvent) -> bool {
         let active = (self.controls.visible || self.controls.help) && !self.input.is_dragging();
@@ -65,21 +63,6 @@ impl ViewerPanel {
         let actions = self.input.on_window_event(event, taken);
         self.actions.extend_from_slice(&actions);
         !actions.is_empty()
-    }
-
-    /// Mouse and keys.
-    pub fn input(&mut self) -> &mut InputState {
-        &mut self.input
-    }
-
-    /// The display controls.
-    pub fn controls(&self) -> &PanelControls {
-        &self.controls
-    }
-
-    /// As [`controls`](Self::controls), to be changed.
-    pub fn controls_mut(&mut self) -> &mut PanelControls {
-        &mut self.controls
     }
 
     /// The error that the user wants.
@@ -196,17 +179,16 @@ impl ViewerPanel {
         now: Instant,
     ) -> PanelData {
         let (run, counts) = (session.run_spec(), picture.counts());
-        let [traced_per_second, rasterised_per_second] =
-            metrics.rates(session.traced(), picture.rasterised());
+        let [traced_per_second, rasterised_per_second] = metrics.rates(session.traced(), picture.rasterised);
         let latency = |milliseconds| Duration::try_from_secs_f32(milliseconds * 1e-3).unwrap_or_default();
         let last_edit = metrics.recent_edits.last();
-        let device = picture.screen().and_then(Screen::gpu).map(|gpu| gpu.info().clone());
+        let device = picture.screen.as_ref().and_then(Screen::gpu).map(|gpu| gpu.info().clone());
         PanelData {
             device: device.map_or(String::new(), |d| match d.driver.contains(&d.name) {
                 true => d.driver,
                 false => format!("{} ({})", d.name, d.driver),
             }),
-            plan: session.processor_sharing().to_owned(),
+            plan: session.processor_sharing.clone(),
             method: run.integrator.name(),
             reason: run.auto.as_ref().map_or(String::new(), |chosen| chosen.reason.clone()),
             extent: session.size(),
@@ -222,16 +204,16 @@ impl ViewerPanel {
             budget: picture.budget(),
             edit_latency: last_edit.map(latency),
             edit_latency_p95: last_edit.map(|_| latency(metrics.recent_edits.percentiles([95.0])[0])),
-            threads: session.threads(),
+            threads: session.server.threads(),
             elapsed: session.elapsed(),
             message: self.host.message(now).map(str::to_owned),
             selection: editor.selection(),
             effects: self.effects(session, editor),
             costs: self.costs.state(),
-            error: picture.observer().map(|observer| {
+            error: picture.observer.as_ref().map(|observer| {
                 maps::error_summary(observer, self.controls.target, session.is_through()).into()
             }),
-            overlay: self.maps.overlay(self.controls.map, session, picture.observer(), now),
+            overlay: self.maps.overlay(self.controls.map, session, picture.observer.as_ref(), now),
             left_out: run.left_out().collect(),
             camera: editor.camera_words(),
             fov: editor.fov(),

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use miette::Result;
 
-use crate::app::intake::Intake;
+use crate::app::film_writer::FilmWriter;
 use crate::app::observer::{Beside, Observer};
 use crate::app::outputs::FilmSnapshot;
 use crate::app::run_spec::RunSpec;
@@ -43,9 +43,7 @@ struct LastRepaint {
 
 /// A frame that was handed to the device.
 pub struct ShownFrame {
-    /// Its number on the device.
     pub number: FrameNumber,
-    /// When it began.
     pub began: Instant,
     /// Internal resolution of its repaint; `None` where the last picture was shown again.
     pub detail: Option<u32>,
@@ -54,12 +52,13 @@ pub struct ShownFrame {
 /// The picture: film, screen, kept samples, pacing, observer.
 pub struct LivePicture {
     /// The window with the film; `None` until the window is open.
-    screen: Option<Screen>,
+    pub screen: Option<Screen>,
     /// The samples of the present epoch, for films to come.
     kept: RetainedSamples,
-    pacer: Pacer,
+    /// Shares out the time of a frame.
+    pub pacer: Pacer,
     /// Watches the error, where the render is divided into replicates.
-    observer: Option<Observer>,
+    pub observer: Option<Observer>,
     last_edit: Instant,
     last_repaint: LastRepaint,
     /// No picture of the present epoch was shown yet.
@@ -72,8 +71,8 @@ pub struct LivePicture {
     hidden: bool,
     /// The render goes on; when it ends, all of its samples must be shown once.
     running: bool,
-    /// Samples that films were given, kept ones again after a resize.
-    rasterised: u64,
+    /// Samples that films were given since the start, kept ones again after a resize.
+    pub rasterised: u64,
 }
 
 impl LivePicture {
@@ -105,16 +104,6 @@ impl LivePicture {
         }
     }
 
-    /// The window with the film; `None` until the window is open.
-    pub fn screen(&self) -> Option<&Screen> {
-        self.screen.as_ref()
-    }
-
-    /// As [`screen`](Self::screen), to be changed.
-    pub fn screen_mut(&mut self) -> Option<&mut Screen> {
-        self.screen.as_mut()
-    }
-
     /// The device.
     pub fn gpu(&self) -> Option<&Arc<Gpu>> {
         self.screen.as_ref().and_then(Screen::gpu)
@@ -128,19 +117,9 @@ impl LivePicture {
         self.screen.as_mut().and_then(Screen::film_mut)
     }
 
-    /// Shares out the time of a frame.
-    pub fn pacer(&mut self) -> &mut Pacer {
-        &mut self.pacer
-    }
-
     /// Length of a frame.
     pub fn budget(&self) -> Duration {
         self.pacer.budget()
-    }
-
-    /// Watches the error; `None` where the render is not divided into replicates.
-    pub fn observer(&self) -> Option<&Observer> {
-        self.observer.as_ref()
     }
 
     /// Tells the observer which error is wanted.
@@ -159,11 +138,6 @@ impl LivePicture {
     fn samples(&self) -> u64 {
         let counts = self.counts();
         counts.camera_samples + counts.light_samples
-    }
-
-    /// Samples that films were given since the start.
-    pub fn rasterised(&self) -> u64 {
-        self.rasterised
     }
 
     /// Internal resolution of the last repaint.
@@ -331,23 +305,26 @@ impl LivePicture {
             self.read_ahead(session, budget);
             return Ok(());
         };
-        let (mut left, mut intake) = (budget, Intake::new(film, observer));
+        let (mut left, mut writer) = (budget, FilmWriter::new(film, observer));
         while left > 0
             && let Some((samples, first_index, paths)) = self.kept.feed()
         {
-            intake.samples(first_index, paths, samples);
+            writer.samples(first_index, paths, samples);
             left = left.saturating_sub(samples.len());
             self.rasterised += samples.len() as u64;
         }
-        intake.finish()?;
+        writer.finish()?;
         if !self.kept.caught_up() {
             self.read_ahead(session, budget);
             return Ok(());
         }
-        let mut intake = Intake::new(film, observer).keeping(&mut self.kept);
-        let drained = session.drain(left.max(BLOCK_SAMPLES), |block| intake.block(block));
+        let mut writer = FilmWriter::new(film, observer);
+        let drained = session.drain(left.max(BLOCK_SAMPLES), |block| {
+            self.kept.push(block);
+            writer.block(block);
+        });
         self.rasterised += drained.samples as u64;
-        intake.finish()
+        writer.finish()
     }
 
     /// Keeps samples from the lanes for later, so that the tracer need not wait for a film that is behind.
@@ -450,15 +427,14 @@ impl LivePicture {
 
     /// A reference film, on the CPU, filled with the samples that are kept.
     pub fn film_without_device(&mut self, spec: FilmSpec) -> Result<Client, ClientError> {
-        let mut film = ReferenceFilm::new(spec, 0)?;
-        let mut intake = Intake::new(&mut film, None);
+        let mut film = Client::Reference(ReferenceFilm::new(spec, 0)?);
+        let mut writer = FilmWriter::new(&mut film, None);
         self.kept.rewind();
         while let Some((samples, first_index, paths)) = self.kept.feed() {
-            intake.samples(first_index, paths, samples);
+            writer.samples(first_index, paths, samples);
         }
-        intake.finish()?;
-        film.flush()?;
-        Ok(Client::Reference(film))
+        writer.finish()?;
+        film.flush().map(|()| film)
     }
 }
 

@@ -35,7 +35,8 @@ pub struct Screen {
     objects: Option<DeviceObjects>,
     overlay: Option<PanelRenderer>,
     choice: DeviceChoice,
-    window: Arc<Window>,
+    /// The window.
+    pub window: Arc<Window>,
     /// The last frame that was handed over.
     last: FrameNumber,
     /// Losses still to be simulated.
@@ -43,9 +44,9 @@ pub struct Screen {
     /// The window shows what a headless render does, bit for bit.
     exact: bool,
     /// Number of devices that were lost.
-    device_losses: u32,
+    pub device_losses: u32,
     /// Number of surfaces that were lost.
-    surface_losses: u32,
+    pub surface_losses: u32,
     /// Messages of the validation layer on devices that are gone.
     messages: usize,
 }
@@ -147,22 +148,6 @@ impl Screen {
     /// The device.
     pub fn gpu(&self) -> Option<&Arc<Gpu>> {
         self.objects.as_ref().map(|objects| objects.swapchain.gpu())
-    }
-
-    /// The window.
-    pub fn window(&self) -> &Arc<Window> {
-        &self.window
-    }
-
-    /// Counts the loss of a device; returns how many were lost before.
-    pub fn count_device_loss(&mut self) -> u32 {
-        self.device_losses += 1;
-        self.device_losses - 1
-    }
-
-    /// Number of devices and of surfaces that were lost.
-    pub fn losses(&self) -> [u32; 2] {
-        [self.device_losses, self.surface_losses]
     }
 
     /// Messages of the validation layer so far, on all devices.

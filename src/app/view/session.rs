@@ -26,7 +26,8 @@ pub struct RenderSession {
     /// What is rendered: scene file, size, method, seed.
     run: RunSpec,
     chooser: Chooser,
-    server: Server,
+    /// The server, for its cost map and its timing spans, too.
+    pub server: Server,
     lanes: Lanes,
     epoch: Epoch,
     /// Paths of a render; `None` is no end.
@@ -43,17 +44,17 @@ pub struct RenderSession {
     /// The epoch that was cut off last, and when.
     cut: Option<(Epoch, Instant)>,
     /// Milliseconds from cutting an epoch off until its last worker has left it.
-    aborts: RecentValues,
+    pub aborts: RecentValues,
     /// Samples of earlier epochs.
     traced_before: u64,
     /// The first path that panicked, and its message.
-    panicked: Option<(u64, String)>,
+    pub panicked: Option<(u64, String)>,
     /// That path was reported.
     panic_reported: bool,
     /// The photons of photon mapping, which outlast a move of the camera.
     photons: Option<method::Photons>,
     /// How tracer and display share the processor, in words; empty until the device is known.
-    processor_sharing: String,
+    pub processor_sharing: String,
 }
 
 impl RenderSession {
@@ -113,7 +114,7 @@ impl RenderSession {
     pub fn set_device(&mut self, device: &DeviceInfo) {
         self.run.device = device.name.clone();
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
-        let threads = self.threads();
+        let threads = self.server.threads();
         self.processor_sharing = if device.kind == DeviceKind::Cpu {
             format!(
                 "{threads} threads trace on {cores} cores while the display leaves them: it draws on the processor, \
@@ -122,11 +123,6 @@ impl RenderSession {
         } else {
             format!("{threads} threads trace on {cores} cores; the display has a device of its own")
         };
-    }
-
-    /// How tracer and display share the processor, in words.
-    pub fn processor_sharing(&self) -> &str {
-        &self.processor_sharing
     }
 
     /// Notes that scene or camera have changed: a new epoch must begin.
@@ -240,16 +236,6 @@ impl RenderSession {
         self.through && self.ended == Some(FinishReason::Complete)
     }
 
-    /// The path that panicked first, and its message.
-    pub fn panicked(&self) -> Option<&(u64, String)> {
-        self.panicked.as_ref()
-    }
-
-    /// The server, for its cost map and its timing spans.
-    pub fn server(&self) -> &Server {
-        &self.server
-    }
-
     /// Time since the present epoch began.
     pub fn elapsed(&self) -> Duration {
         self.began.elapsed()
@@ -264,15 +250,5 @@ impl RenderSession {
     pub fn fill(&self) -> (usize, usize) {
         let fill = self.lanes.fill();
         (fill.blocks, fill.capacity)
-    }
-
-    /// Number of tracing threads.
-    pub fn threads(&self) -> usize {
-        self.server.threads()
-    }
-
-    /// Milliseconds that aborts took.
-    pub fn aborts(&self) -> &RecentValues {
-        &self.aborts
     }
 }

@@ -2,7 +2,7 @@
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use miette::Result;
 use winit::event_loop::EventLoop;
@@ -13,8 +13,10 @@ use crate::app::load::SceneInput;
 use crate::app::outputs::Outputs;
 use crate::app::run_spec::RunSpec;
 use crate::app::view::editor::SceneEditor;
+use crate::app::view::metrics::ViewerMetrics;
 use crate::app::view::panel::ViewerPanel;
 use crate::app::view::picture::LivePicture;
+use crate::app::view::saves::BackgroundSaves;
 use crate::app::view::screen::SimulatedLosses;
 use crate::app::view::session::RenderSession;
 use crate::app::view::{ViewOptions, Viewer};
@@ -25,6 +27,7 @@ use crate::client::window::panel::{DEFAULT_TARGET, MapChoice, PanelControls};
 use crate::color::Profile;
 use crate::gpu::{self, DeviceChoice};
 use crate::scene::desc::IntegratorKind;
+use crate::server::panic_message;
 use crate::tracer::Scene;
 
 /// Runs the subcommand. A picture that was asked for is written even after an error.
@@ -58,8 +61,7 @@ pub fn view(args: &ViewArgs) -> Result<()> {
 
 /// The error of a panic in the viewer.
 fn internal(panic: &(dyn Any + Send)) -> miette::Report {
-    let words = panic.downcast_ref::<&str>().map(ToString::to_string);
-    let words = words.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default();
+    let words = panic_message(panic).unwrap_or_default();
     miette::miette!(
         help = "please report this, with what you did last",
         "the viewer made a mistake and had to close: {words}"
@@ -132,5 +134,20 @@ fn prepare(args: &ViewArgs, outputs: Outputs) -> Result<Viewer> {
     let panel = ViewerPanel::new(controls, size);
     let picture = LivePicture::new(&run, options.budget, panel.target())?;
     let session = RenderSession::start(run, choose, threads, args.samples)?;
-    Ok(Viewer::new(options, session, picture, editor, panel))
+    let now = Instant::now();
+    Ok(Viewer {
+        options,
+        session,
+        picture,
+        editor,
+        panel,
+        metrics: ViewerMetrics::default(),
+        saves: BackgroundSaves::default(),
+        capture: None,
+        due: now,
+        ended: now,
+        tick: now,
+        quit: false,
+        outcome: Ok(()),
+    })
 }

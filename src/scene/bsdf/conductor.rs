@@ -1,6 +1,6 @@
-//! `conductor`: a smooth metal, and how the index of a metal is read.
+//! `conductor` and `roughconductor`: metals, and how the index of a metal is read.
 
-use super::{BsdfPlugin, color, parts};
+use super::{BsdfPlugin, Roughness, color, parts};
 use crate::scene::diagnostic::SceneError;
 use crate::scene::mitsuba::{Params, Reader, Role, read_spectrum, shorten};
 use crate::spectrum::{Spectrum, dispersion::Ior, metals};
@@ -27,11 +27,37 @@ impl BsdfPlugin for ConductorDesc {
     parts! { reflection: specular_reflectance, eta: eta, k: k }
 }
 
+/// A rough metal.
+#[derive(Clone, Debug)]
+pub struct RoughConductorDesc {
+    /// Real part of the index of refraction.
+    pub eta: Spectrum,
+    /// Imaginary part.
+    pub k: Spectrum,
+    /// Factor on reflection, 1 in nature.
+    pub specular_reflectance: Spectrum,
+    /// Its microfacets.
+    pub roughness: Roughness,
+}
+
+impl BsdfPlugin for RoughConductorDesc {
+    const NAME: &'static str = "roughconductor";
+
+    fn read(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<Self, SceneError> {
+        let (eta, k) = metal(reader, params)?;
+        let specular_reflectance = color(reader, params, "specular_reflectance", 1.0)?;
+        Ok(Self { eta, k, specular_reflectance, roughness: Roughness::read(reader, params)? })
+    }
+
+    parts! { reflection: specular_reflectance, eta: eta, k: k }
+
+    fn roughness(&self) -> Option<Roughness> {
+        Some(self.roughness)
+    }
+}
+
 /// The complex index η + i k of a metal: by the name of a `material`, or as `eta` and `k`.
-pub(super) fn metal(
-    reader: &mut Reader<'_>,
-    params: &Params<'_>,
-) -> Result<(Spectrum, Spectrum), SceneError> {
+fn metal(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<(Spectrum, Spectrum), SceneError> {
     let material = params.string("material")?;
     let given = params.has("eta") || params.has("k");
     match material.as_deref().filter(|m| *m != "none") {

@@ -1,6 +1,6 @@
-//! Descriptions of materials: what Mitsuba's bsdf plugins say, one file per plugin.
+//! Descriptions of materials: what Mitsuba's bsdf plugins say, a smooth plugin and its rough form in one file.
 //!
-//! A file holds the parameters of its plugin as plain data, reads them from the scene file ([`BsdfPlugin::read`]), and says which of
+//! It holds the parameters of a plugin as plain data, reads them from the scene file ([`BsdfPlugin::read`]), and says which of
 //! them others may ask for without knowing the plugin ([`BsdfParts`]): the editor of colours, the effects that simplify a scene, the
 //! checks of `twosided`. A new plugin is such a file, its `mod` line and one line of the table below; how it scatters light is the other
 //! half, see `src/tracer/bsdf/mod.rs`.
@@ -9,9 +9,6 @@ mod conductor;
 mod dielectric;
 mod diffuse;
 mod plastic;
-mod rough_conductor;
-mod rough_dielectric;
-mod rough_plastic;
 mod roughness;
 mod two_sided;
 
@@ -161,13 +158,13 @@ bsdfs! {
     /// Smooth metal.
     Conductor = conductor::ConductorDesc,
     /// Rough interface between two transparent media.
-    RoughDielectric = rough_dielectric::RoughDielectricDesc,
+    RoughDielectric = dielectric::RoughDielectricDesc,
     /// Rough metal.
-    RoughConductor = rough_conductor::RoughConductorDesc,
+    RoughConductor = conductor::RoughConductorDesc,
     /// Smooth transparent coat over a diffuse base.
     Plastic = plastic::PlasticDesc,
     /// Rough transparent coat over a diffuse base.
-    RoughPlastic = rough_plastic::RoughPlasticDesc,
+    RoughPlastic = plastic::RoughPlasticDesc,
     /// Two one-sided materials, one for each side.
     TwoSided = two_sided::TwoSidedDesc,
 }
@@ -228,7 +225,7 @@ pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<BsdfId, Sce
     let element = reader.document.element(id);
     if reader.known.open_bsdfs.contains(&id) || reader.known.open_bsdfs.len() >= limits::REFERENCE_DEPTH {
         let message = "this material contains itself, or too many others within each other";
-        return Err(reader.document.finding(FindingKind::Reference, element.span, message).error());
+        return Err(reader.document.error(FindingKind::Reference, element.span, message));
     }
     let params = Params::new(reader.document, id)?;
     let plugin = reader.plugin(&params, PLUGINS, &[])?;

@@ -20,25 +20,24 @@ impl BsdfPlugin for TwoSidedDesc {
 
     fn read(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<Self, SceneError> {
         let sides = params.objects("bsdf");
-        let wrong = |reader: &Reader<'_>, span, m: &str| {
-            Err(reader.document.finding(FindingKind::Parameter, span, m).error())
-        };
+        let document = reader.document;
+        let wrong = |span, message: &str| Err(document.error(FindingKind::Parameter, span, message));
         let (front, back) = match sides.as_slice() {
             [one] => (*one, *one),
             [front, back] => (*front, *back),
             [] => {
                 let message = "a twosided needs a bsdf for its front, and may have one for its back";
-                return wrong(reader, params.span(), message);
+                return wrong(params.span(), message);
             }
-            [_, _, (_, third), ..] => return wrong(reader, *third, "a twosided has one or two bsdfs"),
+            [_, _, (_, third), ..] => return wrong(*third, "a twosided has one or two bsdfs"),
         };
         let mut ids = [BsdfId(0); 2];
         for (out, (id, span)) in ids.iter_mut().zip([front, back]) {
             *out = super::read(reader, id)?;
             match &reader.lists.bsdfs[out.0 as usize] {
-                BsdfDesc::TwoSided(_) => return wrong(reader, span, "this material is two-sided already"),
+                BsdfDesc::TwoSided(_) => return wrong(span, "this material is two-sided already"),
                 bsdf if bsdf.parts().transmission.is_some() => {
-                    return wrong(reader, span, "a material that lets light through has two sides already");
+                    return wrong(span, "a material that lets light through has two sides already");
                 }
                 _ => {}
             }

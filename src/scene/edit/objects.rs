@@ -99,7 +99,7 @@ fn shared(desc: &SceneDesc, id: BsdfId) -> String {
 pub fn shape_name(desc: &SceneDesc, shape: u32) -> String {
     match desc.shapes.get(shape as usize) {
         None => format!("shape {shape}, which does not exist"),
-        Some(s) => named(desc, s.id.as_deref(), (shape_kind(&s.kind), s.place)),
+        Some(s) => named(desc, s.id.as_deref(), shape_kind(&s.kind), s.place),
     }
 }
 
@@ -109,12 +109,12 @@ pub fn light_name(desc: &SceneDesc, light: u32) -> String {
         None => format!("light {light}, which does not exist"),
         Some(l) => {
             let id = id_of(&desc.names.lights, light as usize);
-            named(desc, id, (light_kind(l), LightDesc::place(l)))
+            named(desc, id, light_kind(l), l.place())
         }
     }
 }
 
-fn named(desc: &SceneDesc, id: Option<&str>, (kind, place): (&str, Place)) -> String {
+fn named(desc: &SceneDesc, id: Option<&str>, kind: &str, place: Place) -> String {
     if let Some(id) = id {
         return id.to_owned();
     }
@@ -130,7 +130,6 @@ fn named(desc: &SceneDesc, id: Option<&str>, (kind, place): (&str, Place)) -> St
 pub(crate) struct Address<'a> {
     /// Its `id`, if it has one.
     pub(crate) id: Option<&'a str>,
-    /// The name of its plugin.
     pub(crate) kind: &'static str,
     /// Count of objects of this kind in the scene.
     pub(crate) count: usize,

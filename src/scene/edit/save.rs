@@ -23,12 +23,10 @@ pub enum SaveError {
         /// The name.
         path: String,
     },
-    /// The operating system reports an error.
-    #[error("cannot {what} {path}: {source}")]
+    /// A folder that the operating system does not find.
+    #[error("cannot find the folder {path}: {source}")]
     Io {
-        /// The operation.
-        what: &'static str,
-        /// The file.
+        /// The folder.
         path: String,
         /// Why.
         source: std::io::Error,
@@ -78,11 +76,7 @@ impl Edits {
         defines: &[(String, String)],
         desc: &SceneDesc,
     ) -> Result<(), SaveError> {
-        let folder = match path.parent() {
-            Some(p) if p != Path::new("") => p,
-            _ => Path::new("."),
-        };
-        let folder = io("find the folder", folder, folder.canonicalize())?;
+        let folder = folder_of(path)?;
         let name = path.file_name().ok_or_else(|| SaveError::Text {
             what: "the file name",
             text: path.display().to_string(),
@@ -161,12 +155,8 @@ fn edit(desc: &SceneDesc, target: Target, value: NewValue) -> Result<String, Sav
 /// Folder and name of `file` as seen from `folder` (a path without links), with `/` between: relative where they have
 /// more than the root in common.
 fn relative(folder: &Path, file: &Path) -> Result<(String, String), SaveError> {
-    let parent = match file.parent() {
-        Some(p) if p != Path::new("") => p,
-        _ => Path::new("."),
-    };
     // The file itself may be a link; what it names lies beside the link.
-    let parent = io("find the folder", parent, parent.canonicalize())?;
+    let parent = folder_of(file)?;
     let unsayable = |why| SaveError::Text { what: "the path", text: file.display().to_string(), why };
     let name = file.file_name().ok_or_else(|| unsayable("it names no file"))?;
     let common = folder.components().zip(parent.components()).take_while(|(a, b)| a == b).count();
@@ -202,8 +192,11 @@ fn attribute(what: &'static str, text: &str) -> Result<String, SaveError> {
     Ok(out)
 }
 
-fn io<T>(what: &'static str, path: &Path, result: std::io::Result<T>) -> Result<T, SaveError> {
-    result.map_err(|source| SaveError::Io { what, path: path.display().to_string(), source })
+/// The folder that a file lies in, without links.
+fn folder_of(file: &Path) -> Result<PathBuf, SaveError> {
+    let folder = file.parent().filter(|p| *p != Path::new("")).unwrap_or(Path::new("."));
+    let error = |source| SaveError::Io { path: folder.display().to_string(), source };
+    folder.canonicalize().map_err(error)
 }
 
 /// A complete `<sensor>`: `camera`, and film and sample count of `desc`. Stands in front of the include, because the
@@ -276,14 +269,11 @@ fn film_element(film: &FilmDesc) -> String {
 fn check_sensor(sensor: &str, camera: &CameraDesc, film: &FilmDesc) -> Result<(), SaveError> {
     let text = format!("<scene version=\"3.0.0\">{sensor}</scene>");
     let read = load_str("camera", &text, &[]).map_err(|e| SaveError::Camera(e.to_string()))?.desc;
-    let numbers =
-        |c: &CameraDesc| (c.to_world, c.fov, c.fov_axis, c.principal_point_offset, c.near_clip, c.far_clip);
-    let lens_of =
-        |c: &CameraDesc| (c.aperture_radius, if c.aperture_radius > 0.0 { c.focus_distance } else { 0.0 });
-    let same_film = (read.film.width, read.film.height, read.film.crop, read.film.rfilter)
-        == (film.width, film.height, film.crop, film.rfilter);
-    let same_lens = lens_of(&read.camera) == lens_of(camera);
-    if numbers(&read.camera) == numbers(camera) && same_lens && same_film {
+    // A pinhole has no focus, and the place in the file does not count.
+    let focus_distance = if camera.aperture_radius > 0.0 { camera.focus_distance } else { 0.0 };
+    let same_camera =
+        read.camera == CameraDesc { focus_distance, place: read.camera.place, ..camera.clone() };
+    if same_camera && read.film == *film {
         return Ok(());
     }
     Err(SaveError::Camera("a number of it does not survive being written".to_owned()))

@@ -71,7 +71,6 @@ pub(crate) enum ObjectKind {
 }
 
 impl ObjectKind {
-    /// All of them.
     pub(crate) const ALL: [ObjectKind; 3] = [ObjectKind::Shape, ObjectKind::Bsdf, ObjectKind::Light];
 
     /// The element's name in a file.
@@ -158,7 +157,7 @@ pub(crate) struct EditableParameter {
     set: fn(&mut SceneDesc, u32, NewValue),
 }
 
-/// Everything that can be changed. A new [`Target`] is one line here and one in [`Target::key`].
+/// Everything that can be changed. A new [`Target`] is one line here.
 pub(crate) const PARAMETERS: &[EditableParameter] = &[
     EditableParameter {
         name: "emission_scale",
@@ -220,22 +219,16 @@ pub(crate) const PARAMETERS: &[EditableParameter] = &[
 ];
 
 impl Target {
-    /// Its object and its name in a saved file, and which one of the objects.
-    fn key(self) -> (ObjectKind, &'static str, u32) {
-        match self {
-            Target::Emission(i) => (ObjectKind::Shape, "emission_scale", i),
-            Target::Light(i) => (ObjectKind::Light, "emission_scale", i),
-            Target::EmissionColor(i) => (ObjectKind::Shape, "emission_color", i),
-            Target::LightColor(i) => (ObjectKind::Light, "emission_color", i),
-            Target::Reflectance(id) => (ObjectKind::Bsdf, "reflectance", id.0),
-            Target::IntIor(id) => (ObjectKind::Bsdf, "int_ior", id.0),
-        }
-    }
-
-    /// Its line in the table, and which one of the objects.
+    /// Its line in the table, and the index of its object.
     pub(crate) fn parameter(self) -> (&'static EditableParameter, u32) {
-        let (object, name, index) = self.key();
-        let found = PARAMETERS.iter().find(|p| p.object == object && p.name == name);
+        use Target::{Emission, EmissionColor, IntIor, Light, LightColor, Reflectance};
+        let (Emission(index)
+        | EmissionColor(index)
+        | Light(index)
+        | LightColor(index)
+        | Reflectance(BsdfId(index))
+        | IntIor(BsdfId(index))) = self;
+        let found = PARAMETERS.iter().find(|p| (p.target)(index) == self);
         (found.expect("every target has its line: held by a test"), index)
     }
 

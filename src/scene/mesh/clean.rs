@@ -64,7 +64,6 @@ pub(super) struct CleanLines<'a> {
     pub(super) number: usize,
     /// Number of the one after it.
     next: usize,
-    /// Triangles so far.
     pub(super) triangles: usize,
     /// First triangle and line of each face.
     pub(super) faces: Vec<(u32, u32)>,
@@ -74,7 +73,6 @@ pub(super) struct CleanLines<'a> {
 }
 
 impl<'a> CleanLines<'a> {
-    /// The lines of `bytes`.
     pub(super) fn new(bytes: &'a [u8], keep: Keep) -> Self {
         let mut total = [0; 3];
         for line in bytes.split(|b| *b == b'\n') {

@@ -39,15 +39,15 @@ pub fn parse(name: &str, bytes: &[u8], options: &MeshOptions) -> Result<MeshRead
     let (mut raw, mut faults, mut lines) = file.read(keep)?;
     // Where some corners have normals or coordinates and others have not, they belong to nobody.
     let partial = |have: usize, per: usize| have != 0 && have / per != raw.positions.len() / 3;
-    let drop = Keep { uvs: !partial(raw.texcoords.len(), 2), normals: !partial(raw.normals.len(), 3) };
-    for (kept, what) in [(drop.uvs, "texture coordinates"), (drop.normals, "normals")] {
+    let whole = Keep { uvs: !partial(raw.texcoords.len(), 2), normals: !partial(raw.normals.len(), 3) };
+    for (kept, what) in [(whole.uvs, "texture coordinates"), (whole.normals, "normals")] {
         if !kept {
             let message = format!("some corners have {what} and others have not: none are used");
             warnings.push(file.finding(1, message).warning());
         }
     }
-    if !drop.uvs || !drop.normals {
-        keep = Keep { uvs: drop.uvs, normals: keep.normals && drop.normals };
+    if !whole.uvs || !whole.normals {
+        keep = Keep { uvs: whole.uvs, normals: keep.normals && whole.normals };
         (raw, faults, lines) = file.read(keep)?;
     }
     let mut mesh = assemble(&raw, options.flip_tex_coords);

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::source::{Sources, Span};
 use super::tags::Tag;
-use crate::scene::diagnostic::{Finding, FindingKind};
+use crate::scene::diagnostic::{Finding, FindingKind, SceneError};
 
 /// Index of an [`Element`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -14,7 +14,6 @@ pub(crate) struct ElementId(pub(crate) u32);
 /// One attribute, its value after substitution.
 #[derive(Debug)]
 pub(crate) struct XmlAttribute {
-    /// Its name.
     pub(crate) name: &'static str,
     /// The value after substitution.
     pub(crate) value: String,
@@ -29,14 +28,11 @@ pub(crate) struct Element {
     pub(crate) tag: &'static Tag,
     /// Its opening `<tag`.
     pub(crate) span: Span,
-    /// Attributes, in the order of the file.
     pub(crate) attributes: Vec<XmlAttribute>,
-    /// Children, in the order of the file.
     pub(crate) children: Vec<ElementId>,
 }
 
 impl Element {
-    /// The attribute of this name.
     pub(crate) fn attribute(&self, name: &str) -> Option<&XmlAttribute> {
         self.attributes.iter().find(|a| a.name == name)
     }
@@ -55,7 +51,6 @@ impl Element {
 /// A scene file and all it includes. Element 0 is the root.
 #[derive(Debug, Default)]
 pub(crate) struct Document {
-    /// The texts.
     pub(crate) sources: Sources,
     /// All elements; children come after their parents.
     pub(crate) elements: Vec<Element>,
@@ -66,14 +61,17 @@ pub(crate) struct Document {
 }
 
 impl Document {
-    /// An element.
     pub(crate) fn element(&self, id: ElementId) -> &Element {
         &self.elements[id.0 as usize]
     }
 
-    /// A finding about a span.
     pub(crate) fn finding(&self, kind: FindingKind, span: Span, message: impl Into<String>) -> Finding {
         self.sources.finding(kind, span, message)
+    }
+
+    /// An error about a span, without advice.
+    pub(crate) fn error(&self, kind: FindingKind, span: Span, message: impl Into<String>) -> SceneError {
+        self.finding(kind, span, message).error()
     }
 
     /// Finds a file named in the scene: relative to the file that names it, then to each `path`.

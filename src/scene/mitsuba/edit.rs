@@ -12,11 +12,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::document::{Document, Element, ElementId};
-use super::source::Span;
 use super::suggest;
 use super::value::{self, shorten};
 use crate::scene::desc::SceneDesc;
-use crate::scene::diagnostic::{Finding, FindingKind, SceneError};
+use crate::scene::diagnostic::{FindingKind, SceneError};
 use crate::scene::edit::objects::address;
 use crate::scene::edit::target::{EditError, EditableParameter, ObjectKind, PARAMETERS};
 
@@ -40,22 +39,22 @@ pub(crate) fn apply(
         let span = edit.element.span;
         // A file that includes an edited scene may edit it further; one file that says two things is a mistake.
         if !done.insert((span.file, parameter.object.tag(), parameter.name, index)) {
-            let found = edit.fault(FindingKind::Reference, span, "this value is edited twice in this file");
+            let found =
+                document.finding(FindingKind::Reference, span, "this value is edited twice in this file");
             return Err(found.help("keep one of the two edits").error());
         }
         let numbers = value::numbers(edit.element.value("value").unwrap_or_default());
-        let at =
-            |message: String| document.finding(FindingKind::Value, edit.element.span_of("value"), message);
-        let numbers = numbers.map_err(|e| at(e).error())?;
-        let wrong = || at(format!("`{}` cannot have {} numbers", parameter.name, numbers.len())).error();
-        let value = parameter.range.value(&numbers).ok_or_else(wrong)?;
         let (value_span, name_span) = (edit.element.span_of("value"), edit.element.span_of("name"));
+        let at = |message| document.error(FindingKind::Value, value_span, message);
+        let numbers = numbers.map_err(at)?;
+        let wrong = || at(format!("`{}` cannot have {} numbers", parameter.name, numbers.len()));
+        let value = parameter.range.value(&numbers).ok_or_else(wrong)?;
         (parameter.target)(index).set(desc, value).map_err(|e| {
             let (kind, span) = match &e {
                 EditError::NoTarget { .. } => (FindingKind::Reference, name_span),
                 EditError::Value { .. } => (FindingKind::Value, value_span),
             };
-            document.finding(kind, span, e.to_string()).error()
+            document.error(kind, span, e.to_string())
         })?;
     }
     Ok(())
@@ -82,28 +81,27 @@ struct Edit<'a> {
     desc: &'a SceneDesc,
 }
 
-impl<'a> Edit<'a> {
-    fn fault(&self, kind: FindingKind, span: Span, message: impl Into<String>) -> Finding {
-        self.document.finding(kind, span, message)
-    }
-
+impl Edit<'_> {
     /// Finds the value that is changed, and the index of its object.
     fn target(&self, ids: &Ids) -> Result<(&'static EditableParameter, u32), SceneError> {
         let text = |name: &str| self.element.value(name).unwrap_or_default();
         if let Some(&child) = self.element.children.first() {
             let span = self.document.element(child).span;
-            return Err(self.fault(FindingKind::Unknown, span, "an edit has attributes only").error());
+            return Err(self.document.error(FindingKind::Unknown, span, "an edit has attributes only"));
         }
         let Some(object) = ObjectKind::ALL.into_iter().find(|o| o.tag() == text("object")) else {
-            let found =
-                self.fault(FindingKind::Value, self.element.span_of("object"), "no such sort of object");
+            let found = self.document.finding(
+                FindingKind::Value,
+                self.element.span_of("object"),
+                "no such sort of object",
+            );
             return Err(found.help("an edit changes a shape, a bsdf or an emitter").error());
         };
         let known = || PARAMETERS.iter().filter(move |p| p.object == object);
         let Some(parameter) = known().find(|p| p.name == text("name")) else {
             let message = format!("a {} has no value of this name to edit", object.tag());
             let names: Vec<&str> = known().map(|p| p.name).collect();
-            let found = self.fault(FindingKind::Unknown, self.element.span_of("name"), message);
+            let found = self.document.finding(FindingKind::Unknown, self.element.span_of("name"), message);
             return Err(found.help(suggest::hint(text("name"), &names)).error());
         };
         let index = match self.element.value("id") {
@@ -116,13 +114,13 @@ impl<'a> Edit<'a> {
     fn by_id(&self, object: ObjectKind, id: &str, ids: &Ids) -> Result<u32, SceneError> {
         if let Some(extra) = ["index", "count", "type"].iter().find_map(|n| self.element.attribute(n)) {
             let message = "an edit names its object by `id`, or by `index`, `count` and `type`";
-            return Err(self.fault(FindingKind::Parameter, extra.span, message).error());
+            return Err(self.document.error(FindingKind::Parameter, extra.span, message));
         }
         ids.get(&(object.tag(), id.to_owned())).copied().ok_or_else(|| {
             let message = format!("there is no {} with the id `{}`", object.tag(), shorten(id));
             let names: Vec<&str> =
                 ids.keys().filter(|k| k.0 == object.tag()).map(|k| k.1.as_str()).take(1000).collect();
-            let found = self.fault(FindingKind::Reference, self.element.span_of("id"), message);
+            let found = self.document.finding(FindingKind::Reference, self.element.span_of("id"), message);
             found.help(suggest::nearest_or(id, names, CHANGED)).error()
         })
     }
@@ -132,37 +130,37 @@ impl<'a> Edit<'a> {
         let [index, count] = [self.natural("index")?, self.natural("count")?];
         let Some(kind) = self.element.value("type") else {
             let message = "an edit of an object without `id` says its `index`, `count` and `type`";
-            return Err(self.fault(FindingKind::Missing, self.element.span, message).error());
+            return Err(self.document.error(FindingKind::Missing, self.element.span, message));
         };
         let first = address(self.desc, object, 0).map_or(0, |a| a.count);
         if first as u64 != u64::from(count) {
             let message = format!("the scene has {first} of <{}>, not {count}", object.tag());
-            return Err(self
-                .fault(FindingKind::Reference, self.element.span_of("count"), message)
-                .help(CHANGED)
-                .error());
+            return Err(self.changed("count", message));
         }
         let Some(found) = address(self.desc, object, index) else {
             let message =
                 format!("there is no <{}> {index}: they are 0 to {}", object.tag(), count.saturating_sub(1));
-            return Err(self.fault(FindingKind::Reference, self.element.span_of("index"), message).error());
+            return Err(self.document.error(FindingKind::Reference, self.element.span_of("index"), message));
         };
         if found.kind != kind {
             let message = format!("<{}> {index} is `{}`, not `{}`", object.tag(), found.kind, shorten(kind));
-            return Err(self
-                .fault(FindingKind::Reference, self.element.span_of("type"), message)
-                .help(CHANGED)
-                .error());
+            return Err(self.changed("type", message));
         }
         Ok(index)
+    }
+
+    /// The error of an attribute that fits the original no longer.
+    fn changed(&self, name: &str, message: String) -> SceneError {
+        let span = self.element.span_of(name);
+        self.document.finding(FindingKind::Reference, span, message).help(CHANGED).error()
     }
 
     fn natural(&self, name: &'static str) -> Result<u32, SceneError> {
         let Some(a) = self.element.attribute(name) else {
             let message = format!("an edit of an object without `id` says its `{name}`");
-            return Err(self.fault(FindingKind::Missing, self.element.span, message).error());
+            return Err(self.document.error(FindingKind::Missing, self.element.span, message));
         };
-        let wrong = |m: String| self.fault(FindingKind::Value, a.span, m).error();
+        let wrong = |m: String| self.document.error(FindingKind::Value, a.span, m);
         let v = value::integer(&a.value).map_err(wrong)?;
         u32::try_from(v).map_err(|_| wrong(format!("{v} is not from 0 to {}", u32::MAX)))
     }

@@ -6,9 +6,9 @@ use glam::DVec3;
 
 use super::document::ElementId;
 use super::params::Params;
-use super::reader::{PluginTable, Reader};
+use super::reader::{PluginTable, Reader, Role};
 use super::sensor::is_rigid;
-use super::spectrum::{self, Role};
+use super::spectrum;
 use crate::image::linear;
 use crate::scene::desc::LightDesc;
 use crate::scene::diagnostic::{FindingKind, SceneError};
@@ -23,14 +23,12 @@ const PLUGINS: PluginTable<LightDesc> = &[("constant", constant), ("envmap", env
 pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<(), SceneError> {
     let params = Params::new(reader.document, id)?;
     if params.plugin() == "area" {
-        let found =
-            reader.document.finding(FindingKind::Plugin, params.span(), "an area light needs a shape");
+        let found = params.fault(FindingKind::Plugin, "an area light needs a shape");
         return Err(found.help("put it into the <shape> that shall emit").error());
     }
     let light = reader.plugin(&params, PLUGINS, &["area"])?(reader, &params)?;
     if light.is_environment() && reader.lists.lights.iter().any(LightDesc::is_environment) {
-        let found =
-            reader.document.finding(FindingKind::Parameter, params.span(), "a second light all around");
+        let found = params.fault(FindingKind::Parameter, "a second light all around");
         return Err(found.help("a scene has at most one `constant` or `envmap` emitter").error());
     }
     reader.lists.lights.push(light);
@@ -44,10 +42,9 @@ pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<(), SceneEr
 pub(crate) fn area(reader: &mut Reader<'_>, id: ElementId) -> Result<Spectrum, SceneError> {
     let params = Params::new(reader.document, id)?;
     if params.plugin() != "area" {
-        let known = PLUGINS.iter().any(|(name, _)| *name == params.plugin());
-        if known {
+        if PLUGINS.iter().any(|(name, _)| *name == params.plugin()) {
             let message = format!("a `{}` emitter cannot be part of a shape", params.plugin());
-            let found = reader.document.finding(FindingKind::Plugin, params.span(), message);
+            let found = params.fault(FindingKind::Plugin, message);
             return Err(found.help("put it outside of the shape").error());
         }
         return Err(reader.unknown_plugin(&params, &["area"]));
@@ -74,11 +71,7 @@ fn constant(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<LightDesc, S
 
 fn envmap(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<LightDesc, SceneError> {
     params.without_effect(&["mis_compensation", "sampling_weight"]);
-    let Some(name) = params.string("filename")? else {
-        let found =
-            reader.document.finding(FindingKind::Missing, params.span(), "an envmap needs `filename`");
-        return Err(found.help("add <string name=\"filename\" value=\"….exr\"/>").error());
-    };
+    let name = params.filename("an envmap", "exr")?;
     let scale = params.float("scale")?.unwrap_or(1.0);
     if scale < 0.0 {
         return Err(params.error("scale", "a factor on light is not negative").error());

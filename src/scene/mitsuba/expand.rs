@@ -25,7 +25,7 @@ pub(crate) struct Expander {
     bytes: u64,
 }
 
-/// The result of [`Expander::finish`].
+/// The document, with the warnings about it.
 pub(crate) type Expanded = (Document, Vec<SceneWarning>);
 
 impl Expander {
@@ -41,22 +41,15 @@ impl Expander {
         }
     }
 
-    /// Reads the scene file itself.
-    pub(crate) fn file(mut self, path: &Path) -> Result<Expanded, SceneError> {
+    pub(crate) fn file(self, path: &Path) -> Result<Expanded, SceneError> {
         let bytes = read_bytes(path, limits::XML_BYTES).map_err(|e| unreadable(path, &e).error())?;
-        self.open.push(canonical(path));
-        self.text(path.to_owned(), &bytes, None, 0)?;
-        self.finish()
+        self.string(path, &bytes)
     }
 
     /// Reads a text in place of a file called `name`.
-    pub(crate) fn string(mut self, name: &Path, text: &str) -> Result<Expanded, SceneError> {
+    pub(crate) fn string(mut self, name: &Path, text: &[u8]) -> Result<Expanded, SceneError> {
         self.open.push(canonical(name));
-        self.text(name.to_owned(), text.as_bytes(), None, 0)?;
-        self.finish()
-    }
-
-    fn finish(mut self) -> Result<Expanded, SceneError> {
+        self.text(name.to_owned(), text, None, 0)?;
         self.warnings.extend(self.variables.unused());
         Ok((self.document, self.warnings))
     }
@@ -74,13 +67,12 @@ impl Expander {
         let file = self.document.sources.add(path, text);
         if let Err(e) = std::str::from_utf8(bytes) {
             let at = text.find('\u{fffd}').unwrap_or(e.valid_up_to());
-            let found =
-                self.document.finding(FindingKind::Syntax, Span::new(file, at..at + 3), "this is not UTF-8");
+            let found = self.finding(FindingKind::Syntax, Span::new(file, at..at + 3), "this is not UTF-8");
             return Err(found.help("save the file as UTF-8 text").error());
         }
         self.account(text.len(), Span::new(file, 0..1))?;
         if let Err(e) = prescan::check(text) {
-            let found = self.document.finding(FindingKind::Limit, Span::new(file, e.at), e.message);
+            let found = self.finding(FindingKind::Limit, Span::new(file, e.at), e.message);
             return Err(found.help("write the scene without it").error());
         }
         let options = ParsingOptions { nodes_limit: 4 * limits::ELEMENTS as u32, ..Default::default() };
@@ -92,7 +84,7 @@ impl Expander {
         match parent {
             None if root.tag_name().name() != "scene" => {
                 let message = format!("a scene starts with <scene>, not with <{}>", root.tag_name().name());
-                Err(self.document.finding(FindingKind::Syntax, name_span(file, root), message).error())
+                Err(self.document.error(FindingKind::Syntax, name_span(file, root), message))
             }
             Some(parent) if root.tag_name().name() == "scene" => self.children(file, root, parent, depth),
             parent => self.node(file, root, parent, depth),
@@ -104,7 +96,7 @@ impl Expander {
         self.bytes += bytes as u64;
         if self.bytes > limits::TOTAL_XML_BYTES {
             let message = format!("the scene has more than {} bytes of text", limits::TOTAL_XML_BYTES);
-            let found = self.document.finding(FindingKind::Limit, at, message);
+            let found = self.finding(FindingKind::Limit, at, message);
             return Err(found.help("includes and `$names` count each time they are used").error());
         }
         Ok(())
@@ -120,7 +112,7 @@ impl Expander {
         if let Some(cut) = message.rfind(" at ") {
             message.truncate(cut); // the place stands beside it
         }
-        let found = self.document.finding(FindingKind::Syntax, Span::new(file, at..at + 1), message);
+        let found = self.finding(FindingKind::Syntax, Span::new(file, at..at + 1), message);
         found.help("the XML is not well-formed; is something cut off, or not closed?").error()
     }
 
@@ -139,12 +131,15 @@ impl Expander {
                 let skip = child.text().map_or(0, |t| t.len() - t.trim_start().len());
                 let start = child.range().start;
                 let span = Span::new(file, (start + skip).min(child.range().end)..child.range().end);
-                let found =
-                    self.document.finding(FindingKind::Unknown, span, "text between elements is not used");
+                let found = self.finding(FindingKind::Unknown, span, "text between elements is not used");
                 self.warn(found.help("put values into attributes, or this into a comment"));
             }
         }
         Ok(())
+    }
+
+    fn finding(&self, kind: FindingKind, span: Span, message: impl Into<String>) -> Finding {
+        self.document.finding(kind, span, message)
     }
 
     fn warn(&mut self, finding: Finding) {
@@ -164,23 +159,18 @@ impl Expander {
         let name = node.tag_name().name();
         let Some(tag) = tags::find(name) else {
             let all: Vec<&str> = TAGS.iter().map(|t| t.name).collect();
-            let found =
-                self.document.finding(FindingKind::Unknown, span, format!("unknown element <{name}>"));
+            let found = self.finding(FindingKind::Unknown, span, format!("unknown element <{name}>"));
             return Err(found.help(suggest::hint(name, &all)).error());
         };
         if depth > limits::NESTING || self.document.elements.len() >= limits::ELEMENTS {
-            let message = format!(
-                "more than {} elements, or deeper than {}, counted through includes",
-                limits::ELEMENTS,
-                limits::NESTING
-            );
-            return Err(self.document.finding(FindingKind::Limit, span, message).error());
+            let (count, depth) = (limits::ELEMENTS, limits::NESTING);
+            let message =
+                format!("more than {count} elements, or deeper than {depth}, counted through includes");
+            return Err(self.document.error(FindingKind::Limit, span, message));
         }
         if tag.kind == TagKind::Scene && parent.is_some() {
-            return Err(self
-                .document
-                .finding(FindingKind::Syntax, span, "a scene cannot stand inside a scene")
-                .error());
+            let message = "a scene cannot stand inside a scene";
+            return Err(self.document.error(FindingKind::Syntax, span, message));
         }
         let element =
             Element { tag, span, attributes: self.attributes(file, node, tag)?, children: Vec::new() };
@@ -208,8 +198,7 @@ impl Expander {
 
     fn register(&mut self, name: &str, id: ElementId, span: Span) -> Result<(), SceneError> {
         if self.document.ids.insert(name.to_owned(), id).is_some() {
-            let found =
-                self.document.finding(FindingKind::Reference, span, format!("the id `{name}` is used twice"));
+            let found = self.finding(FindingKind::Reference, span, format!("the id `{name}` is used twice"));
             return Err(found.help("give each element an id of its own").error());
         }
         Ok(())
@@ -226,7 +215,7 @@ impl Expander {
             let Some(name) = tag.attributes.iter().find(|n| **n == a.name()) else {
                 let span = Span::new(file, a.range());
                 let message = format!("<{}> has no attribute `{}`", tag.name, a.name());
-                let found = self.document.finding(FindingKind::Unknown, span, message);
+                let found = self.finding(FindingKind::Unknown, span, message);
                 return Err(found.help(suggest::hint(a.name(), tag.attributes)).error());
             };
             let span = Span::new(file, a.range_value());
@@ -236,10 +225,8 @@ impl Expander {
         for required in tag.required {
             if !attributes.iter().any(|a| a.name == *required) {
                 let message = format!("<{}> needs the attribute `{required}`", tag.name);
-                return Err(self
-                    .document
-                    .finding(FindingKind::Missing, name_span(file, node), message)
-                    .error());
+                let span = name_span(file, node);
+                return Err(self.document.error(FindingKind::Missing, span, message));
             }
         }
         Ok(attributes)
@@ -254,11 +241,10 @@ impl Expander {
             Ok(value) => self.account(value.len(), span).map(|()| value),
             Err(Unresolved::TooLong) => {
                 let message = format!("a value grows beyond {} bytes", limits::SUBSTITUTED_BYTES);
-                Err(self.document.finding(FindingKind::Limit, span, message).error())
+                Err(self.document.error(FindingKind::Limit, span, message))
             }
             Err(Unresolved::Unknown(name)) => {
-                let found =
-                    self.document.finding(FindingKind::Reference, span, format!("`${name}` has no value"));
+                let found = self.finding(FindingKind::Reference, span, format!("`${name}` has no value"));
                 let help = format!("add <default name=\"{name}\" value=\"…\"/> before it, or -D {name}=…");
                 Err(found.help(help).error())
             }
@@ -276,12 +262,12 @@ impl Expander {
                 let folder = self.document.resolve(value("value"), element.span);
                 if !folder.is_dir() {
                     let message = format!("there is no folder {}", folder.display());
-                    let found = self.document.finding(FindingKind::File, element.span_of("value"), message);
+                    let found = self.finding(FindingKind::File, element.span_of("value"), message);
                     self.warn(found.help("paths are relative to the file that names them"));
                 }
                 if self.document.search.len() >= limits::SEARCH_PATHS {
                     let message = format!("more than {} search paths", limits::SEARCH_PATHS);
-                    return Err(self.document.finding(FindingKind::Limit, element.span, message).error());
+                    return Err(self.document.error(FindingKind::Limit, element.span, message));
                 }
                 if !self.document.search.contains(&folder) {
                     self.document.search.push(folder);
@@ -291,7 +277,7 @@ impl Expander {
             "alias" => {
                 let Some(&target) = self.document.ids.get(value("id")) else {
                     let message = format!("there is no `{}` above this alias", value("id"));
-                    let found = self.document.finding(FindingKind::Reference, element.span_of("id"), message);
+                    let found = self.finding(FindingKind::Reference, element.span_of("id"), message);
                     return Err(found.help("an alias stands after what it renames").error());
                 };
                 self.register(value("as"), target, element.span_of("as"))
@@ -306,11 +292,8 @@ impl Expander {
         let path = self.document.resolve(element.value("filename").unwrap_or_default(), span);
         let real = canonical(&path);
         if self.open.contains(&real) {
-            return refuse(
-                &self.document,
-                FindingKind::Reference,
-                format!("{} includes itself", path.display()),
-            );
+            let message = format!("{} includes itself", path.display());
+            return refuse(&self.document, FindingKind::Reference, message);
         }
         self.includes += 1;
         if self.open.len() > limits::INCLUDE_DEPTH || self.includes > limits::INCLUDES {

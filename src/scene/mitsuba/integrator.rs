@@ -6,7 +6,7 @@ use super::reader::Reader;
 use super::suggest;
 use super::value::shorten;
 use crate::scene::desc::{IntegratorDesc, IntegratorKind, PhotonDesc};
-use crate::scene::diagnostic::{FindingKind, SceneError};
+use crate::scene::diagnostic::SceneError;
 
 /// Every integrator; anything else is rendered by path tracing, with a warning. `ptracer` is
 /// Mitsuba's name of particle tracing; the last three are not in Mitsuba 3.
@@ -22,17 +22,14 @@ const KINDS: &[(&str, IntegratorKind)] = &[
 /// Samplers of Mitsuba. The program has a sequence of its own and takes only the count.
 const SAMPLERS: &[&str] = &["independent", "stratified", "multijitter", "orthogonal", "ldsampler"];
 
-/// Reads an integrator.
 pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<IntegratorDesc, SceneError> {
     let params = Params::new(reader.document, id)?;
     params.without_effect(&["samples_per_pass", "block_size", "timeout"]);
     let kind = match KINDS.iter().find(|(name, _)| *name == params.plugin()) {
         Some((_, kind)) => *kind,
         None => {
-            let message =
-                format!("there is no integrator `{}`: path tracing is used", shorten(params.plugin()));
-            let found =
-                reader.document.finding(FindingKind::Plugin, params.element().span_of("type"), message);
+            let name = shorten(params.plugin());
+            let found = params.type_fault(format!("there is no integrator `{name}`: path tracing is used"));
             let names: Vec<&str> = KINDS.iter().map(|k| k.0).collect();
             params.note(found.help(suggest::hint(params.plugin(), &names)).warning());
             IntegratorKind::Path
@@ -50,10 +47,9 @@ pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<IntegratorD
         params.error("rr_depth", "the depth at which roulette starts is above zero").error()
     })?;
     let hide_emitters = params.boolean("hide_emitters", false)?;
-    let photons = if matches!(kind, IntegratorKind::Photon | IntegratorKind::Auto) {
-        photons(&params)?
-    } else {
-        PhotonDesc::default()
+    let photons = match kind {
+        IntegratorKind::Photon | IntegratorKind::Auto => photons(&params)?,
+        _ => PhotonDesc::default(),
     };
     reader.finish(params);
     Ok(IntegratorDesc { kind, max_depth, rr_depth, hide_emitters, spectral: false, photons })
@@ -61,25 +57,19 @@ pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<IntegratorD
 
 /// Parameters of our own `photon`, and of `auto`, which may choose it, after those that renderers with photon maps have.
 fn photons(params: &Params<'_>) -> Result<PhotonDesc, SceneError> {
-    let refused = |name, what: &str| params.error(name, what).error();
-    let radius = params.float("initial_radius")?.map(|r| r as f32);
-    if radius.is_some_and(|r| !(1e-12..=1e12).contains(&r)) {
-        return Err(refused("initial_radius", "a radius is from 1e-12 to 1e12"));
+    let initial_radius = params.float("initial_radius")?.map(|r| r as f32);
+    if initial_radius.is_some_and(|r| !(1e-12..=1e12).contains(&r)) {
+        return Err(params.error("initial_radius", "a radius is from 1e-12 to 1e12").error());
     }
     let alpha = params.float("alpha")?;
     if alpha.is_some_and(|a| !(0.0..1.0).contains(&a)) {
-        return Err(refused("alpha", "alpha is at least 0 and below 1"));
+        return Err(params.error("alpha", "alpha is at least 0 and below 1").error());
     }
-    let size = params.integer("lookup_size")?;
-    if size.is_some_and(|n| !(2..=4096).contains(&n)) {
-        return Err(refused("lookup_size", "a lookup takes from 2 to 4096 photons"));
+    let lookup_size = params.integer("lookup_size")?.map(|n| n.clamp(0, 1 << 20) as u32);
+    if lookup_size.is_some_and(|n| !(2..=4096).contains(&n)) {
+        return Err(params.error("lookup_size", "a lookup takes from 2 to 4096 photons").error());
     }
-    Ok(PhotonDesc {
-        initial_radius: radius,
-        alpha,
-        lookup_size: size.map(|n| n as u32),
-        ..PhotonDesc::default()
-    })
+    Ok(PhotonDesc { initial_radius, alpha, lookup_size, ..PhotonDesc::default() })
 }
 
 /// The sample count of a sampler of any type.
@@ -87,18 +77,13 @@ pub(crate) fn sampler(reader: &mut Reader<'_>, id: ElementId) -> Result<Option<u
     let params = Params::new(reader.document, id)?;
     params.without_effect(&["seed", "jitter", "strength"]);
     if !SAMPLERS.contains(&params.plugin()) {
-        let span = params.element().span_of("type");
-        let message = format!("the sampler `{}` is not known", shorten(params.plugin()));
-        let found = reader.document.finding(FindingKind::Plugin, span, message);
+        let found = params.type_fault(format!("the sampler `{}` is not known", shorten(params.plugin())));
         params.note(found.help("only its sample_count is used").warning());
     }
     let count = params.integer("sample_count")?;
-    let count = count.map(|n| {
-        u64::try_from(n).ok().filter(|n| (1..=1 << 40).contains(n)).ok_or_else(|| {
-            params.error("sample_count", "a sample count is above 0 and not above 2^40").error()
-        })
-    });
-    let count = count.transpose()?;
+    if count.is_some_and(|n| !(1..=1 << 40).contains(&n)) {
+        return Err(params.error("sample_count", "a sample count is above 0 and not above 2^40").error());
+    }
     reader.finish(params);
-    Ok(count)
+    Ok(count.map(|n| n as u64))
 }

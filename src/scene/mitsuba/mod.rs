@@ -1,19 +1,19 @@
 //! Mitsuba 3 XML to [`SceneDesc`].
 //!
 //! Two steps. `expand.rs` turns texts into one flat list of elements: XML, includes, `$names`, ids.
-//! `reader.rs` walks that list and hands each plugin to the function its group's table names:
+//! `walk.rs` goes through that list and hands each plugin to the function its group's table names:
 //!
 //! | group | file | plugins |
 //! |---|---|---|
 //! | shape | `shape.rs` | obj, rectangle, cube, sphere, disk, shapegroup, instance |
-//! | bsdf | `scene/bsdf/`, one file each | diffuse, dielectric, conductor, plastic, the same rough, twosided |
+//! | bsdf | `scene/bsdf/`, a smooth plugin and its rough form in a file | diffuse, dielectric, conductor, plastic, the same rough, twosided |
 //! | emitter | `emitter.rs` | area, constant, envmap, point |
 //! | sensor, film, rfilter | `sensor.rs` | perspective, thinlens; films and filters |
 //! | integrator, sampler | `integrator.rs` | path, ptracer and our own; any sampler |
 //! | spectrum | `spectrum.rs` | uniform, d65, regular, irregular |
 //! | edit | `edit.rs` | changes saved by the viewer; no element of Mitsuba's |
 //!
-//! Adding a plugin is one function and one line in its group's table (a bsdf is a file of its own). A plugin asks `params.rs` for each
+//! Adding a plugin is one function and one line in its group's table . A plugin asks `params.rs` for each
 //! parameter it knows; parameters that nobody asked for are reported.
 
 mod document;
@@ -33,12 +33,13 @@ mod tags;
 mod transform;
 mod value;
 mod variables;
+mod walk;
 
 pub(crate) use document::ElementId;
 pub(crate) use params::Params;
-pub(crate) use reader::{PluginTable, Reader};
+pub(crate) use reader::{PluginTable, Reader, Role};
 pub(crate) use sensor::{AXES, FILTERS};
-pub(crate) use spectrum::{Role, read as read_spectrum};
+pub(crate) use spectrum::read as read_spectrum;
 pub(crate) use value::shorten;
 
 use std::path::Path;
@@ -64,7 +65,7 @@ pub struct Loaded {
 ///
 /// [`SceneError`] with file, line, column and source line, at the first thing that prevents a picture.
 pub fn load(path: &Path, overrides: &[(String, String)]) -> Result<Loaded, SceneError> {
-    reader::read(expand::Expander::new(overrides).file(path)?)
+    walk::read(expand::Expander::new(overrides).file(path)?)
 }
 
 /// Reads a scene from `text`; messages call it `name`, and files it names are looked for beside `name`.
@@ -73,5 +74,5 @@ pub fn load(path: &Path, overrides: &[(String, String)]) -> Result<Loaded, Scene
 ///
 /// The errors of [`load`].
 pub fn load_str(name: &str, text: &str, overrides: &[(String, String)]) -> Result<Loaded, SceneError> {
-    reader::read(expand::Expander::new(overrides).string(Path::new(name), text)?)
+    walk::read(expand::Expander::new(overrides).string(Path::new(name), text.as_bytes())?)
 }

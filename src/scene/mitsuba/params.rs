@@ -22,7 +22,6 @@ struct PluginChild<'d> {
 /// A plugin and its parameters.
 pub(crate) struct Params<'d> {
     document: &'d Document,
-    /// The plugin's element.
     pub(crate) id: ElementId,
     children: Vec<PluginChild<'d>>,
     asked: RefCell<Vec<&'static str>>,
@@ -54,26 +53,22 @@ impl<'d> Params<'d> {
             let name = element.value("name");
             if let Some(name) = name.filter(|n| !names.insert(*n)) {
                 let message = format!("`{name}` is given twice");
-                return Err(document
-                    .finding(FindingKind::Parameter, element.span_of("name"), message)
-                    .error());
+                let span = element.span_of("name");
+                return Err(document.error(FindingKind::Parameter, span, message));
             }
             children.push(PluginChild { name, element: target, span: element.span, used: Cell::new(false) });
         }
         Ok(Self { document, id, children, asked: RefCell::default(), notes: RefCell::default() })
     }
 
-    /// The plugin's element.
     pub(crate) fn element(&self) -> &'d Element {
         self.document.element(self.id)
     }
 
-    /// The plugin's `type`.
     pub(crate) fn plugin(&self) -> &'d str {
         self.element().value("type").unwrap_or_default()
     }
 
-    /// Place of the plugin.
     pub(crate) fn span(&self) -> Span {
         self.element().span
     }
@@ -99,6 +94,24 @@ impl<'d> Params<'d> {
         self.find(name).is_some()
     }
 
+    /// A finding about the plugin as a whole.
+    pub(crate) fn fault(&self, kind: FindingKind, message: impl Into<String>) -> Finding {
+        self.document.finding(kind, self.span(), message)
+    }
+
+    /// A finding about the plugin's `type`.
+    pub(crate) fn type_fault(&self, message: impl Into<String>) -> Finding {
+        self.document.finding(FindingKind::Plugin, self.element().span_of("type"), message)
+    }
+
+    /// The required name of a file with this ending.
+    pub(crate) fn filename(&self, what: &str, ending: &str) -> Result<String, SceneError> {
+        self.string("filename")?.ok_or_else(|| {
+            let found = self.fault(FindingKind::Missing, format!("{what} needs `filename`"));
+            found.help(format!("add <string name=\"filename\" value=\"….{ending}\"/>")).error()
+        })
+    }
+
     /// An error at a parameter's value, or at the plugin if the parameter is not there.
     pub(crate) fn error(&self, name: &'static str, message: impl Into<String>) -> Finding {
         let child = self.children.iter().find(|e| e.name == Some(name));
@@ -120,13 +133,12 @@ impl<'d> Params<'d> {
         let Some(element) = self.get(name) else { return Ok(None) };
         if !tags.contains(&element.tag.name) {
             let message = format!("`{name}` is a <{}>, not a <{}>", tags.join("> or <"), element.tag.name);
-            return Err(self.document.finding(FindingKind::Parameter, element.span, message).error());
+            return Err(self.document.error(FindingKind::Parameter, element.span, message));
         }
-        let at = |(span, message)| self.document.finding(FindingKind::Value, span, message).error();
+        let at = |(span, message)| self.document.error(FindingKind::Value, span, message);
         parse(element).map(Some).map_err(at)
     }
 
-    /// A number.
     pub(crate) fn float(&self, name: &'static str) -> Result<Option<f64>, SceneError> {
         let exact = |text: &str| value::integer(text).map(|n| n as f64);
         self.typed(name, &["float", "integer"], |e| match e.tag.name {
@@ -135,22 +147,18 @@ impl<'d> Params<'d> {
         })
     }
 
-    /// An integer.
     pub(crate) fn integer(&self, name: &'static str) -> Result<Option<i64>, SceneError> {
         self.typed(name, &["integer"], |e| plain(e, value::integer))
     }
 
-    /// A truth value.
     pub(crate) fn boolean(&self, name: &'static str, default: bool) -> Result<bool, SceneError> {
         Ok(self.typed(name, &["boolean"], |e| plain(e, value::boolean))?.unwrap_or(default))
     }
 
-    /// A text.
     pub(crate) fn string(&self, name: &'static str) -> Result<Option<String>, SceneError> {
         self.typed(name, &["string"], |e| Ok(e.value("value").unwrap_or_default().to_owned()))
     }
 
-    /// A point or a vector.
     pub(crate) fn point(&self, name: &'static str) -> Result<Option<DVec3>, SceneError> {
         self.typed(name, &["point", "vector"], |e| transform::components(e, None))
     }
@@ -175,7 +183,7 @@ impl<'d> Params<'d> {
             [_, (_, span), ..] => {
                 let message =
                     format!("a second <{tag}>; only one can stand in a <{}>", self.element().tag.name);
-                Err(self.document.finding(FindingKind::Parameter, *span, message).error())
+                Err(self.document.error(FindingKind::Parameter, *span, message))
             }
         }
     }
@@ -195,11 +203,12 @@ impl<'d> Params<'d> {
         let asked = self.asked.into_inner();
         let mut notes = self.notes.into_inner();
         let plugin = self.document.element(self.id);
+        let (group, kind) = (plugin.tag.name, plugin.value("type").unwrap_or_default());
         for e in self.children.iter().filter(|e| !e.used.get()) {
             let what = self.document.element(e.element).tag.name;
             let message = match e.name {
-                Some(name) => format!("the {} `{}` has no `{name}`", plugin.tag.name, kind_of(plugin)),
-                None => format!("this {what} has no use in the {} `{}`", plugin.tag.name, kind_of(plugin)),
+                Some(name) => format!("the {group} `{kind}` has no `{name}`"),
+                None => format!("this {what} has no use in the {group} `{kind}`"),
             };
             let found = self.document.finding(FindingKind::Parameter, e.span, message);
             let help = match e.name {
@@ -210,10 +219,6 @@ impl<'d> Params<'d> {
         }
         notes
     }
-}
-
-fn kind_of(plugin: &Element) -> &str {
-    plugin.value("type").unwrap_or_default()
 }
 
 fn plain<T>(element: &Element, parse: impl Fn(&str) -> Result<T, String>) -> Result<T, (Span, String)> {

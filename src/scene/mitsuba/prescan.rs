@@ -46,10 +46,8 @@ pub(crate) fn check(text: &str) -> Result<(), Excess> {
         };
         let at = open..open + 1;
         if depth > limits::NESTING {
-            return Err(Excess {
-                message: format!("elements are nested deeper than {}", limits::NESTING),
-                at,
-            });
+            let message = format!("elements are nested deeper than {}", limits::NESTING);
+            return Err(Excess { message, at });
         }
         if elements > limits::ELEMENTS {
             return Err(Excess { message: format!("there are more than {} elements", limits::ELEMENTS), at });

@@ -51,7 +51,7 @@ pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<Sensor, Sce
     let camera = reader.plugin(&params, PLUGINS, &[])?(reader, &params)?;
     let film = match params.object("film")? {
         Some(id) => film(reader, id)?,
-        None => default_film(),
+        None => DEFAULT_FILM,
     };
     let samples = match params.object("sampler")? {
         Some(id) => integrator::sampler(reader, id)?,
@@ -70,11 +70,7 @@ fn pinhole(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<CameraDesc, S
 fn thinlens(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<CameraDesc, SceneError> {
     let camera = perspective(reader, params)?;
     let Some(aperture_radius) = params.float("aperture_radius")? else {
-        let found = reader.document.finding(
-            FindingKind::Missing,
-            params.span(),
-            "a thin lens needs `aperture_radius`",
-        );
+        let found = params.fault(FindingKind::Missing, "a thin lens needs `aperture_radius`");
         let help = "add <float name=\"aperture_radius\" value=\"…\"/> in units of the scene; 0 is a pinhole";
         return Err(found.help(help).error());
     };
@@ -96,9 +92,8 @@ fn perspective(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<CameraDes
     let to_world = params.to_world()?;
     if !is_rigid(&to_world) {
         let found = params.error("to_world", "the transform of a camera cannot scale or shear");
-        return Err(found
-            .help("use lookat, rotate and translate; scaling by -1 mirrors and is fine")
-            .error());
+        let help = "use lookat, rotate and translate; scaling by -1 mirrors and is fine";
+        return Err(found.help(help).error());
     }
     let (fov, fov_axis) = field_of_view(params)?;
     let near_clip = params.float("near_clip")?.unwrap_or(1e-2);
@@ -108,14 +103,13 @@ fn perspective(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<CameraDes
         return Err(params.error(name, "0 < near_clip < far_clip must hold").error());
     }
     let offset = |name| params.float(name).map(|v| v.unwrap_or(0.0));
+    let offset_x = offset("principal_point_offset_x")?;
+    let offset_y = offset("principal_point_offset_y")?;
     Ok(CameraDesc {
         to_world,
         fov,
         fov_axis,
-        principal_point_offset: DVec2::new(
-            offset("principal_point_offset_x")?,
-            offset("principal_point_offset_y")?,
-        ),
+        principal_point_offset: DVec2::new(offset_x, offset_y),
         near_clip,
         far_clip,
         aperture_radius: 0.0,
@@ -142,9 +136,8 @@ fn field_of_view(params: &Params<'_>) -> Result<(f64, FovAxis), SceneError> {
     })?;
     let fov = 2.0 * (FILM_DIAGONAL_MM / (2.0 * millimetres)).atan().to_degrees();
     if millimetres <= 0.0 || fov <= 0.0 || fov >= 180.0 {
-        return Err(params
-            .error("focal_length", "a focal length is a positive number of millimetres")
-            .error());
+        let message = "a focal length is a positive number of millimetres";
+        return Err(params.error("focal_length", message).error());
     }
     Ok((fov, FovAxis::Diagonal))
 }
@@ -167,9 +160,7 @@ pub(super) fn is_rigid(m: &DAffine3) -> bool {
 }
 
 /// The film of a camera without one: Mitsuba's size.
-fn default_film() -> FilmDesc {
-    FilmDesc { width: 768, height: 576, crop: None, rfilter: None }
-}
+const DEFAULT_FILM: FilmDesc = FilmDesc { width: 768, height: 576, crop: None, rfilter: None };
 
 /// Reads a film with its reconstruction filter.
 fn film(reader: &mut Reader<'_>, id: ElementId) -> Result<FilmDesc, SceneError> {
@@ -187,8 +178,8 @@ fn film(reader: &mut Reader<'_>, id: ElementId) -> Result<FilmDesc, SceneError> 
         "high_quality_edges",
         "attach_log",
     ]);
-    let width = side(&params, "width", i64::from(default_film().width))?;
-    let height = side(&params, "height", i64::from(default_film().height))?;
+    let width = side(&params, "width", i64::from(DEFAULT_FILM.width))?;
+    let height = side(&params, "height", i64::from(DEFAULT_FILM.height))?;
     if width * height > limits::FILM_PIXELS {
         let message = format!("the film has more than {} pixels", limits::FILM_PIXELS);
         return Err(params.error("width", message).error());
@@ -221,9 +212,8 @@ fn crop(params: &Params<'_>, width: i64, height: i64) -> Result<Option<Crop>, Sc
     };
     for (name, ok) in [("crop_width", fits(x, w, width)), ("crop_height", fits(y, h, height))] {
         if !ok {
-            return Err(params
-                .error(name, format!("the crop leaves the film of {width} × {height} pixels"))
-                .error());
+            let message = format!("the crop leaves the film of {width} × {height} pixels");
+            return Err(params.error(name, message).error());
         }
     }
     let whole = (x, y, w, h) == (0, 0, width, height);
@@ -233,8 +223,7 @@ fn crop(params: &Params<'_>, width: i64, height: i64) -> Result<Option<Crop>, Sc
 fn filter(reader: &mut Reader<'_>, id: ElementId) -> Result<ReconstructionFilter, SceneError> {
     let params = Params::new(reader.document, id)?;
     let filter = if REPLACED.contains(&params.plugin()) {
-        let message = format!("the filter `{}` is replaced by a Gaussian", params.plugin());
-        let found = reader.document.finding(FindingKind::Plugin, params.element().span_of("type"), message);
+        let found = params.type_fault(format!("the filter `{}` is replaced by a Gaussian", params.plugin()));
         params.note(found.help("filters with negative lobes cannot be splatted").warning());
         params.without_effect(&["A", "B", "lobes"]);
         ReconstructionFilter::Gaussian

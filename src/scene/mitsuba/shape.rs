@@ -1,7 +1,6 @@
 //! Shapes, groups of shapes, and the instances that show groups.
 
 use std::collections::BTreeSet;
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3};
@@ -13,7 +12,7 @@ use super::reader::Reader;
 use super::source::Span;
 use super::value::shorten;
 use crate::scene::bsdf;
-use crate::scene::desc::{BsdfId, GroupDesc, GroupId, MeshId, ShapeDesc, ShapeKind};
+use crate::scene::desc::{BsdfId, GroupDesc, GroupId, MeshId, Name, ShapeDesc, ShapeKind};
 use crate::scene::diagnostic::{FindingKind, SceneError};
 use crate::scene::limits;
 use crate::scene::mesh::{self, MeshOptions};
@@ -36,9 +35,6 @@ const GROUP: &str = "shapegroup";
 /// The plugin of an instance.
 const INSTANCE: &str = "instance";
 
-/// Identifies a mesh: by its file and the options of reading it.
-pub(crate) type MeshKey = (PathBuf, MeshOptions);
-
 /// Reads a shape of the scene itself: a group, an instance of one, or a shape with its material and emission.
 pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<(), SceneError> {
     let shape = match reader.document.element(id).value("type") {
@@ -51,7 +47,7 @@ pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<(), SceneEr
 }
 
 /// A shape with geometry of its own, with its material and emission.
-pub(crate) fn single(reader: &mut Reader<'_>, id: ElementId) -> Result<ShapeDesc, SceneError> {
+fn single(reader: &mut Reader<'_>, id: ElementId) -> Result<ShapeDesc, SceneError> {
     let params = Params::new(reader.document, id)?;
     let plugin = reader.plugin(&params, PLUGINS, &[GROUP, INSTANCE])?;
     let to_world = params.to_world()?;
@@ -85,8 +81,8 @@ fn sphere(_: &mut Reader<'_>, params: &Params<'_>, to_world: &DAffine3) -> Resul
         return Err(params.error("radius", "a radius is above zero").error());
     }
     if similarity(to_world).is_none() {
-        let found =
-            params.error("to_world", "a sphere cannot be scaled differently along its axes, or sheared");
+        let message = "a sphere cannot be scaled differently along its axes, or sheared";
+        let found = params.error("to_world", message);
         return Err(found.help("use one factor for all axes, or a mesh").error());
     }
     Ok(ShapeKind::Sphere { center, radius })
@@ -101,11 +97,7 @@ fn similarity(m: &DAffine3) -> Option<f64> {
 }
 
 fn obj(reader: &mut Reader<'_>, params: &Params<'_>, to_world: &DAffine3) -> Result<ShapeKind, SceneError> {
-    let Some(name) = params.string("filename")? else {
-        let found =
-            reader.document.finding(FindingKind::Missing, params.span(), "an obj shape needs `filename`");
-        return Err(found.help("add <string name=\"filename\" value=\"….obj\"/>").error());
-    };
+    let name = params.filename("an obj shape", "obj")?;
     // Normals made from faces depend on the shape the faces have in the world.
     let plain = similarity(to_world).is_some() && to_world.matrix3.determinant() > 0.0;
     let world = (!plain).then(|| to_world.matrix3.to_cols_array().map(f64::to_bits));
@@ -114,8 +106,7 @@ fn obj(reader: &mut Reader<'_>, params: &Params<'_>, to_world: &DAffine3) -> Res
         flip_tex_coords: params.boolean("flip_tex_coords", true)?,
         world,
     };
-    let path = reader.document.resolve(&name, params.span());
-    let key = (path, options);
+    let key = (reader.document.resolve(&name, params.span()), options);
     if let Some(&known) = reader.known.meshes.get(&key) {
         return Ok(ShapeKind::Mesh(known));
     }
@@ -123,21 +114,20 @@ fn obj(reader: &mut Reader<'_>, params: &Params<'_>, to_world: &DAffine3) -> Res
         mesh::MeshError::At(e) => e,
         mesh::MeshError::Unreadable(kind, message) => {
             let span = params.get("filename").map_or(params.span(), |e| e.span_of("value"));
-            reader.document.finding(kind, span, message).error()
+            reader.document.error(kind, span, message)
         }
     })?;
     for warning in read.warnings {
         reader.warn(warning);
     }
-    reader.known.mesh_triangles += read.mesh.triangles.len();
-    reader.known.mesh_bytes += read.bytes as u64;
-    if reader.known.mesh_triangles > limits::SCENE_TRIANGLES
-        || reader.known.mesh_bytes > limits::TOTAL_MESH_BYTES
-    {
-        let (triangles, bytes) = (limits::SCENE_TRIANGLES, limits::TOTAL_MESH_BYTES);
+    let known = &mut reader.known;
+    known.mesh_triangles += read.mesh.triangles.len();
+    known.mesh_bytes += read.bytes as u64;
+    let (triangles, bytes) = (limits::SCENE_TRIANGLES, limits::TOTAL_MESH_BYTES);
+    if known.mesh_triangles > triangles || known.mesh_bytes > bytes {
         let message =
             format!("the meshes of this scene have more than {triangles} triangles or {bytes} bytes");
-        return Err(reader.document.finding(FindingKind::Limit, params.span(), message).error());
+        return Err(params.fault(FindingKind::Limit, message).error());
     }
     reader.lists.meshes.push(Arc::new(read.mesh));
     let new = MeshId(reader.lists.meshes.len() as u32 - 1);
@@ -151,20 +141,16 @@ fn group(reader: &mut Reader<'_>, id: ElementId) -> Result<GroupId, SceneError> 
         return Ok(known);
     }
     let params = Params::new(reader.document, id)?;
-    refuse(
-        reader,
-        &params,
-        "a group has no material or light of its own",
-        "put it into the shapes of the group",
-    )?;
+    let help = "put it into the shapes of the group";
+    refuse(reader, &params, "a group has no material or light of its own", help)?;
     let parts = params.objects("shape");
     if parts.is_empty() {
-        let found = reader.document.finding(FindingKind::Missing, params.span(), "a group without shapes");
+        let found = params.fault(FindingKind::Missing, "a group without shapes");
         return Err(found.help("put a <shape> into it").error());
     }
-    let shapes = parts.into_iter().map(|part| member(reader, part)).collect::<Result<_, _>>()?;
-    let name = params.element().value("id").map(str::to_owned);
-    reader.lists.groups.push(GroupDesc { id: name, place: reader.place(params.span()), shapes });
+    let shapes = parts.into_iter().map(|(id, span)| member(reader, id, span)).collect::<Result<_, _>>()?;
+    let Name { id: name, place } = reader.name(id);
+    reader.lists.groups.push(GroupDesc { id: name, place, shapes });
     let new = GroupId(reader.lists.groups.len() as u32 - 1);
     reader.known.groups.insert(id, new);
     reader.finish(params);
@@ -172,24 +158,25 @@ fn group(reader: &mut Reader<'_>, id: ElementId) -> Result<GroupId, SceneError> 
 }
 
 /// One shape of a group; `span` is where the group names it.
-fn member(reader: &mut Reader<'_>, (id, span): (ElementId, Span)) -> Result<ShapeDesc, SceneError> {
-    let wrong = |reader: &Reader<'_>, span, message: &str, help: &str| {
-        Err(reader.document.finding(FindingKind::Plugin, span, message).help(help).error())
+fn member(reader: &mut Reader<'_>, id: ElementId, span: Span) -> Result<ShapeDesc, SceneError> {
+    let document = reader.document;
+    let wrong = |span, message: &str, help: &str| {
+        Err(document.finding(FindingKind::Plugin, span, message).help(help).error())
     };
-    match reader.document.element(id).value("type") {
-        Some(GROUP) => return wrong(reader, span, "a group in a group", "put its shapes into this one"),
+    let element = document.element(id);
+    match element.value("type") {
+        Some(GROUP) => return wrong(span, "a group in a group", "put its shapes into this one"),
         Some(INSTANCE) => {
-            let help = "put the shapes that it shows into the group";
-            return wrong(reader, span, "an instance in a group", help);
+            return wrong(span, "an instance in a group", "put the shapes that it shows into the group");
         }
         _ => {}
     }
     let shape = single(reader, id)?;
     if shape.emission.is_some() {
-        let children = reader.document.element(id).children.iter().map(|c| reader.document.element(*c));
-        let emitter = children.into_iter().find(|c| c.tag.name == "emitter").map_or(span, |e| e.span);
+        let mut children = element.children.iter().map(|c| document.element(*c));
+        let emitter = children.find(|c| c.tag.name == "emitter").map_or(span, |e| e.span);
         let help = "what shines is a shape of the scene itself: move it out of the group";
-        return wrong(reader, emitter, "a light in a group", help);
+        return wrong(emitter, "a light in a group", help);
     }
     Ok(shape)
 }

@@ -10,7 +10,6 @@ use crate::scene::diagnostic::{Finding, FindingKind, LineAt};
 pub(crate) struct Span {
     /// Index into [`Sources`].
     pub(crate) file: u32,
-    /// First byte.
     pub(crate) start: u32,
     /// One after the last byte.
     pub(crate) end: u32,
@@ -58,7 +57,6 @@ impl Sources {
         self.0.len() as u32 - 1
     }
 
-    /// The path of a file.
     pub(crate) fn path(&self, file: u32) -> &Path {
         &self.0[file as usize].path
     }
@@ -87,7 +85,6 @@ impl Sources {
         Place { file: span.file, line: line as u32, column }
     }
 
-    /// A finding about a span.
     pub(crate) fn finding(&self, kind: FindingKind, span: Span, message: impl Into<String>) -> Finding {
         let source = &self.0[span.file as usize];
         let (line, start, end) = self.line(span);

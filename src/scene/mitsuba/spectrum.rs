@@ -6,24 +6,13 @@
 
 use super::document::{Element, ElementId};
 use super::params::Params;
-use super::reader::{PluginTable, Reader};
+use super::reader::{PluginTable, Reader, Role};
 use super::source::Span;
 use super::value;
 use crate::scene::diagnostic::{Finding, FindingKind, LineAt, SceneError};
 use crate::scene::files::read_bytes;
 use crate::scene::limits;
 use crate::spectrum::Spectrum;
-
-/// The use of a spectrum, which decides what an RGB colour means.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Role {
-    /// A share of light in [0, 1].
-    Reflectance,
-    /// Radiance or intensity.
-    Emission,
-    /// Anything else that is not negative, such as an index of refraction.
-    Unbounded,
-}
 
 /// Every `<spectrum type="…">`.
 const PLUGINS: PluginTable<Spectrum> =
@@ -39,34 +28,33 @@ pub(crate) fn read(
     let Some(id) = params.get_id(name) else { return Ok(None) };
     let element = reader.document.element(id);
     let span = element.span_of("value");
-    let fault = |reader: &Reader<'_>, m: String| reader.document.finding(FindingKind::Value, span, m).error();
+    let document = reader.document;
+    let fault = |m: String| document.error(FindingKind::Value, span, m);
     let text = element.value("value").unwrap_or_default();
     let spectrum = match element.tag.name {
         "rgb" => {
-            let rgb = value::rgb(text).map_err(|e| fault(reader, e))?;
+            let rgb = value::rgb(text).map_err(fault)?;
             if text.trim_start().starts_with('#') {
                 let m = "a hexadecimal colour is read as sRGB and decoded; Mitsuba 3.9 refuses it";
                 params.note(reader.document.finding(FindingKind::Value, span, m).advice());
             }
-            from_rgb(rgb, role).map_err(|e| fault(reader, e))?
+            from_rgb(rgb, role).map_err(fault)?
         }
         "float" | "integer" => {
-            let v = non_negative(value::number(text).map_err(|e| fault(reader, e))?)
-                .map_err(|e| fault(reader, e))?;
+            let v = value::number(text).and_then(non_negative).map_err(fault)?;
             if role == Role::Emission { Spectrum::d65(v) } else { Spectrum::Constant(v) }
         }
         "spectrum" => shared(reader, id, role)?,
         other => {
             let m = format!("`{name}` is an <rgb>, <spectrum> or <float>; a <{other}> is not supported here");
-            return Err(reader.document.finding(FindingKind::Plugin, element.span, m).error());
+            return Err(reader.document.error(FindingKind::Plugin, element.span, m));
         }
     };
     // Colours are in range already, and their bound may lie a little above them.
     if role == Role::Reflectance && element.tag.name != "rgb" && spectrum.max() > 1.0 + 1e-5 {
         let m = format!("`{name}` is above 1: this surface makes energy");
-        params.note(
-            reader.document.finding(FindingKind::Value, span, m).help("a reflectance is in [0, 1]").warning(),
-        );
+        let found = reader.document.finding(FindingKind::Value, span, m);
+        params.note(found.help("a reflectance is in [0, 1]").warning());
     }
     Ok(Some(spectrum))
 }
@@ -92,10 +80,8 @@ fn non_negative(v: f64) -> Result<f32, String> {
 }
 
 fn from_rgb(rgb: [f64; 3], role: Role) -> Result<Spectrum, String> {
-    let mut color = [0.0; 3];
-    for (c, v) in color.iter_mut().zip(rgb) {
-        *c = non_negative(v)?;
-    }
+    let [r, g, b] = rgb.map(non_negative);
+    let color = [r?, g?, b?];
     match role {
         Role::Reflectance if color.iter().any(|v| *v > 1.0) => Err("a reflectance is in [0, 1]".into()),
         Role::Reflectance => Ok(Spectrum::reflectance_rgb(color)),
@@ -107,43 +93,41 @@ fn from_rgb(rgb: [f64; 3], role: Role) -> Result<Spectrum, String> {
 /// `<spectrum>` without a type: a constant, a list, or a file.
 fn values(reader: &mut Reader<'_>, element: &Element) -> Result<Spectrum, SceneError> {
     let span = element.span_of(if element.attribute("value").is_some() { "value" } else { "filename" });
-    let fault = |reader: &Reader<'_>, m: String| reader.document.finding(FindingKind::Value, span, m).error();
+    let document = reader.document;
+    let fault = |m: String| document.error(FindingKind::Value, span, m);
     match (element.value("value"), element.value("filename")) {
         (Some(text), None) if text.contains(':') => {
-            let points = value::wavelength_list(text).map_err(|e| fault(reader, e))?;
-            table(&points).map_err(|e| fault(reader, e))
+            let points = value::wavelength_list(text).map_err(fault)?;
+            table(&points).map_err(fault)
         }
         (Some(text), None) => {
-            let v = value::number(text).and_then(non_negative).map_err(|e| fault(reader, e))?;
+            let v = value::number(text).and_then(non_negative).map_err(fault)?;
             Ok(Spectrum::Constant(v))
         }
         (None, Some(name)) => file(reader, name, span),
-        _ => Err(fault(reader, "a spectrum has either a `value` or a `filename`".into())),
+        _ => Err(fault("a spectrum has either a `value` or a `filename`".into())),
     }
 }
 
 fn file(reader: &mut Reader<'_>, name: &str, span: Span) -> Result<Spectrum, SceneError> {
     let path = reader.document.resolve(name, span);
-    let at = |reader: &Reader<'_>, kind, m: String| reader.document.finding(kind, span, m).error();
-    let bytes = read_bytes(&path, limits::SPECTRUM_BYTES).map_err(|e| at(reader, e.kind(), e.to_string()))?;
+    let document = reader.document;
+    let at = |kind, m: String| document.error(kind, span, m);
+    let bytes = read_bytes(&path, limits::SPECTRUM_BYTES).map_err(|e| at(e.kind(), e.to_string()))?;
     reader.known.spectrum_bytes += bytes.len();
     if reader.known.spectrum_bytes > limits::TOTAL_SPECTRUM_BYTES {
         let m =
             format!("the spectrum files of this scene have more than {} bytes", limits::TOTAL_SPECTRUM_BYTES);
-        return Err(at(reader, FindingKind::Limit, m));
+        return Err(at(FindingKind::Limit, m));
     }
     let text = String::from_utf8_lossy(&bytes);
     let points = value::wavelength_table(&text).map_err(|(line, message)| {
         let file = path.to_string_lossy();
         let shown = text.lines().nth(line - 1).unwrap_or_default();
-        Finding::new(
-            FindingKind::Value,
-            LineAt { file: &file, text: shown, line, column: 1, range: (0, shown.len()) },
-            message,
-        )
-        .error()
+        let at = LineAt { file: &file, text: shown, line, column: 1, range: (0, shown.len()) };
+        Finding::new(FindingKind::Value, at, message).error()
     })?;
-    table(&points).map_err(|e| at(reader, FindingKind::Value, format!("{}: {e}", path.display())))
+    table(&points).map_err(|e| at(FindingKind::Value, format!("{}: {e}", path.display())))
 }
 
 /// A table with one value is not a curve; wavelengths must rise and values must not be negative.
@@ -184,8 +168,7 @@ fn regular(_: &mut Reader<'_>, params: &Params<'_>) -> Result<Spectrum, SceneErr
     let high = params.float("wavelength_max")?.ok_or_else(|| missing("wavelength_max"))?;
     let values = list(params, "values")?;
     let step = (high - low) / (values.len().max(2) - 1) as f64;
-    let points: Vec<(f64, f64)> =
-        values.iter().enumerate().map(|(i, v)| (low + step * i as f64, *v)).collect();
+    let points: Vec<_> = values.iter().enumerate().map(|(i, v)| (low + step * i as f64, *v)).collect();
     table(&points).map_err(|e| params.error("values", e).error())
 }
 

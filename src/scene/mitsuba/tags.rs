@@ -24,9 +24,7 @@ pub(crate) enum TagKind {
 /// An element of the format.
 #[derive(Debug)]
 pub(crate) struct Tag {
-    /// Its name.
     pub(crate) name: &'static str,
-    /// Its kind.
     pub(crate) kind: TagKind,
     /// Attributes it may have.
     pub(crate) attributes: &'static [&'static str],
@@ -93,7 +91,6 @@ pub(crate) const TAGS: &[Tag] = &[
     tag("matrix", TagKind::Step, &["value"], &["value"]),
 ];
 
-/// The element of this name.
 pub(crate) fn find(name: &str) -> Option<&'static Tag> {
     TAGS.iter().find(|t| t.name == name)
 }

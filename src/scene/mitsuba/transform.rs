@@ -26,13 +26,9 @@ pub(crate) fn parse(document: &Document, element: &Element) -> Result<DAffine3, 
         let step = document.element(child);
         let reader = STEPS.iter().find(|(name, _)| *name == step.tag.name);
         let (_, read) = reader.ok_or_else(|| {
-            (
-                step.span,
-                format!(
-                    "<{}> is not a step of a transform (translate, scale, rotate, lookat, matrix)",
-                    step.tag.name
-                ),
-            )
+            let name = step.tag.name;
+            let steps = "translate, scale, rotate, lookat, matrix";
+            (step.span, format!("<{name}> is not a step of a transform ({steps})"))
         })?;
         product = read(step)? * product;
     }
@@ -88,10 +84,8 @@ fn scale(element: &Element) -> Result<DAffine3, Fault> {
 fn rotate(element: &Element) -> Result<DAffine3, Fault> {
     let axis = components(element, Some(0.0))?;
     let angle = attribute(element, "angle", value::number)?;
-    let axis = axis
-        .try_normalize()
-        .ok_or_else(|| (element.span, "the axis of a rotation cannot be zero".to_owned()))?;
-    Ok(DAffine3::from_axis_angle(axis, angle.to_radians()))
+    let zero = || (element.span, "the axis of a rotation cannot be zero".to_owned());
+    Ok(DAffine3::from_axis_angle(axis.try_normalize().ok_or_else(zero)?, angle.to_radians()))
 }
 
 /// +z to the target, +y up, +x to the left (right-handed), as Mitsuba.
@@ -120,9 +114,7 @@ fn matrix(element: &Element) -> Result<DAffine3, Fault> {
     if let Ok(rows) = <[f64; 9]>::try_from(values.as_slice()) {
         return Ok(DAffine3 { matrix3: DMat3::from_cols_array(&rows).transpose(), translation: DVec3::ZERO });
     }
-    let rows: [f64; 16] = values
-        .as_slice()
-        .try_into()
+    let rows = <[f64; 16]>::try_from(values.as_slice())
         .map_err(|_| fault(format!("a matrix has 9 or 16 numbers, not {}", values.len())))?;
     let m = DMat4::from_cols_array(&rows).transpose();
     if m.row(3) != DVec4::W {

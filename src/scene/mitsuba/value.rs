@@ -7,7 +7,6 @@ pub(crate) fn shorten(text: &str) -> String {
     text.chars().take(64).collect()
 }
 
-/// One number.
 pub(crate) fn number(text: &str) -> Result<f64, String> {
     let text = text.trim();
     let value: f64 = text.parse().map_err(|_| format!("`{}` is not a number", shorten(text)))?;
@@ -22,12 +21,10 @@ pub(crate) fn numbers(text: &str) -> Result<Vec<f64>, String> {
     text.split(|c: char| c == ',' || c.is_whitespace()).filter(|t| !t.is_empty()).map(number).collect()
 }
 
-/// An integer.
 pub(crate) fn integer(text: &str) -> Result<i64, String> {
     text.trim().parse().map_err(|_| format!("`{}` is not an integer", shorten(text)))
 }
 
-/// `true` or `false`.
 pub(crate) fn boolean(text: &str) -> Result<bool, String> {
     match text.trim().to_ascii_lowercase().as_str() {
         "true" => Ok(true),
@@ -76,10 +73,8 @@ pub(crate) fn wavelength_table(text: &str) -> Result<Vec<(f64, f64)>, (usize, St
             [] => {}
             [l, v] => points.push((*l, *v)),
             other => {
-                return Err((
-                    i + 1,
-                    format!("a line has a wavelength and a value, not {} numbers", other.len()),
-                ));
+                let message = format!("a line has a wavelength and a value, not {} numbers", other.len());
+                return Err((i + 1, message));
             }
         }
     }

@@ -2,8 +2,6 @@
 
 use super::observer::Observer;
 use crate::client::film::VulkanFilm;
-use crate::client::reference::ReferenceFilm;
-use crate::client::retained::RetainedSamples;
 use crate::client::{Client, ClientError};
 use crate::stream::{Block, PathCounts, Sample};
 
@@ -13,10 +11,6 @@ pub trait SampleFilm {
     fn count_paths(&mut self, paths: PathCounts);
 
     /// Adds samples to the batch; a full batch is rasterised at once.
-    ///
-    /// # Errors
-    ///
-    /// When an image cannot be made, or the device fails.
     fn add(&mut self, samples: &[Sample]) -> Result<(), ClientError>;
 }
 
@@ -34,33 +28,24 @@ macro_rules! sample_film {
     };
 }
 
-sample_film!(Client, VulkanFilm, ReferenceFilm);
+sample_film!(Client, VulkanFilm);
 
-/// Puts blocks onto a film: counts their paths, adds their samples, hands a copy to the observer of the error and to the store
-/// of kept samples, and remembers the first error, after which the film gets nothing more.
-pub struct Intake<'a, F> {
+/// Puts blocks onto a film: counts their paths, adds their samples, hands a copy to the observer of the error, and remembers the
+/// first error, after which the film gets nothing more.
+pub struct FilmWriter<'a, F> {
     film: &'a mut F,
     observer: Option<&'a Observer>,
-    kept: Option<&'a mut RetainedSamples>,
     outcome: Result<(), ClientError>,
 }
 
-impl<'a, F: SampleFilm> Intake<'a, F> {
-    /// An intake of this film.
+impl<'a, F: SampleFilm> FilmWriter<'a, F> {
+    /// A writer to this film.
     pub fn new(film: &'a mut F, observer: Option<&'a Observer>) -> Self {
-        Self { film, observer, kept: None, outcome: Ok(()) }
-    }
-
-    /// Keeps every block from the lanes as well.
-    pub fn keeping(self, kept: &'a mut RetainedSamples) -> Self {
-        Self { kept: Some(kept), ..self }
+        Self { film, observer, outcome: Ok(()) }
     }
 
     /// Takes a block from the lanes.
     pub fn block(&mut self, block: &Block) {
-        if let Some(kept) = &mut self.kept {
-            kept.push(block);
-        }
         self.samples(block.header.first_index, block.header.paths, block.samples());
     }
 
@@ -76,11 +61,7 @@ impl<'a, F: SampleFilm> Intake<'a, F> {
         }
     }
 
-    /// Ends the intake.
-    ///
-    /// # Errors
-    ///
-    /// The film's first error.
+    /// Ends the writing, with the first error of the film.
     pub fn finish(self) -> Result<(), ClientError> {
         self.outcome
     }

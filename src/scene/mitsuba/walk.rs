@@ -1,0 +1,149 @@
+//! Walks over a scene's elements and hands each object to its group, then makes the description.
+
+use super::document::ElementId;
+use super::expand::Expanded;
+use super::reader::{Known, Reader, SceneLists};
+use super::source::Span;
+use super::tags::TagKind;
+use super::{Loaded, edit, emitter, integrator, params, sensor, shape};
+use crate::scene::bsdf;
+use crate::scene::desc::{IntegratorDesc, SceneDesc};
+use crate::scene::diagnostic::{FindingKind, SceneError};
+
+/// A scene that is being read.
+struct SceneWalk<'d> {
+    reader: Reader<'d>,
+    sensor: Option<sensor::Sensor>,
+    integrator: Option<IntegratorDesc>,
+    /// Changes, in the order of the file.
+    edits: Vec<ElementId>,
+}
+
+/// The scene that an expanded document describes.
+pub(crate) fn read((document, warnings): Expanded) -> Result<Loaded, SceneError> {
+    let (lists, known) = (SceneLists::default(), Known::default());
+    let reader = Reader { document: &document, lists, known, warnings, more_warnings: 0 };
+    let mut walk = SceneWalk { reader, sensor: None, integrator: None, edits: Vec::new() };
+    walk.version();
+    for &id in &document.element(ElementId(0)).children {
+        walk.top_level(id)?;
+    }
+    walk.done()
+}
+
+impl SceneWalk<'_> {
+    /// The format is that of Mitsuba 2 and 3; older files use other names.
+    fn version(&mut self) {
+        let root = self.reader.document.element(ElementId(0));
+        let (span, message) = match root.attribute("version") {
+            None => {
+                (root.span, "the scene does not say which version of the format it is written in".to_owned())
+            }
+            Some(a) if matches!(a.value.split('.').next(), Some("2" | "3")) => return,
+            Some(a) => {
+                (a.span, format!("version `{}` is not known", a.value.chars().take(32).collect::<String>()))
+            }
+        };
+        let found = self.reader.document.finding(FindingKind::Value, span, message);
+        self.reader
+            .warn(found.help("this reader knows versions 2 and 3: <scene version=\"3.0.0\">").warning());
+    }
+
+    fn top_level(&mut self, id: ElementId) -> Result<(), SceneError> {
+        let element = self.reader.document.element(id);
+        match (element.tag.kind, element.tag.name) {
+            (TagKind::Object, "shape") => shape::read(&mut self.reader, id),
+            (TagKind::Object, "bsdf") => bsdf::read(&mut self.reader, id).map(|_| ()),
+            (TagKind::Object, "emitter") => emitter::read(&mut self.reader, id),
+            (TagKind::Object, "sensor") => self.sensor(id),
+            (TagKind::Object, "integrator") => {
+                let read = integrator::read(&mut self.reader, id)?;
+                if self.integrator.replace(read).is_some() {
+                    self.second(element.span, "integrator", "the last one counts");
+                }
+                Ok(())
+            }
+            (TagKind::Edit, _) => {
+                self.edits.push(id);
+                Ok(())
+            }
+            // A spectrum with an id is read where it is referred to.
+            (TagKind::Value, "spectrum") if element.attribute("id").is_some() => Ok(()),
+            (TagKind::Ref, _) => {
+                params::follow(self.reader.document, element)?;
+                self.second(element.span, "reference", "a reference outside of a plugin does nothing");
+                Ok(())
+            }
+            (_, name) => {
+                let message = format!("<{name}> is not supported at this place");
+                let found = self.reader.document.finding(FindingKind::Plugin, element.span, message);
+                Err(found.help("a scene holds shapes, bsdfs, emitters, a sensor and an integrator").error())
+            }
+        }
+    }
+
+    fn sensor(&mut self, id: ElementId) -> Result<(), SceneError> {
+        let span = self.reader.document.element(id).span;
+        if let Some(first) = &self.sensor {
+            if first.camera.place.file == span.file {
+                self.second(span, "sensor", "the first one counts");
+            } else {
+                // What an including file puts in front is meant to count: so the viewer saves a camera.
+                let message = "the sensor in front of the include counts, not this one";
+                let found = self.reader.document.finding(FindingKind::Parameter, span, message);
+                self.reader.warn(found.advice());
+            }
+            return Ok(());
+        }
+        self.sensor = Some(sensor::read(&mut self.reader, id)?);
+        Ok(())
+    }
+
+    fn second(&mut self, span: Span, what: &str, help: &str) {
+        let found = self.reader.document.finding(FindingKind::Parameter, span, format!("another {what}"));
+        self.reader.warn(found.help(help).warning());
+    }
+
+    fn done(mut self) -> Result<Loaded, SceneError> {
+        let root = self.reader.document.element(ElementId(0)).span;
+        let Some(sensor) = self.sensor.take() else {
+            let found = self.reader.document.finding(FindingKind::Missing, root, "the scene has no sensor");
+            return Err(found.help("add <sensor type=\"perspective\">").error());
+        };
+        if self.reader.lists.lights.is_empty()
+            && self.reader.lists.shapes.iter().all(|s| s.emission.is_none())
+        {
+            let found = self.reader.document.finding(
+                FindingKind::Missing,
+                root,
+                "the scene has no light: it will be black",
+            );
+            self.reader.warn(
+                found.help("add <emitter type=\"constant\"/>, or an area emitter in a shape").warning(),
+            );
+        }
+        shape::unseen(&mut self.reader);
+        if self.reader.more_warnings > 0 {
+            let message = format!("{} more warnings are not shown", self.reader.more_warnings);
+            self.reader
+                .warnings
+                .push(self.reader.document.finding(FindingKind::Limit, root, message).warning());
+        }
+        let SceneLists { bsdfs, meshes, shapes, groups, lights, names } = self.reader.lists;
+        let mut desc = SceneDesc {
+            files: self.reader.document.sources.paths(),
+            camera: sensor.camera,
+            film: sensor.film,
+            integrator: self.integrator.unwrap_or_default(),
+            samples_per_pixel: sensor.samples,
+            bsdfs,
+            meshes,
+            shapes,
+            groups,
+            lights,
+            names,
+        };
+        edit::apply(self.reader.document, &mut desc, &self.edits)?;
+        Ok(Loaded { desc, warnings: self.reader.warnings })
+    }
+}
