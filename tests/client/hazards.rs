@@ -3,8 +3,10 @@
 use pointillist::client::lod::{StreamLod, TARGET_RELATIVE_VARIANCE};
 use pointillist::client::reference::ReferenceFilm;
 use pointillist::client::reference::fold::two_float_add;
-use pointillist::client::reference::tonemap::{ToneParameters, display_linear, encode, tone_curve};
-use pointillist::client::{FilmData, FilmSpec, Reconstruction, Settings, SplatFilter, VarianceForm};
+use pointillist::client::reference::tonemap::{ToneParameters, curved};
+use pointillist::client::{
+    Film, FilmData, FilmSpec, Reconstruction, Settings, SplatFilter, ToneCurve, VarianceForm,
+};
 use pointillist::color::Xyz;
 use pointillist::math::random::Random;
 use pointillist::stream::Sample;
@@ -121,8 +123,8 @@ fn sums_of_many_samples_stay_exact() {
     assert_eq!(w, 65_536.0);
     let (mut sum_w, mut sum_x, mut naive) = ((0.0f32, 0.0f32), (0.0f32, 0.0f32), 0.0f32);
     for _ in 0..1 << 10 {
-        sum_w = two_float_add(sum_w, w);
-        sum_x = two_float_add(sum_x, x);
+        sum_w = two_float_add(sum_w.0, sum_w.1, w);
+        sum_x = two_float_add(sum_x.0, sum_x.1, x);
     }
     for _ in 0..(1 << 24) + 1000 {
         naive += 1.0;
@@ -212,6 +214,17 @@ fn levels_are_always_there() {
 /// Every 997th f32 from the least denormal to the largest number, rising, and both infinities.
 fn positive_floats() -> impl Iterator<Item = f32> {
     (1..=f32::MAX.to_bits()).step_by(997).map(f32::from_bits).chain([f32::MAX, f32::INFINITY])
+}
+
+/// Display-linear RGB by the paper's curve.
+fn display_linear(xyz: Vec3, p: &ToneParameters) -> Vec3 {
+    curved(xyz, p, ToneCurve::Paper, 1.0)
+}
+
+/// The displayed luminance of this scene-linear one.
+fn tone_curve(y: f32, exposure: f32, contrast: f32) -> f32 {
+    let p = ToneParameters { exposure, contrast, inverse_gamma: 1.0, from_xyz: Mat3::IDENTITY };
+    display_linear(Vec3::new(0.0, y, 0.0), &p).y
 }
 
 /// Over the whole range the curve is finite, in 0…1 and never falls.
@@ -313,9 +326,7 @@ fn any_colour_can_be_shown() {
                 let luminance = weights.dot(rgb);
                 let wanted = tone_curve(y, 1.0, 1.0);
                 assert!((luminance - wanted).abs() < 2e-3, "{x} {y} {z}: {luminance} for {wanted}");
-                let _: [u8; 3] = encode(rgb, p.inverse_gamma);
             }
         }
     }
-    assert_eq!(encode(Vec3::new(0.0, 1.0, 0.5), 1.0), [0, 255, 128]);
 }

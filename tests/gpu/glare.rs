@@ -7,7 +7,7 @@ use pointillist::client::background::{BackgroundPolicy, join_abandoned};
 use pointillist::client::film::VulkanFilm;
 use pointillist::client::glare::GlareKernel;
 use pointillist::client::reference::glare::ReferenceGlare;
-use pointillist::client::{Adaptation, Glare, Reconstruction, Settings, SplatFilter};
+use pointillist::client::{Adaptation, Film, Glare, Reconstruction, Settings, SplatFilter};
 use pointillist::color::Xyz;
 use pointillist::gpu::{Region, read_image};
 use pointillist::image::Grid;

@@ -10,7 +10,8 @@ use pointillist::client::reference::mips::pyramid;
 use pointillist::client::reference::reconstruct::{ReconstructParameters, StreamView, reconstruct};
 use pointillist::client::reference::tonemap::{DisplayParameters, tonemap};
 use pointillist::client::{
-    FilmData, FilmSpec, Reconstruction, ReconstructionKernel, Settings, SplatFilter, Summation, VarianceForm,
+    Film, FilmData, FilmSpec, Reconstruction, ReconstructionKernel, Settings, SplatFilter, Summation,
+    VarianceForm,
 };
 use pointillist::color::Xyz;
 use pointillist::image::Grid;

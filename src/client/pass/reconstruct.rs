@@ -46,10 +46,6 @@ impl ReconstructPass {
     /// Draws the picture from the camera's and the light's stream, of which at least one must be there.
     ///
     /// `push.lod` and `push.variance_lod` are filled in here.
-    ///
-    /// # Errors
-    ///
-    /// [`GpuError::Call`] naming the pipeline.
     pub fn record(
         &mut self,
         cmd: &mut Cmd<'_>,

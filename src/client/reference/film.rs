@@ -2,6 +2,7 @@
 
 use glam::{Vec3, Vec4};
 
+use crate::client::Film;
 use crate::client::effects::Effects;
 use crate::client::error::ClientError;
 use crate::client::lod::StreamLod;
@@ -67,45 +68,6 @@ impl ReferenceFilm {
         self.state.spec()
     }
 
-    /// Copies samples to the batch; a full batch is rasterised at once.
-    ///
-    /// Samples that [`accepts`](crate::client::filter::accepts) refuses are dropped; the stream should not carry them.
-    ///
-    /// # Errors
-    /// [`ClientError::Memory`] when a stream's first sample finds no memory for its images.
-    pub fn add(&mut self, samples: &[Sample]) -> Result<(), ClientError> {
-        for sample in samples {
-            if self.state.take(sample) {
-                let stream = if sample.w > 0.0 { &mut self.camera } else { &mut self.light };
-                stream.batch.push(*sample);
-                if self.state.is_full() {
-                    self.flush()?;
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// Counts paths that were started, whether or not they gave samples.
-    pub fn count_paths(&mut self, paths: PathCounts) {
-        self.state.count_paths(paths);
-    }
-
-    /// Rasterises what the batch holds: splat, fold, variance.
-    ///
-    /// # Errors
-    /// As [`add`](Self::add).
-    pub fn flush(&mut self) -> Result<(), ClientError> {
-        if !self.state.start_raster() {
-            return Ok(());
-        }
-        let outcome = self.raster();
-        // After an error the samples are lost, as on a device.
-        self.camera.batch.clear();
-        self.light.batch.clear();
-        outcome
-    }
-
     fn raster(&mut self) -> Result<(), ClientError> {
         let (spec, pool) = (self.state.spec(), &self.pool);
         let p = VarianceParameters {
@@ -128,31 +90,50 @@ impl ReferenceFilm {
         }
         Ok(())
     }
+}
 
-    /// Forgets everything: a new epoch.
-    ///
-    /// # Errors
-    /// None here; the Vulkan film may fail.
-    pub fn clear(&mut self) -> Result<(), ClientError> {
+impl Film for ReferenceFilm {
+    fn add(&mut self, samples: &[Sample]) -> Result<(), ClientError> {
+        for sample in samples {
+            if self.state.take(sample) {
+                let stream = if sample.w > 0.0 { &mut self.camera } else { &mut self.light };
+                stream.batch.push(*sample);
+                if self.state.is_full() {
+                    self.flush()?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn count_paths(&mut self, paths: PathCounts) {
+        self.state.count_paths(paths);
+    }
+
+    fn flush(&mut self) -> Result<(), ClientError> {
+        if !self.state.start_raster() {
+            return Ok(());
+        }
+        let outcome = self.raster();
+        // After an error the samples are lost, as on a device.
+        self.camera.batch.clear();
+        self.light.batch.clear();
+        outcome
+    }
+
+    fn clear(&mut self) {
         for stream in [&mut self.camera, &mut self.light] {
             stream.batch.clear();
             stream.sums = None;
         }
         self.state.clear();
-        Ok(())
     }
 
-    /// The numbers of samples and paths received since the last [`clear`](Self::clear).
-    pub fn counts(&self) -> FilmCounts {
+    fn counts(&self) -> FilmCounts {
         self.state.counts()
     }
 
-    /// The picture as a viewer shows it; rasterises the batch first.
-    ///
-    /// # Errors
-    /// [`ClientError::Memory`] when the mip levels find no memory, [`ClientError::NoVariance`] when the settings need what the
-    /// film does not keep.
-    pub fn display(&mut self, settings: &Settings) -> Result<DisplayImage, ClientError> {
+    fn display(&mut self, settings: &Settings) -> Result<DisplayImage, ClientError> {
         self.flush()?;
         let settings = Settings { output: ColorOutput::Sdr, ..settings.clone() };
         let (spec, lods) = (self.state.spec(), self.state.lods());
@@ -189,11 +170,7 @@ impl ReferenceFilm {
         })
     }
 
-    /// The sums, cropped to the picture; rasterises the batch first.
-    ///
-    /// # Errors
-    /// As [`add`](Self::add).
-    pub fn develop(&mut self) -> Result<FilmData, ClientError> {
+    fn develop(&mut self) -> Result<FilmData, ClientError> {
         self.flush()?;
         let spec = self.state.spec();
         let color = |s: &ReferenceStream| s.sums.as_ref().map(|a| a.crop_color(spec)).unwrap_or_default();

@@ -6,15 +6,13 @@
 
 use std::ops::{Add, Sub};
 
-use glam::Vec4;
-
 use crate::client::settings::Summation;
 
 /// `(hi, lo) + batch`, renormalised: `hi` is the rounded sum, `lo` what it leaves out.
 ///
 /// Six operations of TwoSum, then FastTwoSum; the order is part of the definition.
 #[inline]
-pub fn two_float_add<T>((hi, lo): (T, T), batch: T) -> (T, T)
+pub fn two_float_add<T>(hi: T, lo: T, batch: T) -> (T, T)
 where
     T: Copy + Add<Output = T> + Sub<Output = T>,
 {
@@ -26,21 +24,18 @@ where
     (new_hi, low - (new_hi - sum))
 }
 
-/// Folds the colour batch of one band into its accumulators; plain sums leave `lo` as it is.
-pub fn fold_color(sums: Summation, hi: &mut [Vec4], lo: &mut [Vec4], batch: &[Vec4]) {
-    if sums == Summation::Plain {
-        hi.iter_mut().zip(batch).for_each(|(hi, &batch)| *hi += batch);
-        return;
-    }
-    for ((hi, lo), &batch) in hi.iter_mut().zip(lo).zip(batch) {
-        (*hi, *lo) = two_float_add((*hi, *lo), batch);
-    }
-}
-
-/// Folds the variance batch of one band into its accumulators.
-pub fn fold_variance(hi: &mut [f32], lo: &mut [f32], batch: &[f32]) {
-    for ((hi, lo), &batch) in hi.iter_mut().zip(lo).zip(batch) {
-        (*hi, *lo) = two_float_add((*hi, *lo), batch);
+/// Folds a batch of one band into its accumulators; plain sums leave `lo` as it is.
+pub fn fold<T>(sums: Summation, hi: &mut [T], lo: &mut [T], batch: &[T])
+where
+    T: Copy + Add<Output = T> + Sub<Output = T>,
+{
+    match sums {
+        Summation::TwoFloat => hi
+            .iter_mut()
+            .zip(lo)
+            .zip(batch)
+            .for_each(|((hi, lo), &batch)| (*hi, *lo) = two_float_add(*hi, *lo, batch)),
+        Summation::Plain => hi.iter_mut().zip(batch).for_each(|(hi, &batch)| *hi = *hi + batch),
     }
 }
 
@@ -54,7 +49,7 @@ mod tests {
         let mut pair = (16_777_216.0f32, 0.0f32);
         let mut naive = 16_777_216.0f32;
         for _ in 0..1_000_001 {
-            pair = two_float_add(pair, 1.0);
+            pair = two_float_add(pair.0, pair.1, 1.0);
             naive += 1.0;
         }
         assert_eq!(naive, 16_777_216.0);
@@ -64,7 +59,7 @@ mod tests {
         let batch = (0..65_536).fold(0.0f32, |sum, _| sum + 0.1);
         let (mut pair, mut naive, mut exact) = ((0.0f32, 0.0f32), 0.0f32, 0.0f64);
         for _ in 0..1_526 {
-            pair = two_float_add(pair, batch);
+            pair = two_float_add(pair.0, pair.1, batch);
             naive += batch;
             exact += f64::from(batch);
         }
@@ -78,7 +73,7 @@ mod tests {
     fn mixture_of_sizes() {
         let (mut pair, mut naive) = ((1e7f32, 0.0f32), 1e7f32);
         for _ in 0..10_000 {
-            pair = two_float_add(pair, 0.4);
+            pair = two_float_add(pair.0, pair.1, 0.4);
             naive += 0.4;
         }
         let exact = 1e7 + 10_000.0 * f64::from(0.4f32);

@@ -14,10 +14,10 @@ use crate::color::{TransferTable, pq};
 use crate::image::Grid;
 
 /// Below this argument `1 − exp(−t)` is taken from its series, which does not cancel.
-pub const SERIES_BELOW: f32 = 1e-2;
+const SERIES_BELOW: f32 = 1e-2;
 
 /// Largest `X/Y` and `Z/Y` that are used: no real stimulus comes near them, and infinity would have no hue.
-pub const MAX_CHROMATICITY_RATIO: f32 = 1e4;
+const MAX_CHROMATICITY_RATIO: f32 = 1e4;
 
 /// The push constants of the shader.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -116,13 +116,6 @@ pub fn tonemap(picture: &Grid<Vec3>, p: &DisplayParameters) -> DisplayImage {
     DisplayImage { width: picture.width() as u32, height: picture.height() as u32, rgb }
 }
 
-/// `Y' = 1 − exp(−(B·Y)^C)`: 0 for NaN and for `y ≤ 0`, else in `[0, 1]` and never falling.
-#[inline]
-pub fn tone_curve(y: f32, exposure: f32, contrast: f32) -> f32 {
-    let t = (exposure * y).powf(contrast);
-    if y > 0.0 && t > 0.0 { one_minus_exp(t) } else { 0.0 }
-}
-
 /// `1 − exp(−t)` without cancellation.
 #[inline]
 fn one_minus_exp(t: f32) -> f32 {
@@ -131,12 +124,6 @@ fn one_minus_exp(t: f32) -> f32 {
     } else {
         1.0 - (-t).exp()
     }
-}
-
-/// Display-linear RGB in `[0, 1]` of a scene-linear colour by the paper's curve: tone curve, matrix, desaturation.
-#[inline]
-pub fn display_linear(xyz: Vec3, p: &ToneParameters) -> Vec3 {
-    curved(xyz, p, ToneCurve::Paper, 1.0)
 }
 
 /// Display-linear RGB in `[0, ceiling]` of a scene-linear colour.
@@ -162,7 +149,7 @@ pub fn curved(xyz: Vec3, p: &ToneParameters, curve: ToneCurve, ceiling: f32) -> 
 /// Moves `rgb` towards the grey of its own luminance by the least amount that brings every channel into
 /// `[0, ceiling]`; luminance is unchanged.
 #[inline]
-pub fn desaturate(rgb: Vec3, luminance: f32, ceiling: f32) -> Vec3 {
+fn desaturate(rgb: Vec3, luminance: f32, ceiling: f32) -> Vec3 {
     let mut keep = 1.0f32;
     for c in rgb.to_array() {
         if c > ceiling {
@@ -172,10 +159,4 @@ pub fn desaturate(rgb: Vec3, luminance: f32, ceiling: f32) -> Vec3 {
         }
     }
     (Vec3::splat(luminance) + (rgb - luminance) * keep).clamp(Vec3::ZERO, Vec3::splat(ceiling))
-}
-
-/// Display gamma and rounding to 8 bits.
-#[inline]
-pub fn encode(rgb: Vec3, inverse_gamma: f32) -> [u8; 3] {
-    rgb.to_array().map(|c| (c.powf(inverse_gamma) * 255.0 + 0.5).floor() as u8)
 }

@@ -66,10 +66,6 @@ impl Buffer {
     }
 
     /// Makes a buffer that holds these bytes; not for [`BufferUse::Scratch`], which the host cannot see.
-    ///
-    /// # Errors
-    ///
-    /// As [`new`](Self::new).
     pub fn filled(gpu: &Arc<Gpu>, name: &str, usage: BufferUse, bytes: &[u8]) -> Result<Self, GpuError> {
         let mut buffer = Self::new(gpu, name, usage, bytes.len())?;
         buffer.mapped_mut().copy_from_slice(bytes);

@@ -78,10 +78,6 @@ impl Image {
     }
 
     /// As [`new`](Self::new), with mip levels down to 1×1.
-    ///
-    /// # Errors
-    ///
-    /// As [`new`](Self::new).
     pub fn with_mips(
         gpu: &Arc<Gpu>,
         name: &str,
@@ -92,10 +88,6 @@ impl Image {
     }
 
     /// As [`new`](Self::new), of format [`TexelFormat::Rgba32F`], for compute shaders to write as well.
-    ///
-    /// # Errors
-    ///
-    /// As [`new`](Self::new).
     pub fn storage(gpu: &Arc<Gpu>, name: &str, extent: [u32; 2]) -> Result<Self, GpuError> {
         Self::create(gpu, name, TexelFormat::Rgba32F, extent, false, vk::ImageUsageFlags::STORAGE)
     }
