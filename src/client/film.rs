@@ -172,18 +172,9 @@ impl VulkanFilm {
         self.repaint.as_mut().and_then(Repaint::painted)
     }
 
-    /// The reconstructed picture before the tone curve: scene-linear `[X, Y, Z]`, `[height][width]`; waits for the GPU.
-    pub fn reconstruct(&mut self, settings: &Settings) -> Result<Vec<[f32; 3]>, ClientError> {
-        let (repaint, sums) = self.repaint()?;
-        repaint.reconstruct(sums, settings, 1)
-    }
-
-    /// The same of `⌈size / detail⌉` pixels, as [`paint`](Self::paint) computes it before interpolation.
-    pub fn reconstruct_coarse(
-        &mut self,
-        settings: &Settings,
-        detail: u32,
-    ) -> Result<Vec<[f32; 3]>, ClientError> {
+    /// The reconstructed picture before the tone curve: scene-linear `[X, Y, Z]` of `⌈size / detail⌉` pixels, `[height][width]`, as
+    /// [`paint`](Self::paint) computes it before interpolation; waits for the GPU.
+    pub fn reconstruct(&mut self, settings: &Settings, detail: u32) -> Result<Vec<[f32; 3]>, ClientError> {
         let (repaint, sums) = self.repaint()?;
         repaint.reconstruct(sums, settings, detail)
     }

@@ -40,7 +40,7 @@ fn coarse_pictures_are_interpolated() {
     assert!(fine.chunks_exact(4).zip(&shown.rgb).all(|(a, b)| a[..3] == b[..]), "paint differs from display");
     for detail in [2u32, 4] {
         let coarse = painted(&mut film, &settings, detail);
-        let xyz = film.reconstruct_coarse(&settings, detail).expect("reconstruct");
+        let xyz = film.reconstruct(&settings, detail).expect("reconstruct");
         assert_eq!(xyz.len() as u32, 101u32.div_ceil(detail) * 67u32.div_ceil(detail));
         let mean = |v: &[u8]| v.iter().map(|c| f64::from(*c)).sum::<f64>() / v.len() as f64;
         assert!((mean(&coarse) / mean(&fine) - 1.0).abs() < 0.02, "detail {detail} changes the mean");
@@ -61,7 +61,7 @@ fn tone_maps_equal_the_reference() {
     let mut film = film(spec);
     film.add(&scene(&spec, 40_000, 78, 0)).expect("add");
     let base = settings(Reconstruction::Gaussian, 0.0);
-    let xyz = film.reconstruct(&base).expect("reconstruct");
+    let xyz = film.reconstruct(&base, 1).expect("reconstruct");
     let grid = Grid::from_rows(70, 66, xyz.iter().map(|v| Vec3::from_array(*v)).collect()).expect("a grid");
     let mut table = Profile::named("display-p3").expect("a listed name");
     let srgb = |i: usize| (i as f32 / 1023.0).powi(2).powf(1.0 / 2.4);
@@ -89,7 +89,7 @@ fn hdr_outputs_equal_the_reference() {
     film.add(&scene(&spec, 20_000, 79, 0)).expect("add");
     for curve in [ToneCurve::Paper, ToneCurve::PbrNeutral, ToneCurve::AgX] {
         let base = Settings { curve, exposure: 2.0, ..settings(Reconstruction::Gaussian, 0.0) };
-        let xyz = film.reconstruct(&base).expect("reconstruct");
+        let xyz = film.reconstruct(&base, 1).expect("reconstruct");
         for output in [ColorOutput::ScRgb, ColorOutput::Hdr10] {
             let settings = Settings { output, ..base.clone() };
             let p = DisplayParameters::from(&settings);
@@ -217,7 +217,7 @@ fn step_edge(masking: Masking, vm: f32, scale: f32) -> Vec<f32> {
     let mut film = film(spec);
     film.add(&samples).expect("add");
     let settings = Settings { masking, ..settings(Reconstruction::Gaussian, vm) };
-    film.reconstruct(&settings).expect("reconstruct").into_iter().map(|xyz| xyz[1]).collect()
+    film.reconstruct(&settings, 1).expect("reconstruct").into_iter().map(|xyz| xyz[1]).collect()
 }
 
 /// Noise goes, the mean stays, and the edge stays, which low-pass masking of the same strength takes away.

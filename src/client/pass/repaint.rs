@@ -219,7 +219,7 @@ impl Repaint {
             Some(StreamInput { images, lod: *lod, filtered })
         };
         let streams = [input(false), input(true)];
-        self.reconstruct.record(cmd, streams, (kind, settings.kernel), push, target)?;
+        self.reconstruct.record(cmd, streams, kind, settings.kernel, push, target)?;
         if let Some(glare) = settings.glare.filter(|_| effects.glare) {
             self.glare.record(cmd, target, &glare, self.policy)?;
         }
