@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::client::reference::tonemap::DisplayParameters;
+use crate::client::reference::tonemap::ToneMapper;
 use crate::client::settings::{FilmData, Settings};
 use crate::color::Profile;
 use crate::color::profile::xyz_from_rec709;
@@ -36,7 +36,7 @@ pub fn linear_rgb(data: &FilmData, profile: &Profile) -> Vec<[f32; 3]> {
 
 /// Display-linear sRGB of a scene-linear picture (Rec.709) as the program shows it; what is not finite becomes NaN.
 pub fn shown(rgb: &Grid<[f32; 3]>, settings: &Settings) -> Grid<[f32; 3]> {
-    let tone = DisplayParameters::from(settings);
+    let tone = ToneMapper::new(settings);
     let to_xyz = xyz_from_rec709();
     let mut shown = rgb.clone();
     for pixel in shown.pixels_mut() {

@@ -3,7 +3,7 @@
 use crate::common::{Both, assert_one_step, assert_silent, film, gpu, scene, settings, spec};
 use glam::Vec3;
 use pointillist::client::film::VulkanFilm;
-use pointillist::client::reference::tonemap::{DisplayParameters, tonemap};
+use pointillist::client::reference::tonemap::{ToneMapper, tonemap};
 use pointillist::client::{
     ColorOutput, DisplayView, Dither, Film, Masking, Reconstruction, Settings, SplatFilter, ToneCurve,
 };
@@ -72,7 +72,7 @@ fn tone_maps_equal_the_reference() {
                 let settings =
                     Settings { curve, dither, profile, exposure: 1.5, contrast: 1.2, ..base.clone() };
                 let shown = film.display(&settings).expect("display");
-                let wanted = tonemap(&grid, &DisplayParameters::from(&settings));
+                let wanted = tonemap(&grid, &settings);
                 let what = format!("{curve:?} {dither:?} {}", settings.profile.name);
                 assert_one_step(&shown, &wanted, 100, &what);
             }
@@ -92,7 +92,7 @@ fn hdr_outputs_equal_the_reference() {
         let xyz = film.reconstruct(&base, 1).expect("reconstruct");
         for output in [ColorOutput::ScRgb, ColorOutput::Hdr10] {
             let settings = Settings { output, ..base.clone() };
-            let p = DisplayParameters::from(&settings);
+            let p = ToneMapper::new(&settings);
             let bytes = painted(&mut film, &settings, 1);
             let mut brightest = 0.0f32;
             for (i, xyz) in xyz.iter().enumerate() {
@@ -146,7 +146,7 @@ fn every_number_has_a_colour() {
         for output in [ColorOutput::Sdr, ColorOutput::ScRgb, ColorOutput::Hdr10] {
             for (exposure, contrast) in [(1.0, 1.0), (1e-6, 0.3), (1e6, 3.0)] {
                 let settings = Settings { curve, output, exposure, contrast, ..Settings::default() };
-                let p = DisplayParameters::from(&settings);
+                let p = ToneMapper::new(&settings);
                 let top = if output == ColorOutput::ScRgb { p.ceiling() * 203.0 / 80.0 } else { 1.0 };
                 for i in 0..values.len().pow(3) {
                     let n = values.len();
@@ -168,7 +168,7 @@ fn desaturation_keeps_luminance() {
     for name in Profile::names() {
         let settings =
             Settings { profile: Profile::named(name).expect("a listed name"), ..Settings::default() };
-        let p = DisplayParameters::from(&settings);
+        let p = ToneMapper::new(&settings);
         let back = settings.profile.from_xyz.inverse();
         for (x, z) in [(0.2, 3.0), (2.0, 0.01), (1.6, 0.0), (0.5, 0.2), (0.95, 1.09)] {
             for y in [0.01, 0.3, 2.0] {

@@ -8,7 +8,7 @@ use pointillist::client::lod::StreamLod;
 use pointillist::client::reference::ReferenceFilm;
 use pointillist::client::reference::mips::pyramid;
 use pointillist::client::reference::reconstruct::{ReconstructParameters, StreamView, reconstruct};
-use pointillist::client::reference::tonemap::{DisplayParameters, tonemap};
+use pointillist::client::reference::tonemap::tonemap;
 use pointillist::client::{
     Film, FilmData, FilmSpec, Reconstruction, ReconstructionKernel, Settings, SplatFilter, Summation,
     VarianceForm,
@@ -265,7 +265,7 @@ fn tone_map_equals_the_reference() {
         let shown = film.display(&settings).expect("display");
         let xyz = film.reconstruct(&settings, 1).expect("reconstruct");
         let grid = Grid::from_rows(64, 48, xyz.iter().map(|v| Vec3::from_array(*v)).collect());
-        let wanted = tonemap(&grid.expect("as many pixels"), &DisplayParameters::from(&settings));
+        let wanted = tonemap(&grid.expect("as many pixels"), &settings);
         assert_one_step(&shown, &wanted, 200, &format!("B {exposure} C {contrast} G {gamma}"));
     }
     assert_silent(gpu());

@@ -13,7 +13,7 @@ use crate::client::reference::glare::ReferenceGlare;
 use crate::client::reference::mips::{Pyramid, pyramid};
 use crate::client::reference::reconstruct::{ReconstructParameters, StreamView, reconstruct};
 use crate::client::reference::splat::Bins;
-use crate::client::reference::tonemap::{DisplayParameters, tonemap};
+use crate::client::reference::tonemap::tonemap;
 use crate::client::reference::variance::VarianceParameters;
 use crate::client::settings::{
     BATCH_CAPACITY, ColorOutput, DisplayImage, DisplayView, FilmCounts, FilmData, FilmSpec, Settings,
@@ -166,7 +166,7 @@ impl Film for ReferenceFilm {
                 None => Some(picture),
             };
             let picture = picture.ok_or_else(|| Accumulator::out_of_memory("glare", spec))?;
-            Ok(tonemap(&picture, &DisplayParameters::from(&settings)))
+            Ok(tonemap(&picture, &settings))
         })
     }
 

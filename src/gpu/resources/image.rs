@@ -125,8 +125,8 @@ impl Image {
             .tiling(vk::ImageTiling::OPTIMAL)
             .usage(usage);
         // SAFETY: the format's features were checked when the device was chosen, the extent above.
-        let raw =
-            unsafe { gpu.device.create_image(&info, None) }.named(&format!("vkCreateImage({})", name))?;
+        let made = unsafe { gpu.device.create_image(&info, None) };
+        let raw = gpu.made(made, "vkCreateImage", name)?;
         // From here on a failure drops `image`, which retires what has been made.
         let mut image = Image {
             gpu: gpu.clone(),
@@ -137,7 +137,6 @@ impl Image {
             format,
             extent,
         };
-        gpu.name(raw, name);
         image.bind(name)?;
         for (first, count) in (0..level_count).map(|level| (level, 1)).chain([(0, level_count)]) {
             let name = format!("{name} levels {first}+{count}");
