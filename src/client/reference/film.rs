@@ -28,8 +28,8 @@ use crate::stream::{PathCounts, Sample};
 pub struct ReferenceFilm {
     state: FilmState,
     pool: rayon::ThreadPool,
-    camera: ReferenceStream,
-    light: ReferenceStream,
+    /// Camera and light.
+    streams: [ReferenceStream; 2],
     glare: ReferenceGlare,
 }
 
@@ -54,18 +54,7 @@ impl ReferenceFilm {
             .thread_name(|i| format!("film {i}"))
             .build()
             .map_err(|e| ClientError::Threads { threads, reason: e.to_string() })?;
-        Ok(Self {
-            state,
-            pool,
-            camera: ReferenceStream::default(),
-            light: ReferenceStream::default(),
-            glare: ReferenceGlare::default(),
-        })
-    }
-
-    /// The specification of the film.
-    pub fn spec(&self) -> &FilmSpec {
-        self.state.spec()
+        Ok(Self { state, pool, streams: Default::default(), glare: ReferenceGlare::default() })
     }
 
     fn raster(&mut self) -> Result<(), ClientError> {
@@ -77,7 +66,7 @@ impl ReferenceFilm {
             inverse_scale: self.state.scale().recip(),
             samples_per_sum: BATCH_CAPACITY.div_ceil(spec.batch_slots() as usize),
         };
-        for stream in [&mut self.camera, &mut self.light] {
+        for stream in &mut self.streams {
             if stream.batch.is_empty() {
                 continue;
             }
@@ -96,8 +85,7 @@ impl Film for ReferenceFilm {
     fn add(&mut self, samples: &[Sample]) -> Result<(), ClientError> {
         for sample in samples {
             if self.state.take(sample) {
-                let stream = if sample.w > 0.0 { &mut self.camera } else { &mut self.light };
-                stream.batch.push(*sample);
+                self.streams[usize::from(sample.w < 0.0)].batch.push(*sample);
                 if self.state.is_full() {
                     self.flush()?;
                 }
@@ -116,13 +104,12 @@ impl Film for ReferenceFilm {
         }
         let outcome = self.raster();
         // After an error the samples are lost, as on a device.
-        self.camera.batch.clear();
-        self.light.batch.clear();
+        self.streams.iter_mut().for_each(|stream| stream.batch.clear());
         outcome
     }
 
     fn clear(&mut self) {
-        for stream in [&mut self.camera, &mut self.light] {
+        for stream in &mut self.streams {
             stream.batch.clear();
             stream.sums = None;
         }
@@ -151,8 +138,8 @@ impl Film for ReferenceFilm {
             return Err(ClientError::NoVariance);
         }
         self.pool.install(|| {
-            let camera = Levels::of(self.camera.sums.as_ref(), spec, &effects)?;
-            let light = Levels::of(self.light.sums.as_ref(), spec, &effects)?;
+            let camera = Levels::of(self.streams[0].sums.as_ref(), spec, &effects)?;
+            let light = Levels::of(self.streams[1].sums.as_ref(), spec, &effects)?;
             let camera = camera.as_ref().zip(lods[0]).map(|(levels, lod)| levels.view(lod, false));
             let light = light.as_ref().zip(lods[1]).map(|(levels, lod)| levels.view(lod, true));
             let picture = match settings.view {
@@ -173,16 +160,16 @@ impl Film for ReferenceFilm {
     fn develop(&mut self) -> Result<FilmData, ClientError> {
         self.flush()?;
         let spec = self.state.spec();
-        let color = |s: &ReferenceStream| s.sums.as_ref().map(|a| a.crop_color(spec)).unwrap_or_default();
-        let variance =
-            |s: &ReferenceStream| s.sums.as_ref().map(|a| a.crop_variance(spec)).unwrap_or_default();
+        let sums = |stream: usize| self.streams[stream].sums.as_ref();
+        let color = |stream| sums(stream).map(|a| a.crop_color(spec)).unwrap_or_default();
+        let variance = |stream| sums(stream).map(|a| a.crop_variance(spec)).unwrap_or_default();
         Ok(FilmData {
             width: spec.width,
             height: spec.height,
-            camera: color(&self.camera),
-            light: color(&self.light),
-            camera_variance: variance(&self.camera),
-            light_variance: variance(&self.light),
+            camera: color(0),
+            light: color(1),
+            camera_variance: variance(0),
+            light_variance: variance(1),
             luminance_scale: self.state.scale(),
             counts: self.state.counts(),
         })
