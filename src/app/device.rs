@@ -6,7 +6,7 @@ use miette::{IntoDiagnostic, Result};
 
 use crate::client::film::VulkanFilm;
 use crate::client::reference::ReferenceFilm;
-use crate::client::{Client, FilmSpec};
+use crate::client::{Film, FilmSpec};
 use crate::gpu::{self, DeviceChoice, DeviceKind, Gpu};
 use crate::server::Priority;
 
@@ -63,10 +63,10 @@ impl Device {
     }
 
     /// Makes a film on it; `threads` is for the CPU references.
-    pub fn client(&self, spec: FilmSpec, threads: usize) -> Result<Client> {
+    pub fn client(&self, spec: FilmSpec, threads: usize) -> Result<Box<dyn Film>> {
         Ok(match self {
-            Device::Vulkan(gpu) => Client::Vulkan(VulkanFilm::new(gpu.clone(), spec).into_diagnostic()?),
-            Device::Cpu => Client::Reference(ReferenceFilm::new(spec, threads).into_diagnostic()?),
+            Device::Vulkan(gpu) => Box::new(VulkanFilm::new(gpu.clone(), spec).into_diagnostic()?),
+            Device::Cpu => Box::new(ReferenceFilm::new(spec, threads).into_diagnostic()?),
         })
     }
 }

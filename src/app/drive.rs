@@ -9,7 +9,7 @@ use super::observer::Observer;
 use super::process;
 use super::progress::Progress;
 use super::timings::TimingCapture;
-use crate::client::{Client, ClientError};
+use crate::client::{ClientError, Film};
 use crate::server::Server;
 use crate::stream::block::Block;
 use crate::stream::{DrainOrder, Drained, Epoch, Event, FinishReason, Lanes};
@@ -70,7 +70,7 @@ pub fn drive(
     drive: Drive,
     server: &Server,
     lanes: &mut Lanes,
-    client: &mut Client,
+    client: &mut dyn Film,
     DriveObservers { bar, timings, observer }: DriveObservers<'_>,
 ) -> Result<DriveOutcome> {
     let start = Instant::now();
@@ -130,7 +130,7 @@ pub fn drive(
 fn take(
     drive: Drive,
     lanes: &mut Lanes,
-    client: &mut Client,
+    client: &mut dyn Film,
     observer: Option<&Observer>,
     reached: &mut bool,
 ) -> std::result::Result<Drained, ClientError> {

@@ -1,46 +1,20 @@
 //! The film's side of the stream: the one routine by which `render`, `view` and `bench` put blocks onto a film.
 
 use super::observer::Observer;
-use crate::client::film::VulkanFilm;
-use crate::client::{Client, ClientError};
+use crate::client::{ClientError, Film};
 use crate::stream::{Block, PathCounts, Sample};
-
-/// A film that samples can be added to.
-pub trait SampleFilm {
-    /// Counts paths that were started, whether or not they gave samples.
-    fn count_paths(&mut self, paths: PathCounts);
-
-    /// Adds samples to the batch; a full batch is rasterised at once.
-    fn add(&mut self, samples: &[Sample]) -> Result<(), ClientError>;
-}
-
-macro_rules! sample_film {
-    ($($film:ty),*) => {
-        $(impl SampleFilm for $film {
-            fn count_paths(&mut self, paths: PathCounts) {
-                self.count_paths(paths);
-            }
-
-            fn add(&mut self, samples: &[Sample]) -> Result<(), ClientError> {
-                self.add(samples)
-            }
-        })*
-    };
-}
-
-sample_film!(Client, VulkanFilm);
 
 /// Puts blocks onto a film: counts their paths, adds their samples, hands a copy to the observer of the error, and remembers the
 /// first error, after which the film gets nothing more.
-pub struct FilmWriter<'a, F> {
-    film: &'a mut F,
+pub struct FilmWriter<'a> {
+    film: &'a mut dyn Film,
     observer: Option<&'a Observer>,
     outcome: Result<(), ClientError>,
 }
 
-impl<'a, F: SampleFilm> FilmWriter<'a, F> {
+impl<'a> FilmWriter<'a> {
     /// A writer to this film.
-    pub fn new(film: &'a mut F, observer: Option<&'a Observer>) -> Self {
+    pub fn new(film: &'a mut dyn Film, observer: Option<&'a Observer>) -> Self {
         Self { film, observer, outcome: Ok(()) }
     }
 

@@ -21,7 +21,7 @@
 //! use std::time::Duration;
 //!
 //! use pointillist::client::reference::ReferenceFilm;
-//! use pointillist::client::{FilmSpec, SplatFilter, develop};
+//! use pointillist::client::{Film, FilmSpec, SplatFilter, develop};
 //! use pointillist::color::Profile;
 //! use pointillist::server::{RenderJob, Server};
 //! use pointillist::stream::{DrainOrder, Epoch};

@@ -10,7 +10,7 @@ use super::report::{Seconds, is_special};
 use super::run_spec::{RunSpec, display_options};
 use crate::client::effects::Effects;
 use crate::client::film::VulkanFilm;
-use crate::client::{Client, DisplayImage, FilmData, Settings, develop};
+use crate::client::{DisplayImage, Film, FilmData, Settings, develop};
 use crate::color::Profile;
 use crate::image::png::{PngPicture, Transfer};
 use crate::image::write::{FileFormat, check_place, check_target, same_file};
@@ -75,7 +75,7 @@ impl Outputs {
     /// The first file that cannot be written; the others are written all the same.
     pub fn write(
         &self,
-        client: &mut Client,
+        client: &mut dyn Film,
         run: &RunSpec,
         prefix: bool,
         settings: &Settings,

@@ -19,7 +19,7 @@ use super::report::{ErrorReport, PlanCheck, Rejected, RejectedExample, RenderRep
 use super::run_spec::RunSpec;
 use super::timings::{self, TimingCapture};
 use super::{plan, predictions, process, tell};
-use crate::client::{Client, Settings, VarianceForm};
+use crate::client::{Film, Settings, VarianceForm};
 use crate::scene::Loaded;
 use crate::server::{Server, Stats};
 use crate::stream::Cause;
@@ -84,7 +84,7 @@ struct BatchRender<'a> {
     scene: Arc<Scene>,
     camera: Camera,
     threads: usize,
-    client: Client,
+    client: Box<dyn Film>,
     server: Server,
     lanes: Lanes,
     timings: Option<TimingCapture>,
@@ -184,7 +184,7 @@ impl<'a> BatchRender<'a> {
             quantity: args.error_at,
         };
         let onlookers = DriveObservers { bar: &bar, timings: &mut self.timings, observer: observer.as_ref() };
-        let driven = drive(plan, &self.server, &mut self.lanes, &mut self.client, onlookers)?;
+        let driven = drive(plan, &self.server, &mut self.lanes, &mut *self.client, onlookers)?;
         bar.finish();
         let stats = self.server.stats();
         self.server.term();
@@ -223,7 +223,7 @@ impl<'a> BatchRender<'a> {
     fn write(&mut self, outputs: &Outputs, traced: &Traced) -> Result<()> {
         let prefix = traced.driven.complete || self.run.deterministic;
         let start = Instant::now();
-        let written = outputs.write(&mut self.client, &self.run, prefix, &self.settings, &mut self.seconds);
+        let written = outputs.write(&mut *self.client, &self.run, prefix, &self.settings, &mut self.seconds);
         if let Some(mut timings) = self.timings.take() {
             timings.client("display and write", start)?;
             timings.finish(&self.server)?;

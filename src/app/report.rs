@@ -10,6 +10,7 @@ use super::plan::PlannedEffect;
 use super::run_spec::{ChoiceReport, RunSpec};
 use super::tell;
 use crate::image::write::{atomically, check_place, same_file};
+use crate::math::quantile::nearest_rank;
 use crate::scene::desc::IntegratorKind;
 use crate::study::curve::PowerLaw;
 use crate::study::format::{percent, round_percent};
@@ -246,8 +247,8 @@ pub struct Percentiles {
 impl Percentiles {
     /// The percentiles of an ascending list; 0 of an empty one.
     pub fn of(sorted: &[f64]) -> Self {
-        let at = |p: f64| sorted.get(((sorted.len() as f64 * p).ceil() as usize).saturating_sub(1));
-        Self { p50: at(0.5).copied().unwrap_or(0.0), p95: at(0.95).copied().unwrap_or(0.0) }
+        let at = |p| nearest_rank(sorted, p).unwrap_or(0.0);
+        Self { p50: at(0.5), p95: at(0.95) }
     }
 }
 

@@ -2,8 +2,8 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::client::reference::tonemap::DisplayParameters;
-use crate::client::settings::{FilmData, FilmSpec, Settings};
+use crate::client::reference::tonemap::ToneMapper;
+use crate::client::settings::{FilmData, Settings};
 use crate::color::Profile;
 use crate::color::profile::xyz_from_rec709;
 use crate::image::compare::Measured;
@@ -14,7 +14,7 @@ use crate::image::{Attribute, Grid};
 ///
 /// A pixel that no camera sample reached has the light stream only; without either it is 0.
 pub fn linear_xyz(data: &FilmData) -> Vec<[f32; 3]> {
-    let light_scale = data.counts.light_scale(&spec_of(data));
+    let light_scale = data.counts.light_scale(data.width, data.height);
     let mut picture = vec![[0.0f32; 3]; data.width as usize * data.height as usize];
     for (out, sum) in picture.iter_mut().zip(&data.camera) {
         if sum[3] > 0.0 {
@@ -36,7 +36,7 @@ pub fn linear_rgb(data: &FilmData, profile: &Profile) -> Vec<[f32; 3]> {
 
 /// Display-linear sRGB of a scene-linear picture (Rec.709) as the program shows it; what is not finite becomes NaN.
 pub fn shown(rgb: &Grid<[f32; 3]>, settings: &Settings) -> Grid<[f32; 3]> {
-    let tone = DisplayParameters::from(settings);
+    let tone = ToneMapper::new(settings);
     let to_xyz = xyz_from_rec709();
     let mut shown = rgb.clone();
     for pixel in shown.pixels_mut() {
@@ -57,7 +57,7 @@ pub fn shown(rgb: &Grid<[f32; 3]>, settings: &Settings) -> Grid<[f32; 3]> {
 pub fn mean_variance(data: &FilmData, energy: f32) -> Vec<f32> {
     let energy = f64::from(energy);
     let scale2 = f64::from(data.luminance_scale).powi(2);
-    let light_scale2 = f64::from(data.counts.light_scale(&spec_of(data))).powi(2);
+    let light_scale2 = f64::from(data.counts.light_scale(data.width, data.height)).powi(2);
     let mut variances = vec![0.0f64; data.width as usize * data.height as usize];
     for ((out, sum), &v) in variances.iter_mut().zip(&data.camera).zip(&data.camera_variance) {
         let (v, w) = (f64::from(v), f64::from(sum[3]));
@@ -70,17 +70,6 @@ pub fn mean_variance(data: &FilmData, energy: f32) -> Vec<f32> {
         *out += energy * squares * light_scale2;
     }
     variances.into_iter().map(|v| v as f32).collect()
-}
-
-/// A spec of the same size; the filter does not matter where it is used.
-fn spec_of(data: &FilmData) -> FilmSpec {
-    FilmSpec {
-        width: data.width,
-        height: data.height,
-        filter: Default::default(),
-        variance: Some(Default::default()),
-        sums: Default::default(),
-    }
 }
 
 /// The picture with everything needed to go on from it, for [`exr::write`](crate::image::exr::write):

@@ -30,149 +30,130 @@ pub struct ClientEffect {
     pub can_switch: bool,
 }
 
-/// The fixed properties of an effect.
-struct EffectTraits {
-    name: &'static str,
-    passes: &'static [&'static str],
-    changes: &'static [&'static str],
-    images: &'static [&'static str],
-    at_run_time: &'static str,
-}
-
-const MADE_ON_FIRST_USE: EffectTraits = EffectTraits {
-    name: "",
-    passes: &[],
-    changes: &[],
-    images: &[],
-    at_run_time: "which pipelines, images and passes there are: made on first use",
-};
-
-const CONSTANT: EffectTraits =
-    EffectTraits { at_run_time: "a specialization constant of tonemap.frag", ..MADE_ON_FIRST_USE };
-
-/// All effects, in the order of the passes.
-const EFFECTS: [EffectTraits; 11] = [
-    EffectTraits {
-        name: "camera-stream",
-        passes: &["splat"],
-        images: &["camera color"],
-        ..MADE_ON_FIRST_USE
-    },
-    EffectTraits {
-        name: "light-stream",
-        passes: &["splat"],
-        changes: &["splat", "fold", "mips", "reconstruct"],
-        images: &["light color"],
-        ..MADE_ON_FIRST_USE
-    },
-    EffectTraits {
-        name: "fold",
-        passes: &["fold"],
-        images: &["batch color"],
-        at_run_time: "every batch is folded",
-        ..MADE_ON_FIRST_USE
-    },
-    EffectTraits {
-        name: "variance",
-        passes: &["variance"],
-        images: &["camera variance", "light variance", "batch variance", "batch means"],
-        ..MADE_ON_FIRST_USE
-    },
-    EffectTraits {
-        name: "mips",
-        passes: &["mips"],
-        at_run_time: "the coarsest level that the number of samples asks for",
-        ..MADE_ON_FIRST_USE
-    },
-    EffectTraits {
-        name: "masking",
-        passes: &["atlas", "bilateral"],
-        changes: &["reconstruct"],
-        images: &["atlas", "bilateral"],
-        ..MADE_ON_FIRST_USE
-    },
-    EffectTraits {
-        name: "reconstruction",
-        passes: &["reconstruct", "error view"],
-        images: &["picture XYZ"],
-        ..MADE_ON_FIRST_USE
-    },
-    EffectTraits { name: "glare", passes: &["glare"], images: &["glare"], ..MADE_ON_FIRST_USE },
-    EffectTraits {
-        name: "tone-curve",
-        passes: &["tonemap"],
-        images: &["picture encoded", "transfer"],
-        ..CONSTANT
-    },
-    EffectTraits { name: "gamut", ..CONSTANT },
-    EffectTraits { name: "dither", changes: &["tonemap"], images: &["blue noise"], ..CONSTANT },
-];
-
-/// All effects of a film that receives these `streams`: camera, light.
+/// All effects of a film that receives these `streams`: camera, light. In the order of the passes.
 pub fn effect_list(spec: &FilmSpec, settings: &Settings, streams: [bool; 2]) -> Vec<ClientEffect> {
     let effects = Effects::new(settings, 1);
     let picture = effects.view == DisplayView::Picture;
-    let effect = |&EffectTraits { name, passes, changes, images, at_run_time }: &EffectTraits| {
-        let (on, reason) = decision(name, spec, settings, &effects, streams);
-        // One pass draws both streams: its time counts for the first of them.
-        let counted = match name {
-            "camera-stream" => streams[0],
-            "light-stream" => !streams[0],
-            _ => true,
-        };
-        let (passes, can_switch) = (if counted { passes } else { &[] }, SWITCHES.contains(&name) && picture);
-        ClientEffect { name, on, reason, at_run_time, passes, changes, images, can_switch }
+    let [camera, light] = streams;
+    let effect = |name, on, reason: &str| ClientEffect {
+        name,
+        on,
+        reason: reason.to_owned(),
+        at_run_time: "which pipelines, images and passes there are: made on first use",
+        passes: &[],
+        changes: &[],
+        images: &[],
+        can_switch: picture && SWITCHES.contains(&name),
     };
-    EFFECTS.iter().map(effect).collect()
-}
-
-/// Whether an effect is part of the picture, and why.
-fn decision(
-    name: &str,
-    spec: &FilmSpec,
-    settings: &Settings,
-    effects: &Effects,
-    streams: [bool; 2],
-) -> (bool, String) {
-    let picture = effects.view == DisplayView::Picture;
-    let (on, reason) = match name {
-        "camera-stream" if streams[0] => (true, "the method traces paths from the camera"),
-        "camera-stream" => (false, "no path begins at the camera: no image, no splat"),
-        "light-stream" if streams[1] => (true, "the method shows light paths to the camera"),
-        "light-stream" => (false, "no light path is shown: no image, no splat, no mips"),
-        "fold" => (true, "batches are added up as two floats, so that long renders do not stand still"),
-        "variance" => match spec.variance {
-            Some(VarianceForm::Product) => {
-                (true, "for --vm, --show, an EXR file, or a window that may ask for them")
-            }
-            Some(VarianceForm::Paper) => (true, "in the paper's form"),
-            None => (false, "no noise masking, no error view, no EXR file"),
-        },
-        "mips" => (true, "blur where samples are few"),
-        "masking" => match effects.masking {
-            Some(Masking::LowPass) => (true, "--vm above 0: a wider kernel where there is noise"),
-            Some(Masking::Bilateral) => (true, "--vm above 0, --masking bilateral"),
-            None if picture => (false, "--vm is 0"),
-            None => (false, "--show: it is the noise that is shown"),
-        },
-        "reconstruction" if !picture => (true, "--show: the relative standard error"),
-        "reconstruction" => match settings.reconstruction {
-            Reconstruction::None => (false, "--reconstruct none: texels are copied as they are"),
-            kind => return (true, format!("--reconstruct {}", kind.name())),
-        },
-        "glare" => match (effects.glare, settings.glare) {
-            (true, _) => (true, "--glare"),
-            (false, Some(_)) => (false, "--show: there is no light to scatter"),
-            (false, None) => (false, "--glare off"),
-        },
-        "tone-curve" if picture => return (true, format!("--curve {}", effects.curve.name())),
-        "tone-curve" => (false, "--show: greys are encoded as they are"),
-        "gamut" if !picture => (false, "--show: no colours"),
-        "gamut" if effects.output == ColorOutput::ScRgb => (false, "scRGB holds all colours"),
-        "gamut" => (true, "colours that the display lacks lose saturation, not luminance"),
-        _ => return (effects.dither != Dither::None, format!("--dither {}", effects.dither.name())),
+    let constant = |name, on, reason: &str| ClientEffect {
+        at_run_time: "a specialization constant of tonemap.frag",
+        ..effect(name, on, reason)
     };
-    (on, reason.to_string())
+    // One pass draws both streams: its time counts for the first of them.
+    let splat = |counted| -> &[&str] { if counted { &["splat"] } else { &[] } };
+    let camera_reason = match camera {
+        true => "the method traces paths from the camera",
+        false => "no path begins at the camera: no image, no splat",
+    };
+    let light_reason = match light {
+        true => "the method shows light paths to the camera",
+        false => "no light path is shown: no image, no splat, no mips",
+    };
+    let variance_reason = match spec.variance {
+        Some(VarianceForm::Product) => "for --vm, --show, an EXR file, or a window that may ask for them",
+        Some(VarianceForm::Paper) => "in the paper's form",
+        None => "no noise masking, no error view, no EXR file",
+    };
+    let masking_reason = match effects.masking {
+        Some(Masking::LowPass) => "--vm above 0: a wider kernel where there is noise",
+        Some(Masking::Bilateral) => "--vm above 0, --masking bilateral",
+        None if picture => "--vm is 0",
+        None => "--show: it is the noise that is shown",
+    };
+    let copied = picture && settings.reconstruction == Reconstruction::None;
+    let reconstruction_reason = match picture {
+        false => "--show: the relative standard error".to_owned(),
+        true if copied => "--reconstruct none: texels are copied as they are".to_owned(),
+        true => format!("--reconstruct {}", settings.reconstruction.name()),
+    };
+    let glare_reason = match (effects.glare, settings.glare) {
+        (true, _) => "--glare",
+        (false, Some(_)) => "--show: there is no light to scatter",
+        (false, None) => "--glare off",
+    };
+    let curve_reason = match picture {
+        true => format!("--curve {}", effects.curve.name()),
+        false => "--show: greys are encoded as they are".to_owned(),
+    };
+    let (gamut, gamut_reason) = match picture {
+        false => (false, "--show: no colours"),
+        true if effects.output == ColorOutput::ScRgb => (false, "scRGB holds all colours"),
+        true => (true, "colours that the display lacks lose saturation, not luminance"),
+    };
+    vec![
+        ClientEffect {
+            passes: splat(camera),
+            images: &["camera color"],
+            ..effect("camera-stream", camera, camera_reason)
+        },
+        ClientEffect {
+            passes: splat(!camera),
+            changes: &["splat", "fold", "mips", "reconstruct"],
+            images: &["light color"],
+            ..effect("light-stream", light, light_reason)
+        },
+        ClientEffect {
+            passes: &["fold"],
+            images: &["batch color"],
+            at_run_time: "every batch is folded",
+            ..effect(
+                "fold",
+                true,
+                "batches are added up as two floats, so that long renders do not stand still",
+            )
+        },
+        ClientEffect {
+            passes: &["variance"],
+            images: &["camera variance", "light variance", "batch variance", "batch means"],
+            ..effect("variance", spec.variance.is_some(), variance_reason)
+        },
+        ClientEffect {
+            passes: &["mips"],
+            at_run_time: "the coarsest level that the number of samples asks for",
+            ..effect("mips", true, "blur where samples are few")
+        },
+        ClientEffect {
+            passes: &["atlas", "bilateral"],
+            changes: &["reconstruct"],
+            images: &["atlas", "bilateral"],
+            ..effect("masking", effects.masking.is_some(), masking_reason)
+        },
+        ClientEffect {
+            passes: &["reconstruct", "error view"],
+            images: &["picture XYZ"],
+            ..effect("reconstruction", !copied, &reconstruction_reason)
+        },
+        ClientEffect {
+            passes: &["glare"],
+            images: &["glare"],
+            ..effect("glare", effects.glare, glare_reason)
+        },
+        ClientEffect {
+            passes: &["tonemap"],
+            images: &["picture encoded", "transfer"],
+            ..constant("tone-curve", picture, &curve_reason)
+        },
+        constant("gamut", gamut, gamut_reason),
+        ClientEffect {
+            changes: &["tonemap"],
+            images: &["blue noise"],
+            ..constant(
+                "dither",
+                effects.dither != Dither::None,
+                &format!("--dither {}", effects.dither.name()),
+            )
+        },
+    ]
 }
 
 /// Effects that one setting turns on and off.

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::client::Film;
 use crate::client::background::BackgroundPolicy;
 use crate::client::error::ClientError;
 use crate::client::layout::FoldPush;
@@ -75,45 +76,6 @@ impl VulkanFilm {
         self.state.spec()
     }
 
-    /// Copies samples to the batch; a full batch is rasterised at once, without waiting for it.
-    ///
-    /// Samples that [`accepts`](crate::client::filter::accepts) refuses are dropped; the stream should not carry them.
-    ///
-    /// # Errors
-    ///
-    /// [`ClientError::Gpu`] when there is no memory for a stream's images or the device was lost.
-    pub fn add(&mut self, samples: &[Sample]) -> Result<(), ClientError> {
-        for sample in samples {
-            if self.state.take(sample) {
-                self.batch.push(*sample);
-                if self.state.is_full() {
-                    self.flush()?;
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// Counts paths that were started, whether or not they gave samples.
-    pub fn count_paths(&mut self, paths: PathCounts) {
-        self.state.count_paths(paths);
-    }
-
-    /// Rasterises what the batch holds: splat, fold, variance. Does not wait for the GPU.
-    ///
-    /// # Errors
-    ///
-    /// As [`add`](Self::add).
-    pub fn flush(&mut self) -> Result<(), ClientError> {
-        if !self.state.start_raster() {
-            return Ok(());
-        }
-        let outcome = self.raster();
-        // After an error the samples are lost: kept, they would outgrow the vertex buffer.
-        self.batch.clear();
-        outcome
-    }
-
     /// Uploads the batch and records its passes.
     fn raster(&mut self) -> Result<(), ClientError> {
         self.make_images()?;
@@ -167,36 +129,9 @@ impl VulkanFilm {
         self.rasterised
     }
 
-    /// Forgets everything: a new epoch. The images stay for the next one.
-    ///
-    /// # Errors
-    ///
-    /// None today; [`ReferenceFilm::clear`](crate::client::reference::ReferenceFilm::clear) has the same signature.
-    pub fn clear(&mut self) -> Result<(), ClientError> {
-        self.batch.clear();
-        self.streams.iter_mut().flatten().for_each(StreamImages::forget);
-        self.state.clear();
-        Ok(())
-    }
-
-    /// The numbers of samples and paths received since the last [`clear`](Self::clear).
-    pub fn counts(&self) -> FilmCounts {
-        self.state.counts()
-    }
-
     /// Whether the camera and the light stream have images, because they had a sample.
     pub fn allocated_streams(&self) -> [bool; 2] {
         [self.streams[0].is_some(), self.streams[1].is_some()]
-    }
-
-    /// The picture as a viewer shows it; rasterises the batch first and waits for the GPU.
-    ///
-    /// # Errors
-    ///
-    /// [`ClientError::Gpu`] when there is no memory or the device was lost.
-    pub fn display(&mut self, settings: &Settings) -> Result<DisplayImage, ClientError> {
-        let (repaint, sums) = self.repaint()?;
-        repaint.display(sums, settings)
     }
 
     /// Records into `cmd` what [`display`](Self::display) does, without reading back: the encoded picture, to be drawn into a
@@ -204,10 +139,6 @@ impl VulkanFilm {
     ///
     /// `detail` is the internal resolution, picture pixels per reconstructed one and axis: 1, 2 or 4. Above 1 the blur is
     /// computed on a coarser grid and interpolated; the encoded picture has full size.
-    ///
-    /// # Errors
-    ///
-    /// As [`display`](Self::display).
     pub fn paint(
         &mut self,
         cmd: &mut Cmd<'_>,
@@ -241,46 +172,14 @@ impl VulkanFilm {
         self.repaint.as_mut().and_then(Repaint::painted)
     }
 
-    /// The reconstructed picture before the tone curve: scene-linear `[X, Y, Z]`, `[height][width]`; waits for the GPU.
-    ///
-    /// # Errors
-    ///
-    /// As [`display`](Self::display).
-    pub fn reconstruct(&mut self, settings: &Settings) -> Result<Vec<[f32; 3]>, ClientError> {
-        let (repaint, sums) = self.repaint()?;
-        repaint.reconstruct(sums, settings, 1)
-    }
-
-    /// The same of `⌈size / detail⌉` pixels, as [`paint`](Self::paint) computes it before interpolation.
-    ///
-    /// # Errors
-    ///
-    /// As [`display`](Self::display).
-    pub fn reconstruct_coarse(
-        &mut self,
-        settings: &Settings,
-        detail: u32,
-    ) -> Result<Vec<[f32; 3]>, ClientError> {
+    /// The reconstructed picture before the tone curve: scene-linear `[X, Y, Z]` of `⌈size / detail⌉` pixels, `[height][width]`, as
+    /// [`paint`](Self::paint) computes it before interpolation; waits for the GPU.
+    pub fn reconstruct(&mut self, settings: &Settings, detail: u32) -> Result<Vec<[f32; 3]>, ClientError> {
         let (repaint, sums) = self.repaint()?;
         repaint.reconstruct(sums, settings, detail)
     }
 
-    /// The sums, cropped to the picture; rasterises the batch first and waits for the GPU.
-    ///
-    /// # Errors
-    ///
-    /// As [`display`](Self::display).
-    pub fn develop(&mut self) -> Result<FilmData, ClientError> {
-        let spec = self.state.spec();
-        let (pad, extent) = (spec.pad(), [spec.width, spec.height]);
-        self.develop_region(Region { origin: [pad, pad], extent })
-    }
-
     /// The sums with the overscan around the picture, `width` and `height` being those of the padded target.
-    ///
-    /// # Errors
-    ///
-    /// As [`display`](Self::display).
     pub fn develop_padded(&mut self) -> Result<FilmData, ClientError> {
         self.develop_region(Region { origin: [0, 0], extent: self.state.spec().padded_extent() })
     }
@@ -357,5 +256,54 @@ impl VulkanFilm {
             }
         }
         Ok(())
+    }
+}
+
+impl Film for VulkanFilm {
+    fn add(&mut self, samples: &[Sample]) -> Result<(), ClientError> {
+        for sample in samples {
+            if self.state.take(sample) {
+                self.batch.push(*sample);
+                if self.state.is_full() {
+                    self.flush()?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn count_paths(&mut self, paths: PathCounts) {
+        self.state.count_paths(paths);
+    }
+
+    fn flush(&mut self) -> Result<(), ClientError> {
+        if !self.state.start_raster() {
+            return Ok(());
+        }
+        let outcome = self.raster();
+        // After an error the samples are lost: kept, they would outgrow the vertex buffer.
+        self.batch.clear();
+        outcome
+    }
+
+    fn clear(&mut self) {
+        self.batch.clear();
+        self.streams.iter_mut().flatten().for_each(StreamImages::forget);
+        self.state.clear();
+    }
+
+    fn counts(&self) -> FilmCounts {
+        self.state.counts()
+    }
+
+    fn display(&mut self, settings: &Settings) -> Result<DisplayImage, ClientError> {
+        let (repaint, sums) = self.repaint()?;
+        repaint.display(sums, settings)
+    }
+
+    fn develop(&mut self) -> Result<FilmData, ClientError> {
+        let spec = self.state.spec();
+        let (pad, extent) = (spec.pad(), [spec.width, spec.height]);
+        self.develop_region(Region { origin: [pad, pad], extent })
     }
 }

@@ -4,9 +4,9 @@
 //!
 //! This module knows neither lanes nor the server: `app` drains the lanes and passes the samples on.
 //!
-//! 1. `app` gives blocks of samples to [`Client::add`] or [`film::VulkanFilm::add`]. The film copies them into its batch, the
+//! 1. `app` gives blocks of samples to [`Film::add`]. The film copies them into its batch, the
 //!    camera's and the light's samples apart ([`upload`]).
-//! 2. A full batch, or [`Client::flush`], is rasterised: **splat** draws every sample as a filter-shaped sprite into the batch
+//! 2. A full batch, or [`Film::flush`], is rasterised: **splat** draws every sample as a filter-shaped sprite into the batch
 //!    image, **fold** adds that image to the two-float sums `[X, Y, Z, W]`.
 //! 3. **variance** draws the same samples again: squared deviations of luminance from the mean.
 //! 4. A repaint builds **mips** of both, and takes the level of detail log₄(P/S) of each stream ([`lod`]).
@@ -14,8 +14,8 @@
 //!    a windowed Gaussian on two levels, normalises, and adds light stream · Lw.
 //! 6. **glare**, if it is on, convolves the picture with the eye's point-spread function.
 //! 7. **tonemap**: Y' = 1 − exp(−(B·Y)^C), matrix P, desaturation at constant luminance, gamma G, dither.
-//! 8. [`Client::display`] reads the encoded picture back; a window instead calls [`film::VulkanFilm::paint`] and copies the
-//!    encoded image into the acquired image of its [`Swapchain`](crate::gpu::Swapchain). [`Client::develop`] hands out the
+//! 8. [`Film::display`] reads the encoded picture back; a window instead calls [`film::VulkanFilm::paint`] and copies the
+//!    encoded image into the acquired image of its [`Swapchain`](crate::gpu::Swapchain). [`Film::develop`] hands out the
 //!    sums as they are, and [`develop::linear_rgb`] makes the scene-linear picture of them.
 //!
 //! # Who owns what
@@ -61,79 +61,31 @@ pub mod window;
 pub use error::ClientError;
 pub use settings::*;
 
-use crate::client::film::VulkanFilm;
-use crate::client::reference::ReferenceFilm;
 use crate::stream::{PathCounts, Sample};
 
-/// A film and the passes that fill and show it, on one device.
-///
-/// The choice between the two back ends is made once, where the film is made.
-#[expect(clippy::large_enum_variant, reason = "a program has one client, and it stays where it is")]
-pub enum Client {
-    /// The passes in plain Rust.
-    Reference(ReferenceFilm),
-    /// A Vulkan device.
-    Vulkan(VulkanFilm),
-}
-
-/// Calls the same method of either film.
-macro_rules! each {
-    ($client:expr, $film:ident => $call:expr) => {
-        match $client {
-            Client::Reference($film) => $call,
-            Client::Vulkan($film) => $call,
-        }
-    };
-}
-
-impl Client {
-    /// Copies samples into the batch; a full batch is rasterised at once.
+/// A film and the passes that fill and show it. Its errors are those of [`ClientError`]: an image cannot be made, the settings
+/// need what the film does not keep, or the device fails.
+pub trait Film {
+    /// Copies samples to the batch; a full batch is rasterised at once, without waiting for it.
     ///
-    /// # Errors
-    /// When an image cannot be made, or the device fails.
-    pub fn add(&mut self, samples: &[Sample]) -> Result<(), ClientError> {
-        each!(self, film => film.add(samples))
-    }
+    /// Samples that [`accepts`](filter::accepts) refuses are dropped; the stream should not carry them.
+    fn add(&mut self, samples: &[Sample]) -> Result<(), ClientError>;
 
     /// Counts paths that were started, whether or not they gave samples.
-    pub fn count_paths(&mut self, paths: PathCounts) {
-        each!(self, film => film.count_paths(paths));
-    }
+    fn count_paths(&mut self, paths: PathCounts);
 
-    /// Rasterises what the batch holds.
-    ///
-    /// # Errors
-    /// As [`add`](Self::add).
-    pub fn flush(&mut self) -> Result<(), ClientError> {
-        each!(self, film => film.flush())
-    }
+    /// Rasterises what the batch holds: splat, fold, variance. Does not wait for the GPU.
+    fn flush(&mut self) -> Result<(), ClientError>;
 
     /// Forgets everything: a new epoch.
-    ///
-    /// # Errors
-    /// When the device fails.
-    pub fn clear(&mut self) -> Result<(), ClientError> {
-        each!(self, film => film.clear())
-    }
+    fn clear(&mut self);
 
     /// The numbers of samples and paths received since the last [`clear`](Self::clear).
-    pub fn counts(&self) -> FilmCounts {
-        each!(self, film => film.counts())
-    }
+    fn counts(&self) -> FilmCounts;
 
-    /// The picture as a viewer shows it.
-    ///
-    /// # Errors
-    /// As [`add`](Self::add).
-    pub fn display(&mut self, settings: &Settings) -> Result<DisplayImage, ClientError> {
-        each!(self, film => film.display(settings))
-    }
+    /// The picture as a viewer shows it; rasterises the batch first and waits for the GPU.
+    fn display(&mut self, settings: &Settings) -> Result<DisplayImage, ClientError>;
 
-    /// The sums, cropped to the picture.
-    ///
-    /// # Errors
-    /// As [`add`](Self::add).
-    pub fn develop(&mut self) -> Result<FilmData, ClientError> {
-        each!(self, film => film.develop())
-    }
+    /// The sums, cropped to the picture; rasterises the batch first and waits for the GPU.
+    fn develop(&mut self) -> Result<FilmData, ClientError>;
 }

@@ -277,6 +277,15 @@ impl FilmCounts {
     pub fn paths(&self) -> u64 {
         self.camera_paths.max(self.light_paths)
     }
+
+    /// The factor of the light stream's sums in a picture of this size: its texels per light path (values are densities over
+    /// uv); 0 without light paths.
+    pub fn light_scale(&self, width: u32, height: u32) -> f32 {
+        if self.light_paths == 0 {
+            return 0.0;
+        }
+        (f64::from(width) * f64::from(height) / self.light_paths as f64) as f32
+    }
 }
 
 /// The raw accumulators of a film, cropped to the picture, `[height][width]`, row 0 at the top.
@@ -309,15 +318,4 @@ pub struct DisplayImage {
     pub height: u32,
     /// Encoded R, G, B.
     pub rgb: Vec<[u8; 3]>,
-}
-
-impl FilmCounts {
-    /// The factor of the light stream's sums: texels of the picture per light path
-    /// (values are densities over uv); 0 without light paths.
-    pub fn light_scale(&self, spec: &FilmSpec) -> f32 {
-        if self.light_paths == 0 {
-            return 0.0;
-        }
-        (f64::from(spec.width) * f64::from(spec.height) / self.light_paths as f64) as f32
-    }
 }

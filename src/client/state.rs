@@ -106,7 +106,7 @@ impl FilmState {
 
     /// Texels of the picture / light paths; 0 while there are none.
     pub fn light_scale(&self) -> f32 {
-        self.counts.light_scale(&self.spec)
+        self.counts.light_scale(self.spec.width, self.spec.height)
     }
 
     /// Level of detail of the camera and of the light stream; `None` without samples.

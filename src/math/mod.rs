@@ -1,6 +1,6 @@
 //! Mathematics that knows nothing of rendering: frames, warps of the unit square with their densities, discrete distributions,
-//! probability densities with their measures, the error function, bounds on rounding errors, bit mixing, and random numbers
-//! for tests.
+//! probability densities with their measures, the error function, bounds on rounding errors, bit mixing, quantiles, and random
+//! numbers for tests.
 
 pub mod bits;
 pub mod distribution;
@@ -9,5 +9,6 @@ pub mod erf;
 pub mod float;
 pub mod frame;
 pub mod pdf;
+pub mod quantile;
 pub mod random;
 pub mod warp;

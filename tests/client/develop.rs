@@ -2,7 +2,7 @@
 //! different fields do not.
 
 use pointillist::client::reference::ReferenceFilm;
-use pointillist::client::{FilmSpec, SplatFilter, VarianceForm, develop};
+use pointillist::client::{Film, FilmSpec, SplatFilter, VarianceForm, develop};
 use pointillist::color::{Profile, Xyz};
 use pointillist::image::compare::{Picture, z_test};
 use pointillist::image::exr;

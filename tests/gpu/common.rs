@@ -4,7 +4,9 @@ use std::sync::{Arc, LazyLock};
 
 use pointillist::client::film::VulkanFilm;
 use pointillist::client::reference::ReferenceFilm;
-use pointillist::client::{DisplayImage, FilmSpec, Reconstruction, Settings, SplatFilter, VarianceForm};
+use pointillist::client::{
+    DisplayImage, Film, FilmSpec, Reconstruction, Settings, SplatFilter, VarianceForm,
+};
 use pointillist::color::Xyz;
 use pointillist::gpu::{DeviceChoice, Gpu, GpuOptions};
 use pointillist::math::random::Random;

@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex};
 
 use crate::common::{assert_silent, gpu};
 use pointillist::client::film::VulkanFilm;
-use pointillist::client::{Reconstruction, SplatFilter};
+use pointillist::client::{Film, Reconstruction, SplatFilter};
 use pointillist::gpu::{
     Access, Attachment, Blend, DeviceChoice, Gpu, GpuError, GraphicsDesc, Image, Pipeline, TexelFormat,
     Texture, Topology, VertexLayout, devices,

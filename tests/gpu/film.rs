@@ -2,7 +2,7 @@
 
 use crate::common::{FILTERS, RECONSTRUCTIONS, assert_silent, film, gpu, open, scene, settings, spec};
 use pointillist::client::film::VulkanFilm;
-use pointillist::client::{FilmData, FilmSpec, Reconstruction, Settings, SplatFilter, VarianceForm};
+use pointillist::client::{Film, FilmData, FilmSpec, Reconstruction, Settings, SplatFilter, VarianceForm};
 use pointillist::color::Xyz;
 use pointillist::math::random::Random;
 use pointillist::stream::{PathCounts, Sample};
@@ -82,7 +82,7 @@ fn flat_field_is_flat() {
         let mut shown = film(spec);
         shown.add(&samples).expect("add");
         for kind in RECONSTRUCTIONS {
-            for xyz in shown.reconstruct(&settings(kind, 0.5)).expect("reconstruct") {
+            for xyz in shown.reconstruct(&settings(kind, 0.5), 1).expect("reconstruct") {
                 let error = [xyz[0] / 0.5, xyz[1], xyz[2] / 2.0].map(|ratio| (ratio - 1.0).abs());
                 assert!(error.iter().all(|e| *e < 1e-6), "{filter:?} {kind:?}: {xyz:?}");
             }
@@ -165,7 +165,7 @@ fn odd_sizes_give_finite_pictures() {
                 film.count_paths(PathCounts { camera: count as u64, light: count as u64 });
                 for kind in RECONSTRUCTIONS {
                     for vm in [0.0, 0.7] {
-                        let picture = film.reconstruct(&settings(kind, vm)).expect("reconstruct");
+                        let picture = film.reconstruct(&settings(kind, vm), 1).expect("reconstruct");
                         assert_eq!(picture.len(), (width * height) as usize);
                         let bad = picture.iter().flatten().find(|v| !v.is_finite());
                         assert_eq!(bad, None, "{width}×{height} {filter:?} {kind:?} Vm {vm}");
@@ -229,7 +229,7 @@ fn clearing_starts_anew() {
     film.add(&scene(&spec, 90_000, 99, 1)).expect("add");
     film.display(&settings(Reconstruction::Gaussian, 0.5)).expect("display");
     film.add(&scene(&spec, 1_000, 98, 0)).expect("add");
-    film.clear().expect("clear");
+    film.clear();
     assert_eq!(film.counts(), Default::default());
     assert!(film.develop().expect("develop").camera.is_empty());
     let black = film.display(&settings(Reconstruction::Gaussian, 0.5)).expect("display");
@@ -249,7 +249,7 @@ fn masking_does_not_depend_on_exposure() {
         let scaled: Vec<Sample> = samples.iter().map(|s| Sample { xyz: s.xyz * scale, ..*s }).collect();
         let mut film = film(spec);
         film.add(&scaled).expect("add");
-        film.reconstruct(&settings(Reconstruction::Gaussian, 0.7)).expect("reconstruct")
+        film.reconstruct(&settings(Reconstruction::Gaussian, 0.7), 1).expect("reconstruct")
     };
     let base = picture(0);
     for k in [-60, -7, 40, 60] {

@@ -7,7 +7,7 @@ use pointillist::client::background::{BackgroundPolicy, join_abandoned};
 use pointillist::client::film::VulkanFilm;
 use pointillist::client::glare::GlareKernel;
 use pointillist::client::reference::glare::ReferenceGlare;
-use pointillist::client::{Adaptation, Glare, Reconstruction, Settings, SplatFilter};
+use pointillist::client::{Adaptation, Film, Glare, Reconstruction, Settings, SplatFilter};
 use pointillist::color::Xyz;
 use pointillist::gpu::{Region, read_image};
 use pointillist::image::Grid;
@@ -36,7 +36,7 @@ fn plain() -> Settings {
 /// The film's picture before the tone curve.
 fn picture(film: &mut VulkanFilm, glare: Option<Glare>) -> Grid<Vec3> {
     let (width, height) = (film.spec().width as usize, film.spec().height as usize);
-    let xyz = film.reconstruct(&Settings { glare, ..plain() }).expect("a picture");
+    let xyz = film.reconstruct(&Settings { glare, ..plain() }, 1).expect("a picture");
     Grid::from_rows(width, height, xyz.into_iter().map(Vec3::from_array).collect()).expect("its size")
 }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use crate::common::{assert_silent, open, scene, settings, spec};
 use pointillist::client::film::VulkanFilm;
 use pointillist::client::reference::ReferenceFilm;
-use pointillist::client::{ClientError, FilmSpec, Reconstruction, Settings, SplatFilter};
+use pointillist::client::{ClientError, Film, FilmSpec, Reconstruction, Settings, SplatFilter};
 
 /// Without noise masking there is no variance: no pass, no image, and the same picture bit for bit. One stream has the images
 /// of one stream. What is there is exactly this.

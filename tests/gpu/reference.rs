@@ -8,9 +8,10 @@ use pointillist::client::lod::StreamLod;
 use pointillist::client::reference::ReferenceFilm;
 use pointillist::client::reference::mips::pyramid;
 use pointillist::client::reference::reconstruct::{ReconstructParameters, StreamView, reconstruct};
-use pointillist::client::reference::tonemap::{DisplayParameters, tonemap};
+use pointillist::client::reference::tonemap::tonemap;
 use pointillist::client::{
-    FilmData, FilmSpec, Reconstruction, ReconstructionKernel, Settings, SplatFilter, Summation, VarianceForm,
+    Film, FilmData, FilmSpec, Reconstruction, ReconstructionKernel, Settings, SplatFilter, Summation,
+    VarianceForm,
 };
 use pointillist::color::Xyz;
 use pointillist::image::Grid;
@@ -137,7 +138,7 @@ fn coarse_reference_picture(
         kernel: settings.kernel,
         vm: settings.vm,
         luminance_scale: data.luminance_scale,
-        light_scale: data.counts.light_scale(&spec),
+        light_scale: data.counts.light_scale(spec.width, spec.height),
         detail,
     };
     let camera = view(&camera, &camera_variance, data.counts.camera_samples, false);
@@ -161,7 +162,7 @@ fn pictures_equal_the_reference() {
             for kind in RECONSTRUCTIONS {
                 for vm in [0.0, 0.5] {
                     let settings = settings(kind, vm);
-                    let got = film.reconstruct(&settings).expect("reconstruct");
+                    let got = film.reconstruct(&settings, 1).expect("reconstruct");
                     let wanted = reference_picture(&data, spec, &settings);
                     // Empty texels beside full ones: XYZ/W is whatever rounding lets through from either side.
                     let sharp = filter == SplatFilter::Box && !matches!(kind, Reconstruction::Gaussian);
@@ -189,7 +190,7 @@ fn pictures_of_other_kernels_equal_the_reference() {
             for vm in [0.0, 0.5] {
                 let kernel = ReconstructionKernel { taps, exponent };
                 let settings = Settings { kernel, ..settings(Reconstruction::Gaussian, vm) };
-                let got = film.reconstruct(&settings).expect("reconstruct");
+                let got = film.reconstruct(&settings, 1).expect("reconstruct");
                 let worst = difference(&got, &reference_picture(&data, spec, &settings));
                 assert!(worst < 4e-5, "{kernel:?}, Vm {vm}, {count} samples: {worst}");
             }
@@ -210,7 +211,7 @@ fn coarse_pictures_equal_the_reference() {
         for detail in [2, 4] {
             for vm in [0.0, 0.5] {
                 let settings = settings(Reconstruction::Gaussian, vm);
-                let got = film.reconstruct_coarse(&settings, detail).expect("reconstruct");
+                let got = film.reconstruct(&settings, detail).expect("reconstruct");
                 let worst = difference(&got, &coarse_reference_picture(&data, spec, &settings, detail));
                 assert!(worst < 4e-5, "detail {detail}, Vm {vm}, {count} samples: {worst}");
             }
@@ -241,7 +242,7 @@ fn the_number_of_light_samples_is_noise() {
     let data = film.develop_padded().expect("develop");
     let mut error = |vm: f32| {
         let settings = settings(Reconstruction::Gaussian, vm);
-        let got = film.reconstruct(&settings).expect("reconstruct");
+        let got = film.reconstruct(&settings, 1).expect("reconstruct");
         assert!(difference(&got, &reference_picture(&data, spec, &settings)) < 4e-5);
         let squares: f32 = got.iter().map(|c| (c[1] - 1.0).powi(2)).sum();
         (squares / got.len() as f32).sqrt()
@@ -262,9 +263,9 @@ fn tone_map_equals_the_reference() {
         let base = settings(Reconstruction::Gaussian, 0.5);
         let settings = Settings { exposure, contrast, gamma, ..base };
         let shown = film.display(&settings).expect("display");
-        let xyz = film.reconstruct(&settings).expect("reconstruct");
+        let xyz = film.reconstruct(&settings, 1).expect("reconstruct");
         let grid = Grid::from_rows(64, 48, xyz.iter().map(|v| Vec3::from_array(*v)).collect());
-        let wanted = tonemap(&grid.expect("as many pixels"), &DisplayParameters::from(&settings));
+        let wanted = tonemap(&grid.expect("as many pixels"), &settings);
         assert_one_step(&shown, &wanted, 200, &format!("B {exposure} C {contrast} G {gamma}"));
     }
     assert_silent(gpu());

@@ -63,7 +63,6 @@ fn the_screen_shows_the_bytes_of_the_picture() {
     assert_eq!(swapchain.extent(), Some(size));
     assert_eq!((swapchain.output(), swapchain.outputs()), (ColorOutput::Sdr, vec![ColorOutput::Sdr]));
     assert!(!swapchain.set_output(ColorOutput::Hdr10), "Xvfb has no such thing");
-    assert!(["mailbox", "fifo"].contains(&swapchain.present_mode()));
     for (seed, extent) in [(1, size), (2, [64, 20]), (3, [31, 48]), (4, [1, 1]), (5, [100, 90]), (6, [80, 7])]
     {
         let (mut picture, pixels) = noise(&gpu, extent, seed);

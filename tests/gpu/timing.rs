@@ -7,8 +7,8 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use crate::common::{assert_silent, open};
-use pointillist::client::SplatFilter;
 use pointillist::client::film::VulkanFilm;
+use pointillist::client::{Film, SplatFilter};
 use pointillist::gpu::Gpu;
 use serde_json::Value;
 

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use pointillist::client::develop::linear_rgb;
 use pointillist::client::reference::ReferenceFilm;
-use pointillist::client::{FilmSpec, SplatFilter, VarianceForm};
+use pointillist::client::{Film, FilmSpec, SplatFilter, VarianceForm};
 use pointillist::color::{Profile, Xyz};
 use pointillist::image::compare::Measured;
 use pointillist::stream::{PathCounts, Sample, SampleSink, UvWindow};

@@ -8,7 +8,9 @@ use std::time::Instant;
 
 use pointillist::client::film::VulkanFilm;
 use pointillist::client::reference::ReferenceFilm;
-use pointillist::client::{Adaptation, FilmSpec, Glare, Reconstruction, Settings, SplatFilter, develop};
+use pointillist::client::{
+    Adaptation, Film, FilmSpec, Glare, Reconstruction, Settings, SplatFilter, develop,
+};
 use pointillist::color::{Profile, Xyz};
 use pointillist::gpu::{DeviceChoice, Gpu};
 use pointillist::image::{exr, png};
@@ -120,7 +122,7 @@ fn raster(gpu: &Arc<Gpu>, spec: FilmSpec, samples: &[Sample]) -> Outcome {
 fn mips(gpu: &Arc<Gpu>, spec: FilmSpec, samples: &[Sample]) -> Outcome {
     let mut film = VulkanFilm::new(gpu.clone(), spec)?;
     let mut one = |kind, scope: &str| -> Outcome<f64> {
-        film.clear()?;
+        film.clear();
         film.add(&samples[..1])?; // one sample: the blur reaches over all levels
         film.flush()?;
         wait(gpu)?;

@@ -12,7 +12,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use pointillist::client::film::VulkanFilm;
-use pointillist::client::{BATCH_CAPACITY, FilmSpec, Settings, SplatFilter};
+use pointillist::client::{BATCH_CAPACITY, Film, FilmSpec, Settings, SplatFilter};
 use pointillist::color::Xyz;
 use pointillist::gpu::{DeviceChoice, Gpu};
 use pointillist::scene::desc::IntegratorKind;

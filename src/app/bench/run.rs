@@ -13,7 +13,7 @@ use crate::app::process;
 use crate::app::run_spec::RunSpec;
 use crate::app::timings::TimingCapture;
 use crate::client::film::VulkanFilm;
-use crate::client::{BATCH_CAPACITY, Settings};
+use crate::client::{BATCH_CAPACITY, Film, Settings};
 use crate::gpu::{Access, Attachment, Gpu, Image, Inventory, TexelFormat, TimingRows};
 use crate::server::{Priority, Server};
 use crate::stream::{DrainOrder, Epoch, Lanes};

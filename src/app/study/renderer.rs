@@ -14,7 +14,7 @@ use crate::app::observer::{Beside, Observer};
 use crate::app::progress::{Goal, Progress};
 use crate::app::report::Seconds;
 use crate::app::run_spec::{RunSpec, shown_variance};
-use crate::client::{Client, DisplayImage, FilmData, FilmSpec, Settings, develop};
+use crate::client::{DisplayImage, Film, FilmData, FilmSpec, Settings, develop};
 use crate::color::Profile;
 use crate::image::Grid;
 use crate::scene::SceneDesc;
@@ -54,7 +54,7 @@ pub struct StudyRenderer {
     pub threads: usize,
     /// Seconds to load and prepare the scene.
     pub load_seconds: f64,
-    client: Client,
+    client: Box<dyn Film>,
     server: Server,
     lanes: Lanes,
     epoch: Epoch,
@@ -146,7 +146,7 @@ impl StudyRenderer {
         camera: Camera,
         limit: RenderLimit,
     ) -> Result<StudyRender> {
-        self.client.clear().into_diagnostic()?;
+        self.client.clear();
         self.epoch = self.epoch.next();
         let (range, time) = match limit {
             RenderLimit::Time(time) => (0..u64::MAX, Some(time)),
@@ -166,7 +166,7 @@ impl StudyRenderer {
             quantity: ErrorQuantile::P95,
         };
         let onlookers = DriveObservers { bar: &bar, timings: &mut None, observer: observer.as_ref() };
-        let driven = drive(plan, &self.server, &mut self.lanes, &mut self.client, onlookers)?;
+        let driven = drive(plan, &self.server, &mut self.lanes, &mut *self.client, onlookers)?;
         if let Some((index, message)) = &driven.panicked {
             return Err(miette::miette!("path {index} panicked: {message}: {}", run.command(*index, 1)));
         }

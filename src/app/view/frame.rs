@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use miette::{IntoDiagnostic, Result};
+use miette::Result;
 
 use crate::app::tell;
 use crate::app::view::Viewer;
@@ -166,7 +166,7 @@ impl Viewer {
     /// Begins the next epoch with the present scene, camera and size. The old picture stays until the new one is there.
     pub(super) fn restart(&mut self) -> Result<()> {
         self.session.begin(&self.editor)?;
-        self.picture.begin_epoch(self.session.run_spec()).into_diagnostic()?;
+        self.picture.begin_epoch(self.session.run_spec());
         self.panel.begin_epoch();
         self.metrics.epoch();
         Ok(())

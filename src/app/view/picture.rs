@@ -18,7 +18,7 @@ use crate::client::pacing::{FramePlan, Pacer, Situation};
 use crate::client::reference::ReferenceFilm;
 use crate::client::retained::RetainedSamples;
 use crate::client::window::host::PanelDrawing;
-use crate::client::{BATCH_CAPACITY, Client, ClientError, FilmCounts, FilmSpec, Settings};
+use crate::client::{BATCH_CAPACITY, ClientError, Film, FilmCounts, FilmSpec, Settings};
 use crate::gpu::{FrameNumber, Gpu, Readiness};
 use crate::stream::BLOCK_SAMPLES;
 use crate::study::ErrorTarget;
@@ -191,13 +191,15 @@ impl LivePicture {
     }
 
     /// Begins with the samples of another epoch. The old picture stays until the new one is there.
-    pub fn begin_epoch(&mut self, run: &RunSpec) -> Result<(), ClientError> {
+    pub fn begin_epoch(&mut self, run: &RunSpec) {
         self.kept.clear();
         if let Some(observer) = &mut self.observer {
             observer.begin(run);
         }
         (self.unseen, self.running) = (true, true);
-        self.film_mut().map_or(Ok(()), VulkanFilm::clear)
+        if let Some(film) = self.film_mut() {
+            film.clear();
+        }
     }
 
     /// Replaces the film where it has not the present size and filter; returns whether it did. The new film is filled from the
@@ -421,20 +423,21 @@ impl LivePicture {
     }
 
     /// Takes the film out of the window, for the files written at the end.
-    pub fn take_film(&mut self) -> Option<Client> {
-        self.screen.as_mut().and_then(Screen::take_film).map(Client::Vulkan)
+    pub fn take_film(&mut self) -> Option<VulkanFilm> {
+        self.screen.as_mut().and_then(Screen::take_film)
     }
 
     /// A reference film, on the CPU, filled with the samples that are kept.
-    pub fn film_without_device(&mut self, spec: FilmSpec) -> Result<Client, ClientError> {
-        let mut film = Client::Reference(ReferenceFilm::new(spec, 0)?);
+    pub fn film_without_device(&mut self, spec: FilmSpec) -> Result<ReferenceFilm, ClientError> {
+        let mut film = ReferenceFilm::new(spec, 0)?;
         let mut writer = FilmWriter::new(&mut film, None);
         self.kept.rewind();
         while let Some((samples, first_index, paths)) = self.kept.feed() {
             writer.samples(first_index, paths, samples);
         }
         writer.finish()?;
-        film.flush().map(|()| film)
+        film.flush()?;
+        Ok(film)
     }
 }
 

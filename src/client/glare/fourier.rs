@@ -15,7 +15,7 @@ use crate::client::glare::kernel::GlareKernel;
 /// The transform along one axis.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FourierAxis {
-    /// PixelIntegrator of the picture.
+    /// Pixels of the picture.
     pub pixels: usize,
     /// Length `m` of each half of the transform: at least `pixels`, a product of 2, 3 and 5.
     pub half: usize,

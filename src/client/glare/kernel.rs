@@ -27,7 +27,7 @@ impl GlareKernel {
     /// The kernel for pictures of `width` × `height` pixels, both at least 1; `None` without memory for it.
     ///
     /// Angles are those of a plane that is seen perpendicularly at the centre of the picture: `tan θ = r · t`, with
-    /// `t` the tangent that a pixel spans there. PixelIntegrator take their part of solid angle, `cos³θ t²`.
+    /// `t` the tangent that a pixel spans there. Pixels take their part of solid angle, `cos³θ t²`.
     pub fn new([width, height]: [usize; 2], glare: &Glare) -> Option<Self> {
         let profile = GlareProfile::new(glare.adaptation);
         let angle = glare.view_angle.clamp(1e-3, MAX_VIEW_ANGLE);

@@ -54,10 +54,6 @@ impl BilateralPass {
     }
 
     /// Filters a stream; `summed` for the light stream. [`filtered`](Self::filtered) is the result.
-    ///
-    /// # Errors
-    ///
-    /// [`GpuError::Call`] naming the pipeline, [`GpuError::Memory`] for the images.
     pub fn record(
         &mut self,
         cmd: &mut Cmd<'_>,

@@ -23,10 +23,6 @@ impl ErrorViewPass {
 
     /// Draws the error of a stream; `summed` for the light stream. `push` is as the reconstruction gets it, but for the
     /// levels of detail.
-    ///
-    /// # Errors
-    ///
-    /// [`GpuError::Call`] naming the pipeline.
     pub fn record(
         &mut self,
         cmd: &mut Cmd<'_>,

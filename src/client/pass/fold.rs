@@ -17,10 +17,6 @@ pub struct FoldPass {
 
 impl FoldPass {
     /// Compiles the pass.
-    ///
-    /// # Errors
-    ///
-    /// [`GpuError::Call`] naming the pipeline.
     pub fn new(gpu: &Arc<Gpu>, spec: &FilmSpec) -> Result<Self, GpuError> {
         let means = spec.variance.is_some();
         let (shader, floats) = match spec.sums {

@@ -124,10 +124,6 @@ pub struct StreamImages {
 
 impl StreamImages {
     /// Images for this film; `name` is the stream's.
-    ///
-    /// # Errors
-    ///
-    /// As [`Image::new`].
     pub fn new(gpu: &Arc<Gpu>, name: &str, spec: &FilmSpec) -> Result<Self, GpuError> {
         let extent = spec.padded_extent();
         let sums = |what: &str, format, sums| {
@@ -158,10 +154,6 @@ impl StreamImages {
     }
 
     /// Copies all levels of the colour into the atlas, unless that was done since the last change.
-    ///
-    /// # Errors
-    ///
-    /// As [`Image::new`].
     pub fn fill_atlas(&mut self, gpu: &Arc<Gpu>, cmd: &mut Cmd<'_>) -> Result<(), GpuError> {
         let sums = self.color.sums_mut();
         let full = sums.extent(0);
@@ -245,10 +237,6 @@ pub struct Deviations {
 
 impl BatchImages {
     /// Images of this film's padded extent, those that are drawn into with all slots below each other.
-    ///
-    /// # Errors
-    ///
-    /// As [`Image::new`].
     pub fn new(gpu: &Arc<Gpu>, spec: &FilmSpec) -> Result<Self, GpuError> {
         let [width, height] = spec.padded_extent();
         let make = |name, format, height| Image::new(gpu, name, format, [width, height]);
@@ -285,10 +273,6 @@ impl PictureImages {
     }
 
     /// Scene-linear XYZ and the encoded picture for these effects; an encoded picture of another format is retired.
-    ///
-    /// # Errors
-    ///
-    /// As [`Image::new`].
     pub fn get(&mut self, gpu: &Arc<Gpu>, effects: &Effects) -> Result<(&mut Image, &mut Image), GpuError> {
         let at = DETAILS.iter().position(|d| *d == effects.detail).unwrap_or(0);
         let format = effects.encoded_format();

@@ -24,10 +24,6 @@ impl MipsPass {
     /// Makes levels `0 .. levels` of the colour readable, and of the variance too if `variance`, which must then be kept.
     ///
     /// Levels that are up to date are not built again; level 0 must hold the sums.
-    ///
-    /// # Errors
-    ///
-    /// [`GpuError::Call`] naming the pipeline.
     pub fn record(
         &mut self,
         cmd: &mut Cmd<'_>,

@@ -16,6 +16,9 @@
 //! others in order. [`images`] holds what they read and write. Pipelines are made on first use and specialized: what a film
 //! or a repaint does not need is not in the code that runs.
 //!
+//! Errors are those of the driver: [`GpuError::Call`] names the pipeline or the image, [`GpuError::Memory`] the image or buffer that
+//! found no memory.
+//!
 //! # Adding a display pass
 //!
 //! 1. **Setting.** Add a field to [`Settings`](crate::client::Settings). An option with a closed set of values derives
@@ -66,10 +69,6 @@ impl ShaderVariants {
     }
 
     /// The pipeline with these constants, which draws into attachments of these formats.
-    ///
-    /// # Errors
-    ///
-    /// [`GpuError::Call`] naming the pipeline.
     pub fn get(&mut self, constants: &[u32], formats: &[TexelFormat]) -> Result<&Pipeline, GpuError> {
         let at = match self.made.iter().position(|(made, _)| made == constants) {
             Some(at) => at,

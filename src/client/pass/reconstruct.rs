@@ -46,19 +46,16 @@ impl ReconstructPass {
     /// Draws the picture from the camera's and the light's stream, of which at least one must be there.
     ///
     /// `push.lod` and `push.variance_lod` are filled in here.
-    ///
-    /// # Errors
-    ///
-    /// [`GpuError::Call`] naming the pipeline.
     pub fn record(
         &mut self,
         cmd: &mut Cmd<'_>,
         streams: [Option<StreamInput<'_>>; 2],
-        method: (Reconstruction, ReconstructionKernel),
+        kind: Reconstruction,
+        kernel: ReconstructionKernel,
         mut push: ReconstructPush,
         target: &mut Image,
     ) -> Result<(), GpuError> {
-        let (kind, ReconstructionKernel { taps, exponent }) = method;
+        let ReconstructionKernel { taps, exponent } = kernel;
         let masking = push.noise_masking > 0.0 && streams.iter().flatten().any(|s| s.filtered.is_none());
         let [camera, light] =
             streams.each_ref().map(|stream| kernel_extent(kind, masking, stream.as_ref()) as u32);

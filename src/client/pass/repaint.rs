@@ -50,10 +50,6 @@ pub struct Repaint {
 
 impl Repaint {
     /// Makes passes for this film; images are made when they are drawn into first.
-    ///
-    /// # Errors
-    ///
-    /// [`ClientError::Gpu`] when there is no memory.
     pub fn new(gpu: &Arc<Gpu>, spec: FilmSpec) -> Result<Self, ClientError> {
         let bytes = spec.width as usize * spec.height as usize * TexelFormat::Rgba8.bytes();
         Ok(Self {
@@ -74,10 +70,6 @@ impl Repaint {
 
     /// Records everything up to the encoded picture; `detail` as in
     /// [`VulkanFilm::paint`](crate::client::film::VulkanFilm::paint).
-    ///
-    /// # Errors
-    ///
-    /// As [`display`](Self::display).
     pub fn paint(
         &mut self,
         cmd: &mut Cmd<'_>,
@@ -136,10 +128,6 @@ impl Repaint {
     }
 
     /// The picture before the tone curve, scene-linear `[X, Y, Z]`, of `⌈size / detail⌉` pixels; waits for the GPU.
-    ///
-    /// # Errors
-    ///
-    /// As [`display`](Self::display).
     pub fn reconstruct(
         &mut self,
         sums: FilmSums<'_>,
@@ -231,7 +219,7 @@ impl Repaint {
             Some(StreamInput { images, lod: *lod, filtered })
         };
         let streams = [input(false), input(true)];
-        self.reconstruct.record(cmd, streams, (kind, settings.kernel), push, target)?;
+        self.reconstruct.record(cmd, streams, kind, settings.kernel, push, target)?;
         if let Some(glare) = settings.glare.filter(|_| effects.glare) {
             self.glare.record(cmd, target, &glare, self.policy)?;
         }

@@ -41,10 +41,6 @@ pub struct SplatPass {
 
 impl SplatPass {
     /// Compiles the pass for one filter.
-    ///
-    /// # Errors
-    ///
-    /// [`GpuError::Call`] naming the pipeline.
     pub fn new(gpu: &Arc<Gpu>, spec: &FilmSpec) -> Result<Self, GpuError> {
         let frag = ("splat_color.frag", &sprite_constants(spec)[..]);
         Ok(Self { pipeline: sprite_pipeline(gpu, frag, false, 0, TexelFormat::Rgba32F)? })
@@ -63,10 +59,6 @@ pub fn sprite_constants(spec: &FilmSpec) -> [u32; 2] {
 
 /// A pipeline that draws sprites additively into one attachment. The constants of `frag` begin with [`sprite_constants`];
 /// `luminance` is a constant of `splat.vert`.
-///
-/// # Errors
-///
-/// [`GpuError::Call`] naming the pipeline.
 pub fn sprite_pipeline(
     gpu: &Arc<Gpu>,
     frag: (&str, &[u32]),

@@ -31,10 +31,6 @@ impl TonemapPass {
     }
 
     /// Encodes the picture.
-    ///
-    /// # Errors
-    ///
-    /// [`GpuError::Call`] naming the pipeline, [`GpuError::Memory`] for a table.
     pub fn record(
         &mut self,
         cmd: &mut Cmd<'_>,

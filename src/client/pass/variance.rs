@@ -19,10 +19,6 @@ pub struct VariancePass {
 
 impl VariancePass {
     /// Compiles the pass for the film's filter and one form.
-    ///
-    /// # Errors
-    ///
-    /// [`GpuError::Call`] naming the pipeline.
     pub fn new(gpu: &Arc<Gpu>, spec: &FilmSpec, form: VarianceForm) -> Result<Self, GpuError> {
         let [filter, slots] = sprite_constants(spec);
         let frag = ("splat_variance.frag", &[filter, slots, form as u32][..]);

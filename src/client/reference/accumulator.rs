@@ -7,10 +7,10 @@ use glam::Vec4;
 use rayon::prelude::*;
 
 use crate::client::error::ClientError;
-use crate::client::reference::fold::{fold_color, fold_variance};
+use crate::client::reference::fold::fold;
 use crate::client::reference::splat::{BAND_ROWS, Band, Bins, Sprite, splat_color};
 use crate::client::reference::variance::{Means, VarianceParameters, splat_variance};
-use crate::client::settings::FilmSpec;
+use crate::client::settings::{FilmSpec, Summation};
 use crate::image::Grid;
 
 /// Sums of one stream over the padded film.
@@ -44,7 +44,7 @@ impl BandScratch {
         for part in sprites.chunks(p.samples_per_sum) {
             reset(&mut self.color, hi.len(), Vec4::ZERO);
             splat_color(p.filter, band, part, &mut self.color);
-            fold_color(p.sums, hi, lo, &self.color);
+            fold(p.sums, hi, lo, &self.color);
         }
     }
 }
@@ -99,7 +99,7 @@ impl Accumulator {
                 for part in sprites.chunks(p.samples_per_sum) {
                     reset(&mut scratch.variance, hi.len(), 0.0);
                     splat_variance(p, band, part, &scratch.means, &mut scratch.variance);
-                    fold_variance(variance_hi, variance_lo, &scratch.variance);
+                    fold(Summation::TwoFloat, variance_hi, variance_lo, &scratch.variance);
                 }
             },
         );

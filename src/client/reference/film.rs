@@ -2,6 +2,7 @@
 
 use glam::{Vec3, Vec4};
 
+use crate::client::Film;
 use crate::client::effects::Effects;
 use crate::client::error::ClientError;
 use crate::client::lod::StreamLod;
@@ -12,7 +13,7 @@ use crate::client::reference::glare::ReferenceGlare;
 use crate::client::reference::mips::{Pyramid, pyramid};
 use crate::client::reference::reconstruct::{ReconstructParameters, StreamView, reconstruct};
 use crate::client::reference::splat::Bins;
-use crate::client::reference::tonemap::{DisplayParameters, tonemap};
+use crate::client::reference::tonemap::tonemap;
 use crate::client::reference::variance::VarianceParameters;
 use crate::client::settings::{
     BATCH_CAPACITY, ColorOutput, DisplayImage, DisplayView, FilmCounts, FilmData, FilmSpec, Settings,
@@ -27,8 +28,8 @@ use crate::stream::{PathCounts, Sample};
 pub struct ReferenceFilm {
     state: FilmState,
     pool: rayon::ThreadPool,
-    camera: ReferenceStream,
-    light: ReferenceStream,
+    /// Camera and light.
+    streams: [ReferenceStream; 2],
     glare: ReferenceGlare,
 }
 
@@ -53,57 +54,7 @@ impl ReferenceFilm {
             .thread_name(|i| format!("film {i}"))
             .build()
             .map_err(|e| ClientError::Threads { threads, reason: e.to_string() })?;
-        Ok(Self {
-            state,
-            pool,
-            camera: ReferenceStream::default(),
-            light: ReferenceStream::default(),
-            glare: ReferenceGlare::default(),
-        })
-    }
-
-    /// The specification of the film.
-    pub fn spec(&self) -> &FilmSpec {
-        self.state.spec()
-    }
-
-    /// Copies samples to the batch; a full batch is rasterised at once.
-    ///
-    /// Samples that [`accepts`](crate::client::filter::accepts) refuses are dropped; the stream should not carry them.
-    ///
-    /// # Errors
-    /// [`ClientError::Memory`] when a stream's first sample finds no memory for its images.
-    pub fn add(&mut self, samples: &[Sample]) -> Result<(), ClientError> {
-        for sample in samples {
-            if self.state.take(sample) {
-                let stream = if sample.w > 0.0 { &mut self.camera } else { &mut self.light };
-                stream.batch.push(*sample);
-                if self.state.is_full() {
-                    self.flush()?;
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// Counts paths that were started, whether or not they gave samples.
-    pub fn count_paths(&mut self, paths: PathCounts) {
-        self.state.count_paths(paths);
-    }
-
-    /// Rasterises what the batch holds: splat, fold, variance.
-    ///
-    /// # Errors
-    /// As [`add`](Self::add).
-    pub fn flush(&mut self) -> Result<(), ClientError> {
-        if !self.state.start_raster() {
-            return Ok(());
-        }
-        let outcome = self.raster();
-        // After an error the samples are lost, as on a device.
-        self.camera.batch.clear();
-        self.light.batch.clear();
-        outcome
+        Ok(Self { state, pool, streams: Default::default(), glare: ReferenceGlare::default() })
     }
 
     fn raster(&mut self) -> Result<(), ClientError> {
@@ -115,7 +66,7 @@ impl ReferenceFilm {
             inverse_scale: self.state.scale().recip(),
             samples_per_sum: BATCH_CAPACITY.div_ceil(spec.batch_slots() as usize),
         };
-        for stream in [&mut self.camera, &mut self.light] {
+        for stream in &mut self.streams {
             if stream.batch.is_empty() {
                 continue;
             }
@@ -128,31 +79,48 @@ impl ReferenceFilm {
         }
         Ok(())
     }
+}
 
-    /// Forgets everything: a new epoch.
-    ///
-    /// # Errors
-    /// None here; the Vulkan film may fail.
-    pub fn clear(&mut self) -> Result<(), ClientError> {
-        for stream in [&mut self.camera, &mut self.light] {
+impl Film for ReferenceFilm {
+    fn add(&mut self, samples: &[Sample]) -> Result<(), ClientError> {
+        for sample in samples {
+            if self.state.take(sample) {
+                self.streams[usize::from(sample.w < 0.0)].batch.push(*sample);
+                if self.state.is_full() {
+                    self.flush()?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn count_paths(&mut self, paths: PathCounts) {
+        self.state.count_paths(paths);
+    }
+
+    fn flush(&mut self) -> Result<(), ClientError> {
+        if !self.state.start_raster() {
+            return Ok(());
+        }
+        let outcome = self.raster();
+        // After an error the samples are lost, as on a device.
+        self.streams.iter_mut().for_each(|stream| stream.batch.clear());
+        outcome
+    }
+
+    fn clear(&mut self) {
+        for stream in &mut self.streams {
             stream.batch.clear();
             stream.sums = None;
         }
         self.state.clear();
-        Ok(())
     }
 
-    /// The numbers of samples and paths received since the last [`clear`](Self::clear).
-    pub fn counts(&self) -> FilmCounts {
+    fn counts(&self) -> FilmCounts {
         self.state.counts()
     }
 
-    /// The picture as a viewer shows it; rasterises the batch first.
-    ///
-    /// # Errors
-    /// [`ClientError::Memory`] when the mip levels find no memory, [`ClientError::NoVariance`] when the settings need what the
-    /// film does not keep.
-    pub fn display(&mut self, settings: &Settings) -> Result<DisplayImage, ClientError> {
+    fn display(&mut self, settings: &Settings) -> Result<DisplayImage, ClientError> {
         self.flush()?;
         let settings = Settings { output: ColorOutput::Sdr, ..settings.clone() };
         let (spec, lods) = (self.state.spec(), self.state.lods());
@@ -170,8 +138,8 @@ impl ReferenceFilm {
             return Err(ClientError::NoVariance);
         }
         self.pool.install(|| {
-            let camera = Levels::of(self.camera.sums.as_ref(), spec, &effects)?;
-            let light = Levels::of(self.light.sums.as_ref(), spec, &effects)?;
+            let camera = Levels::of(self.streams[0].sums.as_ref(), spec, &effects)?;
+            let light = Levels::of(self.streams[1].sums.as_ref(), spec, &effects)?;
             let camera = camera.as_ref().zip(lods[0]).map(|(levels, lod)| levels.view(lod, false));
             let light = light.as_ref().zip(lods[1]).map(|(levels, lod)| levels.view(lod, true));
             let picture = match settings.view {
@@ -185,27 +153,23 @@ impl ReferenceFilm {
                 None => Some(picture),
             };
             let picture = picture.ok_or_else(|| Accumulator::out_of_memory("glare", spec))?;
-            Ok(tonemap(&picture, &DisplayParameters::from(&settings)))
+            Ok(tonemap(&picture, &settings))
         })
     }
 
-    /// The sums, cropped to the picture; rasterises the batch first.
-    ///
-    /// # Errors
-    /// As [`add`](Self::add).
-    pub fn develop(&mut self) -> Result<FilmData, ClientError> {
+    fn develop(&mut self) -> Result<FilmData, ClientError> {
         self.flush()?;
         let spec = self.state.spec();
-        let color = |s: &ReferenceStream| s.sums.as_ref().map(|a| a.crop_color(spec)).unwrap_or_default();
-        let variance =
-            |s: &ReferenceStream| s.sums.as_ref().map(|a| a.crop_variance(spec)).unwrap_or_default();
+        let sums = |stream: usize| self.streams[stream].sums.as_ref();
+        let color = |stream| sums(stream).map(|a| a.crop_color(spec)).unwrap_or_default();
+        let variance = |stream| sums(stream).map(|a| a.crop_variance(spec)).unwrap_or_default();
         Ok(FilmData {
             width: spec.width,
             height: spec.height,
-            camera: color(&self.camera),
-            light: color(&self.light),
-            camera_variance: variance(&self.camera),
-            light_variance: variance(&self.light),
+            camera: color(0),
+            light: color(1),
+            camera_variance: variance(0),
+            light_variance: variance(1),
             luminance_scale: self.state.scale(),
             counts: self.state.counts(),
         })

@@ -6,15 +6,13 @@
 
 use std::ops::{Add, Sub};
 
-use glam::Vec4;
-
 use crate::client::settings::Summation;
 
 /// `(hi, lo) + batch`, renormalised: `hi` is the rounded sum, `lo` what it leaves out.
 ///
 /// Six operations of TwoSum, then FastTwoSum; the order is part of the definition.
 #[inline]
-pub fn two_float_add<T>((hi, lo): (T, T), batch: T) -> (T, T)
+pub fn two_float_add<T>(hi: T, lo: T, batch: T) -> (T, T)
 where
     T: Copy + Add<Output = T> + Sub<Output = T>,
 {
@@ -26,20 +24,17 @@ where
     (new_hi, low - (new_hi - sum))
 }
 
-/// Folds the colour batch of one band into its accumulators; plain sums leave `lo` as it is.
-pub fn fold_color(sums: Summation, hi: &mut [Vec4], lo: &mut [Vec4], batch: &[Vec4]) {
-    if sums == Summation::Plain {
-        hi.iter_mut().zip(batch).for_each(|(hi, &batch)| *hi += batch);
-        return;
-    }
-    for ((hi, lo), &batch) in hi.iter_mut().zip(lo).zip(batch) {
-        (*hi, *lo) = two_float_add((*hi, *lo), batch);
-    }
-}
-
-/// Folds the variance batch of one band into its accumulators.
-pub fn fold_variance(hi: &mut [f32], lo: &mut [f32], batch: &[f32]) {
-    for ((hi, lo), &batch) in hi.iter_mut().zip(lo).zip(batch) {
-        (*hi, *lo) = two_float_add((*hi, *lo), batch);
+/// Folds a batch of one band into its accumulators; plain sums leave `lo` as it is.
+pub fn fold<T>(sums: Summation, hi: &mut [T], lo: &mut [T], batch: &[T])
+where
+    T: Copy + Add<Output = T> + Sub<Output = T>,
+{
+    match sums {
+        Summation::TwoFloat => hi
+            .iter_mut()
+            .zip(lo)
+            .zip(batch)
+            .for_each(|((hi, lo), &batch)| (*hi, *lo) = two_float_add(*hi, *lo, batch)),
+        Summation::Plain => hi.iter_mut().zip(batch).for_each(|(hi, &batch)| *hi = *hi + batch),
     }
 }

@@ -8,119 +8,93 @@ use rayon::prelude::*;
 use crate::client::dither::thresholds;
 use crate::client::effects;
 use crate::client::reference::curves::{MAX_TONE_INPUT, agx, pbr_neutral};
-use crate::client::settings::{ColorOutput, DisplayImage, DisplayView, Dither, Settings, ToneCurve};
+use crate::client::settings::{ColorOutput, DisplayImage, DisplayView, Settings, ToneCurve};
+use crate::color::pq;
 use crate::color::profile::{rec709_from_xyz, rec709_luminance};
-use crate::color::{TransferTable, pq};
 use crate::image::Grid;
 
 /// Below this argument `1 − exp(−t)` is taken from its series, which does not cancel.
-pub const SERIES_BELOW: f32 = 1e-2;
+const SERIES_BELOW: f32 = 1e-2;
 
 /// Largest `X/Y` and `Z/Y` that are used: no real stimulus comes near them, and infinity would have no hue.
-pub const MAX_CHROMATICITY_RATIO: f32 = 1e4;
+const MAX_CHROMATICITY_RATIO: f32 = 1e4;
 
-/// The push constants of the shader.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ToneParameters {
-    /// Brightness `B`.
-    pub exposure: f32,
-    /// Contrast `C`.
-    pub contrast: f32,
-    /// `1/G`.
-    pub inverse_gamma: f32,
+/// Maps scene-linear colours to the display as these settings say.
+pub struct ToneMapper<'a> {
+    settings: &'a Settings,
     /// Matrix `P` to linear RGB from what the curve gives: XYZ after the paper's, whose white of luminance 1 maps to `(1, 1, 1)`,
     /// Rec.709 after the others.
-    pub from_xyz: Mat3,
+    from_xyz: Mat3,
 }
 
-impl From<&Settings> for ToneParameters {
-    fn from(s: &Settings) -> Self {
-        Self {
-            exposure: s.exposure,
-            contrast: s.contrast,
-            inverse_gamma: 1.0 / s.gamma,
-            from_xyz: effects::matrix(s),
-        }
+impl<'a> ToneMapper<'a> {
+    /// The mapper of these settings.
+    pub fn new(settings: &'a Settings) -> Self {
+        Self { settings, from_xyz: effects::matrix(settings) }
     }
-}
 
-/// All parameters of the encoded picture.
-#[derive(Clone, Debug)]
-pub struct DisplayParameters {
-    /// Curve's parameters and matrix.
-    pub tone: ToneParameters,
-    /// Whether the picture holds a grey that is shown without a curve.
-    pub grey: bool,
-    /// Tone curve.
-    pub curve: ToneCurve,
-    /// The encoding of the picture.
-    pub output: ColorOutput,
-    /// The display's own transfer instead of a power.
-    pub transfer: Option<TransferTable>,
-    /// The dither that hides the steps of the encoding.
-    pub dither: Dither,
-}
-
-impl From<&Settings> for DisplayParameters {
-    fn from(s: &Settings) -> Self {
-        Self {
-            tone: ToneParameters::from(s),
-            grey: s.view != DisplayView::Picture,
-            curve: s.curve,
-            output: s.output,
-            transfer: s.profile.transfer.clone(),
-            dither: s.dither,
-        }
-    }
-}
-
-impl DisplayParameters {
     /// The largest displayed luminance, 1 being diffuse white.
     pub fn ceiling(&self) -> f32 {
-        if self.output == ColorOutput::Sdr { 1.0 } else { pq::PEAK / pq::DIFFUSE_WHITE }
+        if self.settings.output == ColorOutput::Sdr { 1.0 } else { pq::PEAK / pq::DIFFUSE_WHITE }
     }
 
     /// Display-linear RGB of a pixel, 1 being diffuse white.
     pub fn linear(&self, xyz: Vec3) -> Vec3 {
-        if self.grey {
+        // The error views are greys that are shown without a curve.
+        if self.settings.view != DisplayView::Picture {
             return Vec3::splat(xyz.y.clamp(0.0, 1.0));
         }
-        curved(xyz, &self.tone, self.curve, self.ceiling())
+        self.curved(xyz)
     }
 
     /// The encoded value of a pixel before rounding: 0 … 1, or any positive number for [`ColorOutput::ScRgb`].
     pub fn signal(&self, xyz: Vec3) -> Vec3 {
         let rgb = self.linear(xyz);
-        match (self.output, &self.transfer) {
+        match (self.settings.output, &self.settings.profile.transfer) {
             (ColorOutput::ScRgb, _) => rgb * (pq::DIFFUSE_WHITE / pq::SCRGB_WHITE),
             (ColorOutput::Hdr10, _) => {
                 Vec3::from(rgb.to_array().map(|c| pq::encode(c * (pq::DIFFUSE_WHITE / pq::PQ_PEAK))))
             }
             (ColorOutput::Sdr, Some(table)) => table.apply(rgb),
-            (ColorOutput::Sdr, None) => rgb.powf(self.tone.inverse_gamma),
+            (ColorOutput::Sdr, None) => rgb.powf(1.0 / self.settings.gamma),
         }
+    }
+
+    /// Display-linear RGB in `[0, ceiling]` of a scene-linear colour.
+    fn curved(&self, xyz: Vec3) -> Vec3 {
+        let (Settings { exposure, contrast, curve, .. }, ceiling) = (self.settings, self.ceiling());
+        let t = (exposure * xyz.y).powf(*contrast);
+        if !(xyz.y > 0.0 && t > 0.0) {
+            return Vec3::ZERO;
+        }
+        // X/Y first: Y'/Y overflows where Y is tiny.
+        let ratio = |v: f32| if v > 0.0 { (v / xyz.y).min(MAX_CHROMATICITY_RATIO) } else { 0.0 };
+        let color = Vec3::new(ratio(xyz.x), 1.0, ratio(xyz.z));
+        if *curve == ToneCurve::Paper {
+            let luminance = ceiling * one_minus_exp(t / ceiling);
+            return desaturate(self.from_xyz * (color * luminance), luminance, ceiling);
+        }
+        let y = t.min(MAX_TONE_INPUT);
+        let rgb = desaturate(rec709_from_xyz() * (color * y), y, 1e12);
+        let rgb = if *curve == ToneCurve::AgX { agx(rgb) } else { pbr_neutral(rgb, ceiling) };
+        let luminance = rec709_luminance().dot(rgb).clamp(0.0, ceiling);
+        desaturate(self.from_xyz * rgb, luminance, ceiling)
     }
 }
 
 /// The whole picture in 8 bits, rows in parallel.
-pub fn tonemap(picture: &Grid<Vec3>, p: &DisplayParameters) -> DisplayImage {
+pub fn tonemap(picture: &Grid<Vec3>, settings: &Settings) -> DisplayImage {
+    let mapper = ToneMapper::new(settings);
     let mut rgb = vec![[0; 3]; picture.pixels().len()];
     let width = picture.width().max(1);
     let rows = picture.pixels().par_chunks(width);
     rgb.par_chunks_mut(width).zip(rows).enumerate().for_each(|(y, (out, row))| {
         for (x, (out, &xyz)) in out.iter_mut().zip(row).enumerate() {
-            let t = Vec3::from(thresholds(p.dither, x, y));
-            *out = (p.signal(xyz) * 255.0 + t).floor().to_array().map(|c| c as u8);
+            let t = Vec3::from(thresholds(settings.dither, x, y));
+            *out = (mapper.signal(xyz) * 255.0 + t).floor().to_array().map(|c| c as u8);
         }
     });
     DisplayImage { width: picture.width() as u32, height: picture.height() as u32, rgb }
-}
-
-/// `Y' = 1 − exp(−(B·Y)^C)`: 0 for NaN and for `y ≤ 0`, else in `[0, 1]` and never falling.
-#[inline]
-pub fn tone_curve(y: f32, exposure: f32, contrast: f32) -> f32 {
-    let t = (exposure * y).powf(contrast);
-    if y > 0.0 && t > 0.0 { one_minus_exp(t) } else { 0.0 }
 }
 
 /// `1 − exp(−t)` without cancellation.
@@ -133,36 +107,10 @@ fn one_minus_exp(t: f32) -> f32 {
     }
 }
 
-/// Display-linear RGB in `[0, 1]` of a scene-linear colour by the paper's curve: tone curve, matrix, desaturation.
-#[inline]
-pub fn display_linear(xyz: Vec3, p: &ToneParameters) -> Vec3 {
-    curved(xyz, p, ToneCurve::Paper, 1.0)
-}
-
-/// Display-linear RGB in `[0, ceiling]` of a scene-linear colour.
-pub fn curved(xyz: Vec3, p: &ToneParameters, curve: ToneCurve, ceiling: f32) -> Vec3 {
-    let t = (p.exposure * xyz.y).powf(p.contrast);
-    if !(xyz.y > 0.0 && t > 0.0) {
-        return Vec3::ZERO;
-    }
-    // X/Y first: Y'/Y overflows where Y is tiny.
-    let ratio = |v: f32| if v > 0.0 { (v / xyz.y).min(MAX_CHROMATICITY_RATIO) } else { 0.0 };
-    let color = Vec3::new(ratio(xyz.x), 1.0, ratio(xyz.z));
-    if curve == ToneCurve::Paper {
-        let luminance = ceiling * one_minus_exp(t / ceiling);
-        return desaturate(p.from_xyz * (color * luminance), luminance, ceiling);
-    }
-    let y = t.min(MAX_TONE_INPUT);
-    let rgb = desaturate(rec709_from_xyz() * (color * y), y, 1e12);
-    let rgb = if curve == ToneCurve::AgX { agx(rgb) } else { pbr_neutral(rgb, ceiling) };
-    let luminance = rec709_luminance().dot(rgb).clamp(0.0, ceiling);
-    desaturate(p.from_xyz * rgb, luminance, ceiling)
-}
-
 /// Moves `rgb` towards the grey of its own luminance by the least amount that brings every channel into
 /// `[0, ceiling]`; luminance is unchanged.
 #[inline]
-pub fn desaturate(rgb: Vec3, luminance: f32, ceiling: f32) -> Vec3 {
+fn desaturate(rgb: Vec3, luminance: f32, ceiling: f32) -> Vec3 {
     let mut keep = 1.0f32;
     for c in rgb.to_array() {
         if c > ceiling {
@@ -172,10 +120,4 @@ pub fn desaturate(rgb: Vec3, luminance: f32, ceiling: f32) -> Vec3 {
         }
     }
     (Vec3::splat(luminance) + (rgb - luminance) * keep).clamp(Vec3::ZERO, Vec3::splat(ceiling))
-}
-
-/// Display gamma and rounding to 8 bits.
-#[inline]
-pub fn encode(rgb: Vec3, inverse_gamma: f32) -> [u8; 3] {
-    rgb.to_array().map(|c| (c.powf(inverse_gamma) * 255.0 + 0.5).floor() as u8)
 }

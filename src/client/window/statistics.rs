@@ -2,6 +2,8 @@
 
 use std::collections::VecDeque;
 
+use crate::math::quantile::nearest_rank;
+
 /// Number of frames that the graph shows.
 pub const FRAMES: usize = 240;
 
@@ -40,14 +42,10 @@ impl RecentValues {
         self.values.back().copied()
     }
 
-    /// Nearest-rank percentiles: the least value that at least `q` per cent of the values do not exceed; zeros without
-    /// values.
+    /// The percentiles `q` by nearest rank; zeros without values.
     pub fn percentiles<const N: usize>(&self, q: [f64; N]) -> [f32; N] {
         let mut sorted: Vec<f32> = self.iter().collect();
         sorted.sort_unstable_by(f32::total_cmp);
-        q.map(|q| {
-            let rank = (q / 100.0 * sorted.len() as f64).ceil() as usize;
-            sorted.get(rank.clamp(1, sorted.len().max(1)) - 1).copied().unwrap_or(0.0)
-        })
+        q.map(|q| nearest_rank(&sorted, q / 100.0).unwrap_or(0.0))
     }
 }

@@ -363,9 +363,7 @@ impl Gpu {
     pub(in crate::gpu) fn semaphore(&self, name: &str) -> Result<vk::Semaphore, GpuError> {
         // SAFETY: no feature is needed.
         let made = unsafe { self.device.create_semaphore(&vk::SemaphoreCreateInfo::default(), None) };
-        let semaphore = made.named(&format!("vkCreateSemaphore({name})"))?;
-        self.name(semaphore, name);
-        Ok(semaphore)
+        self.made(made, "vkCreateSemaphore", name)
     }
 
     /// Makes a view, of this name, of levels that the image has.
@@ -383,9 +381,19 @@ impl Gpu {
             .subresource_range(levels);
         // SAFETY: the image has these levels and this format.
         let made = unsafe { self.device.create_image_view(&info, None) };
-        let view = made.named(&format!("vkCreateImageView({name})"))?;
-        self.name(view, name);
-        Ok(view)
+        self.made(made, "vkCreateImageView", name)
+    }
+
+    /// The object that `call` has made, under this name; its error names the call and the object.
+    pub(in crate::gpu) fn made<T: vk::Handle + Copy>(
+        &self,
+        made: Result<T, vk::Result>,
+        call: &str,
+        name: &str,
+    ) -> Result<T, GpuError> {
+        let object = made.named(&format!("{call}({name})"))?;
+        self.name(object, name);
+        Ok(object)
     }
 
     /// Gives a handle its name in debuggers and messages.

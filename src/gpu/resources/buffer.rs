@@ -51,10 +51,9 @@ impl Buffer {
         };
         let info = vk::BufferCreateInfo::default().size(bytes.max(1) as u64).usage(flags);
         // SAFETY: the size is not zero.
-        let raw =
-            unsafe { gpu.device.create_buffer(&info, None) }.named(&format!("vkCreateBuffer({name})"))?;
+        let made = unsafe { gpu.device.create_buffer(&info, None) };
+        let raw = gpu.made(made, "vkCreateBuffer", name)?;
         let mut buffer = Buffer { gpu: gpu.clone(), raw, allocation: None, bytes };
-        gpu.name(raw, name);
         // SAFETY: the buffer was just made.
         let needs = unsafe { gpu.device.get_buffer_memory_requirements(raw) };
         let memory = gpu.memory.allocate(name, needs, location, true)?;
@@ -66,10 +65,6 @@ impl Buffer {
     }
 
     /// Makes a buffer that holds these bytes; not for [`BufferUse::Scratch`], which the host cannot see.
-    ///
-    /// # Errors
-    ///
-    /// As [`new`](Self::new).
     pub fn filled(gpu: &Arc<Gpu>, name: &str, usage: BufferUse, bytes: &[u8]) -> Result<Self, GpuError> {
         let mut buffer = Self::new(gpu, name, usage, bytes.len())?;
         buffer.mapped_mut().copy_from_slice(bytes);

@@ -78,10 +78,6 @@ impl Image {
     }
 
     /// As [`new`](Self::new), with mip levels down to 1×1.
-    ///
-    /// # Errors
-    ///
-    /// As [`new`](Self::new).
     pub fn with_mips(
         gpu: &Arc<Gpu>,
         name: &str,
@@ -92,10 +88,6 @@ impl Image {
     }
 
     /// As [`new`](Self::new), of format [`TexelFormat::Rgba32F`], for compute shaders to write as well.
-    ///
-    /// # Errors
-    ///
-    /// As [`new`](Self::new).
     pub fn storage(gpu: &Arc<Gpu>, name: &str, extent: [u32; 2]) -> Result<Self, GpuError> {
         Self::create(gpu, name, TexelFormat::Rgba32F, extent, false, vk::ImageUsageFlags::STORAGE)
     }
@@ -133,8 +125,8 @@ impl Image {
             .tiling(vk::ImageTiling::OPTIMAL)
             .usage(usage);
         // SAFETY: the format's features were checked when the device was chosen, the extent above.
-        let raw =
-            unsafe { gpu.device.create_image(&info, None) }.named(&format!("vkCreateImage({})", name))?;
+        let made = unsafe { gpu.device.create_image(&info, None) };
+        let raw = gpu.made(made, "vkCreateImage", name)?;
         // From here on a failure drops `image`, which retires what has been made.
         let mut image = Image {
             gpu: gpu.clone(),
@@ -145,7 +137,6 @@ impl Image {
             format,
             extent,
         };
-        gpu.name(raw, name);
         image.bind(name)?;
         for (first, count) in (0..level_count).map(|level| (level, 1)).chain([(0, level_count)]) {
             let name = format!("{name} levels {first}+{count}");

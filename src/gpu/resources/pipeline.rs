@@ -6,7 +6,7 @@ use ash::vk;
 
 use crate::gpu::device::gpu::Gpu;
 use crate::gpu::device::retire::{PipelineHandles, Retired};
-use crate::gpu::error::{GpuError, Named};
+use crate::gpu::error::GpuError;
 use crate::gpu::resources::image::TexelFormat;
 use crate::gpu::resources::shader::ShaderModule;
 
@@ -100,7 +100,6 @@ impl Pipeline {
             let bindings = vec![(texture, fragment); desc.textures as usize];
             make_layouts(gpu, desc.name, &bindings, PUSH_STAGES, desc.push_bytes, &mut pipeline.handles)?;
             pipeline.handles.pipeline = compile(gpu, desc, pipeline.handles.layout)?;
-            gpu.name(pipeline.handles.pipeline, desc.name);
             gpu.note_compiled(desc.frag.0, desc.frag.1);
         }
         Ok(pipeline)
@@ -170,11 +169,8 @@ impl ComputePipeline {
         let info = vk::ComputePipelineCreateInfo::default().stage(stage).layout(pipeline.handles.layout);
         // SAFETY: every pointer in `info` lives until the call returns.
         let made = unsafe { gpu.device.create_compute_pipelines(vk::PipelineCache::null(), &[info], None) };
-        pipeline.handles.pipeline = made
-            .map(|list| list[0])
-            .map_err(|(_, result)| result)
-            .named(&format!("vkCreateComputePipelines({name})"))?;
-        gpu.name(pipeline.handles.pipeline, name);
+        let made = made.map(|list| list[0]).map_err(|(_, result)| result);
+        pipeline.handles.pipeline = gpu.made(made, "vkCreateComputePipelines", name)?;
         gpu.note_compiled(name, desc.shader.1);
         Ok(pipeline)
     }
@@ -209,18 +205,16 @@ fn make_layouts(
         .flags(vk::DescriptorSetLayoutCreateFlags::PUSH_DESCRIPTOR_KHR)
         .bindings(&bindings);
     // SAFETY: VK_KHR_push_descriptor is enabled; fewer than 32 bindings.
-    handles.set_layout = unsafe { gpu.device.create_descriptor_set_layout(&info, None) }
-        .named(&format!("vkCreateDescriptorSetLayout({name})"))?;
-    gpu.name(handles.set_layout, name);
+    let made = unsafe { gpu.device.create_descriptor_set_layout(&info, None) };
+    handles.set_layout = gpu.made(made, "vkCreateDescriptorSetLayout", name)?;
     let ranges = [vk::PushConstantRange { stage_flags: push_stages, offset: 0, size: push_bytes as u32 }];
     let sets = [handles.set_layout];
     let info = vk::PipelineLayoutCreateInfo::default()
         .set_layouts(&sets)
         .push_constant_ranges(if push_bytes > 0 { &ranges } else { &[] });
     // SAFETY: the set layout was made above; client/layout.rs asserts at most 128 bytes.
-    handles.layout = unsafe { gpu.device.create_pipeline_layout(&info, None) }
-        .named(&format!("vkCreatePipelineLayout({name})"))?;
-    gpu.name(handles.layout, name);
+    let made = unsafe { gpu.device.create_pipeline_layout(&info, None) };
+    handles.layout = gpu.made(made, "vkCreatePipelineLayout", name)?;
     Ok(())
 }
 
@@ -291,9 +285,8 @@ fn compile(gpu: &Gpu, desc: &GraphicsDesc<'_>, layout: vk::PipelineLayout) -> Re
         .push_next(&mut rendering);
     // SAFETY: every pointer in `info` lives until the call returns; dynamicRendering is enabled.
     let made = unsafe { gpu.device.create_graphics_pipelines(vk::PipelineCache::null(), &[info], None) };
-    made.map(|list| list[0])
-        .map_err(|(_, result)| result)
-        .named(&format!("vkCreateGraphicsPipelines({})", desc.name))
+    let made = made.map(|list| list[0]).map_err(|(_, result)| result);
+    gpu.made(made, "vkCreateGraphicsPipelines", desc.name)
 }
 
 /// Binding 0 and its attributes; quads take one vertex for each instance.

@@ -3,7 +3,7 @@
 use ash::vk;
 
 use crate::gpu::device::gpu::Gpu;
-use crate::gpu::error::{GpuError, Named};
+use crate::gpu::error::GpuError;
 
 /// Name and code of every shader; see `glsl/build.rs`.
 static SHADERS: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
@@ -35,10 +35,8 @@ impl<'g> ShaderModule<'g> {
         let words = ash::util::read_spv(&mut bytes).map_err(|_| GpuError::Shader(name.to_owned()))?;
         let info = vk::ShaderModuleCreateInfo::default().code(&words);
         // SAFETY: the code is SPIR-V for Vulkan 1.3, compiled from `glsl/` and validated by the tests.
-        let raw = unsafe { gpu.device.create_shader_module(&info, None) }
-            .named(&format!("vkCreateShaderModule({name})"))?;
-        gpu.name(raw, name);
-        Ok(Self { gpu, raw })
+        let made = unsafe { gpu.device.create_shader_module(&info, None) };
+        Ok(Self { gpu, raw: gpu.made(made, "vkCreateShaderModule", name)? })
     }
 }
 

@@ -68,10 +68,6 @@ impl<R: Send + 'static> ForeignRenderer<R> {
     }
 
     /// Makes a renderer that draws over images of this format, which hold colours as `output` says.
-    ///
-    /// # Errors
-    ///
-    /// As [`for_window`](Self::for_window).
     pub fn for_images(
         gpu: &Arc<Gpu>,
         format: TexelFormat,
@@ -155,10 +151,6 @@ impl<R: Send + 'static> ForeignRenderer<R> {
     }
 
     /// Draws over level 0 of an image of the format that the renderer was made for.
-    ///
-    /// # Errors
-    ///
-    /// As [`draw`](Self::draw).
     pub fn draw_image(
         &mut self,
         cmd: &mut Cmd<'_>,

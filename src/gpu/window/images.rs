@@ -35,7 +35,6 @@ pub(in crate::gpu) struct SwapchainImages {
     pub images: Vec<SwapchainImage>,
     pub extent: [u32; 2],
     pub format: vk::Format,
-    pub mode: vk::PresentModeKHR,
     /// Whether one of the images was presented.
     pub presented: bool,
 }
@@ -76,8 +75,7 @@ impl SwapchainImages {
         let raw = unsafe { loader.create_swapchain(&info, None) }.named("vkCreateSwapchainKHR")?;
         gpu.name(raw, "window");
         let (images, format) = (Vec::new(), desc.format.format);
-        let mut chain =
-            SwapchainImages { raw, images, extent: desc.extent, format, mode: desc.mode, presented: false };
+        let mut chain = SwapchainImages { raw, images, extent: desc.extent, format, presented: false };
         match chain.fill(gpu, loader) {
             Ok(()) => Ok(chain),
             Err(error) => {

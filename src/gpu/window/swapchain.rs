@@ -151,16 +151,6 @@ impl Swapchain {
         self.outputs.clone()
     }
 
-    /// The present mode: `mailbox` (the newest replaces one that waits) or `fifo` (one for
-    /// each refresh).
-    pub fn present_mode(&self) -> &'static str {
-        match self.chain.as_ref().map(|chain| chain.mode) {
-            Some(vk::PresentModeKHR::MAILBOX) => "mailbox",
-            Some(_) => "fifo",
-            None => "none",
-        }
-    }
-
     /// Format of the window's images; undefined before there are any.
     pub(in crate::gpu) fn format(&self) -> vk::Format {
         self.chain.as_ref().map_or(vk::Format::UNDEFINED, |chain| chain.format)
@@ -206,10 +196,6 @@ impl Swapchain {
     }
 
     /// A new surface for the same window, after the old one was lost.
-    ///
-    /// # Errors
-    ///
-    /// As [`open`](Self::open).
     pub fn replace_surface(&mut self, window: (RawDisplayHandle, RawWindowHandle)) -> Result<(), GpuError> {
         self.clear();
         self.surface = Surface::new(&self.gpu.instance, window)?;

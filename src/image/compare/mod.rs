@@ -27,6 +27,7 @@ pub use variance::{
 
 use crate::image::error::ImageError;
 use crate::image::grid::Grid;
+use crate::math::quantile::nearest_rank;
 
 /// An error metric over a picture.
 #[derive(Clone, Debug, PartialEq)]
@@ -108,14 +109,10 @@ fn mean(values: &[f32]) -> f64 {
     values.iter().map(|&v| f64::from(v)).sum::<f64>() / values.len().max(1) as f64
 }
 
-/// The quantiles `p` by nearest rank (ISO 3534: values that occur); 0 of nothing.
+/// The quantiles `p` by nearest rank; 0 of nothing.
 fn quantiles<const N: usize>(mut values: Vec<f32>, p: [f64; N]) -> [f64; N] {
     values.sort_by(f32::total_cmp);
-    let last = values.len().saturating_sub(1);
-    p.map(|p| {
-        let rank = (p * values.len() as f64).ceil() as usize;
-        values.get(rank.saturating_sub(1).min(last)).map_or(0.0, |&v| f64::from(v))
-    })
+    p.map(|p| nearest_rank(&values, p).map_or(0.0, f64::from))
 }
 
 #[cfg(test)]

@@ -1,9 +1,9 @@
 //! The error of the picture: now, its curve so far, and when it will reach the target.
 
 use egui::{ComboBox, RichText, Ui};
-use egui_plot::{AxisHints, GridInput, GridMark, HLine, Line, MarkerShape, Plot, PlotPoints, PlotUi, Points};
+use egui_plot::{AxisHints, GridInput, GridMark, HLine, Line, MarkerShape, PlotPoints, PlotUi, Points};
 
-use crate::client::window::panel::{ErrorSummary, TARGETS, style, trimmed};
+use crate::client::window::panel::{ErrorSummary, TARGETS, still_plot, style, trimmed};
 
 /// Height of the plot, points.
 const HEIGHT: f32 = 132.0;
@@ -82,23 +82,12 @@ fn plot(ui: &mut Ui, error: &ErrorSummary, target: f64) {
     let axis = |axis: AxisHints<'static>| axis.tick_label_color(style::DIM);
     let columns = axis(AxisHints::new_x()).formatter(time).label_spacing(34.0..=46.0);
     let rows = axis(AxisHints::new_y()).formatter(percent).label_spacing(12.0..=18.0).min_thickness(34.0);
-    Plot::new("error against time")
-        .height(HEIGHT)
+    still_plot("error against time", HEIGHT)
         .custom_x_axes(vec![columns])
         .custom_y_axes(vec![rows])
         .x_grid_spacer(times)
         .y_grid_spacer(errors)
         .grid_spacing(10.0..=200.0)
-        .show_x(false)
-        .show_y(false)
-        .allow_drag(false)
-        .allow_zoom(false)
-        .allow_scroll(false)
-        .allow_boxed_zoom(false)
-        .allow_axis_zoom_drag(false)
-        .allow_double_click_reset(false)
-        .set_margin_fraction(egui::Vec2::ZERO)
-        .auto_bounds(false)
         .show(ui, |plot| {
             plot.set_plot_bounds_x(x[0]..=x[1]);
             plot.set_plot_bounds_y(y[0]..=y[1]);

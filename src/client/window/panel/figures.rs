@@ -4,9 +4,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use egui::{Grid, Id, ProgressBar, Ui};
-use egui_plot::{HLine, Line, Plot, PlotPoints};
+use egui_plot::{HLine, Line, PlotPoints};
 
-use crate::client::window::panel::{PanelData, style};
+use crate::client::window::panel::{PanelData, still_plot, style};
 use crate::client::window::statistics::FRAMES;
 
 /// Least time between two changes of the figures, seconds.
@@ -109,21 +109,11 @@ pub(super) fn frame_times(ui: &mut Ui, data: &PanelData) {
     let start = FRAMES.saturating_sub(data.frames.len());
     let points: PlotPoints<'_> =
         data.frames.iter().enumerate().map(|(i, ms)| [(start + i) as f64, f64::from(*ms).min(top)]).collect();
-    Plot::new("frame times")
-        .height(54.0)
+    still_plot("frame times", 54.0)
         .show_axes(false)
         .show_grid(false)
-        .show_x(false)
-        .show_y(false)
-        .allow_drag(false)
-        .allow_zoom(false)
-        .allow_scroll(false)
-        .allow_boxed_zoom(false)
-        .allow_double_click_reset(false)
-        .set_margin_fraction(egui::Vec2::ZERO)
         .default_x_bounds(0.0, (FRAMES - 1) as f64)
         .default_y_bounds(0.0, top)
-        .auto_bounds(false)
         .show(ui, |plot| {
             plot.set_plot_bounds_y(0.0..=top);
             plot.hline(HLine::new("budget", budget).color(style::ACCENT).width(1.0));

@@ -15,6 +15,8 @@ use egui::{
     Align2, Area, CollapsingHeader, Context, Frame, Id, Margin, Order, RichText, ScrollArea, Ui, Vec2,
 };
 
+use egui_plot::Plot;
+
 use crate::client::settings::{Settings, SplatFilter};
 use crate::client::window::action::Action;
 use crate::color::Profile;
@@ -129,6 +131,22 @@ fn section(ui: &mut Ui, title: &str, open: bool, contents: impl FnOnce(&mut Ui))
             contents(ui);
             ui.add_space(4.0);
         });
+}
+
+/// A plot of this height, in points, with bounds of its own that the pointer does not move.
+fn still_plot(id: &str, height: f32) -> Plot<'static> {
+    Plot::new(id)
+        .height(height)
+        .show_x(false)
+        .show_y(false)
+        .allow_drag(false)
+        .allow_zoom(false)
+        .allow_scroll(false)
+        .allow_boxed_zoom(false)
+        .allow_axis_zoom_drag(false)
+        .allow_double_click_reset(false)
+        .set_margin_fraction(Vec2::ZERO)
+        .auto_bounds(false)
 }
 
 /// Writes a number with this many decimals, without trailing zeros.

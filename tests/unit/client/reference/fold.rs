@@ -8,7 +8,7 @@ fn sums_stay_exact_where_f32_stands_still() {
     let mut pair = (16_777_216.0f32, 0.0f32);
     let mut naive = 16_777_216.0f32;
     for _ in 0..1_000_001 {
-        pair = two_float_add(pair, 1.0);
+        pair = two_float_add(pair.0, pair.1, 1.0);
         naive += 1.0;
     }
     assert_eq!(naive, 16_777_216.0);
@@ -18,7 +18,7 @@ fn sums_stay_exact_where_f32_stands_still() {
     let batch = (0..65_536).fold(0.0f32, |sum, _| sum + 0.1);
     let (mut pair, mut naive, mut exact) = ((0.0f32, 0.0f32), 0.0f32, 0.0f64);
     for _ in 0..1_526 {
-        pair = two_float_add(pair, batch);
+        pair = two_float_add(pair.0, pair.1, batch);
         naive += batch;
         exact += f64::from(batch);
     }
@@ -32,7 +32,7 @@ fn sums_stay_exact_where_f32_stands_still() {
 fn mixture_of_sizes() {
     let (mut pair, mut naive) = ((1e7f32, 0.0f32), 1e7f32);
     for _ in 0..10_000 {
-        pair = two_float_add(pair, 0.4);
+        pair = two_float_add(pair.0, pair.1, 0.4);
         naive += 0.4;
     }
     let exact = 1e7 + 10_000.0 * f64::from(0.4f32);
