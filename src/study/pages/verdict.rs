@@ -2,7 +2,7 @@
 //! another, which effect is the most expensive.
 
 use crate::study::Interval;
-use crate::study::data::{CurvePoint, EffectPrice, MethodResult, Study, TimeToError};
+use crate::study::data::{CurvePoint, EffectPrice, MethodResult, Stability, Study, TimeToError};
 use crate::study::method_curve::FLAT;
 
 /// The recommended method and the reasons for it.
@@ -19,6 +19,11 @@ pub struct Recommendation<'a> {
     pub second: Option<(&'a MethodResult, Option<Interval>)>,
     /// The best of other programs and its time over the winner's, or the winner's efficiency over its own where it has no times.
     pub peer: Option<(&'a MethodResult, Interval)>,
+}
+
+/// The program's own methods.
+pub fn own(study: &Study) -> Vec<&MethodResult> {
+    study.methods.iter().filter(|m| !m.peer).collect()
 }
 
 /// A method's time to an error, if it has one.
@@ -41,7 +46,7 @@ pub fn errors(methods: &[MethodResult]) -> Vec<f64> {
 
 /// The recommended method, or `None` if no time is known.
 pub fn recommend(study: &Study) -> Option<Recommendation<'_>> {
-    let own: Vec<&MethodResult> = study.methods.iter().filter(|m| !m.peer).collect();
+    let own = own(study);
     let reached = |error: f64| own.iter().any(|m| price(m, error).is_some());
     let error = if reached(0.01) { 0.01 } else { *errors(&study.methods).iter().rfind(|e| reached(**e))? };
     let ranked = ranked(&own, error);
@@ -49,14 +54,8 @@ pub fn recommend(study: &Study) -> Option<Recommendation<'_>> {
     let (price, seconds) = (*found)?;
     let second = ranked.get(1).map(|(m, p)| (*m, p.and_then(|(_, s)| s.ratio(&seconds))));
     let peers: Vec<&MethodResult> = study.methods.iter().filter(|m| m.peer).collect();
-    Some(Recommendation {
-        method,
-        error,
-        seconds,
-        measured: price.measured,
-        second,
-        peer: peer(&peers, method, error, &seconds),
-    })
+    let peer = peer(&peers, method, error, &seconds);
+    Some(Recommendation { method, error, seconds, measured: price.measured, second, peer })
 }
 
 /// The methods by their time to an error; those that do not reach it come last, by efficiency.
@@ -64,16 +63,12 @@ pub fn ranked<'a>(
     methods: &[&'a MethodResult],
     error: f64,
 ) -> Vec<(&'a MethodResult, Option<(&'a TimeToError, Interval)>)> {
+    let time = |p: &Option<(&TimeToError, Interval)>| p.map_or(f64::INFINITY, |(_, s)| s.value);
+    let efficiency = |m: &MethodResult| m.efficiency.and_then(|e| e.cleaned()).map_or(0.0, |e| e.value);
     let mut ranked: Vec<_> = methods.iter().map(|m| (*m, price(m, error))).collect();
-    ranked.sort_by(|(a, p), (b, q)| {
-        let time = |p: &Option<(&TimeToError, Interval)>| p.map_or(f64::INFINITY, |(_, s)| s.value);
-        time(p).total_cmp(&time(q)).then(efficiency(b).total_cmp(&efficiency(a)))
-    });
     ranked
-}
-
-fn efficiency(method: &MethodResult) -> f64 {
-    method.efficiency.and_then(|e| e.cleaned()).map_or(0.0, |e| e.value)
+        .sort_by(|(a, p), (b, q)| time(p).total_cmp(&time(q)).then(efficiency(b).total_cmp(&efficiency(a))));
+    ranked
 }
 
 fn peer<'a>(
@@ -129,12 +124,15 @@ pub fn flags(method: &MethodResult) -> Vec<String> {
     method.flags.iter().cloned().chain(unflagged).collect()
 }
 
+/// Samples of a method that were not finite.
+pub fn rejected_samples(of: &Stability) -> u64 {
+    of.rejected.iter().fold(0, |n, (_, count, _)| n.saturating_add(*count))
+}
+
 /// Samples that were not finite, over all methods, and paths looked at.
 pub fn rejected(study: &Study) -> (u64, u64) {
-    study.stability.iter().fold((0u64, 0u64), |(bad, paths), s| {
-        let more = s.rejected.iter().fold(0u64, |n, (_, count, _)| n.saturating_add(*count));
-        (bad.saturating_add(more), paths.saturating_add(s.paths))
-    })
+    let sum = |f: fn(&Stability) -> u64| study.stability.iter().map(f).fold(0, u64::saturating_add);
+    (sum(rejected_samples), sum(|s| s.paths))
 }
 
 /// The scene's name: the file's, without folders and `.xml`.
@@ -146,7 +144,7 @@ pub fn name(study: &Study) -> String {
 
 /// The longest time that all of the program's own methods had.
 pub fn shared_seconds(study: &Study) -> Option<f64> {
-    let ends = study.methods.iter().filter(|m| !m.peer).filter_map(|m| Some(m.points.last()?.seconds));
+    let ends = own(study).into_iter().filter_map(|m| Some(m.points.last()?.seconds));
     ends.filter(|s| s.is_finite() && *s > 0.0).min_by(f64::total_cmp)
 }
 

@@ -9,7 +9,6 @@ use crate::study::format::{THIN, percent_of, significant};
 
 /// A map of winners.
 pub struct RegionMap<'a> {
-    /// The winners.
     pub regions: &'a RegionWinners,
     /// Name and style of each method.
     pub methods: Vec<(&'a str, MethodStyle)>,
