@@ -48,11 +48,8 @@ impl Layers {
     }
 }
 
-/// Writes a picture; the name holds the old file or the whole new one.
-///
-/// # Errors
-/// [`ImageError::Encode`] for channels of the wrong length, doubled or empty names, and names of over 255
-/// bytes; [`ImageError::Write`] when the system refuses.
+/// Writes a picture; the name holds the old file or the whole new one. Refused by [`ImageError::Encode`] are channels of the wrong
+/// length, doubled or empty names, and names of over 255 bytes.
 pub fn write(path: &Path, layers: &Layers) -> Result<(), ImageError> {
     write::atomically(path, &encode(path, layers)?)
 }
@@ -131,15 +128,10 @@ fn sort_attributes(file: &mut [u8]) -> Option<()> {
 /// More bytes of pixels than this per byte of file cannot be: zlib packs at most 1032 to 1, and PXR24 drops a quarter before.
 const LARGEST_RATIO: u64 = 2000;
 
-/// Reads all channels and attributes of a file; of several parts those of every part, with the part's name
-/// before the channel's.
-///
-/// # Errors
-/// [`ImageError::Read`] when the system refuses, [`ImageError::Decode`] for anything that is no flat EXR
-/// file or whose parts differ in size.
+/// Reads all channels and attributes of a file; of several parts those of every part, with the part's name before the channel's.
+/// Refused by [`ImageError::Decode`] is anything that is no flat EXR file or whose parts differ in size.
 pub fn read(path: &Path) -> Result<Layers, ImageError> {
-    let file =
-        std::fs::File::open(path).map_err(|source| ImageError::Read { path: path.to_path_buf(), source })?;
+    let file = std::fs::File::open(path).map_err(ImageError::read(path))?;
     decode_layers(path, BufReader::new(file))
 }
 
@@ -162,7 +154,7 @@ fn check_ratio(file: &mut (impl Read + Seek)) -> Result<(), String> {
 
 /// Reads the bytes of a file as [`read`] does; `path` only names it in errors.
 pub(super) fn decode_layers(path: &Path, mut file: impl Read + Seek) -> Result<Layers, ImageError> {
-    let refuse = |reason: String| ImageError::Decode { path: path.to_path_buf(), reason };
+    let refuse = ImageError::decode(path);
     check_ratio(&mut file).map_err(refuse)?;
     let image = exr::prelude::read()
         .no_deep_data()
@@ -204,7 +196,7 @@ fn decode(text: &Text) -> String {
 
 /// Refuses a file of more than `most` pixels by its header, before anything of that size is allocated.
 pub(super) fn check_size(bytes: &[u8], most: usize) -> Result<(), String> {
-    let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false);
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false);
     for header in meta.map_err(|e| e.to_string())?.headers {
         check_pixels(header.layer_size.0, header.layer_size.1, most)?;
     }
@@ -220,10 +212,7 @@ pub(super) fn check_pixels(width: usize, height: usize, most: usize) -> Result<(
     }
 }
 
-/// A channel that must be there.
-///
-/// # Errors
-/// [`ImageError::Channel`] with the names of those that are.
+/// A channel that must be there; without it the error names those that are.
 pub fn channel<'a>(path: &Path, layers: &'a Layers, name: &str) -> Result<&'a [f32], ImageError> {
     layers.channel(name).ok_or_else(|| no_channel(path, layers, name))
 }

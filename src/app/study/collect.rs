@@ -10,11 +10,7 @@ use crate::image::write::atomically;
 use crate::study::data::Study;
 use crate::study::pages;
 
-/// Reads `FOLDER/*/study.json` and writes `index.html`, a page for each, and the first one's plots into `output`.
-///
-/// # Errors
-///
-/// When there is no study, one cannot be read, or a file cannot be written.
+/// Reads `FOLDER/*/study.json` and writes `index.html`, a page for each, and its plots into `output`.
 pub fn collect(folder: &Path, output: &Path) -> Result<()> {
     let studies = read(folder)?;
     std::fs::create_dir_all(output)
@@ -23,8 +19,8 @@ pub fn collect(folder: &Path, output: &Path) -> Result<()> {
     let linked: Vec<(String, &Study)> =
         studies.iter().map(|(name, study)| (format!("{name}.html"), study)).collect();
     let mut files = vec![("index.html".to_string(), pages::index(&linked))];
-    for ((link, study), (name, _)) in linked.iter().zip(&studies) {
-        files.push((link.clone(), pages::html(study)));
+    for (name, study) in &studies {
+        files.push((format!("{name}.html"), pages::html(study)));
         files.extend(pages::svg_files(study).map(|(end, text)| (format!("{name}-{end}"), text)));
     }
     for (name, text) in &files {
@@ -58,12 +54,11 @@ fn read(folder: &Path) -> Result<Vec<(String, Study)>> {
             Err(error) => tell(&format!("note: {} is no study and left out: {error}", file.display())),
         }
     }
-    if studies.is_empty() {
-        return Err(miette::miette!(
-            help = "`pointillist study SCENE.xml -o FOLDER/NAME` makes one",
-            "there is no study in {}",
-            folder.display()
-        ));
-    }
+    miette::ensure!(
+        !studies.is_empty(),
+        help = "`pointillist study SCENE.xml -o FOLDER/NAME` makes one",
+        "there is no study in {}",
+        folder.display()
+    );
     Ok(studies)
 }

@@ -30,10 +30,6 @@ const JUDGING: f64 = 0.4;
 
 /// Measures until the budget is spent. Whenever it ends, all methods have been rendered equally often; a time that is n times as long
 /// is repeated √n times less often.
-///
-/// # Errors
-///
-/// When nothing can be rendered or kept.
 pub fn converge(
     renderer: &mut StudyRenderer,
     folder: &mut StudyFolder,
@@ -85,10 +81,6 @@ fn runs(folder: &StudyFolder, kind: IntegratorKind, budget: f64) -> usize {
 }
 
 /// Measures the errors of pictures of other programs.
-///
-/// # Errors
-///
-/// When one cannot be read or has another size.
 pub fn peers(
     renderer: &StudyRenderer,
     folder: &mut StudyFolder,

@@ -50,10 +50,6 @@ struct DisplaySetting {
 }
 
 /// Measures every setting.
-///
-/// # Errors
-///
-/// When the device fails.
 pub fn display(
     renderer: &mut StudyRenderer,
     folder: &mut StudyFolder,

@@ -8,7 +8,7 @@ use miette::{IntoDiagnostic, Result};
 use super::folder::StudyFolder;
 use super::pictures::{difference, linear, uri};
 use super::reference::ReferencePicture;
-use super::renderer::{RenderLimit, StudyRenderer};
+use super::renderer::{RenderLimit, StudyRender, StudyRenderer};
 use super::{TimeBudget, chosen};
 use crate::app::explain::price;
 use crate::app::run_spec::RunSpec;
@@ -23,10 +23,6 @@ use crate::tracer::{Camera, Scene};
 const TURNS: usize = 9;
 
 /// Measures every effect that can be left out or added.
-///
-/// # Errors
-///
-/// When a scene without an effect cannot be prepared or rendered.
 pub fn effects(
     renderer: &mut StudyRenderer,
     folder: &mut StudyFolder,
@@ -70,10 +66,7 @@ pub fn effects(
             && time.is_some()
             && let Some(without) = leave_out(renderer, &run, effect, same)?
         {
-            let noise = |traced: &super::renderer::StudyRender| {
-                let figures = traced.state.checkpoints.last().map(|_| traced.state.estimate.mean_square)?;
-                Some(figures)
-            };
+            let noise = |traced: &StudyRender| Some(traced.estimate()?.mean_square);
             if without.driven.interrupted {
                 return Ok(());
             }
@@ -93,7 +86,7 @@ fn leave_out(
     run: &RunSpec,
     effect: Effect,
     limit: RenderLimit,
-) -> Result<Option<super::renderer::StudyRender>> {
+) -> Result<Option<StudyRender>> {
     let mut other = renderer.desc.clone();
     other.integrator.kind = run.integrator;
     if effects::without(&mut other, effect).is_err() {

@@ -1,12 +1,12 @@
 //! The folder of a study: its measurements, line by line, and the files that are made from them.
 
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use miette::{IntoDiagnostic, Result, WrapErr};
 use serde::{Deserialize, Serialize};
 
-use super::renderer::StudyRenderer;
+use super::renderer::{StudyRenderer, cpu};
 use crate::app::tell;
 use crate::image::write::atomically;
 use crate::study::data::Study;
@@ -43,35 +43,25 @@ pub struct StudyFolder {
 const LINES: &str = "measurements.jsonl";
 
 impl StudyFolder {
-    /// Opens a folder, or creates it.
-    ///
-    /// # Errors
-    ///
-    /// When it cannot be created or read, or holds the study of something else.
+    /// Opens a folder, or creates it; one that holds the study of something else is refused.
     pub fn open(path: &Path, renderer: &StudyRenderer) -> Result<Self> {
         let cannot = |what: &str| format!("cannot {what} {}", path.display());
         std::fs::create_dir_all(path).into_diagnostic().wrap_err_with(|| cannot("make the folder"))?;
         let lines = path.join(LINES);
         let text = match std::fs::read_to_string(&lines) {
-            Ok(text) => text,
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => String::new(),
-            Err(error) => {
-                return Err(error)
-                    .into_diagnostic()
-                    .wrap_err_with(|| format!("cannot read {}", lines.display()));
-            }
+            Err(error) if error.kind() == ErrorKind::NotFound => String::new(),
+            read => read.into_diagnostic().wrap_err_with(|| format!("cannot read {}", lines.display()))?,
         };
         let heading = heading(renderer);
         let mut parts = text.split_inclusive('\n');
         if let Some(first) = parts.next() {
             let there: Option<FolderHeader> = serde_json::from_str(first).ok();
-            if there.as_ref() != Some(&heading) {
-                return Err(miette::miette!(
-                    help = "give another folder with -o, or remove this one",
-                    "{} holds the study of another scene, size, filter, display, machine, --simd or version of the program",
-                    path.display()
-                ));
-            }
+            miette::ensure!(
+                there.as_ref() == Some(&heading),
+                help = "give another folder with -o, or remove this one",
+                "{} holds the study of another scene, size, filter, display, machine, --simd or version of the program",
+                path.display()
+            );
         }
         // A last line without an end was cut when the run ended.
         let whole = text.rfind('\n').map_or(0, |end| end + 1);
@@ -98,10 +88,6 @@ impl StudyFolder {
     }
 
     /// Writes a measurement at once.
-    ///
-    /// # Errors
-    ///
-    /// When the file cannot be written.
     pub fn keep(&mut self, measured: Measurement) -> Result<()> {
         let line = serde_json::to_string(&measured).into_diagnostic()? + "\n";
         let written = self.file.write_all(line.as_bytes()).into_diagnostic();
@@ -121,21 +107,14 @@ impl StudyFolder {
         self.grown
     }
 
-    /// Writes page, table, JSON and charts.
-    ///
-    /// # Errors
-    ///
-    /// When a file cannot be written; the others are written all the same.
+    /// Writes page, table, JSON and charts. When one cannot be written, the others are all the same.
     pub fn publish(&self, study: &Study) -> Result<()> {
         let json = serde_json::to_string_pretty(study).into_diagnostic()? + "\n";
         let texts =
             [("study.json", json), ("study.csv", pages::csv(study)), ("index.html", pages::html(study))];
-        let mut outcome = Ok(());
-        for (name, text) in texts.into_iter().chain(pages::svg_files(study)) {
-            let written = atomically(&self.path.join(name), text.as_bytes());
-            outcome = outcome.and(written);
-        }
-        outcome.into_diagnostic()
+        let texts = texts.into_iter().chain(pages::svg_files(study));
+        let written = texts.map(|(name, text)| atomically(&self.path.join(name), text.as_bytes()));
+        written.fold(Ok(()), Result::and).into_diagnostic()
     }
 }
 
@@ -155,7 +134,7 @@ fn heading(renderer: &StudyRenderer) -> FolderHeader {
         scene: format!("{:016x}", hash(&(&renderer.desc, &renderer.settings))),
         size: [run.film.width, run.film.height],
         filter: format!("{:?}", run.film.filter),
-        cpu: super::about::cpu(),
+        cpu: cpu(),
         threads: renderer.threads,
         simd: renderer.scene.kernel().name().to_string(),
         device: run.device.clone(),

@@ -61,10 +61,6 @@ impl TimeBudget {
 }
 
 /// Runs the subcommand.
-///
-/// # Errors
-///
-/// When a part fails; earlier measurements are kept.
 pub fn study(args: &StudyArgs) -> Result<()> {
     if args.predictions {
         return predictions::print();

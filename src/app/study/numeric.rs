@@ -18,10 +18,6 @@ const TERMS: usize = 1 << 20;
 const SUMS: usize = 9;
 
 /// Measures the choices.
-///
-/// # Errors
-///
-/// When the measurements cannot be kept.
 pub fn numeric(renderer: &StudyRenderer, folder: &mut StudyFolder) -> Result<()> {
     if folder.has(|m| matches!(m, Measurement::Numeric(_))) {
         return Ok(());

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use miette::{IntoDiagnostic, Result};
 
 use crate::app::args::StudyArgs;
+use crate::app::args::scene::SceneArgs;
 use crate::app::device::Device;
 use crate::app::drive::{Drive, DriveObservers, DriveOutcome, drive};
 use crate::app::load::{self, Opened};
@@ -24,7 +25,7 @@ use crate::stream::Lanes;
 use crate::stream::control::Epoch;
 use crate::study::error::ReplicatePixel;
 use crate::study::prediction::PredictionOutcome;
-use crate::study::{ErrorQuantile, ErrorStatus};
+use crate::study::{ErrorEstimate, ErrorQuantile, ErrorStatus};
 use crate::tracer::{Camera, Scene};
 
 /// How long a picture is traced.
@@ -82,13 +83,25 @@ pub struct StudyRender {
     pub pixels: Vec<ReplicatePixel>,
 }
 
+impl StudyRender {
+    /// The error that its replicates state, if it is known.
+    pub fn estimate(&self) -> Option<ErrorEstimate> {
+        self.state.checkpoints.last().map(|_| self.state.estimate)
+    }
+}
+
+/// The processor's name, as far as the system tells.
+pub fn cpu() -> String {
+    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let name = info.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
+    let name = name.map_or(std::env::consts::ARCH, |(_, name)| name.trim());
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    format!("{name}, {cores} cores")
+}
+
 impl StudyRenderer {
     /// Loads and prepares the scene of a command line.
-    ///
-    /// # Errors
-    ///
-    /// Scene, device, threads.
-    pub fn new(args: &StudyArgs, source: &crate::app::args::scene::SceneArgs) -> Result<Self> {
+    pub fn new(args: &StudyArgs, source: &SceneArgs) -> Result<Self> {
         let mut seconds = Seconds::default();
         let Opened { input, scene, camera, device } = load::open(source, &mut seconds)?;
         load::tell_warnings(&input.loaded);
@@ -126,19 +139,11 @@ impl StudyRenderer {
     }
 
     /// Renders the scene.
-    ///
-    /// # Errors
-    ///
-    /// As [`trace_other`](Self::trace_other).
     pub fn trace(&mut self, run: &RunSpec, limit: RenderLimit) -> Result<StudyRender> {
         self.trace_other(run, self.scene.clone(), self.camera.clone(), limit)
     }
 
     /// Renders another scene on the same film.
-    ///
-    /// # Errors
-    ///
-    /// When the device fails, or a path panics.
     pub fn trace_other(
         &mut self,
         run: &RunSpec,
@@ -168,7 +173,7 @@ impl StudyRenderer {
         let onlookers = DriveObservers { bar: &bar, timings: &mut None, observer: observer.as_ref() };
         let driven = drive(plan, &self.server, &mut self.lanes, &mut self.client, onlookers)?;
         if let Some((index, message)) = &driven.panicked {
-            return Err(miette::miette!("path {index} panicked: {message}: {}", run.command(*index, 1)));
+            miette::bail!("path {index} panicked: {message}: {}", run.command(*index, 1));
         }
         let pixels = observer.as_ref().map(Observer::pixels).unwrap_or_default();
         let (state, predictions) = observer.map(|observer| observer.end()).unwrap_or_default();
@@ -184,20 +189,12 @@ impl StudyRenderer {
     }
 
     /// Replaces the film by an empty one.
-    ///
-    /// # Errors
-    ///
-    /// When it does not fit into the device.
     pub fn remake(&mut self, spec: FilmSpec) -> Result<()> {
         self.client = self.device.client(spec, self.threads)?;
         Ok(())
     }
 
     /// Displays the last picture with some settings.
-    ///
-    /// # Errors
-    ///
-    /// When the device fails.
     pub fn show(&mut self, settings: &Settings) -> Result<DisplayImage> {
         self.client.display(settings).into_diagnostic()
     }

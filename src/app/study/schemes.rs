@@ -16,10 +16,6 @@ use crate::study::measurement::Measurement;
 const SAMPLES: f64 = 16.0;
 
 /// Measures pairs of pictures until the budget is spent, but at least three.
-///
-/// # Errors
-///
-/// When nothing can be rendered or kept.
 pub fn schemes(
     renderer: &mut StudyRenderer,
     folder: &mut StudyFolder,
