@@ -16,15 +16,17 @@ const STYLE: &str = include_str!("style.css");
 const PLOTS: [&str; 2] = [include_str!("uplot/uPlot.iife.min.js"), include_str!("page.js")];
 const PLOT_STYLE: &str = include_str!("uplot/uPlot.min.css");
 
-const CONTENTS: [(&str, &str); 8] = [
-    ("#convergence", "1 Error"),
-    ("#prices", "2 Time to an error"),
-    ("#effects", "3 Effects"),
-    ("#display", "4 Display"),
-    ("#numeric", "5 Arithmetic"),
-    ("#predictions", "6 Predictions"),
-    ("#stability", "7 Stability"),
-    ("#origin", "Machine"),
+/// A part of the page: its anchor, its names in the contents and above it, its conclusion in one or two sentences, and the rest.
+struct Part(&'static str, &'static str, &'static str, fn(&Study) -> String, fn(&Study) -> Markup);
+
+const PARTS: [Part; 7] = [
+    Part("convergence", "1 Error", "1  How the error falls", convergence::conclusion, convergence::body),
+    Part("prices", "2 Time to an error", "2  Time to an error", prices::conclusion, prices::body),
+    Part("effects", "3 Effects", "3  Cost of each effect", effects::conclusion, effects::body),
+    Part("display", "4 Display", "4  Cost of each display setting", display::conclusion, display::body),
+    Part("numeric", "5 Arithmetic", "5  Cost of exact arithmetic", numeric::conclusion, numeric::body),
+    Part("predictions", "6 Predictions", "6  Predictions", predictions::conclusion, predictions::body),
+    Part("stability", "7 Stability", "7  Stability", stability::conclusion, stability::body),
 ];
 
 /// The page of a study: one file, which fetches nothing. Without JavaScript its curves are still pictures.
@@ -34,15 +36,11 @@ pub fn html(study: &Study) -> String {
         main {
             header { h1 { (name) } p.dim { (subtitle(study)) } }
             (answer::html(study))
-            nav { @for (link, text) in CONTENTS { a href=(link) { (text) } " " } }
+            nav { @for Part(id, entry, ..) in &PARTS { a href={ "#" (id) } { (entry) } " " } a href="#origin" { "Machine" } " " }
             noscript { p.absent { "JavaScript is off: the curves are still pictures, without tooltips and zoom. The tables are complete." } }
-            (convergence::html(study))
-            (prices::html(study))
-            (effects::html(study))
-            (display::html(study))
-            (numeric::html(study))
-            (predictions::html(study))
-            (stability::html(study))
+            @for Part(id, _, title, conclusion, body) in &PARTS {
+                section id=(id) { h2 { (title) } p.takeaway { (conclusion(study)) } (body(study)) }
+            }
             (origin(study))
         }
         @for script in PLOTS { script { (PreEscaped(script)) } }

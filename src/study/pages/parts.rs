@@ -6,17 +6,6 @@ use crate::study::data::Study;
 use crate::study::format::FormattedInterval;
 use crate::study::pages::chart::{BarChart, ChartSize, CurveChart, Drawing, MethodStyle, key, shortened};
 
-/// A section: heading, its conclusion in one or two sentences, and the rest.
-pub fn section(id: &str, title: &str, conclusion: &str, body: Markup) -> Markup {
-    html! {
-        section id=(id) {
-            h2 { (title) }
-            p.takeaway { (conclusion) }
-            (body)
-        }
-    }
-}
-
 /// Rows of bars with their caption.
 pub fn bars(chart: &BarChart, caption: &str) -> Markup {
     html! { figure { (drawings(&chart.label, caption, |size| chart.draw(size))) } }

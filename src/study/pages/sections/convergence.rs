@@ -6,9 +6,7 @@ use crate::study::Interval;
 use crate::study::data::{CurvePoint, MethodResult, Study};
 use crate::study::format::{THIN, count, percent_interval, seconds_of, with_unit};
 use crate::study::pages::chart::{ChartCurve, ChartPoint, CurveChart, MethodStyle, extension, styled};
-use crate::study::pages::parts::{
-    cell, curves, details, list, listing, maybe, method, missing, note, section,
-};
+use crate::study::pages::parts::{cell, curves, details, list, listing, maybe, method, missing, note};
 use crate::study::pages::sections::pictures;
 use crate::study::pages::verdict;
 
@@ -40,9 +38,9 @@ pub fn conclusion(study: &Study) -> String {
     text
 }
 
-/// The section.
-pub fn html(study: &Study) -> Markup {
-    let body = html! {
+/// What stands below the conclusion.
+pub fn body(study: &Study) -> Markup {
+    html! {
         @if study.methods.iter().all(|m| m.points.is_empty()) { (missing(study, "Curves were", "convergence")) }
         @else {
             (curves(&at_95_percent(study), "Error against time, both axes logarithmic. Bands and bars: 90 % intervals. Dotted with hollow \
@@ -57,8 +55,7 @@ pub fn html(study: &Study) -> Markup {
             (note(&how(study)))
             (pictures::html(study))
         }
-    };
-    section("convergence", "1  How the error falls", &conclusion(study), body)
+    }
 }
 
 type Styled<'a> = (&'a MethodResult, MethodStyle);

@@ -8,7 +8,7 @@ use crate::study::format::{THIN, count, percent_of, significant, with_unit};
 use crate::study::pages::chart::{
     BarChart, BarMark, BarPanel, BarRow, MethodStyle, PLAIN, percent_label, tick_label,
 };
-use crate::study::pages::parts::{bars, cell, listing, maybe, missing, note, section};
+use crate::study::pages::parts::{bars, cell, listing, maybe, missing, note};
 
 /// The conclusion: what the most expensive change of a setting costs, and which lowers the error most.
 pub fn conclusion(study: &Study) -> String {
@@ -97,10 +97,10 @@ fn chart(study: &Study, per_sample: bool) -> BarChart {
     BarChart { label: format!("Display settings: {time} and error"), panels, rows }
 }
 
-/// The section.
-pub fn html(study: &Study) -> Markup {
+/// What stands below the conclusion.
+pub fn body(study: &Study) -> Markup {
     let device = if study.machine.device.is_empty() { "the device" } else { &study.machine.device };
-    let body = html! {
+    html! {
         @if study.display.is_empty() { (missing(study, "Costs of the display's settings were", "display")) }
         @else {
             @for (per_sample, what) in [(false, "a repaint"), (true, "a million samples")] {
@@ -116,8 +116,7 @@ pub fn html(study: &Study) -> Markup {
                 default is measured anew with each group, and the film has the study's filter except where filters are compared. Sums in \
                 one float and in two differ after hours, not after a few samples: see part 5.")))
         }
-    };
-    section("display", "4  Cost of each display setting", &conclusion(study), body)
+    }
 }
 
 fn setting_table(study: &Study) -> Markup {

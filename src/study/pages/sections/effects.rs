@@ -8,9 +8,7 @@ use crate::study::format::{factor, increase, percent_of, significant};
 use crate::study::pages::chart::{
     BarChart, BarMark, BarPanel, BarRow, MethodStyle, PLAIN, percent_label, tick_label,
 };
-use crate::study::pages::parts::{
-    bars, cell, embedded, listing, maybe, missing, note, pictures, section, words,
-};
+use crate::study::pages::parts::{bars, cell, embedded, listing, maybe, missing, note, pictures, words};
 use crate::study::pages::verdict;
 
 /// The conclusion.
@@ -71,10 +69,10 @@ pub fn chart(study: &Study) -> BarChart {
     }
 }
 
-/// The section.
-pub fn html(study: &Study) -> Markup {
+/// What stands below the conclusion.
+pub fn body(study: &Study) -> Markup {
     let chart = chart(study);
-    let body = html! {
+    html! {
         @if chart.is_empty() { (missing(study, "Costs of effects were", "effects")) }
         @else {
             (bars(&chart, "Extra time per path with the effect; the share of the variance that it causes (negative: less noise with \
@@ -88,8 +86,7 @@ pub fn html(study: &Study) -> Markup {
                 is the increase of the mean FLIP against the reference without the effect, and noise hides small losses. The cost of \
                 effects that the scene does not use is the speed of the code for all effects against that of the specialised code."))
         }
-    };
-    section("effects", "3  Cost of each effect", &conclusion(study), body)
+    }
 }
 
 fn effect_table(study: &Study) -> Markup {

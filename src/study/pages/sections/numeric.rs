@@ -4,7 +4,7 @@ use maud::{Markup, html};
 
 use crate::study::data::{NumericPrice, Study};
 use crate::study::format::{THIN, factor, significant};
-use crate::study::pages::parts::{cell, listing, missing, note, section, words};
+use crate::study::pages::parts::{cell, listing, missing, note, words};
 
 /// The conclusion.
 pub fn conclusion(study: &Study) -> String {
@@ -40,8 +40,8 @@ pub fn summary(study: &Study) -> String {
     format!("{}, cheap form: error {error}; exact form: time {time}", n.choice)
 }
 
-/// The section.
-pub fn html(study: &Study) -> Markup {
+/// What stands below the conclusion.
+pub fn body(study: &Study) -> Markup {
     let choices = listing(
         "Choices of arithmetic",
         &study.numeric,
@@ -55,13 +55,12 @@ pub fn html(study: &Study) -> Markup {
         ],
     );
     let worst = study.numeric.iter().filter_map(|n| n.error.cleaned()).map(|e| e.value).fold(0.0, f64::max);
-    let body = html! {
+    html! {
         @if study.numeric.is_empty() { (missing(study, "Costs of arithmetic were", "numeric")) }
         @else {
             (choices)
             (note(&format!("Both forms run in turn on the same samples; ratios are taken pair by pair. The time is the cost of the exact form, \
                 the error what it avoids; at 1 there is no difference. The largest ratio of errors is ×{THIN}{}.", significant(worst, 3))))
         }
-    };
-    section("numeric", "5  Cost of exact arithmetic", &conclusion(study), body)
+    }
 }

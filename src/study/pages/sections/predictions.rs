@@ -5,7 +5,7 @@ use maud::{Markup, html};
 use crate::study::Interval;
 use crate::study::data::{PredictionScore, Study};
 use crate::study::format::{THIN, factor, percent_interval, significant};
-use crate::study::pages::parts::{cell, listing, maybe, missing, note, section};
+use crate::study::pages::parts::{cell, listing, maybe, missing, note};
 
 /// The share of outcomes that an interval should contain.
 const STATED: f64 = 0.9;
@@ -25,9 +25,9 @@ pub fn conclusion(study: &Study) -> String {
     format!("The 90{THIN}% intervals held in {held} of {known} predictions, {share}: {judgement}.")
 }
 
-/// The section.
-pub fn html(study: &Study) -> Markup {
-    let body = html! {
+/// What stands below the conclusion.
+pub fn body(study: &Study) -> Markup {
+    html! {
         @match &study.predictions {
             None => (missing(study, "Predictions were", "predictions")),
             Some(p) => (score(p)),
@@ -41,8 +41,7 @@ pub fn html(study: &Study) -> Markup {
                 is logged and compared with the time at which the error was reached. The interval of the hit rate is Wilson's. Predictions \
                 whose time had not come when the run ended are counted apart and not judged."))
         }
-    };
-    section("predictions", "6  Predictions", &conclusion(study), body)
+    }
 }
 
 fn score(p: &PredictionScore) -> Markup {

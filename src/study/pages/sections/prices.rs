@@ -6,7 +6,7 @@ use crate::study::Interval;
 use crate::study::data::{MethodResult, Study};
 use crate::study::format::{THIN, goal, seconds, with_unit};
 use crate::study::pages::chart::{BarChart, BarMark, BarPanel, BarRow, MethodStyle, styled, tick_label};
-use crate::study::pages::parts::{bars, cell, maybe, method, missing, note, section, table};
+use crate::study::pages::parts::{bars, cell, maybe, method, missing, note, table};
 use crate::study::pages::verdict;
 
 /// The conclusion.
@@ -45,10 +45,10 @@ pub fn chart(study: &Study) -> BarChart {
     BarChart { label: "Time to a relative error, by method".into(), panels: vec![panel], rows }
 }
 
-/// The section.
-pub fn html(study: &Study) -> Markup {
+/// What stands below the conclusion.
+pub fn body(study: &Study) -> Markup {
     let chart = chart(study);
-    let body = html! {
+    html! {
         @if chart.is_empty() && study.methods.iter().any(|m| !m.prices.is_empty()) {
             p { "The curves were measured, but none reaches any of these errors: they end far above, fall too slowly, or come down to the \
                  error of the reference." }
@@ -63,8 +63,7 @@ pub fn html(study: &Study) -> Markup {
                 noise. To halve: from the second-lowest error to the lowest, else by the slope from the end of the curve. Efficiency is \
                 1/(relMSE · second)."))
         }
-    };
-    section("prices", "2  Time to an error", &conclusion(study), body)
+    }
 }
 
 fn price_list(study: &Study) -> Markup {

@@ -6,9 +6,7 @@ use crate::study::Interval;
 use crate::study::data::{Stability, Study};
 use crate::study::format::{THIN, count, factor};
 use crate::study::pages::chart::style_of;
-use crate::study::pages::parts::{
-    cell, command, list, listing, maybe, method, missing, note, section, words,
-};
+use crate::study::pages::parts::{cell, command, list, listing, maybe, method, missing, note, words};
 use crate::study::pages::verdict;
 
 /// The conclusion.
@@ -42,8 +40,8 @@ pub fn summary(study: &Study) -> String {
     format!("{} of {} paths rejected{energy}", count(bad as f64), count(paths as f64))
 }
 
-/// The section.
-pub fn html(study: &Study) -> Markup {
+/// What stands below the conclusion.
+pub fn body(study: &Study) -> Markup {
     let causes = |s: &Stability| {
         let causes = s.rejected.iter().map(|(cause, n, _)| format!("{cause}: {}", count(*n as f64)));
         if s.rejected.is_empty() { "—".into() } else { causes.collect::<Vec<_>>().join(", ") }
@@ -61,7 +59,7 @@ pub fn html(study: &Study) -> Markup {
     );
     let replays = study.stability.iter().flat_map(|s| s.rejected.iter().map(move |r| (s, r)));
     let replays: Vec<_> = replays.filter(|(_, (_, count, _))| *count > 0).collect();
-    let body = html! {
+    html! {
         @if study.stability.is_empty() { (missing(study, "Rejected samples and brightness were", "stability")) }
         @else {
             (samples)
@@ -74,6 +72,5 @@ pub fn html(study: &Study) -> Markup {
                 Brightness is the mean luminance of the picture over that of the reference, with its 90{THIN}% interval; a method that \
                 loses or creates light differs from 1.")))
         }
-    };
-    section("stability", "7  Stability", &conclusion(study), body)
+    }
 }
