@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use miette::Result;
 
-use super::display;
 use super::folder::{self, StudyFolder};
 use super::renderer::{StudyRenderer, cpu};
+use super::{display, wanted};
 use crate::app::args::StudyArgs;
 use crate::app::args::scene::SceneArgs;
 use crate::app::args::study::Knob;
@@ -62,8 +62,7 @@ pub fn about(args: &StudyArgs, renderer: &StudyRenderer, folder: &StudyFolder) -
         Knob::Numeric => folder.has(|m| matches!(m, Measurement::Numeric(_))),
         Knob::Replicates => folder.has(|m| matches!(m, Measurement::Scheme(_))),
     };
-    let wanted = |knob: Knob| args.knobs.is_empty() || args.knobs.contains(&knob);
-    let missing = parts.into_iter().filter(|(knob, _)| wanted(*knob) && !there(*knob));
+    let missing = parts.into_iter().filter(|(knob, _)| wanted(args, *knob) && !there(*knob));
     let spec = renderer.run.film;
     Study {
         format: folder::FORMAT,

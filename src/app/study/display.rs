@@ -4,9 +4,8 @@ use miette::Result;
 
 use super::folder::StudyFolder;
 use super::pictures::{difference, linear};
-use super::reference::ReferencePicture;
 use super::renderer::{RenderLimit, StudyRenderer};
-use super::{TimeBudget, chosen};
+use super::{StudySession, TimeBudget, chosen};
 use crate::app::bench::{self, BenchJob};
 use crate::app::process;
 use crate::app::run_spec::RunSpec;
@@ -50,12 +49,8 @@ struct DisplaySetting {
 }
 
 /// Measures every setting.
-pub fn display(
-    renderer: &mut StudyRenderer,
-    folder: &mut StudyFolder,
-    reference: &ReferencePicture,
-    budget: &TimeBudget,
-) -> Result<()> {
+pub fn display(session: &mut StudySession, budget: &TimeBudget) -> Result<()> {
+    let StudySession { renderer, folder, reference } = session;
     let run = chosen(renderer);
     for samples in SAMPLES {
         let paths = (samples * renderer.texels()).round() as u64;
@@ -168,13 +163,10 @@ fn time(renderer: &StudyRenderer, run: &RunSpec, setting: &DisplaySetting) -> Re
         frames: FRAMES,
     };
     let measured = bench::measure(job, None)?;
-    let passes = measured.passes.iter();
-    let wanted = passes.filter(|(name, _)| *name != "copy" && BATCH.contains(name) == setting.per_sample);
+    let wanted = |name: &&str| *name != "copy" && BATCH.contains(name) == setting.per_sample;
     let mut frames = vec![0.0; measured.frames.len()];
-    for (_, times) in wanted {
-        for (frame, time) in frames.iter_mut().zip(times) {
-            *frame += time;
-        }
+    for (_, times) in measured.passes.iter().filter(|(name, _)| wanted(name)) {
+        frames.iter_mut().zip(times).for_each(|(frame, time)| *frame += time);
     }
     let scale = match setting.per_sample {
         true => 1e6 * frames.len() as f64 / (measured.samples as f64).max(1.0),

@@ -7,9 +7,8 @@ use miette::{IntoDiagnostic, Result};
 
 use super::folder::StudyFolder;
 use super::pictures::{difference, linear, uri};
-use super::reference::ReferencePicture;
 use super::renderer::{RenderLimit, StudyRender, StudyRenderer};
-use super::{TimeBudget, chosen};
+use super::{StudySession, TimeBudget, chosen};
 use crate::app::explain::price;
 use crate::app::run_spec::RunSpec;
 use crate::app::{load, plan, process};
@@ -23,12 +22,8 @@ use crate::tracer::{Camera, Scene};
 const TURNS: usize = 9;
 
 /// Measures every effect that can be left out or added.
-pub fn effects(
-    renderer: &mut StudyRenderer,
-    folder: &mut StudyFolder,
-    reference: &ReferencePicture,
-    budget: &TimeBudget,
-) -> Result<()> {
+pub fn effects(session: &mut StudySession, budget: &TimeBudget) -> Result<()> {
+    let StudySession { renderer, folder, reference } = session;
     let known = |name: &str, folder: &StudyFolder| {
         folder.has(|m| matches!(m, Measurement::Effect(price) if price.name == name))
     };

@@ -39,6 +39,13 @@ const PARTS: [(Knob, f64); 5] = [
     (Knob::Replicates, 1.0),
 ];
 
+/// A study that is being measured.
+pub struct StudySession {
+    renderer: StudyRenderer,
+    folder: StudyFolder,
+    reference: ReferencePicture,
+}
+
 /// The time that a part of the study may take.
 pub struct TimeBudget {
     start: Instant,
@@ -78,13 +85,11 @@ pub fn study(args: &StudyArgs) -> Result<()> {
     });
     let mut folder = StudyFolder::open(&path, &renderer)?;
     budget.say("the reference");
-    let reference = ReferencePicture::find(
-        &mut renderer,
-        &mut folder,
-        args.against.as_deref(),
-        REFERENCE * budget.seconds,
-    )?;
-    let outcome = measure(args, &mut renderer, &mut folder, &reference, &budget);
+    let given = args.against.as_deref();
+    let reference = ReferencePicture::find(&mut renderer, &mut folder, given, REFERENCE * budget.seconds)?;
+    let mut session = StudySession { renderer, folder, reference };
+    let outcome = measure(args, &mut session, &budget);
+    let StudySession { renderer, mut folder, .. } = session;
     if folder.has_grown() {
         folder.keep(Measurement::Command { command: about::command() })?;
     }
@@ -92,41 +97,37 @@ pub fn study(args: &StudyArgs) -> Result<()> {
     folder.publish(&study)?;
     if !args.quiet {
         super::report::print(&pages::terminal(&study), "the study");
-        tell(&format!(
-            "the page is {}; tables and charts are beside it",
-            folder.file("index.html").display()
-        ));
+        let page = folder.file("index.html");
+        tell(&format!("the page is {}; tables and charts are beside it", page.display()));
     }
     outcome
 }
 
 /// Measures one part after another; each takes its share of what is left.
-fn measure(
-    args: &StudyArgs,
-    renderer: &mut StudyRenderer,
-    folder: &mut StudyFolder,
-    reference: &ReferencePicture,
-    budget: &TimeBudget,
-) -> Result<()> {
-    converge::peers(renderer, folder, reference, &args.peer)?;
-    let wanted = |knob: Knob| args.knobs.is_empty() || args.knobs.contains(&knob);
+fn measure(args: &StudyArgs, session: &mut StudySession, budget: &TimeBudget) -> Result<()> {
+    converge::peers(session, &args.peer)?;
     let methods = about::methods(args)?;
-    let last = PARTS.iter().rposition(|(knob, _)| wanted(*knob));
+    let last = PARTS.iter().rposition(|(knob, _)| wanted(args, *knob));
     for (i, (knob, share)) in PARTS.into_iter().enumerate() {
-        if !wanted(knob) || process::is_interrupted() {
+        if !wanted(args, knob) || process::is_interrupted() {
             continue;
         }
         let share = if Some(i) == last { 1.0 } else { share };
         let part = TimeBudget { start: Instant::now(), seconds: share * budget.left(), quiet: args.quiet };
         match knob {
-            Knob::Methods => converge::converge(renderer, folder, reference, &methods, &part)?,
-            Knob::Effects => effects::effects(renderer, folder, reference, &part)?,
-            Knob::Display => display::display(renderer, folder, reference, &part)?,
-            Knob::Numeric => numeric::numeric(renderer, folder)?,
-            Knob::Replicates => schemes::schemes(renderer, folder, reference, &part)?,
+            Knob::Methods => converge::converge(session, &methods, &part)?,
+            Knob::Effects => effects::effects(session, &part)?,
+            Knob::Display => display::display(session, &part)?,
+            Knob::Numeric => numeric::numeric(session)?,
+            Knob::Replicates => schemes::schemes(session, &part)?,
         }
     }
     Ok(())
+}
+
+/// True if a part is asked for.
+fn wanted(args: &StudyArgs, knob: Knob) -> bool {
+    args.knobs.is_empty() || args.knobs.contains(&knob)
 }
 
 /// A run by the method that `auto` chooses, for measuring effects and display.

@@ -130,13 +130,6 @@ impl ReferencePicture {
         })
     }
 
-    /// The part of a picture's relMSE that is noise.
-    fn noise(&self, traced: &StudyRender) -> Option<Interval> {
-        let size = [self.rgb.width(), self.rgb.height()];
-        let field = ErrorField::noise(&traced.pixels, self.rgb.pixels(), size)?;
-        Some(field.estimate(TileSubset::All).rel_mse)
-    }
-
     /// Measures the errors of a render and adds its times, samples and predictions.
     pub fn judge_run(
         &self,
@@ -147,6 +140,8 @@ impl ReferencePicture {
     ) -> Result<RenderMeasurement> {
         let shown = linear(&traced.shown, &renderer.settings).unwrap_or_default();
         let (total, paths) = (traced.stats.total(), traced.data.counts.paths());
+        let size = [self.rgb.width(), self.rgb.height()];
+        let noise = ErrorField::noise(&traced.pixels, self.rgb.pixels(), size);
         let rejections = total.rejections;
         let rejected = |cause: Cause| {
             let example = rejections.examples().iter().find(|example| example.1 == cause);
@@ -163,7 +158,7 @@ impl ReferencePicture {
             display_seconds: traced.display_seconds,
             samples_per_pixel: paths as f64 / renderer.texels(),
             paths,
-            noise: self.noise(traced),
+            noise: noise.map(|field| field.estimate(TileSubset::All).rel_mse),
             stated: traced.estimate().map(|estimate| estimate.relative),
             rejected: Cause::ALL.into_iter().map(rejected).filter(|(_, count, _)| *count > 0).collect(),
             predictions: traced.predictions.clone(),

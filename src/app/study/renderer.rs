@@ -31,9 +31,7 @@ use crate::tracer::{Camera, Scene};
 /// How long a picture is traced.
 #[derive(Clone, Copy, Debug)]
 pub enum RenderLimit {
-    /// Wall-budget time.
     Time(Duration),
-    /// Paths.
     Paths(u64),
 }
 
@@ -41,11 +39,8 @@ pub enum RenderLimit {
 pub struct StudyRenderer {
     /// The specification of all runs, which differ in method and seed.
     pub run: RunSpec,
-    /// The prepared scene.
     pub scene: Arc<Scene>,
-    /// Its camera.
     pub camera: Camera,
-    /// The description of the scene.
     pub desc: SceneDesc,
     /// How pictures are shown.
     pub settings: Settings,
@@ -67,11 +62,9 @@ pub struct StudyRender {
     pub rgb: Grid<[f32; 3]>,
     /// The sums.
     pub data: FilmData,
-    /// The displayed picture.
     pub shown: DisplayImage,
     /// Time and end of the render.
     pub driven: DriveOutcome,
-    /// Statistics of the tracing threads.
     pub stats: Stats,
     /// Seconds from sums to displayed picture.
     pub display_seconds: f64,
@@ -176,14 +169,14 @@ impl StudyRenderer {
             miette::bail!("path {index} panicked: {message}: {}", run.command(*index, 1));
         }
         let pixels = observer.as_ref().map(Observer::pixels).unwrap_or_default();
-        let (state, predictions) = observer.map(|observer| observer.end()).unwrap_or_default();
+        let (state, predictions) = observer.as_ref().map(Observer::end).unwrap_or_default();
         let stats = self.server.stats();
         let start = Instant::now();
         let shown = self.show(&self.settings.clone())?;
         let display_seconds = start.elapsed().as_secs_f64();
         let data = self.client.develop().into_diagnostic()?;
-        let size = (run.film.width as usize, run.film.height as usize);
-        let rgb = Grid::from_rows(size.0, size.1, develop::linear_rgb(&data, &Profile::srgb()));
+        let [width, height] = [run.film.width, run.film.height].map(|side| side as usize);
+        let rgb = Grid::from_rows(width, height, develop::linear_rgb(&data, &Profile::srgb()));
         let rgb = rgb.ok_or_else(|| miette::miette!("the film has another size than its picture"))?;
         Ok(StudyRender { rgb, data, shown, driven, stats, display_seconds, state, predictions, pixels })
     }
