@@ -16,7 +16,6 @@ use crate::scene::desc::IntegratorKind;
 use crate::study::data::{Machine, Study};
 use crate::study::measurement::Measurement;
 
-/// The methods that are compared.
 pub fn methods(args: &StudyArgs) -> Result<Vec<IntegratorKind>> {
     use IntegratorKind::{Auto, Bidirectional, Light, Path, Photon};
     miette::ensure!(
@@ -75,7 +74,6 @@ pub fn about(args: &StudyArgs, renderer: &StudyRenderer, folder: &StudyFolder) -
     }
 }
 
-/// The command line of this run.
 pub fn command() -> String {
     let words = std::env::args_os().skip(1).map(|word| quoted(&word.to_string_lossy()));
     std::iter::once("pointillist".to_string()).chain(words).collect::<Vec<_>>().join(" ")

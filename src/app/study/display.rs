@@ -48,7 +48,6 @@ struct DisplaySetting {
     default: bool,
 }
 
-/// Measures every setting.
 pub fn display(session: &mut StudySession, budget: &TimeBudget) -> Result<()> {
     let StudySession { renderer, folder, reference } = session;
     let run = chosen(renderer);

@@ -28,10 +28,8 @@ struct FolderHeader {
     device: String,
 }
 
-/// The format of the folder.
 pub const FORMAT: u32 = 1;
 
-/// An open folder.
 pub struct StudyFolder {
     path: PathBuf,
     file: std::fs::File,
@@ -82,7 +80,6 @@ impl StudyFolder {
         Ok(Self { path: path.to_path_buf(), file, measurements: measured, grown: false })
     }
 
-    /// A file of the folder.
     pub fn file(&self, name: &str) -> PathBuf {
         self.path.join(name)
     }
@@ -97,7 +94,6 @@ impl StudyFolder {
         Ok(())
     }
 
-    /// True if a measurement of this kind is there.
     pub fn has(&self, kind: impl Fn(&Measurement) -> bool) -> bool {
         self.measurements.iter().any(kind)
     }

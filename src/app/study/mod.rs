@@ -67,7 +67,6 @@ impl TimeBudget {
     }
 }
 
-/// Runs the subcommand.
 pub fn study(args: &StudyArgs) -> Result<()> {
     if args.predictions {
         return predictions::print();

@@ -17,7 +17,6 @@ const TERMS: usize = 1 << 20;
 /// Sums that are compared.
 const SUMS: usize = 9;
 
-/// Measures the choices.
 pub fn numeric(StudySession { renderer, folder, .. }: &mut StudySession) -> Result<()> {
     if folder.has(|m| matches!(m, Measurement::Numeric(_))) {
         return Ok(());

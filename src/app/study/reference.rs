@@ -25,7 +25,6 @@ pub struct ReferencePicture {
     pub shown: Grid<[f32; 3]>,
     /// Its own relMSE, 0 if unknown.
     own: f64,
-    /// Its own relative errors.
     relative: [f64; 3],
     mean: f64,
     /// Seconds of the longest render whose error it can measure.
@@ -35,7 +34,6 @@ pub struct ReferencePicture {
 /// Least ratio of the reference's render time to that of a picture.
 const LONGER: f64 = 2.5;
 
-/// The file in the folder.
 const FILE: &str = "reference.exr";
 
 impl ReferencePicture {

@@ -149,7 +149,6 @@ fn costs<'a>(text: &mut CsvText<'a>, study: &'a Study) {
     }
 }
 
-/// Predictions and stability.
 fn outcomes<'a>(text: &mut CsvText<'a>, study: &'a Study) {
     if let Some(p) = &study.predictions {
         let [known, held, open] = [p.known, p.held, p.open].map(|n| exact(n as f64));

@@ -138,7 +138,6 @@ fn origin(study: &Study) -> Markup {
     }
 }
 
-/// How the reference was made.
 pub fn reference_origin(r: &ReferenceImage) -> String {
     let samples =
         (r.samples_per_pixel > 0.0).then(|| format!("{} samples per pixel", count(r.samples_per_pixel)));
@@ -166,7 +165,6 @@ fn index_summary(studies: &[(String, &Study)]) -> String {
     format!("{scenes}.{best}")
 }
 
-/// Time to 1 % by scene and method.
 fn times_to_one_percent(studies: &[(String, &Study)]) -> Markup {
     let mut names: Vec<&str> = Vec::new();
     for method in studies.iter().flat_map(|(_, study)| verdict::own(study)) {

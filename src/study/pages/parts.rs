@@ -63,12 +63,10 @@ impl Render for FormattedInterval {
     }
 }
 
-/// A cell of a table.
 pub fn cell(content: impl Render) -> Markup {
     content.render()
 }
 
-/// A cell whose content may be missing.
 pub fn maybe(content: Option<impl Render>) -> Markup {
     content.map_or_else(|| cell("—"), cell)
 }
@@ -88,7 +86,6 @@ pub fn note(text: &str) -> Markup {
     details("How this was measured", html! { p { (text) } })
 }
 
-/// Opens on demand.
 pub fn details(summary: &str, body: Markup) -> Markup {
     html! { details { summary { (summary) } (body) } }
 }

@@ -26,7 +26,6 @@ pub fn own(study: &Study) -> Vec<&MethodResult> {
     study.methods.iter().filter(|m| !m.peer).collect()
 }
 
-/// A method's time to an error, if it has one.
 pub fn price(method: &MethodResult, error: f64) -> Option<(&TimeToError, Interval)> {
     let near = |p: &&TimeToError| p.error > 0.0 && (p.error / error).ln().abs() < 0.01;
     let price = method.prices.iter().find(near)?;
@@ -117,7 +116,6 @@ pub fn most_expensive_effect(study: &Study) -> Option<(&EffectPrice, Interval)> 
     priced.max_by(|(_, a), (_, b)| a.value.total_cmp(&b.value))
 }
 
-/// The warnings of a method.
 pub fn flags(method: &MethodResult) -> Vec<String> {
     let flat = method.flags.is_empty() && flat(method);
     let unflagged = flat.then(|| "slope flatter than −0.4: heavy tail or bias".to_string());
@@ -148,7 +146,6 @@ pub fn shared_seconds(study: &Study) -> Option<f64> {
     ends.filter(|s| s.is_finite() && *s > 0.0).min_by(f64::total_cmp)
 }
 
-/// The point of a method that is nearest to a time.
 pub fn at_time(method: &MethodResult, seconds: f64) -> Option<&CurvePoint> {
     let far = |p: &&CurvePoint| (p.seconds / seconds).ln().abs();
     let timed = method.points.iter().filter(|p| p.seconds > 0.0 && p.seconds.is_finite());

@@ -26,7 +26,6 @@ pub struct BarPanel {
     number: fn(&Interval) -> String,
 }
 
-/// One row.
 pub struct BarRow {
     /// Begins a group with this heading.
     pub group: Option<String>,
@@ -37,7 +36,6 @@ pub struct BarRow {
     pub values: Vec<Option<Interval>>,
 }
 
-/// A chart of rows.
 pub struct BarChart {
     /// Its description for screen readers.
     pub label: String,
@@ -51,7 +49,6 @@ const NUMBER: f64 = 62.0;
 const HEADING: f64 = 24.0;
 
 impl BarChart {
-    /// True if there is nothing to draw.
     pub fn is_empty(&self) -> bool {
         !self.rows.iter().flat_map(|r| &r.values).any(|v| v.is_some_and(|v| v.cleaned().is_some()))
     }
@@ -86,7 +83,6 @@ impl BarChart {
         Drawing { size, width: size.width(), height: bottom + 24.0, body }
     }
 
-    /// The scale of panel `i`.
     fn scale(&self, i: usize, left: f64, size: ChartSize) -> Scale {
         let panel = &self.panels[i];
         let share = (size.width() - left) / self.panels.len() as f64;

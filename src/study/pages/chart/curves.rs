@@ -8,7 +8,6 @@ use super::style::MethodStyle;
 use super::{ChartSize, Drawing, path, px, text, tooltip};
 use crate::study::Interval;
 
-/// One measured point of a curve.
 #[derive(Serialize)]
 pub struct ChartPoint {
     pub x: f64,
@@ -17,7 +16,6 @@ pub struct ChartPoint {
     pub note: String,
 }
 
-/// One curve.
 #[derive(Serialize)]
 pub struct ChartCurve {
     pub name: String,
@@ -70,7 +68,6 @@ pub fn extension(points: &[ChartPoint], slope: Option<Interval>, end: f64) -> Ve
 }
 
 impl CurveChart {
-    /// True if there is nothing to draw.
     pub fn is_empty(&self) -> bool {
         self.curves.iter().all(|c| c.points.is_empty())
     }
@@ -93,7 +90,6 @@ impl CurveChart {
         html! { script type="application/json" { (PreEscaped(json.replace('<', "\\u003c"))) } }
     }
 
-    /// The drawing.
     pub fn draw(&self, size: ChartSize) -> Drawing {
         let (left, top, plot, legend_columns) = match size {
             ChartSize::Wide => (58.0, 26.0, 320.0, 4),

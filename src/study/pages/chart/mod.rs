@@ -42,7 +42,6 @@ impl ChartSize {
     }
 }
 
-/// A finished drawing.
 pub struct Drawing {
     size: ChartSize,
     width: f64,

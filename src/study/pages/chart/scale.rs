@@ -5,9 +5,7 @@ use crate::study::format::{THIN, significant, trimmed};
 /// Maps values to places along an axis, linearly or logarithmically.
 #[derive(Clone, Copy, Debug)]
 pub struct Scale {
-    /// The values at the ends.
     pub range: [f64; 2],
-    /// The places of the ends.
     pub ends: [f64; 2],
     logarithmic: bool,
 }
@@ -46,7 +44,6 @@ impl Scale {
         self.ends[0] + share * (self.ends[1] - self.ends[0])
     }
 
-    /// True if `x` lies within the range.
     pub fn holds(&self, x: f64) -> bool {
         (self.range[0]..=self.range[1]).contains(&x)
     }
@@ -85,7 +82,6 @@ impl Scale {
     }
 }
 
-/// The text at a tick.
 pub fn tick_label(x: f64) -> String {
     trimmed(&significant(x, 2)).replace(".0·", "·")
 }

@@ -6,7 +6,6 @@ use serde::Serialize;
 use super::px;
 use crate::study::data::{MethodResult, Study};
 
-/// How a method is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct MethodStyle {
     /// CSS class of the colour: `m0` … `m7`, `p0` … `p2` for other programs.
@@ -64,7 +63,6 @@ pub fn styled(study: &Study) -> impl Iterator<Item = (&MethodResult, MethodStyle
     study.methods.iter().map(move |m| (m, style(m).copied().unwrap_or(PLAIN)))
 }
 
-/// The style of the method of this name.
 pub fn style_of(study: &Study, name: &str) -> MethodStyle {
     styled(study).find(|(m, _)| m.name == name).map_or(PLAIN, |(_, style)| style)
 }

@@ -81,7 +81,6 @@ fn faster_preview(study: &Study, a: &Recommendation) -> Option<String> {
         .then(|| format!("For a preview at {}, {} is faster: {}.", goal(error), method.name, seconds(&time)))
 }
 
-/// What to watch out for.
 pub fn warnings(study: &Study) -> Vec<String> {
     let mut lines = Vec::new();
     for m in &study.methods {
@@ -112,7 +111,6 @@ pub fn warnings(study: &Study) -> Vec<String> {
     lines
 }
 
-/// The box.
 pub fn html(study: &Study) -> Markup {
     let warnings = warnings(study);
     html! {

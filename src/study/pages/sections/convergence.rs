@@ -10,7 +10,6 @@ use crate::study::pages::parts::{cell, curves, details, list, listing, maybe, me
 use crate::study::pages::sections::pictures;
 use crate::study::pages::verdict;
 
-/// The conclusion.
 pub fn conclusion(study: &Study) -> String {
     let shared = verdict::shared_seconds(study);
     let error = |m| Some((m, verdict::error_of(verdict::at_time(m, shared?)?)?));
@@ -38,7 +37,6 @@ pub fn conclusion(study: &Study) -> String {
     text
 }
 
-/// What stands below the conclusion.
 pub fn body(study: &Study) -> Markup {
     html! {
         @if study.methods.iter().all(|m| m.points.is_empty()) { (missing(study, "Curves were", "convergence")) }
@@ -60,7 +58,6 @@ pub fn body(study: &Study) -> Markup {
 
 type Styled<'a> = (&'a MethodResult, MethodStyle);
 
-/// A method's curve of `y` over `x`.
 fn curve(
     (m, style): Styled<'_>,
     x: impl Fn(&CurvePoint) -> f64,
@@ -156,7 +153,6 @@ fn bias(study: &Study) -> CurveChart {
     chart("Bias and noise against seconds", "seconds", y_name, biased.flat_map(both))
 }
 
-/// The errors at the end of each curve.
 fn last_errors(study: &Study) -> Markup {
     let ends = styled(study).filter_map(|(m, style)| Some((m, style, m.points.last()?)));
     listing(
@@ -220,7 +216,6 @@ fn within(p: &CurvePoint, quantile: usize) -> Markup {
     maybe(p.relative.map(|r| percent_interval(&r[quantile])))
 }
 
-/// The root of a mean square.
 fn rms(square: Option<Interval>) -> Markup {
     maybe(square.and_then(|square| square.root()).map(|root| percent_interval(&root)))
 }

@@ -97,7 +97,6 @@ fn chart(study: &Study, per_sample: bool) -> BarChart {
     BarChart { label: format!("Display settings: {time} and error"), panels, rows }
 }
 
-/// What stands below the conclusion.
 pub fn body(study: &Study) -> Markup {
     let device = if study.machine.device.is_empty() { "the device" } else { &study.machine.device };
     html! {

@@ -11,7 +11,6 @@ use crate::study::pages::chart::{
 use crate::study::pages::parts::{bars, cell, embedded, listing, maybe, missing, note, pictures, words};
 use crate::study::pages::verdict;
 
-/// The conclusion.
 pub fn conclusion(study: &Study) -> String {
     let mut text = match verdict::most_expensive_effect(study) {
         Some((effect, time)) => {
@@ -69,7 +68,6 @@ pub fn chart(study: &Study) -> BarChart {
     }
 }
 
-/// What stands below the conclusion.
 pub fn body(study: &Study) -> Markup {
     let chart = chart(study);
     html! {

@@ -6,7 +6,6 @@ use crate::study::data::{NumericPrice, Study};
 use crate::study::format::{THIN, factor, significant};
 use crate::study::pages::parts::{cell, listing, missing, note, words};
 
-/// The conclusion.
 pub fn conclusion(study: &Study) -> String {
     let matters = |n: &&NumericPrice| n.error.cleaned().is_some_and(|e| e.low > 1.0 && e.value > 1.05);
     let (exact, cheap): (Vec<_>, Vec<_>) = study.numeric.iter().partition(matters);
@@ -40,7 +39,6 @@ pub fn summary(study: &Study) -> String {
     format!("{}, cheap form: error {error}; exact form: time {time}", n.choice)
 }
 
-/// What stands below the conclusion.
 pub fn body(study: &Study) -> Markup {
     let choices = listing(
         "Choices of arithmetic",

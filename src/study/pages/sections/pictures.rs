@@ -63,7 +63,6 @@ fn region_map(study: &Study) -> Option<RegionMap<'_>> {
     })
 }
 
-/// The picture and the error map of a method.
 fn equal_time(study: &Study, m: &MethodResult, style: MethodStyle) -> Option<Markup> {
     let mut all = vec![(embedded(m.picture.as_deref())?, format!("{}, displayed picture", m.name))];
     all.extend(embedded(m.error_map.as_deref()).map(|uri| (uri, format!("{}, FLIP error map", m.name))));

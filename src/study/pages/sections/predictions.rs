@@ -10,7 +10,6 @@ use crate::study::pages::parts::{cell, listing, maybe, missing, note};
 /// The share of outcomes that an interval should contain.
 const STATED: f64 = 0.9;
 
-/// The conclusion.
 pub fn conclusion(study: &Study) -> String {
     let Some(p) = &study.predictions else { return "No prediction has been recorded.".into() };
     let Some(share) = Interval::of_share(p.held, p.known) else {
@@ -25,7 +24,6 @@ pub fn conclusion(study: &Study) -> String {
     format!("The 90{THIN}% intervals held in {held} of {known} predictions, {share}: {judgement}.")
 }
 
-/// What stands below the conclusion.
 pub fn body(study: &Study) -> Markup {
     html! {
         @match &study.predictions {

@@ -9,7 +9,6 @@ use crate::study::pages::chart::{BarChart, BarMark, BarPanel, BarRow, MethodStyl
 use crate::study::pages::parts::{bars, cell, maybe, method, missing, note, table};
 use crate::study::pages::verdict;
 
-/// The conclusion.
 pub fn conclusion(study: &Study) -> String {
     let Some(a) = verdict::recommend(study) else { return "No time to an error is known.".into() };
     let time = |(m, p): (&MethodResult, Option<(_, Interval)>)| match p {
@@ -45,7 +44,6 @@ pub fn chart(study: &Study) -> BarChart {
     BarChart { label: "Time to a relative error, by method".into(), panels: vec![panel], rows }
 }
 
-/// What stands below the conclusion.
 pub fn body(study: &Study) -> Markup {
     let chart = chart(study);
     html! {

@@ -9,7 +9,6 @@ use crate::study::pages::chart::style_of;
 use crate::study::pages::parts::{cell, command, list, listing, maybe, method, missing, note, words};
 use crate::study::pages::verdict;
 
-/// The conclusion.
 pub fn conclusion(study: &Study) -> String {
     if study.stability.is_empty() {
         return "Stability has not been measured.".into();
@@ -40,7 +39,6 @@ pub fn summary(study: &Study) -> String {
     format!("{} of {} paths rejected{energy}", count(bad as f64), count(paths as f64))
 }
 
-/// What stands below the conclusion.
 pub fn body(study: &Study) -> Markup {
     let causes = |s: &Stability| {
         let causes = s.rejected.iter().map(|(cause, n, _)| format!("{cause}: {}", count(*n as f64)));
