@@ -44,19 +44,17 @@ pub fn effects(session: &mut StudySession, budget: &TimeBudget) -> Result<()> {
         return Ok(());
     }
     let same = RenderLimit::Paths(whole.data.counts.paths());
-    let (flip_whole, _) =
-        difference(&linear(&whole.shown, &renderer.settings).unwrap_or_default(), &reference.shown);
+    let (flip_whole, _) = difference(&linear(&whole.shown, &renderer.settings), &reference.shown);
     for (entry, turns) in plan.iter().zip(ratios) {
         if process::is_interrupted() {
             return Ok(());
         }
         let Some(effect) = entry.effect.filter(|effect| !known(effect.name(), folder)) else { continue };
         budget.say(&format!("the picture without {}", effect.name()));
-        let time =
-            Interval::of_median(&turns).map(|ratio| if entry.on { ratio.map(|r| 1.0 / r) } else { ratio });
-        let reason = entry.reason.to_string();
-        let mut price =
-            EffectPrice { name: effect.name().to_string(), on: entry.on, reason, time, ..Default::default() };
+        let time = Interval::of_median(&turns);
+        let time = if entry.on { time.map(|ratio| ratio.map(|r| 1.0 / r)) } else { time };
+        let [name, reason] = [effect.name().to_string(), entry.reason.to_string()];
+        let mut price = EffectPrice { name, on: entry.on, reason, time, ..Default::default() };
         if entry.on
             && time.is_some()
             && let Some(without) = leave_out(renderer, &run, effect, same)?
@@ -66,7 +64,7 @@ pub fn effects(session: &mut StudySession, budget: &TimeBudget) -> Result<()> {
                 return Ok(());
             }
             price.variance = noise(&without).zip(noise(&whole)).map(|(without, with)| 1.0 - without / with);
-            let shown = linear(&without.shown, &renderer.settings).unwrap_or_default();
+            let shown = linear(&without.shown, &renderer.settings);
             price.loss = Some((difference(&shown, &reference.shown).0 - flip_whole).max(0.0));
             price.picture = uri(&shown);
         }

@@ -1,7 +1,6 @@
 //! `pointillist study`: what accuracy costs in time, on one scene and this machine.
 
 mod about;
-mod collect;
 mod converge;
 mod display;
 mod effects;
@@ -72,7 +71,7 @@ pub fn study(args: &StudyArgs) -> Result<()> {
         return predictions::print();
     }
     if let (Some(folder), Some(output)) = (&args.collect, &args.output) {
-        return collect::collect(folder, output);
+        return folder::collect(folder, output);
     }
     let Some(scene) = &args.scene else { return Ok(()) };
     process::listen_for_interrupt();

@@ -9,11 +9,11 @@ use crate::image::{Grid, data_uri};
 /// Longest side on the page, pixels.
 const SIDE: usize = 320;
 
-/// Display-linear sRGB of a displayed picture.
-pub fn linear(shown: &DisplayImage, settings: &Settings) -> Option<Grid<[f32; 3]>> {
+/// Display-linear sRGB of a displayed picture; nothing if pixels are missing.
+pub fn linear(shown: &DisplayImage, settings: &Settings) -> Grid<[f32; 3]> {
     let decode: Vec<f32> = (0..256).map(|i| (i as f32 / 255.0).powf(settings.gamma)).collect();
     let pixels = shown.rgb.iter().map(|rgb| rgb.map(|c| decode[usize::from(c)])).collect();
-    Grid::from_rows(shown.width as usize, shown.height as usize, pixels)
+    Grid::from_rows(shown.width as usize, shown.height as usize, pixels).unwrap_or_default()
 }
 
 /// A display-linear picture for the page; `None` if it has no pixels.

@@ -136,7 +136,7 @@ impl ReferencePicture {
         traced: &StudyRender,
         budget: f64,
     ) -> Result<RenderMeasurement> {
-        let shown = linear(&traced.shown, &renderer.settings).unwrap_or_default();
+        let shown = linear(&traced.shown, &renderer.settings);
         let (total, paths) = (traced.stats.total(), traced.data.counts.paths());
         let size = [self.rgb.width(), self.rgb.height()];
         let noise = ErrorField::noise(&traced.pixels, self.rgb.pixels(), size);
