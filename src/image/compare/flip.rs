@@ -1,6 +1,6 @@
 //! FLIP: what a person sees when two pictures alternate in the same place.
 
-use super::{MetricMap, is_finite, map, same_size};
+use super::{MetricMap, Rgb, is_finite, map, same_size};
 use crate::color::srgb;
 use crate::image::error::ImageError;
 use crate::image::grid::Grid;
@@ -24,11 +24,7 @@ const MOST_PIXELS: usize = 1 << 28;
 ///
 /// # Source
 /// Andersson et al., *FLIP: A Difference Evaluator for Alternating Images* (2020), by the authors' code (`nv-flip`).
-pub fn flip(
-    picture: &Grid<[f32; 3]>,
-    reference: &Grid<[f32; 3]>,
-    pixels_per_degree: f32,
-) -> Result<MetricMap, ImageError> {
+pub fn flip(picture: &Rgb, reference: &Rgb, pixels_per_degree: f32) -> Result<MetricMap, ImageError> {
     let size = (picture.width(), picture.height());
     same_size(size, (reference.width(), reference.height()))?;
     if picture.pixels().is_empty() {
@@ -40,7 +36,7 @@ pub fn flip(
     else {
         return Err(too_large());
     };
-    let encoded = |picture: &Grid<[f32; 3]>| {
+    let encoded = |picture: &Rgb| {
         let encode = |&rgb: &[f32; 3]| if is_finite(rgb) { rgb.map(srgb::encode_8bit) } else { [0; 3] };
         let bytes: Vec<[u8; 3]> = picture.pixels().iter().map(encode).collect();
         nv_flip::FlipImageRgb8::with_data(width, height, bytes.as_flattened())

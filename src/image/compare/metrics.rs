@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::{MetricMap, is_finite, luminance, map, same_size};
+use super::{MetricMap, Rgb, is_finite, luminance, map, same_size};
 use crate::color::oklab;
 use crate::image::error::ImageError;
 use crate::image::grid::Grid;
@@ -21,7 +21,7 @@ pub struct RelMse {
 /// # Source
 /// Rousselle, Knaus, Zwicker, *Adaptive Sampling and Reconstruction using Greedy Error Minimization* (2011), with
 /// the luminance of the reference in the denominator of all channels.
-pub fn rel_mse(picture: &Grid<[f32; 3]>, reference: &Grid<[f32; 3]>) -> Result<RelMse, ImageError> {
+pub fn rel_mse(picture: &Rgb, reference: &Rgb) -> Result<RelMse, ImageError> {
     same_size((picture.width(), picture.height()), (reference.width(), reference.height()))?;
     let pairs = picture.pixels().iter().zip(reference.pixels());
     let mut errors: Vec<f64> = pairs.map(|(&x, &r)| squared_error(x, r)).collect();
@@ -32,7 +32,7 @@ pub fn rel_mse(picture: &Grid<[f32; 3]>, reference: &Grid<[f32; 3]>) -> Result<R
 }
 
 /// The contribution of every pixel to [`RelMse::whole`], which is the map's mean; infinite where a pixel is not finite.
-pub fn rel_mse_map(picture: &Grid<[f32; 3]>, reference: &Grid<[f32; 3]>) -> Result<Grid<f32>, ImageError> {
+pub fn rel_mse_map(picture: &Rgb, reference: &Rgb) -> Result<Grid<f32>, ImageError> {
     map(picture, reference, |x, r| squared_error(x, r) as f32)
 }
 
@@ -51,7 +51,7 @@ const EPSILON: f64 = 0.01;
 /// # Source
 /// Vogels et al., *Denoising with Kernel Prediction and Asymmetric Loss Functions* (2018), with their ε = 0.01. It lacks
 /// the factor 2 that forecasters use, so that its largest value is 1.
-pub fn smape(picture: &Grid<[f32; 3]>, reference: &Grid<[f32; 3]>) -> Result<MetricMap, ImageError> {
+pub fn smape(picture: &Rgb, reference: &Rgb) -> Result<MetricMap, ImageError> {
     let term = |x: f32, r: f32| {
         let (x, r) = (f64::from(x), f64::from(r));
         (x - r).abs() / (x.abs() + r.abs() + EPSILON)
@@ -61,8 +61,8 @@ pub fn smape(picture: &Grid<[f32; 3]>, reference: &Grid<[f32; 3]>) -> Result<Met
 
 /// The metric with its mean; 1 where a pixel is not finite.
 fn metric(
-    picture: &Grid<[f32; 3]>,
-    reference: &Grid<[f32; 3]>,
+    picture: &Rgb,
+    reference: &Rgb,
     of: impl Fn([f32; 3], [f32; 3]) -> f32,
 ) -> Result<MetricMap, ImageError> {
     let or_1 = |x, r| if is_finite(x) && is_finite(r) { of(x, r) } else { 1.0 };
@@ -74,7 +74,7 @@ fn metric(
 ///
 /// # Source
 /// ΔE_OK of CSS Color Module Level 4, where 0.02 is the difference just noticed. The space is Ottosson's ([`oklab`]).
-pub fn delta_e(picture: &Grid<[f32; 3]>, reference: &Grid<[f32; 3]>) -> Result<MetricMap, ImageError> {
+pub fn delta_e(picture: &Rgb, reference: &Rgb) -> Result<MetricMap, ImageError> {
     let lab = |rgb: [f32; 3]| oklab::from_linear_srgb(Vec3::from(rgb));
     metric(picture, reference, |x, r| lab(x).distance(lab(r)))
 }

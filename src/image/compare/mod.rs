@@ -29,6 +29,9 @@ pub use variance::{
 use crate::image::error::ImageError;
 use crate::image::grid::Grid;
 
+/// Linear R, G, B of every pixel.
+type Rgb = Grid<[f32; 3]>;
+
 /// An error metric over a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MetricMap {
