@@ -10,9 +10,8 @@ use std::path::Path;
 use exr::meta::MetaData;
 use exr::meta::attribute::Chromaticities;
 use exr::prelude::{
-    AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples, Image,
-    ImageAttributes, IntegerBounds, Layer, LayerAttributes, LineOrder, ReadChannels, ReadLayers, Text, Vec2,
-    WritableImage,
+    AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image, ImageAttributes, IntegerBounds,
+    Layer, LayerAttributes, ReadChannels, ReadLayers, Text, Vec2, WritableImage,
 };
 
 use crate::image::error::ImageError;
@@ -78,12 +77,8 @@ fn encode(path: &Path, layers: &Layers) -> Result<Vec<u8>, ImageError> {
     }
     let mut shared = ImageAttributes::new(IntegerBounds::from_dimensions(size));
     shared.chromaticities = Some(REC_709);
-    let encoding = Encoding {
-        compression: Compression::ZIP16,
-        blocks: Blocks::ScanLines,
-        line_order: LineOrder::Increasing,
-    };
-    let layer = Layer::new(size, own, encoding, AnyChannels::sort(channels.into()));
+    // ZIP of 16 scan lines each, in increasing order.
+    let layer = Layer::new(size, own, Encoding::SMALL_LOSSLESS, AnyChannels::sort(channels.into()));
     let mut bytes = Cursor::new(Vec::new());
     let image = Image::empty(shared).with_layer(layer);
     image.write().to_buffered(&mut bytes).map_err(|e| refuse(e.to_string()))?;

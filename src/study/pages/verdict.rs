@@ -48,40 +48,31 @@ pub fn recommend(study: &Study) -> Option<Recommendation<'_>> {
     let own = own(study);
     let reached = |error: f64| own.iter().any(|m| price(m, error).is_some());
     let error = if reached(0.01) { 0.01 } else { *errors(&study.methods).iter().rfind(|e| reached(**e))? };
+    let peers: Vec<&MethodResult> = study.methods.iter().filter(|m| m.peer).collect();
+    let best_peer = ranked(&peers, error).into_iter().next();
     let ranked = ranked(&own, error);
     let (method, found) = ranked.first()?;
     let (price, seconds) = (*found)?;
     let second = ranked.get(1).map(|(m, p)| (*m, p.and_then(|(_, s)| s.ratio(&seconds))));
-    let peers: Vec<&MethodResult> = study.methods.iter().filter(|m| m.peer).collect();
-    let peer = peer(&peers, method, error, &seconds);
+    let over = |(peer, found): Timed<'_>| match found {
+        Some((_, theirs)) => theirs.ratio(&seconds),
+        None => method.efficiency?.cleaned()?.ratio(&peer.efficiency?.cleaned()?),
+    };
+    let peer = best_peer.and_then(|peer| Some((peer.0, over(peer)?)));
     Some(Recommendation { method, error, seconds, measured: price.measured, second, peer })
 }
 
+/// A method and its time to an error, if it has one.
+type Timed<'a> = (&'a MethodResult, Option<(&'a TimeToError, Interval)>);
+
 /// The methods by their time to an error; those that do not reach it come last, by efficiency.
-pub fn ranked<'a>(
-    methods: &[&'a MethodResult],
-    error: f64,
-) -> Vec<(&'a MethodResult, Option<(&'a TimeToError, Interval)>)> {
+pub fn ranked<'a>(methods: &[&'a MethodResult], error: f64) -> Vec<Timed<'a>> {
     let time = |p: &Option<(&TimeToError, Interval)>| p.map_or(f64::INFINITY, |(_, s)| s.value);
     let efficiency = |m: &MethodResult| m.efficiency.and_then(|e| e.cleaned()).map_or(0.0, |e| e.value);
     let mut ranked: Vec<_> = methods.iter().map(|m| (*m, price(m, error))).collect();
     ranked
         .sort_by(|(a, p), (b, q)| time(p).total_cmp(&time(q)).then(efficiency(b).total_cmp(&efficiency(a))));
     ranked
-}
-
-fn peer<'a>(
-    peers: &[&'a MethodResult],
-    winner: &MethodResult,
-    error: f64,
-    seconds: &Interval,
-) -> Option<(&'a MethodResult, Interval)> {
-    let (method, found) = ranked(peers, error).into_iter().next()?;
-    let over = match found {
-        Some((_, theirs)) => theirs.ratio(seconds),
-        None => winner.efficiency?.cleaned()?.ratio(&method.efficiency?.cleaned()?),
-    };
-    Some((method, over?))
 }
 
 /// The error at which a method ended: that of 95 % of the picture if its replicates tell, else the root of relMSE.
