@@ -6,7 +6,7 @@ use miette::Result;
 
 use super::folder::{self, StudyFolder};
 use super::renderer::{StudyRenderer, cpu};
-use super::{display, wanted};
+use super::{PARTS, display, wanted};
 use crate::app::args::StudyArgs;
 use crate::app::args::scene::SceneArgs;
 use crate::app::args::study::Knob;
@@ -46,13 +46,6 @@ pub fn source(args: &StudyArgs, scene: PathBuf) -> SceneArgs {
 
 /// A study with its scene, its machine and its missing parts.
 pub fn about(args: &StudyArgs, renderer: &StudyRenderer, folder: &StudyFolder) -> Study {
-    let parts = [
-        (Knob::Methods, "convergence, prices, pictures, predictions, stability: --knobs methods"),
-        (Knob::Effects, "effects: --knobs effects"),
-        (Knob::Display, "display: --knobs display"),
-        (Knob::Numeric, "numeric choices: --knobs numeric"),
-        (Knob::Replicates, "replicates: --knobs replicates"),
-    ];
     let there = |knob: Knob| match knob {
         Knob::Methods => folder.has(|m| matches!(m, Measurement::Run(_))),
         // Of this part it is measured last.
@@ -61,7 +54,7 @@ pub fn about(args: &StudyArgs, renderer: &StudyRenderer, folder: &StudyFolder) -
         Knob::Numeric => folder.has(|m| matches!(m, Measurement::Numeric(_))),
         Knob::Replicates => folder.has(|m| matches!(m, Measurement::Scheme(_))),
     };
-    let missing = parts.into_iter().filter(|(knob, _)| wanted(args, *knob) && !there(*knob));
+    let missing = PARTS.into_iter().filter(|(knob, ..)| wanted(args, *knob) && !there(*knob));
     let spec = renderer.run.film;
     Study {
         format: folder::FORMAT,
@@ -69,7 +62,7 @@ pub fn about(args: &StudyArgs, renderer: &StudyRenderer, folder: &StudyFolder) -
         size: [spec.width, spec.height],
         machine: machine(renderer),
         load_seconds: renderer.load_seconds,
-        missing: missing.map(|(_, name)| name.to_string()).collect(),
+        missing: missing.map(|(.., name)| name.to_string()).collect(),
         ..Study::default()
     }
 }

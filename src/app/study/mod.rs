@@ -29,13 +29,13 @@ use renderer::StudyRenderer;
 
 /// Share of the budget for the reference.
 const REFERENCE: f64 = 0.2;
-/// Parts in their order, with shares of what is left of the budget.
-const PARTS: [(Knob, f64); 5] = [
-    (Knob::Methods, 0.7),
-    (Knob::Effects, 0.5),
-    (Knob::Display, 0.6),
-    (Knob::Numeric, 0.1),
-    (Knob::Replicates, 1.0),
+/// Parts in their order, with shares of what is left of the budget, and what is missing without them.
+const PARTS: [(Knob, f64, &str); 5] = [
+    (Knob::Methods, 0.7, "convergence, prices, pictures, predictions, stability: --knobs methods"),
+    (Knob::Effects, 0.5, "effects: --knobs effects"),
+    (Knob::Display, 0.6, "display: --knobs display"),
+    (Knob::Numeric, 0.1, "numeric choices: --knobs numeric"),
+    (Knob::Replicates, 1.0, "replicates: --knobs replicates"),
 ];
 
 /// A study that is being measured.
@@ -105,8 +105,8 @@ pub fn study(args: &StudyArgs) -> Result<()> {
 fn measure(args: &StudyArgs, session: &mut StudySession, budget: &TimeBudget) -> Result<()> {
     converge::peers(session, &args.peer)?;
     let methods = about::methods(args)?;
-    let last = PARTS.iter().rposition(|(knob, _)| wanted(args, *knob));
-    for (i, (knob, share)) in PARTS.into_iter().enumerate() {
+    let last = PARTS.iter().rposition(|(knob, ..)| wanted(args, *knob));
+    for (i, (knob, share, _)) in PARTS.into_iter().enumerate() {
         if !wanted(args, knob) || process::is_interrupted() {
             continue;
         }
