@@ -105,16 +105,14 @@ pub fn with_unit(i: &Interval, scale: f64, unit: &str) -> FormattedInterval {
     let Some(i) = i.map(|x| x * scale).cleaned() else { return FormattedInterval::none() };
     let digits = digits(&i);
     let power = exponent(i.value, digits);
-    let (main, range);
-    if i.value == 0.0 || (-4..7).contains(&power) {
+    let (main, range) = if i.value == 0.0 || (-4..7).contains(&power) {
         let place = if i.value == 0.0 { zero_place(&i) } else { power - digits as i32 + 1 };
-        (main, range) = (format!("{}{unit}", at(i.value, place)), span(&i, place));
+        (format!("{}{unit}", at(i.value, place)), span(&i, place))
     } else {
         let small = i.map(|x| x / 10f64.powi(power));
         let (place, ten) = (1 - digits as i32, format!("·10{}", raised(power)));
-        (main, range) =
-            (format!("{}{ten}{unit}", at(small.value, place)), format!("({}){ten}", span(&small, place)));
-    }
+        (format!("{}{ten}{unit}", at(small.value, place)), format!("({}){ten}", span(&small, place)))
+    };
     FormattedInterval { main, range: (i.low != i.high).then_some(range) }
 }
 
