@@ -6,30 +6,18 @@
 use glam::{Mat3, Vec3};
 
 /// Columns of linear sRGB to cone responses.
-const LMS_FROM_RGB: Mat3 = Mat3::from_cols_array(&[
-    0.412_221_47,
-    0.211_903_5,
-    0.088_302_46,
-    0.536_332_54,
-    0.680_699_55,
-    0.281_718_84,
-    0.051_445_993,
-    0.107_396_96,
-    0.629_978_7,
-]);
+const LMS_FROM_RGB: Mat3 = Mat3::from_cols(
+    Vec3::new(0.412_221_47, 0.211_903_5, 0.088_302_46),
+    Vec3::new(0.536_332_54, 0.680_699_55, 0.281_718_84),
+    Vec3::new(0.051_445_993, 0.107_396_96, 0.629_978_7),
+);
 
 /// Columns of cube roots of cone responses to L, a, b.
-const LAB_FROM_ROOTS: Mat3 = Mat3::from_cols_array(&[
-    0.210_454_26,
-    1.977_998_5,
-    0.025_904_037,
-    0.793_617_8,
-    -2.428_592_2,
-    0.782_771_77,
-    -0.004_072_047,
-    0.450_593_7,
-    -0.808_675_77,
-]);
+const LAB_FROM_ROOTS: Mat3 = Mat3::from_cols(
+    Vec3::new(0.210_454_26, 1.977_998_5, 0.025_904_037),
+    Vec3::new(0.793_617_8, -2.428_592_2, 0.782_771_77),
+    Vec3::new(-0.004_072_047, 0.450_593_7, -0.808_675_77),
+);
 
 /// Lightness L and the opponents a (green to red) and b (blue to yellow) of linear sRGB.
 ///

@@ -5,89 +5,43 @@ use std::path::{Path, PathBuf};
 
 /// An error of reading, writing or comparing pictures.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum ImageError {
     /// The name does not say which format is wanted.
     #[error("cannot tell the format of {}: the name must end in .exr or .png", path.display())]
-    Extension {
-        /// The file.
-        path: PathBuf,
-    },
+    Extension { path: PathBuf },
 
     /// The system refused to write.
     #[error("cannot write {}: {source}; {advice}", path.display())]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        source: Error,
-        /// What to do.
-        advice: &'static str,
-    },
+    Write { path: PathBuf, source: Error, advice: &'static str },
 
     /// The system refused to read.
     #[error("cannot read {}: {source}", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        source: Error,
-    },
+    Read { path: PathBuf, source: Error },
 
     /// The picture cannot be put into this format.
     #[error("cannot store a picture in {}: {reason}", path.display())]
-    Encode {
-        /// The file.
-        path: PathBuf,
-        /// What the format lacks.
-        reason: String,
-    },
+    Encode { path: PathBuf, reason: String },
 
     /// The file is not what its name says, or is damaged.
     #[error("{} is no picture that can be read: {reason}; write it again or choose another file", path.display())]
-    Decode {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
-        reason: String,
-    },
+    Decode { path: PathBuf, reason: String },
 
     /// A channel that is needed is not in the file.
     #[error("{} has no channel {channel}: it holds {found}", path.display())]
-    Channel {
-        /// The file.
-        path: PathBuf,
-        /// Name of the channel.
-        channel: String,
-        /// Names of the channels that are there.
-        found: String,
-    },
+    Channel { path: PathBuf, channel: String, found: String },
 
     /// It is not clear which channels of the file are the picture.
     #[error("cannot tell which channels of {} are the picture: {reason}", path.display())]
-    Layer {
-        /// The file.
-        path: PathBuf,
-        /// What was looked for and what there is.
-        reason: String,
-    },
+    Layer { path: PathBuf, reason: String },
 
     /// The picture has more pixels than a comparison can take.
     #[error("a picture of {}×{} pixels is too large to be compared: cut both to {most} pixels", size.0, size.1)]
-    TooLarge {
-        /// Width and height.
-        size: (usize, usize),
-        /// Most pixels.
-        most: usize,
-    },
+    TooLarge { size: (usize, usize), most: usize },
 
     /// Pictures of different sizes cannot be compared.
     #[error("cannot compare pictures of {}×{} and {}×{} pixels: render both at the same size", a.0, a.1, b.0, b.1)]
-    Size {
-        /// Width and height of the first.
-        a: (usize, usize),
-        /// Width and height of the second.
-        b: (usize, usize),
-    },
+    Size { a: (usize, usize), b: (usize, usize) },
 }
 
 impl ImageError {
@@ -109,5 +63,15 @@ impl ImageError {
             _ => "check the path, or write to another folder",
         };
         Self::Write { path: path.to_path_buf(), source, advice }
+    }
+
+    /// A file that the system does not let be read.
+    pub(super) fn read(path: &Path) -> impl FnOnce(Error) -> Self {
+        move |source| Self::Read { path: path.to_path_buf(), source }
+    }
+
+    /// A file that is not what its name says, or is damaged.
+    pub(super) fn decode(path: &Path) -> impl Fn(String) -> Self + Copy {
+        move |reason| Self::Decode { path: path.to_path_buf(), reason }
     }
 }

@@ -10,9 +10,8 @@ use std::path::Path;
 use exr::meta::MetaData;
 use exr::meta::attribute::Chromaticities;
 use exr::prelude::{
-    AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples, Image,
-    ImageAttributes, IntegerBounds, Layer, LayerAttributes, LineOrder, ReadChannels, ReadLayers, Text, Vec2,
-    WritableImage,
+    AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image, ImageAttributes, IntegerBounds,
+    Layer, LayerAttributes, ReadChannels, ReadLayers, Text, Vec2, WritableImage,
 };
 
 use crate::image::error::ImageError;
@@ -48,11 +47,8 @@ impl Layers {
     }
 }
 
-/// Writes a picture; the name holds the old file or the whole new one.
-///
-/// # Errors
-/// [`ImageError::Encode`] for channels of the wrong length, doubled or empty names, and names of over 255
-/// bytes; [`ImageError::Write`] when the system refuses.
+/// Writes a picture; the name holds the old file or the whole new one. Refused by [`ImageError::Encode`] are channels of the wrong
+/// length, doubled or empty names, and names of over 255 bytes.
 pub fn write(path: &Path, layers: &Layers) -> Result<(), ImageError> {
     write::atomically(path, &encode(path, layers)?)
 }
@@ -81,12 +77,8 @@ fn encode(path: &Path, layers: &Layers) -> Result<Vec<u8>, ImageError> {
     }
     let mut shared = ImageAttributes::new(IntegerBounds::from_dimensions(size));
     shared.chromaticities = Some(REC_709);
-    let encoding = Encoding {
-        compression: Compression::ZIP16,
-        blocks: Blocks::ScanLines,
-        line_order: LineOrder::Increasing,
-    };
-    let layer = Layer::new(size, own, encoding, AnyChannels::sort(channels.into()));
+    // ZIP of 16 scan lines each, in increasing order.
+    let layer = Layer::new(size, own, Encoding::SMALL_LOSSLESS, AnyChannels::sort(channels.into()));
     let mut bytes = Cursor::new(Vec::new());
     let image = Image::empty(shared).with_layer(layer);
     image.write().to_buffered(&mut bytes).map_err(|e| refuse(e.to_string()))?;
@@ -131,15 +123,10 @@ fn sort_attributes(file: &mut [u8]) -> Option<()> {
 /// More bytes of pixels than this per byte of file cannot be: zlib packs at most 1032 to 1, and PXR24 drops a quarter before.
 const LARGEST_RATIO: u64 = 2000;
 
-/// Reads all channels and attributes of a file; of several parts those of every part, with the part's name
-/// before the channel's.
-///
-/// # Errors
-/// [`ImageError::Read`] when the system refuses, [`ImageError::Decode`] for anything that is no flat EXR
-/// file or whose parts differ in size.
+/// Reads all channels and attributes of a file; of several parts those of every part, with the part's name before the channel's.
+/// Refused by [`ImageError::Decode`] is anything that is no flat EXR file or whose parts differ in size.
 pub fn read(path: &Path) -> Result<Layers, ImageError> {
-    let file =
-        std::fs::File::open(path).map_err(|source| ImageError::Read { path: path.to_path_buf(), source })?;
+    let file = std::fs::File::open(path).map_err(ImageError::read(path))?;
     decode_layers(path, BufReader::new(file))
 }
 
@@ -162,7 +149,7 @@ fn check_ratio(file: &mut (impl Read + Seek)) -> Result<(), String> {
 
 /// Reads the bytes of a file as [`read`] does; `path` only names it in errors.
 pub(super) fn decode_layers(path: &Path, mut file: impl Read + Seek) -> Result<Layers, ImageError> {
-    let refuse = |reason: String| ImageError::Decode { path: path.to_path_buf(), reason };
+    let refuse = ImageError::decode(path);
     check_ratio(&mut file).map_err(refuse)?;
     let image = exr::prelude::read()
         .no_deep_data()
@@ -204,7 +191,7 @@ fn decode(text: &Text) -> String {
 
 /// Refuses a file of more than `most` pixels by its header, before anything of that size is allocated.
 pub(super) fn check_size(bytes: &[u8], most: usize) -> Result<(), String> {
-    let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false);
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false);
     for header in meta.map_err(|e| e.to_string())?.headers {
         check_pixels(header.layer_size.0, header.layer_size.1, most)?;
     }
@@ -220,10 +207,7 @@ pub(super) fn check_pixels(width: usize, height: usize, most: usize) -> Result<(
     }
 }
 
-/// A channel that must be there.
-///
-/// # Errors
-/// [`ImageError::Channel`] with the names of those that are.
+/// A channel that must be there; without it the error names those that are.
 pub fn channel<'a>(path: &Path, layers: &'a Layers, name: &str) -> Result<&'a [f32], ImageError> {
     layers.channel(name).ok_or_else(|| no_channel(path, layers, name))
 }

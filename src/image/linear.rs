@@ -17,7 +17,7 @@ use crate::image::layer::{self, Layer};
 /// [`ImageError::Decode`] for other formats, damaged files, and more than `most` pixels; [`ImageError::Channel`] for an
 /// EXR file without a main layer.
 pub fn decode(path: &Path, bytes: &[u8], most: usize) -> Result<Grid<[f32; 3]>, ImageError> {
-    let refuse = |reason: String| ImageError::Decode { path: path.to_path_buf(), reason };
+    let refuse = ImageError::decode(path);
     let (width, height, pixels) = match bytes {
         [0x76, 0x2f, 0x31, 0x01, ..] => {
             exr::check_size(bytes, most).map_err(refuse)?;

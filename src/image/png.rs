@@ -34,11 +34,8 @@ pub struct PngPicture<'a> {
     pub primaries: [DVec2; 3],
 }
 
-/// Writes a picture with its attributes as text; the name holds the old file or the whole new one.
-///
-/// # Errors
-/// [`ImageError::Encode`] for a wrong number of pixels or an attribute name that PNG does not take
-/// (1 to 79 Latin letters); [`ImageError::Write`] when the system refuses.
+/// Writes a picture with its attributes as text; the name holds the old file or the whole new one. Refused by
+/// [`ImageError::Encode`] are a wrong number of pixels, and an attribute name that PNG does not take (1 to 79 Latin letters).
 pub fn write(
     path: &Path,
     picture: PngPicture<'_>,
@@ -85,14 +82,10 @@ pub(super) fn encode(
     Ok(bytes)
 }
 
-/// Reads an 8-bit RGB picture: width, height and pixels.
-///
-/// # Errors
-/// [`ImageError::Read`] when the system refuses, [`ImageError::Decode`] for anything but 8-bit RGB.
+/// Reads an 8-bit RGB picture, and refuses any other: width, height and pixels.
 pub fn read(path: &Path) -> Result<(u32, u32, Vec<[u8; 3]>), ImageError> {
-    let file =
-        std::fs::File::open(path).map_err(|source| ImageError::Read { path: path.to_path_buf(), source })?;
-    let refuse = |reason: String| ImageError::Decode { path: path.to_path_buf(), reason };
+    let file = std::fs::File::open(path).map_err(ImageError::read(path))?;
+    let refuse = ImageError::decode(path);
     let mut reader =
         png::Decoder::new(std::io::BufReader::new(file)).read_info().map_err(|e| refuse(e.to_string()))?;
     let info = reader.info();

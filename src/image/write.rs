@@ -1,6 +1,7 @@
 //! Replacing files in one step: a name holds either the old file or the complete new one.
 //!
-//! Every file that the program replaces goes through [`AtomicFile`]: pictures, reports, tables, timings, saved scenes.
+//! Every file that the program replaces goes through [`AtomicFile`]: pictures, reports, tables, timings, saved scenes. Where the
+//! system refuses, the error is [`ImageError::Write`], and what stood there is as before.
 
 use std::fs;
 use std::io::{BufWriter, Error, ErrorKind, Write};
@@ -20,10 +21,7 @@ pub enum FileFormat {
 }
 
 impl FileFormat {
-    /// The format that a name asks for.
-    ///
-    /// # Errors
-    /// [`ImageError::Extension`] for names that end in neither `.exr` nor `.png` (in any case).
+    /// The format that a name asks for; [`ImageError::Extension`] for names that end in neither `.exr` nor `.png` (in any case).
     pub fn of(path: &Path) -> Result<Self, ImageError> {
         let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
         match extension.as_deref() {
@@ -35,9 +33,6 @@ impl FileFormat {
 }
 
 /// Fails early where [`atomically`] would fail late: a long render should not end at a missing folder.
-///
-/// # Errors
-/// [`ImageError::Extension`], or [`ImageError::Write`] when no file can be made in the folder.
 pub fn check_target(path: &Path) -> Result<FileFormat, ImageError> {
     let format = FileFormat::of(path)?;
     check_place(path)?;
@@ -45,19 +40,13 @@ pub fn check_target(path: &Path) -> Result<FileFormat, ImageError> {
 }
 
 /// As [`check_target`], for a file of any name.
-///
-/// # Errors
-/// [`ImageError::Write`].
 pub fn check_place(path: &Path) -> Result<(), ImageError> {
     AtomicFile::create(path).map(drop)
 }
 
-/// The file that `path` means: symbolic links followed, in its folder's own name. It need not exist yet.
-///
-/// # Errors
-/// [`ImageError::Write`] when there is no such folder, or when a folder, a device or a pipe stands there: a rename
-/// would put a file in its place.
-pub fn destination(path: &Path) -> Result<PathBuf, ImageError> {
+/// The file that `path` means: symbolic links followed, in its folder's own name. It need not exist yet, but a folder, a device
+/// or a pipe that stands there is refused: a rename would put a file in its place.
+fn destination(path: &Path) -> Result<PathBuf, ImageError> {
     let failed = |e| ImageError::write(path, e);
     let mut real = path.to_path_buf();
     // As many links as Linux follows.
@@ -84,16 +73,13 @@ pub fn same_file(a: &Path, b: &Path) -> bool {
 }
 
 /// Replaces the file at `path` by one that holds `bytes`.
-///
-/// # Errors
-/// [`ImageError::Write`]; what stood at `path` is as before.
 pub fn atomically(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
     let mut file = AtomicFile::create(path)?;
     file.append(bytes)?;
     file.commit()
 }
 
-/// A file that is written beside the [`destination`] of its name and takes its place when it is complete.
+/// A file that is written beside the destination of its name and takes its place when it is complete.
 ///
 /// Dropping it unfinished removes it: what stood there is as before.
 #[derive(Debug)]
@@ -105,9 +91,6 @@ pub struct AtomicFile {
 
 impl AtomicFile {
     /// Begins an empty file in the folder of its destination, because a rename must not cross disks.
-    ///
-    /// # Errors
-    /// [`ImageError::Write`].
     pub fn create(path: &Path) -> Result<Self, ImageError> {
         let destination = destination(path)?;
         let folder = destination.parent().unwrap_or(Path::new("."));
@@ -123,17 +106,11 @@ impl AtomicFile {
     }
 
     /// Appends.
-    ///
-    /// # Errors
-    /// [`ImageError::Write`].
     pub fn append(&mut self, bytes: impl AsRef<[u8]>) -> Result<(), ImageError> {
         self.file.write_all(bytes.as_ref()).map_err(|e| ImageError::write(&self.path, e))
     }
 
-    /// Puts the complete file in its place.
-    ///
-    /// # Errors
-    /// [`ImageError::Write`]; the temporary file is removed.
+    /// Puts the complete file in its place; where that fails, the temporary file is removed.
     pub fn commit(self) -> Result<(), ImageError> {
         let file = self.file.into_inner().map_err(|e| e.into_error());
         let placed = file.and_then(|file| {

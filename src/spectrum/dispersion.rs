@@ -63,7 +63,7 @@ const CONSTANT: [(&str, f32); 17] = [
 type Formula = (&'static str, f64, &'static [[f64; 2]]);
 
 /// Square of a resonance that a source gives as a wavelength in µm.
-const fn resonance(lambda: f64) -> f64 {
+const fn sq(lambda: f64) -> f64 {
     lambda * lambda
 }
 
@@ -84,11 +84,7 @@ const DISPERSIVE: [Formula; 12] = [
     (
         "fused quartz",
         1.0,
-        &[
-            [0.6961663, resonance(0.0684043)],
-            [0.4079426, resonance(0.1162414)],
-            [0.8974794, resonance(9.896161)],
-        ],
+        &[[0.6961663, sq(0.0684043)], [0.4079426, sq(0.1162414)], [0.8974794, sq(9.896161)]],
     ),
     // Sultanova, Kasarova, Nikolov 2009, Acta Phys. Pol. A 116, 585: PMMA, polycarbonate, polystyrene.
     ("acrylic glass", 1.0, &[[1.1819, 0.011313]]),
@@ -105,29 +101,17 @@ const DISPERSIVE: [Formula; 12] = [
         "sodium chloride",
         1.00055,
         &[
-            [0.19800, resonance(0.050)],
-            [0.48398, resonance(0.100)],
-            [0.38696, resonance(0.128)],
-            [0.25998, resonance(0.158)],
-            [
-                (0.08796 / resonance(40.50) + 3.17064 / resonance(60.98) + 0.30038 / resonance(120.34))
-                    * resonance(60.98),
-                resonance(60.98),
-            ],
+            [0.19800, sq(0.050)],
+            [0.48398, sq(0.100)],
+            [0.38696, sq(0.128)],
+            [0.25998, sq(0.158)],
+            [(0.08796 / sq(40.50) + 3.17064 / sq(60.98) + 0.30038 / sq(120.34)) * sq(60.98), sq(60.98)],
         ],
     ),
     // Peter 1923, Z. Phys. 15, 358.
-    ("diamond", 1.0, &[[0.3306, resonance(0.1750)], [4.3356, resonance(0.1060)]]),
+    ("diamond", 1.0, &[[0.3306, sq(0.1750)], [4.3356, sq(0.1060)]]),
     // Malitson, Dodge 1972, J. Opt. Soc. Am. 62, 1405: ordinary ray.
-    (
-        "sapphire",
-        1.0,
-        &[
-            [1.4313493, resonance(0.0726631)],
-            [0.65054713, resonance(0.1193242)],
-            [5.3414021, resonance(18.028251)],
-        ],
-    ),
+    ("sapphire", 1.0, &[[1.4313493, sq(0.0726631)], [0.65054713, sq(0.1193242)], [5.3414021, sq(18.028251)]]),
 ];
 
 impl Sellmeier {

@@ -1,6 +1,6 @@
 //! Values at the wavelengths of one path.
 
-use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Sub};
+use std::ops::{Add, AddAssign, Mul, MulAssign};
 
 use glam::Vec4;
 
@@ -51,12 +51,6 @@ impl AddAssign for SampledSpectrum {
         self.0 += o.0;
     }
 }
-impl Sub for SampledSpectrum {
-    type Output = Self;
-    fn sub(self, o: Self) -> Self {
-        Self(self.0 - o.0)
-    }
-}
 impl Mul for SampledSpectrum {
     type Output = Self;
     fn mul(self, o: Self) -> Self {
@@ -77,11 +71,5 @@ impl Mul<f32> for SampledSpectrum {
 impl MulAssign<f32> for SampledSpectrum {
     fn mul_assign(&mut self, s: f32) {
         self.0 *= s;
-    }
-}
-impl Div<f32> for SampledSpectrum {
-    type Output = Self;
-    fn div(self, s: f32) -> Self {
-        Self(self.0 / s)
     }
 }

@@ -3,7 +3,7 @@
 use crate::study::data::{RegionWinners, Stability, Study};
 use crate::study::interval::Interval;
 use crate::study::measurement::{Measurement, REGIONS, RenderMeasurement};
-use crate::study::method_curve::{ReferenceError, method, pictures};
+use crate::study::method_curve::{ReferenceError, method};
 use crate::study::prediction::{PredictionOutcome, score};
 
 /// Completes `study`, which names scene and machine, by everything that follows from `measurements`.
@@ -27,24 +27,18 @@ pub fn study(mut study: Study, measurements: &[Measurement]) -> Study {
     study.unused_effects = Interval::of_mean(&unused);
     commands.dedup();
     study.command = commands.join("\n");
-    let mut names: Vec<&str> = Vec::new();
+    let mut methods: Vec<Vec<&RenderMeasurement>> = Vec::new();
     for run in &runs {
-        if !names.contains(&run.method.as_str()) {
-            names.push(&run.method);
+        match methods.iter_mut().find(|runs| runs[0].method == run.method) {
+            Some(runs) => runs.push(run),
+            None => methods.push(vec![run]),
         }
     }
-    let of = |name: &str| -> Vec<&RenderMeasurement> {
-        runs.iter().filter(|run| run.method == name).copied().collect()
-    };
     let own = study.reference.as_ref().map_or(ReferenceError::default(), ReferenceError::of);
-    study.methods = names.iter().map(|name| method(&of(name), own)).collect();
-    study.regions = regions(&names.iter().map(|name| of(name)).collect::<Vec<_>>());
+    study.regions = regions(&methods);
     let shared = study.regions.as_ref().map(|regions| regions.seconds);
-    for (method, name) in study.methods.iter_mut().zip(&names) {
-        pictures(method, &of(name), shared);
-    }
-    study.stability =
-        names.iter().map(|name| of(name)).filter(|runs| !runs[0].peer).map(|runs| stability(&runs)).collect();
+    study.methods = methods.iter().map(|runs| method(runs, own, shared)).collect();
+    study.stability = methods.iter().filter(|runs| !runs[0].peer).map(|runs| stability(runs)).collect();
     let kept: Vec<PredictionOutcome> = runs.iter().flat_map(|run| run.predictions.iter().copied()).collect();
     study.predictions = (!kept.is_empty()).then(|| score(&kept));
     study

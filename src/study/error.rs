@@ -8,6 +8,7 @@
 //! Mean and difference of the replicates are uncorrelated, and independent where the noise is symmetric: a decision that depends on
 //! the difference does not bias the picture.
 
+use crate::image::compare::luminance;
 use crate::math::bits::mix;
 use crate::study::interval::{Interval, Z90};
 
@@ -111,11 +112,7 @@ pub struct ErrorEstimate {
 }
 
 /// The quantiles of [`ErrorEstimate::relative`].
-pub const QUANTILES: [f64; 3] = [0.5, 0.95, 0.99];
-
-fn luminance(rgb: [f32; 3]) -> f64 {
-    crate::image::compare::luminance(rgb)
-}
+const QUANTILES: [f64; 3] = [0.5, 0.95, 0.99];
 
 impl ErrorField {
     /// The error of a picture of `size` pixels. `None` while both replicates have reached too few of them.

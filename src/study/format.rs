@@ -94,12 +94,10 @@ pub fn significant(x: f64, digits: usize) -> String {
     if !x.is_finite() || x == 0.0 {
         return at(x, 0);
     }
-    let power = exponent(x, digits);
-    let place = power - digits as i32 + 1;
-    if (-4..7).contains(&power) {
-        return at(x, place);
+    match exponent(x, digits) {
+        power if (-4..7).contains(&power) => at(x, power - digits as i32 + 1),
+        power => format!("{}·10{}", at(x / 10f64.powi(power), 1 - digits as i32), raised(power)),
     }
-    format!("{}·10{}", at(x / 10f64.powi(power), 1 - digits as i32), raised(power))
 }
 
 /// An interval in a unit that is `scale` times smaller than its own; the unit is written as it is given.
@@ -107,16 +105,15 @@ pub fn with_unit(i: &Interval, scale: f64, unit: &str) -> FormattedInterval {
     let Some(i) = i.map(|x| x * scale).cleaned() else { return FormattedInterval::none() };
     let digits = digits(&i);
     let power = exponent(i.value, digits);
-    let known = i.low == i.high;
-    if i.value == 0.0 || (-4..7).contains(&power) {
+    let (main, range) = if i.value == 0.0 || (-4..7).contains(&power) {
         let place = if i.value == 0.0 { zero_place(&i) } else { power - digits as i32 + 1 };
-        let range = (!known).then(|| span(&i, place));
-        return FormattedInterval { main: format!("{}{unit}", at(i.value, place)), range };
-    }
-    let small = i.map(|x| x / 10f64.powi(power));
-    let (place, power_of_ten) = (1 - digits as i32, format!("·10{}", raised(power)));
-    let range = (!known).then(|| format!("({}){power_of_ten}", span(&small, place)));
-    FormattedInterval { main: format!("{}{power_of_ten}{unit}", at(small.value, place)), range }
+        (format!("{}{unit}", at(i.value, place)), span(&i, place))
+    } else {
+        let small = i.map(|x| x / 10f64.powi(power));
+        let (place, ten) = (1 - digits as i32, format!("·10{}", raised(power)));
+        (format!("{}{ten}{unit}", at(small.value, place)), format!("({}){ten}", span(&small, place)))
+    };
+    FormattedInterval { main, range: (i.low != i.high).then_some(range) }
 }
 
 /// A share with its interval in per cent.
@@ -145,10 +142,9 @@ pub fn goal(share: f64) -> String {
 
 /// A number without the zeros at the end of its decimals.
 pub fn trimmed(number: &str) -> &str {
-    if number.contains('.') && !number.contains('·') {
-        number.trim_end_matches('0').trim_end_matches('.')
-    } else {
-        number
+    match number.contains('.') && !number.contains('·') {
+        true => number.trim_end_matches('0').trim_end_matches('.'),
+        false => number,
     }
 }
 
@@ -168,11 +164,8 @@ pub fn increase(i: &Interval) -> FormattedInterval {
 
 /// A ratio: `× 2.3 (1.6–3.4)`.
 pub fn factor(i: &Interval) -> FormattedInterval {
-    let mut number = with_unit(i, 1.0, "");
-    if number.main != "—" {
-        number.main.insert_str(0, &format!("×{THIN}"));
-    }
-    number
+    let FormattedInterval { main, range } = with_unit(i, 1.0, "");
+    FormattedInterval { main: if main == "—" { main } else { format!("×{THIN}{main}") }, range }
 }
 
 /// A time, in the unit that suits it.
@@ -192,18 +185,12 @@ pub fn seconds_of(x: f64) -> String {
 
 /// A count: `12 345`, `1.2 M`.
 pub fn count(x: f64) -> String {
-    let (factor, unit) = match x.abs() {
-        a if a >= 1e12 => (1.0, ""),
-        a if a >= 1e9 => (1e-9, "G"),
-        a if a >= 1e6 => (1e-6, "M"),
-        a if a >= 1e3 => return at(x, 0),
-        _ => (1.0, ""),
-    };
-    if unit.is_empty() && x.fract() == 0.0 {
-        return at(x, 0);
+    match x.abs() {
+        a if (1e9..1e12).contains(&a) => format!("{}{THIN}G", significant(x * 1e-9, 2)),
+        a if (1e6..1e9).contains(&a) => format!("{}{THIN}M", significant(x * 1e-6, 2)),
+        a if (1e3..1e6).contains(&a) || x.fract() == 0.0 => at(x, 0),
+        _ => significant(x, 2),
     }
-    let space = if unit.is_empty() { String::new() } else { THIN.to_string() };
-    format!("{}{space}{unit}", significant(x * factor, 2))
 }
 
 fn unit(x: f64) -> (f64, &'static str) {
@@ -238,11 +225,8 @@ fn exponent(x: f64, digits: usize) -> i32 {
     if x == 0.0 || !x.is_finite() {
         return 0;
     }
-    format!("{:.*e}", digits.saturating_sub(1), x.abs())
-        .rsplit('e')
-        .next()
-        .and_then(|e| e.parse().ok())
-        .unwrap_or(0)
+    let written = format!("{:.*e}", digits.saturating_sub(1), x.abs());
+    written.rsplit_once('e').and_then(|(_, power)| power.parse().ok()).unwrap_or(0)
 }
 
 fn span(i: &Interval, place: i32) -> String {
@@ -264,15 +248,9 @@ fn at(x: f64, place: i32) -> String {
     let text = format!("{:.*}", (-place).clamp(0, 12) as usize, rounded);
     let sign = if text.chars().all(|c| c == '0' || c == '.') { "" } else { sign };
     let (whole, rest) = text.split_at(text.find('.').unwrap_or(text.len()));
-    if whole.len() < 5 {
-        return format!("{sign}{text}");
-    }
-    let mut grouped = String::new();
-    for (i, c) in whole.chars().enumerate() {
-        if i > 0 && (whole.len() - i) % 3 == 0 {
-            grouped.push(THIN);
-        }
-        grouped.push(c);
+    let mut grouped = whole.to_string();
+    for i in (1..whole.len()).filter(|i| whole.len() > 4 && (whole.len() - i) % 3 == 0).rev() {
+        grouped.insert(i, THIN);
     }
     format!("{sign}{grouped}{rest}")
 }

@@ -8,7 +8,7 @@ use crate::study::measurement::{FIGURES, RenderMeasurement};
 use crate::study::prediction::time_reached;
 
 /// The errors whose times are stated.
-pub const PRICED: [f64; 4] = [0.05, 0.02, 0.01, 0.005];
+const PRICED: [f64; 4] = [0.05, 0.02, 0.01, 0.005];
 
 /// A flatter slope of error against time indicates a heavy tail, or bias.
 pub const FLAT: f64 = -0.4;
@@ -40,8 +40,8 @@ struct ErrorMeasure {
     least: f64,
 }
 
-/// The curve of one method.
-pub fn method(runs: &[&RenderMeasurement], own: ReferenceError) -> MethodResult {
+/// The curve of one method from its renders, with picture and error map of the time that all methods share, or else of its longest.
+pub fn method(runs: &[&RenderMeasurement], own: ReferenceError, shared: Option<f64>) -> MethodResult {
     let mut budgets: Vec<f64> = runs.iter().map(|run| run.budget).collect();
     budgets.sort_by(f64::total_cmp);
     budgets.dedup();
@@ -76,6 +76,9 @@ pub fn method(runs: &[&RenderMeasurement], own: ReferenceError) -> MethodResult 
                 .into(),
         );
     }
+    let shown = runs.iter().filter(|run| run.picture.is_some() && run.error_map.is_some());
+    let far = |run: &RenderMeasurement| shared.map_or(-run.budget, |shared| (run.budget / shared).ln().abs());
+    let shown = shown.min_by(|a, b| far(a).total_cmp(&far(b)));
     MethodResult {
         name: runs[0].method.clone(),
         peer: runs[0].peer,
@@ -86,16 +89,8 @@ pub fn method(runs: &[&RenderMeasurement], own: ReferenceError) -> MethodResult 
         prices: PRICED.iter().map(|&error| price(error, &by_time, fit.as_ref(), biased)).collect(),
         efficiency: efficiency.filter(|e| e.value.is_finite()),
         points,
-        ..MethodResult::default()
-    }
-}
-
-/// Picks the picture and error map of the time that all methods share, or of the longest time of this method.
-pub fn pictures(method: &mut MethodResult, runs: &[&RenderMeasurement], shared: Option<f64>) {
-    let shown = runs.iter().filter(|run| run.picture.is_some() && run.error_map.is_some());
-    let far = |run: &RenderMeasurement| shared.map_or(-run.budget, |shared| (run.budget / shared).ln().abs());
-    if let Some(run) = shown.min_by(|a, b| far(a).total_cmp(&far(b))) {
-        (method.picture, method.error_map) = (run.picture.clone(), run.error_map.clone());
+        picture: shown.and_then(|run| run.picture.clone()),
+        error_map: shown.and_then(|run| run.error_map.clone()),
     }
 }
 
@@ -166,9 +161,8 @@ fn point(runs: &[&RenderMeasurement]) -> CurvePoint {
         noise,
         bias,
         relative: Some(rising([0, 1, 2].map(|i| joined(&|run| run.relative[i])))),
-        stated: known(runs, |run| run.stated.map(|stated| stated[0])).map(|median| {
-            let other = |i: usize| known(runs, |run| run.stated.map(|stated| stated[i])).unwrap_or_default();
-            [median, other(1), other(2)]
+        stated: runs.iter().any(|run| run.stated.is_some()).then(|| {
+            [0, 1, 2].map(|i| known(runs, |run| run.stated.map(|stated| stated[i])).unwrap_or_default())
         }),
         smape: joined(&|run| Interval::exact(run.smape)),
         flip: joined(&|run| Interval::exact(run.flip)),
@@ -203,19 +197,14 @@ fn price(error: f64, checkpoints: &[Checkpoint], fit: Option<&PowerLaw>, biased:
     let measured = checkpoints.last().is_some_and(|last| last.error <= error);
     if measured {
         let at = time_reached(checkpoints, error, f64::NEG_INFINITY).unwrap_or_default();
-        if checkpoints[0].error <= error {
-            return TimeToError {
-                error,
-                seconds: Some(Interval { value: at, low: 0.0, high: at }),
-                measured,
-            };
-        }
-        let near = checkpoints
-            .iter()
-            .find(|checkpoint| checkpoint.error <= error)
-            .map_or(0.1, |checkpoint| checkpoint.deviation);
+        let near = checkpoints.iter().find(|checkpoint| checkpoint.error <= error);
+        let deviation = near.map_or(0.1, |checkpoint| checkpoint.deviation);
         let slope = fit.map_or(0.5, |fit| fit.slope.clamp(0.2, 1.0));
-        return TimeToError { error, seconds: Some(Interval::of_log(at, near / slope)), measured };
+        let seconds = match checkpoints[0].error <= error {
+            true => Interval { value: at, low: 0.0, high: at },
+            false => Interval::of_log(at, deviation / slope),
+        };
+        return TimeToError { error, seconds: Some(seconds), measured };
     }
     let further = || {
         let (last, (x, deviation)) = (checkpoints.last()?, fit?.until(error)?);

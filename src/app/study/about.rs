@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use miette::Result;
 
-use super::display;
 use super::folder::{self, StudyFolder};
-use super::renderer::StudyRenderer;
+use super::renderer::{StudyRenderer, cpu};
+use super::{PARTS, display, wanted};
 use crate::app::args::StudyArgs;
 use crate::app::args::scene::SceneArgs;
 use crate::app::args::study::Knob;
@@ -16,19 +16,13 @@ use crate::scene::desc::IntegratorKind;
 use crate::study::data::{Machine, Study};
 use crate::study::measurement::Measurement;
 
-/// The methods that are compared.
-///
-/// # Errors
-///
-/// When `auto` is among them.
 pub fn methods(args: &StudyArgs) -> Result<Vec<IntegratorKind>> {
     use IntegratorKind::{Auto, Bidirectional, Light, Path, Photon};
-    if args.methods.contains(&Auto) {
-        return Err(miette::miette!(
-            help = "name those that are to be compared, or leave --methods away",
-            "--methods auto is a choice among methods, not one of them"
-        ));
-    }
+    miette::ensure!(
+        !args.methods.contains(&Auto),
+        help = "name those that are to be compared, or leave --methods away",
+        "--methods auto is a choice among methods, not one of them"
+    );
     let all = || vec![Path, Light, Bidirectional, Photon];
     Ok(if args.methods.is_empty() { all() } else { args.methods.clone() })
 }
@@ -52,24 +46,15 @@ pub fn source(args: &StudyArgs, scene: PathBuf) -> SceneArgs {
 
 /// A study with its scene, its machine and its missing parts.
 pub fn about(args: &StudyArgs, renderer: &StudyRenderer, folder: &StudyFolder) -> Study {
-    let has = |f: &dyn Fn(&Measurement) -> bool| folder.has(f);
-    let mut missing = Vec::new();
-    for (knob, name, there) in [
-        (
-            Knob::Methods,
-            "convergence, prices, pictures, predictions, stability: --knobs methods",
-            has(&|m| matches!(m, Measurement::Run(_))),
-        ),
+    let there = |knob: Knob| match knob {
+        Knob::Methods => folder.has(|m| matches!(m, Measurement::Run(_))),
         // Of this part it is measured last.
-        (Knob::Effects, "effects: --knobs effects", has(&|m| matches!(m, Measurement::Unused { .. }))),
-        (Knob::Display, "display: --knobs display", display::is_complete(folder)),
-        (Knob::Numeric, "numeric choices: --knobs numeric", has(&|m| matches!(m, Measurement::Numeric(_)))),
-        (Knob::Replicates, "replicates: --knobs replicates", has(&|m| matches!(m, Measurement::Scheme(_)))),
-    ] {
-        if !there && (args.knobs.is_empty() || args.knobs.contains(&knob)) {
-            missing.push(name.to_string());
-        }
-    }
+        Knob::Effects => folder.has(|m| matches!(m, Measurement::Unused { .. })),
+        Knob::Display => display::is_complete(folder),
+        Knob::Numeric => folder.has(|m| matches!(m, Measurement::Numeric(_))),
+        Knob::Replicates => folder.has(|m| matches!(m, Measurement::Scheme(_))),
+    };
+    let missing = PARTS.into_iter().filter(|(knob, ..)| wanted(args, *knob) && !there(*knob));
     let spec = renderer.run.film;
     Study {
         format: folder::FORMAT,
@@ -77,24 +62,14 @@ pub fn about(args: &StudyArgs, renderer: &StudyRenderer, folder: &StudyFolder) -
         size: [spec.width, spec.height],
         machine: machine(renderer),
         load_seconds: renderer.load_seconds,
-        missing,
+        missing: missing.map(|(.., name)| name.to_string()).collect(),
         ..Study::default()
     }
 }
 
-/// The command line of this run.
 pub fn command() -> String {
     let words = std::env::args_os().skip(1).map(|word| quoted(&word.to_string_lossy()));
     std::iter::once("pointillist".to_string()).chain(words).collect::<Vec<_>>().join(" ")
-}
-
-/// The processor's name, as far as the system tells.
-pub fn cpu() -> String {
-    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let name = info.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
-    let name = name.map_or(std::env::consts::ARCH, |(_, name)| name.trim());
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    format!("{name}, {cores} cores")
 }
 
 /// Everything besides the scene that a number depends on.

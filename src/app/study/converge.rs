@@ -1,13 +1,13 @@
 //! Parts 1 and 2: renders every method for the same times, in turn, again and again.
 
+use std::fmt::Display;
 use std::time::Duration;
 
 use miette::Result;
 
 use super::folder::StudyFolder;
-use super::reference::ReferencePicture;
-use super::renderer::{RenderLimit, StudyRenderer};
-use super::{TimeBudget, pictures};
+use super::renderer::RenderLimit;
+use super::{StudySession, TimeBudget};
 use crate::app::args::study::Peer;
 use crate::app::{predictions, process, tell};
 use crate::client::develop;
@@ -30,17 +30,8 @@ const JUDGING: f64 = 0.4;
 
 /// Measures until the budget is spent. Whenever it ends, all methods have been rendered equally often; a time that is n times as long
 /// is repeated √n times less often.
-///
-/// # Errors
-///
-/// When nothing can be rendered or kept.
-pub fn converge(
-    renderer: &mut StudyRenderer,
-    folder: &mut StudyFolder,
-    reference: &ReferencePicture,
-    methods: &[IntegratorKind],
-    budget: &TimeBudget,
-) -> Result<()> {
+pub fn converge(session: &mut StudySession, methods: &[IntegratorKind], budget: &TimeBudget) -> Result<()> {
+    let StudySession { renderer, folder, reference } = session;
     for kind in methods {
         // Warms up pipelines, tables and memory before anything is timed.
         renderer.trace(&renderer.run(*kind, 0), RenderLimit::Time(Duration::from_millis(50)))?;
@@ -85,40 +76,28 @@ fn runs(folder: &StudyFolder, kind: IntegratorKind, budget: f64) -> usize {
 }
 
 /// Measures the errors of pictures of other programs.
-///
-/// # Errors
-///
-/// When one cannot be read or has another size.
-pub fn peers(
-    renderer: &StudyRenderer,
-    folder: &mut StudyFolder,
-    reference: &ReferencePicture,
-    peers: &[Peer],
-) -> Result<()> {
+pub fn peers(session: &mut StudySession, peers: &[Peer]) -> Result<()> {
+    let StudySession { renderer, folder, reference } = session;
     for peer in peers {
         let same = |run: &RenderMeasurement| run.method == peer.name && run.seconds == peer.seconds;
         if folder.has(|m| matches!(m, Measurement::Run(run) if same(run))) {
             continue;
         }
-        let mut picture = Picture::read(&peer.file, None)
-            .map_err(|error| miette::miette!("--peer {}: {error}", peer.name))?;
+        let failed = |error: &dyn Display| miette::miette!("--peer {}: {error}", peer.name);
+        let mut picture = Picture::read(&peer.file, None).map_err(|error| failed(&error))?;
         let black = blacken(&mut picture.rgb);
         if black > 0 {
             tell(&format!("note: --peer {}: {black} pixels are not finite; they count as black", peer.name));
         }
         let shown = develop::shown(&picture.rgb, &renderer.settings);
-        let judged = reference
-            .judge(&picture.rgb, &shown)
-            .map_err(|error| miette::miette!("--peer {}: {error}", peer.name))?;
-        let run = RenderMeasurement {
+        let judged = reference.judge(&picture.rgb, &shown).map_err(|error| failed(&error))?;
+        folder.keep(Measurement::Run(Box::new(RenderMeasurement {
             method: peer.name.clone(),
             peer: true,
             budget: peer.seconds,
             seconds: peer.seconds,
-            picture: pictures::uri(&shown),
             ..judged
-        };
-        folder.keep(Measurement::Run(Box::new(run)))?;
+        })))?;
     }
     Ok(())
 }

@@ -4,9 +4,8 @@ use miette::Result;
 
 use super::folder::StudyFolder;
 use super::pictures::{difference, linear};
-use super::reference::ReferencePicture;
 use super::renderer::{RenderLimit, StudyRenderer};
-use super::{TimeBudget, chosen};
+use super::{StudySession, TimeBudget, chosen};
 use crate::app::bench::{self, BenchJob};
 use crate::app::process;
 use crate::app::run_spec::RunSpec;
@@ -39,35 +38,21 @@ const KERNELS: [(&str, u32, u32); 7] = [
 /// Passes of a batch of samples; all others belong to a repaint.
 const BATCH: [&str; 3] = ["splat", "fold", "variance"];
 
-/// A setting of one knob: the complete display settings and film, and whether its cost is one of samples.
+/// A setting of one knob: the complete display settings and film, and its price before it is measured.
 struct DisplaySetting {
-    knob: &'static str,
-    name: &'static str,
     settings: Settings,
     spec: FilmSpec,
-    per_sample: bool,
-    default: bool,
+    price: DisplayPrice,
 }
 
-/// Measures every setting.
-///
-/// # Errors
-///
-/// When the device fails.
-pub fn display(
-    renderer: &mut StudyRenderer,
-    folder: &mut StudyFolder,
-    reference: &ReferencePicture,
-    budget: &TimeBudget,
-) -> Result<()> {
+pub fn display(session: &mut StudySession, budget: &TimeBudget) -> Result<()> {
+    let StudySession { renderer, folder, reference } = session;
     let run = chosen(renderer);
     for samples in SAMPLES {
         let paths = (samples * renderer.texels()).round() as u64;
         let mut film = None;
         for setting in settings(renderer) {
-            let same = |p: &DisplayPrice| {
-                (&*p.knob, &*p.setting, p.samples_per_pixel) == (setting.knob, setting.name, samples)
-            };
+            let same = |p: &DisplayPrice| setting.is_of(p) && p.samples_per_pixel == samples;
             if folder.has(|m| matches!(m, Measurement::Display(price) if same(price))) {
                 continue;
             }
@@ -83,22 +68,19 @@ pub fn display(
                 }
                 film = Some(setting.spec);
             }
-            budget.say(&format!("{} {} at {samples} samples per pixel", setting.knob, setting.name));
-            let shown = renderer.show(&setting.settings)?;
-            let shown = linear(&shown, &setting.settings).unwrap_or_default();
+            let DisplayPrice { knob, setting: name, .. } = &setting.price;
+            budget.say(&format!("{knob} {name} at {samples} samples per pixel"));
+            let shown = linear(&renderer.show(&setting.settings)?, &setting.settings);
             let milliseconds = match samples == SAMPLES[0] {
                 true => time(renderer, &run, &setting)?,
                 false => earlier(folder, &setting),
             };
             folder.keep(Measurement::Display(DisplayPrice {
-                knob: setting.knob.to_string(),
-                setting: setting.name.to_string(),
-                default: setting.default,
                 milliseconds,
-                per_sample: setting.per_sample,
                 rel_mse: rel_mse(&shown, &reference.shown).ok().map(|error| error.whole),
                 flip: Some(difference(&shown, &reference.shown).0),
                 samples_per_pixel: samples,
+                ..setting.price
             }))?;
         }
     }
@@ -117,9 +99,11 @@ fn settings(renderer: &StudyRenderer) -> Vec<DisplaySetting> {
     let plain = FilmSpec { variance: None, ..renderer.run.film };
     let varied = FilmSpec { variance: Some(VarianceForm::Product), ..plain };
     let mut all = Vec::new();
-    let mut add = |knob, name, settings: &Settings, spec: FilmSpec, default| {
+    let mut add = |knob: &str, name: &str, settings: &Settings, spec: FilmSpec, default| {
         let per_sample = matches!(knob, "filter" | "variance" | "sums");
-        all.push(DisplaySetting { knob, name, settings: settings.clone(), spec, per_sample, default });
+        let [knob, setting] = [knob, name].map(str::to_string);
+        let price = DisplayPrice { knob, setting, default, per_sample, ..DisplayPrice::default() };
+        all.push(DisplaySetting { settings: settings.clone(), spec, price });
     };
     for (name, reconstruction) in [
         ("windowed Gaussian", Reconstruction::Gaussian),
@@ -172,27 +156,29 @@ fn time(renderer: &StudyRenderer, run: &RunSpec, setting: &DisplaySetting) -> Re
         frames: FRAMES,
     };
     let measured = bench::measure(job, None)?;
-    let passes = measured.passes.iter();
-    let wanted = passes.filter(|(name, _)| *name != "copy" && BATCH.contains(name) == setting.per_sample);
+    let wanted = |name: &&str| *name != "copy" && BATCH.contains(name) == setting.price.per_sample;
     let mut frames = vec![0.0; measured.frames.len()];
-    for (_, times) in wanted {
-        for (frame, time) in frames.iter_mut().zip(times) {
-            *frame += time;
-        }
+    for (_, times) in measured.passes.iter().filter(|(name, _)| wanted(name)) {
+        frames.iter_mut().zip(times).for_each(|(frame, time)| *frame += time);
     }
-    let scale = match setting.per_sample {
+    let scale = match setting.price.per_sample {
         true => 1e6 * frames.len() as f64 / (measured.samples as f64).max(1.0),
         false => 1.0,
     };
     Ok(Interval::of_median(&frames).map(|mean| mean.map(|ms| ms * scale)))
 }
 
+impl DisplaySetting {
+    /// True for a price of this setting.
+    fn is_of(&self, price: &DisplayPrice) -> bool {
+        (&price.knob, &price.setting) == (&self.price.knob, &self.price.setting)
+    }
+}
+
 /// The time that was measured at the first number of samples.
 fn earlier(folder: &StudyFolder, setting: &DisplaySetting) -> Option<Interval> {
     folder.measurements.iter().rev().find_map(|measured| match measured {
-        Measurement::Display(price) if price.knob == setting.knob && price.setting == setting.name => {
-            price.milliseconds
-        }
+        Measurement::Display(price) if setting.is_of(price) => price.milliseconds,
         _ => None,
     })
 }

@@ -7,9 +7,8 @@ use miette::{IntoDiagnostic, Result};
 
 use super::folder::StudyFolder;
 use super::pictures::{difference, linear, uri};
-use super::reference::ReferencePicture;
-use super::renderer::{RenderLimit, StudyRenderer};
-use super::{TimeBudget, chosen};
+use super::renderer::{RenderLimit, StudyRender, StudyRenderer};
+use super::{StudySession, TimeBudget, chosen};
 use crate::app::explain::price;
 use crate::app::run_spec::RunSpec;
 use crate::app::{load, plan, process};
@@ -23,16 +22,8 @@ use crate::tracer::{Camera, Scene};
 const TURNS: usize = 9;
 
 /// Measures every effect that can be left out or added.
-///
-/// # Errors
-///
-/// When a scene without an effect cannot be prepared or rendered.
-pub fn effects(
-    renderer: &mut StudyRenderer,
-    folder: &mut StudyFolder,
-    reference: &ReferencePicture,
-    budget: &TimeBudget,
-) -> Result<()> {
+pub fn effects(session: &mut StudySession, budget: &TimeBudget) -> Result<()> {
+    let StudySession { renderer, folder, reference } = session;
     let known = |name: &str, folder: &StudyFolder| {
         folder.has(|m| matches!(m, Measurement::Effect(price) if price.name == name))
     };
@@ -53,32 +44,27 @@ pub fn effects(
         return Ok(());
     }
     let same = RenderLimit::Paths(whole.data.counts.paths());
-    let (flip_whole, _) =
-        difference(&linear(&whole.shown, &renderer.settings).unwrap_or_default(), &reference.shown);
+    let (flip_whole, _) = difference(&linear(&whole.shown, &renderer.settings), &reference.shown);
     for (entry, turns) in plan.iter().zip(ratios) {
         if process::is_interrupted() {
             return Ok(());
         }
         let Some(effect) = entry.effect.filter(|effect| !known(effect.name(), folder)) else { continue };
         budget.say(&format!("the picture without {}", effect.name()));
-        let time =
-            Interval::of_median(&turns).map(|ratio| if entry.on { ratio.map(|r| 1.0 / r) } else { ratio });
-        let reason = entry.reason.to_string();
-        let mut price =
-            EffectPrice { name: effect.name().to_string(), on: entry.on, reason, time, ..Default::default() };
+        let time = Interval::of_median(&turns);
+        let time = if entry.on { time.map(|ratio| ratio.map(|r| 1.0 / r)) } else { time };
+        let [name, reason] = [effect.name().to_string(), entry.reason.to_string()];
+        let mut price = EffectPrice { name, on: entry.on, reason, time, ..Default::default() };
         if entry.on
             && time.is_some()
             && let Some(without) = leave_out(renderer, &run, effect, same)?
         {
-            let noise = |traced: &super::renderer::StudyRender| {
-                let figures = traced.state.checkpoints.last().map(|_| traced.state.estimate.mean_square)?;
-                Some(figures)
-            };
+            let noise = |traced: &StudyRender| Some(traced.estimate()?.mean_square);
             if without.driven.interrupted {
                 return Ok(());
             }
             price.variance = noise(&without).zip(noise(&whole)).map(|(without, with)| 1.0 - without / with);
-            let shown = linear(&without.shown, &renderer.settings).unwrap_or_default();
+            let shown = linear(&without.shown, &renderer.settings);
             price.loss = Some((difference(&shown, &reference.shown).0 - flip_whole).max(0.0));
             price.picture = uri(&shown);
         }
@@ -93,7 +79,7 @@ fn leave_out(
     run: &RunSpec,
     effect: Effect,
     limit: RenderLimit,
-) -> Result<Option<super::renderer::StudyRender>> {
+) -> Result<Option<StudyRender>> {
     let mut other = renderer.desc.clone();
     other.integrator.kind = run.integrator;
     if effects::without(&mut other, effect).is_err() {

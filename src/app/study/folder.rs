@@ -1,12 +1,13 @@
-//! The folder of a study: its measurements, line by line, and the files that are made from them.
+//! The folder of a study: its measurements, line by line, and the files that are made from them; and the pages of many folders,
+//! `pointillist study --collect`.
 
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use miette::{IntoDiagnostic, Result, WrapErr};
 use serde::{Deserialize, Serialize};
 
-use super::renderer::StudyRenderer;
+use super::renderer::{StudyRenderer, cpu};
 use crate::app::tell;
 use crate::image::write::atomically;
 use crate::study::data::Study;
@@ -28,10 +29,8 @@ struct FolderHeader {
     device: String,
 }
 
-/// The format of the folder.
 pub const FORMAT: u32 = 1;
 
-/// An open folder.
 pub struct StudyFolder {
     path: PathBuf,
     file: std::fs::File,
@@ -43,35 +42,25 @@ pub struct StudyFolder {
 const LINES: &str = "measurements.jsonl";
 
 impl StudyFolder {
-    /// Opens a folder, or creates it.
-    ///
-    /// # Errors
-    ///
-    /// When it cannot be created or read, or holds the study of something else.
+    /// Opens a folder, or creates it; one that holds the study of something else is refused.
     pub fn open(path: &Path, renderer: &StudyRenderer) -> Result<Self> {
         let cannot = |what: &str| format!("cannot {what} {}", path.display());
         std::fs::create_dir_all(path).into_diagnostic().wrap_err_with(|| cannot("make the folder"))?;
         let lines = path.join(LINES);
         let text = match std::fs::read_to_string(&lines) {
-            Ok(text) => text,
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => String::new(),
-            Err(error) => {
-                return Err(error)
-                    .into_diagnostic()
-                    .wrap_err_with(|| format!("cannot read {}", lines.display()));
-            }
+            Err(error) if error.kind() == ErrorKind::NotFound => String::new(),
+            read => read.into_diagnostic().wrap_err_with(|| format!("cannot read {}", lines.display()))?,
         };
         let heading = heading(renderer);
         let mut parts = text.split_inclusive('\n');
         if let Some(first) = parts.next() {
             let there: Option<FolderHeader> = serde_json::from_str(first).ok();
-            if there.as_ref() != Some(&heading) {
-                return Err(miette::miette!(
-                    help = "give another folder with -o, or remove this one",
-                    "{} holds the study of another scene, size, filter, display, machine, --simd or version of the program",
-                    path.display()
-                ));
-            }
+            miette::ensure!(
+                there.as_ref() == Some(&heading),
+                help = "give another folder with -o, or remove this one",
+                "{} holds the study of another scene, size, filter, display, machine, --simd or version of the program",
+                path.display()
+            );
         }
         // A last line without an end was cut when the run ended.
         let whole = text.rfind('\n').map_or(0, |end| end + 1);
@@ -92,16 +81,11 @@ impl StudyFolder {
         Ok(Self { path: path.to_path_buf(), file, measurements: measured, grown: false })
     }
 
-    /// A file of the folder.
     pub fn file(&self, name: &str) -> PathBuf {
         self.path.join(name)
     }
 
     /// Writes a measurement at once.
-    ///
-    /// # Errors
-    ///
-    /// When the file cannot be written.
     pub fn keep(&mut self, measured: Measurement) -> Result<()> {
         let line = serde_json::to_string(&measured).into_diagnostic()? + "\n";
         let written = self.file.write_all(line.as_bytes()).into_diagnostic();
@@ -111,7 +95,6 @@ impl StudyFolder {
         Ok(())
     }
 
-    /// True if a measurement of this kind is there.
     pub fn has(&self, kind: impl Fn(&Measurement) -> bool) -> bool {
         self.measurements.iter().any(kind)
     }
@@ -121,21 +104,14 @@ impl StudyFolder {
         self.grown
     }
 
-    /// Writes page, table, JSON and charts.
-    ///
-    /// # Errors
-    ///
-    /// When a file cannot be written; the others are written all the same.
+    /// Writes page, table, JSON and charts. When one cannot be written, the others are all the same.
     pub fn publish(&self, study: &Study) -> Result<()> {
         let json = serde_json::to_string_pretty(study).into_diagnostic()? + "\n";
         let texts =
             [("study.json", json), ("study.csv", pages::csv(study)), ("index.html", pages::html(study))];
-        let mut outcome = Ok(());
-        for (name, text) in texts.into_iter().chain(pages::svg_files(study)) {
-            let written = atomically(&self.path.join(name), text.as_bytes());
-            outcome = outcome.and(written);
-        }
-        outcome.into_diagnostic()
+        let texts = texts.into_iter().chain(pages::svg_files(study));
+        let written = texts.map(|(name, text)| atomically(&self.path.join(name), text.as_bytes()));
+        written.fold(Ok(()), Result::and).into_diagnostic()
     }
 }
 
@@ -155,7 +131,7 @@ fn heading(renderer: &StudyRenderer) -> FolderHeader {
         scene: format!("{:016x}", hash(&(&renderer.desc, &renderer.settings))),
         size: [run.film.width, run.film.height],
         filter: format!("{:?}", run.film.filter),
-        cpu: super::about::cpu(),
+        cpu: cpu(),
         threads: renderer.threads,
         simd: renderer.scene.kernel().name().to_string(),
         device: run.device.clone(),
@@ -176,4 +152,57 @@ fn hash(desc: &impl std::fmt::Debug) -> u64 {
     let mut hash = Fnv(0xcbf2_9ce4_8422_2325);
     let _ = std::fmt::Write::write_fmt(&mut hash, format_args!("{desc:?}"));
     hash.0
+}
+
+/// Reads `FOLDER/*/study.json` and writes `index.html`, a page for each, and its plots into `output`.
+pub fn collect(folder: &Path, output: &Path) -> Result<()> {
+    let studies = read_studies(folder)?;
+    std::fs::create_dir_all(output)
+        .into_diagnostic()
+        .wrap_err_with(|| format!("cannot make {}", output.display()))?;
+    let linked: Vec<(String, &Study)> =
+        studies.iter().map(|(name, study)| (format!("{name}.html"), study)).collect();
+    let mut files = vec![("index.html".to_string(), pages::index(&linked))];
+    for (name, study) in &studies {
+        files.push((format!("{name}.html"), pages::html(study)));
+        files.extend(pages::svg_files(study).map(|(end, text)| (format!("{name}-{end}"), text)));
+    }
+    for (name, text) in &files {
+        atomically(&output.join(name), text.as_bytes()).into_diagnostic()?;
+    }
+    tell(&format!("{} studies: {}", studies.len(), output.join("index.html").display()));
+    Ok(())
+}
+
+/// Names of the folders and their studies, in the order of the names.
+fn read_studies(folder: &Path) -> Result<Vec<(String, Study)>> {
+    let cannot = || format!("cannot read {}", folder.display());
+    let mut found: Vec<PathBuf> = std::fs::read_dir(folder)
+        .into_diagnostic()
+        .wrap_err_with(cannot)?
+        .filter_map(|entry| Some(entry.ok()?.path().join("study.json")))
+        .filter(|file| file.exists())
+        .collect();
+    found.sort();
+    let parse = |file: &PathBuf| -> Result<(String, Study)> {
+        let text = std::fs::read_to_string(file).into_diagnostic()?;
+        let study: Study = serde_json::from_str(&text).into_diagnostic()?;
+        let name = file.parent().and_then(Path::file_name).unwrap_or_default();
+        Ok((name.to_string_lossy().into_owned(), study))
+    };
+    let mut studies = Vec::new();
+    for file in &found {
+        match parse(file) {
+            Ok(study) if study.1.format == FORMAT => studies.push(study),
+            Ok(_) => tell(&format!("note: {} is of another version and left out", file.display())),
+            Err(error) => tell(&format!("note: {} is no study and left out: {error}", file.display())),
+        }
+    }
+    miette::ensure!(
+        !studies.is_empty(),
+        help = "`pointillist study SCENE.xml -o FOLDER/NAME` makes one",
+        "there is no study in {}",
+        folder.display()
+    );
+    Ok(studies)
 }

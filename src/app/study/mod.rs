@@ -1,7 +1,6 @@
 //! `pointillist study`: what accuracy costs in time, on one scene and this machine.
 
 mod about;
-mod collect;
 mod converge;
 mod display;
 mod effects;
@@ -30,14 +29,21 @@ use renderer::StudyRenderer;
 
 /// Share of the budget for the reference.
 const REFERENCE: f64 = 0.2;
-/// Parts in their order, with shares of what is left of the budget.
-const PARTS: [(Knob, f64); 5] = [
-    (Knob::Methods, 0.7),
-    (Knob::Effects, 0.5),
-    (Knob::Display, 0.6),
-    (Knob::Numeric, 0.1),
-    (Knob::Replicates, 1.0),
+/// Parts in their order, with shares of what is left of the budget, and what is missing without them.
+const PARTS: [(Knob, f64, &str); 5] = [
+    (Knob::Methods, 0.7, "convergence, prices, pictures, predictions, stability: --knobs methods"),
+    (Knob::Effects, 0.5, "effects: --knobs effects"),
+    (Knob::Display, 0.6, "display: --knobs display"),
+    (Knob::Numeric, 0.1, "numeric choices: --knobs numeric"),
+    (Knob::Replicates, 1.0, "replicates: --knobs replicates"),
 ];
+
+/// A study that is being measured.
+pub struct StudySession {
+    renderer: StudyRenderer,
+    folder: StudyFolder,
+    reference: ReferencePicture,
+}
 
 /// The time that a part of the study may take.
 pub struct TimeBudget {
@@ -60,17 +66,12 @@ impl TimeBudget {
     }
 }
 
-/// Runs the subcommand.
-///
-/// # Errors
-///
-/// When a part fails; earlier measurements are kept.
 pub fn study(args: &StudyArgs) -> Result<()> {
     if args.predictions {
         return predictions::print();
     }
     if let (Some(folder), Some(output)) = (&args.collect, &args.output) {
-        return collect::collect(folder, output);
+        return folder::collect(folder, output);
     }
     let Some(scene) = &args.scene else { return Ok(()) };
     process::listen_for_interrupt();
@@ -82,13 +83,11 @@ pub fn study(args: &StudyArgs) -> Result<()> {
     });
     let mut folder = StudyFolder::open(&path, &renderer)?;
     budget.say("the reference");
-    let reference = ReferencePicture::find(
-        &mut renderer,
-        &mut folder,
-        args.against.as_deref(),
-        REFERENCE * budget.seconds,
-    )?;
-    let outcome = measure(args, &mut renderer, &mut folder, &reference, &budget);
+    let given = args.against.as_deref();
+    let reference = ReferencePicture::find(&mut renderer, &mut folder, given, REFERENCE * budget.seconds)?;
+    let mut session = StudySession { renderer, folder, reference };
+    let outcome = measure(args, &mut session, &budget);
+    let StudySession { renderer, mut folder, .. } = session;
     if folder.has_grown() {
         folder.keep(Measurement::Command { command: about::command() })?;
     }
@@ -96,41 +95,37 @@ pub fn study(args: &StudyArgs) -> Result<()> {
     folder.publish(&study)?;
     if !args.quiet {
         super::report::print(&pages::terminal(&study), "the study");
-        tell(&format!(
-            "the page is {}; tables and charts are beside it",
-            folder.file("index.html").display()
-        ));
+        let page = folder.file("index.html");
+        tell(&format!("the page is {}; tables and charts are beside it", page.display()));
     }
     outcome
 }
 
 /// Measures one part after another; each takes its share of what is left.
-fn measure(
-    args: &StudyArgs,
-    renderer: &mut StudyRenderer,
-    folder: &mut StudyFolder,
-    reference: &ReferencePicture,
-    budget: &TimeBudget,
-) -> Result<()> {
-    converge::peers(renderer, folder, reference, &args.peer)?;
-    let wanted = |knob: Knob| args.knobs.is_empty() || args.knobs.contains(&knob);
+fn measure(args: &StudyArgs, session: &mut StudySession, budget: &TimeBudget) -> Result<()> {
+    converge::peers(session, &args.peer)?;
     let methods = about::methods(args)?;
-    let last = PARTS.iter().rposition(|(knob, _)| wanted(*knob));
-    for (i, (knob, share)) in PARTS.into_iter().enumerate() {
-        if !wanted(knob) || process::is_interrupted() {
+    let last = PARTS.iter().rposition(|(knob, ..)| wanted(args, *knob));
+    for (i, (knob, share, _)) in PARTS.into_iter().enumerate() {
+        if !wanted(args, knob) || process::is_interrupted() {
             continue;
         }
         let share = if Some(i) == last { 1.0 } else { share };
         let part = TimeBudget { start: Instant::now(), seconds: share * budget.left(), quiet: args.quiet };
         match knob {
-            Knob::Methods => converge::converge(renderer, folder, reference, &methods, &part)?,
-            Knob::Effects => effects::effects(renderer, folder, reference, &part)?,
-            Knob::Display => display::display(renderer, folder, reference, &part)?,
-            Knob::Numeric => numeric::numeric(renderer, folder)?,
-            Knob::Replicates => schemes::schemes(renderer, folder, reference, &part)?,
+            Knob::Methods => converge::converge(session, &methods, &part)?,
+            Knob::Effects => effects::effects(session, &part)?,
+            Knob::Display => display::display(session, &part)?,
+            Knob::Numeric => numeric::numeric(session)?,
+            Knob::Replicates => schemes::schemes(session, &part)?,
         }
     }
     Ok(())
+}
+
+/// True if a part is asked for.
+fn wanted(args: &StudyArgs, knob: Knob) -> bool {
+    args.knobs.is_empty() || args.knobs.contains(&knob)
 }
 
 /// A run by the method that `auto` chooses, for measuring effects and display.

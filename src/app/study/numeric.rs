@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use miette::Result;
 
-use super::folder::StudyFolder;
+use super::StudySession;
 use super::renderer::StudyRenderer;
 use crate::study::Interval;
 use crate::study::data::NumericPrice;
@@ -17,12 +17,7 @@ const TERMS: usize = 1 << 20;
 /// Sums that are compared.
 const SUMS: usize = 9;
 
-/// Measures the choices.
-///
-/// # Errors
-///
-/// When the measurements cannot be kept.
-pub fn numeric(renderer: &StudyRenderer, folder: &mut StudyFolder) -> Result<()> {
+pub fn numeric(StudySession { renderer, folder, .. }: &mut StudySession) -> Result<()> {
     if folder.has(|m| matches!(m, Measurement::Numeric(_))) {
         return Ok(());
     }
@@ -58,24 +53,15 @@ pub fn numeric(renderer: &StudyRenderer, folder: &mut StudyFolder) -> Result<()>
     let spread: f64 = values.iter().map(|&v| (f64::from(v) - mean).powi(2)).sum();
     let sums = compare(&values, exact, &plain, &folded);
     let variances = compare(&values, spread, &naive_variance, &deviations);
-    for (choice, forms, (time, error), what) in [
-        ("sums of the film", ["one float", "two floats"], sums, "sum of 2^20 luminances of this scene"),
-        (
-            "sums of the variance",
-            ["squares less the squared sum", "deviations from the mean"],
-            variances,
-            "variance of 2^20 luminances of this scene",
-        ),
-    ] {
-        folder.keep(Measurement::Numeric(NumericPrice {
-            choice: choice.to_string(),
-            forms: forms.map(str::to_string),
-            time,
-            error,
-            what: what.to_string(),
-        }))?;
-    }
-    Ok(())
+    let mut keep = |choice: &str, forms: [&str; 2], (time, error), what: &str| {
+        let [choice, what] = [choice, what].map(str::to_string);
+        let forms = forms.map(str::to_string);
+        folder.keep(Measurement::Numeric(NumericPrice { choice, forms, time, error, what }))
+    };
+    let forms = ["one float", "two floats"];
+    keep("sums of the film", forms, sums, "sum of 2^20 luminances of this scene")?;
+    let forms = ["squares less the squared sum", "deviations from the mean"];
+    keep("sums of the variance", forms, variances, "variance of 2^20 luminances of this scene")
 }
 
 /// Time of the exact form over that of the cheap one, in turn; error of the cheap one over that of the exact one.

@@ -1,7 +1,7 @@
 //! Pictures of a study: as they are displayed, and small enough for a page.
 
 use crate::client::{DisplayImage, Settings};
-use crate::color::palette;
+use crate::color::{Profile, palette, srgb};
 use crate::image::compare::{PIXELS_PER_DEGREE, flip};
 use crate::image::png::{PngPicture, Transfer};
 use crate::image::{Grid, data_uri};
@@ -9,17 +9,17 @@ use crate::image::{Grid, data_uri};
 /// Longest side on the page, pixels.
 const SIDE: usize = 320;
 
-/// Display-linear sRGB of a displayed picture.
-pub fn linear(shown: &DisplayImage, settings: &Settings) -> Option<Grid<[f32; 3]>> {
+/// Display-linear sRGB of a displayed picture; nothing if pixels are missing.
+pub fn linear(shown: &DisplayImage, settings: &Settings) -> Grid<[f32; 3]> {
     let decode: Vec<f32> = (0..256).map(|i| (i as f32 / 255.0).powf(settings.gamma)).collect();
     let pixels = shown.rgb.iter().map(|rgb| rgb.map(|c| decode[usize::from(c)])).collect();
-    Grid::from_rows(shown.width as usize, shown.height as usize, pixels)
+    Grid::from_rows(shown.width as usize, shown.height as usize, pixels).unwrap_or_default()
 }
 
 /// A display-linear picture for the page; `None` if it has no pixels.
 pub fn uri(linear: &Grid<[f32; 3]>) -> Option<String> {
     let small = shrink(linear);
-    let encode = |c: f32| if c.is_finite() { crate::color::srgb::encode_8bit(c) } else { 0 };
+    let encode = |c: f32| if c.is_finite() { srgb::encode_8bit(c) } else { 0 };
     let rgb: Vec<[u8; 3]> = small.pixels().iter().map(|rgb| rgb.map(encode)).collect();
     let side = |n: usize| u32::try_from(n).ok();
     data_uri::jpeg(side(small.width())?, side(small.height())?, &rgb)
@@ -32,15 +32,11 @@ pub fn difference(picture: &Grid<[f32; 3]>, reference: &Grid<[f32; 3]>) -> (f64,
     let map = Grid::from_rows(seen.map.width(), seen.map.height(), spread).and_then(|map| {
         let small = shrink(&map);
         let rgb: Vec<[u8; 3]> = small.pixels().iter().map(|&[e, ..]| palette::color(e)).collect();
-        png(&rgb, &small)
+        let [width, height] = [u32::try_from(small.width()).ok()?, u32::try_from(small.height()).ok()?];
+        let primaries = Profile::srgb().primaries;
+        data_uri::png(PngPicture { width, height, rgb: &rgb, transfer: Transfer::Srgb, primaries })
     });
     (seen.mean, map)
-}
-
-fn png<T: Copy>(rgb: &[[u8; 3]], size: &Grid<T>) -> Option<String> {
-    let (width, height) = (u32::try_from(size.width()).ok()?, u32::try_from(size.height()).ok()?);
-    let primaries = crate::color::Profile::srgb().primaries;
-    data_uri::png(PngPicture { width, height, rgb, transfer: Transfer::Srgb, primaries })
 }
 
 /// Means over squares of pixels, so that the longest side fits.

@@ -25,7 +25,6 @@ pub struct ReferencePicture {
     pub shown: Grid<[f32; 3]>,
     /// Its own relMSE, 0 if unknown.
     own: f64,
-    /// Its own relative errors.
     relative: [f64; 3],
     mean: f64,
     /// Seconds of the longest render whose error it can measure.
@@ -35,16 +34,11 @@ pub struct ReferencePicture {
 /// Least ratio of the reference's render time to that of a picture.
 const LONGER: f64 = 2.5;
 
-/// The file in the folder.
 const FILE: &str = "reference.exr";
 
 impl ReferencePicture {
     /// Finds the reference: the given picture, or that of an earlier run unless `seconds` are much more than it took, or one that is
     /// rendered now for `seconds`. Measurements against another reference are discarded.
-    ///
-    /// # Errors
-    ///
-    /// When the picture cannot be read or has another size, or nothing can be rendered.
     pub fn find(
         renderer: &mut StudyRenderer,
         folder: &mut StudyFolder,
@@ -68,8 +62,8 @@ impl ReferencePicture {
         }
         let reference = match &given {
             Some(file) => {
-                let made_by = "given".to_string();
-                ReferenceImage { file: file.display().to_string(), made_by, ..ReferenceImage::default() }
+                let [file, made_by] = [file.display().to_string(), "given".to_string()];
+                ReferenceImage { file, made_by, ..ReferenceImage::default() }
             }
             None => render(renderer, folder, seconds)?,
         };
@@ -82,37 +76,26 @@ impl ReferencePicture {
     fn read(renderer: &StudyRenderer, file: &Path, reference: &ReferenceImage) -> Result<Self> {
         let rgb = Picture::read(file, None).into_diagnostic()?.rgb;
         let wanted = (renderer.run.film.width as usize, renderer.run.film.height as usize);
-        if (rgb.width(), rgb.height()) != wanted {
-            return Err(miette::miette!(
-                help = "give --size, or another reference",
-                "{} has {}×{} pixels, the picture {}×{}",
-                file.display(),
-                rgb.width(),
-                rgb.height(),
-                wanted.0,
-                wanted.1
-            ));
-        }
+        let name = file.display();
+        let (width, height) = (rgb.width(), rgb.height());
+        miette::ensure!(
+            (width, height) == wanted,
+            help = "give --size, or another reference",
+            "{name} has {width}×{height} pixels, the picture {}×{}",
+            wanted.0,
+            wanted.1
+        );
         if let Some(i) = rgb.pixels().iter().position(|rgb| !rgb.iter().all(|c| c.is_finite())) {
-            return Err(miette::miette!(
-                help = "give another reference",
-                "{}: pixel {}, {} is not finite: {:?}",
-                file.display(),
-                i % rgb.width(),
-                i / rgb.width(),
-                rgb.pixels()[i]
-            ));
+            let (x, y, pixel) = (i % width, i / width, rgb.pixels()[i]);
+            miette::bail!(help = "give another reference", "{name}: pixel {x}, {y} is not finite: {pixel:?}");
         }
-        let shown = develop::shown(&rgb, &renderer.settings);
-        let mean = mean_luminance(&rgb);
-        let longest = if reference.seconds > 0.0 { reference.seconds / LONGER } else { f64::INFINITY };
         Ok(Self {
-            rgb,
-            shown,
+            shown: develop::shown(&rgb, &renderer.settings),
             own: reference.rel_mse.unwrap_or(0.0),
             relative: reference.relative,
-            mean,
-            longest,
+            mean: mean_luminance(&rgb),
+            longest: if reference.seconds > 0.0 { reference.seconds / LONGER } else { f64::INFINITY },
+            rgb,
         })
     }
 
@@ -145,13 +128,6 @@ impl ReferencePicture {
         })
     }
 
-    /// The part of a picture's relMSE that is noise.
-    fn noise(&self, traced: &StudyRender) -> Option<Interval> {
-        let size = [self.rgb.width(), self.rgb.height()];
-        let field = ErrorField::noise(&traced.pixels, self.rgb.pixels(), size)?;
-        Some(field.estimate(TileSubset::All).rel_mse)
-    }
-
     /// Measures the errors of a render and adds its times, samples and predictions.
     pub fn judge_run(
         &self,
@@ -160,16 +136,16 @@ impl ReferencePicture {
         traced: &StudyRender,
         budget: f64,
     ) -> Result<RenderMeasurement> {
-        let shown = linear(&traced.shown, &renderer.settings).unwrap_or_default();
+        let shown = linear(&traced.shown, &renderer.settings);
         let (total, paths) = (traced.stats.total(), traced.data.counts.paths());
+        let size = [self.rgb.width(), self.rgb.height()];
+        let noise = ErrorField::noise(&traced.pixels, self.rgb.pixels(), size);
         let rejections = total.rejections;
-        let command = |cause: Cause| {
-            let index =
-                rejections.examples().iter().find(|example| example.1 == cause).map(|example| example.0);
-            index.map_or(String::new(), |index| run.command(index, 1))
+        let rejected = |cause: Cause| {
+            let example = rejections.examples().iter().find(|example| example.1 == cause);
+            let command = example.map(|example| run.command(example.0, 1)).unwrap_or_default();
+            (cause.describe().to_string(), rejections.count(cause), command)
         };
-        let rejected = Cause::ALL.into_iter().filter(|&cause| rejections.count(cause) > 0);
-        let known = traced.state.checkpoints.last().map(|_| traced.state.estimate);
         Ok(RenderMeasurement {
             method: run.integrator.name().to_string(),
             budget,
@@ -180,11 +156,9 @@ impl ReferencePicture {
             display_seconds: traced.display_seconds,
             samples_per_pixel: paths as f64 / renderer.texels(),
             paths,
-            noise: self.noise(traced),
-            stated: known.map(|figures| figures.relative),
-            rejected: rejected
-                .map(|cause| (cause.describe().to_string(), rejections.count(cause), command(cause)))
-                .collect(),
+            noise: noise.map(|field| field.estimate(TileSubset::All).rel_mse),
+            stated: traced.estimate().map(|estimate| estimate.relative),
+            rejected: Cause::ALL.into_iter().map(rejected).filter(|(_, count, _)| *count > 0).collect(),
             predictions: traced.predictions.clone(),
             ..self.judge(&traced.rgb, &shown)?
         })
@@ -199,12 +173,11 @@ fn mean_luminance(rgb: &Grid<[f32; 3]>) -> f64 {
 fn render(renderer: &mut StudyRenderer, folder: &StudyFolder, seconds: f64) -> Result<ReferenceImage> {
     let run = RunSpec { seed: SEED, ..unbiased(renderer) };
     let traced = renderer.trace(&run, RenderLimit::Time(std::time::Duration::from_secs_f64(seconds)))?;
-    if traced.driven.interrupted || traced.state.checkpoints.is_empty() {
-        return Err(miette::miette!(
-            help = "give more --budget, a smaller --size, or a picture with --against",
-            "the reference needs more time: too little of it was rendered to be compared with"
-        ));
-    }
+    miette::ensure!(
+        !traced.driven.interrupted && !traced.state.checkpoints.is_empty(),
+        help = "give more --budget, a smaller --size, or a picture with --against",
+        "the reference needs more time: too little of it was rendered to be compared with"
+    );
     let file = folder.file(FILE);
     let mut layers = exr::Layers {
         width: traced.rgb.width(),
@@ -216,14 +189,13 @@ fn render(renderer: &mut StudyRenderer, folder: &StudyFolder, seconds: f64) -> R
         layers.push(name, traced.rgb.pixels().iter().map(|rgb| rgb[i]));
     }
     exr::write(&file, &layers).into_diagnostic()?;
-    let known = traced.state.checkpoints.last().map(|_| traced.state.estimate);
     Ok(ReferenceImage {
         file: FILE.to_string(),
         made_by: run.integrator.name().to_string(),
         seconds: traced.driven.wall.as_secs_f64(),
         samples_per_pixel: traced.data.counts.paths() as f64 / renderer.texels(),
-        rel_mse: known.map(|figures| figures.rel_mse.value),
-        relative: known.map(|figures| figures.relative.map(|i| i.value)).unwrap_or_default(),
+        rel_mse: Some(traced.state.estimate.rel_mse.value),
+        relative: traced.state.estimate.relative.map(|i| i.value),
         picture: String::new(),
     })
 }

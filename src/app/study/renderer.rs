@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use miette::{IntoDiagnostic, Result};
 
 use crate::app::args::StudyArgs;
+use crate::app::args::scene::SceneArgs;
 use crate::app::device::Device;
 use crate::app::drive::{Drive, DriveObservers, DriveOutcome, drive};
 use crate::app::load::{self, Opened};
@@ -24,15 +25,13 @@ use crate::stream::Lanes;
 use crate::stream::control::Epoch;
 use crate::study::error::ReplicatePixel;
 use crate::study::prediction::PredictionOutcome;
-use crate::study::{ErrorQuantile, ErrorStatus};
+use crate::study::{ErrorEstimate, ErrorQuantile, ErrorStatus};
 use crate::tracer::{Camera, Scene};
 
 /// How long a picture is traced.
 #[derive(Clone, Copy, Debug)]
 pub enum RenderLimit {
-    /// Wall-budget time.
     Time(Duration),
-    /// Paths.
     Paths(u64),
 }
 
@@ -40,11 +39,8 @@ pub enum RenderLimit {
 pub struct StudyRenderer {
     /// The specification of all runs, which differ in method and seed.
     pub run: RunSpec,
-    /// The prepared scene.
     pub scene: Arc<Scene>,
-    /// Its camera.
     pub camera: Camera,
-    /// The description of the scene.
     pub desc: SceneDesc,
     /// How pictures are shown.
     pub settings: Settings,
@@ -66,11 +62,9 @@ pub struct StudyRender {
     pub rgb: Grid<[f32; 3]>,
     /// The sums.
     pub data: FilmData,
-    /// The displayed picture.
     pub shown: DisplayImage,
     /// Time and end of the render.
     pub driven: DriveOutcome,
-    /// Statistics of the tracing threads.
     pub stats: Stats,
     /// Seconds from sums to displayed picture.
     pub display_seconds: f64,
@@ -82,13 +76,25 @@ pub struct StudyRender {
     pub pixels: Vec<ReplicatePixel>,
 }
 
+impl StudyRender {
+    /// The error that its replicates state, if it is known.
+    pub fn estimate(&self) -> Option<ErrorEstimate> {
+        self.state.checkpoints.last().map(|_| self.state.estimate)
+    }
+}
+
+/// The processor's name, as far as the system tells.
+pub fn cpu() -> String {
+    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let name = info.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
+    let name = name.map_or(std::env::consts::ARCH, |(_, name)| name.trim());
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    format!("{name}, {cores} cores")
+}
+
 impl StudyRenderer {
     /// Loads and prepares the scene of a command line.
-    ///
-    /// # Errors
-    ///
-    /// Scene, device, threads.
-    pub fn new(args: &StudyArgs, source: &crate::app::args::scene::SceneArgs) -> Result<Self> {
+    pub fn new(args: &StudyArgs, source: &SceneArgs) -> Result<Self> {
         let mut seconds = Seconds::default();
         let Opened { input, scene, camera, device } = load::open(source, &mut seconds)?;
         load::tell_warnings(&input.loaded);
@@ -126,19 +132,11 @@ impl StudyRenderer {
     }
 
     /// Renders the scene.
-    ///
-    /// # Errors
-    ///
-    /// As [`trace_other`](Self::trace_other).
     pub fn trace(&mut self, run: &RunSpec, limit: RenderLimit) -> Result<StudyRender> {
         self.trace_other(run, self.scene.clone(), self.camera.clone(), limit)
     }
 
     /// Renders another scene on the same film.
-    ///
-    /// # Errors
-    ///
-    /// When the device fails, or a path panics.
     pub fn trace_other(
         &mut self,
         run: &RunSpec,
@@ -168,36 +166,28 @@ impl StudyRenderer {
         let onlookers = DriveObservers { bar: &bar, timings: &mut None, observer: observer.as_ref() };
         let driven = drive(plan, &self.server, &mut self.lanes, &mut *self.client, onlookers)?;
         if let Some((index, message)) = &driven.panicked {
-            return Err(miette::miette!("path {index} panicked: {message}: {}", run.command(*index, 1)));
+            miette::bail!("path {index} panicked: {message}: {}", run.command(*index, 1));
         }
         let pixels = observer.as_ref().map(Observer::pixels).unwrap_or_default();
-        let (state, predictions) = observer.map(|observer| observer.end()).unwrap_or_default();
+        let (state, predictions) = observer.as_ref().map(Observer::end).unwrap_or_default();
         let stats = self.server.stats();
         let start = Instant::now();
         let shown = self.show(&self.settings.clone())?;
         let display_seconds = start.elapsed().as_secs_f64();
         let data = self.client.develop().into_diagnostic()?;
-        let size = (run.film.width as usize, run.film.height as usize);
-        let rgb = Grid::from_rows(size.0, size.1, develop::linear_rgb(&data, &Profile::srgb()));
+        let [width, height] = [run.film.width, run.film.height].map(|side| side as usize);
+        let rgb = Grid::from_rows(width, height, develop::linear_rgb(&data, &Profile::srgb()));
         let rgb = rgb.ok_or_else(|| miette::miette!("the film has another size than its picture"))?;
         Ok(StudyRender { rgb, data, shown, driven, stats, display_seconds, state, predictions, pixels })
     }
 
     /// Replaces the film by an empty one.
-    ///
-    /// # Errors
-    ///
-    /// When it does not fit into the device.
     pub fn remake(&mut self, spec: FilmSpec) -> Result<()> {
         self.client = self.device.client(spec, self.threads)?;
         Ok(())
     }
 
     /// Displays the last picture with some settings.
-    ///
-    /// # Errors
-    ///
-    /// When the device fails.
     pub fn show(&mut self, settings: &Settings) -> Result<DisplayImage> {
         self.client.display(settings).into_diagnostic()
     }

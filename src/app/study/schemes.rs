@@ -2,10 +2,8 @@
 
 use miette::Result;
 
-use super::folder::StudyFolder;
-use super::reference::ReferencePicture;
-use super::renderer::{RenderLimit, StudyRenderer};
-use super::{TimeBudget, unbiased};
+use super::renderer::RenderLimit;
+use super::{StudySession, TimeBudget, unbiased};
 use crate::app::process;
 use crate::app::run_spec::RunSpec;
 use crate::study::Interval;
@@ -16,16 +14,8 @@ use crate::study::measurement::Measurement;
 const SAMPLES: f64 = 16.0;
 
 /// Measures pairs of pictures until the budget is spent, but at least three.
-///
-/// # Errors
-///
-/// When nothing can be rendered or kept.
-pub fn schemes(
-    renderer: &mut StudyRenderer,
-    folder: &mut StudyFolder,
-    reference: &ReferencePicture,
-    budget: &TimeBudget,
-) -> Result<()> {
+pub fn schemes(session: &mut StudySession, budget: &TimeBudget) -> Result<()> {
+    let StudySession { renderer, folder, reference } = session;
     if folder.has(|m| matches!(m, Measurement::Scheme(_))) || budget.left() <= 0.0 {
         return Ok(());
     }

@@ -1,6 +1,6 @@
 //! FLIP: what a person sees when two pictures alternate in the same place.
 
-use super::{MetricMap, is_finite, map, same_size};
+use super::{MetricMap, Rgb, is_finite, map, same_size};
 use crate::color::srgb;
 use crate::image::error::ImageError;
 use crate::image::grid::Grid;
@@ -20,29 +20,23 @@ const MOST_PIXELS: usize = 1 << 28;
 /// A pixel that is not finite is black to its neighbours and has itself the error 1. `pixels_per_degree` is usually
 /// [`PIXELS_PER_DEGREE`]; what is not finite means that, and what is outside 1 to 500 is clamped.
 ///
-/// # Errors
-/// [`ImageError::Size`] for pictures of different sizes, [`ImageError::TooLarge`] for more than 2^28 pixels.
+/// More than 2^28 pixels are refused by [`ImageError::TooLarge`].
 ///
 /// # Source
 /// Andersson et al., *FLIP: A Difference Evaluator for Alternating Images* (2020), by the authors' code (`nv-flip`).
-pub fn flip(
-    picture: &Grid<[f32; 3]>,
-    reference: &Grid<[f32; 3]>,
-    pixels_per_degree: f32,
-) -> Result<MetricMap, ImageError> {
+pub fn flip(picture: &Rgb, reference: &Rgb, pixels_per_degree: f32) -> Result<MetricMap, ImageError> {
     let size = (picture.width(), picture.height());
     same_size(size, (reference.width(), reference.height()))?;
     if picture.pixels().is_empty() {
         return map(picture, reference, |_, _| 0.0).map(MetricMap::new);
     }
     let too_large = || ImageError::TooLarge { size, most: MOST_PIXELS };
-    let (Ok(width), Ok(height)) = (u32::try_from(size.0), u32::try_from(size.1)) else {
+    let (Ok(width), Ok(height), ..=MOST_PIXELS) =
+        (u32::try_from(size.0), u32::try_from(size.1), picture.pixels().len())
+    else {
         return Err(too_large());
     };
-    if picture.pixels().len() > MOST_PIXELS {
-        return Err(too_large());
-    }
-    let encoded = |picture: &Grid<[f32; 3]>| {
+    let encoded = |picture: &Rgb| {
         let encode = |&rgb: &[f32; 3]| if is_finite(rgb) { rgb.map(srgb::encode_8bit) } else { [0; 3] };
         let bytes: Vec<[u8; 3]> = picture.pixels().iter().map(encode).collect();
         nv_flip::FlipImageRgb8::with_data(width, height, bytes.as_flattened())

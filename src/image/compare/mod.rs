@@ -11,7 +11,8 @@
 //!
 //! Scene-linear pictures are Rec.709. *Displayed* ones are linear sRGB in [0, 1] after a tone curve, which is the
 //! caller's; a pixel that is not finite stays so there, and counts as wrong in every figure instead of being hidden:
-//! each says how. Maps have the pictures' size, rows from the top. Pictures without pixels have errors of 0.
+//! each says how. Maps have the pictures' size, rows from the top. Pictures without pixels have errors of 0. Pictures of different
+//! sizes are refused by [`ImageError::Size`].
 
 mod flip;
 mod metrics;
@@ -28,6 +29,9 @@ pub use variance::{
 use crate::image::error::ImageError;
 use crate::image::grid::Grid;
 use crate::math::quantile::nearest_rank;
+
+/// Linear R, G, B of every pixel.
+type Rgb = Grid<[f32; 3]>;
 
 /// An error metric over a picture.
 #[derive(Clone, Debug, PartialEq)]
@@ -76,18 +80,11 @@ pub fn worst(map: &Grid<f32>) -> Option<Worst> {
     found.map(|(i, value)| Worst { x: i % map.width(), y: i / map.width(), value })
 }
 
-/// Checks that two pictures have the same size.
-///
-/// # Errors
-/// [`ImageError::Size`] otherwise.
 fn same_size(a: (usize, usize), b: (usize, usize)) -> Result<(), ImageError> {
     if a == b { Ok(()) } else { Err(ImageError::Size { a, b }) }
 }
 
 /// The map of `metric` over the pairs of pixels.
-///
-/// # Errors
-/// [`ImageError::Size`] for pictures of different sizes.
 fn map<A: Copy, B: Copy>(
     a: &Grid<A>,
     b: &Grid<B>,
@@ -99,7 +96,6 @@ fn map<A: Copy, B: Copy>(
     Grid::from_rows(size.0, size.1, values).ok_or(ImageError::Size { a: size, b: size })
 }
 
-/// True when all channels are finite.
 fn is_finite(rgb: [f32; 3]) -> bool {
     rgb.iter().all(|c| c.is_finite())
 }

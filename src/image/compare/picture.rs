@@ -40,9 +40,8 @@ impl Picture {
     /// damaged, holds subsampled channels, or parts of different sizes; [`ImageError::Layer`] where no layer has that
     /// name, or, without one, where none or several come into question.
     pub fn read(path: &Path, layer: Option<&str>) -> Result<Self, ImageError> {
-        let bytes =
-            std::fs::read(path).map_err(|source| ImageError::Read { path: path.to_path_buf(), source })?;
-        check(&bytes).map_err(|reason| ImageError::Decode { path: path.to_path_buf(), reason })?;
+        let bytes = std::fs::read(path).map_err(ImageError::read(path))?;
+        check(&bytes).map_err(ImageError::decode(path))?;
         Self::choose(path, &exr::decode_layers(path, Cursor::new(bytes))?, layer)
     }
 
@@ -56,8 +55,7 @@ impl Picture {
             return Err(ImageError::Layer { path: path.to_path_buf(), reason: refusal(layers, wanted) });
         };
         let (width, height) = (layers.width, layers.height);
-        let cut =
-            || ImageError::Decode { path: path.to_path_buf(), reason: "a channel is cut short".to_owned() };
+        let cut = || ImageError::decode(path)("a channel is cut short".to_owned());
         let rgb = Grid::from_rows(width, height, chosen.pixels()).ok_or_else(cut)?;
         let variance = layers.channel(Measured::VARIANCE_CHANNEL).filter(|_| chosen.name.is_empty());
         let measured = variance.map(|variance| Measured {

@@ -42,9 +42,6 @@ pub struct RelativeStandardError {
 
 /// `√variance / (|Y| + 0.01 · mean of the picture's |Y|)` of every pixel: 0 exact, 1 all noise. A variance below 0 is
 /// taken as 0.
-///
-/// # Errors
-/// [`ImageError::Size`] when there are not as many means and variances as pixels.
 pub fn relative_standard_error(picture: &Measured) -> Result<RelativeStandardError, ImageError> {
     let size = (picture.width, picture.height);
     let usable = |mean: f64, variance: f64| mean.is_finite() && variance.is_finite();
@@ -94,9 +91,6 @@ pub struct ZTest {
 /// pixels is tested at `1 − (1 − α)^(1/n)`.
 ///
 /// A mean that is not finite is rejected. Where both variances are 0 the means must be equal within 1e-6.
-///
-/// # Errors
-/// [`ImageError::Size`] for pictures of different sizes.
 pub fn z_test(a: &Measured, b: &Measured, alpha: f64) -> Result<ZTest, ImageError> {
     same_size((a.width, a.height), (b.width, b.height))?;
     let mut scores = Vec::new();
@@ -129,9 +123,6 @@ pub fn z_test(a: &Measured, b: &Measured, alpha: f64) -> Result<ZTest, ImageErro
 
 /// `z` of every pixel: positive where the first picture is brighter, infinite for a mean that is not finite, NaN where a
 /// variance is not finite.
-///
-/// # Errors
-/// [`ImageError::Size`] for pictures of different sizes, or with fewer means or variances than pixels.
 pub fn z_map(a: &Measured, b: &Measured) -> Result<Grid<f32>, ImageError> {
     let size = (a.width, a.height);
     same_size(size, (b.width, b.height))?;
@@ -139,10 +130,7 @@ pub fn z_map(a: &Measured, b: &Measured) -> Result<Grid<f32>, ImageError> {
     as_grid(size, scores)
 }
 
-/// The grid of these values.
-///
-/// # Errors
-/// [`ImageError::Size`] if there are not as many values as pixels.
+/// The grid of these values, which are refused by [`ImageError::Size`] unless there are as many as pixels.
 fn as_grid(size: (usize, usize), values: Vec<f32>) -> Result<Grid<f32>, ImageError> {
     let rows = values.len().checked_div(size.0).unwrap_or(0);
     Grid::from_rows(size.0, size.1, values).ok_or(ImageError::Size { a: size, b: (size.0, rows) })

@@ -5,22 +5,9 @@ use serde::Serialize;
 use crate::study::Interval;
 use crate::study::data::{CurvePoint, MethodResult, Study};
 
-const COLUMNS: [&str; 14] = [
-    "scene",
-    "part",
-    "subject",
-    "peer",
-    "setting",
-    "seconds",
-    "samples_per_pixel",
-    "runs",
-    "figure",
-    "unit",
-    "value",
-    "low",
-    "high",
-    "measured",
-];
+/// The names of the fields of a [`CsvLine`], which stand there even if there is no line.
+const HEAD: &[u8] =
+    b"scene,part,subject,peer,setting,seconds,samples_per_pixel,runs,figure,unit,value,low,high,measured\n";
 
 /// A line, or what several lines have in common.
 #[derive(Clone, Default, Serialize)]
@@ -49,14 +36,8 @@ struct CsvText<'a> {
 impl<'a> CsvText<'a> {
     /// What the lines about one subject have in common.
     fn about(&self, part: &'a str, subject: &'a str, setting: impl Into<String>) -> CsvLine<'a> {
-        CsvLine {
-            scene: self.scene,
-            part,
-            subject,
-            setting: setting.into(),
-            measured: true,
-            ..CsvLine::default()
-        }
+        let (scene, setting) = (self.scene, setting.into());
+        CsvLine { scene, part, subject, setting, measured: true, ..CsvLine::default() }
     }
 
     /// Adds a line for each number that is there.
@@ -86,11 +67,8 @@ fn exact(x: f64) -> Option<Interval> {
 /// All curves, times and costs. Shares are shares (0.01 is 1 %), times are seconds unless the unit says otherwise; `low` and `high`
 /// bound 90 %.
 pub fn csv(study: &Study) -> String {
-    let mut text = CsvText {
-        scene: &study.scene,
-        writer: csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new()),
-    };
-    let _ = text.writer.write_record(COLUMNS);
+    let writer = csv::WriterBuilder::new().has_headers(false).from_writer(HEAD.to_vec());
+    let mut text = CsvText { scene: &study.scene, writer };
     for m in &study.methods {
         method(&mut text, m);
     }
@@ -117,8 +95,9 @@ fn method<'a>(text: &mut CsvText<'a>, m: &'a MethodResult) {
     for price in &m.prices {
         // A time that is missing is a finding too: its value is empty.
         let seconds = price.seconds.unwrap_or(Interval::exact(f64::NAN));
-        let about = text.about("price", &m.name, number(price.error));
-        let about = CsvLine { peer: m.peer, measured: price.measured, ..about };
+        let setting = number(price.error);
+        let about =
+            CsvLine { measured: price.measured, peer: m.peer, ..text.about("price", &m.name, setting) };
         text.add(&about, &[("seconds_to_error", "s", Some(seconds))]);
     }
 }
@@ -146,10 +125,8 @@ fn costs<'a>(text: &mut CsvText<'a>, study: &'a Study) {
     for e in &study.effects {
         let [variance, loss] = [e.variance, e.loss].map(|x| x.map(Interval::exact));
         let about = text.about("effect", &e.name, if e.on { "on" } else { "off" });
-        text.add(
-            &about,
-            &[("time_ratio", "1", e.time), ("variance_share", "1", variance), ("flip_without", "1", loss)],
-        );
+        text.add(&about, &[("time_ratio", "1", e.time), ("variance_share", "1", variance)]);
+        text.add(&about, &[("flip_without", "1", loss)]);
     }
     let about = text.about("effect", "unused", "");
     text.add(&about, &[("speed_ratio", "1", study.unused_effects)]);
@@ -172,20 +149,12 @@ fn costs<'a>(text: &mut CsvText<'a>, study: &'a Study) {
     }
 }
 
-/// Predictions and stability.
 fn outcomes<'a>(text: &mut CsvText<'a>, study: &'a Study) {
     if let Some(p) = &study.predictions {
         let [known, held, open] = [p.known, p.held, p.open].map(|n| exact(n as f64));
         let about = text.about("prediction", "", "");
-        text.add(
-            &about,
-            &[
-                ("known", "1", known),
-                ("held", "1", held),
-                ("open", "1", open),
-                ("predicted_over_true", "1", exact(p.ratio)),
-            ],
-        );
+        text.add(&about, &[("known", "1", known), ("held", "1", held), ("open", "1", open)]);
+        text.add(&about, &[("predicted_over_true", "1", exact(p.ratio))]);
     }
     for s in &study.stability {
         let about = text.about("stability", &s.method, "");

@@ -41,7 +41,7 @@ pub fn svg_files(study: &Study) -> [(&'static str, String); 3] {
         panel.title = "time, with 90 % intervals; hollow: extrapolated".into();
     }
     [
-        ("convergence.svg", named(curves.draw(ChartSize::Wide), &curves.label)),
+        ("convergence.svg", named(curves.draw(ChartSize::Wide), curves.label)),
         ("prices.svg", named(times.draw(ChartSize::Wide), &times.label)),
         ("effects.svg", named(effects.draw(ChartSize::Wide), &effects.label)),
     ]

@@ -1,12 +1,12 @@
 //! The page of a scene, put together from its sections, and the index of all scenes.
 
-use maud::{DOCTYPE, Markup, html};
+use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use crate::study::Interval;
-use crate::study::data::{MethodResult, ReferenceImage, Study};
+use crate::study::data::{ReferenceImage, Study};
 use crate::study::format::{count, goal, seconds_of, with_unit};
-use crate::study::pages::chart::{self, ChartSize, key, shortened, styles};
-use crate::study::pages::parts::{command, command_of, list, raw, table};
+use crate::study::pages::chart::{self, ChartSize, key, shortened, styled};
+use crate::study::pages::parts::{command, command_of, list, maybe, table};
 use crate::study::pages::sections::{
     answer, convergence, display, effects, numeric, predictions, prices, stability,
 };
@@ -16,15 +16,17 @@ const STYLE: &str = include_str!("style.css");
 const PLOTS: [&str; 2] = [include_str!("uplot/uPlot.iife.min.js"), include_str!("page.js")];
 const PLOT_STYLE: &str = include_str!("uplot/uPlot.min.css");
 
-const CONTENTS: [(&str, &str); 8] = [
-    ("#convergence", "1 Error"),
-    ("#prices", "2 Time to an error"),
-    ("#effects", "3 Effects"),
-    ("#display", "4 Display"),
-    ("#numeric", "5 Arithmetic"),
-    ("#predictions", "6 Predictions"),
-    ("#stability", "7 Stability"),
-    ("#origin", "Machine"),
+/// A part of the page: its anchor, its names in the contents and above it, its conclusion in one or two sentences, and the rest.
+struct Part(&'static str, &'static str, &'static str, fn(&Study) -> String, fn(&Study) -> Markup);
+
+const PARTS: [Part; 7] = [
+    Part("convergence", "1 Error", "1  How the error falls", convergence::conclusion, convergence::body),
+    Part("prices", "2 Time to an error", "2  Time to an error", prices::conclusion, prices::body),
+    Part("effects", "3 Effects", "3  Cost of each effect", effects::conclusion, effects::body),
+    Part("display", "4 Display", "4  Cost of each display setting", display::conclusion, display::body),
+    Part("numeric", "5 Arithmetic", "5  Cost of exact arithmetic", numeric::conclusion, numeric::body),
+    Part("predictions", "6 Predictions", "6  Predictions", predictions::conclusion, predictions::body),
+    Part("stability", "7 Stability", "7  Stability", stability::conclusion, stability::body),
 ];
 
 /// The page of a study: one file, which fetches nothing. Without JavaScript its curves are still pictures.
@@ -34,18 +36,14 @@ pub fn html(study: &Study) -> String {
         main {
             header { h1 { (name) } p.dim { (subtitle(study)) } }
             (answer::html(study))
-            nav { @for (link, text) in CONTENTS { a href=(link) { (text) } " " } }
+            nav { @for Part(id, entry, ..) in &PARTS { a href={ "#" (id) } { (entry) } " " } a href="#origin" { "Machine" } " " }
             noscript { p.absent { "JavaScript is off: the curves are still pictures, without tooltips and zoom. The tables are complete." } }
-            (convergence::html(study))
-            (prices::html(study))
-            (effects::html(study))
-            (display::html(study))
-            (numeric::html(study))
-            (predictions::html(study))
-            (stability::html(study))
+            @for Part(id, _, title, conclusion, body) in &PARTS {
+                section id=(id) { h2 { (title) } p.takeaway { (conclusion(study)) } (body(study)) }
+            }
             (origin(study))
         }
-        @for script in PLOTS { script { (raw(script)) } }
+        @for script in PLOTS { script { (PreEscaped(script)) } }
     };
     document(&format!("{}: what accuracy costs in time", shortened(&name, 80)), body)
 }
@@ -79,7 +77,7 @@ fn document(title: &str, body: Markup) -> String {
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta name="color-scheme" content="light dark";
                 title { (title) }
-                style { (raw(PLOT_STYLE)) "\n" (raw(STYLE)) (raw(chart::STYLE)) }
+                style { (PreEscaped(PLOT_STYLE)) "\n" (PreEscaped(STYLE)) (PreEscaped(chart::STYLE)) }
             }
             body { (body) }
         }
@@ -128,9 +126,7 @@ fn origin(study: &Study) -> Markup {
         ]);
     }
     let peers: Vec<&str> = study.methods.iter().filter(|m| m.peer).map(|m| m.name.as_str()).collect();
-    if !peers.is_empty() {
-        rows.push(("Compared with", peers.join(", ")));
-    }
+    rows.extend((!peers.is_empty()).then(|| ("Compared with", peers.join(", "))));
     html! {
         section #origin {
             h2 { "Machine and command" }
@@ -142,16 +138,11 @@ fn origin(study: &Study) -> Markup {
     }
 }
 
-/// How the reference was made.
 pub fn reference_origin(r: &ReferenceImage) -> String {
-    let mut text = r.made_by.clone();
-    if r.samples_per_pixel > 0.0 {
-        text += &format!(", {} samples per pixel", count(r.samples_per_pixel));
-    }
-    if r.seconds > 0.0 {
-        text += &format!(", {}", seconds_of(r.seconds));
-    }
-    text
+    let samples =
+        (r.samples_per_pixel > 0.0).then(|| format!("{} samples per pixel", count(r.samples_per_pixel)));
+    let time = (r.seconds > 0.0).then(|| seconds_of(r.seconds));
+    [Some(r.made_by.clone()), samples, time].into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 
 /// How many scenes there are, and on how many each method is recommended.
@@ -170,47 +161,38 @@ fn index_summary(studies: &[(String, &Study)]) -> String {
     }
     wins.sort_by(|a, b| b.1.cmp(&a.1).then(a.0.cmp(b.0)));
     let wins: Vec<String> = wins.into_iter().map(|(name, n)| format!("{name} on {n}")).collect();
-    if wins.is_empty() {
-        format!("{scenes}.")
-    } else {
-        format!("{scenes}. The method to use is {}.", list(&wins))
-    }
+    let best = if wins.is_empty() { "" } else { &format!(" The method to use is {}.", list(&wins)) };
+    format!("{scenes}.{best}")
 }
 
-/// Time to 1 % by scene and method.
 fn times_to_one_percent(studies: &[(String, &Study)]) -> Markup {
     let mut names: Vec<&str> = Vec::new();
-    for method in studies.iter().flat_map(|(_, s)| &s.methods).filter(|m| !m.peer) {
+    for method in studies.iter().flat_map(|(_, study)| verdict::own(study)) {
         if !names.contains(&method.name.as_str()) {
             names.push(&method.name);
         }
     }
-    let mut heads = vec![format!("Time to {}", goal(0.01))];
-    heads.extend(names.iter().map(|n| (*n).to_string()));
+    let first = format!("Time to {}", goal(0.01));
+    let heads: Vec<&str> = std::iter::once(&*first).chain(names.iter().copied()).collect();
     let row = |(link, study): &(String, &Study)| {
         let best = verdict::recommend(study).filter(|a| a.error == 0.01).map(|a| a.method.name.as_str());
         let cell = |name: &&str| {
-            let method = study.methods.iter().find(|m: &&MethodResult| !m.peer && m.name == *name);
-            let price = method.map_or_else(|| html! { "—" }, |m| prices::price(m, 0.01));
+            let method = verdict::own(study).into_iter().find(|m| m.name == *name);
+            let price = maybe(method.map(|m| prices::price(m, 0.01)));
             html! { @if best == Some(*name) { b { (price) } } @else { (price) } }
         };
         let name = html! { a href=(link) { (verdict::name(study)) } };
         std::iter::once(name).chain(names.iter().map(cell)).collect()
     };
-    table(
-        "Time to an error of 1 %, by scene and method",
-        &heads,
-        &studies.iter().map(row).collect::<Vec<_>>(),
-    )
+    let rows: Vec<Vec<Markup>> = studies.iter().map(row).collect();
+    table("Time to an error of 1 %, by scene and method", &heads, &rows)
 }
 
 fn legend(studies: &[(String, &Study)]) -> Markup {
     let mut seen: Vec<(&str, chart::MethodStyle)> = Vec::new();
-    for (_, study) in studies {
-        for (method, style) in study.methods.iter().zip(styles(&study.methods)) {
-            if !seen.contains(&(&method.name, style)) {
-                seen.push((&method.name, style));
-            }
+    for (method, style) in studies.iter().flat_map(|(_, study)| styled(study)) {
+        if !seen.contains(&(&method.name, style)) {
+            seen.push((&method.name, style));
         }
     }
     html! {
@@ -224,7 +206,7 @@ fn scene(link: &str, study: &Study) -> Markup {
     let curves = convergence::overall(study);
     html! {
         div.scene {
-            div { (curves.draw(ChartSize::Thumbnail).inline(&curves.label)) }
+            div { (curves.draw(ChartSize::Thumbnail).inline(curves.label)) }
             div {
                 h2 { a href=(link) { (verdict::name(study)) } }
                 p.first { (answer::headline(study)) }

@@ -1,45 +1,39 @@
 //! The parts of every section: headings, numbers, tables, notes.
 
-use maud::{Markup, PreEscaped, Render, html};
+use maud::{Markup, Render, html};
 
 use crate::study::data::Study;
 use crate::study::format::FormattedInterval;
-use crate::study::pages::chart::{ChartSize, CurveChart, Drawing, MethodStyle, key, shortened};
+use crate::study::pages::chart::{BarChart, ChartSize, CurveChart, Drawing, MethodStyle, key, shortened};
 
-/// A section: heading, its conclusion in one or two sentences, and the rest.
-pub fn section(id: &str, title: &str, conclusion: &str, body: Markup) -> Markup {
-    html! {
-        section id=(id) {
-            h2 { (title) }
-            p.takeaway { (conclusion) }
-            (body)
-        }
-    }
-}
-
-/// A chart with its caption, in the width that fits the screen.
-pub fn figure(label: &str, caption: &str, draw: impl Fn(ChartSize) -> Drawing) -> Markup {
-    html! {
-        figure {
-            (draw(ChartSize::Wide).inline(label))
-            (draw(ChartSize::Narrow).inline(label))
-            figcaption { (caption) }
-        }
-    }
+/// Rows of bars with their caption.
+pub fn bars(chart: &BarChart, caption: &str) -> Markup {
+    html! { figure { (drawings(&chart.label, caption, |size| chart.draw(size))) } }
 }
 
 /// Curves with their caption; nothing if there are none.
 pub fn curves(chart: &CurveChart, caption: &str) -> Markup {
     html! {
         @if !chart.is_empty() {
-            figure data-curves {
-                (chart.json())
-                (chart.draw(ChartSize::Wide).inline(&chart.label))
-                (chart.draw(ChartSize::Narrow).inline(&chart.label))
-                figcaption { (caption) }
-            }
+            figure data-curves { (chart.json()) (drawings(chart.label, caption, |size| chart.draw(size))) }
         }
     }
+}
+
+/// The drawings of a chart, of which the one that fits the screen is shown, and its caption.
+fn drawings(label: &str, caption: &str, draw: impl Fn(ChartSize) -> Drawing) -> Markup {
+    html! {
+        (draw(ChartSize::Wide).inline(label))
+        (draw(ChartSize::Narrow).inline(label))
+        figcaption { (caption) }
+    }
+}
+
+/// A table of one row for each item, by columns: their headings, and the cell that each makes of an item.
+pub fn listing<T>(label: &str, items: &[T], columns: &[(&str, &dyn Fn(&T) -> Markup)]) -> Markup {
+    let heads: Vec<&str> = columns.iter().map(|(head, _)| *head).collect();
+    let row = |item: &T| columns.iter().map(|(_, cell)| cell(item)).collect();
+    table(label, &heads, &items.iter().map(row).collect::<Vec<_>>())
 }
 
 /// A table whose first column names the rows; it scrolls within itself where it is too wide.
@@ -69,12 +63,10 @@ impl Render for FormattedInterval {
     }
 }
 
-/// A cell of a table.
 pub fn cell(content: impl Render) -> Markup {
     content.render()
 }
 
-/// A cell whose content may be missing.
 pub fn maybe(content: Option<impl Render>) -> Markup {
     content.map_or_else(|| cell("—"), cell)
 }
@@ -94,7 +86,6 @@ pub fn note(text: &str) -> Markup {
     details("How this was measured", html! { p { (text) } })
 }
 
-/// Opens on demand.
 pub fn details(summary: &str, body: Markup) -> Markup {
     html! { details { summary { (summary) } (body) } }
 }
@@ -112,12 +103,7 @@ pub fn embedded(uri: Option<&str>) -> Option<&str> {
 
 /// Pictures above one another with a caption.
 pub fn pictures(all: &[(&str, String)], caption: &Markup) -> Markup {
-    html! {
-        figure {
-            @for (uri, alt) in all { img src=(uri) alt=(alt); }
-            figcaption { (caption) }
-        }
-    }
+    html! { figure { @for (uri, alt) in all { img src=(uri) alt=(alt); } figcaption { (caption) } } }
 }
 
 /// Stands in the place of a part that is missing, with the command that measures it.
@@ -141,11 +127,6 @@ pub fn command_of(study: &Study) -> String {
         ("", scene) => format!("pointillist study {scene}"),
         (command, _) => command.into(),
     }
-}
-
-/// A script or a style sheet of the page; `text` must be ours.
-pub fn raw(text: &str) -> PreEscaped<&str> {
-    PreEscaped(text)
 }
 
 /// `a`, `a and b`, `a, b and c`.

@@ -1,7 +1,7 @@
 //! The summary for the terminal: one screen of at most 24 lines of 100 characters.
 
 use crate::study::Interval;
-use crate::study::data::{MethodResult, Study};
+use crate::study::data::{EffectPrice, MethodResult, Study};
 use crate::study::format::{
     FormattedInterval, factor, goal, increase, percent_interval, seconds, with_plain_spaces, with_unit,
 };
@@ -11,9 +11,9 @@ use crate::study::pages::sections::{answer, numeric, predictions, stability};
 use crate::study::pages::verdict;
 
 /// Characters in a line.
-pub const WIDTH: usize = 100;
+const WIDTH: usize = 100;
 /// Lines.
-pub const HEIGHT: usize = 24;
+const HEIGHT: usize = 24;
 
 /// Answer, price list and one line for each further part.
 pub fn terminal(study: &Study) -> String {
@@ -57,10 +57,10 @@ fn prices(study: &Study) -> Vec<String> {
     }
     head += &format!("{}{}", right("slope", 9), right("at the end", 22));
     let mut lines = vec![head];
-    let more = study.methods.len().saturating_sub(MOST);
-    let shown = if more > 0 { MOST - 1 } else { MOST };
-    lines.extend(study.methods.iter().take(shown).map(|m| row(m, &errors)));
+    lines.extend(study.methods.iter().map(|m| row(m, &errors)));
+    let more = lines.len().saturating_sub(1 + MOST);
     if more > 0 {
+        lines.truncate(MOST);
         lines.push(format!("… and {} more", more + 1));
     }
     lines
@@ -77,33 +77,28 @@ fn row(m: &MethodResult, errors: &[f64]) -> String {
         line += &right(&text, 11);
     }
     let slope = m.slope.map_or_else(|| "—".into(), |s| with_unit(&s, 1.0, "").main);
-    let end = verdict::error_now(m).map_or_else(
-        || "—".into(),
-        |(e, s)| format!("{} at {}", percent_interval(&e).main, seconds(&Interval::exact(s)).main),
-    );
+    let end = match verdict::error_now(m) {
+        Some((error, at)) => {
+            format!("{} at {}", percent_interval(&error).main, seconds(&Interval::exact(at)).main)
+        }
+        None => "—".into(),
+    };
     line + &right(&slope, 9) + &right(&end, 22)
 }
 
 fn parts(study: &Study) -> Vec<String> {
-    let mut effects: Vec<_> = study
-        .effects
-        .iter()
-        .filter(|e| e.on)
-        .filter_map(|e| Some((e, e.time.filter(|t| t.value.is_finite())?)))
-        .collect();
+    let priced = study.effects.iter().filter(|e| e.on).filter_map(|e| Some((e, e.time?)));
+    let mut effects: Vec<_> = priced.filter(|(_, time)| time.value.is_finite()).collect();
     effects.sort_by(|a, b| b.1.value.total_cmp(&a.1.value));
-    let costs: Vec<String> = effects
-        .iter()
-        .take(4)
-        .map(|(e, t)| format!("{} {}", shortened(&e.name, 20), increase(t).main))
-        .collect();
+    let cost =
+        |(e, time): &(&EffectPrice, Interval)| format!("{} {}", shortened(&e.name, 20), increase(time).main);
+    let costs: Vec<String> = effects.iter().take(4).map(cost).collect();
     let mut lines = Vec::new();
     if !costs.is_empty() {
         let unused = study.unused_effects.as_ref().map_or_else(FormattedInterval::none, factor);
         lines.push(format!("Effects      {}", list(&costs)));
-        lines.push(format!(
-            "             effects not used: specialised code {unused} as fast as the general code"
-        ));
+        let what = "effects not used: specialised code";
+        lines.push(format!("             {what} {unused} as fast as the general code"));
     }
     let defaults = study.display.iter().filter(|d| d.default && !d.per_sample).filter_map(|d| d.milliseconds);
     if let Some(ms) = defaults.max_by(|a, b| a.value.total_cmp(&b.value)) {
@@ -113,12 +108,10 @@ fn parts(study: &Study) -> Vec<String> {
         lines.push(format!("Arithmetic   {}", numeric::summary(study)));
     }
     if let Some(p) = &study.predictions {
-        let rate = Interval::of_share(p.held, p.known).map_or_else(
-            || predictions::conclusion(study),
-            |s| {
-                format!("{} of {} intervals held, {}; 90 % are stated", p.held, p.known, percent_interval(&s))
-            },
-        );
+        let rate = match Interval::of_share(p.held, p.known).as_ref().map(percent_interval) {
+            Some(share) => format!("{} of {} intervals held, {share}; 90 % are stated", p.held, p.known),
+            None => predictions::conclusion(study),
+        };
         lines.push(format!("Predictions  {rate}"));
     }
     if !study.stability.is_empty() {

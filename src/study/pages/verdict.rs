@@ -2,7 +2,7 @@
 //! another, which effect is the most expensive.
 
 use crate::study::Interval;
-use crate::study::data::{CurvePoint, EffectPrice, MethodResult, Study, TimeToError};
+use crate::study::data::{CurvePoint, EffectPrice, MethodResult, Stability, Study, TimeToError};
 use crate::study::method_curve::FLAT;
 
 /// The recommended method and the reasons for it.
@@ -21,7 +21,11 @@ pub struct Recommendation<'a> {
     pub peer: Option<(&'a MethodResult, Interval)>,
 }
 
-/// A method's time to an error, if it has one.
+/// The program's own methods.
+pub fn own(study: &Study) -> Vec<&MethodResult> {
+    study.methods.iter().filter(|m| !m.peer).collect()
+}
+
 pub fn price(method: &MethodResult, error: f64) -> Option<(&TimeToError, Interval)> {
     let near = |p: &&TimeToError| p.error > 0.0 && (p.error / error).ln().abs() < 0.01;
     let price = method.prices.iter().find(near)?;
@@ -41,53 +45,34 @@ pub fn errors(methods: &[MethodResult]) -> Vec<f64> {
 
 /// The recommended method, or `None` if no time is known.
 pub fn recommend(study: &Study) -> Option<Recommendation<'_>> {
-    let own: Vec<&MethodResult> = study.methods.iter().filter(|m| !m.peer).collect();
+    let own = own(study);
     let reached = |error: f64| own.iter().any(|m| price(m, error).is_some());
     let error = if reached(0.01) { 0.01 } else { *errors(&study.methods).iter().rfind(|e| reached(**e))? };
+    let peers: Vec<&MethodResult> = study.methods.iter().filter(|m| m.peer).collect();
+    let best_peer = ranked(&peers, error).into_iter().next();
     let ranked = ranked(&own, error);
     let (method, found) = ranked.first()?;
     let (price, seconds) = (*found)?;
     let second = ranked.get(1).map(|(m, p)| (*m, p.and_then(|(_, s)| s.ratio(&seconds))));
-    let peers: Vec<&MethodResult> = study.methods.iter().filter(|m| m.peer).collect();
-    Some(Recommendation {
-        method,
-        error,
-        seconds,
-        measured: price.measured,
-        second,
-        peer: peer(&peers, method, error, &seconds),
-    })
+    let over = |(peer, found): Timed<'_>| match found {
+        Some((_, theirs)) => theirs.ratio(&seconds),
+        None => method.efficiency?.cleaned()?.ratio(&peer.efficiency?.cleaned()?),
+    };
+    let peer = best_peer.and_then(|peer| Some((peer.0, over(peer)?)));
+    Some(Recommendation { method, error, seconds, measured: price.measured, second, peer })
 }
+
+/// A method and its time to an error, if it has one.
+type Timed<'a> = (&'a MethodResult, Option<(&'a TimeToError, Interval)>);
 
 /// The methods by their time to an error; those that do not reach it come last, by efficiency.
-pub fn ranked<'a>(
-    methods: &[&'a MethodResult],
-    error: f64,
-) -> Vec<(&'a MethodResult, Option<(&'a TimeToError, Interval)>)> {
+pub fn ranked<'a>(methods: &[&'a MethodResult], error: f64) -> Vec<Timed<'a>> {
+    let time = |p: &Option<(&TimeToError, Interval)>| p.map_or(f64::INFINITY, |(_, s)| s.value);
+    let efficiency = |m: &MethodResult| m.efficiency.and_then(|e| e.cleaned()).map_or(0.0, |e| e.value);
     let mut ranked: Vec<_> = methods.iter().map(|m| (*m, price(m, error))).collect();
-    ranked.sort_by(|(a, p), (b, q)| {
-        let time = |p: &Option<(&TimeToError, Interval)>| p.map_or(f64::INFINITY, |(_, s)| s.value);
-        time(p).total_cmp(&time(q)).then(efficiency(b).total_cmp(&efficiency(a)))
-    });
     ranked
-}
-
-fn efficiency(method: &MethodResult) -> f64 {
-    method.efficiency.and_then(|e| e.cleaned()).map_or(0.0, |e| e.value)
-}
-
-fn peer<'a>(
-    peers: &[&'a MethodResult],
-    winner: &MethodResult,
-    error: f64,
-    seconds: &Interval,
-) -> Option<(&'a MethodResult, Interval)> {
-    let (method, found) = ranked(peers, error).into_iter().next()?;
-    let over = match found {
-        Some((_, theirs)) => theirs.ratio(seconds),
-        None => winner.efficiency?.cleaned()?.ratio(&method.efficiency?.cleaned()?),
-    };
-    Some((method, over?))
+        .sort_by(|(a, p), (b, q)| time(p).total_cmp(&time(q)).then(efficiency(b).total_cmp(&efficiency(a))));
+    ranked
 }
 
 /// The error at which a method ended: that of 95 % of the picture if its replicates tell, else the root of relMSE.
@@ -122,19 +107,21 @@ pub fn most_expensive_effect(study: &Study) -> Option<(&EffectPrice, Interval)> 
     priced.max_by(|(_, a), (_, b)| a.value.total_cmp(&b.value))
 }
 
-/// The warnings of a method.
 pub fn flags(method: &MethodResult) -> Vec<String> {
     let flat = method.flags.is_empty() && flat(method);
     let unflagged = flat.then(|| "slope flatter than −0.4: heavy tail or bias".to_string());
     method.flags.iter().cloned().chain(unflagged).collect()
 }
 
+/// Samples of a method that were not finite.
+pub fn rejected_samples(of: &Stability) -> u64 {
+    of.rejected.iter().fold(0, |n, (_, count, _)| n.saturating_add(*count))
+}
+
 /// Samples that were not finite, over all methods, and paths looked at.
 pub fn rejected(study: &Study) -> (u64, u64) {
-    study.stability.iter().fold((0u64, 0u64), |(bad, paths), s| {
-        let more = s.rejected.iter().fold(0u64, |n, (_, count, _)| n.saturating_add(*count));
-        (bad.saturating_add(more), paths.saturating_add(s.paths))
-    })
+    let sum = |f: fn(&Stability) -> u64| study.stability.iter().map(f).fold(0, u64::saturating_add);
+    (sum(rejected_samples), sum(|s| s.paths))
 }
 
 /// The scene's name: the file's, without folders and `.xml`.
@@ -146,11 +133,10 @@ pub fn name(study: &Study) -> String {
 
 /// The longest time that all of the program's own methods had.
 pub fn shared_seconds(study: &Study) -> Option<f64> {
-    let ends = study.methods.iter().filter(|m| !m.peer).filter_map(|m| Some(m.points.last()?.seconds));
+    let ends = own(study).into_iter().filter_map(|m| Some(m.points.last()?.seconds));
     ends.filter(|s| s.is_finite() && *s > 0.0).min_by(f64::total_cmp)
 }
 
-/// The point of a method that is nearest to a time.
 pub fn at_time(method: &MethodResult, seconds: f64) -> Option<&CurvePoint> {
     let far = |p: &&CurvePoint| (p.seconds / seconds).ln().abs();
     let timed = method.points.iter().filter(|p| p.seconds > 0.0 && p.seconds.is_finite());

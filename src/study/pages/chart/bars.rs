@@ -8,7 +8,7 @@ use super::{ChartSize, Drawing, path, px, text, tooltip};
 use crate::study::Interval;
 
 /// How the values of a panel are drawn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, PartialEq, Eq)]
 pub enum BarMark {
     /// A bar from 0, on a linear scale.
     Bar,
@@ -17,26 +17,18 @@ pub enum BarMark {
 }
 
 /// One column of a chart of rows.
-#[derive(Clone, Debug)]
 pub struct BarPanel {
-    /// Its title.
     pub title: String,
-    /// Bars or dots.
-    pub mark: BarMark,
+    mark: BarMark,
     /// Text at a tick.
-    pub tick: fn(f64) -> String,
+    tick: fn(f64) -> String,
     /// Text beside a value.
-    pub number: fn(&Interval) -> String,
-    /// Where a line stands to compare with, such as 1 for ratios.
-    pub base: Option<f64>,
+    number: fn(&Interval) -> String,
 }
 
-/// One row.
-#[derive(Clone, Debug)]
 pub struct BarRow {
     /// Begins a group with this heading.
     pub group: Option<String>,
-    /// Its name.
     pub name: String,
     /// Its colour and marker; hollow markers mean pale bars.
     pub style: MethodStyle,
@@ -44,14 +36,10 @@ pub struct BarRow {
     pub values: Vec<Option<Interval>>,
 }
 
-/// A chart of rows.
-#[derive(Clone, Debug)]
 pub struct BarChart {
     /// Its description for screen readers.
     pub label: String,
-    /// The columns.
     pub panels: Vec<BarPanel>,
-    /// The rows.
     pub rows: Vec<BarRow>,
 }
 
@@ -61,7 +49,6 @@ const NUMBER: f64 = 62.0;
 const HEADING: f64 = 24.0;
 
 impl BarChart {
-    /// True if there is nothing to draw.
     pub fn is_empty(&self) -> bool {
         !self.rows.iter().flat_map(|r| &r.values).any(|v| v.is_some_and(|v| v.cleaned().is_some()))
     }
@@ -96,7 +83,6 @@ impl BarChart {
         Drawing { size, width: size.width(), height: bottom + 24.0, body }
     }
 
-    /// The scale of panel `i`.
     fn scale(&self, i: usize, left: f64, size: ChartSize) -> Scale {
         let panel = &self.panels[i];
         let share = (size.width() - left) / self.panels.len() as f64;
@@ -108,15 +94,24 @@ impl BarChart {
             BarMark::Bar => Scale::linear(values().flat_map(|v| [v.value, v.low, v.high]), ends),
             BarMark::Dot => {
                 let near = |v: Interval| [v.value, v.low.max(v.value / 4.0), v.high.min(v.value * 4.0)];
-                Scale::logarithmic(values().flat_map(near).chain(panel.base), ends)
+                Scale::logarithmic(values().flat_map(near), ends)
             }
         }
     }
 }
 
 impl BarPanel {
+    /// A column with what writes a tick and a value.
+    pub fn new(
+        title: impl Into<String>,
+        mark: BarMark,
+        tick: fn(f64) -> String,
+        number: fn(&Interval) -> String,
+    ) -> Self {
+        Self { title: title.into(), mark, tick, number }
+    }
+
     fn axis(&self, scale: &Scale, size: ChartSize, top: f64, bottom: f64) -> Markup {
-        let base = self.base.or((self.mark == BarMark::Bar).then_some(0.0));
         // A label that would touch the one before it is left out.
         let ticks = scale.ticks(if size == ChartSize::Wide { 46.0 } else { 40.0 }).into_iter();
         let ticks = ticks.scan(f64::NEG_INFINITY, |end, x| {
@@ -131,8 +126,8 @@ impl BarPanel {
                 (path("grid", &[[at, top - 2.0], [at, bottom]]))
                 @if let Some(label) = label { (text("middle dim", [at, bottom + 15.0], &label)) }
             }
-            @if let Some(base) = base.filter(|b| scale.holds(*b)) {
-                (path("axis", &[[scale.at(base), top - 2.0], [scale.at(base), bottom]]))
+            @if self.mark == BarMark::Bar && scale.holds(0.0) {
+                (path("axis", &[[scale.at(0.0), top - 2.0], [scale.at(0.0), bottom]]))
             }
             (text("strong", [scale.ends[0] - 2.0, 13.0], &self.title))
         }

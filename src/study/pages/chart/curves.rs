@@ -3,29 +3,22 @@
 use maud::{Markup, PreEscaped, html};
 use serde::Serialize;
 
-use super::scale::{Scale, tick_label};
+use super::scale::{Scale, percent_label, tick_label};
 use super::style::MethodStyle;
 use super::{ChartSize, Drawing, path, px, text, tooltip};
 use crate::study::Interval;
-use crate::study::format::THIN;
 
-/// One measured point of a curve.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Serialize)]
 pub struct ChartPoint {
-    /// Abscissa.
     pub x: f64,
-    /// Ordinate with its interval.
     pub y: Interval,
     /// The tooltip.
     pub note: String,
 }
 
-/// One curve.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Serialize)]
 pub struct ChartCurve {
-    /// Its name in the legend.
     pub name: String,
-    /// Colour, marker and dash.
     #[serde(flatten)]
     pub style: MethodStyle,
     /// The measured points, from left to right.
@@ -39,15 +32,12 @@ pub struct ChartCurve {
 }
 
 /// A chart of curves whose ordinates are shares. Serialised, it is what `page.js` draws.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Serialize)]
 pub struct CurveChart {
     /// Its description for screen readers.
-    pub label: String,
-    /// Name of the horizontal axis.
-    pub x_name: String,
-    /// Name of the vertical axis.
-    pub y_name: String,
-    /// Names and points.
+    pub label: &'static str,
+    pub x_name: &'static str,
+    pub y_name: &'static str,
     pub curves: Vec<ChartCurve>,
     /// Ordinates to aim at.
     pub targets: Vec<f64>,
@@ -78,7 +68,6 @@ pub fn extension(points: &[ChartPoint], slope: Option<Interval>, end: f64) -> Ve
 }
 
 impl CurveChart {
-    /// True if there is nothing to draw.
     pub fn is_empty(&self) -> bool {
         self.curves.iter().all(|c| c.points.is_empty())
     }
@@ -101,7 +90,6 @@ impl CurveChart {
         html! { script type="application/json" { (PreEscaped(json.replace('<', "\\u003c"))) } }
     }
 
-    /// The drawing.
     pub fn draw(&self, size: ChartSize) -> Drawing {
         let (left, top, plot, legend_columns) = match size {
             ChartSize::Wide => (58.0, 26.0, 320.0, 4),
@@ -122,7 +110,7 @@ impl CurveChart {
             @for y in scales[1].ticks(24.0) {
                 @let at = scales[1].at(y);
                 (path("grid", &[[left, at], [right, at]]))
-                (text("end dim", [left - 6.0, at + 4.0], &format!("{}{THIN}%", tick_label(100.0 * y))))
+                (text("end dim", [left - 6.0, at + 4.0], &percent_label(100.0 * y)))
             }
             @for target in self.targets.iter().filter(|t| scales[1].holds(**t)) {
                 @let at = scales[1].at(*target);
@@ -131,8 +119,8 @@ impl CurveChart {
             (path("axis", &[[left, top], [left, bottom], [right, bottom]]))
             @for curve in &self.curves { (curve.draw(&scales, if thumbnail { 2.5 } else { 4.0 })) }
             @if !thumbnail {
-                (text("strong", [4.0, 13.0], &self.y_name))
-                (text("end strong", [right, bottom + 34.0], &self.x_name))
+                (text("strong", [4.0, 13.0], self.y_name))
+                (text("end strong", [right, bottom + 34.0], self.x_name))
                 @for (i, curve) in self.curves.iter().enumerate() {
                     @let column = (size.width() - 12.0) / legend_columns as f64;
                     @let at = [16.0 + column * (i % legend_columns) as f64, bottom + 52.0 + 18.0 * (i / legend_columns) as f64];

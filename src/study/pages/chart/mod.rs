@@ -14,8 +14,8 @@ use maud::{Markup, PreEscaped, html};
 pub use bars::{BarChart, BarMark, BarPanel, BarRow};
 pub use curves::{ChartCurve, ChartPoint, CurveChart, extension};
 pub use regions::RegionMap;
-pub use scale::tick_label;
-pub use style::{MethodStyle, PLAIN, key, style_of, styles};
+pub use scale::{percent_label, tick_label};
+pub use style::{MethodStyle, PLAIN, key, style_of, styled};
 
 /// Colours, lines and text of every chart. A page includes it once, a standalone drawing has it inside.
 pub const STYLE: &str = include_str!("chart.css");
@@ -32,13 +32,8 @@ pub enum ChartSize {
 }
 
 impl ChartSize {
-    /// Width of the drawing.
-    pub fn width(self) -> f64 {
-        match self {
-            Self::Wide => 720.0,
-            Self::Narrow => 340.0,
-            Self::Thumbnail => 240.0,
-        }
+    fn width(self) -> f64 {
+        [720.0, 340.0, 240.0][self as usize]
     }
 
     /// Mean width of a character of the chart's text.
@@ -47,7 +42,6 @@ impl ChartSize {
     }
 }
 
-/// A finished drawing.
 pub struct Drawing {
     size: ChartSize,
     width: f64,
@@ -58,11 +52,7 @@ pub struct Drawing {
 impl Drawing {
     /// The drawing within a page that has [`STYLE`].
     pub fn inline(&self, label: &str) -> Markup {
-        let class = match self.size {
-            ChartSize::Wide => "chart wide",
-            ChartSize::Narrow => "chart narrow",
-            ChartSize::Thumbnail => "chart thumbnail",
-        };
+        let class = ["chart wide", "chart narrow", "chart thumbnail"][self.size as usize];
         html! {
             svg class=(class) viewBox={ "0 0 " (px(self.width)) " " (px(self.height)) } role="img" aria-label=(label) {
                 (self.body)
@@ -90,17 +80,17 @@ impl Drawing {
 pub fn shortened(text: &str, length: usize) -> String {
     let text: String =
         text.chars().filter(|c| !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}')).collect();
-    if text.chars().count() <= length {
-        return text;
+    match text.chars().count() <= length {
+        true => text,
+        false => text.chars().take(length.saturating_sub(1)).chain(['…']).collect(),
     }
-    text.chars().take(length.saturating_sub(1)).chain(['…']).collect()
 }
 
 /// A coordinate with one decimal; a number that SVG does not know becomes 0.
 fn px(x: f64) -> String {
     let x = if x.is_finite() { x.clamp(-1e5, 1e5) } else { 0.0 };
     let text = format!("{x:.1}");
-    text.strip_suffix(".0").map_or(text.clone(), str::to_string)
+    text.strip_suffix(".0").unwrap_or(&text).to_string()
 }
 
 /// A chain of straight lines, or the area within.

@@ -7,9 +7,7 @@ use super::{ChartSize, Drawing, px, tooltip};
 use crate::study::data::RegionWinners;
 use crate::study::format::{THIN, percent_of, significant};
 
-/// A map of winners.
 pub struct RegionMap<'a> {
-    /// The winners.
     pub regions: &'a RegionWinners,
     /// Name and style of each method.
     pub methods: Vec<(&'a str, MethodStyle)>,
@@ -35,7 +33,6 @@ impl RegionMap<'_> {
         if sound { [columns, rows] } else { [0, 0] }
     }
 
-    /// Share of the picture that each method wins.
     pub fn shares(&self) -> Vec<f64> {
         let [columns, rows] = self.grid();
         let cells = &self.regions.winner[..columns * rows];
@@ -43,7 +40,6 @@ impl RegionMap<'_> {
         (0..self.methods.len()).map(share).collect()
     }
 
-    /// The drawing.
     pub fn draw(&self) -> Drawing {
         let width = ChartSize::Narrow.width();
         let height = width * if self.aspect.is_finite() { self.aspect.clamp(0.1, 4.0) } else { 1.0 };

@@ -1,13 +1,11 @@
 //! Axes: the place of a value, and the values that are written beside.
 
-use crate::study::format::{significant, trimmed};
+use crate::study::format::{THIN, significant, trimmed};
 
 /// Maps values to places along an axis, linearly or logarithmically.
 #[derive(Clone, Copy, Debug)]
 pub struct Scale {
-    /// The values at the ends.
     pub range: [f64; 2],
-    /// The places of the ends.
     pub ends: [f64; 2],
     logarithmic: bool,
 }
@@ -46,17 +44,15 @@ impl Scale {
         self.ends[0] + share * (self.ends[1] - self.ends[0])
     }
 
-    /// True if `x` lies within the range.
     pub fn holds(&self, x: f64) -> bool {
         (self.range[0]..=self.range[1]).contains(&x)
     }
 
     /// Round values about `room` apart or more: 1, 2 and 5 times powers of ten, or every n-th power alone.
     pub fn ticks(&self, room: f64) -> Vec<f64> {
-        let (ticks, [low, high]) =
-            (if self.logarithmic { self.powers(room) } else { self.steps(room) }, self.range);
-        let inside: Vec<f64> = ticks.into_iter().filter(|x| self.holds(*x)).collect();
-        if inside.len() < 2 && self.logarithmic { vec![low, high] } else { inside }
+        let mut ticks = if self.logarithmic { self.powers(room) } else { self.steps(room) };
+        ticks.retain(|x| self.holds(*x));
+        if ticks.len() < 2 && self.logarithmic { self.range.to_vec() } else { ticks }
     }
 
     fn powers(&self, room: f64) -> Vec<f64> {
@@ -78,21 +74,21 @@ impl Scale {
         let power = 10f64.powf(least.log10().floor());
         let steps = [10.0, 5.0, 2.0, 1.0].map(|k| k * power);
         // The smallest step that leaves room, but none so large that only 0 would be written.
-        let fits = |s: &f64| *s <= high.max(-low);
-        let step = steps
-            .into_iter()
-            .filter(|s| *s >= least * 0.999)
-            .rfind(fits)
-            .or_else(|| steps.into_iter().find(fits));
-        let step = step.unwrap_or(high - low);
+        let mut fitting = steps.into_iter().filter(|s| *s <= high.max(-low));
+        let roomy = fitting.clone().rfind(|s| *s >= least * 0.999);
+        let step = roomy.or_else(|| fitting.next()).unwrap_or(high - low);
         let first = (low / step).ceil();
         (0..12).map(|i| (first + f64::from(i)) * step).collect()
     }
 }
 
-/// The text at a tick.
 pub fn tick_label(x: f64) -> String {
     trimmed(&significant(x, 2)).replace(".0·", "·")
+}
+
+/// The same in per cent of what `x` is.
+pub fn percent_label(x: f64) -> String {
+    format!("{}{THIN}%", tick_label(x))
 }
 
 #[cfg(test)]

@@ -6,7 +6,6 @@ use serde::Serialize;
 use super::px;
 use crate::study::data::{MethodResult, Study};
 
-/// How a method is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct MethodStyle {
     /// CSS class of the colour: `m0` … `m7`, `p0` … `p2` for other programs.
@@ -28,7 +27,7 @@ const fn own(class: &'static str, dash: &'static str, marker: &'static str) -> M
     MethodStyle { class, dash, marker, hollow: false }
 }
 
-const fn other_program(class: &'static str, dash: &'static str, marker: &'static str) -> MethodStyle {
+const fn peer(class: &'static str, dash: &'static str, marker: &'static str) -> MethodStyle {
     MethodStyle { class, dash, marker, hollow: true }
 }
 
@@ -45,36 +44,27 @@ const OWN: [MethodStyle; 8] = [
 ];
 const NAMES: [&str; 4] = ["path", "bidirectional", "photon", "light"];
 
-const OTHER_PROGRAMS: [MethodStyle; 3] = [
-    other_program("p0", "", DIAMOND),
-    other_program("p1", "7 3", SQUARE),
-    other_program("p2", "3 3", TRIANGLE),
-];
+/// Other programs in their order.
+const PEERS: [MethodStyle; 3] =
+    [peer("p0", "", DIAMOND), peer("p1", "7 3", SQUARE), peer("p2", "3 3", TRIANGLE)];
 
 /// The style of a value that belongs to no method.
 pub const PLAIN: MethodStyle = own("m0", "", CIRCLE);
 
-/// The styles of a study's methods, in their order.
-pub fn styles(methods: &[MethodResult]) -> Vec<MethodStyle> {
-    let (mut unnamed, mut peers) = (0, 0);
-    let style = |m: &MethodResult| {
-        if m.peer {
-            peers += 1;
-            return OTHER_PROGRAMS[(peers - 1) % OTHER_PROGRAMS.len()];
-        }
-        let known = NAMES.iter().position(|name| *name == m.name);
-        OWN[known.unwrap_or_else(|| {
-            unnamed += 1;
-            NAMES.len() + (unnamed - 1) % (OWN.len() - NAMES.len())
-        })]
+/// The methods of a study in their order, each with its style.
+pub fn styled(study: &Study) -> impl Iterator<Item = (&MethodResult, MethodStyle)> {
+    let mut unnamed = OWN[NAMES.len()..].iter().cycle();
+    let mut peers = PEERS.iter().cycle();
+    let mut style = move |m: &MethodResult| match NAMES.iter().position(|name| *name == m.name) {
+        _ if m.peer => peers.next(),
+        Some(known) => OWN.get(known),
+        None => unnamed.next(),
     };
-    methods.iter().map(style).collect()
+    study.methods.iter().map(move |m| (m, style(m).copied().unwrap_or(PLAIN)))
 }
 
-/// The style of the method of this name.
 pub fn style_of(study: &Study, name: &str) -> MethodStyle {
-    let place = study.methods.iter().position(|m| m.name == name);
-    place.map_or(PLAIN, |i| styles(&study.methods)[i])
+    styled(study).find(|(m, _)| m.name == name).map_or(PLAIN, |(_, style)| style)
 }
 
 impl MethodStyle {

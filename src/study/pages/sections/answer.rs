@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 
 use crate::study::Interval;
-use crate::study::data::{MethodResult, Study};
+use crate::study::data::Study;
 use crate::study::format::{THIN, count, factor, goal, increase, percent_of, seconds};
 use crate::study::pages::parts::list;
 use crate::study::pages::verdict::{self, Recommendation};
@@ -31,10 +31,9 @@ pub fn reasons(study: &Study) -> Vec<String> {
     let mut lines = Vec::new();
     if let Some(a) = verdict::recommend(study) {
         if a.error > 0.0101 {
-            let reached = goal(a.error);
+            let (wanted, reached) = (goal(0.01), goal(a.error));
             lines.push(format!(
-                "No curve reaches {}; the smallest error that one reaches is {reached}.",
-                goal(0.01)
+                "No curve reaches {wanted}; the smallest error that one reaches is {reached}."
             ));
         }
         if !a.measured {
@@ -55,13 +54,7 @@ fn runner_up(a: &Recommendation) -> Option<String> {
     let (method, ratio) = a.second.as_ref()?;
     let name = &method.name;
     Some(match ratio {
-        Some(r) if r.holds(1.0) => {
-            format!(
-                "Runner-up: {name} takes {} as long, which is no measurable difference.",
-                factor(r).prose()
-            )
-        }
-        Some(r) => format!("Runner-up: {name} takes {} as long.", factor(r).prose()),
+        Some(ratio) => format!("Runner-up: {name} takes {} as long{}.", factor(ratio).prose(), judged(ratio)),
         None => format!("Runner-up: {name}, whose curve does not reach {}.", goal(a.error)),
     })
 }
@@ -69,19 +62,18 @@ fn runner_up(a: &Recommendation) -> Option<String> {
 fn other_program(a: &Recommendation) -> Option<String> {
     let (method, ratio) = a.peer.as_ref()?;
     let what = if verdict::price(method, a.error).is_some() { "" } else { " for the same relMSE" };
-    let time = format!("{} takes {} as long{what}", method.name, factor(ratio).prose());
-    Some(if ratio.holds(1.0) {
-        format!("{time}, which is no measurable difference.")
-    } else {
-        format!("{time}.")
-    })
+    Some(format!("{} takes {} as long{what}{}.", method.name, factor(ratio).prose(), judged(ratio)))
+}
+
+/// What a ratio of times that may be 1 means.
+fn judged(ratio: &Interval) -> &'static str {
+    if ratio.holds(1.0) { ", which is no measurable difference" } else { "" }
 }
 
 /// Another method that is faster at the largest error, for a preview.
 fn faster_preview(study: &Study, a: &Recommendation) -> Option<String> {
     let error = *verdict::errors(&study.methods).first()?;
-    let own: Vec<_> = study.methods.iter().filter(|m| !m.peer).collect();
-    let (method, found) = verdict::ranked(&own, error).into_iter().next()?;
+    let (method, found) = verdict::ranked(&verdict::own(study), error).into_iter().next()?;
     let (_, time) = found?;
     let surely =
         verdict::price(a.method, error).is_none_or(|(_, t)| t.ratio(&time).is_some_and(|r| r.low > 1.0));
@@ -89,12 +81,11 @@ fn faster_preview(study: &Study, a: &Recommendation) -> Option<String> {
         .then(|| format!("For a preview at {}, {} is faster: {}.", goal(error), method.name, seconds(&time)))
 }
 
-/// What to watch out for.
 pub fn warnings(study: &Study) -> Vec<String> {
-    let flagged = |m: &MethodResult| {
-        verdict::flags(m).iter().map(|flag| format!("{}: {flag}.", m.name)).collect::<Vec<_>>()
-    };
-    let mut lines: Vec<String> = study.methods.iter().flat_map(flagged).collect();
+    let mut lines = Vec::new();
+    for m in &study.methods {
+        lines.extend(verdict::flags(m).iter().map(|flag| format!("{}: {flag}.", m.name)));
+    }
     if let Some(own) = study.reference.as_ref().map(|r| r.relative[1]).filter(|own| *own > ROUGH_REFERENCE) {
         lines.push(format!(
             "The reference is itself only within {} at 95{THIN}% of the picture, so smaller errors cannot be measured. A larger --budget \
@@ -104,11 +95,8 @@ pub fn warnings(study: &Study) -> Vec<String> {
     }
     let (bad, paths) = verdict::rejected(study);
     if bad > 0 {
-        lines.push(format!(
-            "{} of {} paths gave samples that are not finite.",
-            count(bad as f64),
-            count(paths as f64)
-        ));
+        let [bad, paths] = [bad, paths].map(|n| count(n as f64));
+        lines.push(format!("{bad} of {paths} paths gave samples that are not finite."));
     }
     for s in &study.stability {
         let off = |e: &Interval| !e.holds(1.0) && (e.value - 1.0).abs() > 0.01;
@@ -123,7 +111,6 @@ pub fn warnings(study: &Study) -> Vec<String> {
     lines
 }
 
-/// The box.
 pub fn html(study: &Study) -> Markup {
     let warnings = warnings(study);
     html! {

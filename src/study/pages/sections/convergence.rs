@@ -5,17 +5,16 @@ use maud::{Markup, html};
 use crate::study::Interval;
 use crate::study::data::{CurvePoint, MethodResult, Study};
 use crate::study::format::{THIN, count, percent_interval, seconds_of, with_unit};
-use crate::study::pages::chart::{ChartCurve, ChartPoint, CurveChart, MethodStyle, extension, styles};
-use crate::study::pages::parts::{cell, curves, details, list, maybe, method, missing, note, section, table};
+use crate::study::pages::chart::{ChartCurve, ChartPoint, CurveChart, MethodStyle, extension, styled};
+use crate::study::pages::parts::{cell, curves, details, list, listing, maybe, method, missing, note};
 use crate::study::pages::sections::pictures;
 use crate::study::pages::verdict;
 
-/// The conclusion.
 pub fn conclusion(study: &Study) -> String {
-    let own = study.methods.iter().filter(|m| !m.peer);
     let shared = verdict::shared_seconds(study);
     let error = |m| Some((m, verdict::error_of(verdict::at_time(m, shared?)?)?));
-    let mut errors: Vec<(&MethodResult, Interval)> = own.filter_map(error).collect();
+    let mut errors: Vec<(&MethodResult, Interval)> =
+        verdict::own(study).into_iter().filter_map(error).collect();
     errors.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
     let Some(((best, least), rest)) = errors.split_first() else {
         return "No curve has been measured.".into();
@@ -32,17 +31,14 @@ pub fn conclusion(study: &Study) -> String {
     let flat: Vec<String> =
         study.methods.iter().filter(|m| verdict::flat(m)).map(|m| m.name.clone()).collect();
     if !flat.is_empty() {
-        text += &format!(
-            " The error of {} falls more slowly than noise does (slope flatter than −0.4).",
-            list(&flat)
-        );
+        let flat = list(&flat);
+        text += &format!(" The error of {flat} falls more slowly than noise does (slope flatter than −0.4).");
     }
     text
 }
 
-/// The section.
-pub fn html(study: &Study) -> Markup {
-    let body = html! {
+pub fn body(study: &Study) -> Markup {
+    html! {
         @if study.methods.iter().all(|m| m.points.is_empty()) { (missing(study, "Curves were", "convergence")) }
         @else {
             (curves(&at_95_percent(study), "Error against time, both axes logarithmic. Bands and bars: 90 % intervals. Dotted with hollow \
@@ -57,17 +53,11 @@ pub fn html(study: &Study) -> Markup {
             (note(&how(study)))
             (pictures::html(study))
         }
-    };
-    section("convergence", "1  How the error falls", &conclusion(study), body)
+    }
 }
 
 type Styled<'a> = (&'a MethodResult, MethodStyle);
 
-fn styled(study: &Study) -> impl Iterator<Item = Styled<'_>> {
-    study.methods.iter().zip(styles(&study.methods))
-}
-
-/// A method's curve of `y` over `x`.
 fn curve(
     (m, style): Styled<'_>,
     x: impl Fn(&CurvePoint) -> f64,
@@ -75,28 +65,24 @@ fn curve(
 ) -> ChartCurve {
     let point = |p: &CurvePoint| {
         let (x, y) = (x(p), y(p)?);
-        let samples = if p.samples_per_pixel > 0.0 {
-            format!(", {} samples per pixel", count(p.samples_per_pixel))
-        } else {
-            String::new()
-        };
-        Some(ChartPoint {
-            x,
-            y,
-            note: format!("{} after {}{samples}", percent_interval(&y).prose(), seconds_of(p.seconds)),
-        })
+        let mut note = format!("{} after {}", percent_interval(&y).prose(), seconds_of(p.seconds));
+        if p.samples_per_pixel > 0.0 {
+            note += &format!(", {} samples per pixel", count(p.samples_per_pixel));
+        }
+        Some(ChartPoint { x, y, note })
     };
     ChartCurve::new(&m.name, style, m.points.iter().filter_map(point))
 }
 
-fn chart(label: &str, [x_name, y_name]: [&str; 2], curves: impl Iterator<Item = ChartCurve>) -> CurveChart {
-    CurveChart {
-        label: label.into(),
-        x_name: x_name.into(),
-        y_name: y_name.into(),
-        curves: curves.filter(|c| !c.points.is_empty()).collect(),
-        targets: Vec::new(),
-    }
+/// A chart of the curves that have points.
+fn chart(
+    label: &'static str,
+    x_name: &'static str,
+    y_name: &'static str,
+    curves: impl Iterator<Item = ChartCurve>,
+) -> CurveChart {
+    let curves = curves.filter(|c| !c.points.is_empty()).collect();
+    CurveChart { label, x_name, y_name, curves, targets: Vec::new() }
 }
 
 /// Error at 95 % of the picture against seconds, extrapolated to the prices that were not measured.
@@ -116,42 +102,40 @@ fn at_95_percent(study: &Study) -> CurveChart {
         }
         c
     };
-    let axes = ["seconds", "relative error that 95 % of the picture stays below"];
+    let y_name = "relative error that 95 % of the picture stays below";
     let label = "Relative error at 95 % of the picture against seconds";
-    CurveChart { targets: verdict::errors(&study.methods), ..chart(label, axes, styled(study).map(make)) }
+    let chart = chart(label, "seconds", y_name, styled(study).map(make));
+    CurveChart { targets: verdict::errors(&study.methods), ..chart }
 }
 
 /// Root of relMSE against `x` with the fitted slope, extrapolated by a factor.
 fn root_mean_square(
     study: &Study,
-    [label, x_name]: [&str; 2],
+    label: &'static str,
+    x_name: &'static str,
     x: impl Fn(&CurvePoint) -> f64 + Copy,
-    slope: impl Fn(&MethodResult) -> (Option<Interval>, f64),
+    slope: impl Fn(&MethodResult) -> Option<Interval>,
+    further: f64,
 ) -> CurveChart {
     let end = study.methods.iter().flat_map(|m| m.points.last()).map(x).fold(0.0, f64::max);
     let make = |(m, style): Styled<'_>| {
         let mut c = curve((m, style), x, |p| p.rel_mse.root());
-        let (slope, further) = slope(m);
-        c.beyond = extension(&c.points, slope.filter(|_| !m.biased), further * end);
+        c.beyond = extension(&c.points, slope(m).filter(|_| !m.biased), further * end);
         c
     };
-    chart(label, [x_name, "relative RMS error of the picture"], styled(study).map(make))
+    chart(label, x_name, "relative RMS error of the picture", styled(study).map(make))
 }
 
 /// Root of relMSE against seconds, of all methods and other programs.
 pub fn overall(study: &Study) -> CurveChart {
     let label = "Relative root mean square error against seconds";
-    root_mean_square(study, [label, "seconds"], |p| p.seconds, |m| (m.slope, 4.0))
+    root_mean_square(study, label, "seconds", |p| p.seconds, |m| m.slope, 4.0)
 }
 
 fn by_samples(study: &Study) -> CurveChart {
     let label = "Relative root mean square error against samples per pixel";
-    root_mean_square(
-        study,
-        [label, "samples (paths) per pixel"],
-        |p| p.samples_per_pixel,
-        |m| (m.slope_samples, 2.0),
-    )
+    let x_name = "samples (paths) per pixel";
+    root_mean_square(study, label, x_name, |p| p.samples_per_pixel, |m| m.slope_samples, 2.0)
 }
 
 /// Bias and noise of the methods that are biased, as roots.
@@ -165,97 +149,75 @@ fn bias(study: &Study) -> CurveChart {
         [bias, noise]
     };
     let biased = styled(study).filter(|(m, _)| verdict::biased(m));
-    chart(
-        "Bias and noise against seconds",
-        ["seconds", "root of the mean square, relative"],
-        biased.flat_map(both),
-    )
+    let y_name = "root of the mean square, relative";
+    chart("Bias and noise against seconds", "seconds", y_name, biased.flat_map(both))
 }
 
-/// The errors at the end of each curve.
 fn last_errors(study: &Study) -> Markup {
-    let row = |(m, style): Styled<'_>| {
-        let last = m.points.last()?;
-        let relative = |i: usize| maybe(last.relative.map(|r| percent_interval(&r[i])));
-        Some(vec![
-            method(&m.name, style),
-            cell(seconds_of(last.seconds)),
-            relative(0),
-            relative(1),
-            relative(2),
-            rms(&last.rel_mse),
-            rms(&last.rel_mse_trimmed),
-            cell(with_unit(&last.flip, 1.0, "")),
-        ])
-    };
-    let heads = [
-        "At the end of the curve",
-        "time",
-        "50 % within",
-        "95 % within",
-        "99 % within",
-        "RMS error",
-        "… without the worst 0.1 %",
-        "FLIP",
-    ];
-    table("Errors at the ends of the curves", &heads, &styled(study).filter_map(row).collect::<Vec<_>>())
+    let ends = styled(study).filter_map(|(m, style)| Some((m, style, m.points.last()?)));
+    listing(
+        "Errors at the ends of the curves",
+        &ends.collect::<Vec<_>>(),
+        &[
+            ("At the end of the curve", &|(m, style, _)| method(&m.name, *style)),
+            ("time", &|(.., p)| cell(seconds_of(p.seconds))),
+            ("50 % within", &|(.., p)| within(p, 0)),
+            ("95 % within", &|(.., p)| within(p, 1)),
+            ("99 % within", &|(.., p)| within(p, 2)),
+            ("RMS error", &|(.., p)| rms(Some(p.rel_mse))),
+            ("… without the worst 0.1 %", &|(.., p)| rms(Some(p.rel_mse_trimmed))),
+            ("FLIP", &|(.., p)| cell(with_unit(&p.flip, 1.0, ""))),
+        ],
+    )
 }
 
 /// How fast each method's error falls, with warnings.
 fn slopes(study: &Study) -> Markup {
-    let slope = |s: &Option<Interval>| maybe(s.map(|s| with_unit(&s, 1.0, "")));
-    let row = |(m, style): Styled<'_>| {
-        let flags = html! { span.text.warn { (verdict::flags(m).join("; ")) } };
-        vec![method(&m.name, style), slope(&m.slope), slope(&m.slope_samples), flags]
-    };
+    let slope = |s: Option<Interval>| maybe(s.map(|s| with_unit(&s, 1.0, "")));
     let measured = styled(study).filter(|(m, _)| !m.points.is_empty());
-    let heads = ["Slope of the RMS error", "against seconds", "against samples", "warnings"];
-    table("Slopes of the curves", &heads, &measured.map(row).collect::<Vec<_>>())
+    listing(
+        "Slopes of the curves",
+        &measured.collect::<Vec<_>>(),
+        &[
+            ("Slope of the RMS error", &|(m, style)| method(&m.name, *style)),
+            ("against seconds", &|(m, _)| slope(m.slope)),
+            ("against samples", &|(m, _)| slope(m.slope_samples)),
+            ("warnings", &|(m, _)| html! { span.text.warn { (verdict::flags(m).join("; ")) } }),
+        ],
+    )
 }
 
 fn every_point(study: &Study) -> Markup {
-    let row = |(m, style): Styled<'_>, p: &CurvePoint| {
-        vec![
-            method(&m.name, style),
-            cell(seconds_of(p.seconds)),
-            cell(count(p.samples_per_pixel)),
-            cell(p.runs.to_string()),
-            rms(&p.rel_mse),
-            rms(&p.rel_mse_trimmed),
-            maybe(p.relative.map(|r| percent_interval(&r[1]))),
-            maybe(p.noise.and_then(|i| i.root()).map(|i| percent_interval(&i))),
-            maybe(p.bias.and_then(|i| i.root()).map(|i| percent_interval(&i))),
-            cell(with_unit(&p.smape, 1.0, "")),
-            cell(with_unit(&p.flip, 1.0, "")),
-            cell(seconds_of(p.trace_seconds)),
-            cell(seconds_of(p.splat_seconds)),
-            cell(seconds_of(p.display_seconds)),
-        ]
-    };
-    let rows: Vec<_> =
-        styled(study).flat_map(|(m, s)| m.points.iter().map(move |p| row((m, s), p))).collect();
-    let heads = [
-        "Method",
-        "time",
-        "samples/pixel",
-        "runs",
-        "RMS error",
-        "trimmed",
-        "95 % within",
-        "noise",
-        "bias",
-        "SMAPE",
-        "FLIP",
-        "tracing (CPU)",
-        "splatting",
-        "display",
-    ];
-    table("Every measured point", &heads, &rows)
+    let points = styled(study).flat_map(|(m, style)| m.points.iter().map(move |p| (m, style, p)));
+    listing(
+        "Every measured point",
+        &points.collect::<Vec<_>>(),
+        &[
+            ("Method", &|(m, style, _)| method(&m.name, *style)),
+            ("time", &|(.., p)| cell(seconds_of(p.seconds))),
+            ("samples/pixel", &|(.., p)| cell(count(p.samples_per_pixel))),
+            ("runs", &|(.., p)| cell(p.runs)),
+            ("RMS error", &|(.., p)| rms(Some(p.rel_mse))),
+            ("trimmed", &|(.., p)| rms(Some(p.rel_mse_trimmed))),
+            ("95 % within", &|(.., p)| within(p, 1)),
+            ("noise", &|(.., p)| rms(p.noise)),
+            ("bias", &|(.., p)| rms(p.bias)),
+            ("SMAPE", &|(.., p)| cell(with_unit(&p.smape, 1.0, ""))),
+            ("FLIP", &|(.., p)| cell(with_unit(&p.flip, 1.0, ""))),
+            ("tracing (CPU)", &|(.., p)| cell(seconds_of(p.trace_seconds))),
+            ("splatting", &|(.., p)| cell(seconds_of(p.splat_seconds))),
+            ("display", &|(.., p)| cell(seconds_of(p.display_seconds))),
+        ],
+    )
 }
 
-/// The root of a relMSE.
-fn rms(rel_mse: &Interval) -> Markup {
-    maybe(rel_mse.root().map(|root| percent_interval(&root)))
+/// The relative error at one of the quantiles of the picture.
+fn within(p: &CurvePoint, quantile: usize) -> Markup {
+    maybe(p.relative.map(|r| percent_interval(&r[quantile])))
+}
+
+fn rms(square: Option<Interval>) -> Markup {
+    maybe(square.and_then(|square| square.root()).map(|root| percent_interval(&root)))
 }
 
 fn how(study: &Study) -> String {

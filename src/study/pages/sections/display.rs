@@ -5,8 +5,10 @@ use maud::{Markup, html};
 use crate::study::Interval;
 use crate::study::data::{DisplayPrice, Study};
 use crate::study::format::{THIN, count, percent_of, significant, with_unit};
-use crate::study::pages::chart::{BarChart, BarMark, BarPanel, BarRow, MethodStyle, PLAIN, tick_label};
-use crate::study::pages::parts::{cell, figure, maybe, missing, note, section, table};
+use crate::study::pages::chart::{
+    BarChart, BarMark, BarPanel, BarRow, MethodStyle, PLAIN, percent_label, tick_label,
+};
+use crate::study::pages::parts::{bars, cell, listing, maybe, missing, note};
 
 /// The conclusion: what the most expensive change of a setting costs, and which lowers the error most.
 pub fn conclusion(study: &Study) -> String {
@@ -67,55 +69,44 @@ fn chart(study: &Study, per_sample: bool) -> BarChart {
         study.display.iter().map(|d| d.samples_per_pixel).filter(|n| n.is_finite()).collect();
     samples.sort_by(f64::total_cmp);
     samples.dedup();
+    let settings: Vec<&DisplayPrice> = study.display.iter().filter(|d| d.per_sample == per_sample).collect();
     let mut rows: Vec<BarRow> = Vec::new();
-    let mut seen: Vec<(&str, &str)> = Vec::new();
-    for d in study.display.iter().filter(|d| d.per_sample == per_sample) {
-        let name = (d.knob.as_str(), d.setting.as_str());
-        if seen.contains(&name) {
+    for (i, d) in settings.iter().enumerate() {
+        let same = |e: &&&DisplayPrice| (&e.knob, &e.setting) == (&d.knob, &d.setting);
+        if settings[..i].iter().any(|e| same(&e)) {
             continue;
         }
-        let same = || {
-            study
-                .display
-                .iter()
-                .filter(|e| (e.knob.as_str(), e.setting.as_str()) == name && e.per_sample == per_sample)
-        };
         let error = |n: f64| {
-            let rel_mse = same().find(|e| e.samples_per_pixel == n)?.rel_mse?;
+            let rel_mse = settings.iter().filter(same).find(|e| e.samples_per_pixel == n)?.rel_mse?;
             Some(Interval::exact(100.0 * rel_mse.max(0.0).sqrt()))
         };
-        let time = same().find_map(|e| e.milliseconds);
+        let time = settings.iter().filter(same).find_map(|e| e.milliseconds);
         rows.push(BarRow {
-            group: seen.iter().all(|(knob, _)| *knob != name.0).then(|| d.knob.clone()),
+            group: settings[..i].iter().all(|e| e.knob != d.knob).then(|| d.knob.clone()),
             name: if d.default { format!("{} (default)", d.setting) } else { d.setting.clone() },
             style: MethodStyle { hollow: !d.default, ..PLAIN },
             values: std::iter::once(time).chain(samples.iter().map(|n| error(*n))).collect(),
         });
-        seen.push(name);
     }
     let time = if per_sample { "ms per M samples" } else { "ms per repaint" };
-    let panel =
-        |title: String, tick, number| BarPanel { title, mark: BarMark::Bar, tick, number, base: None };
-    let mut panels = vec![panel(time.into(), tick_label, |i| with_unit(i, 1.0, "").main)];
+    let mut panels = vec![BarPanel::new(time, BarMark::Bar, tick_label, |i| with_unit(i, 1.0, "").main)];
     panels.extend(samples.iter().map(|n| {
         let title = format!("RMS error, {} spp", count(*n));
-        panel(title, |x| format!("{}{THIN}%", tick_label(x)), |i| percent_of(i.value / 100.0))
+        BarPanel::new(title, BarMark::Bar, percent_label, |i| percent_of(i.value / 100.0))
     }));
     BarChart { label: format!("Display settings: {time} and error"), panels, rows }
 }
 
-/// The section.
-pub fn html(study: &Study) -> Markup {
+pub fn body(study: &Study) -> Markup {
     let device = if study.machine.device.is_empty() { "the device" } else { &study.machine.device };
-    let body = html! {
+    html! {
         @if study.display.is_empty() { (missing(study, "Costs of the display's settings were", "display")) }
         @else {
             @for (per_sample, what) in [(false, "a repaint"), (true, "a million samples")] {
                 @let chart = chart(study, per_sample);
                 @if !chart.is_empty() {
-                    @let caption = format!("Device time of {what} and error of the displayed linear picture, by samples per pixel (spp). \
-                        Solid: the default.");
-                    (figure(&chart.label, &caption, |size| chart.draw(size)))
+                    (bars(&chart, &format!("Device time of {what} and error of the displayed linear picture, by samples per pixel (spp). \
+                        Solid: the default.")))
                 }
             }
             (setting_table(study))
@@ -124,23 +115,22 @@ pub fn html(study: &Study) -> Markup {
                 default is measured anew with each group, and the film has the study's filter except where filters are compared. Sums in \
                 one float and in two differ after hours, not after a few samples: see part 5.")))
         }
-    };
-    section("display", "4  Cost of each display setting", &conclusion(study), body)
+    }
 }
 
 fn setting_table(study: &Study) -> Markup {
     let signed = |ms: f64| format!("{}{}{THIN}ms", if ms > 0.0 { "+" } else { "" }, significant(ms, 2));
-    let row = |d: &DisplayPrice| {
-        vec![
-            html! { (d.knob) ": " (d.setting) @if d.default { " (default)" } },
-            maybe(d.milliseconds.map(|ms| with_unit(&ms, 1.0, &format!("{THIN}ms")))),
-            cell(if d.per_sample { "million samples" } else { "repaint" }),
-            maybe(change(study, d).and_then(|c| c.milliseconds).map(signed)),
-            maybe(d.rel_mse.map(|e| percent_of(e.max(0.0).sqrt()))),
-            maybe(d.flip.map(|f| significant(f, 2))),
-            cell(count(d.samples_per_pixel)),
-        ]
-    };
-    let heads = ["Setting", "time", "per", "over the default", "RMS error", "FLIP", "at samples/pixel"];
-    table("Costs of display settings", &heads, &study.display.iter().map(row).collect::<Vec<_>>())
+    listing(
+        "Costs of display settings",
+        &study.display,
+        &[
+            ("Setting", &|d| html! { (d.knob) ": " (d.setting) @if d.default { " (default)" } }),
+            ("time", &|d| maybe(d.milliseconds.map(|ms| with_unit(&ms, 1.0, &format!("{THIN}ms"))))),
+            ("per", &|d| cell(if d.per_sample { "million samples" } else { "repaint" })),
+            ("over the default", &|d| maybe(change(study, d).and_then(|c| c.milliseconds).map(signed))),
+            ("RMS error", &|d| maybe(d.rel_mse.map(|e| percent_of(e.max(0.0).sqrt())))),
+            ("FLIP", &|d| maybe(d.flip.map(|f| significant(f, 2)))),
+            ("at samples/pixel", &|d| cell(count(d.samples_per_pixel))),
+        ],
+    )
 }

@@ -4,22 +4,18 @@ use maud::{Markup, html};
 
 use crate::study::Interval;
 use crate::study::data::{EffectPrice, Study};
-use crate::study::format::{THIN, factor, increase, percent_of, significant};
-use crate::study::pages::chart::{BarChart, BarMark, BarPanel, BarRow, MethodStyle, PLAIN, tick_label};
-use crate::study::pages::parts::{
-    cell, embedded, figure, maybe, missing, note, pictures, section, table, words,
+use crate::study::format::{factor, increase, percent_of, significant};
+use crate::study::pages::chart::{
+    BarChart, BarMark, BarPanel, BarRow, MethodStyle, PLAIN, percent_label, tick_label,
 };
+use crate::study::pages::parts::{bars, cell, embedded, listing, maybe, missing, note, pictures, words};
 use crate::study::pages::verdict;
 
-/// The conclusion.
 pub fn conclusion(study: &Study) -> String {
     let mut text = match verdict::most_expensive_effect(study) {
         Some((effect, time)) => {
-            format!(
-                "The most expensive effect is {}: {} time per path.",
-                effect.name,
-                increase(&time).prose()
-            )
+            let time = increase(&time).prose();
+            format!("The most expensive effect is {}: {time} time per path.", effect.name)
         }
         None => "The cost of this scene's effects has not been measured.".into(),
     };
@@ -60,33 +56,25 @@ pub fn chart(study: &Study) -> BarChart {
             e.loss.map(Interval::exact),
         ],
     };
-    let percent = |x: f64| format!("{}{THIN}%", tick_label(x));
-    let panel = |title: &str, tick, number| BarPanel {
-        title: title.into(),
-        mark: BarMark::Bar,
-        tick,
-        number,
-        base: None,
-    };
+    let time = |i: &Interval| increase(&i.map(|x| 1.0 + x / 100.0)).main;
     BarChart {
         label: "Time, share of variance and loss of picture, by effect".into(),
         panels: vec![
-            panel("time per path", percent, |i| increase(&i.map(|x| 1.0 + x / 100.0)).main),
-            panel("of the variance", percent, |i| percent_of(i.value / 100.0)),
-            panel("loss (FLIP)", tick_label, |i| significant(i.value, 2)),
+            BarPanel::new("time per path", BarMark::Bar, percent_label, time),
+            BarPanel::new("of the variance", BarMark::Bar, percent_label, |i| percent_of(i.value / 100.0)),
+            BarPanel::new("loss (FLIP)", BarMark::Bar, tick_label, |i| significant(i.value, 2)),
         ],
         rows: sorted.iter().enumerate().map(row).collect(),
     }
 }
 
-/// The section.
-pub fn html(study: &Study) -> Markup {
+pub fn body(study: &Study) -> Markup {
     let chart = chart(study);
-    let body = html! {
+    html! {
         @if chart.is_empty() { (missing(study, "Costs of effects were", "effects")) }
         @else {
-            (figure(&chart.label, "Extra time per path with the effect; the share of the variance that it causes (negative: less noise with \
-                it); how visibly the picture changes without it.", |size| chart.draw(size)))
+            (bars(&chart, "Extra time per path with the effect; the share of the variance that it causes (negative: less noise with \
+                it); how visibly the picture changes without it."))
         }
         (effect_table(study))
         (without_effects(study))
@@ -96,27 +84,22 @@ pub fn html(study: &Study) -> Markup {
                 is the increase of the mean FLIP against the reference without the effect, and noise hides small losses. The cost of \
                 effects that the scene does not use is the speed of the code for all effects against that of the specialised code."))
         }
-    };
-    section("effects", "3  Cost of each effect", &conclusion(study), body)
+    }
 }
 
 fn effect_table(study: &Study) -> Markup {
-    let row = |e: &EffectPrice| {
-        vec![
-            cell(&e.name),
-            if e.on {
-                cell("on")
-            } else {
-                html! { span.dim { "off" } }
-            },
-            maybe(e.time.map(|t| increase(&t))),
-            maybe(e.variance.map(percent_of)),
-            maybe(e.loss.map(|l| significant(l, 2))),
-            words(&e.reason),
-        ]
-    };
-    let heads = ["Effect", "plan", "time per path", "of the variance", "loss (FLIP)", "reason"];
-    table("Costs of effects", &heads, &study.effects.iter().map(row).collect::<Vec<_>>())
+    listing(
+        "Costs of effects",
+        &study.effects,
+        &[
+            ("Effect", &|e| cell(&e.name)),
+            ("plan", &|e| html! { @if e.on { "on" } @else { span.dim { "off" } } }),
+            ("time per path", &|e| maybe(e.time.as_ref().map(increase))),
+            ("of the variance", &|e| maybe(e.variance.map(percent_of))),
+            ("loss (FLIP)", &|e| maybe(e.loss.map(|l| significant(l, 2)))),
+            ("reason", &|e| words(&e.reason)),
+        ],
+    )
 }
 
 fn without_effects(study: &Study) -> Markup {

@@ -1,4 +1,4 @@
-//! The sections of the page, one file each. Every one begins with a conclusion that is made from the numbers.
+//! The parts of the page, one file each. Every one begins with a conclusion that is made from the numbers.
 
 pub mod answer;
 pub mod convergence;

@@ -4,9 +4,8 @@ use maud::{Markup, html};
 
 use crate::study::data::{NumericPrice, Study};
 use crate::study::format::{THIN, factor, significant};
-use crate::study::pages::parts::{cell, missing, note, section, table, words};
+use crate::study::pages::parts::{cell, listing, missing, note, words};
 
-/// The conclusion.
 pub fn conclusion(study: &Study) -> String {
     let matters = |n: &&NumericPrice| n.error.cleaned().is_some_and(|e| e.low > 1.0 && e.value > 1.05);
     let (exact, cheap): (Vec<_>, Vec<_>) = study.numeric.iter().partition(matters);
@@ -33,44 +32,33 @@ pub fn conclusion(study: &Study) -> String {
 /// The choice whose exact form saves most error, in a few words.
 pub fn summary(study: &Study) -> String {
     let errors = study.numeric.iter().filter_map(|n| Some((n, n.error.cleaned()?)));
-    let most = errors.max_by(|a, b| a.1.value.total_cmp(&b.1.value));
-    most.map_or_else(
-        || "not measured".into(),
-        |(n, error)| {
-            let [error, time] = [&error, &n.time].map(|i| factor(i).main);
-            format!("{}, cheap form: error {error}; exact form: time {time}", n.choice)
-        },
-    )
+    let Some((n, error)) = errors.max_by(|a, b| a.1.value.total_cmp(&b.1.value)) else {
+        return "not measured".into();
+    };
+    let [error, time] = [&error, &n.time].map(|i| factor(i).main);
+    format!("{}, cheap form: error {error}; exact form: time {time}", n.choice)
 }
 
-/// The section.
-pub fn html(study: &Study) -> Markup {
-    let line = |n: &NumericPrice| {
-        vec![
-            cell(&n.choice),
-            words(&n.forms[0]),
-            words(&n.forms[1]),
-            cell(factor(&n.time)),
-            cell(factor(&n.error)),
-            words(&n.what),
-        ]
-    };
-    let heads = [
-        "Choice",
-        "cheap form",
-        "exact form",
-        "time, exact : cheap",
-        "error, cheap : exact",
-        "error of what",
-    ];
+pub fn body(study: &Study) -> Markup {
+    let choices = listing(
+        "Choices of arithmetic",
+        &study.numeric,
+        &[
+            ("Choice", &|n| cell(&n.choice)),
+            ("cheap form", &|n| words(&n.forms[0])),
+            ("exact form", &|n| words(&n.forms[1])),
+            ("time, exact : cheap", &|n| cell(factor(&n.time))),
+            ("error, cheap : exact", &|n| cell(factor(&n.error))),
+            ("error of what", &|n| words(&n.what)),
+        ],
+    );
     let worst = study.numeric.iter().filter_map(|n| n.error.cleaned()).map(|e| e.value).fold(0.0, f64::max);
-    let body = html! {
+    html! {
         @if study.numeric.is_empty() { (missing(study, "Costs of arithmetic were", "numeric")) }
         @else {
-            (table("Choices of arithmetic", &heads, &study.numeric.iter().map(line).collect::<Vec<_>>()))
-            (note(&format!("Both forms run in turn on the same samples; ratios are taken pair by pair. The time is the cost of the exact form, the error what it avoids; at 1 there is no difference. The largest ratio of errors is \
-                ×{THIN}{}.", significant(worst, 3))))
+            (choices)
+            (note(&format!("Both forms run in turn on the same samples; ratios are taken pair by pair. The time is the cost of the exact form, \
+                the error what it avoids; at 1 there is no difference. The largest ratio of errors is ×{THIN}{}.", significant(worst, 3))))
         }
-    };
-    section("numeric", "5  Cost of exact arithmetic", &conclusion(study), body)
+    }
 }

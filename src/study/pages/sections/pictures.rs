@@ -5,19 +5,14 @@ use maud::{Markup, html};
 use crate::study::data::{CurvePoint, MethodResult, Study};
 use crate::study::format::{THIN, percent_interval, percent_of, seconds_of, significant};
 use crate::study::measurement::FIGURES;
-use crate::study::pages::chart::{MethodStyle, RegionMap, styles};
+use crate::study::pages::chart::{MethodStyle, RegionMap, styled};
 use crate::study::pages::page::reference_origin;
 use crate::study::pages::parts::{embedded, list, method, missing, note, pictures};
 use crate::study::pages::verdict;
 
 /// Pictures, error maps and the map of regions.
 pub fn html(study: &Study) -> Markup {
-    let shown: Vec<Markup> = study
-        .methods
-        .iter()
-        .zip(styles(&study.methods))
-        .filter_map(|(m, style)| equal_time(study, m, style))
-        .collect();
+    let shown: Vec<Markup> = styled(study).filter_map(|(m, style)| equal_time(study, m, style)).collect();
     let reference = study.reference.as_ref().and_then(|r| {
         let caption = html! { "Reference: " (reference_origin(r)) };
         Some(pictures(&[(embedded(Some(&r.picture))?, "the reference".into())], &caption))
@@ -54,25 +49,20 @@ pub fn conclusion(study: &Study) -> Option<String> {
         return Some(format!("In {time}, {best} has the least error in every region."));
     }
     let rest: Vec<String> = rest.iter().map(|(s, name)| format!("{name} in {}", percent_of(*s))).collect();
-    Some(format!(
-        "In {time}, {best} has the least error in {} of the picture, {}.",
-        percent_of(*share),
-        list(&rest)
-    ))
+    let (share, rest) = (percent_of(*share), list(&rest));
+    Some(format!("In {time}, {best} has the least error in {share} of the picture, {rest}."))
 }
 
 fn region_map(study: &Study) -> Option<RegionMap<'_>> {
     let [width, height] = study.size.map(f64::from);
-    let names = study.methods.iter().map(|m| m.name.as_str());
     Some(RegionMap {
         regions: study.regions.as_ref()?,
-        methods: names.zip(styles(&study.methods)).collect(),
+        methods: styled(study).map(|(m, style)| (m.name.as_str(), style)).collect(),
         aspect: height / width,
         picture: embedded(study.reference.as_ref().map(|r| r.picture.as_str())),
     })
 }
 
-/// The picture and the error map of a method.
 fn equal_time(study: &Study, m: &MethodResult, style: MethodStyle) -> Option<Markup> {
     let mut all = vec![(embedded(m.picture.as_deref())?, format!("{}, displayed picture", m.name))];
     all.extend(embedded(m.error_map.as_deref()).map(|uri| (uri, format!("{}, FLIP error map", m.name))));
@@ -92,19 +82,11 @@ fn as_time_goes_on(study: &Study) -> Markup {
     let at = |m: &MethodResult, seconds: f64| {
         m.points.iter().position(|p| p.budget == seconds && p.picture.is_some())
     };
-    let row = |m: &MethodResult| -> Vec<Markup> {
-        FIGURES
-            .into_iter()
-            .filter_map(|seconds| snapshot(&m.name, seconds, &m.points[at(m, seconds)?]))
-            .collect()
+    let snapshots = |m: &MethodResult| -> Vec<Markup> {
+        FIGURES.into_iter().filter_map(|s| snapshot(&m.name, s, &m.points[at(m, s)?])).collect()
     };
-    let rows: Vec<_> = study
-        .methods
-        .iter()
-        .zip(styles(&study.methods))
-        .map(|(m, s)| (m, s, row(m)))
-        .filter(|r| !r.2.is_empty())
-        .collect();
+    let mut rows: Vec<_> = styled(study).map(|(m, style)| (m, style, snapshots(m))).collect();
+    rows.retain(|(.., snapshots)| !snapshots.is_empty());
     let missing = FIGURES.into_iter().filter(|s| study.methods.iter().all(|m| at(m, *s).is_none()));
     let late: Vec<String> = missing.map(time_name).collect();
     html! {

@@ -3,14 +3,13 @@
 use maud::{Markup, html};
 
 use crate::study::Interval;
-use crate::study::data::{PredictionScore, SchemePrice, Study};
+use crate::study::data::{PredictionScore, Study};
 use crate::study::format::{THIN, factor, percent_interval, significant};
-use crate::study::pages::parts::{cell, maybe, missing, note, section, table};
+use crate::study::pages::parts::{cell, listing, maybe, missing, note};
 
 /// The share of outcomes that an interval should contain.
 const STATED: f64 = 0.9;
 
-/// The conclusion.
 pub fn conclusion(study: &Study) -> String {
     let Some(p) = &study.predictions else { return "No prediction has been recorded.".into() };
     let Some(share) = Interval::of_share(p.held, p.known) else {
@@ -25,9 +24,8 @@ pub fn conclusion(study: &Study) -> String {
     format!("The 90{THIN}% intervals held in {held} of {known} predictions, {share}: {judgement}.")
 }
 
-/// The section.
-pub fn html(study: &Study) -> Markup {
-    let body = html! {
+pub fn body(study: &Study) -> Markup {
+    html! {
         @match &study.predictions {
             None => (missing(study, "Predictions were", "predictions")),
             Some(p) => (score(p)),
@@ -41,37 +39,38 @@ pub fn html(study: &Study) -> Markup {
                 is logged and compared with the time at which the error was reached. The interval of the hit rate is Wilson's. Predictions \
                 whose time had not come when the run ended are counted apart and not judged."))
         }
-    };
-    section("predictions", "6  Predictions", &conclusion(study), body)
+    }
 }
 
 fn score(p: &PredictionScore) -> Markup {
     let ratio = (p.ratio > 0.0 && p.ratio.is_finite()).then(|| format!("×{THIN}{}", significant(p.ratio, 3)));
-    let row = vec![
-        cell(p.known.to_string()),
-        cell(p.held.to_string()),
-        maybe(Interval::of_share(p.held, p.known).map(|s| percent_interval(&s))),
-        cell(format!("90{THIN}%")),
-        maybe(ratio),
-        cell(p.open.to_string()),
-    ];
-    let heads =
-        ["Predictions with an outcome", "held", "hit rate", "stated", "predicted : true time", "not due yet"];
-    table("How predictions held", &heads, &[row])
+    listing(
+        "How predictions held",
+        std::slice::from_ref(p),
+        &[
+            ("Predictions with an outcome", &|p| cell(p.known)),
+            ("held", &|p| cell(p.held)),
+            ("hit rate", &|p| maybe(Interval::of_share(p.held, p.known).as_ref().map(percent_interval))),
+            ("stated", &|_| cell(format!("90{THIN}%"))),
+            ("predicted : true time", &|_| maybe(ratio.as_ref())),
+            ("not due yet", &|p| cell(p.open)),
+        ],
+    )
 }
 
 fn schemes(study: &Study) -> Markup {
-    let line = |s: &SchemePrice| {
-        vec![
-            cell(&s.name),
-            cell(if s.used { "in use" } else { "" }),
-            cell(factor(&s.error)),
-            cell(factor(&s.stated)),
-        ]
-    };
-    let heads = ["Division", "", "error over an undivided run", "stated over true error"];
+    let schemes = listing(
+        "Ways to know the error",
+        &study.schemes,
+        &[
+            ("Division", &|s| cell(&s.name)),
+            ("", &|s| cell(if s.used { "in use" } else { "" })),
+            ("error over an undivided run", &|s| cell(factor(&s.error))),
+            ("stated over true error", &|s| cell(factor(&s.stated))),
+        ],
+    );
     html! {
-        (table("Ways to know the error", &heads, &study.schemes.iter().map(line).collect::<Vec<_>>()))
+        (schemes)
         p.dim {
             "A run that is divided so that its error is known gives up some evenness of its samples. The first ratio compares its error "
             "with that of an undivided run of as many samples, the second the stated with the true error: 1 is honest."

@@ -6,10 +6,9 @@ use crate::study::Interval;
 use crate::study::data::{Stability, Study};
 use crate::study::format::{THIN, count, factor};
 use crate::study::pages::chart::style_of;
-use crate::study::pages::parts::{cell, command, list, maybe, method, missing, note, section, table, words};
+use crate::study::pages::parts::{cell, command, list, listing, maybe, method, missing, note, words};
 use crate::study::pages::verdict;
 
-/// The conclusion.
 pub fn conclusion(study: &Study) -> String {
     if study.stability.is_empty() {
         return "Stability has not been measured.".into();
@@ -40,27 +39,28 @@ pub fn summary(study: &Study) -> String {
     format!("{} of {} paths rejected{energy}", count(bad as f64), count(paths as f64))
 }
 
-/// The section.
-pub fn html(study: &Study) -> Markup {
-    let row = |s: &Stability| {
-        let bad: u64 = s.rejected.iter().fold(0, |n, (_, k, _)| n.saturating_add(*k));
-        let causes: Vec<String> =
-            s.rejected.iter().map(|(cause, n, _)| format!("{cause}: {}", count(*n as f64))).collect();
-        vec![
-            method(&s.method, style_of(study, &s.method)),
-            cell(count(s.paths as f64)),
-            cell(count(bad as f64)),
-            words(if causes.is_empty() { "—".into() } else { causes.join(", ") }.as_str()),
-            maybe(s.energy.map(|e| factor(&e))),
-        ]
+pub fn body(study: &Study) -> Markup {
+    let causes = |s: &Stability| {
+        let causes = s.rejected.iter().map(|(cause, n, _)| format!("{cause}: {}", count(*n as f64)));
+        if s.rejected.is_empty() { "—".into() } else { causes.collect::<Vec<_>>().join(", ") }
     };
-    let heads = ["Method", "paths", "rejected", "by cause", "brightness over the reference's"];
+    let samples = listing(
+        "Stability",
+        &study.stability,
+        &[
+            ("Method", &|s| method(&s.method, style_of(study, &s.method))),
+            ("paths", &|s| cell(count(s.paths as f64))),
+            ("rejected", &|s| cell(count(verdict::rejected_samples(s) as f64))),
+            ("by cause", &|s| words(&causes(s))),
+            ("brightness over the reference's", &|s| maybe(s.energy.as_ref().map(factor))),
+        ],
+    );
     let replays = study.stability.iter().flat_map(|s| s.rejected.iter().map(move |r| (s, r)));
     let replays: Vec<_> = replays.filter(|(_, (_, count, _))| *count > 0).collect();
-    let body = html! {
+    html! {
         @if study.stability.is_empty() { (missing(study, "Rejected samples and brightness were", "stability")) }
         @else {
-            (table("Stability", &heads, &study.stability.iter().map(row).collect::<Vec<_>>()))
+            (samples)
             @if !replays.is_empty() { h3 { "Commands that repeat the first of each" } }
             @for (s, (cause, _, replay)) in &replays {
                 p { (s.method) ", " (cause) ":" }
@@ -70,6 +70,5 @@ pub fn html(study: &Study) -> Markup {
                 Brightness is the mean luminance of the picture over that of the reference, with its 90{THIN}% interval; a method that \
                 loses or creates light differs from 1.")))
         }
-    };
-    section("stability", "7  Stability", &conclusion(study), body)
+    }
 }
