@@ -61,6 +61,7 @@ pub type Coordinates = [u32; DIMENSIONS];
 /// into the first-level cache.
 type NibbleTables = [[Coordinates; 16]; 16];
 
+#[inline]
 fn tables() -> &'static NibbleTables {
     static TABLES: LazyLock<Box<NibbleTables>> = LazyLock::new(|| {
         let mut tables = Box::new([[[0; DIMENSIONS]; 16]; 16]);
