@@ -22,10 +22,11 @@ fn grey_map(width: usize, values: &[f32]) -> Arc<EmissionMap> {
     Arc::new(EmissionMap::new(width, &rgb).expect("radiance"))
 }
 
-/// `width × height` texels of `sky`, one of 10⁴.
-fn sun((width, height): (usize, usize), at: (usize, usize), sky: f32) -> Arc<EmissionMap> {
+/// `size` texels of `sky`, the one at `at` of 10⁴.
+fn sun(size: [usize; 2], at: [usize; 2], sky: f32) -> Arc<EmissionMap> {
+    let [width, height] = size;
     let mut values = vec![sky; width * height];
-    values[at.1 * width + at.0] = 1e4;
+    values[at[1] * width + at[0]] = 1e4;
     grey_map(width, &values)
 }
 
@@ -38,12 +39,12 @@ fn maps() -> Vec<(&'static str, Arc<EmissionMap>)> {
         ("one column", grey_map(1, &[1.0, 0.0, 3.0])),
         ("one row", grey_map(3, &[1.0, 0.0, 3.0])),
         ("uneven", grey_map(9, &uneven)),
-        ("sun", sun((16, 9), (5, 3), 1.0)),
-        ("sun in the dark", sun((16, 9), (11, 6), 0.0)),
-        ("sun at the left edge", sun((16, 9), (0, 4), 0.0)),
-        ("sun at the right edge", sun((16, 9), (15, 4), 0.1)),
-        ("sun at the upper pole", sun((7, 5), (2, 0), 0.0)),
-        ("sun at the lower pole", sun((7, 5), (6, 4), 0.0)),
+        ("sun", sun([16, 9], [5, 3], 1.0)),
+        ("sun in the dark", sun([16, 9], [11, 6], 0.0)),
+        ("sun at the left edge", sun([16, 9], [0, 4], 0.0)),
+        ("sun at the right edge", sun([16, 9], [15, 4], 0.1)),
+        ("sun at the upper pole", sun([7, 5], [2, 0], 0.0)),
+        ("sun at the lower pole", sun([7, 5], [6, 4], 0.0)),
     ]
 }
 

@@ -211,7 +211,8 @@ impl Scene {
     /// Builds the tree of a mesh, by all threads.
     pub fn new(
         device: &Arc<Device>,
-        (vertices, faces): (&[Vec3], &[[u32; 3]]),
+        vertices: &[Vec3],
+        faces: &[[u32; 3]],
         mode: Mode,
     ) -> Result<Self, String> {
         let f = &device.functions;

@@ -98,7 +98,7 @@ fn measure(model: &Model, device: Option<&Arc<Device>>, choice: &Arguments) {
     for mode in [Mode::Default, Mode::Robust, Mode::High] {
         let Some(device) = device.filter(|_| mode != Mode::High || choice.says("high")) else { continue };
         let commit = || {
-            let scene = Scene::new(device, (&vertices, &faces), mode);
+            let scene = Scene::new(device, &vertices, &faces, mode);
             let seconds = scene.as_ref().map_or(f64::NAN, |s| s.seconds);
             (scene, seconds)
         };
