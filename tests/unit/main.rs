@@ -49,6 +49,7 @@ mod math {
 mod spectrum {
     mod emission_map;
     mod metals;
+    #[allow(clippy::module_inception, reason = "it is named after the module that it tests")]
     mod spectrum;
     mod table;
     mod white;

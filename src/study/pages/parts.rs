@@ -29,8 +29,11 @@ fn drawings(label: &str, caption: &str, draw: impl Fn(ChartSize) -> Drawing) -> 
     }
 }
 
-/// A table of one row for each item, by columns: their headings, and the cell that each makes of an item.
-pub fn listing<T>(label: &str, items: &[T], columns: &[(&str, &dyn Fn(&T) -> Markup)]) -> Markup {
+/// A column of a table: its heading, and the cell that it makes of an item.
+pub type Column<'a, T> = (&'a str, &'a dyn Fn(&T) -> Markup);
+
+/// A table of one row for each item, by columns.
+pub fn listing<T>(label: &str, items: &[T], columns: &[Column<'_, T>]) -> Markup {
     let heads: Vec<&str> = columns.iter().map(|(head, _)| *head).collect();
     let row = |item: &T| columns.iter().map(|(_, cell)| cell(item)).collect();
     table(label, &heads, &items.iter().map(row).collect::<Vec<_>>())

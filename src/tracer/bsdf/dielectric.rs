@@ -175,12 +175,12 @@ struct Facet {
 }
 
 impl RoughDielectric {
-    /// The interface of `smooth` with these facets. `None` when the indices are so close (1e-4, reflectance below 3e-9) that no facet can
-    /// be told from the directions: then the surface is `smooth`, which lets everything through.
+    /// The interface of `smooth` with these facets. `None` when the indices are so close (1e-4, reflectance below 3e-9) that no
+    /// facet can be told from the directions: then the surface is `smooth`, which lets everything through.
     #[inline]
     pub fn new(smooth: Dielectric, microfacet: &Microfacet) -> Option<Self> {
         let apart = (smooth.eta.x - 1.0).abs() > 1e-4;
-        apart.then(|| Self { smooth, microfacet: *microfacet })
+        apart.then_some(Self { smooth, microfacet: *microfacet })
     }
 
     /// `None` for a grazing view, which meets no facet.

@@ -2,7 +2,7 @@
 
 use pointillist::client::effect_list::*;
 use pointillist::client::settings::{
-    DisplayView, Dither, FilmSpec, Glare, OptionNames, Settings, VarianceForm,
+    DisplayView, Dither, FilmSpec, Glare, Settings, VarianceForm,
 };
 
 fn on(spec: &FilmSpec, settings: &Settings, streams: [bool; 2]) -> Vec<&'static str> {

@@ -1,7 +1,6 @@
 //! Tests of `client::glare::fourier`.
 
 use pointillist::client::glare::fourier::*;
-use rayon::prelude::*;
 
 #[test]
 fn transforms_are_long_enough_and_not_much_longer() {

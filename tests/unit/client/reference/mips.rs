@@ -2,7 +2,6 @@
 
 use pointillist::client::reference::mips::*;
 use pointillist::image::Grid;
-use rayon::prelude::*;
 
 /// Totals stay at odd sizes, where the plain 2×2 average loses the last row and column.
 #[test]
