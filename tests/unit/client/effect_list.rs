@@ -1,9 +1,7 @@
 //! Tests of `client::effect_list`.
 
 use pointillist::client::effect_list::*;
-use pointillist::client::settings::{
-    DisplayView, Dither, FilmSpec, Glare, Settings, VarianceForm,
-};
+use pointillist::client::settings::{DisplayView, Dither, FilmSpec, Glare, Settings, VarianceForm};
 
 fn on(spec: &FilmSpec, settings: &Settings, streams: [bool; 2]) -> Vec<&'static str> {
     effect_list(spec, settings, streams).into_iter().filter(|d| d.on).map(|d| d.name).collect()
