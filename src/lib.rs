@@ -16,10 +16,13 @@
 //! # A sample from the integrator to the screen
 //!
 //! 1. `server/worker.rs` claims a chunk of indices and calls [`Integrator::trace`](tracer::Integrator::trace) for each.
-//! 2. The integrator hands its samples to a [`BlockSink`](stream::BlockSink), which fills a block of the worker's lane and commits it.
+//! 2. The integrator hands its samples to a [`BlockSink`](stream::BlockSink), which fills a block; `LaneWriter::send` swaps
+//!    it into the lane of the worker.
 //! 3. `app` drains the lanes ([`stream::Lanes::drain`]): `app/drive.rs` for a render, `app/view/picture.rs` for the window, both through
-//!    `app/film_writer.rs`, which counts paths, adds the samples to the film and feeds the observer of the error.
-//! 4. The film ([`client::film::VulkanFilm`], or its [`client::reference`] on the CPU) splats a full batch, folds it into its sums and updates the variance.
+//!    `app/film_writer.rs`, which counts paths, adds the samples to the film and feeds the observer of the error. The window also keeps
+//!    them ([`client::retained`]), to fill a film of another size.
+//! 4. The film ([`client::film::VulkanFilm`], or its [`client::reference`] on the CPU) splats a full batch, or before a repaint what there
+//!    is of one, folds it into its sums and updates the variance.
 //! 5. A repaint (`client/pass/repaint.rs`) builds mips, reconstructs, adds glare and tone-maps.
 //! 6. `app/view/screen.rs` copies the picture to the swapchain and draws the panel over it; without a window it is read back and written.
 //!

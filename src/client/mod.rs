@@ -21,8 +21,8 @@
 //! # Who owns what
 //!
 //! A film owns its batch, its sums and everything that is derived from them: [`film::VulkanFilm`] on a device,
-//! [`reference::ReferenceFilm`] on the CPU. `app` owns the film: in the window it stands beside the swapchain and the
-//! [`retained`] samples, from which a film of another size is filled. Values of [`Settings`] may change from one repaint to
+//! [`reference::ReferenceFilm`] on the CPU. `app` owns the film: in the window `app/view/screen.rs` has it
+//! beside the swapchain, and `app/view/picture.rs` the [`retained`] samples, from which a film of another size is filled. Values of [`Settings`] may change from one repaint to
 //! the next; another [`FilmSpec`] needs another film.
 //!
 //! # Where to look

@@ -10,7 +10,7 @@
 //!    error** of a tile is the root mean square of its luminance error over its mean luminance plus 1 % of the picture's.
 //! 3. [`error`], [`interval`]: [`ErrorEstimate`] states the relative errors that 50 %, 95 % and 99 % of the tiles stay below, each with an
 //!    [`Interval`] that contains the true error of this very picture with a probability of 90 %.
-//! 4. [`curve`] and [`prediction`]: [`ErrorMonitor`] takes checkpoints of the error during a render, fits a power law through them and
+//! 4. [`curve`] and [`prediction`]: [`ErrorMonitor`] (`monitor.rs`, run by `app/observer.rs` on a thread) takes checkpoints of the error during a render, fits a power law through them and
 //!    predicts the time to the target. It is silent before 4 samples per pixel and predicts nothing before 8. Every prediction is
 //!    scored afterwards.
 //!
@@ -18,6 +18,9 @@
 //! half. Otherwise the stop would select a checkpoint whose error was small by luck.
 //!
 //! # What the error does not contain
+//!
+//! It is neither the standard error that the display steers its blur by (`client/pass/variance.rs`) nor a difference to another picture
+//! ([`image::compare`](crate::image::compare)).
 //!
 //! It is the error of the unblurred picture, as the EXR has it. It excludes light that has not been sampled yet, and the bias of photon
 //! mapping, which both replicates share.

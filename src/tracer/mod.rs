@@ -9,19 +9,20 @@
 //! Integrator::trace(index)
 //!   Sampler::at(index) ─▶ the random numbers of the path
 //!   Camera::ray ─ Scene::closest ─▶ SurfaceInteraction ─ Material at the wavelengths ─▶ SurfaceVertex { hit, bsdf, … }
-//!   Lights::sample ─ Bsdf::eval ─ Scene::visible                                         next-event estimation
+//!   Lights::sample_by_contribution ─ Bsdf::eval ─ Scene::visible                         next-event estimation
 //!   Bsdf::sample ─▶ the next ray
 //!   SampledSpectrum ─ to_xyz ─▶ SampleSink::camera or SampleSink::light
 //! ```
 //!
-//! - **Next-event estimation** is `sample_direct` in `integrator/direct_lighting.rs`, for all integrators except particle tracing. Path
-//!   tracing and photon mapping compute the MIS weight there; the bidirectional method does in `bidirectional/strategies.rs`.
+//! - **Next-event estimation** is `sample_direct` in `integrator/direct_lighting.rs`, for all integrators except particle tracing. The
+//!   MIS weight of path tracing and photon mapping is in its `PathState::unoccluded_contribution`; that of the bidirectional method
+//!   is in `bidirectional/strategies.rs`.
 //! - **A sample** leaves the tracer in [`Integrator::trace`], which gives it to a [`SampleSink`](crate::stream::SampleSink): in the
 //!   renderer [`BlockSink`](crate::stream::BlockSink), which fills blocks for the lane of its worker. From there the client draws
 //!   it into the film.
 //! - **A bsdf** is one file in `bsdf/` and one line in its table; [`bsdf`] says how to add one.
 //! - **A light** is one file in `light/` and one line in its table; [`light`] says how to add one.
-//! - **Whether dispersion is simulated**, or any other effect, is decided once per scene by [`effects::decide`]; the entry
+//! - **Whether dispersion is simulated**, or any other effect, is decided by [`effects::decide`] whenever a scene is prepared or edited; the entry
 //!   of the effect (`effects/materials.rs`) says what calls for it. [`effects::planned`] takes the rest out of the scene. While paths are
 //!   traced, `Bsdf::parts_colors` tells whether a material disperses light.
 //! - **How colours part** within a path of four wavelengths, and what that does to its weight: [`wavelength_mis`].

@@ -125,7 +125,7 @@ impl Screen {
         Ok(())
     }
 
-    /// The film; `None` after a device was lost for good.
+    /// The film; `None` before there is a device, once it was taken, and after the device was lost for good.
     pub fn film(&self) -> Option<&VulkanFilm> {
         self.objects.as_ref().and_then(|objects| objects.film.as_ref())
     }

@@ -181,7 +181,7 @@ impl BsdfDesc {
         self.parts().albedo.is_some()
     }
 
-    /// True for a material with a single direction of reflection or refraction.
+    /// True for a material that reflects or refracts into a single direction, if only by a smooth coat.
     pub(crate) fn is_delta(&self) -> bool {
         self.is_specular() && self.roughness().is_none()
     }

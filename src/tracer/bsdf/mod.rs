@@ -19,13 +19,17 @@
 //! called `Velvet`:
 //!
 //! 1. **Description**: `src/scene/bsdf/velvet.rs` holds `VelvetDesc`, the parameters as plain data. Implement `BsdfPlugin` for it: the
-//!    plugin's name, how parameters are read, and under `parts!` which of them are an albedo, a factor, an index. With that, colours
+//!    plugin's name, how parameters are read, under `parts!` which of them are an albedo, a factor, an index, and `roughness` if a
+//!    specular part is rough. [`material_class`](crate::tracer::effects::material_class) follows from these: a scene whose materials have an
+//!    albedo alone is traced by code that knows [`Diffuse`] only, and one without a rough part by code that knows [`Smooth`] only.
+//!    A diffuse model other than Lambert's must therefore widen it. With that, colours
 //!    and indices can be edited, and the plan of effects knows whether the scene needs wavelengths, dispersion, deltas and so on.
 //!    Add the `mod` line and a line to the table in `src/scene/bsdf/mod.rs`, its name to the `pub use` in `src/scene/desc.rs`, and a word to the
 //!    row of bsdfs in `scenes/README.md`.
 //! 2. **Model**: `src/tracer/bsdf/velvet.rs` holds `VelvetMaterial`, made by `From<VelvetDesc>` (tables, integrals: whatever does not
 //!    depend on the path; a type alias of the description if there is nothing to prepare), and `Velvet`, the material at the
-//!    wavelengths of a path. Implement [`MaterialModel`] for the first and [`ScatteringModel`] for the second. Add the `mod` line and a
+//!    wavelengths of a path. Implement [`MaterialModel`] for the first and [`ScatteringModel`] for the second, whose flags
+//!    (`is_delta`, `is_glossy`, `transmits` and so on) are false unless you say otherwise. Add the `mod` line and a
 //!    line to the table below: under `smooth` if the model has no rough part, else under `rough`.
 //! 3. **Contract**: `sample` chooses directions with exactly the density that `eval` states, over all of its random numbers; its weight
 //!    is `eval`'s value over that density. `eval` and `sample` agree on which lobe exists. Nothing but black, `None` or finite
@@ -33,7 +37,7 @@
 //! 4. **Tests**: add the model to each of these lists by hand. `materials()` in `tests/tracer/bsdf.rs` (chi² of `sample` against `eval`'s density,
 //!    weights against values, reciprocity, energy, grazing and normal directions); the generator of random scenes in
 //!    `tests/tracer/effects_check.rs`; the furnaces of `tests/agreement/furnace.rs` and the agreement of all methods in
-//!    `tests/agreement/materials.rs`; the plugin's defaults and faults in `tests/scene`. `tools/compare_mitsuba SCENE` compares a scene that uses
+//!    `tests/agreement/meshes.rs`; the plugin's defaults and faults in `tests/scene`. `tools/compare_mitsuba SCENE` compares a scene that uses
 //!    it with Mitsuba.
 //!
 //! [`Diffuse`] with `DiffuseDesc` is the shortest example, [`RoughPlastic`] one with a table made ahead. The smooth and the rough form

@@ -8,9 +8,9 @@
 //! methods    the effects that lights, the camera and the method call for
 //! ```
 //!
-//! The plan is made once per scene, before anything is traced. [`decide`] asks every effect whether the scene calls for it
-//! ([`Decision`] has the object that does, and its line). [`planned`] takes out of the description what nothing calls for or what the
-//! user forced off ([`without`]), and [`Scene::prepare`](crate::tracer::Scene::prepare) prepares what is left. So an effect that is
+//! The plan is made whenever a scene is prepared or edited, before anything is traced. [`decide`] asks every effect whether the scene calls for it
+//! ([`Decision`] has the object that does, and its line). [`planned`] takes out of the description what nothing calls for
+//! ([`without`]), and [`Scene::prepare`](crate::tracer::Scene::prepare) prepares what is left. So an effect that is
 //! off costs nothing: there is no texture, lobe or light to evaluate, and [`material_class`] picks code that has no branch for it.
 //! `--check-plan` traces paths without the plan too and compares. The client's half is `client/effect_list.rs`; `app/plan.rs` joins the
 //! two.

@@ -106,7 +106,8 @@ pub trait Integrator: Send + Sync + 'static {
     }
 }
 
-/// A render divided into independent randomisations, whose differences give the error of their mean: one integrator for all indices, or one for each replicate, which take turns chunk by chunk
+/// A render divided into independent randomisations, whose differences give the error of their mean: one integrator for all
+/// indices, or one for each replicate, which take turns chunk by chunk
 /// ([`replicate`](crate::stream::replicate())). Each replicate has a photon map of its own.
 #[derive(Clone, Debug)]
 pub struct Replicated<I> {
