@@ -10,7 +10,7 @@ use super::device::Device;
 use super::report::Seconds;
 use super::tell;
 use crate::scene::desc::{IntegratorKind, SceneDesc};
-use crate::scene::{self, Loaded};
+use crate::scene::{self, LoadOptions, Loaded};
 use crate::tracer::accel::SimdKernel;
 use crate::tracer::effects::{Effect, decide, force_on, refusal, without};
 use crate::tracer::{Camera, PrepareError, Scene};
@@ -61,7 +61,8 @@ pub fn tell_warnings(loaded: &Loaded) {
 
 /// Reads the scene, with the size and the method of the command line.
 pub fn read(source: &SceneArgs) -> Result<Loaded> {
-    let mut loaded = scene::load(&source.scene, &source.defines)?;
+    let options = LoadOptions { defines: &source.defines, lenient: source.lenient };
+    let mut loaded = scene::load_with(&source.scene, &options)?;
     let desc = &mut loaded.desc;
     if let Some((width, height)) = source.size {
         (desc.film.width, desc.film.height) = (width, height);

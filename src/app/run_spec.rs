@@ -20,6 +20,8 @@ pub struct RunSpec {
     pub scene: PathBuf,
     /// `-D` values.
     pub defines: Vec<(String, String)>,
+    /// Plugins that are not supported are replaced or left out.
+    pub lenient: bool,
     /// Size given on the command line instead of the scene's film.
     pub size: Option<(u32, u32)>,
     /// Size, filter, variance form.
@@ -112,6 +114,7 @@ impl RunSpec {
         Self {
             scene: source.scene.clone(),
             defines: source.defines.clone(),
+            lenient: source.lenient,
             size: source.size,
             first_index: 0,
             film: FilmSpec {
@@ -174,6 +177,9 @@ impl RunSpec {
         let mut command = format!("pointillist render {}", quoted(&self.scene.display().to_string()));
         for (name, value) in &self.defines {
             command += &format!(" -D {}", quoted(&format!("{name}={value}")));
+        }
+        if self.lenient {
+            command += " --lenient";
         }
         if let Some((width, height)) = self.size {
             command += &format!(" --size {width}x{height}");

@@ -3,6 +3,7 @@
 //! A leaf: knows colour and mathematics, and nothing of tracers, films or devices. Files are written to
 //! a temporary name in the same folder and renamed, so that a name never holds half a picture.
 
+pub mod bitmap;
 pub mod compare;
 pub mod data_uri;
 pub mod error;
@@ -10,7 +11,9 @@ pub mod exr;
 pub mod grid;
 pub mod layer;
 pub mod linear;
+mod pfm;
 pub mod png;
+mod radiance;
 pub mod write;
 
 pub use error::ImageError;

@@ -3,6 +3,7 @@
 //! Everything the tracer needs and nothing it computes. Spectra are resolved here because only the
 //! reader knows whether a colour is a reflectance or an emission.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -11,8 +12,9 @@ use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
 use crate::spectrum::{EmissionMap, Spectrum};
 
 pub use super::bsdf::{
-    BsdfDesc, ConductorDesc, DielectricDesc, DiffuseDesc, Facets, PlasticDesc, RoughConductorDesc,
-    RoughDielectricDesc, RoughPlasticDesc, Roughness, TwoSidedDesc,
+    BlendDesc, BsdfDesc, ConductorDesc, DielectricDesc, DiffuseDesc, Facets, MOST_PARTS, MaskDesc, NullDesc,
+    PlasticDesc, PrincipledDesc, PrincipledLobes, PrincipledThinDesc, RoughConductorDesc,
+    RoughDielectricDesc, RoughPlasticDesc, Roughness, ThinDielectricDesc, TwoSidedDesc,
 };
 
 /// A whole scene.
@@ -43,6 +45,18 @@ pub struct SceneDesc {
 }
 
 impl SceneDesc {
+    /// A material and all that it is made of, each once. Also ends where materials form a circle, which preparing refuses.
+    pub(crate) fn made_of(&self, id: BsdfId) -> Vec<&BsdfDesc> {
+        let (mut all, mut open, mut seen) = (Vec::new(), vec![id], BTreeSet::new());
+        while let Some(id) = open.pop() {
+            if let Some(bsdf) = self.bsdfs.get(id.0 as usize).filter(|_| seen.insert(id.0)) {
+                open.extend(bsdf.nested());
+                all.push(bsdf);
+            }
+        }
+        all
+    }
+
     /// The shapes whose surfaces are seen where `shape` stands: itself, or those of the group that it shows.
     pub fn parts<'a>(&'a self, shape: &'a ShapeDesc) -> &'a [ShapeDesc] {
         match shape.kind {
@@ -303,6 +317,15 @@ pub enum ShapeKind {
         /// Radius.
         radius: f64,
     },
+    /// The round side of a cylinder, without caps, normals outwards.
+    Cylinder {
+        /// The centre of one end.
+        p0: DVec3,
+        /// The centre of the other end.
+        p1: DVec3,
+        /// Radius.
+        radius: f64,
+    },
     /// Unit disk in z = 0, normal +z.
     Disk,
     /// [−1, 1]² in z = 0, normal +z.
@@ -362,6 +385,19 @@ pub enum LightDesc {
         /// Its place in the file.
         place: Place,
     },
+    /// A sky with a sun in it (Mitsuba's `sunsky`).
+    SunSky(SunSkyDesc),
+    /// Light from one direction, infinitely far away (Mitsuba's `directional`).
+    Directional {
+        /// Unit direction in which the light goes, world space.
+        direction: DVec3,
+        /// Irradiance of a surface that faces it.
+        irradiance: Spectrum,
+        /// Its place in the file.
+        place: Place,
+    },
+    /// A point that emits into a cone (Mitsuba's `spot`).
+    Spot(SpotDesc),
     /// A point (Mitsuba's `point`).
     Point {
         /// Position in world space.
@@ -373,10 +409,46 @@ pub enum LightDesc {
     },
 }
 
+/// A sky by a picture, and the disc of the sun.
+#[derive(Clone, Debug)]
+pub struct SunSkyDesc {
+    /// Radiance of the sky, as that of [`LightDesc::Map`]; black below the horizon.
+    pub sky: Arc<EmissionMap>,
+    /// The picture's space to world space: a rotation.
+    pub to_world: DAffine3,
+    /// Unit direction to the sun, world space.
+    pub sun_direction: DVec3,
+    /// Half of the angle under which the sun is seen, in degrees.
+    pub sun_half_angle: f64,
+    /// Radiance of the sun.
+    pub sun: Spectrum,
+    /// Factor on both, the same at every wavelength.
+    pub scale: Spectrum,
+    /// Its place in the file.
+    pub place: Place,
+}
+
+/// A point that emits the same within a beam, less and less from its edge on, and nothing beyond the cutoff.
+#[derive(Clone, Debug)]
+pub struct SpotDesc {
+    /// Position in world space.
+    pub position: DVec3,
+    /// Unit vector in the middle of the beam, world space.
+    pub axis: DVec3,
+    /// Half angle of the beam, in degrees.
+    pub beam_width: f64,
+    /// Angle to the axis from which on nothing is emitted, in degrees; not less.
+    pub cutoff_angle: f64,
+    /// Radiant intensity within the beam.
+    pub intensity: Spectrum,
+    /// Its place in the file.
+    pub place: Place,
+}
+
 impl LightDesc {
     /// True when it shines from infinitely far, from all around; a scene has at most one such light.
     pub fn is_environment(&self) -> bool {
-        matches!(self, LightDesc::Constant { .. } | LightDesc::Map { .. })
+        matches!(self, LightDesc::Constant { .. } | LightDesc::Map { .. } | LightDesc::SunSky(_))
     }
 
     /// Its place in the file.
@@ -384,30 +456,40 @@ impl LightDesc {
         match self {
             LightDesc::Constant { place, .. }
             | LightDesc::Map { place, .. }
+            | LightDesc::SunSky(SunSkyDesc { place, .. })
+            | LightDesc::Directional { place, .. }
+            | LightDesc::Spot(SpotDesc { place, .. })
             | LightDesc::Point { place, .. } => *place,
         }
     }
 
-    /// Its radiance or intensity; of a map, the factor on it.
+    /// Its radiance, irradiance or intensity; of a map or a sky, the factor on it.
     pub fn spectrum(&self) -> &Spectrum {
         match self {
             LightDesc::Constant { radiance, .. } => radiance,
-            LightDesc::Map { scale, .. } => scale,
-            LightDesc::Point { intensity, .. } => intensity,
+            LightDesc::Map { scale, .. } | LightDesc::SunSky(SunSkyDesc { scale, .. }) => scale,
+            LightDesc::Directional { irradiance, .. } => irradiance,
+            LightDesc::Spot(SpotDesc { intensity, .. }) | LightDesc::Point { intensity, .. } => intensity,
         }
     }
 
     /// True when it gives no light.
     pub fn is_black(&self) -> bool {
-        self.spectrum().is_black() || matches!(self, LightDesc::Map { map, .. } if map.is_black())
+        let dark = match self {
+            LightDesc::Map { map, .. } => map.is_black(),
+            LightDesc::SunSky(light) => light.sky.is_black() && light.sun.is_black(),
+            _ => false,
+        };
+        dark || self.spectrum().is_black()
     }
 
-    /// Its radiance or intensity, or the factor on it, to change.
+    /// Its radiance, irradiance or intensity, or the factor on it, to change.
     pub fn spectrum_mut(&mut self) -> &mut Spectrum {
         match self {
             LightDesc::Constant { radiance, .. } => radiance,
-            LightDesc::Map { scale, .. } => scale,
-            LightDesc::Point { intensity, .. } => intensity,
+            LightDesc::Map { scale, .. } | LightDesc::SunSky(SunSkyDesc { scale, .. }) => scale,
+            LightDesc::Directional { irradiance, .. } => irradiance,
+            LightDesc::Spot(SpotDesc { intensity, .. }) | LightDesc::Point { intensity, .. } => intensity,
         }
     }
 }

@@ -111,6 +111,14 @@ pub struct SceneError(Box<Finding>);
 #[derive(Clone)]
 pub struct SceneWarning(Box<Finding>);
 
+impl SceneError {
+    /// The same as a warning that says what was done `instead`.
+    pub(crate) fn tolerated(self, instead: &str) -> SceneWarning {
+        let Finding { message, .. } = *self.0.clone();
+        Finding { message: tidy(format!("{message}: {instead}")), help: None, ..*self.0 }.warning()
+    }
+}
+
 macro_rules! finding {
     ($name:ident) => {
         impl $name {

@@ -43,6 +43,9 @@ pub const IMAGE_BYTES: u64 = 1 << 30;
 /// Pixels of one picture (width times height).
 pub const IMAGE_PIXELS: usize = 1 << 26;
 
+/// Texels of all textures of a scene together, each file counted once.
+pub const TOTAL_TEXELS: usize = 1 << 29;
+
 /// Bytes of one mesh file.
 pub const MESH_BYTES: u64 = 1 << 30;
 
@@ -51,6 +54,16 @@ pub const MESH_LINE_BYTES: usize = 1 << 20;
 
 /// Faces of one mesh file, after polygons are cut into triangles.
 pub const MESH_TRIANGLES: usize = 1 << 25;
+
+/// Vertices of one mesh file.
+pub const MESH_VERTICES: usize = 1 << 26;
+
+/// A compressed mesh is at most this many times as large as its file, beyond the first [`MESH_INFLATED_FREE`] bytes: more than
+/// vertices and indices can be compressed, and less than a file that was made to fill the memory.
+pub const MESH_INFLATION: u64 = 100;
+
+/// Bytes that a compressed mesh may have however small its file is.
+pub const MESH_INFLATED_FREE: u64 = 16 << 20;
 
 /// Triangles of all meshes of a scene together, each file counted once for each way it is read.
 pub const SCENE_TRIANGLES: usize = 1 << 26;

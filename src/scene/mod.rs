@@ -20,7 +20,8 @@ mod files;
 pub mod limits;
 pub mod mesh;
 pub mod mitsuba;
+pub mod texture;
 
 pub use desc::SceneDesc;
 pub use diagnostic::{FindingKind, SceneError, SceneWarning};
-pub use mitsuba::{Loaded, load, load_str};
+pub use mitsuba::{LoadOptions, Loaded, load, load_str, load_str_with, load_with};

@@ -26,6 +26,30 @@ pub struct TexelError {
     pub rgb: [f32; 3],
 }
 
+/// Texels that [`repair`] changed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TexelRepairs {
+    /// Texels with a component that is infinite or no number.
+    pub not_finite: usize,
+    /// Other texels with a negative component.
+    pub negative: usize,
+}
+
+/// Makes radiance of what a picture holds: texels that are not finite become black, and negative components 0.
+pub fn repair(texels: &mut [[f32; 3]]) -> TexelRepairs {
+    let mut repairs = TexelRepairs::default();
+    for texel in texels {
+        if !texel.iter().all(|v| v.is_finite()) {
+            *texel = [0.0; 3];
+            repairs.not_finite += 1;
+        } else if texel.iter().any(|v| *v < 0.0) {
+            *texel = texel.map(|v| v.max(0.0));
+            repairs.negative += 1;
+        }
+    }
+    repairs
+}
+
 /// Texels in rows from the top, each a smooth spectrum times D65 as [`Spectrum::emission_rgb`] makes it.
 /// 20 bytes per texel.
 pub struct EmissionMap {

@@ -1,9 +1,12 @@
 //! Complex indices of refraction η + ik of named metals.
 //!
 //! Copper, silver and gold are measured figures of Johnson and Christy 1972: their colour is an absorption edge in
-//! the middle of the visible range, which a few oscillators do not follow. All others are the Lorentz–Drude model of
+//! the middle of the visible range, which a few oscillators do not follow. Eight others are the Lorentz–Drude model of
 //! Rakić et al. 1998, fitted by its authors to the measurements of several laboratories (within about 5 % in the
 //! visible range). Mitsuba's tables come from another collection and differ by as much.
+//!
+//! The rest of Mitsuba's list (other metals, carbides, nitrides, crystals) stands in `metals.csv`, with its sources; six of them, for
+//! which no public figures cover the visible range, are not known: Cu₂O, CuO, HgTe, Se, SnTe and Te.
 
 use super::{LAMBDA_MAX, LAMBDA_MIN, Spectrum};
 
@@ -66,19 +69,43 @@ const MEASURED: [[f64; 7]; 18] = [
     [3.50, 1.37, 1.916, 0.10, 1.419, 1.50, 1.866],
 ];
 
+/// Published figures of everything else: a name, then η and k every [`COLLECTED_STEP`] nm over the simulated range.
+const COLLECTED: &str = include_str!("metals.csv");
+
+const COLLECTED_STEP: f32 = 10.0;
+
 /// The real part η and the imaginary part k of the index of the metal with this chemical symbol (`Au`, `Cu`, …;
-/// see [`names`]), or `None`.
+/// see [`names`]), or `None`. Mitsuba has some of them twice, as `Nb` and `Nb_palik`: either name will do.
 pub fn named(name: &str) -> Option<(Spectrum, Spectrum)> {
+    let name = name.strip_suffix("_palik").unwrap_or(name);
     if let Some(metal) = NOBLE.iter().position(|noble| *noble == name) {
         return tables(|energy| [1, 2].map(|part| interpolate(2 * metal + part, energy)));
     }
-    let metal = LORENTZ_DRUDE.iter().position(|known| known.0 == name)?;
-    tables(|energy| lorentz_drude(metal, energy))
+    match LORENTZ_DRUDE.iter().position(|known| known.0 == name) {
+        Some(metal) => tables(|energy| lorentz_drude(metal, energy)),
+        None => collected().find(|row| row.0 == name).and_then(|row| pairs(row.1)),
+    }
+}
+
+/// The rows of [`COLLECTED`]: a name and its figures.
+fn collected() -> impl Iterator<Item = (&'static str, &'static str)> {
+    COLLECTED.lines().filter(|row| !row.starts_with('#')).filter_map(|row| row.split_once(','))
+}
+
+/// Two spectra from figures that alternate.
+fn pairs(figures: &str) -> Option<(Spectrum, Spectrum)> {
+    let figures: Vec<f32> = figures.split(',').map_while(|figure| figure.parse().ok()).collect();
+    let part = |which: usize| {
+        let point = |(i, pair): (usize, &[f32])| (LAMBDA_MIN + COLLECTED_STEP * i as f32, pair[which]);
+        Spectrum::table(&figures.chunks_exact(2).enumerate().map(point).collect::<Vec<_>>())
+    };
+    Some((part(0)?, part(1)?))
 }
 
 /// Every name that [`named`] knows.
 pub fn names() -> impl Iterator<Item = &'static str> {
-    NOBLE.into_iter().chain(LORENTZ_DRUDE.iter().map(|metal| metal.0))
+    let known = NOBLE.into_iter().chain(LORENTZ_DRUDE.iter().map(|metal| metal.0));
+    known.chain(collected().map(|row| row.0))
 }
 
 /// Two spectra over the simulated range from a function of photon energy in eV to η and k.

@@ -1,12 +1,16 @@
 //! Spectra: the values that a path carries ([`SampledSpectrum`] at [`SampledWavelengths`]) and the functions of wavelength
 //! that a scene holds ([`Spectrum`], [`EmissionMap`], [`dispersion::Ior`], named metals).
 //!
+//! [`daylight`] evaluates the radiance of a clear sky and of the sun.
+//!
 //! A path has one hero wavelength and three companions. `upsample` turns RGB into smooth spectra; `white` serves scenes
 //! without colour, whose paths all carry the spectrum of one white.
 
+pub mod daylight;
 pub mod dispersion;
 pub mod emission_map;
 pub mod metals;
+mod reflectance_table;
 mod sampled;
 #[allow(clippy::module_inception, reason = "the file is named after its type")]
 mod spectrum;

@@ -78,6 +78,12 @@ pub(super) fn reflectance(rgb: DVec3) -> Sigmoid {
     Sigmoid { coefficients: fit(start, lab(target)).as_vec3().to_array() }
 }
 
+/// As [`reflectance`], starting from that of a similar colour, with which it takes fewer steps.
+pub(super) fn reflectance_near(rgb: DVec3, similar: Sigmoid) -> Sigmoid {
+    let start = DVec3::from_array(similar.coefficients.map(f64::from));
+    Sigmoid { coefficients: fit(start, lab(relative_xyz(rgb))).as_vec3().to_array() }
+}
+
 /// XYZ of linear Rec.709 divided by white.
 fn relative_xyz(rgb: DVec3) -> DVec3 {
     profile::xyz_from_rec709() * rgb / cie::d65_white()

@@ -1,6 +1,6 @@
 //! Where paths meet surfaces: a hit, and a hit with its material.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use crate::math::float::{SHADOW_T_MAX, safe_origin};
 use crate::math::frame::Frame;
@@ -36,6 +36,8 @@ pub struct SurfaceInteraction {
     pub frame: Frame,
     /// Unit direction back along the ray, world space.
     pub wo: Vec3,
+    /// Texture coordinates; 0 where nothing on the surface is textured.
+    pub uv: Vec2,
     /// Index of the surface in the scene, which has the materials of its two sides.
     pub surface: u32,
     /// The light that this primitive belongs to, if it emits.
@@ -100,7 +102,7 @@ impl<B: Scattering> SurfaceVertex<B> {
     #[inline(always)]
     pub fn new(scene: &Scene, hit: SurfaceInteraction, lambda: &SampledWavelengths) -> Self {
         let (material, frame) = scene.material(&hit);
-        Self { frame, bsdf: B::of(material, lambda), wo: frame.to_local(hit.wo), hit }
+        Self { frame, bsdf: B::of(material, hit.uv, lambda), wo: frame.to_local(hit.wo), hit }
     }
 
     /// What sampling a light from here depends on, seen from the side that the path came from.

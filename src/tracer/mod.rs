@@ -49,6 +49,7 @@ pub mod shape;
 pub mod subpath;
 pub mod subpath_mis;
 mod tangents;
+mod texture_coordinates;
 pub mod wavelength_mis;
 
 pub use camera::Camera;

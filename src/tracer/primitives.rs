@@ -1,14 +1,15 @@
 //! The primitives of a scene: everything that stays the same when materials and lights are edited.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use crate::math::frame::Frame;
 
 use super::accel::{Accel, Hit, Ray};
 use super::interaction::SurfaceInteraction;
 use super::placement::Placement;
-use super::shape::{Disk, Sphere, SurfacePoint, Triangle};
+use super::shape::{Cylinder, Disk, Sphere, SurfacePoint, Triangle};
 use super::tangents::Tangents;
+use super::texture_coordinates::TextureCoordinates;
 
 /// The index that marks an absent light, normal or back in a record.
 pub(super) const NONE: u32 = u32::MAX;
@@ -53,7 +54,8 @@ pub(super) struct Primitives {
     pub(super) faces: Vec<Face>,
     pub(super) disks: Vec<Disk>,
     pub(super) spheres: Vec<Sphere>,
-    /// Records of disks, then of spheres.
+    pub(super) cylinders: Vec<Cylinder>,
+    /// Records of disks, then of spheres, then of cylinders.
     pub(super) round: Vec<PrimRecord>,
     /// Shading normals of the smooth triangles.
     pub(super) normals: Vec<[Vec3; 3]>,
@@ -61,6 +63,8 @@ pub(super) struct Primitives {
     pub(super) backs: Vec<Back>,
     /// Tangents by surface. Empty if nothing is brushed.
     pub(super) tangents: Vec<Tangents>,
+    /// Texture coordinates by surface. Empty if nothing is textured.
+    pub(super) uvs: Vec<TextureCoordinates>,
     /// Placements by instance.
     pub(super) placements: Vec<Placement>,
 }
@@ -97,6 +101,10 @@ impl Primitives {
             Some(face) => (face.triangle.point(hit.uv), face.record),
             None => self.round_point(ray, hit),
         };
+        let uv = match self.uvs.get(record.surface as usize) {
+            Some(coordinates) => coordinates.at(hit, &point),
+            None => Vec2::ZERO,
+        };
         let smooth = record.normals != NONE;
         let mut n =
             if smooth { self.shading_normal(record.normals, hit.uv).unwrap_or(point.ng) } else { point.ng };
@@ -113,6 +121,7 @@ impl Primitives {
                 self.frame(record.surface, hit, &point, n)
             },
             wo: -ray.direction,
+            uv,
             surface: record.surface,
             light: (record.light != NONE).then_some(record.light),
             smooth,
@@ -133,7 +142,10 @@ impl Primitives {
         let i = hit.prim as usize - self.faces.len();
         let point = match self.disks.get(i) {
             Some(disk) => disk.point(ray, hit.t),
-            None => self.spheres[i - self.disks.len()].point(ray, hit.t),
+            None => match self.spheres.get(i - self.disks.len()) {
+                Some(sphere) => sphere.point(ray, hit.t),
+                None => self.cylinders[i - self.disks.len() - self.spheres.len()].point(ray, hit.t),
+            },
         };
         (point, self.round[i])
     }

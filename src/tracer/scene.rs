@@ -34,8 +34,10 @@ pub enum MaterialClass {
     Diffuse,
     /// Also mirrors, clear glass and smooth coats.
     Specular,
-    /// All materials.
+    /// All materials but mixtures.
     General,
+    /// All materials.
+    Mixed,
 }
 
 /// A scene ready for tracing: immutable, shared by all workers. The camera belongs to the integrator, so that moving it or

@@ -1,11 +1,11 @@
-//! Triangles, disks and spheres as the tracer stores them: checked, in single precision.
+//! Triangles, disks, spheres and cylinders as the tracer stores them: checked, in single precision.
 //!
 //! Each has its bounds, its intersection with a ray, and the surface point at a hit, with a bound on its error. The intersection with
 //! triangles is in `accel::kernels::polygon`.
 
 use std::f32::consts::PI;
 
-use glam::{DVec3, Vec3};
+use glam::{DMat3, DVec2, DVec3, Vec3};
 
 use crate::math::float::{UNIT_ROUNDOFF, gamma};
 
@@ -193,6 +193,121 @@ impl Sphere {
         let offset = n * self.radius;
         let p = self.center + offset;
         let error = Vec3::splat(self.radius * gamma(4)) + p.abs() * (1.01 * UNIT_ROUNDOFF);
+        SurfacePoint { p, error, ng: if self.inward { -n } else { n } }
+    }
+}
+
+/// The round side of a cylinder, or its image under an affine map: the points `base + x·a + y·b + z·axis`, x² + y² = 1, 0 ≤ z ≤ 1.
+#[derive(Clone, Copy, Debug)]
+pub struct Cylinder {
+    /// The centre of one end.
+    pub base: Vec3,
+    /// One half axis of the ends, conjugate to `b`.
+    pub a: Vec3,
+    /// The other half axis.
+    pub b: Vec3,
+    /// From the base to the centre of the other end.
+    pub axis: Vec3,
+    /// True if the front is the inside.
+    pub inward: bool,
+    /// Maps an offset from the base to (x, y, z).
+    to_local: DMat3,
+}
+
+impl Cylinder {
+    /// The cylinder, or `None` if it has no volume.
+    pub fn new(base: Vec3, [a, b, axis]: [Vec3; 3], inward: bool) -> Option<Self> {
+        let to_local = DMat3::from_cols(a.as_dvec3(), b.as_dvec3(), axis.as_dvec3()).inverse();
+        let cylinder = Self { base, a, b, axis, inward, to_local };
+        to_local.is_finite().then_some(cylinder)
+    }
+
+    /// Corners of the bounding box.
+    pub fn bounds(&self) -> (Vec3, Vec3) {
+        let reach = (self.a * self.a + self.b * self.b).map(f32::sqrt);
+        let other = self.base + self.axis;
+        (self.base.min(other) - reach, self.base.max(other) + reach)
+    }
+
+    /// Surface area: exact for a round cylinder, a sum of 256 stripes for one whose ends are ellipses.
+    pub fn area(&self) -> f32 {
+        let stripe = |i: u32| {
+            let (y, x) = (f64::from(i) * (std::f64::consts::TAU / 256.0)).sin_cos();
+            f64::from(self.stretch([x as f32, y as f32]))
+        };
+        ((0..256).map(stripe).sum::<f64>() * (std::f64::consts::TAU / 256.0)) as f32
+    }
+
+    /// The area on the surface at (x, y) per unit of angle and of z.
+    #[inline]
+    pub fn stretch(&self, [x, y]: [f32; 2]) -> f32 {
+        (self.b * x - self.a * y).cross(self.axis).length()
+    }
+
+    /// The nearest hit with `0 < t < t_max`. As that of a sphere, in the space in which the ends are unit circles.
+    #[inline]
+    pub fn intersect(&self, ray: &Ray, t_max: f32) -> Option<f32> {
+        let o = self.to_local * (ray.origin.as_dvec3() - self.base.as_dvec3());
+        let d = self.to_local * ray.direction.as_dvec3();
+        let (o2, d2) = (o.truncate(), d.truncate());
+        let a = d2.length_squared();
+        let b = -o2.dot(d2);
+        let nearest = o2 + d2 * (b / a);
+        let discriminant = 1.0 - nearest.length_squared();
+        if discriminant.is_nan() || discriminant < 0.0 {
+            return None;
+        }
+        let c = o2.length_squared() - 1.0;
+        let q = b + (a * discriminant).sqrt().copysign(b);
+        let (t0, t1) = (c / q, q / a);
+        let roots = if t0 <= t1 { [t0, t1] } else { [t1, t0] };
+        let on_it = |t: &f64| *t > 0.0 && (0.0..=1.0).contains(&(o.z + d.z * t));
+        let t = roots.into_iter().find(on_it)? as f32;
+        (t > 0.0 && t < t_max).then_some(t)
+    }
+
+    /// (x, y) of a point on the surface, or of one near it.
+    #[inline]
+    pub fn around(&self, p: Vec3) -> [f32; 2] {
+        self.on_circle(self.to_local * (p.as_dvec3() - self.base.as_dvec3()))
+    }
+
+    /// True if the segment from `from` to a point on the surface enters the cylinder through its side.
+    #[inline]
+    pub fn hides_inside(&self, from: Vec3, to: Vec3) -> bool {
+        /// How far outside a point that lies on the surface may be by rounding, in squared radii.
+        const SLACK: f64 = 1e-5;
+        let o = self.to_local * (from.as_dvec3() - self.base.as_dvec3());
+        let d = self.to_local * (to.as_dvec3() - from.as_dvec3());
+        let outside = o.truncate().length_squared() - 1.0;
+        // One root of the quadratic equation is 1, so that the other is the product of both.
+        let entry = outside / d.truncate().length_squared();
+        outside > SLACK && entry < 1.0 && (0.0..=1.0).contains(&(o.z + d.z * entry))
+    }
+
+    #[inline]
+    fn on_circle(&self, local: DVec3) -> [f32; 2] {
+        local.truncate().normalize_or(DVec2::X).as_vec2().to_array()
+    }
+
+    /// The point at distance `t` of `ray`, moved onto the surface.
+    #[inline]
+    pub fn point(&self, ray: &Ray, t: f32) -> SurfacePoint {
+        let from_base =
+            ray.origin.as_dvec3() - self.base.as_dvec3() + ray.direction.as_dvec3() * f64::from(t);
+        let local = self.to_local * from_base;
+        self.point_at(self.on_circle(local), local.z.clamp(0.0, 1.0) as f32)
+    }
+
+    /// The point with the coordinates (x, y), on the unit circle, and z.
+    #[inline]
+    pub fn point_at(&self, [x, y]: [f32; 2], z: f32) -> SurfacePoint {
+        let (a, b, c) = (self.a * x, self.b * y, self.axis * z);
+        let p = self.base + (a + b + c);
+        let error = (a.abs() + b.abs() + c.abs()) * gamma(5) + p.abs() * (1.01 * UNIT_ROUNDOFF);
+        // The gradient of x² + y².
+        let outward = self.to_local.transpose() * DVec3::new(f64::from(x), f64::from(y), 0.0);
+        let n = outward.normalize_or(DVec3::Z).as_vec3();
         SurfacePoint { p, error, ng: if self.inward { -n } else { n } }
     }
 }

@@ -17,7 +17,7 @@ use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use super::accel::Ray;
 use super::bsdf::{Bsdf, BsdfSample, Scattering};
 use super::interaction::{SurfaceInteraction, SurfaceVertex};
-use super::light::{Emission, EmissionOrigin};
+use super::light::Emission;
 use super::sampler::VertexNumbers;
 use super::subpath_mis::SubpathMis;
 use super::wavelength_mis::WavelengthMis;
@@ -178,12 +178,12 @@ impl Walk<true> {
             return None;
         }
         let previous = PreviousVertex {
-            from: (pdf.origin != EmissionOrigin::Infinite).then_some(emission.from.p),
+            from: (!pdf.origin.is_far()).then_some(emission.from.p),
             cos: pdf.cos,
             fwd_w: pdf.next,
             link: 1.0,
             fwd: pdf.vertex,
-            previous_link: if pdf.origin == EmissionOrigin::Point { 0.0 } else { 1.0 },
+            previous_link: if pdf.origin.is_delta() { 0.0 } else { 1.0 },
             tail: 0.0,
         };
         Some(Self::new(lambda, throughput, 1.0 / most, previous))

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec2, Vec3};
 
 use crate::math::frame::Frame;
 use crate::scene::SceneDesc;
-use crate::scene::desc::{BsdfDesc, BsdfId, Mesh, ShapeDesc, ShapeKind, TwoSidedDesc};
+use crate::scene::desc::{BsdfId, Mesh, ShapeDesc, ShapeKind};
 
 use super::shape::SurfacePoint;
 
@@ -51,31 +51,9 @@ impl Tangents {
     }
 }
 
-/// True if a material, or one of its sides, is anisotropic.
-pub(super) fn is_brushed(desc: &SceneDesc, mut id: BsdfId) -> bool {
-    // `materials` reports a cycle of two-sided materials.
-    for _ in 0..=desc.bsdfs.len() {
-        match desc.bsdfs.get(id.0 as usize) {
-            Some(BsdfDesc::TwoSided(TwoSidedDesc { front, back })) => {
-                if front != back && is_brushed_side(desc, *back) {
-                    return true;
-                }
-                id = *front;
-            }
-            Some(bsdf) => return bsdf.roughness().is_some_and(|r| r.alpha[0] != r.alpha[1]),
-            None => return false,
-        }
-    }
-    false
-}
-
-/// As [`is_brushed`], for one side. Of a nested two-sided material the front counts.
-fn is_brushed_side(desc: &SceneDesc, id: BsdfId) -> bool {
-    match desc.bsdfs.get(id.0 as usize) {
-        Some(BsdfDesc::TwoSided(TwoSidedDesc { front, .. })) if *front != id => is_brushed(desc, *front),
-        Some(BsdfDesc::TwoSided(_)) | None => false,
-        Some(_) => is_brushed(desc, id),
-    }
+/// True if a material, or one that it is made of, is anisotropic.
+pub(super) fn is_brushed(desc: &SceneDesc, id: BsdfId) -> bool {
+    desc.made_of(id).iter().any(|bsdf| bsdf.roughness().is_some_and(|r| r.alpha[0] != r.alpha[1]))
 }
 
 /// The tangents of a brushed shape, if they do not depend on its triangles.
@@ -85,6 +63,11 @@ pub(super) fn of_shape(shape: &ShapeDesc) -> Tangents {
         ShapeKind::Rectangle => Tangents::Fixed(along(DVec3::X)),
         ShapeKind::Disk => Tangents::From(shape.to_world.translation.as_vec3()),
         ShapeKind::Sphere { .. } => Tangents::Around(along(DVec3::Z)),
+        ShapeKind::Cylinder { p0, p1, .. } => {
+            // Perpendicular to the ends, also where they are sheared against the axis.
+            let to_normal = shape.to_world.matrix3.inverse().transpose();
+            Tangents::Around((to_normal * (p1 - p0)).normalize_or(DVec3::Z).as_vec3())
+        }
         ShapeKind::Mesh(_) | ShapeKind::Cube | ShapeKind::Instance(_) => Tangents::Any,
     }
 }

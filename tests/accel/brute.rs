@@ -9,7 +9,7 @@ use proptest::test_runner::{RngAlgorithm, TestRng, TestRunner};
 
 use crate::support::accel::{Answer, Primitives, Random, Singles, Tally, ask, bits, check};
 use pointillist::tracer::accel::{Accel, Hit, PrimRange, Ray};
-use pointillist::tracer::shape::{Disk, Sphere};
+use pointillist::tracer::shape::{Cylinder, Disk, Sphere};
 
 /// A parallelogram or a triangle: a corner and two sides.
 type Shape = (bool, [Vec3; 3]);
@@ -204,7 +204,7 @@ fn small_scenes_are_brute_force_and_exact() {
     assert!(tally.unsure < tally.hits + tally.misses, "{tally:?}");
 }
 
-/// Random triangles, parallelograms, disks and spheres by the hundred: trees of several levels.
+/// Random triangles, parallelograms, disks, spheres and cylinders by the hundred: trees of several levels.
 #[test]
 fn the_tree_is_brute_force() {
     for count in [1usize, 2, 3, 7, 40, 700] {
@@ -220,6 +220,7 @@ fn the_tree_is_brute_force() {
             if i % 5 == 0 {
                 all.disks.extend(Disk::new(point(10.0), point(1.0), point(1.0), DVec3::Z));
                 all.spheres.push(Sphere { center: point(10.0), radius: 0.4, inward: false });
+                all.cylinders.extend(Cylinder::new(point(10.0), [point(0.5), point(0.5), point(3.0)], false));
             }
         }
         let mut rays: Vec<Ray> = (0..2000)
@@ -238,7 +239,7 @@ fn the_tree_is_brute_force() {
         let spawned: Vec<Ray> = hit.map(|p| Ray::new(p, point(1.0))).collect();
         check_all(&mut all.accel(), &all.singles(), &spawned);
         rays.truncate(1000);
-        all = Primitives { disks: Vec::new(), spheres: Vec::new(), ..all };
+        all = Primitives { disks: Vec::new(), spheres: Vec::new(), cylinders: Vec::new(), ..all };
         let (polygons, mut tally) = (all.polygons(), Tally::default());
         let answers = check_all(&mut all.accel(), &all.singles(), &rays).0;
         rays.iter().zip(answers).for_each(|(ray, answer)| check(&polygons, ray, answer, &mut tally));

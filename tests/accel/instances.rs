@@ -24,8 +24,9 @@ struct World {
 
 impl World {
     fn accel(&self) -> Accel {
-        let Primitives { triangles, quads, disks, spheres } = &self.all;
-        let shapes = Shapes { triangles, quads, disks: disks.clone(), spheres: spheres.clone() };
+        let Primitives { triangles, quads, disks, spheres, .. } = &self.all;
+        let (disks, spheres) = (disks.clone(), spheres.clone());
+        let shapes = Shapes { triangles, quads, disks, spheres, ..Shapes::default() };
         Accel::new(shapes, &self.groups, &self.instances)
     }
 
@@ -53,7 +54,7 @@ impl World {
         let to = counts(all);
         if !direct {
             let [triangles, disks, spheres] = [0, 1, 2].map(|i| from[i]..to[i]);
-            self.groups.push(PrimitiveGroup { triangles, disks, spheres });
+            self.groups.push(PrimitiveGroup { triangles, disks, spheres, ..PrimitiveGroup::default() });
         }
     }
 

@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 
 use crate::support::accel::{CLOSED, Primitives, Random, ask, ask_one, icosphere, kernels};
 use pointillist::tracer::accel::{Accel, PrimRange, Ray, Shapes, SimdKernel};
-use pointillist::tracer::shape::{Disk, Sphere};
+use pointillist::tracer::shape::{Cylinder, Disk, Sphere};
 
 #[test]
 fn kernels_have_names_and_are_chosen() {
@@ -36,6 +36,7 @@ fn soup(random: &mut Random, count: usize, size: f64) -> Primitives {
         all.triangle([p, p + point(2.0), p + point(2.0)]);
         all.disks.extend(Disk::new(point(10.0), point(1.0), point(1.0), DVec3::Z));
         all.spheres.push(Sphere { center: point(10.0), radius: (0.3 * size) as f32, inward: i % 2 == 0 });
+        all.cylinders.extend(Cylinder::new(point(10.0), [point(0.5), point(0.5), point(3.0)], false));
     }
     all
 }
@@ -43,7 +44,7 @@ fn soup(random: &mut Random, count: usize, size: f64) -> Primitives {
 /// Questions about `all`: rays between random points, some at corners, some with a zero component, some that end,
 /// some that skip a range.
 fn questions(random: &mut Random, all: &Primitives, size: f64, count: usize) -> Vec<(Ray, PrimRange)> {
-    let ids = all.triangles.len() + all.disks.len() + all.spheres.len();
+    let ids = all.triangles.len() + all.disks.len() + all.spheres.len() + all.cylinders.len();
     (0..count)
         .map(|i| {
             let mut point = |reach: f64| (random.direction() * (reach * size * random.f64())).as_vec3();
@@ -98,10 +99,10 @@ fn kernels_agree_on_random_primitives() {
 #[test]
 fn kernels_agree_on_leaves_of_one_kind() {
     let random = &mut Random(41);
-    for kind in 0..4 {
+    for kind in 0..5 {
         let mut all = soup(random, 800, 1.0);
         match kind {
-            0 => all = Primitives { quads: Vec::new(), disks: Vec::new(), spheres: Vec::new(), ..all },
+            0 => all = Primitives { triangles: all.triangles, ..Primitives::default() },
             1 => {
                 let halves = all.quads.iter().flat_map(|&q| [q, q + 1]).map(|i| all.triangles[i as usize]);
                 let triangles: Vec<_> = halves.collect();
@@ -109,6 +110,7 @@ fn kernels_agree_on_leaves_of_one_kind() {
                 all = Primitives { triangles, quads, ..Primitives::default() };
             }
             2 => all = Primitives { disks: all.disks, ..Primitives::default() },
+            3 => all = Primitives { cylinders: all.cylinders, ..Primitives::default() },
             _ => all = Primitives { spheres: all.spheres, ..Primitives::default() },
         }
         let asked = questions(random, &all, 1.0, 50_000);

@@ -27,11 +27,16 @@ fn facets(facets: Facets, alpha: f32) -> Roughness {
 /// Reflects everything.
 fn silver(roughness: Roughness) -> BsdfDesc {
     let eta = Spectrum::Constant(0.0);
-    BsdfDesc::RoughConductor(RoughConductorDesc { eta, k: one(), specular_reflectance: one(), roughness })
+    BsdfDesc::RoughConductor(RoughConductorDesc {
+        eta,
+        k: one(),
+        specular_reflectance: one().into(),
+        roughness,
+    })
 }
 
 fn rough_glass(int_ior: Ior, roughness: Roughness) -> BsdfDesc {
-    let [specular_reflectance, specular_transmittance] = [one(), one()];
+    let [specular_reflectance, specular_transmittance] = [one().into(), one().into()];
     let ext_ior = Ior::Constant(1.0);
     BsdfDesc::RoughDielectric(RoughDielectricDesc {
         int_ior,
@@ -43,13 +48,13 @@ fn rough_glass(int_ior: Ior, roughness: Roughness) -> BsdfDesc {
 }
 
 fn plastic(int_ior: Ior) -> BsdfDesc {
-    let [diffuse_reflectance, specular_reflectance] = [one(), one()];
+    let [diffuse_reflectance, specular_reflectance] = [one().into(), one().into()];
     let (ext_ior, nonlinear) = (Ior::Constant(1.0), true);
     BsdfDesc::Plastic(PlasticDesc { int_ior, ext_ior, diffuse_reflectance, specular_reflectance, nonlinear })
 }
 
 fn rough_plastic(roughness: Roughness) -> BsdfDesc {
-    let [diffuse_reflectance, specular_reflectance] = [one(), one()];
+    let [diffuse_reflectance, specular_reflectance] = [one().into(), one().into()];
     let [int_ior, ext_ior] = [1.49, 1.0].map(Ior::Constant);
     BsdfDesc::RoughPlastic(RoughPlasticDesc {
         int_ior,
@@ -96,7 +101,8 @@ fn expected(desc: &SceneDesc, paths: u32) -> (f64, f64) {
             };
             let (material, frame) = scene.material(&hit);
             let numbers = [random.f32(), random.f32()];
-            let Some(s) = material.bsdf(&alone).sample(frame.to_local(hit.wo), numbers, random.f32()) else {
+            let Some(s) = material.bsdf(hit.uv, &alone).sample(frame.to_local(hit.wo), numbers, random.f32())
+            else {
                 return 0.0;
             };
             throughput *= s.weight;
@@ -176,4 +182,59 @@ fn plastics() {
     check("dispersive plastic", plastic(Ior::named("bk7").expect("a named glass")), &FROM_CAMERA, true);
     check("rough plastic 0.1", rough_plastic(facets(Facets::Ggx, 0.1)), &FROM_CAMERA, false);
     check("rough plastic 0.4", rough_plastic(facets(Facets::Beckmann, 0.4)), &ALL, false);
+}
+
+/// Everything that mirrors nothing away is a closed room for light: these lose nothing at all.
+#[test]
+fn surfaces_that_light_passes_straight() {
+    let [specular_reflectance, specular_transmittance] = [one().into(), one().into()];
+    let [int_ior, ext_ior] = [1.7, 1.0].map(Ior::Constant);
+    let pane = ThinDielectricDesc { int_ior, ext_ior, specular_reflectance, specular_transmittance };
+    check("pane", pane.into(), &FROM_CAMERA, true);
+    check("nothing", NullDesc { transmittance: one().into() }.into(), &FROM_CAMERA, true);
+}
+
+/// A metal of this base colour is a rough conductor that reflects everything; a leaf keeps what it does not scatter with its facets.
+#[test]
+fn principled() {
+    let lobes = PrincipledLobes {
+        roughness: 0.5,
+        anisotropic: 0.0,
+        metallic: 1.0,
+        eta: 1.5,
+        spec_tint: 0.0,
+        sheen: 0.0,
+        sheen_tint: 0.0,
+        flatness: 0.0,
+        clearcoat: 0.0,
+        clearcoat_gloss: 0.0,
+    };
+    let of = |spec_trans, lobes| PrincipledDesc {
+        base_color: one().into(),
+        spec_trans: Spectrum::Constant(spec_trans).into(),
+        lobes,
+    };
+    check("principled metal", of(0.0, lobes).into(), &ALL, false);
+    check(
+        "principled glass",
+        of(1.0, PrincipledLobes { metallic: 0.0, ..lobes }).into(),
+        &FROM_CAMERA,
+        false,
+    );
+    let grey = Spectrum::Constant(0.7);
+    let satin = PrincipledLobes { metallic: 0.3, clearcoat: 0.5, ..lobes };
+    check(
+        "principled satin",
+        PrincipledDesc { base_color: grey.into(), ..of(0.3, satin) }.into(),
+        &ALL,
+        false,
+    );
+    let leaf = PrincipledThinDesc {
+        base_color: Spectrum::Constant(0.8).into(),
+        transmittance: one().into(),
+        spec_trans: 0.5,
+        diff_trans: 0.5,
+        lobes: PrincipledLobes { metallic: 0.0, ..lobes },
+    };
+    check("leaf", leaf.into(), &ALL, false);
 }

@@ -7,6 +7,7 @@ use glam::{DAffine3, DVec3};
 use crate::pairs::{PHOTONS, PLAN, assert_all_pairs};
 use crate::support::scenes::*;
 use pointillist::scene::desc::*;
+use pointillist::scene::load_str;
 use pointillist::spectrum::{EmissionMap, Spectrum};
 
 /// A floor and two spheres of these materials.
@@ -32,6 +33,57 @@ fn lit(mut desc: SceneDesc) -> SceneDesc {
     desc
 }
 
+/// The lit room with spheres of two materials as a scene file says them.
+fn room_of(files: [&str; 2]) -> SceneDesc {
+    let mut desc = lit(open_room([grey(0.5), grey(0.5)]));
+    let [a, b] = files.map(|text| format!("<shape type='sphere'>{text}</shape>"));
+    let others = "<sensor type='perspective'/><emitter type='constant'/>";
+    let text = format!("<scene version='3.0.0'>{others}{a}{b}</scene>");
+    let loaded = load_str("materials.xml", &text, &[]).expect("readable").desc;
+    desc.shapes.iter_mut().for_each(|shape| shape.bsdf.0 += loaded.bsdfs.len() as u32);
+    // After the floor.
+    for (shape, other) in desc.shapes[1..3].iter_mut().zip(&loaded.shapes) {
+        shape.bsdf = other.bsdf;
+    }
+    desc.bsdfs.splice(0..0, loaded.bsdfs);
+    desc
+}
+
+#[test]
+fn principled_materials() {
+    let metal = "<bsdf type='principled'><rgb name='base_color' value='.7, .5, .2'/><float name='metallic' value='.7'/>\
+        <float name='roughness' value='.5'/><float name='anisotropic' value='.5'/><float name='spec_tint' value='.5'/></bsdf>";
+    let velvet = "<bsdf type='principled'><rgb name='base_color' value='.3, .2, .6'/><float name='sheen' value='1'/>\
+        <float name='sheen_tint' value='.5'/><float name='flatness' value='.5'/><float name='clearcoat' value='1'/></bsdf>";
+    assert_all_pairs("principled", &room_of([metal, velvet]), PLAN, PHOTONS);
+}
+
+#[test]
+fn principled_glass_and_leaf() {
+    let glass = "<bsdf type='principled'><rgb name='base_color' value='.8, .9, .8'/><float name='spec_trans' value='.7'/>\
+        <float name='roughness' value='.6'/></bsdf>";
+    let leaf = "<bsdf type='principledthin'><rgb name='base_color' value='.3, .7, .2'/><float name='spec_trans' value='.4'/>\
+        <float name='diff_trans' value='1.2'/><float name='roughness' value='.6'/><float name='sheen' value='.5'/></bsdf>";
+    assert_all_pairs("glass and leaf", &room_of([glass, leaf]), PLAN, PHOTONS);
+}
+
+#[test]
+fn mixtures() {
+    // Black within: photons there would be counted on the floor right below, which is a bias that photon maps have.
+    let leaf = "<bsdf type='mask'><float name='opacity' value='.6'/><bsdf type='diffuse'>\
+        <rgb name='reflectance' value='.3, .7, .2'/></bsdf></bsdf>";
+    let paint = "<bsdf type='blendbsdf'><float name='weight' value='.4'/><bsdf type='roughdielectric'><float name='alpha' value='.3'/>\
+        <float name='int_ior' value='1.5'/></bsdf><bsdf type='blendbsdf'><float name='weight' value='.5'/><bsdf type='twosided'>\
+        <bsdf type='roughconductor'><float name='alpha' value='.3'/></bsdf></bsdf><bsdf type='plastic'/></bsdf></bsdf>";
+    assert_all_pairs("mixtures", &room_of([leaf, paint]), PLAN, PHOTONS);
+}
+
+#[test]
+fn a_pane_and_nothing() {
+    let pane = "<bsdf type='thindielectric'><float name='int_ior' value='2'/></bsdf>";
+    assert_all_pairs("pane", &room_of([pane, "<bsdf type='null'/>"]), PLAN, PHOTONS);
+}
+
 /// A sun in a sky that is dim and blue, turned.
 #[test]
 fn a_map_all_around() {
@@ -50,4 +102,27 @@ fn a_lens() {
     let mut desc = lit(open_room([grey(0.6), grey(0.3)]));
     (desc.camera.aperture_radius, desc.camera.focus_distance) = (0.4, 3.0);
     assert_all_pairs("lens", &desc, PLAN, PHOTONS);
+}
+
+/// A spot, soft to its edge, and parallel light from the side.
+#[test]
+fn a_spot_and_parallel_light() {
+    let mut desc = open_room([grey(0.6), grey(0.3)]);
+    let (intensity, irradiance) = (Spectrum::d65(30.0), Spectrum::emission_rgb([1.5, 1.0, 0.6]));
+    let (position, axis, place) =
+        (DVec3::new(0.5, -0.5, 4.0), DVec3::new(-0.1, 0.1, -1.0).normalize(), Place::default());
+    let spot = SpotDesc { position, axis, beam_width: 5.0, cutoff_angle: 40.0, intensity, place };
+    let direction = DVec3::new(0.6, 0.5, -1.0).normalize();
+    desc.lights = vec![LightDesc::Spot(spot), LightDesc::Directional { direction, irradiance, place }];
+    assert_all_pairs("spot and directional", &desc, PLAN, PHOTONS);
+}
+
+/// A sky by the model, with a sun ten times as wide as the true one.
+#[test]
+fn a_sky_and_its_sun() {
+    let text = "<scene version=\"3.0.0\"><emitter type=\"sunsky\"><float name=\"sun_aperture\" value=\"5\"/>\
+                <vector name=\"sun_direction\" value=\"0.5, -0.4, 0.6\"/></emitter><sensor type=\"perspective\"/></scene>";
+    let mut desc = open_room([grey(0.6), grey(0.3)]);
+    desc.lights = load_str("sky.xml", text, &[]).expect("valid").desc.lights;
+    assert_all_pairs("sunsky", &desc, PLAN, PHOTONS);
 }

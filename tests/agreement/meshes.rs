@@ -70,14 +70,14 @@ fn metal(alpha: [f32; 2]) -> BsdfDesc {
     BsdfDesc::RoughConductor(RoughConductorDesc {
         eta,
         k,
-        specular_reflectance: one(),
+        specular_reflectance: one().into(),
         roughness: facets(alpha),
     })
 }
 
 fn rough_glass(alpha: [f32; 2]) -> BsdfDesc {
     let [int_ior, ext_ior] = [1.5, 1.0].map(Ior::Constant);
-    let [specular_reflectance, specular_transmittance] = [one(), one()];
+    let [specular_reflectance, specular_transmittance] = [one().into(), one().into()];
     BsdfDesc::RoughDielectric(RoughDielectricDesc {
         int_ior,
         ext_ior,
@@ -89,9 +89,9 @@ fn rough_glass(alpha: [f32; 2]) -> BsdfDesc {
 
 fn rough_plastic(alpha: f32) -> BsdfDesc {
     let [int_ior, ext_ior] = [1.49, 1.0].map(Ior::Constant);
-    let diffuse_reflectance = Spectrum::Constant(0.5);
+    let diffuse_reflectance = Spectrum::Constant(0.5).into();
     let roughness = facets([alpha; 2]);
-    let (specular_reflectance, nonlinear) = (one(), true);
+    let (specular_reflectance, nonlinear) = (one().into(), true);
     BsdfDesc::RoughPlastic(RoughPlasticDesc {
         int_ior,
         ext_ior,

@@ -1,6 +1,6 @@
 //! A thousand broken scene files and a thousand broken meshes: each is read, or refused with a place.
 
-use crate::guard::{assert_has_place, folder, outcome, write};
+use crate::guard::{assert_has_place, folder, outcome, outcome_with, write};
 use pointillist::math::random::Random;
 
 /// Numbers that break readers.
@@ -103,7 +103,7 @@ const LINES: &[&str] = &[
 ];
 
 /// One change to `bytes`.
-fn corrupt(bytes: &mut Vec<u8>, random: &mut Random, pieces: &[&str]) {
+pub fn corrupt(bytes: &mut Vec<u8>, random: &mut Random, pieces: &[&str]) {
     let at = random.below(bytes.len());
     match random.below(8) {
         0 => bytes.truncate(at),
@@ -168,6 +168,30 @@ const SCENE: &str = r#"<?xml version="1.0" encoding="utf-8"?>
   <emitter type="point"><point name="position" value="0 4 0"/><spectrum name="intensity" value="5"/></emitter>
 </scene>
 "#;
+
+/// A file of version 0.6 with what has changed since, and with plugins that are not supported.
+const OLD: &str = r##"<?xml version="1.0" encoding="utf-8"?>
+<scene version="0.6.0">
+  <default name="sampleCount" value="16"/>
+  <integrator type="adaptive"><integrator type="sppm"><integer name="maxDepth" value="6"/><integer name="kNN" value="9"/></integrator></integrator>
+  <sensor type="thinlens">
+    <string name="focalLength" value="35mm"/><float name="apertureRadius" value="0.1"/><float name="focusDistance" value="4"/>
+    <transform name="toWorld"><lookAt origin="0, 1, -5" target="0, 1, 0" up="0, 1, 0"/></transform>
+    <sampler type="halton"><integer name="sampleCount" value="$sampleCount"/></sampler>
+    <film type="ldrfilm"><integer name="width" value="64"/><float name="gamma" value="2.2"/><rfilter type="lanczos"/></film>
+  </sensor>
+  <medium type="homogeneous" id="fog"><phase type="hg"/></medium>
+  <bsdf type="diffuse" id="red"><srgb name="diffuseReflectance" value="#802010"/></bsdf>
+  <bsdf type="diffuse" id="tiles"><texture type="theirs" name="reflectance">
+    <float name="uoffset" value="0.5"/><float name="uscale" value="4"/><integer name="vscale" value="2"/></texture></bsdf>
+  <bsdf type="theirs" id="odd"><float name="intIOR" value="1.5"/></bsdf>
+  <shape type="cube"><ref id="red"/><ref name="interior" id="fog"/></shape>
+  <shape type="sphere"><boolean name="flipNormals" value="true"/><ref id="odd"/></shape>
+  <shape type="theirs"><ref id="tiles"/><emitter type="area"><blackbody name="radiance" temperature="5000K" scale="0.1"/></emitter></shape>
+  <emitter type="theirs"><spectrum name="intensity" value="0.1, 0.2, 0.3"/></emitter>
+  <emitter type="point"><spectrum name="intensity" value="0.1, 0.2, 0.3"/></emitter>
+</scene>
+"##;
 
 /// A file as the viewer saves it.
 const SAVED: &str = r#"<?xml version="1.0" encoding="utf-8"?>
@@ -248,6 +272,32 @@ fn a_thousand_broken_scenes() {
         }
     }
     assert!(refused > 500, "only {refused} of 1000 were refused: are they broken at all?");
+}
+
+#[test]
+fn a_thousand_broken_old_scenes() {
+    let folder = folder("broken_old_scenes");
+    write(&folder, "scene.xml", OLD.as_bytes());
+    assert_eq!(outcome_with(&folder, "the whole scene", true), Ok(()));
+    assert!(outcome(&folder, "the whole scene").is_err());
+    let mut random = Random(60_606);
+    let (mut refused, mut read) = (0, 0);
+    for i in 0..1000 {
+        let mut bytes = OLD.as_bytes().to_vec();
+        for _ in 0..=random.below(3) {
+            corrupt(&mut bytes, &mut random, PIECES);
+        }
+        write(&folder, "scene.xml", &bytes);
+        let what = format!("old scene {i}: {}", String::from_utf8_lossy(&bytes));
+        match outcome_with(&folder, &what, true) {
+            Ok(()) => read += 1,
+            Err(shown) => {
+                assert_has_place(&what, &shown, &["scene.xml"]);
+                refused += 1;
+            }
+        }
+    }
+    assert!(refused > 500 && read > 50, "{refused} refused, {read} read");
 }
 
 #[test]

@@ -8,7 +8,7 @@ use std::sync::{Mutex, PoisonError, mpsc};
 use std::time::Duration;
 
 use miette::{GraphicalReportHandler, GraphicalTheme};
-use pointillist::scene::load;
+use pointillist::scene::{LoadOptions, load_with};
 
 /// The most memory that the reader may hold for one small broken file, in bytes. Inputs here are below 2 MB.
 pub const MEMORY: usize = 256 << 20;
@@ -104,12 +104,17 @@ pub fn write(folder: &Path, name: &str, bytes: &[u8]) {
 
 /// Loads `scene.xml` of a folder under guard; the rendered message if it is refused.
 pub fn outcome(folder: &Path, what: &str) -> Result<(), String> {
+    outcome_with(folder, what, false)
+}
+
+/// [`outcome`] in a lenient run or a strict one.
+pub fn outcome_with(folder: &Path, what: &str, lenient: bool) -> Result<(), String> {
     let path = folder.join("scene.xml");
-    guarded(what, move || match load(&path, &[]) {
+    guarded(what, move || match load_with(&path, &LoadOptions { defines: &[], lenient }) {
         Ok(loaded) => {
             for w in &loaded.warnings {
                 let shown = render(w);
-                assert_has_place("a warning", &shown, &[".xml", ".obj"]);
+                assert_has_place("a warning", &shown, &[".xml", ".obj", ".ply", ".serialized"]);
             }
             Ok(())
         }

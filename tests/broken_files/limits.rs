@@ -38,6 +38,20 @@ fn too_much_of_anything_is_refused_in_time() {
 }
 
 #[test]
+fn integrators_within_each_other_are_bounded() {
+    let wrapper = |i: i32| format!("<integrator type='aov' id='a{i}'><ref id='a{}'/></integrator>", i + 1);
+    let chain: String = (0..5000).map(wrapper).collect();
+    refused(
+        "a chain of integrators",
+        format!("<scene version='3.0.0'>{chain}<integrator type='path' id='a5000'/></scene>"),
+    );
+    refused(
+        "a circle of integrators",
+        format!("<scene version='3.0.0'>{}<alias id='a0' as='a1'/></scene>", wrapper(0)),
+    );
+}
+
+#[test]
 fn includes_are_bounded() {
     let folder = folder("includes");
     let include = |name: &str| format!("<include filename=\"{name}\"/>");

@@ -5,3 +5,4 @@
 mod corrupt;
 mod guard;
 mod limits;
+mod meshes;

@@ -49,6 +49,9 @@ pub fn essence(desc: &SceneDesc) -> String {
         match light {
             LightDesc::Constant { place, .. }
             | LightDesc::Map { place, .. }
+            | LightDesc::SunSky(SunSkyDesc { place, .. })
+            | LightDesc::Directional { place, .. }
+            | LightDesc::Spot(SpotDesc { place, .. })
             | LightDesc::Point { place, .. } => *place = Place::default(),
         }
     }

@@ -7,9 +7,14 @@ mod support;
 
 mod edit;
 mod editable;
+mod foreign;
 mod instances;
 mod load;
+mod mixed;
 mod rough;
 mod save;
+mod shapes;
 mod sky;
+mod spectra;
+mod versions;
 mod xml;

@@ -168,3 +168,24 @@ fn every_object_is_found_again() {
     assert!(edits.is_empty());
     assert_eq!(essence(&edits.apply(&desc).unwrap()), essence(&desc));
 }
+
+/// Lights that are not shapes keep what they are when their brightness and colour are changed.
+#[test]
+fn edited_lights_are_saved() {
+    let text = "<scene version=\"3.0.0\"><sensor type=\"perspective\"/>\
+        <emitter type=\"directional\"><vector name=\"direction\" value=\"0.1, 0.2, -1\"/></emitter>\
+        <emitter type=\"spot\" id=\"stage\"><float name=\"cutoff_angle\" value=\"33\"/></emitter>\
+        <emitter type=\"sunsky\"><float name=\"turbidity\" value=\"4.5\"/></emitter></scene>";
+    let folder = folder("lights");
+    let original = folder.join("lights.xml");
+    std::fs::write(&original, text).unwrap();
+    let desc = scene::load(&original, &[]).unwrap().desc;
+    let values = (0..3).map(|i| (Target::Light(i), NewValue::Scale(0.3 + f64::from(i))));
+    let colors = (0..2).map(|i| (Target::LightColor(i), NewValue::Rgb([0.9, 0.5, 0.1])));
+    let edits = edits(&values.chain(colors).collect::<Vec<_>>());
+    let saved = folder.join("saved.xml");
+    edits.write(&saved, &original, &[], &desc).unwrap();
+    assert_eq!(essence(&scene::load(&saved, &[]).unwrap().desc), essence(&edits.apply(&desc).unwrap()));
+    // A sky has colours of its own.
+    assert!(Target::LightColor(2).get(&desc).is_err() && Target::Light(2).get(&desc).is_ok());
+}

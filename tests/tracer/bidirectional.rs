@@ -143,7 +143,7 @@ fn furnaces() {
 #[test]
 fn lights_of_every_kind() {
     type Add = fn(&mut SceneDesc);
-    let lights: [(&str, Add); 6] = [
+    let lights: [(&str, Add); 7] = [
         ("rectangle", |d| lamp(d, DVec3::new(0.0, 0.0, 3.0), 0.5, 8.0)),
         ("environment", environment),
         ("point", |d| point(d, DVec3::new(1.0, -1.0, 3.0))),
@@ -155,6 +155,13 @@ fn lights_of_every_kind() {
             let m = material(d, grey(0.5));
             let at = DAffine3::from_translation(DVec3::new(0.3, 0.2, 2.0)) * DAffine3::from_rotation_x(PI);
             shape(d, ShapeKind::Disk, at * DAffine3::from_scale(DVec3::new(0.5, 0.2, 1.0)), m, 8.0);
+        }),
+        ("cylinder", |d| {
+            let m = material(d, grey(0.5));
+            let at = DAffine3::from_translation(DVec3::new(0.3, 0.2, 2.9)) * DAffine3::from_rotation_y(1.2);
+            let stretched = at * DAffine3::from_scale(DVec3::new(1.0, 0.4, 1.0));
+            let (p0, p1) = (DVec3::NEG_Z * 0.5, DVec3::Z * 0.5);
+            shape(d, ShapeKind::Cylinder { p0, p1, radius: 0.3 }, stretched, m, 8.0);
         }),
         ("all", |d| {
             environment(d);

@@ -19,7 +19,7 @@ fn facets(alpha: f32) -> Roughness {
 }
 
 fn rough_glass(int_ior: Ior) -> BsdfDesc {
-    let [specular_reflectance, specular_transmittance] = [1.0; 2].map(Spectrum::Constant);
+    let [specular_reflectance, specular_transmittance] = [1.0; 2].map(|v| Spectrum::Constant(v).into());
     let ext_ior = Ior::Constant(1.0);
     let roughness = facets(0.4);
     BsdfDesc::RoughDielectric(RoughDielectricDesc {
@@ -68,14 +68,14 @@ fn metal_and_plastic() {
     let metal = BsdfDesc::RoughConductor(RoughConductorDesc {
         eta,
         k,
-        specular_reflectance: one.clone(),
+        specular_reflectance: one.clone().into(),
         roughness: facets(0.3),
     });
     let plastic = BsdfDesc::Plastic(PlasticDesc {
         int_ior: Ior::Constant(1.49),
         ext_ior: Ior::Constant(1.0),
-        diffuse_reflectance: Spectrum::Constant(0.5),
-        specular_reflectance: one,
+        diffuse_reflectance: Spectrum::Constant(0.5).into(),
+        specular_reflectance: one.into(),
         nonlinear: true,
     });
     let desc = lit(open_room([metal, plastic]));

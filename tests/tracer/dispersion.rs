@@ -100,7 +100,7 @@ fn samples_are_the_values() {
 }
 
 fn rough(int_ior: Ior, alpha: f32) -> BsdfDesc {
-    let [specular_reflectance, specular_transmittance] = [1.0; 2].map(Spectrum::Constant);
+    let [specular_reflectance, specular_transmittance] = [1.0; 2].map(|v| Spectrum::Constant(v).into());
     let ext_ior = Ior::Constant(1.0);
     let roughness = Roughness { facets: Facets::Ggx, alpha: [alpha; 2] };
     BsdfDesc::RoughDielectric(RoughDielectricDesc {
@@ -137,7 +137,7 @@ fn strong() -> Ior {
 /// Rough glass alone, nearly smooth glass, and rough next to smooth: paths split by dispersion at both kinds, in either order.
 #[test]
 fn all_methods_agree() {
-    let black = || BsdfDesc::Diffuse(DiffuseDesc { reflectance: Spectrum::Constant(0.1) });
+    let black = || BsdfDesc::Diffuse(DiffuseDesc { reflectance: Spectrum::Constant(0.1).into() });
     let mut floor = room([black(), glass(strong())]);
     floor.camera = look(DVec3::new(0.9, -2.2, 0.6), DVec3::new(0.0, 0.7, -0.6), 30.0);
     floor.lights.clear();

@@ -140,6 +140,8 @@ fn material(grey: bool, class: usize) -> BoxedStrategy<String> {
         bsdf("dielectric", both(index.clone(), black("specular_transmittance"))),
         bsdf("conductor", both(metal.clone(), rgb("specular_reflectance").boxed())),
         bsdf("plastic", both(index.clone(), rgb("diffuse_reflectance").boxed())),
+        bsdf("thindielectric", both(index.clone(), rgb("specular_transmittance").boxed())),
+        bsdf("null", words("")),
         bsdf("roughconductor", both(metal, alpha.clone().boxed())),
         bsdf(
             "roughdielectric",
@@ -147,9 +149,39 @@ fn material(grey: bool, class: usize) -> BoxedStrategy<String> {
         ),
         bsdf("roughdielectric", both(apart, alpha.clone().boxed())),
         bsdf("roughplastic", both(alpha.boxed(), rgb("diffuse_reflectance").boxed())),
+        bsdf(
+            "principled",
+            both(rgb("base_color").boxed(), shares(["metallic", "roughness", "spec_trans", "sheen_tint"])),
+        ),
+        bsdf(
+            "principled",
+            both(rgb("base_color").boxed(), shares(["spec_tint", "clearcoat", "sheen", "flatness"])),
+        ),
+        bsdf(
+            "principledthin",
+            both(rgb("base_color").boxed(), shares(["spec_trans", "diff_trans", "sheen", "spec_tint"])),
+        ),
     ];
-    let count = [3, 7, all.len()][class];
-    prop::strategy::Union::new(all.into_iter().take(count)).boxed()
+    let count = [3, 9, all.len()][class.min(2)];
+    let one = prop::strategy::Union::new(all.into_iter().take(count)).boxed();
+    let share = 0.0..1.0f32;
+    let mask = (one.clone(), share.clone())
+        .prop_map(|(bsdf, v)| format!("<bsdf type='mask'>{bsdf}<float name='opacity' value='{v}'/></bsdf>"));
+    let blend = (one.clone(), one.clone(), share).prop_map(|(a, b, v)| {
+        format!("<bsdf type='blendbsdf'>{a}{b}<float name='weight' value='{v}'/></bsdf>")
+    });
+    // The last class has mixtures, too.
+    if class == 3 { prop_oneof![2 => one, 1 => mask, 1 => blend].boxed() } else { one }
+}
+
+/// Parameters from 0 to 1, often one of the two.
+fn shares(names: [&'static str; 4]) -> BoxedStrategy<String> {
+    let share = prop_oneof![Just(0.0f32), Just(1.0), 0.1..0.9f32];
+    let text = move |values: Vec<f32>| {
+        let one = |(name, v): (&&str, f32)| format!("<float name='{name}' value='{v}'/>");
+        names.iter().zip(values).map(one).collect::<String>()
+    };
+    prop::collection::vec(share, 4).prop_map(text).boxed()
 }
 
 fn scene((grey, class): (bool, usize)) -> impl Strategy<Value = (bool, String)> {
@@ -206,7 +238,7 @@ proptest! {
 
     /// A scene made without colour has no wavelengths in its plan, and one with colours has.
     #[test]
-    fn random_scenes_are_as_planned((grey, text) in (any::<bool>(), 0..3usize).prop_flat_map(scene)) {
+    fn random_scenes_are_as_planned((grey, text) in (any::<bool>(), 0..4usize).prop_flat_map(scene)) {
         let desc = load_str("random.xml", &text, &[]).unwrap().desc;
         prop_assert_eq!(Scene::prepare(&desc).unwrap().white().is_some(), grey);
         check_all(&desc, 384);

@@ -8,8 +8,9 @@ use glam::{DAffine3, DMat3, DVec3, Vec3};
 use crate::support::scenes::*;
 use pointillist::scene::desc::*;
 use pointillist::scene::edit::{Edits, NewValue, Target};
+use pointillist::scene::load_str;
 use pointillist::spectrum::{EmissionMap, SampledWavelengths, Spectrum};
-use pointillist::tracer::light::{EnvironmentMap, LightSampleContext, LightSource};
+use pointillist::tracer::light::{EnvironmentMap, LightSampleContext, LightSource, Lights};
 use pointillist::tracer::sampler::LightNumbers;
 
 /// A turn about no axis of the map.
@@ -277,5 +278,116 @@ fn directions_that_do_not_depend_on_the_point() {
         assert!(light == 0 && sample.target.is_none() && !sample.delta);
         let again = lights.pdf(0, lit, sample.wi, None);
         assert!((again.0 / sample.pdf.0 - 1.0).abs() < 1e-5, "{again:?} {:?}", sample.pdf);
+    }
+}
+
+/// Linear Rec.709 of the first light of `text`, seen in direction `d`.
+fn seen(lights: &Lights, d: DVec3) -> [f64; 3] {
+    let n = 500;
+    let mut xyz = DVec3::ZERO;
+    for i in 0..n {
+        let lambda = SampledWavelengths::sample((i as f32 + 0.5) / n as f32);
+        let value = lambda.to_xyz(lights.spectrum(0, d.normalize().as_vec3(), &lambda));
+        xyz += DVec3::new(value.x.into(), value.y.into(), value.z.into()) / f64::from(n);
+    }
+    let rows =
+        [[3.240_45, -1.537_14, -0.498_53], [-0.969_27, 1.876_01, 0.041_56], [0.055_64, -0.204_03, 1.057_23]];
+    rows.map(|row| DVec3::from_array(row).dot(xyz))
+}
+
+fn daylight(params: &str) -> pointillist::tracer::Scene {
+    let text = format!(
+        "<scene version=\"3.0.0\"><emitter type=\"sunsky\">{params}</emitter><sensor type=\"perspective\"/></scene>"
+    );
+    prepare(&load_str("sky.xml", &text, &[]).expect("valid").desc)
+}
+
+/// The sky in directions of all kinds: what Mitsuba 3.9.1 shows in RGB mode, at two turbidities, elevations and albedos.
+#[test]
+fn the_sky_is_that_of_the_model() {
+    let clear = "<vector name=\"sun_direction\" value=\"0, 3, 4\"/><float name=\"sun_scale\" value=\"0\"/>";
+    let hazy = "<vector name=\"sun_direction\" value=\"-0.8, 0.3, 0.2\"/><float name=\"sun_scale\" value=\"0\"/>\
+                <float name=\"turbidity\" value=\"6.5\"/><float name=\"albedo\" value=\"0.1\"/>";
+    let [clear, hazy] = [clear, hazy].map(daylight);
+    for (scene, d, expected) in [
+        (&clear, [0.0, 0.0, 1.0], [0.029_08, 0.048_24, 0.095_59]),
+        (&clear, [0.5, 0.5, 0.3], [0.072_45, 0.115_53, 0.192_65]),
+        (&clear, [-0.3, 0.9, 0.05], [0.186_43, 0.248_16, 0.311_30]),
+        (&clear, [0.0, 0.55, 0.83], [0.147_86, 0.173_62, 0.211_77]),
+        (&clear, [0.9, -0.1, 0.02], [0.140_99, 0.182_23, 0.210_62]),
+        (&hazy, [0.0, 0.0, 1.0], [0.015_54, 0.024_02, 0.036_52]),
+        (&hazy, [0.5, 0.5, 0.3], [0.040_47, 0.056_18, 0.071_16]),
+        (&hazy, [-0.3, 0.9, 0.05], [0.164_37, 0.140_31, 0.096_86]),
+        (&hazy, [0.0, 0.55, 0.83], [0.023_18, 0.033_10, 0.046_32]),
+        (&hazy, [0.9, -0.1, 0.02], [0.077_76, 0.081_88, 0.069_69]),
+    ] {
+        let found = seen(scene.lights(), DVec3::from_array(d));
+        let most = expected.iter().fold(0.0f64, |a, b| a.max(*b));
+        let off = (0..3).map(|i| (found[i] - expected[i]).abs() / most).fold(0.0, f64::max);
+        println!("{d:?}: {found:?}, off by {off:.4}");
+        assert!(off < 0.01, "{d:?}: {found:?} instead of {expected:?}");
+    }
+    assert_eq!(seen(clear.lights(), DVec3::new(0.1, 0.1, -0.1)), [0.0; 3]);
+}
+
+/// The sun, in its disc and beside it: what Mitsuba 3.9.1 shows in spectral mode, also of another size.
+#[test]
+fn the_sun_is_that_of_the_model() {
+    for (turbidity, elevation, expected) in [
+        (2, 10.0, [14_971.5, 8_983.5, 3_269.2]),
+        (2, 80.0, [21_368.9, 17_698.1, 13_837.7]),
+        (3, 25.0, [18_599.6, 13_928.8, 8_695.1]),
+        (3, 45.0, [20_284.2, 16_287.6, 11_915.9]),
+        (6, 10.0, [8_983.2, 5_173.4, 1_939.6]),
+        (6, 25.0, [15_650.4, 11_530.6, 7_259.0]),
+    ] {
+        let (z, x) = f64::to_radians(elevation).sin_cos();
+        let direction = DVec3::new(x, 0.0, z);
+        for (aperture, shrunk) in [(0.5358f64, 1.0), (2.0, 0.071_77)] {
+            let scene = daylight(&format!(
+                "<vector name=\"sun_direction\" value=\"{x}, 0, {z}\"/><float name=\"sky_scale\" value=\"0\"/>\
+                 <float name=\"turbidity\" value=\"{turbidity}\"/><float name=\"sun_aperture\" value=\"{aperture}\"/>",
+            ));
+            let found = seen(scene.lights(), direction);
+            let off = (0..3).map(|i| (found[i] / shrunk / expected[i] - 1.0).abs()).fold(0.0, f64::max);
+            println!("turbidity {turbidity}, {elevation}°: {found:?}, off by {off:.4}");
+            assert!(off < 0.015, "{turbidity} {elevation}: {found:?} instead of {expected:?} × {shrunk}");
+            let beside =
+                |turn: f64| seen(scene.lights(), DMat3::from_rotation_z(turn.to_radians()) * direction)[1];
+            let half = (0.5 * aperture).to_radians().sin() / x;
+            assert!(
+                beside(0.98 * half.asin().to_degrees()) > 0.0
+                    && beside(1.02 * half.asin().to_degrees()) == 0.0
+            );
+        }
+    }
+}
+
+/// By place and time, as Mitsuba 3.9.1 tells the sun's direction.
+#[test]
+fn where_the_sun_stands() {
+    let value = |pairs: &str| {
+        let one = |pair: &str| {
+            let (name, value) = pair.split_once('=').expect("a pair");
+            format!("<float name=\"{name}\" value=\"{value}\"/>")
+        };
+        let params: String = pairs.split_whitespace().map(one).collect();
+        let text = format!(
+            "<scene version=\"3.0.0\"><emitter type=\"sunsky\">{params}</emitter><sensor type=\"perspective\"/></scene>"
+        );
+        let desc = load_str("sky.xml", &text, &[]).expect("valid").desc;
+        let LightDesc::SunSky(sky) = &desc.lights[0] else { panic!("a sky") };
+        sky.sun_direction
+    };
+    for (pairs, expected) in [
+        ("", [0.051_385_4, 0.691_748, 0.720_308]),
+        ("hour=9.5 month=3 latitude=50 longitude=10 timezone=1", [0.585_769, -0.706_396, 0.397_34]),
+        (
+            "year=2024 month=12 day=24 hour=12 minute=30 second=15 latitude=-33 longitude=151 timezone=10",
+            [-0.160_88, 0.138_413, 0.977_22],
+        ),
+    ] {
+        let found = value(pairs);
+        assert!((found - DVec3::from_array(expected)).length() < 2e-3, "{pairs}: {found}");
     }
 }

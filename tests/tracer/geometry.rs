@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 
 use crate::support::accel::{Random, ask_one, icosphere, moeller_trumbore};
 use pointillist::tracer::accel::{Accel, Ray, Shapes};
-use pointillist::tracer::shape::{Disk, Sphere, Triangle};
+use pointillist::tracer::shape::{Cylinder, Disk, Sphere, Triangle};
 
 fn accel(triangles: &[[Vec3; 3]]) -> Accel {
     Accel::new(Shapes { triangles, ..Shapes::default() }, &[], &[])
@@ -112,6 +112,44 @@ fn spawned_rays_leave_spheres_disks_and_squares() {
             }
         }
     }
+}
+
+/// Rays that start on a cylinder, round or not, meet it again only across the inside, and where they should.
+#[test]
+fn spawned_rays_leave_cylinders() {
+    let mut random = Random(12);
+    let (mut met, mut left) = (0, 0);
+    for scale in [1e-6f32, 1.0, 1e6] {
+        for shift in [0.0f32, 1.0, 1e3] {
+            for (a, b) in [(Vec3::X, Vec3::Y), (Vec3::new(2.0, 0.3, 0.1), Vec3::new(0.0, 0.5, 0.2))] {
+                let base = Vec3::new(0.3, -0.9, 0.4) * (shift * scale);
+                let axes = [a, b, Vec3::Z * 3.0].map(|v| v * scale);
+                let tube = Cylinder::new(base, axes, false).expect("has a volume");
+                let mut alone = Accel::new(Shapes { cylinders: vec![tube], ..Shapes::default() }, &[], &[]);
+                for _ in 0..1000 {
+                    let (y, x) = (random.f64() as f32 * std::f32::consts::TAU).sin_cos();
+                    let from = tube.point_at([x, y], 0.1 + 0.8 * random.f64() as f32);
+                    let d = random.direction().as_vec3();
+                    let spawn = |d: Vec3| {
+                        Ray::new(pointillist::math::float::safe_origin(from.p, from.error, from.ng, d), d)
+                    };
+                    let out = d * d.dot(from.ng).signum();
+                    assert_eq!(ask_one(&mut alone, spawn(out)).0, None, "{scale} {shift} {d}");
+                    let Some(hit) = ask_one(&mut alone, spawn(-out)).0 else {
+                        left += 1;
+                        continue;
+                    };
+                    met += 1;
+                    let point = tube.point(&spawn(-out), hit.t);
+                    assert!(point.ng.dot(out) < 0.0, "{scale} {shift}: the other side is met from within");
+                    let along_ray = from.p - out * hit.t;
+                    let off = (point.p - along_ray).length() / (scale * (1.0 + shift));
+                    assert!(off < 1e-5, "{scale} {shift}: {off}");
+                }
+            }
+        }
+    }
+    assert!(met > 5000 && left > 2000, "{met} {left}");
 }
 
 /// A second surface a few dozen ulps away is not skipped.

@@ -42,7 +42,7 @@ fn brushed() -> BsdfDesc {
     BsdfDesc::RoughConductor(RoughConductorDesc {
         eta: Spectrum::Constant(0.2),
         k: Spectrum::Constant(3.0),
-        specular_reflectance: Spectrum::Constant(0.9),
+        specular_reflectance: Spectrum::Constant(0.9).into(),
         roughness: Roughness { facets: Facets::Ggx, alpha: [0.1, 0.4] },
     })
 }

@@ -7,8 +7,8 @@ use crate::support::scenes::*;
 use pointillist::spectrum::Spectrum;
 use pointillist::tracer::accel::PrimRange;
 use pointillist::tracer::light::{
-    BoundingSphere, ConstantLight, Light, LightSampleContext, LightShape, Lights, ParallelogramLight,
-    PointLight, SphereLight, TriangleLight,
+    BoundingSphere, ConstantLight, DirectionalLight, Light, LightSampleContext, LightShape, Lights,
+    ParallelogramLight, PointLight, SphereLight, SpotLight, TriangleLight,
 };
 use pointillist::tracer::shape::{Sphere, Triangle};
 
@@ -26,13 +26,17 @@ fn triangle(corners: [Vec3; 3]) -> Option<LightShape> {
 fn any_light(r: &mut Random) -> LightShape {
     let (p, size) = (vec(r, 5.0), 10f64.powf(r.f64() * 3.0 - 2.5));
     let (a, b) = (vec(r, size), vec(r, size));
-    match (r.f64() * 4.0) as u32 {
+    match (r.f64() * 5.0) as u32 {
         0 => LightShape::Point(PointLight { position: p }),
         1 => {
             let inward = r.f64() < 0.3;
             LightShape::Sphere(SphereLight::new(Sphere { center: p, radius: size as f32, inward }))
         }
         2 => LightShape::Parallelogram(ParallelogramLight::over(p, a, b, a.cross(b).normalize())),
+        3 => {
+            let cutoff = 3.0 * r.f32();
+            LightShape::Spot(SpotLight::new(p, r.direction().as_vec3(), cutoff * r.f32(), cutoff))
+        }
         _ => triangle([p, p + a, p + b]).unwrap_or(LightShape::Point(PointLight { position: p })),
     }
 }
@@ -66,6 +70,11 @@ fn sets() -> Vec<Lights> {
             let mut shapes: Vec<LightShape> = (0..n).map(|_| any_light(&mut r)).collect();
             if environment {
                 shapes.push(LightShape::Constant(ConstantLight));
+                // None, one, two or three lights from single directions, among the others.
+                for i in 0..n % 4 {
+                    let direction = r.direction().as_vec3();
+                    shapes.insert(i, LightShape::Directional(DirectionalLight { direction }));
+                }
             }
             let values: Vec<f32> = shapes.iter().map(|_| 10f64.powf(r.f64() * 6.0 - 3.0) as f32).collect();
             sets.push(lights(shapes, |i| values[i]));
@@ -159,11 +168,12 @@ fn only_what_cannot_light_the_point_is_left_out() {
             if set.environment() == Some(emission.light) {
                 continue;
             }
-            let wi = (emission.from.p - at.p).normalize();
-            let cos_light = if emission.pdf.origin == pointillist::tracer::light::EmissionOrigin::Point {
-                1.0
-            } else {
-                -wi.dot(emission.from.ng)
+            let far = emission.pdf.origin.is_far();
+            let wi = if far { -emission.direction } else { (emission.from.p - at.p).normalize() };
+            let cos_light = match emission.pdf.origin.is_delta() {
+                // Nothing is sampled outside of the cone of a spot.
+                true => f32::from(set.emission_pdf(emission.light, emission.from.p, -wi).next > 0.0),
+                false => -wi.dot(emission.from.ng),
             };
             let cos = if at.through { wi.dot(at.n).abs() } else { wi.dot(at.n) };
             let p = set.probability(emission.light, at);

@@ -252,7 +252,7 @@ fn extremes_give_black_not_panic() {
     let one = || Spectrum::Constant(1.0);
     let mirror = material(
         &mut desc,
-        BsdfDesc::Conductor(ConductorDesc { eta: none(), k: one(), specular_reflectance: one() }),
+        BsdfDesc::Conductor(ConductorDesc { eta: none(), k: one(), specular_reflectance: one().into() }),
     );
     shape(&mut desc, ShapeKind::Cube, DAffine3::IDENTITY, mirror, 0.0);
     desc.shapes[2].flip_normals = true;

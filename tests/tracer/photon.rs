@@ -101,7 +101,7 @@ fn dispersion() {
     let sf11 = Ior::named("sf11").expect("a named glass");
     let (int_ior, ext_ior) = (sf11, Ior::Constant(1.0));
     let roughness = Roughness { facets: Facets::Ggx, alpha: [1e-3; 2] };
-    let [specular_reflectance, specular_transmittance] = [(); 2].map(|()| Spectrum::Constant(1.0));
+    let [specular_reflectance, specular_transmittance] = [(); 2].map(|()| Spectrum::Constant(1.0).into());
     let ground = BsdfDesc::RoughDielectric(RoughDielectricDesc {
         int_ior,
         ext_ior,

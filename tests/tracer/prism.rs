@@ -90,7 +90,7 @@ fn every_wavelength_obeys_snells_law() {
                 for _ in 0..2 {
                     let hit = scene.closest(&ray).expect("the prism");
                     let (material, frame) = scene.material(&hit);
-                    let bsdf = material.bsdf(&lambda);
+                    let bsdf = material.bsdf(hit.uv, &lambda);
                     assert!(bsdf.is_delta() && bsdf.parts_colors());
                     let (wi, _) = bsdf.refract(frame.to_local(hit.wo), lane).expect("no total reflection");
                     ray = hit.spawn(frame.to_world(wi));

@@ -20,7 +20,7 @@ fn silver(facets: Facets, alpha: f32) -> BsdfDesc {
     BsdfDesc::RoughConductor(RoughConductorDesc {
         eta,
         k,
-        specular_reflectance: one(),
+        specular_reflectance: one().into(),
         roughness: roughness(facets, alpha),
     })
 }
@@ -29,8 +29,8 @@ fn rough_glass(int_ior: Ior, alpha: f32) -> BsdfDesc {
     BsdfDesc::RoughDielectric(RoughDielectricDesc {
         int_ior,
         ext_ior: Ior::Constant(1.0),
-        specular_reflectance: one(),
-        specular_transmittance: one(),
+        specular_reflectance: one().into(),
+        specular_transmittance: one().into(),
         roughness: roughness(Facets::Ggx, alpha),
     })
 }
@@ -39,8 +39,8 @@ fn plastic(int_ior: Ior, albedo: f32) -> BsdfDesc {
     BsdfDesc::Plastic(PlasticDesc {
         int_ior,
         ext_ior: Ior::Constant(1.0),
-        diffuse_reflectance: Spectrum::Constant(albedo),
-        specular_reflectance: one(),
+        diffuse_reflectance: Spectrum::Constant(albedo).into(),
+        specular_reflectance: one().into(),
         nonlinear: true,
     })
 }

@@ -145,18 +145,18 @@ fn occluded(scene: &Scene, ray: &Ray) -> bool {
 
 /// The Cornell box as Mitsuba's own example has it: two units wide, light of 0.46 × 0.38 under the ceiling.
 fn cornell_box(spheres: bool) -> SceneDesc {
-    let diffuse = |rgb| BsdfDesc::Diffuse(DiffuseDesc { reflectance: Spectrum::reflectance_rgb(rgb) });
+    let diffuse = |rgb| BsdfDesc::Diffuse(DiffuseDesc { reflectance: Spectrum::reflectance_rgb(rgb).into() });
     let one = || Spectrum::Constant(1.0);
     let glass = BsdfDesc::Dielectric(DielectricDesc {
         int_ior: Ior::Constant(1.5),
         ext_ior: Ior::Constant(1.0),
-        specular_reflectance: one(),
-        specular_transmittance: one(),
+        specular_reflectance: one().into(),
+        specular_transmittance: one().into(),
     });
     let mirror = BsdfDesc::Conductor(ConductorDesc {
         eta: Spectrum::Constant(0.0),
         k: one(),
-        specular_reflectance: one(),
+        specular_reflectance: one().into(),
     });
     let place = Place::default();
     let shape = |kind: ShapeKind, to_world: DAffine3, bsdf: u32| ShapeDesc {

@@ -14,12 +14,18 @@ use crate::tracer::accel::SimdKernel;
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Scene and light transport")]
 pub struct SceneArgs {
-    /// The scene, a Mitsuba 3 XML file.
+    /// The scene, a Mitsuba XML file of version 0.4 to 3.
     pub scene: PathBuf,
 
     /// Value for a $NAME in the scene; may be given several times.
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = define)]
     pub defines: Vec<(String, String)>,
+
+    /// Render a scene although it holds plugins that are not supported: a bsdf becomes magenta, a shape or emitter is left out.
+    ///
+    /// Each is a warning with its place; without this option it is an error.
+    #[arg(long)]
+    pub lenient: bool,
 
     /// Picture size in pixels, instead of the film's size and crop.
     #[arg(long, value_name = "WxH", value_parser = size)]

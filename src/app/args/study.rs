@@ -14,7 +14,7 @@ use crate::scene::desc::IntegratorKind;
 /// Options of `pointillist study`.
 #[derive(Args, Debug)]
 pub struct StudyArgs {
-    /// The scene, a Mitsuba 3 XML file.
+    /// The scene, a Mitsuba XML file of version 0.4 to 3.
     #[arg(required_unless_present_any = ["predictions", "collect"])]
     pub scene: Option<PathBuf>,
 
@@ -59,6 +59,10 @@ pub struct StudyArgs {
     /// Value for a $NAME in the scene; may be given several times.
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = super::values::define, help_heading = "Scene")]
     pub defines: Vec<(String, String)>,
+
+    /// Study a scene although it holds plugins that are not supported, see `render --help`.
+    #[arg(long, help_heading = "Scene")]
+    pub lenient: bool,
 
     /// Picture size in pixels, instead of the film's size and crop.
     #[arg(long, value_name = "WxH", value_parser = super::values::size, help_heading = "Scene")]

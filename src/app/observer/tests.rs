@@ -15,6 +15,7 @@ fn run(width: u32, height: u32) -> RunSpec {
     RunSpec {
         scene: PathBuf::from("observer test.xml"),
         defines: Vec::new(),
+        lenient: false,
         size: None,
         film: FilmSpec { width, height, filter: SplatFilter::Box, variance: None, sums: Default::default() },
         max_depth: None,

@@ -32,6 +32,7 @@ pub fn source(args: &StudyArgs, scene: PathBuf) -> SceneArgs {
     SceneArgs {
         scene,
         defines: args.defines.clone(),
+        lenient: args.lenient,
         size: args.size,
         integrator: None,
         effects: Vec::new(),

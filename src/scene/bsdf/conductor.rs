@@ -1,9 +1,16 @@
 //! `conductor` and `roughconductor`: metals, and how the index of a metal is read.
 
+use glam::Vec4;
+
+use super::dielectric::ior;
 use super::{BsdfPlugin, Roughness, color, parts};
 use crate::scene::diagnostic::SceneError;
 use crate::scene::mitsuba::{Params, Reader, Role, read_spectrum, shorten};
+use crate::scene::texture::SpectrumTexture;
 use crate::spectrum::{Spectrum, dispersion::Ior, metals};
+
+/// The sodium line, at which indices are stated, nm.
+const SODIUM: f32 = 589.3;
 
 /// A smooth metal.
 #[derive(Clone, Debug)]
@@ -13,7 +20,7 @@ pub struct ConductorDesc {
     /// Imaginary part; η = 0 with k = 1 reflects everything (`material="none"`).
     pub k: Spectrum,
     /// Factor on reflection, 1 in nature.
-    pub specular_reflectance: Spectrum,
+    pub specular_reflectance: SpectrumTexture,
 }
 
 impl BsdfPlugin for ConductorDesc {
@@ -35,7 +42,7 @@ pub struct RoughConductorDesc {
     /// Imaginary part.
     pub k: Spectrum,
     /// Factor on reflection, 1 in nature.
-    pub specular_reflectance: Spectrum,
+    pub specular_reflectance: SpectrumTexture,
     /// Its microfacets.
     pub roughness: Roughness,
 }
@@ -56,8 +63,18 @@ impl BsdfPlugin for RoughConductorDesc {
     }
 }
 
-/// The complex index η + i k of a metal: by the name of a `material`, or as `eta` and `k`.
+/// The complex index η + i k of a metal, relative to `ext_eta` in front of it, which version 0.6 of the format had.
 fn metal(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<(Spectrum, Spectrum), SceneError> {
+    let (eta, k) = index(reader, params)?;
+    if !params.has("ext_eta") {
+        return Ok((eta, k));
+    }
+    let outside = ior(params, "ext_eta", "vacuum")?.eval(Vec4::splat(SODIUM)).x;
+    Ok((eta.scaled(1.0 / outside), k.scaled(1.0 / outside)))
+}
+
+/// The index of the metal in vacuum: by the name of a `material`, or as `eta` and `k`.
+fn index(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<(Spectrum, Spectrum), SceneError> {
     let material = params.string("material")?;
     let given = params.has("eta") || params.has("k");
     match material.as_deref().filter(|m| *m != "none") {

@@ -3,6 +3,7 @@
 use super::{BsdfPlugin, Roughness, color, parts};
 use crate::scene::diagnostic::SceneError;
 use crate::scene::mitsuba::{Params, Reader, shorten};
+use crate::scene::texture::SpectrumTexture;
 use crate::spectrum::{Spectrum, dispersion::Ior};
 
 /// A smooth interface between two transparent media.
@@ -13,9 +14,9 @@ pub struct DielectricDesc {
     /// Index on the side the normal points to.
     pub ext_ior: Ior,
     /// Factor on reflection, 1 in nature.
-    pub specular_reflectance: Spectrum,
+    pub specular_reflectance: SpectrumTexture,
     /// Factor on transmission, 1 in nature.
-    pub specular_transmittance: Spectrum,
+    pub specular_transmittance: SpectrumTexture,
 }
 
 impl BsdfPlugin for DielectricDesc {
@@ -46,9 +47,9 @@ pub struct RoughDielectricDesc {
     /// Index on the side the normal points to.
     pub ext_ior: Ior,
     /// Factor on reflection, 1 in nature.
-    pub specular_reflectance: Spectrum,
+    pub specular_reflectance: SpectrumTexture,
     /// Factor on transmission, 1 in nature.
-    pub specular_transmittance: Spectrum,
+    pub specular_transmittance: SpectrumTexture,
     /// Its microfacets.
     pub roughness: Roughness,
 }

@@ -3,13 +3,14 @@
 use super::{BsdfPlugin, color, parts};
 use crate::scene::diagnostic::SceneError;
 use crate::scene::mitsuba::{Params, Reader};
+use crate::scene::texture::SpectrumTexture;
 use crate::spectrum::{Spectrum, dispersion::Ior};
 
 /// A diffuse reflector.
 #[derive(Clone, Debug)]
 pub struct DiffuseDesc {
     /// Albedo.
-    pub reflectance: Spectrum,
+    pub reflectance: SpectrumTexture,
 }
 
 impl BsdfPlugin for DiffuseDesc {

@@ -8,17 +8,28 @@
 mod conductor;
 mod dielectric;
 mod diffuse;
+mod mixed;
+mod null;
+mod parts;
 mod plastic;
+mod principled;
+mod principled_thin;
 mod roughness;
+mod thin_dielectric;
 mod two_sided;
 
 use crate::scene::desc::{BsdfId, Name};
 use crate::scene::diagnostic::{FindingKind, SceneError};
 use crate::scene::limits;
-use crate::scene::mitsuba::{ElementId, Params, PluginTable, Reader, Role, read_spectrum};
+use crate::scene::mitsuba::{ElementId, Params, PluginTable, Reader, read_texture};
+use crate::scene::texture::SpectrumTexture;
 use crate::spectrum::{Spectrum, dispersion::Ior};
 
 pub(crate) use dielectric::is_ior;
+pub use mixed::MOST_PARTS;
+pub(crate) use parts::BsdfParts;
+use parts::parts;
+pub use principled::PrincipledLobes;
 pub use roughness::{Facets, Roughness};
 
 /// The interface of a bsdf plugin.
@@ -33,62 +44,21 @@ pub(crate) trait BsdfPlugin: Sized {
     fn read(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<Self, SceneError>;
 
     /// The parameters that others may ask for.
-    fn parts(&self) -> BsdfParts<&Spectrum, &Ior>;
+    fn parts(&self) -> BsdfParts<&SpectrumTexture, &Spectrum, &Ior>;
 
     /// The parameters that others may change.
-    fn parts_mut(&mut self) -> BsdfParts<&mut Spectrum, &mut Ior>;
+    fn parts_mut(&mut self) -> BsdfParts<&mut SpectrumTexture, &mut Spectrum, &mut Ior>;
 
     /// Roughness of the specular part; `None` for a smooth or a diffuse material.
     fn roughness(&self) -> Option<Roughness> {
         None
     }
-}
 
-/// The parameters of a bsdf by what they mean, in whichever plugin: references, shared or mutable.
-pub(crate) struct BsdfParts<S, I> {
-    /// Albedo of the diffuse part.
-    pub(crate) albedo: Option<S>,
-    /// Factor on specular reflection.
-    pub(crate) reflection: Option<S>,
-    /// Factor on specular transmission.
-    pub(crate) transmission: Option<S>,
-    /// Real part of the index of refraction of a metal.
-    pub(crate) eta: Option<S>,
-    /// Imaginary part of the same.
-    pub(crate) k: Option<S>,
-    /// Index of refraction behind the surface, or of a coat.
-    pub(crate) int_ior: Option<I>,
-    /// Index of refraction in front of the surface.
-    pub(crate) ext_ior: Option<I>,
-}
-
-impl<S, I> Default for BsdfParts<S, I> {
-    fn default() -> Self {
-        Self {
-            albedo: None,
-            reflection: None,
-            transmission: None,
-            eta: None,
-            k: None,
-            int_ior: None,
-            ext_ior: None,
-        }
+    /// The materials that this one is made of.
+    fn nested(&self) -> Vec<BsdfId> {
+        Vec::new()
     }
 }
-
-/// Writes [`BsdfPlugin::parts`] and [`BsdfPlugin::parts_mut`]: which field is which part.
-macro_rules! parts {
-    ($($part:ident: $field:ident),* $(,)?) => {
-        fn parts(&self) -> crate::scene::bsdf::BsdfParts<&Spectrum, &Ior> {
-            crate::scene::bsdf::BsdfParts { $($part: Some(&self.$field),)* ..Default::default() }
-        }
-
-        fn parts_mut(&mut self) -> crate::scene::bsdf::BsdfParts<&mut Spectrum, &mut Ior> {
-            crate::scene::bsdf::BsdfParts { $($part: Some(&mut self.$field),)* ..Default::default() }
-        }
-    };
-}
-use parts;
 
 /// Makes the enum of all descriptions, and hands calls on to the plugin.
 macro_rules! bsdfs {
@@ -114,14 +84,14 @@ macro_rules! bsdfs {
             }
 
             /// The parameters by what they mean.
-            pub(crate) fn parts(&self) -> BsdfParts<&Spectrum, &Ior> {
+            pub(crate) fn parts(&self) -> BsdfParts<&SpectrumTexture, &Spectrum, &Ior> {
                 match self {
                     $(Self::$kind(desc) => desc.parts(),)*
                 }
             }
 
             /// The parameters by what they mean, to change.
-            pub(crate) fn parts_mut(&mut self) -> BsdfParts<&mut Spectrum, &mut Ior> {
+            pub(crate) fn parts_mut(&mut self) -> BsdfParts<&mut SpectrumTexture, &mut Spectrum, &mut Ior> {
                 match self {
                     $(Self::$kind(desc) => desc.parts_mut(),)*
                 }
@@ -131,6 +101,13 @@ macro_rules! bsdfs {
             pub(crate) fn roughness(&self) -> Option<Roughness> {
                 match self {
                     $(Self::$kind(desc) => desc.roughness(),)*
+                }
+            }
+
+            /// The materials that this one is made of; none for most.
+            pub(crate) fn nested(&self) -> Vec<BsdfId> {
+                match self {
+                    $(Self::$kind(desc) => desc.nested(),)*
                 }
             }
 
@@ -165,6 +142,18 @@ bsdfs! {
     Plastic = plastic::PlasticDesc,
     /// Rough transparent coat over a diffuse base.
     RoughPlastic = plastic::RoughPlasticDesc,
+    /// Diffuse, metal, glass and coat by one set of parameters.
+    Principled = principled::PrincipledDesc,
+    /// Leaves, paper and panes by parameters like those of `Principled`.
+    PrincipledThin = principled_thin::PrincipledThinDesc,
+    /// Smooth pane that light passes straight.
+    ThinDielectric = thin_dielectric::ThinDielectricDesc,
+    /// A surface that light passes as if it were not there.
+    Null = null::NullDesc,
+    /// Two materials in a fixed ratio.
+    Blend = mixed::BlendDesc,
+    /// A material with holes.
+    Mask = mixed::MaskDesc,
     /// Two one-sided materials, one for each side.
     TwoSided = two_sided::TwoSidedDesc,
 }
@@ -173,7 +162,21 @@ bsdfs! {
 impl BsdfDesc {
     /// A grey material of this albedo.
     pub fn grey(albedo: f32) -> Self {
-        DiffuseDesc { reflectance: Spectrum::Constant(albedo) }.into()
+        DiffuseDesc { reflectance: Spectrum::Constant(albedo).into() }.into()
+    }
+
+    /// True for a material with a texture.
+    pub(crate) fn is_textured(&self) -> bool {
+        let parts = self.parts();
+        [parts.albedo, parts.reflection, parts.transmission]
+            .into_iter()
+            .flatten()
+            .any(SpectrumTexture::varies)
+    }
+
+    /// What a lenient run shows in place of a material that is not supported.
+    fn magenta() -> Self {
+        DiffuseDesc { reflectance: Spectrum::reflectance_rgb([0.9, 0.0, 0.9]).into() }.into()
     }
 
     /// True for a material with a diffuse part.
@@ -207,7 +210,7 @@ impl BsdfDesc {
     pub(crate) fn is_black(&self) -> bool {
         let parts = self.parts();
         parts.albedo.is_none()
-            && [parts.reflection, parts.transmission].into_iter().flatten().all(Spectrum::is_black)
+            && [parts.reflection, parts.transmission].into_iter().flatten().all(SpectrumTexture::is_black)
     }
 
     /// Indices of refraction behind the surface and in front of it, where they count at every wavelength.
@@ -228,11 +231,17 @@ pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<BsdfId, Sce
         return Err(reader.document.error(FindingKind::Reference, element.span, message));
     }
     let params = Params::new(reader.document, id)?;
-    let plugin = reader.plugin(&params, PLUGINS, &[])?;
     reader.known.open_bsdfs.push(id);
-    let bsdf = plugin(reader, &params)?;
+    let plugin = reader.plugin(&params, PLUGINS, &[]);
+    let read = plugin.and_then(|plugin| plugin(reader, &params));
     reader.known.open_bsdfs.pop();
-    reader.finish(params);
+    let bsdf = match read {
+        Ok(bsdf) => {
+            reader.finish(params);
+            bsdf
+        }
+        unread => reader.or_instead(unread, "it is magenta", |_| BsdfDesc::magenta())?,
+    };
     let name = reader.name(id);
     let new = push(reader, bsdf, name);
     reader.known.bsdfs.insert(id, new);
@@ -261,7 +270,7 @@ fn color(
     params: &Params<'_>,
     name: &'static str,
     default: f32,
-) -> Result<Spectrum, SceneError> {
-    let given = read_spectrum(reader, params, name, Role::Reflectance)?;
-    Ok(given.unwrap_or(Spectrum::Constant(default)))
+) -> Result<SpectrumTexture, SceneError> {
+    let given = read_texture(reader, params, name)?;
+    Ok(given.unwrap_or(Spectrum::Constant(default).into()))
 }

@@ -4,6 +4,7 @@ use super::dielectric::ior;
 use super::{BsdfPlugin, Roughness, color, parts};
 use crate::scene::diagnostic::SceneError;
 use crate::scene::mitsuba::{Params, Reader};
+use crate::scene::texture::SpectrumTexture;
 use crate::spectrum::{Spectrum, dispersion::Ior};
 
 /// A smooth transparent coat over a diffuse base.
@@ -14,9 +15,9 @@ pub struct PlasticDesc {
     /// Index outside.
     pub ext_ior: Ior,
     /// Albedo of the base.
-    pub diffuse_reflectance: Spectrum,
+    pub diffuse_reflectance: SpectrumTexture,
     /// Factor on the reflection of the coat, 1 in nature.
-    pub specular_reflectance: Spectrum,
+    pub specular_reflectance: SpectrumTexture,
     /// Colours shift with every reflection between coat and base.
     pub nonlinear: bool,
 }
@@ -50,9 +51,9 @@ pub struct RoughPlasticDesc {
     /// Index outside, likewise.
     pub ext_ior: Ior,
     /// Albedo of the base.
-    pub diffuse_reflectance: Spectrum,
+    pub diffuse_reflectance: SpectrumTexture,
     /// Factor on the reflection of the coat, 1 in nature.
-    pub specular_reflectance: Spectrum,
+    pub specular_reflectance: SpectrumTexture,
     /// Colours shift with every reflection between coat and base.
     pub nonlinear: bool,
     /// Microfacets of the coat, the same along both tangents.

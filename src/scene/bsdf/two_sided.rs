@@ -36,7 +36,7 @@ impl BsdfPlugin for TwoSidedDesc {
             *out = super::read(reader, id)?;
             match &reader.lists.bsdfs[out.0 as usize] {
                 BsdfDesc::TwoSided(_) => return wrong(span, "this material is two-sided already"),
-                bsdf if bsdf.parts().transmission.is_some() => {
+                bsdf if lets_through(reader, bsdf) => {
                     return wrong(span, "a material that lets light through has two sides already");
                 }
                 _ => {}
@@ -46,4 +46,14 @@ impl BsdfPlugin for TwoSidedDesc {
     }
 
     parts! {}
+
+    fn nested(&self) -> Vec<BsdfId> {
+        vec![self.front, self.back]
+    }
+}
+
+/// True for a material that transmits, or of which a part does.
+fn lets_through(reader: &Reader<'_>, bsdf: &BsdfDesc) -> bool {
+    let part = |id: BsdfId| lets_through(reader, &reader.lists.bsdfs[id.0 as usize]);
+    bsdf.parts().transmission.is_some() || bsdf.nested().into_iter().any(part)
 }

@@ -1,8 +1,10 @@
 //! Lists the values of an object that can be changed, and names objects for the panel and for saved files.
 
 use crate::scene::desc::{
-    BsdfDesc, BsdfId, LightDesc, Name, Place, SceneDesc, ShapeDesc, ShapeKind, TwoSidedDesc,
+    BlendDesc, BsdfDesc, BsdfId, LightDesc, MOST_PARTS, MaskDesc, Name, Place, SceneDesc, ShapeDesc,
+    ShapeKind, TwoSidedDesc,
 };
+use crate::scene::limits;
 
 use super::target::{NewValue, ObjectKind, PARAMETERS, Target};
 
@@ -45,15 +47,27 @@ pub fn editable(desc: &SceneDesc, shape: u32) -> Vec<Editable> {
     all
 }
 
-/// The one-sided materials of a material, with what to say of each.
+/// The materials that a material is made of in the end, with what to say of each.
 fn sides(desc: &SceneDesc, bsdf: BsdfId) -> Vec<(BsdfId, &'static str)> {
-    match desc.bsdfs.get(bsdf.0 as usize) {
-        Some(BsdfDesc::TwoSided(TwoSidedDesc { front, back })) if front == back => vec![(*front, "")],
-        Some(BsdfDesc::TwoSided(TwoSidedDesc { front, back })) => {
-            vec![(*front, " of the front"), (*back, " of the back")]
+    let (mut all, mut open) = (Vec::new(), vec![(bsdf, "")]);
+    // Deeper than any file can nest them: ends where materials form a circle.
+    for _ in 0..limits::REFERENCE_DEPTH * MOST_PARTS {
+        let Some((id, what)) = open.pop() else { break };
+        match desc.bsdfs.get(id.0 as usize) {
+            Some(BsdfDesc::TwoSided(TwoSidedDesc { front, back })) if front == back => {
+                open.push((*front, what))
+            }
+            Some(BsdfDesc::TwoSided(TwoSidedDesc { front, back })) => {
+                open.extend([(*back, " of the back"), (*front, " of the front")]);
+            }
+            Some(BsdfDesc::Blend(BlendDesc { bsdfs: [first, second], .. })) => {
+                open.extend([(*second, " of the second part"), (*first, " of the first part")]);
+            }
+            Some(BsdfDesc::Mask(MaskDesc { bsdf, .. })) => open.push((*bsdf, what)),
+            _ => all.push((id, what)),
         }
-        _ => vec![(bsdf, "")],
     }
+    all
 }
 
 /// Names the material of one shape of several for the panel: by its `id`, else by the shape's, else by the kind of shape.
@@ -79,10 +93,7 @@ fn of(desc: &SceneDesc, object: ObjectKind, index: u32, note: &str) -> Vec<Edita
 
 /// ` (shared by 3 shapes)` for a material that is seen on more than one.
 fn shared(desc: &SceneDesc, id: BsdfId) -> String {
-    let shows = |of: BsdfId| match desc.bsdfs.get(of.0 as usize) {
-        Some(BsdfDesc::TwoSided(TwoSidedDesc { front, back })) => *front == id || *back == id,
-        _ => of == id,
-    };
+    let shows = |of: BsdfId| sides(desc, of).iter().any(|side| side.0 == id);
     // Scenes may have many shapes but few materials: each is asked once.
     let showing: Vec<bool> = (0..desc.bsdfs.len() as u32).map(|i| shows(BsdfId(i))).collect();
     let shows = |s: &ShapeDesc| showing.get(s.bsdf.0 as usize) == Some(&true);
@@ -165,6 +176,7 @@ fn shape_kind(kind: &ShapeKind) -> &'static str {
     match kind {
         ShapeKind::Mesh(_) => "obj",
         ShapeKind::Sphere { .. } => "sphere",
+        ShapeKind::Cylinder { .. } => "cylinder",
         ShapeKind::Disk => "disk",
         ShapeKind::Rectangle => "rectangle",
         ShapeKind::Cube => "cube",
@@ -177,6 +189,9 @@ fn light_kind(light: &LightDesc) -> &'static str {
     match light {
         LightDesc::Constant { .. } => "constant",
         LightDesc::Map { .. } => "envmap",
+        LightDesc::SunSky(_) => "sunsky",
+        LightDesc::Directional { .. } => "directional",
+        LightDesc::Spot(_) => "spot",
         LightDesc::Point { .. } => "point",
     }
 }

@@ -193,7 +193,7 @@ pub(crate) const PARAMETERS: &[EditableParameter] = &[
         range: ValueKind::Reflectance,
         target: Target::LightColor,
         get: |desc, i| match desc.lights.get(i as usize)? {
-            LightDesc::Map { .. } => None, // its texels have colours of their own
+            LightDesc::Map { .. } | LightDesc::SunSky(_) => None, // its texels have colours of their own
             light => Some(hue(light.spectrum())),
         },
         set: |desc, i, v| tint(desc.lights[i as usize].spectrum_mut(), v),
@@ -303,14 +303,14 @@ fn tint(spectrum: &mut Spectrum, value: NewValue) {
 }
 
 fn reflectance(desc: &SceneDesc, index: u32) -> Option<NewValue> {
-    let albedo = desc.bsdfs.get(index as usize)?.parts().albedo?;
+    let albedo = desc.bsdfs.get(index as usize)?.parts().albedo?.uniform()?;
     Some(NewValue::Rgb(albedo.reflected_rgb().map(|v| f64::from(v).clamp(0.0, 1.0))))
 }
 
 /// Through the same smooth spectra as an `rgb` of a file.
 fn set_reflectance(desc: &mut SceneDesc, index: u32, value: NewValue) {
     if let (Some(albedo), NewValue::Rgb(rgb)) = (desc.bsdfs[index as usize].parts_mut().albedo, value) {
-        *albedo = Spectrum::reflectance_rgb(rgb.map(|v| v as f32));
+        *albedo = Spectrum::reflectance_rgb(rgb.map(|v| v as f32)).into();
     }
 }
 

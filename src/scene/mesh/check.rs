@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
-use super::clean::Count;
+use super::file::Count;
 use crate::scene::desc::Mesh;
 
 /// What was dropped or mended.
@@ -17,21 +17,23 @@ pub(super) struct Repairs {
 }
 
 /// Drops triangles that cannot be traced and vertices that nothing uses. `line_of` gives the line of
-/// a triangle by its index in the file.
+/// a triangle by its index in the file; it may be slow, and is asked for the first fault of a kind only.
 pub(super) fn repair(mesh: &mut Mesh, line_of: impl Fn(usize) -> usize) -> Repairs {
     let mut repairs = Repairs::default();
     let mut kept = Vec::with_capacity(mesh.triangles.len());
     for (i, triangle) in mesh.triangles.iter().enumerate() {
         let corners = triangle.map(|v| mesh.positions[v as usize]);
         if !corners.iter().all(|p| p.is_finite()) {
-            repairs.not_finite.add(line_of(i));
+            repairs.not_finite.add(|| line_of(i));
         } else if is_flat(corners) {
-            repairs.flat.add(line_of(i));
+            repairs.flat.add(|| line_of(i));
         } else {
             kept.push(*triangle);
         }
     }
-    mesh.triangles = kept;
+    if kept.len() < mesh.triangles.len() {
+        mesh.triangles = kept;
+    }
     compact(mesh);
     for uv in mesh.uvs.iter_mut().filter(|uv| !uv.is_finite()) {
         *uv = Vec2::ZERO;
@@ -49,6 +51,11 @@ fn is_flat(corners: [Vec3; 3]) -> bool {
 
 /// Removes vertices that no triangle uses.
 fn compact(mesh: &mut Mesh) {
+    let mut used = vec![false; mesh.positions.len()];
+    mesh.triangles.iter().flatten().for_each(|v| used[*v as usize] = true);
+    if used.iter().all(|u| *u) {
+        return;
+    }
     const UNUSED: u32 = u32::MAX;
     let mut new_index = vec![UNUSED; mesh.positions.len()];
     let mut order: Vec<u32> = Vec::with_capacity(mesh.positions.len());

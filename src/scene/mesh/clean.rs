@@ -5,27 +5,11 @@
 //! and some have not. Here each line is checked before the library sees it: bad faces are counted
 //! and left out, and vertices are cut to the numbers that mean something.
 
+use super::file::Count;
 use std::fmt::Write as _;
 use std::io::{self, BufRead, Read};
 
 use crate::scene::limits;
-
-/// A kind of fault: how often, and the first line it was in.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Count {
-    pub(super) times: usize,
-    pub(super) first_line: usize,
-}
-
-impl Count {
-    /// One more, at a line (from 1).
-    pub(super) fn add(&mut self, line: usize) {
-        if self.times == 0 {
-            self.first_line = line;
-        }
-        self.times += 1;
-    }
-}
 
 /// What was left out.
 #[derive(Clone, Debug, Default)]
@@ -131,17 +115,18 @@ impl<'a> CleanLines<'a> {
             self.vertex(kind, &String::from_utf8_lossy(line));
             return Ok(());
         }
+        let number = self.number;
         let keyword_end = line.iter().position(u8::is_ascii_whitespace).unwrap_or(line.len());
         match &line[..keyword_end] {
             b"f" => {
                 let text = String::from_utf8_lossy(&line[1..]);
                 self.face(&text)?;
             }
-            b"l" | b"p" => self.faults.too_small.add(self.number),
-            b"usemtl" | b"mtllib" => self.faults.materials.add(self.number),
+            b"l" | b"p" => self.faults.too_small.add(|| number),
+            b"usemtl" | b"mtllib" => self.faults.materials.add(|| number),
             b"" | b"o" | b"g" | b"s" => {}
             keyword if keyword.starts_with(b"#") => {}
-            _ => self.faults.unknown.add(self.number),
+            _ => self.faults.unknown.add(|| number),
         }
         Ok(())
     }
@@ -165,6 +150,7 @@ impl<'a> CleanLines<'a> {
 
     fn face(&mut self, text: &str) -> io::Result<()> {
         self.line.push('f');
+        let number = self.number;
         let mut corners = 0;
         for token in text.split_ascii_whitespace() {
             if token.starts_with('#') {
@@ -174,7 +160,7 @@ impl<'a> CleanLines<'a> {
                 Ok(indices) => push_corner(&mut self.line, indices, self.keep),
                 Err(fault) => {
                     self.line.clear();
-                    fault(&mut self.faults).add(self.number);
+                    fault(&mut self.faults).add(|| number);
                     return Ok(());
                 }
             }
@@ -182,7 +168,7 @@ impl<'a> CleanLines<'a> {
         }
         if corners < 3 {
             self.line.clear();
-            self.faults.too_small.add(self.number);
+            self.faults.too_small.add(|| number);
             return Ok(());
         }
         self.line.push('\n');

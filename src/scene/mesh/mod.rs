@@ -1,16 +1,53 @@
 //! Mesh files. A mesh that comes out has indices in range, finite vertices and triangles with area.
+//!
+//! ```text
+//! obj, clean        Wavefront OBJ, by the crate `tobj` with checks before it
+//! ply, ply_header   Stanford PLY: text or binary
+//! serialized        Mitsuba's own format: compressed, several meshes in a file
+//! file              the file as messages name it; what all formats do when the numbers are read
+//! check, normals    faults that only the numbers show; normals made from faces
+//! ```
+//!
+//! A format is a function from a file to a `file::RawMesh`, a line in [`MeshFormat`] and one in [`parse`], and a
+//! shape plugin in `mitsuba/shape.rs`.
 
 mod check;
 mod clean;
+mod file;
 mod normals;
-pub mod obj;
+mod obj;
+mod ply;
+mod ply_header;
+mod serialized;
+
+use std::path::Path;
+
+use file::{MeshFile, RawMesh};
 
 use crate::scene::desc::Mesh;
 use crate::scene::diagnostic::{FindingKind, SceneError, SceneWarning};
+use crate::scene::files::read_bytes;
+use crate::scene::limits;
+
+/// A format of mesh files.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum MeshFormat {
+    /// Wavefront OBJ. All its objects and groups become one mesh; its materials are not used.
+    #[default]
+    Obj,
+    /// Stanford PLY.
+    Ply,
+    /// Mitsuba's compressed format, versions 3 and 4.
+    Serialized,
+}
 
 /// Options of reading a mesh file.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct MeshOptions {
+    /// The format.
+    pub format: MeshFormat,
+    /// Which mesh of a file that may hold several.
+    pub shape_index: u32,
     /// Facets: no shading normals, even if the file has some.
     pub face_normals: bool,
     /// Turn texture coordinates upside down (v becomes 1 − v).
@@ -40,4 +77,35 @@ pub enum MeshError {
     /// The file cannot be opened; the place is where the scene names it.
     #[error("{1}")]
     Unreadable(FindingKind, String),
+}
+
+/// Reads a file of one format.
+type MeshReader = for<'a> fn(&MeshFile<'a>, &MeshOptions) -> Result<RawMesh<'a>, SceneError>;
+
+/// Reads the mesh file at `path`.
+///
+/// # Errors
+///
+/// [`MeshError::Unreadable`] when the file cannot be opened or is too large, [`MeshError::At`] with the
+/// line when it is not of the format or nothing of it can be traced.
+pub fn load(path: &Path, options: &MeshOptions) -> Result<MeshRead, MeshError> {
+    let bytes =
+        read_bytes(path, limits::MESH_BYTES).map_err(|e| MeshError::Unreadable(e.kind(), e.to_string()))?;
+    Ok(parse(&path.to_string_lossy(), &bytes, options)?)
+}
+
+/// Reads the bytes of a mesh file; messages call it `name`.
+///
+/// # Errors
+///
+/// [`SceneError`] with file and line.
+pub fn parse(name: &str, bytes: &[u8], options: &MeshOptions) -> Result<MeshRead, SceneError> {
+    let (read, text): (MeshReader, &[u8]) = match options.format {
+        MeshFormat::Obj => (obj::read, bytes),
+        MeshFormat::Ply => (ply::read, bytes),
+        MeshFormat::Serialized => (serialized::read, b"(binary)"),
+    };
+    let file = MeshFile { name, bytes, text };
+    let raw = read(&file, options)?;
+    file.finish(raw, options)
 }

@@ -1,42 +1,20 @@
-//! Wavefront OBJ, through the crate `tobj`, with checks before and after it.
+//! Wavefront OBJ, through the crate `tobj`, with checks before it. All objects and groups of a file become one mesh; its materials
+//! are not used.
 
-use std::path::Path;
-
-use glam::{DMat3, Vec2, Vec3};
+use glam::{Vec2, Vec3};
 use tobj::{LoadError, LoadOptions};
 
-use super::check::{self, Repairs};
-use super::clean::{CleanLines, Count, Faults, Keep};
-use super::{MeshError, MeshOptions, MeshRead, normals};
+use super::MeshOptions;
+use super::clean::{CleanLines, Faults, Keep};
+use super::file::{MeshFile, RawMesh};
 use crate::scene::desc::Mesh;
-use crate::scene::diagnostic::{Finding, FindingKind, LineAt, SceneError, SceneWarning};
-use crate::scene::files::read_bytes;
-use crate::scene::limits;
+use crate::scene::diagnostic::{FindingKind, SceneError};
 
-/// Reads the OBJ file at `path`. All its objects and groups become one mesh; its materials are not used.
-///
-/// # Errors
-///
-/// [`MeshError::Unreadable`] when the file cannot be opened or is too large, [`MeshError::At`] with the
-/// line when it is no OBJ file or nothing of it can be traced.
-pub fn load(path: &Path, options: &MeshOptions) -> Result<MeshRead, MeshError> {
-    let bytes =
-        read_bytes(path, limits::MESH_BYTES).map_err(|e| MeshError::Unreadable(e.kind(), e.to_string()))?;
-    Ok(parse(&path.to_string_lossy(), &bytes, options)?)
-}
-
-/// Reads OBJ text; messages call it `name`.
-///
-/// # Errors
-///
-/// [`SceneError`] with file and line.
-pub fn parse(name: &str, bytes: &[u8], options: &MeshOptions) -> Result<MeshRead, SceneError> {
-    // Some editors put a byte order mark first, which would cost the first vertex and shift all others.
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let file = ObjFile { name, bytes };
+/// Reads an OBJ file.
+pub(super) fn read<'a>(file: &MeshFile<'a>, options: &MeshOptions) -> Result<RawMesh<'a>, SceneError> {
     let mut keep = Keep { uvs: true, normals: !options.face_normals };
     let mut warnings = Vec::new();
-    let (mut raw, mut faults, mut lines) = file.read(keep)?;
+    let (mut raw, mut faults, mut lines) = clean(file, keep)?;
     // Where some corners have normals or coordinates and others have not, they belong to nobody.
     let partial = |have: usize, per: usize| have != 0 && have / per != raw.positions.len() / 3;
     let whole = Keep { uvs: !partial(raw.texcoords.len(), 2), normals: !partial(raw.normals.len(), 3) };
@@ -48,34 +26,52 @@ pub fn parse(name: &str, bytes: &[u8], options: &MeshOptions) -> Result<MeshRead
     }
     if !whole.uvs || !whole.normals {
         keep = Keep { uvs: whole.uvs, normals: keep.normals && whole.normals };
-        (raw, faults, lines) = file.read(keep)?;
+        (raw, faults, lines) = clean(file, keep)?;
     }
-    let mut mesh = assemble(&raw, options.flip_tex_coords);
-    let line_of = |i: usize| {
-        let next = lines.partition_point(|(first, _)| *first as usize <= i);
-        next.checked_sub(1).map_or(1, |f| lines[f].1 as usize)
+    if faults.materials.times > 0 {
+        let found = file.finding(faults.materials.first_line, "materials named in an OBJ file are not used");
+        warnings.push(found.help("give the shape a bsdf in the scene file").advice());
+    }
+    let line_of = move |triangle: usize| {
+        let next = lines.partition_point(|(first, _)| *first as usize <= triangle);
+        next.checked_sub(1).map_or(1, |face| lines[face].1 as usize)
     };
-    let repairs = check::repair(&mut mesh, line_of);
-    file.report(&faults, &repairs, &mut warnings);
-    if mesh.triangles.is_empty() {
-        let line =
-            [repairs.flat, repairs.not_finite, faults.out_of_range, faults.too_small, faults.malformed];
-        let line = line.iter().map(|c| c.first_line).max().unwrap_or(1).max(1);
-        let found = file.finding(line, "this mesh has no triangle that can be traced");
-        return Err(found.help("is it an OBJ file? faces are lines like `f 1 2 3`").error());
-    }
-    let world = options.world.map_or(DMat3::IDENTITY, |m| DMat3::from_cols_array(&m.map(f64::from_bits)));
-    if mesh.normals.is_empty() && !options.face_normals {
-        mesh.normals = normals::from_faces(&mesh, &world);
-    } else {
-        let bad = normals::mend(&mut mesh, &world);
-        if bad > 0 {
-            warnings.push(
-                file.finding(1, format!("{bad} normals have no direction: made from the faces")).warning(),
-            );
+    Ok(RawMesh {
+        mesh: assemble(&raw, options.flip_tex_coords),
+        dropped: vec![
+            (faults.malformed, "faces are not made of indices: dropped"),
+            (faults.out_of_range, "faces have an index that the file does not have: dropped"),
+            (faults.too_small, "faces, lines or points have fewer than three vertices: dropped"),
+            (faults.unknown, "lines start with a keyword that is not supported: not used"),
+        ],
+        warnings,
+        line_of: Box::new(line_of),
+        advice: "is it an OBJ file? faces are lines like `f 1 2 3`",
+    })
+}
+
+/// First triangle and line of each face.
+type FaceLines = Vec<(u32, u32)>;
+
+/// Lets the library read what passes the first check.
+fn clean(file: &MeshFile<'_>, keep: Keep) -> Result<(tobj::Mesh, Faults, FaceLines), SceneError> {
+    let options = LoadOptions { single_index: true, triangulate: true, ..LoadOptions::default() };
+    // Some editors put a byte order mark first, which would cost the first vertex and shift all others.
+    let mut lines = CleanLines::new(file.bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(file.bytes), keep);
+    let loaded = tobj::load_obj_buf(&mut lines, &options, |_| Err(LoadError::OpenFileFailed));
+    match loaded {
+        Ok((models, _)) => {
+            let mesh = models.into_iter().next().map(|m| m.mesh).unwrap_or_default();
+            Ok((mesh, lines.faults, lines.faces))
+        }
+        Err(e) => {
+            let (kind, message) = match lines.excess {
+                Some(message) => (FindingKind::Limit, message),
+                None => (FindingKind::Mesh, describe(e)),
+            };
+            Err(file.finding_of(kind, lines.number, message).error())
         }
     }
-    Ok(MeshRead { bytes: bytes.len(), mesh, warnings })
 }
 
 /// The mesh as this program keeps it.
@@ -87,77 +83,6 @@ fn assemble(raw: &tobj::Mesh, flip: bool) -> Mesh {
         normals: triples(&raw.normals),
         uvs: raw.texcoords.chunks_exact(2).map(uv).collect(),
         triangles: raw.indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect(),
-    }
-}
-
-/// First triangle and line of each face.
-type FaceLines = Vec<(u32, u32)>;
-
-/// A file for messages.
-struct ObjFile<'a> {
-    name: &'a str,
-    bytes: &'a [u8],
-}
-
-impl ObjFile<'_> {
-    /// Lets the library read what passes the first check.
-    fn read(&self, keep: Keep) -> Result<(tobj::Mesh, Faults, FaceLines), SceneError> {
-        let options = LoadOptions { single_index: true, triangulate: true, ..LoadOptions::default() };
-        let mut lines = CleanLines::new(self.bytes, keep);
-        let loaded = tobj::load_obj_buf(&mut lines, &options, |_| Err(LoadError::OpenFileFailed));
-        match loaded {
-            Ok((models, _)) => {
-                let mesh = models.into_iter().next().map(|m| m.mesh).unwrap_or_default();
-                Ok((mesh, lines.faults, lines.faces))
-            }
-            Err(e) => {
-                let (kind, message) = match lines.excess {
-                    Some(message) => (FindingKind::Limit, message),
-                    None => (FindingKind::Mesh, describe(e)),
-                };
-                Err(self.finding_of(kind, lines.number, message).error())
-            }
-        }
-    }
-
-    fn finding(&self, line: usize, message: impl Into<String>) -> Finding {
-        self.finding_of(FindingKind::Mesh, line, message.into())
-    }
-
-    fn finding_of(&self, kind: FindingKind, line: usize, message: String) -> Finding {
-        let text = self.bytes.split(|b| *b == b'\n').nth(line.saturating_sub(1)).unwrap_or_default();
-        let text = String::from_utf8_lossy(&text[..text.len().min(1000)]);
-        let text = text.trim_end();
-        Finding::new(
-            kind,
-            LineAt { file: self.name, text, line: line.max(1), column: 1, range: (0, text.len()) },
-            message,
-        )
-    }
-
-    /// One warning for each kind of fault.
-    fn report(&self, faults: &Faults, repairs: &Repairs, warnings: &mut Vec<SceneWarning>) {
-        let dropped: [(Count, &str); 6] = [
-            (faults.malformed, "faces are not made of indices: dropped"),
-            (faults.out_of_range, "faces have an index that the file does not have: dropped"),
-            (faults.too_small, "faces, lines or points have fewer than three vertices: dropped"),
-            (repairs.not_finite, "triangles have a vertex that is not a finite number: dropped"),
-            (repairs.flat, "triangles have no area: dropped"),
-            (faults.unknown, "lines start with a keyword that is not supported: not used"),
-        ];
-        for (count, what) in dropped.into_iter().filter(|(c, _)| c.times > 0) {
-            let found = self.finding(count.first_line, format!("{} {what}", count.times));
-            warnings.push(found.label("the first").warning());
-        }
-        if repairs.bad_uvs > 0 {
-            let message = format!("{} texture coordinates are not finite: set to 0", repairs.bad_uvs);
-            warnings.push(self.finding(1, message).warning());
-        }
-        if faults.materials.times > 0 {
-            let found =
-                self.finding(faults.materials.first_line, "materials named in an OBJ file are not used");
-            warnings.push(found.help("give the shape a bsdf in the scene file").advice());
-        }
     }
 }
 
@@ -173,7 +98,11 @@ fn describe(error: LoadError) -> String {
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec3;
+
     use super::*;
+    use crate::scene::limits;
+    use crate::scene::mesh::{MeshRead, parse};
 
     const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
 
@@ -197,6 +126,23 @@ mod tests {
     }
 
     #[test]
+    fn a_position_with_two_normals_is_two_vertices() {
+        let m = read(&format!("{SQUARE}vn 0 0 1\nvn 0 1 0\nf 1//1 2//1 3//1\nf 1//2 3//1 4//2\n")).mesh;
+        assert_eq!(m.triangles, [[0, 1, 2], [3, 2, 4]]);
+        assert_eq!(m.positions[3], m.positions[0]);
+        assert_eq!(m.normals, [Vec3::Z, Vec3::Z, Vec3::Z, Vec3::Y, Vec3::Y]);
+    }
+
+    #[test]
+    fn a_position_with_a_hundred_normals_is_a_hundred_vertices() {
+        let normals: String = (0..100).map(|i| format!("vn {i} 0 1\n")).collect();
+        let faces: String = (1..=100).map(|i| format!("f 1//{i} 2//1 3//1\n")).collect();
+        let m = read(&format!("{SQUARE}{normals}{faces}{faces}")).mesh;
+        assert_eq!((m.positions.len(), m.triangles.len()), (102, 200));
+        assert_eq!(m.triangles[..100], m.triangles[100..]);
+    }
+
+    #[test]
     fn faults_are_dropped_and_named_with_their_line() {
         let read = read(&format!("{SQUARE}v nan 0 0\nf 1 2 3\nf 1 2 9\nf 1 2 5\nf 1 1 2\nf 1 2\n"));
         assert_eq!(read.mesh.triangles.len(), 1);
@@ -210,6 +156,29 @@ mod tests {
         assert_eq!(read.mesh.triangles.len(), 2);
         assert_eq!(read.mesh.normals.len(), read.mesh.positions.len());
         assert_eq!(read.warnings.len(), 1);
+    }
+
+    /// A file of several parts, read by several threads, with indices across them in both directions.
+    #[test]
+    fn parts_of_a_large_file_fit_together() {
+        let mut text = String::from("f 1 2 3\n");
+        for i in 0..80_000 {
+            text += &format!("v {i} 0 0\nv {i} 1 0\nv {i} 0 1\nf -3 -2 -1\n");
+        }
+        text += "f 1 2 240001\nf 3 2 1\n";
+        assert!(text.len() > 3 << 20);
+        let MeshRead { mesh, warnings, .. } = read(&text);
+        assert_eq!((mesh.positions.len(), mesh.triangles.len()), (240_000, 80_002));
+        assert_eq!(mesh.triangles[0], [0, 1, 2]);
+        assert!((0..80_000).all(|i| mesh.triangles[i + 1] == [0, 1, 2].map(|k| 3 * i as u32 + k)));
+        assert!((0..80_000).all(|i| mesh.positions[3 * i + 1] == Vec3::new(i as f32, 1.0, 0.0)));
+        assert_eq!(warnings.iter().map(|w| w.location().1).collect::<Vec<_>>(), [320_002]);
+        let bad = text.replace("v 79999 1 0", "v 79999 1 0\nf 1 1 2");
+        assert_eq!(read_lines(&bad), [320_003, 320_000]);
+    }
+
+    fn read_lines(text: &str) -> Vec<usize> {
+        read(text).warnings.iter().map(|w| w.location().1).collect()
     }
 
     #[test]

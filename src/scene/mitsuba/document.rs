@@ -74,13 +74,13 @@ impl Document {
         self.finding(kind, span, message).error()
     }
 
-    /// Finds a file named in the scene: relative to the file that names it, then to each `path`.
-    /// A file that does not exist anywhere is returned relative to the file that names it.
+    /// Finds a file named in the scene: beside the file that names it, beside the root, then along each `path`.
+    /// A file that does not exist anywhere is returned relative to the file that names it. `\` separates folders, too.
     pub(crate) fn resolve(&self, name: &str, from: Span) -> PathBuf {
-        let here = self.sources.path(from.file).parent().unwrap_or(Path::new("")).join(name);
-        if here.exists() {
-            return here;
-        }
-        self.search.iter().map(|p| p.join(name)).find(|p| p.exists()).unwrap_or(here)
+        let name = &name.replace('\\', "/");
+        let beside = |file| self.sources.path(file).parent().unwrap_or(Path::new("")).join(name);
+        let (here, root) = (beside(from.file), beside(0));
+        let mut others = std::iter::once(root).chain(self.search.iter().map(|p| p.join(name)));
+        if here.exists() { here } else { others.find(|p| p.exists()).unwrap_or(here) }
     }
 }

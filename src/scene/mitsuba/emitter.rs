@@ -8,16 +8,26 @@ use super::document::ElementId;
 use super::params::Params;
 use super::reader::{PluginTable, Reader, Role};
 use super::sensor::is_rigid;
-use super::spectrum;
+use super::{sky, spectrum};
 use crate::image::linear;
-use crate::scene::desc::LightDesc;
+use crate::scene::desc::{LightDesc, SpotDesc};
 use crate::scene::diagnostic::{FindingKind, SceneError};
 use crate::scene::files::read_bytes;
 use crate::scene::limits;
+use crate::spectrum::emission_map::{self, TexelRepairs};
 use crate::spectrum::{EmissionMap, Spectrum};
 
 /// Every light that is not a shape.
-const PLUGINS: PluginTable<LightDesc> = &[("constant", constant), ("envmap", envmap), ("point", point)];
+const PLUGINS: PluginTable<LightDesc> = &[
+    ("constant", constant),
+    ("directional", directional),
+    ("envmap", envmap),
+    ("point", point),
+    ("sky", sky::sky),
+    ("spot", spot),
+    ("sun", sky::sun),
+    ("sunsky", sky::sun_sky),
+];
 
 /// Reads a light of the scene itself.
 pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<(), SceneError> {
@@ -29,7 +39,7 @@ pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<(), SceneEr
     let light = reader.plugin(&params, PLUGINS, &["area"])?(reader, &params)?;
     if light.is_environment() && reader.lists.lights.iter().any(LightDesc::is_environment) {
         let found = params.fault(FindingKind::Parameter, "a second light all around");
-        return Err(found.help("a scene has at most one `constant` or `envmap` emitter").error());
+        return Err(found.help("a scene has at most one `constant`, `envmap` or `sunsky` emitter").error());
     }
     reader.lists.lights.push(light);
     let name = reader.name(id);
@@ -85,10 +95,23 @@ fn envmap(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<LightDesc, Sce
     let at = |kind, message: String| reader.document.finding(kind, span, message);
     let path = reader.document.resolve(&name, span);
     let bytes = read_bytes(&path, limits::IMAGE_BYTES).map_err(|e| at(e.kind(), e.to_string()).error())?;
-    let picture = linear::decode(&path, &bytes, limits::IMAGE_PIXELS).map_err(|e| {
+    let mut picture = linear::decode(&path, &bytes, limits::IMAGE_PIXELS).map_err(|e| {
         let found = at(FindingKind::File, e.to_string());
-        found.help("an environment is a picture in latitude and longitude, OpenEXR or PNG").error()
+        found
+            .help(
+                "an environment is a picture in latitude and longitude: OpenEXR, Radiance, PFM, PNG or JPEG",
+            )
+            .error()
     })?;
+    let TexelRepairs { not_finite, negative } = emission_map::repair(picture.pixels_mut());
+    if not_finite + negative > 0 {
+        let all = picture.pixels().len();
+        let message = format!(
+            "{not_finite} of {all} texels of {} are infinite or no numbers and count as black; {negative} have negative components, which count as 0",
+            path.display()
+        );
+        params.note(at(FindingKind::Value, message).label("of this picture").warning());
+    }
     let map = EmissionMap::new(picture.width(), picture.pixels())
         .map_err(|e| at(FindingKind::Value, format!("{}: {e}", path.display())).error())?;
     Ok(LightDesc::Map {
@@ -109,4 +132,44 @@ fn point(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<LightDesc, Scen
     };
     let intensity = emission(reader, params, "intensity")?;
     Ok(LightDesc::Point { position, intensity, place: reader.place(params.span()) })
+}
+
+fn directional(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<LightDesc, SceneError> {
+    if params.has("direction") && params.has("to_world") {
+        return Err(params.error("direction", "either `direction` or `to_world`, not both").error());
+    }
+    let direction = match params.point("direction")? {
+        Some(d) => d,
+        None => params.to_world()?.transform_vector3(DVec3::Z),
+    };
+    let nowhere = || params.error("direction", "a direction has a length other than zero").error();
+    let direction = direction.try_normalize().ok_or_else(nowhere)?;
+    let irradiance = emission(reader, params, "irradiance")?;
+    Ok(LightDesc::Directional { direction, irradiance, place: reader.place(params.span()) })
+}
+
+fn spot(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<LightDesc, SceneError> {
+    let to_world = params.to_world()?;
+    let cutoff_angle = params.float("cutoff_angle")?.unwrap_or(20.0);
+    if !(cutoff_angle > 0.0 && cutoff_angle <= 180.0) {
+        return Err(params.error("cutoff_angle", "the cutoff is above 0 and at most 180 degrees").error());
+    }
+    let beam_width = params.float("beam_width")?.unwrap_or(0.75 * cutoff_angle);
+    if !(0.0..=cutoff_angle).contains(&beam_width) {
+        let found = params
+            .error("beam_width", format!("the beam is not within the cutoff of {cutoff_angle} degrees"));
+        return Err(found.help("both are angles to the axis").error());
+    }
+    if let Some(texture) = params.get("texture") {
+        let found = reader.document.finding(
+            FindingKind::Parameter,
+            texture.span,
+            "a spot's texture is not projected",
+        );
+        params.note(found.help("the light has the same colour in all directions here").warning());
+    }
+    let intensity = emission(reader, params, "intensity")?;
+    let axis = to_world.transform_vector3(DVec3::Z).normalize();
+    let (position, place) = (to_world.translation, reader.place(params.span()));
+    Ok(LightDesc::Spot(SpotDesc { position, axis, beam_width, cutoff_angle, intensity, place }))
 }

@@ -9,6 +9,7 @@ use super::prescan;
 use super::source::Span;
 use super::suggest;
 use super::tags::{self, TAGS, Tag, TagKind};
+use super::upgrade;
 use super::variables::{Unresolved, Variables};
 use crate::scene::diagnostic::{Finding, FindingKind, LineAt, SceneError, SceneWarning};
 use crate::scene::files::{ReadError, read_bytes};
@@ -19,6 +20,8 @@ pub(crate) struct Expander {
     document: Document,
     warnings: Vec<SceneWarning>,
     variables: Variables,
+    /// The text being read is of a version before 2, or does not say of which.
+    old: bool,
     /// Files being read, outermost first, to see cycles.
     open: Vec<PathBuf>,
     includes: usize,
@@ -35,6 +38,7 @@ impl Expander {
             document: Document::default(),
             warnings: Vec::new(),
             variables: Variables::new(overrides),
+            old: true,
             open: Vec::new(),
             includes: 0,
             bytes: 0,
@@ -81,14 +85,18 @@ impl Expander {
             Err(e) => return Err(self.syntax(file, text, &e)),
         };
         let root = xml.root_element();
-        match parent {
+        let outer = self.old;
+        self.old = root.attribute("version").map_or(outer, upgrade::is_old);
+        let read = match parent {
             None if root.tag_name().name() != "scene" => {
                 let message = format!("a scene starts with <scene>, not with <{}>", root.tag_name().name());
                 Err(self.document.error(FindingKind::Syntax, name_span(file, root), message))
             }
             Some(parent) if root.tag_name().name() == "scene" => self.children(file, root, parent, depth),
             parent => self.node(file, root, parent, depth),
-        }
+        };
+        self.old = outer;
+        read
     }
 
     /// Counts text against the limit for a whole scene.
@@ -157,6 +165,7 @@ impl Expander {
     ) -> Result<(), SceneError> {
         let span = name_span(file, node);
         let name = node.tag_name().name();
+        let name = if self.old { upgrade::element(name) } else { name };
         let Some(tag) = tags::find(name) else {
             let all: Vec<&str> = TAGS.iter().map(|t| t.name).collect();
             let found = self.finding(FindingKind::Unknown, span, format!("unknown element <{name}>"));
@@ -179,7 +188,11 @@ impl Expander {
             (TagKind::Directive, None) => Ok(()),
             _ => {
                 let id = self.push(element, parent)?;
-                self.children(file, node, id, depth)
+                self.children(file, node, id, depth)?;
+                if self.old && tag.kind == TagKind::Object {
+                    upgrade::plugin(&mut self.document, id);
+                }
+                Ok(())
             }
         }
     }
@@ -219,7 +232,12 @@ impl Expander {
                 return Err(found.help(suggest::hint(a.name(), tag.attributes)).error());
             };
             let span = Span::new(file, a.range_value());
-            let value = self.substitute(a.value(), span)?;
+            let mut value = self.substitute(a.value(), span)?;
+            let named =
+                matches!(tag.kind, TagKind::Object | TagKind::Ref | TagKind::Value | TagKind::Transform);
+            if self.old && named && a.name() == "name" {
+                value = upgrade::snake_case(&value);
+            }
             attributes.push(XmlAttribute { name, value, span });
         }
         for required in tag.required {

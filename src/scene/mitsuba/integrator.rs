@@ -6,11 +6,12 @@ use super::reader::Reader;
 use super::suggest;
 use super::value::shorten;
 use crate::scene::desc::{IntegratorDesc, IntegratorKind, PhotonDesc};
-use crate::scene::diagnostic::SceneError;
+use crate::scene::diagnostic::{FindingKind, SceneError};
+use crate::scene::limits;
 
-/// Every integrator; anything else is rendered by path tracing, with a warning. `ptracer` is
-/// Mitsuba's name of particle tracing; the last three are not in Mitsuba 3.
-const KINDS: &[(&str, IntegratorKind)] = &[
+/// Integrators that are read with all their parameters. `ptracer` is Mitsuba's name of particle tracing; the last four are
+/// not in Mitsuba 3.
+const OURS: &[(&str, IntegratorKind)] = &[
     ("path", IntegratorKind::Path),
     ("ptracer", IntegratorKind::Light),
     ("light", IntegratorKind::Light),
@@ -19,24 +20,72 @@ const KINDS: &[(&str, IntegratorKind)] = &[
     ("auto", IntegratorKind::Auto),
 ];
 
-/// Samplers of Mitsuba. The program has a sequence of its own and takes only the count.
-const SAMPLERS: &[&str] = &["independent", "stratified", "multijitter", "orthogonal", "ldsampler"];
+/// Integrators of Mitsuba 3, then of 0.6, for which a method of ours shows the same light: only depths are read, with a
+/// remark. Any other is a warning and `auto`; one that holds an integrator stands back for that.
+const FOREIGN: &[(&str, IntegratorKind)] = &[
+    (DIRECT, IntegratorKind::Path),
+    ("volpath", IntegratorKind::Path),
+    ("volpathmis", IntegratorKind::Path),
+    ("prb", IntegratorKind::Path),
+    ("prb_basic", IntegratorKind::Path),
+    ("prbvolpath", IntegratorKind::Path),
+    ("prb_projective", IntegratorKind::Path),
+    ("volpath_simple", IntegratorKind::Path),
+    ("vpl", IntegratorKind::Bidirectional),
+    ("bdpt", IntegratorKind::Bidirectional),
+    ("mlt", IntegratorKind::Bidirectional),
+    ("pssmlt", IntegratorKind::Bidirectional),
+    ("erpt", IntegratorKind::Bidirectional),
+    ("ppm", IntegratorKind::Photon),
+    ("sppm", IntegratorKind::Photon),
+    ("photonmapper", IntegratorKind::Photon),
+];
 
+/// Direct light only: paths of at most two segments.
+const DIRECT: &str = "direct";
+
+/// Samplers of Mitsuba 3 and 0.6. The program has a sequence of its own and takes only the count.
+const SAMPLERS: &[&str] =
+    &["independent", "stratified", "multijitter", "orthogonal", "ldsampler", "halton", "hammersley", "sobol"];
+
+/// Reads an integrator, or the one inside it.
 pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<IntegratorDesc, SceneError> {
+    read_nested(reader, id, 0)
+}
+
+fn read_nested(reader: &mut Reader<'_>, id: ElementId, depth: usize) -> Result<IntegratorDesc, SceneError> {
     let params = Params::new(reader.document, id)?;
-    params.without_effect(&["samples_per_pass", "block_size", "timeout"]);
-    let kind = match KINDS.iter().find(|(name, _)| *name == params.plugin()) {
-        Some((_, kind)) => *kind,
-        None => {
-            let name = shorten(params.plugin());
-            let found = params.type_fault(format!("there is no integrator `{name}`: path tracing is used"));
-            let names: Vec<&str> = KINDS.iter().map(|k| k.0).collect();
-            params.note(found.help(suggest::hint(params.plugin(), &names)).warning());
-            IntegratorKind::Path
-        }
+    let find = |table: &[(&str, IntegratorKind)]| {
+        table.iter().find(|(name, _)| *name == params.plugin()).map(|(_, kind)| *kind)
     };
+    let (own, name) = (find(OURS), shorten(params.plugin()));
+    if own.is_none()
+        && let Some((inner, _)) = params.objects("integrator").first().copied()
+    {
+        if depth >= limits::REFERENCE_DEPTH {
+            let message = "this integrator contains itself, or too many others within each other";
+            return Err(params.fault(FindingKind::Reference, message).error());
+        }
+        let found =
+            params.type_fault(format!("`{name}` is left out: the integrator in it renders the picture"));
+        params.note(found.advice());
+        params.rest_without_effect();
+        reader.finish(params);
+        return read_nested(reader, inner, depth + 1);
+    }
+    params.without_effect(&["samples_per_pass", "block_size", "timeout", "strict_normals"]);
+    let kind = own.or_else(|| find(FOREIGN)).unwrap_or(IntegratorKind::Auto);
+    if own.is_none() && kind != IntegratorKind::Auto {
+        let found = params.type_fault(format!("`{}` renders the light of `{name}`", kind.name()));
+        params.note(found.help("another method: --integrator").advice());
+    } else if own.is_none() {
+        let message = format!("there is no integrator `{name}`: `auto` chooses the method");
+        let names: Vec<&str> = OURS.iter().map(|k| k.0).collect();
+        params.note(params.type_fault(message).help(suggest::hint(params.plugin(), &names)).warning());
+    }
     let max_depth =
         match params.integer("max_depth")? {
+            None if params.plugin() == DIRECT => Some(2),
             None | Some(-1) => None,
             Some(n) => Some(u32::try_from(n).map_err(|_| {
                 params.error("max_depth", "a depth is -1 (unlimited) or not negative").error()
@@ -47,10 +96,13 @@ pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<IntegratorD
         params.error("rr_depth", "the depth at which roulette starts is above zero").error()
     })?;
     let hide_emitters = params.boolean("hide_emitters", false)?;
-    let photons = match kind {
-        IntegratorKind::Photon | IntegratorKind::Auto => photons(&params)?,
+    let photons = match own {
+        Some(IntegratorKind::Photon | IntegratorKind::Auto) => photons(&params)?,
         _ => PhotonDesc::default(),
     };
+    if own.is_none() {
+        params.rest_without_effect();
+    }
     reader.finish(params);
     Ok(IntegratorDesc { kind, max_depth, rr_depth, hide_emitters, spectral: false, photons })
 }
@@ -75,10 +127,10 @@ fn photons(params: &Params<'_>) -> Result<PhotonDesc, SceneError> {
 /// The sample count of a sampler of any type.
 pub(crate) fn sampler(reader: &mut Reader<'_>, id: ElementId) -> Result<Option<u64>, SceneError> {
     let params = Params::new(reader.document, id)?;
-    params.without_effect(&["seed", "jitter", "strength"]);
+    params.without_effect(&["seed", "jitter", "strength", "dimension", "scramble"]);
     if !SAMPLERS.contains(&params.plugin()) {
         let found = params.type_fault(format!("the sampler `{}` is not known", shorten(params.plugin())));
-        params.note(found.help("only its sample_count is used").warning());
+        params.note(found.help("only its sample_count is used").advice());
     }
     let count = params.integer("sample_count")?;
     if count.is_some_and(|n| !(1..=1 << 40).contains(&n)) {

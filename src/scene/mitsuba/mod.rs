@@ -1,20 +1,24 @@
 //! Mitsuba 3 XML to [`SceneDesc`].
 //!
-//! Two steps. `expand.rs` turns texts into one flat list of elements: XML, includes, `$names`, ids.
+//! Two steps. `expand.rs` turns texts into one flat list of elements: XML, includes, `$names`, ids; in files of version 0.6 and
+//! older, `upgrade.rs` gives names their present form, so that nothing after it knows of versions.
 //! `walk.rs` goes through that list and hands each plugin to the function its group's table names:
 //!
 //! | group | file | plugins |
 //! |---|---|---|
 //! | shape | `shape.rs` | obj, rectangle, cube, sphere, disk, shapegroup, instance |
-//! | bsdf | `scene/bsdf/`, a smooth plugin and its rough form in a file | diffuse, dielectric, conductor, plastic, the same rough, twosided |
+//! | bsdf | `scene/bsdf/`, a smooth plugin and its rough form in a file | diffuse, dielectric, conductor, plastic, the same rough, principled and thin ones, null, blendbsdf, mask, twosided |
 //! | emitter | `emitter.rs` | area, constant, envmap, point |
 //! | sensor, film, rfilter | `sensor.rs` | perspective, thinlens; films and filters |
-//! | integrator, sampler | `integrator.rs` | path, ptracer and our own; any sampler |
-//! | spectrum | `spectrum.rs` | uniform, d65, regular, irregular |
+//! | integrator, sampler | `integrator.rs` | path, ptracer and our own, methods that stand for others; any sampler |
+//! | texture | `texture.rs` | bitmap, checkerboard |
+//! | spectrum | `spectrum.rs` | uniform, d65, srgb, blackbody, regular, irregular |
 //! | edit | `edit.rs` | changes saved by the viewer; no element of Mitsuba's |
 //!
-//! Adding a plugin is one function and one line in its group's table . A plugin asks `params.rs` for each
-//! parameter it knows; parameters that nobody asked for are reported.
+//! Adding a plugin is one function and one line in its group's table. A plugin asks `params.rs` for each
+//! parameter it knows; parameters that nobody asked for are reported. What changes light
+//! and is not known is an error of [`FindingKind::Plugin`](crate::scene::FindingKind::Plugin), which a lenient run
+//! ([`LoadOptions::lenient`]) turns into a warning; what does not, such as a sampler, is a remark.
 
 mod document;
 mod edit;
@@ -26,11 +30,14 @@ mod prescan;
 mod reader;
 mod sensor;
 mod shape;
+mod sky;
 mod source;
 mod spectrum;
 mod suggest;
 mod tags;
+mod texture;
 mod transform;
+mod upgrade;
 mod value;
 mod variables;
 mod walk;
@@ -39,7 +46,9 @@ pub(crate) use document::ElementId;
 pub(crate) use params::Params;
 pub(crate) use reader::{PluginTable, Reader, Role};
 pub(crate) use sensor::{AXES, FILTERS};
+pub(crate) use source::Span;
 pub(crate) use spectrum::read as read_spectrum;
+pub(crate) use texture::read as read_texture;
 pub(crate) use value::shorten;
 
 use std::path::Path;
@@ -56,6 +65,15 @@ pub struct Loaded {
     pub warnings: Vec<SceneWarning>,
 }
 
+/// How a scene is read.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct LoadOptions<'a> {
+    /// The `-D name=value` of the command line, as for [`load`].
+    pub defines: &'a [(String, String)],
+    /// A bsdf that is not supported becomes magenta, such a shape or emitter is left out: a warning each instead of an error.
+    pub lenient: bool,
+}
+
 /// Reads the scene file at `path` and every file it names.
 ///
 /// `overrides` are the `-D name=value` of the command line: they win over `default`, and one the
@@ -65,7 +83,16 @@ pub struct Loaded {
 ///
 /// [`SceneError`] with file, line, column and source line, at the first thing that prevents a picture.
 pub fn load(path: &Path, overrides: &[(String, String)]) -> Result<Loaded, SceneError> {
-    walk::read(expand::Expander::new(overrides).file(path)?)
+    load_with(path, &LoadOptions { defines: overrides, lenient: false })
+}
+
+/// Reads the scene file at `path` as [`load`] does, with options.
+///
+/// # Errors
+///
+/// The errors of [`load`]; in a lenient run, plugins that are not supported are none.
+pub fn load_with(path: &Path, options: &LoadOptions<'_>) -> Result<Loaded, SceneError> {
+    walk::read(expand::Expander::new(options.defines).file(path)?, options.lenient)
 }
 
 /// Reads a scene from `text`; messages call it `name`, and files it names are looked for beside `name`.
@@ -74,5 +101,15 @@ pub fn load(path: &Path, overrides: &[(String, String)]) -> Result<Loaded, Scene
 ///
 /// The errors of [`load`].
 pub fn load_str(name: &str, text: &str, overrides: &[(String, String)]) -> Result<Loaded, SceneError> {
-    walk::read(expand::Expander::new(overrides).string(Path::new(name), text.as_bytes())?)
+    load_str_with(name, text, &LoadOptions { defines: overrides, lenient: false })
+}
+
+/// Reads a scene from `text` as [`load_str`] does, with options.
+///
+/// # Errors
+///
+/// The errors of [`load_with`].
+pub fn load_str_with(name: &str, text: &str, options: &LoadOptions<'_>) -> Result<Loaded, SceneError> {
+    let expanded = expand::Expander::new(options.defines).string(Path::new(name), text.as_bytes())?;
+    walk::read(expanded, options.lenient)
 }

@@ -6,7 +6,7 @@ use glam::{DAffine3, DVec3};
 
 use super::document::{Document, Element, ElementId};
 use super::source::Span;
-use super::tags::TagKind;
+use super::tags::{MEDIA, TagKind};
 use super::{suggest, transform, value};
 use crate::scene::diagnostic::{Finding, FindingKind, SceneError, SceneWarning};
 
@@ -25,6 +25,8 @@ pub(crate) struct Params<'d> {
     pub(crate) id: ElementId,
     children: Vec<PluginChild<'d>>,
     asked: RefCell<Vec<&'static str>>,
+    /// Parameters of Mitsuba that change nothing here.
+    idle: RefCell<Vec<(&'static str, Span)>>,
     notes: RefCell<Vec<SceneWarning>>,
 }
 
@@ -56,9 +58,12 @@ impl<'d> Params<'d> {
                 let span = element.span_of("name");
                 return Err(document.error(FindingKind::Parameter, span, message));
             }
-            children.push(PluginChild { name, element: target, span: element.span, used: Cell::new(false) });
+            // Media are left out, and told of once for the whole scene.
+            let used = Cell::new(MEDIA.contains(&document.element(target).tag.name));
+            children.push(PluginChild { name, element: target, span: element.span, used });
         }
-        Ok(Self { document, id, children, asked: RefCell::default(), notes: RefCell::default() })
+        let (asked, idle, notes) = Default::default();
+        Ok(Self { document, id, children, asked, idle, notes })
     }
 
     pub(crate) fn element(&self) -> &'d Element {
@@ -84,7 +89,9 @@ impl<'d> Params<'d> {
     }
 
     fn find(&self, name: &'static str) -> Option<&PluginChild<'d>> {
-        self.asked.borrow_mut().push(name);
+        if !self.asked.borrow().contains(&name) {
+            self.asked.borrow_mut().push(name);
+        }
         let found = self.children.iter().find(|e| e.name == Some(name));
         found.inspect(|e| e.used.set(true))
     }
@@ -159,13 +166,23 @@ impl<'d> Params<'d> {
         self.typed(name, &["string"], |e| Ok(e.value("value").unwrap_or_default().to_owned()))
     }
 
+    /// A colour in linear RGB.
+    pub(crate) fn rgb(&self, name: &'static str) -> Result<Option<[f64; 3]>, SceneError> {
+        self.typed(name, &["rgb"], |e| plain(e, value::rgb))
+    }
+
     pub(crate) fn point(&self, name: &'static str) -> Result<Option<DVec3>, SceneError> {
         self.typed(name, &["point", "vector"], |e| transform::components(e, None))
     }
 
     /// `to_world`: the identity unless given; invertible.
     pub(crate) fn to_world(&self) -> Result<DAffine3, SceneError> {
-        let matrix = self.typed("to_world", &["transform"], |e| transform::parse(self.document, e))?;
+        self.transform("to_world")
+    }
+
+    /// A transform: the identity unless given; invertible.
+    pub(crate) fn transform(&self, name: &'static str) -> Result<DAffine3, SceneError> {
+        let matrix = self.typed(name, &["transform"], |e| transform::parse(self.document, e))?;
         Ok(matrix.unwrap_or(DAffine3::IDENTITY))
     }
 
@@ -188,20 +205,40 @@ impl<'d> Params<'d> {
         }
     }
 
-    /// Parameters that exist in Mitsuba but change nothing here: remarks, not warnings.
+    /// Parameters that exist in Mitsuba but change nothing here: one remark for all of them, no warning.
     pub(crate) fn without_effect(&self, names: &[&'static str]) {
-        for name in names {
-            if let Some(child) = self.find(name) {
-                let message = format!("`{name}` has no effect in this program");
-                self.note(self.document.finding(FindingKind::Parameter, child.span, message).advice());
-            }
-        }
+        let given = names.iter().filter_map(|name| self.find(name).map(|child| (*name, child.span)));
+        self.idle.borrow_mut().extend(given);
     }
 
-    /// Warns about every child that was not asked for, and returns all warnings of this plugin.
+    /// One remark on all children that were not asked for: those of a plugin whose place another one takes.
+    pub(crate) fn rest_without_effect(&self) {
+        let rest = self.children.iter().filter(|e| !e.used.replace(true));
+        let names: Vec<String> =
+            rest.filter_map(|e| e.name).map(|n| format!("`{}`", value::shorten(n))).collect();
+        let what = match names.as_slice() {
+            [] => return,
+            [one] => format!("{one} has no effect"),
+            [first, rest @ ..] => format!("{first} and {} more parameters have no effect", rest.len()),
+        };
+        let message = format!(
+            "{what} in this program, which renders `{}` in its own way",
+            value::shorten(self.plugin())
+        );
+        self.note(self.fault(FindingKind::Parameter, message).advice());
+    }
+
+    /// Warns about every child that was not asked for, and returns all warnings of this plugin. What a film or a sampler
+    /// does not know changes no light: that is a remark.
     pub(crate) fn finish(self) -> Vec<SceneWarning> {
         let asked = self.asked.into_inner();
         let mut notes = self.notes.into_inner();
+        if let [(_, first), others @ ..] = self.idle.borrow().as_slice() {
+            let names: Vec<String> = self.idle.borrow().iter().map(|(name, _)| format!("`{name}`")).collect();
+            let have = if others.is_empty() { "has" } else { "have" };
+            let message = format!("{} {have} no effect in this program", names.join(", "));
+            notes.push(self.document.finding(FindingKind::Parameter, *first, message).advice());
+        }
         let plugin = self.document.element(self.id);
         let (group, kind) = (plugin.tag.name, plugin.value("type").unwrap_or_default());
         for e in self.children.iter().filter(|e| !e.used.get()) {
@@ -215,7 +252,9 @@ impl<'d> Params<'d> {
                 Some(name) if !asked.is_empty() => suggest::hint(name, &asked),
                 _ => "it is not used: remove it".into(),
             };
-            notes.push(found.help(help).label("not used").warning());
+            let found = found.help(help).label("not used");
+            let detail = matches!(group, "film" | "rfilter" | "sampler");
+            notes.push(if detail { found.advice() } else { found.warning() });
         }
         notes
     }

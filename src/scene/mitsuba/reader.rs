@@ -9,12 +9,14 @@ use super::params::Params;
 use super::source::Span;
 use super::suggest;
 use super::value::shorten;
+use crate::image::bitmap::Bitmap;
 use crate::scene::desc::{
     BsdfDesc, BsdfId, GroupDesc, GroupId, LightDesc, Mesh, MeshId, Name, Names, Place, ShapeDesc,
 };
-use crate::scene::diagnostic::{SceneError, SceneWarning};
+use crate::scene::diagnostic::{FindingKind, SceneError, SceneWarning};
 use crate::scene::limits;
 use crate::scene::mesh::MeshOptions;
+use crate::scene::texture::SpectrumTexture;
 use crate::spectrum::Spectrum;
 
 /// The plugins of one group: the name of each and the function that reads it.
@@ -29,6 +31,8 @@ pub(crate) struct Reader<'d> {
     pub(crate) lists: SceneLists,
     /// Objects that were read before, and sizes so far.
     pub(crate) known: Known,
+    /// Plugins that are not supported are left out or replaced.
+    pub(crate) lenient: bool,
     pub(crate) warnings: Vec<SceneWarning>,
     /// Warnings beyond [`limits::WARNINGS`], which are only counted.
     pub(crate) more_warnings: usize,
@@ -64,9 +68,19 @@ pub(crate) struct Known {
     pub(crate) default_bsdfs: [Option<BsdfId>; 2],
     /// Materials being read, to see cycles.
     pub(crate) open_bsdfs: Vec<ElementId>,
+    /// Merged shapes being read, for the same reason.
+    pub(crate) open_merges: Vec<ElementId>,
+    /// Merged shapes so far, each counted wherever it is shown.
+    pub(crate) merges: usize,
     /// Meshes by file and options, so that each file is read once.
     pub(crate) meshes: BTreeMap<(PathBuf, MeshOptions), MeshId>,
     pub(crate) groups: BTreeMap<ElementId, GroupId>,
+    pub(crate) textures: BTreeMap<ElementId, SpectrumTexture>,
+    /// Textures being read, to see cycles.
+    pub(crate) open_textures: Vec<ElementId>,
+    /// Pictures of textures by file, and whether their values are raw, so that each file is read once.
+    pub(crate) bitmaps: BTreeMap<(PathBuf, bool), Arc<Bitmap>>,
+    pub(crate) texels: usize,
     pub(crate) spectra: BTreeMap<(ElementId, Role), Spectrum>,
     pub(crate) mesh_triangles: usize,
     pub(crate) mesh_bytes: u64,
@@ -118,11 +132,32 @@ impl Reader<'_> {
         })
     }
 
+    /// What was `read`; in a lenient run, `other` in place of a plugin that is not supported, with a warning that says
+    /// what is done `instead`.
+    pub(crate) fn or_instead<T>(
+        &mut self,
+        read: Result<T, SceneError>,
+        instead: &str,
+        other: impl FnOnce(&mut Self) -> T,
+    ) -> Result<T, SceneError> {
+        match read {
+            Err(e) if self.lenient && e.kind() == FindingKind::Plugin => {
+                self.warn(e.tolerated(instead));
+                Ok(other(self))
+            }
+            read => read,
+        }
+    }
+
     /// An error: no plugin of this name.
     pub(crate) fn unknown_plugin(&self, params: &Params<'_>, known: &[&str]) -> SceneError {
         let name = params.plugin();
         let found =
             params.type_fault(format!("there is no {} `{}`", params.element().tag.name, shorten(name)));
-        found.help(suggest::hint(name, known)).error()
+        let mut help = suggest::hint(name, known);
+        if matches!(params.element().tag.name, "shape" | "bsdf" | "emitter" | "texture") {
+            help += "; with --lenient the rest is rendered";
+        }
+        found.help(help).error()
     }
 }

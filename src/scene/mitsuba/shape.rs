@@ -15,22 +15,28 @@ use crate::scene::bsdf;
 use crate::scene::desc::{BsdfId, GroupDesc, GroupId, MeshId, Name, ShapeDesc, ShapeKind};
 use crate::scene::diagnostic::{FindingKind, SceneError};
 use crate::scene::limits;
-use crate::scene::mesh::{self, MeshOptions};
+use crate::scene::mesh::{self, MeshFormat, MeshOptions};
 
 /// Reader of one shape's geometry, given its `to_world`.
 type ShapePlugin = fn(&mut Reader<'_>, &Params<'_>, &DAffine3) -> Result<ShapeKind, SceneError>;
 
 /// Every shape with geometry of its own.
 const PLUGINS: &[(&str, ShapePlugin)] = &[
-    ("obj", obj),
+    ("obj", |reader, params, to_world| mesh(reader, params, to_world, MeshFormat::Obj)),
+    ("ply", |reader, params, to_world| mesh(reader, params, to_world, MeshFormat::Ply)),
+    ("serialized", |reader, params, to_world| mesh(reader, params, to_world, MeshFormat::Serialized)),
     ("rectangle", |_, _, _| Ok(ShapeKind::Rectangle)),
     ("cube", |_, _, _| Ok(ShapeKind::Cube)),
     ("sphere", sphere),
+    ("cylinder", cylinder),
     ("disk", |_, _, _| Ok(ShapeKind::Disk)),
 ];
 
 /// The plugin of a group.
 const GROUP: &str = "shapegroup";
+
+/// The plugin that joins shapes: a way to write them that changes nothing that is seen.
+const MERGE: &str = "merge";
 
 /// The plugin of an instance.
 const INSTANCE: &str = "instance";
@@ -39,6 +45,11 @@ const INSTANCE: &str = "instance";
 pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<(), SceneError> {
     let shape = match reader.document.element(id).value("type") {
         Some(GROUP) => return group(reader, id).map(|_| ()),
+        Some(MERGE) => {
+            let mut parts = Vec::new();
+            merged(reader, id, reader.document.element(id).span, &mut parts)?;
+            return parts.into_iter().try_for_each(|(id, _)| read(reader, id));
+        }
         Some(INSTANCE) => instance(reader, id)?,
         _ => single(reader, id)?,
     };
@@ -46,15 +57,51 @@ pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<(), SceneEr
     Ok(())
 }
 
+/// The shapes that the element `id` stands for, named at `span`: those of a `merge`, however deep, or itself.
+fn merged(
+    reader: &mut Reader<'_>,
+    id: ElementId,
+    span: Span,
+    parts: &mut Vec<(ElementId, Span)>,
+) -> Result<(), SceneError> {
+    if reader.document.element(id).value("type") != Some(MERGE) {
+        parts.push((id, span));
+        return Ok(());
+    }
+    let depth = reader.known.open_merges.len();
+    reader.known.merges += 1;
+    let problem = if reader.known.open_merges.contains(&id) {
+        Some((FindingKind::Reference, "a merged shape that contains itself"))
+    } else if depth >= limits::REFERENCE_DEPTH || reader.known.merges > limits::ELEMENTS {
+        Some((FindingKind::Limit, "too many merged shapes in each other"))
+    } else {
+        None
+    };
+    if let Some((kind, message)) = problem {
+        return Err(reader.document.finding(kind, span, message).error());
+    }
+    let params = Params::new(reader.document, id)?;
+    reader.known.open_merges.push(id);
+    for (part, span) in params.objects("shape") {
+        merged(reader, part, span, parts)?;
+    }
+    reader.known.open_merges.pop();
+    reader.finish(params);
+    Ok(())
+}
+
 /// A shape with geometry of its own, with its material and emission.
 fn single(reader: &mut Reader<'_>, id: ElementId) -> Result<ShapeDesc, SceneError> {
     let params = Params::new(reader.document, id)?;
-    let plugin = reader.plugin(&params, PLUGINS, &[GROUP, INSTANCE])?;
+    let plugin = reader.plugin(&params, PLUGINS, &[GROUP, INSTANCE, MERGE])?;
     let to_world = params.to_world()?;
     let flip_normals = params.boolean("flip_normals", false)?;
     let kind = plugin(reader, &params, &to_world)?;
     let emission = match params.object("emitter")? {
-        Some(id) => Some(emitter::area(reader, id)?),
+        Some(id) => {
+            let read = emitter::area(reader, id).map(Some);
+            reader.or_instead(read, "it is left out", |_| None)?
+        }
         None => None,
     };
     let bsdf = match params.object("bsdf")? {
@@ -96,21 +143,50 @@ fn similarity(m: &DAffine3) -> Option<f64> {
     gram.iter().zip(wanted).all(|(a, b)| (a - b).abs() <= 1e-5 * s2).then(|| s2.sqrt())
 }
 
-fn obj(reader: &mut Reader<'_>, params: &Params<'_>, to_world: &DAffine3) -> Result<ShapeKind, SceneError> {
-    let name = params.filename("an obj shape", "obj")?;
+fn cylinder(_: &mut Reader<'_>, params: &Params<'_>, _: &DAffine3) -> Result<ShapeKind, SceneError> {
+    let p0 = params.point("p0")?.unwrap_or(DVec3::ZERO);
+    let p1 = params.point("p1")?.unwrap_or(DVec3::Z);
+    let radius = params.float("radius")?.unwrap_or(1.0);
+    if radius <= 0.0 {
+        return Err(params.error("radius", "a radius is above zero").error());
+    }
+    if !(p1 - p0).length_squared().is_normal() {
+        return Err(params.error("p1", "a cylinder has a length: `p0` and `p1` differ").error());
+    }
+    Ok(ShapeKind::Cylinder { p0, p1, radius })
+}
+
+/// A mesh file, with the parameters that Mitsuba has for its format.
+fn mesh(
+    reader: &mut Reader<'_>,
+    params: &Params<'_>,
+    to_world: &DAffine3,
+    format: MeshFormat,
+) -> Result<ShapeKind, SceneError> {
+    let name = params.filename(&format!("the shape `{}`", params.plugin()), params.plugin())?;
     // Normals made from faces depend on the shape the faces have in the world.
     let plain = similarity(to_world).is_some() && to_world.matrix3.determinant() > 0.0;
     let world = (!plain).then(|| to_world.matrix3.to_cols_array().map(f64::to_bits));
+    let shape_index = match format {
+        MeshFormat::Serialized => params.integer("shape_index")?.unwrap_or(0),
+        _ => 0,
+    };
     let options = MeshOptions {
+        format,
+        shape_index: u32::try_from(shape_index)
+            .map_err(|_| params.error("shape_index", "an index counts from zero").error())?,
         face_normals: params.boolean("face_normals", false)?,
-        flip_tex_coords: params.boolean("flip_tex_coords", true)?,
+        flip_tex_coords: match format {
+            MeshFormat::Serialized => false,
+            _ => params.boolean("flip_tex_coords", format == MeshFormat::Obj)?,
+        },
         world,
     };
     let key = (reader.document.resolve(&name, params.span()), options);
     if let Some(&known) = reader.known.meshes.get(&key) {
         return Ok(ShapeKind::Mesh(known));
     }
-    let read = mesh::obj::load(&key.0, &key.1).map_err(|e| match e {
+    let read = mesh::load(&key.0, &key.1).map_err(|e| match e {
         mesh::MeshError::At(e) => e,
         mesh::MeshError::Unreadable(kind, message) => {
             let span = params.get("filename").map_or(params.span(), |e| e.span_of("value"));
@@ -143,12 +219,22 @@ fn group(reader: &mut Reader<'_>, id: ElementId) -> Result<GroupId, SceneError> 
     let params = Params::new(reader.document, id)?;
     let help = "put it into the shapes of the group";
     refuse(reader, &params, "a group has no material or light of its own", help)?;
-    let parts = params.objects("shape");
+    let mut parts = Vec::new();
+    for (part, span) in params.objects("shape") {
+        merged(reader, part, span, &mut parts)?;
+    }
     if parts.is_empty() {
         let found = params.fault(FindingKind::Missing, "a group without shapes");
         return Err(found.help("put a <shape> into it").error());
     }
-    let shapes = parts.into_iter().map(|(id, span)| member(reader, id, span)).collect::<Result<_, _>>()?;
+    let mut shapes = Vec::with_capacity(parts.len());
+    for (id, span) in parts {
+        let read = member(reader, id, span).map(Some);
+        shapes.extend(reader.or_instead(read, "it is left out", |_| None)?);
+    }
+    if shapes.is_empty() {
+        return Err(params.fault(FindingKind::Plugin, "no shape of this group is supported").error());
+    }
     let Name { id: name, place } = reader.name(id);
     reader.lists.groups.push(GroupDesc { id: name, place, shapes });
     let new = GroupId(reader.lists.groups.len() as u32 - 1);

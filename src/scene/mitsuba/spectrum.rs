@@ -2,7 +2,7 @@
 //!
 //! The rules are those of Mitsuba 3.9.1 in its spectral mode: an `rgb` or a `float` of a light multiplies D65; a
 //! `spectrum` is taken as it stands, also in a light, where 1 at every wavelength is the
-//! equal-energy white of Y = 1.
+//! equal-energy white of Y = 1, and so is a black body, in W m⁻² sr⁻¹ nm⁻¹. An `srgb` is an `rgb` on the sRGB curve.
 
 use super::document::{Element, ElementId};
 use super::params::Params;
@@ -12,11 +12,21 @@ use super::value;
 use crate::scene::diagnostic::{Finding, FindingKind, LineAt, SceneError};
 use crate::scene::files::read_bytes;
 use crate::scene::limits;
-use crate::spectrum::Spectrum;
+use crate::spectrum::{LAMBDA_MAX, LAMBDA_MIN, Spectrum};
 
 /// Every `<spectrum type="…">`.
-const PLUGINS: PluginTable<Spectrum> =
-    &[("uniform", uniform), ("d65", d65), ("regular", regular), ("irregular", irregular)];
+const PLUGINS: PluginTable<Spectrum> = &[
+    ("uniform", uniform),
+    ("rawconstant", uniform),
+    ("d65", d65),
+    ("srgb", srgb),
+    ("blackbody", blackbody),
+    ("regular", regular),
+    ("irregular", irregular),
+];
+
+/// The hottest black body, K.
+const HOTTEST: f64 = 1e9;
 
 /// The parameter `name` as a spectrum, or nothing if it is not given.
 pub(crate) fn read(
@@ -32,6 +42,7 @@ pub(crate) fn read(
     let fault = |m: String| document.error(FindingKind::Value, span, m);
     let text = element.value("value").unwrap_or_default();
     let spectrum = match element.tag.name {
+        "srgb" => from_rgb(value::srgb(text).map_err(fault)?, role).map_err(fault)?,
         "rgb" => {
             let rgb = value::rgb(text).map_err(fault)?;
             if text.trim_start().starts_with('#') {
@@ -44,14 +55,31 @@ pub(crate) fn read(
             let v = value::number(text).and_then(non_negative).map_err(fault)?;
             if role == Role::Emission { Spectrum::d65(v) } else { Spectrum::Constant(v) }
         }
+        "blackbody" => {
+            let factor = element.value("scale").map_or(Ok(1.0), value::number);
+            let at = |name| move |m: String| document.error(FindingKind::Value, element.span_of(name), m);
+            let factor = factor.and_then(non_negative).map_err(at("scale"))?;
+            let temperature = value::kelvin(element.value("temperature").unwrap_or_default());
+            let body = temperature.and_then(|t| planck(t, SEEN)).map_err(at("temperature"))?;
+            body.scaled(factor)
+        }
+        "spectrum" if !text.contains(':') && value::numbers(text).is_ok_and(|v| v.len() == 3) => {
+            let m = "three values are read as an RGB colour, as version 0.6 does; Mitsuba 3.9 refuses them";
+            params.note(document.finding(FindingKind::Value, span, m).help("write <rgb>").advice());
+            from_rgb(value::rgb(text).map_err(fault)?, role).map_err(fault)?
+        }
         "spectrum" => shared(reader, id, role)?,
+        "texture" if PLUGINS.iter().any(|(name, _)| Some(*name) == element.value("type")) => {
+            shared(reader, id, role)?
+        }
         other => {
             let m = format!("`{name}` is an <rgb>, <spectrum> or <float>; a <{other}> is not supported here");
             return Err(reader.document.error(FindingKind::Plugin, element.span, m));
         }
     };
     // Colours are in range already, and their bound may lie a little above them.
-    if role == Role::Reflectance && element.tag.name != "rgb" && spectrum.max() > 1.0 + 1e-5 {
+    if role == Role::Reflectance && !matches!(element.tag.name, "rgb" | "srgb") && spectrum.max() > 1.0 + 1e-5
+    {
         let m = format!("`{name}` is above 1: this surface makes energy");
         let found = reader.document.finding(FindingKind::Value, span, m);
         params.note(found.help("a reflectance is in [0, 1]").warning());
@@ -156,9 +184,60 @@ fn uniform(_: &mut Reader<'_>, params: &Params<'_>) -> Result<Spectrum, SceneErr
     non_negative(v).map(Spectrum::Constant).map_err(|e| params.error("value", e).error())
 }
 
+/// D65, in a colour if one is given.
 fn d65(_: &mut Reader<'_>, params: &Params<'_>) -> Result<Spectrum, SceneError> {
-    let v = params.float("scale")?.unwrap_or(1.0);
-    non_negative(v).map(Spectrum::d65).map_err(|e| params.error("scale", e).error())
+    let scale = params.float("scale")?.unwrap_or(1.0);
+    let white = non_negative(scale).map_err(|e| params.error("scale", e).error())?;
+    match params.rgb("color")? {
+        None => Ok(Spectrum::d65(white)),
+        Some(rgb) => {
+            let color = from_rgb(rgb.map(|v| v * scale), Role::Emission);
+            color.map_err(|e| params.error("color", e).error())
+        }
+    }
+}
+
+/// A reflectance of a colour in linear RGB.
+fn srgb(_: &mut Reader<'_>, params: &Params<'_>) -> Result<Spectrum, SceneError> {
+    let missing = || params.fault(FindingKind::Missing, "this spectrum needs `color`");
+    let rgb = params
+        .rgb("color")?
+        .ok_or_else(|| missing().help("add <rgb name=\"color\" value=\"…\"/>").error())?;
+    let role = if rgb.iter().any(|v| *v > 1.0) { Role::Unbounded } else { Role::Reflectance };
+    from_rgb(rgb, role).map_err(|e| params.error("color", e).error())
+}
+
+/// The wavelengths that are simulated, nm.
+const SEEN: [f64; 2] = [LAMBDA_MIN as f64, LAMBDA_MAX as f64];
+
+fn blackbody(_: &mut Reader<'_>, params: &Params<'_>) -> Result<Spectrum, SceneError> {
+    let missing = || params.fault(FindingKind::Missing, "a black body needs `temperature`").error();
+    let temperature = params.float("temperature")?.ok_or_else(missing)?;
+    let low = params.float("wavelength_min")?.unwrap_or(SEEN[0]).max(SEEN[0]);
+    let high = params.float("wavelength_max")?.unwrap_or(SEEN[1]).min(SEEN[1]);
+    if low >= high {
+        let message = "wavelengths rise from `wavelength_min` to `wavelength_max`, and some must lie from 360 to 830 nm";
+        return Err(params.error("wavelength_min", message).error());
+    }
+    planck(temperature, [low, high]).map_err(|e| params.error("temperature", e).error())
+}
+
+/// Radiance of a black body in W m⁻² sr⁻¹ nm⁻¹, by Planck's law; a point for each nm.
+fn planck(temperature: f64, [low, high]: [f64; 2]) -> Result<Spectrum, String> {
+    /// Planck's constant J s, the speed of light m/s, Boltzmann's constant J/K (exact since 2019).
+    const H: f64 = 6.626_070_15e-34;
+    const C: f64 = 299_792_458.0;
+    const K: f64 = 1.380_649e-23;
+    if !(temperature > 0.0 && temperature <= HOTTEST) {
+        return Err(format!("a temperature is above 0 K and not above {HOTTEST:e} K"));
+    }
+    let steps = (high - low).ceil().max(1.0);
+    let point = |i: usize| {
+        let nm = low + (high - low) * i as f64 / steps;
+        let m = nm * 1e-9;
+        (nm, 1e-9 * 2.0 * H * C * C / (m.powi(5) * (H * C / (m * K * temperature)).exp_m1()))
+    };
+    table(&(0..=steps as usize).map(point).collect::<Vec<_>>())
 }
 
 /// Values at equal steps from `wavelength_min` to `wavelength_max`.

@@ -32,8 +32,11 @@ pub(crate) struct Tag {
     pub(crate) required: &'static [&'static str],
 }
 
-const PLUGIN: &[&str] = &["type", "id", "name"];
+/// `version` stands in the root of an included file, which may be a plugin.
+const PLUGIN: &[&str] = &["type", "id", "name", "version"];
 const NAMED: &[&str] = &["name", "value"];
+/// `intent` is of version 0.6, where it said what the role of a parameter says here.
+const COLOR: &[&str] = &["name", "value", "intent"];
 const EDIT: &[&str] = &["object", "id", "index", "count", "type", "name", "value"];
 const XYZ: &[&str] = &["name", "value", "x", "y", "z"];
 
@@ -56,7 +59,7 @@ const fn value(name: &'static str) -> Tag {
 
 /// Every element of the format. An element that is not here is an error.
 pub(crate) const TAGS: &[Tag] = &[
-    tag("scene", TagKind::Scene, &["version"], &[]),
+    tag("scene", TagKind::Scene, &["version", "type", "id", "name"], &[]),
     tag("default", TagKind::Directive, NAMED, NAMED),
     tag("include", TagKind::Directive, &["filename"], &["filename"]),
     tag("path", TagKind::Directive, &["value"], &["value"]),
@@ -75,12 +78,15 @@ pub(crate) const TAGS: &[Tag] = &[
     plugin("medium"),
     plugin("phase"),
     plugin("volume"),
+    plugin("subsurface"),
     value("float"),
     value("integer"),
     value("boolean"),
     value("string"),
-    value("rgb"),
-    tag("spectrum", TagKind::Value, &["name", "value", "filename", "type", "id"], &[]),
+    tag("rgb", TagKind::Value, COLOR, NAMED),
+    tag("srgb", TagKind::Value, COLOR, NAMED),
+    tag("spectrum", TagKind::Value, &["name", "value", "filename", "type", "id", "intent"], &[]),
+    tag("blackbody", TagKind::Value, &["name", "temperature", "scale"], &["name", "temperature"]),
     tag("point", TagKind::Value, XYZ, &["name"]),
     tag("vector", TagKind::Value, XYZ, &["name"]),
     tag("transform", TagKind::Transform, &["name"], &["name"]),
@@ -90,6 +96,9 @@ pub(crate) const TAGS: &[Tag] = &[
     tag("lookat", TagKind::Step, &["origin", "target", "up"], &["origin", "target"]),
     tag("matrix", TagKind::Step, &["value"], &["value"]),
 ];
+
+/// Elements of participating media, which are left out.
+pub(crate) const MEDIA: &[&str] = &["medium", "phase", "volume", "subsurface"];
 
 pub(crate) fn find(name: &str) -> Option<&'static Tag> {
     TAGS.iter().find(|t| t.name == name)

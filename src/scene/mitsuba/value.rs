@@ -42,15 +42,28 @@ pub(crate) fn triple(text: &str) -> Result<DVec3, String> {
     }
 }
 
-/// A colour: one number, three, or `#rrggbb` (decoded from the sRGB curve, IEC 61966-2-1).
+/// A linear colour: one number, three, or `#rrggbb` (sRGB, which is decoded).
 pub(crate) fn rgb(text: &str) -> Result<[f64; 3], String> {
-    let Some(hex) = text.trim().strip_prefix('#') else { return triple(text).map(|v| v.to_array()) };
-    let code = (hex.len() == 6).then(|| u32::from_str_radix(hex, 16).ok()).flatten();
-    let code = code.ok_or("a colour in hexadecimal has six digits, as #ff8000")?;
-    Ok([16, 8, 0].map(|shift| {
-        let v = f64::from(code >> shift & 255) / 255.0;
-        if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
-    }))
+    if text.trim_start().starts_with('#') { srgb(text) } else { triple(text).map(|v| v.to_array()) }
+}
+
+/// A linear colour, from one number, three, or `#rrggbb` on the sRGB curve (IEC 61966-2-1).
+pub(crate) fn srgb(text: &str) -> Result<[f64; 3], String> {
+    let encoded = match text.trim().strip_prefix('#') {
+        None => triple(text)?.to_array(),
+        Some(hex) => {
+            let code = (hex.len() == 6).then(|| u32::from_str_radix(hex, 16).ok()).flatten();
+            let code = code.ok_or("a colour in hexadecimal has six digits, as #ff8000")?;
+            [16, 8, 0].map(|shift| f64::from(code >> shift & 255) / 255.0)
+        }
+    };
+    Ok(encoded.map(|v| if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }))
+}
+
+/// A temperature in kelvin, `5000` or `5000K`.
+pub(crate) fn kelvin(text: &str) -> Result<f64, String> {
+    let text = text.trim();
+    number(text.strip_suffix(['K', 'k']).unwrap_or(text))
 }
 
 /// `wavelength:value` pairs between commas and blanks, in nm.
@@ -103,6 +116,10 @@ mod tests {
         assert_eq!(rgb("0.1, 0.2 0.3"), Ok([0.1, 0.2, 0.3]));
         let grey = rgb("#808080").expect("six digits")[0];
         assert!((grey - 0.215_860_5).abs() < 1e-6, "{grey}"); // sRGB 128/255
+        assert_eq!(srgb("#808080"), rgb("#808080"));
+        assert!((srgb("0.5").expect("one number")[2] - 0.214_041_1).abs() < 1e-6 && srgb("0.04 0").is_err());
+        assert_eq!((kelvin("5000K"), kelvin(" 20.5 ")), (Ok(5000.0), Ok(20.5)));
+        assert!(kelvin("K").is_err() && kelvin("50KK").is_err());
         assert!(
             rgb("#fff").is_err() && rgb("#gggggg").is_err() && rgb("#é12345").is_err() && rgb("1 2").is_err()
         );

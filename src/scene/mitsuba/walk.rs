@@ -4,8 +4,9 @@ use super::document::ElementId;
 use super::expand::Expanded;
 use super::reader::{Known, Reader, SceneLists};
 use super::source::Span;
-use super::tags::TagKind;
-use super::{Loaded, edit, emitter, integrator, params, sensor, shape};
+use super::tags::{MEDIA, TagKind};
+use super::value::shorten;
+use super::{Loaded, edit, emitter, integrator, params, sensor, shape, upgrade};
 use crate::scene::bsdf;
 use crate::scene::desc::{IntegratorDesc, SceneDesc};
 use crate::scene::diagnostic::{FindingKind, SceneError};
@@ -19,12 +20,13 @@ struct SceneWalk<'d> {
     edits: Vec<ElementId>,
 }
 
-/// The scene that an expanded document describes.
-pub(crate) fn read((document, warnings): Expanded) -> Result<Loaded, SceneError> {
+/// The scene that an expanded document describes; `lenient` leaves out or replaces plugins that are not supported.
+pub(crate) fn read((document, warnings): Expanded, lenient: bool) -> Result<Loaded, SceneError> {
     let (lists, known) = (SceneLists::default(), Known::default());
-    let reader = Reader { document: &document, lists, known, warnings, more_warnings: 0 };
+    let reader = Reader { document: &document, lists, known, lenient, warnings, more_warnings: 0 };
     let mut walk = SceneWalk { reader, sensor: None, integrator: None, edits: Vec::new() };
     walk.version();
+    walk.media();
     for &id in &document.element(ElementId(0)).children {
         walk.top_level(id)?;
     }
@@ -32,29 +34,61 @@ pub(crate) fn read((document, warnings): Expanded) -> Result<Loaded, SceneError>
 }
 
 impl SceneWalk<'_> {
-    /// The format is that of Mitsuba 2 and 3; older files use other names.
+    /// The format is that of Mitsuba 2 and 3; the names of older files are upgraded to it.
     fn version(&mut self) {
         let root = self.reader.document.element(ElementId(0));
         let (span, message) = match root.attribute("version") {
             None => {
                 (root.span, "the scene does not say which version of the format it is written in".to_owned())
             }
-            Some(a) if matches!(a.value.split('.').next(), Some("2" | "3")) => return,
-            Some(a) => {
-                (a.span, format!("version `{}` is not known", a.value.chars().take(32).collect::<String>()))
+            Some(a) if matches!(upgrade::major(&a.value), Some(2 | 3)) => return,
+            Some(a) if upgrade::is_old(&a.value) => {
+                let message =
+                    format!("version {}: its names are read as those of Mitsuba 3", shorten(&a.value));
+                let found = self.reader.document.finding(FindingKind::Value, a.span, message);
+                let help = "meanings are Mitsuba 3's, too, where they have changed since";
+                return self.reader.warn(found.help(help).advice());
             }
+            Some(a) => (a.span, format!("version `{}` is not known", shorten(&a.value))),
         };
         let found = self.reader.document.finding(FindingKind::Value, span, message);
         self.reader
-            .warn(found.help("this reader knows versions 2 and 3: <scene version=\"3.0.0\">").warning());
+            .warn(found.help("this reader knows versions up to 3: <scene version=\"3.0.0\">").warning());
+    }
+
+    /// One warning about all participating media.
+    fn media(&mut self) {
+        let document = self.reader.document;
+        let volumetric = |name: &str| matches!(name, "medium" | "subsurface");
+        let mut media = document.elements.iter().filter(|e| volumetric(e.tag.name));
+        let Some(first) = media.next() else { return };
+        let count = match media.count() {
+            0 => String::new(),
+            more => format!(", and so are {more} more"),
+        };
+        let message =
+            format!("the {} is left out{count}: media do not scatter or absorb here yet", first.tag.name);
+        let found = document.finding(FindingKind::Plugin, first.span, message);
+        self.reader.warn(found.help("surfaces look as their bsdf says").warning());
+    }
+
+    /// In a lenient run, what holds a plugin that is not supported is left out with a warning.
+    fn leave_out(&mut self, read: Result<(), SceneError>) -> Result<(), SceneError> {
+        self.reader.or_instead(read, "it is left out", |_| ())
     }
 
     fn top_level(&mut self, id: ElementId) -> Result<(), SceneError> {
         let element = self.reader.document.element(id);
         match (element.tag.kind, element.tag.name) {
-            (TagKind::Object, "shape") => shape::read(&mut self.reader, id),
+            (TagKind::Object, "shape") => {
+                let read = shape::read(&mut self.reader, id);
+                self.leave_out(read)
+            }
             (TagKind::Object, "bsdf") => bsdf::read(&mut self.reader, id).map(|_| ()),
-            (TagKind::Object, "emitter") => emitter::read(&mut self.reader, id),
+            (TagKind::Object, "emitter") => {
+                let read = emitter::read(&mut self.reader, id);
+                self.leave_out(read)
+            }
             (TagKind::Object, "sensor") => self.sensor(id),
             (TagKind::Object, "integrator") => {
                 let read = integrator::read(&mut self.reader, id)?;
@@ -67,8 +101,13 @@ impl SceneWalk<'_> {
                 self.edits.push(id);
                 Ok(())
             }
-            // A spectrum with an id is read where it is referred to.
-            (TagKind::Value, "spectrum") if element.attribute("id").is_some() => Ok(()),
+            // These are read where they are referred to, by their id.
+            (TagKind::Value, "spectrum") | (TagKind::Object, "texture" | "film" | "sampler" | "rfilter")
+                if element.attribute("id").is_some() =>
+            {
+                Ok(())
+            }
+            (TagKind::Object, tag) if MEDIA.contains(&tag) => Ok(()),
             (TagKind::Ref, _) => {
                 params::follow(self.reader.document, element)?;
                 self.second(element.span, "reference", "a reference outside of a plugin does nothing");

@@ -6,7 +6,7 @@ use std::slice::from_ref;
 use glam::{DAffine3, DVec3, Vec3};
 
 use crate::math::float::UNIT_ROUNDOFF;
-use crate::tracer::shape::{Disk, Sphere};
+use crate::tracer::shape::{Cylinder, Disk, Sphere};
 
 use super::binary::{self, PrimRef};
 use super::bvh::{Accel, BvhRoot, GroupInstance};
@@ -27,10 +27,12 @@ pub struct Shapes<'a> {
     pub disks: Vec<Disk>,
     /// Spheres.
     pub spheres: Vec<Sphere>,
+    /// Cylinders.
+    pub cylinders: Vec<Cylinder>,
 }
 
-/// Primitives in a space of their own that are visible through instances only: ranges of the lists of triangles, disks and
-/// spheres. Primitives in no group are in world space.
+/// Primitives in a space of their own that are visible through instances only: ranges of the lists of triangles, disks,
+/// spheres and cylinders. Primitives in no group are in world space.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct PrimitiveGroup {
     /// Triangles.
@@ -39,6 +41,8 @@ pub struct PrimitiveGroup {
     pub disks: Range<u32>,
     /// Spheres.
     pub spheres: Range<u32>,
+    /// Cylinders.
+    pub cylinders: Range<u32>,
 }
 
 /// A group placed in the world.
@@ -60,15 +64,17 @@ impl Accel {
         let kernel = SimdKernel::best();
         let mut arena = ArenaBuilder::default();
         let root = |group: &PrimitiveGroup| {
-            let PrimitiveGroup { triangles, disks, spheres } = group;
-            let input = BvhInput::new(&shapes, from_ref(triangles), from_ref(disks), from_ref(spheres));
+            let PrimitiveGroup { triangles, disks, spheres, cylinders } = group;
+            let round = [disks, spheres, cylinders].map(from_ref);
+            let input = BvhInput::new(&shapes, from_ref(triangles), round);
             input.build(shapes.triangles, &mut arena)
         };
         let roots: Vec<BvhRoot> = groups.iter().map(root).collect();
         let triangles = gaps(groups.iter().map(|g| &g.triangles), shapes.triangles.len());
         let disks = gaps(groups.iter().map(|g| &g.disks), shapes.disks.len());
         let spheres = gaps(groups.iter().map(|g| &g.spheres), shapes.spheres.len());
-        let mut input = BvhInput::new(&shapes, &triangles, &disks, &spheres);
+        let cylinders = gaps(groups.iter().map(|g| &g.cylinders), shapes.cylinders.len());
+        let mut input = BvhInput::new(&shapes, &triangles, [&disks, &spheres, &cylinders]);
         for (index, instance) in instances.iter().enumerate() {
             let root = &roots[instance.group as usize];
             if root.root != NodeRef::END {
@@ -86,6 +92,7 @@ impl Accel {
             first_disk: shapes.triangles.len() as u32,
             disks: shapes.disks,
             spheres: shapes.spheres,
+            cylinders: shapes.cylinders,
             kernel,
             traversal: traversals(kernel),
         }
@@ -142,8 +149,9 @@ impl BvhInput {
         self.bounds = Some(self.bounds.map_or((lo, hi), |(a, b)| (a.min(lo), b.max(hi))));
     }
 
-    /// The primitives of these ranges of triangles, disks and spheres.
-    fn new(shapes: &Shapes, triangles: &[Range<u32>], disks: &[Range<u32>], spheres: &[Range<u32>]) -> Self {
+    /// The primitives of these ranges of triangles, and of disks, spheres and cylinders.
+    fn new(shapes: &Shapes, triangles: &[Range<u32>], round: [&[Range<u32>]; 3]) -> Self {
+        let [disks, spheres, cylinders] = round;
         let count: usize = triangles.iter().map(|r| r.len()).sum();
         let (primitives, refs) = (Vec::with_capacity(count), Vec::with_capacity(count));
         let mut input = Self { primitives, refs, bounds: None };
@@ -172,6 +180,11 @@ impl BvhInput {
         for i in spheres.iter().cloned().flatten() {
             let (lo, hi) = shapes.spheres[i as usize].bounds();
             input.push(Primitive::Analytic(first_sphere + i), lo, hi);
+        }
+        let first_cylinder = first_sphere + shapes.spheres.len() as u32;
+        for i in cylinders.iter().cloned().flatten() {
+            let (lo, hi) = shapes.cylinders[i as usize].bounds();
+            input.push(Primitive::Analytic(first_cylinder + i), lo, hi);
         }
         input
     }

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, Vec3};
 
-use crate::tracer::shape::{Disk, Sphere};
+use crate::tracer::shape::{Cylinder, Disk, Sphere};
 
 use super::kernels::SimdKernel;
 use super::layout::{Arena, NodeRef};
@@ -54,7 +54,7 @@ pub struct Hit {
     /// Primitive id.
     pub prim: u32,
     /// Barycentric weights of the second and third vertex (outside [0, 1] for the second half of a parallelogram);
-    /// zero for spheres and disks.
+    /// zero for all others.
     pub uv: [f32; 2],
     /// Index of the instance through which the primitive was hit, or [`Hit::DIRECT`].
     pub instance: u32,
@@ -125,7 +125,7 @@ pub(super) struct TraversalFns {
     pub(super) occluded: unsafe fn(&Accel, &BvhRoot, &Ray, PrimRange) -> bool,
 }
 
-/// A BVH over triangles, parallelograms, disks, spheres and instances of groups of them.
+/// A BVH over triangles, parallelograms, disks, spheres, cylinders and instances of groups of them.
 #[derive(Debug)]
 pub struct Accel {
     pub(super) arena: Arena,
@@ -134,6 +134,7 @@ pub struct Accel {
     pub(super) instances: Vec<GroupInstance>,
     pub(super) disks: Vec<Disk>,
     pub(super) spheres: Vec<Sphere>,
+    pub(super) cylinders: Vec<Cylinder>,
     /// The first id of a disk.
     pub(super) first_disk: u32,
     pub(super) kernel: SimdKernel,
@@ -185,13 +186,19 @@ impl Accel {
         self.instances[instance as usize].transform_ray(ray)
     }
 
-    /// The distance to the disk or sphere `prim`, if it is hit before `t_max`.
+    /// The distance to the disk, sphere or cylinder `prim`, if it is hit before `t_max`.
     #[inline(never)]
     pub(super) fn intersect_analytic(&self, prim: u32, ray: &Ray, t_max: f32) -> Option<f32> {
         let i = (prim - self.first_disk) as usize;
         match self.disks.get(i) {
             Some(disk) => disk.intersect(ray, t_max),
-            None => self.spheres.get(i - self.disks.len())?.intersect(ray, t_max),
+            None => match self.spheres.get(i - self.disks.len()) {
+                Some(sphere) => sphere.intersect(ray, t_max),
+                None => {
+                    let i = i - self.disks.len() - self.spheres.len();
+                    self.cylinders.get(i)?.intersect(ray, t_max)
+                }
+            },
         }
     }
 

@@ -1,6 +1,6 @@
 //! Metals, smooth and rough, one-sided: black from behind. Rough facets are mirrors, each scatters once.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use crate::math::pdf::PdfW;
 use crate::scene::desc::{ConductorDesc, RoughConductorDesc};
@@ -15,8 +15,8 @@ impl MaterialModel for ConductorMaterial {
     type Bsdf = Conductor;
 
     #[inline]
-    fn bsdf(&self, lambda: &SampledWavelengths) -> Conductor {
-        let reflectance = self.specular_reflectance.sample(lambda);
+    fn bsdf(&self, uv: Vec2, lambda: &SampledWavelengths) -> Conductor {
+        let reflectance = self.specular_reflectance.sample(uv, lambda);
         Conductor::new(self.eta.sample(lambda), self.k.sample(lambda), reflectance)
     }
 }
@@ -81,8 +81,8 @@ impl MaterialModel for RoughConductorMaterial {
     type Bsdf = RoughConductor;
 
     #[inline]
-    fn bsdf(&self, lambda: &SampledWavelengths) -> RoughConductor {
-        RoughConductor::new(self.smooth.bsdf(lambda), &self.microfacet)
+    fn bsdf(&self, uv: Vec2, lambda: &SampledWavelengths) -> RoughConductor {
+        RoughConductor::new(self.smooth.bsdf(uv, lambda), &self.microfacet)
     }
 }
 

@@ -1,14 +1,14 @@
 //! Interfaces between two transparent media, smooth and rough, with dispersion. The rough one is that of Walter et al., *Microfacet
 //! Models for Refraction through Rough Surfaces*, EGSR 2007, eq. 20 and 21.
 
-use glam::{Vec3, Vec4};
+use glam::{Vec2, Vec3, Vec4};
 
 use crate::math::pdf::PdfW;
 use crate::scene::desc::{DielectricDesc, RoughDielectricDesc};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::wavelength_mis::{self, Parted, WavelengthMis};
 
-use super::{Bsdf, BsdfSample, MaterialModel, Microfacet, ScatteringModel, fresnel};
+use super::{BsdfSample, MaterialModel, Microfacet, ScatteringModel, Unmixed, fresnel};
 
 /// A smooth interface, which needs no preparation.
 pub type DielectricMaterial = DielectricDesc;
@@ -17,8 +17,9 @@ impl MaterialModel for DielectricMaterial {
     type Bsdf = Dielectric;
 
     #[inline]
-    fn bsdf(&self, lambda: &SampledWavelengths) -> Dielectric {
-        let factors = [self.specular_reflectance.sample(lambda), self.specular_transmittance.sample(lambda)];
+    fn bsdf(&self, uv: Vec2, lambda: &SampledWavelengths) -> Dielectric {
+        let factors =
+            [self.specular_reflectance.sample(uv, lambda), self.specular_transmittance.sample(uv, lambda)];
         Dielectric::new([self.int_ior.sample(lambda), self.ext_ior.sample(lambda)], factors)
     }
 }
@@ -128,12 +129,12 @@ impl From<RoughDielectricDesc> for RoughDielectricMaterial {
 }
 
 impl MaterialModel for RoughDielectricMaterial {
-    type Bsdf = Bsdf;
+    type Bsdf = Unmixed;
 
     /// A smooth interface where the indices are too close at these wavelengths.
     #[inline]
-    fn bsdf(&self, lambda: &SampledWavelengths) -> Bsdf {
-        let smooth = self.smooth.bsdf(lambda);
+    fn bsdf(&self, uv: Vec2, lambda: &SampledWavelengths) -> Unmixed {
+        let smooth = self.smooth.bsdf(uv, lambda);
         match RoughDielectric::new(smooth, &self.microfacet) {
             Some(rough) => rough.into(),
             None => smooth.into(),

@@ -2,7 +2,7 @@
 
 use std::f32::consts::FRAC_1_PI;
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use crate::math::pdf::PdfW;
 use crate::math::warp;
@@ -18,8 +18,8 @@ impl MaterialModel for DiffuseMaterial {
     type Bsdf = Diffuse;
 
     #[inline]
-    fn bsdf(&self, lambda: &SampledWavelengths) -> Diffuse {
-        Diffuse::new(self.reflectance.sample(lambda))
+    fn bsdf(&self, uv: Vec2, lambda: &SampledWavelengths) -> Diffuse {
+        Diffuse::new(self.reflectance.sample(uv, lambda))
     }
 }
 

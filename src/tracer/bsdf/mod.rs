@@ -3,7 +3,8 @@
 //! A [`Material`] says what a surface is made of, before the wavelengths of a path are known. A [`Bsdf`] is a material at one point and
 //! at the wavelengths of one path. Both are enums that the table below makes from one file per model of scattering. Paths call them
 //! through the traits of `scattering.rs`. [`microfacet`] and [`fresnel`] hold what several models share, and [`Sides`] says which
-//! material a surface shows to which side.
+//! material a surface shows to which side. A [`Mixture`] is made of several of the others; it is several times as large, so that
+//! scenes without one are traced by code that knows [`Unmixed`] models only.
 //!
 //! # Conventions
 //!
@@ -48,11 +49,15 @@ mod dielectric;
 mod diffuse;
 pub mod fresnel;
 pub mod microfacet;
+mod mixture;
 mod plastic;
+mod principled;
+mod principled_thin;
 mod scattering;
+mod thin;
 mod two_sided;
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use crate::math::pdf::PdfW;
 use crate::scene::desc::BsdfDesc;
@@ -60,6 +65,7 @@ use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::wavelength_mis::Parted;
 
 pub use microfacet::Microfacet;
+pub use mixture::{MaterialPart, Mixture, MixtureMaterial};
 pub use plastic::{Base, Coat, Transmittance, internal_reflectance};
 pub use scattering::{BsdfSample, MaterialModel, Scattering, ScatteringModel};
 pub use two_sided::Sides;
@@ -69,6 +75,7 @@ macro_rules! bsdf_set {
     ($(#[$set_doc:meta])* $set:ident { $($(#[$doc:meta])* $kind:ident,)* }) => {
         $(#[$set_doc])*
         #[derive(Clone, Copy, Debug)]
+        #[allow(clippy::large_enum_variant, reason = "a bsdf lives on the stack, where a box would cost an allocation per vertex")]
         pub enum $set {
             $($(#[$doc])* $kind($kind),)*
         }
@@ -82,9 +89,9 @@ macro_rules! bsdf_set {
 
         impl Scattering for $set {
             #[inline]
-            fn of(material: &Material, lambda: &SampledWavelengths) -> Self {
+            fn of(material: &Material, uv: Vec2, lambda: &SampledWavelengths) -> Self {
                 match material {
-                    $(Material::$kind(material) => material.bsdf(lambda).into(),)*
+                    $(Material::$kind(material) => material.bsdf(uv, lambda).into(),)*
                     #[allow(unreachable_patterns, reason = "the largest set has all models")]
                     _ => Diffuse::new(SampledSpectrum::ZERO).into(),
                 }
@@ -138,6 +145,11 @@ macro_rules! bsdf_set {
             }
 
             #[inline]
+            fn delta_lobe(&self, lobe: f32, transmitted: bool) -> f32 {
+                match self { $(Self::$kind(bsdf) => bsdf.delta_lobe(lobe, transmitted),)* }
+            }
+
+            #[inline]
             fn refract(&self, wo: Vec3, lane: usize) -> Option<(Vec3, f32)> {
                 match self { $(Self::$kind(bsdf) => bsdf.refract(wo, lane),)* }
             }
@@ -145,7 +157,7 @@ macro_rules! bsdf_set {
     };
 }
 
-/// Makes [`Material`], [`Bsdf`] and [`Smooth`] from the models: `Model: file::Material`.
+/// Makes [`Material`], [`Bsdf`], [`Unmixed`] and [`Smooth`] from the models: `Model: file::Material`.
 macro_rules! bsdfs {
     (
         smooth { $($(#[$smooth_doc:meta])* $smooth:ident: $smooth_file:ident::$smooth_material:ident,)* }
@@ -159,28 +171,50 @@ macro_rules! bsdfs {
         pub enum Material {
             $($(#[$smooth_doc])* $smooth($smooth_material),)*
             $($(#[$rough_doc])* $rough($rough_material),)*
+            /// Several of the others.
+            Mixture(MixtureMaterial),
         }
 
         impl Material {
-            /// Prepares a description; `None` for a two-sided pair.
+            /// Prepares a description; `None` for one that is made of others.
             pub fn new(desc: &BsdfDesc) -> Option<Self> {
                 Some(match desc.clone() {
                     $(BsdfDesc::$smooth(desc) => Self::$smooth(desc.into()),)*
                     $(BsdfDesc::$rough(desc) => Self::$rough(desc.into()),)*
-                    BsdfDesc::TwoSided(_) => return None,
+                    BsdfDesc::Blend(_) | BsdfDesc::Mask(_) | BsdfDesc::TwoSided(_) => return None,
                 })
             }
 
-            /// The material at the wavelengths of a path, whatever its model.
+            /// The material at texture coordinates `uv` and the wavelengths of a path, whatever its model.
             #[inline]
-            pub fn bsdf(&self, lambda: &SampledWavelengths) -> Bsdf {
-                Bsdf::of(self, lambda)
+            pub fn bsdf(&self, uv: Vec2, lambda: &SampledWavelengths) -> Bsdf {
+                Bsdf::of(self, uv, lambda)
             }
         }
 
         bsdf_set! {
             /// Every model of scattering.
             Bsdf {
+                $($(#[$smooth_doc])* $smooth,)*
+                $($(#[$rough_doc])* $rough,)*
+                /// Several of the others.
+                Mixture,
+            }
+        }
+
+        impl From<Unmixed> for Bsdf {
+            #[inline]
+            fn from(bsdf: Unmixed) -> Self {
+                match bsdf {
+                    $(Unmixed::$smooth(bsdf) => Self::$smooth(bsdf),)*
+                    $(Unmixed::$rough(bsdf) => Self::$rough(bsdf),)*
+                }
+            }
+        }
+
+        bsdf_set! {
+            /// Every model but mixtures, which are several times as large.
+            Unmixed {
                 $($(#[$smooth_doc])* $smooth,)*
                 $($(#[$rough_doc])* $rough,)*
             }
@@ -203,6 +237,10 @@ bsdfs! {
         Conductor: conductor::ConductorMaterial,
         /// Smooth coat over a diffuse base.
         Plastic: plastic::PlasticMaterial,
+        /// Smooth pane that light passes straight.
+        ThinDielectric: thin::ThinDielectricMaterial,
+        /// A surface that light passes as if it were not there.
+        Null: thin::NullMaterial,
     }
     rough {
         /// Rough metal.
@@ -211,5 +249,9 @@ bsdfs! {
         RoughDielectric: dielectric::RoughDielectricMaterial,
         /// Rough coat over a diffuse base.
         RoughPlastic: plastic::RoughPlasticMaterial,
+        /// Diffuse, metal, glass and coat by one set of parameters.
+        Principled: principled::PrincipledMaterial,
+        /// Leaves, paper and panes by parameters like those of `Principled`.
+        PrincipledThin: principled_thin::PrincipledThinMaterial,
     }
 }

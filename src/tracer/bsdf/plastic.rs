@@ -2,11 +2,12 @@
 
 use std::f32::consts::FRAC_1_PI;
 
-use glam::{Vec3, Vec4};
+use glam::{Vec2, Vec3, Vec4};
 
 use crate::math::pdf::PdfW;
 use crate::math::warp;
 use crate::scene::desc::{PlasticDesc, RoughPlasticDesc};
+use crate::scene::texture::SpectrumTexture;
 use crate::spectrum::dispersion::{Ior, SODIUM_D};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
 
@@ -30,12 +31,12 @@ impl MaterialModel for PlasticMaterial {
     type Bsdf = Plastic;
 
     #[inline]
-    fn bsdf(&self, lambda: &SampledWavelengths) -> Plastic {
+    fn bsdf(&self, uv: Vec2, lambda: &SampledWavelengths) -> Plastic {
         let desc = &self.desc;
         let eta = [desc.int_ior.sample(lambda), desc.ext_ior.sample(lambda)];
-        let albedo = desc.diffuse_reflectance.sample(lambda);
+        let albedo = desc.diffuse_reflectance.sample(uv, lambda);
         let base = Base { albedo, internal: self.internal.sample(lambda), nonlinear: desc.nonlinear };
-        Plastic::new(eta, desc.specular_reflectance.sample(lambda), base, lambda.is_hero_only())
+        Plastic::new(eta, desc.specular_reflectance.sample(uv, lambda), base, lambda.is_hero_only())
     }
 }
 
@@ -171,9 +172,9 @@ fn coat_probability(reflected: f32, through: f32, coat_share: f32) -> Option<f32
 pub struct RoughPlasticMaterial {
     coat: Coat,
     /// Factor on the reflection of the coat.
-    reflectance: Spectrum,
+    reflectance: SpectrumTexture,
     /// Albedo of the base.
-    base: Spectrum,
+    base: SpectrumTexture,
     /// Reflectance of the coat from within for diffuse light.
     internal: f32,
     /// Light is coloured at every reflection between coat and base.
@@ -200,10 +201,10 @@ impl MaterialModel for RoughPlasticMaterial {
     type Bsdf = RoughPlastic;
 
     #[inline]
-    fn bsdf(&self, lambda: &SampledWavelengths) -> RoughPlastic {
+    fn bsdf(&self, uv: Vec2, lambda: &SampledWavelengths) -> RoughPlastic {
         let internal = SampledSpectrum::splat(self.internal);
-        let base = Base { albedo: self.base.sample(lambda), internal, nonlinear: self.nonlinear };
-        RoughPlastic::new(&self.coat, self.reflectance.sample(lambda), base, lambda.is_hero_only())
+        let base = Base { albedo: self.base.sample(uv, lambda), internal, nonlinear: self.nonlinear };
+        RoughPlastic::new(&self.coat, self.reflectance.sample(uv, lambda), base, lambda.is_hero_only())
     }
 }
 

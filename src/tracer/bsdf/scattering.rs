@@ -1,12 +1,15 @@
 //! The contract between paths and materials: of every model of scattering, and of the sets of models that code is compiled for.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use crate::math::pdf::PdfW;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::wavelength_mis::Parted;
 
 use super::{Diffuse, Material};
+
+/// A lobe number that chooses whatever comes last: transmission.
+pub(super) const LAST_LOBE: f32 = 1.0 - f32::EPSILON / 2.0;
 
 /// A direction chosen by a material.
 #[derive(Clone, Copy, Debug)]
@@ -40,8 +43,8 @@ pub trait MaterialModel {
     /// The material at the wavelengths of a path.
     type Bsdf;
 
-    /// Evaluates spectra and indices at the wavelengths of a path. Called once per path vertex.
-    fn bsdf(&self, lambda: &SampledWavelengths) -> Self::Bsdf;
+    /// Evaluates textures at texture coordinates `uv`, and spectra and indices, at the wavelengths of a path. Called once per path vertex.
+    fn bsdf(&self, uv: Vec2, lambda: &SampledWavelengths) -> Self::Bsdf;
 }
 
 /// A model of scattering at one point and at the wavelengths of one path, in the conventions of [the module](super).
@@ -98,6 +101,12 @@ pub trait ScatteringModel: Copy {
         Parted::NOTHING
     }
 
+    /// A lobe number that chooses the same delta as `lobe` did, reflection or transmission, at all wavelengths that choose it at all.
+    #[inline]
+    fn delta_lobe(&self, _lobe: f32, transmitted: bool) -> f32 {
+        if transmitted { LAST_LOBE } else { 0.0 }
+    }
+
     /// The direction into which a delta refracts `lane`, and its (nᵢ/nₒ)²; `None` on total reflection.
     #[inline]
     fn refract(&self, _wo: Vec3, _lane: usize) -> Option<(Vec3, f32)> {
@@ -117,15 +126,15 @@ pub trait ScatteringModel: Copy {
 /// | lit from a cove | [`Diffuse`] | | | 1.064 [1.035, 1.094] |
 /// | with mirror and glass balls | [`Smooth`](super::Smooth) | 1.056 [1.048, 1.064] | 32 200, not 33 100 | 1.033 [1.024, 1.041] |
 pub trait Scattering: ScatteringModel {
-    /// The material at the wavelengths of a path. A material whose model is not in the set is black.
-    fn of(material: &Material, lambda: &SampledWavelengths) -> Self;
+    /// The material at texture coordinates `uv` and the wavelengths of a path. A material whose model is not in the set is black.
+    fn of(material: &Material, uv: Vec2, lambda: &SampledWavelengths) -> Self;
 }
 
 impl Scattering for Diffuse {
     #[inline]
-    fn of(material: &Material, lambda: &SampledWavelengths) -> Self {
+    fn of(material: &Material, uv: Vec2, lambda: &SampledWavelengths) -> Self {
         match material {
-            Material::Diffuse(material) => material.bsdf(lambda),
+            Material::Diffuse(material) => material.bsdf(uv, lambda),
             _ => Diffuse::new(SampledSpectrum::ZERO),
         }
     }

@@ -76,7 +76,7 @@ impl Survey {
             let ray = camera.ray(uv, [0.5; 2]);
             let Some(hit) = context.closest(&ray, 0) else { continue };
             let (material, frame) = scene.material(&hit);
-            let (bsdf, wo) = (material.bsdf(&lambda), frame.to_local(hit.wo));
+            let (bsdf, wo) = (material.bsdf(hit.uv, &lambda), frame.to_local(hit.wo));
             // Lobes are chosen by intervals: both ends and the middle find every lobe of every material.
             let delta = |lobe| bsdf.sample(wo, [0.5; 2], lobe).is_some_and(|s| s.delta);
             self.delta_seen += if [0.0, 0.5, 0.999_999].into_iter().any(delta) { each } else { 0.0 };

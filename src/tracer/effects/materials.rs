@@ -66,15 +66,15 @@ pub(super) const TRANSMISSION: Entry = Entry {
     // Glass that reflects and lets nothing through.
     without: |desc| {
         let factors = desc.bsdfs.iter_mut().filter_map(|bsdf| bsdf.parts_mut().transmission);
-        factors.for_each(|factor| *factor = Spectrum::Constant(0.0));
+        factors.for_each(|factor| *factor = Spectrum::Constant(0.0).into());
     },
     // Clear glass in place of something that mirrors.
     with: |desc| {
         let glass = DielectricDesc {
             int_ior: Ior::Constant(1.5),
             ext_ior: Ior::Constant(1.0),
-            specular_reflectance: Spectrum::Constant(1.0),
-            specular_transmittance: Spectrum::Constant(1.0),
+            specular_reflectance: Spectrum::Constant(1.0).into(),
+            specular_transmittance: Spectrum::Constant(1.0).into(),
         };
         shown(desc, BsdfDesc::is_specular).map(|bsdf| *bsdf = glass.into()).is_some()
     },
@@ -130,6 +130,26 @@ pub(super) const SMOOTH_NORMALS: Entry = Entry {
     with: |_| false,
 };
 
+pub(super) const TEXTURES: Entry = Entry {
+    name: "textures",
+    at_run_time: "whether the material that is met has a picture (SpectrumTexture::sample)",
+    find: |used, _| {
+        by(used.material(BsdfDesc::is_textured), "has a texture", "every surface has one colour all over")
+    },
+    refusal: never,
+    // Their mean colours.
+    without: |desc| {
+        for bsdf in desc.bsdfs.iter_mut().filter(|bsdf| bsdf.is_textured()) {
+            let parts = bsdf.parts_mut();
+            for texture in [parts.albedo, parts.reflection, parts.transmission].into_iter().flatten() {
+                *texture = texture.mean().into();
+            }
+        }
+    },
+    // What a surface looks like is the scene's to say.
+    with: |_| false,
+};
+
 fn has_normals(desc: &SceneDesc, shape: &ShapeDesc) -> bool {
     matches!(&shape.kind, ShapeKind::Mesh(id) if desc.meshes.get(id.0 as usize).is_some_and(|m| !m.normals.is_empty()))
 }
@@ -160,7 +180,9 @@ fn grey(desc: &mut SceneDesc) {
     for bsdf in &mut desc.bsdfs {
         let parts = bsdf.parts_mut();
         [parts.int_ior, parts.ext_ior].into_iter().flatten().for_each(at_sodium);
-        [parts.albedo, parts.reflection, parts.transmission].into_iter().flatten().for_each(reflected);
+        for texture in [parts.albedo, parts.reflection, parts.transmission].into_iter().flatten() {
+            *texture = texture.grey();
+        }
         for index in [parts.eta, parts.k].into_iter().flatten() {
             *index = Spectrum::Constant(index.eval(Vec4::splat(SODIUM_D)).x);
         }
@@ -169,16 +191,12 @@ fn grey(desc: &mut SceneDesc) {
     for light in &mut desc.lights {
         match light {
             LightDesc::Map { map, .. } => *map = Arc::new(map.grey()),
+            LightDesc::SunSky(light) => {
+                light.sky = Arc::new(light.sky.grey());
+                emitted(&mut light.sun);
+            }
             _ => emitted(light.spectrum_mut()),
         }
-    }
-}
-
-/// The grey that is as light under D65.
-fn reflected(spectrum: &mut Spectrum) {
-    if !spectrum.is_constant() {
-        let [r, g, b] = spectrum.reflected_rgb();
-        *spectrum = Spectrum::Constant((0.2126 * r + 0.7152 * g + 0.0722 * b).max(0.0));
     }
 }
 
@@ -188,7 +206,7 @@ fn emitted(spectrum: &mut Spectrum) {
 }
 
 /// The index at the sodium line, for all wavelengths.
-fn at_sodium(ior: &mut Ior) {
+pub(in crate::tracer) fn at_sodium(ior: &mut Ior) {
     *ior = Ior::Constant(ior.eval(Vec4::splat(SODIUM_D)).x);
 }
 
@@ -201,7 +219,7 @@ fn crown(ior: &Ior) -> Ior {
 /// Replaces every material of which `is` holds by its diffuse part; one without a diffuse part becomes black.
 fn strip(desc: &mut SceneDesc, is: fn(&BsdfDesc) -> bool) {
     for bsdf in desc.bsdfs.iter_mut().filter(|bsdf| is(bsdf)) {
-        let reflectance = bsdf.parts().albedo.cloned().unwrap_or(Spectrum::Constant(0.0));
+        let reflectance = bsdf.parts().albedo.cloned().unwrap_or(Spectrum::Constant(0.0).into());
         *bsdf = DiffuseDesc { reflectance }.into();
     }
 }
@@ -211,7 +229,7 @@ fn add_coat(desc: &mut SceneDesc, roughness: Option<Roughness>) -> bool {
     let Some(bsdf) = shown(desc, |bsdf| matches!(bsdf, BsdfDesc::Diffuse(_))) else { return false };
     let BsdfDesc::Diffuse(DiffuseDesc { reflectance }) = &*bsdf else { return false };
     let (int_ior, ext_ior, nonlinear) = (Ior::Constant(1.5), Ior::Constant(1.0), false);
-    let (diffuse_reflectance, specular_reflectance) = (reflectance.clone(), Spectrum::Constant(1.0));
+    let (diffuse_reflectance, specular_reflectance) = (reflectance.clone(), Spectrum::Constant(1.0).into());
     *bsdf = match roughness {
         None => PlasticDesc { int_ior, ext_ior, diffuse_reflectance, specular_reflectance, nonlinear }.into(),
         Some(roughness) => RoughPlasticDesc {
@@ -235,8 +253,9 @@ fn disperses(bsdf: &BsdfDesc) -> bool {
 /// True for a material that depends on the wavelength in any way.
 fn is_colored(bsdf: &BsdfDesc) -> bool {
     let parts = bsdf.parts();
-    let spectra = [parts.albedo, parts.reflection, parts.transmission, parts.eta, parts.k];
-    let colored = spectra.into_iter().flatten().any(|s| !s.is_constant());
+    let textures = [parts.albedo, parts.reflection, parts.transmission];
+    let colored = textures.into_iter().flatten().any(|texture| !texture.is_grey())
+        || [parts.eta, parts.k].into_iter().flatten().any(|spectrum| !spectrum.is_constant());
     !bsdf.is_black() && (colored || has_dispersive_index(bsdf))
 }
 

@@ -28,8 +28,12 @@ pub(super) const ENVIRONMENT: Entry = Entry {
     name: "environment",
     at_run_time: "whether the prepared scene has such a light, where a ray leaves it (Lights::environment)",
     find: |used, _| {
-        let light = used.environment().ok_or("no light is infinitely far")?;
-        let name = if matches!(light, LightDesc::Map { .. }) { "envmap" } else { "constant" };
+        let light = used.environment().ok_or("no light comes from all around")?;
+        let name = match light {
+            LightDesc::Map { .. } => "envmap",
+            LightDesc::SunSky(_) => "sunsky",
+            _ => "constant",
+        };
         Ok((format!("{name}: light from all around"), known(light.place())))
     },
     refusal: never,

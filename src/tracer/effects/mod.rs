@@ -31,6 +31,9 @@ use crate::scene::SceneDesc;
 use crate::scene::desc::{IntegratorKind, Place};
 use crate::spectrum::White;
 use crate::tracer::scene::MaterialClass;
+
+pub(in crate::tracer) use materials::at_sodium;
+
 use used::Used;
 
 /// What an effect says: when it takes part and why, and a scene without it and with it.
@@ -102,6 +105,8 @@ table! {
     Lens = methods::LENS,
     /// Normals that are interpolated between the corners of triangles: a mesh of facets that looks round.
     SmoothNormals = materials::SMOOTH_NORMALS,
+    /// Reflectances that vary over a surface: pictures and checkerboards.
+    Textures = materials::TEXTURES,
     /// Photons that have met mirrors, glass or coats only, looked up where they are seen.
     CausticPhotons = methods::CAUSTIC_PHOTONS,
     /// All other photons, of light that was spread before: gathered from one bounce away.
@@ -206,6 +211,7 @@ pub fn material_class(desc: &SceneDesc) -> MaterialClass {
     let used = Used::of(desc);
     let has = |effect: Effect| (effect.entry().find)(&used, IntegratorKind::Path).is_ok();
     match (has(Effect::Glossy), has(Effect::Deltas)) {
+        _ if used.mixes() => MaterialClass::Mixed,
         (true, _) => MaterialClass::General,
         (false, true) => MaterialClass::Specular,
         (false, false) => MaterialClass::Diffuse,

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::scene::desc::{BsdfDesc, LightDesc, Name, Place, SceneDesc, ShapeDesc, ShapeKind, TwoSidedDesc};
+use crate::scene::desc::{BsdfDesc, LightDesc, Name, Place, SceneDesc, ShapeDesc, ShapeKind, SunSkyDesc};
 use crate::spectrum::{Spectrum, White};
 
 use super::Found;
@@ -36,14 +36,18 @@ impl<'a> Used<'a> {
         let mut open: Vec<usize> = desc.surfaces().map(|s| s.bsdf.0 as usize).collect();
         while let Some(i) = open.pop() {
             // Also ends where materials form a circle, which preparing refuses.
-            if seen.insert(i)
-                && let Some(BsdfDesc::TwoSided(TwoSidedDesc { front, back })) = desc.bsdfs.get(i)
-            {
-                open.extend([front.0 as usize, back.0 as usize]);
+            if seen.insert(i) {
+                open.extend(desc.bsdfs.get(i).iter().flat_map(|bsdf| bsdf.nested()).map(|id| id.0 as usize));
             }
         }
         let one_sided = |i: &usize| !matches!(desc.bsdfs.get(*i), None | Some(BsdfDesc::TwoSided(_)));
         Self { desc, bsdfs: seen.into_iter().filter(one_sided).collect() }
+    }
+
+    /// True where a surface shows several materials at once.
+    pub(super) fn mixes(&self) -> bool {
+        let mixed = |i: &usize| matches!(self.desc.bsdfs[*i], BsdfDesc::Blend(_) | BsdfDesc::Mask(_));
+        self.bsdfs.iter().any(mixed)
     }
 
     /// The first material of which `is` holds.
@@ -95,6 +99,12 @@ impl<'a> Used<'a> {
 fn white(light: &LightDesc) -> Option<White> {
     match light {
         LightDesc::Map { map, scale, .. } => (map.is_grey() && scale.is_constant()).then_some(White::D65),
+        LightDesc::SunSky(SunSkyDesc { sky, sun, scale, .. }) => {
+            let grey = sky.is_grey()
+                && scale.is_constant()
+                && (sun.is_black() || White::of(sun) == Some(White::D65));
+            grey.then_some(White::D65)
+        }
         _ => White::of(light.spectrum()),
     }
 }

@@ -172,7 +172,7 @@ impl RenderContext {
             return None;
         }
         match pdf.origin {
-            EmissionOrigin::Point => None,
+            EmissionOrigin::Point | EmissionOrigin::Parallel => None,
             EmissionOrigin::Surface => {
                 let view = self.camera.view(from.p, lens, &self.window)?;
                 let pdf = self.scene.lights.emission_pdf(*light, from.p, -view.direction);

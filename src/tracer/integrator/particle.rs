@@ -2,7 +2,7 @@
 
 use crate::stream::{PathCounts, SampleSink};
 use crate::tracer::accel::Ray;
-use crate::tracer::bsdf::{Bsdf, Diffuse, Scattering, Smooth};
+use crate::tracer::bsdf::{Bsdf, Diffuse, Scattering, Smooth, Unmixed};
 use crate::tracer::sampler::{CameraNumbers, LightSampler};
 use crate::tracer::subpath::{SubpathVertex, Walk};
 use crate::tracer::{MaterialClass, Sampler};
@@ -42,7 +42,8 @@ impl Integrator for ParticleTracer {
         match scene.material_class() {
             MaterialClass::Diffuse => self.follow::<Diffuse>(walk, ray, &numbers, out),
             MaterialClass::Specular => self.follow::<Smooth>(walk, ray, &numbers, out),
-            MaterialClass::General => self.follow::<Bsdf>(walk, ray, &numbers, out),
+            MaterialClass::General => self.follow::<Unmixed>(walk, ray, &numbers, out),
+            MaterialClass::Mixed => self.follow::<Bsdf>(walk, ray, &numbers, out),
         }
     }
 

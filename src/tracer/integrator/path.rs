@@ -20,7 +20,7 @@
 
 use crate::stream::{PathCounts, SampleSink};
 use crate::tracer::accel::Ray;
-use crate::tracer::bsdf::{Bsdf, BsdfSample, Diffuse, Scattering, Smooth};
+use crate::tracer::bsdf::{Bsdf, BsdfSample, Diffuse, Scattering, Smooth, Unmixed};
 use crate::tracer::interaction::SurfaceVertex;
 use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::{MaterialClass, Sampler};
@@ -144,7 +144,8 @@ impl Integrator for PathTracer {
         match scene.material_class() {
             MaterialClass::Diffuse => self.follow::<Diffuse>(&mut path, ray, &sampler),
             MaterialClass::Specular => self.follow::<Smooth>(&mut path, ray, &sampler),
-            MaterialClass::General => self.follow::<Bsdf>(&mut path, ray, &sampler),
+            MaterialClass::General => self.follow::<Unmixed>(&mut path, ray, &sampler),
+            MaterialClass::Mixed => self.follow::<Bsdf>(&mut path, ray, &sampler),
         }
         out.camera(uv.map(|c| c as f32), lambda.to_xyz(path.radiance), 1.0);
     }

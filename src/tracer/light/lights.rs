@@ -177,7 +177,8 @@ impl Lights {
     }
 
     /// The light's spectrum at the wavelengths of a path, as seen along the unit direction `wi` (towards the light):
-    /// radiance, or intensity for a point. Only that of an environment depends on `wi`.
+    /// radiance, intensity for a point, irradiance for a single direction. Only that of a [directional](Lights::is_directional)
+    /// light depends on `wi`.
     #[inline]
     pub fn spectrum(&self, light: u32, wi: Vec3, lambda: &SampledWavelengths) -> SampledSpectrum {
         let Light { shape, spectrum, .. } = &self.lights[light as usize];
@@ -217,9 +218,9 @@ pub struct EmissionPdf {
     /// Where the ray comes from, which decides the units of the densities.
     pub origin: EmissionOrigin,
     /// Density of the light's vertex, with the choice of the light: per unit of area, per steradian for the environment
-    /// (whose vertex is a direction), a probability for a point.
+    /// (whose vertex is a direction), a probability for a point and for a single direction.
     pub vertex: f32,
-    /// Density of the direction per steradian; for the environment of the point on the disk, per unit of area.
+    /// Density of the direction per steradian; of a light infinitely far away that of the point on the disk, per unit of area.
     pub next: f32,
     /// Cosine of the ray to the light's normal, ≥ 0; 1 without a normal.
     pub cos: f32,
@@ -234,6 +235,22 @@ pub enum EmissionOrigin {
     Point,
     /// Infinitely far away.
     Infinite,
+    /// Infinitely far away in a single direction, which no path hits by chance.
+    Parallel,
+}
+
+impl EmissionOrigin {
+    /// True for a light that no path hits by chance.
+    #[inline]
+    pub fn is_delta(self) -> bool {
+        matches!(self, Self::Point | Self::Parallel)
+    }
+
+    /// True for a light infinitely far away.
+    #[inline]
+    pub fn is_far(self) -> bool {
+        matches!(self, Self::Infinite | Self::Parallel)
+    }
 }
 
 /// The sphere around a scene.
@@ -258,7 +275,7 @@ impl Emission {
     pub fn ray(&self) -> Ray {
         match self.pdf.origin {
             EmissionOrigin::Surface => self.from.spawn(self.direction),
-            EmissionOrigin::Point | EmissionOrigin::Infinite => Ray::new(self.from.p, self.direction),
+            _ => Ray::new(self.from.p, self.direction),
         }
     }
 
@@ -329,7 +346,7 @@ impl Lights {
             // cos / d² of the light turns both densities into ones by area and drops out.
             EmissionOrigin::Surface => pdf.next / pdf.cos,
             EmissionOrigin::Point => pdf.next / target.distance_squared(p),
-            EmissionOrigin::Infinite => pdf.next,
+            EmissionOrigin::Infinite | EmissionOrigin::Parallel => pdf.next,
         };
         pdf.vertex / sample.pdf.0 * (scale * cos)
     }

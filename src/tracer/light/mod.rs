@@ -1,7 +1,7 @@
 //! Everything that emits, and how one of many lights is sampled.
 //!
 //! ```text
-//! flat sphere point environment   the sorts of lights: LightSource
+//! flat sphere cylinder point spot directional environment sun_sky   the sorts of lights: LightSource
 //! lights      all lights of a scene: sampling one from a lit point, and the density of a direction; rays that leave lights, and
 //!             their densities: how light subpaths begin
 //! selector    which light a point samples: one, few that are all looked at, or a tree of them; how much light each may bring
@@ -26,12 +26,16 @@
 //!    neither: it is registered there with its primitives.
 //! 4. Tests: `tests/tracer/lights.rs` compares the irradiance with its exact value, `light_choice.rs` samples with densities.
 
+mod cylinder;
+mod directional;
 mod environment;
 mod flat;
 mod lights;
 mod point;
 mod selector;
 mod sphere;
+mod spot;
+mod sun_sky;
 mod tree;
 
 use glam::Vec3;
@@ -44,6 +48,8 @@ use super::sampler::LightNumbers;
 use super::shape::SurfacePoint;
 use selector::LightBounds;
 
+pub use cylinder::CylinderLight;
+pub use directional::DirectionalLight;
 pub use environment::{ConstantLight, EnvironmentMap};
 pub use flat::{DiskLight, ParallelogramLight, TriangleLight};
 pub use lights::{
@@ -51,6 +57,8 @@ pub use lights::{
 };
 pub use point::PointLight;
 pub use sphere::SphereLight;
+pub use spot::SpotLight;
+pub use sun_sky::{SunDisc, SunSkyLight};
 
 /// What every sort of light implements. Densities here are without the probability of choosing the light, unless said.
 pub trait LightSource {
@@ -125,12 +133,20 @@ light_shapes! {
     Disk(DiskLight),
     /// A sphere.
     Sphere(SphereLight),
+    /// A cylinder without its ends.
+    Cylinder(CylinderLight),
     /// A point.
     Point(PointLight),
+    /// A point that emits into a cone.
+    Spot(SpotLight),
+    /// Light from one direction, infinitely far away.
+    Directional(DirectionalLight),
     /// The same radiance from all around.
     Constant(ConstantLight),
     /// A picture of what is all around.
     Map(EnvironmentMap),
+    /// A sky with a sun in it.
+    SunSky(SunSkyLight),
 }
 
 use with_light;

@@ -2,8 +2,8 @@
 //!
 //! Bounds are those of Conty Estevez and Kulla, *Importance Sampling of Many Lights with Adaptive Tree Splitting*,
 //! HPG 2018, §4.1 (also Pharr, Jakob, Humphreys, *Physically Based Rendering*, 4th ed., §12.6.3): a sphere around the
-//! lights, a cone around their normals, and the sum of their powers. All lights here emit by the cosine or evenly, so
-//! that the angle beyond the normals to which light is sent is always 90°.
+//! lights, a cone around their normals, and the sum of their powers. All lights here emit by the cosine, evenly or into
+//! less than that, so that the angle beyond the normals to which light is sent is always 90°.
 
 use glam::Vec3;
 
@@ -161,15 +161,15 @@ impl FewLights {
 /// Bounds of a light, or of several.
 #[derive(Clone, Copy, Debug)]
 pub struct LightBounds {
-    /// Centre of the bounding sphere; not used for the environment.
+    /// Centre of the bounding sphere; not used for a light infinitely far away.
     pub(super) center: Vec3,
-    /// Its radius squared; negative for the environment, whose importance is the same everywhere.
+    /// Its radius squared; negative for a light infinitely far away, whose importance is the same in all places.
     pub(super) radius2: f32,
     /// Unit axis of the cone that holds all normals.
     pub(super) axis: Vec3,
     /// Cosine of its half angle; −1 when there is light in all directions.
     pub(super) cos: f32,
-    /// Irradiance at unit distance, straight in front.
+    /// Irradiance at unit distance, straight in front; at any distance, of a light infinitely far away.
     pub(super) power: f32,
 }
 
@@ -194,7 +194,14 @@ impl LightBounds {
         (bounds, [Vec3::INFINITY, Vec3::NEG_INFINITY])
     }
 
-    /// True for the environment.
+    /// Bounds of light that goes in the unit direction `axis` everywhere.
+    pub(super) fn parallel(axis: Vec3, power: f32, scene: BoundingSphere) -> (Self, [Vec3; 2]) {
+        // Four times the irradiance of an environment's power: that comes from all around.
+        let (bounds, corners) = Self::infinite(4.0 * power, scene);
+        (Self { axis, cos: 1.0, ..bounds }, corners)
+    }
+
+    /// True for a light infinitely far away.
     pub(super) fn is_far(&self) -> bool {
         self.radius2 < 0.0
     }
@@ -204,7 +211,7 @@ impl LightBounds {
     #[inline]
     pub(super) fn importance(&self, at: LightSampleContext, near2: f32) -> f32 {
         if self.radius2 < 0.0 {
-            return self.power;
+            return if self.cos < 0.0 { self.power } else { self.power * received(at, -self.axis, 0.0) };
         }
         let to = self.center - at.p;
         let distance2 = to.length_squared();
@@ -215,8 +222,7 @@ impl LightBounds {
         let wi = to * (1.0 / distance2.sqrt());
         // The bounding sphere is seen under a half angle of this sine.
         let sin_u = (self.radius2 / distance2).sqrt();
-        let cos_i = if at.through { wi.dot(at.n).abs() } else { wi.dot(at.n) };
-        let received = mean_cosine(cos_i, sin_u);
+        let received = received(at, wi, sin_u);
         if self.cos <= -1.0 {
             return falloff * received;
         }
@@ -236,6 +242,13 @@ impl LightBounds {
 
 /// Share of the power that counts within the bounding sphere, where angles say nothing.
 const INSIDE: f32 = 0.5;
+
+/// The mean cosine at `at` of light that comes from around `wi`, from a half angle of sine `sin_u`.
+#[inline]
+fn received(at: LightSampleContext, wi: Vec3, sin_u: f32) -> f32 {
+    let cos = wi.dot(at.n);
+    mean_cosine(if at.through { cos.abs() } else { cos }, sin_u)
+}
 
 /// The mean of the positive cosines over a sphere in a direction of cosine `cos` that fills a half angle of sine `sin_u`:
 /// `cos` itself where all of it is above the horizon (exact for a sphere of even radiance), 0 where none is, and between

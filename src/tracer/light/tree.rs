@@ -1,7 +1,7 @@
 //! Choosing one of many lights by walking down a tree of light bounds, and building that tree.
 //!
 //! At each node the walk takes a child in proportion to the importance of both (Conty Estevez and Kulla 2018, §5), with
-//! one number that is stretched again after each choice. The environment is beside the root. The tree is built top down, by
+//! one number that is stretched again after each choice. Lights infinitely far away are beside the root. The tree is built top down, by
 //! binned splits that keep groups of lights small, of one direction and weak.
 
 use glam::Vec3;
@@ -9,7 +9,7 @@ use glam::Vec3;
 use super::selector::LightBounds;
 use super::{BoundingSphere, Light, LightSampleContext, LightSource, with_light};
 
-/// Least probability of the environment and of the tree, where there are both.
+/// Least probability of lights infinitely far away and of the tree, where there are both.
 const LEAST: f32 = 0.1;
 
 /// A node. The first child of an interior one is the next node.
@@ -31,16 +31,19 @@ pub(super) struct LightTree {
     nodes: Vec<LightTreeNode>,
     /// Bit trails, by light: at which nodes the second child is taken, the root's bit lowest.
     trails: Vec<u64>,
-    /// The environment.
-    far: Option<(u32, LightBounds)>,
+    /// Lights infinitely far away.
+    far: Vec<(u32, LightBounds)>,
     near2: f32,
 }
 
 impl LightTree {
     /// A tree of `items`, of `all` lights; those without an item never shine.
     pub(super) fn new(mut items: Vec<TreeItem>, all: usize, near2: f32) -> Self {
-        let far = items.iter().position(|item| item.bounds.is_far());
-        let far = far.map(|i| items.swap_remove(i)).map(|item| (item.light, item.bounds));
+        let mut far = Vec::new();
+        while let Some(i) = items.iter().position(|item| item.bounds.is_far()) {
+            let TreeItem { light, bounds, .. } = items.swap_remove(i);
+            far.push((light, bounds));
+        }
         let mut trails = vec![NO_TRAIL; all];
         // Children are behind their parents.
         let mut nodes = Vec::with_capacity(2 * items.len());
@@ -50,14 +53,36 @@ impl LightTree {
         Self { nodes, trails, far, near2 }
     }
 
-    /// The probability of the environment.
+    /// The probability of the lights infinitely far away, together.
     #[inline]
     fn far(&self, at: LightSampleContext) -> f32 {
-        let Some((_, far)) = &self.far else { return 0.0 };
-        let near = self.nodes[0].bounds.importance(at, self.near2);
-        let share = far.power / (far.power + near);
+        if self.far.is_empty() {
+            return 0.0;
+        }
+        let Some(root) = self.nodes.first() else { return 1.0 };
+        let near = root.bounds.importance(at, self.near2);
+        let far = self.far_importance(0, at);
+        let share = far / (far + near);
         // NaN fails the comparison.
         if share > LEAST { share.min(1.0 - LEAST) } else { LEAST }
+    }
+
+    /// The importance of the lights infinitely far away from the `first` on.
+    #[inline]
+    fn far_importance(&self, first: usize, at: LightSampleContext) -> f32 {
+        self.far[first..].iter().map(|(_, bounds)| bounds.importance(at, self.near2)).sum()
+    }
+
+    /// The probability of the light infinitely far away in this `place`, among it and those behind it; the last is certain.
+    #[inline]
+    fn far_share(&self, place: usize, at: LightSampleContext) -> f32 {
+        if place + 1 == self.far.len() {
+            return 1.0;
+        }
+        let this = self.far[place].1.importance(at, self.near2);
+        let share = this / self.far_importance(place, at);
+        // None of them seems to light the point.
+        if share.is_nan() { 1.0 / (self.far.len() - place) as f32 } else { share }
     }
 
     /// The probability of the first of two children.
@@ -89,9 +114,9 @@ impl LightTree {
             };
             second
         };
-        if let Some((light, _)) = self.far
-            && !take(self.far(at))
-        {
+        if !self.far.is_empty() && !take(self.far(at)) {
+            let chosen = (0..self.far.len() - 1).find(|place| !take(self.far_share(*place, at)));
+            let (light, _) = self.far[chosen.unwrap_or(self.far.len() - 1)];
             return (light, probability as f32);
         }
         let mut node = 0;
@@ -107,14 +132,16 @@ impl LightTree {
     #[inline]
     pub(super) fn probability(&self, light: u32, at: LightSampleContext) -> f32 {
         let far = f64::from(self.far(at));
-        if self.far.is_some_and(|(far, _)| far == light) {
-            return far as f32;
+        if let Some(place) = self.far.iter().position(|(far, _)| *far == light) {
+            let passed = |before: usize| 1.0 - f64::from(self.far_share(before, at));
+            return ((0..place).map(passed).product::<f64>() * far * f64::from(self.far_share(place, at)))
+                as f32;
         }
         let mut trail = self.trails[light as usize];
         if trail == NO_TRAIL {
             return 0.0;
         }
-        let mut probability = if self.far.is_some() { 1.0 - far } else { 1.0 };
+        let mut probability = 1.0 - far;
         let mut node = 0;
         while self.nodes[node].link & LEAF == 0 && probability > 0.0 {
             let children = self.children(node);
@@ -136,7 +163,7 @@ pub(super) struct TreeItem {
     /// Its index among all lights.
     pub(super) light: u32,
     pub(super) bounds: LightBounds,
-    /// Corners of its box, which contains no point for the environment.
+    /// Corners of its box, which contains no point for a light infinitely far away.
     lo: Vec3,
     hi: Vec3,
 }

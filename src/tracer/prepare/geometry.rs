@@ -2,7 +2,7 @@
 //!
 //! Front sides follow Mitsuba. The front of a rectangle or disk is the side to which its transformed +z normal points (a
 //! mirroring transform does not turn it). The front of a mesh follows from the right-hand rule on the transformed corners. The
-//! front of a cube is the outside, as is that of a sphere unless the transform mirrors. `flip_normals` turns all of them. The
+//! front of a cube or cylinder is the outside, as is that of a sphere unless the transform mirrors. `flip_normals` turns all of them. The
 //! corners of a triangle are stored in the order that determines its front, so no sign has to be stored.
 //!
 //! Scenes use primitives that lie back to back in exactly the same place for lights that emit on both sides. Rounding would decide
@@ -11,18 +11,19 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DAffine3, DVec3, Vec2, Vec3};
 
 use crate::scene::SceneDesc;
-use crate::scene::desc::{LightDesc, Mesh, ShapeDesc, ShapeKind};
+use crate::scene::desc::{LightDesc, Mesh, ShapeDesc, ShapeKind, SpotDesc, SunSkyDesc};
 use crate::tracer::accel::PrimRange;
 use crate::tracer::light::{
-    ConstantLight, DiskLight, EnvironmentMap, Light, LightShape, ParallelogramLight, PointLight, SphereLight,
-    TriangleLight,
+    ConstantLight, CylinderLight, DirectionalLight, DiskLight, EnvironmentMap, Light, LightShape,
+    ParallelogramLight, PointLight, SphereLight, SpotLight, SunDisc, SunSkyLight, TriangleLight,
 };
 use crate::tracer::primitives::{Back, NONE, PrimRecord};
-use crate::tracer::shape::{Disk, Sphere, Triangle};
+use crate::tracer::shape::{Cylinder, Disk, Sphere, Triangle};
 use crate::tracer::tangents::{self, Tangents};
+use crate::tracer::texture_coordinates::{self, TextureCoordinates};
 
 use super::PrepareError;
 
@@ -38,14 +39,18 @@ pub(super) struct Geometry {
     pub(super) quads: Vec<u32>,
     pub(super) disks: Vec<Disk>,
     pub(super) spheres: Vec<Sphere>,
-    /// Records of the triangles. [`Geometry::finish`] appends those of disks and spheres.
+    pub(super) cylinders: Vec<Cylinder>,
+    /// Records of the triangles. [`Geometry::finish`] appends those of disks, spheres and cylinders.
     pub(super) prims: Vec<PrimRecord>,
     disk_prims: Vec<PrimRecord>,
     sphere_prims: Vec<PrimRecord>,
+    cylinder_prims: Vec<PrimRecord>,
     pub(super) normals: Vec<[Vec3; 3]>,
     pub(super) backs: Vec<Back>,
     /// Tangents by shape; see [`Geometry::finish`].
     pub(super) tangents: Vec<Tangents>,
+    /// Texture coordinates by shape; see [`Geometry::finish`].
+    pub(super) uvs: Vec<TextureCoordinates>,
     pub(super) places: Places,
     pub(super) lights: Vec<Light>,
     /// Number of shapes so far.
@@ -67,6 +72,8 @@ struct ShapeInput<'a> {
     dropped: usize,
     /// ∂p/∂u of each triangle, if the shape is brushed.
     along: Option<Vec<Vec3>>,
+    /// Texture coordinates of each triangle, if the shape is textured.
+    uvs: Option<Vec<[Vec2; 3]>>,
     /// Number of triangles before the shape.
     first: usize,
 }
@@ -91,14 +98,17 @@ impl Geometry {
         self.emitting += u32::from(spectrum.is_some());
         let brushed = tangents::is_brushed(desc, shape.bsdf);
         let (first, along) = (self.triangles.len(), brushed.then(Vec::new));
+        let textured = texture_coordinates::is_textured(desc, shape.bsdf);
+        let uvs = textured.then(Vec::new);
         let turned = (shape.to_world.matrix3.determinant() < 0.0) != shape.flip_normals;
-        let mut input = ShapeInput { shape, surface, turned, spectrum, dropped: 0, along, first };
+        let mut input = ShapeInput { shape, surface, turned, spectrum, dropped: 0, along, uvs, first };
         match &shape.kind {
             ShapeKind::Mesh(id) => {
                 let unknown = PrepareError::UnknownMesh { id: *id, place: shape.place };
                 self.add_mesh(desc.meshes.get(id.0 as usize).ok_or(unknown)?, &mut input);
             }
             ShapeKind::Sphere { center, radius } => self.add_sphere(*center, *radius, &mut input),
+            ShapeKind::Cylinder { p0, p1, radius } => self.add_cylinder(*p0, *p1, *radius, &mut input),
             ShapeKind::Disk => self.add_disk(&mut input),
             ShapeKind::Rectangle => self.add_rectangle(&mut input),
             ShapeKind::Cube => self.add_cube(&mut input),
@@ -110,6 +120,11 @@ impl Geometry {
             Some(along) if along.is_empty() => tangents::of_shape(shape),
             Some(along) => Tangents::Each { first: first as u32, along },
         });
+        self.uvs.push(match input.uvs {
+            None => TextureCoordinates::Unused,
+            Some(uvs) if uvs.is_empty() => texture_coordinates::of_shape(shape),
+            Some(of) => TextureCoordinates::Triangles { first: first as u32, of },
+        });
         if input.dropped > 0 {
             self.notices.push(format!(
                 "{}: {} primitives have no area or coordinates beyond 1e12 and were dropped",
@@ -120,19 +135,25 @@ impl Geometry {
         Ok(())
     }
 
-    /// Joins the lists of triangles, disks and spheres into one numbering. Drops the tangents if no shape is brushed.
+    /// Joins the lists of triangles, disks, spheres and cylinders into one numbering. Drops the tangents if no shape is brushed.
     pub(super) fn finish(mut self) -> Self {
         let triangles = self.triangles.len() as u32;
         let first_sphere = triangles + self.disks.len() as u32;
+        let first_cylinder = first_sphere + self.spheres.len() as u32;
         if self.tangents.iter().all(|t| matches!(t, Tangents::Any)) {
             self.tangents.clear();
         }
+        if self.uvs.iter().all(|uvs| matches!(uvs, TextureCoordinates::Unused)) {
+            self.uvs.clear();
+        }
         self.prims.append(&mut self.disk_prims);
         self.prims.append(&mut self.sphere_prims);
+        self.prims.append(&mut self.cylinder_prims);
         for light in &mut self.lights {
             let shift = match light.shape {
                 LightShape::Disk(_) => triangles,
                 LightShape::Sphere(_) => first_sphere,
+                LightShape::Cylinder(_) => first_cylinder,
                 _ => 0,
             };
             light.prims = PrimRange { first: light.prims.first + shift, end: light.prims.end + shift };
@@ -148,19 +169,36 @@ impl Geometry {
             self.notices.push(format!("line {line}: {second}"));
             return;
         }
+        let finite = |v: DVec3| Some(v.as_vec3()).filter(|v| v.is_finite());
+        let unit = |v: DVec3| v.as_vec3().try_normalize();
         let shape = match desc {
-            LightDesc::Constant { .. } => LightShape::Constant(ConstantLight),
+            LightDesc::Constant { .. } => Some(LightShape::Constant(ConstantLight)),
             LightDesc::Map { map, to_world, .. } => {
-                LightShape::Map(EnvironmentMap::new(map.clone(), to_world.matrix3))
+                Some(LightShape::Map(EnvironmentMap::new(map.clone(), to_world.matrix3)))
             }
-            LightDesc::Point { position, .. } if position.as_vec3().is_finite() => {
-                LightShape::Point(PointLight { position: position.as_vec3() })
+            LightDesc::SunSky(SunSkyDesc { sky, to_world, sun_direction, sun_half_angle, sun, .. }) => {
+                unit(*sun_direction).map(|direction| {
+                    let sun = SunDisc::new(direction, sun_half_angle.to_radians(), sun.clone());
+                    LightShape::SunSky(SunSkyLight::new(sky.clone(), to_world.matrix3, sun))
+                })
             }
-            LightDesc::Point { .. } => {
-                let nowhere = "the point light's position is not finite; it is ignored";
-                self.notices.push(format!("line {line}: {nowhere}"));
-                return;
+            LightDesc::Directional { direction, .. } => {
+                unit(*direction).map(|direction| LightShape::Directional(DirectionalLight { direction }))
             }
+            LightDesc::Spot(SpotDesc { position, axis, beam_width, cutoff_angle, .. }) => {
+                let [beam, cutoff] = [*beam_width, *cutoff_angle].map(|angle| angle.to_radians() as f32);
+                let usable = 0.0 <= beam && beam <= cutoff && cutoff <= std::f32::consts::PI;
+                let place = finite(*position).zip(unit(*axis)).filter(|_| usable);
+                place.map(|(position, axis)| LightShape::Spot(SpotLight::new(position, axis, beam, cutoff)))
+            }
+            LightDesc::Point { position, .. } => {
+                finite(*position).map(|position| LightShape::Point(PointLight { position }))
+            }
+        };
+        let Some(shape) = shape else {
+            let nowhere = "the light's position, direction or angles are not usable; it is ignored";
+            self.notices.push(format!("line {line}: {nowhere}"));
+            return;
         };
         self.lights.push(Light { shape, spectrum, prims: PrimRange::NONE });
     }
@@ -228,6 +266,13 @@ impl Geometry {
             let normals = normal(i).zip(normal(j)).zip(normal(k)).map(|((x, y), z)| [x, y, z]);
             self.push_mesh_triangle([a, b, c], normals, input);
             self.record_tangents(input, || tangents::of_triangle(mesh, [i, j, k], [a, b, c]));
+            if let Some(uvs) = input.uvs.as_mut().filter(|uvs| uvs.len() < self.triangles.len() - input.first)
+            {
+                // Normals may have turned the front.
+                let turned = self.corners.last().is_some_and(|stored| stored[1] != b);
+                let corners = if turned { [i, k, j] } else { [i, j, k] };
+                uvs.push(texture_coordinates::of_triangle(mesh, corners));
+            }
         }
     }
 
@@ -263,9 +308,10 @@ impl Geometry {
 
     /// Adds a parallelogram with its light, if it emits: the image of the square from −1 to 1, whose corners give the front by the
     /// right-hand rule unless the shape is turned. If it is degenerate, one of its halves or neither is added.
-    fn add_parallelogram(&mut self, corner: impl Fn(f64, f64) -> Vec3, input: &mut ShapeInput) {
+    fn add_parallelogram(&mut self, corner: impl Fn(f64, f64) -> (Vec3, Vec2), input: &mut ShapeInput) {
         let [a, b, c, d] = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
         let (b, d) = if input.turned { (d, b) } else { (b, d) };
+        let ([a, b, c, d], [uv_a, uv_b, uv_c, uv_d]) = ([a.0, b.0, c.0, d.0], [a.1, b.1, c.1, d.1]);
         let first = self.triangles.len();
         let key = PlaceKey::polygon([a, b, c, d]);
         let light = |n: Vec3| move || LightShape::Parallelogram(ParallelogramLight::over(a, b - a, d - a, n));
@@ -276,7 +322,15 @@ impl Geometry {
             self.prims[front].back = self.back(input, front..front + 2, light(face.n));
             return;
         }
-        if self.push_triangle([a, b, c], input, None) && self.push_triangle([a, c, d], input, None) {
+        let halves = [([a, b, c], [uv_a, uv_b, uv_c]), ([a, c, d], [uv_a, uv_c, uv_d])];
+        let mut push = |(corners, uvs)| {
+            let pushed = self.push_triangle(corners, input, None);
+            if let Some(known) = input.uvs.as_mut().filter(|_| pushed) {
+                known.push(texture_coordinates::of_corners(uvs));
+            }
+            pushed
+        };
+        if halves.into_iter().all(&mut push) {
             self.quads.push(first as u32);
             let n = self.triangles[first].n;
             let light = self.light(input, first..first + 2, light(n));
@@ -288,7 +342,8 @@ impl Geometry {
 
     fn add_rectangle(&mut self, input: &mut ShapeInput) {
         let m = input.shape.to_world;
-        self.add_parallelogram(|x, y| m.transform_point3(DVec3::new(x, y, 0.0)).as_vec3(), input);
+        let uv = |x: f64, y: f64| Vec2::new((0.5 + 0.5 * x) as f32, (0.5 + 0.5 * y) as f32);
+        self.add_parallelogram(|x, y| (m.transform_point3(DVec3::new(x, y, 0.0)).as_vec3(), uv(x, y)), input);
     }
 
     fn add_cube(&mut self, input: &mut ShapeInput) {
@@ -298,7 +353,8 @@ impl Geometry {
                 let corner = |x: f64, y: f64| {
                     let mut p = DVec3::ZERO;
                     (p[axis], p[(axis + 1) % 3], p[(axis + 2) % 3]) = (sign, x * sign, y);
-                    m.transform_point3(p).as_vec3()
+                    let uv = texture_coordinates::of_cube_corner(axis, sign, p);
+                    (m.transform_point3(p).as_vec3(), uv)
                 };
                 self.add_parallelogram(corner, input);
                 self.record_tangents(input, || {
@@ -327,7 +383,7 @@ impl Geometry {
         }
     }
 
-    /// Adds the record of a disk or sphere with its light, if it emits. Returns false if it became the back of another one.
+    /// Adds the record of a disk, sphere or cylinder with its light, if it emits. Returns false if it became the back of another one.
     fn add_record(
         &mut self,
         records: fn(&mut Self) -> &mut Vec<PrimRecord>,
@@ -374,6 +430,29 @@ impl Geometry {
             self.spheres.push(sphere);
         }
     }
+
+    fn add_cylinder(&mut self, p0: DVec3, p1: DVec3, radius: f64, input: &mut ShapeInput) {
+        let m = input.shape.to_world;
+        // The frame of Mitsuba: texture coordinates begin where the first of its axes points.
+        let (s, t) = (p1 - p0).normalize_or(DVec3::Z).any_orthonormal_pair();
+        let axes = [s * radius, t * radius, p1 - p0].map(|v| m.transform_vector3(v).as_vec3());
+        let base = m.transform_point3(p0).as_vec3();
+        let inward = input.shape.flip_normals;
+        let usable = |cylinder: &Cylinder| {
+            let (lo, hi) = cylinder.bounds();
+            lo.abs().max(hi.abs()).max_element() <= MAX_COORDINATE && cylinder.area() > 0.0
+        };
+        let Some(cylinder) = Cylinder::new(base, axes, inward).filter(usable) else {
+            input.dropped += 1;
+            return;
+        };
+        let key = PlaceKey::tube(base, axes);
+        let side = if inward { -Vec3::X } else { Vec3::X };
+        let light = || LightShape::Cylinder(CylinderLight::new(cylinder));
+        if self.add_record(|g| &mut g.cylinder_prims, key, side, input, light) {
+            self.cylinders.push(cylinder);
+        }
+    }
 }
 
 /// The exact place of a primitive: up to four points, sorted.
@@ -399,6 +478,11 @@ impl PlaceKey {
     /// The key of a disk with its half axes, or of a sphere with its radius.
     fn round(center: Vec3, a: Vec3, b: Vec3) -> Self {
         Self([[0, u32::MAX, 0], bits(center), bits(a), bits(b)])
+    }
+
+    /// The key of a cylinder, whose axes at the base are perpendicular to each other unless a transform stretches them.
+    fn tube(base: Vec3, [a, b, axis]: [Vec3; 3]) -> Self {
+        Self([[1, u32::MAX, 0], bits(base), bits(axis), bits(a + b)])
     }
 }
 

@@ -7,6 +7,7 @@ use crate::scene::desc::{GroupDesc, ShapeKind};
 use crate::tracer::accel::{Instance, PrimitiveGroup};
 use crate::tracer::placement::Placement;
 use crate::tracer::tangents::Tangents;
+use crate::tracer::texture_coordinates::TextureCoordinates;
 
 use super::PrepareError;
 use super::geometry::{Geometry, MAX_COORDINATE, Places, describe};
@@ -37,10 +38,11 @@ impl Geometry {
             } else {
                 self.shapes += group.shapes.len() as u32;
                 self.tangents.extend(group.shapes.iter().map(|_| Tangents::Any));
+                self.uvs.extend(group.shapes.iter().map(|_| TextureCoordinates::Unused));
             }
             let end = self.counts();
-            let [triangles, disks, spheres] = [0, 1, 2].map(|kind| first[kind]..end[kind]);
-            let prepared = PrimitiveGroup { triangles, disks, spheres };
+            let [triangles, disks, spheres, cylinders] = [0, 1, 2, 3].map(|kind| first[kind]..end[kind]);
+            let prepared = PrimitiveGroup { triangles, disks, spheres, cylinders };
             reaches.push((first != end).then(|| self.reach(&prepared)));
             shown.groups.push(prepared);
         }
@@ -77,9 +79,9 @@ impl Geometry {
         Ok(())
     }
 
-    /// Numbers of triangles, disks and spheres so far.
-    fn counts(&self) -> [u32; 3] {
-        [self.triangles.len(), self.disks.len(), self.spheres.len()].map(|n| n as u32)
+    /// Numbers of triangles, disks, spheres and cylinders so far.
+    fn counts(&self) -> [u32; 4] {
+        [self.triangles.len(), self.disks.len(), self.spheres.len(), self.cylinders.len()].map(|n| n as u32)
     }
 
     fn reach(&self, group: &PrimitiveGroup) -> Vec3 {
@@ -87,7 +89,8 @@ impl Geometry {
         let corners = self.corners[range(&group.triangles)].iter().flatten().copied();
         let disks = self.disks[range(&group.disks)].iter().map(|d| d.bounds());
         let spheres = self.spheres[range(&group.spheres)].iter().map(|s| s.bounds());
-        let round = disks.chain(spheres).flat_map(|(lo, hi)| [lo, hi]);
+        let cylinders = self.cylinders[range(&group.cylinders)].iter().map(|c| c.bounds());
+        let round = disks.chain(spheres).chain(cylinders).flat_map(|(lo, hi)| [lo, hi]);
         corners.chain(round).fold(Vec3::ZERO, |reach, p| reach.max(p.abs()))
     }
 }

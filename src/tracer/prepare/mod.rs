@@ -12,10 +12,11 @@ mod structure;
 use std::sync::Arc;
 
 use crate::scene::SceneDesc;
-use crate::scene::desc::{BsdfId, FilmDesc, GroupId, LightDesc, MeshId, Place};
+use crate::scene::desc::{BsdfId, FilmDesc, GroupId, LightDesc, MOST_PARTS, MeshId, Place};
 use crate::spectrum::Spectrum;
 
 use super::accel::{Accel, Shapes, collect_in_huge_pages};
+use super::bsdf::Material;
 use super::effects::{self, planned};
 use super::light::{BoundingSphere, Lights};
 use super::primitives::{Face, Primitives};
@@ -39,6 +40,12 @@ pub enum PrepareError {
     /// A shape or material names a material that does not exist.
     #[error("material {} is named but does not exist: the scene description is inconsistent", id.0)]
     UnknownMaterial {
+        /// The id.
+        id: BsdfId,
+    },
+    /// A material is made of too many others.
+    #[error("material {} is made of more than {MOST_PARTS} others", id.0)]
+    TooManyParts {
         /// The id.
         id: BsdfId,
     },
@@ -157,7 +164,9 @@ impl Scene {
         let radius = (0.5 * (hi - lo).length()).max(f32::MIN_POSITIVE);
         let lights = Lights::new(lights.into(), spectra, BoundingSphere { center: 0.5 * (lo + hi), radius });
         let structure = Arc::new(SceneStructure::of(desc));
-        let (primitives, white, material_class) = (Arc::new(primitives), None, MaterialClass::General);
+        let (primitives, white) = (Arc::new(primitives), None);
+        let mixes = materials.iter().any(|material| matches!(material, Material::Mixture(_)));
+        let material_class = if mixes { MaterialClass::Mixed } else { MaterialClass::General };
         Ok(Scene { primitives, surfaces, materials, lights, white, material_class, notices, structure })
     }
 
@@ -196,11 +205,28 @@ fn spectra(desc: &SceneDesc) -> Vec<Spectrum> {
 }
 
 fn primitives(geometry: Geometry, shown: PreparedGroups) -> Primitives {
-    let Geometry { corners, quads, triangles, disks, spheres, prims, normals, backs, tangents, .. } =
-        geometry;
+    let Geometry {
+        corners,
+        quads,
+        triangles,
+        disks,
+        spheres,
+        cylinders,
+        prims,
+        normals,
+        backs,
+        tangents,
+        uvs,
+        ..
+    } = geometry;
     let PreparedGroups { groups, instances, placements } = shown;
-    let shapes =
-        Shapes { triangles: &corners, quads: &quads, disks: disks.clone(), spheres: spheres.clone() };
+    let shapes = Shapes {
+        triangles: &corners,
+        quads: &quads,
+        disks: disks.clone(),
+        spheres: spheres.clone(),
+        cylinders: cylinders.clone(),
+    };
     let accel = Accel::new(shapes, &groups, &instances);
     drop(corners);
     let round = prims[triangles.len()..].to_vec();
@@ -208,5 +234,5 @@ fn primitives(geometry: Geometry, shown: PreparedGroups) -> Primitives {
         triangles.iter().zip(&prims).map(|(&triangle, &record)| Face { triangle, record }),
     );
     let normals = collect_in_huge_pages(normals.into_iter());
-    Primitives { accel, faces, disks, spheres, round, normals, backs, tangents, placements }
+    Primitives { accel, faces, disks, spheres, cylinders, round, normals, backs, tangents, uvs, placements }
 }

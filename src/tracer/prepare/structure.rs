@@ -6,8 +6,8 @@ use glam::{DAffine3, DVec3};
 
 use crate::scene::SceneDesc;
 use crate::scene::desc::{LightDesc, Mesh, ShapeDesc, ShapeKind};
-use crate::spectrum::EmissionMap;
-use crate::tracer::tangents;
+use crate::spectrum::{EmissionMap, Spectrum};
+use crate::tracer::{tangents, texture_coordinates};
 
 /// A description without its materials and spectra. An edit that keeps it needs no new geometry.
 #[derive(Debug, PartialEq)]
@@ -36,13 +36,25 @@ struct ShapeStructure {
     flip_normals: bool,
     emits: bool,
     brushed: bool,
+    textured: bool,
 }
 
 /// A light that is not a shape, without its spectrum.
 #[derive(Debug, PartialEq)]
 enum LightStructure {
     Constant,
-    Map { map: SameAllocation<EmissionMap>, to_world: DAffine3 },
+    Map {
+        map: SameAllocation<EmissionMap>,
+        to_world: DAffine3,
+    },
+    SunSky {
+        sky: SameAllocation<EmissionMap>,
+        to_world: DAffine3,
+        sun: (DVec3, f64, Spectrum),
+    },
+    Directional(DVec3),
+    /// Position, axis, and both angles.
+    Spot([DVec3; 2], [f64; 2]),
     Point(DVec3),
 }
 
@@ -54,12 +66,20 @@ impl SceneStructure {
             flip_normals: shape.flip_normals,
             emits: shape.emission.is_some(),
             brushed: tangents::is_brushed(desc, shape.bsdf),
+            textured: texture_coordinates::is_textured(desc, shape.bsdf),
         };
         let light = |light: &LightDesc| match light {
             LightDesc::Constant { .. } => LightStructure::Constant,
             LightDesc::Map { map, to_world, .. } => {
                 LightStructure::Map { map: SameAllocation(map.clone()), to_world: *to_world }
             }
+            LightDesc::SunSky(s) => LightStructure::SunSky {
+                sky: SameAllocation(s.sky.clone()),
+                to_world: s.to_world,
+                sun: (s.sun_direction, s.sun_half_angle, s.sun.clone()),
+            },
+            LightDesc::Directional { direction, .. } => LightStructure::Directional(*direction),
+            LightDesc::Spot(s) => LightStructure::Spot([s.position, s.axis], [s.beam_width, s.cutoff_angle]),
             LightDesc::Point { position, .. } => LightStructure::Point(*position),
         };
         Self {

@@ -6,7 +6,7 @@ mod meshes;
 use glam::{DVec3, Vec3};
 
 use pointillist::tracer::accel::{Accel, Hit, PrimRange, Ray, Shapes, SimdKernel};
-use pointillist::tracer::shape::{Disk, Sphere, Triangle};
+use pointillist::tracer::shape::{Cylinder, Disk, Sphere, Triangle};
 
 pub use exact::{Tally, Verdict, check, check_verdicts, polygon, rounding};
 pub use meshes::{CLOSED, Closed, icosphere, moeller_trumbore};
@@ -57,6 +57,7 @@ pub struct Primitives {
     pub quads: Vec<u32>,
     pub disks: Vec<Disk>,
     pub spheres: Vec<Sphere>,
+    pub cylinders: Vec<Cylinder>,
 }
 
 impl Primitives {
@@ -81,8 +82,9 @@ impl Primitives {
     }
 
     pub fn accel(&self) -> Accel {
-        let (disks, spheres) = (self.disks.clone(), self.spheres.clone());
-        Accel::new(Shapes { triangles: &self.triangles, quads: &self.quads, disks, spheres }, &[], &[])
+        let (disks, spheres, cylinders) = (self.disks.clone(), self.spheres.clone(), self.cylinders.clone());
+        let shapes = Shapes { triangles: &self.triangles, quads: &self.quads, disks, spheres, cylinders };
+        Accel::new(shapes, &[], &[])
     }
 
     /// Every triangle and parallelogram as its corners in order, with its id.
@@ -116,7 +118,8 @@ impl Primitives {
         let alone = |shapes| Accel::new(shapes, &[], &[]);
         let disks = self.disks.iter().map(|&d| alone(Shapes { disks: vec![d], ..Shapes::default() }));
         let spheres = self.spheres.iter().map(|&s| alone(Shapes { spheres: vec![s], ..Shapes::default() }));
-        all.extend((first..).zip(disks.chain(spheres)));
+        let tube = |&c: &Cylinder| alone(Shapes { cylinders: vec![c], ..Shapes::default() });
+        all.extend((first..).zip(disks.chain(spheres).chain(self.cylinders.iter().map(tube))));
         Singles(all)
     }
 }

@@ -58,7 +58,7 @@ pub fn material(desc: &mut SceneDesc, bsdf: BsdfDesc) -> BsdfId {
 
 /// Lambert with the same albedo at every wavelength.
 pub fn grey(albedo: f32) -> BsdfDesc {
-    BsdfDesc::Diffuse(DiffuseDesc { reflectance: Spectrum::Constant(albedo) })
+    BsdfDesc::Diffuse(DiffuseDesc { reflectance: Spectrum::Constant(albedo).into() })
 }
 
 /// Glass that reflects and transmits all.
@@ -67,8 +67,8 @@ pub fn glass(int_ior: Ior) -> BsdfDesc {
     BsdfDesc::Dielectric(DielectricDesc {
         int_ior,
         ext_ior: Ior::Constant(1.0),
-        specular_reflectance: one(),
-        specular_transmittance: one(),
+        specular_reflectance: one().into(),
+        specular_transmittance: one().into(),
     })
 }
 

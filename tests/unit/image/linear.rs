@@ -5,6 +5,7 @@ use pointillist::image::error::ImageError;
 use pointillist::image::exr;
 use pointillist::image::exr::Layers;
 use pointillist::image::linear::*;
+use pointillist::math::random::Random;
 use std::path::Path;
 
 fn encoded(color: png::ColorType, depth: png::BitDepth, data: &[u8]) -> Vec<u8> {
@@ -59,13 +60,117 @@ fn exr_files_by_their_channels() {
 #[test]
 fn other_files_are_refused_by_name() {
     for (bytes, word) in [
-        (&b"#?RADIANCE\n"[..], "Radiance"),
-        (b"\xff\xd8\xff\xe0", "neither"),
+        (&b"#?RADIANCE\n"[..], "does not end"),
+        (b"#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 1\n    ", "32-bit_rle_xyze"),
+        (b"#?RADIANCE\n\n+X 1 -Y 1\n    ", "order"),
+        (b"#?RADIANCE\n\n-Y 65535 +X 65535\n", "more than"),
+        (b"#?RADIANCE\n\n-Y 1 +X 2\n    ", "cut short"),
+        (b"#?RADIANCE\n\n-Y 1 +X 2\n\x01\x01\x01\x01", "run"),
+        (b"#?RADIANCE\n\n-Y 1 +X 9\n\x02\x02\x00\x09\x8a\x01", "run"),
+        (b"#?RADIANCE\n\n-Y 1 +X 9\n\x02\x02\x00\x09\x00", "run"),
+        (b"PF\n65535 65535 -1\n", "more than"),
+        (b"PF\n1 1 -1\n", "cut short"),
+        (b"PF\n1 nan -1\n    ", "no pixels"),
+        (b"PF\n1 1 0\n0123456789ab", "scale"),
+        (b"PF\n1 1", "does not end"),
+        (b"\xff\xd8\xff\xe0", "no picture"),
         (b"", "neither"),
         (b"\x89PNG\r\n\x1a\n", "no picture"),
         (b"\x76\x2f\x31\x01\x02\0\0\0", "no picture"),
     ] {
         let error = decode(Path::new("sky.hdr"), bytes, 10).expect_err("no picture").to_string();
         assert!(error.contains("sky.hdr") && error.contains(word), "{error}");
+    }
+}
+
+/// The same three pixels in every coding that the format has: as they are, in old runs, in new runs and lists.
+#[test]
+fn radiance_in_old_and_new_coding() {
+    let file = |size: &str, data: &[u8]| {
+        let head = format!("#?RGBE\n# a comment\nEXPOSURE=2\nFORMAT=32-bit_rle_rgbe\n\n{size}\n");
+        decode(Path::new("sky.hdr"), &[head.as_bytes(), data].concat(), 1000)
+    };
+    let plain =
+        file("-Y 2 +X 2", &[128, 64, 0, 129, 0, 0, 0, 0, 1, 2, 3, 120, 255, 255, 255, 255]).expect("valid");
+    let top = 255.0 * 2f32.powi(119);
+    let small = [1.0, 2.0, 3.0].map(|v| v * 2f32.powi(-16));
+    assert_eq!(plain.pixels(), [[1.0, 0.5, 0.0], [0.0; 3], small, [top; 3]]);
+    // A count of two bytes, lowest first: 1 + (255 + 256) pixels.
+    let old = [[128, 64, 0, 129], [1, 1, 1, 255], [1, 1, 1, 1]].concat();
+    let old = file("-Y 1 +X 512", &old).expect("valid");
+    assert!(old.pixels().iter().all(|p| *p == [1.0, 0.5, 0.0]) && old.width() == 512);
+    // Nine pixels: red a run, green a list, blue of two runs, the exponent a run.
+    let new = [&[2, 2, 0, 9, 137, 128, 9, 0, 1, 2, 3, 4, 5, 6, 7, 8, 132, 7, 133, 9, 137, 136][..]].concat();
+    let new = file("-Y 1 +X 9", &new).expect("valid");
+    let expected = |x: usize| [128.0, x as f32, if x < 4 { 7.0 } else { 9.0 }];
+    (0..9).for_each(|x| assert_eq!(new.at(x, 0), expected(x)));
+    // Rows of other widths than they say are in the old coding.
+    assert!(file("-Y 1 +X 10", &[2, 2, 0, 9, 137, 128]).is_err());
+}
+
+#[test]
+fn float_maps_of_both_orders_from_the_bottom() {
+    let read = |head: &str, data: &[u8]| decode(Path::new("a.pfm"), &[head.as_bytes(), data].concat(), 9);
+    let floats = |write: fn(f32) -> [u8; 4]| (0..6).flat_map(|i| write(i as f32)).collect::<Vec<u8>>();
+    let rows = [[3.0, 4.0, 5.0], [0.0, 1.0, 2.0]];
+    assert_eq!(read("PF\n1 2\n-1.0\n", &floats(f32::to_le_bytes)).expect("valid").pixels(), rows);
+    assert_eq!(read("PF 1 2 1 ", &floats(f32::to_be_bytes)).expect("valid").pixels(), rows);
+    let grey = read("Pf\n2 1\n-2\n", &floats(f32::to_le_bytes)).expect("valid");
+    assert_eq!(grey.pixels(), [[0.0; 3], [2.0; 3]]);
+}
+
+#[test]
+fn jpeg_is_decoded_from_srgb_and_refused_when_cut() {
+    let mut bytes = Vec::new();
+    let encoder = jpeg_encoder::Encoder::new(&mut bytes, 100);
+    encoder.encode(&[188; 16 * 16 * 3], 16, 16, jpeg_encoder::ColorType::Rgb).expect("encoded");
+    let grid = decode(Path::new("a.jpg"), &bytes, 256).expect("a picture");
+    assert_eq!((grid.width(), grid.height()), (16, 16));
+    assert!(grid.pixels().iter().flatten().all(|v| (v - 0.5029).abs() < 1e-2), "{:?}", grid.at(0, 0));
+    assert!(decode(Path::new("a.jpg"), &bytes, 255).is_err());
+    let cut = decode(Path::new("a.jpg"), &bytes[..bytes.len() - 2], 256).expect_err("no end");
+    assert!(cut.to_string().contains("cut short"), "{cut}");
+}
+
+/// A thousand broken files of each format: each is read within its limits or refused, whatever its header promises.
+#[test]
+fn broken_pictures_are_refused_or_read() {
+    let mut jpeg = Vec::new();
+    let gradient: Vec<u8> = (0..24 * 16 * 3).map(|i| (i * 7 % 251) as u8).collect();
+    let encoder = jpeg_encoder::Encoder::new(&mut jpeg, 80);
+    encoder.encode(&gradient, 24, 16, jpeg_encoder::ColorType::Rgb).expect("encoded");
+    let mut runs = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 9\n".to_vec();
+    (0..4).for_each(|_| {
+        runs.extend([2, 2, 0, 9, 137, 128, 9, 0, 1, 2, 3, 4, 5, 6, 7, 8, 132, 7, 133, 9, 137, 136])
+    });
+    let mut old = b"#?RADIANCE\n\n-Y 2 +X 257\n".to_vec();
+    (0..2).for_each(|_| old.extend([128, 64, 0, 129, 1, 1, 1, 255, 1, 1, 1, 0, 3, 3, 3, 130]));
+    let floats = [&b"PF\n3 4\n-1.0\n"[..], &[63; 3 * 4 * 12]].concat();
+    let (most, mut random) = (1 << 16, Random(21));
+    for (name, valid) in [("a.jpg", jpeg), ("new.hdr", runs), ("old.hdr", old), ("a.pfm", floats)] {
+        let (mut read, mut refused) = (0, 0);
+        for _ in 0..1000 {
+            let mut bytes = valid.clone();
+            for _ in 0..=random.below(4) {
+                let at = random.below(bytes.len());
+                match random.below(5) {
+                    0 => bytes.truncate(at.max(4)),
+                    1 => bytes.insert(at, b'9'),
+                    2 => drop(bytes.remove(at)),
+                    _ => bytes[at] = (random.f64() * 256.0) as u8,
+                }
+            }
+            match decode(Path::new(name), &bytes, most) {
+                Ok(grid) => {
+                    assert!((1..=most).contains(&grid.pixels().len()));
+                    read += 1;
+                }
+                Err(error) => {
+                    assert!(error.to_string().contains(name), "{error}");
+                    refused += 1;
+                }
+            }
+        }
+        assert!(read > 0 && refused > 100, "{name}: {read} read, {refused} refused");
     }
 }

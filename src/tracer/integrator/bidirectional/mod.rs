@@ -22,7 +22,7 @@ mod strategies;
 
 use crate::spectrum::SampledWavelengths;
 use crate::stream::{PathCounts, SampleSink};
-use crate::tracer::bsdf::{Bsdf, Diffuse, Scattering, Smooth};
+use crate::tracer::bsdf::{Bsdf, Diffuse, Scattering, Smooth, Unmixed};
 use crate::tracer::sampler::LightSampler;
 use crate::tracer::subpath::{SubpathVertex, Walk};
 use crate::tracer::{MaterialClass, Sampler};
@@ -52,7 +52,8 @@ pub struct BidirectionalTracer {
 pub struct Scratch {
     diffuse: Subpaths<Diffuse>,
     specular: Subpaths<Smooth>,
-    general: Subpaths<Bsdf>,
+    general: Subpaths<Unmixed>,
+    mixed: Subpaths<Bsdf>,
 }
 
 /// Vertices of the subpaths of an index.
@@ -184,6 +185,7 @@ impl Integrator for BidirectionalTracer {
             MaterialClass::Diffuse => self.trace_as(index, &mut scratch.diffuse, out),
             MaterialClass::Specular => self.trace_as(index, &mut scratch.specular, out),
             MaterialClass::General => self.trace_as(index, &mut scratch.general, out),
+            MaterialClass::Mixed => self.trace_as(index, &mut scratch.mixed, out),
         }
     }
 

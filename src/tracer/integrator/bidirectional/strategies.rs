@@ -87,7 +87,7 @@ impl BidirectionalTracer {
         let on = (emission.pdf.origin == EmissionOrigin::Surface).then_some(&emission.from);
         [surface.wo, -surface.wo].map(|eye| {
             let context = surface.light_context_from(eye);
-            if emission.pdf.origin == EmissionOrigin::Point {
+            if emission.pdf.origin.is_delta() {
                 return lights.probability(emission.light, context) / emission.pdf.vertex;
             }
             let pdf = lights.pdf(emission.light, context, surface.hit.wo, on);

@@ -6,7 +6,7 @@ use glam::{Vec3, Vec4};
 use crate::color::Xyz;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::accel::Ray;
-use crate::tracer::bsdf::{Bsdf, BsdfSample, Material, ScatteringModel};
+use crate::tracer::bsdf::{BsdfSample, Material, Scattering};
 use crate::tracer::integrator::direct_lighting::{PathState, Splitting};
 use crate::tracer::interaction::{SurfaceInteraction, SurfaceVertex};
 use crate::tracer::photon_map::{Disc, Lookup, Photon, PhotonLayer, Snapshot};
@@ -17,9 +17,6 @@ use super::{PhotonScratch, PhotonTracer};
 
 /// A path whose wavelength MIS weight exceeds this goes on with the hero alone: 1 is no dispersion, 4 is complete.
 const DISPERSED: f32 = 2.0;
-
-/// A lobe number that chooses whatever comes last: transmission.
-const LAST_LOBE: f32 = 1.0 - f32::EPSILON / 2.0;
 
 /// Photons of a lookup in the caustic layer, which is seen directly, over those of one in the global layer.
 const CAUSTIC: usize = 2;
@@ -74,7 +71,7 @@ impl<'a> CameraPath<'a> {
     }
 
     /// Follows the path along `ray` to its end and returns what it found.
-    pub fn trace(mut self, mut ray: Ray, sampler: &Sampler) -> Xyz {
+    pub fn trace<B: Scattering>(mut self, mut ray: Ray, sampler: &Sampler) -> Xyz {
         let context = &self.tracer.context;
         while let Some(hit) = self.state.arrive(context, &ray, self.class != PathClass::Caustic) {
             if self.gathered {
@@ -83,16 +80,21 @@ impl<'a> CameraPath<'a> {
             // The last ray was too short for the photons at its end to stand for what it saw.
             let (_, radius, _) = self.reach(PhotonLayer::Global);
             let near = ray.origin.distance_squared(hit.point.p) < radius * radius;
-            let Some(next) = self.shade(hit, near, &sampler.vertex(self.state.depth)) else { break };
+            let Some(next) = self.shade::<B>(hit, near, &sampler.vertex(self.state.depth)) else { break };
             ray = next;
         }
         self.xyz + self.state.lambda.to_xyz(self.state.radiance)
     }
 
     /// Samples a light, gathers photons (global ones unless `near`) and chooses the ray to go on with.
-    fn shade(&mut self, hit: SurfaceInteraction, near: bool, u: &VertexNumbers) -> Option<Ray> {
+    fn shade<B: Scattering>(
+        &mut self,
+        hit: SurfaceInteraction,
+        near: bool,
+        u: &VertexNumbers,
+    ) -> Option<Ray> {
         let scene = &self.tracer.context.scene;
-        let vertex = SurfaceVertex::<Bsdf>::new(scene, hit, &self.state.lambda);
+        let vertex = SurfaceVertex::<B>::new(scene, hit, &self.state.lambda);
         let diffuse = vertex.bsdf.has_diffuse_part();
         if diffuse || self.class == PathClass::Mirrored && !vertex.bsdf.is_delta() {
             self.state.add_direct(scene, &vertex, u);
@@ -107,7 +109,12 @@ impl<'a> CameraPath<'a> {
         self.scatter(&vertex, diffuse, u)
     }
 
-    fn scatter(&mut self, vertex: &SurfaceVertex, diffuse: bool, u: &VertexNumbers) -> Option<Ray> {
+    fn scatter<B: Scattering>(
+        &mut self,
+        vertex: &SurfaceVertex<B>,
+        diffuse: bool,
+        u: &VertexNumbers,
+    ) -> Option<Ray> {
         let s = vertex.bsdf.sample(vertex.wo, u.bsdf, u.lobe)?;
         let wi = vertex.frame.to_world(s.wi);
         if !vertex.hit.sides_agree(wi, s.transmitted) {
@@ -130,24 +137,27 @@ impl<'a> CameraPath<'a> {
         // The coat's mirror was not in what the photons contributed.
         self.gathered &= spread;
         let factor = self.state.roulette(self.tracer.context.rr_depth, u.roulette)?;
-        self.scratch.scatterings.push(RecordedScattering::new(vertex, &s, factor));
+        self.scratch.scatterings.push(RecordedScattering::new(vertex, &s, u.lobe, factor));
         Some(vertex.hit.spawn(wi))
     }
 
     /// Adds what the photons of `layer` around `vertex` contribute.
-    fn gather(&mut self, vertex: &SurfaceVertex, layer: PhotonLayer) {
+    fn gather<B: Scattering>(&mut self, vertex: &SurfaceVertex<B>, layer: PhotonLayer) {
         let forest = self.snapshot.layer(layer);
         if forest.is_empty() {
             return;
         }
         let (wanted, radius, window) = self.reach(layer);
         let normal = vertex.hit.facing_normal();
+        // What lets light through shows what arrives on its other side.
+        let through = vertex.bsdf.transmits();
         // The last segment leads here.
         let segments = self.tracer.context.longest() - (self.state.depth + 1);
         let hero = self.state.lambda.lambda().x;
         let accept = |photon: &Photon| {
             photon.depth() <= segments
-                && photon.normal().dot(normal) > SAME_SURFACE
+                && (photon.normal().dot(normal) > SAME_SURFACE
+                    || through && photon.normal().dot(normal) < -SAME_SURFACE)
                 && window.is_none_or(|w| lanes_near(photon, hero, w) > 0.0)
         };
         let throughput = self.state.throughput * self.state.wavelength_weight;
@@ -201,27 +211,29 @@ pub(super) struct RecordedScattering {
     wi: Vec3,
     delta: bool,
     transmitted: bool,
+    /// A lobe number that chooses the same delta.
+    lobe: f32,
     /// Roulette's factor over the density with which the direction, or the delta, was chosen.
     scale: f32,
 }
 
 impl RecordedScattering {
     /// The scattering `sample` at `vertex`, which roulette has let go on with this factor.
-    fn new(vertex: &SurfaceVertex, sample: &BsdfSample, roulette: f32) -> Self {
+    fn new<B: Scattering>(vertex: &SurfaceVertex<B>, sample: &BsdfSample, lobe: f32, roulette: f32) -> Self {
         let BsdfSample { wi, pdf, delta, transmitted, .. } = *sample;
         let scale = 1.0 / pdf.0 * roulette;
-        Self { hit: vertex.hit, wo: vertex.wo, wi, delta, transmitted, scale }
+        let lobe = vertex.bsdf.delta_lobe(lobe, transmitted);
+        Self { hit: vertex.hit, wo: vertex.wo, wi, delta, transmitted, lobe, scale }
     }
 
     /// The weight of this scattering at other wavelengths.
     #[inline]
-    pub fn weight(&self, scene: &Scene, lambda: &SampledWavelengths) -> SampledSpectrum {
+    pub fn weight<B: Scattering>(&self, scene: &Scene, lambda: &SampledWavelengths) -> SampledSpectrum {
         let (material, _) = scene.material(&self.hit);
-        let bsdf = material.bsdf(lambda);
+        let bsdf = B::of(material, self.hit.uv, lambda);
         let value = if self.delta {
             // The same lobe; where these wavelengths never choose it, its value is zero.
-            let lobe = if self.transmitted { LAST_LOBE } else { 0.0 };
-            match bsdf.sample(self.wo, [0.5; 2], lobe) {
+            match bsdf.sample(self.wo, [0.5; 2], self.lobe) {
                 Some(s) if s.delta && s.transmitted == self.transmitted => s.weight * s.pdf.0,
                 _ => SampledSpectrum::ZERO,
             }
@@ -233,12 +245,17 @@ impl RecordedScattering {
 
     /// f·|cos| per lane. Where colours part, values hold a factor of the hero's, so each wavelength is evaluated alone.
     #[inline]
-    fn value(&self, material: &Material, bsdf: &Bsdf, lambda: &SampledWavelengths) -> SampledSpectrum {
-        let at = |bsdf: &Bsdf| bsdf.eval(self.wo, self.wi).map_or(SampledSpectrum::ZERO, |(f, _)| f);
+    fn value<B: Scattering>(
+        &self,
+        material: &Material,
+        bsdf: &B,
+        lambda: &SampledWavelengths,
+    ) -> SampledSpectrum {
+        let at = |bsdf: &B| bsdf.eval(self.wo, self.wi).map_or(SampledSpectrum::ZERO, |(f, _)| f);
         if !bsdf.parts_colors() {
             return at(bsdf);
         }
-        let lane = |i: usize| at(&material.bsdf(&lambda.alone(i))).0[i];
+        let lane = |i: usize| at(&B::of(material, self.hit.uv, &lambda.alone(i))).0[i];
         SampledSpectrum(Vec4::from_array([0, 1, 2, 3].map(lane)))
     }
 }
@@ -256,11 +273,16 @@ struct RecordedPath<'a> {
 impl RecordedPath<'_> {
     /// What a photon contributes: throughput and material are evaluated at the photon's wavelengths.
     #[inline]
-    fn at_wavelengths_of(&self, photon: &Photon, vertex: &SurfaceVertex, scale: f32) -> Xyz {
+    fn at_wavelengths_of<B: Scattering>(
+        &self,
+        photon: &Photon,
+        vertex: &SurfaceVertex<B>,
+        scale: f32,
+    ) -> Xyz {
         let lambda = self.white.unwrap_or_else(|| photon.wavelengths());
-        let bsdf = self.material.bsdf(&lambda);
+        let bsdf = B::of(self.material, vertex.hit.uv, &lambda);
         let Some(f) = scattered(vertex, &bsdf, photon.direction()) else { return Xyz::BLACK };
-        let weight = |t: SampledSpectrum, s: &RecordedScattering| t * s.weight(self.scene, &lambda);
+        let weight = |t: SampledSpectrum, s: &RecordedScattering| t * s.weight::<B>(self.scene, &lambda);
         let throughput = self.scatterings.iter().fold(SampledSpectrum::ONE, weight);
         let value = photon.flux() * f * throughput * scale;
         if value.is_finite() { lambda.to_xyz(value) } else { Xyz::BLACK }
@@ -269,7 +291,11 @@ impl RecordedPath<'_> {
 
 /// What a photon contributes to a path that carries its hero wavelength only; `throughput` includes the flux there.
 #[inline]
-fn at_the_hero(photon: &Photon, vertex: &SurfaceVertex, throughput: SampledSpectrum) -> SampledSpectrum {
+fn at_the_hero<B: Scattering>(
+    photon: &Photon,
+    vertex: &SurfaceVertex<B>,
+    throughput: SampledSpectrum,
+) -> SampledSpectrum {
     let f = scattered(vertex, &vertex.bsdf, photon.direction());
     let value = f.map_or(SampledSpectrum::ZERO, |f| throughput * f);
     if value.is_finite() { value } else { SampledSpectrum::ZERO }
@@ -277,7 +303,7 @@ fn at_the_hero(photon: &Photon, vertex: &SurfaceVertex, throughput: SampledSpect
 
 /// f·|cos θₛ| / |cos θ| from the world-space direction `wi` into the path: flux is measured with the geometric cosine.
 #[inline]
-fn scattered(vertex: &SurfaceVertex, bsdf: &Bsdf, wi: Vec3) -> Option<SampledSpectrum> {
+fn scattered<B: Scattering>(vertex: &SurfaceVertex<B>, bsdf: &B, wi: Vec3) -> Option<SampledSpectrum> {
     let local = vertex.frame.to_local(wi);
     if !vertex.hit.sides_agree(wi, vertex.wo.z * local.z < 0.0) {
         return None;

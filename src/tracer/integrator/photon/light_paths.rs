@@ -9,12 +9,12 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::math::bits::mix;
-use crate::tracer::Sampler;
-use crate::tracer::bsdf::ScatteringModel;
+use crate::tracer::bsdf::{Bsdf, Scattering, Unmixed};
 use crate::tracer::photon_map::{
     Arrival, PhotonBatch, PhotonLayer, Snapshot, Wanted, wavelength_number, wavelengths,
 };
 use crate::tracer::subpath::{SubpathVertex, Walk};
+use crate::tracer::{MaterialClass, Sampler};
 
 use super::{PhotonScratch, PhotonTracer};
 
@@ -37,7 +37,10 @@ impl PhotonTracer {
         wanted: Wanted<'_>,
     ) -> Option<Arc<Snapshot>> {
         let trace = |paths: Range<u64>, batch: &mut PhotonBatch| {
-            paths.for_each(|path| trace_light_path(self, path, batch));
+            paths.for_each(|path| match self.context.scene.material_class() {
+                MaterialClass::Mixed => trace_light_path::<Bsdf>(self, path, batch),
+                _ => trace_light_path::<Unmixed>(self, path, batch),
+            });
         };
         scratch.samples = scratch.samples.wrapping_add(1);
         if scratch.samples.is_multiple_of(SAMPLES_PER_CLAIM)
@@ -62,7 +65,7 @@ impl PhotonTracer {
 }
 
 /// Traces the light path of this number and leaves its photons in `batch`.
-fn trace_light_path(tracer: &PhotonTracer, path: u64, batch: &mut PhotonBatch) {
+fn trace_light_path<B: Scattering>(tracer: &PhotonTracer, path: u64, batch: &mut PhotonBatch) {
     let context = &tracer.context;
     let (scene, longest) = (&context.scene, context.longest());
     let sampler = Sampler::at(mix(path), context.seed ^ SEED);
@@ -77,7 +80,7 @@ fn trace_light_path(tracer: &PhotonTracer, path: u64, batch: &mut PhotonBatch) {
     // One more segment leads to the camera.
     while walk.depth + 1 < longest {
         let Some(hit) = scene.closest(&ray) else { return };
-        let vertex: SubpathVertex = walk.arrive(scene, hit);
+        let vertex: SubpathVertex<B> = walk.arrive(scene, hit);
         let here = vertex.surface.bsdf.has_diffuse_part();
         if here && vertex.depth > 1 && reflects(&vertex) {
             let (layer, wanted) = match spread {
@@ -96,13 +99,13 @@ fn trace_light_path(tracer: &PhotonTracer, path: u64, batch: &mut PhotonBatch) {
     }
 }
 
-/// True if the lit side reflects anything at the wavelengths of the path: else no camera path gathers there.
-fn reflects(vertex: &SubpathVertex) -> bool {
+/// True if the lit side scatters anything at the wavelengths of the path, back or through: else no camera path gathers there.
+fn reflects<B: Scattering>(vertex: &SubpathVertex<B>) -> bool {
     let surface = &vertex.surface;
-    surface.bsdf.eval(surface.wo, surface.wo).is_some_and(|(f, _)| !f.is_black())
+    surface.bsdf.transmits() || surface.bsdf.eval(surface.wo, surface.wo).is_some_and(|(f, _)| !f.is_black())
 }
 
-fn arrival(vertex: &SubpathVertex, wavelengths: u16) -> Arrival {
+fn arrival<B: Scattering>(vertex: &SubpathVertex<B>, wavelengths: u16) -> Arrival {
     let SubpathVertex { surface, throughput, wavelength_mis, depth, .. } = vertex;
     let hit = &surface.hit;
     // A photon of the hero alone counts four times by its wavelengths.

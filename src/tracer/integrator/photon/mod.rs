@@ -35,8 +35,9 @@ use glam::Vec3;
 
 use crate::scene::desc::PhotonDesc;
 use crate::stream::{PathCounts, SampleSink};
-use crate::tracer::Sampler;
+use crate::tracer::bsdf::{Bsdf, Unmixed};
 use crate::tracer::photon_map::{PhotonMap, QueryScratch, Schedule, Snapshot};
+use crate::tracer::{MaterialClass, Sampler};
 
 use super::{Integrator, RenderContext};
 use camera_path::{CameraPath, RecordedScattering};
@@ -141,7 +142,11 @@ impl Integrator for PhotonTracer {
         let numbers = sampler.camera();
         let uv = self.context.place(numbers.screen);
         let path = CameraPath::new(self, &snapshot, lookup, scratch, numbers.wavelength);
-        let value = path.trace(self.context.camera.ray(uv, numbers.lens), &sampler);
+        let ray = self.context.camera.ray(uv, numbers.lens);
+        let value = match self.context.scene.material_class() {
+            MaterialClass::Mixed => path.trace::<Bsdf>(ray, &sampler),
+            _ => path.trace::<Unmixed>(ray, &sampler),
+        };
         scratch.snapshot = Some(snapshot);
         out.camera(uv.map(|c| c as f32), value, 1.0);
     }

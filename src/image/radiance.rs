@@ -1,0 +1,127 @@
+//! Radiance pictures (`.hdr`, `.pic`): three mantissas and one exponent per pixel, plain or run-length coded.
+//!
+//! The format is that of Ward, *Real Pixels*, in Arvo (ed.), *Graphics Gems II*, 1991, and of the manual of Radiance. As Mitsuba
+//! does, values are those of the file: its EXPOSURE and COLORCORR lines are not undone.
+
+use super::exr::check_pixels;
+
+/// Longest line of a header in bytes.
+const LONGEST_LINE: usize = 4096;
+
+/// Width, height and linear R, G, B of the file with these `bytes`, of at most `most` pixels.
+pub(super) fn decode(bytes: &[u8], most: usize) -> Result<(usize, usize, Vec<[f32; 3]>), String> {
+    let mut file = Bytes(bytes);
+    let resolution = loop {
+        let line = file.line()?;
+        match line.strip_prefix("FORMAT=").map(str::trim) {
+            Some("32-bit_rle_rgbe") | None => (),
+            Some(other) => {
+                return Err(format!("pixels of the format {other} are not read, only 32-bit_rle_rgbe"));
+            }
+        }
+        if line.is_empty() {
+            break file.line()?;
+        }
+    };
+    let (width, height) = match *resolution.split_ascii_whitespace().collect::<Vec<_>>() {
+        ["-Y", height, "+X", width] => (number(width)?, number(height)?),
+        _ => return Err(format!("its pixels are in the order `{resolution}`, and only -Y … +X … is read")),
+    };
+    check_pixels(width, height, most)?;
+    // Grows with what the file holds, not with what its header promises.
+    let mut pixels = Vec::new();
+    let mut row = vec![[0; 4]; width];
+    for _ in 0..height {
+        file.row(&mut row)?;
+        pixels.extend(row.iter().copied().map(linear));
+    }
+    Ok((width, height, pixels))
+}
+
+fn number(text: &str) -> Result<usize, String> {
+    text.parse().map_err(|_| format!("`{text}` is no number of pixels"))
+}
+
+/// The value of a pixel: mantissas over 256, times 2 to the exponent less 128.
+fn linear([r, g, b, e]: [u8; 4]) -> [f32; 3] {
+    // The product of two powers of two reaches every exponent without leaving the range of a float between.
+    let scale = 2f32.powi(i32::from(e) - 128) * 2f32.powi(-8);
+    if e == 0 { [0.0; 3] } else { [r, g, b].map(|v| f32::from(v) * scale) }
+}
+
+/// What is left of a file.
+struct Bytes<'a>(&'a [u8]);
+
+impl<'a> Bytes<'a> {
+    /// The line that begins here, without its end.
+    fn line(&mut self) -> Result<&'a str, String> {
+        let end =
+            self.0.iter().take(LONGEST_LINE).position(|b| *b == b'\n').ok_or("its header does not end")?;
+        let (line, rest) = self.0.split_at(end);
+        self.0 = &rest[1..];
+        let text = std::str::from_utf8(line).map_err(|_| "its header is no text")?;
+        Ok(text.trim_end_matches('\r'))
+    }
+
+    fn take<const N: usize>(&mut self) -> Result<[u8; N], String> {
+        let (bytes, rest) = self.0.split_first_chunk().ok_or("it is cut short")?;
+        self.0 = rest;
+        Ok(*bytes)
+    }
+
+    /// One row, in whichever coding it begins.
+    fn row(&mut self, row: &mut [[u8; 4]]) -> Result<(), String> {
+        match *self.0 {
+            // The new coding tells the width again, of 8 to 32 767 pixels.
+            [2, 2, high, low, ..] if high < 128 && usize::from(high) << 8 | usize::from(low) == row.len() => {
+                self.0 = &self.0[4..];
+                (0..4).try_for_each(|component| self.component(row, component))
+            }
+            _ => self.pixels(row),
+        }
+    }
+
+    /// The new coding: each component by itself, in runs of one value and in lists of several.
+    fn component(&mut self, row: &mut [[u8; 4]], component: usize) -> Result<(), String> {
+        let mut at = 0;
+        while at < row.len() {
+            let [count] = self.take()?;
+            let (count, run) = if count > 128 { (count - 128, true) } else { (count, false) };
+            let end = at + usize::from(count);
+            if count == 0 || end > row.len() {
+                return Err("a run of its pixels does not end with its row".to_owned());
+            }
+            let mut value = if run { self.take()? } else { [0] };
+            for pixel in &mut row[at..end] {
+                if !run {
+                    value = self.take()?;
+                }
+                pixel[component] = value[0];
+            }
+            at = end;
+        }
+        Ok(())
+    }
+
+    /// The old coding: pixels one by one, where the mantissas 1, 1, 1 repeat the pixel before as often as the exponent's byte says;
+    /// several of these in a row are the digits of one count, lowest first.
+    fn pixels(&mut self, row: &mut [[u8; 4]]) -> Result<(), String> {
+        let (mut at, mut shift) = (0, 0);
+        while at < row.len() {
+            let pixel: [u8; 4] = self.take()?;
+            let [1, 1, 1, count] = pixel else {
+                row[at] = pixel;
+                (at, shift) = (at + 1, 0);
+                continue;
+            };
+            let end = at.saturating_add(usize::from(count) << shift);
+            if at == 0 || shift > 16 || end > row.len() {
+                return Err("a run of its pixels does not end with its row".to_owned());
+            }
+            let last = row[at - 1];
+            row[at..end].fill(last);
+            (at, shift) = (end, shift + 8);
+        }
+        Ok(())
+    }
+}

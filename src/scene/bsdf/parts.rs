@@ -1,0 +1,47 @@
+//! What others may ask of a bsdf without knowing the plugin.
+
+/// The parameters of a bsdf by what they mean, in whichever plugin: references to textures, spectra and indices, shared or mutable.
+pub(crate) struct BsdfParts<T, S, I> {
+    /// Albedo of the diffuse part.
+    pub(crate) albedo: Option<T>,
+    /// Factor on specular reflection.
+    pub(crate) reflection: Option<T>,
+    /// Factor on specular transmission.
+    pub(crate) transmission: Option<T>,
+    /// Real part of the index of refraction of a metal.
+    pub(crate) eta: Option<S>,
+    /// Imaginary part of the same.
+    pub(crate) k: Option<S>,
+    /// Index of refraction behind the surface, or of a coat.
+    pub(crate) int_ior: Option<I>,
+    /// Index of refraction in front of the surface.
+    pub(crate) ext_ior: Option<I>,
+}
+
+impl<T, S, I> Default for BsdfParts<T, S, I> {
+    fn default() -> Self {
+        Self {
+            albedo: None,
+            reflection: None,
+            transmission: None,
+            eta: None,
+            k: None,
+            int_ior: None,
+            ext_ior: None,
+        }
+    }
+}
+
+/// Writes [`BsdfPlugin::parts`] and [`BsdfPlugin::parts_mut`]: which field is which part.
+macro_rules! parts {
+    ($($part:ident: $field:ident),* $(,)?) => {
+        fn parts(&self) -> crate::scene::bsdf::BsdfParts<&crate::scene::texture::SpectrumTexture, &Spectrum, &Ior> {
+            crate::scene::bsdf::BsdfParts { $($part: Some(&self.$field),)* ..Default::default() }
+        }
+
+        fn parts_mut(&mut self) -> crate::scene::bsdf::BsdfParts<&mut crate::scene::texture::SpectrumTexture, &mut Spectrum, &mut Ior> {
+            crate::scene::bsdf::BsdfParts { $($part: Some(&mut self.$field),)* ..Default::default() }
+        }
+    };
+}
+pub(super) use parts;

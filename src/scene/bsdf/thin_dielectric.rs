@@ -1,0 +1,41 @@
+//! `thindielectric`: a pane too thin to shift what is behind it.
+
+use super::dielectric::ior;
+use super::{BsdfPlugin, color, parts};
+use crate::scene::diagnostic::SceneError;
+use crate::scene::mitsuba::{Params, Reader};
+use crate::scene::texture::SpectrumTexture;
+use crate::spectrum::{Spectrum, dispersion::Ior};
+
+/// A smooth pane of a transparent medium, both of whose faces are one surface.
+#[derive(Clone, Debug)]
+pub struct ThinDielectricDesc {
+    /// Index of the pane.
+    pub int_ior: Ior,
+    /// Index on both of its sides.
+    pub ext_ior: Ior,
+    /// Factor on reflection, 1 in nature.
+    pub specular_reflectance: SpectrumTexture,
+    /// Factor on transmission, 1 in nature.
+    pub specular_transmittance: SpectrumTexture,
+}
+
+impl BsdfPlugin for ThinDielectricDesc {
+    const NAME: &'static str = "thindielectric";
+
+    fn read(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<Self, SceneError> {
+        Ok(Self {
+            int_ior: ior(params, "int_ior", "bk7")?,
+            ext_ior: ior(params, "ext_ior", "air")?,
+            specular_reflectance: color(reader, params, "specular_reflectance", 1.0)?,
+            specular_transmittance: color(reader, params, "specular_transmittance", 1.0)?,
+        })
+    }
+
+    parts! {
+        reflection: specular_reflectance,
+        transmission: specular_transmittance,
+        int_ior: int_ior,
+        ext_ior: ext_ior,
+    }
+}

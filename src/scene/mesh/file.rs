@@ -1,0 +1,102 @@
+//! A mesh file as messages name it, and what every format does once the numbers are read: faults are dropped and counted,
+//! normals are made or mended.
+
+use glam::DMat3;
+
+use super::check;
+use super::{MeshOptions, MeshRead, normals};
+use crate::scene::desc::Mesh;
+use crate::scene::diagnostic::{Finding, FindingKind, LineAt, SceneError, SceneWarning};
+
+/// A kind of fault: how often, and the first line it was in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Count {
+    pub(super) times: usize,
+    pub(super) first_line: usize,
+}
+
+impl Count {
+    /// One more, at a line (from 1).
+    pub(super) fn add(&mut self, line: impl FnOnce() -> usize) {
+        if self.times == 0 {
+            self.first_line = line();
+        }
+        self.times += 1;
+    }
+}
+
+/// What the reader of a format makes: indices in range, everything else as the file has it.
+pub(super) struct RawMesh<'a> {
+    pub(super) mesh: Mesh,
+    /// What was left out, in words that follow the number.
+    pub(super) dropped: Vec<(Count, &'static str)>,
+    pub(super) warnings: Vec<SceneWarning>,
+    /// The line of a triangle, by its index.
+    pub(super) line_of: Box<dyn Fn(usize) -> usize + 'a>,
+    /// Advice for a file without triangles.
+    pub(super) advice: &'static str,
+}
+
+/// A file for messages.
+#[derive(Clone, Copy)]
+pub(super) struct MeshFile<'a> {
+    pub(super) name: &'a str,
+    pub(super) bytes: &'a [u8],
+    /// What messages show lines of.
+    pub(super) text: &'a [u8],
+}
+
+impl MeshFile<'_> {
+    pub(super) fn finding(&self, line: usize, message: impl Into<String>) -> Finding {
+        self.finding_of(FindingKind::Mesh, line, message)
+    }
+
+    pub(super) fn finding_of(&self, kind: FindingKind, line: usize, message: impl Into<String>) -> Finding {
+        let text = self.text.split(|b| *b == b'\n').nth(line.saturating_sub(1)).unwrap_or_default();
+        let text = String::from_utf8_lossy(&text[..text.len().min(1000)]);
+        let text = text.trim_end();
+        Finding::new(
+            kind,
+            LineAt { file: self.name, text, line: line.max(1), column: 1, range: (0, text.len()) },
+            message,
+        )
+    }
+
+    /// Checks what was read, tells what was dropped or mended, and gives the mesh its normals.
+    pub(super) fn finish(&self, raw: RawMesh<'_>, options: &MeshOptions) -> Result<MeshRead, SceneError> {
+        let RawMesh { mut mesh, mut dropped, mut warnings, line_of, advice } = raw;
+        let repairs = check::repair(&mut mesh, line_of);
+        dropped.extend([
+            (repairs.not_finite, "triangles have a vertex that is not a finite number: dropped"),
+            (repairs.flat, "triangles have no area: dropped"),
+        ]);
+        if mesh.triangles.is_empty() {
+            let line = dropped.iter().map(|(count, _)| count.first_line).max().unwrap_or(1);
+            return Err(self
+                .finding(line, "this mesh has no triangle that can be traced")
+                .help(advice)
+                .error());
+        }
+        for (count, what) in dropped.into_iter().filter(|(c, _)| c.times > 0) {
+            let found = self.finding(count.first_line, format!("{} {what}", count.times));
+            warnings.push(found.label("the first").warning());
+        }
+        if repairs.bad_uvs > 0 {
+            let message = format!("{} texture coordinates are not finite: set to 0", repairs.bad_uvs);
+            warnings.push(self.finding(1, message).warning());
+        }
+        let world = options.world.map_or(DMat3::IDENTITY, |m| DMat3::from_cols_array(&m.map(f64::from_bits)));
+        if options.face_normals {
+            mesh.normals = Vec::new();
+        } else if mesh.normals.is_empty() {
+            mesh.normals = normals::from_faces(&mesh, &world);
+        } else {
+            let bad = normals::mend(&mut mesh, &world);
+            if bad > 0 {
+                let message = format!("{bad} normals have no direction: made from the faces");
+                warnings.push(self.finding(1, message).warning());
+            }
+        }
+        Ok(MeshRead { bytes: self.bytes.len(), mesh, warnings })
+    }
+}

@@ -1,0 +1,451 @@
+//! Stanford PLY, text and binary (Turk, *The PLY Polygon File Format*, 1994), with the names of properties that Mitsuba knows.
+//!
+//! Polygons are cut into triangles around their first corner (Mitsuba itself reads triangles only). Properties that nothing here
+//! uses, such as colours, are skipped.
+
+use std::ops::Range;
+
+use glam::{Vec2, Vec3};
+
+use super::MeshOptions;
+use super::file::{Count, MeshFile, RawMesh};
+use super::ply_header::{Encoding, PlyElement, PlyHeader, PlyProperty, Scalar};
+use crate::scene::desc::Mesh;
+use crate::scene::diagnostic::{FindingKind, SceneError};
+use crate::scene::limits;
+
+/// The properties of a vertex that are kept, with all their names: position, normal, texture coordinates.
+const KEPT: [&[&str]; 8] =
+    [&["x"], &["y"], &["z"], &["nx"], &["ny"], &["nz"], &["u", "s", "texture_u"], &["v", "t", "texture_v"]];
+const POSITION: Range<usize> = 0..3;
+const NORMAL: Range<usize> = 3..6;
+const UV: Range<usize> = 6..8;
+/// The place in [`KEPT`] of what is not kept.
+const UNUSED: usize = KEPT.len();
+
+/// The names of the list of corners of a face.
+const CORNERS: [&str; 2] = ["vertex_indices", "vertex_index"];
+
+/// Reads a PLY file.
+pub(super) fn read<'a>(file: &MeshFile<'a>, options: &MeshOptions) -> Result<RawMesh<'a>, SceneError> {
+    let header = PlyHeader::read(file)?;
+    let last = header.next_line - 1;
+    let element = |name: &str, needed: &str| {
+        let missing = || {
+            file.finding(last, format!("this PLY file has no element `{name}`"))
+                .help(needed.to_owned())
+                .error()
+        };
+        header.element(name).ok_or_else(missing)
+    };
+    let vertices = element("vertex", "its header says `element vertex COUNT`")?;
+    let faces = element("face", "only polygons are read: export the mesh with faces")?;
+    let slots: Vec<usize> = vertices.properties.iter().map(slot).collect();
+    let has = |mut range: Range<usize>| range.all(|s| slots.contains(&s));
+    if !has(POSITION) {
+        return Err(file.finding(vertices.line, "a vertex has the properties `x`, `y` and `z`").error());
+    }
+    if !faces.properties.iter().any(is_corners) {
+        let found = file.finding(faces.line, "a face has a list of integers `vertex_indices`");
+        return Err(found.help("write `property list uchar int vertex_indices`").error());
+    }
+    let mut read = PlyRead {
+        file: *file,
+        vertices: vertices.rows,
+        flip: options.flip_tex_coords,
+        has_normals: has(NORMAL) && !options.face_normals,
+        has_uvs: has(UV),
+        slots,
+        mesh: Mesh::default(),
+        lines: Vec::new(),
+        out_of_range: Count::default(),
+        too_small: Count::default(),
+    };
+    let rest = &file.bytes[header.bytes..];
+    let (unread, line) = match header.encoding {
+        Encoding::Ascii => {
+            let text = read.elements(&header, Text { rest, line: header.next_line })?;
+            (text.rest.trim_ascii().len(), text.line)
+        }
+        Encoding::LittleEndian => (read.elements(&header, Binary::<false> { rest })?.rest.len(), last),
+        Encoding::BigEndian => (read.elements(&header, Binary::<true> { rest })?.rest.len(), last),
+    };
+    let mut warnings = Vec::new();
+    if unread > 0 {
+        let message = format!("{unread} bytes after the last row that the header announces: not used");
+        warnings.push(file.finding(line, message).warning());
+    }
+    let (lines, announced) = (read.lines, faces.line);
+    Ok(RawMesh {
+        mesh: read.mesh,
+        dropped: vec![
+            (read.out_of_range, "faces have an index that the file does not have: dropped"),
+            (read.too_small, "faces have fewer than three vertices: dropped"),
+        ],
+        warnings,
+        line_of: Box::new(move |triangle| lines.get(triangle).map_or(announced, |line| *line as usize)),
+        advice: "export the mesh with polygons",
+    })
+}
+
+/// The place of a property of vertices in [`KEPT`].
+fn slot(property: &PlyProperty) -> usize {
+    let named = |names: &&[&str]| property.count.is_none() && names.contains(&property.name.as_str());
+    KEPT.iter().position(named).unwrap_or(UNUSED)
+}
+
+fn is_corners(property: &PlyProperty) -> bool {
+    property.count.is_some() && property.scalar.is_integer() && CORNERS.contains(&property.name.as_str())
+}
+
+/// The mesh so far.
+struct PlyRead<'a> {
+    file: MeshFile<'a>,
+    /// The number of vertices that the header announces.
+    vertices: usize,
+    flip: bool,
+    has_normals: bool,
+    has_uvs: bool,
+    /// Places in [`KEPT`] of the properties of a vertex.
+    slots: Vec<usize>,
+    mesh: Mesh,
+    /// The line of each triangle of a text.
+    lines: Vec<u32>,
+    out_of_range: Count,
+    too_small: Count,
+}
+
+impl PlyRead<'_> {
+    /// Reads all rows of all elements and returns what comes after them.
+    fn elements<N: Numbers>(&mut self, header: &PlyHeader, mut numbers: N) -> Result<N, SceneError> {
+        for element in &header.elements {
+            let read_row: fn(&mut Self, &PlyElement, &mut N) -> Result<(), RowFault> =
+                match element.name.as_str() {
+                    "vertex" => Self::vertex,
+                    "face" => Self::face,
+                    _ => Self::other,
+                };
+            if element.name == "vertex" {
+                self.reserve(element.rows);
+            }
+            for row in 1..=element.rows {
+                read_row(self, element, &mut numbers)
+                    .map_err(|fault| self.error(fault, element, row, numbers.line()))?;
+            }
+        }
+        Ok(numbers)
+    }
+
+    /// Room for the vertices; the header was checked against the size of the file.
+    fn reserve(&mut self, rows: usize) {
+        self.mesh.positions.reserve_exact(rows);
+        self.mesh.normals.reserve_exact(if self.has_normals { rows } else { 0 });
+        self.mesh.uvs.reserve_exact(if self.has_uvs { rows } else { 0 });
+    }
+
+    fn vertex<N: Numbers>(&mut self, element: &PlyElement, numbers: &mut N) -> Result<(), RowFault> {
+        let mut values = [0.0; UNUSED];
+        for (property, &slot) in element.properties.iter().zip(&self.slots) {
+            match values.get_mut(slot) {
+                Some(value) => *value = numbers.next(property.scalar)? as f32,
+                None => skip(property, numbers)?,
+            }
+        }
+        let [x, y, z, nx, ny, nz, u, v] = values;
+        self.mesh.positions.push(Vec3::new(x, y, z));
+        if self.has_normals {
+            self.mesh.normals.push(Vec3::new(nx, ny, nz));
+        }
+        if self.has_uvs {
+            self.mesh.uvs.push(Vec2::new(u, if self.flip { 1.0 - v } else { v }));
+        }
+        Ok(())
+    }
+
+    fn face<N: Numbers>(&mut self, element: &PlyElement, numbers: &mut N) -> Result<(), RowFault> {
+        let mut line = element.line;
+        for property in &element.properties {
+            match property.count {
+                Some(count) if is_corners(property) => {
+                    let corners = length(count, numbers)?;
+                    line = numbers.line().unwrap_or(line);
+                    self.polygon(corners, property.scalar, numbers, line)?;
+                }
+                _ => skip(property, numbers)?,
+            }
+        }
+        if numbers.line().is_some() {
+            self.lines.resize(self.mesh.triangles.len(), line as u32);
+        }
+        Ok(())
+    }
+
+    /// Reads the corners of a polygon and adds its triangles.
+    fn polygon<N: Numbers>(
+        &mut self,
+        corners: usize,
+        scalar: Scalar,
+        numbers: &mut N,
+        line: usize,
+    ) -> Result<(), RowFault> {
+        let triangles = &mut self.mesh.triangles;
+        let first_triangle = triangles.len();
+        let (mut first, mut previous, mut in_range) = (0, 0, true);
+        for corner in 0..corners {
+            let index = numbers.next(scalar)?;
+            in_range &= index >= 0.0 && index < self.vertices as f64 && index.fract() == 0.0;
+            let index = index as u32;
+            match corner {
+                0 => first = index,
+                1 => {}
+                _ if in_range => triangles.push([first, previous, index]),
+                _ => {}
+            }
+            previous = index;
+        }
+        if !in_range {
+            triangles.truncate(first_triangle);
+            self.out_of_range.add(|| line);
+        } else if corners < 3 {
+            self.too_small.add(|| line);
+        }
+        if triangles.len() > limits::MESH_TRIANGLES { Err(RowFault::TooMany) } else { Ok(()) }
+    }
+
+    fn other<N: Numbers>(&mut self, element: &PlyElement, numbers: &mut N) -> Result<(), RowFault> {
+        element.properties.iter().try_for_each(|property| skip(property, numbers))
+    }
+
+    fn error(&self, fault: RowFault, element: &PlyElement, row: usize, line: Option<usize>) -> SceneError {
+        let (line, PlyElement { name, rows, .. }) = (line.unwrap_or(element.line), element);
+        let at = format!("in row {row} of the {rows} of `{name}`");
+        let (kind, message) = match fault {
+            RowFault::End => (FindingKind::Mesh, format!("the file ends {at}")),
+            RowFault::NotANumber => (FindingKind::Mesh, format!("this is not a number, {at}")),
+            RowFault::Negative => (FindingKind::Mesh, format!("a list with less than no items, {at}")),
+            RowFault::TooMany => {
+                (FindingKind::Limit, format!("the mesh has more than {} triangles", limits::MESH_TRIANGLES))
+            }
+        };
+        self.file.finding_of(kind, line, message).error()
+    }
+}
+
+/// Why a row cannot be read.
+enum RowFault {
+    End,
+    NotANumber,
+    /// The length of a list.
+    Negative,
+    TooMany,
+}
+
+/// The length of a list.
+fn length<N: Numbers>(count: Scalar, numbers: &mut N) -> Result<usize, RowFault> {
+    let length = numbers.next(count)?;
+    if length < 0.0 { Err(RowFault::Negative) } else { Ok(length as usize) }
+}
+
+fn skip<N: Numbers>(property: &PlyProperty, numbers: &mut N) -> Result<(), RowFault> {
+    let length = property.count.map_or(Ok(1), |count| length(count, numbers))?;
+    numbers.skip(property.scalar, length)
+}
+
+/// The numbers after the header.
+trait Numbers {
+    /// The next number. All types of PLY fit into double precision.
+    fn next(&mut self, scalar: Scalar) -> Result<f64, RowFault>;
+
+    fn skip(&mut self, scalar: Scalar, count: usize) -> Result<(), RowFault>;
+
+    /// The current line of a text.
+    fn line(&self) -> Option<usize>;
+}
+
+/// Numbers as text, with blanks between them.
+struct Text<'a> {
+    rest: &'a [u8],
+    line: usize,
+}
+
+impl<'a> Text<'a> {
+    fn token(&mut self) -> Result<&'a [u8], RowFault> {
+        let start = self.rest.iter().position(|b| {
+            self.line += usize::from(*b == b'\n');
+            !b.is_ascii_whitespace()
+        });
+        let rest = &self.rest[start.ok_or(RowFault::End)?..];
+        let end = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
+        let (token, rest) = rest.split_at(end);
+        self.rest = rest;
+        Ok(token)
+    }
+}
+
+impl Numbers for Text<'_> {
+    #[inline]
+    fn next(&mut self, scalar: Scalar) -> Result<f64, RowFault> {
+        let token = std::str::from_utf8(self.token()?).map_err(|_| RowFault::NotANumber)?;
+        let number = match scalar {
+            Scalar::F32 => token.parse::<f32>().map(f64::from),
+            _ => token.parse(),
+        };
+        number.map_err(|_| RowFault::NotANumber)
+    }
+
+    fn skip(&mut self, _: Scalar, count: usize) -> Result<(), RowFault> {
+        (0..count).try_for_each(|_| self.token().map(|_| ()))
+    }
+
+    fn line(&self) -> Option<usize> {
+        Some(self.line)
+    }
+}
+
+/// Binary numbers, the most significant byte first where `BIG`.
+struct Binary<'a, const BIG: bool> {
+    rest: &'a [u8],
+}
+
+impl<const BIG: bool> Numbers for Binary<'_, BIG> {
+    #[inline]
+    fn next(&mut self, scalar: Scalar) -> Result<f64, RowFault> {
+        macro_rules! take {
+            ($type:ty) => {{
+                let (bytes, rest) = self.rest.split_first_chunk().ok_or(RowFault::End)?;
+                self.rest = rest;
+                f64::from(if BIG { <$type>::from_be_bytes(*bytes) } else { <$type>::from_le_bytes(*bytes) })
+            }};
+        }
+        Ok(match scalar {
+            Scalar::I8 => take!(i8),
+            Scalar::U8 => take!(u8),
+            Scalar::I16 => take!(i16),
+            Scalar::U16 => take!(u16),
+            Scalar::I32 => take!(i32),
+            Scalar::U32 => take!(u32),
+            Scalar::F32 => take!(f32),
+            Scalar::F64 => take!(f64),
+        })
+    }
+
+    fn skip(&mut self, scalar: Scalar, count: usize) -> Result<(), RowFault> {
+        self.rest =
+            count.checked_mul(scalar.bytes()).and_then(|n| self.rest.get(n..)).ok_or(RowFault::End)?;
+        Ok(())
+    }
+
+    fn line(&self) -> Option<usize> {
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::mesh::{MeshFormat, MeshRead, parse};
+
+    const OPTIONS: MeshOptions = MeshOptions {
+        format: MeshFormat::Ply,
+        shape_index: 0,
+        face_normals: false,
+        flip_tex_coords: false,
+        world: None,
+    };
+
+    const HEADER: &str = "ply\nformat ascii 1.0\ncomment of four corners\nelement vertex 4\nproperty float x\n\
+                          property double y\nproperty float32 z\nproperty uchar red\nproperty float s\nproperty float t\n\
+                          property list uchar float extra\nelement face 3\nproperty list uint8 int32 vertex_index\n\
+                          property float weight\nend_header\n";
+    const ROWS: &str = "0 0 0 9 .25 .75 0\n1 0 0 9 .25 .75 2 7 7\n1 1 0 9 .25 .75 0\n0 1 0 9 .25 .75 1 nan\n";
+
+    fn read(text: &str) -> Result<MeshRead, SceneError> {
+        parse("a.ply", text.as_bytes(), &OPTIONS)
+    }
+
+    #[test]
+    fn text_with_polygons_and_properties_of_no_use() {
+        let MeshRead { mesh, warnings, .. } =
+            read(&format!("{HEADER}{ROWS}3 0 1 2 .5\n4 0 1 2 3 .5\r\n3 0 2 3 1")).expect("valid");
+        assert_eq!(mesh.triangles, [[0, 1, 2], [0, 1, 2], [0, 2, 3], [0, 2, 3]]);
+        assert_eq!(mesh.positions, [Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::Y]);
+        assert_eq!((mesh.uvs, warnings.len()), (vec![Vec2::new(0.25, 0.75); 4], 0));
+        assert_eq!(mesh.normals, [Vec3::Z; 4]);
+    }
+
+    #[test]
+    fn faults_have_a_line() {
+        let read = read(&format!("{HEADER}{ROWS}3 0 1 2 0\n3 0 1 4 0\n2 0 1 0\n what")).expect("one face");
+        let lines: Vec<usize> = read.warnings.iter().map(|w| w.location().1).collect();
+        assert_eq!((read.mesh.triangles.len(), lines), (1, vec![22, 21, 22]), "{:?}", read.warnings);
+    }
+
+    #[test]
+    fn errors_have_a_line() {
+        let at = |from: &str, to: &str| {
+            let text = format!("{HEADER}{ROWS}3 0 1 2 0\n3 0 1 2 0\n3 0 1 2 0\n");
+            assert!(text.contains(from));
+            let e = read(&text.replacen(from, to, 1)).expect_err(to);
+            e.location().1
+        };
+        for (from, to, line) in [
+            ("ply", "plx", 1),
+            ("ascii 1.0", "ascii 2.0", 2),
+            ("comment", "remark", 3),
+            ("element vertex 4", "element vertex 4294967295", 4),
+            ("element vertex 4", "element vertex -1", 4),
+            ("element face", "element vertex", 12),
+            ("element face", "element faces", 15),
+            ("property float x", "property list float int x", 5),
+            ("property float x", "property float w", 4),
+            ("uint8 int32 vertex_index", "uint8 float vertex_index", 12),
+            ("end_header\n", "", 15),
+            ("0 0 0 9", "0 0 zero 9", 16),
+            ("3 0 1 2 0\n3 0 1 2 0\n3 0 1 2 0\n", "-3 0 1 2 0\n\n", 20),
+            ("3 0 1 2 0\n3 0 1 2 0\n3 0 1 2 0\n", "3 0 1 2 0\n3 0 1 2 0\n3 0 1", 22),
+        ] {
+            assert_eq!(at(from, to), line, "{to}");
+        }
+    }
+
+    /// All types in both orders of bytes.
+    #[test]
+    fn binary_of_every_type() {
+        for (order, big) in [("little", false), ("big", true)] {
+            for (index, bytes) in
+                [("char", 1), ("uchar", 1), ("short", 2), ("ushort", 2), ("int", 4), ("uint", 4)]
+            {
+                let mut file = format!(
+                    "ply\nformat binary_{order}_endian 1.0\nelement face 1\nproperty list {index} {index} vertex_indices\n\
+                     element vertex 3\nproperty double x\nproperty float y\nproperty {index} z\nproperty float nx\n\
+                     property float ny\nproperty float nz\nend_header\n"
+                )
+                .into_bytes();
+                let mut push = |little: &[u8]| {
+                    let mut bytes = little.to_vec();
+                    if big {
+                        bytes.reverse();
+                    }
+                    file.extend(bytes);
+                };
+                for value in [3_u32, 0, 1, 2] {
+                    push(&value.to_le_bytes()[..bytes]);
+                }
+                for (x, y) in [(0.0_f64, 0.0_f32), (1.5, 0.0), (0.0, 2.5)] {
+                    push(&x.to_le_bytes());
+                    push(&y.to_le_bytes());
+                    push(&7_u32.to_le_bytes()[..bytes]);
+                    [0.0_f32, 3.0, 4.0].iter().for_each(|n| push(&n.to_le_bytes()));
+                }
+                let mesh = parse("a.ply", &file, &OPTIONS).expect("valid").mesh;
+                assert_eq!(mesh.positions[1..], [Vec3::new(1.5, 0.0, 7.0), Vec3::new(0.0, 2.5, 7.0)]);
+                assert_eq!(
+                    (mesh.normals, mesh.triangles),
+                    (vec![Vec3::new(0.0, 0.6, 0.8); 3], vec![[0, 1, 2]])
+                );
+                let cut = &file[..file.len() - 1];
+                assert_eq!(parse("a.ply", cut, &OPTIONS).expect_err("cut").location().1, 5);
+            }
+        }
+    }
+}

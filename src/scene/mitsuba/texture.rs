@@ -1,0 +1,130 @@
+//! Reads textures, wherever a reflectance or a factor on light may vary over a surface.
+
+use std::sync::Arc;
+
+use glam::{Affine2, DAffine3, Mat2, Vec2};
+
+use super::document::ElementId;
+use super::params::Params;
+use super::reader::{PluginTable, Reader, Role};
+use super::{spectrum, value};
+use crate::image::bitmap::Bitmap;
+use crate::scene::diagnostic::{FindingKind, SceneError};
+use crate::scene::files::read_bytes;
+use crate::scene::limits;
+use crate::scene::texture::{BitmapTexture, Checkerboard, SpectrumTexture, WrapMode};
+use crate::spectrum::Spectrum;
+
+/// Every `<texture type="…">`.
+const PLUGINS: PluginTable<SpectrumTexture> = &[("bitmap", bitmap), ("checkerboard", checkerboard)];
+
+/// The parameter `name`, a reflectance or a factor: a texture, or a colour or spectrum that is the same everywhere. Nothing if it is
+/// not given.
+pub(crate) fn read(
+    reader: &mut Reader<'_>,
+    params: &Params<'_>,
+    name: &'static str,
+) -> Result<Option<SpectrumTexture>, SceneError> {
+    let Some(id) = params.get_id(name) else { return Ok(None) };
+    if reader.document.element(id).tag.name != "texture" {
+        return Ok(spectrum::read(reader, params, name, Role::Reflectance)?.map(SpectrumTexture::Uniform));
+    }
+    shared(reader, id).map(Some)
+}
+
+/// Reads a texture; once, however often it is referred to.
+fn shared(reader: &mut Reader<'_>, id: ElementId) -> Result<SpectrumTexture, SceneError> {
+    if let Some(known) = reader.known.textures.get(&id) {
+        return Ok(known.clone());
+    }
+    let span = reader.document.element(id).span;
+    if reader.known.open_textures.contains(&id) || reader.known.open_textures.len() >= limits::REFERENCE_DEPTH
+    {
+        let message = "this texture contains itself, or too many others within each other";
+        return Err(reader.document.error(FindingKind::Reference, span, message));
+    }
+    let params = Params::new(reader.document, id)?;
+    let plugin = reader.plugin(&params, PLUGINS, &[])?;
+    reader.known.open_textures.push(id);
+    let texture = plugin(reader, &params)?;
+    reader.known.open_textures.pop();
+    reader.finish(params);
+    reader.known.textures.insert(id, texture.clone());
+    Ok(texture)
+}
+
+fn bitmap(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<SpectrumTexture, SceneError> {
+    let name = params.filename("a bitmap", "png")?;
+    let raw = params.boolean("raw", false)?;
+    params.without_effect(&["format", "accel"]);
+    let nearest = match choice(params, "filter_type", &["bilinear", "nearest", "trilinear", "ewa"])? {
+        1 => true,
+        0 => false,
+        _ => {
+            let message = "this filter is read as `bilinear`, as by Mitsuba 3";
+            params.note(params.error("filter_type", message).advice());
+            false
+        }
+    };
+    let wrap = match choice(params, "wrap_mode", &["repeat", "mirror", "clamp"])? {
+        0 => WrapMode::Repeat,
+        1 => WrapMode::Mirror,
+        _ => WrapMode::Clamp,
+    };
+    let to_uv = to_uv(params)?;
+    let span = params.get("filename").map_or(params.span(), |e| e.span_of("value"));
+    let path = reader.document.resolve(&name, span);
+    let bitmap = match reader.known.bitmaps.get(&(path.clone(), raw)) {
+        Some(known) => known.clone(),
+        None => {
+            let at = |kind, message: String| reader.document.finding(kind, span, message);
+            let bytes =
+                read_bytes(&path, limits::IMAGE_BYTES).map_err(|e| at(e.kind(), e.to_string()).error())?;
+            let bitmap = Bitmap::decode(&path, &bytes, raw, limits::IMAGE_PIXELS).map_err(|e| {
+                let help = "a texture is a PNG, JPEG, BMP, TGA, OpenEXR or Radiance file";
+                at(FindingKind::File, e.to_string()).help(help).error()
+            })?;
+            reader.known.texels += bitmap.width() * bitmap.height();
+            if reader.known.texels > limits::TOTAL_TEXELS {
+                let message =
+                    format!("the textures of this scene have more than {} texels", limits::TOTAL_TEXELS);
+                return Err(at(FindingKind::Limit, message).error());
+            }
+            let bitmap = Arc::new(bitmap);
+            reader.known.bitmaps.insert((path, raw), bitmap.clone());
+            bitmap
+        }
+    };
+    // Ready when the first path needs it, while the rest of the scene is read.
+    rayon::spawn(Spectrum::prepare_textures);
+    Ok(SpectrumTexture::Bitmap(BitmapTexture::new(bitmap, to_uv, wrap, nearest)))
+}
+
+fn checkerboard(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<SpectrumTexture, SceneError> {
+    let to_uv = to_uv(params)?;
+    let mut color = |name, default: f32| {
+        let given = read(reader, params, name)?;
+        Ok(given.unwrap_or(Spectrum::Constant(default).into()))
+    };
+    let (color0, color1) = (color("color0", 0.4)?, color("color1", 0.2)?);
+    Ok(SpectrumTexture::Checkerboard(Arc::new(Checkerboard { color0, color1, to_uv })))
+}
+
+/// The index of the value of the string `name` among `names`, of which the first is the default.
+fn choice(params: &Params<'_>, name: &'static str, names: &[&str]) -> Result<usize, SceneError> {
+    let Some(given) = params.string(name)? else { return Ok(0) };
+    names.iter().position(|known| *known == given).ok_or_else(|| {
+        let message = format!("`{}` is no {name}", value::shorten(&given));
+        params.error(name, message).help(format!("it is one of {}", names.join(", "))).error()
+    })
+}
+
+/// The plane part of `to_uv`; the identity unless given.
+fn to_uv(params: &Params<'_>) -> Result<Affine2, SceneError> {
+    let DAffine3 { matrix3, translation } = params.transform("to_uv")?;
+    let column = |v: glam::DVec3| Vec2::new(v.x as f32, v.y as f32);
+    Ok(Affine2 {
+        matrix2: Mat2::from_cols(column(matrix3.x_axis), column(matrix3.y_axis)),
+        translation: column(translation),
+    })
+}

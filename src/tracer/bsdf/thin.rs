@@ -1,0 +1,103 @@
+//! Smooth surfaces that light passes without being bent: a thin pane, and one that is not there at all.
+
+use glam::{Vec2, Vec3, Vec4};
+
+use crate::math::pdf::PdfW;
+use crate::scene::desc::{NullDesc, ThinDielectricDesc};
+use crate::spectrum::{SampledSpectrum, SampledWavelengths};
+
+use super::{BsdfSample, MaterialModel, ScatteringModel, fresnel};
+
+/// A thin pane, which needs no preparation.
+pub type ThinDielectricMaterial = ThinDielectricDesc;
+
+impl MaterialModel for ThinDielectricMaterial {
+    type Bsdf = ThinDielectric;
+
+    #[inline]
+    fn bsdf(&self, uv: Vec2, lambda: &SampledWavelengths) -> ThinDielectric {
+        let factors =
+            [self.specular_reflectance.sample(uv, lambda), self.specular_transmittance.sample(uv, lambda)];
+        ThinDielectric::new([self.int_ior.sample(lambda), self.ext_ior.sample(lambda)], factors)
+    }
+}
+
+/// A thin pane. What enters it goes to and fro until it leaves on either side; all of it counts at once. The index may depend on the
+/// wavelength: reflectances do then, but directions do not.
+#[derive(Clone, Copy, Debug)]
+pub struct ThinDielectric {
+    /// Index of the pane over that around it, per lane.
+    eta: Vec4,
+    reflection: SampledSpectrum,
+    transmission: SampledSpectrum,
+}
+
+impl ThinDielectric {
+    /// `eta` = [pane, around]; `factors` = [reflection, transmission].
+    #[inline]
+    pub fn new(eta: [SampledSpectrum; 2], factors: [SampledSpectrum; 2]) -> Self {
+        let [reflection, transmission] = factors;
+        Self { eta: eta[0].0 / eta[1].0, reflection, transmission }
+    }
+}
+
+impl ScatteringModel for ThinDielectric {
+    /// The mirror direction or straight through; always delta.
+    #[inline]
+    fn sample(&self, wo: Vec3, _: [f32; 2], lobe: f32) -> Option<BsdfSample> {
+        // r + t r t + t r r r t + … with t = 1 − r.
+        let once = fresnel::dielectric(wo.z.abs().min(1.0), self.eta);
+        let r = 2.0 * once / (1.0 + once);
+        let q = r.element_sum() * 0.25;
+        if lobe < q {
+            let wi = Vec3::new(-wo.x, -wo.y, wo.z);
+            let weight = SampledSpectrum(r / q) * self.reflection;
+            return Some(BsdfSample { delta: true, ..BsdfSample::reflection(wi, weight, PdfW(q)) });
+        }
+        let weight = SampledSpectrum((1.0 - r) / (1.0 - q)) * self.transmission;
+        (q < 1.0).then(|| straight(wo, weight, 1.0 - q))
+    }
+
+    #[inline]
+    fn is_delta(&self) -> bool {
+        true
+    }
+}
+
+/// A surface that is not there, which needs no preparation.
+pub type NullMaterial = NullDesc;
+
+impl MaterialModel for NullMaterial {
+    type Bsdf = Null;
+
+    #[inline]
+    fn bsdf(&self, uv: Vec2, lambda: &SampledWavelengths) -> Null {
+        Null { transmittance: self.transmittance.sample(uv, lambda) }
+    }
+}
+
+/// A surface that light passes as if it were not there. Paths find it a delta, and light behind it by hitting it, as in Mitsuba's path
+/// tracer: rays between a point and a light do not pass.
+#[derive(Clone, Copy, Debug)]
+pub struct Null {
+    /// What passes.
+    pub transmittance: SampledSpectrum,
+}
+
+impl ScatteringModel for Null {
+    #[inline]
+    fn sample(&self, wo: Vec3, _: [f32; 2], _: f32) -> Option<BsdfSample> {
+        (!self.transmittance.is_black()).then(|| straight(wo, self.transmittance, 1.0))
+    }
+
+    #[inline]
+    fn is_delta(&self) -> bool {
+        true
+    }
+}
+
+/// Straight through, with this probability.
+#[inline]
+pub(super) fn straight(wo: Vec3, weight: SampledSpectrum, probability: f32) -> BsdfSample {
+    BsdfSample { delta: true, transmitted: true, ..BsdfSample::reflection(-wo, weight, PdfW(probability)) }
+}

@@ -1,0 +1,144 @@
+//! A sky with a sun in it.
+
+use std::sync::Arc;
+
+use glam::{DMat3, Vec3};
+
+use crate::math::frame::Frame;
+use crate::math::pdf::PdfW;
+use crate::math::warp;
+use crate::spectrum::{EmissionMap, SampledSpectrum, SampledWavelengths, Spectrum};
+use crate::tracer::sampler::LightNumbers;
+use crate::tracer::shape::SurfacePoint;
+
+use super::lights::{infinite_pdf, infinite_ray};
+use super::selector::LightBounds;
+use super::{BoundingSphere, EmissionPdf, EnvironmentMap, LightSample, LightSampleContext, LightSource};
+
+/// The disc of the sun, which is equally bright all over.
+#[derive(Clone, Debug)]
+pub struct SunDisc {
+    /// Unit direction to its middle, world space.
+    direction: Vec3,
+    /// 1 − cos of its half angle.
+    cone: f32,
+    radiance: Spectrum,
+}
+
+impl SunDisc {
+    /// The disc around the unit vector `direction` with this half angle in radians.
+    pub fn new(direction: Vec3, half_angle: f64, radiance: Spectrum) -> Self {
+        Self { direction, cone: (2.0 * (0.5 * half_angle).sin().powi(2)) as f32, radiance }
+    }
+
+    #[inline]
+    fn contains(&self, wi: Vec3) -> bool {
+        // The square of a chord is 2 (1 − cos), without cancellation.
+        wi.distance_squared(self.direction) <= 2.0 * self.cone
+    }
+}
+
+/// A picture of the sky above the horizon, and the sun before it. Directions are chosen from both; nothing comes from below the
+/// horizon, where the picture would reach by half a row.
+#[derive(Clone, Debug)]
+pub struct SunSkyLight {
+    sky: EnvironmentMap,
+    sun: SunDisc,
+    /// Unit direction to the zenith, world space.
+    up: Vec3,
+    /// The probability with which the sun is chosen.
+    share: f32,
+    /// Mean luminance Y over all directions.
+    mean_luminance: f32,
+}
+
+/// Bounds of the probability of the sun where sky and sun shine: what the sun does not reach is lit by the sky.
+const SHARE: [f32; 2] = [0.1, 0.5];
+
+impl SunSkyLight {
+    /// The sky of `map`, turned by `to_world`, as [`EnvironmentMap::new`] takes them, and the sun.
+    pub fn new(map: Arc<EmissionMap>, to_world: DMat3, sun: SunDisc) -> Self {
+        let sky = EnvironmentMap::new(map, to_world);
+        // The share of all directions times luminance.
+        let of_sun = 0.5 * sun.cone * sun.radiance.luminance();
+        let mean_luminance = sky.mean_luminance + of_sun;
+        let share = if of_sun > 0.0 { of_sun / mean_luminance } else { 0.0 };
+        let share =
+            if share > 0.0 && sky.mean_luminance > 0.0 { share.clamp(SHARE[0], SHARE[1]) } else { share };
+        Self { sky, sun, up: to_world.y_axis.as_vec3(), share, mean_luminance }
+    }
+
+    /// A unit direction, world space, and its density per steradian. `None` where all is black.
+    #[inline]
+    pub fn sample_direction(&self, [u, v]: [f32; 2]) -> Option<(Vec3, PdfW)> {
+        // The numbers are stretched again.
+        let wi = if u < self.share {
+            Frame::new(self.sun.direction)
+                .to_world(warp::cone([u / self.share, v], self.sun.cone))
+                .normalize()
+        } else {
+            self.sky.sample_direction([((u - self.share) / (1.0 - self.share)).min(1.0 - f32::EPSILON), v])?.0
+        };
+        let pdf = self.pdf_direction(wi);
+        (pdf.0 > 0.0).then_some((wi, pdf))
+    }
+
+    /// The density of [`SunSkyLight::sample_direction`] at the unit direction `wi`.
+    #[inline]
+    pub fn pdf_direction(&self, wi: Vec3) -> PdfW {
+        let sun = if self.sun.contains(wi) { self.share * warp::cone_pdf(self.sun.cone) } else { 0.0 };
+        PdfW(sun + (1.0 - self.share) * self.sky.pdf_direction(wi).0)
+    }
+}
+
+impl LightSource for SunSkyLight {
+    #[inline]
+    fn sample(&self, _: LightSampleContext, u: [f32; 2]) -> Option<LightSample> {
+        let (wi, pdf) = self.sample_direction(u)?;
+        Some(LightSample { wi, target: None, scale: 1.0, pdf, delta: false })
+    }
+
+    #[inline]
+    fn pdf(&self, _: LightSampleContext, wi: Vec3, hit: Option<&SurfacePoint>) -> PdfW {
+        if hit.is_none() { self.pdf_direction(wi) } else { PdfW::ZERO }
+    }
+
+    fn power(&self, scene: BoundingSphere) -> f32 {
+        scene.environment_power() * self.mean_luminance
+    }
+
+    fn bounds(&self, power: f32, scene: BoundingSphere) -> (LightBounds, [Vec3; 2]) {
+        LightBounds::infinite(power, scene)
+    }
+
+    fn is_environment(&self) -> bool {
+        true
+    }
+
+    #[inline]
+    fn emit(&self, u: &LightNumbers, scene: BoundingSphere) -> Option<(SurfacePoint, Vec3)> {
+        Some(infinite_ray(-self.sample_direction(u.direction)?.0, u.place, scene))
+    }
+
+    #[inline]
+    fn emission_pdf(&self, _: Vec3, d: Vec3, scene: BoundingSphere, choice: f32) -> EmissionPdf {
+        infinite_pdf(choice * self.pdf_direction(-d).0, scene)
+    }
+
+    fn is_directional(&self) -> bool {
+        true
+    }
+
+    #[inline]
+    fn directional(&self, wi: Vec3, lambda: &SampledWavelengths) -> SampledSpectrum {
+        if wi.dot(self.up) < 0.0 {
+            return SampledSpectrum::ZERO;
+        }
+        let sky = self.sky.radiance(wi, lambda);
+        if self.sun.contains(wi) { sky + self.sun.radiance.sample(lambda) } else { sky }
+    }
+
+    fn is_black(&self) -> bool {
+        self.mean_luminance == 0.0
+    }
+}

@@ -1,0 +1,128 @@
+//! Texture coordinates of points on textured shapes, as Mitsuba defines them for each shape.
+
+use std::f32::consts::{FRAC_1_PI, TAU};
+
+use glam::{DMat3, DVec3, Vec2, Vec3};
+
+use crate::scene::SceneDesc;
+use crate::scene::desc::{BsdfId, Mesh, ShapeDesc, ShapeKind};
+
+use super::accel::Hit;
+use super::shape::SurfacePoint;
+
+/// The texture coordinates of one shape.
+#[derive(Debug)]
+pub(super) enum TextureCoordinates {
+    /// Nothing asks for them.
+    Unused,
+    /// Affine over each triangle: from the first primitive of the shape on, the coordinates of its first corner and the steps to the
+    /// second and the third.
+    Triangles {
+        /// The first triangle of the shape.
+        first: u32,
+        /// Those of this triangle and of those that follow.
+        of: Vec<[Vec2; 3]>,
+    },
+    /// (radius, angle / 2π) in the plane of a disk.
+    Disk {
+        /// World space to the disk's own.
+        to_local: DMat3,
+        /// Centre, world space.
+        center: Vec3,
+    },
+    /// (azimuth / 2π, share of the length) on a cylinder.
+    Cylinder {
+        /// World space to that of the unit cylinder along z.
+        to_local: DMat3,
+        /// Centre of the first end, world space.
+        base: DVec3,
+    },
+    /// (azimuth / 2π, angle from the pole / π) on a sphere.
+    Sphere {
+        /// World space to the sphere's own, for directions from the centre.
+        to_local: DMat3,
+        /// Centre, world space.
+        center: Vec3,
+    },
+}
+
+impl TextureCoordinates {
+    /// The coordinates at `hit`.
+    #[inline(never)]
+    pub(super) fn at(&self, hit: &Hit, point: &SurfacePoint) -> Vec2 {
+        let angle = |p: DVec3| {
+            let phi = p.y.atan2(p.x) as f32;
+            if phi < 0.0 { phi + TAU } else { phi }
+        };
+        match self {
+            Self::Unused => Vec2::ZERO,
+            Self::Triangles { first, of } => {
+                let i = hit.prim.checked_sub(*first).map_or(usize::MAX, |i| i as usize);
+                of.get(i).map_or(Vec2::ZERO, |[uv, du, dv]| *uv + *du * hit.uv[0] + *dv * hit.uv[1])
+            }
+            Self::Disk { to_local, center } => {
+                let p = *to_local * (point.p.as_dvec3() - center.as_dvec3());
+                Vec2::new(p.truncate().length() as f32, angle(p) / TAU)
+            }
+            Self::Cylinder { to_local, base } => {
+                let p = *to_local * (point.p.as_dvec3() - *base);
+                Vec2::new(angle(p) / TAU, p.z as f32)
+            }
+            Self::Sphere { to_local, center } => {
+                let d = (*to_local * (point.p.as_dvec3() - center.as_dvec3())).normalize_or_zero();
+                Vec2::new(angle(d) / TAU, d.z.clamp(-1.0, 1.0).acos() as f32 * FRAC_1_PI)
+            }
+        }
+    }
+}
+
+/// True if a material, or one that it is made of, has a texture.
+pub(super) fn is_textured(desc: &SceneDesc, id: BsdfId) -> bool {
+    desc.made_of(id).iter().any(|bsdf| bsdf.is_textured())
+}
+
+/// The coordinates of a shape that is not made of triangles.
+pub(super) fn of_shape(shape: &ShapeDesc) -> TextureCoordinates {
+    let to_local = shape.to_world.matrix3.inverse();
+    match shape.kind {
+        ShapeKind::Disk => {
+            TextureCoordinates::Disk { to_local, center: shape.to_world.translation.as_vec3() }
+        }
+        ShapeKind::Cylinder { p0, p1, radius } => {
+            let (s, t) = (p1 - p0).normalize_or(DVec3::Z).any_orthonormal_pair();
+            let axes = DMat3::from_cols(s * radius, t * radius, p1 - p0);
+            let to_local = (shape.to_world.matrix3 * axes).inverse();
+            TextureCoordinates::Cylinder { to_local, base: shape.to_world.transform_point3(p0) }
+        }
+        ShapeKind::Sphere { center, .. } => {
+            TextureCoordinates::Sphere { to_local, center: shape.to_world.transform_point3(center).as_vec3() }
+        }
+        _ => TextureCoordinates::Unused,
+    }
+}
+
+/// The coordinates of a triangle from those of its corners.
+pub(super) fn of_corners([a, b, c]: [Vec2; 3]) -> [Vec2; 3] {
+    [a, b - a, c - a]
+}
+
+/// The coordinates of a triangle of a mesh; barycentric where the mesh has none.
+pub(super) fn of_triangle(mesh: &Mesh, triangle: [u32; 3]) -> [Vec2; 3] {
+    match triangle.map(|i| mesh.uvs.get(i as usize).copied()) {
+        [Some(a), Some(b), Some(c)] => of_corners([a, b, c]),
+        _ => [Vec2::ZERO, Vec2::X, Vec2::Y],
+    }
+}
+
+/// The coordinates of the corner `p`, of components ±1, of the cube's face whose normal is `sign` times the unit vector of `axis`.
+pub(super) fn of_cube_corner(axis: usize, sign: f64, p: DVec3) -> Vec2 {
+    let [u, v] = match (axis, sign > 0.0) {
+        (0, true) => [p.y, -p.z],
+        (0, false) => [p.y, p.z],
+        (1, true) => [-p.x, -p.z],
+        (1, false) => [p.z, p.x],
+        (_, true) => [p.y, p.x],
+        (_, false) => [-p.y, p.x],
+    };
+    Vec2::new((0.5 + 0.5 * u) as f32, (0.5 + 0.5 * v) as f32)
+}
