@@ -1,4 +1,4 @@
-//! Pictures for textures, kept in the depth of their files.
+//! Pictures of others, for textures and environments: in the depth of their files, or as light.
 
 use std::fmt;
 use std::io::Cursor;
@@ -8,66 +8,54 @@ use image::{ColorType, DynamicImage, ImageDecoder, ImageFormat, ImageReader, Lim
 
 use crate::color::srgb;
 use crate::image::error::ImageError;
-use crate::image::linear;
+use crate::image::exr::{self, check_pixels};
+use crate::image::grid::Grid;
+use crate::image::layer::{self, Layer};
+use crate::image::{pfm, radiance};
 
 /// A picture of RGB texels in rows from the top.
 pub struct Bitmap {
     width: usize,
     height: usize,
     texels: Texels,
+    /// Integers are linear and not encoded as sRGB.
+    raw: bool,
     /// Values of 8-bit components after decoding.
     curve: [f32; 256],
 }
 
-/// The texels as the file holds them: encoded as sRGB where they are integers and not `raw`, linear where they are floats.
+/// The texels as the file holds them; floats are linear.
 enum Texels {
     Eight(Vec<[u8; 3]>),
-    Sixteen { texels: Vec<[u16; 3]>, raw: bool },
+    Sixteen(Vec<[u16; 3]>),
     Float(Vec<[f32; 3]>),
 }
 
 impl Bitmap {
-    /// Reads OpenEXR, PNG, JPEG, BMP, TGA and Radiance files; grey pictures become RGB, and alpha is ignored. `path` names the file in
-    /// errors, and its ending tells TGA files, which have no signature. Integers are decoded by the curve of sRGB unless they are
-    /// `raw`.
+    /// Reads OpenEXR (the main layer, see [`layer::main`]), Radiance RGBE, PFM, PNG, JPEG, BMP and TGA; grey pictures become RGB, and
+    /// alpha is ignored. The first bytes tell the format, for TGA the ending of `path`, which otherwise names the file in errors.
+    /// Integers are decoded by the curve of sRGB (IEC 61966-2-1) unless they are `raw`.
     ///
     /// # Errors
     ///
-    /// [`ImageError::Decode`] for other formats, damaged files, and more than `most` pixels.
+    /// [`ImageError::Decode`] for other formats, damaged files, and more than `most` pixels; [`ImageError::Channel`] for an EXR file
+    /// without a main layer.
     pub fn decode(path: &Path, bytes: &[u8], raw: bool, most: usize) -> Result<Self, ImageError> {
-        if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
-            let picture = linear::decode(path, bytes, most)?;
-            let (width, height) = (picture.width(), picture.height());
-            return Ok(Self::new(width, height, Texels::Float(picture.pixels().to_vec()), raw));
-        }
-        let refuse = |reason: String| ImageError::decode(path)(reason);
-        let mut reader =
-            ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| refuse(e.to_string()))?;
-        if reader.format().is_none() && path.extension().is_some_and(|e| e.eq_ignore_ascii_case("tga")) {
-            reader.set_format(ImageFormat::Tga);
-        }
-        let mut limits = Limits::default();
-        limits.max_alloc = Some(most as u64 * 16);
-        reader.limits(limits);
-        let decoder = reader.into_decoder().map_err(|e| refuse(e.to_string()))?;
-        let (width, height) = decoder.dimensions();
-        let (width, height) = (width as usize, height as usize);
-        if width == 0 || height == 0 || width.saturating_mul(height) > most {
-            return Err(refuse(format!("it has {width}×{height} pixels, and 1 to {most} are read")));
-        }
-        let wide = !matches!(
-            decoder.color_type(),
-            ColorType::L8 | ColorType::La8 | ColorType::Rgb8 | ColorType::Rgba8
-        );
-        let picture = DynamicImage::from_decoder(decoder).map_err(|e| refuse(e.to_string()))?;
-        let texels = match picture {
-            DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_) => {
-                Texels::Float(picture.into_rgb32f().pixels().map(|p| p.0).collect())
+        let refuse = ImageError::decode(path);
+        let float = |(width, height, pixels)| (width, height, Texels::Float(pixels));
+        let (width, height, texels) = match bytes {
+            [0x76, 0x2f, 0x31, 0x01, ..] => {
+                exr::check_size(bytes, most).map_err(refuse)?;
+                let layers = exr::decode_layers(path, Cursor::new(bytes))?;
+                let main = layer::main(&layers).as_ref().map(Layer::pixels);
+                let pixels = main.ok_or_else(|| exr::no_channel(path, &layers, "R"))?;
+                float((layers.width, layers.height, pixels))
             }
-            _ if wide => {
-                Texels::Sixteen { texels: picture.into_rgb16().pixels().map(|p| p.0).collect(), raw }
+            [b'#', b'?', ..] => radiance::decode(bytes, most).map(float).map_err(refuse)?,
+            [b'P', b'F' | b'f', b'\n' | b'\r' | b' ', ..] => {
+                pfm::decode(bytes, most).map(float).map_err(refuse)?
             }
-            _ => Texels::Eight(picture.into_rgb8().pixels().map(|p| p.0).collect()),
+            _ => integers(path, bytes, most).map_err(refuse)?,
         };
         Ok(Self::new(width, height, texels, raw))
     }
@@ -87,7 +75,7 @@ impl Bitmap {
 
     fn new(width: usize, height: usize, texels: Texels, raw: bool) -> Self {
         let decode = |v: f32| if raw { v } else { srgb::decode(v) };
-        Self { width, height, texels, curve: std::array::from_fn(|v| decode(v as f32 / 255.0)) }
+        Self { width, height, texels, raw, curve: std::array::from_fn(|v| decode(v as f32 / 255.0)) }
     }
 
     /// Columns.
@@ -103,16 +91,72 @@ impl Bitmap {
     /// The linear Rec.709 value of the texel in column `x` of row `y`, which must exist.
     #[inline]
     pub fn texel(&self, x: usize, y: usize) -> [f32; 3] {
-        let i = y * self.width + x;
+        self.value(y * self.width + x)
+    }
+
+    #[inline]
+    fn value(&self, i: usize) -> [f32; 3] {
         match &self.texels {
             Texels::Eight(texels) => texels[i].map(|v| self.curve[usize::from(v)]),
-            Texels::Sixteen { texels, raw } => texels[i].map(|v| {
+            Texels::Sixteen(texels) => texels[i].map(|v| {
                 let v = f32::from(v) / 65_535.0;
-                if *raw { v } else { srgb::decode(v) }
+                if self.raw { v } else { srgb::decode(v) }
             }),
             Texels::Float(texels) => texels[i],
         }
     }
+
+    /// All texels as light, linear Rec.709.
+    pub fn into_linear(self) -> Grid<[f32; 3]> {
+        let pixels = match self.texels {
+            Texels::Float(texels) => texels,
+            _ => (0..self.width * self.height).map(|i| self.value(i)).collect(),
+        };
+        Grid::from_rows(self.width, self.height, pixels).expect("a bitmap has full rows")
+    }
+}
+
+/// Width, height and texels of a PNG, JPEG, BMP or TGA file.
+fn integers(path: &Path, bytes: &[u8], most: usize) -> Result<(usize, usize, Texels), String> {
+    let mut reader = ImageReader::new(Cursor::new(bytes));
+    match image::guess_format(bytes) {
+        Ok(format @ (ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::Bmp)) => reader.set_format(format),
+        Err(_) if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("tga")) => {
+            reader.set_format(ImageFormat::Tga);
+        }
+        _ => return Err("it is neither OpenEXR, Radiance, PFM, PNG, JPEG, BMP nor TGA".to_owned()),
+    }
+    let mut limits = Limits::default();
+    limits.max_alloc = Some(most as u64 * 16);
+    reader.limits(limits);
+    let format = reader.format();
+    let decoder = reader.into_decoder().map_err(|e| e.to_string())?;
+    let (width, height) = decoder.dimensions();
+    let (width, height) = (width as usize, height as usize);
+    check_pixels(width, height, most)?;
+    if format == Some(ImageFormat::Jpeg) {
+        check_jpeg(bytes, width, height)?;
+    }
+    let narrow =
+        matches!(decoder.color_type(), ColorType::L8 | ColorType::La8 | ColorType::Rgb8 | ColorType::Rgba8);
+    let picture = DynamicImage::from_decoder(decoder).map_err(|e| e.to_string())?;
+    let texels = match narrow {
+        true => Texels::Eight(picture.into_rgb8().pixels().map(|p| p.0).collect()),
+        false => Texels::Sixteen(picture.into_rgb16().pixels().map(|p| p.0).collect()),
+    };
+    Ok((width, height, texels))
+}
+
+/// Refuses a JPEG file that cannot hold its pixels or is cut short: the decoder fills what is missing.
+fn check_jpeg(bytes: &[u8], width: usize, height: usize) -> Result<(), String> {
+    // Each block of 8 × 8 pixels, or of 16 × 16 with halved colours, takes at least three bits.
+    if width * height / 1024 > bytes.len() {
+        let promised = format!("its header promises {width}×{height} pixels");
+        return Err(format!("{promised}, which {} bytes cannot hold", bytes.len()));
+    }
+    // Neither marker can stand within pixels, and a thumbnail ends before they begin.
+    let last = |marker: [u8; 2]| bytes.windows(2).rposition(|pair| pair == marker);
+    if last([0xff, 0xd9]) < last([0xff, 0xda]) { Err("it is cut short".to_owned()) } else { Ok(()) }
 }
 
 impl fmt::Debug for Bitmap {

@@ -10,7 +10,6 @@ pub mod error;
 pub mod exr;
 pub mod grid;
 pub mod layer;
-pub mod linear;
 mod pfm;
 pub mod png;
 mod radiance;

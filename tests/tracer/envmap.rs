@@ -10,7 +10,9 @@ use pointillist::scene::desc::*;
 use pointillist::scene::edit::{Edits, NewValue, Target};
 use pointillist::scene::load_str;
 use pointillist::spectrum::{EmissionMap, SampledWavelengths, Spectrum};
-use pointillist::tracer::light::{EnvironmentMap, LightSampleContext, LightSource, Lights};
+use pointillist::tracer::light::{
+    DirectionSampling, EnvironmentMap, LightSampleContext, LightSource, Lights,
+};
 use pointillist::tracer::sampler::LightNumbers;
 
 /// A turn about no axis of the map.
@@ -160,7 +162,7 @@ fn estimates_have_the_right_mean_and_little_noise() {
         // How bright the light is thought to be when one is chosen; Y of the constant factor 1 under D65.
         let luminance = exact / (4.0 * std::f64::consts::PI);
         let d65 = f64::from(Spectrum::D65(1.0).sample(&lambda).0.x);
-        assert!((f64::from(light.mean_luminance) / (luminance / d65) - 1.0).abs() < 1e-2, "{what}");
+        assert!((f64::from(light.mean_luminance()) / (luminance / d65) - 1.0).abs() < 1e-2, "{what}");
     }
 }
 

@@ -12,7 +12,8 @@ use pointillist::scene::desc::*;
 use pointillist::spectrum::{EmissionMap, SampledWavelengths, Spectrum};
 use pointillist::tracer::accel::PrimRange;
 use pointillist::tracer::light::{
-    BoundingSphere, DirectionalLight, Light, LightShape, Lights, SpotLight, SunDisc, SunSkyLight,
+    BoundingSphere, DirectionSampling, DirectionalLight, Light, LightShape, Lights, SpotLight, SunDisc,
+    SunSkyLight,
 };
 use pointillist::tracer::sampler::LightNumbers;
 

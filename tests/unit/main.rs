@@ -35,10 +35,10 @@ mod image {
         mod metrics;
         mod variance;
     }
+    mod bitmap;
     mod data_uri;
     mod grid;
     mod layer;
-    mod linear;
 }
 mod math {
     mod erf;

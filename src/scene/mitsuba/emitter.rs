@@ -9,7 +9,7 @@ use super::params::Params;
 use super::reader::{PluginTable, Reader, Role};
 use super::sensor::is_rigid;
 use super::{sky, spectrum};
-use crate::image::linear;
+use crate::image::bitmap::Bitmap;
 use crate::scene::desc::{LightDesc, SpotDesc};
 use crate::scene::diagnostic::{FindingKind, SceneError};
 use crate::scene::files::read_bytes;
@@ -95,14 +95,11 @@ fn envmap(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<LightDesc, Sce
     let at = |kind, message: String| reader.document.finding(kind, span, message);
     let path = reader.document.resolve(&name, span);
     let bytes = read_bytes(&path, limits::IMAGE_BYTES).map_err(|e| at(e.kind(), e.to_string()).error())?;
-    let mut picture = linear::decode(&path, &bytes, limits::IMAGE_PIXELS).map_err(|e| {
+    let bitmap = Bitmap::decode(&path, &bytes, false, limits::IMAGE_PIXELS).map_err(|e| {
         let found = at(FindingKind::File, e.to_string());
-        found
-            .help(
-                "an environment is a picture in latitude and longitude: OpenEXR, Radiance, PFM, PNG or JPEG",
-            )
-            .error()
+        found.help("an environment is a picture in latitude and longitude, best OpenEXR or Radiance").error()
     })?;
+    let mut picture = bitmap.into_linear();
     let TexelRepairs { not_finite, negative } = emission_map::repair(picture.pixels_mut());
     if not_finite + negative > 0 {
         let all = picture.pixels().len();

@@ -11,7 +11,7 @@ use super::document::ElementId;
 use super::params::Params;
 use super::reader::{Reader, Role};
 use super::sensor::is_rigid;
-use super::spectrum;
+use super::{spectrum, upgrade};
 use crate::scene::desc::{LightDesc, SunSkyDesc};
 use crate::scene::diagnostic::SceneError;
 use crate::spectrum::daylight::{self, DateTime, SKY_SIZE, SUN_APERTURE, TURBIDITY};
@@ -80,7 +80,8 @@ fn daylight(
     if !is_rigid(&to_world) {
         return Err(params.error("to_world", "the transform of a sky cannot scale or shear").error());
     }
-    let old = is_old(reader);
+    let version = reader.document.element(ElementId(0)).value("version");
+    let old = version.is_some_and(upgrade::is_old);
     let up = to_world.transform_vector3(if old { DVec3::Y } else { DVec3::Z });
     let sun_direction = sun_direction(params, &to_world, old)?;
     let elevation = sun_direction.dot(up).clamp(-1.0, 1.0).asin();
@@ -110,13 +111,6 @@ fn daylight(
         scale: Spectrum::Constant(1.0),
         place: reader.place(params.span()),
     }))
-}
-
-/// True in files of versions before 2.
-fn is_old(reader: &Reader<'_>) -> bool {
-    let version = reader.document.element(ElementId(0)).value("version");
-    let major = version.and_then(|v| v.trim().split('.').next()?.parse::<u32>().ok());
-    major.is_some_and(|major| major < 2)
 }
 
 /// Half of the angle under which the sun is seen, in degrees: of `sun_aperture`, or of 0.6's `sun_radius_scale`.

@@ -17,6 +17,21 @@ use super::lights::{UNIFORM_PDF, infinite_pdf, infinite_ray};
 use super::selector::LightBounds;
 use super::{BoundingSphere, EmissionPdf, LightSample, LightSampleContext, LightSource};
 
+/// An environment whose directions are sampled alike at every point of the scene.
+pub trait DirectionSampling {
+    /// A unit direction towards the environment, world space, and its density per steradian. `None` where all is black.
+    fn sample_direction(&self, u: [f32; 2]) -> Option<(Vec3, PdfW)>;
+
+    /// The density of [`DirectionSampling::sample_direction`] at the unit direction `wi`.
+    fn pdf_direction(&self, wi: Vec3) -> PdfW;
+
+    /// Radiance that arrives from the unit direction `wi`, world space.
+    fn radiance(&self, wi: Vec3, lambda: &SampledWavelengths) -> SampledSpectrum;
+
+    /// Mean luminance Y over all directions.
+    fn mean_luminance(&self) -> f32;
+}
+
 /// A constant environment. What matters about a direction is the cosine at the lit point, so that is what
 /// directions are sampled by: only the hemisphere that is seen is sampled.
 #[derive(Clone, Debug)]
@@ -82,8 +97,7 @@ pub struct EnvironmentMap {
     cells: Option<Distribution2d>,
     /// 1 − cos θ at each row of nodes.
     heights: Vec<f64>,
-    /// Mean luminance Y over all directions.
-    pub mean_luminance: f32,
+    mean_luminance: f32,
 }
 
 /// Where a direction meets the picture.
@@ -131,47 +145,6 @@ impl EnvironmentMap {
         }
     }
 
-    /// Radiance that arrives from the unit direction `wi`, world space.
-    #[inline]
-    pub fn radiance(&self, wi: Vec3, lambda: &SampledWavelengths) -> SampledSpectrum {
-        let at = self.position(wi);
-        self.map.bilinear(at.cell, [at.s, at.t], lambda)
-    }
-
-    /// A unit direction towards the environment, world space, and its density per steradian; the same for every
-    /// point of the scene. `None` where all is black.
-    #[inline]
-    pub fn sample_direction(&self, u: [f32; 2]) -> Option<(Vec3, PdfW)> {
-        let choice = self.cells.as_ref()?.sample(u);
-        let [x, y] = choice.cell;
-        let [s, h] = warp::bilinear(choice.offset, shape(corners(&self.map, choice.cell)));
-        let (first, next) = (self.heights[y], self.heights[y + 1]);
-        let height = first + (next - first) * f64::from(h);
-        let sin_theta = (height * (2.0 - height)).max(0.0).sqrt() as f32;
-        let phi = (x as f32 + s + 0.5) * (TAU / self.map.width() as f32);
-        let (sin, cos) = phi.sin_cos();
-        let local = Vec3::new(sin * sin_theta, (1.0 - height) as f32, -cos * sin_theta);
-        let wi = (self.to_world * local).normalize();
-        // Asked of the direction and not of the choice: rounding may have taken it over the edge of the cell.
-        let pdf = self.pdf_direction(wi);
-        (pdf.0 > 0.0).then_some((wi, pdf))
-    }
-
-    /// The density of [`EnvironmentMap::sample_direction`] at the unit direction `wi`.
-    #[inline]
-    pub fn pdf_direction(&self, wi: Vec3) -> PdfW {
-        let Some(cells) = &self.cells else { return PdfW::ZERO };
-        let at = self.position(wi);
-        let probability = cells.probability(at.cell);
-        if probability == 0.0 {
-            return PdfW::ZERO;
-        }
-        let y = at.cell[1];
-        let solid_angle = (self.heights[y + 1] - self.heights[y]) as f32 * (TAU / self.map.width() as f32);
-        let within = warp::bilinear_pdf([at.s, at.h], shape(corners(&self.map, at.cell)));
-        PdfW(probability * within / solid_angle)
-    }
-
     #[inline]
     fn position(&self, wi: Vec3) -> MapPosition {
         let (width, rows) = (self.map.width(), self.map.height());
@@ -195,7 +168,50 @@ impl EnvironmentMap {
     }
 }
 
-impl LightSource for EnvironmentMap {
+impl DirectionSampling for EnvironmentMap {
+    #[inline]
+    fn radiance(&self, wi: Vec3, lambda: &SampledWavelengths) -> SampledSpectrum {
+        let at = self.position(wi);
+        self.map.bilinear(at.cell, [at.s, at.t], lambda)
+    }
+
+    #[inline]
+    fn sample_direction(&self, u: [f32; 2]) -> Option<(Vec3, PdfW)> {
+        let choice = self.cells.as_ref()?.sample(u);
+        let [x, y] = choice.cell;
+        let [s, h] = warp::bilinear(choice.offset, shape(corners(&self.map, choice.cell)));
+        let (first, next) = (self.heights[y], self.heights[y + 1]);
+        let height = first + (next - first) * f64::from(h);
+        let sin_theta = (height * (2.0 - height)).max(0.0).sqrt() as f32;
+        let phi = (x as f32 + s + 0.5) * (TAU / self.map.width() as f32);
+        let (sin, cos) = phi.sin_cos();
+        let local = Vec3::new(sin * sin_theta, (1.0 - height) as f32, -cos * sin_theta);
+        let wi = (self.to_world * local).normalize();
+        // Asked of the direction and not of the choice: rounding may have taken it over the edge of the cell.
+        let pdf = self.pdf_direction(wi);
+        (pdf.0 > 0.0).then_some((wi, pdf))
+    }
+
+    #[inline]
+    fn pdf_direction(&self, wi: Vec3) -> PdfW {
+        let Some(cells) = &self.cells else { return PdfW::ZERO };
+        let at = self.position(wi);
+        let probability = cells.probability(at.cell);
+        if probability == 0.0 {
+            return PdfW::ZERO;
+        }
+        let y = at.cell[1];
+        let solid_angle = (self.heights[y + 1] - self.heights[y]) as f32 * (TAU / self.map.width() as f32);
+        let within = warp::bilinear_pdf([at.s, at.h], shape(corners(&self.map, at.cell)));
+        PdfW(probability * within / solid_angle)
+    }
+
+    fn mean_luminance(&self) -> f32 {
+        self.mean_luminance
+    }
+}
+
+impl<E: DirectionSampling> LightSource for E {
     #[inline]
     fn sample(&self, _: LightSampleContext, u: [f32; 2]) -> Option<LightSample> {
         let (wi, pdf) = self.sample_direction(u)?;
@@ -208,7 +224,7 @@ impl LightSource for EnvironmentMap {
     }
 
     fn power(&self, scene: BoundingSphere) -> f32 {
-        scene.environment_power() * self.mean_luminance
+        scene.environment_power() * self.mean_luminance()
     }
 
     fn bounds(&self, power: f32, scene: BoundingSphere) -> (LightBounds, [Vec3; 2]) {
@@ -239,7 +255,7 @@ impl LightSource for EnvironmentMap {
     }
 
     fn is_black(&self) -> bool {
-        self.map.is_black()
+        self.mean_luminance() == 0.0
     }
 }
 

@@ -50,7 +50,7 @@ use selector::LightBounds;
 
 pub use cylinder::CylinderLight;
 pub use directional::DirectionalLight;
-pub use environment::{ConstantLight, EnvironmentMap};
+pub use environment::{ConstantLight, DirectionSampling, EnvironmentMap};
 pub use flat::{DiskLight, ParallelogramLight, TriangleLight};
 pub use lights::{
     BoundingSphere, Emission, EmissionOrigin, EmissionPdf, LightSample, LightSampleContext, Lights,

@@ -18,20 +18,26 @@ pub struct PointLight {
     pub position: Vec3,
 }
 
+/// The only sample of a light at `position`, seen from `at`.
+#[inline]
+pub(super) fn sample_point(position: Vec3, at: Vec3) -> Option<LightSample> {
+    let to = position - at;
+    let distance2 = to.length_squared();
+    let scale = 1.0 / distance2;
+    // A light at the very point it lights has no direction.
+    scale.is_finite().then(|| LightSample {
+        wi: to * (1.0 / distance2.sqrt()),
+        target: Some(position),
+        scale,
+        pdf: PdfW(1.0),
+        delta: true,
+    })
+}
+
 impl LightSource for PointLight {
     #[inline]
     fn sample(&self, at: LightSampleContext, _: [f32; 2]) -> Option<LightSample> {
-        let to = self.position - at.p;
-        let distance2 = to.length_squared();
-        let scale = 1.0 / distance2;
-        // A light at the very point it lights has no direction.
-        scale.is_finite().then(|| LightSample {
-            wi: to * (1.0 / distance2.sqrt()),
-            target: Some(self.position),
-            scale,
-            pdf: PdfW(1.0),
-            delta: true,
-        })
+        sample_point(self.position, at.p)
     }
 
     #[inline]

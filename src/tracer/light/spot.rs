@@ -9,6 +9,7 @@ use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::sampler::LightNumbers;
 use crate::tracer::shape::SurfacePoint;
 
+use super::point::sample_point;
 use super::selector::LightBounds;
 use super::{BoundingSphere, EmissionOrigin, EmissionPdf, LightSample, LightSampleContext, LightSource};
 
@@ -45,17 +46,7 @@ impl SpotLight {
 impl LightSource for SpotLight {
     #[inline]
     fn sample(&self, at: LightSampleContext, _: [f32; 2]) -> Option<LightSample> {
-        let to = self.position - at.p;
-        let distance2 = to.length_squared();
-        let scale = 1.0 / distance2;
-        let wi = to * (1.0 / distance2.sqrt());
-        (scale.is_finite() && self.falloff(-wi) > 0.0).then_some(LightSample {
-            wi,
-            target: Some(self.position),
-            scale,
-            pdf: PdfW(1.0),
-            delta: true,
-        })
+        sample_point(self.position, at.p).filter(|sample| self.falloff(-sample.wi) > 0.0)
     }
 
     #[inline]

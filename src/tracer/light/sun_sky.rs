@@ -8,12 +8,8 @@ use crate::math::frame::Frame;
 use crate::math::pdf::PdfW;
 use crate::math::warp;
 use crate::spectrum::{EmissionMap, SampledSpectrum, SampledWavelengths, Spectrum};
-use crate::tracer::sampler::LightNumbers;
-use crate::tracer::shape::SurfacePoint;
 
-use super::lights::{infinite_pdf, infinite_ray};
-use super::selector::LightBounds;
-use super::{BoundingSphere, EmissionPdf, EnvironmentMap, LightSample, LightSampleContext, LightSource};
+use super::{DirectionSampling, EnvironmentMap};
 
 /// The disc of the sun, which is equally bright all over.
 #[derive(Clone, Debug)]
@@ -48,7 +44,6 @@ pub struct SunSkyLight {
     up: Vec3,
     /// The probability with which the sun is chosen.
     share: f32,
-    /// Mean luminance Y over all directions.
     mean_luminance: f32,
 }
 
@@ -61,16 +56,17 @@ impl SunSkyLight {
         let sky = EnvironmentMap::new(map, to_world);
         // The share of all directions times luminance.
         let of_sun = 0.5 * sun.cone * sun.radiance.luminance();
-        let mean_luminance = sky.mean_luminance + of_sun;
+        let mean_luminance = sky.mean_luminance() + of_sun;
         let share = if of_sun > 0.0 { of_sun / mean_luminance } else { 0.0 };
         let share =
-            if share > 0.0 && sky.mean_luminance > 0.0 { share.clamp(SHARE[0], SHARE[1]) } else { share };
+            if share > 0.0 && sky.mean_luminance() > 0.0 { share.clamp(SHARE[0], SHARE[1]) } else { share };
         Self { sky, sun, up: to_world.y_axis.as_vec3(), share, mean_luminance }
     }
+}
 
-    /// A unit direction, world space, and its density per steradian. `None` where all is black.
+impl DirectionSampling for SunSkyLight {
     #[inline]
-    pub fn sample_direction(&self, [u, v]: [f32; 2]) -> Option<(Vec3, PdfW)> {
+    fn sample_direction(&self, [u, v]: [f32; 2]) -> Option<(Vec3, PdfW)> {
         // The numbers are stretched again.
         let wi = if u < self.share {
             Frame::new(self.sun.direction)
@@ -83,54 +79,14 @@ impl SunSkyLight {
         (pdf.0 > 0.0).then_some((wi, pdf))
     }
 
-    /// The density of [`SunSkyLight::sample_direction`] at the unit direction `wi`.
     #[inline]
-    pub fn pdf_direction(&self, wi: Vec3) -> PdfW {
+    fn pdf_direction(&self, wi: Vec3) -> PdfW {
         let sun = if self.sun.contains(wi) { self.share * warp::cone_pdf(self.sun.cone) } else { 0.0 };
         PdfW(sun + (1.0 - self.share) * self.sky.pdf_direction(wi).0)
     }
-}
-
-impl LightSource for SunSkyLight {
-    #[inline]
-    fn sample(&self, _: LightSampleContext, u: [f32; 2]) -> Option<LightSample> {
-        let (wi, pdf) = self.sample_direction(u)?;
-        Some(LightSample { wi, target: None, scale: 1.0, pdf, delta: false })
-    }
 
     #[inline]
-    fn pdf(&self, _: LightSampleContext, wi: Vec3, hit: Option<&SurfacePoint>) -> PdfW {
-        if hit.is_none() { self.pdf_direction(wi) } else { PdfW::ZERO }
-    }
-
-    fn power(&self, scene: BoundingSphere) -> f32 {
-        scene.environment_power() * self.mean_luminance
-    }
-
-    fn bounds(&self, power: f32, scene: BoundingSphere) -> (LightBounds, [Vec3; 2]) {
-        LightBounds::infinite(power, scene)
-    }
-
-    fn is_environment(&self) -> bool {
-        true
-    }
-
-    #[inline]
-    fn emit(&self, u: &LightNumbers, scene: BoundingSphere) -> Option<(SurfacePoint, Vec3)> {
-        Some(infinite_ray(-self.sample_direction(u.direction)?.0, u.place, scene))
-    }
-
-    #[inline]
-    fn emission_pdf(&self, _: Vec3, d: Vec3, scene: BoundingSphere, choice: f32) -> EmissionPdf {
-        infinite_pdf(choice * self.pdf_direction(-d).0, scene)
-    }
-
-    fn is_directional(&self) -> bool {
-        true
-    }
-
-    #[inline]
-    fn directional(&self, wi: Vec3, lambda: &SampledWavelengths) -> SampledSpectrum {
+    fn radiance(&self, wi: Vec3, lambda: &SampledWavelengths) -> SampledSpectrum {
         if wi.dot(self.up) < 0.0 {
             return SampledSpectrum::ZERO;
         }
@@ -138,7 +94,7 @@ impl LightSource for SunSkyLight {
         if self.sun.contains(wi) { sky + self.sun.radiance.sample(lambda) } else { sky }
     }
 
-    fn is_black(&self) -> bool {
-        self.mean_luminance == 0.0
+    fn mean_luminance(&self) -> f32 {
+        self.mean_luminance
     }
 }

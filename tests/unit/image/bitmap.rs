@@ -1,12 +1,21 @@
-//! Tests of `image::linear`.
+//! Tests of `image::bitmap`.
 
 use pointillist::color::srgb;
+use pointillist::image::Grid;
+use pointillist::image::bitmap::Bitmap;
 use pointillist::image::error::ImageError;
 use pointillist::image::exr;
 use pointillist::image::exr::Layers;
-use pointillist::image::linear::*;
 use pointillist::math::random::Random;
+use std::io::Cursor;
 use std::path::Path;
+
+use image::ImageFormat;
+
+/// The picture as light.
+fn decode(path: &Path, bytes: &[u8], most: usize) -> Result<Grid<[f32; 3]>, ImageError> {
+    Bitmap::decode(path, bytes, false, most).map(Bitmap::into_linear)
+}
 
 fn encoded(color: png::ColorType, depth: png::BitDepth, data: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::new();
@@ -146,8 +155,16 @@ fn broken_pictures_are_refused_or_read() {
     let mut old = b"#?RADIANCE\n\n-Y 2 +X 257\n".to_vec();
     (0..2).for_each(|_| old.extend([128, 64, 0, 129, 1, 1, 1, 255, 1, 1, 1, 0, 3, 3, 3, 130]));
     let floats = [&b"PF\n3 4\n-1.0\n"[..], &[63; 3 * 4 * 12]].concat();
+    let picture = image::RgbImage::from_raw(24, 16, gradient).expect("as many bytes as pixels ask for");
+    let written = |format| {
+        let mut file = Cursor::new(Vec::new());
+        picture.write_to(&mut file, format).expect("encoded");
+        file.into_inner()
+    };
+    let [png, bmp, tga] = [ImageFormat::Png, ImageFormat::Bmp, ImageFormat::Tga].map(written);
     let (most, mut random) = (1 << 16, Random(21));
-    for (name, valid) in [("a.jpg", jpeg), ("new.hdr", runs), ("old.hdr", old), ("a.pfm", floats)] {
+    let files = [("a.jpg", jpeg), ("new.hdr", runs), ("old.hdr", old), ("a.pfm", floats)];
+    for (name, valid) in files.into_iter().chain([("a.png", png), ("a.bmp", bmp), ("a.tga", tga)]) {
         let (mut read, mut refused) = (0, 0);
         for _ in 0..1000 {
             let mut bytes = valid.clone();
@@ -173,4 +190,15 @@ fn broken_pictures_are_refused_or_read() {
         }
         assert!(read > 0 && refused > 100, "{name}: {read} read, {refused} refused");
     }
+}
+
+/// Textures keep what the file holds: raw integers are not decoded.
+#[test]
+fn raw_integers_are_linear() {
+    let file = encoded(png::ColorType::Rgb, png::BitDepth::Eight, &[255, 188, 0, 188, 188, 188]);
+    let raw = Bitmap::decode(Path::new("a.png"), &file, true, 2).expect("a picture");
+    assert_eq!(raw.texel(0, 0), [1.0, 188.0 / 255.0, 0.0]);
+    let wide = encoded(png::ColorType::Grayscale, png::BitDepth::Sixteen, &[128, 0, 255, 255]);
+    let wide = Bitmap::decode(Path::new("a.png"), &wide, true, 2).expect("a picture");
+    assert_eq!((wide.texel(0, 0), wide.texel(1, 0)), ([32_768.0 / 65_535.0; 3], [1.0; 3]));
 }
