@@ -22,13 +22,13 @@ layout(location = 1) flat out vec4 value;
 layout(location = 2) flat out float first_row;
 
 void main() {
-    float size = FILTER == GAUSSIAN ? 6.0 : FILTER == TENT ? 2.0 : 1.0;
+    float size = KIND == TENT ? 2.0 : KIND == BOX ? 1.0 : 6.0;
     // Not contracted: a sample must fall into the same texel as on the CPU.
     precise vec2 scaled = uv * push.picture;
     precise vec2 p = scaled + push.pad;
     // False for NaN as well.
     bool inside = p.x >= 0.0 && p.y >= 0.0 && p.x < push.target.x && p.y < push.target.y;
-    vec2 centre = FILTER == BOX ? floor(p) + 0.5 : floor(p + 0.5);
+    vec2 centre = KIND == BOX ? floor(p) + 0.5 : floor(p + 0.5);
     // The samples of a batch take the slots in turn.
     first_row = SLOTS > 1u ? float(uint(QUADS ? gl_InstanceIndex : gl_VertexIndex) % SLOTS) * push.target.y : 0.0;
     centre.y += first_row;

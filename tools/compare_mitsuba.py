@@ -15,14 +15,24 @@ Tests, per pixel and channel, and again for blocks of 4x4 pixels:
 Means of the whole picture must agree within 0.2 %, and their standard errors are printed.
 relMSE is mean((a - b)^2 / (Y_b^2 + 0.01)), with the noise of both sides taken off.
 
+--all does this for every scene of one plugin, scenes/plugins/*.xml, or those whose names contain one of the words given:
+  renderings are added until the means of all channels are known to 0.1 %, as long as there is time (--minutes). Means may
+  differ by 0.3 %, and what is beyond that must be more than three standard errors to count against a scene.
+  A scene says in a comment how it is compared: `compare: rgb` against Mitsuba's RGB mode, where its spectral mode has a known
+  fault; `compare: none` where Mitsuba has no such plugin. The table goes to OUT/all.md and OUT/all.json.
+
 Exit status: 0 the pictures agree, 1 they do not (or there is too much noise to tell), 2 something could not be run.
 """
 
 import argparse
+import json
 import os
+import re
 import subprocess
 import sys
 import tempfile
+import time
+from pathlib import Path
 import xml.etree.ElementTree as ElementTree
 
 import numpy as np
@@ -30,6 +40,10 @@ import numpy as np
 LEVEL = 0.01
 ACCEPTED = 0.9975
 MEAN_WITHIN = 0.002
+ALL_MEAN_WITHIN = 0.003
+ALL_MEAN_ERROR = 0.001
+ALL_SEEDS = 12
+ALL_MOST_SEEDS = 48
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
 
@@ -37,13 +51,16 @@ def arguments():
     p = argparse.ArgumentParser(
         prog="compare_mitsuba", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    p.add_argument("scene", nargs="?", help="Mitsuba 3 scene file (not needed with --self-test)")
+    p.add_argument("scene", nargs="*", help="Mitsuba 3 scene file (not with --self-test); with --all parts of names")
+    p.add_argument("--all", action="store_true", help="every scene of scenes/plugins")
+    p.add_argument("--minutes", type=float, default=20, help="with --all: time after which nothing is added (20)")
     p.add_argument("--root", default=".", help=argparse.SUPPRESS)
     p.add_argument("--spp", type=int, default=64, help="samples per pixel of one Mitsuba rendering (64)")
     p.add_argument("--our-spp", type=int, help="samples per pixel of one Pointillist rendering (as --spp)")
     p.add_argument("--seeds", type=int, default=16, help="renderings on each side (16, at least 4)")
     p.add_argument("--size", help="WxH instead of the size in the scene, for both")
     p.add_argument("-D", dest="define", action="append", default=[], metavar="NAME=VALUE", help="scene parameter")
+    p.add_argument("--variant", default="scalar_spectral", help="Mitsuba's (scalar_spectral; scalar_rgb where it has no colours)")
     p.add_argument("--tolerance", type=float, default=0.001, help="relative difference that counts as none (0.001)")
     p.add_argument("--binary", help="the program (target/release/pointillist)")
     p.add_argument("--device", default="cpu", help="its --device (cpu)")
@@ -52,9 +69,13 @@ def arguments():
     a = p.parse_args()
     if a.seeds < 4:
         p.error("--seeds: a variance from fewer than 4 renderings says nothing")
-    if not a.scene and not a.self_test:
+    if len(a.scene) != 1 and not a.self_test and not a.all:
         p.error("which scene?")
     return a
+
+
+class Failed(SystemExit):
+    """Something that could not be run; ends a program that does not catch it with its message."""
 
 
 # Mitsuba's half
@@ -65,7 +86,7 @@ def box_filtered(scene, size):
     tree = ElementTree.parse(scene)
     films = list(tree.iter("film"))
     if not films:
-        sys.exit(f"compare_mitsuba: {scene} has no <film> of its own: put the sensor into this file")
+        raise Failed(f"{scene} has no <film> of its own: put the sensor into this file")
     for film in films:
         replaced = {"pixel_format", "component_format"} | ({"width", "height"} if size else set())
         for child in list(film):
@@ -106,27 +127,25 @@ def main_layer(mi, path):
     try:
         return pixels[..., [names.index(c) for c in "RGB"]].astype(np.float64)
     except ValueError:
-        sys.exit(f"compare_mitsuba: {path} has no channels R, G, B, only {', '.join(names)}")
+        raise Failed(f"{path} has no channels R, G, B, only {', '.join(names)}") from None
 
 
-def our_renderings(mi, a, defines, size, spp, seeds):
+def our_renderings(mi, a, scene, defines, size, spp, seeds):
     binary = a.binary or os.path.join(a.root, "target", "release", "pointillist")
     if not os.path.exists(binary):
-        print(f"compare_mitsuba: no program at {binary}: cargo build --release, or --binary", file=sys.stderr)
-        sys.exit(2)
+        raise Failed(f"no program at {binary}: cargo build --release, or --binary")
     images = []
     with tempfile.TemporaryDirectory() as place:
         for seed in seeds:
             file = os.path.join(place, f"{seed}.exr")
-            command = [binary, "render", a.scene, "-o", file, "--filter", "box", "--spp", str(spp)]
+            command = [binary, "render", str(scene), "-o", file, "--filter", "box", "--spp", str(spp)]
             command += ["--seed", str(seed), "--device", a.device, "--quiet"]
             command += ["--size", f"{size[0]}x{size[1]}"] if size else []
             for name, value in defines.items():
                 command += ["-D", f"{name}={value}"]
-            done = subprocess.run(command)
+            done = subprocess.run(command, capture_output=True, text=True)
             if done.returncode != 0 or not os.path.exists(file):
-                print(f"compare_mitsuba: failed ({done.returncode}): {' '.join(command)}", file=sys.stderr)
-                sys.exit(2)
+                raise Failed(f"failed ({done.returncode}): {' '.join(command)}\n{done.stderr}")
             images.append(main_layer(mi, file))
     return np.stack(images)
 
@@ -177,21 +196,43 @@ def blocks(images, n):
     return cut.reshape(r, h // n, n, w // n, n, c).mean((2, 4))
 
 
+def unusable(ours, theirs):
+    """Why the pictures cannot be compared, if so."""
+    if ours.shape[1:] != theirs.shape[1:]:
+        return f"sizes differ: ours {ours.shape[1:]}, Mitsuba's {theirs.shape[1:]}"
+    if not (np.isfinite(ours).all() and np.isfinite(theirs).all()):
+        return f"not finite: {(~np.isfinite(ours)).sum()} values of ours, {(~np.isfinite(theirs)).sum()} of Mitsuba's"
+    return None
+
+
+def accepted(ours, theirs, tolerance, n):
+    """For blocks of n x n pixels: p values, the level of each, the share above it, and t values."""
+    t, dof, _, _ = welch(blocks(ours, n), blocks(theirs, n), tolerance)
+    p = t_p_value(t, dof)
+    level = 1 - (1 - LEVEL) ** (1 / p.size)
+    return p, level, (p > level).mean(), t
+
+
+def means(ours, theirs):
+    """Of each channel: both means, their standard errors, the relative difference and its standard error."""
+    rows = []
+    for c in range(3):
+        a, b = (x[..., c].mean((1, 2)) for x in (ours, theirs))
+        ea, eb = (x.std(ddof=1) / np.sqrt(len(x)) for x in (a, b))
+        scale = max(abs(b.mean()), 1e-12)
+        rows.append((a.mean(), ea, b.mean(), eb, (a.mean() - b.mean()) / scale, np.hypot(ea, eb) / scale))
+    return rows
+
+
 def compare(ours, theirs, tolerance):
     """Prints the table; true if the pictures agree. Also returns the t values per pixel."""
-    if ours.shape[1:] != theirs.shape[1:]:
-        print(f"sizes differ: ours {ours.shape[1:]}, Mitsuba's {theirs.shape[1:]}")
-        return False, None
-    if not (np.isfinite(ours).all() and np.isfinite(theirs).all()):
-        print(f"not finite: {(~np.isfinite(ours)).sum()} values of ours, {(~np.isfinite(theirs)).sum()} of Mitsuba's")
+    if problem := unusable(ours, theirs):
+        print(problem)
         return False, None
     good, t_map = True, None
     print(f"{'test':12} {'compared':>9} {'critical p':>11} {'accepted':>10} {'|t| > 5 % level':>16}  verdict")
     for n in (1, 4):
-        t, dof, _, _ = welch(blocks(ours, n), blocks(theirs, n), tolerance)
-        p = t_p_value(t, dof)
-        level = 1 - (1 - LEVEL) ** (1 / p.size)
-        share = (p > level).mean()
+        p, level, share, t = accepted(ours, theirs, tolerance, n)
         passed = share >= ACCEPTED
         print(
             f"{'pixels' if n == 1 else f'{n}x{n} blocks':12} {p.size:9} {level:11.2e} {share:10.4%} "
@@ -200,14 +241,10 @@ def compare(ours, theirs, tolerance):
         good &= passed
         t_map = t if n == 1 else t_map
     print(f"\n{'mean':12} {'ours':>11} {'std. error':>10} {'Mitsuba':>11} {'std. error':>10} {'difference':>18}  verdict")
-    for c, name in enumerate("RGB"):
-        a, b = (x[..., c].mean((1, 2)) for x in (ours, theirs))
-        ea, eb = (x.std(ddof=1) / np.sqrt(len(x)) for x in (a, b))
-        scale = max(abs(b.mean()), 1e-12)
-        off, error = (a.mean() - b.mean()) / scale, np.hypot(ea, eb) / scale
+    for name, (a, ea, b, eb, off, error) in zip("RGB", means(ours, theirs)):
         verdict = "ok" if abs(off) <= MEAN_WITHIN else "DIFFERENT" if abs(off) > 3 * error else "TOO NOISY: more --spp"
         good &= verdict == "ok"
-        print(f"{name:12} {a.mean():11.6f} {ea:10.2e} {b.mean():11.6f} {eb:10.2e} {off:+9.3%} ±{error:7.3%}  {verdict}")
+        print(f"{name:12} {a:11.6f} {ea:10.2e} {b:11.6f} {eb:10.2e} {off:+9.3%} ±{error:7.3%}  {verdict}")
     _, _, va, vb = welch(ours, theirs, 0)
     a, b = ours.mean(0), theirs.mean(0)
     weight = 1 / ((b @ LUMINANCE)[..., None] ** 2 + 0.01)
@@ -244,27 +281,119 @@ def self_test(mi, a):
     return equal and not brighter and not spot
 
 
+# Every scene
+
+
+def mode_of(scene):
+    """How a scene wants to be compared: spectral, rgb or none."""
+    comments = re.findall(r"<!--(.*?)-->", scene.read_text(), re.DOTALL)
+    found = [m for c in comments for m in re.findall(r"\bcompare: (\w+)", c)]
+    mode = found[0] if found else "spectral"
+    if mode not in ("spectral", "rgb", "none"):
+        raise Failed(f"{scene} asks for `compare: {mode}`; it is spectral, rgb or none")
+    return mode
+
+
+def compare_one(mi, a, scene, out, deadline):
+    """A row of the table."""
+    start, mode = time.monotonic(), mode_of(scene)
+    row = {"scene": scene.stem, "mode": mode, "verdict": "not compared"}
+    if mode == "none":
+        return row
+    mi.set_variant(f"scalar_{mode}")
+    ours, theirs = [], []
+    while True:
+        seeds = range(len(ours) * ALL_SEEDS + 1, (len(ours) + 1) * ALL_SEEDS + 1)
+        ours.append(our_renderings(mi, a, scene, {}, None, a.our_spp or a.spp, seeds))
+        theirs.append(mitsuba_renderings(mi, str(scene), {}, None, a.spp, [1000 + s for s in seeds]))
+        both = np.concatenate(ours), np.concatenate(theirs)
+        if problem := unusable(*both):
+            raise Failed(problem)
+        channels = means(*both)
+        noisy = max(error for *_, error in channels) > ALL_MEAN_ERROR
+        if not noisy or len(ours) * ALL_SEEDS >= ALL_MOST_SEEDS or time.monotonic() > deadline:
+            break
+    (_, _, pixels, t), (_, _, groups, _) = (accepted(*both, a.tolerance, n) for n in (1, 4))
+    missed = [abs(off) - ALL_MEAN_WITHIN > 3 * error for *_, off, error in channels]
+    outside = [abs(off) > ALL_MEAN_WITHIN for *_, off, _ in channels]
+    verdict = "DIFFERENT" if min(pixels, groups) < ACCEPTED or any(missed) else "unclear" if any(outside) else "ok"
+    (out / scene.stem).mkdir(parents=True, exist_ok=True)
+    for file, image in (("ours", both[0].mean(0)), ("mitsuba", both[1].mean(0)), ("t", t)):
+        mi.Bitmap(image.astype(np.float32)).write(str(out / scene.stem / f"{file}.exr"))
+    ratios = [{"ratio": 1 + off, "error": error} for *_, off, error in channels]
+    row |= {"pixels": pixels, "blocks": groups, "means": ratios, "verdict": verdict, "noisy": noisy}
+    return row | {"renderings": len(both[0]), "seconds": time.monotonic() - start}
+
+
+def line_of(row):
+    """A row as Markdown."""
+    if "means" not in row:
+        return f"| {row['scene']} | {row.get('mode', '')} | | | | | | | | {row['verdict']} |"
+    ratios = " | ".join(f"{m['ratio']:.4f} ± {m['error']:.4f}" for m in row["means"])
+    end = row["verdict"] + (", means known to more than 0.1 %" if row["noisy"] else "")
+    start = f"| {row['scene']} | {row['mode']} | {row['pixels']:.2%} | {row['blocks']:.2%} | {ratios}"
+    return f"{start} | {row['renderings']} | {row['seconds']:.0f} s | {end} |"
+
+
+def compare_all(mi, a):
+    """Compares every scene of one plugin; the exit status."""
+    scenes = sorted(Path(a.root, "scenes", "plugins").glob("*.xml"))
+    scenes = [s for s in scenes if not a.scene or any(word in s.stem for word in a.scene)]
+    if not scenes:
+        raise Failed("no scene of scenes/plugins has such a name")
+    out = Path(a.out or Path(a.root, "target", "compare_mitsuba"))
+    out.mkdir(parents=True, exist_ok=True)
+    deadline = time.monotonic() + 60 * a.minutes
+    head = "| scene | mode | pixels | 4×4 blocks | R | G | B | renderings | time | verdict |\n" + 10 * "|---" + "|"
+    print(head, flush=True)
+    rows = []
+    for scene in scenes:
+        try:
+            row = compare_one(mi, a, scene, out, deadline)
+        except (Failed, RuntimeError) as e:
+            row = {"scene": scene.stem, "verdict": "FAILED: " + " ".join(str(e).split())[:300].replace("|", "/")}
+        rows.append(row)
+        print(line_of(row), flush=True)
+    (out / "all.md").write_text("\n".join([head, *map(line_of, rows)]) + "\n")
+    (out / "all.json").write_text(json.dumps(rows, indent=1, default=lambda value: value.item()) + "\n")
+    verdicts = [row["verdict"].split(":")[0] for row in rows]
+    count = ", ".join(f"{verdicts.count(v)} {v}" for v in dict.fromkeys(verdicts))
+    print(f"\n{len(rows)} scenes: {count}; {out}/all.md and all.json")
+    return 2 if "FAILED" in verdicts else int("DIFFERENT" in verdicts)
+
+
 def main():
-    a = arguments()
+    try:
+        sys.exit(run(arguments()))
+    except Failed as e:
+        print(f"compare_mitsuba: {e}", file=sys.stderr)
+        sys.exit(2)
+
+
+def run(a):
+    """The exit status."""
     import mitsuba as mi
 
-    mi.set_variant("scalar_spectral")
+    mi.set_variant(a.variant)
     if a.self_test:
-        sys.exit(0 if self_test(mi, a) else 1)
+        return 0 if self_test(mi, a) else 1
+    if a.all:
+        return compare_all(mi, a)
+    [scene] = a.scene
     size = tuple(int(v) for v in a.size.lower().split("x")) if a.size else None
     defines = dict(d.split("=", 1) for d in a.define)
-    ours = our_renderings(mi, a, defines, size, a.our_spp or a.spp, range(1, a.seeds + 1))
-    theirs = mitsuba_renderings(mi, a.scene, defines, size, a.spp, range(1001, 1001 + a.seeds))
-    print(f"{a.scene}: {theirs.shape[2]}x{theirs.shape[1]}, {a.seeds} seeds, spp {a.our_spp or a.spp} (ours), {a.spp}")
+    ours = our_renderings(mi, a, scene, defines, size, a.our_spp or a.spp, range(1, a.seeds + 1))
+    theirs = mitsuba_renderings(mi, scene, defines, size, a.spp, range(1001, 1001 + a.seeds))
+    print(f"{scene}: {theirs.shape[2]}x{theirs.shape[1]}, {a.seeds} seeds, spp {a.our_spp or a.spp} (ours), {a.spp}")
     good, t_map = compare(ours, theirs, a.tolerance)
-    name = os.path.splitext(os.path.basename(a.scene))[0]
+    name = os.path.splitext(os.path.basename(scene))[0]
     out = a.out or os.path.join(a.root, "target", "compare_mitsuba", name)
     os.makedirs(out, exist_ok=True)
     for file, image in (("ours", ours.mean(0)), ("mitsuba", theirs.mean(0)), ("t", t_map)):
         if image is not None:
             mi.Bitmap(image.astype(np.float32)).write(os.path.join(out, file + ".exr"))
     print(f"means and t values: {out}")
-    sys.exit(0 if good else 1)
+    return 0 if good else 1
 
 
 if __name__ == "__main__":

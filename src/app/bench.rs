@@ -203,6 +203,7 @@ fn footprint(filter: SplatFilter) -> f64 {
         SplatFilter::Gaussian => 25.0,
         SplatFilter::Tent => 4.0,
         SplatFilter::Box => 1.0,
+        SplatFilter::Scaled(_) => 36.0,
     }
 }
 

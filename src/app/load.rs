@@ -1,5 +1,6 @@
 //! The scene of a command line: the file, with what the options say about it.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use miette::{IntoDiagnostic, Result};
@@ -9,8 +10,8 @@ use super::args::scene::SceneArgs;
 use super::device::Device;
 use super::report::Seconds;
 use super::tell;
-use crate::scene::desc::{IntegratorKind, SceneDesc};
-use crate::scene::{self, LoadOptions, Loaded};
+use crate::scene::desc::{AovDesc, IntegratorKind, SceneDesc};
+use crate::scene::{self, LoadOptions, LoadProgress, Loaded};
 use crate::tracer::accel::SimdKernel;
 use crate::tracer::effects::{Effect, decide, force_on, refusal, without};
 use crate::tracer::{Camera, PrepareError, Scene};
@@ -33,14 +34,24 @@ pub struct Opened {
 
 /// Loads and prepares the scene while the device is opened; the time that each step took goes to `seconds`.
 pub fn open(source: &SceneArgs, seconds: &mut Seconds) -> Result<Opened> {
+    open_with_layers(source, None, seconds)
+}
+
+/// As [`open`], with these layers beside the picture in place of those that the scene asks for.
+pub fn open_with_layers(
+    source: &SceneArgs,
+    aovs: Option<Vec<AovDesc>>,
+    seconds: &mut Seconds,
+) -> Result<Opened> {
     std::thread::scope(|scope| {
         let device = scope.spawn(|| {
             let start = Instant::now();
             (Device::open(source.device.as_deref()), start.elapsed())
         });
         let start = Instant::now();
-        let input = load(source)?;
-        let desc = &input.loaded.desc;
+        let mut input = load(source)?;
+        let desc = &mut input.loaded.desc;
+        desc.integrator.aovs = aovs.unwrap_or_else(|| std::mem::take(&mut desc.integrator.aovs));
         seconds.load = start.elapsed().as_secs_f64();
         let start = Instant::now();
         let scene = prepare(Scene::prepare, desc, source.simd)?;
@@ -61,8 +72,13 @@ pub fn tell_warnings(loaded: &Loaded) {
 
 /// Reads the scene, with the size and the method of the command line.
 pub fn read(source: &SceneArgs) -> Result<Loaded> {
+    read_telling(source, &Arc::default())
+}
+
+/// Reads the scene as [`read`] does, and tells `progress` of every file meanwhile.
+pub fn read_telling(source: &SceneArgs, progress: &Arc<LoadProgress>) -> Result<Loaded> {
     let options = LoadOptions { defines: &source.defines, lenient: source.lenient };
-    let mut loaded = scene::load_with(&source.scene, &options)?;
+    let mut loaded = scene::load_telling(&source.scene, &options, progress)?;
     let desc = &mut loaded.desc;
     if let Some((width, height)) = source.size {
         (desc.film.width, desc.film.height) = (width, height);

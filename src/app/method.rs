@@ -16,8 +16,8 @@ use crate::stream::control::Epoch;
 use crate::stream::{PathCounts, UvWindow};
 use crate::tracer::choice::{self, CANDIDATES, IntegratorChoice, Survey, Trial};
 use crate::tracer::integrator::{
-    BidirectionalTracer, CAMERA_SUBPATHS, CheckedIntegrator, ParticleTracer, PathTracer, PhotonTracer,
-    PlanCheckTally, RenderContext, Replicated,
+    BidirectionalTracer, CAMERA_SUBPATHS, CheckedIntegrator, DepthTracer, ParticleTracer, PathTracer,
+    PhotonTracer, PlanCheckTally, RenderContext, Replicated,
 };
 use crate::tracer::{Camera, Integrator, Scene};
 
@@ -77,6 +77,10 @@ pub fn start(
         IntegratorKind::Path | IntegratorKind::Auto => special::<PathTracer>(server, run, order),
         IntegratorKind::Light => special::<ParticleTracer>(server, run, order),
         IntegratorKind::Bidirectional => special::<BidirectionalTracer>(server, run, order),
+        IntegratorKind::Depth if order.check.is_some() => Err(miette::miette!(
+            "--check-plan compares paths of light, and `depth` traces none: choose another --integrator"
+        )),
+        IntegratorKind::Depth => special::<DepthTracer>(server, run, order),
         IntegratorKind::Photon if order.check.is_some() => check_photons(server, run, order),
         IntegratorKind::Photon => {
             let mut last = last.iter().flat_map(|last| &last.parts);

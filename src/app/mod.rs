@@ -3,10 +3,10 @@
 //! | files | what |
 //! |---|---|
 //! | `args/` | the command line; its comments are the `--help` |
-//! | `render.rs`, `view/`, `bench.rs`, `explain.rs`, `compare.rs`, `study/`, `device.rs` | the subcommands |
+//! | `render.rs`, `view/`, `bench.rs`, `explain.rs`, `compare.rs`, `study/`, `plugins.rs`, `device.rs` | the subcommands |
 //! | `load.rs`, `run_spec.rs`, `method.rs` | scene and device; what a run is made of; its method of light transport |
 //! | `drive.rs`, `film_writer.rs`, `observer.rs`, `predictions.rs`, `progress.rs` | from lanes to film; the error of the picture meanwhile |
-//! | `plan.rs`, `outputs.rs`, `report.rs` | the list of effects; pictures; figures |
+//! | `plan.rs`, `outputs.rs`, `layers.rs`, `report.rs` | the list of effects; pictures; layers beside them; figures |
 //! | `timings.rs`, `trace.rs`, `process.rs` | `--gpu-timings`; Ctrl-C and standard error |
 //!
 //! # Rendering from another program
@@ -81,11 +81,13 @@ mod device;
 mod drive;
 mod explain;
 mod film_writer;
+mod layers;
 mod load;
 mod method;
 mod observer;
 mod outputs;
 mod plan;
+mod plugins;
 mod predictions;
 mod process;
 mod progress;
@@ -115,6 +117,7 @@ pub fn run(cli: Cli) -> Result<()> {
         CliCommand::Explain(args) => explain::explain(&args),
         CliCommand::Compare(args) => compare::compare(&args),
         CliCommand::Study(args) => study::study(&args),
+        CliCommand::Plugins(args) => plugins::list(&args),
         CliCommand::Devices => device::list(),
     }
 }

@@ -6,6 +6,7 @@ use std::time::Instant;
 use miette::{IntoDiagnostic, Result, WrapErr};
 
 use super::args::RenderArgs;
+use super::layers::Channel;
 use super::report::{Seconds, is_special};
 use super::run_spec::{RunSpec, display_options};
 use crate::client::effects::Effects;
@@ -64,11 +65,16 @@ impl Outputs {
 
     /// True when the variance is part of a file, or steers what is shown in one.
     pub fn read_variance(&self, settings: &Settings) -> bool {
-        let exr = self.files.iter().any(|(_, format)| *format == FileFormat::Exr);
-        exr || Effects::new(settings, 1).reads_variance()
+        self.writes_exr() || Effects::new(settings, 1).reads_variance()
     }
 
-    /// Takes the picture from the client and writes every file; `prefix` as in [`RunSpec::attributes`].
+    /// True when an EXR file is to be written.
+    pub fn writes_exr(&self) -> bool {
+        self.files.iter().any(|(_, format)| *format == FileFormat::Exr)
+    }
+
+    /// Takes the picture from the client and writes every file, EXR files with the channels `layers` besides; `prefix` as in
+    /// [`RunSpec::attributes`].
     ///
     /// # Errors
     ///
@@ -79,6 +85,7 @@ impl Outputs {
         run: &RunSpec,
         prefix: bool,
         settings: &Settings,
+        layers: Vec<Channel>,
         seconds: &mut Seconds,
     ) -> Result<()> {
         let mut first_error = Ok(());
@@ -89,7 +96,7 @@ impl Outputs {
         seconds.display = start.elapsed().as_secs_f64();
         let start = Instant::now();
         let data = wants(FileFormat::Exr).then(|| client.develop()).transpose().into_diagnostic()?;
-        let data = data.map(FilmSnapshot::Exr);
+        let data = data.map(|data| FilmSnapshot::Exr(data, layers));
         for (path, format) in &self.files {
             let snapshot = match format {
                 FileFormat::Png => &shown,
@@ -107,8 +114,8 @@ impl Outputs {
 pub enum FilmSnapshot {
     /// The displayed picture, and the number of paths in it.
     Png(DisplayImage, u64),
-    /// The sums.
-    Exr(FilmData),
+    /// The sums, and channels beside them.
+    Exr(FilmData, Vec<Channel>),
 }
 
 impl FilmSnapshot {
@@ -119,7 +126,7 @@ impl FilmSnapshot {
                 let paths = film.counts().paths();
                 FilmSnapshot::Png(film.display(settings).into_diagnostic()?, paths)
             }
-            FileFormat::Exr => FilmSnapshot::Exr(film.develop().into_diagnostic()?),
+            FileFormat::Exr => FilmSnapshot::Exr(film.develop().into_diagnostic()?, Vec::new()),
         })
     }
 
@@ -138,10 +145,12 @@ impl FilmSnapshot {
                 attributes.push(("display".to_string(), Attribute::Text(display_options(settings))));
                 png::write(path, picture, &attributes)
             }
-            FilmSnapshot::Exr(data) => {
+            FilmSnapshot::Exr(data, beside) => {
                 let (attributes, energy) =
                     (run.attributes(data.counts.paths(), prefix), run.film.filter.energy());
-                exr::write(path, &develop::layers(data, &Profile::srgb(), energy, &attributes))
+                let mut layers = develop::layers(data, &Profile::srgb(), energy, &attributes);
+                layers.channels.extend(beside.iter().cloned());
+                exr::write(path, &layers)
             }
         };
         written.into_diagnostic()

@@ -107,6 +107,8 @@ pub fn streams(kind: IntegratorKind) -> [bool; 2] {
     match kind {
         IntegratorKind::Light => [false, true],
         IntegratorKind::Bidirectional => [true, true],
-        IntegratorKind::Path | IntegratorKind::Photon | IntegratorKind::Auto => [true, false],
+        IntegratorKind::Path | IntegratorKind::Photon | IntegratorKind::Depth | IntegratorKind::Auto => {
+            [true, false]
+        }
     }
 }

@@ -18,7 +18,7 @@ use super::progress::{Goal, Progress};
 use super::report::{ErrorReport, PlanCheck, Rejected, RejectedExample, RenderReport, Seconds, write_json};
 use super::run_spec::RunSpec;
 use super::timings::{self, TimingCapture};
-use super::{plan, predictions, process, tell};
+use super::{layers, plan, predictions, process, tell};
 use crate::client::{Film, Settings, VarianceForm};
 use crate::scene::Loaded;
 use crate::server::{Server, Stats};
@@ -105,7 +105,9 @@ impl<'a> BatchRender<'a> {
     /// Loads the scene, opens the device, chooses the method and makes film and threads.
     fn set_up(args: &'a RenderArgs, outputs: &Outputs) -> Result<Self> {
         let mut seconds = Seconds::default();
-        let Opened { input, scene, camera, device } = load::open(&args.source, &mut seconds)?;
+        let aovs = args.aov.as_ref().map(|list| list.0.clone());
+        let Opened { input, scene, camera, device } =
+            load::open_with_layers(&args.source, aovs, &mut seconds)?;
         load::tell_warnings(&input.loaded);
         for notice in scene.notices() {
             tell(&format!("warning: {notice}"));
@@ -118,6 +120,11 @@ impl<'a> BatchRender<'a> {
         // The plan is checked path by path, whatever randomisation they are of.
         run.replicated = args.replicates > 1 && args.check_plan == 0.0;
         run.film.variance = outputs.read_variance(&settings).then_some(VarianceForm::Product);
+        if outputs.writes_exr() {
+            layers::check(&run.aovs, &run.film)?;
+        } else if !run.aovs.is_empty() {
+            tell("note: layers beside the picture go into EXR files, and none is written: give -o FILE.exr");
+        }
         let (scene, start) = (Arc::new(scene), Instant::now());
         method::choose(&mut run, &scene, &camera, threads);
         seconds.choose = start.elapsed().as_secs_f64();
@@ -223,7 +230,14 @@ impl<'a> BatchRender<'a> {
     fn write(&mut self, outputs: &Outputs, traced: &Traced) -> Result<()> {
         let prefix = traced.driven.complete || self.run.deterministic;
         let start = Instant::now();
-        let written = outputs.write(&mut *self.client, &self.run, prefix, &self.settings, &mut self.seconds);
+        let [width, height] = self.run.film.padded_extent().map(f64::from);
+        let spp = self.client.counts().paths() as f64 / (width * height);
+        let layers = match outputs.writes_exr() {
+            true => layers::trace(&self.run, &self.scene, &self.camera, spp),
+            false => Vec::new(),
+        };
+        let (client, seconds) = (&mut *self.client, &mut self.seconds);
+        let written = outputs.write(client, &self.run, prefix, &self.settings, layers, seconds);
         if let Some(mut timings) = self.timings.take() {
             timings.client("display and write", start)?;
             timings.finish(&self.server)?;

@@ -8,9 +8,11 @@ use super::args::effects::Forced;
 use super::args::scene::SceneArgs;
 use super::load::SceneInput;
 use crate::client::effects::Effects;
-use crate::client::{FilmSpec, OptionNames, ReconstructionKernel, Settings, SplatFilter, VarianceForm};
+use crate::client::{
+    FilmSpec, OptionNames, ReconstructionKernel, ScaledFilter, Settings, SplatFilter, VarianceForm,
+};
 use crate::image::Attribute;
-use crate::scene::desc::{IntegratorKind, PhotonDesc, ReconstructionFilter};
+use crate::scene::desc::{AovDesc, IntegratorKind, PhotonDesc, ReconstructionFilter};
 use crate::tracer::choice::IntegratorChoice;
 use crate::tracer::effects::{Effect, refusal};
 
@@ -34,6 +36,8 @@ pub struct RunSpec {
     pub integrator: IntegratorKind,
     /// How photons are looked up.
     pub photons: PhotonDesc,
+    /// Layers that an EXR file has beside the picture.
+    pub aovs: Vec<AovDesc>,
     /// The reason for the method, if the program chose it.
     pub auto: Option<ChoiceReport>,
     /// Effects that are forced on or off against what the scene calls for.
@@ -106,8 +110,14 @@ impl RunSpec {
         let (width, height) = film.crop.map_or((film.width, film.height), |c| (c.width, c.height));
         let from_file = || match film.rfilter {
             Some(ReconstructionFilter::Box) => SplatFilter::Box,
-            Some(ReconstructionFilter::Tent) => SplatFilter::Tent,
-            Some(ReconstructionFilter::Gaussian) | None => SplatFilter::Gaussian,
+            Some(ReconstructionFilter::Tent { radius: 1.0 }) => SplatFilter::Tent,
+            Some(ReconstructionFilter::Tent { radius }) => {
+                SplatFilter::Scaled(ScaledFilter::Tent { radius: thousandths(radius) })
+            }
+            Some(ReconstructionFilter::Gaussian { stddev }) => {
+                SplatFilter::Scaled(ScaledFilter::Gaussian { stddev: thousandths(stddev) })
+            }
+            None => SplatFilter::Gaussian,
         };
         let filter = source.filter.unwrap_or_else(from_file);
         let integrator = &loaded.desc.integrator;
@@ -129,6 +139,7 @@ impl RunSpec {
             hide_emitters: integrator.hide_emitters,
             integrator: source.integrator.unwrap_or(integrator.kind),
             photons: integrator.photons,
+            aovs: integrator.aovs.clone(),
             auto: None,
             effects: forced.clone(),
             spp: loaded.desc.samples_per_pixel.unwrap_or(DEFAULT_SPP),
@@ -189,12 +200,20 @@ impl RunSpec {
             let effects: Vec<String> = self.effects.iter().map(ToString::to_string).collect();
             command += &format!(" --effects {}", effects.join(","));
         }
+        if !self.aovs.is_empty() {
+            let aovs: Vec<String> = self.aovs.iter().map(ToString::to_string).collect();
+            command += &format!(" --aov {}", quoted(&aovs.join(",")));
+        }
         let depth = self.max_depth.map_or("-1".to_string(), |d| d.to_string());
-        let filter = self.film.filter.name();
+        // A scaled filter is the scene's: no option names it.
+        let filter = match self.film.filter {
+            SplatFilter::Scaled(_) => String::new(),
+            named => format!(" --filter {}", named.name()),
+        };
         if first > 0 {
             command += &format!(" --first-index {first}");
         }
-        command += &format!(" --samples {paths} --seed {} --max-depth {depth} --filter {filter}", self.seed);
+        command += &format!(" --samples {paths} --seed {} --max-depth {depth}{filter}", self.seed);
         if self.deterministic {
             command += " --deterministic";
         }
@@ -203,6 +222,11 @@ impl RunSpec {
         }
         command + " --device " + &quoted(&self.device)
     }
+}
+
+/// A size in pixels as the film's filters have it.
+fn thousandths(size: f64) -> u16 {
+    (1000.0 * size).round().clamp(1.0, f64::from(u16::MAX)) as u16
 }
 
 /// The form of variance that a film needs to be shown with these settings.

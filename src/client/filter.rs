@@ -4,7 +4,7 @@
 //! [`lod`](crate::client::lod). Weights are computed with arithmetic, never with hardware bilinear
 //! filtering, whose fractions have 8 bits on common devices.
 
-use crate::client::settings::{BATCH_CAPACITY, FilmSpec, SplatFilter};
+use crate::client::settings::{BATCH_CAPACITY, FilmSpec, ScaledFilter, SplatFilter};
 use crate::stream::{Sample, UvWindow};
 
 /// The paper's 5-texel filter row at distances 0, 1, 2 and the zero border at 3, in texels.
@@ -12,6 +12,12 @@ use crate::stream::{Sample, UvWindow};
 /// `g_i ∝ exp(−i²)·(1 − smoothstep(0, 3, |i|)^8)`, normalised so that `g₀ + 2g₁ + 2g₂ = 1`.
 /// Between these distances the weight is linear: exactly the bilinear fetch of the paper's texture.
 pub const GAUSSIAN_TAPS: [f32; 4] = [0.565_273_6, 0.207_948_3, 0.009_414_898, 0.0];
+
+/// Of the Gaussian with σ = 1 that ends at 4σ: what is taken off so that it ends there, the area that is left, and the integral of
+/// the square over the square of that.
+const GAUSSIAN_END: f32 = 3.354_626_3e-4;
+const GAUSSIAN_AREA: f32 = 2.503_785_8;
+const GAUSSIAN_SQUARES: f32 = 0.282_467_4;
 
 /// Most texels that one sample reaches along one axis: the 5-tap row read bilinearly spans 6.
 pub const MAX_TAPS: usize = 6;
@@ -57,7 +63,7 @@ impl SplatFilter {
     /// Texels of padding on every side that keep every texel of the picture fully fed.
     pub const fn pad(self) -> u32 {
         match self {
-            SplatFilter::Gaussian => 3,
+            SplatFilter::Gaussian | SplatFilter::Scaled(_) => 3,
             SplatFilter::Tent => 1,
             SplatFilter::Box => 0,
         }
@@ -66,7 +72,7 @@ impl SplatFilter {
     /// Texels that a sample reaches along one axis.
     pub const fn taps_per_axis(self) -> usize {
         match self {
-            SplatFilter::Gaussian => 6,
+            SplatFilter::Gaussian | SplatFilter::Scaled(_) => 6,
             SplatFilter::Tent => 2,
             SplatFilter::Box => 1,
         }
@@ -87,12 +93,22 @@ impl SplatFilter {
             SplatFilter::Gaussian => 0.0,
             SplatFilter::Tent => (1.0 - a).max(0.0),
             SplatFilter::Box => f32::from(d > -0.5 && d <= 0.5),
+            SplatFilter::Scaled(filter) => {
+                let size = filter.size();
+                let s = a / size;
+                let weight = match filter {
+                    ScaledFilter::Gaussian { .. } => ((-0.5 * s * s).exp() - GAUSSIAN_END) / GAUSSIAN_AREA,
+                    ScaledFilter::Tent { .. } => 1.0 - s,
+                };
+                weight.max(0.0) / size
+            }
         }
     }
 
     /// Texels and weights along one axis for a sample at `p ≥ 0` (padded texels).
     ///
-    /// The weights are linear in the sub-texel position and sum to 1 for every `p` within rounding.
+    /// The weights are linear in the sub-texel position and sum to 1 for every `p` within rounding; those of a scaled filter do so on
+    /// average over `p`.
     #[inline]
     pub fn taps(self, p: f32) -> Taps {
         let texel = p as i32;
@@ -104,6 +120,11 @@ impl SplatFilter {
         let (base, t) = if inside >= 0.5 { (texel, inside - 0.5) } else { (texel - 1, inside + 0.5) };
         if self == SplatFilter::Tent {
             return Taps { first: base, weights: [1.0 - t, t, 0.0, 0.0, 0.0, 0.0] };
+        }
+        if let SplatFilter::Scaled(_) = self {
+            let first = base - 2;
+            let weights = std::array::from_fn(|k| self.weight(k as f32 - 2.0 - t));
+            return Taps { first, weights };
         }
         let [g0, g1, g2, _] = GAUSSIAN_TAPS;
         let weights = [
@@ -128,8 +149,34 @@ impl SplatFilter {
             }
             SplatFilter::Tent => 2.0 / 3.0,
             SplatFilter::Box => 1.0,
+            SplatFilter::Scaled(filter) => {
+                let squares = match filter {
+                    ScaledFilter::Gaussian { .. } => GAUSSIAN_SQUARES,
+                    ScaledFilter::Tent { .. } => 2.0 / 3.0,
+                };
+                squares / filter.size()
+            }
         };
         per_axis * per_axis
+    }
+
+    /// The number by which the shaders know it: the kind, and above 8 bits the size of a scaled one.
+    pub fn constant(self) -> u32 {
+        match self {
+            SplatFilter::Gaussian => 0,
+            SplatFilter::Tent => 1,
+            SplatFilter::Box => 2,
+            SplatFilter::Scaled(ScaledFilter::Gaussian { stddev }) => 3 | u32::from(stddev) << 8,
+            SplatFilter::Scaled(ScaledFilter::Tent { radius }) => 4 | u32::from(radius) << 8,
+        }
+    }
+}
+
+impl ScaledFilter {
+    /// Standard deviation or radius, texels.
+    pub fn size(self) -> f32 {
+        let (ScaledFilter::Gaussian { stddev: size } | ScaledFilter::Tent { radius: size }) = self;
+        f32::from(size) * 1e-3
     }
 }
 

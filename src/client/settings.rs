@@ -34,7 +34,6 @@ macro_rules! labels {
 }
 
 labels! {
-    SplatFilter { Gaussian: "Gaussian", Tent: "Tent", Box: "Box", }
     Reconstruction { Gaussian: "Gaussian", CatmullRom: "Catmull–Rom", Mipmap: "Mipmap", None: "None", }
     Masking { LowPass: "Low-pass", Bilateral: "Bilateral", }
     DisplayView { Picture: "Picture", CameraVariance: "Error, camera", LightVariance: "Error, light", }
@@ -42,6 +41,17 @@ labels! {
     ToneCurve { Paper: "1 − exp(−(B·Y)^C)", PbrNeutral: "PBR Neutral", AgX: "AgX", }
     Dither { None: "None", Ordered: "Ordered", BlueNoise: "Blue noise", }
     ColorOutput { Sdr: "8 bits", ScRgb: "scRGB", Hdr10: "HDR10", }
+}
+
+impl OptionNames for SplatFilter {
+    fn label(&self) -> &'static str {
+        match self {
+            SplatFilter::Gaussian => "Gaussian",
+            SplatFilter::Tent => "Tent",
+            SplatFilter::Box => "Box",
+            SplatFilter::Scaled(_) => "From a file",
+        }
+    }
 }
 
 /// Number of samples that a batch holds: it is splatted and folded when full, or on `flush`.
@@ -57,6 +67,24 @@ pub enum SplatFilter {
     Tent,
     /// Exactly one texel: for comparison with other renderers.
     Box,
+    /// A filter of a size of its own, which no option names.
+    #[value(skip)]
+    Scaled(ScaledFilter),
+}
+
+/// A filter of other renderers by its size, in thousandths of a texel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ScaledFilter {
+    /// `exp(−d²/2σ²) − exp(−8)` up to 4σ, where it is 0 (Mitsuba's); σ is 0.1 to 0.75 texels.
+    Gaussian {
+        /// σ.
+        stddev: u16,
+    },
+    /// A tent of radius 0.25 to 3 texels.
+    Tent {
+        /// Its radius.
+        radius: u16,
+    },
 }
 
 /// The reconstruction of the picture from the sums (the paper's Figure 2).

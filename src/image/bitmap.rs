@@ -4,11 +4,12 @@ use std::fmt;
 use std::io::Cursor;
 use std::path::Path;
 
+use half::f16;
 use image::{ColorType, DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
 use crate::color::srgb;
 use crate::image::error::ImageError;
-use crate::image::exr::{self, check_pixels};
+use crate::image::exr::{self, check_inflation, check_pixels};
 use crate::image::grid::Grid;
 use crate::image::layer::{self, Layer};
 use crate::image::{pfm, radiance};
@@ -28,6 +29,7 @@ pub struct Bitmap {
 enum Texels {
     Eight(Vec<[u8; 3]>),
     Sixteen(Vec<[u16; 3]>),
+    Half(Vec<[f16; 3]>),
     Float(Vec<[f32; 3]>),
 }
 
@@ -38,14 +40,15 @@ impl Bitmap {
     ///
     /// # Errors
     ///
-    /// [`ImageError::Decode`] for other formats, damaged files, and more than `most` pixels; [`ImageError::Channel`] for an EXR file
+    /// [`ImageError::Decode`] for other formats, damaged files, more than `most` pixels and files made to fill the memory; [`ImageError::Channel`] for an EXR file
     /// without a main layer.
     pub fn decode(path: &Path, bytes: &[u8], raw: bool, most: usize) -> Result<Self, ImageError> {
         let refuse = ImageError::decode(path);
-        let float = |(width, height, pixels)| (width, height, Texels::Float(pixels));
+        let float = |(width, height, pixels)| (width, height, Texels::of_floats(pixels));
         let (width, height, texels) = match bytes {
             [0x76, 0x2f, 0x31, 0x01, ..] => {
-                exr::check_size(bytes, most).map_err(refuse)?;
+                let promised = exr::check_size(bytes, most).map_err(refuse)?;
+                check_inflation(promised, bytes.len()).map_err(refuse)?;
                 let layers = exr::decode_layers(path, Cursor::new(bytes))?;
                 let main = layer::main(&layers).as_ref().map(Layer::pixels);
                 let pixels = main.ok_or_else(|| exr::no_channel(path, &layers, "R"))?;
@@ -88,6 +91,11 @@ impl Bitmap {
         self.height
     }
 
+    /// True where integers are decoded by the curve of sRGB.
+    pub fn is_decoded(&self) -> bool {
+        !self.raw && matches!(self.texels, Texels::Eight(_) | Texels::Sixteen(_))
+    }
+
     /// The linear Rec.709 value of the texel in column `x` of row `y`, which must exist.
     #[inline]
     pub fn texel(&self, x: usize, y: usize) -> [f32; 3] {
@@ -102,6 +110,7 @@ impl Bitmap {
                 let v = f32::from(v) / 65_535.0;
                 if self.raw { v } else { srgb::decode(v) }
             }),
+            Texels::Half(texels) => texels[i].map(f16::to_f32),
             Texels::Float(texels) => texels[i],
         }
     }
@@ -116,8 +125,32 @@ impl Bitmap {
     }
 }
 
+impl Texels {
+    /// Halves if they hold all of `pixels` exactly, as those of most EXR files.
+    fn of_floats(pixels: Vec<[f32; 3]>) -> Self {
+        let is_half = |v: &f32| f16::from_f32(*v).to_f32().to_bits() == v.to_bits();
+        match pixels.as_flattened().iter().all(is_half) {
+            true => Self::Half(pixels.iter().map(|texel| texel.map(f16::from_f32)).collect()),
+            false => Self::Float(pixels),
+        }
+    }
+}
+
 /// Width, height and texels of a PNG, JPEG, BMP or TGA file.
 fn integers(path: &Path, bytes: &[u8], most: usize) -> Result<(usize, usize, Texels), String> {
+    let picture = picture(path, bytes, most)?;
+    let (width, height) = (picture.width() as usize, picture.height() as usize);
+    let narrow =
+        matches!(picture.color(), ColorType::L8 | ColorType::La8 | ColorType::Rgb8 | ColorType::Rgba8);
+    let texels = match narrow {
+        true => Texels::Eight(picture.into_rgb8().pixels().map(|p| p.0).collect()),
+        false => Texels::Sixteen(picture.into_rgb16().pixels().map(|p| p.0).collect()),
+    };
+    Ok((width, height, texels))
+}
+
+/// A PNG, JPEG, BMP or TGA file of at most `most` pixels, with alpha where it has some.
+pub(crate) fn picture(path: &Path, bytes: &[u8], most: usize) -> Result<DynamicImage, String> {
     let mut reader = ImageReader::new(Cursor::new(bytes));
     match image::guess_format(bytes) {
         Ok(format @ (ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::Bmp)) => reader.set_format(format),
@@ -134,17 +167,11 @@ fn integers(path: &Path, bytes: &[u8], most: usize) -> Result<(usize, usize, Tex
     let (width, height) = decoder.dimensions();
     let (width, height) = (width as usize, height as usize);
     check_pixels(width, height, most)?;
+    check_inflation(decoder.total_bytes(), bytes.len())?;
     if format == Some(ImageFormat::Jpeg) {
         check_jpeg(bytes, width, height)?;
     }
-    let narrow =
-        matches!(decoder.color_type(), ColorType::L8 | ColorType::La8 | ColorType::Rgb8 | ColorType::Rgba8);
-    let picture = DynamicImage::from_decoder(decoder).map_err(|e| e.to_string())?;
-    let texels = match narrow {
-        true => Texels::Eight(picture.into_rgb8().pixels().map(|p| p.0).collect()),
-        false => Texels::Sixteen(picture.into_rgb16().pixels().map(|p| p.0).collect()),
-    };
-    Ok((width, height, texels))
+    DynamicImage::from_decoder(decoder).map_err(|e| e.to_string())
 }
 
 /// Refuses a JPEG file that cannot hold its pixels or is cut short: the decoder fills what is missing.

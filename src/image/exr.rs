@@ -137,10 +137,7 @@ fn check_ratio(file: &mut (impl Read + Seek)) -> Result<(), String> {
     file.rewind().map_err(|e| e.to_string())?;
     let meta = MetaData::read_from_buffered(&mut *file, false).map_err(|e| e.to_string())?;
     file.rewind().map_err(|e| e.to_string())?;
-    let bytes = meta.headers.iter().fold(0u64, |sum, header| {
-        let pixels = header.layer_size.0 as u64 * header.layer_size.1 as u64;
-        sum.saturating_add(pixels.saturating_mul(header.channels.bytes_per_pixel as u64))
-    });
+    let bytes = promised(&meta);
     match bytes > length.saturating_mul(LARGEST_RATIO) {
         true => Err(format!("its header promises {bytes} bytes of pixels, which {length} bytes cannot hold")),
         false => Ok(()),
@@ -189,13 +186,38 @@ fn decode(text: &Text) -> String {
     String::from_utf8_lossy(text.as_slice()).into_owned()
 }
 
-/// Refuses a file of more than `most` pixels by its header, before anything of that size is allocated.
-pub(super) fn check_size(bytes: &[u8], most: usize) -> Result<(), String> {
-    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false);
-    for header in meta.map_err(|e| e.to_string())?.headers {
+/// Refuses a file of more than `most` pixels by its header, before anything of that size is allocated; the bytes of all its channels.
+pub(super) fn check_size(bytes: &[u8], most: usize) -> Result<u64, String> {
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| e.to_string())?;
+    for header in &meta.headers {
         check_pixels(header.layer_size.0, header.layer_size.1, most)?;
     }
-    Ok(())
+    Ok(promised(&meta))
+}
+
+/// A picture is at most this many times as large as its file, beyond the first [`INFLATED_FREE`] bytes: more than pictures can be
+/// compressed, and less than a file that was made to fill the memory.
+const INFLATION: u64 = 100;
+
+/// Bytes that the pixels of a file may have however small it is: those of 8192 × 8192 in one colour.
+const INFLATED_FREE: u64 = 192 << 20;
+
+/// Refuses `pixels` bytes of pixels in a file of so many bytes that they cannot be a picture.
+pub(super) fn check_inflation(pixels: u64, file: usize) -> Result<(), String> {
+    match pixels > INFLATED_FREE.max((file as u64).saturating_mul(INFLATION)) {
+        true => Err(format!(
+            "its header promises {pixels} bytes of pixels, more than {INFLATION} times its {file} bytes"
+        )),
+        false => Ok(()),
+    }
+}
+
+/// Bytes of the pixels that the headers of a file promise.
+fn promised(meta: &MetaData) -> u64 {
+    meta.headers.iter().fold(0, |sum, header| {
+        let pixels = header.layer_size.0 as u64 * header.layer_size.1 as u64;
+        sum.saturating_add(pixels.saturating_mul(header.channels.bytes_per_pixel as u64))
+    })
 }
 
 /// Refuses no pixels, and more than `most`.

@@ -3,7 +3,7 @@
 //! The format is that of Ward, *Real Pixels*, in Arvo (ed.), *Graphics Gems II*, 1991, and of the manual of Radiance. As Mitsuba
 //! does, values are those of the file: its EXPOSURE and COLORCORR lines are not undone.
 
-use super::exr::check_pixels;
+use super::exr::{check_inflation, check_pixels};
 
 /// Longest line of a header in bytes.
 const LONGEST_LINE: usize = 4096;
@@ -28,6 +28,7 @@ pub(super) fn decode(bytes: &[u8], most: usize) -> Result<(usize, usize, Vec<[f3
         _ => return Err(format!("its pixels are in the order `{resolution}`, and only -Y … +X … is read")),
     };
     check_pixels(width, height, most)?;
+    check_inflation(12 * (width as u64) * (height as u64), bytes.len())?;
     // Grows with what the file holds, not with what its header promises.
     let mut pixels = Vec::new();
     let mut row = vec![[0; 4]; width];

@@ -1,4 +1,4 @@
-//! Random numbers for tests and tools, the same in every run. A render draws from `tracer::sampler` instead.
+//! Random numbers for tests, tools and the layers beside a picture, the same in every run. Paths draw from `tracer::sampler` instead.
 
 use glam::{DVec3, Vec3};
 

@@ -7,15 +7,19 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
+use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3, Vec4};
 
-use crate::spectrum::{EmissionMap, Spectrum};
+use super::emission_texture::EmissionProfile;
+use crate::spectrum::Spectrum;
 
+pub use super::aov::{AovDesc, AovKind};
 pub use super::bsdf::{
-    BlendDesc, BsdfDesc, ConductorDesc, DielectricDesc, DiffuseDesc, Facets, MOST_PARTS, MaskDesc, NullDesc,
-    PlasticDesc, PrincipledDesc, PrincipledLobes, PrincipledThinDesc, RoughConductorDesc,
-    RoughDielectricDesc, RoughPlasticDesc, Roughness, ThinDielectricDesc, TwoSidedDesc,
+    AlphaTexture, BlendDesc, BsdfDesc, BumpDesc, BumpMapDesc, ConductorDesc, DielectricDesc, DiffuseDesc,
+    Facets, LobeTexture, MOST_PARTS, MaskDesc, NormalMapDesc, NullDesc, PlasticDesc, PrincipledDesc,
+    PrincipledLobes, PrincipledThinDesc, RoughConductorDesc, RoughDielectricDesc, RoughPlasticDesc,
+    Roughness, ThinDielectricDesc, TwoSidedDesc,
 };
+pub use super::lights::{LightDesc, ProjectorDesc, SpotDesc, SpotTextureDesc, SunSkyDesc};
 
 /// A whole scene.
 #[derive(Clone, Debug)]
@@ -62,6 +66,15 @@ impl SceneDesc {
         match shape.kind {
             ShapeKind::Instance(id) => self.groups.get(id.0 as usize).map_or(&[], |group| &group.shapes),
             _ => std::slice::from_ref(shape),
+        }
+    }
+
+    /// How many faces a shape has, of which each is a light if it emits.
+    pub fn faces(&self, shape: &ShapeDesc) -> usize {
+        match shape.kind {
+            ShapeKind::Mesh(id) => self.meshes.get(id.0 as usize).map_or(0, |mesh| mesh.triangles.len()),
+            ShapeKind::Cube => 6,
+            _ => 1,
         }
     }
 
@@ -129,9 +142,12 @@ impl BsdfId {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct MeshId(pub u32);
 
-/// A perspective camera, Mitsuba's `perspective` or, with an aperture, `thinlens`: looks along +z of its own space, +y up, **+x to the left**.
+/// A camera, Mitsuba's `perspective`, with an aperture `thinlens`, or `orthographic`: looks along +z of its own space, +y up, **+x to the left**.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CameraDesc {
+    /// Rays are parallel: the picture shows −1 to 1 along x of camera space, which [`CameraDesc::to_world`] may scale. It has neither field
+    /// of view nor lens.
+    pub orthographic: bool,
     /// Camera space to world space.
     pub to_world: DAffine3,
     /// Full field of view along [`CameraDesc::fov_axis`], in degrees.
@@ -167,6 +183,24 @@ pub enum FovAxis {
     Larger,
 }
 
+impl FovAxis {
+    /// Half of the extent of a picture of this width over its height in the plane z = 1, seen under `fov` degrees.
+    pub fn half_extent(self, fov: f64, aspect: f64) -> DVec2 {
+        let tan = (0.5 * fov.to_radians()).tan();
+        let along_x = match self {
+            FovAxis::X => true,
+            FovAxis::Y => false,
+            FovAxis::Smaller => aspect <= 1.0,
+            FovAxis::Larger => aspect > 1.0,
+            FovAxis::Diagonal => {
+                let x = tan / (1.0 + 1.0 / (aspect * aspect)).sqrt();
+                return DVec2::new(x, x / aspect);
+            }
+        };
+        if along_x { DVec2::new(tan, tan / aspect) } else { DVec2::new(tan * aspect, tan) }
+    }
+}
+
 /// The picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FilmDesc {
@@ -194,14 +228,20 @@ pub struct Crop {
 }
 
 /// A filter the client knows how to splat.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ReconstructionFilter {
     /// Exactly one texel.
     Box,
-    /// A tent of radius 1.
-    Tent,
-    /// A windowed Gaussian.
-    Gaussian,
+    /// A tent.
+    Tent {
+        /// Its reach, pixels.
+        radius: f64,
+    },
+    /// A Gaussian less its value at four times the standard deviation, where it ends.
+    Gaussian {
+        /// Standard deviation, pixels.
+        stddev: f64,
+    },
 }
 
 /// The light transport method and its parameters.
@@ -219,6 +259,8 @@ pub struct IntegratorDesc {
     pub spectral: bool,
     /// Parameters of photon mapping.
     pub photons: PhotonDesc,
+    /// Layers that are written beside the picture.
+    pub aovs: Vec<AovDesc>,
 }
 
 impl Default for IntegratorDesc {
@@ -231,6 +273,7 @@ impl Default for IntegratorDesc {
             hide_emitters: false,
             spectral: false,
             photons: PhotonDesc::default(),
+            aovs: Vec::new(),
         }
     }
 }
@@ -267,6 +310,8 @@ pub enum IntegratorKind {
     Bidirectional,
     /// One-pass photon mapping: final gathering from photons that light paths leave. It converges: its blur shrinks as it goes.
     Photon,
+    /// No light: the distance to the first surface, as grey.
+    Depth,
     /// The method that suits the scene, chosen by a short trial of each; the program says why. Path tracing until then.
     Auto,
 }
@@ -280,6 +325,7 @@ impl IntegratorKind {
             IntegratorKind::Light => "light",
             IntegratorKind::Bidirectional => "bidirectional",
             IntegratorKind::Photon => "photon",
+            IntegratorKind::Depth => "depth",
         }
     }
 }
@@ -303,6 +349,8 @@ pub struct ShapeDesc {
     /// both sides and still emits on one. To emit on both, put two shapes in the same place, the second with
     /// [`ShapeDesc::flip_normals`]; each is then seen, lit and emits on its own side only.
     pub emission: Option<Spectrum>,
+    /// How the emission varies; [`ShapeDesc::emission`] is a factor on its texture.
+    pub emission_profile: EmissionProfile,
 }
 
 /// Geometry of a shape, in object space, as Mitsuba defines the plugin of the same name.
@@ -332,8 +380,40 @@ pub enum ShapeKind {
     Rectangle,
     /// [−1, 1]³, normals outwards.
     Cube,
+    /// Curves with a thickness, seen from outside only. `to_world` moves their control points and leaves their radii.
+    Curves(Arc<Curves>),
     /// All shapes of a group, `to_world` taking its space to the world's. Turns no normals and emits nothing.
     Instance(GroupId),
+}
+
+/// Curves of one file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Curves {
+    /// How control points make a curve.
+    pub basis: CurveBasis,
+    /// Control points of all curves: positions in object space, and radii.
+    pub points: Vec<Vec4>,
+    /// Index of the first of the [`CurveBasis::points`] control points of each segment.
+    pub starts: Vec<u32>,
+}
+
+/// How control points make a curve.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CurveBasis {
+    /// Straight from each to the next, with round joints and ends.
+    Linear,
+    /// A uniform cubic B-spline, open at the ends.
+    BSpline,
+}
+
+impl CurveBasis {
+    /// Control points of a segment.
+    pub const fn points(self) -> usize {
+        match self {
+            CurveBasis::Linear => 2,
+            CurveBasis::BSpline => 4,
+        }
+    }
 }
 
 /// Index into [`SceneDesc::groups`].
@@ -362,134 +442,30 @@ pub struct Mesh {
     pub uvs: Vec<Vec2>,
     /// Vertex indices.
     pub triangles: Vec<[u32; 3]>,
+    /// What the materials of its shapes ask for besides; may be empty.
+    pub attributes: Vec<MeshAttribute>,
 }
 
-/// A light that is not a shape.
-#[derive(Clone, Debug)]
-pub enum LightDesc {
-    /// The same radiance from everywhere (Mitsuba's `constant`).
-    Constant {
-        /// Radiance.
-        radiance: Spectrum,
-        /// Its place in the file.
-        place: Place,
-    },
-    /// Radiance from all around by a picture (Mitsuba's `envmap`).
-    Map {
-        /// Radiance by latitude (the rows, from +y) and longitude. Shared, so that a description is cheap to clone.
-        map: Arc<EmissionMap>,
-        /// Factor on it, the same at every wavelength.
-        scale: Spectrum,
-        /// The map's space to world space: a rotation, or one with a mirror; moving it changes nothing.
-        to_world: DAffine3,
-        /// Its place in the file.
-        place: Place,
-    },
-    /// A sky with a sun in it (Mitsuba's `sunsky`).
-    SunSky(SunSkyDesc),
-    /// Light from one direction, infinitely far away (Mitsuba's `directional`).
-    Directional {
-        /// Unit direction in which the light goes, world space.
-        direction: DVec3,
-        /// Irradiance of a surface that faces it.
-        irradiance: Spectrum,
-        /// Its place in the file.
-        place: Place,
-    },
-    /// A point that emits into a cone (Mitsuba's `spot`).
-    Spot(SpotDesc),
-    /// A point (Mitsuba's `point`).
-    Point {
-        /// Position in world space.
-        position: DVec3,
-        /// Radiant intensity.
-        intensity: Spectrum,
-        /// Its place in the file.
-        place: Place,
-    },
+/// One or three numbers at every vertex or on every triangle of a mesh, Mitsuba's mesh attribute.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeshAttribute {
+    /// Its name, which begins with `vertex_` or `face_`.
+    pub name: String,
+    /// The numbers of a vertex or triangle: 1, or 3 for a colour in linear Rec.709.
+    pub channels: usize,
+    /// The numbers, those of a vertex or triangle together.
+    pub values: Vec<f32>,
 }
 
-/// A sky by a picture, and the disc of the sun.
-#[derive(Clone, Debug)]
-pub struct SunSkyDesc {
-    /// Radiance of the sky, as that of [`LightDesc::Map`]; black below the horizon.
-    pub sky: Arc<EmissionMap>,
-    /// The picture's space to world space: a rotation.
-    pub to_world: DAffine3,
-    /// Unit direction to the sun, world space.
-    pub sun_direction: DVec3,
-    /// Half of the angle under which the sun is seen, in degrees.
-    pub sun_half_angle: f64,
-    /// Radiance of the sun.
-    pub sun: Spectrum,
-    /// Factor on both, the same at every wavelength.
-    pub scale: Spectrum,
-    /// Its place in the file.
-    pub place: Place,
-}
+impl MeshAttribute {
+    /// The beginning of names of attributes of vertices.
+    pub const VERTEX: &str = "vertex_";
 
-/// A point that emits the same within a beam, less and less from its edge on, and nothing beyond the cutoff.
-#[derive(Clone, Debug)]
-pub struct SpotDesc {
-    /// Position in world space.
-    pub position: DVec3,
-    /// Unit vector in the middle of the beam, world space.
-    pub axis: DVec3,
-    /// Half angle of the beam, in degrees.
-    pub beam_width: f64,
-    /// Angle to the axis from which on nothing is emitted, in degrees; not less.
-    pub cutoff_angle: f64,
-    /// Radiant intensity within the beam.
-    pub intensity: Spectrum,
-    /// Its place in the file.
-    pub place: Place,
-}
+    /// The beginning of names of attributes of triangles.
+    pub const FACE: &str = "face_";
 
-impl LightDesc {
-    /// True when it shines from infinitely far, from all around; a scene has at most one such light.
-    pub fn is_environment(&self) -> bool {
-        matches!(self, LightDesc::Constant { .. } | LightDesc::Map { .. } | LightDesc::SunSky(_))
-    }
-
-    /// Its place in the file.
-    pub fn place(&self) -> Place {
-        match self {
-            LightDesc::Constant { place, .. }
-            | LightDesc::Map { place, .. }
-            | LightDesc::SunSky(SunSkyDesc { place, .. })
-            | LightDesc::Directional { place, .. }
-            | LightDesc::Spot(SpotDesc { place, .. })
-            | LightDesc::Point { place, .. } => *place,
-        }
-    }
-
-    /// Its radiance, irradiance or intensity; of a map or a sky, the factor on it.
-    pub fn spectrum(&self) -> &Spectrum {
-        match self {
-            LightDesc::Constant { radiance, .. } => radiance,
-            LightDesc::Map { scale, .. } | LightDesc::SunSky(SunSkyDesc { scale, .. }) => scale,
-            LightDesc::Directional { irradiance, .. } => irradiance,
-            LightDesc::Spot(SpotDesc { intensity, .. }) | LightDesc::Point { intensity, .. } => intensity,
-        }
-    }
-
-    /// True when it gives no light.
-    pub fn is_black(&self) -> bool {
-        let dark = match self {
-            LightDesc::Map { map, .. } => map.is_black(),
-            LightDesc::SunSky(light) => light.sky.is_black() && light.sun.is_black(),
-            _ => false,
-        };
-        dark || self.spectrum().is_black()
-    }
-
-    /// Its radiance, irradiance or intensity, or the factor on it, to change.
-    pub fn spectrum_mut(&mut self) -> &mut Spectrum {
-        match self {
-            LightDesc::Constant { radiance, .. } => radiance,
-            LightDesc::Map { scale, .. } | LightDesc::SunSky(SunSkyDesc { scale, .. }) => scale,
-            LightDesc::Directional { irradiance, .. } => irradiance,
-            LightDesc::Spot(SpotDesc { intensity, .. }) | LightDesc::Point { intensity, .. } => intensity,
-        }
+    /// It has numbers for triangles, not for vertices.
+    pub fn is_of_faces(&self) -> bool {
+        self.name.starts_with(Self::FACE)
     }
 }

@@ -52,6 +52,9 @@ pub const MESH_BYTES: u64 = 1 << 30;
 /// Bytes of one line of a mesh file.
 pub const MESH_LINE_BYTES: usize = 1 << 20;
 
+/// Control points of one file of curves.
+pub const CURVE_POINTS: usize = 1 << 22;
+
 /// Faces of one mesh file, after polygons are cut into triangles.
 pub const MESH_TRIANGLES: usize = 1 << 25;
 
@@ -76,6 +79,12 @@ pub const FILM_SIDE: i64 = 1 << 16;
 
 /// Pixels of the film (width times height).
 pub const FILM_PIXELS: i64 = 1 << 28;
+
+/// Layers beside the picture.
+pub const AOVS: usize = 32;
+
+/// Bytes of all layers beside a picture together.
+pub const AOV_BYTES: u64 = 2 << 30;
 
 /// Warnings kept; what comes after is only counted.
 pub const WARNINGS: usize = 200;

@@ -10,18 +10,29 @@
 //! - **One plugin, one function, one line.** Each group of plugins has its file in [`mitsuba`] with a
 //!   table of names at its top; the bsdfs are in `bsdf/`.
 //!
+//! A model without a scene file becomes the text of a scene first ([`model`]).
+//!
 //! This module knows nothing of rendering.
 
+pub mod aov;
 mod bsdf;
+pub mod curves;
 pub mod desc;
 mod diagnostic;
 pub mod edit;
+pub mod emission_texture;
 mod files;
+mod lights;
 pub mod limits;
 pub mod mesh;
 pub mod mitsuba;
+pub mod model;
 pub mod texture;
 
 pub use desc::SceneDesc;
 pub use diagnostic::{FindingKind, SceneError, SceneWarning};
-pub use mitsuba::{LoadOptions, Loaded, load, load_str, load_str_with, load_with};
+pub use files::LoadProgress;
+pub use mitsuba::{
+    LoadOptions, Loaded, ParameterDoc, PluginDoc, PluginKind, load, load_str, load_str_with, load_telling,
+    load_with, plugins,
+};

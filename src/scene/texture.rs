@@ -1,16 +1,36 @@
 //! Textures: reflectances and factors that vary over a surface.
 //!
-//! A texture is asked at the texture coordinates (u, v) of a point, as Mitsuba defines them for each shape. Its colours become
-//! spectra by the same upsampling as `<rgb>`, through a table ([`Spectrum::textured_rgb`]).
+//! A texture is asked at a [`TexturePoint`]: the texture coordinates (u, v) of a point, as Mitsuba defines them for each shape, and
+//! the attributes of its mesh. Its colours become spectra by the same upsampling as `<rgb>`, through a table
+//! ([`Spectrum::textured_rgb`]); where a number is wanted, it is the luminance ([`SpectrumTexture::scalar`]).
 
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
-use glam::{Affine2, Vec2};
+use glam::{Affine2, Vec2, Vec3};
 
 use crate::image::bitmap::Bitmap;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
 
-/// A reflectance or a factor on light, the same all over a surface or not.
+/// The numbers of mesh attributes that the material of one shape can ask for: a colour counts as three.
+pub const ATTRIBUTE_NUMBERS: usize = 4;
+
+/// A point of a surface as textures see it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TexturePoint {
+    /// Texture coordinates (u, v).
+    pub uv: Vec2,
+    /// The attributes of the mesh that the material of the shape asks for, each from [`AttributeLayout::first`] on.
+    pub attributes: [f32; ATTRIBUTE_NUMBERS],
+}
+
+impl From<Vec2> for TexturePoint {
+    fn from(uv: Vec2) -> Self {
+        Self { uv, attributes: [0.0; ATTRIBUTE_NUMBERS] }
+    }
+}
+
+/// A reflectance, a factor on light or a number, the same all over a surface or not.
 #[derive(Clone, Debug)]
 pub enum SpectrumTexture {
     /// The same everywhere.
@@ -19,6 +39,8 @@ pub enum SpectrumTexture {
     Bitmap(BitmapTexture),
     /// Squares of two colours.
     Checkerboard(Arc<Checkerboard>),
+    /// Numbers that the mesh has.
+    Attribute(AttributeTexture),
 }
 
 /// Mitsuba's `bitmap`. Cheap to clone.
@@ -60,6 +82,35 @@ pub struct Checkerboard {
     pub to_uv: Affine2,
 }
 
+/// Mitsuba's `mesh_attribute`: values at the vertices or on the faces of a mesh.
+#[derive(Clone, Debug)]
+pub struct AttributeTexture {
+    /// Name of the attribute, which begins with `vertex_` or `face_`.
+    pub name: Arc<str>,
+    /// Factor on the values.
+    pub scale: f32,
+    /// Where the values of a point are.
+    pub layout: AttributeLayout,
+    /// Colours count as greys of their luminance.
+    pub grey: bool,
+}
+
+/// Where the numbers of an attribute are in [`TexturePoint::attributes`]: the same in all materials of a scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AttributeLayout {
+    /// Index of the first.
+    pub first: usize,
+    /// There are three, a colour in linear Rec.709; otherwise one.
+    pub colored: bool,
+    /// Mean of the values.
+    pub mean: [f32; 3],
+}
+
+impl AttributeLayout {
+    /// That of an attribute before its meshes are read.
+    pub const UNKNOWN: Self = Self { first: 0, colored: false, mean: [1.0; 3] };
+}
+
 impl From<Spectrum> for SpectrumTexture {
     fn from(spectrum: Spectrum) -> Self {
         Self::Uniform(spectrum)
@@ -73,33 +124,93 @@ impl PartialEq<Spectrum> for SpectrumTexture {
 }
 
 impl SpectrumTexture {
-    /// The values at texture coordinates `uv` and the wavelengths of a path.
+    /// The values at a point and the wavelengths of a path.
     #[inline]
-    pub fn sample(&self, uv: Vec2, lambda: &SampledWavelengths) -> SampledSpectrum {
+    pub fn sample(&self, at: impl Into<TexturePoint>, lambda: &SampledWavelengths) -> SampledSpectrum {
         match self {
             Self::Uniform(spectrum) => spectrum.sample(lambda),
-            _ => self.varying(uv, lambda),
+            _ => self.varying(&at.into(), lambda),
         }
     }
 
     #[inline(never)]
-    fn varying(&self, uv: Vec2, lambda: &SampledWavelengths) -> SampledSpectrum {
+    fn varying(&self, at: &TexturePoint, lambda: &SampledWavelengths) -> SampledSpectrum {
         match self {
             Self::Uniform(spectrum) => spectrum.sample(lambda),
-            Self::Bitmap(texture) => Spectrum::textured_rgb(texture.rgb(uv), lambda),
-            Self::Checkerboard(board) => board.color(uv).sample(uv, lambda),
+            Self::Bitmap(texture) => Spectrum::textured_rgb(texture.rgb(at.uv), lambda),
+            Self::Checkerboard(board) => board.color(at.uv).sample(*at, lambda),
+            Self::Attribute(texture) => Spectrum::textured_rgb(texture.values(at).map(clean), lambda),
         }
     }
 
-    /// The luminance under D65 at texture coordinates `uv`, if it depends on the place.
-    pub fn luminance_at(&self, uv: Vec2) -> Option<f32> {
+    /// The number at a point, not negative: the luminance under D65 where there is a colour. Mitsuba's `eval_1`.
+    #[inline]
+    pub fn scalar(&self, at: impl Into<TexturePoint>) -> f32 {
         match self {
-            Self::Uniform(_) => None,
-            Self::Bitmap(texture) => Some(luminance(texture.rgb(uv))),
+            Self::Uniform(Spectrum::Constant(v)) => *v,
+            _ => self.varying_scalar(&at.into()),
+        }
+    }
+
+    #[inline(never)]
+    fn varying_scalar(&self, at: &TexturePoint) -> f32 {
+        match self {
+            Self::Uniform(spectrum) => luminance(spectrum.reflected_rgb()),
+            Self::Bitmap(texture) => luminance(texture.value(at.uv, not_negative)),
+            Self::Checkerboard(board) => board.number(at.uv).scalar(*at),
+            Self::Attribute(texture) => luminance(texture.values(at).map(not_negative)),
+        }
+    }
+
+    /// The luminance under D65 at a point, if it depends on the place.
+    pub fn luminance_at(&self, at: TexturePoint) -> Option<f32> {
+        self.varies().then(|| self.scalar(at).min(1.0))
+    }
+
+    /// The mean of [`SpectrumTexture::scalar`] over the unit square, or over a mesh.
+    pub fn mean_scalar(&self) -> f32 {
+        match self {
+            Self::Uniform(spectrum) => luminance(spectrum.reflected_rgb()),
+            Self::Bitmap(texture) => luminance(texture.mean),
+            Self::Checkerboard(board) => 0.5 * (board.color0.mean_scalar() + board.color1.mean_scalar()),
+            Self::Attribute(texture) => luminance(texture.mean()),
+        }
+    }
+
+    /// The texture where numbers are wanted: what is uniform in it is a constant.
+    #[must_use]
+    pub fn into_scalar(self) -> Self {
+        match self {
+            Self::Uniform(_) | Self::Checkerboard(_) => self.grey(),
+            _ => self,
+        }
+    }
+
+    /// The mesh attributes that it asks for.
+    pub fn attributes(&self) -> Vec<&AttributeTexture> {
+        match self {
+            Self::Uniform(_) | Self::Bitmap(_) => Vec::new(),
             Self::Checkerboard(board) => {
-                let color = board.color(uv);
-                color.luminance_at(uv).or_else(|| Some(luminance(color.uniform()?.reflected_rgb())))
+                [&board.color0, &board.color1].into_iter().flat_map(Self::attributes).collect()
             }
+            Self::Attribute(texture) => vec![texture],
+        }
+    }
+
+    /// The mesh attributes that it asks for, to change.
+    pub fn attributes_mut(&mut self) -> Vec<&mut AttributeTexture> {
+        match self {
+            Self::Uniform(_) | Self::Bitmap(_) => Vec::new(),
+            Self::Checkerboard(board)
+                if board.color0.attributes().len() + board.color1.attributes().len() == 0 =>
+            {
+                Vec::new()
+            }
+            Self::Checkerboard(board) => {
+                let Checkerboard { color0, color1, .. } = Arc::make_mut(board);
+                [color0, color1].into_iter().flat_map(Self::attributes_mut).collect()
+            }
+            Self::Attribute(texture) => vec![texture],
         }
     }
 
@@ -122,6 +233,7 @@ impl SpectrumTexture {
             Self::Uniform(spectrum) => spectrum.is_constant(),
             Self::Bitmap(texture) => texture.grey,
             Self::Checkerboard(board) => board.color0.is_grey() && board.color1.is_grey(),
+            Self::Attribute(texture) => texture.grey || !texture.layout.colored,
         }
     }
 
@@ -131,6 +243,7 @@ impl SpectrumTexture {
             Self::Uniform(spectrum) => spectrum.is_black(),
             Self::Bitmap(texture) => texture.mean == [0.0; 3],
             Self::Checkerboard(board) => board.color0.is_black() && board.color1.is_black(),
+            Self::Attribute(texture) => texture.mean() == [0.0; 3],
         }
     }
 
@@ -138,11 +251,12 @@ impl SpectrumTexture {
     pub fn mean(&self) -> Spectrum {
         let rgb = |texture: &Self| match texture {
             Self::Bitmap(bitmap) => bitmap.mean,
+            Self::Attribute(attribute) => attribute.mean().map(clean),
             other => other.mean().reflected_rgb().map(|v| v.clamp(0.0, 1.0)),
         };
         match self {
             Self::Uniform(spectrum) => spectrum.clone(),
-            Self::Bitmap(texture) => Spectrum::reflectance_rgb(texture.mean),
+            Self::Bitmap(_) | Self::Attribute(_) => Spectrum::reflectance_rgb(rgb(self)),
             Self::Checkerboard(board) => {
                 let (a, b) = (rgb(&board.color0), rgb(&board.color1));
                 Spectrum::reflectance_rgb(std::array::from_fn(|i| 0.5 * (a[i] + b[i])))
@@ -172,6 +286,7 @@ impl SpectrumTexture {
                 color1: board.color1.grey(),
                 to_uv: board.to_uv,
             })),
+            Self::Attribute(texture) => Self::Attribute(AttributeTexture { grey: true, ..texture.clone() }),
         }
     }
 }
@@ -182,6 +297,11 @@ impl Checkerboard {
         let at = self.to_uv.transform_point2(uv);
         let upper = |v: f32| v - v.floor() > 0.5;
         if upper(at.x) == upper(at.y) { &self.color0 } else { &self.color1 }
+    }
+
+    /// What [`SpectrumTexture::scalar`] asks for: that of the other squares, because Mitsuba 3.9.1 has them the other way round there.
+    fn number(&self, uv: Vec2) -> &SpectrumTexture {
+        if std::ptr::eq(self.color(uv), &self.color0) { &self.color1 } else { &self.color0 }
     }
 }
 
@@ -203,30 +323,109 @@ impl BitmapTexture {
     /// The colour at texture coordinates `uv`, linear Rec.709 in [0, 1].
     #[inline]
     fn rgb(&self, uv: Vec2) -> [f32; 3] {
-        let size = [self.bitmap.width(), self.bitmap.height()];
-        let at = self.to_uv.transform_point2(uv) * Vec2::new(size[0] as f32, size[1] as f32);
-        let texel = |x: i64, y: i64| {
-            self.bitmap.texel(self.wrap.index(x, size[0]), self.wrap.index(y, size[1])).map(clean)
-        };
-        // Coordinates that are no numbers mean nothing.
-        let at = if at.is_finite() { at } else { Vec2::ZERO };
+        self.value(uv, clean)
+    }
+
+    /// The values of the file at texture coordinates `uv`, for what is no colour.
+    pub fn vector(&self, uv: Vec2) -> Vec3 {
+        self.value(uv, |v| v).into()
+    }
+
+    /// The derivatives of the luminance by u and v at texture coordinates `uv`: those of the bilinear interpolation, none between
+    /// texels that are not interpolated.
+    pub fn gradient(&self, uv: Vec2) -> Vec2 {
         if self.nearest {
-            return texel(at.x.floor() as i64, at.y.floor() as i64);
+            return Vec2::ZERO;
         }
-        let at = at - 0.5;
-        let cell = at.floor();
-        let (s, t) = (at.x - cell.x, at.y - cell.y);
-        let (x, y) = (cell.x as i64, cell.y as i64);
-        let (right, below) = (x.saturating_add(1), y.saturating_add(1));
-        let [a, b, c, d] = [texel(x, y), texel(right, y), texel(x, below), texel(right, below)];
+        let ([a, b, c, d], at) = self.texels(uv, |v| v);
+        let [a, b, c, d] = [a, b, c, d]
+            .map(|texel| [0.2126, 0.7152, 0.0722].into_iter().zip(texel).map(|(w, v)| w * v).sum::<f32>());
+        let by_texel =
+            Vec2::new((b - a) * (1.0 - at.y) + (d - c) * at.y, (c - a) * (1.0 - at.x) + (d - b) * at.x);
+        let size = Vec2::new(self.bitmap.width() as f32, self.bitmap.height() as f32);
+        self.to_uv.matrix2.transpose() * (by_texel * size)
+    }
+
+    /// The texture at texture coordinates `uv`, with each component of a texel made usable.
+    #[inline]
+    fn value(&self, uv: Vec2, usable: impl Fn(f32) -> f32) -> [f32; 3] {
+        let ([a, b, c, d], Vec2 { x: s, y: t }) = self.texels(uv, usable);
+        if self.nearest {
+            return a;
+        }
         std::array::from_fn(|i| (a[i] * (1.0 - s) + b[i] * s) * (1.0 - t) + (c[i] * (1.0 - s) + d[i] * s) * t)
+    }
+
+    /// The four texels around texture coordinates `uv`, row by row, and where between them the point lies; if the nearest counts
+    /// alone, it is the first.
+    #[inline]
+    fn texels(&self, uv: Vec2, usable: impl Fn(f32) -> f32) -> ([[f32; 3]; 4], Vec2) {
+        let size = [self.bitmap.width(), self.bitmap.height()];
+        let (at, offset) = cell(&self.to_uv, size, self.nearest, uv);
+        let pair = |i: usize| [at[i], at[i].saturating_add(1)].map(|at| self.wrap.index(at, size[i]));
+        let ([left, right], [above, below]) = (pair(0), pair(1));
+        let texel = |x: usize, y: usize| self.bitmap.texel(x, y).map(&usable);
+        ([texel(left, above), texel(right, above), texel(left, below), texel(right, below)], offset)
+    }
+}
+
+/// Column and row of the first of the four texels around the texture coordinates `uv`, before wrapping, and the place between them
+/// in [0, 1]²; of the texel around `uv`, if that counts alone.
+#[inline]
+pub(super) fn cell(to_uv: &Affine2, size: [usize; 2], nearest: bool, uv: Vec2) -> ([i64; 2], Vec2) {
+    let at = to_uv.transform_point2(uv) * Vec2::new(size[0] as f32, size[1] as f32);
+    // Coordinates that are no numbers mean nothing.
+    let at = if at.is_finite() { at } else { Vec2::ZERO };
+    let at = if nearest { at } else { at - 0.5 };
+    let cell = at.floor();
+    ([cell.x as i64, cell.y as i64], at - cell)
+}
+
+impl AttributeTexture {
+    /// The values at a point, equal where there is one.
+    fn values(&self, at: &TexturePoint) -> [f32; 3] {
+        let AttributeLayout { first, colored, .. } = self.layout;
+        let value =
+            |i: usize| at.attributes.get(first + i * usize::from(colored)).map_or(0.0, |v| v * self.scale);
+        self.shown([value(0), value(1), value(2)])
+    }
+
+    /// Mean of the values.
+    fn mean(&self) -> [f32; 3] {
+        self.shown(self.layout.mean.map(|v| v * self.scale))
+    }
+
+    fn shown(&self, rgb: [f32; 3]) -> [f32; 3] {
+        if self.grey { [luminance(rgb); 3] } else { rgb }
     }
 }
 
 impl WrapMode {
+    /// The columns or rows of `size` that stand at the places from `first` to `last`: at most two ranges.
+    pub(super) fn ranges(self, first: i64, last: i64, size: usize) -> [Option<RangeInclusive<usize>>; 2] {
+        let n = size as i64;
+        let (a, b) = (self.index(first, size), self.index(last, size));
+        match self {
+            Self::Clamp => [Some(a..=b), None],
+            _ if last.saturating_sub(first) >= n => [Some(0..=size - 1), None],
+            Self::Repeat if a <= b => [Some(a..=b), None],
+            Self::Repeat => [Some(a..=size - 1), Some(0..=b)],
+            Self::Mirror => match (first.div_euclid(n) == last.div_euclid(n), last.div_euclid(n) % 2 == 0) {
+                (true, _) => [Some(a.min(b)..=a.max(b)), None],
+                // The first or the last texel stands on both sides of the edge between two pictures.
+                (false, true) => [Some(0..=a.max(b)), None],
+                (false, false) => [Some(a.min(b)..=size - 1), None],
+            },
+        }
+    }
+
     /// The column or row of `size` that stands at place `i`, which saturates where coordinates are beyond all sense.
     #[inline]
-    fn index(self, i: i64, size: usize) -> usize {
+    pub(super) fn index(self, i: i64, size: usize) -> usize {
+        // Most places lie in the picture itself, and a division takes as long as the rest.
+        if usize::try_from(i).is_ok_and(|i| i < size) {
+            return i as usize;
+        }
         let size = size as i64;
         let inside = match self {
             Self::Repeat => i.rem_euclid(size),
@@ -242,7 +441,12 @@ impl WrapMode {
 
 /// Luminance of a linear Rec.709 colour.
 fn luminance([r, g, b]: [f32; 3]) -> f32 {
-    (0.2126 * r + 0.7152 * g + 0.0722 * b).max(0.0)
+    if r == g && g == b { r.max(0.0) } else { (0.2126 * r + 0.7152 * g + 0.0722 * b).max(0.0) }
+}
+
+/// `v` from 0 on; NaN is 0, and what is beyond all sense stays finite.
+fn not_negative(v: f32) -> f32 {
+    if v > 0.0 { v.min(1e30) } else { 0.0 }
 }
 
 /// `v` cut to [0, 1]; NaN is 0.

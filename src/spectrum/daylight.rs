@@ -1,14 +1,13 @@
 //! Daylight: the radiance of a clear sky and of the sun in it.
 //!
-//! The sky is that of Hošek and Wilkie, *An Analytic Model for Full Spectral Sky-Dome Radiance*, SIGGRAPH 2012, with the tables of
-//! the crate `hw-skymodel`; the sun that of Hošek and Wilkie, *Adding a Solar-Radiance Function to the Hošek-Wilkie Skylight Model*,
+//! The sky is that of Hošek and Wilkie, *An Analytic Model for Full Spectral Sky-Dome Radiance*, SIGGRAPH 2012, by its spectral
+//! tables; the sun that of Hošek and Wilkie, *Adding a Solar-Radiance Function to the Hošek-Wilkie Skylight Model*,
 //! IEEE CG&A 33(3), 2013. Both are in W / (m² sr nm), and so are those of Mitsuba's `sunsky`.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::LazyLock;
 
-use glam::DVec3;
-use hw_skymodel::rgb::{Channel, SkyParams, SkyState};
+use glam::{DVec3, Vec4};
 
 use super::Spectrum;
 
@@ -18,23 +17,69 @@ pub const SUN_APERTURE: f64 = 0.5358;
 /// Least and greatest turbidity of the model.
 pub const TURBIDITY: [f64; 2] = [1.0, 10.0];
 
-/// ∫ȳ in nm by the tables of Mitsuba: takes radiance per nm to tristimulus values.
-const CIE_Y: f32 = 106.856_9;
-
 /// Columns of the picture of the sky, and its rows from pole to pole, of which the middle one is the horizon.
 pub const SKY_SIZE: [usize; 2] = [512, 257];
 
-/// Linear Rec.709 of the sky in rows of [`SKY_SIZE`] texels from the zenith, black below the horizon; the sun stands `elevation`
-/// above the middle of the picture, in radians. Of an environment's nodes: the first and last row are the poles. `None` where the
-/// model has no such sky.
-pub fn sky(turbidity: f64, albedo: [f32; 3], elevation: f64) -> Option<Vec<[f32; 3]>> {
-    let elevation = elevation.clamp(0.0, FRAC_PI_2);
-    let params = SkyParams {
-        elevation: (elevation as f32).min(std::f32::consts::FRAC_PI_2),
-        turbidity: turbidity as f32,
-        albedo,
+/// Wavelengths of the tables: 320, 360, … 720 nm.
+const WAVELENGTHS: usize = 11;
+
+fn wavelength(i: usize) -> f32 {
+    320.0 + 40.0 * i as f32
+}
+
+/// Numbers of the model of the sky for one wavelength: the coefficients A to I, and the mean radiance.
+const COEFFICIENTS: usize = 10;
+
+/// Control points over the elevation of the sun.
+const CONTROLS: usize = 6;
+
+/// Numbers of the sky, `[turbidity 1 … 10][albedo 0, 1][control point][wavelength][coefficient]`, single precision, little endian.
+/// Licence: `sky.LICENSE`.
+static SKY: &[u8] = include_bytes!("sky.bin");
+
+/// The numbers of the model at one wavelength; a ground of this albedo.
+fn coefficients(turbidity: f64, albedo: f64, elevation: f64, wavelength: usize) -> [f64; COEFFICIENTS] {
+    let t = (elevation / FRAC_PI_2).cbrt();
+    // Bernstein's polynomials of degree 5.
+    let bernstein = |k: usize| {
+        [1.0, 5.0, 10.0, 10.0, 5.0, 1.0][k] * t.powi(k as i32) * (1.0 - t).powi((CONTROLS - 1 - k) as i32)
     };
-    let state = SkyState::new(&params).ok()?;
+    let turbid = turbidity - TURBIDITY[0];
+    let first = (turbid as usize).min(8);
+    let share = turbid - first as f64;
+    let mut sum = [0.0; COEFFICIENTS];
+    for (row, by_row) in [(first, 1.0 - share), (first + 1, share)] {
+        for (ground, by_ground) in [(0, 1.0 - albedo), (1, albedo)] {
+            for k in 0..CONTROLS {
+                let at = ((row * 2 + ground) * CONTROLS + k) * WAVELENGTHS + wavelength;
+                let numbers = SKY[at * COEFFICIENTS * 4..].chunks_exact(4);
+                for (sum, bytes) in sum.iter_mut().zip(numbers) {
+                    let value = f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
+                    *sum += by_row * by_ground * bernstein(k) * f64::from(value);
+                }
+            }
+        }
+    }
+    sum
+}
+
+/// Linear Rec.709 of the sky in rows of [`SKY_SIZE`] texels from the zenith, black below the horizon; the sun stands `elevation`
+/// above the middle of the picture, in radians, and the ground reflects `albedo`. Of an environment's nodes: the first and last
+/// row are the poles. `None` where the model has no such sky.
+pub fn sky(turbidity: f64, albedo: &Spectrum, elevation: f64) -> Option<Vec<[f32; 3]>> {
+    if !(TURBIDITY[0]..=TURBIDITY[1]).contains(&turbidity) || !elevation.is_finite() {
+        return None;
+    }
+    let elevation = elevation.clamp(0.0, FRAC_PI_2);
+    // Radiance is linear between its wavelengths, so that its colour is a sum over them.
+    let at = |i: usize| {
+        let around = [i.checked_sub(1), Some(i), Some(i + 1).filter(|i| *i < WAVELENGTHS)];
+        let hat: Vec<_> = around.into_iter().flatten().map(|j| (wavelength(j), f32::from(i == j))).collect();
+        let ground = f64::from(albedo.eval(Vec4::splat(wavelength(i))).x).clamp(0.0, 1.0);
+        let color = Spectrum::table(&hat)?.emitted_rgb();
+        Some((coefficients(turbidity, ground, elevation, i), color))
+    };
+    let model = (0..WAVELENGTHS).map(at).collect::<Option<Vec<_>>>()?;
     let [width, height] = SKY_SIZE;
     let (sun_sin, sun_cos) = elevation.sin_cos();
     let texel = |i: usize| {
@@ -47,14 +92,23 @@ pub fn sky(turbidity: f64, albedo: [f32; 3], elevation: f64) -> Option<Vec<[f32;
         // The angle to the sun by its half chord, which is accurate near the sun.
         let d = DVec3::new(theta.sin() * azimuth.sin(), theta.cos(), theta.sin() * azimuth.cos());
         let gamma = 2.0 * (0.5 * d.distance(DVec3::new(0.0, sun_sin, sun_cos))).min(1.0).asin();
-        [Channel::R, Channel::G, Channel::B]
-            .map(|channel| (state.radiance(theta as f32, gamma as f32, channel) / CIE_Y).max(0.0))
+        let mut rgb = [0.0f32; 3];
+        for (coefficients, color) in &model {
+            let value = radiance(coefficients, theta.cos().max(0.0), gamma).max(0.0) as f32;
+            rgb = [0, 1, 2].map(|c| rgb[c] + value * color[c]);
+        }
+        rgb.map(|v| v.max(0.0))
     };
     Some((0..width * height).map(texel).collect())
 }
 
-/// Wavelengths of the table of the sun, in nm.
-const WAVELENGTHS: usize = 11;
+/// Radiance at the angle `gamma` from the sun and the cosine `cos` to the zenith (Hošek and Wilkie 2012, eq. 8 and 9).
+fn radiance([a, b, c, d, e, f, g, h, i, mean]: &[f64; COEFFICIENTS], cos: f64, gamma: f64) -> f64 {
+    let cos_gamma = gamma.cos();
+    let mie = (1.0 + cos_gamma * cos_gamma) / (1.0 + i * i - 2.0 * i * cos_gamma).powf(1.5);
+    let around_the_sun = c + d * (e * gamma).exp() + f * cos_gamma * cos_gamma + g * mie + h * cos.sqrt();
+    mean * (1.0 + a * (b / (cos + 0.01)).exp()) * around_the_sun
+}
 
 /// Pieces between the elevations of the table.
 const ELEVATIONS: usize = 24;
@@ -81,7 +135,7 @@ pub fn sun(turbidity: f64, elevation: f64) -> Spectrum {
     let mix = |a: f32, b: f32, s: f32| a + (b - a) * s;
     let point = |i: usize| {
         let [low, up] = [e, e + 1].map(|e| mix(at(t, e, i), at(t + 1, e, i), turbid));
-        (320.0 + 40.0 * i as f32, mix(low, up, high))
+        (wavelength(i), mix(low, up, high))
     };
     let points: Vec<_> = (0..WAVELENGTHS).map(point).collect();
     Spectrum::table(&points).unwrap_or(Spectrum::Constant(0.0))

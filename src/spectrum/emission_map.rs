@@ -1,4 +1,4 @@
-//! A picture whose texels are emission spectra, for environment maps.
+//! A picture whose texels are emission spectra, for environment maps and textured lights.
 
 use std::fmt;
 
@@ -55,6 +55,8 @@ pub fn repair(texels: &mut [[f32; 3]]) -> TexelRepairs {
 pub struct EmissionMap {
     width: usize,
     height: usize,
+    /// Rows before a single one is doubled.
+    rows: usize,
     /// Coefficients of the shape, and its factor.
     texels: Vec<[f32; 4]>,
     /// Luminance Y of each texel.
@@ -84,7 +86,7 @@ impl EmissionMap {
             texels.extend_from_within(..);
             luminances.extend_from_within(..);
         }
-        Ok(Self { width, height: texels.len() / width, texels, luminances })
+        Ok(Self { width, height: texels.len() / width, rows: rgb.len() / width, texels, luminances })
     }
 
     /// Columns.
@@ -95,6 +97,11 @@ impl EmissionMap {
     /// Rows, at least 2.
     pub fn height(&self) -> usize {
         self.height
+    }
+
+    /// Rows of the picture: 1 where [`EmissionMap::height`] has doubled it.
+    pub fn rows(&self) -> usize {
+        self.rows
     }
 
     /// Luminance Y of the texel in column `x` of row `y`, which must exist.
@@ -130,13 +137,24 @@ impl EmissionMap {
         lambda: &SampledWavelengths,
     ) -> SampledSpectrum {
         let next = if x + 1 == self.width { 0 } else { x + 1 };
-        let at = |x: usize, y: usize, weight: f32| {
-            let [c0, c1, c2, scale] = self.texels[y * self.width + x];
-            Sigmoid { coefficients: [c0, c1, c2] }.eval(lambda.lambda()) * (scale * weight)
-        };
         let (s0, t0) = (1.0 - s, 1.0 - t);
-        let sum: Vec4 =
-            at(x, y, s0 * t0) + at(next, y, s * t0) + at(x, y + 1, s0 * t) + at(next, y + 1, s * t);
+        let above = [([x, y], s0 * t0), ([next, y], s * t0)];
+        let below = [([x, y + 1], s0 * t), ([next, y + 1], s * t)];
+        self.blend([above[0], above[1], below[0], below[1]], lambda)
+    }
+
+    /// The sum of these texels (column, row), which must exist, each with its weight.
+    #[inline]
+    pub fn blend<const N: usize>(
+        &self,
+        texels: [([usize; 2], f32); N],
+        lambda: &SampledWavelengths,
+    ) -> SampledSpectrum {
+        let mut sum = Vec4::ZERO;
+        for ([x, y], weight) in texels {
+            let [c0, c1, c2, scale] = self.texels[y * self.width + x];
+            sum += Sigmoid { coefficients: [c0, c1, c2] }.eval(lambda.lambda()) * (scale * weight);
+        }
         SampledSpectrum(sum) * Spectrum::D65(1.0).sample(lambda)
     }
 }

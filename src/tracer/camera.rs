@@ -1,19 +1,20 @@
-//! The camera: from uv to rays, and from points in the world to uv.
+//! Cameras: from uv to rays, and from points in the world to uv.
 
 use glam::{DMat3, DVec2, DVec3, Vec3};
 
 use crate::math::warp;
 use crate::scene::SceneDesc;
-use crate::scene::desc::{CameraDesc, FilmDesc, FovAxis};
+use crate::scene::desc::{CameraDesc, FilmDesc};
 use crate::stream::UvWindow;
 
 use super::accel::Ray;
 use super::prepare::{PrepareError, PrepareOptions};
 
-/// A perspective camera with Mitsuba's conventions: in camera space it looks along +z, +y is up and +x is to the left.
+/// A camera with Mitsuba's conventions: in camera space it looks along +z, +y is up and +x is to the left.
 ///
 /// With an aperture it is a thin lens in the plane z = 0 of camera space: all rays of one uv intersect at one point of the
-/// plane z = `focus_distance`. Without an aperture it is a pinhole.
+/// plane z = `focus_distance`. Without an aperture it is a pinhole. An orthographic camera sends parallel rays along z, and shows −1 to 1
+/// along x.
 ///
 /// uv is (0, 0) at the top left corner of the picture (the crop window, if there is one) and (1, 1) at its bottom right. Values
 /// outside are overscan and valid as well.
@@ -29,10 +30,22 @@ pub struct Camera {
     offset: DVec2,
     near: f64,
     far: f64,
+    projection: Projection,
     /// Radius of the lens in world units, 0 for a pinhole.
     aperture: f64,
     /// 1 / z of the plane in focus, 0 for a pinhole.
     focus: f64,
+}
+
+/// The origins of camera rays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Projection {
+    /// All in one point.
+    Pinhole,
+    /// On a lens.
+    Lens,
+    /// Each in its place of the near clip plane; uv are mapped to the plane z = 0 instead of z = 1.
+    Orthographic,
 }
 
 /// The connection of a point to the camera.
@@ -44,9 +57,9 @@ pub struct CameraView {
     pub origin: Vec3,
     /// Unit direction from the camera to the point.
     pub direction: Vec3,
-    /// Squared distance of the point from the lens, infinite for a direction.
+    /// Squared distance of the point from the lens, infinite for a direction; 1 for a camera of parallel rays.
     pub distance2: f32,
-    /// Area of the picture, in uv, per steradian at the point.
+    /// Area of the picture, in uv, per steradian at the lens; for a camera of parallel rays per unit of area across them.
     pub uv_per_steradian: f32,
 }
 
@@ -71,14 +84,14 @@ impl Camera {
         if !to_world.is_finite() || !regular {
             return bad("to_world is singular or not finite");
         }
-        if !(desc.fov > 0.0 && desc.fov < 180.0) {
+        if !(desc.orthographic || desc.fov > 0.0 && desc.fov < 180.0) {
             return bad("the field of view must lie between 0 and 180 degrees");
         }
         let clip = desc.near_clip >= 0.0 && desc.near_clip < desc.far_clip;
         if !clip || !desc.principal_point_offset.is_finite() {
             return bad("near_clip must be below far_clip, and the principal point finite");
         }
-        let lens = desc.aperture_radius > 0.0;
+        let lens = desc.aperture_radius > 0.0 && !desc.orthographic;
         if !(desc.aperture_radius.is_finite() && desc.aperture_radius >= 0.0) {
             return bad("aperture_radius must be 0, for a pinhole, or above");
         }
@@ -87,7 +100,12 @@ impl Camera {
         }
         let size = DVec2::new(f64::from(options.width), f64::from(options.height));
         let aspect = size.x / size.y;
-        let half = half_extent(desc, aspect);
+        // The axes are of unit length, so that scales of an orthographic camera's transform go into its extent.
+        let scales = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(DVec3::length);
+        let (half, near) = match desc.orthographic {
+            false => (desc.fov_axis.half_extent(desc.fov, aspect), desc.near_clip),
+            true => (DVec2::new(scales[0], scales[1] / aspect), desc.near_clip * scales[2]),
+        };
         // From film position s in [0, 1]² (y down) to the plane: x = (1 − 2 s.x) half.x, likewise y. The principal point is
         // added to s, and the crop window replaces s by corner + uv · part.
         let full = DVec2::new(f64::from(film.width), f64::from(film.height));
@@ -104,9 +122,15 @@ impl Camera {
             from_world: axes.inverse(),
             scale: part * half * -2.0,
             offset: (1.0 - 2.0 * (corner + desc.principal_point_offset)) * half,
-            near: desc.near_clip,
-            far: desc.far_clip,
-            aperture: desc.aperture_radius,
+            near,
+            // Mitsuba scales the distance of the near plane and not that between both.
+            far: if desc.orthographic { near + (desc.far_clip - desc.near_clip) } else { desc.far_clip },
+            projection: match (desc.orthographic, lens) {
+                (true, _) => Projection::Orthographic,
+                (false, true) => Projection::Lens,
+                (false, false) => Projection::Pinhole,
+            },
+            aperture: if lens { desc.aperture_radius } else { 0.0 },
             focus: if lens { 1.0 / desc.focus_distance } else { 0.0 },
         })
     }
@@ -122,11 +146,15 @@ impl Camera {
     pub fn ray(&self, uv: [f64; 2], lens: [f32; 2]) -> Ray {
         let mut xy = self.offset + self.scale * DVec2::from_array(uv);
         let mut from = self.position;
-        if self.aperture > 0.0 {
-            let on_lens = warp::disk(lens).as_dvec2() * self.aperture;
-            // From `on_lens` to the point (xy, 1) / focus, scaled to z = 1.
-            xy -= on_lens * self.focus;
-            from += self.axes.mul_vec3(on_lens.extend(0.0));
+        match self.projection {
+            Projection::Pinhole => (),
+            Projection::Lens => {
+                let on_lens = warp::disk(lens).as_dvec2() * self.aperture;
+                // From `on_lens` to the point (xy, 1) / focus, scaled to z = 1.
+                xy -= on_lens * self.focus;
+                from += self.axes.mul_vec3(on_lens.extend(0.0));
+            }
+            Projection::Orthographic => return self.parallel_ray(xy),
         }
         let length = (xy.length_squared() + 1.0).sqrt();
         let d = self.axes.mul_vec3(xy.extend(1.0)) * (1.0 / length);
@@ -139,17 +167,32 @@ impl Camera {
         }
     }
 
+    /// The ray through the point `xy` of the plane z = 0 of camera space, along z.
+    #[cold]
+    fn parallel_ray(&self, xy: DVec2) -> Ray {
+        Ray {
+            origin: (self.position + self.axes.mul_vec3(xy.extend(self.near))).as_vec3(),
+            direction: self.axes.z_axis.as_vec3(),
+            t_max: (self.far - self.near) as f32,
+        }
+    }
+
     /// The point of the lens, in world space, that [`Camera::ray`] uses for `lens`: uniform over its area if `lens` is uniform in
-    /// [0, 1)². For a pinhole it is the position.
+    /// [0, 1)². For a pinhole it is the position. `None` where rays are parallel.
     #[inline]
-    pub fn lens_point(&self, lens: [f32; 2]) -> Vec3 {
-        (self.position + self.axes.mul_vec3(self.on_lens(lens).extend(0.0))).as_vec3()
+    pub fn lens_point(&self, lens: [f32; 2]) -> Option<Vec3> {
+        let on_lens = self.on_lens(lens)?;
+        Some((self.position + self.axes.mul_vec3(on_lens.extend(0.0))).as_vec3())
     }
 
     /// That point in the plane z = 0 of camera space.
     #[inline]
-    fn on_lens(&self, lens: [f32; 2]) -> DVec2 {
-        if self.aperture == 0.0 { DVec2::ZERO } else { warp::disk(lens).as_dvec2() * self.aperture }
+    fn on_lens(&self, lens: [f32; 2]) -> Option<DVec2> {
+        match self.projection {
+            Projection::Pinhole => Some(DVec2::ZERO),
+            Projection::Lens => Some(warp::disk(lens).as_dvec2() * self.aperture),
+            Projection::Orthographic => None,
+        }
     }
 
     /// The uv of the world-space point `p` through the point `on_lens` of the plane z = 0 of camera space; it may lie outside the
@@ -166,7 +209,7 @@ impl Camera {
     /// Connects the world-space point `p` to the point of the lens that `lens` selects, the inverse of [`Camera::ray`]. `None` if it lies before the near or
     /// behind the far clip plane, or outside `window`.
     pub fn view(&self, p: Vec3, lens: [f32; 2], window: &UvWindow) -> Option<CameraView> {
-        let on_lens = self.on_lens(lens);
+        let Some(on_lens) = self.on_lens(lens) else { return self.parallel_view(p, window) };
         let uv = self.project(p, on_lens)?;
         if !is_inside(uv, window) {
             return None;
@@ -177,14 +220,36 @@ impl Camera {
         Some(self.connection(uv, from, offset / distance2.sqrt(), distance2 as f32))
     }
 
-    /// As [`Camera::view`], for a point at infinity in the unit direction `direction`. `None` outside `window`.
+    /// [`Camera::view`] along parallel rays.
+    #[cold]
+    fn parallel_view(&self, p: Vec3, window: &UvWindow) -> Option<CameraView> {
+        let local = self.from_world * (p.as_dvec3() - self.position);
+        let uv = ((local.truncate() - self.offset) / self.scale).to_array();
+        let visible = local.z >= self.near && local.z <= self.far && is_inside(uv, window);
+        visible.then(|| CameraView {
+            uv: uv.map(|c| c as f32),
+            origin: (self.position + self.axes.mul_vec3(local.truncate().extend(self.near))).as_vec3(),
+            direction: self.axes.z_axis.as_vec3(),
+            distance2: 1.0,
+            uv_per_steradian: self.uv_per_area(),
+        })
+    }
+
+    /// Area of the picture, in uv, per unit of area across parallel rays.
+    fn uv_per_area(&self) -> f32 {
+        // The axes need not be perpendicular: their determinant is the area of the square of x and y, seen along z.
+        (1.0 / (self.scale.x * self.scale.y * self.axes.determinant()).abs()) as f32
+    }
+
+    /// As [`Camera::view`], for a point at infinity in the unit direction `direction`. `None` outside `window`, and where rays are
+    /// parallel: nothing chooses their direction by chance.
     pub fn view_far(&self, direction: Vec3, lens: [f32; 2], window: &UvWindow) -> Option<CameraView> {
+        let on_lens = self.on_lens(lens)?;
         let d = direction.as_dvec3();
         let local = self.from_world * d;
         if local.z <= 0.0 {
             return None;
         }
-        let on_lens = self.on_lens(lens);
         let from = self.position + self.axes.mul_vec3(on_lens.extend(0.0));
         let uv = (local.truncate() / local.z + on_lens * self.focus - self.offset) / self.scale;
         is_inside(uv.to_array(), window).then(|| self.connection(uv.to_array(), from, d, f32::INFINITY))
@@ -206,9 +271,13 @@ impl Camera {
     /// Area of the picture, in uv, per steradian around the unit world-space `direction`. This is the importance that turns
     /// arriving flux into a density over uv. Divided by the area of the window, it is the density of camera rays.
     ///
-    /// A solid angle dω covers the area dω / cos³ θ of the plane at distance 1.
+    /// A solid angle dω covers the area dω / cos³ θ of the plane at distance 1. Where rays are parallel it is the area of the picture
+    /// per unit of area across them.
     #[inline]
     pub fn uv_per_steradian(&self, direction: Vec3) -> f32 {
+        if self.projection == Projection::Orthographic {
+            return self.uv_per_area();
+        }
         self.uv_per_cos3(direction.as_dvec3().dot(self.axes.z_axis))
     }
 
@@ -216,7 +285,12 @@ impl Camera {
         (1.0 / ((self.scale.x * self.scale.y).abs() * cos * cos * cos)) as f32
     }
 
-    /// World-space position: the pinhole, or the centre of the lens.
+    /// The one direction of all rays, where they are parallel.
+    pub fn parallel_direction(&self) -> Option<Vec3> {
+        (self.projection == Projection::Orthographic).then(|| self.axes.z_axis.as_vec3())
+    }
+
+    /// World-space position: the pinhole, the centre of the lens, or of the plane that parallel rays begin at.
     pub fn position(&self) -> Vec3 {
         self.position.as_vec3()
     }
@@ -226,20 +300,4 @@ impl Camera {
 fn is_inside(uv: [f64; 2], window: &UvWindow) -> bool {
     let inside = |i: usize| uv[i] >= f64::from(window.min[i]) && uv[i] < f64::from(window.max[i]);
     inside(0) && inside(1)
-}
-
-/// Half of the film's extent in the plane z = 1: the tangent of half the field of view along each axis.
-fn half_extent(desc: &CameraDesc, aspect: f64) -> DVec2 {
-    let tan = (0.5 * desc.fov.to_radians()).tan();
-    let along_x = match desc.fov_axis {
-        FovAxis::X => true,
-        FovAxis::Y => false,
-        FovAxis::Smaller => aspect <= 1.0,
-        FovAxis::Larger => aspect > 1.0,
-        FovAxis::Diagonal => {
-            let x = tan / (1.0 + 1.0 / (aspect * aspect)).sqrt();
-            return DVec2::new(x, x / aspect);
-        }
-    };
-    if along_x { DVec2::new(tan, tan / aspect) } else { DVec2::new(tan * aspect, tan) }
 }

@@ -1,9 +1,10 @@
 //! Where paths meet surfaces: a hit, and a hit with its material.
 
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 
 use crate::math::float::{SHADOW_T_MAX, safe_origin};
 use crate::math::frame::Frame;
+use crate::scene::texture::TexturePoint;
 use crate::spectrum::SampledWavelengths;
 
 use super::Scene;
@@ -32,12 +33,16 @@ impl SurfacePoint {
 pub struct SurfaceInteraction {
     /// Position, its error bound and geometric normal, world space.
     pub point: SurfacePoint,
-    /// Shading frame; `frame.n` lies on the front.
-    pub frame: Frame,
+    /// Shading normal, on the front.
+    pub n: Vec3,
+    /// ∂p/∂u, world space: exact where the surface has a bump, up to a factor where it is brushed, else 0.
+    pub dp_du: Vec3,
+    /// ∂p/∂v, world space, where the surface has a bump; else 0.
+    pub dp_dv: Vec3,
     /// Unit direction back along the ray, world space.
     pub wo: Vec3,
-    /// Texture coordinates; 0 where nothing on the surface is textured.
-    pub uv: Vec2,
+    /// Where textures are asked; 0 where nothing on the surface is textured.
+    pub texture: TexturePoint,
     /// Index of the surface in the scene, which has the materials of its two sides.
     pub surface: u32,
     /// The light that this primitive belongs to, if it emits.
@@ -47,6 +52,24 @@ pub struct SurfaceInteraction {
 }
 
 impl SurfaceInteraction {
+    /// A point of the plane z = 0 with texture coordinates along x and y, seen from above.
+    pub fn flat(texture: TexturePoint) -> Self {
+        let point = SurfacePoint { p: texture.uv.extend(0.0), error: Vec3::ZERO, ng: Vec3::Z };
+        let (n, dp_du, dp_dv) = (Vec3::Z, Vec3::X, Vec3::Y);
+        Self { point, n, dp_du, dp_dv, wo: Vec3::Z, texture, surface: 0, light: None, smooth: false }
+    }
+
+    /// The shading frame.
+    #[inline]
+    pub fn frame(&self) -> Frame {
+        if self.dp_du == Vec3::ZERO { Frame::new(self.n) } else { self.frame_along() }
+    }
+
+    #[inline(never)]
+    fn frame_along(&self) -> Frame {
+        Frame::along(self.n, self.dp_du)
+    }
+
     /// The light that this point belongs to, if it emits to where the ray came from.
     #[inline(always)]
     pub fn emitter(&self) -> Option<u32> {
@@ -102,7 +125,7 @@ impl<B: Scattering> SurfaceVertex<B> {
     #[inline(always)]
     pub fn new(scene: &Scene, hit: SurfaceInteraction, lambda: &SampledWavelengths) -> Self {
         let (material, frame) = scene.material(&hit);
-        Self { frame, bsdf: B::of(material, hit.uv, lambda), wo: frame.to_local(hit.wo), hit }
+        Self { frame, bsdf: B::of(material, &hit, lambda), wo: frame.to_local(hit.wo), hit }
     }
 
     /// What sampling a light from here depends on, seen from the side that the path came from.

@@ -27,17 +27,22 @@
 //!   traced, `Bsdf::parts_colors` tells whether a material disperses light.
 //! - **How colours part** within a path of four wavelengths, and what that does to its weight: [`wavelength_mis`].
 //! - **MIS weights**: [`mis`] for two strategies, [`subpath_mis`] for all strategies of the bidirectional method.
+//! - **Opacity**, masks and surfaces that are not there: `opacity` passes rays through them before paths know of a hit.
 //! - **Which integrator** suits a scene: [`choice`]; what each is for: [`integrator`].
 
 pub mod accel;
+pub mod aov;
 pub mod bsdf;
 pub mod camera;
 pub mod choice;
+pub mod curve;
 pub mod effects;
+mod faces;
 pub mod integrator;
 pub mod interaction;
 pub mod light;
 pub mod mis;
+mod opacity;
 pub mod photon_map;
 mod placement;
 mod prepare;

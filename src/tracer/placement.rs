@@ -55,6 +55,11 @@ impl Placement {
         (self.to_group.matrix3.transpose() * n.as_dvec3()).normalize_or(DVec3::Z).as_vec3()
     }
 
+    /// Transforms a vector of the group to world space.
+    pub(super) fn vector(&self, v: Vec3) -> Vec3 {
+        self.to_world.transform_vector3(v.as_dvec3()).as_vec3()
+    }
+
     /// Transforms a tangent of the group to world space, as a unit vector.
     pub(super) fn along(&self, v: Vec3) -> Vec3 {
         self.to_world.transform_vector3(v.as_dvec3()).normalize_or_zero().as_vec3()

@@ -1,13 +1,15 @@
 //! The primitives of a scene: everything that stays the same when materials and lights are edited.
 
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 
-use crate::math::frame::Frame;
+use crate::scene::texture::TexturePoint;
 
-use super::accel::{Accel, Hit, Ray};
+use super::accel::{Accel, Hit, Ray, TriangleSource};
+use super::curve::CurvePiece;
+use super::faces::Faces;
 use super::interaction::SurfaceInteraction;
 use super::placement::Placement;
-use super::shape::{Cylinder, Disk, Sphere, SurfacePoint, Triangle};
+use super::shape::{Cylinder, Disk, Sphere, SurfacePoint};
 use super::tangents::Tangents;
 use super::texture_coordinates::TextureCoordinates;
 
@@ -21,8 +23,6 @@ pub(super) struct PrimRecord {
     pub(super) surface: u32,
     /// Index into the lights, or [`NONE`].
     pub(super) light: u32,
-    /// Index into the vertex normals, or [`NONE`].
-    pub(super) normals: u32,
     /// Index into the backs, if another primitive lies back to back with this one, or [`NONE`].
     pub(super) back: u32,
 }
@@ -36,29 +36,18 @@ pub(super) struct Back {
     pub(super) light: u32,
 }
 
-/// A triangle with its record. Hits are incoherent, so both share one cache line.
-#[derive(Clone, Copy, Debug)]
-#[repr(align(64))]
-pub(super) struct Face {
-    pub(super) triangle: Triangle,
-    pub(super) record: PrimRecord,
-}
-
-const _: () = assert!(size_of::<Face>() == 64);
-
 /// The primitives of all shapes, in world space or in the space of their group.
 #[derive(Debug)]
 pub(super) struct Primitives {
     pub(super) accel: Accel,
     /// Triangles by primitive id: they come first.
-    pub(super) faces: Vec<Face>,
+    pub(super) faces: Faces,
     pub(super) disks: Vec<Disk>,
     pub(super) spheres: Vec<Sphere>,
     pub(super) cylinders: Vec<Cylinder>,
-    /// Records of disks, then of spheres, then of cylinders.
+    pub(super) curves: Vec<CurvePiece>,
+    /// Records of disks, then of spheres, then of cylinders, then of curves.
     pub(super) round: Vec<PrimRecord>,
-    /// Shading normals of the smooth triangles.
-    pub(super) normals: Vec<[Vec3; 3]>,
     /// Primitives on the backs of others, in the same place.
     pub(super) backs: Vec<Back>,
     /// Tangents by surface. Empty if nothing is brushed.
@@ -70,6 +59,11 @@ pub(super) struct Primitives {
 }
 
 impl Primitives {
+    /// The index of a triangle among those of its shape; 0 of anything else.
+    pub(super) fn index_in_shape(&self, prim: u32) -> u32 {
+        self.faces.first_of_shape(prim).map_or(0, |first| prim.saturating_sub(first))
+    }
+
     /// The surface interaction at `hit` of `ray`, in world space.
     #[inline(always)]
     pub(super) fn interaction(&self, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
@@ -84,11 +78,14 @@ impl Primitives {
     fn instance_interaction(&self, ray: &Ray, hit: &Hit, instance: u32) -> SurfaceInteraction {
         let place = &self.placements[instance as usize];
         let inside = self.local_interaction(&self.accel.ray_in_instance(instance, ray), hit);
-        let n = place.normal(inside.frame.n);
-        let along = self.tangents.get(inside.surface as usize).and_then(|t| t.along(hit.prim, &inside.point));
+        // Where only its direction counts, ∂p/∂u stays a unit vector.
+        let brushed = inside.dp_dv == Vec3::ZERO;
+        let along = |v: Vec3| if brushed { place.along(v) } else { place.vector(v) };
         SurfaceInteraction {
             point: place.point(&inside.point),
-            frame: along.map_or_else(|| Frame::new(n), |along| Frame::along(n, place.along(along))),
+            n: place.normal(inside.n),
+            dp_du: along(inside.dp_du),
+            dp_dv: along(inside.dp_dv),
             wo: -ray.direction,
             ..inside
         }
@@ -97,62 +94,64 @@ impl Primitives {
     /// The surface interaction in the space of the primitive, which is also that of `ray`.
     #[inline(always)]
     fn local_interaction(&self, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
-        let (mut point, mut record) = match self.faces.get(hit.prim as usize) {
-            Some(face) => (face.triangle.point(hit.uv), face.record),
-            None => self.round_point(ray, hit),
+        let (mut point, mut record, smooth) = match self.faces.get(hit.prim) {
+            Some(face) => {
+                let point = self.faces.triangle(face).point(hit.uv);
+                (point, self.faces.record(face), self.faces.normals_of(face))
+            }
+            None => {
+                let (point, record) = self.round_point(ray, hit);
+                (point, record, None)
+            }
         };
-        let uv = match self.uvs.get(record.surface as usize) {
+        let texture = match self.uvs.get(record.surface as usize) {
             Some(coordinates) => coordinates.at(hit, &point),
-            None => Vec2::ZERO,
+            None => TexturePoint::default(),
         };
-        let smooth = record.normals != NONE;
-        let mut n =
-            if smooth { self.shading_normal(record.normals, hit.uv).unwrap_or(point.ng) } else { point.ng };
+        let mut n = smooth.and_then(|normals| shading_normal(normals, hit.uv)).unwrap_or(point.ng);
         if record.back != NONE && ray.direction.dot(point.ng) > 0.0 {
             let Back { surface, light } = self.backs[record.back as usize];
             (record.surface, record.light) = (surface, light);
             (point.ng, n) = (-point.ng, -n);
         }
+        let [dp_du, dp_dv] = match self.tangents.get(record.surface as usize) {
+            Some(tangents) => tangents.at(hit.prim, &point),
+            None => [Vec3::ZERO; 2],
+        };
         SurfaceInteraction {
             point,
-            frame: if self.tangents.is_empty() {
-                Frame::new(n)
-            } else {
-                self.frame(record.surface, hit, &point, n)
-            },
+            n,
+            dp_du,
+            dp_dv,
             wo: -ray.direction,
-            uv,
+            texture,
             surface: record.surface,
             light: (record.light != NONE).then_some(record.light),
-            smooth,
-        }
-    }
-
-    /// The shading frame with normal `n` in a scene with brushed surfaces.
-    #[inline(never)]
-    fn frame(&self, surface: u32, hit: &Hit, point: &SurfacePoint, n: Vec3) -> Frame {
-        match &self.tangents[surface as usize] {
-            Tangents::Any => Frame::new(n),
-            tangents => tangents.frame(hit.prim, point, n),
+            smooth: smooth.is_some(),
         }
     }
 
     #[inline(never)]
     fn round_point(&self, ray: &Ray, hit: &Hit) -> (SurfacePoint, PrimRecord) {
-        let i = hit.prim as usize - self.faces.len();
+        let i = hit.prim as usize - self.faces.count();
         let point = match self.disks.get(i) {
             Some(disk) => disk.point(ray, hit.t),
             None => match self.spheres.get(i - self.disks.len()) {
                 Some(sphere) => sphere.point(ray, hit.t),
-                None => self.cylinders[i - self.disks.len() - self.spheres.len()].point(ray, hit.t),
+                None => {
+                    let i = i - self.disks.len() - self.spheres.len();
+                    match self.cylinders.get(i) {
+                        Some(cylinder) => cylinder.point(ray, hit.t),
+                        None => self.curves[i - self.cylinders.len()].point(ray, hit.t),
+                    }
+                }
             },
         };
         (point, self.round[i])
     }
+}
 
-    #[inline]
-    fn shading_normal(&self, normals: u32, uv: [f32; 2]) -> Option<Vec3> {
-        let [a, b, c] = self.normals[normals as usize];
-        (a * (1.0 - uv[0] - uv[1]) + b * uv[0] + c * uv[1]).try_normalize()
-    }
+#[inline]
+fn shading_normal([a, b, c]: [Vec3; 3], uv: [f32; 2]) -> Option<Vec3> {
+    (a * (1.0 - uv[0] - uv[1]) + b * uv[0] + c * uv[1]).try_normalize()
 }

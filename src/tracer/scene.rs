@@ -8,10 +8,11 @@ use crate::math::float::safe_origin;
 use crate::math::frame::Frame;
 use crate::spectrum::White;
 
-use super::accel::{Accel, PrimRange, Ray, SimdKernel};
+use super::accel::{Accel, Hit, PrimRange, Ray, SimdKernel};
 use super::bsdf::{Material, Sides};
 use super::interaction::SurfaceInteraction;
 use super::light::{LightSample, Lights};
+use super::opacity::Opacity;
 use super::prepare::SceneStructure;
 use super::primitives::Primitives;
 use super::shape::SurfacePoint;
@@ -48,6 +49,8 @@ pub struct Scene {
     /// Materials by side of every surface: one for each shape, in their order, then one for each shape of the groups.
     pub(super) surfaces: Vec<Sides>,
     pub(super) materials: Vec<Material>,
+    /// How much of each surface is there; `None` where all of every surface is, so that no ray asks.
+    pub(super) opacities: Option<Box<[Opacity]>>,
     pub(super) lights: Lights,
     /// The white of all light, if nothing has a colour.
     pub(super) white: Option<White>,
@@ -97,46 +100,75 @@ impl Scene {
         &self.primitives.accel
     }
 
-    /// The first hit of `ray`, whose direction has unit length.
+    /// The first hit of `ray`, whose direction has unit length. Surfaces that are not all there are passed by chance.
     #[inline(always)]
     pub fn closest(&self, ray: &Ray) -> Option<SurfaceInteraction> {
+        match self.opacities {
+            None => self.first(ray),
+            Some(_) => self.closest_met(ray),
+        }
+    }
+
+    /// The first hit of `ray`, however little of the surface is there.
+    #[inline(always)]
+    pub(super) fn first(&self, ray: &Ray) -> Option<SurfaceInteraction> {
         self.primitives.accel.closest(ray).map(|hit| self.primitives.interaction(ray, &hit))
     }
 
     /// The shape that is seen along `ray`; `None` where only the environment is. Of two shapes back to back in
-    /// one place it is the one whose side is seen; of what a group holds, the instance that shows it.
+    /// one place it is the one whose side is seen; of what a group holds, the instance that shows it. What is mostly holes is looked through.
     pub fn pick(&self, ray: &Ray) -> Option<Pick> {
-        let hit = self.primitives.accel.closest(ray)?;
-        let SurfaceInteraction { point: SurfacePoint { p, .. }, surface, .. } =
-            self.primitives.interaction(ray, &hit);
-        let instance = self.primitives.placements.get(hit.instance as usize);
+        let mut instance = Hit::DIRECT;
+        let found = self.walk(*ray, |_, hit, _, opacity| {
+            instance = hit.instance;
+            opacity >= 0.5
+        })?;
+        let SurfaceInteraction { point: SurfacePoint { p, .. }, surface, .. } = found;
+        let instance = self.primitives.placements.get(instance as usize);
         let shape = instance.map_or(surface, |placement| placement.shape);
         Some(Pick { shape, position: p, distance: p.distance(ray.origin) })
     }
 
-    /// True when nothing stands between `from` and the light of `sample`.
+    /// The first hit of `ray` with the number of the object, as [`Scene::pick`] counts, and the index of the primitive among those of its
+    /// shape; for layers beside the picture.
+    pub fn first_surface(&self, ray: &Ray) -> Option<(SurfaceInteraction, u32, u32)> {
+        let hit = self.primitives.accel.closest(ray)?;
+        let found = self.primitives.interaction(ray, &hit);
+        let instance = self.primitives.placements.get(hit.instance as usize);
+        let shape = instance.map_or(found.surface, |placement| placement.shape);
+        Some((found, shape, self.primitives.index_in_shape(hit.prim)))
+    }
+
+    /// The share of light that reaches `from` from the light of `sample`: 1 where nothing stands in between.
     #[inline(always)]
-    pub fn visible(&self, from: &SurfaceInteraction, light: u32, sample: &LightSample) -> bool {
+    pub fn visible(&self, from: &SurfaceInteraction, light: u32, sample: &LightSample) -> f32 {
         match sample.target {
-            Some(target) => {
-                !self.primitives.accel.occluded(&from.spawn_to(target, sample.wi), self.lights.prims(light))
-            }
-            None => !self.primitives.accel.occluded(&from.spawn(sample.wi), PrimRange::NONE),
+            Some(target) => self.open_share(&from.spawn_to(target, sample.wi), self.lights.prims(light)),
+            None => self.open_share(&from.spawn(sample.wi), PrimRange::NONE),
         }
     }
 
-    /// True when anything lies on `ray`.
+    /// The share of light that goes all along `ray`: 1 where nothing lies on it, 0 where something does that is all there.
     #[inline]
-    pub fn occluded(&self, ray: &Ray) -> bool {
-        self.primitives.accel.occluded(ray, PrimRange::NONE)
+    pub fn transmittance(&self, ray: &Ray) -> f32 {
+        self.open_share(ray, PrimRange::NONE)
     }
 
-    /// True when nothing stands between two surface points; `d` is the unit direction from the first to the second.
+    #[inline(always)]
+    fn open_share(&self, ray: &Ray, skip: PrimRange) -> f32 {
+        match self.primitives.accel.occluded(ray, skip) {
+            false => 1.0,
+            true if self.opacities.is_some() => self.passed_share(ray, skip),
+            true => 0.0,
+        }
+    }
+
+    /// The share of light that goes from one surface point to another; `d` is the unit direction from the first to the second.
     #[inline]
-    pub fn connected(&self, from: &SurfaceInteraction, to: &SurfaceInteraction, d: Vec3) -> bool {
+    pub fn connected(&self, from: &SurfaceInteraction, to: &SurfaceInteraction, d: Vec3) -> f32 {
         let SurfacePoint { p, error, ng } = to.point;
         // Both ends are moved off their surfaces: each may be hit a rounding error early.
-        !self.occluded(&from.spawn_to(safe_origin(p, error, ng, -d), d))
+        self.transmittance(&from.spawn_to(safe_origin(p, error, ng, -d), d))
     }
 
     /// The first hit of `ray` that is not on a light.
@@ -150,10 +182,16 @@ impl Scene {
         }
     }
 
+    /// True where some surfaces are not all there.
+    #[inline(always)]
+    pub fn has_holes(&self) -> bool {
+        self.opacities.is_some()
+    }
+
     /// The material of a hit and the frame it is evaluated in.
-    #[inline]
+    #[inline(always)]
     pub fn material(&self, hit: &SurfaceInteraction) -> (&Material, Frame) {
-        let (material, frame) = self.surfaces[hit.surface as usize].facing(hit.frame, hit.wo);
+        let (material, frame) = self.surfaces[hit.surface as usize].facing(hit.frame(), hit.wo);
         (&self.materials[material as usize], frame)
     }
 }

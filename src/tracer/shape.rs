@@ -120,6 +120,13 @@ impl Disk {
         self.point_at(p.dot(self.to_xy[0]) as f32, p.dot(self.to_xy[1]) as f32)
     }
 
+    /// The coordinates of a point in units of the half axes.
+    #[inline]
+    pub fn coordinates(&self, p: Vec3) -> [f32; 2] {
+        let offset = p.as_dvec3() - self.center.as_dvec3();
+        self.to_xy.map(|axis| offset.dot(axis) as f32)
+    }
+
     /// The point with coordinates `x`, `y` in units of the half axes.
     #[inline]
     pub fn point_at(&self, x: f32, y: f32) -> SurfacePoint {
@@ -270,6 +277,12 @@ impl Cylinder {
     #[inline]
     pub fn around(&self, p: Vec3) -> [f32; 2] {
         self.on_circle(self.to_local * (p.as_dvec3() - self.base.as_dvec3()))
+    }
+
+    /// The share of the axis at the height of a point.
+    #[inline]
+    pub fn height(&self, p: Vec3) -> f32 {
+        (self.to_local * (p.as_dvec3() - self.base.as_dvec3())).z as f32
     }
 
     /// True if the segment from `from` to a point on the surface enters the cylinder through its side.

@@ -11,13 +11,12 @@
 
 use glam::{Vec3, Vec4};
 
-use crate::math::pdf::PdfW;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 
 use super::accel::Ray;
 use super::bsdf::{Bsdf, BsdfSample, Scattering};
 use super::interaction::{SurfaceInteraction, SurfaceVertex};
-use super::light::Emission;
+use super::light::{Emission, EmissionOrigin};
 use super::sampler::VertexNumbers;
 use super::subpath_mis::SubpathMis;
 use super::wavelength_mis::WavelengthMis;
@@ -68,17 +67,18 @@ impl<B: Scattering> SubpathVertex<B> {
             return None;
         }
         let cos = d.dot(hit.point.ng).abs();
-        let there = bsdf.eval(*wo, local);
-        let back = bsdf.eval(local, *wo);
-        let pdf = |e: Option<(SampledSpectrum, PdfW)>| e.map_or(0.0, |(_, pdf)| pdf.0);
-        let (fwd_w, rev_w) = (pdf(there), pdf(back));
-        let value = if FROM_LIGHT {
+        let (eye, light) = if FROM_LIGHT { (local, *wo) } else { (*wo, local) };
+        let from_eye = bsdf.eval(eye, light);
+        let pdf_from_light = bsdf.pdf_from_light(light, eye);
+        let pdf_from_eye = from_eye.map_or(0.0, |(_, pdf)| pdf.0);
+        let (fwd_w, rev_w) =
+            if FROM_LIGHT { (pdf_from_light, pdf_from_eye) } else { (pdf_from_eye, pdf_from_light) };
+        let mut value = from_eye?.0;
+        if FROM_LIGHT {
             // |cos θₛ(l)| is in the value; the flux that arrives was measured with |cos θ(l)|.
             let cos_light = hit.wo.dot(hit.point.ng).abs();
-            back?.0 * (cos / cos_light)
-        } else {
-            there?.0
-        };
+            value *= cos / cos_light;
+        }
         let wavelength_mis = match bsdf.parts_colors() {
             true => bsdf.part(*wo, local).wavelength_mis,
             false => WavelengthMis::ALL,
@@ -147,12 +147,13 @@ impl PreviousVertex {
 }
 
 impl Walk<false> {
-    /// A walk from the point `origin` of the camera's lens. `pdf` is the density of its directions per steradian. Every such
-    /// walk comes with `lights` light subpaths that are connected to the camera.
-    pub fn from_camera(lambda: SampledWavelengths, origin: Vec3, pdf: f32, lights: f32) -> Self {
+    /// A walk from the point `origin` of the camera's lens; `None` where all its rays are parallel. `pdf` is the density of its directions
+    /// per steradian, or of parallel rays per unit of area across them. Every such walk comes with `lights` light subpaths that are
+    /// connected to the camera.
+    pub fn from_camera(lambda: SampledWavelengths, origin: Option<Vec3>, pdf: f32, lights: f32) -> Self {
         // Nothing can choose the camera: its own sum is 0.
         let previous = PreviousVertex {
-            from: Some(origin),
+            from: origin,
             cos: 1.0,
             fwd_w: pdf,
             link: lights,
@@ -181,7 +182,7 @@ impl Walk<true> {
             from: (!pdf.origin.is_far()).then_some(emission.from.p),
             cos: pdf.cos,
             fwd_w: pdf.next,
-            link: 1.0,
+            link: if pdf.origin == EmissionOrigin::Beam { 0.0 } else { 1.0 },
             fwd: pdf.vertex,
             previous_link: if pdf.origin.is_delta() { 0.0 } else { 1.0 },
             tail: 0.0,
@@ -222,6 +223,16 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
         }
     }
 
+    #[inline(always)]
+    fn sample<B: Scattering>(vertex: &SubpathVertex<B>, u: &VertexNumbers) -> Option<BsdfSample> {
+        let SurfaceVertex { bsdf, wo, .. } = &vertex.surface;
+        if FROM_LIGHT {
+            bsdf.sample_from_light(*wo, u.bsdf, u.lobe)
+        } else {
+            bsdf.sample(*wo, u.bsdf, u.lobe)
+        }
+    }
+
     /// Chooses where to go on from `vertex`, the last one; `None` when the walk ends there. Roulette may end it once
     /// it has `rr_depth` segments.
     #[inline(always)]
@@ -231,7 +242,7 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
         u: &VertexNumbers,
         rr_depth: u32,
     ) -> Option<Ray> {
-        let s = vertex.surface.bsdf.sample(vertex.surface.wo, u.bsdf, u.lobe)?;
+        let s = Self::sample(vertex, u)?;
         if s.hero_only {
             // Materials stay at all four wavelengths: both ends of a path must agree on how a lobe is chosen.
             self.throughput = SampledSpectrum(self.throughput.0 * Vec4::X);
@@ -250,7 +261,7 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
         rr_depth: u32,
         each: impl FnMut(Self, Ray),
     ) -> Option<Ray> {
-        let s = vertex.surface.bsdf.sample(vertex.surface.wo, u.bsdf, u.lobe)?;
+        let s = Self::sample(vertex, u)?;
         if s.hero_only {
             self.part(vertex, &s, u.roulette, rr_depth, each);
             return None;
@@ -295,7 +306,7 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
         }
         let cos = wi.dot(hit.point.ng).abs();
         self.throughput *= s.weight;
-        if s.transmitted && bsdf.parts_colors() {
+        if s.transmitted && !s.delta && bsdf.parts_colors() {
             let parted = bsdf.part(*wo, s.wi);
             self.wavelength_mis = self.wavelength_mis.and(parted.wavelength_mis);
             if FROM_LIGHT {
@@ -313,7 +324,8 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
         }
         let (fwd_w, rev_w) = match s.delta {
             true => (1.0, 1.0),
-            false => (s.pdf.0, bsdf.eval(s.wi, *wo).map_or(0.0, |(_, pdf)| pdf.0)),
+            false if FROM_LIGHT => (s.pdf.0, bsdf.eval(s.wi, *wo).map_or(0.0, |(_, pdf)| pdf.0)),
+            false => (s.pdf.0, bsdf.pdf_from_light(s.wi, *wo)),
         };
         self.previous = PreviousVertex {
             from: Some(hit.point.p),

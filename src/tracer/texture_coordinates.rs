@@ -1,11 +1,13 @@
 //! Texture coordinates of points on textured shapes, as Mitsuba defines them for each shape.
 
 use std::f32::consts::{FRAC_1_PI, TAU};
+use std::sync::Arc;
 
 use glam::{DMat3, DVec3, Vec2, Vec3};
 
 use crate::scene::SceneDesc;
-use crate::scene::desc::{BsdfId, Mesh, ShapeDesc, ShapeKind};
+use crate::scene::desc::{AovKind, BsdfId, Mesh, MeshAttribute, ShapeDesc, ShapeKind};
+use crate::scene::texture::{AttributeLayout, SpectrumTexture, TexturePoint};
 
 use super::accel::Hit;
 use super::shape::SurfacePoint;
@@ -22,6 +24,8 @@ pub(super) enum TextureCoordinates {
         first: u32,
         /// Those of this triangle and of those that follow.
         of: Vec<[Vec2; 3]>,
+        /// The attributes that the material asks for.
+        attributes: Option<Box<ShapeAttributes>>,
     },
     /// (radius, angle / 2π) in the plane of a disk.
     Disk {
@@ -47,38 +51,91 @@ pub(super) enum TextureCoordinates {
 }
 
 impl TextureCoordinates {
-    /// The coordinates at `hit`.
+    /// The coordinates at `hit`, and the attributes of the mesh.
     #[inline(never)]
-    pub(super) fn at(&self, hit: &Hit, point: &SurfacePoint) -> Vec2 {
+    pub(super) fn at(&self, hit: &Hit, point: &SurfacePoint) -> TexturePoint {
         let angle = |p: DVec3| {
             let phi = p.y.atan2(p.x) as f32;
             if phi < 0.0 { phi + TAU } else { phi }
         };
         match self {
-            Self::Unused => Vec2::ZERO,
-            Self::Triangles { first, of } => {
+            Self::Unused => TexturePoint::default(),
+            Self::Triangles { first, of, attributes } => {
                 let i = hit.prim.checked_sub(*first).map_or(usize::MAX, |i| i as usize);
-                of.get(i).map_or(Vec2::ZERO, |[uv, du, dv]| *uv + *du * hit.uv[0] + *dv * hit.uv[1])
+                let uv = of.get(i).map_or(Vec2::ZERO, |[uv, du, dv]| *uv + *du * hit.uv[0] + *dv * hit.uv[1]);
+                let mut at = TexturePoint::from(uv);
+                if let Some(attributes) = attributes {
+                    attributes.at(i, hit.uv, &mut at);
+                }
+                at
             }
             Self::Disk { to_local, center } => {
                 let p = *to_local * (point.p.as_dvec3() - center.as_dvec3());
-                Vec2::new(p.truncate().length() as f32, angle(p) / TAU)
+                Vec2::new(p.truncate().length() as f32, angle(p) / TAU).into()
             }
             Self::Cylinder { to_local, base } => {
                 let p = *to_local * (point.p.as_dvec3() - *base);
-                Vec2::new(angle(p) / TAU, p.z as f32)
+                Vec2::new(angle(p) / TAU, p.z as f32).into()
             }
             Self::Sphere { to_local, center } => {
                 let d = (*to_local * (point.p.as_dvec3() - center.as_dvec3())).normalize_or_zero();
-                Vec2::new(angle(d) / TAU, d.z.clamp(-1.0, 1.0).acos() as f32 * FRAC_1_PI)
+                Vec2::new(angle(d) / TAU, d.z.clamp(-1.0, 1.0).acos() as f32 * FRAC_1_PI).into()
             }
         }
     }
 }
 
-/// True if a material, or one that it is made of, has a texture.
+/// The attributes of a mesh that the material of a shape asks for.
+#[derive(Debug)]
+pub(super) struct ShapeAttributes {
+    mesh: Arc<Mesh>,
+    /// Indices of attributes of the mesh, and where their numbers go.
+    asked: Vec<(usize, AttributeLayout)>,
+    /// The triangles of the shape: indices of the vertices, in the order of their corners, and of the triangle in the mesh.
+    triangles: Vec<([u32; 3], u32)>,
+}
+
+impl ShapeAttributes {
+    /// Of a shape without triangles so far; `None` where its material asks for none.
+    pub(super) fn new(desc: &SceneDesc, bsdf: BsdfId, mesh: &Arc<Mesh>) -> Option<Box<Self>> {
+        let bsdfs = desc.made_of(bsdf);
+        let textures = bsdfs.iter().flat_map(|bsdf| bsdf.textures()).flat_map(SpectrumTexture::attributes);
+        let mut asked: Vec<(usize, AttributeLayout)> = Vec::new();
+        for texture in textures {
+            let index = mesh.attributes.iter().position(|attribute| attribute.name == *texture.name);
+            let new = index.filter(|index| !asked.iter().any(|(known, _)| known == index));
+            asked.extend(new.map(|index| (index, texture.layout)));
+        }
+        (!asked.is_empty()).then(|| Box::new(Self { mesh: mesh.clone(), asked, triangles: Vec::new() }))
+    }
+
+    /// Adds a triangle: its vertices in the order of its corners, and its index in the mesh.
+    pub(super) fn push(&mut self, corners: [u32; 3], index: usize) {
+        self.triangles.push((corners, index as u32));
+    }
+
+    /// The values at the point (b₁, b₂) of triangle `i` of the shape.
+    fn at(&self, i: usize, [b1, b2]: [f32; 2], at: &mut TexturePoint) {
+        let Some((corners, index)) = self.triangles.get(i) else { return };
+        for (attribute, AttributeLayout { first, .. }) in &self.asked {
+            let MeshAttribute { channels, values, .. } = &self.mesh.attributes[*attribute];
+            let value = |row: u32, channel: usize| values.get(row as usize * channels + channel).copied();
+            for (channel, out) in at.attributes.iter_mut().skip(*first).take(*channels).enumerate() {
+                *out = if self.mesh.attributes[*attribute].is_of_faces() {
+                    value(*index, channel).unwrap_or(0.0)
+                } else {
+                    let [a, b, c] = corners.map(|vertex| value(vertex, channel).unwrap_or(0.0));
+                    a * (1.0 - b1 - b2) + b * b1 + c * b2
+                };
+            }
+        }
+    }
+}
+
+/// True if a material, or one that it is made of, has a texture or a map of normals or heights, or a layer beside the picture shows texture coordinates.
 pub(super) fn is_textured(desc: &SceneDesc, id: BsdfId) -> bool {
-    desc.made_of(id).iter().any(|bsdf| bsdf.is_textured())
+    desc.integrator.aovs.iter().any(|aov| aov.kind == AovKind::Uv)
+        || desc.made_of(id).iter().any(|bsdf| bsdf.is_textured() || bsdf.bump().is_some())
 }
 
 /// The coordinates of a shape that is not made of triangles.

@@ -32,6 +32,7 @@ fn silver(roughness: Roughness) -> BsdfDesc {
         k: one(),
         specular_reflectance: one().into(),
         roughness,
+        alpha: None,
     })
 }
 
@@ -44,6 +45,7 @@ fn rough_glass(int_ior: Ior, roughness: Roughness) -> BsdfDesc {
         specular_reflectance,
         specular_transmittance,
         roughness,
+        alpha: None,
     })
 }
 
@@ -66,11 +68,18 @@ fn rough_plastic(roughness: Roughness) -> BsdfDesc {
     })
 }
 
+/// Materials of [`furnace`] that others can be made of: white on both sides, and none.
+const WHITE: BsdfId = BsdfId(1);
+const NOTHING: BsdfId = BsdfId(2);
+
 /// A ball of a material that fills the picture, lit by radiance 1 from everywhere: by the environment, or by a sphere around
 /// all of it.
 fn furnace(bsdf: BsdfDesc, enclosed: bool) -> SceneDesc {
     let mut desc = empty();
     desc.camera.fov = 20.0;
+    let white = material(&mut desc, grey(1.0));
+    assert_eq!(material(&mut desc, TwoSidedDesc { front: white, back: white }.into()), WHITE);
+    assert_eq!(material(&mut desc, NullDesc.into()), NOTHING);
     let m = material(&mut desc, bsdf);
     shape(&mut desc, sphere(DVec3::new(0.0, 0.0, 3.0), 1.0), DAffine3::IDENTITY, m, 0.0);
     if enclosed {
@@ -101,7 +110,7 @@ fn expected(desc: &SceneDesc, paths: u32) -> (f64, f64) {
             };
             let (material, frame) = scene.material(&hit);
             let numbers = [random.f32(), random.f32()];
-            let Some(s) = material.bsdf(hit.uv, &alone).sample(frame.to_local(hit.wo), numbers, random.f32())
+            let Some(s) = material.bsdf(&hit, &alone).sample(frame.to_local(hit.wo), numbers, random.f32())
             else {
                 return 0.0;
             };
@@ -191,7 +200,16 @@ fn surfaces_that_light_passes_straight() {
     let [int_ior, ext_ior] = [1.7, 1.0].map(Ior::Constant);
     let pane = ThinDielectricDesc { int_ior, ext_ior, specular_reflectance, specular_transmittance };
     check("pane", pane.into(), &FROM_CAMERA, true);
-    check("nothing", NullDesc { transmittance: one().into() }.into(), &FROM_CAMERA, true);
+}
+
+/// A ball of which two thirds are there reflects inside and outside, and loses nothing.
+#[test]
+fn surfaces_with_holes() {
+    check("nothing", NullDesc.into(), &ALL, true);
+    let (bsdf, opacity) = (WHITE, Spectrum::Constant(0.67).into());
+    check("white with holes", MaskDesc { bsdf, opacity }.into(), &ALL, true);
+    let weight = Spectrum::Constant(0.4).into();
+    check("white and nothing", BlendDesc { weight, bsdfs: [WHITE, NOTHING] }.into(), &ALL, true);
 }
 
 /// A metal of this base colour is a rough conductor that reflects everything; a leaf keeps what it does not scatter with its facets.
@@ -213,6 +231,7 @@ fn principled() {
         base_color: one().into(),
         spec_trans: Spectrum::Constant(spec_trans).into(),
         lobes,
+        textures: Vec::new(),
     };
     check("principled metal", of(0.0, lobes).into(), &ALL, false);
     check(
@@ -232,9 +251,10 @@ fn principled() {
     let leaf = PrincipledThinDesc {
         base_color: Spectrum::Constant(0.8).into(),
         transmittance: one().into(),
-        spec_trans: 0.5,
-        diff_trans: 0.5,
+        spec_trans: Spectrum::Constant(0.5).into(),
+        diff_trans: Spectrum::Constant(1.0).into(),
         lobes: PrincipledLobes { metallic: 0.0, ..lobes },
+        textures: Vec::new(),
     };
     check("leaf", leaf.into(), &ALL, false);
 }

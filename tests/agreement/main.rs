@@ -6,8 +6,10 @@
 mod support;
 
 mod furnace;
+mod lights;
 mod materials;
 mod meshes;
+mod opacity;
 mod pairs;
 mod scenes;
 

@@ -2,16 +2,18 @@
 
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec3};
+use glam::{Affine2, DAffine3, DMat3, DVec3, Vec2, Vec3};
 
 use crate::pairs::{PHOTONS, PLAN, assert_all_pairs};
 use crate::support::scenes::*;
+use pointillist::image::bitmap::Bitmap;
 use pointillist::scene::desc::*;
 use pointillist::scene::load_str;
+use pointillist::scene::texture::{BitmapTexture, WrapMode};
 use pointillist::spectrum::{EmissionMap, Spectrum};
 
 /// A floor and two spheres of these materials.
-fn open_room(materials: [BsdfDesc; 2]) -> SceneDesc {
+pub(crate) fn open_room(materials: [BsdfDesc; 2]) -> SceneDesc {
     let mut desc = empty();
     desc.camera = look(DVec3::new(0.0, -4.0, 3.0), DVec3::new(0.0, 4.0, -2.8), 50.0);
     (desc.film.width, desc.film.height) = (8, 8);
@@ -58,6 +60,29 @@ fn principled_materials() {
     assert_all_pairs("principled", &room_of([metal, velvet]), PLAN, PHOTONS);
 }
 
+/// Roughness and shares of metal and glass that vary over the spheres.
+#[test]
+fn textured_numbers() {
+    let board = |name: &str, a: f32, b: f32| {
+        format!(
+            "<texture name='{name}' type='checkerboard'><float name='color0' value='{a}'/><float name='color1' value='{b}'/>\
+             <transform name='to_uv'><scale x='3' y='2'/></transform></texture>"
+        )
+    };
+    let metal = format!(
+        "<bsdf type='roughconductor'><string name='material' value='Au'/>{}{}</bsdf>",
+        board("alpha_u", 0.3, 0.6),
+        board("alpha_v", 0.6, 0.3)
+    );
+    let paint = format!(
+        "<bsdf type='principled'>{}{}{}</bsdf>",
+        board("roughness", 0.5, 0.8),
+        board("metallic", 0.8, 0.0),
+        board("spec_trans", 0.0, 0.5)
+    );
+    assert_all_pairs("textured numbers", &room_of([&metal, &paint]), PLAN, PHOTONS);
+}
+
 #[test]
 fn principled_glass_and_leaf() {
     let glass = "<bsdf type='principled'><rgb name='base_color' value='.8, .9, .8'/><float name='spec_trans' value='.7'/>\
@@ -69,13 +94,51 @@ fn principled_glass_and_leaf() {
 
 #[test]
 fn mixtures() {
-    // Black within: photons there would be counted on the floor right below, which is a bias that photon maps have.
     let leaf = "<bsdf type='mask'><float name='opacity' value='.6'/><bsdf type='diffuse'>\
         <rgb name='reflectance' value='.3, .7, .2'/></bsdf></bsdf>";
     let paint = "<bsdf type='blendbsdf'><float name='weight' value='.4'/><bsdf type='roughdielectric'><float name='alpha' value='.3'/>\
         <float name='int_ior' value='1.5'/></bsdf><bsdf type='blendbsdf'><float name='weight' value='.5'/><bsdf type='twosided'>\
         <bsdf type='roughconductor'><float name='alpha' value='.3'/></bsdf></bsdf><bsdf type='plastic'/></bsdf></bsdf>";
     assert_all_pairs("mixtures", &room_of([leaf, paint]), PLAN, PHOTONS);
+}
+
+/// A floor of tilted normals, some so steep that they face away from who looks, a sphere with bumps, and glass with both.
+#[test]
+fn normal_maps_and_bump_maps() {
+    let picture = |side: usize, texel: fn(f32, f32) -> [f32; 3]| {
+        let angle = |i: usize| i as f32 / side as f32 * std::f32::consts::TAU;
+        let texels = (0..side * side).map(|i| texel(angle(i % side), angle(i / side)));
+        let bitmap = Arc::new(Bitmap::from_linear(side, texels.collect()));
+        BitmapTexture::new(bitmap, Affine2::from_scale(Vec2::splat(3.0)), WrapMode::Repeat, false)
+    };
+    let normals = |steep: f32| {
+        let mut map = picture(8, |x, y| [0.5 + 0.5 * x.sin(), 0.5 + 0.5 * (x + 2.0 * y).cos(), 1.0]);
+        let flatten = |i: usize| {
+            let [x, y, _] = map.bitmap.texel(i % 8, i / 8).map(|v| (2.0 * v - 1.0) * steep);
+            (Vec3::new(x, y, 1.0).normalize() * 0.5 + 0.5).to_array()
+        };
+        map.bitmap = Arc::new(Bitmap::from_linear(8, (0..64).map(flatten).collect()));
+        map
+    };
+    let bump = |bsdf| BumpDesc { bsdf, flip_invalid_normals: true, use_shadowing_function: true };
+    let metal = "<bsdf type='roughconductor'><float name='alpha' value='.4'/></bsdf>";
+    let glass = "<bsdf type='roughdielectric'><float name='alpha' value='.4'/><float name='int_ior' value='1.5'/></bsdf>";
+    let mut desc = room_of([metal, glass]);
+    let [floor, first, second] = [0, 1, 2].map(|i| desc.shapes[i].bsdf);
+    let heights = picture(16, |x, y| [0.1 * x.sin() * y.cos(); 3]);
+    let maps: [BsdfDesc; 3] = [
+        NormalMapDesc { normals: normals(1.5), bump: bump(floor) }.into(),
+        BumpMapDesc { heights, scale: 0.8, bump: bump(first) }.into(),
+        NormalMapDesc { normals: normals(0.4), bump: bump(second) }.into(),
+    ];
+    for (i, map) in maps.into_iter().enumerate() {
+        desc.shapes[i].bsdf = material(&mut desc, map);
+    }
+    // A part of the floor stays flat.
+    let bsdfs = [desc.shapes[0].bsdf, floor];
+    desc.shapes[0].bsdf =
+        material(&mut desc, BlendDesc { weight: Spectrum::Constant(0.3).into(), bsdfs }.into());
+    assert_all_pairs("bumps", &desc, PLAN, PHOTONS);
 }
 
 #[test]
@@ -104,6 +167,15 @@ fn a_lens() {
     assert_all_pairs("lens", &desc, PLAN, PHOTONS);
 }
 
+/// A camera of parallel rays, which see the lamp, the sky and the floor.
+#[test]
+fn an_orthographic_camera() {
+    let mut desc = lit(open_room([grey(0.6), grey(0.3)]));
+    desc.camera.orthographic = true;
+    desc.camera.to_world.matrix3 *= DMat3::from_diagonal(DVec3::new(3.5, 3.5, 1.0));
+    assert_all_pairs("orthographic", &desc, PLAN, PHOTONS);
+}
+
 /// A spot, soft to its edge, and parallel light from the side.
 #[test]
 fn a_spot_and_parallel_light() {
@@ -111,7 +183,8 @@ fn a_spot_and_parallel_light() {
     let (intensity, irradiance) = (Spectrum::d65(30.0), Spectrum::emission_rgb([1.5, 1.0, 0.6]));
     let (position, axis, place) =
         (DVec3::new(0.5, -0.5, 4.0), DVec3::new(-0.1, 0.1, -1.0).normalize(), Place::default());
-    let spot = SpotDesc { position, axis, beam_width: 5.0, cutoff_angle: 40.0, intensity, place };
+    let spot =
+        SpotDesc { position, axis, beam_width: 5.0, cutoff_angle: 40.0, intensity, texture: None, place };
     let direction = DVec3::new(0.6, 0.5, -1.0).normalize();
     desc.lights = vec![LightDesc::Spot(spot), LightDesc::Directional { direction, irradiance, place }];
     assert_all_pairs("spot and directional", &desc, PLAN, PHOTONS);

@@ -34,7 +34,7 @@ fn icosahedron() -> Mesh {
     }
     assert_eq!(triangles.len(), 20);
     let uvs = positions.iter().map(|p| Vec2::new(p.y.atan2(p.x), p.z)).collect();
-    Mesh { normals: positions.clone(), positions, uvs, triangles }
+    Mesh { normals: positions.clone(), positions, uvs, triangles, ..Mesh::default() }
 }
 
 /// Two such spheres on a floor, under a lamp and the sky.
@@ -72,6 +72,7 @@ fn metal(alpha: [f32; 2]) -> BsdfDesc {
         k,
         specular_reflectance: one().into(),
         roughness: facets(alpha),
+        alpha: None,
     })
 }
 
@@ -84,6 +85,7 @@ fn rough_glass(alpha: [f32; 2]) -> BsdfDesc {
         specular_reflectance,
         specular_transmittance,
         roughness: facets(alpha),
+        alpha: None,
     })
 }
 

@@ -42,7 +42,7 @@ fn seen_from_lights(desc: &SceneDesc, side: usize) -> Vec<bool> {
             let wo = frame.to_local(hit.wo);
             // Of both lobes, where there are two, the one of the mirror direction or of going straight on.
             let sharp = |lobe| {
-                let sample = material.bsdf(hit.uv, &lambda).sample(wo, [0.5; 2], lobe);
+                let sample = material.bsdf(&hit, &lambda).sample(wo, [0.5; 2], lobe);
                 sample.is_some_and(|s| s.delta || s.pdf.0 > SHARPEST)
             };
             seen[j / 32 * side + i / 32] &= !(sharp(0.0) || sharp(1.0));

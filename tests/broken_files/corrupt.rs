@@ -4,7 +4,7 @@ use crate::guard::{assert_has_place, folder, outcome, outcome_with, write};
 use pointillist::math::random::Random;
 
 /// Numbers that break readers.
-const NUMBERS: &[&str] = &[
+pub const NUMBERS: &[&str] = &[
     "nan",
     "-nan",
     "inf",

@@ -114,7 +114,7 @@ pub fn outcome_with(folder: &Path, what: &str, lenient: bool) -> Result<(), Stri
         Ok(loaded) => {
             for w in &loaded.warnings {
                 let shown = render(w);
-                assert_has_place("a warning", &shown, &[".xml", ".obj", ".ply", ".serialized"]);
+                assert_has_place("a warning", &shown, &[".xml", ".obj", ".ply", ".serialized", "curve"]);
             }
             Ok(())
         }

@@ -3,6 +3,11 @@
 #![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
 
 mod corrupt;
+mod gltf;
 mod guard;
+mod images;
 mod limits;
 mod meshes;
+#[path = "../support/models.rs"]
+mod models;
+mod spectra;

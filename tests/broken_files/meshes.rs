@@ -1,4 +1,4 @@
-//! A thousand broken PLY files of each encoding, and a thousand broken `serialized` files: each is read, or refused with a place.
+//! A thousand broken PLY files of each encoding, a thousand broken `serialized` files, and a thousand broken files of curves of each kind: each is read, or refused with a place.
 
 use std::io::Write;
 
@@ -21,6 +21,9 @@ const LINES: &[&str] = &[
     "property list uchar double vertex_indices\n",
     "property double x\n",
     "property uchar red\n",
+    "property list uchar float r\n",
+    "property float r\n",
+    "property uchar weight_1\n",
     "property list int float more\n",
     "format ascii 1.0\n",
     "format binary_big_endian 1.0\n",
@@ -36,10 +39,10 @@ const LINES: &[&str] = &[
 ];
 
 /// A bent grid of 6 × 6 vertices.
-fn grid() -> (Vec<[f32; 8]>, Vec<[u32; 4]>) {
+fn grid() -> (Vec<[f32; 11]>, Vec<[u32; 4]>) {
     let vertex = |i: u32| {
         let (x, y) = (i as f32 % 6.0, (i / 6) as f32);
-        [x, x * y, y, 0.0, 1.0, 0.0, x / 5.0, y / 5.0]
+        [x, x * y, y, 0.0, 1.0, 0.0, x / 5.0, y / 5.0, x / 5.0, y / 5.0, 0.5]
     };
     let quads = (0..30_u32).filter(|i| i % 6 != 5).map(|i| [i, i + 1, i + 7, i + 6]).collect();
     ((0..36).map(vertex).collect(), quads)
@@ -53,12 +56,13 @@ fn ply(
     length: fn(u8) -> Vec<u8>,
     end: &str,
 ) -> Vec<u8> {
-    let names: String =
-        ["x", "y", "z", "nx", "ny", "nz", "u", "v"].map(|n| format!("property float {n}\n")).concat();
+    let names: String = ["x", "y", "z", "nx", "ny", "nz", "u", "v", "r", "g", "b"]
+        .map(|n| format!("property float {n}\n"))
+        .concat();
     let (vertices, quads) = grid();
     let mut file = format!(
         "ply\nformat {format} 1.0\ncomment a grid\nelement vertex {}\n{names}element face {}\n\
-         property list uchar int vertex_indices\nproperty float weight\nend_header\n",
+         property list uchar int vertex_indices\nproperty float weight_0\nend_header\n",
         vertices.len(),
         quads.len()
     )
@@ -87,10 +91,10 @@ fn compress(raw: &[u8]) -> Vec<u8> {
 /// The grid as a mesh of `serialized`, not yet compressed.
 fn raw() -> Vec<u8> {
     let (vertices, quads) = grid();
-    let mut raw = 0x1003_u32.to_le_bytes().to_vec();
+    let mut raw = 0x100b_u32.to_le_bytes().to_vec();
     raw.extend(b"grid\0");
     [vertices.len() as u64, 2 * quads.len() as u64].iter().for_each(|n| raw.extend(n.to_le_bytes()));
-    for range in [0..3, 3..6, 6..8] {
+    for range in [0..3, 3..6, 6..8, 8..11] {
         vertices.iter().flat_map(|v| &v[range.clone()]).for_each(|n| raw.extend(n.to_le_bytes()));
     }
     for [a, b, c, d] in quads {
@@ -103,10 +107,16 @@ fn raw() -> Vec<u8> {
 fn thousand(name: &str, kind: &str, mut broken: impl FnMut(&mut Random) -> Vec<u8>) {
     let folder = folder(name);
     let (file, parameter) = (format!("mesh.{kind}"), "<integer name=\"shape_index\" value=\"0\"/>");
-    let parameter = if kind == "serialized" { parameter } else { "" };
+    let weight = "<texture name=\"roughness\" type=\"mesh_attribute\"><string name=\"name\" value=\"face_weight\"/></texture>";
+    let (parameter, weight) = if kind == "serialized" { (parameter, "") } else { ("", weight) };
+    let color = "<texture name=\"base_color\" type=\"mesh_attribute\"><string name=\"name\" value=\"vertex_color\"/></texture>";
+    let bsdf = match kind {
+        "linearcurve" | "bsplinecurve" => String::new(),
+        _ => format!("<bsdf type=\"principled\">{color}{weight}</bsdf>"),
+    };
     let scene = format!(
         "<scene version=\"3.0.0\"><sensor type=\"perspective\"/><emitter type=\"constant\"/>\
-         <shape type=\"{kind}\"><string name=\"filename\" value=\"{file}\"/>{parameter}</shape></scene>"
+         <shape type=\"{kind}\"><string name=\"filename\" value=\"{file}\"/>{parameter}{bsdf}</shape></scene>"
     );
     write(&folder, "scene.xml", scene.as_bytes());
     let mut random = Random(31_337);
@@ -118,7 +128,7 @@ fn thousand(name: &str, kind: &str, mut broken: impl FnMut(&mut Random) -> Vec<u
         match outcome(&folder, &what) {
             Ok(()) => read += 1,
             Err(shown) => {
-                assert_has_place(&what, &shown, &[&file]);
+                assert_has_place(&what, &shown, &[&file, "scene.xml"]);
                 refused += 1;
             }
         }
@@ -188,6 +198,53 @@ fn a_thousand_broken_serialized_files() {
         corrupt(&mut bytes, random, LINES);
         bytes
     });
+}
+
+/// The counts of vertices and triangles are anything but what the file holds.
+#[test]
+fn a_thousand_serialized_files_with_lying_counts() {
+    let raw = raw();
+    let counts = raw.windows(5).position(|w| w == b"grid\0").expect("a name") + 5;
+    thousand("lying_serialized", "serialized", |random| {
+        let mut raw = raw.clone();
+        for at in [counts, counts + 8] {
+            let lie = match random.below(4) {
+                0 => continue,
+                1 => random.below(100) as u64,
+                2 => 1 << random.below(64),
+                _ => u64::MAX >> random.below(64),
+            };
+            raw[at..at + 8].copy_from_slice(&lie.to_le_bytes());
+        }
+        [compress(&raw), vec![0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0]].concat()
+    });
+}
+
+fn broken_curves(kind: &str) {
+    let point = |i: u32| format!("{} {} {} {}\n", i, i * i % 7, 0.5 * f64::from(i), 1.0 / f64::from(i + 1));
+    let curves: String = (0..40).map(|i| point(i) + if i % 9 == 8 { "\n" } else { "" }).collect();
+    thousand(&format!("broken_{kind}"), kind, |random| {
+        let mut bytes = curves.clone().into_bytes();
+        if random.below(4) == 0 {
+            bytes.truncate(1 + random.below(60));
+        }
+        corrupt(
+            &mut bytes,
+            random,
+            &["nan ", "-1 ", "1e39 ", "\n", "\n\n", "\u{0}", "0 0 0 0\n", "# hair\n"],
+        );
+        bytes
+    });
+}
+
+#[test]
+fn a_thousand_broken_linear_curves() {
+    broken_curves("linearcurve");
+}
+
+#[test]
+fn a_thousand_broken_b_splines() {
+    broken_curves("bsplinecurve");
 }
 
 /// A few kilobytes that say that they are gigabytes.

@@ -4,6 +4,8 @@
 
 mod compare;
 mod effects;
+mod layers;
+mod plugins;
 mod program;
 mod render_error;
 mod simd;

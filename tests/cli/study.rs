@@ -112,6 +112,8 @@ fn other_scenes_references_and_peers() {
         (Some("Other path"), Some(1.5))
     );
     assert_eq!(study_json["reference"]["made_by"].as_str(), Some("given"));
+    // An earlier version of the program may have left one.
+    let _ = std::fs::remove_dir_all(Path::new(env!("CARGO_MANIFEST_DIR")).join("target/tmp/study_cli/wrong"));
     let wrong = study(
         &place,
         &["scenes/cornell.xml", "--size", "16x16", "--against", &exr, "-o", "target/tmp/study_cli/wrong"],

@@ -10,8 +10,8 @@ use pointillist::client::reference::mips::pyramid;
 use pointillist::client::reference::reconstruct::{ReconstructParameters, StreamView, reconstruct};
 use pointillist::client::reference::tonemap::tonemap;
 use pointillist::client::{
-    Film, FilmData, FilmSpec, Reconstruction, ReconstructionKernel, Settings, SplatFilter, Summation,
-    VarianceForm,
+    Film, FilmData, FilmSpec, Reconstruction, ReconstructionKernel, ScaledFilter, Settings, SplatFilter,
+    Summation, VarianceForm,
 };
 use pointillist::color::Xyz;
 use pointillist::image::Grid;
@@ -39,6 +39,9 @@ fn sums_equal_the_reference() {
         for variance in [VarianceForm::Product, VarianceForm::Paper] {
             compare_sums(FilmSpec { variance: Some(variance), ..spec(131, 67, filter) });
         }
+    }
+    for filter in [ScaledFilter::Gaussian { stddev: 500 }, ScaledFilter::Tent { radius: 1700 }] {
+        compare_sums(spec(131, 67, SplatFilter::Scaled(filter)));
     }
     assert_silent(gpu());
 }

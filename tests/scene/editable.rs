@@ -52,6 +52,7 @@ pub fn essence(desc: &SceneDesc) -> String {
             | LightDesc::SunSky(SunSkyDesc { place, .. })
             | LightDesc::Directional { place, .. }
             | LightDesc::Spot(SpotDesc { place, .. })
+            | LightDesc::Projector(ProjectorDesc { place, .. })
             | LightDesc::Point { place, .. } => *place = Place::default(),
         }
     }

@@ -32,7 +32,7 @@ fn integrator(body: &str) -> (IntegratorDesc, bool) {
 
 #[test]
 fn foreign_methods_become_ours() {
-    use IntegratorKind::{Auto, Bidirectional, Light, Path, Photon};
+    use IntegratorKind::{Auto, Bidirectional, Depth, Light, Path, Photon};
     for (name, kind, known) in [
         ("volpath", Path, true),
         ("volpathmis", Path, true),
@@ -48,7 +48,7 @@ fn foreign_methods_become_ours() {
         ("photonmapper", Photon, true),
         ("ptracer", Light, true),
         ("path_guiding_integrator", Auto, false),
-        ("depth", Auto, false),
+        ("depth", Depth, true),
     ] {
         let text =
             format!("<integrator type=\"{name}\"><integer name=\"max_depth\" value=\"7\"/></integrator>");
@@ -112,10 +112,10 @@ fn films_filters_and_samplers_are_remarks() {
         assert_eq!((desc.film.width, count), (32, remarks), "{name}");
     }
     for (name, filter) in [
-        ("mitchell", ReconstructionFilter::Tent),
-        ("catmullrom", ReconstructionFilter::Tent),
-        ("lanczos", ReconstructionFilter::Tent),
-        ("theirs", ReconstructionFilter::Gaussian),
+        ("mitchell", ReconstructionFilter::Tent { radius: 1.0 }),
+        ("catmullrom", ReconstructionFilter::Tent { radius: 1.0 }),
+        ("lanczos", ReconstructionFilter::Tent { radius: 1.0 }),
+        ("theirs", ReconstructionFilter::Gaussian { stddev: 0.5 }),
     ] {
         let (desc, count) = sensor(&format!("<film type=\"hdrfilm\"><rfilter type=\"{name}\"/></film>"));
         assert_eq!((desc.film.rfilter, count), (Some(filter), 1), "{name}");
@@ -215,5 +215,20 @@ fn a_lenient_run_leaves_out_what_is_not_supported() {
         "<shpe/>",
     ] {
         assert!(try_read(&format!("{SENSOR}{wrong}"), true).is_err(), "{wrong}");
+    }
+}
+
+/// Files of other people are read without a change; what is left out or rendered in another way is told.
+#[test]
+fn scenes_that_others_made_are_read_as_they_are() {
+    for (name, shapes) in [("staircase2", 30), ("veach-bidir", 10)] {
+        let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}/scene.xml"));
+        let loaded = pointillist::scene::load(&file, &[]).unwrap_or_else(|e| panic!("{e:?}"));
+        assert!(loaded.desc.shapes.len() >= shapes, "{name}: {}", loaded.desc.shapes.len());
+        let known = ["the medium is left out", "have no area", "path_guiding_integrator"];
+        for warning in loaded.warnings.iter().filter(|warning| !is_advice(warning)) {
+            let shown = warning.to_string();
+            assert!(known.iter().any(|words| shown.contains(words)), "{name}: {warning:?}");
+        }
     }
 }

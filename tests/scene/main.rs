@@ -5,12 +5,17 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod aov;
+mod attributes;
+mod bumps;
 mod edit;
 mod editable;
+mod emitters;
 mod foreign;
 mod instances;
 mod load;
 mod mixed;
+mod models;
 mod rough;
 mod save;
 mod shapes;

@@ -21,6 +21,7 @@ fn folder(name: &str) -> PathBuf {
 /// A camera whose numbers are short in no base.
 fn moved() -> CameraDesc {
     CameraDesc {
+        orthographic: false,
         fov: 100.0 / 3.0,
         fov_axis: FovAxis::Smaller,
         near_clip: 0.1 + 0.2,
@@ -59,6 +60,30 @@ fn what_is_saved_is_read_back() {
     let other = scene::load(&folder.join("saved0.xml"), &[("glow".to_owned(), "9".to_owned())]).unwrap().desc;
     assert_ne!(format!("{:?}", other.shapes[4].emission), format!("{:?}", desc.shapes[4].emission));
     assert_eq!(std::fs::read_to_string(&original).unwrap(), SCENE);
+}
+
+/// A camera of parallel rays with its scale, and filters with their sizes, stand in what is saved.
+#[test]
+fn orthographic_cameras_and_filters_are_read_back() {
+    let folder = folder("orthographic");
+    let original = folder.join("example.xml");
+    std::fs::write(&original, SCENE).unwrap();
+    let mut desc = scene::load(&original, &[]).unwrap().desc;
+    for filter in [
+        ReconstructionFilter::Box,
+        ReconstructionFilter::Tent { radius: 1.7 },
+        ReconstructionFilter::Gaussian { stddev: 1.0 / 3.0 },
+    ] {
+        desc.film.rfilter = Some(filter);
+        let to_world = moved().to_world * glam::DAffine3::from_scale(DVec3::new(1.0 / 3.0, 2.0, 5.0));
+        let camera = CameraDesc { orthographic: true, to_world, fov: 90.0, fov_axis: FovAxis::X, ..moved() };
+        let edits = Edits { camera: Some(camera.clone()), ..Edits::default() };
+        let saved = folder.join("saved.xml");
+        edits.write(&saved, &original, &[], &desc).unwrap();
+        let read = scene::load(&saved, &[]).unwrap().desc;
+        assert_eq!(CameraDesc { place: camera.place, ..read.camera }, camera);
+        assert_eq!(read.film.rfilter, Some(filter));
+    }
 }
 
 #[test]

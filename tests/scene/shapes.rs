@@ -171,3 +171,19 @@ fn merged_shapes_that_do_not_end_are_refused() {
         .collect();
     assert_eq!(refused(&(many + "<shape type=\"merge\" id=\"m10\"/>")), FindingKind::Limit);
 }
+
+/// Files are read all at once, and their errors still come in the order of the scene.
+#[test]
+fn errors_come_in_the_order_of_the_scene() {
+    let files: [(&str, &[u8]); 2] = [("bad.ply", b"ply\nnonsense\n"), ("bad.obj", b"v 0 0\n")];
+    let shape = |kind: &str, name: &str| {
+        format!("<shape type=\"{kind}\"><string name=\"filename\" value=\"{name}\"/></shape>\n")
+    };
+    let bad = [("obj", "missing.obj"), ("ply", "bad.ply"), ("obj", "bad.obj")];
+    for i in 0..bad.len() {
+        let body: String = (0..3).map(|k| bad[(i + k) % 3]).map(|(kind, name)| shape(kind, name)).collect();
+        let error = try_read("order", &files, &body).expect_err("bad files");
+        let shown = format!("{error} {:?}", error.location());
+        assert!(shown.contains(bad[i].1), "{} {shown}", bad[i].1);
+    }
+}

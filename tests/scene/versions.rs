@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use glam::DVec3;
 use miette::Severity;
 use pointillist::scene::desc::{BsdfDesc, ConductorDesc, DiffuseDesc, FovAxis, LightDesc, SceneDesc};
 use pointillist::scene::{Loaded, SceneWarning, load, load_str};
@@ -122,6 +123,33 @@ fn metals_outside_of_air() {
     assert_eq!(at("1.5"), (Spectrum::Constant(1.0), Spectrum::Constant(2.0)));
     let (eta, _) = metal(&format!("{index}<string name=\"ext_eta\" value=\"water\"/>"));
     assert!((eta.max() * 1.333 - 1.5).abs() < 1e-2, "{eta:?}");
+}
+
+/// The axis of a sky is that of the version of the file it stands in, whatever includes it.
+#[test]
+fn a_sky_keeps_the_version_of_its_file() {
+    let sky = "<emitter type=\"sunsky\"><vector name=\"sun_direction\" x=\"1\" y=\"2\" z=\"3\"/></emitter>";
+    let root = |version: &str| {
+        format!(
+            "<scene version=\"{version}\"><sensor type=\"perspective\"/><include filename=\"part.xml\"/></scene>"
+        )
+    };
+    for (part, outer, up) in [
+        ("0.6.0", "3.0.0", "y"),
+        ("3.0.0", "0.6.0", "z"),
+        ("0.6.0", "0.6.0", "y"),
+        ("", "0.6.0", "y"),
+        ("", "3.0.0", "z"),
+    ] {
+        let version = if part.is_empty() { String::new() } else { format!(" version=\"{part}\"") };
+        let part = format!("<scene{version}>{sky}</scene>");
+        let folder = folder("versions_sky", &[("root.xml", &root(outer)), ("part.xml", &part)]);
+        let desc = load(&folder.join("root.xml"), &[]).unwrap_or_else(|e| panic!("{e:?}")).desc;
+        let [LightDesc::SunSky(sky)] = desc.lights.as_slice() else { panic!("{:?}", desc.lights) };
+        let axis = sky.to_world.transform_vector3(DVec3::Y);
+        let wanted = if up == "y" { DVec3::Y } else { DVec3::Z };
+        assert!(axis.distance(wanted) < 1e-9, "{part} in {outer}: up is {axis}");
+    }
 }
 
 /// A file is looked for beside the file that names it, beside the root, then along `<path>`; each file has a version of its own.

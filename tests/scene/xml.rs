@@ -302,7 +302,10 @@ fn cameras_and_films() {
         .expect("valid")
         .desc;
     assert_eq!(c.film.crop, Some(Crop { x: 10, y: 0, width: 90, height: 50 }));
-    assert_eq!((c.camera.fov_axis, c.film.rfilter), (FovAxis::Larger, Some(ReconstructionFilter::Tent)));
+    assert_eq!(
+        (c.camera.fov_axis, c.film.rfilter),
+        (FovAxis::Larger, Some(ReconstructionFilter::Tent { radius: 1.0 }))
+    );
     for (body, film) in [
         ("<float name=\"fov\" value=\"180\"/>", ""),
         ("<float name=\"fov\" value=\"20\"/><string name=\"focal_length\" value=\"50mm\"/>", ""),
@@ -316,8 +319,25 @@ fn cameras_and_films() {
     ] {
         assert!(camera(body, film).is_err(), "{body} {film}");
     }
+    // Sizes that cannot be splatted become the nearest, with a remark.
+    for (plugin, name, value, filter, remarks) in [
+        ("tent", "radius", 1.5, ReconstructionFilter::Tent { radius: 1.5 }, 0),
+        ("tent", "radius", 9.0, ReconstructionFilter::Tent { radius: 3.0 }, 1),
+        ("gaussian", "stddev", 0.7, ReconstructionFilter::Gaussian { stddev: 0.7 }, 0),
+        ("gaussian", "stddev", 2.0, ReconstructionFilter::Gaussian { stddev: 0.75 }, 1),
+        ("gaussian", "radius", 2.0, ReconstructionFilter::Gaussian { stddev: 0.5 }, 1),
+        ("lanczos", "radius", 2.0, ReconstructionFilter::Tent { radius: 1.0 }, 2),
+    ] {
+        let film = format!("<rfilter type=\"{plugin}\"><float name=\"{name}\" value=\"{value}\"/></rfilter>");
+        let c = camera("", &film).expect("valid");
+        assert_eq!((c.desc.film.rfilter, c.warnings.len()), (Some(filter), remarks), "{film}");
+    }
+    assert!(camera("", "<rfilter type=\"tent\"><float name=\"radius\" value=\"0\"/></rfilter>").is_err());
     let mitchell = camera("", "<rfilter type=\"mitchell\"/>").expect("valid");
-    assert_eq!((mitchell.desc.film.rfilter, mitchell.warnings.len()), (Some(ReconstructionFilter::Tent), 1));
+    assert_eq!(
+        (mitchell.desc.film.rfilter, mitchell.warnings.len()),
+        (Some(ReconstructionFilter::Tent { radius: 1.0 }), 1)
+    );
 }
 
 #[test]

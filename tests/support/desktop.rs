@@ -1,12 +1,16 @@
 //! A display of its own (Xvfb) with synthetic mouse and keyboard, for tests and tools that use the window as a user does.
 
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use super::xserver::Server;
+use x11rb::CURRENT_TIME;
 use x11rb::connection::Connection;
+use x11rb::protocol::Event;
 use x11rb::protocol::xproto::{self, ConnectionExt as _, ImageFormat};
 use x11rb::protocol::xtest::ConnectionExt as _;
 use x11rb::rust_connection::RustConnection;
+use x11rb::wrapper::ConnectionExt as _;
 
 /// An X server without a screen, and a connection to it. Dropping it ends the server.
 pub struct Desktop {
@@ -44,16 +48,6 @@ impl Desktop {
         None
     }
 
-    fn title(&self, window: xproto::Window) -> String {
-        let (name, kind) = (xproto::AtomEnum::WM_NAME, xproto::AtomEnum::ANY);
-        let reply = self.connection.get_property(false, window, name, kind, 0, 256);
-        reply
-            .ok()
-            .and_then(|cookie| cookie.reply().ok())
-            .map(|r| String::from_utf8_lossy(&r.value).into_owned())
-            .unwrap_or_default()
-    }
-
     /// Moves the pointer, in pixels of the screen.
     pub fn pointer(&self, x: i32, y: i32) {
         self.fake(xproto::MOTION_NOTIFY_EVENT, 0, (x, y));
@@ -86,6 +80,12 @@ impl Desktop {
         let _ = self.connection.flush();
     }
 
+    /// Gives the window the keyboard, as a window manager does.
+    pub fn focus(&self, window: xproto::Window) {
+        let _ = self.connection.set_input_focus(xproto::InputFocus::PARENT, window, x11rb::CURRENT_TIME);
+        let _ = self.connection.flush();
+    }
+
     /// Gives the window another size.
     pub fn resize(&self, window: xproto::Window, width: u32, height: u32) {
         let size = xproto::ConfigureWindowAux::new().width(width).height(height);
@@ -100,5 +100,85 @@ impl Desktop {
         let image =
             self.connection.get_image(ImageFormat::Z_PIXMAP, window, 0, 0, w, h, !0).ok()?.reply().ok()?;
         Some((u32::from(w), u32::from(h), image.data))
+    }
+
+    /// Drops a file onto the middle of the window, as a file manager does (XDND, version 5). True when the window has taken it.
+    pub fn drop_file(&self, window: xproto::Window, path: &Path, timeout: Duration) -> bool {
+        self.drop_text(window, &format!("file://{}\r\n", path.display()), timeout).is_some()
+    }
+
+    fn drop_text(&self, window: xproto::Window, text: &str, timeout: Duration) -> Option<()> {
+        let connection = &self.connection;
+        let atom = |name: &str| Some(connection.intern_atom(false, name.as_bytes()).ok()?.reply().ok()?.atom);
+        let [enter, position, status, drop, finished, selection, list, copy] = [
+            "XdndEnter",
+            "XdndPosition",
+            "XdndStatus",
+            "XdndDrop",
+            "XdndFinished",
+            "XdndSelection",
+            "text/uri-list",
+            "XdndActionCopy",
+        ]
+        .map(atom);
+        let (drop, finished, selection, list) = (drop?, finished?, selection?, list?);
+        let source = connection.generate_id().ok()?;
+        let aux = xproto::CreateWindowAux::new();
+        let kind = xproto::WindowClass::INPUT_ONLY;
+        connection.create_window(0, source, self.root, 0, 0, 1, 1, 0, kind, 0, &aux).ok()?;
+        connection.set_selection_owner(source, selection, CURRENT_TIME).ok()?;
+        let send = |kind: xproto::Atom, data: [u32; 4]| {
+            let [a, b, c, d] = data;
+            let message = xproto::ClientMessageEvent::new(32, window, kind, [source, a, b, c, d]);
+            connection.send_event(false, window, xproto::EventMask::NO_EVENT, message).ok()?;
+            connection.flush().ok()
+        };
+        let size = connection.get_geometry(window).ok()?.reply().ok()?;
+        let middle = u32::from(size.width / 2) << 16 | u32::from(size.height / 2);
+        send(enter?, [5 << 24, list, 0, 0])?;
+        send(position?, [0, middle, CURRENT_TIME, copy?])?;
+        let (start, mut accepted, mut handed) = (Instant::now(), false, false);
+        while start.elapsed() < timeout {
+            match connection.poll_for_event().ok()? {
+                Some(Event::SelectionRequest(request)) => {
+                    let (replace, bytes) = (xproto::PropMode::REPLACE, text.as_bytes());
+                    connection
+                        .change_property8(replace, request.requestor, request.property, list, bytes)
+                        .ok()?;
+                    let notice = xproto::SelectionNotifyEvent {
+                        response_type: xproto::SELECTION_NOTIFY_EVENT,
+                        sequence: 0,
+                        time: request.time,
+                        requestor: request.requestor,
+                        selection: request.selection,
+                        target: request.target,
+                        property: request.property,
+                    };
+                    let mask = xproto::EventMask::NO_EVENT;
+                    connection.send_event(false, request.requestor, mask, notice).ok()?;
+                    handed = true;
+                }
+                Some(Event::ClientMessage(message)) if Some(message.type_) == status => accepted = true,
+                Some(Event::ClientMessage(message)) if message.type_ == finished => return Some(()),
+                Some(_) => continue,
+                None => std::thread::sleep(Duration::from_millis(5)),
+            }
+            if accepted && handed {
+                (accepted, handed) = (false, false);
+                send(drop, [0, CURRENT_TIME, 0, 0])?;
+            }
+        }
+        None
+    }
+
+    /// The title of the window.
+    pub fn title(&self, window: xproto::Window) -> String {
+        let (name, kind) = (xproto::AtomEnum::WM_NAME, xproto::AtomEnum::ANY);
+        let reply = self.connection.get_property(false, window, name, kind, 0, 256);
+        reply
+            .ok()
+            .and_then(|cookie| cookie.reply().ok())
+            .map(|r| String::from_utf8_lossy(&r.value).into_owned())
+            .unwrap_or_default()
     }
 }

@@ -7,6 +7,7 @@ pub mod agreement;
 pub mod desktop;
 pub mod glare;
 pub mod largest;
+pub mod models;
 pub mod replicates;
 pub mod scenes;
 pub mod synthetic;

@@ -2,7 +2,7 @@
 //!
 //! Shared by the golden test and by the tool that makes the golden pictures.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use pointillist::client::develop::linear_rgb;
@@ -10,13 +10,14 @@ use pointillist::client::reference::ReferenceFilm;
 use pointillist::client::{Film, FilmSpec, SplatFilter, VarianceForm};
 use pointillist::color::{Profile, Xyz};
 use pointillist::image::compare::Measured;
+use pointillist::scene::desc::IntegratorDesc;
 use pointillist::stream::{PathCounts, Sample, SampleSink, UvWindow};
 use pointillist::tracer::integrator::{PathTracer, RenderContext};
 use pointillist::tracer::{Camera, Integrator, Scene};
 
-/// What is rendered: side length in pixels, samples per pixel of one replicate, seeds.
+/// What is rendered: width and height in pixels, samples per pixel of one replicate, seeds.
 pub struct Plan {
-    pub side: u32,
+    pub size: [u32; 2],
     pub samples_per_pixel: u64,
     pub seeds: std::ops::Range<u32>,
 }
@@ -36,17 +37,17 @@ impl SampleSink for Collect {
 /// Names of the channels of a golden picture: linear Rec.709 and the variance of each mean.
 pub const CHANNELS: [(&str, &str); 3] = [("R", "variance.R"), ("G", "variance.G"), ("B", "variance.B")];
 
-/// Linear Rec.709 of one replicate through the box filter, `[side][side]`.
+/// Linear Rec.709 of one replicate by path tracing, through the box filter, `[height][width]`.
 fn replicate(
     (scene, camera): &(Arc<Scene>, Camera),
-    depth: (Option<u32>, u32),
+    integrator: &IntegratorDesc,
     plan: &Plan,
     seed: u32,
 ) -> Vec<[f32; 3]> {
     let filter = SplatFilter::Box;
     let spec = FilmSpec {
-        width: plan.side,
-        height: plan.side,
+        width: plan.size[0],
+        height: plan.size[1],
         filter,
         variance: Some(VarianceForm::Product),
         sums: Default::default(),
@@ -56,16 +57,16 @@ fn replicate(
         camera: camera.clone(),
         seed,
         window: UvWindow::PICTURE,
-        max_depth: depth.0,
-        rr_depth: depth.1,
-        hide_emitters: false,
+        max_depth: integrator.max_depth,
+        rr_depth: integrator.rr_depth,
+        hide_emitters: integrator.hide_emitters,
         places: None,
         photons: Default::default(),
     };
     let tracer = PathTracer { context };
     let mut film = ReferenceFilm::new(spec, 1).unwrap();
     let mut sink = Collect(Vec::new());
-    let paths = plan.samples_per_pixel * u64::from(plan.side).pow(2);
+    let paths = plan.samples_per_pixel * plan.size.map(u64::from).iter().product::<u64>();
     for index in 0..paths {
         tracer.trace(index, &mut (), &mut sink);
         if sink.0.len() >= 4096 {
@@ -79,16 +80,32 @@ fn replicate(
     linear_rgb(&film.develop().unwrap(), &Profile::srgb())
 }
 
+/// The size of the golden picture of a scene for one plugin: half of its film, so that a pixel gets enough samples; all of a crop.
+pub fn plugin_size(scene: &Path) -> [u32; 2] {
+    let film = pointillist::scene::load(scene, &[]).unwrap().desc.film;
+    film.crop.map_or([film.width / 2, film.height / 2], |crop| [crop.width, crop.height])
+}
+
+/// The scenes for one plugin each, in alphabetical order.
+pub fn plugin_scenes() -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/plugins");
+    let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let mut scenes: Vec<_> = files.filter(|file| file.extension().is_some_and(|e| e == "xml")).collect();
+    scenes.sort();
+    scenes
+}
+
 /// Mean of all replicates and the variance of that mean, pixel by pixel, for red, green and blue.
 pub fn measure(scene: &Path, plan: &Plan) -> [Measured; 3] {
     let mut desc = pointillist::scene::load(scene, &[]).unwrap().desc;
-    (desc.film.width, desc.film.height, desc.film.crop) = (plan.side, plan.side, None);
-    let depth = (desc.integrator.max_depth, desc.integrator.rr_depth);
+    if desc.film.crop.is_none() {
+        [desc.film.width, desc.film.height] = plan.size;
+    }
     let prepared = (Arc::new(Scene::prepare(&desc).unwrap()), Camera::of(&desc).unwrap());
     let seeds: Vec<u32> = plan.seeds.clone().collect();
     let pictures: Vec<Vec<[f32; 3]>> = std::thread::scope(|scope| {
         let render = |seeds: &[u32]| -> Vec<Vec<[f32; 3]>> {
-            seeds.iter().map(|&seed| replicate(&prepared, depth, plan, seed)).collect()
+            seeds.iter().map(|&seed| replicate(&prepared, &desc.integrator, plan, seed)).collect()
         };
         let (first, second) = seeds.split_at(seeds.len().div_ceil(2));
         let other = scope.spawn(move || render(second));
@@ -96,17 +113,17 @@ pub fn measure(scene: &Path, plan: &Plan) -> [Measured; 3] {
         all.extend(other.join().unwrap());
         all
     });
-    std::array::from_fn(|channel| statistics(&pictures, channel, plan.side as usize))
+    std::array::from_fn(|channel| statistics(&pictures, channel, plan.size.map(|n| n as usize)))
 }
 
-fn statistics(pictures: &[Vec<[f32; 3]>], channel: usize, side: usize) -> Measured {
+fn statistics(pictures: &[Vec<[f32; 3]>], channel: usize, [width, height]: [usize; 2]) -> Measured {
     let r = pictures.len() as f64;
     let (mut mean, mut variance) = (Vec::new(), Vec::new());
-    for pixel in 0..side * side {
+    for pixel in 0..width * height {
         let values = || pictures.iter().map(|p| f64::from(p[pixel][channel]));
         let average = values().sum::<f64>() / r;
         mean.push(average);
         variance.push(values().map(|v| (v - average).powi(2)).sum::<f64>() / (r - 1.0) / r);
     }
-    Measured { width: side, height: side, mean, variance }
+    Measured { width, height, mean, variance }
 }

@@ -28,6 +28,7 @@ fn rough_glass(int_ior: Ior) -> BsdfDesc {
         specular_reflectance,
         specular_transmittance,
         roughness,
+        alpha: None,
     })
 }
 
@@ -70,6 +71,7 @@ fn metal_and_plastic() {
         k,
         specular_reflectance: one.clone().into(),
         roughness: facets(0.3),
+        alpha: None,
     });
     let plastic = BsdfDesc::Plastic(PlasticDesc {
         int_ior: Ior::Constant(1.49),

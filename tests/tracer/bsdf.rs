@@ -6,12 +6,15 @@ use crate::support::scenes::{Random, assert_counts};
 use pointillist::scene::desc::{
     ConductorDesc, DiffuseDesc, Facets, PrincipledLobes, RoughDielectricDesc, Roughness,
 };
+use pointillist::scene::load_str;
+use pointillist::scene::texture::TexturePoint;
 use pointillist::spectrum::dispersion::Ior;
 use pointillist::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
+use pointillist::tracer::SurfaceInteraction;
 use pointillist::tracer::bsdf::{
     Base, Bsdf, Coat, Conductor, Dielectric, Diffuse, Material, MaterialModel, MaterialPart, Microfacet,
-    MixtureMaterial, Null, Plastic, Principled, PrincipledThin, RoughConductor, RoughDielectric,
-    RoughPlastic, ScatteringModel, ThinDielectric, Transmittance, fresnel, internal_reflectance,
+    MixtureMaterial, Plastic, Principled, PrincipledThin, RoughConductor, RoughDielectric, RoughPlastic,
+    ScatteringModel, ThinDielectric, Transmittance, fresnel, internal_reflectance,
 };
 
 const ONE: SampledSpectrum = SampledSpectrum::ONE;
@@ -102,8 +105,14 @@ fn mixtures() -> Vec<(String, Bsdf, f32)> {
         let [specular_reflectance, specular_transmittance] = [1.0, 1.0].map(|v| Spectrum::Constant(v).into());
         let [int_ior, ext_ior] = [eta, 1.0].map(Ior::Constant);
         let roughness = Roughness { facets: Facets::Ggx, alpha: [0.3; 2] };
-        let desc =
-            RoughDielectricDesc { int_ior, ext_ior, specular_reflectance, specular_transmittance, roughness };
+        let desc = RoughDielectricDesc {
+            int_ior,
+            ext_ior,
+            specular_reflectance,
+            specular_transmittance,
+            roughness,
+            alpha: None,
+        };
         Material::RoughDielectric(desc.into())
     };
     let mirror = Material::Conductor(ConductorDesc {
@@ -112,23 +121,67 @@ fn mixtures() -> Vec<(String, Bsdf, f32)> {
         specular_reflectance: Spectrum::Constant(0.9).into(),
     });
     let lambda = SampledWavelengths::sample(0.3);
-    let of = |name: &str, passes, index, parts: Vec<(Material, f32, bool)>| {
-        let part = |(material, share, turned)| MaterialPart { material, share, turned };
+    let of = |name: &str, has_holes, index, parts: Vec<(Material, f32, bool)>| {
+        let part = |(material, share, turned): (_, f32, _)| MaterialPart {
+            material,
+            share: share.into(),
+            turned,
+            bump: None,
+        };
         let parts = parts.into_iter().map(part).collect();
-        let bsdf = Bsdf::Mixture(MixtureMaterial { parts, passes }.bsdf(Vec2::ZERO, &lambda));
+        let bsdf = Bsdf::Mixture(MixtureMaterial { parts, has_holes }.bsdf(TexturePoint::default(), &lambda));
         (format!("mixture of {name}"), bsdf, index)
     };
     vec![
-        of("white with holes", 0.4, 1.0, vec![(white.clone(), 0.6, false)]),
-        of("white and mirror", 0.0, 1.0, vec![(white.clone(), 0.7, false), (mirror, 0.3, false)]),
-        of("white and glass", 0.1, 1.5, vec![(white.clone(), 0.5, false), (glass(1.5), 0.4, false)]),
+        of("white with holes", true, 1.0, vec![(white.clone(), 0.6, false)]),
+        of("white and mirror", false, 1.0, vec![(white.clone(), 0.7, false), (mirror, 0.3, false)]),
+        of("white and glass", true, 1.5, vec![(white.clone(), 0.5, false), (glass(1.5), 0.4, false)]),
         of(
             "back of glass and two whites",
-            0.0,
+            false,
             1.0 / 1.5,
             vec![(glass(1.5), 0.5, true), (white.clone(), 0.2, false), (white, 0.3, true)],
         ),
     ]
+}
+
+/// Materials whose numbers vary, at a point of either square of their checkerboards.
+fn textured() -> Vec<(String, Bsdf, f32)> {
+    let board = |(name, a, b): (&str, f32, f32)| {
+        format!(
+            "<texture name='{name}' type='checkerboard'><float name='color0' value='{a}'/><float name='color1' value='{b}'/></texture>"
+        )
+    };
+    let lobes =
+        [("roughness", 0.5, 0.8), ("anisotropic", 0.0, 0.6), ("sheen", 0.0, 0.5), ("flatness", 0.7, 0.0)];
+    let coated = [("metallic", 0.9, 0.1), ("clearcoat", 0.0, 1.0), ("spec_trans", 0.2, 0.6)];
+    let thin = [("eta", 1.3, 1.6), ("spec_trans", 0.2, 0.7), ("diff_trans", 1.4, 0.4)];
+    let of = |plugin: &str, more: &str, numbers: &[(&str, f32, f32)], index: f32| {
+        let numbers: String = numbers.iter().copied().map(board).collect();
+        let bsdf = format!("<bsdf type='{plugin}'>{more}{numbers}</bsdf>");
+        let text = format!(
+            "<scene version='3.0.0'><sensor type='perspective'/><emitter type='constant'/>{bsdf}</scene>"
+        );
+        let desc = load_str("textured.xml", &text, &[]).expect("valid").desc;
+        let material = Material::new(&desc.bsdfs[0]).expect("one material");
+        let lambda = SampledWavelengths::sample(0.3);
+        let at = move |u: f32| {
+            let bsdf = material.bsdf(&SurfaceInteraction::flat(Vec2::new(u, 0.2).into()), &lambda);
+            (format!("{plugin} textured at {u}"), bsdf, index)
+        };
+        [at(0.2), at(0.7)]
+    };
+    let glass = "<float name='int_ior' value='1.5'/><float name='ext_ior' value='1'/>";
+    [
+        of("roughconductor", "<string name='material' value='Cu'/>", &[("alpha", 0.3, 0.6)], 1.0),
+        of("roughconductor", "", &[("alpha_u", 0.3, 0.5), ("alpha_v", 0.6, 0.25)], 1.0),
+        of("roughdielectric", glass, &[("alpha", 0.3, 0.6)], 1.5),
+        of("principled", "", &[&lobes[..], &coated].concat(), 1.5),
+        of("principledthin", "", &[&lobes[..], &thin].concat(), 1.0),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
 }
 
 /// Materials with something that is not delta, each with the index behind its surface.
@@ -139,6 +192,7 @@ fn materials(alphas: &[[f32; 2]]) -> Vec<(String, Bsdf, f32)> {
     ];
     all.extend(principled_materials());
     all.extend(mixtures());
+    all.extend(textured());
     for facets in [Facets::Beckmann, Facets::Ggx] {
         for &alpha in alphas {
             let name = |kind: &str| format!("{kind} {facets:?} {alpha:?}");
@@ -156,17 +210,17 @@ fn materials(alphas: &[[f32; 2]]) -> Vec<(String, Bsdf, f32)> {
     all
 }
 
-fn direction(z: f32, phi: f32) -> Vec3 {
+pub fn direction(z: f32, phi: f32) -> Vec3 {
     let r = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
     Vec3::new(r * phi.cos(), r * phi.sin(), z)
 }
 
 const VIEWS: [f32; 6] = [1.0, 0.7, 0.15, -0.15, -0.6, -1.0];
-const HEIGHTS: usize = 24;
-const TURNS: usize = 24;
+pub const HEIGHTS: usize = 24;
+pub const TURNS: usize = 24;
 
 /// Points of the whole sphere with their cell and solid angle.
-fn for_each_direction(fine: usize, mut f: impl FnMut(usize, Vec3, f64)) {
+pub fn for_each_direction(fine: usize, mut f: impl FnMut(usize, Vec3, f64)) {
     let (rows, columns) = (HEIGHTS * fine, TURNS * fine);
     for i in 0..rows {
         let edge = |i: usize| (std::f64::consts::PI * i as f64 / rows as f64).cos();
@@ -179,10 +233,38 @@ fn for_each_direction(fine: usize, mut f: impl FnMut(usize, Vec3, f64)) {
     }
 }
 
-fn cell(w: Vec3) -> usize {
+pub fn cell(w: Vec3) -> usize {
     let row = ((w.z.acos() / std::f32::consts::PI * HEIGHTS as f32) as usize).min(HEIGHTS - 1);
     let turn = (w.y.atan2(w.x) / std::f32::consts::TAU).rem_euclid(1.0);
     row * TURNS + ((turn * TURNS as f32) as usize).min(TURNS - 1)
+}
+
+/// A material at a point is the one that has the numbers of this point all over; a roughness of 0 is 0.0001, as in Mitsuba.
+#[test]
+fn textured_numbers_are_those_of_the_point() {
+    let board = |u: &str, v: &str| {
+        format!(
+            "<texture name='alpha' type='checkerboard'><float name='color0' value='{u}'/><float name='color1' value='{v}'/></texture>"
+        )
+    };
+    let at = |alpha: &str, u: f32| {
+        let bsdf = format!("<bsdf type='roughconductor'><string name='material' value='Au'/>{alpha}</bsdf>");
+        let text = format!(
+            "<scene version='3.0.0'><sensor type='perspective'/><emitter type='constant'/>{bsdf}</scene>"
+        );
+        let desc = load_str("textured.xml", &text, &[]).expect("valid").desc;
+        let material = Material::new(&desc.bsdfs[0]).expect("one material");
+        let bsdf = material
+            .bsdf(&SurfaceInteraction::flat(Vec2::new(u, 0.2).into()), &SampledWavelengths::sample(0.3));
+        bsdf.sample(direction(0.8, 1.0), [0.3, 0.6], 0.5).map(|s| (s.wi, s.weight.0, s.pdf.0)).expect("seen")
+    };
+    for alpha in ["0.0001", "0.2", "0.7"] {
+        let uniform = at(&format!("<float name='alpha' value='{alpha}'/>"), 0.2);
+        // Where a number is wanted the squares are exchanged, as in Mitsuba 3.9.1.
+        assert_eq!(at(&board("0.4", alpha), 0.2), uniform);
+        assert_eq!(at(&board(alpha, "0.4"), 0.7), uniform);
+    }
+    assert_eq!(at(&board("0.4", "0"), 0.2), at("<float name='alpha' value='0.0001'/>", 0.2));
 }
 
 /// `sample` chooses directions with the density that `eval` says, and its weights are value over density: the mean of
@@ -397,11 +479,10 @@ fn equal_media_are_no_rough_interface() {
     }
 }
 
-/// A pane reflects what its two faces reflect to and fro, and lets the rest straight through; a null surface lets everything through.
+/// A pane reflects what its two faces reflect to and fro, and lets the rest straight through.
 #[test]
 fn light_passes_straight() {
     let pane: Bsdf = ThinDielectric::new([SampledSpectrum::splat(1.5), ONE], [ONE, ONE]).into();
-    let nothing: Bsdf = Null { transmittance: ONE }.into();
     for z in [1.0, 0.6, 0.1, 1e-3, -0.3, -1.0] {
         let wo = direction(z, 0.4);
         let once = f64::from(fresnel::dielectric(z.abs(), Vec4::splat(1.5)).x);
@@ -412,11 +493,9 @@ fn light_passes_straight() {
             (f64::from(mirrored.pdf.0) - ways).abs() < 1e-4 && mirrored.wi == Vec3::new(-wo.x, -wo.y, wo.z),
             "{z}"
         );
-        for bsdf in [pane, nothing] {
-            assert!(bsdf.is_delta() && bsdf.eval(wo, -wo).is_none());
-            let passed = bsdf.sample(wo, [0.5; 2], 1.0 - 1e-7).expect("a transmission");
-            assert!(passed.transmitted && passed.delta && passed.wi == -wo && passed.eta2 == 1.0);
-            assert!((albedo(&bsdf, wo, 1000) - 1.0).abs() < 1e-5);
-        }
+        assert!(pane.is_delta() && pane.eval(wo, -wo).is_none());
+        let passed = pane.sample(wo, [0.5; 2], 1.0 - 1e-7).expect("a transmission");
+        assert!(passed.transmitted && passed.delta && passed.wi == -wo && passed.eta2 == 1.0);
+        assert!((albedo(&pane, wo, 1000) - 1.0).abs() < 1e-5);
     }
 }

@@ -1,6 +1,6 @@
 //! The camera's conventions, and uv ↔ ray both ways.
 
-use glam::{DAffine3, DVec2, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3};
 
 use crate::support::scenes::*;
 use pointillist::scene::desc::*;
@@ -127,7 +127,7 @@ fn a_lens_without_size_is_a_pinhole() {
         let p = a.origin + a.direction;
         let seen = |lens| without.view(p, lens, &OVERSCAN).expect("in front").uv;
         assert_eq!(seen([0.1, 0.7]), seen(CENTER));
-        assert_eq!(without.lens_point([0.1, 0.7]), without.position());
+        assert_eq!(without.lens_point([0.1, 0.7]), Some(without.position()));
     }
 }
 
@@ -155,7 +155,7 @@ fn rays_through_a_lens_meet_in_focus() {
             r.origin + r.direction * ((depth - z(r.origin)) / r.direction.dot(forward))
         };
         assert!((at(&ray, 3.0) - at(&through, 3.0)).length() < 1e-5, "not in focus");
-        let q = lens.lens_point(u);
+        let q = lens.lens_point(u).expect("a lens");
         assert!((at(&ray, 0.0) - q).length() < 1e-5, "not through its point of the lens");
         assert!(z(q).abs() < 1e-6);
         assert!((z(ray.origin) - 0.25).abs() < 1e-5 && (ray.direction.length() - 1.0).abs() < 1e-6);
@@ -175,4 +175,45 @@ fn rays_through_a_lens_meet_in_focus() {
     assert!(widest > 0.39 && widest < 0.4 + 1e-6, "{widest}");
     let error = 0.16 / (12.0 * n as f32).sqrt();
     assert!((square - 0.08).abs() < 4.0 * error, "{square}");
+}
+
+/// Parallel rays along z, each from its place of the near plane; the scale of the transform is half the width of the picture. Scaled and
+/// sheared, projection finds the place again, and a patch of the picture is as large as the importance says.
+#[test]
+fn orthographic_rays_are_parallel() {
+    let mut desc = identity(f64::NAN, FovAxis::X, (200, 100));
+    desc.camera.orthographic = true;
+    (desc.camera.near_clip, desc.camera.far_clip) = (0.5, 20.0);
+    desc.camera.to_world = DAffine3::from_scale(DVec3::new(3.0, 2.0, 4.0));
+    let straight = camera(&desc);
+    let corner = straight.ray([0.0, 0.0], CENTER);
+    // Mitsuba 3.9.1 gives (3, 1, 2), (0, 0, 1) and a length of 19.5.
+    assert!((corner.origin - Vec3::new(3.0, 1.0, 2.0)).length() < 1e-6, "{}", corner.origin);
+    assert!(corner.direction == Vec3::Z && corner.t_max == 19.5 && straight.lens_point(CENTER).is_none());
+    assert_eq!(straight.parallel_direction(), Some(Vec3::Z));
+
+    let shear = DMat3::from_cols(DVec3::X, DVec3::Y, DVec3::new(0.3, -0.2, 1.0));
+    let turned = look(DVec3::new(3.0, -2.0, 1.0), DVec3::new(0.3, 0.5, -0.8), 1.0).to_world;
+    desc.camera.to_world = turned * DAffine3::from_mat3(shear * desc.camera.to_world.matrix3);
+    desc.camera.principal_point_offset = DVec2::new(0.1, -0.2);
+    desc.film.crop = Some(Crop { x: 50, y: 20, width: 100, height: 60 });
+    let skew = camera(&desc);
+    let mut random = Random(4);
+    for _ in 0..200 {
+        let uv = [random.f64() * 1.4 - 0.2, random.f64() * 1.4 - 0.2];
+        let ray = skew.ray(uv, CENTER);
+        let seen = |t: f32| skew.view(ray.origin + ray.direction * t, CENTER, &OVERSCAN);
+        let view = seen(7.0).expect("in front");
+        let back = view.uv.map(f64::from);
+        assert!((back[0] - uv[0]).abs() < 1e-5 && (back[1] - uv[1]).abs() < 1e-5, "{uv:?} {back:?}");
+        assert!((view.origin - ray.origin).length() < 1e-5 && view.direction == ray.direction);
+        assert!(seen(-0.01).is_none() && seen(19.6).is_none(), "beyond a clip plane");
+        let step = 1e-2;
+        let [right, down] = [[step, 0.0], [0.0, step]]
+            .map(|by| skew.ray([uv[0] + by[0], uv[1] + by[1]], CENTER).origin - ray.origin);
+        let area = right.cross(down).dot(ray.direction).abs() / (step * step) as f32;
+        assert!((view.uv_per_steradian * area / view.distance2 - 1.0).abs() < 1e-3, "{area}");
+        assert_eq!(view.uv_per_steradian, skew.uv_per_steradian(ray.direction));
+    }
+    assert!(skew.view_far(skew.ray([0.5; 2], CENTER).direction, CENTER, &OVERSCAN).is_none());
 }

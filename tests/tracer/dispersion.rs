@@ -109,6 +109,7 @@ fn rough(int_ior: Ior, alpha: f32) -> BsdfDesc {
         specular_reflectance,
         specular_transmittance,
         roughness,
+        alpha: None,
     })
 }
 

@@ -166,12 +166,21 @@ fn material(grey: bool, class: usize) -> BoxedStrategy<String> {
     let one = prop::strategy::Union::new(all.into_iter().take(count)).boxed();
     let share = 0.0..1.0f32;
     let mask = (one.clone(), share.clone())
-        .prop_map(|(bsdf, v)| format!("<bsdf type='mask'>{bsdf}<float name='opacity' value='{v}'/></bsdf>"));
-    let blend = (one.clone(), one.clone(), share).prop_map(|(a, b, v)| {
-        format!("<bsdf type='blendbsdf'>{a}{b}<float name='weight' value='{v}'/></bsdf>")
-    });
+        .prop_map(|(bsdf, v)| format!("<bsdf type='mask'>{bsdf}{}</bsdf>", share_of("opacity", v)));
+    let blend = (one.clone(), one.clone(), share)
+        .prop_map(|(a, b, v)| format!("<bsdf type='blendbsdf'>{a}{b}{}</bsdf>", share_of("weight", v)));
     // The last class has mixtures, too.
     if class == 3 { prop_oneof![2 => one, 1 => mask, 1 => blend].boxed() } else { one }
+}
+
+/// A share of this name: below a half the same everywhere, else in squares of that and of nothing.
+fn share_of(name: &str, v: f32) -> String {
+    if v < 0.5 {
+        return format!("<float name='{name}' value='{v}'/>");
+    }
+    let colors = format!("<float name='color0' value='{v}'/><float name='color1' value='0'/>");
+    let squares = "<transform name='to_uv'><scale value='4'/></transform>";
+    format!("<texture type='checkerboard' name='{name}'>{colors}{squares}</texture>")
 }
 
 /// Parameters from 0 to 1, often one of the two.

@@ -5,9 +5,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use pointillist::scene::desc::IntegratorKind;
-use pointillist::scene::{SceneDesc, load};
-use pointillist::tracer::effects::{Effect, decide, without};
+use pointillist::scene::{SceneDesc, load, load_str};
+use pointillist::tracer::effects::{Effect, decide, with, without};
 use pointillist::tracer::{Camera, Scene};
+
+use crate::support::scenes::luminances;
 
 const METHODS: [IntegratorKind; 4] =
     [IntegratorKind::Path, IntegratorKind::Light, IntegratorKind::Bidirectional, IntegratorKind::Photon];
@@ -103,4 +105,41 @@ fn what_is_forced_off_is_off() {
         ("light-stream", true),
     ];
     assert_eq!(refused, expected.into_iter().collect());
+}
+
+/// Holes call for opacity; a mask without any does not, and is traced as the material that it holds, bit for bit.
+#[test]
+fn opacity_is_called_for_by_holes() {
+    let desc = |bsdf: &str| {
+        let text = format!(
+            "<scene version='3.0.0'><sensor type='perspective'><transform name='to_world'><lookat origin='0, 0, 4' target='0, 0, 0' \
+             up='0, 1, 0'/></transform></sensor><emitter type='constant'/><shape type='rectangle'>{bsdf}</shape></scene>"
+        );
+        load_str("plan.xml", &text, &[]).unwrap().desc
+    };
+    let matt = "<bsdf type='diffuse'/>";
+    let mask = |opacity: &str| desc(&format!("<bsdf type='mask'>{matt}{opacity}</bsdf>"));
+    let board = "<texture type='checkerboard' name='opacity'/>";
+    let blend =
+        format!("<bsdf type='blendbsdf'>{matt}<bsdf type='null'/><float name='weight' value='.3'/></bsdf>");
+    for (desc, textured) in
+        [(mask(""), false), (mask(board), true), (desc("<bsdf type='null'/>"), false), (desc(&blend), false)]
+    {
+        let effects = on(&desc, IntegratorKind::Path);
+        assert!(effects.contains("opacity") && effects.contains("textures") == textured, "{effects:?}");
+        let mut closed = desc.clone();
+        without(&mut closed, Effect::Opacity).unwrap();
+        assert!(!on(&closed, IntegratorKind::Path).contains("opacity"));
+        assert!(luminances(&closed, 4096) != luminances(&desc, 4096), "holes are seen");
+        let mut even = desc.clone();
+        without(&mut even, Effect::Textures).unwrap();
+        assert!(!on(&even, IntegratorKind::Path).contains("textures"), "an opacity is a texture too");
+    }
+    let whole = mask("<float name='opacity' value='1'/>");
+    assert!(!on(&whole, IntegratorKind::Path).contains("opacity"));
+    assert_eq!(luminances(&whole, 4096), luminances(&desc(matt), 4096));
+    // Forced in, for what it costs.
+    let mut more = desc(matt);
+    assert!(with(&mut more, Effect::Opacity) && on(&more, IntegratorKind::Path).contains("opacity"));
+    Scene::prepare(&more).unwrap();
 }

@@ -7,7 +7,7 @@ use pointillist::tracer::accel::{Accel, Ray, Shapes};
 use pointillist::tracer::shape::{Cylinder, Disk, Sphere, Triangle};
 
 fn accel(triangles: &[[Vec3; 3]]) -> Accel {
-    Accel::new(Shapes { triangles, ..Shapes::default() }, &[], &[])
+    Accel::new(Shapes { triangles: &triangles.to_vec(), ..Shapes::default() }, &[], &[])
 }
 
 /// Rays that leave a convex body never hit it again, at any scale and place; a ray into it always does.

@@ -216,7 +216,7 @@ fn parallel_light_is_seen_by_its_cosine() {
 
 fn spot(axis: DVec3, [beam_width, cutoff_angle]: [f64; 2]) -> LightDesc {
     let (position, intensity, place) = (DVec3::ZERO, Spectrum::Constant(5.0), Place::default());
-    LightDesc::Spot(SpotDesc { position, axis, beam_width, cutoff_angle, intensity, place })
+    LightDesc::Spot(SpotDesc { position, axis, beam_width, cutoff_angle, intensity, texture: None, place })
 }
 
 /// Full within the beam, falling in proportion to the angle to nothing at the cutoff; values of Mitsuba 3.9.1.
@@ -287,7 +287,7 @@ fn emitted_rays_carry_the_power_of_the_light() {
             let numbers = LightNumbers { place: pair(), direction: pair(), choice: 0.5 };
             let Some(emission) = lights.emit(&numbers) else { continue };
             assert_eq!(lights.emission_pdf(0, emission.from.p, emission.direction), emission.pdf, "{what}");
-            let spectrum = lights.spectrum(0, -emission.direction, &lambda);
+            let spectrum = lights.emitted(&emission, &lambda);
             let power = f64::from(spectrum.0.x * emission.scale()) / d65;
             (sum, squares) = (sum + power, squares + power * power);
         }

@@ -108,6 +108,7 @@ fn dispersion() {
         specular_reflectance,
         specular_transmittance,
         roughness,
+        alpha: None,
     });
     desc.bsdfs[1] = ground;
     assert_within(&desc, PLAN, 0.9, 0.02);

@@ -4,6 +4,7 @@ use glam::{DAffine3, DVec3, Vec3};
 
 use crate::support::scenes::*;
 use pointillist::scene::desc::*;
+use pointillist::spectrum::Spectrum;
 use pointillist::stream::UvWindow;
 use pointillist::tracer::Camera;
 use pointillist::tracer::accel::Ray;
@@ -31,6 +32,25 @@ fn the_nearest_shape_its_place_and_its_distance() {
     // The length of the direction does not matter.
     let long = scene.pick(&Ray::new(Vec3::ZERO, Vec3::Z * 0.25)).map(|p| p.distance.round());
     assert_eq!(long, Some(5.0));
+}
+
+/// What is mostly not there is looked through.
+#[test]
+fn behind_what_is_not_there() {
+    let mut desc = empty();
+    let inner = material(&mut desc, grey(0.5));
+    let at = |z: f64| DAffine3::from_translation(DVec3::new(0.0, 0.0, z));
+    shape(&mut desc, ShapeKind::Rectangle, at(5.0), inner, 0.0);
+    let nothing = material(&mut desc, NullDesc.into());
+    shape(&mut desc, ShapeKind::Cube, at(5.0), nothing, 0.0);
+    for (opacity, seen) in [(0.1, 0), (0.9, 2)] {
+        let mask = MaskDesc { bsdf: inner, opacity: Spectrum::Constant(opacity).into() };
+        let mask = material(&mut desc, mask.into());
+        shape(&mut desc, ShapeKind::Disk, at(2.0), mask, 0.0);
+        let found = prepare(&desc).pick(&Ray::new(Vec3::ZERO, Vec3::Z)).map(|p| p.shape);
+        assert_eq!(found, Some(seen), "opacity {opacity}");
+        desc.shapes.truncate(2);
+    }
 }
 
 #[test]

@@ -41,7 +41,7 @@ fn prism(side: f32) -> SceneDesc {
         let j = (i + 1) % 3;
         triangles.extend([[i, i + 3, j], [j, i + 3, j + 3]]);
     }
-    desc.meshes.push(Arc::new(Mesh { positions, normals: Vec::new(), uvs: Vec::new(), triangles }));
+    desc.meshes.push(Arc::new(Mesh { positions, triangles, ..Mesh::default() }));
     let m = material(&mut desc, glass(flint()));
     shape(&mut desc, ShapeKind::Mesh(MeshId(0)), DAffine3::IDENTITY, m, 0.0);
     desc
@@ -90,7 +90,7 @@ fn every_wavelength_obeys_snells_law() {
                 for _ in 0..2 {
                     let hit = scene.closest(&ray).expect("the prism");
                     let (material, frame) = scene.material(&hit);
-                    let bsdf = material.bsdf(hit.uv, &lambda);
+                    let bsdf = material.bsdf(&hit, &lambda);
                     assert!(bsdf.is_delta() && bsdf.parts_colors());
                     let (wi, _) = bsdf.refract(frame.to_local(hit.wo), lane).expect("no total reflection");
                     ray = hit.spawn(frame.to_world(wi));

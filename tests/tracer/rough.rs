@@ -22,6 +22,7 @@ fn silver(facets: Facets, alpha: f32) -> BsdfDesc {
         k,
         specular_reflectance: one().into(),
         roughness: roughness(facets, alpha),
+        alpha: None,
     })
 }
 
@@ -32,6 +33,7 @@ fn rough_glass(int_ior: Ior, alpha: f32) -> BsdfDesc {
         specular_reflectance: one().into(),
         specular_transmittance: one().into(),
         roughness: roughness(Facets::Ggx, alpha),
+        alpha: None,
     })
 }
 

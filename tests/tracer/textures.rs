@@ -4,7 +4,7 @@
 
 use glam::{Affine2, Vec2, Vec3};
 use pointillist::image::bitmap::Bitmap;
-use pointillist::scene::texture::{BitmapTexture, SpectrumTexture, WrapMode};
+use pointillist::scene::texture::{BitmapTexture, Checkerboard, SpectrumTexture, TexturePoint, WrapMode};
 use pointillist::scene::{self, SceneDesc};
 use pointillist::spectrum::{SampledWavelengths, Spectrum};
 use pointillist::tracer::Scene;
@@ -46,9 +46,160 @@ fn coordinates_are_those_of_mitsuba() {
     for (shape, from, (axis, sign), expected) in cases {
         let scene = Scene::prepare(&desc(shape)).expect("a scene");
         let hit = scene.closest(&Ray::new(Vec3::from(from), along(axis, sign))).expect("the shape is met");
-        let off = (hit.uv - Vec2::from(expected)).abs().max_element();
-        assert!(off < 2e-6, "{shape} from {from:?}: {} and not {expected:?}", hit.uv);
+        let off = (hit.texture.uv - Vec2::from(expected)).abs().max_element();
+        assert!(off < 2e-6, "{shape} from {from:?}: {} and not {expected:?}", hit.texture.uv);
     }
+}
+
+/// (u, v) of the point that a ray of this direction from this origin meets first.
+fn met(shape: &str, origin: [f32; 3], direction: Vec3) -> TexturePoint {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/plugins/test.xml");
+    let text = format!(
+        "<scene version=\"3.0.0\"><sensor type=\"perspective\"/><emitter type=\"constant\"/>{shape}</scene>"
+    );
+    let desc = scene::load_str(folder, &text, &[]).unwrap_or_else(|e| panic!("{e:?}")).desc;
+    let scene = Scene::prepare(&desc).expect("a scene");
+    scene.closest(&Ray::new(origin.into(), direction)).expect("the shape is met").texture
+}
+
+const BOARD: &str = "<bsdf type=\"twosided\"><bsdf type=\"diffuse\"><texture name=\"reflectance\" type=\"checkerboard\"/></bsdf></bsdf>";
+
+#[test]
+fn coordinates_of_cylinders_are_those_of_mitsuba() {
+    let place = "<point name=\"p0\" x=\"1\" y=\"0\" z=\"0\"/><point name=\"p1\" x=\"1\" y=\"2\" z=\"1\"/><float name=\"radius\" value=\".5\"/>";
+    let turned = "<boolean name=\"flip_normals\" value=\"true\"/><transform name=\"to_world\"><scale y=\"2\"/>\
+                  <rotate x=\"1\" angle=\"-70\"/></transform>";
+    for (more, from, direction, expected) in [
+        ("", [5.0, 0.2, 0.3], -Vec3::X, [0.032_047_1, 0.3]),
+        ("", [-5.0, 0.2, 0.7], Vec3::X, [0.467_953, 0.7]),
+        ("", [0.3, 5.0, 0.25], -Vec3::Y, [0.201_507, 0.25]),
+        ("", [0.3, -5.0, 0.9], Vec3::Y, [0.798_493, 0.9]),
+        (place, [-5.0, 0.5, 0.3], Vec3::X, [0.514_254, 0.26]),
+        (place, [1.0, 1.0, 5.0], -Vec3::Z, [0.75, 0.611_803]),
+        (turned, [5.0, 0.2, 0.3], -Vec3::X, [0.982_978, 0.290_545]),
+        (turned, [-5.0, 0.3, 0.7], Vec3::X, [0.544_768, 0.521_322]),
+    ] {
+        let uv = met(&format!("<shape type=\"cylinder\">{more}{BOARD}</shape>"), from, direction).uv;
+        let off = (uv - Vec2::from(expected)).abs().max_element();
+        assert!(off < 3e-6, "{more} from {from:?}: {uv} and not {expected:?}");
+    }
+}
+
+/// `obj` turns v upside down unless told otherwise, `ply` does not.
+#[test]
+fn coordinates_of_meshes_are_those_of_mitsuba() {
+    for (kind, more, [x, y], expected) in [
+        ("ply", "", [-0.5, -0.25], [0.25, 0.375]),
+        ("ply", "<boolean name=\"flip_tex_coords\" value=\"true\"/>", [-0.5, -0.25], [0.25, 0.625]),
+        ("obj", "", [-0.5, -0.25], [0.25, 0.625]),
+        ("obj", "", [0.3, 0.6], [0.65, 0.2]),
+        ("obj", "<boolean name=\"flip_tex_coords\" value=\"false\"/>", [0.3, 0.6], [0.65, 0.8]),
+    ] {
+        let shape = format!(
+            "<shape type=\"{kind}\"><string name=\"filename\" value=\"patch.{kind}\"/>{more}{BOARD}</shape>"
+        );
+        let uv = met(&shape, [x, y, 5.0], -Vec3::Z).uv;
+        assert!((uv - Vec2::from(expected)).abs().max_element() < 2e-6, "{shape}: {uv} and not {expected:?}");
+    }
+}
+
+/// Barycentric means at vertices, one value on a face: by hand, and as Mitsuba has them.
+#[test]
+fn mesh_attributes_are_interpolated() {
+    let patch = |more: &str, material: &str| {
+        format!(
+            "<shape type=\"ply\"><string name=\"filename\" value=\"patch.ply\"/>{more}<bsdf type=\"twosided\">{material}</bsdf></shape>"
+        )
+    };
+    let texture = |name: &str, attribute: &str| {
+        format!(
+            "<texture name=\"{name}\" type=\"mesh_attribute\"><string name=\"name\" value=\"{attribute}\"/></texture>"
+        )
+    };
+    let of = |color: &str, number: &str| {
+        format!(
+            "<bsdf type=\"principled\">{}{}</bsdf>",
+            texture("base_color", color),
+            texture("roughness", number)
+        )
+    };
+    let at = |shape: &str, [x, y]: [f32; 2]| {
+        // Both ends of the range are used; which is whose, the order of reading decides.
+        let mut values = met(shape, [x, y, 5.0], -Vec3::Z).attributes;
+        values.sort_by(f32::total_cmp);
+        values
+    };
+    for ([x, y], vertices, faces) in [
+        ([-0.5, -0.25], [0.725, 0.575, 0.7, 0.15], [0.3, 0.6, 0.3, 0.9]),
+        ([0.3, 0.6], [0.555, 0.525, 0.495, 0.18], [0.8, 0.6, 0.5, 0.7]),
+        ([0.7, -0.9], [0.39, 0.63, 0.24, 0.43], [0.25, 0.35, 0.7, 0.4]),
+    ] {
+        for (material, mut expected) in [
+            (of("vertex_color", "vertex_rough"), vertices),
+            (of("face_color", "face_shine"), faces),
+            (of("face_color", "vertex_rough"), [faces[0], faces[1], faces[2], vertices[3]]),
+        ] {
+            expected.sort_by(f32::total_cmp);
+            for more in ["", "<boolean name=\"flip_normals\" value=\"true\"/>"] {
+                let found = at(&patch(more, &material), [x, y]);
+                let off = |(a, b): (&f32, &f32)| (a - b).abs() < 2e-6;
+                assert!(
+                    found.iter().zip(&expected).all(off),
+                    "{material} {more}: {found:?} and not {expected:?}"
+                );
+            }
+        }
+    }
+    // By hand: vertices 0, 1 and 4 with weights ½, ¼ and ¼ at x = −½, y = −¾.
+    let expected = [0.5 * 0.8 + 0.25 * 0.7 + 0.25 * 0.9, 0.5 * 0.2 + 0.25 * 0.6 + 0.25 * 0.9];
+    let found = at(&patch("", &of("vertex_color", "vertex_rough")), [-0.5, -0.75]);
+    assert!(
+        expected.iter().all(|v: &f32| found.iter().any(|f| (f - v).abs() < 2e-6)),
+        "{found:?} has not {expected:?}"
+    );
+    // A surface without them has zeros, and instances have them.
+    let group = format!(
+        "<shape type=\"shapegroup\" id=\"g\">{}</shape><shape type=\"instance\"><ref id=\"g\"/>\
+         <transform name=\"to_world\"><translate x=\"3\"/></transform></shape>",
+        patch("", &of("vertex_color", "vertex_rough"))
+    );
+    assert_eq!(at(&group, [2.5, -0.75]), found);
+    assert_eq!(at(&patch("", "<bsdf type=\"diffuse\"/>"), [-0.5, -0.75]), [0.0; 4]);
+}
+
+/// Numbers of Mitsuba's `eval_1`.
+#[test]
+fn numbers_of_textures_are_those_of_mitsuba() {
+    for (file, raw, nearest, expected) in [
+        ("ramp.png", false, false, [0.191_103, 0.698_514]),
+        ("ramp.png", false, true, [0.174_647, 0.730_461]),
+        ("ramp.png", true, false, [0.472_314, 0.850_980]),
+        ("ramp.png", true, true, [0.454_902, 0.870_588]),
+        ("letter.png", true, false, [0.841_572, 0.841_572]),
+        ("letter.png", false, false, [0.679_049, 0.679_049]),
+        ("letter_rgba.png", true, false, [0.841_572, 0.841_572]),
+    ] {
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/plugins").join(file);
+        let bytes = std::fs::read(&path).expect("it is there");
+        let bitmap = Arc::new(Bitmap::decode(&path, &bytes, raw, 64).expect("a picture"));
+        let texture = BitmapTexture::new(bitmap, Affine2::IDENTITY, WrapMode::Repeat, nearest);
+        let texture = SpectrumTexture::Bitmap(texture);
+        for (uv, expected) in [[0.335, 0.805], [0.9, 0.05]].into_iter().zip(expected) {
+            let found = texture.scalar(Vec2::from(uv));
+            // Weights of luminance are rounded differently.
+            assert!(
+                (found - expected).abs() < 5e-5,
+                "{file} {raw} {nearest} {uv:?}: {found} and not {expected}"
+            );
+        }
+    }
+    let constant = SpectrumTexture::from(Spectrum::Constant(1.7));
+    assert_eq!((constant.scalar(Vec2::ZERO), constant.mean_scalar()), (1.7, 1.7));
+    let bright = Bitmap::from_linear(1, vec![[3.0; 3], [f32::NAN; 3], [-1.0; 3], [0.5; 3]]);
+    let bright = BitmapTexture::new(Arc::new(bright), Affine2::IDENTITY, WrapMode::Repeat, true);
+    let bright = SpectrumTexture::Bitmap(bright);
+    let values = [0.1, 0.3, 0.6, 0.9].map(|v| bright.scalar(Vec2::new(0.5, v)));
+    assert_eq!(values, [3.0, 0.0, 0.0, 0.5]);
 }
 
 /// 3 × 2 texels: red, green and blue above three greys.
@@ -95,6 +246,32 @@ fn lookups_are_those_of_mitsuba() {
         assert!(bilinear.sample(Vec2::new(nonsense, 0.3), &lambda).is_finite(), "{nonsense}");
         assert!(nearest.sample(Vec2::new(0.3, nonsense), &lambda).is_finite(), "{nonsense}");
     }
+}
+
+/// One number for a colour: values of Mitsuba's `eval_1`, whose luminance has other last digits.
+#[test]
+fn numbers_are_those_of_mitsuba() {
+    let is = |texture: &SpectrumTexture, [u, v]: [f32; 2], expected: f32| {
+        let found = texture.scalar(Vec2::new(u, v));
+        assert!((found - expected).abs() < 1e-4, "({u}, {v}) is {found} and not {expected}");
+    };
+    let nearest = bitmap(WrapMode::Repeat, true);
+    let [red, green, blue] = [0.212_671, 0.715_16, 0.072_169];
+    for (uv, expected) in [([0.1, 0.2], red), ([0.5, 0.2], green), ([0.9, 0.2], blue), ([0.5, 0.8], 0.5)] {
+        is(&nearest, uv, expected);
+    }
+    is(&bitmap(WrapMode::Repeat, false), [0.3, 0.4], 0.439_566_6);
+    let grey = Arc::new(Bitmap::from_linear(1, vec![[0.3; 3]]));
+    let grey = SpectrumTexture::Bitmap(BitmapTexture::new(grey, Affine2::IDENTITY, WrapMode::Clamp, false));
+    assert_eq!(grey.scalar(Vec2::new(0.4, 7.0)), grey.mean().reflected_rgb()[0], "a grey is exact");
+    let [color0, color1] = [0.9, 0.1].map(|v| Spectrum::Constant(v).into());
+    let board = Checkerboard { color0, color1, to_uv: Affine2::IDENTITY };
+    let board = SpectrumTexture::Checkerboard(Arc::new(board));
+    for (uv, expected) in [([0.2, 0.2], 0.1), ([0.7, 0.2], 0.9), ([0.2, 0.7], 0.9), ([0.7, 0.7], 0.1)] {
+        is(&board, uv, expected);
+    }
+    is(&Spectrum::Constant(0.7).into(), [0.0, 0.0], 0.7);
+    is(&Spectrum::reflectance_rgb([1.0, 0.0, 0.0]).into(), [0.0, 0.0], red);
 }
 
 /// Greys are exact, and other colours are near the fit to them alone; nothing reflects more than it gets.

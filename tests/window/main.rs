@@ -13,4 +13,5 @@ mod navigation;
 mod panel;
 mod panel_error;
 mod picture;
+mod scenes;
 mod viewer;

@@ -13,6 +13,7 @@ mod client;
 mod common;
 mod largest;
 mod latency;
+mod loading;
 #[path = "../meshes/mod.rs"]
 #[allow(dead_code, reason = "colours and the sky are for pictures")]
 mod meshes;
@@ -26,6 +27,7 @@ mod server;
 mod share;
 mod soak;
 mod support;
+mod textures;
 mod tracer;
 mod turns;
 mod viewer;
@@ -48,6 +50,8 @@ enum Part {
     Largest(largest::Arguments),
     /// The time from synthetic input to changed pixels, measured from outside the program
     Latency(latency::Arguments),
+    /// Time and memory of reading and preparing a mesh of 1.6 million triangles, by format
+    Loading(loading::Arguments),
     /// Error times CPU time of the methods of light transport, one thread, in turn
     Methods(methods::Arguments),
     /// Bias of photon mapping against the number of samples
@@ -66,6 +70,8 @@ enum Part {
     Share(share::Arguments),
     /// Memory, stalls and latency of the viewer under a user who never rests
     Soak(soak::Arguments),
+    /// The price of textures: time of a path with them over that of one without, on the same geometry
+    Textures(textures::Arguments),
     /// Paths per second, rays per path and noise of path tracing alone, one thread
     Tracer(tracer::Arguments),
     /// Traces or paints for as many milliseconds as each line of standard input says; see `tools/effects.py`
@@ -78,6 +84,7 @@ fn main() -> ExitCode {
         Part::Client(arguments) => client::run(&arguments),
         Part::Largest(arguments) => largest::run(&arguments),
         Part::Latency(arguments) => latency::run(&arguments),
+        Part::Loading(arguments) => loading::run(&arguments),
         Part::Methods(arguments) => methods::run(&arguments),
         Part::PhotonBias(arguments) => photon_bias::run(&arguments),
         Part::Photons(arguments) => photons::run(&arguments),
@@ -87,6 +94,7 @@ fn main() -> ExitCode {
         Part::Server => server::run(),
         Part::Share(arguments) => share::run(&arguments),
         Part::Soak(arguments) => soak::run(&arguments),
+        Part::Textures(arguments) => textures::run(&arguments),
         Part::Tracer(arguments) => tracer::run(&arguments),
         Part::Turns(arguments) => turns::run(&arguments),
     };

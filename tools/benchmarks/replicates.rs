@@ -114,7 +114,9 @@ fn study(path: &Path, method: &str, options: Options) -> Outcome {
         let context =
             RenderContext::new(scene.clone(), camera.clone(), &desc.integrator, seed, UvWindow::PICTURE);
         match desc.integrator.kind {
-            IntegratorKind::Path | IntegratorKind::Auto => trace::<PathTracer>(&context, divided, options),
+            IntegratorKind::Path | IntegratorKind::Depth | IntegratorKind::Auto => {
+                trace::<PathTracer>(&context, divided, options)
+            }
             IntegratorKind::Light => trace::<ParticleTracer>(&context, divided, options),
             IntegratorKind::Bidirectional => trace::<BidirectionalTracer>(&context, divided, options),
             IntegratorKind::Photon => trace::<PhotonTracer>(&context, divided, options),

@@ -115,9 +115,9 @@ fn rays(RenderContext { scene, camera, .. }: &RenderContext) {
         let mut ray = camera.ray(sampler.camera().screen, [0.5; 2]);
         for depth in 0..4 {
             let Some(hit) = scene.closest(&ray) else { break };
-            let side = if hit.wo.dot(hit.frame.n) < 0.0 { -1.0 } else { 1.0 };
+            let side = if hit.wo.dot(hit.frame().n) < 0.0 { -1.0 } else { 1.0 };
             let d = pointillist::math::warp::cosine_hemisphere(sampler.vertex(depth).bsdf) * side;
-            ray = hit.spawn(hit.frame.to_world(d));
+            ray = hit.spawn(hit.frame().to_world(d));
             rays.push(ray);
         }
     }
@@ -167,6 +167,7 @@ fn cornell_box(spheres: bool) -> SceneDesc {
         flip_normals: false,
         bsdf: BsdfId(bsdf),
         emission: None,
+        emission_profile: Default::default(),
     };
     let turn = |axis: DVec3, degrees: f64| DAffine3::from_axis_angle(axis, degrees.to_radians());
     let wall = |at: DVec3, turned: DAffine3, bsdf| {
@@ -205,6 +206,7 @@ fn cornell_box(spheres: bool) -> SceneDesc {
     SceneDesc {
         files: Vec::new(),
         camera: CameraDesc {
+            orthographic: false,
             to_world: DAffine3::from_translation(DVec3::new(0.0, 0.0, 3.9)) * turn(DVec3::Y, 180.0),
             fov: 39.3077,
             fov_axis: FovAxis::Smaller,

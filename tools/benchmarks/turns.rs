@@ -81,7 +81,7 @@ fn trace(scene: &Path, how: &[How]) -> Outcome {
     let context =
         RenderContext::new(Arc::new(scene), Camera::of(&desc)?, &desc.integrator, 0, UvWindow::PICTURE);
     match desc.integrator.kind {
-        IntegratorKind::Path | IntegratorKind::Auto => paths(&PathTracer { context }),
+        IntegratorKind::Path | IntegratorKind::Depth | IntegratorKind::Auto => paths(&PathTracer { context }),
         IntegratorKind::Light => paths(&ParticleTracer { context }),
         IntegratorKind::Bidirectional => paths(&BidirectionalTracer { context }),
         IntegratorKind::Photon => paths(&PhotonTracer::new(context, true)),

@@ -34,7 +34,10 @@ enum MeshFormat {
 #[derive(Subcommand)]
 enum What {
     /// Makes the golden pictures of tests/golden/ anew, only after they were checked against Mitsuba
-    Golden,
+    Golden {
+        /// The scenes to make them for, such as `cornell` or `bsdf_plastic`; all if none is named
+        names: Vec<String>,
+    },
     /// Writes the meshes of `tools/bench rays` as Mitsuba 3 scenes: spheres.xml and bigmesh.xml, with one file per material
     Meshes {
         /// The folder to write to
@@ -55,7 +58,7 @@ enum What {
 
 fn main() -> ExitCode {
     let outcome = match Arguments::parse().what {
-        What::Golden => golden::make(),
+        What::Golden { names } => golden::make(&names),
         What::Meshes { folder, format } => mitsuba::write(&folder, format),
         What::Montage { out, pictures } => montage::join(&out, &pictures),
     };

@@ -6,6 +6,7 @@ pub mod compare;
 pub mod display;
 pub mod effects;
 pub mod measure;
+pub mod plugins;
 pub mod render;
 pub mod scene;
 pub mod study;
@@ -14,6 +15,7 @@ pub mod view;
 
 pub use compare::CompareArgs;
 pub use measure::{BenchArgs, ExplainArgs};
+pub use plugins::PluginsArgs;
 pub use render::RenderArgs;
 pub use study::StudyArgs;
 pub use view::ViewArgs;
@@ -81,6 +83,12 @@ pub enum CliCommand {
     /// keeps its measurements, and another run adds to them. The time to an error is left out where a method's bias shows or
     /// its error comes close to that of the reference.
     Study(Box<StudyArgs>),
+
+    /// List what of Mitsuba's scene format is supported: plugins by kind, with their parameters.
+    ///
+    /// For each parameter: what it is written as and what it is if it is not given, where the reader has a fixed default. Names in
+    /// angle brackets are elements within the plugin. The list is made by reading each plugin as a scene is read.
+    Plugins(PluginsArgs),
 
     /// List the Vulkan devices, and for each whether it can be used.
     Devices,

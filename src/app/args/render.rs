@@ -7,7 +7,7 @@ use clap::{ArgGroup, Args};
 
 use super::display::DisplayArgs;
 use super::scene::SceneArgs;
-use super::values::{count, error, seconds, share};
+use super::values::{AovArg, aov, count, error, seconds, share};
 use crate::study::ErrorQuantile;
 
 /// Options of `pointillist render`.
@@ -63,6 +63,13 @@ pub struct RenderArgs {
     /// Write the picture to this .exr or .png file; may be given several times [default: the scene's name as .png].
     #[arg(short = 'o', long = "output", value_name = "FILE", help_heading = "Output")]
     pub outputs: Vec<PathBuf>,
+
+    /// Layers that EXR files have beside the picture, as name:type,… or by their types alone [default: those of the scene].
+    ///
+    /// Types are albedo, depth, position, uv, geo_normal, sh_normal, prim_index and shape_index, with the channels that Mitsuba's
+    /// integrator `aov` gives them. Each is the mean of what camera rays see first, weighted by the splat filter.
+    #[arg(long, value_name = "LIST", value_parser = aov, help_heading = "Output")]
+    pub aov: Option<AovArg>,
 
     /// Write a report of the run as JSON; `-` is standard output.
     #[arg(long, value_name = "FILE|-", help_heading = "Output")]

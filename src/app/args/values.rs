@@ -5,10 +5,28 @@ use std::time::Duration;
 
 use crate::client::ReconstructionKernel;
 use crate::color::{Profile, icc};
+use crate::scene;
+use crate::scene::aov::{AovDesc, AovKind, AovList};
 
 /// Value of `--max-depth`; `None` is unlimited.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MaxDepth(pub Option<u32>);
+
+/// Value of `--aov`.
+#[derive(Clone, Debug)]
+pub struct AovArg(pub Vec<AovDesc>);
+
+pub(super) fn aov(list: &str) -> Result<AovArg, String> {
+    let AovList { layers, left_out } = scene::aov::parse(list)?;
+    match left_out.is_empty() {
+        true => Ok(AovArg(layers)),
+        false => Err(format!(
+            "not supported: {}; the types are {}",
+            left_out.join(", "),
+            AovKind::names().join(", ")
+        )),
+    }
+}
 
 pub(super) fn define(text: &str) -> Result<(String, String), &'static str> {
     match text.split_once('=') {

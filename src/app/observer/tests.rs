@@ -23,6 +23,7 @@ fn run(width: u32, height: u32) -> RunSpec {
         hide_emitters: false,
         integrator: IntegratorKind::Path,
         photons: PhotonDesc::default(),
+        aovs: Vec::new(),
         auto: None,
         effects: Vec::new(),
         spp: 16,

@@ -17,11 +17,15 @@ use crate::study::data::{Machine, Study};
 use crate::study::measurement::Measurement;
 
 pub fn methods(args: &StudyArgs) -> Result<Vec<IntegratorKind>> {
-    use IntegratorKind::{Auto, Bidirectional, Light, Path, Photon};
+    use IntegratorKind::{Auto, Bidirectional, Depth, Light, Path, Photon};
     miette::ensure!(
         !args.methods.contains(&Auto),
         help = "name those that are to be compared, or leave --methods away",
         "--methods auto is a choice among methods, not one of them"
+    );
+    miette::ensure!(
+        !args.methods.contains(&Depth),
+        "--methods depth shows no light, so there is nothing to compare"
     );
     let all = || vec![Path, Light, Bidirectional, Photon];
     Ok(if args.methods.is_empty() { all() } else { args.methods.clone() })

@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use glam::DVec2;
+use glam::{DAffine3, DMat3, DVec2, DVec3};
 use miette::{IntoDiagnostic, Result};
 
 use crate::app::args::effects::Forced;
@@ -48,7 +48,7 @@ impl SceneEditor {
         // The target of a camera with a lens lies where the lens is focused, and stays in focus as the camera moves.
         let lens = original.camera.aperture_radius > 0.0;
         let ahead = if lens { original.camera.focus_distance } else { ahead };
-        let home = Pose::of(&original.camera.to_world, original.camera.fov, ahead);
+        let home = Pose::of(&original.camera.to_world, pose_fov(&original.camera, ahead), ahead);
         let history = CameraHistory::new(home);
         let (desc, edits, forced) = (original.clone(), Edits::default(), Vec::new());
         Ok(Self {
@@ -79,9 +79,24 @@ impl SceneEditor {
         if !self.is_moved() {
             return camera;
         }
+        if camera.orthographic {
+            return CameraDesc { to_world: self.parallel_to_world(pose), ..camera };
+        }
         let lens = camera.aperture_radius > 0.0;
         let focus_distance = if lens { pose.distance() } else { camera.focus_distance };
         CameraDesc { to_world: pose.to_world(), fov: pose.fov, focus_distance, ..camera }
+    }
+
+    /// The transform of a camera of parallel rays in this pose. It shows as much as a perspective camera of the pose's field of view does
+    /// at the target, and stays as far from the target as it was, so that nothing is cut off that was seen.
+    fn parallel_to_world(&self, pose: Pose) -> DAffine3 {
+        let matrix = self.original.camera.to_world.matrix3;
+        let [x, y, z] = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(DVec3::length);
+        let width = (0.5 * pose.fov.to_radians()).tan() * pose.distance();
+        let rigid = pose.to_world();
+        let eye = pose.target - rigid.matrix3.z_axis * self.history.home().distance();
+        let scale = DMat3::from_diagonal(DVec3::new(width, width * y / x, z));
+        DAffine3::from_mat3_translation(rigid.matrix3 * scale, eye)
     }
 
     /// The camera for a picture of this size in pixels.
@@ -200,6 +215,24 @@ impl SceneEditor {
         self.change(self.edits.clone(), forced)
     }
 
+    /// Takes over from another reading of the same scene: where the camera was moved to, the effects that are forced, and the edits,
+    /// by name. Returns the number of changes that have lost their object or have become impossible.
+    pub fn take_over(&mut self, old: Self) -> usize {
+        if old.is_moved() {
+            self.history = old.history.with_home(self.history.home());
+        }
+        let name = |desc: &SceneDesc, shape| shape_name(desc, shape);
+        self.selected = old.selected.filter(|s| name(&old.original, *s) == name(&self.original, *s));
+        let (edits, mut lost) = old.edits.carried(&old.original, &self.original);
+        let forced = old.forced.iter().filter(|forced| !self.forced.contains(forced));
+        let forced: Vec<Forced> = forced.copied().collect();
+        let changes = edits.values.len();
+        if !edits.is_empty() && self.change(edits, self.forced.clone()).is_err() {
+            lost += changes;
+        }
+        lost + forced.into_iter().filter(|forced| self.force(*forced).is_err()).count()
+    }
+
     /// The effects that are forced on or off.
     pub fn forced(&self) -> &[Forced] {
         &self.forced
@@ -244,6 +277,14 @@ impl SceneEditor {
     }
 }
 
+/// The field of view of the pose of a camera whose target is `ahead`; of parallel rays one that shows as much there.
+fn pose_fov(camera: &CameraDesc, ahead: f64) -> f64 {
+    match camera.orthographic {
+        true => 2.0 * (camera.to_world.matrix3.x_axis.length() / ahead).atan().to_degrees(),
+        false => camera.fov,
+    }
+}
+
 /// Half the picture's extent at distance 1 in units of `tan(fov / 2)`, as navigation wants it.
 fn shape(axis: FovAxis, [width, height]: [u32; 2]) -> DVec2 {
     let aspect = f64::from(width.max(1)) / f64::from(height.max(1));
@@ -262,7 +303,6 @@ fn shape(axis: FovAxis, [width, height]: [u32; 2]) -> DVec2 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::DVec3;
 
     #[test]
     fn shape_follows_the_axis() {
@@ -273,6 +313,41 @@ mod tests {
         assert_eq!(shape(FovAxis::Larger, wide), shape(FovAxis::X, wide));
         assert_eq!(shape(FovAxis::Smaller, [100, 200]), shape(FovAxis::X, [100, 200]));
         assert!((shape(FovAxis::Diagonal, wide).length() - 1.0).abs() < 1e-12);
+    }
+
+    /// A camera of parallel rays turns, moves and zooms, and is saved as what it is.
+    #[test]
+    fn parallel_rays_stay_parallel() {
+        let text = "<scene version=\"3.0.0\"><sensor type=\"orthographic\"><transform name=\"to_world\"><scale x=\"2\" y=\"3\" z=\"0.5\"/>\
+                    <lookat origin=\"0,0,5\" target=\"0,0,0\" up=\"0,1,0\"/></transform></sensor>\
+                    <shape type=\"rectangle\"/><emitter type=\"constant\"/></scene>";
+        let desc = crate::scene::load_str("t.xml", text, &[]).expect("valid").desc;
+        let home = desc.camera.to_world;
+        let scene = Scene::prepare(&desc).expect("valid");
+        let mut user = SceneEditor::new(desc, scene).expect("a camera");
+        let lengths = |m: DMat3| [m.x_axis, m.y_axis, m.z_axis].map(DVec3::length);
+        assert!(user.gesture(Gesture::Dolly(1.0), [200, 100]));
+        let near = user.camera_desc().to_world;
+        let [x, y, z] = lengths(near.matrix3);
+        assert!((x - 1.8).abs() < 1e-9 && (y - 2.7).abs() < 1e-9 && (z - 0.5).abs() < 1e-9, "{x} {y} {z}");
+        assert!((near.translation - home.translation).length() < 1e-9, "the eye stays where it is");
+        assert!(user.pick([100.0, 50.0], [200, 100]).is_some_and(|pick| pick.shape == 0));
+        for gesture in [
+            Gesture::Orbit(DVec2::new(0.1, 0.2)),
+            Gesture::Pan(DVec2::new(0.1, 0.1)),
+            Gesture::Fly(DVec3::ONE),
+            Gesture::Look(DVec2::new(0.1, 0.0)),
+            Gesture::Fov(500.0),
+            Gesture::Fov(-500.0),
+        ] {
+            assert!(user.gesture(gesture, [200, 100]), "{gesture:?}");
+            assert!(user.camera([200, 100]).is_ok(), "{gesture:?}");
+        }
+        // What is panned by a tenth of the width moves by a tenth of what is seen.
+        while user.history.undo().is_some() {}
+        user.gesture(Gesture::Pan(DVec2::new(0.1, 0.0)), [200, 100]);
+        let moved = user.camera_desc().to_world.translation.distance(home.translation);
+        assert!((moved - 0.4).abs() < 1e-9, "{moved}");
     }
 
     /// A lens stays focused as in the file until the camera moves, and then on the target; a pinhole has no focus.

@@ -42,7 +42,7 @@ struct ViewReport {
     simd: &'static str,
     width: u32,
     height: u32,
-    /// From the start of the viewer, with the scene loaded, to the first picture.
+    /// From the start of the program to the first picture.
     first_picture_ms: Option<f64>,
     frames: u64,
     frame_ms: TimePercentiles,
@@ -178,12 +178,12 @@ impl Viewer {
         });
         let (outputs, mut seconds) = (&self.options.outputs, Seconds::default());
         let written = match self.picture.take_film() {
-            Some(mut film) => outputs.write(&mut film, &run, prefix, &settings, &mut seconds),
+            Some(mut film) => outputs.write(&mut film, &run, prefix, &settings, Vec::new(), &mut seconds),
             None => Err(miette::miette!("there is no film")),
         };
         let Err(error) = written else { return Ok(()) };
         tell(&format!("{error}; the picture is made without the device"));
         let mut film = self.picture.film_without_device(run.film).into_diagnostic()?;
-        outputs.write(&mut film, &run, false, &settings, &mut seconds)
+        outputs.write(&mut film, &run, false, &settings, Vec::new(), &mut seconds)
     }
 }

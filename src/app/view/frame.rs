@@ -52,6 +52,7 @@ impl Viewer {
             self.gesture(gesture);
         }
         self.tick = now;
+        self.look_at_files(now);
         if let Some(gpu) = self.picture.gpu().cloned() {
             self.metrics.completed(&gpu, &mut self.picture.pacer);
         }
@@ -93,7 +94,8 @@ impl Viewer {
         if self.metrics.awaits_edit() || (busy && now >= self.due) {
             return now + SOON;
         }
-        let still = self.session.is_through()
+        let still = self.loader.is_none()
+            && self.session.is_through()
             && !self.session.is_stale()
             && self.saves.is_empty()
             && self.picture.is_settled()

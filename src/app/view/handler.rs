@@ -1,32 +1,48 @@
-//! Hears winit: opens the window, turns its events into actions, and lets the loop step when a frame is due.
+//! Hears winit: turns the events of the window into actions, and lets the loop step when a frame is due.
 
-use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-use miette::IntoDiagnostic;
-use raw_window_handle::HasDisplayHandle;
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
 use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
-use winit::window::{Window, WindowId};
+use winit::window::WindowId;
 
 use crate::app::process;
-use crate::app::timings::TimingCapture;
 use crate::app::view::Viewer;
 use crate::app::view::screen::Screen;
+use crate::app::view::start::{Stage, ViewerApp};
 use crate::gpu;
 
-impl ApplicationHandler for Viewer {
-    fn resumed(&mut self, events: &ActiveEventLoop) {
-        if self.picture.screen.is_none()
-            && let Err(error) = self.open(events)
-        {
-            self.fail(error);
+impl ApplicationHandler for ViewerApp {
+    fn resumed(&mut self, _: &ActiveEventLoop) {
+        if let Stage::Loading(loading) = &mut self.stage {
+            loading.may_open = true;
         }
     }
 
-    fn window_event(&mut self, _: &ActiveEventLoop, _: WindowId, mut event: WindowEvent) {
+    fn window_event(&mut self, _: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        match &mut self.stage {
+            Stage::Loading(loading) => loading.hear(&event),
+            Stage::Open(viewer) => viewer.hear(event),
+            Stage::Over(_) => {}
+        }
+    }
+
+    fn about_to_wait(&mut self, events: &ActiveEventLoop) {
+        self.step(events);
+        let next = match &mut self.stage {
+            Stage::Loading(loading) if !loading.quit => loading.next_look(),
+            Stage::Open(viewer) if !viewer.quit => viewer.next_look(Instant::now()),
+            _ => return events.exit(),
+        };
+        events.set_control_flow(ControlFlow::WaitUntil(next));
+    }
+}
+
+impl Viewer {
+    /// Hears an event of the window.
+    fn hear(&mut self, mut event: WindowEvent) {
         let Some(window) = self.picture.screen.as_ref().map(|screen| screen.window.clone()) else { return };
         match &mut event {
             WindowEvent::CloseRequested | WindowEvent::Destroyed => self.quit = true,
@@ -38,6 +54,7 @@ impl ApplicationHandler for Viewer {
             }
             WindowEvent::Occluded(true) => self.picture.hide(),
             WindowEvent::RedrawRequested | WindowEvent::Occluded(false) => self.picture.request_show(),
+            WindowEvent::DroppedFile(path) => self.open_file(path.clone()),
             _ => {}
         }
         if self.panel.on_event(&window, &event) {
@@ -45,7 +62,8 @@ impl ApplicationHandler for Viewer {
         }
     }
 
-    fn about_to_wait(&mut self, events: &ActiveEventLoop) {
+    /// Does what is due.
+    pub(super) fn turn(&mut self) {
         if process::is_interrupted() {
             self.quit = true;
         }
@@ -55,42 +73,6 @@ impl ApplicationHandler for Viewer {
         if !self.quit {
             self.step();
         }
-        if self.quit {
-            events.exit();
-            return;
-        }
-        events.set_control_flow(ControlFlow::WaitUntil(self.next_look(Instant::now())));
-    }
-}
-
-impl Viewer {
-    /// Opens the window, the device and the panel; the first epoch begins meanwhile.
-    fn open(&mut self, events: &ActiveEventLoop) -> miette::Result<()> {
-        let [width, height] = self.session.size();
-        let attributes = Window::default_attributes()
-            .with_title(format!("{} · Pointillist", self.options.name))
-            .with_inner_size(PhysicalSize::new(width, height));
-        let window = Arc::new(events.create_window(attributes).into_diagnostic()?);
-        gpu::survive_display_loss(window.display_handle().into_diagnostic()?.as_raw());
-        let rate = window.current_monitor().and_then(|monitor| monitor.refresh_rate_millihertz());
-        let rate = rate.filter(|rate| self.options.budget.is_none() && *rate >= 1000);
-        self.panel.host.open(&window);
-        // Tracing begins while the device is opened, by path tracing where the method is to be chosen.
-        self.choose_method()?;
-        self.restart()?;
-        let (run, options) = (self.session.run_spec(), &self.options);
-        let screen = Screen::open(window, &options.device, &options.losses, run.film, run.deterministic);
-        let screen = screen.into_diagnostic()?;
-        if let Some(gpu) = screen.gpu() {
-            self.session.set_device(gpu.info());
-        }
-        if let Some(path) = &self.options.timings {
-            self.session.server.set_tracing(true);
-            self.capture = Some(TimingCapture::new(path, screen.gpu())?);
-        }
-        self.picture.open(screen, rate.map(|rate| Duration::from_secs_f64(1e3 / f64::from(rate))));
-        self.due = Instant::now();
-        Ok(())
     }
 
     fn resized(&mut self, size: PhysicalSize<u32>) {

@@ -39,7 +39,7 @@ pub struct ViewerMetrics {
     pub edits: RecentValues,
     /// The last of `edits`, for the panel.
     pub recent_edits: RecentValues,
-    /// Time from the start of the viewer to the first picture on the device.
+    /// Time from the start of the program to the first picture on the device.
     pub first: Option<Duration>,
     pub presented: u64,
     pub epochs: u64,
@@ -98,6 +98,11 @@ impl Default for ViewerMetrics {
 }
 
 impl ViewerMetrics {
+    /// No measurements of a program that was started then.
+    pub fn since(started: Instant) -> Self {
+        Self { started, ..Self::default() }
+    }
+
     /// Something was edited now. While edits wait for their picture, the latency counts from the first.
     pub fn edit(&mut self, now: Instant) {
         self.noted_edit.get_or_insert(now);

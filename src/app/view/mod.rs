@@ -24,10 +24,13 @@
 //! │  ├─ MapCache     maps      maps of error and cost over the picture
 //! │  └─ EffectCosts  costs     measured costs of the effects
 //! ├─ ViewerMetrics   metrics   frame times, latencies, rates
-//! └─ BackgroundSaves saves     files that are being written
+//! ├─ BackgroundSaves saves     files that are being written
+//! ├─ SceneLoader     loader    a scene that a thread reads and prepares: the first, one that was dropped, one that has changed
+//! └─ FileWatch       watch     the files of the scene on the disk
 //! ```
 //!
-//! `start` goes from the command line to the open window; `handler` hears winit and decides when a frame is due; `frame` is the
+//! `start` goes from the command line to the open window, in which `loading` shows how far the first scene is; `reload` replaces the
+//! scene by another one, or by itself after a change; `handler` hears winit and decides when a frame is due; `frame` is the
 //! loop; `actions` does what the user asks for; `ending` writes what is left behind when the window closes.
 
 mod actions;
@@ -36,14 +39,18 @@ mod editor;
 mod ending;
 mod frame;
 mod handler;
+mod loader;
+mod loading;
 mod maps;
 mod metrics;
 mod panel;
 mod picture;
+mod reload;
 mod saves;
 mod screen;
 mod session;
 mod start;
+mod watch;
 
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -53,18 +60,22 @@ use miette::Result;
 use crate::app::outputs::Outputs;
 use crate::app::timings::TimingCapture;
 use crate::app::view::editor::SceneEditor;
+use crate::app::view::loader::{SceneLoader, ViewSource};
 use crate::app::view::metrics::ViewerMetrics;
 use crate::app::view::panel::ViewerPanel;
 use crate::app::view::picture::LivePicture;
 use crate::app::view::saves::BackgroundSaves;
 use crate::app::view::screen::SimulatedLosses;
 use crate::app::view::session::RenderSession;
+use crate::app::view::watch::FileWatch;
 use crate::gpu::DeviceChoice;
 
 pub use start::view;
 
 /// What the command line decides, apart from what is rendered.
 struct ViewOptions {
+    /// When the program began.
+    began: Instant,
     /// Pictures to be written at the end.
     outputs: Outputs,
     /// Figures to be written at the end.
@@ -73,6 +84,8 @@ struct ViewOptions {
     /// Where the times of every pass go.
     timings: Option<PathBuf>,
     losses: SimulatedLosses,
+    /// Camera paths of a render; `None` is no end.
+    samples: Option<u64>,
     /// Length of a frame; otherwise the display's.
     budget: Option<Duration>,
     /// Name of the scene, for title and file names.
@@ -81,6 +94,11 @@ struct ViewOptions {
 
 /// The window and everything behind it; owned by the event loop.
 struct Viewer {
+    /// What is shown.
+    source: ViewSource,
+    /// The scene that will be shown next, or the same one read again.
+    loader: Option<SceneLoader>,
+    watch: FileWatch,
     options: ViewOptions,
     session: RenderSession,
     picture: LivePicture,

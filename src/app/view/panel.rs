@@ -42,10 +42,10 @@ pub struct ViewerPanel {
 }
 
 impl ViewerPanel {
-    /// A panel for a window of this size that is not open yet.
-    pub fn new(controls: PanelControls, size: [u32; 2]) -> Self {
+    /// A panel for a window of this size.
+    pub fn new(host: EguiHost, controls: PanelControls, size: [u32; 2]) -> Self {
         Self {
-            host: EguiHost::default(),
+            host,
             controls,
             input: InputState::new(size),
             maps: MapCache::default(),

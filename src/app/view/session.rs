@@ -85,6 +85,13 @@ impl RenderSession {
         })
     }
 
+    /// Takes over another scene; film and device stay. The next epoch begins with it.
+    pub fn replace(&mut self, run: RunSpec, choose: bool) {
+        let (film, device) = (self.run.film, std::mem::take(&mut self.run.device));
+        self.run = RunSpec { film, device, ..run };
+        (self.chooser, self.photons, self.stale) = (Chooser::new(choose), None, true);
+    }
+
     /// What is rendered, with the present size and splat filter of the film.
     pub fn run_spec(&self) -> &RunSpec {
         &self.run

@@ -4,34 +4,35 @@ use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
 
-use miette::Result;
-use winit::event_loop::EventLoop;
+use miette::{IntoDiagnostic, Result};
+use winit::dpi::PhysicalSize;
+use winit::event_loop::{ActiveEventLoop, EventLoop};
 
 use crate::app::args::ViewArgs;
 use crate::app::device::CPU;
-use crate::app::load::SceneInput;
 use crate::app::outputs::Outputs;
-use crate::app::run_spec::RunSpec;
-use crate::app::view::editor::SceneEditor;
+use crate::app::process;
+use crate::app::timings::{self, TimingCapture};
+use crate::app::view::loader::{ReadyScene, ViewSource};
+use crate::app::view::loading::{LoadingWindow, OpenWindow, title};
 use crate::app::view::metrics::ViewerMetrics;
 use crate::app::view::panel::ViewerPanel;
 use crate::app::view::picture::LivePicture;
 use crate::app::view::saves::BackgroundSaves;
 use crate::app::view::screen::SimulatedLosses;
 use crate::app::view::session::RenderSession;
+use crate::app::view::watch::FileWatch;
 use crate::app::view::{ViewOptions, Viewer};
-use crate::app::{load, method, process, tell, timings};
-use crate::client::Settings;
 use crate::client::background;
 use crate::client::window::panel::{DEFAULT_TARGET, MapChoice, PanelControls};
+use crate::client::{Settings, SplatFilter};
 use crate::color::Profile;
 use crate::gpu::{self, DeviceChoice};
-use crate::scene::desc::IntegratorKind;
 use crate::server::panic_message;
-use crate::tracer::Scene;
 
 /// Runs the subcommand. A picture that was asked for is written even after an error.
 pub fn view(args: &ViewArgs) -> Result<()> {
+    let began = Instant::now();
     if args.source.device.as_deref() == Some(CPU) {
         return Err(miette::miette!(
             "a window needs a Vulkan device, and --device cpu is none: leave it out, or use `pointillist render`"
@@ -43,17 +44,17 @@ pub fn view(args: &ViewArgs) -> Result<()> {
     }
     process::listen_for_interrupt();
     let events = EventLoop::new().map_err(|error| no_display(&error.to_string()))?;
-    let mut viewer = prepare(args, outputs)?;
+    let mut app = ViewerApp::start(args, outputs, began)?;
     // The window system may fail at any moment: what was traced is saved all the same.
-    let run = catch_unwind(AssertUnwindSafe(|| events.run_app(&mut viewer)));
+    let run = catch_unwind(AssertUnwindSafe(|| events.run_app(&mut app)));
     match run {
         Ok(Ok(())) => {}
-        Ok(Err(error)) => viewer.fail(miette::miette!("the window system failed: {error}")),
+        Ok(Err(error)) => app.fail(miette::miette!("the window system failed: {error}")),
         // winit panics when its display goes away.
-        Err(_) if gpu::display_lost() => viewer.fail(miette::miette!("the connection to the display broke")),
-        Err(panic) => viewer.fail(internal(panic.as_ref())),
+        Err(_) if gpu::display_lost() => app.fail(miette::miette!("the connection to the display broke")),
+        Err(panic) => app.fail(internal(panic.as_ref())),
     }
-    let outcome = viewer.finish();
+    let outcome = app.finish();
     // Threads that a closed film has left must not be inside the driver when the program ends.
     background::join_abandoned();
     outcome
@@ -80,74 +81,159 @@ fn no_display(why: &str) -> miette::Report {
     )
 }
 
-/// Loads the scene and starts the threads.
-fn prepare(args: &ViewArgs, outputs: Outputs) -> Result<Viewer> {
-    let loaded = load::read(&args.source)?;
-    load::tell_warnings(&loaded);
-    let scene = load::prepare(Scene::prepare, &loaded.desc, args.source.simd)?;
-    for notice in scene.notices() {
-        tell(&format!("warning: {notice}"));
+/// What the event loop drives.
+pub(super) struct ViewerApp {
+    pub(super) stage: Stage,
+}
+
+/// The life of the viewer.
+pub(super) enum Stage {
+    /// The first scene is being loaded.
+    Loading(Box<LoadingWindow>),
+    /// A scene is shown.
+    Open(Box<Viewer>),
+    /// The window has closed before there was a scene.
+    Over(Result<()>),
+}
+
+impl ViewerApp {
+    /// Begins to load the scene.
+    fn start(args: &ViewArgs, outputs: Outputs, began: Instant) -> Result<Self> {
+        let source = ViewSource {
+            args: args.source.clone(),
+            deterministic: args.deterministic,
+            replicated: args.replicates > 1,
+        };
+        let settings = args.display.settings();
+        let controls = PanelControls {
+            own_profile: Some(settings.profile.clone()).filter(|p| Profile::named(&p.name).is_none()),
+            settings: Settings { output: args.hdr, ..settings },
+            filter: SplatFilter::Gaussian,
+            visible: !args.no_panel,
+            help: false,
+            map: MapChoice::default(),
+            target: DEFAULT_TARGET,
+        };
+        let options = ViewOptions {
+            began,
+            outputs,
+            json: args.json.clone(),
+            device: args.source.device.as_deref().map_or(DeviceChoice::Best, DeviceChoice::parse),
+            timings: args.gpu_timings.clone(),
+            losses: SimulatedLosses {
+                devices: args.lose_device_after.clone(),
+                surface: args.lose_surface_after,
+            },
+            budget: args.fps.map(|fps| Duration::from_secs_f32(1.0 / fps.clamp(0.1, 1000.0))),
+            samples: args.samples,
+            name: source.name(),
+        };
+        let loading = LoadingWindow::start(source, options, controls)?;
+        Ok(Self { stage: Stage::Loading(Box::new(loading)) })
     }
-    let forced = load::forced(&loaded.desc, &args.source)?;
-    let input = SceneInput { loaded, forced };
-    let mut run = RunSpec {
-        deterministic: args.deterministic,
-        replicated: args.replicates > 1,
-        ..RunSpec::of(&args.source, &input, String::new())
+
+    /// Does what is due; from loading to a scene when it is there.
+    pub(super) fn step(&mut self, events: &ActiveEventLoop) {
+        match &mut self.stage {
+            Stage::Open(viewer) => viewer.turn(),
+            Stage::Over(_) => {}
+            Stage::Loading(loading) => {
+                loading.quit |= process::is_interrupted();
+                match loading.step(events) {
+                    _ if gpu::display_lost() => {
+                        self.fail(miette::miette!("the connection to the display broke"))
+                    }
+                    Ok(None) => {}
+                    Ok(Some(ready)) => self.open(ready),
+                    Err(error) => self.fail(error),
+                }
+            }
+        }
+    }
+
+    /// Shows the first scene in the window that is open.
+    fn open(&mut self, ready: ReadyScene) {
+        let Stage::Loading(loading) = std::mem::replace(&mut self.stage, Stage::Over(Ok(()))) else { return };
+        self.stage = match viewer(*loading, ready) {
+            Ok(viewer) => Stage::Open(Box::new(viewer)),
+            Err(error) => Stage::Over(Err(error)),
+        };
+    }
+
+    /// Ends the loop for this reason; the first one counts.
+    fn fail(&mut self, error: miette::Report) {
+        match &mut self.stage {
+            Stage::Open(viewer) => viewer.fail(error),
+            Stage::Over(Err(_)) => {}
+            stage => *stage = Stage::Over(Err(error)),
+        }
+    }
+
+    /// Writes what was asked for, and says why the window has closed if the user did not want it.
+    fn finish(self) -> Result<()> {
+        match self.stage {
+            Stage::Loading(_) => Ok(()),
+            Stage::Open(viewer) => viewer.finish(),
+            Stage::Over(outcome) => outcome,
+        }
+    }
+}
+
+/// Starts the tracer, and the first epoch in the window that is open.
+fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
+    let LoadingWindow { mut options, mut controls, loader, open, .. } = loading;
+    let Some(OpenWindow { screen, host, rate }) = open else {
+        return Err(miette::miette!("there is no window for the scene"));
     };
-    let SceneInput { loaded, forced } = input;
-    let mut editor = SceneEditor::new(loaded.desc, scene)?;
-    forced.into_iter().try_for_each(|forced| editor.force(forced))?;
-    run.photons = editor.desc().integrator.photons;
-    let threads = args.source.threads();
+    let ReadyScene { run, choose, editor } = ready;
+    controls.filter = run.film.filter;
     let size = [run.film.width, run.film.height];
-    let mut choose = false;
-    if run.deterministic {
-        method::choose(&mut run, &editor.scene(), &editor.camera(size)?, threads);
-        method::tell_choice(&run);
-    } else if run.integrator == IntegratorKind::Auto {
-        // Until the method is chosen, beside the window.
-        run.integrator = IntegratorKind::Path;
-        choose = true;
+    let window = screen.window.clone();
+    // Another scene may have been dropped onto the window meanwhile.
+    options.name = loader.source.name();
+    window.set_title(&title(&options.name));
+    let wanted = PhysicalSize::<u32>::from(size);
+    if window.inner_size() != wanted {
+        // It was opened before the size of the picture was known.
+        let _ = window.request_inner_size(wanted);
     }
-    let settings = args.display.settings();
-    let controls = PanelControls {
-        own_profile: Some(settings.profile.clone()).filter(|p| Profile::named(&p.name).is_none()),
-        settings: Settings { output: args.hdr, ..settings },
-        filter: run.film.filter,
-        visible: !args.no_panel,
-        help: false,
-        map: MapChoice::default(),
-        target: DEFAULT_TARGET,
-    };
-    let name =
-        args.source.scene.file_stem().map_or("scene".into(), |stem| stem.to_string_lossy().into_owned());
-    let options = ViewOptions {
-        outputs,
-        json: args.json.clone(),
-        device: args.source.device.as_deref().map_or(DeviceChoice::Best, DeviceChoice::parse),
-        timings: args.gpu_timings.clone(),
-        losses: SimulatedLosses { devices: args.lose_device_after.clone(), surface: args.lose_surface_after },
-        budget: args.fps.map(|fps| Duration::from_secs_f32(1.0 / fps.clamp(0.1, 1000.0))),
-        name,
-    };
-    let panel = ViewerPanel::new(controls, size);
-    let picture = LivePicture::new(&run, options.budget, panel.target())?;
-    let session = RenderSession::start(run, choose, threads, args.samples)?;
+    let panel = ViewerPanel::new(host, controls, size);
+    let mut picture = LivePicture::new(&run, options.budget, panel.target())?;
+    let mut session = RenderSession::start(run, choose, loader.source.args.threads(), options.samples)?;
+    let mut capture = None;
+    if let Some(gpu) = screen.gpu() {
+        session.set_device(gpu.info());
+    }
+    if let Some(path) = &options.timings {
+        session.server.set_tracing(true);
+        capture = Some(TimingCapture::new(path, screen.gpu())?);
+    }
+    picture.open(screen, rate);
+    picture.refit(session.run_spec()).into_diagnostic()?;
+    let (mut watch, problem) = FileWatch::new();
+    let unseen = watch.follow(loader.files());
     let now = Instant::now();
-    Ok(Viewer {
+    let metrics = ViewerMetrics::since(options.began);
+    let mut viewer = Viewer {
+        source: loader.source,
+        loader: None,
+        watch,
         options,
         session,
         picture,
         editor,
         panel,
-        metrics: ViewerMetrics::default(),
+        metrics,
         saves: BackgroundSaves::default(),
-        capture: None,
+        capture,
         due: now,
         ended: now,
         tick: now,
         quit: false,
         outcome: Ok(()),
-    })
+    };
+    problem.into_iter().chain(unseen).for_each(|message| viewer.say(message));
+    viewer.choose_method()?;
+    viewer.restart()?;
+    Ok(viewer)
 }

@@ -54,7 +54,7 @@ impl SplatPass {
 
 /// The constants that all shaders of sprites begin with: filter and slots.
 pub fn sprite_constants(spec: &FilmSpec) -> [u32; 2] {
-    [spec.filter as u32, spec.batch_slots()]
+    [spec.filter.constant(), spec.batch_slots()]
 }
 
 /// A pipeline that draws sprites additively into one attachment. The constants of `frag` begin with [`sprite_constants`];

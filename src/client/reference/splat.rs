@@ -111,7 +111,7 @@ pub(super) fn draw(
     draw_row: impl FnMut(&Sprite, usize, &[f32]),
 ) {
     match filter {
-        SplatFilter::Gaussian => draw_taps::<6>(filter, band, sprites, draw_row),
+        SplatFilter::Gaussian | SplatFilter::Scaled(_) => draw_taps::<6>(filter, band, sprites, draw_row),
         SplatFilter::Tent => draw_taps::<2>(filter, band, sprites, draw_row),
         SplatFilter::Box => draw_taps::<1>(filter, band, sprites, draw_row),
     }

@@ -37,6 +37,11 @@ impl CameraHistory {
         self.home
     }
 
+    /// The same moves, with another pose of the file.
+    pub fn with_home(self, home: Pose) -> Self {
+        Self { home, ..self }
+    }
+
     /// Moves the camera, in a window of this `shape` (see [`Pose::apply_in`]); returns whether anything changed. Moves of
     /// one kind are one entry until [`CameraHistory::end_move`]; flying and looking go together.
     pub fn apply(&mut self, gesture: Gesture, shape: DVec2) -> bool {

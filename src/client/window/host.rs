@@ -6,7 +6,7 @@ use winit::event::{ElementState, WindowEvent};
 use winit::window::Window;
 
 use crate::client::window::action::Action;
-use crate::client::window::panel::{self, PanelControls, PanelData};
+use crate::client::window::panel::{self, LoadingData, PanelControls, PanelData};
 
 /// Longest time between two runs of the panel while it is visible.
 const REFRESH: Duration = Duration::from_millis(200);
@@ -35,8 +35,8 @@ pub struct EguiHost {
     pointer: Option<egui::Pos2>,
     /// egui must run again by then.
     due: Instant,
-    /// The last message for the user, and until when it stands over the picture.
-    message: Option<(String, Instant)>,
+    /// The last message for the user, and until when it stands over the picture; `None` is until the next one.
+    message: Option<(String, Option<Instant>)>,
     /// The message was drawn in the last run.
     message_drawn: bool,
 }
@@ -114,13 +114,22 @@ impl EguiHost {
 
     /// Shows a message over the picture for a while.
     pub fn say(&mut self, text: String) {
-        self.message = Some((text, Instant::now() + MESSAGE));
+        self.message = Some((text, Some(Instant::now() + MESSAGE)));
         self.refresh();
+    }
+
+    /// Shows a message until the next one.
+    pub fn pin(&mut self, text: String) {
+        if self.message.as_ref().is_none_or(|(known, until)| *known != text || until.is_some()) {
+            self.message = Some((text, None));
+            self.refresh();
+        }
     }
 
     /// The message that stands over the picture now.
     pub fn message(&self, now: Instant) -> Option<&str> {
-        self.message.as_ref().filter(|(_, until)| now < *until).map(|(text, _)| text.as_str())
+        let stands = |until: &Option<Instant>| until.is_none_or(|until| now < until);
+        self.message.as_ref().filter(|(_, until)| stands(until)).map(|(text, _)| text.as_str())
     }
 
     /// Whether a message is to be drawn, or was drawn last time and is to be removed.
@@ -140,18 +149,27 @@ impl EguiHost {
 
     /// Runs the panel; returns the actions that the user asks for.
     pub fn run(&mut self, window: &Window, data: &PanelData, controls: &mut PanelControls) -> Vec<Action> {
-        let Some(state) = &mut self.state else { return Vec::new() };
         self.message_drawn = data.message.is_some();
-        let input = state.take_egui_input(window);
         let mut actions = Vec::new();
-        let output = self.context.run_ui(input, |ui| actions.extend(panel::show(ui, data, controls)));
+        self.draw(window, |ui| actions.extend(panel::show(ui, data, controls)));
+        actions
+    }
+
+    /// Runs what stands in the window while a scene is loaded.
+    pub fn run_loading(&mut self, window: &Window, data: &LoadingData) {
+        self.draw(window, |ui| panel::show_loading(ui, data));
+    }
+
+    fn draw(&mut self, window: &Window, contents: impl FnMut(&mut egui::Ui)) {
+        let Some(state) = &mut self.state else { return };
+        let input = state.take_egui_input(window);
+        let output = self.context.run_ui(input, contents);
         state.handle_platform_output(window, output.platform_output);
         self.drawing.textures.append(output.textures_delta);
         self.drawing.primitives = self.context.tessellate(output.shapes, output.pixels_per_point);
         self.drawing.pixels_per_point = output.pixels_per_point;
         let delay = output.viewport_output.values().map(|v| v.repaint_delay).min().unwrap_or(REFRESH);
         self.due = Instant::now() + delay.min(REFRESH);
-        actions
     }
 
     /// The drawing of the last run.

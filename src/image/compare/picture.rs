@@ -96,7 +96,7 @@ fn check(bytes: &[u8]) -> Result<(), String> {
     if bytes.get(5).is_some_and(|flags| flags & HAS_DEEP_DATA != 0) {
         return Err("deep pixels are not read: flatten it".to_owned());
     }
-    exr::check_size(bytes, MOST_PIXELS)
+    exr::check_size(bytes, MOST_PIXELS).map(|_| ())
 }
 
 /// Why no layer was chosen, and what there is.

@@ -3,7 +3,8 @@
 use glam::Vec4;
 
 use super::dielectric::ior;
-use super::{BsdfPlugin, Roughness, color, parts};
+use super::roughness::ReadRoughness;
+use super::{AlphaTexture, BsdfPlugin, Roughness, color, parts};
 use crate::scene::diagnostic::SceneError;
 use crate::scene::mitsuba::{Params, Reader, Role, read_spectrum, shorten};
 use crate::scene::texture::SpectrumTexture;
@@ -45,6 +46,8 @@ pub struct RoughConductorDesc {
     pub specular_reflectance: SpectrumTexture,
     /// Its microfacets.
     pub roughness: Roughness,
+    /// Their roughness where it varies; `roughness` has its mean, or 1 for a mesh attribute.
+    pub alpha: Option<Box<AlphaTexture>>,
 }
 
 impl BsdfPlugin for RoughConductorDesc {
@@ -53,13 +56,29 @@ impl BsdfPlugin for RoughConductorDesc {
     fn read(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<Self, SceneError> {
         let (eta, k) = metal(reader, params)?;
         let specular_reflectance = color(reader, params, "specular_reflectance", 1.0)?;
-        Ok(Self { eta, k, specular_reflectance, roughness: Roughness::read(reader, params)? })
+        let ReadRoughness { roughness, alpha } = ReadRoughness::read(reader, params)?;
+        Ok(Self { eta, k, specular_reflectance, roughness, alpha })
     }
 
     parts! { reflection: specular_reflectance, eta: eta, k: k }
 
     fn roughness(&self) -> Option<Roughness> {
         Some(self.roughness)
+    }
+
+    fn is_brushed(&self) -> bool {
+        match self.alpha.as_deref() {
+            Some(alpha) => matches!(alpha, AlphaTexture::Anisotropic(_)),
+            None => self.roughness.alpha[0] != self.roughness.alpha[1],
+        }
+    }
+
+    fn scalars(&self) -> Vec<&SpectrumTexture> {
+        self.alpha.iter().flat_map(|alpha| alpha.textures()).collect()
+    }
+
+    fn scalars_mut(&mut self) -> Vec<&mut SpectrumTexture> {
+        self.alpha.iter_mut().flat_map(|alpha| alpha.textures_mut()).collect()
     }
 }
 
@@ -87,6 +106,7 @@ fn index(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<(Spectrum, Spec
         }),
         None => {
             let mut index = |name, default| {
+                params.default(name, default);
                 let given = read_spectrum(reader, params, name, Role::Unbounded)?;
                 Ok(given.unwrap_or(Spectrum::Constant(default)))
             };

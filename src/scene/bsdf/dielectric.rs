@@ -1,8 +1,9 @@
 //! `dielectric` and `roughdielectric`: an interface between two transparent media, and how an index of refraction is read.
 
-use super::{BsdfPlugin, Roughness, color, parts};
+use super::roughness::ReadRoughness;
+use super::{AlphaTexture, BsdfPlugin, Roughness, color, parts};
 use crate::scene::diagnostic::SceneError;
-use crate::scene::mitsuba::{Params, Reader, shorten};
+use crate::scene::mitsuba::{Params, Question, Reader, shorten};
 use crate::scene::texture::SpectrumTexture;
 use crate::spectrum::{Spectrum, dispersion::Ior};
 
@@ -52,25 +53,23 @@ pub struct RoughDielectricDesc {
     pub specular_transmittance: SpectrumTexture,
     /// Its microfacets.
     pub roughness: Roughness,
+    /// Their roughness where it varies; `roughness` has its mean, or 1 for a mesh attribute.
+    pub alpha: Option<Box<AlphaTexture>>,
 }
 
 impl BsdfPlugin for RoughDielectricDesc {
     const NAME: &'static str = "roughdielectric";
 
     fn read(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<Self, SceneError> {
-        let (int_ior, ext_ior) = (ior(params, "int_ior", "bk7")?, ior(params, "ext_ior", "air")?);
+        let DielectricDesc { int_ior, ext_ior, specular_reflectance, specular_transmittance } =
+            DielectricDesc::read(reader, params)?;
         if int_ior == ext_ior {
             let message = "both sides of a rough interface have the same index of refraction";
             let help = "without a difference light goes straight through: use `dielectric`";
             return Err(params.error("int_ior", message).help(help).error());
         }
-        Ok(Self {
-            int_ior,
-            ext_ior,
-            specular_reflectance: color(reader, params, "specular_reflectance", 1.0)?,
-            specular_transmittance: color(reader, params, "specular_transmittance", 1.0)?,
-            roughness: Roughness::read(reader, params)?,
-        })
+        let ReadRoughness { roughness, alpha } = ReadRoughness::read(reader, params)?;
+        Ok(Self { int_ior, ext_ior, specular_reflectance, specular_transmittance, roughness, alpha })
     }
 
     parts! {
@@ -83,6 +82,21 @@ impl BsdfPlugin for RoughDielectricDesc {
     fn roughness(&self) -> Option<Roughness> {
         Some(self.roughness)
     }
+
+    fn is_brushed(&self) -> bool {
+        match self.alpha.as_deref() {
+            Some(alpha) => matches!(alpha, AlphaTexture::Anisotropic(_)),
+            None => self.roughness.alpha[0] != self.roughness.alpha[1],
+        }
+    }
+
+    fn scalars(&self) -> Vec<&SpectrumTexture> {
+        self.alpha.iter().flat_map(|alpha| alpha.textures()).collect()
+    }
+
+    fn scalars_mut(&mut self) -> Vec<&mut SpectrumTexture> {
+        self.alpha.iter_mut().flat_map(|alpha| alpha.textures_mut()).collect()
+    }
 }
 
 /// An index of refraction: a number, or the name of a medium.
@@ -94,6 +108,8 @@ pub(super) fn ior(params: &Params<'_>, name: &'static str, default: &str) -> Res
             found.help("give a number: <float name=\"int_ior\" value=\"1.5\"/>").error()
         })
     };
+    params.ask(name, || Question::Value(&["float", "string"]));
+    params.default(name, default);
     match params.get(name).map(|e| e.tag.name) {
         None => by_name(default),
         Some("string") => by_name(&params.string(name)?.unwrap_or_default()),

@@ -1,20 +1,20 @@
 //! `blendbsdf` and `mask`: materials made of other materials.
 
-use super::{BsdfDesc, BsdfPlugin, color, parts};
+use super::{BsdfDesc, BsdfPlugin, parts};
 use crate::scene::desc::BsdfId;
 use crate::scene::diagnostic::{FindingKind, SceneError};
-use crate::scene::mitsuba::{ElementId, Params, Reader, Span};
+use crate::scene::mitsuba::{Params, Reader, Span, read_texture};
 use crate::scene::texture::SpectrumTexture;
 use crate::spectrum::{Spectrum, dispersion::Ior};
 
 /// Most one-sided materials that one material can be made of.
 pub const MOST_PARTS: usize = 4;
 
-/// Two materials in a fixed ratio.
+/// Two materials in a ratio that may vary over the surface.
 #[derive(Clone, Debug)]
 pub struct BlendDesc {
-    /// Share of the second, from 0 to 1.
-    pub weight: f32,
+    /// Share of the second, from 0 to 1: [`SpectrumTexture::scalar`].
+    pub weight: SpectrumTexture,
     /// The two.
     pub bsdfs: [BsdfId; 2],
 }
@@ -31,28 +31,28 @@ impl BsdfPlugin for BlendDesc {
                 params.fault(FindingKind::Missing, "a blend needs `weight`, the share of its second bsdf");
             return Err(found.help("add <float name=\"weight\" value=\"0.5\"/>").error());
         }
-        let weight = number(reader, params, "weight", 0.5)?;
-        let bsdfs = [part(reader, first)?, part(reader, second)?];
+        let weight = share(reader, params, "weight")?;
+        let bsdfs = [super::read(reader, first.0)?, super::read(reader, second.0)?];
         check_size(reader, params, &bsdfs)?;
+        warn_of_lost_dispersion(reader, params, bsdfs[0], first.1);
+        warn_of_lost_dispersion(reader, params, bsdfs[1], second.1);
         Ok(Self { weight, bsdfs })
     }
 
-    parts! {}
+    parts! { share: weight }
 
     fn nested(&self) -> Vec<BsdfId> {
         self.bsdfs.to_vec()
     }
 }
 
-/// A material with holes finer than anything: what meets one goes straight through.
+/// A material with holes: a ray that meets one goes straight on.
 #[derive(Clone, Debug)]
 pub struct MaskDesc {
     /// The material between the holes.
     pub bsdf: BsdfId,
-    /// Its share of the surface.
-    pub opacity: f32,
-    /// What the holes let through: the rest, or 0 where the effect `transmission` is taken out.
-    pub transparency: SpectrumTexture,
+    /// Its share of the surface, from 0 to 1: [`SpectrumTexture::scalar`].
+    pub opacity: SpectrumTexture,
 }
 
 impl BsdfPlugin for MaskDesc {
@@ -62,44 +62,58 @@ impl BsdfPlugin for MaskDesc {
         let [inner] = *params.objects("bsdf").as_slice() else {
             return Err(params.fault(FindingKind::Parameter, "a mask has one bsdf").error());
         };
-        let opacity = number(reader, params, "opacity", 0.5)?;
-        let bsdf = part(reader, inner)?;
+        let opacity = share(reader, params, "opacity")?;
+        let bsdf = super::read(reader, inner.0)?;
         check_size(reader, params, &[bsdf])?;
-        Ok(Self { bsdf, opacity, transparency: Spectrum::Constant(1.0 - opacity).into() })
+        Ok(Self { bsdf, opacity })
     }
 
-    parts! { transmission: transparency }
+    parts! { share: opacity }
 
     fn nested(&self) -> Vec<BsdfId> {
         vec![self.bsdf]
     }
 }
 
-/// A number from 0 to 1, also as a grey.
-fn number(
-    reader: &mut Reader<'_>,
-    params: &Params<'_>,
-    name: &'static str,
-    default: f32,
-) -> Result<f32, SceneError> {
-    match color(reader, params, name, default)? {
-        SpectrumTexture::Uniform(Spectrum::Constant(v)) => Ok(v.clamp(0.0, 1.0)),
-        _ => Err(params
-            .error(name, format!("`{name}` is one number from 0 to 1, the same for all colours"))
-            .error()),
+impl BsdfDesc {
+    /// True for a material that rays pass straight, at least here and there.
+    pub(crate) fn has_holes(&self) -> bool {
+        match self {
+            Self::Null(_) => true,
+            Self::Mask(mask) => mask.opacity != Spectrum::Constant(1.0),
+            _ => false,
+        }
     }
 }
 
-/// A nested material. Within a mixture an index of refraction is the same at all wavelengths.
-fn part(reader: &mut Reader<'_>, (id, span): (ElementId, Span)) -> Result<BsdfId, SceneError> {
-    let id = super::read(reader, id)?;
-    let bsdf = &reader.lists.bsdfs[id.0 as usize];
+/// A number from 0 to 1, half if it is not given, or a texture of such numbers. A colour counts by its luminance.
+fn share(
+    reader: &mut Reader<'_>,
+    params: &Params<'_>,
+    name: &'static str,
+) -> Result<SpectrumTexture, SceneError> {
+    let given = read_texture(reader, params, name)?.unwrap_or(Spectrum::Constant(0.5).into());
+    if let SpectrumTexture::Uniform(spectrum) = &given
+        && !spectrum.is_constant()
+    {
+        let message = format!("`{name}` is the same for all colours: the luminance of this one is taken");
+        params.note(params.error(name, message).advice());
+        return Ok(given.grey());
+    }
+    Ok(given)
+}
+
+/// Says that within a blend or a map an index of refraction is the same at all wavelengths.
+pub(super) fn warn_of_lost_dispersion(reader: &Reader<'_>, params: &Params<'_>, id: BsdfId, span: Span) {
+    let mut bsdf = &reader.lists.bsdfs[id.0 as usize];
+    while let BsdfDesc::Mask(mask) = bsdf {
+        bsdf = &reader.lists.bsdfs[mask.bsdf.0 as usize];
+    }
     let indices = bsdf.spectral_indices().filter(|_| bsdf.transmits());
     if indices.is_some_and(|indices| indices.into_iter().any(Ior::is_dispersive)) {
         let message = "within another material glass does not disperse: its index counts at the sodium line";
-        reader.warn(reader.document.finding(FindingKind::Parameter, span, message).advice());
+        params.note(reader.document.finding(FindingKind::Parameter, span, message).advice());
     }
-    Ok(id)
 }
 
 /// Refuses a material that is made of too many others.

@@ -5,6 +5,7 @@
 //! checks of `twosided`. A new plugin is such a file, its `mod` line and one line of the table below; how it scatters light is the other
 //! half, see `src/tracer/bsdf/mod.rs`.
 
+mod bump;
 mod conductor;
 mod dielectric;
 mod diffuse;
@@ -15,22 +16,26 @@ mod plastic;
 mod principled;
 mod principled_thin;
 mod roughness;
+mod shared;
+mod textures;
 mod thin_dielectric;
 mod two_sided;
 
-use crate::scene::desc::{BsdfId, Name};
-use crate::scene::diagnostic::{FindingKind, SceneError};
-use crate::scene::limits;
-use crate::scene::mitsuba::{ElementId, Params, PluginTable, Reader, read_texture};
+use crate::scene::desc::BsdfId;
+use crate::scene::diagnostic::SceneError;
+use crate::scene::mitsuba::{Params, PluginTable, Reader};
 use crate::scene::texture::SpectrumTexture;
 use crate::spectrum::{Spectrum, dispersion::Ior};
 
+pub use bump::BumpDesc;
 pub(crate) use dielectric::is_ior;
 pub use mixed::MOST_PARTS;
 pub(crate) use parts::BsdfParts;
 use parts::parts;
-pub use principled::PrincipledLobes;
-pub use roughness::{Facets, Roughness};
+pub use principled::{LobeTexture, PrincipledLobes};
+pub use roughness::{AlphaTexture, Facets, Roughness};
+pub(crate) use shared::{default, read};
+use textures::{Number, color, number};
 
 /// The interface of a bsdf plugin.
 pub(crate) trait BsdfPlugin: Sized {
@@ -54,9 +59,29 @@ pub(crate) trait BsdfPlugin: Sized {
         None
     }
 
+    /// The roughness differs between the tangents, if only somewhere.
+    fn is_brushed(&self) -> bool {
+        self.roughness().is_some_and(|roughness| roughness.alpha[0] != roughness.alpha[1])
+    }
+
+    /// The textures that numbers are read from, other than those of `parts`.
+    fn scalars(&self) -> Vec<&SpectrumTexture> {
+        Vec::new()
+    }
+
+    /// The same, to change.
+    fn scalars_mut(&mut self) -> Vec<&mut SpectrumTexture> {
+        Vec::new()
+    }
+
     /// The materials that this one is made of.
     fn nested(&self) -> Vec<BsdfId> {
-        Vec::new()
+        self.bump().map(|bump| bump.bsdf).into_iter().collect()
+    }
+
+    /// How it tilts the frame of the one that it is made of; `None` for what is no map of normals or heights.
+    fn bump(&self) -> Option<&BumpDesc> {
+        None
     }
 }
 
@@ -72,7 +97,7 @@ macro_rules! bsdfs {
         }
 
         /// Every plugin.
-        const PLUGINS: PluginTable<BsdfDesc> =
+        pub(crate) const PLUGINS: PluginTable<BsdfDesc> =
             &[$(($desc::NAME, |reader, params| Ok(BsdfDesc::$kind($desc::read(reader, params)?)))),*];
 
         impl BsdfDesc {
@@ -104,10 +129,37 @@ macro_rules! bsdfs {
                 }
             }
 
+            /// The roughness differs between the tangents, if only somewhere.
+            pub(crate) fn is_brushed(&self) -> bool {
+                match self {
+                    $(Self::$kind(desc) => desc.is_brushed(),)*
+                }
+            }
+
+            fn scalars(&self) -> Vec<&SpectrumTexture> {
+                match self {
+                    $(Self::$kind(desc) => desc.scalars(),)*
+                }
+            }
+
+            /// The textures that numbers are read from, other than those of the parts, to change.
+            pub(crate) fn scalars_mut(&mut self) -> Vec<&mut SpectrumTexture> {
+                match self {
+                    $(Self::$kind(desc) => desc.scalars_mut(),)*
+                }
+            }
+
             /// The materials that this one is made of; none for most.
             pub(crate) fn nested(&self) -> Vec<BsdfId> {
                 match self {
                     $(Self::$kind(desc) => desc.nested(),)*
+                }
+            }
+
+            /// How it tilts the frame of the one that it is made of; `None` for what is no map of normals or heights.
+            pub(crate) fn bump(&self) -> Option<&BumpDesc> {
+                match self {
+                    $(Self::$kind(desc) => desc.bump(),)*
                 }
             }
 
@@ -148,12 +200,16 @@ bsdfs! {
     PrincipledThin = principled_thin::PrincipledThinDesc,
     /// Smooth pane that light passes straight.
     ThinDielectric = thin_dielectric::ThinDielectricDesc,
-    /// A surface that light passes as if it were not there.
+    /// A surface that rays pass as if it were not there.
     Null = null::NullDesc,
-    /// Two materials in a fixed ratio.
+    /// Two materials in a ratio that may vary.
     Blend = mixed::BlendDesc,
     /// A material with holes.
     Mask = mixed::MaskDesc,
+    /// A material whose normals a picture holds.
+    NormalMap = bump::NormalMapDesc,
+    /// A material whose normals follow from a picture of heights.
+    BumpMap = bump::BumpMapDesc,
     /// Two one-sided materials, one for each side.
     TwoSided = two_sided::TwoSidedDesc,
 }
@@ -163,15 +219,6 @@ impl BsdfDesc {
     /// A grey material of this albedo.
     pub fn grey(albedo: f32) -> Self {
         DiffuseDesc { reflectance: Spectrum::Constant(albedo).into() }.into()
-    }
-
-    /// True for a material with a texture.
-    pub(crate) fn is_textured(&self) -> bool {
-        let parts = self.parts();
-        [parts.albedo, parts.reflection, parts.transmission]
-            .into_iter()
-            .flatten()
-            .any(SpectrumTexture::varies)
     }
 
     /// What a lenient run shows in place of a material that is not supported.
@@ -218,59 +265,4 @@ impl BsdfDesc {
         let parts = self.parts();
         Some([parts.int_ior?, parts.ext_ior?]).filter(|_| self.has_spectral_index())
     }
-}
-
-/// The material of an element; read once however often it is referred to.
-pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<BsdfId, SceneError> {
-    if let Some(&known) = reader.known.bsdfs.get(&id) {
-        return Ok(known);
-    }
-    let element = reader.document.element(id);
-    if reader.known.open_bsdfs.contains(&id) || reader.known.open_bsdfs.len() >= limits::REFERENCE_DEPTH {
-        let message = "this material contains itself, or too many others within each other";
-        return Err(reader.document.error(FindingKind::Reference, element.span, message));
-    }
-    let params = Params::new(reader.document, id)?;
-    reader.known.open_bsdfs.push(id);
-    let plugin = reader.plugin(&params, PLUGINS, &[]);
-    let read = plugin.and_then(|plugin| plugin(reader, &params));
-    reader.known.open_bsdfs.pop();
-    let bsdf = match read {
-        Ok(bsdf) => {
-            reader.finish(params);
-            bsdf
-        }
-        unread => reader.or_instead(unread, "it is magenta", |_| BsdfDesc::magenta())?,
-    };
-    let name = reader.name(id);
-    let new = push(reader, bsdf, name);
-    reader.known.bsdfs.insert(id, new);
-    Ok(new)
-}
-
-/// The material of a shape that names none: grey, or black if it emits, as Mitsuba.
-pub(crate) fn default(reader: &mut Reader<'_>, emits: bool) -> BsdfId {
-    if let Some(known) = reader.known.default_bsdfs[usize::from(emits)] {
-        return known;
-    }
-    let new = push(reader, BsdfDesc::grey(if emits { 0.0 } else { 0.5 }), Name::default());
-    reader.known.default_bsdfs[usize::from(emits)] = Some(new);
-    new
-}
-
-fn push(reader: &mut Reader<'_>, bsdf: BsdfDesc, name: Name) -> BsdfId {
-    reader.lists.names.bsdfs.push(name);
-    reader.lists.bsdfs.push(bsdf);
-    BsdfId(reader.lists.bsdfs.len() as u32 - 1)
-}
-
-/// A reflectance or transmittance, with its default.
-fn color(
-    reader: &mut Reader<'_>,
-    params: &Params<'_>,
-    name: &'static str,
-    default: f32,
-) -> Result<SpectrumTexture, SceneError> {
-    let given = read_texture(reader, params, name)?;
-    Ok(given.unwrap_or(Spectrum::Constant(default).into()))
 }

@@ -16,6 +16,8 @@ pub(crate) struct BsdfParts<T, S, I> {
     pub(crate) int_ior: Option<I>,
     /// Index of refraction in front of the surface.
     pub(crate) ext_ior: Option<I>,
+    /// Share of one of the materials that this one is made of, one number for all wavelengths: an opacity, the weight of a blend.
+    pub(crate) share: Option<T>,
 }
 
 impl<T, S, I> Default for BsdfParts<T, S, I> {
@@ -28,6 +30,7 @@ impl<T, S, I> Default for BsdfParts<T, S, I> {
             k: None,
             int_ior: None,
             ext_ior: None,
+            share: None,
         }
     }
 }

@@ -1,6 +1,7 @@
 //! `plastic` and `roughplastic`: a transparent coat over a diffuse base.
 
 use super::dielectric::ior;
+use super::roughness::ReadRoughness;
 use super::{BsdfPlugin, Roughness, color, parts};
 use crate::scene::diagnostic::SceneError;
 use crate::scene::mitsuba::{Params, Reader};
@@ -70,7 +71,7 @@ impl BsdfPlugin for RoughPlasticDesc {
             let message = "a coat has another index of refraction than what is around it";
             return Err(params.error("int_ior", message).help("without a coat it is `diffuse`").error());
         }
-        let roughness = Roughness::read(reader, params)?;
+        let roughness = ReadRoughness::read(reader, params)?.uniform(params);
         if roughness.alpha[0] != roughness.alpha[1] {
             let found = params.error("alpha_u", "the coat of a plastic is as rough along as across");
             return Err(found.help("give one `alpha`").error());

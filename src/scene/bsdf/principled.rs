@@ -1,10 +1,10 @@
 //! `principled`: diffuse, metallic, glassy and coated materials by one set of parameters, most of them from 0 to 1.
 
 use super::dielectric::is_ior;
-use super::{BsdfParts, BsdfPlugin, Facets, Roughness, color};
+use super::{BsdfParts, BsdfPlugin, Facets, Number, Roughness, color, number};
 use crate::scene::diagnostic::SceneError;
 use crate::scene::mitsuba::{Params, Reader};
-use crate::scene::texture::SpectrumTexture;
+use crate::scene::texture::{SpectrumTexture, TexturePoint};
 use crate::spectrum::{Spectrum, dispersion::Ior};
 
 /// The smoothest that its facets can be.
@@ -18,10 +18,12 @@ pub(super) static ONE: SpectrumTexture = SpectrumTexture::Uniform(Spectrum::Cons
 pub struct PrincipledDesc {
     /// Albedo of the diffuse part, colour of the metal, squared colour of the glass.
     pub base_color: SpectrumTexture,
-    /// Share of glass in what is not metal, a constant. 0 for a material that lets nothing through.
+    /// Share of glass in what is not metal, a number. 0 for a material that lets nothing through.
     pub spec_trans: SpectrumTexture,
     /// All that has no colour.
     pub lobes: PrincipledLobes,
+    /// Those of `lobes` that vary; there they have their means, or 1 for a mesh attribute.
+    pub textures: Vec<LobeTexture>,
 }
 
 /// The parameters of a [`PrincipledDesc`] that have no colour; from 0 to 1, the index excepted.
@@ -49,22 +51,82 @@ pub struct PrincipledLobes {
     pub clearcoat_gloss: f32,
 }
 
+/// Finds a number of [`PrincipledLobes`].
+pub(super) type LobeParameter = fn(&mut PrincipledLobes) -> &mut f32;
+
+/// A number of [`PrincipledLobes`] that varies over a surface.
+#[derive(Clone, Debug)]
+pub struct LobeTexture {
+    /// The number.
+    parameter: LobeParameter,
+    /// The range to which it is cut.
+    range: [f32; 2],
+    /// Its values.
+    pub(super) texture: SpectrumTexture,
+}
+
+/// The numbers that `principled` and `principledthin` share, by their names.
+pub(super) const SHARED: &[(&str, LobeParameter)] = &[
+    ("roughness", |lobes| &mut lobes.roughness),
+    ("anisotropic", |lobes| &mut lobes.anisotropic),
+    ("spec_tint", |lobes| &mut lobes.spec_tint),
+    ("sheen", |lobes| &mut lobes.sheen),
+    ("sheen_tint", |lobes| &mut lobes.sheen_tint),
+    ("flatness", |lobes| &mut lobes.flatness),
+];
+
+/// The others of `principled`.
+const COATED: &[(&str, LobeParameter)] = &[
+    ("metallic", |lobes| &mut lobes.metallic),
+    ("clearcoat", |lobes| &mut lobes.clearcoat),
+    ("clearcoat_gloss", |lobes| &mut lobes.clearcoat_gloss),
+];
+
 impl PrincipledLobes {
-    /// Those of a file, with this index.
-    pub(super) fn read(params: &Params<'_>, eta: f32) -> Result<Self, SceneError> {
-        let share = |name, default| share(params, name, default, 1.0);
-        Ok(Self {
-            roughness: share("roughness", 0.5)?,
-            anisotropic: share("anisotropic", 0.0)?,
-            spec_tint: share("spec_tint", 0.0)?,
-            sheen: share("sheen", 0.0)?,
-            sheen_tint: share("sheen_tint", 0.0)?,
-            flatness: share("flatness", 0.0)?,
-            eta,
+    /// Mitsuba's defaults, with this index.
+    pub(super) fn new(eta: f32) -> Self {
+        Self {
+            roughness: 0.5,
+            anisotropic: 0.0,
             metallic: 0.0,
+            eta,
+            spec_tint: 0.0,
+            sheen: 0.0,
+            sheen_tint: 0.0,
+            flatness: 0.0,
             clearcoat: 0.0,
             clearcoat_gloss: 0.0,
-        })
+        }
+    }
+
+    /// Reads the numbers of a file, each from 0 to 1, and returns those that vary.
+    pub(super) fn read(
+        &mut self,
+        reader: &mut Reader<'_>,
+        params: &Params<'_>,
+        parameters: &[(&'static str, LobeParameter)],
+    ) -> Result<Vec<LobeTexture>, SceneError> {
+        let mut textures = Vec::new();
+        for &(name, parameter) in parameters {
+            let value = parameter(self);
+            match number(reader, params, name)? {
+                None => {}
+                Some(Number::Uniform(v)) => *value = cut(params, name, v, 1.0),
+                Some(Number::Varying(texture)) => {
+                    textures.push(LobeTexture::new(parameter, [0.0, 1.0], texture, value));
+                }
+            }
+        }
+        Ok(textures)
+    }
+
+    /// These at a point, where `textures` vary.
+    #[inline]
+    pub fn at(mut self, textures: &[LobeTexture], at: TexturePoint) -> Self {
+        for LobeTexture { parameter, range: [least, most], texture } in textures {
+            *parameter(&mut self) = texture.scalar(at).clamp(*least, *most);
+        }
+        self
     }
 
     /// Microfacets of this roughness (Burley 2012, §5.4).
@@ -77,25 +139,34 @@ impl PrincipledLobes {
     }
 }
 
+impl LobeTexture {
+    /// The texture of a number, whose `mean` is set.
+    pub(super) fn new(
+        parameter: LobeParameter,
+        range: [f32; 2],
+        texture: SpectrumTexture,
+        mean: &mut f32,
+    ) -> Self {
+        *mean = texture.mean_scalar().clamp(range[0], range[1]);
+        Self { parameter, range, texture }
+    }
+}
+
 impl BsdfPlugin for PrincipledDesc {
     const NAME: &'static str = "principled";
 
     fn read(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<Self, SceneError> {
         let base_color = color(reader, params, "base_color", 0.5)?;
-        let share = |name| share(params, name, 0.0, 1.0);
-        let spec_trans = share("spec_trans")?;
-        let lobes = PrincipledLobes {
-            metallic: share("metallic")?,
-            clearcoat: share("clearcoat")?,
-            clearcoat_gloss: share("clearcoat_gloss")?,
-            ..PrincipledLobes::read(params, eta(params, spec_trans > 0.0)?)?
-        };
+        let spec_trans = share(reader, params, "spec_trans", 1.0)?;
+        let mut lobes = PrincipledLobes::new(eta(params, !spec_trans.is_black())?);
+        let mut textures = lobes.read(reader, params, SHARED)?;
+        textures.extend(lobes.read(reader, params, COATED)?);
         params.without_effect(&[
             "main_specular_sampling_rate",
             "clearcoat_sampling_rate",
             "diffuse_reflectance_sampling_rate",
         ]);
-        Ok(Self { base_color, spec_trans: Spectrum::Constant(spec_trans).into(), lobes })
+        Ok(Self { base_color, spec_trans, lobes, textures })
     }
 
     fn parts(&self) -> BsdfParts<&SpectrumTexture, &Spectrum, &Ior> {
@@ -119,12 +190,20 @@ impl BsdfPlugin for PrincipledDesc {
     fn roughness(&self) -> Option<Roughness> {
         Some(self.lobes.facets(self.lobes.roughness))
     }
+
+    fn scalars(&self) -> Vec<&SpectrumTexture> {
+        self.textures.iter().map(|varying| &varying.texture).collect()
+    }
+
+    fn scalars_mut(&mut self) -> Vec<&mut SpectrumTexture> {
+        self.textures.iter_mut().map(|varying| &mut varying.texture).collect()
+    }
 }
 
 /// The relative index: `eta`, or from `specular` with 0.5 for glass. A material that lets light through has an index other than 1.
 fn eta(params: &Params<'_>, transmits: bool) -> Result<f32, SceneError> {
     let Some(eta) = params.float("eta")? else {
-        let specular = share(params, "specular", 0.5, 1.0)?;
+        let specular = params.float("specular")?.map_or(0.5, |v| cut(params, "specular", v, 1.0));
         let specular = if transmits { specular.max(1e-3) } else { specular };
         return Ok(2.0 / (1.0 - (0.08 * specular).sqrt()) - 1.0);
     };
@@ -137,18 +216,26 @@ fn eta(params: &Params<'_>, transmits: bool) -> Result<f32, SceneError> {
     Ok(if transmits && (eta - 1.0).abs() < 1e-3 { 1.001 } else { eta as f32 })
 }
 
-/// A parameter from 0 to `most`; what is out of range is cut, with a warning.
+/// A number from 0 to `most`, which may vary; 0 unless given.
 pub(super) fn share(
+    reader: &mut Reader<'_>,
     params: &Params<'_>,
     name: &'static str,
-    default: f32,
     most: f64,
-) -> Result<f32, SceneError> {
-    let Some(v) = params.float(name)? else { return Ok(default) };
+) -> Result<SpectrumTexture, SceneError> {
+    Ok(match number(reader, params, name)? {
+        None => Spectrum::Constant(0.0).into(),
+        Some(Number::Uniform(v)) => Spectrum::Constant(cut(params, name, v, most)).into(),
+        Some(Number::Varying(texture)) => texture,
+    })
+}
+
+/// A number cut to the range from 0 to `most`, with a warning.
+fn cut(params: &Params<'_>, name: &'static str, v: f64, most: f64) -> f32 {
     let cut = v.clamp(0.0, most);
     if cut != v {
         let found = params.error(name, format!("`{name}` is from 0 to {most}: it counts as {cut}"));
         params.note(found.help("other values have no meaning in this material").warning());
     }
-    Ok(cut as f32)
+    cut as f32
 }

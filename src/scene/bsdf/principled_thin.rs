@@ -1,8 +1,8 @@
 //! `principledthin`: leaves, paper and panes by parameters like those of `principled`.
 
 use super::dielectric::is_ior;
-use super::principled::{ONE, share};
-use super::{BsdfParts, BsdfPlugin, PrincipledLobes, Roughness, color};
+use super::principled::{ONE, SHARED, share};
+use super::{BsdfParts, BsdfPlugin, LobeTexture, Number, PrincipledLobes, Roughness, color, number};
 use crate::scene::diagnostic::SceneError;
 use crate::scene::mitsuba::{Params, Reader};
 use crate::scene::texture::SpectrumTexture;
@@ -15,21 +15,33 @@ pub struct PrincipledThinDesc {
     pub base_color: SpectrumTexture,
     /// Factor on all that is let through: 1, or 0 where the effect `transmission` is taken out.
     pub transmittance: SpectrumTexture,
-    /// Share of the microfacets in everything.
-    pub spec_trans: f32,
-    /// Share of the diffuse part that is let through, from 0 to 1; half of the file's.
-    pub diff_trans: f32,
+    /// Share of the microfacets in everything, a number.
+    pub spec_trans: SpectrumTexture,
+    /// Twice the share of the diffuse part that is let through: a number from 0 to 2.
+    pub diff_trans: SpectrumTexture,
     /// The parameters that it shares with `principled`; there is neither metal nor coat.
     pub lobes: PrincipledLobes,
+    /// Those of `lobes` that vary; there they have their means, or 1 for a mesh attribute.
+    pub textures: Vec<LobeTexture>,
 }
 
 impl BsdfPlugin for PrincipledThinDesc {
     const NAME: &'static str = "principledthin";
 
     fn read(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<Self, SceneError> {
-        let eta = params.float("eta")?.unwrap_or(1.5);
-        if !is_ior(eta) {
-            return Err(params.error("eta", "an index of refraction is above 0 and not above 1000").error());
+        let mut lobes = PrincipledLobes::new(1.5);
+        let mut textures = lobes.read(reader, params, SHARED)?;
+        match number(reader, params, "eta")? {
+            None => {}
+            Some(Number::Uniform(eta)) if is_ior(eta) => lobes.eta = eta as f32,
+            Some(Number::Uniform(_)) => {
+                let message = "an index of refraction is above 0 and not above 1000";
+                return Err(params.error("eta", message).error());
+            }
+            Some(Number::Varying(texture)) => {
+                let eta = LobeTexture::new(|lobes| &mut lobes.eta, [1e-3, 1e3], texture, &mut lobes.eta);
+                textures.push(eta);
+            }
         }
         params.without_effect(&[
             "specular_reflectance_sampling_rate",
@@ -40,9 +52,10 @@ impl BsdfPlugin for PrincipledThinDesc {
         Ok(Self {
             base_color: color(reader, params, "base_color", 0.5)?,
             transmittance: Spectrum::Constant(1.0).into(),
-            spec_trans: share(params, "spec_trans", 0.0, 1.0)?,
-            diff_trans: 0.5 * share(params, "diff_trans", 0.0, 2.0)?,
-            lobes: PrincipledLobes::read(params, eta as f32)?,
+            spec_trans: share(reader, params, "spec_trans", 1.0)?,
+            diff_trans: share(reader, params, "diff_trans", 2.0)?,
+            lobes,
+            textures,
         })
     }
 
@@ -67,10 +80,20 @@ impl BsdfPlugin for PrincipledThinDesc {
     fn roughness(&self) -> Option<Roughness> {
         Some(self.lobes.facets(self.lobes.roughness))
     }
+
+    fn scalars(&self) -> Vec<&SpectrumTexture> {
+        let lobes = self.textures.iter().map(|varying| &varying.texture);
+        lobes.chain([&self.spec_trans, &self.diff_trans]).collect()
+    }
+
+    fn scalars_mut(&mut self) -> Vec<&mut SpectrumTexture> {
+        let lobes = self.textures.iter_mut().map(|varying| &mut varying.texture);
+        lobes.chain([&mut self.spec_trans, &mut self.diff_trans]).collect()
+    }
 }
 
 impl PrincipledThinDesc {
     fn lets_through(&self) -> bool {
-        self.spec_trans > 0.0 || self.diff_trans > 0.0
+        !self.spec_trans.is_black() || !self.diff_trans.is_black()
     }
 }

@@ -1,7 +1,10 @@
-//! `distribution` and `alpha`: the parameters that all rough materials share.
+//! `distribution` and `alpha`: the parameters that all rough materials share. `alpha` may be a texture.
 
+use super::{Number, number};
 use crate::scene::diagnostic::{FindingKind, SceneError};
 use crate::scene::mitsuba::{Params, Reader};
+use crate::scene::texture::{SpectrumTexture, TexturePoint};
+use crate::spectrum::Spectrum;
 
 /// Mitsuba's default roughness.
 const ALPHA: f64 = 0.1;
@@ -30,9 +33,52 @@ pub enum Facets {
     Ggx,
 }
 
-impl Roughness {
+/// Roughness that varies over a surface; each value is at least 0.0001, as in Mitsuba.
+#[derive(Clone, Debug)]
+pub enum AlphaTexture {
+    /// The same along both tangents.
+    Isotropic(SpectrumTexture),
+    /// Along either tangent.
+    Anisotropic([SpectrumTexture; 2]),
+}
+
+impl AlphaTexture {
+    /// The roughness along the two tangents at a point.
+    pub fn at(&self, at: TexturePoint) -> [f32; 2] {
+        match self {
+            Self::Isotropic(alpha) => [alpha.scalar(at); 2],
+            Self::Anisotropic(alphas) => alphas.each_ref().map(|alpha| alpha.scalar(at)),
+        }
+    }
+
+    /// The textures.
+    pub(super) fn textures(&self) -> Vec<&SpectrumTexture> {
+        match self {
+            Self::Isotropic(alpha) => vec![alpha],
+            Self::Anisotropic(alphas) => alphas.iter().collect(),
+        }
+    }
+
+    /// The textures, to change.
+    pub(super) fn textures_mut(&mut self) -> Vec<&mut SpectrumTexture> {
+        match self {
+            Self::Isotropic(alpha) => vec![alpha],
+            Self::Anisotropic(alphas) => alphas.iter_mut().collect(),
+        }
+    }
+}
+
+/// Roughness as a file says it.
+pub(super) struct ReadRoughness {
+    /// Where it varies, its mean.
+    pub(super) roughness: Roughness,
+    /// How it varies.
+    pub(super) alpha: Option<Box<AlphaTexture>>,
+}
+
+impl ReadRoughness {
     /// Reads the parameters of a rough material: Beckmann with `alpha` = 0.1 unless given.
-    pub(super) fn read(reader: &Reader<'_>, params: &Params<'_>) -> Result<Self, SceneError> {
+    pub(super) fn read(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<Self, SceneError> {
         let facets = match params.string("distribution")?.map(|d| d.to_lowercase()).as_deref() {
             None | Some("beckmann") => Facets::Beckmann,
             Some("ggx") => Facets::Ggx,
@@ -41,9 +87,16 @@ impl Roughness {
                 return Err(found.help("it is `beckmann` or `ggx`").error());
             }
         };
-        let alpha = match [alpha(params, "alpha")?, alpha(params, "alpha_u")?, alpha(params, "alpha_v")?] {
-            [both, None, None] => [both.unwrap_or(ALPHA as f32); 2],
-            [None, Some(u), Some(v)] => [u, v],
+        let mut alpha = |name| alpha(reader, params, name);
+        let (roughness, texture) = match [alpha("alpha")?, alpha("alpha_u")?, alpha("alpha_v")?] {
+            [both, None, None] => {
+                let both = both.unwrap_or(Spectrum::Constant(ALPHA as f32).into());
+                ([mean(&both); 2], both.varies().then_some(AlphaTexture::Isotropic(both)))
+            }
+            [None, Some(u), Some(v)] => {
+                let varies = u.varies() || v.varies();
+                ([mean(&u), mean(&v)], varies.then_some(AlphaTexture::Anisotropic([u, v])))
+            }
             [None, u, _] => {
                 let given = if u.is_some() { "alpha_u" } else { "alpha_v" };
                 return Err(params.error(given, "`alpha_u` and `alpha_v` are given together").error());
@@ -55,13 +108,35 @@ impl Roughness {
             let message = "`sample_visible` is always true here: the picture is the same, with less noise";
             params.note(reader.document.finding(FindingKind::Parameter, span, message).advice());
         }
-        Ok(Self { facets, alpha })
+        Ok(Self { roughness: Roughness { facets, alpha: roughness }, alpha: texture.map(Box::new) })
+    }
+
+    /// The roughness as one number for the whole surface.
+    pub(super) fn uniform(self, params: &Params<'_>) -> Roughness {
+        if self.alpha.is_some() {
+            let message = "the roughness of this material is one number: the mean of the texture counts";
+            params.note(params.error("alpha", message).warning());
+        }
+        self.roughness
     }
 }
 
-/// Reads one roughness; refuses what is out of range, and raises what is too small.
-fn alpha(params: &Params<'_>, name: &'static str) -> Result<Option<f32>, SceneError> {
-    let Some(v) = params.float(name)? else { return Ok(None) };
+/// The mean of a roughness.
+fn mean(alpha: &SpectrumTexture) -> f32 {
+    alpha.mean_scalar().max(SMOOTHEST as f32)
+}
+
+/// Reads one roughness; refuses a number that is out of range, and raises one that is too small.
+fn alpha(
+    reader: &mut Reader<'_>,
+    params: &Params<'_>,
+    name: &'static str,
+) -> Result<Option<SpectrumTexture>, SceneError> {
+    let v = match number(reader, params, name)? {
+        None => return Ok(None),
+        Some(Number::Varying(texture)) => return Ok(Some(texture)),
+        Some(Number::Uniform(v)) => v,
+    };
     if !(0.0..=ROUGHEST).contains(&v) {
         return Err(params.error(name, "a roughness is from 0 to 10000").error());
     }
@@ -69,5 +144,5 @@ fn alpha(params: &Params<'_>, name: &'static str) -> Result<Option<f32>, SceneEr
         let found = params.error(name, "this roughness is raised to 0.0001");
         params.note(found.help("without roughness use the smooth material of the same kind").warning());
     }
-    Ok(Some(v.max(SMOOTHEST) as f32))
+    Ok(Some(Spectrum::Constant(v.max(SMOOTHEST) as f32).into()))
 }

@@ -1,7 +1,7 @@
 //! `thindielectric`: a pane too thin to shift what is behind it.
 
-use super::dielectric::ior;
-use super::{BsdfPlugin, color, parts};
+use super::dielectric::DielectricDesc;
+use super::{BsdfPlugin, parts};
 use crate::scene::diagnostic::SceneError;
 use crate::scene::mitsuba::{Params, Reader};
 use crate::scene::texture::SpectrumTexture;
@@ -24,12 +24,9 @@ impl BsdfPlugin for ThinDielectricDesc {
     const NAME: &'static str = "thindielectric";
 
     fn read(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<Self, SceneError> {
-        Ok(Self {
-            int_ior: ior(params, "int_ior", "bk7")?,
-            ext_ior: ior(params, "ext_ior", "air")?,
-            specular_reflectance: color(reader, params, "specular_reflectance", 1.0)?,
-            specular_transmittance: color(reader, params, "specular_transmittance", 1.0)?,
-        })
+        let DielectricDesc { int_ior, ext_ior, specular_reflectance, specular_transmittance } =
+            DielectricDesc::read(reader, params)?;
+        Ok(Self { int_ior, ext_ior, specular_reflectance, specular_transmittance })
     }
 
     parts! {

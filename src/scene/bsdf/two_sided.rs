@@ -52,8 +52,9 @@ impl BsdfPlugin for TwoSidedDesc {
     }
 }
 
-/// True for a material that transmits, or of which a part does.
+/// True for a material that transmits or has holes, or of which a part does.
 fn lets_through(reader: &Reader<'_>, bsdf: &BsdfDesc) -> bool {
     let part = |id: BsdfId| lets_through(reader, &reader.lists.bsdfs[id.0 as usize]);
-    bsdf.parts().transmission.is_some() || bsdf.nested().into_iter().any(part)
+    let passes = matches!(bsdf, BsdfDesc::Mask(_) | BsdfDesc::Null(_));
+    passes || bsdf.parts().transmission.is_some() || bsdf.nested().into_iter().any(part)
 }

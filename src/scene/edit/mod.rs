@@ -59,6 +59,21 @@ impl Edits {
         self.values.retain(|(t, _)| *t != target);
     }
 
+    /// The same changes for another reading of the scene, and how many have lost their object. An object is known by its `id`; one
+    /// without, by its place among those of its kind while their number is the same.
+    pub fn carried(&self, from: &SceneDesc, to: &SceneDesc) -> (Self, usize) {
+        let mut carried = Self { camera: self.camera.clone(), values: Vec::new() };
+        for (target, value) in &self.values {
+            let (parameter, index) = target.parameter();
+            let new =
+                objects::find(to, parameter.object, objects::address(from, parameter.object, index), index);
+            let new = new.map(parameter.target).filter(|target| target.get(to).is_ok());
+            carried.values.extend(new.map(|target| (target, *value)));
+        }
+        let lost = self.values.len() - carried.values.len();
+        (carried, lost)
+    }
+
     /// The scene with all changes. `original` is the description as it was read, never one that is edited already.
     ///
     /// # Errors

@@ -64,6 +64,7 @@ fn sides(desc: &SceneDesc, bsdf: BsdfId) -> Vec<(BsdfId, &'static str)> {
                 open.extend([(*second, " of the second part"), (*first, " of the first part")]);
             }
             Some(BsdfDesc::Mask(MaskDesc { bsdf, .. })) => open.push((*bsdf, what)),
+            Some(bsdf) if let Some(bump) = bsdf.bump() => open.push((bump.bsdf, what)),
             _ => all.push((id, what)),
         }
     }
@@ -167,6 +168,25 @@ pub(crate) fn address(desc: &SceneDesc, object: ObjectKind, index: u32) -> Optio
     })
 }
 
+/// The object of a scene that has this address, which stood at `index` in another reading of it.
+pub(crate) fn find(
+    desc: &SceneDesc,
+    object: ObjectKind,
+    wanted: Option<Address<'_>>,
+    index: u32,
+) -> Option<u32> {
+    let wanted = wanted?;
+    let count = match object {
+        ObjectKind::Shape => desc.shapes.len(),
+        ObjectKind::Bsdf => desc.bsdfs.len(),
+        ObjectKind::Light => desc.lights.len(),
+    };
+    match wanted.id {
+        Some(id) => (0..count as u32).find(|i| address(desc, object, *i).is_some_and(|a| a.id == Some(id))),
+        None => (address(desc, object, index)? == wanted).then_some(index),
+    }
+}
+
 fn id_of(names: &[Name], i: usize) -> Option<&str> {
     names.get(i)?.id.as_deref()
 }
@@ -180,6 +200,7 @@ fn shape_kind(kind: &ShapeKind) -> &'static str {
         ShapeKind::Disk => "disk",
         ShapeKind::Rectangle => "rectangle",
         ShapeKind::Cube => "cube",
+        ShapeKind::Curves(_) => "curves",
         ShapeKind::Instance(_) => "instance",
     }
 }
@@ -192,6 +213,7 @@ fn light_kind(light: &LightDesc) -> &'static str {
         LightDesc::SunSky(_) => "sunsky",
         LightDesc::Directional { .. } => "directional",
         LightDesc::Spot(_) => "spot",
+        LightDesc::Projector(_) => "projector",
         LightDesc::Point { .. } => "point",
     }
 }

@@ -7,8 +7,8 @@ use crate::image::ImageError;
 use crate::image::write::atomically;
 use glam::{DMat4, DVec2};
 
-use crate::scene::desc::{CameraDesc, FilmDesc, SceneDesc};
-use crate::scene::mitsuba::{AXES, FILTERS, load_str};
+use crate::scene::desc::{CameraDesc, FilmDesc, ReconstructionFilter, SceneDesc};
+use crate::scene::mitsuba::{AXES, load_str};
 
 use super::Edits;
 use super::objects::address;
@@ -207,7 +207,12 @@ fn folder_of(file: &Path) -> Result<PathBuf, SaveError> {
 /// [`SaveError::Camera`] when the reader would not read the same camera and film back.
 fn sensor(camera: &CameraDesc, desc: &SceneDesc) -> Result<String, SaveError> {
     let lens = camera.aperture_radius > 0.0;
-    let mut out = format!("    <sensor type=\"{}\">\n", if lens { "thinlens" } else { "perspective" });
+    let plugin = match (camera.orthographic, lens) {
+        (true, _) => "orthographic",
+        (false, true) => "thinlens",
+        (false, false) => "perspective",
+    };
+    let mut out = format!("    <sensor type=\"{plugin}\">\n");
     let rows = DMat4::from(camera.to_world).transpose().to_cols_array().map(|v| format!("{v:?}")).join(" ");
     let _ = writeln!(
         out,
@@ -216,19 +221,24 @@ fn sensor(camera: &CameraDesc, desc: &SceneDesc) -> Result<String, SaveError> {
     let mut float = |name: &str, v: f64| {
         let _ = writeln!(out, "        <float name=\"{name}\" value=\"{v:?}\"/>");
     };
-    float("fov", camera.fov);
+    if !camera.orthographic {
+        float("fov", camera.fov);
+    }
     float("near_clip", camera.near_clip);
     float("far_clip", camera.far_clip);
     if lens {
         float("aperture_radius", camera.aperture_radius);
         float("focus_distance", camera.focus_distance);
     }
-    // Mitsuba's thin lens has none, and refuses what it does not know.
-    if !lens || camera.principal_point_offset != DVec2::ZERO {
+    // Of Mitsuba's cameras only `perspective` has one, and what they do not know they refuse.
+    if plugin == "perspective" || camera.principal_point_offset != DVec2::ZERO {
         float("principal_point_offset_x", camera.principal_point_offset.x);
         float("principal_point_offset_y", camera.principal_point_offset.y);
     }
-    let _ = writeln!(out, "        <string name=\"fov_axis\" value=\"{}\"/>", name_of(AXES, camera.fov_axis));
+    if !camera.orthographic {
+        let _ =
+            writeln!(out, "        <string name=\"fov_axis\" value=\"{}\"/>", name_of(AXES, camera.fov_axis));
+    }
     out.push_str(&film_element(&desc.film));
     if let Some(n) = desc.samples_per_pixel {
         let _ = writeln!(
@@ -258,9 +268,17 @@ fn film_element(film: &FilmDesc) -> String {
         integer("crop_width", crop.width);
         integer("crop_height", crop.height);
     }
-    if let Some(filter) = film.rfilter {
-        let _ = writeln!(out, "            <rfilter type=\"{}\"/>", name_of(FILTERS, filter));
-    }
+    let parameter = |plugin: &str, name: &str, value: f64| {
+        format!(
+            "            <rfilter type=\"{plugin}\">\n                <float name=\"{name}\" value=\"{value:?}\"/>\n            </rfilter>\n"
+        )
+    };
+    out += &match film.rfilter {
+        Some(ReconstructionFilter::Box) => "            <rfilter type=\"box\"/>\n".to_owned(),
+        Some(ReconstructionFilter::Tent { radius }) => parameter("tent", "radius", radius),
+        Some(ReconstructionFilter::Gaussian { stddev }) => parameter("gaussian", "stddev", stddev),
+        None => String::new(),
+    };
     out.push_str("        </film>\n");
     out
 }

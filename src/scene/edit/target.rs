@@ -2,7 +2,7 @@
 
 use glam::Vec4;
 
-use crate::scene::desc::{BsdfId, LightDesc, SceneDesc};
+use crate::scene::desc::{BsdfId, LightDesc, ProjectorDesc, SceneDesc};
 use crate::spectrum::Spectrum;
 use crate::spectrum::dispersion::{Ior, SODIUM_D};
 
@@ -174,7 +174,10 @@ pub(crate) const PARAMETERS: &[EditableParameter] = &[
         object: ObjectKind::Shape,
         range: ValueKind::Reflectance,
         target: Target::EmissionColor,
-        get: |desc, i| desc.shapes.get(i as usize)?.emission.as_ref().map(hue),
+        get: |desc, i| {
+            let shape = desc.shapes.get(i as usize)?;
+            shape.emission.as_ref().filter(|_| shape.emission_profile.texture.is_none()).map(hue)
+        },
         set: |desc, i, v| desc.shapes[i as usize].emission.iter_mut().for_each(|s| tint(s, v)),
     },
     EditableParameter {
@@ -194,6 +197,7 @@ pub(crate) const PARAMETERS: &[EditableParameter] = &[
         target: Target::LightColor,
         get: |desc, i| match desc.lights.get(i as usize)? {
             LightDesc::Map { .. } | LightDesc::SunSky(_) => None, // its texels have colours of their own
+            LightDesc::Projector(ProjectorDesc { picture: Some(_), .. }) => None,
             light => Some(hue(light.spectrum())),
         },
         set: |desc, i, v| tint(desc.lights[i as usize].spectrum_mut(), v),

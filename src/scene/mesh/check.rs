@@ -1,9 +1,10 @@
 //! Faults of a mesh that only its numbers show: vertices that are not numbers, triangles without area.
 
 use glam::{Vec2, Vec3};
+use rayon::prelude::*;
 
 use super::file::Count;
-use crate::scene::desc::Mesh;
+use crate::scene::desc::{Mesh, MeshAttribute};
 
 /// What was dropped or mended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -14,26 +15,44 @@ pub(super) struct Repairs {
     pub(super) flat: Count,
     /// Texture coordinates that are not finite, set to 0.
     pub(super) bad_uvs: usize,
+    /// Numbers of attributes that are not finite, set to 0.
+    pub(super) bad_attributes: usize,
 }
 
 /// Drops triangles that cannot be traced and vertices that nothing uses. `line_of` gives the line of
 /// a triangle by its index in the file; it may be slow, and is asked for the first fault of a kind only.
 pub(super) fn repair(mesh: &mut Mesh, line_of: impl Fn(usize) -> usize) -> Repairs {
     let mut repairs = Repairs::default();
-    let mut kept = Vec::with_capacity(mesh.triangles.len());
-    for (i, triangle) in mesh.triangles.iter().enumerate() {
+    let fault = |triangle: &[u32; 3]| {
         let corners = triangle.map(|v| mesh.positions[v as usize]);
-        if !corners.iter().all(|p| p.is_finite()) {
-            repairs.not_finite.add(|| line_of(i));
-        } else if is_flat(corners) {
-            repairs.flat.add(|| line_of(i));
-        } else {
-            kept.push(*triangle);
+        if !corners.iter().all(|p| p.is_finite()) { Some(true) } else { is_flat(corners).then_some(false) }
+    };
+    let (mut attributes, mut rows) = (std::mem::take(&mut mesh.attributes), Vec::new());
+    let of_faces = attributes.iter().any(MeshAttribute::is_of_faces);
+    // Most meshes have no fault, and several threads look for one.
+    if mesh.triangles.par_iter().any(|triangle| fault(triangle).is_some()) {
+        let mut kept = Vec::with_capacity(mesh.triangles.len());
+        for (i, triangle) in mesh.triangles.iter().enumerate() {
+            match fault(triangle) {
+                Some(true) => repairs.not_finite.add(|| line_of(i)),
+                Some(false) => repairs.flat.add(|| line_of(i)),
+                None => {
+                    kept.push(*triangle);
+                    if of_faces {
+                        rows.push(i as u32);
+                    }
+                }
+            }
         }
-    }
-    if kept.len() < mesh.triangles.len() {
         mesh.triangles = kept;
+        attributes.iter_mut().filter(|a| a.is_of_faces()).for_each(|a| gather_rows(a, &rows));
     }
+    for value in attributes.iter_mut().flat_map(|attribute| &mut attribute.values).filter(|v| !v.is_finite())
+    {
+        *value = 0.0;
+        repairs.bad_attributes += 1;
+    }
+    mesh.attributes = attributes;
     compact(mesh);
     for uv in mesh.uvs.iter_mut().filter(|uv| !uv.is_finite()) {
         *uv = Vec2::ZERO;
@@ -70,6 +89,13 @@ fn compact(mesh: &mut Mesh) {
     mesh.positions = gather(&mesh.positions, &order);
     mesh.normals = gather(&mesh.normals, &order);
     mesh.uvs = gather(&mesh.uvs, &order);
+    mesh.attributes.iter_mut().filter(|a| !a.is_of_faces()).for_each(|a| gather_rows(a, &order));
+}
+
+/// Keeps these rows of an attribute.
+fn gather_rows(attribute: &mut MeshAttribute, order: &[u32]) {
+    let MeshAttribute { channels, values, .. } = attribute;
+    *values = order.iter().flat_map(|&i| &values[i as usize * *channels..][..*channels]).copied().collect();
 }
 
 /// `values[order[i]]`; stays empty if it is.

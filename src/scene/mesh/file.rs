@@ -23,6 +23,14 @@ impl Count {
         }
         self.times += 1;
     }
+
+    /// Those of later lines, too.
+    pub(super) fn merge(&mut self, later: Count) {
+        if self.times == 0 {
+            self.first_line = later.first_line;
+        }
+        self.times += later.times;
+    }
 }
 
 /// What the reader of a format makes: indices in range, everything else as the file has it.
@@ -62,6 +70,16 @@ impl MeshFile<'_> {
         )
     }
 
+    /// A warning for each kind of fault.
+    pub(super) fn told(&self, dropped: Vec<(Count, &'static str)>) -> Vec<SceneWarning> {
+        let there = dropped.into_iter().filter(|(count, _)| count.times > 0);
+        let told = there.map(|(count, what)| {
+            let found = self.finding(count.first_line, format!("{} {what}", count.times));
+            found.label("the first").warning()
+        });
+        told.collect()
+    }
+
     /// Checks what was read, tells what was dropped or mended, and gives the mesh its normals.
     pub(super) fn finish(&self, raw: RawMesh<'_>, options: &MeshOptions) -> Result<MeshRead, SceneError> {
         let RawMesh { mut mesh, mut dropped, mut warnings, line_of, advice } = raw;
@@ -77,13 +95,11 @@ impl MeshFile<'_> {
                 .help(advice)
                 .error());
         }
-        for (count, what) in dropped.into_iter().filter(|(c, _)| c.times > 0) {
-            let found = self.finding(count.first_line, format!("{} {what}", count.times));
-            warnings.push(found.label("the first").warning());
-        }
-        if repairs.bad_uvs > 0 {
-            let message = format!("{} texture coordinates are not finite: set to 0", repairs.bad_uvs);
-            warnings.push(self.finding(1, message).warning());
+        warnings.extend(self.told(dropped));
+        let bad =
+            [(repairs.bad_uvs, "texture coordinates"), (repairs.bad_attributes, "numbers of attributes")];
+        for (count, what) in bad.into_iter().filter(|(count, _)| *count > 0) {
+            warnings.push(self.finding(1, format!("{count} {what} are not finite: set to 0")).warning());
         }
         let world = options.world.map_or(DMat3::IDENTITY, |m| DMat3::from_cols_array(&m.map(f64::from_bits)));
         if options.face_normals {

@@ -1,9 +1,10 @@
 //! Mesh files. A mesh that comes out has indices in range, finite vertices and triangles with area.
 //!
 //! ```text
-//! obj, clean        Wavefront OBJ, by the crate `tobj` with checks before it
+//! obj, obj_parts    Wavefront OBJ, read by several threads
 //! ply, ply_header   Stanford PLY: text or binary
 //! serialized        Mitsuba's own format: compressed, several meshes in a file
+//! attributes        columns of a PLY file that are an attribute
 //! file              the file as messages name it; what all formats do when the numbers are read
 //! check, normals    faults that only the numbers show; normals made from faces
 //! ```
@@ -11,22 +12,26 @@
 //! A format is a function from a file to a `file::RawMesh`, a line in [`MeshFormat`] and one in [`parse`], and a
 //! shape plugin in `mitsuba/shape.rs`.
 
+mod attributes;
 mod check;
-mod clean;
 mod file;
 mod normals;
 mod obj;
+mod obj_parts;
 mod ply;
 mod ply_header;
 mod serialized;
 
 use std::path::Path;
 
+use glam::DMat3;
+
 use file::{MeshFile, RawMesh};
+use obj_parts::NamedMaterials;
 
 use crate::scene::desc::Mesh;
-use crate::scene::diagnostic::{FindingKind, SceneError, SceneWarning};
-use crate::scene::files::read_bytes;
+use crate::scene::diagnostic::{SceneError, SceneWarning};
+use crate::scene::files::{ReadError, SceneFiles};
 use crate::scene::limits;
 
 /// A format of mesh files.
@@ -52,6 +57,8 @@ pub struct MeshOptions {
     pub face_normals: bool,
     /// Turn texture coordinates upside down (v becomes 1 − v).
     pub flip_tex_coords: bool,
+    /// Names of the attributes that are kept; a format that has none of such a name leaves it out.
+    pub attributes: Vec<String>,
     /// Columns of the object-to-world matrix as bits, when it does more than move, turn and scale evenly:
     /// normals made from faces are those of the faces in the world.
     pub world: Option<[u64; 9]>,
@@ -70,13 +77,13 @@ pub struct MeshRead {
 
 /// The reason why a mesh could not be read.
 #[derive(Debug, thiserror::Error)]
-pub enum MeshError {
+pub(crate) enum MeshError {
     /// A fault in the file, with its place.
     #[error(transparent)]
     At(#[from] SceneError),
     /// The file cannot be opened; the place is where the scene names it.
-    #[error("{1}")]
-    Unreadable(FindingKind, String),
+    #[error(transparent)]
+    Unreadable(#[from] ReadError),
 }
 
 /// Reads a file of one format.
@@ -86,11 +93,10 @@ type MeshReader = for<'a> fn(&MeshFile<'a>, &MeshOptions) -> Result<RawMesh<'a>,
 ///
 /// # Errors
 ///
-/// [`MeshError::Unreadable`] when the file cannot be opened or is too large, [`MeshError::At`] with the
-/// line when it is not of the format or nothing of it can be traced.
-pub fn load(path: &Path, options: &MeshOptions) -> Result<MeshRead, MeshError> {
-    let bytes =
-        read_bytes(path, limits::MESH_BYTES).map_err(|e| MeshError::Unreadable(e.kind(), e.to_string()))?;
+/// [`MeshError::Unreadable`] when the file cannot be opened or is too large, [`MeshError::At`] with the line when it is not of the format
+/// or nothing of it can be traced.
+pub(crate) fn load(files: &SceneFiles, path: &Path, options: &MeshOptions) -> Result<MeshRead, MeshError> {
+    let bytes = files.read(path, limits::MESH_BYTES)?;
     Ok(parse(&path.to_string_lossy(), &bytes, options)?)
 }
 
@@ -108,4 +114,28 @@ pub fn parse(name: &str, bytes: &[u8], options: &MeshOptions) -> Result<MeshRead
     let file = MeshFile { name, bytes, text };
     let raw = read(&file, options)?;
     file.finish(raw, options)
+}
+
+/// An OBJ file with the names of its materials; `v` is turned as textures want it. Triangles are those of the file, not checked yet.
+pub(crate) struct NamedParts {
+    pub(crate) mesh: Mesh,
+    pub(crate) materials: NamedMaterials,
+    pub(crate) warnings: Vec<SceneWarning>,
+}
+
+/// Reads the bytes of an OBJ file whose materials count; messages call it `name`.
+///
+/// # Errors
+///
+/// [`SceneError`] with file and line.
+pub(crate) fn obj_parts(name: &str, bytes: &[u8]) -> Result<NamedParts, SceneError> {
+    let file = MeshFile { name, bytes, text: bytes };
+    let options = MeshOptions { flip_tex_coords: true, ..MeshOptions::default() };
+    let (RawMesh { mut mesh, dropped, mut warnings, .. }, materials) = obj::read_named(&file, &options)?;
+    warnings.extend(file.told(dropped));
+    if mesh.normals.is_empty() {
+        // Before it is cut at the seams.
+        mesh.normals = normals::from_faces(&mesh, &DMat3::IDENTITY);
+    }
+    Ok(NamedParts { mesh, materials, warnings })
 }

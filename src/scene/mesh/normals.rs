@@ -1,8 +1,12 @@
 //! Vertex normals made from faces.
 
 use glam::{DMat3, DVec3, Vec3};
+use rayon::prelude::*;
 
 use crate::scene::desc::Mesh;
+
+/// Faces whose normals are in memory at once.
+const FACES_AT_ONCE: usize = 1 << 17;
 
 /// Normals at the vertices of `mesh`, in object space: the mean of the normals of the faces around a
 /// vertex, each weighted by its angle there (Thürmer and Wüthrich 1998), as Mitsuba makes them for a
@@ -12,14 +16,20 @@ use crate::scene::desc::Mesh;
 pub(super) fn from_faces(mesh: &Mesh, world: &DMat3) -> Vec<Vec3> {
     let mut sums = vec![DVec3::ZERO; mesh.positions.len()];
     let mut any = vec![DVec3::ZERO; mesh.positions.len()];
-    for triangle in &mesh.triangles {
+    // The weighted normals of many faces are made in parallel, and added in the order of the faces.
+    let weighted = |triangle: &[u32; 3]| {
         let p = triangle.map(|v| *world * mesh.positions[v as usize].as_dvec3());
         let normal = (p[1] - p[0]).cross(p[2] - p[0]).normalize_or_zero();
-        for i in 0..3 {
-            let v = triangle[i] as usize;
-            let (a, b) = (p[(i + 1) % 3] - p[i], p[(i + 2) % 3] - p[i]);
-            sums[v] += normal * a.angle_between(b);
-            any[v] = normal;
+        let weight = |i: usize| (p[(i + 1) % 3] - p[i]).angle_between(p[(i + 2) % 3] - p[i]);
+        (normal, [0, 1, 2].map(weight))
+    };
+    for triangles in mesh.triangles.chunks(FACES_AT_ONCE) {
+        let faces: Vec<(DVec3, [f64; 3])> = triangles.par_iter().map(weighted).collect();
+        for (triangle, (normal, weights)) in triangles.iter().zip(faces) {
+            for (v, weight) in triangle.iter().zip(weights) {
+                sums[*v as usize] += normal * weight;
+                any[*v as usize] = normal;
+            }
         }
     }
     // A normal n of the world is the image under the inverse transpose of the object's n·M.
@@ -29,18 +39,19 @@ pub(super) fn from_faces(mesh: &Mesh, world: &DMat3) -> Vec<Vec3> {
         let n = if sum.length() > 1e-9 && sum.is_finite() { sum } else { any };
         (to_object * n).normalize_or(DVec3::Z).as_vec3()
     };
-    sums.into_iter().zip(any).map(object).collect()
+    sums.into_par_iter().zip(any).map(object).collect()
 }
 
 /// Gives every normal the length 1. What cannot have it is made from faces, and counted.
 pub(super) fn mend(mesh: &mut Mesh, world: &DMat3) -> usize {
-    let mut bad = Vec::new();
-    for (i, n) in mesh.normals.iter_mut().enumerate() {
-        match n.as_dvec3().try_normalize() {
-            Some(unit) => *n = unit.as_vec3(),
-            None => bad.push(i),
+    let unit = |(i, n): (usize, &mut Vec3)| match n.as_dvec3().try_normalize() {
+        Some(unit) => {
+            *n = unit.as_vec3();
+            None
         }
-    }
+        None => Some(i),
+    };
+    let bad: Vec<usize> = mesh.normals.par_iter_mut().enumerate().filter_map(unit).collect();
     if !bad.is_empty() {
         let made = from_faces(mesh, world);
         for &i in &bad {

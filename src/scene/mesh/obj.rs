@@ -1,43 +1,55 @@
-//! Wavefront OBJ, through the crate `tobj`, with checks before it. All objects and groups of a file become one mesh; its materials
-//! are not used.
+//! Wavefront OBJ. All objects and groups of a file become one mesh; its materials
+//! are not used, except where the file is a model by itself (`scene/model/obj.rs`).
 
-use glam::{Vec2, Vec3};
-use tobj::{LoadError, LoadOptions};
+use std::collections::HashMap;
+
+use rayon::prelude::*;
 
 use super::MeshOptions;
-use super::clean::{CleanLines, Faults, Keep};
 use super::file::{MeshFile, RawMesh};
+use super::obj_parts::{NamedMaterials, ObjLines, ObjParts};
 use crate::scene::desc::Mesh;
-use crate::scene::diagnostic::{FindingKind, SceneError};
+use crate::scene::diagnostic::SceneError;
 
 /// Reads an OBJ file.
 pub(super) fn read<'a>(file: &MeshFile<'a>, options: &MeshOptions) -> Result<RawMesh<'a>, SceneError> {
-    let mut keep = Keep { uvs: true, normals: !options.face_normals };
+    let (mut raw, materials) = read_named(file, options)?;
+    if let Some(line) = materials.first_line {
+        let found = file.finding(line, "materials named in an OBJ file are not used");
+        raw.warnings.push(found.help("give the shape a bsdf in the scene file").advice());
+    }
+    Ok(raw)
+}
+
+/// Reads an OBJ file and the names of its materials.
+pub(super) fn read_named<'a>(
+    file: &MeshFile<'a>,
+    options: &MeshOptions,
+) -> Result<(RawMesh<'a>, NamedMaterials), SceneError> {
+    // Some editors put a byte order mark first, which would cost the first vertex and shift all others.
+    let parts = ObjParts::new(file.bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(file.bytes));
+    let mut lines = parts.read().map_err(|e| file.finding_of(e.kind, e.line, e.message).error())?;
+    if options.face_normals {
+        lines.corners[2] = Vec::new();
+    }
     let mut warnings = Vec::new();
-    let (mut raw, mut faults, mut lines) = clean(file, keep)?;
-    // Where some corners have normals or coordinates and others have not, they belong to nobody.
-    let partial = |have: usize, per: usize| have != 0 && have / per != raw.positions.len() / 3;
-    let whole = Keep { uvs: !partial(raw.texcoords.len(), 2), normals: !partial(raw.normals.len(), 3) };
-    for (kept, what) in [(whole.uvs, "texture coordinates"), (whole.normals, "normals")] {
-        if !kept {
+    for (kind, what) in [(1, "texture coordinates"), (2, "normals")] {
+        let (mut some, mut none) = (false, false);
+        for index in lines.corners[kind].as_flattened() {
+            (some, none) = (some || *index > 0, none || *index == 0);
+        }
+        // Where some corners have them and others have not, they belong to nobody.
+        if some && none {
             let message = format!("some corners have {what} and others have not: none are used");
             warnings.push(file.finding(1, message).warning());
         }
+        if none {
+            lines.corners[kind] = Vec::new();
+        }
     }
-    if !whole.uvs || !whole.normals {
-        keep = Keep { uvs: whole.uvs, normals: keep.normals && whole.normals };
-        (raw, faults, lines) = clean(file, keep)?;
-    }
-    if faults.materials.times > 0 {
-        let found = file.finding(faults.materials.first_line, "materials named in an OBJ file are not used");
-        warnings.push(found.help("give the shape a bsdf in the scene file").advice());
-    }
-    let line_of = move |triangle: usize| {
-        let next = lines.partition_point(|(first, _)| *first as usize <= triangle);
-        next.checked_sub(1).map_or(1, |face| lines[face].1 as usize)
-    };
-    Ok(RawMesh {
-        mesh: assemble(&raw, options.flip_tex_coords),
+    let (faults, materials) = (std::mem::take(&mut lines.faults), std::mem::take(&mut lines.materials));
+    let raw = RawMesh {
+        mesh: assemble(lines, options.flip_tex_coords),
         dropped: vec![
             (faults.malformed, "faces are not made of indices: dropped"),
             (faults.out_of_range, "faces have an index that the file does not have: dropped"),
@@ -45,62 +57,67 @@ pub(super) fn read<'a>(file: &MeshFile<'a>, options: &MeshOptions) -> Result<Raw
             (faults.unknown, "lines start with a keyword that is not supported: not used"),
         ],
         warnings,
-        line_of: Box::new(line_of),
+        line_of: Box::new(move |triangle| parts.line_of(triangle)),
         advice: "is it an OBJ file? faces are lines like `f 1 2 3`",
-    })
+    };
+    Ok((raw, materials))
 }
 
-/// First triangle and line of each face.
-type FaceLines = Vec<(u32, u32)>;
-
-/// Lets the library read what passes the first check.
-fn clean(file: &MeshFile<'_>, keep: Keep) -> Result<(tobj::Mesh, Faults, FaceLines), SceneError> {
-    let options = LoadOptions { single_index: true, triangulate: true, ..LoadOptions::default() };
-    // Some editors put a byte order mark first, which would cost the first vertex and shift all others.
-    let mut lines = CleanLines::new(file.bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(file.bytes), keep);
-    let loaded = tobj::load_obj_buf(&mut lines, &options, |_| Err(LoadError::OpenFileFailed));
-    match loaded {
-        Ok((models, _)) => {
-            let mesh = models.into_iter().next().map(|m| m.mesh).unwrap_or_default();
-            Ok((mesh, lines.faults, lines.faces))
-        }
-        Err(e) => {
-            let (kind, message) = match lines.excess {
-                Some(message) => (FindingKind::Limit, message),
-                None => (FindingKind::Mesh, describe(e)),
+/// The mesh as this program keeps it: each combination of position, texture coordinates and normal is a vertex.
+fn assemble(lines: ObjLines, flip: bool) -> Mesh {
+    let ObjLines { positions, mut uvs, normals, corners, .. } = lines;
+    let [mut triangles, of_uvs, of_normals] = corners;
+    if flip {
+        uvs.par_iter_mut().for_each(|uv| uv.y = 1.0 - uv.y);
+    }
+    let same = |of: &[[u32; 3]], count: usize| {
+        of.is_empty() || (count == positions.len() && of.par_iter().eq(triangles.par_iter()))
+    };
+    if same(&of_uvs, uvs.len()) && same(&of_normals, normals.len()) {
+        triangles.par_iter_mut().for_each(|t| *t = t.map(|i| i - 1));
+        let (uvs, normals) = (when(!of_uvs.is_empty(), uvs), when(!of_normals.is_empty(), normals));
+        return Mesh { positions, normals, uvs, triangles, ..Mesh::default() };
+    }
+    let mut mesh = Mesh::default();
+    // The first vertex at each position, with its other indices; those that differ from it are looked up.
+    let mut first = vec![(u32::MAX, [0; 2]); positions.len()];
+    let mut others: HashMap<[u32; 3], u32> = HashMap::new();
+    let index = |of: &[[u32; 3]], i: usize, k: usize| of.get(i).map_or(0, |t| t[k]);
+    for (i, triangle) in triangles.iter_mut().enumerate() {
+        for (k, corner) in triangle.iter_mut().enumerate() {
+            let (at, uv, normal) = (*corner, index(&of_uvs, i, k), index(&of_normals, i, k));
+            let (known, of_known) = &mut first[at as usize - 1];
+            let new = mesh.positions.len() as u32;
+            *corner = if *known == u32::MAX {
+                (*known, *of_known) = (new, [uv, normal]);
+                new
+            } else if *of_known == [uv, normal] {
+                *known
+            } else {
+                *others.entry([at, uv, normal]).or_insert(new)
             };
-            Err(file.finding_of(kind, lines.number, message).error())
+            if *corner == new {
+                mesh.positions.push(positions[at as usize - 1]);
+                mesh.uvs.extend((uv > 0).then(|| uvs[uv as usize - 1]));
+                mesh.normals.extend((normal > 0).then(|| normals[normal as usize - 1]));
+            }
         }
     }
+    Mesh { triangles, ..mesh }
 }
 
-/// The mesh as this program keeps it.
-fn assemble(raw: &tobj::Mesh, flip: bool) -> Mesh {
-    let triples = |v: &[f32]| v.chunks_exact(3).map(Vec3::from_slice).collect();
-    let uv = |c: &[f32]| Vec2::new(c[0], if flip { 1.0 - c[1] } else { c[1] });
-    Mesh {
-        positions: triples(&raw.positions),
-        normals: triples(&raw.normals),
-        uvs: raw.texcoords.chunks_exact(2).map(uv).collect(),
-        triangles: raw.indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect(),
-    }
-}
-
-/// The library's errors in words.
-fn describe(error: LoadError) -> String {
-    match error {
-        LoadError::PositionParseError => "a position has three numbers".into(),
-        LoadError::NormalParseError => "a normal has three numbers".into(),
-        LoadError::TexcoordParseError => "a texture coordinate has two numbers".into(),
-        other => format!("this cannot be read: {other}"),
-    }
+/// `values`, or none.
+fn when<T>(keep: bool, values: Vec<T>) -> Vec<T> {
+    if keep { values } else { Vec::new() }
 }
 
 #[cfg(test)]
 mod tests {
-    use glam::Vec3;
+    use glam::{Vec2, Vec3};
 
     use super::*;
+    use crate::math::random::Random;
+    use crate::scene::diagnostic::FindingKind;
     use crate::scene::limits;
     use crate::scene::mesh::{MeshRead, parse};
 
@@ -193,5 +210,60 @@ mod tests {
         let long = format!("v 0 0 0\nf{}\n", " 1".repeat(limits::MESH_LINE_BYTES));
         let e = parse("a.obj", long.as_bytes(), &options).expect_err("too long");
         assert_eq!((e.kind(), e.location().1), (FindingKind::Limit, 2));
+    }
+
+    /// Random files, against the crate `tobj`: the same triangles, bit for bit.
+    #[test]
+    fn triangles_are_those_of_another_reader() {
+        let mut random = Random(7);
+        for round in 0..60 {
+            let mut text = String::new();
+            let counts = [20, 15, 10];
+            for (word, count) in ["v", "vt", "vn"].into_iter().zip(counts) {
+                for _ in 0..count {
+                    let [a, b, c] = [0; 3].map(|_| random.f64() * 10_f64.powi(random.below(9) as i32 - 4));
+                    text += &match random.below(3) {
+                        0 => format!("{word} {a} {b} {c:e}\n"),
+                        1 => format!("{word}  {a:.3}\t{b:.9} {c}  \r\n"),
+                        _ => format!(" {word} {a:.6} {b:.1} -{c:.7}\n"),
+                    };
+                }
+            }
+            for _ in 0..40 {
+                text += "f";
+                for _ in 0..3 + random.below(3) {
+                    let [v, t, n] = counts.map(|n| 1 + random.below(n) as i64);
+                    let v = if random.below(2) == 0 { v - 1 - counts[0] as i64 } else { v };
+                    text += &match round % 4 {
+                        0 => format!(" {v}"),
+                        1 => format!(" {v}/{t}"),
+                        2 => format!(" {v}//{n}"),
+                        _ => format!(" {v}/{t}/{n}"),
+                    };
+                }
+                text += "\n";
+            }
+            let options =
+                tobj::LoadOptions { single_index: true, triangulate: true, ..tobj::LoadOptions::default() };
+            let no_materials = |_: &std::path::Path| Err(tobj::LoadError::OpenFileFailed);
+            let (models, _) =
+                tobj::load_obj_buf(&mut text.as_bytes(), &options, no_materials).expect("valid");
+            let wanted = &models[0].mesh;
+            let lines = ObjParts::new(text.as_bytes()).read().expect("valid");
+            let mesh = assemble(lines, false);
+            assert_eq!(mesh.triangles.len() * 3, wanted.indices.len());
+            for (&i, &w) in mesh.triangles.as_flattened().iter().zip(&wanted.indices) {
+                let (i, w) = (i as usize, w as usize);
+                let same = |mine: &[f32], theirs: &[f32]| {
+                    let at = w * mine.len();
+                    assert_eq!(mine, &theirs[at..at + mine.len()], "{text}");
+                };
+                same(&mesh.positions[i].to_array(), &wanted.positions);
+                mesh.uvs.get(i).inspect(|uv| same(&uv.to_array(), &wanted.texcoords));
+                mesh.normals.get(i).inspect(|n| same(&n.to_array(), &wanted.normals));
+            }
+            assert_eq!(mesh.uvs.is_empty(), wanted.texcoords.is_empty());
+            assert_eq!(mesh.normals.is_empty(), wanted.normals.is_empty());
+        }
     }
 }

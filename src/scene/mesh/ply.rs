@@ -1,16 +1,17 @@
 //! Stanford PLY, text and binary (Turk, *The PLY Polygon File Format*, 1994), with the names of properties that Mitsuba knows.
 //!
-//! Polygons are cut into triangles around their first corner (Mitsuba itself reads triangles only). Properties that nothing here
-//! uses, such as colours, are skipped.
+//! Polygons are cut into triangles around their first corner (Mitsuba itself reads triangles only). Properties that nothing
+//! uses are skipped.
 
 use std::ops::Range;
 
 use glam::{Vec2, Vec3};
 
 use super::MeshOptions;
+use super::attributes::AttributeColumns;
 use super::file::{Count, MeshFile, RawMesh};
 use super::ply_header::{Encoding, PlyElement, PlyHeader, PlyProperty, Scalar};
-use crate::scene::desc::Mesh;
+use crate::scene::desc::{Mesh, MeshAttribute};
 use crate::scene::diagnostic::{FindingKind, SceneError};
 use crate::scene::limits;
 
@@ -56,6 +57,8 @@ pub(super) fn read<'a>(file: &MeshFile<'a>, options: &MeshOptions) -> Result<Raw
         has_normals: has(NORMAL) && !options.face_normals,
         has_uvs: has(UV),
         slots,
+        of_vertices: AttributeColumns::find(file, vertices, MeshAttribute::VERTEX, &options.attributes)?,
+        of_faces: AttributeColumns::find(file, faces, MeshAttribute::FACE, &options.attributes)?,
         mesh: Mesh::default(),
         lines: Vec::new(),
         out_of_range: Count::default(),
@@ -75,9 +78,15 @@ pub(super) fn read<'a>(file: &MeshFile<'a>, options: &MeshOptions) -> Result<Raw
         let message = format!("{unread} bytes after the last row that the header announces: not used");
         warnings.push(file.finding(line, message).warning());
     }
+    if read.of_vertices.narrow || read.of_faces.narrow {
+        let message = "attributes in 8 bits are parts of 255 on the curve of sRGB; Mitsuba 3.9.1 takes them as they stand";
+        warnings.push(file.finding(vertices.line, message).advice());
+    }
     let (lines, announced) = (read.lines, faces.line);
+    let mut attributes = read.of_vertices.into_attributes();
+    attributes.extend(read.of_faces.into_attributes());
     Ok(RawMesh {
-        mesh: read.mesh,
+        mesh: Mesh { attributes, ..read.mesh },
         dropped: vec![
             (read.out_of_range, "faces have an index that the file does not have: dropped"),
             (read.too_small, "faces have fewer than three vertices: dropped"),
@@ -108,6 +117,8 @@ struct PlyRead<'a> {
     has_uvs: bool,
     /// Places in [`KEPT`] of the properties of a vertex.
     slots: Vec<usize>,
+    of_vertices: AttributeColumns,
+    of_faces: AttributeColumns,
     mesh: Mesh,
     /// The line of each triangle of a text.
     lines: Vec<u32>,
@@ -145,12 +156,13 @@ impl PlyRead<'_> {
 
     fn vertex<N: Numbers>(&mut self, element: &PlyElement, numbers: &mut N) -> Result<(), RowFault> {
         let mut values = [0.0; UNUSED];
-        for (property, &slot) in element.properties.iter().zip(&self.slots) {
+        for (i, (property, &slot)) in element.properties.iter().zip(&self.slots).enumerate() {
             match values.get_mut(slot) {
                 Some(value) => *value = numbers.next(property.scalar)? as f32,
-                None => skip(property, numbers)?,
+                None => attribute(&mut self.of_vertices, i, property, numbers)?,
             }
         }
+        self.of_vertices.end_row(1);
         let [x, y, z, nx, ny, nz, u, v] = values;
         self.mesh.positions.push(Vec3::new(x, y, z));
         if self.has_normals {
@@ -163,17 +175,18 @@ impl PlyRead<'_> {
     }
 
     fn face<N: Numbers>(&mut self, element: &PlyElement, numbers: &mut N) -> Result<(), RowFault> {
-        let mut line = element.line;
-        for property in &element.properties {
+        let (mut line, first) = (element.line, self.mesh.triangles.len());
+        for (i, property) in element.properties.iter().enumerate() {
             match property.count {
                 Some(count) if is_corners(property) => {
                     let corners = length(count, numbers)?;
                     line = numbers.line().unwrap_or(line);
                     self.polygon(corners, property.scalar, numbers, line)?;
                 }
-                _ => skip(property, numbers)?,
+                _ => attribute(&mut self.of_faces, i, property, numbers)?,
             }
         }
+        self.of_faces.end_row(self.mesh.triangles.len() - first);
         if numbers.line().is_some() {
             self.lines.resize(self.mesh.triangles.len(), line as u32);
         }
@@ -244,6 +257,20 @@ enum RowFault {
 fn length<N: Numbers>(count: Scalar, numbers: &mut N) -> Result<usize, RowFault> {
     let length = numbers.next(count)?;
     if length < 0.0 { Err(RowFault::Negative) } else { Ok(length as usize) }
+}
+
+/// Reads the number of a property if it belongs to an attribute, or else skips it.
+fn attribute<N: Numbers>(
+    columns: &mut AttributeColumns,
+    index: usize,
+    property: &PlyProperty,
+    numbers: &mut N,
+) -> Result<(), RowFault> {
+    match columns.place(index) {
+        Some(place) => columns.set(place, numbers.next(property.scalar)?, property.scalar),
+        None => skip(property, numbers)?,
+    }
+    Ok(())
 }
 
 fn skip<N: Numbers>(property: &PlyProperty, numbers: &mut N) -> Result<(), RowFault> {
@@ -350,6 +377,7 @@ mod tests {
         shape_index: 0,
         face_normals: false,
         flip_tex_coords: false,
+        attributes: Vec::new(),
         world: None,
     };
 

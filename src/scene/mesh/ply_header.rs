@@ -52,7 +52,20 @@ impl Scalar {
     }
 
     pub(super) fn is_integer(self) -> bool {
-        !matches!(self, Self::F32 | Self::F64)
+        self.greatest().is_some()
+    }
+
+    /// The greatest integer.
+    pub(super) fn greatest(self) -> Option<f64> {
+        Some(match self {
+            Self::I8 => i8::MAX.into(),
+            Self::U8 => u8::MAX.into(),
+            Self::I16 => i16::MAX.into(),
+            Self::U16 => u16::MAX.into(),
+            Self::I32 => i32::MAX.into(),
+            Self::U32 => u32::MAX.into(),
+            Self::F32 | Self::F64 => return None,
+        })
     }
 }
 

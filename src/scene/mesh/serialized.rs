@@ -16,7 +16,7 @@ use glam::{Vec2, Vec3};
 
 use super::MeshOptions;
 use super::file::{Count, MeshFile, RawMesh};
-use crate::scene::desc::Mesh;
+use crate::scene::desc::{Mesh, MeshAttribute};
 use crate::scene::diagnostic::{FindingKind, SceneError};
 use crate::scene::limits;
 
@@ -30,6 +30,9 @@ const NORMALS: u32 = 0x0001;
 const UVS: u32 = 0x0002;
 const COLOURS: u32 = 0x0008;
 const DOUBLE: u32 = 0x2000;
+
+/// The attribute that its colours are.
+const COLOUR: &str = "vertex_color";
 
 /// Bytes of a name.
 const LONGEST_NAME: u64 = 1 << 16;
@@ -196,7 +199,7 @@ impl<'a> Inflated<'a> {
         let positions = self.floats(vertices, double, Vec3::from_array)?;
         let normals = self.floats(of(NORMALS), double, Vec3::from_array)?;
         let uvs = self.floats(of(UVS), double, flip)?;
-        self.floats(of(COLOURS), double, |_: [f32; 3]| ())?;
+        let colours = self.floats(of(COLOURS), double, |rgb: [f32; 3]| rgb)?;
         let mut triangles = self.rows(triangles, |row| row.map(u32::from_le_bytes))?;
         triangles.retain(|triangle| {
             let in_range = triangle.iter().all(|&v| (v as usize) < vertices);
@@ -205,7 +208,10 @@ impl<'a> Inflated<'a> {
             }
             in_range
         });
-        Ok(Mesh { positions, normals, uvs, triangles })
+        let kept = !colours.is_empty() && options.attributes.iter().any(|name| name == COLOUR);
+        let values = colours.into_flattened();
+        let attributes = kept.then(|| MeshAttribute { name: COLOUR.to_owned(), channels: 3, values });
+        Ok(Mesh { positions, normals, uvs, triangles, attributes: attributes.into_iter().collect() })
     }
 }
 

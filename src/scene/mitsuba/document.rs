@@ -1,11 +1,14 @@
 //! A scene as a flat list of elements, after includes and `$names` are resolved.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
+use super::params::Questions;
 use super::source::{Sources, Span};
 use super::tags::Tag;
 use crate::scene::diagnostic::{Finding, FindingKind, SceneError};
+use crate::scene::files::SceneFiles;
 
 /// Index of an [`Element`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -52,17 +55,30 @@ impl Element {
 #[derive(Debug, Default)]
 pub(crate) struct Document {
     pub(crate) sources: Sources,
+    /// The files of versions before 2.
+    pub(crate) old: BTreeSet<u32>,
     /// All elements; children come after their parents.
     pub(crate) elements: Vec<Element>,
     /// Elements with an `id`, and their aliases.
     pub(crate) ids: BTreeMap<String, ElementId>,
     /// Folders named by `path`.
     pub(crate) search: Vec<PathBuf>,
+    /// What readers of plugins ask for, in a documentation run.
+    pub(crate) questions: Option<Arc<Questions>>,
+    /// What the scene is read from.
+    pub(crate) files: SceneFiles,
+    /// The text of a model that has no camera: its own stands for one that sees all of the model.
+    pub(crate) unframed: Option<u32>,
 }
 
 impl Document {
     pub(crate) fn element(&self, id: ElementId) -> &Element {
         &self.elements[id.0 as usize]
+    }
+
+    /// True for what stands in a file of a version before 2. A file that does not say of which is as the one that includes it.
+    pub(crate) fn is_old(&self, span: Span) -> bool {
+        self.old.contains(&span.file)
     }
 
     pub(crate) fn finding(&self, kind: FindingKind, span: Span, message: impl Into<String>) -> Finding {

@@ -5,38 +5,45 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::document::ElementId;
+use super::emission::ReadEmission;
 use super::params::Params;
-use super::reader::{PluginTable, Reader, Role};
-use super::sensor::is_rigid;
-use super::{sky, spectrum};
+use super::reader::{PluginTable, Reader};
+use super::sensor::{field_of_view, is_rigid};
+use super::{emission, sky, texture};
 use crate::image::bitmap::Bitmap;
-use crate::scene::desc::{LightDesc, SpotDesc};
+use crate::scene::desc::{LightDesc, ProjectorDesc, SpotDesc, SpotTextureDesc};
 use crate::scene::diagnostic::{FindingKind, SceneError};
-use crate::scene::files::read_bytes;
+use crate::scene::emission_texture::EmissionProfile;
 use crate::scene::limits;
-use crate::spectrum::emission_map::{self, TexelRepairs};
-use crate::spectrum::{EmissionMap, Spectrum};
+use crate::spectrum::Spectrum;
 
 /// Every light that is not a shape.
-const PLUGINS: PluginTable<LightDesc> = &[
+pub(super) const PLUGINS: PluginTable<LightDesc> = &[
     ("constant", constant),
     ("directional", directional),
     ("envmap", envmap),
     ("point", point),
+    ("projector", projector),
     ("sky", sky::sky),
     ("spot", spot),
     ("sun", sky::sun),
     ("sunsky", sky::sun_sky),
 ];
 
+/// A shape that emits along its normal.
+const BEAM: &str = "directionalarea";
+
+/// Every light that is part of a shape.
+pub(super) const AREA: &[&str] = &["area", BEAM];
+
 /// Reads a light of the scene itself.
 pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<(), SceneError> {
     let params = Params::new(reader.document, id)?;
-    if params.plugin() == "area" {
+    if AREA.contains(&params.plugin()) {
         let found = params.fault(FindingKind::Plugin, "an area light needs a shape");
         return Err(found.help("put it into the <shape> that shall emit").error());
     }
-    let light = reader.plugin(&params, PLUGINS, &["area"])?(reader, &params)?;
+    let light = reader.plugin(&params, PLUGINS, AREA)?(reader, &params)?;
     if light.is_environment() && reader.lists.lights.iter().any(LightDesc::is_environment) {
         let found = params.fault(FindingKind::Parameter, "a second light all around");
         return Err(found.help("a scene has at most one `constant`, `envmap` or `sunsky` emitter").error());
@@ -48,41 +55,47 @@ pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<(), SceneEr
     Ok(())
 }
 
-/// The radiance of the `area` emitter inside a shape.
-pub(crate) fn area(reader: &mut Reader<'_>, id: ElementId) -> Result<Spectrum, SceneError> {
+/// The emission of a shape.
+pub(crate) struct AreaEmission {
+    /// Radiance, or radiant exitance along the normal; the factor on a texture.
+    pub(crate) radiance: Spectrum,
+    pub(crate) profile: EmissionProfile,
+}
+
+/// The emission by the emitter inside a shape.
+pub(crate) fn area(reader: &mut Reader<'_>, id: ElementId) -> Result<AreaEmission, SceneError> {
     let params = Params::new(reader.document, id)?;
-    if params.plugin() != "area" {
+    if !AREA.contains(&params.plugin()) {
         if PLUGINS.iter().any(|(name, _)| *name == params.plugin()) {
             let message = format!("a `{}` emitter cannot be part of a shape", params.plugin());
             let found = params.fault(FindingKind::Plugin, message);
             return Err(found.help("put it outside of the shape").error());
         }
-        return Err(reader.unknown_plugin(&params, &["area"]));
+        return Err(reader.unknown_plugin(&params, AREA));
     }
-    let radiance = emission(reader, &params, "radiance")?;
+    let along_normal = params.plugin() == BEAM;
+    if along_normal {
+        let message = "light that leaves along the normal is found from the light only: `path` shows none of it, as Mitsuba's; `bidirectional` and `light` do, and `photon` on surfaces with a diffuse part";
+        let found = params.type_fault(message).help(
+            "the methods bidirectional and light show it, and photon does on surfaces with a diffuse part: --integrator bidirectional",
+        );
+        params.note(found.advice());
+    }
+    let ReadEmission { spectrum: radiance, texture } = emission::read(reader, &params, "radiance")?;
     reader.finish(params);
-    Ok(radiance)
-}
-
-fn emission(
-    reader: &mut Reader<'_>,
-    params: &Params<'_>,
-    name: &'static str,
-) -> Result<Spectrum, SceneError> {
-    params.without_effect(&["sampling_weight"]);
-    Ok(spectrum::read(reader, params, name, Role::Emission)?.unwrap_or_else(|| Spectrum::d65(1.0)))
+    Ok(AreaEmission { radiance, profile: EmissionProfile { texture, along_normal } })
 }
 
 fn constant(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<LightDesc, SceneError> {
     params.without_effect(&["to_world"]);
-    let radiance = emission(reader, params, "radiance")?;
+    let radiance = emission::even(reader, params, "radiance")?;
     Ok(LightDesc::Constant { radiance, place: reader.place(params.span()) })
 }
 
 fn envmap(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<LightDesc, SceneError> {
     params.without_effect(&["mis_compensation", "sampling_weight"]);
     let name = params.filename("an envmap", "exr")?;
-    let scale = params.float("scale")?.unwrap_or(1.0);
+    let scale = params.float_or("scale", 1.0)?;
     if scale < 0.0 {
         return Err(params.error("scale", "a factor on light is not negative").error());
     }
@@ -94,23 +107,16 @@ fn envmap(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<LightDesc, Sce
     let span = params.get("filename").map_or(params.span(), |e| e.span_of("value"));
     let at = |kind, message: String| reader.document.finding(kind, span, message);
     let path = reader.document.resolve(&name, span);
-    let bytes = read_bytes(&path, limits::IMAGE_BYTES).map_err(|e| at(e.kind(), e.to_string()).error())?;
+    let bytes = reader
+        .document
+        .files
+        .read(&path, limits::IMAGE_BYTES)
+        .map_err(|e| at(e.kind(), e.to_string()).error())?;
     let bitmap = Bitmap::decode(&path, &bytes, false, limits::IMAGE_PIXELS).map_err(|e| {
         let found = at(FindingKind::File, e.to_string());
         found.help("an environment is a picture in latitude and longitude, best OpenEXR or Radiance").error()
     })?;
-    let mut picture = bitmap.into_linear();
-    let TexelRepairs { not_finite, negative } = emission_map::repair(picture.pixels_mut());
-    if not_finite + negative > 0 {
-        let all = picture.pixels().len();
-        let message = format!(
-            "{not_finite} of {all} texels of {} are infinite or no numbers and count as black; {negative} have negative components, which count as 0",
-            path.display()
-        );
-        params.note(at(FindingKind::Value, message).label("of this picture").warning());
-    }
-    let map = EmissionMap::new(picture.width(), picture.pixels())
-        .map_err(|e| at(FindingKind::Value, format!("{}: {e}", path.display())).error())?;
+    let map = emission::map(reader, params, span, &path, bitmap.into_linear())?;
     Ok(LightDesc::Map {
         map: Arc::new(map),
         scale: Spectrum::Constant(scale as f32),
@@ -127,7 +133,7 @@ fn point(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<LightDesc, Scen
         Some(p) => p,
         None => params.to_world()?.transform_point3(DVec3::ZERO),
     };
-    let intensity = emission(reader, params, "intensity")?;
+    let intensity = emission::even(reader, params, "intensity")?;
     Ok(LightDesc::Point { position, intensity, place: reader.place(params.span()) })
 }
 
@@ -141,32 +147,46 @@ fn directional(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<LightDesc
     };
     let nowhere = || params.error("direction", "a direction has a length other than zero").error();
     let direction = direction.try_normalize().ok_or_else(nowhere)?;
-    let irradiance = emission(reader, params, "irradiance")?;
+    let irradiance = emission::even(reader, params, "irradiance")?;
     Ok(LightDesc::Directional { direction, irradiance, place: reader.place(params.span()) })
 }
 
 fn spot(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<LightDesc, SceneError> {
     let to_world = params.to_world()?;
-    let cutoff_angle = params.float("cutoff_angle")?.unwrap_or(20.0);
+    let cutoff_angle = params.float_or("cutoff_angle", 20.0)?;
     if !(cutoff_angle > 0.0 && cutoff_angle <= 180.0) {
         return Err(params.error("cutoff_angle", "the cutoff is above 0 and at most 180 degrees").error());
     }
-    let beam_width = params.float("beam_width")?.unwrap_or(0.75 * cutoff_angle);
+    let beam_width = params.float_or("beam_width", 0.75 * cutoff_angle)?;
     if !(0.0..=cutoff_angle).contains(&beam_width) {
         let found = params
             .error("beam_width", format!("the beam is not within the cutoff of {cutoff_angle} degrees"));
         return Err(found.help("both are angles to the axis").error());
     }
-    if let Some(texture) = params.get("texture") {
-        let found = reader.document.finding(
-            FindingKind::Parameter,
-            texture.span,
-            "a spot's texture is not projected",
-        );
-        params.note(found.help("the light has the same colour in all directions here").warning());
-    }
-    let intensity = emission(reader, params, "intensity")?;
+    let texture = texture::read(reader, params, "texture")?.filter(|t| *t != Spectrum::Constant(1.0));
+    let texture = texture.map(|texture| Arc::new(SpotTextureDesc { texture, to_world: to_world.matrix3 }));
+    let intensity = emission::even(reader, params, "intensity")?;
     let axis = to_world.transform_vector3(DVec3::Z).normalize();
     let (position, place) = (to_world.translation, reader.place(params.span()));
-    Ok(LightDesc::Spot(SpotDesc { position, axis, beam_width, cutoff_angle, intensity, place }))
+    Ok(LightDesc::Spot(SpotDesc { position, axis, beam_width, cutoff_angle, intensity, texture, place }))
+}
+
+fn projector(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<LightDesc, SceneError> {
+    let to_world = params.to_world()?;
+    if !is_rigid(&to_world) {
+        let found = params.error("to_world", "the transform of a projector cannot scale or shear");
+        return Err(found
+            .help("use lookat, rotate and translate; `scale` makes the picture brighter")
+            .error());
+    }
+    let scale = params.float("scale")?.unwrap_or(1.0);
+    if scale < 0.0 {
+        return Err(params.error("scale", "a factor on light is not negative").error());
+    }
+    let (fov, axis) = field_of_view(params)?;
+    let ReadEmission { spectrum, texture: picture } = emission::read(reader, params, "irradiance")?;
+    let [width, height] = picture.as_ref().map_or([1; 2], |picture| picture.size());
+    let half_size = axis.half_extent(fov, width as f64 / height as f64);
+    let (irradiance, place) = (spectrum.scaled(scale as f32), reader.place(params.span()));
+    Ok(LightDesc::Projector(ProjectorDesc { to_world, half_size, picture, irradiance, place }))
 }

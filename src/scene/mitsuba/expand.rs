@@ -1,6 +1,7 @@
 //! Expands text to a [`Document`]: XML, `default` and `$name`, `include`, `path`, `alias`.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use roxmltree::{Node, ParsingOptions};
 
@@ -12,8 +13,8 @@ use super::tags::{self, TAGS, Tag, TagKind};
 use super::upgrade;
 use super::variables::{Unresolved, Variables};
 use crate::scene::diagnostic::{Finding, FindingKind, LineAt, SceneError, SceneWarning};
-use crate::scene::files::{ReadError, read_bytes};
-use crate::scene::limits;
+use crate::scene::files::LoadProgress;
+use crate::scene::{limits, model};
 
 /// Reads texts into a [`Document`].
 pub(crate) struct Expander {
@@ -22,6 +23,8 @@ pub(crate) struct Expander {
     variables: Variables,
     /// The text being read is of a version before 2, or does not say of which.
     old: bool,
+    /// It was made of a model: a `$` in it is nothing but that.
+    literal: bool,
     /// Files being read, outermost first, to see cycles.
     open: Vec<PathBuf>,
     includes: usize,
@@ -39,23 +42,60 @@ impl Expander {
             warnings: Vec::new(),
             variables: Variables::new(overrides),
             old: true,
+            literal: false,
             open: Vec::new(),
             includes: 0,
             bytes: 0,
         }
     }
 
-    pub(crate) fn file(self, path: &Path) -> Result<Expanded, SceneError> {
-        let bytes = read_bytes(path, limits::XML_BYTES).map_err(|e| unreadable(path, &e).error())?;
-        self.string(path, &bytes)
+    /// Tells `progress` of every file.
+    pub(crate) fn telling(mut self, progress: Arc<LoadProgress>) -> Self {
+        self.document.files.progress = progress;
+        self
+    }
+
+    pub(crate) fn file(mut self, path: &Path) -> Result<Expanded, SceneError> {
+        self.open.push(canonical(path));
+        self.read(path, None, 0, |_, kind, message| unreadable(path, kind, message))?;
+        Ok(self.done())
     }
 
     /// Reads a text in place of a file called `name`.
     pub(crate) fn string(mut self, name: &Path, text: &[u8]) -> Result<Expanded, SceneError> {
         self.open.push(canonical(name));
         self.text(name.to_owned(), text, None, 0)?;
+        Ok(self.done())
+    }
+
+    fn done(mut self) -> Expanded {
         self.warnings.extend(self.variables.unused());
-        Ok((self.document, self.warnings))
+        (self.document, self.warnings)
+    }
+
+    /// Reads a file: a text, or a model, of which one is made. `refuse` makes the error where it cannot be opened.
+    fn read(
+        &mut self,
+        path: &Path,
+        parent: Option<ElementId>,
+        depth: usize,
+        refuse: impl Fn(&Document, FindingKind, String) -> SceneError,
+    ) -> Result<(), SceneError> {
+        let Some(format) = model::ModelFormat::of(path) else {
+            let bytes = self.document.files.read(path, limits::XML_BYTES);
+            let bytes = bytes.map_err(|e| refuse(&self.document, e.kind(), e.to_string()))?.into_owned();
+            return self.text(path.to_owned(), &bytes, parent, depth);
+        };
+        let model = model::read(path, format, &self.document.files)?;
+        self.document.files.add(model.files);
+        model.warnings.into_iter().for_each(|finding| self.warn(finding));
+        if model.unframed {
+            self.document.unframed.get_or_insert(self.document.sources.paths().len() as u32);
+        }
+        let outer = std::mem::replace(&mut self.literal, true);
+        let read = self.text(path.to_owned(), model.text.as_bytes(), parent, depth);
+        self.literal = outer;
+        read
     }
 
     /// Reads one text: the root of the scene, or what an `include` names.
@@ -85,8 +125,13 @@ impl Expander {
             Err(e) => return Err(self.syntax(file, text, &e)),
         };
         let root = xml.root_element();
+        let included_by = parent.map(|parent| self.document.element(parent).span);
+        let version = root.attribute("version").map(upgrade::is_old);
+        if version.unwrap_or_else(|| included_by.is_some_and(|span| self.document.is_old(span))) {
+            self.document.old.insert(file);
+        }
         let outer = self.old;
-        self.old = root.attribute("version").map_or(outer, upgrade::is_old);
+        self.old = version.unwrap_or(outer);
         let read = match parent {
             None if root.tag_name().name() != "scene" => {
                 let message = format!("a scene starts with <scene>, not with <{}>", root.tag_name().name());
@@ -140,7 +185,7 @@ impl Expander {
                 let start = child.range().start;
                 let span = Span::new(file, (start + skip).min(child.range().end)..child.range().end);
                 let found = self.finding(FindingKind::Unknown, span, "text between elements is not used");
-                self.warn(found.help("put values into attributes, or this into a comment"));
+                self.warn(found.help("put values into attributes, or this into a comment").warning());
             }
         }
         Ok(())
@@ -150,9 +195,9 @@ impl Expander {
         self.document.finding(kind, span, message)
     }
 
-    fn warn(&mut self, finding: Finding) {
+    fn warn(&mut self, warning: SceneWarning) {
         if self.warnings.len() < limits::WARNINGS {
-            self.warnings.push(finding.warning());
+            self.warnings.push(warning);
         }
     }
 
@@ -252,7 +297,7 @@ impl Expander {
 
     /// The value of an attribute with its `$names` replaced.
     fn substitute(&mut self, value: &str, span: Span) -> Result<String, SceneError> {
-        if !value.contains('$') {
+        if self.literal || !value.contains('$') {
             return Ok(value.to_owned());
         }
         match self.variables.substitute(value) {
@@ -281,7 +326,7 @@ impl Expander {
                 if !folder.is_dir() {
                     let message = format!("there is no folder {}", folder.display());
                     let found = self.finding(FindingKind::File, element.span_of("value"), message);
-                    self.warn(found.help("paths are relative to the file that names them"));
+                    self.warn(found.help("paths are relative to the file that names them").warning());
                 }
                 if self.document.search.len() >= limits::SEARCH_PATHS {
                     let message = format!("more than {} search paths", limits::SEARCH_PATHS);
@@ -319,12 +364,8 @@ impl Expander {
             let message = format!("more than {count} includes, or more than {depth} within each other");
             return refuse(&self.document, FindingKind::Limit, message);
         }
-        let bytes = match read_bytes(&path, limits::XML_BYTES) {
-            Ok(bytes) => bytes,
-            Err(e) => return refuse(&self.document, e.kind(), e.to_string()),
-        };
         self.open.push(real);
-        self.text(path, &bytes, Some(parent), depth)?;
+        self.read(&path, Some(parent), depth, |d, kind, message| d.finding(kind, span, message).error())?;
         self.open.pop();
         Ok(())
     }
@@ -341,8 +382,8 @@ fn name_span(file: u32, node: Node<'_, '_>) -> Span {
     Span::new(file, start..start + 1 + node.tag_name().name().len())
 }
 
-fn unreadable(path: &Path, error: &ReadError) -> Finding {
+fn unreadable(path: &Path, kind: FindingKind, message: String) -> SceneError {
     let file = path.to_string_lossy();
     let at = LineAt { file: &file, text: "", line: 1, column: 1, range: (0, 0) };
-    Finding::new(error.kind(), at, error.to_string()).help("give the path of a scene file")
+    Finding::new(kind, at, message).help("give the path of a scene file").error()
 }

@@ -5,25 +5,28 @@ use super::params::Params;
 use super::reader::Reader;
 use super::suggest;
 use super::value::shorten;
+use crate::scene::aov::{self, AovDesc, AovKind, AovList};
 use crate::scene::desc::{IntegratorDesc, IntegratorKind, PhotonDesc};
 use crate::scene::diagnostic::{FindingKind, SceneError};
 use crate::scene::limits;
 
-/// Integrators that are read with all their parameters. `ptracer` is Mitsuba's name of particle tracing; the last four are
-/// not in Mitsuba 3.
-const OURS: &[(&str, IntegratorKind)] = &[
+/// Integrators that are read with all their parameters. `ptracer` is Mitsuba's name of particle tracing; `light`,
+/// `bidirectional`, `photon` and `auto` are not in Mitsuba 3.
+pub(super) const OURS: &[(&str, IntegratorKind)] = &[
     ("path", IntegratorKind::Path),
     ("ptracer", IntegratorKind::Light),
     ("light", IntegratorKind::Light),
     ("bidirectional", IntegratorKind::Bidirectional),
     ("photon", IntegratorKind::Photon),
+    (DEPTH, IntegratorKind::Depth),
     ("auto", IntegratorKind::Auto),
 ];
 
 /// Integrators of Mitsuba 3, then of 0.6, for which a method of ours shows the same light: only depths are read, with a
 /// remark. Any other is a warning and `auto`; one that holds an integrator stands back for that.
-const FOREIGN: &[(&str, IntegratorKind)] = &[
+pub(super) const FOREIGN: &[(&str, IntegratorKind)] = &[
     (DIRECT, IntegratorKind::Path),
+    (AOV, IntegratorKind::Path),
     ("volpath", IntegratorKind::Path),
     ("volpathmis", IntegratorKind::Path),
     ("prb", IntegratorKind::Path),
@@ -44,8 +47,14 @@ const FOREIGN: &[(&str, IntegratorKind)] = &[
 /// Direct light only: paths of at most two segments.
 const DIRECT: &str = "direct";
 
+/// Layers beside the picture of an integrator in it.
+const AOV: &str = "aov";
+
+/// No light at all: distances.
+const DEPTH: &str = "depth";
+
 /// Samplers of Mitsuba 3 and 0.6. The program has a sequence of its own and takes only the count.
-const SAMPLERS: &[&str] =
+pub(super) const SAMPLERS: &[&str] =
     &["independent", "stratified", "multijitter", "orthogonal", "ldsampler", "halton", "hammersley", "sobol"];
 
 /// Reads an integrator, or the one inside it.
@@ -55,6 +64,7 @@ pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<IntegratorD
 
 fn read_nested(reader: &mut Reader<'_>, id: ElementId, depth: usize) -> Result<IntegratorDesc, SceneError> {
     let params = Params::new(reader.document, id)?;
+    let aovs = if params.plugin() == AOV { aovs(&params)? } else { Vec::new() };
     let find = |table: &[(&str, IntegratorKind)]| {
         table.iter().find(|(name, _)| *name == params.plugin()).map(|(_, kind)| *kind)
     };
@@ -66,16 +76,30 @@ fn read_nested(reader: &mut Reader<'_>, id: ElementId, depth: usize) -> Result<I
             let message = "this integrator contains itself, or too many others within each other";
             return Err(params.fault(FindingKind::Reference, message).error());
         }
-        let found =
-            params.type_fault(format!("`{name}` is left out: the integrator in it renders the picture"));
-        params.note(found.advice());
+        if aovs.is_empty() {
+            let found =
+                params.type_fault(format!("`{name}` is left out: the integrator in it renders the picture"));
+            params.note(found.advice());
+        }
+        if params.objects("integrator").len() > 1 {
+            let found = params
+                .type_fault(format!("`{name}` holds several integrators: the first renders the picture"));
+            params.note(found.advice());
+        }
         params.rest_without_effect();
         reader.finish(params);
-        return read_nested(reader, inner, depth + 1);
+        let mut read = read_nested(reader, inner, depth + 1)?;
+        if !aovs.is_empty() {
+            read.aovs = aovs;
+        }
+        return Ok(read);
     }
     params.without_effect(&["samples_per_pass", "block_size", "timeout", "strict_normals"]);
     let kind = own.or_else(|| find(FOREIGN)).unwrap_or(IntegratorKind::Auto);
-    if own.is_none() && kind != IntegratorKind::Auto {
+    if kind == IntegratorKind::Depth {
+        let found = params.type_fault("the picture shows distances as grey, in units of the scene");
+        params.note(found.help("distances beside a picture: an integrator `aov`, or --aov depth").advice());
+    } else if own.is_none() && kind != IntegratorKind::Auto {
         let found = params.type_fault(format!("`{}` renders the light of `{name}`", kind.name()));
         params.note(found.help("another method: --integrator").advice());
     } else if own.is_none() {
@@ -83,6 +107,7 @@ fn read_nested(reader: &mut Reader<'_>, id: ElementId, depth: usize) -> Result<I
         let names: Vec<&str> = OURS.iter().map(|k| k.0).collect();
         params.note(params.type_fault(message).help(suggest::hint(params.plugin(), &names)).warning());
     }
+    params.default("max_depth", if params.plugin() == DIRECT { 2 } else { -1 });
     let max_depth =
         match params.integer("max_depth")? {
             None if params.plugin() == DIRECT => Some(2),
@@ -91,7 +116,7 @@ fn read_nested(reader: &mut Reader<'_>, id: ElementId, depth: usize) -> Result<I
                 params.error("max_depth", "a depth is -1 (unlimited) or not negative").error()
             })?),
         };
-    let rr_depth = params.integer("rr_depth")?.unwrap_or(i64::from(IntegratorDesc::default().rr_depth));
+    let rr_depth = params.integer_or("rr_depth", i64::from(IntegratorDesc::default().rr_depth))?;
     let rr_depth = u32::try_from(rr_depth).ok().filter(|d| *d > 0).ok_or_else(|| {
         params.error("rr_depth", "the depth at which roulette starts is above zero").error()
     })?;
@@ -104,7 +129,18 @@ fn read_nested(reader: &mut Reader<'_>, id: ElementId, depth: usize) -> Result<I
         params.rest_without_effect();
     }
     reader.finish(params);
-    Ok(IntegratorDesc { kind, max_depth, rr_depth, hide_emitters, spectral: false, photons })
+    Ok(IntegratorDesc { kind, max_depth, rr_depth, hide_emitters, spectral: false, photons, aovs })
+}
+
+/// The layers that an `aov` asks for.
+fn aovs(params: &Params<'_>) -> Result<Vec<AovDesc>, SceneError> {
+    let text = params.string("aovs")?.unwrap_or_default();
+    let AovList { layers, left_out } = aov::parse(&text).map_err(|e| params.error("aovs", e).error())?;
+    if !left_out.is_empty() {
+        let found = params.error("aovs", format!("these layers are left out: {}", left_out.join(", ")));
+        params.note(found.help(format!("known here: {}", AovKind::names().join(", "))).warning());
+    }
+    Ok(layers)
 }
 
 /// Parameters of our own `photon`, and of `auto`, which may choose it, after those that renderers with photon maps have.

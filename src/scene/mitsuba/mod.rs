@@ -6,26 +6,31 @@
 //!
 //! | group | file | plugins |
 //! |---|---|---|
-//! | shape | `shape.rs` | obj, rectangle, cube, sphere, disk, shapegroup, instance |
+//! | shape | `shape.rs`, files first by `prefetch.rs` | obj, ply, serialized, rectangle, cube, sphere, cylinder, disk, linearcurve, bsplinecurve, merge, shapegroup, instance |
 //! | bsdf | `scene/bsdf/`, a smooth plugin and its rough form in a file | diffuse, dielectric, conductor, plastic, the same rough, principled and thin ones, null, blendbsdf, mask, twosided |
 //! | emitter | `emitter.rs` | area, constant, envmap, point |
-//! | sensor, film, rfilter | `sensor.rs` | perspective, thinlens; films and filters |
-//! | integrator, sampler | `integrator.rs` | path, ptracer and our own, methods that stand for others; any sampler |
+//! | sensor, film, rfilter | `sensor.rs` | perspective, thinlens, orthographic; films and filters |
+//! | integrator, sampler | `integrator.rs` | path, ptracer, depth and our own, layers of `aov`, methods that stand for others; any sampler |
 //! | texture | `texture.rs` | bitmap, checkerboard |
 //! | spectrum | `spectrum.rs` | uniform, d65, srgb, blackbody, regular, irregular |
 //! | edit | `edit.rs` | changes saved by the viewer; no element of Mitsuba's |
 //!
 //! Adding a plugin is one function and one line in its group's table. A plugin asks `params.rs` for each
-//! parameter it knows; parameters that nobody asked for are reported. What changes light
+//! parameter it knows; parameters that nobody asked for are reported, and `documentation/` learns from the questions what
+//! `pointillist plugins` prints. What changes light
 //! and is not known is an error of [`FindingKind::Plugin`](crate::scene::FindingKind::Plugin), which a lenient run
 //! ([`LoadOptions::lenient`]) turns into a warning; what does not, such as a sampler, is a remark.
 
+mod attribute;
 mod document;
+mod documentation;
 mod edit;
+mod emission;
 mod emitter;
 mod expand;
 mod integrator;
 mod params;
+mod prefetch;
 mod prescan;
 mod reader;
 mod sensor;
@@ -43,18 +48,22 @@ mod variables;
 mod walk;
 
 pub(crate) use document::ElementId;
-pub(crate) use params::Params;
+pub(crate) use params::{Params, Question};
 pub(crate) use reader::{PluginTable, Reader, Role};
-pub(crate) use sensor::{AXES, FILTERS};
+pub(crate) use sensor::AXES;
 pub(crate) use source::Span;
 pub(crate) use spectrum::read as read_spectrum;
-pub(crate) use texture::read as read_texture;
+pub(crate) use texture::{read as read_texture, shared as texture_of};
 pub(crate) use value::shorten;
 
+pub use documentation::{ParameterDoc, PluginDoc, PluginKind, plugins};
+
 use std::path::Path;
+use std::sync::Arc;
 
 use crate::scene::desc::SceneDesc;
 use crate::scene::diagnostic::{SceneError, SceneWarning};
+use crate::scene::files::LoadProgress;
 
 /// A scene as read, with warnings for the user.
 #[derive(Clone, Debug)]
@@ -74,7 +83,8 @@ pub struct LoadOptions<'a> {
     pub lenient: bool,
 }
 
-/// Reads the scene file at `path` and every file it names.
+/// Reads the scene file at `path` and every file it names. A model ([`ModelFormat`](crate::scene::model::ModelFormat)) is a
+/// scene, too.
 ///
 /// `overrides` are the `-D name=value` of the command line: they win over `default`, and one the
 /// scene does not use is a warning.
@@ -92,7 +102,21 @@ pub fn load(path: &Path, overrides: &[(String, String)]) -> Result<Loaded, Scene
 ///
 /// The errors of [`load`]; in a lenient run, plugins that are not supported are none.
 pub fn load_with(path: &Path, options: &LoadOptions<'_>) -> Result<Loaded, SceneError> {
-    walk::read(expand::Expander::new(options.defines).file(path)?, options.lenient)
+    load_telling(path, options, &Arc::default())
+}
+
+/// Reads the scene file at `path` as [`load_with`] does, and tells `progress` of every file meanwhile.
+///
+/// # Errors
+///
+/// The errors of [`load_with`].
+pub fn load_telling(
+    path: &Path,
+    options: &LoadOptions<'_>,
+    progress: &Arc<LoadProgress>,
+) -> Result<Loaded, SceneError> {
+    let expander = expand::Expander::new(options.defines).telling(progress.clone());
+    walk::read(expander.file(path)?, options.lenient)
 }
 
 /// Reads a scene from `text`; messages call it `name`, and files it names are looked for beside `name`.

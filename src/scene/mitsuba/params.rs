@@ -19,6 +19,26 @@ struct PluginChild<'d> {
     used: Cell<bool>,
 }
 
+/// What a plugin's reader wants to know of one of its parameters. Noted in a documentation run only.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Question {
+    /// Whether it is given.
+    Given,
+    /// Its value, written as one of these elements.
+    Value(&'static [&'static str]),
+    /// The name of a file with this ending.
+    File(String),
+    /// What it is if it is not given.
+    Default(String),
+    /// Nothing but whether to remark that it changes nothing.
+    Idle,
+    /// Children with this tag, whatever their names.
+    Nested,
+}
+
+/// The questions of all plugins so far: which one, about which parameter, what.
+pub(crate) type Questions = std::sync::Mutex<Vec<(ElementId, &'static str, Question)>>;
+
 /// A plugin and its parameters.
 pub(crate) struct Params<'d> {
     document: &'d Document,
@@ -88,7 +108,22 @@ impl<'d> Params<'d> {
         self.find(name).map(|e| e.element)
     }
 
+    /// Notes a question in a documentation run.
+    pub(crate) fn ask(&self, name: &'static str, question: impl FnOnce() -> Question) {
+        if let Some(questions) = &self.document.questions
+            && let Ok(mut questions) = questions.lock()
+        {
+            questions.push((self.id, name, question()));
+        }
+    }
+
+    /// Tells documentation what a parameter is if it is not given. The methods with a default do so by themselves.
+    pub(crate) fn default(&self, name: &'static str, default: impl std::fmt::Display) {
+        self.ask(name, || Question::Default(default.to_string()));
+    }
+
     fn find(&self, name: &'static str) -> Option<&PluginChild<'d>> {
+        self.ask(name, || Question::Given);
         if !self.asked.borrow().contains(&name) {
             self.asked.borrow_mut().push(name);
         }
@@ -113,6 +148,7 @@ impl<'d> Params<'d> {
 
     /// The required name of a file with this ending.
     pub(crate) fn filename(&self, what: &str, ending: &str) -> Result<String, SceneError> {
+        self.ask("filename", || Question::File(ending.to_owned()));
         self.string("filename")?.ok_or_else(|| {
             let found = self.fault(FindingKind::Missing, format!("{what} needs `filename`"));
             found.help(format!("add <string name=\"filename\" value=\"….{ending}\"/>")).error()
@@ -134,9 +170,10 @@ impl<'d> Params<'d> {
     fn typed<T>(
         &self,
         name: &'static str,
-        tags: &[&str],
+        tags: &'static [&'static str],
         parse: impl Fn(&Element) -> Result<T, (Span, String)>,
     ) -> Result<Option<T>, SceneError> {
+        self.ask(name, || Question::Value(tags));
         let Some(element) = self.get(name) else { return Ok(None) };
         if !tags.contains(&element.tag.name) {
             let message = format!("`{name}` is a <{}>, not a <{}>", tags.join("> or <"), element.tag.name);
@@ -154,11 +191,22 @@ impl<'d> Params<'d> {
         })
     }
 
+    pub(crate) fn float_or(&self, name: &'static str, default: f64) -> Result<f64, SceneError> {
+        self.default(name, default);
+        Ok(self.float(name)?.unwrap_or(default))
+    }
+
     pub(crate) fn integer(&self, name: &'static str) -> Result<Option<i64>, SceneError> {
         self.typed(name, &["integer"], |e| plain(e, value::integer))
     }
 
+    pub(crate) fn integer_or(&self, name: &'static str, default: i64) -> Result<i64, SceneError> {
+        self.default(name, default);
+        Ok(self.integer(name)?.unwrap_or(default))
+    }
+
     pub(crate) fn boolean(&self, name: &'static str, default: bool) -> Result<bool, SceneError> {
+        self.default(name, default);
         Ok(self.typed(name, &["boolean"], |e| plain(e, value::boolean))?.unwrap_or(default))
     }
 
@@ -169,6 +217,11 @@ impl<'d> Params<'d> {
     /// A colour in linear RGB.
     pub(crate) fn rgb(&self, name: &'static str) -> Result<Option<[f64; 3]>, SceneError> {
         self.typed(name, &["rgb"], |e| plain(e, value::rgb))
+    }
+
+    pub(crate) fn point_or(&self, name: &'static str, default: DVec3) -> Result<DVec3, SceneError> {
+        self.default(name, format!("{}, {}, {}", default.x, default.y, default.z));
+        Ok(self.point(name)?.unwrap_or(default))
     }
 
     pub(crate) fn point(&self, name: &'static str) -> Result<Option<DVec3>, SceneError> {
@@ -188,6 +241,7 @@ impl<'d> Params<'d> {
 
     /// All children with this tag (references followed), now counted as used.
     pub(crate) fn objects(&self, tag: &'static str) -> Vec<(ElementId, Span)> {
+        self.ask(tag, || Question::Nested);
         let of_tag = self.children.iter().filter(|e| self.document.element(e.element).tag.name == tag);
         of_tag.inspect(|e| e.used.set(true)).map(|e| (e.element, e.span)).collect()
     }
@@ -207,6 +261,7 @@ impl<'d> Params<'d> {
 
     /// Parameters that exist in Mitsuba but change nothing here: one remark for all of them, no warning.
     pub(crate) fn without_effect(&self, names: &[&'static str]) {
+        names.iter().for_each(|name| self.ask(name, || Question::Idle));
         let given = names.iter().filter_map(|name| self.find(name).map(|child| (*name, child.span)));
         self.idle.borrow_mut().extend(given);
     }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use super::document::{Document, ElementId};
 use super::params::Params;
+use super::prefetch::Prefetched;
 use super::source::Span;
 use super::suggest;
 use super::value::shorten;
@@ -14,10 +15,11 @@ use crate::scene::desc::{
     BsdfDesc, BsdfId, GroupDesc, GroupId, LightDesc, Mesh, MeshId, Name, Names, Place, ShapeDesc,
 };
 use crate::scene::diagnostic::{FindingKind, SceneError, SceneWarning};
+use crate::scene::emission_texture::EmissionTexture;
 use crate::scene::limits;
 use crate::scene::mesh::MeshOptions;
-use crate::scene::texture::SpectrumTexture;
-use crate::spectrum::Spectrum;
+use crate::scene::texture::{AttributeLayout, SpectrumTexture};
+use crate::spectrum::{EmissionMap, Spectrum};
 
 /// The plugins of one group: the name of each and the function that reads it.
 pub(crate) type PluginTable<T> = &'static [(&'static str, PluginReader<T>)];
@@ -81,6 +83,14 @@ pub(crate) struct Known {
     /// Pictures of textures by file, and whether their values are raw, so that each file is read once.
     pub(crate) bitmaps: BTreeMap<(PathBuf, bool), Arc<Bitmap>>,
     pub(crate) texels: usize,
+    /// Textures that shine.
+    pub(crate) emission_textures: BTreeMap<ElementId, Arc<EmissionTexture>>,
+    /// Their pictures, as those in `bitmaps`.
+    pub(crate) emission_maps: BTreeMap<(PathBuf, bool), Arc<EmissionMap>>,
+    /// Files that were read before anything asked for them.
+    pub(crate) prefetched: Prefetched,
+    /// Mesh attributes by name.
+    pub(crate) attributes: BTreeMap<String, AttributeLayout>,
     pub(crate) spectra: BTreeMap<(ElementId, Role), Spectrum>,
     pub(crate) mesh_triangles: usize,
     pub(crate) mesh_bytes: u64,

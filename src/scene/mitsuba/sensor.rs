@@ -19,7 +19,8 @@ pub(crate) struct Sensor {
 }
 
 /// Every camera.
-const PLUGINS: PluginTable<CameraDesc> = &[("perspective", pinhole), ("thinlens", thinlens)];
+pub(super) const PLUGINS: PluginTable<CameraDesc> =
+    &[("perspective", pinhole), ("thinlens", thinlens), ("orthographic", orthographic)];
 
 /// Names of [`FovAxis`].
 pub(crate) const AXES: &[(&str, FovAxis)] = &[
@@ -31,18 +32,26 @@ pub(crate) const AXES: &[(&str, FovAxis)] = &[
 ];
 
 /// Films of Mitsuba 3 and 0.6. They differ in what they write, which is not the scene's business here.
-const FILMS: &[&str] = &["hdrfilm", "specfilm", "ldrfilm", "tiledhdrfilm", "mfilm"];
+pub(super) const FILMS: &[&str] = &["hdrfilm", "specfilm", "ldrfilm", "tiledhdrfilm", "mfilm"];
 
-/// Every filter that can be splatted.
+/// Every filter that can be splatted, with Mitsuba's defaults.
 pub(crate) const FILTERS: &[(&str, ReconstructionFilter)] = &[
     ("box", ReconstructionFilter::Box),
-    ("tent", ReconstructionFilter::Tent),
-    ("gaussian", ReconstructionFilter::Gaussian),
+    ("tent", ReconstructionFilter::Tent { radius: 1.0 }),
+    ("gaussian", ReconstructionFilter::Gaussian { stddev: 0.5 }),
 ];
 
-/// Filters of Mitsuba that have negative lobes. The tent stands in for them: of the filters above it is the nearest
-/// to each (squared difference over the line .004, .014 and .038, the Gaussian's .010, .041 and .070).
-const REPLACED: &[&str] = &["mitchell", "catmullrom", "lanczos"];
+/// Radius of a tent and standard deviation of a Gaussian, least and greatest: a splat reaches three pixels.
+const RADII: (f64, f64) = (0.25, 3.0);
+const DEVIATIONS: (f64, f64) = (0.1, 0.75);
+
+/// Filters of Mitsuba that have negative lobes: where samples are few, the weights of a pixel would sum to nothing or less. The tent
+/// stands in for them: of the filters above it is the nearest to each (squared difference over the line .004, .014 and .038,
+/// the Gaussian's .010, .041 and .070).
+pub(super) const REPLACED: &[&str] = &["mitchell", "catmullrom", "lanczos"];
+
+/// Stands for the field of view of a camera that has none, degrees.
+const PARALLEL_FOV: f64 = 90.0;
 
 /// Diagonal of 35 mm film (36 × 24 mm), which focal lengths refer to, in mm.
 const FILM_DIAGONAL_MM: f64 = 43.266_615_305_567_87;
@@ -80,7 +89,7 @@ fn thinlens(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<CameraDesc, 
         return Err(params.error("aperture_radius", "the radius of a lens is 0 or above").error());
     }
     // Mitsuba's default, too.
-    let focus_distance = params.float("focus_distance")?.unwrap_or(camera.far_clip);
+    let focus_distance = params.float_or("focus_distance", camera.far_clip)?;
     if focus_distance < f64::MIN_POSITIVE {
         let found = params.error("focus_distance", "a lens is focused at a distance above 0");
         return Err(found.help("give the distance along the line of sight, in units of the scene").error());
@@ -88,26 +97,42 @@ fn thinlens(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<CameraDesc, 
     Ok(CameraDesc { aperture_radius, focus_distance, ..camera })
 }
 
+/// A camera of parallel rays, whose transform gives the size of what it shows.
+fn orthographic(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<CameraDesc, SceneError> {
+    let to_world = params.to_world()?;
+    Ok(CameraDesc { orthographic: true, ..camera(reader, params, to_world, (PARALLEL_FOV, FovAxis::X))? })
+}
+
 /// The camera without its lens.
 fn perspective(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<CameraDesc, SceneError> {
-    params.without_effect(&["shutter_open", "shutter_close"]);
     let to_world = params.to_world()?;
     if !is_rigid(&to_world) {
         let found = params.error("to_world", "the transform of a camera cannot scale or shear");
         let help = "use lookat, rotate and translate; scaling by -1 mirrors and is fine";
         return Err(found.help(help).error());
     }
-    let (fov, fov_axis) = field_of_view(params)?;
-    let near_clip = params.float("near_clip")?.unwrap_or(1e-2);
-    let far_clip = params.float("far_clip")?.unwrap_or(1e4);
+    let field = field_of_view(params)?;
+    camera(reader, params, to_world, field)
+}
+
+/// What all cameras have, with this field of view.
+fn camera(
+    reader: &Reader<'_>,
+    params: &Params<'_>,
+    to_world: DAffine3,
+    (fov, fov_axis): (f64, FovAxis),
+) -> Result<CameraDesc, SceneError> {
+    params.without_effect(&["shutter_open", "shutter_close"]);
+    let near_clip = params.float_or("near_clip", 1e-2)?;
+    let far_clip = params.float_or("far_clip", 1e4)?;
     if near_clip <= 0.0 || far_clip <= near_clip {
         let name = if near_clip <= 0.0 { "near_clip" } else { "far_clip" };
         return Err(params.error(name, "0 < near_clip < far_clip must hold").error());
     }
-    let offset = |name| params.float(name).map(|v| v.unwrap_or(0.0));
-    let offset_x = offset("principal_point_offset_x")?;
-    let offset_y = offset("principal_point_offset_y")?;
+    let offset_x = params.float_or("principal_point_offset_x", 0.0)?;
+    let offset_y = params.float_or("principal_point_offset_y", 0.0)?;
     Ok(CameraDesc {
+        orthographic: false,
         to_world,
         fov,
         fov_axis,
@@ -121,7 +146,7 @@ fn perspective(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<CameraDes
 }
 
 /// The field of view in degrees and its axis, from `fov` or `focal_length` (in mm on 35 mm film).
-fn field_of_view(params: &Params<'_>) -> Result<(f64, FovAxis), SceneError> {
+pub(super) fn field_of_view(params: &Params<'_>) -> Result<(f64, FovAxis), SceneError> {
     if let Some(fov) = params.float("fov")? {
         if params.has("focal_length") {
             return Err(params.error("focal_length", "either `fov` or `focal_length`, not both").error());
@@ -201,7 +226,7 @@ fn film(reader: &mut Reader<'_>, id: ElementId) -> Result<FilmDesc, SceneError> 
 }
 
 fn side(params: &Params<'_>, name: &'static str, default: i64) -> Result<i64, SceneError> {
-    let v = params.integer(name)?.unwrap_or(default);
+    let v = params.integer_or(name, default)?;
     if (1..=limits::FILM_SIDE).contains(&v) {
         return Ok(v);
     }
@@ -210,10 +235,10 @@ fn side(params: &Params<'_>, name: &'static str, default: i64) -> Result<i64, Sc
 
 /// The part to render; `None` when it is the whole film.
 fn crop(params: &Params<'_>, width: i64, height: i64) -> Result<Option<Crop>, SceneError> {
-    let x = params.integer("crop_offset_x")?.unwrap_or(0);
-    let y = params.integer("crop_offset_y")?.unwrap_or(0);
-    let w = params.integer("crop_width")?.unwrap_or(width);
-    let h = params.integer("crop_height")?.unwrap_or(height);
+    let x = params.integer_or("crop_offset_x", 0)?;
+    let y = params.integer_or("crop_offset_y", 0)?;
+    let w = params.integer_or("crop_width", width)?;
+    let h = params.integer_or("crop_height", height)?;
     let fits = |offset: i64, size: i64, whole: i64| {
         offset >= 0 && size >= 1 && offset.checked_add(size).is_some_and(|end| end <= whole)
     };
@@ -229,26 +254,50 @@ fn crop(params: &Params<'_>, width: i64, height: i64) -> Result<Option<Crop>, Sc
 
 fn filter(reader: &mut Reader<'_>, id: ElementId) -> Result<ReconstructionFilter, SceneError> {
     let params = Params::new(reader.document, id)?;
-    let filter = if REPLACED.contains(&params.plugin()) {
-        let found = params.type_fault(format!("a tent stands in for the filter `{}`", params.plugin()));
-        params.note(found.help("filters with negative lobes cannot be splatted").advice());
-        params.without_effect(&["A", "B", "lobes"]);
-        ReconstructionFilter::Tent
-    } else if let Some((_, filter)) = FILTERS.iter().find(|(name, _)| *name == params.plugin()) {
-        *filter
-    } else {
-        let found =
-            params.type_fault(format!("a Gaussian stands in for the filter `{}`", shorten(params.plugin())));
-        let names: Vec<&str> = FILTERS.iter().map(|f| f.0).collect();
-        params.note(found.help(suggest::hint(params.plugin(), &names)).advice());
-        ReconstructionFilter::Gaussian
-    };
-    for name in ["radius", "stddev"] {
-        if params.has(name) {
-            let found = params.error(name, "filters have a fixed size here; this is not used");
-            params.note(found.help("choose a filter on the command line with --filter").advice());
+    let default = |name| FILTERS.iter().find(|(known, _)| *known == name).map(|(_, filter)| *filter);
+    let filter = match default(params.plugin()) {
+        Some(ReconstructionFilter::Tent { radius }) => {
+            ReconstructionFilter::Tent { radius: size(&params, "radius", radius, RADII)? }
         }
-    }
+        Some(ReconstructionFilter::Gaussian { stddev }) => {
+            ReconstructionFilter::Gaussian { stddev: size(&params, "stddev", stddev, DEVIATIONS)? }
+        }
+        Some(ReconstructionFilter::Box) => ReconstructionFilter::Box,
+        None if REPLACED.contains(&params.plugin()) => {
+            let message = format!("a tent of radius 1 stands in for the filter `{}`", params.plugin());
+            let help = "where samples are few, negative lobes leave pixels without weight";
+            params.note(params.type_fault(message).help(help).advice());
+            params.without_effect(&["A", "B", "C", "lobes"]);
+            ReconstructionFilter::Tent { radius: 1.0 }
+        }
+        None => {
+            let name = shorten(params.plugin());
+            let found = params.type_fault(format!("a Gaussian stands in for the filter `{name}`"));
+            let names: Vec<&str> = FILTERS.iter().map(|f| f.0).collect();
+            params.note(found.help(suggest::hint(params.plugin(), &names)).advice());
+            params.rest_without_effect();
+            ReconstructionFilter::Gaussian { stddev: 0.5 }
+        }
+    };
     reader.finish(params);
     Ok(filter)
+}
+
+/// The size of a filter, in pixels; the nearest one that can be splatted, with a remark.
+fn size(
+    params: &Params<'_>,
+    name: &'static str,
+    default: f64,
+    (least, greatest): (f64, f64),
+) -> Result<f64, SceneError> {
+    let wanted = params.float(name)?.unwrap_or(default);
+    if wanted <= 0.0 {
+        return Err(params.error(name, format!("the `{name}` of a filter is above 0")).error());
+    }
+    let size = wanted.clamp(least, greatest);
+    if size != wanted {
+        let found = params.error(name, format!("{size} pixels stand in for this `{name}`"));
+        params.note(found.help(format!("it can be from {least} to {greatest} pixels")).advice());
+    }
+    Ok(size)
 }

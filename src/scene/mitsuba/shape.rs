@@ -1,45 +1,60 @@
 //! Shapes, groups of shapes, and the instances that show groups.
 
 use std::collections::BTreeSet;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use super::document::ElementId;
-use super::emitter;
+use super::attribute;
+use super::document::{Document, ElementId};
+use super::emitter::{self, AreaEmission};
 use super::params::Params;
 use super::reader::Reader;
 use super::source::Span;
 use super::value::shorten;
-use crate::scene::bsdf;
-use crate::scene::desc::{BsdfId, GroupDesc, GroupId, MeshId, Name, ShapeDesc, ShapeKind};
+use crate::scene::desc::{BsdfId, CurveBasis, GroupDesc, GroupId, MeshId, Name, ShapeDesc, ShapeKind};
 use crate::scene::diagnostic::{FindingKind, SceneError};
+use crate::scene::emission_texture::EmissionProfile;
 use crate::scene::limits;
 use crate::scene::mesh::{self, MeshFormat, MeshOptions};
+use crate::scene::{bsdf, curves};
 
 /// Reader of one shape's geometry, given its `to_world`.
-type ShapePlugin = fn(&mut Reader<'_>, &Params<'_>, &DAffine3) -> Result<ShapeKind, SceneError>;
+pub(super) type ShapePlugin = fn(&mut Reader<'_>, &Params<'_>, &DAffine3) -> Result<ShapeKind, SceneError>;
 
 /// Every shape with geometry of its own.
-const PLUGINS: &[(&str, ShapePlugin)] = &[
+pub(super) const PLUGINS: &[(&str, ShapePlugin)] = &[
     ("obj", |reader, params, to_world| mesh(reader, params, to_world, MeshFormat::Obj)),
     ("ply", |reader, params, to_world| mesh(reader, params, to_world, MeshFormat::Ply)),
     ("serialized", |reader, params, to_world| mesh(reader, params, to_world, MeshFormat::Serialized)),
-    ("rectangle", |_, _, _| Ok(ShapeKind::Rectangle)),
-    ("cube", |_, _, _| Ok(ShapeKind::Cube)),
+    ("rectangle", |_, params, _| faceted(params, ShapeKind::Rectangle)),
+    ("cube", |_, params, _| faceted(params, ShapeKind::Cube)),
     ("sphere", sphere),
     ("cylinder", cylinder),
     ("disk", |_, _, _| Ok(ShapeKind::Disk)),
+    ("linearcurve", |reader, params, _| curves(reader, params, CurveBasis::Linear)),
+    ("bsplinecurve", |reader, params, _| curves(reader, params, CurveBasis::BSpline)),
 ];
 
+/// The format of the mesh files that a plugin reads.
+pub(crate) fn mesh_format(plugin: &str) -> Option<MeshFormat> {
+    match plugin {
+        "obj" => Some(MeshFormat::Obj),
+        "ply" => Some(MeshFormat::Ply),
+        "serialized" => Some(MeshFormat::Serialized),
+        _ => None,
+    }
+}
+
 /// The plugin of a group.
-const GROUP: &str = "shapegroup";
+pub(super) const GROUP: &str = "shapegroup";
 
 /// The plugin that joins shapes: a way to write them that changes nothing that is seen.
-const MERGE: &str = "merge";
+pub(super) const MERGE: &str = "merge";
 
 /// The plugin of an instance.
-const INSTANCE: &str = "instance";
+pub(super) const INSTANCE: &str = "instance";
 
 /// Reads a shape of the scene itself: a group, an instance of one, or a shape with its material and emission.
 pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<(), SceneError> {
@@ -104,10 +119,13 @@ fn single(reader: &mut Reader<'_>, id: ElementId) -> Result<ShapeDesc, SceneErro
         }
         None => None,
     };
+    let (emission, emission_profile) = emission
+        .map_or_else(Default::default, |AreaEmission { radiance, profile }| (Some(radiance), profile));
     let bsdf = match params.object("bsdf")? {
         Some(id) => bsdf::read(reader, id)?,
         None => bsdf::default(reader, emission.is_some()),
     };
+    attribute::lay_out(reader, &params, &kind, bsdf)?;
     let shape = ShapeDesc {
         id: params.element().value("id").map(str::to_owned),
         place: reader.place(params.span()),
@@ -116,14 +134,20 @@ fn single(reader: &mut Reader<'_>, id: ElementId) -> Result<ShapeDesc, SceneErro
         flip_normals,
         bsdf,
         emission,
+        emission_profile,
     };
     reader.finish(params);
     Ok(shape)
 }
 
+/// A shape that Mitsuba takes for a mesh: it has facets anyway.
+fn faceted(params: &Params<'_>, kind: ShapeKind) -> Result<ShapeKind, SceneError> {
+    params.boolean("face_normals", false).map(|_| kind)
+}
+
 fn sphere(_: &mut Reader<'_>, params: &Params<'_>, to_world: &DAffine3) -> Result<ShapeKind, SceneError> {
-    let center = params.point("center")?.unwrap_or(DVec3::ZERO);
-    let radius = params.float("radius")?.unwrap_or(1.0);
+    let center = params.point_or("center", DVec3::ZERO)?;
+    let radius = params.float_or("radius", 1.0)?;
     if radius <= 0.0 {
         return Err(params.error("radius", "a radius is above zero").error());
     }
@@ -144,9 +168,9 @@ fn similarity(m: &DAffine3) -> Option<f64> {
 }
 
 fn cylinder(_: &mut Reader<'_>, params: &Params<'_>, _: &DAffine3) -> Result<ShapeKind, SceneError> {
-    let p0 = params.point("p0")?.unwrap_or(DVec3::ZERO);
-    let p1 = params.point("p1")?.unwrap_or(DVec3::Z);
-    let radius = params.float("radius")?.unwrap_or(1.0);
+    let p0 = params.point_or("p0", DVec3::ZERO)?;
+    let p1 = params.point_or("p1", DVec3::Z)?;
+    let radius = params.float_or("radius", 1.0)?;
     if radius <= 0.0 {
         return Err(params.error("radius", "a radius is above zero").error());
     }
@@ -156,19 +180,43 @@ fn cylinder(_: &mut Reader<'_>, params: &Params<'_>, _: &DAffine3) -> Result<Sha
     Ok(ShapeKind::Cylinder { p0, p1, radius })
 }
 
-/// A mesh file, with the parameters that Mitsuba has for its format.
-fn mesh(
-    reader: &mut Reader<'_>,
+/// A file of curves.
+fn curves(reader: &mut Reader<'_>, params: &Params<'_>, basis: CurveBasis) -> Result<ShapeKind, SceneError> {
+    let name = params.filename(&format!("the shape `{}`", params.plugin()), "txt")?;
+    params.without_effect(&["silhouette_sampling_weight"]);
+    if let Some((_, span)) = params.objects("emitter").first() {
+        let found = reader.document.finding(FindingKind::Plugin, *span, "curves cannot emit light");
+        return Err(found.help("give the light to a mesh or another shape").error());
+    }
+    let path = reader.document.resolve(&name, params.span());
+    let bytes = reader.document.files.read(&path, limits::MESH_BYTES).map_err(|e| {
+        let span = params.get("filename").map_or(params.span(), |e| e.span_of("value"));
+        reader.document.error(e.kind(), span, e.to_string())
+    })?;
+    let known = &mut reader.known;
+    known.mesh_bytes += bytes.len() as u64;
+    if known.mesh_bytes > limits::TOTAL_MESH_BYTES {
+        let message = format!("the meshes of this scene have more than {} bytes", limits::TOTAL_MESH_BYTES);
+        return Err(params.fault(FindingKind::Limit, message).error());
+    }
+    let read = curves::parse(&path, &bytes, basis)?;
+    read.warnings.into_iter().for_each(|warning| reader.warn(warning));
+    Ok(ShapeKind::Curves(Arc::new(read.curves)))
+}
+
+/// A mesh file and how it is read, by the parameters that Mitsuba has for its format.
+pub(crate) fn mesh_file(
+    document: &Document,
     params: &Params<'_>,
     to_world: &DAffine3,
     format: MeshFormat,
-) -> Result<ShapeKind, SceneError> {
+) -> Result<(PathBuf, MeshOptions), SceneError> {
     let name = params.filename(&format!("the shape `{}`", params.plugin()), params.plugin())?;
     // Normals made from faces depend on the shape the faces have in the world.
     let plain = similarity(to_world).is_some() && to_world.matrix3.determinant() > 0.0;
     let world = (!plain).then(|| to_world.matrix3.to_cols_array().map(f64::to_bits));
     let shape_index = match format {
-        MeshFormat::Serialized => params.integer("shape_index")?.unwrap_or(0),
+        MeshFormat::Serialized => params.integer_or("shape_index", 0)?,
         _ => 0,
     };
     let options = MeshOptions {
@@ -180,19 +228,36 @@ fn mesh(
             MeshFormat::Serialized => false,
             _ => params.boolean("flip_tex_coords", format == MeshFormat::Obj)?,
         },
+        attributes: Vec::new(),
         world,
     };
-    let key = (reader.document.resolve(&name, params.span()), options);
+    Ok((document.resolve(&name, params.span()), options))
+}
+
+/// A mesh file.
+fn mesh(
+    reader: &mut Reader<'_>,
+    params: &Params<'_>,
+    to_world: &DAffine3,
+    format: MeshFormat,
+) -> Result<ShapeKind, SceneError> {
+    let mut key = mesh_file(reader.document, params, to_world, format)?;
+    if format != MeshFormat::Obj {
+        key.1.attributes = attribute::asked_by(reader, params)?;
+    }
     if let Some(&known) = reader.known.meshes.get(&key) {
         return Ok(ShapeKind::Mesh(known));
     }
-    let read = mesh::load(&key.0, &key.1).map_err(|e| match e {
-        mesh::MeshError::At(e) => e,
-        mesh::MeshError::Unreadable(kind, message) => {
-            let span = params.get("filename").map_or(params.span(), |e| e.span_of("value"));
-            reader.document.error(kind, span, message)
-        }
-    })?;
+    let prefetched = reader.known.prefetched.meshes.remove(&key);
+    let read = prefetched.unwrap_or_else(|| mesh::load(&reader.document.files, &key.0, &key.1)).map_err(
+        |e| match e {
+            mesh::MeshError::At(e) => e,
+            mesh::MeshError::Unreadable(e) => {
+                let span = params.get("filename").map_or(params.span(), |e| e.span_of("value"));
+                reader.document.error(e.kind(), span, e.to_string())
+            }
+        },
+    )?;
     for warning in read.warnings {
         reader.warn(warning);
     }
@@ -304,6 +369,7 @@ fn instance(reader: &mut Reader<'_>, id: ElementId) -> Result<ShapeDesc, SceneEr
         flip_normals: false,
         bsdf: BsdfId::NONE,
         emission: None,
+        emission_profile: EmissionProfile::default(),
     };
     reader.finish(params);
     Ok(shape)

@@ -1,17 +1,16 @@
 //! Daylight: `sunsky`, and of Mitsuba 0.6 `sky` and `sun` by themselves.
 //!
-//! Up is +z in the light's own space, as in Mitsuba 3; in files of version 0.6 it is +y, as it was then. (Mitsuba 3 reads the sun's
+//! Up is +z in the light's own space, as in Mitsuba 3; in a file of version 0.6, also one that is included, it is +y, as it was then. (Mitsuba 3 reads the sun's
 //! direction of such a file as it stands: with the sun below the horizon, if up is +y.)
 
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use super::document::ElementId;
 use super::params::Params;
 use super::reader::{Reader, Role};
 use super::sensor::is_rigid;
-use super::{spectrum, upgrade};
+use super::spectrum;
 use crate::scene::desc::{LightDesc, SunSkyDesc};
 use crate::scene::diagnostic::SceneError;
 use crate::spectrum::daylight::{self, DateTime, SKY_SIZE, SUN_APERTURE, TURBIDITY};
@@ -40,7 +39,7 @@ pub(super) fn sun(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<LightD
 }
 
 fn factor(params: &Params<'_>, name: &'static str) -> Result<f64, SceneError> {
-    let factor = params.float(name)?.unwrap_or(1.0);
+    let factor = params.float_or(name, 1.0)?;
     if factor < 0.0 {
         return Err(params.error(name, "a factor on light is not negative").error());
     }
@@ -69,19 +68,18 @@ fn daylight(
             params.note(params.error(name, message).warning());
         }
     }
-    let turbidity = params.float("turbidity")?.unwrap_or(3.0);
+    let turbidity = params.float_or("turbidity", 3.0)?;
     if !(TURBIDITY[0]..=TURBIDITY[1]).contains(&turbidity) {
         return Err(params.error("turbidity", "the model has turbidities from 1 to 10").error());
     }
     let albedo = spectrum::read(reader, params, "albedo", Role::Reflectance)?;
-    let albedo = albedo.map_or([0.3; 3], |a| a.reflected_rgb().map(|v| v.clamp(0.0, 1.0)));
+    let albedo = albedo.unwrap_or(Spectrum::Constant(0.3));
     let half_angle = half_angle(params)?;
     let to_world = params.to_world()?;
     if !is_rigid(&to_world) {
         return Err(params.error("to_world", "the transform of a sky cannot scale or shear").error());
     }
-    let version = reader.document.element(ElementId(0)).value("version");
-    let old = version.is_some_and(upgrade::is_old);
+    let old = reader.document.is_old(params.span());
     let up = to_world.transform_vector3(if old { DVec3::Y } else { DVec3::Z });
     let sun_direction = sun_direction(params, &to_world, old)?;
     let elevation = sun_direction.dot(up).clamp(-1.0, 1.0).asin();
@@ -92,7 +90,7 @@ fn daylight(
     let [sky_scale, sun_scale] =
         [sky_scale, sun_scale].map(|scale| if elevation < 0.0 { 0.0 } else { scale as f32 });
     let refused = || params.error("turbidity", "the model has no such sky").error();
-    let mut texels = daylight::sky(turbidity, albedo, elevation).ok_or_else(refused)?;
+    let mut texels = daylight::sky(turbidity, &albedo, elevation).ok_or_else(refused)?;
     texels.iter_mut().flatten().for_each(|v| *v *= sky_scale);
     let sky = EmissionMap::new(SKY_SIZE[0], &texels).map_err(|_| refused())?;
     // The same power from a disc of another size.
@@ -146,7 +144,7 @@ fn sun_direction(params: &Params<'_>, to_world: &DAffine3, old: bool) -> Result<
         let nowhere = || params.error("sun_direction", "a direction has a length other than zero").error();
         return direction.try_normalize().ok_or_else(nowhere);
     }
-    let value = |name, usual: f64, [least, most]: [f64; 2]| match params.float(name)?.unwrap_or(usual) {
+    let value = |name, usual: f64, [least, most]: [f64; 2]| match params.float_or(name, usual)? {
         v if (least..=most).contains(&v) => Ok(v),
         _ => Err(params.error(name, format!("`{name}` is from {least} to {most}")).error()),
     };

@@ -5,17 +5,16 @@
 //! equal-energy white of Y = 1, and so is a black body, in W m⁻² sr⁻¹ nm⁻¹. An `srgb` is an `rgb` on the sRGB curve.
 
 use super::document::{Element, ElementId};
-use super::params::Params;
+use super::params::{Params, Question};
 use super::reader::{PluginTable, Reader, Role};
 use super::source::Span;
 use super::value;
 use crate::scene::diagnostic::{Finding, FindingKind, LineAt, SceneError};
-use crate::scene::files::read_bytes;
 use crate::scene::limits;
 use crate::spectrum::{LAMBDA_MAX, LAMBDA_MIN, Spectrum};
 
 /// Every `<spectrum type="…">`.
-const PLUGINS: PluginTable<Spectrum> = &[
+pub(super) const PLUGINS: PluginTable<Spectrum> = &[
     ("uniform", uniform),
     ("rawconstant", uniform),
     ("d65", d65),
@@ -24,6 +23,11 @@ const PLUGINS: PluginTable<Spectrum> = &[
     ("regular", regular),
     ("irregular", irregular),
 ];
+
+/// True for an element whose `type` is one of a spectrum, which a `<texture>` may have, too.
+pub(super) fn is_plugin(element: &Element) -> bool {
+    PLUGINS.iter().any(|(name, _)| Some(*name) == element.value("type"))
+}
 
 /// The hottest black body, K.
 const HOTTEST: f64 = 1e9;
@@ -35,6 +39,7 @@ pub(crate) fn read(
     name: &'static str,
     role: Role,
 ) -> Result<Option<Spectrum>, SceneError> {
+    params.ask(name, || Question::Value(&["spectrum"]));
     let Some(id) = params.get_id(name) else { return Ok(None) };
     let element = reader.document.element(id);
     let span = element.span_of("value");
@@ -69,9 +74,7 @@ pub(crate) fn read(
             from_rgb(value::rgb(text).map_err(fault)?, role).map_err(fault)?
         }
         "spectrum" => shared(reader, id, role)?,
-        "texture" if PLUGINS.iter().any(|(name, _)| Some(*name) == element.value("type")) => {
-            shared(reader, id, role)?
-        }
+        "texture" if is_plugin(element) => shared(reader, id, role)?,
         other => {
             let m = format!("`{name}` is an <rgb>, <spectrum> or <float>; a <{other}> is not supported here");
             return Err(reader.document.error(FindingKind::Plugin, element.span, m));
@@ -141,7 +144,8 @@ fn file(reader: &mut Reader<'_>, name: &str, span: Span) -> Result<Spectrum, Sce
     let path = reader.document.resolve(name, span);
     let document = reader.document;
     let at = |kind, m: String| document.error(kind, span, m);
-    let bytes = read_bytes(&path, limits::SPECTRUM_BYTES).map_err(|e| at(e.kind(), e.to_string()))?;
+    let bytes =
+        reader.document.files.read(&path, limits::SPECTRUM_BYTES).map_err(|e| at(e.kind(), e.to_string()))?;
     reader.known.spectrum_bytes += bytes.len();
     if reader.known.spectrum_bytes > limits::TOTAL_SPECTRUM_BYTES {
         let m =
@@ -180,13 +184,13 @@ fn plugin(reader: &mut Reader<'_>, id: ElementId) -> Result<Spectrum, SceneError
 }
 
 fn uniform(_: &mut Reader<'_>, params: &Params<'_>) -> Result<Spectrum, SceneError> {
-    let v = params.float("value")?.unwrap_or(1.0);
+    let v = params.float_or("value", 1.0)?;
     non_negative(v).map(Spectrum::Constant).map_err(|e| params.error("value", e).error())
 }
 
 /// D65, in a colour if one is given.
 fn d65(_: &mut Reader<'_>, params: &Params<'_>) -> Result<Spectrum, SceneError> {
-    let scale = params.float("scale")?.unwrap_or(1.0);
+    let scale = params.float_or("scale", 1.0)?;
     let white = non_negative(scale).map_err(|e| params.error("scale", e).error())?;
     match params.rgb("color")? {
         None => Ok(Spectrum::d65(white)),
@@ -213,8 +217,8 @@ const SEEN: [f64; 2] = [LAMBDA_MIN as f64, LAMBDA_MAX as f64];
 fn blackbody(_: &mut Reader<'_>, params: &Params<'_>) -> Result<Spectrum, SceneError> {
     let missing = || params.fault(FindingKind::Missing, "a black body needs `temperature`").error();
     let temperature = params.float("temperature")?.ok_or_else(missing)?;
-    let low = params.float("wavelength_min")?.unwrap_or(SEEN[0]).max(SEEN[0]);
-    let high = params.float("wavelength_max")?.unwrap_or(SEEN[1]).min(SEEN[1]);
+    let low = params.float_or("wavelength_min", SEEN[0])?.max(SEEN[0]);
+    let high = params.float_or("wavelength_max", SEEN[1])?.min(SEEN[1]);
     if low >= high {
         let message = "wavelengths rise from `wavelength_min` to `wavelength_max`, and some must lie from 360 to 830 nm";
         return Err(params.error("wavelength_min", message).error());

@@ -1,22 +1,29 @@
 //! Reads textures, wherever a reflectance or a factor on light may vary over a surface.
 
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::{Affine2, DAffine3, Mat2, Vec2};
 
 use super::document::ElementId;
-use super::params::Params;
+use super::params::{Params, Question};
 use super::reader::{PluginTable, Reader, Role};
+use super::source::Span;
 use super::{spectrum, value};
 use crate::image::bitmap::Bitmap;
+use crate::image::error::ImageError;
+use crate::scene::desc::MeshAttribute;
 use crate::scene::diagnostic::{FindingKind, SceneError};
-use crate::scene::files::read_bytes;
+use crate::scene::files::{ReadError, SceneFiles};
 use crate::scene::limits;
-use crate::scene::texture::{BitmapTexture, Checkerboard, SpectrumTexture, WrapMode};
+use crate::scene::texture::{
+    AttributeLayout, AttributeTexture, BitmapTexture, Checkerboard, SpectrumTexture, WrapMode,
+};
 use crate::spectrum::Spectrum;
 
 /// Every `<texture type="…">`.
-const PLUGINS: PluginTable<SpectrumTexture> = &[("bitmap", bitmap), ("checkerboard", checkerboard)];
+pub(super) const PLUGINS: PluginTable<SpectrumTexture> =
+    &[("bitmap", bitmap), ("checkerboard", checkerboard), ("mesh_attribute", mesh_attribute)];
 
 /// The parameter `name`, a reflectance or a factor: a texture, or a colour or spectrum that is the same everywhere. Nothing if it is
 /// not given.
@@ -25,6 +32,7 @@ pub(crate) fn read(
     params: &Params<'_>,
     name: &'static str,
 ) -> Result<Option<SpectrumTexture>, SceneError> {
+    params.ask(name, || Question::Value(&["texture"]));
     let Some(id) = params.get_id(name) else { return Ok(None) };
     if reader.document.element(id).tag.name != "texture" {
         return Ok(spectrum::read(reader, params, name, Role::Reflectance)?.map(SpectrumTexture::Uniform));
@@ -33,7 +41,7 @@ pub(crate) fn read(
 }
 
 /// Reads a texture; once, however often it is referred to.
-fn shared(reader: &mut Reader<'_>, id: ElementId) -> Result<SpectrumTexture, SceneError> {
+pub(crate) fn shared(reader: &mut Reader<'_>, id: ElementId) -> Result<SpectrumTexture, SceneError> {
     if let Some(known) = reader.known.textures.get(&id) {
         return Ok(known.clone());
     }
@@ -53,7 +61,39 @@ fn shared(reader: &mut Reader<'_>, id: ElementId) -> Result<SpectrumTexture, Sce
     Ok(texture)
 }
 
+/// Why the picture of a texture cannot be used.
+pub(crate) enum BitmapError {
+    Unreadable(ReadError),
+    Damaged(ImageError),
+}
+
+/// The picture of a file.
+pub(crate) fn read_bitmap(files: &SceneFiles, path: &Path, raw: bool) -> Result<Bitmap, BitmapError> {
+    let bytes = files.read(path, limits::IMAGE_BYTES).map_err(BitmapError::Unreadable)?;
+    Bitmap::decode(path, &bytes, raw, limits::IMAGE_PIXELS).map_err(BitmapError::Damaged)
+}
+
 fn bitmap(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<SpectrumTexture, SceneError> {
+    let BitmapParams { bitmap, to_uv, wrap, nearest, .. } = picture(reader, params)?;
+    // Ready when the first path needs it, while the rest of the scene is read.
+    rayon::spawn(Spectrum::prepare_textures);
+    Ok(SpectrumTexture::Bitmap(BitmapTexture::new(bitmap, to_uv, wrap, nearest)))
+}
+
+/// What a `bitmap` says, whatever it is used for.
+pub(super) struct BitmapParams {
+    pub(super) path: PathBuf,
+    pub(super) raw: bool,
+    pub(super) bitmap: Arc<Bitmap>,
+    pub(super) to_uv: Affine2,
+    pub(super) wrap: WrapMode,
+    pub(super) nearest: bool,
+    /// Where the file is named.
+    pub(super) span: Span,
+}
+
+/// Reads the parameters of a `bitmap`, and its file, once.
+pub(super) fn picture(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<BitmapParams, SceneError> {
     let name = params.filename("a bitmap", "png")?;
     let raw = params.boolean("raw", false)?;
     params.without_effect(&["format", "accel"]);
@@ -78,11 +118,14 @@ fn bitmap(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<SpectrumTextur
         Some(known) => known.clone(),
         None => {
             let at = |kind, message: String| reader.document.finding(kind, span, message);
-            let bytes =
-                read_bytes(&path, limits::IMAGE_BYTES).map_err(|e| at(e.kind(), e.to_string()).error())?;
-            let bitmap = Bitmap::decode(&path, &bytes, raw, limits::IMAGE_PIXELS).map_err(|e| {
-                let help = "a texture is a PNG, JPEG, BMP, TGA, OpenEXR or Radiance file";
-                at(FindingKind::File, e.to_string()).help(help).error()
+            let prefetched = reader.known.prefetched.bitmaps.remove(&(path.clone(), raw));
+            let read = prefetched.unwrap_or_else(|| read_bitmap(&reader.document.files, &path, raw));
+            let bitmap = read.map_err(|e| match e {
+                BitmapError::Unreadable(e) => at(e.kind(), e.to_string()).error(),
+                BitmapError::Damaged(e) => {
+                    let help = "a texture is a PNG, JPEG, BMP, TGA, OpenEXR or Radiance file";
+                    at(FindingKind::File, e.to_string()).help(help).error()
+                }
             })?;
             reader.known.texels += bitmap.width() * bitmap.height();
             if reader.known.texels > limits::TOTAL_TEXELS {
@@ -91,18 +134,17 @@ fn bitmap(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<SpectrumTextur
                 return Err(at(FindingKind::Limit, message).error());
             }
             let bitmap = Arc::new(bitmap);
-            reader.known.bitmaps.insert((path, raw), bitmap.clone());
+            reader.known.bitmaps.insert((path.clone(), raw), bitmap.clone());
             bitmap
         }
     };
-    // Ready when the first path needs it, while the rest of the scene is read.
-    rayon::spawn(Spectrum::prepare_textures);
-    Ok(SpectrumTexture::Bitmap(BitmapTexture::new(bitmap, to_uv, wrap, nearest)))
+    Ok(BitmapParams { path, raw, bitmap, to_uv, wrap, nearest, span })
 }
 
 fn checkerboard(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<SpectrumTexture, SceneError> {
     let to_uv = to_uv(params)?;
     let mut color = |name, default: f32| {
+        params.default(name, default);
         let given = read(reader, params, name)?;
         Ok(given.unwrap_or(Spectrum::Constant(default).into()))
     };
@@ -110,8 +152,31 @@ fn checkerboard(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<Spectrum
     Ok(SpectrumTexture::Checkerboard(Arc::new(Checkerboard { color0, color1, to_uv })))
 }
 
+fn mesh_attribute(_: &mut Reader<'_>, params: &Params<'_>) -> Result<SpectrumTexture, SceneError> {
+    let missing = || params.fault(FindingKind::Missing, "a mesh attribute needs `name`");
+    let help =
+        "it begins with `vertex_` or `face_`, such as in <string name=\"name\" value=\"vertex_color\"/>";
+    let name = params.string("name")?.ok_or_else(|| missing().help(help).error())?;
+    if ![MeshAttribute::VERTEX, MeshAttribute::FACE].iter().any(|first| name.starts_with(first)) {
+        let found = params.error("name", format!("`{}` names no attribute of a mesh", value::shorten(&name)));
+        return Err(found.help(help).error());
+    }
+    let scale = params.float("scale")?.unwrap_or(1.0);
+    if scale < 0.0 {
+        return Err(params.error("scale", "an attribute is not scaled by less than 0").error());
+    }
+    rayon::spawn(Spectrum::prepare_textures);
+    Ok(SpectrumTexture::Attribute(AttributeTexture {
+        name: name.into(),
+        scale: scale as f32,
+        layout: AttributeLayout::UNKNOWN,
+        grey: false,
+    }))
+}
+
 /// The index of the value of the string `name` among `names`, of which the first is the default.
 fn choice(params: &Params<'_>, name: &'static str, names: &[&str]) -> Result<usize, SceneError> {
+    params.default(name, names[0]);
     let Some(given) = params.string(name)? else { return Ok(0) };
     names.iter().position(|known| *known == given).ok_or_else(|| {
         let message = format!("`{}` is no {name}", value::shorten(&given));
@@ -120,7 +185,7 @@ fn choice(params: &Params<'_>, name: &'static str, names: &[&str]) -> Result<usi
 }
 
 /// The plane part of `to_uv`; the identity unless given.
-fn to_uv(params: &Params<'_>) -> Result<Affine2, SceneError> {
+pub(super) fn to_uv(params: &Params<'_>) -> Result<Affine2, SceneError> {
     let DAffine3 { matrix3, translation } = params.transform("to_uv")?;
     let column = |v: glam::DVec3| Vec2::new(v.x as f32, v.y as f32);
     Ok(Affine2 {

@@ -1,15 +1,18 @@
 //! Walks over a scene's elements and hands each object to its group, then makes the description.
 
-use super::document::ElementId;
+use std::collections::BTreeSet;
+
+use super::document::{Document, Element, ElementId};
 use super::expand::Expanded;
 use super::reader::{Known, Reader, SceneLists};
 use super::source::Span;
 use super::tags::{MEDIA, TagKind};
 use super::value::shorten;
-use super::{Loaded, edit, emitter, integrator, params, sensor, shape, upgrade};
+use super::{Loaded, attribute, edit, emitter, integrator, params, prefetch, sensor, shape, upgrade};
 use crate::scene::bsdf;
 use crate::scene::desc::{IntegratorDesc, SceneDesc};
 use crate::scene::diagnostic::{FindingKind, SceneError};
+use crate::scene::model;
 
 /// A scene that is being read.
 struct SceneWalk<'d> {
@@ -22,7 +25,9 @@ struct SceneWalk<'d> {
 
 /// The scene that an expanded document describes; `lenient` leaves out or replaces plugins that are not supported.
 pub(crate) fn read((document, warnings): Expanded, lenient: bool) -> Result<Loaded, SceneError> {
-    let (lists, known) = (SceneLists::default(), Known::default());
+    announce(&document);
+    let known = Known { prefetched: prefetch::prefetch(&document), ..Known::default() };
+    let lists = SceneLists::default();
     let reader = Reader { document: &document, lists, known, lenient, warnings, more_warnings: 0 };
     let mut walk = SceneWalk { reader, sensor: None, integrator: None, edits: Vec::new() };
     walk.version();
@@ -31,6 +36,24 @@ pub(crate) fn read((document, warnings): Expanded, lenient: bool) -> Result<Load
         walk.top_level(id)?;
     }
     walk.done()
+}
+
+/// Tells those who wait how large the film is and how many files the scene names.
+fn announce(document: &Document) {
+    let named = |e: &Element| e.value("name") == Some("filename");
+    let names: BTreeSet<&str> =
+        document.elements.iter().filter(|e| named(e)).filter_map(|e| e.value("value")).collect();
+    document.files.progress.tell_named(names.len() + document.sources.paths().len());
+    let is_sensor = |id: &&ElementId| document.element(**id).tag.name == "sensor";
+    if let Some(id) = document.element(ElementId(0)).children.iter().find(is_sensor) {
+        let (lists, known) = Default::default();
+        let mut aside =
+            Reader { document, lists, known, lenient: true, warnings: Vec::new(), more_warnings: 0 };
+        if let Ok(sensor::Sensor { film, .. }) = sensor::read(&mut aside, *id) {
+            let size = film.crop.map_or([film.width, film.height], |crop| [crop.width, crop.height]);
+            document.files.progress.tell_film(size);
+        }
+    }
 }
 
 impl SceneWalk<'_> {
@@ -162,6 +185,7 @@ impl SceneWalk<'_> {
             );
         }
         shape::unseen(&mut self.reader);
+        attribute::finish(&mut self.reader);
         if self.reader.more_warnings > 0 {
             let message = format!("{} more warnings are not shown", self.reader.more_warnings);
             self.reader
@@ -182,6 +206,9 @@ impl SceneWalk<'_> {
             lights,
             names,
         };
+        if self.reader.document.unframed == Some(desc.camera.place.file) {
+            model::frame(&mut desc);
+        }
         edit::apply(self.reader.document, &mut desc, &self.edits)?;
         Ok(Loaded { desc, warnings: self.reader.warnings })
     }

@@ -1,11 +1,13 @@
 //! Building the accelerator: bounding boxes of the primitives, then a BVH for each group and for the world.
 
+use std::fmt::Debug;
 use std::ops::Range;
 use std::slice::from_ref;
 
 use glam::{DAffine3, DVec3, Vec3};
 
 use crate::math::float::UNIT_ROUNDOFF;
+use crate::tracer::curve::CurvePiece;
 use crate::tracer::shape::{Cylinder, Disk, Sphere};
 
 use super::binary::{self, PrimRef};
@@ -15,11 +17,30 @@ use super::kernels::{SimdKernel, traversals};
 use super::layout::{Arena, NodeRef};
 use super::write::{ArenaBuilder, BvhWriter};
 
+/// Triangles by id.
+pub trait TriangleSource: Debug + Sync {
+    /// Their number.
+    fn count(&self) -> usize;
+
+    /// The corners of triangle `id`, which must exist.
+    fn corners(&self, id: usize) -> [Vec3; 3];
+}
+
+impl TriangleSource for Vec<[Vec3; 3]> {
+    fn count(&self) -> usize {
+        self.len()
+    }
+
+    fn corners(&self, id: usize) -> [Vec3; 3] {
+        self[id]
+    }
+}
+
 /// The primitives of an accelerator.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Shapes<'a> {
-    /// Corners of the triangles.
-    pub triangles: &'a [[Vec3; 3]],
+    /// The triangles.
+    pub triangles: &'a dyn TriangleSource,
     /// In ascending order each triangle `abc` whose successor `acd` completes a parallelogram: the two are tested as one, and a
     /// hit on either is reported for the first, with barycentric weights in its plane.
     pub quads: &'a [u32],
@@ -29,6 +50,16 @@ pub struct Shapes<'a> {
     pub spheres: Vec<Sphere>,
     /// Cylinders.
     pub cylinders: Vec<Cylinder>,
+    /// Pieces of curves.
+    pub curves: Vec<CurvePiece>,
+}
+
+impl Default for Shapes<'_> {
+    fn default() -> Self {
+        static NO_TRIANGLES: Vec<[Vec3; 3]> = Vec::new();
+        let (disks, spheres, cylinders, curves) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        Self { triangles: &NO_TRIANGLES, quads: &[], disks, spheres, cylinders, curves }
+    }
 }
 
 /// Primitives in a space of their own that are visible through instances only: ranges of the lists of triangles, disks,
@@ -43,6 +74,8 @@ pub struct PrimitiveGroup {
     pub spheres: Range<u32>,
     /// Cylinders.
     pub cylinders: Range<u32>,
+    /// Pieces of curves.
+    pub curves: Range<u32>,
 }
 
 /// A group placed in the world.
@@ -64,17 +97,18 @@ impl Accel {
         let kernel = SimdKernel::best();
         let mut arena = ArenaBuilder::default();
         let root = |group: &PrimitiveGroup| {
-            let PrimitiveGroup { triangles, disks, spheres, cylinders } = group;
-            let round = [disks, spheres, cylinders].map(from_ref);
+            let PrimitiveGroup { triangles, disks, spheres, cylinders, curves } = group;
+            let round = [disks, spheres, cylinders, curves].map(from_ref);
             let input = BvhInput::new(&shapes, from_ref(triangles), round);
             input.build(shapes.triangles, &mut arena)
         };
         let roots: Vec<BvhRoot> = groups.iter().map(root).collect();
-        let triangles = gaps(groups.iter().map(|g| &g.triangles), shapes.triangles.len());
+        let triangles = gaps(groups.iter().map(|g| &g.triangles), shapes.triangles.count());
         let disks = gaps(groups.iter().map(|g| &g.disks), shapes.disks.len());
         let spheres = gaps(groups.iter().map(|g| &g.spheres), shapes.spheres.len());
         let cylinders = gaps(groups.iter().map(|g| &g.cylinders), shapes.cylinders.len());
-        let mut input = BvhInput::new(&shapes, &triangles, [&disks, &spheres, &cylinders]);
+        let curves = gaps(groups.iter().map(|g| &g.curves), shapes.curves.len());
+        let mut input = BvhInput::new(&shapes, &triangles, [&disks, &spheres, &cylinders, &curves]);
         for (index, instance) in instances.iter().enumerate() {
             let root = &roots[instance.group as usize];
             if root.root != NodeRef::END {
@@ -89,10 +123,11 @@ impl Accel {
             world,
             groups: roots,
             instances: instances.iter().map(placed).collect(),
-            first_disk: shapes.triangles.len() as u32,
+            first_disk: shapes.triangles.count() as u32,
             disks: shapes.disks,
             spheres: shapes.spheres,
             cylinders: shapes.cylinders,
+            curves: shapes.curves,
             kernel,
             traversal: traversals(kernel),
         }
@@ -149,9 +184,9 @@ impl BvhInput {
         self.bounds = Some(self.bounds.map_or((lo, hi), |(a, b)| (a.min(lo), b.max(hi))));
     }
 
-    /// The primitives of these ranges of triangles, and of disks, spheres and cylinders.
-    fn new(shapes: &Shapes, triangles: &[Range<u32>], round: [&[Range<u32>]; 3]) -> Self {
-        let [disks, spheres, cylinders] = round;
+    /// The primitives of these ranges of triangles, and of disks, spheres, cylinders and curves.
+    fn new(shapes: &Shapes, triangles: &[Range<u32>], round: [&[Range<u32>]; 4]) -> Self {
+        let [disks, spheres, cylinders, curves] = round;
         let count: usize = triangles.iter().map(|r| r.len()).sum();
         let (primitives, refs) = (Vec::with_capacity(count), Vec::with_capacity(count));
         let mut input = Self { primitives, refs, bounds: None };
@@ -160,9 +195,9 @@ impl BvhInput {
             let mut quads = shapes.quads[first_quad..].iter().copied().peekable();
             let mut id = range.start;
             while id < range.end {
-                let (lo, hi) = triangle_bounds(&shapes.triangles[id as usize]);
+                let (lo, hi) = triangle_bounds(shapes.triangles.corners(id as usize));
                 if quads.next_if_eq(&id).is_some() && id + 1 < range.end {
-                    let other = triangle_bounds(&shapes.triangles[id as usize + 1]);
+                    let other = triangle_bounds(shapes.triangles.corners(id as usize + 1));
                     input.push(Primitive::Quad(id), lo.min(other.0), hi.max(other.1));
                     id += 2;
                 } else {
@@ -171,7 +206,7 @@ impl BvhInput {
                 }
             }
         }
-        let first_disk = shapes.triangles.len() as u32;
+        let first_disk = shapes.triangles.count() as u32;
         let first_sphere = first_disk + shapes.disks.len() as u32;
         for i in disks.iter().cloned().flatten() {
             let (lo, hi) = shapes.disks[i as usize].bounds();
@@ -186,22 +221,28 @@ impl BvhInput {
             let (lo, hi) = shapes.cylinders[i as usize].bounds();
             input.push(Primitive::Analytic(first_cylinder + i), lo, hi);
         }
+        let first_curve = first_cylinder + shapes.cylinders.len() as u32;
+        for i in curves.iter().cloned().flatten() {
+            let (lo, hi) = shapes.curves[i as usize].bounds();
+            input.push(Primitive::Analytic(first_curve + i), lo, hi);
+        }
         input
     }
 
     /// Builds the BVH and writes it to the arena. Reinsertion is left out if it makes the BVH too deep for the stack.
-    fn build(mut self, triangles: &[[Vec3; 3]], arena: &mut ArenaBuilder) -> BvhRoot {
+    fn build(mut self, triangles: &dyn TriangleSource, arena: &mut ArenaBuilder) -> BvhRoot {
         let Some(bounds) = self.bounds else { return BvhRoot::default() };
         let planned = [true, false].into_iter().find_map(|optimized| {
             let bvh = binary::build(&mut self.refs, optimized);
             plan(&bvh, &self.primitives).ok().map(|plan| (bvh, plan))
         });
         let (bvh, plan) = planned.expect("a BVH without reinsertion has at most 67 + log₂ 2^25 levels");
+        drop(self.refs);
         let root = BvhWriter { bvh: &bvh, plan: &plan, primitives: &self.primitives, triangles }.write(arena);
         BvhRoot::new(root, bounds)
     }
 }
 
-fn triangle_bounds(t: &[Vec3; 3]) -> (Vec3, Vec3) {
+fn triangle_bounds(t: [Vec3; 3]) -> (Vec3, Vec3) {
     (t[0].min(t[1]).min(t[2]), t[0].max(t[1]).max(t[2]))
 }

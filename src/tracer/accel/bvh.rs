@@ -2,6 +2,7 @@
 
 use glam::{DAffine3, Vec3};
 
+use crate::tracer::curve::CurvePiece;
 use crate::tracer::shape::{Cylinder, Disk, Sphere};
 
 use super::kernels::SimdKernel;
@@ -125,7 +126,7 @@ pub(super) struct TraversalFns {
     pub(super) occluded: unsafe fn(&Accel, &BvhRoot, &Ray, PrimRange) -> bool,
 }
 
-/// A BVH over triangles, parallelograms, disks, spheres, cylinders and instances of groups of them.
+/// A BVH over triangles, parallelograms, disks, spheres, cylinders, curves and instances of groups of them.
 #[derive(Debug)]
 pub struct Accel {
     pub(super) arena: Arena,
@@ -135,6 +136,7 @@ pub struct Accel {
     pub(super) disks: Vec<Disk>,
     pub(super) spheres: Vec<Sphere>,
     pub(super) cylinders: Vec<Cylinder>,
+    pub(super) curves: Vec<CurvePiece>,
     /// The first id of a disk.
     pub(super) first_disk: u32,
     pub(super) kernel: SimdKernel,
@@ -186,7 +188,7 @@ impl Accel {
         self.instances[instance as usize].transform_ray(ray)
     }
 
-    /// The distance to the disk, sphere or cylinder `prim`, if it is hit before `t_max`.
+    /// The distance to the disk, sphere, cylinder or curve `prim`, if it is hit before `t_max`.
     #[inline(never)]
     pub(super) fn intersect_analytic(&self, prim: u32, ray: &Ray, t_max: f32) -> Option<f32> {
         let i = (prim - self.first_disk) as usize;
@@ -196,7 +198,10 @@ impl Accel {
                 Some(sphere) => sphere.intersect(ray, t_max),
                 None => {
                     let i = i - self.disks.len() - self.spheres.len();
-                    self.cylinders.get(i)?.intersect(ray, t_max)
+                    match self.cylinders.get(i) {
+                        Some(cylinder) => cylinder.intersect(ray, t_max),
+                        None => self.curves.get(i - self.cylinders.len())?.intersect(ray, t_max),
+                    }
                 }
             },
         }

@@ -9,7 +9,7 @@
 //! 3. `write`: nodes and leaf blocks are written to memory in depth-first order, in the format that `layout` describes.
 //! 4. `build` drives these steps for the world and for each group of primitives.
 //!
-//! Triangles and parallelograms are stored in blocks of eight. Disks, spheres, cylinders and instances are leaves of their own. An
+//! Triangles and parallelograms are stored in blocks of eight. Disks, spheres, cylinders, curves and instances are leaves of their own. An
 //! instance shows a group, which has a root of its own in the same memory.
 //!
 //! `kernels` traverses the BVH: one generic traversal, compiled for each SIMD instruction set and selected at run time.
@@ -17,7 +17,7 @@
 //!
 //! # Results
 //!
-//! Primitive ids: `0 .. triangles` are triangles, then disks, then spheres, then cylinders, each in the caller's order. Of several hits at
+//! Primitive ids: `0 .. triangles` are triangles, then disks, then spheres, then cylinders, then curves, each in the caller's order. Of several hits at
 //! the same distance the one with the lowest id is reported, so that no result depends on the order of traversal.
 
 mod binary;
@@ -29,7 +29,7 @@ mod kernels;
 mod layout;
 mod write;
 
-pub use build::{Instance, PrimitiveGroup, Shapes};
+pub use build::{Instance, PrimitiveGroup, Shapes, TriangleSource};
 pub use bvh::{Accel, Hit, PrimRange, Ray};
-pub(super) use huge_pages::collect_in_huge_pages;
+pub(super) use huge_pages::{collect_in_huge_pages, return_free_memory};
 pub use kernels::SimdKernel;

@@ -4,6 +4,7 @@ use glam::Vec3;
 use obvhs::bvh2::Bvh2;
 use rayon::prelude::*;
 
+use super::build::TriangleSource;
 use super::collapse::{CollapsePlan, Primitive};
 use super::huge_pages::advise_huge_pages;
 use super::layout::{
@@ -19,8 +20,8 @@ pub(super) struct BvhWriter<'a> {
     pub(super) plan: &'a CollapsePlan,
     /// The primitives of the leaves of `bvh`.
     pub(super) primitives: &'a [Primitive],
-    /// Corners of all triangles, by id.
-    pub(super) triangles: &'a [[Vec3; 3]],
+    /// All triangles.
+    pub(super) triangles: &'a dyn TriangleSource,
 }
 
 /// A subtree that is written later: its node in the binary BVH, and the line and lane where its reference goes.
@@ -91,10 +92,10 @@ impl BvhWriter<'_> {
                 continue;
             }
             match self.primitives[self.bvh.primitive_indices[node.first_index as usize] as usize] {
-                Primitive::Triangle(id) => triangles.push((self.triangles[id as usize], id)),
+                Primitive::Triangle(id) => triangles.push((self.triangles.corners(id as usize), id)),
                 Primitive::Quad(id) => {
                     let ([a, b, c], [_, _, d]) =
-                        (self.triangles[id as usize], self.triangles[id as usize + 1]);
+                        (self.triangles.corners(id as usize), self.triangles.corners(id as usize + 1));
                     quads.push(([a, b, c, d], id));
                 }
                 // These are always leaves of their own.

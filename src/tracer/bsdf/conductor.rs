@@ -1,9 +1,10 @@
 //! Metals, smooth and rough, one-sided: black from behind. Rough facets are mirrors, each scatters once.
 
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 
 use crate::math::pdf::PdfW;
-use crate::scene::desc::{ConductorDesc, RoughConductorDesc};
+use crate::scene::desc::{AlphaTexture, ConductorDesc, RoughConductorDesc};
+use crate::scene::texture::TexturePoint;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 
 use super::{BsdfSample, MaterialModel, Microfacet, ScatteringModel, fresnel};
@@ -15,8 +16,8 @@ impl MaterialModel for ConductorMaterial {
     type Bsdf = Conductor;
 
     #[inline]
-    fn bsdf(&self, uv: Vec2, lambda: &SampledWavelengths) -> Conductor {
-        let reflectance = self.specular_reflectance.sample(uv, lambda);
+    fn bsdf(&self, at: TexturePoint, lambda: &SampledWavelengths) -> Conductor {
+        let reflectance = self.specular_reflectance.sample(at, lambda);
         Conductor::new(self.eta.sample(lambda), self.k.sample(lambda), reflectance)
     }
 }
@@ -67,13 +68,15 @@ pub struct RoughConductorMaterial {
     /// The metal as it would be without facets.
     smooth: ConductorMaterial,
     microfacet: Microfacet,
+    /// Its roughness, where that varies.
+    alpha: Option<Box<AlphaTexture>>,
 }
 
 impl From<RoughConductorDesc> for RoughConductorMaterial {
     fn from(desc: RoughConductorDesc) -> Self {
-        let RoughConductorDesc { eta, k, specular_reflectance, roughness } = desc;
+        let RoughConductorDesc { eta, k, specular_reflectance, roughness, alpha } = desc;
         let smooth = ConductorMaterial { eta, k, specular_reflectance };
-        Self { smooth, microfacet: Microfacet::new(roughness) }
+        Self { smooth, microfacet: Microfacet::new(roughness), alpha }
     }
 }
 
@@ -81,8 +84,11 @@ impl MaterialModel for RoughConductorMaterial {
     type Bsdf = RoughConductor;
 
     #[inline]
-    fn bsdf(&self, uv: Vec2, lambda: &SampledWavelengths) -> RoughConductor {
-        RoughConductor::new(self.smooth.bsdf(uv, lambda), &self.microfacet)
+    fn bsdf(&self, at: TexturePoint, lambda: &SampledWavelengths) -> RoughConductor {
+        RoughConductor::new(
+            self.smooth.bsdf(at, lambda),
+            &self.microfacet.textured(self.alpha.as_deref(), at),
+        )
     }
 }
 

@@ -1,10 +1,11 @@
 //! Interfaces between two transparent media, smooth and rough, with dispersion. The rough one is that of Walter et al., *Microfacet
 //! Models for Refraction through Rough Surfaces*, EGSR 2007, eq. 20 and 21.
 
-use glam::{Vec2, Vec3, Vec4};
+use glam::{Vec3, Vec4};
 
 use crate::math::pdf::PdfW;
-use crate::scene::desc::{DielectricDesc, RoughDielectricDesc};
+use crate::scene::desc::{AlphaTexture, DielectricDesc, RoughDielectricDesc};
+use crate::scene::texture::TexturePoint;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::wavelength_mis::{self, Parted, WavelengthMis};
 
@@ -17,9 +18,9 @@ impl MaterialModel for DielectricMaterial {
     type Bsdf = Dielectric;
 
     #[inline]
-    fn bsdf(&self, uv: Vec2, lambda: &SampledWavelengths) -> Dielectric {
+    fn bsdf(&self, at: TexturePoint, lambda: &SampledWavelengths) -> Dielectric {
         let factors =
-            [self.specular_reflectance.sample(uv, lambda), self.specular_transmittance.sample(uv, lambda)];
+            [self.specular_reflectance.sample(at, lambda), self.specular_transmittance.sample(at, lambda)];
         Dielectric::new([self.int_ior.sample(lambda), self.ext_ior.sample(lambda)], factors)
     }
 }
@@ -118,13 +119,15 @@ pub struct RoughDielectricMaterial {
     /// The interface as it would be without facets.
     smooth: DielectricMaterial,
     microfacet: Microfacet,
+    /// Its roughness, where that varies.
+    alpha: Option<Box<AlphaTexture>>,
 }
 
 impl From<RoughDielectricDesc> for RoughDielectricMaterial {
     fn from(desc: RoughDielectricDesc) -> Self {
         let RoughDielectricDesc { int_ior, ext_ior, specular_reflectance, specular_transmittance, .. } = desc;
         let smooth = DielectricMaterial { int_ior, ext_ior, specular_reflectance, specular_transmittance };
-        Self { smooth, microfacet: Microfacet::new(desc.roughness) }
+        Self { smooth, microfacet: Microfacet::new(desc.roughness), alpha: desc.alpha }
     }
 }
 
@@ -133,9 +136,9 @@ impl MaterialModel for RoughDielectricMaterial {
 
     /// A smooth interface where the indices are too close at these wavelengths.
     #[inline]
-    fn bsdf(&self, uv: Vec2, lambda: &SampledWavelengths) -> Unmixed {
-        let smooth = self.smooth.bsdf(uv, lambda);
-        match RoughDielectric::new(smooth, &self.microfacet) {
+    fn bsdf(&self, at: TexturePoint, lambda: &SampledWavelengths) -> Unmixed {
+        let smooth = self.smooth.bsdf(at, lambda);
+        match RoughDielectric::new(smooth, &self.microfacet.textured(self.alpha.as_deref(), at)) {
             Some(rough) => rough.into(),
             None => smooth.into(),
         }

@@ -2,11 +2,12 @@
 
 use std::f32::consts::FRAC_1_PI;
 
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 
 use crate::math::pdf::PdfW;
 use crate::math::warp;
 use crate::scene::desc::DiffuseDesc;
+use crate::scene::texture::TexturePoint;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 
 use super::{BsdfSample, MaterialModel, ScatteringModel};
@@ -18,8 +19,17 @@ impl MaterialModel for DiffuseMaterial {
     type Bsdf = Diffuse;
 
     #[inline]
-    fn bsdf(&self, uv: Vec2, lambda: &SampledWavelengths) -> Diffuse {
-        Diffuse::new(self.reflectance.sample(uv, lambda))
+    fn bsdf(&self, at: TexturePoint, lambda: &SampledWavelengths) -> Diffuse {
+        Diffuse::new(self.reflectance.sample(at, lambda))
+    }
+
+    fn diffuse_reflectance(
+        &self,
+        at: TexturePoint,
+        lambda: &SampledWavelengths,
+        _wo: Vec3,
+    ) -> SampledSpectrum {
+        self.reflectance.sample(at, lambda)
     }
 }
 

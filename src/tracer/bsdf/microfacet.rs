@@ -14,7 +14,8 @@ use glam::{Vec2, Vec3};
 
 use crate::math::erf::{erf, erf_inv};
 use crate::math::warp;
-use crate::scene::desc::{Facets, Roughness};
+use crate::scene::desc::{AlphaTexture, Facets, Roughness};
+use crate::scene::texture::TexturePoint;
 
 /// The smoothest that a rough surface can be; smaller values are this one, as in Mitsuba.
 pub const MIN_ALPHA: f32 = 1e-4;
@@ -38,6 +39,15 @@ impl Microfacet {
     pub fn new(roughness: Roughness) -> Self {
         let alpha = Vec2::from_array(roughness.alpha).max(Vec2::splat(MIN_ALPHA));
         Self { facets: roughness.facets, alpha }
+    }
+
+    /// The distribution at a point of a surface: this one, or one whose roughness varies.
+    #[inline]
+    pub fn textured(&self, alpha: Option<&AlphaTexture>, at: TexturePoint) -> Self {
+        match alpha {
+            None => *self,
+            Some(alpha) => Self::new(Roughness { facets: self.facets, alpha: alpha.at(at) }),
+        }
     }
 
     /// D(m) per steradian, normalised: ∫ D(m) cos θₘ dm = 1. 0 below the horizon.

@@ -1,13 +1,19 @@
-//! A mixture of materials in fixed shares, some of which may be nothing: `blendbsdf` and `mask`, however they are nested.
+//! A mixture of materials in shares that may vary over a surface: `blendbsdf`, however blends are nested.
+//!
+//! Holes of the surface are no part of it: rays pass them before they ask for a material (`tracer/opacity.rs`).
 
-use glam::{Vec2, Vec3};
+use glam::{Vec3, Vec4};
 
 use crate::math::pdf::PdfW;
 use crate::scene::desc::MOST_PARTS;
+use crate::scene::texture::TexturePoint;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
+use crate::tracer::SurfaceInteraction;
+use crate::tracer::wavelength_mis::Parted;
 
+use super::bump::{Bump, BumpMaterial};
 use super::scattering::{BsdfSample, LAST_LOBE, MaterialModel, Scattering, ScatteringModel};
-use super::thin::straight;
+use super::share::SurfaceShare;
 use super::{Diffuse, Material, Unmixed};
 
 /// The end of a part's lobes; the last number below its share may round up to the next part.
@@ -18,8 +24,8 @@ const LAST_OF_PART: f32 = 1.0 - 1e-6;
 pub struct MixtureMaterial {
     /// The materials, at most [`MOST_PARTS`].
     pub parts: Vec<MaterialPart>,
-    /// The share of what passes straight, holes of a mask. With the shares of the parts at most 1.
-    pub passes: f32,
+    /// The shares add up to less than 1 where the surface has holes: they are taken of what is there.
+    pub has_holes: bool,
 }
 
 /// A material that a mixture is made of.
@@ -28,24 +34,52 @@ pub struct MaterialPart {
     /// The material, itself no mixture.
     pub material: Material,
     /// Its share.
-    pub share: f32,
+    pub share: SurfaceShare,
     /// It is evaluated in the frame of the front although the mixture is that of a back.
     pub turned: bool,
+    /// It is evaluated in a frame of its own, if it has a map of normals or heights; `turned` has no effect then.
+    pub bump: Option<BumpMaterial>,
 }
 
 impl MaterialModel for MixtureMaterial {
     type Bsdf = Mixture;
 
-    fn bsdf(&self, uv: Vec2, lambda: &SampledWavelengths) -> Mixture {
-        let nothing =
-            MixedPart { bsdf: Diffuse::new(SampledSpectrum::ZERO).into(), share: 0.0, turned: false };
+    /// The mixture on a flat surface that lies in the plane of its texture coordinates.
+    fn bsdf(&self, at: TexturePoint, lambda: &SampledWavelengths) -> Mixture {
+        self.at(&SurfaceInteraction::flat(at), lambda)
+    }
+
+    fn at(&self, hit: &SurfaceInteraction, lambda: &SampledWavelengths) -> Mixture {
+        let bsdf = Diffuse::new(SampledSpectrum::ZERO).into();
+        let nothing = MixedPart { bsdf, share: 0.0, turned: false, bump: None };
         let part = |part: &MaterialPart| MixedPart {
-            bsdf: Unmixed::of(&part.material, uv, lambda),
-            share: part.share,
+            bsdf: Unmixed::of(&part.material, hit, lambda),
+            share: part.share.at(hit.texture),
             turned: part.turned,
+            bump: part.bump.as_ref().map(|bump| bump.at(hit)),
         };
-        let parts = std::array::from_fn(|i| self.parts.get(i).map_or(nothing, part));
-        Mixture { parts, passes: self.passes }
+        let mut parts: [MixedPart; MOST_PARTS] =
+            std::array::from_fn(|i| self.parts.get(i).map_or(nothing, part));
+        if self.has_holes {
+            let there: f32 = parts.iter().map(|part| part.share).sum();
+            let scale = if there > 0.0 { 1.0 / there } else { 0.0 };
+            parts.iter_mut().for_each(|part| part.share *= scale);
+        }
+        let several_refract =
+            parts.iter().filter(|part| part.share > 0.0 && part.bsdf.transmits()).count() > 1;
+        Mixture { parts, several_refract }
+    }
+
+    fn diffuse_reflectance(
+        &self,
+        at: TexturePoint,
+        lambda: &SampledWavelengths,
+        wo: Vec3,
+    ) -> SampledSpectrum {
+        self.parts.iter().fold(SampledSpectrum::ZERO, |sum, part| {
+            let wo = if part.turned { Vec3::new(wo.x, -wo.y, -wo.z) } else { wo };
+            sum + part.material.diffuse_reflectance(at, lambda, wo) * part.share.at(at)
+        })
     }
 }
 
@@ -53,7 +87,8 @@ impl MaterialModel for MixtureMaterial {
 #[derive(Clone, Copy, Debug)]
 pub struct Mixture {
     parts: [MixedPart; MOST_PARTS],
-    passes: f32,
+    /// Light that goes through is refracted by several of the parts: the factor (nᵢ/nₒ)² of a direction is a mean of theirs.
+    several_refract: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -61,12 +96,44 @@ struct MixedPart {
     bsdf: Unmixed,
     share: f32,
     turned: bool,
+    bump: Option<Bump>,
 }
 
 impl MixedPart {
     /// A direction in the part's own frame, or back from it: a turn by 180° about the s axis.
     fn turn(&self, w: Vec3) -> Vec3 {
         if self.turned { Vec3::new(w.x, -w.y, -w.z) } else { w }
+    }
+
+    fn eval(&self, wo: Vec3, wi: Vec3) -> Option<(SampledSpectrum, PdfW)> {
+        match &self.bump {
+            None => self.bsdf.eval(self.turn(wo), self.turn(wi)),
+            Some(bump) => bump.eval(&self.bsdf, wo, wi),
+        }
+    }
+
+    fn sample(&self, wo: Vec3, u: [f32; 2], lobe: f32) -> Option<BsdfSample> {
+        match &self.bump {
+            None => {
+                let s = self.bsdf.sample(self.turn(wo), u, lobe)?;
+                Some(BsdfSample { wi: self.turn(s.wi), ..s })
+            }
+            Some(bump) => bump.sample(&self.bsdf, wo, u, lobe),
+        }
+    }
+
+    fn sample_from_light(&self, wo: Vec3, u: [f32; 2], lobe: f32) -> Option<BsdfSample> {
+        match &self.bump {
+            None => self.sample(wo, u, lobe),
+            Some(bump) => bump.sample_from_light(&self.bsdf, wo, u, lobe),
+        }
+    }
+
+    fn pdf_from_light(&self, wo: Vec3, wi: Vec3) -> f32 {
+        match &self.bump {
+            None => self.bsdf.pdf_from_light(self.turn(wo), self.turn(wi)),
+            Some(bump) => bump.pdf_from_light(&self.bsdf, wo, wi),
+        }
     }
 }
 
@@ -93,7 +160,7 @@ impl ScatteringModel for Mixture {
     fn eval(&self, wo: Vec3, wi: Vec3) -> Option<(SampledSpectrum, PdfW)> {
         let (mut value, mut pdf) = (SampledSpectrum::ZERO, 0.0);
         for part in self.parts.iter().filter(|part| part.share > 0.0) {
-            if let Some((f, p)) = part.bsdf.eval(part.turn(wo), part.turn(wi)) {
+            if let Some((f, p)) = part.eval(wo, wi) {
                 value += f * part.share;
                 pdf += p.0 * part.share;
             }
@@ -102,17 +169,35 @@ impl ScatteringModel for Mixture {
     }
 
     fn sample(&self, wo: Vec3, u: [f32; 2], lobe: f32) -> Option<BsdfSample> {
-        let Some((part, first)) = self.part_at(lobe) else {
-            return (self.passes > 0.0).then(|| straight(wo, SampledSpectrum::ONE, self.passes));
-        };
-        let s = part.bsdf.sample(part.turn(wo), u, ((lobe - first) / part.share).min(LAST_LOBE))?;
-        let wi = part.turn(s.wi);
+        let (part, first) = self.part_at(lobe)?;
+        let s = part.sample(wo, u, ((lobe - first) / part.share).min(LAST_LOBE))?;
         if s.delta {
-            return Some(BsdfSample { wi, pdf: PdfW(s.pdf.0 * part.share), ..s });
+            return Some(BsdfSample { pdf: PdfW(s.pdf.0 * part.share), ..s });
         }
-        let (value, pdf) = self.eval(wo, wi)?;
+        let (value, pdf) = self.eval(wo, s.wi)?;
         let weight = value * (1.0 / pdf.0);
-        weight.is_finite().then_some(BsdfSample { wi, weight, pdf, ..s })
+        let eta2 = if self.several_refract { 1.0 } else { s.eta2 };
+        weight.is_finite().then_some(BsdfSample { weight, pdf, eta2, ..s })
+    }
+
+    fn sample_from_light(&self, wo: Vec3, u: [f32; 2], lobe: f32) -> Option<BsdfSample> {
+        if self.parts.iter().all(|part| part.bump.is_none()) {
+            return self.sample(wo, u, lobe);
+        }
+        let (part, first) = self.part_at(lobe)?;
+        let s = part.sample_from_light(wo, u, ((lobe - first) / part.share).min(LAST_LOBE))?;
+        if s.delta {
+            return Some(BsdfSample { pdf: PdfW(s.pdf.0 * part.share), ..s });
+        }
+        // Each part has a cosine of its own, so that the value is that of the reverse: of light that comes from `wo`.
+        let pdf = self.pdf_from_light(wo, s.wi);
+        let weight = self.eval(s.wi, wo)?.0 * ((s.wi.z / wo.z).abs() / pdf);
+        weight.is_finite().then_some(BsdfSample { weight, pdf: PdfW(pdf), eta2: 1.0, ..s })
+    }
+
+    fn pdf_from_light(&self, wo: Vec3, wi: Vec3) -> f32 {
+        let parts = self.parts.iter().filter(|part| part.share > 0.0);
+        parts.map(|part| part.share * part.pdf_from_light(wo, wi)).sum()
     }
 
     fn has_diffuse_part(&self) -> bool {
@@ -129,6 +214,20 @@ impl ScatteringModel for Mixture {
 
     fn transmits(&self) -> bool {
         self.any(Unmixed::transmits)
+    }
+
+    fn parts_colors(&self) -> bool {
+        self.several_refract
+    }
+
+    /// No colours part, but the factor that takes radiance to flux is that of all parts together: from values both ways, by reciprocity.
+    fn part(&self, wo: Vec3, wi: Vec3) -> Parted {
+        let (Some((there, _)), Some((back, _))) = (self.eval(wo, wi), self.eval(wi, wo)) else {
+            return Parted::NOTHING;
+        };
+        let eta2 = (back.0 * wi.z.abs()) / (there.0 * wo.z.abs());
+        let usable = there.0.cmpgt(Vec4::ZERO) & eta2.is_finite_mask();
+        Parted { eta2: Vec4::select(usable, eta2, Vec4::ONE), ..Parted::NOTHING }
     }
 
     fn delta_lobe(&self, lobe: f32, transmitted: bool) -> f32 {

@@ -20,13 +20,14 @@
 //! called `Velvet`:
 //!
 //! 1. **Description**: `src/scene/bsdf/velvet.rs` holds `VelvetDesc`, the parameters as plain data. Implement `BsdfPlugin` for it: the
-//!    plugin's name, how parameters are read, under `parts!` which of them are an albedo, a factor, an index, and `roughness` if a
-//!    specular part is rough. [`material_class`](crate::tracer::effects::material_class) follows from these: a scene whose materials have an
+//!    plugin's name, how parameters are read, under `parts!` which of them are an albedo, a factor, an index, `roughness` if a
+//!    specular part is rough, and under `scalars` the textures that numbers are read from.
+//!    [`material_class`](crate::tracer::effects::material_class) follows from these: a scene whose materials have an
 //!    albedo alone is traced by code that knows [`Diffuse`] only, and one without a rough part by code that knows [`Smooth`] only.
 //!    A diffuse model other than Lambert's must therefore widen it. With that, colours
 //!    and indices can be edited, and the plan of effects knows whether the scene needs wavelengths, dispersion, deltas and so on.
-//!    Add the `mod` line and a line to the table in `src/scene/bsdf/mod.rs`, its name to the `pub use` in `src/scene/desc.rs`, and a word to the
-//!    row of bsdfs in `scenes/README.md`.
+//!    Add the `mod` line and a line to the table in `src/scene/bsdf/mod.rs`, its name to the `pub use` in `src/scene/desc.rs`, and what
+//!    is special about it to `src/scene/mitsuba/documentation/notes.rs`; `tools/plugins` writes its row in `scenes/README.md`.
 //! 2. **Model**: `src/tracer/bsdf/velvet.rs` holds `VelvetMaterial`, made by `From<VelvetDesc>` (tables, integrals: whatever does not
 //!    depend on the path; a type alias of the description if there is nothing to prepare), and `Velvet`, the material at the
 //!    wavelengths of a path. Implement [`MaterialModel`] for the first and [`ScatteringModel`] for the second, whose flags
@@ -38,12 +39,13 @@
 //! 4. **Tests**: add the model to each of these lists by hand. `materials()` in `tests/tracer/bsdf.rs` (chi² of `sample` against `eval`'s density,
 //!    weights against values, reciprocity, energy, grazing and normal directions); the generator of random scenes in
 //!    `tests/tracer/effects_check.rs`; the furnaces of `tests/agreement/furnace.rs` and the agreement of all methods in
-//!    `tests/agreement/meshes.rs`; the plugin's defaults and faults in `tests/scene`. `tools/compare_mitsuba SCENE` compares a scene that uses
-//!    it with Mitsuba.
+//!    `tests/agreement/meshes.rs`; the plugin's defaults and faults in `tests/scene`; a scene of it, `scenes/plugins/bsdf_velvet.xml`,
+//!    that agrees with Mitsuba (`tools/compare_mitsuba`), and its golden picture (`tools/golden bsdf_velvet`).
 //!
 //! [`Diffuse`] with `DiffuseDesc` is the shortest example, [`RoughPlastic`] one with a table made ahead. The smooth and the rough form
 //! of one material stand in one file.
 
+mod bump;
 mod conductor;
 mod dielectric;
 mod diffuse;
@@ -54,20 +56,25 @@ mod plastic;
 mod principled;
 mod principled_thin;
 mod scattering;
+mod share;
 mod thin;
 mod two_sided;
 
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 
 use crate::math::pdf::PdfW;
 use crate::scene::desc::BsdfDesc;
+use crate::scene::texture::TexturePoint;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
+use crate::tracer::SurfaceInteraction;
 use crate::tracer::wavelength_mis::Parted;
 
+pub use bump::{BumpMaterial, Mirrors};
 pub use microfacet::Microfacet;
 pub use mixture::{MaterialPart, Mixture, MixtureMaterial};
 pub use plastic::{Base, Coat, Transmittance, internal_reflectance};
 pub use scattering::{BsdfSample, MaterialModel, Scattering, ScatteringModel};
+pub use share::SurfaceShare;
 pub use two_sided::Sides;
 
 /// Makes an enum of models that hands every call on to the model it holds.
@@ -89,9 +96,9 @@ macro_rules! bsdf_set {
 
         impl Scattering for $set {
             #[inline]
-            fn of(material: &Material, uv: Vec2, lambda: &SampledWavelengths) -> Self {
+            fn of(material: &Material, hit: &SurfaceInteraction, lambda: &SampledWavelengths) -> Self {
                 match material {
-                    $(Material::$kind(material) => material.bsdf(uv, lambda).into(),)*
+                    $(Material::$kind(material) => material.at(hit, lambda).into(),)*
                     #[allow(unreachable_patterns, reason = "the largest set has all models")]
                     _ => Diffuse::new(SampledSpectrum::ZERO).into(),
                 }
@@ -107,6 +114,16 @@ macro_rules! bsdf_set {
             #[inline]
             fn sample(&self, wo: Vec3, u: [f32; 2], lobe: f32) -> Option<BsdfSample> {
                 match self { $(Self::$kind(bsdf) => bsdf.sample(wo, u, lobe),)* }
+            }
+
+            #[inline]
+            fn sample_from_light(&self, wo: Vec3, u: [f32; 2], lobe: f32) -> Option<BsdfSample> {
+                match self { $(Self::$kind(bsdf) => bsdf.sample_from_light(wo, u, lobe),)* }
+            }
+
+            #[inline]
+            fn pdf_from_light(&self, wo: Vec3, wi: Vec3) -> f32 {
+                match self { $(Self::$kind(bsdf) => bsdf.pdf_from_light(wo, wi),)* }
             }
 
             #[inline]
@@ -176,19 +193,33 @@ macro_rules! bsdfs {
         }
 
         impl Material {
-            /// Prepares a description; `None` for one that is made of others.
+            /// Prepares a description; `None` for one that is made of others, or of nothing.
             pub fn new(desc: &BsdfDesc) -> Option<Self> {
                 Some(match desc.clone() {
                     $(BsdfDesc::$smooth(desc) => Self::$smooth(desc.into()),)*
                     $(BsdfDesc::$rough(desc) => Self::$rough(desc.into()),)*
-                    BsdfDesc::Blend(_) | BsdfDesc::Mask(_) | BsdfDesc::TwoSided(_) => return None,
+                    BsdfDesc::Blend(_)
+                    | BsdfDesc::BumpMap(_)
+                    | BsdfDesc::Mask(_)
+                    | BsdfDesc::NormalMap(_)
+                    | BsdfDesc::Null(_)
+                    | BsdfDesc::TwoSided(_) => return None,
                 })
             }
 
-            /// The material at texture coordinates `uv` and the wavelengths of a path, whatever its model.
+            /// The material at a point and the wavelengths of a path, whatever its model.
             #[inline]
-            pub fn bsdf(&self, uv: Vec2, lambda: &SampledWavelengths) -> Bsdf {
-                Bsdf::of(self, uv, lambda)
+            pub fn bsdf(&self, hit: &SurfaceInteraction, lambda: &SampledWavelengths) -> Bsdf {
+                Bsdf::of(self, hit, lambda)
+            }
+
+            /// Its colour in a layer beside the picture ([`MaterialModel::diffuse_reflectance`]), seen from `wo`.
+            pub fn diffuse_reflectance(&self, at: TexturePoint, lambda: &SampledWavelengths, wo: Vec3) -> SampledSpectrum {
+                match self {
+                    $(Self::$smooth(material) => material.diffuse_reflectance(at, lambda, wo),)*
+                    $(Self::$rough(material) => material.diffuse_reflectance(at, lambda, wo),)*
+                    Self::Mixture(material) => material.diffuse_reflectance(at, lambda, wo),
+                }
             }
         }
 
@@ -239,8 +270,6 @@ bsdfs! {
         Plastic: plastic::PlasticMaterial,
         /// Smooth pane that light passes straight.
         ThinDielectric: thin::ThinDielectricMaterial,
-        /// A surface that light passes as if it were not there.
-        Null: thin::NullMaterial,
     }
     rough {
         /// Rough metal.

@@ -2,12 +2,13 @@
 
 use std::f32::consts::FRAC_1_PI;
 
-use glam::{Vec2, Vec3, Vec4};
+use glam::{Vec3, Vec4};
 
 use crate::math::pdf::PdfW;
 use crate::math::warp;
 use crate::scene::desc::{PlasticDesc, RoughPlasticDesc};
 use crate::scene::texture::SpectrumTexture;
+use crate::scene::texture::TexturePoint;
 use crate::spectrum::dispersion::{Ior, SODIUM_D};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
 
@@ -31,12 +32,21 @@ impl MaterialModel for PlasticMaterial {
     type Bsdf = Plastic;
 
     #[inline]
-    fn bsdf(&self, uv: Vec2, lambda: &SampledWavelengths) -> Plastic {
+    fn bsdf(&self, at: TexturePoint, lambda: &SampledWavelengths) -> Plastic {
         let desc = &self.desc;
         let eta = [desc.int_ior.sample(lambda), desc.ext_ior.sample(lambda)];
-        let albedo = desc.diffuse_reflectance.sample(uv, lambda);
+        let albedo = desc.diffuse_reflectance.sample(at, lambda);
         let base = Base { albedo, internal: self.internal.sample(lambda), nonlinear: desc.nonlinear };
-        Plastic::new(eta, desc.specular_reflectance.sample(uv, lambda), base, lambda.is_hero_only())
+        Plastic::new(eta, desc.specular_reflectance.sample(at, lambda), base, lambda.is_hero_only())
+    }
+
+    fn diffuse_reflectance(
+        &self,
+        at: TexturePoint,
+        lambda: &SampledWavelengths,
+        _wo: Vec3,
+    ) -> SampledSpectrum {
+        self.desc.diffuse_reflectance.sample(at, lambda)
     }
 }
 
@@ -201,10 +211,19 @@ impl MaterialModel for RoughPlasticMaterial {
     type Bsdf = RoughPlastic;
 
     #[inline]
-    fn bsdf(&self, uv: Vec2, lambda: &SampledWavelengths) -> RoughPlastic {
+    fn bsdf(&self, at: TexturePoint, lambda: &SampledWavelengths) -> RoughPlastic {
         let internal = SampledSpectrum::splat(self.internal);
-        let base = Base { albedo: self.base.sample(uv, lambda), internal, nonlinear: self.nonlinear };
-        RoughPlastic::new(&self.coat, self.reflectance.sample(uv, lambda), base, lambda.is_hero_only())
+        let base = Base { albedo: self.base.sample(at, lambda), internal, nonlinear: self.nonlinear };
+        RoughPlastic::new(&self.coat, self.reflectance.sample(at, lambda), base, lambda.is_hero_only())
+    }
+
+    fn diffuse_reflectance(
+        &self,
+        at: TexturePoint,
+        lambda: &SampledWavelengths,
+        _wo: Vec3,
+    ) -> SampledSpectrum {
+        self.base.sample(at, lambda)
     }
 }
 

@@ -8,11 +8,12 @@
 
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
-use glam::{Vec2, Vec3, Vec4};
+use glam::{Vec3, Vec4};
 
 use crate::math::pdf::PdfW;
 use crate::math::warp;
 use crate::scene::desc::{PrincipledDesc, PrincipledLobes};
+use crate::scene::texture::TexturePoint;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
 
 use super::{BsdfSample, MaterialModel, Microfacet, ScatteringModel, fresnel};
@@ -34,7 +35,8 @@ pub struct PrincipledMaterial {
 
 impl From<PrincipledDesc> for PrincipledMaterial {
     fn from(desc: PrincipledDesc) -> Self {
-        Self { luminance: luminance(&desc.base_color.mean()), desc }
+        let spec_trans = desc.spec_trans.into_scalar();
+        Self { luminance: luminance(&desc.base_color.mean()), desc: PrincipledDesc { spec_trans, ..desc } }
     }
 }
 
@@ -42,16 +44,25 @@ impl MaterialModel for PrincipledMaterial {
     type Bsdf = Principled;
 
     #[inline]
-    fn bsdf(&self, uv: Vec2, lambda: &SampledWavelengths) -> Principled {
-        let base = self.desc.base_color.sample(uv, lambda);
+    fn bsdf(&self, at: TexturePoint, lambda: &SampledWavelengths) -> Principled {
+        let base = self.desc.base_color.sample(at, lambda);
         let mean = if lambda.is_hero_only() { base.0.x } else { base.mean() };
-        let glass = self.desc.spec_trans.sample(uv, lambda).0.x;
+        let glass = self.desc.spec_trans.scalar(at).min(1.0);
         Principled::new(
             base,
-            [mean, self.desc.base_color.luminance_at(uv).unwrap_or(self.luminance)],
+            [mean, self.desc.base_color.luminance_at(at).unwrap_or(self.luminance)],
             glass,
-            self.desc.lobes,
+            self.desc.lobes.at(&self.desc.textures, at),
         )
+    }
+
+    fn diffuse_reflectance(
+        &self,
+        at: TexturePoint,
+        lambda: &SampledWavelengths,
+        _wo: Vec3,
+    ) -> SampledSpectrum {
+        self.desc.base_color.sample(at, lambda)
     }
 }
 

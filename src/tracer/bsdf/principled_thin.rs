@@ -6,11 +6,12 @@
 
 use std::f32::consts::FRAC_1_PI;
 
-use glam::{Vec2, Vec3, Vec4};
+use glam::{Vec3, Vec4};
 
 use crate::math::pdf::PdfW;
 use crate::math::warp;
 use crate::scene::desc::{PrincipledLobes, PrincipledThinDesc};
+use crate::scene::texture::TexturePoint;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 
 use super::principled::{diffuse_shape, luminance, schlick, schlick_of};
@@ -33,17 +34,28 @@ impl MaterialModel for PrincipledThinMaterial {
     type Bsdf = PrincipledThin;
 
     #[inline]
-    fn bsdf(&self, uv: Vec2, lambda: &SampledWavelengths) -> PrincipledThin {
-        let base = self.desc.base_color.sample(uv, lambda);
+    fn bsdf(&self, at: TexturePoint, lambda: &SampledWavelengths) -> PrincipledThin {
+        let base = self.desc.base_color.sample(at, lambda);
         let mean = if lambda.is_hero_only() { base.0.x } else { base.mean() };
-        let through = self.desc.transmittance.sample(uv, lambda).0.x;
-        let shares = [self.desc.spec_trans, self.desc.diff_trans, through];
+        let through = self.desc.transmittance.sample(at, lambda).0.x;
+        let [specular, diffuse] =
+            [&self.desc.spec_trans, &self.desc.diff_trans].map(|share| share.scalar(at));
+        let shares = [specular.min(1.0), (0.5 * diffuse).min(1.0), through];
         PrincipledThin::new(
             base,
-            [mean, self.desc.base_color.luminance_at(uv).unwrap_or(self.luminance)],
+            [mean, self.desc.base_color.luminance_at(at).unwrap_or(self.luminance)],
             shares,
-            self.desc.lobes,
+            self.desc.lobes.at(&self.desc.textures, at),
         )
+    }
+
+    fn diffuse_reflectance(
+        &self,
+        at: TexturePoint,
+        lambda: &SampledWavelengths,
+        _wo: Vec3,
+    ) -> SampledSpectrum {
+        self.desc.base_color.sample(at, lambda)
     }
 }
 

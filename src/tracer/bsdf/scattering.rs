@@ -1,9 +1,13 @@
 //! The contract between paths and materials: of every model of scattering, and of the sets of models that code is compiled for.
 
-use glam::{Vec2, Vec3};
+use std::f32::consts::PI;
+
+use glam::Vec3;
 
 use crate::math::pdf::PdfW;
+use crate::scene::texture::TexturePoint;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
+use crate::tracer::SurfaceInteraction;
 use crate::tracer::wavelength_mis::Parted;
 
 use super::{Diffuse, Material};
@@ -41,10 +45,27 @@ impl BsdfSample {
 /// A material before the wavelengths of a path are known: a description made ready for quick evaluation.
 pub trait MaterialModel {
     /// The material at the wavelengths of a path.
-    type Bsdf;
+    type Bsdf: ScatteringModel;
 
-    /// Evaluates textures at texture coordinates `uv`, and spectra and indices, at the wavelengths of a path. Called once per path vertex.
-    fn bsdf(&self, uv: Vec2, lambda: &SampledWavelengths) -> Self::Bsdf;
+    /// Evaluates textures at a point of a surface, and spectra and indices, at the wavelengths of a path. Called once per path vertex.
+    fn bsdf(&self, at: TexturePoint, lambda: &SampledWavelengths) -> Self::Bsdf;
+
+    /// The same where a path is: only what tilts the shading frame asks for more than textures do.
+    #[inline]
+    fn at(&self, hit: &SurfaceInteraction, lambda: &SampledWavelengths) -> Self::Bsdf {
+        self.bsdf(hit.texture, lambda)
+    }
+
+    /// Its colour in a layer beside the picture, Mitsuba's diffuse reflectance: that of its diffuse part if it has one, otherwise π times
+    /// what it scatters from the normal to `wo`.
+    fn diffuse_reflectance(
+        &self,
+        at: TexturePoint,
+        lambda: &SampledWavelengths,
+        wo: Vec3,
+    ) -> SampledSpectrum {
+        self.bsdf(at, lambda).eval(wo, Vec3::Z).map_or(SampledSpectrum::ZERO, |(value, _)| value * PI)
+    }
 }
 
 /// A model of scattering at one point and at the wavelengths of one path, in the conventions of [the module](super).
@@ -57,6 +78,20 @@ pub trait ScatteringModel: Copy {
 
     /// Chooses a direction with the numbers `u` (direction) and `lobe`; `None` where the path ends.
     fn sample(&self, wo: Vec3, u: [f32; 2], lobe: f32) -> Option<BsdfSample>;
+
+    /// As [`sample`](Self::sample), for a path from a light: `wo` points to where the light comes from, and the weight is
+    /// f·|cos θᵢ| / pdf with f of light that goes from `wo` to `wi`, but for what [the walk](crate::tracer::subpath) does for smooth
+    /// normals and refraction. Differs for what has normals of its own.
+    #[inline]
+    fn sample_from_light(&self, wo: Vec3, u: [f32; 2], lobe: f32) -> Option<BsdfSample> {
+        self.sample(wo, u, lobe)
+    }
+
+    /// The density with which [`sample_from_light`](Self::sample_from_light) chooses `wi`, per steradian.
+    #[inline]
+    fn pdf_from_light(&self, wo: Vec3, wi: Vec3) -> f32 {
+        self.eval(wo, wi).map_or(0.0, |(_, pdf)| pdf.0)
+    }
 
     /// The material, where it is diffuse and nothing else.
     #[inline]
@@ -89,13 +124,13 @@ pub trait ScatteringModel: Copy {
         false
     }
 
-    /// True when refraction has another direction for each lane.
+    /// True when refraction has another direction for each lane, or for each part of a mixture: [`part`](Self::part) must be asked.
     #[inline]
     fn parts_colors(&self) -> bool {
         false
     }
 
-    /// The shares of the lanes in the results of [`eval`](Self::eval) and [`sample`](Self::sample), for rough dispersive refraction.
+    /// The shares of the lanes in the results of [`eval`](Self::eval) and [`sample`](Self::sample), for rough refraction.
     #[inline]
     fn part(&self, _wo: Vec3, _wi: Vec3) -> Parted {
         Parted::NOTHING
@@ -126,15 +161,15 @@ pub trait ScatteringModel: Copy {
 /// | lit from a cove | [`Diffuse`] | | | 1.064 [1.035, 1.094] |
 /// | with mirror and glass balls | [`Smooth`](super::Smooth) | 1.056 [1.048, 1.064] | 32 200, not 33 100 | 1.033 [1.024, 1.041] |
 pub trait Scattering: ScatteringModel {
-    /// The material at texture coordinates `uv` and the wavelengths of a path. A material whose model is not in the set is black.
-    fn of(material: &Material, uv: Vec2, lambda: &SampledWavelengths) -> Self;
+    /// The material at a point and the wavelengths of a path. A material whose model is not in the set is black.
+    fn of(material: &Material, hit: &SurfaceInteraction, lambda: &SampledWavelengths) -> Self;
 }
 
 impl Scattering for Diffuse {
     #[inline]
-    fn of(material: &Material, uv: Vec2, lambda: &SampledWavelengths) -> Self {
+    fn of(material: &Material, hit: &SurfaceInteraction, lambda: &SampledWavelengths) -> Self {
         match material {
-            Material::Diffuse(material) => material.bsdf(uv, lambda),
+            Material::Diffuse(material) => material.at(hit, lambda),
             _ => Diffuse::new(SampledSpectrum::ZERO),
         }
     }

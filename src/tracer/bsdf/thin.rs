@@ -1,9 +1,10 @@
-//! Smooth surfaces that light passes without being bent: a thin pane, and one that is not there at all.
+//! A thin pane, which light passes without being bent.
 
-use glam::{Vec2, Vec3, Vec4};
+use glam::{Vec3, Vec4};
 
 use crate::math::pdf::PdfW;
-use crate::scene::desc::{NullDesc, ThinDielectricDesc};
+use crate::scene::desc::ThinDielectricDesc;
+use crate::scene::texture::TexturePoint;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 
 use super::{BsdfSample, MaterialModel, ScatteringModel, fresnel};
@@ -15,9 +16,9 @@ impl MaterialModel for ThinDielectricMaterial {
     type Bsdf = ThinDielectric;
 
     #[inline]
-    fn bsdf(&self, uv: Vec2, lambda: &SampledWavelengths) -> ThinDielectric {
+    fn bsdf(&self, at: TexturePoint, lambda: &SampledWavelengths) -> ThinDielectric {
         let factors =
-            [self.specular_reflectance.sample(uv, lambda), self.specular_transmittance.sample(uv, lambda)];
+            [self.specular_reflectance.sample(at, lambda), self.specular_transmittance.sample(at, lambda)];
         ThinDielectric::new([self.int_ior.sample(lambda), self.ext_ior.sample(lambda)], factors)
     }
 }
@@ -55,49 +56,12 @@ impl ScatteringModel for ThinDielectric {
             return Some(BsdfSample { delta: true, ..BsdfSample::reflection(wi, weight, PdfW(q)) });
         }
         let weight = SampledSpectrum((1.0 - r) / (1.0 - q)) * self.transmission;
-        (q < 1.0).then(|| straight(wo, weight, 1.0 - q))
+        let passing = BsdfSample::reflection(-wo, weight, PdfW(1.0 - q));
+        (q < 1.0).then_some(BsdfSample { delta: true, transmitted: true, ..passing })
     }
 
     #[inline]
     fn is_delta(&self) -> bool {
         true
     }
-}
-
-/// A surface that is not there, which needs no preparation.
-pub type NullMaterial = NullDesc;
-
-impl MaterialModel for NullMaterial {
-    type Bsdf = Null;
-
-    #[inline]
-    fn bsdf(&self, uv: Vec2, lambda: &SampledWavelengths) -> Null {
-        Null { transmittance: self.transmittance.sample(uv, lambda) }
-    }
-}
-
-/// A surface that light passes as if it were not there. Paths find it a delta, and light behind it by hitting it, as in Mitsuba's path
-/// tracer: rays between a point and a light do not pass.
-#[derive(Clone, Copy, Debug)]
-pub struct Null {
-    /// What passes.
-    pub transmittance: SampledSpectrum,
-}
-
-impl ScatteringModel for Null {
-    #[inline]
-    fn sample(&self, wo: Vec3, _: [f32; 2], _: f32) -> Option<BsdfSample> {
-        (!self.transmittance.is_black()).then(|| straight(wo, self.transmittance, 1.0))
-    }
-
-    #[inline]
-    fn is_delta(&self) -> bool {
-        true
-    }
-}
-
-/// Straight through, with this probability.
-#[inline]
-pub(super) fn straight(wo: Vec3, weight: SampledSpectrum, probability: f32) -> BsdfSample {
-    BsdfSample { delta: true, transmitted: true, ..BsdfSample::reflection(-wo, weight, PdfW(probability)) }
 }

@@ -3,7 +3,8 @@
 //! The estimate of a method's error at equal time is the mean over the picture of its relative variance per path (relMSE:
 //! variance / (Y² + floor²)), times the cost of a path. It is too low where a method has not found all light, so
 //!
-//! - particle tracing is excluded where the picture shows a delta, which it never finds;
+//! - particle tracing is excluded where the picture shows a delta, which it never finds, and path tracing where light leaves along
+//!   normals only;
 //! - where a method's mean in a part of the picture is significantly below another's, it is charged for what it has missed:
 //!   paths that bring a mean of Δ and of which none was among n have a second moment of at least n Δ².
 
@@ -77,7 +78,11 @@ pub struct IntegratorChoice {
 
 /// Chooses one of the methods that were tried.
 pub fn decide(survey: &Survey, trials: &[Trial]) -> IntegratorChoice {
-    let complete = |t: &Trial| t.kind != IntegratorKind::Light || survey.delta_seen <= DELTAS;
+    let complete = |t: &Trial| match t.kind {
+        IntegratorKind::Light => survey.delta_seen <= DELTAS,
+        IntegratorKind::Path => !survey.beams,
+        _ => true,
+    };
     let brightness = brightness(trials.iter().filter(|t| complete(t)));
     let mean = brightness.iter().sum::<f64>() / CELLS as f64;
     let floor = (FLOOR * mean).powi(2);
@@ -196,7 +201,10 @@ fn reason(kind: IntegratorKind, survey: &Survey, ratings: &[IntegratorRating]) -
     for rival in rivals {
         parts.push(compare(rival, rival.time() / chosen.time()));
     }
-    if ratings.iter().any(|r| !r.complete) {
+    if survey.beams {
+        parts.push("paths from the camera alone do not find light that leaves along normals".to_string());
+    }
+    if ratings.iter().any(|r| !r.complete && r.kind == IntegratorKind::Light) {
         let seen = percent(survey.delta_seen);
         parts.push(format!("particles alone cannot show mirrors and glass ({seen} of the picture)"));
     }
@@ -206,7 +214,7 @@ fn reason(kind: IntegratorKind, survey: &Survey, ratings: &[IntegratorRating]) -
 /// Compares a rival with the chosen method, over whose time its own is `ratio`.
 fn compare(rival: &IntegratorRating, ratio: f64) -> String {
     let name = match rival.kind {
-        IntegratorKind::Path | IntegratorKind::Auto => "camera paths",
+        IntegratorKind::Path | IntegratorKind::Depth | IntegratorKind::Auto => "camera paths",
         IntegratorKind::Light => "particles",
         IntegratorKind::Bidirectional => "paths from both ends",
         IntegratorKind::Photon => "photons",

@@ -38,6 +38,8 @@ pub struct SubpathLengths {
 pub struct Survey {
     /// Number of lights; each triangle of a mesh that emits is one.
     pub lights: usize,
+    /// Some of them are found by walks from lights only.
+    pub beams: bool,
     /// Share of the picture that shows a surface with a delta part: mirror, glass, a smooth coat.
     pub delta_seen: f64,
     /// Mean luminance of what arrives with one bounce or none.
@@ -51,7 +53,8 @@ pub struct Survey {
 impl Survey {
     /// Measures the scene.
     pub fn of(context: &RenderContext) -> Self {
-        let mut survey = Self { lights: context.scene.lights().len(), ..Self::default() };
+        let lights = context.scene.lights();
+        let mut survey = Self { lights: lights.len(), beams: lights.has_beams(), ..Self::default() };
         survey.find_deltas(context);
         survey.direct = direct(context);
         for index in 0..WALKS {
@@ -76,7 +79,7 @@ impl Survey {
             let ray = camera.ray(uv, [0.5; 2]);
             let Some(hit) = context.closest(&ray, 0) else { continue };
             let (material, frame) = scene.material(&hit);
-            let (bsdf, wo) = (material.bsdf(hit.uv, &lambda), frame.to_local(hit.wo));
+            let (bsdf, wo) = (material.bsdf(&hit, &lambda), frame.to_local(hit.wo));
             // Lobes are chosen by intervals: both ends and the middle find every lobe of every material.
             let delta = |lobe| bsdf.sample(wo, [0.5; 2], lobe).is_some_and(|s| s.delta);
             self.delta_seen += if [0.0, 0.5, 0.999_999].into_iter().any(delta) { each } else { 0.0 };
@@ -96,7 +99,7 @@ impl Survey {
         let lights = context.scene.lights();
         let Some(emission) = lights.emit(&numbers.emission()) else { return };
         let lambda = SampledWavelengths::sample(sampler.camera().wavelength);
-        let emitted = lights.spectrum(emission.light, -emission.direction, &lambda);
+        let emitted = lights.emitted(&emission, &lambda);
         let Some(walk) = Walk::from_light(lambda, &emission, emitted) else { return };
         let numbers = |depth| numbers.vertex(depth);
         follow(context, walk, emission.ray(), numbers, |vertex| self.light.count(vertex));

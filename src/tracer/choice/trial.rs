@@ -62,7 +62,9 @@ impl Trial {
         let context =
             RenderContext { seed, window, hide_emitters: true, places: Some(places), ..context.clone() };
         let grid = match kind {
-            IntegratorKind::Path | IntegratorKind::Auto => MomentGrid::trace(&PathTracer { context }, paths),
+            IntegratorKind::Path | IntegratorKind::Depth | IntegratorKind::Auto => {
+                MomentGrid::trace(&PathTracer { context }, paths)
+            }
             IntegratorKind::Light => MomentGrid::trace(&ParticleTracer { context }, paths),
             IntegratorKind::Bidirectional => MomentGrid::trace(&BidirectionalTracer { context }, paths),
             IntegratorKind::Photon => MomentGrid::trace(&PhotonTracer::new(context, true), paths),
@@ -80,7 +82,7 @@ fn cost_of(kind: IntegratorKind, survey: &Survey) -> f64 {
     let path = START + first + BRANCHES * later;
     let lit = START + VERTEX_OF_BOTH * light.vertices + SHADOW * light.open;
     match kind {
-        IntegratorKind::Path | IntegratorKind::Auto => path,
+        IntegratorKind::Path | IntegratorKind::Depth | IntegratorKind::Auto => path,
         IntegratorKind::Light => lit,
         IntegratorKind::Bidirectional => {
             let share = LIGHT_SUBPATHS as f64 / CAMERA_SUBPATHS as f64;

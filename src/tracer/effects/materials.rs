@@ -5,9 +5,10 @@ use std::sync::Arc;
 use glam::Vec4;
 
 use crate::scene::desc::{
-    BsdfDesc, DielectricDesc, DiffuseDesc, Facets, LightDesc, Mesh, PlasticDesc, RoughPlasticDesc, Roughness,
-    SceneDesc, ShapeDesc, ShapeKind,
+    BsdfDesc, BsdfId, DielectricDesc, DiffuseDesc, Facets, LightDesc, MaskDesc, Mesh, Name, PlasticDesc,
+    ProjectorDesc, RoughPlasticDesc, Roughness, SceneDesc, ShapeDesc, ShapeKind, SpotDesc, SpotTextureDesc,
 };
+use crate::scene::texture::SpectrumTexture;
 use crate::spectrum::dispersion::{Ior, SODIUM_D};
 use crate::spectrum::{LAMBDA_MAX, LAMBDA_MIN, Spectrum, White};
 use crate::tracer::wavelength_mis;
@@ -130,6 +131,34 @@ pub(super) const SMOOTH_NORMALS: Entry = Entry {
     with: |_| false,
 };
 
+pub(super) const OPACITY: Entry = Entry {
+    name: "opacity",
+    at_run_time: "whether the prepared scene has opacities, once per ray (Scene::closest); then that of the surface that is met",
+    find: |used, _| {
+        by(used.material(BsdfDesc::has_holes), "lets rays pass straight", "every surface is all there")
+    },
+    refusal: never,
+    // Masks without holes, and black where there was nothing.
+    without: |desc| {
+        for bsdf in desc.bsdfs.iter_mut().filter(|bsdf| bsdf.has_holes()) {
+            match bsdf {
+                BsdfDesc::Mask(mask) => mask.opacity = Spectrum::Constant(1.0).into(),
+                other => *other = BsdfDesc::grey(0.0),
+            }
+        }
+    },
+    // A tenth of something matt is taken away.
+    with: |desc| {
+        let id = BsdfId(desc.bsdfs.len() as u32);
+        let Some(bsdf) = shown(desc, |bsdf| matches!(bsdf, BsdfDesc::Diffuse(_))) else { return false };
+        let mask = MaskDesc { bsdf: id, opacity: Spectrum::Constant(0.9).into() };
+        let inner = std::mem::replace(bsdf, mask.into());
+        desc.bsdfs.push(inner);
+        desc.names.bsdfs.push(Name::default());
+        true
+    },
+};
+
 pub(super) const TEXTURES: Entry = Entry {
     name: "textures",
     at_run_time: "whether the material that is met has a picture (SpectrumTexture::sample)",
@@ -144,9 +173,41 @@ pub(super) const TEXTURES: Entry = Entry {
             for texture in [parts.albedo, parts.reflection, parts.transmission].into_iter().flatten() {
                 *texture = texture.mean().into();
             }
+            if let Some(share) = parts.share {
+                *share = SpectrumTexture::from(share.mean()).grey();
+            }
+            for number in bsdf.scalars_mut() {
+                *number = Spectrum::Constant(number.mean_scalar()).into();
+            }
         }
     },
     // What a surface looks like is the scene's to say.
+    with: |_| false,
+};
+
+pub(super) const BUMP: Entry = Entry {
+    name: "bump",
+    at_run_time: "whether the part of the material that is met has a map, one test per part (Mixture::eval, Mixture::sample)",
+    find: |used, _| {
+        by(
+            used.material(|bsdf| bsdf.bump().is_some()),
+            "tilts normals",
+            "no surface has a map of normals or heights",
+        )
+    },
+    refusal: never,
+    // Surfaces as they are.
+    without: |desc| {
+        for i in 0..desc.bsdfs.len() {
+            // The material within may have come from a map itself; a circle of maps stays, and preparing refuses it.
+            for _ in 0..desc.bsdfs.len() {
+                let Some(bump) = desc.bsdfs[i].bump() else { break };
+                let Some(inner) = desc.bsdfs.get(bump.bsdf.0 as usize) else { break };
+                desc.bsdfs[i] = inner.clone();
+            }
+        }
+    },
+    // A picture of a surface is the scene's to give.
     with: |_| false,
 };
 
@@ -187,13 +248,28 @@ fn grey(desc: &mut SceneDesc) {
             *index = Spectrum::Constant(index.eval(Vec4::splat(SODIUM_D)).x);
         }
     }
-    desc.shapes.iter_mut().filter_map(|shape| shape.emission.as_mut()).for_each(emitted);
+    for shape in &mut desc.shapes {
+        match &mut shape.emission_profile.texture {
+            Some(texture) => *texture = Arc::new(texture.grey()),
+            None => shape.emission.iter_mut().for_each(emitted),
+        }
+    }
     for light in &mut desc.lights {
         match light {
             LightDesc::Map { map, .. } => *map = Arc::new(map.grey()),
             LightDesc::SunSky(light) => {
                 light.sky = Arc::new(light.sky.grey());
                 emitted(&mut light.sun);
+            }
+            LightDesc::Projector(ProjectorDesc { picture: Some(picture), .. }) => {
+                *picture = Arc::new(picture.grey());
+            }
+            LightDesc::Spot(SpotDesc { texture, intensity, .. }) => {
+                if let Some(spot) = texture {
+                    let SpotTextureDesc { texture, to_world } = &**spot;
+                    *spot = Arc::new(SpotTextureDesc { texture: texture.grey(), to_world: *to_world });
+                }
+                emitted(intensity);
             }
             _ => emitted(light.spectrum_mut()),
         }

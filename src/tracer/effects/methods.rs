@@ -88,6 +88,9 @@ pub(super) const LENS: Entry = Entry {
     // At f/50 of what is in focus; where the focus is does not change what it costs.
     with: |desc| {
         let camera = &mut desc.camera;
+        if camera.orthographic {
+            return false;
+        }
         if !(camera.focus_distance.is_normal() && camera.focus_distance > 0.0) {
             camera.focus_distance = 1.0;
         }
@@ -101,6 +104,9 @@ pub(super) const CAUSTIC_PHOTONS: Entry = Entry {
     at_run_time: "the method; photons are kept where they land on something matt (PhotonDesc::caustics)",
     find: |used, kind| {
         photons(kind, used.desc.integrator.photons.caustics)?;
+        if let Some(beam) = used.beam() {
+            return by(Some(beam), "sends light that photons alone find", "");
+        }
         by(used.material(BsdfDesc::is_specular), "may focus light", "nothing mirrors or refracts light")
     },
     refusal: without_photons,

@@ -105,8 +105,12 @@ table! {
     Lens = methods::LENS,
     /// Normals that are interpolated between the corners of triangles: a mesh of facets that looks round.
     SmoothNormals = materials::SMOOTH_NORMALS,
-    /// Reflectances that vary over a surface: pictures and checkerboards.
+    /// Surfaces that are not all there: rays go straight on where they meet nothing.
+    Opacity = materials::OPACITY,
+    /// Reflectances and other values that vary over a surface: pictures and checkerboards.
     Textures = materials::TEXTURES,
+    /// Normals that pictures tilt: normal maps and bump maps.
+    Bump = materials::BUMP,
     /// Photons that have met mirrors, glass or coats only, looked up where they are seen.
     CausticPhotons = methods::CAUSTIC_PHOTONS,
     /// All other photons, of light that was spread before: gathered from one bounce away.

@@ -2,7 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use crate::scene::desc::{BsdfDesc, LightDesc, Name, Place, SceneDesc, ShapeDesc, ShapeKind, SunSkyDesc};
+use crate::scene::desc::{
+    BsdfDesc, LightDesc, Name, Place, ProjectorDesc, SceneDesc, ShapeDesc, SpotDesc, SunSkyDesc,
+};
 use crate::spectrum::{Spectrum, White};
 
 use super::Found;
@@ -44,9 +46,12 @@ impl<'a> Used<'a> {
         Self { desc, bsdfs: seen.into_iter().filter(one_sided).collect() }
     }
 
-    /// True where a surface shows several materials at once.
+    /// True where a surface shows several materials at once, or one in a frame of its own.
     pub(super) fn mixes(&self) -> bool {
-        let mixed = |i: &usize| matches!(self.desc.bsdfs[*i], BsdfDesc::Blend(_) | BsdfDesc::Mask(_));
+        let mixed = |i: &usize| {
+            let bsdf = &self.desc.bsdfs[*i];
+            matches!(bsdf, BsdfDesc::Blend(_)) || bsdf.bump().is_some()
+        };
         self.bsdfs.iter().any(mixed)
     }
 
@@ -68,7 +73,12 @@ impl<'a> Used<'a> {
 
     /// White and place of everything that emits: shapes, then other lights.
     pub(super) fn emitters(&self) -> impl Iterator<Item = (Option<White>, Option<Place>)> {
-        let shapes = self.shining().map(|(shape, emission)| (White::of(emission), known(shape.place)));
+        let white_of = |shape: &ShapeDesc, emission| match &shape.emission_profile.texture {
+            Some(texture) => of_picture(texture.is_grey(), emission),
+            None => White::of(emission),
+        };
+        let shapes =
+            self.shining().map(move |(shape, emission)| (white_of(shape, emission), known(shape.place)));
         let lights = self.desc.lights.iter().filter(|l| !l.is_black());
         shapes.chain(lights.map(|l| (white(l), known(l.place()))))
     }
@@ -76,17 +86,19 @@ impl<'a> Used<'a> {
     /// The shapes that emit something.
     fn shining(&self) -> impl Iterator<Item = (&'a ShapeDesc, &'a Spectrum)> {
         let emitting = self.desc.shapes.iter().filter_map(|shape| Some((shape, shape.emission.as_ref()?)));
-        emitting.filter(|(_, emission)| !emission.is_black())
+        emitting.filter(|(shape, emission)| !emission.is_black() && !shape.emission_profile.is_black())
     }
 
     /// Faces of the shapes that emit something: each is a light.
     pub(super) fn faces(&self) -> usize {
-        let count = |kind: &ShapeKind| match kind {
-            ShapeKind::Mesh(id) => self.desc.meshes.get(id.0 as usize).map_or(0, |mesh| mesh.triangles.len()),
-            ShapeKind::Cube => 6,
-            _ => 1,
-        };
-        self.shining().map(|(shape, _)| count(&shape.kind)).sum()
+        self.shining().map(|(shape, _)| self.desc.faces(shape)).sum()
+    }
+
+    /// A shape whose light leaves along its normal only.
+    pub(super) fn beam(&self) -> Option<Object> {
+        let (shape, _) = self.shining().find(|(shape, _)| shape.emission_profile.along_normal)?;
+        let name = shape.id.as_ref().map_or("directionalarea".to_string(), |id| format!("shape \"{id}\""));
+        Some(Object { name, place: known(shape.place), others: 0 })
     }
 
     /// The environment, if it shines. Only the first of a scene counts.
@@ -98,7 +110,11 @@ impl<'a> Used<'a> {
 /// The white of a light that is not a shape, if it has one.
 fn white(light: &LightDesc) -> Option<White> {
     match light {
-        LightDesc::Map { map, scale, .. } => (map.is_grey() && scale.is_constant()).then_some(White::D65),
+        LightDesc::Map { map, scale, .. } => of_picture(map.is_grey(), scale),
+        LightDesc::Projector(ProjectorDesc { picture: Some(picture), irradiance, .. }) => {
+            of_picture(picture.is_grey(), irradiance)
+        }
+        LightDesc::Spot(SpotDesc { texture: Some(t), .. }) if !t.texture.is_grey() => None,
         LightDesc::SunSky(SunSkyDesc { sky, sun, scale, .. }) => {
             let grey = sky.is_grey()
                 && scale.is_constant()
@@ -107,6 +123,11 @@ fn white(light: &LightDesc) -> Option<White> {
         }
         _ => White::of(light.spectrum()),
     }
+}
+
+/// The white of a picture of D65, if it is `grey`, times a factor.
+fn of_picture(grey: bool, factor: &Spectrum) -> Option<White> {
+    (grey && factor.is_constant()).then_some(White::D65)
 }
 
 /// A place that exists: line 0 stands nowhere.

@@ -111,10 +111,14 @@ impl RenderContext {
         depth == 0 && self.hide_emitters
     }
 
-    /// The first hit of a segment of a camera path, where `depth` segments came before.
+    /// The first hit of a segment of a camera path, where `depth` segments came before. From an emitter it may go on ([`Scene::beyond`]).
     #[inline(always)]
     pub(in crate::tracer) fn closest(&self, ray: &Ray, depth: u32) -> Option<SurfaceInteraction> {
-        if self.hides_emitters(depth) { self.scene.closest_unlit(*ray) } else { self.scene.closest(ray) }
+        if self.hides_emitters(depth) {
+            self.scene.closest_unlit(*ray)
+        } else {
+            self.scene.closest_or_emitter(ray)
+        }
     }
 
     /// The environment, if a segment of a camera path sees it, where `depth` segments came before.
@@ -142,21 +146,21 @@ impl RenderContext {
         value.is_finite().then_some(CameraConnection { view, scattering, value })
     }
 
-    /// True when nothing stands between the camera and the vertex at `hit`.
+    /// The share of light that goes from the vertex at `hit` to the camera: 1 where nothing stands in between.
     #[inline]
-    pub(super) fn is_visible_to_camera(&self, hit: &SurfaceInteraction, view: &CameraView) -> bool {
+    pub(super) fn visible_to_camera(&self, hit: &SurfaceInteraction, view: &CameraView) -> f32 {
         let mut ray = hit.spawn_to(view.origin, -view.direction);
         if !self.hide_emitters {
-            return !self.scene.occluded(&ray);
+            return self.scene.transmittance(&ray);
         }
         // Lights are looked through. The ray is not of unit length: each hit moves its origin.
         while let Some(hit) = self.scene.closest(&ray) {
             if hit.light.is_none() {
-                return false;
+                return 0.0;
             }
             ray = hit.spawn_to(view.origin, -view.direction);
         }
-        true
+        1.0
     }
 
     /// Connects the light itself to the camera: the view, and the factor on the light's spectrum. `None` for what the camera
@@ -172,14 +176,14 @@ impl RenderContext {
             return None;
         }
         match pdf.origin {
-            EmissionOrigin::Point | EmissionOrigin::Parallel => None,
+            EmissionOrigin::Beam | EmissionOrigin::Point | EmissionOrigin::Parallel => None,
             EmissionOrigin::Surface => {
                 let view = self.camera.view(from.p, lens, &self.window)?;
                 let pdf = self.scene.lights.emission_pdf(*light, from.p, -view.direction);
                 let scale = pdf.cos * view.uv_per_steradian / (view.distance2 * pdf.vertex);
                 let ray = from.spawn_to(view.origin, -view.direction);
-                let open = scale > 0.0 && !self.scene.occluded(&ray);
-                open.then_some((view, scale))
+                let share = if scale > 0.0 { self.scene.transmittance(&ray) } else { 0.0 };
+                (share > 0.0).then_some((view, scale * share))
             }
             EmissionOrigin::Infinite => {
                 let view = self.camera.view_far(-*direction, lens, &self.window)?;

@@ -33,7 +33,8 @@ pub(super) fn sample_direct<B: Scattering>(
     let context = vertex.light_context();
     let (light, sample, value) =
         scene.lights().sample_by_contribution(context, u.light_choice, u.light, unoccluded)?;
-    scene.visible(&vertex.hit, light, &sample).then_some(value)
+    let share = scene.visible(&vertex.hit, light, &sample);
+    (share > 0.0).then(|| value * share)
 }
 
 /// The emission of the light that a path asked for last: most paths ask for one light again and again.
@@ -41,21 +42,22 @@ pub(super) fn sample_direct<B: Scattering>(
 pub(super) struct EmissionCache(Option<(u32, SampledSpectrum)>);
 
 impl EmissionCache {
-    /// The spectrum of `light` seen along `wi`. It is kept if it is the same in all directions; the cache must be cleared
+    /// The spectrum of `light` seen at its point `p` along `wi`. It is kept if it is the same everywhere; the cache must be cleared
     /// when `lambda` changes.
     #[inline(always)]
     pub(super) fn emission(
         &mut self,
         lights: &Lights,
         light: u32,
+        p: Vec3,
         wi: Vec3,
         lambda: &SampledWavelengths,
     ) -> SampledSpectrum {
         match self.0 {
             Some((known, value)) if known == light => value,
             _ => {
-                let value = lights.spectrum(light, wi, lambda);
-                if !lights.is_directional(light) {
+                let value = lights.spectrum(light, p, wi, lambda);
+                if !lights.varies(light) {
                     self.0 = Some((light, value));
                 }
                 value
@@ -170,7 +172,7 @@ impl PathState {
         }
     }
 
-    /// Traces `ray` to the next surface and returns the hit if the path goes on from there. Emission that is found at its
+    /// Traces `ray` to the next surface that it does not pass and returns the hit if the path goes on from there. Emission that is found at its
     /// end is added if `takes_emission`.
     #[inline(always)]
     pub(super) fn arrive(
@@ -179,36 +181,70 @@ impl PathState {
         ray: &Ray,
         takes_emission: bool,
     ) -> Option<SurfaceInteraction> {
-        let (lights, longest) = (context.scene.lights(), context.longest());
+        let longest = context.longest();
         if self.depth >= longest {
             return None;
         }
-        let hit = context.closest(ray, self.depth);
-        let wi = ray.direction;
-        let Some(hit) = hit else {
-            if takes_emission && let Some(light) = context.environment(self.depth) {
-                self.add_emitted(lights, light, wi, |from| lights.pdf(light, from, wi, None));
-            }
-            return None;
-        };
-        if takes_emission && let Some(light) = hit.emitter() {
-            self.add_emitted(lights, light, wi, |from| lights.pdf(light, from, wi, Some(&hit.point)));
+        let hit = self.look(context, ray, takes_emission)?;
+        if context.scene.has_holes() && hit.emitter().is_some() {
+            return self.look_past(context, ray, takes_emission, hit);
         }
         (self.depth + 1 < longest).then_some(hit)
     }
 
-    /// Adds the emission of a light that the path hit by chance along `wi`. `light_pdf` is the density with which
+    /// As [`arrive`](Self::arrive) at an emitter that may have holes.
+    #[cold]
+    #[inline(never)]
+    fn look_past(
+        &mut self,
+        context: &RenderContext,
+        ray: &Ray,
+        takes_emission: bool,
+        mut hit: SurfaceInteraction,
+    ) -> Option<SurfaceInteraction> {
+        let mut ray = *ray;
+        while let Some(on) = context.scene.beyond(&ray, &hit) {
+            ray = on;
+            hit = self.look(context, &ray, takes_emission)?;
+        }
+        (self.depth + 1 < context.longest()).then_some(hit)
+    }
+
+    /// The first surface that `ray` does not pass. Emission that is found is added if `takes_emission`.
+    #[inline(always)]
+    fn look(
+        &mut self,
+        context: &RenderContext,
+        ray: &Ray,
+        takes_emission: bool,
+    ) -> Option<SurfaceInteraction> {
+        let (lights, wi) = (context.scene.lights(), ray.direction);
+        let Some(hit) = context.closest(ray, self.depth) else {
+            if takes_emission && let Some(light) = context.environment(self.depth) {
+                self.add_emitted(lights, light, Vec3::ZERO, wi, |from| lights.pdf(light, from, wi, None));
+            }
+            return None;
+        };
+        if takes_emission && let Some(light) = hit.emitter() {
+            let pdf = |from| lights.pdf(light, from, wi, Some(&hit.point));
+            self.add_emitted(lights, light, hit.point.p, wi, pdf);
+        }
+        Some(hit)
+    }
+
+    /// Adds the emission of a light that the path hit by chance at `p` along `wi`. `light_pdf` is the density with which
     /// next-event estimation would have sampled that direction.
     #[inline]
     fn add_emitted(
         &mut self,
         lights: &Lights,
         light: u32,
+        p: Vec3,
         wi: Vec3,
         light_pdf: impl FnOnce(LightSampleContext) -> PdfW,
     ) {
         let weight = self.last.map_or(1.0, |(from, bsdf_pdf)| mis::power(bsdf_pdf, light_pdf(from)));
-        let emission = self.emission.emission(lights, light, wi, &self.lambda);
+        let emission = self.emission.emission(lights, light, p, wi, &self.lambda);
         self.radiance += self.throughput * emission * (weight * self.wavelength_weight);
     }
 
@@ -243,7 +279,8 @@ impl PathState {
             return None;
         }
         let weight = if sample.delta { 1.0 } else { mis::power(sample.pdf, pdf) };
-        let emission = self.emission.emission(lights, light, sample.wi, &self.lambda);
+        let at = sample.target.unwrap_or(Vec3::ZERO);
+        let emission = self.emission.emission(lights, light, at, sample.wi, &self.lambda);
         let wavelength_weight = match vertex.bsdf.parts_colors() {
             true => self.weight_of(self.wavelength_mis.and(vertex.bsdf.part(vertex.wo, wi).wavelength_mis)),
             false => self.wavelength_weight,

@@ -7,6 +7,7 @@
 //! particle         particle tracing, from the lights
 //! bidirectional    subpaths from both ends, connected
 //! photon           photon mapping
+//! depth            distances, without light
 //! check            `--check-plan`: the plan of effects is compared with the code for everything
 //! ```
 //!
@@ -18,6 +19,7 @@
 //! | `light` ([`ParticleTracer`]) | from the lamps, each vertex connected to the camera | rooms lit from a cove; caustics on diffuse surfaces | what is seen in or through mirrors, glass and smooth plastic: it stays black |
 //! | `bidirectional` ([`BidirectionalTracer`]) | from both ends, the pairs of largest importance connected | caustics and mirrors together; half-hidden lamps | what camera paths find anyway: an index costs several times a camera path |
 //! | `photon` ([`PhotonTracer`]) | camera paths gather what light paths left behind | caustics seen in mirrors and through glass, of lamps that nothing can hit | an exact picture soon: it begins too smooth, and its blur shrinks with the number of samples |
+//! | `depth` ([`DepthTracer`]) | the first surface only | a picture of distances | light |
 //! | `auto` ([`choice`](crate::tracer::choice)) | by one of these, and says why | when you do not know | |
 //!
 //! `path` and `bidirectional` are unbiased. `light` is, except for what it cannot find: a delta that the camera sees. `photon` is
@@ -37,6 +39,7 @@
 mod bidirectional;
 mod check;
 mod context;
+mod depth;
 mod direct_lighting;
 mod particle;
 mod path;
@@ -45,6 +48,7 @@ mod photon;
 pub use bidirectional::{BidirectionalTracer, CAMERA_SUBPATHS, LIGHT_SUBPATHS};
 pub use check::{CheckedIntegrator, PlanCheckTally};
 pub use context::RenderContext;
+pub use depth::DepthTracer;
 pub use particle::ParticleTracer;
 pub use path::PathTracer;
 pub use photon::{PhotonScratch, PhotonTracer};

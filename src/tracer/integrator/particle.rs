@@ -1,6 +1,9 @@
 //! Particle tracing: paths from lights, each vertex connected to the camera (Dutré, Lafortune and Willems 1993).
 
-use crate::stream::{PathCounts, SampleSink};
+use glam::Vec3;
+
+use crate::spectrum::SampledWavelengths;
+use crate::stream::{PathCounts, SampleSink, UvWindow};
 use crate::tracer::accel::Ray;
 use crate::tracer::bsdf::{Bsdf, Diffuse, Scattering, Smooth, Unmixed};
 use crate::tracer::sampler::{CameraNumbers, LightSampler};
@@ -28,9 +31,12 @@ impl Integrator for ParticleTracer {
         let sampler = Sampler::at(index, context.seed);
         let CameraNumbers { lens, wavelength, .. } = sampler.camera();
         let lambda = context.wavelengths(wavelength);
+        if let Some(direction) = context.camera.parallel_direction() {
+            self.add_backdrop(direction, lens, &lambda, out);
+        }
         let numbers = sampler.light();
         let Some(emission) = scene.lights.emit(&numbers.emission()) else { return };
-        let emitted = scene.lights.spectrum(emission.light, -emission.direction, &lambda);
+        let emitted = scene.lights.emitted(&emission, &lambda);
         if context.longest() >= 1
             && !emitted.is_black()
             && let Some((view, scale)) = context.connect_light_to_camera(&emission, lens)
@@ -59,6 +65,27 @@ impl From<RenderContext> for ParticleTracer {
 }
 
 impl ParticleTracer {
+    /// Adds what a camera of parallel rays sees of the environment: no light path takes just their direction. The numbers of the lens,
+    /// which such a camera has not, choose a place of the picture.
+    #[cold]
+    fn add_backdrop(
+        &self,
+        direction: Vec3,
+        place: [f32; 2],
+        lambda: &SampledWavelengths,
+        out: &mut impl SampleSink,
+    ) {
+        let context = &self.context;
+        let Some(light) = context.environment(0).filter(|_| context.longest() >= 1) else { return };
+        let UvWindow { min, max } = context.window;
+        let uv = [0, 1].map(|i| min[i] + (max[i] - min[i]) * place[i]);
+        let ray = context.camera.ray(uv.map(f64::from), place);
+        let emitted = context.scene.lights.spectrum(light, ray.origin, direction, lambda);
+        if !emitted.is_black() && context.scene.closest(&ray).is_none() {
+            out.light(uv, lambda.to_xyz(emitted * context.window_area()));
+        }
+    }
+
     /// Follows a walk along `ray` to its end and connects each vertex to the camera.
     fn follow<B: Scattering>(
         &self,
@@ -72,10 +99,11 @@ impl ParticleTracer {
             let Some(hit) = context.scene.closest(&ray) else { return };
             let vertex: SubpathVertex<B> = walk.arrive(&context.scene, hit);
             let u = numbers.vertex(walk.depth - 1);
-            if let Some(connection) = context.connect_to_camera(&vertex, u.light)
-                && context.is_visible_to_camera(&vertex.surface.hit, &connection.view)
-            {
-                out.light(connection.view.uv, walk.lambda.to_xyz(connection.value));
+            if let Some(connection) = context.connect_to_camera(&vertex, u.light) {
+                let share = context.visible_to_camera(&vertex.surface.hit, &connection.view);
+                if share > 0.0 {
+                    out.light(connection.view.uv, walk.lambda.to_xyz(connection.value * share));
+                }
             }
             let each = |own, ray| self.follow::<B>(own, ray, numbers, out);
             let Some(next) = walk.scatter_each(&vertex, &u, context.rr_depth, each) else { return };

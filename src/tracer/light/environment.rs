@@ -245,12 +245,12 @@ impl<E: DirectionSampling> LightSource for E {
         infinite_pdf(choice * self.pdf_direction(-d).0, scene)
     }
 
-    fn is_directional(&self) -> bool {
+    fn varies(&self) -> bool {
         true
     }
 
     #[inline]
-    fn directional(&self, wi: Vec3, lambda: &SampledWavelengths) -> SampledSpectrum {
+    fn factor(&self, _: Vec3, wi: Vec3, lambda: &SampledWavelengths) -> SampledSpectrum {
         self.radiance(wi, lambda)
     }
 

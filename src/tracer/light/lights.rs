@@ -81,7 +81,10 @@ impl Lights {
             Some(by_power) => (Some(by_power), &weights),
             None => (Distribution::new(&equal), &equal),
         };
-        let selector = LightSelector::new(&lights, weights, scene);
+        let beam = |l: &Light| with_light!(&l.shape, s => s.is_beam());
+        let found = |(light, weight): (&Light, &f32)| if beam(light) { 0.0 } else { *weight };
+        let found: Vec<f32> = lights.iter().zip(weights).map(found).collect();
+        let selector = LightSelector::new(&lights, &found, scene);
         let environment = lights.iter().position(Light::is_environment).map(|i| i as u32);
         Self { by_power, selector, lights, spectra, environment, scene }
     }
@@ -176,20 +179,34 @@ impl Lights {
         if at.glossy { self.selector.each() } else { None }
     }
 
-    /// The light's spectrum at the wavelengths of a path, as seen along the unit direction `wi` (towards the light):
-    /// radiance, intensity for a point, irradiance for a single direction. Only that of a [directional](Lights::is_directional)
-    /// light depends on `wi`.
+    /// The light's spectrum at the wavelengths of a path, as seen at its point `p` (not used for an environment) along the unit
+    /// direction `wi` (towards the light): radiance, intensity for a point, irradiance for a single direction. Only that of a light
+    /// that [varies](Lights::varies) depends on `p` and `wi`.
     #[inline]
-    pub fn spectrum(&self, light: u32, wi: Vec3, lambda: &SampledWavelengths) -> SampledSpectrum {
+    pub fn spectrum(&self, light: u32, p: Vec3, wi: Vec3, lambda: &SampledWavelengths) -> SampledSpectrum {
         let Light { shape, spectrum, .. } = &self.lights[light as usize];
         let spectrum = self.spectra[*spectrum as usize].sample(lambda);
-        with_light!(shape, l => if l.is_directional() { spectrum * l.directional(wi, lambda) } else { spectrum })
+        with_light!(shape, l => if l.varies() { spectrum * l.factor(p, wi, lambda) } else { spectrum })
     }
 
-    /// True when [`Lights::spectrum`] of this light depends on the direction.
+    /// The light's spectrum as the ray of `emission` carries it.
     #[inline]
-    pub fn is_directional(&self, light: u32) -> bool {
-        with_light!(&self.lights[light as usize].shape, l => l.is_directional())
+    pub fn emitted(&self, emission: &Emission, lambda: &SampledWavelengths) -> SampledSpectrum {
+        let Light { shape, spectrum, .. } = &self.lights[emission.light as usize];
+        let spectrum = self.spectra[*spectrum as usize].sample(lambda);
+        let (p, direction) = (emission.from.p, emission.direction);
+        with_light!(shape, l => if l.varies() { spectrum * l.emitted(p, direction, lambda) } else { spectrum })
+    }
+
+    /// True when [`Lights::spectrum`] of this light depends on the place or the direction.
+    #[inline]
+    pub fn varies(&self, light: u32) -> bool {
+        with_light!(&self.lights[light as usize].shape, l => l.varies())
+    }
+
+    /// True when some light is found by light subpaths only.
+    pub fn has_beams(&self) -> bool {
+        self.lights.iter().any(|light| with_light!(&light.shape, l => l.is_beam()))
     }
 
     /// The primitives that never shadow `light`.
@@ -220,7 +237,7 @@ pub struct EmissionPdf {
     /// Density of the light's vertex, with the choice of the light: per unit of area, per steradian for the environment
     /// (whose vertex is a direction), a probability for a point and for a single direction.
     pub vertex: f32,
-    /// Density of the direction per steradian; of a light infinitely far away that of the point on the disk, per unit of area.
+    /// Density of the direction per steradian, 1 for a beam; of a light infinitely far away that of the point on the disk, per unit of area.
     pub next: f32,
     /// Cosine of the ray to the light's normal, ≥ 0; 1 without a normal.
     pub cos: f32,
@@ -231,6 +248,8 @@ pub struct EmissionPdf {
 pub enum EmissionOrigin {
     /// A point of a surface.
     Surface,
+    /// A point of a surface that emits along its normal only, which no path finds from its other end.
+    Beam,
     /// A point light, which no path hits by chance.
     Point,
     /// Infinitely far away.
@@ -243,7 +262,7 @@ impl EmissionOrigin {
     /// True for a light that no path hits by chance.
     #[inline]
     pub fn is_delta(self) -> bool {
-        matches!(self, Self::Point | Self::Parallel)
+        matches!(self, Self::Beam | Self::Point | Self::Parallel)
     }
 
     /// True for a light infinitely far away.
@@ -274,7 +293,7 @@ impl Emission {
     #[inline]
     pub fn ray(&self) -> Ray {
         match self.pdf.origin {
-            EmissionOrigin::Surface => self.from.spawn(self.direction),
+            EmissionOrigin::Surface | EmissionOrigin::Beam => self.from.spawn(self.direction),
             _ => Ray::new(self.from.p, self.direction),
         }
     }
@@ -346,7 +365,7 @@ impl Lights {
             // cos / d² of the light turns both densities into ones by area and drops out.
             EmissionOrigin::Surface => pdf.next / pdf.cos,
             EmissionOrigin::Point => pdf.next / target.distance_squared(p),
-            EmissionOrigin::Infinite | EmissionOrigin::Parallel => pdf.next,
+            EmissionOrigin::Beam | EmissionOrigin::Infinite | EmissionOrigin::Parallel => pdf.next,
         };
         pdf.vertex / sample.pdf.0 * (scale * cos)
     }

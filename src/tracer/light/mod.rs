@@ -1,7 +1,9 @@
 //! Everything that emits, and how one of many lights is sampled.
 //!
 //! ```text
-//! flat sphere cylinder point spot directional environment sun_sky   the sorts of lights: LightSource
+//! flat sphere cylinder textured                        the sorts of lights (LightSource): surfaces,
+//! point spot projector                                 points,
+//! directional environment sun_sky                      what is infinitely far away
 //! lights      all lights of a scene: sampling one from a lit point, and the density of a direction; rays that leave lights, and
 //!             their densities: how light subpaths begin
 //! selector    which light a point samples: one, few that are all looked at, or a tree of them; how much light each may bring
@@ -22,7 +24,7 @@
 //! 2. One line in the table of [`LightShape`] below. Next-event estimation, light subpaths, the choice among lights and the
 //!    densities of hits then work by themselves.
 //! 3. What makes one: a variant of `scene::desc::LightDesc` and its reader in `scene/mitsuba/emitter.rs`, and
-//!    `Geometry::add_light` in `tracer/prepare/geometry.rs`, which makes the struct of the description. A shape that emits needs
+//!    `Geometry::add_light` in `tracer/prepare/lights.rs`, which makes the struct of the description. A shape that emits needs
 //!    neither: it is registered there with its primitives.
 //! 4. Tests: `tests/tracer/lights.rs` compares the irradiance with its exact value, `light_choice.rs` samples with densities.
 
@@ -32,10 +34,12 @@ mod environment;
 mod flat;
 mod lights;
 mod point;
+mod projector;
 mod selector;
 mod sphere;
 mod spot;
 mod sun_sky;
+mod textured;
 mod tree;
 
 use glam::Vec3;
@@ -56,9 +60,12 @@ pub use lights::{
     BoundingSphere, Emission, EmissionOrigin, EmissionPdf, LightSample, LightSampleContext, Lights,
 };
 pub use point::PointLight;
+pub use projector::ProjectorLight;
 pub use sphere::SphereLight;
-pub use spot::SpotLight;
+pub use spot::{SpotLight, SpotTexture};
 pub use sun_sky::{SunDisc, SunSkyLight};
+pub(super) use textured::LuminancePyramid;
+pub use textured::{EmittingSurface, FlatPatch, TexturedLight};
 
 /// What every sort of light implements. Densities here are without the probability of choosing the light, unless said.
 pub trait LightSource {
@@ -88,16 +95,29 @@ pub trait LightSource {
         false
     }
 
-    /// True if its emission depends on the direction.
+    /// True if its emission depends on the place or the direction.
     #[inline]
-    fn is_directional(&self) -> bool {
+    fn varies(&self) -> bool {
         false
     }
 
-    /// The factor on the light's spectrum for light that arrives along `wi`, of a directional light.
+    /// The factor on the light's spectrum for light from the point `p` of it (not used for an environment) that arrives along
+    /// `wi`, where that [varies](LightSource::varies).
     #[inline]
-    fn directional(&self, _wi: Vec3, _lambda: &SampledWavelengths) -> SampledSpectrum {
+    fn factor(&self, _p: Vec3, _wi: Vec3, _lambda: &SampledWavelengths) -> SampledSpectrum {
         SampledSpectrum::ONE
+    }
+
+    /// The factor for a ray of [`LightSource::emit`], from `p` in `direction`.
+    #[inline]
+    fn emitted(&self, p: Vec3, direction: Vec3, lambda: &SampledWavelengths) -> SampledSpectrum {
+        self.factor(p, -direction, lambda)
+    }
+
+    /// True if each of its points emits in one direction only: neither next-event estimation nor a hit finds its light, but
+    /// light subpaths do.
+    fn is_beam(&self) -> bool {
+        false
     }
 
     /// True if it emits nothing whatever its spectrum.
@@ -137,8 +157,12 @@ light_shapes! {
     Cylinder(CylinderLight),
     /// A point.
     Point(PointLight),
+    /// A surface that emits by a texture, or along its normal.
+    Textured(Box<TexturedLight>),
     /// A point that emits into a cone.
     Spot(SpotLight),
+    /// A point that projects a picture.
+    Projector(Box<ProjectorLight>),
     /// Light from one direction, infinitely far away.
     Directional(DirectionalLight),
     /// The same radiance from all around.
@@ -158,7 +182,8 @@ pub struct Light {
     pub shape: LightShape,
     /// Index into the spectra of [`Lights`].
     pub spectrum: u32,
-    /// Its own primitives, which never shadow it.
+    /// Its own primitives, which never shadow it: one convex surface. (Each triangle of a mesh is a light of its own, which the
+    /// others shadow; what emits inwards tests by itself whether it is in its own way.)
     pub prims: PrimRange,
 }
 

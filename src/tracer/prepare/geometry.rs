@@ -8,24 +8,29 @@
 //! Scenes use primitives that lie back to back in exactly the same place for lights that emit on both sides. Rounding would decide
 //! which of the two a ray hits, and half of the light would be lost. So the second one becomes the [`Back`] of the first.
 
-use std::collections::HashMap;
 use std::ops::Range;
+use std::sync::Arc;
 
-use glam::{DAffine3, DVec3, Vec2, Vec3};
+use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
+use rayon::prelude::*;
 
 use crate::scene::SceneDesc;
-use crate::scene::desc::{LightDesc, Mesh, ShapeDesc, ShapeKind, SpotDesc, SunSkyDesc};
-use crate::tracer::accel::PrimRange;
+use crate::scene::desc::{CurveBasis, Curves, Mesh, ShapeDesc, ShapeKind};
+use crate::scene::emission_texture::{EmissionProfile, EmissionTexture};
+use crate::tracer::accel::{PrimRange, TriangleSource};
+use crate::tracer::curve::CurvePiece;
+use crate::tracer::faces::{Faces, ShapeVertices};
 use crate::tracer::light::{
-    ConstantLight, CylinderLight, DirectionalLight, DiskLight, EnvironmentMap, Light, LightShape,
-    ParallelogramLight, PointLight, SphereLight, SpotLight, SunDisc, SunSkyLight, TriangleLight,
+    CylinderLight, DiskLight, EmittingSurface, FlatPatch, Light, LightShape, LuminancePyramid,
+    ParallelogramLight, SphereLight, TexturedLight, TriangleLight,
 };
 use crate::tracer::primitives::{Back, NONE, PrimRecord};
 use crate::tracer::shape::{Cylinder, Disk, Sphere, Triangle};
 use crate::tracer::tangents::{self, Tangents};
-use crate::tracer::texture_coordinates::{self, TextureCoordinates};
+use crate::tracer::texture_coordinates::{self, ShapeAttributes, TextureCoordinates};
 
-use super::PrepareError;
+use super::places::{PlaceKey, Places};
+use super::{MAX_PRIMITIVES, PrepareError};
 
 /// Largest magnitude of a coordinate. Its square and its product with an extent stay finite.
 pub(super) const MAX_COORDINATE: f32 = 1e12;
@@ -33,19 +38,19 @@ pub(super) const MAX_COORDINATE: f32 = 1e12;
 /// The primitives and lights of the shapes.
 #[derive(Default)]
 pub(super) struct Geometry {
-    pub(super) corners: Vec<[Vec3; 3]>,
-    pub(super) triangles: Vec<Triangle>,
+    pub(super) faces: Faces,
     /// The first triangles of parallelograms.
     pub(super) quads: Vec<u32>,
     pub(super) disks: Vec<Disk>,
     pub(super) spheres: Vec<Sphere>,
     pub(super) cylinders: Vec<Cylinder>,
-    /// Records of the triangles. [`Geometry::finish`] appends those of disks, spheres and cylinders.
-    pub(super) prims: Vec<PrimRecord>,
+    pub(super) curves: Vec<CurvePiece>,
+    /// Records of disks, spheres and cylinders; made by [`Geometry::finish`].
+    pub(super) round: Vec<PrimRecord>,
     disk_prims: Vec<PrimRecord>,
     sphere_prims: Vec<PrimRecord>,
     cylinder_prims: Vec<PrimRecord>,
-    pub(super) normals: Vec<[Vec3; 3]>,
+    curve_prims: Vec<PrimRecord>,
     pub(super) backs: Vec<Back>,
     /// Tangents by shape; see [`Geometry::finish`].
     pub(super) tangents: Vec<Tangents>,
@@ -58,7 +63,14 @@ pub(super) struct Geometry {
     /// Number of emitting shapes among them. Each has a spectrum of its own, in this order.
     pub(super) emitting: u32,
     pub(super) notices: Vec<String>,
+    /// Most cells of a face that emits by a texture.
+    cells: usize,
+    /// Luminances of the textures that shapes and projectors emit by.
+    pyramids: Vec<Arc<LuminancePyramid>>,
 }
+
+/// Cells of all faces of a scene that emit by textures, if each face has several.
+const ALL_CELLS: usize = 1 << 23;
 
 /// A shape that is being added.
 struct ShapeInput<'a> {
@@ -74,8 +86,68 @@ struct ShapeInput<'a> {
     along: Option<Vec<Vec3>>,
     /// Texture coordinates of each triangle, if the shape is textured.
     uvs: Option<Vec<[Vec2; 3]>>,
+    /// The attributes of the mesh, if its material asks for some.
+    attributes: Option<Box<ShapeAttributes>>,
     /// Number of triangles before the shape.
     first: usize,
+    /// Luminances of the texture that it emits by.
+    luminances: Option<Arc<LuminancePyramid>>,
+}
+
+impl ShapeInput<'_> {
+    /// The light of a face: `even`, or one on `surface`, with at most `cells` cells, that emits as the shape does.
+    fn light(&self, cells: usize, even: LightShape, surface: impl FnOnce() -> EmittingSurface) -> LightShape {
+        let EmissionProfile { texture, along_normal } = &self.shape.emission_profile;
+        if texture.is_none() && !along_normal {
+            return even;
+        }
+        let light = TexturedLight::new(surface(), self.luminances.as_deref(), *along_normal, cells);
+        LightShape::Textured(Box::new(light))
+    }
+}
+
+/// Triangles of a mesh that are in memory twice.
+const TRIANGLES_AT_ONCE: usize = 1 << 16;
+
+/// A triangle of a mesh before it is added. Vertex normals, where given, determine the front, and do not count on a flat face.
+struct MeshTriangle {
+    /// Indices of its vertices, which normals may turn.
+    corners: [u32; 3],
+    /// Where they are.
+    places: [Vec3; 3],
+    turned: bool,
+    smooth: bool,
+    /// The triangle, unless it is unusable.
+    triangle: Option<Triangle>,
+}
+
+impl MeshTriangle {
+    fn new(corners: [u32; 3], faces: &Faces, vertices: &ShapeVertices) -> Self {
+        let mut made = Self { corners, places: [Vec3::NAN; 3], turned: false, smooth: false, triangle: None };
+        let places = corners.map(|i| faces.position(i).unwrap_or(Vec3::NAN));
+        made.places = places;
+        made.triangle = usable(places);
+        let normals = corners.map(|i| faces.normal(vertices, i).filter(|n| *n != Vec3::ZERO));
+        if let ([Some(x), Some(y), Some(z)], Some(face)) = (normals, made.triangle) {
+            if face.n.dot(x + y + z) < 0.0 {
+                made.turned = true;
+                made.triangle = usable([places[0], places[2], places[1]]);
+            }
+            made.smooth = [x, y, z].iter().any(|n| n.dot(face.n).abs() <= 1.0 - 1e-6);
+        }
+        made
+    }
+
+    fn turned_corners(&self) -> [u32; 3] {
+        let [a, b, c] = self.corners;
+        if self.turned { [a, c, b] } else { [a, b, c] }
+    }
+}
+
+/// The triangle, unless it has no area or coordinates that cannot be used.
+fn usable(corners: [Vec3; 3]) -> Option<Triangle> {
+    let usable = corners.iter().all(|p| p.is_finite() && p.abs().max_element() <= MAX_COORDINATE);
+    Triangle::new(corners).filter(|t| usable && t.area() > 0.0)
 }
 
 /// Place and name of a shape, for notices.
@@ -87,6 +159,23 @@ pub(super) fn describe(desc: &SceneDesc, shape: &ShapeDesc) -> String {
 }
 
 impl Geometry {
+    /// What the shapes of `desc` are added to.
+    pub(super) fn of(desc: &SceneDesc) -> Self {
+        let textured = |shape: &&ShapeDesc| shape.emission_profile.texture.is_some();
+        let faces: usize = desc.shapes.iter().filter(textured).map(|shape| desc.faces(shape)).sum();
+        Self { cells: ALL_CELLS / faces.max(1), ..Self::default() }
+    }
+
+    /// The luminances of a texture that something emits by, made once.
+    pub(super) fn luminances(&mut self, texture: &Arc<EmissionTexture>) -> Arc<LuminancePyramid> {
+        let known = self.pyramids.iter().find(|pyramid| Arc::ptr_eq(pyramid.texture(), texture));
+        known.cloned().unwrap_or_else(|| {
+            let pyramid = Arc::new(LuminancePyramid::new(texture.clone()));
+            self.pyramids.push(pyramid.clone());
+            pyramid
+        })
+    }
+
     /// Adds one shape.
     ///
     /// A shape that emits black is a light, too: an edit may make a light black, and the scene must then be the same as if it had
@@ -97,25 +186,52 @@ impl Geometry {
         let spectrum = shape.emission.is_some().then_some(self.emitting);
         self.emitting += u32::from(spectrum.is_some());
         let brushed = tangents::is_brushed(desc, shape.bsdf);
-        let (first, along) = (self.triangles.len(), brushed.then(Vec::new));
+        let (first, along) = (self.faces.count(), brushed.then(Vec::new));
         let textured = texture_coordinates::is_textured(desc, shape.bsdf);
         let uvs = textured.then(Vec::new);
         let turned = (shape.to_world.matrix3.determinant() < 0.0) != shape.flip_normals;
-        let mut input = ShapeInput { shape, surface, turned, spectrum, dropped: 0, along, uvs, first };
+        let luminances = shape.emission_profile.texture.as_ref().map(|texture| self.luminances(texture));
+        let attributes = None;
+        let mut input = ShapeInput {
+            shape,
+            surface,
+            turned,
+            spectrum,
+            dropped: 0,
+            along,
+            uvs,
+            attributes,
+            first,
+            luminances,
+        };
         match &shape.kind {
             ShapeKind::Mesh(id) => {
                 let unknown = PrepareError::UnknownMesh { id: *id, place: shape.place };
-                self.add_mesh(desc.meshes.get(id.0 as usize).ok_or(unknown)?, &mut input);
+                let mesh = desc.meshes.get(id.0 as usize).ok_or(unknown)?;
+                input.attributes = ShapeAttributes::new(desc, shape.bsdf, mesh);
+                self.add_mesh(mesh, &mut input);
             }
             ShapeKind::Sphere { center, radius } => self.add_sphere(*center, *radius, &mut input),
             ShapeKind::Cylinder { p0, p1, radius } => self.add_cylinder(*p0, *p1, *radius, &mut input),
             ShapeKind::Disk => self.add_disk(&mut input),
             ShapeKind::Rectangle => self.add_rectangle(&mut input),
             ShapeKind::Cube => self.add_cube(&mut input),
+            ShapeKind::Curves(curves) => self.add_curves(curves, &mut input)?,
             // `add_groups` adds instances.
             ShapeKind::Instance(_) => (),
         }
+        let bump = tangents::has_bump(desc, shape.bsdf);
         self.tangents.push(match input.along {
+            _ if bump && first < self.faces.count() => {
+                let unmapped =
+                    matches!(shape.kind, ShapeKind::Mesh(id) if desc.meshes[id.0 as usize].uvs.is_empty());
+                let corners = (first..self.faces.count()).map(|i| self.faces.corners(i));
+                let triangles = corners.zip(input.uvs.iter().flatten());
+                let of = triangles.map(|(p, uvs)| tangents::derivatives_of_triangle(p, *uvs));
+                let of = if unmapped { Vec::new() } else { of.collect() };
+                Tangents::Triangles { first: first as u32, of }
+            }
+            _ if bump => tangents::derivatives_of_shape(shape),
             None => Tangents::Any,
             Some(along) if along.is_empty() => tangents::of_shape(shape),
             Some(along) => Tangents::Each { first: first as u32, along },
@@ -123,7 +239,9 @@ impl Geometry {
         self.uvs.push(match input.uvs {
             None => TextureCoordinates::Unused,
             Some(uvs) if uvs.is_empty() => texture_coordinates::of_shape(shape),
-            Some(of) => TextureCoordinates::Triangles { first: first as u32, of },
+            Some(of) => {
+                TextureCoordinates::Triangles { first: first as u32, of, attributes: input.attributes }
+            }
         });
         if input.dropped > 0 {
             self.notices.push(format!(
@@ -137,7 +255,7 @@ impl Geometry {
 
     /// Joins the lists of triangles, disks, spheres and cylinders into one numbering. Drops the tangents if no shape is brushed.
     pub(super) fn finish(mut self) -> Self {
-        let triangles = self.triangles.len() as u32;
+        let triangles = self.faces.count() as u32;
         let first_sphere = triangles + self.disks.len() as u32;
         let first_cylinder = first_sphere + self.spheres.len() as u32;
         if self.tangents.iter().all(|t| matches!(t, Tangents::Any)) {
@@ -146,61 +264,22 @@ impl Geometry {
         if self.uvs.iter().all(|uvs| matches!(uvs, TextureCoordinates::Unused)) {
             self.uvs.clear();
         }
-        self.prims.append(&mut self.disk_prims);
-        self.prims.append(&mut self.sphere_prims);
-        self.prims.append(&mut self.cylinder_prims);
+        self.round.append(&mut self.disk_prims);
+        self.round.append(&mut self.sphere_prims);
+        self.round.append(&mut self.cylinder_prims);
+        self.round.append(&mut self.curve_prims);
         for light in &mut self.lights {
-            let shift = match light.shape {
-                LightShape::Disk(_) => triangles,
-                LightShape::Sphere(_) => first_sphere,
-                LightShape::Cylinder(_) => first_cylinder,
+            let surface =
+                if let LightShape::Textured(light) = &light.shape { Some(light.surface()) } else { None };
+            let shift = match (&light.shape, surface) {
+                (LightShape::Disk(_), _) | (_, Some(EmittingSurface::Disk(_))) => triangles,
+                (LightShape::Sphere(_), _) | (_, Some(EmittingSurface::Sphere { .. })) => first_sphere,
+                (LightShape::Cylinder(_), _) | (_, Some(EmittingSurface::Cylinder(_))) => first_cylinder,
                 _ => 0,
             };
             light.prims = PrimRange { first: light.prims.first + shift, end: light.prims.end + shift };
         }
         self
-    }
-
-    /// Adds a light that is not a shape, with the index of its spectrum, unless it is unusable or a second environment.
-    pub(super) fn add_light(&mut self, desc: &LightDesc, spectrum: u32) {
-        let line = desc.place().line;
-        if desc.is_environment() && self.lights.iter().any(Light::is_environment) {
-            let second = "a scene has one environment; this second one is ignored";
-            self.notices.push(format!("line {line}: {second}"));
-            return;
-        }
-        let finite = |v: DVec3| Some(v.as_vec3()).filter(|v| v.is_finite());
-        let unit = |v: DVec3| v.as_vec3().try_normalize();
-        let shape = match desc {
-            LightDesc::Constant { .. } => Some(LightShape::Constant(ConstantLight)),
-            LightDesc::Map { map, to_world, .. } => {
-                Some(LightShape::Map(EnvironmentMap::new(map.clone(), to_world.matrix3)))
-            }
-            LightDesc::SunSky(SunSkyDesc { sky, to_world, sun_direction, sun_half_angle, sun, .. }) => {
-                unit(*sun_direction).map(|direction| {
-                    let sun = SunDisc::new(direction, sun_half_angle.to_radians(), sun.clone());
-                    LightShape::SunSky(SunSkyLight::new(sky.clone(), to_world.matrix3, sun))
-                })
-            }
-            LightDesc::Directional { direction, .. } => {
-                unit(*direction).map(|direction| LightShape::Directional(DirectionalLight { direction }))
-            }
-            LightDesc::Spot(SpotDesc { position, axis, beam_width, cutoff_angle, .. }) => {
-                let [beam, cutoff] = [*beam_width, *cutoff_angle].map(|angle| angle.to_radians() as f32);
-                let usable = 0.0 <= beam && beam <= cutoff && cutoff <= std::f32::consts::PI;
-                let place = finite(*position).zip(unit(*axis)).filter(|_| usable);
-                place.map(|(position, axis)| LightShape::Spot(SpotLight::new(position, axis, beam, cutoff)))
-            }
-            LightDesc::Point { position, .. } => {
-                finite(*position).map(|position| LightShape::Point(PointLight { position }))
-            }
-        };
-        let Some(shape) = shape else {
-            let nowhere = "the light's position, direction or angles are not usable; it is ignored";
-            self.notices.push(format!("line {line}: {nowhere}"));
-            return;
-        };
-        self.lights.push(Light { shape, spectrum, prims: PrimRange::NONE });
     }
 
     /// Adds a light over the primitives `range` of its kind and returns its index, or [`NONE`] if the shape does not emit.
@@ -219,90 +298,93 @@ impl Geometry {
     }
 
     /// Adds a triangle whose front is the side of e1 × e2, or counts it as dropped.
-    fn push_triangle(
-        &mut self,
-        corners: [Vec3; 3],
-        input: &mut ShapeInput,
-        normals: Option<[Vec3; 3]>,
-    ) -> bool {
-        let usable = corners.iter().all(|p| p.is_finite() && p.abs().max_element() <= MAX_COORDINATE);
-        let Some(triangle) = Triangle::new(corners).filter(|t| usable && t.area() > 0.0) else {
+    fn push_triangle(&mut self, corners: [Vec3; 3], input: &mut ShapeInput) -> bool {
+        let Some(triangle) = usable(corners) else {
             input.dropped += 1;
             return false;
         };
-        self.corners.push(corners);
-        self.triangles.push(triangle);
-        let normals = normals.map_or(NONE, |n| {
-            self.normals.push(n);
-            self.normals.len() as u32 - 1
-        });
-        self.prims.push(PrimRecord { surface: input.surface, light: NONE, normals, back: NONE });
+        let first = self.faces.add_vertices(input.surface, corners, []).first;
+        self.faces.push([first, first + 1, first + 2], triangle.n, input.surface, false);
         true
     }
 
     /// Records ∂p/∂u of the triangles that were added since the last call.
     fn record_tangents(&self, input: &mut ShapeInput, along: impl FnOnce() -> Vec3) {
         let Some(known) = &mut input.along else { return };
-        known.resize(self.triangles.len() - input.first, along());
+        known.resize(self.faces.count() - input.first, along());
     }
 
     fn add_mesh(&mut self, mesh: &Mesh, input: &mut ShapeInput) {
         let to_world = input.shape.to_world;
         let to_normal = to_world.matrix3.inverse().transpose();
-        let at = |i: u32| {
-            mesh.positions.get(i as usize).map(|p| to_world.transform_point3(p.as_dvec3()).as_vec3())
-        };
         let flip = input.shape.flip_normals;
-        let normal = |i: u32| {
-            let n = (to_normal * mesh.normals.get(i as usize)?.as_dvec3()).try_normalize()?.as_vec3();
-            Some(if flip { -n } else { n })
+        let position = |p: &Vec3| to_world.transform_point3(p.as_dvec3()).as_vec3();
+        // Zero where there is none.
+        let normal = |n: &Vec3| {
+            let n = (to_normal * n.as_dvec3()).normalize_or_zero().as_vec3();
+            if flip { -n } else { n }
         };
-        for &[i, j, k] in &mesh.triangles {
-            let (j, k) = if flip { (k, j) } else { (j, k) };
-            let (Some(a), Some(b), Some(c)) = (at(i), at(j), at(k)) else {
-                input.dropped += 1;
-                continue;
-            };
-            let normals = normal(i).zip(normal(j)).zip(normal(k)).map(|((x, y), z)| [x, y, z]);
-            self.push_mesh_triangle([a, b, c], normals, input);
-            self.record_tangents(input, || tangents::of_triangle(mesh, [i, j, k], [a, b, c]));
-            if let Some(uvs) = input.uvs.as_mut().filter(|uvs| uvs.len() < self.triangles.len() - input.first)
-            {
-                // Normals may have turned the front.
-                let turned = self.corners.last().is_some_and(|stored| stored[1] != b);
-                let corners = if turned { [i, k, j] } else { [i, j, k] };
-                uvs.push(texture_coordinates::of_triangle(mesh, corners));
+        let positions: Vec<Vec3> = mesh.positions.par_iter().map(position).collect();
+        let normals: Vec<Vec3> = mesh.normals.par_iter().map(normal).collect();
+        let vertices = self.faces.add_vertices(input.surface, positions, normals);
+        for (chunk, triangles) in mesh.triangles.chunks(TRIANGLES_AT_ONCE).enumerate() {
+            let faces = &self.faces;
+            let made: Vec<MeshTriangle> = triangles
+                .par_iter()
+                .map(|&[i, j, k]| {
+                    let corners = if flip { [i, k, j] } else { [i, j, k] };
+                    MeshTriangle::new(corners.map(|i| vertices.first.saturating_add(i)), faces, &vertices)
+                })
+                .collect();
+            for (i, made) in made.into_iter().enumerate() {
+                let uv = |corners: [u32; 3]| {
+                    texture_coordinates::of_triangle(mesh, corners.map(|i| i - vertices.first))
+                };
+                self.push_mesh_triangle(&made, input, uv);
+                self.record_tangents(input, || {
+                    tangents::of_triangle(mesh, made.corners.map(|i| i - vertices.first), made.places)
+                });
+                if let Some(uvs) =
+                    input.uvs.as_mut().filter(|uvs| uvs.len() < self.faces.count() - input.first)
+                    && let Some(corners) = self.faces.last_corners()
+                {
+                    uvs.push(uv(corners));
+                    if let Some(attributes) = &mut input.attributes {
+                        attributes.push(corners.map(|i| i - vertices.first), chunk * TRIANGLES_AT_ONCE + i);
+                    }
+                }
             }
         }
     }
 
-    /// Adds a triangle of a mesh. Vertex normals, where given, determine the front, and are dropped on a flat face.
-    fn push_mesh_triangle(&mut self, corners: [Vec3; 3], normals: Option<[Vec3; 3]>, input: &mut ShapeInput) {
-        let [a, b, c] = corners;
-        let (mut corners, mut normals) = (corners, normals);
-        if let (Some([x, y, z]), Some(face)) = (normals, Triangle::new(corners)) {
-            if face.n.dot(x + y + z) < 0.0 {
-                (corners, normals) = ([a, c, b], Some([x, z, y]));
-            }
-            let flat = [x, y, z].iter().all(|n| n.dot(face.n).abs() > 1.0 - 1e-6);
-            normals = normals.filter(|_| !flat);
-        }
-        let first = self.triangles.len();
-        let key = PlaceKey::polygon(corners);
+    /// Adds a triangle of a mesh. `uv` gives the texture coordinates of corners.
+    fn push_mesh_triangle(
+        &mut self,
+        made: &MeshTriangle,
+        input: &mut ShapeInput,
+        uv: impl Fn([u32; 3]) -> [Vec2; 3],
+    ) {
+        let Some(triangle) = made.triangle else {
+            input.dropped += 1;
+            return;
+        };
+        let first = self.faces.count();
         // A mesh may have millions of triangles, so only emitting ones are entered into `places`.
-        let face = Triangle::new(corners).filter(|_| input.spectrum.is_some());
-        if let Some(face) = face
-            && let Some(front) = self.places.take(key, face.n)
-        {
-            let light = || LightShape::Triangle(TriangleLight::new(face));
-            self.prims[front].back = self.back(input, front..front + 1, light);
-        } else if self.push_triangle(corners, input, normals) {
-            let triangle = self.triangles[first];
-            let light = || LightShape::Triangle(TriangleLight::new(triangle));
-            self.prims[first].light = self.light(input, first..first + 1, light);
-            if face.is_some() {
-                self.places.add(key, triangle.n, first);
-            }
+        let key = input.spectrum.map(|_| PlaceKey::polygon(made.places));
+        let cells = self.cells;
+        let light = |input: &ShapeInput| {
+            let even = LightShape::Triangle(TriangleLight::new(triangle));
+            let surface = || EmittingSurface::Flat(FlatPatch::triangle(triangle, uv(made.turned_corners())));
+            input.light(cells, even, surface)
+        };
+        if let Some(front) = key.and_then(|key| self.places.take(key, triangle.n)) {
+            self.faces.extra_mut(front).back = self.back(input, front..front + 1, || light(input));
+            return;
+        }
+        self.faces.push(made.turned_corners(), triangle.n, input.surface, made.smooth);
+        if let Some(key) = key {
+            self.faces.extra_mut(first).light = self.light(input, first..first + 1, || light(input));
+            self.places.add(key, triangle.n, first);
         }
     }
 
@@ -312,19 +394,25 @@ impl Geometry {
         let [a, b, c, d] = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
         let (b, d) = if input.turned { (d, b) } else { (b, d) };
         let ([a, b, c, d], [uv_a, uv_b, uv_c, uv_d]) = ([a.0, b.0, c.0, d.0], [a.1, b.1, c.1, d.1]);
-        let first = self.triangles.len();
+        let first = self.faces.count();
         let key = PlaceKey::polygon([a, b, c, d]);
-        let light = |n: Vec3| move || LightShape::Parallelogram(ParallelogramLight::over(a, b - a, d - a, n));
+        let cells = self.cells;
+        let light = |input: &ShapeInput, n: Vec3| {
+            let half = Triangle { p0: a, e1: b - a, e2: d - a, n };
+            let even = LightShape::Parallelogram(ParallelogramLight::over(a, half.e1, half.e2, n));
+            let uv = [uv_a, uv_b - uv_a, uv_d - uv_a];
+            input.light(cells, even, || EmittingSurface::Flat(FlatPatch::parallelogram(half, uv)))
+        };
         if let Some(face) = Triangle::new([a, b, c])
             && let Some(front) = self.places.take(key, face.n)
         {
             // Hits on either half are reported for the first one.
-            self.prims[front].back = self.back(input, front..front + 2, light(face.n));
+            self.faces.extra_mut(front).back = self.back(input, front..front + 2, || light(input, face.n));
             return;
         }
         let halves = [([a, b, c], [uv_a, uv_b, uv_c]), ([a, c, d], [uv_a, uv_c, uv_d])];
         let mut push = |(corners, uvs)| {
-            let pushed = self.push_triangle(corners, input, None);
+            let pushed = self.push_triangle(corners, input);
             if let Some(known) = input.uvs.as_mut().filter(|_| pushed) {
                 known.push(texture_coordinates::of_corners(uvs));
             }
@@ -332,10 +420,12 @@ impl Geometry {
         };
         if halves.into_iter().all(&mut push) {
             self.quads.push(first as u32);
-            let n = self.triangles[first].n;
-            let light = self.light(input, first..first + 2, light(n));
-            self.prims[first].light = light;
-            self.prims[first + 1].light = light;
+            let n = self.faces.triangle_at(first).n;
+            let light = self.light(input, first..first + 2, || light(input, n));
+            if light != NONE {
+                self.faces.extra_mut(first).light = light;
+                self.faces.extra_mut(first + 1).light = light;
+            }
             self.places.add(key, n, first);
         }
     }
@@ -377,7 +467,11 @@ impl Geometry {
             return;
         };
         let key = PlaceKey::round(center, a, b);
-        let light = || LightShape::Disk(DiskLight::new(disk));
+        let cells = self.cells;
+        let light = || {
+            let even = LightShape::Disk(DiskLight::new(disk));
+            input.light(cells, even, || EmittingSurface::Disk(disk))
+        };
         if self.add_record(|g| &mut g.disk_prims, key, disk.n, input, light) {
             self.disks.push(disk);
         }
@@ -400,7 +494,7 @@ impl Geometry {
         let i = records(self).len();
         self.places.add(key, front, i);
         let light = self.light(input, i..i + 1, light);
-        records(self).push(PrimRecord { surface: input.surface, light, normals: NONE, back: NONE });
+        records(self).push(PrimRecord { surface: input.surface, light, back: NONE });
         true
     }
 
@@ -425,10 +519,55 @@ impl Geometry {
         let sphere = Sphere { center, radius, inward };
         let key = PlaceKey::round(center, Vec3::splat(radius), Vec3::NAN);
         let side = if inward { -Vec3::X } else { Vec3::X };
-        let light = || LightShape::Sphere(SphereLight::new(sphere));
+        let cells = self.cells;
+        let light = || {
+            let axes = [m.matrix3, m.matrix3.inverse()];
+            let even = LightShape::Sphere(SphereLight::new(sphere));
+            input.light(cells, even, || EmittingSurface::Sphere { sphere, axes })
+        };
         if self.add_record(|g| &mut g.sphere_prims, key, side, input, light) {
             self.spheres.push(sphere);
         }
+    }
+
+    /// Adds the pieces of curves. Their radii stay as they are in the file, as in Mitsuba.
+    fn add_curves(&mut self, curves: &Curves, input: &mut ShapeInput) -> Result<(), PrepareError> {
+        let ShapeDesc { to_world, flip_normals, .. } = *input.shape;
+        let point = |i: usize| {
+            let p = curves.points.get(i).copied().unwrap_or(Vec4::NAN).as_dvec4();
+            to_world.transform_point3(p.truncate()).extend(p.w)
+        };
+        let segment = |start: &u32| [0, 1, 2, 3].map(|k| point(*start as usize + k));
+        let cubic = curves.basis == CurveBasis::BSpline;
+        let pieces = |start: &u32| if cubic { CurvePiece::pieces(&segment(start)) } else { 1 };
+        let count = self.curves.len() + curves.starts.iter().map(pieces).sum::<usize>();
+        if count > MAX_PRIMITIVES {
+            return Err(PrepareError::TooManyPrimitives { count });
+        }
+        let first = self.curves.len();
+        for start in &curves.starts {
+            let before = self.curves.len();
+            let inside = |curve: &CurvePiece| {
+                let (lo, hi) = curve.bounds();
+                lo.abs().max(hi.abs()).max_element() <= MAX_COORDINATE
+            };
+            if cubic {
+                self.curves.extend(CurvePiece::cubic(&segment(start), flip_normals).filter(inside));
+            } else {
+                let ends = [point(*start as usize), point(*start as usize + 1)];
+                self.curves.extend(CurvePiece::linear(ends, flip_normals).filter(inside));
+            }
+            input.dropped += usize::from(self.curves.len() == before);
+        }
+        let record = PrimRecord { surface: input.surface, light: NONE, back: NONE };
+        self.curve_prims.extend(std::iter::repeat_n(record, self.curves.len() - first));
+        if input.uvs.is_some() {
+            self.notices.push(format!(
+                "shape at line {}: curves have no texture coordinates here; a texture is seen at its corner",
+                input.shape.place.line
+            ));
+        }
+        Ok(())
     }
 
     fn add_cylinder(&mut self, p0: DVec3, p1: DVec3, radius: f64, input: &mut ShapeInput) {
@@ -448,61 +587,13 @@ impl Geometry {
         };
         let key = PlaceKey::tube(base, axes);
         let side = if inward { -Vec3::X } else { Vec3::X };
-        let light = || LightShape::Cylinder(CylinderLight::new(cylinder));
+        let cells = self.cells;
+        let light = || {
+            let even = LightShape::Cylinder(CylinderLight::new(cylinder));
+            input.light(cells, even, || EmittingSurface::Cylinder(cylinder))
+        };
         if self.add_record(|g| &mut g.cylinder_prims, key, side, input, light) {
             self.cylinders.push(cylinder);
         }
-    }
-}
-
-/// The exact place of a primitive: up to four points, sorted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-struct PlaceKey([[u32; 3]; 4]);
-
-fn bits(p: Vec3) -> [u32; 3] {
-    // Adding 0 turns −0 into 0.
-    (p + 0.0).to_array().map(f32::to_bits)
-}
-
-impl PlaceKey {
-    /// The key of a triangle or parallelogram. It does not depend on the first corner or the orientation.
-    fn polygon<const N: usize>(corners: [Vec3; N]) -> Self {
-        let mut points = [[u32::MAX; 3]; 4];
-        for (point, corner) in points.iter_mut().zip(corners) {
-            *point = bits(corner);
-        }
-        points.sort_unstable();
-        Self(points)
-    }
-
-    /// The key of a disk with its half axes, or of a sphere with its radius.
-    fn round(center: Vec3, a: Vec3, b: Vec3) -> Self {
-        Self([[0, u32::MAX, 0], bits(center), bits(a), bits(b)])
-    }
-
-    /// The key of a cylinder, whose axes at the base are perpendicular to each other unless a transform stretches them.
-    fn tube(base: Vec3, [a, b, axis]: [Vec3; 3]) -> Self {
-        Self([[1, u32::MAX, 0], bits(base), bits(axis), bits(a + b)])
-    }
-}
-
-/// Primitives by place, each with its normal. The map is never iterated, so its order does not matter.
-#[derive(Debug, Default)]
-pub(super) struct Places(HashMap<PlaceKey, (usize, Vec3)>);
-
-impl Places {
-    /// Finds the primitive at the same place that faces the other way, if it has no back yet, and removes it.
-    fn take(&mut self, key: PlaceKey, n: Vec3) -> Option<usize> {
-        let &(index, other) = self.0.get(&key)?;
-        if other.dot(n) >= 0.0 {
-            return None;
-        }
-        self.0.remove(&key);
-        Some(index)
-    }
-
-    /// Adds primitive `index` of its kind, unless there is one at its place already.
-    fn add(&mut self, key: PlaceKey, n: Vec3, index: usize) {
-        self.0.entry(key).or_insert((index, n));
     }
 }

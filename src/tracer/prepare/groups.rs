@@ -4,13 +4,14 @@ use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 use crate::scene::SceneDesc;
 use crate::scene::desc::{GroupDesc, ShapeKind};
-use crate::tracer::accel::{Instance, PrimitiveGroup};
+use crate::tracer::accel::{Instance, PrimitiveGroup, TriangleSource};
 use crate::tracer::placement::Placement;
 use crate::tracer::tangents::Tangents;
 use crate::tracer::texture_coordinates::TextureCoordinates;
 
 use super::PrepareError;
-use super::geometry::{Geometry, MAX_COORDINATE, Places, describe};
+use super::geometry::{Geometry, MAX_COORDINATE, describe};
+use super::places::Places;
 
 /// The groups and instances of a scene.
 #[derive(Default)]
@@ -41,8 +42,9 @@ impl Geometry {
                 self.uvs.extend(group.shapes.iter().map(|_| TextureCoordinates::Unused));
             }
             let end = self.counts();
-            let [triangles, disks, spheres, cylinders] = [0, 1, 2, 3].map(|kind| first[kind]..end[kind]);
-            let prepared = PrimitiveGroup { triangles, disks, spheres, cylinders };
+            let [triangles, disks, spheres, cylinders, curves] =
+                [0, 1, 2, 3, 4].map(|kind| first[kind]..end[kind]);
+            let prepared = PrimitiveGroup { triangles, disks, spheres, cylinders, curves };
             reaches.push((first != end).then(|| self.reach(&prepared)));
             shown.groups.push(prepared);
         }
@@ -79,18 +81,20 @@ impl Geometry {
         Ok(())
     }
 
-    /// Numbers of triangles, disks, spheres and cylinders so far.
-    fn counts(&self) -> [u32; 4] {
-        [self.triangles.len(), self.disks.len(), self.spheres.len(), self.cylinders.len()].map(|n| n as u32)
+    /// Numbers of triangles, disks, spheres, cylinders and curves so far.
+    fn counts(&self) -> [u32; 5] {
+        [self.faces.count(), self.disks.len(), self.spheres.len(), self.cylinders.len(), self.curves.len()]
+            .map(|n| n as u32)
     }
 
     fn reach(&self, group: &PrimitiveGroup) -> Vec3 {
         let range = |r: &std::ops::Range<u32>| r.start as usize..r.end as usize;
-        let corners = self.corners[range(&group.triangles)].iter().flatten().copied();
+        let corners = range(&group.triangles).flat_map(|id| self.faces.corners(id));
         let disks = self.disks[range(&group.disks)].iter().map(|d| d.bounds());
         let spheres = self.spheres[range(&group.spheres)].iter().map(|s| s.bounds());
         let cylinders = self.cylinders[range(&group.cylinders)].iter().map(|c| c.bounds());
-        let round = disks.chain(spheres).chain(cylinders).flat_map(|(lo, hi)| [lo, hi]);
+        let curves = self.curves[range(&group.curves)].iter().map(|c| c.bounds());
+        let round = disks.chain(spheres).chain(cylinders).chain(curves).flat_map(|(lo, hi)| [lo, hi]);
         corners.chain(round).fold(Vec3::ZERO, |reach, p| reach.max(p.abs()))
     }
 }

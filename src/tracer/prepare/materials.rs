@@ -1,31 +1,57 @@
 //! Materials: one list of those without sides, and what each description shows to either side.
 
+use glam::Vec3;
+
 use crate::scene::SceneDesc;
-use crate::scene::desc::{BlendDesc, BsdfDesc, BsdfId, MOST_PARTS, MaskDesc, ShapeKind, TwoSidedDesc};
-use crate::tracer::bsdf::{Material, MaterialPart, MixtureMaterial, Sides};
+use crate::scene::desc::{
+    BlendDesc, BsdfDesc, BsdfId, BumpDesc, MOST_PARTS, MaskDesc, ShapeKind, TwoSidedDesc,
+};
+use crate::tracer::bsdf::{
+    BumpMaterial, Material, MaterialPart, Mirrors, MixtureMaterial, Sides, SurfaceShare,
+};
 use crate::tracer::effects::at_sodium;
+use crate::tracer::opacity::Opacity;
 
 use super::PrepareError;
 
-/// The one-sided materials of a scene, and which of them each of its shapes shows, those in groups after the others.
-pub(super) fn of(desc: &SceneDesc) -> Result<(Vec<Material>, Vec<Sides>), PrepareError> {
-    let (materials, sides) = prepare(&desc.bsdfs)?;
-    let sides_of = |id: BsdfId| sides.get(id.0 as usize).copied().ok_or(PrepareError::UnknownMaterial { id });
+/// What the surfaces of a scene are made of.
+pub(super) struct SceneMaterials {
+    /// Materials without sides.
+    pub(super) materials: Vec<Material>,
+    /// Which of them each shape shows, those in groups after the others.
+    pub(super) surfaces: Vec<Sides>,
+    /// How much of each surface is there; `None` where all of every surface is.
+    pub(super) opacities: Option<Box<[Opacity]>>,
+}
+
+/// The materials of a scene.
+pub(super) fn of(desc: &SceneDesc) -> Result<SceneMaterials, PrepareError> {
+    let (materials, looks) = prepare(&desc.bsdfs)?;
+    let nothing = Look { sides: Sides::Single(0), opacity: Opacity::FULL };
+    let look_of = |id: BsdfId| looks.get(id.0 as usize).ok_or(PrepareError::UnknownMaterial { id });
     let of_groups = desc.groups.iter().flat_map(|group| &group.shapes);
-    let surfaces = desc.shapes.iter().chain(of_groups).map(|shape| match shape.kind {
+    let shown = desc.shapes.iter().chain(of_groups).map(|shape| match shape.kind {
         // Never asked for: what is met has the surface of a shape in the group.
-        ShapeKind::Instance(_) => Ok(Sides::Single(0)),
-        _ => sides_of(shape.bsdf),
+        ShapeKind::Instance(_) => Ok(&nothing),
+        _ => look_of(shape.bsdf),
     });
-    let surfaces = surfaces.collect::<Result<_, _>>()?;
-    Ok((materials, surfaces))
+    let shown = shown.collect::<Result<Vec<_>, _>>()?;
+    let has_holes = shown.iter().any(|look| look.opacity.has_holes());
+    let opacities = has_holes.then(|| shown.iter().map(|look| look.opacity.clone()).collect());
+    Ok(SceneMaterials { materials, surfaces: shown.iter().map(|look| look.sides).collect(), opacities })
+}
+
+/// What a description looks like from both sides.
+struct Look {
+    sides: Sides,
+    opacity: Opacity,
 }
 
 /// The materials without sides, and for every description (by id) which of them it shows.
 ///
 /// The back of a two-sided material is lit as its front would be, so that a two-sided one nested in another
-/// counts with its own front. What is mixed is laid out flat: the shares of everything, from either side.
-fn prepare(descs: &[BsdfDesc]) -> Result<(Vec<Material>, Vec<Sides>), PrepareError> {
+/// counts with its own front. What is mixed is laid out flat: the shares of everything, from either side. Both sides have the same holes.
+fn prepare(descs: &[BsdfDesc]) -> Result<(Vec<Material>, Vec<Look>), PrepareError> {
     let mut materials = Vec::new();
     let own: Vec<Option<u32>> = descs
         .iter()
@@ -37,31 +63,44 @@ fn prepare(descs: &[BsdfDesc]) -> Result<(Vec<Material>, Vec<Sides>), PrepareErr
         })
         .collect();
     let mut side = |id: u32, behind: bool| {
-        let mut layout = Layout { descs, parts: Vec::new(), passes: 0.0, two_sided: false };
-        layout.add(BsdfId(id), LayoutRole { share: 1.0, behind }, 0)?;
+        let (parts, has_holes, two_sided) = Default::default();
+        let mut layout = Layout { descs, of_back: behind, parts, has_holes, two_sided };
+        layout.add(BsdfId(id), LayoutRole { share: SurfaceShare::ALL, behind, bump: None }, 0)?;
         let index = match layout.parts.as_slice() {
-            &[LayoutPart { id, share: 1.0, turned: false }] => own[id.0 as usize],
+            [LayoutPart { id, turned: false, bump: None, .. }] => own[id.0 as usize],
+            // All of it is passed.
+            [] => {
+                materials.extend(Material::new(&BsdfDesc::grey(0.0)));
+                None
+            }
             _ => {
                 materials.push(Material::Mixture(layout.mixture()));
                 None
             }
         };
-        Ok((index.unwrap_or(materials.len() as u32 - 1), layout.two_sided))
+        Ok((index.unwrap_or(materials.len() as u32 - 1), layout))
     };
-    let sides = (0..descs.len() as u32)
-        .map(|id| match side(id, false)? {
-            (front, true) => Ok(Sides::Two { front, back: side(id, true)?.0 }),
-            (front, false) => Ok(Sides::Single(front)),
+    let looks = (0..descs.len() as u32)
+        .map(|id| {
+            let (front, layout) = side(id, false)?;
+            let sides = match layout.two_sided {
+                true => Sides::Two { front, back: side(id, true)?.0 },
+                false => Sides::Single(front),
+            };
+            Ok(Look { sides, opacity: layout.opacity() })
         })
         .collect::<Result<_, _>>()?;
-    Ok((materials, sides))
+    Ok((materials, looks))
 }
 
 /// What one side of a material shows.
 struct Layout<'a> {
     descs: &'a [BsdfDesc],
+    /// The side is the back.
+    of_back: bool,
     parts: Vec<LayoutPart>,
-    passes: f32,
+    /// The shares of the parts add up to less than 1.
+    has_holes: bool,
     /// The other side shows something else.
     two_sided: bool,
 }
@@ -69,22 +108,32 @@ struct Layout<'a> {
 /// A material in a layout.
 struct LayoutPart {
     id: BsdfId,
-    share: f32,
+    share: SurfaceShare,
     turned: bool,
+    bump: Option<LayoutBump>,
+}
+
+/// A map of normals or heights over a material in a layout.
+#[derive(Clone, Copy)]
+struct LayoutBump {
+    id: BsdfId,
+    /// It is seen from behind.
+    behind: bool,
 }
 
 /// The role of a material in a layout.
-#[derive(Clone, Copy)]
 struct LayoutRole {
-    share: f32,
+    share: SurfaceShare,
     /// It is seen from behind.
     behind: bool,
+    /// The map that tilts it.
+    bump: Option<LayoutBump>,
 }
 
 impl Layout<'_> {
     /// Adds a material and all that it is made of.
     fn add(&mut self, id: BsdfId, role: LayoutRole, depth: usize) -> Result<(), PrepareError> {
-        let LayoutRole { share, behind } = role;
+        let LayoutRole { share, behind, bump } = role;
         let descs = self.descs;
         if depth > descs.len() {
             return Err(PrepareError::NestedTwoSided { id });
@@ -93,35 +142,61 @@ impl Layout<'_> {
         match descs.get(id.0 as usize) {
             None => return Err(PrepareError::UnknownMaterial { id }),
             Some(BsdfDesc::TwoSided(TwoSidedDesc { front, back })) => {
-                add(if behind { *back } else { *front }, LayoutRole { share, behind: false })?;
+                add(if behind { *back } else { *front }, LayoutRole { share, behind: false, bump })?;
                 self.two_sided = true;
             }
             Some(BsdfDesc::Blend(BlendDesc { weight, bsdfs: [first, second] })) => {
-                add(*first, LayoutRole { share: share * (1.0 - weight), behind })?;
-                add(*second, LayoutRole { share: share * weight, behind })?;
+                add(*first, LayoutRole { share: share.rest_of(weight), ..role })?;
+                add(*second, LayoutRole { share: share.of(weight), ..role })?;
             }
-            Some(BsdfDesc::Mask(MaskDesc { bsdf, opacity, transparency })) => {
-                add(*bsdf, LayoutRole { share: share * opacity, behind })?;
-                self.passes += share * transparency.mean().max();
+            Some(BsdfDesc::Mask(MaskDesc { bsdf, opacity })) => {
+                add(*bsdf, LayoutRole { share: share.of(opacity), ..role })?;
+                self.has_holes |= descs[id.0 as usize].has_holes() && !share.is_none();
+            }
+            Some(BsdfDesc::Null(_)) => self.has_holes |= !share.is_none(),
+            Some(map) if let Some(BumpDesc { bsdf, .. }) = map.bump() => {
+                // Of several maps within each other, which no file has, the innermost counts.
+                add(*bsdf, LayoutRole { share, behind, bump: Some(LayoutBump { id, behind }) })?;
             }
             // What has no share is not made, but it may have two sides.
-            Some(_) if share > 0.0 => self.parts.push(LayoutPart { id, share, turned: behind }),
+            Some(_) if !share.is_none() => self.parts.push(LayoutPart { id, share, turned: behind, bump }),
             Some(_) => {}
         }
         if self.parts.len() > MOST_PARTS { Err(PrepareError::TooManyParts { id }) } else { Ok(()) }
     }
 
+    fn opacity(&self) -> Opacity {
+        if !self.has_holes {
+            return Opacity::FULL;
+        }
+        Opacity::sum_of(self.parts.iter().map(|part| part.share.clone()).collect())
+    }
+
     fn mixture(&self) -> MixtureMaterial {
-        let part = |&LayoutPart { id, share, turned }: &LayoutPart| {
+        let part = |LayoutPart { id, share, turned, bump }: &LayoutPart| {
             let mut desc = self.descs[id.0 as usize].clone();
             // Each wavelength goes its own way in one glass, but not in several at once.
             if desc.transmits() {
                 let parts = desc.parts_mut();
                 [parts.int_ior, parts.ext_ior].into_iter().flatten().for_each(at_sodium);
             }
-            Some(MaterialPart { material: Material::new(&desc)?, share, turned })
+            let (share, turned) = (share.clone(), *turned);
+            let bump = bump.and_then(|bump| self.bump(bump, turned));
+            Some(MaterialPart { material: Material::new(&desc)?, share, turned, bump })
         };
-        MixtureMaterial { parts: self.parts.iter().filter_map(part).collect(), passes: self.passes }
+        MixtureMaterial { parts: self.parts.iter().filter_map(part).collect(), has_holes: self.has_holes }
+    }
+
+    /// A map over a material that is seen from behind if `turned`. The frame of a back is that of the front turned by 180° about its s
+    /// axis; the map of a back is that of the front, or its mirror image where `twosided` stands around it.
+    fn bump(&self, LayoutBump { id, behind }: LayoutBump, turned: bool) -> Option<BumpMaterial> {
+        let before = match (self.of_back, behind) {
+            (false, _) => Vec3::ONE,
+            (true, true) => Vec3::new(1.0, -1.0, -1.0),
+            (true, false) => Vec3::new(1.0, -1.0, 1.0),
+        };
+        let after = if behind && !turned { Vec3::new(1.0, 1.0, -1.0) } else { Vec3::ONE };
+        BumpMaterial::new(&self.descs[id.0 as usize], Mirrors { before, after })
     }
 }
 
@@ -136,10 +211,10 @@ mod tests {
     #[test]
     fn nested_and_circular_pairs() {
         let diffuse = || BsdfDesc::grey(0.5);
-        let (materials, sides) = prepare(&[two(2, 1), diffuse(), two(3, 1), diffuse()]).expect("valid");
+        let (materials, looks) = prepare(&[two(2, 1), diffuse(), two(3, 1), diffuse()]).expect("valid");
         assert_eq!(materials.len(), 2);
-        assert_eq!(sides[0], Sides::Two { front: 1, back: 0 });
-        assert_eq!(sides[1], Sides::Single(0));
+        assert_eq!(looks[0].sides, Sides::Two { front: 1, back: 0 });
+        assert_eq!(looks[1].sides, Sides::Single(0));
         assert!(matches!(prepare(&[two(0, 0)]), Err(PrepareError::NestedTwoSided { .. })));
         assert!(matches!(prepare(&[two(7, 0)]), Err(PrepareError::UnknownMaterial { .. })));
     }

@@ -1,12 +1,14 @@
 //! Preparation: from a scene description to a scene that can be traced.
 //!
-//! `geometry` transforms shapes to primitives in world space, checks them and adds lights, `groups` adds groups and instances,
+//! `geometry` transforms shapes to primitives in world space, checks them and adds their lights, `lights` adds the others, `groups` adds groups and instances,
 //! `materials` converts BSDFs. `structure` decides whether an edit can
 //! keep the geometry.
 
 mod geometry;
 mod groups;
+mod lights;
 mod materials;
+mod places;
 mod structure;
 
 use std::sync::Arc;
@@ -15,14 +17,15 @@ use crate::scene::SceneDesc;
 use crate::scene::desc::{BsdfId, FilmDesc, GroupId, LightDesc, MOST_PARTS, MeshId, Place};
 use crate::spectrum::Spectrum;
 
-use super::accel::{Accel, Shapes, collect_in_huge_pages};
+use super::accel::{Accel, Shapes, TriangleSource, return_free_memory};
 use super::bsdf::Material;
 use super::effects::{self, planned};
 use super::light::{BoundingSphere, Lights};
-use super::primitives::{Face, Primitives};
+use super::primitives::Primitives;
 use super::scene::{MaterialClass, Scene};
 use geometry::Geometry;
 use groups::PreparedGroups;
+use materials::SceneMaterials;
 
 pub(super) use structure::SceneStructure;
 
@@ -104,7 +107,10 @@ impl PrepareOptions {
 }
 
 /// References to cache lines have 28 bits. They suffice even if every primitive takes a block (4 lines) and a node (4 lines).
-const MAX_PRIMITIVES: usize = 33_000_000;
+pub(super) const MAX_PRIMITIVES: usize = 33_000_000;
+
+/// From this number of primitives on, memory that building has left over is given back.
+const MANY_PRIMITIVES: usize = 1 << 18;
 
 impl Scene {
     /// Makes `desc` ready for tracing: world space, tree, lights, materials; of these what its plan of effects calls for
@@ -137,14 +143,14 @@ impl Scene {
 
     /// As [`Scene::prepare`], but with everything, whether `desc` calls for it or not: `--check-plan` compares with it.
     pub fn prepare_general(desc: &SceneDesc) -> Result<Scene, PrepareError> {
-        let (materials, surfaces) = materials::of(desc)?;
-        let mut geometry = Geometry::default();
+        let SceneMaterials { materials, surfaces, opacities } = materials::of(desc)?;
+        let mut geometry = Geometry::of(desc);
         for shape in &desc.shapes {
             geometry.add(desc, shape)?;
         }
         let shown = geometry.add_groups(desc)?;
         let mut geometry = geometry.finish();
-        let count = geometry.prims.len() + shown.instances.len();
+        let count = geometry.faces.count() + geometry.round.len() + shown.instances.len();
         if count > MAX_PRIMITIVES {
             return Err(PrepareError::TooManyPrimitives { count });
         }
@@ -159,6 +165,9 @@ impl Scene {
         }
         let (lights, notices) = (std::mem::take(&mut geometry.lights), std::mem::take(&mut geometry.notices));
         let primitives = primitives(geometry, shown);
+        if count >= MANY_PRIMITIVES {
+            return_free_memory();
+        }
         let (lo, hi) = primitives.accel.bounds();
         // An empty scene has no size, and any positive number serves.
         let radius = (0.5 * (hi - lo).length()).max(f32::MIN_POSITIVE);
@@ -167,7 +176,17 @@ impl Scene {
         let (primitives, white) = (Arc::new(primitives), None);
         let mixes = materials.iter().any(|material| matches!(material, Material::Mixture(_)));
         let material_class = if mixes { MaterialClass::Mixed } else { MaterialClass::General };
-        Ok(Scene { primitives, surfaces, materials, lights, white, material_class, notices, structure })
+        Ok(Scene {
+            primitives,
+            surfaces,
+            materials,
+            opacities,
+            lights,
+            white,
+            material_class,
+            notices,
+            structure,
+        })
     }
 
     /// This scene with the materials and the light of `desc`, in effect the same as [`Scene::prepare`] of `desc`.
@@ -184,11 +203,12 @@ impl Scene {
             return Ok(anew.expect("the processor is the same, and nobody else has the new geometry"));
         }
         let desc = &planned(desc);
-        let (materials, surfaces) = materials::of(desc)?;
+        let SceneMaterials { materials, surfaces, opacities } = materials::of(desc)?;
         Ok(Scene {
             primitives: self.primitives.clone(),
             surfaces,
             materials,
+            opacities,
             lights: self.lights.relit(spectra(desc)),
             white: effects::white(desc),
             material_class: effects::material_class(desc),
@@ -205,34 +225,18 @@ fn spectra(desc: &SceneDesc) -> Vec<Spectrum> {
 }
 
 fn primitives(geometry: Geometry, shown: PreparedGroups) -> Primitives {
-    let Geometry {
-        corners,
-        quads,
-        triangles,
-        disks,
-        spheres,
-        cylinders,
-        prims,
-        normals,
-        backs,
-        tangents,
-        uvs,
-        ..
-    } = geometry;
+    let Geometry { faces, quads, disks, spheres, cylinders, curves, round, backs, tangents, uvs, .. } =
+        geometry;
     let PreparedGroups { groups, instances, placements } = shown;
     let shapes = Shapes {
-        triangles: &corners,
+        triangles: &faces,
         quads: &quads,
         disks: disks.clone(),
         spheres: spheres.clone(),
         cylinders: cylinders.clone(),
+        curves: curves.clone(),
     };
     let accel = Accel::new(shapes, &groups, &instances);
-    drop(corners);
-    let round = prims[triangles.len()..].to_vec();
-    let faces = collect_in_huge_pages(
-        triangles.iter().zip(&prims).map(|(&triangle, &record)| Face { triangle, record }),
-    );
-    let normals = collect_in_huge_pages(normals.into_iter());
-    Primitives { accel, faces, disks, spheres, cylinders, round, normals, backs, tangents, uvs, placements }
+    let faces = faces.into_huge_pages();
+    Primitives { accel, faces, disks, spheres, cylinders, curves, round, backs, tangents, uvs, placements }
 }

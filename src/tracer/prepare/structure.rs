@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec2, DVec3};
 
 use crate::scene::SceneDesc;
-use crate::scene::desc::{LightDesc, Mesh, ShapeDesc, ShapeKind};
+use crate::scene::desc::{LightDesc, Mesh, ShapeDesc, ShapeKind, SpotTextureDesc};
+use crate::scene::emission_texture::{EmissionProfile, EmissionTexture};
 use crate::spectrum::{EmissionMap, Spectrum};
 use crate::tracer::{tangents, texture_coordinates};
 
@@ -35,7 +36,9 @@ struct ShapeStructure {
     to_world: DAffine3,
     flip_normals: bool,
     emits: bool,
+    emission_profile: EmissionProfile,
     brushed: bool,
+    bumpy: bool,
     textured: bool,
 }
 
@@ -54,7 +57,12 @@ enum LightStructure {
     },
     Directional(DVec3),
     /// Position, axis, and both angles.
-    Spot([DVec3; 2], [f64; 2]),
+    Spot([DVec3; 2], [f64; 2], Option<SameAllocation<SpotTextureDesc>>),
+    Projector {
+        picture: Option<SameAllocation<EmissionTexture>>,
+        to_world: DAffine3,
+        half_size: DVec2,
+    },
     Point(DVec3),
 }
 
@@ -65,7 +73,9 @@ impl SceneStructure {
             to_world: shape.to_world,
             flip_normals: shape.flip_normals,
             emits: shape.emission.is_some(),
+            emission_profile: shape.emission_profile.clone(),
             brushed: tangents::is_brushed(desc, shape.bsdf),
+            bumpy: tangents::has_bump(desc, shape.bsdf),
             textured: texture_coordinates::is_textured(desc, shape.bsdf),
         };
         let light = |light: &LightDesc| match light {
@@ -79,7 +89,15 @@ impl SceneStructure {
                 sun: (s.sun_direction, s.sun_half_angle, s.sun.clone()),
             },
             LightDesc::Directional { direction, .. } => LightStructure::Directional(*direction),
-            LightDesc::Spot(s) => LightStructure::Spot([s.position, s.axis], [s.beam_width, s.cutoff_angle]),
+            LightDesc::Spot(s) => {
+                let texture = s.texture.clone().map(SameAllocation);
+                LightStructure::Spot([s.position, s.axis], [s.beam_width, s.cutoff_angle], texture)
+            }
+            LightDesc::Projector(p) => LightStructure::Projector {
+                picture: p.picture.clone().map(SameAllocation),
+                to_world: p.to_world,
+                half_size: p.half_size,
+            },
             LightDesc::Point { position, .. } => LightStructure::Point(*position),
         };
         Self {

@@ -83,7 +83,14 @@ impl Primitives {
 
     pub fn accel(&self) -> Accel {
         let (disks, spheres, cylinders) = (self.disks.clone(), self.spheres.clone(), self.cylinders.clone());
-        let shapes = Shapes { triangles: &self.triangles, quads: &self.quads, disks, spheres, cylinders };
+        let shapes = Shapes {
+            triangles: &self.triangles,
+            quads: &self.quads,
+            disks,
+            spheres,
+            cylinders,
+            ..Shapes::default()
+        };
         Accel::new(shapes, &[], &[])
     }
 
@@ -111,7 +118,7 @@ impl Primitives {
             let two =
                 [[corners[0], corners[1], corners[2]], [corners[0], corners[2], corners[corners.len() - 1]]];
             let (count, quads) = if corners.len() == 4 { (2, &[0][..]) } else { (1, &[][..]) };
-            let shapes = Shapes { triangles: &two[..count], quads, ..Shapes::default() };
+            let shapes = Shapes { triangles: &two[..count].to_vec(), quads, ..Shapes::default() };
             all.push((id, Accel::new(shapes, &[], &[])));
         }
         let first = self.triangles.len() as u32;

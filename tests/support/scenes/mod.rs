@@ -38,6 +38,7 @@ pub fn look(from: DVec3, direction: DVec3, fov: f64) -> CameraDesc {
     let z = direction.normalize();
     let x = z.any_orthonormal_vector();
     CameraDesc {
+        orthographic: false,
         to_world: DAffine3::from_mat3_translation(DMat3::from_cols(x, z.cross(x), z), from),
         fov,
         fov_axis: FovAxis::X,
@@ -82,6 +83,7 @@ pub fn shape(desc: &mut SceneDesc, kind: ShapeKind, to_world: DAffine3, bsdf: Bs
         flip_normals: false,
         bsdf,
         emission: (emission > 0.0).then_some(Spectrum::Constant(emission)),
+        emission_profile: Default::default(),
     });
 }
 

@@ -1,7 +1,7 @@
 //! Tests of `client::filter`.
 
 use pointillist::client::filter::*;
-use pointillist::client::settings::{FilmSpec, SplatFilter};
+use pointillist::client::settings::{FilmSpec, ScaledFilter, SplatFilter};
 
 const ALL: [SplatFilter; 3] = [SplatFilter::Gaussian, SplatFilter::Tent, SplatFilter::Box];
 
@@ -62,6 +62,41 @@ fn energy_is_the_mean_square() {
             / f64::from(n);
         assert!((mean * mean - f64::from(filter.energy())).abs() < 1e-6, "{filter:?}");
     }
+}
+
+/// Filters of a size of their own: Mitsuba's values (`rfilter.eval`, 3.9.1) but for a factor, which makes the integral 1.
+#[test]
+fn scaled_filters_are_mitsubas() {
+    let sizes = [100u16, 250, 500, 600, 750, 1000, 1500, 3000];
+    let gaussians = sizes[..5].iter().map(|&stddev| ScaledFilter::Gaussian { stddev });
+    let tents = sizes[1..].iter().map(|&radius| ScaledFilter::Tent { radius });
+    for filter in gaussians.chain(tents).map(SplatFilter::Scaled) {
+        let n = 40_000;
+        let (mut sum, mut squares) = (0.0, 0.0);
+        for i in 0..n {
+            let p = 10.0 + (f64::from(i) + 0.5) / f64::from(n);
+            let taps = filter.taps(p as f32);
+            for (k, &w) in taps.weights.iter().enumerate() {
+                let d = f64::from(taps.first) + k as f64 + 0.5 - p;
+                assert!(w >= 0.0 && (filter.weight(d as f32) - w).abs() < 2e-4, "{filter:?} p {p} tap {k}");
+                sum += f64::from(w) / f64::from(n);
+                squares += f64::from(w * w) / f64::from(n);
+            }
+            assert_eq!(filter.weight(3.1), 0.0, "{filter:?} reaches past three texels");
+        }
+        assert!((sum - 1.0).abs() < 1e-4, "{filter:?}: {sum}");
+        let energy = f64::from(filter.energy());
+        assert!((squares * squares / energy - 1.0).abs() < 1e-3, "{filter:?}: {squares} {energy}");
+    }
+    let relative = |filter: ScaledFilter, d: f32| {
+        let filter = SplatFilter::Scaled(filter);
+        filter.weight(d) / filter.weight(0.0)
+    };
+    for (d, value) in [(0.5, 0.606_423), (1.0, 0.134_960), (1.5, 0.010_758)] {
+        let ours = relative(ScaledFilter::Gaussian { stddev: 500 }, d);
+        assert!((ours - value / 0.999_247).abs() < 5e-4, "{d}: {ours}");
+    }
+    assert!((relative(ScaledFilter::Tent { radius: 1500 }, 0.75) - 0.5).abs() < 1e-6);
 }
 
 #[test]

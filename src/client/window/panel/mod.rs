@@ -5,11 +5,13 @@ mod controls;
 mod data;
 mod error;
 mod figures;
+mod loading;
 mod maps;
 mod sections;
 pub mod style;
 
 pub use data::*;
+pub use loading::{LoadingData, show_loading};
 
 use egui::{
     Align2, Area, CollapsingHeader, Context, Frame, Id, Margin, Order, RichText, ScrollArea, Ui, Vec2,

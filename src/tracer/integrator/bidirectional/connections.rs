@@ -212,16 +212,17 @@ impl BidirectionalTracer {
             return;
         }
         value *= 1.0 / probability.min(1.0);
-        if value.is_finite()
-            && !value.is_black()
-            && self.context.scene.connected(&camera.surface.hit, &light.surface.hit, edge.d)
-        {
+        if !value.is_finite() || value.is_black() {
+            return;
+        }
+        let share = self.context.scene.connected(&camera.surface.hit, &light.surface.hit, edge.d);
+        if share > 0.0 {
             let wavelength_mis = camera
                 .wavelength_mis
                 .and(edge.at_camera.wavelength_mis)
                 .and(light.wavelength_mis)
                 .and(edge.at_light.wavelength_mis);
-            path.radiance += value * wavelength_mis.weight();
+            path.radiance += value * (wavelength_mis.weight() * share);
         }
     }
 }

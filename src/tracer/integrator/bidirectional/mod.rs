@@ -108,7 +108,7 @@ impl BidirectionalTracer {
     ) {
         let RenderContext { scene, rr_depth, .. } = &self.context;
         let Some(emission) = scene.lights.emit(&numbers.emission()) else { return };
-        let emitted = scene.lights.spectrum(emission.light, -emission.direction, &lambda);
+        let emitted = scene.lights.emitted(&emission, &lambda);
         let Some(mut walk) = Walk::from_light(lambda, &emission, emitted) else { return };
         let mut ray = emission.ray();
         // One more segment leads to the camera.
@@ -157,6 +157,11 @@ impl BidirectionalTracer {
                 }
                 return;
             };
+            if let Some(on) = scene.beyond(&ray, &hit) {
+                self.add_emitted::<B>(path, last, &walk.clone().arrive(scene, hit));
+                ray = on;
+                continue;
+            }
             let vertex: SubpathVertex<B> = walk.arrive(scene, hit);
             self.add_emitted(path, last, &vertex);
             if walk.depth == longest {

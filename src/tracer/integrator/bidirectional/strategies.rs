@@ -87,6 +87,9 @@ impl BidirectionalTracer {
         let on = (emission.pdf.origin == EmissionOrigin::Surface).then_some(&emission.from);
         [surface.wo, -surface.wo].map(|eye| {
             let context = surface.light_context_from(eye);
+            if emission.pdf.origin == EmissionOrigin::Beam {
+                return 0.0;
+            }
             if emission.pdf.origin.is_delta() {
                 return lights.probability(emission.light, context) / emission.pdf.vertex;
             }
@@ -111,7 +114,7 @@ impl BidirectionalTracer {
             let pdf = lights.pdf(light, last, -hit.wo, Some(&hit.point));
             emitted_weight(&vertex.mis, pdf, lights.emission_pdf(light, hit.point.p, hit.wo))
         });
-        let emitted = path.emission.emission(lights, light, -hit.wo, &path.lambda);
+        let emitted = path.emission.emission(lights, light, hit.point.p, -hit.wo, &path.lambda);
         path.radiance += vertex.throughput * emitted * (weight * vertex.wavelength_mis.weight());
     }
 
@@ -130,7 +133,7 @@ impl BidirectionalTracer {
             let emission = lights.emission_pdf(light, Vec3::ZERO, -direction);
             emitted_weight(&walk.previous.infinite(), pdf, emission)
         });
-        let emitted = path.emission.emission(lights, light, direction, &path.lambda);
+        let emitted = path.emission.emission(lights, light, Vec3::ZERO, direction, &path.lambda);
         path.radiance += walk.throughput * emitted * (weight * walk.wavelength_mis.weight());
     }
 
@@ -145,7 +148,8 @@ impl BidirectionalTracer {
         let lights = &self.context.scene.lights;
         let direct = sample_direct(&self.context.scene, &vertex.surface, u, |light, sample| {
             let scattering = vertex.scatter_to::<false>(sample.wi)?;
-            let emitted = path.emission.emission(lights, light, sample.wi, &path.lambda);
+            let at = sample.target.unwrap_or(Vec3::ZERO);
+            let emitted = path.emission.emission(lights, light, at, sample.wi, &path.lambda);
             let value = vertex.throughput * scattering.value * emitted * (sample.scale / sample.pdf.0);
             if value.is_black() || !value.is_finite() {
                 return None;
@@ -176,8 +180,12 @@ impl BidirectionalTracer {
         let pdf = view.uv_per_steradian / self.context.window_area();
         let density = pdf * scattering.cos / view.distance2;
         let value = connection.value * camera_weight(&vertex.mis, scattering, density);
-        if !value.is_black() && self.context.is_visible_to_camera(&vertex.surface.hit, view) {
-            out.light(view.uv, lambda.to_xyz(value));
+        if value.is_black() {
+            return;
+        }
+        let share = self.context.visible_to_camera(&vertex.surface.hit, view);
+        if share > 0.0 {
+            out.light(view.uv, lambda.to_xyz(value * share));
         }
     }
 }

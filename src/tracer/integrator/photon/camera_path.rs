@@ -230,7 +230,7 @@ impl RecordedScattering {
     #[inline]
     pub fn weight<B: Scattering>(&self, scene: &Scene, lambda: &SampledWavelengths) -> SampledSpectrum {
         let (material, _) = scene.material(&self.hit);
-        let bsdf = B::of(material, self.hit.uv, lambda);
+        let bsdf = B::of(material, &self.hit, lambda);
         let value = if self.delta {
             // The same lobe; where these wavelengths never choose it, its value is zero.
             match bsdf.sample(self.wo, [0.5; 2], self.lobe) {
@@ -255,7 +255,7 @@ impl RecordedScattering {
         if !bsdf.parts_colors() {
             return at(bsdf);
         }
-        let lane = |i: usize| at(&B::of(material, self.hit.uv, &lambda.alone(i))).0[i];
+        let lane = |i: usize| at(&B::of(material, &self.hit, &lambda.alone(i))).0[i];
         SampledSpectrum(Vec4::from_array([0, 1, 2, 3].map(lane)))
     }
 }
@@ -280,7 +280,7 @@ impl RecordedPath<'_> {
         scale: f32,
     ) -> Xyz {
         let lambda = self.white.unwrap_or_else(|| photon.wavelengths());
-        let bsdf = B::of(self.material, vertex.hit.uv, &lambda);
+        let bsdf = B::of(self.material, &vertex.hit, &lambda);
         let Some(f) = scattered(vertex, &bsdf, photon.direction()) else { return Xyz::BLACK };
         let weight = |t: SampledSpectrum, s: &RecordedScattering| t * s.weight::<B>(self.scene, &lambda);
         let throughput = self.scatterings.iter().fold(SampledSpectrum::ONE, weight);

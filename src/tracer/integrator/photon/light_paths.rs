@@ -10,11 +10,12 @@ use std::sync::Arc;
 
 use crate::math::bits::mix;
 use crate::tracer::bsdf::{Bsdf, Scattering, Unmixed};
+use crate::tracer::light::EmissionOrigin;
 use crate::tracer::photon_map::{
     Arrival, PhotonBatch, PhotonLayer, Snapshot, Wanted, wavelength_number, wavelengths,
 };
 use crate::tracer::subpath::{SubpathVertex, Walk};
-use crate::tracer::{MaterialClass, Sampler};
+use crate::tracer::{MaterialClass, Sampler, Scene};
 
 use super::{PhotonScratch, PhotonTracer};
 
@@ -73,22 +74,24 @@ fn trace_light_path<B: Scattering>(tracer: &PhotonTracer, path: u64, batch: &mut
     let lambda = context.white().unwrap_or_else(|| wavelengths(number));
     let numbers = sampler.light();
     let Some(emission) = scene.lights.emit(&numbers.emission()) else { return };
-    let emitted = scene.lights.spectrum(emission.light, -emission.direction, &lambda);
+    let emitted = scene.lights.emitted(&emission, &lambda);
     let Some(mut walk) = Walk::from_light(lambda, &emission, emitted) else { return };
     let mut ray = emission.ray();
     let mut spread = false;
+    let beam = emission.pdf.origin == EmissionOrigin::Beam;
     // One more segment leads to the camera.
     while walk.depth + 1 < longest {
         let Some(hit) = scene.closest(&ray) else { return };
         let vertex: SubpathVertex<B> = walk.arrive(scene, hit);
         let here = vertex.surface.bsdf.has_diffuse_part();
-        if here && vertex.depth > 1 && reflects(&vertex) {
+        // Next-event estimation finds what arrives straight from a light, but from a beam.
+        if here && (vertex.depth > 1 || beam) && reflects(&vertex) {
             let (layer, wanted) = match spread {
                 true => (PhotonLayer::Global, context.photons.gather),
                 false => (PhotonLayer::Caustic, context.photons.caustics),
             };
             if wanted {
-                batch.push(layer, &arrival(&vertex, number));
+                batch.push(layer, &arrival(scene, &vertex, number));
             }
         }
         let u = numbers.vertex(walk.depth - 1);
@@ -105,7 +108,7 @@ fn reflects<B: Scattering>(vertex: &SubpathVertex<B>) -> bool {
     surface.bsdf.transmits() || surface.bsdf.eval(surface.wo, surface.wo).is_some_and(|(f, _)| !f.is_black())
 }
 
-fn arrival<B: Scattering>(vertex: &SubpathVertex<B>, wavelengths: u16) -> Arrival {
+fn arrival<B: Scattering>(scene: &Scene, vertex: &SubpathVertex<B>, wavelengths: u16) -> Arrival {
     let SubpathVertex { surface, throughput, wavelength_mis, depth, .. } = vertex;
     let hit = &surface.hit;
     // A photon of the hero alone counts four times by its wavelengths.
@@ -115,7 +118,8 @@ fn arrival<B: Scattering>(vertex: &SubpathVertex<B>, wavelengths: u16) -> Arriva
         position: hit.point.p,
         direction: hit.wo,
         normal: hit.facing_normal(),
-        flux: *throughput * weight,
+        // Both the photon and the path that gathers it meet the surface by chance; one chance is enough.
+        flux: *throughput * (weight / scene.opacity(hit)),
         wavelengths,
         hero_only,
         depth: *depth,

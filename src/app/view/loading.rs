@@ -1,0 +1,166 @@
+//! The window before its first scene is there: it shows how far the loading is, and closes at once when it is asked to.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use miette::{IntoDiagnostic, Result};
+use raw_window_handle::HasDisplayHandle;
+use winit::dpi::PhysicalSize;
+use winit::event::{ElementState, WindowEvent};
+use winit::event_loop::ActiveEventLoop;
+use winit::keyboard::{Key, ModifiersState, NamedKey};
+use winit::window::Window;
+
+use crate::app::tell;
+use crate::app::view::ViewOptions;
+use crate::app::view::loader::{ReadyScene, SceneLoader, ViewSource};
+use crate::app::view::screen::Screen;
+use crate::client::window::host::EguiHost;
+use crate::client::window::panel::PanelControls;
+use crate::client::{ClientError, FilmSpec, SplatFilter, VarianceForm};
+use crate::gpu::{self, Readiness};
+
+/// Size of a window whose scene has not said its own in time, pixels.
+const SIZE: [u32; 2] = [1280, 720];
+
+/// How long the window waits for the size of the picture before it opens with that one.
+const PATIENCE: Duration = Duration::from_millis(250);
+
+/// Time between two looks at the loader.
+const LOOK: Duration = Duration::from_millis(10);
+
+/// Time between two frames.
+const FRAME: Duration = Duration::from_millis(100);
+
+/// A window with a device and a film.
+pub(super) struct OpenWindow {
+    pub screen: Screen,
+    pub host: EguiHost,
+    /// Length of a frame of the display, where it says so.
+    pub rate: Option<Duration>,
+}
+
+/// The window while its scene is loaded.
+pub(super) struct LoadingWindow {
+    pub options: ViewOptions,
+    pub controls: PanelControls,
+    pub loader: SceneLoader,
+    pub open: Option<OpenWindow>,
+    /// The window system is ready for windows.
+    pub may_open: bool,
+    modifiers: ModifiersState,
+    drawn: Option<Instant>,
+    /// The window is to close.
+    pub quit: bool,
+}
+
+impl LoadingWindow {
+    /// Begins to load.
+    pub fn start(source: ViewSource, options: ViewOptions, controls: PanelControls) -> Result<Self> {
+        let (open, may_open, modifiers, drawn, quit) = Default::default();
+        let loader = SceneLoader::start(source)?;
+        Ok(Self { options, controls, loader, open, may_open, modifiers, drawn, quit })
+    }
+
+    /// Hears an event of the window.
+    pub fn hear(&mut self, event: &WindowEvent) {
+        let Some(OpenWindow { screen, host, .. }) = &mut self.open else { return };
+        match event {
+            WindowEvent::CloseRequested | WindowEvent::Destroyed => self.quit = true,
+            WindowEvent::Resized(size) => {
+                if let Some(swapchain) = screen.swapchain() {
+                    swapchain.resize([size.width, size.height]);
+                }
+                self.drawn = None;
+            }
+            WindowEvent::RedrawRequested => self.drawn = None,
+            WindowEvent::ModifiersChanged(modifiers) => self.modifiers = modifiers.state(),
+            WindowEvent::KeyboardInput { event, .. } if event.state == ElementState::Pressed => {
+                let q = matches!(&event.logical_key, Key::Character(c) if c == "q");
+                let escape = event.logical_key == Key::Named(NamedKey::Escape);
+                self.quit |= escape || q && self.modifiers.control_key();
+            }
+            WindowEvent::DroppedFile(path) => {
+                match SceneLoader::start(self.loader.source.with_scene(path.clone())) {
+                    Ok(loader) => self.loader = loader,
+                    Err(error) => tell(&error.to_string()),
+                }
+            }
+            _ => {}
+        }
+        host.on_event(&screen.window, event, true);
+    }
+
+    /// Opens the window as soon as its size is known, draws how far the loading is, and looks whether it has ended: then the scene
+    /// is handed out, and there is a window for it.
+    pub fn step(&mut self, events: &ActiveEventLoop) -> Result<Option<ReadyScene>> {
+        if !self.may_open {
+            return Ok(None);
+        }
+        let ready = self.loader.take().transpose()?;
+        if self.open.is_none() {
+            let late = self.options.began.elapsed() > PATIENCE;
+            let film = ready.as_ref().map(|ready| [ready.run.film.width, ready.run.film.height]);
+            if let Some(size) = film.or(self.loader.film()).or(late.then_some(SIZE)) {
+                self.open = Some(self.window(events, size)?);
+            }
+        }
+        if ready.is_none() {
+            self.draw().into_diagnostic()?;
+        }
+        Ok(ready)
+    }
+
+    /// When to look again.
+    pub fn next_look(&self) -> Instant {
+        Instant::now() + LOOK
+    }
+
+    /// Opens a window of this size, and the device for it.
+    fn window(&self, events: &ActiveEventLoop, [width, height]: [u32; 2]) -> Result<OpenWindow> {
+        let options = &self.options;
+        let attributes = Window::default_attributes()
+            .with_title(title(&self.loader.source.name()))
+            .with_inner_size(PhysicalSize::new(width, height));
+        let window = Arc::new(events.create_window(attributes).into_diagnostic()?);
+        gpu::survive_display_loss(window.display_handle().into_diagnostic()?.as_raw());
+        tracing::info!("the window opens after {:.0?}", options.began.elapsed());
+        let rate = window.current_monitor().and_then(|monitor| monitor.refresh_rate_millihertz());
+        let rate = rate.filter(|rate| options.budget.is_none() && *rate >= 1000);
+        let rate = rate.map(|rate| Duration::from_secs_f64(1e3 / f64::from(rate)));
+        let mut host = EguiHost::default();
+        host.open(&window);
+        let spec = FilmSpec {
+            width,
+            height,
+            filter: SplatFilter::Gaussian,
+            variance: Some(VarianceForm::Product),
+            sums: Default::default(),
+        };
+        let exact = self.loader.source.deterministic;
+        let screen = Screen::open(window, &options.device, &options.losses, spec, exact).into_diagnostic()?;
+        Ok(OpenWindow { screen, host, rate })
+    }
+
+    fn draw(&mut self) -> Result<(), ClientError> {
+        let Some(OpenWindow { screen, host, .. }) = &mut self.open else { return Ok(()) };
+        if self.drawn.is_some_and(|at| at.elapsed() < FRAME) || !screen.is_idle() {
+            return Ok(());
+        }
+        match screen.acquire()?.0 {
+            Readiness::Ready => {}
+            Readiness::SurfaceLost => return screen.replace_surface(),
+            Readiness::Busy | Readiness::Hidden => return Ok(()),
+        }
+        let window = screen.window.clone();
+        host.run_loading(&window, &self.loader.state());
+        screen.show(&self.controls.settings, None, Some(host.drawing()))?;
+        self.drawn = Some(Instant::now());
+        Ok(())
+    }
+}
+
+/// The title of a window with this scene.
+pub(super) fn title(name: &str) -> String {
+    format!("{name} · Pointillist")
+}

@@ -1,0 +1,133 @@
+//! `normalmap` and `bumpmap`: a picture tilts the shading frame of a nested material.
+
+use super::mixed::warn_of_lost_dispersion;
+use super::{BsdfPlugin, parts};
+use crate::scene::desc::BsdfId;
+use crate::scene::diagnostic::{FindingKind, SceneError};
+use crate::scene::mitsuba::{ElementId, Params, Reader, texture_of};
+use crate::scene::texture::{BitmapTexture, SpectrumTexture};
+use crate::spectrum::{Spectrum, dispersion::Ior};
+
+/// What normal maps and bump maps have in common.
+#[derive(Clone, Debug)]
+pub struct BumpDesc {
+    /// The material whose frame is tilted.
+    pub bsdf: BsdfId,
+    /// A normal that faces away from who looks is turned around the unperturbed one by 180° (Schüssler et al. 2017,
+    /// *Microfacet-based normal mapping for robust Monte Carlo path tracing*).
+    pub flip_invalid_normals: bool,
+    /// Light fades out towards the horizon (Conty Estevez, Lecocq and Stein 2019, *A Microfacet-Based Shadowing Function to Solve
+    /// the Bump Terminator Problem*).
+    pub use_shadowing_function: bool,
+}
+
+impl BumpDesc {
+    fn read(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<Self, SceneError> {
+        let [inner] = *params.objects("bsdf").as_slice() else {
+            let message = format!("a {} has one bsdf, whose normals it tilts", params.plugin());
+            return Err(params.fault(FindingKind::Parameter, message).error());
+        };
+        let bsdf = super::read(reader, inner.0)?;
+        warn_of_lost_dispersion(reader, params, bsdf, inner.1);
+        if has_bump(reader, bsdf) {
+            let message = "a map of normals or heights within another one is not supported";
+            let found = reader.document.finding(FindingKind::Plugin, params.span(), message);
+            return Err(found.help("leave one of them out, or make one map of both").error());
+        }
+        Ok(Self {
+            bsdf,
+            flip_invalid_normals: params.boolean("flip_invalid_normals", true)?,
+            use_shadowing_function: params.boolean("use_shadowing_function", true)?,
+        })
+    }
+}
+
+/// True for a material that has a bump, or of which a part does.
+fn has_bump(reader: &Reader<'_>, id: BsdfId) -> bool {
+    let bsdf = &reader.lists.bsdfs[id.0 as usize];
+    bsdf.bump().is_some() || bsdf.nested().into_iter().any(|id| has_bump(reader, id))
+}
+
+/// The picture of a map.
+fn picture(reader: &mut Reader<'_>, params: &Params<'_>, id: ElementId) -> Result<BitmapTexture, SceneError> {
+    let span = reader.document.element(id).span;
+    let refuse = |message: String| reader.document.finding(FindingKind::Parameter, span, message);
+    if reader.document.element(id).tag.name != "texture" {
+        let found = refuse(format!("a {} is a picture", params.plugin()));
+        return Err(found.help("give a <texture type=\"bitmap\">").error());
+    }
+    let SpectrumTexture::Bitmap(bitmap) = texture_of(reader, id)? else {
+        let found = reader.document.finding(
+            FindingKind::Parameter,
+            span,
+            format!("a {} is a picture: no other texture has what it needs", params.plugin()),
+        );
+        return Err(found.help("give a <texture type=\"bitmap\">").error());
+    };
+    if bitmap.bitmap.is_decoded() {
+        let message = format!("this {} is decoded from sRGB as if it were a colour", params.plugin());
+        let help = "add <boolean name=\"raw\" value=\"true\"/> to the texture: Mitsuba refuses it otherwise";
+        reader.warn(reader.document.finding(FindingKind::Parameter, span, message).help(help).advice());
+    }
+    Ok(bitmap)
+}
+
+/// A material whose normals a picture holds.
+#[derive(Clone, Debug)]
+pub struct NormalMapDesc {
+    /// Normals in the shading frame, x along ∂p/∂u, as (n + 1) / 2.
+    pub normals: BitmapTexture,
+    /// The rest.
+    pub bump: BumpDesc,
+}
+
+impl BsdfPlugin for NormalMapDesc {
+    const NAME: &'static str = "normalmap";
+
+    fn read(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<Self, SceneError> {
+        let Some(id) = params.get_id("normalmap") else {
+            let found = params.fault(FindingKind::Missing, "a normalmap needs the texture `normalmap`");
+            return Err(found.help("add <texture name=\"normalmap\" type=\"bitmap\">").error());
+        };
+        let normals = picture(reader, params, id)?;
+        Ok(Self { normals, bump: BumpDesc::read(reader, params)? })
+    }
+
+    parts! {}
+
+    fn bump(&self) -> Option<&BumpDesc> {
+        Some(&self.bump)
+    }
+}
+
+/// A material whose normals follow from heights over the surface, in a picture.
+#[derive(Clone, Debug)]
+pub struct BumpMapDesc {
+    /// Heights in world units: the luminance of the picture.
+    pub heights: BitmapTexture,
+    /// Factor on them.
+    pub scale: f32,
+    /// The rest.
+    pub bump: BumpDesc,
+}
+
+impl BsdfPlugin for BumpMapDesc {
+    const NAME: &'static str = "bumpmap";
+
+    fn read(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<Self, SceneError> {
+        // Its name is free in Mitsuba 3, and missing in version 0.6.
+        let [(id, _)] = *params.objects("texture").as_slice() else {
+            let found = params.fault(FindingKind::Parameter, "a bumpmap has one texture, of heights");
+            return Err(found.help("add <texture type=\"bitmap\">").error());
+        };
+        let heights = picture(reader, params, id)?;
+        let scale = params.float("scale")?.unwrap_or(1.0) as f32;
+        Ok(Self { heights, scale, bump: BumpDesc::read(reader, params)? })
+    }
+
+    parts! {}
+
+    fn bump(&self) -> Option<&BumpDesc> {
+        Some(&self.bump)
+    }
+}

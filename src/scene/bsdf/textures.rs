@@ -1,0 +1,66 @@
+//! Colours and numbers of materials, which may be textures: how they are read, and all those of a material.
+
+use super::BsdfDesc;
+use crate::scene::diagnostic::SceneError;
+use crate::scene::mitsuba::{Params, Reader, read_texture};
+use crate::scene::texture::{AttributeTexture, SpectrumTexture};
+use crate::spectrum::Spectrum;
+
+/// A reflectance or transmittance, with its default.
+pub(super) fn color(
+    reader: &mut Reader<'_>,
+    params: &Params<'_>,
+    name: &'static str,
+    default: f32,
+) -> Result<SpectrumTexture, SceneError> {
+    params.default(name, default);
+    let given = read_texture(reader, params, name)?;
+    Ok(given.unwrap_or(Spectrum::Constant(default).into()))
+}
+
+/// A number of a material.
+pub(super) enum Number {
+    /// The same all over a surface.
+    Uniform(f64),
+    /// By a texture.
+    Varying(SpectrumTexture),
+}
+
+/// The number `name`, if it is given: also as a colour, of which the luminance counts, or by a texture.
+pub(super) fn number(
+    reader: &mut Reader<'_>,
+    params: &Params<'_>,
+    name: &'static str,
+) -> Result<Option<Number>, SceneError> {
+    let colored = |tag: &str| matches!(tag, "texture" | "spectrum" | "rgb" | "srgb");
+    if !params.get(name).is_some_and(|e| colored(e.tag.name)) {
+        return Ok(params.float(name)?.map(Number::Uniform));
+    }
+    let texture = read_texture(reader, params, name)?.map(SpectrumTexture::into_scalar);
+    Ok(texture.map(|texture| match texture.varies() {
+        true => Number::Varying(texture),
+        false => Number::Uniform(texture.mean_scalar().into()),
+    }))
+}
+
+impl BsdfDesc {
+    /// All colours, factors and textures of numbers.
+    pub(crate) fn textures(&self) -> Vec<&SpectrumTexture> {
+        let parts = self.parts();
+        let colors = [parts.albedo, parts.reflection, parts.transmission, parts.share].into_iter().flatten();
+        colors.chain(self.scalars()).collect()
+    }
+
+    /// The mesh attributes that its textures ask for, to change.
+    pub(crate) fn for_each_attribute(&mut self, mut visit: impl FnMut(&mut AttributeTexture)) {
+        let parts = self.parts_mut();
+        let colors = [parts.albedo, parts.reflection, parts.transmission, parts.share].into_iter().flatten();
+        colors.flat_map(SpectrumTexture::attributes_mut).for_each(&mut visit);
+        self.scalars_mut().into_iter().flat_map(SpectrumTexture::attributes_mut).for_each(visit);
+    }
+
+    /// True for a material with a texture.
+    pub(crate) fn is_textured(&self) -> bool {
+        self.textures().into_iter().any(SpectrumTexture::varies)
+    }
+}

@@ -1,0 +1,135 @@
+//! What is special about kinds and plugins, in plain English: what is not said by their parameters.
+
+use super::integrator;
+
+/// Kind, plugin (or nothing for the whole kind), what to say of it, as Markdown.
+pub(super) const NOTES: &[(&str, &str, &str)] = &[
+    ("shape", "ply", "in text or binary, polygons too"),
+    ("shape", "serialized", "of versions 3 and 4"),
+    ("shape", "cylinder", "exact, also as a light and under any transform"),
+    (
+        "shape",
+        "linearcurve",
+        "exact, seen from outside only; a line `x y z radius` for each control point, an empty line between curves; `to_world` leaves \
+         radii as they are; no light and no texture coordinates",
+    ),
+    ("shape", "bsplinecurve", "as `linearcurve`, with uniform cubic B-splines"),
+    ("shape", "obj", "negative indices too; read by several threads"),
+    ("shape", "merge", "another way to write shapes: it changes nothing that is seen"),
+    ("shape", "shapegroup", "stored once, however many instances show it; it cannot hold emitters"),
+    ("shape", "instance", "shows a `shapegroup`"),
+    (
+        "bsdf",
+        "",
+        "Rough materials sample visible normals only; `alpha_u` and `alpha_v` follow texture coordinates. \
+         Metals by name (`material`) and media by name (`int_ior`, `ext_ior`) have their measured curves.",
+    ),
+    (
+        "bsdf",
+        "null",
+        "rays pass it, shadow rays too; what is passed does not count in `max_depth`, as in Mitsuba's `volpath`",
+    ),
+    (
+        "bsdf",
+        "blendbsdf",
+        "at most four materials make one; a `weight` with a colour counts by its luminance",
+    ),
+    ("bsdf", "mask", "what is not there is passed as by `null`; what emits does so in full, as in Mitsuba"),
+    (
+        "bsdf",
+        "normalmap",
+        "the map is a `bitmap`, best `raw`; no light gets through an opaque surface, also where `flip_invalid_normals` is false",
+    ),
+    (
+        "bsdf",
+        "bumpmap",
+        "the map is a `bitmap`; in version 0.6 it may have any name; no map stands within another",
+    ),
+    ("bsdf", "roughplastic", "a texture of `alpha` counts by its mean"),
+    (
+        "texture",
+        "bitmap",
+        "PNG, JPEG, BMP, TGA, OpenEXR, Radiance, PFM; kept in the depth of the file; alpha is ignored",
+    ),
+    ("texture", "checkerboard", "where a number is wanted the colours are exchanged, as in Mitsuba 3.9.1"),
+    (
+        "texture",
+        "mesh_attribute",
+        "`vertex_NAME` or `face_NAME` of a `ply` or `serialized`; a material can use four numbers, of which a colour takes three",
+    ),
+    (
+        "emitter",
+        "area",
+        "emits from the front, as Mitsuba's does; a texture is unbounded, lit by D65 and importance-sampled",
+    ),
+    (
+        "emitter",
+        "directionalarea",
+        "seen by `bidirectional`, `light` and, on surfaces with a diffuse part, `photon`; `path` shows none of it, as Mitsuba's",
+    ),
+    ("emitter", "projector", "its `to_world` only moves and turns"),
+    (
+        "emitter",
+        "envmap",
+        "OpenEXR, Radiance, PFM, PNG and JPEG; texels that are infinite, no number or negative count as 0, with a warning",
+    ),
+    ("emitter", "sunsky", "Hošek and Wilkie's spectral sky; the sun is equally bright all over"),
+    ("emitter", "sky", "of version 0.6"),
+    ("emitter", "sun", "of version 0.6"),
+    (
+        "film",
+        "",
+        "Any film is read: its size, crop and filter are used; what it writes is up to the command line.",
+    ),
+    (
+        "rfilter",
+        "",
+        "Filters are splatted: a pixel is divided by the weights it got, which those with negative lobes could make zero. A tent \
+         stands in for them. Without a filter the picture has a Gaussian of our own, a little wider than Mitsuba's.",
+    ),
+    ("rfilter", "mitchell", "a tent stands in for it"),
+    ("rfilter", "catmullrom", "a tent stands in for it"),
+    ("rfilter", "lanczos", "a tent stands in for it"),
+    (
+        "integrator",
+        "",
+        "Integrators of others are rendered by the method of ours that shows the same light, with a remark. One that holds \
+         another, as `moment`, `adaptive` and `irrcache` do, is what it holds, with its depths; any other is `auto`, with a \
+         warning. A `max_depth` of -1 is unlimited.",
+    ),
+    (
+        "integrator",
+        "aov",
+        "its layers stand in the EXR file beside the picture, as those of `render --aov`; a shape's index counts from 1 in the order of \
+         the file",
+    ),
+    ("integrator", "depth", "the distance from the near plane, as grey"),
+    ("integrator", "light", "the same as `ptracer`; Mitsuba does not know the name"),
+    ("integrator", "bidirectional", "our own; Mitsuba does not know it"),
+    (
+        "integrator",
+        "photon",
+        "our own: `initial_radius` in scene units, `alpha` from 0 to 1 (how slowly the radius shrinks; 0), `lookup_size` in \
+         photons per lookup (12)",
+    ),
+    ("integrator", "auto", "our own: chooses the method by a short trial and says why"),
+    ("sampler", "", "Any sampler is read for its sample count: the sequence is always ours."),
+    (
+        "spectrum",
+        "",
+        "Besides `<rgb>` `<srgb>` `<blackbody>` `<float>`, lists of `wavelength:value`, and `.spd` files. A `<texture>` may have \
+         these types, too.",
+    ),
+    ("spectrum", "rawconstant", "the same as `uniform`"),
+];
+
+/// What to say of a plugin, or of a kind if `name` is empty; empty if nothing is special.
+pub(super) fn of(kind: &str, name: &str) -> String {
+    let written = NOTES.iter().find(|(k, n, _)| (*k, *n) == (kind, name)).map(|(_, _, note)| *note);
+    let method = integrator::FOREIGN.iter().find(|(n, _)| kind == "integrator" && *n == name);
+    match (written, method) {
+        (Some(note), _) => note.to_owned(),
+        (None, Some((_, ours))) => format!("rendered by `{}`", ours.name()),
+        (None, None) => String::new(),
+    }
+}

@@ -1,0 +1,237 @@
+//! Bytes of a glTF file, wherever they are, and the numbers of its accessors. Every range is checked here; the readers of the crate
+//! panic on some.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use gltf::accessor::DataType;
+
+use crate::scene::files::SceneFiles;
+use crate::scene::limits;
+
+/// The buffers of a file, read when they are asked for.
+pub(super) struct Buffers<'a> {
+    folder: PathBuf,
+    document: &'a gltf::Document,
+    blob: Option<&'a [u8]>,
+    files: &'a SceneFiles,
+    read: BTreeMap<usize, Cow<'a, [u8]>>,
+    /// Bytes of numbers that may still be made of the file: meshes may share accessors without end.
+    left: u64,
+}
+
+/// The bytes of an image, or its file on the disk.
+pub(super) enum ImageSource {
+    /// PNG or JPEG.
+    Bytes(Vec<u8>),
+    /// A name relative to the model.
+    File(String),
+}
+
+impl<'a> Buffers<'a> {
+    /// The buffers of `document`, which was read from a file of `size` bytes with this binary part.
+    pub(super) fn new(
+        path: &Path,
+        document: &'a gltf::Document,
+        blob: Option<&'a [u8]>,
+        size: usize,
+        files: &'a SceneFiles,
+    ) -> Self {
+        let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+        let left = limits::MESH_INFLATED_FREE + limits::MESH_INFLATION * size as u64;
+        Self { folder, document, blob, files, read: BTreeMap::new(), left }
+    }
+
+    /// Takes part of the memory that a file of this size may need.
+    pub(super) fn spend(&mut self, bytes: usize) -> Result<(), String> {
+        let left = self.left.checked_sub(bytes as u64);
+        self.left =
+            left.ok_or("its meshes are far larger than its files: it names the same data too often")?;
+        Ok(())
+    }
+
+    /// The bytes of a buffer. Files of their own add to what may be made of the model.
+    fn buffer(&mut self, buffer: &gltf::Buffer<'a>) -> Result<&[u8], String> {
+        let index = buffer.index();
+        if !self.read.contains_key(&index) {
+            let bytes = match buffer.source() {
+                gltf::buffer::Source::Bin => {
+                    Cow::Borrowed(self.blob.ok_or("it names a binary part, which the file has not")?)
+                }
+                gltf::buffer::Source::Uri(uri) => match data_uri(uri)? {
+                    Some(bytes) => Cow::Owned(bytes),
+                    None => {
+                        let path = self.folder.join(decoded(uri));
+                        self.files.read(&path, limits::MESH_BYTES).map_err(|e| e.to_string())?
+                    }
+                },
+            };
+            self.left += limits::MESH_INFLATION * bytes.len() as u64;
+            self.read.insert(index, bytes);
+        }
+        Ok(&self.read[&index])
+    }
+
+    /// The bytes of a view.
+    fn view(&mut self, view: &gltf::buffer::View<'a>) -> Result<&[u8], String> {
+        let index = view.index();
+        let bytes = self.buffer(&view.buffer())?;
+        let end = view.offset().checked_add(view.length());
+        end.and_then(|end| bytes.get(view.offset()..end))
+            .ok_or_else(|| format!("bufferViews[{index}] reaches beyond its buffer of {} bytes", bytes.len()))
+    }
+
+    /// The elements of an accessor without what is between them.
+    fn elements(&mut self, accessor: &gltf::Accessor<'a>) -> Result<Vec<u8>, String> {
+        let (size, count, index) = (accessor.size(), accessor.count(), accessor.index());
+        let bytes = size.checked_mul(count).filter(|_| count <= limits::MESH_VERTICES);
+        let bytes = bytes.ok_or_else(|| format!("accessors[{index}] has more elements than any mesh"))?;
+        self.spend(bytes)?;
+        let mut out = match accessor.view() {
+            Some(view) => self.strided(&view, accessor.offset(), size, count, index)?,
+            None => vec![0; bytes],
+        };
+        if let Some(sparse) = accessor.sparse() {
+            let (places, values, count) = (sparse.indices(), sparse.values(), sparse.count());
+            if count > accessor.count() {
+                return Err(format!("accessors[{index}] has more sparse elements than elements"));
+            }
+            let width = places.index_type().size();
+            let at = self.strided(&places.view(), places.offset(), width, count, index)?;
+            let new = self.strided(&values.view(), values.offset(), size, count, index)?;
+            for (at, new) in at.chunks_exact(width).zip(new.chunks_exact(size)) {
+                let at = at.iter().rev().fold(0, |sum, byte| 256 * sum + usize::from(*byte));
+                let old = out.get_mut(at * size..(at + 1) * size);
+                old.ok_or_else(|| format!("accessors[{index}] has a sparse element beyond its end"))?
+                    .copy_from_slice(new);
+            }
+        }
+        Ok(out)
+    }
+
+    /// `count` elements of `size` bytes from `offset` on in a view.
+    fn strided(
+        &mut self,
+        view: &gltf::buffer::View<'a>,
+        offset: usize,
+        size: usize,
+        count: usize,
+        accessor: usize,
+    ) -> Result<Vec<u8>, String> {
+        let stride = view.stride().unwrap_or(size).max(size);
+        let bytes = self.view(view)?;
+        let end = count
+            .saturating_sub(1)
+            .checked_mul(stride)
+            .and_then(|n| n.checked_add(size)?.checked_add(offset));
+        let beyond =
+            || format!("accessors[{accessor}] reaches beyond its bufferView of {} bytes", bytes.len());
+        let all = end.and_then(|end| bytes.get(offset..end)).ok_or_else(beyond)?;
+        Ok(all.chunks(stride).take(count).flat_map(|element| &element[..size]).copied().collect())
+    }
+
+    /// The first `N` numbers of each element; integers are shares of their largest.
+    pub(super) fn floats<const N: usize>(
+        &mut self,
+        accessor: &gltf::Accessor<'a>,
+    ) -> Result<Vec<[f32; N]>, String> {
+        let (kind, index) = (accessor.data_type(), accessor.index());
+        if accessor.dimensions().multiplicity() < N {
+            return Err(format!("accessors[{index}] has not {N} numbers in each element"));
+        }
+        let width = kind.size();
+        let value = |b: &[u8]| match (kind, b) {
+            (DataType::F32, &[a, b, c, d]) => f32::from_le_bytes([a, b, c, d]),
+            (DataType::U8, &[a]) => f32::from(a) / 255.0,
+            (DataType::I8, &[a]) => (f32::from(a as i8) / 127.0).max(-1.0),
+            (DataType::U16, &[a, b]) => f32::from(u16::from_le_bytes([a, b])) / 65_535.0,
+            (DataType::I16, &[a, b]) => (f32::from(i16::from_le_bytes([a, b])) / 32_767.0).max(-1.0),
+            _ => f32::NAN, // whole numbers of 32 bits are indices
+        };
+        let size = accessor.size();
+        let elements = self.elements(accessor)?;
+        let element = |e: &[u8]| std::array::from_fn(|i| value(&e[i * width..(i + 1) * width]));
+        Ok(elements.chunks_exact(size).map(element).collect())
+    }
+
+    /// The numbers of an accessor of indices.
+    pub(super) fn indices(&mut self, accessor: &gltf::Accessor<'a>) -> Result<Vec<u32>, String> {
+        let (size, index) = (accessor.size(), accessor.index());
+        if !matches!(
+            (accessor.data_type(), size),
+            (DataType::U8, 1) | (DataType::U16, 2) | (DataType::U32, 4)
+        ) {
+            return Err(format!("accessors[{index}] does not hold indices"));
+        }
+        let elements = self.elements(accessor)?;
+        let number = |e: &[u8]| e.iter().rev().fold(0, |sum, byte| (sum << 8) | u32::from(*byte));
+        Ok(elements.chunks_exact(size).map(number).collect())
+    }
+
+    /// Where an image is.
+    pub(super) fn image(&mut self, index: usize) -> Result<ImageSource, String> {
+        let document = self.document;
+        let image = document.as_json().images.get(index).ok_or("it names an image that is not there")?;
+        match (&image.uri, image.buffer_view) {
+            (Some(uri), _) => Ok(match data_uri(uri)? {
+                Some(bytes) => ImageSource::Bytes(bytes),
+                None => ImageSource::File(decoded(uri)),
+            }),
+            (None, Some(view)) => {
+                let view = document.views().nth(view.value()).ok_or("it names a view that is not there")?;
+                let bytes = self.view(&view)?.to_vec();
+                Ok(ImageSource::Bytes(bytes))
+            }
+            (None, None) => Err(format!("images[{index}] has neither `uri` nor `bufferView`")),
+        }
+    }
+
+    /// The bytes of an image.
+    pub(super) fn image_bytes(&mut self, index: usize) -> Result<Vec<u8>, String> {
+        match self.image(index)? {
+            ImageSource::Bytes(bytes) => Ok(bytes),
+            ImageSource::File(name) => {
+                let read = self.files.read(&self.folder.join(name), limits::IMAGE_BYTES);
+                Ok(read.map_err(|e| e.to_string())?.into_owned())
+            }
+        }
+    }
+}
+
+/// The bytes of a data URI (RFC 2397), or nothing for another one.
+fn data_uri(uri: &str) -> Result<Option<Vec<u8>>, String> {
+    let Some(data) = uri.strip_prefix("data:") else { return Ok(None) };
+    let (kind, text) = data.split_once(',').ok_or("a data URI has no comma")?;
+    if !kind.ends_with(";base64") {
+        return Err("a data URI is not in base64".to_owned());
+    }
+    STANDARD.decode(text.trim_end()).map(Some).map_err(|e| format!("a data URI is not in base64: {e}"))
+}
+
+/// A relative URI as a file name: `%20` is a blank.
+fn decoded(uri: &str) -> String {
+    let hex = |pair: &[u8]| u8::from_str_radix(std::str::from_utf8(pair).ok()?, 16).ok();
+    let (bytes, mut out, mut i) = (uri.as_bytes(), Vec::with_capacity(uri.len()), 0);
+    while i < bytes.len() {
+        let escaped = (bytes[i] == b'%').then(|| bytes.get(i + 1..i + 3).and_then(hex)).flatten();
+        out.push(escaped.unwrap_or(bytes[i]));
+        i += if escaped.is_some() { 3 } else { 1 };
+    }
+    String::from_utf8_lossy(&out).into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn uris_are_data_or_files() {
+        assert_eq!(decoded("a%20b%2fc%zz%4"), "a b/c%zz%4");
+        assert_eq!(data_uri("data:image/png;base64,AQID"), Ok(Some(vec![1, 2, 3])));
+        assert_eq!(data_uri("a.bin"), Ok(None));
+        assert!(data_uri("data:,hello").is_err() && data_uri("data:;base64,?").is_err());
+    }
+}

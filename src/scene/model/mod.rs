@@ -1,0 +1,118 @@
+//! Models as scenes: OBJ with its materials, PLY and glTF, without a scene file around them.
+//!
+//! A model becomes the text of a scene that Mitsuba's reader then reads, and files in memory that the text names: meshes as PLY,
+//! pictures of which a material needs one channel or a multiple. So every material, texture and check exists once, and what
+//! is saved of a model in the viewer is a scene that includes it.
+//!
+//! | file | what |
+//! |---|---|
+//! | `text.rs` | writes the text and keeps the files |
+//! | `obj.rs` | OBJ: materials of its MTL files |
+//! | `gltf/` | glTF 2.0: nodes, lights and cameras; buffers; materials; pictures |
+//! | `stage.rs` | what a model lacks: a sky, a camera that sees all of it |
+//!
+//! Units are those of glTF, one to one: a radiance of 1 in the scene is 1 cd/m², a point of 1 cd has the intensity 1.
+
+mod gltf;
+mod obj;
+mod stage;
+mod text;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use crate::scene::diagnostic::{Finding, FindingKind, LineAt, SceneError, SceneWarning};
+use crate::scene::files::{ReadError, SceneFiles};
+use crate::scene::limits;
+
+pub(crate) use stage::frame;
+use text::SceneText;
+
+/// A format of models that are shown without a scene file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ModelFormat {
+    /// Wavefront OBJ with MTL.
+    Obj,
+    /// Stanford PLY.
+    Ply,
+    /// glTF 2.0, as text or in one binary file.
+    Gltf,
+}
+
+impl ModelFormat {
+    /// The format that the ending of a file names; none for a scene file.
+    pub fn of(path: &Path) -> Option<Self> {
+        let ending = path.extension()?.to_str()?.to_ascii_lowercase();
+        match ending.as_str() {
+            "obj" => Some(Self::Obj),
+            "ply" => Some(Self::Ply),
+            "gltf" | "glb" => Some(Self::Gltf),
+            _ => None,
+        }
+    }
+}
+
+/// A model as a scene.
+pub(crate) struct ModelScene {
+    /// The text of the scene.
+    pub(crate) text: String,
+    /// The files that it names and that are on no disk.
+    pub(crate) files: BTreeMap<PathBuf, Vec<u8>>,
+    pub(crate) warnings: Vec<SceneWarning>,
+    /// The model has no camera: that of the text is to be moved by [`frame`].
+    pub(crate) unframed: bool,
+}
+
+/// Reads a model.
+///
+/// # Errors
+///
+/// [`SceneError`] that names the file, with line and column where the format has lines.
+pub(crate) fn read(path: &Path, format: ModelFormat, files: &SceneFiles) -> Result<ModelScene, SceneError> {
+    let mut text = SceneText::new(path);
+    match format {
+        ModelFormat::Obj => obj::read(&mut text, files)?,
+        ModelFormat::Ply => ply(&mut text, files)?,
+        ModelFormat::Gltf => gltf::read(&mut text, files)?,
+    }
+    Ok(text.finish())
+}
+
+/// A finding about a model as a whole, or at a line and column of it.
+fn finding(path: &Path, kind: FindingKind, [line, column]: [usize; 2], message: String) -> Finding {
+    let file = path.to_string_lossy();
+    Finding::new(kind, LineAt { file: &file, text: "", line, column, range: (0, 0) }, message)
+}
+
+/// The error of a file that cannot be read.
+fn unreadable(path: &Path, error: &ReadError) -> SceneError {
+    finding(path, error.kind(), [1, 1], error.to_string()).error()
+}
+
+/// A PLY file has no material: it is clay, in the colours of its vertices where it has some.
+fn ply(text: &mut SceneText<'_>, files: &SceneFiles) -> Result<(), SceneError> {
+    let path = text.path;
+    let bytes = files.read(path, limits::MESH_BYTES).map_err(|e| unreadable(path, &e))?;
+    let colored = has_colors(&bytes);
+    text.object("bsdf", "twosided", &[("id", "clay")], |text| {
+        text.object("bsdf", "diffuse", &[], |text| match colored {
+            true => text.vertex_colors("reflectance"),
+            false => text.rgb("reflectance", CLAY),
+        });
+    });
+    text.shape("ply", &text.own_name(), "clay", |_| ());
+    Ok(())
+}
+
+/// Whether the header of a PLY file gives its vertices red, green and blue.
+fn has_colors(bytes: &[u8]) -> bool {
+    const NAMES: [&[u8]; 6] = [b"r", b"g", b"b", b"red", b"green", b"blue"];
+    let lines = bytes.split(|b| *b == b'\n').map(<[u8]>::trim_ascii).take_while(|l| *l != b"end_header");
+    let vertex = lines.skip_while(|l| !l.starts_with(b"element vertex")).skip(1);
+    let properties = vertex.take_while(|l| l.starts_with(b"property"));
+    let named = properties.filter(|l| NAMES.contains(&l.rsplit(|b| *b == b' ').next().unwrap_or_default()));
+    named.take(3).count() == 3
+}
+
+/// Reflectance of what has no material.
+const CLAY: [f32; 3] = [0.6, 0.58, 0.55];

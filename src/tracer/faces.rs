@@ -1,0 +1,174 @@
+//! The triangles of a scene: corners and normals of vertices that triangles share, and 32 bytes for each triangle.
+
+use std::ops::Range;
+
+use glam::Vec3;
+
+use super::accel::{TriangleSource, collect_in_huge_pages};
+use super::primitives::{NONE, PrimRecord};
+use super::shape::Triangle;
+
+/// A triangle. Hits are incoherent, so that all of it lies in one cache line.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(32))]
+pub(super) struct Face {
+    /// Indices of its vertices.
+    corners: [u32; 3],
+    /// Unit geometric normal.
+    n: Vec3,
+    /// Index into the surfaces, with [`SMOOTH`] if the vertices have normals.
+    surface: u32,
+    /// Index into the extras, or [`NONE`].
+    extra: u32,
+}
+
+const _: () = assert!(size_of::<Face>() == 32);
+
+/// The bit of [`Face::surface`] of a triangle with vertex normals.
+const SMOOTH: u32 = 1 << 31;
+
+/// What few triangles have.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FaceExtra {
+    /// Index into the lights, or [`NONE`].
+    pub(super) light: u32,
+    /// Index into the backs, or [`NONE`].
+    pub(super) back: u32,
+}
+
+/// All triangles, by primitive id.
+#[derive(Debug, Default)]
+pub(super) struct Faces {
+    list: Vec<Face>,
+    /// Of vertices, by index.
+    positions: Vec<Vec3>,
+    /// Of vertices: by index plus the shift of the surface, modulo 2³².
+    normals: Vec<Vec3>,
+    /// By surface; those without normals may have none.
+    shifts: Vec<u32>,
+    extras: Vec<FaceExtra>,
+}
+
+/// Vertices that were added for a shape.
+#[derive(Clone, Debug)]
+pub(super) struct ShapeVertices {
+    /// Index of the first.
+    pub(super) first: u32,
+    normals: Range<usize>,
+}
+
+impl Faces {
+    #[inline(always)]
+    pub(super) fn get(&self, prim: u32) -> Option<&Face> {
+        self.list.get(prim as usize)
+    }
+
+    #[inline(always)]
+    pub(super) fn triangle(&self, face: &Face) -> Triangle {
+        let [p0, p1, p2] = self.corners_of(face);
+        Triangle { p0, e1: p1 - p0, e2: p2 - p0, n: face.n }
+    }
+
+    /// The triangle with this id, which must exist.
+    pub(super) fn triangle_at(&self, prim: usize) -> Triangle {
+        self.triangle(&self.list[prim])
+    }
+
+    #[inline(always)]
+    fn corners_of(&self, face: &Face) -> [Vec3; 3] {
+        face.corners.map(|v| self.positions[v as usize])
+    }
+
+    #[inline(always)]
+    pub(super) fn record(&self, face: &Face) -> PrimRecord {
+        let extra = match face.extra {
+            NONE => FaceExtra { light: NONE, back: NONE },
+            extra => self.extras[extra as usize],
+        };
+        PrimRecord { surface: face.surface & !SMOOTH, light: extra.light, back: extra.back }
+    }
+
+    /// The first triangle of the shape that has the triangle `prim`. Shapes are added one after the other.
+    pub(super) fn first_of_shape(&self, prim: u32) -> Option<u32> {
+        let surface = |face: &Face| face.surface & !SMOOTH;
+        let own = surface(self.get(prim)?);
+        Some(self.list.partition_point(|face| surface(face) < own) as u32)
+    }
+
+    /// The normals at the corners, if it has some.
+    #[inline(always)]
+    pub(super) fn normals_of(&self, face: &Face) -> Option<[Vec3; 3]> {
+        (face.surface & SMOOTH != 0).then(|| {
+            let shift = self.shifts[(face.surface & !SMOOTH) as usize];
+            face.corners.map(|v| self.normals[v.wrapping_add(shift) as usize])
+        })
+    }
+
+    /// Adds vertices of the shape `surface`, with a normal each or none.
+    pub(super) fn add_vertices(
+        &mut self,
+        surface: u32,
+        positions: impl IntoIterator<Item = Vec3>,
+        normals: impl IntoIterator<Item = Vec3>,
+    ) -> ShapeVertices {
+        let (first, before) = (self.positions.len() as u32, self.normals.len());
+        self.positions.extend(positions);
+        self.normals.extend(normals);
+        if self.normals.len() > before {
+            self.shifts.resize(surface as usize + 1, 0);
+            self.shifts[surface as usize] = (before as u32).wrapping_sub(first);
+        }
+        ShapeVertices { first, normals: before..self.normals.len() }
+    }
+
+    /// The position of a vertex.
+    pub(super) fn position(&self, vertex: u32) -> Option<Vec3> {
+        self.positions.get(vertex as usize).copied()
+    }
+
+    /// The normal of a vertex of a shape, if it has one.
+    pub(super) fn normal(&self, of: &ShapeVertices, vertex: u32) -> Option<Vec3> {
+        let i = of.normals.start + (vertex.checked_sub(of.first)?) as usize;
+        self.normals.get(i).filter(|_| i < of.normals.end).copied()
+    }
+
+    /// Adds a triangle of vertices that were added, with its unit normal.
+    pub(super) fn push(&mut self, corners: [u32; 3], n: Vec3, surface: u32, smooth: bool) {
+        let surface = surface | if smooth { SMOOTH } else { 0 };
+        self.list.push(Face { corners, n, surface, extra: NONE });
+    }
+
+    /// Light and back of the triangle `prim`, to be changed.
+    pub(super) fn extra_mut(&mut self, prim: usize) -> &mut FaceExtra {
+        let face = &mut self.list[prim];
+        if face.extra == NONE {
+            face.extra = self.extras.len() as u32;
+            self.extras.push(FaceExtra { light: NONE, back: NONE });
+        }
+        &mut self.extras[face.extra as usize]
+    }
+
+    /// The vertices of the last triangle.
+    pub(super) fn last_corners(&self) -> Option<[u32; 3]> {
+        self.list.last().map(|face| face.corners)
+    }
+
+    /// Moves what rays read into huge pages, where the system provides them.
+    pub(super) fn into_huge_pages(mut self) -> Self {
+        self.list = collect_in_huge_pages(self.list.into_iter());
+        self.positions = collect_in_huge_pages(self.positions.into_iter());
+        self.normals = collect_in_huge_pages(self.normals.into_iter());
+        self
+    }
+}
+
+impl TriangleSource for Faces {
+    #[inline(always)]
+    fn count(&self) -> usize {
+        self.list.len()
+    }
+
+    fn corners(&self, id: usize) -> [Vec3; 3] {
+        self.corners_of(&self.list[id])
+    }
+}

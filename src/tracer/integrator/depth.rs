@@ -1,0 +1,43 @@
+//! The distance to what is seen first: no light transport at all.
+
+use crate::color::Xyz;
+use crate::spectrum::White;
+use crate::stream::{PathCounts, SampleSink};
+use crate::tracer::Sampler;
+
+use super::{Integrator, RenderContext};
+
+/// Shows the distance of the first surface from the near clip plane along the ray, in world units, as grey; nothing is black. As Mitsuba's
+/// `depth` in its RGB mode.
+#[derive(Clone, Debug)]
+pub struct DepthTracer {
+    /// Scene, view and settings.
+    pub context: RenderContext,
+    /// XYZ of the grey whose linear red, green and blue are 1.
+    grey: Xyz,
+}
+
+impl Integrator for DepthTracer {
+    type Scratch = ();
+
+    fn trace(&self, index: u64, _: &mut (), out: &mut impl SampleSink) {
+        let RenderContext { seed, camera, scene, .. } = &self.context;
+        let numbers = Sampler::at(index, *seed).camera();
+        let uv = self.context.place(numbers.screen);
+        let ray = camera.ray(uv, numbers.lens);
+        let distance = scene.closest(&ray).map_or(0.0, |hit| hit.point.p.distance(ray.origin));
+        out.camera(uv.map(|c| c as f32), self.grey * distance, 1.0);
+    }
+
+    fn paths_per_index(&self) -> PathCounts {
+        PathCounts { camera: 1, light: 0 }
+    }
+}
+
+impl From<RenderContext> for DepthTracer {
+    fn from(context: RenderContext) -> Self {
+        let lambda = White::D65.wavelengths();
+        let white = White::D65.spectrum().sample(&lambda);
+        Self { context, grey: lambda.to_xyz(white) }
+    }
+}
