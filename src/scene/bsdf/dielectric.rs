@@ -83,19 +83,12 @@ impl BsdfPlugin for RoughDielectricDesc {
         Some(self.roughness)
     }
 
-    fn is_brushed(&self) -> bool {
-        match self.alpha.as_deref() {
-            Some(alpha) => matches!(alpha, AlphaTexture::Anisotropic(_)),
-            None => self.roughness.alpha[0] != self.roughness.alpha[1],
-        }
+    fn alpha(&self) -> Option<&AlphaTexture> {
+        self.alpha.as_deref()
     }
 
-    fn scalars(&self) -> Vec<&SpectrumTexture> {
-        self.alpha.iter().flat_map(|alpha| alpha.textures()).collect()
-    }
-
-    fn scalars_mut(&mut self) -> Vec<&mut SpectrumTexture> {
-        self.alpha.iter_mut().flat_map(|alpha| alpha.textures_mut()).collect()
+    fn alpha_mut(&mut self) -> Option<&mut AlphaTexture> {
+        self.alpha.as_deref_mut()
     }
 }
 

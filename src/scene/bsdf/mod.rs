@@ -59,19 +59,32 @@ pub(crate) trait BsdfPlugin: Sized {
         None
     }
 
+    /// The roughness where it varies.
+    fn alpha(&self) -> Option<&AlphaTexture> {
+        None
+    }
+
+    /// The same, to change.
+    fn alpha_mut(&mut self) -> Option<&mut AlphaTexture> {
+        None
+    }
+
     /// The roughness differs between the tangents, if only somewhere.
     fn is_brushed(&self) -> bool {
-        self.roughness().is_some_and(|roughness| roughness.alpha[0] != roughness.alpha[1])
+        match self.alpha() {
+            Some(alpha) => matches!(alpha, AlphaTexture::Anisotropic(_)),
+            None => self.roughness().is_some_and(|roughness| roughness.alpha[0] != roughness.alpha[1]),
+        }
     }
 
     /// The textures that numbers are read from, other than those of `parts`.
     fn scalars(&self) -> Vec<&SpectrumTexture> {
-        Vec::new()
+        self.alpha().map_or_else(Vec::new, AlphaTexture::textures)
     }
 
     /// The same, to change.
     fn scalars_mut(&mut self) -> Vec<&mut SpectrumTexture> {
-        Vec::new()
+        self.alpha_mut().map_or_else(Vec::new, AlphaTexture::textures_mut)
     }
 
     /// The materials that this one is made of.
