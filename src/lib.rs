@@ -39,6 +39,7 @@ pub mod color;
 pub mod gpu;
 pub mod image;
 pub mod math;
+mod memory;
 pub mod scene;
 pub mod server;
 pub mod spectrum;

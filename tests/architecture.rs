@@ -15,10 +15,10 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("math", &[]),
     ("color", &["math"]),
     ("spectrum", &["math", "color"]),
-    ("image", &["math", "color"]),
+    ("image", &["math", "color", "memory"]),
     ("stream", &["math", "color"]),
     ("scene", &["math", "color", "spectrum", "image"]),
-    ("tracer", &["math", "color", "spectrum", "scene", "stream"]),
+    ("tracer", &["math", "memory", "color", "spectrum", "scene", "stream"]),
     ("server", &["math", "tracer", "scene", "stream"]),
     ("gpu", &[]),
     ("client", &["gpu", "stream", "color", "image", "math"]),
@@ -56,7 +56,7 @@ const PLACES: &[(&[&str], &[&str])] = &[
 ];
 
 /// Where `unsafe` may stand.
-const UNSAFE: &[&str] = &["src/stream/ring.rs", "src/gpu/", "src/tracer/accel/"];
+const UNSAFE: &[&str] = &["src/memory.rs", "src/stream/ring.rs", "src/gpu/", "src/tracer/accel/"];
 
 fn rust_files(dir: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();

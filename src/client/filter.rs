@@ -122,9 +122,7 @@ impl SplatFilter {
             return Taps { first: base, weights: [1.0 - t, t, 0.0, 0.0, 0.0, 0.0] };
         }
         if let SplatFilter::Scaled(_) = self {
-            let first = base - 2;
-            let weights = std::array::from_fn(|k| self.weight(k as f32 - 2.0 - t));
-            return Taps { first, weights };
+            return self.scaled_taps(base - 2, t);
         }
         let [g0, g1, g2, _] = GAUSSIAN_TAPS;
         let weights = [
@@ -136,6 +134,12 @@ impl SplatFilter {
             t * g2,
         ];
         Taps { first: base - 2, weights }
+    }
+
+    /// Out of line, because few pictures ask for it and [`taps`](Self::taps) is small without it.
+    #[inline(never)]
+    fn scaled_taps(self, first: i32, t: f32) -> Taps {
+        Taps { first, weights: std::array::from_fn(|k| self.weight(k as f32 - 2.0 - t)) }
     }
 
     /// `c`: mean over sub-texel positions of `Σ f²` over texels in two dimensions; `W/c` is the effective

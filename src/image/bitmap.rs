@@ -4,6 +4,7 @@ use std::fmt;
 use std::io::Cursor;
 use std::path::Path;
 
+use glam::Vec3A;
 use half::f16;
 use image::{ColorType, DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
@@ -13,6 +14,7 @@ use crate::image::exr::{self, check_inflation, check_pixels};
 use crate::image::grid::Grid;
 use crate::image::layer::{self, Layer};
 use crate::image::{pfm, radiance};
+use crate::memory::collect_in_huge_pages;
 
 /// A picture of RGB texels in rows from the top.
 pub struct Bitmap {
@@ -78,6 +80,7 @@ impl Bitmap {
 
     fn new(width: usize, height: usize, texels: Texels, raw: bool) -> Self {
         let decode = |v: f32| if raw { v } else { srgb::decode(v) };
+        let texels = texels.into_huge_pages();
         Self { width, height, texels, raw, curve: std::array::from_fn(|v| decode(v as f32 / 255.0)) }
     }
 
@@ -97,15 +100,24 @@ impl Bitmap {
     }
 
     /// The linear Rec.709 value of the texel in column `x` of row `y`, which must exist.
-    #[inline]
     pub fn texel(&self, x: usize, y: usize) -> [f32; 3] {
         self.value(y * self.width + x)
     }
 
-    #[inline]
+    /// As [`texel`](Self::texel), four at once: these columns and rows.
+    #[inline(always)]
+    pub fn texels(&self, at: [[usize; 2]; 4]) -> [Vec3A; 4] {
+        let at = at.map(|[x, y]| y * self.width + x);
+        match &self.texels {
+            Texels::Eight(texels) => at.map(|i| self.of_eight(texels[i]).into()),
+            Texels::Float(texels) => at.map(|i| texels[i].into()),
+            Texels::Sixteen(_) | Texels::Half(_) => at.map(|i| self.value(i).into()),
+        }
+    }
+
     fn value(&self, i: usize) -> [f32; 3] {
         match &self.texels {
-            Texels::Eight(texels) => texels[i].map(|v| self.curve[usize::from(v)]),
+            Texels::Eight(texels) => self.of_eight(texels[i]),
             Texels::Sixteen(texels) => texels[i].map(|v| {
                 let v = f32::from(v) / 65_535.0;
                 if self.raw { v } else { srgb::decode(v) }
@@ -113,6 +125,11 @@ impl Bitmap {
             Texels::Half(texels) => texels[i].map(f16::to_f32),
             Texels::Float(texels) => texels[i],
         }
+    }
+
+    #[inline(always)]
+    fn of_eight(&self, texel: [u8; 3]) -> [f32; 3] {
+        texel.map(|v| self.curve[usize::from(v)])
     }
 
     /// All texels as light, linear Rec.709.
@@ -126,6 +143,16 @@ impl Bitmap {
 }
 
 impl Texels {
+    /// Paths meet textures at random places, and TLB misses on small pages take as long as the rest of a lookup.
+    fn into_huge_pages(self) -> Self {
+        match self {
+            Self::Eight(texels) => Self::Eight(collect_in_huge_pages(texels.into_iter())),
+            Self::Sixteen(texels) => Self::Sixteen(collect_in_huge_pages(texels.into_iter())),
+            Self::Half(texels) => Self::Half(collect_in_huge_pages(texels.into_iter())),
+            Self::Float(texels) => Self::Float(collect_in_huge_pages(texels.into_iter())),
+        }
+    }
+
     /// Halves if they hold all of `pixels` exactly, as those of most EXR files.
     fn of_floats(pixels: Vec<[f32; 3]>) -> Self {
         let is_half = |v: &f32| f16::from_f32(*v).to_f32().to_bits() == v.to_bits();

@@ -43,6 +43,12 @@ impl Frame {
         Self { s, t: n.cross(s), n }
     }
 
+    /// This frame after a turn by 180° about the s axis: that of the back of a surface, right-handed as well.
+    #[inline]
+    pub fn turned(&self) -> Self {
+        Self { s: self.s, t: -self.t, n: -self.n }
+    }
+
     /// World space to local space.
     #[inline]
     pub fn to_local(&self, v: Vec3) -> Vec3 {

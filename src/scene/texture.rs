@@ -7,7 +7,7 @@
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
-use glam::{Affine2, Vec2, Vec3};
+use glam::{Affine2, Vec2, Vec3, Vec3A};
 
 use crate::image::bitmap::Bitmap;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
@@ -126,10 +126,10 @@ impl PartialEq<Spectrum> for SpectrumTexture {
 impl SpectrumTexture {
     /// The values at a point and the wavelengths of a path.
     #[inline]
-    pub fn sample(&self, at: impl Into<TexturePoint>, lambda: &SampledWavelengths) -> SampledSpectrum {
+    pub fn sample(&self, at: &TexturePoint, lambda: &SampledWavelengths) -> SampledSpectrum {
         match self {
             Self::Uniform(spectrum) => spectrum.sample(lambda),
-            _ => self.varying(&at.into(), lambda),
+            _ => self.varying(at, lambda),
         }
     }
 
@@ -137,18 +137,18 @@ impl SpectrumTexture {
     fn varying(&self, at: &TexturePoint, lambda: &SampledWavelengths) -> SampledSpectrum {
         match self {
             Self::Uniform(spectrum) => spectrum.sample(lambda),
-            Self::Bitmap(texture) => Spectrum::textured_rgb(texture.rgb(at.uv), lambda),
-            Self::Checkerboard(board) => board.color(at.uv).sample(*at, lambda),
-            Self::Attribute(texture) => Spectrum::textured_rgb(texture.values(at).map(clean), lambda),
+            Self::Bitmap(texture) => Spectrum::textured_rgb(texture.value(at.uv, clean_texel), lambda),
+            Self::Checkerboard(board) => board.color(at.uv).sample(at, lambda),
+            Self::Attribute(texture) => Spectrum::textured_rgb(texture.values(at).map(clean).into(), lambda),
         }
     }
 
     /// The number at a point, not negative: the luminance under D65 where there is a colour. Mitsuba's `eval_1`.
     #[inline]
-    pub fn scalar(&self, at: impl Into<TexturePoint>) -> f32 {
+    pub fn scalar(&self, at: &TexturePoint) -> f32 {
         match self {
             Self::Uniform(Spectrum::Constant(v)) => *v,
-            _ => self.varying_scalar(&at.into()),
+            _ => self.varying_scalar(at),
         }
     }
 
@@ -156,14 +156,14 @@ impl SpectrumTexture {
     fn varying_scalar(&self, at: &TexturePoint) -> f32 {
         match self {
             Self::Uniform(spectrum) => luminance(spectrum.reflected_rgb()),
-            Self::Bitmap(texture) => luminance(texture.value(at.uv, not_negative)),
-            Self::Checkerboard(board) => board.number(at.uv).scalar(*at),
+            Self::Bitmap(texture) => luminance(texture.value(at.uv, texel_not_negative).to_array()),
+            Self::Checkerboard(board) => board.number(at.uv).scalar(at),
             Self::Attribute(texture) => luminance(texture.values(at).map(not_negative)),
         }
     }
 
     /// The luminance under D65 at a point, if it depends on the place.
-    pub fn luminance_at(&self, at: TexturePoint) -> Option<f32> {
+    pub fn luminance_at(&self, at: &TexturePoint) -> Option<f32> {
         self.varies().then(|| self.scalar(at).min(1.0))
     }
 
@@ -320,10 +320,13 @@ impl BitmapTexture {
         Self { mean: sum.map(|v| (v / count) as f32), bitmap, to_uv, wrap, nearest, grey }
     }
 
-    /// The colour at texture coordinates `uv`, linear Rec.709 in [0, 1].
-    #[inline]
-    fn rgb(&self, uv: Vec2) -> [f32; 3] {
-        self.value(uv, clean)
+    /// A repeated picture of linear texels in rows of `width`.
+    ///
+    /// # Panics
+    ///
+    /// If there is no texel, or not full rows of them.
+    pub fn of_linear(width: usize, texels: Vec<[f32; 3]>) -> Self {
+        Self::new(Arc::new(Bitmap::from_linear(width, texels)), Affine2::IDENTITY, WrapMode::Repeat, false)
     }
 
     /// The values of the file at texture coordinates `uv`, for what is no colour.
@@ -338,34 +341,33 @@ impl BitmapTexture {
             return Vec2::ZERO;
         }
         let ([a, b, c, d], at) = self.texels(uv, |v| v);
-        let [a, b, c, d] = [a, b, c, d]
-            .map(|texel| [0.2126, 0.7152, 0.0722].into_iter().zip(texel).map(|(w, v)| w * v).sum::<f32>());
+        let [a, b, c, d] = [a, b, c, d].map(|texel| texel.dot(Vec3A::new(0.2126, 0.7152, 0.0722)));
         let by_texel =
             Vec2::new((b - a) * (1.0 - at.y) + (d - c) * at.y, (c - a) * (1.0 - at.x) + (d - b) * at.x);
         let size = Vec2::new(self.bitmap.width() as f32, self.bitmap.height() as f32);
         self.to_uv.matrix2.transpose() * (by_texel * size)
     }
 
-    /// The texture at texture coordinates `uv`, with each component of a texel made usable.
-    #[inline]
-    fn value(&self, uv: Vec2, usable: impl Fn(f32) -> f32) -> [f32; 3] {
+    /// The texture at texture coordinates `uv`, with each texel made usable.
+    #[inline(always)]
+    fn value(&self, uv: Vec2, usable: impl Fn(Vec3A) -> Vec3A) -> Vec3A {
         let ([a, b, c, d], Vec2 { x: s, y: t }) = self.texels(uv, usable);
         if self.nearest {
             return a;
         }
-        std::array::from_fn(|i| (a[i] * (1.0 - s) + b[i] * s) * (1.0 - t) + (c[i] * (1.0 - s) + d[i] * s) * t)
+        (a * (1.0 - s) + b * s) * (1.0 - t) + (c * (1.0 - s) + d * s) * t
     }
 
     /// The four texels around texture coordinates `uv`, row by row, and where between them the point lies; if the nearest counts
     /// alone, it is the first.
-    #[inline]
-    fn texels(&self, uv: Vec2, usable: impl Fn(f32) -> f32) -> ([[f32; 3]; 4], Vec2) {
+    #[inline(always)]
+    fn texels(&self, uv: Vec2, usable: impl Fn(Vec3A) -> Vec3A) -> ([Vec3A; 4], Vec2) {
         let size = [self.bitmap.width(), self.bitmap.height()];
         let (at, offset) = cell(&self.to_uv, size, self.nearest, uv);
         let pair = |i: usize| [at[i], at[i].saturating_add(1)].map(|at| self.wrap.index(at, size[i]));
         let ([left, right], [above, below]) = (pair(0), pair(1));
-        let texel = |x: usize, y: usize| self.bitmap.texel(x, y).map(&usable);
-        ([texel(left, above), texel(right, above), texel(left, below), texel(right, below)], offset)
+        let texels = self.bitmap.texels([[left, above], [right, above], [left, below], [right, below]]);
+        (texels.map(usable), offset)
     }
 }
 
@@ -377,8 +379,12 @@ pub(super) fn cell(to_uv: &Affine2, size: [usize; 2], nearest: bool, uv: Vec2) -
     // Coordinates that are no numbers mean nothing.
     let at = if at.is_finite() { at } else { Vec2::ZERO };
     let at = if nearest { at } else { at - 0.5 };
-    let cell = at.floor();
-    ([cell.x as i64, cell.y as i64], at - cell)
+    // Rounded down in integers: without SSE 4.1, `floor` is a call.
+    let cell = at.to_array().map(|v| {
+        let whole = v as i64;
+        whole.saturating_sub(i64::from(whole as f32 > v))
+    });
+    (cell, at - Vec2::from(cell.map(|i| i as f32)))
 }
 
 impl AttributeTexture {
@@ -420,12 +426,15 @@ impl WrapMode {
     }
 
     /// The column or row of `size` that stands at place `i`, which saturates where coordinates are beyond all sense.
-    #[inline]
+    #[inline(always)]
     pub(super) fn index(self, i: i64, size: usize) -> usize {
         // Most places lie in the picture itself, and a division takes as long as the rest.
-        if usize::try_from(i).is_ok_and(|i| i < size) {
-            return i as usize;
-        }
+        if (i as u64) < size as u64 { i as usize } else { self.index_beyond(i, size) }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn index_beyond(self, i: i64, size: usize) -> usize {
         let size = size as i64;
         let inside = match self {
             Self::Repeat => i.rem_euclid(size),
@@ -447,6 +456,17 @@ fn luminance([r, g, b]: [f32; 3]) -> f32 {
 /// `v` from 0 on; NaN is 0, and what is beyond all sense stays finite.
 fn not_negative(v: f32) -> f32 {
     if v > 0.0 { v.min(1e30) } else { 0.0 }
+}
+
+/// As [`not_negative`], each component.
+fn texel_not_negative(texel: Vec3A) -> Vec3A {
+    texel.to_array().map(not_negative).into()
+}
+
+/// As [`clean`], each component.
+#[inline(always)]
+fn clean_texel(texel: Vec3A) -> Vec3A {
+    Vec3A::select(texel.cmpgt(Vec3A::ZERO), texel.min(Vec3A::ONE), Vec3A::ZERO)
 }
 
 /// `v` cut to [0, 1]; NaN is 0.

@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use glam::DVec3;
+use glam::{DVec3, Vec2, Vec3, Vec3A, Vec4};
 
 use super::upsample::{self, Sigmoid};
 
@@ -15,8 +15,8 @@ const VALUES: usize = 33;
 const DARKEST: f32 = 1.0 / 256.0;
 const LIGHTEST: f32 = 0.95;
 
-/// The first ratio, which stands for all smaller ones.
-const LEAST_RATIO: f64 = 1e-3;
+/// Root of the first ratio, which stands for all smaller ones.
+const LEAST_RATIO_ROOT: f32 = 1.0 / 32.0;
 
 /// The [`Sigmoid`] of every linear Rec.709 colour in [0, 1]³, by interpolation between fits (Jakob and Hanika 2019, §3.3).
 ///
@@ -24,8 +24,9 @@ const LEAST_RATIO: f64 = 1e-3;
 /// each of red, green and blue. Nodes lie densest where coefficients change most: where ratios are near 0, and values near 0 and 1.
 #[derive(Debug)]
 pub(super) struct ReflectanceTable {
-    /// `[brightest][value][second ratio][first ratio]`.
-    nodes: Vec<[f32; 3]>,
+    /// `[brightest][value][second ratio][first ratio]`: c₀, c₁, c₂ and nothing, so that a node is one load.
+    nodes: Vec<Vec4>,
+    values: ValueCells,
 }
 
 /// The value of node `i`. The argument of the sigmoid of a grey grows as a hyperbolic sine from node to node.
@@ -38,27 +39,55 @@ fn value(i: usize) -> f64 {
 
 /// The ratio of node `i`.
 fn ratio(i: usize) -> f64 {
-    let first = LEAST_RATIO.sqrt();
+    let first = f64::from(LEAST_RATIO_ROOT);
     (first + (1.0 - first) * i as f64 / (RATIOS - 1) as f64).powi(2)
 }
 
-/// The place among the nodes of a value from [`DARKEST`] to [`LIGHTEST`], as a node and an offset to the next one in [0, 1].
-#[inline]
-fn value_cell(v: f32) -> (usize, f32) {
-    static NODES: LazyLock<[f32; VALUES]> = LazyLock::new(|| std::array::from_fn(|i| value(i) as f32));
-    let nodes = &*NODES;
-    let after = nodes.partition_point(|node| *node <= v).clamp(1, VALUES - 1);
-    let (a, b) = (nodes[after - 1], nodes[after]);
-    (after - 1, ((v - a) / (b - a)).clamp(0.0, 1.0))
+/// The distances between the values of nodes, and where to look for a value.
+#[derive(Debug)]
+struct ValueCells {
+    nodes: [f32; VALUES],
+    /// 1 over the distance to the next node.
+    inverse: [f32; VALUES - 1],
+    /// By the upper bits of a number: the cell of the least number that has them.
+    first: [u8; 1 << 9],
 }
 
-/// As [`value_cell`], for a ratio in [0, 1].
-#[inline]
-fn ratio_cell(r: f32) -> (usize, f32) {
-    let first = LEAST_RATIO.sqrt() as f32;
-    let at = (r.sqrt() - first).max(0.0) * ((RATIOS - 1) as f32 / (1.0 - first));
-    let cell = (at as usize).min(RATIOS - 2);
-    (cell, at - cell as f32)
+impl ValueCells {
+    /// These many bits below the exponent tell the part of an octave: a part holds one node at most.
+    const PART_BITS: u32 = 6;
+
+    fn new() -> Self {
+        let nodes: [f32; VALUES] = std::array::from_fn(|i| value(i) as f32);
+        let inverse = std::array::from_fn(|i| 1.0 / (nodes[i + 1] - nodes[i]));
+        let first = std::array::from_fn(|part| {
+            let least = f32::from_bits((part as u32 + Self::part(DARKEST)) << (23 - Self::PART_BITS));
+            nodes.partition_point(|node| *node <= least).clamp(1, VALUES - 1) as u8 - 1
+        });
+        Self { nodes, inverse, first }
+    }
+
+    fn part(v: f32) -> u32 {
+        v.to_bits() >> (23 - Self::PART_BITS)
+    }
+
+    /// The place among the nodes of a value from [`DARKEST`] to [`LIGHTEST`], as a node and an offset to the next one in [0, 1].
+    #[inline(always)]
+    fn find(&self, v: f32) -> (usize, f32) {
+        let first = usize::from(self.first[(Self::part(v) - Self::part(DARKEST)) as usize & 0x1ff]);
+        let cell = (first + usize::from(self.nodes[first + 1] <= v)).min(VALUES - 2);
+        (cell, ((v - self.nodes[cell]) * self.inverse[cell]).clamp(0.0, 1.0))
+    }
+}
+
+/// The places of ratios in [0, 1] among the nodes, as nodes and offsets to the next ones in [0, 1].
+#[inline(always)]
+fn ratio_cells(ratios: Vec2) -> ([usize; 2], [f32; 2]) {
+    let first = LEAST_RATIO_ROOT;
+    let at = (ratios.map(f32::sqrt) - first) * ((RATIOS - 1) as f32 / (1.0 - first));
+    let at = at.to_array().map(|at| at.max(0.0));
+    let cells = at.map(|at| (at as i32).min(RATIOS as i32 - 2));
+    (cells.map(|cell| cell as usize), std::array::from_fn(|i| at[i] - cells[i] as f32))
 }
 
 impl ReflectanceTable {
@@ -69,7 +98,7 @@ impl ReflectanceTable {
     }
 
     fn new() -> Self {
-        let mut nodes = Vec::with_capacity(3 * VALUES * RATIOS * RATIOS);
+        let mut nodes: Vec<Vec4> = Vec::with_capacity(3 * VALUES * RATIOS * RATIOS);
         for brightest in 0..3 {
             for z in 0..VALUES {
                 for y in 0..RATIOS {
@@ -79,37 +108,42 @@ impl ReflectanceTable {
                         rgb[(brightest + 2) % 3] *= ratio(y);
                         let (rgb, before) = (DVec3::from_array(rgb), nodes.last().filter(|_| x > 0));
                         let shape = match before {
-                            Some(&coefficients) => upsample::reflectance_near(rgb, Sigmoid { coefficients }),
+                            Some(node) => {
+                                let coefficients = node.truncate().to_array();
+                                upsample::reflectance_near(rgb, Sigmoid { coefficients })
+                            }
                             None => upsample::reflectance(rgb),
                         };
-                        nodes.push(shape.coefficients);
+                        nodes.push(Vec3::from(shape.coefficients).extend(0.0));
                     }
                 }
             }
         }
-        Self { nodes }
+        Self { nodes, values: ValueCells::new() }
     }
 
     /// The smooth reflectance of `rgb`, linear and in [0, 1], and a factor on it.
     #[inline]
-    pub(super) fn find(&self, rgb: [f32; 3]) -> (Sigmoid, f32) {
-        let brightest = (1..3).fold(0, |m, i| if rgb[i] > rgb[m] { i } else { m });
-        let v = rgb[brightest];
+    pub(super) fn find(&self, rgb: Vec3A) -> (Sigmoid, f32) {
+        let [r, g, b] = rgb.to_array();
+        // Which is the brightest is different at every texel: selected, not branched upon.
+        let (brightest, v, others) = if g > r { (1, g, [b, r]) } else { (0, r, [g, b]) };
+        let (brightest, v, others) = if b > v { (2, b, [r, g]) } else { (brightest, v, others) };
         if v <= 0.0 {
             return (Sigmoid { coefficients: [0.0; 3] }, 0.0);
         }
-        let cell = |i: usize| ratio_cell(rgb[(brightest + i) % 3] / v);
         let in_table = v.clamp(DARKEST, LIGHTEST);
-        let ((x, r), (y, s), (z, t)) = (cell(1), cell(2), value_cell(in_table));
-        let mut coefficients = [0.0; 3];
-        for (dz, wz) in [(0, 1.0 - t), (1, t)] {
-            let row = (brightest * VALUES + z + dz) * RATIOS;
-            for (dy, wy) in [(0, wz * (1.0 - s)), (1, wz * s)] {
-                let first = (row + y + dy) * RATIOS + x;
-                let (a, b) = (self.nodes[first], self.nodes[first + 1]);
-                (0..3).for_each(|i| coefficients[i] += wy * (a[i] * (1.0 - r) + b[i] * r));
-            }
-        }
+        let ([x, y], [s, t]) = ratio_cells(Vec2::from(others) / v);
+        let (z, u) = self.values.find(in_table);
+        let first = ((brightest * VALUES + z) * RATIOS + y) * RATIOS + x;
+        let near = &self.nodes[first..first + (RATIOS + 1) * RATIOS + 2];
+        let row = |at: usize| near[at] + (near[at + 1] - near[at]) * s;
+        let layer = |at: usize| {
+            let (a, b) = (row(at), row(at + RATIOS));
+            a + (b - a) * t
+        };
+        let (a, b) = (layer(0), layer(RATIOS * RATIOS));
+        let coefficients = (a + (b - a) * u).truncate().to_array();
         (Sigmoid { coefficients }, v / in_table)
     }
 }
@@ -120,6 +154,20 @@ mod tests {
     use crate::math::random::Random;
     use crate::spectrum::Spectrum;
 
+    #[test]
+    fn cells_of_values_are_found() {
+        let (cells, mut random) = (ValueCells::new(), Random(5));
+        let between = |u: f32| DARKEST + (LIGHTEST - DARKEST) * u * u;
+        let values =
+            (0..100_000).map(|_| between(random.f32())).chain(cells.nodes).chain([DARKEST, LIGHTEST]);
+        for v in values.filter(|v| (DARKEST..=LIGHTEST).contains(v)) {
+            let (cell, offset) = cells.find(v);
+            let [a, b] = [cells.nodes[cell], cells.nodes[cell + 1]];
+            assert!(a <= v.max(cells.nodes[0]) && (v < b || v <= b && cell == VALUES - 2), "{v}: {a} to {b}");
+            assert!((a + (b - a) * offset - v).abs() <= 1e-6, "{v}: {offset}");
+        }
+    }
+
     /// Random colours of all kinds are met within .01 of linear Rec.709, and on average within .0008.
     #[test]
     fn colors_are_met() {
@@ -129,7 +177,7 @@ mod tests {
         for i in 0..n {
             let power = [1.0, 2.2, 4.0][i % 3];
             let rgb = [0; 3].map(|_| random.f64().powf(power) as f32);
-            let (shape, scale) = table.find(rgb);
+            let (shape, scale) = table.find(rgb.into());
             let found = Spectrum::Scaled { scale, shape }.reflected_rgb();
             let error = (0..3).map(|i| (found[i] - rgb[i]).abs()).fold(0.0, f32::max);
             sum += error / n as f32;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::{DVec3, Vec3, Vec4};
+use glam::{DVec3, Vec3, Vec3A, Vec4};
 
 use super::reflectance_table::ReflectanceTable;
 use super::table::Table;
@@ -78,9 +78,9 @@ impl Spectrum {
     /// The values of [`Spectrum::reflectance_rgb`] at the wavelengths of a path, within some thousandths, for textures: in tens of
     /// nanoseconds, by a table that the first call makes.
     #[inline]
-    pub fn textured_rgb(rgb: [f32; 3], lambda: &SampledWavelengths) -> SampledSpectrum {
-        if rgb[0] == rgb[1] && rgb[1] == rgb[2] {
-            return SampledSpectrum::splat(rgb[0]);
+    pub fn textured_rgb(rgb: Vec3A, lambda: &SampledWavelengths) -> SampledSpectrum {
+        if rgb.x == rgb.y && rgb.y == rgb.z {
+            return SampledSpectrum::splat(rgb.x);
         }
         let (shape, scale) = ReflectanceTable::get().find(rgb);
         SampledSpectrum((shape.eval(lambda.lambda()) * scale).min(Vec4::ONE))

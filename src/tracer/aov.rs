@@ -8,7 +8,7 @@ use crate::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
 
 use super::Scene;
 use super::accel::Ray;
-use super::interaction::SurfaceInteraction;
+use super::interaction::SurfaceMaterial;
 
 /// Sets of four wavelengths at which a reflectance becomes a colour.
 const SETS: usize = 8;
@@ -41,32 +41,32 @@ impl<'a> AovTracer<'a> {
     /// Writes what is seen along `ray`, whose direction has unit length, to `values`, one number for each channel; 0 where that is nothing.
     pub fn along(&self, ray: &Ray, values: &mut [f32]) {
         values.fill(0.0);
-        let Some((hit, shape, prim)) = self.scene.first_surface(ray) else { return };
+        let Some(hit) = self.scene.first(ray) else { return };
         let mut places = values.iter_mut();
         let mut put = |found: &[f32]| {
             for (value, place) in found.iter().zip(&mut places) {
                 *place = *value;
             }
         };
+        let surface = self.scene.surface_material(&hit);
         for kind in &self.kinds {
             match kind {
-                AovKind::Albedo => put(&self.albedo(&hit).to_array()),
+                AovKind::Albedo => put(&self.albedo(&surface, hit.wo).to_array()),
                 AovKind::Depth => put(&[hit.point.p.distance(ray.origin)]),
                 AovKind::Position => put(&hit.point.p.to_array()),
-                AovKind::Uv => put(&hit.texture.uv.to_array()),
+                AovKind::Uv => put(&surface.context.texture.uv.to_array()),
                 AovKind::GeometricNormal => put(&hit.point.ng.to_array()),
                 AovKind::ShadingNormal => put(&hit.n.to_array()),
-                AovKind::PrimIndex => put(&[prim as f32]),
-                AovKind::ShapeIndex => put(&[shape as f32 + 1.0]),
+                AovKind::PrimIndex => put(&[self.scene.index_in_shape(&hit) as f32]),
+                AovKind::ShapeIndex => put(&[self.scene.shape(&hit) as f32 + 1.0]),
             }
         }
     }
 
     /// Linear Rec.709 of the diffuse reflectance under D65.
-    fn albedo(&self, hit: &SurfaceInteraction) -> Vec3 {
-        let (material, frame) = self.scene.material(hit);
-        let wo = frame.to_local(hit.wo);
-        self.color(|lambda| material.diffuse_reflectance(hit.texture, lambda, wo)) / self.white
+    fn albedo(&self, surface: &SurfaceMaterial<'_>, wo: Vec3) -> Vec3 {
+        let (SurfaceMaterial { material, context, .. }, wo) = (surface, surface.frame.to_local(wo));
+        self.color(|lambda| material.diffuse_reflectance(&context.texture, lambda, wo)) / self.white
     }
 
     fn color(&self, reflectance: impl Fn(&SampledWavelengths) -> SampledSpectrum) -> Vec3 {

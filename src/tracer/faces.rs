@@ -4,7 +4,9 @@ use std::ops::Range;
 
 use glam::Vec3;
 
-use super::accel::{TriangleSource, collect_in_huge_pages};
+use crate::memory::collect_in_huge_pages;
+
+use super::accel::TriangleSource;
 use super::primitives::{NONE, PrimRecord};
 use super::shape::Triangle;
 
@@ -23,6 +25,14 @@ pub(super) struct Face {
 }
 
 const _: () = assert!(size_of::<Face>() == 32);
+
+impl Face {
+    /// True if its vertices have normals.
+    #[inline(always)]
+    pub(super) fn is_smooth(&self) -> bool {
+        self.surface & SMOOTH != 0
+    }
+}
 
 /// The bit of [`Face::surface`] of a triangle with vertex normals.
 const SMOOTH: u32 = 1 << 31;
@@ -95,13 +105,12 @@ impl Faces {
         Some(self.list.partition_point(|face| surface(face) < own) as u32)
     }
 
-    /// The normals at the corners, if it has some.
+    /// The shading normal of a smooth triangle at a point with these barycentric weights; `None` where it is 0.
     #[inline(always)]
-    pub(super) fn normals_of(&self, face: &Face) -> Option<[Vec3; 3]> {
-        (face.surface & SMOOTH != 0).then(|| {
-            let shift = self.shifts[(face.surface & !SMOOTH) as usize];
-            face.corners.map(|v| self.normals[v.wrapping_add(shift) as usize])
-        })
+    pub(super) fn shading_normal(&self, face: &Face, uv: [f32; 2]) -> Option<Vec3> {
+        let shift = self.shifts[(face.surface & !SMOOTH) as usize];
+        let [a, b, c] = face.corners.map(|v| self.normals[v.wrapping_add(shift) as usize]);
+        (a * (1.0 - uv[0] - uv[1]) + b * uv[0] + c * uv[1]).try_normalize()
     }
 
     /// Adds vertices of the shape `surface`, with a normal each or none.

@@ -4,12 +4,11 @@ use glam::Vec3;
 
 use crate::math::float::{SHADOW_T_MAX, safe_origin};
 use crate::math::frame::Frame;
-use crate::scene::texture::TexturePoint;
 use crate::spectrum::SampledWavelengths;
 
 use super::Scene;
-use super::accel::Ray;
-use super::bsdf::{Bsdf, Scattering};
+use super::accel::{Hit, Ray};
+use super::bsdf::{Bsdf, Material, MaterialEvalContext, Scattering};
 use super::light::LightSampleContext;
 use super::shape::SurfacePoint;
 
@@ -35,14 +34,10 @@ pub struct SurfaceInteraction {
     pub point: SurfacePoint,
     /// Shading normal, on the front.
     pub n: Vec3,
-    /// ∂p/∂u, world space: exact where the surface has a bump, up to a factor where it is brushed, else 0.
-    pub dp_du: Vec3,
-    /// ∂p/∂v, world space, where the surface has a bump; else 0.
-    pub dp_dv: Vec3,
     /// Unit direction back along the ray, world space.
     pub wo: Vec3,
-    /// Where textures are asked; 0 where nothing on the surface is textured.
-    pub texture: TexturePoint,
+    /// The primitive that was hit, and where.
+    pub hit: Hit,
     /// Index of the surface in the scene, which has the materials of its two sides.
     pub surface: u32,
     /// The light that this primitive belongs to, if it emits.
@@ -52,24 +47,6 @@ pub struct SurfaceInteraction {
 }
 
 impl SurfaceInteraction {
-    /// A point of the plane z = 0 with texture coordinates along x and y, seen from above.
-    pub fn flat(texture: TexturePoint) -> Self {
-        let point = SurfacePoint { p: texture.uv.extend(0.0), error: Vec3::ZERO, ng: Vec3::Z };
-        let (n, dp_du, dp_dv) = (Vec3::Z, Vec3::X, Vec3::Y);
-        Self { point, n, dp_du, dp_dv, wo: Vec3::Z, texture, surface: 0, light: None, smooth: false }
-    }
-
-    /// The shading frame.
-    #[inline]
-    pub fn frame(&self) -> Frame {
-        if self.dp_du == Vec3::ZERO { Frame::new(self.n) } else { self.frame_along() }
-    }
-
-    #[inline(never)]
-    fn frame_along(&self) -> Frame {
-        Frame::along(self.n, self.dp_du)
-    }
-
     /// The light that this point belongs to, if it emits to where the ray came from.
     #[inline(always)]
     pub fn emitter(&self) -> Option<u32> {
@@ -107,6 +84,25 @@ impl SurfaceInteraction {
     }
 }
 
+/// The material that a surface shows at a point to the side that it is seen from.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfaceMaterial<'a> {
+    /// The material.
+    pub material: &'a Material,
+    /// The shading frame that it is evaluated in.
+    pub frame: Frame,
+    /// What it depends on besides wavelengths.
+    pub context: MaterialEvalContext,
+}
+
+impl SurfaceMaterial<'_> {
+    /// The material at the wavelengths of a path.
+    #[inline(always)]
+    pub fn bsdf<B: Scattering>(&self, lambda: &SampledWavelengths) -> B {
+        B::of(self.material, &self.context, lambda)
+    }
+}
+
 /// A path vertex on a surface: a hit and its material at the wavelengths of the path.
 #[derive(Clone, Copy, Debug)]
 pub struct SurfaceVertex<B = Bsdf> {
@@ -124,8 +120,22 @@ impl<B: Scattering> SurfaceVertex<B> {
     /// Evaluates the material of `hit` at `lambda`.
     #[inline(always)]
     pub fn new(scene: &Scene, hit: SurfaceInteraction, lambda: &SampledWavelengths) -> Self {
-        let (material, frame) = scene.material(&hit);
-        Self { frame, bsdf: B::of(material, &hit, lambda), wo: frame.to_local(hit.wo), hit }
+        let (frame, bsdf) = match scene.has_parameters() {
+            false => {
+                let SurfaceMaterial { material, frame, context } = scene.uniform_material(&hit);
+                (frame, B::of(material, &context, lambda))
+            }
+            // A copy, so that the compiler keeps the hit in registers.
+            true => Self::parametrized(scene, &{ hit }, lambda),
+        };
+        Self { frame, bsdf, wo: frame.to_local(hit.wo), hit }
+    }
+
+    /// Out of line, so that scenes without textures do not move around what only textures ask for.
+    #[inline(never)]
+    fn parametrized(scene: &Scene, hit: &SurfaceInteraction, lambda: &SampledWavelengths) -> (Frame, B) {
+        let surface = scene.surface_material(hit);
+        (surface.frame, surface.bsdf(lambda))
     }
 
     /// What sampling a light from here depends on, seen from the side that the path came from.

@@ -59,7 +59,7 @@ pub mod wavelength_mis;
 
 pub use camera::Camera;
 pub use integrator::{Integrator, PathTracer};
-pub use interaction::SurfaceInteraction;
+pub use interaction::{SurfaceInteraction, SurfaceMaterial};
 pub use prepare::{PrepareError, PrepareOptions};
 pub use sampler::Sampler;
 pub use scene::{MaterialClass, Pick, Scene};

@@ -11,9 +11,7 @@
 //! A photon on such a surface counts for more, because the path that gathers it meets the surface by chance, too.
 //!
 //! What emits does so in full, however little of it is there, as in Mitsuba 3. So a camera path stops at such a surface to see it
-//! ([`Scene::closest_or_emitter`]) before it goes on ([`Scene::beyond`]).
-
-use crate::scene::texture::TexturePoint;
+//! ([`Scene::closest_or_emitter`]) before it goes on ([`Scene::passes`]).
 
 use crate::math::bits::mix;
 use crate::math::float::safe_origin;
@@ -44,47 +42,59 @@ impl Opacity {
     pub(super) fn has_holes(&self) -> bool {
         self.0.is_some()
     }
-
-    fn at(&self, at: TexturePoint) -> f32 {
-        self.0.as_ref().map_or(1.0, |shares| shares.iter().map(|share| share.at(at)).sum())
-    }
 }
 
 impl Scene {
-    /// The first hit of `ray` that is at an emitter, seen from its front, or at something that the ray does not pass. What camera paths
-    /// ask for: [`Scene::beyond`] tells whether it goes on from an emitter.
+    /// The first hit of `ray` that is at an emitter, seen from its front, or at something that the ray does not pass; `ray` then begins
+    /// behind what it has passed. What camera paths ask for: [`Scene::passes`] tells whether it goes on from an emitter.
     #[inline(always)]
-    pub fn closest_or_emitter(&self, ray: &Ray) -> Option<SurfaceInteraction> {
+    pub(super) fn hit_or_emitter(&self, ray: &mut Ray) -> Option<Hit> {
         match self.opacities {
-            None => self.first(ray),
-            Some(_) => self.closest_seen(ray),
+            None => self.primitives.accel.closest(ray),
+            Some(_) => self.hit_seen(ray),
         }
     }
 
     #[cold]
     #[inline(never)]
-    fn closest_seen(&self, ray: &Ray) -> Option<SurfaceInteraction> {
-        self.walk(*ray, |ray, _, at, opacity| at.emitter().is_some() || meets(ray, at, opacity))
+    fn hit_seen(&self, ray: &mut Ray) -> Option<Hit> {
+        Some(self.walk(ray, |ray, at, opacity| at.emitter().is_some() || meets(ray, at, opacity))?.hit)
     }
 
-    /// The ray that goes on behind the emitter that `ray` has hit, if it passes it.
+    /// True where `ray` passes the emitter that it has hit; it then begins behind it.
     #[inline(always)]
-    pub fn beyond(&self, ray: &Ray, at: &SurfaceInteraction) -> Option<Ray> {
-        let passes = self.opacities.is_some() && at.emitter().is_some() && !meets(ray, at, self.opacity(at));
-        passes.then(|| past(ray, at))
+    pub(super) fn passes(&self, ray: &mut Ray, at: &SurfaceInteraction) -> bool {
+        self.has_holes() && self.passes_emitter(ray, *at)
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn passes_emitter(&self, ray: &mut Ray, at: SurfaceInteraction) -> bool {
+        let passes = at.emitter().is_some() && !meets(ray, &at, self.opacity(&at));
+        if passes {
+            *ray = past(ray, &at);
+        }
+        passes
     }
 
     /// The share of the surface at `at` that is there.
     #[inline]
     pub fn opacity(&self, at: &SurfaceInteraction) -> f32 {
-        self.opacities.as_ref().map_or(1.0, |opacities| opacities[at.surface as usize].at(at.texture))
+        let Some(opacities) = &self.opacities else { return 1.0 };
+        match &opacities[at.surface as usize] {
+            Opacity(None) => 1.0,
+            Opacity(Some(shares)) => {
+                let texture = self.primitives.texture_point(at);
+                shares.iter().map(|share| share.at(&texture)).sum()
+            }
+        }
     }
 
-    /// As [`Scene::closest`] where some surfaces are not all there.
+    /// The hit of [`Scene::closest`] where some surfaces are not all there.
     #[cold]
     #[inline(never)]
-    pub(super) fn closest_met(&self, ray: &Ray) -> Option<SurfaceInteraction> {
-        self.walk(*ray, |ray, _, at, opacity| meets(ray, at, opacity))
+    pub(super) fn hit_met(&self, ray: &mut Ray) -> Option<Hit> {
+        Some(self.walk(ray, meets)?.hit)
     }
 
     /// The product of 1 − opacity of all that `ray` hits, the primitives of `skip` excepted, where some surfaces are not all there.
@@ -92,28 +102,27 @@ impl Scene {
     #[inline(never)]
     pub(super) fn passed_share(&self, ray: &Ray, skip: PrimRange) -> f32 {
         let mut share = 1.0;
-        let end = self.walk(*ray, |_, hit, _, opacity| {
-            share *= if skip.contains(hit.prim) { 1.0 } else { (1.0 - opacity).max(0.0) };
+        let end = self.walk(&mut ray.clone(), |_, at, opacity| {
+            share *= if skip.contains(at.hit.prim) { 1.0 } else { (1.0 - opacity).max(0.0) };
             share == 0.0
         });
         if end.is_some() { 0.0 } else { share }
     }
 
-    /// The first hit of `ray` at which `ends` says so, given the opacity there, or after [`MOST_PASSED`] others.
+    /// The first hit of `ray` at which `ends` says so, given the opacity there, or after [`MOST_PASSED`] others. `ray` then begins behind those.
     pub(super) fn walk(
         &self,
-        mut ray: Ray,
-        mut ends: impl FnMut(&Ray, &Hit, &SurfaceInteraction, f32) -> bool,
+        ray: &mut Ray,
+        mut ends: impl FnMut(&Ray, &SurfaceInteraction, f32) -> bool,
     ) -> Option<SurfaceInteraction> {
         let mut passed = 0;
         loop {
-            let hit = self.primitives.accel.closest(&ray)?;
-            let at = self.primitives.interaction(&ray, &hit);
-            if ends(&ray, &hit, &at, self.opacity(&at)) || passed == MOST_PASSED {
+            let at = self.first(ray)?;
+            if ends(ray, &at, self.opacity(&at)) || passed == MOST_PASSED {
                 return Some(at);
             }
             passed += 1;
-            ray = past(&ray, &at);
+            *ray = past(ray, &at);
         }
     }
 }

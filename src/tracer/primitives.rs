@@ -5,6 +5,7 @@ use glam::Vec3;
 use crate::scene::texture::TexturePoint;
 
 use super::accel::{Accel, Hit, Ray, TriangleSource};
+use super::bsdf::MaterialEvalContext;
 use super::curve::CurvePiece;
 use super::faces::Faces;
 use super::interaction::SurfaceInteraction;
@@ -78,17 +79,60 @@ impl Primitives {
     fn instance_interaction(&self, ray: &Ray, hit: &Hit, instance: u32) -> SurfaceInteraction {
         let place = &self.placements[instance as usize];
         let inside = self.local_interaction(&self.accel.ray_in_instance(instance, ray), hit);
-        // Where only its direction counts, ∂p/∂u stays a unit vector.
-        let brushed = inside.dp_dv == Vec3::ZERO;
-        let along = |v: Vec3| if brushed { place.along(v) } else { place.vector(v) };
         SurfaceInteraction {
             point: place.point(&inside.point),
             n: place.normal(inside.n),
-            dp_du: along(inside.dp_du),
-            dp_dv: along(inside.dp_dv),
             wo: -ray.direction,
             ..inside
         }
+    }
+
+    /// Where the group is that has the surface of `at`, if it is one of a group.
+    pub(super) fn placement(&self, at: &SurfaceInteraction) -> Option<&Placement> {
+        self.placements.get(at.hit.instance as usize)
+    }
+
+    /// True where some surface is textured or brushed.
+    #[inline(always)]
+    pub(super) fn has_parameters(&self) -> bool {
+        !(self.uvs.is_empty() && self.tangents.is_empty())
+    }
+
+    /// What the material depends on at a point.
+    #[inline(always)]
+    pub(super) fn material_context(&self, at: &SurfaceInteraction) -> MaterialEvalContext {
+        let placement = self.placement(at);
+        let point = placement.map_or(at.point, |place| place.point_in_group(&at.point));
+        let [dp_du, dp_dv] = match self.tangents.get(at.surface as usize) {
+            Some(tangents) => tangents.at(at.hit.prim, &point),
+            None => [Vec3::ZERO; 2],
+        };
+        // Where only its direction counts, ∂p/∂u stays a unit vector.
+        let along = |v: Vec3| match placement {
+            None => v,
+            Some(place) if dp_dv == Vec3::ZERO => place.along(v),
+            Some(place) => place.vector(v),
+        };
+        MaterialEvalContext {
+            n: at.n,
+            ng: at.point.ng,
+            dp_du: along(dp_du),
+            dp_dv: along(dp_dv),
+            texture: self.texture_point(at),
+        }
+    }
+
+    /// Where textures are asked; 0 where nothing on the surface is textured.
+    #[inline(always)]
+    pub(super) fn texture_point(&self, at: &SurfaceInteraction) -> TexturePoint {
+        // A back has the coordinates of its front: the primitive that was hit is that of the front.
+        let surface = match self.faces.get(at.hit.prim) {
+            Some(face) => self.faces.record(face).surface,
+            None => self.round[at.hit.prim as usize - self.faces.count()].surface,
+        };
+        let Some(coordinates) = self.uvs.get(surface as usize) else { return TexturePoint::default() };
+        let placement = self.placement(at);
+        coordinates.at(&at.hit, placement.map_or(at.point.p, |place| place.point_in_group(&at.point).p))
     }
 
     /// The surface interaction in the space of the primitive, which is also that of `ray`.
@@ -97,34 +141,25 @@ impl Primitives {
         let (mut point, mut record, smooth) = match self.faces.get(hit.prim) {
             Some(face) => {
                 let point = self.faces.triangle(face).point(hit.uv);
-                (point, self.faces.record(face), self.faces.normals_of(face))
+                (point, self.faces.record(face), face.is_smooth().then_some(face))
             }
             None => {
                 let (point, record) = self.round_point(ray, hit);
                 (point, record, None)
             }
         };
-        let texture = match self.uvs.get(record.surface as usize) {
-            Some(coordinates) => coordinates.at(hit, &point),
-            None => TexturePoint::default(),
-        };
-        let mut n = smooth.and_then(|normals| shading_normal(normals, hit.uv)).unwrap_or(point.ng);
+        let interpolated = smooth.and_then(|face| self.faces.shading_normal(face, hit.uv));
+        let mut n = interpolated.unwrap_or(point.ng);
         if record.back != NONE && ray.direction.dot(point.ng) > 0.0 {
             let Back { surface, light } = self.backs[record.back as usize];
             (record.surface, record.light) = (surface, light);
             (point.ng, n) = (-point.ng, -n);
         }
-        let [dp_du, dp_dv] = match self.tangents.get(record.surface as usize) {
-            Some(tangents) => tangents.at(hit.prim, &point),
-            None => [Vec3::ZERO; 2],
-        };
         SurfaceInteraction {
             point,
             n,
-            dp_du,
-            dp_dv,
             wo: -ray.direction,
-            texture,
+            hit: *hit,
             surface: record.surface,
             light: (record.light != NONE).then_some(record.light),
             smooth: smooth.is_some(),
@@ -149,9 +184,4 @@ impl Primitives {
         };
         (point, self.round[i])
     }
-}
-
-#[inline]
-fn shading_normal([a, b, c]: [Vec3; 3], uv: [f32; 2]) -> Option<Vec3> {
-    (a * (1.0 - uv[0] - uv[1]) + b * uv[0] + c * uv[1]).try_normalize()
 }

@@ -5,12 +5,11 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use crate::math::float::safe_origin;
-use crate::math::frame::Frame;
 use crate::spectrum::White;
 
 use super::accel::{Accel, Hit, PrimRange, Ray, SimdKernel};
-use super::bsdf::{Material, Sides};
-use super::interaction::SurfaceInteraction;
+use super::bsdf::{Material, MaterialEvalContext, Sides};
+use super::interaction::{SurfaceInteraction, SurfaceMaterial};
 use super::light::{LightSample, Lights};
 use super::opacity::Opacity;
 use super::prepare::SceneStructure;
@@ -103,40 +102,50 @@ impl Scene {
     /// The first hit of `ray`, whose direction has unit length. Surfaces that are not all there are passed by chance.
     #[inline(always)]
     pub fn closest(&self, ray: &Ray) -> Option<SurfaceInteraction> {
+        let mut ray = *ray;
+        let hit = self.hit(&mut ray)?;
+        Some(self.interaction(&ray, &hit))
+    }
+
+    /// As [`closest`](Self::closest): the hit alone, and `ray` then begins behind what it has passed. What is out of line returns a hit rather
+    /// than a [`SurfaceInteraction`], so that the compiler keeps the latter in registers.
+    #[inline(always)]
+    fn hit(&self, ray: &mut Ray) -> Option<Hit> {
         match self.opacities {
-            None => self.first(ray),
-            Some(_) => self.closest_met(ray),
+            None => self.primitives.accel.closest(ray),
+            Some(_) => self.hit_met(ray),
         }
+    }
+
+    /// Where `ray` has met what is there.
+    #[inline(always)]
+    pub(super) fn interaction(&self, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
+        self.primitives.interaction(ray, hit)
     }
 
     /// The first hit of `ray`, however little of the surface is there.
     #[inline(always)]
-    pub(super) fn first(&self, ray: &Ray) -> Option<SurfaceInteraction> {
-        self.primitives.accel.closest(ray).map(|hit| self.primitives.interaction(ray, &hit))
+    pub fn first(&self, ray: &Ray) -> Option<SurfaceInteraction> {
+        self.primitives.accel.closest(ray).map(|hit| self.interaction(ray, &hit))
     }
 
     /// The shape that is seen along `ray`; `None` where only the environment is. Of two shapes back to back in
     /// one place it is the one whose side is seen; of what a group holds, the instance that shows it. What is mostly holes is looked through.
     pub fn pick(&self, ray: &Ray) -> Option<Pick> {
-        let mut instance = Hit::DIRECT;
-        let found = self.walk(*ray, |_, hit, _, opacity| {
-            instance = hit.instance;
-            opacity >= 0.5
-        })?;
-        let SurfaceInteraction { point: SurfacePoint { p, .. }, surface, .. } = found;
-        let instance = self.primitives.placements.get(instance as usize);
-        let shape = instance.map_or(surface, |placement| placement.shape);
-        Some(Pick { shape, position: p, distance: p.distance(ray.origin) })
+        let found = self.walk(&mut ray.clone(), |_, _, opacity| opacity >= 0.5)?;
+        let p = found.point.p;
+        Some(Pick { shape: self.shape(&found), position: p, distance: p.distance(ray.origin) })
     }
 
-    /// The first hit of `ray` with the number of the object, as [`Scene::pick`] counts, and the index of the primitive among those of its
-    /// shape; for layers beside the picture.
-    pub fn first_surface(&self, ray: &Ray) -> Option<(SurfaceInteraction, u32, u32)> {
-        let hit = self.primitives.accel.closest(ray)?;
-        let found = self.primitives.interaction(ray, &hit);
-        let instance = self.primitives.placements.get(hit.instance as usize);
-        let shape = instance.map_or(found.surface, |placement| placement.shape);
-        Some((found, shape, self.primitives.index_in_shape(hit.prim)))
+    /// The number of the object that was hit: the shape, or the instance that shows it. An index into
+    /// [`SceneDesc::shapes`](crate::scene::SceneDesc::shapes).
+    pub fn shape(&self, at: &SurfaceInteraction) -> u32 {
+        self.primitives.placement(at).map_or(at.surface, |placement| placement.shape)
+    }
+
+    /// The index of a triangle that was hit among those of its shape; 0 of anything else.
+    pub fn index_in_shape(&self, at: &SurfaceInteraction) -> u32 {
+        self.primitives.index_in_shape(at.hit.prim)
     }
 
     /// The share of light that reaches `from` from the light of `sample`: 1 where nothing stands in between.
@@ -171,14 +180,17 @@ impl Scene {
         self.transmittance(&from.spawn_to(safe_origin(p, error, ng, -d), d))
     }
 
-    /// The first hit of `ray` that is not on a light.
-    pub fn closest_unlit(&self, mut ray: Ray) -> Option<SurfaceInteraction> {
+    /// The first hit of `ray` that is not on a light; `ray` then begins behind what it has passed.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn hit_unlit(&self, ray: &mut Ray) -> Option<Hit> {
         loop {
-            let hit = self.closest(&ray)?;
-            if hit.light.is_none() {
+            let hit = self.hit(ray)?;
+            let at = self.interaction(ray, &hit);
+            if at.light.is_none() {
                 return Some(hit);
             }
-            ray = Ray { t_max: f32::INFINITY, ..hit.spawn(ray.direction) };
+            *ray = Ray { t_max: f32::INFINITY, ..at.spawn(ray.direction) };
         }
     }
 
@@ -188,10 +200,35 @@ impl Scene {
         self.opacities.is_some()
     }
 
-    /// The material of a hit and the frame it is evaluated in.
+    /// The material that is seen at a hit.
+    pub fn material(&self, hit: &SurfaceInteraction) -> &Material {
+        let (material, _) = self.surfaces[hit.surface as usize].seen_from(hit.wo, hit.n);
+        &self.materials[material as usize]
+    }
+
+    /// The material that is seen at a hit, ready to be evaluated.
     #[inline(always)]
-    pub fn material(&self, hit: &SurfaceInteraction) -> (&Material, Frame) {
-        let (material, frame) = self.surfaces[hit.surface as usize].facing(hit.frame(), hit.wo);
-        (&self.materials[material as usize], frame)
+    pub fn surface_material(&self, hit: &SurfaceInteraction) -> SurfaceMaterial<'_> {
+        self.evaluated_with(hit, self.primitives.material_context(hit))
+    }
+
+    /// As [`surface_material`](Self::surface_material) in a scene that has no [parameters](Self::has_parameters).
+    #[inline(always)]
+    pub(super) fn uniform_material(&self, hit: &SurfaceInteraction) -> SurfaceMaterial<'_> {
+        self.evaluated_with(hit, MaterialEvalContext::uniform(hit.n, hit.point.ng))
+    }
+
+    /// True where some surface is textured or brushed.
+    #[inline(always)]
+    pub(super) fn has_parameters(&self) -> bool {
+        self.primitives.has_parameters()
+    }
+
+    #[inline(always)]
+    fn evaluated_with(&self, hit: &SurfaceInteraction, context: MaterialEvalContext) -> SurfaceMaterial<'_> {
+        let frame = context.frame();
+        let (material, turned) = self.surfaces[hit.surface as usize].seen_from(hit.wo, hit.n);
+        let frame = if turned { frame.turned() } else { frame };
+        SurfaceMaterial { material: &self.materials[material as usize], frame, context }
     }
 }

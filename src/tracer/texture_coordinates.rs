@@ -10,7 +10,6 @@ use crate::scene::desc::{AovKind, BsdfId, Mesh, MeshAttribute, ShapeDesc, ShapeK
 use crate::scene::texture::{AttributeLayout, SpectrumTexture, TexturePoint};
 
 use super::accel::Hit;
-use super::shape::SurfacePoint;
 
 /// The texture coordinates of one shape.
 #[derive(Debug)]
@@ -51,35 +50,38 @@ pub(super) enum TextureCoordinates {
 }
 
 impl TextureCoordinates {
-    /// The coordinates at `hit`, and the attributes of the mesh.
+    /// The coordinates at `hit`, which is at `p` in the space of the primitive, and the attributes of the mesh.
+    #[inline(always)]
+    pub(super) fn at(&self, hit: &Hit, p: Vec3) -> TexturePoint {
+        let Self::Triangles { first, of, attributes } = self else { return self.of_round(p).into() };
+        let i = hit.prim.checked_sub(*first).map_or(usize::MAX, |i| i as usize);
+        let uv = of.get(i).map_or(Vec2::ZERO, |[uv, du, dv]| *uv + *du * hit.uv[0] + *dv * hit.uv[1]);
+        let mut at = TexturePoint::from(uv);
+        if let Some(attributes) = attributes {
+            attributes.at(i, hit.uv, &mut at);
+        }
+        at
+    }
+
     #[inline(never)]
-    pub(super) fn at(&self, hit: &Hit, point: &SurfacePoint) -> TexturePoint {
+    fn of_round(&self, p: Vec3) -> Vec2 {
         let angle = |p: DVec3| {
             let phi = p.y.atan2(p.x) as f32;
             if phi < 0.0 { phi + TAU } else { phi }
         };
         match self {
-            Self::Unused => TexturePoint::default(),
-            Self::Triangles { first, of, attributes } => {
-                let i = hit.prim.checked_sub(*first).map_or(usize::MAX, |i| i as usize);
-                let uv = of.get(i).map_or(Vec2::ZERO, |[uv, du, dv]| *uv + *du * hit.uv[0] + *dv * hit.uv[1]);
-                let mut at = TexturePoint::from(uv);
-                if let Some(attributes) = attributes {
-                    attributes.at(i, hit.uv, &mut at);
-                }
-                at
-            }
+            Self::Unused | Self::Triangles { .. } => Vec2::ZERO,
             Self::Disk { to_local, center } => {
-                let p = *to_local * (point.p.as_dvec3() - center.as_dvec3());
-                Vec2::new(p.truncate().length() as f32, angle(p) / TAU).into()
+                let p = *to_local * (p.as_dvec3() - center.as_dvec3());
+                Vec2::new(p.truncate().length() as f32, angle(p) / TAU)
             }
             Self::Cylinder { to_local, base } => {
-                let p = *to_local * (point.p.as_dvec3() - *base);
-                Vec2::new(angle(p) / TAU, p.z as f32).into()
+                let p = *to_local * (p.as_dvec3() - *base);
+                Vec2::new(angle(p) / TAU, p.z as f32)
             }
             Self::Sphere { to_local, center } => {
-                let d = (*to_local * (point.p.as_dvec3() - center.as_dvec3())).normalize_or_zero();
-                Vec2::new(angle(d) / TAU, d.z.clamp(-1.0, 1.0).acos() as f32 * FRAC_1_PI).into()
+                let d = (*to_local * (p.as_dvec3() - center.as_dvec3())).normalize_or_zero();
+                Vec2::new(angle(d) / TAU, d.z.clamp(-1.0, 1.0).acos() as f32 * FRAC_1_PI)
             }
         }
     }

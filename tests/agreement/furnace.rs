@@ -12,7 +12,7 @@ use pointillist::scene::desc::*;
 use pointillist::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum, dispersion::Ior};
 use pointillist::stream::UvWindow;
 use pointillist::tracer::Camera;
-use pointillist::tracer::bsdf::ScatteringModel;
+use pointillist::tracer::bsdf::{Bsdf, ScatteringModel};
 
 const PLAN: Plan = Plan { side: 4, paths_per_pixel: 256, seeds: 16, window: UvWindow::PICTURE };
 
@@ -108,14 +108,15 @@ fn expected(desc: &SceneDesc, paths: u32) -> (f64, f64) {
             let Some(hit) = scene.closest(&ray) else {
                 return f64::from(lambda.to_xyz(SampledSpectrum(throughput.0 * Vec4::X * 4.0)).y);
             };
-            let (material, frame) = scene.material(&hit);
+            let surface = scene.surface_material(&hit);
             let numbers = [random.f32(), random.f32()];
-            let Some(s) = material.bsdf(&hit, &alone).sample(frame.to_local(hit.wo), numbers, random.f32())
+            let Some(s) =
+                surface.bsdf::<Bsdf>(&alone).sample(surface.frame.to_local(hit.wo), numbers, random.f32())
             else {
                 return 0.0;
             };
             throughput *= s.weight;
-            ray = hit.spawn(frame.to_world(s.wi));
+            ray = hit.spawn(surface.frame.to_world(s.wi));
         }
         0.0
     };

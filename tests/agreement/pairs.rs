@@ -5,7 +5,7 @@ use crate::support::welch;
 use pointillist::scene::desc::SceneDesc;
 use pointillist::spectrum::SampledWavelengths;
 use pointillist::stream::UvWindow;
-use pointillist::tracer::bsdf::ScatteringModel;
+use pointillist::tracer::bsdf::{Bsdf, ScatteringModel};
 use pointillist::tracer::{Camera, Scene};
 
 /// The methods that are compared.
@@ -38,11 +38,11 @@ fn seen_from_lights(desc: &SceneDesc, side: usize) -> Vec<bool> {
         // Over the lens, too, where there is one.
         let lens = [(i * 5 % 32) as f32 / 32.0, (j * 11 % 32) as f32 / 32.0];
         if let Some(hit) = scene.closest(&camera.ray(uv, lens)) {
-            let (material, frame) = scene.material(&hit);
-            let wo = frame.to_local(hit.wo);
+            let surface = scene.surface_material(&hit);
+            let wo = surface.frame.to_local(hit.wo);
             // Of both lobes, where there are two, the one of the mirror direction or of going straight on.
             let sharp = |lobe| {
-                let sample = material.bsdf(&hit, &lambda).sample(wo, [0.5; 2], lobe);
+                let sample = surface.bsdf::<Bsdf>(&lambda).sample(wo, [0.5; 2], lobe);
                 sample.is_some_and(|s| s.delta || s.pdf.0 > SHARPEST)
             };
             seen[j / 32 * side + i / 32] &= !(sharp(0.0) || sharp(1.0));

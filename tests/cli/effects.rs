@@ -53,7 +53,19 @@ fn explain_measures_what_is_on() {
     for effect in ["glare", "masking", "variance"] {
         assert!(client_entry(&plan, effect)["if_on"].as_f64().unwrap() > 0.0, "{effect}");
     }
-    for effect in ["light-stream", "dispersion", "glossy", "environment", "light-choice", "lens", "gather"] {
+    let off = [
+        "light-stream",
+        "dispersion",
+        "glossy",
+        "environment",
+        "light-choice",
+        "lens",
+        "opacity",
+        "textures",
+        "bump",
+        "gather",
+    ];
+    for effect in off {
         assert!(entry(&plan, effect)["if_on_share"].as_f64().unwrap() > -0.9, "{effect}");
     }
     for entry in plan["plan"].as_array().unwrap() {

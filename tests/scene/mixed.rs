@@ -34,7 +34,7 @@ fn blend(inner: &str) -> String {
 #[test]
 fn masks_and_blends() {
     let opacity = |text: &str| match bsdf(&mask(&format!("{MATT}{text}"))) {
-        BsdfDesc::Mask(MaskDesc { opacity, .. }) => opacity.scalar(Vec2::new(0.2, 0.2)),
+        BsdfDesc::Mask(MaskDesc { opacity, .. }) => opacity.scalar(&Vec2::new(0.2, 0.2).into()),
         other => panic!("{text}: {other:?}"),
     };
     assert_eq!(opacity(""), 0.5);
@@ -45,7 +45,7 @@ fn masks_and_blends() {
     assert_eq!(opacity(&format!("<texture type='checkerboard' name='opacity'>{board}</texture>")), 0.125);
     let two = format!("{MATT}<bsdf type='conductor'/><float name='weight' value='0.25'/>");
     let BsdfDesc::Blend(BlendDesc { weight, bsdfs }) = bsdf(&blend(&two)) else { panic!("a blend") };
-    assert!(weight.scalar(Vec2::ZERO) == 0.25 && bsdfs[0] != bsdfs[1]);
+    assert!(weight.scalar(&Vec2::ZERO.into()) == 0.25 && bsdfs[0] != bsdfs[1]);
     let both = format!("<bsdf type='twosided'>{}</bsdf>", blend(&two));
     read(&both).expect("a blend may be shown on both sides");
     bsdf(&mask(&both));
@@ -94,7 +94,7 @@ fn faults() {
     let red =
         says(&mask(&format!("{MATT}<rgb name='opacity' value='1, 0, 0'/>")), "the same for all colours");
     let BsdfDesc::Mask(MaskDesc { opacity, .. }) = red else { panic!("a mask") };
-    assert!((opacity.scalar(Vec2::ZERO) - 0.2126).abs() < 2e-3, "the luminance of red");
+    assert!((opacity.scalar(&Vec2::ZERO.into()) - 0.2126).abs() < 2e-3, "the luminance of red");
     let whole = read(&mask(&format!("{MATT}<float name='opacity' value='1'/>"))).expect("readable");
     let prepared = Scene::prepare(&whole.desc).expect("valid");
     assert_eq!(prepared.material_class(), MaterialClass::Diffuse);

@@ -10,11 +10,11 @@ use pointillist::scene::load_str;
 use pointillist::scene::texture::TexturePoint;
 use pointillist::spectrum::dispersion::Ior;
 use pointillist::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
-use pointillist::tracer::SurfaceInteraction;
 use pointillist::tracer::bsdf::{
-    Base, Bsdf, Coat, Conductor, Dielectric, Diffuse, Material, MaterialModel, MaterialPart, Microfacet,
-    MixtureMaterial, Plastic, Principled, PrincipledThin, RoughConductor, RoughDielectric, RoughPlastic,
-    ScatteringModel, ThinDielectric, Transmittance, fresnel, internal_reflectance,
+    Base, Bsdf, Coat, Conductor, Dielectric, Diffuse, Material, MaterialEvalContext, MaterialModel,
+    MaterialPart, Microfacet, MixtureMaterial, Plastic, Principled, PrincipledThin, RoughConductor,
+    RoughDielectric, RoughPlastic, ScatteringModel, ThinDielectric, Transmittance, fresnel,
+    internal_reflectance,
 };
 
 const ONE: SampledSpectrum = SampledSpectrum::ONE;
@@ -129,7 +129,8 @@ fn mixtures() -> Vec<(String, Bsdf, f32)> {
             bump: None,
         };
         let parts = parts.into_iter().map(part).collect();
-        let bsdf = Bsdf::Mixture(MixtureMaterial { parts, has_holes }.bsdf(TexturePoint::default(), &lambda));
+        let bsdf =
+            Bsdf::Mixture(MixtureMaterial { parts, has_holes }.bsdf(&TexturePoint::default(), &lambda));
         (format!("mixture of {name}"), bsdf, index)
     };
     vec![
@@ -166,7 +167,7 @@ fn textured() -> Vec<(String, Bsdf, f32)> {
         let material = Material::new(&desc.bsdfs[0]).expect("one material");
         let lambda = SampledWavelengths::sample(0.3);
         let at = move |u: f32| {
-            let bsdf = material.bsdf(&SurfaceInteraction::flat(Vec2::new(u, 0.2).into()), &lambda);
+            let bsdf = material.bsdf(&MaterialEvalContext::flat(Vec2::new(u, 0.2).into()), &lambda);
             (format!("{plugin} textured at {u}"), bsdf, index)
         };
         [at(0.2), at(0.7)]
@@ -255,7 +256,7 @@ fn textured_numbers_are_those_of_the_point() {
         let desc = load_str("textured.xml", &text, &[]).expect("valid").desc;
         let material = Material::new(&desc.bsdfs[0]).expect("one material");
         let bsdf = material
-            .bsdf(&SurfaceInteraction::flat(Vec2::new(u, 0.2).into()), &SampledWavelengths::sample(0.3));
+            .bsdf(&MaterialEvalContext::flat(Vec2::new(u, 0.2).into()), &SampledWavelengths::sample(0.3));
         bsdf.sample(direction(0.8, 1.0), [0.3, 0.6], 0.5).map(|s| (s.wi, s.weight.0, s.pdf.0)).expect("seen")
     };
     for alpha in ["0.0001", "0.2", "0.7"] {

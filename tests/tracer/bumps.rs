@@ -42,8 +42,9 @@ fn values_are_those_of_mitsuba() {
         let [o, d, w] = [0, 3, 6].map(|i| Vec3::from_slice(&numbers[i..]));
         let scene = scene.as_ref().expect("a shape comes first");
         let hit = scene.closest(&Ray::new(o, d)).unwrap_or_else(|| panic!("{case}: {line} misses"));
-        let (material, frame) = scene.material(&hit);
-        let value = material.bsdf(&hit, &lambda).eval(frame.to_local(hit.wo), frame.to_local(w));
+        let surface = scene.surface_material(&hit);
+        let value =
+            surface.bsdf::<Bsdf>(&lambda).eval(surface.frame.to_local(hit.wo), surface.frame.to_local(w));
         // Mitsuba's masking function of Beckmann's facets is a fit, within .35 %.
         let (found, expected) = (value.map_or(0.0, |(f, _)| f.0.x), numbers[9]);
         assert!(
@@ -92,7 +93,9 @@ fn materials() -> Vec<(String, Bsdf)> {
     let of = |name: &str, parts: Vec<MaterialPart>| {
         (
             name.to_owned(),
-            Bsdf::Mixture(MixtureMaterial { parts, has_holes: false }.bsdf(TexturePoint::default(), &lambda)),
+            Bsdf::Mixture(
+                MixtureMaterial { parts, has_holes: false }.bsdf(&TexturePoint::default(), &lambda),
+            ),
         )
     };
     let gentle = map(Vec3::new(0.3, -0.2, 1.0), 0);
@@ -206,7 +209,7 @@ fn mirrors_are_the_same_from_both_ends() {
     let mirror = Material::new(&mirror.into()).expect("no mixture");
     let parts = vec![bumped(&mirror, &map(Vec3::new(0.5, 0.3, 0.8), 0), 1.0)];
     let bsdf = MixtureMaterial { parts, has_holes: false }
-        .bsdf(TexturePoint::default(), &SampledWavelengths::sample(0.3));
+        .bsdf(&TexturePoint::default(), &SampledWavelengths::sample(0.3));
     let (mut random, mut compared, mut turned) = (Random(3), 0, 0);
     for _ in 0..2000 {
         let eye = direction(random.f32(), 6.2 * random.f32());

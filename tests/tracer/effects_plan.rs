@@ -107,16 +107,18 @@ fn what_is_forced_off_is_off() {
     assert_eq!(refused, expected.into_iter().collect());
 }
 
+/// A rectangle of this material under a uniform sky.
+fn desc(bsdf: &str) -> SceneDesc {
+    let text = format!(
+        "<scene version='3.0.0'><sensor type='perspective'><transform name='to_world'><lookat origin='0, 0, 4' target='0, 0, 0' \
+         up='0, 1, 0'/></transform></sensor><emitter type='constant'/><shape type='rectangle'>{bsdf}</shape></scene>"
+    );
+    load_str("plan.xml", &text, &[]).unwrap().desc
+}
+
 /// Holes call for opacity; a mask without any does not, and is traced as the material that it holds, bit for bit.
 #[test]
 fn opacity_is_called_for_by_holes() {
-    let desc = |bsdf: &str| {
-        let text = format!(
-            "<scene version='3.0.0'><sensor type='perspective'><transform name='to_world'><lookat origin='0, 0, 4' target='0, 0, 0' \
-             up='0, 1, 0'/></transform></sensor><emitter type='constant'/><shape type='rectangle'>{bsdf}</shape></scene>"
-        );
-        load_str("plan.xml", &text, &[]).unwrap().desc
-    };
     let matt = "<bsdf type='diffuse'/>";
     let mask = |opacity: &str| desc(&format!("<bsdf type='mask'>{matt}{opacity}</bsdf>"));
     let board = "<texture type='checkerboard' name='opacity'/>";
@@ -138,8 +140,17 @@ fn opacity_is_called_for_by_holes() {
     let whole = mask("<float name='opacity' value='1'/>");
     assert!(!on(&whole, IntegratorKind::Path).contains("opacity"));
     assert_eq!(luminances(&whole, 4096), luminances(&desc(matt), 4096));
-    // Forced in, for what it costs.
-    let mut more = desc(matt);
-    assert!(with(&mut more, Effect::Opacity) && on(&more, IntegratorKind::Path).contains("opacity"));
-    Scene::prepare(&more).unwrap();
+}
+
+/// What is off is put in for what it costs: into something matt, where there is any.
+#[test]
+fn examples_of_surfaces_are_on() {
+    for effect in [Effect::Opacity, Effect::Textures, Effect::Bump] {
+        let mut more = desc("<bsdf type='diffuse'/>");
+        assert!(!on(&more, IntegratorKind::Path).contains(effect.name()));
+        assert!(with(&mut more, effect) && on(&more, IntegratorKind::Path).contains(effect.name()));
+        Scene::prepare(&more).unwrap();
+        let mut metal = desc("<bsdf type='conductor'/>");
+        assert!(!with(&mut metal, effect), "{}: nothing is matt", effect.name());
+    }
 }

@@ -11,7 +11,7 @@ use pointillist::scene::desc::*;
 use pointillist::spectrum::{SampledWavelengths, dispersion::Ior};
 use pointillist::stream::{PathCounts, SampleSink, UvWindow};
 use pointillist::tracer::accel::Ray;
-use pointillist::tracer::bsdf::{ScatteringModel, fresnel};
+use pointillist::tracer::bsdf::{Bsdf, ScatteringModel, fresnel};
 use pointillist::tracer::integrator::{BidirectionalTracer, RenderContext};
 use pointillist::tracer::{Camera, Integrator, PathTracer, Scene};
 
@@ -89,11 +89,12 @@ fn every_wavelength_obeys_snells_law() {
                 let mut ray = Ray::new((middle - d * 3.0).as_vec3(), d.as_vec3());
                 for _ in 0..2 {
                     let hit = scene.closest(&ray).expect("the prism");
-                    let (material, frame) = scene.material(&hit);
-                    let bsdf = material.bsdf(&hit, &lambda);
+                    let surface = scene.surface_material(&hit);
+                    let bsdf = surface.bsdf::<Bsdf>(&lambda);
                     assert!(bsdf.is_delta() && bsdf.parts_colors());
-                    let (wi, _) = bsdf.refract(frame.to_local(hit.wo), lane).expect("no total reflection");
-                    ray = hit.spawn(frame.to_world(wi));
+                    let (wi, _) =
+                        bsdf.refract(surface.frame.to_local(hit.wo), lane).expect("no total reflection");
+                    ray = hit.spawn(surface.frame.to_world(wi));
                 }
                 let cos = ray.direction.as_dvec3().normalize().dot(d).clamp(-1.0, 1.0);
                 found.push(cos.acos());

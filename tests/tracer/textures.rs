@@ -2,7 +2,7 @@
 //!
 //! Expected numbers are those of Mitsuba 3.9.1 (`scalar_rgb`) for the same shapes, rays and texels.
 
-use glam::{Affine2, Vec2, Vec3};
+use glam::{Affine2, Vec2, Vec3, Vec3A};
 use pointillist::image::bitmap::Bitmap;
 use pointillist::scene::texture::{BitmapTexture, Checkerboard, SpectrumTexture, TexturePoint, WrapMode};
 use pointillist::scene::{self, SceneDesc};
@@ -46,8 +46,9 @@ fn coordinates_are_those_of_mitsuba() {
     for (shape, from, (axis, sign), expected) in cases {
         let scene = Scene::prepare(&desc(shape)).expect("a scene");
         let hit = scene.closest(&Ray::new(Vec3::from(from), along(axis, sign))).expect("the shape is met");
-        let off = (hit.texture.uv - Vec2::from(expected)).abs().max_element();
-        assert!(off < 2e-6, "{shape} from {from:?}: {} and not {expected:?}", hit.texture.uv);
+        let uv = scene.surface_material(&hit).context.texture.uv;
+        let off = (uv - Vec2::from(expected)).abs().max_element();
+        assert!(off < 2e-6, "{shape} from {from:?}: {uv} and not {expected:?}");
     }
 }
 
@@ -59,7 +60,8 @@ fn met(shape: &str, origin: [f32; 3], direction: Vec3) -> TexturePoint {
     );
     let desc = scene::load_str(folder, &text, &[]).unwrap_or_else(|e| panic!("{e:?}")).desc;
     let scene = Scene::prepare(&desc).expect("a scene");
-    scene.closest(&Ray::new(origin.into(), direction)).expect("the shape is met").texture
+    let hit = scene.closest(&Ray::new(origin.into(), direction)).expect("the shape is met");
+    scene.surface_material(&hit).context.texture
 }
 
 const BOARD: &str = "<bsdf type=\"twosided\"><bsdf type=\"diffuse\"><texture name=\"reflectance\" type=\"checkerboard\"/></bsdf></bsdf>";
@@ -185,7 +187,7 @@ fn numbers_of_textures_are_those_of_mitsuba() {
         let texture = BitmapTexture::new(bitmap, Affine2::IDENTITY, WrapMode::Repeat, nearest);
         let texture = SpectrumTexture::Bitmap(texture);
         for (uv, expected) in [[0.335, 0.805], [0.9, 0.05]].into_iter().zip(expected) {
-            let found = texture.scalar(Vec2::from(uv));
+            let found = texture.scalar(&Vec2::from(uv).into());
             // Weights of luminance are rounded differently.
             assert!(
                 (found - expected).abs() < 5e-5,
@@ -194,11 +196,11 @@ fn numbers_of_textures_are_those_of_mitsuba() {
         }
     }
     let constant = SpectrumTexture::from(Spectrum::Constant(1.7));
-    assert_eq!((constant.scalar(Vec2::ZERO), constant.mean_scalar()), (1.7, 1.7));
+    assert_eq!((constant.scalar(&TexturePoint::default()), constant.mean_scalar()), (1.7, 1.7));
     let bright = Bitmap::from_linear(1, vec![[3.0; 3], [f32::NAN; 3], [-1.0; 3], [0.5; 3]]);
     let bright = BitmapTexture::new(Arc::new(bright), Affine2::IDENTITY, WrapMode::Repeat, true);
     let bright = SpectrumTexture::Bitmap(bright);
-    let values = [0.1, 0.3, 0.6, 0.9].map(|v| bright.scalar(Vec2::new(0.5, v)));
+    let values = [0.1, 0.3, 0.6, 0.9].map(|v| bright.scalar(&Vec2::new(0.5, v).into()));
     assert_eq!(values, [3.0, 0.0, 0.0, 0.5]);
 }
 
@@ -214,8 +216,10 @@ fn bitmap(wrap: WrapMode, nearest: bool) -> SpectrumTexture {
 fn lookups_are_those_of_mitsuba() {
     let lambda = SampledWavelengths::sample(0.3);
     let is = |texture: &SpectrumTexture, u: f32, v: f32, rgb: [f32; 3]| {
-        let (found, expected) =
-            (texture.sample(Vec2::new(u, v), &lambda), Spectrum::reflectance_rgb(rgb).sample(&lambda));
+        let (found, expected) = (
+            texture.sample(&Vec2::new(u, v).into(), &lambda),
+            Spectrum::reflectance_rgb(rgb).sample(&lambda),
+        );
         let off = (found.0 - expected.0).abs().max_element();
         assert!(off < 0.03, "({u}, {v}) is {found:?} and not {expected:?} of {rgb:?}");
     };
@@ -243,8 +247,8 @@ fn lookups_are_those_of_mitsuba() {
     is(&bilinear, 1.0 / 6.0, 0.5, [0.75, 0.25, 0.25]);
     is(&bilinear, 1.0 / 6.0, 0.0, [0.75, 0.25, 0.25]);
     for nonsense in [f32::NAN, f32::INFINITY, -1e30, 1e30] {
-        assert!(bilinear.sample(Vec2::new(nonsense, 0.3), &lambda).is_finite(), "{nonsense}");
-        assert!(nearest.sample(Vec2::new(0.3, nonsense), &lambda).is_finite(), "{nonsense}");
+        assert!(bilinear.sample(&Vec2::new(nonsense, 0.3).into(), &lambda).is_finite(), "{nonsense}");
+        assert!(nearest.sample(&Vec2::new(0.3, nonsense).into(), &lambda).is_finite(), "{nonsense}");
     }
 }
 
@@ -252,7 +256,7 @@ fn lookups_are_those_of_mitsuba() {
 #[test]
 fn numbers_are_those_of_mitsuba() {
     let is = |texture: &SpectrumTexture, [u, v]: [f32; 2], expected: f32| {
-        let found = texture.scalar(Vec2::new(u, v));
+        let found = texture.scalar(&Vec2::new(u, v).into());
         assert!((found - expected).abs() < 1e-4, "({u}, {v}) is {found} and not {expected}");
     };
     let nearest = bitmap(WrapMode::Repeat, true);
@@ -263,7 +267,7 @@ fn numbers_are_those_of_mitsuba() {
     is(&bitmap(WrapMode::Repeat, false), [0.3, 0.4], 0.439_566_6);
     let grey = Arc::new(Bitmap::from_linear(1, vec![[0.3; 3]]));
     let grey = SpectrumTexture::Bitmap(BitmapTexture::new(grey, Affine2::IDENTITY, WrapMode::Clamp, false));
-    assert_eq!(grey.scalar(Vec2::new(0.4, 7.0)), grey.mean().reflected_rgb()[0], "a grey is exact");
+    assert_eq!(grey.scalar(&Vec2::new(0.4, 7.0).into()), grey.mean().reflected_rgb()[0], "a grey is exact");
     let [color0, color1] = [0.9, 0.1].map(|v| Spectrum::Constant(v).into());
     let board = Checkerboard { color0, color1, to_uv: Affine2::IDENTITY };
     let board = SpectrumTexture::Checkerboard(Arc::new(board));
@@ -283,12 +287,12 @@ fn colors_of_textures_are_those_of_rgb() {
     for i in 0..n {
         let power = [1.0, 2.2, 4.0][i % 3];
         let rgb = [0; 3].map(|_| random.f64().powf(power) as f32);
-        let found = Spectrum::textured_rgb(rgb, &lambda).0;
+        let found = Spectrum::textured_rgb(rgb.into(), &lambda).0;
         assert!(found.min_element() >= 0.0 && found.max_element() <= 1.0, "{rgb:?}: {found}");
         sum += (found - Spectrum::reflectance_rgb(rgb).sample(&lambda).0).abs().max_element() / n as f32;
     }
     assert!(sum < 3e-3, "mean difference {sum}");
     for grey in [0.0, 0.002, 0.5, 1.0] {
-        assert_eq!(Spectrum::textured_rgb([grey; 3], &lambda).0, glam::Vec4::splat(grey));
+        assert_eq!(Spectrum::textured_rgb(Vec3A::splat(grey), &lambda).0, glam::Vec4::splat(grey));
     }
 }

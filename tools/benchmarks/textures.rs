@@ -1,9 +1,12 @@
 //! The price of textures: paths per tracing second on the same geometry with pictures and with their mean colours, by turns.
 
-use std::path::PathBuf;
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::Affine2;
+use image::{ImageFormat, Rgb, RgbImage};
+use pointillist::color::srgb;
 use pointillist::image::bitmap::Bitmap;
 use pointillist::math::random::Random;
 use pointillist::scene::SceneDesc;
@@ -27,8 +30,11 @@ pub struct Arguments {
     /// Texels along a side of the pictures that matt surfaces of a scene without textures get
     #[arg(long, default_value_t = 1024)]
     side: usize,
+    /// These pictures hold floats; otherwise 8 bits, as most pictures of scenes
+    #[arg(long)]
+    floats: bool,
     /// The scene files
-    #[arg(default_values = ["scenes/cornell.xml", "scenes/cornell_spheres.xml"])]
+    #[arg(default_values = ["scenes/staircase2/scene.xml", "scenes/cornell.xml", "scenes/cornell_spheres.xml"])]
     scenes: Vec<PathBuf>,
 }
 
@@ -49,7 +55,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         let has =
             decide(&textured, textured.integrator.kind).iter().any(|d| d.on && d.effect == Effect::Textures);
         if !has {
-            put_pictures(&mut textured, arguments.side);
+            put_pictures(&mut textured, arguments)?;
         }
         let mut plain = textured.clone();
         without(&mut plain, Effect::Textures)?;
@@ -93,14 +99,23 @@ fn tracer(desc: &SceneDesc) -> Outcome<PathTracer> {
 }
 
 /// Gives every diffuse material a picture of its own, noise around its colour.
-fn put_pictures(desc: &mut SceneDesc, side: usize) {
-    let mut random = Random(1);
+fn put_pictures(desc: &mut SceneDesc, arguments: &Arguments) -> Outcome<()> {
+    let (mut random, side) = (Random(1), arguments.side);
     for bsdf in &mut desc.bsdfs {
         let BsdfDesc::Diffuse(bsdf) = bsdf else { continue };
         let Some(color) = bsdf.reflectance.uniform().map(Spectrum::reflected_rgb) else { continue };
-        let texels = (0..side * side).map(|_| color.map(|v| (v * (0.5 + random.f32())).clamp(0.0, 1.0)));
-        let bitmap = Arc::new(Bitmap::from_linear(side, texels.collect()));
-        let texture = BitmapTexture::new(bitmap, Affine2::IDENTITY, WrapMode::Repeat, false);
+        let mut texel = || color.map(|v| (v * (0.5 + random.f32())).clamp(0.0, 1.0));
+        let bitmap = if arguments.floats {
+            Bitmap::from_linear(side, (0..side * side).map(|_| texel()).collect())
+        } else {
+            let texels =
+                RgbImage::from_fn(side as u32, side as u32, |_, _| Rgb(texel().map(srgb::encode_8bit)));
+            let mut file = Vec::new();
+            texels.write_to(&mut Cursor::new(&mut file), ImageFormat::Bmp)?;
+            Bitmap::decode(Path::new("noise.bmp"), &file, false, side * side)?
+        };
+        let texture = BitmapTexture::new(Arc::new(bitmap), Affine2::IDENTITY, WrapMode::Repeat, false);
         bsdf.reflectance = SpectrumTexture::Bitmap(texture);
     }
+    Ok(())
 }

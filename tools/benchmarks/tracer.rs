@@ -6,6 +6,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec2, DVec3};
 
 use pointillist::color::Xyz;
+use pointillist::math::frame::Frame;
 use pointillist::scene::desc::*;
 use pointillist::spectrum::{Spectrum, dispersion::Ior};
 use pointillist::stream::{SampleSink, UvWindow};
@@ -115,9 +116,9 @@ fn rays(RenderContext { scene, camera, .. }: &RenderContext) {
         let mut ray = camera.ray(sampler.camera().screen, [0.5; 2]);
         for depth in 0..4 {
             let Some(hit) = scene.closest(&ray) else { break };
-            let side = if hit.wo.dot(hit.frame().n) < 0.0 { -1.0 } else { 1.0 };
+            let side = if hit.wo.dot(hit.n) < 0.0 { -1.0 } else { 1.0 };
             let d = pointillist::math::warp::cosine_hemisphere(sampler.vertex(depth).bsdf) * side;
-            ray = hit.spawn(hit.frame().to_world(d));
+            ray = hit.spawn(Frame::new(hit.n).to_world(d));
             rays.push(ray);
         }
     }

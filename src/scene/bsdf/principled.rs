@@ -122,7 +122,7 @@ impl PrincipledLobes {
 
     /// These at a point, where `textures` vary.
     #[inline]
-    pub fn at(mut self, textures: &[LobeTexture], at: TexturePoint) -> Self {
+    pub fn at(mut self, textures: &[LobeTexture], at: &TexturePoint) -> Self {
         for LobeTexture { parameter, range: [least, most], texture } in textures {
             *parameter(&mut self) = texture.scalar(at).clamp(*least, *most);
         }

@@ -44,7 +44,7 @@ pub enum AlphaTexture {
 
 impl AlphaTexture {
     /// The roughness along the two tangents at a point.
-    pub fn at(&self, at: TexturePoint) -> [f32; 2] {
+    pub fn at(&self, at: &TexturePoint) -> [f32; 2] {
         match self {
             Self::Isotropic(alpha) => [alpha.scalar(at); 2],
             Self::Anisotropic(alphas) => alphas.each_ref().map(|alpha| alpha.scalar(at)),

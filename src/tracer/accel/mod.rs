@@ -24,12 +24,10 @@ mod binary;
 mod build;
 mod bvh;
 mod collapse;
-mod huge_pages;
 mod kernels;
 mod layout;
 mod write;
 
 pub use build::{Instance, PrimitiveGroup, Shapes, TriangleSource};
 pub use bvh::{Accel, Hit, PrimRange, Ray};
-pub(super) use huge_pages::{collect_in_huge_pages, return_free_memory};
 pub use kernels::SimdKernel;

@@ -4,9 +4,10 @@ use glam::Vec3;
 use obvhs::bvh2::Bvh2;
 use rayon::prelude::*;
 
+use crate::memory::advise_huge_pages;
+
 use super::build::TriangleSource;
 use super::collapse::{CollapsePlan, Primitive};
-use super::huge_pages::advise_huge_pages;
 use super::layout::{
     CHILD_ROW, CORNER_ROW, CacheLine, F32x8, Leaf, MAX_SHARED, NODE_LINES, NodeRef, SHARED_ROWS, WIDTH,
     block_rows,

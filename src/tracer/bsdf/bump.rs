@@ -18,9 +18,8 @@ use crate::math::pdf::PdfW;
 use crate::scene::desc::{BsdfDesc, BumpDesc};
 use crate::scene::texture::BitmapTexture;
 use crate::spectrum::SampledSpectrum;
-use crate::tracer::SurfaceInteraction;
 
-use super::scattering::{BsdfSample, LAST_LOBE, ScatteringModel};
+use super::scattering::{BsdfSample, LAST_LOBE, MaterialEvalContext, ScatteringModel};
 
 /// A map of normals or heights over a material.
 #[derive(Clone, Debug)]
@@ -66,10 +65,10 @@ impl BumpMaterial {
     }
 
     /// The map at a point.
-    pub fn at(&self, hit: &SurfaceInteraction) -> Bump {
+    pub fn at(&self, context: &MaterialEvalContext) -> Bump {
         let normal = match &self.map {
-            Map::Normals(normals) => normals.vector(hit.texture.uv) * 2.0 - 1.0,
-            Map::Heights(heights, scale) => tilted_by(heights.gradient(hit.texture.uv) * *scale, hit),
+            Map::Normals(normals) => normals.vector(context.texture.uv) * 2.0 - 1.0,
+            Map::Heights(heights, scale) => tilted_by(heights.gradient(context.texture.uv) * *scale, context),
         };
         let normal = normal.try_normalize().unwrap_or(Vec3::Z);
         Bump { normal, flips: self.flips, shadows: self.shadows, mirrors: self.mirrors }
@@ -77,12 +76,12 @@ impl BumpMaterial {
 }
 
 /// The normal, in the shading frame, of a surface that is displaced along its normal by heights with these derivatives by u and v.
-fn tilted_by(slope: glam::Vec2, hit: &SurfaceInteraction) -> Vec3 {
-    let frame = hit.frame();
-    let [du, dv] = [hit.dp_du, hit.dp_dv].map(|v| frame.to_local(v));
+fn tilted_by(slope: glam::Vec2, context: &MaterialEvalContext) -> Vec3 {
+    let frame = context.frame();
+    let [du, dv] = [context.dp_du, context.dp_dv].map(|v| frame.to_local(v));
     let (du, dv) = if du == Vec3::ZERO || dv == Vec3::ZERO { (Vec3::X, Vec3::Y) } else { (du, dv) };
     let normal = du.with_z(slope.x).cross(dv.with_z(slope.y));
-    if frame.to_world(normal).dot(hit.point.ng) < 0.0 { -normal } else { normal }
+    if frame.to_world(normal).dot(context.ng) < 0.0 { -normal } else { normal }
 }
 
 /// A map at a point.

@@ -16,7 +16,7 @@ impl MaterialModel for ConductorMaterial {
     type Bsdf = Conductor;
 
     #[inline]
-    fn bsdf(&self, at: TexturePoint, lambda: &SampledWavelengths) -> Conductor {
+    fn bsdf(&self, at: &TexturePoint, lambda: &SampledWavelengths) -> Conductor {
         let reflectance = self.specular_reflectance.sample(at, lambda);
         Conductor::new(self.eta.sample(lambda), self.k.sample(lambda), reflectance)
     }
@@ -84,7 +84,7 @@ impl MaterialModel for RoughConductorMaterial {
     type Bsdf = RoughConductor;
 
     #[inline]
-    fn bsdf(&self, at: TexturePoint, lambda: &SampledWavelengths) -> RoughConductor {
+    fn bsdf(&self, at: &TexturePoint, lambda: &SampledWavelengths) -> RoughConductor {
         RoughConductor::new(
             self.smooth.bsdf(at, lambda),
             &self.microfacet.textured(self.alpha.as_deref(), at),

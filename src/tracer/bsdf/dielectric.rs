@@ -18,7 +18,7 @@ impl MaterialModel for DielectricMaterial {
     type Bsdf = Dielectric;
 
     #[inline]
-    fn bsdf(&self, at: TexturePoint, lambda: &SampledWavelengths) -> Dielectric {
+    fn bsdf(&self, at: &TexturePoint, lambda: &SampledWavelengths) -> Dielectric {
         let factors =
             [self.specular_reflectance.sample(at, lambda), self.specular_transmittance.sample(at, lambda)];
         Dielectric::new([self.int_ior.sample(lambda), self.ext_ior.sample(lambda)], factors)
@@ -136,7 +136,7 @@ impl MaterialModel for RoughDielectricMaterial {
 
     /// A smooth interface where the indices are too close at these wavelengths.
     #[inline]
-    fn bsdf(&self, at: TexturePoint, lambda: &SampledWavelengths) -> Unmixed {
+    fn bsdf(&self, at: &TexturePoint, lambda: &SampledWavelengths) -> Unmixed {
         let smooth = self.smooth.bsdf(at, lambda);
         match RoughDielectric::new(smooth, &self.microfacet.textured(self.alpha.as_deref(), at)) {
             Some(rough) => rough.into(),

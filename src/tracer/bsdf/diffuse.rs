@@ -19,13 +19,13 @@ impl MaterialModel for DiffuseMaterial {
     type Bsdf = Diffuse;
 
     #[inline]
-    fn bsdf(&self, at: TexturePoint, lambda: &SampledWavelengths) -> Diffuse {
+    fn bsdf(&self, at: &TexturePoint, lambda: &SampledWavelengths) -> Diffuse {
         Diffuse::new(self.reflectance.sample(at, lambda))
     }
 
     fn diffuse_reflectance(
         &self,
-        at: TexturePoint,
+        at: &TexturePoint,
         lambda: &SampledWavelengths,
         _wo: Vec3,
     ) -> SampledSpectrum {

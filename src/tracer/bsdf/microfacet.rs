@@ -43,7 +43,7 @@ impl Microfacet {
 
     /// The distribution at a point of a surface: this one, or one whose roughness varies.
     #[inline]
-    pub fn textured(&self, alpha: Option<&AlphaTexture>, at: TexturePoint) -> Self {
+    pub fn textured(&self, alpha: Option<&AlphaTexture>, at: &TexturePoint) -> Self {
         match alpha {
             None => *self,
             Some(alpha) => Self::new(Roughness { facets: self.facets, alpha: alpha.at(at) }),

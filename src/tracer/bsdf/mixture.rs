@@ -8,11 +8,12 @@ use crate::math::pdf::PdfW;
 use crate::scene::desc::MOST_PARTS;
 use crate::scene::texture::TexturePoint;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
-use crate::tracer::SurfaceInteraction;
 use crate::tracer::wavelength_mis::Parted;
 
 use super::bump::{Bump, BumpMaterial};
-use super::scattering::{BsdfSample, LAST_LOBE, MaterialModel, Scattering, ScatteringModel};
+use super::scattering::{
+    BsdfSample, LAST_LOBE, MaterialEvalContext, MaterialModel, Scattering, ScatteringModel,
+};
 use super::share::SurfaceShare;
 use super::{Diffuse, Material, Unmixed};
 
@@ -45,18 +46,18 @@ impl MaterialModel for MixtureMaterial {
     type Bsdf = Mixture;
 
     /// The mixture on a flat surface that lies in the plane of its texture coordinates.
-    fn bsdf(&self, at: TexturePoint, lambda: &SampledWavelengths) -> Mixture {
-        self.at(&SurfaceInteraction::flat(at), lambda)
+    fn bsdf(&self, at: &TexturePoint, lambda: &SampledWavelengths) -> Mixture {
+        self.at(&MaterialEvalContext::flat(*at), lambda)
     }
 
-    fn at(&self, hit: &SurfaceInteraction, lambda: &SampledWavelengths) -> Mixture {
+    fn at(&self, context: &MaterialEvalContext, lambda: &SampledWavelengths) -> Mixture {
         let bsdf = Diffuse::new(SampledSpectrum::ZERO).into();
         let nothing = MixedPart { bsdf, share: 0.0, turned: false, bump: None };
         let part = |part: &MaterialPart| MixedPart {
-            bsdf: Unmixed::of(&part.material, hit, lambda),
-            share: part.share.at(hit.texture),
+            bsdf: Unmixed::of(&part.material, context, lambda),
+            share: part.share.at(&context.texture),
             turned: part.turned,
-            bump: part.bump.as_ref().map(|bump| bump.at(hit)),
+            bump: part.bump.as_ref().map(|bump| bump.at(context)),
         };
         let mut parts: [MixedPart; MOST_PARTS] =
             std::array::from_fn(|i| self.parts.get(i).map_or(nothing, part));
@@ -72,7 +73,7 @@ impl MaterialModel for MixtureMaterial {
 
     fn diffuse_reflectance(
         &self,
-        at: TexturePoint,
+        at: &TexturePoint,
         lambda: &SampledWavelengths,
         wo: Vec3,
     ) -> SampledSpectrum {

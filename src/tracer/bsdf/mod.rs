@@ -66,14 +66,13 @@ use crate::math::pdf::PdfW;
 use crate::scene::desc::BsdfDesc;
 use crate::scene::texture::TexturePoint;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
-use crate::tracer::SurfaceInteraction;
 use crate::tracer::wavelength_mis::Parted;
 
 pub use bump::{BumpMaterial, Mirrors};
 pub use microfacet::Microfacet;
 pub use mixture::{MaterialPart, Mixture, MixtureMaterial};
 pub use plastic::{Base, Coat, Transmittance, internal_reflectance};
-pub use scattering::{BsdfSample, MaterialModel, Scattering, ScatteringModel};
+pub use scattering::{BsdfSample, MaterialEvalContext, MaterialModel, Scattering, ScatteringModel};
 pub use share::SurfaceShare;
 pub use two_sided::Sides;
 
@@ -96,9 +95,9 @@ macro_rules! bsdf_set {
 
         impl Scattering for $set {
             #[inline]
-            fn of(material: &Material, hit: &SurfaceInteraction, lambda: &SampledWavelengths) -> Self {
+            fn of(material: &Material, context: &MaterialEvalContext, lambda: &SampledWavelengths) -> Self {
                 match material {
-                    $(Material::$kind(material) => material.at(hit, lambda).into(),)*
+                    $(Material::$kind(material) => material.at(context, lambda).into(),)*
                     #[allow(unreachable_patterns, reason = "the largest set has all models")]
                     _ => Diffuse::new(SampledSpectrum::ZERO).into(),
                 }
@@ -209,12 +208,12 @@ macro_rules! bsdfs {
 
             /// The material at a point and the wavelengths of a path, whatever its model.
             #[inline]
-            pub fn bsdf(&self, hit: &SurfaceInteraction, lambda: &SampledWavelengths) -> Bsdf {
-                Bsdf::of(self, hit, lambda)
+            pub fn bsdf(&self, context: &MaterialEvalContext, lambda: &SampledWavelengths) -> Bsdf {
+                Bsdf::of(self, context, lambda)
             }
 
             /// Its colour in a layer beside the picture ([`MaterialModel::diffuse_reflectance`]), seen from `wo`.
-            pub fn diffuse_reflectance(&self, at: TexturePoint, lambda: &SampledWavelengths, wo: Vec3) -> SampledSpectrum {
+            pub fn diffuse_reflectance(&self, at: &TexturePoint, lambda: &SampledWavelengths, wo: Vec3) -> SampledSpectrum {
                 match self {
                     $(Self::$smooth(material) => material.diffuse_reflectance(at, lambda, wo),)*
                     $(Self::$rough(material) => material.diffuse_reflectance(at, lambda, wo),)*

@@ -32,7 +32,7 @@ impl MaterialModel for PlasticMaterial {
     type Bsdf = Plastic;
 
     #[inline]
-    fn bsdf(&self, at: TexturePoint, lambda: &SampledWavelengths) -> Plastic {
+    fn bsdf(&self, at: &TexturePoint, lambda: &SampledWavelengths) -> Plastic {
         let desc = &self.desc;
         let eta = [desc.int_ior.sample(lambda), desc.ext_ior.sample(lambda)];
         let albedo = desc.diffuse_reflectance.sample(at, lambda);
@@ -42,7 +42,7 @@ impl MaterialModel for PlasticMaterial {
 
     fn diffuse_reflectance(
         &self,
-        at: TexturePoint,
+        at: &TexturePoint,
         lambda: &SampledWavelengths,
         _wo: Vec3,
     ) -> SampledSpectrum {
@@ -211,7 +211,7 @@ impl MaterialModel for RoughPlasticMaterial {
     type Bsdf = RoughPlastic;
 
     #[inline]
-    fn bsdf(&self, at: TexturePoint, lambda: &SampledWavelengths) -> RoughPlastic {
+    fn bsdf(&self, at: &TexturePoint, lambda: &SampledWavelengths) -> RoughPlastic {
         let internal = SampledSpectrum::splat(self.internal);
         let base = Base { albedo: self.base.sample(at, lambda), internal, nonlinear: self.nonlinear };
         RoughPlastic::new(&self.coat, self.reflectance.sample(at, lambda), base, lambda.is_hero_only())
@@ -219,7 +219,7 @@ impl MaterialModel for RoughPlasticMaterial {
 
     fn diffuse_reflectance(
         &self,
-        at: TexturePoint,
+        at: &TexturePoint,
         lambda: &SampledWavelengths,
         _wo: Vec3,
     ) -> SampledSpectrum {

@@ -44,7 +44,7 @@ impl MaterialModel for PrincipledMaterial {
     type Bsdf = Principled;
 
     #[inline]
-    fn bsdf(&self, at: TexturePoint, lambda: &SampledWavelengths) -> Principled {
+    fn bsdf(&self, at: &TexturePoint, lambda: &SampledWavelengths) -> Principled {
         let base = self.desc.base_color.sample(at, lambda);
         let mean = if lambda.is_hero_only() { base.0.x } else { base.mean() };
         let glass = self.desc.spec_trans.scalar(at).min(1.0);
@@ -58,7 +58,7 @@ impl MaterialModel for PrincipledMaterial {
 
     fn diffuse_reflectance(
         &self,
-        at: TexturePoint,
+        at: &TexturePoint,
         lambda: &SampledWavelengths,
         _wo: Vec3,
     ) -> SampledSpectrum {

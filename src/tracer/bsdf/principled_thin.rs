@@ -34,7 +34,7 @@ impl MaterialModel for PrincipledThinMaterial {
     type Bsdf = PrincipledThin;
 
     #[inline]
-    fn bsdf(&self, at: TexturePoint, lambda: &SampledWavelengths) -> PrincipledThin {
+    fn bsdf(&self, at: &TexturePoint, lambda: &SampledWavelengths) -> PrincipledThin {
         let base = self.desc.base_color.sample(at, lambda);
         let mean = if lambda.is_hero_only() { base.0.x } else { base.mean() };
         let through = self.desc.transmittance.sample(at, lambda).0.x;
@@ -51,7 +51,7 @@ impl MaterialModel for PrincipledThinMaterial {
 
     fn diffuse_reflectance(
         &self,
-        at: TexturePoint,
+        at: &TexturePoint,
         lambda: &SampledWavelengths,
         _wo: Vec3,
     ) -> SampledSpectrum {

@@ -4,10 +4,10 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
+use crate::math::frame::Frame;
 use crate::math::pdf::PdfW;
 use crate::scene::texture::TexturePoint;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
-use crate::tracer::SurfaceInteraction;
 use crate::tracer::wavelength_mis::Parted;
 
 use super::{Diffuse, Material};
@@ -42,25 +42,64 @@ impl BsdfSample {
     }
 }
 
+/// What materials depend on at a point of a surface, in world space; `MaterialEvalContext` in pbrt-v4.
+#[derive(Clone, Copy, Debug)]
+pub struct MaterialEvalContext {
+    /// Shading normal, on the front.
+    pub n: Vec3,
+    /// Geometric normal, on the front.
+    pub ng: Vec3,
+    /// ∂p/∂u: exact where the surface has a bump, up to a factor where it is brushed, else 0.
+    pub dp_du: Vec3,
+    /// ∂p/∂v where the surface has a bump; else 0.
+    pub dp_dv: Vec3,
+    /// Where textures are asked; 0 where nothing on the surface is textured.
+    pub texture: TexturePoint,
+}
+
+impl MaterialEvalContext {
+    /// A point of a surface on which nothing is textured or brushed.
+    #[inline(always)]
+    pub fn uniform(n: Vec3, ng: Vec3) -> Self {
+        Self { n, ng, dp_du: Vec3::ZERO, dp_dv: Vec3::ZERO, texture: TexturePoint::default() }
+    }
+
+    /// A point of a plane that has u along x and v along y.
+    pub fn flat(texture: TexturePoint) -> Self {
+        Self { n: Vec3::Z, ng: Vec3::Z, dp_du: Vec3::X, dp_dv: Vec3::Y, texture }
+    }
+
+    /// The shading frame.
+    #[inline(always)]
+    pub fn frame(&self) -> Frame {
+        if self.dp_du == Vec3::ZERO { Frame::new(self.n) } else { self.frame_along() }
+    }
+
+    #[inline(never)]
+    fn frame_along(&self) -> Frame {
+        Frame::along(self.n, self.dp_du)
+    }
+}
+
 /// A material before the wavelengths of a path are known: a description made ready for quick evaluation.
 pub trait MaterialModel {
     /// The material at the wavelengths of a path.
     type Bsdf: ScatteringModel;
 
     /// Evaluates textures at a point of a surface, and spectra and indices, at the wavelengths of a path. Called once per path vertex.
-    fn bsdf(&self, at: TexturePoint, lambda: &SampledWavelengths) -> Self::Bsdf;
+    fn bsdf(&self, at: &TexturePoint, lambda: &SampledWavelengths) -> Self::Bsdf;
 
     /// The same where a path is: only what tilts the shading frame asks for more than textures do.
     #[inline]
-    fn at(&self, hit: &SurfaceInteraction, lambda: &SampledWavelengths) -> Self::Bsdf {
-        self.bsdf(hit.texture, lambda)
+    fn at(&self, context: &MaterialEvalContext, lambda: &SampledWavelengths) -> Self::Bsdf {
+        self.bsdf(&context.texture, lambda)
     }
 
     /// Its colour in a layer beside the picture, Mitsuba's diffuse reflectance: that of its diffuse part if it has one, otherwise π times
     /// what it scatters from the normal to `wo`.
     fn diffuse_reflectance(
         &self,
-        at: TexturePoint,
+        at: &TexturePoint,
         lambda: &SampledWavelengths,
         wo: Vec3,
     ) -> SampledSpectrum {
@@ -162,14 +201,14 @@ pub trait ScatteringModel: Copy {
 /// | with mirror and glass balls | [`Smooth`](super::Smooth) | 1.056 [1.048, 1.064] | 32 200, not 33 100 | 1.033 [1.024, 1.041] |
 pub trait Scattering: ScatteringModel {
     /// The material at a point and the wavelengths of a path. A material whose model is not in the set is black.
-    fn of(material: &Material, hit: &SurfaceInteraction, lambda: &SampledWavelengths) -> Self;
+    fn of(material: &Material, context: &MaterialEvalContext, lambda: &SampledWavelengths) -> Self;
 }
 
 impl Scattering for Diffuse {
     #[inline]
-    fn of(material: &Material, hit: &SurfaceInteraction, lambda: &SampledWavelengths) -> Self {
+    fn of(material: &Material, context: &MaterialEvalContext, lambda: &SampledWavelengths) -> Self {
         match material {
-            Material::Diffuse(material) => material.at(hit, lambda),
+            Material::Diffuse(material) => material.at(context, lambda),
             _ => Diffuse::new(SampledSpectrum::ZERO),
         }
     }

@@ -38,7 +38,7 @@ impl SurfaceShare {
         if texture.varies() {
             product.varying.push(VaryingFactor { texture: texture.clone(), rest });
         } else {
-            let value = texture.scalar(TexturePoint::default()).min(1.0);
+            let value = texture.scalar(&TexturePoint::default()).min(1.0);
             product.uniform *= if rest { 1.0 - value } else { value };
         }
         product
@@ -46,7 +46,7 @@ impl SurfaceShare {
 
     /// The share at a point.
     #[inline]
-    pub fn at(&self, at: TexturePoint) -> f32 {
+    pub fn at(&self, at: &TexturePoint) -> f32 {
         self.varying.iter().fold(self.uniform, |product, VaryingFactor { texture, rest }| {
             let value = texture.scalar(at).min(1.0);
             product * if *rest { 1.0 - value } else { value }

@@ -16,7 +16,7 @@ impl MaterialModel for ThinDielectricMaterial {
     type Bsdf = ThinDielectric;
 
     #[inline]
-    fn bsdf(&self, at: TexturePoint, lambda: &SampledWavelengths) -> ThinDielectric {
+    fn bsdf(&self, at: &TexturePoint, lambda: &SampledWavelengths) -> ThinDielectric {
         let factors =
             [self.specular_reflectance.sample(at, lambda), self.specular_transmittance.sample(at, lambda)];
         ThinDielectric::new([self.int_ior.sample(lambda), self.ext_ior.sample(lambda)], factors)

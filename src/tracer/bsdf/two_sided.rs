@@ -2,8 +2,6 @@
 
 use glam::Vec3;
 
-use crate::math::frame::Frame;
-
 /// Materials of a surface by side; indices into the scene's list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sides {
@@ -19,32 +17,32 @@ pub enum Sides {
 }
 
 impl Sides {
-    /// The material for something seen from `wo` (world space), and the frame it is to be evaluated in: turned
-    /// around for the back of a two-sided surface.
+    /// The material that is seen from `wo` where the shading normal is `n`, both in world space, and whether it is to be evaluated in a
+    /// frame that is turned around: on the back of a two-sided surface.
     #[inline]
-    pub fn facing(self, frame: Frame, wo: Vec3) -> (u32, Frame) {
+    pub fn seen_from(self, wo: Vec3, n: Vec3) -> (u32, bool) {
         match self {
-            Sides::Single(material) => (material, frame),
-            Sides::Two { front, .. } if wo.dot(frame.n) >= 0.0 => (front, frame),
-            // A turn by 180° about the s axis: stays right-handed.
-            Sides::Two { back, .. } => (back, Frame { s: frame.s, t: -frame.t, n: -frame.n }),
+            Sides::Single(material) => (material, false),
+            Sides::Two { front, .. } if wo.dot(n) >= 0.0 => (front, false),
+            Sides::Two { back, .. } => (back, true),
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use crate::math::frame::Frame;
+
     use super::*;
 
     #[test]
     fn the_back_is_a_front_turned_around() {
-        let frame = Frame::new(Vec3::Z);
         let sides = Sides::Two { front: 3, back: 5 };
-        assert_eq!(sides.facing(frame, Vec3::Z).0, 3);
-        let (material, turned) = sides.facing(frame, -Vec3::Z);
-        assert_eq!(material, 5);
+        assert_eq!(sides.seen_from(Vec3::Z, Vec3::Z), (3, false));
+        assert_eq!(sides.seen_from(-Vec3::Z, Vec3::Z), (5, true));
+        assert_eq!(Sides::Single(1).seen_from(-Vec3::Z, Vec3::Z), (1, false));
+        let turned = Frame::new(Vec3::Z).turned();
         assert!(turned.to_local(-Vec3::Z).z > 0.0);
         assert!((turned.s.cross(turned.t).dot(turned.n) - 1.0).abs() < 1e-6);
-        assert_eq!(Sides::Single(1).facing(frame, -Vec3::Z).1.n, Vec3::Z);
     }
 }

@@ -5,7 +5,7 @@ use crate::spectrum::SampledWavelengths;
 use crate::stream::{SampleSink, UvWindow};
 use crate::tracer::Sampler;
 use crate::tracer::accel::Ray;
-use crate::tracer::bsdf::ScatteringModel;
+use crate::tracer::bsdf::{Bsdf, ScatteringModel};
 use crate::tracer::integrator::{Integrator, PathTracer, RenderContext};
 use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::subpath::{SubpathVertex, Walk};
@@ -76,10 +76,10 @@ impl Survey {
         let each = 1.0 / f64::from(RAYS * RAYS);
         for i in 0..RAYS * RAYS {
             let uv = [i % RAYS, i / RAYS].map(|n| (f64::from(n) + 0.5) / f64::from(RAYS));
-            let ray = camera.ray(uv, [0.5; 2]);
-            let Some(hit) = context.closest(&ray, 0) else { continue };
-            let (material, frame) = scene.material(&hit);
-            let (bsdf, wo) = (material.bsdf(&hit, &lambda), frame.to_local(hit.wo));
+            let mut ray = camera.ray(uv, [0.5; 2]);
+            let Some(hit) = context.closest(&mut ray, 0) else { continue };
+            let surface = scene.surface_material(&hit);
+            let (bsdf, wo) = (surface.bsdf::<Bsdf>(&lambda), surface.frame.to_local(hit.wo));
             // Lobes are chosen by intervals: both ends and the middle find every lobe of every material.
             let delta = |lobe| bsdf.sample(wo, [0.5; 2], lobe).is_some_and(|s| s.delta);
             self.delta_seen += if [0.0, 0.5, 0.999_999].into_iter().any(delta) { each } else { 0.0 };

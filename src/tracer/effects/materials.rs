@@ -2,13 +2,15 @@
 
 use std::sync::Arc;
 
-use glam::Vec4;
+use glam::{Vec3, Vec4};
 
+use crate::math::random::Random;
 use crate::scene::desc::{
-    BsdfDesc, BsdfId, DielectricDesc, DiffuseDesc, Facets, LightDesc, MaskDesc, Mesh, Name, PlasticDesc,
-    ProjectorDesc, RoughPlasticDesc, Roughness, SceneDesc, ShapeDesc, ShapeKind, SpotDesc, SpotTextureDesc,
+    BsdfDesc, BsdfId, BumpDesc, DielectricDesc, DiffuseDesc, Facets, LightDesc, MaskDesc, Mesh, Name,
+    NormalMapDesc, PlasticDesc, ProjectorDesc, RoughPlasticDesc, Roughness, SceneDesc, ShapeDesc, ShapeKind,
+    SpotDesc, SpotTextureDesc,
 };
-use crate::scene::texture::SpectrumTexture;
+use crate::scene::texture::{BitmapTexture, SpectrumTexture};
 use crate::spectrum::dispersion::{Ior, SODIUM_D};
 use crate::spectrum::{LAMBDA_MAX, LAMBDA_MIN, Spectrum, White};
 use crate::tracer::wavelength_mis;
@@ -181,8 +183,14 @@ pub(super) const TEXTURES: Entry = Entry {
             }
         }
     },
-    // What a surface looks like is the scene's to say.
-    with: |_| false,
+    // A picture on something matt: noise of half to one and a half times its colour.
+    with: |desc| {
+        let is_even = |bsdf: &BsdfDesc| matches!(bsdf, BsdfDesc::Diffuse(matt) if !matt.reflectance.varies());
+        let Some(BsdfDesc::Diffuse(matt)) = shown(desc, is_even) else { return false };
+        let color = Vec3::from(matt.reflectance.mean().reflected_rgb());
+        matt.reflectance = SpectrumTexture::Bitmap(noise(|random| color * (0.5 + random.f32())));
+        true
+    },
 };
 
 pub(super) const BUMP: Entry = Entry {
@@ -207,9 +215,26 @@ pub(super) const BUMP: Entry = Entry {
             }
         }
     },
-    // A picture of a surface is the scene's to give.
-    with: |_| false,
+    // Something matt with normals tilted by up to a tenth.
+    with: |desc| {
+        let id = BsdfId(desc.bsdfs.len() as u32);
+        let Some(bsdf) = shown(desc, |bsdf| matches!(bsdf, BsdfDesc::Diffuse(_))) else { return false };
+        let tilted = |random: &mut Random| Vec3::new(0.4 + 0.2 * random.f32(), 0.4 + 0.2 * random.f32(), 1.0);
+        let bump = BumpDesc { bsdf: id, flip_invalid_normals: true, use_shadowing_function: true };
+        let inner = std::mem::replace(bsdf, NormalMapDesc { normals: noise(tilted), bump }.into());
+        desc.bsdfs.push(inner);
+        desc.names.bsdfs.push(Name::default());
+        true
+    },
 };
+
+/// A picture of independent texels, as large as those of small scenes.
+fn noise(texel: impl Fn(&mut Random) -> Vec3) -> BitmapTexture {
+    const SIDE: usize = 256;
+    let mut random = Random(1);
+    let texels = (0..SIDE * SIDE).map(|_| texel(&mut random).to_array());
+    BitmapTexture::of_linear(SIDE, texels.collect())
+}
 
 fn has_normals(desc: &SceneDesc, shape: &ShapeDesc) -> bool {
     matches!(&shape.kind, ShapeKind::Mesh(id) if desc.meshes.get(id.0 as usize).is_some_and(|m| !m.normals.is_empty()))

@@ -111,14 +111,15 @@ impl RenderContext {
         depth == 0 && self.hide_emitters
     }
 
-    /// The first hit of a segment of a camera path, where `depth` segments came before. From an emitter it may go on ([`Scene::beyond`]).
+    /// The first hit of a segment of a camera path, where `depth` segments came before; `ray` then begins behind what it has passed. From an
+    /// emitter it may go on ([`Scene::passes`]).
     #[inline(always)]
-    pub(in crate::tracer) fn closest(&self, ray: &Ray, depth: u32) -> Option<SurfaceInteraction> {
-        if self.hides_emitters(depth) {
-            self.scene.closest_unlit(*ray)
-        } else {
-            self.scene.closest_or_emitter(ray)
-        }
+    pub(in crate::tracer) fn closest(&self, ray: &mut Ray, depth: u32) -> Option<SurfaceInteraction> {
+        let hit = match self.hides_emitters(depth) {
+            true => self.scene.hit_unlit(ray),
+            false => self.scene.hit_or_emitter(ray),
+        }?;
+        Some(self.scene.interaction(ray, &hit))
     }
 
     /// The environment, if a segment of a camera path sees it, where `depth` segments came before.

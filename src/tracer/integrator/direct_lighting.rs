@@ -172,64 +172,38 @@ impl PathState {
         }
     }
 
-    /// Traces `ray` to the next surface that it does not pass and returns the hit if the path goes on from there. Emission that is found at its
-    /// end is added if `takes_emission`.
+    /// Traces `ray` to the next surface that it does not pass and returns the hit if the path goes on from there; `ray` then begins behind
+    /// what it has passed. Emission that is found on the way is added if `takes_emission`.
     #[inline(always)]
     pub(super) fn arrive(
         &mut self,
         context: &RenderContext,
-        ray: &Ray,
+        ray: &mut Ray,
         takes_emission: bool,
     ) -> Option<SurfaceInteraction> {
-        let longest = context.longest();
+        let (scene, longest, wi) = (&context.scene, context.longest(), ray.direction);
+        let lights = scene.lights();
         if self.depth >= longest {
             return None;
         }
-        let hit = self.look(context, ray, takes_emission)?;
-        if context.scene.has_holes() && hit.emitter().is_some() {
-            return self.look_past(context, ray, takes_emission, hit);
-        }
-        (self.depth + 1 < longest).then_some(hit)
-    }
-
-    /// As [`arrive`](Self::arrive) at an emitter that may have holes.
-    #[cold]
-    #[inline(never)]
-    fn look_past(
-        &mut self,
-        context: &RenderContext,
-        ray: &Ray,
-        takes_emission: bool,
-        mut hit: SurfaceInteraction,
-    ) -> Option<SurfaceInteraction> {
-        let mut ray = *ray;
-        while let Some(on) = context.scene.beyond(&ray, &hit) {
-            ray = on;
-            hit = self.look(context, &ray, takes_emission)?;
-        }
-        (self.depth + 1 < context.longest()).then_some(hit)
-    }
-
-    /// The first surface that `ray` does not pass. Emission that is found is added if `takes_emission`.
-    #[inline(always)]
-    fn look(
-        &mut self,
-        context: &RenderContext,
-        ray: &Ray,
-        takes_emission: bool,
-    ) -> Option<SurfaceInteraction> {
-        let (lights, wi) = (context.scene.lights(), ray.direction);
-        let Some(hit) = context.closest(ray, self.depth) else {
-            if takes_emission && let Some(light) = context.environment(self.depth) {
-                self.add_emitted(lights, light, Vec3::ZERO, wi, |from| lights.pdf(light, from, wi, None));
+        loop {
+            let Some(hit) = context.closest(ray, self.depth) else {
+                if takes_emission && let Some(light) = context.environment(self.depth) {
+                    self.add_emitted(lights, light, Vec3::ZERO, wi, |from| lights.pdf(light, from, wi, None));
+                }
+                return None;
+            };
+            if takes_emission && let Some(light) = hit.emitter() {
+                // A copy, so that the compiler keeps the hit in registers.
+                let point = hit.point;
+                let pdf = |from| lights.pdf(light, from, wi, Some(&point));
+                self.add_emitted(lights, light, point.p, wi, pdf);
             }
-            return None;
-        };
-        if takes_emission && let Some(light) = hit.emitter() {
-            let pdf = |from| lights.pdf(light, from, wi, Some(&hit.point));
-            self.add_emitted(lights, light, hit.point.p, wi, pdf);
+            if scene.passes(ray, &hit) {
+                continue;
+            }
+            return if self.depth + 1 < longest { Some(hit) } else { None };
         }
-        Some(hit)
     }
 
     /// Adds the emission of a light that the path hit by chance at `p` along `wi`. `light_pdf` is the density with which

@@ -47,7 +47,7 @@ impl PathTracer {
     #[inline]
     fn follow<B: Scattering>(&self, path: &mut PathState, mut ray: Ray, sampler: &Sampler) {
         let scene = &self.context.scene;
-        while let Some(hit) = path.arrive(&self.context, &ray, true) {
+        while let Some(hit) = path.arrive(&self.context, &mut ray, true) {
             let vertex = SurfaceVertex::<B>::new(scene, hit, &path.lambda);
             let u = sampler.vertex(path.depth);
             if !vertex.bsdf.is_delta() {

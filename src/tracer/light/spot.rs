@@ -55,7 +55,7 @@ impl SpotTexture {
 
     fn luminance(&self, d: Vec3) -> f32 {
         let uniform = || self.texture.mean().luminance();
-        self.texture.luminance_at(self.uv(d).into()).unwrap_or_else(uniform)
+        self.texture.luminance_at(&self.uv(d).into()).unwrap_or_else(uniform)
     }
 }
 
@@ -140,7 +140,7 @@ impl LightSource for SpotLight {
     fn factor(&self, _: Vec3, wi: Vec3, lambda: &SampledWavelengths) -> SampledSpectrum {
         let falloff = SampledSpectrum::splat(self.falloff(-wi));
         match &self.texture {
-            Some(texture) => falloff * texture.texture.sample(texture.uv(-wi), lambda),
+            Some(texture) => falloff * texture.texture.sample(&texture.uv(-wi).into(), lambda),
             None => falloff,
         }
     }

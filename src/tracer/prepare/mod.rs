@@ -17,7 +17,7 @@ use crate::scene::SceneDesc;
 use crate::scene::desc::{BsdfId, FilmDesc, GroupId, LightDesc, MOST_PARTS, MeshId, Place};
 use crate::spectrum::Spectrum;
 
-use super::accel::{Accel, Shapes, TriangleSource, return_free_memory};
+use super::accel::{Accel, Shapes, TriangleSource};
 use super::bsdf::Material;
 use super::effects::{self, planned};
 use super::light::{BoundingSphere, Lights};
@@ -166,7 +166,7 @@ impl Scene {
         let (lights, notices) = (std::mem::take(&mut geometry.lights), std::mem::take(&mut geometry.notices));
         let primitives = primitives(geometry, shown);
         if count >= MANY_PRIMITIVES {
-            return_free_memory();
+            crate::memory::return_free_memory();
         }
         let (lo, hi) = primitives.accel.bounds();
         // An empty scene has no size, and any positive number serves.

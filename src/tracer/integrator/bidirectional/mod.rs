@@ -151,15 +151,14 @@ impl BidirectionalTracer {
         // Where next-event estimation would have found the light that is hit next.
         let mut last = None;
         while walk.depth < longest {
-            let Some(hit) = context.closest(&ray, walk.depth) else {
+            let Some(hit) = context.closest(&mut ray, walk.depth) else {
                 if let Some(light) = context.environment(walk.depth) {
                     self.add_environment(path, light, &walk, last, ray.direction);
                 }
                 return;
             };
-            if let Some(on) = scene.beyond(&ray, &hit) {
+            if scene.passes(&mut ray, &hit) {
                 self.add_emitted::<B>(path, last, &walk.clone().arrive(scene, hit));
-                ray = on;
                 continue;
             }
             let vertex: SubpathVertex<B> = walk.arrive(scene, hit);

@@ -6,9 +6,9 @@ use glam::{Vec3, Vec4};
 use crate::color::Xyz;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::accel::Ray;
-use crate::tracer::bsdf::{BsdfSample, Material, Scattering};
+use crate::tracer::bsdf::{BsdfSample, Material, MaterialEvalContext, Scattering};
 use crate::tracer::integrator::direct_lighting::{PathState, Splitting};
-use crate::tracer::interaction::{SurfaceInteraction, SurfaceVertex};
+use crate::tracer::interaction::{SurfaceInteraction, SurfaceMaterial, SurfaceVertex};
 use crate::tracer::photon_map::{Disc, Lookup, Photon, PhotonLayer, Snapshot};
 use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::{Sampler, Scene};
@@ -73,15 +73,16 @@ impl<'a> CameraPath<'a> {
     /// Follows the path along `ray` to its end and returns what it found.
     pub fn trace<B: Scattering>(mut self, mut ray: Ray, sampler: &Sampler) -> Xyz {
         let context = &self.tracer.context;
-        while let Some(hit) = self.state.arrive(context, &ray, self.class != PathClass::Caustic) {
+        let mut from = ray.origin;
+        while let Some(hit) = self.state.arrive(context, &mut ray, self.class != PathClass::Caustic) {
             if self.gathered {
                 break;
             }
             // The last ray was too short for the photons at its end to stand for what it saw.
             let (_, radius, _) = self.reach(PhotonLayer::Global);
-            let near = ray.origin.distance_squared(hit.point.p) < radius * radius;
+            let near = from.distance_squared(hit.point.p) < radius * radius;
             let Some(next) = self.shade::<B>(hit, near, &sampler.vertex(self.state.depth)) else { break };
-            ray = next;
+            (ray, from) = (next, next.origin);
         }
         self.xyz + self.state.lambda.to_xyz(self.state.radiance)
     }
@@ -137,7 +138,8 @@ impl<'a> CameraPath<'a> {
         // The coat's mirror was not in what the photons contributed.
         self.gathered &= spread;
         let factor = self.state.roulette(self.tracer.context.rr_depth, u.roulette)?;
-        self.scratch.scatterings.push(RecordedScattering::new(vertex, &s, u.lobe, factor));
+        let context = self.tracer.context.scene.surface_material(&vertex.hit).context;
+        self.scratch.scatterings.push(RecordedScattering::new(context, vertex, &s, u.lobe, factor));
         Some(vertex.hit.spawn(wi))
     }
 
@@ -169,7 +171,7 @@ impl<'a> CameraPath<'a> {
         let path = RecordedPath {
             scene,
             scatterings: &scratch.scatterings,
-            material: scene.material(&vertex.hit).0,
+            surface: scene.surface_material(&vertex.hit),
             white: tracer.context.white(),
         };
         let (mut xyz, mut value) = (Xyz::BLACK, SampledSpectrum::ZERO);
@@ -207,6 +209,7 @@ impl<'a> CameraPath<'a> {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RecordedScattering {
     hit: SurfaceInteraction,
+    context: MaterialEvalContext,
     wo: Vec3,
     wi: Vec3,
     delta: bool,
@@ -219,18 +222,24 @@ pub(super) struct RecordedScattering {
 
 impl RecordedScattering {
     /// The scattering `sample` at `vertex`, which roulette has let go on with this factor.
-    fn new<B: Scattering>(vertex: &SurfaceVertex<B>, sample: &BsdfSample, lobe: f32, roulette: f32) -> Self {
+    fn new<B: Scattering>(
+        context: MaterialEvalContext,
+        vertex: &SurfaceVertex<B>,
+        sample: &BsdfSample,
+        lobe: f32,
+        roulette: f32,
+    ) -> Self {
         let BsdfSample { wi, pdf, delta, transmitted, .. } = *sample;
         let scale = 1.0 / pdf.0 * roulette;
         let lobe = vertex.bsdf.delta_lobe(lobe, transmitted);
-        Self { hit: vertex.hit, wo: vertex.wo, wi, delta, transmitted, lobe, scale }
+        Self { hit: vertex.hit, context, wo: vertex.wo, wi, delta, transmitted, lobe, scale }
     }
 
     /// The weight of this scattering at other wavelengths.
     #[inline]
     pub fn weight<B: Scattering>(&self, scene: &Scene, lambda: &SampledWavelengths) -> SampledSpectrum {
-        let (material, _) = scene.material(&self.hit);
-        let bsdf = B::of(material, &self.hit, lambda);
+        let material = scene.material(&self.hit);
+        let bsdf = B::of(material, &self.context, lambda);
         let value = if self.delta {
             // The same lobe; where these wavelengths never choose it, its value is zero.
             match bsdf.sample(self.wo, [0.5; 2], self.lobe) {
@@ -255,7 +264,7 @@ impl RecordedScattering {
         if !bsdf.parts_colors() {
             return at(bsdf);
         }
-        let lane = |i: usize| at(&B::of(material, &self.hit, &lambda.alone(i))).0[i];
+        let lane = |i: usize| at(&B::of(material, &self.context, &lambda.alone(i))).0[i];
         SampledSpectrum(Vec4::from_array([0, 1, 2, 3].map(lane)))
     }
 }
@@ -265,7 +274,7 @@ struct RecordedPath<'a> {
     scene: &'a Scene,
     scatterings: &'a [RecordedScattering],
     /// The material where the photons are.
-    material: &'a Material,
+    surface: SurfaceMaterial<'a>,
     /// The wavelengths of every photon, where nothing has a colour.
     white: Option<SampledWavelengths>,
 }
@@ -280,7 +289,7 @@ impl RecordedPath<'_> {
         scale: f32,
     ) -> Xyz {
         let lambda = self.white.unwrap_or_else(|| photon.wavelengths());
-        let bsdf = B::of(self.material, &vertex.hit, &lambda);
+        let bsdf = self.surface.bsdf::<B>(&lambda);
         let Some(f) = scattered(vertex, &bsdf, photon.direction()) else { return Xyz::BLACK };
         let weight = |t: SampledSpectrum, s: &RecordedScattering| t * s.weight::<B>(self.scene, &lambda);
         let throughput = self.scatterings.iter().fold(SampledSpectrum::ONE, weight);

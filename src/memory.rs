@@ -1,10 +1,10 @@
-//! Huge pages for memory that is accessed at random.
+//! Memory as the operating system gives it: huge pages for what is accessed at random, and giving back what is no longer in use.
 
 use std::mem::MaybeUninit;
 
 /// Asks the operating system for pages of 2 MiB. Call it before the memory is first written. Traversal accesses memory at
 /// random, and TLB misses on small pages take 5 to 8 % of its time in a BVH of 8 MB. The system may refuse.
-pub(super) fn advise_huge_pages<T>(memory: &mut [MaybeUninit<T>]) {
+pub(crate) fn advise_huge_pages<T>(memory: &mut [MaybeUninit<T>]) {
     #[cfg(target_os = "linux")]
     {
         const LARGE: usize = 1 << 21;
@@ -21,7 +21,7 @@ pub(super) fn advise_huge_pages<T>(memory: &mut [MaybeUninit<T>]) {
 }
 
 /// Collects `items` into huge pages, where the system provides them.
-pub(in crate::tracer) fn collect_in_huge_pages<T>(items: impl ExactSizeIterator<Item = T>) -> Vec<T> {
+pub(crate) fn collect_in_huge_pages<T>(items: impl ExactSizeIterator<Item = T>) -> Vec<T> {
     let mut large = Vec::with_capacity(items.len());
     advise_huge_pages(large.spare_capacity_mut());
     large.extend(items);
@@ -30,7 +30,7 @@ pub(in crate::tracer) fn collect_in_huge_pages<T>(items: impl ExactSizeIterator<
 
 /// Gives memory that is no longer in use back to the operating system: reading and building a large scene takes two to three times
 /// what it holds in the end, and the allocator would keep much of that.
-pub(in crate::tracer) fn return_free_memory() {
+pub(crate) fn return_free_memory() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {
         unsafe extern "C" {
