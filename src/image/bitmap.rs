@@ -27,7 +27,7 @@ pub struct Bitmap {
     curve: [f32; 256],
 }
 
-/// The texels as the file holds them; floats are linear.
+/// The texels as the file holds them; floats are linear. In huge pages: paths meet them at random.
 enum Texels {
     Eight(Vec<[u8; 3]>),
     Sixteen(Vec<[u16; 3]>),
@@ -65,22 +65,31 @@ impl Bitmap {
         Ok(Self::new(width, height, texels, raw))
     }
 
+    /// A picture of 8-bit texels, encoded as sRGB unless they are `raw`.
+    ///
+    /// # Panics
+    ///
+    /// If there is no texel, or not full rows of them.
+    pub fn of_eight_bits(width: usize, texels: Vec<[u8; 3]>, raw: bool) -> Self {
+        Self::in_rows(width, texels.len(), Texels::Eight(texels), raw)
+    }
+
     /// A picture of linear texels.
     ///
     /// # Panics
     ///
     /// If there is no texel, or not full rows of them.
     pub fn from_linear(width: usize, texels: Vec<[f32; 3]>) -> Self {
-        assert!(
-            width > 0 && !texels.is_empty() && texels.len().is_multiple_of(width),
-            "rows of {width} texels"
-        );
-        Self::new(width, texels.len() / width, Texels::Float(texels), true)
+        Self::in_rows(width, texels.len(), Texels::Float(texels), true)
+    }
+
+    fn in_rows(width: usize, count: usize, texels: Texels, raw: bool) -> Self {
+        assert!(width > 0 && count > 0 && count.is_multiple_of(width), "rows of {width} texels");
+        Self::new(width, count / width, texels, raw)
     }
 
     fn new(width: usize, height: usize, texels: Texels, raw: bool) -> Self {
         let decode = |v: f32| if raw { v } else { srgb::decode(v) };
-        let texels = texels.into_huge_pages();
         Self { width, height, texels, raw, curve: std::array::from_fn(|v| decode(v as f32 / 255.0)) }
     }
 
@@ -111,7 +120,8 @@ impl Bitmap {
         match &self.texels {
             Texels::Eight(texels) => at.map(|i| self.of_eight(texels[i]).into()),
             Texels::Float(texels) => at.map(|i| texels[i].into()),
-            Texels::Sixteen(_) | Texels::Half(_) => at.map(|i| self.value(i).into()),
+            Texels::Half(texels) => at.map(|i| texels[i].map(f16::to_f32).into()),
+            Texels::Sixteen(_) => at.map(|i| self.value(i).into()),
         }
     }
 
@@ -143,21 +153,11 @@ impl Bitmap {
 }
 
 impl Texels {
-    /// Paths meet textures at random places, and TLB misses on small pages take as long as the rest of a lookup.
-    fn into_huge_pages(self) -> Self {
-        match self {
-            Self::Eight(texels) => Self::Eight(collect_in_huge_pages(texels.into_iter())),
-            Self::Sixteen(texels) => Self::Sixteen(collect_in_huge_pages(texels.into_iter())),
-            Self::Half(texels) => Self::Half(collect_in_huge_pages(texels.into_iter())),
-            Self::Float(texels) => Self::Float(collect_in_huge_pages(texels.into_iter())),
-        }
-    }
-
     /// Halves if they hold all of `pixels` exactly, as those of most EXR files.
     fn of_floats(pixels: Vec<[f32; 3]>) -> Self {
         let is_half = |v: &f32| f16::from_f32(*v).to_f32().to_bits() == v.to_bits();
         match pixels.as_flattened().iter().all(is_half) {
-            true => Self::Half(pixels.iter().map(|texel| texel.map(f16::from_f32)).collect()),
+            true => Self::Half(collect_in_huge_pages(pixels.iter().map(|texel| texel.map(f16::from_f32)))),
             false => Self::Float(pixels),
         }
     }
@@ -170,8 +170,8 @@ fn integers(path: &Path, bytes: &[u8], most: usize) -> Result<(usize, usize, Tex
     let narrow =
         matches!(picture.color(), ColorType::L8 | ColorType::La8 | ColorType::Rgb8 | ColorType::Rgba8);
     let texels = match narrow {
-        true => Texels::Eight(picture.into_rgb8().pixels().map(|p| p.0).collect()),
-        false => Texels::Sixteen(picture.into_rgb16().pixels().map(|p| p.0).collect()),
+        true => Texels::Eight(collect_in_huge_pages(picture.into_rgb8().pixels().map(|p| p.0))),
+        false => Texels::Sixteen(collect_in_huge_pages(picture.into_rgb16().pixels().map(|p| p.0))),
     };
     Ok((width, height, texels))
 }

@@ -46,6 +46,8 @@ pub struct SceneDesc {
     pub lights: Vec<LightDesc>,
     /// Names and places of the materials and lights, for messages and for saving changes.
     pub names: Names,
+    /// The point of world space that is the origin of rendering space ([`SceneDesc::place_origin`]).
+    pub origin: DVec3,
 }
 
 impl SceneDesc {

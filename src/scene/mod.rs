@@ -27,6 +27,7 @@ pub mod limits;
 pub mod mesh;
 pub mod mitsuba;
 pub mod model;
+mod rendering_space;
 pub mod texture;
 
 pub use desc::SceneDesc;

@@ -320,13 +320,18 @@ impl BitmapTexture {
         Self { mean: sum.map(|v| (v / count) as f32), bitmap, to_uv, wrap, nearest, grey }
     }
 
-    /// A repeated picture of linear texels in rows of `width`.
+    /// A picture, repeated and interpolated.
+    pub fn repeated(bitmap: Bitmap) -> Self {
+        Self::new(Arc::new(bitmap), Affine2::IDENTITY, WrapMode::Repeat, false)
+    }
+
+    /// A repeated picture of 8-bit texels in rows of `width`, encoded as sRGB unless they are `raw`.
     ///
     /// # Panics
     ///
     /// If there is no texel, or not full rows of them.
-    pub fn of_linear(width: usize, texels: Vec<[f32; 3]>) -> Self {
-        Self::new(Arc::new(Bitmap::from_linear(width, texels)), Affine2::IDENTITY, WrapMode::Repeat, false)
+    pub fn of_eight_bits(width: usize, texels: Vec<[u8; 3]>, raw: bool) -> Self {
+        Self::repeated(Bitmap::of_eight_bits(width, texels, raw))
     }
 
     /// The values of the file at texture coordinates `uv`, for what is no colour.
@@ -376,13 +381,13 @@ impl BitmapTexture {
 #[inline]
 pub(super) fn cell(to_uv: &Affine2, size: [usize; 2], nearest: bool, uv: Vec2) -> ([i64; 2], Vec2) {
     let at = to_uv.transform_point2(uv) * Vec2::new(size[0] as f32, size[1] as f32);
-    // Coordinates that are no numbers mean nothing.
-    let at = if at.is_finite() { at } else { Vec2::ZERO };
+    // Coordinates that are no numbers, or beyond all integers, mean nothing.
+    let at = if at.abs().cmplt(Vec2::splat(1e18)).all() { at } else { Vec2::ZERO };
     let at = if nearest { at } else { at - 0.5 };
     // Rounded down in integers: without SSE 4.1, `floor` is a call.
     let cell = at.to_array().map(|v| {
         let whole = v as i64;
-        whole.saturating_sub(i64::from(whole as f32 > v))
+        whole - i64::from(whole as f32 > v)
     });
     (cell, at - Vec2::from(cell.map(|i| i as f32)))
 }
@@ -432,7 +437,6 @@ impl WrapMode {
         if (i as u64) < size as u64 { i as usize } else { self.index_beyond(i, size) }
     }
 
-    #[cold]
     #[inline(never)]
     fn index_beyond(self, i: i64, size: usize) -> usize {
         let size = size as i64;

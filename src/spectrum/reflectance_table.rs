@@ -43,7 +43,7 @@ fn ratio(i: usize) -> f64 {
     (first + (1.0 - first) * i as f64 / (RATIOS - 1) as f64).powi(2)
 }
 
-/// The distances between the values of nodes, and where to look for a value.
+/// The values of nodes, and where to look for the cell of a value.
 #[derive(Debug)]
 struct ValueCells {
     nodes: [f32; VALUES],
@@ -54,7 +54,7 @@ struct ValueCells {
 }
 
 impl ValueCells {
-    /// These many bits below the exponent tell the part of an octave: a part holds one node at most.
+    /// So many upper bits of the significand tell the part of an octave: a part holds one node at most.
     const PART_BITS: u32 = 6;
 
     fn new() -> Self {

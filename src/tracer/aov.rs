@@ -53,7 +53,7 @@ impl<'a> AovTracer<'a> {
             match kind {
                 AovKind::Albedo => put(&self.albedo(&surface, hit.wo).to_array()),
                 AovKind::Depth => put(&[hit.point.p.distance(ray.origin)]),
-                AovKind::Position => put(&hit.point.p.to_array()),
+                AovKind::Position => put(&self.scene.world_point(hit.point.p).as_vec3().to_array()),
                 AovKind::Uv => put(&surface.context.texture.uv.to_array()),
                 AovKind::GeometricNormal => put(&hit.point.ng.to_array()),
                 AovKind::ShadingNormal => put(&hit.n.to_array()),

@@ -135,9 +135,15 @@ impl Camera {
         })
     }
 
-    /// The camera of a scene, with the film size that its file specifies. It fails as [`Camera::new`] does.
+    /// This camera in the rendering space with this origin ([`SceneDesc::origin`]), in which the scene is traced.
+    pub fn around(self, origin: DVec3) -> Self {
+        Self { position: self.position - origin, ..self }
+    }
+
+    /// The camera of a scene in its rendering space, with the film size that its file specifies. It fails as [`Camera::new`] does.
     pub fn of(desc: &SceneDesc) -> Result<Self, PrepareError> {
-        Self::new(&desc.camera, &desc.film, &PrepareOptions::from_film(&desc.film))
+        let camera = Self::new(&desc.camera, &desc.film, &PrepareOptions::from_film(&desc.film))?;
+        Ok(camera.around(desc.origin))
     }
 
     /// The ray of `uv` through a point of the lens, from the near to the far clip plane, with a unit direction. `lens` in [0, 1)²
@@ -290,7 +296,7 @@ impl Camera {
         (self.projection == Projection::Orthographic).then(|| self.axes.z_axis.as_vec3())
     }
 
-    /// World-space position: the pinhole, the centre of the lens, or of the plane that parallel rays begin at.
+    /// Position in rendering space: the pinhole, the centre of the lens, or of the plane that parallel rays begin at.
     pub fn position(&self) -> Vec3 {
         self.position.as_vec3()
     }

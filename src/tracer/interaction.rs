@@ -36,7 +36,7 @@ pub struct SurfaceInteraction {
     pub n: Vec3,
     /// Unit direction back along the ray, world space.
     pub wo: Vec3,
-    /// The primitive that was hit, and where.
+    /// The primitive that was hit, and where; `t` counts from where the ray began behind what it has passed.
     pub hit: Hit,
     /// Index of the surface in the scene, which has the materials of its two sides.
     pub surface: u32,
@@ -120,7 +120,7 @@ impl<B: Scattering> SurfaceVertex<B> {
     /// Evaluates the material of `hit` at `lambda`.
     #[inline(always)]
     pub fn new(scene: &Scene, hit: SurfaceInteraction, lambda: &SampledWavelengths) -> Self {
-        let (frame, bsdf) = match scene.has_parameters() {
+        let (frame, bsdf) = match scene.is_parametrized() {
             false => {
                 let SurfaceMaterial { material, frame, context } = scene.uniform_material(&hit);
                 (frame, B::of(material, &context, lambda))

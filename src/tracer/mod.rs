@@ -8,7 +8,7 @@
 //! SceneDesc ─ effects::planned ─ prepare ─▶ Scene { accel, surfaces, materials, lights }   immutable, shared by Arc
 //! Integrator::trace(index)
 //!   Sampler::at(index) ─▶ the random numbers of the path
-//!   Camera::ray ─ Scene::closest ─▶ SurfaceInteraction ─ Material at the wavelengths ─▶ SurfaceVertex { hit, bsdf, … }
+//!   Camera::ray ─ Scene::closest ─▶ SurfaceInteraction ─ Scene::surface_material ─▶ SurfaceMaterial ─▶ SurfaceVertex { hit, bsdf, … }
 //!   Lights::sample_by_contribution ─ Bsdf::eval ─ Scene::visible                         next-event estimation
 //!   Bsdf::sample ─▶ the next ray
 //!   SampledSpectrum ─ to_xyz ─▶ SampleSink::camera or SampleSink::light
@@ -47,7 +47,7 @@ pub mod photon_map;
 mod placement;
 mod prepare;
 mod primitives;
-mod roulette;
+pub mod roulette;
 pub mod sampler;
 pub mod scene;
 pub mod shape;

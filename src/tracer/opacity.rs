@@ -11,7 +11,7 @@
 //! A photon on such a surface counts for more, because the path that gathers it meets the surface by chance, too.
 //!
 //! What emits does so in full, however little of it is there, as in Mitsuba 3. So a camera path stops at such a surface to see it
-//! ([`Scene::closest_or_emitter`]) before it goes on ([`Scene::passes`]).
+//! ([`Scene::hit_or_emitter`]) before it goes on ([`Scene::passes`]).
 
 use crate::math::bits::mix;
 use crate::math::float::safe_origin;
@@ -64,6 +64,7 @@ impl Scene {
     /// True where `ray` passes the emitter that it has hit; it then begins behind it.
     #[inline(always)]
     pub(super) fn passes(&self, ray: &mut Ray, at: &SurfaceInteraction) -> bool {
+        // A copy, so that the compiler keeps the hit in registers.
         self.has_holes() && self.passes_emitter(ray, *at)
     }
 

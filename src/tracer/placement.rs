@@ -49,7 +49,8 @@ impl Placement {
         SurfacePoint { p: p.as_vec3(), error: (error * (1.0 + u)).as_vec3(), ng: self.normal(point.ng) }
     }
 
-    /// Transforms a surface point in world space back to the group, up to rounding; its error bound is not transformed.
+    /// Transforms a surface point in world space back to the group, up to the rounding of its world-space coordinates; its error bound is
+    /// not transformed.
     pub(super) fn point_in_group(&self, point: &SurfacePoint) -> SurfacePoint {
         let p = self.to_group.transform_point3(point.p.as_dvec3()).as_vec3();
         let ng = (self.to_world.matrix3.transpose() * point.ng.as_dvec3()).normalize_or(DVec3::Z).as_vec3();

@@ -51,7 +51,7 @@ pub(super) struct Primitives {
     pub(super) round: Vec<PrimRecord>,
     /// Primitives on the backs of others, in the same place.
     pub(super) backs: Vec<Back>,
-    /// Tangents by surface. Empty if nothing is brushed.
+    /// Tangents by surface. Empty if nothing is brushed or bumpy.
     pub(super) tangents: Vec<Tangents>,
     /// Texture coordinates by surface. Empty if nothing is textured.
     pub(super) uvs: Vec<TextureCoordinates>,
@@ -92,9 +92,9 @@ impl Primitives {
         self.placements.get(at.hit.instance as usize)
     }
 
-    /// True where some surface is textured or brushed.
+    /// True where some surface has a (u, v) parametrization that its material asks for: it is textured, brushed or bumpy.
     #[inline(always)]
-    pub(super) fn has_parameters(&self) -> bool {
+    pub(super) fn is_parametrized(&self) -> bool {
         !(self.uvs.is_empty() && self.tangents.is_empty())
     }
 
@@ -102,10 +102,12 @@ impl Primitives {
     #[inline(always)]
     pub(super) fn material_context(&self, at: &SurfaceInteraction) -> MaterialEvalContext {
         let placement = self.placement(at);
-        let point = placement.map_or(at.point, |place| place.point_in_group(&at.point));
         let [dp_du, dp_dv] = match self.tangents.get(at.surface as usize) {
-            Some(tangents) => tangents.at(at.hit.prim, &point),
-            None => [Vec3::ZERO; 2],
+            Some(Tangents::Any) | None => [Vec3::ZERO; 2],
+            Some(tangents) => {
+                let point = placement.map_or(at.point, |place| place.point_in_group(&at.point));
+                tangents.at(at.hit.prim, &point)
+            }
         };
         // Where only its direction counts, ∂p/∂u stays a unit vector.
         let along = |v: Vec3| match placement {
@@ -132,7 +134,7 @@ impl Primitives {
         };
         let Some(coordinates) = self.uvs.get(surface as usize) else { return TexturePoint::default() };
         let placement = self.placement(at);
-        coordinates.at(&at.hit, placement.map_or(at.point.p, |place| place.point_in_group(&at.point).p))
+        coordinates.at(&at.hit, || placement.map_or(at.point.p, |place| place.point_in_group(&at.point).p))
     }
 
     /// The surface interaction in the space of the primitive, which is also that of `ray`.

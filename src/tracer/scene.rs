@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use crate::math::float::safe_origin;
 use crate::spectrum::White;
@@ -22,7 +22,7 @@ pub struct Pick {
     /// Index into [`SceneDesc::shapes`](crate::scene::SceneDesc::shapes).
     pub shape: u32,
     /// Where the ray hits it, world space.
-    pub position: Vec3,
+    pub position: DVec3,
     /// Distance from the origin of the ray, which for a camera lies on its near plane.
     pub distance: f32,
 }
@@ -55,6 +55,8 @@ pub struct Scene {
     pub(super) white: Option<White>,
     pub(super) material_class: MaterialClass,
     pub(super) notices: Vec<String>,
+    /// The point of world space that is the origin here.
+    pub(super) origin: DVec3,
     /// The description that the primitives and the lights were made from.
     pub(super) structure: Arc<SceneStructure>,
 }
@@ -134,7 +136,13 @@ impl Scene {
     pub fn pick(&self, ray: &Ray) -> Option<Pick> {
         let found = self.walk(&mut ray.clone(), |_, _, opacity| opacity >= 0.5)?;
         let p = found.point.p;
-        Some(Pick { shape: self.shape(&found), position: p, distance: p.distance(ray.origin) })
+        let (position, distance) = (self.world_point(p), p.distance(ray.origin));
+        Some(Pick { shape: self.shape(&found), position, distance })
+    }
+
+    /// A point of rendering space in world space.
+    pub fn world_point(&self, p: Vec3) -> DVec3 {
+        self.origin + p.as_dvec3()
     }
 
     /// The number of the object that was hit: the shape, or the instance that shows it. An index into
@@ -200,28 +208,35 @@ impl Scene {
         self.opacities.is_some()
     }
 
-    /// The material that is seen at a hit.
-    pub fn material(&self, hit: &SurfaceInteraction) -> &Material {
-        let (material, _) = self.surfaces[hit.surface as usize].seen_from(hit.wo, hit.n);
-        &self.materials[material as usize]
+    /// The index of the material that is seen at a hit.
+    pub(super) fn material_index(&self, hit: &SurfaceInteraction) -> u32 {
+        self.surfaces[hit.surface as usize].seen_from(hit.wo, hit.n).0
+    }
+
+    /// The material with this index.
+    pub(super) fn material(&self, index: u32) -> &Material {
+        &self.materials[index as usize]
     }
 
     /// The material that is seen at a hit, ready to be evaluated.
     #[inline(always)]
     pub fn surface_material(&self, hit: &SurfaceInteraction) -> SurfaceMaterial<'_> {
-        self.evaluated_with(hit, self.primitives.material_context(hit))
+        match self.is_parametrized() {
+            false => self.uniform_material(hit),
+            true => self.evaluated_with(hit, self.primitives.material_context(hit)),
+        }
     }
 
-    /// As [`surface_material`](Self::surface_material) in a scene that has no [parameters](Self::has_parameters).
+    /// As [`surface_material`](Self::surface_material) in a scene that is not [parametrized](Self::is_parametrized).
     #[inline(always)]
     pub(super) fn uniform_material(&self, hit: &SurfaceInteraction) -> SurfaceMaterial<'_> {
         self.evaluated_with(hit, MaterialEvalContext::uniform(hit.n, hit.point.ng))
     }
 
-    /// True where some surface is textured or brushed.
+    /// True where some surface has a (u, v) parametrization that its material asks for: it is textured, brushed or bumpy.
     #[inline(always)]
-    pub(super) fn has_parameters(&self) -> bool {
-        self.primitives.has_parameters()
+    pub(super) fn is_parametrized(&self) -> bool {
+        self.primitives.is_parametrized()
     }
 
     #[inline(always)]

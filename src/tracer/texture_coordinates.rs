@@ -50,10 +50,10 @@ pub(super) enum TextureCoordinates {
 }
 
 impl TextureCoordinates {
-    /// The coordinates at `hit`, which is at `p` in the space of the primitive, and the attributes of the mesh.
+    /// The coordinates at `hit`, which is at `p()` in the space of the primitive, and the attributes of the mesh.
     #[inline(always)]
-    pub(super) fn at(&self, hit: &Hit, p: Vec3) -> TexturePoint {
-        let Self::Triangles { first, of, attributes } = self else { return self.of_round(p).into() };
+    pub(super) fn at(&self, hit: &Hit, p: impl FnOnce() -> Vec3) -> TexturePoint {
+        let Self::Triangles { first, of, attributes } = self else { return self.of_round(p()).into() };
         let i = hit.prim.checked_sub(*first).map_or(usize::MAX, |i| i as usize);
         let uv = of.get(i).map_or(Vec2::ZERO, |[uv, du, dv]| *uv + *du * hit.uv[0] + *dv * hit.uv[1]);
         let mut at = TexturePoint::from(uv);

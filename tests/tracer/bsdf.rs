@@ -41,16 +41,16 @@ fn glass(facets: Facets, alpha: [f32; 2], eta: [f32; 4]) -> Bsdf {
 }
 
 fn plastic(albedo: f32, eta: f32, nonlinear: bool) -> Bsdf {
-    let internal = SampledSpectrum::splat(fresnel::diffuse_within(eta));
-    let base = Base { albedo: SampledSpectrum::splat(albedo), internal, nonlinear };
+    let escape = SampledSpectrum::splat(fresnel::diffuse_escape(eta));
+    let base = Base { albedo: SampledSpectrum::splat(albedo), escape, nonlinear };
     Bsdf::Plastic(Plastic::new([SampledSpectrum::splat(eta), ONE], ONE, base, false))
 }
 
 fn rough_plastic(facets: Facets, alpha: f32, eta: f32, albedo: f32) -> Bsdf {
     let microfacet = microfacet(facets, [alpha; 2]);
     let coat = Coat { eta, microfacet, transmittance: Transmittance::of(&microfacet, eta) };
-    let internal = SampledSpectrum::splat(internal_reflectance(&microfacet, eta));
-    let base = Base { albedo: SampledSpectrum::splat(albedo), internal, nonlinear: true };
+    let escape = SampledSpectrum::splat(1.0 - internal_reflectance(&microfacet, eta));
+    let base = Base { albedo: SampledSpectrum::splat(albedo), escape, nonlinear: true };
     Bsdf::RoughPlastic(RoughPlastic::new(&coat, ONE, base, false))
 }
 

@@ -9,6 +9,7 @@ use crate::support::welch;
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
 use pointillist::image::compare::z_test;
 use pointillist::scene::desc::*;
+use pointillist::scene::texture::BitmapTexture;
 use pointillist::spectrum::{Spectrum, dispersion::Ior};
 use pointillist::stream::UvWindow;
 use pointillist::tracer::accel::Ray;
@@ -188,7 +189,7 @@ fn hits_are_those_of_the_shapes_written_out() {
         assert!(x.frame.n.dot(y.frame.n) > 1.0 - 1e-4);
         assert_eq!(format!("{:?}", x.material), format!("{:?}", y.material));
         let pick = scene.pick(&ray).expect("as before");
-        assert_eq!((pick.shape, pick.position), (from[b.surface as usize], a.point.p));
+        assert_eq!((pick.shape, pick.position), (from[b.surface as usize], a.point.p.as_dvec3()));
         if of.0[a.surface as usize] == BsdfId(2) {
             brushed += 1;
             assert!(x.frame.s.dot(y.frame.s).abs() > 1.0 - 1e-3, "{:?} {:?}", x.frame, y.frame);
@@ -324,6 +325,55 @@ fn groups_that_nothing_shows_take_no_part() {
     assert!((reach(&desc) - 101.0).abs() < 0.1, "{}", reach(&desc));
 }
 
+/// Texture coordinates and derivatives of an instance are those of the shape written out.
+#[test]
+fn parametrizations_are_those_of_the_shapes_written_out() {
+    let cylinder =
+        ShapeKind::Cylinder { p0: DVec3::new(0.1, 0.0, -1.0), p1: DVec3::new(0.0, 0.2, 1.0), radius: 0.7 };
+    let kinds = [
+        sphere(DVec3::new(0.1, 0.2, 0.0), 1.1),
+        ShapeKind::Disk,
+        cylinder,
+        ShapeKind::Rectangle,
+        ShapeKind::Cube,
+        ShapeKind::Mesh(MeshId(0)),
+    ];
+    let place = at(1.0, 2.0, 3.0) * turned(0.7) * scale(0.4, 0.4, 0.4);
+    for kind in kinds {
+        let mut shown = empty();
+        shown.meshes.push(Arc::new(ball(true)));
+        let inner = material(&mut shown, grey(0.5));
+        let normals = BitmapTexture::of_eight_bits(1, vec![[128, 128, 255]; 2], true);
+        let bump = BumpDesc { bsdf: inner, flip_invalid_normals: true, use_shadowing_function: true };
+        let bumpy = material(&mut shown, NormalMapDesc { normals, bump }.into());
+        let mut out = shown.clone();
+        group(&mut shown, vec![member(kind.clone(), turned(0.3), bumpy)]);
+        instance(&mut shown, 0, place);
+        out.shapes.push(member(kind.clone(), place * turned(0.3), bumpy));
+        let [shown, out] = [shown, out].map(|desc| prepare(&desc));
+        let (mut random, mut met) = (Random(5), 0);
+        for _ in 0..2000 {
+            let (from, d) = (random.direction() * 3.0, random.direction() * 0.4);
+            let from = place.transform_point3(from);
+            let d = (place.transform_point3(d) - from).normalize();
+            let ray = Ray::new(from.as_vec3(), d.as_vec3());
+            let (Some(a), Some(b)) = (shown.closest(&ray), out.closest(&ray)) else { continue };
+            let [a, b] = [(&shown, a), (&out, b)].map(|(scene, hit)| scene.surface_material(&hit).context);
+            let uv = (a.texture.uv - b.texture.uv).abs();
+            // Angles are the same up to whole turns.
+            let off = uv.min((1.0 - uv).abs()).max_element();
+            let derivatives = a.dp_du.distance(b.dp_du) + a.dp_dv.distance(b.dp_dv);
+            // Beside an edge the one may meet another face.
+            if a.ng.distance(b.ng) < 1e-3 {
+                assert!(off < 2e-4, "{kind:?}: {} {}", a.texture.uv, b.texture.uv);
+                assert!(derivatives < 2e-3 && a.dp_dv != Vec3::ZERO, "{kind:?}: {a:?} {b:?}");
+                met += 1;
+            }
+        }
+        assert!(met > 100, "{kind:?}: {met}");
+    }
+}
+
 /// A changed material of a group keeps the geometry; a moved instance does not.
 #[test]
 fn materials_of_groups_can_be_edited() {
@@ -332,7 +382,7 @@ fn materials_of_groups_can_be_edited() {
     let ray = Ray::new(Vec3::new(-1.0, 2.0, 9.0), -Vec3::Z);
     let seen = |scene: &Scene| {
         let hit = scene.closest(&ray).expect("the second ball of the first instance");
-        (hit.point.p, format!("{:?}", scene.material(&hit)))
+        (hit.point.p, format!("{:?}", scene.surface_material(&hit).material))
     };
     desc.bsdfs[0] = grey(0.1);
     let edited = scene.edited(&desc).expect("valid");

@@ -92,7 +92,7 @@ fn a_click_finds_what_is_drawn_there() {
         assert_eq!(found.shape, i as u32);
         let to_center = camera.position().distance(center.as_vec3());
         assert!((found.distance + 0.2 - to_center).abs() < 1e-4, "{found:?}");
-        let again = project(found.position);
+        let again = project(found.position.as_vec3());
         assert!((0..2).all(|k| (again[k] - uv[k]).abs() < 1e-5), "{again:?} {uv:?}");
     }
 }

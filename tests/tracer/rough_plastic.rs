@@ -20,8 +20,8 @@ fn microfacet(facets: Facets, alpha: f32) -> Microfacet {
 /// `colors` = [base, coat].
 fn rough_plastic(microfacet: Microfacet, eta: f32, nonlinear: bool, colors: [f32; 2]) -> Bsdf {
     let coat = Coat { eta, microfacet, transmittance: Transmittance::of(&microfacet, eta) };
-    let internal = splat(internal_reflectance(&microfacet, eta));
-    let base = Base { albedo: splat(colors[0]), internal, nonlinear };
+    let escape = splat(1.0 - internal_reflectance(&microfacet, eta));
+    let base = Base { albedo: splat(colors[0]), escape, nonlinear };
     Bsdf::RoughPlastic(RoughPlastic::new(&coat, splat(colors[1]), base, false))
 }
 
@@ -135,8 +135,7 @@ fn transmittance_is_the_integral() {
 fn smooth_limit() {
     for eta in [1.3, 1.49, 1.9] {
         let rough = rough_plastic(microfacet(Facets::Ggx, 1e-4), eta, true, [0.6, 0.0]);
-        let base =
-            Base { albedo: splat(0.6), internal: splat(fresnel::diffuse_within(eta)), nonlinear: true };
+        let base = Base { albedo: splat(0.6), escape: splat(fresnel::diffuse_escape(eta)), nonlinear: true };
         let smooth = Bsdf::Plastic(Plastic::new([splat(eta), splat(1.0)], splat(0.0), base, false));
         for (z_o, z_i) in [(1.0, 1.0), (0.8, 0.4), (0.5, 0.9), (0.3, 0.3)] {
             let [a, b] = [rough, smooth].map(|b| b.eval(direction(z_o, 0.0), direction(z_i, 2.0)));

@@ -2,7 +2,7 @@
 //!
 //! Expected numbers are those of Mitsuba 3.9.1 (`scalar_rgb`) for the same shapes, rays and texels.
 
-use glam::{Affine2, Vec2, Vec3, Vec3A};
+use glam::{Affine2, Vec2, Vec3, Vec3A, Vec4};
 use pointillist::image::bitmap::Bitmap;
 use pointillist::scene::texture::{BitmapTexture, Checkerboard, SpectrumTexture, TexturePoint, WrapMode};
 use pointillist::scene::{self, SceneDesc};
@@ -246,9 +246,18 @@ fn lookups_are_those_of_mitsuba() {
     is(&bilinear, 0.0, 0.25, [0.5, 0.0, 0.5]);
     is(&bilinear, 1.0 / 6.0, 0.5, [0.75, 0.25, 0.25]);
     is(&bilinear, 1.0 / 6.0, 0.0, [0.75, 0.25, 0.25]);
-    for nonsense in [f32::NAN, f32::INFINITY, -1e30, 1e30] {
-        assert!(bilinear.sample(&Vec2::new(nonsense, 0.3).into(), &lambda).is_finite(), "{nonsense}");
-        assert!(nearest.sample(&Vec2::new(0.3, nonsense).into(), &lambda).is_finite(), "{nonsense}");
+    let greys = Arc::new(Bitmap::from_linear(2, vec![[0.2; 3], [0.9; 3]]));
+    let greys =
+        SpectrumTexture::Bitmap(BitmapTexture::new(greys, Affine2::IDENTITY, WrapMode::Repeat, false));
+    for nonsense in [f32::NAN, f32::INFINITY, -1e30, 1e30, -1e20, 3e18] {
+        for (texture, uv) in [
+            (&bilinear, Vec2::new(nonsense, 0.3)),
+            (&nearest, Vec2::new(0.3, nonsense)),
+            (&greys, Vec2::new(nonsense, 0.3)),
+        ] {
+            let found = texture.sample(&uv.into(), &lambda).0;
+            assert!(found.cmpge(Vec4::ZERO).all() && found.cmple(Vec4::ONE).all(), "{nonsense}: {found}");
+        }
     }
 }
 

@@ -1,18 +1,15 @@
 //! The price of textures: paths per tracing second on the same geometry with pictures and with their mean colours, by turns.
 
-use std::io::Cursor;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
-use glam::Affine2;
-use image::{ImageFormat, Rgb, RgbImage};
 use pointillist::color::srgb;
 use pointillist::image::bitmap::Bitmap;
 use pointillist::math::random::Random;
 use pointillist::scene::SceneDesc;
 use pointillist::scene::desc::BsdfDesc;
 use pointillist::scene::load;
-use pointillist::scene::texture::{BitmapTexture, SpectrumTexture, WrapMode};
+use pointillist::scene::texture::{BitmapTexture, SpectrumTexture};
 use pointillist::spectrum::Spectrum;
 use pointillist::stream::UvWindow;
 use pointillist::tracer::effects::{Effect, decide, without};
@@ -55,7 +52,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         let has =
             decide(&textured, textured.integrator.kind).iter().any(|d| d.on && d.effect == Effect::Textures);
         if !has {
-            put_pictures(&mut textured, arguments)?;
+            put_pictures(&mut textured, arguments);
         }
         let mut plain = textured.clone();
         without(&mut plain, Effect::Textures)?;
@@ -99,7 +96,7 @@ fn tracer(desc: &SceneDesc) -> Outcome<PathTracer> {
 }
 
 /// Gives every diffuse material a picture of its own, noise around its colour.
-fn put_pictures(desc: &mut SceneDesc, arguments: &Arguments) -> Outcome<()> {
+fn put_pictures(desc: &mut SceneDesc, arguments: &Arguments) {
     let (mut random, side) = (Random(1), arguments.side);
     for bsdf in &mut desc.bsdfs {
         let BsdfDesc::Diffuse(bsdf) = bsdf else { continue };
@@ -108,14 +105,9 @@ fn put_pictures(desc: &mut SceneDesc, arguments: &Arguments) -> Outcome<()> {
         let bitmap = if arguments.floats {
             Bitmap::from_linear(side, (0..side * side).map(|_| texel()).collect())
         } else {
-            let texels =
-                RgbImage::from_fn(side as u32, side as u32, |_, _| Rgb(texel().map(srgb::encode_8bit)));
-            let mut file = Vec::new();
-            texels.write_to(&mut Cursor::new(&mut file), ImageFormat::Bmp)?;
-            Bitmap::decode(Path::new("noise.bmp"), &file, false, side * side)?
+            let texels = (0..side * side).map(|_| texel().map(srgb::encode_8bit));
+            Bitmap::of_eight_bits(side, texels.collect(), false)
         };
-        let texture = BitmapTexture::new(Arc::new(bitmap), Affine2::IDENTITY, WrapMode::Repeat, false);
-        bsdf.reflectance = SpectrumTexture::Bitmap(texture);
+        bsdf.reflectance = SpectrumTexture::Bitmap(BitmapTexture::repeated(bitmap));
     }
-    Ok(())
 }

@@ -230,6 +230,7 @@ fn cornell_box(spheres: bool) -> SceneDesc {
         ],
         meshes: Vec::new(),
         names: Names::default(),
+        origin: DVec3::ZERO,
         groups: Vec::new(),
         shapes,
         lights: Vec::new(),

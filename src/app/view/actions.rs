@@ -52,7 +52,7 @@ impl Viewer {
             Action::FocusAt(at) => {
                 if let Some(pick) = self.editor.pick(at, size) {
                     self.editor.history.end_move();
-                    self.gesture(Gesture::Focus(pick.position.as_dvec3()));
+                    self.gesture(Gesture::Focus(pick.position));
                     self.editor.history.end_move();
                 }
             }

@@ -116,7 +116,7 @@ impl SceneEditor {
             },
             None => PrepareOptions { width, height },
         };
-        Camera::new(&camera, film, &options).into_diagnostic()
+        Ok(Camera::new(&camera, film, &options).into_diagnostic()?.around(self.original.origin))
     }
 
     /// Field of view, degrees.

@@ -18,13 +18,13 @@ use super::{BsdfSample, MaterialModel, Microfacet, ScatteringModel, fresnel};
 #[derive(Clone, Debug)]
 pub struct PlasticMaterial {
     desc: PlasticDesc,
-    /// Reflectance of the coat from within for diffuse light.
-    internal: Spectrum,
+    /// The share of diffuse light from within that the coat lets out.
+    escape: Spectrum,
 }
 
 impl From<PlasticDesc> for PlasticMaterial {
     fn from(desc: PlasticDesc) -> Self {
-        Self { internal: smooth_internal_reflectance(&desc.int_ior, &desc.ext_ior), desc }
+        Self { escape: smooth_escape(&desc.int_ior, &desc.ext_ior), desc }
     }
 }
 
@@ -36,7 +36,7 @@ impl MaterialModel for PlasticMaterial {
         let desc = &self.desc;
         let eta = [desc.int_ior.sample(lambda), desc.ext_ior.sample(lambda)];
         let albedo = desc.diffuse_reflectance.sample(at, lambda);
-        let base = Base { albedo, internal: self.internal.sample(lambda), nonlinear: desc.nonlinear };
+        let base = Base { albedo, escape: self.escape.sample(lambda), nonlinear: desc.nonlinear };
         Plastic::new(eta, desc.specular_reflectance.sample(at, lambda), base, lambda.is_hero_only())
     }
 
@@ -50,11 +50,11 @@ impl MaterialModel for PlasticMaterial {
     }
 }
 
-/// Reflectance of a smooth coat from within for diffuse light; a table over wavelengths where a medium disperses.
-fn smooth_internal_reflectance(int_ior: &Ior, ext_ior: &Ior) -> Spectrum {
+/// The share of diffuse light from within that a smooth coat lets out; a table over wavelengths where a medium disperses.
+fn smooth_escape(int_ior: &Ior, ext_ior: &Ior) -> Spectrum {
     let at = |nm: f32| {
         let lambda = Vec4::splat(nm);
-        fresnel::diffuse_within(int_ior.eval(lambda).x / ext_ior.eval(lambda).x)
+        fresnel::diffuse_escape(int_ior.eval(lambda).x / ext_ior.eval(lambda).x)
     };
     let constant = Spectrum::Constant(at(550.0));
     if !int_ior.is_dispersive() && !ext_ior.is_dispersive() {
@@ -85,8 +85,8 @@ pub struct Plastic {
 pub struct Base {
     /// Albedo of the base.
     pub albedo: SampledSpectrum,
-    /// Reflectance of the coat from within for diffuse light.
-    pub internal: SampledSpectrum,
+    /// The share of diffuse light from within that the coat lets out.
+    pub escape: SampledSpectrum,
     /// Light is coloured anew at every reflection from the base, not once.
     pub nonlinear: bool,
 }
@@ -95,8 +95,9 @@ impl Base {
     /// Albedo of the base with all of its reflections within a coat of index `eta`, over η².
     #[inline]
     fn within(&self, eta: Vec4) -> SampledSpectrum {
+        // 1 − each · (1 − escape), without the difference that loses all digits where nearly nothing escapes.
         let each = if self.nonlinear { self.albedo.0 } else { Vec4::ONE };
-        let rest = (1.0 - each * self.internal.0).max(Vec4::splat(1e-6));
+        let rest = (1.0 - each) + each * self.escape.0;
         SampledSpectrum(self.albedo.0 / (rest * eta * eta))
     }
 }
@@ -125,7 +126,7 @@ impl Plastic {
 }
 
 impl ScatteringModel for Plastic {
-    /// The base: `albedo / (1 − internal) · (1 − Fₒ)(1 − Fᵢ) cos θᵢ / (π η²)`.
+    /// The base: `albedo / escape · (1 − Fₒ)(1 − Fᵢ) cos θᵢ / (π η²)`.
     #[inline]
     fn eval(&self, wo: Vec3, wi: Vec3) -> Option<(SampledSpectrum, PdfW)> {
         if wo.z <= 0.0 || wi.z <= 0.0 {
@@ -185,8 +186,8 @@ pub struct RoughPlasticMaterial {
     reflectance: SpectrumTexture,
     /// Albedo of the base.
     base: SpectrumTexture,
-    /// Reflectance of the coat from within for diffuse light.
-    internal: f32,
+    /// The share of diffuse light from within that the coat lets out.
+    escape: f32,
     /// Light is coloured at every reflection between coat and base.
     nonlinear: bool,
 }
@@ -201,7 +202,7 @@ impl From<RoughPlasticDesc> for RoughPlasticMaterial {
             coat: Coat { eta, microfacet, transmittance: Transmittance::of(&microfacet, eta) },
             reflectance: desc.specular_reflectance,
             base: desc.diffuse_reflectance,
-            internal: internal_reflectance(&microfacet, eta),
+            escape: 1.0 - internal_reflectance(&microfacet, eta),
             nonlinear: desc.nonlinear,
         }
     }
@@ -212,8 +213,8 @@ impl MaterialModel for RoughPlasticMaterial {
 
     #[inline]
     fn bsdf(&self, at: &TexturePoint, lambda: &SampledWavelengths) -> RoughPlastic {
-        let internal = SampledSpectrum::splat(self.internal);
-        let base = Base { albedo: self.base.sample(at, lambda), internal, nonlinear: self.nonlinear };
+        let escape = SampledSpectrum::splat(self.escape);
+        let base = Base { albedo: self.base.sample(at, lambda), escape, nonlinear: self.nonlinear };
         RoughPlastic::new(&self.coat, self.reflectance.sample(at, lambda), base, lambda.is_hero_only())
     }
 
@@ -261,7 +262,7 @@ impl RoughPlastic {
 }
 
 impl ScatteringModel for RoughPlastic {
-    /// `F D G₁G₁ / (4 cos θₒ)` of the coat and `albedo / (1 − internal) · Tₒ Tᵢ cos θᵢ / (π η²)` of the base.
+    /// `F D G₁G₁ / (4 cos θₒ)` of the coat and `albedo / escape · Tₒ Tᵢ cos θᵢ / (π η²)` of the base.
     #[inline]
     fn eval(&self, wo: Vec3, wi: Vec3) -> Option<(SampledSpectrum, PdfW)> {
         if wo.z <= 0.0 || wi.z <= 0.0 {

@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
-use glam::{Vec3, Vec4};
+use glam::Vec4;
 
+use crate::color::srgb;
 use crate::math::random::Random;
 use crate::scene::desc::{
     BsdfDesc, BsdfId, BumpDesc, DielectricDesc, DiffuseDesc, Facets, LightDesc, MaskDesc, Mesh, Name,
@@ -163,7 +164,7 @@ pub(super) const OPACITY: Entry = Entry {
 
 pub(super) const TEXTURES: Entry = Entry {
     name: "textures",
-    at_run_time: "whether the material that is met has a picture (SpectrumTexture::sample)",
+    at_run_time: "whether the scene has texture coordinates (SurfaceVertex::new), and whether the material that is met has a picture (SpectrumTexture::sample)",
     find: |used, _| {
         by(used.material(BsdfDesc::is_textured), "has a texture", "every surface has one colour all over")
     },
@@ -183,12 +184,17 @@ pub(super) const TEXTURES: Entry = Entry {
             }
         }
     },
-    // A picture on something matt: noise of half to one and a half times its colour.
+    // A picture on something matt: noise of half to one and a half times its colour; grey, where nothing has a colour.
     with: |desc| {
+        let colored = colors(&Used::of(desc)).is_ok();
         let is_even = |bsdf: &BsdfDesc| matches!(bsdf, BsdfDesc::Diffuse(matt) if !matt.reflectance.varies());
         let Some(BsdfDesc::Diffuse(matt)) = shown(desc, is_even) else { return false };
-        let color = Vec3::from(matt.reflectance.mean().reflected_rgb());
-        matt.reflectance = SpectrumTexture::Bitmap(noise(|random| color * (0.5 + random.f32())));
+        let color = matt.reflectance.mean().reflected_rgb();
+        let texel = |random: &mut Random| {
+            let factors = if colored { [0; 3].map(|_| random.f32()) } else { [random.f32(); 3] };
+            std::array::from_fn(|i| srgb::encode_8bit(color[i] * (0.5 + factors[i])))
+        };
+        matt.reflectance = SpectrumTexture::Bitmap(noise(texel, false));
         true
     },
 };
@@ -215,13 +221,14 @@ pub(super) const BUMP: Entry = Entry {
             }
         }
     },
-    // Something matt with normals tilted by up to a tenth.
+    // Something matt with normals tilted by up to a fifth along each axis.
     with: |desc| {
         let id = BsdfId(desc.bsdfs.len() as u32);
         let Some(bsdf) = shown(desc, |bsdf| matches!(bsdf, BsdfDesc::Diffuse(_))) else { return false };
-        let tilted = |random: &mut Random| Vec3::new(0.4 + 0.2 * random.f32(), 0.4 + 0.2 * random.f32(), 1.0);
+        let tilted =
+            |random: &mut Random| [102 + random.below(52), 102 + random.below(52), 255].map(|v| v as u8);
         let bump = BumpDesc { bsdf: id, flip_invalid_normals: true, use_shadowing_function: true };
-        let inner = std::mem::replace(bsdf, NormalMapDesc { normals: noise(tilted), bump }.into());
+        let inner = std::mem::replace(bsdf, NormalMapDesc { normals: noise(tilted, true), bump }.into());
         desc.bsdfs.push(inner);
         desc.names.bsdfs.push(Name::default());
         true
@@ -229,11 +236,10 @@ pub(super) const BUMP: Entry = Entry {
 };
 
 /// A picture of independent texels, as large as those of small scenes.
-fn noise(texel: impl Fn(&mut Random) -> Vec3) -> BitmapTexture {
+fn noise(texel: impl Fn(&mut Random) -> [u8; 3], raw: bool) -> BitmapTexture {
     const SIDE: usize = 256;
     let mut random = Random(1);
-    let texels = (0..SIDE * SIDE).map(|_| texel(&mut random).to_array());
-    BitmapTexture::of_linear(SIDE, texels.collect())
+    BitmapTexture::of_eight_bits(SIDE, (0..SIDE * SIDE).map(|_| texel(&mut random)).collect(), raw)
 }
 
 fn has_normals(desc: &SceneDesc, shape: &ShapeDesc) -> bool {

@@ -143,6 +143,9 @@ impl Scene {
 
     /// As [`Scene::prepare`], but with everything, whether `desc` calls for it or not: `--check-plan` compares with it.
     pub fn prepare_general(desc: &SceneDesc) -> Result<Scene, PrepareError> {
+        let structure = Arc::new(SceneStructure::of(desc));
+        let origin = desc.origin;
+        let desc = &*desc.in_rendering_space();
         let SceneMaterials { materials, surfaces, opacities } = materials::of(desc)?;
         let mut geometry = Geometry::of(desc);
         for shape in &desc.shapes {
@@ -172,7 +175,6 @@ impl Scene {
         // An empty scene has no size, and any positive number serves.
         let radius = (0.5 * (hi - lo).length()).max(f32::MIN_POSITIVE);
         let lights = Lights::new(lights.into(), spectra, BoundingSphere { center: 0.5 * (lo + hi), radius });
-        let structure = Arc::new(SceneStructure::of(desc));
         let (primitives, white) = (Arc::new(primitives), None);
         let mixes = materials.iter().any(|material| matches!(material, Material::Mixture(_)));
         let material_class = if mixes { MaterialClass::Mixed } else { MaterialClass::General };
@@ -185,6 +187,7 @@ impl Scene {
             white,
             material_class,
             notices,
+            origin,
             structure,
         })
     }
@@ -213,6 +216,7 @@ impl Scene {
             white: effects::white(desc),
             material_class: effects::material_class(desc),
             notices: self.notices.clone(),
+            origin: self.origin,
             structure: self.structure.clone(),
         })
     }

@@ -13,6 +13,7 @@ use crate::tracer::{tangents, texture_coordinates};
 /// A description without its materials and spectra. An edit that keeps it needs no new geometry.
 #[derive(Debug, PartialEq)]
 pub(in crate::tracer) struct SceneStructure {
+    origin: DVec3,
     shapes: Vec<ShapeStructure>,
     groups: Vec<Vec<ShapeStructure>>,
     meshes: Vec<SameAllocation<Mesh>>,
@@ -101,6 +102,7 @@ impl SceneStructure {
             LightDesc::Point { position, .. } => LightStructure::Point(*position),
         };
         Self {
+            origin: desc.origin,
             shapes: desc.shapes.iter().map(shape).collect(),
             groups: desc.groups.iter().map(|group| group.shapes.iter().map(shape).collect()).collect(),
             meshes: desc.meshes.iter().cloned().map(SameAllocation).collect(),

@@ -27,6 +27,7 @@ pub fn empty() -> SceneDesc {
         bsdfs: Vec::new(),
         meshes: Vec::new(),
         names: Names::default(),
+        origin: DVec3::ZERO,
         shapes: Vec::new(),
         groups: Vec::new(),
         lights: Vec::new(),

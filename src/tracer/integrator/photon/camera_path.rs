@@ -138,8 +138,8 @@ impl<'a> CameraPath<'a> {
         // The coat's mirror was not in what the photons contributed.
         self.gathered &= spread;
         let factor = self.state.roulette(self.tracer.context.rr_depth, u.roulette)?;
-        let context = self.tracer.context.scene.surface_material(&vertex.hit).context;
-        self.scratch.scatterings.push(RecordedScattering::new(context, vertex, &s, u.lobe, factor));
+        let scene = &self.tracer.context.scene;
+        self.scratch.scatterings.push(RecordedScattering::new(scene, vertex, &s, u.lobe, factor));
         Some(vertex.hit.spawn(wi))
     }
 
@@ -208,7 +208,8 @@ impl<'a> CameraPath<'a> {
 /// One scattering of a camera path, to be evaluated again at the wavelengths of a photon.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RecordedScattering {
-    hit: SurfaceInteraction,
+    /// The index of the material.
+    material: u32,
     context: MaterialEvalContext,
     wo: Vec3,
     wi: Vec3,
@@ -223,7 +224,7 @@ pub(super) struct RecordedScattering {
 impl RecordedScattering {
     /// The scattering `sample` at `vertex`, which roulette has let go on with this factor.
     fn new<B: Scattering>(
-        context: MaterialEvalContext,
+        scene: &Scene,
         vertex: &SurfaceVertex<B>,
         sample: &BsdfSample,
         lobe: f32,
@@ -232,13 +233,15 @@ impl RecordedScattering {
         let BsdfSample { wi, pdf, delta, transmitted, .. } = *sample;
         let scale = 1.0 / pdf.0 * roulette;
         let lobe = vertex.bsdf.delta_lobe(lobe, transmitted);
-        Self { hit: vertex.hit, context, wo: vertex.wo, wi, delta, transmitted, lobe, scale }
+        let material = scene.material_index(&vertex.hit);
+        let context = scene.surface_material(&vertex.hit).context;
+        Self { material, context, wo: vertex.wo, wi, delta, transmitted, lobe, scale }
     }
 
     /// The weight of this scattering at other wavelengths.
     #[inline]
     pub fn weight<B: Scattering>(&self, scene: &Scene, lambda: &SampledWavelengths) -> SampledSpectrum {
-        let material = scene.material(&self.hit);
+        let material = scene.material(self.material);
         let bsdf = B::of(material, &self.context, lambda);
         let value = if self.delta {
             // The same lobe; where these wavelengths never choose it, its value is zero.
