@@ -21,8 +21,12 @@ use super::prepare::{PrepareError, PrepareOptions};
 #[derive(Clone, Debug)]
 pub struct Camera {
     position: DVec3,
-    /// World-space images of the camera's axes, unit length.
+    /// World-space images of the camera's axes, unit length; a sheared transform leaves them oblique.
     axes: DMat3,
+    /// z in camera space of a world-space direction is its product with this.
+    to_z: DVec3,
+    /// Volume of the cube of the axes: 1 unless they are oblique.
+    volume: f64,
     /// World space to camera space.
     from_world: DMat3,
     /// uv to the plane z = 1 of camera space: `x = offset + scale · uv`.
@@ -119,6 +123,8 @@ impl Camera {
         Ok(Self {
             position: to_world.translation,
             axes,
+            to_z: axes.inverse().row(2),
+            volume: axes.determinant().abs(),
             from_world: axes.inverse(),
             scale: part * half * -2.0,
             offset: (1.0 - 2.0 * (corner + desc.principal_point_offset)) * half,
@@ -162,8 +168,9 @@ impl Camera {
             }
             Projection::Orthographic => return self.parallel_ray(xy),
         }
-        let length = (xy.length_squared() + 1.0).sqrt();
-        let d = self.axes.mul_vec3(xy.extend(1.0)) * (1.0 / length);
+        let d = self.axes.mul_vec3(xy.extend(1.0));
+        let length = d.length();
+        let d = d * (1.0 / length);
         // Along the unit direction, the planes z = near and z = far are `length` times as far.
         let origin = from + d * (self.near * length);
         Ray {
@@ -244,7 +251,7 @@ impl Camera {
     /// Area of the picture, in uv, per unit of area across parallel rays.
     fn uv_per_area(&self) -> f32 {
         // The axes need not be perpendicular: their determinant is the area of the square of x and y, seen along z.
-        (1.0 / (self.scale.x * self.scale.y * self.axes.determinant()).abs()) as f32
+        (1.0 / (self.scale.x * self.scale.y * self.volume).abs()) as f32
     }
 
     /// As [`Camera::view`], for a point at infinity in the unit direction `direction`. `None` outside `window`, and where rays are
@@ -264,31 +271,32 @@ impl Camera {
     /// The connection in the unit direction `direction` from the point `from` of the lens.
     #[inline]
     fn connection(&self, uv: [f64; 2], from: DVec3, direction: DVec3, distance2: f32) -> CameraView {
-        let cos = direction.dot(self.axes.z_axis);
+        let z = direction.dot(self.to_z);
         CameraView {
             uv: uv.map(|c| c as f32),
-            origin: (from + direction * (self.near / cos)).as_vec3(),
+            origin: (from + direction * (self.near / z)).as_vec3(),
             direction: direction.as_vec3(),
             distance2,
-            uv_per_steradian: self.uv_per_cos3(cos),
+            uv_per_steradian: self.uv_per_z3(z),
         }
     }
 
     /// Area of the picture, in uv, per steradian around the unit world-space `direction`. This is the importance that turns
     /// arriving flux into a density over uv. Divided by the area of the window, it is the density of camera rays.
     ///
-    /// A solid angle dω covers the area dω / cos³ θ of the plane at distance 1. Where rays are parallel it is the area of the picture
-    /// per unit of area across them.
+    /// A solid angle dω around a direction that is z long in camera space covers the area dω / (V z³) of the plane z = 1 there, where V
+    /// is the volume of the axes' cube: dω / cos³ θ unless they are oblique. Where rays are parallel it is the area of the picture per
+    /// unit of area across them.
     #[inline]
     pub fn uv_per_steradian(&self, direction: Vec3) -> f32 {
         if self.projection == Projection::Orthographic {
             return self.uv_per_area();
         }
-        self.uv_per_cos3(direction.as_dvec3().dot(self.axes.z_axis))
+        self.uv_per_z3(direction.as_dvec3().dot(self.to_z))
     }
 
-    fn uv_per_cos3(&self, cos: f64) -> f32 {
-        (1.0 / ((self.scale.x * self.scale.y).abs() * cos * cos * cos)) as f32
+    fn uv_per_z3(&self, z: f64) -> f32 {
+        (1.0 / ((self.scale.x * self.scale.y).abs() * self.volume * z * z * z)) as f32
     }
 
     /// The one direction of all rays, where they are parallel.

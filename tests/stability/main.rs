@@ -8,6 +8,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod camera;
 mod coats;
 mod place;
 mod roulette;

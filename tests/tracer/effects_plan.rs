@@ -154,3 +154,15 @@ fn examples_of_surfaces_are_on() {
         assert!(!with(&mut metal, effect), "{}: nothing is matt", effect.name());
     }
 }
+
+/// Why there is no lens is said by the camera that there is.
+#[test]
+fn what_camera_has_no_lens() {
+    let mut desc = desc("<bsdf type='diffuse'/>");
+    for (orthographic, reason) in [(false, "pinhole"), (true, "parallel")] {
+        desc.camera.orthographic = orthographic;
+        let lens =
+            decide(&desc, IntegratorKind::Path).into_iter().find(|d| d.effect == Effect::Lens).unwrap();
+        assert!(!lens.on && lens.reason.contains(reason), "{lens:?}");
+    }
+}

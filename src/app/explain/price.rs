@@ -28,7 +28,7 @@ pub struct Effort {
 /// For a printed table.
 pub const THOROUGH: Effort = Effort { turn: Duration::from_millis(20), turns: 9 };
 
-/// For the window: about a second of one processor for all effects.
+/// For the window: about a second of one processor for all effects, besides preparing the scene anew for those that change its geometry.
 pub const BRIEF: Effort = Effort { turn: Duration::from_millis(6), turns: 7 };
 
 /// Indices between two readings of the clock.

@@ -79,9 +79,11 @@ pub(super) const LENS: Entry = Entry {
     find: |used, _| {
         let camera = &used.desc.camera;
         let words = || format!("the lens has a radius of {}", camera.aperture_radius);
-        (camera.aperture_radius > 0.0)
-            .then(|| (words(), known(camera.place)))
-            .ok_or("the camera is a pinhole")
+        match (camera.orthographic, camera.aperture_radius > 0.0) {
+            (true, _) => Err("the rays of the camera are parallel"),
+            (false, true) => Ok((words(), known(camera.place))),
+            (false, false) => Err("the camera is a pinhole"),
+        }
     },
     refusal: never,
     without: |desc| desc.camera.aperture_radius = 0.0,
