@@ -151,15 +151,7 @@ pub(super) const OPACITY: Entry = Entry {
         }
     },
     // A tenth of something matt is taken away.
-    with: |desc| {
-        let id = BsdfId(desc.bsdfs.len() as u32);
-        let Some(bsdf) = shown(desc, |bsdf| matches!(bsdf, BsdfDesc::Diffuse(_))) else { return false };
-        let mask = MaskDesc { bsdf: id, opacity: Spectrum::Constant(0.9).into() };
-        let inner = std::mem::replace(bsdf, mask.into());
-        desc.bsdfs.push(inner);
-        desc.names.bsdfs.push(Name::default());
-        true
-    },
+    with: |desc| wrap(desc, |bsdf| MaskDesc { bsdf, opacity: Spectrum::Constant(0.9).into() }.into()),
 };
 
 pub(super) const TEXTURES: Entry = Entry {
@@ -223,17 +215,22 @@ pub(super) const BUMP: Entry = Entry {
     },
     // Something matt with normals tilted by up to a fifth along each axis.
     with: |desc| {
-        let id = BsdfId(desc.bsdfs.len() as u32);
-        let Some(bsdf) = shown(desc, |bsdf| matches!(bsdf, BsdfDesc::Diffuse(_))) else { return false };
         let tilted =
             |random: &mut Random| [102 + random.below(52), 102 + random.below(52), 255].map(|v| v as u8);
-        let bump = BumpDesc { bsdf: id, flip_invalid_normals: true, use_shadowing_function: true };
-        let inner = std::mem::replace(bsdf, NormalMapDesc { normals: noise(tilted, true), bump }.into());
-        desc.bsdfs.push(inner);
-        desc.names.bsdfs.push(Name::default());
-        true
+        let rest = |bsdf| BumpDesc { bsdf, flip_invalid_normals: true, use_shadowing_function: true };
+        wrap(desc, |bsdf| NormalMapDesc { normals: noise(tilted, true), bump: rest(bsdf) }.into())
     },
 };
+
+/// Puts a diffuse material that shapes show into what `around` makes of it; false where there is none.
+fn wrap(desc: &mut SceneDesc, around: impl FnOnce(BsdfId) -> BsdfDesc) -> bool {
+    let id = BsdfId(desc.bsdfs.len() as u32);
+    let Some(bsdf) = shown(desc, |bsdf| matches!(bsdf, BsdfDesc::Diffuse(_))) else { return false };
+    let inner = std::mem::replace(bsdf, around(id));
+    desc.bsdfs.push(inner);
+    desc.names.bsdfs.push(Name::default());
+    true
+}
 
 /// A picture of independent texels, as large as those of small scenes.
 fn noise(texel: impl Fn(&mut Random) -> [u8; 3], raw: bool) -> BitmapTexture {
