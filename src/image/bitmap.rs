@@ -71,6 +71,7 @@ impl Bitmap {
     ///
     /// If there is no texel, or not full rows of them.
     pub fn of_eight_bits(width: usize, texels: Vec<[u8; 3]>, raw: bool) -> Self {
+        let texels = collect_in_huge_pages(texels.into_iter());
         Self::in_rows(width, texels.len(), Texels::Eight(texels), raw)
     }
 
