@@ -7,7 +7,7 @@ use glam::Vec3;
 use crate::math::pdf::PdfW;
 use crate::math::warp;
 use crate::scene::desc::DiffuseDesc;
-use crate::scene::texture::TexturePoint;
+use crate::scene::texture::{SpectrumTexture, TexturePoint};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 
 use super::{BsdfSample, MaterialModel, ScatteringModel};
@@ -23,13 +23,8 @@ impl MaterialModel for DiffuseMaterial {
         Diffuse::new(self.reflectance.sample(at, lambda))
     }
 
-    fn diffuse_reflectance(
-        &self,
-        at: &TexturePoint,
-        lambda: &SampledWavelengths,
-        _wo: Vec3,
-    ) -> SampledSpectrum {
-        self.reflectance.sample(at, lambda)
+    fn diffuse_texture(&self) -> Option<&SpectrumTexture> {
+        Some(&self.reflectance)
     }
 }
 

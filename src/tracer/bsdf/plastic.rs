@@ -40,13 +40,8 @@ impl MaterialModel for PlasticMaterial {
         Plastic::new(eta, desc.specular_reflectance.sample(at, lambda), base, lambda.is_hero_only())
     }
 
-    fn diffuse_reflectance(
-        &self,
-        at: &TexturePoint,
-        lambda: &SampledWavelengths,
-        _wo: Vec3,
-    ) -> SampledSpectrum {
-        self.desc.diffuse_reflectance.sample(at, lambda)
+    fn diffuse_texture(&self) -> Option<&SpectrumTexture> {
+        Some(&self.desc.diffuse_reflectance)
     }
 }
 
@@ -218,13 +213,8 @@ impl MaterialModel for RoughPlasticMaterial {
         RoughPlastic::new(&self.coat, self.reflectance.sample(at, lambda), base, lambda.is_hero_only())
     }
 
-    fn diffuse_reflectance(
-        &self,
-        at: &TexturePoint,
-        lambda: &SampledWavelengths,
-        _wo: Vec3,
-    ) -> SampledSpectrum {
-        self.base.sample(at, lambda)
+    fn diffuse_texture(&self) -> Option<&SpectrumTexture> {
+        Some(&self.base)
     }
 }
 

@@ -13,7 +13,7 @@ use glam::{Vec3, Vec4};
 use crate::math::pdf::PdfW;
 use crate::math::warp;
 use crate::scene::desc::{PrincipledDesc, PrincipledLobes};
-use crate::scene::texture::TexturePoint;
+use crate::scene::texture::{SpectrumTexture, TexturePoint};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
 
 use super::{BsdfSample, MaterialModel, Microfacet, ScatteringModel, fresnel};
@@ -56,13 +56,8 @@ impl MaterialModel for PrincipledMaterial {
         )
     }
 
-    fn diffuse_reflectance(
-        &self,
-        at: &TexturePoint,
-        lambda: &SampledWavelengths,
-        _wo: Vec3,
-    ) -> SampledSpectrum {
-        self.desc.base_color.sample(at, lambda)
+    fn diffuse_texture(&self) -> Option<&SpectrumTexture> {
+        Some(&self.desc.base_color)
     }
 }
 

@@ -11,7 +11,7 @@ use glam::{Vec3, Vec4};
 use crate::math::pdf::PdfW;
 use crate::math::warp;
 use crate::scene::desc::{PrincipledLobes, PrincipledThinDesc};
-use crate::scene::texture::TexturePoint;
+use crate::scene::texture::{SpectrumTexture, TexturePoint};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 
 use super::principled::{diffuse_shape, luminance, schlick, schlick_of};
@@ -49,13 +49,8 @@ impl MaterialModel for PrincipledThinMaterial {
         )
     }
 
-    fn diffuse_reflectance(
-        &self,
-        at: &TexturePoint,
-        lambda: &SampledWavelengths,
-        _wo: Vec3,
-    ) -> SampledSpectrum {
-        self.desc.base_color.sample(at, lambda)
+    fn diffuse_texture(&self) -> Option<&SpectrumTexture> {
+        Some(&self.desc.base_color)
     }
 }
 

@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use crate::math::frame::Frame;
 use crate::math::pdf::PdfW;
-use crate::scene::texture::TexturePoint;
+use crate::scene::texture::{SpectrumTexture, TexturePoint};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::wavelength_mis::Parted;
 
@@ -95,6 +95,11 @@ pub trait MaterialModel {
         self.bsdf(&context.texture, lambda)
     }
 
+    /// The albedo of its diffuse part, if it has one.
+    fn diffuse_texture(&self) -> Option<&SpectrumTexture> {
+        None
+    }
+
     /// Its colour in a layer beside the picture, Mitsuba's diffuse reflectance: that of its diffuse part if it has one, otherwise π times
     /// what it scatters from the normal to `wo`.
     fn diffuse_reflectance(
@@ -103,6 +108,9 @@ pub trait MaterialModel {
         lambda: &SampledWavelengths,
         wo: Vec3,
     ) -> SampledSpectrum {
+        if let Some(texture) = self.diffuse_texture() {
+            return texture.sample(at, lambda);
+        }
         self.bsdf(at, lambda).eval(wo, Vec3::Z).map_or(SampledSpectrum::ZERO, |(value, _)| value * PI)
     }
 }
