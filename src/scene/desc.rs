@@ -10,6 +10,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3, Vec4};
 
 use super::emission_texture::EmissionProfile;
+use super::rendering_space::RenderingSpace;
 use crate::spectrum::Spectrum;
 
 pub use super::aov::{AovDesc, AovKind};
@@ -46,8 +47,8 @@ pub struct SceneDesc {
     pub lights: Vec<LightDesc>,
     /// Names and places of the materials and lights, for messages and for saving changes.
     pub names: Names,
-    /// The point of world space that is the origin of rendering space ([`SceneDesc::place_origin`]).
-    pub origin: DVec3,
+    /// Where the scene is traced ([`SceneDesc::place`]).
+    pub space: RenderingSpace,
 }
 
 impl SceneDesc {

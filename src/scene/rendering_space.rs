@@ -1,63 +1,164 @@
-//! Rendering space: world space with its origin near the shapes (pbrt-v4, §5.1.1).
+//! Rendering space: world space with its origin near the shapes (pbrt-v4, §5.1.1), in a unit of their size.
 //!
-//! Paths are traced in single precision, which resolves a point to 6e-8 of its distance from the origin. A scene that lies far from
-//! the origin of its file is therefore moved there in double precision when it is prepared; cameras move with it, and what is
-//! reported in world space moves back.
+//! Paths are traced in single precision, which resolves a point to 6e-8 of its distance from the origin, and whose squares and
+//! reciprocals of areas end at 1e38. A scene that lies far from the origin of its file is therefore moved there in double precision when it
+//! is prepared, and every scene is scaled by a power of two until its shapes have sizes around 1. Cameras and point lights go with it, and
+//! what is reported in world space goes back. The power rounds nothing: a scene that is scaled by another one has the same picture, bit for
+//! bit. The spaces of groups are chosen likewise.
 
-use std::borrow::Cow;
+use std::sync::Arc;
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec3, Vec3};
 
 use super::SceneDesc;
-use super::desc::{LightDesc, ProjectorDesc, ShapeDesc, ShapeKind, SpotDesc};
+use super::desc::{Curves, LightDesc, ProjectorDesc, ShapeDesc, ShapeKind, SpotDesc};
+use crate::spectrum::Spectrum;
 
 /// A scene stays where it is unless its nearest point is farther from the origin than this many times its size: up to there
 /// two bits of its coordinates are lost.
 const FAR: f64 = 4.0;
 
-impl SceneDesc {
-    /// Chooses [`SceneDesc::origin`]: the middle of all shapes where they are far from the origin of world space, else that.
-    pub fn place_origin(&mut self) {
-        self.origin = self.bounds().map_or(DVec3::ZERO, |[low, high]| {
-            let nearest = DVec3::ZERO.clamp(low, high);
-            let is_far = nearest.abs().max_element() > FAR * (high - low).max_element();
-            if is_far { 0.5 * (low + high) } else { DVec3::ZERO }
-        });
+/// Binary logarithm of the size over that of most others from which on a point or a shape has no part in the choice: it is one that the
+/// tracer leaves out.
+const STRAY: i32 = 40;
+
+/// The scale is from 2^−48 to 2^48, so that intensities, which go with its square, stay in single precision.
+const LARGEST_EXPONENT: i32 = 48;
+
+/// Where rendering space lies in world space, and its scale.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RenderingSpace {
+    /// Its origin, in world space.
+    pub origin: DVec3,
+    /// What a length of 1 in world space is here: a power of two.
+    pub scale: f64,
+}
+
+impl RenderingSpace {
+    /// World space itself.
+    pub const WORLD: Self = Self { origin: DVec3::ZERO, scale: 1.0 };
+
+    /// A point of world space in this space.
+    pub fn point(&self, p: DVec3) -> DVec3 {
+        (p - self.origin) * self.scale
     }
 
-    /// The description in rendering space, whose origin is [`SceneDesc::origin`].
-    pub fn in_rendering_space(&self) -> Cow<'_, SceneDesc> {
-        if self.origin == DVec3::ZERO {
-            return Cow::Borrowed(self);
+    /// A length of world space in this space.
+    pub fn length(&self, length: f32) -> f32 {
+        (f64::from(length) * self.scale) as f32
+    }
+
+    /// A point of this space in world space.
+    pub fn world_point(&self, p: Vec3) -> DVec3 {
+        self.origin + p.as_dvec3() / self.scale
+    }
+
+    /// A length of this space in world space.
+    pub fn world_length(&self, length: f32) -> f32 {
+        (f64::from(length) / self.scale) as f32
+    }
+
+    /// What [`LightDesc::spectrum`] is here: the intensity of a point goes with the square of lengths.
+    pub fn spectrum(&self, light: &LightDesc) -> Spectrum {
+        let is_point =
+            matches!(light, LightDesc::Point { .. } | LightDesc::Spot(_) | LightDesc::Projector(_));
+        match is_point && self.scale != 1.0 {
+            true => light.spectrum().scaled((self.scale * self.scale) as f32),
+            false => light.spectrum().clone(),
         }
-        let mut moved = SceneDesc { origin: DVec3::ZERO, ..self.clone() };
-        moved.camera.to_world.translation -= self.origin;
+    }
+
+    /// A space for these boxes.
+    fn around(boxes: impl Iterator<Item = [DVec3; 2]> + Clone) -> Self {
+        let size = |[low, high]: [DVec3; 2]| exponent((high - low).max_element());
+        let sizes = boxes.clone().map(size);
+        let Some(typical) = median(sizes) else { return Self::WORLD };
+        let scale = 2f64.powi(-typical.clamp(-LARGEST_EXPONENT, LARGEST_EXPONENT));
+        let origin =
+            enclosing(boxes.filter(|b| size(*b) <= typical + STRAY)).map_or(DVec3::ZERO, |[low, high]| {
+                let nearest = DVec3::ZERO.clamp(low, high);
+                let is_far = nearest.abs().max_element() > FAR * (high - low).max_element();
+                if is_far { 0.5 * (low + high) } else { DVec3::ZERO }
+            });
+        Self { origin, scale }
+    }
+
+    /// The transform from world space.
+    fn from_world(&self) -> DAffine3 {
+        DAffine3::from_scale(DVec3::splat(self.scale)) * DAffine3::from_translation(-self.origin)
+    }
+
+    /// The transform to world space.
+    fn to_world(&self) -> DAffine3 {
+        DAffine3 { translation: self.origin, ..DAffine3::from_scale(DVec3::splat(1.0 / self.scale)) }
+    }
+
+    /// Moves a shape from world space to this space.
+    fn take(&self, shape: &mut ShapeDesc) {
+        shape.to_world = self.from_world() * shape.to_world;
+        // Radii are those of world space, wherever a transform takes the control points.
+        if let ShapeKind::Curves(curves) = &mut shape.kind
+            && self.scale != 1.0
+        {
+            let points = curves.points.iter().map(|p| p.truncate().extend(self.length(p.w))).collect();
+            *curves = Arc::new(Curves { points, ..Curves::clone(curves) });
+        }
+    }
+}
+
+impl SceneDesc {
+    /// Chooses [`SceneDesc::space`]: its origin in the middle of all shapes where they are far from that of world space, and its scale by
+    /// their sizes.
+    pub fn place(&mut self) {
+        let groups = self.boxes_of_groups();
+        let boxes: Vec<_> = self.shapes.iter().filter_map(|shape| self.bounds_of(shape, &groups)).collect();
+        self.space = RenderingSpace::around(boxes.into_iter());
+    }
+
+    /// The description in rendering space, but for the spectra of its lights ([`RenderingSpace::spectrum`]) and its camera.
+    pub fn in_rendering_space(&self) -> SceneDesc {
+        let (space, mut moved) = (self.space, self.clone());
+        moved.space = RenderingSpace::WORLD;
+        let spaces: Vec<_> = self
+            .groups
+            .iter()
+            .map(|group| {
+                let boxes: Vec<_> = group.shapes.iter().filter_map(|s| self.bounds_of(s, &[])).collect();
+                RenderingSpace::around(boxes.into_iter())
+            })
+            .collect();
+        for (group, space) in moved.groups.iter_mut().zip(&spaces) {
+            group.shapes.iter_mut().for_each(|shape| space.take(shape));
+        }
         for shape in &mut moved.shapes {
-            shape.to_world.translation -= self.origin;
+            space.take(shape);
+            if let ShapeKind::Instance(id) = shape.kind
+                && let Some(group) = spaces.get(id.0 as usize)
+            {
+                shape.to_world *= group.to_world();
+            }
         }
         for light in &mut moved.lights {
             match light {
                 LightDesc::Point { position, .. } | LightDesc::Spot(SpotDesc { position, .. }) => {
-                    *position -= self.origin;
+                    *position = space.point(*position);
                 }
-                LightDesc::Projector(ProjectorDesc { to_world, .. }) => to_world.translation -= self.origin,
+                LightDesc::Projector(ProjectorDesc { to_world, .. }) => {
+                    to_world.translation = space.point(to_world.translation);
+                }
                 LightDesc::Constant { .. }
                 | LightDesc::Map { .. }
                 | LightDesc::SunSky(_)
                 | LightDesc::Directional { .. } => (),
             }
         }
-        Cow::Owned(moved)
+        moved
     }
 
-    /// The corners of a box around all shapes that are somewhere, world space.
-    fn bounds(&self) -> Option<[DVec3; 2]> {
-        let groups: Vec<Option<[DVec3; 2]>> = self
-            .groups
-            .iter()
-            .map(|group| around(group.shapes.iter().filter_map(|shape| self.bounds_of(shape, &[]))))
-            .collect();
-        around(self.shapes.iter().filter_map(|shape| self.bounds_of(shape, &groups)))
+    /// A box around the shapes of each group, in the space of the group.
+    fn boxes_of_groups(&self) -> Vec<Option<[DVec3; 2]>> {
+        let around = |shapes: &[ShapeDesc]| enclosing(shapes.iter().filter_map(|s| self.bounds_of(s, &[])));
+        self.groups.iter().map(|group| around(&group.shapes)).collect()
     }
 
     /// A box around a shape in the space that it is placed in; `groups` are those of the groups that instances show.
@@ -70,22 +171,44 @@ impl SceneDesc {
             ShapeKind::Cylinder { p0, p1, radius } => {
                 [p0.min(*p1) - radius.abs(), p0.max(*p1) + radius.abs()]
             }
-            ShapeKind::Mesh(id) => {
-                let positions = &self.meshes.get(id.0 as usize)?.positions;
-                around(positions.iter().filter(|p| p.is_finite()).map(|p| [p.as_dvec3(); 2]))?
-            }
-            ShapeKind::Curves(curves) => {
-                let points = curves.points.iter().filter(|p| p.is_finite());
-                around(points.map(|p| [p.truncate().as_dvec3(); 2]))?
-            }
+            ShapeKind::Mesh(id) => of_points(self.meshes.get(id.0 as usize)?.positions.iter().copied())?,
+            ShapeKind::Curves(curves) => of_points(curves.points.iter().map(|p| p.truncate()))?,
             ShapeKind::Instance(id) => (*groups.get(id.0 as usize)?)?,
         };
         transformed(shape.to_world, boxed)
     }
 }
 
+/// The exponent of a finite number; −1023 of 0.
+fn exponent(x: f64) -> i32 {
+    ((x.to_bits() >> 52 & 0x7ff) as i32) - 1023
+}
+
+/// The median of exponents, without those of 0; `None` of none.
+fn median(exponents: impl Iterator<Item = i32>) -> Option<i32> {
+    let mut counts = [0usize; 2048];
+    exponents.filter(|e| *e > -1023).for_each(|e| counts[(e + 1023) as usize & 2047] += 1);
+    let half = counts.iter().sum::<usize>().div_ceil(2);
+    let mut below = 0;
+    let at = counts.iter().position(|count| {
+        below += count;
+        below >= half && below > 0
+    })?;
+    Some(at as i32 - 1023)
+}
+
+/// A box around points that are finite, without those that are far beyond most others.
+fn of_points(points: impl Iterator<Item = Vec3> + Clone) -> Option<[DVec3; 2]> {
+    let finite = points.filter(|p| p.is_finite());
+    let size = |p: Vec3| exponent(f64::from(p.abs().max_element()));
+    let typical = median(finite.clone().map(size)).unwrap_or_default();
+    let usual = finite.filter(|p| size(*p) <= typical + STRAY);
+    let [low, high] = usual.map(|p| [p; 2]).reduce(|[low, high], [a, b]| [low.min(a), high.max(b)])?;
+    Some([low.as_dvec3(), high.as_dvec3()])
+}
+
 /// The box around boxes; `None` around nothing.
-fn around(boxes: impl Iterator<Item = [DVec3; 2]>) -> Option<[DVec3; 2]> {
+fn enclosing(boxes: impl Iterator<Item = [DVec3; 2]>) -> Option<[DVec3; 2]> {
     boxes.reduce(|[low, high], [a, b]| [low.min(a), high.max(b)])
 }
 

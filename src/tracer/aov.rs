@@ -48,12 +48,12 @@ impl<'a> AovTracer<'a> {
                 *place = *value;
             }
         };
-        let surface = self.scene.surface_material(&hit);
+        let (surface, space) = (self.scene.surface_material(&hit), self.scene.space());
         for kind in &self.kinds {
             match kind {
                 AovKind::Albedo => put(&self.albedo(&surface, hit.wo).to_array()),
-                AovKind::Depth => put(&[hit.point.p.distance(ray.origin)]),
-                AovKind::Position => put(&self.scene.world_point(hit.point.p).as_vec3().to_array()),
+                AovKind::Depth => put(&[space.world_length(hit.point.p.distance(ray.origin))]),
+                AovKind::Position => put(&space.world_point(hit.point.p).as_vec3().to_array()),
                 AovKind::Uv => put(&surface.context.texture.uv.to_array()),
                 AovKind::GeometricNormal => put(&hit.point.ng.to_array()),
                 AovKind::ShadingNormal => put(&hit.n.to_array()),

@@ -3,8 +3,8 @@
 use glam::{DMat3, DVec2, DVec3, Vec3};
 
 use crate::math::warp;
-use crate::scene::SceneDesc;
 use crate::scene::desc::{CameraDesc, FilmDesc};
+use crate::scene::{RenderingSpace, SceneDesc};
 use crate::stream::UvWindow;
 
 use super::accel::Ray;
@@ -141,15 +141,26 @@ impl Camera {
         })
     }
 
-    /// This camera in the rendering space with this origin ([`SceneDesc::origin`]), in which the scene is traced.
-    pub fn around(self, origin: DVec3) -> Self {
-        Self { position: self.position - origin, ..self }
+    /// This camera in `space`, in which the scene is traced.
+    pub fn placed(self, space: &RenderingSpace) -> Self {
+        let unit = space.scale;
+        let plane = if self.projection == Projection::Orthographic { unit } else { 1.0 };
+        Self {
+            position: space.point(self.position),
+            scale: self.scale * plane,
+            offset: self.offset * plane,
+            near: self.near * unit,
+            far: self.far * unit,
+            aperture: self.aperture * unit,
+            focus: self.focus / unit,
+            ..self
+        }
     }
 
     /// The camera of a scene in its rendering space, with the film size that its file specifies. It fails as [`Camera::new`] does.
     pub fn of(desc: &SceneDesc) -> Result<Self, PrepareError> {
         let camera = Self::new(&desc.camera, &desc.film, &PrepareOptions::from_film(&desc.film))?;
-        Ok(camera.around(desc.origin))
+        Ok(camera.placed(&desc.space))
     }
 
     /// The ray of `uv` through a point of the lens, from the near to the far clip plane, with a unit direction. `lens` in [0, 1)²

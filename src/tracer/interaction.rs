@@ -23,7 +23,7 @@ impl SurfacePoint {
     #[inline]
     pub fn spawn_to(&self, target: Vec3, towards: Vec3) -> Ray {
         let origin = safe_origin(self.p, self.error, self.ng, towards);
-        Ray { origin, direction: target - origin, t_max: SHADOW_T_MAX }
+        Ray::between(origin, target, SHADOW_T_MAX)
     }
 }
 

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 
 use crate::math::float::safe_origin;
+use crate::scene::RenderingSpace;
 use crate::spectrum::White;
 
 use super::accel::{Accel, Hit, PrimRange, Ray, SimdKernel};
@@ -55,8 +56,7 @@ pub struct Scene {
     pub(super) white: Option<White>,
     pub(super) material_class: MaterialClass,
     pub(super) notices: Vec<String>,
-    /// The point of world space that is the origin here.
-    pub(super) origin: DVec3,
+    pub(super) space: RenderingSpace,
     /// The description that the primitives and the lights were made from.
     pub(super) structure: Arc<SceneStructure>,
 }
@@ -136,13 +136,14 @@ impl Scene {
     pub fn pick(&self, ray: &Ray) -> Option<Pick> {
         let found = self.walk(&mut ray.clone(), |_, _, opacity| opacity >= 0.5)?;
         let p = found.point.p;
-        let (position, distance) = (self.world_point(p), p.distance(ray.origin));
+        let (position, distance) =
+            (self.space.world_point(p), self.space.world_length(p.distance(ray.origin)));
         Some(Pick { shape: self.shape(&found), position, distance })
     }
 
-    /// A point of rendering space in world space.
-    pub fn world_point(&self, p: Vec3) -> DVec3 {
-        self.origin + p.as_dvec3()
+    /// The space that it is traced in.
+    pub fn space(&self) -> &RenderingSpace {
+        &self.space
     }
 
     /// The number of the object that was hit: the shape, or the instance that shows it. An index into

@@ -2,17 +2,52 @@
 
 use std::path::Path;
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3, Vec3};
 
-use pointillist::scene::desc::{LightDesc, SceneDesc};
-use pointillist::scene::load;
+use pointillist::scene::desc::{LightDesc, SceneDesc, ShapeKind, SpotDesc};
+use pointillist::scene::{RenderingSpace, load};
 use pointillist::stream::UvWindow;
+use pointillist::tracer::accel::{PrimRange, Ray};
 
 use crate::Row;
 use crate::support::agreement::{Method, Plan, repeat};
-use crate::support::welch;
+use crate::support::{scenes, welch};
 
 const PLAN: Plan = Plan { side: 8, paths_per_pixel: 64, seeds: 16, window: UvWindow::PICTURE };
+
+/// Few paths: two pictures that must be equal need no statistics.
+const FEW: Plan = Plan { paths_per_pixel: 16, seeds: 2, ..PLAN };
+
+const METHODS: [Method; 4] = [Method::Path, Method::Particle, Method::Bidirectional, Method::Photon];
+
+/// A scene of `scenes/`.
+fn scene(name: &str) -> SceneDesc {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
+    load(&file, &[]).unwrap().desc
+}
+
+/// The same scene in other units.
+fn scaled(desc: &SceneDesc, by: f64) -> SceneDesc {
+    let mut scaled = desc.clone();
+    let camera = &mut scaled.camera;
+    camera.to_world.translation *= by;
+    for length in
+        [&mut camera.near_clip, &mut camera.far_clip, &mut camera.aperture_radius, &mut camera.focus_distance]
+    {
+        *length *= by;
+    }
+    let unit = DAffine3::from_scale(DVec3::splat(by));
+    scaled.shapes.iter_mut().for_each(|shape| shape.to_world = unit * shape.to_world);
+    for light in &mut scaled.lights {
+        if let LightDesc::Point { position, intensity, .. }
+        | LightDesc::Spot(SpotDesc { position, intensity, .. }) = light
+        {
+            *position *= by;
+            *intensity = intensity.scaled((by * by) as f32);
+        }
+    }
+    scaled
+}
 
 fn moved(desc: &SceneDesc, by: DVec3) -> SceneDesc {
     let mut moved = desc.clone();
@@ -44,14 +79,13 @@ fn difference(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
 /// A scene that is moved by up to a million times its size is the same scene.
 #[test]
 fn b1_n4_scenes_far_away() {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell_spheres.xml");
-    let desc = load(&file, &[]).unwrap().desc;
-    for method in [Method::Path, Method::Particle, Method::Bidirectional, Method::Photon] {
+    let desc = scene("cornell_spheres.xml");
+    for method in METHODS {
         let here = repeat(&desc, method, PLAN);
         for far in [1e4, 1e6] {
             let mut there = moved(&desc, DVec3::new(far, -0.3 * far, 0.1 * far));
             let naive = repeat(&there, method, PLAN);
-            there.place_origin();
+            there.place();
             let there = repeat(&there, method, PLAN);
             Row {
                 case: &format!("B1 N4 Cornell box with spheres, moved by {far:e} times its size, {method:?}"),
@@ -63,6 +97,90 @@ fn b1_n4_scenes_far_away() {
             .check();
             let distance = distance(&here, &there);
             assert!(distance < 3.0, "{method:?} {far}: {distance} standard errors");
+        }
+    }
+}
+
+/// The share of pixels that are not equal, bit for bit.
+fn unequal(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
+    let pairs = a.iter().flatten().zip(b.iter().flatten());
+    let count = pairs.clone().count() as f64;
+    pairs.filter(|(x, y)| x.to_bits() != y.to_bits()).count() as f64 / count
+}
+
+/// A scene that is scaled by a power of two is the same scene, bit for bit: nothing is rounded, and no constant knows its size.
+#[test]
+fn b7_n4_scenes_of_any_size() {
+    let names =
+        ["cornell_spheres.xml", "plugins/sensor_thinlens.xml", "plugins/emitter_spot.xml", "instances.xml"];
+    for method in METHODS {
+        for power in [-40, -7, 1, 12, 40] {
+            let (mut figure, mut naive) = (0f64, 1f64);
+            for desc in names.map(scene) {
+                let here = repeat(&desc, method, FEW);
+                assert!(here.iter().flatten().any(|y| *y > 0.0), "nothing to compare");
+                let mut there = scaled(&desc, 2f64.powi(power));
+                there.place();
+                figure = figure.max(unequal(&here, &repeat(&there, method, FEW)));
+                there.space = RenderingSpace::WORLD;
+                naive = naive.min(unequal(&here, &repeat(&there, method, FEW)));
+            }
+            // Up to there single precision has room enough.
+            let naive = if power.abs() < 40 { f64::NAN } else { naive };
+            Row {
+                case: &format!("B7 N4 four scenes, scaled by 2^{power}, {method:?}"),
+                measure: "largest share of pixels that differ",
+                figure,
+                naive: ("units of the file, smallest share", naive),
+                bound: 0.0,
+            }
+            .check();
+        }
+    }
+}
+
+/// What stands between two points is found however near they are.
+#[test]
+fn b7_short_shadow_rays() {
+    let mut desc = scenes::empty();
+    let grey = scenes::material(&mut desc, scenes::grey(0.5));
+    scenes::shape(&mut desc, ShapeKind::Rectangle, DAffine3::IDENTITY, grey, 0.0);
+    let scene = scenes::prepare(&desc);
+    let accel = scene.accel();
+    let missed = |between: &dyn Fn(Vec3, Vec3) -> Ray| {
+        let apart = |power: i32| {
+            let [a, b] = [1.0, -1.0].map(|side| Vec3::new(0.0, 0.0, side * 2f32.powi(power)));
+            !accel.occluded(&between(a, b), PrimRange::NONE)
+        };
+        (-90..-20).filter(|power| apart(*power)).count() as f64
+    };
+    Row {
+        case: "B7 shadow rays of 2^-90 to 2^-20 through a plate",
+        measure: "rays that miss it",
+        figure: missed(&|a, b| Ray::between(a, b, 1.0)),
+        naive: (
+            "direction = target − origin",
+            missed(&|a, b| Ray { origin: a, direction: b - a, t_max: 1.0 }),
+        ),
+        bound: 0.0,
+    }
+    .check();
+}
+
+/// Nor do other factors change more than roundings do.
+#[test]
+fn n4_scenes_in_other_units() {
+    let desc = scene("cornell_spheres.xml");
+    for method in METHODS {
+        let here = repeat(&desc, method, PLAN);
+        for by in [1e-6, 1e-3, 1e6] {
+            let mut there = scaled(&desc, by);
+            there.place();
+            let there = repeat(&there, method, PLAN);
+            let distance = distance(&here, &there);
+            assert!(distance < 3.0, "{method:?} {by}: {distance} standard errors");
+            let difference = difference(&here, &there);
+            assert!(difference < 2e-3, "{method:?} {by}: the mean differs by {difference}");
         }
     }
 }

@@ -104,7 +104,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let desc = pointillist::scene::load(path, &[])?.desc;
     let scene = Arc::new(Scene::prepare(&desc)?);
     let options = PrepareOptions { width: size as u32, height: size as u32 };
-    let camera = Camera::new(&desc.camera, &desc.film, &options)?.around(desc.origin);
+    let camera = Camera::new(&desc.camera, &desc.film, &options)?.placed(&desc.space);
     let context = RenderContext::new(scene, camera, &desc.integrator, 0, UvWindow::PICTURE);
     let mut runs: Vec<Vec<Taken>> = methods.iter().map(|_| Vec::new()).collect();
     for seed in 0..seeds {

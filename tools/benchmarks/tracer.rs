@@ -7,6 +7,7 @@ use glam::{DAffine3, DVec2, DVec3};
 
 use pointillist::color::Xyz;
 use pointillist::math::frame::Frame;
+use pointillist::scene::RenderingSpace;
 use pointillist::scene::desc::*;
 use pointillist::spectrum::{Spectrum, dispersion::Ior};
 use pointillist::stream::{SampleSink, UvWindow};
@@ -230,7 +231,7 @@ fn cornell_box(spheres: bool) -> SceneDesc {
         ],
         meshes: Vec::new(),
         names: Names::default(),
-        origin: DVec3::ZERO,
+        space: RenderingSpace::WORLD,
         groups: Vec::new(),
         shapes,
         lights: Vec::new(),

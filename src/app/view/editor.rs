@@ -116,7 +116,7 @@ impl SceneEditor {
             },
             None => PrepareOptions { width, height },
         };
-        Ok(Camera::new(&camera, film, &options).into_diagnostic()?.around(self.original.origin))
+        Ok(Camera::new(&camera, film, &options).into_diagnostic()?.placed(&self.original.space))
     }
 
     /// Field of view, degrees.

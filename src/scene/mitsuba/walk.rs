@@ -9,8 +9,8 @@ use super::source::Span;
 use super::tags::{MEDIA, TagKind};
 use super::value::shorten;
 use super::{Loaded, attribute, edit, emitter, integrator, params, prefetch, sensor, shape, upgrade};
-use glam::DVec3;
 
+use crate::scene::RenderingSpace;
 use crate::scene::bsdf;
 use crate::scene::desc::{IntegratorDesc, SceneDesc};
 use crate::scene::diagnostic::{FindingKind, SceneError};
@@ -207,13 +207,13 @@ impl SceneWalk<'_> {
             groups,
             lights,
             names,
-            origin: DVec3::ZERO,
+            space: RenderingSpace::WORLD,
         };
         if self.reader.document.unframed == Some(desc.camera.place.file) {
             model::frame(&mut desc);
         }
         edit::apply(self.reader.document, &mut desc, &self.edits)?;
-        desc.place_origin();
+        desc.place();
         Ok(Loaded { desc, warnings: self.reader.warnings })
     }
 }

@@ -19,11 +19,27 @@ pub struct Ray {
     pub t_max: f32,
 }
 
+/// Directions that are shorter are stretched: the traversal takes those below 5e-12 for none, and instances may shrink them.
+const SHORT: f32 = 1e-4;
+
+/// By a power of two, so that nothing is rounded.
+const STRETCH: f32 = (1u64 << 63) as f32;
+
 impl Ray {
     /// A ray of infinite length.
     #[inline]
     pub fn new(origin: Vec3, direction: Vec3) -> Self {
         Self { origin, direction, t_max: f32::INFINITY }
+    }
+
+    /// A ray from `origin` to the share `t_max` of the way to `target`; its direction has any length.
+    #[inline]
+    pub fn between(origin: Vec3, target: Vec3, t_max: f32) -> Self {
+        let direction = target - origin;
+        match direction.abs().max_element() < SHORT {
+            false => Self { origin, direction, t_max },
+            true => Self { origin, direction: direction * STRETCH, t_max: t_max / STRETCH },
+        }
     }
 }
 

@@ -56,7 +56,8 @@ impl RenderContext {
         seed: u32,
         window: UvWindow,
     ) -> Self {
-        let IntegratorDesc { max_depth, rr_depth, hide_emitters, photons, .. } = *desc;
+        let IntegratorDesc { max_depth, rr_depth, hide_emitters, mut photons, .. } = *desc;
+        photons.initial_radius = photons.initial_radius.map(|radius| scene.space().length(radius));
         Self { scene, camera, seed, window, max_depth, rr_depth, hide_emitters, places: None, photons }
     }
 

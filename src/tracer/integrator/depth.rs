@@ -25,7 +25,9 @@ impl Integrator for DepthTracer {
         let numbers = Sampler::at(index, *seed).camera();
         let uv = self.context.place(numbers.screen);
         let ray = camera.ray(uv, numbers.lens);
-        let distance = scene.closest(&ray).map_or(0.0, |hit| hit.point.p.distance(ray.origin));
+        let distance = scene
+            .closest(&ray)
+            .map_or(0.0, |hit| scene.space().world_length(hit.point.p.distance(ray.origin)));
         out.camera(uv.map(|c| c as f32), self.grey * distance, 1.0);
     }
 

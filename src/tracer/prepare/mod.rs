@@ -14,7 +14,7 @@ mod structure;
 use std::sync::Arc;
 
 use crate::scene::SceneDesc;
-use crate::scene::desc::{BsdfId, FilmDesc, GroupId, LightDesc, MOST_PARTS, MeshId, Place};
+use crate::scene::desc::{BsdfId, FilmDesc, GroupId, MOST_PARTS, MeshId, Place};
 use crate::spectrum::Spectrum;
 
 use super::accel::{Accel, Shapes, TriangleSource};
@@ -144,8 +144,8 @@ impl Scene {
     /// As [`Scene::prepare`], but with everything, whether `desc` calls for it or not: `--check-plan` compares with it.
     pub fn prepare_general(desc: &SceneDesc) -> Result<Scene, PrepareError> {
         let structure = Arc::new(SceneStructure::of(desc));
-        let origin = desc.origin;
-        let desc = &*desc.in_rendering_space();
+        let (space, spectra) = (desc.space, spectra(desc));
+        let desc = &desc.in_rendering_space();
         let SceneMaterials { materials, surfaces, opacities } = materials::of(desc)?;
         let mut geometry = Geometry::of(desc);
         for shape in &desc.shapes {
@@ -160,7 +160,6 @@ impl Scene {
         for (light, i) in desc.lights.iter().zip(geometry.emitting..) {
             geometry.add_light(light, i);
         }
-        let spectra = spectra(desc);
         let dark = geometry.lights.iter().all(|l| l.is_black() || spectra[l.spectrum as usize].is_black());
         // The reader has already reported a scene without any light.
         if dark && !spectra.is_empty() {
@@ -187,7 +186,7 @@ impl Scene {
             white,
             material_class,
             notices,
-            origin,
+            space,
             structure,
         })
     }
@@ -216,16 +215,16 @@ impl Scene {
             white: effects::white(desc),
             material_class: effects::material_class(desc),
             notices: self.notices.clone(),
-            origin: self.origin,
+            space: self.space,
             structure: self.structure.clone(),
         })
     }
 }
 
-/// The spectra of a scene's lights: first of each emitting shape, then of each other light.
+/// The spectra of a scene's lights in rendering space: first of each emitting shape, then of each other light.
 fn spectra(desc: &SceneDesc) -> Vec<Spectrum> {
-    let shapes = desc.shapes.iter().filter_map(|s| s.emission.as_ref());
-    shapes.chain(desc.lights.iter().map(LightDesc::spectrum)).cloned().collect()
+    let shapes = desc.shapes.iter().filter_map(|s| s.emission.clone());
+    shapes.chain(desc.lights.iter().map(|light| desc.space.spectrum(light))).collect()
 }
 
 fn primitives(geometry: Geometry, shown: PreparedGroups) -> Primitives {

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec2, DVec3};
 
+use crate::scene::RenderingSpace;
 use crate::scene::SceneDesc;
 use crate::scene::desc::{LightDesc, Mesh, ShapeDesc, ShapeKind, SpotTextureDesc};
 use crate::scene::emission_texture::{EmissionProfile, EmissionTexture};
@@ -13,7 +14,7 @@ use crate::tracer::{tangents, texture_coordinates};
 /// A description without its materials and spectra. An edit that keeps it needs no new geometry.
 #[derive(Debug, PartialEq)]
 pub(in crate::tracer) struct SceneStructure {
-    origin: DVec3,
+    space: RenderingSpace,
     shapes: Vec<ShapeStructure>,
     groups: Vec<Vec<ShapeStructure>>,
     meshes: Vec<SameAllocation<Mesh>>,
@@ -102,7 +103,7 @@ impl SceneStructure {
             LightDesc::Point { position, .. } => LightStructure::Point(*position),
         };
         Self {
-            origin: desc.origin,
+            space: desc.space,
             shapes: desc.shapes.iter().map(shape).collect(),
             groups: desc.groups.iter().map(|group| group.shapes.iter().map(shape).collect()).collect(),
             meshes: desc.meshes.iter().cloned().map(SameAllocation).collect(),

@@ -6,6 +6,7 @@ mod mean;
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 use std::sync::Arc;
 
+use pointillist::scene::RenderingSpace;
 use pointillist::scene::desc::*;
 use pointillist::spectrum::{Spectrum, dispersion::Ior};
 use pointillist::stream::UvWindow;
@@ -27,7 +28,7 @@ pub fn empty() -> SceneDesc {
         bsdfs: Vec::new(),
         meshes: Vec::new(),
         names: Names::default(),
-        origin: DVec3::ZERO,
+        space: RenderingSpace::WORLD,
         shapes: Vec::new(),
         groups: Vec::new(),
         lights: Vec::new(),

@@ -38,6 +38,9 @@ const SHARE: f32 = 1.0 / LIGHT_SUBPATHS as f32;
 /// Least MIS weight of an importance: the true weight may be larger than what is known of it.
 const LEAST_WEIGHT: f32 = 0.01;
 
+/// Greatest importance.
+const GREATEST: f32 = 1e30;
+
 /// A vertex that can be connected.
 #[derive(Clone, Copy, Debug)]
 pub struct ConnectableVertex<B> {
@@ -90,12 +93,12 @@ fn importance<B: Scattering>(camera: &ConnectableVertex<B>, light: &ConnectableV
     if !(ca > 0.0 && cb > 0.0) {
         return 0.0;
     }
-    // Bounded, so that the sum of all importances is finite however close two vertices are.
-    let inverse = (1.0 / offset.length_squared()).min(1e18);
+    let inverse = 1.0 / offset.length_squared();
     let g = ca * cb * inverse * inverse;
     let (x, y) = (g * a.spread, g * b.spread);
     let weight = 1.0 / (1.0 + x * x + y * y);
-    g * a.throughput.dot(b.throughput) * weight.max(LEAST_WEIGHT)
+    // Bounded, so that the sum of all importances is finite however close two vertices are.
+    (g * a.throughput.dot(b.throughput) * weight.max(LEAST_WEIGHT)).min(GREATEST)
 }
 
 #[cold]
