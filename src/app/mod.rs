@@ -3,7 +3,7 @@
 //! | files | what |
 //! |---|---|
 //! | `args/` | the command line; its comments are the `--help` |
-//! | `render.rs`, `view/`, `bench.rs`, `explain.rs`, `compare.rs`, `study/`, `plugins.rs`, `device.rs` | the subcommands |
+//! | `render.rs`, `replay.rs`, `view/`, `bench.rs`, `explain.rs`, `compare.rs`, `study/`, `plugins.rs`, `device.rs` | the subcommands |
 //! | `load.rs`, `run_spec.rs`, `method.rs` | scene and device; what a run is made of; its method of light transport |
 //! | `drive.rs`, `film_writer.rs`, `observer.rs`, `predictions.rs`, `progress.rs` | from lanes to film; the error of the picture meanwhile |
 //! | `plan.rs`, `outputs.rs`, `layers.rs`, `report.rs` | the list of effects; pictures; layers beside them; figures |
@@ -91,7 +91,9 @@ mod plugins;
 mod predictions;
 mod process;
 mod progress;
+mod rejected;
 mod render;
+mod replay;
 mod report;
 mod run_spec;
 mod study;
@@ -112,6 +114,7 @@ use miette::Result;
 pub fn run(cli: Cli) -> Result<()> {
     match cli.command {
         CliCommand::Render(args) => render::render(&args),
+        CliCommand::Replay(args) => replay::replay(&args),
         CliCommand::View(args) => view::view(&args),
         CliCommand::Bench(args) => bench::bench(&args),
         CliCommand::Explain(args) => explain::explain(&args),

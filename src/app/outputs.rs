@@ -8,7 +8,7 @@ use miette::{IntoDiagnostic, Result, WrapErr};
 use super::args::RenderArgs;
 use super::layers::Channel;
 use super::report::{Seconds, is_special};
-use super::run_spec::{RunSpec, display_options};
+use super::run_spec::{RunEnd, RunSpec, display_options};
 use crate::client::effects::Effects;
 use crate::client::film::VulkanFilm;
 use crate::client::{DisplayImage, Film, FilmData, Settings, develop};
@@ -73,8 +73,7 @@ impl Outputs {
         self.files.iter().any(|(_, format)| *format == FileFormat::Exr)
     }
 
-    /// Takes the picture from the client and writes every file, EXR files with the channels `layers` besides; `prefix` as in
-    /// [`RunSpec::attributes`].
+    /// Takes the picture from the client and writes every file, EXR files with the channels `layers` besides.
     ///
     /// # Errors
     ///
@@ -83,7 +82,7 @@ impl Outputs {
         &self,
         client: &mut dyn Film,
         run: &RunSpec,
-        prefix: bool,
+        outcome: &RunEnd,
         settings: &Settings,
         layers: Vec<Channel>,
         seconds: &mut Seconds,
@@ -102,7 +101,7 @@ impl Outputs {
                 FileFormat::Png => &shown,
                 FileFormat::Exr => &data,
             };
-            let written = snapshot.as_ref().map_or(Ok(()), |s| s.write(path, run, prefix, settings));
+            let written = snapshot.as_ref().map_or(Ok(()), |s| s.write(path, run, outcome, settings));
             first_error = first_error.and(written);
         }
         seconds.write = start.elapsed().as_secs_f64();
@@ -130,8 +129,8 @@ impl FilmSnapshot {
         })
     }
 
-    /// Writes the picture; `prefix` as in [`RunSpec::attributes`].
-    pub fn write(&self, path: &Path, run: &RunSpec, prefix: bool, settings: &Settings) -> Result<()> {
+    /// Writes the picture.
+    pub fn write(&self, path: &Path, run: &RunSpec, outcome: &RunEnd, settings: &Settings) -> Result<()> {
         let written = match self {
             FilmSnapshot::Png(shown, paths) => {
                 let picture = PngPicture {
@@ -141,13 +140,13 @@ impl FilmSnapshot {
                     transfer: Transfer::Gamma(settings.gamma),
                     primaries: settings.profile.primaries,
                 };
-                let mut attributes = run.attributes(*paths, prefix);
+                let mut attributes = run.attributes(*paths, outcome);
                 attributes.push(("display".to_string(), Attribute::Text(display_options(settings))));
                 png::write(path, picture, &attributes)
             }
             FilmSnapshot::Exr(data, beside) => {
                 let (attributes, energy) =
-                    (run.attributes(data.counts.paths(), prefix), run.film.filter.energy());
+                    (run.attributes(data.counts.paths(), outcome), run.film.filter.energy());
                 let mut layers = develop::layers(data, &Profile::srgb(), energy, &attributes);
                 layers.channels.extend(beside.iter().cloned());
                 exr::write(path, &layers)

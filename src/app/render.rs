@@ -15,14 +15,14 @@ use super::method::{self, CheckOrder, RenderOrder};
 use super::observer::{Beside, Observer};
 use super::outputs::Outputs;
 use super::progress::{Goal, Progress};
-use super::report::{ErrorReport, PlanCheck, Rejected, RejectedExample, RenderReport, Seconds, write_json};
-use super::run_spec::RunSpec;
+use super::rejected::RejectedReport;
+use super::report::{ErrorReport, PlanCheck, RenderReport, Seconds, write_json};
+use super::run_spec::{RunEnd, RunSpec};
 use super::timings::{self, TimingCapture};
 use super::{layers, plan, predictions, process, tell};
 use crate::client::{Film, Settings, VarianceForm};
 use crate::scene::Loaded;
 use crate::server::{Server, Stats};
-use crate::stream::Cause;
 use crate::stream::Lanes;
 use crate::stream::control::Epoch;
 use crate::study::prediction::PredictionOutcome;
@@ -228,7 +228,10 @@ impl<'a> BatchRender<'a> {
 
     /// Writes all pictures and ends the capture of timings.
     fn write(&mut self, outputs: &Outputs, traced: &Traced) -> Result<()> {
-        let prefix = traced.driven.complete || self.run.deterministic;
+        let outcome = RunEnd {
+            prefix: traced.driven.complete || self.run.deterministic,
+            rejected: self.rejected(&traced.stats).summary(),
+        };
         let start = Instant::now();
         let [width, height] = self.run.film.padded_extent().map(f64::from);
         let spp = self.client.counts().paths() as f64 / (width * height);
@@ -237,12 +240,17 @@ impl<'a> BatchRender<'a> {
             false => Vec::new(),
         };
         let (client, seconds) = (&mut *self.client, &mut self.seconds);
-        let written = outputs.write(client, &self.run, prefix, &self.settings, layers, seconds);
+        let written = outputs.write(client, &self.run, &outcome, &self.settings, layers, seconds);
         if let Some(mut timings) = self.timings.take() {
             timings.client("display and write", start)?;
             timings.finish(&self.server)?;
         }
         written
+    }
+
+    /// What has been rejected so far.
+    fn rejected(&self, stats: &Stats) -> RejectedReport {
+        RejectedReport::new(&self.run, &self.loaded.desc, &self.scene, &stats.total().rejections)
     }
 
     fn report(&self, outputs: &Outputs, traced: &Traced) -> RenderReport {
@@ -274,7 +282,7 @@ impl<'a> BatchRender<'a> {
             paths_per_trace_second: per(counts.paths(), tracing_time(&traced.stats)),
             seconds: self.seconds,
             error: error.and_then(|(state, _)| ErrorReport::new(state, run, target, at, driven.reached)),
-            rejected: rejected(run, &traced.stats),
+            rejected: self.rejected(&traced.stats),
             device: run.device.clone(),
             threads: self.threads,
             simd: self.scene.kernel().name(),
@@ -300,18 +308,4 @@ fn replay(run: &RunSpec, tally: Option<&PlanCheckTally>, index: u64) -> String {
 fn tracing_time(stats: &Stats) -> Duration {
     let total = stats.total();
     total.cpu.unwrap_or(total.busy)
-}
-
-fn rejected(run: &RunSpec, stats: &Stats) -> Rejected {
-    let rejections = stats.total().rejections;
-    let example = |&(index, cause): &(u64, Cause)| RejectedExample {
-        index,
-        cause: cause.describe().to_string(),
-        replay: run.command(index, 1),
-    };
-    Rejected {
-        total: rejections.total(),
-        by_cause: Cause::ALL.iter().map(|&c| (c.describe().to_string(), rejections.count(c))).collect(),
-        examples: rejections.examples().iter().map(example).collect(),
-    }
 }

@@ -7,6 +7,7 @@ use miette::{IntoDiagnostic, Result, WrapErr};
 use serde::Serialize;
 
 use super::plan::PlannedEffect;
+use super::rejected::RejectedReport;
 use super::run_spec::{ChoiceReport, RunSpec};
 use super::tell;
 use crate::image::write::{atomically, check_place, same_file};
@@ -50,8 +51,8 @@ pub struct RenderReport {
     /// The error of the picture. It is unknown if the run was not divided into replicates.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<ErrorReport>,
-    /// Samples that were not finite, by cause.
-    pub rejected: Rejected,
+    /// Values that were not numbers from 0 on, by cause and origin.
+    pub rejected: RejectedReport,
     /// The device that rasterised the picture.
     pub device: String,
     pub threads: usize,
@@ -101,25 +102,6 @@ pub struct Seconds {
     pub total: f64,
 }
 
-/// Samples that were rejected at the sink.
-#[derive(Clone, Debug, Default, Serialize)]
-pub struct Rejected {
-    pub total: u64,
-    pub by_cause: std::collections::BTreeMap<String, u64>,
-    /// The first few, so that each can be replayed.
-    pub examples: Vec<RejectedExample>,
-}
-
-/// One rejected sample.
-#[derive(Clone, Debug, Serialize)]
-pub struct RejectedExample {
-    /// Index of its path in the sequence.
-    pub index: u64,
-    pub cause: String,
-    /// The command that traces this path alone.
-    pub replay: String,
-}
-
 impl RenderReport {
     /// A summary of the run in one line.
     pub fn summary(&self) -> String {
@@ -149,11 +131,8 @@ impl RenderReport {
         if self.interrupted {
             line.push_str("; stopped by Ctrl-C, the picture holds what was there");
         }
-        if self.rejected.total > 0 {
-            line.push_str(&format!("; {} samples rejected", self.rejected.total));
-            if let Some(first) = self.rejected.examples.first() {
-                line.push_str(&format!(", the first because of {}: {}", first.cause, first.replay));
-            }
+        if let Some(rejected) = self.rejected.summary() {
+            line.push_str(&format!("; {rejected}"));
         }
         line
     }

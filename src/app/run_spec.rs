@@ -13,6 +13,7 @@ use crate::client::{
 };
 use crate::image::Attribute;
 use crate::scene::desc::{AovDesc, IntegratorKind, PhotonDesc, ReconstructionFilter};
+use crate::stream::Rejected;
 use crate::tracer::choice::IntegratorChoice;
 use crate::tracer::effects::{Effect, refusal};
 
@@ -52,6 +53,15 @@ pub struct RunSpec {
     pub replicated: bool,
     /// The device that rasterised it.
     pub device: String,
+}
+
+/// What a picture's file says of how its run went.
+#[derive(Clone, Debug, Default)]
+pub struct RunEnd {
+    /// The paths are the first ones of the sequence, without a gap.
+    pub prefix: bool,
+    /// What was rejected, in a line.
+    pub rejected: Option<String>,
 }
 
 /// The method that was chosen and the reason. The names of the fields are the keys in JSON.
@@ -151,8 +161,8 @@ impl RunSpec {
     }
 
     /// Attributes for the picture's file; none depends on time, on the number of threads or on the instructions that walked the
-    /// rays. `paths` were traced; `prefix` tells that they are the first ones of the sequence, without a gap.
-    pub fn attributes(&self, paths: u64, prefix: bool) -> Vec<(String, Attribute)> {
+    /// rays. `paths` were traced.
+    pub fn attributes(&self, paths: u64, outcome: &RunEnd) -> Vec<(String, Attribute)> {
         let text = |name: &str, value: String| (name.to_string(), Attribute::Text(value));
         let mut attributes = vec![
             text("renderer", format!("pointillist {}", env!("CARGO_PKG_VERSION"))),
@@ -168,7 +178,8 @@ impl RunSpec {
         if !off.is_empty() {
             attributes.push(text("leftOut", off.join(", ")));
         }
-        if !prefix {
+        attributes.extend(outcome.rejected.clone().map(|rejected| text("rejected", rejected)));
+        if !outcome.prefix {
             let note = "the run was stopped: its paths are not exactly the first ones of the sequence, and the \
                         command gives a picture of the same error but not the same picture";
             attributes.push(text("stopped", note.to_string()));
@@ -185,7 +196,37 @@ impl RunSpec {
     /// The command line that traces `paths` paths from `first` on in the same way. Threads and `--simd` are left out: they do
     /// not change a path, and another machine may lack them.
     pub fn command(&self, first: u64, paths: u64) -> String {
-        let mut command = format!("pointillist render {}", quoted(&self.scene.display().to_string()));
+        let mut command = self.scene_options("render");
+        if !self.aovs.is_empty() {
+            let aovs: Vec<String> = self.aovs.iter().map(ToString::to_string).collect();
+            command += &format!(" --aov {}", quoted(&aovs.join(",")));
+        }
+        if first > 0 {
+            command += &format!(" --first-index {first}");
+        }
+        command += &format!(" --samples {paths}");
+        if self.deterministic {
+            command += " --deterministic";
+        }
+        command + " --device " + &quoted(&self.device)
+    }
+
+    /// The command line that traces the path of a rejected value again and prints what it meets.
+    pub fn replay(&self, rejected: &Rejected) -> String {
+        let mut command = self.scene_options("replay") + &format!(" --index {}", rejected.index);
+        if let Some(generations) = rejected.generations.filter(|_| self.integrator == IntegratorKind::Photon)
+        {
+            command += &format!(" --generations {generations}");
+        }
+        if let Some(number) = rejected.light_path {
+            command += &format!(" --light-path {number}");
+        }
+        command
+    }
+
+    /// The part of a command line that decides what each index is.
+    fn scene_options(&self, subcommand: &str) -> String {
+        let mut command = format!("pointillist {subcommand} {}", quoted(&self.scene.display().to_string()));
         for (name, value) in &self.defines {
             command += &format!(" -D {}", quoted(&format!("{name}={value}")));
         }
@@ -200,27 +241,17 @@ impl RunSpec {
             let effects: Vec<String> = self.effects.iter().map(ToString::to_string).collect();
             command += &format!(" --effects {}", effects.join(","));
         }
-        if !self.aovs.is_empty() {
-            let aovs: Vec<String> = self.aovs.iter().map(ToString::to_string).collect();
-            command += &format!(" --aov {}", quoted(&aovs.join(",")));
-        }
         let depth = self.max_depth.map_or("-1".to_string(), |d| d.to_string());
         // A scaled filter is the scene's: no option names it.
         let filter = match self.film.filter {
             SplatFilter::Scaled(_) => String::new(),
             named => format!(" --filter {}", named.name()),
         };
-        if first > 0 {
-            command += &format!(" --first-index {first}");
-        }
-        command += &format!(" --samples {paths} --seed {} --max-depth {depth}{filter}", self.seed);
-        if self.deterministic {
-            command += " --deterministic";
-        }
+        command += &format!(" --seed {} --max-depth {depth}{filter}", self.seed);
         if !self.replicated {
             command += " --replicates 1";
         }
-        command + " --device " + &quoted(&self.device)
+        command
     }
 }
 

@@ -47,7 +47,7 @@ pub const ADDS_PER_SUM: u64 = 64;
 /// A guard only: the stream's sink keeps others out and counts them by cause; what reaches a film in another way
 /// is dropped as it is copied to the batch, before it is counted.
 pub fn accepts(sample: &Sample) -> bool {
-    sample.uv[0].is_finite() && sample.uv[1].is_finite() && sample.in_range() && sample.w != 0.0
+    sample.uv[0].is_finite() && sample.uv[1].is_finite() && sample.is_sound() && sample.w != 0.0
 }
 
 /// The texels of one axis that a sample reaches, and the weight in each.

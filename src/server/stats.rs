@@ -7,7 +7,7 @@ use crate::server::unpoisoned;
 use crate::stream::{Epoch, Rejections, Totals};
 
 /// Statistics of one worker in one render.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct WorkerStats {
     /// Time spent on the render, without the time parked on a full lane.
     pub busy: Duration,
@@ -62,12 +62,12 @@ impl StatsCell {
             stats.paths = totals.indices;
             stats.samples = totals.samples;
             stats.discarded = totals.discarded;
-            stats.rejections = totals.rejections;
+            stats.rejections = totals.rejections.clone();
         });
     }
 
     pub(super) fn read(&self) -> WorkerStats {
-        *unpoisoned(&self.0)
+        unpoisoned(&self.0).clone()
     }
 
     fn update(&self, change: impl FnOnce(&mut WorkerStats)) {

@@ -20,6 +20,12 @@ impl SampledSpectrum {
         Self(Vec4::splat(v))
     }
 
+    /// True for numbers from 0 to `most`; false where one is not a number.
+    #[inline]
+    pub fn is_within(self, most: f32) -> bool {
+        (self.0.cmpge(Vec4::ZERO) & self.0.cmple(Vec4::splat(most))).all()
+    }
+
     /// True when every lane is exactly zero.
     #[inline]
     pub fn is_black(self) -> bool {
@@ -42,6 +48,12 @@ impl SampledSpectrum {
     #[inline]
     pub fn is_finite(self) -> bool {
         self.0.is_finite()
+    }
+}
+
+impl From<SampledSpectrum> for [f32; 4] {
+    fn from(spectrum: SampledSpectrum) -> Self {
+        spectrum.0.to_array()
     }
 }
 

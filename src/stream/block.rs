@@ -1,6 +1,6 @@
 //! The unit of transfer: samples, with the numbers of paths that normalise them.
 
-use crate::stream::{Epoch, PathCounts, Rejections, Sample};
+use crate::stream::{Epoch, PathCounts, Sample};
 
 /// Most samples of a block: 24 KiB, about a millisecond of one worker.
 pub const BLOCK_SAMPLES: usize = 1024;
@@ -17,8 +17,8 @@ pub struct Header {
     pub index_count: u64,
     /// Numbers of these paths by stream.
     pub paths: PathCounts,
-    /// Samples of these paths that were rejected.
-    pub rejections: Rejections,
+    /// How many samples of these paths were rejected; single contributions that were are not among them.
+    pub rejected: u64,
 }
 
 /// One worker's samples from a contiguous range of path indices, in order of index.
@@ -46,7 +46,7 @@ impl Block {
 
     /// True if it has no samples and counts neither paths nor rejections.
     pub fn is_empty(&self) -> bool {
-        self.len == 0 && self.header.index_count == 0 && self.header.rejections.total() == 0
+        self.len == 0 && self.header.index_count == 0 && self.header.rejected == 0
     }
 
     /// Appends a sample. Returns `false`, and changes nothing, if the block is full.

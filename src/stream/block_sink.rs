@@ -3,15 +3,16 @@
 use crate::color::Xyz;
 use crate::stream::block::Block;
 use crate::stream::control::Epoch;
+use crate::stream::faults;
 use crate::stream::lanes::LaneWriter;
-use crate::stream::rejections::{Cause, Rejections};
+use crate::stream::rejections::{Cause, Fault, FaultyValue, Rejected, Rejections, fault_of_sample};
 use crate::stream::sample::{PathCounts, Sample, SampleSink, UvWindow};
 
 /// Fraction of the window's extent by which a position may lie outside, because `min + u · extent` is rounded.
 const WINDOW_SLACK: f32 = 1e-6;
 
 /// Running totals of a [`BlockSink`] since [`BlockSink::start`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Totals {
     /// Indices traced to the end.
     pub indices: u64,
@@ -19,7 +20,7 @@ pub struct Totals {
     pub samples: u64,
     /// Samples discarded because the render was stopped while the lane was full.
     pub discarded: u64,
-    /// Rejected samples.
+    /// Rejected samples and contributions.
     pub rejections: Rejections,
 }
 
@@ -79,11 +80,15 @@ impl BlockSink {
         self.index = index;
         self.path_start = self.block.samples().len();
         self.broken = false;
+        debug_assert!(faults::take().is_empty(), "faults of another path");
     }
 
     /// Ends the path in progress and counts it.
     #[inline]
     pub fn end_path(&mut self, paths: PathCounts) {
+        for raised in faults::take() {
+            self.count_rejected(raised.fault, raised.light_path);
+        }
         if self.broken {
             return self.abandon_path();
         }
@@ -106,7 +111,6 @@ impl BlockSink {
             let (header, samples) = (self.block.header, self.block.samples().len() as u64);
             sent = self.writer.send(&mut self.block);
             self.totals.indices += header.index_count;
-            self.totals.rejections.merge(&header.rejections);
             self.totals.samples += if sent { samples } else { 0 };
             self.totals.discarded += if sent { 0 } else { samples };
             self.blocks_sent += 1;
@@ -163,16 +167,16 @@ impl BlockSink {
 
     #[cold]
     fn reject(&mut self, uv: [f32; 2], color: Xyz, weight: f32) {
-        let inside = self.contains(uv);
-        let cause = match () {
-            () if !(uv[0].is_finite() && uv[1].is_finite()) => Cause::PositionNotFinite,
-            () if !weight.is_finite() => Cause::WeightNotFinite,
-            () if weight <= 0.0 => Cause::WeightNotPositive,
-            () if !inside => Cause::OutsideWindow,
-            () if !color.is_finite() => Cause::ColorNotFinite,
-            () => Cause::ColorTooLarge,
-        };
-        self.block.header.rejections.add(self.index, cause);
+        let outside = || (FaultyValue::Position, Cause::OutsideWindow);
+        let (part, cause) = fault_of_sample(uv, color, weight).unwrap_or_else(outside);
+        self.block.header.rejected += 1;
+        self.count_rejected(Fault { cause, part, surface: None, light: None }, None);
+    }
+
+    #[cold]
+    fn count_rejected(&mut self, fault: Fault, light_path: Option<u64>) {
+        let generations = faults::generations();
+        self.totals.rejections.add(Rejected { index: self.index, fault, light_path, generations });
     }
 
     /// True if `uv` lies in the window. False for NaN.
@@ -187,7 +191,7 @@ impl SampleSink for BlockSink {
     #[inline]
     fn camera(&mut self, uv: [f32; 2], value: Xyz, weight: f32) {
         let sample = Sample { uv, xyz: value * weight, w: weight };
-        if weight > 0.0 && sample.in_range() && self.contains(uv) {
+        if weight > 0.0 && sample.is_sound() && self.contains(uv) {
             self.push(sample);
         } else {
             self.reject(uv, sample.xyz, weight);
@@ -197,7 +201,7 @@ impl SampleSink for BlockSink {
     #[inline]
     fn light(&mut self, uv: [f32; 2], value: Xyz) {
         let sample = Sample { uv, xyz: value, w: -1.0 };
-        if sample.in_range() && self.contains(uv) {
+        if sample.is_sound() && self.contains(uv) {
             self.push(sample);
         } else {
             self.reject(uv, value, 1.0);

@@ -17,12 +17,13 @@
 //! - The **light stream** (`w = −1`): `x, y, z` are densities over uv, that is, flux per unit of uv². The picture is
 //!   `Σ xyz · (pixels per unit of uv²) / (number of light paths)`.
 //!
-//! [`BlockSink`] rejects samples that break these rules, and counts them by [`Cause`].
+//! [`BlockSink`] rejects samples that break these rules, and counts them by [`Fault`], with the index of the path. A bad contribution that
+//! an integrator finds within a path is left out by itself, raised as a fault ([`faults`]) and counted there, too.
 //!
 //! # Blocks, lanes and epochs
 //!
 //! - A **block** of up to 1024 samples is the unit of transfer. Its header holds the numbers of paths that normalise its
-//!   samples, the contiguous range of path indices they come from, and the rejected samples.
+//!   samples, the contiguous range of path indices they come from, and the number of rejected samples.
 //! - A **lane** is a bounded single-producer single-consumer ring of blocks (`ring`), one per worker. One release store
 //!   publishes a block, and nothing is allocated or copied. A worker sleeps while its lane is full: no sample is dropped.
 //! - An **epoch** numbers the renders. Every edit of the scene starts a new one. Workers load the running epoch between two
@@ -76,6 +77,7 @@
 pub mod block;
 pub mod block_sink;
 pub mod control;
+pub mod faults;
 pub mod hub;
 pub mod lanes;
 pub mod rejections;
@@ -90,6 +92,6 @@ pub use block_sink::{BlockSink, Totals};
 pub use control::{Command, Epoch, Event, FinishReason};
 pub use hub::Hub;
 pub use lanes::{DrainOrder, Drained, Fill, LANE_BLOCKS, LaneWriter, Lanes, lanes};
-pub use rejections::{Cause, Rejections};
+pub use rejections::{Cause, Fault, FaultyValue, Rejected, Rejections};
 pub use replicate::{CHUNK, REPLICATES, replicate, replicate_seed};
 pub use sample::{MAX_VALUE, PathCounts, Sample, SampleSink, UvWindow};

@@ -1,111 +1,215 @@
-//! Rejected samples, counted by cause, with examples that can be traced again.
+//! Rejected values: counted by cause and origin, with examples that can be traced again.
+//!
+//! A value that is not a number, or infinite, or negative, or too large for sums over a picture is a defect. It must neither spoil the
+//! picture nor pass unseen: what is wrong by itself is left out, and counted with what it takes to repeat it.
 
-/// Why a sample was rejected.
+use std::collections::BTreeMap;
+
+use super::sample::MAX_VALUE;
+use crate::color::Xyz;
+
+/// What is wrong with a rejected value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[repr(u8)]
 pub enum Cause {
-    /// u or v is NaN or infinite.
-    PositionNotFinite,
-    /// The position lies outside the window that samples must cover.
+    /// It is not a number.
+    NotANumber,
+    /// It is infinite.
+    Infinite,
+    /// A colour is negative, or a weight is not above 0, which would mean the light stream.
+    NotPositive,
+    /// It exceeds [`MAX_VALUE`](crate::stream::MAX_VALUE), so that sums might overflow.
+    TooLarge,
+    /// A position lies outside the window that samples must cover.
     OutsideWindow,
-    /// X, Y or Z, or its product with the weight, is NaN or infinite.
-    ColorNotFinite,
-    /// The weight of a camera sample is NaN or infinite.
-    WeightNotFinite,
-    /// The weight of a camera sample is zero or negative, which would mean the light stream.
-    WeightNotPositive,
-    /// X, Y or Z, times the weight, or the weight itself exceeds [`MAX_VALUE`](crate::stream::MAX_VALUE), so that sums might
-    /// overflow.
-    ColorTooLarge,
 }
 
 impl Cause {
-    /// All causes, in the order of their discriminants.
-    pub const ALL: [Cause; 6] = [
-        Cause::PositionNotFinite,
-        Cause::OutsideWindow,
-        Cause::ColorNotFinite,
-        Cause::WeightNotFinite,
-        Cause::WeightNotPositive,
-        Cause::ColorTooLarge,
-    ];
+    /// All causes.
+    pub const ALL: [Cause; 5] =
+        [Cause::NotANumber, Cause::Infinite, Cause::NotPositive, Cause::TooLarge, Cause::OutsideWindow];
+
+    /// What is wrong with these values, the worst first; `None` for finite numbers.
+    pub fn of(values: &[f32]) -> Option<Self> {
+        match values {
+            v if v.iter().any(|x| x.is_nan()) => Some(Cause::NotANumber),
+            v if v.iter().any(|x| x.is_infinite()) => Some(Cause::Infinite),
+            _ => None,
+        }
+    }
 
     /// A short description for reports.
     pub fn describe(self) -> &'static str {
         match self {
-            Cause::PositionNotFinite => "position not finite",
-            Cause::OutsideWindow => "position outside the window",
-            Cause::ColorNotFinite => "color not finite",
-            Cause::WeightNotFinite => "weight not finite",
-            Cause::WeightNotPositive => "weight not positive",
-            Cause::ColorTooLarge => "color too large",
+            Cause::NotANumber => "not a number",
+            Cause::Infinite => "infinite",
+            Cause::NotPositive => "not positive",
+            Cause::TooLarge => "too large",
+            Cause::OutsideWindow => "outside the window",
         }
     }
 }
 
-/// Most examples that are kept.
-pub const EXAMPLES: usize = 8;
-
-/// Counts of rejected samples by cause, and the first few of them by path index, so that their paths can be traced again
-/// with `--seed` and the index.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Rejections {
-    counts: [u64; Cause::ALL.len()],
-    /// Ascending. The first `len` are valid.
-    examples: [(u64, Cause); EXAMPLES],
-    len: u8,
+/// The value that was rejected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum FaultyValue {
+    /// The position of a sample: all of the sample is lost.
+    Position,
+    /// The weight of a sample: all of it is lost.
+    Weight,
+    /// The colour of a sample: all of it is lost.
+    Color,
+    /// What a light sample contributes at a vertex.
+    LightSample,
+    /// What a light contributes that was hit by chance.
+    Emission,
+    /// What a light path begins with: the path is lost.
+    LightPath,
+    /// The throughput behind a vertex: the path ends there.
+    Scattering,
+    /// What a vertex of a light path contributes to the camera.
+    CameraConnection,
+    /// What the connection of a camera path and a light path contributes.
+    Connection,
+    /// A photon that a light path leaves.
+    Photon,
+    /// What photons around a vertex contribute.
+    Gathering,
 }
 
-impl Default for Rejections {
-    fn default() -> Self {
-        Self { counts: [0; Cause::ALL.len()], examples: [(0, Cause::PositionNotFinite); EXAMPLES], len: 0 }
+impl FaultyValue {
+    /// True for what the sink finds, which is a whole sample; anything else is one contribution to a sample.
+    pub fn is_sample(self) -> bool {
+        matches!(self, FaultyValue::Position | FaultyValue::Weight | FaultyValue::Color)
+    }
+
+    /// A short description for reports.
+    pub fn describe(self) -> &'static str {
+        match self {
+            FaultyValue::Position => "position",
+            FaultyValue::Weight => "weight",
+            FaultyValue::Color => "color",
+            FaultyValue::LightSample => "light sample",
+            FaultyValue::Emission => "emission",
+            FaultyValue::LightPath => "light path",
+            FaultyValue::Scattering => "scattering",
+            FaultyValue::CameraConnection => "connection to the camera",
+            FaultyValue::Connection => "connection",
+            FaultyValue::Photon => "photon",
+            FaultyValue::Gathering => "gathering of photons",
+        }
     }
 }
 
+/// Why a sample of this colour, times its weight, and this weight does not belong to the stream: the part that is wrong, and how.
+pub fn fault_of_sample(uv: [f32; 2], color: Xyz, weight: f32) -> Option<(FaultyValue, Cause)> {
+    let color = [color.x, color.y, color.z];
+    let [position, weighed, colored] = [&uv[..], &[weight], &color].map(Cause::of);
+    let too_large = |values: &[f32]| values.iter().any(|v| *v > MAX_VALUE).then_some(Cause::TooLarge);
+    let negative = || color.iter().any(|v| *v < 0.0).then_some(Cause::NotPositive);
+    let weighed = weighed.or((weight <= 0.0).then_some(Cause::NotPositive)).or_else(|| too_large(&[weight]));
+    let colored = colored.or_else(negative).or_else(|| too_large(&color));
+    let parts =
+        [(FaultyValue::Position, position), (FaultyValue::Weight, weighed), (FaultyValue::Color, colored)];
+    parts.into_iter().find_map(|(part, cause)| Some((part, cause?)))
+}
+
+/// A value that was rejected: what is wrong with it, and where it came from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Fault {
+    /// What is wrong.
+    pub cause: Cause,
+    /// With what.
+    pub part: FaultyValue,
+    /// The surface where it was, by its number in the scene.
+    pub surface: Option<u32>,
+    /// The light that it came from, by its number in the scene.
+    pub light: Option<u32>,
+}
+
+/// A rejected value, and what it takes to repeat it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Rejected {
+    /// Index of the path.
+    pub index: u64,
+    /// What was wrong.
+    pub fault: Fault,
+    /// Number of the light path of photon mapping that it was found in, if it was one; those are made beside the path of the index.
+    pub light_path: Option<u64>,
+    /// Number of generations of the photons that the path has seen, if any.
+    pub generations: Option<u64>,
+}
+
+/// Most examples that are kept.
+pub const EXAMPLES: usize = 100;
+
+/// Most faults that are counted apart; beyond, surfaces and lights are left away.
+const APART: usize = 4096;
+
+/// Counts of rejected values by fault, and the first of them by path index.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Rejections {
+    counts: BTreeMap<Fault, u64>,
+    /// Ascending.
+    examples: Vec<Rejected>,
+}
+
 impl Rejections {
-    /// Counts one sample of path `index`.
+    /// Counts one rejected value.
     #[cold]
-    pub fn add(&mut self, index: u64, cause: Cause) {
-        self.counts[cause as usize] += 1;
-        self.keep((index, cause));
+    pub fn add(&mut self, rejected: Rejected) {
+        self.count_more(rejected.fault, 1);
+        self.keep(rejected);
     }
 
     /// Adds the counts of `other` and keeps the smallest indices of both. The result does not depend on the order of merging,
     /// and so not on threads.
     pub fn merge(&mut self, other: &Rejections) {
-        if other.total() == 0 {
-            return;
-        }
-        for (sum, count) in self.counts.iter_mut().zip(other.counts) {
-            *sum = sum.saturating_add(count);
-        }
-        other.examples().iter().for_each(|&example| self.keep(example));
+        other.counts.iter().for_each(|(&fault, &count)| self.count_more(fault, count));
+        other.examples.iter().for_each(|&example| self.keep(example));
     }
 
-    /// Number of samples rejected for one cause.
+    /// Number of values that were rejected for one cause.
     pub fn count(&self, cause: Cause) -> u64 {
-        self.counts[cause as usize]
+        self.sum(|fault| fault.cause == cause)
     }
 
-    /// Number of samples rejected for all causes.
+    /// Number of whole samples that were rejected.
+    pub fn samples(&self) -> u64 {
+        self.sum(|fault| fault.part.is_sample())
+    }
+
+    /// Number of rejected values: samples, and contributions to samples.
     pub fn total(&self) -> u64 {
-        self.counts.iter().fold(0, |sum, count| sum.saturating_add(*count))
+        self.sum(|_| true)
     }
 
-    /// The samples with the smallest path indices, ascending, at most [`EXAMPLES`].
-    pub fn examples(&self) -> &[(u64, Cause)] {
-        &self.examples[..usize::from(self.len)]
+    /// Counts by fault.
+    pub fn faults(&self) -> impl Iterator<Item = (&Fault, u64)> {
+        self.counts.iter().map(|(fault, count)| (fault, *count))
     }
 
-    fn keep(&mut self, example: (u64, Cause)) {
-        let len = usize::from(self.len);
-        let at = self.examples[..len].partition_point(|kept| *kept < example);
-        if at == EXAMPLES || self.examples[..len].get(at) == Some(&example) {
-            return;
+    /// Those with the smallest path indices, ascending, at most [`EXAMPLES`].
+    pub fn examples(&self) -> &[Rejected] {
+        &self.examples
+    }
+
+    fn sum(&self, of: impl Fn(&Fault) -> bool) -> u64 {
+        self.faults().filter(|(fault, _)| of(fault)).fold(0, |sum, (_, count)| sum.saturating_add(count))
+    }
+
+    fn count_more(&mut self, fault: Fault, count: u64) {
+        let apart = self.counts.len() < APART || self.counts.contains_key(&fault);
+        let fault = if apart { fault } else { Fault { surface: None, light: None, ..fault } };
+        let sum = self.counts.entry(fault).or_default();
+        *sum = sum.saturating_add(count);
+    }
+
+    fn keep(&mut self, example: Rejected) {
+        if let Err(at) = self.examples.binary_search(&example)
+            && at < EXAMPLES
+        {
+            self.examples.insert(at, example);
+            self.examples.truncate(EXAMPLES);
         }
-        let last = len.min(EXAMPLES - 1);
-        self.examples.copy_within(at..last, at + 1);
-        self.examples[at] = example;
-        self.len = (last + 1) as u8;
     }
 }

@@ -22,12 +22,12 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// True if colour and weight are numbers within ±[`MAX_VALUE`].
+    /// True if the colour consists of numbers from 0 to [`MAX_VALUE`], and the weight is a number within ±[`MAX_VALUE`].
     #[inline]
-    pub fn in_range(&self) -> bool {
+    pub fn is_sound(&self) -> bool {
         let Sample { xyz: Xyz { x, y, z }, w, .. } = *self;
         // False for NaN as well.
-        [x, y, z, w].iter().all(|v| v.abs() <= MAX_VALUE)
+        [x, y, z, w.abs()].iter().all(|v| (0.0..=MAX_VALUE).contains(v))
     }
 }
 
@@ -37,7 +37,7 @@ const _: () = {
     assert!(std::mem::offset_of!(Sample, w) == 20);
 };
 
-/// Receives the samples of a path. Implementations reject samples that are not finite, and count them.
+/// Receives the samples of a path. Implementations reject samples that are not [sound](Sample::is_sound), and count them.
 pub trait SampleSink {
     /// A camera sample at `uv`: radiance `value` with filter weight `weight > 0`.
     fn camera(&mut self, uv: [f32; 2], value: Xyz, weight: f32);

@@ -47,6 +47,7 @@ pub mod photon_map;
 mod placement;
 mod prepare;
 mod primitives;
+pub mod record;
 pub mod roulette;
 pub mod sampler;
 pub mod scene;

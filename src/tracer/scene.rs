@@ -39,6 +39,8 @@ pub enum MaterialClass {
     General,
     /// All materials.
     Mixed,
+    /// All materials, and paths [record](super::record) what they do.
+    Recorded,
 }
 
 /// A scene ready for tracing: immutable, shared by all workers. The camera belongs to the integrator, so that moving it or
@@ -68,6 +70,11 @@ impl Scene {
         let set = |alone: &mut Primitives| alone.accel.set_kernel(kernel);
         let is_set = self.kernel() == kernel || Arc::get_mut(&mut self.primitives).is_some_and(set);
         is_set.then_some(self)
+    }
+
+    /// This scene, whose paths [record](super::record) what they do.
+    pub fn recorded(self) -> Scene {
+        Scene { material_class: MaterialClass::Recorded, ..self }
     }
 
     /// The kernel that traces rays: the fastest that the processor has, unless another was asked for.

@@ -12,11 +12,13 @@
 use glam::{Vec3, Vec4};
 
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
+use crate::stream::{FaultyValue, faults};
 
 use super::accel::Ray;
 use super::bsdf::{Bsdf, BsdfSample, Scattering};
 use super::interaction::{SurfaceInteraction, SurfaceVertex};
 use super::light::{Emission, EmissionOrigin};
+use super::record::{PathEvent, record};
 use super::sampler::VertexNumbers;
 use super::subpath_mis::SubpathMis;
 use super::wavelength_mis::WavelengthMis;
@@ -83,8 +85,7 @@ impl<B: Scattering> SubpathVertex<B> {
             true => bsdf.part(*wo, local).wavelength_mis,
             false => WavelengthMis::ALL,
         };
-        let usable = value.is_finite() && !value.is_black();
-        usable.then_some(VertexScattering { value, wavelength_mis, fwd_w, rev_w, cos, through })
+        (!value.is_black()).then_some(VertexScattering { value, wavelength_mis, fwd_w, rev_w, cos, through })
     }
 }
 
@@ -166,7 +167,7 @@ impl Walk<false> {
 }
 
 impl Walk<true> {
-    /// A walk that begins with `emission` of the spectrum `emitted`; `None` when that is black or not finite.
+    /// A walk that begins with `emission` of the spectrum `emitted`; `None` when that is black, or no number, which is a fault.
     pub fn from_light(
         lambda: SampledWavelengths,
         emission: &Emission,
@@ -175,7 +176,11 @@ impl Walk<true> {
         let pdf = emission.pdf;
         let throughput = emitted * emission.scale();
         let most = throughput.max_element();
-        if !(throughput.is_finite() && most > 0.0) {
+        if !throughput.is_finite() {
+            faults::raise(FaultyValue::LightPath, throughput.into(), None, Some(emission.light));
+            return None;
+        }
+        if most <= 0.0 {
             return None;
         }
         let previous = PreviousVertex {
@@ -340,6 +345,13 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
         let armed = self.depth >= rr_depth.min(policy.latest);
         let probability = policy.survival * self.throughput.max_element() * self.relative;
         self.throughput *= roulette::survival_factor(probability, armed, u)?;
-        self.throughput.is_finite().then(|| hit.spawn(wi))
+        if !self.throughput.is_finite() {
+            faults::raise(FaultyValue::Scattering, self.throughput.into(), Some(hit.surface), None);
+            return None;
+        }
+        if B::RECORDS {
+            record(PathEvent::Throughput(self.throughput));
+        }
+        Some(hit.spawn(wi))
     }
 }

@@ -309,8 +309,48 @@ fn light_beyond_the_range_is_reported() {
     let args =
         ["render", scene, "-o", out, "--size", "8x8", "--samples", "1k", "--device", "cpu", "--json", report];
     let output = succeed(&args);
-    assert!(stderr(&output).contains("samples rejected"), "{}", stderr(&output));
+    assert!(stderr(&output).contains("contributions to samples rejected"), "{}", stderr(&output));
     let json: serde_json::Value = serde_json::from_slice(&fs::read(&json).unwrap()).unwrap();
-    assert_eq!(json["rejected"]["by_cause"]["color too large"], json["rejected"]["total"]);
-    assert!(json["rejected"]["total"].as_u64().unwrap() > 900, "{json}");
+    let rejected = &json["rejected"];
+    assert_eq!(rejected["by_cause"]["too large"], rejected["total"]);
+    assert!(rejected["total"].as_u64().unwrap() > 900, "{json}");
+    let origin = rejected["by_origin"][0]["what"].as_str().unwrap();
+    assert!(origin.starts_with("emission too large, from ") && origin.contains("constant"), "{origin}");
+    let header = String::from_utf8_lossy(&fs::read(out).unwrap()).into_owned();
+    assert!(header.contains("emission too large"), "the picture's file names what was rejected");
+}
+
+/// The command that the report names traces the path of a rejected value again, by every method, to the same value.
+#[test]
+fn rejected_values_are_replayed() {
+    let dir = folder("replay");
+    let scene = dir.join("bright.xml");
+    // A lamp as bright as can be over a floor, in a soft sky.
+    let text = r#"<scene version="3.0.0">
+        <sensor type="perspective"><film type="hdrfilm"/>
+            <transform name="to_world"><lookat origin="0,3,-3" target="0,0,0" up="0,1,0"/></transform></sensor>
+        <emitter type="constant"><spectrum name="radiance" value="1"/></emitter>
+        <emitter type="point" id="lamp"><point name="position" value="0,1e-4,0"/><spectrum name="intensity" value="1e30"/></emitter>
+        <shape type="rectangle" id="floor"><transform name="to_world"><rotate x="1" angle="-90"/></transform></shape>
+        <shape type="sphere" id="ball"><point name="center" value="0.5,0.3,0"/><float name="radius" value="0.3"/>
+            <bsdf type="roughconductor" id="steel"/></shape>
+    </scene>"#;
+    fs::write(&scene, text).unwrap();
+    let (scene, report, out) = (scene, dir.join("r.json"), dir.join("r.png"));
+    let [scene, report, out] = [&scene, &report, &out].map(|p| p.to_str().unwrap());
+    for method in ["path", "light", "bidirectional", "photon"] {
+        let mut args =
+            vec!["render", scene, "-o", out, "--size", "16x16", "--samples", "4k", "--device", "cpu"];
+        args.extend(["--integrator", method, "--json", report, "--max-depth", "4"]);
+        succeed(&args);
+        let json: serde_json::Value = serde_json::from_slice(&fs::read(report).unwrap()).unwrap();
+        let examples = json["rejected"]["examples"].as_array().unwrap();
+        assert!(!examples.is_empty(), "{method}: {}", json["rejected"]);
+        for example in examples.iter().step_by(examples.len().div_ceil(4)) {
+            let command = example["replay"].as_str().unwrap();
+            let output = succeed(&command.split_whitespace().skip(1).collect::<Vec<_>>());
+            let (told, what) = (String::from_utf8(output.stdout).unwrap(), example["what"].as_str().unwrap());
+            assert!(told.contains(&format!("rejected: {what}")), "{method}: {command}\n{what}\n{told}");
+        }
+    }
 }

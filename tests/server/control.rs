@@ -7,7 +7,7 @@ use std::time::Duration;
 use crate::support::synthetic::{Out, finish_of, flat, gather, render_all, synthetic};
 use pointillist::color::Xyz;
 use pointillist::server::{RenderJob, Server, ServerError};
-use pointillist::stream::{Cause, DrainOrder, Epoch, FinishReason, MAX_VALUE, Sample};
+use pointillist::stream::{Cause, DrainOrder, Epoch, Fault, FaultyValue, FinishReason, MAX_VALUE, Sample};
 
 #[test]
 fn abort_takes_at_most_one_path_per_worker() {
@@ -93,14 +93,13 @@ fn bad_samples_are_kept_out_and_counted_with_their_index() {
     // The client takes all that the stream lets in.
     assert!(got.samples.iter().all(pointillist::client::filter::accepts));
     let rejections = server.stats().total().rejections;
-    assert_eq!(Cause::ALL.map(|cause| rejections.count(cause)), [2, 2, 3, 1, 3, 3]);
-    let indices: Vec<u64> = rejections.examples().iter().map(|example| example.0).collect();
-    assert_eq!(indices, [5, 7, 11, 13, 17, 19, 23, 29]);
-    assert_eq!(rejections.examples()[1].1, Cause::PositionNotFinite);
-    // The same through the stream, for a client that knows no server.
-    let mut streamed = pointillist::stream::Rejections::default();
-    got.blocks.iter().for_each(|block| streamed.merge(&block.rejections));
-    assert_eq!(streamed, rejections);
+    assert_eq!(Cause::ALL.map(|cause| rejections.count(cause)), [3, 3, 4, 2, 2]);
+    let indices: Vec<u64> = rejections.examples().iter().map(|example| example.index).collect();
+    assert_eq!(indices, [5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53]);
+    let Fault { cause, part, .. } = rejections.examples()[1].fault;
+    assert_eq!((cause, part), (Cause::Infinite, FaultyValue::Position));
+    // A client that knows no server knows how many.
+    assert_eq!(got.blocks.iter().map(|block| block.rejected).sum::<u64>(), rejections.samples());
 }
 
 #[test]

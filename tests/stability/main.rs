@@ -10,6 +10,7 @@ mod support;
 
 mod camera;
 mod coats;
+mod faults;
 mod place;
 mod roulette;
 

@@ -7,7 +7,7 @@ use pointillist::client::settings::{FilmCounts, Settings, SplatFilter};
 use pointillist::client::window::action::Action;
 use pointillist::client::window::panel::{
     self, CostState, DEFAULT_TARGET, EffectRow, MapChoice, PanelControls, PanelData, ParameterValue,
-    PictureOverlay, SceneParameter, Selection,
+    PictureOverlay, RejectedList, RejectedRow, SceneParameter, Selection,
 };
 
 pub fn readout() -> PanelData {
@@ -71,6 +71,13 @@ pub fn readout() -> PanelData {
         costs: CostState::Unknown,
         error: None,
         overlay: PictureOverlay::None,
+        rejected: RejectedList {
+            total: 3,
+            rows: vec![RejectedRow {
+                what: "path 7: light sample infinite".into(),
+                command: "pointillist replay".into(),
+            }],
+        },
         left_out: vec!["lens"],
         camera: "at 278 273 −800, to 278 273 −799".into(),
         fov: 39.307_7,

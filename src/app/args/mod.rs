@@ -8,6 +8,7 @@ pub mod effects;
 pub mod measure;
 pub mod plugins;
 pub mod render;
+pub mod replay;
 pub mod scene;
 pub mod study;
 mod values;
@@ -17,6 +18,7 @@ pub use compare::CompareArgs;
 pub use measure::{BenchArgs, ExplainArgs};
 pub use plugins::PluginsArgs;
 pub use render::RenderArgs;
+pub use replay::ReplayArgs;
 pub use study::StudyArgs;
 pub use view::ViewArgs;
 
@@ -52,6 +54,12 @@ pub enum CliCommand {
 
     /// Open a window that shows the scene at once, and sharper by the second.
     View(Box<ViewArgs>),
+
+    /// Trace one path again and print what it meets: every vertex, density and factor.
+    ///
+    /// The report of a render names the command for each value that it rejected: scene, options, index, and for photon mapping the
+    /// photons that the path has seen. Options that decide paths must be those of the render.
+    Replay(Box<ReplayArgs>),
 
     /// Measure every pass of the viewer on the device, without a window.
     ///

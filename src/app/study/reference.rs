@@ -8,7 +8,7 @@ use super::folder::StudyFolder;
 use super::pictures::{difference, linear, uri};
 use super::renderer::{RenderLimit, StudyRender, StudyRenderer};
 use super::unbiased;
-use crate::app::run_spec::RunSpec;
+use crate::app::run_spec::{RunEnd, RunSpec};
 use crate::client::develop;
 use crate::image::Grid;
 use crate::image::compare::{Picture, luminance, rel_mse, smape};
@@ -142,8 +142,8 @@ impl ReferencePicture {
         let noise = ErrorField::noise(&traced.pixels, self.rgb.pixels(), size);
         let rejections = total.rejections;
         let rejected = |cause: Cause| {
-            let example = rejections.examples().iter().find(|example| example.1 == cause);
-            let command = example.map(|example| run.command(example.0, 1)).unwrap_or_default();
+            let example = rejections.examples().iter().find(|example| example.fault.cause == cause);
+            let command = example.map(|example| run.replay(example)).unwrap_or_default();
             (cause.describe().to_string(), rejections.count(cause), command)
         };
         Ok(RenderMeasurement {
@@ -182,7 +182,7 @@ fn render(renderer: &mut StudyRenderer, folder: &StudyFolder, seconds: f64) -> R
     let mut layers = exr::Layers {
         width: traced.rgb.width(),
         height: traced.rgb.height(),
-        attributes: run.attributes(traced.data.counts.paths(), false),
+        attributes: run.attributes(traced.data.counts.paths(), &RunEnd::default()),
         ..exr::Layers::default()
     };
     for (i, name) in ["R", "G", "B"].into_iter().enumerate() {

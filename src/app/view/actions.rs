@@ -127,11 +127,12 @@ impl Viewer {
     /// Saves the picture as it is now under a new name; a message follows when the file is complete.
     fn save_picture(&mut self, ending: &str) -> Result<()> {
         let path = self.saves.free_path(&self.options.name, ending)?;
-        let prefix = self.session.is_complete() && self.session.run_spec().deterministic;
+        let mut outcome = self.outcome();
+        outcome.prefix &= self.session.run_spec().deterministic;
         let run = self.present_run_spec()?;
         let settings = self.panel.controls.settings.clone();
         let snapshot = self.picture.snapshot(&path, &self.session, &settings)?;
-        self.saves.begin(path, move |path| snapshot.write(path, &run, prefix, &settings))
+        self.saves.begin(path, move |path| snapshot.write(path, &run, &outcome, &settings))
     }
 
     /// What makes the present picture: where camera or scene were changed, a scene file with the changes is saved first.

@@ -8,8 +8,9 @@ use miette::{IntoDiagnostic, Result};
 use serde::Serialize;
 
 use crate::app::plan::PlannedEffect;
+use crate::app::rejected::RejectedReport;
 use crate::app::report::{ErrorReport, Seconds, write_json};
-use crate::app::run_spec::ChoiceReport;
+use crate::app::run_spec::{ChoiceReport, RunEnd};
 use crate::app::view::Viewer;
 use crate::app::view::screen::Screen;
 use crate::app::{predictions, process, tell};
@@ -32,6 +33,8 @@ struct ViewReport {
     device: String,
     /// Every effect, on or off, and why.
     plan: Vec<PlannedEffect>,
+    /// Values of the last epoch that were not numbers from 0 on, by cause and origin.
+    rejected: RejectedReport,
     /// Effects that were forced off.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     left_out: Vec<&'static str>,
@@ -131,6 +134,7 @@ impl Viewer {
             device: run.device.clone(),
             plan: self.panel.plan(session, &self.editor),
             left_out: run.left_out().collect(),
+            rejected: session.rejected(&self.editor),
             cores: session.processor_sharing.clone(),
             threads: session.server.threads(),
             simd: self.editor.scene().kernel().name(),
@@ -168,9 +172,15 @@ impl Viewer {
         ErrorReport::new(&state, run, observer.target(), ErrorQuantile::P95, state.reached)
     }
 
+    /// What a picture's file says of how the render went so far.
+    pub(super) fn outcome(&self) -> RunEnd {
+        let rejected = self.session.rejected(&self.editor).summary();
+        RunEnd { prefix: self.session.is_complete(), rejected }
+    }
+
     /// Writes the pictures asked for, from the film or, where that is lost, from the kept samples.
     fn write_pictures(&mut self) -> Result<()> {
-        let prefix = self.session.is_complete();
+        let outcome = self.outcome();
         let settings = self.panel.controls.settings.clone();
         let run = self.present_run_spec().unwrap_or_else(|error| {
             tell(&format!("the changes of the scene could not be saved: {error}"));
@@ -178,12 +188,19 @@ impl Viewer {
         });
         let (outputs, mut seconds) = (&self.options.outputs, Seconds::default());
         let written = match self.picture.take_film() {
-            Some(mut film) => outputs.write(&mut film, &run, prefix, &settings, Vec::new(), &mut seconds),
+            Some(mut film) => outputs.write(&mut film, &run, &outcome, &settings, Vec::new(), &mut seconds),
             None => Err(miette::miette!("there is no film")),
         };
         let Err(error) = written else { return Ok(()) };
         tell(&format!("{error}; the picture is made without the device"));
         let mut film = self.picture.film_without_device(run.film).into_diagnostic()?;
-        outputs.write(&mut film, &run, false, &settings, Vec::new(), &mut seconds)
+        outputs.write(
+            &mut film,
+            &run,
+            &RunEnd { prefix: false, ..outcome },
+            &settings,
+            Vec::new(),
+            &mut seconds,
+        )
     }
 }

@@ -7,6 +7,7 @@ use winit::event::WindowEvent;
 use winit::window::Window;
 
 use crate::app::plan::{self, PlannedEffect};
+use crate::app::rejected::RejectedExample;
 use crate::app::view::costs::EffectCosts;
 use crate::app::view::editor::SceneEditor;
 use crate::app::view::maps::{self, MapCache};
@@ -18,7 +19,9 @@ use crate::client::Settings;
 use crate::client::window::action::Action;
 use crate::client::window::host::{EguiHost, PanelDrawing};
 use crate::client::window::input::InputState;
-use crate::client::window::panel::{EffectRow, MapChoice, PanelControls, PanelData};
+use crate::client::window::panel::{
+    EffectRow, MapChoice, PanelControls, PanelData, RejectedList, RejectedRow,
+};
 use crate::scene::desc::IntegratorKind;
 use crate::study::{ErrorQuantile, ErrorTarget};
 use crate::tracer::effects::{self, refusal};
@@ -215,10 +218,21 @@ impl ViewerPanel {
             }),
             overlay: self.maps.overlay(self.controls.map, session, picture.observer.as_ref(), now),
             left_out: run.left_out().collect(),
+            rejected: rejected(session, editor),
             camera: editor.camera_words(),
             fov: editor.fov(),
         }
     }
+}
+
+/// What was rejected, for the panel.
+fn rejected(session: &RenderSession, editor: &SceneEditor) -> RejectedList {
+    let report = session.rejected(editor);
+    let row = |example: RejectedExample| RejectedRow {
+        what: format!("path {}: {}", example.index, example.what),
+        command: example.replay,
+    };
+    RejectedList { total: report.total, rows: report.examples.into_iter().map(row).collect() }
 }
 
 /// One row of the list of effects. A forced effect can be switched back; any other can be forced off or on where that is possible.

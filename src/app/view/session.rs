@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use miette::{IntoDiagnostic, Result};
 
 use crate::app::method::{self, Chooser, RenderOrder};
+use crate::app::rejected::RejectedReport;
 use crate::app::run_spec::RunSpec;
 use crate::app::view::editor::SceneEditor;
 use crate::client::window::statistics::RecentValues;
@@ -246,6 +247,12 @@ impl RenderSession {
     /// Time since the present epoch began.
     pub fn elapsed(&self) -> Duration {
         self.began.elapsed()
+    }
+
+    /// What this epoch has rejected so far.
+    pub fn rejected(&self, editor: &SceneEditor) -> RejectedReport {
+        let rejections = self.server.stats().total().rejections;
+        RejectedReport::new(&self.run, editor.desc(), &editor.scene(), &rejections)
     }
 
     /// Samples that the tracer has sent since the start.

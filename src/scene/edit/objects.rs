@@ -111,8 +111,13 @@ fn shared(desc: &SceneDesc, id: BsdfId) -> String {
 pub fn shape_name(desc: &SceneDesc, shape: u32) -> String {
     match desc.shapes.get(shape as usize) {
         None => format!("shape {shape}, which does not exist"),
-        Some(s) => named(desc, s.id.as_deref(), shape_kind(&s.kind), s.place),
+        Some(shape) => name_of(desc, shape),
     }
+}
+
+/// Names a shape, as [`shape_name`] does.
+pub fn name_of(desc: &SceneDesc, shape: &ShapeDesc) -> String {
+    named(desc, shape.id.as_deref(), shape_kind(&shape.kind), shape.place)
 }
 
 /// Names a light that is not a shape for the panel.

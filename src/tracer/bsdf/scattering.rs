@@ -208,6 +208,9 @@ pub trait ScatteringModel: Copy {
 /// | lit from a cove | [`Diffuse`] | | | 1.064 [1.035, 1.094] |
 /// | with mirror and glass balls | [`Smooth`](super::Smooth) | 1.056 [1.048, 1.064] | 32 200, not 33 100 | 1.033 [1.024, 1.041] |
 pub trait Scattering: ScatteringModel {
+    /// Whether a path [records](crate::tracer::record) what it does.
+    const RECORDS: bool = false;
+
     /// The material at a point and the wavelengths of a path. A material whose model is not in the set is black.
     fn of(material: &Material, context: &MaterialEvalContext, lambda: &SampledWavelengths) -> Self;
 }

@@ -4,12 +4,13 @@ use std::sync::Arc;
 
 use crate::scene::desc::{IntegratorDesc, PhotonDesc};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths, White};
-use crate::stream::UvWindow;
+use crate::stream::{FaultyValue, MAX_VALUE, UvWindow, faults};
 use crate::tracer::accel::Ray;
 use crate::tracer::bsdf::Scattering;
 use crate::tracer::camera::CameraView;
 use crate::tracer::interaction::SurfaceInteraction;
 use crate::tracer::light::{Emission, EmissionOrigin};
+use crate::tracer::record::{PathEvent, record};
 use crate::tracer::subpath::{SubpathVertex, VertexScattering};
 use crate::tracer::{Camera, Scene};
 
@@ -145,7 +146,14 @@ impl RenderContext {
         let scattering = vertex.scatter_to::<true>(-view.direction)?;
         let weight = vertex.wavelength_mis.and(scattering.wavelength_mis).weight();
         let value = vertex.throughput * scattering.value * (weight * view.uv_per_steradian / view.distance2);
-        value.is_finite().then_some(CameraConnection { view, scattering, value })
+        if B::RECORDS {
+            record(PathEvent::ToCamera { uv: view.uv, value });
+        }
+        if !value.is_within(MAX_VALUE) {
+            faults::raise(FaultyValue::CameraConnection, value.into(), Some(surface.hit.surface), None);
+            return None;
+        }
+        Some(CameraConnection { view, scattering, value })
     }
 
     /// The share of light that goes from the vertex at `hit` to the camera: 1 where nothing stands in between.

@@ -9,10 +9,12 @@ use glam::{Vec3, Vec4};
 
 use crate::math::pdf::PdfW;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
+use crate::stream::{FaultyValue, MAX_VALUE, faults};
 use crate::tracer::accel::Ray;
 use crate::tracer::bsdf::{BsdfSample, Scattering};
 use crate::tracer::interaction::{SurfaceInteraction, SurfaceVertex};
 use crate::tracer::light::{LightSample, LightSampleContext, Lights};
+use crate::tracer::record::{PathEvent, record};
 use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::wavelength_mis::WavelengthMis;
 use crate::tracer::{Scene, mis, roulette};
@@ -34,6 +36,9 @@ pub(super) fn sample_direct<B: Scattering>(
     let (light, sample, value) =
         scene.lights().sample_by_contribution(context, u.light_choice, u.light, unoccluded)?;
     let share = scene.visible(&vertex.hit, light, &sample);
+    if B::RECORDS {
+        record(PathEvent::Light { light, sample, value, visible: share });
+    }
     (share > 0.0).then(|| value * share)
 }
 
@@ -175,7 +180,7 @@ impl PathState {
     /// Traces `ray` to the next surface that it does not pass and returns the hit if the path goes on from there; `ray` then begins behind
     /// what it has passed. Emission that is found on the way is added if `takes_emission`.
     #[inline(always)]
-    pub(super) fn arrive(
+    pub(super) fn arrive<B: Scattering>(
         &mut self,
         context: &RenderContext,
         ray: &mut Ray,
@@ -189,7 +194,8 @@ impl PathState {
         loop {
             let Some(hit) = context.closest(ray, self.depth) else {
                 if takes_emission && let Some(light) = context.environment(self.depth) {
-                    self.add_emitted(lights, light, Vec3::ZERO, wi, |from| lights.pdf(light, from, wi, None));
+                    let pdf = |from| lights.pdf(light, from, wi, None);
+                    self.add_emitted::<B>(lights, light, Vec3::ZERO, wi, pdf);
                 }
                 return None;
             };
@@ -197,7 +203,7 @@ impl PathState {
                 // A copy, so that the compiler keeps the hit in registers.
                 let point = hit.point;
                 let pdf = |from| lights.pdf(light, from, wi, Some(&point));
-                self.add_emitted(lights, light, point.p, wi, pdf);
+                self.add_emitted::<B>(lights, light, point.p, wi, pdf);
             }
             if scene.passes(ray, &hit) {
                 continue;
@@ -209,7 +215,7 @@ impl PathState {
     /// Adds the emission of a light that the path hit by chance at `p` along `wi`. `light_pdf` is the density with which
     /// next-event estimation would have sampled that direction.
     #[inline]
-    fn add_emitted(
+    fn add_emitted<B: Scattering>(
         &mut self,
         lights: &Lights,
         light: u32,
@@ -219,7 +225,14 @@ impl PathState {
     ) {
         let weight = self.last.map_or(1.0, |(from, bsdf_pdf)| mis::power(bsdf_pdf, light_pdf(from)));
         let emission = self.emission.emission(lights, light, p, wi, &self.lambda);
-        self.radiance += self.throughput * emission * (weight * self.wavelength_weight);
+        let value = self.throughput * emission * (weight * self.wavelength_weight);
+        match value.is_within(MAX_VALUE) {
+            true => self.radiance += value,
+            false => faults::raise(FaultyValue::Emission, value.into(), None, Some(light)),
+        }
+        if B::RECORDS {
+            record(PathEvent::Radiance(self.radiance));
+        }
     }
 
     /// Adds light that arrives at `vertex` straight from a light, by next-event estimation.
@@ -261,13 +274,21 @@ impl PathState {
         };
         let value =
             self.throughput * f * emission * (wavelength_weight * sample.scale * weight / sample.pdf.0);
+        if !value.is_within(MAX_VALUE) {
+            faults::raise(FaultyValue::LightSample, value.into(), Some(vertex.hit.surface), Some(light));
+            return None;
+        }
         (!value.is_black()).then_some(value)
     }
 
-    /// Goes on from `vertex` in the direction of `s`.
+    /// Goes on from `vertex` in the direction of `s`; `None` where its throughput is no number.
     #[inline]
-    pub(super) fn scatter<B: Scattering>(&mut self, vertex: &SurfaceVertex<B>, s: &BsdfSample) {
+    pub(super) fn scatter<B: Scattering>(&mut self, vertex: &SurfaceVertex<B>, s: &BsdfSample) -> Option<()> {
         self.throughput *= s.weight;
+        if !self.throughput.is_finite() {
+            faults::raise(FaultyValue::Scattering, self.throughput.into(), Some(vertex.hit.surface), None);
+            return None;
+        }
         self.relative *= s.eta2;
         self.last = (!s.delta).then(|| (vertex.light_context(), s.pdf));
         self.depth += 1;
@@ -275,6 +296,7 @@ impl PathState {
             self.wavelength_mis = self.wavelength_mis.and(vertex.bsdf.part(vertex.wo, s.wi).wavelength_mis);
             self.wavelength_weight = self.weight_of(self.wavelength_mis);
         }
+        Some(())
     }
 
     /// Russian roulette: paths that carry little end at random once they have `rr_depth` scatterings. Returns the factor by

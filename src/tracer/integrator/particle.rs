@@ -6,6 +6,7 @@ use crate::spectrum::SampledWavelengths;
 use crate::stream::{PathCounts, SampleSink, UvWindow};
 use crate::tracer::accel::Ray;
 use crate::tracer::bsdf::{Bsdf, Diffuse, Scattering, Smooth, Unmixed};
+use crate::tracer::record::Recorded;
 use crate::tracer::sampler::{CameraNumbers, LightSampler};
 use crate::tracer::subpath::{SubpathVertex, Walk};
 use crate::tracer::{MaterialClass, Sampler};
@@ -50,6 +51,7 @@ impl Integrator for ParticleTracer {
             MaterialClass::Specular => self.follow::<Smooth>(walk, ray, &numbers, out),
             MaterialClass::General => self.follow::<Unmixed>(walk, ray, &numbers, out),
             MaterialClass::Mixed => self.follow::<Bsdf>(walk, ray, &numbers, out),
+            MaterialClass::Recorded => self.follow::<Recorded>(walk, ray, &numbers, out),
         }
     }
 

@@ -22,6 +22,7 @@ use crate::stream::{PathCounts, SampleSink};
 use crate::tracer::accel::Ray;
 use crate::tracer::bsdf::{Bsdf, BsdfSample, Diffuse, Scattering, Smooth, Unmixed};
 use crate::tracer::interaction::SurfaceVertex;
+use crate::tracer::record::{PathEvent, Recorded, record};
 use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::{MaterialClass, Sampler};
 
@@ -47,7 +48,7 @@ impl PathTracer {
     #[inline]
     fn follow<B: Scattering>(&self, path: &mut PathState, mut ray: Ray, sampler: &Sampler) {
         let scene = &self.context.scene;
-        while let Some(hit) = path.arrive(&self.context, &mut ray, true) {
+        while let Some(hit) = path.arrive::<B>(&self.context, &mut ray, true) {
             let vertex = SurfaceVertex::<B>::new(scene, hit, &path.lambda);
             let u = sampler.vertex(path.depth);
             if !vertex.bsdf.is_delta() {
@@ -100,8 +101,11 @@ impl PathTracer {
         if !vertex.hit.sides_agree(wi, s.transmitted) {
             return None;
         }
-        path.scatter(vertex, &s);
+        path.scatter(vertex, &s)?;
         path.roulette(self.context.rr_depth, u.roulette)?;
+        if B::RECORDS {
+            record(PathEvent::Throughput(path.throughput));
+        }
         Some(vertex.hit.spawn(wi))
     }
 
@@ -146,6 +150,7 @@ impl Integrator for PathTracer {
             MaterialClass::Specular => self.follow::<Smooth>(&mut path, ray, &sampler),
             MaterialClass::General => self.follow::<Unmixed>(&mut path, ray, &sampler),
             MaterialClass::Mixed => self.follow::<Bsdf>(&mut path, ray, &sampler),
+            MaterialClass::Recorded => self.follow::<Recorded>(&mut path, ray, &sampler),
         }
         out.camera(uv.map(|c| c as f32), lambda.to_xyz(path.radiance), 1.0);
     }

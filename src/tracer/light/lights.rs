@@ -100,6 +100,11 @@ impl Lights {
         self.lights.len()
     }
 
+    /// What a light is of: the number of the emitting shape among them, or behind those the number of the other light.
+    pub fn source(&self, light: u32) -> u32 {
+        self.lights.get(light as usize).map_or(light, |light| light.spectrum)
+    }
+
     /// The same lights with other spectra, of which there must be as many.
     pub fn relit(&self, spectra: Vec<Spectrum>) -> Self {
         Self::new(self.lights.clone(), spectra, self.scene)

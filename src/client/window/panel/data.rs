@@ -60,10 +60,30 @@ pub struct PanelData {
     pub overlay: PictureOverlay,
     /// Names of the effects that are forced off.
     pub left_out: Vec<&'static str>,
+    /// Values that the tracer has rejected since the last edit.
+    pub rejected: RejectedList,
     /// Camera in words: position, target, field of view.
     pub camera: String,
     /// Field of view in degrees, 0 when not known.
     pub fov: f64,
+}
+
+/// Values that were rejected: how many, and the first of them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RejectedList {
+    /// How many.
+    pub total: u64,
+    /// The first.
+    pub rows: Vec<RejectedRow>,
+}
+
+/// One value that was rejected.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RejectedRow {
+    /// What it was, and where.
+    pub what: String,
+    /// The command that shows it again.
+    pub command: String,
 }
 
 /// One line of the list of effects.

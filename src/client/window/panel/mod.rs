@@ -79,6 +79,11 @@ pub fn show(ui: &mut Ui, data: &PanelData, controls: &mut PanelControls) -> Vec<
             sections::effects(ui, &data.effects, data.costs, &mut actions);
         });
         sections::left_out(ui, &data.left_out);
+        if data.rejected.total > 0 {
+            section(ui, &format!("Rejected: {}", data.rejected.total), false, |ui| {
+                sections::rejected(ui, &data.rejected);
+            });
+        }
         section(ui, "Frame times", true, |ui| figures::frame_times(ui, &settled));
         section(ui, "Camera and files", true, |ui| {
             sections::camera_and_files(ui, data, controls, &mut actions);
@@ -127,7 +132,10 @@ fn corner(ctx: &Context, id: &str, align: Align2, contents: impl FnOnce(&mut Ui,
 
 /// Draws a section that folds.
 fn section(ui: &mut Ui, title: &str, open: bool, contents: impl FnOnce(&mut Ui)) {
+    // What follows a colon may change while the section stays open.
+    let name = title.split(':').next();
     CollapsingHeader::new(RichText::new(title).color(style::BRIGHT).heading())
+        .id_salt(name)
         .default_open(open)
         .show_unindented(ui, |ui| {
             contents(ui);

@@ -9,7 +9,8 @@ use crate::client::window::action::Action;
 use crate::client::window::keys::GROUPS;
 use crate::client::window::navigation::FOV;
 use crate::client::window::panel::{
-    CostState, EffectCost, EffectRow, PanelControls, PanelData, ParameterValue, Selection, style,
+    CostState, EffectCost, EffectRow, PanelControls, PanelData, ParameterValue, RejectedList, Selection,
+    style,
 };
 
 /// Draws the selected object's values, and asks for an edit for every change.
@@ -95,6 +96,17 @@ pub(super) fn effects(ui: &mut Ui, effects: &[EffectRow], costs: CostState, acti
                 ui.colored_label(if fresh { style::BRIGHT } else { style::DIM }, text).on_hover_text(hint);
             });
         });
+    }
+}
+
+/// Lists values that were rejected; a click on one copies the command that shows it again.
+pub(super) fn rejected(ui: &mut Ui, list: &RejectedList) {
+    for row in &list.rows {
+        let label = egui::Label::new(egui::RichText::new(&row.what).color(style::ACCENT)).wrap();
+        let hint = format!("Click to copy:\n{}", row.command);
+        if ui.add(label.sense(egui::Sense::click())).on_hover_text(hint).clicked() {
+            ui.ctx().copy_text(row.command.clone());
+        }
     }
 }
 

@@ -20,7 +20,9 @@
 use glam::{Vec3, Vec4};
 
 use crate::spectrum::SampledSpectrum;
+use crate::stream::{FaultyValue, MAX_VALUE, faults};
 use crate::tracer::bsdf::Scattering;
+use crate::tracer::record::{PathEvent, record};
 use crate::tracer::subpath::{SubpathVertex, VertexScattering};
 
 use super::strategies::{PathContribution, connection_weight};
@@ -104,7 +106,7 @@ fn importance<B: Scattering>(camera: &ConnectableVertex<B>, light: &ConnectableV
 #[cold]
 fn general_importance<B: Scattering>(camera: &SubpathVertex<B>, light: &SubpathVertex<B>) -> f32 {
     let Some(edge) = ConnectionEdge::new(camera, light) else { return 0.0 };
-    edge.value.0.element_sum() * edge.weight(camera, light).max(LEAST_WEIGHT)
+    (edge.value.0.element_sum() * edge.weight(camera, light).max(LEAST_WEIGHT)).min(GREATEST)
 }
 
 /// The edge between two vertices, which scatter to each other.
@@ -128,8 +130,11 @@ impl ConnectionEdge {
         let at_camera = camera.scatter_to::<false>(d)?;
         let at_light = light.scatter_to::<true>(-d)?;
         let value = camera.throughput * at_camera.value * light.throughput * at_light.value * inverse;
-        let usable = !value.is_black() && value.is_finite();
-        usable.then_some(Self { at_camera, at_light, inverse, d, value })
+        if !value.is_within(MAX_VALUE) {
+            faults::raise(FaultyValue::Connection, value.into(), Some(camera.surface.hit.surface), None);
+            return None;
+        }
+        (!value.is_black()).then_some(Self { at_camera, at_light, inverse, d, value })
     }
 
     #[inline]
@@ -152,7 +157,11 @@ fn find_importances<B: Scattering>(
         let room = longest - camera.summary.depth;
         for light in light {
             let fits = light.summary.depth < room;
-            let importance = if fits { importance(camera, light) } else { 0.0 };
+            let mut importance = if fits { importance(camera, light) } else { 0.0 };
+            // An infinite density times nothing. The edge itself tells what is wrong, if anything is, and all other pairs keep theirs.
+            if importance.is_nan() {
+                importance = general_importance(&camera.vertex, &light.vertex);
+            }
             total += importance;
             importances.push(importance);
         }
@@ -174,7 +183,7 @@ impl BidirectionalTracer {
         u: f32,
     ) {
         let total = find_importances(camera, light, importances, self.context.longest());
-        if total.is_nan() || total <= 0.0 {
+        if total <= 0.0 {
             return;
         }
         // An infinite sum makes 0 of the scale, with which nothing would be connected.
@@ -215,10 +224,19 @@ impl BidirectionalTracer {
             return;
         }
         value *= 1.0 / probability.min(1.0);
-        if !value.is_finite() || value.is_black() {
-            return;
+        if !value.is_within(MAX_VALUE) {
+            return faults::raise(
+                FaultyValue::Connection,
+                value.into(),
+                Some(camera.surface.hit.surface),
+                None,
+            );
         }
         let share = self.context.scene.connected(&camera.surface.hit, &light.surface.hit, edge.d);
+        if B::RECORDS {
+            let [camera, light] = [camera, light].map(|vertex| vertex.surface.hit.point.p);
+            record(PathEvent::Connection { camera, light, value, visible: share });
+        }
         if share > 0.0 {
             let wavelength_mis = camera
                 .wavelength_mis

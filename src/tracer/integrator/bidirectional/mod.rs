@@ -23,6 +23,7 @@ mod strategies;
 use crate::spectrum::SampledWavelengths;
 use crate::stream::{PathCounts, SampleSink};
 use crate::tracer::bsdf::{Bsdf, Diffuse, Scattering, Smooth, Unmixed};
+use crate::tracer::record::Recorded;
 use crate::tracer::sampler::LightSampler;
 use crate::tracer::subpath::{SubpathVertex, Walk};
 use crate::tracer::{MaterialClass, Sampler};
@@ -54,6 +55,7 @@ pub struct Scratch {
     specular: Subpaths<Smooth>,
     general: Subpaths<Unmixed>,
     mixed: Subpaths<Bsdf>,
+    recorded: Subpaths<Recorded>,
 }
 
 /// Vertices of the subpaths of an index.
@@ -190,6 +192,7 @@ impl Integrator for BidirectionalTracer {
             MaterialClass::Specular => self.trace_as(index, &mut scratch.specular, out),
             MaterialClass::General => self.trace_as(index, &mut scratch.general, out),
             MaterialClass::Mixed => self.trace_as(index, &mut scratch.mixed, out),
+            MaterialClass::Recorded => self.trace_as(index, &mut scratch.recorded, out),
         }
     }
 

@@ -7,10 +7,11 @@ use glam::Vec3;
 
 use crate::math::pdf::PdfW;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
-use crate::stream::SampleSink;
+use crate::stream::{FaultyValue, MAX_VALUE, SampleSink, faults};
 use crate::tracer::bsdf::Scattering;
 use crate::tracer::integrator::direct_lighting::{EmissionCache, sample_direct};
 use crate::tracer::light::{Emission, EmissionOrigin, EmissionPdf, LightSample, LightSampleContext};
+use crate::tracer::record::{PathEvent, record};
 use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::subpath::{SubpathVertex, VertexScattering, Walk};
 use crate::tracer::subpath_mis::{SubpathMis, quotient, weight};
@@ -29,6 +30,15 @@ pub(super) struct PathContribution {
 impl PathContribution {
     pub(super) fn new(lambda: SampledWavelengths) -> Self {
         Self { lambda, radiance: SampledSpectrum::ZERO, emission: EmissionCache::default() }
+    }
+
+    /// Adds the radiance of a light that was hit by chance, if it is a number.
+    #[inline]
+    fn add_emission(&mut self, value: SampledSpectrum, surface: Option<u32>, light: u32) {
+        match value.is_within(MAX_VALUE) {
+            true => self.radiance += value,
+            false => faults::raise(FaultyValue::Emission, value.into(), surface, Some(light)),
+        }
     }
 }
 
@@ -115,7 +125,11 @@ impl BidirectionalTracer {
             emitted_weight(&vertex.mis, pdf, lights.emission_pdf(light, hit.point.p, hit.wo))
         });
         let emitted = path.emission.emission(lights, light, hit.point.p, -hit.wo, &path.lambda);
-        path.radiance += vertex.throughput * emitted * (weight * vertex.wavelength_mis.weight());
+        let value = vertex.throughput * emitted * (weight * vertex.wavelength_mis.weight());
+        path.add_emission(value, Some(hit.surface), light);
+        if B::RECORDS {
+            record(PathEvent::Radiance(path.radiance));
+        }
     }
 
     /// s = 0: adds the emission of the environment `light`, where the camera subpath leaves the scene in `direction`.
@@ -134,7 +148,8 @@ impl BidirectionalTracer {
             emitted_weight(&walk.previous.infinite(), pdf, emission)
         });
         let emitted = path.emission.emission(lights, light, Vec3::ZERO, direction, &path.lambda);
-        path.radiance += walk.throughput * emitted * (weight * walk.wavelength_mis.weight());
+        let value = walk.throughput * emitted * (weight * walk.wavelength_mis.weight());
+        path.add_emission(value, None, light);
     }
 
     /// s = 1: adds light that arrives at `vertex` straight from a light, by next-event estimation.
@@ -151,7 +166,7 @@ impl BidirectionalTracer {
             let at = sample.target.unwrap_or(Vec3::ZERO);
             let emitted = path.emission.emission(lights, light, at, sample.wi, &path.lambda);
             let value = vertex.throughput * scattering.value * emitted * (sample.scale / sample.pdf.0);
-            if value.is_black() || !value.is_finite() {
+            if value.is_black() {
                 return None;
             }
             let p = vertex.surface.hit.point.p;
@@ -159,6 +174,15 @@ impl BidirectionalTracer {
             let wavelength_weight = vertex.wavelength_mis.and(scattering.wavelength_mis).weight();
             let value =
                 value * (wavelength_weight * direct_weight(&vertex.mis, &scattering, sample, density));
+            if !value.is_within(MAX_VALUE) {
+                faults::raise(
+                    FaultyValue::LightSample,
+                    value.into(),
+                    Some(vertex.surface.hit.surface),
+                    Some(light),
+                );
+                return None;
+            }
             (!value.is_black()).then_some(value)
         });
         if let Some(direct) = direct {

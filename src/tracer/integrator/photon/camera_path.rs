@@ -5,11 +5,13 @@ use glam::{Vec3, Vec4};
 
 use crate::color::Xyz;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
+use crate::stream::{FaultyValue, MAX_VALUE, faults};
 use crate::tracer::accel::Ray;
 use crate::tracer::bsdf::{BsdfSample, Material, MaterialEvalContext, Scattering};
 use crate::tracer::integrator::direct_lighting::{PathState, Splitting};
 use crate::tracer::interaction::{SurfaceInteraction, SurfaceMaterial, SurfaceVertex};
 use crate::tracer::photon_map::{Disc, Lookup, Photon, PhotonLayer, Snapshot};
+use crate::tracer::record::{PathEvent, record};
 use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::{Sampler, Scene};
 
@@ -74,7 +76,7 @@ impl<'a> CameraPath<'a> {
     pub fn trace<B: Scattering>(mut self, mut ray: Ray, sampler: &Sampler) -> Xyz {
         let context = &self.tracer.context;
         let mut from = ray.origin;
-        while let Some(hit) = self.state.arrive(context, &mut ray, self.class != PathClass::Caustic) {
+        while let Some(hit) = self.state.arrive::<B>(context, &mut ray, self.class != PathClass::Caustic) {
             if self.gathered {
                 break;
             }
@@ -121,7 +123,7 @@ impl<'a> CameraPath<'a> {
         if !vertex.hit.sides_agree(wi, s.transmitted) {
             return None;
         }
-        self.state.scatter(vertex, &s);
+        self.state.scatter(vertex, &s)?;
         // Where a photon's wavelengths would hardly have come this way, only the hero does. All heroes of a path decide alike.
         let dispersed =
             s.transmitted && vertex.bsdf.parts_colors() && self.state.wavelength_mis.weight() > DISPERSED;
@@ -139,6 +141,9 @@ impl<'a> CameraPath<'a> {
         self.gathered &= spread;
         let factor = self.state.roulette(self.tracer.context.rr_depth, u.roulette)?;
         let scene = &self.tracer.context.scene;
+        if B::RECORDS {
+            record(PathEvent::Throughput(self.state.throughput));
+        }
         self.scratch.scatterings.push(RecordedScattering::new(scene, vertex, &s, u.lobe, factor));
         Some(vertex.hit.spawn(wi))
     }
@@ -187,6 +192,9 @@ impl<'a> CameraPath<'a> {
         }
         self.xyz += xyz;
         self.state.radiance += value;
+        if B::RECORDS {
+            record(PathEvent::Gathered { photons: disc.counted.len(), area: disc.area, xyz: self.xyz });
+        }
     }
 
     /// How many photons a lookup asks for, within which radius, and within which distance (nm) of the hero if the path
@@ -297,7 +305,7 @@ impl RecordedPath<'_> {
         let weight = |t: SampledSpectrum, s: &RecordedScattering| t * s.weight::<B>(self.scene, &lambda);
         let throughput = self.scatterings.iter().fold(SampledSpectrum::ONE, weight);
         let value = photon.flux() * f * throughput * scale;
-        if value.is_finite() { lambda.to_xyz(value) } else { Xyz::BLACK }
+        lambda.to_xyz(sound(vertex, value))
     }
 }
 
@@ -309,8 +317,17 @@ fn at_the_hero<B: Scattering>(
     throughput: SampledSpectrum,
 ) -> SampledSpectrum {
     let f = scattered(vertex, &vertex.bsdf, photon.direction());
-    let value = f.map_or(SampledSpectrum::ZERO, |f| throughput * f);
-    if value.is_finite() { value } else { SampledSpectrum::ZERO }
+    sound(vertex, f.map_or(SampledSpectrum::ZERO, |f| throughput * f))
+}
+
+/// What a photon contributes at `vertex`, if it is a number; nothing otherwise.
+#[inline]
+fn sound<B: Scattering>(vertex: &SurfaceVertex<B>, value: SampledSpectrum) -> SampledSpectrum {
+    if value.is_within(MAX_VALUE) {
+        return value;
+    }
+    faults::raise(FaultyValue::Gathering, value.into(), Some(vertex.hit.surface), None);
+    SampledSpectrum::ZERO
 }
 
 /// f·|cos θₛ| / |cos θ| from the world-space direction `wi` into the path: flux is measured with the geometric cosine.

@@ -9,11 +9,13 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::math::bits::mix;
+use crate::stream::{FaultyValue, faults};
 use crate::tracer::bsdf::{Bsdf, Scattering, Unmixed};
 use crate::tracer::light::EmissionOrigin;
 use crate::tracer::photon_map::{
     Arrival, PhotonBatch, PhotonLayer, Snapshot, Wanted, wavelength_number, wavelengths,
 };
+use crate::tracer::record::Recorded;
 use crate::tracer::subpath::{SubpathVertex, Walk};
 use crate::tracer::{MaterialClass, Sampler, Scene};
 
@@ -38,9 +40,14 @@ impl PhotonTracer {
         wanted: Wanted<'_>,
     ) -> Option<Arc<Snapshot>> {
         let trace = |paths: Range<u64>, batch: &mut PhotonBatch| {
-            paths.for_each(|path| match self.context.scene.material_class() {
-                MaterialClass::Mixed => trace_light_path::<Bsdf>(self, path, batch),
-                _ => trace_light_path::<Unmixed>(self, path, batch),
+            paths.for_each(|path| {
+                match self.context.scene.material_class() {
+                    MaterialClass::Mixed | MaterialClass::Recorded => {
+                        trace_light_path::<Bsdf>(self, path, batch)
+                    }
+                    _ => trace_light_path::<Unmixed>(self, path, batch),
+                }
+                faults::of_light_path(path);
             });
         };
         scratch.samples = scratch.samples.wrapping_add(1);
@@ -51,7 +58,8 @@ impl PhotonTracer {
             trace(claim.paths(), &mut batch);
             claim.deposit(batch, wanted);
         }
-        let needed = self.schedule.generations(index).min(self.map.last());
+        let demanded = self.generations.unwrap_or_else(|| self.schedule.generations(index));
+        let needed = demanded.min(self.map.last());
         let known = scratch.snapshot.take().filter(|known| match self.deterministic {
             true => known.generations == needed,
             false => !scratch.samples.is_multiple_of(SAMPLES_PER_SNAPSHOT),
@@ -62,6 +70,18 @@ impl PhotonTracer {
         let newest = (!self.deterministic).then(|| self.map.latest()).filter(|s| s.generations > 0);
         let needed = if self.deterministic { needed } else { 1 };
         newest.or_else(|| self.map.wait(needed, trace, wanted))
+    }
+}
+
+impl PhotonTracer {
+    /// Traces the light path of this number, for its [record](crate::tracer::record), and forgets its photons.
+    pub fn trace_light_path(&self, number: u64) {
+        let batch = &mut PhotonBatch::default();
+        match self.context.scene.material_class() {
+            MaterialClass::Recorded => trace_light_path::<Recorded>(self, number, batch),
+            MaterialClass::Mixed => trace_light_path::<Bsdf>(self, number, batch),
+            _ => trace_light_path::<Unmixed>(self, number, batch),
+        }
     }
 }
 
@@ -91,7 +111,15 @@ fn trace_light_path<B: Scattering>(tracer: &PhotonTracer, path: u64, batch: &mut
                 false => (PhotonLayer::Caustic, context.photons.caustics),
             };
             if wanted {
-                batch.push(layer, &arrival(scene, &vertex, number));
+                let arrival = arrival(scene, &vertex, number);
+                if !batch.push(layer, &arrival) && !arrival.flux.is_finite() {
+                    faults::raise(
+                        FaultyValue::Photon,
+                        arrival.flux.into(),
+                        Some(vertex.surface.hit.surface),
+                        None,
+                    );
+                }
             }
         }
         let u = numbers.vertex(walk.depth - 1);

@@ -34,9 +34,10 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use crate::scene::desc::PhotonDesc;
-use crate::stream::{PathCounts, SampleSink};
+use crate::stream::{PathCounts, SampleSink, faults};
 use crate::tracer::bsdf::{Bsdf, Unmixed};
 use crate::tracer::photon_map::{PhotonMap, QueryScratch, Schedule, Snapshot};
+use crate::tracer::record::Recorded;
 use crate::tracer::{MaterialClass, Sampler};
 
 use super::{Integrator, RenderContext};
@@ -66,6 +67,8 @@ pub struct PhotonTracer {
     /// How photons follow samples.
     pub schedule: Schedule,
     deterministic: bool,
+    /// The generations that every sample sees, if not those that its index demands.
+    generations: Option<u64>,
 }
 
 /// What one worker reuses from path to path of one tracer.
@@ -85,7 +88,12 @@ impl PhotonTracer {
         let (min, max) = context.scene.accel().bounds();
         let schedule = schedule(min, max, &context.photons);
         let map = PhotonMap::new(min, max, schedule.paths_per_generation, LIMIT);
-        Self { context, map: Arc::new(map), schedule, deterministic }
+        Self { context, map: Arc::new(map), schedule, deterministic, generations: None }
+    }
+
+    /// This tracer for samples that have seen so many generations of photons, to trace them again.
+    pub fn seeing(self, generations: u64) -> Self {
+        Self { generations: Some(generations), deterministic: true, ..self }
     }
 
     /// This tracer with another schedule, and an empty map that stops growing at `limit` photons.
@@ -137,6 +145,7 @@ impl Integrator for PhotonTracer {
 
     fn trace(&self, index: u64, scratch: &mut PhotonScratch, out: &mut impl SampleSink) {
         let Some(snapshot) = self.photons(index, scratch, &|| out.is_wanted()) else { return };
+        faults::sees_generations(snapshot.generations);
         let lookup = self.schedule.lookup(snapshot.generations);
         let sampler = Sampler::at(index, self.context.seed);
         let numbers = sampler.camera();
@@ -145,6 +154,7 @@ impl Integrator for PhotonTracer {
         let ray = self.context.camera.ray(uv, numbers.lens);
         let value = match self.context.scene.material_class() {
             MaterialClass::Mixed => path.trace::<Bsdf>(ray, &sampler),
+            MaterialClass::Recorded => path.trace::<Recorded>(ray, &sampler),
             _ => path.trace::<Unmixed>(ray, &sampler),
         };
         scratch.snapshot = Some(snapshot);

@@ -1,0 +1,196 @@
+//! The record of a path, event by event: what `pointillist replay` prints.
+//!
+//! Integrators are generic over the set of materials. Compiled for [`Recorded`], which is every material and tells what it is asked, they
+//! record what they do; compiled for any other set they have no trace of this. [`Scattering::RECORDS`] is the constant that they ask.
+
+use std::cell::RefCell;
+
+use glam::{Vec2, Vec3};
+
+use crate::color::Xyz;
+use crate::math::pdf::PdfW;
+use crate::spectrum::{SampledSpectrum, SampledWavelengths};
+use crate::stream::Fault;
+use crate::stream::faults;
+
+use super::bsdf::{Bsdf, BsdfSample, Diffuse, Material, MaterialEvalContext, Scattering, ScatteringModel};
+use super::interaction::SurfaceInteraction;
+use super::light::LightSample;
+use super::wavelength_mis::Parted;
+
+/// Something that happened on a path.
+#[derive(Clone, Debug)]
+pub enum PathEvent {
+    /// A path came to a surface, with these wavelengths.
+    Vertex {
+        /// Where.
+        hit: SurfaceInteraction,
+        /// Wavelengths in nm, the hero first.
+        lambda: [f32; 4],
+    },
+    /// A material was evaluated for two directions of its shading space: f·|cos| and the density per steradian.
+    Evaluated {
+        /// To where the path came from.
+        wo: Vec3,
+        /// To where light comes from.
+        wi: Vec3,
+        /// `None` for nothing.
+        value: Option<(SampledSpectrum, PdfW)>,
+    },
+    /// A material chose a direction.
+    Sampled {
+        /// To where the path came from.
+        wo: Vec3,
+        /// The random numbers.
+        u: Vec2,
+        /// That which chose the lobe.
+        lobe: f32,
+        /// What it chose; `None` where the path ends.
+        sample: Option<BsdfSample>,
+    },
+    /// A light was sampled from the last vertex.
+    Light {
+        /// Its number.
+        light: u32,
+        /// The sample.
+        sample: LightSample,
+        /// What it contributes if nothing stands in between, with its MIS weight.
+        value: SampledSpectrum,
+        /// The share that comes through.
+        visible: f32,
+    },
+    /// Radiance, or flux of a light path, that goes on from the last vertex, after roulette.
+    Throughput(SampledSpectrum),
+    /// The radiance that the path has found after it hit a light.
+    Radiance(SampledSpectrum),
+    /// Photons around the last vertex were gathered.
+    Gathered {
+        /// How many of them count.
+        photons: usize,
+        /// The area of the disc that they lie on.
+        area: f32,
+        /// The colour that the path has found by photons so far.
+        xyz: Xyz,
+    },
+    /// The last vertex of a light path was connected to the camera.
+    ToCamera {
+        /// Where it is seen.
+        uv: [f32; 2],
+        /// What it contributes if nothing stands in between, without MIS weight.
+        value: SampledSpectrum,
+    },
+    /// Two vertices of subpaths were connected.
+    Connection {
+        /// That of the camera's.
+        camera: Vec3,
+        /// That of the light's.
+        light: Vec3,
+        /// What it contributes, weights and probabilities included.
+        value: SampledSpectrum,
+        /// The share that comes through.
+        visible: f32,
+    },
+    /// A value was rejected here.
+    Fault(Fault),
+}
+
+thread_local! {
+    static EVENTS: RefCell<Vec<PathEvent>> = const { RefCell::new(Vec::new()) };
+}
+
+/// Records an event, behind the faults that were raised since the last one.
+#[cold]
+pub fn record(event: PathEvent) {
+    EVENTS.with_borrow_mut(|events| {
+        record_faults(events);
+        events.push(event);
+    });
+}
+
+fn record_faults(events: &mut Vec<PathEvent>) {
+    let known = events.iter().filter(|event| matches!(event, PathEvent::Fault(_))).count();
+    events.extend(faults::pending().into_iter().skip(known).map(|raised| PathEvent::Fault(raised.fault)));
+}
+
+/// The events of `path` and the faults that it raised.
+pub fn recorded(path: impl FnOnce()) -> Vec<PathEvent> {
+    faults::take();
+    EVENTS.take();
+    path();
+    let mut events = EVENTS.take();
+    record_faults(&mut events);
+    faults::take();
+    events
+}
+
+/// Every model of scattering, and what it is asked is recorded.
+#[derive(Clone, Copy, Debug)]
+pub struct Recorded(Bsdf);
+
+impl Scattering for Recorded {
+    const RECORDS: bool = true;
+
+    fn of(material: &Material, context: &MaterialEvalContext, lambda: &SampledWavelengths) -> Self {
+        Self(Bsdf::of(material, context, lambda))
+    }
+}
+
+impl ScatteringModel for Recorded {
+    fn eval(&self, wo: Vec3, wi: Vec3) -> Option<(SampledSpectrum, PdfW)> {
+        let value = self.0.eval(wo, wi);
+        record(PathEvent::Evaluated { wo, wi, value });
+        value
+    }
+
+    fn sample(&self, wo: Vec3, u: [f32; 2], lobe: f32) -> Option<BsdfSample> {
+        let sample = self.0.sample(wo, u, lobe);
+        record(PathEvent::Sampled { wo, u: u.into(), lobe, sample });
+        sample
+    }
+
+    fn sample_from_light(&self, wo: Vec3, u: [f32; 2], lobe: f32) -> Option<BsdfSample> {
+        let sample = self.0.sample_from_light(wo, u, lobe);
+        record(PathEvent::Sampled { wo, u: u.into(), lobe, sample });
+        sample
+    }
+
+    fn pdf_from_light(&self, wo: Vec3, wi: Vec3) -> f32 {
+        self.0.pdf_from_light(wo, wi)
+    }
+
+    fn as_diffuse(&self) -> Option<&Diffuse> {
+        self.0.as_diffuse()
+    }
+
+    fn has_diffuse_part(&self) -> bool {
+        self.0.has_diffuse_part()
+    }
+
+    fn is_delta(&self) -> bool {
+        self.0.is_delta()
+    }
+
+    fn is_glossy(&self) -> bool {
+        self.0.is_glossy()
+    }
+
+    fn transmits(&self) -> bool {
+        self.0.transmits()
+    }
+
+    fn parts_colors(&self) -> bool {
+        self.0.parts_colors()
+    }
+
+    fn part(&self, wo: Vec3, wi: Vec3) -> Parted {
+        self.0.part(wo, wi)
+    }
+
+    fn delta_lobe(&self, lobe: f32, transmitted: bool) -> f32 {
+        self.0.delta_lobe(lobe, transmitted)
+    }
+
+    fn refract(&self, wo: Vec3, lane: usize) -> Option<(Vec3, f32)> {
+        self.0.refract(wo, lane)
+    }
+}

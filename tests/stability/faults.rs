@@ -1,0 +1,101 @@
+//! One bad value among good ones.
+
+use std::cell::Cell;
+use std::sync::Arc;
+
+use glam::{DAffine3, DVec3};
+
+use pointillist::color::Xyz;
+use pointillist::scene::desc::{IntegratorDesc, LightDesc, Place, SceneDesc};
+use pointillist::spectrum::Spectrum;
+use pointillist::stream::{Cause, FaultyValue, SampleSink, UvWindow, faults};
+use pointillist::tracer::integrator::{BidirectionalTracer, PathTracer, PhotonTracer, RenderContext};
+use pointillist::tracer::{Camera, Integrator, Scene};
+
+use crate::Row;
+use crate::support::scenes;
+
+const PATHS: u64 = 20_000;
+
+/// A grey ball in an even sky of radiance 1, and beside it a lamp so bright that no number holds what it contributes.
+fn ball_and_lamp() -> SceneDesc {
+    let mut desc = scenes::empty();
+    desc.camera = scenes::look(DVec3::new(0.0, 0.0, -4.0), DVec3::Z, 10.0);
+    let grey = scenes::material(&mut desc, scenes::grey(0.5));
+    scenes::shape(&mut desc, scenes::sphere(DVec3::ZERO, 1.0), DAffine3::IDENTITY, grey, 0.0);
+    desc.lights.push(LightDesc::Constant { radiance: Spectrum::Constant(1.0), place: Place::default() });
+    let position = DVec3::new(0.0, 2.0, -2.0);
+    desc.lights.push(LightDesc::Point {
+        position,
+        intensity: Spectrum::Constant(f32::MAX),
+        place: Place::default(),
+    });
+    desc
+}
+
+/// Sums of luminance over camera samples: of all, and of those of paths that raised no fault.
+#[derive(Default)]
+struct Sums {
+    all: Cell<f64>,
+    pending: Cell<f64>,
+    clean: Cell<f64>,
+}
+
+impl SampleSink for &Sums {
+    fn camera(&mut self, _: [f32; 2], value: Xyz, _: f32) {
+        assert!(value.is_finite(), "{value:?}");
+        self.all.set(self.all.get() + f64::from(value.y));
+        self.pending.set(self.pending.get() + f64::from(value.y));
+    }
+
+    fn light(&mut self, _: [f32; 2], _: Xyz) {}
+}
+
+/// Luminance of the mean over that of a furnace, and the same if a fault rejects the whole path; how many faults.
+fn means<I: Integrator>(tracer: &I) -> ([f64; 2], usize) {
+    let (sums, mut scratch, mut count) = (Sums::default(), I::Scratch::default(), 0);
+    let camera_paths = tracer.paths_per_index().camera;
+    for index in 0..PATHS / camera_paths {
+        tracer.trace(index, &mut scratch, &mut &sums);
+        let raised = faults::take();
+        let (value, _) = (sums.pending.replace(0.0), count += raised.len());
+        if raised.is_empty() {
+            sums.clean.set(sums.clean.get() + value);
+        }
+        for raised in raised {
+            let lost = [
+                FaultyValue::LightSample,
+                FaultyValue::LightPath,
+                FaultyValue::CameraConnection,
+                FaultyValue::Connection,
+            ];
+            assert!(lost.contains(&raised.fault.part), "{raised:?}");
+            assert!(matches!(raised.fault.cause, Cause::Infinite | Cause::TooLarge), "{raised:?}");
+        }
+    }
+    // A surface of albedo ½ in a sky of radiance 1 has radiance ½; Y of radiance 1 at all wavelengths is 1.
+    ([sums.all.get(), sums.clean.get()].map(|sum| sum / PATHS as f64 / 0.5), count)
+}
+
+/// A light sample that is not finite is left out and counted; what else a path finds stays.
+#[test]
+fn b12_one_bad_light_sample() {
+    let desc = ball_and_lamp();
+    let (scene, camera) = (Arc::new(Scene::prepare(&desc).unwrap()), Camera::of(&desc).unwrap());
+    let unlimited = IntegratorDesc::default();
+    let context = RenderContext::new(scene, camera, &unlimited, 0, UvWindow::PICTURE);
+    let of = |name: &str, ([all, clean], count): ([f64; 2], usize)| {
+        assert!(count as u64 > PATHS / 20, "{name}: only {count} faults");
+        Row {
+            case: &format!("B12 a lamp too bright for any number beside a sky, {name}"),
+            measure: "error of what the sky shows",
+            figure: (all - 1.0).abs(),
+            naive: ("the whole path is rejected", (clean - 1.0).abs()),
+            bound: 0.02,
+        }
+        .check();
+    };
+    of("Path", means(&PathTracer::from(context.clone())));
+    of("Bidirectional", means(&BidirectionalTracer::from(context.clone())));
+    of("Photon", means(&PhotonTracer::from(context)));
+}
