@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{Affine2, Vec3};
 
 use crate::bsdf::{HEIGHTS, TURNS, cell, direction, for_each_direction};
-use crate::support::scenes::{Random, assert_counts, mean};
+use crate::support::scenes::{Random, assert_counts, in_world_space, mean};
 use pointillist::image::bitmap::Bitmap;
 use pointillist::scene::desc::*;
 use pointillist::scene::load_str;
@@ -25,7 +25,7 @@ fn load(shapes: &str) -> SceneDesc {
     let text = format!(
         "<scene version=\"3.0.0\"><sensor type=\"perspective\"/><emitter type=\"constant\"/>{shapes}</scene>"
     );
-    load_str(&beside.display().to_string(), &text, &[]).expect("valid").desc
+    in_world_space(load_str(&beside.display().to_string(), &text, &[]).expect("valid").desc)
 }
 
 #[test]

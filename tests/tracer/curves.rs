@@ -3,6 +3,7 @@
 use glam::{DVec3, DVec4, Vec3};
 
 use crate::support::accel::{Random, ask_one};
+use crate::support::scenes::in_world_space;
 use pointillist::scene;
 use pointillist::scene::desc::{CurveBasis, ShapeKind};
 use pointillist::tracer::Scene;
@@ -22,7 +23,8 @@ fn prepared(name: &str, plugin: &str, text: &str, more: &str) -> (Scene, scene::
     );
     let path = folder.join("scene.xml");
     std::fs::write(&path, xml).expect("a writable folder");
-    let loaded = scene::load(&path, &[]).expect("valid");
+    let mut loaded = scene::load(&path, &[]).expect("valid");
+    loaded.desc = in_world_space(loaded.desc);
     (Scene::prepare(&loaded.desc).expect("valid"), loaded)
 }
 
@@ -82,6 +84,7 @@ fn hits_are_those_of_mitsuba() {
 #[test]
 fn inner_sides_of_bends_are_met() {
     let desc = scene::load("scenes/plugins/shape_bsplinecurve.xml".as_ref(), &[]).expect("valid").desc;
+    let desc = in_world_space(desc);
     let scene = Scene::prepare(&desc).expect("valid");
     let direction = Vec3::new(-0.292756, -0.301424, -0.907435).normalize();
     let hit = scene.closest(&Ray::new(Vec3::new(-0.402967, 1.29694, 3.1908), direction)).expect("a hit");

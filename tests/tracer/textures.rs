@@ -11,13 +11,15 @@ use pointillist::tracer::Scene;
 use pointillist::tracer::accel::Ray;
 use std::sync::Arc;
 
+use crate::support::scenes::in_world_space;
+
 fn desc(shape: &str) -> SceneDesc {
     let board = "<bsdf type=\"twosided\"><bsdf type=\"diffuse\"><texture name=\"reflectance\" type=\"checkerboard\"/></bsdf></bsdf>";
     let text = format!(
         "<scene version=\"3.0.0\"><sensor type=\"perspective\"/><emitter type=\"constant\"/>\
          <shape type=\"{shape}\">{board}</shape></scene>"
     );
-    scene::load_str("test.xml", &text, &[]).expect("a valid scene").desc
+    in_world_space(scene::load_str("test.xml", &text, &[]).expect("a valid scene").desc)
 }
 
 #[test]
@@ -58,7 +60,7 @@ fn met(shape: &str, origin: [f32; 3], direction: Vec3) -> TexturePoint {
     let text = format!(
         "<scene version=\"3.0.0\"><sensor type=\"perspective\"/><emitter type=\"constant\"/>{shape}</scene>"
     );
-    let desc = scene::load_str(folder, &text, &[]).unwrap_or_else(|e| panic!("{e:?}")).desc;
+    let desc = in_world_space(scene::load_str(folder, &text, &[]).unwrap_or_else(|e| panic!("{e:?}")).desc);
     let scene = Scene::prepare(&desc).expect("a scene");
     let hit = scene.closest(&Ray::new(origin.into(), direction)).expect("the shape is met");
     scene.surface_material(&hit).context.texture

@@ -35,6 +35,11 @@ pub fn empty() -> SceneDesc {
     }
 }
 
+/// The scene where its file puts it, for rays that are given in world space.
+pub fn in_world_space(desc: SceneDesc) -> SceneDesc {
+    SceneDesc { space: RenderingSpace::WORLD, ..desc }
+}
+
 /// A camera at `from` that looks along `direction`.
 pub fn look(from: DVec3, direction: DVec3, fov: f64) -> CameraDesc {
     let z = direction.normalize();
