@@ -8,11 +8,15 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod backdrop;
 mod camera;
 mod coats;
 mod faults;
+mod photon_cases;
+mod photons;
 mod place;
 mod roulette;
+mod sequence;
 
 /// A row of the table.
 struct Row<'a> {

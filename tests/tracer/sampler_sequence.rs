@@ -188,27 +188,6 @@ fn the_hashed_scramble_is_as_good_as_exact_owen_scrambling() {
     assert!(exact < 2e-3, "{exact:e} shift {shift_only:e}");
 }
 
-#[test]
-fn no_number_is_ever_one() {
-    assert_eq!((unit_f32(0), unit_f32(u32::MAX)), (0.0, 1.0 - f32::EPSILON / 2.0));
-    assert!(unit_f64(0) > 0.0 && unit_f64(u32::MAX) < 1.0);
-    // The naive conversion fails.
-    assert_eq!(u32::MAX as f32 / 4_294_967_296.0, 1.0);
-    for i in 0..20_000 {
-        let sampler = Sampler::at(mix(i), mix(i) as u32);
-        let c = sampler.camera();
-        let mut numbers = vec![c.lens[0], c.lens[1], c.wavelength, c.time];
-        for depth in 0..4 {
-            let v = sampler.vertex(depth);
-            numbers.extend([v.light, v.bsdf].concat());
-            numbers.extend([v.lobe, v.roulette]);
-            assert!(v.light_choice > 0.0 && v.light_choice < 1.0);
-        }
-        assert!(numbers.iter().all(|u| (0.0..1.0).contains(u)), "{numbers:?}");
-        assert!(c.screen.iter().all(|u| *u > 0.0 && *u < 1.0));
-    }
-}
-
 /// A slot names the same dimension of the same block whatever was asked before.
 #[test]
 fn every_number_has_its_slot() {

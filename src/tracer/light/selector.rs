@@ -1,4 +1,5 @@
-//! Which light a point samples: by the importance of each there, which bounds how much light it, or a group of lights, may bring.
+//! Which light a point samples: by the importance of each there, which bounds how much light it, or a group of lights, may
+//! bring.
 //!
 //! Bounds are those of Conty Estevez and Kulla, *Importance Sampling of Many Lights with Adaptive Tree Splitting*,
 //! HPG 2018, §4.1 (also Pharr, Jakob, Humphreys, *Physically Based Rendering*, 4th ed., §12.6.3): a sphere around the
@@ -41,13 +42,11 @@ impl LightSelector {
         let relative = |power: f32| (power / largest).max(1e-30);
         let items: Vec<TreeItem> =
             shining.map(|(i, power)| TreeItem::new(i as u32, &lights[i], relative(*power), scene)).collect();
-        // Distances below this are not told apart.
-        let near2 = (1e-12 * scene.radius * scene.radius).max(1e-30);
         match items.len() {
             0 => LightSelector::None,
             1 => LightSelector::One(items[0].light),
-            2..=FEW => LightSelector::Few(FewLights::new(&items, lights.len(), near2)),
-            _ => LightSelector::Many(LightTree::new(items, lights.len(), near2)),
+            2..=FEW => LightSelector::Few(FewLights::new(&items, lights.len())),
+            _ => LightSelector::Many(LightTree::new(items, lights.len())),
         }
     }
 
@@ -91,19 +90,18 @@ pub(super) struct FewLights {
     lights: Vec<u32>,
     /// Position in `bounds` of every light; `NONE` for one that never shines.
     slots: Vec<u8>,
-    near2: f32,
 }
 
 const NONE: u8 = u8::MAX;
 
 impl FewLights {
-    fn new(items: &[TreeItem], all: usize, near2: f32) -> Self {
+    fn new(items: &[TreeItem], all: usize) -> Self {
         let mut slots = vec![NONE; all];
         for (slot, item) in items.iter().enumerate() {
             slots[item.light as usize] = slot as u8;
         }
         let (lights, bounds) = items.iter().map(|item| (item.light, item.bounds)).unzip();
-        Self { bounds, lights, slots, near2 }
+        Self { bounds, lights, slots }
     }
 
     /// The weights that lights are chosen in proportion to, and their sum.
@@ -112,7 +110,7 @@ impl FewLights {
         let mut weights = [0.0; FEW];
         let (mut sum, mut count) = (0.0, 0.0);
         for (weight, bounds) in weights.iter_mut().zip(&self.bounds) {
-            *weight = bounds.importance(at, self.near2);
+            *weight = bounds.importance(at);
             sum += *weight;
             count += if *weight > 0.0 { 1.0 } else { 0.0 };
         }
@@ -207,15 +205,15 @@ impl LightBounds {
     }
 
     /// An estimate of the unoccluded irradiance at `at`: ≥ 0, and 0 only where no point of the lights can send light to the
-    /// seen side of the surface. `near2` is the least squared distance that is distinguished.
+    /// seen side of the surface.
     #[inline]
-    pub(super) fn importance(&self, at: LightSampleContext, near2: f32) -> f32 {
+    pub(super) fn importance(&self, at: LightSampleContext) -> f32 {
         if self.radius2 < 0.0 {
             return if self.cos < 0.0 { self.power } else { self.power * received(at, -self.axis, 0.0) };
         }
         let to = self.center - at.p;
         let distance2 = to.length_squared();
-        let falloff = self.power / distance2.max(self.radius2).max(near2);
+        let falloff = self.power / distance2.max(self.radius2).max(LEAST_DISTANCE2);
         if distance2 <= self.radius2 || distance2 == 0.0 {
             return INSIDE * falloff;
         }
@@ -239,6 +237,10 @@ impl LightBounds {
         falloff * received * mean_cosine(cos_w, sin_u)
     }
 }
+
+/// The least squared distance that is distinguished, 2^−120: the quotient of a power, at most 1, stays finite. It knows
+/// nothing of the scene, because one huge object in it would make the choice poor everywhere else.
+const LEAST_DISTANCE2: f32 = 64.0 * f32::MIN_POSITIVE;
 
 /// Share of the power that counts within the bounding sphere, where angles say nothing.
 const INSIDE: f32 = 0.5;

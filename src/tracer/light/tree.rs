@@ -33,12 +33,11 @@ pub(super) struct LightTree {
     trails: Vec<u64>,
     /// Lights infinitely far away.
     far: Vec<(u32, LightBounds)>,
-    near2: f32,
 }
 
 impl LightTree {
     /// A tree of `items`, of `all` lights; those without an item never shine.
-    pub(super) fn new(mut items: Vec<TreeItem>, all: usize, near2: f32) -> Self {
+    pub(super) fn new(mut items: Vec<TreeItem>, all: usize) -> Self {
         let mut far = Vec::new();
         while let Some(i) = items.iter().position(|item| item.bounds.is_far()) {
             let TreeItem { light, bounds, .. } = items.swap_remove(i);
@@ -50,7 +49,7 @@ impl LightTree {
         if !items.is_empty() {
             grow(&mut items, 0, 0, &mut nodes, &mut trails);
         }
-        Self { nodes, trails, far, near2 }
+        Self { nodes, trails, far }
     }
 
     /// The probability of the lights infinitely far away, together.
@@ -60,7 +59,7 @@ impl LightTree {
             return 0.0;
         }
         let Some(root) = self.nodes.first() else { return 1.0 };
-        let near = root.bounds.importance(at, self.near2);
+        let near = root.bounds.importance(at);
         let far = self.far_importance(0, at);
         let share = far / (far + near);
         // NaN fails the comparison.
@@ -70,7 +69,7 @@ impl LightTree {
     /// The importance of the lights infinitely far away from the `first` on.
     #[inline]
     fn far_importance(&self, first: usize, at: LightSampleContext) -> f32 {
-        self.far[first..].iter().map(|(_, bounds)| bounds.importance(at, self.near2)).sum()
+        self.far[first..].iter().map(|(_, bounds)| bounds.importance(at)).sum()
     }
 
     /// The probability of the light infinitely far away in this `place`, among it and those behind it; the last is certain.
@@ -79,7 +78,7 @@ impl LightTree {
         if place + 1 == self.far.len() {
             return 1.0;
         }
-        let this = self.far[place].1.importance(at, self.near2);
+        let this = self.far[place].1.importance(at);
         let share = this / self.far_importance(place, at);
         // None of them seems to light the point.
         if share.is_nan() { 1.0 / (self.far.len() - place) as f32 } else { share }
@@ -88,7 +87,7 @@ impl LightTree {
     /// The probability of the first of two children.
     #[inline]
     fn first(&self, children: [&LightBounds; 2], at: LightSampleContext) -> f32 {
-        let [a, b] = children.map(|c| c.importance(at, self.near2));
+        let [a, b] = children.map(|c| c.importance(at));
         let share = a / (a + b);
         // Neither seems to light the point, or the point is nowhere.
         if share.is_nan() { children[0].power / (children[0].power + children[1].power) } else { share }

@@ -320,6 +320,11 @@ impl PhotonBatch {
         true
     }
 
+    /// The positions of its photons, m.
+    pub fn positions(&self) -> impl Iterator<Item = Vec3> + '_ {
+        self.positions.iter().flatten().copied()
+    }
+
     fn append(&mut self, mut other: PhotonBatch) {
         for layer in 0..LAYERS {
             self.positions[layer].append(&mut other.positions[layer]);

@@ -19,7 +19,7 @@ use crate::tracer::record::Recorded;
 use crate::tracer::subpath::{SubpathVertex, Walk};
 use crate::tracer::{MaterialClass, Sampler, Scene};
 
-use super::{PhotonScratch, PhotonTracer};
+use super::{PhotonScratch, PhotonTracer, RenderContext};
 
 /// Makes the random numbers of light paths differ from those of the camera paths of the same index.
 const SEED: u32 = 0x5bd1_e995;
@@ -39,17 +39,8 @@ impl PhotonTracer {
         scratch: &mut PhotonScratch,
         wanted: Wanted<'_>,
     ) -> Option<Arc<Snapshot>> {
-        let trace = |paths: Range<u64>, batch: &mut PhotonBatch| {
-            paths.for_each(|path| {
-                match self.context.scene.material_class() {
-                    MaterialClass::Mixed | MaterialClass::Recorded => {
-                        trace_light_path::<Bsdf>(self, path, batch)
-                    }
-                    _ => trace_light_path::<Unmixed>(self, path, batch),
-                }
-                faults::of_light_path(path);
-            });
-        };
+        let trace =
+            |paths: Range<u64>, batch: &mut PhotonBatch| trace_light_paths(&self.context, paths, batch);
         scratch.samples = scratch.samples.wrapping_add(1);
         if scratch.samples.is_multiple_of(SAMPLES_PER_CLAIM)
             && let Some(claim) = self.map.claim(self.schedule.paths_ahead(index))
@@ -71,23 +62,31 @@ impl PhotonTracer {
         let needed = if self.deterministic { needed } else { 1 };
         newest.or_else(|| self.map.wait(needed, trace, wanted))
     }
-}
 
-impl PhotonTracer {
     /// Traces the light path of this number, for its [record](crate::tracer::record), and forgets its photons.
     pub fn trace_light_path(&self, number: u64) {
         let batch = &mut PhotonBatch::default();
         match self.context.scene.material_class() {
-            MaterialClass::Recorded => trace_light_path::<Recorded>(self, number, batch),
-            MaterialClass::Mixed => trace_light_path::<Bsdf>(self, number, batch),
-            _ => trace_light_path::<Unmixed>(self, number, batch),
+            MaterialClass::Recorded => trace_light_path::<Recorded>(&self.context, number, batch),
+            MaterialClass::Mixed => trace_light_path::<Bsdf>(&self.context, number, batch),
+            _ => trace_light_path::<Unmixed>(&self.context, number, batch),
         }
     }
 }
 
+/// Traces the light paths of these numbers and leaves their photons in `batch`.
+pub(super) fn trace_light_paths(context: &RenderContext, paths: Range<u64>, batch: &mut PhotonBatch) {
+    paths.for_each(|path| {
+        match context.scene.material_class() {
+            MaterialClass::Mixed | MaterialClass::Recorded => trace_light_path::<Bsdf>(context, path, batch),
+            _ => trace_light_path::<Unmixed>(context, path, batch),
+        }
+        faults::of_light_path(path);
+    });
+}
+
 /// Traces the light path of this number and leaves its photons in `batch`.
-fn trace_light_path<B: Scattering>(tracer: &PhotonTracer, path: u64, batch: &mut PhotonBatch) {
-    let context = &tracer.context;
+fn trace_light_path<B: Scattering>(context: &RenderContext, path: u64, batch: &mut PhotonBatch) {
     let (scene, longest) = (&context.scene, context.longest());
     let sampler = Sampler::at(mix(path), context.seed ^ SEED);
     let number = wavelength_number(sampler.camera().wavelength);

@@ -26,6 +26,7 @@
 //! the camera path are recorded (`camera_path`) and evaluated again for each photon.
 
 mod camera_path;
+mod extent;
 mod light_paths;
 
 use std::f32::consts::PI;
@@ -42,6 +43,7 @@ use crate::tracer::{MaterialClass, Sampler};
 
 use super::{Integrator, RenderContext};
 use camera_path::{CameraPath, RecordedScattering};
+use extent::photon_box;
 
 /// Light paths of one generation. They take a few hundredths of a second, so that the first picture is not kept waiting.
 const PATHS: u64 = 4096;
@@ -66,6 +68,8 @@ pub struct PhotonTracer {
     pub map: Arc<PhotonMap>,
     /// How photons follow samples.
     pub schedule: Schedule,
+    /// The box of the photons.
+    bounds: [Vec3; 2],
     deterministic: bool,
     /// The generations that every sample sees, if not those that its index demands.
     generations: Option<u64>,
@@ -85,10 +89,11 @@ impl PhotonTracer {
     /// A tracer with an empty map. If `deterministic`, a sample sees exactly the photons that its index demands, whichever worker
     /// traces it and when; otherwise the newest.
     pub fn new(context: RenderContext, deterministic: bool) -> Self {
-        let (min, max) = context.scene.accel().bounds();
+        let bounds = photon_box(&context);
+        let [min, max] = bounds;
         let schedule = schedule(min, max, &context.photons);
         let map = PhotonMap::new(min, max, schedule.paths_per_generation, LIMIT);
-        Self { context, map: Arc::new(map), schedule, deterministic, generations: None }
+        Self { context, map: Arc::new(map), schedule, bounds, deterministic, generations: None }
     }
 
     /// This tracer for samples that have seen so many generations of photons, to trace them again.
@@ -98,7 +103,7 @@ impl PhotonTracer {
 
     /// This tracer with another schedule, and an empty map that stops growing at `limit` photons.
     pub fn with_schedule(self, schedule: Schedule, limit: usize) -> Self {
-        let (min, max) = self.context.scene.accel().bounds();
+        let [min, max] = self.bounds;
         let map = PhotonMap::new(min, max, schedule.paths_per_generation, limit);
         Self { schedule, map: Arc::new(map), ..self }
     }
@@ -118,7 +123,7 @@ impl PhotonTracer {
     }
 }
 
-/// The schedule for a scene in the box from `min` to `max`.
+/// The schedule for photons in the box from `min` to `max`.
 ///
 /// The first radius is that of a disc of four times the wanted photons, if the two photons that a light path leaves on
 /// average lay evenly on the sides of the box: where light is about even, the number of photons bounds a lookup, and in the

@@ -1,15 +1,7 @@
 //! Point sets that are hard for a tree which splits space, and the answer by a loop over all.
 
 use glam::Vec3;
-use pointillist::tracer::photon_map::Photon;
-
-use crate::photons::arrival;
 use pointillist::math::random::Random;
-
-/// An arbitrary photon.
-pub fn any_photon() -> Photon {
-    Photon::new(&arrival(Vec3::ZERO, 1.0)).expect("a sound arrival")
-}
 
 /// Squared distances below `radius`², sorted, of at most `wanted` points.
 pub fn by_loop(points: &[Vec3], at: Vec3, wanted: usize, radius: f32) -> Vec<f32> {

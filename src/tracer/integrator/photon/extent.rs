@@ -1,0 +1,55 @@
+//! The box that the photon map is laid out for.
+//!
+//! It sets the first radius and the cells of the tree, so that it must be the box of where light goes. Nearly always that is
+//! the box of the scene. But a backdrop, a ground or a sky of shapes that is a million times as large as what stands in it
+//! would make the radius as large as all of that, and its last cells too large to tell photons apart.
+
+use glam::Vec3;
+
+use crate::stream::faults;
+use crate::tracer::photon_map::PhotonBatch;
+
+use super::RenderContext;
+use super::light_paths::trace_light_paths;
+
+/// Light paths that tell where light goes.
+const SCOUTS: u64 = 256;
+
+/// A scene's box with a side of more than so many times that of the box of its light is not taken.
+const TOO_LARGE: f32 = 64.0;
+
+/// The box of the photons of this scene: that of the scene, or where it is far larger than that of most photons, the latter.
+pub(super) fn photon_box(context: &RenderContext) -> [Vec3; 2] {
+    let (lo, hi) = context.scene.accel().bounds();
+    let mut batch = PhotonBatch::default();
+    trace_light_paths(context, 0..SCOUTS, &mut batch);
+    // What went wrong is found again when these paths are traced for the map.
+    faults::take();
+    let positions: Vec<Vec3> = batch.positions().collect();
+    // Between these lie 80 % of the photons along each axis.
+    let Some([low, high]) = middle(&positions) else { return [lo, hi] };
+    let (center, side) = (0.5 * (low + high), (high - low).max_element());
+    if !(side > 0.0 && ((hi - center).max(center - lo)).max_element() > 0.5 * TOO_LARGE * side) {
+        return [lo, hi];
+    }
+    // The whole width of what is lit evenly.
+    let rest = 0.125 * side;
+    [(low - rest).max(lo), (high + rest).min(hi)]
+}
+
+/// The lowest and highest decile along each axis; `None` of too few points.
+fn middle(points: &[Vec3]) -> Option<[Vec3; 2]> {
+    let mut deciles = [Vec3::ZERO; 2];
+    let mut values = Vec::with_capacity(points.len());
+    for axis in 0..3 {
+        values.clear();
+        values.extend(points.iter().map(|p| p[axis]));
+        for (decile, place) in deciles.iter_mut().zip([points.len() / 10, points.len() * 9 / 10]) {
+            if place + 1 >= values.len() {
+                return None;
+            }
+            decile[axis] = *values.select_nth_unstable_by(place, f32::total_cmp).1;
+        }
+    }
+    Some(deciles)
+}
