@@ -4,9 +4,10 @@ use std::io::{ErrorKind, Write};
 
 use miette::{IntoDiagnostic, Result};
 
+use crate::client::cascades::CascadeFilm;
 use crate::client::film::VulkanFilm;
 use crate::client::reference::ReferenceFilm;
-use crate::client::{Film, FilmSpec};
+use crate::client::{ClientError, Film, FilmSpec};
 use crate::gpu::{self, DeviceChoice, DeviceKind, Gpu};
 use crate::server::Priority;
 
@@ -62,12 +63,20 @@ impl Device {
         }
     }
 
-    /// Makes a film on it; `threads` is for the CPU references.
-    pub fn client(&self, spec: FilmSpec, threads: usize) -> Result<Box<dyn Film>> {
-        Ok(match self {
-            Device::Vulkan(gpu) => Box::new(VulkanFilm::new(gpu.clone(), spec).into_diagnostic()?),
-            Device::Cpu => Box::new(ReferenceFilm::new(spec, threads).into_diagnostic()?),
-        })
+    /// Makes a film on it, with fireflies reweighted by the threshold `kappa` if there is one; `threads` is for the CPU
+    /// references.
+    pub fn client(&self, spec: FilmSpec, threads: usize, kappa: Option<f32>) -> Result<Box<dyn Film>> {
+        let gpu = self.gpu().cloned();
+        let make = move |spec| -> Result<Box<dyn Film>, ClientError> {
+            Ok(match &gpu {
+                Some(gpu) => Box::new(VulkanFilm::new(gpu.clone(), spec)?),
+                None => Box::new(ReferenceFilm::new(spec, threads)?),
+            })
+        };
+        match kappa {
+            Some(kappa) => Ok(Box::new(CascadeFilm::new(Box::new(make), spec, kappa).into_diagnostic()?)),
+            None => make(spec).into_diagnostic(),
+        }
     }
 }
 

@@ -14,6 +14,7 @@ use crate::scene::desc::IntegratorKind;
 use crate::server::{RenderJob, Server};
 use crate::stream::control::Epoch;
 use crate::stream::{PathCounts, UvWindow};
+use crate::study::late::Probe;
 use crate::tracer::choice::{self, CANDIDATES, IntegratorChoice, Survey, Trial};
 use crate::tracer::integrator::{
     BidirectionalTracer, CAMERA_SUBPATHS, CheckedIntegrator, DepthTracer, ParticleTracer, PathTracer,
@@ -152,6 +153,13 @@ pub fn choose(run: &mut RunSpec, scene: &Arc<Scene>, camera: &Camera, threads: u
         ChoiceReport::from(if threads > 1 { choose_in_parallel(&context) } else { choice::choose(&context) });
     run.integrator = chosen.kind;
     run.auto = Some(chosen);
+}
+
+/// What finds light that the method of `run` may not, to compare its picture with; `None` where nothing finds more.
+pub fn probe(run: &RunSpec, scene: &Arc<Scene>, camera: &Camera) -> Option<Probe> {
+    let context = trial_context(run, scene, camera);
+    let probed = matches!(run.integrator, IntegratorKind::Path | IntegratorKind::Light);
+    probed.then(|| Box::new(move |paths| choice::probe(&context, paths)) as Probe)
 }
 
 /// The context of the trials. It has a seed of its own, so that the choice does not depend on the run's.

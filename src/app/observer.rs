@@ -17,6 +17,7 @@ use super::run_spec::RunSpec;
 use crate::server::{Priority, unpoisoned};
 use crate::stream::{PathCounts, Sample};
 use crate::study::error::ReplicatePixel;
+use crate::study::late::Probe;
 use crate::study::prediction::PredictionOutcome;
 use crate::study::{ErrorMonitor, ErrorStatus, ErrorTarget};
 
@@ -51,6 +52,7 @@ enum Message {
     /// Another render begins, after the last one took this long. Everything before is dropped.
     Begin(Box<ErrorMonitor>, Duration, Arc<RunSpec>),
     Aim(Option<ErrorTarget>),
+    Probe(Probe),
     /// Answers when everything before has been processed.
     Sync(Sender<()>),
     /// Answers with the mean and the difference of the replicates of every pixel.
@@ -161,6 +163,11 @@ impl Observer {
             self.target = target;
             self.send(Message::Aim(target), false);
         }
+    }
+
+    /// The picture of this render is compared now and then with what another method finds.
+    pub fn probe(&self, probe: Probe) {
+        self.send(Message::Probe(probe), false);
     }
 
     /// What is wanted.
@@ -324,6 +331,7 @@ fn observe(mut watch: ErrorMonitor, shared: &Shared) {
                 watch.set_target(target);
                 shared.publish(number, &watch);
             }
+            Message::Probe(probe) => watch.set_probe(probe),
             Message::Sync(answer) => {
                 let _ = answer.send(());
             }

@@ -131,7 +131,8 @@ impl<'a> BatchRender<'a> {
         if !args.quiet {
             method::tell_choice(&run);
         }
-        let client = device.client(run.film, threads)?;
+        run.reweighted = args.reweight_fireflies;
+        let client = device.client(run.film, threads, run.reweighted)?;
         let (server, lanes) = Server::start_with(threads, device.tracing_priority()).into_diagnostic()?;
         let timings = args.gpu_timings.as_deref().map(|path| {
             if device.gpu().is_none() {
@@ -171,6 +172,10 @@ impl<'a> BatchRender<'a> {
         };
         let observer =
             run.replicated.then(|| Observer::start(run, self.target(), Beside::Render)).transpose()?;
+        if let Some((observer, probe)) = observer.as_ref().zip(method::probe(run, &self.scene, &self.camera))
+        {
+            observer.probe(probe);
+        }
         let epoch = Epoch(1);
         let order = RenderOrder {
             scene: self.scene.clone(),
@@ -228,9 +233,10 @@ impl<'a> BatchRender<'a> {
 
     /// Writes all pictures and ends the capture of timings.
     fn write(&mut self, outputs: &Outputs, traced: &Traced) -> Result<()> {
-        let outcome = RunEnd {
+        let mut outcome = RunEnd {
             prefix: traced.driven.complete || self.run.deterministic,
             rejected: self.rejected(&traced.stats).summary(),
+            error: Vec::new(),
         };
         let start = Instant::now();
         let [width, height] = self.run.film.padded_extent().map(f64::from);
@@ -239,6 +245,9 @@ impl<'a> BatchRender<'a> {
             true => layers::trace(&self.run, &self.scene, &self.camera, spp),
             false => Vec::new(),
         };
+        if let Some((state, _)) = &traced.error {
+            outcome.describe(state, self.args.error_at);
+        }
         let (client, seconds) = (&mut *self.client, &mut self.seconds);
         let written = outputs.write(client, &self.run, &outcome, &self.settings, layers, seconds);
         if let Some(mut timings) = self.timings.take() {
@@ -282,6 +291,7 @@ impl<'a> BatchRender<'a> {
             paths_per_trace_second: per(counts.paths(), tracing_time(&traced.stats)),
             seconds: self.seconds,
             error: error.and_then(|(state, _)| ErrorReport::new(state, run, target, at, driven.reached)),
+            withheld: self.client.withheld(),
             rejected: self.rejected(&traced.stats),
             device: run.device.clone(),
             threads: self.threads,

@@ -16,7 +16,7 @@ use crate::scene::desc::IntegratorKind;
 use crate::study::curve::PowerLaw;
 use crate::study::format::{percent, round_percent};
 use crate::study::prediction::Prediction;
-use crate::study::{ErrorQuantile, ErrorStatus, ErrorTarget, Interval};
+use crate::study::{ErrorQuantile, ErrorStatus, ErrorTarget, Interval, LateLight};
 
 /// Everything that is said about a finished run. The names of the fields are the keys in JSON.
 #[derive(Clone, Debug, Serialize)]
@@ -53,6 +53,9 @@ pub struct RenderReport {
     pub error: Option<ErrorReport>,
     /// Values that were not numbers from 0 on, by cause and origin.
     pub rejected: RejectedReport,
+    /// Share of the light that the picture lacks because fireflies were reweighted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub withheld: Option<f64>,
     /// The device that rasterised the picture.
     pub device: String,
     pub threads: usize,
@@ -128,6 +131,12 @@ impl RenderReport {
         if let Some(error) = &self.error {
             line.push_str(&error.summary());
         }
+        if let Some(withheld) = self.withheld {
+            line.push_str(&format!(
+                "; fireflies reweighted: the picture lacks {} of the light",
+                percent(withheld)
+            ));
+        }
         if self.interrupted {
             line.push_str("; stopped by Ctrl-C, the picture holds what was there");
         }
@@ -149,6 +158,11 @@ pub struct ErrorReport {
     pub p99: Interval,
     /// Mean of the squared error over the squared luminance plus 0.01.
     pub rel_mse: Interval,
+    /// How much of the light single samples carry, and what another method finds more.
+    pub light: LateLight,
+    /// Why the figures cannot be trusted, if light is still being found.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub warning: Option<String>,
     /// What these figures do not contain.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub besides: Option<&'static str>,
@@ -185,7 +199,13 @@ impl ErrorReport {
             p95,
             p99,
             rel_mse: state.held_out.rel_mse,
-            besides: (run.integrator == IntegratorKind::Photon).then_some("the blur of photon mapping"),
+            light: state.late,
+            warning: state.late.warning(),
+            besides: match run.integrator {
+                _ if run.reweighted.is_some() => Some("the reweighting of fireflies"),
+                IntegratorKind::Photon => Some("the blur of photon mapping"),
+                _ => None,
+            },
             quantile: at.share(),
             at,
             target: target.map(|target| target.error),
@@ -211,6 +231,10 @@ impl ErrorReport {
             Some(target) => text += &format!(", not the {} that were asked for", round_percent(target)),
             None => {}
         }
+        if let Some(warning) = &self.warning {
+            text += &format!("; {warning}");
+        }
+        text += &format!("; the largest sample carries {} of the light", percent(self.light.largest.one));
         text
     }
 }

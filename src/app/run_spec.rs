@@ -14,6 +14,8 @@ use crate::client::{
 use crate::image::Attribute;
 use crate::scene::desc::{AovDesc, IntegratorKind, PhotonDesc, ReconstructionFilter};
 use crate::stream::Rejected;
+use crate::study::format::percent;
+use crate::study::{ErrorQuantile, ErrorStatus};
 use crate::tracer::choice::IntegratorChoice;
 use crate::tracer::effects::{Effect, refusal};
 
@@ -53,6 +55,8 @@ pub struct RunSpec {
     pub replicated: bool,
     /// The device that rasterised it.
     pub device: String,
+    /// The threshold κ by which fireflies are reweighted; `None` where they are not.
+    pub reweighted: Option<f32>,
 }
 
 /// What a picture's file says of how its run went.
@@ -62,6 +66,23 @@ pub struct RunEnd {
     pub prefix: bool,
     /// What was rejected, in a line.
     pub rejected: Option<String>,
+    /// The error of the picture in words, and a warning where that cannot be trusted.
+    pub error: Vec<(&'static str, String)>,
+}
+
+impl RunEnd {
+    /// Remembers the error of the picture, for its file.
+    pub fn describe(&mut self, error: &ErrorStatus, at: ErrorQuantile) {
+        self.error.clear();
+        if error.checkpoints.is_empty() {
+            return;
+        }
+        let stated = percent(error.held_out.relative[at.index()].value);
+        self.error.push(("error", format!("{stated} or less in {} of the picture", at.share())));
+        let largest = percent(error.late.largest.one);
+        self.error.push(("largestSample", format!("{largest} of the light")));
+        self.error.extend(error.late.warning().map(|warning| ("warning", warning)));
+    }
 }
 
 /// The method that was chosen and the reason. The names of the fields are the keys in JSON.
@@ -157,6 +178,7 @@ impl RunSpec {
             deterministic: false,
             replicated: true,
             device,
+            reweighted: None,
         }
     }
 
@@ -179,6 +201,13 @@ impl RunSpec {
             attributes.push(text("leftOut", off.join(", ")));
         }
         attributes.extend(outcome.rejected.clone().map(|rejected| text("rejected", rejected)));
+        if let Some(kappa) = self.reweighted {
+            let how = format!(
+                "reweighted (Zirr, Hanika, Dachsbacher 2018), κ = {kappa}: the picture is biased, and less so with each sample"
+            );
+            attributes.push(text("fireflies", how));
+        }
+        attributes.extend(outcome.error.iter().map(|(name, value)| text(name, value.clone())));
         if !outcome.prefix {
             let note = "the run was stopped: its paths are not exactly the first ones of the sequence, and the \
                         command gives a picture of the same error but not the same picture";
@@ -205,6 +234,9 @@ impl RunSpec {
             command += &format!(" --first-index {first}");
         }
         command += &format!(" --samples {paths}");
+        if let Some(kappa) = self.reweighted {
+            command += &format!(" --reweight-fireflies={kappa}");
+        }
         if self.deterministic {
             command += " --deterministic";
         }

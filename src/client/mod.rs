@@ -29,6 +29,7 @@
 //!
 //! | module | what |
 //! |---|---|
+//! | [`cascades`] | fireflies reweighted, where that is asked for |
 //! | [`film`], [`pass`] | the Vulkan film and its passes; [`pass`] says how to add one, [`pass::images`] counts bytes per pixel |
 //! | [`mod@reference`] | the same in plain Rust: the definition of every pass |
 //! | [`filter`], [`lod`], [`state`], [`dither`], [`glare`] | what a film and its reference share |
@@ -39,6 +40,7 @@
 //! | [`window`] | input, camera navigation and the panel |
 
 pub mod background;
+pub mod cascades;
 pub mod develop;
 pub mod dither;
 pub mod effect_list;
@@ -88,4 +90,9 @@ pub trait Film {
 
     /// The sums, cropped to the picture; rasterises the batch first and waits for the GPU.
     fn develop(&mut self) -> Result<FilmData, ClientError>;
+
+    /// Share of the light that the last picture lacks because fireflies were reweighted; `None` where they are not.
+    fn withheld(&self) -> Option<f64> {
+        None
+    }
 }

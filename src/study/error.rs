@@ -1,12 +1,12 @@
 //! The error of a picture, estimated from the difference of its replicates.
 //!
-//! Let a and b be independent pictures of equal expectation, whose sums [`Replicates`](crate::study::Replicates) keeps. The picture
-//! that is shown is their mean, and (a − b)²/4 is an unbiased estimate of its variance. This holds for any sampling sequence within a
-//! and within b, because only the two randomisations have to be independent, and it needs no reference. One pixel's difference says
-//! little, so errors are stated for tiles of 8×8 pixels and for the whole picture.
+//! Let a and b be independent pictures of equal expectation, whose sums [`Replicates`](crate::study::Replicates) keeps. The
+//! picture that is shown is their mean, and (a − b)²/4 is an unbiased estimate of its variance. This holds for any sampling
+//! sequence within a and within b, because only the two randomisations have to be independent, and it needs no reference. One
+//! pixel's difference says little, so errors are stated for tiles of 8×8 pixels and for the whole picture.
 //!
-//! Mean and difference of the replicates are uncorrelated, and independent where the noise is symmetric: a decision that depends on
-//! the difference does not bias the picture.
+//! Mean and difference of the replicates are uncorrelated, and independent where the noise is symmetric: a decision that
+//! depends on the difference does not bias the picture.
 
 use crate::image::compare::luminance;
 use crate::math::bits::mix;
@@ -15,7 +15,8 @@ use crate::study::interval::{Interval, Z90};
 /// Width and height of a tile in pixels.
 pub const TILE: usize = 8;
 
-/// Errors are relative to a tile's mean luminance plus this share of the picture's, so that black tiles have a relative error too.
+/// Errors are relative to a tile's mean luminance plus this share of the picture's, so that black tiles have a relative error
+/// too.
 pub const FLOOR: f64 = 0.01;
 
 /// Share of the pixels that both replicates must have reached before an error is stated.
@@ -26,6 +27,9 @@ const MIN_TILES: usize = 16;
 
 /// Number of half-samples from which intervals are estimated.
 const HALF_SAMPLES: usize = 16;
+
+/// The light of the largest samples is spread over so many tiles to each side.
+const SPREAD: usize = 2;
 
 /// Mean and difference of the replicates in one pixel, linear Rec.709.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -40,8 +44,8 @@ pub struct ReplicatePixel {
     pub seen: bool,
 }
 
-/// The tiles that an estimate is taken from. A render that stops at a target decides by one half of the tiles and states the error of
-/// the other: a held-out half avoids the bias of stopping at a lucky checkpoint.
+/// The tiles that an estimate is taken from. A render that stops at a target decides by one half of the tiles and states the
+/// error of the other: a held-out half avoids the bias of stopping at a lucky checkpoint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TileSubset {
     /// All tiles.
@@ -117,8 +121,8 @@ const QUANTILES: [f64; 3] = [0.5, 0.95, 0.99];
 impl ErrorField {
     /// The error of a picture of `size` pixels. `None` while both replicates have reached too few of them.
     ///
-    /// relMSE divides by the squared true luminance of a pixel. The noisy luminance in its place would hide the error of exactly those
-    /// pixels that are too bright, so the mean of a quarter of the tile stands for it.
+    /// relMSE divides by the squared true luminance of a pixel. The noisy luminance in its place would hide the error of
+    /// exactly those pixels that are too bright, so the mean of a quarter of the tile stands for it.
     pub fn new(pixels: &[ReplicatePixel], size: [usize; 2]) -> Option<Self> {
         let [columns, side] = [size[0].div_ceil(TILE / 2), TILE / 2];
         // The quarter of a tile that a pixel lies in.
@@ -194,6 +198,38 @@ impl ErrorField {
         (seen as f64 >= MIN_COVERAGE * count as f64).then(|| Self { grid, tiles, mean: sum / seen as f64 })
     }
 
+    /// Sum of the luminance of each tile's pixels, row by row.
+    pub fn luminances(&self) -> impl Iterator<Item = f64> + '_ {
+        self.tiles.iter().map(|tile| tile.luminance)
+    }
+
+    /// Spreads the part `excess` of the luminance of each tile, which few samples have brought, over its neighbourhood of 5×5
+    /// tiles.
+    ///
+    /// Relative errors divide by luminance. Where rare samples bring much of it, a tile that has met one of them is too bright
+    /// and its relative error too small; those that have not are too dark. Their neighbourhood knows better how bright they
+    /// are.
+    pub fn spread(&mut self, excess: &[f64]) {
+        let [columns, rows] = self.grid;
+        let pixels = |tile: &ErrorTile| tile.quarters.iter().map(|q| q.pixels).sum::<f64>();
+        let known =
+            |(tile, excess): (&ErrorTile, &f64)| [excess.clamp(0.0, tile.luminance.max(0.0)), pixels(tile)];
+        let known: Vec<[f64; 2]> = self.tiles.iter().zip(excess).map(known).collect();
+        if known.len() < self.tiles.len() {
+            return;
+        }
+        let near = |i: usize, n: usize| i.saturating_sub(SPREAD)..(i + SPREAD + 1).min(n);
+        for (i, tile) in self.tiles.iter_mut().enumerate() {
+            let (x, y) = (i % columns, i / columns);
+            let around =
+                near(y, rows).flat_map(|y| near(x, columns).map(move |x| y * columns + x)).map(|j| known[j]);
+            let [light, area] = around.fold([0.0; 2], |[a, b], [c, d]| [a + c, b + d]);
+            if area > 0.0 {
+                tile.luminance += known[i][1] * light / area - known[i][0];
+            }
+        }
+    }
+
     /// Columns and rows of tiles.
     pub fn grid(&self) -> [usize; 2] {
         self.grid
@@ -263,8 +299,8 @@ impl ErrorField {
     /// States the error of some tiles (of all in a tiny picture) with its intervals. Errors are 0 where nothing has luminance.
     ///
     /// The variance of each number is estimated by balanced half-samples (McCarthy 1969): recomputing a number from a
-    /// random half of each tile scatters it by about as much as the number itself scatters. The true error of this picture varies
-    /// as much again, independently, which makes the factor 2 in the interval.
+    /// random half of each tile scatters it by about as much as the number itself scatters. The true error of this picture
+    /// varies as much again, independently, which makes the factor 2 in the interval.
     pub fn estimate(&self, tiles: TileSubset) -> ErrorEstimate {
         let tiles = if self.tiles.len() < MIN_TILES { TileSubset::All } else { tiles };
         let whole = self.values(tiles, |_| [0, 1, 2, 3], 4);
@@ -298,7 +334,8 @@ impl ErrorField {
 }
 
 impl ErrorEstimate {
-    /// Standard deviation of the logarithm of the stated error alone, without the variance of the true one, as the weight in a fit.
+    /// Standard deviation of the logarithm of the stated error alone, without the variance of the true one, as the weight in a
+    /// fit.
     pub fn log_deviation(interval: &Interval) -> f64 {
         if interval.value > 0.0 {
             (interval.high / interval.value).ln() / Z90 / std::f64::consts::SQRT_2

@@ -80,6 +80,9 @@ impl ErrorStatus {
         let Some(last) = self.checkpoints.last() else { return "error not known yet".to_string() };
         let error = percent(self.estimate.relative[at.index()].value);
         match self.prediction {
+            _ if self.late.warning().is_some() => {
+                format!("error {error} or more, light is still being found")
+            }
             Some(prediction) => {
                 let time = remaining(last.seconds, prediction.seconds);
                 format!("error {error}, {} in about {time}", round_percent(prediction.target))

@@ -1,29 +1,33 @@
-//! Accuracy: the error of a picture, its interval, the time to a smaller error, and the study of a scene. Analysis only; `app` runs the
-//! renders.
+//! Accuracy: the error of a picture, its interval, the time to a smaller error, and the study of a scene. Analysis only; `app`
+//! runs the renders.
 //!
 //! # How the error is estimated
 //!
-//! 1. [`replicates`]: every render is two. Chunks of the sample sequence belong in turn to one of two independent randomisations, and
-//!    [`Replicates`] keeps the sums of both, pixel by pixel. Their mean is the picture, so nothing is wasted.
-//! 2. [`error`]: half the difference of the replicates, squared, is in expectation exactly the variance of their mean, whatever the
-//!    sequence does within each. No reference is needed. [`ErrorField`] collects these squares in tiles of 8×8 pixels. The **relative
-//!    error** of a tile is the root mean square of its luminance error over its mean luminance plus 1 % of the picture's.
-//! 3. [`error`], [`interval`]: [`ErrorEstimate`] states the relative errors that 50 %, 95 % and 99 % of the tiles stay below, each with an
-//!    [`Interval`] that contains the true error of this very picture with a probability of 90 %.
-//! 4. [`curve`] and [`prediction`]: [`ErrorMonitor`] (`monitor.rs`, run by `app/observer.rs` on a thread) takes checkpoints of the error during a render, fits a power law through them and
-//!    predicts the time to the target. It is silent before 4 samples per pixel and predicts nothing before 8. Every prediction is
-//!    scored afterwards.
+//! 1. [`replicates`]: every render is two. Chunks of the sample sequence belong in turn to one of two independent
+//!    randomisations, and [`Replicates`] keeps the sums of both, pixel by pixel. Their mean is the picture, so nothing is
+//!    wasted.
+//! 2. [`error`]: half the difference of the replicates, squared, is in expectation exactly the variance of their mean,
+//!    whatever the sequence does within each. No reference is needed. [`ErrorField`] collects these squares in tiles of 8×8
+//!    pixels. The **relative error** of a tile is the root mean square of its luminance error over its mean luminance plus 1 %
+//!    of the picture's. The mean luminance of a tile is noisy, too, most of all where few samples bring much light: a tile
+//!    that one of them has hit would seem bright, its error small. So the light of the largest samples of each tile is spread
+//!    over its neighbourhood first ([`largest`]).
+//! 3. [`error`], [`interval`]: [`ErrorEstimate`] states the relative errors that 50 %, 95 % and 99 % of the tiles stay below,
+//!    each with an [`Interval`] that contains the true error of this very picture with a probability of 90 %.
+//! 4. [`curve`] and [`prediction`]: [`ErrorMonitor`] (`monitor.rs`, run by `app/observer.rs` on a thread) takes checkpoints of
+//!    the error during a render, fits a power law through them and predicts the time to the target. It is silent before 4
+//!    samples per pixel and predicts nothing before 8. Every prediction is scored afterwards.
 //!
-//! A render that stops at a target (`--error 1%`) decides by one half of the tiles and states the error of the other, the **held-out**
-//! half. Otherwise the stop would select a checkpoint whose error was small by luck.
+//! A render that stops at a target (`--error 1%`) decides by one half of the tiles and states the error of the other, the
+//! **held-out** half. Otherwise the stop would select a checkpoint whose error was small by luck.
 //!
 //! # What the error does not contain
 //!
-//! It is neither the standard error that the display steers its blur by (`client/pass/variance.rs`) nor a difference to another picture
-//! ([`image::compare`](crate::image::compare)).
+//! It is neither the standard error that the display steers its blur by (`client/pass/variance.rs`) nor a difference to
+//! another picture ([`image::compare`](crate::image::compare)).
 //!
-//! It is the error of the unblurred picture, as the EXR has it. It excludes light that has not been sampled yet, and the bias of photon
-//! mapping, which both replicates share.
+//! It is the error of the unblurred picture, as the EXR has it. It excludes light that has not been sampled yet, and the bias
+//! of photon mapping, which both replicates share. Where it is likely that much light is still being found, [`late`] says so.
 //!
 //! # Example
 //!
@@ -54,9 +58,9 @@
 //!
 //! # The study of a scene
 //!
-//! `pointillist study` keeps what it measures in a folder, line by line ([`measurement`]). [`analysis`] makes a [`data::Study`] from the
-//! lines: the curve of each method and its times to an error, the cost of effects and settings. [`pages`] shows it to people; [`mod@format`]
-//! writes numbers with the digits that their intervals support.
+//! `pointillist study` keeps what it measures in a folder, line by line ([`measurement`]). [`analysis`] makes a
+//! [`data::Study`] from the lines: the curve of each method and its times to an error, the cost of effects and settings.
+//! [`pages`] shows it to people; [`mod@format`] writes numbers with the digits that their intervals support.
 
 pub mod analysis;
 pub mod curve;
@@ -64,6 +68,8 @@ pub mod data;
 pub mod error;
 pub mod format;
 pub mod interval;
+pub mod largest;
+pub mod late;
 pub mod measurement;
 mod method_curve;
 mod monitor;
@@ -74,5 +80,6 @@ mod smooth;
 
 pub use error::{ErrorEstimate, ErrorField, TileSubset};
 pub use interval::Interval;
+pub use late::LateLight;
 pub use monitor::{ErrorMonitor, ErrorQuantile, ErrorStatus, ErrorTarget};
 pub use replicates::Replicates;

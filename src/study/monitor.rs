@@ -2,7 +2,8 @@
 
 use crate::stream::{PathCounts, Sample};
 use crate::study::curve::{Checkpoint, PowerLaw};
-use crate::study::error::{ErrorEstimate, ErrorField, TileSubset};
+use crate::study::error::{ErrorEstimate, TileSubset};
+use crate::study::late::{LateLight, Probe, ProbeState};
 use crate::study::prediction::{Prediction, PredictionOutcome, next_target, predict, time_reached};
 use crate::study::replicates::Replicates;
 
@@ -68,6 +69,8 @@ pub struct ErrorStatus {
     pub reached: bool,
     /// Number of columns of tiles, and the relative error of each tile.
     pub map: (usize, Vec<f64>),
+    /// What is known of light that has not been found.
+    pub late: LateLight,
 }
 
 /// Takes the samples of one render and keeps its [`ErrorStatus`].
@@ -78,6 +81,7 @@ pub struct ErrorMonitor {
     at: ErrorQuantile,
     status: ErrorStatus,
     predictions: Vec<Prediction>,
+    probe: Option<ProbeState>,
     /// Paths at the next checkpoint.
     due: f64,
 }
@@ -92,8 +96,14 @@ impl ErrorMonitor {
             target,
             status: ErrorStatus::default(),
             predictions: Vec::new(),
+            probe: None,
             due: FIRST_CHECKPOINT * pixels,
         }
+    }
+
+    /// Compares the picture now and then with what another method finds.
+    pub fn set_probe(&mut self, probe: Probe) {
+        self.probe = Some(ProbeState::new(probe));
     }
 
     /// Sets another target at the same quantile and predicts it from the checkpoints so far.
@@ -130,8 +140,13 @@ impl ErrorMonitor {
         let samples = self.sums.paths() as f64;
         self.due = samples.max(1.0) * CHECKPOINT_RATIO;
         let size = self.sums.size();
-        let field = self.sums.pixels().and_then(|pixels| ErrorField::new(&pixels, size));
-        let Some(field) = field else { return };
+        let Some(pixels) = self.sums.pixels() else { return };
+        let Some((field, largest)) = self.sums.error(&pixels) else { return };
+        let missing = self.probe.as_mut().and_then(|probe| {
+            probe.update(samples);
+            probe.missing(&pixels, size)
+        });
+        self.status.late = LateLight { largest, missing };
         let estimate = field.estimate(TileSubset::All);
         let error = estimate.relative[self.at.index()];
         // A picture that is still black has no small error.

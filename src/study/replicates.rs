@@ -5,7 +5,8 @@
 
 use crate::color::{Profile, Xyz};
 use crate::stream::{PathCounts, REPLICATES, Sample, replicate};
-use crate::study::error::ReplicatePixel;
+use crate::study::error::{ErrorField, ReplicatePixel};
+use crate::study::largest::{LargestSamples, LargestShares};
 use crate::study::smooth::SmoothingKernel;
 
 /// Sums `[X, Y, Z, W]` of the camera stream and `[X, Y, Z]` of the light stream over pixels, for each replicate.
@@ -14,6 +15,7 @@ pub struct Replicates {
     size: [usize; 2],
     kernel: SmoothingKernel,
     parts: [ReplicateSums; REPLICATES],
+    largest: LargestSamples,
 }
 
 /// Sums of one replicate; those of a stream are empty before its first sample.
@@ -28,10 +30,12 @@ impl Replicates {
     /// Empty sums of a picture of `size` pixels, whose film has a filter of this
     /// [energy](crate::client::SplatFilter::energy) (1 for the box).
     pub fn new(size: [u32; 2], energy: f32) -> Self {
+        let size = size.map(|n| n as usize);
         Self {
-            size: size.map(|n| n as usize),
+            size,
             kernel: SmoothingKernel::of_energy(energy),
             parts: Default::default(),
+            largest: LargestSamples::new(size),
         }
     }
 
@@ -48,6 +52,18 @@ impl Replicates {
     /// Clears all sums.
     pub fn clear(&mut self) {
         self.parts = Default::default();
+        self.largest = LargestSamples::new(self.size);
+    }
+
+    /// The error of the picture of these [`pixels`](Self::pixels), and how much of its light the largest samples carry. `None` while both
+    /// replicates have reached too few pixels.
+    pub fn error(&self, pixels: &[ReplicatePixel]) -> Option<(ErrorField, LargestShares)> {
+        let mut field = ErrorField::new(pixels, self.size)?;
+        let per_pixel = self.paths() as f64 / (self.size[0] * self.size[1]) as f64;
+        let sums: Vec<f64> = field.luminances().map(|sum| sum * per_pixel).collect();
+        let excess: Vec<f64> = self.largest.excess().iter().map(|excess| excess / per_pixel).collect();
+        field.spread(&excess);
+        Some((field, self.largest.shares(&sums)))
     }
 
     /// Adds a block that begins at path `first_index`; no block spans two chunks.
@@ -67,7 +83,9 @@ impl Replicates {
                 sums.resize(width * height, [0.0; 4]);
             }
             let Xyz { x: sx, y: sy, z: sz } = sample.xyz;
-            let sum = &mut sums[y as usize * width + x as usize];
+            let [x, y] = [x as usize, y as usize];
+            self.largest.add([x, y], sy);
+            let sum = &mut sums[y * width + x];
             for (sum, value) in sum.iter_mut().zip([sx, sy, sz, sample.w]) {
                 *sum += value;
             }

@@ -105,3 +105,34 @@ fn what_cannot_be_is_said_in_one_sentence() {
     fails(&["study", "scenes/cornell.xml", "--peer", "nonsense"], "NAME=SECONDS:FILE.exr");
     fails(&["study", "--collect", "scenes", "-o", "target/tmp/none"], "there is no study in scenes");
 }
+
+/// Fireflies are reweighted only where that is asked for, and the files say so. The share of the largest sample is always told.
+#[test]
+fn fireflies_are_reweighted_on_request() {
+    let place = folder("fireflies");
+    let out = |name: &str| place.join(name).display().to_string();
+    let (plain, reweighted, shown) = (out("plain.exr"), out("reweighted.exr"), out("reweighted.png"));
+    let common = ["--spp", "4", "--integrator", "path", "--deterministic"];
+    let render = |more: &[&str]| json(&place, &with(&[&common[..], more].concat()));
+    let a = render(&["-o", &plain]);
+    let b = render(&["-o", &reweighted, "-o", &shown, "--reweight-fireflies"]);
+    let one = a["error"]["light"]["largest"]["one"].as_f64().unwrap();
+    assert!(one > 1e-4 && one < 0.05, "{one}");
+    assert_eq!((&a["withheld"], &a["error"]["besides"]), (&Value::Null, &Value::Null));
+    let withheld = b["withheld"].as_f64().unwrap();
+    assert!(withheld > 0.0 && withheld < 0.3, "{withheld}");
+    assert_eq!(b["error"]["besides"], "the reweighting of fireflies");
+    for (file, named) in [(&plain, false), (&reweighted, true), (&shown, true)] {
+        let bytes = std::fs::read(file).unwrap();
+        let has = |text: &str| bytes.windows(text.len()).any(|part| part == text.as_bytes());
+        assert!(
+            has("Zirr") == named && has("--reweight-fireflies=1") == named && has("of the light"),
+            "{file}"
+        );
+    }
+    let again = out("again.exr");
+    render(&["-o", &again, "--reweight-fireflies=1"]);
+    assert_eq!(std::fs::read(&again).unwrap(), std::fs::read(&reweighted).unwrap());
+    let wrong = with(&["--reweight-fireflies=0"]);
+    fails(&wrong, "--reweight-fireflies");
+}

@@ -12,6 +12,8 @@ mod backdrop;
 mod camera;
 mod coats;
 mod faults;
+mod fireflies;
+mod late;
 mod photon_cases;
 mod photons;
 mod place;

@@ -25,6 +25,7 @@ fn known() -> ErrorSummary {
         checkpoints: (0..16).map(|i| curve(0.6 * 1.25f64.powi(i))).collect(),
         fit: (0..20).map(|i| curve(3.0 * 1.25f64.powi(i))).collect(),
         prediction: Some([62.0, 56.0, 75.0]),
+        warning: None,
         message: "1 % in about 42 s (90 %: 36–55 s)".into(),
         seconds: 20.0,
     }

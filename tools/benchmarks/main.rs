@@ -11,7 +11,9 @@ use clap::{Parser, Subcommand};
 mod abort;
 mod client;
 mod common;
+mod fireflies;
 mod largest;
+mod late;
 mod latency;
 mod loading;
 #[path = "../meshes/mod.rs"]
@@ -46,8 +48,12 @@ enum Part {
     Abort(abort::Arguments),
     /// The passes of the Vulkan client and their references on the CPU
     Client(client::Arguments),
+    /// Error, bias and pictures with fireflies reweighted and without
+    Fireflies(fireflies::Arguments),
     /// The share of the largest sample of a pixel in its sum, by method
     Largest(largest::Arguments),
+    /// How often the warning that light is still being found was right
+    Late(late::Arguments),
     /// The time from synthetic input to changed pixels, measured from outside the program
     Latency(latency::Arguments),
     /// Time and memory of reading and preparing a mesh of 1.6 million triangles, by format
@@ -82,7 +88,9 @@ fn main() -> ExitCode {
     let outcome = match Arguments::parse().part {
         Part::Abort(arguments) => abort::run(&arguments),
         Part::Client(arguments) => client::run(&arguments),
+        Part::Fireflies(arguments) => fireflies::run(&arguments),
         Part::Largest(arguments) => largest::run(&arguments),
+        Part::Late(arguments) => late::run(&arguments),
         Part::Latency(arguments) => latency::run(&arguments),
         Part::Loading(arguments) => loading::run(&arguments),
         Part::Methods(arguments) => methods::run(&arguments),

@@ -180,7 +180,7 @@ fn trace<I: Integrator + From<RenderContext>>(
 /// A level of a divided run.
 fn stated(spp: u64, sums: &Replicates) -> Level {
     let known = sums.pixels().unwrap_or_default();
-    let figures = ErrorField::new(&known, sums.size()).map(|field| field.estimate(TileSubset::All));
+    let figures = sums.error(&known).map(|(field, _)| field.estimate(TileSubset::All));
     let stated = figures.map(|f| [f.relative[0], f.relative[1], f.relative[2], f.rel_mse]);
     Level { spp, picture: known.iter().map(|pixel| pixel.mean).collect(), stated, quarters: None }
 }
@@ -335,15 +335,15 @@ fn at(curve: &[(f64, f64)], n: f64) -> f64 {
 }
 
 /// Takes the samples of an index.
-struct Sink {
-    samples: Vec<Sample>,
+pub(super) struct Sink {
+    pub(super) samples: Vec<Sample>,
     side: usize,
     /// `[X, Y, Z, W]` of the camera stream and of the light stream.
     sums: Vec<[f64; 8]>,
 }
 
 impl Sink {
-    fn new(side: usize) -> Self {
+    pub(super) fn new(side: usize) -> Self {
         Self { samples: Vec::new(), side, sums: vec![[0.0; 8]; side * side] }
     }
 

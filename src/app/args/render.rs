@@ -7,7 +7,7 @@ use clap::{ArgGroup, Args};
 
 use super::display::DisplayArgs;
 use super::scene::SceneArgs;
-use super::values::{AovArg, aov, count, error, seconds, share};
+use super::values::{AovArg, aov, count, error, positive, seconds, share};
 use crate::study::ErrorQuantile;
 
 /// Options of `pointillist render`.
@@ -60,14 +60,30 @@ pub struct RenderArgs {
     #[arg(long, help_heading = "Sampling")]
     pub deterministic: bool,
 
+    /// Reweight fireflies, samples of high contribution that few paths find: less noise, and a picture that is mostly too dark.
+    ///
+    /// The bias vanishes with the number of samples: what is found by about K samples in each pixel counts in full (Zirr,
+    /// Hanika and Dachsbacher 2018). Takes the memory of up to 17 films, and shows PNG files without blur and glare. The
+    /// stated error is that of the picture without.
+    #[arg(
+        long,
+        value_name = "K",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "1",
+        value_parser = positive,
+        help_heading = "Output"
+    )]
+    pub reweight_fireflies: Option<f32>,
+
     /// Write the picture to this .exr or .png file; may be given several times [default: the scene's name as .png].
     #[arg(short = 'o', long = "output", value_name = "FILE", help_heading = "Output")]
     pub outputs: Vec<PathBuf>,
 
     /// Layers that EXR files have beside the picture, as name:type,… or by their types alone [default: those of the scene].
     ///
-    /// Types are albedo, depth, position, uv, geo_normal, sh_normal, prim_index and shape_index, with the channels that Mitsuba's
-    /// integrator `aov` gives them. Each is the mean of what camera rays see first, weighted by the splat filter.
+    /// Types are albedo, depth, position, uv, geo_normal, sh_normal, prim_index and shape_index, with the channels that
+    /// Mitsuba's integrator `aov` gives them. Each is the mean of what camera rays see first, weighted by the splat filter.
     #[arg(long, value_name = "LIST", value_parser = aov, help_heading = "Output")]
     pub aov: Option<AovArg>,
 

@@ -102,7 +102,7 @@ impl StudyRenderer {
         let mut run = RunSpec::of(source, &input, device.name());
         run.film.variance = shown_variance(&settings);
         let threads = source.threads();
-        let client = device.client(run.film, threads)?;
+        let client = device.client(run.film, threads, None)?;
         let (server, lanes) = Server::start_with(threads, device.tracing_priority()).into_diagnostic()?;
         Ok(Self {
             run,
@@ -183,7 +183,7 @@ impl StudyRenderer {
 
     /// Replaces the film by an empty one.
     pub fn remake(&mut self, spec: FilmSpec) -> Result<()> {
-        self.client = self.device.client(spec, self.threads)?;
+        self.client = self.device.client(spec, self.threads, None)?;
         Ok(())
     }
 

@@ -175,7 +175,11 @@ impl Viewer {
     /// What a picture's file says of how the render went so far.
     pub(super) fn outcome(&self) -> RunEnd {
         let rejected = self.session.rejected(&self.editor).summary();
-        RunEnd { prefix: self.session.is_complete(), rejected }
+        let mut end = RunEnd { prefix: self.session.is_complete(), rejected, error: Vec::new() };
+        if let Some(observer) = &self.picture.observer {
+            end.describe(&observer.state(), ErrorQuantile::P95);
+        }
+        end
     }
 
     /// Writes the pictures asked for, from the film or, where that is lost, from the kept samples.

@@ -110,6 +110,7 @@ fn summary(state: &ErrorStatus, target: f64, seconds: f64, ended: bool) -> Error
         fit: predicted_curve(&state.checkpoints, until),
         prediction: said.map(|said| [said.seconds.value, said.seconds.low, said.seconds.high]),
         message,
+        warning: state.late.warning(),
         seconds,
     }
 }

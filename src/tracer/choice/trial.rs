@@ -122,7 +122,7 @@ pub(super) struct MomentGrid {
 
 impl MomentGrid {
     /// Traces `paths` paths of `integrator`.
-    fn trace<I: Integrator>(integrator: &I, paths: u64) -> Self {
+    pub(super) fn trace<I: Integrator>(integrator: &I, paths: u64) -> Self {
         let PathCounts { camera, light } = integrator.paths_per_index();
         let indices = paths.div_ceil(camera.max(light));
         let mut grid = Self {

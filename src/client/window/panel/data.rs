@@ -166,6 +166,8 @@ pub struct ErrorSummary {
     pub prediction: Option<[f64; 3]>,
     /// The prediction in words, or why there is none.
     pub message: String,
+    /// Why the error cannot be trusted, in words.
+    pub warning: Option<String>,
     /// Seconds since the render began.
     pub seconds: f64,
 }

@@ -46,6 +46,9 @@ pub(super) fn show(ui: &mut Ui, error: Option<&ErrorSummary>, target: &mut f64) 
     // The line is there before the first checkpoint too, so that nothing moves away from the pointer.
     let message = if error.quantiles.is_some() { error.message.as_str() } else { "" };
     ui.colored_label(style::ACCENT, message);
+    if let Some(warning) = &error.warning {
+        ui.colored_label(ui.visuals().warn_fg_color, "Light is still being found").on_hover_text(warning);
+    }
     plot(ui, error, *target);
 }
 
