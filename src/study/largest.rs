@@ -75,7 +75,8 @@ impl LargestSamples {
         LargestShares {
             one: regions.iter().map(|region| region.0).fold(0.0, f64::max) / total,
             one_per_tile: self.tiles.iter().map(|kept| f64::from(kept[0])).sum::<f64>() / total,
-            large_in: large.map(|region| region.2).sum::<f64>() / self.tiles.len() as f64,
+            // Not `sum`, which is −0 of nothing.
+            large_in: large.fold(0.0, |sum, region| sum + region.2) / self.tiles.len() as f64,
         }
     }
 }
