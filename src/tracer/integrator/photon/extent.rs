@@ -15,8 +15,8 @@ use super::light_paths::trace_light_paths;
 /// Light paths that tell where light goes.
 const SCOUTS: u64 = 256;
 
-/// A scene's box with a side of more than so many times that of the box of its light is not taken. In `prism.xml`, most of whose
-/// photons lie in a spectrum, it is some 60 times as large.
+/// A scene's box with a side of more than so many times that of the box of its light is not taken. An ordinary
+/// scene may be some tens of times as large: `prism.xml`, most of whose photons lie in a spectrum, is more than 8 times.
 const TOO_LARGE: f32 = 1024.0;
 
 /// The box of the photons of this scene: that of the scene, or where it is far larger than that of most photons, the latter.
