@@ -92,6 +92,13 @@ impl CurvePiece {
 
     /// The nearest hit from outside with `0 < t < t_max`.
     pub fn intersect(&self, ray: &Ray, t_max: f32) -> Option<f32> {
+        let (t, _) = self.nearest(ray)?;
+        let t = t as f32;
+        (t > 0.0 && t < t_max).then_some(t)
+    }
+
+    /// The nearest hit from outside ahead of the origin of `ray`: its distance and its place.
+    fn nearest(&self, ray: &Ray) -> Option<(f64, DVec3)> {
         // In double precision, from near the curve, and with a unit direction.
         let direction = ray.direction.as_dvec3();
         let speed = direction.length();
@@ -106,8 +113,7 @@ impl CurvePiece {
             true => Some(near).filter(|t| *t > -ahead)?,
             false => self.approach(o, w, [near.max(-ahead), far])?,
         };
-        let t = ((t + ahead) / speed) as f32;
-        (t > 0.0 && t < t_max).then_some(t)
+        Some(((t + ahead) / speed, o + w * t))
     }
 
     /// Goes along a ray of unit direction from the first place, outside the surface, to the surface, but not beyond the last.
@@ -172,9 +178,10 @@ impl CurvePiece {
         Found { distance: away.length() - c.w, gradient, at, center, radius: c.w }
     }
 
-    /// The point at distance `t` of `ray`, moved onto the surface.
+    /// The point where `ray` hits, moved onto the surface; `t` is the distance of the hit, which is found again, as that of a sphere.
     pub fn point(&self, ray: &Ray, t: f32) -> SurfacePoint {
-        let near = ray.origin.as_dvec3() + ray.direction.as_dvec3() * f64::from(t);
+        let rounded = || ray.origin.as_dvec3() + ray.direction.as_dvec3() * f64::from(t);
+        let near = self.nearest(ray).map_or_else(rounded, |(_, place)| place);
         let (center, radius, n) = if self.slack < 0.0 {
             let [a, b] = [self.points[0], self.points[3]].map(|p| p.as_dvec4());
             let s = sphere_at([a, b], near).clamp(0.0, 1.0);

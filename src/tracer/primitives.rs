@@ -172,7 +172,7 @@ impl Primitives {
     fn round_point(&self, ray: &Ray, hit: &Hit) -> (SurfacePoint, PrimRecord) {
         let i = hit.prim as usize - self.faces.count();
         let point = match self.disks.get(i) {
-            Some(disk) => disk.point(ray, hit.t),
+            Some(disk) => disk.point(ray),
             None => match self.spheres.get(i - self.disks.len()) {
                 Some(sphere) => sphere.point(ray, hit.t),
                 None => {

@@ -17,6 +17,7 @@ mod late;
 mod photon_cases;
 mod photons;
 mod place;
+mod points;
 mod roulette;
 mod sequence;
 

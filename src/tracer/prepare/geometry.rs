@@ -25,7 +25,7 @@ use crate::tracer::light::{
     ParallelogramLight, SphereLight, TexturedLight, TriangleLight,
 };
 use crate::tracer::primitives::{Back, NONE, PrimRecord};
-use crate::tracer::shape::{Cylinder, Disk, Sphere, Triangle};
+use crate::tracer::shape::{Cylinder, Disk, Sphere, Triangle, has_area};
 use crate::tracer::tangents::{self, Tangents};
 use crate::tracer::texture_coordinates::{self, ShapeAttributes, TextureCoordinates};
 
@@ -147,7 +147,7 @@ impl MeshTriangle {
 /// The triangle, unless it has no area or coordinates that cannot be used.
 fn usable(corners: [Vec3; 3]) -> Option<Triangle> {
     let usable = corners.iter().all(|p| p.is_finite() && p.abs().max_element() <= MAX_COORDINATE);
-    Triangle::new(corners).filter(|t| usable && t.area() > 0.0)
+    Triangle::new(corners).filter(|t| usable && has_area(t.area()))
 }
 
 /// Place and name of a shape, for notices.
@@ -462,7 +462,7 @@ impl Geometry {
         let (center, a, b) = (m.translation.as_vec3(), axis(DVec3::X).as_vec3(), axis(DVec3::Y).as_vec3());
         let usable =
             center.abs().max(a.abs()).max(b.abs()).max_element() <= MAX_COORDINATE && center.is_finite();
-        let Some(disk) = Disk::new(center, a, b, front).filter(|d| usable && d.area() > 0.0) else {
+        let Some(disk) = Disk::new(center, a, b, front).filter(|d| usable && has_area(d.area())) else {
             input.dropped += 1;
             return;
         };
@@ -511,12 +511,12 @@ impl Geometry {
         let center = m.transform_point3(center).as_vec3();
         let radius = (radius.abs() * scale) as f32;
         let usable = center.is_finite() && center.abs().max_element() + radius <= MAX_COORDINATE;
-        if !(usable && radius > 0.0) {
+        let inward = input.turned;
+        let sphere = Sphere { center, radius, inward };
+        if !(usable && radius > 0.0 && has_area(sphere.area())) {
             input.dropped += 1;
             return;
         }
-        let inward = input.turned;
-        let sphere = Sphere { center, radius, inward };
         let key = PlaceKey::round(center, Vec3::splat(radius), Vec3::NAN);
         let side = if inward { -Vec3::X } else { Vec3::X };
         let cells = self.cells;
@@ -579,7 +579,7 @@ impl Geometry {
         let inward = input.shape.flip_normals;
         let usable = |cylinder: &Cylinder| {
             let (lo, hi) = cylinder.bounds();
-            lo.abs().max(hi.abs()).max_element() <= MAX_COORDINATE && cylinder.area() > 0.0
+            lo.abs().max(hi.abs()).max_element() <= MAX_COORDINATE && has_area(cylinder.area())
         };
         let Some(cylinder) = Cylinder::new(base, axes, inward).filter(usable) else {
             input.dropped += 1;
