@@ -16,8 +16,11 @@ mod fireflies;
 mod late;
 mod photon_cases;
 mod photons;
+mod environment;
+mod light_shapes;
 mod place;
 mod points;
+mod rays;
 mod roulette;
 mod sequence;
 

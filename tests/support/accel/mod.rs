@@ -1,5 +1,6 @@
 //! Primitives for the ray accelerator and the exact answers it is compared with, without scene descriptions.
 
+mod aimed;
 mod exact;
 mod meshes;
 
@@ -8,6 +9,7 @@ use glam::{DVec3, Vec3};
 use pointillist::tracer::accel::{Accel, Hit, PrimRange, Ray, Shapes, SimdKernel};
 use pointillist::tracer::shape::{Cylinder, Disk, Sphere, Triangle};
 
+pub use aimed::{Leaks, aimed, leaks};
 pub use exact::{Tally, Verdict, check, check_verdicts, polygon, rounding};
 pub use meshes::{CLOSED, Closed, icosphere, moeller_trumbore};
 pub use pointillist::math::random::Random;
