@@ -9,7 +9,7 @@ use glam::{DVec3, DVec4, Vec3, Vec4};
 use crate::math::float::{UNIT_ROUNDOFF, gamma};
 
 use super::accel::Ray;
-use super::shape::SurfacePoint;
+use super::shape::{SIDE, SurfacePoint};
 
 /// Deviation of a piece of a curve from a straight one, over its largest radius: bounds the search for hits, not their accuracy.
 const BENT: f64 = 0.1;
@@ -130,7 +130,8 @@ impl CurvePiece {
             }
             if found.distance.abs() <= ACCURACY * found.radius && slope < 0.0 {
                 // A little more than the piece, so that no ray passes between two.
-                return (-1e-5..=1.0 + 1e-5).contains(&found.at).then_some(t);
+                let on_it = (-1e-5..=1.0 + 1e-5).contains(&found.at);
+                return on_it.then_some(t - found.distance / slope);
             }
             let safe = found.distance / steepest;
             let next = if found.distance < 0.0 {
@@ -194,7 +195,9 @@ impl CurvePiece {
         let outwards = (near - center).normalize_or(DVec3::Z);
         let p = (center + outwards * radius).as_vec3();
         let n = n.normalize_or(DVec3::Z).as_vec3();
+        let long = (self.points[3] - self.points[0]).truncate().abs();
         let error = Vec3::splat(radius as f32 * (gamma(4) + 2.0 * ACCURACY as f32))
+            + long * gamma(SIDE)
             + p.abs() * (1.01 * UNIT_ROUNDOFF);
         SurfacePoint { p, error, ng: if self.inward { -n } else { n } }
     }

@@ -22,6 +22,11 @@ pub struct SurfacePoint {
     pub ng: Vec3,
 }
 
+/// Roundings by which a ray may leave a flat surface to the wrong side: one of each component of the normal and of the direction, in world
+/// space and in that of an instance, and three of their dot product. Such a ray meets the surface again unless it starts as far above it as
+/// these are of its extent, so that errors of points hold that much.
+pub(super) const SIDE: u32 = 7;
+
 /// True for an area that the density of points on it can be the inverse of.
 pub(super) fn has_area(area: f32) -> bool {
     area > 0.0 && (1.0 / area).is_finite()
@@ -60,8 +65,8 @@ impl Triangle {
     pub fn point(&self, uv: [f32; 2]) -> SurfacePoint {
         let (a, b) = (self.e1 * uv[0], self.e2 * uv[1]);
         let p = self.p0 + (a + b);
-        // Edge, product and sum are rounded once each, and the result once more.
-        let error = (a.abs() + b.abs()) * gamma(4) + p.abs() * (1.01 * UNIT_ROUNDOFF);
+        // Edge, product and sum of weights of at most 1 are rounded once each, and the result once more.
+        let error = (self.e1.abs() + self.e2.abs()) * gamma(4 + SIDE) + p.abs() * (1.01 * UNIT_ROUNDOFF);
         SurfacePoint { p, error, ng: self.n }
     }
 }
@@ -143,7 +148,8 @@ impl Disk {
     pub fn point_at(&self, x: f32, y: f32) -> SurfacePoint {
         let (a, b) = (self.a * x, self.b * y);
         let p = self.center + (a + b);
-        let error = (a.abs() + b.abs()) * gamma(4) + p.abs() * (1.01 * UNIT_ROUNDOFF);
+        // Half axes: the extent is twice that.
+        let error = (self.a.abs() + self.b.abs()) * gamma(4 + 2 * SIDE) + p.abs() * (1.01 * UNIT_ROUNDOFF);
         SurfacePoint { p, error, ng: self.n }
     }
 }
@@ -348,7 +354,9 @@ impl Cylinder {
     pub fn point_at(&self, [x, y]: [f32; 2], z: f32) -> SurfacePoint {
         let (a, b, c) = (self.a * x, self.b * y, self.axis * z);
         let p = self.base + (a + b + c);
-        let error = (a.abs() + b.abs() + c.abs()) * gamma(5) + p.abs() * (1.01 * UNIT_ROUNDOFF);
+        let error = (a.abs() + b.abs()) * gamma(5)
+            + self.axis.abs() * gamma(5 + SIDE)
+            + p.abs() * (1.01 * UNIT_ROUNDOFF);
         // The gradient of x² + y².
         let outward = self.to_local.transpose() * DVec3::new(f64::from(x), f64::from(y), 0.0);
         let n = outward.normalize_or(DVec3::Z).as_vec3();

@@ -23,6 +23,7 @@ mod points;
 mod rays;
 mod roulette;
 mod sequence;
+mod terminator;
 
 /// A row of the table.
 struct Row<'a> {

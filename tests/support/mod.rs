@@ -10,6 +10,7 @@ pub mod largest;
 pub mod models;
 pub mod replicates;
 pub mod scenes;
+pub mod spawned;
 pub mod synthetic;
 pub mod welch;
 pub mod xserver;

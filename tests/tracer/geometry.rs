@@ -1,49 +1,13 @@
-//! Rays that leave a surface do not hit it again, and hit what is near it.
+//! Rays that leave a surface do not hit it again. `stability` tries every kind of primitive at every size and place.
 
 use glam::{DVec3, Vec3};
 
-use crate::support::accel::{Random, ask_one, icosphere, moeller_trumbore};
+use crate::support::accel::{Random, ask_one, moeller_trumbore};
 use pointillist::tracer::accel::{Accel, Ray, Shapes};
 use pointillist::tracer::shape::{Cylinder, Disk, Sphere, Triangle};
 
 fn accel(triangles: &[[Vec3; 3]]) -> Accel {
     Accel::new(Shapes { triangles: &triangles.to_vec(), ..Shapes::default() }, &[], &[])
-}
-
-/// Rays that leave a convex body never hit it again, at any scale and place; a ray into it always does.
-#[test]
-fn spawned_rays_do_not_hit_their_own_surface() {
-    let (points, faces) = icosphere(2);
-    for scale in [1e-6f64, 1e-3, 1.0, 1e3, 1e6] {
-        for offset in [0.0, 1.0, 1e3, 1e6] {
-            let shift = DVec3::new(0.31, -0.77, 0.55) * offset * scale.max(1.0);
-            let mesh: Vec<[Vec3; 3]> =
-                faces.iter().map(|f| f.map(|i| (points[i] * scale + shift).as_vec3())).collect();
-            let triangles: Vec<Option<Triangle>> = mesh.iter().map(|&t| Triangle::new(t)).collect();
-            let kept: Vec<[Vec3; 3]> = triangles.iter().flatten().zip(&mesh).map(|(_, &m)| m).collect();
-            if kept.len() < mesh.len() || offset > 1e4 * scale {
-                continue; // Rounding of the vertices has left no sphere: there is nothing convex to test.
-            }
-            // Each face alone in its plane: rounded vertices make neighbours concave by a hair, which is a true hit.
-            let mut random = Random(3);
-            for (mesh, triangle) in kept.iter().zip(triangles.iter().flatten()) {
-                let mut alone = accel(&[*mesh]);
-                for _ in 0..100 {
-                    let (a, b) = (random.f64() as f32, random.f64() as f32);
-                    let uv = if a + b > 1.0 { [1.0 - a, 1.0 - b] } else { [a, b] };
-                    let point = triangle.point(uv);
-                    // Every direction, also within 1e-6 of the plane.
-                    let grazing = if random.f64() < 0.5 { 1.0 } else { 1e-6 };
-                    let tangent = random.direction().as_vec3();
-                    let tangent = (tangent - triangle.n * tangent.dot(triangle.n)).normalize();
-                    let d = (tangent + triangle.n * (random.direction().z as f32 * grazing)).normalize();
-                    let o = pointillist::math::float::safe_origin(point.p, point.error, point.ng, d);
-                    let answer = ask_one(&mut alone, Ray::new(o, d));
-                    assert_eq!(answer, (None, false), "scale {scale}, offset {offset}, {d}");
-                }
-            }
-        }
-    }
 }
 
 /// Needles a thousand times as long as wide, left at every angle; rays from the bare point, as the naive method
@@ -70,7 +34,7 @@ fn needles_are_left_for_good() {
     assert!(naive > 1000, "the case is too easy: {naive}");
 }
 
-/// The same for spheres and disks, and for the two halves of a square, which lie in one plane.
+/// Spheres and disks, and for the two halves of a square, which lie in one plane.
 #[test]
 fn spawned_rays_leave_spheres_disks_and_squares() {
     let mut random = Random(11);
@@ -150,22 +114,4 @@ fn spawned_rays_leave_cylinders() {
         }
     }
     assert!(met > 5000 && left > 2000, "{met} {left}");
-}
-
-/// A second surface a few dozen ulps away is not skipped.
-#[test]
-fn a_near_second_surface_is_hit() {
-    let face = |z: f32| [Vec3::new(-1.0, -1.0, z), Vec3::new(1.0, -1.0, z), Vec3::new(0.0, 1.0, z)];
-    let gap = 64.0 * f32::EPSILON;
-    let mut both = accel(&[face(1.0), face(1.0 + gap)]);
-    let lower = Triangle::new(face(1.0)).expect("has an area");
-    let mut random = Random(5);
-    for _ in 0..10_000 {
-        let point = lower.point([random.f64() as f32 * 0.3 + 0.2, random.f64() as f32 * 0.3 + 0.1]);
-        let d = random.direction().as_vec3();
-        let d = Vec3::new(d.x, d.y, d.z.abs() + 0.1).normalize();
-        let spawn = |d| Ray::new(pointillist::math::float::safe_origin(point.p, point.error, point.ng, d), d);
-        assert_eq!(ask_one(&mut both, spawn(d)).0.map(|h| h.prim), Some(1));
-        assert_eq!(ask_one(&mut both, spawn(-d)).0, None, "both are behind");
-    }
 }

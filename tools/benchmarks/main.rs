@@ -12,6 +12,7 @@ mod abort;
 mod client;
 mod common;
 mod fireflies;
+mod edges;
 mod largest;
 mod late;
 mod latency;
@@ -50,6 +51,8 @@ enum Part {
     Client(client::Arguments),
     /// Error, bias and pictures with fireflies reweighted and without
     Fireflies(fireflies::Arguments),
+    /// Rays at the edges of closed meshes, and rays that leave surfaces: how many of 10^7 go where no ray can
+    Edges(edges::Arguments),
     /// The share of the largest sample of a pixel in its sum, by method
     Largest(largest::Arguments),
     /// How often the warning that light is still being found was right
@@ -89,6 +92,7 @@ fn main() -> ExitCode {
         Part::Abort(arguments) => abort::run(&arguments),
         Part::Client(arguments) => client::run(&arguments),
         Part::Fireflies(arguments) => fireflies::run(&arguments),
+        Part::Edges(arguments) => edges::run(&arguments),
         Part::Largest(arguments) => largest::run(&arguments),
         Part::Late(arguments) => late::run(&arguments),
         Part::Latency(arguments) => latency::run(&arguments),

@@ -2,6 +2,8 @@
 
 #![allow(dead_code, unused_imports, reason = "the tests use more of it")]
 
+#[path = "../../tests/support/accel/mod.rs"]
+pub mod accel;
 #[path = "../../tests/support/agreement.rs"]
 pub mod agreement;
 #[path = "../../tests/support/desktop.rs"]
@@ -10,6 +12,8 @@ pub mod desktop;
 pub mod largest;
 #[path = "../../tests/support/scenes/mod.rs"]
 pub mod scenes;
+#[path = "../../tests/support/spawned.rs"]
+pub mod spawned;
 #[path = "../../tests/support/welch.rs"]
 pub mod welch;
 #[path = "../../tests/support/xserver.rs"]

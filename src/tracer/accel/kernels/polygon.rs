@@ -176,29 +176,39 @@ fn ahead<S: Simd8, const CLOSED: bool>(s: S, t: S::Floats, t_max: f32, doubtful:
     s.lt(s.splat(0.0), t) & (before | doubtful)
 }
 
-/// The distance to the plane of a polygon in double precision, from its first three corners.
+/// The distance to a polygon in double precision, from its plane through the first three corners; NaN where that is crossed beyond all corners,
+/// so that the polygon is not.
 ///
 /// A spawned ray starts outside the error box of its surface, so this distance is negative for that surface and for anything
 /// in the same plane. It is computed only for distances that came out positive in single precision.
+///
+/// Of a polygon that is seen edge-on all edge functions consist of rounding, and may say that it is hit. Its plane is then met anywhere.
 #[cold]
-pub(super) fn exact_distance(corners: [Vec3; 3], ray: &Ray) -> f32 {
-    let [a, b, c] = corners.map(|p| p.as_dvec3());
+pub(super) fn exact_distance(corners: [Vec3; 4], ray: &Ray) -> f32 {
     let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
+    let [a, b, c, e] = corners.map(|p| p.as_dvec3());
     let n = (b - a).cross(c - a);
-    ((a - o).dot(n) / d.dot(n)) as f32
+    let t = (a - o).dot(n) / d.dot(n);
+    // Along the ray, in units of the squared length of its direction.
+    let along = [a, b, c, e].map(|p| (p - o).dot(d));
+    let range = along.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+    let room = 16.0 * f64::from(UNIT_ROUNDOFF) * range.0.abs().max(range.1.abs());
+    let at = t * d.length_squared();
+    if range.0 - room <= at && at <= range.1 + room { t as f32 } else { f32::NAN }
 }
 
-/// The first three corners of a polygon in a block without shared vertices.
+/// The corners of a polygon in a block without shared vertices. A triangle has its third one twice.
 #[cold]
-pub(super) fn corners(rows: &[F32x8], lane: usize) -> [Vec3; 3] {
-    [0, 1, 2].map(|corner| Vec3::from_array([0, 1, 2].map(|axis| rows[3 * corner + axis][lane & 7])))
+pub(super) fn corners(rows: &[F32x8], lane: usize) -> [Vec3; 4] {
+    let last = if rows.len() == block_rows(4) { 3 } else { 2 };
+    [0, 1, 2, last].map(|corner| Vec3::from_array([0, 1, 2].map(|axis| rows[3 * corner + axis][lane & 7])))
 }
 
-/// The corners of a triangle in a block with shared vertices.
+/// The corners of a triangle in a block with shared vertices, the third one twice.
 #[cold]
-pub(super) fn shared_corners(rows: &[F32x8], lane: usize) -> [Vec3; 3] {
+pub(super) fn shared_corners(rows: &[F32x8], lane: usize) -> [Vec3; 4] {
     let vertices: &[u8] = bytemuck::cast_slice(&rows[CORNER_ROW]);
-    [0, 1, 2].map(|corner| {
+    [0, 1, 2, 2].map(|corner| {
         let n = usize::from(vertices[8 * corner + (lane & 7)]);
         Vec3::from_array([0, 1, 2].map(|axis| rows[n / 8 * 3 + axis][n % 8]))
     })

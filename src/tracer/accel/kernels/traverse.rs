@@ -98,7 +98,7 @@ fn closest_in_leaf<S: Simd8>(
 }
 
 /// Finds the corners of a lane in the rows of a block.
-type Corners = fn(&[F32x8], usize) -> [Vec3; 3];
+type Corners = fn(&[F32x8], usize) -> [Vec3; 4];
 
 #[inline(always)]
 fn closest_of<S: Simd8>(
