@@ -1,5 +1,7 @@
 //! Russian roulette: when paths end at random, for all integrators.
 
+use super::sampler::attainable;
+
 /// No path survives with certainty: two mirrors must not hold it for ever.
 const MAX_SURVIVAL: f32 = 0.95;
 
@@ -44,16 +46,6 @@ pub fn survival_factor(probability: f32, armed: bool, u: f32) -> Option<f32> {
     // NaN does not survive; `min` would take it for the other number.
     let survival = attainable(if probability > MAX_SURVIVAL { MAX_SURVIVAL } else { probability });
     (u < survival).then(|| 1.0 / survival)
-}
-
-/// The least probability from `p` < 1 on with which a random number of the sequence, a multiple of 2⁻²⁴, is below it. Below any other
-/// number it is more often than that number says: below 1e-9 sixty times as often.
-#[inline]
-fn attainable(p: f32) -> f32 {
-    const GRID: f32 = (1 << 24) as f32;
-    // Both products are exact.
-    let whole = (p * GRID) as u32;
-    (whole + u32::from((whole as f32) < p * GRID)) as f32 * (1.0 / GRID)
 }
 
 #[cfg(test)]

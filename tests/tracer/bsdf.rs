@@ -470,13 +470,18 @@ fn extremes_stay_finite() {
     }
 }
 
-/// With equal indices the surface is invisible, and no facet is sampled.
+/// With equal indices the surface is invisible, and no facet is sampled; with nearly equal ones light passes it as a delta.
 #[test]
 fn equal_media_are_no_rough_interface() {
     let facets = microfacet(Facets::Ggx, [0.3, 0.3]);
-    for eta in [1.0, 1.0 + 1e-5, 1.0 - 1e-5] {
-        let eta = [SampledSpectrum::splat(eta), ONE];
-        assert!(RoughDielectric::new(Dielectric::new(eta, [ONE, ONE]), &facets).is_none());
+    let smooth = |eta| Dielectric::new([SampledSpectrum::splat(eta), ONE], [ONE, ONE]);
+    assert!(RoughDielectric::new(smooth(1.0), &facets).is_none());
+    for eta in [1.0 + 1e-6, 1.0 - 1e-6] {
+        let glass = RoughDielectric::new(smooth(eta), &facets).expect("facets");
+        let wo = direction(0.5, 0.4);
+        let s = glass.sample(wo, [0.3, 0.6], 0.5).expect("a refraction");
+        assert!(s.delta && s.transmitted && (s.wi + wo).length() < 1e-5 && glass.eval(wo, s.wi).is_none());
+        assert!((s.weight.0.x * s.eta2 - 1.0).abs() < 3e-4, "{s:?}");
     }
 }
 

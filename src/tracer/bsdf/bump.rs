@@ -18,6 +18,7 @@ use crate::math::pdf::PdfW;
 use crate::scene::desc::{BsdfDesc, BumpDesc};
 use crate::scene::texture::BitmapTexture;
 use crate::spectrum::SampledSpectrum;
+use crate::tracer::sampler::attainable;
 
 use super::scattering::{BsdfSample, LAST_LOBE, MaterialEvalContext, ScatteringModel};
 
@@ -173,7 +174,7 @@ impl Bump {
             (true, false) => Some(0.0),
             (false, true) => Some(1.0),
             // Few directions see it: about the angle between normals over π of the hemisphere.
-            (true, true) => Some(0.5 * self.normal.truncate().length().min(1.0)),
+            (true, true) => Some(attainable(0.5 * self.normal.truncate().length().min(1.0))),
         }
     }
 

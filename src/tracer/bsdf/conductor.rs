@@ -53,7 +53,7 @@ impl ScatteringModel for Conductor {
         }
         let weight = self.reflected(wo.z.min(1.0));
         let wi = Vec3::new(-wo.x, -wo.y, wo.z);
-        Some(BsdfSample { delta: true, ..BsdfSample::reflection(wi, weight, PdfW(1.0)) })
+        Some(BsdfSample::delta(wi, weight, 1.0))
     }
 
     #[inline]
@@ -120,9 +120,15 @@ impl ScatteringModel for RoughConductor {
         if wo.z <= 0.0 || wi.z <= 0.0 {
             return None;
         }
-        let m = (wo + wi).normalize_or_zero();
-        let density = self.density(wo, m);
-        let value = self.smooth.reflected(wo.dot(m).clamp(0.0, 1.0)) * (density * self.microfacet.g1(wi));
+        let half = wo + wi;
+        if !self.microfacet.resolves(half) {
+            return None;
+        }
+        let length = half.length();
+        let density = self.density(wo, half * (1.0 / length));
+        // As a product of the normal and a direction it would have lost its digits where both directions graze.
+        let cos = (0.5 * length).min(1.0);
+        let value = self.smooth.reflected(cos) * (density * self.microfacet.g1(wi));
         (density > 0.0).then_some((value, PdfW(density)))
     }
 
@@ -140,7 +146,10 @@ impl ScatteringModel for RoughConductor {
             return None;
         }
         let weight = self.smooth.reflected(cos.clamp(0.0, 1.0)) * self.microfacet.g1(wi);
-        Some(BsdfSample::reflection(wi, weight, pdf))
+        Some(match self.microfacet.resolves(wo + wi) {
+            true => BsdfSample::reflection(wi, weight, pdf),
+            false => BsdfSample::delta(wi, weight, 1.0),
+        })
     }
 
     #[inline]

@@ -9,6 +9,7 @@ use crate::scene::texture::TexturePoint;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::wavelength_mis::{self, Parted, WavelengthMis};
 
+use super::scattering::lobe_probability;
 use super::{BsdfSample, MaterialModel, Microfacet, ScatteringModel, Unmixed, fresnel};
 
 /// A smooth interface, which needs no preparation.
@@ -64,11 +65,10 @@ impl ScatteringModel for Dielectric {
         let eta = self.eta_from(wo);
         let cos = wo.z.abs().min(1.0);
         let r = fresnel::dielectric(cos, eta);
-        let q = r.element_sum() * 0.25;
+        let q = lobe_probability(r.element_sum() * 0.25);
         if lobe < q {
             let weight = SampledSpectrum(r / q) * self.reflection;
-            let wi = Vec3::new(-wo.x, -wo.y, wo.z);
-            return Some(BsdfSample { delta: true, ..BsdfSample::reflection(wi, weight, PdfW(q)) });
+            return Some(BsdfSample::delta(Vec3::new(-wo.x, -wo.y, wo.z), weight, q));
         }
         let hero_only = self.parts_colors;
         let wi = match refract(wo, eta.x) {
@@ -105,12 +105,9 @@ fn refract(wo: Vec3, eta: f32) -> Option<Vec3> {
     if eta == 1.0 {
         return Some(-wo);
     }
-    let sin2_t = ((1.0 - wo.z) * (1.0 + wo.z)).max(0.0) / (eta * eta);
-    if sin2_t >= 1.0 {
-        return None;
-    }
-    let (inverse, z) = (1.0 / eta, (1.0 - sin2_t).sqrt());
-    Some(Vec3::new(-wo.x * inverse, -wo.y * inverse, -z.copysign(wo.z)).normalize())
+    let through = fresnel::through(wo.z.abs().min(1.0), eta)?;
+    let inverse = 1.0 / eta;
+    Some(Vec3::new(-wo.x * inverse, -wo.y * inverse, -(through * inverse).copysign(wo.z)).normalize())
 }
 
 /// A rough interface.
@@ -134,7 +131,7 @@ impl From<RoughDielectricDesc> for RoughDielectricMaterial {
 impl MaterialModel for RoughDielectricMaterial {
     type Bsdf = Unmixed;
 
-    /// A smooth interface where the indices are too close at these wavelengths.
+    /// A smooth interface where the indices are the same.
     #[inline]
     fn bsdf(&self, at: &TexturePoint, lambda: &SampledWavelengths) -> Unmixed {
         let smooth = self.smooth.bsdf(at, lambda);
@@ -151,6 +148,9 @@ impl MaterialModel for RoughDielectricMaterial {
 /// reflections being the mean reflectance of the lanes. With dispersion a pair of directions belongs to another facet at
 /// each wavelength: every lane's value is that of its own, and [`ScatteringModel::part`] says how readily each would have
 /// chosen it. Values and weights of a refraction hold the factor of [`WavelengthMis::of`].
+///
+/// Where the two indices are so close that all refracted directions are one in single precision ([`Microfacet::resolves`]), refraction
+/// is a delta, whose lanes go as through a smooth interface. What passes straight is not hidden: the facets in its way are as clear.
 #[derive(Clone, Copy, Debug)]
 pub struct RoughDielectric {
     smooth: Dielectric,
@@ -171,7 +171,7 @@ struct Facet {
     m: Vec3,
     /// Cosine to `wo`.
     cos: f32,
-    /// Reflectance per lane, and the share of samples that reflect.
+    /// Reflectance per lane, and the probability of reflection.
     r: Vec4,
     q: f32,
     /// Density of the facet over its cosine: D(m) / σ(wo).
@@ -179,12 +179,11 @@ struct Facet {
 }
 
 impl RoughDielectric {
-    /// The interface of `smooth` with these facets. `None` when the indices are so close (1e-4, reflectance below 3e-9) that no
-    /// facet can be told from the directions: then the surface is `smooth`, which lets everything through.
+    /// The interface of `smooth` with these facets. `None` where the indices are the same: then the surface is `smooth`, which lets
+    /// everything through.
     #[inline]
     pub fn new(smooth: Dielectric, microfacet: &Microfacet) -> Option<Self> {
-        let apart = (smooth.eta.x - 1.0).abs() > 1e-4;
-        apart.then_some(Self { smooth, microfacet: *microfacet })
+        (smooth.eta.x != 1.0).then_some(Self { smooth, microfacet: *microfacet })
     }
 
     /// `None` for a grazing view, which meets no facet.
@@ -194,16 +193,16 @@ impl RoughDielectric {
         (wo.z != 0.0).then(|| Facing { wo: Vec3::new(wo.x, wo.y, wo.z * side), eta, side })
     }
 
-    /// `None` for a facet that is not seen, or where there is none.
+    /// `None` for a facet that is not seen, or where there is none; `cos` is its cosine to `wo`.
     #[inline]
-    fn facet(&self, facing: &Facing, m: Vec3) -> Option<Facet> {
-        let cos = facing.wo.dot(m).min(1.0);
+    fn facet(&self, facing: &Facing, m: Vec3, cos: f32) -> Option<Facet> {
+        let cos = cos.min(1.0);
         let density = self.microfacet.d(m) / self.microfacet.cross_section(facing.wo);
         if cos.is_nan() || cos <= 0.0 || density <= 0.0 {
             return None;
         }
         let r = fresnel::dielectric(cos, facing.eta);
-        let q = r.element_sum() * 0.25;
+        let q = lobe_probability(r.element_sum() * 0.25);
         Some(Facet { m, cos, r, q, density })
     }
 
@@ -211,15 +210,17 @@ impl RoughDielectric {
     fn lanes(&self, facing: &Facing, wi: Vec3) -> Vec4 {
         let over_section = 1.0 / self.microfacet.cross_section(facing.wo);
         let lane = |eta: f32| {
-            let half = facing.wo + wi * eta;
-            let m = half.normalize_or_zero() * 1f32.copysign(half.z);
-            let (cos, cos_i) = (facing.wo.dot(m).min(1.0), (-wi.dot(m)).min(1.0));
-            let lit = cos > 0.0 && cos_i > 0.0;
-            let through = 1.0 - fresnel::dielectric(cos.max(0.0), Vec4::splat(eta)).x;
-            let half = cos - eta * cos_i;
-            let value = self.microfacet.d(m) * over_section * cos * cos_i * through / (half * half);
+            let half = refracting_half(facing.wo, wi, eta);
+            let m = refracting_normal(half);
+            let cos = facing.wo.dot(m).min(1.0);
+            let lit = cos > 0.0 && wi.dot(m) < 0.0;
+            let passed = 1.0 - fresnel::dielectric(cos.max(0.0), Vec4::splat(eta)).x;
+            let through = fresnel::through(cos, eta).unwrap_or(0.0);
+            let bend = bend(cos, eta, through);
+            let value = self.microfacet.d(m) * over_section * cos * through * passed / (eta * bend * bend);
             // A NaN is no value.
-            if lit && value > 0.0 { value.min(f32::MAX) } else { 0.0 }
+            let resolved = self.microfacet.resolves_refraction(half, facing.wo, eta);
+            if lit && value > 0.0 && resolved { value.min(f32::MAX) } else { 0.0 }
         };
         Vec4::from_array(facing.eta.to_array().map(lane))
     }
@@ -232,26 +233,35 @@ impl ScatteringModel for RoughDielectric {
         let facing = self.facing(wo)?;
         let wi = Vec3::new(wi.x, wi.y, wi.z * facing.side);
         if wi.z > 0.0 {
-            let facet = self.facet(&facing, (facing.wo + wi).normalize_or_zero())?;
+            let half = facing.wo + wi;
+            if !self.microfacet.resolves(half) {
+                return None;
+            }
+            // As a product of the normal and a direction the cosine would have lost its digits where both directions graze.
+            let length = half.length();
+            let facet = self.facet(&facing, half * (1.0 / length), 0.5 * length)?;
             let pdf = 0.25 * facet.q * facet.density;
             let value = SampledSpectrum(facet.r * (0.25 * facet.density * self.microfacet.g1(wi)));
             return (pdf > 0.0).then_some((value * self.smooth.reflection, PdfW(pdf)));
         }
-        // From the lighter medium's side the sum points into the denser one.
-        let half = facing.wo + wi * facing.eta.x;
-        let facet = self.facet(&facing, half.normalize_or_zero() * 1f32.copysign(half.z))?;
-        let cos_i = -wi.dot(facet.m);
-        if cos_i <= 0.0 || wi.z == 0.0 {
+        let eta = facing.eta.x;
+        let half = refracting_half(facing.wo, wi, eta);
+        let m = refracting_normal(half);
+        let facet = self.facet(&facing, m, facing.wo.dot(m))?;
+        let through = fresnel::through(facet.cos, eta)?;
+        let bend = bend(facet.cos, eta, through);
+        if wi.dot(facet.m) >= 0.0 || wi.z == 0.0 || !self.microfacet.resolves_refraction(half, facing.wo, eta)
+        {
             return None;
         }
-        let jacobian = jacobian(&facing, &facet, cos_i);
+        let jacobian = eta * through / (bend * bend);
         let pdf = (1.0 - facet.q) * facet.density * facet.cos * jacobian;
         let g1 = self.microfacet.g1(wi);
         let value = if self.smooth.parts_colors {
             let lanes = self.lanes(&facing, wi);
             lanes * WavelengthMis::of(lanes * facing.eta).map_or(0.0, |(_, own)| own)
         } else {
-            (1.0 - facet.r) * (facet.density * facet.cos * jacobian / (facing.eta.x * facing.eta.x))
+            (1.0 - facet.r) * (facet.density * facet.cos * jacobian / (eta * eta))
         };
         (pdf > 0.0).then_some((SampledSpectrum(value * g1) * self.smooth.transmission, PdfW(pdf)))
     }
@@ -260,7 +270,8 @@ impl ScatteringModel for RoughDielectric {
     #[inline]
     fn sample(&self, wo: Vec3, u: [f32; 2], lobe: f32) -> Option<BsdfSample> {
         let facing = self.facing(wo)?;
-        let facet = self.facet(&facing, self.microfacet.sample_visible(facing.wo, u))?;
+        let m = self.microfacet.sample_visible(facing.wo, u);
+        let facet = self.facet(&facing, m, facing.wo.dot(m))?;
         let Facet { m, cos, q, density, .. } = facet;
         let reflects = lobe < q;
         let hero = facing.eta.x;
@@ -268,14 +279,25 @@ impl ScatteringModel for RoughDielectric {
             let wi = m * (2.0 * cos) - facing.wo;
             (wi, SampledSpectrum(facet.r / q) * self.smooth.reflection, 0.25 * q * density, 1.0)
         } else {
-            let cos_i = (1.0 - (1.0 - cos) * (1.0 + cos) / (hero * hero)).max(0.0).sqrt();
-            let wi = m * (cos / hero - cos_i) - facing.wo / hero;
-            let pdf = (1.0 - q) * density * cos * jacobian(&facing, &facet, cos_i);
+            let through = fresnel::through(cos, hero)?;
+            let bend = bend(cos, hero, through);
+            let wi = (facing.wo + m * bend) * (-1.0 / hero);
+            let pdf = (1.0 - q) * density * cos * hero * through / (bend * bend);
             let scale = 1.0 / (hero * hero * (1.0 - q));
-            (wi, SampledSpectrum((1.0 - facet.r) * scale) * self.smooth.transmission, pdf, hero * hero)
+            let weight = SampledSpectrum((1.0 - facet.r) * scale) * self.smooth.transmission;
+            (wi, weight, pdf, hero * hero)
         };
         let wi = wi.normalize();
-        let weight = if self.smooth.parts_colors && !reflects {
+        // By the rounded direction, as `eval` will see it.
+        let delta = match reflects {
+            true => !self.microfacet.resolves(facing.wo + wi),
+            false => {
+                let half = refracting_half(facing.wo, wi, hero);
+                !self.microfacet.resolves_refraction(half, facing.wo, hero)
+            }
+        };
+        let straight = delta && !reflects;
+        let weight = if self.smooth.parts_colors && !reflects && !delta {
             // The hero's weight, to each lane's value over the hero's.
             let lanes = self.lanes(&facing, wi);
             let g = lanes * facing.eta;
@@ -286,16 +308,18 @@ impl ScatteringModel for RoughDielectric {
             weight
         };
         let right_side = if reflects { wi.z > 0.0 } else { wi.z < 0.0 };
+        let chosen = if reflects { q } else { 1.0 - q };
+        let pdf = if delta { chosen } else { pdf };
         if !right_side || pdf.is_nan() || pdf <= 0.0 {
             return None;
         }
         Some(BsdfSample {
             wi: Vec3::new(wi.x, wi.y, wi.z * facing.side),
-            weight: weight * self.microfacet.g1(wi),
+            weight: if straight { weight } else { weight * self.microfacet.g1(wi) },
             pdf: PdfW(pdf),
-            delta: false,
+            delta,
             transmitted: !reflects,
-            hero_only: false,
+            hero_only: straight && self.smooth.parts_colors,
             eta2,
         })
     }
@@ -315,6 +339,11 @@ impl ScatteringModel for RoughDielectric {
         self.smooth.parts_colors
     }
 
+    #[inline]
+    fn refract(&self, wo: Vec3, lane: usize) -> Option<(Vec3, f32)> {
+        self.smooth.refract(wo, lane)
+    }
+
     /// The shares of the lanes in a refraction between `wo` and `wi`. Lanes do not part in a reflection.
     fn part(&self, wo: Vec3, wi: Vec3) -> Parted {
         let Some(facing) = self.facing(wo).filter(|_| self.smooth.parts_colors && wo.z * wi.z < 0.0) else {
@@ -329,10 +358,22 @@ impl ScatteringModel for RoughDielectric {
     }
 }
 
-/// Solid angle of facets per solid angle of refracted directions, for the hero (Walter et al., eq. 17).
+/// `wo` + η `wi`, which is along the normal of the facet that refracts `wi` to `wo`, and points into the denser medium. The sum of the
+/// directions themselves is exact where they are nearly opposite.
 #[inline]
-fn jacobian(facing: &Facing, facet: &Facet, cos_i: f32) -> f32 {
-    let eta = facing.eta.x;
-    let half = facet.cos - eta * cos_i;
-    eta * eta * cos_i / (half * half)
+pub(super) fn refracting_half(wo: Vec3, wi: Vec3, eta: f32) -> Vec3 {
+    (wo + wi) + wi * (eta - 1.0)
+}
+
+/// The normal of that facet, above the horizon.
+#[inline]
+pub(super) fn refracting_normal(half: Vec3) -> Vec3 {
+    half.normalize_or_zero() * 1f32.copysign(half.z)
+}
+
+/// How far a facet bends light: wo + η wi = −m · bend, η cos θₜ − cos θₒ, without their difference; `through` is
+/// [`fresnel::through`]. The solid angle of facets per solid angle of refracted directions is η · `through` / bend² (Walter et al., eq. 17).
+#[inline]
+pub(super) fn bend(cos: f32, eta: f32, through: f32) -> f32 {
+    (eta - 1.0) * (eta + 1.0) / (cos + through)
 }

@@ -6,17 +6,29 @@ use glam::Vec4;
 /// the near side. Exactly 0 for `eta` = 1, exactly 1 at and beyond the critical angle and at grazing incidence.
 #[inline]
 pub fn dielectric(cos: f32, eta: Vec4) -> Vec4 {
-    let sin2 = ((1.0 - cos) * (1.0 + cos)).max(0.0);
-    let cos2_t = 1.0 - sin2 / (eta * eta);
-    let cos_t = cos2_t.max(Vec4::ZERO).map(f32::sqrt);
+    let through2 = through2(cos, eta);
+    let through = through2.max(Vec4::ZERO).map(f32::sqrt);
     let cos = Vec4::splat(cos);
-    let s = (cos - eta * cos_t) / (cos + eta * cos_t);
-    let p = (eta * cos - cos_t) / (eta * cos + cos_t);
+    let s = (cos - through) / (cos + through);
+    let p = (eta * eta * cos - through) / (eta * eta * cos + through);
     let r = (s * s + p * p) * 0.5;
-    // Total reflection also covers 0/0 at cos = 0 with eta ≥ 1: there 1 is the limit.
-    let total = cos2_t.cmple(Vec4::ZERO) | cos.cmple(Vec4::ZERO);
+    let total = through2.cmple(Vec4::ZERO) | cos.cmple(Vec4::ZERO);
     let r = Vec4::select(total, Vec4::ONE, r.min(Vec4::ONE));
     Vec4::select(eta.cmpeq(Vec4::ONE), Vec4::ZERO, r)
+}
+
+/// (η cos θₜ)² = η² − sin² = cos² + (η − 1)(η + 1) by Snell's law. The first keeps its digits near the normal, where η may be small; the
+/// second where light grazes and η is near 1.
+#[inline]
+fn through2(cos: f32, eta: Vec4) -> Vec4 {
+    if cos > 0.5 { eta * eta - (1.0 - cos) * (1.0 + cos) } else { (eta - 1.0) * (eta + 1.0) + cos * cos }
+}
+
+/// Snell's law: `eta` times the cosine on the far side, for one index. `None` where [`dielectric`] reflects all.
+#[inline]
+pub fn through(cos: f32, eta: f32) -> Option<f32> {
+    let through2 = through2(cos, Vec4::splat(eta)).x;
+    (through2 > 0.0).then(|| through2.sqrt())
 }
 
 /// Reflectance of a metal of complex index `eta + i k` (relative to the near side). 1 at grazing incidence, and 1
@@ -25,14 +37,18 @@ pub fn dielectric(cos: f32, eta: Vec4) -> Vec4 {
 pub fn conductor(cos: f32, eta: Vec4, k: Vec4) -> Vec4 {
     let cos2 = Vec4::splat(cos * cos);
     let sin2 = Vec4::splat(((1.0 - cos) * (1.0 + cos)).max(0.0));
-    let (eta2, k2) = (eta * eta, k * k);
-    let t0 = eta2 - k2 - sin2;
-    let a2_plus_b2 = (t0 * t0 + 4.0 * eta2 * k2).map(f32::sqrt);
-    let a = (0.5 * (a2_plus_b2 + t0)).max(Vec4::ZERO).map(f32::sqrt);
-    let (t1, t2) = (a2_plus_b2 + cos2, 2.0 * cos * a);
-    let s = quotient(t1 - t2, t1 + t2);
-    let (t3, t4) = (cos2 * a2_plus_b2 + sin2 * sin2, t2 * sin2);
-    let p = s * quotient(t3 - t4, t3 + t4);
+    // a² − b² and a b of the cosine on the far side times the complex index, a + i b; η² − sin² as in `through2`.
+    let (t0, ab) = (through2(cos, eta) - k * k, eta * k);
+    let a2_plus_b2 = (t0 * t0 + 4.0 * ab * ab).map(f32::sqrt);
+    // The larger of a² and b²; the other follows from their product, because as a difference it cancels where k is small.
+    let larger = 0.5 * (a2_plus_b2 + t0.abs());
+    let smaller = Vec4::select(larger.cmpgt(Vec4::ZERO), ab * ab / larger, Vec4::ZERO);
+    let a = Vec4::select(t0.cmpgt(Vec4::ZERO), larger, smaller).map(f32::sqrt);
+    let b2 = Vec4::select(t0.cmpgt(Vec4::ZERO), smaller, larger);
+    let squared = |v: Vec4| v * v;
+    let s = quotient(squared(a - cos) + b2, squared(a + cos) + b2);
+    let (ac, b2c2) = (a * cos, b2 * cos2);
+    let p = s * quotient(squared(ac - sin2) + b2c2, squared(ac + sin2) + b2c2);
     (0.5 * (s + p)).clamp(Vec4::ZERO, Vec4::ONE)
 }
 

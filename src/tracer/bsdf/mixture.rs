@@ -8,6 +8,7 @@ use crate::math::pdf::PdfW;
 use crate::scene::desc::MOST_PARTS;
 use crate::scene::texture::TexturePoint;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
+use crate::tracer::sampler::{NUMBER_STEP, attainable};
 use crate::tracer::wavelength_mis::Parted;
 
 use super::bump::{Bump, BumpMaterial};
@@ -16,9 +17,6 @@ use super::scattering::{
 };
 use super::share::SurfaceShare;
 use super::{Diffuse, Material, Unmixed};
-
-/// The end of a part's lobes; the last number below its share may round up to the next part.
-const LAST_OF_PART: f32 = 1.0 - 1e-6;
 
 /// A mixture, seen from one side of a surface.
 #[derive(Clone, Debug, Default)]
@@ -52,10 +50,11 @@ impl MaterialModel for MixtureMaterial {
 
     fn at(&self, context: &MaterialEvalContext, lambda: &SampledWavelengths) -> Mixture {
         let bsdf = Diffuse::new(SampledSpectrum::ZERO).into();
-        let nothing = MixedPart { bsdf, share: 0.0, turned: false, bump: None };
+        let nothing = MixedPart { bsdf, share: 0.0, chance: 0.0, turned: false, bump: None };
         let part = |part: &MaterialPart| MixedPart {
             bsdf: Unmixed::of(&part.material, context, lambda),
             share: part.share.at(&context.texture),
+            chance: 0.0,
             turned: part.turned,
             bump: part.bump.as_ref().map(|bump| bump.at(context)),
         };
@@ -66,6 +65,7 @@ impl MaterialModel for MixtureMaterial {
             let scale = if there > 0.0 { 1.0 / there } else { 0.0 };
             parts.iter_mut().for_each(|part| part.share *= scale);
         }
+        choose_by_share(&mut parts);
         let several_refract =
             parts.iter().filter(|part| part.share > 0.0 && part.bsdf.transmits()).count() > 1;
         Mixture { parts, several_refract }
@@ -96,6 +96,8 @@ pub struct Mixture {
 struct MixedPart {
     bsdf: Unmixed,
     share: f32,
+    /// The probability with which it is chosen: its share, rounded to the grid of random numbers.
+    chance: f32,
     turned: bool,
     bump: Option<Bump>,
 }
@@ -123,6 +125,11 @@ impl MixedPart {
         }
     }
 
+    /// A sample of a delta of this part as one of the mixture.
+    fn delta(&self, s: BsdfSample) -> BsdfSample {
+        BsdfSample { pdf: PdfW(s.pdf.0 * self.chance), weight: s.weight * (self.share / self.chance), ..s }
+    }
+
     fn sample_from_light(&self, wo: Vec3, u: [f32; 2], lobe: f32) -> Option<BsdfSample> {
         match &self.bump {
             None => self.sample(wo, u, lobe),
@@ -138,15 +145,28 @@ impl MixedPart {
     }
 }
 
+/// Gives the parts their chances: multiples of the grid's step, none of them 0 where the share is not, which add up to 1.
+fn choose_by_share(parts: &mut [MixedPart; MOST_PARTS]) {
+    let mut left = parts.iter().filter(|part| part.share > 0.0).count();
+    let (mut before, mut shares) = (0.0, 0.0);
+    for part in parts.iter_mut().filter(|part| part.share > 0.0) {
+        (shares, left) = (shares + part.share, left - 1);
+        let last = 1.0 - left as f32 * NUMBER_STEP;
+        let end =
+            if left == 0 { 1.0 } else { attainable(shares.min(1.0)).max(before + NUMBER_STEP).min(last) };
+        (part.chance, before) = (end - before, end);
+    }
+}
+
 impl Mixture {
     /// The part to which a lobe number belongs, with the first such number.
     fn part_at(&self, lobe: f32) -> Option<(&MixedPart, f32)> {
         let mut first = 0.0;
         for part in &self.parts {
-            if lobe < first + part.share {
+            if lobe < first + part.chance {
                 return Some((part, first));
             }
-            first += part.share;
+            first += part.chance;
         }
         None
     }
@@ -163,7 +183,7 @@ impl ScatteringModel for Mixture {
         for part in self.parts.iter().filter(|part| part.share > 0.0) {
             if let Some((f, p)) = part.eval(wo, wi) {
                 value += f * part.share;
-                pdf += p.0 * part.share;
+                pdf += p.0 * part.chance;
             }
         }
         (pdf > 0.0).then_some((value, PdfW(pdf)))
@@ -171,9 +191,9 @@ impl ScatteringModel for Mixture {
 
     fn sample(&self, wo: Vec3, u: [f32; 2], lobe: f32) -> Option<BsdfSample> {
         let (part, first) = self.part_at(lobe)?;
-        let s = part.sample(wo, u, ((lobe - first) / part.share).min(LAST_LOBE))?;
+        let s = part.sample(wo, u, ((lobe - first) / part.chance).min(LAST_LOBE))?;
         if s.delta {
-            return Some(BsdfSample { pdf: PdfW(s.pdf.0 * part.share), ..s });
+            return Some(part.delta(s));
         }
         let (value, pdf) = self.eval(wo, s.wi)?;
         let weight = value * (1.0 / pdf.0);
@@ -186,9 +206,9 @@ impl ScatteringModel for Mixture {
             return self.sample(wo, u, lobe);
         }
         let (part, first) = self.part_at(lobe)?;
-        let s = part.sample_from_light(wo, u, ((lobe - first) / part.share).min(LAST_LOBE))?;
+        let s = part.sample_from_light(wo, u, ((lobe - first) / part.chance).min(LAST_LOBE))?;
         if s.delta {
-            return Some(BsdfSample { pdf: PdfW(s.pdf.0 * part.share), ..s });
+            return Some(part.delta(s));
         }
         // Each part has a cosine of its own, so that the value is that of the reverse: of light that comes from `wo`.
         let pdf = self.pdf_from_light(wo, s.wi);
@@ -198,7 +218,7 @@ impl ScatteringModel for Mixture {
 
     fn pdf_from_light(&self, wo: Vec3, wi: Vec3) -> f32 {
         let parts = self.parts.iter().filter(|part| part.share > 0.0);
-        parts.map(|part| part.share * part.pdf_from_light(wo, wi)).sum()
+        parts.map(|part| part.chance * part.pdf_from_light(wo, wi)).sum()
     }
 
     fn has_diffuse_part(&self) -> bool {
@@ -232,7 +252,10 @@ impl ScatteringModel for Mixture {
     }
 
     fn delta_lobe(&self, lobe: f32, transmitted: bool) -> f32 {
-        let end = if transmitted { LAST_OF_PART } else { 0.0 };
-        self.part_at(lobe).map_or(lobe, |(part, first)| first + part.share * end)
+        let number = |(part, first): (&MixedPart, f32)| match transmitted {
+            true => first + (part.chance - NUMBER_STEP),
+            false => first,
+        };
+        self.part_at(lobe).map_or(lobe, number)
     }
 }

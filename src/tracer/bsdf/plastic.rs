@@ -12,6 +12,7 @@ use crate::scene::texture::TexturePoint;
 use crate::spectrum::dispersion::{Ior, SODIUM_D};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
 
+use super::scattering::lobe_probability;
 use super::{BsdfSample, MaterialModel, Microfacet, ScatteringModel, fresnel};
 
 /// A diffuse base under a smooth coat.
@@ -144,7 +145,7 @@ impl ScatteringModel for Plastic {
         if lobe < p {
             let wi = Vec3::new(-wo.x, -wo.y, wo.z);
             let weight = SampledSpectrum(f_o / p) * self.coat;
-            return Some(BsdfSample { delta: true, ..BsdfSample::reflection(wi, weight, PdfW(p)) });
+            return Some(BsdfSample::delta(wi, weight, p));
         }
         let wi = warp::cosine_hemisphere(u);
         let pdf = PdfW((1.0 - p) * warp::cosine_hemisphere_pdf(wi.z));
@@ -170,7 +171,7 @@ fn share(coat: SampledSpectrum, base: SampledSpectrum, hero_only: bool) -> f32 {
 #[inline]
 fn coat_probability(reflected: f32, through: f32, coat_share: f32) -> Option<f32> {
     let (coat, base) = (reflected * coat_share, through * (1.0 - coat_share));
-    (coat + base > 0.0).then(|| coat / (coat + base))
+    (coat + base > 0.0).then(|| lobe_probability(coat / (coat + base)))
 }
 
 /// A diffuse base under a rough coat.
@@ -261,11 +262,16 @@ impl ScatteringModel for RoughPlastic {
         let Coat { eta, microfacet, transmittance } = &self.coat;
         let t_o = transmittance.at(wo.z);
         let p = coat_probability(1.0 - t_o, t_o, self.coat_share)?;
-        let m = (wo + wi).normalize_or_zero();
-        let density = microfacet.d(m) / (4.0 * microfacet.cross_section(wo));
-        let cos = wo.dot(m).clamp(0.0, 1.0);
-        let r = fresnel::dielectric(cos, Vec4::splat(*eta)).x;
-        let coat = self.reflectance * (r * density * microfacet.g1(wi));
+        let half = wo + wi;
+        let (coat, density) = if microfacet.resolves(half) {
+            let length = half.length();
+            let density = microfacet.d(half * (1.0 / length)) / (4.0 * microfacet.cross_section(wo));
+            // As a product of the normal and a direction the cosine would have lost its digits where both directions graze.
+            let r = fresnel::dielectric((0.5 * length).min(1.0), Vec4::splat(*eta)).x;
+            (self.reflectance * (r * density * microfacet.g1(wi)), density)
+        } else {
+            (SampledSpectrum::ZERO, 0.0)
+        };
         let base = self.base * (t_o * transmittance.at(wi.z) * wi.z * FRAC_1_PI);
         let pdf = p * density + (1.0 - p) * warp::cosine_hemisphere_pdf(wi.z);
         (pdf > 0.0).then_some((coat + base, PdfW(pdf)))
@@ -277,10 +283,19 @@ impl ScatteringModel for RoughPlastic {
         if wo.z <= 0.0 {
             return None;
         }
-        let t_o = self.coat.transmittance.at(wo.z);
-        let wi = if lobe < coat_probability(1.0 - t_o, t_o, self.coat_share)? {
-            let m = self.coat.microfacet.sample_visible(wo, u);
-            (m * (2.0 * wo.dot(m)) - wo).normalize()
+        let Coat { eta, microfacet, transmittance } = &self.coat;
+        let t_o = transmittance.at(wo.z);
+        let p = coat_probability(1.0 - t_o, t_o, self.coat_share)?;
+        let wi = if lobe < p {
+            let m = microfacet.sample_visible(wo, u);
+            let cos = wo.dot(m);
+            let wi = (m * (2.0 * cos) - wo).normalize();
+            if !microfacet.resolves(wo + wi) {
+                let r = fresnel::dielectric(cos.clamp(0.0, 1.0), Vec4::splat(*eta)).x;
+                let weight = self.reflectance * (r * microfacet.g1(wi) / p);
+                return (wi.z > 0.0).then_some(BsdfSample::delta(wi, weight, p));
+            }
+            wi
         } else {
             warp::cosine_hemisphere(u)
         };
@@ -385,8 +400,8 @@ fn reflected(microfacet: &Microfacet, eta: f32, wo: Vec3, m: Vec3) -> f32 {
 
 fn refracted(microfacet: &Microfacet, eta: f32, wo: Vec3, m: Vec3) -> f32 {
     let cos = wo.dot(m).clamp(0.0, 1.0);
-    let cos_i = (1.0 - (1.0 - cos) * (1.0 + cos) / (eta * eta)).max(0.0).sqrt();
-    let wi = m * (cos / eta - cos_i) - wo / eta;
-    let through = 1.0 - fresnel::dielectric(cos, Vec4::splat(eta)).x;
-    if wi.z < 0.0 { through * microfacet.g1(wi.normalize_or_zero()) } else { 0.0 }
+    let through = fresnel::through(cos, eta).unwrap_or(0.0);
+    let wi = (m * (cos - through) - wo) / eta;
+    let passed = 1.0 - fresnel::dielectric(cos, Vec4::splat(eta)).x;
+    if wi.z < 0.0 { passed * microfacet.g1(wi.normalize_or_zero()) } else { 0.0 }
 }

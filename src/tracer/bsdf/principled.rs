@@ -16,6 +16,9 @@ use crate::scene::desc::{PrincipledDesc, PrincipledLobes};
 use crate::scene::texture::{SpectrumTexture, TexturePoint};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
 
+use super::dielectric::{bend, refracting_half, refracting_normal};
+use super::microfacet::resolves;
+use super::scattering::lobe_probability;
 use super::{BsdfSample, MaterialModel, Microfacet, ScatteringModel, fresnel};
 
 /// At least this share of the samples from the front goes to the microfacets: most of them may reflect little, and yet the grazing ones
@@ -82,6 +85,21 @@ struct LobeChoice {
     coat: f32,
 }
 
+impl LobeChoice {
+    /// The probability of the microfacets: exact, because the others are multiples of 2⁻²⁴.
+    fn facets(&self) -> f32 {
+        1.0 - self.diffuse - self.coat
+    }
+}
+
+/// The side of the surface that is seen: `wo` is above the horizon, and `eta` the index of the far side over that of the near side.
+#[derive(Clone, Copy)]
+struct SeenFrom {
+    wo: Vec3,
+    eta: f32,
+    front: bool,
+}
+
 /// A facet and what it does with light from one direction.
 struct SeenFacet {
     /// Cosine to `wo`.
@@ -92,8 +110,9 @@ struct SeenFacet {
     glass: f32,
     /// Reflectance of the material per lane.
     reflectance: Vec4,
-    /// Share of samples that reflect.
-    q: f32,
+    /// Probabilities of reflection and of refraction.
+    mirrored: f32,
+    passed: f32,
 }
 
 impl Principled {
@@ -138,10 +157,9 @@ impl Principled {
         sum
     }
 
-    /// `None` for a facet that is not seen, that does nothing, or where there is none. `wo` is above the horizon, and `eta` the index of the
-    /// far side over that of the near side.
-    fn facet(&self, wo: Vec3, m: Vec3, eta: f32, front: bool) -> Option<SeenFacet> {
-        let cos = wo.dot(m).min(1.0);
+    /// `None` for a facet that is not seen, that does nothing, or where there is none; `cos` is its cosine to `wo`.
+    fn facet(&self, seen: SeenFrom, m: Vec3, cos: f32, choice: &LobeChoice) -> Option<SeenFacet> {
+        let (SeenFrom { wo, eta, front }, cos) = (seen, cos.min(1.0));
         let density = self.microfacet.d(m) / self.microfacet.cross_section(wo);
         if cos.is_nan() || cos <= 0.0 || density <= 0.0 {
             return None;
@@ -156,7 +174,10 @@ impl Principled {
         let through = self.glass * (1.0 - glass) * self.mean.sqrt();
         let reflected = reflectance.element_sum() * 0.25;
         let both = reflected + through;
-        (both > 0.0).then(|| SeenFacet { cos, density, glass, reflectance, q: reflected / both })
+        (both > 0.0).then(|| {
+            let mirrored = lobe_probability(choice.facets() * (reflected / both));
+            SeenFacet { cos, density, glass, reflectance, mirrored, passed: choice.facets() - mirrored }
+        })
     }
 
     /// The lobes by what they reflect, roughly; from behind there are only microfacets.
@@ -176,7 +197,7 @@ impl Principled {
             0.25 * self.lobes.clearcoat * (COAT_REFLECTANCE + (1.0 - COAT_REFLECTANCE) * schlick).max(0.2);
         let all = (diffuse + coat) / (1.0 - LEAST_SPECULAR);
         let total = (diffuse + coat + specular).max(all).max(f32::MIN_POSITIVE);
-        LobeChoice { diffuse: diffuse / total, coat: coat / total }
+        LobeChoice { diffuse: lobe_probability(diffuse / total), coat: lobe_probability(coat / total) }
     }
 
     /// α of the clear coat's facets.
@@ -198,27 +219,33 @@ impl Principled {
 
     /// Reflection; both directions above the horizon.
     fn reflect(&self, wo: Vec3, wi: Vec3, eta: f32, front: bool) -> Option<(SampledSpectrum, PdfW)> {
-        let LobeChoice { diffuse, coat } = self.choice(wo.z, front);
-        let m = (wo + wi).normalize_or_zero();
-        let (mut value, mut pdf) = (SampledSpectrum::ZERO, 0.0);
-        if let Some(facet) = self.facet(wo, m, eta, front) {
+        let choice = self.choice(wo.z, front);
+        let (half, mut value, mut pdf) = (wo + wi, SampledSpectrum::ZERO, 0.0);
+        // The cosine, which as a product of the normal and a direction would have lost its digits where both directions graze.
+        let (m, d) = (half.normalize_or_zero(), 0.5 * half.length());
+        let resolved = self.microfacet.resolves(half);
+        let seen = SeenFrom { wo, eta, front };
+        if let Some(facet) = self.facet(seen, m, d, &choice).filter(|_| resolved) {
             let density = 0.25 * facet.density;
             value += SampledSpectrum(facet.reflectance * (density * self.microfacet.g1(wi)));
-            pdf += (1.0 - diffuse - coat) * facet.q * density;
+            pdf += facet.mirrored * density;
         }
-        let d = wo.dot(m);
-        if front && self.lobes.clearcoat > 0.0 && d > 0.0 {
+        if front && self.lobes.clearcoat > 0.0 && d > 0.0 && resolves(half, self.coat_alpha()) {
             let normals = gtr1(m, self.coat_alpha());
-            let fresnel = COAT_REFLECTANCE + (1.0 - COAT_REFLECTANCE) * schlick_of(d, eta);
-            let masking = coat_masking(wo.z) * coat_masking(wi.z);
-            value += SampledSpectrum::splat(0.25 * self.lobes.clearcoat * fresnel * normals * masking * wi.z);
-            pdf += coat * normals * m.z / (4.0 * d);
+            value += SampledSpectrum::splat(0.25 * normals * self.coat(wo, wi, d, eta));
+            pdf += choice.coat * normals * m.z / (4.0 * d);
         }
         if front && self.diffuse > 0.0 {
             value += self.diffuse(wo.z, wi.z, d) * wi.z;
-            pdf += diffuse * warp::cosine_hemisphere_pdf(wi.z);
+            pdf += choice.diffuse * warp::cosine_hemisphere_pdf(wi.z);
         }
         (pdf > 0.0).then_some((value, PdfW(pdf)))
+    }
+
+    /// The reflection of the clear coat over a quarter of its normals; `d`: cosine between the half vector and either direction.
+    fn coat(&self, wo: Vec3, wi: Vec3, d: f32, eta: f32) -> f32 {
+        let fresnel = COAT_REFLECTANCE + (1.0 - COAT_REFLECTANCE) * schlick_of(d, eta);
+        self.lobes.clearcoat * fresnel * coat_masking(wo.z) * coat_masking(wi.z) * wi.z
     }
 
     /// Refraction; `wo` above the horizon, `wi` below (Walter et al., *Microfacet Models for Refraction through Rough Surfaces*, EGSR 2007,
@@ -227,21 +254,23 @@ impl Principled {
         if self.glass <= 0.0 {
             return None;
         }
-        // From the lighter medium's side the sum points into the denser one.
-        let half = wo + wi * eta;
-        let m = half.normalize_or_zero() * 1f32.copysign(half.z);
-        let facet = self.facet(wo, m, eta, front)?;
-        let cos_i = -wi.dot(m);
-        if cos_i <= 0.0 || wi.z == 0.0 {
+        let half = refracting_half(wo, wi, eta);
+        let m = refracting_normal(half);
+        let facet = self.facet(SeenFrom { wo, eta, front }, m, wo.dot(m), &self.choice(wo.z, front))?;
+        let through = fresnel::through(facet.cos, eta)?;
+        let bend = bend(facet.cos, eta, through);
+        if wi.dot(m) >= 0.0 || wi.z == 0.0 || !self.microfacet.resolves_refraction(half, wo, eta) {
             return None;
         }
-        let LobeChoice { diffuse, coat } = self.choice(wo.z, front);
-        let along = facet.cos - eta * cos_i;
-        let density = facet.density * facet.cos * cos_i / (along * along);
-        let pdf = (1.0 - diffuse - coat) * (1.0 - facet.q) * density * eta * eta;
-        let value = self.base.0.map(f32::sqrt)
-            * (self.glass * (1.0 - facet.glass) * density * self.microfacet.g1(wi));
+        let density = facet.density * facet.cos * through / (eta * bend * bend);
+        let pdf = facet.passed * density * eta * eta;
+        let value = self.passes(&facet) * (density * self.microfacet.g1(wi));
         (pdf > 0.0).then_some((SampledSpectrum(value), PdfW(pdf)))
+    }
+
+    /// What a facet lets through, per lane.
+    fn passes(&self, facet: &SeenFacet) -> Vec4 {
+        self.base.0.map(f32::sqrt) * (self.glass * (1.0 - facet.glass))
     }
 
     /// `wo` on the side where it is above the horizon: that, the factor on z, and the index of the far side over that of the near side.
@@ -266,32 +295,54 @@ impl ScatteringModel for Principled {
     #[inline(never)]
     fn sample(&self, wo: Vec3, u: [f32; 2], lobe: f32) -> Option<BsdfSample> {
         let (up, side, eta) = self.facing(wo)?;
-        let LobeChoice { diffuse, coat } = self.choice(up.z, side > 0.0);
-        let mirrored = |m: Vec3| m * (2.0 * up.dot(m)) - up;
+        let choice = self.choice(up.z, side > 0.0);
+        let mirrored = |m: Vec3| (m * (2.0 * up.dot(m)) - up).normalize();
         let mut transmitted = false;
-        let wi = if lobe < diffuse {
+        // The weight and the probability of a lobe that is one direction.
+        let mut delta = None;
+        let wi = if lobe < choice.diffuse {
             warp::cosine_hemisphere(u)
-        } else if lobe < diffuse + coat {
-            mirrored(sample_gtr1(self.coat_alpha(), u))
+        } else if lobe < choice.diffuse + choice.coat {
+            let m = sample_gtr1(self.coat_alpha(), u);
+            let (d, wi) = (up.dot(m), mirrored(m));
+            if !resolves(up + wi, self.coat_alpha()) {
+                let weight = self.coat(up, wi, d, eta) * d / (choice.coat * m.z);
+                delta = (d > 0.0).then_some((Vec4::splat(weight), choice.coat));
+            }
+            wi
         } else {
             let m = self.microfacet.sample_visible(up, u);
-            let SeenFacet { cos, q, .. } = self.facet(up, m, eta, side > 0.0)?;
-            transmitted = (lobe - diffuse - coat) >= q * (1.0 - diffuse - coat);
+            let seen = SeenFrom { wo: up, eta, front: side > 0.0 };
+            let facet = self.facet(seen, m, up.dot(m), &choice)?;
+            transmitted = lobe - choice.diffuse - choice.coat >= facet.mirrored;
             if transmitted {
-                let cos_i = (1.0 - (1.0 - cos) * (1.0 + cos) / (eta * eta)).max(0.0).sqrt();
-                m * (cos / eta - cos_i) - up / eta
+                let through = fresnel::through(facet.cos, eta)?;
+                let bend = bend(facet.cos, eta, through);
+                let wi = ((up + m * bend) * (-1.0 / eta)).normalize();
+                if !self.microfacet.resolves_refraction(refracting_half(up, wi, eta), up, eta) {
+                    delta = Some((self.passes(&facet) / (facet.passed * eta * eta), facet.passed));
+                }
+                wi
             } else {
-                mirrored(m)
+                let wi = mirrored(m);
+                if !self.microfacet.resolves(up + wi) {
+                    let weight = facet.reflectance * (self.microfacet.g1(wi) / facet.mirrored);
+                    delta = Some((weight, facet.mirrored));
+                }
+                wi
             }
         };
-        let wi = wi.normalize();
         if (wi.z < 0.0) != transmitted {
             return None;
         }
         let wi = Vec3::new(wi.x, wi.y, wi.z * side);
+        let eta2 = if transmitted { eta * eta } else { 1.0 };
+        if let Some((weight, probability)) = delta {
+            let sample = BsdfSample::delta(wi, SampledSpectrum(weight), probability);
+            return weight.is_finite().then_some(BsdfSample { transmitted, eta2, ..sample });
+        }
         let (value, pdf) = self.eval(wo, wi)?;
         let weight = value * (1.0 / pdf.0);
-        let eta2 = if transmitted { eta * eta } else { 1.0 };
         weight.is_finite().then_some(BsdfSample {
             transmitted,
             eta2,

@@ -15,6 +15,7 @@ use crate::scene::texture::{SpectrumTexture, TexturePoint};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 
 use super::principled::{diffuse_shape, luminance, schlick, schlick_of};
+use super::scattering::lobe_probability;
 use super::{BsdfSample, MaterialModel, Microfacet, ScatteringModel, fresnel};
 
 /// A thin principled material with the luminance of its base colour.
@@ -68,11 +69,12 @@ pub struct PrincipledThin {
     lobes: PrincipledLobes,
 }
 
-/// Probabilities of the lobes; the rest is diffuse transmission.
+/// Probabilities of the lobes, multiples of 2⁻²⁴.
 struct ThinLobeChoice {
     mirrored: f32,
     passed: f32,
     diffuse: f32,
+    diffuse_through: f32,
 }
 
 impl PrincipledThin {
@@ -115,11 +117,31 @@ impl PrincipledThin {
         let reflected = diffuse * (1.0 - self.diffuse_through) * (self.mean + 0.3 * self.lobes.sheen);
         let through = diffuse * self.diffuse_through * self.mean * self.through;
         let all = mirrored + passed + reflected + through;
-        (all > 0.0).then(|| ThinLobeChoice {
-            mirrored: mirrored / all,
-            passed: passed / all,
-            diffuse: reflected / all,
+        (all > 0.0).then(|| {
+            // Each takes what it wants of what the others have left.
+            let [mirrored, passed, diffuse] =
+                [mirrored, passed, reflected].map(|v| lobe_probability(v / all));
+            let passed = passed.min(1.0 - mirrored);
+            let diffuse = diffuse.min(1.0 - mirrored - passed);
+            let rest = 1.0 - mirrored - passed - diffuse;
+            // Rounding leaves a little where there is no other lobe.
+            let diffuse_through = if through > 0.0 { rest } else { 0.0 };
+            ThinLobeChoice { mirrored, passed, diffuse, diffuse_through }
         })
+    }
+
+    /// What the microfacets reflect or let through, over their density; `folded` is the mirror image of a direction below.
+    fn specular(&self, wo: Vec3, folded: Vec3, m: Vec3, passes: bool) -> Vec4 {
+        let d = (0.5 * (wo + folded).length()).min(1.0);
+        let color = match passes {
+            true => {
+                let glass = fresnel::dielectric(d, Vec4::splat(self.lobes.eta));
+                let below = |w: Vec3| 0.5 * f32::from(w.with_z(-w.z).dot(m) < 0.0);
+                self.base.0 * (1.0 - glass) * (self.through * (below(wo) + below(folded)))
+            }
+            false => self.reflectance(d),
+        };
+        color * (self.specular * self.microfacet(passes).g1(folded))
     }
 
     /// Value and density where `wo` is above the horizon.
@@ -127,28 +149,21 @@ impl PrincipledThin {
         let choice = self.choice(wo.z)?;
         let passes = wi.z < 0.0;
         let folded = Vec3::new(wi.x, wi.y, wi.z.abs());
-        let m = (wo + folded).normalize_or_zero();
-        let d = wo.dot(m).clamp(0.0, 1.0);
+        let half = wo + folded;
+        let m = half.normalize_or_zero();
+        let d = (0.5 * half.length()).min(1.0);
         let cosine = warp::cosine_hemisphere_pdf(folded.z);
         let (mut value, mut pdf) = (Vec4::ZERO, 0.0);
-        if self.specular > 0.0 {
-            let microfacet = self.microfacet(passes);
+        let microfacet = self.microfacet(passes);
+        if self.specular > 0.0 && microfacet.resolves(half) {
             let density = microfacet.d(m) / (4.0 * microfacet.cross_section(wo));
-            let color = match passes {
-                true => {
-                    let glass = fresnel::dielectric(d, Vec4::splat(self.lobes.eta));
-                    let below = |w: Vec3| 0.5 * f32::from(w.with_z(-w.z).dot(m) < 0.0);
-                    self.base.0 * (1.0 - glass) * (self.through * (below(wo) + below(folded)))
-                }
-                false => self.reflectance(d),
-            };
-            value += color * (self.specular * density * microfacet.g1(folded));
+            value += self.specular(wo, folded, m, passes) * density;
             pdf += (if passes { choice.passed } else { choice.mirrored }) * density;
         }
         let diffuse = 1.0 - self.specular;
         if passes {
             value += self.base.0 * (diffuse * self.diffuse_through * self.through * cosine);
-            pdf += (1.0 - choice.mirrored - choice.passed - choice.diffuse).max(0.0) * cosine;
+            pdf += choice.diffuse_through * cosine;
         } else {
             let PrincipledLobes { sheen, sheen_tint, .. } = self.lobes;
             let mut here = self.base.0 * (FRAC_1_PI * diffuse_shape(&self.lobes, wo.z, wi.z, d));
@@ -177,10 +192,12 @@ impl ScatteringModel for PrincipledThin {
             return None;
         }
         let up = Vec3::new(wo.x, wo.y, wo.z.abs());
-        let ThinLobeChoice { mirrored, passed, diffuse } = self.choice(up.z)?;
+        let ThinLobeChoice { mirrored, passed, diffuse, .. } = self.choice(up.z)?;
         let transmitted = lobe >= mirrored + diffuse;
+        let mut facet = None;
         let above = if lobe < mirrored || lobe >= 1.0 - passed {
             let m = self.microfacet(transmitted).sample_visible(up, u);
+            facet = Some(m);
             (m * (2.0 * up.dot(m)) - up).normalize()
         } else {
             warp::cosine_hemisphere(u)
@@ -189,9 +206,15 @@ impl ScatteringModel for PrincipledThin {
             return None;
         }
         let side = if transmitted { -above.z } else { above.z };
+        let wi = Vec3::new(above.x, above.y, side * 1f32.copysign(wo.z));
+        if let Some(m) = facet.filter(|_| !self.microfacet(transmitted).resolves(up + above)) {
+            let probability = if transmitted { passed } else { mirrored };
+            let weight = SampledSpectrum(self.specular(up, above, m, transmitted) / probability);
+            let sample = BsdfSample::delta(wi, weight, probability);
+            return weight.is_finite().then_some(BsdfSample { transmitted, ..sample });
+        }
         let (value, pdf) = self.eval_above(up, Vec3::new(above.x, above.y, side))?;
         let weight = value * (1.0 / pdf.0);
-        let wi = Vec3::new(above.x, above.y, side * 1f32.copysign(wo.z));
         weight.is_finite().then_some(BsdfSample { transmitted, ..BsdfSample::reflection(wi, weight, pdf) })
     }
 

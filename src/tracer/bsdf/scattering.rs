@@ -8,12 +8,23 @@ use crate::math::frame::Frame;
 use crate::math::pdf::PdfW;
 use crate::scene::texture::{SpectrumTexture, TexturePoint};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
+use crate::tracer::sampler::attainable;
 use crate::tracer::wavelength_mis::Parted;
 
 use super::{Diffuse, Material};
 
 /// A lobe number that chooses whatever comes last: transmission.
 pub(super) const LAST_LOBE: f32 = 1.0 - f32::EPSILON / 2.0;
+
+/// A lobe with any light in it has at least this probability, 2⁻¹²: rounding to the grid of random numbers is then no step of its
+/// density that counts.
+const LEAST_LOBE: f32 = 1.0 / 4096.0;
+
+/// The probability with which a lobe number is below it, for a lobe that wants the share `p` from 0 to 1 of the samples.
+#[inline]
+pub(super) fn lobe_probability(p: f32) -> f32 {
+    attainable(if p > 0.0 && p < LEAST_LOBE { LEAST_LOBE } else { p })
+}
 
 /// A direction chosen by a material.
 #[derive(Clone, Copy, Debug)]
@@ -35,6 +46,12 @@ pub struct BsdfSample {
 }
 
 impl BsdfSample {
+    /// A choice of this `probability` between lobes whose direction is the only one of its lobe.
+    #[inline]
+    pub fn delta(wi: Vec3, weight: SampledSpectrum, probability: f32) -> Self {
+        Self { delta: true, ..Self::reflection(wi, weight, PdfW(probability)) }
+    }
+
     /// A reflection that is not delta.
     #[inline]
     pub fn reflection(wi: Vec3, weight: SampledSpectrum, pdf: PdfW) -> Self {

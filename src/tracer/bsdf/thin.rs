@@ -2,11 +2,11 @@
 
 use glam::{Vec3, Vec4};
 
-use crate::math::pdf::PdfW;
 use crate::scene::desc::ThinDielectricDesc;
 use crate::scene::texture::TexturePoint;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 
+use super::scattering::lobe_probability;
 use super::{BsdfSample, MaterialModel, ScatteringModel, fresnel};
 
 /// A thin pane, which needs no preparation.
@@ -49,15 +49,15 @@ impl ScatteringModel for ThinDielectric {
         // r + t r t + t r r r t + … with t = 1 − r.
         let once = fresnel::dielectric(wo.z.abs().min(1.0), self.eta);
         let r = 2.0 * once / (1.0 + once);
-        let q = r.element_sum() * 0.25;
+        let q = lobe_probability(r.element_sum() * 0.25);
         if lobe < q {
             let wi = Vec3::new(-wo.x, -wo.y, wo.z);
             let weight = SampledSpectrum(r / q) * self.reflection;
-            return Some(BsdfSample { delta: true, ..BsdfSample::reflection(wi, weight, PdfW(q)) });
+            return Some(BsdfSample::delta(wi, weight, q));
         }
         let weight = SampledSpectrum((1.0 - r) / (1.0 - q)) * self.transmission;
-        let passing = BsdfSample::reflection(-wo, weight, PdfW(1.0 - q));
-        (q < 1.0).then_some(BsdfSample { delta: true, transmitted: true, ..passing })
+        let passing = BsdfSample::delta(-wo, weight, 1.0 - q);
+        (q < 1.0).then_some(BsdfSample { transmitted: true, ..passing })
     }
 
     #[inline]

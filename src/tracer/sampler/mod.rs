@@ -100,7 +100,20 @@ impl VertexNumbers {
 /// A 32-bit fraction as `f32` in [0, 1). It is shifted before the conversion, which would otherwise round up to 1.
 #[inline(always)]
 pub fn unit_f32(x: u32) -> f32 {
-    (x >> 8) as f32 * (1.0 / 16_777_216.0)
+    (x >> 8) as f32 * NUMBER_STEP
+}
+
+/// The distance of neighbouring random numbers that [`unit_f32`] makes.
+pub const NUMBER_STEP: f32 = 1.0 / 16_777_216.0;
+
+/// The least probability from `p` ≤ 1 on with which a random number of the sequence ([`unit_f32`], a multiple of 2⁻²⁴) is below it. Below
+/// any other number it is more often than that number says: below 1e-9 sixty times as often.
+#[inline]
+pub fn attainable(p: f32) -> f32 {
+    // Both products are exact.
+    let steps = p * (1.0 / NUMBER_STEP);
+    let whole = steps as u32;
+    (whole + u32::from((whole as f32) < steps)) as f32 * NUMBER_STEP
 }
 
 /// A 32-bit fraction as `f64` in (0, 1), at the middle of its cell, exact.
