@@ -9,15 +9,18 @@
 mod support;
 
 mod backdrop;
+mod basis;
+mod bsdf;
 mod camera;
 mod coats;
+mod colors;
+mod environment;
 mod faults;
 mod fireflies;
 mod late;
+mod light_shapes;
 mod photon_cases;
 mod photons;
-mod environment;
-mod light_shapes;
 mod place;
 mod points;
 mod rays;
