@@ -1,6 +1,7 @@
 //! A thousand broken scene files and a thousand broken meshes: each is read, or refused with a place.
 
-use crate::guard::{assert_has_place, folder, outcome, outcome_with, write};
+use crate::guard::{folder, outcome, outcome_with, write};
+use crate::messages::assert_has_place;
 use pointillist::math::random::Random;
 
 /// Numbers that break readers.

@@ -7,7 +7,8 @@ use pointillist::scene::load;
 use serde_json::{Value, json};
 
 use crate::corrupt::{NUMBERS, corrupt};
-use crate::guard::{assert_has_place, folder, guarded, render, write};
+use crate::guard::{folder, guarded, write};
+use crate::messages::{assert_has_place, render};
 use crate::models::{cube, glb};
 
 /// Pieces of JSON in wrong places.

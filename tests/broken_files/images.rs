@@ -8,7 +8,8 @@ use pointillist::image::exr::{self, Layers};
 use pointillist::math::random::Random;
 
 use crate::corrupt::corrupt;
-use crate::guard::{assert_has_place, folder, outcome, write};
+use crate::guard::{folder, outcome, write};
+use crate::messages::assert_has_place;
 
 /// Sides that break readers.
 const SIDES: &[u32] =
@@ -143,7 +144,7 @@ fn a_thousand_broken_pictures_of_each_format() {
 }
 
 /// Gives each chunk of a PNG file the checksum of what it holds now, so that the decoder looks inside. Other files stay as they are.
-fn mend_checksums(bytes: &mut [u8]) {
+pub fn mend_checksums(bytes: &mut [u8]) {
     if !bytes.starts_with(SIGNATURE) {
         return;
     }

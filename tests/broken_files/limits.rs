@@ -1,6 +1,8 @@
 //! Inputs that are too large, too deep or include themselves are refused in time, with a place.
 
-use crate::guard::{MEMORY, assert_has_place, folder, guarded, outcome, render, write};
+use crate::guard::{folder, guarded, outcome, write};
+use crate::held_memory::MOST;
+use crate::messages::{assert_has_place, render};
 use pointillist::scene::{SceneError, load_str};
 
 fn refused(what: &str, text: String) {
@@ -89,7 +91,7 @@ fn includes_are_bounded() {
 fn the_guard_can_fail() {
     // Well above the bound: what other tests free meanwhile is counted too.
     let caught = std::panic::catch_unwind(|| {
-        guarded("too much", || drop(std::hint::black_box(Vec::<u8>::with_capacity(2 * MEMORY))))
+        guarded("too much", || drop(std::hint::black_box(Vec::<u8>::with_capacity(2 * MOST))))
     });
     assert!(caught.is_err(), "the allocator must notice");
     let caught = std::panic::catch_unwind(|| guarded("a panic", || panic!("on purpose")));

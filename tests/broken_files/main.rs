@@ -2,12 +2,19 @@
 
 #![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
 
+mod corpus;
 mod corrupt;
 mod gltf;
 mod guard;
+#[path = "../support/held_memory.rs"]
+mod held_memory;
 mod images;
 mod limits;
 mod meshes;
+#[path = "../support/messages.rs"]
+mod messages;
 #[path = "../support/models.rs"]
 mod models;
 mod spectra;
+#[path = "../../tools/fuzz_targets/src/targets.rs"]
+mod targets;

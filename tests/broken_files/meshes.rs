@@ -5,7 +5,8 @@ use std::io::Write;
 use flate2::{Compression, write::ZlibEncoder};
 
 use crate::corrupt::corrupt;
-use crate::guard::{assert_has_place, folder, outcome, write};
+use crate::guard::{folder, outcome, write};
+use crate::messages::assert_has_place;
 use pointillist::math::random::Random;
 
 /// Pieces of PLY in wrong places.

@@ -1,7 +1,8 @@
 //! A thousand broken spectrum files, lists of wavelengths and graphs of includes: each is read, or refused with a place.
 
 use crate::corrupt::corrupt;
-use crate::guard::{assert_has_place, folder, outcome, write};
+use crate::guard::{folder, outcome, write};
+use crate::messages::assert_has_place;
 use pointillist::math::random::Random;
 
 /// Pieces of spectra in wrong places.
