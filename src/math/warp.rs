@@ -82,8 +82,8 @@ pub fn triangle(u: [f32; 2]) -> (f32, f32) {
     }
 }
 
-/// [0, 1) to [0, 1], with a density proportional to the linear function from `a` at 0 to `b` at 1. Neither may be negative, nor
-/// both 0.
+/// [0, 1) to [0, 1], with a density proportional to the linear function from `a` at 0 to `b` at 1. Neither may be negative or
+/// above 1e18, and one at least 1e-18: they are squared.
 #[inline]
 pub fn linear(u: f32, a: f32, b: f32) -> f32 {
     // The solution of the quadratic equation in the form without cancellation for a = b.
@@ -91,7 +91,7 @@ pub fn linear(u: f32, a: f32, b: f32) -> f32 {
     (u * (a + b) / (a + root).max(f32::MIN_POSITIVE)).min(1.0)
 }
 
-/// Unit square to itself, with the density [`bilinear_pdf`] of the same corner values.
+/// Unit square to itself, with the density [`bilinear_pdf`] of the same corner values, in the range of [`linear`].
 #[inline]
 pub fn bilinear(u: [f32; 2], corners: [[f32; 2]; 2]) -> [f32; 2] {
     let [[a, b], [c, d]] = corners;

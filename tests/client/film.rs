@@ -8,6 +8,7 @@ use pointillist::client::{
 use pointillist::color::Xyz;
 use pointillist::math::random::Random;
 use pointillist::stream::{PathCounts, Sample};
+use proptest::prelude::*;
 
 const FILTERS: [SplatFilter; 3] = [SplatFilter::Gaussian, SplatFilter::Tent, SplatFilter::Box];
 const METHODS: [Reconstruction; 4] =
@@ -306,4 +307,55 @@ fn impossible_films_are_refused() {
         assert!(matches!(error, ClientError::Extent { .. }) && error.to_string().contains("--size"));
     }
     assert!(ReferenceFilm::new(spec(16_384, 1, SplatFilter::Box), 0).is_ok());
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Light scaled by a power of two gives the same sums times that power, to the bit, and the same variance in units of its own scale;
+    /// cut into calls and batches anywhere.
+    #[test]
+    fn scaled_light_gives_scaled_sums(exponent in -60..60i32, n in 1..4000usize, cut in 1..500usize) {
+        let spec = spec(16, 11, SplatFilter::Gaussian);
+        let (samples, scale) = (mixed(&spec, n), 2f32.powi(exponent));
+        let bright: Vec<Sample> = samples.iter().map(|s| Sample { xyz: Xyz::new(s.xyz.x * scale, s.xyz.y * scale, s.xyz.z * scale), ..*s }).collect();
+        let (mut plain, mut scaled) = (film(spec), film(spec));
+        plain.add(&samples).expect("add");
+        bright.chunks(cut).for_each(|part| scaled.add(part).expect("add"));
+        let (plain, scaled) = (plain.develop().expect("develop"), scaled.develop().expect("develop"));
+        for (a, b) in [(&plain.camera, &scaled.camera), (&plain.light, &scaled.light)] {
+            let expected: Vec<_> = a.iter().map(|[x, y, z, w]| [x * scale, y * scale, z * scale, *w]).collect();
+            prop_assert_eq!(&expected, b);
+        }
+        let relative = scaled.luminance_scale / plain.luminance_scale;
+        let expected: Vec<_> = plain.camera_variance.iter().map(|v| v * (scale / relative).powi(2)).collect();
+        prop_assert_eq!(expected, scaled.camera_variance);
+    }
+
+    /// Another order of the samples changes sums and deviations only by their last digits: merging batches is associative.
+    #[test]
+    fn order_does_not_matter(seed in any::<u64>(), n in 2..6000usize, cut in 1..2000usize) {
+        let spec = spec(9, 7, SplatFilter::Tent);
+        let mut samples = mixed(&spec, n);
+        let add = |samples: &[Sample]| {
+            let mut film = film(spec);
+            for part in samples.chunks(cut) {
+                film.add(part).expect("add");
+                // Each part is a batch of its own.
+                film.flush().expect("flush");
+            }
+            film.develop().expect("develop")
+        };
+        let in_order = add(&samples);
+        let mut random = Random(seed);
+        (1..n).rev().for_each(|i| samples.swap(i, random.below(i + 1)));
+        let shuffled = add(&samples);
+        let close = |a: f32, b: f32, most: f32| (a - b).abs() <= most * a.abs().max(b.abs()).max(1e-3);
+        for (a, b) in in_order.camera.iter().zip(&shuffled.camera) {
+            prop_assert!((0..4).all(|i| close(a[i], b[i], 3e-6)), "{:?} {:?}", a, b);
+        }
+        for (a, b) in in_order.camera_variance.iter().zip(&shuffled.camera_variance) {
+            prop_assert!(close(*a, *b, 1e-4), "deviations {} {}", a, b);
+        }
+    }
 }

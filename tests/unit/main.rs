@@ -12,8 +12,10 @@ mod client {
     }
     mod lod;
     mod reference {
+        mod curves;
         mod fold;
         mod mips;
+        mod reconstruct;
     }
     mod retained;
     mod state;
@@ -41,10 +43,13 @@ mod image {
     mod layer;
 }
 mod math {
+    mod distribution;
     mod erf;
     mod float;
     mod frame;
     mod pdf;
+    mod random;
+    mod warp;
 }
 mod spectrum {
     mod emission_map;

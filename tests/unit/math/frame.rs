@@ -54,3 +54,14 @@ fn local_and_back() {
     assert!((f.to_world(f.to_local(v)) - v).length() < 1e-6);
     assert!((f.to_local(f.n) - Vec3::Z).length() < 1e-6);
 }
+
+/// The back of a surface has the same s axis, and is right-handed.
+#[test]
+fn a_turned_frame_is_that_of_the_back() {
+    let frame = Frame::new(Vec3::new(0.48, -0.6, 0.64));
+    let back = frame.turned();
+    assert_eq!((back.s, back.t, back.n), (frame.s, -frame.t, -frame.n));
+    assert!((back.s.cross(back.t) - back.n).length() < 1e-6);
+    let v = Vec3::new(0.1, 0.2, 0.3);
+    assert!((back.to_local(frame.to_world(v)) - Vec3::new(0.1, -0.2, -0.3)).length() < 1e-6);
+}
