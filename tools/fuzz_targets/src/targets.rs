@@ -201,7 +201,7 @@ const PIXELS: usize = 1 << 18;
 
 /// A picture of a texture or an environment.
 fn bitmap(name: &str, bytes: &[u8]) -> bool {
-    match Bitmap::decode(Path::new(name), bytes, bytes.len() % 2 == 0, PIXELS) {
+    match Bitmap::decode(Path::new(name), bytes, bytes.len().is_multiple_of(2), PIXELS) {
         Ok(picture) => {
             let corner = [picture.width() - 1, picture.height() - 1];
             assert!(picture.width() * picture.height() <= PIXELS, "more pixels than allowed");
