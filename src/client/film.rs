@@ -37,6 +37,8 @@ pub struct VulkanFilm {
     rasterised: FrameNumber,
     /// Whether only full batches are rasterised.
     keep_batch: bool,
+    /// A batch was lost since the last clear.
+    damaged: bool,
 }
 
 /// The passes of a batch and the images that they draw into.
@@ -68,6 +70,7 @@ impl VulkanFilm {
             policy: BackgroundPolicy::Block,
             rasterised: FrameNumber::default(),
             keep_batch: false,
+            damaged: false,
         })
     }
 
@@ -87,17 +90,17 @@ impl VulkanFilm {
         let push = splat_push(self.state.spec(), inverse_scale);
         let mut frame = self.gpu.begin()?;
         let cmd = &mut frame.cmd();
-        for (stream, range) in self.streams.iter_mut().zip([parts.camera, parts.light]) {
+        for (stream, parts) in self.streams.iter_mut().zip([parts.camera, parts.light]) {
             let Some(stream) = stream else {
                 continue;
             };
             // Also for a stream whose samples all lie outside: what is displayed must be defined.
             stream.define(cmd);
-            if range.is_empty() {
+            if parts.all.is_empty() {
                 continue;
             }
             stream.changed();
-            let sprites = Sprites { vertices, range, push };
+            let sprites = Sprites { vertices, parts, push };
             let targets = &mut passes.targets;
             passes.splat.record(cmd, &sprites, &mut targets.color);
             passes.fold.record(cmd, &mut stream.color, targets, &FoldPush { inverse_scale });
@@ -122,6 +125,11 @@ impl VulkanFilm {
     /// Samples of the batch, which [`flush`](Self::flush) would rasterise.
     pub fn waiting(&self) -> usize {
         self.state.waiting()
+    }
+
+    /// Whether a batch was lost to an error since the last clear: the counts and paths are those of more samples than the sums.
+    pub fn is_damaged(&self) -> bool {
+        self.damaged
     }
 
     /// The frame that rasterises the last batch.
@@ -282,12 +290,14 @@ impl Film for VulkanFilm {
         }
         let outcome = self.raster();
         // After an error the samples are lost: kept, they would outgrow the vertex buffer.
+        self.damaged |= outcome.is_err();
         self.batch.clear();
         outcome
     }
 
     fn clear(&mut self) {
         self.batch.clear();
+        self.damaged = false;
         self.streams.iter_mut().flatten().for_each(StreamImages::forget);
         self.state.clear();
     }

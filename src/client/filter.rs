@@ -37,8 +37,8 @@ pub const MAX_EXTENT: u32 = 16_384;
 /// Additions to one `f32` before it is folded into the two-float sums, on average over the film.
 ///
 /// Every addition rounds, and equal samples round alike: 64 additions of 0.1 are off by up to 6e-7 of the sum, 256 by
-/// 2.4e-6, 1024 by 1e-5, 65,536 by 6e-4 (samples that differ round at random, and the error grows as the root). A large
-/// film whose batch falls into a single texel is off by the last figure; that texel only.
+/// 2.4e-6, 1024 by 1e-5, 65,536 by 6e-4 (samples that differ round at random, and the error grows as the root). Where a batch
+/// falls into few texels of a large film its samples are [merged](crate::client::merge).
 pub const ADDS_PER_SUM: u64 = 64;
 
 /// True for samples that keep the rules of the stream: all numbers finite, none above
@@ -209,6 +209,13 @@ impl FilmSpec {
     pub fn texel_position(&self, uv: [f32; 2]) -> [f32; 2] {
         let pad = self.pad() as f32;
         [uv[0] * self.width as f32 + pad, uv[1] * self.height as f32 + pad]
+    }
+
+    /// Whether a position in padded texels lies on the padded target; false for NaN.
+    #[inline]
+    pub fn holds(&self, p: [f32; 2]) -> bool {
+        let [width, height] = self.padded_extent().map(|n| n as f32);
+        p[0] >= 0.0 && p[1] >= 0.0 && p[0] < width && p[1] < height
     }
 
     /// The part of the screen that samples must cover so that no padded texel lacks any (paper §3.1).

@@ -32,7 +32,7 @@
 //! | [`cascades`] | fireflies reweighted, where that is asked for |
 //! | [`film`], [`pass`] | the Vulkan film and its passes; [`pass`] says how to add one, [`pass::images`] counts bytes per pixel |
 //! | [`mod@reference`] | the same in plain Rust: the definition of every pass |
-//! | [`filter`], [`lod`], [`state`], [`dither`], [`glare`] | what a film and its reference share |
+//! | [`filter`], [`merge`], [`lod`], [`state`], [`dither`], [`glare`] | what a film and its reference share |
 //! | [`settings`], [`effects`], [`effect_list`] | what the user sets, what is compiled in for it, and the list that people read |
 //! | [`layout`] | push constants, member by member as in the shaders |
 //! | [`pacing`] | how the time of a frame is split between samples and repaints |
@@ -51,6 +51,7 @@ pub mod filter;
 pub mod glare;
 pub mod layout;
 pub mod lod;
+pub mod merge;
 pub mod pacing;
 pub mod pass;
 pub mod reference;

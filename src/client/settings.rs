@@ -131,8 +131,8 @@ pub enum Summation {
     /// Two floats: what the larger one rounds off is kept in the smaller.
     #[default]
     TwoFloat,
-    /// One float, which stands still where a batch is less than half of its last bit; kept to show what the second costs. The
-    /// variance has two in any case.
+    /// One float, which stands still where a batch is less than half of its last bit, without [merging](crate::client::merge); kept
+    /// to show what the second costs. The variance has two in any case.
     Plain,
 }
 

@@ -1,4 +1,4 @@
-//! The display on the CPU: film, development, reconstruction, glare, and the numerical hazards of the paper.
+//! The display on the CPU: film, development, reconstruction and glare.
 
 #![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
 
@@ -8,5 +8,4 @@ mod support;
 mod develop;
 mod film;
 mod glare;
-mod hazards;
 mod reconstruct;

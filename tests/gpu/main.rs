@@ -5,7 +5,8 @@
 #[path = "../support/mod.rs"]
 mod support;
 
-mod common;
+use support::device as common;
+
 mod device;
 mod effects;
 mod faults;

@@ -14,6 +14,7 @@ mod bsdf;
 mod camera;
 mod coats;
 mod colors;
+mod display;
 mod environment;
 mod faults;
 mod fireflies;
@@ -26,7 +27,10 @@ mod points;
 mod rays;
 mod roulette;
 mod sequence;
+mod sink;
+mod sums;
 mod terminator;
+mod variance;
 
 /// A row of the table.
 struct Row<'a> {

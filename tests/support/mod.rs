@@ -5,6 +5,7 @@
 pub mod accel;
 pub mod agreement;
 pub mod desktop;
+pub mod device;
 pub mod glare;
 pub mod largest;
 pub mod models;

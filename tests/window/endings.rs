@@ -2,9 +2,10 @@
 
 use std::path::Path;
 use std::process::Child;
+use std::time::Instant;
 
 use crate::support::desktop::Desktop;
-use crate::viewer::{end, end_when, figures, folder, png, program, scene, words};
+use crate::viewer::{PATIENCE, end, end_when, figures, folder, png, program, scene, words};
 
 /// Paths that are traced: the picture is finished soon, and known exactly.
 const PATHS: u64 = 60_000;
@@ -72,6 +73,47 @@ fn a_lost_device_is_replaced_once_and_keeps_its_samples() {
     // The samples so far, developed without the device: noisier, and as bright.
     assert!((mean(&twice) - wanted).abs() < 6.0, "{} instead of {wanted}", mean(&twice));
     std::fs::remove_dir_all(twice).unwrap();
+}
+
+/// A device with memory for a small picture only, and a window that grows. The picture keeps its size, all of its samples and its
+/// window; before, the window closed.
+#[test]
+fn a_picture_too_large_for_the_device_leaves_the_last_one() {
+    let desktop = Desktop::start(1400, 1100);
+    let wanted = undisturbed(&desktop);
+    let folder = folder("memory");
+    let viewer = view(&desktop, &folder, &["--no-panel", "--device-memory", "24"]);
+    let window = desktop.find("ointillist", PATIENCE).unwrap();
+    // Mean of the window's middle, of 255.
+    let brightness = || {
+        let (width, height, pixels) = desktop.pixels(window).unwrap();
+        let rows = pixels.chunks(4 * width as usize).skip(height as usize / 3).take(height as usize / 3);
+        let middle = rows.flat_map(|row| &row[4 * (width as usize / 3)..4 * (2 * width as usize / 3)]);
+        let (sum, count) = middle.fold((0.0, 0.0), |(sum, n), byte| (sum + f64::from(*byte), n + 1.0));
+        (width, sum / count)
+    };
+    let wait = |size: u32| {
+        let start = Instant::now();
+        while !matches!(brightness(), (width, mean) if width == size && mean > 30.0) {
+            assert!(
+                start.elapsed() < PATIENCE,
+                "no picture in a window of {size} pixels: {:?}",
+                brightness()
+            );
+            std::thread::sleep(std::time::Duration::from_millis(50));
+        }
+    };
+    wait(96);
+    // The same shape: the samples remain those of the picture.
+    desktop.resize(window, 960, 960);
+    wait(960);
+    let output = end_when(viewer, &[ENDED, "keeps its 96×96 pixels"]);
+    assert!(output.status.success(), "{}", words(&output));
+    assert!(words(&output).contains("no GPU memory for"), "{}", words(&output));
+    assert_eq!(figures(&folder)["validation_messages"], 0);
+    assert_eq!(paths_in(&folder), PATHS);
+    assert!((mean(&folder) - wanted).abs() < 1.0, "{} instead of {wanted}", mean(&folder));
+    std::fs::remove_dir_all(folder).unwrap();
 }
 
 #[test]

@@ -63,4 +63,8 @@ pub struct ViewArgs {
     /// For tests: the surface is lost once after this many frames.
     #[arg(long, value_name = "N", hide = true)]
     pub lose_surface_after: Option<u64>,
+
+    /// For tests: images and buffers have this many MiB of device memory.
+    #[arg(long, value_name = "MIB", hide = true)]
+    pub device_memory: Option<u64>,
 }

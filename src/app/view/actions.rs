@@ -9,6 +9,7 @@ use miette::Result;
 use crate::app::run_spec::{RunSpec, display_options};
 use crate::app::tell;
 use crate::app::view::Viewer;
+use crate::app::view::screen::Screen;
 use crate::client::window::action::Action;
 use crate::client::window::history::CameraHistory;
 use crate::client::window::navigation::Gesture;
@@ -46,11 +47,11 @@ impl Viewer {
             Action::Gesture(gesture) => self.gesture(gesture),
             Action::EndMove => self.editor.history.end_move(),
             Action::Pick(at) => {
-                let pick = self.editor.pick(at, size);
+                let pick = self.editor.pick(self.on_picture(at), size);
                 self.editor.select(pick.map(|pick| pick.shape));
             }
             Action::FocusAt(at) => {
-                if let Some(pick) = self.editor.pick(at, size) {
+                if let Some(pick) = self.editor.pick(self.on_picture(at), size) {
                     self.editor.history.end_move();
                     self.gesture(Gesture::Focus(pick.position));
                     self.editor.history.end_move();
@@ -83,6 +84,14 @@ impl Viewer {
             Action::Quit => self.quit = true,
         }
         Ok(None)
+    }
+
+    /// The place in the picture that is shown at this place of the window: another one only where the device could not hold a
+    /// film of the window's size.
+    fn on_picture(&self, at: [f64; 2]) -> [f64; 2] {
+        let size = self.session.size();
+        let extent = self.picture.screen.as_ref().and_then(Screen::extent).unwrap_or(size);
+        [0, 1].map(|i| at[i] * f64::from(size[i]) / f64::from(extent[i].max(1)))
     }
 
     /// Moves the camera.

@@ -192,6 +192,7 @@ impl Viewer {
         });
         let (outputs, mut seconds) = (&self.options.outputs, Seconds::default());
         let written = match self.picture.take_film() {
+            Some(film) if film.is_damaged() => Err(miette::miette!("the film has lost samples")),
             Some(mut film) => outputs.write(&mut film, &run, &outcome, &settings, Vec::new(), &mut seconds),
             None => Err(miette::miette!("there is no film")),
         };

@@ -6,6 +6,7 @@ use miette::Result;
 
 use crate::app::tell;
 use crate::app::view::Viewer;
+use crate::app::view::picture::Painted;
 use crate::app::view::screen::{Screen, is_device_lost};
 use crate::client::pacing::FramePlan;
 use crate::client::{ClientError, ColorOutput, FilmSpec, OptionNames};
@@ -31,11 +32,15 @@ impl Viewer {
     fn frame(&mut self) -> Result<(), ClientError> {
         let begin = Instant::now();
         self.hear_server();
-        let plan = self.picture.plan(&self.session, begin);
+        let mut plan = self.picture.plan(&self.session, begin);
+        plan.repaint &= !self.picture.is_frozen();
         let shows = self.picture.wants_show(&plan, self.panel.is_due(begin)) && self.make_ready()?;
-        self.picture.read_samples(&mut self.session, plan.samples, begin)?;
-        if plan.flush {
-            self.picture.flush()?;
+        if !self.picture.is_frozen() {
+            self.picture.mend(self.session.run_spec());
+            self.picture.read_samples(&mut self.session, plan.samples, begin)?;
+            if plan.flush {
+                self.picture.flush()?;
+            }
         }
         self.picture.hear_end(&self.session);
         if shows && self.picture.has_picture() {
@@ -188,25 +193,29 @@ impl Viewer {
     pub(super) fn refit(&mut self, [width, height]: [u32; 2]) -> Result<(), ClientError> {
         let before = self.session.run_spec().film;
         let after = FilmSpec { width, height, filter: self.panel.controls.filter, ..before };
+        if self.picture.is_refused(&after) {
+            return Ok(());
+        }
         self.session.set_film(after);
-        match self.picture.refit(self.session.run_spec()) {
-            Ok(true) => {}
-            Ok(false) => return Ok(()),
-            Err(error) => {
-                self.session.set_film(FilmSpec { filter: after.filter, ..before });
-                return Err(error);
-            }
+        if !self.picture.refit(self.session.run_spec())? {
+            return Ok(());
         }
         if [before.width, before.height] != [width, height] {
             self.metrics.resizes += 1;
         }
+        self.film_changed(before);
+        Ok(())
+    }
+
+    /// Begins another epoch where the kept samples are not those of the film that there is now.
+    fn film_changed(&mut self, before: FilmSpec) {
         let cross = |a: u32, b: u32| u64::from(a) * u64::from(b);
+        let [width, height] = self.session.size();
         let same_shape = cross(before.width, height) == cross(before.height, width);
         // In order of index a film holds whole batches from the first on.
         if !same_shape || !self.session.covers_film() || self.session.run_spec().deterministic {
             self.edited();
         }
-        Ok(())
     }
 
     /// Sets the colours of the window to those that are asked for, or to 8 bits where it does not offer them.
@@ -235,9 +244,47 @@ impl Viewer {
         }
     }
 
+    /// Deals with an error of a frame that a new device would have, too, such as too little memory: goes back to the film of the
+    /// last picture, or else to its settings, whichever was changed since. Where neither was, it is tried again once; then the
+    /// picture stays as it is, without new samples, until something is changed. Before the first picture there is nothing to go
+    /// back to.
+    fn step_back(&mut self, error: ClientError) {
+        let Some(Painted { settings, film }) = self.picture.painted.clone() else {
+            return self.fail(miette::Report::from_err(error));
+        };
+        let asked = self.session.run_spec().film;
+        let asked = FilmSpec { filter: self.panel.controls.filter, ..asked };
+        let kept = if film != asked {
+            self.session.set_film(film);
+            self.panel.controls.filter = film.filter;
+            if let Err(error) = self.picture.refuse(asked, self.session.run_spec()) {
+                return self.fail(miette::Report::from_err(error));
+            }
+            self.film_changed(asked);
+            format!("the picture keeps its {}×{} pixels and its filter", film.width, film.height)
+        } else if self.panel.controls.settings != settings {
+            self.panel.controls.settings = settings;
+            self.picture.request_repaint();
+            "the display settings are again those of the last picture".to_string()
+        } else {
+            if self.picture.is_frozen() {
+                return self.fail(miette::Report::from_err(error));
+            }
+            match self.picture.note_failure() {
+                true => "the picture stays as it is until something is changed".to_string(),
+                false => "trying again".to_string(),
+            }
+        };
+        self.say(format!("{error}; {kept}"));
+        self.refresh();
+    }
+
     /// Deals with an error of a frame: a lost device is replaced once, and the tracer goes on meanwhile.
     fn recover(&mut self, error: ClientError) {
-        let Some(screen) = self.picture.screen.as_mut().filter(|_| is_device_lost(&error)) else {
+        if !is_device_lost(&error) {
+            return self.step_back(error);
+        }
+        let Some(screen) = self.picture.screen.as_mut() else {
             return self.fail(miette::Report::from_err(error));
         };
         screen.device_losses += 1;

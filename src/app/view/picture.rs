@@ -41,6 +41,13 @@ struct LastRepaint {
     detail: u32,
 }
 
+/// What a picture was painted with.
+#[derive(Clone)]
+pub struct Painted {
+    pub settings: Settings,
+    pub film: FilmSpec,
+}
+
 /// A frame that was handed to the device.
 pub struct ShownFrame {
     pub number: FrameNumber,
@@ -73,7 +80,16 @@ pub struct LivePicture {
     running: bool,
     /// Samples that films were given since the start, kept ones again after a resize.
     pub rasterised: u64,
+    /// With what the last picture was painted.
+    pub painted: Option<Painted>,
+    /// The film that the device could not hold, until another one is asked for.
+    refused: Option<FilmSpec>,
+    /// Errors that were no fault of film or settings since the last repaint.
+    failures: u32,
 }
+
+/// Errors from which on a picture that no change explains stays as it is; before that it is tried again.
+const FAILURES: u32 = 2;
 
 impl LivePicture {
     /// A picture without a window. Starts the observer, where the render is divided into replicates.
@@ -93,6 +109,9 @@ impl LivePicture {
             hidden: false,
             running: true,
             rasterised: 0,
+            painted: None,
+            refused: None,
+            failures: 0,
         })
     }
 
@@ -157,7 +176,40 @@ impl LivePicture {
 
     /// Asks for the picture to be painted anew from the same samples.
     pub fn request_repaint(&mut self) {
-        self.repaint = true;
+        (self.repaint, self.failures) = (true, 0);
+    }
+
+    /// Notes that the device cannot hold this film, and goes back to the one of `run`.
+    pub fn refuse(&mut self, film: FilmSpec, run: &RunSpec) -> Result<(), ClientError> {
+        self.refused = Some(film);
+        self.failures = 0;
+        self.refit(run).map(|_| ())
+    }
+
+    /// Whether the device could not hold this film when it was asked for last.
+    pub fn is_refused(&mut self, film: &FilmSpec) -> bool {
+        self.refused = self.refused.filter(|refused| refused == film);
+        self.refused.is_some()
+    }
+
+    /// Notes an error that film and settings do not explain. Returns whether the picture stays as it is from now on.
+    pub fn note_failure(&mut self) -> bool {
+        self.failures += 1;
+        self.repaint &= !self.is_frozen();
+        self.is_frozen()
+    }
+
+    /// Whether the picture stays as it is, because the device refuses to go on with it, until something is changed.
+    pub fn is_frozen(&self) -> bool {
+        self.failures >= FAILURES
+    }
+
+    /// Fills the film anew from the kept samples where it has lost some to an error.
+    pub fn mend(&mut self, run: &RunSpec) {
+        if let Some(film) = self.film_mut().filter(|film| film.is_damaged()) {
+            film.clear();
+            self.rewind(run);
+        }
     }
 
     /// Asks for the window to be drawn, even with the same picture.
@@ -196,7 +248,7 @@ impl LivePicture {
         if let Some(observer) = &mut self.observer {
             observer.begin(run);
         }
-        (self.unseen, self.running) = (true, true);
+        (self.unseen, self.running, self.failures) = (true, true, 0);
         if let Some(film) = self.film_mut() {
             film.clear();
         }
@@ -399,6 +451,11 @@ impl LivePicture {
         };
         self.show = false;
         if let Some(detail) = detail {
+            let film = session.run_spec().film;
+            if self.painted.as_ref().is_none_or(|p| p.film != film || p.settings != *settings) {
+                self.painted = Some(Painted { settings: settings.clone(), film });
+            }
+            self.failures = 0;
             (self.unseen, self.repaint) = (false, false);
             self.last_repaint = LastRepaint { at: began, samples, detail };
         }
@@ -413,6 +470,11 @@ impl LivePicture {
         settings: &Settings,
     ) -> Result<FilmSnapshot> {
         let Some(film) = self.film_mut() else { return Err(miette::miette!("there is no picture to save")) };
+        if film.is_damaged() {
+            return Err(miette::miette!(
+                "samples were lost to an error of the device: change something, then save"
+            ));
+        }
         // In order of index the sums must stay those of whole batches until the last one.
         film.keep_batch(session.run_spec().deterministic && !session.is_complete());
         let snapshot = FilmSnapshot::take(path, film, settings);

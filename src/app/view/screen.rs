@@ -13,13 +13,15 @@ use crate::client::window::panel_renderer::PanelRenderer;
 use crate::client::{ClientError, FilmSpec, Settings};
 use crate::gpu::{DeviceChoice, DeviceKind, FrameNumber, Gpu, GpuError, GpuOptions, Readiness, Swapchain};
 
-/// Losses that are simulated, so that tests see what follows.
+/// Faults that are simulated, so that tests see what follows.
 #[derive(Clone, Debug, Default)]
 pub struct SimulatedLosses {
     /// Frames after which each device is lost; devices that are not listed stay.
     pub devices: Vec<u64>,
     /// Attempts to draw after which the surface is lost once.
     pub surface: Option<u64>,
+    /// Bytes of device memory, where less than there is.
+    pub memory: Option<u64>,
 }
 
 /// The objects of one device; dropped from the top.
@@ -85,6 +87,9 @@ impl Screen {
         if let Some(frames) = self.simulated.devices.get(self.device_losses as usize) {
             swapchain.gpu().lose_after(*frames);
         }
+        if let Some(bytes) = self.simulated.memory {
+            swapchain.gpu().limit_memory(bytes);
+        }
         let film = Some(new_film(swapchain.gpu(), spec, self.exact)?);
         Ok(DeviceObjects { film, swapchain })
     }
@@ -117,12 +122,20 @@ impl Screen {
         }
     }
 
-    /// Replaces the film by an empty one on the same device. On an error the old one stays.
+    /// Replaces the film by an empty one on the same device. On an error the old one stays. The images of the old one are freed
+    /// first, if the device has finished with them: few devices have room for both.
     pub fn replace_film(&mut self, spec: FilmSpec) -> Result<(), ClientError> {
         if let Some(objects) = &mut self.objects {
-            objects.film = Some(new_film(objects.swapchain.gpu(), spec, self.exact)?);
+            let gpu = objects.swapchain.gpu();
+            objects.film = Some(new_film(gpu, spec, self.exact)?);
+            gpu.free_retired()?;
         }
         Ok(())
+    }
+
+    /// Extent of the window's images, pixels.
+    pub fn extent(&self) -> Option<[u32; 2]> {
+        self.objects.as_ref().and_then(|objects| objects.swapchain.extent())
     }
 
     /// The film; `None` before there is a device, once it was taken, and after the device was lost for good.

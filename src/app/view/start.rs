@@ -123,6 +123,7 @@ impl ViewerApp {
             losses: SimulatedLosses {
                 devices: args.lose_device_after.clone(),
                 surface: args.lose_surface_after,
+                memory: args.device_memory.map(|mib| mib << 20),
             },
             budget: args.fps.map(|fps| Duration::from_secs_f32(1.0 / fps.clamp(0.1, 1000.0))),
             samples: args.samples,

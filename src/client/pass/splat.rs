@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::client::layout::SplatPush;
 use crate::client::settings::FilmSpec;
-use crate::client::upload::STRIDE;
+use crate::client::upload::{STRIDE, StreamVertices};
 use crate::gpu::{
     Access, Attachment, Blend, Buffer, Cmd, Gpu, GpuError, GraphicsDesc, Image, Pipeline, TexelFormat,
     Texture, Topology, VertexLayout,
@@ -15,19 +15,41 @@ use crate::gpu::{
 pub struct Sprites<'a> {
     /// The buffer of the batch.
     pub vertices: &'a Buffer,
-    /// The stream's part of it.
-    pub range: Range<u32>,
+    /// The stream's parts of it.
+    pub parts: StreamVertices,
     /// The constants of `splat.vert`.
     pub push: SplatPush,
 }
 
 impl Sprites<'_> {
-    /// Draws them into `target`, cleared first, with a pipeline of [`sprite_pipeline`].
+    /// Draws every sample into `target`, cleared first, with a pipeline of [`sprite_pipeline`].
     pub fn draw(&self, cmd: &mut Cmd<'_>, pipeline: &Pipeline, textures: &[Texture<'_>], target: &mut Image) {
+        self.draw_parts(cmd, pipeline, textures, target, &[(&self.parts.all, self.push)]);
+    }
+
+    /// As [`draw`](Self::draw), for a pipeline whose output is linear in the samples: those of dense cells are drawn as they were
+    /// merged.
+    pub fn draw_merged(&self, cmd: &mut Cmd<'_>, pipeline: &Pipeline, target: &mut Image) {
+        // The positions of merged samples are texels already.
+        let merged = SplatPush { picture: [1.0; 2], pad: 0.0, ..self.push };
+        let parts = [(&self.parts.single, self.push), (&self.parts.merged, merged)];
+        self.draw_parts(cmd, pipeline, &[], target, &parts);
+    }
+
+    fn draw_parts(
+        &self,
+        cmd: &mut Cmd<'_>,
+        pipeline: &Pipeline,
+        textures: &[Texture<'_>],
+        target: &mut Image,
+        parts: &[(&Range<u32>, SplatPush)],
+    ) {
         cmd.access(target, Access::ColorWrite);
         cmd.rendering(&[Attachment::cleared(target)], |cmd| {
-            cmd.bind(pipeline, bytemuck::bytes_of(&self.push), textures);
-            cmd.draw_sprites(self.vertices, STRIDE, self.range.start, self.range.end - self.range.start);
+            for (range, push) in parts.iter().filter(|(range, _)| !range.is_empty()) {
+                cmd.bind(pipeline, bytemuck::bytes_of(push), textures);
+                cmd.draw_sprites(self.vertices, STRIDE, range.start, range.end - range.start);
+            }
         });
     }
 }
@@ -48,7 +70,7 @@ impl SplatPass {
 
     /// Draws `sprites` into `target`.
     pub fn record(&self, cmd: &mut Cmd<'_>, sprites: &Sprites<'_>, target: &mut Image) {
-        sprites.draw(&mut cmd.scope("splat"), &self.pipeline, &[], target);
+        sprites.draw_merged(&mut cmd.scope("splat"), &self.pipeline, target);
     }
 }
 

@@ -73,15 +73,15 @@ impl Accumulator {
         ClientError::Memory { what, bytes: width * height * bytes_per_texel }
     }
 
-    /// Adds one batch; runs in the current thread pool.
-    pub fn add_batch(&mut self, p: VarianceParameters, bins: &Bins) {
+    /// Adds one batch, for the colour as it is in `colors`; runs in the current thread pool.
+    pub fn add_batch(&mut self, p: VarianceParameters, bins: &Bins, colors: &Bins) {
         let (width, texels) = (self.width, self.width * BAND_ROWS);
         let color = self.hi.par_chunks_mut(texels).zip(self.lo.par_chunks_mut(texels));
         let band =
             |i: usize, rows: &[Vec4]| Band { first_row: i * BAND_ROWS, rows: rows.len() / width, width };
         if self.variance_hi.is_empty() {
             color.enumerate().for_each_init(BandScratch::default, |scratch, (i, (hi, lo))| {
-                scratch.add_color(p, band(i, hi), bins.band(i), hi, lo);
+                scratch.add_color(p, band(i, hi), colors.band(i), hi, lo);
             });
             return;
         }
@@ -94,7 +94,7 @@ impl Accumulator {
                     return;
                 }
                 scratch.means.set_old(hi, lo);
-                scratch.add_color(p, band, sprites, hi, lo);
+                scratch.add_color(p, band, colors.band(i), hi, lo);
                 scratch.means.set_new(hi, lo);
                 for part in sprites.chunks(p.samples_per_sum) {
                     reset(&mut scratch.variance, hi.len(), 0.0);

@@ -6,13 +6,14 @@ use crate::client::Film;
 use crate::client::effects::Effects;
 use crate::client::error::ClientError;
 use crate::client::lod::StreamLod;
+use crate::client::merge::Merger;
 use crate::client::reference::accumulator::Accumulator;
 use crate::client::reference::bilateral::bilateral;
 use crate::client::reference::error_view::error_view;
 use crate::client::reference::glare::ReferenceGlare;
 use crate::client::reference::mips::{Pyramid, pyramid};
 use crate::client::reference::reconstruct::{ReconstructParameters, StreamView, reconstruct};
-use crate::client::reference::splat::Bins;
+use crate::client::reference::splat::{Bins, Sprite};
 use crate::client::reference::tonemap::tonemap;
 use crate::client::reference::variance::VarianceParameters;
 use crate::client::settings::{
@@ -37,7 +38,11 @@ pub struct ReferenceFilm {
 #[derive(Default)]
 struct ReferenceStream {
     batch: Vec<Sample>,
+    merger: Merger,
+    /// All samples of the batch.
     bins: Bins,
+    /// The same with those of dense cells merged, where there are such cells.
+    merged: Bins,
     sums: Option<Accumulator>,
 }
 
@@ -74,8 +79,18 @@ impl ReferenceFilm {
                 Some(sums) => sums,
                 empty => empty.insert(Accumulator::new(spec)?),
             };
-            stream.bins.fill(spec, &stream.batch);
-            pool.install(|| sums.add_batch(p, &stream.bins));
+            let sprites = stream.batch.iter().filter_map(|sample| Sprite::place(spec, sample));
+            stream.bins.fill(spec, sprites);
+            let split = stream.merger.split(spec, &stream.batch);
+            let colors = match &split {
+                Some([single, merged]) => {
+                    let sprites = single.iter().filter_map(|sample| Sprite::place(spec, sample));
+                    stream.merged.fill(spec, sprites.chain(merged.iter().map(Sprite::merged)));
+                    &stream.merged
+                }
+                None => &stream.bins,
+            };
+            pool.install(|| sums.add_batch(p, &stream.bins, colors));
         }
         Ok(())
     }

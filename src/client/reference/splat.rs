@@ -30,21 +30,27 @@ pub struct Bins {
     starts: Vec<usize>,
 }
 
+impl Sprite {
+    /// A sample on the padded target; `None` outside of it.
+    pub fn place(spec: &FilmSpec, sample: &Sample) -> Option<Self> {
+        let p = spec.texel_position(sample.uv);
+        spec.holds(p).then(|| Sprite { p, value: sprite_value(sample) })
+    }
+
+    /// A [merged](crate::client::merge) sample, which lies in padded texels.
+    pub fn merged(sample: &Sample) -> Self {
+        Sprite { p: sample.uv, value: sprite_value(sample) }
+    }
+}
+
 impl Bins {
-    /// Sorts `samples` by band, each band in sample order; drops what lies outside the padded target.
-    pub fn fill(&mut self, spec: &FilmSpec, samples: &[Sample]) {
-        let [width, height] = spec.padded_extent();
-        let bands = (height as usize).div_ceil(BAND_ROWS);
-        let placed = |s: &Sample| {
-            let p = spec.texel_position(s.uv);
-            // False for NaN as well.
-            let inside = p[0] >= 0.0 && p[1] >= 0.0 && p[0] < width as f32 && p[1] < height as f32;
-            inside.then(|| (Sprite { p, value: sprite_value(s) }, bands_of(spec.filter, p[1], bands)))
-        };
+    /// Sorts sprites by band, each band in their order.
+    pub fn fill(&mut self, spec: &FilmSpec, sprites: impl Iterator<Item = Sprite> + Clone) {
+        let bands = (spec.padded_extent()[1] as usize).div_ceil(BAND_ROWS);
         self.starts.clear();
         self.starts.resize(bands + 1, 0);
-        for (_, range) in samples.iter().filter_map(placed) {
-            for band in range {
+        for sprite in sprites.clone() {
+            for band in bands_of(spec.filter, sprite.p[1], bands) {
                 self.starts[band + 1] += 1;
             }
         }
@@ -54,8 +60,8 @@ impl Bins {
         self.sprites.clear();
         self.sprites.resize(self.starts[bands], Sprite::default());
         let mut next = self.starts.clone();
-        for (sprite, range) in samples.iter().filter_map(placed) {
-            for band in range {
+        for sprite in sprites {
+            for band in bands_of(spec.filter, sprite.p[1], bands) {
                 self.sprites[next[band]] = sprite;
                 next[band] += 1;
             }
@@ -176,7 +182,7 @@ mod tests {
                 })
                 .collect();
             let mut bins = Bins::default();
-            bins.fill(&spec, &samples);
+            bins.fill(&spec, samples.iter().filter_map(|s| Sprite::place(&spec, s)));
             for band in 0..h.div_ceil(BAND_ROWS) {
                 let first_row = band * BAND_ROWS;
                 let band_ = Band { first_row, rows: BAND_ROWS.min(h - first_row), width: w };
@@ -187,7 +193,7 @@ mod tests {
                     let mut sum = Vec4::ZERO;
                     for s in &samples {
                         let p = spec.texel_position(s.uv);
-                        if !(p[0] >= 0.0 && p[1] >= 0.0 && p[0] < w as f32 && p[1] < h as f32) {
+                        if !spec.holds(p) {
                             continue;
                         }
                         let (tx, ty) = (filter.taps(p[0]), filter.taps(p[1]));

@@ -265,6 +265,11 @@ impl Gpu {
         self.memory.fail_after(count);
     }
 
+    /// Gives images and buffers this many bytes at most, as a smaller device would. For tests.
+    pub fn limit_memory(&self, bytes: u64) {
+        self.memory.limit(bytes);
+    }
+
     /// Lets `submits` more frames be submitted; then the device behaves as if it were lost, for good: submitting,
     /// waiting, acquiring and presenting fail with an error for which [`GpuError::is_device_lost`] holds. For tests.
     pub fn lose_after(&self, submits: u64) {
@@ -341,6 +346,16 @@ impl Gpu {
     pub(in crate::gpu) fn retire(&self, object: Retired) {
         let frame = self.begun.load(Ordering::Acquire);
         locked(&self.retired).push(frame, object);
+    }
+
+    /// Frees what completed frames have left, which otherwise the next frame does: room for what is made before it begins.
+    ///
+    /// # Errors
+    ///
+    /// When the device was lost.
+    pub fn free_retired(&self) -> Result<(), GpuError> {
+        self.collect_retired(self.completed()?);
+        Ok(())
     }
 
     /// Destroys what was retired in frames that have completed.

@@ -20,6 +20,9 @@ pub(in crate::gpu) struct Memory {
     allocator: ManuallyDrop<Arc<Mutex<Allocator>>>,
     /// Number of allocations that may still succeed.
     left: AtomicU64,
+    /// Bytes that are in use, and the most that may be.
+    used: AtomicU64,
+    limit: AtomicU64,
 }
 
 impl Memory {
@@ -39,8 +42,12 @@ impl Memory {
                 .with_max_device_memblock_size(256 * MIB),
         })
         .map_err(|source| GpuError::Memory { name: "the allocator".into(), source })?;
-        let left = AtomicU64::new(u64::MAX);
-        Ok(Self { allocator: ManuallyDrop::new(Arc::new(Mutex::new(allocator))), left })
+        Ok(Self {
+            allocator: ManuallyDrop::new(Arc::new(Mutex::new(allocator))),
+            left: AtomicU64::new(u64::MAX),
+            used: AtomicU64::new(0),
+            limit: AtomicU64::new(u64::MAX),
+        })
     }
 
     /// Memory for a resource of these requirements. `linear` is true for buffers.
@@ -52,7 +59,10 @@ impl Memory {
         linear: bool,
     ) -> Result<Allocation, GpuError> {
         let one_less = |left: u64| left.checked_sub(1);
-        if self.left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, one_less).is_err() {
+        let in_use = self.used.load(Ordering::Relaxed).saturating_add(requirements.size);
+        if in_use > self.limit.load(Ordering::Relaxed)
+            || self.left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, one_less).is_err()
+        {
             return Err(GpuError::Memory { name: name.into(), source: AllocationError::OutOfMemory });
         }
         let desc = AllocationCreateDesc {
@@ -63,7 +73,10 @@ impl Memory {
             allocation_scheme: AllocationScheme::GpuAllocatorManaged,
         };
         let mut allocator = self.allocator.lock().unwrap_or_else(|e| e.into_inner());
-        allocator.allocate(&desc).map_err(|source| GpuError::Memory { name: name.into(), source })
+        let allocation =
+            allocator.allocate(&desc).map_err(|source| GpuError::Memory { name: name.into(), source })?;
+        self.used.fetch_add(allocation.size(), Ordering::Relaxed);
+        Ok(allocation)
     }
 
     /// The allocator itself, for renderers of other crates, which must be dropped before [`destroy`](Self::destroy).
@@ -76,9 +89,15 @@ impl Memory {
         self.left.store(count, Ordering::Relaxed);
     }
 
+    /// Refuses allocations beyond this many bytes in all.
+    pub fn limit(&self, bytes: u64) {
+        self.limit.store(bytes, Ordering::Relaxed);
+    }
+
     /// Gives memory back; the resource that used it must be destroyed already.
     pub fn free(&self, allocation: Allocation) {
         let mut allocator = self.allocator.lock().unwrap_or_else(|e| e.into_inner());
+        self.used.fetch_sub(allocation.size(), Ordering::Relaxed);
         if let Err(error) = allocator.free(allocation) {
             tracing::error!("GPU memory could not be freed: {error}");
         }

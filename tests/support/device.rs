@@ -1,4 +1,4 @@
-//! What the tests of the Vulkan client share: one device with validation, and samples.
+//! What tests of the Vulkan client share: one device with validation, and samples.
 
 use std::sync::{Arc, LazyLock};
 

@@ -1,0 +1,167 @@
+//! Dense cells of a batch: samples that fall between the same four texel centres become at most four samples.
+//!
+//! A batch is summed in `f32`. Where thousands of its samples fall into one texel of a large film, equal ones round alike: 65,536 of
+//! 0.1 are off by 6e-4. The splat filters are linear in the position between two texel centres, so a sample draws exactly what four
+//! samples at the centres around it draw, weighted bilinearly. The four are summed over the samples of a dense cell in `f64` and
+//! rounded once. That is also faster than to draw them one by one. The variance is not linear: it takes the samples as they are.
+
+use std::collections::BTreeMap;
+
+use crate::client::settings::{BATCH_CAPACITY, FilmSpec, SplatFilter, Summation};
+use crate::color::Xyz;
+use crate::stream::Sample;
+
+/// Most samples of one stream in a cell and slot of the batch that are not merged: 288 additions to a texel if its neighbours have as
+/// many. A batch that covers its slots evenly has at most [`ADDS_PER_SUM`](crate::client::filter::ADDS_PER_SUM)/36 = 1.8 in a cell,
+/// so that pictures of even density are not merged.
+const DENSE: u32 = 8;
+
+/// Entries of the table that counts the samples of cells. Cells that share an entry only look denser than they are.
+const ENTRIES: usize = 1 << 16;
+
+/// Most samples that the merging of one batch can make: four for each cell.
+pub const MAX_MERGED: usize = 4 * BATCH_CAPACITY / DENSE as usize;
+
+/// A cell whose entry has more samples than the limit.
+#[derive(Default)]
+struct Cell {
+    /// Number of its samples.
+    count: u32,
+    /// Sums of `[x, y, z, |w|]` at the left top, right top, left bottom and right bottom centre.
+    corners: [[f64; 4]; 4],
+}
+
+/// Finds the dense cells of a batch of one stream and merges their samples.
+#[derive(Default)]
+pub struct Merger {
+    /// Number of samples in the cells of an entry.
+    counts: Vec<u32>,
+    /// Cells of full entries by row and column.
+    cells: BTreeMap<[u32; 2], Cell>,
+    extent: [u32; 2],
+    filter: SplatFilter,
+    /// Largest number in a cell that is not dense.
+    limit: u32,
+    found: bool,
+}
+
+impl Merger {
+    /// Begins with a batch for this film, of which all samples are counted. Sums of one float, which are kept to show what the second costs, are not merged; neither
+    /// are filters of a size of their own, which are not linear.
+    pub fn begin(&mut self, spec: &FilmSpec) {
+        let linear = !matches!(spec.filter, SplatFilter::Scaled(_));
+        self.limit = if linear && spec.sums == Summation::TwoFloat {
+            DENSE.saturating_mul(spec.batch_slots())
+        } else {
+            u32::MAX
+        };
+        (self.extent, self.filter, self.found) = (spec.padded_extent(), spec.filter, false);
+        self.cells.clear();
+        self.counts.clear();
+        self.counts.resize(ENTRIES, 0);
+    }
+
+    /// Counts a sample at this position in padded texels, inside the target.
+    #[inline]
+    pub fn count(&mut self, p: [f32; 2]) {
+        let entry = entry(self.cell(p));
+        self.counts[entry] += 1;
+        self.found |= self.counts[entry] > self.limit;
+    }
+
+    /// Whether a cell may be dense, once all samples were counted; then [`confirm`](Self::confirm) must hear of all of them again.
+    #[inline]
+    pub fn found(&self) -> bool {
+        self.found
+    }
+
+    /// Counts a sample in its cell itself, where cells share an entry. Cells that reach into the border of the padded target have
+    /// no four centres, and no pixel of the picture is in reach of them.
+    pub fn confirm(&mut self, p: [f32; 2]) {
+        let cell = self.cell(p);
+        let whole = self.filter == SplatFilter::Box || (0..2).all(|i| (1..self.extent[i]).contains(&cell[i]));
+        if whole && self.counts[entry(cell)] > self.limit {
+            self.cells.entry([cell[1], cell[0]]).or_default().count += 1;
+        }
+    }
+
+    /// Whether the sample at this position is in a dense cell.
+    pub fn is_dense(&self, p: [f32; 2]) -> bool {
+        let [column, row] = self.cell(p);
+        self.counts[entry([column, row])] > self.limit
+            && self.cells.get(&[row, column]).is_some_and(|cell| cell.count > self.limit)
+    }
+
+    /// Adds a sample of a dense cell.
+    pub fn add(&mut self, p: [f32; 2], sample: &Sample) {
+        let cell = self.cell(p);
+        let t = match self.filter {
+            SplatFilter::Box => [0.0; 2],
+            _ => [0, 1].map(|i| f64::from(p[i]) + 0.5 - f64::from(cell[i])),
+        };
+        let Xyz { x, y, z } = sample.xyz;
+        let value = [x, y, z, sample.w.abs()].map(f64::from);
+        let corners = &mut self.cells.entry([cell[1], cell[0]]).or_default().corners;
+        for (k, corner) in corners.iter_mut().enumerate() {
+            let weight =
+                (if k & 1 == 0 { 1.0 - t[0] } else { t[0] }) * (if k & 2 == 0 { 1.0 - t[1] } else { t[1] });
+            corner.iter_mut().zip(value).for_each(|(sum, value)| *sum += value * weight);
+        }
+    }
+
+    /// The merged samples, whose `uv` are positions in padded texels: centres of texels. Forgets the sums.
+    pub fn take(&mut self) -> Vec<Sample> {
+        // Neighbouring cells share their centres.
+        let mut centres = BTreeMap::<[u32; 2], [f64; 4]>::new();
+        let last = u32::from(self.filter != SplatFilter::Box);
+        let dense = std::mem::take(&mut self.cells).into_iter().filter(|(_, cell)| cell.count > self.limit);
+        for ([row, column], cell) in dense {
+            for (k, corner) in cell.corners.iter().enumerate().filter(|(k, _)| last == 1 || *k == 0) {
+                let at = [row + (k >> 1) as u32 - last, column + (k & 1) as u32 - last];
+                centres.entry(at).or_default().iter_mut().zip(corner).for_each(|(sum, value)| *sum += value);
+            }
+        }
+        let sample = |([row, column], sum): ([u32; 2], [f64; 4])| {
+            let [x, y, z, w] = sum.map(|v| v as f32);
+            Sample { uv: [column, row].map(|i| i as f32 + 0.5), xyz: Xyz::new(x, y, z), w }
+        };
+        centres.into_iter().map(sample).collect()
+    }
+
+    /// The samples of a batch of one stream that lie in no dense cell, and those that the others are merged to; `None` where no
+    /// cell is dense.
+    pub fn split<'s>(&mut self, spec: &FilmSpec, samples: &'s [Sample]) -> Option<[Vec<Sample>; 2]> {
+        let placed = || {
+            let place = |sample: &'s Sample| (spec.texel_position(sample.uv), sample);
+            samples.iter().map(place).filter(|(p, _)| spec.holds(*p))
+        };
+        self.begin(spec);
+        placed().for_each(|(p, _)| self.count(p));
+        if !self.found() {
+            return None;
+        }
+        placed().for_each(|(p, _)| self.confirm(p));
+        let mut single = Vec::new();
+        for (p, sample) in placed() {
+            match self.is_dense(p) {
+                true => self.add(p, sample),
+                false => single.push(*sample),
+            }
+        }
+        Some([single, self.take()])
+    }
+
+    /// The cell of a position in padded texels: the texel for the box, and otherwise the square between four centres, the
+    /// right bottom one of which is the centre of texel `cell`.
+    #[inline]
+    fn cell(&self, p: [f32; 2]) -> [u32; 2] {
+        let shift = if self.filter == SplatFilter::Box { 0.0 } else { 0.5 };
+        p.map(|p| (p + shift) as u32)
+    }
+}
+
+/// The table's entry of a cell. Neighbours have different ones.
+#[inline]
+fn entry([column, row]: [u32; 2]) -> usize {
+    (column.wrapping_add(row.wrapping_mul(40_503)) & (ENTRIES as u32 - 1)) as usize
+}
