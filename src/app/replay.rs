@@ -143,8 +143,17 @@ struct Story<'a> {
 impl Story<'_> {
     fn tell(&mut self, event: &PathEvent) {
         let line = match event {
-            PathEvent::Vertex { hit, lambda } => {
+            PathEvent::Begins(path) => {
+                self.vertices = 0;
+                let end = if path.from_light { "a light" } else { "the camera" };
+                return self.line(&format!("from {end} with throughput {}", spectrum(path.throughput)));
+            }
+            PathEvent::Leaves(path) => {
+                format!("leaves the scene with throughput {}", spectrum(path.throughput))
+            }
+            PathEvent::Meets(path, hit) => {
                 self.vertices += 1;
+                let lambda = path.lambda.lambda().to_array();
                 let [x, y, z] = self.scene.space().world_point(hit.point.p).to_array();
                 let wavelengths = lambda.map(|l| format!("{l:.2}")).join(" ");
                 self.line(&format!(

@@ -10,7 +10,6 @@ use super::Scene;
 use super::accel::{Hit, Ray};
 use super::bsdf::{Bsdf, Material, MaterialEvalContext, Scattering};
 use super::light::LightSampleContext;
-use super::record::{PathEvent, record};
 use super::shape::SurfacePoint;
 
 impl SurfacePoint {
@@ -129,9 +128,6 @@ impl<B: Scattering> SurfaceVertex<B> {
             // A copy, so that the compiler keeps the hit in registers.
             true => Self::parametrized(scene, &{ hit }, lambda),
         };
-        if B::RECORDS {
-            record(PathEvent::Vertex { hit, lambda: lambda.lambda().to_array() });
-        }
         Self { frame, bsdf, wo: frame.to_local(hit.wo), hit }
     }
 

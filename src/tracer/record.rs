@@ -1,7 +1,7 @@
 //! The record of a path, event by event: what `pointillist replay` prints.
 //!
 //! Integrators are generic over the set of materials. Compiled for [`Recorded`], which is every material and tells what it is asked, they
-//! record what they do; compiled for any other set they have no trace of this. [`Scattering::RECORDS`] is the constant that they ask.
+//! record what they do; compiled for any other set they have no trace of this. [`Scattering::record`] is what they call.
 
 use std::cell::RefCell;
 
@@ -16,18 +16,19 @@ use crate::stream::faults;
 use super::bsdf::{Bsdf, BsdfSample, Diffuse, Material, MaterialEvalContext, Scattering, ScatteringModel};
 use super::interaction::SurfaceInteraction;
 use super::light::LightSample;
-use super::wavelength_mis::Parted;
+use super::subpath::Walk;
+use super::wavelength_mis::{Parted, WavelengthMis};
 
 /// Something that happened on a path.
 #[derive(Clone, Debug)]
 pub enum PathEvent {
-    /// A path came to a surface, with these wavelengths.
-    Vertex {
-        /// Where.
-        hit: SurfaceInteraction,
-        /// Wavelengths in nm, the hero first.
-        lambda: [f32; 4],
-    },
+    /// A path, or a subpath of one, begins.
+    Begins(CarriedLight),
+    /// A path, or a branch of one, came to a surface.
+    Meets(CarriedLight, SurfaceInteraction),
+    /// A path, or a branch of one, meets nothing any more, or is as long as the scene allows. One that ends otherwise ends at the vertex that
+    /// it met last.
+    Leaves(CarriedLight),
     /// A material was evaluated for two directions of its shading space: f·|cos| and the density per steradian.
     Evaluated {
         /// To where the path came from.
@@ -92,6 +93,26 @@ pub enum PathEvent {
     },
     /// A value was rejected here.
     Fault(Fault),
+}
+
+/// What a path carries on the way to its next vertex.
+#[derive(Clone, Copy, Debug)]
+pub struct CarriedLight {
+    /// The wavelengths of the path.
+    pub lambda: SampledWavelengths,
+    /// Product of the weights so far: flux of a path from a light, importance of one from the camera.
+    pub throughput: SampledSpectrum,
+    /// The wavelengths that would have chosen the same way.
+    pub wavelength_mis: WavelengthMis,
+    /// The path begins at a light.
+    pub from_light: bool,
+}
+
+impl<const FROM_LIGHT: bool> From<&Walk<FROM_LIGHT>> for CarriedLight {
+    fn from(walk: &Walk<FROM_LIGHT>) -> Self {
+        let Walk { lambda, throughput, wavelength_mis, .. } = *walk;
+        Self { lambda, throughput, wavelength_mis, from_light: FROM_LIGHT }
+    }
 }
 
 thread_local! {

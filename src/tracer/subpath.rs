@@ -18,7 +18,7 @@ use super::accel::Ray;
 use super::bsdf::{Bsdf, BsdfSample, Scattering};
 use super::interaction::{SurfaceInteraction, SurfaceVertex};
 use super::light::{Emission, EmissionOrigin};
-use super::record::{PathEvent, record};
+use super::record::PathEvent;
 use super::sampler::VertexNumbers;
 use super::subpath_mis::SubpathMis;
 use super::wavelength_mis::WavelengthMis;
@@ -349,9 +349,7 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
             faults::raise(FaultyValue::Scattering, self.throughput.into(), Some(hit.surface), None);
             return None;
         }
-        if B::RECORDS {
-            record(PathEvent::Throughput(self.throughput));
-        }
+        B::record(|| PathEvent::Throughput(self.throughput));
         Some(hit.spawn(wi))
     }
 }

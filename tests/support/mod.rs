@@ -4,6 +4,7 @@
 
 pub mod accel;
 pub mod agreement;
+pub mod audit;
 pub mod desktop;
 pub mod device;
 pub mod glare;

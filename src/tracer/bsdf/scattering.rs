@@ -228,6 +228,14 @@ pub trait Scattering: ScatteringModel {
     /// Whether a path [records](crate::tracer::record) what it does.
     const RECORDS: bool = false;
 
+    /// Records what the path does, if it records anything.
+    #[inline(always)]
+    fn record(event: impl FnOnce() -> PathEvent) {
+        if Self::RECORDS {
+            record(event());
+        }
+    }
+
     /// The material at a point and the wavelengths of a path. A material whose model is not in the set is black.
     fn of(material: &Material, context: &MaterialEvalContext, lambda: &SampledWavelengths) -> Self;
 }

@@ -10,7 +10,7 @@ use crate::tracer::bsdf::Scattering;
 use crate::tracer::camera::CameraView;
 use crate::tracer::interaction::SurfaceInteraction;
 use crate::tracer::light::{Emission, EmissionOrigin};
-use crate::tracer::record::{PathEvent, record};
+use crate::tracer::record::PathEvent;
 use crate::tracer::subpath::{SubpathVertex, VertexScattering};
 use crate::tracer::{Camera, Scene};
 
@@ -146,9 +146,7 @@ impl RenderContext {
         let scattering = vertex.scatter_to::<true>(-view.direction)?;
         let weight = vertex.wavelength_mis.and(scattering.wavelength_mis).weight();
         let value = vertex.throughput * scattering.value * (weight * view.uv_per_steradian / view.distance2);
-        if B::RECORDS {
-            record(PathEvent::ToCamera { uv: view.uv, value });
-        }
+        B::record(|| PathEvent::ToCamera { uv: view.uv, value });
         if !value.is_within(MAX_VALUE) {
             faults::raise(FaultyValue::CameraConnection, value.into(), Some(surface.hit.surface), None);
             return None;

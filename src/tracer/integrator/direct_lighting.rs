@@ -14,7 +14,7 @@ use crate::tracer::accel::Ray;
 use crate::tracer::bsdf::{BsdfSample, Scattering};
 use crate::tracer::interaction::{SurfaceInteraction, SurfaceVertex};
 use crate::tracer::light::{LightSample, LightSampleContext, Lights};
-use crate::tracer::record::{PathEvent, record};
+use crate::tracer::record::{CarriedLight, PathEvent};
 use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::wavelength_mis::WavelengthMis;
 use crate::tracer::{Scene, mis, roulette};
@@ -36,9 +36,7 @@ pub(super) fn sample_direct<B: Scattering>(
     let (light, sample, value) =
         scene.lights().sample_by_contribution(context, u.light_choice, u.light, unoccluded)?;
     let share = scene.visible(&vertex.hit, light, &sample);
-    if B::RECORDS {
-        record(PathEvent::Light { light, sample, value, visible: share });
-    }
+    B::record(|| PathEvent::Light { light, sample, value, visible: share });
     (share > 0.0).then(|| value * share)
 }
 
@@ -104,6 +102,13 @@ pub(super) struct PathState {
     /// Number of scatterings so far.
     pub(super) depth: u32,
     splitting: Splitting,
+}
+
+impl From<&PathState> for CarriedLight {
+    fn from(path: &PathState) -> Self {
+        let PathState { lambda, throughput, wavelength_mis, .. } = *path;
+        Self { lambda, throughput, wavelength_mis, from_light: false }
+    }
 }
 
 impl PathState {
@@ -230,9 +235,7 @@ impl PathState {
             true => self.radiance += value,
             false => faults::raise(FaultyValue::Emission, value.into(), None, Some(light)),
         }
-        if B::RECORDS {
-            record(PathEvent::Radiance(self.radiance));
-        }
+        B::record(|| PathEvent::Radiance(self.radiance));
     }
 
     /// Adds light that arrives at `vertex` straight from a light, by next-event estimation.

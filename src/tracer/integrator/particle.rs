@@ -6,7 +6,7 @@ use crate::spectrum::SampledWavelengths;
 use crate::stream::{PathCounts, SampleSink, UvWindow};
 use crate::tracer::accel::Ray;
 use crate::tracer::bsdf::{Bsdf, Diffuse, Scattering, Smooth, Unmixed};
-use crate::tracer::record::Recorded;
+use crate::tracer::record::{PathEvent, Recorded, record};
 use crate::tracer::sampler::{CameraNumbers, LightSampler};
 use crate::tracer::subpath::{SubpathVertex, Walk};
 use crate::tracer::{MaterialClass, Sampler};
@@ -51,7 +51,10 @@ impl Integrator for ParticleTracer {
             MaterialClass::Specular => self.follow::<Smooth>(walk, ray, &numbers, out),
             MaterialClass::General => self.follow::<Unmixed>(walk, ray, &numbers, out),
             MaterialClass::Mixed => self.follow::<Bsdf>(walk, ray, &numbers, out),
-            MaterialClass::Recorded => self.follow::<Recorded>(walk, ray, &numbers, out),
+            MaterialClass::Recorded => {
+                record(PathEvent::Begins((&walk).into()));
+                self.follow::<Recorded>(walk, ray, &numbers, out);
+            }
         }
     }
 
@@ -98,8 +101,9 @@ impl ParticleTracer {
     ) {
         let context = &self.context;
         while walk.depth + 1 < context.longest() {
-            let Some(hit) = context.scene.closest(&ray) else { return };
+            let Some(hit) = context.scene.closest(&ray) else { break };
             let vertex: SubpathVertex<B> = walk.arrive(&context.scene, hit);
+            B::record(|| PathEvent::Meets((&walk).into(), hit));
             let u = numbers.vertex(walk.depth - 1);
             if let Some(connection) = context.connect_to_camera(&vertex, u.light) {
                 let share = context.visible_to_camera(&vertex.surface.hit, &connection.view);
@@ -111,5 +115,6 @@ impl ParticleTracer {
             let Some(next) = walk.scatter_each(&vertex, &u, context.rr_depth, each) else { return };
             ray = next;
         }
+        B::record(|| PathEvent::Leaves((&walk).into()));
     }
 }

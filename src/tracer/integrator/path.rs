@@ -50,6 +50,7 @@ impl PathTracer {
         let scene = &self.context.scene;
         while let Some(hit) = path.arrive::<B>(&self.context, &mut ray, true) {
             let vertex = SurfaceVertex::<B>::new(scene, hit, &path.lambda);
+            B::record(|| PathEvent::Meets((&*path).into(), hit));
             let u = sampler.vertex(path.depth);
             if !vertex.bsdf.is_delta() {
                 if path.splits() {
@@ -60,6 +61,7 @@ impl PathTracer {
             let Some(next) = self.scatter(path, &vertex, sampler, &u) else { return };
             ray = next;
         }
+        B::record(|| PathEvent::Leaves((&*path).into()));
     }
 
     /// Goes on from `vertex` in several branches. Of one light a single sample is seldom noisy; of several every branch
@@ -103,9 +105,7 @@ impl PathTracer {
         }
         path.scatter(vertex, &s)?;
         path.roulette(self.context.rr_depth, u.roulette)?;
-        if B::RECORDS {
-            record(PathEvent::Throughput(path.throughput));
-        }
+        B::record(|| PathEvent::Throughput(path.throughput));
         Some(vertex.hit.spawn(wi))
     }
 
@@ -150,7 +150,10 @@ impl Integrator for PathTracer {
             MaterialClass::Specular => self.follow::<Smooth>(&mut path, ray, &sampler),
             MaterialClass::General => self.follow::<Unmixed>(&mut path, ray, &sampler),
             MaterialClass::Mixed => self.follow::<Bsdf>(&mut path, ray, &sampler),
-            MaterialClass::Recorded => self.follow::<Recorded>(&mut path, ray, &sampler),
+            MaterialClass::Recorded => {
+                record(PathEvent::Begins((&path).into()));
+                self.follow::<Recorded>(&mut path, ray, &sampler);
+            }
         }
         out.camera(uv.map(|c| c as f32), lambda.to_xyz(path.radiance), 1.0);
     }

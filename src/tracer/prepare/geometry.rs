@@ -392,8 +392,9 @@ impl Geometry {
     /// right-hand rule unless the shape is turned. If it is degenerate, one of its halves or neither is added.
     fn add_parallelogram(&mut self, corner: impl Fn(f64, f64) -> (Vec3, Vec2), input: &mut ShapeInput) {
         let [a, b, c, d] = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
-        let (b, d) = if input.turned { (d, b) } else { (b, d) };
-        let ([a, b, c, d], [uv_a, uv_b, uv_c, uv_d]) = ([a.0, b.0, c.0, d.0], [a.1, b.1, c.1, d.1]);
+        let corners =
+            self.places.in_step(&self.faces, if input.turned { [a, d, c, b] } else { [a, b, c, d] });
+        let ([a, b, c, d], [uv_a, uv_b, uv_c, uv_d]) = (corners.map(|c| c.0), corners.map(|c| c.1));
         let first = self.faces.count();
         let key = PlaceKey::polygon([a, b, c, d]);
         let cells = self.cells;

@@ -153,6 +153,11 @@ impl Scene {
         }
         let shown = geometry.add_groups(desc)?;
         let mut geometry = geometry.finish();
+        if let hidden @ 1.. = geometry.places.hidden {
+            geometry.notices.push(format!(
+                "{hidden} faces lie in the same place as others and face the same way: only one of each is seen"
+            ));
+        }
         let count = geometry.faces.count() + geometry.round.len() + shown.instances.len();
         if count > MAX_PRIMITIVES {
             return Err(PrepareError::TooManyPrimitives { count });

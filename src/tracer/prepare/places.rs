@@ -1,8 +1,12 @@
-//! Which primitives lie in one place: what is back to back with another is met as its other side.
+//! Which primitives lie in one place: what is back to back with another is met as its other side. Of those that face the same way only one
+//! can be seen.
 
 use std::collections::HashMap;
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
+
+use crate::tracer::accel::TriangleSource;
+use crate::tracer::faces::Faces;
 
 /// The exact place of a primitive: up to four points, sorted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -35,23 +39,42 @@ impl PlaceKey {
     }
 }
 
-/// Primitives by place, each with its normal. The map is never iterated, so its order does not matter.
+/// Primitives by place, each with its normal.
 #[derive(Debug, Default)]
-pub(super) struct Places(HashMap<PlaceKey, (usize, Vec3)>);
+pub(super) struct Places {
+    /// Never iterated, so its order does not matter.
+    known: HashMap<PlaceKey, (usize, Vec3)>,
+    /// Number of primitives that lie where another faces the same way.
+    pub(super) hidden: usize,
+}
 
 impl Places {
     /// Finds the primitive at the same place that faces the other way, if it has no back yet, and removes it.
     pub(super) fn take(&mut self, key: PlaceKey, n: Vec3) -> Option<usize> {
-        let &(index, other) = self.0.get(&key)?;
+        let &(index, other) = self.known.get(&key)?;
         if other.dot(n) >= 0.0 {
+            self.hidden += 1;
             return None;
         }
-        self.0.remove(&key);
+        self.known.remove(&key);
         Some(index)
+    }
+
+    /// The corners of a parallelogram in the order of the one that lies in the same place and faces the same way, if there is one. Rays then
+    /// meet both at exactly the same distance, and rounding does not decide which of them is seen where.
+    pub(super) fn in_step(&self, faces: &Faces, mut corners: [(Vec3, Vec2); 4]) -> [(Vec3, Vec2); 4] {
+        let [a, b, c, d] = corners.map(|corner| corner.0);
+        let same_way = |(_, n): &&(usize, Vec3)| n.dot((b - a).cross(d - a)) > 0.0;
+        if let Some(&(index, _)) = self.known.get(&PlaceKey::polygon([a, b, c, d])).filter(same_way) {
+            let first = bits(faces.corners(index)[0]);
+            let start = [a, b, c, d].into_iter().position(|corner| bits(corner) == first);
+            corners.rotate_left(start.unwrap_or(0));
+        }
+        corners
     }
 
     /// Adds primitive `index` of its kind, unless there is one at its place already.
     pub(super) fn add(&mut self, key: PlaceKey, n: Vec3, index: usize) {
-        self.0.entry(key).or_insert((index, n));
+        self.known.entry(key).or_insert((index, n));
     }
 }

@@ -22,7 +22,7 @@ use glam::{Vec3, Vec4};
 use crate::spectrum::SampledSpectrum;
 use crate::stream::{FaultyValue, MAX_VALUE, faults};
 use crate::tracer::bsdf::Scattering;
-use crate::tracer::record::{PathEvent, record};
+use crate::tracer::record::PathEvent;
 use crate::tracer::subpath::{SubpathVertex, VertexScattering};
 
 use super::strategies::{PathContribution, connection_weight};
@@ -233,10 +233,12 @@ impl BidirectionalTracer {
             );
         }
         let share = self.context.scene.connected(&camera.surface.hit, &light.surface.hit, edge.d);
-        if B::RECORDS {
-            let [camera, light] = [camera, light].map(|vertex| vertex.surface.hit.point.p);
-            record(PathEvent::Connection { camera, light, value, visible: share });
-        }
+        B::record(|| PathEvent::Connection {
+            camera: camera.surface.hit.point.p,
+            light: light.surface.hit.point.p,
+            value,
+            visible: share,
+        });
         if share > 0.0 {
             let wavelength_mis = camera
                 .wavelength_mis

@@ -23,7 +23,7 @@ mod strategies;
 use crate::spectrum::SampledWavelengths;
 use crate::stream::{PathCounts, SampleSink};
 use crate::tracer::bsdf::{Bsdf, Diffuse, Scattering, Smooth, Unmixed};
-use crate::tracer::record::Recorded;
+use crate::tracer::record::{PathEvent, Recorded};
 use crate::tracer::sampler::LightSampler;
 use crate::tracer::subpath::{SubpathVertex, Walk};
 use crate::tracer::{MaterialClass, Sampler};
@@ -112,11 +112,13 @@ impl BidirectionalTracer {
         let Some(emission) = scene.lights.emit(&numbers.emission()) else { return };
         let emitted = scene.lights.emitted(&emission, &lambda);
         let Some(mut walk) = Walk::from_light(lambda, &emission, emitted) else { return };
+        B::record(|| PathEvent::Begins((&walk).into()));
         let mut ray = emission.ray();
         // One more segment leads to the camera.
         while walk.depth + 1 < self.context.longest() {
-            let Some(hit) = scene.closest(&ray) else { return };
+            let Some(hit) = scene.closest(&ray) else { break };
             let mut vertex: SubpathVertex<B> = walk.arrive(scene, hit);
+            B::record(|| PathEvent::Meets((&walk).into(), hit));
             let u = numbers.vertex(walk.depth - 1);
             if !vertex.surface.bsdf.is_delta() {
                 if vertex.depth == 1 {
@@ -131,6 +133,7 @@ impl BidirectionalTracer {
             let Some(next) = next else { return };
             ray = next;
         }
+        B::record(|| PathEvent::Leaves((&walk).into()));
     }
 
     /// Walks from the camera through `uv`, adds the emission and the direct light that it finds, and leaves the vertices that
@@ -150,6 +153,7 @@ impl BidirectionalTracer {
         let mut ray = camera.ray(uv, lens);
         let pdf = camera.uv_per_steradian(ray.direction) / context.window_area();
         let mut walk = Walk::from_camera(path.lambda, camera.lens_point(lens), pdf, LIGHTS_PER_CAMERA);
+        B::record(|| PathEvent::Begins((&walk).into()));
         // Where next-event estimation would have found the light that is hit next.
         let mut last = None;
         while walk.depth < longest {
@@ -157,7 +161,7 @@ impl BidirectionalTracer {
                 if let Some(light) = context.environment(walk.depth) {
                     self.add_environment(path, light, &walk, last, ray.direction);
                 }
-                return;
+                break;
             };
             if scene.passes(&mut ray, &hit) {
                 self.add_emitted::<B>(path, last, &walk.clone().arrive(scene, hit));
@@ -166,8 +170,9 @@ impl BidirectionalTracer {
             let vertex: SubpathVertex<B> = walk.arrive(scene, hit);
             self.add_emitted(path, last, &vertex);
             if walk.depth == longest {
-                return;
+                break;
             }
+            B::record(|| PathEvent::Meets((&walk).into(), hit));
             let numbers = sampler.vertex(walk.depth - 1);
             if !vertex.surface.bsdf.is_delta() {
                 self.add_direct(path, &vertex, &numbers);
@@ -180,6 +185,7 @@ impl BidirectionalTracer {
             let Some(next) = next else { return };
             ray = next;
         }
+        B::record(|| PathEvent::Leaves((&walk).into()));
     }
 }
 

@@ -11,7 +11,7 @@ use crate::stream::{FaultyValue, MAX_VALUE, SampleSink, faults};
 use crate::tracer::bsdf::Scattering;
 use crate::tracer::integrator::direct_lighting::{EmissionCache, sample_direct};
 use crate::tracer::light::{Emission, EmissionOrigin, EmissionPdf, LightSample, LightSampleContext};
-use crate::tracer::record::{PathEvent, record};
+use crate::tracer::record::PathEvent;
 use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::subpath::{SubpathVertex, VertexScattering, Walk};
 use crate::tracer::subpath_mis::{SubpathMis, quotient, weight};
@@ -127,9 +127,7 @@ impl BidirectionalTracer {
         let emitted = path.emission.emission(lights, light, hit.point.p, -hit.wo, &path.lambda);
         let value = vertex.throughput * emitted * (weight * vertex.wavelength_mis.weight());
         path.add_emission(value, Some(hit.surface), light);
-        if B::RECORDS {
-            record(PathEvent::Radiance(path.radiance));
-        }
+        B::record(|| PathEvent::Radiance(path.radiance));
     }
 
     /// s = 0: adds the emission of the environment `light`, where the camera subpath leaves the scene in `direction`.

@@ -11,7 +11,7 @@ use crate::tracer::bsdf::{BsdfSample, Material, MaterialEvalContext, Scattering}
 use crate::tracer::integrator::direct_lighting::{PathState, Splitting};
 use crate::tracer::interaction::{SurfaceInteraction, SurfaceMaterial, SurfaceVertex};
 use crate::tracer::photon_map::{Disc, Lookup, Photon, PhotonLayer, Snapshot};
-use crate::tracer::record::{PathEvent, record};
+use crate::tracer::record::PathEvent;
 use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::{Sampler, Scene};
 
@@ -98,6 +98,7 @@ impl<'a> CameraPath<'a> {
     ) -> Option<Ray> {
         let scene = &self.tracer.context.scene;
         let vertex = SurfaceVertex::<B>::new(scene, hit, &self.state.lambda);
+        B::record(|| PathEvent::Meets((&self.state).into(), hit));
         let diffuse = vertex.bsdf.has_diffuse_part();
         if diffuse || self.class == PathClass::Mirrored && !vertex.bsdf.is_delta() {
             self.state.add_direct(scene, &vertex, u);
@@ -141,9 +142,7 @@ impl<'a> CameraPath<'a> {
         self.gathered &= spread;
         let factor = self.state.roulette(self.tracer.context.rr_depth, u.roulette)?;
         let scene = &self.tracer.context.scene;
-        if B::RECORDS {
-            record(PathEvent::Throughput(self.state.throughput));
-        }
+        B::record(|| PathEvent::Throughput(self.state.throughput));
         self.scratch.scatterings.push(RecordedScattering::new(scene, vertex, &s, u.lobe, factor));
         Some(vertex.hit.spawn(wi))
     }
@@ -192,9 +191,7 @@ impl<'a> CameraPath<'a> {
         }
         self.xyz += xyz;
         self.state.radiance += value;
-        if B::RECORDS {
-            record(PathEvent::Gathered { photons: disc.counted.len(), area: disc.area, xyz: self.xyz });
-        }
+        B::record(|| PathEvent::Gathered { photons: disc.counted.len(), area: disc.area, xyz: self.xyz });
     }
 
     /// How many photons a lookup asks for, within which radius, and within which distance (nm) of the hero if the path

@@ -15,7 +15,7 @@ use crate::tracer::light::EmissionOrigin;
 use crate::tracer::photon_map::{
     Arrival, PhotonBatch, PhotonLayer, Snapshot, Wanted, wavelength_number, wavelengths,
 };
-use crate::tracer::record::Recorded;
+use crate::tracer::record::{PathEvent, Recorded};
 use crate::tracer::subpath::{SubpathVertex, Walk};
 use crate::tracer::{MaterialClass, Sampler, Scene};
 
@@ -95,13 +95,15 @@ fn trace_light_path<B: Scattering>(context: &RenderContext, path: u64, batch: &m
     let Some(emission) = scene.lights.emit(&numbers.emission()) else { return };
     let emitted = scene.lights.emitted(&emission, &lambda);
     let Some(mut walk) = Walk::from_light(lambda, &emission, emitted) else { return };
+    B::record(|| PathEvent::Begins((&walk).into()));
     let mut ray = emission.ray();
     let mut spread = false;
     let beam = emission.pdf.origin == EmissionOrigin::Beam;
     // One more segment leads to the camera.
     while walk.depth + 1 < longest {
-        let Some(hit) = scene.closest(&ray) else { return };
+        let Some(hit) = scene.closest(&ray) else { break };
         let vertex: SubpathVertex<B> = walk.arrive(scene, hit);
+        B::record(|| PathEvent::Meets((&walk).into(), hit));
         let here = vertex.surface.bsdf.has_diffuse_part();
         // Next-event estimation finds what arrives straight from a light, but from a beam.
         if here && (vertex.depth > 1 || beam) && reflects(&vertex) {
@@ -127,6 +129,7 @@ fn trace_light_path<B: Scattering>(context: &RenderContext, path: u64, batch: &m
         // The link is 0 after a delta: the coat's mirror spreads nothing.
         spread |= here && walk.previous.link > 0.0;
     }
+    B::record(|| PathEvent::Leaves((&walk).into()));
 }
 
 /// True if the lit side scatters anything at the wavelengths of the path, back or through: else no camera path gathers there.
