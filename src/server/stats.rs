@@ -19,7 +19,7 @@ pub struct WorkerStats {
     pub paths: u64,
     /// Number of samples sent.
     pub samples: u64,
-    /// Number of samples discarded because the render was stopped while the lane was full.
+    /// Number of samples discarded because the render was stopped while the lane was full, or their path panicked.
     pub discarded: u64,
     /// Rejected samples.
     pub rejections: Rejections,

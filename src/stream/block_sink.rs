@@ -18,7 +18,7 @@ pub struct Totals {
     pub indices: u64,
     /// Samples sent.
     pub samples: u64,
-    /// Samples discarded because the render was stopped while the lane was full.
+    /// Samples discarded because the render was stopped while the lane was full, and those of paths that were abandoned.
     pub discarded: u64,
     /// Rejected samples and contributions.
     pub rejections: Rejections,
@@ -100,6 +100,7 @@ impl BlockSink {
 
     /// Drops the samples of the unfinished path that have not been sent yet.
     pub fn abandon_path(&mut self) {
+        self.totals.discarded += (self.block.samples().len() - self.path_start) as u64;
         self.block.truncate(self.path_start);
     }
 
@@ -159,6 +160,7 @@ impl BlockSink {
     fn overflow(&mut self, sample: Sample) {
         if self.broken || !self.flush() {
             self.broken = true;
+            self.totals.discarded += 1;
             self.abandon_path();
         } else {
             self.block.push(sample);

@@ -23,7 +23,19 @@ pub fn lanes(count: usize, blocks: usize) -> (Vec<LaneWriter>, Lanes) {
         })
         .unzip();
     let (epoch, order) = (Epoch::default(), DrainOrder::Arrival);
-    (writers, Lanes { lanes, hub, epoch, order, next_index: 0, next_lane: 0, events_seen: 0, stale: 0 })
+    (
+        writers,
+        Lanes {
+            lanes,
+            hub,
+            epoch,
+            order,
+            next_index: 0,
+            next_lane: 0,
+            events_seen: 0,
+            stale: Drained::default(),
+        },
+    )
 }
 
 /// A worker's end of its lane.
@@ -131,7 +143,7 @@ pub struct Lanes {
     /// The lane to look at first.
     next_lane: usize,
     events_seen: u64,
-    stale: u64,
+    stale: Drained,
 }
 
 impl Lanes {
@@ -202,7 +214,12 @@ impl Lanes {
 
     /// Blocks dropped because they were of an older epoch, since the start.
     pub fn stale_blocks(&self) -> u64 {
-        self.stale
+        self.stale.blocks as u64
+    }
+
+    /// Samples in them.
+    pub fn stale_samples(&self) -> u64 {
+        self.stale.samples as u64
     }
 
     /// The state that both ends share. A producer starts, stops and ends epochs with it.
@@ -224,9 +241,10 @@ impl Lanes {
                 let in_turn = self.order == DrainOrder::Arrival || header.first_index == self.next_index;
                 return header.epoch == self.epoch && in_turn;
             }
+            self.stale.blocks += 1;
+            self.stale.samples += block.samples().len();
             block.release();
             self.hub.space.ring();
-            self.stale += 1;
         }
         false
     }

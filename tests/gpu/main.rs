@@ -4,6 +4,9 @@
 
 #[path = "../support/mod.rs"]
 mod support;
+#[path = "../support/soak/mod.rs"]
+#[allow(dead_code, reason = "the tool tells more of it")]
+mod unrest;
 
 use support::device as common;
 
@@ -16,6 +19,7 @@ mod overlay;
 mod plan;
 mod reference;
 mod shaders;
+mod soak;
 mod swapchain;
 mod timing;
 mod x11_window;

@@ -11,7 +11,7 @@ use pointillist::scene::load;
 use pointillist::spectrum::dispersion::Ior;
 use pointillist::stream::UvWindow;
 use pointillist::tracer::bsdf::{Bsdf, ScatteringModel};
-use pointillist::tracer::integrator::{PathObserver, RenderContext};
+use pointillist::tracer::integrator::RenderContext;
 use pointillist::tracer::subpath::{SubpathVertex, Walk};
 use pointillist::tracer::{Camera, Sampler, Scene};
 

@@ -139,23 +139,30 @@ fn along_delta(path: &CarriedLight, vertex: &SurfaceVertex<Bsdf>, s: &BsdfSample
 }
 
 impl Audit {
-    /// Enters what a path records; of its vertices the material is evaluated anew.
+    /// A path begins.
+    pub fn begins(&mut self, path: CarriedLight) {
+        self.books(path.from_light).emitted += luminance(&path, path.throughput, path.wavelength_mis);
+    }
+
+    /// A path meets a surface.
+    pub fn meets(&mut self, path: CarriedLight, vertex: &SurfaceVertex<Bsdf>) {
+        let arrives = luminance(&path, path.throughput, path.wavelength_mis);
+        let known = self.clear && path.from_light && vertex.bsdf.is_delta() && vertex.bsdf.transmits();
+        let goes_on = if known { arrives } else { self.scattered(&path, vertex) };
+        self.books(path.from_light).absorbed += arrives - goes_on;
+    }
+
+    /// A path leaves the scene, or is as long as the scene allows.
+    pub fn leaves(&mut self, path: CarriedLight) {
+        self.books(path.from_light).escaped += luminance(&path, path.throughput, path.wavelength_mis);
+    }
+
+    /// Enters what a path records; at its vertices the material is evaluated anew.
     fn enter(&mut self, scene: &Scene, event: &PathEvent) {
-        match event {
-            PathEvent::Begins(path) => {
-                self.books(path.from_light).emitted += luminance(path, path.throughput, path.wavelength_mis);
-            }
-            PathEvent::Meets(path, hit) => {
-                let vertex = SurfaceVertex::<Bsdf>::new(scene, *hit, &path.lambda);
-                let arrives = luminance(path, path.throughput, path.wavelength_mis);
-                let known =
-                    self.clear && path.from_light && vertex.bsdf.is_delta() && vertex.bsdf.transmits();
-                let goes_on = if known { arrives } else { self.scattered(path, &vertex) };
-                self.books(path.from_light).absorbed += arrives - goes_on;
-            }
-            PathEvent::Leaves(path) => {
-                self.books(path.from_light).escaped += luminance(path, path.throughput, path.wavelength_mis);
-            }
+        match *event {
+            PathEvent::Begins(path) => self.begins(path),
+            PathEvent::Meets(path, hit) => self.meets(path, &SurfaceVertex::new(scene, hit, &path.lambda)),
+            PathEvent::Leaves(path) => self.leaves(path),
             _ => (),
         }
     }

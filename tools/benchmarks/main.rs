@@ -12,6 +12,7 @@ mod abort;
 mod client;
 mod common;
 mod edges;
+mod energy;
 mod fireflies;
 mod largest;
 mod late;
@@ -29,6 +30,7 @@ mod sampler;
 mod server;
 mod share;
 mod soak;
+mod soak_window;
 mod support;
 mod textures;
 mod tracer;
@@ -53,6 +55,8 @@ enum Part {
     Fireflies(fireflies::Arguments),
     /// Rays at the edges of closed meshes, and rays that leave surfaces: how many of 10^7 go where no ray can
     Edges(edges::Arguments),
+    /// The energy audit of every scene of `scenes/` by every method: what is emitted is absorbed or escapes
+    Energy(energy::Arguments),
     /// The share of the largest sample of a pixel in its sum, by method
     Largest(largest::Arguments),
     /// How often the warning that light is still being found was right
@@ -77,8 +81,11 @@ enum Part {
     Server,
     /// Samples per second with the window open over those of tracing alone
     Share(share::Arguments),
-    /// Memory, stalls and latency of the viewer under a user who never rests
+    /// Server, stream and film under edits, aborts, resizes, reloads, lost devices, exhausted memory, bad samples, slow clients, full disks and
+    /// workers that panic: memory, counts of samples and pictures must not notice
     Soak(soak::Arguments),
+    /// Memory, stalls and latency of the viewer under a user who never rests
+    SoakWindow(soak_window::Arguments),
     /// The price of textures: time of a path with them over that of one without, on the same geometry
     Textures(textures::Arguments),
     /// Paths per second, rays per path and noise of path tracing alone, one thread
@@ -93,6 +100,7 @@ fn main() -> ExitCode {
         Part::Client(arguments) => client::run(&arguments),
         Part::Fireflies(arguments) => fireflies::run(&arguments),
         Part::Edges(arguments) => edges::run(&arguments),
+        Part::Energy(arguments) => energy::run(&arguments),
         Part::Largest(arguments) => largest::run(&arguments),
         Part::Late(arguments) => late::run(&arguments),
         Part::Latency(arguments) => latency::run(&arguments),
@@ -106,6 +114,7 @@ fn main() -> ExitCode {
         Part::Server => server::run(),
         Part::Share(arguments) => share::run(&arguments),
         Part::Soak(arguments) => soak::run(&arguments),
+        Part::SoakWindow(arguments) => soak_window::run(&arguments),
         Part::Textures(arguments) => textures::run(&arguments),
         Part::Tracer(arguments) => tracer::run(&arguments),
         Part::Turns(arguments) => turns::run(&arguments),

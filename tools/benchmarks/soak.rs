@@ -1,225 +1,121 @@
-//! The viewer under a user who never rests: camera moves, resizes, controls, for minutes, on a display of its own.
+//! Server, stream and film that never rest, for minutes: see `tests/support/soak`.
 //!
-//! Memory is read from outside, second by second; stalls, latencies and validation
-//! messages are the viewer's own figures (`--json`). Screenshots go to `target/soak`.
+//! The same seed makes the same choices; how long each takes, and so where in a render it comes, is up to the machine. The full disk is a small
+//! one of the kernel's, mounted in a namespace of this process's own.
 
-use std::fs;
-use std::path::Path;
-use std::time::{Duration, Instant};
-
-use clap::ValueEnum;
-use pointillist::math::random::Random;
+use std::os::unix::process::CommandExt;
+use std::path::PathBuf;
+use std::process::Command;
+use std::time::Duration;
 
 use super::common::Outcome;
-use super::support::desktop::Desktop;
-use super::viewer::{Viewer, figures};
+use super::support::soak::{Conservation, SoakPlan, SoakReport, soak};
 
-/// What the user does, and for how long.
+/// For how long, and with what.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Seconds in all
-    #[arg(default_value_t = 300)]
-    seconds: u64,
-    /// Pixels along a side of the picture
-    #[arg(default_value_t = 512)]
-    side: u32,
-    /// The scene file
-    #[arg(default_value = "scenes/cornell.xml")]
-    scene: String,
-    /// What the user does, separated by commas
-    #[arg(value_enum, value_delimiter = ',', default_values_t = [Act::Camera, Act::Resize, Act::Control])]
-    acts: Vec<Act>,
+    /// Minutes in all
+    #[arg(default_value_t = 30.0)]
+    minutes: f64,
+    /// Every choice follows from it
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Tracing threads
+    #[arg(long, default_value_t = 2)]
+    threads: usize,
+    /// Scene files
+    #[arg(long, value_delimiter = ',', default_values_t = ["cornell", "cornell_spheres", "prism", "rough"].map(|name| format!("scenes/{name}.xml")))]
+    scenes: Vec<String>,
+    /// Vulkan's validation layer listens
+    #[arg(long)]
+    validation: bool,
 }
 
-/// A kind of thing that a user does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Act {
-    Camera,
-    Resize,
-    Control,
-}
+/// Largest growth of memory after warm-up.
+const MEMORY_GROWTH: f64 = 1.03;
 
-/// Largest ratio of the most memory in the last third of the time to the most in the second. (Within each third it follows the
-/// size of the window and the effects that are on.)
-const MEMORY_GROWTH: f64 = 1.05;
+/// Names the folder of the full disk.
+const FULL_DISK: &str = "POINTILLIST_FULL_DISK";
 
-/// The same user every time.
-struct Dice(Random);
-
-impl Dice {
-    fn below(&mut self, n: usize) -> usize {
-        self.0.below(n)
-    }
-
-    fn between(&mut self, low: i32, high: i32) -> i32 {
-        low + self.below((high - low).max(1) as usize) as i32
-    }
-}
-
-/// Uses the viewer until the time is over, and checks its figures.
+/// Soaks, and checks what must hold.
 ///
 /// # Errors
 ///
-/// A bound is broken.
+/// Something went wrong, or memory grows.
 pub fn run(arguments: &Arguments) -> Outcome {
-    let side = arguments.side;
-    let folder = Path::new("target/soak");
-    let _ = fs::remove_dir_all(folder);
-    fs::create_dir_all(folder)?;
-    let scene = fs::canonicalize(&arguments.scene)?.display().to_string();
-    let mut viewer = Viewer::open([1280, 1024], &scene, |command| {
-        command.current_dir(folder).env("POINTILLIST_VALIDATION", "1");
-        command.args(["--size", &format!("{side}x{side}"), "-o", "last.png", "--json", "figures.json"]);
-    })?;
-    std::thread::sleep(Duration::from_secs(2));
-    let memory = torment(&mut viewer, arguments, folder);
-    viewer.ask_to_end();
-    let end = Instant::now();
-    let status = loop {
-        match viewer.process.try_wait()? {
-            Some(status) => break Some(status),
-            None if end.elapsed() > Duration::from_secs(20) => {
-                let _ = viewer.process.kill().and_then(|()| viewer.process.wait());
-                break None;
-            }
-            None => std::thread::sleep(Duration::from_millis(20)),
-        }
+    let full_disk = std::env::var_os(FULL_DISK).map(PathBuf::from);
+    if full_disk.is_none() {
+        // Returns only where namespaces are not to be had.
+        let error = with_full_disk();
+        eprintln!("soak: no full disk: {error}");
+    }
+    let full_disk = full_disk.filter(|folder| !folder.as_os_str().is_empty());
+    let plan = SoakPlan {
+        time: Duration::from_secs_f64(60.0 * arguments.minutes),
+        seed: arguments.seed,
+        threads: arguments.threads,
+        scenes: arguments.scenes.iter().map(PathBuf::from).collect(),
+        full_disk,
+        validation: arguments.validation,
     };
-    report(&memory, status.map(|s| s.success()), folder)
-}
-
-/// Does what users do until the time is over; returns resident memory in KiB for every second.
-fn torment(viewer: &mut Viewer, arguments: &Arguments, folder: &Path) -> Vec<u64> {
-    let Arguments { seconds, side, ref acts, .. } = *arguments;
-    let (desktop, window) = (&viewer.desktop, viewer.window);
-    let mut dice = Dice(Random(1));
-    let (start, mut memory, mut size) = (Instant::now(), Vec::new(), side as i32);
-    let mut shot = 0;
-    while start.elapsed().as_secs() < seconds && viewer.process.try_wait().unwrap().is_none() {
-        let act = dice.below(12);
-        let kind = match act {
-            0 | 1 => Act::Resize,
-            2..=5 => Act::Camera,
-            _ => Act::Control,
-        };
-        if !acts.contains(&kind) {
-            continue;
+    let mut told = 0.0;
+    let report = soak(&plan, |seconds, report| {
+        if seconds >= told + 30.0 {
+            told = seconds;
+            let memory = report.memory.last().map_or(0, |(_, kib)| kib >> 10);
+            let (renders, pictures, faults) = (report.renders, report.pictures, report.faults.len());
+            eprintln!(
+                "{seconds:6.0} s: {renders} renders, {pictures} pictures, {faults} faults, {memory} MiB"
+            );
         }
-        match act {
-            0 => {
-                size = dice.between(side as i32 / 2, side as i32 * 5 / 4);
-                desktop.resize(
-                    window,
-                    size as u32,
-                    dice.between(side as i32 / 2, side as i32 * 5 / 4) as u32,
-                );
-            }
-            1 => desktop.resize(window, side, side),
-            2 | 3 => drag(desktop, &mut dice, (1, size), 0),
-            4 => drag(desktop, &mut dice, (2, size), 0),
-            5 => wheel(desktop, &mut dice, size),
-            6 => drag(desktop, &mut dice, (1, 280), 8),
-            7..=9 => click(desktop, &mut dice, 280),
-            10 => click(desktop, &mut dice, size),
-            _ => key(desktop, &mut dice),
-        }
-        std::thread::sleep(Duration::from_millis(50 + dice.below(200) as u64));
-        let second = start.elapsed().as_secs();
-        while (memory.len() as u64) < second {
-            memory.push(resident_kib(viewer.process.id()));
-        }
-        if second / 30 >= shot {
-            save(desktop, window, &folder.join(format!("{shot:02}.png")));
-            shot += 1;
-        }
+    });
+    tell(&report, arguments)
+}
+
+/// Starts this program anew where a disk is full.
+fn with_full_disk() -> std::io::Error {
+    let folder = std::env::temp_dir().join(format!("pointillist-full-{}", std::process::id()));
+    if let Err(error) = std::fs::create_dir_all(&folder) {
+        return error;
     }
-    desktop.resize(window, side, side);
-    std::thread::sleep(Duration::from_secs(2));
-    save(desktop, window, &folder.join("end.png"));
-    memory
-}
-
-/// Drags with a button somewhere within `reach` pixels of the left top; slowly where `steps` is not 0.
-fn drag(desktop: &Desktop, dice: &mut Dice, (button, reach): (u8, i32), steps: i32) {
-    let (mut x, mut y) = (dice.between(5, reach), dice.between(5, reach));
-    desktop.pointer(x, y);
-    desktop.button(button, true);
-    for _ in 0..if steps > 0 { steps } else { 20 } {
-        (x, y) = ((x + dice.between(-15, 16)).max(1), (y + dice.between(-8, 9)).max(1));
-        desktop.pointer(x, y);
-        std::thread::sleep(Duration::from_millis(16));
-    }
-    desktop.button(button, false);
-}
-
-fn click(desktop: &Desktop, dice: &mut Dice, reach: i32) {
-    desktop.pointer(dice.between(5, reach), dice.between(5, 500));
-    for down in [true, false] {
-        desktop.button(1, down);
-        std::thread::sleep(Duration::from_millis(20));
-    }
-}
-
-fn wheel(desktop: &Desktop, dice: &mut Dice, reach: i32) {
-    desktop.pointer(dice.between(5, reach), dice.between(5, reach));
-    let way = 4 + dice.below(2) as u8;
-    for _ in 0..dice.between(1, 5) {
-        desktop.button(way, true);
-        desktop.button(way, false);
-        std::thread::sleep(Duration::from_millis(30));
-    }
-}
-
-/// Keys that neither end the program nor leave the picture: Tab, Home, F1, brackets.
-fn key(desktop: &Desktop, dice: &mut Dice) {
-    const TAB: u32 = 0xff09;
-    const KEYS: [u32; 6] = [TAB, 0xff50, 0xffbe, 0xffbe, 0x5b, 0x5d];
-    let key = KEYS[dice.below(KEYS.len())];
-    for down in [true, false] {
-        desktop.key(key, down);
-        std::thread::sleep(Duration::from_millis(20));
-    }
-}
-
-fn resident_kib(pid: u32) -> u64 {
-    let text = fs::read_to_string(format!("/proc/{pid}/status")).unwrap_or_default();
-    let line = text.lines().find_map(|l| l.strip_prefix("VmRSS:"));
-    line.and_then(|l| l.trim().trim_end_matches(" kB").parse().ok()).unwrap_or(0)
-}
-
-fn save(desktop: &Desktop, window: u32, path: &Path) {
-    let Some((width, height, bgrx)) = desktop.pixels(window) else {
-        return;
+    let script = "mount -t tmpfs -o size=64k none \"$0\" && head -c 1000 /dev/zero > \"$0/picture.png\" \
+        && { cat /dev/zero > \"$0/rest\" 2> /dev/null; exec \"$@\"; }; POINTILLIST_FULL_DISK= exec \"$@\"";
+    let mut command = Command::new("unshare");
+    command.args(["-rm", "sh", "-c", script]).arg(&folder);
+    match std::env::current_exe() {
+        Ok(program) => command.arg(program).args(std::env::args_os().skip(1)),
+        Err(error) => return error,
     };
-    let rgb: Vec<u8> = bgrx.chunks_exact(4).flat_map(|p| [p[2], p[1], p[0]]).collect();
-    let mut encoder = png::Encoder::new(fs::File::create(path).unwrap(), width, height);
-    encoder.set_color(png::ColorType::Rgb);
-    encoder.write_header().unwrap().write_image_data(&rgb).unwrap();
+    // Every lost device starts new threads, and glibc would keep what compiling shaders once took in a pool for each: 680 MB for 82 in use.
+    command.env(FULL_DISK, &folder).env("MALLOC_ARENA_MAX", "2").exec()
 }
 
-fn report(memory: &[u64], success: Option<bool>, folder: &Path) -> Outcome {
-    let third = memory.len() / 3;
-    let range = |part: &[u64]| {
-        let known = || part.iter().copied().filter(|&m| m > 0);
-        (known().min().unwrap_or(0), known().max().unwrap_or(0))
-    };
-    let [second, last] = [&memory[third..2 * third], &memory[2 * third..]].map(range);
-    let growth = last.1 as f64 / second.1.max(1) as f64;
+fn tell(report: &SoakReport, arguments: &Arguments) -> Outcome {
+    println!("seed {}, {} minutes, {} threads", arguments.seed, arguments.minutes, arguments.threads);
+    println!("| what was done | times |\n|---|---|");
+    report.acts.iter().for_each(|(act, times)| println!("| {act} | {times} |"));
+    let Conservation { made, rejected, discarded, sent, stale, accepted } = report.conservation;
+    println!("\n| samples of {} renders | |\n|---|---|", report.renders);
     println!(
-        "memory in thirds of {third} s: second {} to {} MiB, last {} to {} MiB; growth of the most {growth:.3} (bound {MEMORY_GROWTH})",
-        second.0 >> 10,
-        second.1 >> 10,
-        last.0 >> 10,
-        last.1 >> 10
+        "| made | {made} |\n| rejected | {rejected} |\n| discarded with an abort or a panic | {discarded} |"
     );
-    let figures = figures(&folder.join("figures.json"));
-    println!("{figures:#}");
-    let picture = folder.join("last.png").exists();
-    println!("picture written at the end: {picture}");
-    let clean = figures["stalls"] == 0 && figures["validation_messages"] == 0;
-    if success == Some(true) && growth <= MEMORY_GROWTH && clean && picture {
+    println!(
+        "| sent over the lanes | {sent} |\n| dropped by a new epoch | {stale} |\n| given to the film | {accepted} |"
+    );
+    println!("| unaccounted for | {} |", made as i128 - (rejected + discarded + stale + accepted) as i128);
+    let minima: Vec<String> = report.memory_minima(12).iter().map(|mib| format!("{mib:.0}")).collect();
+    let growth = report.memory_growth();
+    println!("\nleast memory in 12 parts of the time: {} MiB", minima.join(", "));
+    println!("growth from the middle third to the last: {growth:.4} (bound {MEMORY_GROWTH})");
+    println!("pictures that must be those of undisturbed renders: {}", report.pictures);
+    println!("longest time without progress: {:.2} s", report.longest_pause);
+    println!("messages of the validation layer: {}", report.validation_messages);
+    println!("faults: {}", report.faults.len());
+    report.faults.iter().for_each(|fault| println!("  {fault}"));
+    let lost = made != rejected + discarded + stale + accepted;
+    if report.faults.is_empty() && !lost && report.validation_messages == 0 && growth <= MEMORY_GROWTH {
         Ok(())
     } else {
-        Err("soak: the viewer failed, or a bound is broken".into())
+        Err("soak: something went wrong, or memory grows".into())
     }
 }

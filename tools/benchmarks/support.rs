@@ -6,12 +6,16 @@
 pub mod accel;
 #[path = "../../tests/support/agreement.rs"]
 pub mod agreement;
+#[path = "../../tests/support/audit.rs"]
+pub mod audit;
 #[path = "../../tests/support/desktop.rs"]
 pub mod desktop;
 #[path = "../../tests/support/largest.rs"]
 pub mod largest;
 #[path = "../../tests/support/scenes/mod.rs"]
 pub mod scenes;
+#[path = "../../tests/support/soak/mod.rs"]
+pub mod soak;
 #[path = "../../tests/support/spawned.rs"]
 pub mod spawned;
 #[path = "../../tests/support/welch.rs"]
