@@ -84,18 +84,18 @@ impl RenderingSpace {
     }
 
     /// The transform from world space.
-    fn from_world(&self) -> DAffine3 {
+    fn transform(&self) -> DAffine3 {
         DAffine3::from_scale(DVec3::splat(self.scale)) * DAffine3::from_translation(-self.origin)
     }
 
     /// The transform to world space.
-    fn to_world(&self) -> DAffine3 {
+    fn inverse_transform(&self) -> DAffine3 {
         DAffine3 { translation: self.origin, ..DAffine3::from_scale(DVec3::splat(1.0 / self.scale)) }
     }
 
     /// Moves a shape from world space to this space.
     fn take(&self, shape: &mut ShapeDesc) {
-        shape.to_world = self.from_world() * shape.to_world;
+        shape.to_world = self.transform() * shape.to_world;
         // Radii are those of world space, wherever a transform takes the control points.
         if let ShapeKind::Curves(curves) = &mut shape.kind
             && self.scale != 1.0
@@ -135,7 +135,7 @@ impl SceneDesc {
             if let ShapeKind::Instance(id) = shape.kind
                 && let Some(group) = spaces.get(id.0 as usize)
             {
-                shape.to_world *= group.to_world();
+                shape.to_world *= group.inverse_transform();
             }
         }
         for light in &mut moved.lights {

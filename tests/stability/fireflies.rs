@@ -37,7 +37,7 @@ fn picture(per_pixel: u64, rarity: u64, light: bool) -> Picture {
     let mut clamped = 0.0;
     let sample = |i: u64| {
         let uniform = |k: u64| (mix(4 * i + k) >> 40) as f32 / (1 << 24) as f32;
-        let y = if mix(i ^ 1 << 50) % rarity == 0 { 1000.0 } else { 0.5 + uniform(2) };
+        let y = if mix(i ^ 1 << 50).is_multiple_of(rarity) { 1000.0 } else { 0.5 + uniform(2) };
         Sample { uv: [uniform(0), uniform(1)], xyz: Xyz::new(y, y, y), w: if light { -1.0 } else { 1.0 } }
     };
     for first in (0..count).step_by(1024) {

@@ -198,7 +198,7 @@ impl ScatteringModel for Mixture {
         let (value, pdf) = self.eval(wo, s.wi)?;
         let weight = value * (1.0 / pdf.0);
         let eta2 = if self.several_refract { 1.0 } else { s.eta2 };
-        weight.is_finite().then_some(BsdfSample { weight, pdf, eta2, ..s })
+        Some(BsdfSample { weight, pdf, eta2, ..s })
     }
 
     fn sample_from_light(&self, wo: Vec3, u: [f32; 2], lobe: f32) -> Option<BsdfSample> {
@@ -213,7 +213,7 @@ impl ScatteringModel for Mixture {
         // Each part has a cosine of its own, so that the value is that of the reverse: of light that comes from `wo`.
         let pdf = self.pdf_from_light(wo, s.wi);
         let weight = self.eval(s.wi, wo)?.0 * ((s.wi.z / wo.z).abs() / pdf);
-        weight.is_finite().then_some(BsdfSample { weight, pdf: PdfW(pdf), eta2: 1.0, ..s })
+        Some(BsdfSample { weight, pdf: PdfW(pdf), eta2: 1.0, ..s })
     }
 
     fn pdf_from_light(&self, wo: Vec3, wi: Vec3) -> f32 {

@@ -301,7 +301,7 @@ impl ScatteringModel for RoughPlastic {
         };
         let (value, pdf) = self.eval(wo, wi)?;
         let weight = value * (1.0 / pdf.0);
-        weight.is_finite().then_some(BsdfSample::reflection(wi, weight, pdf))
+        Some(BsdfSample::reflection(wi, weight, pdf))
     }
 
     #[inline]

@@ -339,15 +339,11 @@ impl ScatteringModel for Principled {
         let eta2 = if transmitted { eta * eta } else { 1.0 };
         if let Some((weight, probability)) = delta {
             let sample = BsdfSample::delta(wi, SampledSpectrum(weight), probability);
-            return weight.is_finite().then_some(BsdfSample { transmitted, eta2, ..sample });
+            return Some(BsdfSample { transmitted, eta2, ..sample });
         }
         let (value, pdf) = self.eval(wo, wi)?;
         let weight = value * (1.0 / pdf.0);
-        weight.is_finite().then_some(BsdfSample {
-            transmitted,
-            eta2,
-            ..BsdfSample::reflection(wi, weight, pdf)
-        })
+        Some(BsdfSample { transmitted, eta2, ..BsdfSample::reflection(wi, weight, pdf) })
     }
 
     #[inline]

@@ -211,11 +211,11 @@ impl ScatteringModel for PrincipledThin {
             let probability = if transmitted { passed } else { mirrored };
             let weight = SampledSpectrum(self.specular(up, above, m, transmitted) / probability);
             let sample = BsdfSample::delta(wi, weight, probability);
-            return weight.is_finite().then_some(BsdfSample { transmitted, ..sample });
+            return Some(BsdfSample { transmitted, ..sample });
         }
         let (value, pdf) = self.eval_above(up, Vec3::new(above.x, above.y, side))?;
         let weight = value * (1.0 / pdf.0);
-        weight.is_finite().then_some(BsdfSample { transmitted, ..BsdfSample::reflection(wi, weight, pdf) })
+        Some(BsdfSample { transmitted, ..BsdfSample::reflection(wi, weight, pdf) })
     }
 
     #[inline]

@@ -8,6 +8,7 @@ use crate::math::frame::Frame;
 use crate::math::pdf::PdfW;
 use crate::scene::texture::{SpectrumTexture, TexturePoint};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
+use crate::tracer::record::{PathEvent, record};
 use crate::tracer::sampler::attainable;
 use crate::tracer::wavelength_mis::Parted;
 

@@ -249,9 +249,11 @@ pub fn examine(bsdf: &impl ScatteringModel, case: &Case, wo: Vec3, energy: [f64;
     loop {
         let means = means(bsdf, case, wo, points)?;
         let (total, returned) = (means.density + means.other, means.value + means.delta);
-        let fault = if !((total - 1.0).abs() <= EXACT) {
+        // NaN is no agreement.
+        let agree = |a: f64, b: f64, tolerance: f64| (a - b).abs() <= tolerance;
+        let fault = if !agree(total, 1.0, EXACT) {
             Fault::Density(total)
-        } else if !((means.weight - returned).abs() <= EXACT * returned.max(1.0)) {
+        } else if !agree(means.weight, returned, EXACT * returned.max(1.0)) {
             Fault::Mean(means.weight, returned)
         } else if !(returned >= energy[0] - EXACT && returned <= energy[1] + EXACT) {
             Fault::Energy(returned)

@@ -326,11 +326,11 @@ impl Renderer {
         let (samples, bad) = (made.samples.load(Ordering::Relaxed), made.bad.load(Ordering::Relaxed));
         let stats = self.server.stats();
         let total = stats.total();
-        let known = total.samples + total.discarded + total.rejections.total();
+        let known = total.samples + total.discarded + total.rejections.samples();
         if stats.epoch != self.epoch || known != samples {
             report.fault(format!("{end:?}: {samples} samples made, {known} accounted for: {total:?}"));
         }
-        let rejected = total.rejections.total();
+        let rejected = total.rejections.samples();
         if rejected != bad {
             report.fault(format!("{end:?}: {bad} bad samples, {rejected} rejected"));
         }
