@@ -98,10 +98,12 @@ impl Parted {
     pub const NOTHING: Self = Self { wavelength_mis: WavelengthMis::ALL, eta2: Vec4::ONE };
 }
 
-/// True when wavelengths with these indices of refraction part: directions differ by more than rounding.
+/// True when wavelengths with these indices of refraction part: directions differ by more than rounding. It does not depend on which of them is
+/// the hero: every wavelength must be the hero of its set as often as any other.
 #[inline]
 pub fn part(eta: Vec4) -> bool {
-    (eta - eta.x).abs().max_element() > 4.0 * f32::EPSILON * eta.x
+    let largest = eta.max_element();
+    largest - eta.min_element() > 4.0 * f32::EPSILON * largest
 }
 
 #[cfg(test)]

@@ -248,7 +248,7 @@ fn odd_but_valid_requests() {
     let dir = folder("odd");
     let (scene, png) = (dir.join("huge.xml"), dir.join("a.png"));
     let text = "<scene version=\"3.0.0\"><sensor type=\"perspective\"/><emitter type=\"constant\"/>\n<shape type=\"cube\">\
-                <transform name=\"to_world\"><scale value=\"1e20\"/></transform></shape></scene>";
+                <transform name=\"to_world\"><scale value=\"1e30\"/></transform></shape></scene>";
     fs::write(&scene, text).unwrap();
     let base =
         ["render", scene.to_str().unwrap(), "-o", png.to_str().unwrap(), "--size", "4x4", "--device", "cpu"];

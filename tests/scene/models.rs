@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 use glam::{DVec3, Vec2, Vec3};
 use pointillist::scene::desc::{BsdfDesc, BsdfId, FovAxis, LightDesc, ShapeKind};
 use pointillist::scene::edit::{Edits, NewValue, Target};
-use pointillist::scene::texture::SpectrumTexture;
+use pointillist::scene::texture::{SpectrumTexture, TexturePoint};
 use pointillist::scene::{LoadOptions, LoadProgress, Loaded, SceneDesc, load, load_telling};
+use pointillist::spectrum::SampledWavelengths;
 use serde_json::{Value, json};
 
 use crate::support::models::{cube, glb, png};
@@ -227,6 +228,23 @@ fn an_obj_has_the_materials_of_its_mtl() {
     // A file without materials is clay, and a model by any ending.
     let bare = write("bare", &[("MODEL.OBJ", b"v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n")]);
     assert_eq!(read(&bare).desc.meshes[0].triangles.len(), 1);
+}
+
+/// `tobj` takes three numbers for granted.
+#[test]
+fn colors_of_an_mtl_have_one_number_or_three() {
+    let obj = b"mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nusemtl grey\nf 1 2 3\n";
+    let scene = |name: &str, mtl: &[u8]| read(&write(name, &[("model.obj", obj), ("a.mtl", mtl)]));
+    let Loaded { desc, warnings } = scene("grey", b"newmtl grey\nKd 0.5\n");
+    assert!(warnings.is_empty(), "{warnings:?}");
+    let BsdfDesc::Diffuse(grey) = inner(&desc, desc.shapes[0].bsdf) else { panic!("{:?}", desc.bsdfs) };
+    let at = SampledWavelengths::sample(0.3);
+    let reflectance = grey.reflectance.sample(&TexturePoint::default(), &at).0;
+    assert!((reflectance - 0.5).abs().max_element() < 0.01, "{reflectance}");
+    for mtl in [&b"newmtl grey\nKd 0.5 1\n"[..], b"newmtl grey\nKd\n"] {
+        let warnings = scene("short", mtl).warnings;
+        assert!(warnings[0].to_string().contains("line 2: a colour has one number or three"), "{warnings:?}");
+    }
 }
 
 #[test]

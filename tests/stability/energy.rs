@@ -169,7 +169,8 @@ fn n24_emitted_power() {
     assert_eq!(lamp.kind, ShapeKind::Rectangle);
     let [x, y] = [lamp.to_world.matrix3.x_axis, lamp.to_world.matrix3.y_axis];
     let radiance = f64::from(lamp.emission.as_ref().unwrap().luminance());
-    let power = PI * 4.0 * x.cross(y).length() * radiance;
+    let unit = desc.space.scale;
+    let power = PI * 4.0 * x.cross(y).length() * radiance * unit * unit;
     for method in [Method::Particle, Method::Photon] {
         let [_, light] = audit(&desc, method, PLAN);
         let error = |emitted: f64| (emitted / power - 1.0).abs();

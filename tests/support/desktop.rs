@@ -88,7 +88,8 @@ impl Desktop {
 
     /// Gives the window another size.
     pub fn resize(&self, window: xproto::Window, width: u32, height: u32) {
-        let size = xproto::ConfigureWindowAux::new().width(width).height(height);
+        // Into the corner: the pixels of a window can be read where all of it is on the screen.
+        let size = xproto::ConfigureWindowAux::new().x(0).y(0).width(width).height(height);
         let _ = self.connection.configure_window(window, &size);
         let _ = self.connection.flush();
     }

@@ -82,19 +82,19 @@ fn a_picture_too_large_for_the_device_leaves_the_last_one() {
     let desktop = Desktop::start(1400, 1100);
     let wanted = undisturbed(&desktop);
     let folder = folder("memory");
-    let viewer = view(&desktop, &folder, &["--no-panel", "--device-memory", "24"]);
+    let viewer = view(&desktop, &folder, &["--no-panel", "--device-memory", "48"]);
     let window = desktop.find("ointillist", PATIENCE).unwrap();
-    // Mean of the window's middle, of 255.
+    // Mean of the window's middle, of 255; `None` while it is being made or resized.
     let brightness = || {
-        let (width, height, pixels) = desktop.pixels(window).unwrap();
+        let (width, height, pixels) = desktop.pixels(window)?;
         let rows = pixels.chunks(4 * width as usize).skip(height as usize / 3).take(height as usize / 3);
         let middle = rows.flat_map(|row| &row[4 * (width as usize / 3)..4 * (2 * width as usize / 3)]);
         let (sum, count) = middle.fold((0.0, 0.0), |(sum, n), byte| (sum + f64::from(*byte), n + 1.0));
-        (width, sum / count)
+        Some((width, sum / count))
     };
     let wait = |size: u32| {
         let start = Instant::now();
-        while !matches!(brightness(), (width, mean) if width == size && mean > 30.0) {
+        while !matches!(brightness(), Some((width, mean)) if width == size && mean > 30.0) {
             assert!(
                 start.elapsed() < PATIENCE,
                 "no picture in a window of {size} pixels: {:?}",

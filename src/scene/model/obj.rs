@@ -106,7 +106,9 @@ fn libraries(text: &mut SceneText<'_>, files: &SceneFiles, names: &[String]) -> 
         let path = text.path.parent().unwrap_or(Path::new("")).join(name.replace('\\', "/"));
         let read = files.read(&path, limits::XML_BYTES).map_err(|e| e.to_string());
         let read = read.and_then(|bytes| {
-            tobj::load_mtl_buf(&mut &*bytes).map_err(|e| format!("cannot read {}: {e}", path.display()))
+            let cannot = |why: String| format!("cannot read {}: {why}", path.display());
+            let whole = with_whole_colors(&bytes).map_err(cannot)?;
+            tobj::load_mtl_buf(&mut &*whole).map_err(|e| cannot(e.to_string()))
         });
         match read {
             Ok((materials, _)) => known.extend(materials.into_iter().map(|m| (m.name.clone(), m))),
@@ -114,6 +116,25 @@ fn libraries(text: &mut SceneText<'_>, files: &SceneFiles, names: &[String]) -> 
         }
     }
     known
+}
+
+/// The lines of an MTL file in which every colour has three numbers, which `tobj` takes for granted: one alone is a grey.
+fn with_whole_colors(bytes: &[u8]) -> Result<Vec<u8>, String> {
+    let mut whole = Vec::with_capacity(bytes.len());
+    for (number, line) in bytes.split(|b| *b == b'\n').enumerate() {
+        let words: Vec<&[u8]> = line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).collect();
+        match words[..] {
+            [name @ (b"Ka" | b"Kd" | b"Ks" | b"Ke"), grey] => {
+                whole.extend_from_slice(&[name, grey, grey, grey].join(&b' '));
+            }
+            [b"Ka" | b"Kd" | b"Ks" | b"Ke"] | [b"Ka" | b"Kd" | b"Ks" | b"Ke", _, _] => {
+                return Err(format!("line {}: a colour has one number or three", number + 1));
+            }
+            _ => whole.extend_from_slice(line),
+        }
+        whole.push(b'\n');
+    }
+    Ok(whole)
 }
 
 /// Writes the material of what has none.

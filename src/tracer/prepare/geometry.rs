@@ -245,7 +245,7 @@ impl Geometry {
         });
         if input.dropped > 0 {
             self.notices.push(format!(
-                "{}: {} primitives have no area or coordinates beyond 1e12 and were dropped",
+                "{}: {} primitives have no area, or coordinates beyond 1e12 times the size of most shapes, and were dropped",
                 describe(desc, shape),
                 input.dropped
             ));

@@ -117,7 +117,7 @@ impl Scene {
     /// ([`effects::planned`](super::effects::planned)).
     ///
     /// What cannot be traced but does no harm (triangles without area, coordinates that are not finite or beyond
-    /// 1e12) is dropped, counted and reported in [`Scene::notices`].
+    /// 1e12 in rendering space) is dropped, counted and reported in [`Scene::notices`].
     ///
     /// ```
     /// use pointillist::scene;

@@ -99,8 +99,13 @@ fn importance<B: Scattering>(camera: &ConnectableVertex<B>, light: &ConnectableV
     let g = ca * cb * inverse * inverse;
     let (x, y) = (g * a.spread, g * b.spread);
     let weight = 1.0 / (1.0 + x * x + y * y);
+    let importance = g * a.throughput.dot(b.throughput) * weight.max(LEAST_WEIGHT);
+    // An infinite density times nothing. The edge itself tells what is wrong, if anything is, and all other pairs keep theirs.
+    if importance.is_nan() {
+        return general_importance(&camera.vertex, &light.vertex);
+    }
     // Bounded, so that the sum of all importances is finite however close two vertices are.
-    (g * a.throughput.dot(b.throughput) * weight.max(LEAST_WEIGHT)).min(GREATEST)
+    importance.min(GREATEST)
 }
 
 #[cold]
@@ -157,11 +162,7 @@ fn find_importances<B: Scattering>(
         let room = longest - camera.summary.depth;
         for light in light {
             let fits = light.summary.depth < room;
-            let mut importance = if fits { importance(camera, light) } else { 0.0 };
-            // An infinite density times nothing. The edge itself tells what is wrong, if anything is, and all other pairs keep theirs.
-            if importance.is_nan() {
-                importance = general_importance(&camera.vertex, &light.vertex);
-            }
+            let importance = if fits { importance(camera, light) } else { 0.0 };
             total += importance;
             importances.push(importance);
         }
