@@ -1,5 +1,6 @@
 //! Failures of the window system: the device or the surface is lost, or there is no display at all.
 
+use std::io::Read;
 use std::path::Path;
 use std::process::Child;
 use std::time::Instant;
@@ -82,7 +83,7 @@ fn a_picture_too_large_for_the_device_leaves_the_last_one() {
     let desktop = Desktop::start(1400, 1100);
     let wanted = undisturbed(&desktop);
     let folder = folder("memory");
-    let viewer = view(&desktop, &folder, &["--no-panel", "--device-memory", "48"]);
+    let mut viewer = view(&desktop, &folder, &["--no-panel", "--device-memory", "48"]);
     let window = desktop.find("ointillist", PATIENCE).unwrap();
     // Mean of the window's middle, of 255; `None` while it is being made or resized.
     let brightness = || {
@@ -92,9 +93,14 @@ fn a_picture_too_large_for_the_device_leaves_the_last_one() {
         let (sum, count) = middle.fold((0.0, 0.0), |(sum, n), byte| (sum + f64::from(*byte), n + 1.0));
         Some((width, sum / count))
     };
-    let wait = |size: u32| {
+    let mut wait = |size: u32| {
         let start = Instant::now();
         while !matches!(brightness(), Some((width, mean)) if width == size && mean > 30.0) {
+            if let Some(status) = viewer.try_wait().unwrap() {
+                let mut said = String::new();
+                viewer.stderr.take().unwrap().read_to_string(&mut said).unwrap();
+                panic!("the viewer ended with {status}: {said}");
+            }
             assert!(
                 start.elapsed() < PATIENCE,
                 "no picture in a window of {size} pixels: {:?}",
@@ -104,6 +110,8 @@ fn a_picture_too_large_for_the_device_leaves_the_last_one() {
         }
     };
     wait(96);
+    // What is shown while the scene is loaded is bright, too, and before the first picture there is nothing to go back to.
+    std::thread::sleep(std::time::Duration::from_secs(3));
     // The same shape: the samples remain those of the picture.
     desktop.resize(window, 960, 960);
     wait(960);
