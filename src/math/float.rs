@@ -18,13 +18,17 @@ pub const fn gamma(n: u32) -> f32 {
 /// may be hit this much before it.
 pub const SHADOW_T_MAX: f32 = 1.0 - gamma(16);
 
+/// Offsets are at least this long, 2⁻⁶⁴ at coordinates around 1. Planes through zero have smaller error boxes, and where such a plane leans by the
+/// rounding of a sine, 2⁻⁵⁴, components of the offset would be denormal: a processor takes ten times as long for each operation on them.
+const LEAST_REACH: f32 = 1.0 / (1u128 << 64) as f32;
+
 /// An origin outside the error box of the surface point `p`, for a ray that leaves it in direction `d`.
 ///
 /// `error` bounds the distance of `p` from the true surface along each axis, and `n` is the unit geometric normal of either
 /// side. The origin is offset along the normal, to the side of `d`, until the whole error box lies behind it. Then every
 /// coordinate is rounded away from the surface (Pharr, Jakob, Humphreys, *Physically Based Rendering*, 4th ed., §6.8.6).
 pub fn safe_origin(p: Vec3, error: Vec3, n: Vec3, d: Vec3) -> Vec3 {
-    let reach = n.abs().dot(error);
+    let reach = n.abs().dot(error).max(LEAST_REACH);
     let offset = if d.dot(n) < 0.0 { n * -reach } else { n * reach };
     let o = p + offset;
     Vec3::new(step_along(o.x, offset.x), step_along(o.y, offset.y), step_along(o.z, offset.z))

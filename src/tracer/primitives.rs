@@ -174,7 +174,7 @@ impl Primitives {
         let point = match self.disks.get(i) {
             Some(disk) => disk.point(ray),
             None => match self.spheres.get(i - self.disks.len()) {
-                Some(sphere) => sphere.point(ray, hit.t),
+                Some(sphere) => sphere.point(ray),
                 None => {
                     let i = i - self.disks.len() - self.spheres.len();
                     match self.cylinders.get(i) {

@@ -110,10 +110,10 @@ pub const NUMBER_STEP: f32 = 1.0 / 16_777_216.0;
 /// any other number it is more often than that number says: below 1e-9 sixty times as often.
 #[inline]
 pub fn attainable(p: f32) -> f32 {
-    // Both products are exact.
-    let steps = p * (1.0 / NUMBER_STEP);
-    let whole = steps as u32;
-    (whole + u32::from((whole as f32) < steps)) as f32 * NUMBER_STEP
+    // Numbers from 0.5 to 1 are as far apart as the grid, so that the sum is rounded to it, and the difference is exact.
+    let nearest = (p + 0.5) - 0.5;
+    let above = if nearest < p { nearest + NUMBER_STEP } else { nearest };
+    if p < 0.5 { above } else { p }
 }
 
 /// A 32-bit fraction as `f64` in (0, 1), at the middle of its cell, exact.
