@@ -28,6 +28,8 @@
 //! - **How colours part** within a path of four wavelengths, and what that does to its weight: [`wavelength_mis`].
 //! - **MIS weights**: [`mis`] for two strategies, [`subpath_mis`] for all strategies of the bidirectional method.
 //! - **Opacity**, masks and surfaces that are not there: `opacity` passes rays through them before paths know of a hit.
+//! - **A value that is no number** is left out where it is found, and raised as a fault ([`stream::faults`](crate::stream::faults)); [`record`]
+//!   tells what a path met, for `pointillist replay` and for audits.
 //! - **Which integrator** suits a scene: [`choice`]; what each is for: [`integrator`].
 
 pub mod accel;

@@ -114,7 +114,7 @@ fn n22_choice_beside_a_sun() {
 
 /// Texels that are infinite, no numbers or negative count as 0 and are counted; all others stay.
 #[test]
-fn n22_texels_that_are_no_radiance() {
+fn b3_n22_texels_that_are_no_radiance() {
     let mut faulty = texels([20, 5]);
     let mut clean = faulty.clone();
     let faults = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1e-6, -0.0, f32::MIN];
@@ -134,7 +134,7 @@ fn n22_texels_that_are_no_radiance() {
     let map = light(&faulty);
     assert!((integral(|d, _| f64::from(map.pdf_direction(d).0)) - 1.0).abs() < 2e-5);
     Row {
-        case: &format!("N22 {n} of {} texels infinite, no numbers or negative", faulty.len()),
+        case: &format!("B3 N22 {n} of {} texels infinite, no numbers or negative", faulty.len()),
         measure: "texels that are not what they were, or 0",
         figure: wrong as f64,
         naive: ("sum of them as they are", naive),

@@ -1,6 +1,7 @@
 //! One bad value among good ones.
 
 use std::cell::Cell;
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -11,7 +12,9 @@ use pointillist::scene::desc::{IntegratorDesc, LightDesc, Place, SceneDesc};
 use pointillist::scene::load;
 use pointillist::spectrum::Spectrum;
 use pointillist::stream::{SampleSink, UvWindow, faults};
-use pointillist::tracer::integrator::{BidirectionalTracer, PathTracer, PhotonTracer, RenderContext};
+use pointillist::tracer::integrator::{
+    BidirectionalTracer, PathTracer, PhotonScratch, PhotonTracer, RenderContext,
+};
 use pointillist::tracer::{Camera, Integrator, Scene};
 
 use crate::Row;
@@ -119,4 +122,61 @@ fn b11_one_bad_surface() {
     of("Path", means(&PathTracer::from(context(0.0))), means(&PathTracer::from(context(f32::NAN))));
     let bidirectional = |albedo| means(&BidirectionalTracer::from(context(albedo)));
     of("Bidirectional", bidirectional(0.0), bidirectional(f32::NAN));
+}
+
+/// The last sample of the camera stream.
+struct Last(Xyz);
+
+impl SampleSink for Last {
+    fn camera(&mut self, _: [f32; 2], value: Xyz, _: f32) {
+        self.0 = value;
+    }
+
+    fn light(&mut self, _: [f32; 2], _: Xyz) {}
+}
+
+/// A sample of photon mapping sees the newest photons. Traced again with as many generations of them it is the same, bit for bit; by its
+/// index alone it sees those that the index demands.
+#[test]
+fn b8_photons_are_seen_again() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell_spheres.xml");
+    let desc = load(&file, &[]).unwrap().desc;
+    let (scene, camera) = (Arc::new(Scene::prepare(&desc).unwrap()), Camera::of(&desc).unwrap());
+    let context = RenderContext::new(scene, camera, &desc.integrator, 0, UvWindow::PICTURE);
+    let value = |tracer: &PhotonTracer, scratch: &mut PhotonScratch, index| {
+        let mut last = Last(Xyz::BLACK);
+        tracer.trace(index, scratch, &mut last);
+        [last.0.x, last.0.y, last.0.z].map(f32::to_bits)
+    };
+    let (render, mut scratch) = (PhotonTracer::new(context.clone(), false), PhotonScratch::default());
+    // Begun far out in the sequence, where more photons are demanded.
+    for index in 40_000..44_000 {
+        value(&render, &mut scratch, index);
+    }
+    let indices = 0..256;
+    let seen: Vec<_> = indices
+        .clone()
+        .map(|index| (value(&render, &mut scratch, index), faults::generations().unwrap()))
+        .collect();
+    assert!(seen.iter().all(|(_, generations)| *generations > 1), "the map has not grown");
+    // As few tracers as there are generations: each grows its photons anew.
+    let differ = |again: &dyn Fn(u64) -> PhotonTracer| {
+        let mut tracers = BTreeMap::new();
+        let other = |(index, (before, generations)): &(u64, &([u32; 3], u64))| {
+            let (tracer, scratch) = tracers
+                .entry(*generations)
+                .or_insert_with(|| (again(*generations), PhotonScratch::default()));
+            value(tracer, scratch, *index) != *before
+        };
+        indices.clone().zip(&seen).filter(other).count() as f64 / seen.len() as f64
+    };
+    let new = || PhotonTracer::new(context.clone(), true);
+    Row {
+        case: "B8 256 samples of photon mapping traced again",
+        measure: "share that differs by a bit",
+        figure: differ(&|generations| new().seeing(generations)),
+        naive: ("by the index alone", differ(&|_| new())),
+        bound: 0.0,
+    }
+    .check();
 }

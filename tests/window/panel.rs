@@ -63,6 +63,25 @@ fn buttons_do_what_they_say() {
     assert!(texts(&panel.frame(vec![], &readout, &mut controls).1).is_empty(), "hidden means hidden");
 }
 
+/// A click on the count of rejected values opens their list, which stays open while the count grows.
+#[test]
+fn rejected_values_are_listed_at_a_click() {
+    let (mut readout, mut controls, mut panel) = (readout(), controls(), Panel::new([800.0, 1600.0]));
+    let listed =
+        |shapes: &[_]| texts(shapes).iter().any(|(text, _)| text.contains("path 7: light sample infinite"));
+    let shapes = panel.settle(&readout, &mut controls);
+    assert!(!listed(&shapes), "folded at first");
+    panel.click(place(&shapes, "Rejected: 3"), &readout, &mut controls);
+    assert!(listed(&panel.settle(&readout, &mut controls)));
+    readout.rejected.total = 4;
+    let shapes = panel.settle(&readout, &mut controls);
+    place(&shapes, "Rejected: 4");
+    assert!(listed(&shapes));
+    readout.rejected = Default::default();
+    let shapes = panel.settle(&readout, &mut controls);
+    assert!(texts(&shapes).iter().all(|(text, _)| !text.contains("Rejected")));
+}
+
 #[test]
 fn choices_and_resets_change_the_settings() {
     let (readout, mut controls, mut panel) = (readout(), controls(), Panel::new([800.0, 1600.0]));
