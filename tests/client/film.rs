@@ -3,7 +3,8 @@
 
 use pointillist::client::reference::ReferenceFilm;
 use pointillist::client::{
-    BATCH_CAPACITY, ClientError, Film, FilmSpec, Reconstruction, Settings, SplatFilter, VarianceForm, develop,
+    BATCH_CAPACITY, ClientError, ColorOutput, Film, FilmSpec, Reconstruction, Settings, SplatFilter,
+    VarianceForm, develop,
 };
 use pointillist::color::Xyz;
 use pointillist::math::random::Random;
@@ -324,4 +325,14 @@ proptest! {
             prop_assert!(close(*a, *b, 1e-4), "deviations {} {}", a, b);
         }
     }
+}
+
+/// The film on the CPU knows no output but that of 8 bits, whatever it is asked for.
+#[test]
+fn pictures_have_eight_bits_for_any_output() {
+    let spec = spec(9, 7, SplatFilter::Box);
+    let mut film = film(spec);
+    film.add(&mixed(&spec, 2000)).expect("add");
+    let mut shown = |output| film.display(&Settings { output, ..Settings::default() }).expect("display").rgb;
+    assert_eq!(shown(ColorOutput::ScRgb), shown(ColorOutput::Sdr));
 }

@@ -81,6 +81,7 @@ mod tracer {
     }
     mod light {
         mod sphere;
+        mod surfaces;
     }
     mod mis;
     mod photon_map {

@@ -127,3 +127,59 @@ impl BilateralStage<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One stage over values and squared errors of the X, Y and Z in a 5×5 neighbourhood: what its centre becomes.
+    fn centre(value: impl Fn(usize) -> f32, error: impl Fn(usize) -> f32) -> (f32, f32) {
+        let grid = |at: &dyn Fn(usize) -> [f32; 2]| {
+            let mut grid = Grid::try_filled(5, 5, [0.0; 2]).expect("memory");
+            grid.pixels_mut().iter_mut().enumerate().for_each(|(i, out)| *out = at(i));
+            grid
+        };
+        let known = grid(&|i| [error(i), 1.0]);
+        let mut sums = Grid::try_filled(5, 5, Vec4::ONE).expect("memory");
+        sums.pixels_mut()
+            .iter_mut()
+            .enumerate()
+            .for_each(|(i, out)| *out = Vec3::splat(value(i)).extend(1.0));
+        let stage = BilateralStage { sums: &sums, known: &known, stage: 0, summed: false, scale: 1.0 };
+        let (sum, [error, _]) = stage.texel(2, 2);
+        (sum.y / sum.w, error)
+    }
+
+    /// Among equal values the weights are the taps, and variances add up by their squares.
+    #[test]
+    fn means_have_the_error_of_means() {
+        let (value, error) = centre(|_| 3.0, |_| 0.5);
+        let squares: f32 = TAPS.iter().map(|tap| tap * tap).sum();
+        assert!(
+            (value - 3.0).abs() < 1e-6 && (error / (0.5 * squares * squares) - 1.0).abs() < 1e-5,
+            "{value} {error}"
+        );
+    }
+
+    /// A neighbour that differs counts by both errors: beside one that is exact as beside one that is as noisy.
+    #[test]
+    fn neighbours_count_by_both_errors() {
+        let neighbour = 7;
+        for (own, other) in [(0.1, 0.3), (0.3, 0.1), (0.2, 0.2), (1e-9, 0.4)] {
+            let (value, _) = centre(
+                |i| if i == neighbour { 2.0 } else { 1.0 },
+                |i| if i == neighbour { other } else { own },
+            );
+            let tap = TAPS[1] * TAPS[2] * (-1.0 / (TOLERANCE * (own + other + LEAST_ERROR))).exp();
+            let expected = 1.0 + tap / (1.0 - TAPS[1] * TAPS[2] + tap);
+            assert!((value - expected).abs() < 1e-6, "{own} {other}: {value} instead of {expected}");
+        }
+    }
+
+    /// Where values overflow no neighbour has a weight, and the texel stays as it is.
+    #[test]
+    fn nothing_comes_from_no_neighbours() {
+        let (value, error) = centre(|_| f32::INFINITY, |_| 0.5);
+        assert!(value == f32::INFINITY && error == 0.5, "{value} {error}");
+    }
+}

@@ -143,3 +143,25 @@ impl LightSource for ProjectorLight {
         self.cells.is_none()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Without a picture light is even over the plane at distance 1: the density of a direction is 1 / cos³ over the area there, and
+    /// the light on the plane π.
+    #[test]
+    fn a_plain_projector_lights_its_plane_evenly() {
+        let half = Vec2::new(0.3, 0.8);
+        let light = ProjectorLight::new(Vec3::new(5.0, -2.0, 1.0), DMat3::IDENTITY, half, None);
+        let lambda = SampledWavelengths::sample(0.4);
+        for at in [Vec2::ZERO, Vec2::new(0.29, -0.7), Vec2::new(-0.1, 0.5)] {
+            let d = at.extend(1.0).normalize();
+            let expected = 1.0 / (4.0 * 0.3 * 0.8 * d.z.powi(3));
+            assert!((light.pdf_direction(d).0 / expected - 1.0).abs() < 1e-5, "{at}");
+            let factor = light.factor(Vec3::ZERO, -d, &lambda).0.x;
+            assert!((factor * d.z.powi(3) / PI - 1.0).abs() < 1e-5, "{at}: {factor}");
+        }
+        assert_eq!(light.pdf_direction(Vec3::new(0.5, 0.0, 1.0).normalize()).0, 0.0);
+    }
+}

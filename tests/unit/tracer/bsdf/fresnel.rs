@@ -33,6 +33,7 @@ fn grazing_incidence_reflects_all_and_nothing_is_nan() {
         for eta in [0.3, 0.999_999_9, 1.000_000_1, 1.5, 1e3] {
             let d = dielectric(cos, Vec4::splat(eta)).x;
             assert!((0.0..=1.0).contains(&d), "dielectric {cos} {eta}: {d}");
+            assert!(d == 1.0 || cos > 0.0, "dielectric {eta} along the surface: {d}");
             for k in [0.0, 1e-20, 1.0, 1e3] {
                 let c = conductor(cos, Vec4::splat(eta), Vec4::splat(k)).x;
                 assert!((0.0..=1.0).contains(&c), "conductor {cos} {eta} {k}: {c}");

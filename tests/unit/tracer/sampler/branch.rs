@@ -56,3 +56,14 @@ fn quarters_of_different_pairs_are_independent() {
     // 15 degrees of freedom; 0.01 % quantile 44.3 above. Points more even than random lie lower.
     assert!(chi2 < 44.3, "{chi2}: {count:?}");
 }
+
+/// Branch 0 exchanges no digits.
+#[test]
+fn the_first_branch_has_the_numbers_of_its_path() {
+    for index in [0, 1, 77, 12_345] {
+        let path = Sampler::at(index, 5);
+        for bits in [1, 2, 4] {
+            assert_eq!(cells(&path.branch(0, bits).vertex(3), 256.0), cells(&path.vertex(3), 256.0));
+        }
+    }
+}
