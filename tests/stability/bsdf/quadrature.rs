@@ -8,7 +8,7 @@ use glam::{DVec3, Vec3};
 
 use pointillist::tracer::bsdf::{BsdfSample, ScatteringModel};
 
-use super::cases::Case;
+use super::cases::{Case, LobeWidths};
 
 /// The largest error of an integral that is right.
 pub const EXACT: f64 = 1e-3;
@@ -95,7 +95,7 @@ pub fn ggx_normal(alpha: f64, u: f64, v: f64) -> DVec3 {
 struct Directions {
     wo: DVec3,
     /// As in [`Case`].
-    alpha: [f64; 2],
+    alpha: LobeWidths,
     /// Index of the far side over that of the near side; 1 where what goes through is mirrored downwards.
     eta: f64,
     transmits: bool,
@@ -105,14 +105,15 @@ impl Directions {
     /// Whether lobes may be too narrow for points over the hemisphere; else those of the facets only bring in the edge that the
     /// horizon makes of them.
     fn has(&self, kind: usize) -> bool {
-        let bent = if self.eta == 1.0 { 1.0 } else { (self.eta - 1.0).abs().min(1.0) };
+        let bent = (self.eta - 1.0).abs().min(1.0);
         // Facets that all stand on edge, as panes of high index have them, make a narrow lobe, too.
         let narrow = |width: f64| !(WIDE..ON_EDGE).contains(&width);
         match kind {
             0 => true,
-            1 => narrow(self.alpha[0]),
+            1 => narrow(self.alpha.mirror),
             2 => self.transmits,
-            _ => self.transmits && narrow(self.alpha[usize::from(self.eta == 1.0)] * bent),
+            _ if self.eta == 1.0 => self.transmits && narrow(self.alpha.pane),
+            _ => self.transmits && narrow(self.alpha.refract * bent),
         }
     }
 
@@ -120,7 +121,11 @@ impl Directions {
     fn at(&self, kind: usize, u: f64, v: f64) -> Option<DVec3> {
         let Self { wo, alpha, eta, .. } = *self;
         let pane = kind == 3 && eta == 1.0;
-        let m = normal(alpha[usize::from(pane)], u, v);
+        let m = match kind {
+            1 => normal(alpha.mirror, u, v),
+            _ if pane => normal(alpha.pane, u, v),
+            _ => normal(alpha.refract, u, v),
+        };
         let cos = wo.dot(m);
         let even = |side: f64| {
             let ((sin_phi, cos_phi), r) = ((TAU * v).sin_cos(), (u * (2.0 - u)).sqrt());
@@ -150,7 +155,8 @@ impl Directions {
         if wi.z > 0.0 || eta == 1.0 {
             let m = (wo + wi.with_z(wi.z.abs())).normalize();
             let narrow = self.has(if wi.z > 0.0 { 1 } else { 3 });
-            let mirrored = density_of_normals(m, alpha[usize::from(wi.z < 0.0)]) / (4.0 * wo.dot(m));
+            let mirrored =
+                density_of_normals(m, if wi.z > 0.0 { alpha.mirror } else { alpha.pane }) / (4.0 * wo.dot(m));
             return even + if narrow { mirrored } else { 0.0 };
         }
         let half = wo + wi * eta;
@@ -159,7 +165,7 @@ impl Directions {
         if cos <= 0.0 || cos_i <= 0.0 || !self.has(3) {
             return even;
         }
-        even + density_of_normals(m, alpha[0]) * eta * eta * cos_i / half.length_squared()
+        even + density_of_normals(m, alpha.refract) * eta * eta * cos_i / half.length_squared()
     }
 }
 
