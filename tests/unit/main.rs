@@ -75,6 +75,7 @@ mod tracer {
     mod bsdf {
         mod dielectric;
         mod fresnel;
+        mod share;
     }
     mod integrator {
         mod check;

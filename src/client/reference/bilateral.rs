@@ -176,6 +176,15 @@ mod tests {
         }
     }
 
+    /// Differences that nobody sees pass even among values without error.
+    #[test]
+    fn invisible_differences_pass() {
+        let (value, _) = centre(|i| if i == 7 { 1.001 } else { 1.0 }, |_| 0.0);
+        let tap = TAPS[1] * TAPS[2] * (-1e-6 / (TOLERANCE * LEAST_ERROR)).exp();
+        let expected = 1e-3 * tap / (1.0 - TAPS[1] * TAPS[2] + tap);
+        assert!((value - 1.0 - expected).abs() < 2e-7, "{value}: more by {expected} expected");
+    }
+
     /// Where values overflow no neighbour has a weight, and the texel stays as it is.
     #[test]
     fn nothing_comes_from_no_neighbours() {

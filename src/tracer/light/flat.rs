@@ -203,3 +203,25 @@ impl FlatShape for Disk {
         self.bounds().into()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+
+    /// Light is sampled from the points from which it is emitted.
+    #[test]
+    fn positions_are_points() {
+        let (corner, a, b) = (Vec3::new(1.0, -0.5, 0.3), Vec3::new(0.3, 1.5, 0.2), Vec3::new(-0.8, 0.4, 2.0));
+        let triangle = Triangle::new([corner, corner + a, corner + b]).expect("a triangle");
+        let disk = Disk::new(corner, a, b, DVec3::Z).expect("a disk");
+        let parallelogram = Parallelogram { corner, a, b, n: a.cross(b).normalize() };
+        let shapes: [&dyn FlatShape; 3] = [&triangle, &disk, &parallelogram];
+        for shape in shapes {
+            for u in [[0.1, 0.7], [0.9, 0.2], [0.45, 0.55]] {
+                assert!(shape.position(u).distance(shape.point(u).p) < 1e-6);
+            }
+        }
+    }
+}

@@ -96,3 +96,37 @@ impl LuminancePyramid {
         points * (1.0 - CERTAIN) + mean * CERTAIN
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::Affine2;
+
+    use super::*;
+    use crate::scene::emission_texture::EmissionTexels;
+    use crate::scene::texture::WrapMode;
+    use crate::spectrum::EmissionMap;
+
+    /// Every level holds the means of two by two texels of the one before.
+    #[test]
+    fn levels_are_means_of_squares() {
+        let (width, height) = (16, 8);
+        let rgb: Vec<[f32; 3]> = (0..width * height).map(|i| [(i * i % 31) as f32; 3]).collect();
+        let map = Arc::new(EmissionMap::new(width, &rgb).expect("radiance"));
+        let pyramid = LuminancePyramid::new(Arc::new(EmissionTexture {
+            texels: EmissionTexels::Picture(map),
+            to_uv: Affine2::IDENTITY,
+            wrap: WrapMode::Repeat,
+            nearest: true,
+        }));
+        assert_eq!(pyramid.levels.len(), 2);
+        for level in 1..=2 {
+            for (y, x) in (0..height >> level).flat_map(|y| (0..width >> level).map(move |x| (y, x))) {
+                let below = [[0, 0], [1, 0], [0, 1], [1, 1]];
+                let sum: f32 =
+                    below.map(|[i, j]| pyramid.value(level - 1, [2 * x + i, 2 * y + j])).iter().sum();
+                let found = pyramid.value(level, [x, y]);
+                assert!((found - 0.25 * sum).abs() <= 1e-5 * sum, "level {level}, {x}, {y}: {found}");
+            }
+        }
+    }
+}

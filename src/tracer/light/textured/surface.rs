@@ -200,3 +200,24 @@ impl EmittingSurface {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The stretch of flat surfaces and of disks is the same all over: their area.
+    #[test]
+    fn the_stretch_of_a_surface_is_its_area() {
+        let (a, b) = (Vec3::new(3.0, 0.0, 0.0), Vec3::new(0.0, 5.0, 0.0));
+        let half = Triangle::new([Vec3::ZERO, a, b]).expect("a triangle");
+        let disk = Disk::new(Vec3::ZERO, a, b, DVec3::Z).expect("a disk");
+        for (surface, area) in [
+            (EmittingSurface::Flat(FlatPatch::triangle(half, [Vec2::ZERO; 3])), 7.5),
+            (EmittingSurface::Flat(FlatPatch::parallelogram(half, [Vec2::ZERO; 3])), 15.0),
+            (EmittingSurface::Disk(disk), 15.0 * std::f32::consts::PI),
+        ] {
+            let stretch = surface.stretch([0.3, 0.6]);
+            assert!((stretch / area - 1.0).abs() < 1e-6, "{stretch} instead of {area}");
+        }
+    }
+}
