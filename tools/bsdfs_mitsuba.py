@@ -27,6 +27,7 @@ INCIDENCES = [0, 30, 60, 80, 89, 89.9, 89.9999]
 EXACT, WEIGHTS, DENSITIES = 1e-3, 1e-2, 1.5
 FEWEST, MOST = 1 << 11, 1 << 18
 WIDE = 0.3
+ON_EDGE = 3.0
 GRID = 1 << 24
 
 
@@ -41,7 +42,7 @@ def numbers(u):
 
 
 def materials():
-    """Name, plugin, alpha of mirroring facets and of those that let through a pane, index, index behind, passes, least and most energy."""
+    """Name, plugin, alphas of facets that mirror, that refract and that let through a pane, index, index behind, passes, least and most energy."""
     white = {"type": "rgb", "value": [1, 1, 1]}
     ones = {"specular_reflectance": white}
     both = dict(ones, specular_transmittance=white)
@@ -52,18 +53,18 @@ def materials():
     def rough(plugin, alpha, facets, **more):
         return dict(type=plugin, alpha=alpha, distribution=facets, **more)
 
-    yield "diffuse", dict(type="diffuse", reflectance=white), [1, 1], 1, 1, False, 1, 1
+    yield "diffuse", dict(type="diffuse", reflectance=white), [1, 1, 1], 1, 1, False, 1, 1
     for n in map(float, INDICES):
         iors = dict(int_ior=n, ext_ior=1.0)
-        yield "dielectric", dict(type="dielectric", **iors, **both), [1, 1], n, n, True, 1, 1
-        yield "thindielectric", dict(type="thindielectric", **iors, **both), [1, 1], n, 1, True, 1, 1
-        yield "conductor, k = 0", dict(type="conductor", **metal(n, 0)), [1, 1], n, 1, False, 0, 1
-        yield "conductor, k = 3", dict(type="conductor", **metal(n, 3)), [1, 1], n, 1, False, 0, 1
-        yield "conductor, index 0", dict(type="conductor", **metal(0, n)), [1, 1], n, 1, False, 1, 1
+        yield "dielectric", dict(type="dielectric", **iors, **both), [1, 1, 1], n, n, True, 1, 1
+        yield "thindielectric", dict(type="thindielectric", **iors, **both), [1, 1, 1], n, 1, True, 1, 1
+        yield "conductor, k = 0", dict(type="conductor", **metal(n, 0)), [1, 1, 1], n, 1, False, 0, 1
+        yield "conductor, k = 3", dict(type="conductor", **metal(n, 3)), [1, 1, 1], n, 1, False, 0, 1
+        yield "conductor, index 0", dict(type="conductor", **metal(0, n)), [1, 1, 1], n, 1, False, 1, 1
         plastic = dict(diffuse_reflectance=white, **ones, **iors)
-        yield "plastic", dict(type="plastic", **plastic), [1, 1], n, 1, False, 0, 1.01
+        yield "plastic", dict(type="plastic", **plastic), [1, 1, 1], n, 1, False, 0, 1.01
         for alpha in map(float, ROUGHNESSES):
-            a = [max(alpha, 1e-4)] * 2
+            a = [max(alpha, 1e-4)] * 3
             for facets in ["ggx", "beckmann"]:
                 for name, eta, k in [("k = 0", n, 0), ("k = 3", n, 3), ("index 0", 0, n)]:
                     plugin = rough("roughconductor", alpha, facets, **metal(eta, k))
@@ -75,17 +76,18 @@ def materials():
             base = {"type": "diffuse", "reflectance": white}
             blend = {"type": "blendbsdf", "weight": 0.7, "first": part, "second": base}
             yield "blendbsdf", blend, a, n, n, True, 0, 1
-            a = [max(alpha, 1e-3), max(max(alpha, 1e-3) * (0.65 * n - 0.35) ** 2, 1e-3)]
+            a = [max(alpha, 1e-3)] * 2 + [max(alpha * (0.65 * n - 0.35) ** 2, 1e-3)]
+            under_coat = [min(a[0], 0.05)] + a[1:]
             facets = dict(base_color=white, roughness=alpha**0.5)
             coat = dict(clearcoat=1.0, clearcoat_gloss=0.5, metallic=0.3, sheen=0.3)
-            for name, more, behind in [
-                ("principled", dict(spec_trans=0.0), 1),
-                ("principled, coated", dict(spec_trans=0.3, **coat), n),
-                ("principled, glass", dict(spec_trans=1.0), n),
+            for name, more, behind, widths in [
+                ("principled", dict(spec_trans=0.0), 1, a),
+                ("principled, coated", dict(spec_trans=0.3, **coat), n, under_coat),
+                ("principled, glass", dict(spec_trans=1.0), n, a),
             ]:
-                yield name, dict(type="principled", eta=n, **facets, **more), a, n, behind, behind != 1, 0, 1.5
+                yield name, dict(type="principled", eta=n, **facets, **more), widths, n, behind, behind != 1, 0, 2.2
             thin = dict(type="principledthin", eta=n, spec_trans=0.5, diff_trans=1.0, **facets)
-            yield "principledthin", thin, a, n, 1, True, 0, 1.5
+            yield "principledthin", thin, a, n, 1, True, 0, 2.2
 
 
 def normals(m, alpha):
@@ -106,13 +108,14 @@ class Directions:
 
     def has(self, kind):
         bent = 1 if self.eta == 1 else min(abs(self.eta - 1), 1)
-        return kind % 2 == 0 or (self.alpha[0] if kind == 1 else self.alpha[int(self.eta == 1)] * bent) < WIDE
+        width = self.alpha[0] if kind == 1 else self.alpha[2] if self.eta == 1 else self.alpha[1] * bent
+        return kind % 2 == 0 or not WIDE <= width < ON_EDGE
 
     def at(self, kind, u, v):
         wo, eta = self.wo, self.eta
         pane = kind == 3 and eta == 1
         turn = [np.cos(2 * np.pi * v), np.sin(2 * np.pi * v)]
-        tan = self.alpha[int(pane)] * u / (1 - u)
+        tan = self.alpha[2 if pane else 0 if kind == 1 else 1] * u / (1 - u)
         m = normalised(np.stack([tan * turn[0], tan * turn[1], np.ones_like(u)], 1))
         cos = m @ wo
         if kind in (0, 2):
@@ -135,12 +138,12 @@ class Directions:
         m = normalised(wo + folded)
         above = normals(m, self.alpha[0]) / (4 * (m @ wo)) * self.has(1)
         if eta == 1:
-            return density + np.where(below, normals(m, self.alpha[1]) / (4 * (m @ wo)) * self.has(3), above)
+            return density + np.where(below, normals(m, self.alpha[2]) / (4 * (m @ wo)) * self.has(3), above)
         half = wo + wi * eta
         length2 = (half**2).sum(1)
         facet = half / np.sqrt(length2)[:, None] * np.sign(half[:, 2:])
         cos, cos_i = facet @ wo, -(facet * wi).sum(1)
-        refracted = np.where((cos > 0) & (cos_i > 0), normals(facet, self.alpha[0]) * eta**2 * cos_i / length2, 0)
+        refracted = np.where((cos > 0) & (cos_i > 0), normals(facet, self.alpha[1]) * eta**2 * cos_i / length2, 0)
         return density + np.where(below, refracted * self.has(3), above)
 
 
@@ -232,6 +235,7 @@ def fault(bsdf, alpha, behind, passes, energy, wo):
 def main():
     p = argparse.ArgumentParser(prog="bsdfs_mitsuba", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--part", type=int, default=1, help="take every n-th material (1)")
+    p.add_argument("--only", default="", help="take materials whose names begin with this")
     p.add_argument("--most", type=int, default=MOST, help="points of an integral at most (2^20)")
     a = p.parse_args()
     globals()["MOST"] = a.most
@@ -239,6 +243,8 @@ def main():
     mi.set_log_level(mi.LogLevel.Error)
     found, refused = defaultdict(Counter), Counter()
     for name, plugin, alpha, index, behind, passes, least, most in list(materials())[:: a.part]:
+        if not name.startswith(a.only):
+            continue
         try:
             bsdf = mi.load_dict(plugin)
         except RuntimeError as error:
