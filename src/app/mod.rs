@@ -77,6 +77,7 @@
 mod args;
 mod bench;
 mod compare;
+mod denoise;
 mod device;
 mod drive;
 mod explain;

@@ -6,6 +6,7 @@ use std::time::Instant;
 use miette::{IntoDiagnostic, Result, WrapErr};
 
 use super::args::RenderArgs;
+use super::denoise::FilteredPicture;
 use super::layers::Channel;
 use super::report::{Seconds, is_special};
 use super::run_spec::{RunEnd, RunSpec, display_options};
@@ -16,6 +17,15 @@ use crate::color::Profile;
 use crate::image::png::{PngPicture, Transfer};
 use crate::image::write::{FileFormat, check_place, check_target, same_file};
 use crate::image::{Attribute, exr, png};
+
+/// Pictures of a run beside the film's own.
+#[derive(Default)]
+pub struct Extras {
+    /// Layers of EXR files.
+    pub layers: Vec<Channel>,
+    /// What is displayed instead of the film, and a layer of EXR files.
+    pub denoised: Option<FilteredPicture>,
+}
 
 /// The picture files of a run.
 pub struct Outputs {
@@ -73,7 +83,7 @@ impl Outputs {
         self.files.iter().any(|(_, format)| *format == FileFormat::Exr)
     }
 
-    /// Takes the picture from the client and writes every file, EXR files with the channels `layers` besides.
+    /// Takes the picture from the client and writes every file, with what stands beside it.
     ///
     /// # Errors
     ///
@@ -84,13 +94,19 @@ impl Outputs {
         run: &RunSpec,
         outcome: &RunEnd,
         settings: &Settings,
-        layers: Vec<Channel>,
+        extras: Extras,
         seconds: &mut Seconds,
     ) -> Result<()> {
         let mut first_error = Ok(());
         let wants = |format| self.files.iter().any(|(_, f)| *f == format);
         let start = Instant::now();
-        let shown = wants(FileFormat::Png).then(|| client.display(settings)).transpose().into_diagnostic()?;
+        let display = || match &extras.denoised {
+            Some(picture) => picture.display(settings),
+            None => client.display(settings).into_diagnostic(),
+        };
+        let shown = wants(FileFormat::Png).then(display).transpose()?;
+        let mut layers = extras.layers;
+        layers.extend(extras.denoised.iter().flat_map(FilteredPicture::channels));
         let shown = shown.map(|shown| FilmSnapshot::Png(shown, client.counts().paths()));
         seconds.display = start.elapsed().as_secs_f64();
         let start = Instant::now();

@@ -9,18 +9,20 @@ use std::time::{Duration, Instant};
 use miette::{IntoDiagnostic, Result};
 
 use super::args::RenderArgs;
+use super::denoise::FilteredPicture;
 use super::drive::{Drive, DriveObservers, DriveOutcome, drive};
 use super::load::{self, Opened};
 use super::method::{self, CheckOrder, RenderOrder};
 use super::observer::{Beside, Observer};
-use super::outputs::Outputs;
+use super::outputs::{Extras, Outputs};
 use super::progress::{Goal, Progress};
 use super::rejected::RejectedReport;
 use super::report::{ErrorReport, PlanCheck, RenderReport, Seconds, write_json};
 use super::run_spec::{RunEnd, RunSpec};
 use super::timings::{self, TimingCapture};
 use super::{layers, plan, predictions, process, tell};
-use crate::client::{Film, Settings, VarianceForm};
+use crate::client::halves::Halves;
+use crate::client::{Denoise, DisplayView, Film, Settings, VarianceForm};
 use crate::scene::Loaded;
 use crate::server::{Server, Stats};
 use crate::stream::Lanes;
@@ -68,6 +70,23 @@ fn check_options(args: &RenderArgs) -> Result<Outputs> {
             "--error needs the error of the picture, which one randomisation alone does not tell"
         ));
     }
+    if args.denoise != Denoise::Off {
+        let (option, advice) = match () {
+            () if args.replicates == 1 || args.check_plan > 0.0 => {
+                ("two randomisations", "leave --replicates and --check-plan away")
+            }
+            () if args.display.show != DisplayView::Picture => {
+                ("the picture to be shown", "leave --show away")
+            }
+            () if args.reweight_fireflies.is_some() => {
+                ("all samples alike", "leave --reweight-fireflies away")
+            }
+            () => ("", ""),
+        };
+        if !option.is_empty() {
+            return Err(miette::miette!(help = advice, "--denoise needs {option}"));
+        }
+    }
     let outputs = Outputs::plan(args)?;
     if let Some(path) = &args.gpu_timings {
         timings::check(path, outputs.files().chain(&args.json).chain([&args.source.scene]))?;
@@ -85,6 +104,8 @@ struct BatchRender<'a> {
     camera: Camera,
     threads: usize,
     client: Box<dyn Film>,
+    /// Both halves of the samples, for the noise filter.
+    halves: Option<Halves>,
     server: Server,
     lanes: Lanes,
     timings: Option<TimingCapture>,
@@ -132,6 +153,8 @@ impl<'a> BatchRender<'a> {
             method::tell_choice(&run);
         }
         run.reweighted = args.reweight_fireflies;
+        run.denoise = args.denoise;
+        let halves = (run.denoise != Denoise::Off).then(|| Halves::new([run.film.width, run.film.height]));
         let client = device.client(run.film, threads, run.reweighted)?;
         let (server, lanes) = Server::start_with(threads, device.tracing_priority()).into_diagnostic()?;
         let timings = args.gpu_timings.as_deref().map(|path| {
@@ -151,6 +174,7 @@ impl<'a> BatchRender<'a> {
             camera,
             threads,
             client,
+            halves,
             server,
             lanes,
             timings,
@@ -195,7 +219,12 @@ impl<'a> BatchRender<'a> {
             texels: (width * height) as f64,
             quantity: args.error_at,
         };
-        let onlookers = DriveObservers { bar: &bar, timings: &mut self.timings, observer: observer.as_ref() };
+        let onlookers = DriveObservers {
+            bar: &bar,
+            timings: &mut self.timings,
+            observer: observer.as_ref(),
+            halves: self.halves.as_mut(),
+        };
         let driven = drive(plan, &self.server, &mut self.lanes, &mut *self.client, onlookers)?;
         bar.finish();
         let stats = self.server.stats();
@@ -245,11 +274,17 @@ impl<'a> BatchRender<'a> {
             true => layers::trace(&self.run, &self.scene, &self.camera, spp),
             false => Vec::new(),
         };
+        let start_filter = Instant::now();
+        let film = &self.run.film;
+        let filter = |halves| FilteredPicture::of(halves, &self.scene, &self.camera, film);
+        let denoised = self.halves.as_ref().map(filter).transpose()?;
+        self.seconds.denoise = start_filter.elapsed().as_secs_f64();
         if let Some((state, _)) = &traced.error {
             outcome.describe(state, self.args.error_at);
         }
         let (client, seconds) = (&mut *self.client, &mut self.seconds);
-        let written = outputs.write(client, &self.run, &outcome, &self.settings, layers, seconds);
+        let written =
+            outputs.write(client, &self.run, &outcome, &self.settings, Extras { layers, denoised }, seconds);
         if let Some(mut timings) = self.timings.take() {
             timings.client("display and write", start)?;
             timings.finish(&self.server)?;

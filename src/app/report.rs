@@ -10,6 +10,7 @@ use super::plan::PlannedEffect;
 use super::rejected::RejectedReport;
 use super::run_spec::{ChoiceReport, RunSpec};
 use super::tell;
+use crate::client::Denoise;
 use crate::image::write::{atomically, check_place, same_file};
 use crate::math::quantile::nearest_rank;
 use crate::scene::desc::IntegratorKind;
@@ -99,6 +100,8 @@ pub struct Seconds {
     pub rasterise: f64,
     /// Mips, reconstruction and tone mapping of the picture.
     pub display: f64,
+    /// Features and noise filter.
+    pub denoise: f64,
     /// Reading back and writing files.
     pub write: f64,
     /// From the start of the program.
@@ -203,6 +206,7 @@ impl ErrorReport {
             warning: state.late.warning(),
             besides: match run.integrator {
                 _ if run.reweighted.is_some() => Some("the reweighting of fireflies"),
+                _ if run.denoise != Denoise::Off => Some("the noise filter, of the picture without it"),
                 IntegratorKind::Photon => Some("the blur of photon mapping"),
                 _ => None,
             },

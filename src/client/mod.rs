@@ -49,6 +49,7 @@ pub mod error;
 pub mod film;
 pub mod filter;
 pub mod glare;
+pub mod halves;
 pub mod layout;
 pub mod lod;
 pub mod merge;
@@ -59,6 +60,7 @@ pub mod retained;
 pub mod settings;
 pub mod state;
 pub mod upload;
+pub mod wavelet;
 pub mod window;
 
 pub use error::ClientError;

@@ -36,6 +36,7 @@ macro_rules! labels {
 labels! {
     Reconstruction { Gaussian: "Gaussian", CatmullRom: "Catmull–Rom", Mipmap: "Mipmap", None: "None", }
     Masking { LowPass: "Low-pass", Bilateral: "Bilateral", }
+    Denoise { Off: "Off", Wavelet: "Wavelets", }
     DisplayView { Picture: "Picture", CameraVariance: "Error, camera", LightVariance: "Error, light", }
     Adaptation { Photopic: "Day (photopic)", Mesopic: "Dusk (mesopic)", Scotopic: "Night (scotopic)", }
     ToneCurve { Paper: "1 − exp(−(B·Y)^C)", PbrNeutral: "PBR Neutral", AgX: "AgX", }
@@ -144,6 +145,16 @@ pub enum Masking {
     LowPass,
     /// Averages over neighbours whose difference the variance explains; below 4 samples per pixel as low-pass.
     Bilateral,
+}
+
+/// The filter that takes noise out of the displayed picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, ValueEnum)]
+pub enum Denoise {
+    /// None.
+    #[default]
+    Off,
+    /// Wavelets, kept where two halves of the samples agree.
+    Wavelet,
 }
 
 /// The quantity that is shown: the picture, or the relative standard error of a stream as grey.

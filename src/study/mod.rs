@@ -83,3 +83,4 @@ pub use interval::Interval;
 pub use late::LateLight;
 pub use monitor::{ErrorMonitor, ErrorQuantile, ErrorStatus, ErrorTarget};
 pub use replicates::Replicates;
+pub use smooth::SmoothingKernel;

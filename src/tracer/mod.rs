@@ -40,6 +40,7 @@ pub mod choice;
 pub mod curve;
 pub mod effects;
 mod faces;
+pub mod features;
 pub mod integrator;
 pub mod interaction;
 pub mod light;

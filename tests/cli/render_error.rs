@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use pointillist::image::compare::Picture;
 use serde_json::Value;
 
 /// A folder of this test's own, empty.
@@ -135,4 +136,37 @@ fn fireflies_are_reweighted_on_request() {
     assert_eq!(std::fs::read(&again).unwrap(), std::fs::read(&reweighted).unwrap());
     let wrong = with(&["--reweight-fireflies=0"]);
     fails(&wrong, "--reweight-fireflies");
+}
+
+/// The noise filter changes what is displayed and nothing else: the sums of an EXR file are those of a run without it, its layer and the
+/// PNG file are the same for any number of threads, and the files and the report say what the error is of.
+#[test]
+fn noise_is_filtered_on_request() {
+    let place = folder("denoise");
+    let out = |name: &str| place.join(name).display().to_string();
+    let common = ["--spp", "4", "--integrator", "bidirectional", "--deterministic"];
+    let render = |more: &[&str]| json(&place, &with(&[&common[..], more].concat()));
+    let (plain, shown) = (out("plain.exr"), out("plain.png"));
+    let a = render(&["-o", &plain, "-o", &shown]);
+    assert_eq!(a["error"]["besides"], Value::Null);
+    let files = ["1", "2"].map(|threads| {
+        let (sums, shown) = (out(&format!("{threads}.exr")), out(&format!("{threads}.png")));
+        let b = render(&["--denoise", "wavelet", "--threads", threads, "-o", &sums, "-o", &shown]);
+        assert_eq!(b["error"]["besides"], "the noise filter, of the picture without it");
+        (std::fs::read(sums).unwrap(), std::fs::read(shown).unwrap())
+    });
+    assert!(files[0] == files[1]);
+    let has = |bytes: &[u8], text: &str| bytes.windows(text.len()).any(|part| part == text.as_bytes());
+    assert!(
+        has(&files[0].0, "denoised.G")
+            && has(&files[0].0, "--denoise wavelet")
+            && has(&files[0].1, "by wavelet")
+    );
+    let read = |file: &str| Picture::read(Path::new(file), None).unwrap();
+    assert!(read(&plain).rgb == read(&out("1.exr")).rgb);
+    assert_ne!(std::fs::read(&shown).unwrap(), files[0].1);
+    fails(&with(&["--denoise", "wavelet", "--replicates", "1"]), "two randomisations");
+    fails(&with(&["--denoise", "wavelet", "--show", "camera-variance"]), "the picture to be shown");
+    fails(&with(&["--denoise", "wavelet", "--reweight-fireflies"]), "all samples alike");
+    fails(&with(&["--denoise", "median"]), "wavelet");
 }

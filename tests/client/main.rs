@@ -9,3 +9,4 @@ mod develop;
 mod film;
 mod glare;
 mod reconstruct;
+mod wavelet;

@@ -8,6 +8,7 @@ use clap::{ArgGroup, Args};
 use super::display::DisplayArgs;
 use super::scene::SceneArgs;
 use super::values::{AovArg, aov, count, error, positive, seconds, share};
+use crate::client::Denoise;
 use crate::study::ErrorQuantile;
 
 /// Options of `pointillist render`.
@@ -75,6 +76,11 @@ pub struct RenderArgs {
         help_heading = "Output"
     )]
     pub reweight_fireflies: Option<f32>,
+
+    /// Filter noise out of the displayed picture: PNG files, and the layer `denoised` of EXR files; samples, sums and stated error stay
+    /// those of the picture without.
+    #[arg(long, value_name = "KIND", default_value = "off", help_heading = "Output")]
+    pub denoise: Denoise,
 
     /// Write the picture to this .exr or .png file; may be given several times [default: the scene's name as .png].
     #[arg(short = 'o', long = "output", value_name = "FILE", help_heading = "Output")]

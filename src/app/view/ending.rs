@@ -7,6 +7,7 @@ use std::time::Duration;
 use miette::{IntoDiagnostic, Result};
 use serde::Serialize;
 
+use crate::app::outputs::Extras;
 use crate::app::plan::PlannedEffect;
 use crate::app::rejected::RejectedReport;
 use crate::app::report::{ErrorReport, Seconds, write_json};
@@ -193,7 +194,9 @@ impl Viewer {
         let (outputs, mut seconds) = (&self.options.outputs, Seconds::default());
         let written = match self.picture.take_film() {
             Some(film) if film.is_damaged() => Err(miette::miette!("the film has lost samples")),
-            Some(mut film) => outputs.write(&mut film, &run, &outcome, &settings, Vec::new(), &mut seconds),
+            Some(mut film) => {
+                outputs.write(&mut film, &run, &outcome, &settings, Extras::default(), &mut seconds)
+            }
             None => Err(miette::miette!("there is no film")),
         };
         let Err(error) = written else { return Ok(()) };
@@ -204,7 +207,7 @@ impl Viewer {
             &run,
             &RunEnd { prefix: false, ..outcome },
             &settings,
-            Vec::new(),
+            Extras::default(),
             &mut seconds,
         )
     }

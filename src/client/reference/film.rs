@@ -62,6 +62,30 @@ impl ReferenceFilm {
         Ok(Self { state, pool, streams: Default::default(), glare: ReferenceGlare::default() })
     }
 
+    /// A scene-linear picture in XYZ as a viewer shows it, `width`×`height` as it is: glare, tone curve and encoding in 8 bits.
+    ///
+    /// # Errors
+    /// [`ClientError::Memory`].
+    pub fn show(picture: &Grid<Vec3>, settings: &Settings) -> Result<DisplayImage, ClientError> {
+        let settings = Settings { output: ColorOutput::Sdr, ..settings.clone() };
+        Self::encode(picture, &settings, &mut ReferenceGlare::default())
+    }
+
+    fn encode(
+        picture: &Grid<Vec3>,
+        settings: &Settings,
+        glare: &mut ReferenceGlare,
+    ) -> Result<DisplayImage, ClientError> {
+        let scattered = match settings.glare.filter(|_| Effects::new(settings, 1).glare) {
+            Some(kind) => {
+                let bytes = size_of_val(picture.pixels()) as u64;
+                Some(glare.apply(picture, &kind).ok_or(ClientError::Memory { what: "glare", bytes })?)
+            }
+            None => None,
+        };
+        Ok(tonemap(scattered.as_ref().unwrap_or(picture), settings))
+    }
+
     fn raster(&mut self) -> Result<(), ClientError> {
         let (spec, pool) = (self.state.spec(), &self.pool);
         let p = VarianceParameters {
@@ -163,12 +187,7 @@ impl Film for ReferenceFilm {
                 DisplayView::LightVariance => error_view(&p, light.as_ref()),
             };
             let picture = picture.ok_or_else(|| Accumulator::out_of_memory("the displayed picture", spec))?;
-            let picture = match settings.glare.filter(|_| effects.glare) {
-                Some(glare) => self.glare.apply(&picture, &glare),
-                None => Some(picture),
-            };
-            let picture = picture.ok_or_else(|| Accumulator::out_of_memory("glare", spec))?;
-            Ok(tonemap(&picture, &settings))
+            Self::encode(&picture, &settings, &mut self.glare)
         })
     }
 

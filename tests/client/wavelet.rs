@@ -1,0 +1,146 @@
+//! The noise filter of the display: what it keeps, what it removes, what it does not spread.
+
+use glam::{Vec3, Vec4};
+use pointillist::client::wavelet::{HalfPicture, PixelFeatures, filtered};
+use pointillist::image::Grid;
+use pointillist::math::random::Random;
+
+const SIZE: usize = 96;
+
+fn half(value: impl Fn(usize, usize) -> Vec4) -> HalfPicture {
+    let mut half = Grid::try_filled(SIZE, SIZE, Vec4::ZERO).expect("memory");
+    half.pixels_mut().iter_mut().enumerate().for_each(|(i, out)| *out = value(i % SIZE, i / SIZE));
+    half
+}
+
+fn grey(y: f32) -> Vec4 {
+    Vec3::splat(y).extend(2.0)
+}
+
+/// Numbers of mean 0 and variance 1.
+fn noise(seed: u64) -> Vec<f32> {
+    let mut random = Random(seed);
+    (0..SIZE * SIZE).map(|_| (0..12).map(|_| random.f32()).sum::<f32>() - 6.0).collect()
+}
+
+fn features(of: impl Fn(usize) -> PixelFeatures) -> Grid<PixelFeatures> {
+    let mut grid = Grid::try_filled(SIZE, SIZE, PixelFeatures::default()).expect("memory");
+    grid.pixels_mut().iter_mut().enumerate().for_each(|(i, out)| *out = of(i % SIZE));
+    grid
+}
+
+fn moments(picture: &Grid<Vec3>, of: impl Fn(usize, usize) -> bool) -> (f64, f64) {
+    let values =
+        (0..SIZE * SIZE).filter(|i| of(i % SIZE, i / SIZE)).map(|i| f64::from(picture.pixels()[i].y));
+    let (n, sum, squares) = values.fold((0.0, 0.0, 0.0), |(n, s, q), v| (n + 1.0, s + v, q + v * v));
+    (sum / n, squares / n - (sum / n).powi(2))
+}
+
+#[test]
+fn what_both_halves_say_comes_back() {
+    let constant = half(|_, _| grey(0.7));
+    let picture = filtered([&constant, &constant], None).expect("memory");
+    assert!(picture.pixels().iter().all(|v| (*v - 0.7).abs().max_element() < 1e-6));
+    let detail = noise(1);
+    let textured = half(|x, y| {
+        let v = detail[y * SIZE + x].abs();
+        Vec4::new(v, 2.0 * v + 0.1, 3.0 - v, 5.0)
+    });
+    let picture = filtered([&textured, &textured], None).expect("memory");
+    for (found, was) in picture.pixels().iter().zip(textured.pixels()) {
+        assert!((*found - was.truncate()).abs().max_element() < 2e-5, "{found} instead of {was}");
+    }
+}
+
+#[test]
+fn noise_on_a_plain_falls_sixtyfold() {
+    let [a, b] = [1, 2].map(|seed| {
+        let noise = noise(seed);
+        half(move |x, y| grey(1.0 + 0.3 * noise[y * SIZE + x]))
+    });
+    let (mean, variance) = moments(&filtered([&a, &b], None).expect("memory"), |_, _| true);
+    assert!((mean - 1.0).abs() < 5e-3, "mean {mean}");
+    assert!(variance < 0.5 * 0.3 * 0.3 / 60.0, "the variance falls {}-fold", 0.045 / variance);
+}
+
+/// A pixel that one half alone has seen stays, with its light, and changes nothing around it.
+#[test]
+fn fireflies_do_not_spread() {
+    let a = half(|x, y| grey(if (x, y) == (40, 50) { 100.0 } else { 1.0 }));
+    let b = half(|_, _| grey(1.0));
+    let picture = filtered([&a, &b], None).expect("memory");
+    for (i, v) in picture.pixels().iter().enumerate() {
+        if i != 50 * SIZE + 40 {
+            assert!((*v - 1.0).abs().max_element() < 0.01, "pixel {i}: {v}");
+        }
+    }
+    let (mean, _) = moments(&picture, |_, _| true);
+    let exact = 1.0 + 0.5 * 99.0 / (SIZE * SIZE) as f64;
+    assert!((mean / exact - 1.0).abs() < 3e-4, "mean {mean} instead of {exact}");
+}
+
+/// Nothing crosses an edge that a feature has, whichever it is.
+#[test]
+fn features_keep_edges() {
+    let [a, b] = [3, 4].map(|seed| {
+        let noise = noise(seed);
+        half(move |x, y| grey(if x < SIZE / 2 { 1.0 } else { 0.1 } * (1.0 + 0.3 * noise[y * SIZE + x])))
+    });
+    let sides: [fn(f32) -> PixelFeatures; 3] = [
+        |side| PixelFeatures { albedo: Vec3::splat(0.2 + 0.5 * side), distance: 1.0, ..Default::default() },
+        |side| PixelFeatures {
+            normal: Vec3::new(side, 0.0, 1.0 - side),
+            distance: 1.0,
+            ..Default::default()
+        },
+        |side| PixelFeatures { distance: 1.0 + side, ..Default::default() },
+    ];
+    for of in sides {
+        let known = features(|x| of(if x < SIZE / 2 { 0.0 } else { 1.0 }));
+        let picture = filtered([&a, &b], Some([&known, &known])).expect("memory");
+        let (left, _) = moments(&picture, |x, _| x == SIZE / 2 - 1);
+        let (right, _) = moments(&picture, |x, _| x == SIZE / 2);
+        assert!(
+            (left - 1.0).abs() < 0.03 && (right - 0.1).abs() < 0.01,
+            "{left} and {right} beside the edge"
+        );
+    }
+}
+
+/// Where few pixels have samples, those that have none show what is around them.
+#[test]
+fn pixels_without_samples_are_missing_and_not_black() {
+    let [a, b] = [5, 6].map(|seed| {
+        let noise = noise(seed);
+        half(move |x, y| if noise[y * SIZE + x] > 1.3 { grey(0.4) } else { Vec4::ZERO })
+    });
+    let picture = filtered([&a, &b], None).expect("memory");
+    assert!(picture.pixels().iter().all(|v| (*v - 0.4).abs().max_element() < 1e-5));
+    let nothing = half(|_, _| Vec4::ZERO);
+    let picture = filtered([&nothing, &nothing], None).expect("memory");
+    assert!(picture.pixels().iter().all(|v| *v == Vec3::ZERO));
+    let wrong = half(|x, _| if x == 7 { Vec4::splat(f32::NAN) } else { grey(0.4) });
+    let picture = filtered([&wrong, &wrong], None).expect("memory");
+    assert!(picture.pixels().iter().all(|v| (*v - 0.4).abs().max_element() < 1e-5));
+}
+
+/// Other units of light are another scale of the same picture, and threads leave no trace.
+#[test]
+fn the_filter_knows_no_exposure_and_no_threads() {
+    let [a, b] = [7, 8].map(|seed| {
+        let noise = noise(seed);
+        half(move |x, y| grey((1.0 + 0.3 * noise[y * SIZE + x]) * (1.0 + (x / 16) as f32)))
+    });
+    let scaled = |half: &HalfPicture, by: f32| {
+        let mut scaled = half.clone();
+        scaled.pixels_mut().iter_mut().for_each(|v| *v *= Vec4::new(by, by, by, 1.0));
+        scaled
+    };
+    let usual = filtered([&a, &b], None).expect("memory");
+    for by in [2f32.powi(20), 2f32.powi(-20)] {
+        let picture = filtered([&scaled(&a, by), &scaled(&b, by)], None).expect("memory");
+        assert!(picture.pixels().iter().zip(usual.pixels()).all(|(v, u)| *v == *u * by));
+    }
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("threads");
+    assert!(one.install(|| filtered([&a, &b], None)).expect("memory") == usual);
+}
