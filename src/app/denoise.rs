@@ -1,13 +1,14 @@
 //! The noise filter of a headless picture (`--denoise`): keeps both halves of the samples apart, traces the features, and filters.
 
+use glam::Vec3;
 use miette::{IntoDiagnostic, Result};
 use rayon::prelude::*;
 
 use super::layers::Channel;
 use crate::client::halves::Halves;
 use crate::client::reference::ReferenceFilm;
-use crate::client::wavelet::{PixelFeatures, filtered};
-use crate::client::{ClientError, DisplayImage, FilmSpec, Settings};
+use crate::client::wavelet::{Filtered, PixelFeatures, filtered};
+use crate::client::{ClientError, DisplayImage, FilmData, FilmSpec, Settings};
 use crate::color::Profile;
 use crate::image::Grid;
 use crate::math::random::Random;
@@ -20,11 +21,18 @@ use crate::tracer::{Camera, Scene};
 const WAVELENGTHS: f32 = 0.4;
 
 /// A filtered picture, scene-linear XYZ.
-pub struct FilteredPicture(Grid<glam::Vec3>);
+pub struct FilteredPicture(Grid<Vec3>);
 
 impl FilteredPicture {
-    /// Filters what the halves hold of a picture by `camera`. Rays for the features, two per pixel, depend on the picture alone.
-    pub fn of(halves: &Halves, scene: &Scene, camera: &Camera, film: &FilmSpec) -> Result<Self> {
+    /// Filters a picture by `camera`, whose film holds `data` and whose samples the halves hold pixel by pixel. Rays for the features, two per
+    /// pixel, depend on the picture alone.
+    pub fn of(
+        halves: &Halves,
+        data: &FilmData,
+        scene: &Scene,
+        camera: &Camera,
+        film: &FilmSpec,
+    ) -> Result<Self> {
         let no_memory = || ClientError::Memory {
             what: "the noise filter",
             bytes: 400 * u64::from(film.width) * u64::from(film.height),
@@ -32,8 +40,8 @@ impl FilteredPicture {
         let [a, b] = halves.pictures().ok_or_else(no_memory).into_diagnostic()?;
         let first = |half| first_hits(scene, camera, film, half).ok_or_else(no_memory).into_diagnostic();
         let known = [first(0)?, first(1)?];
-        let picture = filtered([&a, &b], Some(known.each_ref())).ok_or_else(no_memory).into_diagnostic()?;
-        Ok(Self(as_on_film(&picture, film).ok_or_else(no_memory).into_diagnostic()?))
+        let filtered = filtered([&a, &b], Some(known.each_ref())).ok_or_else(no_memory).into_diagnostic()?;
+        Ok(Self(as_on_film(&filtered, halves, data, film).ok_or_else(no_memory).into_diagnostic()?))
     }
 
     /// The picture as a viewer shows it, in 8 bits.
@@ -53,16 +61,27 @@ impl FilteredPicture {
     }
 }
 
-/// The picture of whole pixels as the film's filter would have made it.
-fn as_on_film(picture: &Grid<glam::Vec3>, film: &FilmSpec) -> Option<Grid<glam::Vec3>> {
-    let size = [picture.width(), picture.height()];
-    let pixels: Vec<[f32; 4]> = picture.pixels().iter().map(|xyz| xyz.extend(1.0).to_array()).collect();
-    let smooth = SmoothingKernel::of_energy(film.filter.energy()).apply(&pixels, size);
-    Grid::from_rows(
-        size[0],
-        size[1],
-        smooth.iter().map(|[x, y, z, w]| glam::Vec3::new(*x, *y, *z) / *w).collect(),
-    )
+/// The filtered picture of whole pixels as the film's filter would have made it. What the film knows beyond whole pixels counts as much
+/// as the halves agree on what differs from pixel to pixel, so that a picture without noise is that of the film.
+fn as_on_film(filtered: &Filtered, halves: &Halves, data: &FilmData, film: &FilmSpec) -> Option<Grid<Vec3>> {
+    let size = [film.width, film.height].map(|n| n as usize);
+    let kernel = SmoothingKernel::of_energy(film.filter.energy());
+    let one = |xyz: &Vec3| xyz.extend(1.0).to_array();
+    let smooth = kernel.apply(&filtered.picture.pixels().iter().map(one).collect::<Vec<_>>(), size);
+    let light_scale = data.counts.light_scale(film.width, film.height);
+    let whole = halves.sums().map(|sums| kernel.apply(&sums, size));
+    let shown = |camera: &[[f32; 4]], light: &[[f32; 4]], i: usize| {
+        let mean = |[x, y, z, w]: [f32; 4]| Vec3::new(x, y, z) / w;
+        let sum = |[x, y, z, _]: [f32; 4]| Vec3::new(x, y, z) * light_scale;
+        camera.get(i).map_or(Vec3::ZERO, |v| mean(*v)) + light.get(i).map_or(Vec3::ZERO, |v| sum(*v))
+    };
+    let pixel = |i: usize| {
+        let [x, y, z, w] = smooth[i];
+        let detail = shown(&data.camera, &data.light, i) - shown(&whole[0], &whole[1], i);
+        let detail = if detail.is_finite() { detail } else { Vec3::ZERO };
+        Vec3::new(x, y, z) / w + detail * filtered.finest.pixels()[i]
+    };
+    Grid::from_rows(size[0], size[1], (0..size[0] * size[1]).map(pixel).collect())
 }
 
 /// What one ray per pixel meets first.

@@ -275,9 +275,13 @@ impl<'a> BatchRender<'a> {
             false => Vec::new(),
         };
         let start_filter = Instant::now();
-        let film = &self.run.film;
-        let filter = |halves| FilteredPicture::of(halves, &self.scene, &self.camera, film);
-        let denoised = self.halves.as_ref().map(filter).transpose()?;
+        let denoised = match &self.halves {
+            Some(halves) => {
+                let data = self.client.develop().into_diagnostic()?;
+                Some(FilteredPicture::of(halves, &data, &self.scene, &self.camera, &self.run.film)?)
+            }
+            None => None,
+        };
         self.seconds.denoise = start_filter.elapsed().as_secs_f64();
         if let Some((state, _)) = &traced.error {
             outcome.describe(state, self.args.error_at);

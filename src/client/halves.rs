@@ -57,6 +57,15 @@ impl Halves {
         Some([self.picture(a, camera)?, self.picture(b, camera)?])
     }
 
+    /// Sums `[X, Y, Z, W]` of both halves together, of the camera and of the light stream; empty for a stream without samples.
+    pub fn sums(&self) -> [Vec<[f32; 4]>; 2] {
+        [0, 1].map(|stream| {
+            let [a, b] = self.parts.each_ref().map(|part| &part.streams[stream]);
+            let at = |sums: &Vec<Vec4>, i: usize| sums.get(i).copied().unwrap_or_default();
+            (0..a.len().max(b.len())).map(|i| (at(a, i) + at(b, i)).to_array()).collect()
+        })
+    }
+
     fn picture(&self, part: &HalfSums, camera: bool) -> Option<HalfPicture> {
         let [width, height] = self.size;
         let mut picture = Grid::try_filled(width, height, Vec4::ZERO)?;

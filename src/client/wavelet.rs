@@ -57,6 +57,8 @@ const SUMS: usize = 8;
 const FEATURES: usize = 10;
 /// Weights to the neighbours to the right, below right, below, below left; those to the others are theirs.
 const WEIGHTS: usize = 4;
+/// Channels of the result: X, Y, Z, and the gain of the last band.
+const RESULT: usize = 4;
 /// Channels of a band: the mean of both halves, the product of their luminances, the noise.
 const BAND: usize = 5;
 
@@ -150,20 +152,34 @@ impl Neighbour {
     }
 }
 
-/// The filtered picture in XYZ; `None` without memory. The halves and the features of both halves must be of one size.
-pub fn filtered(
-    halves: [&HalfPicture; 2],
-    features: Option<[&Grid<PixelFeatures>; 2]>,
-) -> Option<Grid<Vec3>> {
+/// A filtered picture.
+pub struct Filtered {
+    /// XYZ.
+    pub picture: Grid<Vec3>,
+    /// What differs from pixel to pixel, edges of features among it: 0 where that is noise, 1 where the halves agree on it.
+    pub finest: Grid<f32>,
+}
+
+/// Filters a picture; `None` without memory. The halves and the features of both halves must be of one size.
+pub fn filtered(halves: [&HalfPicture; 2], features: Option<[&Grid<PixelFeatures>; 2]>) -> Option<Filtered> {
     let (width, height) = (halves[0].width(), halves[0].height());
     let rows = |channels| Rows::new(width, height, channels);
     let mut aside = Grid::try_filled(width, height, Vec3::ZERO)?;
     let (mut sums, mut coarser) = (rows(SUMS)?, rows(SUMS)?);
     separate_fireflies(halves, &mut aside, &mut sums)?;
-    let mut result = rows(3)?;
+    let mut result = rows(RESULT)?;
     result.inner(height).zip(sums.inner(height)).for_each(|(result, sums)| begin(result, sums));
     let known = features.map(|halves| tolerances(halves)).unwrap_or_else(|| Some(None))?;
     let (mut weights, mut band, mut means) = (rows(WEIGHTS)?, rows(BAND)?, rows(2)?);
+    let mut finest = Grid::try_filled(width, height, 0.0f32)?;
+    // Across edges of features as well: there the bands of the filter are empty.
+    let mut across = rows(RESULT)?;
+    weigh(&mut weights, None, [width, height], 1);
+    smooth(&sums, &weights, &mut coarser, &mut band, &mut across, [width, height], 1);
+    average(&band, &weights, &mut means, height, 1);
+    shrink(&means, &weights, &band, &mut across, height, 1);
+    read_gain(&across, &mut finest);
+    drop(across);
     for level in 0..LEVELS {
         let step = 1 << level;
         weigh(&mut weights, known.as_ref(), [width, height], step);
@@ -179,7 +195,7 @@ pub fn filtered(
             *out += Vec3::from_array([0, 1, 2].map(|c| row[c * result.stride + BORDER + x]));
         }
     });
-    Some(picture)
+    Some(Filtered { picture, finest })
 }
 
 /// Writes the halves as sums, and half of what only one of them has seen to `aside`: it stays where it is and does not spread.
@@ -234,7 +250,7 @@ fn largest_around(half: &HalfPicture) -> Option<Grid<f32>> {
 
 /// The result at first: the mean of both halves, of one where the other has nothing.
 fn begin(result: &mut [f32], sums: &[f32]) {
-    let stride = result.len() / 3;
+    let stride = result.len() / RESULT;
     for x in 0..stride {
         let n = [3, 7].map(|c| sums[c * stride + x]);
         for c in 0..3 {
@@ -443,6 +459,14 @@ fn average(band: &Rows, weights: &Rows, means: &mut Rows, height: usize, step: u
     });
 }
 
+/// Copies the gain of the last band.
+fn read_gain(result: &Rows, gain: &mut Grid<f32>) {
+    let width = gain.width();
+    for (y, out) in gain.pixels_mut().chunks_mut(width).enumerate() {
+        out.copy_from_slice(&result.row(y + BORDER)[(RESULT - 1) * result.stride + BORDER..][..width]);
+    }
+}
+
 /// The same once more, the gain that follows, and what it takes from the result.
 fn shrink(means: &Rows, weights: &Rows, band: &Rows, result: &mut Rows, height: usize, step: usize) {
     let stride = means.stride;
@@ -458,6 +482,7 @@ fn shrink(means: &Rows, weights: &Rows, band: &Rows, result: &mut Rows, height: 
                 let (before, mean) = (load(row, stride, c, x), load(band.row(y), stride, c, x));
                 store(row, stride, c, x, each(|i| before[i] - taken[i] * mean[i]));
             }
+            store(row, stride, RESULT - 1, x, taken.map(|taken| 1.0 - taken));
         }
     });
 }
