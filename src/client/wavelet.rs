@@ -169,7 +169,10 @@ pub fn filtered(halves: [&HalfPicture; 2], features: Option<[&Grid<PixelFeatures
     separate_fireflies(halves, &mut aside, &mut sums)?;
     let mut result = rows(RESULT)?;
     result.inner(height).zip(sums.inner(height)).for_each(|(result, sums)| begin(result, sums));
-    let known = features.map(|halves| tolerances(halves)).unwrap_or_else(|| Some(None))?;
+    let known = match features {
+        Some(halves) => Some(tolerances(halves)?),
+        None => None,
+    };
     let (mut weights, mut band, mut means) = (rows(WEIGHTS)?, rows(BAND)?, rows(2)?);
     let mut finest = Grid::try_filled(width, height, 0.0f32)?;
     // Across edges of features as well: there the bands of the filter are empty.
@@ -266,7 +269,7 @@ fn begin(result: &mut [f32], sums: &[f32]) {
 }
 
 /// Means of the features over both halves, with the tolerances of their differences.
-fn tolerances(halves: [&Grid<PixelFeatures>; 2]) -> Option<Option<Rows>> {
+fn tolerances(halves: [&Grid<PixelFeatures>; 2]) -> Option<Rows> {
     let (width, height) = (halves[0].width(), halves[0].height());
     let mut rows = Rows::new(width, height, FEATURES)?;
     let stride = rows.stride;
@@ -316,7 +319,7 @@ fn tolerances(halves: [&Grid<PixelFeatures>; 2]) -> Option<Option<Rows>> {
             }
         }
     });
-    Some(Some(rows))
+    Some(rows)
 }
 
 /// The weights between pixels `step` apart: (1 − d/4)⁴ of the squared difference of their features in units of the tolerances, 0 out of the
