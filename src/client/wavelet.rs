@@ -62,21 +62,21 @@ const RESULT: usize = 4;
 /// Channels of a band: the mean of both halves, the product of their luminances, the noise.
 const BAND: usize = 5;
 
-type Lanes = [f32; LANES];
+type PixelBlock = [f32; LANES];
 
 #[inline(always)]
-fn each(f: impl Fn(usize) -> f32) -> Lanes {
+fn each(f: impl Fn(usize) -> f32) -> PixelBlock {
     std::array::from_fn(f)
 }
 
 /// Rows of several channels with a border.
-struct Rows {
+struct PlanarRows {
     channels: usize,
     stride: usize,
     data: Vec<f32>,
 }
 
-impl Rows {
+impl PlanarRows {
     fn new(width: usize, height: usize, channels: usize) -> Option<Self> {
         let stride = 2 * BORDER + width.next_multiple_of(LANES);
         let mut data = Vec::new();
@@ -101,36 +101,36 @@ impl Rows {
 
 /// Eight numbers of a channel of a row.
 #[inline(always)]
-fn load(row: &[f32], stride: usize, channel: usize, x: usize) -> Lanes {
+fn load(row: &[f32], stride: usize, channel: usize, x: usize) -> PixelBlock {
     let at = channel * stride + x;
     row[at..at + LANES].try_into().unwrap_or_default()
 }
 
 #[inline(always)]
-fn store(row: &mut [f32], stride: usize, channel: usize, x: usize, values: Lanes) {
+fn store(row: &mut [f32], stride: usize, channel: usize, x: usize, values: PixelBlock) {
     row[channel * stride + x..][..LANES].copy_from_slice(&values);
 }
 
 /// The neighbours: offset in steps, and where the weight to them stands: the channel, and whether it is their own weight to here.
-const NEIGHBOURS: [Neighbour; 8] = [
-    Neighbour { dx: 1, dy: 0, weight: 0, theirs: false },
-    Neighbour { dx: 1, dy: 1, weight: 1, theirs: false },
-    Neighbour { dx: 0, dy: 1, weight: 2, theirs: false },
-    Neighbour { dx: -1, dy: 1, weight: 3, theirs: false },
-    Neighbour { dx: -1, dy: 0, weight: 0, theirs: true },
-    Neighbour { dx: -1, dy: -1, weight: 1, theirs: true },
-    Neighbour { dx: 0, dy: -1, weight: 2, theirs: true },
-    Neighbour { dx: 1, dy: -1, weight: 3, theirs: true },
+const NEIGHBOURS: [FilterTap; 8] = [
+    FilterTap { dx: 1, dy: 0, weight: 0, theirs: false },
+    FilterTap { dx: 1, dy: 1, weight: 1, theirs: false },
+    FilterTap { dx: 0, dy: 1, weight: 2, theirs: false },
+    FilterTap { dx: -1, dy: 1, weight: 3, theirs: false },
+    FilterTap { dx: -1, dy: 0, weight: 0, theirs: true },
+    FilterTap { dx: -1, dy: -1, weight: 1, theirs: true },
+    FilterTap { dx: 0, dy: -1, weight: 2, theirs: true },
+    FilterTap { dx: 1, dy: -1, weight: 3, theirs: true },
 ];
 
-struct Neighbour {
+struct FilterTap {
     dx: isize,
     dy: isize,
     weight: usize,
     theirs: bool,
 }
 
-impl Neighbour {
+impl FilterTap {
     /// Binomial coefficient over that of the corner; the centre has 4.
     #[inline(always)]
     fn tap(&self) -> f32 {
@@ -146,7 +146,7 @@ impl Neighbour {
 
     /// The weight to this neighbour.
     #[inline(always)]
-    fn weight(&self, weights: &Rows, y: usize, x: usize, step: usize) -> Lanes {
+    fn weight(&self, weights: &PlanarRows, y: usize, x: usize, step: usize) -> PixelBlock {
         let (row, column) = if self.theirs { self.place(y, x, step) } else { (y, x) };
         load(weights.row(row), weights.stride, self.weight, column)
     }
@@ -163,7 +163,7 @@ pub struct Filtered {
 /// Filters a picture; `None` without memory. The halves and the features of both halves must be of one size.
 pub fn filtered(halves: [&HalfPicture; 2], features: Option<[&Grid<PixelFeatures>; 2]>) -> Option<Filtered> {
     let (width, height) = (halves[0].width(), halves[0].height());
-    let rows = |channels| Rows::new(width, height, channels);
+    let rows = |channels| PlanarRows::new(width, height, channels);
     let mut aside = Grid::try_filled(width, height, Vec3::ZERO)?;
     let (mut sums, mut coarser) = (rows(SUMS)?, rows(SUMS)?);
     separate_fireflies(halves, &mut aside, &mut sums)?;
@@ -202,7 +202,11 @@ pub fn filtered(halves: [&HalfPicture; 2], features: Option<[&Grid<PixelFeatures
 }
 
 /// Writes the halves as sums, and half of what only one of them has seen to `aside`: it stays where it is and does not spread.
-fn separate_fireflies(halves: [&HalfPicture; 2], aside: &mut Grid<Vec3>, sums: &mut Rows) -> Option<()> {
+fn separate_fireflies(
+    halves: [&HalfPicture; 2],
+    aside: &mut Grid<Vec3>,
+    sums: &mut PlanarRows,
+) -> Option<()> {
     let (width, height, stride) = (aside.width(), aside.height(), sums.stride);
     let limits = [largest_around(halves[0])?, largest_around(halves[1])?];
     let rows = sums.inner(height).zip(aside.pixels_mut().par_chunks_mut(width)).enumerate();
@@ -269,9 +273,9 @@ fn begin(result: &mut [f32], sums: &[f32]) {
 }
 
 /// Means of the features over both halves, with the tolerances of their differences.
-fn tolerances(halves: [&Grid<PixelFeatures>; 2]) -> Option<Rows> {
+fn tolerances(halves: [&Grid<PixelFeatures>; 2]) -> Option<PlanarRows> {
     let (width, height) = (halves[0].width(), halves[0].height());
-    let mut rows = Rows::new(width, height, FEATURES)?;
+    let mut rows = PlanarRows::new(width, height, FEATURES)?;
     let stride = rows.stride;
     let pair = |x: usize, y: usize| halves.map(|half| half.at(x, y));
     let distance = |x: usize, y: usize| {
@@ -324,7 +328,7 @@ fn tolerances(halves: [&Grid<PixelFeatures>; 2]) -> Option<Rows> {
 
 /// The weights between pixels `step` apart: (1 − d/4)⁴ of the squared difference of their features in units of the tolerances, 0 out of the
 /// picture.
-fn weigh(weights: &mut Rows, features: Option<&Rows>, [width, height]: [usize; 2], step: usize) {
+fn weigh(weights: &mut PlanarRows, features: Option<&PlanarRows>, [width, height]: [usize; 2], step: usize) {
     let stride = weights.stride;
     weights.inner(height).enumerate().for_each(|(y, row)| {
         for neighbour in &NEIGHBOURS[..WEIGHTS] {
@@ -369,11 +373,11 @@ fn weigh(weights: &mut Rows, features: Option<&Rows>, [width, height]: [usize; 2
 
 /// One level: the smoothed sums, and the band between them and those before. Where a half has nothing the result is what is around.
 fn smooth(
-    sums: &Rows,
-    weights: &Rows,
-    coarser: &mut Rows,
-    band: &mut Rows,
-    result: &mut Rows,
+    sums: &PlanarRows,
+    weights: &PlanarRows,
+    coarser: &mut PlanarRows,
+    band: &mut PlanarRows,
+    result: &mut PlanarRows,
     [width, height]: [usize; 2],
     step: usize,
 ) {
@@ -382,9 +386,9 @@ fn smooth(
     rows.for_each(|(y, ((coarser, band), result))| {
         let y = y + BORDER;
         for x in (BORDER..BORDER + width).step_by(LANES) {
-            let here: [Lanes; SUMS] = std::array::from_fn(|c| load(sums.row(y), stride, c, x));
+            let here: [PixelBlock; SUMS] = std::array::from_fn(|c| load(sums.row(y), stride, c, x));
             let mut total = here.map(|v| v.map(|v| 4.0 * v));
-            let mut weight: Lanes = [4.0; LANES];
+            let mut weight: PixelBlock = [4.0; LANES];
             for neighbour in &NEIGHBOURS {
                 let w = neighbour.weight(weights, y, x, step).map(|w| neighbour.tap() * w);
                 let (row, column) = neighbour.place(y, x, step);
@@ -400,7 +404,7 @@ fn smooth(
             for (c, total) in total.iter().enumerate() {
                 store(coarser, stride, c, x, *total);
             }
-            let has = |n: &Lanes| n.map(|n| n > 0.0);
+            let has = |n: &PixelBlock| n.map(|n| n > 0.0);
             let (known_a, known_b) = (has(&here[3]), has(&here[7]));
             let (near_a, near_b) = (has(&total[3]), has(&total[7]));
             let mut luminance = [[0.0; LANES]; 2];
@@ -434,10 +438,17 @@ fn smooth(
 
 /// Weighted means of two channels over the neighbours, all of them alike.
 #[inline(always)]
-fn mean_of_two(from: &Rows, first: usize, weights: &Rows, y: usize, x: usize, step: usize) -> [Lanes; 2] {
+fn mean_of_two(
+    from: &PlanarRows,
+    first: usize,
+    weights: &PlanarRows,
+    y: usize,
+    x: usize,
+    step: usize,
+) -> [PixelBlock; 2] {
     let stride = from.stride;
     let mut total = [first, first + 1].map(|c| load(from.row(y), stride, c, x));
-    let mut weight: Lanes = [1.0; LANES];
+    let mut weight: PixelBlock = [1.0; LANES];
     for neighbour in &NEIGHBOURS {
         let w = neighbour.weight(weights, y, x, step);
         let (row, column) = neighbour.place(y, x, step);
@@ -451,7 +462,7 @@ fn mean_of_two(from: &Rows, first: usize, weights: &Rows, y: usize, x: usize, st
 }
 
 /// Means of signal and noise of the band over 3×3 pixels.
-fn average(band: &Rows, weights: &Rows, means: &mut Rows, height: usize, step: usize) {
+fn average(band: &PlanarRows, weights: &PlanarRows, means: &mut PlanarRows, height: usize, step: usize) {
     let stride = band.stride;
     means.inner(height).enumerate().for_each(|(y, row)| {
         for x in (BORDER..stride - BORDER).step_by(LANES) {
@@ -463,7 +474,7 @@ fn average(band: &Rows, weights: &Rows, means: &mut Rows, height: usize, step: u
 }
 
 /// Copies the gain of the last band.
-fn read_gain(result: &Rows, gain: &mut Grid<f32>) {
+fn read_gain(result: &PlanarRows, gain: &mut Grid<f32>) {
     let width = gain.width();
     for (y, out) in gain.pixels_mut().chunks_mut(width).enumerate() {
         out.copy_from_slice(&result.row(y + BORDER)[(RESULT - 1) * result.stride + BORDER..][..width]);
@@ -471,7 +482,14 @@ fn read_gain(result: &Rows, gain: &mut Grid<f32>) {
 }
 
 /// The same once more, the gain that follows, and what it takes from the result.
-fn shrink(means: &Rows, weights: &Rows, band: &Rows, result: &mut Rows, height: usize, step: usize) {
+fn shrink(
+    means: &PlanarRows,
+    weights: &PlanarRows,
+    band: &PlanarRows,
+    result: &mut PlanarRows,
+    height: usize,
+    step: usize,
+) {
     let stride = means.stride;
     result.inner(height).enumerate().for_each(|(y, row)| {
         let y = y + BORDER;
