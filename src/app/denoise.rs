@@ -1,11 +1,10 @@
-//! The noise filter of a headless picture (`--denoise`): keeps both halves of the samples apart, traces the features, and filters.
+//! The noise filter of a headless picture (`--denoise`): takes both randomisations from the observer of the error, traces the features, and filters.
 
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 use miette::{IntoDiagnostic, Result};
 use rayon::prelude::*;
 
 use super::layers::Channel;
-use crate::client::halves::Halves;
 use crate::client::reference::ReferenceFilm;
 use crate::client::wavelet::{Filtered, PixelFeatures, filtered};
 use crate::client::{ClientError, DisplayImage, FilmData, FilmSpec, Settings};
@@ -13,7 +12,7 @@ use crate::color::Profile;
 use crate::image::Grid;
 use crate::math::random::Random;
 use crate::spectrum::SampledWavelengths;
-use crate::study::SmoothingKernel;
+use crate::study::Replicates;
 use crate::tracer::features::{Features, features};
 use crate::tracer::{Camera, Scene};
 
@@ -24,10 +23,10 @@ const WAVELENGTHS: f32 = 0.4;
 pub struct FilteredPicture(Grid<Vec3>);
 
 impl FilteredPicture {
-    /// Filters a picture by `camera`, whose film holds `data` and whose samples the halves hold pixel by pixel. Rays for the features, two per
+    /// Filters a picture by `camera`, whose film holds `data` and whose samples `replicates` holds pixel by pixel. Rays for the features, two per
     /// pixel, depend on the picture alone.
     pub fn of(
-        halves: &Halves,
+        replicates: &Replicates,
         data: &FilmData,
         scene: &Scene,
         camera: &Camera,
@@ -37,11 +36,16 @@ impl FilteredPicture {
             what: "the noise filter",
             bytes: 400 * u64::from(film.width) * u64::from(film.height),
         };
-        let [a, b] = halves.pictures().ok_or_else(no_memory).into_diagnostic()?;
+        let grid = |half: Vec<[f32; 4]>| {
+            let pixels = half.into_iter().map(Vec4::from).collect();
+            Grid::from_rows(film.width as usize, film.height as usize, pixels)
+        };
+        let [a, b] = replicates.halves().map(grid);
+        let (a, b) = a.zip(b).ok_or_else(no_memory).into_diagnostic()?;
         let first = |half| first_hits(scene, camera, film, half).ok_or_else(no_memory).into_diagnostic();
         let known = [first(0)?, first(1)?];
         let filtered = filtered([&a, &b], Some(known.each_ref())).ok_or_else(no_memory).into_diagnostic()?;
-        Ok(Self(as_on_film(&filtered, halves, data, film).ok_or_else(no_memory).into_diagnostic()?))
+        Ok(Self(as_on_film(&filtered, replicates, data, film).ok_or_else(no_memory).into_diagnostic()?))
     }
 
     /// The picture as a viewer shows it, in 8 bits.
@@ -63,21 +67,25 @@ impl FilteredPicture {
 
 /// The filtered picture of whole pixels as the film's filter would have made it. What the film knows beyond whole pixels counts as much
 /// as the halves agree on what differs from pixel to pixel, so that a picture without noise is that of the film.
-fn as_on_film(filtered: &Filtered, halves: &Halves, data: &FilmData, film: &FilmSpec) -> Option<Grid<Vec3>> {
+fn as_on_film(
+    filtered: &Filtered,
+    replicates: &Replicates,
+    data: &FilmData,
+    film: &FilmSpec,
+) -> Option<Grid<Vec3>> {
     let size = [film.width, film.height].map(|n| n as usize);
-    let kernel = SmoothingKernel::of_energy(film.filter.energy());
     let one = |xyz: &Vec3| xyz.extend(1.0).to_array();
-    let smooth = kernel.apply(&filtered.picture.pixels().iter().map(one).collect::<Vec<_>>(), size);
+    let smooth =
+        replicates.kernel().apply(&filtered.picture.pixels().iter().map(one).collect::<Vec<_>>(), size);
     let light_scale = data.counts.light_scale(film.width, film.height);
-    let whole = halves.sums().map(|sums| kernel.apply(&sums, size));
-    let shown = |camera: &[[f32; 4]], light: &[[f32; 4]], i: usize| {
-        let mean = |[x, y, z, w]: [f32; 4]| Vec3::new(x, y, z) / w;
-        let sum = |[x, y, z, _]: [f32; 4]| Vec3::new(x, y, z) * light_scale;
-        camera.get(i).map_or(Vec3::ZERO, |v| mean(*v)) + light.get(i).map_or(Vec3::ZERO, |v| sum(*v))
+    let whole = replicates.whole();
+    let on_film = |i: usize| {
+        let seen = data.camera.get(i).map_or(Vec3::ZERO, |[x, y, z, w]| Vec3::new(*x, *y, *z) / *w);
+        seen + data.light.get(i).map_or(Vec3::ZERO, |[x, y, z, _]| Vec3::new(*x, *y, *z) * light_scale)
     };
     let pixel = |i: usize| {
         let [x, y, z, w] = smooth[i];
-        let detail = shown(&data.camera, &data.light, i) - shown(&whole[0], &whole[1], i);
+        let detail = on_film(i) - Vec4::from(whole[i]).truncate();
         let detail = if detail.is_finite() { detail } else { Vec3::ZERO };
         Vec3::new(x, y, z) / w + detail * filtered.finest.pixels()[i]
     };

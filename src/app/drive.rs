@@ -9,7 +9,6 @@ use super::observer::Observer;
 use super::process;
 use super::progress::Progress;
 use super::timings::TimingCapture;
-use crate::client::halves::Halves;
 use crate::client::{ClientError, Film};
 use crate::server::Server;
 use crate::stream::block::Block;
@@ -59,8 +58,6 @@ pub struct DriveObservers<'a> {
     pub timings: &'a mut Option<TimingCapture>,
     /// The thread that estimates the error, if there is one.
     pub observer: Option<&'a Observer>,
-    /// The halves of the samples, if the picture is to be filtered.
-    pub halves: Option<&'a mut Halves>,
 }
 
 /// Drains until the server reports that the render has finished and the lanes are empty, then rasterises the rest.
@@ -74,7 +71,7 @@ pub fn drive(
     server: &Server,
     lanes: &mut Lanes,
     client: &mut dyn Film,
-    DriveObservers { bar, timings, observer, mut halves }: DriveObservers<'_>,
+    DriveObservers { bar, timings, observer }: DriveObservers<'_>,
 ) -> Result<DriveOutcome> {
     let start = Instant::now();
     let mut driven = DriveOutcome::default();
@@ -86,8 +83,7 @@ pub fn drive(
     let mut aborted = false;
     loop {
         let rasterise = Instant::now();
-        let drained = take(drive, lanes, client, observer, halves.as_deref_mut(), &mut driven.reached)
-            .into_diagnostic()?;
+        let drained = take(drive, lanes, client, observer, &mut driven.reached).into_diagnostic()?;
         driven.rasterise += rasterise.elapsed();
         if let Some(timings) = timings {
             if drained.blocks > 0 {
@@ -136,10 +132,9 @@ fn take(
     lanes: &mut Lanes,
     client: &mut dyn Film,
     observer: Option<&Observer>,
-    halves: Option<&mut Halves>,
     reached: &mut bool,
 ) -> std::result::Result<Drained, ClientError> {
-    let mut writer = FilmWriter::new(client, observer).with_halves(halves);
+    let mut writer = FilmWriter::new(client, observer);
     let goal = observer.filter(|observer| drive.deterministic && observer.target().is_some());
     let give = |block: &Block| {
         // In index order the picture ends with the very block that made it good enough.

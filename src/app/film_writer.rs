@@ -1,28 +1,21 @@
 //! The film's side of the stream: the one routine by which `render`, `view` and `bench` put blocks onto a film.
 
 use super::observer::Observer;
-use crate::client::halves::Halves;
 use crate::client::{ClientError, Film};
 use crate::stream::{Block, PathCounts, Sample};
 
-/// Puts blocks onto a film: counts their paths, adds their samples, hands copies to the observer of the error and to the halves for the noise
-/// filter, and remembers the first error, after which the film gets nothing more.
+/// Puts blocks onto a film: counts their paths, adds their samples, hands a copy to the observer of the error, and remembers the
+/// first error, after which the film gets nothing more.
 pub struct FilmWriter<'a> {
     film: &'a mut dyn Film,
     observer: Option<&'a Observer>,
-    halves: Option<&'a mut Halves>,
     outcome: Result<(), ClientError>,
 }
 
 impl<'a> FilmWriter<'a> {
     /// A writer to this film.
     pub fn new(film: &'a mut dyn Film, observer: Option<&'a Observer>) -> Self {
-        Self { film, observer, halves: None, outcome: Ok(()) }
-    }
-
-    /// The same, which also fills these halves.
-    pub fn with_halves(self, halves: Option<&'a mut Halves>) -> Self {
-        Self { halves, ..self }
+        Self { film, observer, outcome: Ok(()) }
     }
 
     /// Takes a block from the lanes.
@@ -39,9 +32,6 @@ impl<'a> FilmWriter<'a> {
         self.outcome = self.film.add(samples);
         if let Some(observer) = self.observer {
             observer.samples(first_index, paths, samples);
-        }
-        if let Some(halves) = &mut self.halves {
-            halves.add(first_index, paths, samples);
         }
     }
 

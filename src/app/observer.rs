@@ -19,7 +19,7 @@ use crate::stream::{PathCounts, Sample};
 use crate::study::error::ReplicatePixel;
 use crate::study::late::Probe;
 use crate::study::prediction::PredictionOutcome;
-use crate::study::{ErrorMonitor, ErrorStatus, ErrorTarget};
+use crate::study::{ErrorMonitor, ErrorStatus, ErrorTarget, Replicates};
 
 /// Upper bound on the samples in the queue: 64 MiB.
 const MOST: usize = (64 << 20) / size_of::<Sample>();
@@ -57,6 +57,8 @@ enum Message {
     Sync(Sender<()>),
     /// Answers with the mean and the difference of the replicates of every pixel.
     Pixels(Sender<Vec<ReplicatePixel>>),
+    /// Answers with the sums of the replicates.
+    Replicates(Sender<Option<Replicates>>),
     /// Takes a last checkpoint and answers with the outcomes of the predictions.
     End(Duration, Sender<Vec<PredictionOutcome>>),
 }
@@ -221,6 +223,11 @@ impl Observer {
         self.ask(Message::Pixels)
     }
 
+    /// The sums of the replicates so far; `None` if the thread is gone.
+    pub fn replicates(&self) -> Option<Replicates> {
+        self.ask(Message::Replicates)
+    }
+
     /// Takes a last checkpoint; returns the status and the outcomes of the predictions.
     pub fn end(&self) -> (Arc<ErrorStatus>, Vec<PredictionOutcome>) {
         let kept = self.ask(|answer| Message::End(self.began.elapsed(), answer));
@@ -337,6 +344,9 @@ fn observe(mut watch: ErrorMonitor, shared: &Shared) {
             }
             Message::Pixels(answer) => {
                 let _ = answer.send(watch.replicates().pixels().unwrap_or_default());
+            }
+            Message::Replicates(answer) => {
+                let _ = answer.send(Some(watch.replicates().clone()));
             }
             Message::End(at, answer) => {
                 watch.take_checkpoint(at.as_secs_f64());

@@ -21,14 +21,13 @@ use super::report::{ErrorReport, PlanCheck, RenderReport, Seconds, write_json};
 use super::run_spec::{RunEnd, RunSpec};
 use super::timings::{self, TimingCapture};
 use super::{layers, plan, predictions, process, tell};
-use crate::client::halves::Halves;
 use crate::client::{Denoise, DisplayView, Film, Settings, VarianceForm};
 use crate::scene::Loaded;
 use crate::server::{Server, Stats};
 use crate::stream::Lanes;
 use crate::stream::control::Epoch;
 use crate::study::prediction::PredictionOutcome;
-use crate::study::{ErrorStatus, ErrorTarget};
+use crate::study::{ErrorStatus, ErrorTarget, Replicates};
 use crate::tracer::integrator::PlanCheckTally;
 use crate::tracer::{Camera, Scene};
 
@@ -71,20 +70,14 @@ fn check_options(args: &RenderArgs) -> Result<Outputs> {
         ));
     }
     if args.denoise != Denoise::Off {
-        let (option, advice) = match () {
-            () if args.replicates == 1 || args.check_plan > 0.0 => {
-                ("two randomisations", "leave --replicates and --check-plan away")
-            }
-            () if args.display.show != DisplayView::Picture => {
-                ("the picture to be shown", "leave --show away")
-            }
-            () if args.reweight_fireflies.is_some() => {
-                ("all samples alike", "leave --reweight-fireflies away")
-            }
-            () => ("", ""),
-        };
-        if !option.is_empty() {
-            return Err(miette::miette!(help = advice, "--denoise needs {option}"));
+        let divided = args.replicates > 1 && args.check_plan == 0.0;
+        let needs = [
+            (divided, "two randomisations", "leave --replicates and --check-plan away"),
+            (args.display.show == DisplayView::Picture, "the picture to be shown", "leave --show away"),
+            (args.reweight_fireflies.is_none(), "all samples alike", "leave --reweight-fireflies away"),
+        ];
+        if let Some((_, what, advice)) = needs.iter().find(|(given, ..)| !given) {
+            return Err(miette::miette!(help = *advice, "--denoise needs {what}"));
         }
     }
     let outputs = Outputs::plan(args)?;
@@ -104,8 +97,6 @@ struct BatchRender<'a> {
     camera: Camera,
     threads: usize,
     client: Box<dyn Film>,
-    /// Both halves of the samples, for the noise filter.
-    halves: Option<Halves>,
     server: Server,
     lanes: Lanes,
     timings: Option<TimingCapture>,
@@ -120,6 +111,8 @@ struct Traced {
     tally: Option<Arc<PlanCheckTally>>,
     /// The error of the picture and the predictions that were made of it; `None` for one randomisation alone.
     error: Option<(Arc<ErrorStatus>, Vec<PredictionOutcome>)>,
+    /// The sums of both randomisations, for the noise filter.
+    replicates: Option<Replicates>,
 }
 
 impl<'a> BatchRender<'a> {
@@ -154,7 +147,6 @@ impl<'a> BatchRender<'a> {
         }
         run.reweighted = args.reweight_fireflies;
         run.denoise = args.denoise;
-        let halves = (run.denoise != Denoise::Off).then(|| Halves::new([run.film.width, run.film.height]));
         let client = device.client(run.film, threads, run.reweighted)?;
         let (server, lanes) = Server::start_with(threads, device.tracing_priority()).into_diagnostic()?;
         let timings = args.gpu_timings.as_deref().map(|path| {
@@ -174,7 +166,6 @@ impl<'a> BatchRender<'a> {
             camera,
             threads,
             client,
-            halves,
             server,
             lanes,
             timings,
@@ -219,16 +210,13 @@ impl<'a> BatchRender<'a> {
             texels: (width * height) as f64,
             quantity: args.error_at,
         };
-        let onlookers = DriveObservers {
-            bar: &bar,
-            timings: &mut self.timings,
-            observer: observer.as_ref(),
-            halves: self.halves.as_mut(),
-        };
+        let onlookers = DriveObservers { bar: &bar, timings: &mut self.timings, observer: observer.as_ref() };
         let driven = drive(plan, &self.server, &mut self.lanes, &mut *self.client, onlookers)?;
         bar.finish();
         let stats = self.server.stats();
         self.server.term();
+        let filters = run.denoise != Denoise::Off;
+        let replicates = observer.as_ref().filter(|_| filters).and_then(Observer::replicates);
         let error = observer.map(|observer| observer.end());
         if let Some((_, predictions)) = &error {
             predictions::log(run, predictions);
@@ -242,7 +230,7 @@ impl<'a> BatchRender<'a> {
         self.seconds.render = driven.wall.as_secs_f64();
         self.seconds.rasterise = driven.rasterise.as_secs_f64();
         self.seconds.trace = tracing_time(&stats).as_secs_f64();
-        Ok(Traced { driven, stats, tally, error })
+        Ok(Traced { driven, stats, tally, error, replicates })
     }
 
     /// The error that `--error` asks for.
@@ -275,10 +263,10 @@ impl<'a> BatchRender<'a> {
             false => Vec::new(),
         };
         let start_filter = Instant::now();
-        let denoised = match &self.halves {
-            Some(halves) => {
+        let denoised = match &traced.replicates {
+            Some(replicates) => {
                 let data = self.client.develop().into_diagnostic()?;
-                Some(FilteredPicture::of(halves, &data, &self.scene, &self.camera, &self.run.film)?)
+                Some(FilteredPicture::of(replicates, &data, &self.scene, &self.camera, &self.run.film)?)
             }
             None => None,
         };

@@ -30,7 +30,7 @@
 //! | module | what |
 //! |---|---|
 //! | [`cascades`] | fireflies reweighted, where that is asked for |
-//! | [`halves`], [`wavelet`] | the noise filter of headless pictures, where that is asked for |
+//! | [`wavelet`] | the noise filter of headless pictures, where that is asked for |
 //! | [`film`], [`pass`] | the Vulkan film and its passes; [`pass`] says how to add one, [`pass::images`] counts bytes per pixel |
 //! | [`mod@reference`] | the same in plain Rust: the definition of every pass |
 //! | [`filter`], [`merge`], [`lod`], [`state`], [`dither`], [`glare`] | what a film and its reference share |
@@ -50,7 +50,6 @@ pub mod error;
 pub mod film;
 pub mod filter;
 pub mod glare;
-pub mod halves;
 pub mod layout;
 pub mod lod;
 pub mod merge;

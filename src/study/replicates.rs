@@ -92,6 +92,39 @@ impl Replicates {
         }
     }
 
+    /// Means X, Y, Z and counts of the samples in every pixel of each replicate, without the film's filter; the count is 0 where there is
+    /// none, and 1 all over where only light paths are shown.
+    pub fn halves(&self) -> [Vec<[f32; 4]>; REPLICATES] {
+        let camera = self.parts.iter().any(|part| !part.camera.is_empty());
+        self.parts.each_ref().map(|part| {
+            let mut half = part.xyz(self.size, &SmoothingKernel::of_energy(1.0));
+            if !camera && part.paths.light > 0 {
+                half.iter_mut().for_each(|pixel| pixel[3] = 1.0);
+            }
+            half
+        })
+    }
+
+    /// Means X, Y, Z and weights of all replicates together in every pixel, with the film's filter applied.
+    pub fn whole(&self) -> Vec<[f32; 4]> {
+        let [mut whole, rest @ ..] = self.parts.clone();
+        for part in rest {
+            whole.paths.light += part.paths.light;
+            for (sums, more) in [(&mut whole.camera, part.camera), (&mut whole.light, part.light)] {
+                sums.resize(sums.len().max(more.len()), [0.0; 4]);
+                for (sum, more) in sums.iter_mut().flatten().zip(more.iter().flatten()) {
+                    *sum += more;
+                }
+            }
+        }
+        whole.xyz(self.size, &self.kernel)
+    }
+
+    /// The film's filter on whole pixels.
+    pub fn kernel(&self) -> &SmoothingKernel {
+        &self.kernel
+    }
+
     /// Mean and difference of the replicates in every pixel, linear Rec.709, with the film's filter applied. `None` before each
     /// replicate has traced a path.
     pub fn pixels(&self) -> Option<Vec<ReplicatePixel>> {
@@ -122,8 +155,8 @@ impl Replicates {
 }
 
 impl ReplicateSums {
-    /// Linear Rec.709 and the weight of the camera stream, pixel by pixel.
-    fn picture(&self, size: [usize; 2], kernel: &SmoothingKernel) -> Vec<[f32; 4]> {
+    /// X, Y, Z and the weight of the camera stream, pixel by pixel.
+    fn xyz(&self, size: [usize; 2], kernel: &SmoothingKernel) -> Vec<[f32; 4]> {
         let mut picture = match self.camera.is_empty() {
             true => vec![[0.0; 4]; size[0] * size[1]],
             false => kernel.apply(&self.camera, size),
@@ -140,6 +173,12 @@ impl ReplicateSums {
                 }
             }
         }
+        picture
+    }
+
+    /// The same as linear Rec.709.
+    fn picture(&self, size: [usize; 2], kernel: &SmoothingKernel) -> Vec<[f32; 4]> {
+        let mut picture = self.xyz(size, kernel);
         let from_xyz = Profile::srgb().from_xyz;
         for out in &mut picture {
             let rgb = from_xyz * glam::Vec3::new(out[0], out[1], out[2]);
