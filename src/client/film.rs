@@ -1,19 +1,16 @@
 //! The film on a Vulkan device: accumulators, batches and the order of the passes.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use crate::client::Film;
 use crate::client::background::BackgroundPolicy;
 use crate::client::error::ClientError;
-use crate::client::layout::FoldPush;
-use crate::client::pass::fold::FoldPass;
-use crate::client::pass::images::{BatchImages, StreamImages};
+use crate::client::pass::images::StreamImages;
 use crate::client::pass::repaint::{FilmSums, Repaint, floats};
-use crate::client::pass::splat::{SplatPass, Sprites, splat_push};
-use crate::client::pass::variance::VariancePass;
+use crate::client::raster::{Raster, Streams};
 use crate::client::settings::{DisplayImage, FilmCounts, FilmData, FilmSpec, Settings};
 use crate::client::state::FilmState;
-use crate::client::upload::{SampleBatch, VertexBuffers};
 use crate::gpu::{Cmd, FrameNumber, Gpu, Image, Region, read_image};
 use crate::stream::{PathCounts, Sample};
 
@@ -23,34 +20,18 @@ use crate::stream::{PathCounts, Sample};
 pub struct VulkanFilm {
     gpu: Arc<Gpu>,
     state: FilmState,
-    batch: SampleBatch,
-    vertices: VertexBuffers,
-    /// Made with the first batch.
-    passes: Option<Passes>,
+    raster: Raster,
     /// Camera and light; made with the stream's first sample.
-    streams: [Option<StreamImages>; 2],
+    streams: Streams,
     /// Made with the first repaint.
     repaint: Option<Repaint>,
     /// Whether [`paint`](Self::paint) waits for tables that take long to make.
     policy: BackgroundPolicy,
-    /// The frame that rasterises the last batch.
-    rasterised: FrameNumber,
     /// Whether only full batches are rasterised.
     keep_batch: bool,
     /// A batch was lost since the last clear.
     damaged: bool,
 }
-
-/// The passes of a batch and the images that they draw into.
-struct Passes {
-    splat: SplatPass,
-    fold: FoldPass,
-    variance: Option<VariancePass>,
-    targets: BatchImages,
-}
-
-/// The prefixes of the names of the streams' images.
-const STREAM_NAMES: [&str; 2] = ["camera", "light"];
 
 impl VulkanFilm {
     /// An empty film.
@@ -59,61 +40,38 @@ impl VulkanFilm {
     ///
     /// [`ClientError::Extent`] for a side of 0 or too large, [`ClientError::Gpu`] when there is no memory.
     pub fn new(gpu: Arc<Gpu>, spec: FilmSpec) -> Result<Self, ClientError> {
-        Ok(Self {
-            state: FilmState::new(spec)?,
-            vertices: VertexBuffers::new(&gpu)?,
+        let state = FilmState::new(spec)?;
+        let raster = Raster::device(&gpu)?;
+        Ok(Self::with_raster(gpu, state, raster))
+    }
+
+    /// As [`new`](Self::new), with sums that the processor makes, as the reference does: for devices that are the processor. Its bits
+    /// are not those of the device's passes.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Extent`].
+    pub fn summed_on_host(gpu: Arc<Gpu>, spec: FilmSpec) -> Result<Self, ClientError> {
+        let raster = Raster::host(&gpu);
+        Ok(Self::with_raster(gpu, FilmState::new(spec)?, raster))
+    }
+
+    fn with_raster(gpu: Arc<Gpu>, state: FilmState, raster: Raster) -> Self {
+        Self {
             gpu,
-            batch: SampleBatch::default(),
-            passes: None,
+            state,
+            raster,
             streams: [None, None],
             repaint: None,
             policy: BackgroundPolicy::Block,
-            rasterised: FrameNumber::default(),
             keep_batch: false,
             damaged: false,
-        })
+        }
     }
 
     /// The specification of the film.
     pub fn spec(&self) -> &FilmSpec {
         self.state.spec()
-    }
-
-    /// Uploads the batch and records its passes.
-    fn raster(&mut self) -> Result<(), ClientError> {
-        self.make_images()?;
-        let inverse_scale = self.state.scale().recip();
-        let Some(passes) = &mut self.passes else {
-            return Ok(()); // made above
-        };
-        let (vertices, parts) = self.vertices.upload(&mut self.batch, self.state.spec())?;
-        let push = splat_push(self.state.spec(), inverse_scale);
-        let mut frame = self.gpu.begin()?;
-        let cmd = &mut frame.cmd();
-        for (stream, parts) in self.streams.iter_mut().zip([parts.camera, parts.light]) {
-            let Some(stream) = stream else {
-                continue;
-            };
-            // Also for a stream whose samples all lie outside: what is displayed must be defined.
-            stream.define(cmd);
-            if parts.all.is_empty() {
-                continue;
-            }
-            stream.changed();
-            let sprites = Sprites { vertices, parts, push };
-            let targets = &mut passes.targets;
-            passes.splat.record(cmd, &sprites, &mut targets.color);
-            passes.fold.record(cmd, &mut stream.color, targets, &FoldPush { inverse_scale });
-            if let (Some(pass), Some(batch), Some(sums)) =
-                (&passes.variance, &mut targets.deviations, &mut stream.variance)
-            {
-                pass.record(cmd, &sprites, batch, sums);
-            }
-        }
-        let number = frame.submit()?;
-        self.vertices.submitted(number);
-        self.rasterised = number;
-        Ok(())
     }
 
     /// Whether [`display`](Self::display), [`develop`](Self::develop) and the like leave a batch that is not full where it is,
@@ -134,7 +92,12 @@ impl VulkanFilm {
 
     /// The frame that rasterises the last batch.
     pub fn rasterised(&self) -> FrameNumber {
-        self.rasterised
+        self.raster.rasterised()
+    }
+
+    /// Samples that the processor has drawn since the last call, and how long it took.
+    pub fn take_host_time(&mut self) -> (u64, Duration) {
+        self.raster.take_host_time()
     }
 
     /// Whether the camera and the light stream have images, because they had a sample.
@@ -154,6 +117,7 @@ impl VulkanFilm {
         detail: u32,
     ) -> Result<&mut Image, ClientError> {
         let policy = self.policy;
+        self.raster.complete(cmd, self.state.spec(), &mut self.streams)?;
         let (repaint, sums) = self.sums()?;
         repaint.policy = policy;
         repaint.paint(cmd, sums, settings, detail)
@@ -189,11 +153,14 @@ impl VulkanFilm {
 
     /// The sums with the overscan around the picture, `width` and `height` being those of the padded target.
     pub fn develop_padded(&mut self) -> Result<FilmData, ClientError> {
+        self.complete()?;
+        if let Some(sums) = self.raster.host_sums() {
+            return Ok(sums.develop(&self.state, 0));
+        }
         self.develop_region(Region { origin: [0, 0], extent: self.state.spec().padded_extent() })
     }
 
     fn develop_region(&mut self, region: Region) -> Result<FilmData, ClientError> {
-        self.complete()?;
         let mut data = FilmData {
             width: region.extent[0],
             height: region.extent[1],
@@ -225,6 +192,11 @@ impl VulkanFilm {
     /// Rasterises the batch; returns the passes of a repaint, and the sums.
     fn repaint(&mut self) -> Result<(&mut Repaint, FilmSums<'_>), ClientError> {
         self.complete()?;
+        if self.raster.host_sums().is_some() {
+            let mut frame = self.gpu.begin()?;
+            self.raster.complete(&mut frame.cmd(), self.state.spec(), &mut self.streams)?;
+            frame.submit()?;
+        }
         self.sums()
     }
 
@@ -245,33 +217,13 @@ impl VulkanFilm {
         let streams = [camera.as_mut().zip(lods[0]), light.as_mut().zip(lods[1])];
         Ok((repaint, FilmSums { streams, light_scale, inverse_scale }))
     }
-
-    /// Makes what a batch needs: passes and targets with the first, a stream's images with its first sample.
-    fn make_images(&mut self) -> Result<(), ClientError> {
-        let (gpu, spec) = (&self.gpu, self.state.spec());
-        if self.passes.is_none() {
-            self.passes = Some(Passes {
-                splat: SplatPass::new(gpu, spec)?,
-                fold: FoldPass::new(gpu, spec)?,
-                variance: spec.variance.map(|form| VariancePass::new(gpu, spec, form)).transpose()?,
-                targets: BatchImages::new(gpu, spec)?,
-            });
-        }
-        let samples = self.state.samples();
-        for (i, stream) in self.streams.iter_mut().enumerate() {
-            if samples[i] > 0 && stream.is_none() {
-                *stream = Some(StreamImages::new(gpu, STREAM_NAMES[i], spec)?);
-            }
-        }
-        Ok(())
-    }
 }
 
 impl Film for VulkanFilm {
     fn add(&mut self, samples: &[Sample]) -> Result<(), ClientError> {
         for sample in samples {
             if self.state.take(sample) {
-                self.batch.push(*sample);
+                self.raster.push(*sample);
                 if self.state.is_full() {
                     self.flush()?;
                 }
@@ -285,18 +237,17 @@ impl Film for VulkanFilm {
     }
 
     fn flush(&mut self) -> Result<(), ClientError> {
+        let samples = self.state.waiting();
         if !self.state.start_raster() {
             return Ok(());
         }
-        let outcome = self.raster();
-        // After an error the samples are lost: kept, they would outgrow the vertex buffer.
+        let outcome = self.raster.draw(&self.state, &mut self.streams, samples);
         self.damaged |= outcome.is_err();
-        self.batch.clear();
         outcome
     }
 
     fn clear(&mut self) {
-        self.batch.clear();
+        self.raster.clear();
         self.damaged = false;
         self.streams.iter_mut().flatten().for_each(StreamImages::forget);
         self.state.clear();
@@ -312,8 +263,12 @@ impl Film for VulkanFilm {
     }
 
     fn develop(&mut self) -> Result<FilmData, ClientError> {
+        self.complete()?;
         let spec = self.state.spec();
         let (pad, extent) = (spec.pad(), [spec.width, spec.height]);
+        if let Some(sums) = self.raster.host_sums() {
+            return Ok(sums.develop(&self.state, pad));
+        }
         self.develop_region(Region { origin: [pad, pad], extent })
     }
 }

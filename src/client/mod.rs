@@ -31,7 +31,7 @@
 //! |---|---|
 //! | [`cascades`] | fireflies reweighted, where that is asked for |
 //! | [`wavelet`] | the noise filter of headless pictures, where that is asked for |
-//! | [`film`], [`pass`] | the Vulkan film and its passes; [`pass`] says how to add one, [`pass::images`] counts bytes per pixel |
+//! | [`film`], [`raster`], [`pass`] | the Vulkan film and its passes; [`pass`] says how to add one, [`pass::images`] counts bytes per pixel |
 //! | [`mod@reference`] | the same in plain Rust: the definition of every pass |
 //! | [`filter`], [`merge`], [`lod`], [`state`], [`dither`], [`glare`] | what a film and its reference share |
 //! | [`settings`], [`effects`], [`effect_list`] | what the user sets, what is compiled in for it, and the list that people read |
@@ -55,6 +55,7 @@ pub mod lod;
 pub mod merge;
 pub mod pacing;
 pub mod pass;
+pub mod raster;
 pub mod reference;
 pub mod retained;
 pub mod settings;

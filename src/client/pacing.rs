@@ -1,7 +1,8 @@
 //! Splits the time of a frame: number of samples to take, internal resolution, and whether the picture is repainted.
 //!
-//! Plain arithmetic on measured costs; the caller owns every clock. The budget of a frame is split in this order: the panel,
-//! the repaint if there is one, samples. Samples that do not fit wait in their lanes: none is dropped.
+//! Plain arithmetic on measured costs; the caller owns every clock. A frame with a repaint has a budget, split in this order: the
+//! panel, the repaint, samples. Frames between repaints take all samples that wait, so that the tracer never stands before full lanes:
+//! a picture that is shown less often gains more than one that is shown sixty times per second from fewer samples. None is dropped.
 
 use std::time::Duration;
 
@@ -14,11 +15,14 @@ pub const CHANGING: Duration = Duration::from_millis(300);
 /// A picture that blurs over at least this many mip levels loses nothing by a coarser grid.
 const COARSE_LOD: f32 = 1.0;
 
-/// A still picture is repainted when its samples have grown by this factor: the error falls by 1.5 %, which is invisible.
+/// A picture is repainted when its samples have grown by this factor: the error falls by 1.5 %, which is invisible.
 const GROWTH: f64 = 1.03;
 
-/// A still picture is repainted no more often than this many times its own cost.
-const REST: f64 = 4.0;
+/// A picture is repainted no more often than this many times its own cost, unless it shows an edit or what follows.
+const REST: f64 = 5.0;
+
+/// The rest is shorter for a picture of more than this many times the samples of the last: down to one time its cost.
+const LEAP: f64 = 2.0;
 
 /// Share of the budget that a repaint may take while the picture changes, before it gets coarser.
 const REPAINT_SHARE: f64 = 0.5;
@@ -29,7 +33,7 @@ const LEAST_SAMPLES_SHARE: f64 = 0.25;
 /// Upper bound on the samples of a frame, whatever they seem to cost, so that input is polled in time.
 const MOST_SAMPLES: usize = 64 * BATCH_CAPACITY;
 
-/// Upper bound on the samples taken beyond the budget while the picture is still, so that the next edit does not wait long.
+/// Upper bound on the samples taken beyond the budget, so that the next edit does not wait long.
 const MOST_WAITING: usize = BATCH_CAPACITY / 2;
 
 /// Weight of a new measurement.
@@ -149,8 +153,10 @@ impl Pacer {
         let changing = now.since_edit < CHANGING || now.lod.is_none_or(|lod| lod >= COARSE_LOD);
         let detail = if changing { self.coarseness() } else { 1 };
         let cost = self.repaint_cost(detail);
-        let rest = if changing { 1.0 } else { REST };
-        let rested = now.since_repaint.as_secs_f64() >= (rest * cost).max(0.9 * self.budget);
+        // A repaint needs the samples of a batch that is not full: that it is folded early is part of its price.
+        let price = cost + self.per_batch.get();
+        let rest = (REST * LEAP / now.growth).clamp(1.0, REST) * price;
+        let rested = now.since_repaint.as_secs_f64() >= rest.max(0.9 * self.budget);
         let finer = detail < now.shown_detail;
         let repaint = now.due || (rested && (finer || now.growth >= GROWTH));
         let batch = now.batched as f64 * self.per_sample.get() + self.per_batch.get();
@@ -162,9 +168,8 @@ impl Pacer {
         let least = LEAST_SAMPLES_SHARE * self.budget;
         // The first picture after an edit is worth more than the samples that would make it a little finer.
         let left = if now.due && changing { least } else { (self.budget - taken).max(least) };
-        // A still picture may come late, but full lanes would hold the tracer up.
-        let patient = !changing && !repaint;
-        let waiting = if patient { now.waiting.min(MOST_WAITING) / BLOCK_SAMPLES * BLOCK_SAMPLES } else { 0 };
+        // The next picture is not urgent, but full lanes would hold the tracer up.
+        let waiting = if repaint { 0 } else { now.waiting.min(MOST_WAITING) / BLOCK_SAMPLES * BLOCK_SAMPLES };
         let samples = self.affordable(left * self.trust).max(waiting);
         FramePlan { samples, detail, repaint, flush: false }
     }
@@ -248,15 +253,28 @@ mod tests {
         let moving = Situation { since_edit: ms(5.0), due: true, ..still() };
         assert_eq!(pacer.plan(&moving).detail, 4);
         assert!(pacer.plan(&moving).repaint);
-        // Still: full resolution at most every 160 ms.
-        let soon = Situation { since_repaint: ms(159.0), ..still() };
+        // Still: full resolution at most every 200 ms.
+        let soon = Situation { since_repaint: ms(199.0), ..still() };
         assert!(!pacer.plan(&soon).repaint);
-        let later = Situation { since_repaint: ms(161.0), ..still() };
+        let later = Situation { since_repaint: ms(201.0), ..still() };
         assert_eq!((pacer.plan(&later).repaint, pacer.plan(&later).detail), (true, 1));
         // What was shown coarsely is shown again, without any new sample.
         let settled = Situation { growth: 1.0, shown_detail: 4, ..still() };
         assert!(pacer.plan(&settled).repaint);
         assert!(!pacer.plan(&Situation { growth: 1.0, ..still() }).repaint);
+    }
+
+    /// The first pictures after an edit have few samples: the next one, of many more, must not wait for its turn.
+    #[test]
+    fn leaps_are_shown_soon() {
+        let pacer = pacer(100.0, 40.0);
+        let leap = Situation { growth: 40.0, since_repaint: ms(41.0), ..still() };
+        assert!(pacer.plan(&leap).repaint);
+        assert!(!pacer.plan(&Situation { since_repaint: ms(39.0), ..leap }).repaint);
+        assert!(!pacer.plan(&Situation { growth: 2.0, ..leap }).repaint);
+        // And between them the lanes are emptied, although the camera was moved a moment ago.
+        let between = Situation { since_edit: ms(50.0), since_repaint: ms(1.0), waiting: usize::MAX, ..leap };
+        assert_eq!(pacer.plan(&between).samples, MOST_WAITING.max(156 * BLOCK_SAMPLES));
     }
 
     #[test]
@@ -283,12 +301,13 @@ mod tests {
     }
 
     #[test]
-    fn a_still_picture_empties_the_lanes() {
+    fn lanes_are_emptied_between_repaints() {
         let pacer = pacer(1e5, 1.0);
         let full = Situation { waiting: 20 * BLOCK_SAMPLES + 7, growth: 1.0, ..still() };
         assert_eq!(pacer.plan(&full).samples, 20 * BLOCK_SAMPLES);
         assert_eq!(pacer.plan(&Situation { waiting: usize::MAX, ..full }).samples, MOST_WAITING);
-        assert_eq!(pacer.plan(&Situation { since_edit: ms(5.0), ..full }).samples, BLOCK_SAMPLES);
+        assert_eq!(pacer.plan(&Situation { since_edit: ms(5.0), ..full }).samples, 20 * BLOCK_SAMPLES);
+        assert_eq!(pacer.plan(&Situation { since_edit: ms(5.0), due: true, ..full }).samples, BLOCK_SAMPLES);
     }
 
     /// Batch and repaint do not fit into one frame together: first the one, then, with an empty batch, the other.

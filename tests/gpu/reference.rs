@@ -55,6 +55,32 @@ fn plain_sums_equal_the_reference() {
     assert_silent(gpu());
 }
 
+/// Sums that the processor makes for a film on the device are those of the reference, bit for bit, and so is their picture but for the
+/// rounding of the passes; after a clear nothing of them is left.
+#[test]
+fn sums_on_the_host_are_those_of_the_reference() {
+    let spec = spec(131, 67, SplatFilter::Gaussian);
+    let (first, second) = (scene(&spec, 70_000, 43, 3), scene(&spec, 3_000, 44, 2));
+    let mut film = VulkanFilm::summed_on_host(gpu().clone(), spec).expect("a film");
+    for samples in [&first, &second] {
+        let mut reference = ReferenceFilm::new(spec, 1).expect("a film");
+        film.clear();
+        // The picture after the first call must not be what the second one shows.
+        for part in samples.chunks(samples.len() / 2 + 1) {
+            film.add(part).expect("add");
+            reference.add(part).expect("add");
+            film.flush().expect("flush");
+            reference.flush().expect("flush");
+            let shown = film.reconstruct(&Settings::default(), 1).expect("a picture");
+            let data = reference.develop().expect("develop");
+            let wanted = reference_picture(&data, spec, &Settings::default());
+            assert!(difference(&shown, &wanted) < 2e-5);
+        }
+        assert_eq!(film.develop().expect("develop"), reference.develop().expect("develop"));
+    }
+    assert_silent(gpu());
+}
+
 fn compare_sums(spec: FilmSpec) {
     let samples = scene(&spec, 200_000, 42, 3);
     let mut reference = ReferenceFilm::new(spec, 1).expect("a film");

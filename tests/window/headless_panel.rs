@@ -15,7 +15,7 @@ pub fn readout() -> PanelData {
         device: "llvmpipe (LLVM 15.0.6, 256 bits)".into(),
         method: "path",
         reason: "auto: path — 80 % of what is seen arrives with one bounce or none".into(),
-        plan: "processor shared: 1 tracer thread, display 50 %".into(),
+        plan: "2 threads trace on 2 cores while the display leaves them: it draws on the processor".into(),
         extent: [512, 512],
         detail: 2,
         counts: FilmCounts {
@@ -26,6 +26,7 @@ pub fn readout() -> PanelData {
         },
         traced_per_second: 1.234e6,
         rasterised_per_second: 0.99e6,
+        drawing: 0.25,
         lods: [Some(1.25), None],
         ring: (12, 64),
         passes: vec![

@@ -9,6 +9,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 mod abort;
+mod after_edit;
 mod client;
 mod common;
 mod edges;
@@ -49,6 +50,8 @@ struct Arguments {
 enum Part {
     /// The time from `abort` to standstill in every scene, by path tracing and photon mapping; p99 must stay below 5 ms
     Abort(abort::Arguments),
+    /// Samples on screen 33 ms to 3 s after a move of the camera, over those that the tracer alone makes in that time
+    AfterEdit(after_edit::Arguments),
     /// The passes of the Vulkan client and their references on the CPU
     Client(client::Arguments),
     /// Error, bias and pictures with fireflies reweighted and without
@@ -97,6 +100,7 @@ enum Part {
 fn main() -> ExitCode {
     let outcome = match Arguments::parse().part {
         Part::Abort(arguments) => abort::run(&arguments),
+        Part::AfterEdit(arguments) => after_edit::run(&arguments),
         Part::Client(arguments) => client::run(&arguments),
         Part::Fireflies(arguments) => fireflies::run(&arguments),
         Part::Edges(arguments) => edges::run(&arguments),

@@ -52,6 +52,8 @@ struct ViewReport {
     frame_ms: TimePercentiles,
     edit_latency_ms: TimePercentiles,
     edits: usize,
+    /// Mean number of samples on screen, by seconds after an edit that was left alone for so long.
+    samples_after_edit: BTreeMap<String, f64>,
     /// From an edit to the last worker leaving the old epoch.
     abort_ms: TimePercentiles,
     aborts: usize,
@@ -146,6 +148,7 @@ impl Viewer {
             frame_ms: TimePercentiles::of(&metrics.frames),
             edit_latency_ms: TimePercentiles::of(&metrics.edits),
             edits: metrics.edits.iter().count(),
+            samples_after_edit: metrics.samples_after_edit(),
             abort_ms: TimePercentiles::of(&session.aborts),
             aborts: session.aborts.iter().count(),
             stalls: metrics.stalls,

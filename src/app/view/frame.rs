@@ -152,6 +152,7 @@ impl Viewer {
         let Some(gpu) = self.picture.gpu().cloned() else { return };
         let rasterised = self.picture.rasterised;
         self.metrics.learn(&gpu.take_timings(), rasterised, &mut self.picture.pacer);
+        self.metrics.drew(self.picture.learn_host_time());
         if let Some(capture) = &mut self.capture {
             let written = capture.client("frame", begin).and_then(|()| capture.frame(&self.session.server));
             if let Err(error) = written {

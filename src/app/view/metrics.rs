@@ -1,6 +1,6 @@
 //! What the viewer measures of itself: for the panel, for pacing, and for `--json`.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::time::{Duration, Instant};
 
 use crate::app::view::picture::ShownFrame;
@@ -26,6 +26,54 @@ struct FrameInFlight {
     began: Instant,
     /// When the edit was made that this frame is the first to show.
     shows: Option<Instant>,
+    /// Samples in its picture, if it was repainted.
+    samples: Option<u64>,
+}
+
+/// Times after an edit, seconds, at which the samples on screen are noted.
+const AFTER_EDIT: [f64; 5] = [0.033, 0.1, 0.3, 1.0, 3.0];
+
+/// How many samples were on screen at each time of [`AFTER_EDIT`], for edits that were left alone for so long.
+#[derive(Debug, Default)]
+struct SamplesAfterEdit {
+    /// The last edit that a picture shows, and how many of the times have passed since.
+    edit: Option<(Instant, usize)>,
+    /// Samples of the last picture.
+    samples: u64,
+    /// Samples and edits, for each time.
+    sums: [(u64, u32); AFTER_EDIT.len()],
+}
+
+impl SamplesAfterEdit {
+    /// Notes the samples that were on screen at the times that have passed by now.
+    fn pass(&mut self, now: Instant) {
+        let Some((edit, next)) = &mut self.edit else { return };
+        let seconds = now.saturating_duration_since(*edit).as_secs_f64();
+        while *next < AFTER_EDIT.len() && AFTER_EDIT[*next] <= seconds {
+            let (sum, edits) = &mut self.sums[*next];
+            (*sum, *edits) = (*sum + self.samples, *edits + 1);
+            *next += 1;
+        }
+    }
+
+    /// Something is edited now: what was on screen until now was that of the edit before.
+    fn edit(&mut self, now: Instant) {
+        self.pass(now);
+        (self.edit, self.samples) = (Some((now, 0)), 0);
+    }
+
+    /// A picture with this many samples, begun at that time, is on screen from now on.
+    fn shown(&mut self, now: Instant, began: Instant, samples: u64) {
+        self.pass(now);
+        if self.edit.is_none_or(|(edit, _)| edit <= began) {
+            self.samples = samples;
+        }
+    }
+
+    /// The mean number of samples at each time; `None` where no edit was left alone for so long.
+    fn means(&self) -> [Option<f64>; AFTER_EDIT.len()] {
+        self.sums.map(|(sum, edits)| (edits > 0).then(|| sum as f64 / f64::from(edits)))
+    }
 }
 
 /// The measurements of a session.
@@ -37,6 +85,8 @@ pub struct ViewerMetrics {
     pub intervals: RecentValues,
     /// Milliseconds from an edit to the first picture that shows it, finished on the device.
     pub edits: RecentValues,
+    /// Samples on screen after an edit.
+    after_edit: SamplesAfterEdit,
     /// The last of `edits`, for the panel.
     pub recent_edits: RecentValues,
     /// Time from the start of the program to the first picture on the device.
@@ -61,14 +111,27 @@ pub struct ViewerMetrics {
     raster: (f64, f64),
     /// Samples rasterised when times were read last.
     rasterised: u64,
-    rates: SampleRates,
+    /// Seconds that the display has drawn since the start.
+    drawing: f64,
+    rates: MeanRates,
 }
 
-/// Samples per second over the last half second or so.
-struct SampleRates {
+/// Rates over the last half second or so.
+struct MeanRates {
     since: Instant,
-    counts: [u64; 2],
-    values: [f64; 2],
+    totals: [f64; 3],
+    values: DisplayRates,
+}
+
+/// What tracer and display do in a second.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct DisplayRates {
+    /// Samples per second that the tracer makes.
+    pub traced: f64,
+    /// Samples per second that the display draws.
+    pub rasterised: f64,
+    /// Share of the time in which the display draws, samples or pictures.
+    pub drawing: f64,
 }
 
 impl Default for ViewerMetrics {
@@ -78,6 +141,7 @@ impl Default for ViewerMetrics {
             frames: RecentValues::new(KEPT),
             intervals: RecentValues::new(FRAMES),
             edits: RecentValues::new(KEPT),
+            after_edit: SamplesAfterEdit::default(),
             recent_edits: RecentValues::new(RECENT_EDITS),
             first: None,
             presented: 0,
@@ -92,7 +156,8 @@ impl Default for ViewerMetrics {
             waiting_edit: None,
             raster: (0.0, 0.0),
             rasterised: 0,
-            rates: SampleRates { since: Instant::now(), counts: [0; 2], values: [0.0; 2] },
+            drawing: 0.0,
+            rates: MeanRates { since: Instant::now(), totals: [0.0; 3], values: DisplayRates::default() },
         }
     }
 }
@@ -106,6 +171,7 @@ impl ViewerMetrics {
     /// Something was edited now. While edits wait for their picture, the latency counts from the first.
     pub fn edit(&mut self, now: Instant) {
         self.noted_edit.get_or_insert(now);
+        self.after_edit.edit(now);
     }
 
     /// An epoch begins that contains all edits so far.
@@ -122,7 +188,16 @@ impl ViewerMetrics {
             self.paints.push_back(detail);
             self.waiting_edit.take()
         });
-        self.in_flight.push_back(FrameInFlight { number: frame.number, began: frame.began, shows });
+        // A picture of the samples from before the last edit shows none from after it.
+        let is_present = self.noted_edit.is_none() && self.waiting_edit.is_none();
+        let samples = frame.detail.filter(|_| is_present).map(|_| frame.samples);
+        self.in_flight.push_back(FrameInFlight { number: frame.number, began: frame.began, shows, samples });
+    }
+
+    /// Mean number of samples on screen, by seconds after an edit that was left alone for so long.
+    pub fn samples_after_edit(&self) -> BTreeMap<String, f64> {
+        let means = AFTER_EDIT.iter().zip(self.after_edit.means());
+        means.filter_map(|(seconds, mean)| Some((seconds.to_string(), mean?))).collect()
     }
 
     /// True while a frame that shows an edit is on its way.
@@ -132,6 +207,7 @@ impl ViewerMetrics {
 
     /// Measures the frames that the device has finished by now.
     pub fn completed(&mut self, gpu: &Gpu, pacer: &mut Pacer) {
+        self.after_edit.pass(Instant::now());
         while let Some(frame) = self.in_flight.pop_front_if(|frame| gpu.has_completed(frame.number)) {
             let now = Instant::now();
             pacer.frame(now - frame.began);
@@ -146,6 +222,9 @@ impl ViewerMetrics {
         self.frames.push(since(frame.began));
         if let Some(last) = self.last_end.replace(now) {
             self.intervals.push(since(last));
+        }
+        if let Some(samples) = frame.samples {
+            self.after_edit.shown(now, frame.began, samples);
         }
         if let Some(edited) = frame.shows {
             self.edits.push(since(edited));
@@ -180,7 +259,8 @@ impl ViewerMetrics {
         // The fold of the variance is nested in its pass.
         let seconds = sum(&["splat", "variance"]) - sum(&["variance fold"]);
         self.raster = (self.raster.0 * MEMORY + seconds, self.raster.1 * MEMORY + samples);
-        if self.raster.1 >= 1.0 {
+        // Zero where the processor draws, whose time is taken elsewhere.
+        if self.raster.1 >= 1.0 && self.raster.0 > 0.0 {
             pacer.samples(self.raster.1 as u64, Duration::from_secs_f64(self.raster.0));
         }
         let batches = count("fold");
@@ -198,6 +278,9 @@ impl ViewerMetrics {
                 }
             }
         }
+        // Passes that are nested in others are part of them.
+        let outer = times.iter().filter(|time| time.name != "variance fold");
+        self.drawing += outer.map(|time| time.milliseconds).sum::<f64>() * 1e-3;
         for time in times {
             let value = time.milliseconds / time.count.max(1) as f64;
             match self.passes.iter_mut().find(|(name, _)| *name == time.name) {
@@ -207,15 +290,21 @@ impl ViewerMetrics {
         }
     }
 
-    /// Samples traced and rasterised per second, given the totals by now.
-    pub fn rates(&mut self, traced: u64, rasterised: u64) -> [f64; 2] {
+    /// The display has drawn for this long without a pass of the device.
+    pub fn drew(&mut self, time: Duration) {
+        self.drawing += time.as_secs_f64();
+    }
+
+    /// What tracer and display do in a second, given the samples traced and rasterised by now.
+    pub fn rates(&mut self, traced: u64, rasterised: u64) -> DisplayRates {
         let now = Instant::now();
         let seconds = (now - self.rates.since).as_secs_f64();
         if seconds >= 0.5 {
-            let counts = [traced, rasterised];
-            let before = self.rates.counts;
-            self.rates.values = [0, 1].map(|i| counts[i].saturating_sub(before[i]) as f64 / seconds);
-            (self.rates.since, self.rates.counts) = (now, counts);
+            let totals = [traced as f64, rasterised as f64, self.drawing];
+            let per_second = |i: usize| (totals[i] - self.rates.totals[i]).max(0.0) / seconds;
+            let values =
+                DisplayRates { traced: per_second(0), rasterised: per_second(1), drawing: per_second(2) };
+            self.rates = MeanRates { since: now, totals, values };
         }
         self.rates.values
     }
@@ -231,7 +320,7 @@ mod tests {
 
     /// Presents a repaint and returns it as the device gets it.
     fn present(metrics: &mut ViewerMetrics, began: Instant) -> FrameInFlight {
-        metrics.presented(&ShownFrame { number: FrameNumber::default(), began, detail: Some(1) });
+        metrics.presented(&ShownFrame { number: FrameNumber::default(), began, samples: 0, detail: Some(1) });
         metrics.in_flight.pop_back().expect("a frame")
     }
 
@@ -257,6 +346,23 @@ mod tests {
         assert!((latency - 40.0).abs() < 1e-3, "{latency:?}");
         assert_eq!(metrics.recent_edits.percentiles([95.0]), [latency]);
         assert_eq!(metrics.intervals.iter().count(), 3);
+    }
+
+    #[test]
+    fn samples_on_screen_are_those_at_the_time() {
+        let (mut after, start) = (SamplesAfterEdit::default(), Instant::now());
+        let at = |ms: u64| start + Duration::from_millis(ms);
+        after.shown(at(0), at(0), 7);
+        after.edit(at(10));
+        after.shown(at(20), at(9), 7);
+        after.shown(at(40), at(20), 100);
+        after.shown(at(90), at(70), 200);
+        after.shown(at(400), at(380), 900);
+        after.edit(at(1500));
+        after.shown(at(1530), at(1510), 50);
+        after.pass(at(1700));
+        // 33 ms: 100 and 50; .1 s: 200 and 50; .3 s: 200; 1 s: 900.
+        assert_eq!(after.means(), [Some(75.0), Some(125.0), Some(200.0), Some(900.0), None]);
     }
 
     #[test]

@@ -182,7 +182,7 @@ impl ViewerPanel {
         now: Instant,
     ) -> PanelData {
         let (run, counts) = (session.run_spec(), picture.counts());
-        let [traced_per_second, rasterised_per_second] = metrics.rates(session.traced(), picture.rasterised);
+        let rates = metrics.rates(session.traced(), picture.rasterised);
         let latency = |milliseconds| Duration::try_from_secs_f32(milliseconds * 1e-3).unwrap_or_default();
         let last_edit = metrics.recent_edits.last();
         let device = picture.screen.as_ref().and_then(Screen::gpu).map(|gpu| gpu.info().clone());
@@ -197,8 +197,9 @@ impl ViewerPanel {
             extent: session.size(),
             detail: picture.detail(),
             counts,
-            traced_per_second,
-            rasterised_per_second,
+            traced_per_second: rates.traced,
+            rasterised_per_second: rates.rasterised,
+            drawing: rates.drawing,
             lods: [counts.camera_samples, counts.light_samples].map(|n| level_of_detail(&run.film, n)),
             ring: session.fill(),
             passes: metrics.passes.clone(),

@@ -52,6 +52,8 @@ pub struct Painted {
 pub struct ShownFrame {
     pub number: FrameNumber,
     pub began: Instant,
+    /// Samples on the film.
+    pub samples: u64,
     /// Internal resolution of its repaint; `None` where the last picture was shown again.
     pub detail: Option<u32>,
 }
@@ -414,6 +416,13 @@ impl LivePicture {
         self.film_mut().map_or(Ok(()), VulkanFilm::flush)
     }
 
+    /// Learns how long the processor took to draw samples, where the device does not; returns it.
+    pub fn learn_host_time(&mut self) -> Duration {
+        let (samples, time) = self.film_mut().map(VulkanFilm::take_host_time).unwrap_or_default();
+        self.pacer.samples(samples, time);
+        time
+    }
+
     /// Asks for a last repaint once the render has ended and the film has all of its samples.
     pub fn hear_end(&mut self, session: &RenderSession) {
         if session.is_through() && self.kept.caught_up() && std::mem::take(&mut self.running) {
@@ -459,7 +468,7 @@ impl LivePicture {
             (self.unseen, self.repaint) = (false, false);
             self.last_repaint = LastRepaint { at: began, samples, detail };
         }
-        Ok(ShownFrame { number, began, detail })
+        Ok(ShownFrame { number, began, samples, detail })
     }
 
     /// Takes the picture as it is now, to be written by another thread.

@@ -225,9 +225,10 @@ impl Screen {
 
 /// A film that does not let the window stand still.
 fn new_film(gpu: &Arc<Gpu>, spec: FilmSpec, exact: bool) -> Result<VulkanFilm, ClientError> {
-    let mut film = VulkanFilm::new(gpu.clone(), spec)?;
-    // Where the device is the processor, glare at full resolution takes longer than a frame may.
+    // Where the device is the processor, glare at full resolution takes longer than a frame may, and its passes draw samples slowly.
     let hurry = gpu.info().kind == DeviceKind::Cpu && !exact;
+    let make = if hurry { VulkanFilm::summed_on_host } else { VulkanFilm::new };
+    let mut film = make(gpu.clone(), spec)?;
     film.set_background_policy(if hurry {
         BackgroundPolicy::BackgroundCoarse
     } else {

@@ -18,10 +18,6 @@ use crate::stream::{Block, DrainOrder, Drained, Epoch, Event, FinishReason, Lane
 /// Abort times that are kept.
 const ABORTS: usize = 4096;
 
-/// Share of the processor that the display is expected to take where the device is the processor, in percent. lavapipe draws
-/// a sample of the Cornell box in half as much time again as it takes to trace; pictures and panel take the rest.
-const DISPLAY_PERCENT: u32 = 65;
-
 /// The server, its lanes, and the render in progress.
 pub struct RenderSession {
     /// What is rendered: scene file, size, method, seed.
@@ -125,8 +121,7 @@ impl RenderSession {
         let threads = self.server.threads();
         self.processor_sharing = if device.kind == DeviceKind::Cpu {
             format!(
-                "{threads} threads trace on {cores} cores while the display leaves them: it draws on the processor, \
-                 {DISPLAY_PERCENT} % planned"
+                "{threads} threads trace on {cores} cores while the display leaves them: it draws on the processor"
             )
         } else {
             format!("{threads} threads trace on {cores} cores; the display has a device of its own")

@@ -186,6 +186,11 @@ impl StreamImages {
         !self.undefined
     }
 
+    /// Notes that the sums were written as a whole.
+    pub fn written(&mut self) {
+        self.undefined = false;
+    }
+
     /// Clears the sums to zero where they were never written or were forgotten.
     pub fn define(&mut self, cmd: &mut Cmd<'_>) {
         if !std::mem::take(&mut self.undefined) {

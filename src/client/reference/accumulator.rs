@@ -73,6 +73,17 @@ impl Accumulator {
         ClientError::Memory { what, bytes: width * height * bytes_per_texel }
     }
 
+    /// Sets all sums to zero; runs in the current thread pool.
+    pub fn clear(&mut self) {
+        let texels = self.width * BAND_ROWS;
+        for sums in [&mut self.hi, &mut self.lo] {
+            sums.par_chunks_mut(texels).for_each(|band| band.fill(Vec4::ZERO));
+        }
+        for sums in [&mut self.variance_hi, &mut self.variance_lo] {
+            sums.par_chunks_mut(texels).for_each(|band| band.fill(0.0));
+        }
+    }
+
     /// Adds one batch, for the colour as it is in `colors`; runs in the current thread pool.
     pub fn add_batch(&mut self, p: VarianceParameters, bins: &Bins, colors: &Bins) {
         let (width, texels) = (self.width, self.width * BAND_ROWS);
@@ -115,14 +126,31 @@ impl Accumulator {
         copy(&self.variance_hi, spec)
     }
 
-    /// The rounded sums without padding, row by row.
-    pub fn crop_color(&self, spec: &FilmSpec) -> Vec<[f32; 4]> {
-        crop(&self.hi, spec).map(|v| v.to_array()).collect()
+    /// The rounded sums, row by row of the padded film.
+    pub fn color_sums(&self) -> &[Vec4] {
+        &self.hi
     }
 
-    /// The rounded variance sums without padding, row by row.
-    pub fn crop_variance(&self, spec: &FilmSpec) -> Vec<f32> {
-        crop(&self.variance_hi, spec).collect()
+    /// The rounded variance sums, row by row of the padded film; empty where none are kept.
+    pub fn variance_sums(&self) -> &[f32] {
+        &self.variance_hi
+    }
+
+    /// The rounded sums without the outermost `pad` texels on every side, row by row.
+    pub fn color_rows(&self, pad: u32) -> Vec<[f32; 4]> {
+        self.crop(&self.hi, pad).map(|v| v.to_array()).collect()
+    }
+
+    /// The same of the variance.
+    pub fn variance_rows(&self, pad: u32) -> Vec<f32> {
+        self.crop(&self.variance_hi, pad).collect()
+    }
+
+    fn crop<'a, T: Copy>(&self, from: &'a [T], pad: u32) -> impl Iterator<Item = T> + 'a {
+        let (pad, width) = (pad as usize, self.width);
+        let height = from.len() / width;
+        let rows = from.chunks_exact(width).skip(pad).take(height.saturating_sub(2 * pad));
+        rows.flat_map(move |row| row[pad..width - pad].iter().copied())
     }
 }
 
@@ -137,10 +165,4 @@ fn copy<T: Copy>(from: &[T], spec: &FilmSpec) -> Option<Grid<T>> {
     texels.try_reserve_exact(from.len()).ok()?;
     texels.extend_from_slice(from);
     Grid::from_rows(width, height, texels)
-}
-
-fn crop<'a, T: Copy>(from: &'a [T], spec: &FilmSpec) -> impl Iterator<Item = T> + 'a {
-    let (pad, width, height) = (spec.pad() as usize, spec.width as usize, spec.height as usize);
-    let stride = width + 2 * pad;
-    from.chunks(stride).skip(pad).take(height).flat_map(move |row| row[pad..pad + width].iter().copied())
 }

@@ -6,18 +6,16 @@ use crate::client::Film;
 use crate::client::effects::Effects;
 use crate::client::error::ClientError;
 use crate::client::lod::StreamLod;
-use crate::client::merge::Merger;
 use crate::client::reference::accumulator::Accumulator;
 use crate::client::reference::bilateral::bilateral;
 use crate::client::reference::error_view::error_view;
 use crate::client::reference::glare::ReferenceGlare;
 use crate::client::reference::mips::{Pyramid, pyramid};
 use crate::client::reference::reconstruct::{ReconstructParameters, StreamView, reconstruct};
-use crate::client::reference::splat::{Bins, Sprite};
+use crate::client::reference::sums::HostSums;
 use crate::client::reference::tonemap::tonemap;
-use crate::client::reference::variance::VarianceParameters;
 use crate::client::settings::{
-    BATCH_CAPACITY, ColorOutput, DisplayImage, DisplayView, FilmCounts, FilmData, FilmSpec, Settings,
+    ColorOutput, DisplayImage, DisplayView, FilmCounts, FilmData, FilmSpec, Settings,
 };
 use crate::client::state::FilmState;
 use crate::image::Grid;
@@ -29,21 +27,8 @@ use crate::stream::{PathCounts, Sample};
 pub struct ReferenceFilm {
     state: FilmState,
     pool: rayon::ThreadPool,
-    /// Camera and light.
-    streams: [ReferenceStream; 2],
+    sums: HostSums,
     glare: ReferenceGlare,
-}
-
-/// One stream: the samples of the batch, and the sums, which are made with the first sample.
-#[derive(Default)]
-struct ReferenceStream {
-    batch: Vec<Sample>,
-    merger: Merger,
-    /// All samples of the batch.
-    bins: Bins,
-    /// The same with those of dense cells merged, where there are such cells.
-    merged: Bins,
-    sums: Option<Accumulator>,
 }
 
 impl ReferenceFilm {
@@ -59,7 +44,7 @@ impl ReferenceFilm {
             .thread_name(|i| format!("film {i}"))
             .build()
             .map_err(|e| ClientError::Threads { threads, reason: e.to_string() })?;
-        Ok(Self { state, pool, streams: Default::default(), glare: ReferenceGlare::default() })
+        Ok(Self { state, pool, sums: HostSums::default(), glare: ReferenceGlare::default() })
     }
 
     /// A scene-linear picture in XYZ as a viewer shows it, `width`×`height` as it is: glare, tone curve and encoding in 8 bits.
@@ -85,46 +70,13 @@ impl ReferenceFilm {
         };
         Ok(tonemap(scattered.as_ref().unwrap_or(picture), settings))
     }
-
-    fn raster(&mut self) -> Result<(), ClientError> {
-        let (spec, pool) = (self.state.spec(), &self.pool);
-        let p = VarianceParameters {
-            filter: spec.filter,
-            sums: spec.sums,
-            form: spec.variance.unwrap_or_default(),
-            inverse_scale: self.state.scale().recip(),
-            samples_per_sum: BATCH_CAPACITY.div_ceil(spec.batch_slots() as usize),
-        };
-        for stream in &mut self.streams {
-            if stream.batch.is_empty() {
-                continue;
-            }
-            let sums = match &mut stream.sums {
-                Some(sums) => sums,
-                empty => empty.insert(Accumulator::new(spec)?),
-            };
-            let sprites = stream.batch.iter().filter_map(|sample| Sprite::place(spec, sample));
-            stream.bins.fill(spec, sprites);
-            let split = stream.merger.split(spec, &stream.batch);
-            let colors = match &split {
-                Some([single, merged]) => {
-                    let sprites = single.iter().filter_map(|sample| Sprite::place(spec, sample));
-                    stream.merged.fill(spec, sprites.chain(merged.iter().map(Sprite::merged)));
-                    &stream.merged
-                }
-                None => &stream.bins,
-            };
-            pool.install(|| sums.add_batch(p, &stream.bins, colors));
-        }
-        Ok(())
-    }
 }
 
 impl Film for ReferenceFilm {
     fn add(&mut self, samples: &[Sample]) -> Result<(), ClientError> {
         for sample in samples {
             if self.state.take(sample) {
-                self.streams[usize::from(sample.w < 0.0)].batch.push(*sample);
+                self.sums.push(*sample);
                 if self.state.is_full() {
                     self.flush()?;
                 }
@@ -141,17 +93,12 @@ impl Film for ReferenceFilm {
         if !self.state.start_raster() {
             return Ok(());
         }
-        let outcome = self.raster();
-        // After an error the samples are lost, as on a device.
-        self.streams.iter_mut().for_each(|stream| stream.batch.clear());
-        outcome
+        let Self { state, pool, sums, .. } = self;
+        pool.install(|| sums.raster(state))
     }
 
     fn clear(&mut self) {
-        for stream in &mut self.streams {
-            stream.batch.clear();
-            stream.sums = None;
-        }
+        self.sums.clear();
         self.state.clear();
     }
 
@@ -177,8 +124,8 @@ impl Film for ReferenceFilm {
             return Err(ClientError::NoVariance);
         }
         self.pool.install(|| {
-            let camera = Levels::of(self.streams[0].sums.as_ref(), spec, &effects)?;
-            let light = Levels::of(self.streams[1].sums.as_ref(), spec, &effects)?;
+            let camera = Levels::of(self.sums.stream(0), spec, &effects)?;
+            let light = Levels::of(self.sums.stream(1), spec, &effects)?;
             let camera = camera.as_ref().zip(lods[0]).map(|(levels, lod)| levels.view(lod, false));
             let light = light.as_ref().zip(lods[1]).map(|(levels, lod)| levels.view(lod, true));
             let picture = match settings.view {
@@ -193,20 +140,8 @@ impl Film for ReferenceFilm {
 
     fn develop(&mut self) -> Result<FilmData, ClientError> {
         self.flush()?;
-        let spec = self.state.spec();
-        let sums = |stream: usize| self.streams[stream].sums.as_ref();
-        let color = |stream| sums(stream).map(|a| a.crop_color(spec)).unwrap_or_default();
-        let variance = |stream| sums(stream).map(|a| a.crop_variance(spec)).unwrap_or_default();
-        Ok(FilmData {
-            width: spec.width,
-            height: spec.height,
-            camera: color(0),
-            light: color(1),
-            camera_variance: variance(0),
-            light_variance: variance(1),
-            luminance_scale: self.state.scale(),
-            counts: self.state.counts(),
-        })
+        let pad = self.state.spec().pad();
+        Ok(self.sums.develop(&self.state, pad))
     }
 }
 

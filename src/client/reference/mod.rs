@@ -15,7 +15,7 @@
 //! | [`glare`] | scatter of the eye: convolution by FFT | §4.2 step 5 |
 //! | [`tonemap`], [`curves`] | tone curve, matrix, desaturation, transfer, dither, 8 bits | §4.2 |
 //!
-//! [`accumulator`] holds the images of a stream, [`film`] the batches and the order of the passes.
+//! [`accumulator`] holds the images of a stream, [`sums`] those of both with their batches, [`film`] the order of the passes.
 //! All sums run in `f32` in sample order, as additive blending does; threads only split rows.
 
 pub mod accumulator;
@@ -29,6 +29,7 @@ pub mod kernel;
 pub mod mips;
 pub mod reconstruct;
 pub mod splat;
+pub mod sums;
 pub mod tonemap;
 pub mod variance;
 

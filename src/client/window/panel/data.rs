@@ -26,6 +26,8 @@ pub struct PanelData {
     pub traced_per_second: f64,
     /// Samples per second that the client rasterises.
     pub rasterised_per_second: f64,
+    /// Share of the time in which the display draws.
+    pub drawing: f64,
     /// Level of detail of camera and light stream, `None` without samples.
     pub lods: [Option<f32>; 2],
     /// Blocks in the lanes, and how many fit.

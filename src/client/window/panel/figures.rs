@@ -53,6 +53,7 @@ pub(super) fn show(ui: &mut Ui, data: &PanelData) {
         line("Light paths", count(counts.light_paths as f64));
         line("Traced", format!("{}/s", count(data.traced_per_second)));
         line("Rasterised", format!("{}/s", count(data.rasterised_per_second)));
+        line("Limit", limit(data));
         line("Level of detail", format!("{} camera, {} light", lod(data.lods[0]), lod(data.lods[1])));
         line("Since last edit", time(data.elapsed));
         if let Some(last) = data.edit_latency {
@@ -75,6 +76,16 @@ pub(super) fn show(ui: &mut Ui, data: &PanelData) {
         if !words.is_empty() {
             ui.colored_label(style::DIM, words);
         }
+    }
+}
+
+/// What keeps the picture from getting better faster.
+fn limit(data: &PanelData) -> String {
+    let (used, size) = data.ring;
+    let drawing = (100.0 * data.drawing).round().min(100.0);
+    match 10 * used > 9 * size {
+        true => format!("display, at work {drawing} %: the tracer waits"),
+        false => format!("tracer; the display is at work {drawing} %"),
     }
 }
 

@@ -1,0 +1,253 @@
+//! Where batches become sums: on the Vulkan device, or on the processor where the device is nothing else.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use crate::client::error::ClientError;
+use crate::client::layout::FoldPush;
+use crate::client::pass::fold::FoldPass;
+use crate::client::pass::images::{BatchImages, StreamImages};
+use crate::client::pass::splat::{SplatPass, Sprites, splat_push};
+use crate::client::pass::variance::VariancePass;
+use crate::client::reference::sums::HostSums;
+use crate::client::settings::FilmSpec;
+use crate::client::state::FilmState;
+use crate::client::upload::{SampleBatch, VertexBuffers};
+use crate::gpu::{Buffer, BufferUse, Cmd, FrameNumber, Gpu};
+use crate::stream::Sample;
+
+/// Images of camera and light; `None` before the stream's first sample.
+pub type Streams = [Option<StreamImages>; 2];
+
+/// The batch, and what draws it.
+pub enum Raster {
+    /// The passes of the device draw into its images.
+    Device(Box<DeviceRaster>),
+    /// The processor draws, and copies the sums to the images when they are read. A driver that runs on the processor takes seven times
+    /// as long for the same sums (`tools/bench client`), and an edit waits for it.
+    Host(HostRaster),
+}
+
+/// Vertex buffers, passes and the images of a batch.
+pub struct DeviceRaster {
+    gpu: Arc<Gpu>,
+    batch: SampleBatch,
+    vertices: VertexBuffers,
+    /// Made with the first batch.
+    passes: Option<Passes>,
+    /// The frame that rasterises the last batch.
+    rasterised: FrameNumber,
+}
+
+/// The passes of a batch and the images that they draw into.
+struct Passes {
+    splat: SplatPass,
+    fold: FoldPass,
+    variance: Option<VariancePass>,
+    targets: BatchImages,
+}
+
+/// Sums in memory.
+pub struct HostRaster {
+    gpu: Arc<Gpu>,
+    sums: HostSums,
+    /// The images hold the present sums.
+    copied: bool,
+    /// Samples drawn, and how long that took, since it was asked last.
+    spent: (u64, Duration),
+}
+
+impl Raster {
+    /// On the device.
+    pub fn device(gpu: &Arc<Gpu>) -> Result<Self, ClientError> {
+        Ok(Self::Device(Box::new(DeviceRaster {
+            gpu: gpu.clone(),
+            batch: SampleBatch::default(),
+            vertices: VertexBuffers::new(gpu)?,
+            passes: None,
+            rasterised: FrameNumber::default(),
+        })))
+    }
+
+    /// On the processor.
+    pub fn host(gpu: &Arc<Gpu>) -> Self {
+        let sums = HostSums::default();
+        Self::Host(HostRaster { gpu: gpu.clone(), sums, copied: false, spent: (0, Duration::ZERO) })
+    }
+
+    /// Adds a valid sample to the batch.
+    #[inline]
+    pub fn push(&mut self, sample: Sample) {
+        match self {
+            Self::Device(device) => device.batch.push(sample),
+            Self::Host(host) => host.sums.push(sample),
+        }
+    }
+
+    /// Forgets batch and sums, but not what the device's images hold.
+    pub fn clear(&mut self) {
+        match self {
+            Self::Device(device) => device.batch.clear(),
+            Self::Host(host) => {
+                host.sums.clear();
+                host.copied = false;
+            }
+        }
+    }
+
+    /// Draws a batch of `samples` samples, or begins to; on an error they are lost.
+    pub fn draw(
+        &mut self,
+        state: &FilmState,
+        streams: &mut Streams,
+        samples: usize,
+    ) -> Result<(), ClientError> {
+        match self {
+            Self::Device(device) => {
+                let outcome = device.draw(state, streams);
+                // Kept, they would outgrow the vertex buffer.
+                device.batch.clear();
+                outcome
+            }
+            Self::Host(host) => {
+                let start = Instant::now();
+                host.copied = false;
+                let outcome = host.sums.raster(state);
+                host.spent = (host.spent.0 + samples as u64, host.spent.1 + start.elapsed());
+                outcome
+            }
+        }
+    }
+
+    /// Records the copy of sums that the images do not hold yet.
+    pub fn complete(
+        &mut self,
+        cmd: &mut Cmd<'_>,
+        spec: &FilmSpec,
+        streams: &mut Streams,
+    ) -> Result<(), ClientError> {
+        match self {
+            Self::Device(_) => Ok(()),
+            Self::Host(host) => host.copy(cmd, spec, streams),
+        }
+    }
+
+    /// The sums, if they are in memory.
+    pub fn host_sums(&self) -> Option<&HostSums> {
+        match self {
+            Self::Device(_) => None,
+            Self::Host(host) => Some(&host.sums),
+        }
+    }
+
+    /// Samples that the processor has drawn since the last call, and how long it took.
+    pub fn take_host_time(&mut self) -> (u64, Duration) {
+        match self {
+            Self::Device(_) => Default::default(),
+            Self::Host(host) => std::mem::take(&mut host.spent),
+        }
+    }
+
+    /// The frame that draws the last batch.
+    pub fn rasterised(&self) -> FrameNumber {
+        match self {
+            Self::Device(device) => device.rasterised,
+            Self::Host(_) => FrameNumber::default(),
+        }
+    }
+}
+
+impl DeviceRaster {
+    /// Uploads the batch and records its passes.
+    fn draw(&mut self, state: &FilmState, streams: &mut Streams) -> Result<(), ClientError> {
+        let (spec, inverse_scale) = (state.spec(), state.scale().recip());
+        make_images(&self.gpu, spec, state.samples(), streams)?;
+        let passes = match &mut self.passes {
+            Some(passes) => passes,
+            empty => empty.insert(Passes::new(&self.gpu, spec)?),
+        };
+        let (vertices, parts) = self.vertices.upload(&mut self.batch, spec)?;
+        let push = splat_push(spec, inverse_scale);
+        let mut frame = self.gpu.begin()?;
+        let cmd = &mut frame.cmd();
+        for (stream, parts) in streams.iter_mut().zip([parts.camera, parts.light]) {
+            let Some(stream) = stream else {
+                continue;
+            };
+            // Also for a stream whose samples all lie outside: what is displayed must be defined.
+            stream.define(cmd);
+            if parts.all.is_empty() {
+                continue;
+            }
+            stream.changed();
+            let sprites = Sprites { vertices, parts, push };
+            let targets = &mut passes.targets;
+            passes.splat.record(cmd, &sprites, &mut targets.color);
+            passes.fold.record(cmd, &mut stream.color, targets, &FoldPush { inverse_scale });
+            if let (Some(pass), Some(batch), Some(sums)) =
+                (&passes.variance, &mut targets.deviations, &mut stream.variance)
+            {
+                pass.record(cmd, &sprites, batch, sums);
+            }
+        }
+        let number = frame.submit()?;
+        self.vertices.submitted(number);
+        self.rasterised = number;
+        Ok(())
+    }
+}
+
+impl Passes {
+    fn new(gpu: &Arc<Gpu>, spec: &FilmSpec) -> Result<Self, ClientError> {
+        Ok(Self {
+            splat: SplatPass::new(gpu, spec)?,
+            fold: FoldPass::new(gpu, spec)?,
+            variance: spec.variance.map(|form| VariancePass::new(gpu, spec, form)).transpose()?,
+            targets: BatchImages::new(gpu, spec)?,
+        })
+    }
+}
+
+impl HostRaster {
+    fn copy(&mut self, cmd: &mut Cmd<'_>, spec: &FilmSpec, streams: &mut Streams) -> Result<(), ClientError> {
+        if self.copied {
+            return Ok(());
+        }
+        let drawn = [0, 1].map(|stream| self.sums.stream(stream).map_or(0, |_| 1));
+        make_images(&self.gpu, spec, drawn, streams)?;
+        let cmd = &mut cmd.scope("copy");
+        for (i, images) in streams.iter_mut().enumerate() {
+            let Some((sums, images)) = self.sums.stream(i).zip(images.as_mut()) else { continue };
+            // The buffers outlive the frame that reads them, though they are dropped here.
+            let upload = |bytes: &[u8]| Buffer::filled(&self.gpu, "sums", BufferUse::Upload, bytes);
+            images.changed();
+            cmd.copy_from_buffer(&upload(bytemuck::cast_slice(sums.color_sums()))?, images.color.sums_mut());
+            if let Some(variance) = &mut images.variance {
+                cmd.copy_from_buffer(
+                    &upload(bytemuck::cast_slice(sums.variance_sums()))?,
+                    variance.sums_mut(),
+                );
+            }
+            images.written();
+        }
+        self.copied = true;
+        Ok(())
+    }
+}
+
+/// Makes a stream's images with its first sample.
+fn make_images(
+    gpu: &Arc<Gpu>,
+    spec: &FilmSpec,
+    samples: [u64; 2],
+    streams: &mut Streams,
+) -> Result<(), ClientError> {
+    /// The prefixes of the names of the streams' images.
+    const NAMES: [&str; 2] = ["camera", "light"];
+    for (i, stream) in streams.iter_mut().enumerate() {
+        if samples[i] > 0 && stream.is_none() {
+            *stream = Some(StreamImages::new(gpu, NAMES[i], spec)?);
+        }
+    }
+    Ok(())
+}
