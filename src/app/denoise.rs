@@ -1,4 +1,6 @@
-//! The noise filter of a headless picture (`--denoise`): takes both randomisations from the observer of the error, traces the features, and filters.
+//! The noise filter of a displayed picture (`--denoise`): traces the features, and filters both randomisations with them.
+
+use std::ops::Range;
 
 use glam::{Vec3, Vec4};
 use miette::{IntoDiagnostic, Result};
@@ -6,46 +8,68 @@ use rayon::prelude::*;
 
 use super::layers::Channel;
 use crate::client::reference::ReferenceFilm;
-use crate::client::wavelet::{Filtered, PixelFeatures, filtered};
+use crate::client::wavelet::{Filtered, PixelFeatures, WaveletFilter};
 use crate::client::{ClientError, DisplayImage, FilmData, FilmSpec, Settings};
 use crate::color::Profile;
 use crate::image::Grid;
 use crate::math::random::Random;
 use crate::spectrum::SampledWavelengths;
-use crate::study::Replicates;
+use crate::study::{Replicates, SmoothingKernel};
 use crate::tracer::features::{Features, features};
 use crate::tracer::{Camera, Scene};
 
 /// Wavelengths at which reflectances are compared: blue, green and red are among them.
 const WAVELENGTHS: f32 = 0.4;
 
+/// The noise filter of pictures of one view, with the features of what they show.
+pub struct ViewFilter(WaveletFilter);
+
+impl ViewFilter {
+    /// Traces the features, two rays per pixel, which depend on the picture alone. `None` without memory, and where `stop` says so in between.
+    pub fn new(
+        scene: &Scene,
+        camera: &Camera,
+        film: &FilmSpec,
+        stop: &(dyn Fn() -> bool + Sync),
+    ) -> Option<Self> {
+        let map = |half| first_hits(scene, camera, film, half, stop);
+        let (a, b) = (map(0)?, map(1)?);
+        if stop() {
+            return None;
+        }
+        WaveletFilter::new([film.width, film.height].map(|n| n as usize), Some([&a, &b])).map(Self)
+    }
+}
+
 /// A filtered picture, scene-linear XYZ.
 pub struct FilteredPicture(Grid<Vec3>);
 
 impl FilteredPicture {
-    /// Filters a picture by `camera`, whose film holds `data` and whose samples `replicates` holds pixel by pixel. Rays for the features, two per
-    /// pixel, depend on the picture alone.
-    pub fn of(
-        replicates: &Replicates,
-        data: &FilmData,
-        scene: &Scene,
-        camera: &Camera,
-        film: &FilmSpec,
-    ) -> Result<Self> {
-        let no_memory = || ClientError::Memory {
-            what: "the noise filter",
-            bytes: 400 * u64::from(film.width) * u64::from(film.height),
+    /// Filters a picture whose samples `replicates` holds pixel by pixel. `data` is what the film holds of the same samples: where it is given,
+    /// details within pixels are those of the film. `None` without memory.
+    pub fn of(replicates: &Replicates, data: Option<&FilmData>, filter: &mut ViewFilter) -> Option<Self> {
+        let [width, height] = replicates.size();
+        let half = |replicate| {
+            let pixel = |pixel: [f32; 4]| Vec4::from(pixel);
+            Grid::from_rows(
+                width,
+                height,
+                by_bands(height, |rows| replicates.half(replicate, rows).into_iter().map(pixel)),
+            )
         };
-        let grid = |half: Vec<[f32; 4]>| {
-            let pixels = half.into_iter().map(Vec4::from).collect();
-            Grid::from_rows(film.width as usize, film.height as usize, pixels)
-        };
-        let [a, b] = replicates.halves().map(grid);
-        let (a, b) = a.zip(b).ok_or_else(no_memory).into_diagnostic()?;
-        let first = |half| first_hits(scene, camera, film, half).ok_or_else(no_memory).into_diagnostic();
-        let known = [first(0)?, first(1)?];
-        let filtered = filtered([&a, &b], Some(known.each_ref())).ok_or_else(no_memory).into_diagnostic()?;
-        Ok(Self(as_on_film(&filtered, replicates, data, film).ok_or_else(no_memory).into_diagnostic()?))
+        let filtered = filter.0.filtered([&half(0)?, &half(1)?])?;
+        Some(Self(as_on_film(&filtered, replicates, data)?))
+    }
+
+    /// The error where there was no memory for it.
+    pub fn out_of_memory(film: &FilmSpec) -> ClientError {
+        let bytes = 400 * u64::from(film.width) * u64::from(film.height);
+        ClientError::Memory { what: "the noise filter", bytes }
+    }
+
+    /// The picture, scene-linear XYZ.
+    pub fn xyz(&self) -> &Grid<Vec3> {
+        &self.0
     }
 
     /// The picture as a viewer shows it, in 8 bits.
@@ -67,37 +91,61 @@ impl FilteredPicture {
 
 /// The filtered picture of whole pixels as the film's filter would have made it. What the film knows beyond whole pixels counts as much
 /// as the halves agree on what differs from pixel to pixel, so that a picture without noise is that of the film.
-fn as_on_film(
-    filtered: &Filtered,
-    replicates: &Replicates,
-    data: &FilmData,
-    film: &FilmSpec,
-) -> Option<Grid<Vec3>> {
-    let size = [film.width, film.height].map(|n| n as usize);
-    let one = |xyz: &Vec3| xyz.extend(1.0).to_array();
-    let smooth =
-        replicates.kernel().apply(&filtered.picture.pixels().iter().map(one).collect::<Vec<_>>(), size);
-    let light_scale = data.counts.light_scale(film.width, film.height);
-    let whole = replicates.whole();
-    let on_film = |i: usize| {
+fn as_on_film(filtered: &Filtered, replicates: &Replicates, data: Option<&FilmData>) -> Option<Grid<Vec3>> {
+    let [width, height] = replicates.size();
+    let light_scale = data.map_or(0.0, |data| data.counts.light_scale(data.width, data.height));
+    let on_film = |data: &FilmData, i: usize| {
         let seen = data.camera.get(i).map_or(Vec3::ZERO, |[x, y, z, w]| Vec3::new(*x, *y, *z) / *w);
         seen + data.light.get(i).map_or(Vec3::ZERO, |[x, y, z, _]| Vec3::new(*x, *y, *z) * light_scale)
     };
-    let pixel = |i: usize| {
-        let [x, y, z, w] = smooth[i];
-        let detail = on_film(i) - Vec4::from(whole[i]).truncate();
-        let detail = if detail.is_finite() { detail } else { Vec3::ZERO };
-        Vec3::new(x, y, z) / w + detail * filtered.finest.pixels()[i]
+    let band = |rows: Range<usize>| {
+        let near = SmoothingKernel::near(&rows, height);
+        let sharp = &filtered.picture.pixels()[near.start * width..near.end * width];
+        let sharp: Vec<_> = sharp.iter().map(|xyz| xyz.extend(1.0).to_array()).collect();
+        let inside = rows.start - near.start..rows.end - near.start;
+        // Beyond the picture there is nothing: divided by the weight that lies within, the edge is no darker.
+        let smooth = replicates.kernel().rows(&sharp, [width, near.len()], inside);
+        let whole = data.map(|_| replicates.whole(rows.clone()));
+        let pixel = move |(place, [x, y, z, w]): (usize, [f32; 4])| {
+            let smooth = Vec3::new(x, y, z) / w;
+            let (Some(data), Some(whole)) = (data, &whole) else { return smooth };
+            let i = rows.start * width + place;
+            let detail = on_film(data, i) - Vec4::from(whole[place]).truncate();
+            let detail = if detail.is_finite() { detail } else { Vec3::ZERO };
+            smooth + detail * filtered.finest.pixels()[i]
+        };
+        smooth.into_iter().enumerate().map(pixel)
     };
-    Grid::from_rows(size[0], size[1], (0..size[0] * size[1]).map(pixel).collect())
+    Grid::from_rows(width, height, by_bands(height, band))
 }
 
-/// What one ray per pixel meets first.
-fn first_hits(scene: &Scene, camera: &Camera, film: &FilmSpec, half: u64) -> Option<Grid<PixelFeatures>> {
+/// What is made of all rows, band by band on all threads.
+fn by_bands<T: Send, I: Iterator<Item = T>>(
+    height: usize,
+    make: impl Fn(Range<usize>) -> I + Sync,
+) -> Vec<T> {
+    const ROWS: usize = 32;
+    let starts: Vec<usize> = (0..height).step_by(ROWS).collect();
+    let bands =
+        starts.into_par_iter().map(|start| make(start..(start + ROWS).min(height)).collect::<Vec<T>>());
+    bands.collect::<Vec<_>>().into_iter().flatten().collect()
+}
+
+/// What one ray per pixel meets first; the rest is empty once it is told to stop.
+fn first_hits(
+    scene: &Scene,
+    camera: &Camera,
+    film: &FilmSpec,
+    half: u64,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Option<Grid<PixelFeatures>> {
     let (width, height) = (film.width as usize, film.height as usize);
     let lambda = SampledWavelengths::sample(WAVELENGTHS);
     let mut grid = Grid::try_filled(width, height, PixelFeatures::default())?;
     grid.pixels_mut().par_chunks_mut(width).enumerate().for_each(|(y, row)| {
+        if stop() {
+            return;
+        }
         for (x, out) in row.iter_mut().enumerate() {
             let mut random = Random(half << 62 | (y as u64) << 31 | x as u64);
             let uv = [(x as f64 + random.f64()) / width as f64, (y as f64 + random.f64()) / height as f64];

@@ -1,21 +1,28 @@
 //! The film's side of the stream: the one routine by which `render`, `view` and `bench` put blocks onto a film.
 
+use super::noise_filter::NoiseFilter;
 use super::observer::Observer;
 use crate::client::{ClientError, Film};
 use crate::stream::{Block, PathCounts, Sample};
 
-/// Puts blocks onto a film: counts their paths, adds their samples, hands a copy to the observer of the error, and remembers the
-/// first error, after which the film gets nothing more.
+/// Puts blocks onto a film: counts their paths, adds their samples, hands copies to the observer of the error and to the noise
+/// filter, and remembers the first error, after which the film gets nothing more.
 pub struct FilmWriter<'a> {
     film: &'a mut dyn Film,
     observer: Option<&'a Observer>,
+    filter: Option<&'a NoiseFilter>,
     outcome: Result<(), ClientError>,
 }
 
 impl<'a> FilmWriter<'a> {
     /// A writer to this film.
     pub fn new(film: &'a mut dyn Film, observer: Option<&'a Observer>) -> Self {
-        Self { film, observer, outcome: Ok(()) }
+        Self { film, observer, filter: None, outcome: Ok(()) }
+    }
+
+    /// The same writer, which hands copies to this filter.
+    pub fn with_filter(self, filter: Option<&'a NoiseFilter>) -> Self {
+        Self { filter, ..self }
     }
 
     /// Takes a block from the lanes.
@@ -32,6 +39,9 @@ impl<'a> FilmWriter<'a> {
         self.outcome = self.film.add(samples);
         if let Some(observer) = self.observer {
             observer.samples(first_index, paths, samples);
+        }
+        if let Some(filter) = self.filter {
+            filter.samples(first_index, paths, samples);
         }
     }
 

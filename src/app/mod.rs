@@ -6,7 +6,8 @@
 //! | `render.rs`, `replay.rs`, `view/`, `bench.rs`, `explain.rs`, `compare.rs`, `study/`, `plugins.rs`, `device.rs` | the subcommands |
 //! | `load.rs`, `run_spec.rs`, `method.rs` | scene and device; what a run is made of; its method of light transport |
 //! | `drive.rs`, `film_writer.rs`, `observer.rs`, `predictions.rs`, `progress.rs` | from lanes to film; the error of the picture meanwhile |
-//! | `plan.rs`, `outputs.rs`, `layers.rs`, `denoise.rs`, `report.rs`, `rejected.rs` | the list of effects; pictures; layers beside them; their noise filter; figures; rejected values in words |
+//! | `plan.rs`, `outputs.rs`, `layers.rs`, `report.rs`, `rejected.rs` | the list of effects; pictures; layers beside them; figures; rejected values in words |
+//! | `denoise.rs`, `noise_filter.rs` | the noise filter of a picture; its thread in the window |
 //! | `timings.rs`, `trace.rs`, `process.rs` | `--gpu-timings`; Ctrl-C and standard error |
 //!
 //! # Rendering from another program
@@ -85,6 +86,7 @@ mod film_writer;
 mod layers;
 mod load;
 mod method;
+mod noise_filter;
 mod observer;
 mod outputs;
 mod plan;

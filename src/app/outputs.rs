@@ -12,7 +12,7 @@ use super::report::{Seconds, is_special};
 use super::run_spec::{RunEnd, RunSpec, display_options};
 use crate::client::effects::Effects;
 use crate::client::film::VulkanFilm;
-use crate::client::{DisplayImage, Film, FilmData, Settings, develop};
+use crate::client::{Denoise, DisplayImage, Film, FilmData, OptionNames, Settings, develop};
 use crate::color::Profile;
 use crate::image::png::{PngPicture, Transfer};
 use crate::image::write::{FileFormat, check_place, check_target, same_file};
@@ -134,12 +134,18 @@ pub enum FilmSnapshot {
 }
 
 impl FilmSnapshot {
-    /// Takes the picture; the ending of `path` says which.
-    pub fn take(path: &Path, film: &mut VulkanFilm, settings: &Settings) -> Result<Self> {
+    /// Takes the picture; the ending of `path` says which. `filtered` is what is displayed instead of the film, if anything is.
+    pub fn take(
+        path: &Path,
+        film: &mut VulkanFilm,
+        settings: &Settings,
+        filtered: Option<DisplayImage>,
+    ) -> Result<Self> {
         Ok(match check_target(path).into_diagnostic()? {
             FileFormat::Png => {
                 let paths = film.counts().paths();
-                FilmSnapshot::Png(film.display(settings).into_diagnostic()?, paths)
+                let shown = filtered.map_or_else(|| film.display(settings).into_diagnostic(), Ok);
+                FilmSnapshot::Png(shown?, paths)
             }
             FileFormat::Exr => FilmSnapshot::Exr(film.develop().into_diagnostic()?, Vec::new()),
         })
@@ -158,16 +164,26 @@ impl FilmSnapshot {
                 };
                 let mut attributes = run.attributes(*paths, outcome);
                 attributes.push(("display".to_string(), Attribute::Text(display_options(settings))));
+                attributes.extend(filter_attribute(settings));
                 png::write(path, picture, &attributes)
             }
             FilmSnapshot::Exr(data, beside) => {
                 let (attributes, energy) =
                     (run.attributes(data.counts.paths(), outcome), run.film.filter.energy());
                 let mut layers = develop::layers(data, &Profile::srgb(), energy, &attributes);
+                if beside.iter().any(|(name, _)| name.starts_with("denoised.")) {
+                    layers.attributes.extend(filter_attribute(settings));
+                }
                 layers.channels.extend(beside.iter().cloned());
                 exr::write(path, &layers)
             }
         };
         written.into_diagnostic()
     }
+}
+
+/// What a file says of the noise filter.
+fn filter_attribute(settings: &Settings) -> Option<(String, Attribute)> {
+    let how = format!("by {}, displayed pictures and the layer `denoised` only", settings.denoise.name());
+    (settings.denoise != Denoise::Off).then(|| ("denoised".to_string(), Attribute::Text(how)))
 }

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use miette::{IntoDiagnostic, Result};
 
 use super::args::RenderArgs;
-use super::denoise::FilteredPicture;
+use super::denoise::{FilteredPicture, ViewFilter};
 use super::drive::{Drive, DriveObservers, DriveOutcome, drive};
 use super::load::{self, Opened};
 use super::method::{self, CheckOrder, RenderOrder};
@@ -127,6 +127,7 @@ impl<'a> BatchRender<'a> {
             tell(&format!("warning: {notice}"));
         }
         let (settings, threads) = (args.display.settings(), args.source.threads());
+        let settings = Settings { denoise: args.denoise, ..settings };
         let mut run = RunSpec::of(&args.source, &input, device.name());
         run.first_index = args.first_index;
         run.spp = args.spp.unwrap_or(run.spp);
@@ -146,7 +147,6 @@ impl<'a> BatchRender<'a> {
             method::tell_choice(&run);
         }
         run.reweighted = args.reweight_fireflies;
-        run.denoise = args.denoise;
         let client = device.client(run.film, threads, run.reweighted)?;
         let (server, lanes) = Server::start_with(threads, device.tracing_priority()).into_diagnostic()?;
         let timings = args.gpu_timings.as_deref().map(|path| {
@@ -215,7 +215,7 @@ impl<'a> BatchRender<'a> {
         bar.finish();
         let stats = self.server.stats();
         self.server.term();
-        let filters = run.denoise != Denoise::Off;
+        let filters = self.settings.denoise != Denoise::Off;
         let replicates = observer.as_ref().filter(|_| filters).and_then(Observer::replicates);
         let error = observer.map(|observer| observer.end());
         if let Some((_, predictions)) = &error {
@@ -266,7 +266,12 @@ impl<'a> BatchRender<'a> {
         let denoised = match &traced.replicates {
             Some(replicates) => {
                 let data = self.client.develop().into_diagnostic()?;
-                Some(FilteredPicture::of(replicates, &data, &self.scene, &self.camera, &self.run.film)?)
+                let film = &self.run.film;
+                let no_memory = || FilteredPicture::out_of_memory(film);
+                let filter = ViewFilter::new(&self.scene, &self.camera, film, &|| false);
+                let mut filter = filter.ok_or_else(no_memory).into_diagnostic()?;
+                let filtered = FilteredPicture::of(replicates, Some(&data), &mut filter);
+                Some(filtered.ok_or_else(no_memory).into_diagnostic()?)
             }
             None => None,
         };
@@ -317,7 +322,9 @@ impl<'a> BatchRender<'a> {
             samples_per_second: per(counts.paths(), driven.wall),
             paths_per_trace_second: per(counts.paths(), tracing_time(&traced.stats)),
             seconds: self.seconds,
-            error: error.and_then(|(state, _)| ErrorReport::new(state, run, target, at, driven.reached)),
+            error: error.and_then(|(state, _)| {
+                ErrorReport::new(state, run, target, at, driven.reached, self.settings.denoise)
+            }),
             withheld: self.client.withheld(),
             rejected: self.rejected(&traced.stats),
             device: run.device.clone(),

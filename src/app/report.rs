@@ -187,13 +187,15 @@ pub struct ErrorReport {
 }
 
 impl ErrorReport {
-    /// The figures of a run that has ended; `None` where there was too little to know anything.
+    /// The figures of a run that has ended and shows its picture through this noise filter; `None` where there was too little to know
+    /// anything.
     pub fn new(
         state: &ErrorStatus,
         run: &RunSpec,
         target: Option<ErrorTarget>,
         at: ErrorQuantile,
         reached: bool,
+        filter: Denoise,
     ) -> Option<Self> {
         state.checkpoints.last()?;
         let [median, p95, p99] = state.held_out.relative;
@@ -206,7 +208,7 @@ impl ErrorReport {
             warning: state.late.warning(),
             besides: match run.integrator {
                 _ if run.reweighted.is_some() => Some("the reweighting of fireflies"),
-                _ if run.denoise != Denoise::Off => Some("the noise filter, of the picture without it"),
+                _ if filter != Denoise::Off => Some("the noise filter, of the picture without it"),
                 IntegratorKind::Photon => Some("the blur of photon mapping"),
                 _ => None,
             },

@@ -9,7 +9,7 @@ use super::args::scene::SceneArgs;
 use super::load::SceneInput;
 use crate::client::effects::Effects;
 use crate::client::{
-    Denoise, FilmSpec, OptionNames, ReconstructionKernel, ScaledFilter, Settings, SplatFilter, VarianceForm,
+    FilmSpec, OptionNames, ReconstructionKernel, ScaledFilter, Settings, SplatFilter, VarianceForm,
 };
 use crate::image::Attribute;
 use crate::scene::desc::{AovDesc, IntegratorKind, PhotonDesc, ReconstructionFilter};
@@ -57,8 +57,6 @@ pub struct RunSpec {
     pub device: String,
     /// The threshold κ by which fireflies are reweighted; `None` where they are not.
     pub reweighted: Option<f32>,
-    /// The filter that takes noise out of what is displayed.
-    pub denoise: Denoise,
 }
 
 /// What a picture's file says of how its run went.
@@ -181,7 +179,6 @@ impl RunSpec {
             replicated: true,
             device,
             reweighted: None,
-            denoise: Denoise::Off,
         }
     }
 
@@ -209,10 +206,6 @@ impl RunSpec {
                 "reweighted (Zirr, Hanika, Dachsbacher 2018), κ = {kappa}: the picture is biased, and less so with each sample"
             );
             attributes.push(text("fireflies", how));
-        }
-        if self.denoise != Denoise::Off {
-            let how = format!("by {}, displayed pictures and the layer `denoised` only", self.denoise.name());
-            attributes.push(text("denoised", how));
         }
         attributes.extend(outcome.error.iter().map(|(name, value)| text(name, value.clone())));
         if !outcome.prefix {
@@ -243,9 +236,6 @@ impl RunSpec {
         command += &format!(" --samples {paths}");
         if let Some(kappa) = self.reweighted {
             command += &format!(" --reweight-fireflies={kappa}");
-        }
-        if self.denoise != Denoise::Off {
-            command += &format!(" --denoise {}", self.denoise.name());
         }
         if self.deterministic {
             command += " --deterministic";
@@ -333,6 +323,7 @@ pub fn display_options(s: &Settings) -> String {
         }
     };
     add("masking", s.masking.name(), s.masking == default.masking);
+    add("denoise", s.denoise.name(), s.denoise == default.denoise);
     add("show", s.view.name(), s.view == default.view);
     add("curve", s.curve.name(), s.curve == default.curve);
     add("dither", s.dither.name(), s.dither == default.dither);

@@ -5,8 +5,8 @@
 
 use crate::client::effects::Effects;
 use crate::client::settings::{
-    ColorOutput, DisplayView, Dither, FilmSpec, Glare, Masking, OptionNames, Reconstruction, Settings,
-    VarianceForm,
+    ColorOutput, Denoise, DisplayView, Dither, FilmSpec, Glare, Masking, OptionNames, Reconstruction,
+    Settings, VarianceForm,
 };
 
 /// One effect of the client.
@@ -63,6 +63,14 @@ pub fn effect_list(spec: &FilmSpec, settings: &Settings, streams: [bool; 2]) -> 
         Some(VarianceForm::Product) => "for --vm, --show, an EXR file, or a window that may ask for them",
         Some(VarianceForm::Paper) => "in the paper's form",
         None => "no noise masking, no error view, no EXR file",
+    };
+    let filter = picture && settings.denoise != Denoise::Off;
+    let filter_reason = match filter {
+        true => {
+            "--denoise: bands are kept where two halves of the samples agree; two rays per pixel find first rough surfaces"
+        }
+        false if picture => "--denoise off: no halves are kept, no rays for features",
+        false => "--show: it is the noise that is shown",
     };
     let masking_reason = match effects.masking {
         Some(Masking::LowPass) => "--vm above 0: a wider kernel where there is noise",
@@ -129,6 +137,11 @@ pub fn effect_list(spec: &FilmSpec, settings: &Settings, streams: [bool; 2]) -> 
             ..effect("masking", effects.masking.is_some(), masking_reason)
         },
         ClientEffect {
+            at_run_time: "a thread on the processor, started with the first picture that is filtered",
+            changes: &["mips", "reconstruct"],
+            ..effect("noise-filter", filter, filter_reason)
+        },
+        ClientEffect {
             passes: &["reconstruct", "error view"],
             images: &["picture XYZ"],
             ..effect("reconstruction", !copied, &reconstruction_reason)
@@ -157,13 +170,14 @@ pub fn effect_list(spec: &FilmSpec, settings: &Settings, streams: [bool; 2]) -> 
 }
 
 /// Effects that one setting turns on and off.
-const SWITCHES: [&str; 4] = ["masking", "reconstruction", "glare", "dither"];
+const SWITCHES: [&str; 5] = ["masking", "noise-filter", "reconstruction", "glare", "dither"];
 
 impl Settings {
     /// Turns an effect of [`effect_list`] on, in its plainest form, or off. Effects without a switch stay as they are.
     pub fn switch(&mut self, name: &str, on: bool) {
         match name {
             "masking" => self.vm = if on { 1.0 } else { 0.0 },
+            "noise-filter" => self.denoise = if on { Denoise::Wavelet } else { Denoise::Off },
             "reconstruction" if on => self.reconstruction = Reconstruction::Gaussian,
             "reconstruction" => self.reconstruction = Reconstruction::None,
             "glare" => self.glare = on.then(Glare::default),

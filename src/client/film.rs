@@ -3,6 +3,8 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use glam::Vec3;
+
 use crate::client::Film;
 use crate::client::background::BackgroundPolicy;
 use crate::client::error::ClientError;
@@ -12,6 +14,7 @@ use crate::client::raster::{Raster, Streams};
 use crate::client::settings::{DisplayImage, FilmCounts, FilmData, FilmSpec, Settings};
 use crate::client::state::FilmState;
 use crate::gpu::{Cmd, FrameNumber, Gpu, Image, Region, read_image};
+use crate::image::Grid;
 use crate::stream::{PathCounts, Sample};
 
 /// A film on a Vulkan device; [`ReferenceFilm`](crate::client::reference::ReferenceFilm) is its reference.
@@ -121,6 +124,25 @@ impl VulkanFilm {
         let (repaint, sums) = self.sums()?;
         repaint.policy = policy;
         repaint.paint(cmd, sums, settings, detail)
+    }
+
+    /// As [`paint`](Self::paint) at full resolution, with this picture, scene-linear XYZ of the film's size, in the place of what the sums
+    /// give: one that a noise filter has made of the same samples.
+    pub fn paint_filtered(
+        &mut self,
+        cmd: &mut Cmd<'_>,
+        picture: &Grid<Vec3>,
+        settings: &Settings,
+    ) -> Result<&mut Image, ClientError> {
+        let policy = self.policy;
+        let (repaint, _) = self.sums()?;
+        repaint.policy = policy;
+        repaint.paint_filtered(cmd, picture, settings)
+    }
+
+    /// Whether the sums are in memory: [`develop`](Film::develop) waits for no device.
+    pub fn is_summed_on_host(&self) -> bool {
+        self.raster.host_sums().is_some()
     }
 
     /// Whether [`paint`](Self::paint) waits for tables that take long to make, as it does at first, or shows the picture

@@ -4,6 +4,8 @@
 //! exposure and would be −∞ where variance is 0. Here the *relative variance of the mean* steers it, with
 //! a prior of two pseudo-samples: scaling every light by a power of two leaves the map bit-identical.
 
+use crate::client::settings::FilmSpec;
+
 /// Lowest LoD: the texel is taken as it is.
 pub const MIN_LOD: f32 = -1.0;
 
@@ -127,4 +129,10 @@ pub fn power_of_two_below(x: f64) -> f32 {
     }
     let exponent = ((x.to_bits() >> 52) as i32 - 1023).clamp(-126, 126);
     f32::from_bits(((exponent + 127) as u32) << 23)
+}
+
+/// The level of detail that this many samples allow (paper §4.2); `None` without samples.
+pub fn level_of_detail(spec: &FilmSpec, samples: u64) -> Option<f32> {
+    let [width, height] = spec.padded_extent().map(f64::from);
+    (samples > 0).then(|| 0.5 * (width * height / samples as f64).log2() as f32)
 }

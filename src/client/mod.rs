@@ -30,7 +30,7 @@
 //! | module | what |
 //! |---|---|
 //! | [`cascades`] | fireflies reweighted, where that is asked for |
-//! | [`wavelet`] | the noise filter of headless pictures, where that is asked for |
+//! | [`wavelet`] | the noise filter of what is displayed |
 //! | [`film`], [`raster`], [`pass`] | the Vulkan film and its passes; [`pass`] says how to add one, [`pass::images`] counts bytes per pixel |
 //! | [`mod@reference`] | the same in plain Rust: the definition of every pass |
 //! | [`filter`], [`merge`], [`lod`], [`state`], [`dither`], [`glare`] | what a film and its reference share |

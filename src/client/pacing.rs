@@ -74,6 +74,8 @@ pub struct Situation {
     pub waiting: usize,
     /// Samples that the film has and has not rasterised, because its batch is not full.
     pub batched: usize,
+    /// A repaint shows the picture through the noise filter.
+    pub filter: bool,
 }
 
 /// The plan of a frame.
@@ -97,6 +99,9 @@ pub struct Pacer {
     per_batch: Mean,
     /// For `detail` 1, 2, 4.
     repaint: [Mean; 3],
+    /// The noise filter, and what a repaint takes besides.
+    filter: Mean,
+    filtered_repaint: Mean,
     panel: Mean,
     /// Share of the affordable samples that is taken: it falls when frames are late for reasons that were not measured.
     trust: f64,
@@ -110,6 +115,8 @@ impl Pacer {
             per_sample: Mean::default(),
             per_batch: Mean::default(),
             repaint: [Mean::default(); 3],
+            filter: Mean::default(),
+            filtered_repaint: Mean::default(),
             panel: Mean::default(),
             trust: 1.0,
         }
@@ -137,6 +144,16 @@ impl Pacer {
         self.repaint[level(detail)].add(time.as_secs_f64());
     }
 
+    /// The noise filter took this long.
+    pub fn filtered(&mut self, time: Duration) {
+        self.filter.add(time.as_secs_f64());
+    }
+
+    /// A repaint of a filtered picture took this long, without the filter.
+    pub fn repainted_filtered(&mut self, time: Duration) {
+        self.filtered_repaint.add(time.as_secs_f64());
+    }
+
     /// The panel took this long.
     pub fn panel(&mut self, time: Duration) {
         self.panel.add(time.as_secs_f64());
@@ -151,8 +168,11 @@ impl Pacer {
     /// Plans the next frame.
     pub fn plan(&self, now: &Situation) -> FramePlan {
         let changing = now.since_edit < CHANGING || now.lod.is_none_or(|lod| lod >= COARSE_LOD);
-        let detail = if changing { self.coarseness() } else { 1 };
-        let cost = self.repaint_cost(detail);
+        let detail = if changing && !now.filter { self.coarseness() } else { 1 };
+        let cost = match now.filter {
+            true => self.filter.get() + self.filtered_repaint.get(),
+            false => self.repaint_cost(detail),
+        };
         // A repaint needs the samples of a batch that is not full: that it is folded early is part of its price.
         let price = cost + self.per_batch.get();
         let rest = (REST * LEAP / now.growth).clamp(1.0, REST) * price;
@@ -161,7 +181,7 @@ impl Pacer {
         let repaint = now.due || (rested && (finer || now.growth >= GROWTH));
         let batch = now.batched as f64 * self.per_sample.get() + self.per_batch.get();
         // The next picture of a still scene is not urgent, but an edit may come while the device is busy.
-        if repaint && !changing && !now.due && now.batched > 0 && batch + cost > self.budget {
+        if repaint && !changing && !now.due && !now.filter && now.batched > 0 && batch + cost > self.budget {
             return FramePlan { samples: 0, detail, repaint: false, flush: true };
         }
         let taken = self.panel.get() + self.per_batch.get() + if repaint { cost } else { 0.0 };
@@ -232,6 +252,7 @@ mod tests {
             due: false,
             waiting: 0,
             batched: 0,
+            filter: false,
         }
     }
 

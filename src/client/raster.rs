@@ -25,7 +25,7 @@ pub enum Raster {
     Device(Box<DeviceRaster>),
     /// The processor draws, and copies the sums to the images when they are read. A driver that runs on the processor takes seven times
     /// as long for the same sums (`tools/bench client`), and an edit waits for it.
-    Host(HostRaster),
+    Host(Box<HostRaster>),
 }
 
 /// Vertex buffers, passes and the images of a batch.
@@ -72,7 +72,7 @@ impl Raster {
     /// On the processor.
     pub fn host(gpu: &Arc<Gpu>) -> Self {
         let sums = HostSums::default();
-        Self::Host(HostRaster { gpu: gpu.clone(), sums, copied: false, spent: (0, Duration::ZERO) })
+        Self::Host(Box::new(HostRaster { gpu: gpu.clone(), sums, copied: false, spent: (0, Duration::ZERO) }))
     }
 
     /// Adds a valid sample to the batch.

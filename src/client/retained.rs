@@ -113,6 +113,15 @@ impl RetainedSamples {
         self.samples.is_empty()
     }
 
+    /// Shows every block that the present film has: its samples, first index and paths.
+    pub fn each(&self, mut show: impl FnMut(&[Sample], u64, PathCounts)) {
+        let mut start = 0;
+        for block in &self.blocks[..self.fed] {
+            show(&self.samples[start..block.end], block.first_index, block.paths);
+            start = block.end;
+        }
+    }
+
     /// The next block that the film lacks: its samples, first index and paths. From now on the film has it.
     pub fn feed(&mut self) -> Option<(&[Sample], u64, PathCounts)> {
         let &RetainedBlock { end, first_index, paths } = self.blocks.get(self.fed)?;

@@ -257,6 +257,9 @@ pub struct Settings {
     pub vm: f32,
     /// The kind of noise masking where `vm` is above 0.
     pub masking: Masking,
+    /// The filter that takes noise out of the picture. It needs halves of the samples and features of the scene, which a film does not
+    /// have: what [`Film::display`](crate::client::Film::display) shows is not filtered.
+    pub denoise: Denoise,
     /// The quantity that is shown.
     pub view: DisplayView,
     /// Glare of the eye; `None` is off.
@@ -285,6 +288,7 @@ impl Default for Settings {
             kernel: ReconstructionKernel::default(),
             vm: 0.0,
             masking: Masking::default(),
+            denoise: Denoise::default(),
             view: DisplayView::default(),
             glare: None,
             curve: ToneCurve::default(),

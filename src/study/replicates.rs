@@ -3,6 +3,8 @@
 //! A sample is added to the one pixel it lies in, which is a single addition to memory. The effect of the film's wider filter is
 //! computed from these sums when an estimate is due (`smooth`).
 
+use std::ops::Range;
+
 use crate::color::{Profile, Xyz};
 use crate::stream::{PathCounts, REPLICATES, Sample, replicate};
 use crate::study::error::{ErrorField, ReplicatePixel};
@@ -92,32 +94,38 @@ impl Replicates {
         }
     }
 
-    /// Means X, Y, Z and counts of the samples in every pixel of each replicate, without the film's filter; the count is 0 where there is
-    /// none, and 1 all over where only light paths are shown.
-    pub fn halves(&self) -> [Vec<[f32; 4]>; REPLICATES] {
+    /// Means X, Y, Z and counts of the samples in the pixels of these rows of one replicate, without the film's filter; the count is 0 where
+    /// there is none, and 1 all over where only light paths are shown.
+    pub fn half(&self, replicate: usize, rows: Range<usize>) -> Vec<[f32; 4]> {
         let camera = self.parts.iter().any(|part| !part.camera.is_empty());
-        self.parts.each_ref().map(|part| {
-            let mut half = part.xyz(self.size, &SmoothingKernel::of_energy(1.0));
-            if !camera && part.paths.light > 0 {
-                half.iter_mut().for_each(|pixel| pixel[3] = 1.0);
-            }
-            half
-        })
+        let part = &self.parts[replicate];
+        let scale = part.light_scale(self.size);
+        let mut half = part.xyz(self.size, &SmoothingKernel::of_energy(1.0), rows, scale);
+        if !camera && part.paths.light > 0 {
+            half.iter_mut().for_each(|pixel| pixel[3] = 1.0);
+        }
+        half
     }
 
-    /// Means X, Y, Z and weights of all replicates together in every pixel, with the film's filter applied.
-    pub fn whole(&self) -> Vec<[f32; 4]> {
-        let [mut whole, rest @ ..] = self.parts.clone();
-        for part in rest {
+    /// Means X, Y, Z and weights of all replicates together in the pixels of these rows, with the film's filter applied.
+    pub fn whole(&self, rows: Range<usize>) -> Vec<[f32; 4]> {
+        let [width, height] = self.size;
+        let near = SmoothingKernel::near(&rows, height);
+        let pixels = near.start * width..near.end * width;
+        let mut whole = ReplicateSums::default();
+        for part in &self.parts {
             whole.paths.light += part.paths.light;
-            for (sums, more) in [(&mut whole.camera, part.camera), (&mut whole.light, part.light)] {
-                sums.resize(sums.len().max(more.len()), [0.0; 4]);
+            for (sums, more) in [(&mut whole.camera, &part.camera), (&mut whole.light, &part.light)] {
+                let Some(more) = more.get(pixels.clone()) else { continue };
+                sums.resize(more.len(), [0.0; 4]);
                 for (sum, more) in sums.iter_mut().flatten().zip(more.iter().flatten()) {
                     *sum += more;
                 }
             }
         }
-        whole.xyz(self.size, &self.kernel)
+        let scale = whole.light_scale(self.size);
+        let inside = rows.start - near.start..rows.end - near.start;
+        whole.xyz([width, near.len()], &self.kernel, inside, scale)
     }
 
     /// The film's filter on whole pixels.
@@ -155,21 +163,31 @@ impl Replicates {
 }
 
 impl ReplicateSums {
-    /// X, Y, Z and the weight of the camera stream, pixel by pixel.
-    fn xyz(&self, size: [usize; 2], kernel: &SmoothingKernel) -> Vec<[f32; 4]> {
+    /// The factor that makes the sums of the light stream a picture of `size` pixels; 0 without light paths.
+    fn light_scale(&self, size: [usize; 2]) -> f32 {
+        if self.paths.light == 0 { 0.0 } else { (size[0] * size[1]) as f32 / self.paths.light as f32 }
+    }
+
+    /// X, Y, Z and the weight of the camera stream in the pixels of these rows, of sums of `size` pixels.
+    fn xyz(
+        &self,
+        size: [usize; 2],
+        kernel: &SmoothingKernel,
+        rows: Range<usize>,
+        light_scale: f32,
+    ) -> Vec<[f32; 4]> {
         let mut picture = match self.camera.is_empty() {
-            true => vec![[0.0; 4]; size[0] * size[1]],
-            false => kernel.apply(&self.camera, size),
+            true => vec![[0.0; 4]; size[0] * rows.len()],
+            false => kernel.rows(&self.camera, size, rows.clone()),
         };
         for sum in &mut picture {
             let [x, y, z, w] = *sum;
             *sum = if w > 0.0 { [x / w, y / w, z / w, w] } else { [0.0; 4] };
         }
-        if !self.light.is_empty() && self.paths.light > 0 {
-            let scale = (size[0] * size[1]) as f32 / self.paths.light as f32;
-            for (out, sum) in picture.iter_mut().zip(kernel.apply(&self.light, size)) {
+        if !self.light.is_empty() && light_scale > 0.0 {
+            for (out, sum) in picture.iter_mut().zip(kernel.rows(&self.light, size, rows)) {
                 for (out, sum) in out[..3].iter_mut().zip(sum) {
-                    *out += sum * scale;
+                    *out += sum * light_scale;
                 }
             }
         }
@@ -178,7 +196,7 @@ impl ReplicateSums {
 
     /// The same as linear Rec.709.
     fn picture(&self, size: [usize; 2], kernel: &SmoothingKernel) -> Vec<[f32; 4]> {
-        let mut picture = self.xyz(size, kernel);
+        let mut picture = self.xyz(size, kernel, 0..size[1], self.light_scale(size));
         let from_xyz = Profile::srgb().from_xyz;
         for out in &mut picture {
             let rgb = from_xyz * glam::Vec3::new(out[0], out[1], out[2]);

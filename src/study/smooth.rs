@@ -1,5 +1,7 @@
 //! The effect of the film's filter on sums of whole pixels.
 
+use std::ops::Range;
+
 /// A symmetric row of five weights with the sum 1, applied to columns and rows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SmoothingKernel {
@@ -24,6 +26,19 @@ impl SmoothingKernel {
         }
         let weights = if wanted >= 1.0 { [1.0, 0.0, 0.0] } else { row(low) };
         Self { weights: weights.map(|w| w as f32) }
+    }
+
+    /// The rows that are read for `rows` of a picture of this height.
+    pub fn near(rows: &Range<usize>, height: usize) -> Range<usize> {
+        rows.start.saturating_sub(2)..(rows.end + 2).min(height)
+    }
+
+    /// As [`apply`](Self::apply), these rows only.
+    pub fn rows(&self, sums: &[[f32; 4]], [width, height]: [usize; 2], rows: Range<usize>) -> Vec<[f32; 4]> {
+        let near = Self::near(&rows, height);
+        let mut filtered = self.apply(&sums[near.start * width..near.end * width], [width, near.len()]);
+        filtered.truncate((rows.end - near.start) * width);
+        filtered.split_off((rows.start - near.start) * width)
     }
 
     /// Filters `sums` of `width × height` pixels; pixels beyond the border count as 0.
@@ -71,6 +86,16 @@ mod tests {
             assert!((c + 2.0 * (a + b) - 1.0).abs() < 1e-5);
             let squares = c * c + 2.0 * (a * a + b * b);
             assert!((squares * squares / energy - 1.0).abs() < 1e-3, "{energy}: {squares}");
+        }
+    }
+
+    #[test]
+    fn rows_are_those_of_the_whole() {
+        let kernel = SmoothingKernel::of_energy(0.4);
+        let sums: Vec<[f32; 4]> = (0..6 * 9).map(|i| [((i * 37) % 17) as f32; 4]).collect();
+        let whole = kernel.apply(&sums, [6, 9]);
+        for rows in [0..9, 0..1, 3..5, 8..9, 1..8] {
+            assert_eq!(kernel.rows(&sums, [6, 9], rows.clone()), whole[rows.start * 6..rows.end * 6]);
         }
     }
 

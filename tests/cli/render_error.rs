@@ -159,8 +159,8 @@ fn noise_is_filtered_on_request() {
     let has = |bytes: &[u8], text: &str| bytes.windows(text.len()).any(|part| part == text.as_bytes());
     assert!(
         has(&files[0].0, "denoised.G")
-            && has(&files[0].0, "--denoise wavelet")
-            && has(&files[0].1, "by wavelet")
+            && has(&files[0].0, "by wavelet")
+            && has(&files[0].1, "--denoise wavelet")
     );
     let read = |file: &str| Picture::read(Path::new(file), None).unwrap();
     assert!(read(&plain).rgb == read(&out("1.exr")).rgb);

@@ -1,7 +1,7 @@
 //! The noise filter of the display: what it keeps, what it removes, what it does not spread.
 
 use glam::{Vec3, Vec4};
-use pointillist::client::wavelet::{HalfPicture, PixelFeatures, filtered};
+use pointillist::client::wavelet::{Filtered, HalfPicture, PixelFeatures, WaveletFilter};
 use pointillist::image::Grid;
 use pointillist::math::random::Random;
 
@@ -15,6 +15,10 @@ fn half(value: impl Fn(usize, usize) -> Vec4) -> HalfPicture {
 
 fn grey(y: f32) -> Vec4 {
     Vec3::splat(y).extend(2.0)
+}
+
+fn filtered(halves: [&HalfPicture; 2], features: Option<[&Grid<PixelFeatures>; 2]>) -> Option<Filtered> {
+    WaveletFilter::new([halves[0].width(), halves[0].height()], features)?.filtered(halves)
 }
 
 /// Numbers of mean 0 and variance 1.
@@ -143,4 +147,17 @@ fn the_filter_knows_no_exposure_and_no_threads() {
     }
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("threads");
     assert!(one.install(|| filtered([&a, &b], None)).expect("memory").picture == usual);
+}
+
+/// A filter that was used before gives the same picture as a new one.
+#[test]
+fn a_filter_keeps_nothing_of_the_picture_before() {
+    let [a, b, c, d] = [11, 12, 13, 14].map(|seed| {
+        let noise = noise(seed);
+        half(|x, y| grey(2.0 + noise[y * SIZE + x]))
+    });
+    let mut filter = WaveletFilter::new([SIZE; 2], None).expect("memory");
+    filter.filtered([&a, &b]).expect("memory");
+    let again = filter.filtered([&c, &d]).expect("memory").picture;
+    assert!(again == filtered([&c, &d], None).expect("memory").picture);
 }

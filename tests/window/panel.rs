@@ -3,8 +3,8 @@
 use crate::headless_panel::{Panel, controls, picture, place, readout, texts};
 use egui::{Event, Shape, pos2, vec2};
 use pointillist::client::settings::{
-    Adaptation, ColorOutput, DisplayView, Dither, Glare, Masking, Reconstruction, ReconstructionKernel,
-    Settings, SplatFilter, ToneCurve,
+    Adaptation, ColorOutput, Denoise, DisplayView, Dither, Glare, Masking, Reconstruction,
+    ReconstructionKernel, Settings, SplatFilter, ToneCurve,
 };
 use pointillist::client::window::action::Action;
 use pointillist::client::window::panel::{DEFAULT_TARGET, MapChoice, PanelControls, PanelData};
@@ -118,6 +118,7 @@ fn untouched_values_stay_bit_for_bit() {
                 .then(|| Glare { adaptation: Adaptation::Scotopic, view_angle: float(200.0) }),
             view: [DisplayView::Picture, DisplayView::CameraVariance, DisplayView::LightVariance][round % 3],
             masking: [Masking::LowPass, Masking::Bilateral][round % 2],
+            denoise: [Denoise::Off, Denoise::Wavelet][round % 2],
             reconstruction: [Reconstruction::CatmullRom, Reconstruction::Mipmap, Reconstruction::None]
                 [round % 3],
             kernel: ReconstructionKernel { taps: 2 + round as u32 % 7, exponent: round as u32 % 5 },

@@ -35,6 +35,9 @@ pub struct Arguments {
     /// Without the panel
     #[arg(long)]
     no_panel: bool,
+    /// Without the noise filter
+    #[arg(long)]
+    no_filter: bool,
 }
 
 /// Seconds after an edit; the viewer's keys.
@@ -60,7 +63,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
 
 /// Mean samples on screen at each time, and the latency of the edits in words.
 fn shown(arguments: &Arguments) -> Outcome<([f64; TIMES.len()], String)> {
-    let Arguments { width, height, ref scene, edits, no_panel, .. } = *arguments;
+    let Arguments { width, height, ref scene, edits, no_panel, no_filter, .. } = *arguments;
     let json = PathBuf::from("target/after-edit.json");
     let _ = std::fs::remove_file(&json);
     let mut viewer = Viewer::open([width + 64, height + 64], scene, |command| {
@@ -68,6 +71,9 @@ fn shown(arguments: &Arguments) -> Outcome<([f64; TIMES.len()], String)> {
         command.args(["--size", &format!("{width}x{height}"), "--integrator", "path", "--json"]).arg(&json);
         if no_panel {
             command.arg("--no-panel");
+        }
+        if no_filter {
+            command.args(["--denoise", "off"]);
         }
     })?;
     std::thread::sleep(Duration::from_secs(2));

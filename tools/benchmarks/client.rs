@@ -8,12 +8,13 @@ use std::time::Instant;
 
 use pointillist::client::film::VulkanFilm;
 use pointillist::client::reference::ReferenceFilm;
+use pointillist::client::wavelet::{HalfPicture, PixelFeatures, WaveletFilter};
 use pointillist::client::{
     Adaptation, Film, FilmSpec, Glare, Reconstruction, Settings, SplatFilter, develop,
 };
 use pointillist::color::{Profile, Xyz};
 use pointillist::gpu::{DeviceChoice, Gpu};
-use pointillist::image::{exr, png};
+use pointillist::image::{Grid, exr, png};
 use pointillist::math::random::Random;
 use pointillist::stream::Sample;
 
@@ -67,6 +68,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         }
     }
     glare(&gpu, spec, &samples)?;
+    noise_filter(spec);
     files(spec, &samples)
 }
 
@@ -175,6 +177,32 @@ fn glare(gpu: &Arc<Gpu>, spec: FilmSpec, samples: &[Sample]) -> Outcome {
         );
     }
     Ok(())
+}
+
+/// The noise filter of a noisy plain: what is done once per view, and per picture. The least of many.
+fn noise_filter(spec: FilmSpec) {
+    let (width, height) = (spec.width as usize, spec.height as usize);
+    let mut random = Random(1);
+    let mut half = || -> HalfPicture {
+        let pixel = |_| glam::Vec4::new(random.f32(), random.f32(), random.f32(), 1.0);
+        Grid::from_rows(width, height, (0..width * height).map(pixel).collect()).expect("memory")
+    };
+    let halves = [half(), half()];
+    let plain = PixelFeatures { distance: 1.0, ..PixelFeatures::default() };
+    let features = Grid::try_filled(width, height, plain).expect("memory");
+    let (mut once, mut each) = (f64::INFINITY, f64::INFINITY);
+    for _ in 0..5 {
+        let start = Instant::now();
+        let filter = WaveletFilter::new([width, height], Some([&features, &features]));
+        once = once.min(start.elapsed().as_secs_f64() * 1e3);
+        let mut filter = filter.expect("memory");
+        for _ in 0..5 {
+            let start = Instant::now();
+            filter.filtered(halves.each_ref()).expect("memory");
+            each = each.min(start.elapsed().as_secs_f64() * 1e3);
+        }
+    }
+    println!("\nnoise filter: {each:.1} ms for a picture, {once:.1} ms for a view");
 }
 
 /// One way of display, with `count` batches in the film.

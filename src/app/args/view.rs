@@ -7,7 +7,7 @@ use clap::Args;
 use super::display::DisplayArgs;
 use super::scene::SceneArgs;
 use super::values::{count, positive};
-use crate::client::ColorOutput;
+use crate::client::{ColorOutput, Denoise};
 
 /// Options of `pointillist view`.
 #[derive(Args, Debug)]
@@ -19,6 +19,11 @@ pub struct ViewArgs {
     /// How it is shown.
     #[command(flatten)]
     pub display: DisplayArgs,
+
+    /// Filter noise out of the picture in the window; samples, sums and the stated error stay those of the picture without [default:
+    /// wavelet; off with --deterministic and with --replicates 1, which has no halves to compare].
+    #[arg(long, value_name = "KIND", help_heading = "Display")]
+    pub denoise: Option<Denoise>,
 
     /// Pictures per second aimed at [default: the display's rate].
     #[arg(long, value_name = "N", value_parser = positive, help_heading = "Window")]

@@ -33,7 +33,6 @@ fn run(width: u32, height: u32) -> RunSpec {
         replicated: true,
         device: String::new(),
         reweighted: None,
-        denoise: Default::default(),
     }
 }
 

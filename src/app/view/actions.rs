@@ -10,6 +10,7 @@ use crate::app::run_spec::{RunSpec, display_options};
 use crate::app::tell;
 use crate::app::view::Viewer;
 use crate::app::view::screen::Screen;
+use crate::client::Settings;
 use crate::client::window::action::Action;
 use crate::client::window::history::CameraHistory;
 use crate::client::window::navigation::Gesture;
@@ -139,7 +140,9 @@ impl Viewer {
         let mut outcome = self.outcome();
         outcome.prefix &= self.session.run_spec().deterministic;
         let run = self.present_run_spec()?;
-        let settings = self.panel.controls.settings.clone();
+        let settings = &self.panel.controls.settings;
+        let denoise = self.picture.filter_shown(self.session.run_spec(), settings);
+        let settings = Settings { denoise, ..settings.clone() };
         let snapshot = self.picture.snapshot(&path, &self.session, &settings)?;
         self.saves.begin(path, move |path| snapshot.write(path, &run, &outcome, &settings))
     }

@@ -16,6 +16,7 @@ use crate::app::view::Viewer;
 use crate::app::view::screen::Screen;
 use crate::app::{predictions, process, tell};
 use crate::client::window::statistics::RecentValues;
+use crate::client::{Denoise, Settings};
 use crate::gpu;
 use crate::study::ErrorQuantile;
 
@@ -173,7 +174,8 @@ impl Viewer {
         let (observer, run) = (self.picture.observer.as_ref()?, self.session.run_spec());
         let (state, kept) = observer.end();
         predictions::log(run, &kept);
-        ErrorReport::new(&state, run, observer.target(), ErrorQuantile::P95, state.reached)
+        let filter = self.picture.filter_shown(run, &self.panel.controls.settings);
+        ErrorReport::new(&state, run, observer.target(), ErrorQuantile::P95, state.reached, filter)
     }
 
     /// What a picture's file says of how the render went so far.
@@ -189,7 +191,11 @@ impl Viewer {
     /// Writes the pictures asked for, from the film or, where that is lost, from the kept samples.
     fn write_pictures(&mut self) -> Result<()> {
         let outcome = self.outcome();
-        let settings = self.panel.controls.settings.clone();
+        let settings = &self.panel.controls.settings;
+        let denoised = self.picture.filtered(self.session.run_spec(), settings);
+        let denoise = denoised.as_ref().map_or(Denoise::Off, |_| settings.denoise);
+        let settings = Settings { denoise, ..settings.clone() };
+        let extras = Extras { denoised, ..Extras::default() };
         let run = self.present_run_spec().unwrap_or_else(|error| {
             tell(&format!("the changes of the scene could not be saved: {error}"));
             self.session.run_spec().clone()
@@ -197,9 +203,7 @@ impl Viewer {
         let (outputs, mut seconds) = (&self.options.outputs, Seconds::default());
         let written = match self.picture.take_film() {
             Some(film) if film.is_damaged() => Err(miette::miette!("the film has lost samples")),
-            Some(mut film) => {
-                outputs.write(&mut film, &run, &outcome, &settings, Extras::default(), &mut seconds)
-            }
+            Some(mut film) => outputs.write(&mut film, &run, &outcome, &settings, extras, &mut seconds),
             None => Err(miette::miette!("there is no film")),
         };
         let Err(error) = written else { return Ok(()) };
@@ -209,7 +213,7 @@ impl Viewer {
             &mut film,
             &run,
             &RunEnd { prefix: false, ..outcome },
-            &settings,
+            &Settings { denoise: Denoise::Off, ..settings },
             Extras::default(),
             &mut seconds,
         )

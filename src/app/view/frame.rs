@@ -4,6 +4,7 @@ use std::time::{Duration, Instant};
 
 use miette::Result;
 
+use crate::app::noise_filter::EpochView;
 use crate::app::tell;
 use crate::app::view::Viewer;
 use crate::app::view::picture::Painted;
@@ -32,7 +33,7 @@ impl Viewer {
     fn frame(&mut self) -> Result<(), ClientError> {
         let begin = Instant::now();
         self.hear_server();
-        let mut plan = self.picture.plan(&self.session, begin);
+        let mut plan = self.picture.plan(&self.session, &self.panel.controls.settings, begin);
         plan.repaint &= !self.picture.is_frozen();
         let shows = self.picture.wants_show(&plan, self.panel.is_due(begin)) && self.make_ready()?;
         if !self.picture.is_frozen() {
@@ -174,7 +175,8 @@ impl Viewer {
     /// Begins the next epoch with the present scene, camera and size. The old picture stays until the new one is there.
     pub(super) fn restart(&mut self) -> Result<()> {
         self.session.begin(&self.editor)?;
-        self.picture.begin_epoch(self.session.run_spec());
+        let view = EpochView { scene: self.editor.scene(), camera: self.editor.camera(self.session.size())? };
+        self.picture.begin_epoch(self.session.run_spec(), view);
         self.panel.begin_epoch();
         self.metrics.epoch();
         Ok(())

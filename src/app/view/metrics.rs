@@ -99,8 +99,8 @@ pub struct ViewerMetrics {
     pub resizes: u64,
     /// Milliseconds of each pass, per run, smoothed.
     pub passes: Vec<(&'static str, f64)>,
-    /// `detail` of the repaints whose times have not been read yet.
-    paints: VecDeque<u32>,
+    /// `detail` of the repaints whose times have not been read yet; `None` for those of filtered pictures.
+    paints: VecDeque<Option<u32>>,
     in_flight: VecDeque<FrameInFlight>,
     last_end: Option<Instant>,
     /// The oldest edit that no epoch contains yet.
@@ -185,7 +185,7 @@ impl ViewerMetrics {
     pub fn presented(&mut self, frame: &ShownFrame) {
         self.presented += 1;
         let shows = frame.detail.and_then(|detail| {
-            self.paints.push_back(detail);
+            self.paints.push_back((!frame.filtered).then_some(detail));
             self.waiting_edit.take()
         });
         // A picture of the samples from before the last edit shows none from after it.
@@ -273,8 +273,10 @@ impl ViewerMetrics {
             let all: f64 = times.iter().filter(|t| !others.contains(&t.name)).map(|t| t.milliseconds).sum();
             let each = Duration::from_secs_f64(all * 1e-3 / repaints as f64);
             for _ in 0..repaints {
-                if let Some(detail) = self.paints.pop_front() {
-                    pacer.repainted(detail, each);
+                match self.paints.pop_front() {
+                    Some(Some(detail)) => pacer.repainted(detail, each),
+                    Some(None) => pacer.repainted_filtered(each),
+                    None => {}
                 }
             }
         }
@@ -320,7 +322,13 @@ mod tests {
 
     /// Presents a repaint and returns it as the device gets it.
     fn present(metrics: &mut ViewerMetrics, began: Instant) -> FrameInFlight {
-        metrics.presented(&ShownFrame { number: FrameNumber::default(), began, samples: 0, detail: Some(1) });
+        metrics.presented(&ShownFrame {
+            number: FrameNumber::default(),
+            began,
+            samples: 0,
+            detail: Some(1),
+            filtered: false,
+        });
         metrics.in_flight.pop_back().expect("a frame")
     }
 

@@ -18,6 +18,7 @@
 //! Viewer
 //! ├─ RenderSession   session   server, lanes, epoch; what is rendered and by which method
 //! ├─ LivePicture     picture   kept samples, pacing of frames, observer of the error
+//! │  ├─ WindowFilter window_filter  the noise filter: its thread, the last filtered picture
 //! │  └─ Screen       screen    window, device, swapchain, and the FILM
 //! ├─ SceneEditor     editor    scene, camera moves, edits, selection; saves them as a scene file
 //! ├─ ViewerPanel     panel     egui, mouse and keys, display controls, list of effects
@@ -51,6 +52,7 @@ mod screen;
 mod session;
 mod start;
 mod watch;
+mod window_filter;
 
 use std::path::PathBuf;
 use std::time::{Duration, Instant};

@@ -7,18 +7,22 @@ use std::time::{Duration, Instant};
 
 use miette::Result;
 
+use crate::app::denoise::FilteredPicture;
 use crate::app::film_writer::FilmWriter;
+use crate::app::noise_filter::EpochView;
 use crate::app::observer::{Beside, Observer};
 use crate::app::outputs::FilmSnapshot;
 use crate::app::run_spec::RunSpec;
-use crate::app::view::screen::Screen;
+use crate::app::view::screen::{PictureSource, Screen};
 use crate::app::view::session::RenderSession;
+use crate::app::view::window_filter::WindowFilter;
 use crate::client::film::VulkanFilm;
+use crate::client::lod::level_of_detail;
 use crate::client::pacing::{FramePlan, Pacer, Situation};
 use crate::client::reference::ReferenceFilm;
 use crate::client::retained::RetainedSamples;
 use crate::client::window::host::PanelDrawing;
-use crate::client::{BATCH_CAPACITY, ClientError, Film, FilmCounts, FilmSpec, Settings};
+use crate::client::{BATCH_CAPACITY, ClientError, Denoise, Film, FilmCounts, FilmSpec, Settings};
 use crate::gpu::{FrameNumber, Gpu, Readiness};
 use crate::stream::BLOCK_SAMPLES;
 use crate::study::ErrorTarget;
@@ -28,6 +32,9 @@ const FIRST_SAMPLES_WAIT: Duration = Duration::from_millis(4);
 
 /// Samples that make a first picture: a high level of detail shows the scene from few.
 const FIRST_SAMPLES: u64 = 512;
+
+/// Samples per pixel from which on a picture is filtered; with fewer the pyramid shows more.
+const FILTERED_FROM: f64 = 0.1;
 
 /// Frame length where neither the command line nor the display says.
 const DEFAULT_BUDGET: Duration = Duration::from_micros(16_667);
@@ -56,6 +63,8 @@ pub struct ShownFrame {
     pub samples: u64,
     /// Internal resolution of its repaint; `None` where the last picture was shown again.
     pub detail: Option<u32>,
+    /// It shows a filtered picture.
+    pub filtered: bool,
 }
 
 /// The picture: film, screen, kept samples, pacing, observer.
@@ -68,6 +77,8 @@ pub struct LivePicture {
     pub pacer: Pacer,
     /// Watches the error, where the render is divided into replicates.
     pub observer: Option<Observer>,
+    /// Filters what is shown.
+    filter: WindowFilter,
     last_edit: Instant,
     last_repaint: LastRepaint,
     /// No picture of the present epoch was shown yet.
@@ -103,6 +114,7 @@ impl LivePicture {
             kept: RetainedSamples::default(),
             pacer: Pacer::new(budget.unwrap_or(DEFAULT_BUDGET)),
             observer: run.replicated.then(observe).transpose()?,
+            filter: WindowFilter::default(),
             last_edit: now,
             last_repaint: LastRepaint { at: now, samples: 0, detail: 1 },
             unseen: false,
@@ -236,7 +248,8 @@ impl LivePicture {
 
     /// Whether the film has all kept samples and the window shows them.
     pub fn is_settled(&self) -> bool {
-        self.kept.caught_up() && !(self.unseen || self.repaint || self.show)
+        let filtering = self.filter.is_busy() || self.filter.is_fresh();
+        self.kept.caught_up() && !(self.unseen || self.repaint || self.show || filtering)
     }
 
     /// Whether there is a window whose device has done everything it was given.
@@ -245,8 +258,9 @@ impl LivePicture {
     }
 
     /// Begins with the samples of another epoch. The old picture stays until the new one is there.
-    pub fn begin_epoch(&mut self, run: &RunSpec) {
+    pub fn begin_epoch(&mut self, run: &RunSpec, view: EpochView) {
         self.kept.clear();
+        self.filter.begin_epoch(run, view);
         if let Some(observer) = &mut self.observer {
             observer.begin(run);
         }
@@ -283,12 +297,58 @@ impl LivePicture {
         if let Some(observer) = &mut self.observer {
             observer.begin_again(run);
         }
+        self.filter.begin(run);
+        if !self.unseen {
+            self.filter.prepare();
+        }
         self.repaint = true;
     }
 
+    /// Takes over a picture that was filtered; returns whether the next one is to be shown through the filter.
+    fn look_at_filter(&mut self, run: &RunSpec, settings: &Settings) -> bool {
+        if self.filter.is_wanting(run, settings) {
+            self.filter.start(run, &self.kept, !self.unseen);
+        }
+        if let Some(time) = self.filter.poll() {
+            self.pacer.filtered(time);
+        }
+        self.has_enough(run) && self.filter.is_ready(run, settings)
+    }
+
+    /// Whether there are enough samples for the filter.
+    fn has_enough(&self, run: &RunSpec) -> bool {
+        let [width, height] = [run.film.width, run.film.height].map(f64::from);
+        !self.unseen && self.samples() as f64 >= FILTERED_FROM * width * height
+    }
+
+    /// Begins to filter the samples so far.
+    fn filter_now(&mut self) {
+        let samples = self.samples();
+        // Where the sums are not at hand, pictures have no detail within pixels.
+        let data = self.film_mut().filter(|film| film.is_summed_on_host()).map(Film::develop);
+        self.filter.filter(samples, data.and_then(Result::ok));
+    }
+
+    /// The picture of all samples so far through the filter, if these settings show it so; waits for it.
+    pub fn filtered(&mut self, run: &RunSpec, settings: &Settings) -> Option<FilteredPicture> {
+        if !self.has_enough(run) || !self.filter.will_be_ready(run, settings) {
+            return None;
+        }
+        self.filter.wait();
+        self.filter_now();
+        self.filter.wait();
+        self.filter.take()
+    }
+
+    /// The filter through which the picture is shown.
+    pub fn filter_shown(&self, run: &RunSpec, settings: &Settings) -> Denoise {
+        self.filter.shown(run, settings).map_or(Denoise::Off, |_| settings.denoise)
+    }
+
     /// Decides what this frame does.
-    pub fn plan(&mut self, session: &RenderSession, now: Instant) -> FramePlan {
+    pub fn plan(&mut self, session: &RenderSession, settings: &Settings, now: Instant) -> FramePlan {
         let run = session.run_spec();
+        let filter = self.look_at_filter(run, settings);
         if self.film().is_some_and(VulkanFilm::is_background_ready) {
             self.repaint = true;
         }
@@ -300,12 +360,22 @@ impl LivePicture {
             lod: level_of_detail(&run.film, samples),
             growth,
             shown_detail: last.detail,
-            due: self.unseen || self.repaint,
+            due: self.unseen || self.repaint || self.filter.is_fresh(),
             waiting: session.fill().0 * BLOCK_SAMPLES,
             // In order of index only full batches are rasterised.
             batched: if run.deterministic { 0 } else { self.film().map_or(0, VulkanFilm::waiting) },
+            filter,
         };
         let mut plan = self.pacer.plan(&situation);
+        if filter && !situation.due {
+            // The picture comes when it is filtered; the first and the last one as soon as they can.
+            let filtered = self.filter.shown(run, settings).map(|frame| frame.samples);
+            let soon = filtered.is_none() || !self.running && filtered != Some(samples);
+            let wanted = std::mem::take(&mut plan.repaint) || soon;
+            if wanted && !self.filter.is_busy() {
+                self.filter_now();
+            }
+        }
         if run.deterministic {
             plan.samples = plan.samples.max(BATCH_CAPACITY);
         }
@@ -361,7 +431,8 @@ impl LivePicture {
             self.read_ahead(session, budget);
             return Ok(());
         };
-        let (mut left, mut writer) = (budget, FilmWriter::new(film, observer));
+        let (mut left, filter) = (budget, self.filter.thread());
+        let mut writer = FilmWriter::new(film, observer).with_filter(filter);
         while left > 0
             && let Some((samples, first_index, paths)) = self.kept.feed()
         {
@@ -374,7 +445,7 @@ impl LivePicture {
             self.read_ahead(session, budget);
             return Ok(());
         }
-        let mut writer = FilmWriter::new(film, observer);
+        let mut writer = FilmWriter::new(film, observer).with_filter(filter);
         let drained = session.drain(left.max(BLOCK_SAMPLES), |block| {
             self.kept.push(block);
             writer.block(block);
@@ -454,8 +525,16 @@ impl LivePicture {
         if partial && detail.is_some() {
             self.flush()?;
         }
+        let filtered = self.filter.shown(session.run_spec(), settings).filter(|_| detail.is_some());
+        let detail = if filtered.is_some() { Some(1) } else { detail };
+        let samples = filtered.map_or(samples, |frame| frame.samples);
+        let source = match filtered {
+            Some(frame) => Some(PictureSource::Filtered(frame.picture.xyz())),
+            None => detail.map(PictureSource::Film),
+        };
+        let filtered = filtered.is_some();
         let number = match &mut self.screen {
-            Some(screen) => screen.show(settings, detail, panel)?,
+            Some(screen) => screen.show(settings, source, panel)?,
             None => FrameNumber::default(),
         };
         self.show = false;
@@ -465,10 +544,14 @@ impl LivePicture {
                 self.painted = Some(Painted { settings: settings.clone(), film });
             }
             self.failures = 0;
-            (self.unseen, self.repaint) = (false, false);
+            if std::mem::take(&mut self.unseen) {
+                self.filter.prepare();
+            }
+            self.repaint = false;
+            self.filter.is_seen();
             self.last_repaint = LastRepaint { at: began, samples, detail };
         }
-        Ok(ShownFrame { number, began, samples, detail })
+        Ok(ShownFrame { number, began, samples, detail, filtered })
     }
 
     /// Takes the picture as it is now, to be written by another thread.
@@ -478,6 +561,8 @@ impl LivePicture {
         session: &RenderSession,
         settings: &Settings,
     ) -> Result<FilmSnapshot> {
+        let filtered = self.filter.shown(session.run_spec(), settings);
+        let filtered = filtered.map(|frame| frame.picture.display(settings)).transpose()?;
         let Some(film) = self.film_mut() else { return Err(miette::miette!("there is no picture to save")) };
         if film.is_damaged() {
             return Err(miette::miette!(
@@ -486,7 +571,7 @@ impl LivePicture {
         }
         // In order of index the sums must stay those of whole batches until the last one.
         film.keep_batch(session.run_spec().deterministic && !session.is_complete());
-        let snapshot = FilmSnapshot::take(path, film, settings);
+        let snapshot = FilmSnapshot::take(path, film, settings, filtered);
         film.keep_batch(false);
         // The window's own picture may have another encoding.
         self.repaint = true;
@@ -510,10 +595,4 @@ impl LivePicture {
         film.flush()?;
         Ok(film)
     }
-}
-
-/// The level of detail that this many samples allow (paper §4.2); `None` without samples.
-pub fn level_of_detail(spec: &FilmSpec, samples: u64) -> Option<f32> {
-    let [width, height] = spec.padded_extent().map(f64::from);
-    (samples > 0).then(|| 0.5 * (width * height / samples as f64).log2() as f32)
 }

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use glam::Vec3;
 use raw_window_handle::{HasDisplayHandle, HasWindowHandle, RawDisplayHandle, RawWindowHandle};
 use winit::window::Window;
 
@@ -12,6 +13,7 @@ use crate::client::window::host::PanelDrawing;
 use crate::client::window::panel_renderer::PanelRenderer;
 use crate::client::{ClientError, FilmSpec, Settings};
 use crate::gpu::{DeviceChoice, DeviceKind, FrameNumber, Gpu, GpuError, GpuOptions, Readiness, Swapchain};
+use crate::image::Grid;
 
 /// Faults that are simulated, so that tests see what follows.
 #[derive(Clone, Debug, Default)]
@@ -22,6 +24,15 @@ pub struct SimulatedLosses {
     pub surface: Option<u64>,
     /// Bytes of device memory, where less than there is.
     pub memory: Option<u64>,
+}
+
+/// What a repaint shows.
+#[derive(Clone, Copy)]
+pub enum PictureSource<'a> {
+    /// The film, at this `detail`.
+    Film(u32),
+    /// A filtered picture, scene-linear XYZ.
+    Filtered(&'a Grid<Vec3>),
 }
 
 /// The objects of one device; dropped from the top.
@@ -189,12 +200,12 @@ impl Screen {
         Ok((readiness, objects.swapchain.extent()))
     }
 
-    /// Draws the picture and over it the panel into the acquired image, and shows it. `repaint` is the `detail` of a repaint;
-    /// without one the picture is the one painted last. Returns the frame's number.
+    /// Draws the picture and over it the panel into the acquired image, and shows it. Without a `repaint`
+    /// the picture is the one painted last. Returns the frame's number.
     pub fn show(
         &mut self,
         settings: &Settings,
-        repaint: Option<u32>,
+        repaint: Option<PictureSource<'_>>,
         panel: Option<&mut PanelDrawing>,
     ) -> Result<FrameNumber, ClientError> {
         let Some(DeviceObjects { film: Some(film), swapchain }) = &mut self.objects else {
@@ -203,7 +214,10 @@ impl Screen {
         let gpu = swapchain.gpu().clone();
         let mut frame = gpu.begin()?;
         let picture = match repaint {
-            Some(detail) => Some(film.paint(&mut frame.cmd(), settings, detail)?),
+            Some(PictureSource::Film(detail)) => Some(film.paint(&mut frame.cmd(), settings, detail)?),
+            Some(PictureSource::Filtered(picture)) => {
+                Some(film.paint_filtered(&mut frame.cmd(), picture, settings)?)
+            }
             None => film.painted(),
         };
         if let Some(picture) = picture {

@@ -25,7 +25,7 @@ use crate::app::view::watch::FileWatch;
 use crate::app::view::{ViewOptions, Viewer};
 use crate::client::background;
 use crate::client::window::panel::{DEFAULT_TARGET, MapChoice, PanelControls};
-use crate::client::{Settings, SplatFilter};
+use crate::client::{Denoise, Settings, SplatFilter};
 use crate::color::Profile;
 use crate::gpu::{self, DeviceChoice};
 use crate::server::panic_message;
@@ -104,7 +104,7 @@ impl ViewerApp {
             deterministic: args.deterministic,
             replicated: args.replicates > 1,
         };
-        let settings = args.display.settings();
+        let settings = Settings { denoise: denoise(args)?, ..args.display.settings() };
         let controls = PanelControls {
             own_profile: Some(settings.profile.clone()).filter(|p| Profile::named(&p.name).is_none()),
             settings: Settings { output: args.hdr, ..settings },
@@ -177,6 +177,17 @@ impl ViewerApp {
             Stage::Open(viewer) => viewer.finish(),
             Stage::Over(outcome) => outcome,
         }
+    }
+}
+
+/// The noise filter that the command line asks for.
+fn denoise(args: &ViewArgs) -> Result<Denoise> {
+    let usual = if args.deterministic || args.replicates == 1 { Denoise::Off } else { Denoise::Wavelet };
+    match args.denoise {
+        Some(kind) if kind != Denoise::Off && args.replicates == 1 => {
+            Err(miette::miette!(help = "leave --replicates away", "--denoise needs two randomisations"))
+        }
+        kind => Ok(kind.unwrap_or(usual)),
     }
 }
 

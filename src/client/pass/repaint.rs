@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use glam::Vec3;
+
 use crate::client::background::BackgroundPolicy;
 use crate::client::effects::Effects;
 use crate::client::error::ClientError;
@@ -16,6 +18,7 @@ use crate::client::pass::reconstruct::{ReconstructPass, StreamInput, levels_need
 use crate::client::pass::tonemap::TonemapPass;
 use crate::client::settings::{ColorOutput, DisplayImage, DisplayView, FilmSpec, Settings};
 use crate::gpu::{Access, Attachment, Buffer, BufferUse, Cmd, Gpu, Image, Region, TexelFormat, read_image};
+use crate::image::Grid;
 
 /// Camera and light, each with its level of detail; `None` without samples.
 type Streams<'a> = [Option<(&'a mut StreamImages, StreamLod)>; 2];
@@ -79,6 +82,27 @@ impl Repaint {
     ) -> Result<&mut Image, ClientError> {
         let effects = self.effects(settings, detail);
         self.record(cmd, sums, settings, &effects)?;
+        let (xyz, encoded) = self.picture.get(&self.gpu, &effects)?;
+        self.tonemap.record(cmd, &effects, settings, xyz, encoded)?;
+        Ok(encoded)
+    }
+
+    /// Records glare and encoding of this picture, scene-linear XYZ of the film's size, instead of that of the sums.
+    pub fn paint_filtered(
+        &mut self,
+        cmd: &mut Cmd<'_>,
+        picture: &Grid<Vec3>,
+        settings: &Settings,
+    ) -> Result<&mut Image, ClientError> {
+        let effects = self.effects(settings, 1);
+        self.shows_glare = effects.glare;
+        let texels = coarse_texels(picture, effects.detail as usize);
+        let upload = Buffer::filled(&self.gpu, "filtered", BufferUse::Upload, bytemuck::cast_slice(&texels))?;
+        let (xyz, _) = self.picture.get(&self.gpu, &effects)?;
+        cmd.scope("copy").copy_from_buffer(&upload, xyz);
+        if let Some(glare) = settings.glare.filter(|_| effects.glare) {
+            self.glare.record(cmd, xyz, &glare, self.policy)?;
+        }
         let (xyz, encoded) = self.picture.get(&self.gpu, &effects)?;
         self.tonemap.record(cmd, &effects, settings, xyz, encoded)?;
         Ok(encoded)
@@ -230,6 +254,19 @@ impl Repaint {
 /// The whole picture at this internal resolution.
 fn region(spec: &FilmSpec, detail: u32) -> Region {
     Region { origin: [0, 0], extent: [spec.width, spec.height].map(|n| n.div_ceil(detail)) }
+}
+
+/// Means over squares of `detail` pixels, as texels of an image.
+fn coarse_texels(picture: &Grid<Vec3>, detail: usize) -> Vec<[f32; 4]> {
+    let (width, height) = (picture.width(), picture.height());
+    let texel = |x: usize, y: usize| {
+        let (columns, rows) = (x..(x + detail).min(width), y..(y + detail).min(height));
+        let count = columns.len() * rows.len();
+        let sum: Vec3 = rows.flat_map(|y| columns.clone().map(move |x| picture.at(x, y))).sum();
+        (sum / count as f32).extend(1.0).to_array()
+    };
+    let row = |y| (0..width).step_by(detail).map(move |x| texel(x, y));
+    (0..height).step_by(detail).flat_map(row).collect()
 }
 
 /// The numbers that the GPU has written.

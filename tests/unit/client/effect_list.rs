@@ -1,7 +1,7 @@
 //! Tests of `client::effect_list`.
 
 use pointillist::client::effect_list::*;
-use pointillist::client::settings::{DisplayView, Dither, FilmSpec, Glare, Settings, VarianceForm};
+use pointillist::client::settings::{Denoise, DisplayView, Dither, FilmSpec, Glare, Settings, VarianceForm};
 
 fn on(spec: &FilmSpec, settings: &Settings, streams: [bool; 2]) -> Vec<&'static str> {
     effect_list(spec, settings, streams).into_iter().filter(|d| d.on).map(|d| d.name).collect()
@@ -20,8 +20,13 @@ fn what_is_asked_for_is_on() {
     let always = ["fold", "mips", "reconstruction", "tone-curve", "gamut"];
     let found = on(&PLAIN, &Settings::default(), [true, false]);
     assert_eq!(found, [&["camera-stream"][..], &always].concat());
-    let all =
-        Settings { vm: 1.0, glare: Some(Glare::default()), dither: Dither::Ordered, ..Settings::default() };
+    let all = Settings {
+        vm: 1.0,
+        denoise: Denoise::Wavelet,
+        glare: Some(Glare::default()),
+        dither: Dither::Ordered,
+        ..Settings::default()
+    };
     let spec = FilmSpec { variance: Some(VarianceForm::Product), ..PLAIN };
     assert_eq!(on(&spec, &all, [true; 2]).len(), effect_list(&spec, &all, [true; 2]).len());
     let error = Settings { view: DisplayView::CameraVariance, ..all };

@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 use clap::ValueEnum;
 use egui::{ComboBox, Response, Sense, Slider, SliderClamping, Ui};
 
-use crate::client::settings::{Adaptation, Glare, OptionNames, Settings, SplatFilter};
+use crate::client::settings::{Adaptation, Denoise, Glare, OptionNames, Settings, SplatFilter};
 use crate::client::window::panel::{MapChoice, PanelControls, style};
 use crate::color::Profile;
 
@@ -22,9 +22,11 @@ pub(super) fn show(ui: &mut Ui, controls: &mut PanelControls) {
     option(ui, label, &mut settings.reconstruction, default.reconstruction);
     let hint = "How a sample is spread over pixels; starts the film anew";
     option(ui, ("Filter", hint), filter, SplatFilter::default());
+    let hint = "Takes out what two halves of the samples disagree on; sums and stated error stay as they are";
+    option(ui, ("Noise filter", hint), &mut settings.denoise, Denoise::Wavelet);
     let label = ("Noise masking", "Vm: extra blur where the variance is high; 0 is off");
     slide(ui, label, &mut settings.vm, default.vm, 0.0..=16.0);
-    ui.add_enabled_ui(settings.vm > 0.0, |ui| {
+    ui.add_enabled_ui(settings.vm > 0.0 && settings.denoise == Denoise::Off, |ui| {
         option(ui, ("Masking by", "What hides the noise"), &mut settings.masking, default.masking);
     });
     ui.separator();

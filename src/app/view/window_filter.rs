@@ -1,0 +1,125 @@
+//! When the picture in the window is filtered: the thread of the noise filter, and the last picture of it.
+
+use std::time::Duration;
+
+use crate::app::denoise::FilteredPicture;
+use crate::app::noise_filter::{EpochView, FilteredFrame, NoiseFilter};
+use crate::app::run_spec::RunSpec;
+use crate::client::retained::RetainedSamples;
+use crate::client::{Denoise, DisplayView, FilmData, Settings};
+
+/// The filter of the window. Its thread starts with the first picture that asks for it, and stays.
+#[derive(Default)]
+pub struct WindowFilter {
+    thread: Option<NoiseFilter>,
+    /// The thread could not be started.
+    refused: bool,
+    /// What the present epoch shows.
+    view: Option<EpochView>,
+    /// A picture has come that was not shown yet.
+    fresh: bool,
+}
+
+impl WindowFilter {
+    /// Begins with another epoch.
+    pub fn begin_epoch(&mut self, run: &RunSpec, view: EpochView) {
+        self.view = Some(view);
+        self.begin(run);
+    }
+
+    /// Begins with an empty film of the present epoch.
+    pub fn begin(&mut self, run: &RunSpec) {
+        self.fresh = false;
+        if let Some((thread, view)) = self.thread.as_mut().zip(self.view.clone()) {
+            thread.begin(run.film, view);
+        }
+    }
+
+    /// Starts the thread. It begins with the samples of the film, if they are all kept, and otherwise with the next epoch; features are
+    /// traced at once where there `is_picture` already.
+    pub fn start(&mut self, run: &RunSpec, kept: &RetainedSamples, is_picture: bool) {
+        // Without a thread the picture stays as it is.
+        self.thread = NoiseFilter::start().ok();
+        self.refused = self.thread.is_none();
+        self.begin(run);
+        let Some(thread) = self.thread.as_mut().filter(|_| kept.complete()) else { return };
+        kept.each(|samples, first_index, paths| thread.samples(first_index, paths, samples));
+        if is_picture {
+            thread.prepare();
+        }
+    }
+
+    /// Whether the thread must be started to show the picture so.
+    pub fn is_wanting(&self, run: &RunSpec, settings: &Settings) -> bool {
+        is_asked_for(run, settings) && self.thread.is_none() && !self.refused && self.view.is_some()
+    }
+
+    /// The thread, which is to have a copy of all samples.
+    pub fn thread(&self) -> Option<&NoiseFilter> {
+        self.thread.as_ref()
+    }
+
+    /// The first picture of the epoch is shown: features may be traced.
+    pub fn prepare(&mut self) {
+        self.thread.iter_mut().for_each(NoiseFilter::prepare);
+    }
+
+    /// Whether pictures with these settings can be filtered now.
+    pub fn is_ready(&self, run: &RunSpec, settings: &Settings) -> bool {
+        is_asked_for(run, settings) && self.thread.as_ref().is_some_and(NoiseFilter::is_ready)
+    }
+
+    /// Whether they can be filtered now, or by and by.
+    pub fn will_be_ready(&self, run: &RunSpec, settings: &Settings) -> bool {
+        is_asked_for(run, settings) && self.thread.as_ref().is_some_and(NoiseFilter::will_be_ready)
+    }
+
+    /// Whether a picture is being filtered.
+    pub fn is_busy(&self) -> bool {
+        self.thread.as_ref().is_some_and(NoiseFilter::is_busy)
+    }
+
+    /// Begins to filter what was given so far: `samples` samples of a film with these sums.
+    pub fn filter(&mut self, samples: u64, data: Option<FilmData>) {
+        if let Some(thread) = &mut self.thread {
+            thread.filter(samples, data);
+        }
+    }
+
+    /// Takes over a picture that was filtered, if one is there; returns how long it took.
+    pub fn poll(&mut self) -> Option<Duration> {
+        let time = self.thread.as_mut()?.poll()?;
+        self.fresh = true;
+        Some(time)
+    }
+
+    /// Waits for the picture that is being filtered.
+    pub fn wait(&mut self) {
+        self.thread.iter_mut().for_each(NoiseFilter::wait);
+    }
+
+    /// Whether a picture has come that was not shown yet.
+    pub fn is_fresh(&self) -> bool {
+        self.fresh
+    }
+
+    /// The last picture was shown.
+    pub fn is_seen(&mut self) {
+        self.fresh = false;
+    }
+
+    /// The last filtered picture of the present film, if these settings show it.
+    pub fn shown(&self, run: &RunSpec, settings: &Settings) -> Option<&FilteredFrame> {
+        self.thread.as_ref().filter(|_| is_asked_for(run, settings)).and_then(NoiseFilter::shown)
+    }
+
+    /// Takes the last filtered picture.
+    pub fn take(&mut self) -> Option<FilteredPicture> {
+        self.thread.as_mut().and_then(NoiseFilter::take_shown).map(|frame| frame.picture)
+    }
+}
+
+/// Whether these settings show the picture of a render through the filter, which needs both randomisations.
+fn is_asked_for(run: &RunSpec, settings: &Settings) -> bool {
+    run.replicated && settings.view == DisplayView::Picture && settings.denoise != Denoise::Off
+}

@@ -1,0 +1,125 @@
+//! Noise filter for the display: an undecimated wavelet transform whose bands are kept where two independent halves agree.
+//!
+//! Two halves of the samples, each of a randomisation of its own, share the signal and not the noise: the mean product of their wavelet
+//! coefficients is the power of the signal in a band, without a model of the noise. With S that mean and N the power of the noise in the mean
+//! of both, a band is multiplied by max(0, S − N) / (S + N): Wiener's gain, with the noise subtracted once more because S is itself noisy.
+//! Where the features of first hits change (albedo, normal, distance) the transform does not mix pixels, so that edges stay edges; and what
+//! features do not know, such as shadows and caustics, comes back because both halves contain it (paper [21], Suykens and Willems 2000; the
+//! à-trous scheme is that of Dammertz et al. 2010).
+//!
+//! Nothing is stored and no statistics are changed: the filter works on what is shown. With more samples N vanishes, and so does the filter.
+
+mod bands;
+mod prepare;
+mod rows;
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use self::bands::{Level, average, shrink, smooth, weigh};
+use self::prepare::{begin, separate_fireflies, tolerances};
+use self::rows::{BAND, BORDER, PlanarRows, RESULT, SUMS, WEIGHTS};
+use crate::image::Grid;
+
+/// Levels of the transform; level l has steps of 2^l pixels.
+const LEVELS: u32 = 5;
+
+/// One half: in every pixel the mean X, Y and Z of its samples, and their number, 0 where there is none.
+pub type HalfPicture = Grid<glam::Vec4>;
+
+/// What a camera ray meets first, in one pixel: zero where that is nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PixelFeatures {
+    /// Diffuse reflectance, linear Rec.709.
+    pub albedo: Vec3,
+    /// Unit shading normal, or a mean of several.
+    pub normal: Vec3,
+    /// Distance from the camera, world units.
+    pub distance: f32,
+}
+
+/// A filtered picture.
+pub struct Filtered {
+    /// XYZ.
+    pub picture: Grid<Vec3>,
+    /// What differs from pixel to pixel, edges of features among it: 0 where that is noise, 1 where the halves agree on it.
+    pub finest: Grid<f32>,
+}
+
+/// The filter for pictures of one size with the same features; its memory and the weights are kept from picture to picture.
+pub struct WaveletFilter {
+    size: [usize; 2],
+    /// Weights of every level.
+    weights: Vec<PlanarRows>,
+    /// Weights of the finest level without features.
+    alike: PlanarRows,
+    sums: PlanarRows,
+    coarser: PlanarRows,
+    band: PlanarRows,
+    means: PlanarRows,
+    result: PlanarRows,
+}
+
+impl WaveletFilter {
+    /// A filter for pictures of `size` pixels, with the features of both halves; `None` without memory.
+    pub fn new(size: [usize; 2], features: Option<[&Grid<PixelFeatures>; 2]>) -> Option<Self> {
+        let rows = |channels| PlanarRows::new(size[0], size[1], channels);
+        let known = match features {
+            Some(halves) => Some(tolerances(halves)?),
+            None => None,
+        };
+        let weights = |features: Option<&PlanarRows>, level: u32| {
+            let mut weights = rows(WEIGHTS)?;
+            weigh(&mut weights, features, size, 1 << level);
+            Some(weights)
+        };
+        Some(Self {
+            size,
+            weights: (0..LEVELS).map(|level| weights(known.as_ref(), level)).collect::<Option<_>>()?,
+            alike: weights(None, 0)?,
+            sums: rows(SUMS)?,
+            coarser: rows(SUMS)?,
+            band: rows(BAND)?,
+            means: rows(2)?,
+            result: rows(RESULT)?,
+        })
+    }
+
+    /// Filters a picture of this size; `None` without memory.
+    pub fn filtered(&mut self, halves: [&HalfPicture; 2]) -> Option<Filtered> {
+        let ([width, height], Self { weights, alike, sums, coarser, band, means, result, .. }) =
+            (self.size, self);
+        let mut picture = Grid::try_filled(width, height, Vec3::ZERO)?;
+        let mut finest = Grid::try_filled(width, height, 0.0f32)?;
+        separate_fireflies(halves, &mut picture, sums)?;
+        // Across edges of features as well: there the bands of the filter are empty. What this takes from the result is not used.
+        let level = Level { weights: alike, width, step: 1 };
+        smooth(&level, sums, coarser, band, result);
+        average(&level, band, means);
+        shrink(&level, means, band, result);
+        read_gain(result, &mut finest);
+        result.inner().zip(sums.inner()).for_each(|(result, sums)| begin(result, sums));
+        for (level, weights) in weights.iter().enumerate() {
+            let level = Level { weights, width, step: 1 << level };
+            smooth(&level, sums, coarser, band, result);
+            average(&level, band, means);
+            shrink(&level, means, band, result);
+            std::mem::swap(sums, coarser);
+        }
+        picture.pixels_mut().par_chunks_mut(width).enumerate().for_each(|(y, out)| {
+            let row = result.row(y + BORDER);
+            for (x, out) in out.iter_mut().enumerate() {
+                *out += Vec3::from_array([0, 1, 2].map(|c| row[c * result.stride + BORDER + x]));
+            }
+        });
+        Some(Filtered { picture, finest })
+    }
+}
+
+/// Copies the gain of the last band.
+fn read_gain(result: &PlanarRows, gain: &mut Grid<f32>) {
+    let width = gain.width();
+    for (y, out) in gain.pixels_mut().chunks_mut(width).enumerate() {
+        out.copy_from_slice(&result.row(y + BORDER)[(RESULT - 1) * result.stride + BORDER..][..width]);
+    }
+}
