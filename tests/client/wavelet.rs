@@ -161,3 +161,17 @@ fn a_filter_keeps_nothing_of_the_picture_before() {
     let again = filter.filtered([&c, &d]).expect("memory").picture;
     assert!(again == filtered([&c, &d], None).expect("memory").picture);
 }
+
+/// Beside bright samples, which are kept where both halves see them, no pixel is darker than black.
+#[test]
+fn no_light_is_negative_beside_bright_samples() {
+    let mut random = Random(5);
+    let mut sparse = || {
+        let values: Vec<f32> =
+            (0..SIZE * SIZE).map(|_| if random.f32() < 0.02 { 40.0 } else { random.f32() }).collect();
+        half(|x, y| grey(values[y * SIZE + x]))
+    };
+    let picture = filtered([&sparse(), &sparse()], None).expect("memory").picture;
+    let least = picture.pixels().iter().map(|xyz| xyz.y).fold(f32::INFINITY, f32::min);
+    assert!(least >= 0.0, "{least}");
+}

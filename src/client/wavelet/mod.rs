@@ -17,7 +17,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use self::bands::{Level, average, shrink, smooth, weigh};
-use self::prepare::{begin, separate_fireflies, tolerances};
+use self::prepare::{begin, mean_of_halves, separate_fireflies, tolerances};
 use self::rows::{BAND, BORDER, PlanarRows, RESULT, SUMS, WEIGHTS};
 use crate::image::Grid;
 
@@ -109,7 +109,16 @@ impl WaveletFilter {
         picture.pixels_mut().par_chunks_mut(width).enumerate().for_each(|(y, out)| {
             let row = result.row(y + BORDER);
             for (x, out) in out.iter_mut().enumerate() {
-                *out += Vec3::from_array([0, 1, 2].map(|c| row[c * result.stride + BORDER + x]));
+                let mut filtered = Vec3::from_array([0, 1, 2].map(|c| row[c * result.stride + BORDER + x]));
+                if filtered.y < 0.0 {
+                    // Beside a bright sample a kept band may take more than there is. What is seen there, or what is around, is more likely.
+                    let around = mean_of_halves(sums.row(y + BORDER), BORDER + x);
+                    let seen = halves.map(|half| half.at(x, y)).map(|half| half.truncate() * half.w);
+                    let count: f32 = halves.iter().map(|half| half.at(x, y).w).sum();
+                    let seen = (seen[0] + seen[1]) / count;
+                    filtered = if seen.y < around.y { seen } else { around };
+                }
+                *out += filtered;
             }
         });
         Some(Filtered { picture, finest })

@@ -3,7 +3,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::rows::{BORDER, FEATURES, PlanarRows, RESULT};
+use super::rows::{BORDER, FEATURES, PlanarRows, RESULT, SUMS};
 use super::{HalfPicture, PixelFeatures};
 use crate::image::Grid;
 
@@ -73,20 +73,27 @@ fn largest_around(half: &HalfPicture) -> Option<Grid<f32>> {
     Some(largest)
 }
 
-/// The result at first: the mean of both halves, of one where the other has nothing.
+/// The result at first: the mean of both halves.
 pub(super) fn begin(result: &mut [f32], sums: &[f32]) {
     let stride = result.len() / RESULT;
     for x in 0..stride {
-        let n = [3, 7].map(|c| sums[c * stride + x]);
-        for c in 0..3 {
-            let [a, b] = [0, 1].map(|i| sums[(4 * i + c) * stride + x] / n[i]);
-            result[c * stride + x] = match [n[0] > 0.0, n[1] > 0.0] {
-                [true, true] => 0.5 * (a + b),
-                [true, false] => a,
-                [false, true] => b,
-                [false, false] => 0.0,
-            };
+        for (c, value) in mean_of_halves(sums, x).to_array().into_iter().enumerate() {
+            result[c * stride + x] = value;
         }
+    }
+}
+
+/// The mean of both halves in column `x` of a row of sums; that of one where the other has nothing, and zero where there is neither.
+#[inline(always)]
+pub(super) fn mean_of_halves(sums: &[f32], x: usize) -> Vec3 {
+    let stride = sums.len() / SUMS;
+    let half = |first: usize| {
+        let [x, y, z, n] = [0, 1, 2, 3].map(|c| sums[(first + c) * stride + x]);
+        (n > 0.0).then(|| Vec3::new(x, y, z) / n)
+    };
+    match (half(0), half(4)) {
+        (Some(a), Some(b)) => 0.5 * (a + b),
+        (a, b) => a.or(b).unwrap_or(Vec3::ZERO),
     }
 }
 
