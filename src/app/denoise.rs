@@ -112,7 +112,9 @@ fn as_on_film(filtered: &Filtered, replicates: &Replicates, data: Option<&FilmDa
             let i = rows.start * width + place;
             let detail = on_film(data, i) - Vec4::from(whole[place]).truncate();
             let detail = if detail.is_finite() { detail } else { Vec3::ZERO };
-            smooth + detail * filtered.finest.pixels()[i]
+            let sharp = smooth + detail * filtered.finest.pixels()[i];
+            // Where samples are few, film and whole pixels may differ by more than there is.
+            if sharp.y < 0.0 { smooth } else { sharp }
         };
         smooth.into_iter().enumerate().map(pixel)
     };
