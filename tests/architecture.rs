@@ -57,8 +57,14 @@ const PLACES: &[(&[&str], &[&str])] = &[
 ];
 
 /// Where `unsafe` may stand.
-const UNSAFE: &[&str] =
-    &["src/memory.rs", "src/stream/ring.rs", "src/gpu/", "src/tracer/accel/", "src/client/wavelet/bands.rs"];
+const UNSAFE: &[&str] = &[
+    "src/memory.rs",
+    "src/stream/ring.rs",
+    "src/gpu/",
+    "src/tracer/accel/",
+    "src/client/wavelet/bands.rs",
+    "src/client/oidn/library.rs",
+];
 
 /// The sources of a module: its file, or all in its folder.
 fn sources(module: &str) -> Vec<PathBuf> {

@@ -6,6 +6,7 @@ use miette::{IntoDiagnostic, Result};
 
 use crate::client::cascades::CascadeFilm;
 use crate::client::film::VulkanFilm;
+use crate::client::oidn;
 use crate::client::reference::ReferenceFilm;
 use crate::client::{ClientError, Film, FilmSpec};
 use crate::gpu::{self, DeviceChoice, DeviceKind, Gpu};
@@ -80,7 +81,7 @@ impl Device {
     }
 }
 
-/// `pointillist devices`: one line per device, and what is missing where one cannot be used.
+/// `pointillist devices`: one line per device, and what is missing where one cannot be used; and whether Open Image Denoise is there.
 pub fn list() -> Result<()> {
     let mut text = String::new();
     match gpu::devices() {
@@ -100,6 +101,16 @@ pub fn list() -> Result<()> {
         Err(error) => text += &format!("(no Vulkan: {error})\n"),
     }
     text += &format!("{CPU}  the same passes in plain Rust, on all cores: always there\n");
+    text += &match oidn::library() {
+        Ok(library) => {
+            format!(
+                "oidn  Open Image Denoise {}, for --denoise oidn: {}\n",
+                library.version(),
+                library.path()
+            )
+        }
+        Err(error) => format!("(no --denoise oidn: {error}; {})\n", oidn::HOW_TO_GET),
+    };
     match std::io::stdout().write_all(text.as_bytes()) {
         // Whoever reads has read enough.
         Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(error).into_diagnostic(),

@@ -6,12 +6,14 @@ pub mod price;
 
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Instant;
 
 use miette::Result;
 use serde::Serialize;
 
 use super::args::ExplainArgs;
 use super::bench::{BenchJob, PassTimes, measure};
+use super::denoise::{FilteredPicture, HalfMeans, ViewFilter};
 use super::device::Device;
 use super::load::{self, Opened};
 use super::plan::{EffectSide, PlannedEffect, plan};
@@ -19,12 +21,19 @@ use super::report::{Seconds, check_json, publish};
 use super::run_spec::{RunSpec, shown_variance};
 use super::{method, process};
 use crate::client::effect_list::ClientEffect;
-use crate::client::{FilmSpec, Settings};
+use crate::client::{Denoise, FilmSpec, Settings};
+use crate::color::Xyz;
 use crate::gpu::Inventory;
 use crate::scene::desc::IntegratorKind;
+use crate::stream::{CHUNK, PathCounts, Sample};
+use crate::study::Replicates;
+use crate::tracer::{Camera, Scene};
 
 /// Frames whose passes are timed.
 const FRAMES: u32 = 24;
+
+/// Pictures that are filtered, to measure it.
+const FILTERED: usize = 7;
 
 /// What `--json` writes. The names of the fields are the keys in JSON.
 #[derive(Debug, Serialize)]
@@ -64,6 +73,7 @@ pub fn explain(args: &ExplainArgs) -> Result<()> {
     if !args.no_costs {
         let subject = price::Subject { desc: &loaded.desc, scene: &scene, camera: &camera, run: &run };
         price::charge(&mut plan, subject, price::THOROUGH)?;
+        charge_filter(&mut plan, &scene, &camera, &run.film);
         if let Device::Vulkan(gpu) = &device {
             let inventory = charge_client(&mut plan, &settings, run.integrator, |settings, integrator| {
                 let film = FilmSpec { variance: shown_variance(settings), ..run.film };
@@ -101,6 +111,10 @@ fn charge_client(
     let base = measure(settings, kind)?;
     let all = time_of(&base, |_| true);
     for entry in plan {
+        // These work on the processor.
+        if ["noise-filter", "reprojection"].contains(&entry.name) {
+            continue;
+        }
         let Some(ClientEffect { passes, changes, images, can_switch, .. }) = entry.client else { continue };
         let other = match entry.name {
             "light-stream" if !entry.on => Some(measure(settings, IntegratorKind::Bidirectional)?),
@@ -129,6 +143,42 @@ fn charge_client(
         cost.bytes = Some(memory.map(|(_, bytes)| bytes).sum());
     }
     Ok(base.inventory)
+}
+
+/// Measures the noise filter, which works on the processor: a picture, and what it traces once per view.
+fn charge_filter(plan: &mut [PlannedEffect], scene: &Scene, camera: &Camera, film: &FilmSpec) {
+    let Some(entry) = plan.iter_mut().find(|entry| entry.name == "noise-filter") else { return };
+    let milliseconds = |since: Instant| since.elapsed().as_secs_f64() * 1e3;
+    let start = Instant::now();
+    let Some(mut filter) = ViewFilter::new(scene, camera, film, &process::is_interrupted) else {
+        return;
+    };
+    entry.cost.once = Some(milliseconds(start));
+    let mut replicates = Replicates::new([film.width, film.height], film.filter.energy());
+    for (first_index, y) in (0..2).flat_map(|half| (0..film.height).map(move |y| (half * CHUNK, y))) {
+        let place = |at: u32, size: u32| (at as f32 + 0.5) / size as f32;
+        let sample = |x| Sample {
+            uv: [place(x, film.width), place(y, film.height)],
+            xyz: Xyz { x: 1.0, y: 1.0, z: 1.0 },
+            w: 1.0,
+        };
+        let row: Vec<_> = (0..film.width).map(sample).collect();
+        replicates.add(first_index, PathCounts { camera: row.len() as u64, light: 0 }, &row);
+    }
+    let mut times: Vec<_> = (0..FILTERED)
+        .filter_map(|_| {
+            let start = Instant::now();
+            let halves = HalfMeans::of(&replicates).ok()?;
+            let made = FilteredPicture::of(&replicates, &halves, None, &mut filter, Denoise::Wavelet);
+            made.ok().map(|_| milliseconds(start))
+        })
+        .collect();
+    times.sort_by(f64::total_cmp);
+    let median = times.get(times.len() / 2).copied();
+    match entry.on {
+        true => entry.cost.milliseconds = median,
+        false => entry.cost.if_on = median,
+    }
 }
 
 fn switched(settings: &Settings, effect: &str, on: bool) -> Settings {
@@ -185,6 +235,7 @@ fn cost(entry: &PlannedEffect) -> String {
     let ms = cost.milliseconds.map(|ms| format!("{ms:.2} ms"));
     let bytes = cost.bytes.filter(|b| *b > 0).map(|b| format!("{:.1} MB", b as f64 * 1e-6));
     let if_on = cost.if_on.map(|ms| format!("would take {ms:.2} ms"));
+    let once = cost.once.map(|ms| format!("and {ms:.0} ms once per view"));
     let if_on_share = cost.if_on_share.map(|s| format!("with it ×{:.2}", 1.0 + s));
-    [share, ms, bytes, if_on, if_on_share].into_iter().flatten().collect::<Vec<_>>().join("  ")
+    [share, ms, bytes, if_on, once, if_on_share].into_iter().flatten().collect::<Vec<_>>().join("  ")
 }

@@ -2,6 +2,7 @@
 
 use super::noise_filter::NoiseFilter;
 use super::observer::Observer;
+use crate::client::light_meter::LightMeter;
 use crate::client::{ClientError, Film};
 use crate::stream::{Block, PathCounts, Sample};
 
@@ -11,18 +12,24 @@ pub struct FilmWriter<'a> {
     film: &'a mut dyn Film,
     observer: Option<&'a Observer>,
     filter: Option<&'a NoiseFilter>,
+    meter: Option<&'a mut LightMeter>,
     outcome: Result<(), ClientError>,
 }
 
 impl<'a> FilmWriter<'a> {
     /// A writer to this film.
     pub fn new(film: &'a mut dyn Film, observer: Option<&'a Observer>) -> Self {
-        Self { film, observer, filter: None, outcome: Ok(()) }
+        Self { film, observer, filter: None, meter: None, outcome: Ok(()) }
     }
 
     /// The same writer, which hands copies to this filter.
     pub fn with_filter(self, filter: Option<&'a NoiseFilter>) -> Self {
         Self { filter, ..self }
+    }
+
+    /// The same writer, which hands copies to this light meter.
+    pub fn with_meter(self, meter: &'a mut LightMeter) -> Self {
+        Self { meter: Some(meter), ..self }
     }
 
     /// Takes a block from the lanes.
@@ -42,6 +49,9 @@ impl<'a> FilmWriter<'a> {
         }
         if let Some(filter) = self.filter {
             filter.samples(first_index, paths, samples);
+        }
+        if let Some(meter) = &mut self.meter {
+            meter.add(paths, samples);
         }
     }
 

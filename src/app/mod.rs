@@ -7,7 +7,7 @@
 //! | `load.rs`, `run_spec.rs`, `method.rs` | scene and device; what a run is made of; its method of light transport |
 //! | `drive.rs`, `film_writer.rs`, `observer.rs`, `predictions.rs`, `progress.rs` | from lanes to film; the error of the picture meanwhile |
 //! | `plan.rs`, `outputs.rs`, `layers.rs`, `report.rs`, `rejected.rs` | the list of effects; pictures; layers beside them; figures; rejected values in words |
-//! | `denoise.rs`, `noise_filter.rs` | the noise filter of a picture; its thread in the window |
+//! | `denoise.rs`, `noise_filter.rs`, `reprojection.rs` | the noise filter of a picture; its thread in the window; what another view has shown |
 //! | `timings.rs`, `trace.rs`, `process.rs` | `--gpu-timings`; Ctrl-C and standard error |
 //!
 //! # Rendering from another program
@@ -98,6 +98,7 @@ mod rejected;
 mod render;
 mod replay;
 mod report;
+mod reprojection;
 mod run_spec;
 mod study;
 mod timings;

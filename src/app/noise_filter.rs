@@ -1,19 +1,36 @@
 //! The noise filter of the window: a thread that adds up both randomisations pixel by pixel, traces the features of an epoch after its first
-//! picture, and filters when it is asked to. The loop goes on meanwhile.
+//! picture, and filters when it is asked to. The loop goes on meanwhile. Where only the camera has moved, the last picture stands in for samples
+//! ([`reprojection`](super::reprojection)), and features are traced at once.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
 
+use clap::ValueEnum;
 use miette::{IntoDiagnostic, Result};
 
-use crate::app::denoise::{FilteredPicture, ViewFilter};
-use crate::client::{FilmData, FilmSpec};
+use crate::app::denoise::{
+    FeatureGrid, FilteredPicture, HalfMeans, OidnOptions, ViewFilter, first_hits, out_of_memory,
+};
+use crate::app::reprojection::{KnownView, Prior, ViewSurfaces};
+use crate::client::oidn::OidnQuality;
+use crate::client::{ClientError, Denoise, FilmData, FilmSpec};
+use crate::image::Grid;
 use crate::stream::{PathCounts, Sample};
 use crate::study::Replicates;
 use crate::tracer::{Camera, Scene};
+
+/// Samples per pixel from which on a picture is filtered; with fewer the pyramid shows more.
+const FILTERED_FROM: f64 = 0.1;
+
+/// Rays that find the surfaces on which another view is carried over: few, because that is the first picture after an edit.
+const REPROJECTED: FeatureGrid = FeatureGrid { half: 0, step: 2 };
+
+/// Another view is carried over before the first samples are shown where that takes no longer than this; otherwise after them, so that the first
+/// picture comes as early as without it.
+const AT_FIRST: Duration = Duration::from_millis(25);
 
 /// What an epoch shows.
 #[derive(Clone)]
@@ -25,16 +42,21 @@ pub struct EpochView {
 /// A message to the thread.
 enum FilterMessage {
     /// Another epoch, or another film for the same one: forget all samples.
-    Begin(FilmSpec, Box<EpochView>),
+    Begin {
+        film: FilmSpec,
+        view: Box<EpochView>,
+        /// The last picture stands in for samples, where it is one of the same scene.
+        reproject: bool,
+    },
     Samples {
         first_index: u64,
         paths: PathCounts,
         samples: Box<[Sample]>,
     },
-    /// Trace the features.
-    Prepare,
-    /// Filter what there is: this many samples of the film, with its sums where they count.
-    Filter(u64, Option<FilmData>),
+    /// Trace the features, for a filter of this kind.
+    Prepare(Denoise),
+    /// Filter what there is by a filter of this kind: this many samples of the film, with its sums where they count.
+    Filter(Denoise, u64, Option<FilmData>),
 }
 
 /// A message, and the number of the film that it is about.
@@ -43,15 +65,22 @@ type NumberedMessage = (u64, FilterMessage);
 /// A picture, and the number of its film.
 struct FilterAnswer {
     number: u64,
-    /// `None` without memory.
-    picture: Option<FilteredPicture>,
-    samples: u64,
+    kind: Denoise,
+    /// It shows another view alone.
+    is_reprojection: bool,
+    /// `None` without memory, or where the filter failed.
+    frame: Option<FilteredFrame>,
     took: Duration,
 }
 
-/// The last filtered picture of the present film.
+/// The last picture of the present film.
 pub struct FilteredFrame {
-    pub picture: FilteredPicture,
+    /// What is shown.
+    pub shown: FilteredPicture,
+    /// The filtered picture without anything of another view; `None` before there are samples enough for the filter.
+    pub filtered: Option<FilteredPicture>,
+    /// The filter that was asked for.
+    pub kind: Denoise,
     /// Samples in it.
     pub samples: u64,
 }
@@ -62,6 +91,8 @@ struct FilterProgress {
     number: AtomicU64,
     /// The film whose features were traced last.
     prepared: AtomicU64,
+    /// The film that another view stood in for last.
+    reprojected: AtomicU64,
 }
 
 /// A handle to the thread; dropping it ends the thread.
@@ -72,40 +103,66 @@ pub struct NoiseFilter {
     progress: Arc<FilterProgress>,
     thread: Option<JoinHandle<()>>,
     shown: Option<FilteredFrame>,
+    /// The scene of the last filtered picture.
+    known: Option<Arc<Scene>>,
+    /// The scene of the present film.
+    scene: Option<Arc<Scene>>,
+    /// Another view will stand in for samples, and has not yet.
+    reprojecting: bool,
+    /// How long it took to carry over the last one, and how many there were.
+    reprojection: Duration,
+    reprojections: u64,
     /// An answer is awaited.
     busy: bool,
     /// The features of the present film were asked for.
     preparing: bool,
-    /// There was no memory for the present film.
-    failed: bool,
+    /// Filters that have failed for the present film, or found no memory.
+    failed: Vec<Denoise>,
 }
 
 impl NoiseFilter {
-    /// Starts the thread.
-    pub fn start() -> Result<Self> {
+    /// Starts the thread. Filters that bring their own threads use as many as this.
+    pub fn start(threads: usize) -> Result<Self> {
         let (messages, inbox) = channel();
         let (outbox, answers) = channel();
-        let progress =
-            Arc::new(FilterProgress { number: AtomicU64::new(0), prepared: AtomicU64::new(u64::MAX) });
+        let progress = Arc::new(FilterProgress {
+            number: AtomicU64::new(0),
+            prepared: AtomicU64::new(u64::MAX),
+            reprojected: AtomicU64::new(u64::MAX),
+        });
         let own = progress.clone();
-        let thread = Builder::new().name("noise filter".into()).spawn(move || work(&inbox, &outbox, &own));
+        let thread =
+            Builder::new().name("noise filter".into()).spawn(move || work(&inbox, &outbox, &own, threads));
         Ok(Self {
             messages: Some(messages),
             answers,
             progress,
             thread: Some(thread.into_diagnostic()?),
             shown: None,
+            known: None,
+            scene: None,
+            reprojecting: false,
+            reprojection: Duration::ZERO,
+            reprojections: 0,
             busy: false,
             preparing: false,
-            failed: false,
+            failed: Vec::new(),
         })
     }
 
-    /// Begins with the samples of a film of this epoch.
-    pub fn begin(&mut self, film: FilmSpec, view: EpochView) {
+    /// Begins with the samples of a film of this epoch. With `reproject` the last picture stands in for them, if it is one of the same
+    /// scene, until a filter of this kind shows more.
+    pub fn begin(&mut self, film: FilmSpec, view: EpochView, reproject: Option<Denoise>) {
         self.progress.number.fetch_add(1, Ordering::Relaxed);
-        (self.shown, self.busy, self.preparing, self.failed) = (None, false, false, false);
-        self.send(FilterMessage::Begin(film, Box::new(view)));
+        (self.shown, self.busy, self.preparing) = (None, false, false);
+        self.failed.clear();
+        let is_known = self.known.as_ref().is_some_and(|scene| Arc::ptr_eq(scene, &view.scene));
+        self.reprojecting = reproject.is_some() && is_known && self.reprojection <= AT_FIRST;
+        self.scene = Some(view.scene.clone());
+        self.send(FilterMessage::Begin { film, view: Box::new(view), reproject: reproject.is_some() });
+        if let Some(kind) = reproject.filter(|_| self.reprojecting) {
+            self.prepare(kind);
+        }
     }
 
     /// Takes a copy of the samples of a block that goes to the film.
@@ -113,21 +170,34 @@ impl NoiseFilter {
         self.send(FilterMessage::Samples { first_index, paths, samples: samples.into() });
     }
 
-    /// The first picture is shown: features may be traced.
-    pub fn prepare(&mut self) {
-        self.preparing = true;
-        self.send(FilterMessage::Prepare);
+    /// The first picture is shown: features may be traced, for a filter of this kind first of all.
+    pub fn prepare(&mut self, kind: Denoise) {
+        if !std::mem::replace(&mut self.preparing, true) {
+            self.send(FilterMessage::Prepare(kind));
+        }
     }
 
-    /// Whether a picture can be filtered.
-    pub fn is_ready(&self) -> bool {
-        let FilterProgress { number, prepared } = &*self.progress;
-        !self.failed && number.load(Ordering::Relaxed) == prepared.load(Ordering::Relaxed)
+    /// Whether a picture of this many samples of a film can be made, by a filter of this kind if there are enough.
+    pub fn is_ready(&self, kind: Denoise, film: &FilmSpec, samples: u64) -> bool {
+        let FilterProgress { number, prepared, reprojected } = &*self.progress;
+        let is_present = |film: &AtomicU64| film.load(Ordering::Relaxed) == number.load(Ordering::Relaxed);
+        !self.failed.contains(&kind)
+            && (is_present(reprojected) || is_present(prepared) && is_enough(film, samples))
     }
 
-    /// Whether a picture can be filtered, now or once the features that were asked for are there.
-    pub fn will_be_ready(&self) -> bool {
-        self.preparing && !self.failed
+    /// Whether another view will stand in for samples from the first picture on, and has not yet.
+    pub fn is_reprojecting(&self) -> bool {
+        self.reprojecting
+    }
+
+    /// Views that another one has stood in for since the start.
+    pub fn reprojections(&self) -> u64 {
+        self.reprojections
+    }
+
+    /// Whether a picture of this many samples can be filtered so, now or once the features that were asked for are there.
+    pub fn will_be_ready(&self, kind: Denoise, film: &FilmSpec, samples: u64) -> bool {
+        self.preparing && !self.failed.contains(&kind) && is_enough(film, samples)
     }
 
     /// Whether a picture is being filtered.
@@ -136,9 +206,9 @@ impl NoiseFilter {
     }
 
     /// Begins to filter what was given so far: `samples` samples of a film with these sums.
-    pub fn filter(&mut self, samples: u64, data: Option<FilmData>) {
+    pub fn filter(&mut self, kind: Denoise, samples: u64, data: Option<FilmData>) {
         self.busy = true;
-        self.send(FilterMessage::Filter(samples, data));
+        self.send(FilterMessage::Filter(kind, samples, data));
     }
 
     /// The last picture.
@@ -153,7 +223,14 @@ impl NoiseFilter {
 
     /// Takes over the picture that was asked for, if it is there; returns how long it took.
     pub fn poll(&mut self) -> Option<Duration> {
-        self.answers.try_recv().ok().and_then(|answer| self.take(answer))
+        match self.answers.try_recv() {
+            Ok(answer) => self.take(answer),
+            Err(TryRecvError::Empty) => None,
+            Err(TryRecvError::Disconnected) => {
+                self.is_gone();
+                None
+            }
+        }
     }
 
     /// Waits for the picture that was asked for.
@@ -161,17 +238,33 @@ impl NoiseFilter {
         while self.busy {
             match self.answers.recv() {
                 Ok(answer) => _ = self.take(answer),
-                Err(_) => (self.busy, self.failed) = (false, true),
+                Err(_) => self.is_gone(),
             }
         }
+    }
+
+    /// The thread has ended: the picture goes on without it.
+    fn is_gone(&mut self) {
+        (self.busy, self.preparing, self.reprojecting) = (false, false, false);
+        self.failed.extend(Denoise::value_variants());
     }
 
     fn take(&mut self, answer: FilterAnswer) -> Option<Duration> {
         if answer.number != self.progress.number.load(Ordering::Relaxed) {
             return None;
         }
-        (self.busy, self.failed) = (false, answer.picture.is_none());
-        self.shown = answer.picture.map(|picture| FilteredFrame { picture, samples: answer.samples });
+        (self.busy, self.reprojecting) = (false, false);
+        if answer.is_reprojection {
+            self.reprojection = answer.took;
+            self.reprojections += 1;
+        }
+        if answer.frame.is_none() {
+            self.failed.push(answer.kind);
+        }
+        if answer.frame.as_ref().is_some_and(|frame| frame.filtered.is_some()) {
+            self.known.clone_from(&self.scene);
+        }
+        self.shown = answer.frame;
         Some(answer.took)
     }
 
@@ -195,44 +288,161 @@ impl Drop for NoiseFilter {
     }
 }
 
+/// Whether this many samples of a film are enough for the filter.
+fn is_enough(film: &FilmSpec, samples: u64) -> bool {
+    samples as f64 >= FILTERED_FROM * f64::from(film.width) * f64::from(film.height)
+}
+
 /// One film of an epoch, as the thread knows it.
 struct FilteredFilm {
     film: FilmSpec,
     view: EpochView,
     replicates: Replicates,
+    /// The last picture of another view of the scene stands in for samples.
+    reproject: bool,
+    surfaces: Option<Arc<ViewSurfaces>>,
     filter: Option<ViewFilter>,
+    /// That of the last view, whose memory serves again.
+    spare: Option<ViewFilter>,
+    prior: Option<Prior>,
 }
 
 /// The thread.
-fn work(inbox: &Receiver<NumberedMessage>, outbox: &Sender<FilterAnswer>, progress: &FilterProgress) {
+fn work(
+    inbox: &Receiver<NumberedMessage>,
+    outbox: &Sender<FilterAnswer>,
+    progress: &FilterProgress,
+    threads: usize,
+) {
     let mut state: Option<FilteredFilm> = None;
+    let mut known: Option<(Arc<Scene>, KnownView)> = None;
     while let Ok((number, message)) = inbox.recv() {
         let is_over = || progress.number.load(Ordering::Relaxed) != number;
         if is_over() {
             continue;
         }
+        let start = Instant::now();
+        let answer = |kind, is_reprojection, frame| {
+            let _ = outbox.send(FilterAnswer { number, kind, is_reprojection, frame, took: start.elapsed() });
+        };
         match (message, &mut state) {
-            (FilterMessage::Begin(film, view), state) => {
+            (FilterMessage::Begin { film, view, reproject }, state) => {
+                known = known.filter(|(scene, _)| Arc::ptr_eq(scene, &view.scene));
+                let spare = state.take().and_then(|last| last.filter.or(last.spare));
                 let replicates = Replicates::new([film.width, film.height], film.filter.energy());
-                *state = Some(FilteredFilm { film, view: *view, replicates, filter: None });
+                *state = Some(FilteredFilm {
+                    film,
+                    view: *view,
+                    replicates,
+                    reproject,
+                    surfaces: None,
+                    filter: None,
+                    spare,
+                    prior: None,
+                });
             }
             (FilterMessage::Samples { first_index, paths, samples }, Some(state)) => {
                 state.replicates.add(first_index, paths, &samples);
             }
-            (FilterMessage::Prepare, Some(FilteredFilm { film, view, filter, .. })) => {
-                *filter = ViewFilter::new(&view.scene, &view.camera, film, &is_over);
-                if filter.is_some() {
+            (FilterMessage::Prepare(kind), Some(state)) => {
+                let known = known.as_ref().filter(|_| state.reproject).map(|(_, known)| known);
+                if let Some(shown) = state.look(known, &is_over) {
+                    answer(kind, true, Some(FilteredFrame { shown, filtered: None, kind, samples: 0 }));
+                    progress.reprojected.store(number, Ordering::Relaxed);
+                }
+                let oidn = OidnOptions { threads, quality: OidnQuality::Balanced };
+                if state.prepare(kind, oidn, &is_over).is_some() {
                     progress.prepared.store(number, Ordering::Relaxed);
                 }
             }
-            (FilterMessage::Filter(samples, data), Some(FilteredFilm { replicates, filter, .. })) => {
-                let start = Instant::now();
-                let picture = filter.as_mut();
-                let picture =
-                    picture.and_then(|filter| FilteredPicture::of(replicates, data.as_ref(), filter));
-                let _ = outbox.send(FilterAnswer { number, picture, samples, took: start.elapsed() });
+            (FilterMessage::Filter(kind, samples, data), Some(state)) => {
+                let made = state.picture(kind, samples, data.as_ref());
+                let made = made.inspect_err(|error| {
+                    tracing::warn!("the picture is shown without noise filter: {error}");
+                });
+                answer(
+                    kind,
+                    false,
+                    made.ok().map(|(frame, now_known)| {
+                        if let Some(now_known) = now_known {
+                            known = Some((state.view.scene.clone(), now_known));
+                        }
+                        frame
+                    }),
+                );
             }
             (_, None) => {}
         }
+    }
+}
+
+impl FilteredFilm {
+    /// The surfaces that rays of this grid meet. `None` without memory, and where it `is_over`.
+    fn surfaces(&self, rays: FeatureGrid, is_over: &(dyn Fn() -> bool + Sync)) -> Option<ViewSurfaces> {
+        let EpochView { scene, camera } = &self.view;
+        let hits = first_hits(scene, camera, &self.film, rays, is_over)?;
+        ViewSurfaces::new(camera, self.replicates.size(), rays, hits)
+    }
+
+    /// Shows what is known of another view. `None` where nothing is, without memory, and where it `is_over`.
+    fn look(
+        &mut self,
+        known: Option<&KnownView>,
+        is_over: &(dyn Fn() -> bool + Sync),
+    ) -> Option<FilteredPicture> {
+        let known = known?;
+        let coarse = self.surfaces(REPROJECTED, is_over)?;
+        let prior = self.prior.insert(Prior::new(known, &coarse)?);
+        prior.filled(None)
+    }
+
+    /// Prepares the filter. `None` without memory, and where it `is_over`.
+    fn prepare(
+        &mut self,
+        kind: Denoise,
+        oidn: OidnOptions,
+        is_over: &(dyn Fn() -> bool + Sync),
+    ) -> Option<()> {
+        let surfaces = Arc::new(self.surfaces(FeatureGrid { half: 0, step: 1 }, is_over)?);
+        let EpochView { scene, camera } = &self.view;
+        let other = first_hits(scene, camera, &self.film, FeatureGrid { half: 1, step: 1 }, is_over)?;
+        let filter = ViewFilter::of([surfaces.hits(), &other], self.spare.take())?.with_oidn(oidn);
+        let filter = self.filter.insert(filter);
+        self.surfaces = Some(surfaces);
+        // Where that fails, so does the first picture.
+        let _ = filter.prepare(kind);
+        Some(())
+    }
+
+    /// The picture of these samples, and what is known from it.
+    ///
+    /// # Errors
+    ///
+    /// Without memory, and where the filter fails.
+    fn picture(
+        &mut self,
+        kind: Denoise,
+        samples: u64,
+        data: Option<&FilmData>,
+    ) -> Result<(FilteredFrame, Option<KnownView>), ClientError> {
+        let Self { film, replicates, surfaces, filter, prior, .. } = self;
+        let halves = HalfMeans::of(replicates)?;
+        let size @ [width, height] = replicates.size();
+        let no_memory = || out_of_memory(size);
+        let per_pixel = replicates.paths() as f32 / (width * height) as f32;
+        *prior = prior.take().filter(|_| !Prior::is_gone(per_pixel));
+        let Some(filter) = filter.as_mut().filter(|_| is_enough(film, samples)) else {
+            let shown = prior.as_ref().and_then(|prior| prior.filled(Some(&halves))).ok_or_else(no_memory)?;
+            return Ok((FilteredFrame { shown, filtered: None, kind, samples }, None));
+        };
+        let filtered = FilteredPicture::of(replicates, &halves, data, filter, kind)?;
+        let mixed = match prior {
+            Some(prior) => prior.mixed(&halves, &filtered, per_pixel),
+            None => Grid::try_filled(width, height, per_pixel).map(|worth| (filtered.clone(), worth)),
+        };
+        let (shown, worth) = mixed.ok_or_else(no_memory)?;
+        let known = surfaces.clone();
+        let known = known.map(|surfaces| KnownView { surfaces, picture: shown.clone(), worth });
+        Ok((FilteredFrame { shown, filtered: Some(filtered), kind, samples }, known))
     }
 }

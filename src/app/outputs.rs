@@ -6,13 +6,13 @@ use std::time::Instant;
 use miette::{IntoDiagnostic, Result, WrapErr};
 
 use super::args::RenderArgs;
-use super::denoise::FilteredPicture;
+use super::denoise::{self, FilteredPicture};
 use super::layers::Channel;
 use super::report::{Seconds, is_special};
 use super::run_spec::{RunEnd, RunSpec, display_options};
 use crate::client::effects::Effects;
 use crate::client::film::VulkanFilm;
-use crate::client::{Denoise, DisplayImage, Film, FilmData, OptionNames, Settings, develop};
+use crate::client::{Denoise, DisplayImage, Film, FilmData, Settings, develop};
 use crate::color::Profile;
 use crate::image::png::{PngPicture, Transfer};
 use crate::image::write::{FileFormat, check_place, check_target, same_file};
@@ -184,6 +184,7 @@ impl FilmSnapshot {
 
 /// What a file says of the noise filter.
 fn filter_attribute(settings: &Settings) -> Option<(String, Attribute)> {
-    let how = format!("by {}, displayed pictures and the layer `denoised` only", settings.denoise.name());
+    let how =
+        format!("by {}, displayed pictures and the layer `denoised` only", denoise::name(settings.denoise));
     (settings.denoise != Denoise::Off).then(|| ("denoised".to_string(), Attribute::Text(how)))
 }

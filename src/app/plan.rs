@@ -52,12 +52,15 @@ pub struct Cost {
     /// Share of the tracing time that is saved without it, or of the device's time that its passes take.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub share: Option<f64>,
-    /// Milliseconds of its passes per frame, median.
+    /// Milliseconds of its passes per frame, or of a picture that it filters, median.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub milliseconds: Option<f64>,
     /// Milliseconds per frame that its passes would take, where it is off.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub if_on: Option<f64>,
+    /// Milliseconds that it takes, or would take, once per view.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub once: Option<f64>,
     /// How much longer paths would take with a small example of it, as a share of the present time, where it is off.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub if_on_share: Option<f64>,

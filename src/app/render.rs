@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use miette::{IntoDiagnostic, Result};
 
 use super::args::RenderArgs;
-use super::denoise::{FilteredPicture, ViewFilter};
+use super::denoise::{self, FilteredPicture, HalfMeans, OidnOptions, ViewFilter};
 use super::drive::{Drive, DriveObservers, DriveOutcome, drive};
 use super::load::{self, Opened};
 use super::method::{self, CheckOrder, RenderOrder};
@@ -21,6 +21,7 @@ use super::report::{ErrorReport, PlanCheck, RenderReport, Seconds, write_json};
 use super::run_spec::{RunEnd, RunSpec};
 use super::timings::{self, TimingCapture};
 use super::{layers, plan, predictions, process, tell};
+use crate::client::oidn::OidnQuality;
 use crate::client::{Denoise, DisplayView, Film, Settings, VarianceForm};
 use crate::scene::Loaded;
 use crate::server::{Server, Stats};
@@ -79,6 +80,7 @@ fn check_options(args: &RenderArgs) -> Result<Outputs> {
         if let Some((_, what, advice)) = needs.iter().find(|(given, ..)| !given) {
             return Err(miette::miette!(help = *advice, "--denoise needs {what}"));
         }
+        denoise::check(args.denoise)?;
     }
     let outputs = Outputs::plan(args)?;
     if let Some(path) = &args.gpu_timings {
@@ -267,11 +269,14 @@ impl<'a> BatchRender<'a> {
             Some(replicates) => {
                 let data = self.client.develop().into_diagnostic()?;
                 let film = &self.run.film;
-                let no_memory = || FilteredPicture::out_of_memory(film);
+                let oidn = OidnOptions { threads: self.threads, quality: OidnQuality::High };
                 let filter = ViewFilter::new(&self.scene, &self.camera, film, &|| false);
-                let mut filter = filter.ok_or_else(no_memory).into_diagnostic()?;
-                let filtered = FilteredPicture::of(replicates, Some(&data), &mut filter);
-                Some(filtered.ok_or_else(no_memory).into_diagnostic()?)
+                let no_memory = || denoise::out_of_memory([film.width, film.height].map(|n| n as usize));
+                let mut filter = filter.ok_or_else(no_memory).into_diagnostic()?.with_oidn(oidn);
+                let halves = HalfMeans::of(replicates).into_diagnostic()?;
+                let kind = self.settings.denoise;
+                let filtered = FilteredPicture::of(replicates, &halves, Some(&data), &mut filter, kind);
+                Some(filtered.into_diagnostic()?)
             }
             None => None,
         };

@@ -65,12 +65,23 @@ pub fn effect_list(spec: &FilmSpec, settings: &Settings, streams: [bool; 2]) -> 
         None => "no noise masking, no error view, no EXR file",
     };
     let filter = picture && settings.denoise != Denoise::Off;
-    let filter_reason = match filter {
-        true => {
-            "--denoise: bands are kept where two halves of the samples agree; two rays per pixel find first rough surfaces"
+    let filter_reason = match settings.denoise {
+        Denoise::Wavelet if filter => {
+            "--denoise wavelet: bands are kept where two halves of the samples agree; two rays per pixel find first rough surfaces"
         }
-        false if picture => "--denoise off: no halves are kept, no rays for features",
-        false => "--show: it is the noise that is shown",
+        Denoise::Oidn if filter => {
+            "--denoise oidn: the network of Open Image Denoise; two rays per pixel find first rough surfaces"
+        }
+        _ if picture => "--denoise off: no halves are kept, no rays for features",
+        _ => "--show: it is the noise that is shown",
+    };
+    let reproject = filter && settings.reproject;
+    let reproject_reason = match reproject {
+        true => {
+            "the last filtered picture stands in for samples of a new view of the same scene, until they outweigh it"
+        }
+        false if filter => "every view begins with samples alone",
+        false => "there is no filtered picture",
     };
     let masking_reason = match effects.masking {
         Some(Masking::LowPass) => "--vm above 0: a wider kernel where there is noise",
@@ -138,8 +149,12 @@ pub fn effect_list(spec: &FilmSpec, settings: &Settings, streams: [bool; 2]) -> 
         },
         ClientEffect {
             at_run_time: "a thread on the processor, started with the first picture that is filtered",
-            changes: &["mips", "reconstruct"],
             ..effect("noise-filter", filter, filter_reason)
+        },
+        ClientEffect {
+            at_run_time: "the thread of the noise filter, when another view of the scene begins",
+            can_switch: filter,
+            ..effect("reprojection", reproject, reproject_reason)
         },
         ClientEffect {
             passes: &["reconstruct", "error view"],
@@ -170,7 +185,7 @@ pub fn effect_list(spec: &FilmSpec, settings: &Settings, streams: [bool; 2]) -> 
 }
 
 /// Effects that one setting turns on and off.
-const SWITCHES: [&str; 5] = ["masking", "noise-filter", "reconstruction", "glare", "dither"];
+const SWITCHES: [&str; 6] = ["masking", "noise-filter", "reprojection", "reconstruction", "glare", "dither"];
 
 impl Settings {
     /// Turns an effect of [`effect_list`] on, in its plainest form, or off. Effects without a switch stay as they are.
@@ -178,6 +193,7 @@ impl Settings {
         match name {
             "masking" => self.vm = if on { 1.0 } else { 0.0 },
             "noise-filter" => self.denoise = if on { Denoise::Wavelet } else { Denoise::Off },
+            "reprojection" => self.reproject = on,
             "reconstruction" if on => self.reconstruction = Reconstruction::Gaussian,
             "reconstruction" => self.reconstruction = Reconstruction::None,
             "glare" => self.glare = on.then(Glare::default),

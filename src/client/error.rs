@@ -38,6 +38,10 @@ pub enum ClientError {
     #[error("the film keeps no variance, which noise masking and the error view need: make it with one")]
     NoVariance,
 
+    /// Open Image Denoise is missing or failed.
+    #[error(transparent)]
+    Oidn(#[from] crate::client::oidn::OidnError),
+
     /// Vulkan failed.
     #[error(transparent)]
     Gpu(#[from] crate::gpu::GpuError),

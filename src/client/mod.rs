@@ -30,14 +30,14 @@
 //! | module | what |
 //! |---|---|
 //! | [`cascades`] | fireflies reweighted, where that is asked for |
-//! | [`wavelet`] | the noise filter of what is displayed |
+//! | [`wavelet`], [`oidn`] | the noise filters of what is displayed: our own, and Open Image Denoise where it is installed |
 //! | [`film`], [`raster`], [`pass`] | the Vulkan film and its passes; [`pass`] says how to add one, [`pass::images`] counts bytes per pixel |
 //! | [`mod@reference`] | the same in plain Rust: the definition of every pass |
 //! | [`filter`], [`merge`], [`lod`], [`state`], [`dither`], [`glare`] | what a film and its reference share |
 //! | [`settings`], [`effects`], [`effect_list`] | what the user sets, what is compiled in for it, and the list that people read |
 //! | [`layout`] | push constants, member by member as in the shaders |
 //! | [`pacing`] | how the time of a frame is split between samples and repaints |
-//! | [`retained`], [`background`] | samples that outlive a film; tables that are made on another thread |
+//! | [`retained`], [`background`], [`light_meter`] | samples that outlive a film; tables that are made on another thread; the light of the first samples |
 //! | [`window`] | input, camera navigation and the panel |
 
 pub mod background;
@@ -51,8 +51,10 @@ pub mod film;
 pub mod filter;
 pub mod glare;
 pub mod layout;
+pub mod light_meter;
 pub mod lod;
 pub mod merge;
+pub mod oidn;
 pub mod pacing;
 pub mod pass;
 pub mod raster;

@@ -36,7 +36,7 @@ macro_rules! labels {
 labels! {
     Reconstruction { Gaussian: "Gaussian", CatmullRom: "Catmull–Rom", Mipmap: "Mipmap", None: "None", }
     Masking { LowPass: "Low-pass", Bilateral: "Bilateral", }
-    Denoise { Off: "Off", Wavelet: "Wavelets", }
+    Denoise { Off: "Off", Wavelet: "Wavelets", Oidn: "Open Image Denoise", }
     DisplayView { Picture: "Picture", CameraVariance: "Error, camera", LightVariance: "Error, light", }
     Adaptation { Photopic: "Day (photopic)", Mesopic: "Dusk (mesopic)", Scotopic: "Night (scotopic)", }
     ToneCurve { Paper: "1 − exp(−(B·Y)^C)", PbrNeutral: "PBR Neutral", AgX: "AgX", }
@@ -155,6 +155,8 @@ pub enum Denoise {
     Off,
     /// Wavelets, kept where two halves of the samples agree.
     Wavelet,
+    /// Intel's Open Image Denoise, a neural network, if its library is installed (`pointillist devices` tells).
+    Oidn,
 }
 
 /// The quantity that is shown: the picture, or the relative standard error of a stream as grey.
@@ -260,6 +262,8 @@ pub struct Settings {
     /// The filter that takes noise out of the picture. It needs halves of the samples and features of the scene, which a film does not
     /// have: what [`Film::display`](crate::client::Film::display) shows is not filtered.
     pub denoise: Denoise,
+    /// When only the camera moves, the last filtered picture stands in for samples of the new view until there are enough of them.
+    pub reproject: bool,
     /// The quantity that is shown.
     pub view: DisplayView,
     /// Glare of the eye; `None` is off.
@@ -289,6 +293,7 @@ impl Default for Settings {
             vm: 0.0,
             masking: Masking::default(),
             denoise: Denoise::default(),
+            reproject: false,
             view: DisplayView::default(),
             glare: None,
             curve: ToneCurve::default(),

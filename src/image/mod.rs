@@ -12,6 +12,7 @@ pub mod grid;
 pub mod layer;
 mod pfm;
 pub mod png;
+pub mod push_pull;
 mod radiance;
 pub mod write;
 

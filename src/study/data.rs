@@ -145,6 +145,9 @@ pub struct CurvePoint {
     pub smape: Interval,
     /// Mean FLIP of the displayed picture; of one run, without an interval.
     pub flip: Interval,
+    /// The same of the picture that is displayed through the noise filter; `None` for other programs.
+    #[serde(default)]
+    pub flip_filtered: Option<Interval>,
     /// The displayed picture of one of the runs as `data:` URI, at the times of the paper's Figures 3 and 4.
     #[serde(default)]
     pub picture: Option<String>,

@@ -72,6 +72,9 @@ pub struct RenderMeasurement {
     pub smape: f64,
     /// FLIP of the displayed picture.
     pub flip: f64,
+    /// FLIP of the picture that is displayed through the noise filter; `None` for undivided runs and other programs.
+    #[serde(default)]
+    pub flip_filtered: Option<f64>,
     /// Mean luminance over the reference's.
     pub energy: f64,
     /// Mean square error on the grid of [`REGIONS`], row by row, relative to the squared mean luminance.

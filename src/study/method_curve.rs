@@ -166,6 +166,7 @@ fn point(runs: &[&RenderMeasurement]) -> CurvePoint {
         }),
         smape: joined(&|run| Interval::exact(run.smape)),
         flip: joined(&|run| Interval::exact(run.flip)),
+        flip_filtered: known(runs, |run| run.flip_filtered.map(Interval::exact)),
         picture: runs
             .iter()
             .find_map(|run| run.picture.clone())

@@ -1,6 +1,6 @@
 //! Cameras: from uv to rays, and from points in the world to uv.
 
-use glam::{DMat3, DVec2, DVec3, Vec3};
+use glam::{DMat3, DVec2, DVec3, Mat3, Vec2, Vec3};
 
 use crate::math::warp;
 use crate::scene::desc::{CameraDesc, FilmDesc};
@@ -65,6 +65,61 @@ pub struct CameraView {
     pub distance2: f32,
     /// Area of the picture, in uv, per steradian at the lens; for a camera of parallel rays per unit of area across them.
     pub uv_per_steradian: f32,
+}
+
+/// The lines through the centre of the lens, without normalisation, and where places lie on them: quick arithmetic in single precision, for what
+/// is shown and not for light.
+#[derive(Clone, Copy, Debug)]
+pub struct CameraLines {
+    /// A line begins at the first and a sum of the other two by uv.
+    origin: [Vec3; 3],
+    direction: [Vec3; 3],
+    position: Vec3,
+    from_world: Mat3,
+    offset: Vec2,
+    /// 1 / scale.
+    per_scale: Vec2,
+    near: f32,
+    is_central: bool,
+}
+
+impl CameraLines {
+    /// Origin on the near clip plane and direction, not of unit length, of the line at uv.
+    #[inline]
+    pub fn line(&self, uv: Vec2) -> (Vec3, Vec3) {
+        let at = |[first, u, v]: [Vec3; 3]| first + uv.x * u + uv.y * v;
+        let (origin, direction) = (at(self.origin), at(self.direction));
+        (origin + direction * self.near, direction)
+    }
+
+    /// The uv of a place and its distance from the near clip plane along its line; `None` outside the picture, and before that plane.
+    #[inline]
+    pub fn project(&self, place: Vec3) -> Option<(Vec2, f32)> {
+        let local = self.from_world * (place - self.position);
+        if local.z <= self.near.max(0.0) {
+            return None;
+        }
+        let (xy, length) = match self.is_central {
+            true => (local.truncate() / local.z, place.distance(self.position) / local.z),
+            false => (local.truncate(), 1.0),
+        };
+        Some((self.inside(xy)?, (local.z - self.near) * length))
+    }
+
+    /// The uv of a place at infinity; `None` outside the picture, and where lines are parallel.
+    #[inline]
+    pub fn project_direction(&self, direction: Vec3) -> Option<Vec2> {
+        let local = self.from_world * direction;
+        if !self.is_central || local.z <= 0.0 {
+            return None;
+        }
+        self.inside(local.truncate() / local.z)
+    }
+
+    fn inside(&self, xy: Vec2) -> Option<Vec2> {
+        let uv = (xy - self.offset) * self.per_scale;
+        (uv.cmpge(Vec2::ZERO).all() && uv.cmplt(Vec2::ONE).all()).then_some(uv)
+    }
 }
 
 impl Camera {
@@ -198,6 +253,32 @@ impl Camera {
             origin: (self.position + self.axes.mul_vec3(xy.extend(self.near))).as_vec3(),
             direction: self.axes.z_axis.as_vec3(),
             t_max: (self.far - self.near) as f32,
+        }
+    }
+
+    /// The lines through the centre of the lens.
+    pub fn lines(&self) -> CameraLines {
+        let (first, u, v) = (self.offset.extend(0.0), DVec3::X * self.scale.x, DVec3::Y * self.scale.y);
+        let to_world = |vector: DVec3| self.axes.mul_vec3(vector).as_vec3();
+        let across = [first, u, v];
+        let position = self.position.as_vec3();
+        let is_central = self.projection != Projection::Orthographic;
+        let (origin, direction) = match is_central {
+            true => ([position, Vec3::ZERO, Vec3::ZERO], [first + DVec3::Z, u, v].map(to_world)),
+            false => {
+                let [first, u, v] = across.map(to_world);
+                ([position + first, u, v], [to_world(DVec3::Z), Vec3::ZERO, Vec3::ZERO])
+            }
+        };
+        CameraLines {
+            origin,
+            direction,
+            position,
+            from_world: self.from_world.as_mat3(),
+            offset: self.offset.as_vec2(),
+            per_scale: 1.0 / self.scale.as_vec2(),
+            near: self.near as f32,
+            is_central,
         }
     }
 

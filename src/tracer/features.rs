@@ -20,6 +20,10 @@ pub struct Features {
     pub normal: Vec3,
     /// Length of the way to it, in units of the space that the scene is traced in.
     pub distance: f32,
+    /// A mirror or clear glass was on the way.
+    pub specular: bool,
+    /// It emits light to there.
+    pub emits: bool,
 }
 
 /// Follows `ray`, whose direction has unit length, through mirrors and glass to the first other surface; all zero where there is none. Random
@@ -27,8 +31,9 @@ pub struct Features {
 pub fn features(scene: &Scene, mut ray: Ray, lambda: &SampledWavelengths) -> Features {
     let (mut throughput, mut distance) = (Vec3::ONE, 0.0);
     let mut lambda = *lambda;
-    for _ in 0..MOST_DELTAS {
-        let Some(hit) = scene.closest(&ray) else { return Features::default() };
+    for deltas in 0..MOST_DELTAS {
+        let specular = deltas > 0;
+        let Some(hit) = scene.closest(&ray) else { return Features { specular, ..Features::default() } };
         distance += hit.point.p.distance(ray.origin);
         let vertex = SurfaceVertex::<Bsdf>::new(scene, hit, &lambda);
         let sample = vertex.bsdf.sample(vertex.wo, [0.5; 2], 0.5);
@@ -36,12 +41,13 @@ pub fn features(scene: &Scene, mut ray: Ray, lambda: &SampledWavelengths) -> Fea
         let weight = sample.map_or(Vec3::ZERO, |s| (s.weight.0 * s.eta2).truncate());
         throughput *= weight.clamp(Vec3::ZERO, Vec3::ONE);
         let Some(sample) = sample.filter(|s| s.delta) else {
-            return Features { albedo: throughput, normal: vertex.hit.n, distance };
+            let emits = vertex.hit.emitter().is_some();
+            return Features { albedo: throughput, normal: vertex.hit.n, distance, specular, emits };
         };
         if sample.hero_only {
             lambda.terminate_companions();
         }
         ray = vertex.hit.spawn(vertex.frame.to_world(sample.wi));
     }
-    Features { distance, ..Features::default() }
+    Features { distance, specular: true, ..Features::default() }
 }

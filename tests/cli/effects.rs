@@ -31,7 +31,7 @@ fn client_entry<'a>(plan: &'a Value, effect: &str) -> &'a Value {
 #[test]
 fn explain_measures_what_is_on() {
     let plan = json(&["explain", "scenes/cornell_spheres.xml", "--size", "64x64", "--json"]);
-    assert_eq!(plan["plan"].as_array().unwrap().len(), 27);
+    assert_eq!(plan["plan"].as_array().unwrap().len(), 28);
     let glass = entry(&plan, "transmission");
     assert_eq!(glass["on"], true);
     assert!(glass["place"].as_str().unwrap().starts_with("scenes/cornell_spheres.xml:"));
@@ -50,9 +50,10 @@ fn explain_measures_what_is_on() {
         assert!(!pipelines.contains(absent), "{pipelines}");
     }
     // What is off and could be on has a price, and every effect says what decides it.
-    for effect in ["glare", "masking", "variance"] {
+    for effect in ["glare", "masking", "variance", "noise-filter"] {
         assert!(client_entry(&plan, effect)["if_on"].as_f64().unwrap() > 0.0, "{effect}");
     }
+    assert!(entry(&plan, "noise-filter")["once"].as_f64().unwrap() > 0.0);
     let off = [
         "light-stream",
         "dispersion",

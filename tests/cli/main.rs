@@ -5,6 +5,7 @@
 mod compare;
 mod effects;
 mod layers;
+mod oidn;
 mod plugins;
 mod program;
 mod render_error;

@@ -8,5 +8,6 @@ mod support;
 mod develop;
 mod film;
 mod glare;
+mod oidn;
 mod reconstruct;
 mod wavelet;

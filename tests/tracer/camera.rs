@@ -217,3 +217,33 @@ fn orthographic_rays_are_parallel() {
     }
     assert!(skew.view_far(skew.ray([0.5; 2], CENTER).direction, CENTER, &OVERSCAN).is_none());
 }
+
+/// The lines for display are those of the rays, and places on them are found again.
+#[test]
+fn lines_are_the_rays_through_the_centre_of_the_lens() {
+    for (orthographic, aperture_radius) in [(false, 0.0), (false, 0.3), (true, 0.0)] {
+        let mut desc = identity(40.0, FovAxis::X, (64, 48));
+        desc.camera.orthographic = orthographic;
+        desc.camera.aperture_radius = aperture_radius;
+        desc.camera.focus_distance = 7.0;
+        desc.camera.to_world =
+            DAffine3::from_rotation_y(0.4) * DAffine3::from_translation(DVec3::new(1.0, -2.0, 3.0));
+        let camera = camera(&desc);
+        let lines = camera.lines();
+        for i in 0..100 {
+            let uv = [0.05 + 0.009 * f64::from(i), 0.95 - 0.007 * f64::from(i)];
+            let ray = camera.ray(uv, [0.5; 2]);
+            let (origin, direction) = lines.line(DVec2::from_array(uv).as_vec2());
+            assert!(
+                origin.distance(ray.origin) < 1e-4 && direction.normalize().distance(ray.direction) < 1e-5
+            );
+            let distance = 0.5 + f32::from(i as u8);
+            let (found, far) = lines.project(ray.origin + ray.direction * distance).expect("in the picture");
+            assert!(found.distance(DVec2::from_array(uv).as_vec2()) < 1e-4, "{found} for {uv:?}");
+            assert!((far - distance).abs() < 1e-3 * distance, "{far} for {distance}");
+            let sky = lines.project_direction(ray.direction);
+            assert_eq!(sky.is_some(), !orthographic);
+            assert!(lines.project(ray.origin - ray.direction).is_none());
+        }
+    }
+}

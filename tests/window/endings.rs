@@ -13,7 +13,7 @@ const PATHS: u64 = 60_000;
 
 fn view(desktop: &Desktop, folder: &Path, options: &[&str]) -> Child {
     let paths = PATHS.to_string();
-    let all = ["--size", "96x96", "--samples", &paths, "-o", "last.png", "-o", "last.exr"];
+    let all = ["--size", "96x96", "--samples", &paths, "--exposure", "1", "-o", "last.png", "-o", "last.exr"];
     crate::viewer::view(desktop, folder, &[&all[..], &["--json", "figures.json"], options].concat())
 }
 

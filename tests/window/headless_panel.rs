@@ -14,6 +14,8 @@ pub fn readout() -> PanelData {
     PanelData {
         device: "llvmpipe (LLVM 15.0.6, 256 bits)".into(),
         method: "path",
+        methods: vec!["path", "light", "bidirectional", "photon"],
+        chooses_method: true,
         reason: "auto: path — 80 % of what is seen arrives with one bounce or none".into(),
         plan: "2 threads trace on 2 cores while the display leaves them: it draws on the processor".into(),
         extent: [512, 512],
@@ -93,6 +95,7 @@ pub fn controls() -> PanelControls {
         visible: true,
         help: false,
         map: MapChoice::None,
+        follow_light: true,
         target: DEFAULT_TARGET,
     }
 }

@@ -7,6 +7,7 @@ mod support;
 
 mod endings;
 mod error;
+mod first_second;
 mod headless_panel;
 mod input;
 mod navigation;

@@ -101,6 +101,21 @@ fn choices_and_resets_change_the_settings() {
     panel.click(pos2(name.x + 150.0, c.y), &readout, &mut controls);
     assert_ne!(controls.settings.contrast, 1.0);
     assert_eq!(controls.settings, Settings { contrast: controls.settings.contrast, ..Settings::default() });
+    assert!(controls.follow_light);
+    // One into the slider of B fixes the brightness.
+    let b = place(&shapes, "Brightness B");
+    panel.click(pos2(name.x + 150.0, b.y), &readout, &mut controls);
+    assert!(!controls.follow_light && controls.settings.exposure != 1.0);
+}
+
+#[test]
+fn another_method_can_be_chosen() {
+    let (readout, mut controls, mut panel) = (readout(), controls(), Panel::new([800.0, 1600.0]));
+    let shapes = panel.settle(&readout, &mut controls);
+    panel.click(place(&shapes, "automatic: path"), &readout, &mut controls);
+    let open = panel.settle(&readout, &mut controls);
+    let actions = panel.click(place(&open, "bidirectional"), &readout, &mut controls);
+    assert_eq!(actions, [Action::SetMethod(Some("bidirectional"))]);
 }
 
 #[test]
@@ -119,6 +134,7 @@ fn untouched_values_stay_bit_for_bit() {
             view: [DisplayView::Picture, DisplayView::CameraVariance, DisplayView::LightVariance][round % 3],
             masking: [Masking::LowPass, Masking::Bilateral][round % 2],
             denoise: [Denoise::Off, Denoise::Wavelet][round % 2],
+            reproject: round % 2 == 0,
             reconstruction: [Reconstruction::CatmullRom, Reconstruction::Mipmap, Reconstruction::None]
                 [round % 3],
             kernel: ReconstructionKernel { taps: 2 + round as u32 % 7, exponent: round as u32 % 5 },
@@ -137,6 +153,7 @@ fn untouched_values_stay_bit_for_bit() {
             visible: true,
             help: round % 5 == 0,
             map: MapChoice::None,
+            follow_light: round % 2 == 0,
             target: DEFAULT_TARGET,
         };
         let mut panel = Panel::new([700.0, 1500.0]);
@@ -146,6 +163,30 @@ fn untouched_values_stay_bit_for_bit() {
         assert_eq!(controls.settings, settings);
         assert_eq!(controls.settings.exposure.to_bits(), settings.exposure.to_bits());
         assert_eq!(controls.filter, SplatFilter::Tent);
+        assert_eq!(controls.follow_light, round % 2 == 0);
+    }
+}
+
+/// A noise filter that is not installed cannot be chosen; one that is can.
+#[test]
+fn the_noise_filters_that_there_are_can_be_chosen() {
+    let is_there = pointillist::client::oidn::library().is_ok();
+    for (text, kind, can_be_had) in [
+        ("Off", Denoise::Off, true),
+        ("Wavelets", Denoise::Wavelet, true),
+        ("Open Image Denoise", Denoise::Oidn, is_there),
+    ] {
+        for before in [Denoise::Off, Denoise::Wavelet] {
+            let (readout, mut controls, mut panel) = (readout(), controls(), Panel::new([800.0, 1600.0]));
+            controls.settings.denoise = before;
+            let shapes = panel.settle(&readout, &mut controls);
+            panel.click(place(&shapes, "Noise filter") + vec2(110.0, 0.0), &readout, &mut controls);
+            let open = panel.settle(&readout, &mut controls);
+            // The last one of this name: the open list is over the panel.
+            let at = texts(&open).into_iter().rfind(|(found, _)| found == text).unwrap().1.center();
+            panel.click(at, &readout, &mut controls);
+            assert_eq!(controls.settings.denoise, if can_be_had { kind } else { before }, "{text}");
+        }
     }
 }
 

@@ -20,7 +20,14 @@ impl Heard {
     fn view(desktop: &Desktop, folder: &Path, scene: &str, options: &[&str]) -> Self {
         let mut command = program();
         command.current_dir(folder).env("DISPLAY", &desktop.display).env("POINTILLIST_LOG", "info");
-        let mut child = command.arg("view").arg(scene).args(options).stderr(Stdio::piped()).spawn().unwrap();
+        let mut child = command
+            .arg("view")
+            .arg(scene)
+            .args(options)
+            .args(["--exposure", "1"])
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
         let (stderr, words) = (child.stderr.take().unwrap(), Arc::new(Mutex::new(String::new())));
         let into = words.clone();
         std::thread::spawn(move || {

@@ -42,9 +42,9 @@ pub struct DisplayArgs {
     #[arg(long, value_name = "KIND", default_value = "none")]
     pub dither: Dither,
 
-    /// Brightness B of the tone curve.
-    #[arg(long, value_name = "B", default_value_t = Settings::default().exposure, value_parser = positive)]
-    pub exposure: f32,
+    /// Brightness B of the tone curve [default: 1; in the window what makes the scene's mean a middle grey].
+    #[arg(long, value_name = "B", value_parser = positive)]
+    pub exposure: Option<f32>,
 
     /// Contrast C of the tone curve.
     #[arg(long, value_name = "C", default_value_t = Settings::default().contrast, value_parser = positive)]
@@ -78,7 +78,7 @@ impl DisplayArgs {
             view: self.show,
             curve: self.curve,
             dither: self.dither,
-            exposure: self.exposure,
+            exposure: self.exposure.unwrap_or(Settings::default().exposure),
             contrast: self.contrast,
             gamma: self.gamma,
             profile: self.profile.clone(),

@@ -79,6 +79,9 @@ pub struct RenderArgs {
 
     /// Filter noise out of the displayed picture: PNG files, and the layer `denoised` of EXR files; samples, sums and stated error stay
     /// those of the picture without.
+    ///
+    /// `oidn` is Intel's Open Image Denoise and needs its library: the file that the environment variable OIDN_LIBRARY names, or else
+    /// libOpenImageDenoise where the system looks for libraries. `pointillist devices` says whether it is there, and where it can be had.
     #[arg(long, value_name = "KIND", default_value = "off", help_heading = "Output")]
     pub denoise: Denoise,
 

@@ -22,8 +22,16 @@ pub struct ViewArgs {
 
     /// Filter noise out of the picture in the window; samples, sums and the stated error stay those of the picture without [default:
     /// wavelet; off with --deterministic and with --replicates 1, which has no halves to compare].
+    ///
+    /// `oidn` is Intel's Open Image Denoise and needs its library: the file that the environment variable OIDN_LIBRARY names, or else
+    /// libOpenImageDenoise where the system looks for libraries. `pointillist devices` says whether it is there, and where it can be had.
     #[arg(long, value_name = "KIND", help_heading = "Display")]
     pub denoise: Option<Denoise>,
+
+    /// Begin every view with samples alone. Otherwise, where only the camera moves, the last filtered picture stands in for samples of the new
+    /// view until there are enough of them.
+    #[arg(long, help_heading = "Display")]
+    pub no_reproject: bool,
 
     /// Pictures per second aimed at [default: the display's rate].
     #[arg(long, value_name = "N", value_parser = positive, help_heading = "Window")]

@@ -140,6 +140,7 @@ impl ReferencePicture {
         let (total, paths) = (traced.stats.total(), traced.data.counts.paths());
         let size = [self.rgb.width(), self.rgb.height()];
         let noise = ErrorField::noise(&traced.pixels, self.rgb.pixels(), size);
+        let filtered = renderer.filtered(traced)?.map(|shown| linear(&shown, &renderer.settings));
         let rejections = total.rejections;
         let rejected = |cause: Cause| {
             let example = rejections.examples().iter().find(|example| example.fault.cause == cause);
@@ -156,6 +157,7 @@ impl ReferencePicture {
             display_seconds: traced.display_seconds,
             samples_per_pixel: paths as f64 / renderer.texels(),
             paths,
+            flip_filtered: filtered.map(|shown| difference(&shown, &self.shown).0),
             noise: noise.map(|field| field.estimate(TileSubset::All).rel_mse),
             stated: traced.estimate().map(|estimate| estimate.relative),
             rejected: Cause::ALL.into_iter().map(rejected).filter(|(_, count, _)| *count > 0).collect(),

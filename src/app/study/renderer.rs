@@ -7,6 +7,7 @@ use miette::{IntoDiagnostic, Result};
 
 use crate::app::args::StudyArgs;
 use crate::app::args::scene::SceneArgs;
+use crate::app::denoise::{FilteredPicture, HalfMeans, ViewFilter};
 use crate::app::device::Device;
 use crate::app::drive::{Drive, DriveObservers, DriveOutcome, drive};
 use crate::app::load::{self, Opened};
@@ -15,7 +16,7 @@ use crate::app::observer::{Beside, Observer};
 use crate::app::progress::{Goal, Progress};
 use crate::app::report::Seconds;
 use crate::app::run_spec::{RunSpec, shown_variance};
-use crate::client::{DisplayImage, Film, FilmData, FilmSpec, Settings, develop};
+use crate::client::{Denoise, DisplayImage, Film, FilmData, FilmSpec, Settings, develop};
 use crate::color::Profile;
 use crate::image::Grid;
 use crate::scene::SceneDesc;
@@ -25,7 +26,7 @@ use crate::stream::Lanes;
 use crate::stream::control::Epoch;
 use crate::study::error::ReplicatePixel;
 use crate::study::prediction::PredictionOutcome;
-use crate::study::{ErrorEstimate, ErrorQuantile, ErrorStatus};
+use crate::study::{ErrorEstimate, ErrorQuantile, ErrorStatus, Replicates};
 use crate::tracer::{Camera, Scene};
 
 /// How long a picture is traced.
@@ -74,6 +75,8 @@ pub struct StudyRender {
     pub predictions: Vec<PredictionOutcome>,
     /// Mean and difference of its replicates; empty for an undivided run.
     pub pixels: Vec<ReplicatePixel>,
+    /// The sums of its replicates; `None` for an undivided run.
+    replicates: Option<Replicates>,
 }
 
 impl StudyRender {
@@ -169,6 +172,7 @@ impl StudyRenderer {
             miette::bail!("path {index} panicked: {message}: {}", run.command(*index, 1));
         }
         let pixels = observer.as_ref().map(Observer::pixels).unwrap_or_default();
+        let replicates = observer.as_ref().and_then(Observer::replicates);
         let (state, predictions) = observer.as_ref().map(Observer::end).unwrap_or_default();
         let stats = self.server.stats();
         let start = Instant::now();
@@ -178,7 +182,28 @@ impl StudyRenderer {
         let [width, height] = [run.film.width, run.film.height].map(|side| side as usize);
         let rgb = Grid::from_rows(width, height, develop::linear_rgb(&data, &Profile::srgb()));
         let rgb = rgb.ok_or_else(|| miette::miette!("the film has another size than its picture"))?;
-        Ok(StudyRender { rgb, data, shown, driven, stats, display_seconds, state, predictions, pixels })
+        Ok(StudyRender {
+            rgb,
+            data,
+            shown,
+            driven,
+            stats,
+            display_seconds,
+            state,
+            predictions,
+            pixels,
+            replicates,
+        })
+    }
+
+    /// A picture of this scene as it is displayed through the noise filter; `None` for an undivided run, and without memory.
+    pub fn filtered(&self, traced: &StudyRender) -> Result<Option<DisplayImage>> {
+        let picture = traced.replicates.as_ref().and_then(|replicates| {
+            let mut filter = ViewFilter::new(&self.scene, &self.camera, &self.run.film, &|| false)?;
+            let halves = HalfMeans::of(replicates).ok()?;
+            FilteredPicture::of(replicates, &halves, Some(&traced.data), &mut filter, Denoise::Wavelet).ok()
+        });
+        picture.map(|picture| picture.display(&self.settings)).transpose()
     }
 
     /// Replaces the film by an empty one.

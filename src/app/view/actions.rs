@@ -69,6 +69,12 @@ impl Viewer {
             }
             Action::SetEffect { name, on } => self.set_effect(name, on)?,
             Action::MeasureCosts => self.panel.measure_costs(&self.session, &self.editor)?,
+            Action::ToggleFollowLight => self.panel.controls.follow_light ^= true,
+            Action::SetMethod(name) => {
+                if self.session.set_method(name) {
+                    self.edited();
+                }
+            }
             Action::SavePng => self.save_picture("png")?,
             Action::SaveExr => self.save_picture("exr")?,
             Action::SaveScene => {
@@ -140,11 +146,16 @@ impl Viewer {
         let mut outcome = self.outcome();
         outcome.prefix &= self.session.run_spec().deterministic;
         let run = self.present_run_spec()?;
-        let settings = &self.panel.controls.settings;
-        let denoise = self.picture.filter_shown(self.session.run_spec(), settings);
-        let settings = Settings { denoise, ..settings.clone() };
+        let settings = self.settings_shown();
         let snapshot = self.picture.snapshot(&path, &self.session, &settings)?;
         self.saves.begin(path, move |path| snapshot.write(path, &run, &outcome, &settings))
+    }
+
+    /// With what the present picture is shown: the noise filter is among it only where it has filtered it.
+    fn settings_shown(&self) -> Settings {
+        let settings = &self.panel.controls.settings;
+        let denoise = self.picture.filter_shown(self.session.run_spec(), settings);
+        Settings { denoise, ..settings.clone() }
     }
 
     /// What makes the present picture: where camera or scene were changed, a scene file with the changes is saved first.
@@ -165,7 +176,7 @@ impl Viewer {
     /// Puts the command that repeats this picture without a window on the clipboard and on standard output.
     fn copy_command(&mut self) -> Result<String> {
         let (run, paths) = (self.present_run_spec()?, self.picture.counts().paths());
-        let options = display_options(&self.panel.controls.settings);
+        let options = display_options(&self.settings_shown());
         let command = format!("{} {options}", run.command(0, paths));
         // Standard output may be the figures', or a pipe that nobody reads any more.
         if self.options.json.as_deref() != Some(Path::new("-")) {

@@ -60,6 +60,8 @@ struct ViewReport {
     aborts: usize,
     stalls: u64,
     epochs: u64,
+    /// Views that began with the last picture of another one.
+    reprojections: u64,
     resizes: u64,
     device_losses: u32,
     surface_losses: u32,
@@ -154,6 +156,7 @@ impl Viewer {
             aborts: session.aborts.iter().count(),
             stalls: metrics.stalls,
             epochs: metrics.epochs,
+            reprojections: self.picture.reprojections(),
             resizes: metrics.resizes,
             device_losses: screen.map_or(0, |screen| screen.device_losses),
             surface_losses: screen.map_or(0, |screen| screen.surface_losses),

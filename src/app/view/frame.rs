@@ -44,11 +44,25 @@ impl Viewer {
             }
         }
         self.picture.hear_end(&self.session);
+        self.follow_light(begin);
         if shows && self.picture.has_picture() {
             self.show(&plan)?;
         }
         self.measure(begin);
         Ok(())
+    }
+
+    /// Lets the exposure follow the light of the scene, where it may.
+    fn follow_light(&mut self, now: Instant) {
+        let controls = &mut self.panel.controls;
+        if !controls.follow_light {
+            return self.light.start_from(controls.settings.exposure);
+        }
+        let metered = self.picture.metered().filter(|_| !self.picture.is_frozen());
+        if let Some(exposure) = self.light.step(metered, now) {
+            controls.settings.exposure = exposure;
+            self.picture.expose();
+        }
     }
 
     /// Does what is due: actions, camera, epoch, frame.
@@ -105,6 +119,7 @@ impl Viewer {
             && !self.session.is_stale()
             && self.saves.is_empty()
             && self.picture.is_settled()
+            && !self.light.is_changing()
             && !self.panel.is_busy();
         if !still {
             return self.due;
@@ -176,7 +191,7 @@ impl Viewer {
     pub(super) fn restart(&mut self) -> Result<()> {
         self.session.begin(&self.editor)?;
         let view = EpochView { scene: self.editor.scene(), camera: self.editor.camera(self.session.size())? };
-        self.picture.begin_epoch(self.session.run_spec(), view);
+        self.picture.begin_epoch(self.session.run_spec(), view, &self.panel.controls.settings);
         self.panel.begin_epoch();
         self.metrics.epoch();
         Ok(())

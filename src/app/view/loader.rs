@@ -81,8 +81,10 @@ impl ViewSource {
             let size = [run.film.width, run.film.height];
             method::choose(&mut run, &editor.scene(), &editor.camera(size)?, args.threads());
             method::tell_choice(&run);
-        } else if run.integrator == IntegratorKind::Auto {
-            // Until the method is chosen, beside the window.
+        } else if run.integrator == IntegratorKind::Auto
+            || run.integrator == IntegratorKind::Path && args.integrator.is_none()
+        {
+            // Files name path tracing because it is the usual method: that is no order. Until one is chosen, beside the window, it is used.
             run.integrator = IntegratorKind::Path;
             choose = true;
         }

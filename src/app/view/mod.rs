@@ -38,6 +38,7 @@ mod actions;
 mod costs;
 mod editor;
 mod ending;
+mod exposure;
 mod frame;
 mod handler;
 mod loader;
@@ -62,6 +63,7 @@ use miette::Result;
 use crate::app::outputs::Outputs;
 use crate::app::timings::TimingCapture;
 use crate::app::view::editor::SceneEditor;
+use crate::app::view::exposure::FollowedLight;
 use crate::app::view::loader::{SceneLoader, ViewSource};
 use crate::app::view::metrics::ViewerMetrics;
 use crate::app::view::panel::ViewerPanel;
@@ -107,6 +109,8 @@ struct Viewer {
     editor: SceneEditor,
     panel: ViewerPanel,
     metrics: ViewerMetrics,
+    /// The exposure, where it follows the light of the scene.
+    light: FollowedLight,
     saves: BackgroundSaves,
     /// Records times of passes and workers, if asked for.
     capture: Option<TimingCapture>,

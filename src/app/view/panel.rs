@@ -25,6 +25,7 @@ use crate::client::window::panel::{
 };
 use crate::scene::desc::IntegratorKind;
 use crate::study::{ErrorQuantile, ErrorTarget};
+use crate::tracer::choice::CANDIDATES;
 use crate::tracer::effects::{self, refusal};
 
 /// The panel, and what the user does with mouse and keys.
@@ -194,6 +195,8 @@ impl ViewerPanel {
             }),
             plan: session.processor_sharing.clone(),
             method: run.integrator.name(),
+            methods: CANDIDATES.map(IntegratorKind::name).to_vec(),
+            chooses_method: session.chooses_method(),
             reason: run.auto.as_ref().map_or(String::new(), |chosen| chosen.reason.clone()),
             extent: session.size(),
             detail: picture.detail(),

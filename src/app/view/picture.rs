@@ -1,6 +1,8 @@
 //! The picture in the window: the screen with the film on it, the samples that are kept to fill another film, the pacing of
 //! frames, and the observer of the error.
 
+mod feed;
+
 use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -8,7 +10,6 @@ use std::time::{Duration, Instant};
 use miette::Result;
 
 use crate::app::denoise::FilteredPicture;
-use crate::app::film_writer::FilmWriter;
 use crate::app::noise_filter::EpochView;
 use crate::app::observer::{Beside, Observer};
 use crate::app::outputs::FilmSnapshot;
@@ -17,9 +18,9 @@ use crate::app::view::screen::{PictureSource, Screen};
 use crate::app::view::session::RenderSession;
 use crate::app::view::window_filter::WindowFilter;
 use crate::client::film::VulkanFilm;
+use crate::client::light_meter::LightMeter;
 use crate::client::lod::level_of_detail;
 use crate::client::pacing::{FramePlan, Pacer, Situation};
-use crate::client::reference::ReferenceFilm;
 use crate::client::retained::RetainedSamples;
 use crate::client::window::host::PanelDrawing;
 use crate::client::{BATCH_CAPACITY, ClientError, Denoise, Film, FilmCounts, FilmSpec, Settings};
@@ -27,14 +28,8 @@ use crate::gpu::{FrameNumber, Gpu, Readiness};
 use crate::stream::BLOCK_SAMPLES;
 use crate::study::ErrorTarget;
 
-/// After an edit the loop waits this long for the first samples before it reads messages again.
-const FIRST_SAMPLES_WAIT: Duration = Duration::from_millis(4);
-
-/// Samples that make a first picture: a high level of detail shows the scene from few.
-const FIRST_SAMPLES: u64 = 512;
-
-/// Samples per pixel from which on a picture is filtered; with fewer the pyramid shows more.
-const FILTERED_FROM: f64 = 0.1;
+/// The picture of another view is waited for this long, before one of the first samples is shown.
+const REPROJECTION_WAIT: Duration = Duration::from_millis(40);
 
 /// Frame length where neither the command line nor the display says.
 const DEFAULT_BUDGET: Duration = Duration::from_micros(16_667);
@@ -79,6 +74,10 @@ pub struct LivePicture {
     pub observer: Option<Observer>,
     /// Filters what is shown.
     filter: WindowFilter,
+    /// Measures the light of the samples on the film.
+    meter: LightMeter,
+    /// For how long it has filtered since this was asked for.
+    filter_time: Duration,
     last_edit: Instant,
     last_repaint: LastRepaint,
     /// No picture of the present epoch was shown yet.
@@ -105,8 +104,8 @@ pub struct LivePicture {
 const FAILURES: u32 = 2;
 
 impl LivePicture {
-    /// A picture without a window. Starts the observer, where the render is divided into replicates.
-    pub fn new(run: &RunSpec, budget: Option<Duration>, target: ErrorTarget) -> Result<Self> {
+    /// A picture without a window, of this many tracer threads. Starts the observer, where the render is divided into replicates.
+    pub fn new(run: &RunSpec, budget: Option<Duration>, target: ErrorTarget, threads: usize) -> Result<Self> {
         let observe = || Observer::start(run, Some(target), Beside::Window);
         let now = Instant::now();
         Ok(Self {
@@ -114,7 +113,9 @@ impl LivePicture {
             kept: RetainedSamples::default(),
             pacer: Pacer::new(budget.unwrap_or(DEFAULT_BUDGET)),
             observer: run.replicated.then(observe).transpose()?,
-            filter: WindowFilter::default(),
+            filter: WindowFilter::new(threads),
+            meter: LightMeter::default(),
+            filter_time: Duration::ZERO,
             last_edit: now,
             last_repaint: LastRepaint { at: now, samples: 0, detail: 1 },
             unseen: false,
@@ -188,6 +189,21 @@ impl LivePicture {
         self.last_edit.elapsed()
     }
 
+    /// Views that began with the last picture of another one.
+    pub fn reprojections(&self) -> u64 {
+        self.filter.reprojections()
+    }
+
+    /// The exposure that the light of the samples asks for; `None` while there are too few.
+    pub fn metered(&self) -> Option<f32> {
+        self.meter.exposure()
+    }
+
+    /// The picture is to be painted with another exposure.
+    pub fn expose(&mut self) {
+        self.repaint = true;
+    }
+
     /// Asks for the picture to be painted anew from the same samples.
     pub fn request_repaint(&mut self) {
         (self.repaint, self.failures) = (true, 0);
@@ -258,9 +274,10 @@ impl LivePicture {
     }
 
     /// Begins with the samples of another epoch. The old picture stays until the new one is there.
-    pub fn begin_epoch(&mut self, run: &RunSpec, view: EpochView) {
+    pub fn begin_epoch(&mut self, run: &RunSpec, view: EpochView, settings: &Settings) {
         self.kept.clear();
-        self.filter.begin_epoch(run, view);
+        self.meter.clear();
+        self.filter.begin_epoch(run, view, settings);
         if let Some(observer) = &mut self.observer {
             observer.begin(run);
         }
@@ -294,6 +311,7 @@ impl LivePicture {
     /// replicate. Samples for which the store had no room are missing from both.
     fn rewind(&mut self, run: &RunSpec) {
         self.kept.rewind();
+        self.meter.clear();
         if let Some(observer) = &mut self.observer {
             observer.begin_again(run);
         }
@@ -306,19 +324,15 @@ impl LivePicture {
 
     /// Takes over a picture that was filtered; returns whether the next one is to be shown through the filter.
     fn look_at_filter(&mut self, run: &RunSpec, settings: &Settings) -> bool {
+        self.filter.choose(settings);
         if self.filter.is_wanting(run, settings) {
             self.filter.start(run, &self.kept, !self.unseen);
         }
         if let Some(time) = self.filter.poll() {
             self.pacer.filtered(time);
+            self.filter_time += time;
         }
-        self.has_enough(run) && self.filter.is_ready(run, settings)
-    }
-
-    /// Whether there are enough samples for the filter.
-    fn has_enough(&self, run: &RunSpec) -> bool {
-        let [width, height] = [run.film.width, run.film.height].map(f64::from);
-        !self.unseen && self.samples() as f64 >= FILTERED_FROM * width * height
+        self.filter.is_ready(run, settings, self.samples())
     }
 
     /// Begins to filter the samples so far.
@@ -331,9 +345,10 @@ impl LivePicture {
 
     /// The picture of all samples so far through the filter, if these settings show it so; waits for it.
     pub fn filtered(&mut self, run: &RunSpec, settings: &Settings) -> Option<FilteredPicture> {
-        if !self.has_enough(run) || !self.filter.will_be_ready(run, settings) {
+        if !self.filter.will_be_ready(run, settings, self.samples()) {
             return None;
         }
+        self.filter.choose(settings);
         self.filter.wait();
         self.filter_now();
         self.filter.wait();
@@ -342,40 +357,48 @@ impl LivePicture {
 
     /// The filter through which the picture is shown.
     pub fn filter_shown(&self, run: &RunSpec, settings: &Settings) -> Denoise {
-        self.filter.shown(run, settings).map_or(Denoise::Off, |_| settings.denoise)
+        let filtered = self.filter.shown(run, settings).and_then(|frame| frame.filtered.as_ref());
+        filtered.map_or(Denoise::Off, |_| settings.denoise)
     }
 
     /// Decides what this frame does.
     pub fn plan(&mut self, session: &RenderSession, settings: &Settings, now: Instant) -> FramePlan {
         let run = session.run_spec();
         let filter = self.look_at_filter(run, settings);
+        // Until the first filtered picture the others go on.
+        let filtered = self.filter.shown(run, settings).map(|frame| frame.samples);
         if self.film().is_some_and(VulkanFilm::is_background_ready) {
             self.repaint = true;
         }
+        let waits = self.unseen && self.filter.is_reprojecting() && session.elapsed() < REPROJECTION_WAIT;
         let (last, samples) = (&self.last_repaint, self.samples());
-        let growth = if last.samples == 0 { f64::INFINITY } else { samples as f64 / last.samples as f64 };
+        let growth = match last.samples {
+            last if last == samples => 1.0,
+            0 => f64::INFINITY,
+            last => samples as f64 / last as f64,
+        };
         let situation = Situation {
             since_edit: now - self.last_edit,
             since_repaint: now - last.at,
             lod: level_of_detail(&run.film, samples),
             growth,
             shown_detail: last.detail,
-            due: self.unseen || self.repaint || self.filter.is_fresh(),
+            due: !waits && self.unseen || self.repaint || self.filter.is_fresh(),
             waiting: session.fill().0 * BLOCK_SAMPLES,
             // In order of index only full batches are rasterised.
             batched: if run.deterministic { 0 } else { self.film().map_or(0, VulkanFilm::waiting) },
-            filter,
+            filter: filter && filtered.is_some(),
         };
         let mut plan = self.pacer.plan(&situation);
         if filter && !situation.due {
             // The picture comes when it is filtered; the first and the last one as soon as they can.
-            let filtered = self.filter.shown(run, settings).map(|frame| frame.samples);
             let soon = filtered.is_none() || !self.running && filtered != Some(samples);
-            let wanted = std::mem::take(&mut plan.repaint) || soon;
-            if wanted && !self.filter.is_busy() {
+            let due = filtered.is_some() && std::mem::take(&mut plan.repaint);
+            if (due || soon) && !self.filter.is_busy() {
                 self.filter_now();
             }
         }
+        plan.repaint &= situation.due || !waits;
         if run.deterministic {
             plan.samples = plan.samples.max(BATCH_CAPACITY);
         }
@@ -403,95 +426,17 @@ impl LivePicture {
         Ok(None)
     }
 
-    /// Reads samples of a frame that began at `begin`. After an edit it waits a moment for the first ones.
-    pub fn read_samples(
-        &mut self,
-        session: &mut RenderSession,
-        budget: usize,
-        begin: Instant,
-    ) -> Result<(), ClientError> {
-        self.read(session, budget)?;
-        while self.unseen && !session.is_through() && self.samples() < FIRST_SAMPLES {
-            let left = FIRST_SAMPLES_WAIT.saturating_sub(begin.elapsed());
-            if left.is_zero() {
-                break;
-            }
-            session.wait(left);
-            session.hear_server();
-            self.read(session, budget)?;
-        }
-        Ok(())
-    }
-
-    /// Gives the film `budget` samples: kept ones first where it is behind, then those in the lanes.
-    fn read(&mut self, session: &mut RenderSession, budget: usize) -> Result<(), ClientError> {
-        let observer = self.observer.as_ref();
-        let Some(film) = self.screen.as_mut().and_then(Screen::film_mut) else {
-            // Without a film samples are kept as long as there is room; then workers park.
-            self.read_ahead(session, budget);
-            return Ok(());
-        };
-        let (mut left, filter) = (budget, self.filter.thread());
-        let mut writer = FilmWriter::new(film, observer).with_filter(filter);
-        while left > 0
-            && let Some((samples, first_index, paths)) = self.kept.feed()
-        {
-            writer.samples(first_index, paths, samples);
-            left = left.saturating_sub(samples.len());
-            self.rasterised += samples.len() as u64;
-        }
-        writer.finish()?;
-        if !self.kept.caught_up() {
-            self.read_ahead(session, budget);
-            return Ok(());
-        }
-        let mut writer = FilmWriter::new(film, observer).with_filter(filter);
-        let drained = session.drain(left.max(BLOCK_SAMPLES), |block| {
-            self.kept.push(block);
-            writer.block(block);
-        });
-        self.rasterised += drained.samples as u64;
-        writer.finish()
-    }
-
-    /// Keeps samples from the lanes for later, so that the tracer need not wait for a film that is behind.
-    fn read_ahead(&mut self, session: &mut RenderSession, budget: usize) {
-        let mut left = budget;
-        while left > 0 && self.kept.has_room() {
-            let drained = session.drain(BLOCK_SAMPLES, |block| _ = self.kept.push_for_later(block));
-            if drained.blocks == 0 {
-                break;
-            }
-            left = left.saturating_sub(drained.samples.max(1));
-        }
-    }
-
-    /// Reads the last samples of a render that was stopped, for `time` at most. On an error the kept samples remain.
-    pub fn read_rest(&mut self, session: &mut RenderSession, time: Duration) -> Result<(), ClientError> {
-        let start = Instant::now();
-        while !session.is_through() && start.elapsed() < time || !self.kept.caught_up() {
-            session.hear_server();
-            self.read(session, BATCH_CAPACITY)?;
-            if self.film().is_none() {
-                break;
-            }
-            if !session.is_through() {
-                session.wait(Duration::from_millis(5));
-            }
-        }
-        Ok(())
-    }
-
     /// Rasterises the batch although it is not full.
     pub fn flush(&mut self) -> Result<(), ClientError> {
         self.film_mut().map_or(Ok(()), VulkanFilm::flush)
     }
 
-    /// Learns how long the processor took to draw samples, where the device does not; returns it.
+    /// Learns how long the processor took to draw samples, where the device does not; returns for how long it has drawn and filtered
+    /// since the last call.
     pub fn learn_host_time(&mut self) -> Duration {
         let (samples, time) = self.film_mut().map(VulkanFilm::take_host_time).unwrap_or_default();
         self.pacer.samples(samples, time);
-        time
+        time + std::mem::take(&mut self.filter_time)
     }
 
     /// Asks for a last repaint once the render has ended and the film has all of its samples.
@@ -521,15 +466,18 @@ impl LivePicture {
         // In order of index only whole batches are rasterised, so that the sums are those of a headless render.
         let partial = !session.run_spec().deterministic || session.is_complete();
         let ready = if partial { samples > 0 } else { samples >= BATCH_CAPACITY as u64 };
-        let detail = (ready && (plan.repaint || self.repaint)).then_some(plan.detail);
-        if partial && detail.is_some() {
+        let repaint = plan.repaint || self.repaint;
+        if partial && ready && repaint {
             self.flush()?;
         }
-        let filtered = self.filter.shown(session.run_spec(), settings).filter(|_| detail.is_some());
-        let detail = if filtered.is_some() { Some(1) } else { detail };
+        let filtered = self.filter.shown(session.run_spec(), settings).filter(|_| repaint);
+        let detail = match filtered {
+            Some(_) => Some(1),
+            None => (ready && repaint).then_some(plan.detail),
+        };
         let samples = filtered.map_or(samples, |frame| frame.samples);
         let source = match filtered {
-            Some(frame) => Some(PictureSource::Filtered(frame.picture.xyz())),
+            Some(frame) => Some(PictureSource::Filtered(frame.shown.xyz())),
             None => detail.map(PictureSource::Film),
         };
         let filtered = filtered.is_some();
@@ -562,7 +510,8 @@ impl LivePicture {
         settings: &Settings,
     ) -> Result<FilmSnapshot> {
         let filtered = self.filter.shown(session.run_spec(), settings);
-        let filtered = filtered.map(|frame| frame.picture.display(settings)).transpose()?;
+        let filtered = filtered.and_then(|frame| frame.filtered.as_ref());
+        let filtered = filtered.map(|picture| picture.display(settings)).transpose()?;
         let Some(film) = self.film_mut() else { return Err(miette::miette!("there is no picture to save")) };
         if film.is_damaged() {
             return Err(miette::miette!(
@@ -581,18 +530,5 @@ impl LivePicture {
     /// Takes the film out of the window, for the files written at the end.
     pub fn take_film(&mut self) -> Option<VulkanFilm> {
         self.screen.as_mut().and_then(Screen::take_film)
-    }
-
-    /// A reference film, on the CPU, filled with the samples that are kept.
-    pub fn film_without_device(&mut self, spec: FilmSpec) -> Result<ReferenceFilm, ClientError> {
-        let mut film = ReferenceFilm::new(spec, 0)?;
-        let mut writer = FilmWriter::new(&mut film, None);
-        self.kept.rewind();
-        while let Some((samples, first_index, paths)) = self.kept.feed() {
-            writer.samples(first_index, paths, samples);
-        }
-        writer.finish()?;
-        film.flush()?;
-        Ok(film)
     }
 }

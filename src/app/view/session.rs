@@ -14,6 +14,7 @@ use crate::client::{FilmSpec, SplatFilter};
 use crate::gpu::{DeviceInfo, DeviceKind};
 use crate::server::{Priority, Server};
 use crate::stream::{Block, DrainOrder, Drained, Epoch, Event, FinishReason, Lanes, UvWindow};
+use crate::tracer::choice::CANDIDATES;
 
 /// Abort times that are kept.
 const ABORTS: usize = 4096;
@@ -126,6 +127,19 @@ impl RenderSession {
         } else {
             format!("{threads} threads trace on {cores} cores; the display has a device of its own")
         };
+    }
+
+    /// Traces light by the method of this name, or by the one that a trial finds best for the scene. Returns whether the render must begin anew.
+    pub fn set_method(&mut self, name: Option<&str>) -> bool {
+        let named = name.and_then(|name| CANDIDATES.into_iter().find(|kind| kind.name() == name));
+        self.chooser = Chooser::new(named.is_none());
+        self.run.auto = None;
+        named.is_some_and(|kind| std::mem::replace(&mut self.run.integrator, kind) != kind)
+    }
+
+    /// Whether the method is the program's choice.
+    pub fn chooses_method(&self) -> bool {
+        self.chooser.wanted
     }
 
     /// Notes that scene or camera have changed: a new epoch must begin.

@@ -9,10 +9,12 @@ use winit::dpi::PhysicalSize;
 use winit::event_loop::{ActiveEventLoop, EventLoop};
 
 use crate::app::args::ViewArgs;
+use crate::app::denoise::check as check_denoise;
 use crate::app::device::CPU;
 use crate::app::outputs::Outputs;
 use crate::app::process;
 use crate::app::timings::{self, TimingCapture};
+use crate::app::view::exposure::FollowedLight;
 use crate::app::view::loader::{ReadyScene, ViewSource};
 use crate::app::view::loading::{LoadingWindow, OpenWindow, title};
 use crate::app::view::metrics::ViewerMetrics;
@@ -38,13 +40,14 @@ pub fn view(args: &ViewArgs) -> Result<()> {
             "a window needs a Vulkan device, and --device cpu is none: leave it out, or use `pointillist render`"
         ));
     }
+    let denoise = denoise(args)?;
     let outputs = Outputs::check(args.outputs.clone(), args.json.as_ref(), &args.source.scene)?;
     if let Some(path) = &args.gpu_timings {
         timings::check(path, args.outputs.iter().chain(&args.json).chain([&args.source.scene]))?;
     }
     process::listen_for_interrupt();
     let events = EventLoop::new().map_err(|error| no_display(&error.to_string()))?;
-    let mut app = ViewerApp::start(args, outputs, began)?;
+    let mut app = ViewerApp::start(args, denoise, outputs, began)?;
     // The window system may fail at any moment: what was traced is saved all the same.
     let run = catch_unwind(AssertUnwindSafe(|| events.run_app(&mut app)));
     match run {
@@ -98,13 +101,13 @@ pub(super) enum Stage {
 
 impl ViewerApp {
     /// Begins to load the scene.
-    fn start(args: &ViewArgs, outputs: Outputs, began: Instant) -> Result<Self> {
+    fn start(args: &ViewArgs, denoise: Denoise, outputs: Outputs, began: Instant) -> Result<Self> {
         let source = ViewSource {
             args: args.source.clone(),
             deterministic: args.deterministic,
             replicated: args.replicates > 1,
         };
-        let settings = Settings { denoise: denoise(args)?, ..args.display.settings() };
+        let settings = Settings { denoise, reproject: !args.no_reproject, ..args.display.settings() };
         let controls = PanelControls {
             own_profile: Some(settings.profile.clone()).filter(|p| Profile::named(&p.name).is_none()),
             settings: Settings { output: args.hdr, ..settings },
@@ -112,6 +115,8 @@ impl ViewerApp {
             visible: !args.no_panel,
             help: false,
             map: MapChoice::default(),
+            // In order of index the picture is that of `render`, to the byte.
+            follow_light: args.display.exposure.is_none() && !args.deterministic,
             target: DEFAULT_TARGET,
         };
         let options = ViewOptions {
@@ -180,14 +185,17 @@ impl ViewerApp {
     }
 }
 
-/// The noise filter that the command line asks for.
+/// The noise filter that the command line asks for, if it is there.
 fn denoise(args: &ViewArgs) -> Result<Denoise> {
     let usual = if args.deterministic || args.replicates == 1 { Denoise::Off } else { Denoise::Wavelet };
     match args.denoise {
         Some(kind) if kind != Denoise::Off && args.replicates == 1 => {
             Err(miette::miette!(help = "leave --replicates away", "--denoise needs two randomisations"))
         }
-        kind => Ok(kind.unwrap_or(usual)),
+        kind => {
+            let kind = kind.unwrap_or(usual);
+            check_denoise(kind).map(|()| kind)
+        }
     }
 }
 
@@ -210,8 +218,9 @@ fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
         let _ = window.request_inner_size(wanted);
     }
     let panel = ViewerPanel::new(host, controls, size);
-    let mut picture = LivePicture::new(&run, options.budget, panel.target())?;
-    let mut session = RenderSession::start(run, choose, loader.source.args.threads(), options.samples)?;
+    let threads = loader.source.args.threads();
+    let mut picture = LivePicture::new(&run, options.budget, panel.target(), threads)?;
+    let mut session = RenderSession::start(run, choose, threads, options.samples)?;
     let mut capture = None;
     if let Some(gpu) = screen.gpu() {
         session.set_device(gpu.info());
@@ -236,6 +245,7 @@ fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
         editor,
         panel,
         metrics,
+        light: FollowedLight::default(),
         saves: BackgroundSaves::default(),
         capture,
         due: now,

@@ -9,9 +9,12 @@ use crate::client::retained::RetainedSamples;
 use crate::client::{Denoise, DisplayView, FilmData, Settings};
 
 /// The filter of the window. Its thread starts with the first picture that asks for it, and stays.
-#[derive(Default)]
 pub struct WindowFilter {
     thread: Option<NoiseFilter>,
+    /// Threads of the run.
+    threads: usize,
+    /// The filter that was asked for last.
+    kind: Denoise,
     /// The thread could not be started.
     refused: bool,
     /// What the present epoch shows.
@@ -21,17 +24,32 @@ pub struct WindowFilter {
 }
 
 impl WindowFilter {
-    /// Begins with another epoch.
-    pub fn begin_epoch(&mut self, run: &RunSpec, view: EpochView) {
+    /// A filter without a thread of its own yet; filters that bring their own use as many as this.
+    pub fn new(threads: usize) -> Self {
+        Self { thread: None, threads, kind: Denoise::default(), refused: false, view: None, fresh: false }
+    }
+
+    /// Notes which filter the settings ask for.
+    pub fn choose(&mut self, settings: &Settings) {
+        self.kind = settings.denoise;
+    }
+
+    /// Begins with another epoch. Where the settings say so, the last picture stands in for its samples.
+    pub fn begin_epoch(&mut self, run: &RunSpec, view: EpochView, settings: &Settings) {
         self.view = Some(view);
-        self.begin(run);
+        self.choose(settings);
+        self.begin_film(run, Some(self.kind).filter(|_| settings.reproject && is_asked_for(run, settings)));
     }
 
     /// Begins with an empty film of the present epoch.
     pub fn begin(&mut self, run: &RunSpec) {
+        self.begin_film(run, None);
+    }
+
+    fn begin_film(&mut self, run: &RunSpec, reproject: Option<Denoise>) {
         self.fresh = false;
         if let Some((thread, view)) = self.thread.as_mut().zip(self.view.clone()) {
-            thread.begin(run.film, view);
+            thread.begin(run.film, view, reproject);
         }
     }
 
@@ -39,13 +57,13 @@ impl WindowFilter {
     /// traced at once where there `is_picture` already.
     pub fn start(&mut self, run: &RunSpec, kept: &RetainedSamples, is_picture: bool) {
         // Without a thread the picture stays as it is.
-        self.thread = NoiseFilter::start().ok();
+        self.thread = NoiseFilter::start(self.threads).ok();
         self.refused = self.thread.is_none();
         self.begin(run);
         let Some(thread) = self.thread.as_mut().filter(|_| kept.complete()) else { return };
         kept.each(|samples, first_index, paths| thread.samples(first_index, paths, samples));
         if is_picture {
-            thread.prepare();
+            thread.prepare(self.kind);
         }
     }
 
@@ -61,17 +79,29 @@ impl WindowFilter {
 
     /// The first picture of the epoch is shown: features may be traced.
     pub fn prepare(&mut self) {
-        self.thread.iter_mut().for_each(NoiseFilter::prepare);
+        self.thread.iter_mut().for_each(|thread| thread.prepare(self.kind));
     }
 
-    /// Whether pictures with these settings can be filtered now.
-    pub fn is_ready(&self, run: &RunSpec, settings: &Settings) -> bool {
-        is_asked_for(run, settings) && self.thread.as_ref().is_some_and(NoiseFilter::is_ready)
+    /// Whether pictures of this many samples with these settings can be made now.
+    pub fn is_ready(&self, run: &RunSpec, settings: &Settings, samples: u64) -> bool {
+        let thread = self.thread.as_ref().filter(|_| is_asked_for(run, settings));
+        thread.is_some_and(|thread| thread.is_ready(settings.denoise, &run.film, samples))
     }
 
     /// Whether they can be filtered now, or by and by.
-    pub fn will_be_ready(&self, run: &RunSpec, settings: &Settings) -> bool {
-        is_asked_for(run, settings) && self.thread.as_ref().is_some_and(NoiseFilter::will_be_ready)
+    pub fn will_be_ready(&self, run: &RunSpec, settings: &Settings, samples: u64) -> bool {
+        let thread = self.thread.as_ref().filter(|_| is_asked_for(run, settings));
+        thread.is_some_and(|thread| thread.will_be_ready(settings.denoise, &run.film, samples))
+    }
+
+    /// Whether the last picture will stand in for samples from the first one of another view on, and has not yet.
+    pub fn is_reprojecting(&self) -> bool {
+        self.thread.as_ref().is_some_and(NoiseFilter::is_reprojecting)
+    }
+
+    /// Views that another one has stood in for since the start.
+    pub fn reprojections(&self) -> u64 {
+        self.thread.as_ref().map_or(0, NoiseFilter::reprojections)
     }
 
     /// Whether a picture is being filtered.
@@ -82,7 +112,7 @@ impl WindowFilter {
     /// Begins to filter what was given so far: `samples` samples of a film with these sums.
     pub fn filter(&mut self, samples: u64, data: Option<FilmData>) {
         if let Some(thread) = &mut self.thread {
-            thread.filter(samples, data);
+            thread.filter(self.kind, samples, data);
         }
     }
 
@@ -110,12 +140,13 @@ impl WindowFilter {
 
     /// The last filtered picture of the present film, if these settings show it.
     pub fn shown(&self, run: &RunSpec, settings: &Settings) -> Option<&FilteredFrame> {
-        self.thread.as_ref().filter(|_| is_asked_for(run, settings)).and_then(NoiseFilter::shown)
+        let shown = self.thread.as_ref().filter(|_| is_asked_for(run, settings)).and_then(NoiseFilter::shown);
+        shown.filter(|frame| frame.kind == settings.denoise)
     }
 
-    /// Takes the last filtered picture.
+    /// Takes the last filtered picture, without anything of another view.
     pub fn take(&mut self) -> Option<FilteredPicture> {
-        self.thread.as_mut().and_then(NoiseFilter::take_shown).map(|frame| frame.picture)
+        self.thread.as_mut().and_then(NoiseFilter::take_shown).and_then(|frame| frame.filtered)
     }
 }
 

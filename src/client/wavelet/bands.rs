@@ -3,7 +3,8 @@
 use rayon::prelude::*;
 
 use super::rows::{
-    BORDER, LANES, NEIGHBOURS, PixelBlock, PlanarRows, RESULT, RowTap, SUMS, WEIGHTS, each, load, store,
+    BORDER, FEATURES, LANES, NEIGHBOURS, PixelBlock, PlanarRows, RESULT, RowTap, SUMS, WEIGHTS, each, load,
+    store,
 };
 
 /// A level of the transform.
@@ -35,58 +36,60 @@ macro_rules! on_this_processor {
     };
 }
 
+on_this_processor!(weigh_row => weigh_pixels(grid: WeightGrid, features: Option<&PlanarRows>, y: usize, row: &mut [f32]));
 on_this_processor!(smooth_row => smooth_pixels(level: &Level<'_>, sums: &PlanarRows, y: usize, out: SmoothedRow<'_>));
 on_this_processor!(average_row => average_pixels(level: &Level<'_>, band: &PlanarRows, y: usize, out: &mut [f32]));
 on_this_processor!(shrink_row => shrink_pixels(level: &Level<'_>, means: &PlanarRows, band: &[f32], y: usize, out: &mut [f32]));
 
-/// The weights between pixels `step` apart: (1 − d/4)⁴ of the squared difference of their features in units of the tolerances, 0 out of the
-/// picture.
-pub(super) fn weigh(
-    weights: &mut PlanarRows,
-    features: Option<&PlanarRows>,
-    [width, height]: [usize; 2],
+/// Pixels whose weights to neighbours are computed.
+#[derive(Clone, Copy)]
+struct WeightGrid {
+    size: [usize; 2],
+    /// Pixels between neighbours.
     step: usize,
-) {
-    let stride = weights.stride;
-    weights.inner().enumerate().for_each(|(y, row)| {
-        for neighbour in &NEIGHBOURS[..WEIGHTS] {
-            let below = y + neighbour.dy as usize * step;
-            for x in (0..width).step_by(LANES) {
-                let inside = |i: usize| {
-                    let column = (x + i) as isize + neighbour.dx * step as isize;
-                    below < height && x + i < width && (0..width as isize).contains(&column)
-                };
-                let mut w = each(|i| if inside(i) { 1.0 } else { 0.0 });
-                if let Some(features) = features.filter(|_| below < height) {
-                    let (there_y, there_x) = neighbour.place(y + BORDER, x + BORDER, step);
-                    let (here, there) = (features.row(y + BORDER), features.row(there_y));
-                    let p = |c: usize| load(here, stride, c, x + BORDER);
-                    let q = |c: usize| load(there, stride, c, there_x);
-                    let square = |c: usize| {
-                        let (p, q) = (p(c), q(c));
-                        each(|i| (p[i] - q[i]) * (p[i] - q[i]))
-                    };
-                    let sum = |c: usize| {
-                        let s = [square(c), square(c + 1), square(c + 2)];
-                        each(|i| s[0][i] + s[1][i] + s[2][i])
-                    };
-                    let tolerance = |c: usize| {
-                        let (p, q) = (p(c), q(c));
-                        each(|i| p[i] + q[i])
-                    };
-                    let (albedo, normal, distance) = (sum(0), sum(3), square(6));
-                    let (ta, tn, tz) = (tolerance(7), tolerance(8), tolerance(9));
-                    w = each(|i| {
-                        let d = albedo[i] / ta[i] + normal[i] / tn[i] + distance[i] / tz[i];
-                        let rest = (1.0 - 0.5 * d).max(0.0);
-                        let square = rest * rest;
-                        w[i] * square * square
-                    });
-                }
-                store(row, stride, neighbour.weight, x + BORDER, w);
+    stride: usize,
+}
+
+/// The weights between pixels `step` apart: (1 − d/4)⁴ of the squared difference of their features in units of the tolerances, 0 out of the
+/// picture, and between pixels with different shares of lights.
+pub(super) fn weigh(weights: &mut PlanarRows, features: Option<&PlanarRows>, size: [usize; 2], step: usize) {
+    let grid = WeightGrid { size, step, stride: weights.stride };
+    weights.inner().enumerate().for_each(|(y, row)| weigh_row(grid, features, y, row));
+}
+
+#[inline(always)]
+fn weigh_pixels(grid: WeightGrid, features: Option<&PlanarRows>, y: usize, row: &mut [f32]) {
+    let WeightGrid { size: [width, height], step, stride } = grid;
+    for neighbour in &NEIGHBOURS[..WEIGHTS] {
+        let below = y + neighbour.dy as usize * step;
+        let (there_y, _) = neighbour.place(y + BORDER, BORDER, step);
+        let rows = features.filter(|_| below < height);
+        let rows = rows.map(|features| (features.row(y + BORDER), features.row(there_y)));
+        for x in (0..width).step_by(LANES) {
+            let inside = |i: usize| {
+                let column = (x + i) as isize + neighbour.dx * step as isize;
+                below < height && x + i < width && (0..width as isize).contains(&column)
+            };
+            let mut w = each(|i| if inside(i) { 1.0 } else { 0.0 });
+            if let Some((here, there)) = rows {
+                let (_, there_x) = neighbour.place(y + BORDER, x + BORDER, step);
+                let p: [PixelBlock; FEATURES] = std::array::from_fn(|c| load(here, stride, c, x + BORDER));
+                let q: [PixelBlock; FEATURES] = std::array::from_fn(|c| load(there, stride, c, there_x));
+                w = each(|i| {
+                    let square = |c: usize| (p[c][i] - q[c][i]) * (p[c][i] - q[c][i]);
+                    let tolerance = |c: usize| p[c][i] + q[c][i];
+                    let albedo = (square(0) + square(1) + square(2)) / tolerance(7);
+                    let normal = (square(3) + square(4) + square(5)) / tolerance(8);
+                    let d = albedo + normal + square(6) / tolerance(9);
+                    let rest = (1.0 - 0.5 * d).max(0.0);
+                    let square = rest * rest;
+                    let alike = if p[10][i] == q[10][i] { w[i] } else { 0.0 };
+                    alike * square * square
+                });
             }
+            store(row, stride, neighbour.weight, x + BORDER, w);
         }
-    });
+    }
 }
 
 /// What a row of [`smooth`] writes.

@@ -18,7 +18,7 @@ use rayon::prelude::*;
 
 use self::bands::{Level, average, shrink, smooth, weigh};
 use self::prepare::{begin, mean_of_halves, separate_fireflies, tolerances};
-use self::rows::{BAND, BORDER, PlanarRows, RESULT, SUMS, WEIGHTS};
+use self::rows::{BAND, BORDER, FEATURES, PlanarRows, RESULT, SUMS, WEIGHTS};
 use crate::image::Grid;
 
 /// Levels of the transform; level l has steps of 2^l pixels.
@@ -30,12 +30,14 @@ pub type HalfPicture = Grid<glam::Vec4>;
 /// What a camera ray meets first, in one pixel: zero where that is nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PixelFeatures {
-    /// Diffuse reflectance, linear Rec.709.
+    /// Reflectance for red, green and blue light.
     pub albedo: Vec3,
     /// Unit shading normal, or a mean of several.
     pub normal: Vec3,
     /// Distance from the camera, world units.
     pub distance: f32,
+    /// It is a light: nothing around it is as bright, nor are the pixels that its edge divides.
+    pub emits: bool,
 }
 
 /// A filtered picture.
@@ -49,6 +51,7 @@ pub struct Filtered {
 /// The filter for pictures of one size with the same features; its memory and the weights are kept from picture to picture.
 pub struct WaveletFilter {
     size: [usize; 2],
+    features: PlanarRows,
     /// Weights of every level.
     weights: Vec<PlanarRows>,
     /// Weights of the finest level without features.
@@ -63,20 +66,39 @@ pub struct WaveletFilter {
 impl WaveletFilter {
     /// A filter for pictures of `size` pixels, with the features of both halves; `None` without memory.
     pub fn new(size: [usize; 2], features: Option<[&Grid<PixelFeatures>; 2]>) -> Option<Self> {
+        Self::after(None, size, features)
+    }
+
+    /// The same in the memory of the filter of another view, if that has the same size: memory that is new costs more time than what is
+    /// computed.
+    pub fn after(
+        last: Option<Self>,
+        size: [usize; 2],
+        features: Option<[&Grid<PixelFeatures>; 2]>,
+    ) -> Option<Self> {
+        let mut filter = match last.filter(|last| last.size == size) {
+            Some(last) => last,
+            None => Self::empty(size)?,
+        };
+        if let Some(halves) = features {
+            tolerances(halves, &mut filter.features);
+        }
+        let known = features.map(|_| &filter.features);
+        for (level, weights) in filter.weights.iter_mut().enumerate() {
+            weigh(weights, known, size, 1 << level);
+        }
+        Some(filter)
+    }
+
+    fn empty(size: [usize; 2]) -> Option<Self> {
         let rows = |channels| PlanarRows::new(size[0], size[1], channels);
-        let known = match features {
-            Some(halves) => Some(tolerances(halves)?),
-            None => None,
-        };
-        let weights = |features: Option<&PlanarRows>, level: u32| {
-            let mut weights = rows(WEIGHTS)?;
-            weigh(&mut weights, features, size, 1 << level);
-            Some(weights)
-        };
+        let mut alike = rows(WEIGHTS)?;
+        weigh(&mut alike, None, size, 1);
         Some(Self {
             size,
-            weights: (0..LEVELS).map(|level| weights(known.as_ref(), level)).collect::<Option<_>>()?,
-            alike: weights(None, 0)?,
+            features: rows(FEATURES)?,
+            weights: (0..LEVELS).map(|_| rows(WEIGHTS)).collect::<Option<_>>()?,
+            alike,
             sums: rows(SUMS)?,
             coarser: rows(SUMS)?,
             band: rows(BAND)?,

@@ -3,7 +3,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::rows::{BORDER, FEATURES, PlanarRows, RESULT, SUMS};
+use super::rows::{BORDER, PlanarRows, RESULT, SUMS};
 use super::{HalfPicture, PixelFeatures};
 use crate::image::Grid;
 
@@ -18,6 +18,10 @@ const ALBEDO: f32 = 0.05;
 const NORMAL: f32 = 0.15;
 const DISTANCE: f32 = 0.02;
 const SLOPE: f32 = 2.0;
+
+/// The share of lights in a pixel whose neighbours see both lights and other surfaces. Pixels of another share are not mixed with it: a light
+/// is many times as bright as what is around it, and its edge is in between.
+const EDGE_OF_LIGHT: f32 = 0.5;
 
 /// Writes the halves as sums, and half of what only one of them has seen to `aside`: it stays where it is and does not spread.
 pub(super) fn separate_fireflies(
@@ -97,10 +101,9 @@ pub(super) fn mean_of_halves(sums: &[f32], x: usize) -> Vec3 {
     }
 }
 
-/// Means of the features over both halves, with the tolerances of their differences.
-pub(super) fn tolerances(halves: [&Grid<PixelFeatures>; 2]) -> Option<PlanarRows> {
+/// Writes means of the features over both halves, with the tolerances of their differences.
+pub(super) fn tolerances(halves: [&Grid<PixelFeatures>; 2], rows: &mut PlanarRows) {
     let (width, height) = (halves[0].width(), halves[0].height());
-    let mut rows = PlanarRows::new(width, height, FEATURES)?;
     let stride = rows.stride;
     let pair = |x: usize, y: usize| halves.map(|half| half.at(x, y));
     let distance = |x: usize, y: usize| {
@@ -116,13 +119,14 @@ pub(super) fn tolerances(halves: [&Grid<PixelFeatures>; 2]) -> Option<PlanarRows
     rows.inner().enumerate().for_each(|(y, row)| {
         for x in 0..width {
             // Variance of the mean, from the halves, over the pixel and its neighbours.
-            let (mut spread, mut count) = ([0f32; 3], 0.0);
+            let (mut spread, mut lights, mut count) = ([0f32; 3], 0.0, 0.0);
             for y in y.saturating_sub(1)..(y + 2).min(height) {
                 for x in x.saturating_sub(1)..(x + 2).min(width) {
                     let [a, b] = pair(x, y);
                     spread[0] += 0.25 * (a.albedo - b.albedo).length_squared();
                     spread[1] += 0.25 * (a.normal - b.normal).length_squared();
                     spread[2] += 0.25 * (a.distance - b.distance).powi(2);
+                    lights += f32::from(u8::from(a.emits) + u8::from(b.emits));
                     count += 1.0;
                 }
             }
@@ -142,11 +146,14 @@ pub(super) fn tolerances(halves: [&Grid<PixelFeatures>; 2]) -> Option<PlanarRows
             let [va, vn, vz] = spread.map(|sum| sum / count);
             let tz = (DISTANCE * z).powi(2) + (SLOPE * (across + down)).powi(2) + vz + f32::MIN_POSITIVE;
             let values = [albedo.x, albedo.y, albedo.z, normal.x, normal.y, normal.z, z];
-            let all = values.into_iter().chain([ALBEDO * ALBEDO + va, NORMAL * NORMAL + vn, tz]);
+            let lights = match lights / (2.0 * count) {
+                share if share == 0.0 || share == 1.0 => share,
+                _ => EDGE_OF_LIGHT,
+            };
+            let all = values.into_iter().chain([ALBEDO * ALBEDO + va, NORMAL * NORMAL + vn, tz, lights]);
             for (channel, value) in all.enumerate() {
                 row[channel * stride + BORDER + x] = value;
             }
         }
     });
-    Some(rows)
 }

@@ -14,8 +14,8 @@ pub(super) const LANES: usize = 8;
 
 /// Channels of the two halves: sums X, Y, Z and counts, and again.
 pub(super) const SUMS: usize = 8;
-/// Channels of features with their tolerances: albedo, normal, distance, three tolerances.
-pub(super) const FEATURES: usize = 10;
+/// Channels of features with their tolerances: albedo, normal, distance, three tolerances, share of lights.
+pub(super) const FEATURES: usize = 11;
 /// Weights to the neighbours to the right, below right, below, below left; those to the others are theirs.
 pub(super) const WEIGHTS: usize = 4;
 /// Channels of the result: X, Y, Z, and the gain of the last band.

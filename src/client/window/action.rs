@@ -40,6 +40,10 @@ pub enum Action {
     },
     /// Measures what the effects of the tracer cost.
     MeasureCosts,
+    /// Lets the brightness follow the light of the scene, or fixes it where it is.
+    ToggleFollowLight,
+    /// Traces light by this method, or by the one that suits the scene.
+    SetMethod(Option<&'static str>),
     /// Saves the displayed picture.
     SavePng,
     /// Saves the sums of the film.

@@ -102,6 +102,7 @@ const MOVES: &[KeyBinding] = &[
 const PICTURE: &[KeyBinding] = &[
     mouse("Click", "select an object"),
     key("X", "select nothing", &[Char('x')], Action::Deselect),
+    key("B", "fix the brightness, or let it follow the light", &[Char('b')], Action::ToggleFollowLight),
     key("P", "save the picture as PNG", &[Char('p')], Action::SavePng),
     key("E", "save the sums as EXR", &[Char('e')], Action::SaveExr),
     key("Ctrl+S", "save the scene's changes", &[Ctrl('s', false)], Action::SaveScene),

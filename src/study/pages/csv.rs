@@ -102,7 +102,7 @@ fn method<'a>(text: &mut CsvText<'a>, m: &'a MethodResult) {
     }
 }
 
-fn point(p: &CurvePoint) -> [(&'static str, &'static str, Option<Interval>); 12] {
+fn point(p: &CurvePoint) -> [(&'static str, &'static str, Option<Interval>); 13] {
     let relative = |i: usize| p.relative.map(|r| r[i]);
     [
         ("rel_mse", "1", Some(p.rel_mse)),
@@ -114,6 +114,7 @@ fn point(p: &CurvePoint) -> [(&'static str, &'static str, Option<Interval>); 12]
         ("relative_p99", "1", relative(2)),
         ("smape", "1", Some(p.smape)),
         ("flip", "1", Some(p.flip)),
+        ("flip_filtered", "1", p.flip_filtered),
         ("trace_seconds", "s", exact(p.trace_seconds)),
         ("splat_seconds", "s", exact(p.splat_seconds)),
         ("display_seconds", "s", exact(p.display_seconds)),

@@ -32,6 +32,7 @@ fn method(name: &str, error: f64, slope: f64, per_second: f64) -> MethodResult {
             relative: Some([near(0.5 * rms, 0.05), near(1.2 * rms, 0.08), near(2.0 * rms, 0.15)]),
             smape: near(0.4 * rms, 0.1),
             flip: near(0.8 * rms, 0.1),
+            flip_filtered: Some(near(0.5 * rms, 0.1)),
             picture: None,
         }
     };

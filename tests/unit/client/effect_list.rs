@@ -23,12 +23,18 @@ fn what_is_asked_for_is_on() {
     let all = Settings {
         vm: 1.0,
         denoise: Denoise::Wavelet,
+        reproject: true,
         glare: Some(Glare::default()),
         dither: Dither::Ordered,
         ..Settings::default()
     };
     let spec = FilmSpec { variance: Some(VarianceForm::Product), ..PLAIN };
     assert_eq!(on(&spec, &all, [true; 2]).len(), effect_list(&spec, &all, [true; 2]).len());
+    for (denoise, reason) in [(Denoise::Wavelet, "--denoise wavelet"), (Denoise::Oidn, "--denoise oidn")] {
+        let effects = effect_list(&spec, &Settings { denoise, ..all.clone() }, [true; 2]);
+        let filter = effects.iter().find(|effect| effect.name == "noise-filter").unwrap();
+        assert!(filter.on && filter.reason.starts_with(reason), "{}", filter.reason);
+    }
     let error = Settings { view: DisplayView::CameraVariance, ..all };
     assert_eq!(
         on(&spec, &error, [true, false]),
@@ -38,9 +44,10 @@ fn what_is_asked_for_is_on() {
 
 #[test]
 fn switches_switch() {
-    let effects = effect_list(&PLAIN, &Settings::default(), [true; 2]);
+    let filtered = Settings { denoise: Denoise::Wavelet, ..Settings::default() };
+    let effects = effect_list(&PLAIN, &filtered, [true; 2]);
     for ClientEffect { name, on: before, .. } in effects.into_iter().filter(|l| l.can_switch) {
-        let mut settings = Settings::default();
+        let mut settings = filtered.clone();
         for wanted in [!before, before] {
             settings.switch(name, wanted);
             assert_eq!(on(&PLAIN, &settings, [true; 2]).contains(&name), wanted, "{name}");

@@ -3,15 +3,16 @@
 use std::ops::RangeInclusive;
 
 use clap::ValueEnum;
-use egui::{ComboBox, Response, Sense, Slider, SliderClamping, Ui};
+use egui::{Button, ComboBox, Response, Sense, Slider, SliderClamping, Ui};
 
+use crate::client::oidn;
 use crate::client::settings::{Adaptation, Denoise, Glare, OptionNames, Settings, SplatFilter};
 use crate::client::window::panel::{MapChoice, PanelControls, style};
 use crate::color::Profile;
 
 /// Draws the controls; a double click on a label sets its default again.
 pub(super) fn show(ui: &mut Ui, controls: &mut PanelControls) {
-    let PanelControls { settings, filter, own_profile, map, .. } = controls;
+    let PanelControls { settings, filter, own_profile, map, follow_light, .. } = controls;
     let default = Settings::default();
     let maps = [("Picture", MapChoice::None), ("Error map", MapChoice::Error), ("Cost map", MapChoice::Cost)];
     let hint = "The picture, over it its relative error, or the time that paths take by region";
@@ -22,8 +23,7 @@ pub(super) fn show(ui: &mut Ui, controls: &mut PanelControls) {
     option(ui, label, &mut settings.reconstruction, default.reconstruction);
     let hint = "How a sample is spread over pixels; starts the film anew";
     option(ui, ("Filter", hint), filter, SplatFilter::default());
-    let hint = "Takes out what two halves of the samples disagree on; sums and stated error stay as they are";
-    option(ui, ("Noise filter", hint), &mut settings.denoise, Denoise::Wavelet);
+    noise_filter(ui, &mut settings.denoise);
     let label = ("Noise masking", "Vm: extra blur where the variance is high; 0 is off");
     slide(ui, label, &mut settings.vm, default.vm, 0.0..=16.0);
     ui.add_enabled_ui(settings.vm > 0.0 && settings.denoise == Denoise::Off, |ui| {
@@ -32,7 +32,19 @@ pub(super) fn show(ui: &mut Ui, controls: &mut PanelControls) {
     ui.separator();
     glare(ui, &mut settings.glare);
     ui.separator();
-    tone(ui, settings, &default, own_profile.as_ref());
+    let exposure = settings.exposure;
+    tone(ui, settings, &default, own_profile.as_ref(), follow_light);
+    *follow_light &= settings.exposure == exposure;
+}
+
+/// Chooses the noise filter. One that is not installed is grey, and says so under the pointer.
+fn noise_filter(ui: &mut Ui, denoise: &mut Denoise) {
+    let hint = "Takes noise out of the picture that is shown; sums and stated error stay as they are";
+    let kinds: Vec<_> = Denoise::value_variants().iter().map(|kind| (kind.label(), *kind)).collect();
+    choice_if(ui, ("Noise filter", hint), denoise, &Denoise::Wavelet, &kinds, |kind| match kind {
+        Denoise::Oidn => oidn::library().err().map(|error| format!("{error}; {}", oidn::HOW_TO_GET)),
+        Denoise::Off | Denoise::Wavelet => None,
+    });
 }
 
 fn glare(ui: &mut Ui, glare: &mut Option<Glare>) {
@@ -50,11 +62,19 @@ fn glare(ui: &mut Ui, glare: &mut Option<Glare>) {
     }
 }
 
-fn tone(ui: &mut Ui, settings: &mut Settings, default: &Settings, own: Option<&Profile>) {
+fn tone(
+    ui: &mut Ui,
+    settings: &mut Settings,
+    default: &Settings,
+    own: Option<&Profile>,
+    follow_light: &mut bool,
+) {
     let label = ("Tone curve", "From scene to display luminance");
     option(ui, label, &mut settings.curve, default.curve);
     let label = ("Brightness B", "Factor on luminance");
     slide(ui, label, &mut settings.exposure, default.exposure, 1e-3..=1e3);
+    let hint = "Brightness follows the light of the scene: its mean becomes a middle grey";
+    ui.checkbox(follow_light, "Brightness from the scene").on_hover_text(hint);
     let label = ("Contrast C", "Exponent of the tone curve");
     slide(ui, label, &mut settings.contrast, default.contrast, 0.1..=4.0);
     slide(ui, ("Gamma G", "Of the display"), &mut settings.gamma, default.gamma, 1.0..=4.0);
@@ -106,6 +126,18 @@ fn choice<T: PartialEq + Clone>(
     default: &T,
     kinds: &[(&str, T)],
 ) {
+    choice_if(ui, name, value, default, kinds, |_| None);
+}
+
+/// Chooses one of several values, some of which cannot be had: `lacking` says why.
+fn choice_if<T: PartialEq + Clone>(
+    ui: &mut Ui,
+    name: Label<'_>,
+    value: &mut T,
+    default: &T,
+    kinds: &[(&str, T)],
+    lacking: impl Fn(&T) -> Option<String>,
+) {
     ui.horizontal(|ui| {
         if label(ui, name).double_clicked() {
             *value = default.clone();
@@ -113,8 +145,14 @@ fn choice<T: PartialEq + Clone>(
         let shown = kinds.iter().find(|(_, kind)| kind == value).map_or("from a file", |(text, _)| text);
         ComboBox::from_id_salt(name.0).selected_text(shown).show_ui(ui, |ui| {
             for (text, kind) in kinds {
-                if ui.selectable_label(kind == value, *text).clicked() {
+                let lacking = lacking(kind);
+                let button = Button::selectable(kind == value, *text);
+                let response = ui.add_enabled(lacking.is_none(), button);
+                if response.clicked() {
                     *value = kind.clone();
+                }
+                if let Some(why) = lacking {
+                    response.on_disabled_hover_text(why);
                 }
             }
         });

@@ -12,6 +12,10 @@ pub struct PanelData {
     pub device: String,
     /// Name of the integrator.
     pub method: &'static str,
+    /// Names of those that can be chosen.
+    pub methods: Vec<&'static str>,
+    /// The program chooses.
+    pub chooses_method: bool,
     /// Why the program chose this integrator; empty where the user did.
     pub reason: String,
     /// How tracer and display share the processor, in words.

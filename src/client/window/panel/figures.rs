@@ -3,9 +3,10 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use egui::{Grid, Id, ProgressBar, Ui};
+use egui::{ComboBox, Grid, Id, ProgressBar, Ui};
 use egui_plot::{HLine, Line, PlotPoints};
 
+use crate::client::window::action::Action;
 use crate::client::window::panel::{PanelData, still_plot, style};
 use crate::client::window::statistics::FRAMES;
 
@@ -28,7 +29,7 @@ pub(super) fn settled(ctx: &egui::Context, data: &PanelData) -> Arc<PanelData> {
 }
 
 /// Draws the table.
-pub(super) fn show(ui: &mut Ui, data: &PanelData) {
+pub(super) fn show(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Action>) {
     let counts = &data.counts;
     let pixels = (f64::from(data.extent[0]) * f64::from(data.extent[1])).max(1.0);
     let samples = counts.camera_samples + counts.light_samples;
@@ -36,11 +37,7 @@ pub(super) fn show(ui: &mut Ui, data: &PanelData) {
     let [width, height] = data.extent;
     let detail = if data.detail > 1 { format!(", shown at 1/{}", data.detail) } else { String::new() };
     Grid::new("figures").num_columns(2).min_col_width(96.0).spacing([8.0, 1.0]).show(ui, |ui| {
-        let mut line = |name: &str, value: String| {
-            ui.colored_label(style::DIM, name);
-            ui.colored_label(style::BRIGHT, value);
-            ui.end_row();
-        };
+        let mut line = |name: &str, value: String| value_row(ui, name, value);
         line(
             "Samples",
             format!("{}, {} per pixel", count(samples as f64), significant(samples as f64 / pixels)),
@@ -49,7 +46,8 @@ pub(super) fn show(ui: &mut Ui, data: &PanelData) {
             "Camera / light",
             format!("{} / {}", count(counts.camera_samples as f64), count(counts.light_samples as f64)),
         );
-        line("Light transport", data.method.to_owned());
+        method(ui, data, actions);
+        let mut line = |name: &str, value: String| value_row(ui, name, value);
         line("Light paths", count(counts.light_paths as f64));
         line("Traced", format!("{}/s", count(data.traced_per_second)));
         line("Rasterised", format!("{}/s", count(data.rasterised_per_second)));
@@ -77,6 +75,30 @@ pub(super) fn show(ui: &mut Ui, data: &PanelData) {
             ui.colored_label(style::DIM, words);
         }
     }
+}
+
+fn value_row(ui: &mut Ui, name: &str, value: String) {
+    ui.colored_label(style::DIM, name);
+    ui.colored_label(style::BRIGHT, value);
+    ui.end_row();
+}
+
+/// The method, and those that can be chosen instead.
+fn method(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Action>) {
+    ui.colored_label(style::DIM, "Light transport");
+    let automatic = format!("automatic: {}", data.method);
+    let shown = if data.chooses_method { automatic.as_str() } else { data.method };
+    ComboBox::from_id_salt("light transport").selected_text(shown).show_ui(ui, |ui| {
+        let choices = std::iter::once(None).chain(data.methods.iter().copied().map(Some));
+        for choice in choices {
+            let is_chosen = choice == Some(data.method).filter(|_| !data.chooses_method);
+            let response = ui.selectable_label(is_chosen, choice.unwrap_or("automatic"));
+            if response.on_hover_text("Another method begins with no samples").clicked() {
+                actions.push(Action::SetMethod(choice));
+            }
+        }
+    });
+    ui.end_row();
 }
 
 /// What keeps the picture from getting better faster.

@@ -28,6 +28,8 @@ use crate::color::Profile;
 pub struct PanelControls {
     /// Display settings; a change of them never restarts the server.
     pub settings: Settings,
+    /// The exposure follows the light of the scene, until the user chooses one.
+    pub follow_light: bool,
     /// Splat filter; a change of it starts the film anew from the kept samples.
     pub filter: SplatFilter,
     /// The profile that was read from a file, so that it can be chosen again after another one.
@@ -73,7 +75,7 @@ pub fn show(ui: &mut Ui, data: &PanelData, controls: &mut PanelControls) -> Vec<
             section(ui, "Selection", true, |ui| sections::selection(ui, selection, &mut actions));
         }
         section(ui, "Error", true, |ui| error::show(ui, data.error.as_deref(), &mut controls.target));
-        section(ui, "Figures", true, |ui| figures::show(ui, &settled));
+        section(ui, "Figures", true, |ui| figures::show(ui, &settled, &mut actions));
         section(ui, "Display", true, |ui| controls::show(ui, controls));
         section(ui, "Effects", false, |ui| {
             sections::effects(ui, &data.effects, data.costs, &mut actions);

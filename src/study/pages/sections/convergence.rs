@@ -167,6 +167,7 @@ fn last_errors(study: &Study) -> Markup {
             ("RMS error", &|(.., p)| rms(Some(p.rel_mse))),
             ("… without the worst 0.1 %", &|(.., p)| rms(Some(p.rel_mse_trimmed))),
             ("FLIP", &|(.., p)| cell(with_unit(&p.flip, 1.0, ""))),
+            ("… filtered", &|(.., p)| maybe(p.flip_filtered.map(|flip| with_unit(&flip, 1.0, "")))),
         ],
     )
 }
@@ -204,6 +205,7 @@ fn every_point(study: &Study) -> Markup {
             ("bias", &|(.., p)| rms(p.bias)),
             ("SMAPE", &|(.., p)| cell(with_unit(&p.smape, 1.0, ""))),
             ("FLIP", &|(.., p)| cell(with_unit(&p.flip, 1.0, ""))),
+            ("… filtered", &|(.., p)| maybe(p.flip_filtered.map(|flip| with_unit(&flip, 1.0, "")))),
             ("tracing (CPU)", &|(.., p)| cell(seconds_of(p.trace_seconds))),
             ("splatting", &|(.., p)| cell(seconds_of(p.splat_seconds))),
             ("display", &|(.., p)| cell(seconds_of(p.display_seconds))),

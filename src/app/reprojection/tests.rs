@@ -1,0 +1,198 @@
+//! A camera that moves in real scenes: how far the picture is from that of many samples, with and without the last one.
+
+#![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
+
+use std::path::Path;
+
+use glam::DAffine3;
+
+use super::*;
+use crate::app::denoise::{FeatureGrid, ViewFilter, first_hits};
+use crate::client::settings::Summation;
+use crate::client::{Denoise, FilmSpec, SplatFilter};
+use crate::color::Xyz;
+use crate::scene::SceneDesc;
+use crate::scene::desc::PhotonDesc;
+use crate::stream::{CHUNK, Sample, SampleSink, UvWindow};
+use crate::study::Replicates;
+use crate::tracer::integrator::{RenderContext, Replicated};
+use crate::tracer::{Integrator, PathTracer, Scene};
+
+const SIDE: u32 = 96;
+
+const FILM: FilmSpec = FilmSpec {
+    width: SIDE,
+    height: SIDE,
+    filter: SplatFilter::Box,
+    variance: None,
+    sums: Summation::TwoFloat,
+};
+
+/// Samples of a chunk.
+#[derive(Default)]
+struct Collected(Vec<Sample>);
+
+impl SampleSink for Collected {
+    fn camera(&mut self, uv: [f32; 2], xyz: Xyz, w: f32) {
+        self.0.push(Sample { uv, xyz, w });
+    }
+
+    fn light(&mut self, uv: [f32; 2], xyz: Xyz) {
+        self.0.push(Sample { uv, xyz, w: 0.0 });
+    }
+}
+
+/// A scene with a camera, the sums of its samples, and what the first rays have met.
+struct Seen {
+    replicates: Replicates,
+    surfaces: Arc<ViewSurfaces>,
+    /// The same by a quarter of the rays.
+    coarse: Arc<ViewSurfaces>,
+    filter: ViewFilter,
+    tracer: Replicated<PathTracer>,
+    next: u64,
+}
+
+impl Seen {
+    /// The scene from its own camera, turned by `degrees` about the vertical.
+    fn new(desc: &SceneDesc, scene: &Arc<Scene>, degrees: f64, seed: u32) -> Self {
+        let mut desc = desc.clone();
+        desc.camera.to_world *= DAffine3::from_rotation_y(degrees.to_radians());
+        let camera = Camera::of(&desc).unwrap();
+        let hits =
+            |half, step| first_hits(scene, &camera, &FILM, FeatureGrid { half, step }, &|| false).unwrap();
+        let surfaces = |step| {
+            let rays = FeatureGrid { half: 0, step };
+            Arc::new(ViewSurfaces::new(&camera, [SIDE as usize; 2], rays, hits(0, step)).unwrap())
+        };
+        let filter = ViewFilter::of([&hits(0, 1), &hits(1, 1)], None).unwrap();
+        let (surfaces, coarse) = (surfaces(1), surfaces(2));
+        let context = RenderContext {
+            scene: scene.clone(),
+            camera,
+            seed,
+            window: UvWindow::PICTURE,
+            max_depth: None,
+            rr_depth: 5,
+            hide_emitters: false,
+            places: None,
+            photons: PhotonDesc::default(),
+        };
+        let tracer = Replicated::new(&context, true, PathTracer::from);
+        Self { replicates: Replicates::new([SIDE; 2], 1.0), surfaces, coarse, filter, tracer, next: 0 }
+    }
+
+    /// Traces until there are this many samples per pixel.
+    fn trace_to(&mut self, samples: f32) {
+        let mut scratch = Default::default();
+        while self.samples() < samples {
+            let mut out = Collected::default();
+            (self.next..self.next + CHUNK / 4)
+                .for_each(|index| self.tracer.trace(index, &mut scratch, &mut out));
+            self.replicates.add(self.next, crate::stream::PathCounts { camera: CHUNK / 4, light: 0 }, &out.0);
+            self.next += CHUNK / 4;
+        }
+    }
+
+    fn samples(&self) -> f32 {
+        self.next as f32 / (SIDE * SIDE) as f32
+    }
+
+    fn halves(&self) -> HalfMeans {
+        HalfMeans::of(&self.replicates).unwrap()
+    }
+
+    fn filtered(&mut self) -> FilteredPicture {
+        let halves = self.halves();
+        FilteredPicture::of(&self.replicates, &halves, None, &mut self.filter, Denoise::Wavelet).unwrap()
+    }
+
+    fn known(&mut self) -> KnownView {
+        let worth = Grid::try_filled(SIDE as usize, SIDE as usize, self.samples()).unwrap();
+        KnownView { surfaces: self.surfaces.clone(), picture: self.filtered(), worth }
+    }
+}
+
+fn scene(name: &str) -> (SceneDesc, Arc<Scene>) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
+    let desc = crate::scene::load(&path, &[]).unwrap().desc;
+    let scene = Arc::new(Scene::prepare(&desc).unwrap());
+    (desc, scene)
+}
+
+/// Root of the mean squared difference as displayed: 1 − e^−v, gamma 2.2.
+fn difference(picture: &FilteredPicture, reference: &FilteredPicture) -> f64 {
+    let shown = |v: f32| f64::from(1.0 - (-v.max(0.0)).exp()).powf(1.0 / 2.2);
+    let pixels = picture.xyz().pixels().iter().zip(reference.xyz().pixels());
+    let squares: f64 = pixels
+        .flat_map(|(a, b)| [(a.x, b.x), (a.y, b.y), (a.z, b.z)])
+        .map(|(a, b)| (shown(a) - shown(b)).powi(2))
+        .sum();
+    (squares / f64::from(3 * SIDE * SIDE)).sqrt()
+}
+
+/// The mean picture of both halves as it is.
+fn plain(halves: &HalfMeans) -> FilteredPicture {
+    let mut picture = Grid::try_filled(SIDE as usize, SIDE as usize, Vec3::ZERO).unwrap();
+    for (i, out) in picture.pixels_mut().iter_mut().enumerate() {
+        let sum = halves.sum(i % SIDE as usize, i / SIDE as usize);
+        *out = sum.truncate() / sum.w;
+    }
+    picture.into()
+}
+
+/// The same view again shows the same picture, where no mirror is.
+#[test]
+fn a_camera_at_rest_keeps_the_picture() {
+    let (desc, scene) = scene("cornell.xml");
+    let mut before = Seen::new(&desc, &scene, 0.0, 0);
+    before.trace_to(4.0);
+    let known = before.known();
+    let again = Prior::new(&known, &before.surfaces).unwrap();
+    let same = again.picture.pixels().iter().zip(known.picture.xyz().pixels());
+    let off = same.filter(|(a, b)| a.distance(**b) > 1e-3 * (1.0 + b.length())).count();
+    let unknown = again.worth.pixels().iter().filter(|worth| **worth == 0.0).count();
+    // At edges the ray of a pixel may have met another surface than its centre shows.
+    assert!(off < (SIDE * SIDE / 50) as usize, "{off} pixels differ");
+    assert!(unknown < (SIDE * SIDE / 200) as usize, "{unknown} pixels are unknown");
+}
+
+/// With few samples of the new view the last picture is nearer to the truth than the filter alone; with many it does no harm.
+#[test]
+fn a_camera_that_turns_keeps_what_was_known() {
+    for name in ["cornell.xml", "cornell_spheres.xml", "veach_plates.xml"] {
+        let (desc, scene) = scene(name);
+        let mut before = Seen::new(&desc, &scene, 0.0, 0);
+        before.trace_to(8.0);
+        let known = before.known();
+        for degrees in [2.0, 10.0] {
+            let mut many = Seen::new(&desc, &scene, degrees, 9);
+            many.trace_to(256.0);
+            let truth = plain(&many.halves());
+            let mut now = Seen::new(&desc, &scene, degrees, 1);
+            let prior = Prior::new(&known, &now.coarse).unwrap();
+            let seen = prior.worth.pixels().iter().filter(|worth| **worth > 0.0).count();
+            let share = seen as f64 / f64::from(SIDE * SIDE);
+            println!("{name}, turned by {degrees}°: {share:.2} of the pixels are known");
+            let mut errors = Vec::new();
+            for samples in [0.0, 0.03, 0.1, 0.3, 1.0, 3.0, 15.0] {
+                now.trace_to(samples);
+                let filled = difference(&prior.filled(Some(&now.halves())).unwrap(), &truth);
+                if samples < 0.1 {
+                    println!("  {samples:5} filled {filled:.4}");
+                    continue;
+                }
+                let filtered = now.filtered();
+                let (mixed, worth) = prior.mixed(&now.halves(), &filtered, now.samples()).unwrap();
+                let [alone, mixed] = [filtered, mixed].map(|picture| difference(&picture, &truth));
+                let worth = worth.pixels().iter().sum::<f32>() / (SIDE * SIDE) as f32;
+                println!(
+                    "  {samples:5} filled {filled:.4}, filtered {alone:.4}, mixed {mixed:.4}, worth {worth:.2}"
+                );
+                errors.push(mixed / alone);
+            }
+            assert!(errors[0] < 0.85, "{name}, {degrees}°, .1 sample per pixel: {:.3}", errors[0]);
+            assert!(errors[4] < 1.03, "{name}, {degrees}°, 15 samples per pixel: {:.3}", errors[4]);
+        }
+    }
+}

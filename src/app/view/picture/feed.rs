@@ -1,0 +1,111 @@
+//! How samples come to the film of the window: kept ones first, then those in the lanes.
+
+use std::time::{Duration, Instant};
+
+use super::LivePicture;
+use crate::app::film_writer::FilmWriter;
+use crate::app::view::screen::Screen;
+use crate::app::view::session::RenderSession;
+use crate::client::reference::ReferenceFilm;
+use crate::client::{BATCH_CAPACITY, ClientError, Film, FilmSpec};
+use crate::stream::BLOCK_SAMPLES;
+
+/// After an edit the loop waits this long for the first samples before it reads messages again.
+const FIRST_SAMPLES_WAIT: Duration = Duration::from_millis(4);
+
+/// Samples that make a first picture: a high level of detail shows the scene from few.
+const FIRST_SAMPLES: u64 = 512;
+
+impl LivePicture {
+    /// Reads samples of a frame that began at `begin`. After an edit it waits a moment for the first ones.
+    pub fn read_samples(
+        &mut self,
+        session: &mut RenderSession,
+        budget: usize,
+        begin: Instant,
+    ) -> Result<(), ClientError> {
+        self.read(session, budget)?;
+        while self.unseen && !session.is_through() && self.samples() < FIRST_SAMPLES {
+            let left = FIRST_SAMPLES_WAIT.saturating_sub(begin.elapsed());
+            if left.is_zero() {
+                break;
+            }
+            session.wait(left);
+            session.hear_server();
+            self.read(session, budget)?;
+        }
+        Ok(())
+    }
+
+    /// Gives the film `budget` samples: kept ones first where it is behind, then those in the lanes.
+    fn read(&mut self, session: &mut RenderSession, budget: usize) -> Result<(), ClientError> {
+        let observer = self.observer.as_ref();
+        let Some(film) = self.screen.as_mut().and_then(Screen::film_mut) else {
+            // Without a film samples are kept as long as there is room; then workers park.
+            self.read_ahead(session, budget);
+            return Ok(());
+        };
+        let (mut left, filter) = (budget, self.filter.thread());
+        let mut writer = FilmWriter::new(film, observer).with_filter(filter).with_meter(&mut self.meter);
+        while left > 0
+            && let Some((samples, first_index, paths)) = self.kept.feed()
+        {
+            writer.samples(first_index, paths, samples);
+            left = left.saturating_sub(samples.len());
+            self.rasterised += samples.len() as u64;
+        }
+        writer.finish()?;
+        if !self.kept.caught_up() {
+            self.read_ahead(session, budget);
+            return Ok(());
+        }
+        let mut writer = FilmWriter::new(film, observer).with_filter(filter).with_meter(&mut self.meter);
+        let drained = session.drain(left.max(BLOCK_SAMPLES), |block| {
+            self.kept.push(block);
+            writer.block(block);
+        });
+        self.rasterised += drained.samples as u64;
+        writer.finish()
+    }
+
+    /// Keeps samples from the lanes for later, so that the tracer need not wait for a film that is behind.
+    fn read_ahead(&mut self, session: &mut RenderSession, budget: usize) {
+        let mut left = budget;
+        while left > 0 && self.kept.has_room() {
+            let drained = session.drain(BLOCK_SAMPLES, |block| _ = self.kept.push_for_later(block));
+            if drained.blocks == 0 {
+                break;
+            }
+            left = left.saturating_sub(drained.samples.max(1));
+        }
+    }
+
+    /// Reads the last samples of a render that was stopped, for `time` at most. On an error the kept samples remain.
+    pub fn read_rest(&mut self, session: &mut RenderSession, time: Duration) -> Result<(), ClientError> {
+        let start = Instant::now();
+        while !session.is_through() && start.elapsed() < time || !self.kept.caught_up() {
+            session.hear_server();
+            self.read(session, BATCH_CAPACITY)?;
+            if self.film().is_none() {
+                break;
+            }
+            if !session.is_through() {
+                session.wait(Duration::from_millis(5));
+            }
+        }
+        Ok(())
+    }
+
+    /// A reference film, on the CPU, filled with the samples that are kept.
+    pub fn film_without_device(&mut self, spec: FilmSpec) -> Result<ReferenceFilm, ClientError> {
+        let mut film = ReferenceFilm::new(spec, 0)?;
+        let mut writer = FilmWriter::new(&mut film, None);
+        self.kept.rewind();
+        while let Some((samples, first_index, paths)) = self.kept.feed() {
+            writer.samples(first_index, paths, samples);
+        }
+        writer.finish()?;
+        film.flush()?;
+        Ok(film)
+    }
+}
