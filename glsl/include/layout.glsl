@@ -70,3 +70,11 @@ layout(push_constant) uniform GlarePush {
     uint channel;         // X, Y or Z
 } push;
 #endif
+
+#ifdef WAVELET_PUSH
+layout(push_constant) uniform WaveletPush {
+    ivec2 extent;         // of the picture, pixels
+    int step;             // pixels between neighbours
+    int padding;
+} push;
+#endif

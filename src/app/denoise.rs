@@ -1,22 +1,19 @@
 //! The noise filter of a displayed picture (`--denoise`): traces the features, and filters both randomisations with them.
 
-use std::ops::Range;
 use std::sync::Arc;
 
-use glam::{Vec3, Vec3Swizzles, Vec4};
-use miette::{IntoDiagnostic, Result};
+use glam::Vec3Swizzles;
+use miette::Result;
 use rayon::prelude::*;
 
-use super::layers::Channel;
 use crate::client::oidn::{self, OidnFilter, OidnQuality};
-use crate::client::reference::ReferenceFilm;
-use crate::client::wavelet::{Filtered, HalfPicture, PixelFeatures, WaveletFilter};
-use crate::client::{ClientError, Denoise, DisplayImage, FilmData, FilmSpec, OptionNames, Settings};
-use crate::color::Profile;
+use crate::client::pass::wavelet::WaveletPass;
+use crate::client::wavelet::{Filtered, HalfPicture, PixelFeatures, WaveletFilter, out_of_memory};
+use crate::client::{ClientError, Denoise, FilmSpec, OptionNames};
+use crate::gpu::Gpu;
 use crate::image::Grid;
 use crate::math::random::Random;
 use crate::spectrum::SampledWavelengths;
-use crate::study::{Replicates, SmoothingKernel};
 use crate::tracer::accel::Ray;
 use crate::tracer::features::{Features, features};
 use crate::tracer::{Camera, Scene};
@@ -28,6 +25,8 @@ const WAVELENGTHS: f32 = 0.15;
 pub struct ViewFilter {
     features: [Grid<PixelFeatures>; 2],
     oidn: OidnOptions,
+    /// Where wavelets are computed, unless that is the processor.
+    device: Option<Arc<Gpu>>,
     /// That of the last view, if its memory may serve again.
     last: Option<KindFilter>,
     filter: Option<KindFilter>,
@@ -50,6 +49,8 @@ impl Default for OidnOptions {
 /// A filter of one kind.
 enum KindFilter {
     Wavelet(Box<WaveletFilter>),
+    /// The same on a device.
+    OnDevice(Box<WaveletPass>),
     Oidn(OidnFilter),
 }
 
@@ -78,7 +79,7 @@ impl ViewFilter {
         };
         let last = last.and_then(|last| last.filter);
         let features = [map(hits[0])?, map(hits[1])?];
-        Some(Self { features, oidn: OidnOptions::default(), last, filter: None })
+        Some(Self { features, oidn: OidnOptions::default(), device: None, last, filter: None })
     }
 
     /// The same, with Open Image Denoise working so where it is asked for.
@@ -86,44 +87,75 @@ impl ViewFilter {
         Self { oidn, ..self }
     }
 
+    /// The same, with wavelets computed on this device as long as that works, or on the processor.
+    pub fn on_device(self, device: Option<Arc<Gpu>>) -> Self {
+        Self { device, ..self }
+    }
+
     /// Does what the filter of this kind does once per view, if it was not done yet.
     pub fn prepare(&mut self, kind: Denoise) -> Result<(), ClientError> {
-        let features = self.features.each_ref();
-        let size = [features[0].width(), features[0].height()];
-        let OidnOptions { threads, quality } = self.oidn;
-        let filter = match (self.filter.take(), kind) {
-            (Some(filter @ KindFilter::Oidn(_)), Denoise::Oidn) => filter,
-            (_, Denoise::Oidn) => KindFilter::Oidn(OidnFilter::new(size, features, threads, quality)?),
-            (Some(filter @ KindFilter::Wavelet(_)), _) => filter,
-            _ => {
-                let last = match self.last.take() {
-                    Some(KindFilter::Wavelet(last)) => Some(*last),
-                    _ => None,
-                };
-                let filter = WaveletFilter::after(last, size, Some(features));
-                KindFilter::Wavelet(Box::new(filter.ok_or_else(|| out_of_memory(size))?))
+        let is_oidn = |filter: &KindFilter| matches!(filter, KindFilter::Oidn(_));
+        let made = self.filter.take().filter(|made| is_oidn(made) == (kind == Denoise::Oidn));
+        self.filter = Some(match made {
+            Some(made) => made,
+            None if kind == Denoise::Oidn => {
+                let OidnOptions { threads, quality } = self.oidn;
+                KindFilter::Oidn(OidnFilter::new(self.size(), self.features.each_ref(), threads, quality)?)
             }
-        };
-        self.filter = Some(filter);
+            None => self.wavelets()?,
+        });
         Ok(())
     }
 
+    /// The wavelet filter, on the device if there is one that can hold it.
+    fn wavelets(&mut self) -> Result<KindFilter, ClientError> {
+        let last = self.last.take();
+        if let Some(device) = &self.device {
+            let last = match last {
+                Some(KindFilter::OnDevice(last)) => Some(*last),
+                _ => None,
+            };
+            match WaveletPass::after(last, device, self.features.each_ref()) {
+                Ok(pass) => return Ok(KindFilter::OnDevice(Box::new(pass))),
+                Err(error) => self.leave_device(&error),
+            }
+            return self.wavelets();
+        }
+        let last = match last {
+            Some(KindFilter::Wavelet(last)) => Some(*last),
+            _ => None,
+        };
+        let filter = WaveletFilter::after(last, self.size(), Some(self.features.each_ref()));
+        Ok(KindFilter::Wavelet(Box::new(filter.ok_or_else(|| out_of_memory(self.size()))?)))
+    }
+
+    fn leave_device(&mut self, error: &ClientError) {
+        tracing::warn!("pictures of this view are filtered on the processor: {error}");
+        self.device = None;
+    }
+
+    fn size(&self) -> [usize; 2] {
+        [self.features[0].width(), self.features[0].height()]
+    }
+
     /// Filters a picture, given as its halves, by a filter of this kind.
-    fn filtered(&mut self, halves: [&HalfPicture; 2], kind: Denoise) -> Result<Filtered, ClientError> {
+    pub fn filtered(&mut self, halves: [&HalfPicture; 2], kind: Denoise) -> Result<Filtered, ClientError> {
         self.prepare(kind)?;
         let filtered = match &mut self.filter {
             Some(KindFilter::Wavelet(filter)) => filter.filtered(halves),
+            Some(KindFilter::OnDevice(pass)) => match pass.filtered(halves) {
+                Ok(filtered) => Some(filtered),
+                Err(error) => {
+                    self.leave_device(&error);
+                    self.filter = None;
+                    return self.filtered(halves, kind);
+                }
+            },
             Some(KindFilter::Oidn(filter)) => Some(filter.filtered(halves)?),
             None => None,
         };
-        filtered.ok_or_else(|| out_of_memory([halves[0].width(), halves[0].height()]))
+        filtered.ok_or_else(|| out_of_memory(self.size()))
     }
-}
-
-/// The error where there was no memory for a filter of pictures of this size.
-pub fn out_of_memory(size: [usize; 2]) -> ClientError {
-    let bytes = 400 * (size[0] * size[1]) as u64;
-    ClientError::Memory { what: "the noise filter", bytes }
 }
 
 /// Makes sure that a filter of this kind can be had.
@@ -144,125 +176,6 @@ pub fn name(kind: Denoise) -> String {
     let library = if kind == Denoise::Oidn { oidn::library().ok() } else { None };
     let version = library.map(|library| format!(" {}", library.version()));
     kind.name() + &version.unwrap_or_default()
-}
-
-/// Means X, Y, Z of the samples in each pixel, with their number, of both randomisations.
-pub struct HalfMeans(pub [HalfPicture; 2]);
-
-impl HalfMeans {
-    /// # Errors
-    ///
-    /// Without memory.
-    pub fn of(replicates: &Replicates) -> Result<Self, ClientError> {
-        let size @ [width, height] = replicates.size();
-        let pixel = |pixel: [f32; 4]| Vec4::from(pixel);
-        let half = |replicate| {
-            let rows = by_bands(height, |rows| replicates.half(replicate, rows).into_iter().map(pixel));
-            Grid::from_rows(width, height, rows).ok_or_else(|| out_of_memory(size))
-        };
-        Ok(Self([half(0)?, half(1)?]))
-    }
-
-    /// The sum of all samples in a pixel, and their number.
-    pub fn sum(&self, x: usize, y: usize) -> Vec4 {
-        let seen = self.0.each_ref().map(|half| half.at(x, y)).into_iter().filter(|half| half.w > 0.0);
-        seen.map(|half| (half.truncate() * half.w).extend(half.w)).sum()
-    }
-}
-
-/// A filtered picture, scene-linear XYZ.
-#[derive(Clone)]
-pub struct FilteredPicture(Arc<Grid<Vec3>>);
-
-impl FilteredPicture {
-    /// Filters a picture whose samples `replicates` holds pixel by pixel, and `halves` as means. `data` is what the film holds of the same
-    /// samples: where it is given, details within pixels are those of the film.
-    ///
-    /// # Errors
-    ///
-    /// Without memory, and when Open Image Denoise fails.
-    pub fn of(
-        replicates: &Replicates,
-        halves: &HalfMeans,
-        data: Option<&FilmData>,
-        filter: &mut ViewFilter,
-        kind: Denoise,
-    ) -> Result<Self, ClientError> {
-        let filtered = filter.filtered(halves.0.each_ref(), kind)?;
-        let picture = as_on_film(&filtered, replicates, data).map(Self::from);
-        picture.ok_or_else(|| out_of_memory(replicates.size()))
-    }
-
-    /// The picture, scene-linear XYZ.
-    pub fn xyz(&self) -> &Grid<Vec3> {
-        &self.0
-    }
-
-    /// The picture as a viewer shows it, in 8 bits.
-    pub fn display(&self, settings: &Settings) -> Result<DisplayImage> {
-        ReferenceFilm::show(&self.0, settings).into_diagnostic()
-    }
-
-    /// Channels of linear Rec.709 for an EXR file.
-    pub fn channels(&self) -> Vec<Channel> {
-        let from_xyz = Profile::srgb().from_xyz;
-        let channel = |c: usize| self.0.pixels().iter().map(|xyz| (from_xyz * *xyz)[c]).collect();
-        ["denoised.R", "denoised.G", "denoised.B"]
-            .into_iter()
-            .enumerate()
-            .map(|(c, name)| (name.to_owned(), channel(c)))
-            .collect()
-    }
-}
-
-impl From<Grid<Vec3>> for FilteredPicture {
-    fn from(xyz: Grid<Vec3>) -> Self {
-        Self(Arc::new(xyz))
-    }
-}
-
-/// The filtered picture of whole pixels as the film's filter would have made it. What the film knows beyond whole pixels counts as much
-/// as the halves agree on what differs from pixel to pixel, so that a picture without noise is that of the film.
-fn as_on_film(filtered: &Filtered, replicates: &Replicates, data: Option<&FilmData>) -> Option<Grid<Vec3>> {
-    let [width, height] = replicates.size();
-    let light_scale = data.map_or(0.0, |data| data.counts.light_scale(data.width, data.height));
-    let on_film = |data: &FilmData, i: usize| {
-        let seen = data.camera.get(i).map_or(Vec3::ZERO, |[x, y, z, w]| Vec3::new(*x, *y, *z) / *w);
-        seen + data.light.get(i).map_or(Vec3::ZERO, |[x, y, z, _]| Vec3::new(*x, *y, *z) * light_scale)
-    };
-    let band = |rows: Range<usize>| {
-        let near = SmoothingKernel::near(&rows, height);
-        let sharp = &filtered.picture.pixels()[near.start * width..near.end * width];
-        let sharp: Vec<_> = sharp.iter().map(|xyz| xyz.extend(1.0).to_array()).collect();
-        let inside = rows.start - near.start..rows.end - near.start;
-        // Beyond the picture there is nothing: divided by the weight that lies within, the edge is no darker.
-        let smooth = replicates.kernel().rows(&sharp, [width, near.len()], inside);
-        let whole = data.map(|_| replicates.whole(rows.clone()));
-        let pixel = move |(place, [x, y, z, w]): (usize, [f32; 4])| {
-            let smooth = Vec3::new(x, y, z) / w;
-            let (Some(data), Some(whole)) = (data, &whole) else { return smooth };
-            let i = rows.start * width + place;
-            let detail = on_film(data, i) - Vec4::from(whole[place]).truncate();
-            let detail = if detail.is_finite() { detail } else { Vec3::ZERO };
-            let sharp = smooth + detail * filtered.finest.pixels()[i];
-            // Where samples are few, film and whole pixels may differ by more than there is.
-            if sharp.y < 0.0 { smooth } else { sharp }
-        };
-        smooth.into_iter().enumerate().map(pixel)
-    };
-    Grid::from_rows(width, height, by_bands(height, band))
-}
-
-/// What is made of all rows, band by band on all threads.
-fn by_bands<T: Send, I: Iterator<Item = T>>(
-    height: usize,
-    make: impl Fn(Range<usize>) -> I + Sync,
-) -> Vec<T> {
-    const ROWS: usize = 32;
-    let starts: Vec<usize> = (0..height).step_by(ROWS).collect();
-    let bands =
-        starts.into_par_iter().map(|start| make(start..(start + ROWS).min(height)).collect::<Vec<T>>());
-    bands.collect::<Vec<_>>().into_iter().flatten().collect()
 }
 
 /// Rays for features over a picture.

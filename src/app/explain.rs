@@ -13,8 +13,9 @@ use serde::Serialize;
 
 use super::args::ExplainArgs;
 use super::bench::{BenchJob, PassTimes, measure};
-use super::denoise::{FilteredPicture, HalfMeans, ViewFilter};
+use super::denoise::ViewFilter;
 use super::device::Device;
+use super::filtered_picture::{FilteredPicture, HalfMeans};
 use super::load::{self, Opened};
 use super::plan::{EffectSide, PlannedEffect, plan};
 use super::report::{Seconds, check_json, publish};

@@ -7,7 +7,7 @@
 //! | `load.rs`, `run_spec.rs`, `method.rs` | scene and device; what a run is made of; its method of light transport |
 //! | `drive.rs`, `film_writer.rs`, `observer.rs`, `predictions.rs`, `progress.rs` | from lanes to film; the error of the picture meanwhile |
 //! | `plan.rs`, `outputs.rs`, `layers.rs`, `report.rs`, `rejected.rs` | the list of effects; pictures; layers beside them; figures; rejected values in words |
-//! | `denoise.rs`, `noise_filter.rs`, `reprojection.rs` | the noise filter of a picture; its thread in the window; what another view has shown |
+//! | `denoise.rs`, `filtered_picture.rs`, `noise_filter.rs`, `reprojection.rs` | the noise filter of a view, with its rays; what it makes of samples; its thread in the window; what another view has shown |
 //! | `timings.rs`, `trace.rs`, `process.rs` | `--gpu-timings`; Ctrl-C and standard error |
 //!
 //! # Rendering from another program
@@ -83,6 +83,7 @@ mod device;
 mod drive;
 mod explain;
 mod film_writer;
+mod filtered_picture;
 mod layers;
 mod load;
 mod method;

@@ -11,12 +11,13 @@ use std::time::{Duration, Instant};
 use clap::ValueEnum;
 use miette::{IntoDiagnostic, Result};
 
-use crate::app::denoise::{
-    FeatureGrid, FilteredPicture, HalfMeans, OidnOptions, ViewFilter, first_hits, out_of_memory,
-};
+use crate::app::denoise::{FeatureGrid, OidnOptions, ViewFilter, first_hits};
+use crate::app::filtered_picture::{FilteredPicture, HalfMeans};
 use crate::app::reprojection::{KnownView, Prior, ViewSurfaces};
 use crate::client::oidn::OidnQuality;
+use crate::client::wavelet::out_of_memory;
 use crate::client::{ClientError, Denoise, FilmData, FilmSpec};
+use crate::gpu::Gpu;
 use crate::image::Grid;
 use crate::stream::{PathCounts, Sample};
 use crate::study::Replicates;
@@ -53,8 +54,8 @@ enum FilterMessage {
         paths: PathCounts,
         samples: Box<[Sample]>,
     },
-    /// Trace the features, for a filter of this kind.
-    Prepare(Denoise),
+    /// Trace the features, for a filter of this kind; wavelets on this device, if there is one.
+    Prepare(Denoise, Option<Arc<Gpu>>),
     /// Filter what there is by a filter of this kind: this many samples of the film, with its sums where they count.
     Filter(Denoise, u64, Option<FilmData>),
 }
@@ -116,6 +117,8 @@ pub struct NoiseFilter {
     busy: bool,
     /// The features of the present film were asked for.
     preparing: bool,
+    /// Where wavelets are computed, unless that is the processor.
+    device: Option<Arc<Gpu>>,
     /// Filters that have failed for the present film, or found no memory.
     failed: Vec<Denoise>,
 }
@@ -146,8 +149,14 @@ impl NoiseFilter {
             reprojections: 0,
             busy: false,
             preparing: false,
+            device: None,
             failed: Vec::new(),
         })
+    }
+
+    /// Computes wavelets on this device from the next view on, or on the processor.
+    pub fn set_device(&mut self, device: Option<Arc<Gpu>>) {
+        self.device = device;
     }
 
     /// Begins with the samples of a film of this epoch. With `reproject` the last picture stands in for them, if it is one of the same
@@ -173,7 +182,7 @@ impl NoiseFilter {
     /// The first picture is shown: features may be traced, for a filter of this kind first of all.
     pub fn prepare(&mut self, kind: Denoise) {
         if !std::mem::replace(&mut self.preparing, true) {
-            self.send(FilterMessage::Prepare(kind));
+            self.send(FilterMessage::Prepare(kind, self.device.clone()));
         }
     }
 
@@ -344,14 +353,14 @@ fn work(
             (FilterMessage::Samples { first_index, paths, samples }, Some(state)) => {
                 state.replicates.add(first_index, paths, &samples);
             }
-            (FilterMessage::Prepare(kind), Some(state)) => {
+            (FilterMessage::Prepare(kind, device), Some(state)) => {
                 let known = known.as_ref().filter(|_| state.reproject).map(|(_, known)| known);
                 if let Some(shown) = state.look(known, &is_over) {
                     answer(kind, true, Some(FilteredFrame { shown, filtered: None, kind, samples: 0 }));
                     progress.reprojected.store(number, Ordering::Relaxed);
                 }
                 let oidn = OidnOptions { threads, quality: OidnQuality::Balanced };
-                if state.prepare(kind, oidn, &is_over).is_some() {
+                if state.prepare(kind, oidn, device, &is_over).is_some() {
                     progress.prepared.store(number, Ordering::Relaxed);
                 }
             }
@@ -401,13 +410,14 @@ impl FilteredFilm {
         &mut self,
         kind: Denoise,
         oidn: OidnOptions,
+        device: Option<Arc<Gpu>>,
         is_over: &(dyn Fn() -> bool + Sync),
     ) -> Option<()> {
         let surfaces = Arc::new(self.surfaces(FeatureGrid { half: 0, step: 1 }, is_over)?);
         let EpochView { scene, camera } = &self.view;
         let other = first_hits(scene, camera, &self.film, FeatureGrid { half: 1, step: 1 }, is_over)?;
-        let filter = ViewFilter::of([surfaces.hits(), &other], self.spare.take())?.with_oidn(oidn);
-        let filter = self.filter.insert(filter);
+        let filter = ViewFilter::of([surfaces.hits(), &other], self.spare.take())?;
+        let filter = self.filter.insert(filter.with_oidn(oidn).on_device(device));
         self.surfaces = Some(surfaces);
         // Where that fails, so does the first picture.
         let _ = filter.prepare(kind);

@@ -6,7 +6,8 @@ use std::time::Instant;
 use miette::{IntoDiagnostic, Result, WrapErr};
 
 use super::args::RenderArgs;
-use super::denoise::{self, FilteredPicture};
+use super::denoise;
+use super::filtered_picture::FilteredPicture;
 use super::layers::Channel;
 use super::report::{Seconds, is_special};
 use super::run_spec::{RunEnd, RunSpec, display_options};

@@ -9,8 +9,9 @@ use std::time::{Duration, Instant};
 use miette::{IntoDiagnostic, Result};
 
 use super::args::RenderArgs;
-use super::denoise::{self, FilteredPicture, HalfMeans, OidnOptions, ViewFilter};
+use super::denoise::{self, OidnOptions, ViewFilter};
 use super::drive::{Drive, DriveObservers, DriveOutcome, drive};
+use super::filtered_picture::{FilteredPicture, HalfMeans};
 use super::load::{self, Opened};
 use super::method::{self, CheckOrder, RenderOrder};
 use super::observer::{Beside, Observer};
@@ -271,7 +272,8 @@ impl<'a> BatchRender<'a> {
                 let film = &self.run.film;
                 let oidn = OidnOptions { threads: self.threads, quality: OidnQuality::High };
                 let filter = ViewFilter::new(&self.scene, &self.camera, film, &|| false);
-                let no_memory = || denoise::out_of_memory([film.width, film.height].map(|n| n as usize));
+                let no_memory =
+                    || crate::client::wavelet::out_of_memory([film.width, film.height].map(|n| n as usize));
                 let mut filter = filter.ok_or_else(no_memory).into_diagnostic()?.with_oidn(oidn);
                 let halves = HalfMeans::of(replicates).into_diagnostic()?;
                 let kind = self.settings.denoise;

@@ -8,7 +8,8 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3, Vec4};
 use rayon::prelude::*;
 
-use super::denoise::{FeatureGrid, FilteredPicture, HalfMeans};
+use super::denoise::FeatureGrid;
+use super::filtered_picture::{FilteredPicture, HalfMeans};
 use crate::image::{Grid, push_pull};
 use crate::tracer::Camera;
 use crate::tracer::camera::CameraLines;

@@ -128,4 +128,14 @@ blocks! {
         /// X, Y or Z: 0, 1 or 2.
         channel: u32,
     }
+
+    /// Constants of the shaders whose names begin with `wavelet`.
+    WaveletPush, 16 {
+        /// Width and height of the picture, pixels.
+        extent: [i32; 2],
+        /// Pixels between neighbours.
+        step: i32,
+        /// Fills the last 8 bytes.
+        padding: i32,
+    }
 }

@@ -97,10 +97,18 @@ impl Replicates {
     /// Means X, Y, Z and counts of the samples in the pixels of these rows of one replicate, without the film's filter; the count is 0 where
     /// there is none, and 1 all over where only light paths are shown.
     pub fn half(&self, replicate: usize, rows: Range<usize>) -> Vec<[f32; 4]> {
+        self.half_through(&SmoothingKernel::of_energy(1.0), replicate, rows)
+    }
+
+    /// The same with the film's filter, and weights instead of counts.
+    pub fn half_on_film(&self, replicate: usize, rows: Range<usize>) -> Vec<[f32; 4]> {
+        self.half_through(&self.kernel, replicate, rows)
+    }
+
+    fn half_through(&self, kernel: &SmoothingKernel, replicate: usize, rows: Range<usize>) -> Vec<[f32; 4]> {
         let camera = self.parts.iter().any(|part| !part.camera.is_empty());
         let part = &self.parts[replicate];
-        let scale = part.light_scale(self.size);
-        let mut half = part.xyz(self.size, &SmoothingKernel::of_energy(1.0), rows, scale);
+        let mut half = part.xyz(self.size, kernel, rows, part.light_scale(self.size));
         if !camera && part.paths.light > 0 {
             half.iter_mut().for_each(|pixel| pixel[3] = 1.0);
         }
@@ -185,9 +193,14 @@ impl ReplicateSums {
             *sum = if w > 0.0 { [x / w, y / w, z / w, w] } else { [0.0; 4] };
         }
         if !self.light.is_empty() && light_scale > 0.0 {
-            for (out, sum) in picture.iter_mut().zip(kernel.rows(&self.light, size, rows)) {
+            // Nothing is known of the light beyond the border, which is no reason for less of it within.
+            let [columns, lines] =
+                size.map(|len| (0..len).map(|at| kernel.share(at, len)).collect::<Vec<_>>());
+            let light = kernel.rows(&self.light, size, rows.clone());
+            for (i, (out, sum)) in picture.iter_mut().zip(light).enumerate() {
+                let scale = light_scale / (columns[i % size[0]] * lines[rows.start + i / size[0]]);
                 for (out, sum) in out[..3].iter_mut().zip(sum) {
-                    *out += sum * light_scale;
+                    *out += sum * scale;
                 }
             }
         }

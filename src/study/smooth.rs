@@ -66,6 +66,16 @@ impl SmoothingKernel {
         filtered
     }
 
+    /// The sum of the weights that lie within a row of `len` pixels around pixel `at`.
+    pub fn share(&self, at: usize, len: usize) -> f32 {
+        let [c, a, b] = self.weights;
+        let weight = |distance: usize, weight: f32| {
+            let sides = usize::from(at >= distance) + usize::from(at + distance < len);
+            sides as f32 * weight
+        };
+        c + weight(1, a) + weight(2, b)
+    }
+
     /// The weighted mean of five pixels.
     fn mean(&self, five: [&[f32; 4]; 5]) -> [f32; 4] {
         let [c, a, b] = self.weights;
@@ -110,6 +120,10 @@ mod tests {
         assert!((spread[5 * 7 + 1][0] - b * b).abs() < 1e-6);
         let total: f32 = spread.iter().map(|p| p[0]).sum();
         assert!((total - 1.0).abs() < 1e-5);
+        let ones = kernel.apply(&vec![[1.0; 4]; 7 * 6], [7, 6]);
+        for (i, one) in ones.iter().enumerate() {
+            assert!((one[0] - kernel.share(i % 7, 7) * kernel.share(i / 7, 6)).abs() < 1e-6);
+        }
         let mut corner = vec![[0.0; 4]; 4];
         corner[0] = [1.0; 4];
         assert!(kernel.apply(&corner, [2, 2]).iter().map(|p| p[0]).sum::<f32>() < 1.0);

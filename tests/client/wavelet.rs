@@ -175,3 +175,44 @@ fn no_light_is_negative_beside_bright_samples() {
     let least = picture.pixels().iter().map(|xyz| xyz.y).fold(f32::INFINITY, f32::min);
     assert!(least >= 0.0, "{least}");
 }
+
+/// While samples are added one by one the picture changes less than without the filter, in the mean and where it changes most.
+#[test]
+fn the_picture_does_not_flicker_while_it_converges() {
+    let signal =
+        |x: usize, y: usize| 1.0 + 0.5 * (0.2 * x as f32).sin() + if y > SIZE / 2 { 1.0 } else { 0.0 };
+    let samples: Vec<[Vec<f32>; 2]> = (0..17).map(|n| [noise(100 + n), noise(200 + n)]).collect();
+    // Luminances are positive and their noise is skewed, as that of light transport is.
+    let sample = |noise: f32| (0.8 * noise - 0.32).exp();
+    let mean = |count: usize, of: usize, i: usize| {
+        samples[..count].iter().map(|halves| sample(halves[of][i])).sum::<f32>() / count as f32
+    };
+    let halves = |count: usize| {
+        [0, 1].map(|of| {
+            half(|x, y| Vec3::splat(signal(x, y) * mean(count, of, y * SIZE + x)).extend(count as f32))
+        })
+    };
+    let mut filter = WaveletFilter::new([SIZE; 2], None).expect("memory");
+    let mut pictures = |count: usize| {
+        let [a, b] = halves(count);
+        let shown = filter.filtered([&a, &b]).expect("memory").picture;
+        let plain = a.pixels().iter().zip(b.pixels()).map(|(a, b)| 0.5 * (a.y + b.y)).collect::<Vec<_>>();
+        [shown.pixels().iter().map(|xyz| xyz.y).collect(), plain]
+    };
+    // Root mean square and 99.9th percentile of the change.
+    let change = |before: &[f32], after: &[f32]| {
+        let mut all: Vec<f32> = before.iter().zip(after).map(|(a, b)| (a - b).abs()).collect();
+        all.sort_by(f32::total_cmp);
+        let squares: f32 = all.iter().map(|d| d * d).sum();
+        [(squares / all.len() as f32).sqrt(), all[all.len() * 999 / 1000]]
+    };
+    let mut before = pictures(1);
+    for count in 2..=16 {
+        let after = pictures(count);
+        let [shown, plain] = [0, 1].map(|i| change(&before[i], &after[i]));
+        let ratios = [shown[0] / plain[0], shown[1] / plain[1]];
+        println!("{count} samples per half: {:.2} in the mean, {:.2} at most", ratios[0], ratios[1]);
+        assert!(ratios[0] < 0.5 && ratios[1] < 0.8, "{count}: {ratios:?}");
+        before = after;
+    }
+}

@@ -22,4 +22,5 @@ mod shaders;
 mod soak;
 mod swapchain;
 mod timing;
+mod wavelet;
 mod x11_window;

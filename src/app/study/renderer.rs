@@ -7,9 +7,10 @@ use miette::{IntoDiagnostic, Result};
 
 use crate::app::args::StudyArgs;
 use crate::app::args::scene::SceneArgs;
-use crate::app::denoise::{FilteredPicture, HalfMeans, ViewFilter};
+use crate::app::denoise::ViewFilter;
 use crate::app::device::Device;
 use crate::app::drive::{Drive, DriveObservers, DriveOutcome, drive};
+use crate::app::filtered_picture::{FilteredPicture, HalfMeans};
 use crate::app::load::{self, Opened};
 use crate::app::method::{self, RenderOrder};
 use crate::app::observer::{Beside, Observer};

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use miette::Result;
 
-use crate::app::denoise::FilteredPicture;
+use crate::app::filtered_picture::FilteredPicture;
 use crate::app::noise_filter::EpochView;
 use crate::app::observer::{Beside, Observer};
 use crate::app::outputs::FilmSnapshot;
@@ -325,8 +325,12 @@ impl LivePicture {
     /// Takes over a picture that was filtered; returns whether the next one is to be shown through the filter.
     fn look_at_filter(&mut self, run: &RunSpec, settings: &Settings) -> bool {
         self.filter.choose(settings);
-        if self.filter.is_wanting(run, settings) {
-            self.filter.start(run, &self.kept, !self.unseen);
+        // Devices that are the processor have no time to spare for it.
+        let device =
+            self.gpu().filter(|_| self.film().is_some_and(|film| !film.is_summed_on_host())).cloned();
+        match self.filter.is_wanting(run, settings) {
+            true => self.filter.start(run, &self.kept, !self.unseen, device),
+            false => self.filter.set_device(device),
         }
         if let Some(time) = self.filter.poll() {
             self.pacer.filtered(time);

@@ -1,12 +1,14 @@
 //! When the picture in the window is filtered: the thread of the noise filter, and the last picture of it.
 
+use std::sync::Arc;
 use std::time::Duration;
 
-use crate::app::denoise::FilteredPicture;
+use crate::app::filtered_picture::FilteredPicture;
 use crate::app::noise_filter::{EpochView, FilteredFrame, NoiseFilter};
 use crate::app::run_spec::RunSpec;
 use crate::client::retained::RetainedSamples;
 use crate::client::{Denoise, DisplayView, FilmData, Settings};
+use crate::gpu::Gpu;
 
 /// The filter of the window. Its thread starts with the first picture that asks for it, and stays.
 pub struct WindowFilter {
@@ -34,6 +36,13 @@ impl WindowFilter {
         self.kind = settings.denoise;
     }
 
+    /// Computes wavelets on this device from the next view on, or on the processor.
+    pub fn set_device(&mut self, device: Option<Arc<Gpu>>) {
+        if let Some(thread) = &mut self.thread {
+            thread.set_device(device);
+        }
+    }
+
     /// Begins with another epoch. Where the settings say so, the last picture stands in for its samples.
     pub fn begin_epoch(&mut self, run: &RunSpec, view: EpochView, settings: &Settings) {
         self.view = Some(view);
@@ -54,11 +63,18 @@ impl WindowFilter {
     }
 
     /// Starts the thread. It begins with the samples of the film, if they are all kept, and otherwise with the next epoch; features are
-    /// traced at once where there `is_picture` already.
-    pub fn start(&mut self, run: &RunSpec, kept: &RetainedSamples, is_picture: bool) {
+    /// traced at once where there `is_picture` already. Wavelets are computed on this device, or on the processor.
+    pub fn start(
+        &mut self,
+        run: &RunSpec,
+        kept: &RetainedSamples,
+        is_picture: bool,
+        device: Option<Arc<Gpu>>,
+    ) {
         // Without a thread the picture stays as it is.
         self.thread = NoiseFilter::start(self.threads).ok();
         self.refused = self.thread.is_none();
+        self.set_device(device);
         self.begin(run);
         let Some(thread) = self.thread.as_mut().filter(|_| kept.complete()) else { return };
         kept.each(|samples, first_index, paths| thread.samples(first_index, paths, samples));

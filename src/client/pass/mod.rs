@@ -10,6 +10,7 @@
 //! | [`reconstruct`] | blur by count and variance, normalise, sum the streams | `reconstruct`, `kernel` |
 //! | [`error_view`] | the variance in place of the picture, if asked for | `error_view` |
 //! | [`glare`] | scatter of the eye: convolution by FFT in compute | `glare` |
+//! | [`wavelet`] | the noise filter, before a picture is shown through it | [`client/wavelet`](crate::client::wavelet) |
 //! | [`tonemap`] | tone curve, matrix, desaturation, transfer, dither | `tonemap`, `curves` |
 //!
 //! [`VulkanFilm`](crate::client::film::VulkanFilm) runs the passes of a batch, down to `variance`; [`repaint`] runs the
@@ -47,6 +48,7 @@ pub mod repaint;
 pub mod splat;
 pub mod tonemap;
 pub mod variance;
+pub mod wavelet;
 
 use std::sync::Arc;
 

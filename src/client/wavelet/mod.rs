@@ -7,6 +7,8 @@
 //! features do not know, such as shadows and caustics, comes back because both halves contain it (paper [21], Suykens and Willems 2000; the
 //! à-trous scheme is that of Dammertz et al. 2010).
 //!
+//! [`WaveletFilter`] is the filter on the processor, [`WaveletPass`](crate::client::pass::wavelet::WaveletPass) the same on a device.
+//!
 //! Nothing is stored and no statistics are changed: the filter works on what is shown. With more samples N vanishes, and so does the filter.
 
 mod bands;
@@ -19,10 +21,11 @@ use rayon::prelude::*;
 use self::bands::{Level, average, shrink, smooth, weigh};
 use self::prepare::{begin, mean_of_halves, separate_fireflies, tolerances};
 use self::rows::{BAND, BORDER, FEATURES, PlanarRows, RESULT, SUMS, WEIGHTS};
+use crate::client::ClientError;
 use crate::image::Grid;
 
 /// Levels of the transform; level l has steps of 2^l pixels.
-const LEVELS: u32 = 5;
+pub const LEVELS: u32 = 5;
 
 /// One half: in every pixel the mean X, Y and Z of its samples, and their number, 0 where there is none.
 pub type HalfPicture = Grid<glam::Vec4>;
@@ -38,6 +41,36 @@ pub struct PixelFeatures {
     pub distance: f32,
     /// It is a light: nothing around it is as bright, nor are the pixels that its edge divides.
     pub emits: bool,
+}
+
+/// The error where there was no memory for a filter of pictures of this size.
+pub fn out_of_memory(size: [usize; 2]) -> ClientError {
+    let bytes = 400 * (size[0] * size[1]) as u64;
+    ClientError::Memory { what: "the noise filter", bytes }
+}
+
+/// Features with their tolerances as the device wants them, row by row: albedo and distance; normal and the share of lights; tolerances of
+/// albedo, normal and distance, and a number that is not used.
+pub type FeatureTexels = [Vec<[f32; 4]>; 3];
+
+/// The features of both halves for the device; `None` without memory.
+pub fn feature_texels(halves: [&Grid<PixelFeatures>; 2]) -> Option<FeatureTexels> {
+    let [width, height] = [halves[0].width(), halves[0].height()];
+    let mut rows = PlanarRows::new(width, height, FEATURES)?;
+    tolerances(halves, &mut rows);
+    // The channels of the rows, by texel.
+    let texels = [[0, 1, 2, 6], [3, 4, 5, 10], [7, 8, 9, 10]].map(|channels| {
+        let row = |y: usize| rows.row(y + BORDER);
+        let texel = move |i: usize| {
+            channels.map(|channel| row(i / width)[channel * rows.stride + BORDER + i % width])
+        };
+        let mut texels = Vec::new();
+        texels.try_reserve_exact(width * height).ok()?;
+        texels.extend((0..width * height).map(texel));
+        Some(texels)
+    });
+    let [albedo, normal, tolerances] = texels;
+    Some([albedo?, normal?, tolerances?])
 }
 
 /// A filtered picture.

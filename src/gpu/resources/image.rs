@@ -18,6 +18,8 @@ pub enum TexelFormat {
     Rgba32F,
     /// One float.
     R32F,
+    /// Two floats.
+    Rg32F,
     /// Four bytes, 0 … 255 stands for 0 … 1.
     Rgba8,
     /// Four half floats.
@@ -31,7 +33,7 @@ impl TexelFormat {
     pub fn bytes(self) -> usize {
         match self {
             TexelFormat::Rgba32F => 16,
-            TexelFormat::Rgba16F => 8,
+            TexelFormat::Rgba16F | TexelFormat::Rg32F => 8,
             TexelFormat::R32F | TexelFormat::Rgba8 | TexelFormat::Rgb10A2 => 4,
         }
     }
@@ -40,6 +42,7 @@ impl TexelFormat {
         match self {
             TexelFormat::Rgba32F => vk::Format::R32G32B32A32_SFLOAT,
             TexelFormat::R32F => vk::Format::R32_SFLOAT,
+            TexelFormat::Rg32F => vk::Format::R32G32_SFLOAT,
             TexelFormat::Rgba8 => vk::Format::R8G8B8A8_UNORM,
             TexelFormat::Rgba16F => vk::Format::R16G16B16A16_SFLOAT,
             TexelFormat::Rgb10A2 => vk::Format::A2B10G10R10_UNORM_PACK32,

@@ -1,0 +1,242 @@
+//! A filtered picture: from the halves of the samples through a filter to what the film would show without noise.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use glam::{Vec2, Vec3, Vec4};
+use miette::{IntoDiagnostic, Result};
+use rayon::prelude::*;
+
+use super::denoise::ViewFilter;
+use super::layers::Channel;
+use crate::client::reference::ReferenceFilm;
+use crate::client::wavelet::{Filtered, HalfPicture, out_of_memory};
+use crate::client::{ClientError, Denoise, DisplayImage, FilmData, Settings};
+use crate::color::Profile;
+use crate::image::Grid;
+use crate::study::{Replicates, SmoothingKernel};
+
+/// Means X, Y, Z of the samples in each pixel, with their number, of both randomisations.
+pub struct HalfMeans(pub [HalfPicture; 2]);
+
+impl HalfMeans {
+    /// # Errors
+    ///
+    /// Without memory.
+    pub fn of(replicates: &Replicates) -> Result<Self, ClientError> {
+        let size @ [width, height] = replicates.size();
+        let pixel = |pixel: [f32; 4]| Vec4::from(pixel);
+        let half = |replicate| {
+            let rows = by_bands(height, |rows| replicates.half(replicate, rows).into_iter().map(pixel));
+            Grid::from_rows(width, height, rows).ok_or_else(|| out_of_memory(size))
+        };
+        Ok(Self([half(0)?, half(1)?]))
+    }
+
+    /// The sum of all samples in a pixel, and their number.
+    pub fn sum(&self, x: usize, y: usize) -> Vec4 {
+        let seen = self.0.each_ref().map(|half| half.at(x, y)).into_iter().filter(|half| half.w > 0.0);
+        seen.map(|half| (half.truncate() * half.w).extend(half.w)).sum()
+    }
+}
+
+/// A filtered picture, scene-linear XYZ.
+#[derive(Clone)]
+pub struct FilteredPicture(Arc<Grid<Vec3>>);
+
+impl FilteredPicture {
+    /// Filters a picture whose samples `replicates` holds pixel by pixel, and `halves` as means. `data` is what the film holds of the same
+    /// samples: where it is given, details within pixels are those of the film.
+    ///
+    /// # Errors
+    ///
+    /// Without memory, and when Open Image Denoise fails.
+    pub fn of(
+        replicates: &Replicates,
+        halves: &HalfMeans,
+        data: Option<&FilmData>,
+        filter: &mut ViewFilter,
+        kind: Denoise,
+    ) -> Result<Self, ClientError> {
+        let filtered = filter.filtered(halves.0.each_ref(), kind)?;
+        let film = FilmPicture::of(data);
+        let picture = as_on_film(&filtered, replicates, &film);
+        let told = (samples_per_pixel(replicates) / TOLD_FROM - 1.0).clamp(0.0, 1.0);
+        let picture = match told > 0.0 && film.data.is_some() {
+            true => picture.and_then(|picture| nearer_to_film(&picture, replicates, &film, told)),
+            false => picture,
+        };
+        picture.map(Self::from).ok_or_else(|| out_of_memory(replicates.size()))
+    }
+
+    /// The picture, scene-linear XYZ.
+    pub fn xyz(&self) -> &Grid<Vec3> {
+        &self.0
+    }
+
+    /// The picture as a viewer shows it, in 8 bits.
+    pub fn display(&self, settings: &Settings) -> Result<DisplayImage> {
+        ReferenceFilm::show(&self.0, settings).into_diagnostic()
+    }
+
+    /// Channels of linear Rec.709 for an EXR file.
+    pub fn channels(&self) -> Vec<Channel> {
+        let from_xyz = Profile::srgb().from_xyz;
+        let channel = |c: usize| self.0.pixels().iter().map(|xyz| (from_xyz * *xyz)[c]).collect();
+        ["denoised.R", "denoised.G", "denoised.B"]
+            .into_iter()
+            .enumerate()
+            .map(|(c, name)| (name.to_owned(), channel(c)))
+            .collect()
+    }
+}
+
+impl From<Grid<Vec3>> for FilteredPicture {
+    fn from(xyz: Grid<Vec3>) -> Self {
+        Self(Arc::new(xyz))
+    }
+}
+
+/// The unfiltered picture of a film.
+struct FilmPicture<'a> {
+    data: Option<&'a FilmData>,
+    light_scale: f32,
+}
+
+impl<'a> FilmPicture<'a> {
+    fn of(data: Option<&'a FilmData>) -> Self {
+        let light_scale = data.map_or(0.0, |data| data.counts.light_scale(data.width, data.height));
+        Self { data, light_scale }
+    }
+
+    /// X, Y, Z of this pixel; `None` where the film has nothing there, or its sums are not known.
+    fn xyz(&self, i: usize) -> Option<Vec3> {
+        let data = self.data?;
+        let seen = data.camera.get(i).map_or(Vec3::ZERO, |[x, y, z, w]| Vec3::new(*x, *y, *z) / *w);
+        let [x, y, z, _] = data.light.get(i).copied().unwrap_or_default();
+        Some(seen + Vec3::new(x, y, z) * self.light_scale).filter(|xyz| xyz.is_finite())
+    }
+}
+
+fn samples_per_pixel(replicates: &Replicates) -> f32 {
+    let [width, height] = replicates.size();
+    replicates.paths() as f32 / (width * height) as f32
+}
+
+/// Pixels along the border of a picture into which samples from beyond it reach.
+const BORDER: usize = 3;
+
+/// Samples per pixel from which on what lies beyond the border counts more than not.
+const ENOUGH_BEYOND: f32 = 1.0;
+
+/// The filtered picture of whole pixels as the film's filter would have made it. What the film knows beyond whole pixels counts as much
+/// as the halves agree on what differs from pixel to pixel, so that a picture without noise is that of the film. Along the border the film
+/// has samples that lie beyond the picture, and the halves have not: there it counts more the more samples there are.
+fn as_on_film(filtered: &Filtered, replicates: &Replicates, film: &FilmPicture<'_>) -> Option<Grid<Vec3>> {
+    let [width, height] = replicates.size();
+    let per_pixel = samples_per_pixel(replicates);
+    let share_beyond = per_pixel / (per_pixel + ENOUGH_BEYOND);
+    let band = |rows: Range<usize>| {
+        let near = SmoothingKernel::near(&rows, height);
+        let sharp = &filtered.picture.pixels()[near.start * width..near.end * width];
+        let sharp: Vec<_> = sharp.iter().map(|xyz| xyz.extend(1.0).to_array()).collect();
+        let inside = rows.start - near.start..rows.end - near.start;
+        // Beyond the picture there is nothing: divided by the weight that lies within, the edge is no darker.
+        let smooth = replicates.kernel().rows(&sharp, [width, near.len()], inside);
+        let whole = film.data.map(|_| replicates.whole(rows.clone()));
+        let pixel = move |(place, [x, y, z, w]): (usize, [f32; 4])| {
+            let smooth = Vec3::new(x, y, z) / w;
+            let i = rows.start * width + place;
+            let (Some(on_film), Some(whole)) = (film.xyz(i), &whole) else { return smooth };
+            let detail = on_film - Vec4::from(whole[place]).truncate();
+            let [x, y] = [i % width, i / width];
+            let to_border = x.min(y).min(width - 1 - x).min(height - 1 - y);
+            let beyond = if to_border < BORDER { share_beyond } else { 0.0 };
+            let sharp = smooth + detail * filtered.finest.pixels()[i].max(beyond);
+            // Where samples are few, film and whole pixels may differ by more than there is.
+            if sharp.y < 0.0 { smooth } else { sharp }
+        };
+        smooth.into_iter().enumerate().map(pixel)
+    };
+    Grid::from_rows(width, height, by_bands(height, band))
+}
+
+/// From this many samples per pixel on the noise of a block begins to be told, and from twice as many it is.
+const TOLD_FROM: f32 = 0.5;
+
+/// Side of a block, pixels.
+const BLOCK: usize = 8;
+
+/// Luminances below this share of the picture's mean count as that, where differences are relative.
+const DARK: f32 = 0.1;
+
+/// Gives back to each block what the filter took from it beyond noise. With D the mean squared difference of film and filtered picture, and V
+/// the variance of the film as both halves tell it, the film has the share 1 − V/D, or none (James and Stein 1961). So a picture without noise
+/// is that of the film. `told` is how far the noise of a block can be told, from 0 to 1.
+fn nearer_to_film(
+    filtered: &Grid<Vec3>,
+    replicates: &Replicates,
+    film: &FilmPicture<'_>,
+    told: f32,
+) -> Option<Grid<Vec3>> {
+    let [width, height] = replicates.size();
+    let mean =
+        filtered.pixels().iter().map(|xyz| xyz.y.max(0.0)).sum::<f32>() / filtered.pixels().len() as f32;
+    let columns = width.div_ceil(BLOCK);
+    let block_row = |row: usize| {
+        let rows = row * BLOCK..((row + 1) * BLOCK).min(height);
+        let [a, b] = [0, 1].map(|half| replicates.half_on_film(half, rows.clone()));
+        let mut sums = vec![Vec2::ZERO; columns];
+        for (place, (a, b)) in a.iter().zip(&b).enumerate() {
+            let i = rows.start * width + place;
+            let Some(on_film) = film.xyz(i).filter(|_| a[3] > 0.0 && b[3] > 0.0) else { continue };
+            let y = filtered.pixels()[i].y;
+            let scale = 1.0 / (y * y + (DARK * mean).powi(2)).max(f32::MIN_POSITIVE);
+            let difference = (on_film.y - y).powi(2);
+            let variance = 0.25 * (a[1] - b[1]).powi(2);
+            sums[place % width / BLOCK] += scale * Vec2::new(difference, variance);
+        }
+        sums
+    };
+    let blocks: Vec<Vec2> = (0..height.div_ceil(BLOCK)).into_par_iter().flat_map_iter(block_row).collect();
+    let blocks = Grid::from_rows(columns, height.div_ceil(BLOCK), blocks)?;
+    // Between blocks the sums are interpolated and not the share: beside a block that the filter harms it is large.
+    let share = |pixel| match between(&blocks, pixel) {
+        Vec2 { x: difference, y: variance } if difference > 0.0 => {
+            told * (1.0 - variance / difference).max(0.0)
+        }
+        _ => 0.0,
+    };
+    let mut nearer = Grid::try_filled(width, height, Vec3::ZERO)?;
+    nearer.pixels_mut().par_chunks_mut(width).enumerate().for_each(|(y, row)| {
+        for (x, out) in row.iter_mut().enumerate() {
+            let own = filtered.at(x, y);
+            *out = film.xyz(y * width + x).map_or(own, |on_film| own.lerp(on_film, share([x, y])));
+        }
+    });
+    Some(nearer)
+}
+
+/// The value of blocks at a pixel, linear between their middles.
+fn between(blocks: &Grid<Vec2>, pixel: [usize; 2]) -> Vec2 {
+    let size = [blocks.width(), blocks.height()];
+    let [columns, rows] = [0, 1].map(|axis| {
+        let at = ((pixel[axis] as f32 + 0.5) / BLOCK as f32 - 0.5).clamp(0.0, (size[axis] - 1) as f32);
+        let first = at as usize;
+        [(first, 1.0 - at.fract()), ((first + 1).min(size[axis] - 1), at.fract())]
+    });
+    let row = |y: usize| columns.map(|(x, weight)| blocks.at(x, y) * weight).into_iter().sum::<Vec2>();
+    rows.map(|(y, weight)| row(y) * weight).into_iter().sum()
+}
+
+/// What is made of all rows, band by band on all threads.
+fn by_bands<T: Send, I: Iterator<Item = T>>(
+    height: usize,
+    make: impl Fn(Range<usize>) -> I + Sync,
+) -> Vec<T> {
+    const ROWS: usize = 32;
+    let starts: Vec<usize> = (0..height).step_by(ROWS).collect();
+    let bands =
+        starts.into_par_iter().map(|start| make(start..(start + ROWS).min(height)).collect::<Vec<T>>());
+    bands.collect::<Vec<_>>().into_iter().flatten().collect()
+}
