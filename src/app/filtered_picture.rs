@@ -170,9 +170,13 @@ const BLOCK: usize = 8;
 /// Luminances below this share of the picture's mean count as that, where differences are relative.
 const DARK: f32 = 0.1;
 
+/// Samples per pixel at which half of the noise is left where it is: a filter keeps some of it, and what it takes is less than there is.
+const HALF_KEPT: f32 = 64.0;
+
 /// Gives back to each block what the filter took from it beyond noise. With D the mean squared difference of film and filtered picture, and V
-/// the variance of the film as both halves tell it, the film has the share 1 − V/D, or none (James and Stein 1961). So a picture without noise
-/// is that of the film. `told` is how far the noise of a block can be told, from 0 to 1.
+/// the variance of the film as both halves tell it, of which less and less counts the more samples there are, the film has the share 1 − V/D,
+/// or none (James and Stein 1961). So a picture without noise is that of the film. `told` is how far the noise of a block can be told, from
+/// 0 to 1.
 fn nearer_to_film(
     filtered: &Grid<Vec3>,
     replicates: &Replicates,
@@ -182,6 +186,7 @@ fn nearer_to_film(
     let [width, height] = replicates.size();
     let mean =
         filtered.pixels().iter().map(|xyz| xyz.y.max(0.0)).sum::<f32>() / filtered.pixels().len() as f32;
+    let counts = HALF_KEPT / (HALF_KEPT + samples_per_pixel(replicates));
     let columns = width.div_ceil(BLOCK);
     let block_row = |row: usize| {
         let rows = row * BLOCK..((row + 1) * BLOCK).min(height);
@@ -203,7 +208,7 @@ fn nearer_to_film(
     // Between blocks the sums are interpolated and not the share: beside a block that the filter harms it is large.
     let share = |pixel| match between(&blocks, pixel) {
         Vec2 { x: difference, y: variance } if difference > 0.0 => {
-            told * (1.0 - variance / difference).max(0.0)
+            told * (1.0 - counts * variance / difference).max(0.0)
         }
         _ => 0.0,
     };
