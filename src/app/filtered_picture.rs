@@ -59,13 +59,11 @@ impl FilteredPicture {
         kind: Denoise,
     ) -> Result<Self, ClientError> {
         let filtered = filter.filtered(halves.0.each_ref(), kind)?;
-        let film = FilmPicture::of(data);
-        let picture = as_on_film(&filtered, replicates, &film);
         let told = (samples_per_pixel(replicates) / TOLD_FROM - 1.0).clamp(0.0, 1.0);
-        let picture = match told > 0.0 && film.data.is_some() {
-            true => picture.and_then(|picture| nearer_to_film(&picture, replicates, &film, told)),
-            false => picture,
-        };
+        let picture = FilmPicture::of(replicates, data).and_then(|film| {
+            let picture = as_on_film(&filtered, replicates, &film)?;
+            if told > 0.0 { nearer_to_film(&picture, replicates, &film, told) } else { Some(picture) }
+        });
         picture.map(Self::from).ok_or_else(|| out_of_memory(replicates.size()))
     }
 
@@ -97,21 +95,30 @@ impl From<Grid<Vec3>> for FilteredPicture {
     }
 }
 
-/// The unfiltered picture of a film.
+/// The unfiltered picture.
 struct FilmPicture<'a> {
+    /// What the film holds, where it is known.
     data: Option<&'a FilmData>,
     light_scale: f32,
+    /// The same of whole pixels: means X, Y, Z, and weights.
+    whole: Grid<Vec4>,
 }
 
 impl<'a> FilmPicture<'a> {
-    fn of(data: Option<&'a FilmData>) -> Self {
+    /// `None` without memory.
+    fn of(replicates: &Replicates, data: Option<&'a FilmData>) -> Option<Self> {
+        let [width, height] = replicates.size();
         let light_scale = data.map_or(0.0, |data| data.counts.light_scale(data.width, data.height));
-        Self { data, light_scale }
+        let whole = by_bands(height, |rows| replicates.whole(rows).into_iter().map(Vec4::from));
+        Some(Self { data, light_scale, whole: Grid::from_rows(width, height, whole)? })
     }
 
-    /// X, Y, Z of this pixel; `None` where the film has nothing there, or its sums are not known.
+    /// X, Y, Z of this pixel; `None` where there is nothing.
     fn xyz(&self, i: usize) -> Option<Vec3> {
-        let data = self.data?;
+        let Some(data) = self.data else {
+            let whole = self.whole.pixels()[i];
+            return (whole.w > 0.0).then(|| whole.truncate());
+        };
         let seen = data.camera.get(i).map_or(Vec3::ZERO, |[x, y, z, w]| Vec3::new(*x, *y, *z) / *w);
         let [x, y, z, _] = data.light.get(i).copied().unwrap_or_default();
         Some(seen + Vec3::new(x, y, z) * self.light_scale).filter(|xyz| xyz.is_finite())
@@ -143,12 +150,11 @@ fn as_on_film(filtered: &Filtered, replicates: &Replicates, film: &FilmPicture<'
         let inside = rows.start - near.start..rows.end - near.start;
         // Beyond the picture there is nothing: divided by the weight that lies within, the edge is no darker.
         let smooth = replicates.kernel().rows(&sharp, [width, near.len()], inside);
-        let whole = film.data.map(|_| replicates.whole(rows.clone()));
         let pixel = move |(place, [x, y, z, w]): (usize, [f32; 4])| {
             let smooth = Vec3::new(x, y, z) / w;
             let i = rows.start * width + place;
-            let (Some(on_film), Some(whole)) = (film.xyz(i), &whole) else { return smooth };
-            let detail = on_film - Vec4::from(whole[place]).truncate();
+            let Some(on_film) = film.xyz(i) else { return smooth };
+            let detail = on_film - film.whole.pixels()[i].truncate();
             let [x, y] = [i % width, i / width];
             let to_border = x.min(y).min(width - 1 - x).min(height - 1 - y);
             let beyond = if to_border < BORDER { share_beyond } else { 0.0 };
@@ -244,4 +250,70 @@ fn by_bands<T: Send, I: Iterator<Item = T>>(
     let bands =
         starts.into_par_iter().map(|start| make(start..(start + ROWS).min(height)).collect::<Vec<T>>());
     bands.collect::<Vec<_>>().into_iter().flatten().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
+
+    use super::*;
+    use crate::color::Xyz;
+    use crate::math::random::Random;
+    use crate::stream::replicate::CHUNK;
+    use crate::stream::{BLOCK_SAMPLES, PathCounts, Sample};
+
+    const SIDE: u32 = 32;
+
+    /// Camera samples of a bright left and a dark right half, with noise, of both replicates.
+    fn replicates(per_pixel: u64) -> Replicates {
+        let mut replicates = Replicates::new([SIDE; 2], 1.0);
+        let mut random = Random(7);
+        let blocks = per_pixel * u64::from(SIDE * SIDE) / BLOCK_SAMPLES as u64;
+        for block in 0..blocks {
+            let samples: Vec<Sample> = (0..BLOCK_SAMPLES)
+                .map(|_| {
+                    let uv = [random.f32(), random.f32()];
+                    let y = truth(uv[0]) * 2.0 * random.f32();
+                    Sample { uv, xyz: Xyz::new(y, y, y), w: 1.0 }
+                })
+                .collect();
+            let paths = PathCounts { camera: BLOCK_SAMPLES as u64, light: 0 };
+            replicates.add(block * CHUNK, paths, &samples);
+        }
+        replicates
+    }
+
+    fn truth(u: f32) -> f32 {
+        if u < 0.5 { 2.0 } else { 0.5 }
+    }
+
+    /// Root mean square error of the nearer picture, relative to the truth.
+    fn error_of(picture: &Grid<Vec3>, replicates: &Replicates) -> f32 {
+        let film = FilmPicture::of(replicates, None).unwrap();
+        let nearer = nearer_to_film(picture, replicates, &film, 1.0).unwrap();
+        let relative = |(i, xyz): (usize, &Vec3)| {
+            let truth = truth((i as u32 % SIDE) as f32 / SIDE as f32);
+            (xyz.y / truth - 1.0).powi(2)
+        };
+        let squares: f32 = nearer.pixels().iter().enumerate().map(relative).sum();
+        (squares / (SIDE * SIDE) as f32).sqrt()
+    }
+
+    /// Also without the sums of the film, as where a device has them.
+    #[test]
+    fn what_a_filter_has_spoilt_comes_back_and_what_it_has_cleaned_stays() {
+        let grid = |of: &dyn Fn(usize) -> f32| {
+            let pixels = (0..(SIDE * SIDE) as usize).map(|i| Vec3::splat(of(i % SIDE as usize)));
+            Grid::from_rows(SIDE as usize, SIDE as usize, pixels.collect()).unwrap()
+        };
+        let clean = grid(&|x| truth(x as f32 / SIDE as f32));
+        let flat = grid(&|_| 1.0);
+        // The noise of a sample is .58 of what it shows.
+        let noise = |per_pixel: f32| 0.58 / per_pixel.sqrt();
+        let few = replicates(16);
+        assert!(error_of(&clean, &few) < 0.5 * noise(16.0), "{}", error_of(&clean, &few));
+        assert!(error_of(&flat, &few) < 1.3 * noise(16.0), "{}", error_of(&flat, &few));
+        let many = replicates(1024);
+        assert!(error_of(&flat, &many) < 1.05 * noise(1024.0), "{}", error_of(&flat, &many));
+    }
 }
