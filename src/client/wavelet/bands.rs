@@ -3,15 +3,15 @@
 use rayon::prelude::*;
 
 use super::rows::{
-    BORDER, FEATURES, LANES, NEIGHBOURS, PixelBlock, PlanarRows, RESULT, RowTap, SUMS, WEIGHTS, each, load,
-    store,
+    BAND, BORDER, FEATURES, INVERSES, MEANS, NEIGHBOURS, PlanarRows, RESULT, RowNeighbours, SUMS, WEIGHTS,
+    channel, channels_mut,
 };
 
 /// A level of the transform.
 pub(super) struct Level<'a> {
     pub(super) weights: &'a PlanarRows,
-    /// Width of the picture.
-    pub(super) width: usize,
+    /// Width and height of the picture.
+    pub(super) size: [usize; 2],
     /// Pixels between neighbours.
     pub(super) step: usize,
 }
@@ -36,58 +36,156 @@ macro_rules! on_this_processor {
     };
 }
 
-on_this_processor!(weigh_row => weigh_pixels(grid: WeightGrid, features: Option<&PlanarRows>, y: usize, row: &mut [f32]));
-on_this_processor!(smooth_row => smooth_pixels(level: &Level<'_>, sums: &PlanarRows, y: usize, out: SmoothedRow<'_>));
-on_this_processor!(average_row => average_pixels(level: &Level<'_>, band: &PlanarRows, y: usize, out: &mut [f32]));
-on_this_processor!(shrink_row => shrink_pixels(level: &Level<'_>, means: &PlanarRows, band: &[f32], y: usize, out: &mut [f32]));
-
-/// Pixels whose weights to neighbours are computed.
-#[derive(Clone, Copy)]
-struct WeightGrid {
-    size: [usize; 2],
-    /// Pixels between neighbours.
-    step: usize,
-    stride: usize,
-}
+on_this_processor!(weigh_row => weigh_pixels(features: &PlanarRows, size: [usize; 2], y: usize, row: &mut [f32]));
+on_this_processor!(transform_strip => transform_rows(level: &Level<'_>, sums: &PlanarRows, strip: Strip<'_>, ring: &mut RowRing));
 
 /// The weights between pixels `step` apart: (1 − d/4)⁴ of the squared difference of their features in units of the tolerances, 0 out of the
 /// picture, and between pixels with different shares of lights.
-pub(super) fn weigh(weights: &mut PlanarRows, features: Option<&PlanarRows>, size: [usize; 2], step: usize) {
-    let grid = WeightGrid { size, step, stride: weights.stride };
-    weights.inner().enumerate().for_each(|(y, row)| weigh_row(grid, features, y, row));
+pub(super) fn weigh(weights: &mut PlanarRows, features: &PlanarRows, width: usize, step: usize) {
+    let rows = weights.inner_parallel().enumerate();
+    rows.for_each(|(y, row)| weigh_row(features, [width, step], y + BORDER, row));
 }
 
 #[inline(always)]
-fn weigh_pixels(grid: WeightGrid, features: Option<&PlanarRows>, y: usize, row: &mut [f32]) {
-    let WeightGrid { size: [width, height], step, stride } = grid;
-    for neighbour in &NEIGHBOURS[..WEIGHTS] {
-        let below = y + neighbour.dy as usize * step;
-        let (there_y, _) = neighbour.place(y + BORDER, BORDER, step);
-        let rows = features.filter(|_| below < height);
-        let rows = rows.map(|features| (features.row(y + BORDER), features.row(there_y)));
-        for x in (0..width).step_by(LANES) {
-            let inside = |i: usize| {
-                let column = (x + i) as isize + neighbour.dx * step as isize;
-                below < height && x + i < width && (0..width as isize).contains(&column)
-            };
-            let mut w = each(|i| if inside(i) { 1.0 } else { 0.0 });
-            if let Some((here, there)) = rows {
-                let (_, there_x) = neighbour.place(y + BORDER, x + BORDER, step);
-                let p: [PixelBlock; FEATURES] = std::array::from_fn(|c| load(here, stride, c, x + BORDER));
-                let q: [PixelBlock; FEATURES] = std::array::from_fn(|c| load(there, stride, c, there_x));
-                w = each(|i| {
-                    let square = |c: usize| (p[c][i] - q[c][i]) * (p[c][i] - q[c][i]);
-                    let tolerance = |c: usize| p[c][i] + q[c][i];
-                    let albedo = (square(0) + square(1) + square(2)) / tolerance(7);
-                    let normal = (square(3) + square(4) + square(5)) / tolerance(8);
-                    let d = albedo + normal + square(6) / tolerance(9);
-                    let rest = (1.0 - 0.5 * d).max(0.0);
-                    let square = rest * rest;
-                    let alike = if p[10][i] == q[10][i] { w[i] } else { 0.0 };
-                    alike * square * square
-                });
+fn weigh_pixels(features: &PlanarRows, [width, step]: [usize; 2], y: usize, row: &mut [f32]) {
+    let weights: [&mut [f32]; WEIGHTS] = channels_mut(row);
+    let taps = NEIGHBOURS.iter().filter(|neighbour| !neighbour.theirs);
+    for (weights, neighbour) in weights.into_iter().zip(taps) {
+        let p = feature_rows(features, y, 0, width);
+        let q = feature_rows(features, y + neighbour.dy as usize * step, neighbour.dx * step as isize, width);
+        for (x, weight) in weights[..width].iter_mut().enumerate() {
+            let square = |c: usize| (p[c][x] - q[c][x]) * (p[c][x] - q[c][x]);
+            let tolerance = |c: usize| p[c][x] + q[c][x];
+            let albedo = (square(0) + square(1) + square(2)) / tolerance(7);
+            let normal = (square(3) + square(4) + square(5)) / tolerance(8);
+            let d = albedo + normal + square(6) / tolerance(9);
+            let rest = (1.0 - 0.5 * d).max(0.0);
+            *weight = if p[10][x] == q[10][x] { rest * rest * (rest * rest) } else { 0.0 };
+        }
+    }
+}
+
+/// The features of a row, or so many pixels beside it.
+#[inline(always)]
+fn feature_rows(features: &PlanarRows, y: usize, dx: isize, width: usize) -> [&[f32]; FEATURES] {
+    let mut rows: [&[f32]; FEATURES] = [&[]; FEATURES];
+    for (c, row) in rows.iter_mut().enumerate() {
+        *row = &channel(features.row(y), features.stride, c, dx)[..width];
+    }
+    rows
+}
+
+/// Where the outcome for a row of the picture goes.
+pub(super) enum RowOutput<'a> {
+    /// The smoothed sums, and the result, from which the band loses its noise.
+    Level { coarser: &'a mut [f32], result: &'a mut [f32] },
+    /// The gain of the band alone, without a border.
+    Gain(&'a mut [f32]),
+}
+
+/// Rows that are one step apart: these see each other and no others.
+struct Strip<'a> {
+    /// The first of them in the picture.
+    first: usize,
+    rows: Vec<RowOutput<'a>>,
+}
+
+/// The rows of a strip that are still to be read, so that the passes of a level find each other's rows in the cache of one core.
+struct RowRing {
+    band: [Vec<f32>; 3],
+    means: [Vec<f32>; 3],
+    inverses: Vec<f32>,
+    gain: Vec<f32>,
+    /// For rows around the strip, which other strips write.
+    coarser: Vec<f32>,
+    result: Vec<f32>,
+}
+
+impl RowRing {
+    fn new(stride: usize) -> Self {
+        let row = |channels| vec![0.0; channels * stride];
+        let three = |channels| [row(channels), row(channels), row(channels)];
+        Self {
+            band: three(BAND),
+            means: three(MEANS),
+            inverses: row(INVERSES),
+            gain: row(MEANS),
+            coarser: row(SUMS),
+            result: row(RESULT),
+        }
+    }
+}
+
+/// Fewest rows of a strip: two more on either side are smoothed for it.
+const STRIP_ROWS: usize = 16;
+
+/// One level of the transform, for all rows of a picture in their order.
+pub(super) fn transform<'a>(
+    level: &Level<'_>,
+    sums: &PlanarRows,
+    outputs: impl Iterator<Item = RowOutput<'a>>,
+) {
+    let rows = level.size[1].div_ceil(level.step);
+    let wanted = (4 * rayon::current_num_threads()).div_ceil(level.step);
+    let length = rows.div_ceil(wanted).max(STRIP_ROWS);
+    let strips_below = rows.div_ceil(length);
+    let strip =
+        |i: usize| Strip { first: i / strips_below + i % strips_below * length * level.step, rows: vec![] };
+    let mut strips: Vec<Strip<'_>> = (0..level.step * strips_below).map(strip).collect();
+    for (y, output) in outputs.enumerate() {
+        strips[y % level.step * strips_below + y / level.step / length].rows.push(output);
+    }
+    strips
+        .into_par_iter()
+        .filter(|strip| !strip.rows.is_empty())
+        .for_each_init(|| RowRing::new(sums.stride), |ring, strip| transform_strip(level, sums, strip, ring));
+}
+
+#[inline(always)]
+fn transform_rows(level: &Level<'_>, sums: &PlanarRows, strip: Strip<'_>, ring: &mut RowRing) {
+    let Strip { first, mut rows } = strip;
+    let RowRing { band, means, inverses, gain, coarser: coarser_around, result: result_around } = ring;
+    let count = rows.len() as isize;
+    let slot = |row: isize| row.rem_euclid(3) as usize;
+    // A row of the picture with its border, unless it is outside.
+    let place = |row: isize| {
+        let y = first as isize + row * level.step as isize;
+        (0..level.size[1] as isize).contains(&y).then(|| y as usize + BORDER)
+    };
+    // Three rows that follow each other, the second of them `row`.
+    macro_rules! around {
+        ($ring:ident, $row:expr) => {
+            [-1, 0, 1].map(|by| $ring[slot($row + by)].as_slice())
+        };
+    }
+    for last in -2..count + 2 {
+        let (band_row, output) = (&mut band[slot(last)], usize::try_from(last).ok());
+        match place(last) {
+            Some(y) => {
+                let (coarser, result) = match output.and_then(|row| rows.get_mut(row)) {
+                    Some(RowOutput::Level { coarser, result }) => (&mut **coarser, &mut **result),
+                    _ => (coarser_around.as_mut_slice(), result_around.as_mut_slice()),
+                };
+                smooth(level, sums, y, SmoothedRow { coarser, band: band_row, result, inverses });
             }
-            store(row, stride, neighbour.weight, x + BORDER, w);
+            None => band_row.fill(0.0),
+        }
+        if last > -1 {
+            let means = &mut means[slot(last - 1)];
+            match place(last - 1) {
+                Some(y) => average(level, around!(band, last - 1), y, means),
+                None => means.fill(0.0),
+            }
+        }
+        let row = last - 2;
+        let (Some(y), Ok(index)) = (place(row), usize::try_from(row)) else { continue };
+        let (means, band) = (around!(means, row), &band[slot(row)]);
+        match &mut rows[index] {
+            RowOutput::Level { result, .. } => shrink(level, means, band, y, ShrunkRow { result, gain }),
+            RowOutput::Gain(out) => {
+                shrink(level, means, band, y, ShrunkRow { result: result_around, gain });
+                out.copy_from_slice(&channel(gain, sums.stride, MEANS - 1, 0)[..out.len()]);
+            }
         }
     }
 }
@@ -97,133 +195,167 @@ struct SmoothedRow<'a> {
     coarser: &'a mut [f32],
     band: &'a mut [f32],
     result: &'a mut [f32],
+    /// One over the sums of weights, and over the counts of both halves before and after.
+    inverses: &'a mut [f32],
 }
 
-/// One level: the smoothed sums, and the band between them and those before. Where a half has nothing the result is what is around.
-pub(super) fn smooth(
-    level: &Level<'_>,
-    sums: &PlanarRows,
-    coarser: &mut PlanarRows,
-    band: &mut PlanarRows,
-    result: &mut PlanarRows,
-) {
-    let rows = coarser.inner().zip(band.inner()).zip(result.inner()).enumerate();
-    rows.for_each(|(y, ((coarser, band), result))| {
-        smooth_row(level, sums, y + BORDER, SmoothedRow { coarser, band, result });
-    });
+/// What a row of [`shrink`] writes.
+struct ShrunkRow<'a> {
+    result: &'a mut [f32],
+    /// Means of signal and noise, and the gain.
+    gain: &'a mut [f32],
 }
 
+/// The smoothed sums of a row, and the band between them and those before. Where a half has nothing the result is what is around.
 #[inline(always)]
-fn smooth_pixels(level: &Level<'_>, sums: &PlanarRows, y: usize, out: SmoothedRow<'_>) {
+fn smooth(level: &Level<'_>, sums: &PlanarRows, y: usize, out: SmoothedRow<'_>) {
     let stride = sums.stride;
-    let (here, neighbours) = (sums.row(y), RowTap::of_row(sums, level.weights, y, level.step));
-    let SmoothedRow { coarser, band, result } = out;
-    for x in (BORDER..BORDER + level.width).step_by(LANES) {
-        let here: [PixelBlock; SUMS] = std::array::from_fn(|c| load(here, stride, c, x));
-        let mut total: [PixelBlock; SUMS] = std::array::from_fn(|c| each(|i| 4.0 * here[c][i]));
-        let mut weight: PixelBlock = [4.0; LANES];
-        for neighbour in &neighbours {
-            let w = neighbour.weight(x);
-            let w = each(|i| neighbour.tap * w[i]);
-            for (c, total) in total.iter_mut().enumerate() {
-                let value = neighbour.value(stride, c, x);
-                *total = each(|i| total[i] + w[i] * value[i]);
+    let rows = [sums.row(y - level.step), sums.row(y), sums.row(y + level.step)];
+    let neighbours = RowNeighbours::new(rows, level.weights, y, level.step);
+    let (width, here) = (level.size[0], sums.row(y));
+    let [of_weights, before_a, before_b, after_a, after_b] = channels_mut::<INVERSES>(out.inverses);
+    sum_of_weights(&mut of_weights[..width], neighbours.weights, [4.0, 2.0]);
+    for (c, after) in channels_mut::<SUMS>(out.coarser).into_iter().enumerate() {
+        let (here, values) = (channel(here, stride, c, 0), neighbours.values(stride, c));
+        weighted_mean(&mut after[..width], here, neighbours.weights, values, of_weights, [4.0, 2.0]);
+    }
+    let after = &*out.coarser;
+    invert(&mut before_a[..width], channel(here, stride, 3, 0));
+    invert(&mut before_b[..width], channel(here, stride, 7, 0));
+    invert(&mut after_a[..width], channel(after, stride, 3, 0));
+    invert(&mut after_b[..width], channel(after, stride, 7, 0));
+    let [band @ .., signal, noise] = channels_mut::<BAND>(out.band);
+    let (signal, noise) = (&mut signal[..width], &mut noise[..width]);
+    for (c, (band, result)) in band.into_iter().zip(channels_mut::<RESULT>(out.result)).enumerate() {
+        let (band, result) = (&mut band[..width], &mut result[..width]);
+        let before_a =
+            HalfRow::new([channel(here, stride, c, 0), channel(here, stride, 3, 0), before_a], width);
+        let before_b =
+            HalfRow::new([channel(here, stride, 4 + c, 0), channel(here, stride, 7, 0), before_b], width);
+        let after_a =
+            HalfRow::new([channel(after, stride, c, 0), channel(after, stride, 3, 0), after_a], width);
+        let after_b =
+            HalfRow::new([channel(after, stride, 4 + c, 0), channel(after, stride, 7, 0), after_b], width);
+        let is_luminance = c == 1;
+        for x in 0..width {
+            let (near_a, near_b) = (after_a.mean(x), after_b.mean(x));
+            let (some_a, some_b) = (after_a.counts[x] > 0.0, after_b.counts[x] > 0.0);
+            let a = if some_a { near_a } else { near_b };
+            let b = if some_b { near_b } else { near_a };
+            let (da, db) = (before_a.mean(x) - a, before_b.mean(x) - b);
+            let known = (before_a.counts[x] > 0.0) & (before_b.counts[x] > 0.0);
+            let (da, db) = if known { (da, db) } else { (0.0, 0.0) };
+            band[x] = 0.5 * (da + db);
+            result[x] = if known | !(some_a | some_b) { result[x] } else { 0.5 * (a + b) };
+            if is_luminance {
+                signal[x] = da * db;
+                noise[x] = 0.25 * (da - db) * (da - db);
             }
-            weight = each(|i| weight[i] + w[i]);
         }
-        let inverse = each(|i| 1.0 / weight[i]);
-        for (c, total) in total.iter_mut().enumerate() {
-            *total = each(|i| total[i] * inverse[i]);
-            store(coarser, stride, c, x, *total);
-        }
-        let (here_a, here_b) = (each(|i| 1.0 / here[3][i]), each(|i| 1.0 / here[7][i]));
-        let (near_a, near_b) = (each(|i| 1.0 / total[3][i]), each(|i| 1.0 / total[7][i]));
-        let (known_a, known_b) = (each(|i| is_above(here[3][i], 0.0)), each(|i| is_above(here[7][i], 0.0)));
-        let known = each(|i| known_a[i] * known_b[i]);
-        let mut luminance = [[0.0; LANES]; 2];
-        for c in 0..3 {
-            let before = load(result, stride, c, x);
-            let (own_a, own_b) = (each(|i| total[c][i] * near_a[i]), each(|i| total[4 + c][i] * near_b[i]));
-            let a = each(|i| if total[3][i] > 0.0 { own_a[i] } else { own_b[i] });
-            let b = each(|i| if total[7][i] > 0.0 { own_b[i] } else { own_a[i] });
-            let da = each(|i| if known[i] > 0.0 { here[c][i] * here_a[i] - a[i] } else { 0.0 });
-            let db = each(|i| if known[i] > 0.0 { here[4 + c][i] * here_b[i] - b[i] } else { 0.0 });
-            let around = each(|i| total[3][i] + total[7][i]);
-            let after =
-                each(|i| if known[i] > 0.0 || around[i] <= 0.0 { before[i] } else { 0.5 * (a[i] + b[i]) });
-            if c == 1 {
-                luminance = [da, db];
-            }
-            store(band, stride, c, x, each(|i| 0.5 * (da[i] + db[i])));
-            store(result, stride, c, x, after);
-        }
-        let [da, db] = luminance;
-        store(band, stride, 3, x, each(|i| da[i] * db[i]));
-        store(band, stride, 4, x, each(|i| 0.25 * (da[i] - db[i]) * (da[i] - db[i])));
     }
 }
 
-/// 1 where `x` is above `limit`, and otherwise 0.
-#[inline(always)]
-fn is_above(x: f32, limit: f32) -> f32 {
-    if x > limit { 1.0 } else { 0.0 }
+/// A channel of a half in one row: sums, the counts of all channels, and one over those. Cut to one length, or its loops are not compiled for
+/// several pixels at once.
+struct HalfRow<'a> {
+    sums: &'a [f32],
+    counts: &'a [f32],
+    inverses: &'a [f32],
 }
 
-/// Weighted means of two channels of row `here` over the neighbours, all of them alike.
+impl<'a> HalfRow<'a> {
+    #[inline(always)]
+    fn new([sums, counts, inverses]: [&'a [f32]; 3], width: usize) -> Self {
+        Self { sums: &sums[..width], counts: &counts[..width], inverses: &inverses[..width] }
+    }
+
+    #[inline(always)]
+    fn mean(&self, x: usize) -> f32 {
+        self.sums[x] * self.inverses[x]
+    }
+}
+
+/// One over the counts.
 #[inline(always)]
-fn mean_of_two(
+fn invert(inverses: &mut [f32], counts: &[f32]) {
+    inverses.iter_mut().zip(counts).for_each(|(inverse, count)| *inverse = 1.0 / count);
+}
+
+/// Means of pixels and their neighbours, each times its weight. `inverses` are one over the sums of the weights; the factors are those of the
+/// pixel itself and of the neighbours beside it, and those at its corners count once.
+#[inline(always)]
+fn weighted_mean(
+    out: &mut [f32],
     here: &[f32],
-    neighbours: &[RowTap<'_>; 8],
-    stride: usize,
-    first: usize,
-    x: usize,
-) -> [PixelBlock; 2] {
-    let mut total: [PixelBlock; 2] = std::array::from_fn(|c| load(here, stride, first + c, x));
-    let mut weight: PixelBlock = [1.0; LANES];
-    for neighbour in neighbours {
-        let w = neighbour.weight(x);
-        for (c, total) in total.iter_mut().enumerate() {
-            let value = neighbour.value(stride, first + c, x);
-            *total = each(|i| total[i] + w[i] * value[i]);
-        }
-        weight = each(|i| weight[i] + w[i]);
+    weights: [&[f32]; 8],
+    values: [&[f32]; 8],
+    inverses: &[f32],
+    [centre, beside]: [f32; 2],
+) {
+    let width = out.len();
+    let (here, inverses) = (&here[..width], &inverses[..width]);
+    let (w, v) = (cut(weights, width), cut(values, width));
+    for x in 0..width {
+        let product = |i: usize| w[i][x] * v[i][x];
+        let straight = (product(0) + product(1)) + (product(2) + product(3));
+        let diagonal = (product(4) + product(5)) + (product(6) + product(7));
+        out[x] = (centre * here[x] + (beside * straight + diagonal)) * inverses[x];
     }
-    std::array::from_fn(|c| each(|i| total[c][i] / weight[i]))
 }
 
-/// Means of signal and noise of the band over 3×3 pixels.
-pub(super) fn average(level: &Level<'_>, band: &PlanarRows, means: &mut PlanarRows) {
-    means.inner().enumerate().for_each(|(y, out)| average_row(level, band, y + BORDER, out));
-}
-
+/// Rows of one length: only such loops are compiled for several pixels at once.
 #[inline(always)]
-fn average_pixels(level: &Level<'_>, band: &PlanarRows, y: usize, out: &mut [f32]) {
-    let stride = band.stride;
-    let (here, neighbours) = (band.row(y), RowTap::of_row(band, level.weights, y, level.step));
-    for x in (BORDER..BORDER + level.width).step_by(LANES) {
-        let [signal, noise] = mean_of_two(here, &neighbours, stride, 3, x);
-        store(out, stride, 0, x, signal);
-        store(out, stride, 1, x, noise);
+fn cut(mut rows: [&[f32]; 8], width: usize) -> [&[f32]; 8] {
+    for row in &mut rows {
+        *row = &row[..width];
+    }
+    rows
+}
+
+/// One over the sums of the weights of pixels and their neighbours, with the factors of [`weighted_mean`].
+#[inline(always)]
+fn sum_of_weights(out: &mut [f32], weights: [&[f32]; 8], [centre, beside]: [f32; 2]) {
+    let width = out.len();
+    let w = cut(weights, width);
+    for x in 0..width {
+        let straight = (w[0][x] + w[1][x]) + (w[2][x] + w[3][x]);
+        let diagonal = (w[4][x] + w[5][x]) + (w[6][x] + w[7][x]);
+        out[x] = 1.0 / (centre + (beside * straight + diagonal));
+    }
+}
+
+/// Means of signal and noise of the band over 3×3 pixels of row `y`, the second of three.
+#[inline(always)]
+fn average(level: &Level<'_>, band: [&[f32]; 3], y: usize, out: &mut [f32]) {
+    let (width, stride) = (level.size[0], band[1].len() / BAND);
+    let neighbours = RowNeighbours::new(band, level.weights, y, level.step);
+    let [signal, noise, inverse] = channels_mut::<MEANS>(out);
+    sum_of_weights(&mut inverse[..width], neighbours.weights, [1.0, 1.0]);
+    for (c, out) in [signal, noise].into_iter().enumerate() {
+        let (here, values) = (channel(band[1], stride, 3 + c, 0), neighbours.values(stride, 3 + c));
+        weighted_mean(&mut out[..width], here, neighbours.weights, values, inverse, [1.0, 1.0]);
     }
 }
 
 /// The same once more, the gain that follows, and what it takes from the result.
-pub(super) fn shrink(level: &Level<'_>, means: &PlanarRows, band: &PlanarRows, result: &mut PlanarRows) {
-    let rows = result.inner().enumerate();
-    rows.for_each(|(y, out)| shrink_row(level, means, band.row(y + BORDER), y + BORDER, out));
-}
-
 #[inline(always)]
-fn shrink_pixels(level: &Level<'_>, means: &PlanarRows, band: &[f32], y: usize, out: &mut [f32]) {
-    let stride = means.stride;
-    let (here, neighbours) = (means.row(y), RowTap::of_row(means, level.weights, y, level.step));
-    for x in (BORDER..BORDER + level.width).step_by(LANES) {
-        let [signal, noise] = mean_of_two(here, &neighbours, stride, 0, x);
-        let gain = each(|i| (signal[i] - noise[i]).max(0.0) / (signal[i] + noise[i] + f32::MIN_POSITIVE));
-        for c in 0..3 {
-            let (before, mean) = (load(out, stride, c, x), load(band, stride, c, x));
-            store(out, stride, c, x, each(|i| before[i] - (1.0 - gain[i]) * mean[i]));
+fn shrink(level: &Level<'_>, means: [&[f32]; 3], band: &[f32], y: usize, out: ShrunkRow<'_>) {
+    let (width, stride) = (level.size[0], band.len() / BAND);
+    let neighbours = RowNeighbours::new(means, level.weights, y, level.step);
+    let [signal, noise, gain] = channels_mut::<MEANS>(out.gain);
+    let (signal, noise, gain) = (&mut signal[..width], &mut noise[..width], &mut gain[..width]);
+    let inverse = &channel(means[1], stride, 2, 0)[..width];
+    for (c, mean) in [&mut *signal, &mut *noise].into_iter().enumerate() {
+        let (here, values) = (channel(means[1], stride, c, 0), neighbours.values(stride, c));
+        weighted_mean(mean, here, neighbours.weights, values, inverse, [1.0, 1.0]);
+    }
+    for x in 0..width {
+        gain[x] = (signal[x] - noise[x]).max(0.0) / (signal[x] + noise[x] + f32::MIN_POSITIVE);
+    }
+    for (c, result) in channels_mut::<RESULT>(out.result).into_iter().enumerate() {
+        let (result, band) = (&mut result[..width], &channel(band, stride, c, 0)[..width]);
+        for x in 0..width {
+            result[x] -= (1.0 - gain[x]) * band[x];
         }
-        store(out, stride, RESULT - 1, x, gain);
     }
 }

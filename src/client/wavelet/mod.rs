@@ -18,9 +18,9 @@ mod rows;
 use glam::Vec3;
 use rayon::prelude::*;
 
-use self::bands::{Level, average, shrink, smooth, weigh};
-use self::prepare::{begin, mean_of_halves, separate_fireflies, tolerances};
-use self::rows::{BAND, BORDER, FEATURES, PlanarRows, RESULT, SUMS, WEIGHTS};
+use self::bands::{Level, RowOutput, transform, weigh};
+use self::prepare::{mean_of_halves, no_features, separate_fireflies, tolerances};
+use self::rows::{BORDER, FEATURES, PlanarRows, RESULT, SUMS, WEIGHTS};
 use crate::client::ClientError;
 use crate::image::Grid;
 
@@ -91,8 +91,6 @@ pub struct WaveletFilter {
     alike: PlanarRows,
     sums: PlanarRows,
     coarser: PlanarRows,
-    band: PlanarRows,
-    means: PlanarRows,
     result: PlanarRows,
 }
 
@@ -113,52 +111,45 @@ impl WaveletFilter {
             Some(last) => last,
             None => Self::empty(size)?,
         };
-        if let Some(halves) = features {
-            tolerances(halves, &mut filter.features);
+        match features {
+            Some(halves) => tolerances(halves, &mut filter.features),
+            None => no_features(&mut filter.features, size[0]),
         }
-        let known = features.map(|_| &filter.features);
         for (level, weights) in filter.weights.iter_mut().enumerate() {
-            weigh(weights, known, size, 1 << level);
+            weigh(weights, &filter.features, size[0], 1 << level);
         }
         Some(filter)
     }
 
     fn empty(size: [usize; 2]) -> Option<Self> {
         let rows = |channels| PlanarRows::new(size[0], size[1], channels);
-        let mut alike = rows(WEIGHTS)?;
-        weigh(&mut alike, None, size, 1);
+        let (mut features, mut alike) = (rows(FEATURES)?, rows(WEIGHTS)?);
+        no_features(&mut features, size[0]);
+        weigh(&mut alike, &features, size[0], 1);
         Some(Self {
             size,
-            features: rows(FEATURES)?,
+            features,
             weights: (0..LEVELS).map(|_| rows(WEIGHTS)).collect::<Option<_>>()?,
             alike,
             sums: rows(SUMS)?,
             coarser: rows(SUMS)?,
-            band: rows(BAND)?,
-            means: rows(2)?,
             result: rows(RESULT)?,
         })
     }
 
     /// Filters a picture of this size; `None` without memory.
     pub fn filtered(&mut self, halves: [&HalfPicture; 2]) -> Option<Filtered> {
-        let ([width, height], Self { weights, alike, sums, coarser, band, means, result, .. }) =
-            (self.size, self);
+        let (size @ [width, height], Self { weights, alike, sums, coarser, result, .. }) = (self.size, self);
         let mut picture = Grid::try_filled(width, height, Vec3::ZERO)?;
         let mut finest = Grid::try_filled(width, height, 0.0f32)?;
-        separate_fireflies(halves, &mut picture, sums)?;
-        // Across edges of features as well: there the bands of the filter are empty. What this takes from the result is not used.
-        let level = Level { weights: alike, width, step: 1 };
-        smooth(&level, sums, coarser, band, result);
-        average(&level, band, means);
-        shrink(&level, means, band, result);
-        read_gain(result, &mut finest);
-        result.inner().zip(sums.inner()).for_each(|(result, sums)| begin(result, sums));
+        separate_fireflies(halves, &mut picture, sums, result)?;
+        // Across edges of features as well: there the bands of the filter are empty.
+        let gains = finest.pixels_mut().chunks_exact_mut(width).map(RowOutput::Gain);
+        transform(&Level { weights: alike, size, step: 1 }, sums, gains);
         for (level, weights) in weights.iter().enumerate() {
-            let level = Level { weights, width, step: 1 << level };
-            smooth(&level, sums, coarser, band, result);
-            average(&level, band, means);
-            shrink(&level, means, band, result);
+            let level = Level { weights, size, step: 1 << level };
+            let rows = coarser.inner().zip(result.inner());
+            transform(&level, sums, rows.map(|(coarser, result)| RowOutput::Level { coarser, result }));
             std::mem::swap(sums, coarser);
         }
         picture.pixels_mut().par_chunks_mut(width).enumerate().for_each(|(y, out)| {
@@ -177,13 +168,5 @@ impl WaveletFilter {
             }
         });
         Some(Filtered { picture, finest })
-    }
-}
-
-/// Copies the gain of the last band.
-fn read_gain(result: &PlanarRows, gain: &mut Grid<f32>) {
-    let width = gain.width();
-    for (y, out) in gain.pixels_mut().chunks_mut(width).enumerate() {
-        out.copy_from_slice(&result.row(y + BORDER)[(RESULT - 1) * result.stride + BORDER..][..width]);
     }
 }

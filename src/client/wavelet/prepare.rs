@@ -1,9 +1,9 @@
 //! What stands before the transform: what only one half has seen is set aside, and features get tolerances.
 
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
-use super::rows::{BORDER, PlanarRows, RESULT, SUMS};
+use super::rows::{BORDER, FEATURES, LIGHTS, PlanarRows, RESULT, SUMS, TOLERANCES, channels_mut};
 use super::{HalfPicture, PixelFeatures};
 use crate::image::Grid;
 
@@ -23,68 +23,94 @@ const SLOPE: f32 = 2.0;
 /// is many times as bright as what is around it, and its edge is in between.
 const EDGE_OF_LIGHT: f32 = 0.5;
 
-/// Writes the halves as sums, and half of what only one of them has seen to `aside`: it stays where it is and does not spread.
+/// Writes the halves as sums, their mean as the first result, and half of what only one of them has seen to `aside`: it stays where it is and
+/// does not spread.
 pub(super) fn separate_fireflies(
     halves: [&HalfPicture; 2],
     aside: &mut Grid<Vec3>,
     sums: &mut PlanarRows,
+    result: &mut PlanarRows,
 ) -> Option<()> {
-    let (width, stride) = (aside.width(), sums.stride);
-    let limits = [largest_around(halves[0])?, largest_around(halves[1])?];
-    let rows = sums.inner().zip(aside.pixels_mut().par_chunks_mut(width)).enumerate();
-    rows.for_each(|(y, (row, aside))| {
+    let (width, height) = (aside.width(), aside.height());
+    let across = [largest_across(halves[0])?, largest_across(halves[1])?];
+    let around = |y: usize| y.saturating_sub(AROUND)..(y + AROUND + 1).min(height);
+    let rows = sums.inner_parallel().zip(result.inner_parallel());
+    let rows = rows.zip(aside.pixels_mut().par_chunks_mut(width)).enumerate();
+    let limits = || [vec![0.0f32; width], vec![0.0f32; width]];
+    rows.for_each_init(limits, |limits, (y, ((sums, result), aside))| {
+        for (limits, across) in limits.iter_mut().zip(&across) {
+            limits.fill(0.0);
+            for row in around(y).map(|y| across.row(y)) {
+                limits.iter_mut().zip(row).for_each(|(most, v)| *most = most.max(*v));
+            }
+        }
+        let [limits_b, limits_a] = limits;
+        let (mut sums, result) = (channels_mut::<SUMS>(sums), channels_mut::<RESULT>(result));
+        let (a, b) = sums.split_at_mut(SUMS / 2);
+        write_means(halves[0].row(y), a);
+        write_means(halves[1].row(y), b);
+        keep_limits(a, b, limits_a, limits_b);
+        let (kept_a, kept_b) = (limits_a, limits_b);
         for (x, aside) in aside.iter_mut().enumerate() {
-            let seen =
-                halves.map(|half| half.at(x, y)).map(|v| if v.is_finite() { v } else { glam::Vec4::ZERO });
-            let both = seen.iter().all(|v| v.w > 0.0);
-            for (half, value) in seen.into_iter().enumerate() {
-                let (mut xyz, n) = (value.truncate(), value.w.max(0.0));
-                let limit = FIREFLY * limits[1 - half].at(x, y);
-                if both && xyz.y > limit {
-                    let kept = xyz * (limit / xyz.y);
-                    *aside += 0.5 * (xyz - kept);
-                    xyz = kept;
+            for (half, kept) in [(&*a, kept_a[x]), (&*b, kept_b[x])] {
+                if kept < 1.0 {
+                    *aside += 0.5 * (1.0 - kept) * Vec3::new(half[0][x], half[1][x], half[2][x]);
                 }
-                let sum = if n > 0.0 { xyz * n } else { Vec3::ZERO };
-                for (channel, value) in [sum.x, sum.y, sum.z, n].into_iter().enumerate() {
-                    row[(4 * half + channel) * stride + BORDER + x] = value;
-                }
+            }
+        }
+        for (channel, result) in result.into_iter().enumerate() {
+            for x in 0..width {
+                let (n_a, n_b) = (a[3][x], b[3][x]);
+                let (mean_a, mean_b) = (a[channel][x] * kept_a[x], b[channel][x] * kept_b[x]);
+                let share = if (n_a > 0.0) & (n_b > 0.0) { 0.5 } else { 1.0 };
+                result[x] = share * (mean_a + mean_b);
+                a[channel][x] = mean_a * n_a;
+                b[channel][x] = mean_b * n_b;
             }
         }
     });
     Some(())
 }
 
-/// The largest luminance in the square around every pixel.
-fn largest_around(half: &HalfPicture) -> Option<Grid<f32>> {
+/// Writes a row of a half as X, Y, Z, and their number; zero where that is nothing.
+fn write_means(half: &[Vec4], row: &mut [&mut [f32]]) {
+    let [x, y, z, n] = row else { return };
+    let width = half.len();
+    let (x, y, z, n) = (&mut x[..width], &mut y[..width], &mut z[..width], &mut n[..width]);
+    for (i, mean) in half.iter().enumerate() {
+        let [mean_x, mean_y, mean_z, count] = mean.to_array();
+        let is_finite = mean_x.is_finite() & mean_y.is_finite() & mean_z.is_finite() & count.is_finite();
+        let or_zero = |value: f32| if is_finite & (count > 0.0) { value } else { 0.0 };
+        (x[i], y[i], z[i], n[i]) = (or_zero(mean_x), or_zero(mean_y), or_zero(mean_z), or_zero(count));
+    }
+}
+
+/// Replaces the limits of the luminance by the shares of the means that are within them.
+fn keep_limits(a: &[&mut [f32]], b: &[&mut [f32]], limits_a: &mut [f32], limits_b: &mut [f32]) {
+    let width = limits_a.len();
+    let (y_a, n_a, y_b, n_b) = (&a[1][..width], &a[3][..width], &b[1][..width], &b[3][..width]);
+    let limits_b = &mut limits_b[..width];
+    for x in 0..width {
+        let both = (n_a[x] > 0.0) & (n_b[x] > 0.0);
+        let kept = |y: f32, limit: f32| if both & (y > FIREFLY * limit) { FIREFLY * limit / y } else { 1.0 };
+        (limits_a[x], limits_b[x]) = (kept(y_a[x], limits_a[x]), kept(y_b[x], limits_b[x]));
+    }
+}
+
+/// The largest luminance of a pixel and those beside it in its row.
+fn largest_across(half: &HalfPicture) -> Option<Grid<f32>> {
     let (width, height) = (half.width(), half.height());
-    let window = |at: usize, size: usize| at.saturating_sub(AROUND)..(at + AROUND + 1).min(size);
-    let mut across = Grid::try_filled(width, height, 0.0f32)?;
-    across.pixels_mut().par_chunks_mut(width).enumerate().for_each(|(y, out)| {
-        let row = half.row(y);
-        for (x, out) in out.iter_mut().enumerate() {
-            *out = row[window(x, width)]
-                .iter()
-                .fold(0.0, |most, v| if v.w > 0.0 { v.y.max(most) } else { most });
-        }
-    });
     let mut largest = Grid::try_filled(width, height, 0.0f32)?;
-    largest.pixels_mut().par_chunks_mut(width).enumerate().for_each(|(y, out)| {
-        for row in window(y, height).map(|y| across.row(y)) {
-            out.iter_mut().zip(row).for_each(|(out, v)| *out = out.max(*v));
+    let rows = largest.pixels_mut().par_chunks_mut(width).enumerate();
+    let luminance = || vec![0.0f32; width + 2 * AROUND];
+    rows.for_each_init(luminance, |luminance, (y, out)| {
+        let inner = luminance[AROUND..].iter_mut();
+        inner.zip(half.row(y)).for_each(|(out, v)| *out = if v.w > 0.0 { v.y } else { 0.0 });
+        for by in 0..=2 * AROUND {
+            out.iter_mut().zip(&luminance[by..]).for_each(|(most, v)| *most = most.max(*v));
         }
     });
     Some(largest)
-}
-
-/// The result at first: the mean of both halves.
-pub(super) fn begin(result: &mut [f32], sums: &[f32]) {
-    let stride = result.len() / RESULT;
-    for x in 0..stride {
-        for (c, value) in mean_of_halves(sums, x).to_array().into_iter().enumerate() {
-            result[c * stride + x] = value;
-        }
-    }
 }
 
 /// The mean of both halves in column `x` of a row of sums; that of one where the other has nothing, and zero where there is neither.
@@ -98,6 +124,19 @@ pub(super) fn mean_of_halves(sums: &[f32], x: usize) -> Vec3 {
     match (half(0), half(4)) {
         (Some(a), Some(b)) => 0.5 * (a + b),
         (a, b) => a.or(b).unwrap_or(Vec3::ZERO),
+    }
+}
+
+/// Share of lights in what is no pixel of the picture: no pixel is mixed with it.
+const OUTSIDE: f32 = -1.0;
+
+/// Features that all pixels of a picture have in common.
+pub(super) fn no_features(rows: &mut PlanarRows, width: usize) {
+    rows.fill(LIGHTS, OUTSIDE);
+    for row in rows.inner() {
+        for (channel, row) in channels_mut::<FEATURES>(row).into_iter().enumerate() {
+            row[..width].fill(if TOLERANCES.contains(&channel) { 1.0 } else { 0.0 });
+        }
     }
 }
 
@@ -116,7 +155,7 @@ pub(super) fn tolerances(halves: [&Grid<PixelFeatures>; 2], rows: &mut PlanarRow
         let least = change(before).min(change(after));
         if least.is_finite() { least } else { 0.0 }
     };
-    rows.inner().enumerate().for_each(|(y, row)| {
+    rows.inner_parallel().enumerate().for_each(|(y, row)| {
         for x in 0..width {
             // Variance of the mean, from the halves, over the pixel and its neighbours.
             let (mut spread, mut lights, mut count) = ([0f32; 3], 0.0, 0.0);

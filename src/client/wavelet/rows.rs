@@ -2,6 +2,8 @@
 //!
 //! Rows are `[height][channel][width]`, so that a row of all channels is one piece of memory, with a border of zeros that counts for nothing.
 
+use std::ops::{Deref, DerefMut, Range};
+
 use rayon::prelude::*;
 
 use super::LEVELS;
@@ -9,25 +11,60 @@ use super::LEVELS;
 /// Pixels around the picture that are read and count for nothing.
 pub(super) const BORDER: usize = 1 << (LEVELS - 1);
 
-/// Pixels that are computed together.
-pub(super) const LANES: usize = 8;
+/// Rows of a channel are as long as a multiple of this.
+const ALIGNED: usize = 8;
+/// Numbers in a line of the cache.
+const FLOATS_PER_LINE: usize = 16;
 
 /// Channels of the two halves: sums X, Y, Z and counts, and again.
 pub(super) const SUMS: usize = 8;
 /// Channels of features with their tolerances: albedo, normal, distance, three tolerances, share of lights.
 pub(super) const FEATURES: usize = 11;
+/// Those of tolerances, and that of the share of lights.
+pub(super) const TOLERANCES: Range<usize> = 7..10;
+pub(super) const LIGHTS: usize = 10;
 /// Weights to the neighbours to the right, below right, below, below left; those to the others are theirs.
 pub(super) const WEIGHTS: usize = 4;
-/// Channels of the result: X, Y, Z, and the gain of the last band.
-pub(super) const RESULT: usize = 4;
+/// Channels of the result: X, Y, Z.
+pub(super) const RESULT: usize = 3;
 /// Channels of a band: the mean of both halves, the product of their luminances, the noise.
 pub(super) const BAND: usize = 5;
+/// Channels of what is averaged over the pixels around: the product, the noise, and one over the sum of the weights, or the gain.
+pub(super) const MEANS: usize = 3;
+/// Channels of the divisors of a row.
+pub(super) const INVERSES: usize = 5;
 
-pub(super) type PixelBlock = [f32; LANES];
+/// Zeros at first, from the beginning of a line of the cache on: eight that are read together do not straddle two lines.
+pub(super) struct AlignedNumbers {
+    lines: Vec<FloatLine>,
+}
 
-#[inline(always)]
-pub(super) fn each(f: impl Fn(usize) -> f32) -> PixelBlock {
-    std::array::from_fn(f)
+#[repr(C, align(64))]
+#[derive(Clone, Copy, Default, bytemuck::Pod, bytemuck::Zeroable)]
+struct FloatLine([f32; FLOATS_PER_LINE]);
+
+impl AlignedNumbers {
+    /// At least so many; `None` without memory.
+    pub(super) fn new(count: usize) -> Option<Self> {
+        let (mut lines, count) = (Vec::new(), count.div_ceil(FLOATS_PER_LINE));
+        lines.try_reserve_exact(count).ok()?;
+        lines.resize(count, FloatLine::default());
+        Some(Self { lines })
+    }
+}
+
+impl Deref for AlignedNumbers {
+    type Target = [f32];
+
+    fn deref(&self) -> &[f32] {
+        bytemuck::cast_slice(&self.lines)
+    }
+}
+
+impl DerefMut for AlignedNumbers {
+    fn deref_mut(&mut self) -> &mut [f32] {
+        bytemuck::cast_slice_mut(&mut self.lines)
+    }
 }
 
 /// Rows of several channels with a border.
@@ -35,119 +72,119 @@ pub(super) struct PlanarRows {
     channels: usize,
     /// Numbers in a row of one channel, with the border.
     pub(super) stride: usize,
-    data: Vec<f32>,
+    /// Numbers from row to row: an odd number of cache lines, so that rows which are a power of 2 apart do not compete for the same places of the
+    /// cache.
+    length: usize,
+    data: AlignedNumbers,
 }
 
 impl PlanarRows {
     /// Zeros; `None` without memory.
     pub(super) fn new(width: usize, height: usize, channels: usize) -> Option<Self> {
-        let stride = 2 * BORDER + width.next_multiple_of(LANES);
-        let mut data = Vec::new();
-        data.try_reserve_exact(stride * channels * (height + 2 * BORDER)).ok()?;
-        data.resize(stride * channels * (height + 2 * BORDER), 0.0);
-        Some(Self { channels, stride, data })
+        let stride = 2 * BORDER + width.next_multiple_of(ALIGNED);
+        let length = ((channels * stride).div_ceil(FLOATS_PER_LINE) | 1) * FLOATS_PER_LINE;
+        let data = AlignedNumbers::new(length * (height + 2 * BORDER))?;
+        Some(Self { channels, stride, length, data })
     }
 
     /// All channels of row `y`, counted from the top of the border.
     #[inline(always)]
     pub(super) fn row(&self, y: usize) -> &[f32] {
-        let length = self.channels * self.stride;
-        &self.data[y * length..][..length]
+        &self.data[y * self.length..][..self.channels * self.stride]
     }
 
-    /// The rows of the picture, without the border.
-    pub(super) fn inner(&mut self) -> impl IndexedParallelIterator<Item = &mut [f32]> {
-        let length = self.channels * self.stride;
-        let border = BORDER * length;
-        let end = self.data.len() - border;
-        self.data[border..end].par_chunks_mut(length)
+    /// Gives a channel one value, in the border too.
+    pub(super) fn fill(&mut self, channel: usize, value: f32) {
+        for row in self.data.chunks_exact_mut(self.length) {
+            row[channel * self.stride..][..self.stride].fill(value);
+        }
+    }
+
+    /// The rows of the picture, without the border above and below.
+    pub(super) fn inner(&mut self) -> impl Iterator<Item = &mut [f32]> {
+        let (border, end) = (BORDER * self.length, self.data.len() - BORDER * self.length);
+        let channels = self.channels * self.stride;
+        self.data[border..end].chunks_exact_mut(self.length).map(move |row| &mut row[..channels])
+    }
+
+    /// The same for several threads.
+    pub(super) fn inner_parallel(&mut self) -> impl IndexedParallelIterator<Item = &mut [f32]> {
+        self.inner().collect::<Vec<_>>().into_par_iter()
     }
 }
 
-/// Eight numbers of a channel of a row.
+/// A channel of a row from the first pixel of the picture on, or from so many pixels beside it.
 #[inline(always)]
-pub(super) fn load(row: &[f32], stride: usize, channel: usize, x: usize) -> PixelBlock {
-    let at = channel * stride + x;
-    row[at..at + LANES].try_into().unwrap_or_default()
+pub(super) fn channel(row: &[f32], stride: usize, channel: usize, dx: isize) -> &[f32] {
+    &row[(channel * stride + BORDER).wrapping_add_signed(dx)..]
 }
 
+/// All channels of a row, each from the first pixel of the picture on.
 #[inline(always)]
-pub(super) fn store(row: &mut [f32], stride: usize, channel: usize, x: usize, values: PixelBlock) {
-    row[channel * stride + x..][..LANES].copy_from_slice(&values);
+pub(super) fn channels_mut<const N: usize>(row: &mut [f32]) -> [&mut [f32]; N] {
+    let stride = row.len() / N;
+    let mut channels: [&mut [f32]; N] = std::array::from_fn(|_| Default::default());
+    for (channel, row) in channels.iter_mut().zip(row.chunks_exact_mut(stride)) {
+        *channel = &mut row[BORDER..];
+    }
+    channels
 }
 
-/// The neighbours: offset in steps, and where the weight to them stands: the channel, and whether it is their own weight to here.
+/// The neighbours: those beside a pixel, then those at its corners.
 pub(super) const NEIGHBOURS: [FilterTap; 8] = [
     FilterTap { dx: 1, dy: 0, weight: 0, theirs: false },
-    FilterTap { dx: 1, dy: 1, weight: 1, theirs: false },
-    FilterTap { dx: 0, dy: 1, weight: 2, theirs: false },
-    FilterTap { dx: -1, dy: 1, weight: 3, theirs: false },
+    FilterTap { dx: 0, dy: 1, weight: 1, theirs: false },
     FilterTap { dx: -1, dy: 0, weight: 0, theirs: true },
-    FilterTap { dx: -1, dy: -1, weight: 1, theirs: true },
-    FilterTap { dx: 0, dy: -1, weight: 2, theirs: true },
+    FilterTap { dx: 0, dy: -1, weight: 1, theirs: true },
+    FilterTap { dx: 1, dy: 1, weight: 2, theirs: false },
+    FilterTap { dx: -1, dy: 1, weight: 3, theirs: false },
+    FilterTap { dx: -1, dy: -1, weight: 2, theirs: true },
     FilterTap { dx: 1, dy: -1, weight: 3, theirs: true },
 ];
 
-/// A neighbour.
+/// A neighbour: offset in steps.
 pub(super) struct FilterTap {
     pub(super) dx: isize,
     pub(super) dy: isize,
     /// The channel of the weight.
     pub(super) weight: usize,
     /// The weight stands at the neighbour.
-    theirs: bool,
+    pub(super) theirs: bool,
 }
 
-impl FilterTap {
-    /// Binomial coefficient over that of the corner; the centre has 4.
-    #[inline(always)]
-    fn tap(&self) -> f32 {
-        if self.dx == 0 || self.dy == 0 { 2.0 } else { 1.0 }
-    }
-
-    /// The row of this neighbour of row `y`, and its first column for column `x`.
-    #[inline(always)]
-    pub(super) fn place(&self, y: usize, x: usize, step: usize) -> (usize, usize) {
-        let step = step as isize;
-        (y.wrapping_add_signed(self.dy * step), x.wrapping_add_signed(self.dx * step))
-    }
+/// The neighbours of the pixels of one row, in the order of [`NEIGHBOURS`].
+pub(super) struct RowNeighbours<'a> {
+    /// The row of each.
+    rows: [&'a [f32]; 8],
+    /// Pixels to each.
+    dx: [isize; 8],
+    /// The weights to each.
+    pub(super) weights: [&'a [f32]; 8],
 }
 
-/// A neighbour as it is seen from one row.
-pub(super) struct RowTap<'a> {
-    /// Its row.
-    there: &'a [f32],
-    /// The row and channel of the weight to it.
-    weights: &'a [f32],
-    /// Pixels from here to it, and to the place of the weight.
-    dx: isize,
-    weight_dx: isize,
-    /// Its binomial coefficient.
-    pub(super) tap: f32,
-}
-
-impl<'a> RowTap<'a> {
-    /// All neighbours of the pixels of row `y`, `step` pixels apart.
+impl<'a> RowNeighbours<'a> {
+    /// Those of row `y`, counted from the top of the border: `rows` are the row `step` above, itself, and the row `step` below.
     #[inline(always)]
-    pub(super) fn of_row(from: &'a PlanarRows, weights: &'a PlanarRows, y: usize, step: usize) -> [Self; 8] {
-        NEIGHBOURS.each_ref().map(|neighbour| {
-            let (row, dx) = (neighbour.place(y, 0, step).0, neighbour.dx * step as isize);
-            let (weight_row, weight_dx) = if neighbour.theirs { (row, dx) } else { (y, 0) };
-            let channel = neighbour.weight * weights.stride;
-            let weights = &weights.row(weight_row)[channel..][..weights.stride];
-            RowTap { there: from.row(row), weights, dx, weight_dx, tap: neighbour.tap() }
-        })
+    pub(super) fn new(rows: [&'a [f32]; 3], weights: &'a PlanarRows, y: usize, step: usize) -> Self {
+        let mut all = Self { rows: [&[]; 8], dx: [0; 8], weights: [&[]; 8] };
+        for (i, neighbour) in NEIGHBOURS.iter().enumerate() {
+            let [dx, dy] = [neighbour.dx, neighbour.dy].map(|by| by * step as isize);
+            let (weight_y, weight_dx) =
+                if neighbour.theirs { (y.wrapping_add_signed(dy), dx) } else { (y, 0) };
+            all.rows[i] = rows[neighbour.dy.wrapping_add(1) as usize];
+            all.dx[i] = dx;
+            all.weights[i] = channel(weights.row(weight_y), weights.stride, neighbour.weight, weight_dx);
+        }
+        all
     }
 
-    /// The weights to the neighbours of pixels `x ..`.
+    /// A channel of each.
     #[inline(always)]
-    pub(super) fn weight(&self, x: usize) -> PixelBlock {
-        load(self.weights, 0, 0, x.wrapping_add_signed(self.weight_dx))
-    }
-
-    /// A channel of the neighbours of pixels `x ..`.
-    #[inline(always)]
-    pub(super) fn value(&self, stride: usize, channel: usize, x: usize) -> PixelBlock {
-        load(self.there, stride, channel, x.wrapping_add_signed(self.dx))
+    pub(super) fn values(&self, stride: usize, of: usize) -> [&'a [f32]; 8] {
+        let mut values: [&[f32]; 8] = [&[]; 8];
+        for (value, (row, dx)) in values.iter_mut().zip(self.rows.iter().zip(self.dx)) {
+            *value = channel(row, stride, of, dx);
+        }
+        values
     }
 }
