@@ -201,7 +201,8 @@ def moves(a, viewer):
         time.sleep(1)
         before[there] = viewer.pixels() / 255.0
         views[there] = viewer.command()
-    time.sleep(max(a.wait, MESSAGE))
+        time.sleep(MESSAGE)
+    time.sleep(a.wait)
     for _ in range(2 * a.rounds):
         there = len(rounds) % 2 == 0
         made = viewer.watch(viewer.turn(by if there else -by))

@@ -393,7 +393,7 @@ impl FilteredFilm {
         ViewSurfaces::new(camera, self.replicates.size(), rays, hits)
     }
 
-    /// Shows what is known of another view. `None` where nothing is, without memory, and where it `is_over`.
+    /// Shows what is known of another view. `None` where that is too little, without memory, and where it `is_over`.
     fn look(
         &mut self,
         known: Option<&KnownView>,
@@ -402,7 +402,7 @@ impl FilteredFilm {
         let known = known?;
         let coarse = self.surfaces(REPROJECTED, is_over)?;
         let prior = self.prior.insert(Prior::new(known, &coarse)?);
-        prior.filled(None)
+        if prior.is_enough() { prior.filled(None) } else { None }
     }
 
     /// Prepares the filter. `None` without memory, and where it `is_over`.

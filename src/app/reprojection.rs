@@ -38,6 +38,9 @@ const SAME_ALBEDO: f32 = 0.1;
 /// Bilinear weight that must show the same surface, at least.
 const LEAST_SEEN: f32 = 0.1;
 
+/// Share of a picture that another view must show to stand in for it alone: what would be filled in is mostly wrong.
+const LEAST_KNOWN: f32 = 0.5;
+
 /// Pixels of a block in which both views are compared, per axis.
 const BLOCK: usize = 16;
 
@@ -109,6 +112,12 @@ impl Prior {
             }
         });
         Some(Self { picture, worth })
+    }
+
+    /// Whether it shows enough to stand in for samples alone.
+    pub fn is_enough(&self) -> bool {
+        let known = self.worth.pixels().iter().filter(|worth| **worth > 0.0).count();
+        known as f32 >= LEAST_KNOWN * self.worth.pixels().len() as f32
     }
 
     /// The picture, before there are samples enough for a filter: gaps are filled in from what is around them and from the samples so far, if

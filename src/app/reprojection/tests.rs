@@ -141,6 +141,20 @@ fn plain(halves: &HalfMeans) -> FilteredPicture {
     picture.into()
 }
 
+/// What a cut leaves is too little to be shown alone.
+#[test]
+fn a_cut_begins_anew() {
+    let (desc, scene) = scene("cornell.xml");
+    let mut before = Seen::new(&desc, &scene, 0.0, 0);
+    before.trace_to(1.0);
+    let known = before.known();
+    for (degrees, is_enough) in [(0.0, true), (10.0, true), (30.0, false), (90.0, false)] {
+        let after = Seen::new(&desc, &scene, degrees, 0);
+        let prior = Prior::new(&known, &after.coarse).unwrap();
+        assert_eq!(prior.is_enough(), is_enough, "{degrees} degrees");
+    }
+}
+
 /// The same view again shows the same picture, where no mirror is.
 #[test]
 fn a_camera_at_rest_keeps_the_picture() {
