@@ -37,7 +37,7 @@ REPLACED = {"--samples", "--spp", "--seed", "--denoise", "--device", "--integrat
 MARGIN = 64
 # Longest wait for the window, and for the answer to a key, seconds.
 PATIENCE = 60
-# As long the viewer shows the message that it printed the command, and a little more, seconds.
+# How long the viewer shows its message about the printed command, with a margin, seconds.
 MESSAGE = 6.0
 
 

@@ -60,10 +60,14 @@ impl FilteredPicture {
     ) -> Result<Self, ClientError> {
         let filtered = filter.filtered(halves.0.each_ref(), kind)?;
         let told = (samples_per_pixel(replicates) / TOLD_FROM - 1.0).clamp(0.0, 1.0);
-        let picture = FilmPicture::of(replicates, data).and_then(|film| {
-            let picture = as_on_film(&filtered, replicates, &film)?;
-            if told > 0.0 { nearer_to_film(&picture, replicates, &film, told) } else { Some(picture) }
-        });
+        let film = data.map(FilmPicture::of_film);
+        let mut picture = as_on_film(&filtered, replicates, film.as_ref());
+        if told > 0.0 {
+            let film = film.or_else(|| FilmPicture::of_pixels(replicates));
+            picture = picture
+                .zip(film)
+                .and_then(|(picture, film)| nearer_to_film(&picture, replicates, &film, told));
+        }
         picture.map(Self::from).ok_or_else(|| out_of_memory(replicates.size()))
     }
 
@@ -96,32 +100,37 @@ impl From<Grid<Vec3>> for FilteredPicture {
 }
 
 /// The unfiltered picture.
-struct FilmPicture<'a> {
-    /// What the film holds, where it is known.
-    data: Option<&'a FilmData>,
-    light_scale: f32,
-    /// The same of whole pixels: means X, Y, Z, and weights.
-    whole: Grid<Vec4>,
+enum FilmPicture<'a> {
+    /// What the film holds.
+    Film { data: &'a FilmData, light_scale: f32 },
+    /// Where that is not known: sums of whole pixels, to which the film's filter was applied. Means X, Y, Z, and weights.
+    Pixels(Grid<Vec4>),
 }
 
 impl<'a> FilmPicture<'a> {
-    /// `None` without memory.
-    fn of(replicates: &Replicates, data: Option<&'a FilmData>) -> Option<Self> {
+    fn of_film(data: &'a FilmData) -> Self {
+        Self::Film { data, light_scale: data.counts.light_scale(data.width, data.height) }
+    }
+
+    /// `None` unless all pixels are there.
+    fn of_pixels(replicates: &Replicates) -> Option<Self> {
         let [width, height] = replicates.size();
-        let light_scale = data.map_or(0.0, |data| data.counts.light_scale(data.width, data.height));
-        let whole = by_bands(height, |rows| replicates.whole(rows).into_iter().map(Vec4::from));
-        Some(Self { data, light_scale, whole: Grid::from_rows(width, height, whole)? })
+        let pixels = by_bands(height, |rows| replicates.whole(rows).into_iter().map(Vec4::from));
+        Grid::from_rows(width, height, pixels).map(Self::Pixels)
     }
 
     /// X, Y, Z of this pixel; `None` where there is nothing.
     fn xyz(&self, i: usize) -> Option<Vec3> {
-        let Some(data) = self.data else {
-            let whole = self.whole.pixels()[i];
-            return (whole.w > 0.0).then(|| whole.truncate());
+        let xyz = match self {
+            Self::Film { data, light_scale } => {
+                let seen = data.camera.get(i).map_or(Vec3::ZERO, |[x, y, z, w]| Vec3::new(*x, *y, *z) / *w);
+                let [x, y, z, _] = data.light.get(i).copied().unwrap_or_default();
+                seen + Vec3::new(x, y, z) * *light_scale
+            }
+            Self::Pixels(pixels) if pixels.pixels()[i].w > 0.0 => pixels.pixels()[i].truncate(),
+            Self::Pixels(_) => return None,
         };
-        let seen = data.camera.get(i).map_or(Vec3::ZERO, |[x, y, z, w]| Vec3::new(*x, *y, *z) / *w);
-        let [x, y, z, _] = data.light.get(i).copied().unwrap_or_default();
-        Some(seen + Vec3::new(x, y, z) * self.light_scale).filter(|xyz| xyz.is_finite())
+        Some(xyz).filter(|xyz| xyz.is_finite())
     }
 }
 
@@ -139,7 +148,11 @@ const ENOUGH_BEYOND: f32 = 1.0;
 /// The filtered picture of whole pixels as the film's filter would have made it. What the film knows beyond whole pixels counts as much
 /// as the halves agree on what differs from pixel to pixel, so that a picture without noise is that of the film. Along the border the film
 /// has samples that lie beyond the picture, and the halves have not: there it counts more the more samples there are.
-fn as_on_film(filtered: &Filtered, replicates: &Replicates, film: &FilmPicture<'_>) -> Option<Grid<Vec3>> {
+fn as_on_film(
+    filtered: &Filtered,
+    replicates: &Replicates,
+    film: Option<&FilmPicture<'_>>,
+) -> Option<Grid<Vec3>> {
     let [width, height] = replicates.size();
     let per_pixel = samples_per_pixel(replicates);
     let share_beyond = per_pixel / (per_pixel + ENOUGH_BEYOND);
@@ -150,11 +163,13 @@ fn as_on_film(filtered: &Filtered, replicates: &Replicates, film: &FilmPicture<'
         let inside = rows.start - near.start..rows.end - near.start;
         // Beyond the picture there is nothing: divided by the weight that lies within, the edge is no darker.
         let smooth = replicates.kernel().rows(&sharp, [width, near.len()], inside);
+        let whole = film.map(|_| replicates.whole(rows.clone()));
         let pixel = move |(place, [x, y, z, w]): (usize, [f32; 4])| {
             let smooth = Vec3::new(x, y, z) / w;
             let i = rows.start * width + place;
-            let Some(on_film) = film.xyz(i) else { return smooth };
-            let detail = on_film - film.whole.pixels()[i].truncate();
+            let on_film = film.and_then(|film| film.xyz(i));
+            let (Some(on_film), Some(whole)) = (on_film, &whole) else { return smooth };
+            let detail = on_film - Vec4::from(whole[place]).truncate();
             let [x, y] = [i % width, i / width];
             let to_border = x.min(y).min(width - 1 - x).min(height - 1 - y);
             let beyond = if to_border < BORDER { share_beyond } else { 0.0 };
@@ -261,11 +276,13 @@ mod tests {
     use crate::math::random::Random;
     use crate::stream::replicate::CHUNK;
     use crate::stream::{BLOCK_SAMPLES, PathCounts, Sample};
+    use crate::tracer::features::Features;
 
     const SIDE: u32 = 32;
 
-    /// Camera samples of a bright left and a dark right half, with noise, of both replicates.
-    fn replicates(per_pixel: u64) -> Replicates {
+    /// Samples of a bright left and a dark right half, with noise, of both replicates: `w` is 1 for those of the camera, and 0 for those of
+    /// lights.
+    fn replicates(per_pixel: u64, w: f32) -> Replicates {
         let mut replicates = Replicates::new([SIDE; 2], 1.0);
         let mut random = Random(7);
         let blocks = per_pixel * u64::from(SIDE * SIDE) / BLOCK_SAMPLES as u64;
@@ -274,10 +291,11 @@ mod tests {
                 .map(|_| {
                     let uv = [random.f32(), random.f32()];
                     let y = truth(uv[0]) * 2.0 * random.f32();
-                    Sample { uv, xyz: Xyz::new(y, y, y), w: 1.0 }
+                    Sample { uv, xyz: Xyz::new(y, y, y), w }
                 })
                 .collect();
-            let paths = PathCounts { camera: BLOCK_SAMPLES as u64, light: 0 };
+            let [camera, light] = if w > 0.0 { [BLOCK_SAMPLES as u64, 0] } else { [0, BLOCK_SAMPLES as u64] };
+            let paths = PathCounts { camera, light };
             replicates.add(block * CHUNK, paths, &samples);
         }
         replicates
@@ -289,7 +307,7 @@ mod tests {
 
     /// Root mean square error of the nearer picture, relative to the truth.
     fn error_of(picture: &Grid<Vec3>, replicates: &Replicates) -> f32 {
-        let film = FilmPicture::of(replicates, None).unwrap();
+        let film = FilmPicture::of_pixels(replicates).unwrap();
         let nearer = nearer_to_film(picture, replicates, &film, 1.0).unwrap();
         let relative = |(i, xyz): (usize, &Vec3)| {
             let truth = truth((i as u32 % SIDE) as f32 / SIDE as f32);
@@ -299,7 +317,7 @@ mod tests {
         (squares / (SIDE * SIDE) as f32).sqrt()
     }
 
-    /// Also without the sums of the film, as where a device has them.
+    /// Without the sums of the film, as where a device has them.
     #[test]
     fn what_a_filter_has_spoilt_comes_back_and_what_it_has_cleaned_stays() {
         let grid = |of: &dyn Fn(usize) -> f32| {
@@ -310,10 +328,27 @@ mod tests {
         let flat = grid(&|_| 1.0);
         // The noise of a sample is .58 of what it shows.
         let noise = |per_pixel: f32| 0.58 / per_pixel.sqrt();
-        let few = replicates(16);
+        let few = replicates(16, 1.0);
         assert!(error_of(&clean, &few) < 0.5 * noise(16.0), "{}", error_of(&clean, &few));
         assert!(error_of(&flat, &few) < 1.3 * noise(16.0), "{}", error_of(&flat, &few));
-        let many = replicates(1024);
+        let many = replicates(1024, 1.0);
         assert!(error_of(&flat, &many) < 1.05 * noise(1024.0), "{}", error_of(&flat, &many));
+    }
+
+    /// Where only lights send paths, pixels that none has reached are black, with the sums of the film or without.
+    #[test]
+    fn light_paths_alone_are_a_picture() {
+        for per_pixel in [1, 16, 256] {
+            let replicates = replicates(per_pixel, 0.0);
+            let hits = Grid::try_filled(SIDE as usize, SIDE as usize, Features::default()).unwrap();
+            let mut filter = ViewFilter::of([&hits; 2], None).unwrap();
+            let halves = HalfMeans::of(&replicates).unwrap();
+            let picture =
+                FilteredPicture::of(&replicates, &halves, None, &mut filter, Denoise::Wavelet).unwrap();
+            let mean = picture.xyz().pixels().iter().map(|xyz| xyz.y).sum::<f32>() / (SIDE * SIDE) as f32;
+            // A sample shows 1.25 ± 1.68 of light.
+            let deviation = 1.68 / ((per_pixel * u64::from(SIDE * SIDE)) as f32).sqrt();
+            assert!((mean - 1.25).abs() < 5.0 * deviation, "{per_pixel} per pixel: {mean} ± {deviation}");
+        }
     }
 }

@@ -69,7 +69,7 @@ struct FilterAnswer {
     kind: Denoise,
     /// It shows another view alone.
     is_reprojection: bool,
-    /// `None` without memory, or where the filter failed.
+    /// `None` without memory, where the filter failed, and where another view shows too little of this one.
     frame: Option<FilteredFrame>,
     took: Duration,
 }
@@ -262,11 +262,13 @@ impl NoiseFilter {
         if answer.number != self.progress.number.load(Ordering::Relaxed) {
             return None;
         }
-        (self.busy, self.reprojecting) = (false, false);
+        self.reprojecting = false;
         if answer.is_reprojection {
             self.reprojection = answer.took;
+            answer.frame.as_ref()?;
             self.reprojections += 1;
         }
+        self.busy = false;
         if answer.frame.is_none() {
             self.failed.push(answer.kind);
         }
@@ -354,10 +356,14 @@ fn work(
                 state.replicates.add(first_index, paths, &samples);
             }
             (FilterMessage::Prepare(kind, device), Some(state)) => {
-                let known = known.as_ref().filter(|_| state.reproject).map(|(_, known)| known);
-                if let Some(shown) = state.look(known, &is_over) {
-                    answer(kind, true, Some(FilteredFrame { shown, filtered: None, kind, samples: 0 }));
-                    progress.reprojected.store(number, Ordering::Relaxed);
+                if let Some((_, known)) = known.as_ref().filter(|_| state.reproject) {
+                    let shown = state.look(known, &is_over);
+                    let frame = shown.map(|shown| FilteredFrame { shown, filtered: None, kind, samples: 0 });
+                    let is_shown = frame.is_some();
+                    answer(kind, true, frame);
+                    if is_shown {
+                        progress.reprojected.store(number, Ordering::Relaxed);
+                    }
                 }
                 let oidn = OidnOptions { threads, quality: OidnQuality::Balanced };
                 if state.prepare(kind, oidn, device, &is_over).is_some() {
@@ -394,15 +400,11 @@ impl FilteredFilm {
     }
 
     /// Shows what is known of another view. `None` where that is too little, without memory, and where it `is_over`.
-    fn look(
-        &mut self,
-        known: Option<&KnownView>,
-        is_over: &(dyn Fn() -> bool + Sync),
-    ) -> Option<FilteredPicture> {
-        let known = known?;
+    fn look(&mut self, known: &KnownView, is_over: &(dyn Fn() -> bool + Sync)) -> Option<FilteredPicture> {
         let coarse = self.surfaces(REPROJECTED, is_over)?;
         let prior = self.prior.insert(Prior::new(known, &coarse)?);
-        if prior.is_enough() { prior.filled(None) } else { None }
+        let halves = HalfMeans::of(&self.replicates).ok()?;
+        if prior.is_enough() { prior.filled(&halves) } else { None }
     }
 
     /// Prepares the filter. `None` without memory, and where it `is_over`.
@@ -442,7 +444,7 @@ impl FilteredFilm {
         let per_pixel = replicates.paths() as f32 / (width * height) as f32;
         *prior = prior.take().filter(|_| !Prior::is_gone(per_pixel));
         let Some(filter) = filter.as_mut().filter(|_| is_enough(film, samples)) else {
-            let shown = prior.as_ref().and_then(|prior| prior.filled(Some(&halves))).ok_or_else(no_memory)?;
+            let shown = prior.as_ref().and_then(|prior| prior.filled(&halves)).ok_or_else(no_memory)?;
             return Ok((FilteredFrame { shown, filtered: None, kind, samples }, None));
         };
         let filtered = FilteredPicture::of(replicates, &halves, data, filter, kind)?;
@@ -454,5 +456,29 @@ impl FilteredFilm {
         let known = surfaces.clone();
         let known = known.map(|surfaces| KnownView { surfaces, picture: shown.clone(), worth });
         Ok((FilteredFrame { shown, filtered: Some(filtered), kind, samples }, known))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
+
+    use super::*;
+
+    /// A view of which the last one shows too little waits for its samples, and its filter is used as if there had been none before.
+    #[test]
+    fn a_view_that_shows_too_little_is_not_a_failure() {
+        let mut filter = NoiseFilter::start(1).unwrap();
+        let kind = Denoise::Wavelet;
+        filter.reprojecting = true;
+        let took = Duration::from_millis(30);
+        assert!(
+            filter.take(FilterAnswer { number: 0, kind, is_reprojection: true, frame: None, took }).is_none()
+        );
+        assert!(!filter.is_reprojecting() && filter.reprojections() == 0 && filter.shown().is_none());
+        assert!(filter.reprojection == took && filter.failed.is_empty());
+        // A filter that found no memory has failed.
+        filter.take(FilterAnswer { number: 0, kind, is_reprojection: false, frame: None, took });
+        assert!(filter.failed == [kind]);
     }
 }

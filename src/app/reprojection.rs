@@ -38,8 +38,8 @@ const SAME_ALBEDO: f32 = 0.1;
 /// Bilinear weight that must show the same surface, at least.
 const LEAST_SEEN: f32 = 0.1;
 
-/// Share of a picture that another view must show to stand in for it alone: what would be filled in is mostly wrong.
-const LEAST_KNOWN: f32 = 0.5;
+/// Least share of a picture that another view must show to stand in for it alone: with less, what is filled in is mostly wrong.
+const LEAST_KNOWN: f32 = 0.6;
 
 /// Pixels of a block in which both views are compared, per axis.
 const BLOCK: usize = 16;
@@ -122,7 +122,7 @@ impl Prior {
 
     /// The picture, before there are samples enough for a filter: gaps are filled in from what is around them and from the samples so far, if
     /// there are any. `None` without memory.
-    pub fn filled(&self, halves: Option<&HalfMeans>) -> Option<FilteredPicture> {
+    pub fn filled(&self, halves: &HalfMeans) -> Option<FilteredPicture> {
         let [width, height] = [self.picture.width(), self.picture.height()];
         let mut finest = Grid::try_filled(width, height, Vec4::ZERO)?;
         let rows = finest.pixels_mut().par_chunks_mut(width).enumerate();
@@ -130,7 +130,7 @@ impl Prior {
             for (x, out) in out.iter_mut().enumerate() {
                 *out = match self.worth.at(x, y) > 0.0 {
                     true => self.picture.at(x, y).extend(1.0) * ENOUGH,
-                    false => halves.map_or(Vec4::ZERO, |halves| halves.sum(x, y)),
+                    false => halves.sum(x, y),
                 };
             }
         });

@@ -148,7 +148,7 @@ pub fn effect_list(spec: &FilmSpec, settings: &Settings, streams: [bool; 2]) -> 
             ..effect("masking", effects.masking.is_some(), masking_reason)
         },
         ClientEffect {
-            at_run_time: "a thread of its own, started with the first picture that is filtered; its wavelets are drawn by a device that sums the samples",
+            at_run_time: "a thread of its own, started with the first filtered picture; a device that sums the samples computes the wavelets",
             ..effect("noise-filter", filter, filter_reason)
         },
         ClientEffect {

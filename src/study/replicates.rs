@@ -106,16 +106,21 @@ impl Replicates {
     }
 
     fn half_through(&self, kernel: &SmoothingKernel, replicate: usize, rows: Range<usize>) -> Vec<[f32; 4]> {
-        let camera = self.parts.iter().any(|part| !part.camera.is_empty());
         let part = &self.parts[replicate];
-        let mut half = part.xyz(self.size, kernel, rows, part.light_scale(self.size));
-        if !camera && part.paths.light > 0 {
-            half.iter_mut().for_each(|pixel| pixel[3] = 1.0);
-        }
-        half
+        let half = part.xyz(self.size, kernel, rows, part.light_scale(self.size));
+        self.weighted(half, part.paths.light)
     }
 
-    /// Means X, Y, Z and weights of all replicates together in the pixels of these rows, with the film's filter applied.
+    /// Pixels of so many light paths have weight 1 where only such are shown.
+    fn weighted(&self, mut pixels: Vec<[f32; 4]>, light: u64) -> Vec<[f32; 4]> {
+        if light > 0 && self.parts.iter().all(|part| part.camera.is_empty()) {
+            pixels.iter_mut().for_each(|pixel| pixel[3] = 1.0);
+        }
+        pixels
+    }
+
+    /// Means X, Y, Z and weights of all replicates together in the pixels of these rows, with the film's filter applied; the weight is 1 all over
+    /// where only light paths are shown.
     pub fn whole(&self, rows: Range<usize>) -> Vec<[f32; 4]> {
         let [width, height] = self.size;
         let near = SmoothingKernel::near(&rows, height);
@@ -133,7 +138,9 @@ impl Replicates {
         }
         let scale = whole.light_scale(self.size);
         let inside = rows.start - near.start..rows.end - near.start;
-        whole.xyz([width, near.len()], &self.kernel, inside, scale)
+        let (pixels, light) =
+            (whole.xyz([width, near.len()], &self.kernel, inside, scale), whole.paths.light);
+        self.weighted(pixels, light)
     }
 
     /// The film's filter on whole pixels.

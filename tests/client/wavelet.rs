@@ -128,9 +128,9 @@ fn pixels_without_samples_are_missing_and_not_black() {
     assert!(picture.pixels().iter().all(|v| (*v - 0.4).abs().max_element() < 1e-5));
 }
 
-/// Other units of light are another scale of the same picture, and threads leave no trace.
+/// Other units of light are another scale of the same picture.
 #[test]
-fn the_filter_knows_no_exposure_and_no_threads() {
+fn the_filter_knows_no_exposure() {
     let [a, b] = [7, 8].map(|seed| {
         let noise = noise(seed);
         half(move |x, y| grey((1.0 + 0.3 * noise[y * SIZE + x]) * (1.0 + (x / 16) as f32)))
@@ -145,8 +145,6 @@ fn the_filter_knows_no_exposure_and_no_threads() {
         let picture = filtered([&scaled(&a, by), &scaled(&b, by)], None).expect("memory").picture;
         assert!(picture.pixels().iter().zip(usual.pixels()).all(|(v, u)| *v == *u * by));
     }
-    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("threads");
-    assert!(one.install(|| filtered([&a, &b], None)).expect("memory").picture == usual);
 }
 
 /// A filter that was used before gives the same picture as a new one.
@@ -160,6 +158,106 @@ fn a_filter_keeps_nothing_of_the_picture_before() {
     filter.filtered([&a, &b]).expect("memory");
     let again = filter.filtered([&c, &d]).expect("memory").picture;
     assert!(again == filtered([&c, &d], None).expect("memory").picture);
+}
+
+/// Two halves and their features for a picture of any size: a wave with noise, edges, lights and missing pixels.
+struct AnyPicture {
+    halves: [HalfPicture; 2],
+    features: Grid<PixelFeatures>,
+}
+
+impl AnyPicture {
+    fn new(width: usize, height: usize) -> Self {
+        let mut random = Random((width * 1000 + height) as u64);
+        let mut half = || {
+            let mut half = Grid::try_filled(width, height, Vec4::ZERO).expect("memory");
+            for (i, out) in half.pixels_mut().iter_mut().enumerate() {
+                let wave = 1.5 + (0.3 * (i % width) as f32).sin() + (0.2 * (i / width) as f32).cos();
+                let [noise, missing] = [random.f32(), random.f32()];
+                *out = if missing < 0.3 { Vec4::ZERO } else { grey(wave * (0.5 + noise)) };
+            }
+            half
+        };
+        let halves = [half(), half()];
+        let mut features = Grid::try_filled(width, height, PixelFeatures::default()).expect("memory");
+        for (i, out) in features.pixels_mut().iter_mut().enumerate() {
+            let [x, y] = [i % width, i / width];
+            *out = PixelFeatures {
+                albedo: Vec3::new(0.2, 0.5, if x / 11 % 2 == 0 { 0.1 } else { 0.6 }),
+                normal: if y / 7 % 2 == 0 { Vec3::Y } else { Vec3::Z },
+                distance: 2.0 + 0.01 * (x + y) as f32,
+                emits: (x + y) % 23 == 5,
+            };
+        }
+        Self { halves, features }
+    }
+
+    fn features(&self) -> Option<[&Grid<PixelFeatures>; 2]> {
+        Some([&self.features; 2])
+    }
+
+    fn filtered(&self) -> Filtered {
+        filtered(self.halves.each_ref(), self.features()).expect("memory")
+    }
+
+    /// The same with x and y exchanged.
+    fn transposed(&self) -> Self {
+        Self { halves: self.halves.each_ref().map(transposed), features: transposed(&self.features) }
+    }
+}
+
+fn transposed<T: Copy + Default>(grid: &Grid<T>) -> Grid<T> {
+    let mut out = Grid::try_filled(grid.height(), grid.width(), T::default()).expect("memory");
+    for (i, value) in out.pixels_mut().iter_mut().enumerate() {
+        *value = grid.at(i / grid.height(), i % grid.height());
+    }
+    out
+}
+
+/// How rows are shared out among threads leaves no trace.
+#[test]
+fn threads_leave_no_trace() {
+    for [width, height] in [[37, 90], [150, 91], [40, 300]] {
+        let picture = AnyPicture::new(width, height);
+        let [usual, same @ ..] = [1, 2, 7].map(|threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+            pool.install(|| picture.filtered())
+        });
+        for same in same {
+            assert!(same.picture == usual.picture && same.finest == usual.finest, "{width}×{height}");
+        }
+    }
+}
+
+/// The transform treats rows and columns alike, in pictures that are smaller than its steps as well: exchanged, they give the same picture
+/// but for rounding.
+#[test]
+fn rows_and_columns_are_alike() {
+    for [width, height] in [[1, 1], [1, 40], [3, 7], [17, 33], [70, 41]] {
+        let picture = AnyPicture::new(width, height);
+        let (found, other) = (picture.filtered(), picture.transposed().filtered());
+        for (a, b) in found.picture.pixels().iter().zip(transposed(&other.picture).pixels()) {
+            assert!(a.is_finite() && (*a - *b).abs().max_element() < 1e-4, "{width}×{height}: {a}, {b}");
+        }
+        for (a, b) in found.finest.pixels().iter().zip(transposed(&other.finest).pixels()) {
+            assert!((0.0..=1.0).contains(a) && (a - b).abs() < 1e-3, "{width}×{height}: gains {a}, {b}");
+        }
+    }
+}
+
+/// A filter in the memory of another has nothing of that: not its weights, nor its features.
+#[test]
+fn a_filter_in_the_memory_of_another_is_as_a_new_one() {
+    let picture = AnyPicture::new(50, 37);
+    let halves = picture.halves.each_ref();
+    let mut last = None;
+    for features in [picture.features(), None, picture.features()] {
+        let mut filter = WaveletFilter::after(last, [50, 37], features).expect("memory");
+        let (found, new) = (filter.filtered(halves), filtered(halves, features));
+        let [found, new] = [found, new].map(|filtered| filtered.expect("memory"));
+        assert!(found.picture == new.picture && found.finest == new.finest);
+        last = Some(filter);
+    }
 }
 
 /// Beside bright samples, which are kept where both halves see them, no pixel is darker than black.

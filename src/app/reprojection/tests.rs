@@ -191,7 +191,7 @@ fn a_camera_that_turns_keeps_what_was_known() {
             let mut errors = Vec::new();
             for samples in [0.0, 0.03, 0.1, 0.3, 1.0, 3.0, 15.0] {
                 now.trace_to(samples);
-                let filled = difference(&prior.filled(Some(&now.halves())).unwrap(), &truth);
+                let filled = difference(&prior.filled(&now.halves()).unwrap(), &truth);
                 if samples < 0.1 {
                     println!("  {samples:5} filled {filled:.4}");
                     continue;

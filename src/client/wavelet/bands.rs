@@ -3,8 +3,8 @@
 use rayon::prelude::*;
 
 use super::rows::{
-    BAND, BORDER, FEATURES, INVERSES, MEANS, NEIGHBOURS, PlanarRows, RESULT, RowNeighbours, SUMS, WEIGHTS,
-    channel, channels_mut,
+    AlignedFloats, BAND, BORDER, COUNT, FEATURES, HALVES, INVERSES, LIGHTS, MEANS, NEIGHBOURS, PlanarRows,
+    RESULT, RowNeighbours, SHRUNK, SIGNAL, SUMS, TOLERANCES, WEIGHTS, channel, channels_mut,
 };
 
 /// A level of the transform.
@@ -36,18 +36,18 @@ macro_rules! on_this_processor {
     };
 }
 
-on_this_processor!(weigh_row => weigh_pixels(features: &PlanarRows, size: [usize; 2], y: usize, row: &mut [f32]));
+on_this_processor!(weigh_row => weigh_pixels(features: &PlanarRows, width: usize, step: usize, y: usize, row: &mut [f32]));
 on_this_processor!(transform_strip => transform_rows(level: &Level<'_>, sums: &PlanarRows, strip: Strip<'_>, ring: &mut RowRing));
 
 /// The weights between pixels `step` apart: (1 − d/4)⁴ of the squared difference of their features in units of the tolerances, 0 out of the
 /// picture, and between pixels with different shares of lights.
 pub(super) fn weigh(weights: &mut PlanarRows, features: &PlanarRows, width: usize, step: usize) {
     let rows = weights.inner_parallel().enumerate();
-    rows.for_each(|(y, row)| weigh_row(features, [width, step], y + BORDER, row));
+    rows.for_each(|(y, row)| weigh_row(features, width, step, y + BORDER, row));
 }
 
 #[inline(always)]
-fn weigh_pixels(features: &PlanarRows, [width, step]: [usize; 2], y: usize, row: &mut [f32]) {
+fn weigh_pixels(features: &PlanarRows, width: usize, step: usize, y: usize, row: &mut [f32]) {
     let weights: [&mut [f32]; WEIGHTS] = channels_mut(row);
     let taps = NEIGHBOURS.iter().filter(|neighbour| !neighbour.theirs);
     for (weights, neighbour) in weights.into_iter().zip(taps) {
@@ -55,12 +55,12 @@ fn weigh_pixels(features: &PlanarRows, [width, step]: [usize; 2], y: usize, row:
         let q = feature_rows(features, y + neighbour.dy as usize * step, neighbour.dx * step as isize, width);
         for (x, weight) in weights[..width].iter_mut().enumerate() {
             let square = |c: usize| (p[c][x] - q[c][x]) * (p[c][x] - q[c][x]);
-            let tolerance = |c: usize| p[c][x] + q[c][x];
-            let albedo = (square(0) + square(1) + square(2)) / tolerance(7);
-            let normal = (square(3) + square(4) + square(5)) / tolerance(8);
-            let d = albedo + normal + square(6) / tolerance(9);
+            let tolerance = |i: usize| p[TOLERANCES.start + i][x] + q[TOLERANCES.start + i][x];
+            let albedo = (square(0) + square(1) + square(2)) / tolerance(0);
+            let normal = (square(3) + square(4) + square(5)) / tolerance(1);
+            let d = albedo + normal + square(6) / tolerance(2);
             let rest = (1.0 - 0.5 * d).max(0.0);
-            *weight = if p[10][x] == q[10][x] { rest * rest * (rest * rest) } else { 0.0 };
+            *weight = if p[LIGHTS][x] == q[LIGHTS][x] { rest * rest * (rest * rest) } else { 0.0 };
         }
     }
 }
@@ -78,56 +78,57 @@ fn feature_rows(features: &PlanarRows, y: usize, dx: isize, width: usize) -> [&[
 /// Where the outcome for a row of the picture goes.
 pub(super) enum RowOutput<'a> {
     /// The smoothed sums, and the result, from which the band loses its noise.
-    Level { coarser: &'a mut [f32], result: &'a mut [f32] },
+    Smoothed { coarser: &'a mut [f32], result: &'a mut [f32] },
     /// The gain of the band alone, without a border.
     Gain(&'a mut [f32]),
 }
 
-/// Rows that are one step apart: these see each other and no others.
+/// Rows of the picture that follow each other one step apart. Rows with another remainder modulo the step are never read for them.
 struct Strip<'a> {
     /// The first of them in the picture.
     first: usize,
     rows: Vec<RowOutput<'a>>,
 }
 
-/// The rows of a strip that are still to be read, so that the passes of a level find each other's rows in the cache of one core.
+/// The last three rows of a strip after each pass of a level, so that the next pass finds them in the cache of its core.
 struct RowRing {
-    band: [Vec<f32>; 3],
-    means: [Vec<f32>; 3],
-    inverses: Vec<f32>,
-    gain: Vec<f32>,
+    band: [AlignedFloats; 3],
+    means: [AlignedFloats; 3],
+    inverses: AlignedFloats,
+    /// Means over those means, and the gain that follows.
+    shrunk: AlignedFloats,
     /// For rows around the strip, which other strips write.
-    coarser: Vec<f32>,
-    result: Vec<f32>,
+    coarser: AlignedFloats,
+    result: AlignedFloats,
 }
 
 impl RowRing {
-    fn new(stride: usize) -> Self {
-        let row = |channels| vec![0.0; channels * stride];
-        let three = |channels| [row(channels), row(channels), row(channels)];
-        Self {
-            band: three(BAND),
-            means: three(MEANS),
-            inverses: row(INVERSES),
-            gain: row(MEANS),
-            coarser: row(SUMS),
-            result: row(RESULT),
-        }
+    /// `None` without memory.
+    fn new(stride: usize) -> Option<Self> {
+        let row = |channels| AlignedFloats::new(channels * stride);
+        Some(Self {
+            band: [row(BAND)?, row(BAND)?, row(BAND)?],
+            means: [row(MEANS)?, row(MEANS)?, row(MEANS)?],
+            inverses: row(INVERSES)?,
+            shrunk: row(SHRUNK)?,
+            coarser: row(SUMS)?,
+            result: row(RESULT)?,
+        })
     }
 }
 
-/// Fewest rows of a strip: two more on either side are smoothed for it.
+/// Rows that a strip should have at least: for each, two more rows on either side are smoothed and one is averaged.
 const STRIP_ROWS: usize = 16;
 
-/// One level of the transform, for all rows of a picture in their order.
+/// One level of the transform. `outputs` are the rows of the picture from top to bottom. `None` without memory.
 pub(super) fn transform<'a>(
     level: &Level<'_>,
     sums: &PlanarRows,
     outputs: impl Iterator<Item = RowOutput<'a>>,
-) {
+) -> Option<()> {
     let rows = level.size[1].div_ceil(level.step);
-    let wanted = (4 * rayon::current_num_threads()).div_ceil(level.step);
-    let length = rows.div_ceil(wanted).max(STRIP_ROWS);
+    let most = (4 * rayon::current_num_threads()).div_ceil(level.step);
+    let length = rows.div_ceil((rows / STRIP_ROWS).clamp(1, most));
     let strips_below = rows.div_ceil(length);
     let strip =
         |i: usize| Strip { first: i / strips_below + i % strips_below * length * level.step, rows: vec![] };
@@ -135,16 +136,20 @@ pub(super) fn transform<'a>(
     for (y, output) in outputs.enumerate() {
         strips[y % level.step * strips_below + y / level.step / length].rows.push(output);
     }
-    strips
-        .into_par_iter()
-        .filter(|strip| !strip.rows.is_empty())
-        .for_each_init(|| RowRing::new(sums.stride), |ring, strip| transform_strip(level, sums, strip, ring));
+    let strips = strips.into_par_iter().filter(|strip| !strip.rows.is_empty());
+    strips.try_for_each_init(
+        || RowRing::new(sums.stride),
+        |ring, strip| {
+            transform_strip(level, sums, strip, ring.as_mut()?);
+            Some(())
+        },
+    )
 }
 
 #[inline(always)]
 fn transform_rows(level: &Level<'_>, sums: &PlanarRows, strip: Strip<'_>, ring: &mut RowRing) {
     let Strip { first, mut rows } = strip;
-    let RowRing { band, means, inverses, gain, coarser: coarser_around, result: result_around } = ring;
+    let RowRing { band, means, inverses, shrunk, coarser: coarser_around, result: result_around } = ring;
     let count = rows.len() as isize;
     let slot = |row: isize| row.rem_euclid(3) as usize;
     // A row of the picture with its border, unless it is outside.
@@ -155,7 +160,7 @@ fn transform_rows(level: &Level<'_>, sums: &PlanarRows, strip: Strip<'_>, ring: 
     // Three rows that follow each other, the second of them `row`.
     macro_rules! around {
         ($ring:ident, $row:expr) => {
-            [-1, 0, 1].map(|by| $ring[slot($row + by)].as_slice())
+            [-1, 0, 1].map(|by| &*$ring[slot($row + by)])
         };
     }
     for last in -2..count + 2 {
@@ -163,8 +168,8 @@ fn transform_rows(level: &Level<'_>, sums: &PlanarRows, strip: Strip<'_>, ring: 
         match place(last) {
             Some(y) => {
                 let (coarser, result) = match output.and_then(|row| rows.get_mut(row)) {
-                    Some(RowOutput::Level { coarser, result }) => (&mut **coarser, &mut **result),
-                    _ => (coarser_around.as_mut_slice(), result_around.as_mut_slice()),
+                    Some(RowOutput::Smoothed { coarser, result }) => (&mut **coarser, &mut **result),
+                    _ => (&mut **coarser_around, &mut **result_around),
                 };
                 smooth(level, sums, y, SmoothedRow { coarser, band: band_row, result, inverses });
             }
@@ -180,12 +185,10 @@ fn transform_rows(level: &Level<'_>, sums: &PlanarRows, strip: Strip<'_>, ring: 
         let row = last - 2;
         let (Some(y), Ok(index)) = (place(row), usize::try_from(row)) else { continue };
         let (means, band) = (around!(means, row), &band[slot(row)]);
+        let gain = shrink(level, means, y, shrunk);
         match &mut rows[index] {
-            RowOutput::Level { result, .. } => shrink(level, means, band, y, ShrunkRow { result, gain }),
-            RowOutput::Gain(out) => {
-                shrink(level, means, band, y, ShrunkRow { result: result_around, gain });
-                out.copy_from_slice(&channel(gain, sums.stride, MEANS - 1, 0)[..out.len()]);
-            }
+            RowOutput::Smoothed { result, .. } => take_noise(gain, band, result),
+            RowOutput::Gain(out) => out.copy_from_slice(gain),
         }
     }
 }
@@ -199,13 +202,6 @@ struct SmoothedRow<'a> {
     inverses: &'a mut [f32],
 }
 
-/// What a row of [`shrink`] writes.
-struct ShrunkRow<'a> {
-    result: &'a mut [f32],
-    /// Means of signal and noise, and the gain.
-    gain: &'a mut [f32],
-}
-
 /// The smoothed sums of a row, and the band between them and those before. Where a half has nothing the result is what is around.
 #[inline(always)]
 fn smooth(level: &Level<'_>, sums: &PlanarRows, y: usize, out: SmoothedRow<'_>) {
@@ -214,28 +210,25 @@ fn smooth(level: &Level<'_>, sums: &PlanarRows, y: usize, out: SmoothedRow<'_>) 
     let neighbours = RowNeighbours::new(rows, level.weights, y, level.step);
     let (width, here) = (level.size[0], sums.row(y));
     let [of_weights, before_a, before_b, after_a, after_b] = channels_mut::<INVERSES>(out.inverses);
-    sum_of_weights(&mut of_weights[..width], neighbours.weights, [4.0, 2.0]);
+    inverse_weight_sums(&mut of_weights[..width], neighbours.weights, [4.0, 2.0]);
     for (c, after) in channels_mut::<SUMS>(out.coarser).into_iter().enumerate() {
         let (here, values) = (channel(here, stride, c, 0), neighbours.values(stride, c));
         weighted_mean(&mut after[..width], here, neighbours.weights, values, of_weights, [4.0, 2.0]);
     }
+    let [a, b] = HALVES;
     let after = &*out.coarser;
-    invert(&mut before_a[..width], channel(here, stride, 3, 0));
-    invert(&mut before_b[..width], channel(here, stride, 7, 0));
-    invert(&mut after_a[..width], channel(after, stride, 3, 0));
-    invert(&mut after_b[..width], channel(after, stride, 7, 0));
+    invert(&mut before_a[..width], channel(here, stride, a + COUNT, 0));
+    invert(&mut before_b[..width], channel(here, stride, b + COUNT, 0));
+    invert(&mut after_a[..width], channel(after, stride, a + COUNT, 0));
+    invert(&mut after_b[..width], channel(after, stride, b + COUNT, 0));
     let [band @ .., signal, noise] = channels_mut::<BAND>(out.band);
     let (signal, noise) = (&mut signal[..width], &mut noise[..width]);
     for (c, (band, result)) in band.into_iter().zip(channels_mut::<RESULT>(out.result)).enumerate() {
         let (band, result) = (&mut band[..width], &mut result[..width]);
-        let before_a =
-            HalfRow::new([channel(here, stride, c, 0), channel(here, stride, 3, 0), before_a], width);
-        let before_b =
-            HalfRow::new([channel(here, stride, 4 + c, 0), channel(here, stride, 7, 0), before_b], width);
-        let after_a =
-            HalfRow::new([channel(after, stride, c, 0), channel(after, stride, 3, 0), after_a], width);
-        let after_b =
-            HalfRow::new([channel(after, stride, 4 + c, 0), channel(after, stride, 7, 0), after_b], width);
+        let before_a = HalfRow::new(here, stride, [a, c], &before_a[..width]);
+        let before_b = HalfRow::new(here, stride, [b, c], &before_b[..width]);
+        let after_a = HalfRow::new(after, stride, [a, c], &after_a[..width]);
+        let after_b = HalfRow::new(after, stride, [b, c], &after_b[..width]);
         let is_luminance = c == 1;
         for x in 0..width {
             let (near_a, near_b) = (after_a.mean(x), after_b.mean(x));
@@ -264,9 +257,12 @@ struct HalfRow<'a> {
 }
 
 impl<'a> HalfRow<'a> {
+    /// Channel `c` of the half that begins with channel `half`.
     #[inline(always)]
-    fn new([sums, counts, inverses]: [&'a [f32]; 3], width: usize) -> Self {
-        Self { sums: &sums[..width], counts: &counts[..width], inverses: &inverses[..width] }
+    fn new(row: &'a [f32], stride: usize, [half, c]: [usize; 2], inverses: &'a [f32]) -> Self {
+        let width = inverses.len();
+        let sums = &channel(row, stride, half + c, 0)[..width];
+        Self { sums, counts: &channel(row, stride, half + COUNT, 0)[..width], inverses }
     }
 
     #[inline(always)]
@@ -314,7 +310,7 @@ fn cut(mut rows: [&[f32]; 8], width: usize) -> [&[f32]; 8] {
 
 /// One over the sums of the weights of pixels and their neighbours, with the factors of [`weighted_mean`].
 #[inline(always)]
-fn sum_of_weights(out: &mut [f32], weights: [&[f32]; 8], [centre, beside]: [f32; 2]) {
+fn inverse_weight_sums(out: &mut [f32], weights: [&[f32]; 8], [centre, beside]: [f32; 2]) {
     let width = out.len();
     let w = cut(weights, width);
     for x in 0..width {
@@ -330,21 +326,21 @@ fn average(level: &Level<'_>, band: [&[f32]; 3], y: usize, out: &mut [f32]) {
     let (width, stride) = (level.size[0], band[1].len() / BAND);
     let neighbours = RowNeighbours::new(band, level.weights, y, level.step);
     let [signal, noise, inverse] = channels_mut::<MEANS>(out);
-    sum_of_weights(&mut inverse[..width], neighbours.weights, [1.0, 1.0]);
+    inverse_weight_sums(&mut inverse[..width], neighbours.weights, [1.0, 1.0]);
     for (c, out) in [signal, noise].into_iter().enumerate() {
-        let (here, values) = (channel(band[1], stride, 3 + c, 0), neighbours.values(stride, 3 + c));
+        let (here, values) = (channel(band[1], stride, SIGNAL + c, 0), neighbours.values(stride, SIGNAL + c));
         weighted_mean(&mut out[..width], here, neighbours.weights, values, inverse, [1.0, 1.0]);
     }
 }
 
-/// The same once more, the gain that follows, and what it takes from the result.
+/// The same once more; returns the gain that follows.
 #[inline(always)]
-fn shrink(level: &Level<'_>, means: [&[f32]; 3], band: &[f32], y: usize, out: ShrunkRow<'_>) {
-    let (width, stride) = (level.size[0], band.len() / BAND);
+fn shrink<'a>(level: &Level<'_>, means: [&[f32]; 3], y: usize, shrunk: &'a mut [f32]) -> &'a [f32] {
+    let (width, stride) = (level.size[0], means[1].len() / MEANS);
     let neighbours = RowNeighbours::new(means, level.weights, y, level.step);
-    let [signal, noise, gain] = channels_mut::<MEANS>(out.gain);
+    let [signal, noise, gain] = channels_mut::<SHRUNK>(shrunk);
     let (signal, noise, gain) = (&mut signal[..width], &mut noise[..width], &mut gain[..width]);
-    let inverse = &channel(means[1], stride, 2, 0)[..width];
+    let inverse = &channel(means[1], stride, MEANS - 1, 0)[..width];
     for (c, mean) in [&mut *signal, &mut *noise].into_iter().enumerate() {
         let (here, values) = (channel(means[1], stride, c, 0), neighbours.values(stride, c));
         weighted_mean(mean, here, neighbours.weights, values, inverse, [1.0, 1.0]);
@@ -352,7 +348,14 @@ fn shrink(level: &Level<'_>, means: [&[f32]; 3], band: &[f32], y: usize, out: Sh
     for x in 0..width {
         gain[x] = (signal[x] - noise[x]).max(0.0) / (signal[x] + noise[x] + f32::MIN_POSITIVE);
     }
-    for (c, result) in channels_mut::<RESULT>(out.result).into_iter().enumerate() {
+    gain
+}
+
+/// What the gain takes from the result.
+#[inline(always)]
+fn take_noise(gain: &[f32], band: &[f32], result: &mut [f32]) {
+    let (width, stride) = (gain.len(), band.len() / BAND);
+    for (c, result) in channels_mut::<RESULT>(result).into_iter().enumerate() {
         let (result, band) = (&mut result[..width], &channel(band, stride, c, 0)[..width]);
         for x in 0..width {
             result[x] -= (1.0 - gain[x]) * band[x];

@@ -45,7 +45,7 @@ pub struct PixelFeatures {
 
 /// The error where there was no memory for a filter of pictures of this size.
 pub fn out_of_memory(size: [usize; 2]) -> ClientError {
-    let bytes = 400 * (size[0] * size[1]) as u64;
+    let bytes = 340 * (size[0] * size[1]) as u64;
     ClientError::Memory { what: "the noise filter", bytes }
 }
 
@@ -143,13 +143,13 @@ impl WaveletFilter {
         let mut picture = Grid::try_filled(width, height, Vec3::ZERO)?;
         let mut finest = Grid::try_filled(width, height, 0.0f32)?;
         separate_fireflies(halves, &mut picture, sums, result)?;
-        // Across edges of features as well: there the bands of the filter are empty.
+        // The gain of the finest band is measured without features, because across their edges the bands of the filter are empty.
         let gains = finest.pixels_mut().chunks_exact_mut(width).map(RowOutput::Gain);
-        transform(&Level { weights: alike, size, step: 1 }, sums, gains);
+        transform(&Level { weights: alike, size, step: 1 }, sums, gains)?;
         for (level, weights) in weights.iter().enumerate() {
             let level = Level { weights, size, step: 1 << level };
             let rows = coarser.inner().zip(result.inner());
-            transform(&level, sums, rows.map(|(coarser, result)| RowOutput::Level { coarser, result }));
+            transform(&level, sums, rows.map(|(coarser, result)| RowOutput::Smoothed { coarser, result }))?;
             std::mem::swap(sums, coarser);
         }
         picture.pixels_mut().par_chunks_mut(width).enumerate().for_each(|(y, out)| {

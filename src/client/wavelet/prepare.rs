@@ -44,12 +44,13 @@ pub(super) fn separate_fireflies(
                 limits.iter_mut().zip(row).for_each(|(most, v)| *most = most.max(*v));
             }
         }
+        // What one half has seen is the limit of the other.
         let [limits_b, limits_a] = limits;
         let (mut sums, result) = (channels_mut::<SUMS>(sums), channels_mut::<RESULT>(result));
         let (a, b) = sums.split_at_mut(SUMS / 2);
         write_means(halves[0].row(y), a);
         write_means(halves[1].row(y), b);
-        keep_limits(a, b, limits_a, limits_b);
+        limits_to_shares(a, b, limits_a, limits_b);
         let (kept_a, kept_b) = (limits_a, limits_b);
         for (x, aside) in aside.iter_mut().enumerate() {
             for (half, kept) in [(&*a, kept_a[x]), (&*b, kept_b[x])] {
@@ -86,7 +87,7 @@ fn write_means(half: &[Vec4], row: &mut [&mut [f32]]) {
 }
 
 /// Replaces the limits of the luminance by the shares of the means that are within them.
-fn keep_limits(a: &[&mut [f32]], b: &[&mut [f32]], limits_a: &mut [f32], limits_b: &mut [f32]) {
+fn limits_to_shares(a: &[&mut [f32]], b: &[&mut [f32]], limits_a: &mut [f32], limits_b: &mut [f32]) {
     let width = limits_a.len();
     let (y_a, n_a, y_b, n_b) = (&a[1][..width], &a[3][..width], &b[1][..width], &b[3][..width]);
     let limits_b = &mut limits_b[..width];
@@ -97,7 +98,7 @@ fn keep_limits(a: &[&mut [f32]], b: &[&mut [f32]], limits_a: &mut [f32], limits_
     }
 }
 
-/// The largest luminance of a pixel and those beside it in its row.
+/// The largest luminance of a pixel and those up to [`AROUND`] pixels beside it.
 fn largest_across(half: &HalfPicture) -> Option<Grid<f32>> {
     let (width, height) = (half.width(), half.height());
     let mut largest = Grid::try_filled(width, height, 0.0f32)?;

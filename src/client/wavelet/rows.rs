@@ -1,6 +1,7 @@
-//! Rows of several channels, pixels that are computed together, and the neighbours of a pixel.
+//! Rows of several channels, and the neighbours of their pixels.
 //!
-//! Rows are `[height][channel][width]`, so that a row of all channels is one piece of memory, with a border of zeros that counts for nothing.
+//! Rows are `[height][channel][width]`, so that a row of all channels is one piece of memory, with a border that counts for nothing: zeros,
+//! except that no pixel of the picture has the same share of lights.
 
 use std::ops::{Deref, DerefMut, Range};
 
@@ -11,9 +12,7 @@ use super::LEVELS;
 /// Pixels around the picture that are read and count for nothing.
 pub(super) const BORDER: usize = 1 << (LEVELS - 1);
 
-/// Rows of a channel are as long as a multiple of this.
-const ALIGNED: usize = 8;
-/// Numbers in a line of the cache.
+/// Floats in a line of the cache; the row of a channel is padded to a multiple of these.
 const FLOATS_PER_LINE: usize = 16;
 
 /// Channels of the two halves: sums X, Y, Z and counts, and again.
@@ -23,19 +22,26 @@ pub(super) const FEATURES: usize = 11;
 /// Those of tolerances, and that of the share of lights.
 pub(super) const TOLERANCES: Range<usize> = 7..10;
 pub(super) const LIGHTS: usize = 10;
-/// Weights to the neighbours to the right, below right, below, below left; those to the others are theirs.
+/// Weights to the neighbours to the right, below, below right, below left; those to the others are theirs.
 pub(super) const WEIGHTS: usize = 4;
 /// Channels of the result: X, Y, Z.
 pub(super) const RESULT: usize = 3;
+/// The first channel of each half, and the one of its counts after that.
+pub(super) const HALVES: [usize; 2] = [0, 4];
+pub(super) const COUNT: usize = 3;
 /// Channels of a band: the mean of both halves, the product of their luminances, the noise.
 pub(super) const BAND: usize = 5;
-/// Channels of what is averaged over the pixels around: the product, the noise, and one over the sum of the weights, or the gain.
+/// The channel of the product in a band; the noise follows.
+pub(super) const SIGNAL: usize = 3;
+/// Channels of what is averaged over the pixels around: the product, the noise, and one over the sum of the weights.
 pub(super) const MEANS: usize = 3;
-/// Channels of the divisors of a row.
+/// Channels of the means over those, and the gain.
+pub(super) const SHRUNK: usize = 3;
+/// Channels of a row of divisors: one over the sums of weights, and over the counts of both halves before and after.
 pub(super) const INVERSES: usize = 5;
 
-/// Zeros at first, from the beginning of a line of the cache on: eight that are read together do not straddle two lines.
-pub(super) struct AlignedNumbers {
+/// Floats, zeros at first, from the beginning of a line of the cache on: aligned loads of eight do not straddle two lines.
+pub(super) struct AlignedFloats {
     lines: Vec<FloatLine>,
 }
 
@@ -43,7 +49,7 @@ pub(super) struct AlignedNumbers {
 #[derive(Clone, Copy, Default, bytemuck::Pod, bytemuck::Zeroable)]
 struct FloatLine([f32; FLOATS_PER_LINE]);
 
-impl AlignedNumbers {
+impl AlignedFloats {
     /// At least so many; `None` without memory.
     pub(super) fn new(count: usize) -> Option<Self> {
         let (mut lines, count) = (Vec::new(), count.div_ceil(FLOATS_PER_LINE));
@@ -53,7 +59,7 @@ impl AlignedNumbers {
     }
 }
 
-impl Deref for AlignedNumbers {
+impl Deref for AlignedFloats {
     type Target = [f32];
 
     fn deref(&self) -> &[f32] {
@@ -61,7 +67,7 @@ impl Deref for AlignedNumbers {
     }
 }
 
-impl DerefMut for AlignedNumbers {
+impl DerefMut for AlignedFloats {
     fn deref_mut(&mut self) -> &mut [f32] {
         bytemuck::cast_slice_mut(&mut self.lines)
     }
@@ -75,15 +81,15 @@ pub(super) struct PlanarRows {
     /// Numbers from row to row: an odd number of cache lines, so that rows which are a power of 2 apart do not compete for the same places of the
     /// cache.
     length: usize,
-    data: AlignedNumbers,
+    data: AlignedFloats,
 }
 
 impl PlanarRows {
     /// Zeros; `None` without memory.
     pub(super) fn new(width: usize, height: usize, channels: usize) -> Option<Self> {
-        let stride = 2 * BORDER + width.next_multiple_of(ALIGNED);
+        let stride = 2 * BORDER + width.next_multiple_of(FLOATS_PER_LINE);
         let length = ((channels * stride).div_ceil(FLOATS_PER_LINE) | 1) * FLOATS_PER_LINE;
-        let data = AlignedNumbers::new(length * (height + 2 * BORDER))?;
+        let data = AlignedFloats::new(length.checked_mul(height + 2 * BORDER)?)?;
         Some(Self { channels, stride, length, data })
     }
 
@@ -109,7 +115,9 @@ impl PlanarRows {
 
     /// The same for several threads.
     pub(super) fn inner_parallel(&mut self) -> impl IndexedParallelIterator<Item = &mut [f32]> {
-        self.inner().collect::<Vec<_>>().into_par_iter()
+        let (border, end) = (BORDER * self.length, self.data.len() - BORDER * self.length);
+        let channels = self.channels * self.stride;
+        self.data[border..end].par_chunks_exact_mut(self.length).map(move |row| &mut row[..channels])
     }
 }
 
