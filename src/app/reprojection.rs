@@ -228,6 +228,8 @@ fn look_up(known: &KnownView, to: &ViewSurfaces, [x, y]: [usize; 2]) -> Option<(
         true => (from.lines.project_direction(direction)?, 0.0),
         false => from.lines.project(place)?,
     };
+    let (_, direction_there) = from.lines.line(uv);
+    let is_front = |normal: Vec3, direction: Vec3| normal.dot(direction) < 0.0;
     let is_same = |x: usize, y: usize| {
         let there = from.hits.at(x, y);
         if there.specular != hit.specular || (there.distance == 0.0) != is_sky {
@@ -240,7 +242,8 @@ fn look_up(known: &KnownView, to: &ViewSurfaces, [x, y]: [usize; 2]) -> Option<(
                     && (there.albedo - hit.albedo).abs().max_element() <= SAME_ALBEDO
             }
             _ => {
-                there.normal.dot(hit.normal) >= SAME_NORMAL
+                is_front(there.normal, direction_there) == is_front(hit.normal, direction)
+                    && there.normal.dot(hit.normal) >= SAME_NORMAL
                     && hit.normal.dot(from.places.at(x, y) - place).abs() <= SAME_PLACE * distance
             }
         }

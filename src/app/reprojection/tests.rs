@@ -4,7 +4,7 @@
 
 use std::path::Path;
 
-use glam::DAffine3;
+use glam::{DAffine3, DVec3};
 
 use super::*;
 use crate::app::denoise::{FeatureGrid, ViewFilter, first_hits};
@@ -58,7 +58,11 @@ impl Seen {
     fn new(desc: &SceneDesc, scene: &Arc<Scene>, degrees: f64, seed: u32) -> Self {
         let mut desc = desc.clone();
         desc.camera.to_world *= DAffine3::from_rotation_y(degrees.to_radians());
-        let camera = Camera::of(&desc).unwrap();
+        Self::from_camera(&desc, scene, seed)
+    }
+
+    fn from_camera(desc: &SceneDesc, scene: &Arc<Scene>, seed: u32) -> Self {
+        let camera = Camera::of(desc).unwrap();
         let hits =
             |half, step| first_hits(scene, &camera, &FILM, FeatureGrid { half, step }, &|| false).unwrap();
         let surfaces = |step| {
@@ -153,6 +157,31 @@ fn a_cut_begins_anew() {
         let prior = Prior::new(&known, &after.coarse).unwrap();
         assert_eq!(prior.is_enough(), is_enough, "{degrees} degrees");
     }
+}
+
+/// The two sides of a surface look different: of a wall that was seen from the front nothing is known where it is seen from behind.
+#[test]
+fn the_other_side_of_a_surface_is_not_known() {
+    let (mut desc, scene) = scene("cornell.xml");
+    let mut before = Seen::new(&desc, &scene, 0.0, 0);
+    before.trace_to(1.0);
+    let known = before.known();
+    // Around the middle of the box, from where one of the walls is seen from outside.
+    let to_middle = DAffine3::from_translation(DVec3::new(0.0, 2.75, 0.0));
+    let turn = DAffine3::from_rotation_y(40f64.to_radians());
+    desc.camera.to_world = to_middle * turn * to_middle.inverse() * desc.camera.to_world;
+    let after = Seen::from_camera(&desc, &scene, 0).surfaces;
+    let prior = Prior::new(&known, &after).unwrap();
+    let mut behind = 0;
+    for (i, hit) in after.hits.pixels().iter().enumerate() {
+        let [x, y] = [i % SIDE as usize, i / SIDE as usize];
+        let uv = Vec2::new(x as f32 + 0.5, y as f32 + 0.5) / SIDE as f32;
+        if hit.distance > 0.0 && hit.normal.dot(after.lines.line(uv).1) > 0.0 {
+            behind += 1;
+            assert!(prior.worth.at(x, y) == 0.0, "pixel {x}, {y}");
+        }
+    }
+    assert!(behind > SIDE * SIDE / 10, "{behind} pixels show a wall from behind");
 }
 
 /// The same view again shows the same picture, where no mirror is.
