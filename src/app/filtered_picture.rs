@@ -32,12 +32,6 @@ impl HalfMeans {
         };
         Ok(Self([half(0)?, half(1)?]))
     }
-
-    /// The sum of all samples in a pixel, and their number.
-    pub fn sum(&self, x: usize, y: usize) -> Vec4 {
-        let seen = self.0.each_ref().map(|half| half.at(x, y)).into_iter().filter(|half| half.w > 0.0);
-        seen.map(|half| (half.truncate() * half.w).extend(half.w)).sum()
-    }
 }
 
 /// A filtered picture, scene-linear XYZ.
@@ -349,6 +343,28 @@ mod tests {
             // A sample shows 1.25 ± 1.68 of light.
             let deviation = 1.68 / ((per_pixel * u64::from(SIDE * SIDE)) as f32).sqrt();
             assert!((mean - 1.25).abs() < 5.0 * deviation, "{per_pixel} per pixel: {mean} ± {deviation}");
+        }
+    }
+
+    /// One pixel at a time says what whole pictures of both halves say.
+    #[test]
+    fn a_pixel_is_that_of_the_halves() {
+        for w in [0.0, 1.0] {
+            let replicates = replicates(2, w);
+            let halves = HalfMeans::of(&replicates).unwrap().0;
+            for i in 0..SIDE as usize * SIDE as usize {
+                let [x, y] = [i % SIDE as usize, i / SIDE as usize];
+                let sum: Vec4 = halves
+                    .each_ref()
+                    .map(|half| half.at(x, y))
+                    .iter()
+                    .map(|mean| mean * Vec4::new(mean.w, mean.w, mean.w, 1.0))
+                    .sum();
+                assert!(
+                    sum.distance(replicates.pixel(x, y).into()) <= 1e-5 * (1.0 + sum.length()),
+                    "{x}, {y}"
+                );
+            }
         }
     }
 }

@@ -108,7 +108,8 @@ pub struct NoiseFilter {
     known: Option<Arc<Scene>>,
     /// The scene of the present film.
     scene: Option<Arc<Scene>>,
-    /// Another view will stand in for samples, and has not yet.
+    /// Another view may stand in for samples; it was asked to, and has not yet.
+    stands_in: bool,
     reprojecting: bool,
     /// How long it took to carry over the last one, and how many there were.
     reprojection: Duration,
@@ -144,6 +145,7 @@ impl NoiseFilter {
             shown: None,
             known: None,
             scene: None,
+            stands_in: false,
             reprojecting: false,
             reprojection: Duration::ZERO,
             reprojections: 0,
@@ -166,10 +168,10 @@ impl NoiseFilter {
         (self.shown, self.busy, self.preparing) = (None, false, false);
         self.failed.clear();
         let is_known = self.known.as_ref().is_some_and(|scene| Arc::ptr_eq(scene, &view.scene));
-        self.reprojecting = reproject.is_some() && is_known && self.reprojection <= AT_FIRST;
+        (self.stands_in, self.reprojecting) = (reproject.is_some() && is_known, false);
         self.scene = Some(view.scene.clone());
         self.send(FilterMessage::Begin { film, view: Box::new(view), reproject: reproject.is_some() });
-        if let Some(kind) = reproject.filter(|_| self.reprojecting) {
+        if let Some(kind) = reproject.filter(|_| self.stands_in && self.reprojection <= AT_FIRST) {
             self.prepare(kind);
         }
     }
@@ -183,6 +185,7 @@ impl NoiseFilter {
     pub fn prepare(&mut self, kind: Denoise) {
         if !std::mem::replace(&mut self.preparing, true) {
             self.send(FilterMessage::Prepare(kind, self.device.clone()));
+            self.reprojecting = self.stands_in;
         }
     }
 
@@ -194,7 +197,7 @@ impl NoiseFilter {
             && (is_present(reprojected) || is_present(prepared) && is_enough(film, samples))
     }
 
-    /// Whether another view will stand in for samples from the first picture on, and has not yet.
+    /// Whether another view was asked to stand in for samples, and has not answered yet.
     pub fn is_reprojecting(&self) -> bool {
         self.reprojecting
     }
@@ -403,8 +406,7 @@ impl FilteredFilm {
     fn look(&mut self, known: &KnownView, is_over: &(dyn Fn() -> bool + Sync)) -> Option<FilteredPicture> {
         let coarse = self.surfaces(REPROJECTED, is_over)?;
         let prior = self.prior.insert(Prior::new(known, &coarse)?);
-        let halves = HalfMeans::of(&self.replicates).ok()?;
-        if prior.is_enough() { prior.filled(&halves) } else { None }
+        if prior.is_enough() { prior.filled(&self.replicates) } else { None }
     }
 
     /// Prepares the filter. `None` without memory, and where it `is_over`.
@@ -438,15 +440,15 @@ impl FilteredFilm {
         data: Option<&FilmData>,
     ) -> Result<(FilteredFrame, Option<KnownView>), ClientError> {
         let Self { film, replicates, surfaces, filter, prior, .. } = self;
-        let halves = HalfMeans::of(replicates)?;
         let size @ [width, height] = replicates.size();
         let no_memory = || out_of_memory(size);
         let per_pixel = replicates.paths() as f32 / (width * height) as f32;
         *prior = prior.take().filter(|_| !Prior::is_gone(per_pixel));
         let Some(filter) = filter.as_mut().filter(|_| is_enough(film, samples)) else {
-            let shown = prior.as_ref().and_then(|prior| prior.filled(&halves)).ok_or_else(no_memory)?;
+            let shown = prior.as_ref().and_then(|prior| prior.filled(replicates)).ok_or_else(no_memory)?;
             return Ok((FilteredFrame { shown, filtered: None, kind, samples }, None));
         };
+        let halves = HalfMeans::of(replicates)?;
         let filtered = FilteredPicture::of(replicates, &halves, data, filter, kind)?;
         let mixed = match prior {
             Some(prior) => prior.mixed(&halves, &filtered, per_pixel),

@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use super::denoise::FeatureGrid;
 use super::filtered_picture::{FilteredPicture, HalfMeans};
 use crate::image::{Grid, push_pull};
+use crate::study::Replicates;
 use crate::tracer::Camera;
 use crate::tracer::camera::CameraLines;
 use crate::tracer::features::Features;
@@ -122,16 +123,16 @@ impl Prior {
 
     /// The picture, before there are samples enough for a filter: gaps are filled in from what is around them and from the samples so far, if
     /// there are any. `None` without memory.
-    pub fn filled(&self, halves: &HalfMeans) -> Option<FilteredPicture> {
+    pub fn filled(&self, samples: &Replicates) -> Option<FilteredPicture> {
         let [width, height] = [self.picture.width(), self.picture.height()];
         let mut finest = Grid::try_filled(width, height, Vec4::ZERO)?;
         let rows = finest.pixels_mut().par_chunks_mut(width).enumerate();
         rows.for_each(|(y, out)| {
             for (x, out) in out.iter_mut().enumerate() {
-                *out = match self.worth.at(x, y) > 0.0 {
-                    true => self.picture.at(x, y).extend(1.0) * ENOUGH,
-                    false => halves.sum(x, y),
-                };
+                *out = self.picture.at(x, y).extend(1.0) * ENOUGH;
+                if self.worth.at(x, y) == 0.0 {
+                    *out = samples.pixel(x, y).into();
+                }
             }
         });
         push_pull::fill(finest, ENOUGH).map(FilteredPicture::from)

@@ -111,9 +111,30 @@ impl Replicates {
         self.weighted(half, part.paths.light)
     }
 
+    /// Sums X, Y, Z of the samples in one pixel of all replicates, without the film's filter, and their number, which is 1 per replicate where
+    /// only light paths are shown.
+    pub fn pixel(&self, x: usize, y: usize) -> [f32; 4] {
+        let i = y * self.size[0] + x;
+        let is_light_alone = self.is_light_alone();
+        let mut all = [0.0; 4];
+        for part in &self.parts {
+            let seen = part.camera.get(i).copied().unwrap_or_default();
+            let count = if is_light_alone && part.paths.light > 0 { 1.0 } else { seen[3] };
+            let arrives = part.light.get(i).copied().unwrap_or_default();
+            let scale = count * part.light_scale(self.size);
+            all = std::array::from_fn(|c| all[c] + if c < 3 { seen[c] + arrives[c] * scale } else { count });
+        }
+        all
+    }
+
+    /// Whether no camera sample has been added.
+    fn is_light_alone(&self) -> bool {
+        self.parts.iter().all(|part| part.camera.is_empty())
+    }
+
     /// Pixels of so many light paths have weight 1 where only such are shown.
     fn weighted(&self, mut pixels: Vec<[f32; 4]>, light: u64) -> Vec<[f32; 4]> {
-        if light > 0 && self.parts.iter().all(|part| part.camera.is_empty()) {
+        if light > 0 && self.is_light_alone() {
             pixels.iter_mut().for_each(|pixel| pixel[3] = 1.0);
         }
         pixels

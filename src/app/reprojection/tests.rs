@@ -139,7 +139,8 @@ fn difference(picture: &FilteredPicture, reference: &FilteredPicture) -> f64 {
 fn plain(halves: &HalfMeans) -> FilteredPicture {
     let mut picture = Grid::try_filled(SIDE as usize, SIDE as usize, Vec3::ZERO).unwrap();
     for (i, out) in picture.pixels_mut().iter_mut().enumerate() {
-        let sum = halves.sum(i % SIDE as usize, i / SIDE as usize);
+        let seen = halves.0.each_ref().map(|half| half.at(i % SIDE as usize, i / SIDE as usize));
+        let sum: Vec4 = seen.into_iter().map(|half| (half.truncate() * half.w).extend(half.w)).sum();
         *out = sum.truncate() / sum.w;
     }
     picture.into()
@@ -220,7 +221,7 @@ fn a_camera_that_turns_keeps_what_was_known() {
             let mut errors = Vec::new();
             for samples in [0.0, 0.03, 0.1, 0.3, 1.0, 3.0, 15.0] {
                 now.trace_to(samples);
-                let filled = difference(&prior.filled(&now.halves()).unwrap(), &truth);
+                let filled = difference(&prior.filled(&now.replicates).unwrap(), &truth);
                 if samples < 0.1 {
                     println!("  {samples:5} filled {filled:.4}");
                     continue;

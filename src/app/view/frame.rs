@@ -36,6 +36,10 @@ impl Viewer {
         let mut plan = self.picture.plan(&self.session, &self.panel.controls.settings, begin);
         plan.repaint &= !self.picture.is_frozen();
         let shows = self.picture.wants_show(&plan, self.panel.is_due(begin)) && self.make_ready()?;
+        if shows && self.picture.is_freshly_filtered() && !self.session.run_spec().deterministic {
+            // It is shown before more samples are read.
+            plan.samples = 0;
+        }
         if !self.picture.is_frozen() {
             self.picture.mend(self.session.run_spec());
             self.picture.read_samples(&mut self.session, plan.samples, begin)?;

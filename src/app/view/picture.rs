@@ -28,8 +28,8 @@ use crate::gpu::{FrameNumber, Gpu, Readiness};
 use crate::stream::BLOCK_SAMPLES;
 use crate::study::ErrorTarget;
 
-/// The picture of another view is waited for this long, before one of the first samples is shown.
-const REPROJECTION_WAIT: Duration = Duration::from_millis(40);
+/// The picture of another view is waited for until so long after an edit: before one of the first samples is shown, and before the next one.
+const REPROJECTION_WAITS: [Duration; 2] = [Duration::from_millis(40), Duration::from_millis(150)];
 
 /// Frame length where neither the command line nor the display says.
 const DEFAULT_BUDGET: Duration = Duration::from_micros(16_667);
@@ -339,6 +339,11 @@ impl LivePicture {
         self.filter.is_ready(run, settings, self.samples())
     }
 
+    /// Whether a filtered picture has come that was not shown yet.
+    pub fn is_freshly_filtered(&self) -> bool {
+        self.filter.is_fresh()
+    }
+
     /// Begins to filter the samples so far.
     fn filter_now(&mut self) {
         let samples = self.samples();
@@ -374,7 +379,8 @@ impl LivePicture {
         if self.film().is_some_and(VulkanFilm::is_background_ready) {
             self.repaint = true;
         }
-        let waits = self.unseen && self.filter.is_reprojecting() && session.elapsed() < REPROJECTION_WAIT;
+        let waits = self.filter.is_reprojecting()
+            && session.elapsed() < REPROJECTION_WAITS[usize::from(!self.unseen)];
         let (last, samples) = (&self.last_repaint, self.samples());
         let growth = match last.samples {
             last if last == samples => 1.0,
@@ -471,10 +477,11 @@ impl LivePicture {
         let partial = !session.run_spec().deterministic || session.is_complete();
         let ready = if partial { samples > 0 } else { samples >= BATCH_CAPACITY as u64 };
         let repaint = plan.repaint || self.repaint;
-        if partial && ready && repaint {
+        let is_filtered = repaint && self.filter.shown(session.run_spec(), settings).is_some();
+        if partial && ready && repaint && !is_filtered {
             self.flush()?;
         }
-        let filtered = self.filter.shown(session.run_spec(), settings).filter(|_| repaint);
+        let filtered = self.filter.shown(session.run_spec(), settings).filter(|_| is_filtered);
         let detail = match filtered {
             Some(_) => Some(1),
             None => (ready && repaint).then_some(plan.detail),
@@ -484,7 +491,6 @@ impl LivePicture {
             Some(frame) => Some(PictureSource::Filtered(frame.shown.xyz())),
             None => detail.map(PictureSource::Film),
         };
-        let filtered = filtered.is_some();
         let number = match &mut self.screen {
             Some(screen) => screen.show(settings, source, panel)?,
             None => FrameNumber::default(),
@@ -503,7 +509,7 @@ impl LivePicture {
             self.filter.is_seen();
             self.last_repaint = LastRepaint { at: began, samples, detail };
         }
-        Ok(ShownFrame { number, began, samples, detail, filtered })
+        Ok(ShownFrame { number, began, samples, detail, filtered: is_filtered })
     }
 
     /// Takes the picture as it is now, to be written by another thread.

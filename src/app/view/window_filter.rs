@@ -110,7 +110,7 @@ impl WindowFilter {
         thread.is_some_and(|thread| thread.will_be_ready(settings.denoise, &run.film, samples))
     }
 
-    /// Whether the last picture will stand in for samples from the first one of another view on, and has not yet.
+    /// Whether the last picture was asked to stand in for samples, and has not yet.
     pub fn is_reprojecting(&self) -> bool {
         self.thread.as_ref().is_some_and(NoiseFilter::is_reprojecting)
     }
