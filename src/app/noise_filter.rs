@@ -147,7 +147,8 @@ impl NoiseFilter {
             scene: None,
             stands_in: false,
             reprojecting: false,
-            reprojection: Duration::ZERO,
+            // The first one has to show that it is quick enough.
+            reprojection: Duration::MAX,
             reprojections: 0,
             busy: false,
             preparing: false,
