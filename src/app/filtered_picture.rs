@@ -329,7 +329,7 @@ mod tests {
         assert!(error_of(&flat, &many) < 1.05 * noise(1024.0), "{}", error_of(&flat, &many));
     }
 
-    /// Where only lights send paths, pixels that none has reached are black, with the sums of the film or without.
+    /// Where only lights send paths, pixels that none has reached are black, also without the sums of the film.
     #[test]
     fn light_paths_alone_are_a_picture() {
         for per_pixel in [1, 16, 256] {

@@ -108,8 +108,9 @@ pub struct NoiseFilter {
     known: Option<Arc<Scene>>,
     /// The scene of the present film.
     scene: Option<Arc<Scene>>,
-    /// Another view may stand in for samples; it was asked to, and has not yet.
+    /// The view before may stand in for samples of the present film.
     stands_in: bool,
+    /// It was asked to, and has not answered yet.
     reprojecting: bool,
     /// How long it took to carry over the last one, and how many there were.
     reprojection: Duration,

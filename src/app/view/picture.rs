@@ -28,8 +28,11 @@ use crate::gpu::{FrameNumber, Gpu, Readiness};
 use crate::stream::BLOCK_SAMPLES;
 use crate::study::ErrorTarget;
 
-/// The picture of another view is waited for until so long after an edit: before one of the first samples is shown, and before the next one.
-const REPROJECTION_WAITS: [Duration; 2] = [Duration::from_millis(40), Duration::from_millis(150)];
+/// The picture of another view is waited for until so long after an edit, before one of the first samples is shown.
+const FIRST_WAIT: Duration = Duration::from_millis(40);
+
+/// The same, before the picture after that.
+const NEXT_WAIT: Duration = Duration::from_millis(150);
 
 /// Frame length where neither the command line nor the display says.
 const DEFAULT_BUDGET: Duration = Duration::from_micros(16_667);
@@ -379,8 +382,8 @@ impl LivePicture {
         if self.film().is_some_and(VulkanFilm::is_background_ready) {
             self.repaint = true;
         }
-        let waits = self.filter.is_reprojecting()
-            && session.elapsed() < REPROJECTION_WAITS[usize::from(!self.unseen)];
+        let longest_wait = if self.unseen { FIRST_WAIT } else { NEXT_WAIT };
+        let waits = self.filter.is_reprojecting() && session.elapsed() < longest_wait;
         let (last, samples) = (&self.last_repaint, self.samples());
         let growth = match last.samples {
             last if last == samples => 1.0,

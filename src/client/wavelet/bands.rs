@@ -225,10 +225,10 @@ fn smooth(level: &Level<'_>, sums: &PlanarRows, y: usize, out: SmoothedRow<'_>) 
     let (signal, noise) = (&mut signal[..width], &mut noise[..width]);
     for (c, (band, result)) in band.into_iter().zip(channels_mut::<RESULT>(out.result)).enumerate() {
         let (band, result) = (&mut band[..width], &mut result[..width]);
-        let before_a = HalfRow::new(here, stride, [a, c], &before_a[..width]);
-        let before_b = HalfRow::new(here, stride, [b, c], &before_b[..width]);
-        let after_a = HalfRow::new(after, stride, [a, c], &after_a[..width]);
-        let after_b = HalfRow::new(after, stride, [b, c], &after_b[..width]);
+        let before_a = HalfRow::new(here, stride, a, c, &before_a[..width]);
+        let before_b = HalfRow::new(here, stride, b, c, &before_b[..width]);
+        let after_a = HalfRow::new(after, stride, a, c, &after_a[..width]);
+        let after_b = HalfRow::new(after, stride, b, c, &after_b[..width]);
         let is_luminance = c == 1;
         for x in 0..width {
             let (near_a, near_b) = (after_a.mean(x), after_b.mean(x));
@@ -259,7 +259,7 @@ struct HalfRow<'a> {
 impl<'a> HalfRow<'a> {
     /// Channel `c` of the half that begins with channel `half`.
     #[inline(always)]
-    fn new(row: &'a [f32], stride: usize, [half, c]: [usize; 2], inverses: &'a [f32]) -> Self {
+    fn new(row: &'a [f32], stride: usize, half: usize, c: usize, inverses: &'a [f32]) -> Self {
         let width = inverses.len();
         let sums = &channel(row, stride, half + c, 0)[..width];
         Self { sums, counts: &channel(row, stride, half + COUNT, 0)[..width], inverses }
