@@ -8,6 +8,7 @@ use super::film_writer::FilmWriter;
 use super::observer::Observer;
 use super::process;
 use super::progress::Progress;
+use super::state::Recorder;
 use super::timings::TimingCapture;
 use crate::client::{ClientError, Film};
 use crate::server::Server;
@@ -58,6 +59,8 @@ pub struct DriveObservers<'a> {
     pub timings: &'a mut Option<TimingCapture>,
     /// The thread that estimates the error, if there is one.
     pub observer: Option<&'a Observer>,
+    /// What keeps the state of the render on disk, if anything does. The order must then be that of the indices.
+    pub recorder: Option<&'a mut Recorder>,
 }
 
 /// Drains until the server reports that the render has finished and the lanes are empty, then rasterises the rest.
@@ -71,7 +74,7 @@ pub fn drive(
     server: &Server,
     lanes: &mut Lanes,
     client: &mut dyn Film,
-    DriveObservers { bar, timings, observer }: DriveObservers<'_>,
+    DriveObservers { bar, timings, observer, mut recorder }: DriveObservers<'_>,
 ) -> Result<DriveOutcome> {
     let start = Instant::now();
     let mut driven = DriveOutcome::default();
@@ -83,8 +86,13 @@ pub fn drive(
     let mut aborted = false;
     loop {
         let rasterise = Instant::now();
-        let drained = take(drive, lanes, client, observer, &mut driven.reached).into_diagnostic()?;
+        let onto = FilmWriter::new(client, observer);
+        let drained =
+            take(drive, lanes, onto, recorder.as_deref_mut(), &mut driven.reached).into_diagnostic()?;
         driven.rasterise += rasterise.elapsed();
+        if let Some(recorder) = recorder.as_mut().filter(|recorder| recorder.is_due()) {
+            recorder.save(client, observer)?;
+        }
         if let Some(timings) = timings {
             if drained.blocks > 0 {
                 timings.client("drain", rasterise)?;
@@ -120,6 +128,9 @@ pub fn drive(
     }
     let rasterise = Instant::now();
     client.flush().into_diagnostic()?;
+    if let Some(recorder) = recorder {
+        recorder.save(client, observer)?;
+    }
     note(timings, "flush", rasterise)?;
     driven.rasterise += rasterise.elapsed();
     driven.wall = start.elapsed();
@@ -130,18 +141,24 @@ pub fn drive(
 fn take(
     drive: Drive,
     lanes: &mut Lanes,
-    client: &mut dyn Film,
-    observer: Option<&Observer>,
+    mut writer: FilmWriter<'_>,
+    mut recorder: Option<&mut Recorder>,
     reached: &mut bool,
 ) -> std::result::Result<Drained, ClientError> {
-    let mut writer = FilmWriter::new(client, observer);
+    let observer = writer.observer();
     let goal = observer.filter(|observer| drive.deterministic && observer.target().is_some());
     let give = |block: &Block| {
         // In index order the picture ends with the very block that made it good enough.
         if drive.deterministic && *reached {
             return;
         }
-        writer.block(block);
+        match &mut recorder {
+            None => writer.block(block),
+            Some(recorder) => match recorder.take(block) {
+                Some(chunk) => writer.samples(chunk.first_index, chunk.paths, &chunk.samples),
+                None => return,
+            },
+        }
         if let Some(observer) = goal {
             observer.sync();
             *reached = observer.state().reached;
@@ -149,6 +166,23 @@ fn take(
     };
     let drained = lanes.drain(BUDGET, give);
     writer.finish().map(|()| drained)
+}
+
+impl DriveOutcome {
+    /// Before the first range of a render; complete if there is none.
+    pub fn new(complete: bool) -> Self {
+        Self { complete, ..Self::default() }
+    }
+
+    /// Adds what came of the next range of the same render.
+    pub fn add(&mut self, next: Self) {
+        *self = Self {
+            wall: self.wall + next.wall,
+            rasterise: self.rasterise + next.rasterise,
+            panicked: self.panicked.take().or(next.panicked),
+            ..next
+        };
+    }
 }
 
 /// Records what the client did since `start`, where that is asked for.

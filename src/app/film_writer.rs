@@ -32,6 +32,11 @@ impl<'a> FilmWriter<'a> {
         Self { meter: Some(meter), ..self }
     }
 
+    /// Where copies for the estimate of the error go.
+    pub fn observer(&self) -> Option<&'a Observer> {
+        self.observer
+    }
+
     /// Takes a block from the lanes.
     pub fn block(&mut self, block: &Block) {
         self.samples(block.header.first_index, block.header.paths, block.samples());

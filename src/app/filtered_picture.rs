@@ -7,14 +7,15 @@ use glam::{Vec2, Vec3, Vec4};
 use miette::{IntoDiagnostic, Result};
 use rayon::prelude::*;
 
-use super::denoise::ViewFilter;
+use super::denoise::{OidnOptions, ViewFilter};
 use super::layers::Channel;
 use crate::client::reference::ReferenceFilm;
 use crate::client::wavelet::{Filtered, HalfPicture, out_of_memory};
-use crate::client::{ClientError, Denoise, DisplayImage, FilmData, Settings};
+use crate::client::{ClientError, Denoise, DisplayImage, FilmData, FilmSpec, Settings};
 use crate::color::Profile;
 use crate::image::Grid;
 use crate::study::{Replicates, SmoothingKernel};
+use crate::tracer::{Camera, Scene};
 
 /// Means X, Y, Z of the samples in each pixel, with their number, of both randomisations.
 pub struct HalfMeans(pub [HalfPicture; 2]);
@@ -31,6 +32,32 @@ impl HalfMeans {
             Grid::from_rows(width, height, rows).ok_or_else(|| out_of_memory(size))
         };
         Ok(Self([half(0)?, half(1)?]))
+    }
+}
+
+/// What a picture shows, where it is filtered once.
+pub struct FilteredView<'a> {
+    pub scene: &'a Scene,
+    pub camera: &'a Camera,
+    pub film: &'a FilmSpec,
+}
+
+impl FilteredView<'_> {
+    /// Traces the features and filters the picture of these sums.
+    ///
+    /// # Errors
+    ///
+    /// Without memory, and those of Open Image Denoise.
+    pub fn filter(
+        &self,
+        replicates: &Replicates,
+        data: &FilmData,
+        kind: Denoise,
+        oidn: OidnOptions,
+    ) -> Result<FilteredPicture, ClientError> {
+        let filter = ViewFilter::new(self.scene, self.camera, self.film, &|| false);
+        let mut filter = filter.ok_or_else(|| out_of_memory(replicates.size()))?.with_oidn(oidn);
+        FilteredPicture::of(replicates, &HalfMeans::of(replicates)?, Some(data), &mut filter, kind)
     }
 }
 

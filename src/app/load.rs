@@ -1,5 +1,6 @@
 //! The scene of a command line: the file, with what the options say about it.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -22,6 +23,8 @@ pub struct SceneInput {
     pub loaded: Loaded,
     /// Effects that are on or off against what the scene calls for.
     pub forced: Vec<Forced>,
+    /// The files that it was read from.
+    pub files: Vec<PathBuf>,
 }
 
 /// A scene that is ready to be traced, and the device that shows it.
@@ -70,12 +73,7 @@ pub fn tell_warnings(loaded: &Loaded) {
     }
 }
 
-/// Reads the scene, with the size and the method of the command line.
-pub fn read(source: &SceneArgs) -> Result<Loaded> {
-    read_telling(source, &Arc::default())
-}
-
-/// Reads the scene as [`read`] does, and tells `progress` of every file meanwhile.
+/// Reads the scene, with the size and the method of the command line, and tells `progress` of every file meanwhile.
 pub fn read_telling(source: &SceneArgs, progress: &Arc<LoadProgress>) -> Result<Loaded> {
     let options = LoadOptions { defines: &source.defines, lenient: source.lenient };
     let mut loaded = scene::load_telling(&source.scene, &options, progress)?;
@@ -90,10 +88,11 @@ pub fn read_telling(source: &SceneArgs, progress: &Arc<LoadProgress>) -> Result<
 
 /// Reads the scene and forces effects on and off as the command line says.
 pub fn load(source: &SceneArgs) -> Result<SceneInput> {
-    let mut loaded = read(source)?;
+    let progress = Arc::default();
+    let mut loaded = read_telling(source, &progress)?;
     let forced = forced(&loaded.desc, source)?;
     forced.iter().try_for_each(|forced| force(&mut loaded.desc, *forced))?;
-    Ok(SceneInput { loaded, forced })
+    Ok(SceneInput { loaded, forced, files: progress.files() })
 }
 
 /// Prepares `desc` for tracing with `make` ([`Scene::prepare`] or [`Scene::prepare_general`]) and chooses the SIMD kernel that traverses

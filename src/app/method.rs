@@ -55,6 +55,12 @@ pub fn paths_per_index(kind: IntegratorKind) -> u64 {
     }
 }
 
+/// A range of indices as [`RenderOrder::range`] has it.
+pub fn as_paths(kind: IntegratorKind, indices: &Range<u64>) -> Range<u64> {
+    let paths = (indices.end - indices.start).saturating_mul(paths_per_index(kind));
+    indices.start..indices.start.saturating_add(paths)
+}
+
 /// What the tracers of all methods are made of.
 pub fn render_context(run: &RunSpec, scene: Arc<Scene>, camera: Camera, window: UvWindow) -> RenderContext {
     let RunSpec { seed, max_depth, rr_depth, hide_emitters, photons, .. } = *run;

@@ -84,8 +84,10 @@ mod drive;
 mod explain;
 mod film_writer;
 mod filtered_picture;
+mod info;
 mod layers;
 mod load;
+mod merge;
 mod method;
 mod noise_filter;
 mod observer;
@@ -101,6 +103,8 @@ mod replay;
 mod report;
 mod reprojection;
 mod run_spec;
+mod shard;
+mod state;
 mod study;
 mod timings;
 mod trace;
@@ -118,7 +122,10 @@ use miette::Result;
 /// Everything that stops the run, ready to be printed: with file, line and column where a scene is at fault.
 pub fn run(cli: Cli) -> Result<()> {
     match cli.command {
-        CliCommand::Render(args) => render::render(&args),
+        CliCommand::Render(args) => render::render(*args),
+        CliCommand::Shard(args) => shard::shard(*args),
+        CliCommand::Merge(args) => merge::merge(&args),
+        CliCommand::Info(args) => info::info(&args),
         CliCommand::Replay(args) => replay::replay(&args),
         CliCommand::View(args) => view::view(&args),
         CliCommand::Bench(args) => bench::bench(&args),

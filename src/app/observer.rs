@@ -19,7 +19,7 @@ use crate::stream::{PathCounts, Sample};
 use crate::study::error::ReplicatePixel;
 use crate::study::late::Probe;
 use crate::study::prediction::PredictionOutcome;
-use crate::study::{ErrorMonitor, ErrorStatus, ErrorTarget, Replicates};
+use crate::study::{ErrorMonitor, ErrorStatus, ErrorTarget, ExactReplicates, MonitorProgress, Replicates};
 
 /// Upper bound on the samples in the queue: 64 MiB.
 const MOST: usize = (64 << 20) / size_of::<Sample>();
@@ -59,6 +59,8 @@ enum Message {
     Pixels(Sender<Vec<ReplicatePixel>>),
     /// Answers with the sums of the replicates.
     Replicates(Sender<Option<Replicates>>),
+    /// Answers with the exact sums, if there are any, and what goes with them.
+    Progress(Sender<Option<(ExactReplicates, MonitorProgress)>>),
     /// Takes a last checkpoint and answers with the outcomes of the predictions.
     End(Duration, Sender<Vec<PredictionOutcome>>),
 }
@@ -102,6 +104,25 @@ pub struct Observer {
 impl Observer {
     /// Watches a render of `run`, which must be divided into replicates, from now on.
     pub fn start(run: &RunSpec, target: Option<ErrorTarget>, beside: Beside) -> Result<Self> {
+        Self::start_with(watch(run, target), run, target, beside)
+    }
+
+    /// Goes on watching a render without a window whose exact sums were kept.
+    pub fn resume(
+        run: &RunSpec,
+        target: Option<ErrorTarget>,
+        sums: ExactReplicates,
+        seen: MonitorProgress,
+    ) -> Result<Self> {
+        Self::start_with(watch(run, target).exact(sums, seen), run, target, Beside::Render)
+    }
+
+    fn start_with(
+        watch: ErrorMonitor,
+        run: &RunSpec,
+        target: Option<ErrorTarget>,
+        beside: Beside,
+    ) -> Result<Self> {
         let inbox = Inbox {
             messages: VecDeque::new(),
             samples: 0,
@@ -116,7 +137,7 @@ impl Observer {
             room: Condvar::new(),
             state: Mutex::default(),
         });
-        let (watch, own) = (watch(run, target), shared.clone());
+        let own = shared.clone();
         let work = move || {
             if beside == Beside::Window {
                 Priority::Background.apply();
@@ -226,6 +247,11 @@ impl Observer {
     /// The sums of the replicates so far; `None` if the thread is gone.
     pub fn replicates(&self) -> Option<Replicates> {
         self.ask(Message::Replicates)
+    }
+
+    /// The exact sums of the replicates so far, and what it takes to go on with them; `None` where none are kept.
+    pub fn progress(&self) -> Option<(ExactReplicates, MonitorProgress)> {
+        self.ask(Message::Progress)
     }
 
     /// Takes a last checkpoint; returns the status and the outcomes of the predictions.
@@ -347,6 +373,9 @@ fn observe(mut watch: ErrorMonitor, shared: &Shared) {
             }
             Message::Replicates(answer) => {
                 let _ = answer.send(Some(watch.replicates().clone()));
+            }
+            Message::Progress(answer) => {
+                let _ = answer.send(watch.progress());
             }
             Message::End(at, answer) => {
                 watch.take_checkpoint(at.as_secs_f64());

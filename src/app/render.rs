@@ -9,9 +9,9 @@ use std::time::{Duration, Instant};
 use miette::{IntoDiagnostic, Result};
 
 use super::args::RenderArgs;
-use super::denoise::{self, OidnOptions, ViewFilter};
+use super::denoise::{self, OidnOptions};
 use super::drive::{Drive, DriveObservers, DriveOutcome, drive};
-use super::filtered_picture::{FilteredPicture, HalfMeans};
+use super::filtered_picture::FilteredView;
 use super::load::{self, Opened};
 use super::method::{self, CheckOrder, RenderOrder};
 use super::observer::{Beside, Observer};
@@ -20,16 +20,19 @@ use super::progress::{Goal, Progress};
 use super::rejected::RejectedReport;
 use super::report::{ErrorReport, PlanCheck, RenderReport, Seconds, write_json};
 use super::run_spec::{RunEnd, RunSpec};
+use super::state::identity::luminance_scale;
+use super::state::{Identity, IndexRanges, KeptState, OpenState, PlannedGoal, Recorder, RenderGoal};
 use super::timings::{self, TimingCapture};
 use super::{layers, plan, predictions, process, tell};
 use crate::client::oidn::OidnQuality;
+use crate::client::reference::ExactFilm;
 use crate::client::{Denoise, DisplayView, Film, Settings, VarianceForm};
 use crate::scene::Loaded;
 use crate::server::{Server, Stats};
 use crate::stream::Lanes;
 use crate::stream::control::Epoch;
 use crate::study::prediction::PredictionOutcome;
-use crate::study::{ErrorStatus, ErrorTarget, Replicates};
+use crate::study::{ErrorStatus, ExactReplicates, Replicates};
 use crate::tracer::integrator::PlanCheckTally;
 use crate::tracer::{Camera, Scene};
 
@@ -38,15 +41,21 @@ use crate::tracer::{Camera, Scene};
 /// # Errors
 ///
 /// When a step of the run fails. Outputs are checked before anything is rendered, and replaced only when complete.
-pub fn render(args: &RenderArgs) -> Result<()> {
+pub fn render(mut args: RenderArgs) -> Result<()> {
+    let kept = KeptState::plan(&mut args)?;
+    let outputs = check_options(&args)?;
+    run(&args, &outputs, kept)
+}
+
+/// Renders with options that were checked, and keeps the state if that is planned.
+pub fn run(args: &RenderArgs, outputs: &Outputs, kept: Option<KeptState>) -> Result<()> {
     let start = Instant::now();
-    let outputs = check_options(args)?;
     process::listen_for_interrupt();
-    let mut batch = BatchRender::set_up(args, &outputs)?;
+    let mut batch = BatchRender::set_up(args, outputs, kept)?;
     let traced = batch.trace()?;
-    batch.write(&outputs, &traced)?;
+    batch.write(outputs, &traced)?;
     batch.seconds.total = start.elapsed().as_secs_f64();
-    let report = batch.report(&outputs, &traced);
+    let report = batch.report(outputs, &traced);
     if let Some(path) = &args.json {
         write_json(&report, path)?;
     }
@@ -95,11 +104,17 @@ struct BatchRender<'a> {
     args: &'a RenderArgs,
     settings: Settings,
     run: RunSpec,
+    /// Until when it goes on.
+    goal: RenderGoal,
     loaded: Loaded,
     scene: Arc<Scene>,
     camera: Camera,
     threads: usize,
     client: Box<dyn Film>,
+    /// What keeps the state on disk, if that is asked for.
+    recorder: Option<Recorder>,
+    /// The sums of the replicates that the render begins with.
+    replicates: Option<ExactReplicates>,
     server: Server,
     lanes: Lanes,
     timings: Option<TimingCapture>,
@@ -120,7 +135,7 @@ struct Traced {
 
 impl<'a> BatchRender<'a> {
     /// Loads the scene, opens the device, chooses the method and makes film and threads.
-    fn set_up(args: &'a RenderArgs, outputs: &Outputs) -> Result<Self> {
+    fn set_up(args: &'a RenderArgs, outputs: &Outputs, kept: Option<KeptState>) -> Result<Self> {
         let mut seconds = Seconds::default();
         let aovs = args.aov.as_ref().map(|list| list.0.clone());
         let Opened { input, scene, camera, device } =
@@ -137,7 +152,9 @@ impl<'a> BatchRender<'a> {
         run.deterministic = args.deterministic;
         // The plan is checked path by path, whatever randomisation they are of.
         run.replicated = args.replicates > 1 && args.check_plan == 0.0;
-        run.film.variance = outputs.read_variance(&settings).then_some(VarianceForm::Product);
+        // A state is also that of pictures which are made of it later.
+        let variance = kept.is_some() || outputs.read_variance(&settings);
+        run.film.variance = variance.then_some(VarianceForm::Product);
         if outputs.writes_exr() {
             layers::check(&run.aovs, &run.film)?;
         } else if !run.aovs.is_empty() {
@@ -150,7 +167,24 @@ impl<'a> BatchRender<'a> {
             method::tell_choice(&run);
         }
         run.reweighted = args.reweight_fireflies;
-        let client = device.client(run.film, threads, run.reweighted)?;
+        let goal = PlannedGoal::new(args, &run, kept.as_ref());
+        let (mut recorder, mut replicates) = (None, None);
+        let until = goal.part.clone();
+        let client: Box<dyn Film> = match kept {
+            Some(kept) => {
+                let identity = Identity::of(&run, &input.files, &scene, &camera)?;
+                let OpenState { file, every, state } = kept.open(&run, identity, goal, threads)?;
+                recorder = Some(Recorder::new(file, every, state.about));
+                replicates = state.replicates;
+                Box::new(state.film)
+            }
+            // The same bits as the parts of such a picture come to.
+            None if run.deterministic && device.gpu().is_none() && run.reweighted.is_none() => {
+                let scale = luminance_scale(&run, &scene, &camera);
+                Box::new(ExactFilm::new(run.film, threads, scale).into_diagnostic()?)
+            }
+            None => device.client(run.film, threads, run.reweighted)?,
+        };
         let (server, lanes) = Server::start_with(threads, device.tracing_priority()).into_diagnostic()?;
         let timings = args.gpu_timings.as_deref().map(|path| {
             if device.gpu().is_none() {
@@ -164,11 +198,14 @@ impl<'a> BatchRender<'a> {
             args,
             settings,
             run,
+            goal: until,
             loaded,
             scene,
             camera,
             threads,
             client,
+            recorder,
+            replicates,
             server,
             lanes,
             timings,
@@ -178,43 +215,68 @@ impl<'a> BatchRender<'a> {
 
     /// Traces until the sample count, the time, the error or Ctrl-C.
     fn trace(&mut self) -> Result<Traced> {
-        let (args, run) = (self.args, &self.run);
-        let [width, height] = run.film.padded_extent().map(u64::from);
-        let wanted = args.samples.unwrap_or_else(|| run.spp.saturating_mul(width * height));
-        let first = run.first_index;
-        let counted = args.samples.is_some() || args.spp.is_some();
-        let (range, goal) = match (args.time, args.error) {
-            (Some(limit), _) => (first..u64::MAX, Goal::Time(limit)),
-            (None, Some(_)) if !counted => (first..u64::MAX, Goal::Error),
-            (None, _) => (first..first.saturating_add(wanted), Goal::Paths(wanted)),
-        };
-        let observer =
-            run.replicated.then(|| Observer::start(run, self.target(), Beside::Render)).transpose()?;
+        let (args, run, goal) = (self.args, &self.run, &self.goal);
+        let observer = run.replicated.then(|| match (self.replicates.take(), &self.recorder) {
+            (Some(sums), Some(recorder)) => {
+                Observer::resume(run, goal.error, sums, recorder.about().progress.clone())
+            }
+            _ => Observer::start(run, goal.error, Beside::Render),
+        });
+        let observer = observer.transpose()?;
         if let Some((observer, probe)) = observer.as_ref().zip(method::probe(run, &self.scene, &self.camera))
         {
             observer.probe(probe);
         }
-        let epoch = Epoch(1);
-        let order = RenderOrder {
-            scene: self.scene.clone(),
-            camera: self.camera.clone(),
-            range,
-            window: run.film.window(),
-            epoch,
-            check: self.check_order()?,
+        let per_index = method::paths_per_index(run.integrator);
+        let bar = Progress::new(
+            match (goal.time, goal.indices.end) {
+                (Some(limit), _) => Goal::Time(limit),
+                (None, u64::MAX) => Goal::Error,
+                _ => Goal::Paths(IndexRanges::one(goal.indices.clone()).count().saturating_mul(per_index)),
+            },
+            args.quiet,
+        );
+        let done = self.recorder.as_ref().map(|recorder| recorder.about().clone());
+        let missing = match &done {
+            Some(done) => done.indices.missing(goal.indices.clone()),
+            None => IndexRanges::one(goal.indices.clone()),
         };
-        let tally = method::start(&self.server, run, order, &mut None)?;
-        let bar = Progress::new(goal, args.quiet);
-        let plan = Drive {
-            epoch,
-            first_index: first,
-            deterministic: run.deterministic,
-            time: args.time,
-            texels: (width * height) as f64,
-            quantity: args.error_at,
-        };
-        let onlookers = DriveObservers { bar: &bar, timings: &mut self.timings, observer: observer.as_ref() };
-        let driven = drive(plan, &self.server, &mut self.lanes, &mut *self.client, onlookers)?;
+        let before = done.map_or(Duration::ZERO, |done| Duration::from_secs_f64(done.seconds));
+        let texels = run.film.padded_extent().map(f64::from).iter().product();
+        let (mut driven, mut tally, mut photons) = (DriveOutcome::new(missing.count() == 0), None, None);
+        for (number, range) in (1..).zip(missing.ranges()) {
+            let epoch = Epoch(number);
+            let order = RenderOrder {
+                scene: self.scene.clone(),
+                camera: self.camera.clone(),
+                range: method::as_paths(run.integrator, range),
+                window: run.film.window(),
+                epoch,
+                check: self.check_order()?,
+            };
+            tally = method::start(&self.server, run, order, &mut photons)?;
+            let plan = Drive {
+                epoch,
+                first_index: range.start,
+                deterministic: run.deterministic,
+                time: goal.time.map(|limit| limit.saturating_sub(before + driven.wall)),
+                texels,
+                quantity: args.error_at,
+            };
+            if let Some(recorder) = &mut self.recorder {
+                recorder.begin_range();
+            }
+            let onlookers = DriveObservers {
+                bar: &bar,
+                timings: &mut self.timings,
+                observer: observer.as_ref(),
+                recorder: self.recorder.as_mut(),
+            };
+            driven.add(drive(plan, &self.server, &mut self.lanes, &mut *self.client, onlookers)?);
+            if !driven.complete {
+                break;
+            }
+        }
         bar.finish();
         let stats = self.server.stats();
         self.server.term();
@@ -236,11 +298,6 @@ impl<'a> BatchRender<'a> {
         Ok(Traced { driven, stats, tally, error, replicates })
     }
 
-    /// The error that `--error` asks for.
-    fn target(&self) -> Option<ErrorTarget> {
-        self.args.error.map(|error| ErrorTarget { error, at: self.args.error_at })
-    }
-
     /// The check that `--check-plan` asks for.
     fn check_order(&self) -> Result<Option<CheckOrder>> {
         let share = self.args.check_plan;
@@ -254,7 +311,7 @@ impl<'a> BatchRender<'a> {
     /// Writes all pictures and ends the capture of timings.
     fn write(&mut self, outputs: &Outputs, traced: &Traced) -> Result<()> {
         let mut outcome = RunEnd {
-            prefix: traced.driven.complete || self.run.deterministic,
+            prefix: self.is_prefix(&traced.driven),
             rejected: self.rejected(&traced.stats).summary(),
             error: Vec::new(),
         };
@@ -269,16 +326,9 @@ impl<'a> BatchRender<'a> {
         let denoised = match &traced.replicates {
             Some(replicates) => {
                 let data = self.client.develop().into_diagnostic()?;
-                let film = &self.run.film;
                 let oidn = OidnOptions { threads: self.threads, quality: OidnQuality::High };
-                let filter = ViewFilter::new(&self.scene, &self.camera, film, &|| false);
-                let no_memory =
-                    || crate::client::wavelet::out_of_memory([film.width, film.height].map(|n| n as usize));
-                let mut filter = filter.ok_or_else(no_memory).into_diagnostic()?.with_oidn(oidn);
-                let halves = HalfMeans::of(replicates).into_diagnostic()?;
-                let kind = self.settings.denoise;
-                let filtered = FilteredPicture::of(replicates, &halves, Some(&data), &mut filter, kind);
-                Some(filtered.into_diagnostic()?)
+                let view = FilteredView { scene: &self.scene, camera: &self.camera, film: &self.run.film };
+                Some(view.filter(replicates, &data, self.settings.denoise, oidn).into_diagnostic()?)
             }
             None => None,
         };
@@ -296,16 +346,26 @@ impl<'a> BatchRender<'a> {
         written
     }
 
+    /// Whether the paths of the picture are the first ones of the sequence, without a gap.
+    fn is_prefix(&self, driven: &DriveOutcome) -> bool {
+        match &self.recorder {
+            Some(recorder) => recorder.about().indices.ranges().len() <= 1,
+            None => driven.complete || self.run.deterministic,
+        }
+    }
+
     /// What has been rejected so far.
     fn rejected(&self, stats: &Stats) -> RejectedReport {
-        RejectedReport::new(&self.run, &self.loaded.desc, &self.scene, &stats.total().rejections)
+        let total = stats.total().rejections;
+        let rejections = self.recorder.as_ref().map_or(&total, |recorder| &recorder.about().rejections);
+        RejectedReport::new(&self.run, &self.loaded.desc, &self.scene, rejections)
     }
 
     fn report(&self, outputs: &Outputs, traced: &Traced) -> RenderReport {
         let (run, driven, counts) = (&self.run, &traced.driven, self.client.counts());
         let [width, height] = run.film.padded_extent().map(f64::from);
         let per = |n: u64, time: Duration| n as f64 / time.as_secs_f64().max(1e-9);
-        let (target, at) = (self.target(), self.args.error_at);
+        let (target, at) = (self.goal.error, self.args.error_at);
         let error = traced.error.as_ref();
         let warnings = self.loaded.warnings.iter().map(ToString::to_string);
         RenderReport {

@@ -2,10 +2,11 @@
 
 use std::path::PathBuf;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::args::effects::Forced;
-use super::args::scene::SceneArgs;
+use super::args::scene::{SceneArgs, SimdArg};
+use super::args::values::MaxDepth;
 use super::load::SceneInput;
 use crate::client::effects::Effects;
 use crate::client::{
@@ -20,7 +21,7 @@ use crate::tracer::choice::IntegratorChoice;
 use crate::tracer::effects::{Effect, refusal};
 
 /// Everything that decides the sums of a film, besides the number of paths.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct RunSpec {
     pub scene: PathBuf,
     /// `-D` values.
@@ -86,7 +87,7 @@ impl RunEnd {
 }
 
 /// The method that was chosen and the reason. The names of the fields are the keys in JSON.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ChoiceReport {
     /// The method.
     #[serde(skip)]
@@ -96,9 +97,9 @@ pub struct ChoiceReport {
 }
 
 /// One method that was tried.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Candidate {
-    pub method: &'static str,
+    pub method: String,
     /// It can show everything that the picture holds.
     pub complete: bool,
     /// Estimated time to the same error, relative to the chosen method's; absent where it is never reached.
@@ -117,7 +118,7 @@ impl From<IntegratorChoice> for ChoiceReport {
     fn from(choice: IntegratorChoice) -> Self {
         let best = choice.ratings.iter().find(|r| r.kind == choice.kind).map_or(1.0, |r| r.time());
         let candidates = choice.ratings.iter().map(|r| Candidate {
-            method: r.kind.name(),
+            method: r.kind.name().to_string(),
             complete: r.complete,
             relative_time: Some(r.time() / best).filter(|t| t.is_finite()),
             variance: r.variance,
@@ -136,7 +137,7 @@ const DEFAULT_SPP: u64 = 16;
 impl RunSpec {
     /// The run that options and scene ask for. It begins at index 0 and is rasterised in any order.
     pub fn of(source: &SceneArgs, input: &SceneInput, device: String) -> Self {
-        let SceneInput { loaded, forced } = input;
+        let SceneInput { loaded, forced, .. } = input;
         let film = &loaded.desc.film;
         let (width, height) = film.crop.map_or((film.width, film.height), |c| (c.width, c.height));
         let from_file = || match film.rfilter {
@@ -179,6 +180,25 @@ impl RunSpec {
             replicated: true,
             device,
             reweighted: None,
+        }
+    }
+
+    /// The options that give this run again, on the processor.
+    pub fn source(&self, threads: Option<u16>) -> SceneArgs {
+        SceneArgs {
+            scene: self.scene.clone(),
+            defines: self.defines.clone(),
+            lenient: self.lenient,
+            size: self.size,
+            integrator: Some(self.integrator),
+            effects: self.effects.clone(),
+            max_depth: Some(MaxDepth(self.max_depth)),
+            threads,
+            simd: SimdArg::Auto,
+            seed: self.seed,
+            // A scaled filter is the scene's.
+            filter: Some(self.film.filter).filter(|filter| !matches!(filter, SplatFilter::Scaled(_))),
+            device: Some("cpu".to_string()),
         }
     }
 

@@ -101,4 +101,9 @@ pub trait Film {
     fn withheld(&self) -> Option<f64> {
         None
     }
+
+    /// This film, if its sums do not depend on the order of samples, so that they can be kept in a file.
+    fn exact(&mut self) -> Option<&mut reference::ExactFilm> {
+        None
+    }
 }

@@ -59,7 +59,9 @@ impl OptionNames for SplatFilter {
 pub const BATCH_CAPACITY: usize = 65_536;
 
 /// The filter that spreads a sample over texels.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, ValueEnum)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Hash, ValueEnum, serde::Serialize, serde::Deserialize,
+)]
 pub enum SplatFilter {
     /// Windowed Gaussian of 5×5 texels, interpolated (the paper's).
     #[default]
@@ -74,7 +76,7 @@ pub enum SplatFilter {
 }
 
 /// A filter of other renderers by its size, in thousandths of a texel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 pub enum ScaledFilter {
     /// `exp(−d²/2σ²) − exp(−8)` up to 4σ, where it is 0 (Mitsuba's); σ is 0.1 to 0.75 texels.
     Gaussian {
@@ -127,7 +129,7 @@ impl ReconstructionKernel {
 }
 
 /// The summation of batches in a film.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 pub enum Summation {
     /// Two floats: what the larger one rounds off is kept in the smaller.
     #[default]
@@ -224,7 +226,7 @@ pub enum Dither {
 }
 
 /// The form of the running variance.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 pub enum VarianceForm {
     /// `Σ f (Y − Ȳ_old)(Y − Ȳ_new)`: equals Chan's merge exactly for batches of any size.
     #[default]
@@ -234,7 +236,7 @@ pub enum VarianceForm {
 }
 
 /// The specification of a film; changing any of these starts it anew.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 pub struct FilmSpec {
     /// Width of the picture in pixels, without padding.
     pub width: u32,
@@ -308,7 +310,7 @@ impl Default for Settings {
 }
 
 /// The numbers of samples and paths that a film has received since it was cleared.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct FilmCounts {
     /// Samples of the camera stream.
     pub camera_samples: u64,

@@ -83,6 +83,19 @@ impl FilmState {
         self.counts.light_paths = self.counts.light_paths.saturating_add(paths.light);
     }
 
+    /// Counts what another film has received, whose sums are added to this one's.
+    pub fn add_counts(&mut self, counts: FilmCounts) {
+        let FilmCounts { camera_samples, light_samples, camera_paths, light_paths } = counts;
+        self.counts.camera_samples = self.counts.camera_samples.saturating_add(camera_samples);
+        self.counts.light_samples = self.counts.light_samples.saturating_add(light_samples);
+        self.count_paths(PathCounts { camera: camera_paths, light: light_paths });
+    }
+
+    /// Sets the luminance scale, a power of two, before the first sample would.
+    pub fn set_scale(&mut self, scale: f32) {
+        self.luminance_scale = Some(scale);
+    }
+
     /// Forgets everything: a new epoch.
     pub fn clear(&mut self) {
         (self.counts, self.waiting) = (FilmCounts::default(), 0);

@@ -54,6 +54,12 @@ impl<T: Copy> Grid<T> {
         &self.data[y * self.width..][..self.width]
     }
 
+    /// The same, to be changed.
+    #[inline]
+    pub fn row_mut(&mut self, y: usize) -> &mut [T] {
+        &mut self.data[y * self.width..][..self.width]
+    }
+
     /// The pixel at column `x` of row `y`, both within the grid.
     #[inline]
     pub fn at(&self, x: usize, y: usize) -> T {

@@ -46,6 +46,34 @@ pub fn write(
     write::atomically(path, &bytes)
 }
 
+/// What a PNG file says of itself.
+#[derive(Clone, Debug)]
+pub struct PngDescription {
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// Its texts.
+    pub attributes: Vec<(String, Attribute)>,
+}
+
+/// Reads what a PNG file says of itself.
+///
+/// # Errors
+///
+/// [`ImageError::Read`] and the like for a file that is no PNG.
+pub fn describe(path: &Path) -> Result<PngDescription, ImageError> {
+    let file = std::fs::File::open(path).map_err(ImageError::read(path))?;
+    let broken =
+        |e: png::DecodingError| ImageError::Decode { path: path.to_path_buf(), reason: e.to_string() };
+    let reader = png::Decoder::new(std::io::BufReader::new(file)).read_info().map_err(broken)?;
+    let info = reader.info();
+    let plain =
+        info.uncompressed_latin1_text.iter().map(|text| (text.keyword.clone(), Ok(text.text.clone())));
+    let utf8 = info.utf8_text.iter().map(|text| (text.keyword.clone(), text.get_text()));
+    let texts = plain.chain(utf8).map(|(name, text)| Ok((name, Attribute::Text(text.map_err(broken)?))));
+    let attributes = texts.collect::<Result<_, ImageError>>()?;
+    Ok(PngDescription { size: [info.width, info.height], attributes })
+}
+
 /// The bytes of the file.
 pub(super) fn encode(
     picture: PngPicture<'_>,

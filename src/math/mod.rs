@@ -1,11 +1,12 @@
 //! Mathematics that knows nothing of rendering: frames, warps of the unit square with their densities, discrete distributions,
-//! probability densities with their measures, the error function, bounds on rounding errors, bit mixing, quantiles, and random
+//! probability densities with their measures, the error function, sums in any order, bounds on rounding errors, bit mixing, quantiles, and random
 //! numbers for tests.
 
 pub mod bits;
 pub mod distribution;
 pub mod distribution_2d;
 pub mod erf;
+pub mod exact_sum;
 pub mod float;
 pub mod frame;
 pub mod pdf;

@@ -3,7 +3,7 @@
 use super::limits;
 
 /// A quantity of the surface that a camera ray meets first, all of them 0 where it meets none. Definitions and names are those of Mitsuba 3.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 pub enum AovKind {
     /// Diffuse reflectance of the material, linear Rec.709.
     Albedo,
@@ -66,7 +66,7 @@ impl AovKind {
 }
 
 /// A layer.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 pub struct AovDesc {
     /// Its name, which stands before its channels.
     pub name: String,

@@ -282,7 +282,7 @@ impl Default for IntegratorDesc {
 }
 
 /// Parameters of photon lookups; those that are `None` follow from the size of the scene.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct PhotonDesc {
     /// Radius of the first lookups, m; the largest there is.
     pub initial_radius: Option<f32>,
@@ -303,9 +303,12 @@ impl Default for PhotonDesc {
 }
 
 /// The methods the program has. The comments are the help of `--integrator`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum, serde::Serialize, serde::Deserialize,
+)]
 pub enum IntegratorKind {
     /// Path tracing: from the camera, with next-event estimation at each vertex.
+    #[default]
     Path,
     /// Particle tracing: from the lights, each vertex connected to the camera. Nothing is seen in mirrors or glass.
     Light,

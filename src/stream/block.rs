@@ -1,6 +1,6 @@
 //! The unit of transfer: samples, with the numbers of paths that normalise them.
 
-use crate::stream::{Epoch, PathCounts, Sample};
+use crate::stream::{Epoch, PathCounts, Rejections, Sample};
 
 /// Most samples of a block: 24 KiB, about a millisecond of one worker.
 pub const BLOCK_SAMPLES: usize = 1024;
@@ -26,6 +26,8 @@ pub struct Header {
 pub struct Block {
     /// The header.
     pub header: Header,
+    /// What was rejected in these paths.
+    pub rejections: Rejections,
     len: usize,
     samples: [Sample; BLOCK_SAMPLES],
 }
@@ -33,7 +35,12 @@ pub struct Block {
 impl Default for Block {
     fn default() -> Self {
         let empty = Sample { uv: [0.0; 2], xyz: crate::color::Xyz::BLACK, w: 0.0 };
-        Self { header: Header::default(), len: 0, samples: [empty; BLOCK_SAMPLES] }
+        Self {
+            header: Header::default(),
+            rejections: Rejections::default(),
+            len: 0,
+            samples: [empty; BLOCK_SAMPLES],
+        }
     }
 }
 
@@ -68,6 +75,7 @@ impl Block {
     /// Clears the block, which then begins with path `first_index` of `epoch`.
     pub fn restart(&mut self, epoch: Epoch, first_index: u64) {
         self.header = Header { epoch, first_index, ..Header::default() };
+        self.rejections = Rejections::default();
         self.len = 0;
     }
 }

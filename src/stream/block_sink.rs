@@ -178,7 +178,9 @@ impl BlockSink {
     #[cold]
     fn count_rejected(&mut self, fault: Fault, light_path: Option<u64>) {
         let generations = faults::generations();
-        self.totals.rejections.add(Rejected { index: self.index, fault, light_path, generations });
+        let rejected = Rejected { index: self.index, fault, light_path, generations };
+        self.totals.rejections.add(rejected);
+        self.block.rejections.add(rejected);
     }
 
     /// True if `uv` lies in the window. False for NaN.

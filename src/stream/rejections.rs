@@ -9,7 +9,7 @@ use super::sample::MAX_VALUE;
 use crate::color::Xyz;
 
 /// What is wrong with a rejected value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
 pub enum Cause {
     /// It is not a number.
     NotANumber,
@@ -50,7 +50,7 @@ impl Cause {
 }
 
 /// The value that was rejected.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
 pub enum FaultyValue {
     /// The position of a sample: all of the sample is lost.
     Position,
@@ -114,7 +114,7 @@ pub fn fault_of_sample(uv: [f32; 2], color: Xyz, weight: f32) -> Option<(FaultyV
 }
 
 /// A value that was rejected: what is wrong with it, and where it came from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
 pub struct Fault {
     /// What is wrong.
     pub cause: Cause,
@@ -127,7 +127,7 @@ pub struct Fault {
 }
 
 /// A rejected value, and what it takes to repeat it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub struct Rejected {
     /// Index of the path.
     pub index: u64,
@@ -146,11 +146,34 @@ pub const EXAMPLES: usize = 100;
 const APART: usize = 4096;
 
 /// Counts of rejected values by fault, and the first of them by path index.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(from = "RejectionList", into = "RejectionList")]
 pub struct Rejections {
     counts: BTreeMap<Fault, u64>,
     /// Ascending.
     examples: Vec<Rejected>,
+}
+
+/// The same as lists, for files.
+#[derive(serde::Serialize, serde::Deserialize)]
+struct RejectionList {
+    counts: Vec<(Fault, u64)>,
+    examples: Vec<Rejected>,
+}
+
+impl From<Rejections> for RejectionList {
+    fn from(Rejections { counts, examples }: Rejections) -> Self {
+        Self { counts: counts.into_iter().collect(), examples }
+    }
+}
+
+impl From<RejectionList> for Rejections {
+    fn from(list: RejectionList) -> Self {
+        let mut rejections = Self::default();
+        list.counts.into_iter().for_each(|(fault, count)| rejections.count_more(fault, count));
+        list.examples.into_iter().for_each(|example| rejections.keep(example));
+        rejections
+    }
 }
 
 impl Rejections {

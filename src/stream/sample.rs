@@ -53,7 +53,7 @@ pub trait SampleSink {
 }
 
 /// Numbers of paths by stream. The light image is divided by `light`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct PathCounts {
     /// Paths started at the camera.
     pub camera: u64,

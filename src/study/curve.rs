@@ -3,7 +3,7 @@
 use crate::study::interval::{Interval, Z90};
 
 /// The error of a picture at one moment of its render.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Checkpoint {
     /// Seconds since the render began.
     pub seconds: f64,

@@ -3,7 +3,7 @@
 use crate::study::error::TILE;
 
 /// Samples that are kept of each tile.
-const KEPT: usize = 8;
+pub const KEPT: usize = 8;
 
 /// Width and height in tiles of a region in which single samples are compared with all light.
 const REGION: usize = 12;
@@ -13,7 +13,7 @@ const REGION: usize = 12;
 const LARGE: f64 = 0.02;
 
 /// The luminances of the largest samples of each tile, largest first.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct LargestSamples {
     columns: usize,
     tiles: Vec<[f32; KEPT]>,
@@ -30,6 +30,17 @@ pub struct LargestShares {
     pub large_in: f64,
 }
 
+/// Keeps a luminance if it is one of the largest.
+#[inline]
+fn keep(kept: &mut [f32; KEPT], luminance: f32) {
+    // False for nearly all samples, and for NaN.
+    if luminance > kept[KEPT - 1] {
+        let place = kept.partition_point(|other| *other >= luminance);
+        kept.copy_within(place..KEPT - 1, place + 1);
+        kept[place] = luminance;
+    }
+}
+
 impl LargestSamples {
     /// No samples of a picture of `size` pixels.
     pub fn new(size: [usize; 2]) -> Self {
@@ -40,12 +51,18 @@ impl LargestSamples {
     /// Adds a sample of this luminance in the pixel `[x, y]`, which lies in the picture.
     #[inline]
     pub fn add(&mut self, [x, y]: [usize; 2], luminance: f32) {
-        let kept = &mut self.tiles[y / TILE * self.columns + x / TILE];
-        // False for nearly all samples, and for NaN.
-        if luminance > kept[KEPT - 1] {
-            let place = kept.partition_point(|other| *other >= luminance);
-            kept.copy_within(place..KEPT - 1, place + 1);
-            kept[place] = luminance;
+        keep(&mut self.tiles[y / TILE * self.columns + x / TILE], luminance);
+    }
+
+    /// The luminances of each tile, row by row.
+    pub fn tiles(&self) -> &[[f32; KEPT]] {
+        &self.tiles
+    }
+
+    /// Adds the luminances that another part of the picture has kept of tile `tile`; what is kept does not depend on the order of parts.
+    pub fn merge(&mut self, tile: usize, luminances: [f32; KEPT]) {
+        if let Some(kept) = self.tiles.get_mut(tile) {
+            luminances.into_iter().for_each(|luminance| keep(kept, luminance));
         }
     }
 

@@ -66,6 +66,7 @@ pub mod analysis;
 pub mod curve;
 pub mod data;
 pub mod error;
+pub mod exact_replicates;
 pub mod format;
 pub mod interval;
 pub mod largest;
@@ -79,8 +80,9 @@ pub mod replicates;
 mod smooth;
 
 pub use error::{ErrorEstimate, ErrorField, TileSubset};
+pub use exact_replicates::{ExactPixel, ExactReplicates};
 pub use interval::Interval;
 pub use late::LateLight;
-pub use monitor::{ErrorMonitor, ErrorQuantile, ErrorStatus, ErrorTarget};
+pub use monitor::{ErrorMonitor, ErrorQuantile, ErrorStatus, ErrorTarget, MonitorProgress};
 pub use replicates::Replicates;
 pub use smooth::SmoothingKernel;

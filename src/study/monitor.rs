@@ -3,6 +3,7 @@
 use crate::stream::{PathCounts, Sample};
 use crate::study::curve::{Checkpoint, PowerLaw};
 use crate::study::error::{ErrorEstimate, TileSubset};
+use crate::study::exact_replicates::ExactReplicates;
 use crate::study::late::{LateLight, Probe, ProbeState};
 use crate::study::prediction::{Prediction, PredictionOutcome, next_target, predict, time_reached};
 use crate::study::replicates::Replicates;
@@ -20,7 +21,9 @@ const CLOSE_CHECKPOINT_RATIO: f64 = 1.05;
 const SCORED_RATIO: f64 = 1.25;
 
 /// The quantile of the picture's errors that one number stands for. The comments are the help of `--error-at`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, clap::ValueEnum)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, Default, clap::ValueEnum, serde::Serialize, serde::Deserialize,
+)]
 pub enum ErrorQuantile {
     /// Median error.
     Median,
@@ -44,7 +47,7 @@ impl ErrorQuantile {
 }
 
 /// The error at which a render may stop.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct ErrorTarget {
     /// Relative error.
     pub error: f64,
@@ -73,10 +76,21 @@ pub struct ErrorStatus {
     pub late: LateLight,
 }
 
+/// How far an [`ErrorMonitor`] has come, so that another one stops where it would have stopped.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct MonitorProgress {
+    /// The error so far.
+    pub checkpoints: Vec<Checkpoint>,
+    /// Paths at the next checkpoint; `None` before a monitor has begun.
+    pub due: Option<f64>,
+}
+
 /// Takes the samples of one render and keeps its [`ErrorStatus`].
 #[derive(Debug)]
 pub struct ErrorMonitor {
     sums: Replicates,
+    /// What `sums` are rounded from when they are read, where a render keeps exact sums.
+    exact: Option<ExactReplicates>,
     target: Option<ErrorTarget>,
     at: ErrorQuantile,
     status: ErrorStatus,
@@ -92,6 +106,7 @@ impl ErrorMonitor {
         let pixels = f64::from(size[0]) * f64::from(size[1]);
         Self {
             sums: Replicates::new(size, energy),
+            exact: None,
             at: target.map(|target| target.at).unwrap_or_default(),
             target,
             status: ErrorStatus::default(),
@@ -99,6 +114,19 @@ impl ErrorMonitor {
             probe: None,
             due: FIRST_CHECKPOINT * pixels,
         }
+    }
+
+    /// The same with exact sums, which go on from what another monitor has seen.
+    pub fn exact(self, sums: ExactReplicates, seen: MonitorProgress) -> Self {
+        let MonitorProgress { checkpoints, due } = seen;
+        let due = due.unwrap_or(self.due);
+        Self { exact: Some(sums), due, status: ErrorStatus { checkpoints, ..self.status }, ..self }
+    }
+
+    /// The exact sums, if there are any, and what it takes to go on with them in another monitor.
+    pub fn progress(&self) -> Option<(ExactReplicates, MonitorProgress)> {
+        let seen = MonitorProgress { checkpoints: self.status.checkpoints.clone(), due: Some(self.due) };
+        Some((self.exact.clone()?, seen))
     }
 
     /// Compares the picture now and then with what another method finds.
@@ -117,12 +145,25 @@ impl ErrorMonitor {
 
     /// Adds a block; see [`Replicates::add`].
     pub fn add(&mut self, first_index: u64, paths: PathCounts, samples: &[Sample]) {
-        self.sums.add(first_index, paths, samples);
+        match &mut self.exact {
+            Some(exact) => exact.add(first_index, paths, samples),
+            None => self.sums.add(first_index, paths, samples),
+        }
     }
 
     /// True when there are enough new samples for a checkpoint.
     pub fn is_due(&self) -> bool {
-        self.sums.paths() as f64 >= self.due
+        self.paths() >= self.due
+    }
+
+    fn paths(&self) -> f64 {
+        self.exact.as_ref().map_or_else(|| self.sums.paths(), ExactReplicates::paths) as f64
+    }
+
+    fn round(&mut self) {
+        if let Some(exact) = &self.exact {
+            self.sums = exact.rounded();
+        }
     }
 
     /// The status as of the last checkpoint.
@@ -131,13 +172,15 @@ impl ErrorMonitor {
     }
 
     /// The sums of the replicates.
-    pub fn replicates(&self) -> &Replicates {
+    pub fn replicates(&mut self) -> &Replicates {
+        self.round();
         &self.sums
     }
 
     /// Estimates the error, `seconds` after the render began, and updates the prediction.
     pub fn take_checkpoint(&mut self, seconds: f64) {
-        let samples = self.sums.paths() as f64;
+        self.round();
+        let samples = self.paths();
         self.due = samples.max(1.0) * CHECKPOINT_RATIO;
         let size = self.sums.size();
         let Some(pixels) = self.sums.pixels() else { return };

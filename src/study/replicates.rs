@@ -16,16 +16,25 @@ use crate::study::smooth::SmoothingKernel;
 pub struct Replicates {
     size: [usize; 2],
     kernel: SmoothingKernel,
-    parts: [ReplicateSums; REPLICATES],
-    largest: LargestSamples,
+    pub(super) parts: [ReplicateSums; REPLICATES],
+    pub(super) largest: LargestSamples,
 }
 
 /// Sums of one replicate; those of a stream are empty before its first sample.
 #[derive(Clone, Debug, Default)]
-struct ReplicateSums {
-    camera: Vec<[f32; 4]>,
-    light: Vec<[f32; 4]>,
-    paths: PathCounts,
+pub(super) struct ReplicateSums {
+    pub(super) camera: Vec<[f32; 4]>,
+    pub(super) light: Vec<[f32; 4]>,
+    pub(super) paths: PathCounts,
+}
+
+/// The pixel that a sample lies in; `None` beside the picture.
+#[inline]
+pub(super) fn pixel_of([width, height]: [usize; 2], uv: [f32; 2]) -> Option<[usize; 2]> {
+    let [x, y] = [uv[0] * width as f32, uv[1] * height as f32];
+    // False for NaN as well.
+    let inside = x >= 0.0 && y >= 0.0 && x < width as f32 && y < height as f32;
+    inside.then_some([x as usize, y as usize])
 }
 
 impl Replicates {
@@ -75,17 +84,12 @@ impl Replicates {
         part.paths.camera = part.paths.camera.saturating_add(paths.camera);
         part.paths.light = part.paths.light.saturating_add(paths.light);
         for sample in samples {
-            let [x, y] = [sample.uv[0] * width as f32, sample.uv[1] * height as f32];
-            // False for NaN as well.
-            if !(x >= 0.0 && y >= 0.0 && x < width as f32 && y < height as f32) {
-                continue;
-            }
+            let Some([x, y]) = pixel_of(self.size, sample.uv) else { continue };
             let sums = if sample.w > 0.0 { &mut part.camera } else { &mut part.light };
             if sums.is_empty() {
                 sums.resize(width * height, [0.0; 4]);
             }
             let Xyz { x: sx, y: sy, z: sz } = sample.xyz;
-            let [x, y] = [x as usize, y as usize];
             self.largest.add([x, y], sy);
             let sum = &mut sums[y * width + x];
             for (sum, value) in sum.iter_mut().zip([sx, sy, sz, sample.w]) {

@@ -10,4 +10,5 @@ mod plugins;
 mod program;
 mod render_error;
 mod simd;
+mod state;
 mod study;

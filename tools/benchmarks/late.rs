@@ -118,7 +118,7 @@ impl Subject {
     }
 }
 
-fn picture(monitor: &ErrorMonitor) -> Vec<[f32; 3]> {
+fn picture(monitor: &mut ErrorMonitor) -> Vec<[f32; 3]> {
     let pixels = monitor.replicates().pixels().unwrap_or_default();
     pixels.iter().map(|pixel| pixel.mean).collect()
 }

@@ -3,7 +3,7 @@
 use crate::tracer::effects::Effect;
 
 /// One effect that is forced on or off.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Forced {
     /// The effect.
     pub effect: Effect,

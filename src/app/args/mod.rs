@@ -5,16 +5,18 @@
 pub mod compare;
 pub mod display;
 pub mod effects;
+pub mod farm;
 pub mod measure;
 pub mod plugins;
 pub mod render;
 pub mod replay;
 pub mod scene;
 pub mod study;
-mod values;
+pub mod values;
 pub mod view;
 
 pub use compare::CompareArgs;
+pub use farm::{InfoArgs, MergeArgs, ShardArgs};
 pub use measure::{BenchArgs, ExplainArgs};
 pub use plugins::PluginsArgs;
 pub use render::RenderArgs;
@@ -51,6 +53,21 @@ pub enum CliCommand {
     /// 50, 95 or 99 % of the picture stay below, with a 90 % interval. The estimate excludes light that has not been sampled
     /// yet, and the bias of photon mapping.
     Render(Box<RenderArgs>),
+
+    /// Render one part of a picture into a state, which `merge` adds to others.
+    ///
+    /// A sample depends on scene, settings, seed and index only, and a part is a range of indices. However a picture is divided and in
+    /// whatever order its parts are merged, the bits are those of the whole. A part that was interrupted goes on where its state ends.
+    Shard(Box<ShardArgs>),
+
+    /// Add the parts of a picture: write the picture, its error, or the state of all of them.
+    ///
+    /// Without -o it says what is there: the indices, those that are missing, and the error so far. Parts that are damaged, missing, of
+    /// another picture or there twice are an error that names them, unless --allow-missing leaves them out.
+    Merge(Box<MergeArgs>),
+
+    /// Say what is in a state or in a picture's file, and how it was made.
+    Info(InfoArgs),
 
     /// Open a window that shows the scene at once, and sharper by the second.
     View(Box<ViewArgs>),

@@ -85,6 +85,24 @@ pub struct RenderArgs {
     #[arg(long, value_name = "KIND", default_value = "off", help_heading = "Output")]
     pub denoise: Denoise,
 
+    /// Keep the state of the render in this file, so that it can be gone on with: every --state-every seconds and at the end.
+    ///
+    /// The sums are then exact, the same bits in any order, and made on the processor; the picture is that of --deterministic.
+    #[arg(long, value_name = "FILE", help_heading = "State")]
+    pub state: Option<PathBuf>,
+
+    /// Go on with a render: the argument is its state instead of a scene.
+    ///
+    /// Scene and settings are those of the state, which is kept up to date, or with --state left as it is. With --spp, --samples, --time
+    /// or --error it goes on until that is reached, otherwise until what was asked for when it began. The picture is the same, bit for bit,
+    /// as if it had not been interrupted.
+    #[arg(long, help_heading = "State")]
+    pub resume: bool,
+
+    /// Seconds between two states: as much is lost at most when the program is killed.
+    #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = seconds, help_heading = "State")]
+    pub state_every: Duration,
+
     /// Write the picture to this .exr or .png file; may be given several times [default: the scene's name as .png].
     #[arg(short = 'o', long = "output", value_name = "FILE", help_heading = "Output")]
     pub outputs: Vec<PathBuf>,
@@ -118,4 +136,29 @@ pub struct RenderArgs {
     /// roulette a rounding decides differently are counted.
     #[arg(long, value_name = "F", default_value_t = 0.0, value_parser = share, help_heading = "Output")]
     pub check_plan: f64,
+}
+
+/// The options alone, to read them from words.
+#[derive(clap::Parser, Debug)]
+struct RenderWords {
+    #[command(flatten)]
+    args: RenderArgs,
+}
+
+impl RenderArgs {
+    /// The options of a render of this scene where nothing else is given.
+    ///
+    /// # Errors
+    ///
+    /// Never; clap cannot know.
+    pub fn of(source: SceneArgs) -> Result<Self, clap::Error> {
+        let scene = source.scene.as_os_str();
+        let words = <RenderWords as clap::Parser>::try_parse_from(["render".as_ref(), "--".as_ref(), scene])?;
+        Ok(Self { source, ..words.args })
+    }
+
+    /// True if the command line says when to stop.
+    pub fn has_goal(&self) -> bool {
+        self.samples.is_some() || self.spp.is_some() || self.time.is_some() || self.error.is_some()
+    }
 }

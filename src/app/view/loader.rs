@@ -66,13 +66,13 @@ impl ViewSource {
             tell(&format!("warning: {notice}"));
         }
         let forced = load::forced(&loaded.desc, args)?;
-        let input = SceneInput { loaded, forced };
+        let input = SceneInput { loaded, forced, files: progress.files() };
         let mut run = RunSpec {
             deterministic: *deterministic,
             replicated: *replicated,
             ..RunSpec::of(args, &input, String::new())
         };
-        let SceneInput { loaded, forced } = input;
+        let SceneInput { loaded, forced, .. } = input;
         let mut editor = SceneEditor::new(loaded.desc, scene)?;
         forced.into_iter().try_for_each(|forced| editor.force(forced))?;
         run.photons = editor.desc().integrator.photons;

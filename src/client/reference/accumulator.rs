@@ -7,6 +7,7 @@ use glam::Vec4;
 use rayon::prelude::*;
 
 use crate::client::error::ClientError;
+use crate::client::reference::exact::ExactTexel;
 use crate::client::reference::fold::fold;
 use crate::client::reference::splat::{BAND_ROWS, Band, Bins, Sprite, splat_color};
 use crate::client::reference::variance::{Means, VarianceParameters, splat_variance};
@@ -71,6 +72,23 @@ impl Accumulator {
         let [width, height] = spec.padded_extent().map(u64::from);
         let bytes_per_texel = 2 * (size_of::<Vec4>() + size_of::<f32>()) as u64;
         ClientError::Memory { what, bytes: width * height * bytes_per_texel }
+    }
+
+    /// What [exact sums](ExactTexel) come to, with colours in units of `luminance_scale`; runs in the current thread pool. To be read only:
+    /// nothing can be added to it. `None` without memory.
+    pub fn rounded(sums: &Grid<ExactTexel>, luminance_scale: f32) -> Option<Self> {
+        let (width, height) = (sums.width(), sums.height());
+        let mut hi = Grid::try_filled(width, height, Vec4::ZERO)?.into_pixels();
+        let mut variance_hi = Grid::try_filled(width, height, 0.0)?.into_pixels();
+        let texels = hi.par_iter_mut().zip(&mut variance_hi).zip(sums.pixels());
+        texels.for_each(|((color, variance), [x, y, z, w, squares])| {
+            let [sx, sy, sz] = [x, y, z].map(|sum| sum.to_f32() * luminance_scale);
+            *color = Vec4::new(sx, sy, sz, w.to_f32());
+            let (y, w) = (y.to_f64(), w.to_f64());
+            let spread = if w > 0.0 { squares.to_f64() - y * y / w } else { 0.0 };
+            *variance = spread.max(0.0) as f32;
+        });
+        Some(Self { width, hi, lo: Vec::new(), variance_hi, variance_lo: Vec::new() })
     }
 
     /// Sets all sums to zero; runs in the current thread pool.

@@ -25,9 +25,9 @@ use crate::stream::{PathCounts, Sample};
 ///
 /// The same samples in the same order give the same bits for any number of threads.
 pub struct ReferenceFilm {
-    state: FilmState,
-    pool: rayon::ThreadPool,
-    sums: HostSums,
+    pub(super) state: FilmState,
+    pub(super) pool: rayon::ThreadPool,
+    pub(super) sums: HostSums,
     glare: ReferenceGlare,
 }
 

@@ -15,6 +15,8 @@
 //! | [`glare`] | scatter of the eye: convolution by FFT | §4.2 step 5 |
 //! | [`tonemap`], [`curves`] | tone curve, matrix, desaturation, transfer, dither, 8 bits | §4.2 |
 //!
+//! [`exact`] is a film of its own, whose sums are the same in any order.
+//!
 //! [`accumulator`] holds the images of a stream, [`sums`] those of both with their batches, [`film`] the order of the passes.
 //! All sums run in `f32` in sample order, as additive blending does; threads only split rows.
 
@@ -22,6 +24,7 @@ pub mod accumulator;
 pub mod bilateral;
 pub mod curves;
 pub mod error_view;
+pub mod exact;
 pub mod film;
 pub mod fold;
 pub mod glare;
@@ -33,4 +36,5 @@ pub mod sums;
 pub mod tonemap;
 pub mod variance;
 
+pub use exact::{ExactFilm, ExactTexel};
 pub use film::ReferenceFilm;

@@ -30,6 +30,13 @@ struct HostStream {
 }
 
 impl HostSums {
+    /// These sums of camera and light, to be read.
+    pub fn of(streams: [Option<Accumulator>; 2]) -> Self {
+        let stream =
+            |sums: Option<Accumulator>| HostStream { drawn: sums.is_some(), sums, ..Default::default() };
+        Self { streams: streams.map(stream) }
+    }
+
     /// Adds a sample to the batch of its stream.
     #[inline]
     pub fn push(&mut self, sample: Sample) {

@@ -66,7 +66,7 @@ fn never(_: IntegratorKind) -> Option<&'static str> {
 macro_rules! table {
     ($($(#[$doc:meta])* $effect:ident = $entry:path,)*) => {
         /// Something that paths simulate where a scene calls for it.
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
         pub enum Effect {
             $($(#[$doc])* $effect,)*
         }

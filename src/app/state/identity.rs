@@ -1,0 +1,109 @@
+//! By what a scene and the arithmetic that traces it are recognised, here and on other machines.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use miette::{IntoDiagnostic, Result, WrapErr};
+use serde::{Deserialize, Serialize};
+
+use crate::app::method::render_context;
+use crate::app::run_spec::RunSpec;
+use crate::client::lod::power_of_two_below;
+use crate::color::Xyz;
+use crate::scene::desc::IntegratorKind;
+use crate::stream::{CHUNK, Sample, SampleSink};
+use crate::tracer::integrator::{BidirectionalTracer, DepthTracer, ParticleTracer, PathTracer, PhotonTracer};
+use crate::tracer::{Camera, Integrator, Scene};
+
+/// What the parts of one picture have in common, besides their settings.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Identity {
+    /// Hash of all files of the scene.
+    pub scene: String,
+    /// Hash of the samples of the first chunk: it differs where another version of the program, another processor or another library of
+    /// mathematical functions computes other samples.
+    pub samples: String,
+    /// The unit of colours in the sums, a power of two at the mean luminance of these samples. It does not depend on the part of the
+    /// sequence that is traced.
+    pub luminance_scale: f32,
+}
+
+impl Identity {
+    /// The identity of a run whose scene consists of these files.
+    ///
+    /// # Errors
+    ///
+    /// When a file cannot be read any more.
+    pub fn of(run: &RunSpec, files: &[PathBuf], scene: &Arc<Scene>, camera: &Camera) -> Result<Self> {
+        let first = FirstChunk::trace(run, scene, camera);
+        let samples = first.hash.finalize().to_hex()[..32].to_string();
+        Ok(Self { scene: hash_of_files(files)?, samples, luminance_scale: first.luminance_scale() })
+    }
+}
+
+/// The unit of colours in the exact sums of a run.
+pub fn luminance_scale(run: &RunSpec, scene: &Arc<Scene>, camera: &Camera) -> f32 {
+    FirstChunk::trace(run, scene, camera).luminance_scale()
+}
+
+/// The hash of what stands in files, in their order; where they lie does not matter.
+pub fn hash_of_files(files: &[PathBuf]) -> Result<String> {
+    let mut all = blake3::Hasher::new();
+    for path in files {
+        let mut one = blake3::Hasher::new();
+        let read = std::fs::File::open(path).and_then(|file| one.update_reader(file).map(drop));
+        read.into_diagnostic().wrap_err_with(|| format!("cannot read {} of the scene", path.display()))?;
+        all.update(one.finalize().as_bytes());
+    }
+    Ok(all.finalize().to_hex()[..32].to_string())
+}
+
+/// Takes the samples of the first indices.
+struct FirstChunk {
+    hash: blake3::Hasher,
+    /// Sum and number of the luminances that are positive.
+    luminance: (f64, u64),
+}
+
+impl FirstChunk {
+    fn trace(run: &RunSpec, scene: &Arc<Scene>, camera: &Camera) -> Self {
+        let context = render_context(run, scene.clone(), camera.clone(), run.film.window());
+        match run.integrator {
+            IntegratorKind::Path | IntegratorKind::Auto => Self::of(&PathTracer { context }),
+            IntegratorKind::Light => Self::of(&ParticleTracer { context }),
+            IntegratorKind::Bidirectional => Self::of(&BidirectionalTracer { context }),
+            IntegratorKind::Photon => Self::of(&PhotonTracer::new(context, true)),
+            IntegratorKind::Depth => Self::of(&DepthTracer::from(context)),
+        }
+    }
+
+    fn of<I: Integrator>(tracer: &I) -> Self {
+        let (mut first, mut scratch) =
+            (Self { hash: blake3::Hasher::new(), luminance: (0.0, 0) }, I::Scratch::default());
+        (0..CHUNK).for_each(|index| tracer.trace(index, &mut scratch, &mut first));
+        first
+    }
+
+    fn luminance_scale(&self) -> f32 {
+        let (sum, lit) = self.luminance;
+        if lit > 0 { power_of_two_below(sum / lit as f64) } else { 1.0 }
+    }
+
+    fn take(&mut self, sample: Sample) {
+        self.hash.update(bytemuck::bytes_of(&sample));
+        if sample.is_sound() && sample.xyz.y > 0.0 {
+            self.luminance.0 += f64::from(sample.xyz.y);
+            self.luminance.1 += 1;
+        }
+    }
+}
+
+impl SampleSink for FirstChunk {
+    fn camera(&mut self, uv: [f32; 2], xyz: Xyz, w: f32) {
+        self.take(Sample { uv, xyz: xyz * w, w });
+    }
+
+    fn light(&mut self, uv: [f32; 2], xyz: Xyz) {
+        self.take(Sample { uv, xyz, w: -1.0 });
+    }
+}

@@ -1,0 +1,36 @@
+//! A render on disk: its exact sums and what they are sums of, in one file that can be gone on with, or merged with others.
+//!
+//! ```text
+//! lanes ─▶ Recorder (whole chunks of indices) ─▶ ExactFilm, ExactReplicates ─▶ StateWriter ─▶ FILE.state
+//! FILE.state … ─▶ StateFile ─▶ RenderState ─▶ pictures, error, another state
+//! ```
+//!
+//! A sample is a pure function of scene, settings, seed and index, and sums in fixed point do not depend on the order of their terms. So a
+//! state is a set of index ranges with the sums over them: going on adds a range, merging is addition, and a picture does not show how
+//! its indices were divided.
+//!
+//! | file | what |
+//! |---|---|
+//! | [`header`] | what a state says of itself, and how two of them differ |
+//! | [`identity`] | by what a scene and the machine's arithmetic are recognised |
+//! | [`plan`] | which state a render keeps and goes on with, and until when |
+//! | [`ranges`] | sets of indices |
+//! | [`file`](mod@file) | the bytes: written, checked, added row by row |
+//! | [`recorder`] | a render that keeps its state on disk |
+
+pub mod file;
+pub mod header;
+pub mod identity;
+pub mod plan;
+pub mod ranges;
+pub mod recorder;
+
+#[cfg(test)]
+mod tests;
+
+pub use file::{RenderState, StateFile};
+pub use header::{RenderGoal, Share, StateHeader};
+pub use identity::Identity;
+pub use plan::{KeptState, OpenState, PlannedGoal};
+pub use ranges::IndexRanges;
+pub use recorder::Recorder;

@@ -1,0 +1,266 @@
+//! A film whose sums do not depend on the order of its samples: that of states on disk, of shards and of what is merged of them.
+//!
+//! Each tap of each sample is rounded by itself, and then added in [fixed point](ExactSum). So the sums of a range of the sample
+//! sequence are those of its parts, whatever the parts and the order in which they are merged. A batch need not be folded, and
+//! neither threads nor bands leave a trace.
+
+use glam::Vec4;
+use rayon::prelude::*;
+
+use crate::client::Film;
+use crate::client::error::ClientError;
+use crate::client::reference::ReferenceFilm;
+use crate::client::reference::accumulator::Accumulator;
+use crate::client::reference::splat::{BAND_ROWS, Band, Bins, Sprite, draw};
+use crate::client::reference::sums::HostSums;
+use crate::client::settings::{BATCH_CAPACITY, DisplayImage, FilmCounts, FilmData, FilmSpec, Settings};
+use crate::client::state::FilmState;
+use crate::image::Grid;
+use crate::math::exact_sum::ExactSum;
+use crate::stream::{PathCounts, Sample};
+
+/// The sums of one texel: X, Y and Z in units of the luminance scale, weights, and squared luminance in units of that scale squared.
+pub type ExactTexel = [ExactSum; 5];
+
+/// A film with exact sums. Pictures of it are those of a [`ReferenceFilm`] with the same sums, rounded.
+pub struct ExactFilm {
+    /// Counts, threads, and the display of what the sums are when they are read.
+    film: ReferenceFilm,
+    luminance_scale: f32,
+    streams: [ExactStream; 2],
+}
+
+/// The batch of one stream, and its sums over the padded film, whose memory is taken with the first sample.
+#[derive(Default)]
+struct ExactStream {
+    batch: Vec<Sample>,
+    bins: Bins,
+    sums: Option<Grid<ExactTexel>>,
+}
+
+impl ExactFilm {
+    /// An empty film with `threads` threads of its own; 0 takes one per core. `luminance_scale`, a power of two, is the unit of colours: it
+    /// must not depend on which samples come first, as that of other films does.
+    ///
+    /// # Errors
+    /// Those of [`ReferenceFilm::new`].
+    pub fn new(spec: FilmSpec, threads: usize, luminance_scale: f32) -> Result<Self, ClientError> {
+        let mut film = ReferenceFilm::new(spec, threads)?;
+        film.state.set_scale(luminance_scale);
+        Ok(Self { film, luminance_scale, streams: Default::default() })
+    }
+
+    /// The specification of the film.
+    pub fn spec(&self) -> &FilmSpec {
+        self.film.state.spec()
+    }
+
+    /// The unit of colours.
+    pub fn luminance_scale(&self) -> f32 {
+        self.luminance_scale
+    }
+
+    /// The sums of the camera stream (0) or of the light stream (1); `None` before its first sample was drawn.
+    pub fn sums(&self, stream: usize) -> Option<&Grid<ExactTexel>> {
+        self.streams[stream].sums.as_ref()
+    }
+
+    /// The same, to add those of another film to.
+    ///
+    /// # Errors
+    /// [`ClientError::Memory`].
+    pub fn sums_mut(&mut self, stream: usize) -> Result<&mut Grid<ExactTexel>, ClientError> {
+        self.streams[stream].sums_mut(self.film.state.spec())
+    }
+
+    /// Counts the samples and paths of another film whose sums are added.
+    pub fn add_counts(&mut self, counts: FilmCounts) {
+        self.film.state.add_counts(counts);
+    }
+
+    /// Brings the display up to date with the sums.
+    fn round(&mut self) -> Result<(), ClientError> {
+        self.flush()?;
+        let Self { film, luminance_scale, streams } = self;
+        let mut rounded = [None, None];
+        for (stream, rounded) in streams.iter().zip(&mut rounded) {
+            if let Some(sums) = &stream.sums {
+                let accumulator = film.pool.install(|| Accumulator::rounded(sums, *luminance_scale));
+                *rounded = Some(
+                    accumulator
+                        .ok_or_else(|| Accumulator::out_of_memory("the picture", film.state.spec()))?,
+                );
+            }
+        }
+        film.sums = HostSums::of(rounded);
+        Ok(())
+    }
+}
+
+impl ExactStream {
+    fn sums_mut(&mut self, spec: &FilmSpec) -> Result<&mut Grid<ExactTexel>, ClientError> {
+        if self.sums.is_none() {
+            let [width, height] = spec.padded_extent().map(|n| n as usize);
+            self.sums = Grid::try_filled(width, height, ExactTexel::default());
+        }
+        let bytes =
+            size_of::<ExactTexel>() as u64 * spec.padded_extent().map(u64::from).iter().product::<u64>();
+        self.sums.as_mut().ok_or(ClientError::Memory { what: "the exact sums of the film", bytes })
+    }
+
+    /// Draws the batch in the current thread pool, and forgets it.
+    fn raster(&mut self, state: &FilmState) -> Result<(), ClientError> {
+        if self.batch.is_empty() {
+            return Ok(());
+        }
+        let (spec, inverse_scale) = (state.spec(), state.scale().recip());
+        let batch = std::mem::take(&mut self.batch);
+        self.bins.fill(spec, batch.iter().filter_map(|sample| Sprite::place(spec, sample)));
+        self.sums_mut(spec)?;
+        let Self { bins, sums: Some(sums), .. } = self else { return Ok(()) };
+        let width = sums.width();
+        let bands = sums.pixels_mut().par_chunks_mut(width * BAND_ROWS).enumerate();
+        bands.for_each_init(BandSums::default, |sums, (i, texels)| {
+            let band = Band { first_row: i * BAND_ROWS, rows: texels.len() / width, width };
+            sums.splat(spec, band, bins.band(i), inverse_scale, texels);
+        });
+        self.batch = batch;
+        self.batch.clear();
+        Ok(())
+    }
+}
+
+/// Sums of one band over a batch, for samples of ordinary size: X, Y, Z, W and apart the squares, in units of 2^−[`UNIT_BITS`].
+#[derive(Default)]
+struct BandSums {
+    colors: Vec<[i64; 4]>,
+    squares: Vec<i64>,
+}
+
+/// The taps of ordinary samples are rounded to multiples of 2^−36 of the luminance scale, …
+const UNIT_BITS: u32 = 36;
+
+/// … and none of their values reaches this. So the sum over a batch of 2^16 samples fits into 64 bits.
+const ORDINARY: f32 = 1024.0;
+
+const _: () =
+    assert!(BATCH_CAPACITY as f64 * ORDINARY as f64 * (1u64 << UNIT_BITS) as f64 <= i64::MAX as f64);
+
+/// Of a number below 2^51: what rounds it to an integer, which the last bits then hold.
+const ROUNDING: f64 = 1.5 * (1u64 << 52) as f64;
+
+/// The nearest integer.
+#[inline]
+fn rounded(value: f32) -> i64 {
+    (f64::from(value) + ROUNDING).to_bits() as i64 - ROUNDING.to_bits() as i64
+}
+
+impl BandSums {
+    /// Adds `f · [x/s, y/s, z/s, |w|, (y/s)²]` of every sprite to the band's texels.
+    fn splat(
+        &mut self,
+        spec: &FilmSpec,
+        band: Band,
+        sprites: &[Sprite],
+        inverse_scale: f32,
+        texels: &mut [ExactTexel],
+    ) {
+        if sprites.is_empty() {
+            return;
+        }
+        let Self { colors, squares } = self;
+        colors.clear();
+        colors.resize(texels.len(), [0; 4]);
+        squares.clear();
+        squares.resize(texels.len(), 0);
+        let scales = Vec4::new(inverse_scale, inverse_scale, inverse_scale, 1.0);
+        draw(spec.filter, band, sprites, |sprite, at, f| {
+            // Infinite, a tap of weight 0 would not be 0.
+            let color = (sprite.value * scales).min(Vec4::splat(f32::MAX));
+            let square = ((color.y / color.w) * (color.y / color.w)).min(f32::MAX);
+            if color.max_element() >= ORDINARY || square >= ORDINARY {
+                return add_exactly(&mut texels[at..][..f.len()], color, square, f);
+            }
+            let (color, square) = (color * UNITS, square * UNITS);
+            for (sums, f) in colors[at..][..f.len()].iter_mut().zip(f) {
+                let taps = (color * *f).to_array();
+                for (sum, tap) in sums.iter_mut().zip(taps) {
+                    *sum += rounded(tap);
+                }
+            }
+            for (sum, f) in squares[at..][..f.len()].iter_mut().zip(f) {
+                *sum += rounded(square * f);
+            }
+        });
+        for ((texel, color), square) in texels.iter_mut().zip(colors).zip(squares) {
+            let [x, y, z, w] = *color;
+            for (sum, units) in texel.iter_mut().zip([x, y, z, w, *square]) {
+                sum.merge(ExactSum::from_bits((units as u128) << (64 - UNIT_BITS)));
+            }
+        }
+    }
+}
+
+/// Units in 1.
+const UNITS: f32 = (1u64 << UNIT_BITS) as f32;
+
+/// The same for a sample that is not ordinary.
+#[cold]
+fn add_exactly(texels: &mut [ExactTexel], color: Vec4, square: f32, f: &[f32]) {
+    let [x, y, z, w] = color.to_array();
+    for (texel, f) in texels.iter_mut().zip(f) {
+        for (sum, value) in texel.iter_mut().zip([x, y, z, w, square]) {
+            sum.add(value * f);
+        }
+    }
+}
+
+impl Film for ExactFilm {
+    fn add(&mut self, samples: &[Sample]) -> Result<(), ClientError> {
+        for sample in samples {
+            if self.film.state.take(sample) {
+                self.streams[usize::from(sample.w < 0.0)].batch.push(*sample);
+                if self.film.state.is_full() {
+                    self.flush()?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn count_paths(&mut self, paths: PathCounts) {
+        self.film.state.count_paths(paths);
+    }
+
+    fn flush(&mut self) -> Result<(), ClientError> {
+        if !self.film.state.start_raster() {
+            return Ok(());
+        }
+        let Self { film: ReferenceFilm { state, pool, .. }, streams, .. } = self;
+        pool.install(|| streams.iter_mut().try_for_each(|stream| stream.raster(state)))
+    }
+
+    fn clear(&mut self) {
+        self.film.clear();
+        self.film.state.set_scale(self.luminance_scale);
+        self.streams = Default::default();
+    }
+
+    fn counts(&self) -> FilmCounts {
+        self.film.counts()
+    }
+
+    fn display(&mut self, settings: &Settings) -> Result<DisplayImage, ClientError> {
+        self.round()?;
+        self.film.display(settings)
+    }
+
+    fn develop(&mut self) -> Result<FilmData, ClientError> {
+        self.round()?;
+        self.film.develop()
+    }
+
+    fn exact(&mut self) -> Option<&mut ExactFilm> {
+        Some(self)
+    }
+}
