@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use miette::{IntoDiagnostic, Result};
+use miette::{IntoDiagnostic, Result, WrapErr};
 use serde::Serialize;
 
 use super::args::MergeArgs;
@@ -70,9 +70,10 @@ struct Further {
 /// For a state that is damaged or of another picture, and for parts that are missing or there twice, unless they may be left out; and
 /// when an output cannot be written. Outputs are written only when all states were added.
 pub fn merge(args: &MergeArgs) -> Result<()> {
-    let targets = Targets::plan(args)?;
+    let states = files(&args.states)?;
+    let targets = Targets::plan(args, &states)?;
     let threads = args.threads.map_or(0, usize::from);
-    let mut merged = Merged::read(args, threads)?;
+    let mut merged = Merged::read(args, &states, threads)?;
     let status = merged.measure();
     let report = merged.report(args, &status);
     if !report.missing.ranges().is_empty() && !args.allow_missing && !targets.pictures.is_empty() {
@@ -97,6 +98,33 @@ pub fn merge(args: &MergeArgs) -> Result<()> {
     Ok(())
 }
 
+/// The files that are meant: folders stand for the states in them.
+fn files(named: &[PathBuf]) -> Result<Vec<PathBuf>> {
+    let mut files = Vec::new();
+    for path in named {
+        if !path.is_dir() {
+            files.push(path.clone());
+            continue;
+        }
+        let unread = || format!("cannot read the folder {}", path.display());
+        let entries = std::fs::read_dir(path).into_diagnostic().wrap_err_with(unread)?;
+        let entries = entries.map(|entry| entry.map(|entry| entry.path()));
+        let mut all = entries.collect::<std::io::Result<Vec<_>>>().into_diagnostic().wrap_err_with(unread)?;
+        all.retain(|path| is_state(path));
+        if all.is_empty() {
+            return Err(miette::miette!("there is no file named .state in {}", path.display()));
+        }
+        all.sort();
+        files.append(&mut all);
+    }
+    Ok(files)
+}
+
+fn is_state(path: &Path) -> bool {
+    let hidden = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
+    !hidden && path.extension().is_some_and(|e| e.eq_ignore_ascii_case("state"))
+}
+
 /// Where the sum goes.
 struct Targets {
     pictures: Outputs,
@@ -105,11 +133,11 @@ struct Targets {
 
 impl Targets {
     /// Checks all outputs before anything is read.
-    fn plan(args: &MergeArgs) -> Result<Self> {
+    fn plan(args: &MergeArgs, inputs: &[PathBuf]) -> Result<Self> {
         denoise::check(args.denoise)?;
-        let is_state = |path: &&PathBuf| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("state"));
-        let (states, pictures): (Vec<&PathBuf>, Vec<&PathBuf>) = args.outputs.iter().partition(is_state);
-        let [first, ..] = &args.states[..] else { return Err(miette::miette!("there is no state to merge")) };
+        let (states, pictures): (Vec<&PathBuf>, Vec<&PathBuf>) =
+            args.outputs.iter().partition(|path| is_state(path));
+        let [first, ..] = inputs else { return Err(miette::miette!("there is no state to merge")) };
         if states.len() > 1 {
             return Err(miette::miette!("one -o FILE.state is enough"));
         }
@@ -117,7 +145,7 @@ impl Targets {
             check_place(state).into_diagnostic()?;
         }
         for output in args.outputs.iter().chain(&args.json) {
-            if let Some(input) = args.states.iter().find(|input| same_file(input, output)) {
+            if let Some(input) = inputs.iter().find(|input| same_file(input, output)) {
                 return Err(miette::miette!(
                     help = "choose another name",
                     "{} would be overwritten, and it is one of the states to merge",
@@ -145,14 +173,16 @@ struct Merged {
 
 impl Merged {
     /// Adds one file after the other; two films at most are in memory.
-    fn read(args: &MergeArgs, threads: usize) -> Result<Self> {
+    fn read(args: &MergeArgs, states: &[PathBuf], threads: usize) -> Result<Self> {
         let mut merged: Option<Self> = None;
         let mut places: Vec<(Range<u64>, &Path)> = Vec::new();
         let mut left_out = Vec::new();
-        for path in &args.states {
+        for path in states {
             let checked = StateFile::open(path).and_then(|file| {
-                merged.iter().try_for_each(|merged| merged.state.about.check_same(&file.about, path))?;
-                check_new(&places, &file)?;
+                if let Some(Self { state: RenderState { about, .. }, .. }) = &merged {
+                    about.check_same(&file.about, path)?;
+                    check_new(&about.indices, &places, &file)?;
+                }
                 Ok(file)
             });
             let file = match checked {
@@ -352,24 +382,20 @@ impl Merged {
     }
 }
 
-/// Refuses indices that were added already, from a file at one of these places.
-fn check_new(places: &[(Range<u64>, &Path)], file: &StateFile) -> Result<()> {
-    for range in file.about.indices.ranges() {
-        for (other, path) in places {
-            let twice = other.start.max(range.start)..other.end.min(range.end);
-            if !twice.is_empty() {
-                return Err(miette::miette!(
-                    help = "merge one of them only",
-                    "{} and {} both hold the indices {}–{}",
-                    path.display(),
-                    file.path.display(),
-                    twice.start,
-                    twice.end - 1
-                ));
-            }
-        }
-    }
-    Ok(())
+/// Refuses indices that are in `there` already, from a file at one of these places.
+fn check_new(there: &IndexRanges, places: &[(Range<u64>, &Path)], file: &StateFile) -> Result<()> {
+    let Some(twice) = file.about.indices.ranges().iter().find_map(|range| there.common(range)) else {
+        return Ok(());
+    };
+    let holder = places.iter().find(|(range, _)| range.contains(&twice.start));
+    let holder = holder.map_or("another state".to_string(), |(_, path)| path.display().to_string());
+    Err(miette::miette!(
+        help = "merge one of them only",
+        "{holder} and {} both hold the indices {}–{}",
+        file.path.display(),
+        twice.start,
+        twice.end - 1
+    ))
 }
 
 fn missing_words(report: &MergeReport) -> String {

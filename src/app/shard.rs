@@ -41,9 +41,15 @@ pub fn shard(args: ShardArgs) -> Result<()> {
     }
     KeptState::check(&mut args)?;
     let outputs = Outputs::check(Vec::new(), args.json.as_ref(), &args.source.scene)?;
-    render::run(
-        &args,
-        &outputs,
-        Some(KeptState { file: output, every: state_every, from, share: Some(share) }),
-    )
+    let kept = KeptState { file: output.clone(), every: state_every, from, share: Some(share) };
+    render::run(&args, &outputs, Some(kept))?;
+    match StateFile::open(&output)?.about.is_complete() {
+        true => Ok(()),
+        // Whoever deals out the parts must not take it for done.
+        false => Err(miette::miette!(
+            help = "the same command goes on with it",
+            "{share} was stopped before its end; {} holds what is there",
+            output.display()
+        )),
+    }
 }

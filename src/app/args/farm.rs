@@ -59,7 +59,7 @@ pub struct ShardArgs {
 /// Options of `pointillist merge`.
 #[derive(Args, Debug)]
 pub struct MergeArgs {
-    /// States of parts of one picture, in any order.
+    /// States of parts of one picture, in any order; a folder stands for all files in it whose names end in .state.
     #[arg(required = true)]
     pub states: Vec<PathBuf>,
 

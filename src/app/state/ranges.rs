@@ -34,25 +34,32 @@ impl IndexRanges {
         if range.is_empty() {
             return Ok(());
         }
+        if let Some(twice) = self.common(&range) {
+            return Err(twice);
+        }
         let at = self.0.partition_point(|other| other.end < range.start);
         let touching = self.0[at..].iter().take_while(|other| other.start <= range.end).count();
         let touched = at..at + touching;
-        let common = |other: &Range<u64>| other.start.max(range.start)..other.end.min(range.end);
-        if let Some(twice) = self.0[touched.clone()].iter().map(common).find(|common| !common.is_empty()) {
-            return Err(twice);
-        }
         let start = self.0[touched.clone()].first().map_or(range.start, |first| first.start.min(range.start));
         let end = self.0[touched.clone()].last().map_or(range.end, |last| last.end.max(range.end));
         self.0.splice(touched, std::iter::once(start..end));
         Ok(())
     }
 
+    /// Indices of `range` that are in the set, if any are: those of the first range that has some.
+    pub fn common(&self, range: &Range<u64>) -> Option<Range<u64>> {
+        let at = self.0.partition_point(|other| other.end <= range.start);
+        let other = self.0.get(at)?;
+        let common = other.start.max(range.start)..other.end.min(range.end);
+        (!common.is_empty()).then_some(common)
+    }
+
     /// Adds all of another set, or changes nothing and returns indices that both have.
     pub fn merge(&mut self, other: &Self) -> Result<(), Range<u64>> {
-        let mut all = self.clone();
-        other.0.iter().try_for_each(|range| all.add(range.clone()))?;
-        *self = all;
-        Ok(())
+        if let Some(twice) = other.0.iter().find_map(|range| self.common(range)) {
+            return Err(twice);
+        }
+        other.0.iter().try_for_each(|range| self.add(range.clone()))
     }
 
     /// What of `whole` is not in the set.
