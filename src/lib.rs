@@ -26,6 +26,8 @@
 //! 5. A repaint (`client/pass/repaint.rs`) builds mips, reconstructs, adds glare and tone-maps.
 //! 6. `app/view/screen.rs` copies the picture to the swapchain and draws the panel over it; without a window it is read back and written.
 //!
+//! A tracer may be on another machine: then [`remote`] stands where the lanes do, and its blocks come over the network.
+//!
 //! # Where to begin
 //!
 //! [`tracer`] for light transport, [`stream`] for the contract, [`client`] for the display, [`study`] for the error and its interval, [`app`] for the
@@ -40,6 +42,7 @@ pub mod gpu;
 pub mod image;
 pub mod math;
 mod memory;
+pub mod remote;
 pub mod scene;
 pub mod server;
 pub mod spectrum;

@@ -18,6 +18,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("spectrum", &["math", "color"]),
     ("image", &["math", "color", "memory"]),
     ("stream", &["math", "color"]),
+    ("remote", &["math", "color", "stream"]),
     ("scene", &["math", "color", "spectrum", "image"]),
     ("tracer", &["math", "memory", "color", "spectrum", "scene", "stream"]),
     ("server", &["math", "tracer", "scene", "stream"]),
@@ -27,8 +28,8 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     (
         "app",
         &[
-            "client", "color", "gpu", "image", "math", "scene", "server", "spectrum", "stream", "study",
-            "tracer",
+            "client", "color", "gpu", "image", "math", "remote", "scene", "server", "spectrum", "stream",
+            "study", "tracer",
         ],
     ),
 ];
@@ -42,6 +43,7 @@ const FORBIDDEN: &[(&str, &[&str])] = &[
     ("scene", &["ash::", "obvhs::"]),
     ("tracer", &["ash::", "std::thread", "std::time", "std::fs"]),
     ("server", &["ash::", "winit::"]),
+    ("remote", &["ash::", "winit::", "rayon::"]),
     ("study", &["ash::", "winit::", "rayon::", "std::thread", "std::time"]),
 ];
 

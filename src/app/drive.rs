@@ -97,7 +97,7 @@ pub fn drive(
             if drained.blocks > 0 {
                 timings.client("drain", rasterise)?;
             }
-            timings.frame(server)?;
+            timings.frame(Some(server))?;
         }
         let state = observer.map(Observer::state);
         let shown = state.as_deref().map(|state| (state, drive.quantity));

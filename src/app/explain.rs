@@ -2,6 +2,7 @@
 //!
 //! [`price`] measures the tracer's effects, `charge_client` those of the client.
 
+mod budget;
 pub mod price;
 
 use std::path::Path;
@@ -11,6 +12,7 @@ use std::time::Instant;
 use miette::Result;
 use serde::Serialize;
 
+use self::budget::Budget;
 use super::args::ExplainArgs;
 use super::bench::{BenchJob, PassTimes, measure};
 use super::denoise::ViewFilter;
@@ -27,7 +29,7 @@ use crate::color::Xyz;
 use crate::gpu::Inventory;
 use crate::scene::desc::IntegratorKind;
 use crate::stream::{CHUNK, PathCounts, Sample};
-use crate::study::Replicates;
+use crate::study::{ErrorTarget, Replicates};
 use crate::tracer::{Camera, Scene};
 
 /// Frames whose passes are timed.
@@ -54,13 +56,17 @@ struct Explained<'a> {
     /// Pipelines, by shader and what it is specialised for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pipelines: Option<Vec<String>>,
+    /// Machines and time to an error.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    budget: Option<&'a Budget>,
 }
 
 /// Runs the subcommand.
 pub fn explain(args: &ExplainArgs) -> Result<()> {
     check_json(args.json.as_deref(), &args.source.scene)?;
     process::listen_for_interrupt();
-    let Opened { input, scene, camera, device } = load::open(&args.source, &mut Seconds::default())?;
+    let mut seconds = Seconds::default();
+    let Opened { input, scene, camera, device } = load::open(&args.source, &mut seconds)?;
     let loaded = &input.loaded;
     load::tell_warnings(loaded);
     let mut run = RunSpec::of(&args.source, &input, device.name());
@@ -87,6 +93,12 @@ pub fn explain(args: &ExplainArgs) -> Result<()> {
             pipelines = Some(inventory.pipelines);
         }
     }
+    let budget = args.error.map(|error| {
+        let setup = seconds.load + seconds.prepare;
+        let subject = budget::TrialSubject { run: &run, scene: &scene, camera: &camera, threads, setup };
+        Budget::measure(&subject, ErrorTarget { error, at: args.error_at }, args.trial)
+    });
+    let budget = budget.transpose()?;
     let explained = Explained {
         version: env!("CARGO_PKG_VERSION"),
         scene: &run.scene,
@@ -96,8 +108,10 @@ pub fn explain(args: &ExplainArgs) -> Result<()> {
         plan: &plan,
         memory,
         pipelines,
+        budget: budget.as_ref(),
     };
-    publish(&table(&plan), "the plan", &explained, args.json.as_deref())
+    let words = table(&plan) + &budget.as_ref().map(Budget::words).unwrap_or_default();
+    publish(&words, "the plan", &explained, args.json.as_deref())
 }
 
 /// Measures time and memory of the client's effects. `measure` runs frames with these settings by this method; it is called

@@ -4,6 +4,8 @@
 //! |---|---|
 //! | `args/` | the command line; its comments are the `--help` |
 //! | `render.rs`, `replay.rs`, `view/`, `bench.rs`, `explain.rs`, `compare.rs`, `study/`, `plugins.rs`, `device.rs` | the subcommands |
+//! | `shard.rs`, `merge.rs`, `info.rs`, `state/` | renders in parts: their files, their sum |
+//! | `serve.rs`, `remote_order.rs`, `edited_scene.rs` | the tracer of a window elsewhere; what that has it trace; a scene with changes |
 //! | `load.rs`, `run_spec.rs`, `method.rs` | scene and device; what a run is made of; its method of light transport |
 //! | `drive.rs`, `film_writer.rs`, `observer.rs`, `predictions.rs`, `progress.rs` | from lanes to film; the error of the picture meanwhile |
 //! | `plan.rs`, `outputs.rs`, `layers.rs`, `report.rs`, `rejected.rs` | the list of effects; pictures; layers beside them; figures; rejected values in words |
@@ -81,6 +83,7 @@ mod compare;
 mod denoise;
 mod device;
 mod drive;
+mod edited_scene;
 mod explain;
 mod film_writer;
 mod filtered_picture;
@@ -98,11 +101,13 @@ mod predictions;
 mod process;
 mod progress;
 mod rejected;
+mod remote_order;
 mod render;
 mod replay;
 mod report;
 mod reprojection;
 mod run_spec;
+mod serve;
 mod shard;
 mod state;
 mod study;
@@ -128,6 +133,7 @@ pub fn run(cli: Cli) -> Result<()> {
         CliCommand::Info(args) => info::info(&args),
         CliCommand::Replay(args) => replay::replay(&args),
         CliCommand::View(args) => view::view(&args),
+        CliCommand::Serve(args) => serve::serve(&args),
         CliCommand::Bench(args) => bench::bench(&args),
         CliCommand::Explain(args) => explain::explain(&args),
         CliCommand::Compare(args) => compare::compare(&args),

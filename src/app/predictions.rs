@@ -25,13 +25,19 @@ struct LogLine {
     kept: PredictionOutcome,
 }
 
-/// The file of the log: in `$POINTILLIST_STATE`, else in the system's folder for the state of programs. `None` without a home.
-pub fn file() -> Option<PathBuf> {
+/// Where the program keeps what it remembers: `$POINTILLIST_STATE`, else in the system's folder for the state of programs. `None` without
+/// a home.
+pub fn folder() -> Option<PathBuf> {
     let folder = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
     let own = folder("POINTILLIST_STATE");
     let state = || Some(folder("XDG_STATE_HOME")?.join("pointillist"));
     let home = || Some(folder("HOME")?.join(".local/state/pointillist"));
-    Some(own.or_else(state).or_else(home)?.join("predictions.jsonl"))
+    own.or_else(state).or_else(home)
+}
+
+/// The file of the log.
+pub fn file() -> Option<PathBuf> {
+    Some(folder()?.join("predictions.jsonl"))
 }
 
 /// Appends the outcomes of a render's predictions. A log that cannot be written only causes a message at the level `info`, because the

@@ -341,7 +341,7 @@ impl<'a> BatchRender<'a> {
             outputs.write(client, &self.run, &outcome, &self.settings, Extras { layers, denoised }, seconds);
         if let Some(mut timings) = self.timings.take() {
             timings.client("display and write", start)?;
-            timings.finish(&self.server)?;
+            timings.finish(Some(&self.server))?;
         }
         written
     }

@@ -89,7 +89,7 @@ impl TimingCapture {
     }
 
     /// Takes what has been recorded since, if that was long ago: call it once per frame, with no frame being recorded.
-    pub fn frame(&mut self, server: &Server) -> Result<()> {
+    pub fn frame(&mut self, server: Option<&Server>) -> Result<()> {
         match self.gpu.clone() {
             Some(gpu) if self.is_due() => self.rows(&gpu.take_rows())?,
             _ => {}
@@ -98,12 +98,14 @@ impl TimingCapture {
     }
 
     /// As [`frame`](Self::frame), for a caller that hands over the device's [`rows`](Self::rows) itself.
-    pub fn frame_of_cpu(&mut self, server: &Server) -> Result<()> {
+    pub fn frame_of_cpu(&mut self, server: Option<&Server>) -> Result<()> {
         if !self.is_due() {
             return Ok(());
         }
         self.taken = Instant::now();
-        self.spans(server.take_spans())?;
+        if let Some(server) = server {
+            self.spans(server.take_spans())?;
+        }
         self.trace.write(self.time(self.taken)).into_diagnostic()
     }
 
@@ -157,9 +159,11 @@ impl TimingCapture {
     }
 
     /// Takes the rest, says what is missing, and puts both files in their places.
-    pub fn finish(mut self, server: &Server) -> Result<()> {
-        server.set_tracing(false);
-        self.spans(server.take_spans())?;
+    pub fn finish(mut self, server: Option<&Server>) -> Result<()> {
+        if let Some(server) = server {
+            server.set_tracing(false);
+            self.spans(server.take_spans())?;
+        }
         let mut about =
             json!({ "clock": "nanoseconds (CSV) and microseconds (trace) since the capture began" });
         if let Some(gpu) = self.gpu.take() {

@@ -133,7 +133,7 @@ pub struct Name {
 }
 
 /// Index into [`SceneDesc::bsdfs`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 pub struct BsdfId(pub u32);
 
 impl BsdfId {
@@ -146,7 +146,7 @@ impl BsdfId {
 pub struct MeshId(pub u32);
 
 /// A camera, Mitsuba's `perspective`, with an aperture `thinlens`, or `orthographic`: looks along +z of its own space, +y up, **+x to the left**.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct CameraDesc {
     /// Rays are parallel: the picture shows −1 to 1 along x of camera space, which [`CameraDesc::to_world`] may scale. It has neither field
     /// of view nor lens.
@@ -168,11 +168,12 @@ pub struct CameraDesc {
     /// Distance along z of the plane in focus; of no effect on a pinhole.
     pub focus_distance: f64,
     /// Its place in the file.
+    #[serde(skip)]
     pub place: Place,
 }
 
 /// The direction along which a field of view is given.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum FovAxis {
     /// Horizontal.
     X,

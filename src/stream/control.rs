@@ -46,7 +46,7 @@ pub enum Event {
 }
 
 /// The reason why a render ended.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum FinishReason {
     /// Every index of the range was traced and sent.
     Complete,

@@ -93,5 +93,5 @@ pub use control::{Command, Epoch, Event, FinishReason};
 pub use hub::Hub;
 pub use lanes::{DrainOrder, Drained, Fill, LANE_BLOCKS, LaneWriter, Lanes, lanes};
 pub use rejections::{Cause, Fault, FaultyValue, Rejected, Rejections};
-pub use replicate::{CHUNK, REPLICATES, replicate, replicate_seed};
+pub use replicate::{CHUNK, REPLICATES, replicate, replicate_seed, tracer_seed};
 pub use sample::{MAX_VALUE, PathCounts, Sample, SampleSink, UvWindow};

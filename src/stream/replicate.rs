@@ -22,3 +22,24 @@ pub fn replicate(index: u64) -> (usize, u64) {
 pub fn replicate_seed(seed: u32, replicate: usize) -> u32 {
     seed ^ (replicate as u32) << 31
 }
+
+/// The seed of one of several tracers that add to the same picture of seed `seed`: each has a sequence of its own, so that no sample is
+/// counted twice, whichever of them come and go. Tracer 0 has the same seed; the others differ by an odd step modulo 2^31, and so from each
+/// other and from every second replicate.
+pub fn tracer_seed(seed: u32, tracer: u32) -> u32 {
+    seed ^ (tracer.wrapping_mul(0x9e37_79b1) & 0x7fff_ffff)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::HashSet;
+
+    use super::*;
+
+    #[test]
+    fn no_two_sequences_of_a_picture_are_the_same() {
+        let seeds = (0..10_000).flat_map(|tracer| [0, 1].map(|k| replicate_seed(tracer_seed(7, tracer), k)));
+        assert_eq!(seeds.collect::<HashSet<_>>().len(), 20_000);
+        assert_eq!(tracer_seed(7, 0), 7);
+    }
+}

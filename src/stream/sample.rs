@@ -63,7 +63,7 @@ pub struct PathCounts {
 
 /// The part of the screen that samples must cover. The picture is `[0, 1]²`, and the overscan around it feeds the filter at
 /// the border (paper §3.1).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct UvWindow {
     /// Smallest u and v.
     pub min: [f32; 2],

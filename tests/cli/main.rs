@@ -4,11 +4,13 @@
 
 mod compare;
 mod effects;
+mod farm;
 mod layers;
 mod oidn;
 mod plugins;
 mod program;
 mod render_error;
+mod serve;
 mod simd;
 mod state;
 mod study;

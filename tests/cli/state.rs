@@ -25,7 +25,7 @@ fn output(args: &[&str]) -> Output {
 }
 
 #[track_caller]
-fn runs(args: &[&str]) -> String {
+pub(super) fn runs(args: &[&str]) -> String {
     let output = output(args);
     assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8(output.stdout).unwrap()
@@ -43,7 +43,7 @@ fn fails(args: &[&str], wanted: &str) {
 }
 
 #[track_caller]
-fn same(a: &Path, b: &Path) {
+pub(super) fn same(a: &Path, b: &Path) {
     assert!(
         std::fs::read(a).unwrap() == std::fs::read(b).unwrap(),
         "{} and {} differ",

@@ -7,7 +7,7 @@ use pointillist::client::settings::{FilmCounts, Settings, SplatFilter};
 use pointillist::client::window::action::Action;
 use pointillist::client::window::panel::{
     self, CostState, DEFAULT_TARGET, EffectRow, MapChoice, PanelControls, PanelData, ParameterValue,
-    PictureOverlay, RejectedList, RejectedRow, SceneParameter, Selection,
+    PictureOverlay, RejectedList, RejectedRow, SceneParameter, Selection, TracerRow,
 };
 
 pub fn readout() -> PanelData {
@@ -44,6 +44,11 @@ pub fn readout() -> PanelData {
         edit_latency: Some(Duration::from_millis(31)),
         edit_latency_p95: Some(Duration::from_millis(48)),
         threads: 1,
+        tracers: vec![TracerRow {
+            address: "render-7:7070".into(),
+            words: "silent for 4 s".into(),
+            ill: true,
+        }],
         elapsed: Duration::from_secs_f64(12.3),
         message: None,
         selection: Some(Selection {

@@ -5,6 +5,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod elsewhere;
 mod endings;
 mod error;
 mod first_second;

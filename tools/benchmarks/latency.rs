@@ -24,13 +24,28 @@ pub struct Arguments {
     scene: String,
 }
 
-/// Drags again and again, and waits each time until the picture has changed.
+/// Prints what the edits took.
 pub fn run(arguments: &Arguments) -> Outcome {
     let Arguments { side, edits, ref scene } = *arguments;
-    let json = PathBuf::from(format!("target/latency-{side}.json"));
+    let [p50, p95, p99] = quantiles(measure(side, edits, scene, &[])?, [0.5, 0.95, 0.99]);
+    println!(
+        "{side}x{side}, {edits} edits, input to changed pixels: p50 {p50:.1} ms, p95 {p95:.1}, p99 {p99:.1}"
+    );
+    println!("the viewer's own figures: {:#}", figures(&json_of(side))["edit_latency_ms"]);
+    Ok(())
+}
+
+/// Where the viewer's own figures are.
+fn json_of(side: u32) -> PathBuf {
+    PathBuf::from(format!("target/latency-{side}.json"))
+}
+
+/// Drags again and again, and waits each time until the picture has changed; returns milliseconds. `options` go to the viewer.
+pub fn measure(side: u32, edits: u32, scene: &str, options: &[String]) -> Outcome<Vec<f64>> {
+    let json = json_of(side);
     let mut viewer = Viewer::open([side + 64; 2], scene, |command| {
         command.args(["--size", &format!("{side}x{side}"), "--samples", &(side * side / 4).to_string()]);
-        command.args(["--threads", "1", "--no-panel", "--json"]).arg(&json);
+        command.args(["--threads", "1", "--no-panel", "--json"]).arg(&json).args(options);
     })?;
     std::thread::sleep(Duration::from_secs(2));
 
@@ -52,13 +67,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     }
     viewer.ask_to_end();
     viewer.process.wait()?;
-
-    let [p50, p95, p99] = quantiles(milliseconds, [0.5, 0.95, 0.99]);
-    println!(
-        "{side}x{side}, {edits} edits, input to changed pixels: p50 {p50:.1} ms, p95 {p95:.1}, p99 {p99:.1}"
-    );
-    println!("the viewer's own figures: {:#}", figures(&json)["edit_latency_ms"]);
-    Ok(())
+    Ok(milliseconds)
 }
 
 /// The window's pixels once they have not changed for a while.

@@ -18,6 +18,7 @@ mod fireflies;
 mod largest;
 mod late;
 mod latency;
+mod live;
 mod loading;
 #[path = "../meshes/mod.rs"]
 #[allow(dead_code, reason = "colours and the sky are for pictures")]
@@ -66,6 +67,8 @@ enum Part {
     Late(late::Arguments),
     /// The time from synthetic input to changed pixels, measured from outside the program
     Latency(latency::Arguments),
+    /// A window on a tracer elsewhere beside one with its own: latency, samples after a move, samples per second; memory under edits
+    Live(live::Arguments),
     /// Time and memory of reading and preparing a mesh of 1.6 million triangles, by format
     Loading(loading::Arguments),
     /// Error times CPU time of the methods of light transport, one thread, in turn
@@ -108,6 +111,7 @@ fn main() -> ExitCode {
         Part::Largest(arguments) => largest::run(&arguments),
         Part::Late(arguments) => late::run(&arguments),
         Part::Latency(arguments) => latency::run(&arguments),
+        Part::Live(arguments) => live::run(&arguments),
         Part::Loading(arguments) => loading::run(&arguments),
         Part::Methods(arguments) => methods::run(&arguments),
         Part::PhotonBias(arguments) => photon_bias::run(&arguments),

@@ -181,7 +181,8 @@ fn key(desktop: &Desktop, dice: &mut Dice) {
     }
 }
 
-fn resident_kib(pid: u32) -> u64 {
+/// Resident memory of a process.
+pub fn resident_kib(pid: u32) -> u64 {
     let text = fs::read_to_string(format!("/proc/{pid}/status")).unwrap_or_default();
     let line = text.lines().find_map(|l| l.strip_prefix("VmRSS:"));
     line.and_then(|l| l.trim().trim_end_matches(" kB").parse().ok()).unwrap_or(0)

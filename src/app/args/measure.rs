@@ -1,11 +1,14 @@
 //! Options of `pointillist bench` and `pointillist explain`.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::Args;
 
 use super::display::DisplayArgs;
 use super::scene::SceneArgs;
+use super::values::{error, seconds};
+use crate::study::ErrorQuantile;
 
 /// Options of `pointillist bench`.
 #[derive(Args, Debug)]
@@ -45,6 +48,18 @@ pub struct ExplainArgs {
     /// List effects and reasons only; measure no costs.
     #[arg(long)]
     pub no_costs: bool,
+
+    /// Say how many machines reach this relative error in what time, from a trial on this one; `1%` or `0.01`.
+    #[arg(long, value_name = "ERROR", value_parser = error, help_heading = "Machines and time")]
+    pub error: Option<f64>,
+
+    /// Quantile of the picture that --error is about.
+    #[arg(long, value_name = "SHARE", default_value = "p95", help_heading = "Machines and time")]
+    pub error_at: ErrorQuantile,
+
+    /// Longest time of the trial, seconds.
+    #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds, help_heading = "Machines and time")]
+    pub trial: Duration,
 
     /// Write the list as JSON, to standard output or to FILE: `--json=FILE`.
     #[arg(

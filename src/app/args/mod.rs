@@ -8,6 +8,7 @@ pub mod effects;
 pub mod farm;
 pub mod measure;
 pub mod plugins;
+pub mod remote;
 pub mod render;
 pub mod replay;
 pub mod scene;
@@ -19,6 +20,7 @@ pub use compare::CompareArgs;
 pub use farm::{InfoArgs, MergeArgs, ShardArgs};
 pub use measure::{BenchArgs, ExplainArgs};
 pub use plugins::PluginsArgs;
+pub use remote::ServeArgs;
 pub use render::RenderArgs;
 pub use replay::ReplayArgs;
 pub use study::StudyArgs;
@@ -71,6 +73,12 @@ pub enum CliCommand {
 
     /// Open a window that shows the scene at once, and sharper by the second.
     View(Box<ViewArgs>),
+
+    /// Trace a scene for windows elsewhere: `pointillist view --connect` on this machine or on another one.
+    ///
+    /// Camera and edits come from the viewer, samples go to it. Without --token-file only this machine can connect: from another one through
+    /// `ssh -L 7070:127.0.0.1:7070 HOST`.
+    Serve(ServeArgs),
 
     /// Trace one path again and print what it meets: every vertex, density and factor.
     ///

@@ -5,16 +5,22 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::display::DisplayArgs;
+use super::remote::{ConnectArgs, OF_TRACER};
 use super::scene::SceneArgs;
 use super::values::{count, positive};
 use crate::client::{ColorOutput, Denoise};
 
 /// Options of `pointillist view`.
 #[derive(Args, Debug)]
+#[command(mut_arg("scene", |scene| scene.required(false).default_value(OF_TRACER).hide_default_value(true)))]
 pub struct ViewArgs {
     /// What is traced.
     #[command(flatten)]
     pub source: SceneArgs,
+
+    /// Where it is traced.
+    #[command(flatten)]
+    pub tracers: ConnectArgs,
 
     /// How it is shown.
     #[command(flatten)]

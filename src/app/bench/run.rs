@@ -102,7 +102,7 @@ pub fn measure(job: BenchJob<'_>, capture: Option<TimingCapture>) -> Result<Pass
         let begin = Instant::now();
         this.frame(number)?;
         if let Some(capture) = &mut this.capture {
-            capture.frame_of_cpu(&server)?;
+            capture.frame_of_cpu(Some(&server))?;
         }
         this.read()?;
         if number >= WARM_UP {
@@ -123,7 +123,7 @@ pub fn measure(job: BenchJob<'_>, capture: Option<TimingCapture>) -> Result<Pass
     gpu.wait(gpu.begin().into_diagnostic()?.submit().into_diagnostic()?).into_diagnostic()?;
     this.read()?;
     if let Some(capture) = this.capture.take() {
-        capture.finish(&server)?;
+        capture.finish(Some(&server))?;
     }
     gpu.set_timing(false);
     Ok(this.sorted())

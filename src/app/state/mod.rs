@@ -30,7 +30,7 @@ mod tests;
 
 pub use file::{RenderState, StateFile};
 pub use header::{RenderGoal, Share, StateHeader};
-pub use identity::Identity;
+pub use identity::{Identity, hash_of_files};
 pub use plan::{KeptState, OpenState, PlannedGoal};
 pub use ranges::IndexRanges;
 pub use recorder::Recorder;

@@ -8,7 +8,7 @@ use glam::{DAffine3, DMat3, DVec2, DVec3};
 use miette::{IntoDiagnostic, Result};
 
 use crate::app::args::effects::Forced;
-use crate::app::load;
+use crate::app::edited_scene::EditedScene;
 use crate::app::run_spec::RunSpec;
 use crate::app::view::saves::free_path;
 use crate::client::window::history::CameraHistory;
@@ -18,18 +18,12 @@ use crate::scene::SceneDesc;
 use crate::scene::desc::{CameraDesc, FovAxis};
 use crate::scene::edit::{Editable, Edits, NewValue, editable, lights, shape_name};
 use crate::tracer::effects::{Effect, decide};
-use crate::tracer::{Camera, Pick, PrepareOptions, Scene};
+use crate::tracer::{Camera, Pick, Scene};
 
 /// The scene as it is traced, and how it differs from the file's.
 pub struct SceneEditor {
-    /// The scene as it was read, with the size that the command line asks for.
-    original: SceneDesc,
     /// The scene with all edits of values and forced effects; the camera is the history's.
-    desc: SceneDesc,
-    /// `desc`, prepared for tracing.
-    scene: Arc<Scene>,
-    edits: Edits,
-    forced: Vec<Forced>,
+    edited: EditedScene,
     /// Moves of the camera, to undo and redo them.
     pub history: CameraHistory,
     selected: Option<u32>,
@@ -50,32 +44,26 @@ impl SceneEditor {
         let ahead = if lens { original.camera.focus_distance } else { ahead };
         let home = Pose::of(&original.camera.to_world, pose_fov(&original.camera, ahead), ahead);
         let history = CameraHistory::new(home);
-        let (desc, edits, forced) = (original.clone(), Edits::default(), Vec::new());
-        Ok(Self {
-            original,
-            desc,
-            scene: Arc::new(scene),
-            edits,
-            forced,
-            history,
-            selected: None,
-            saved: None,
-        })
+        Ok(Self { edited: EditedScene::new(original, scene), history, selected: None, saved: None })
     }
 
     /// The scene that is traced.
     pub fn scene(&self) -> Arc<Scene> {
-        self.scene.clone()
+        self.edited.scene()
     }
 
     /// The description of the scene that is traced, but for the camera.
     pub fn desc(&self) -> &SceneDesc {
-        &self.desc
+        self.edited.desc()
+    }
+
+    fn original(&self) -> &SceneDesc {
+        self.edited.original()
     }
 
     /// The camera as a scene file says it: the file's own where it was not moved.
     fn camera_desc(&self) -> CameraDesc {
-        let (pose, camera) = (self.history.pose(), self.original.camera.clone());
+        let (pose, camera) = (self.history.pose(), self.original().camera.clone());
         if !self.is_moved() {
             return camera;
         }
@@ -90,7 +78,7 @@ impl SceneEditor {
     /// The transform of a camera of parallel rays in this pose. It shows as much as a perspective camera of the pose's field of view does
     /// at the target, and stays as far from the target as it was, so that nothing is cut off that was seen.
     fn parallel_to_world(&self, pose: Pose) -> DAffine3 {
-        let matrix = self.original.camera.to_world.matrix3;
+        let matrix = self.original().camera.to_world.matrix3;
         let [x, y, z] = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(DVec3::length);
         let width = (0.5 * pose.fov.to_radians()).tan() * pose.distance();
         let rigid = pose.to_world();
@@ -100,23 +88,8 @@ impl SceneEditor {
     }
 
     /// The camera for a picture of this size in pixels.
-    pub fn camera(&self, [width, height]: [u32; 2]) -> Result<Camera> {
-        // A lens that is forced off is gone from there.
-        let aperture_radius = self.desc.camera.aperture_radius;
-        let camera = CameraDesc { aperture_radius, ..self.camera_desc() };
-        let film = &self.original.film;
-        // The picture is the crop window: the whole film keeps its proportion to it.
-        let whole = |n: u32, of: u32, part: u32| {
-            (f64::from(n) * f64::from(of) / f64::from(part.max(1))).round().clamp(1.0, 1e6) as u32
-        };
-        let options = match film.crop {
-            Some(crop) => PrepareOptions {
-                width: whole(width, film.width, crop.width),
-                height: whole(height, film.height, crop.height),
-            },
-            None => PrepareOptions { width, height },
-        };
-        Ok(Camera::new(&camera, film, &options).into_diagnostic()?.placed(&self.original.space))
+    pub fn camera(&self, size: [u32; 2]) -> Result<Camera> {
+        self.edited.camera(self.camera_desc(), size)
     }
 
     /// Field of view, degrees.
@@ -126,7 +99,7 @@ impl SceneEditor {
 
     /// Moves the camera in a window of this size; returns whether anything changed.
     pub fn gesture(&mut self, gesture: Gesture, size: [u32; 2]) -> bool {
-        let shape = shape(self.original.camera.fov_axis, size);
+        let shape = shape(self.original().camera.fov_axis, size);
         self.history.apply(gesture, shape)
     }
 
@@ -140,7 +113,7 @@ impl SceneEditor {
         let uv = [at[0] / f64::from(size[0].max(1)), at[1] / f64::from(size[1].max(1))];
         let inside = uv.iter().all(|x| (0.0..1.0).contains(x));
         let camera = self.camera(size).ok().filter(|_| inside)?;
-        self.scene.pick(&camera.ray(uv, CENTER))
+        self.scene().pick(&camera.ray(uv, CENTER))
     }
 
     /// Selects a shape, or nothing.
@@ -152,11 +125,11 @@ impl SceneEditor {
     /// have no shape to click at.
     fn editables(&self) -> Vec<Editable> {
         let mut all = match self.selected {
-            Some(shape) => editable(&self.original, shape),
-            None => lights(&self.original),
+            Some(shape) => editable(self.original(), shape),
+            None => lights(self.original()),
         };
         for one in &mut all {
-            one.value = self.edits.get(one.target).unwrap_or(one.value);
+            one.value = self.edited.edits().get(one.target).unwrap_or(one.value);
         }
         all
     }
@@ -176,7 +149,7 @@ impl SceneEditor {
         });
         let parameters: Vec<SceneParameter> = parameters.collect();
         let name = match self.selected {
-            Some(shape) => shape_name(&self.original, shape),
+            Some(shape) => shape_name(self.original(), shape),
             None if parameters.is_empty() => return None,
             None => "Lights".to_owned(),
         };
@@ -191,66 +164,57 @@ impl SceneEditor {
             ParameterValue::Color(rgb) => NewValue::Rgb(rgb.map(f64::from)),
             ParameterValue::Number { value, .. } => NewValue::Number(value),
         };
-        let mut edits = self.edits.clone();
+        let mut edits = self.edited.edits().clone();
         edits.set(one.target, value).into_diagnostic()?;
-        self.change(edits, self.forced.clone())
+        self.edited.change(edits, self.forced().to_vec())
     }
 
     /// Forces an effect on or off. On an error the scene stays as it was.
     pub fn force(&mut self, new: Forced) -> Result<()> {
-        let others = self.forced.iter().filter(|forced| forced.effect != new.effect);
+        let others = self.forced().iter().filter(|forced| forced.effect != new.effect);
         let forced = others.copied().chain([new]).collect();
-        self.change(self.edits.clone(), forced)
+        self.edited.change(self.edited.edits().clone(), forced)
     }
 
     /// Switches an effect: one that the scene calls for is forced off, any other is forced on, until it is switched back.
     pub fn switch(&mut self, effect: Effect) -> Result<()> {
-        let mut forced = self.forced.clone();
+        let mut forced = self.forced().to_vec();
         forced.retain(|forced| forced.effect != effect);
-        if forced.len() == self.forced.len() {
-            let plan = decide(&self.desc, self.desc.integrator.kind);
+        if forced.len() == self.forced().len() {
+            let plan = decide(self.desc(), self.desc().integrator.kind);
             let is_on = plan.iter().any(|decision| decision.effect == effect && decision.on);
             forced.push(Forced { effect, on: !is_on });
         }
-        self.change(self.edits.clone(), forced)
+        self.edited.change(self.edited.edits().clone(), forced)
     }
 
     /// Takes over from another reading of the same scene: where the camera was moved to, the effects that are forced, and the edits,
     /// by name. Returns the number of changes that have lost their object or have become impossible.
     pub fn take_over(&mut self, old: Self) -> usize {
-        if old.is_moved() {
-            self.history = old.history.with_home(self.history.home());
-        }
         let name = |desc: &SceneDesc, shape| shape_name(desc, shape);
-        self.selected = old.selected.filter(|s| name(&old.original, *s) == name(&self.original, *s));
-        let (edits, mut lost) = old.edits.carried(&old.original, &self.original);
-        let forced = old.forced.iter().filter(|forced| !self.forced.contains(forced));
+        self.selected = old.selected.filter(|s| name(old.original(), *s) == name(self.original(), *s));
+        let (edits, mut lost) = old.edited.edits().carried(old.original(), self.original());
+        let forced = old.forced().iter().filter(|forced| !self.forced().contains(forced));
         let forced: Vec<Forced> = forced.copied().collect();
         let changes = edits.values.len();
-        if !edits.is_empty() && self.change(edits, self.forced.clone()).is_err() {
+        if !edits.is_empty() && self.edited.change(edits, self.forced().to_vec()).is_err() {
             lost += changes;
+        }
+        if old.is_moved() {
+            self.history = old.history.with_home(self.history.home());
         }
         lost + forced.into_iter().filter(|forced| self.force(*forced).is_err()).count()
     }
 
     /// The effects that are forced on or off.
     pub fn forced(&self) -> &[Forced] {
-        &self.forced
-    }
-
-    /// Prepares the scene with these edits and these effects.
-    fn change(&mut self, edits: Edits, forced: Vec<Forced>) -> Result<()> {
-        let mut desc = edits.apply(&self.original).into_diagnostic()?;
-        forced.iter().try_for_each(|forced| load::force(&mut desc, *forced))?;
-        self.scene = Arc::new(self.scene.edited(&desc).into_diagnostic()?);
-        (self.desc, self.edits, self.forced) = (desc, edits, forced);
-        Ok(())
+        self.edited.forced()
     }
 
     /// All changes against the file.
     pub fn edits(&self) -> Edits {
         let camera = self.is_moved().then(|| self.camera_desc());
-        Edits { camera, ..self.edits.clone() }
+        Edits { camera, ..self.edited.edits().clone() }
     }
 
     /// Saves camera and edits as a scene that includes the original, unless that was done already. `name` is the name of the
@@ -264,7 +228,7 @@ impl SceneEditor {
             return Ok(path.clone());
         }
         let path = free_path(name, "xml", |_| false)?;
-        edits.write(&path, &run.scene, &run.defines, &self.original).into_diagnostic()?;
+        edits.write(&path, &run.scene, &run.defines, self.original()).into_diagnostic()?;
         self.saved = Some((edits, path.clone()));
         Ok(path)
     }

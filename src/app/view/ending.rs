@@ -18,6 +18,7 @@ use crate::app::{predictions, process, tell};
 use crate::client::window::statistics::RecentValues;
 use crate::client::{Denoise, Settings};
 use crate::gpu;
+use crate::remote::{Health, TracerStatus};
 use crate::study::ErrorQuantile;
 
 /// Longest wait for the last samples.
@@ -43,6 +44,9 @@ struct ViewReport {
     /// How tracer and display share the processor.
     cores: String,
     threads: usize,
+    /// Tracers on other machines.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    tracers: Vec<TracerReport>,
     /// Instructions that walked the rays.
     simd: &'static str,
     width: u32,
@@ -78,6 +82,21 @@ struct ViewReport {
     peak_memory_bytes: Option<u64>,
 }
 
+/// A tracer on another machine, as it was at the end. Field names are JSON keys.
+#[derive(Serialize)]
+struct TracerReport {
+    address: String,
+    well: bool,
+    state: String,
+}
+
+impl From<TracerStatus> for TracerReport {
+    fn from(status: TracerStatus) -> Self {
+        let TracerStatus { address, health, words, .. } = status;
+        Self { address, well: health == Health::Well, state: words }
+    }
+}
+
 /// Percentiles of times in milliseconds. Field names are JSON keys.
 #[derive(Serialize)]
 struct TimePercentiles {
@@ -108,7 +127,7 @@ impl Viewer {
         let report = self.report(lasted);
         self.saves.finish().iter().for_each(|message| tell(message));
         let capture = self.capture.take();
-        let captured = capture.map_or(Ok(()), |capture| capture.finish(&self.session.server));
+        let captured = capture.map_or(Ok(()), |capture| capture.finish(self.session.tracers.server()));
         // Where no window was ever opened there is no picture, and the reason is told already.
         let wanted = !self.options.outputs.is_empty() && self.picture.screen.is_some();
         let written = if wanted { self.write_pictures() } else { Ok(()) };
@@ -142,7 +161,8 @@ impl Viewer {
             left_out: run.left_out().collect(),
             rejected: session.rejected(&self.editor),
             cores: session.processor_sharing.clone(),
-            threads: session.server.threads(),
+            threads: session.tracers.threads(),
+            tracers: session.tracers.status().into_iter().map(TracerReport::from).collect(),
             simd: self.editor.scene().kernel().name(),
             width,
             height,

@@ -9,6 +9,7 @@ use crate::app::tell;
 use crate::app::view::Viewer;
 use crate::app::view::picture::Painted;
 use crate::app::view::screen::{Screen, is_device_lost};
+use crate::app::view::session::TracerNews;
 use crate::client::pacing::FramePlan;
 use crate::client::{ClientError, ColorOutput, FilmSpec, OptionNames};
 
@@ -134,6 +135,14 @@ impl Viewer {
     /// Reads the server's events, and reports a path that panicked.
     fn hear_server(&mut self) {
         self.session.hear_server();
+        for TracerNews { message, ill } in self.session.news_of_tracers() {
+            if ill {
+                tell(&message);
+                self.panel.host.pin(message);
+            } else {
+                self.say(message);
+            }
+        }
         if let Some((index, message)) = self.session.new_panic() {
             let text = format!("path {index} panicked and the render has ended: {message}; please report it");
             self.say(text);
@@ -174,7 +183,8 @@ impl Viewer {
         self.metrics.learn(&gpu.take_timings(), rasterised, &mut self.picture.pacer);
         self.metrics.drew(self.picture.learn_host_time());
         if let Some(capture) = &mut self.capture {
-            let written = capture.client("frame", begin).and_then(|()| capture.frame(&self.session.server));
+            let written =
+                capture.client("frame", begin).and_then(|()| capture.frame(self.session.tracers.server()));
             if let Err(error) = written {
                 self.capture = None;
                 self.fail(error);

@@ -10,6 +10,7 @@ use miette::{IntoDiagnostic, Result};
 
 use crate::app::args::scene::SceneArgs;
 use crate::app::load::{self, SceneInput};
+use crate::app::remote_order::scene_digest;
 use crate::app::run_spec::RunSpec;
 use crate::app::view::editor::SceneEditor;
 use crate::app::{method, tell};
@@ -24,6 +25,8 @@ pub struct ViewSource {
     pub args: SceneArgs,
     pub deterministic: bool,
     pub replicated: bool,
+    /// It is traced elsewhere.
+    pub remote: bool,
 }
 
 /// A scene that is ready to be traced.
@@ -32,6 +35,8 @@ pub struct ReadyScene {
     /// The method is to be chosen beside the window.
     pub choose: bool,
     pub editor: SceneEditor,
+    /// What tracers elsewhere know the scene by, where there are any.
+    pub digest: Option<String>,
 }
 
 /// A scene that is being loaded. Dropped before its end, the thread goes on and nobody hears of it.
@@ -57,7 +62,7 @@ impl ViewSource {
 
     /// Reads and prepares the scene. Warnings go to standard error.
     fn load(&self, progress: &Arc<LoadProgress>, preparing: &AtomicBool) -> Result<ReadyScene> {
-        let Self { args, deterministic, replicated } = self;
+        let Self { args, deterministic, replicated, remote } = self;
         let loaded = load::read_telling(args, progress)?;
         preparing.store(true, Ordering::Relaxed);
         load::tell_warnings(&loaded);
@@ -72,7 +77,8 @@ impl ViewSource {
             replicated: *replicated,
             ..RunSpec::of(args, &input, String::new())
         };
-        let SceneInput { loaded, forced, .. } = input;
+        let SceneInput { loaded, forced, files } = input;
+        let digest = remote.then(|| scene_digest(&files, &args.defines, args.lenient)).transpose()?;
         let mut editor = SceneEditor::new(loaded.desc, scene)?;
         forced.into_iter().try_for_each(|forced| editor.force(forced))?;
         run.photons = editor.desc().integrator.photons;
@@ -88,7 +94,7 @@ impl ViewSource {
             run.integrator = IntegratorKind::Path;
             choose = true;
         }
-        Ok(ReadyScene { run, choose, editor })
+        Ok(ReadyScene { run, choose, editor, digest })
     }
 }
 

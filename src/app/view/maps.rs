@@ -54,6 +54,7 @@ impl MapCache {
                 IntegratorKind::Bidirectional => {
                     Err("no cost map: paths from eight places are traced at once")
                 }
+                _ if session.tracers.server().is_none() => Err("no cost map: paths are traced elsewhere"),
                 _ => self.cost_map(session, now).ok_or("no cost map yet: no path was timed"),
             },
         };
@@ -70,7 +71,8 @@ impl MapCache {
 
     fn cost_map(&mut self, session: &RenderSession, now: Instant) -> Option<Arc<FalseColorMap>> {
         if self.cost.as_ref().is_none_or(|(made, _)| now - *made >= REFRESH) {
-            self.cost = cost_map(&session.server.cost_map()).map(|map| (now, Arc::new(map)));
+            self.cost =
+                session.tracers.cost_map().and_then(|map| cost_map(&map)).map(|map| (now, Arc::new(map)));
         }
         self.cost.as_ref().map(|(_, map)| map.clone())
     }

@@ -16,7 +16,8 @@
 //!
 //! ```text
 //! Viewer
-//! ├─ RenderSession   session   server, lanes, epoch; what is rendered and by which method
+//! ├─ RenderSession   session   lanes, epoch; what is rendered and by which method
+//! │  └─ Tracers      tracers   server, or tracers on other machines
 //! ├─ LivePicture     picture   kept samples, pacing of frames, observer of the error
 //! │  ├─ WindowFilter window_filter  the noise filter: its thread, the last filtered picture
 //! │  └─ Screen       screen    window, device, swapchain, and the FILM
@@ -52,6 +53,7 @@ mod saves;
 mod screen;
 mod session;
 mod start;
+mod tracers;
 mod watch;
 mod window_filter;
 
@@ -73,6 +75,7 @@ use crate::app::view::screen::SimulatedLosses;
 use crate::app::view::session::RenderSession;
 use crate::app::view::watch::FileWatch;
 use crate::gpu::DeviceChoice;
+use crate::remote::TracerAddress;
 
 pub use start::view;
 
@@ -90,6 +93,8 @@ struct ViewOptions {
     losses: SimulatedLosses,
     /// Camera paths of a render; `None` is no end.
     samples: Option<u64>,
+    /// Tracers on other machines; none are threads of this process.
+    tracers: Vec<TracerAddress>,
     /// Length of a frame; otherwise the display's.
     budget: Option<Duration>,
     /// Name of the scene, for title and file names.

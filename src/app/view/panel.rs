@@ -21,8 +21,9 @@ use crate::client::window::action::Action;
 use crate::client::window::host::{EguiHost, PanelDrawing};
 use crate::client::window::input::InputState;
 use crate::client::window::panel::{
-    EffectRow, MapChoice, PanelControls, PanelData, RejectedList, RejectedRow,
+    EffectRow, MapChoice, PanelControls, PanelData, RejectedList, RejectedRow, TracerRow,
 };
+use crate::remote::{Health, TracerStatus};
 use crate::scene::desc::IntegratorKind;
 use crate::study::{ErrorQuantile, ErrorTarget};
 use crate::tracer::choice::CANDIDATES;
@@ -212,7 +213,8 @@ impl ViewerPanel {
             budget: picture.budget(),
             edit_latency: last_edit.map(latency),
             edit_latency_p95: last_edit.map(|_| latency(metrics.recent_edits.percentiles([95.0])[0])),
-            threads: session.server.threads(),
+            threads: session.tracers.threads(),
+            tracers: session.tracers.status().into_iter().map(tracer_row).collect(),
             elapsed: session.elapsed(),
             message: self.host.message(now).map(str::to_owned),
             selection: editor.selection(),
@@ -228,6 +230,12 @@ impl ViewerPanel {
             fov: editor.fov(),
         }
     }
+}
+
+/// A tracer on another machine, for the panel.
+fn tracer_row(status: TracerStatus) -> TracerRow {
+    let TracerStatus { address, health, words, .. } = status;
+    TracerRow { address, words, ill: health == Health::Ill }
 }
 
 /// What was rejected, for the panel.

@@ -74,13 +74,13 @@ impl Viewer {
 
     /// Shows another scene in the place of the present one; returns a message.
     fn replace(&mut self, ready: ReadyScene, source: ViewSource) -> Result<String> {
-        let ReadyScene { run, choose, mut editor } = ready;
+        let ReadyScene { run, choose, mut editor, digest } = ready;
         // Before anything is changed: a camera that cannot be used is an error of the scene.
         editor.camera(self.session.size())?;
         let again = self.is_open(&source);
         std::mem::swap(&mut self.editor, &mut editor);
         let lost = if again { self.editor.take_over(editor) } else { 0 };
-        self.session.replace(run, choose);
+        self.session.replace(run, choose, digest);
         self.session.set_effects(&self.editor);
         self.options.name = source.name();
         self.source = source;

@@ -3,29 +3,37 @@
 
 use std::time::{Duration, Instant};
 
-use miette::{IntoDiagnostic, Result};
+use miette::Result;
 
 use crate::app::method::{self, Chooser, RenderOrder};
 use crate::app::rejected::RejectedReport;
 use crate::app::run_spec::RunSpec;
 use crate::app::view::editor::SceneEditor;
+use crate::app::view::tracers::Tracers;
 use crate::client::window::statistics::RecentValues;
 use crate::client::{FilmSpec, SplatFilter};
 use crate::gpu::{DeviceInfo, DeviceKind};
-use crate::server::{Priority, Server};
+use crate::remote::{Health, TracerStatus};
 use crate::stream::{Block, DrainOrder, Drained, Epoch, Event, FinishReason, Lanes, UvWindow};
 use crate::tracer::choice::CANDIDATES;
 
 /// Abort times that are kept.
 const ABORTS: usize = 4096;
 
+/// Something has changed with a tracer on another machine.
+pub struct TracerNews {
+    pub message: String,
+    /// It is ill from now on.
+    pub ill: bool,
+}
+
 /// The server, its lanes, and the render in progress.
 pub struct RenderSession {
     /// What is rendered: scene file, size, method, seed.
     run: RunSpec,
     chooser: Chooser,
-    /// The server, for its cost map and its timing spans, too.
-    pub server: Server,
+    /// Who traces.
+    pub tracers: Tracers,
     lanes: Lanes,
     epoch: Epoch,
     /// Paths of a render; `None` is no end.
@@ -43,28 +51,24 @@ pub struct RenderSession {
     cut: Option<(Epoch, Instant)>,
     /// Milliseconds from cutting an epoch off until its last worker has left it.
     pub aborts: RecentValues,
-    /// Samples of earlier epochs.
-    traced_before: u64,
     /// The first path that panicked, and its message.
     pub panicked: Option<(u64, String)>,
     /// That path was reported.
     panic_reported: bool,
-    /// The photons of photon mapping, which outlast a move of the camera.
-    photons: Option<method::Photons>,
+    /// Tracers on other machines of which it was told that they are ill.
+    ill: Vec<bool>,
     /// How tracer and display share the processor, in words; empty until the device is known.
     pub processor_sharing: String,
 }
 
 impl RenderSession {
-    /// Starts the threads with a lower priority than the window; they sleep until the first render. Where `choose` is set, the
-    /// method is chosen anew whenever the view has changed and come to rest.
-    pub fn start(run: RunSpec, choose: bool, threads: usize, paths: Option<u64>) -> Result<Self> {
-        let (server, lanes) = Server::start_with(threads, Priority::Background).into_diagnostic()?;
-        server.set_cost_map(true);
-        Ok(Self {
+    /// A session of tracers that have been started, and their lanes. Where `choose` is set, the method is chosen anew whenever the view has
+    /// changed and come to rest.
+    pub fn new(run: RunSpec, choose: bool, tracers: Tracers, lanes: Lanes, paths: Option<u64>) -> Self {
+        Self {
             run,
             chooser: Chooser::new(choose),
-            server,
+            tracers,
             lanes,
             epoch: Epoch(0),
             paths,
@@ -75,19 +79,19 @@ impl RenderSession {
             began: Instant::now(),
             cut: None,
             aborts: RecentValues::new(ABORTS),
-            traced_before: 0,
             panicked: None,
             panic_reported: false,
-            photons: None,
+            ill: Vec::new(),
             processor_sharing: String::new(),
-        })
+        }
     }
 
-    /// Takes over another scene; film and device stay. The next epoch begins with it.
-    pub fn replace(&mut self, run: RunSpec, choose: bool) {
+    /// Takes over another scene; film and device stay. The next epoch begins with it. `digest` is what tracers elsewhere know it by.
+    pub fn replace(&mut self, run: RunSpec, choose: bool, digest: Option<String>) {
         let (film, device) = (self.run.film, std::mem::take(&mut self.run.device));
         self.run = RunSpec { film, device, ..run };
-        (self.chooser, self.photons, self.stale) = (Chooser::new(choose), None, true);
+        self.tracers.replace_scene(digest);
+        (self.chooser, self.stale) = (Chooser::new(choose), true);
     }
 
     /// What is rendered, with the present size and splat filter of the film.
@@ -119,8 +123,10 @@ impl RenderSession {
     pub fn set_device(&mut self, device: &DeviceInfo) {
         self.run.device = device.name.clone();
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
-        let threads = self.server.threads();
-        self.processor_sharing = if device.kind == DeviceKind::Cpu {
+        let threads = self.tracers.threads();
+        self.processor_sharing = if self.tracers.server().is_none() {
+            format!("traced elsewhere; the display has the {cores} cores of this machine")
+        } else if device.kind == DeviceKind::Cpu {
             format!(
                 "{threads} threads trace on {cores} cores while the display leaves them: it draws on the processor"
             )
@@ -174,13 +180,12 @@ impl RenderSession {
     /// Begins the next epoch at once, with the editor's scene and camera. Blocks of the last one will be dropped on arrival.
     pub fn begin(&mut self, editor: &SceneEditor) -> Result<()> {
         let camera = editor.camera(self.size())?;
-        self.traced_before += self.server.stats().total().samples;
         self.cut = (self.ended.is_none() && self.epoch != Epoch(0)).then(|| (self.epoch, Instant::now()));
         self.epoch = self.epoch.next();
         let (epoch, window) = (self.epoch, self.wanted_window());
         let (scene, range) = (editor.scene(), 0..self.paths.unwrap_or(u64::MAX));
         let order = RenderOrder { scene, camera, range, window, epoch, check: None };
-        method::start(&self.server, &self.run, order, &mut self.photons)?;
+        self.tracers.render(&self.run, order, editor.edits())?;
         let drain_order = match self.run.deterministic {
             true => DrainOrder::Index { first: 0 },
             false => DrainOrder::Arrival,
@@ -193,7 +198,7 @@ impl RenderSession {
 
     /// Reads the server's events.
     pub fn hear_server(&mut self) {
-        while let Some(Event::Finished { epoch, reason, at }) = self.server.event() {
+        while let Some(Event::Finished { epoch, reason, at }) = self.tracers.event() {
             if let FinishReason::Panicked { index, message } = &reason {
                 self.panicked.get_or_insert_with(|| (*index, message.clone()));
             }
@@ -212,6 +217,26 @@ impl RenderSession {
         self.panicked.clone().filter(|_| !reported)
     }
 
+    /// What has changed with tracers on other machines.
+    pub fn news_of_tracers(&mut self) -> Vec<TracerNews> {
+        let status = self.tracers.status();
+        self.ill.resize(status.len(), false);
+        let mut news = Vec::new();
+        for (was_ill, TracerStatus { address, health, words, .. }) in self.ill.iter_mut().zip(status) {
+            let ill = health == Health::Ill;
+            if ill != std::mem::replace(was_ill, ill) {
+                let message = match ill {
+                    true => {
+                        format!("tracer {address}: {words}; the picture stays, and gets better more slowly")
+                    }
+                    false => format!("tracer {address} is there again"),
+                };
+                news.push(TracerNews { message, ill });
+            }
+        }
+        news
+    }
+
     /// Hands over waiting blocks, `budget` samples at most. Never waits.
     pub fn drain(&mut self, budget: usize, take: impl FnMut(&Block)) -> Drained {
         let drained = self.lanes.drain(budget, take);
@@ -226,7 +251,7 @@ impl RenderSession {
 
     /// Stops the render; what has been sent remains valid.
     pub fn abort(&self) {
-        self.server.abort();
+        self.tracers.abort();
     }
 
     /// Whether the samples of this epoch cover a film of the present size and filter.
@@ -260,13 +285,13 @@ impl RenderSession {
 
     /// What this epoch has rejected so far.
     pub fn rejected(&self, editor: &SceneEditor) -> RejectedReport {
-        let rejections = self.server.stats().total().rejections;
+        let rejections = self.tracers.rejections();
         RejectedReport::new(&self.run, editor.desc(), &editor.scene(), &rejections)
     }
 
     /// Samples that the tracer has sent since the start.
     pub fn traced(&self) -> u64 {
-        self.traced_before + self.server.stats().total().samples
+        self.tracers.traced()
     }
 
     /// Blocks in the lanes, and how many fit.

@@ -2,6 +2,7 @@
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use miette::{IntoDiagnostic, Result};
@@ -9,10 +10,11 @@ use winit::dpi::PhysicalSize;
 use winit::event_loop::{ActiveEventLoop, EventLoop};
 
 use crate::app::args::ViewArgs;
+use crate::app::args::remote::OF_TRACER;
+use crate::app::args::scene::SceneArgs;
 use crate::app::denoise::check as check_denoise;
 use crate::app::device::CPU;
 use crate::app::outputs::Outputs;
-use crate::app::process;
 use crate::app::timings::{self, TimingCapture};
 use crate::app::view::exposure::FollowedLight;
 use crate::app::view::loader::{ReadyScene, ViewSource};
@@ -23,13 +25,16 @@ use crate::app::view::picture::LivePicture;
 use crate::app::view::saves::BackgroundSaves;
 use crate::app::view::screen::SimulatedLosses;
 use crate::app::view::session::RenderSession;
+use crate::app::view::tracers::{self, Tracers};
 use crate::app::view::watch::FileWatch;
 use crate::app::view::{ViewOptions, Viewer};
+use crate::app::{predictions, process, tell};
 use crate::client::background;
 use crate::client::window::panel::{DEFAULT_TARGET, MapChoice, PanelControls};
 use crate::client::{Denoise, Settings, SplatFilter};
 use crate::color::Profile;
 use crate::gpu::{self, DeviceChoice};
+use crate::remote::{Fetched, TracerAddress, fetch};
 use crate::server::panic_message;
 
 /// Runs the subcommand. A picture that was asked for is written even after an error.
@@ -38,6 +43,12 @@ pub fn view(args: &ViewArgs) -> Result<()> {
     if args.source.device.as_deref() == Some(CPU) {
         return Err(miette::miette!(
             "a window needs a Vulkan device, and --device cpu is none: leave it out, or use `pointillist render`"
+        ));
+    }
+    if args.deterministic && !args.tracers.connect.is_empty() {
+        return Err(miette::miette!(
+            help = "leave --deterministic away, or render in parts: `pointillist shard`",
+            "samples of tracers elsewhere come in any order: --deterministic and --connect exclude each other"
         ));
     }
     let denoise = denoise(args)?;
@@ -102,10 +113,13 @@ pub(super) enum Stage {
 impl ViewerApp {
     /// Begins to load the scene.
     fn start(args: &ViewArgs, denoise: Denoise, outputs: Outputs, began: Instant) -> Result<Self> {
+        let tracers = tracers::addresses(&args.tracers)?;
+        let scene = scene(args, &tracers)?;
         let source = ViewSource {
-            args: args.source.clone(),
+            args: scene,
             deterministic: args.deterministic,
             replicated: args.replicates > 1,
+            remote: !tracers.is_empty(),
         };
         let settings = Settings { denoise, reproject: !args.no_reproject, ..args.display.settings() };
         let controls = PanelControls {
@@ -132,6 +146,7 @@ impl ViewerApp {
             },
             budget: args.fps.map(|fps| Duration::from_secs_f32(1.0 / fps.clamp(0.1, 1000.0))),
             samples: args.samples,
+            tracers,
             name: source.name(),
         };
         let loading = LoadingWindow::start(source, options, controls)?;
@@ -199,13 +214,33 @@ fn denoise(args: &ViewArgs) -> Result<Denoise> {
     }
 }
 
+/// The scene of the command line; that of the first tracer where it names none.
+fn scene(args: &ViewArgs, tracers: &[TracerAddress]) -> Result<SceneArgs> {
+    if args.source.scene != Path::new(OF_TRACER) {
+        return Ok(args.source.clone());
+    }
+    let Some(first) = tracers.first() else {
+        return Err(miette::miette!(
+            help = "`pointillist view scenes/cornell.xml`, or --connect HOST:PORT for the scene of a tracer",
+            "there is no scene to show"
+        ));
+    };
+    let folder = predictions::folder()
+        .ok_or_else(|| miette::miette!("set POINTILLIST_STATE to a folder for fetched scenes"))?;
+    tell(&format!("fetching the scene from {}", first.address));
+    let fetched = fetch(first, &folder.join("scenes"));
+    let Fetched { scene, welcome } = fetched
+        .map_err(|error| miette::miette!("the scene of {} cannot be fetched: {error}", first.address))?;
+    Ok(SceneArgs { scene, defines: welcome.defines, lenient: welcome.lenient, ..args.source.clone() })
+}
+
 /// Starts the tracer, and the first epoch in the window that is open.
 fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
     let LoadingWindow { mut options, mut controls, loader, open, .. } = loading;
     let Some(OpenWindow { screen, host, rate }) = open else {
         return Err(miette::miette!("there is no window for the scene"));
     };
-    let ReadyScene { run, choose, editor } = ready;
+    let ReadyScene { run, choose, editor, digest } = ready;
     controls.filter = run.film.filter;
     let size = [run.film.width, run.film.height];
     let window = screen.window.clone();
@@ -220,13 +255,19 @@ fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
     let panel = ViewerPanel::new(host, controls, size);
     let threads = loader.source.args.threads();
     let mut picture = LivePicture::new(&run, options.budget, panel.target(), threads)?;
-    let mut session = RenderSession::start(run, choose, threads, options.samples)?;
+    let (tracers, lanes) = match options.tracers.is_empty() {
+        true => Tracers::here(threads)?,
+        false => Tracers::elsewhere(options.tracers.clone(), digest.unwrap_or_default())?,
+    };
+    let mut session = RenderSession::new(run, choose, tracers, lanes, options.samples);
     let mut capture = None;
     if let Some(gpu) = screen.gpu() {
         session.set_device(gpu.info());
     }
     if let Some(path) = &options.timings {
-        session.server.set_tracing(true);
+        if let Some(server) = session.tracers.server() {
+            server.set_tracing(true);
+        }
         capture = Some(TimingCapture::new(path, screen.gpu())?);
     }
     picture.open(screen, rate);

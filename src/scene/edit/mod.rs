@@ -20,7 +20,7 @@ pub use save::SaveError;
 pub use target::{EditError, NewValue, Target};
 
 /// All changes relative to the file; at most one per target.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Edits {
     /// The camera, if it was moved.
     pub camera: Option<CameraDesc>,

@@ -7,7 +7,7 @@ use crate::spectrum::Spectrum;
 use crate::spectrum::dispersion::{Ior, SODIUM_D};
 
 /// One value of the scene, by place in the description.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 pub enum Target {
     /// Factor on the emission of a shape (index into `shapes`).
     Emission(u32),
@@ -24,7 +24,7 @@ pub enum Target {
 }
 
 /// A new value.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum NewValue {
     /// A factor on what the file says, ≥ 0.
     Scale(f64),

@@ -10,9 +10,11 @@ use pointillist::color::{Xyz, icc};
 use pointillist::image::bitmap::Bitmap;
 use pointillist::image::compare::{self, Picture};
 use pointillist::image::{Grid, ImageError, exr};
+use pointillist::remote::blocks;
+use pointillist::remote::message::{FRAME_HEADER, Kind, Side, ToTracer, ToViewer};
 use pointillist::scene::mesh::{self, MeshFormat, MeshOptions};
 use pointillist::scene::{LoadOptions, Loaded, SceneError, load_str_with, load_with};
-use pointillist::stream::{SampleSink, UvWindow};
+use pointillist::stream::{Block, Sample, SampleSink, UvWindow};
 use pointillist::study::data::Study;
 use pointillist::study::measurement::Measurement;
 use pointillist::study::prediction::{PredictionOutcome, score};
@@ -51,6 +53,7 @@ pub const ALL: &[Target] = &[
     Target { name: "layers", read: layers },
     Target { name: "icc", read: |_, bytes| icc::parse(bytes).is_ok() },
     Target { name: "state", read: state },
+    Target { name: "message", read: |_, bytes| message(bytes) },
 ];
 
 /// Files that the scenes of the corpora name.
@@ -97,6 +100,26 @@ fn scene(folder: &Path, bytes: &[u8]) -> bool {
     let read =
         |lenient| told(load_str_with(&name.to_string_lossy(), text, &LoadOptions { defines: &[], lenient }));
     read(false).is_some() || read(true).is_some()
+}
+
+/// A frame of the live protocol, from either side.
+fn message(bytes: &[u8]) -> bool {
+    let Some((header, payload)) = bytes.split_first_chunk::<FRAME_HEADER>() else { return false };
+    [Side::Viewer, Side::Tracer].into_iter().any(|sender| {
+        let Ok((kind, length)) = Kind::of_frame(*header, sender) else { return false };
+        let Some(payload) = payload.get(..length) else { return false };
+        match sender {
+            Side::Viewer => ToTracer::read(kind, payload).is_ok(),
+            Side::Tracer => match ToViewer::read(kind, payload) {
+                Ok(ToViewer::Samples(payload)) => {
+                    let sound =
+                        |block: &mut Box<Block>| assert!(block.samples().iter().all(Sample::is_sound));
+                    blocks::read(payload, &mut Box::default(), sound).is_ok()
+                }
+                read => read.is_ok(),
+            },
+        }
+    })
 }
 
 /// Discards samples: those that are not finite are rejected and counted later, by the stream.

@@ -50,6 +50,8 @@ pub struct PanelData {
     pub edit_latency_p95: Option<Duration>,
     /// Number of tracing threads.
     pub threads: usize,
+    /// Tracers on other machines.
+    pub tracers: Vec<TracerRow>,
     /// Time since the present epoch began.
     pub elapsed: Duration,
     /// A message for the user, such as where a file was saved.
@@ -72,6 +74,17 @@ pub struct PanelData {
     pub camera: String,
     /// Field of view in degrees, 0 when not known.
     pub fov: f64,
+}
+
+/// One tracer on another machine.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TracerRow {
+    /// Where it is.
+    pub address: String,
+    /// How it is.
+    pub words: String,
+    /// Something is wrong with it.
+    pub ill: bool,
 }
 
 /// Values that were rejected: how many, and the first of them.

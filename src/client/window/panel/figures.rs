@@ -60,6 +60,11 @@ pub(super) fn show(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Action>) {
         }
         line("Resolution", format!("{width}×{height}{detail}"));
         line("Threads", data.threads.to_string());
+        for tracer in &data.tracers {
+            ui.colored_label(style::DIM, &tracer.address);
+            ui.colored_label(if tracer.ill { style::ACCENT } else { style::BRIGHT }, &tracer.words);
+            ui.end_row();
+        }
     });
     let (used, size) = data.ring;
     let fill = used as f32 / size.max(1) as f32;

@@ -1,0 +1,88 @@
+//! A tracer that stands still, is slow, goes away or talks nonsense: the others go on, and the viewer says which one is ill.
+
+use std::time::{Duration, Instant};
+
+use pointillist::remote::Health;
+
+use crate::host::{FakeViewer, Served, address};
+use crate::proxy::{Proxy, Weather};
+
+/// A viewer with two tracers, the first of them behind a proxy.
+fn two() -> (FakeViewer, Proxy, [Served; 2]) {
+    let served = [Served::start(None), Served::start(None)];
+    let proxy = Proxy::start(&served[0].address);
+    let mut viewer = FakeViewer::of(vec![address(&proxy.address, None), address(&served[1].address, None)]);
+    viewer.render(None);
+    viewer.hears(0, Health::Well, "threads");
+    viewer.hears(1, Health::Well, "threads");
+    viewer.receive(100_000);
+    (viewer, proxy, served)
+}
+
+/// Edits reach the other tracer meanwhile, and its samples come.
+fn the_other_goes_on(viewer: &mut FakeViewer) {
+    for _ in 0..3 {
+        viewer.render(None);
+        viewer.receive(20_000);
+    }
+    assert_eq!(viewer.tracers.status()[1].health, Health::Well);
+}
+
+#[test]
+fn a_tracer_that_stands_still_is_named_and_comes_back() {
+    let (mut viewer, proxy, _served) = two();
+    proxy.set(Weather::Still);
+    viewer.hears(0, Health::Ill, "silent");
+    the_other_goes_on(&mut viewer);
+    proxy.set(Weather::Fine);
+    viewer.hears(0, Health::Well, "threads");
+    the_other_goes_on(&mut viewer);
+    // Nobody waits for one that stands still at the end.
+    proxy.set(Weather::Still);
+    viewer.hears(0, Health::Ill, "silent");
+    let start = Instant::now();
+    drop(viewer);
+    assert!(start.elapsed() < Duration::from_secs(3), "{:?}", start.elapsed());
+}
+
+#[test]
+fn a_tracer_that_is_slow_is_named() {
+    let (mut viewer, proxy, _served) = two();
+    proxy.set(Weather::Slow(1000));
+    viewer.hears(0, Health::Ill, "slow");
+    the_other_goes_on(&mut viewer);
+}
+
+#[test]
+fn a_tracer_that_is_gone_is_named_and_comes_back() {
+    let (mut viewer, proxy, _served) = two();
+    proxy.set(Weather::Broken);
+    viewer.hears(0, Health::Ill, "closed");
+    the_other_goes_on(&mut viewer);
+    proxy.set(Weather::Fine);
+    viewer.hears(0, Health::Well, "threads");
+}
+
+#[test]
+fn nonsense_is_named() {
+    let (mut viewer, proxy, _served) = two();
+    proxy.set(Weather::Noise);
+    viewer.hears(0, Health::Ill, "");
+    the_other_goes_on(&mut viewer);
+    proxy.set(Weather::Fine);
+    viewer.hears(0, Health::Well, "threads");
+}
+
+/// An address where nobody is, a name that nobody has: told, and tried again.
+#[test]
+fn addresses_where_nobody_is_are_told() {
+    let served = Served::start(None);
+    let nobody = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().to_string();
+    let addresses = [&served.address, &nobody, "no.such.host.invalid:7070", "nonsense"];
+    let mut viewer = FakeViewer::of(addresses.iter().map(|a| address(a, None)).collect());
+    viewer.render(None);
+    viewer.hears(1, Health::Ill, "refused");
+    viewer.hears(2, Health::Ill, "");
+    viewer.hears(3, Health::Ill, "");
+    viewer.receive(10_000);
+}
