@@ -320,7 +320,7 @@ impl Merged {
             let there = self.state.about.indices.count() as f64;
             let wanted = IndexRanges::one(self.wanted()).count().max(1) as f64;
             let more = (there * samples.value - wanted).max(0.0) / wanted * of as f64;
-            [last + 1, last.max(of) + more.ceil() as u64]
+            [last + 1, of + more.ceil() as u64]
         });
         Some(Further { target: target.error, samples, parts: parts.filter(|[first, last]| first <= last) })
     }

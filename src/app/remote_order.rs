@@ -78,13 +78,18 @@ impl RemoteOrder {
     }
 }
 
-/// By what viewer and tracer know that they have the same scene: its files, and what the command line says of them.
+/// By what viewer and tracer know that they have the same scene: what stands in its files, in any order, and what the command line says
+/// of them.
 ///
 /// # Errors
 ///
 /// When a file cannot be read.
 pub fn scene_digest(files: &[PathBuf], defines: &[(String, String)], lenient: bool) -> Result<String> {
-    let words = format!("{} {lenient} {defines:?}", hash_of_files(files)?);
+    let mut hashes: Vec<String> =
+        files.iter().map(|file| hash_of_files(std::slice::from_ref(file))).collect::<Result<_>>()?;
+    hashes.sort_unstable();
+    hashes.dedup();
+    let words = format!("{hashes:?} {lenient} {defines:?}");
     Ok(blake3::hash(words.as_bytes()).to_hex()[..32].to_string())
 }
 

@@ -1,6 +1,6 @@
 //! `pointillist serve`: the tracer without a window, for viewers on this machine or on others.
 
-use std::path::PathBuf;
+use std::path::{Component, Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -92,13 +92,16 @@ impl Host for ServedHost {
         Ok((Box::new(ServedTracer { host: self, server, present: Mutex::default() }), lanes))
     }
 
-    /// Places relative to the folder that holds all of them.
+    /// Places relative to the folder that holds all of them, under the names that the scene has for them.
     fn files(&self) -> Vec<(String, PathBuf)> {
-        let files = locked(&self.scene).files.clone();
-        let full = |path: &PathBuf| path.canonicalize().unwrap_or_else(|_| path.clone());
-        let full: Vec<PathBuf> = files.iter().map(full).collect();
-        let Some(mut folder) = full.first().and_then(|scene| scene.parent()) else { return Vec::new() };
-        while !full.iter().all(|path| path.starts_with(folder)) {
+        let mut all: Vec<PathBuf> = Vec::new();
+        for path in locked(&self.scene).files.iter().map(|path| plain(path)) {
+            if !all.contains(&path) {
+                all.push(path);
+            }
+        }
+        let Some(mut folder) = all.first().and_then(|scene| scene.parent()) else { return Vec::new() };
+        while !all.iter().all(|path| path.starts_with(folder)) {
             let Some(parent) = folder.parent() else { break };
             folder = parent;
         }
@@ -107,8 +110,22 @@ impl Host for ServedHost {
             let parts: Vec<_> = inside.iter().map(|part| part.to_string_lossy()).collect();
             (parts.join("/"), path.clone())
         };
-        full.iter().map(place).collect()
+        all.iter().map(place).collect()
     }
+}
+
+/// A path from the root, without `.` and `..`; links keep their names.
+fn plain(path: &Path) -> PathBuf {
+    let from_root = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
+    let mut plain = PathBuf::new();
+    for part in from_root.components() {
+        match part {
+            Component::ParentDir => _ = plain.pop(),
+            Component::CurDir => {}
+            part => plain.push(part),
+        }
+    }
+    plain
 }
 
 /// The tracer of one viewer.

@@ -1,19 +1,20 @@
-//! Blocks of samples as bytes: as they are, or in 12 bytes per sample.
+//! Blocks of samples as bytes: as they are, or in 12 bytes per sample, or in 16 with a weight for each.
 //!
 //! A payload is the epoch (u64) and one part after the other. A part is some samples of a block: a block that is longer than what may be
-//! sent at once is cut, and its paths are counted in its last part. All numbers are little endian.
+//! sent at once is cut, and each part has its share of the paths. All numbers are little endian.
 //!
 //! ```text
 //! part:    first index u64, number of indices u64, camera paths u64, light paths u64, rejected u64,
-//!          samples u16, form u8 (0 plain, 1 short), camera weight f32
+//!          samples u16, form u8 (0 plain, 1 short, 2 weighed), camera weight f32
 //! plain:   the sample as it is in memory, [u, v], [x, y, z, w], 6 × f32
 //! short:   96 bits from the lowest: stream 1, u 20, v 20, x 18, y 19, z 18
+//! weighed: a short sample and its weight f32
 //! ```
 //!
 //! The short form keeps what a picture can show. A position is kept to 2⁻¹⁹ of the picture: 4096 pixels have 128 steps each. A colour is kept as a floating-point number without sign, with the 8 bits of an `f32`'s exponent and 10 or 11
 //! of its fraction, rounded up or down by chance so that its expectation is exact: sums over many samples are not shifted, as half floats
 //! would shift them, and the variance of a sample grows by less than 10⁻⁶ of its square.
-//! The weight is that of all camera samples of the part, or −1 on the light stream. Where weights differ the part is plain.
+//! The weight is that of all camera samples of the part, or −1 on the light stream; where weights differ each sample has its own.
 
 use crate::color::Xyz;
 use crate::math::bits::mix;
@@ -26,6 +27,30 @@ const PART_HEADER: usize = 5 * 8 + 2 + 1 + 4;
 
 /// Bytes of a sample in the short form.
 pub const SHORT: usize = 12;
+
+/// How the samples of a part are written; the numbers are those that are sent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+enum SampleForm {
+    Plain = 0,
+    Short = 1,
+    Weighed = 2,
+}
+
+impl SampleForm {
+    fn of(number: u8) -> Option<Self> {
+        [Self::Plain, Self::Short, Self::Weighed].into_iter().find(|form| *form as u8 == number)
+    }
+
+    /// Bytes of a sample.
+    fn bytes(self) -> usize {
+        match self {
+            Self::Plain => size_of::<Sample>(),
+            Self::Short => SHORT,
+            Self::Weighed => SHORT + size_of::<f32>(),
+        }
+    }
+}
 
 /// Largest distance of a sample from the picture, in units of the picture. Windows are smaller by far.
 const FAR: f32 = 2.0;
@@ -48,7 +73,7 @@ pub struct PartedBlock {
     sent: usize,
     /// Weight of all camera samples, if they have the same; 0 where they differ.
     weight: f32,
-    compressed: bool,
+    form: SampleForm,
 }
 
 impl PartedBlock {
@@ -58,13 +83,13 @@ impl PartedBlock {
         let weight = samples.iter().map(|s| s.w).find(|w| *w > 0.0).unwrap_or(1.0);
         let alike = samples.iter().all(|s| s.w == weight || s.w == -1.0);
         let near = |c: f32| (c - 0.5).abs() < SPAN;
-        let fits = alike && samples.iter().all(|s| s.uv.into_iter().all(near));
-        let block = Box::new(block.clone());
-        Self { block, sent: 0, weight, compressed: compressed && fits }
-    }
-
-    fn sample_bytes(&self) -> usize {
-        if self.compressed { SHORT } else { size_of::<Sample>() }
+        let fits = samples.iter().all(|s| s.uv.into_iter().all(near));
+        let form = match (compressed && fits, alike) {
+            (false, _) => SampleForm::Plain,
+            (true, true) => SampleForm::Short,
+            (true, false) => SampleForm::Weighed,
+        };
+        Self { block: Box::new(block.clone()), sent: 0, weight, form }
     }
 
     /// Appends the next part to a payload that may become `most` bytes long. Returns whether the block has left as a whole; where not even
@@ -72,26 +97,32 @@ impl PartedBlock {
     pub fn write(&mut self, payload: &mut Vec<u8>, most: usize) -> bool {
         let left = self.block.samples().len() - self.sent;
         let room = most.saturating_sub(payload.len());
-        let fits = room.saturating_sub(PART_HEADER) / self.sample_bytes();
+        let fits = room.saturating_sub(PART_HEADER) / self.form.bytes();
         if room < PART_HEADER || fits == 0 && left > 0 {
             return false;
         }
         let (count, last) = (left.min(fits), left <= fits);
         let Header { first_index, index_count, paths, rejected, .. } = self.block.header;
-        // Paths that are not counted yet count once: with the last part.
-        let counts = [index_count, paths.camera, paths.light, rejected].map(|n| if last { n } else { 0 });
+        // Each part has its share of the paths: a connection may break between two of them.
+        let all = self.block.samples().len().max(1) as u64;
+        let until = |sent: usize, n: u64| n * sent as u64 / all;
+        let share = |n: u64| if last { n } else { until(self.sent + count, n) } - until(self.sent, n);
+        let counts = [index_count, paths.camera, paths.light, rejected].map(share);
         payload.extend(first_index.to_le_bytes());
         counts.iter().for_each(|n| payload.extend(n.to_le_bytes()));
         payload.extend((count as u16).to_le_bytes());
-        payload.push(u8::from(self.compressed));
+        payload.push(self.form as u8);
         payload.extend(self.weight.to_le_bytes());
         let samples = &self.block.samples()[self.sent..self.sent + count];
-        if self.compressed {
+        if self.form == SampleForm::Plain {
+            payload.extend(bytemuck::cast_slice::<Sample, u8>(samples));
+        } else {
             for (place, sample) in (self.sent..).zip(samples) {
                 payload.extend(shorten(sample, mix(first_index ^ (place as u64) << 48)));
+                if self.form == SampleForm::Weighed {
+                    payload.extend(sample.w.to_le_bytes());
+                }
             }
-        } else {
-            payload.extend(bytemuck::cast_slice::<Sample, u8>(samples));
         }
         self.sent += count;
         last
@@ -140,13 +171,16 @@ pub fn read(
         let count = usize::from(u16::from_le_bytes(reader.take()?));
         let [form] = reader.take()?;
         let weight = f32::from_le_bytes(reader.take()?);
-        if count > BLOCK_SAMPLES || form > 1 {
-            return Err(wrong("the number or the form of samples"));
-        }
+        let form = SampleForm::of(form).filter(|_| count <= BLOCK_SAMPLES);
+        let form = form.ok_or_else(|| wrong("the number or the form of samples"))?;
         for _ in 0..count {
             let sample = match form {
-                0 => bytemuck::pod_read_unaligned(&reader.take::<{ size_of::<Sample>() }>()?),
-                _ => lengthen(reader.take()?, weight),
+                SampleForm::Plain => bytemuck::pod_read_unaligned(&reader.take::<{ size_of::<Sample>() }>()?),
+                SampleForm::Short => lengthen(reader.take()?, weight),
+                SampleForm::Weighed => {
+                    let short = reader.take()?;
+                    lengthen(short, f32::from_le_bytes(reader.take()?))
+                }
             };
             let placed = sample.uv.iter().all(|c| c.abs() <= FAR);
             if !(placed && sample.is_sound() && (sample.w > 0.0 || sample.w == -1.0)) {
@@ -276,10 +310,28 @@ mod tests {
                 let parts = through(&block, false, most);
                 let samples: Vec<Sample> = parts.iter().flat_map(Block::samples).copied().collect();
                 assert_eq!(samples, block.samples());
-                let (last, before) = parts.split_last().expect("a part");
-                assert_eq!(last.header, block.header);
-                let header = Header { epoch: Epoch(4), first_index: 5 * 1024, ..Header::default() };
-                assert!(before.iter().all(|part| part.header == header));
+                let sum = |of: fn(&Header) -> u64| parts.iter().map(|part| of(&part.header)).sum::<u64>();
+                let sums = [
+                    sum(|h| h.index_count),
+                    sum(|h| h.paths.camera),
+                    sum(|h| h.paths.light),
+                    sum(|h| h.rejected),
+                ];
+                assert_eq!(sums, [1000, 700, 300, 3]);
+                assert!(
+                    parts
+                        .iter()
+                        .all(|part| part.header.first_index == 5 * 1024 && part.header.epoch == Epoch(4))
+                );
+                // In proportion.
+                let half = &parts[..parts.len() / 2];
+                let (samples, paths) = half.iter().fold((0, 0), |(samples, paths), part| {
+                    (samples + part.samples().len(), paths + part.header.paths.camera)
+                });
+                assert!(
+                    (samples as f64 * 700.0 / 1024.0 - paths as f64).abs() < 2.0,
+                    "{paths} paths of {samples}"
+                );
             }
         }
     }
@@ -301,9 +353,10 @@ mod tests {
                 assert!((a - b).abs() <= b * last_bit, "{a} for {b}");
             }
         }
-        // Where weights differ nothing is lost.
-        let mixed = self::block(2, &[0.25, 0.5]);
-        assert_eq!(through(&mixed, true, 30_000)[0].samples(), mixed.samples());
+        // Where weights differ each sample has its own.
+        let mixed = self::block(2, &[0.25, 31.0, -1.0]);
+        let weights = |block: &Block| block.samples().iter().map(|s| s.w).collect::<Vec<_>>();
+        assert_eq!(weights(&through(&mixed, true, 17_000)[0]), weights(&mixed));
     }
 
     /// Rounding has the right expectation: the mean of many roundings of one number, against its standard error.
@@ -342,7 +395,7 @@ mod tests {
         assert!(with(8, &u64::MAX.to_le_bytes()), "indices beyond the last one");
         assert!(with(24, &(1u64 << 50).to_le_bytes()), "camera paths");
         assert!(with(48, &1025u16.to_le_bytes()), "samples");
-        assert!(with(50, &[2]), "form");
+        assert!(with(50, &[3]), "form");
         for value in [f32::NAN, f32::INFINITY, 7.0] {
             assert!(with(samples, &value.to_le_bytes()), "position {value}");
         }

@@ -10,7 +10,7 @@
 //! Nothing is read beyond what the next frame or record may hold, and before the handshake is over nothing beyond its few bytes.
 
 use std::io::{ErrorKind, Read, Write};
-use std::net::{Shutdown, TcpStream};
+use std::net::{Shutdown, TcpStream, ToSocketAddrs};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -33,6 +33,9 @@ const TAG: usize = 16;
 
 /// The Noise protocol with a token.
 const NOISE: &str = "Noise_NNpsk0_25519_ChaChaPoly_BLAKE2s";
+
+/// Longest time for what is written at once, however slowly it goes on.
+const SLOWEST: Duration = Duration::from_secs(180);
 
 /// Bytes read from a socket at once.
 const CHUNK: usize = 64 << 10;
@@ -69,6 +72,9 @@ pub enum LinkError {
     /// An encrypted record was changed on its way.
     #[error("a record was damaged on its way")]
     Damaged,
+    /// Nothing came for so long that there is nobody.
+    #[error("it has been silent for {0} s")]
+    Silent(u64),
     /// The handshake took too long.
     #[error("it said nothing for {} s", HANDSHAKE.as_secs())]
     Late,
@@ -127,6 +133,20 @@ pub struct LinkWriter {
     sealed: Vec<u8>,
 }
 
+/// Connects to `host:port`.
+pub(super) fn connect(address: &str) -> Result<TcpStream, LinkError> {
+    /// Time for each address of the host.
+    const CONNECT: Duration = Duration::from_secs(5);
+    let mut last = std::io::Error::new(std::io::ErrorKind::NotFound, "the host has no address");
+    for address in address.to_socket_addrs()? {
+        match TcpStream::connect_timeout(&address, CONNECT) {
+            Ok(socket) => return Ok(socket),
+            Err(error) => last = error,
+        }
+    }
+    Err(last.into())
+}
+
 /// Greets the other side of a fresh connection and checks version and token.
 ///
 /// # Errors
@@ -174,7 +194,7 @@ pub fn greet(
         Some(token) => Some(Arc::new(agree(&socket, side, token, &hello, deadline)?)),
         None => None,
     };
-    let reader = LinkReader {
+    let mut reader = LinkReader {
         socket: socket.try_clone()?,
         sender: side.other(),
         cipher: cipher.clone(),
@@ -186,10 +206,18 @@ pub fn greet(
         heard: Instant::now(),
         bytes: 0,
     };
-    Ok((reader, LinkWriter { socket, cipher, records: 0, sealed: Vec::new() }))
+    let mut writer = LinkWriter { socket, cipher, records: 0, sealed: Vec::new() };
+    // The record that ends the handshake had the number 0.
+    match side {
+        _ if token.is_none() => {}
+        Side::Viewer => writer.records = 1,
+        Side::Tracer => reader.records = 1,
+    }
+    Ok((reader, writer))
 }
 
-/// The Noise handshake: two messages, after which both sides have proven that they know the token.
+/// The Noise handshake: two messages, and an empty record from the viewer, after which both sides have proven that they know the token now:
+/// the first message alone could be a copy of one that was sent long ago.
 fn agree(
     socket: &TcpStream,
     side: Side,
@@ -232,7 +260,20 @@ fn agree(
             send(&mut state)?;
         }
     }
-    state.into_stateless_transport_mode().map_err(|_| LinkError::Token)
+    let cipher = state.into_stateless_transport_mode().map_err(|_| LinkError::Token)?;
+    let mut record = [0; TAG];
+    match side {
+        Side::Viewer => {
+            cipher.write_message(0, &[], &mut record).map_err(|_| LinkError::Token)?;
+            let mut socket = socket;
+            socket.write_all(&record)?;
+        }
+        Side::Tracer => {
+            read_exact(socket, &mut record, deadline)?;
+            cipher.read_message(0, &record, &mut []).map_err(|_| LinkError::Token)?;
+        }
+    }
+    Ok(cipher)
 }
 
 /// Reads until `bytes` is full.
@@ -248,8 +289,23 @@ fn read_exact(mut socket: &TcpStream, bytes: &mut [u8], deadline: Instant) -> Re
             Ok(0) => return Err(LinkError::Closed),
             Ok(n) => filled += n,
             Err(error) if is_pause(&error) => {}
-            Err(error) if error.kind() == ErrorKind::ConnectionReset => return Err(LinkError::Closed),
-            Err(error) => return Err(error.into()),
+            Err(error) => return Err(broken(error)),
+        }
+    }
+    Ok(())
+}
+
+/// Writes all of `bytes`.
+fn write_all(mut socket: &TcpStream, mut bytes: &[u8]) -> Result<(), LinkError> {
+    let begin = Instant::now();
+    while !bytes.is_empty() {
+        match socket.write(bytes) {
+            Ok(count) => bytes = &bytes[count..],
+            Err(error) if error.kind() == ErrorKind::Interrupted => {}
+            Err(error) => return Err(broken(error)),
+        }
+        if begin.elapsed() > SLOWEST && !bytes.is_empty() {
+            return Err(LinkError::Silent(SLOWEST.as_secs()));
         }
     }
     Ok(())
@@ -258,6 +314,14 @@ fn read_exact(mut socket: &TcpStream, bytes: &mut [u8], deadline: Instant) -> Re
 /// Nothing has come yet.
 fn is_pause(error: &std::io::Error) -> bool {
     matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted)
+}
+
+/// The connection has ended: by the other side, or by the network.
+fn broken(error: std::io::Error) -> LinkError {
+    match error.kind() {
+        ErrorKind::ConnectionReset | ErrorKind::BrokenPipe => LinkError::Closed,
+        _ => LinkError::Io(error),
+    }
 }
 
 impl LinkReader {
@@ -295,7 +359,7 @@ impl LinkReader {
             Ok(0) => return Err(LinkError::Closed),
             Ok(count) => count,
             Err(error) if is_pause(&error) => return Ok(false),
-            Err(error) => return Err(error.into()),
+            Err(error) => return Err(broken(error)),
         };
         (self.heard, self.bytes) = (Instant::now(), self.bytes + count as u64);
         self.open.drain(..std::mem::take(&mut self.at));
@@ -317,11 +381,6 @@ impl LinkReader {
         self.sealed.drain(..read);
         Ok(true)
     }
-
-    /// Bytes that are held for frames to come.
-    pub fn held(&self) -> usize {
-        self.open.capacity() + self.sealed.capacity() + self.chunk.len()
-    }
 }
 
 impl LinkWriter {
@@ -329,9 +388,9 @@ impl LinkWriter {
     ///
     /// # Errors
     ///
-    /// [`LinkError::Io`] where the connection has ended or has stood still for too long.
+    /// [`LinkError`] where the connection has ended, has stood still for too long, or takes minutes for what should take a moment.
     pub fn write(&mut self, frames: &[u8]) -> Result<(), LinkError> {
-        let Some(cipher) = &self.cipher else { return Ok(self.socket.write_all(frames)?) };
+        let Some(cipher) = &self.cipher else { return write_all(&self.socket, frames) };
         self.sealed.clear();
         for part in frames.chunks(RECORD - TAG) {
             let start = self.sealed.len();
@@ -341,7 +400,7 @@ impl LinkWriter {
             length.copy_from_slice(&(sealed as u16).to_le_bytes());
             self.records += 1;
         }
-        Ok(self.socket.write_all(&self.sealed)?)
+        write_all(&self.socket, &self.sealed)
     }
 
     /// Ends the connection, for the thread that reads from it as well.

@@ -62,7 +62,7 @@ pub enum Kind {
     Ended = 67,
     /// To the viewer, u64: the answer to a ping.
     Pong = 68,
-    /// To the viewer, text: what was asked for is refused, and why.
+    /// To the viewer, JSON: [`Refusal`].
     Refused = 69,
     /// To the viewer, JSON: [`RejectedValues`].
     Rejected = 70,
@@ -159,6 +159,8 @@ pub struct Request {
     pub paths: Option<u64>,
     /// Samples are to be sent in 12 bytes.
     pub compressed: bool,
+    /// Cells along the longer side of the picture in the finest film delta, where the link is slower than the tracer; 0 is no deltas.
+    pub finest: u32,
     /// What is traced, in the words of the program: JSON that this module does not look into.
     pub order: String,
 }
@@ -185,6 +187,15 @@ pub struct Ended {
     pub epoch: u64,
     /// How it ended.
     pub reason: FinishReason,
+}
+
+/// What was asked for is not done.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Refusal {
+    /// The render that is not traced; 0 where it is something else.
+    pub epoch: u64,
+    /// Why.
+    pub why: String,
 }
 
 /// What was rejected since the last message of this kind.
@@ -239,7 +250,13 @@ impl ToTracer {
     /// [`MessageError`].
     pub fn read(kind: Kind, payload: &[u8]) -> Result<Self, MessageError> {
         match kind {
-            Kind::Render => of_json(payload).map(ToTracer::Render),
+            Kind::Render => match of_json::<Request>(payload)? {
+                // The last number stands for no epoch.
+                Request { epoch: 0 | u64::MAX, .. } => {
+                    Err(MessageError::Content("the number of a render".into()))
+                }
+                request => Ok(ToTracer::Render(request)),
+            },
             Kind::Abort => Ok(ToTracer::Abort),
             Kind::Credit => array(payload).map(|bytes| ToTracer::Credit(u32::from_le_bytes(bytes))),
             Kind::Ping => array(payload).map(|bytes| ToTracer::Ping(u64::from_le_bytes(bytes))),
@@ -261,7 +278,7 @@ pub enum ToViewer<'a> {
     /// The answer to a ping.
     Pong(u64),
     /// What was asked for is refused.
-    Refused(String),
+    Refused(Refusal),
     /// Values that were rejected.
     Rejected(RejectedValues),
     /// A file of the scene begins.
@@ -280,7 +297,7 @@ impl<'a> ToViewer<'a> {
             ToViewer::Samples(samples) => frame(bytes, Kind::Samples, samples),
             ToViewer::Ended(ended) => frame(bytes, Kind::Ended, &json(ended)),
             ToViewer::Pong(number) => frame(bytes, Kind::Pong, &number.to_le_bytes()),
-            ToViewer::Refused(why) => frame(bytes, Kind::Refused, why.as_bytes()),
+            ToViewer::Refused(refusal) => frame(bytes, Kind::Refused, &json(refusal)),
             ToViewer::Rejected(rejected) => frame(bytes, Kind::Rejected, &json(rejected)),
             ToViewer::File(file) => frame(bytes, Kind::File, &json(file)),
             ToViewer::FilePart(part) => frame(bytes, Kind::FilePart, part),
@@ -299,7 +316,7 @@ impl<'a> ToViewer<'a> {
             Kind::Samples => Ok(ToViewer::Samples(payload)),
             Kind::Ended => of_json(payload).map(ToViewer::Ended),
             Kind::Pong => array(payload).map(|bytes| ToViewer::Pong(u64::from_le_bytes(bytes))),
-            Kind::Refused => Ok(ToViewer::Refused(printable(payload))),
+            Kind::Refused => of_json(payload).map(ToViewer::Refused),
             Kind::Rejected => of_json(payload).map(ToViewer::Rejected),
             Kind::File => of_json(payload).map(ToViewer::File),
             Kind::FilePart => Ok(ToViewer::FilePart(payload)),
@@ -309,9 +326,9 @@ impl<'a> ToViewer<'a> {
     }
 }
 
-/// Text of the other side, which goes to the log and the panel: at most 500 characters, none of them a control character.
-pub fn printable(text: &[u8]) -> String {
-    String::from_utf8_lossy(text).chars().filter(|c| !c.is_control()).take(500).collect()
+/// Text of the other side, which goes to the log and the panel: at most 300 characters, none of them a control character.
+pub fn printable(text: &str) -> String {
+    text.chars().filter(|c| !c.is_control()).take(300).collect()
 }
 
 fn frame(bytes: &mut Vec<u8>, kind: Kind, payload: &[u8]) {
@@ -327,7 +344,7 @@ fn json<T: Serialize>(value: &T) -> Vec<u8> {
 }
 
 fn of_json<'a, T: Deserialize<'a>>(payload: &'a [u8]) -> Result<T, MessageError> {
-    serde_json::from_slice(payload).map_err(|error| MessageError::Content(error.to_string()))
+    serde_json::from_slice(payload).map_err(|error| MessageError::Content(printable(&error.to_string())))
 }
 
 fn array<const N: usize>(payload: &[u8]) -> Result<[u8; N], MessageError> {
@@ -348,8 +365,14 @@ mod tests {
 
     #[test]
     fn messages_come_back_as_they_were() {
-        let request =
-            Request { epoch: 7, seed: 3, paths: Some(9), compressed: true, order: "{\"a\": 1}".into() };
+        let request = Request {
+            epoch: 7,
+            seed: 3,
+            paths: Some(9),
+            compressed: true,
+            finest: 640,
+            order: "{\"a\": 1}".into(),
+        };
         let messages = [
             ToTracer::Render(request),
             ToTracer::Abort,
@@ -371,7 +394,7 @@ mod tests {
             ToViewer::Samples(&[1, 2, 3]),
             ToViewer::Ended(ended),
             ToViewer::Pong(5),
-            ToViewer::Refused("busy".into()),
+            ToViewer::Refused(Refusal { epoch: 0, why: "busy".into() }),
             ToViewer::Rejected(RejectedValues::default()),
             ToViewer::File(FileStart { path: "a/b.xml".into(), length: 3 }),
             ToViewer::FilePart(&[9; 100]),
@@ -402,7 +425,11 @@ mod tests {
 
     #[test]
     fn foreign_text_is_made_harmless() {
-        assert_eq!(printable(b"a\x1b[2J\nb\xff"), "a[2Jb\u{fffd}");
-        assert_eq!(printable(&[b'x'; 4000]).len(), 500);
+        assert_eq!(printable("a\x1b[2J\nb"), "a[2Jb");
+        assert_eq!(printable(&"x".repeat(4000)).len(), 300);
+        let reason = format!("{{\"epoch\":1,\"reason\":\"{}\"}}", "\\u001b\\n".repeat(9000));
+        let Err(error) = ToViewer::read(Kind::Ended, reason.as_bytes()) else { panic!("no such reason") };
+        let words = error.to_string();
+        assert!(words.len() < 400 && !words.contains(['\n', '\u{1b}']), "{words}");
     }
 }

@@ -1,29 +1,27 @@
 //! A tracer that serves a viewer: it listens, checks who comes, and sends samples as fast as the viewer gives credit.
 //!
 //! A connection has two threads. The reading one hears requests and has them traced at once; the writing one drains the lanes of the
-//! tracer. One viewer is served at a time: the next one is told so.
+//! tracer (`sending`). One viewer is served at a time: the next one is told so.
 
-use std::collections::VecDeque;
-use std::fs::File;
-use std::io::Read;
-use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, Shutdown, SocketAddr, TcpListener, TcpStream, ToSocketAddrs};
+mod sending;
+
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, TcpListener, TcpStream, ToSocketAddrs};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
-use std::sync::{Arc, Mutex, TryLockError};
+use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 use std::thread::{Builder, JoinHandle};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use super::blocks::{self, PartedBlock};
+use self::sending::{EndOfConnection, Sending, Tell};
 use super::link::{LinkError, LinkReader, LinkWriter, Token, greet};
-use super::message::{
-    Ended, FILE_PART, FileStart, MOST_SAMPLE_BYTES, RejectedValues, Request, Side, ToTracer, ToViewer,
-    Welcome,
-};
-use crate::stream::{BLOCK_SAMPLES, DrainOrder, Epoch, Event, Hub, Lanes, Rejections};
+use super::message::{Refusal, Request, Side, ToTracer, ToViewer, Welcome};
+use crate::stream::{Event, Lanes};
 
 /// Connections that may be open at once, most of them in the handshake.
-const MOST_CONNECTIONS: usize = 16;
+const MOST_CONNECTIONS: usize = 64;
+
+/// How long a viewer waits for the one before to leave.
+const LEAVING: Duration = Duration::from_secs(1);
 
 /// How often the loops look whether they shall end.
 const LOOK: Duration = Duration::from_millis(20);
@@ -162,6 +160,15 @@ impl Drop for Service {
     }
 }
 
+/// Counts a connection while it is open, however it ends.
+struct OpenConnection(Arc<AtomicUsize>);
+
+impl Drop for OpenConnection {
+    fn drop(&mut self) {
+        self.0.fetch_sub(1, Ordering::SeqCst);
+    }
+}
+
 /// Lets viewers in.
 struct Door {
     token: Option<Token>,
@@ -194,17 +201,14 @@ impl Door {
                 (self.log)(format!("{from}: refused, {MOST_CONNECTIONS} connections are open"));
                 continue;
             }
-            let (door, count) = (self.clone(), open.clone());
+            let (door, counted) = (self.clone(), OpenConnection(open.clone()));
             let spawned = Builder::new().name("viewer".into()).spawn(move || {
+                let _counted = counted;
                 door.receive(socket, from);
-                count.fetch_sub(1, Ordering::SeqCst);
             });
             match spawned {
                 Ok(thread) => threads.push(thread),
-                Err(error) => {
-                    open.fetch_sub(1, Ordering::SeqCst);
-                    (self.log)(format!("{from}: refused, no thread: {error}"));
-                }
+                Err(error) => (self.log)(format!("{from}: refused, no thread: {error}")),
             }
         }
         for thread in threads {
@@ -214,11 +218,7 @@ impl Door {
 
     fn receive(&self, socket: TcpStream, from: SocketAddr) {
         let served = greet(socket, Side::Tracer, self.token.as_ref()).and_then(|(reader, writer)| {
-            let room = match self.room.try_lock() {
-                Ok(room) => room,
-                Err(TryLockError::Poisoned(room)) => room.into_inner(),
-                Err(TryLockError::WouldBlock) => return self.turn_away(reader, writer),
-            };
+            let Some(room) = self.enter() else { return turn_away(writer) };
             (self.log)(format!("{from}: connected"));
             let served = self.serve(reader, writer);
             drop(room);
@@ -230,12 +230,17 @@ impl Door {
         }
     }
 
-    fn turn_away(&self, _reader: LinkReader, mut writer: LinkWriter) -> Result<(), LinkError> {
-        let mut frames = Vec::new();
-        ToViewer::Refused("it serves another viewer already".into()).write(&mut frames);
-        writer.write(&frames)?;
-        writer.close();
-        Ok(())
+    /// Waits for the room, a moment at most: the last viewer may be about to leave it.
+    fn enter(&self) -> Option<MutexGuard<'_, ()>> {
+        let begin = Instant::now();
+        loop {
+            match self.room.try_lock() {
+                Ok(room) => return Some(room),
+                Err(TryLockError::Poisoned(room)) => return Some(room.into_inner()),
+                Err(TryLockError::WouldBlock) if begin.elapsed() > LEAVING => return None,
+                Err(TryLockError::WouldBlock) => std::thread::sleep(LOOK / 4),
+            }
+        }
     }
 
     /// Serves a viewer until the connection ends.
@@ -244,39 +249,25 @@ impl Door {
         let (tracing, lanes) = match self.host.clone().open() {
             Ok(opened) => opened,
             Err(why) => {
-                ToViewer::Refused(why).write(&mut frames);
+                ToViewer::Refused(Refusal { epoch: 0, why }).write(&mut frames);
                 return writer.write(&frames);
             }
         };
         ToViewer::Welcome(self.host.welcome()).write(&mut frames);
         writer.write(&frames)?;
-        let (say, heard) = channel();
-        let hub = lanes.hub().clone();
-        let ended = AtomicBool::new(false);
-        let socket = writer.socket()?;
+        let tell = Tell::new(lanes.hub().clone());
+        let (ended, end) = (AtomicBool::new(false), EndOfConnection(&tell, writer.socket()?));
         std::thread::scope(|scope| {
-            let sending = Sending {
-                tracing: &*tracing,
-                lanes,
-                writer,
-                heard,
-                credit: 0,
-                compressed: false,
-                epoch: Epoch::default(),
-                waiting: VecDeque::new(),
-                rejections: Rejections::default(),
-                ends: VecDeque::new(),
-                payload: Vec::new(),
-            };
+            let sending = Sending::new(&*tracing, &*self.host, lanes, writer, &tell);
             let writing = scope.spawn(|| {
                 let outcome = sending.run();
                 ended.store(true, Ordering::SeqCst);
                 outcome
             });
-            let read = self.hear(&mut reader, &*tracing, &Says { say, hub }, &ended);
+            let end = end;
+            let read = self.hear(&mut reader, &*tracing, &tell, &ended);
             tracing.abort();
-            // The writing thread may wait for a viewer that does not read.
-            let _ = socket.shutdown(Shutdown::Both);
+            drop(end);
             let written = writing.join().unwrap_or(Ok(()));
             read.and(written)
         })
@@ -287,198 +278,54 @@ impl Door {
         &self,
         reader: &mut LinkReader,
         tracing: &dyn Tracing,
-        says: &Says,
+        tell: &Tell,
         ended: &AtomicBool,
     ) -> Result<(), LinkError> {
+        let mut newest = None;
         while !self.closing.load(Ordering::SeqCst) && !ended.load(Ordering::SeqCst) {
-            let Some((kind, payload)) = reader.read(LOOK)? else {
-                if reader.heard.elapsed() > SILENCE {
-                    return Err(LinkError::Closed);
+            // Of several requests that wait, only the last one is carried out.
+            let patience = if newest.is_some() { Duration::ZERO } else { LOOK };
+            let Some((kind, payload)) = reader.read(patience)? else {
+                if let Some(request) = newest.take() {
+                    render(tracing, request, tell);
+                } else if reader.heard.elapsed() > SILENCE {
+                    return Err(LinkError::Silent(SILENCE.as_secs()));
                 }
                 continue;
             };
             match ToTracer::read(kind, payload)? {
-                ToTracer::Render(request) => match tracing.render(&request) {
-                    Ok(()) => says.say(Say::Follow(Epoch(request.epoch), request.compressed)),
-                    Err(why) => says.say(Say::Refuse(why)),
-                },
-                ToTracer::Abort => tracing.abort(),
-                ToTracer::Credit(more) => says.say(Say::Credit(more)),
-                ToTracer::Ping(number) => says.say(Say::Pong(number)),
-                ToTracer::Fetch => says.say(Say::Files(self.host.files())),
-            }
-        }
-        Ok(())
-    }
-}
-
-/// What the reading thread has the writing one do.
-enum Say {
-    /// Samples of this render are sent from now on, in 12 bytes each or not.
-    Follow(Epoch, bool),
-    Credit(u32),
-    Pong(u64),
-    Refuse(String),
-    Files(Vec<(String, PathBuf)>),
-}
-
-/// Speaks to the writing thread, and wakes it.
-struct Says {
-    say: Sender<Say>,
-    hub: Arc<Hub>,
-}
-
-impl Says {
-    fn say(&self, what: Say) {
-        // The writing thread may have ended with the connection.
-        let _ = self.say.send(what);
-        self.hub.announce();
-    }
-}
-
-/// The writing thread of a connection.
-struct Sending<'a> {
-    tracing: &'a dyn Tracing,
-    lanes: Lanes,
-    writer: LinkWriter,
-    heard: Receiver<Say>,
-    /// Bytes of samples that may be sent; below 0 after a frame that was longer.
-    credit: i64,
-    compressed: bool,
-    epoch: Epoch,
-    /// Blocks that were drained and have not left as a whole.
-    waiting: VecDeque<PartedBlock>,
-    /// What was rejected in blocks that have left.
-    rejections: Rejections,
-    /// Renders that have ended, which was not told yet.
-    ends: VecDeque<Ended>,
-    payload: Vec<u8>,
-}
-
-impl Sending<'_> {
-    fn run(mut self) -> Result<(), LinkError> {
-        let outcome = self.send();
-        // The reading thread ends with the writing one.
-        self.writer.close();
-        outcome
-    }
-
-    fn send(&mut self) -> Result<(), LinkError> {
-        loop {
-            // Without credit only the viewer can bring news; otherwise samples do, too, and words ring the same bell.
-            let patience = if self.credit > 0 { Duration::ZERO } else { LOOK };
-            match self.heard.recv_timeout(patience) {
-                Ok(said) => {
-                    self.obey(said)?;
-                    continue;
+                ToTracer::Render(request) => newest = Some(request),
+                ToTracer::Abort => {
+                    newest = None;
+                    tracing.abort();
                 }
-                Err(RecvTimeoutError::Disconnected) => return Ok(()),
-                Err(RecvTimeoutError::Timeout) => {}
+                ToTracer::Credit(more) => tell.tell(|told| told.credit = told.credit.saturating_add(more)),
+                ToTracer::Ping(number) => tell.tell(|told| told.pong = Some(number)),
+                ToTracer::Fetch => tell.tell(|told| told.fetch = true),
             }
-            if self.credit > 0 && (!self.waiting.is_empty() || self.lanes.wait(LOOK)) {
-                self.send_samples()?;
-            }
-            self.tell_ends()?;
-        }
-    }
-
-    /// Tells the ends of renders, that of the present one once all of its samples have left.
-    fn tell_ends(&mut self) -> Result<(), LinkError> {
-        while let Some(Event::Finished { epoch, reason, .. }) = self.tracing.event() {
-            self.ends.push_back(Ended { epoch: epoch.0, reason });
-        }
-        while let Some(end) = self.ends.front() {
-            let left = self.waiting.is_empty() && self.lanes.is_drained();
-            if end.epoch > self.epoch.0 || end.epoch == self.epoch.0 && !left {
-                break;
-            }
-            let frame = ToViewer::Ended(end.clone());
-            self.write(&frame)?;
-            self.ends.pop_front();
         }
         Ok(())
     }
+}
 
-    fn obey(&mut self, said: Say) -> Result<(), LinkError> {
-        match said {
-            Say::Follow(epoch, compressed) => {
-                self.lanes.follow(epoch, DrainOrder::Arrival);
-                (self.epoch, self.compressed) = (epoch, compressed);
-                self.waiting.clear();
-                self.rejections = Rejections::default();
-                Ok(())
-            }
-            Say::Credit(more) => {
-                self.credit = self.credit.saturating_add(i64::from(more));
-                Ok(())
-            }
-            Say::Pong(number) => self.write(&ToViewer::Pong(number)),
-            Say::Refuse(why) => self.write(&ToViewer::Refused(why)),
-            Say::Files(files) => self.send_files(files),
-        }
-    }
+/// Tells a viewer that there is another one.
+fn turn_away(mut writer: LinkWriter) -> Result<(), LinkError> {
+    let (mut frames, why) = (Vec::new(), "it serves another viewer already".to_owned());
+    ToViewer::Refused(Refusal { epoch: 0, why }).write(&mut frames);
+    writer.write(&frames)?;
+    writer.close();
+    Ok(())
+}
 
-    fn write(&mut self, message: &ToViewer) -> Result<(), LinkError> {
-        let mut frames = Vec::new();
-        message.write(&mut frames);
-        self.writer.write(&frames)
-    }
-
-    /// Whether there are samples to be sent; takes some from the lanes.
-    fn has_samples(&mut self) -> bool {
-        if self.waiting.is_empty() {
-            let Self { lanes, waiting, rejections, compressed, .. } = self;
-            lanes.drain(4 * BLOCK_SAMPLES, |block| {
-                rejections.merge(&block.rejections);
-                waiting.push_back(PartedBlock::new(block, *compressed));
-            });
+/// Has a request traced, and the writing thread follow it.
+fn render(tracing: &dyn Tracing, request: Request, tell: &Tell) {
+    let order = match tracing.render(&request) {
+        Ok(()) => Ok(request),
+        Err(why) => {
+            // Nobody wants what is still being traced.
+            tracing.abort();
+            Err(Refusal { epoch: request.epoch, why })
         }
-        !self.waiting.is_empty()
-    }
-
-    /// Sends a frame of samples, if there are any.
-    fn send_samples(&mut self) -> Result<(), LinkError> {
-        let mut payload = std::mem::take(&mut self.payload);
-        blocks::begin(&mut payload, self.epoch);
-        let empty = payload.len();
-        let most = (self.credit as usize).clamp(512, MOST_SAMPLE_BYTES);
-        while self.has_samples() {
-            let Some(block) = self.waiting.front_mut() else { break };
-            if !block.write(&mut payload, most) {
-                break;
-            }
-            self.waiting.pop_front();
-        }
-        if payload.len() > empty {
-            self.credit -= payload.len() as i64;
-            self.write(&ToViewer::Samples(&payload))?;
-        }
-        self.payload = payload;
-        if self.rejections.total() > 0 {
-            let rejections = std::mem::take(&mut self.rejections);
-            self.write(&ToViewer::Rejected(RejectedValues { epoch: self.epoch.0, rejections }))?;
-        }
-        Ok(())
-    }
-
-    /// Sends the files of the scene.
-    fn send_files(&mut self, files: Vec<(String, PathBuf)>) -> Result<(), LinkError> {
-        let mut part = vec![0; FILE_PART];
-        for (path, place) in files {
-            let length = std::fs::metadata(&place)?.len();
-            let mut file = File::open(&place)?.take(length);
-            self.write(&ToViewer::File(FileStart { path, length }))?;
-            let mut left = length;
-            while left > 0 {
-                let count = file.read(&mut part)?;
-                if count == 0 {
-                    // It has become shorter meanwhile.
-                    return self.write(&ToViewer::Refused(format!("{} changes", place.display())));
-                }
-                self.write(&ToViewer::FilePart(&part[..count]))?;
-                left -= count as u64;
-            }
-        }
-        self.write(&ToViewer::FilesEnd)
-    }
+    };
+    tell.tell(|told| told.order = Some(order));
 }

@@ -1,27 +1,22 @@
 //! Tracers on other machines, as a producer of samples: each fills a lane of its own, as a worker of this machine would.
 //!
-//! Two threads serve a tracer. One connects, reads its messages, and connects again where the connection breaks; the other one writes, so
-//! that nobody waits for a tracer that does not read. A tracer that is gone costs variance only: what it has sent remains, and when it
+//! Two threads serve a tracer (`receiver`). One connects, reads its messages, and connects again where the connection breaks; the other one
+//! writes, so that nobody waits for a tracer that does not read. A tracer that is gone costs variance only: what it has sent remains, and when it
 //! comes back it gets a sequence that no other tracer of this picture has had.
+
+mod receiver;
 
 use std::collections::{BTreeSet, VecDeque};
 use std::net::TcpStream;
-use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
 
-use super::blocks;
-use super::fetch::connect;
-use super::link::{LinkError, LinkReader, LinkWriter, Token, greet};
-use super::message::{Ended, RejectedValues, Request, Side, ToTracer, ToViewer, Welcome};
-use super::window::CreditWindow;
-use crate::stream::{
-    Block, Epoch, Event, FinishReason, Hub, LANE_BLOCKS, LaneWriter, Lanes, Rejections, lanes, tracer_seed,
-};
-
-/// Shortest and longest pause before the next attempt to connect.
-const PAUSE: [Duration; 2] = [Duration::from_millis(250), Duration::from_secs(5)];
+use self::receiver::Receiver;
+use super::link::Token;
+use super::message::{Request, Welcome};
+use crate::stream::{Epoch, Event, FinishReason, Hub, LANE_BLOCKS, Lanes, Rejections, lanes, tracer_seed};
 
 /// Time between two pings.
 const PING: Duration = Duration::from_millis(500);
@@ -29,8 +24,8 @@ const PING: Duration = Duration::from_millis(500);
 /// A tracer that has sent nothing for so long is called silent, and one whose answer to a ping takes so long, slow.
 const SILENCE: Duration = Duration::from_secs(2);
 
-/// How often a reader looks whether it shall end.
-const LOOK: Duration = Duration::from_millis(100);
+/// How long the end of a thread is waited for that looks up a name or connects.
+const LAST: Duration = Duration::from_secs(1);
 
 /// Where a tracer is, and how to speak to it.
 #[derive(Clone, Debug)]
@@ -39,7 +34,7 @@ pub struct TracerAddress {
     pub address: String,
     /// The secret, if it wants one.
     pub token: Option<Token>,
-    /// Samples come in 12 bytes each.
+    /// Samples come in 12 bytes each, and as film deltas where the link is slower than they are.
     pub compressed: bool,
 }
 
@@ -52,6 +47,8 @@ pub struct RemoteRender {
     pub seed: u32,
     /// Camera paths after which the render ends; `None` is no end.
     pub paths: Option<u64>,
+    /// Pixels along the longer side of the picture.
+    pub side: u32,
     /// What is traced, as JSON of the program.
     pub order: String,
 }
@@ -93,6 +90,8 @@ struct TracerHub {
     closing: AtomicBool,
     present: Mutex<Present>,
     events: Mutex<VecDeque<Event>>,
+    /// Number of the last render.
+    epoch: AtomicU64,
     /// Samples that came, of all epochs.
     samples: AtomicU64,
     /// Number of tracers, there or not.
@@ -109,8 +108,8 @@ struct Present {
     dealt: u32,
     /// Tracers that trace it.
     tracing: BTreeSet<usize>,
-    /// One of them has traced all it was to.
-    completed: bool,
+    /// How many of them have traced all they were to.
+    completed: u64,
     /// Its end was told.
     ended: bool,
     rejections: Rejections,
@@ -120,6 +119,8 @@ struct Present {
 struct RemoteTracer {
     place: usize,
     target: TracerAddress,
+    /// Seed of the sequence that it traces.
+    seed: AtomicU32,
     mailbox: Mutex<Mailbox>,
     bell: Condvar,
     report: Mutex<Report>,
@@ -163,6 +164,7 @@ impl RemoteTracers {
             closing: AtomicBool::new(false),
             present: Mutex::default(),
             events: Mutex::default(),
+            epoch: AtomicU64::new(0),
             samples: AtomicU64::new(0),
             tracers: targets.len() as u64,
             unknown: AtomicUsize::new(targets.len()),
@@ -181,13 +183,13 @@ impl RemoteTracers {
             let peer = Arc::new(RemoteTracer {
                 place,
                 target,
+                seed: AtomicU32::new(0),
                 mailbox: Mutex::default(),
                 bell: Condvar::new(),
                 report: Mutex::new(report),
             });
             tracers.peers.push(peer.clone());
-            let mut receiver =
-                Receiver { peer, shared: tracers.shared.clone(), lane, block: Box::default(), known: false };
+            let mut receiver = Receiver::new(peer, tracers.shared.clone(), lane);
             tracers.threads.push(Builder::new().name("remote".into()).spawn(move || receiver.run())?);
         }
         Ok((tracers, lanes))
@@ -201,6 +203,7 @@ impl RemoteTracers {
             self.shared.finish(&mut present, last.epoch, FinishReason::Aborted);
         }
         *present = Present { render: Some(render), ..Present::default() };
+        self.shared.epoch.store(epoch.0, Ordering::SeqCst);
         self.shared.hub.run(Some(epoch));
         for peer in &self.peers {
             let mut mailbox = locked(&peer.mailbox);
@@ -263,9 +266,15 @@ impl Drop for RemoteTracers {
             }
             peer.bell.notify_all();
         }
+        let begin = Instant::now();
         for thread in self.threads.drain(..) {
-            // Its panic would have been told by the panic hook.
-            let _ = thread.join();
+            while !thread.is_finished() && begin.elapsed() < LAST {
+                std::thread::sleep(Duration::from_millis(2));
+            }
+            // One that looks up a name or connects has nothing that anybody waits for, and ends by itself.
+            if thread.is_finished() {
+                let _ = thread.join();
+            }
         }
     }
 }
@@ -277,14 +286,16 @@ impl TracerHub {
 
     /// The request for a tracer, with a sequence that none has had; `None` where nothing is to be traced.
     fn deal(&self, present: &mut Present, peer: &RemoteTracer) -> Option<Request> {
-        let render = present.render.as_ref()?;
+        let render = present.render.as_ref().filter(|_| !present.ended)?;
         let request = Request {
             epoch: render.epoch.0,
             seed: tracer_seed(render.seed, present.dealt),
             paths: render.paths.map(|paths| paths.div_ceil(self.tracers)),
             compressed: peer.target.compressed,
+            finest: if peer.target.compressed { render.side } else { 0 },
             order: render.order.clone(),
         };
+        peer.seed.store(request.seed, Ordering::Relaxed);
         present.dealt += 1;
         present.tracing.insert(peer.place);
         Some(request)
@@ -297,15 +308,18 @@ impl TracerHub {
         if epoch.is_some_and(|epoch| epoch != now) || !present.tracing.remove(&place) {
             return;
         }
-        present.completed |= completed;
+        present.completed += u64::from(completed);
         self.end_if_done(&mut present, now);
     }
 
     /// Ends the render once everybody who is there has done a part of it.
     fn end_if_done(&self, present: &mut Present, epoch: Epoch) {
         let waits = self.unknown.load(Ordering::SeqCst) > 0;
-        if present.tracing.is_empty() && present.completed && !waits {
-            self.finish(present, epoch, FinishReason::Complete);
+        if present.tracing.is_empty() && present.completed > 0 && !waits {
+            // The share of a tracer that is not there is missing.
+            let complete = present.completed >= self.tracers;
+            let reason = if complete { FinishReason::Complete } else { FinishReason::Aborted };
+            self.finish(present, epoch, reason);
         }
     }
 
@@ -368,223 +382,6 @@ fn rate(bytes_per_second: f64) -> String {
         b if b >= 1e3 => format!("{:.1} KB/s", b * 1e-3),
         b => format!("{b:.0} B/s"),
     }
-}
-
-/// The thread that connects to a tracer and reads from it.
-struct Receiver {
-    peer: Arc<RemoteTracer>,
-    shared: Arc<TracerHub>,
-    lane: LaneWriter,
-    block: Box<Block>,
-    /// It has answered or failed before.
-    known: bool,
-}
-
-impl Receiver {
-    fn run(&mut self) {
-        let mut pause = PAUSE[0];
-        while !self.shared.is_closing() {
-            let outcome = self.connect().and_then(|(reader, writer)| {
-                let was_there = &mut false;
-                let outcome = self.converse(reader, writer, was_there);
-                if *was_there {
-                    pause = PAUSE[0];
-                }
-                outcome
-            });
-            self.shared.leave(self.peer.place, None, false);
-            self.know();
-            if let Err(error) = outcome {
-                tracing::info!("tracer {}: {error}", self.peer.target.address);
-                self.peer.note(|report| {
-                    (report.welcome, report.problem) = (None, Some(error.to_string()));
-                });
-            }
-            self.peer.pause(pause, &self.shared);
-            pause = (2 * pause).min(PAUSE[1]);
-        }
-    }
-
-    fn connect(&self) -> Result<(LinkReader, LinkWriter), LinkError> {
-        let TracerAddress { address, token, .. } = &self.peer.target;
-        greet(connect(address)?, Side::Viewer, token.as_ref())
-    }
-
-    /// Speaks with the tracer until the connection ends.
-    fn converse(
-        &mut self,
-        mut reader: LinkReader,
-        writer: LinkWriter,
-        was_there: &mut bool,
-    ) -> Result<(), LinkError> {
-        let mut window = CreditWindow::default();
-        *locked(&self.peer.mailbox) =
-            Mailbox { credit: window.grant(), socket: Some(writer.socket()?), ..Mailbox::default() };
-        let (peer, shared) = (self.peer.clone(), self.shared.clone());
-        let (ended, begin) = (AtomicBool::new(false), window.begin);
-        std::thread::scope(|scope| {
-            scope.spawn(|| {
-                write_mail(&peer, &shared, writer, &ended, begin);
-                // The reader ends with the writer.
-                ended.store(true, Ordering::SeqCst);
-            });
-            let outcome = loop {
-                if self.shared.is_closing() || ended.load(Ordering::SeqCst) {
-                    break Ok(());
-                }
-                let before = reader.bytes;
-                match self.hear(&mut reader, &mut window, was_there) {
-                    Ok(()) => {}
-                    Err(error) => break Err(error),
-                }
-                if reader.bytes != before {
-                    let heard = reader.heard;
-                    self.peer.note(|report| report.heard = heard);
-                }
-                if let Some(rate) = window.measure(reader.bytes) {
-                    self.peer.note(|report| report.bytes_per_second = rate);
-                }
-            };
-            ended.store(true, Ordering::SeqCst);
-            let mut mailbox = locked(&self.peer.mailbox);
-            mailbox.connected = false;
-            if let Some(socket) = mailbox.socket.take() {
-                let _ = socket.shutdown(std::net::Shutdown::Both);
-            }
-            self.peer.bell.notify_all();
-            outcome
-        })
-    }
-
-    /// Hears one message, if one comes.
-    fn hear(
-        &mut self,
-        reader: &mut LinkReader,
-        window: &mut CreditWindow,
-        was_there: &mut bool,
-    ) -> Result<(), LinkError> {
-        let Some((kind, payload)) = reader.read(LOOK)? else { return Ok(()) };
-        match ToViewer::read(kind, payload)? {
-            ToViewer::Samples(payload) => {
-                self.take(payload)?;
-                window.took(payload.len());
-                let grant = window.grant();
-                if grant > 0 {
-                    locked(&self.peer.mailbox).credit += grant;
-                    self.peer.bell.notify_all();
-                }
-            }
-            ToViewer::Welcome(welcome) => {
-                *was_there = true;
-                let now = Instant::now();
-                self.peer.note(|report| {
-                    (report.welcome, report.problem) = (Some(welcome), None);
-                    (report.heard, report.answered) = (now, now);
-                });
-                self.join_render();
-                self.know();
-            }
-            ToViewer::Pong(sent) => {
-                window.answered(sent);
-                self.peer.note(|report| report.answered = Instant::now());
-            }
-            ToViewer::Ended(Ended { epoch, reason }) => {
-                if let FinishReason::Panicked { index, message } = &reason {
-                    let problem = format!("path {index} panicked: {message}");
-                    self.peer.note(|report| report.problem = Some(problem));
-                }
-                let completed = reason == FinishReason::Complete;
-                self.shared.leave(self.peer.place, Some(Epoch(epoch)), completed);
-            }
-            ToViewer::Refused(why) => self.peer.note(|report| report.problem = Some(why)),
-            ToViewer::Rejected(RejectedValues { epoch, rejections }) => {
-                let mut present = locked(&self.shared.present);
-                if present.render.as_ref().is_some_and(|render| render.epoch == Epoch(epoch)) {
-                    present.rejections.merge(&rejections);
-                }
-            }
-            // Nobody has asked for files here.
-            ToViewer::File(_) | ToViewer::FilePart(_) | ToViewer::FilesEnd => {}
-        }
-        Ok(())
-    }
-
-    fn know(&mut self) {
-        if !std::mem::replace(&mut self.known, true) {
-            self.shared.know();
-        }
-    }
-
-    /// The tracer is there: it joins the render in progress.
-    fn join_render(&self) {
-        let mut present = locked(&self.shared.present);
-        let mut mailbox = locked(&self.peer.mailbox);
-        mailbox.connected = true;
-        mailbox.request = self.shared.deal(&mut present, &self.peer);
-        self.peer.bell.notify_all();
-    }
-
-    /// Hands over the blocks of a payload, unless nobody wants them any more.
-    fn take(&mut self, payload: &[u8]) -> Result<(), LinkError> {
-        let Self { peer, shared, lane, block, .. } = self;
-        let epoch = blocks::epoch(payload)?;
-        if !shared.hub.is_running(epoch) && !shared.hub.is_idle() {
-            return Ok(());
-        }
-        peer.note(|report| report.problem = None);
-        blocks::read(payload, block, |block| {
-            let samples = block.samples().len() as u64;
-            peer.note(|report| report.parked = true);
-            if lane.send(block) {
-                shared.samples.fetch_add(samples, Ordering::Relaxed);
-            }
-            peer.note(|report| report.parked = false);
-        })?;
-        Ok(())
-    }
-}
-
-/// Writes what is in the mailbox of a tracer, and pings, until the connection ends.
-fn write_mail(
-    peer: &RemoteTracer,
-    shared: &TracerHub,
-    mut writer: LinkWriter,
-    ended: &AtomicBool,
-    begin: Instant,
-) {
-    let (mut pinged, mut frames) = (None::<Instant>, Vec::new());
-    let over = || ended.load(Ordering::SeqCst) || shared.is_closing();
-    while !over() {
-        frames.clear();
-        let mut mailbox = locked(&peer.mailbox);
-        let idle = |mailbox: &mut Mailbox| {
-            mailbox.request.is_none() && !mailbox.abort && mailbox.credit == 0 && !over()
-        };
-        let left = pinged.map_or(Duration::ZERO, |at| PING.saturating_sub(at.elapsed()));
-        if idle(&mut mailbox) && !left.is_zero() {
-            let waited = peer.bell.wait_timeout_while(mailbox, left, idle);
-            mailbox = waited.unwrap_or_else(PoisonError::into_inner).0;
-        }
-        let credit = std::mem::take(&mut mailbox.credit);
-        if credit > 0 {
-            ToTracer::Credit(credit).write(&mut frames);
-        }
-        if std::mem::take(&mut mailbox.abort) {
-            ToTracer::Abort.write(&mut frames);
-        }
-        if let Some(request) = mailbox.request.take() {
-            ToTracer::Render(request).write(&mut frames);
-        }
-        drop(mailbox);
-        if pinged.is_none_or(|at| at.elapsed() >= PING) {
-            pinged = Some(Instant::now());
-            ToTracer::Ping(begin.elapsed().as_micros() as u64).write(&mut frames);
-        }
-        if !frames.is_empty() && writer.write(&frames).is_err() {
-            break;
-        }
-    }
-    writer.close();
 }
 
 /// No thread that panicked leaves these in disorder: each change of them is one assignment.

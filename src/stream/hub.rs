@@ -42,7 +42,8 @@ impl Hub {
     /// True while `epoch` may run. Workers ask between two paths: it costs one relaxed load.
     #[inline]
     pub fn is_running(&self, epoch: Epoch) -> bool {
-        self.running.load(Ordering::Relaxed) == epoch.0
+        let running = self.running.load(Ordering::Relaxed);
+        running == epoch.0 && running != NONE
     }
 
     /// True while nothing may run.

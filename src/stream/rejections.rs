@@ -191,6 +191,11 @@ impl Rejections {
         other.examples.iter().for_each(|&example| self.keep(example));
     }
 
+    /// The same counts, without examples.
+    pub fn without_examples(self) -> Self {
+        Self { examples: Vec::new(), ..self }
+    }
+
     /// Number of values that were rejected for one cause.
     pub fn count(&self, cause: Cause) -> u64 {
         self.sum(|fault| fault.cause == cause)

@@ -53,7 +53,7 @@ impl ExactReplicates {
         part.count_paths(paths);
         for sample in samples {
             let Some([x, y]) = pixel_of(self.size, sample.uv) else { continue };
-            self.largest.add([x, y], sample.xyz.y);
+            self.largest.add([x, y], sample.xyz.y / sample.w.max(1.0));
             let Some(sums) = part.stream(usize::from(sample.w < 0.0), self.size) else { continue };
             let unit = |value: f32| (value / self.luminance_scale).min(f32::MAX);
             let [sx, sy, sz] = [sample.xyz.x, sample.xyz.y, sample.xyz.z].map(unit);

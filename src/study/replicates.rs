@@ -90,7 +90,8 @@ impl Replicates {
                 sums.resize(width * height, [0.0; 4]);
             }
             let Xyz { x: sx, y: sy, z: sz } = sample.xyz;
-            self.largest.add([x, y], sy);
+            // The sum of many samples counts as their mean.
+            self.largest.add([x, y], sy / sample.w.max(1.0));
             let sum = &mut sums[y * width + x];
             for (sum, value) in sum.iter_mut().zip([sx, sy, sz, sample.w]) {
                 *sum += value;

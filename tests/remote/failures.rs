@@ -9,9 +9,13 @@ use crate::proxy::{Proxy, Weather};
 
 /// A viewer with two tracers, the first of them behind a proxy.
 fn two() -> (FakeViewer, Proxy, [Served; 2]) {
-    let served = [Served::start(None), Served::start(None)];
+    two_with(None)
+}
+
+fn two_with(token: Option<&str>) -> (FakeViewer, Proxy, [Served; 2]) {
+    let served = [Served::start(token), Served::start(token)];
     let proxy = Proxy::start(&served[0].address);
-    let mut viewer = FakeViewer::of(vec![address(&proxy.address, None), address(&served[1].address, None)]);
+    let mut viewer = FakeViewer::of(vec![address(&proxy.address, token), address(&served[1].address, token)]);
     viewer.render(None);
     viewer.hears(0, Health::Well, "threads");
     viewer.hears(1, Health::Well, "threads");
@@ -65,12 +69,14 @@ fn a_tracer_that_is_gone_is_named_and_comes_back() {
 
 #[test]
 fn nonsense_is_named() {
-    let (mut viewer, proxy, _served) = two();
-    proxy.set(Weather::Noise);
-    viewer.hears(0, Health::Ill, "");
-    the_other_goes_on(&mut viewer);
-    proxy.set(Weather::Fine);
-    viewer.hears(0, Health::Well, "threads");
+    for token in [None, Some("a secret of more than 16 letters")] {
+        let (mut viewer, proxy, _served) = two_with(token);
+        proxy.set(Weather::Noise);
+        viewer.hears(0, Health::Ill, "");
+        the_other_goes_on(&mut viewer);
+        proxy.set(Weather::Fine);
+        viewer.hears(0, Health::Well, "threads");
+    }
 }
 
 /// An address where nobody is, a name that nobody has: told, and tried again.
@@ -85,4 +91,46 @@ fn addresses_where_nobody_is_are_told() {
     viewer.hears(2, Health::Ill, "");
     viewer.hears(3, Health::Ill, "");
     viewer.receive(10_000);
+}
+
+/// A link that carries a small part of what is traced: the sums of all of it come nevertheless, and no path is counted twice or lost.
+#[test]
+fn a_slow_link_carries_film_deltas() {
+    let served = Served::start(None);
+    let proxy = Proxy::start(&served.address);
+    let mut slow = address(&proxy.address, None);
+    slow.compressed = true;
+    let mut viewer = FakeViewer::of(vec![slow]);
+    proxy.set(Weather::Slow(400_000));
+    let paths = 1_000_000;
+    viewer.render(Some(paths));
+    let blocks = viewer.all();
+    let camera: u64 = blocks.iter().map(|block| block.header.paths.camera).sum();
+    let indices: u64 = blocks.iter().map(|block| block.header.index_count).sum();
+    assert_eq!((camera, indices), (paths, paths));
+    let (mut made, mut sums) = ([0.0; 2], [0.0; 2]);
+    let mut take = |index: u64| {
+        struct Sum<'a>(&'a mut [f64; 2]);
+        impl crate::support::synthetic::Out for Sum<'_> {
+            fn camera(&mut self, _: [f32; 2], value: pointillist::color::Xyz, weight: f32) {
+                self.0[0] += f64::from(value.y * weight);
+            }
+            fn light(&mut self, _: [f32; 2], value: pointillist::color::Xyz) {
+                self.0[1] += f64::from(value.y);
+            }
+        }
+        crate::support::synthetic::varied(index, &mut Sum(&mut made));
+    };
+    (0..paths).for_each(&mut take);
+    let samples = blocks.iter().flat_map(|block| block.samples());
+    let mut count = 0;
+    for sample in samples {
+        sums[usize::from(sample.w < 0.0)] += f64::from(sample.xyz.y);
+        count += 1;
+    }
+    // About 1.5 samples are made on each path.
+    assert!(count < paths, "{count} samples");
+    for (sum, made) in sums.into_iter().zip(made) {
+        assert!((sum / made - 1.0).abs() < 1e-4, "{sum} for {made}");
+    }
 }

@@ -1,6 +1,7 @@
 //! A tracer without a scene, and a viewer without a window.
 
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
@@ -21,6 +22,8 @@ pub struct FakeHost {
     /// What viewers have asked for.
     pub requests: Mutex<Vec<Request>>,
     pub files: Vec<(String, PathBuf)>,
+    /// Nothing can be traced.
+    pub refuses: AtomicBool,
 }
 
 struct FakeTracing {
@@ -45,7 +48,7 @@ impl Host for FakeHost {
 
 impl Tracing for FakeTracing {
     fn render(&self, request: &Request) -> Result<(), String> {
-        if request.order == "refuse" {
+        if request.order == "refuse" || self.host.refuses.load(Ordering::SeqCst) {
             return Err("that cannot be traced".into());
         }
         self.host.requests.lock().unwrap().push(request.clone());
@@ -79,7 +82,7 @@ impl Served {
         let token = token.map(|text| Token::new(text).unwrap());
         let listener = listen(address, token.as_ref()).unwrap();
         let address = listener.local_addr().unwrap().to_string();
-        let host = Arc::new(FakeHost { requests: Mutex::default(), files });
+        let host = Arc::new(FakeHost { requests: Mutex::default(), files, refuses: AtomicBool::new(false) });
         let log = Arc::<Mutex<Vec<String>>>::default();
         let lines = log.clone();
         let service =
@@ -118,7 +121,7 @@ impl FakeViewer {
     pub fn order(&mut self, paths: Option<u64>, order: &str) {
         self.epoch = self.epoch.next();
         let (epoch, order) = (self.epoch, order.to_owned());
-        self.tracers.render(RemoteRender { epoch, seed: 7, paths, order });
+        self.tracers.render(RemoteRender { epoch, seed: 7, paths, side: 512, order });
         self.lanes.follow(epoch, DrainOrder::Arrival);
     }
 

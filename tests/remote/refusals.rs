@@ -1,7 +1,7 @@
 //! Who is not let in: without the token, with another version, with noise. One line in the log for each, and the next one is served.
 
 use std::io::{Read, Write};
-use std::net::TcpStream;
+use std::net::{TcpListener, TcpStream};
 use std::time::{Duration, Instant};
 
 use pointillist::math::bits::mix;
@@ -92,6 +92,27 @@ fn lines(served: &Served, count: usize) -> Vec<String> {
 
 const HELLO: &[u8] = b"PNTLLIVE\x01\x00\x00";
 
+/// A copy of what a viewer with the token has sent gets nobody in: the first message of the handshake could be an old one.
+#[test]
+fn a_recorded_greeting_gets_nobody_in() {
+    let served = Served::start(Some(TOKEN));
+    let recorder = TcpListener::bind("127.0.0.1:0").unwrap();
+    let here = recorder.local_addr().unwrap().to_string();
+    let viewer = FakeViewer::of(vec![address(&here, Some(TOKEN))]);
+    let (mut socket, _) = recorder.accept().unwrap();
+    let mut recorded = vec![0; 11];
+    socket.read_exact(&mut recorded).unwrap();
+    socket.write_all(b"PNTLLIVE\x01\x00\x01").unwrap();
+    let mut message = [0; 48];
+    socket.read_exact(&mut message).unwrap();
+    recorded.extend(message);
+    drop((socket, recorder));
+    drop(viewer);
+    // The answer is a greeting and the second message, and then the end: no welcome.
+    assert_eq!(answer(&served, &recorded).len(), 11 + 48);
+    assert!(!served.logged().iter().any(|line| line.ends_with("connected")), "{:?}", served.logged());
+}
+
 #[test]
 fn strangers_are_refused_with_a_line_each() {
     let served = Served::start(None);
@@ -123,7 +144,7 @@ fn strangers_are_refused_with_a_line_each() {
     drop(silent);
 }
 
-/// Thousands of connections with noise, half of them after a proper greeting: a line each, no memory, and the next viewer is served.
+/// A thousand connections with noise, half of them after a proper greeting: a line each, no memory, and the next viewer is served.
 #[test]
 fn noise_leaves_nothing_behind() {
     let served = Served::start(None);
@@ -143,7 +164,7 @@ fn noise_leaves_nothing_behind() {
         lines.len()
     );
     // Other tests of this program hold memory at the same time.
-    assert!(held_memory::peak_since(held) < held_memory::MOST, "{} bytes", held_memory::peak_since(held));
+    assert!(held_memory::peak_since(held) < held_memory::MOST / 4, "{} bytes", held_memory::peak_since(held));
     let mut viewer = FakeViewer::of(vec![address(&served.address, None)]);
     viewer.render(None);
     viewer.receive(1000);

@@ -1,9 +1,11 @@
 //! Samples arrive as they were made, of the newest render only, and each once.
 
 use std::collections::HashSet;
+use std::path::PathBuf;
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use pointillist::remote::{Health, fetch};
+use pointillist::remote::{FetchOptions, Health, RemoteRender, Welcome, fetch};
 use pointillist::server::Server;
 use pointillist::stream::{Block, DrainOrder, Epoch, PathCounts, Sample, tracer_seed};
 
@@ -14,7 +16,7 @@ const TOKEN: &str = "a secret of more than 16 letters";
 
 /// Samples in order of index, and the counts of all blocks.
 fn sorted(mut blocks: Vec<Block>) -> (Vec<Sample>, PathCounts, u64) {
-    // Parts of a block have the same first index; the last one counts.
+    // Parts of a block have the same first index, and come in order.
     blocks.sort_by_key(|block| block.header.first_index);
     let (mut samples, mut paths, mut indices) = (Vec::new(), PathCounts::default(), 0);
     for block in &blocks {
@@ -75,7 +77,7 @@ fn short_samples_are_as_many() {
     }
 }
 
-/// Hundreds of edits, faster than anything can be traced: only samples of the last one come, and the memory stays what it was.
+/// Hundreds of edits, faster than anything can be traced: only samples of the last one come. (`benchmarks live --restless` watches the memory.)
 #[test]
 fn the_newest_render_counts() {
     let served = Served::start(None);
@@ -148,6 +150,33 @@ fn an_order_that_cannot_be_traced_is_told() {
     viewer.hears(0, Health::Well, "threads");
 }
 
+/// One of two tracers refuses: the render ends with the share of the other one, and what it has asked for is not counted as complete.
+#[test]
+fn a_tracer_that_refuses_holds_nobody_up() {
+    let served = [Served::start(None), Served::start(None)];
+    served[1].host.refuses.store(true, Ordering::SeqCst);
+    let mut viewer = FakeViewer::of(served.iter().map(|served| address(&served.address, None)).collect());
+    viewer.render(Some(60_000));
+    let (_, paths, _) = sorted(viewer.all());
+    assert_eq!(paths.camera, 30_000);
+    viewer.hears(1, Health::Ill, "that cannot be traced");
+}
+
+/// A number that stands for no render would have the tracer trace for ever.
+#[test]
+fn the_last_number_is_no_render() {
+    let served = Served::start(None);
+    let mut viewer = FakeViewer::of(vec![address(&served.address, None)]);
+    viewer.hears(0, Health::Well, "threads");
+    let (epoch, order) = (Epoch(u64::MAX), "{}".to_owned());
+    viewer.tracers.render(RemoteRender { epoch, seed: 7, paths: None, side: 64, order });
+    viewer.hears(0, Health::Ill, "closed");
+    drop(viewer);
+    let mut next = FakeViewer::of(vec![address(&served.address, None)]);
+    next.render(None);
+    next.receive(1000);
+}
+
 #[test]
 fn the_scene_is_fetched_once() {
     let folder = tempfile::tempdir().unwrap();
@@ -165,7 +194,14 @@ fn the_scene_is_fetched_once() {
     let served = Served::at("127.0.0.1:0", Some(TOKEN), files);
     let cache = folder.path().join("cache");
     for _ in 0..2 {
-        let fetched = fetch(&address(&served.address, Some(TOKEN)), &cache).unwrap();
+        let options = FetchOptions {
+            folder: &cache,
+            digest: &|paths: &[PathBuf], _: &Welcome| {
+                paths.iter().all(|path| path.is_file()).then(|| "d1".to_owned())
+            },
+            is_over: &|| false,
+        };
+        let fetched = fetch(&address(&served.address, Some(TOKEN)), &options).unwrap();
         assert_eq!(std::fs::read(&fetched.scene).unwrap(), b"<scene/>");
         let root = fetched.scene.parent().unwrap().parent().unwrap();
         assert_eq!(std::fs::read(root.join("meshes/b.ply")).unwrap(), mesh);

@@ -79,7 +79,7 @@ fn the_picture_is_that_of_its_own_tracer() {
     let [own, theirs] = ["own", "theirs"].map(|name| folder(&format!("elsewhere-{name}")));
     let output = end_when(crate::viewer::view(&desktop, &own, &OPTIONS), &[ENDED]);
     assert!(output.status.success(), "{}", words(&output));
-    // Two tracers, one of them with short samples; the scene comes from the first.
+    // Two tracers with short samples; the scene comes from the first.
     let tracers = [Tracer::start(&[]), Tracer::start(&[])];
     let connect = ["--connect", &tracers[0].address, "--connect", &tracers[1].address, "--compress", "on"];
     let output = end_when(view(&desktop, &theirs, &[&OPTIONS[..], &connect].concat()), &[ENDED]);

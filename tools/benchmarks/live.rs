@@ -166,16 +166,18 @@ fn restless(arguments: &Arguments, seconds: u64) -> Outcome {
     viewer.process.wait()?;
     let figures = figures(&json);
     println!("{} edits, {} epochs in {seconds} s", figures["edits"], figures["epochs"]);
-    let third = memory.len() / 3;
+    let (third, mut grows) = (memory.len() / 3, false);
     for (place, name) in ["viewer", "tracer"].into_iter().enumerate() {
         let most = |part: &[[u64; 2]]| part.iter().map(|kib| kib[place]).max().unwrap_or(0);
         let [second, last] = [&memory[third..2 * third], &memory[2 * third..]].map(most);
+        let ratio = last as f64 / second as f64;
+        grows |= ratio > 1.05;
         println!(
             "{name}: {} MiB at most in the second third, {} in the last, ratio {:.3}",
             second >> 10,
             last >> 10,
-            last as f64 / second as f64
+            ratio
         );
     }
-    Ok(())
+    if grows { Err("live: memory grows by more than 5 %".into()) } else { Ok(()) }
 }

@@ -77,7 +77,9 @@ pub struct ConnectArgs {
     #[arg(long, value_name = "FILE", requires = "connect")]
     pub token_file: Option<PathBuf>,
 
-    /// Whether samples come in 12 bytes instead of 24. The mean of no pixel is shifted.
+    /// Whether samples come in 12 bytes instead of 24, and as sums on a grid, coarse at first, where the link is slower than they are made.
+    ///
+    /// Rounding shifts the mean of no pixel. Sums on a coarse grid are a blur that later ones outweigh.
     #[arg(long, value_name = "WHEN", default_value = "auto")]
     pub compress: CompressArg,
 }
@@ -87,7 +89,7 @@ pub struct ConnectArgs {
 pub enum CompressArg {
     /// From other machines, and not from this one
     Auto,
-    /// Always, as through a tunnel
+    /// Always: through a tunnel every address looks like this machine's
     On,
     /// Never
     Off,

@@ -10,6 +10,7 @@ use crate::app::method::{self, RenderOrder};
 use crate::app::observer::{Beside, Observer};
 use crate::app::process;
 use crate::app::run_spec::RunSpec;
+use crate::scene::desc::IntegratorKind;
 use crate::server::Server;
 use crate::stream::{DrainOrder, Epoch};
 use crate::study::format::{duration, percent, remaining, round_percent};
@@ -19,6 +20,10 @@ use crate::tracer::{Camera, Scene};
 
 /// Numbers of machines in the table.
 const MACHINES: [u32; 6] = [1, 4, 16, 64, 256, 1024];
+
+/// Seconds per pixel and stream to write the state of a part, and to merge it (`tools/farm/README.md`, two cores of an AMD EPYC).
+const STATE: f64 = 0.5e-6;
+const MERGE: f64 = 0.2e-6;
 
 /// Machines and time to an error. The names of the fields are the keys in JSON.
 #[derive(Clone, Debug, Serialize)]
@@ -30,8 +35,10 @@ pub struct Budget {
     /// Seconds of the trial, and the error at its end, if it was known by then.
     trial: f64,
     error: Option<f64>,
-    /// Seconds that every machine needs to read and prepare the scene.
+    /// Seconds that every machine needs to read and prepare the scene and to write its state.
     setup: f64,
+    /// Seconds that it takes to merge the state of each machine with the others, one after the other.
+    merge: f64,
     /// Seconds of rendering on one machine; absent where they cannot be told.
     alone: Option<Interval>,
     /// Seconds on several machines such as this one.
@@ -89,9 +96,12 @@ impl Budget {
         let reached = reached.map(Interval::exact);
         let predicted = state.prediction.filter(|said| said.target == target.error);
         let alone = reached.or(predicted.map(|said| said.seconds));
-        let on = |alone: Interval, machines: u32| MachineTime {
-            machines,
-            seconds: alone.map(|seconds| setup + seconds / f64::from(machines)),
+        let [width, height] = run.film.padded_extent().map(f64::from);
+        let streams = if run.integrator == IntegratorKind::Bidirectional { 2.0 } else { 1.0 };
+        let (setup, merge) = (setup + STATE * width * height * streams, MERGE * width * height * streams);
+        let on = |alone: Interval, machines: u32| {
+            let n = f64::from(machines);
+            MachineTime { machines, seconds: alone.map(|seconds| setup + seconds / n + merge * n) }
         };
         Ok(Self {
             target: target.error,
@@ -99,6 +109,7 @@ impl Budget {
             trial,
             error: state.checkpoints.last().map(|last| last.error),
             setup,
+            merge,
             alone,
             machines: alone.into_iter().flat_map(|alone| MACHINES.map(|m| on(alone, m))).collect(),
         })
@@ -128,8 +139,9 @@ impl Budget {
         }
         words
             + &format!(
-                "  of which each machine needs {} to read and prepare the scene; `pointillist shard` renders a part\n",
-                duration(self.setup)
+                "  with {} on each machine for scene and state, and {} for each state that is merged; `pointillist shard` renders a part\n",
+                duration(self.setup),
+                duration(self.merge)
             )
     }
 }

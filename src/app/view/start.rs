@@ -15,6 +15,7 @@ use crate::app::args::scene::SceneArgs;
 use crate::app::denoise::check as check_denoise;
 use crate::app::device::CPU;
 use crate::app::outputs::Outputs;
+use crate::app::remote_order::scene_digest;
 use crate::app::timings::{self, TimingCapture};
 use crate::app::view::exposure::FollowedLight;
 use crate::app::view::loader::{ReadyScene, ViewSource};
@@ -34,7 +35,7 @@ use crate::client::window::panel::{DEFAULT_TARGET, MapChoice, PanelControls};
 use crate::client::{Denoise, Settings, SplatFilter};
 use crate::color::Profile;
 use crate::gpu::{self, DeviceChoice};
-use crate::remote::{Fetched, TracerAddress, fetch};
+use crate::remote::{FetchOptions, Fetched, TracerAddress, fetch};
 use crate::server::panic_message;
 
 /// Runs the subcommand. A picture that was asked for is written even after an error.
@@ -228,7 +229,12 @@ fn scene(args: &ViewArgs, tracers: &[TracerAddress]) -> Result<SceneArgs> {
     let folder = predictions::folder()
         .ok_or_else(|| miette::miette!("set POINTILLIST_STATE to a folder for fetched scenes"))?;
     tell(&format!("fetching the scene from {}", first.address));
-    let fetched = fetch(first, &folder.join("scenes"));
+    let options = FetchOptions {
+        folder: &folder.join("scenes"),
+        digest: &|files, welcome| scene_digest(files, &welcome.defines, welcome.lenient).ok(),
+        is_over: &process::is_interrupted,
+    };
+    let fetched = fetch(first, &options);
     let Fetched { scene, welcome } = fetched
         .map_err(|error| miette::miette!("the scene of {} cannot be fetched: {error}", first.address))?;
     Ok(SceneArgs { scene, defines: welcome.defines, lenient: welcome.lenient, ..args.source.clone() })

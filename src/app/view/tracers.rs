@@ -95,7 +95,13 @@ impl Tracers {
                 let remote = RemoteOrder::new(scene.clone(), run, size, order.window, edits);
                 let paths = Some(order.range.end).filter(|end| *end != u64::MAX);
                 let text = serde_json::to_string(&remote).into_diagnostic()?;
-                tracers.render(RemoteRender { epoch: order.epoch, seed: run.seed, paths, order: text });
+                tracers.render(RemoteRender {
+                    epoch: order.epoch,
+                    seed: run.seed,
+                    paths,
+                    side: size[0].max(size[1]),
+                    order: text,
+                });
                 Ok(())
             }
         }
