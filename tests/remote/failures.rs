@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use pointillist::remote::Health;
 
 use crate::host::{FakeViewer, Served, address};
-use crate::proxy::{Proxy, Weather};
+use crate::support::proxy::{Proxy, Weather};
 
 /// A viewer with two tracers, the first of them behind a proxy.
 fn two() -> (FakeViewer, Proxy, [Served; 2]) {

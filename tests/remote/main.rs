@@ -10,6 +10,5 @@ mod support;
 mod failures;
 mod fuzz;
 mod host;
-mod proxy;
 mod refusals;
 mod streams;

@@ -1,7 +1,8 @@
 //! A window on a tracer elsewhere beside one with its own: both on this machine, in turn, seen from outside as a user sees them.
 //!
 //! Three figures for each: the time from input to changed pixels, the samples on screen a second after a move, and samples per second when
-//! nothing is moved. `--restless` drags the camera without rest instead, and looks whether viewer or tracer grow.
+//! nothing is moved. `--restless` drags the camera without rest instead, and looks whether viewer or tracer grow; `--slow` looks at the
+//! picture that comes over a slow link.
 
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -11,6 +12,7 @@ use std::time::{Duration, Instant};
 use super::common::{Outcome, quantiles};
 use super::latency;
 use super::soak_window::resident_kib;
+use super::support::proxy::{Proxy, Weather};
 use super::viewer::{Viewer, figures};
 
 /// What to measure.
@@ -25,6 +27,9 @@ pub struct Arguments {
     /// The scene file
     #[arg(default_value = "scenes/cornell.xml")]
     scene: String,
+    /// Measure the picture after 10 s over links of so many bytes per second instead, with film deltas and without
+    #[arg(long, value_name = "RATES", value_delimiter = ',', num_args = 0..=1, default_missing_value = "50000,200000,1000000")]
+    slow: Vec<usize>,
     /// Drag the camera for so many seconds instead, with the tracer elsewhere
     #[arg(long, value_name = "SECONDS")]
     restless: Option<u64>,
@@ -63,6 +68,9 @@ impl Drop for Tracer {
 pub fn run(arguments: &Arguments) -> Outcome {
     if let Some(seconds) = arguments.restless {
         return restless(arguments, seconds);
+    }
+    if !arguments.slow.is_empty() {
+        return slow(arguments);
     }
     let Arguments { rounds, side, ref scene, .. } = *arguments;
     println!("{scene}, {side}x{side}: with its own tracer, and with one elsewhere on this machine");
@@ -180,4 +188,44 @@ fn restless(arguments: &Arguments, seconds: u64) -> Outcome {
         );
     }
     if grows { Err("live: memory grows by more than 5 %".into()) } else { Ok(()) }
+}
+
+/// Error of the picture after 10 s over slow links, against one of 96 samples per pixel.
+fn slow(arguments: &Arguments) -> Outcome {
+    let Arguments { side, ref scene, ref slow, .. } = *arguments;
+    let (size, reference) = (format!("{side}x{side}"), "target/live-reference.exr");
+    let program = |words: &[&str]| Command::new("target/release/pointillist").args(words).output();
+    program(&[
+        "render", scene, "--size", &size, "--spp", "96", "--device", "cpu", "--quiet", "-o", reference,
+    ])?;
+    let tracer = Tracer::start(scene, None)?;
+    println!("error after 10 s (relMSE without the worst 0.1 % of pixels): samples alone, with film deltas");
+    for rate in slow {
+        let proxy = Proxy::start(&tracer.address);
+        proxy.set(Weather::Slow(*rate));
+        let mut errors = Vec::new();
+        for compress in ["off", "on"] {
+            let picture = std::fs::canonicalize("target")?.join(format!("live-{rate}-{compress}.exr"));
+            let _ = std::fs::remove_file(&picture);
+            let mut viewer = Viewer::open([side + 64; 2], scene, |command| {
+                command.args(["--size", &size, "--integrator", "path", "--denoise", "off", "--no-panel"]);
+                command.args(["--connect", &proxy.address, "--compress", compress, "-o"]).arg(&picture);
+            })?;
+            std::thread::sleep(Duration::from_secs(10));
+            viewer.ask_to_end();
+            viewer.process.wait()?;
+            let picture = picture.display().to_string();
+            let compared = program(&["compare", &picture, reference, "--metric", "trimmed"])?;
+            let words = String::from_utf8_lossy(&compared.stdout).into_owned();
+            let value = words.split_whitespace().skip_while(|word| *word != "trimmed").nth(1);
+            errors.push(value.ok_or_else(|| format!("no error: {words}"))?.parse::<f64>()?);
+        }
+        println!(
+            "  {rate:>9} bytes/s  {:.4}  {:.4}, {:.1} times less",
+            errors[0],
+            errors[1],
+            errors[0] / errors[1]
+        );
+    }
+    Ok(())
 }

@@ -12,6 +12,8 @@ pub mod audit;
 pub mod desktop;
 #[path = "../../tests/support/largest.rs"]
 pub mod largest;
+#[path = "../../tests/support/proxy.rs"]
+pub mod proxy;
 #[path = "../../tests/support/scenes/mod.rs"]
 pub mod scenes;
 #[path = "../../tests/support/soak/mod.rs"]
