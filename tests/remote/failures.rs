@@ -9,13 +9,9 @@ use crate::support::proxy::{Proxy, Weather};
 
 /// A viewer with two tracers, the first of them behind a proxy.
 fn two() -> (FakeViewer, Proxy, [Served; 2]) {
-    two_with(None)
-}
-
-fn two_with(token: Option<&str>) -> (FakeViewer, Proxy, [Served; 2]) {
-    let served = [Served::start(token), Served::start(token)];
+    let served = [Served::start(None), Served::start(None)];
     let proxy = Proxy::start(&served[0].address);
-    let mut viewer = FakeViewer::of(vec![address(&proxy.address, token), address(&served[1].address, token)]);
+    let mut viewer = FakeViewer::of(vec![address(&proxy.address, None), address(&served[1].address, None)]);
     viewer.render(None);
     viewer.hears(0, Health::Well, "threads");
     viewer.hears(1, Health::Well, "threads");
@@ -69,14 +65,12 @@ fn a_tracer_that_is_gone_is_named_and_comes_back() {
 
 #[test]
 fn nonsense_is_named() {
-    for token in [None, Some("a secret of more than 16 letters")] {
-        let (mut viewer, proxy, _served) = two_with(token);
-        proxy.set(Weather::Noise);
-        viewer.hears(0, Health::Ill, "");
-        the_other_goes_on(&mut viewer);
-        proxy.set(Weather::Fine);
-        viewer.hears(0, Health::Well, "threads");
-    }
+    let (mut viewer, proxy, _served) = two();
+    proxy.set(Weather::Noise);
+    viewer.hears(0, Health::Ill, "");
+    the_other_goes_on(&mut viewer);
+    proxy.set(Weather::Fine);
+    viewer.hears(0, Health::Well, "threads");
 }
 
 /// An address where nobody is, a name that nobody has: told, and tried again.

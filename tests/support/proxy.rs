@@ -1,6 +1,6 @@
 //! A network between viewer and tracer that can be slow, stand still, break, or change what is said.
 
-use std::io::{Read, Write};
+use std::io::{ErrorKind, Read, Write};
 use std::net::{Shutdown, TcpListener, TcpStream};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
@@ -65,7 +65,7 @@ impl Drop for Proxy {
 
 fn pass(mut from: TcpStream, mut to: TcpStream, noisy: bool, now: &Mutex<Weather>, over: &AtomicBool) {
     from.set_read_timeout(Some(Duration::from_millis(10))).unwrap();
-    let mut bytes = vec![0; 16 << 10];
+    let mut bytes = vec![0; 64 << 10];
     while !over.load(Ordering::SeqCst) {
         let weather = *now.lock().unwrap();
         let most = match weather {
@@ -76,14 +76,15 @@ fn pass(mut from: TcpStream, mut to: TcpStream, noisy: bool, now: &Mutex<Weather
             Weather::Broken => break,
             Weather::Slow(rate) if noisy => {
                 std::thread::sleep(Duration::from_millis(20));
-                (rate / 50).max(1)
+                (rate / 50).clamp(1, bytes.len())
             }
             _ => bytes.len(),
         };
         let count = match from.read(&mut bytes[..most]) {
             Ok(0) => break,
             Ok(count) => count,
-            Err(_) => continue,
+            Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => continue,
+            Err(_) => break,
         };
         if noisy && *now.lock().unwrap() == Weather::Noise {
             bytes[..count].iter_mut().enumerate().for_each(|(i, byte)| *byte = (i * 37 + 11) as u8);
