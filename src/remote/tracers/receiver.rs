@@ -17,6 +17,9 @@ const PAUSE: [Duration; 2] = [Duration::from_millis(250), Duration::from_secs(5)
 /// A tracer that has sent nothing for so long is connected to anew.
 const GONE: Duration = Duration::from_secs(20);
 
+/// One that has not answered a ping for so long, although it sends something, may wait for the rest of a damaged record.
+const UNANSWERED: Duration = Duration::from_secs(60);
+
 /// How often a reader looks whether it shall end.
 const LOOK: Duration = Duration::from_millis(100);
 
@@ -107,8 +110,8 @@ impl Receiver {
                 if reader.bytes != before {
                     let heard = reader.heard;
                     self.peer.note(|report| report.heard = heard);
-                } else if reader.heard.elapsed() > GONE {
-                    break Err(LinkError::Silent(GONE.as_secs()));
+                } else if reader.heard.elapsed() > GONE || self.answered() > UNANSWERED {
+                    break Err(LinkError::Silent(reader.heard.elapsed().max(self.answered()).as_secs()));
                 }
                 if let Some(rate) = window.measure(reader.bytes) {
                     self.peer.note(|report| report.bytes_per_second = rate);
@@ -123,6 +126,11 @@ impl Receiver {
             self.peer.bell.notify_all();
             outcome
         })
+    }
+
+    /// Time since the last answer to a ping.
+    fn answered(&self) -> Duration {
+        locked(&self.peer.report).answered.elapsed()
     }
 
     /// Hears one message, if one comes.
