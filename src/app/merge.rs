@@ -433,7 +433,7 @@ fn summary(report: &MergeReport, args: &MergeArgs) -> String {
                 args.error_at.share()
             );
             if let (Some([first, last]), Some(of)) = (parts, report.of) {
-                text += &format!(": parts {first} to {last} of {of}");
+                text += &format!(": `shard --of {of}` with --number {first} to {last}");
             }
         }
         (None, Some(error)) if report.error.as_ref().is_some_and(|known| known.reached) => {

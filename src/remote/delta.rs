@@ -13,7 +13,7 @@ use std::collections::VecDeque;
 use crate::color::Xyz;
 use crate::stream::{BLOCK_SAMPLES, Block, CHUNK, Epoch, Header, PathCounts, REPLICATES, Sample, replicate};
 
-/// Fewest and most cells along each axis. The finest grid takes 70 MB for each stream and replicate.
+/// Fewest and most cells along each axis. The finest grid takes 60 MB for each stream and replicate.
 const COARSEST: u32 = 16;
 const FINEST: u32 = 1024;
 

@@ -72,8 +72,8 @@ pub enum LinkError {
     /// An encrypted record was changed on its way.
     #[error("a record was damaged on its way")]
     Damaged,
-    /// Nothing came for so long that there is nobody.
-    #[error("it has been silent for {0} s")]
+    /// No message came for so long that there is nobody, or nobody who makes sense.
+    #[error("no message has come for {0} s")]
     Silent(u64),
     /// The handshake took too long.
     #[error("it said nothing for {} s", HANDSHAKE.as_secs())]
@@ -305,7 +305,7 @@ fn write_all(mut socket: &TcpStream, mut bytes: &[u8]) -> Result<(), LinkError> 
             Err(error) => return Err(broken(error)),
         }
         if begin.elapsed() > SLOWEST && !bytes.is_empty() {
-            return Err(LinkError::Silent(SLOWEST.as_secs()));
+            return Err(LinkError::Io(ErrorKind::TimedOut.into()));
         }
     }
     Ok(())

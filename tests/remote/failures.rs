@@ -9,9 +9,13 @@ use crate::support::proxy::{Proxy, Weather};
 
 /// A viewer with two tracers, the first of them behind a proxy.
 fn two() -> (FakeViewer, Proxy, [Served; 2]) {
-    let served = [Served::start(None), Served::start(None)];
+    two_with(None)
+}
+
+fn two_with(token: Option<&str>) -> (FakeViewer, Proxy, [Served; 2]) {
+    let served = [Served::start(token), Served::start(token)];
     let proxy = Proxy::start(&served[0].address);
-    let mut viewer = FakeViewer::of(vec![address(&proxy.address, None), address(&served[1].address, None)]);
+    let mut viewer = FakeViewer::of(vec![address(&proxy.address, token), address(&served[1].address, token)]);
     viewer.render(None);
     viewer.hears(0, Health::Well, "threads");
     viewer.hears(1, Health::Well, "threads");
@@ -63,14 +67,36 @@ fn a_tracer_that_is_gone_is_named_and_comes_back() {
     viewer.hears(0, Health::Well, "threads");
 }
 
+/// With a token the length of a record may be damaged, and the rest of it never come.
 #[test]
 fn nonsense_is_named() {
-    let (mut viewer, proxy, _served) = two();
-    proxy.set(Weather::Noise);
-    viewer.hears(0, Health::Ill, "");
-    the_other_goes_on(&mut viewer);
-    proxy.set(Weather::Fine);
-    viewer.hears(0, Health::Well, "threads");
+    for token in [None, Some("a secret of more than 16 letters")] {
+        let (mut viewer, proxy, _served) = two_with(token);
+        proxy.set(Weather::Noise);
+        viewer.hears(0, Health::Ill, "");
+        the_other_goes_on(&mut viewer);
+        proxy.set(Weather::Fine);
+        viewer.hears(0, Health::Well, "threads");
+    }
+}
+
+/// A window that is hidden does not read for a while. That is no fault of the tracer.
+#[test]
+fn a_viewer_that_does_not_read_calls_nobody_ill() {
+    let served = Served::start(None);
+    let mut viewer = FakeViewer::of(vec![address(&served.address, None)]);
+    viewer.render(None);
+    viewer.receive(100_000);
+    let begin = Instant::now();
+    while begin.elapsed() < Duration::from_secs(25) {
+        std::thread::sleep(Duration::from_millis(50));
+        assert_eq!(viewer.tracers.status()[0].health, Health::Well, "{:?}", viewer.tracers.status());
+    }
+    for _ in 0..100 {
+        viewer.receive(10_000);
+        assert_eq!(viewer.tracers.status()[0].health, Health::Well, "{:?}", viewer.tracers.status());
+    }
+    assert_eq!(served.logged().len(), 1, "one connection: {:?}", served.logged());
 }
 
 /// An address where nobody is, a name that nobody has: told, and tried again.

@@ -1,66 +1,26 @@
 //! A million messages of noise and of proper messages that were changed: refused or read, never believed beyond their bounds.
 
 use pointillist::math::bits::mix;
-use pointillist::remote::blocks::{self, PartedBlock};
-use pointillist::remote::message::{
-    Ended, FRAME_HEADER, FileStart, Kind, Refusal, RejectedValues, Request, Side, ToTracer, ToViewer, Welcome,
-};
-use pointillist::stream::{Block, Epoch, FinishReason, Sample};
+use pointillist::remote::blocks;
+use pointillist::remote::message::{FRAME_HEADER, Kind, Side, ToTracer, ToViewer};
+use pointillist::stream::Block;
 
 use crate::held_memory;
 
 const MESSAGES: u64 = 1_000_000;
 
-/// One frame of every kind, with the side that sends it.
+/// The frames of the corpus that libFuzzer begins with, and the side that sends each.
 fn proper() -> Vec<(Side, Vec<u8>)> {
-    let request = Request {
-        epoch: 7,
-        seed: 3,
-        paths: Some(9),
-        compressed: true,
-        finest: 512,
-        order: "{\"size\":[1,2]}".into(),
+    let corpus = concat!(env!("CARGO_MANIFEST_DIR"), "/tools/fuzz_targets/corpus/message");
+    let files = std::fs::read_dir(corpus).unwrap().map(|entry| std::fs::read(entry.unwrap().path()).unwrap());
+    let sender = |frame: &[u8]| {
+        let header = *frame.first_chunk().unwrap();
+        let sends = |side: &Side| Kind::of_frame(header, *side).is_ok();
+        [Side::Viewer, Side::Tracer].into_iter().find(sends).unwrap()
     };
-    let (mut payload, mut block) = (Vec::new(), Block::default());
-    block.restart(Epoch(3), 1024);
-    for i in 0..20 {
-        block.push(Sample {
-            uv: [0.05 * i as f32, 0.5],
-            xyz: pointillist::color::Xyz::new(1.0, 2.0, 3.0),
-            w: 1.0,
-        });
-    }
-    blocks::begin(&mut payload, Epoch(3));
-    for compressed in [false, true] {
-        assert!(PartedBlock::new(&block, compressed).write(&mut payload, 4000));
-    }
-    let to_tracer = [
-        ToTracer::Render(request),
-        ToTracer::Abort,
-        ToTracer::Credit(77),
-        ToTracer::Ping(1 << 40),
-        ToTracer::Fetch,
-    ];
-    let to_viewer = [
-        ToViewer::Welcome(Welcome::default()),
-        ToViewer::Samples(&payload),
-        ToViewer::Ended(Ended { epoch: 3, reason: FinishReason::Complete }),
-        ToViewer::Pong(5),
-        ToViewer::Refused(Refusal { epoch: 0, why: "busy".into() }),
-        ToViewer::Rejected(RejectedValues::default()),
-        ToViewer::File(FileStart { path: "a/b.xml".into(), length: 3 }),
-        ToViewer::FilePart(&[9; 100]),
-        ToViewer::FilesEnd,
-    ];
-    let mut frames = Vec::new();
-    for message in to_tracer {
-        frames.push((Side::Viewer, Vec::new()));
-        message.write(&mut frames.last_mut().unwrap().1);
-    }
-    for message in to_viewer {
-        frames.push((Side::Tracer, Vec::new()));
-        message.write(&mut frames.last_mut().unwrap().1);
-    }
+    let mut frames: Vec<_> = files.map(|frame| (sender(&frame), frame)).collect();
+    // The same in every run.
+    frames.sort_by(|a, b| a.1.cmp(&b.1));
     frames
 }
 

@@ -3,7 +3,7 @@
 Parts: shards (what a part costs beside its samples), merge (states per second, bytes per second, memory), coordinator
 (what dealing out a part costs), parallel and dask (parts per second with 1 to 1,000 simulated workers: a stand-in for the program sleeps
 and copies a state), slurm (the same for Slurm on this machine, and the time until a part runs again whose node or program was killed),
-many (FARM_MANY or else 10^5 parts: half an hour), requeue (Slurm with its default times: ten minutes of waiting). Without a word: all but the last two.
+many (FARM_MANY or else 10^5 parts on FARM_WORKERS or else 1,000 workers that sleep FARM_SLEEP or else 1 s: half an hour), requeue (Slurm with its default times: ten minutes of waiting). Without a word: all but the last two.
 """
 
 import argparse
@@ -23,6 +23,8 @@ ROOT = HERE.parents[1]
 PROGRAM = os.environ.get("POINTILLIST", str(ROOT / "target/release/pointillist"))
 SCENE = str(ROOT / "scenes/cornell.xml")
 MANY = int(os.environ.get("FARM_MANY", "100000"))
+WORKERS = int(os.environ.get("FARM_WORKERS", "1000"))
+SLEEP = os.environ.get("FARM_SLEEP", "1")
 
 # Sleeps and copies a state, as fast as a process can.
 STAND_IN = r"""
@@ -104,7 +106,7 @@ def stand_in(place):
     subprocess.run(["cc", "-O2", "-o", program, source], check=True)
     measured([PROGRAM, "shard", SCENE, "--size", "16x16", "--spp", "4", "--of", "1", "--number", "1", "--quiet", "-o", f"{state}.state"])
     os.rename(f"{state}.state", state)
-    return os.environ | {"POINTILLIST": str(program), "FARM_STATE": str(state), "FARM_SLEEP": "1"}
+    return os.environ | {"POINTILLIST": str(program), "FARM_STATE": str(state), "FARM_SLEEP": SLEEP}
 
 
 class DaskCluster:
@@ -181,9 +183,10 @@ def coordinator(place):
 def many(place):
     """10^5 parts through each coordinator."""
     env = stand_in(place)
-    for name in ["dask", "parallel"]:
-        seconds, _ = engine(name, place, 1000, MANY, env)
-        print(f"{name}: {MANY:,} parts that sleep 1 s, 1,000 workers: {seconds:.0f} s, {MANY / seconds:.0f} parts/s", flush=True)
+    for name in ["parallel", "dask"]:
+        seconds, _ = engine(name, place, WORKERS, MANY, env)
+        rate = f"{seconds:.0f} s, {MANY / seconds:.0f} parts/s"
+        print(f"{name}: {MANY:,} parts that sleep {SLEEP} s, {WORKERS:,} workers: {rate}", flush=True)
 
 
 def loopback(nodes, cpus, defaults, *command):

@@ -14,11 +14,9 @@ use crate::stream::{Block, Epoch, FinishReason, LaneWriter};
 /// Shortest and longest pause before the next attempt to connect.
 const PAUSE: [Duration; 2] = [Duration::from_millis(250), Duration::from_secs(5)];
 
-/// A tracer that has sent nothing for so long is connected to anew.
+/// A tracer of which no whole message has come for so long is connected to anew: it is gone, or what comes belongs to a record whose length
+/// was damaged, or to much more than the link carries now.
 const GONE: Duration = Duration::from_secs(20);
-
-/// One that has not answered a ping for so long, although it sends something, may wait for the rest of a damaged record.
-const UNANSWERED: Duration = Duration::from_secs(60);
 
 /// How often a reader looks whether it shall end.
 const LOOK: Duration = Duration::from_millis(100);
@@ -98,20 +96,21 @@ impl Receiver {
                 // The reader ends with the writer.
                 ended.store(true, Ordering::SeqCst);
             });
+            let mut last = Instant::now();
             let outcome = loop {
                 if self.shared.is_closing() || ended.load(Ordering::SeqCst) {
                     break Ok(());
                 }
                 let before = reader.bytes;
                 match self.hear(&mut reader, &mut window, was_there) {
-                    Ok(()) => {}
+                    Ok(true) => last = Instant::now(),
+                    Ok(false) if last.elapsed() > GONE => break Err(LinkError::Silent(GONE.as_secs())),
+                    Ok(false) => {}
                     Err(error) => break Err(error),
                 }
                 if reader.bytes != before {
                     let heard = reader.heard;
                     self.peer.note(|report| report.heard = heard);
-                } else if reader.heard.elapsed() > GONE || self.answered() > UNANSWERED {
-                    break Err(LinkError::Silent(reader.heard.elapsed().max(self.answered()).as_secs()));
                 }
                 if let Some(rate) = window.measure(reader.bytes) {
                     self.peer.note(|report| report.bytes_per_second = rate);
@@ -128,19 +127,14 @@ impl Receiver {
         })
     }
 
-    /// Time since the last answer to a ping.
-    fn answered(&self) -> Duration {
-        locked(&self.peer.report).answered.elapsed()
-    }
-
-    /// Hears one message, if one comes.
+    /// Hears one message; returns false if none has come.
     fn hear(
         &mut self,
         reader: &mut LinkReader,
         window: &mut CreditWindow,
         was_there: &mut bool,
-    ) -> Result<(), LinkError> {
-        let Some((kind, payload)) = reader.read(LOOK)? else { return Ok(()) };
+    ) -> Result<bool, LinkError> {
+        let Some((kind, payload)) = reader.read(LOOK)? else { return Ok(false) };
         match ToViewer::read(kind, payload)? {
             ToViewer::Samples(payload) => {
                 self.refused = false;
@@ -193,7 +187,7 @@ impl Receiver {
             // Nobody has asked for files here.
             ToViewer::File(_) | ToViewer::FilePart(_) | ToViewer::FilesEnd => {}
         }
-        Ok(())
+        Ok(true)
     }
 
     fn know(&mut self) {
@@ -221,11 +215,17 @@ impl Receiver {
         peer.note(|report| report.problem = None);
         blocks::read(payload, block, |block| {
             let samples = block.samples().len() as u64;
+            let begin = Instant::now();
             peer.note(|report| report.parked = true);
             if lane.send(block) {
                 shared.samples.fetch_add(samples, Ordering::Relaxed);
             }
-            peer.note(|report| report.parked = false);
+            peer.note(|report| {
+                // While nobody reads, nothing can be heard.
+                let waited = begin.elapsed();
+                (report.heard, report.answered) = (report.heard + waited, report.answered + waited);
+                report.parked = false;
+            });
         })?;
         Ok(())
     }
