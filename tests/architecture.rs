@@ -64,6 +64,7 @@ const UNSAFE: &[&str] = &[
     "src/stream/ring.rs",
     "src/gpu/",
     "src/tracer/accel/",
+    "src/tracer/integrator/bidirectional/importance.rs",
     "src/client/wavelet/bands.rs",
     "src/client/oidn/library.rs",
 ];

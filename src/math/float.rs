@@ -27,6 +27,7 @@ const LEAST_REACH: f32 = 1.0 / (1u128 << 64) as f32;
 /// `error` bounds the distance of `p` from the true surface along each axis, and `n` is the unit geometric normal of either
 /// side. The origin is offset along the normal, to the side of `d`, until the whole error box lies behind it. Then every
 /// coordinate is rounded away from the surface (Pharr, Jakob, Humphreys, *Physically Based Rendering*, 4th ed., §6.8.6).
+#[inline]
 pub fn safe_origin(p: Vec3, error: Vec3, n: Vec3, d: Vec3) -> Vec3 {
     let reach = n.abs().dot(error).max(LEAST_REACH);
     let offset = if d.dot(n) < 0.0 { n * -reach } else { n * reach };

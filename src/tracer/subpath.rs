@@ -14,15 +14,16 @@ use glam::{Vec3, Vec4};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::stream::{FaultyValue, faults};
 
+use super::Scene;
 use super::accel::Ray;
 use super::bsdf::{Bsdf, BsdfSample, Scattering};
 use super::interaction::{SurfaceInteraction, SurfaceVertex};
 use super::light::{Emission, EmissionOrigin};
 use super::record::PathEvent;
+use super::roulette::{self, Policy};
 use super::sampler::VertexNumbers;
-use super::subpath_mis::SubpathMis;
+use super::subpath_mis::{CONNECTION_SAMPLES, SubpathMis};
 use super::wavelength_mis::WavelengthMis;
-use super::{Scene, roulette};
 
 /// One vertex of a subpath, its endpoint on the camera or the light excepted.
 #[derive(Clone, Copy, Debug)]
@@ -102,6 +103,8 @@ pub struct Walk<const FROM_LIGHT: bool> {
     relative: f32,
     /// Segments so far.
     pub depth: u32,
+    /// When roulette ends it.
+    pub policy: Policy,
     /// The vertex that was left last, as the next one sees it.
     pub previous: PreviousVertex,
 }
@@ -197,13 +200,23 @@ impl Walk<true> {
 }
 
 impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
+    const POLICY: Policy = if FROM_LIGHT { roulette::FROM_LIGHT } else { roulette::FROM_CAMERA };
+
     fn new(
         lambda: SampledWavelengths,
         throughput: SampledSpectrum,
         relative: f32,
         previous: PreviousVertex,
     ) -> Self {
-        Self { lambda, throughput, wavelength_mis: WavelengthMis::ALL, relative, depth: 0, previous }
+        Self {
+            lambda,
+            throughput,
+            wavelength_mis: WavelengthMis::ALL,
+            relative,
+            depth: 0,
+            policy: Self::POLICY,
+            previous,
+        }
     }
 
     /// The vertex at `hit`.
@@ -336,14 +349,13 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
             from: Some(hit.point.p),
             cos,
             fwd_w,
-            link: if s.delta { 0.0 } else { 1.0 },
+            link: if s.delta { 0.0 } else { CONNECTION_SAMPLES },
             fwd: mis.fwd,
             previous_link: if s.delta { 0.0 } else { mis.link[usize::from(s.transmitted)] },
             tail: mis.previous_sum(rev_w),
         };
-        let policy = if FROM_LIGHT { roulette::FROM_LIGHT } else { roulette::FROM_CAMERA };
-        let armed = self.depth >= rr_depth.min(policy.latest);
-        let probability = policy.survival * self.throughput.max_element() * self.relative;
+        let armed = self.depth >= rr_depth.min(self.policy.latest);
+        let probability = self.policy.survival * self.throughput.max_element() * self.relative;
         self.throughput *= roulette::survival_factor(probability, armed, u)?;
         if !self.throughput.is_finite() {
             faults::raise(FaultyValue::Scattering, self.throughput.into(), Some(hit.surface), None);

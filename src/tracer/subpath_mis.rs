@@ -11,7 +11,8 @@
 //! ```
 //!
 //! where cⱼ, the *link*, belongs to the strategy in which j is the first vertex of the other side. It is 0 where that is
-//! impossible, since the edge to vertex j − 1 ends at a delta, else 1; for next-event estimation, which does not choose
+//! impossible, since the edge to vertex j − 1 ends at a delta, else the number of samples that the strategy counts as
+//! ([`CONNECTION_SAMPLES`]); for next-event estimation, which does not choose
 //! the light's vertex as the walk does, it is the quotient of the two densities. Sₙ and Sₙ₋₁ depend on what
 //! vertex n is connected to, Sₙ₋₂ does not: it is the *tail* that a walk carries on (after Georgiev, *Implementing Vertex
 //! Connection and Merging*, 2012, and van Antwerpen 2011, who carry the same for the balance heuristic).
@@ -19,6 +20,10 @@
 //! A Dirac density is counted as 1 on both sides, where it cancels. The roots of the sums are carried, in `f64`, and squared only
 //! where that is finite: a quotient of two `f32` lies within 10^±83, so that three of the largest in a row can neither overflow nor
 //! vanish, and no infinity meets a zero.
+
+/// Samples that the connection of two subpaths counts as in weights, for one of next-event estimation: a camera vertex chooses between many
+/// light vertices by what they would contribute. Measured in `bidirectional/connections.rs`.
+pub const CONNECTION_SAMPLES: f32 = 4.0;
 
 /// Largest sum that is carried.
 const LARGEST: f64 = f64::MAX;

@@ -6,10 +6,12 @@ use glam::{DAffine3, DVec3};
 
 use crate::support::agreement::{Method, PathReference, Plan, measure};
 use crate::support::scenes::*;
+use pointillist::color::Xyz;
 use pointillist::scene::desc::*;
 use pointillist::spectrum::{Spectrum, dispersion::Ior};
-use pointillist::stream::UvWindow;
-use pointillist::tracer::Camera;
+use pointillist::stream::{SampleSink, UvWindow};
+use pointillist::tracer::integrator::{BidirectionalTracer, RenderContext};
+use pointillist::tracer::{Camera, Integrator};
 
 const PLAN: Plan = Plan { side: 16, paths_per_pixel: 64, seeds: 32, window: UvWindow::PICTURE };
 
@@ -176,6 +178,48 @@ fn lights_of_every_kind() {
         let path = PathReference::new(&desc, PLAN);
         path.assert_mostly(Method::Particle, SHARE, 1e-2);
         path.assert_mostly(Method::Bidirectional, SHARE, 5e-3);
+    }
+}
+
+/// Samples as they come, bit by bit.
+#[derive(Default)]
+struct SampleBits(Vec<[u32; 5]>);
+
+impl SampleSink for SampleBits {
+    fn camera(&mut self, uv: [f32; 2], value: Xyz, _: f32) {
+        self.0.push([uv[0], uv[1], value.x, value.y, value.z].map(f32::to_bits));
+    }
+
+    fn light(&mut self, uv: [f32; 2], value: Xyz) {
+        self.camera(uv, value, 1.0);
+    }
+}
+
+/// A worker keeps the light subpaths that several indices share; an index that is traced alone, or out of order, has the same samples.
+#[test]
+fn a_path_does_not_depend_on_the_paths_before() {
+    for name in ["cornell.xml", "cornell_spheres.xml", "rough.xml"] {
+        let desc = scene(name);
+        let camera = Camera::of(&desc).unwrap();
+        let context =
+            RenderContext::new(prepare(&desc).into(), camera, &desc.integrator, 3, UvWindow::PICTURE);
+        let tracer = BidirectionalTracer { context };
+        let mut kept = Default::default();
+        let mut trace = |index: u64, alone: bool| {
+            let mut bits = SampleBits::default();
+            match alone {
+                true => tracer.trace(index, &mut Default::default(), &mut bits),
+                false => tracer.trace(index, &mut kept, &mut bits),
+            }
+            bits.0
+        };
+        let first = 1 << 40;
+        let in_order: Vec<_> = (first..first + 64).map(|index| trace(index, false)).collect();
+        assert!(in_order.iter().any(|samples| samples.len() > 8), "{name}: light samples");
+        for (index, samples) in (first..).zip(&in_order).rev() {
+            assert_eq!(trace(index, true), *samples, "{name}: {index} alone");
+            assert_eq!(trace(index, false), *samples, "{name}: {index} backwards");
+        }
     }
 }
 

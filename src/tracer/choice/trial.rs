@@ -32,8 +32,8 @@ const VERTEX: f64 = 1.0;
 const VERTEX_OF_BOTH: f64 = 1.5;
 /// Cost of a shadow ray, with the scattering at its ends.
 const SHADOW: f64 = 1.0;
-/// Cost of the connections of a camera subpath: about six shadow rays, and the importance of all pairs.
-const CONNECTIONS: f64 = 8.0;
+/// Cost of the connections of a camera subpath: about ten shadow rays, and the importance of all pairs.
+const CONNECTIONS: f64 = 10.0;
 /// Factor on the cost of what follows the split of a camera path: its branches, some of which roulette ends early.
 const BRANCHES: f64 = 3.4;
 /// Cost of a path that gathers photons, with its share of light paths, over that of a path.

@@ -13,7 +13,7 @@ use crate::color::Xyz;
 use crate::math::bits::mix;
 use crate::spectrum::{SampledWavelengths, White};
 use crate::stream::{PathCounts, SampleSink};
-use crate::tracer::{Sampler, Scene};
+use crate::tracer::Scene;
 
 use super::{Integrator, RenderContext};
 
@@ -88,7 +88,7 @@ impl<I: Integrator + From<RenderContext>> CheckedIntegrator<I> {
     /// What a sample of the special code should be, from that of the general.
     fn expected(&self, index: u64, sample: PathSample) -> PathSample {
         let Some(white) = self.white else { return sample };
-        let lambda = SampledWavelengths::sample(I::wavelength_number(&Sampler::at(index, self.seed)));
+        let lambda = SampledWavelengths::sample(I::wavelength_number(index, self.seed));
         let drawn = lambda.to_xyz(white.spectrum().sample(&lambda));
         let exact = white.wavelengths();
         let exact = exact.to_xyz(white.spectrum().sample(&exact));

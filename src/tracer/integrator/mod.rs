@@ -104,9 +104,9 @@ pub trait Integrator: Send + Sync + 'static {
     /// Paths started by one call of [`Integrator::trace`]: `{camera: 1, light: 0}` for path tracing.
     fn paths_per_index(&self) -> PathCounts;
 
-    /// The number that chooses the wavelengths of the path whose numbers are those of `sampler`.
-    fn wavelength_number(sampler: &Sampler) -> f32 {
-        sampler.camera().wavelength
+    /// The number that chooses the wavelengths of path `index` for `seed`.
+    fn wavelength_number(index: u64, seed: u32) -> f32 {
+        Sampler::at(index, seed).camera().wavelength
     }
 }
 

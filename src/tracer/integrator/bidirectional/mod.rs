@@ -1,8 +1,9 @@
 //! Bidirectional path tracing (Veach and Guibas 1994; Lafortune and Willems 1993; Veach 1997, ch. 10).
 //!
-//! One index is [`CAMERA_SUBPATHS`] subpaths from the camera and [`LIGHT_SUBPATHS`] from lights, all of the same
-//! wavelengths. Each of the former is connected to all of the latter; [`connections`] says at which of their vertices. A
-//! path of k segments is found by up to k + 1 strategies, with s vertices from the light and t = k + 1 − s from the camera:
+//! One index is [`CAMERA_SUBPATHS`] subpaths from the camera and [`LIGHT_SUBPATHS`] from lights. A few indices form a group, whose subpaths
+//! have the same wavelengths. Each camera subpath is connected to light subpaths of its whole group ([`light_pool`]);
+//! [`connections`] says at which of their vertices. A path of k segments is found by up to k + 1 strategies, with s vertices
+//! from the light and t = k + 1 − s from the camera:
 //!
 //! | s | t | strategy | stream |
 //! |---|---|---|---|
@@ -18,28 +19,26 @@
 //! dispersion is weighted over wavelengths ([`crate::tracer::wavelength_mis`]).
 
 mod connections;
+mod importance;
+mod light_pool;
 mod strategies;
 
-use crate::spectrum::SampledWavelengths;
 use crate::stream::{PathCounts, SampleSink};
 use crate::tracer::bsdf::{Bsdf, Diffuse, Scattering, Smooth, Unmixed};
 use crate::tracer::record::{PathEvent, Recorded};
-use crate::tracer::sampler::LightSampler;
 use crate::tracer::subpath::{SubpathVertex, Walk};
 use crate::tracer::{MaterialClass, Sampler};
 
 use super::{Integrator, RenderContext};
-use connections::ConnectableVertex;
-use strategies::PathContribution;
+use connections::Candidates;
+use light_pool::{LightPool, group_wavelength};
+use strategies::{PathContribution, SPLAT_SAMPLES};
 
 /// Subpaths from the camera in one index.
 pub const CAMERA_SUBPATHS: u64 = 8;
 
 /// Subpaths from lights in one index.
 pub const LIGHT_SUBPATHS: u64 = 4;
-
-/// Number of samples of the strategy t = 1 for one of each other strategy.
-const LIGHTS_PER_CAMERA: f32 = LIGHT_SUBPATHS as f32 / CAMERA_SUBPATHS as f32;
 
 /// Traces subpaths from either end and connects them.
 #[derive(Clone, Debug)]
@@ -58,34 +57,30 @@ pub struct Scratch {
     recorded: Subpaths<Recorded>,
 }
 
-/// Vertices of the subpaths of an index.
+/// What is kept of the subpaths of an index.
 #[derive(Debug)]
 struct Subpaths<B> {
-    light: Vec<ConnectableVertex<B>>,
-    camera: Vec<ConnectableVertex<B>>,
-    importances: Vec<f32>,
+    light: LightPool<B>,
+    camera: Vec<SubpathVertex<B>>,
+    candidates: Candidates,
 }
 
 impl<B> Default for Subpaths<B> {
     fn default() -> Self {
-        Self { light: Vec::new(), camera: Vec::new(), importances: Vec::new() }
+        Self { light: LightPool::default(), camera: Vec::new(), candidates: Candidates::default() }
     }
 }
 
 impl BidirectionalTracer {
     /// The loops over subpaths inline what they call: vertices are large, and a call would copy them through memory.
     #[inline(never)]
-    fn trace_as<B: Scattering>(&self, index: u64, vertices: &mut Subpaths<B>, out: &mut impl SampleSink) {
+    fn trace_as<B: Scattering>(&self, index: u64, subpaths: &mut Subpaths<B>, out: &mut impl SampleSink) {
         let seed = self.context.seed;
-        let Subpaths { light, camera, importances } = vertices;
-        let lambda = self.context.wavelengths(Self::wavelength_number(&Sampler::at(index, seed)));
-        light.clear();
-        // Beyond 2^61 indices the paths repeat.
-        let first = index.wrapping_mul(LIGHT_SUBPATHS);
-        for number in 0..LIGHT_SUBPATHS {
-            let numbers = Sampler::at(first.wrapping_add(number), seed).light();
-            self.trace_light_subpath(lambda, &numbers, light, out);
-        }
+        let Subpaths { light, camera, candidates } = subpaths;
+        self.fill(light, index);
+        light.send_splats(index, out);
+        let lambda = light.lambda;
+        candidates.begin(light.own_vertices(index));
         let first = index.wrapping_mul(CAMERA_SUBPATHS);
         for number in 0..CAMERA_SUBPATHS {
             let sampler = Sampler::at(first.wrapping_add(number), seed);
@@ -94,46 +89,9 @@ impl BidirectionalTracer {
             let mut path = PathContribution::new(lambda);
             camera.clear();
             self.trace_camera_subpath(&mut path, uv, &sampler, camera);
-            self.add_connections(&mut path, camera, light, importances, numbers.connection);
+            self.add_connections(&mut path, camera, light, candidates, numbers.connection);
             out.camera(uv.map(|c| c as f32), lambda.to_xyz(path.radiance), 1.0);
         }
-    }
-
-    /// Walks from a light, connects each vertex to the camera and adds those that can be connected to `vertices`.
-    #[inline(always)]
-    fn trace_light_subpath<B: Scattering>(
-        &self,
-        lambda: SampledWavelengths,
-        numbers: &LightSampler,
-        vertices: &mut Vec<ConnectableVertex<B>>,
-        out: &mut impl SampleSink,
-    ) {
-        let RenderContext { scene, rr_depth, .. } = &self.context;
-        let Some(emission) = scene.lights.emit(&numbers.emission()) else { return };
-        let emitted = scene.lights.emitted(&emission, &lambda);
-        let Some(mut walk) = Walk::from_light(lambda, &emission, emitted) else { return };
-        B::record(|| PathEvent::Begins((&walk).into()));
-        let mut ray = emission.ray();
-        // One more segment leads to the camera.
-        while walk.depth + 1 < self.context.longest() {
-            let Some(hit) = scene.closest(&ray) else { break };
-            let mut vertex: SubpathVertex<B> = walk.arrive(scene, hit);
-            B::record(|| PathEvent::Meets((&walk).into(), hit));
-            let u = numbers.vertex(walk.depth - 1);
-            if !vertex.surface.bsdf.is_delta() {
-                if vertex.depth == 1 {
-                    vertex.mis.link = self.link_to_light(&vertex, &emission);
-                }
-                self.add_to_camera(&walk.lambda, u.light, &vertex, out);
-            }
-            let next = walk.scatter(&vertex, &u, *rr_depth);
-            if !vertex.surface.bsdf.is_delta() {
-                vertices.push(ConnectableVertex::new(vertex));
-            }
-            let Some(next) = next else { return };
-            ray = next;
-        }
-        B::record(|| PathEvent::Leaves((&walk).into()));
     }
 
     /// Walks from the camera through `uv`, adds the emission and the direct light that it finds, and leaves the vertices that
@@ -144,7 +102,7 @@ impl BidirectionalTracer {
         path: &mut PathContribution,
         uv: [f64; 2],
         sampler: &Sampler,
-        vertices: &mut Vec<ConnectableVertex<B>>,
+        vertices: &mut Vec<SubpathVertex<B>>,
     ) {
         let context = &self.context;
         let RenderContext { scene, camera, rr_depth, .. } = context;
@@ -152,7 +110,7 @@ impl BidirectionalTracer {
         let lens = sampler.camera().lens;
         let mut ray = camera.ray(uv, lens);
         let pdf = camera.uv_per_steradian(ray.direction) / context.window_area();
-        let mut walk = Walk::from_camera(path.lambda, camera.lens_point(lens), pdf, LIGHTS_PER_CAMERA);
+        let mut walk = Walk::from_camera(path.lambda, camera.lens_point(lens), pdf, SPLAT_SAMPLES);
         B::record(|| PathEvent::Begins((&walk).into()));
         // Where next-event estimation would have found the light that is hit next.
         let mut last = None;
@@ -180,7 +138,7 @@ impl BidirectionalTracer {
             last = Some(vertex.surface.light_context());
             let next = walk.scatter(&vertex, &numbers, *rr_depth);
             if !vertex.surface.bsdf.is_delta() {
-                vertices.push(ConnectableVertex::new(vertex));
+                vertices.push(vertex);
             }
             let Some(next) = next else { return };
             ray = next;
@@ -206,8 +164,8 @@ impl Integrator for BidirectionalTracer {
         PathCounts { camera: CAMERA_SUBPATHS, light: LIGHT_SUBPATHS }
     }
 
-    fn wavelength_number(sampler: &Sampler) -> f32 {
-        sampler.group_wavelength()
+    fn wavelength_number(index: u64, seed: u32) -> f32 {
+        group_wavelength(index, seed)
     }
 }
 

@@ -5,18 +5,24 @@
 
 use glam::Vec3;
 
+use crate::color::Xyz;
 use crate::math::pdf::PdfW;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
-use crate::stream::{FaultyValue, MAX_VALUE, SampleSink, faults};
+use crate::stream::{FaultyValue, MAX_VALUE, faults};
 use crate::tracer::bsdf::Scattering;
 use crate::tracer::integrator::direct_lighting::{EmissionCache, sample_direct};
 use crate::tracer::light::{Emission, EmissionOrigin, EmissionPdf, LightSample, LightSampleContext};
 use crate::tracer::record::PathEvent;
 use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::subpath::{SubpathVertex, VertexScattering, Walk};
-use crate::tracer::subpath_mis::{SubpathMis, quotient, weight};
+use crate::tracer::subpath_mis::{CONNECTION_SAMPLES, SubpathMis, quotient, weight};
 
-use super::{BidirectionalTracer, LIGHTS_PER_CAMERA};
+use super::{BidirectionalTracer, CAMERA_SUBPATHS, LIGHT_SUBPATHS};
+
+/// Samples that the strategy t = 1 counts as in weights, for one of next-event estimation. It has [`LIGHT_SUBPATHS`] for [`CAMERA_SUBPATHS`],
+/// but a splat that reaches a pixel by chance is worse than its density says, which the weights compare: from the camera the pixel is always
+/// reached.
+pub(super) const SPLAT_SAMPLES: f32 = 0.4 * LIGHT_SUBPATHS as f32 / CAMERA_SUBPATHS as f32;
 
 /// What all strategies of the camera stream have found for one path, while it is traced.
 pub(super) struct PathContribution {
@@ -74,15 +80,15 @@ pub(super) fn connection_weight(
     let from_camera =
         camera.sum(at_light.fwd_w * at_camera.cos * inverse, at_camera.rev_w, at_camera.through);
     let from_light = light.sum(at_camera.fwd_w * at_light.cos * inverse, at_light.rev_w, at_light.through);
-    weight(from_camera, from_light)
+    let samples = f64::from(CONNECTION_SAMPLES);
+    weight(from_camera / samples, from_light / samples)
 }
 
-/// The weight of t = 1. `density` is the camera's of the vertex, per unit of area. This strategy has fewer samples than the
-/// others.
+/// The weight of t = 1. `density` is the camera's of the vertex, per unit of area.
 #[inline]
 fn camera_weight(mis: &SubpathMis, scattering: &VertexScattering, density: f32) -> f32 {
     let others = mis.sum(density, scattering.rev_w, scattering.through);
-    weight(0.0, others / f64::from(LIGHTS_PER_CAMERA))
+    weight(0.0, others / f64::from(SPLAT_SAMPLES))
 }
 
 impl BidirectionalTracer {
@@ -188,26 +194,23 @@ impl BidirectionalTracer {
         }
     }
 
-    /// t = 1: connects a vertex of the light subpath to the camera.
+    /// t = 1: connects a vertex of the light subpath to the camera, and returns the sample of the light stream.
     #[inline]
-    pub(super) fn add_to_camera<B: Scattering>(
+    pub(super) fn to_camera<B: Scattering>(
         &self,
         lambda: &SampledWavelengths,
         lens: [f32; 2],
         vertex: &SubpathVertex<B>,
-        out: &mut impl SampleSink,
-    ) {
-        let Some(connection) = self.context.connect_to_camera(vertex, lens) else { return };
+    ) -> Option<([f32; 2], Xyz)> {
+        let connection = self.context.connect_to_camera(vertex, lens)?;
         let (view, scattering) = (&connection.view, &connection.scattering);
         let pdf = view.uv_per_steradian / self.context.window_area();
         let density = pdf * scattering.cos / view.distance2;
         let value = connection.value * camera_weight(&vertex.mis, scattering, density);
         if value.is_black() {
-            return;
+            return None;
         }
         let share = self.context.visible_to_camera(&vertex.surface.hit, view);
-        if share > 0.0 {
-            out.light(view.uv, lambda.to_xyz(value * share));
-        }
+        (share > 0.0).then(|| (view.uv, lambda.to_xyz(value * share)))
     }
 }

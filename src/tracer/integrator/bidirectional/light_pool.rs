@@ -1,0 +1,154 @@
+//! The light subpaths of a group of indices, to all of which the camera subpaths of these indices are connected.
+//!
+//! The more light subpaths a camera vertex can choose from, the less it matters which they happen to be, and one that is traced
+//! serves all: this is the cache of light vertices of Davidovič et al. (2014, *Progressive Light Transport Simulation on the GPU*), cut into
+//! small ones, so that a path stays a pure function of its index and two pixels next to each other share few of them. All subpaths of a group have
+//! the same wavelengths. A worker traces the subpaths of a group when it comes to its first index; an index alone has those of its whole group
+//! traced.
+
+use std::ops::Range;
+
+use crate::color::Xyz;
+use crate::spectrum::SampledWavelengths;
+use crate::stream::SampleSink;
+use crate::tracer::bsdf::Scattering;
+use crate::tracer::record::PathEvent;
+use crate::tracer::sampler::LightSampler;
+use crate::tracer::subpath::{SubpathVertex, Walk};
+use crate::tracer::{Sampler, roulette};
+
+use super::importance::{DiffuseSummary, LightRows};
+use super::{BidirectionalTracer, LIGHT_SUBPATHS};
+
+/// Indices of a group: a power of two. Chunks of indices, which workers claim, are whole groups.
+pub(super) const GROUP: u64 = 4;
+
+/// Which subpaths are in a pool.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct PoolKey {
+    group: u64,
+    seed: u32,
+}
+
+/// The light subpaths of a group.
+#[derive(Debug)]
+pub(super) struct LightPool<B> {
+    key: Option<PoolKey>,
+    /// Their wavelengths.
+    pub(super) lambda: SampledWavelengths,
+    /// The vertices that can be connected, subpath by subpath.
+    pub(super) vertices: Vec<SubpathVertex<B>>,
+    /// The same for their importances.
+    pub(super) rows: LightRows,
+    /// Samples of the light stream, subpath by subpath.
+    splats: Vec<([f32; 2], Xyz)>,
+    /// For each index of the group the ends of its vertices and of its splats.
+    ends: [PoolEnds; GROUP as usize],
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct PoolEnds {
+    vertices: usize,
+    splats: usize,
+}
+
+impl<B> Default for LightPool<B> {
+    fn default() -> Self {
+        Self {
+            key: None,
+            lambda: SampledWavelengths::sample(0.0),
+            vertices: Vec::new(),
+            rows: LightRows::default(),
+            splats: Vec::new(),
+            ends: [PoolEnds::default(); GROUP as usize],
+        }
+    }
+}
+
+impl<B> LightPool<B> {
+    fn part(&self, index: u64, end: impl Fn(&PoolEnds) -> usize) -> Range<usize> {
+        let member = (index % GROUP) as usize;
+        let start = if member == 0 { 0 } else { end(&self.ends[member - 1]) };
+        start..end(&self.ends[member])
+    }
+
+    /// Where the vertices of the light subpaths of `index` itself stand.
+    pub(super) fn own_vertices(&self, index: u64) -> Range<usize> {
+        self.part(index, |ends| ends.vertices)
+    }
+
+    /// Sends the samples of the light subpaths of `index`.
+    pub(super) fn send_splats(&self, index: u64, out: &mut impl SampleSink) {
+        for &(uv, value) in &self.splats[self.part(index, |ends| ends.splats)] {
+            out.light(uv, value);
+        }
+    }
+}
+
+impl BidirectionalTracer {
+    /// Has the light subpaths of the group of `index` in `pool`.
+    #[inline(always)]
+    pub(super) fn fill<B: Scattering>(&self, pool: &mut LightPool<B>, index: u64) {
+        let seed = self.context.seed;
+        let key = PoolKey { group: index / GROUP, seed };
+        if pool.key == Some(key) {
+            return;
+        }
+        // Set at the end: a panic leaves a pool that is filled anew.
+        pool.key = None;
+        pool.lambda = self.context.wavelengths(group_wavelength(index, seed));
+        (pool.vertices.clear(), pool.rows.clear(), pool.splats.clear());
+        for member in 0..GROUP {
+            // Beyond 2^61 indices the paths repeat.
+            let first = (key.group * GROUP + member).wrapping_mul(LIGHT_SUBPATHS);
+            for number in 0..LIGHT_SUBPATHS {
+                let numbers = Sampler::at(first.wrapping_add(number), seed).light();
+                self.trace_light_subpath(&numbers, pool);
+            }
+            let (vertices, splats) = (pool.vertices.len(), pool.splats.len());
+            pool.ends[member as usize] = PoolEnds { vertices, splats };
+        }
+        for vertex in &pool.vertices {
+            pool.rows.push(&DiffuseSummary::new(vertex));
+        }
+        pool.key = Some(key);
+    }
+
+    /// Walks from a light, connects each vertex to the camera and adds those that can be connected to the pool.
+    #[inline(always)]
+    fn trace_light_subpath<B: Scattering>(&self, numbers: &LightSampler, pool: &mut LightPool<B>) {
+        let (scene, rr_depth) = (&self.context.scene, self.context.rr_depth);
+        let LightPool { lambda, vertices, splats, .. } = pool;
+        let Some(emission) = scene.lights.emit(&numbers.emission()) else { return };
+        let emitted = scene.lights.emitted(&emission, lambda);
+        let Some(mut walk) = Walk::from_light(*lambda, &emission, emitted) else { return };
+        walk.policy = roulette::CONNECTED_FROM_LIGHT;
+        B::record(|| PathEvent::Begins((&walk).into()));
+        let mut ray = emission.ray();
+        // One more segment leads to the camera.
+        while walk.depth + 1 < self.context.longest() {
+            let Some(hit) = scene.closest(&ray) else { break };
+            let mut vertex: SubpathVertex<B> = walk.arrive(scene, hit);
+            B::record(|| PathEvent::Meets((&walk).into(), hit));
+            let u = numbers.vertex(walk.depth - 1);
+            if !vertex.surface.bsdf.is_delta() {
+                if vertex.depth == 1 {
+                    vertex.mis.link = self.link_to_light(&vertex, &emission);
+                }
+                splats.extend(self.to_camera(&walk.lambda, u.light, &vertex));
+            }
+            let next = walk.scatter(&vertex, &u, rr_depth);
+            if !vertex.surface.bsdf.is_delta() {
+                vertices.push(vertex);
+            }
+            let Some(next) = next else { return };
+            ray = next;
+        }
+        B::record(|| PathEvent::Leaves((&walk).into()));
+    }
+}
+
+/// The number that chooses the wavelengths of the group of `index`.
+pub(super) fn group_wavelength(index: u64, seed: u32) -> f32 {
+    Sampler::at(index / GROUP, seed).group_wavelength()
+}
